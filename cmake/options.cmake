@@ -1,0 +1,17 @@
+# What is built. A user who adds Palpa to another project gets the library alone.
+option(PALPA_READER "Build palpa-read, which opens files (needs VTK, vtk-dicom and ITK)" ${PROJECT_IS_TOP_LEVEL})
+option(PALPA_APP "Build the program palpa" ${PROJECT_IS_TOP_LEVEL})
+option(PALPA_EXAMPLES "Build the examples" ${PROJECT_IS_TOP_LEVEL})
+option(PALPA_TESTS "Build the tests" ${PROJECT_IS_TOP_LEVEL})
+option(PALPA_BENCH "Build the benchmarks" OFF)
+set(PALPA_SANITIZE "" CACHE STRING "Sanitizers for everything: address,undefined or thread")
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+if(PROJECT_IS_TOP_LEVEL)
+  set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+  set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib)
+endif()

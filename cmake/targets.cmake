@@ -1,0 +1,36 @@
+# How targets are made: one function for a folder of the library, one for a test, one for a program.
+
+# Warnings and floating-point rules, for all of our own code. Contraction of a*b+c is off so that the
+# same session gives the same bits in every build type of one machine.
+add_library(palpa_rules INTERFACE)
+target_compile_options(palpa_rules INTERFACE
+  -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -ffp-contract=off -fno-math-errno)
+if(PALPA_SANITIZE)
+  target_compile_options(palpa_rules INTERFACE -fsanitize=${PALPA_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=undefined)
+  target_link_options(palpa_rules INTERFACE -fsanitize=${PALPA_SANITIZE})
+endif()
+target_include_directories(palpa_rules INTERFACE ${PROJECT_SOURCE_DIR})
+
+# palpa_layer(NAME SOURCES … LAYERS … LINKS …): one folder of the library. LAYERS are the folders it may
+# include, so an arrow against the architecture does not link.
+function(palpa_layer name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;LAYERS;LINKS")
+  add_library(palpa_${name} STATIC ${arg_SOURCES})
+  list(TRANSFORM arg_LAYERS PREPEND palpa_)
+  target_link_libraries(palpa_${name} PUBLIC ${arg_LAYERS} PRIVATE $<BUILD_INTERFACE:palpa_rules> ${arg_LINKS})
+  target_include_directories(palpa_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>)
+endfunction()
+
+# palpa_test(NAME SOURCES … LINKS …): one test program of GoogleTest, found by ctest test by test.
+function(palpa_test name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT" "SOURCES;LINKS")
+  add_executable(test_${name} ${arg_SOURCES})
+  target_link_libraries(test_${name} PRIVATE palpa_rules ${arg_LINKS} GTest::gmock GTest::gtest_main)
+  set_target_properties(test_${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+  if(NOT arg_TIMEOUT)
+    set(arg_TIMEOUT 300)
+  endif()
+  gtest_discover_tests(test_${name} TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 60
+    PROPERTIES TIMEOUT ${arg_TIMEOUT}
+    ENVIRONMENT "PALPA_SHARED=${PROJECT_SOURCE_DIR}/../shared;PALPA_SOURCE=${PROJECT_SOURCE_DIR};PALPA_BIN=${CMAKE_BINARY_DIR}/bin")
+endfunction()

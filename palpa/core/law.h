@@ -1,0 +1,76 @@
+// The law: the rule that finds the balance. The exact one is in solver.h; earlier systems' are others.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "palpa/core/primitives.h"
+
+namespace palpa {
+
+enum class BalanceStatus : std::uint8_t {
+  exact,      ///< the bound is at most `exact_bound_m`
+  capped,     ///< work ran out; position is the best found, its bound is honest
+  bad_input,  ///< k, T or a position was not usable; position is the start, all forces zero
+  baseline,   ///< an earlier system's law, which promises no bound of its own
+};
+
+const char* name_of(BalanceStatus status) noexcept;
+
+/// A balance whose proven error is at most this [m] is called exact.
+inline constexpr double exact_bound_m = 1e-9;
+
+/// One solved proxy position.
+struct Balance {
+  Vec3 position_m;             ///< where the pull of the spring and of all primitives is zero
+  double error_bound_m = 0.0;  ///< proven distance to the exact balance, rounding included
+  BalanceStatus status = BalanceStatus::exact;
+  int stage = 0;       ///< which stage of the law answered (0: nothing to solve)
+  int iterations = 0;  ///< of that stage
+};
+
+/// Finds the balance: the minimiser over x of
+///     E(x) = k/2 |x − probe|² − Σ directed·x + Σ s|r(x)| + c/(2T) |r(x)|²   (sum over the primitives)
+/// which is the paper's zero of the residual force (Eq. 8), kinks included.
+///
+/// A law keeps the forces of the last balance for a warm start, so one law serves one session and one
+/// thread. `solve` never allocates, throws, blocks, loops without a cap or returns a value that is
+/// not finite.
+class Law {
+ public:
+  enum class Placement { at_proxy, at_probe };  ///< where modes look at the data and place primitives
+  enum class Walk { steps, one };               ///< the path in sub-steps, or one step per tick
+
+  virtual ~Law() = default;
+  virtual Placement placement() const noexcept { return Placement::at_proxy; }
+  virtual Walk walk() const noexcept { return Walk::steps; }
+
+  /// Solves for the proxy.
+  /// \param primitives        what pulls at the proxy
+  /// \param start_m           [m] the proxy before this sub-step
+  /// \param probe_m           [m] the probe
+  /// \param stiffness_n_per_m [N/m] k of Eq. 1, > 0
+  /// \param time_step_s       [s] T of the sub-step, > 0 where a primitive has a drag
+  virtual Balance solve(const PrimitiveSet& primitives, const Vec3& start_m, const Vec3& probe_m, double stiffness_n_per_m,
+                        double time_step_s) noexcept = 0;
+
+  /// Force of each primitive on the proxy [N] at the last balance, in the set's order. Where redundant
+  /// primitives share a load this is one valid split of several.
+  virtual std::span<const Vec3> forces_n() const noexcept = 0;
+
+  /// Forgets the forces kept for the warm start.
+  virtual void reset() noexcept = 0;
+};
+
+/// What the proxy does at primitive `i` given the balance. Read from the residual, which is unique,
+/// never from a split of force, which is not; within `error_bound_m` of the primitive counts as on it.
+PrimitiveState state_at(const Primitive& primitive, const Balance& balance) noexcept;
+
+/// A proven bound [m] of |x − x*| for any x and any forces, where x* is the exact balance, by the
+/// duality gap (strong convexity of E): (ρ + √(ρ² + 4kε))/(2k) with ρ the force left over and ε the
+/// sum of φ(r) + φ*(u) − u·r. Rounding of this computation itself is inside the bound.
+/// `forces_n` are projected on what each primitive can exert before they are used.
+double error_bound_m(std::span<const Primitive> primitives, std::span<const Vec3> forces_n, const Vec3& x_m, const Vec3& probe_m,
+                     double stiffness_n_per_m, double time_step_s) noexcept;
+
+}  // namespace palpa

@@ -1,0 +1,152 @@
+#include "palpa/core/primitives.h"
+
+#include <cassert>
+
+namespace palpa {
+
+namespace {
+
+// A direction is taken as unit where its length is 1 to within the rounding of a normalisation; off
+// by 1e-6 it would already shift forces.
+constexpr double unit_tolerance = 1e-12;
+
+// A drag's residual at the start counts as zero within this: rounding of the arithmetic that put the
+// primitive at the proxy, at any workspace size.
+constexpr double start_tolerance_m = 1e-14;
+
+bool is_unit(const Vec3& q) noexcept { return is_finite(q) && std::abs(norm_squared(q) - 1.0) <= 2.0 * unit_tolerance; }
+
+}  // namespace
+
+const char* name_of(PrimitiveKind kind) noexcept {
+  switch (kind) {
+    case PrimitiveKind::point: return "point";
+    case PrimitiveKind::line: return "line";
+    case PrimitiveKind::plane: return "plane";
+    case PrimitiveKind::directed: return "directed";
+  }
+  return "?";
+}
+
+const char* name_of(PrimitiveState state) noexcept {
+  switch (state) {
+    case PrimitiveState::stick: return "stick";
+    case PrimitiveState::slip: return "slip";
+    case PrimitiveState::off: return "off";
+  }
+  return "?";
+}
+
+const char* sentence_of(Refusal refusal) noexcept {
+  switch (refusal) {
+    case Refusal::position_not_finite: return "position is not finite";
+    case Refusal::direction_not_unit: return "direction is not of unit length";
+    case Refusal::strength_not_finite: return "strength is not finite";
+    case Refusal::strength_negative: return "strength is negative";
+    case Refusal::drag_not_finite: return "drag is not finite";
+    case Refusal::drag_negative: return "drag is negative";
+    case Refusal::drag_away_from_start: return "drag is placed away from the start of the sub-step";
+    case Refusal::slot_used_twice: return "slot is used twice";
+    case Refusal::friction_without_plane: return "friction names no plane of its mode";
+    case Refusal::full: return "the set of primitives is full";
+  }
+  return "?";
+}
+
+Vec3 residual(const Primitive& primitive, const Vec3& x_m) noexcept {
+  const Vec3 r = primitive.position_m - x_m;
+  const Vec3& q = primitive.direction;
+  switch (primitive.kind) {
+    case PrimitiveKind::point: return r;
+    case PrimitiveKind::line: return r - dot(q, r) * q;
+    case PrimitiveKind::plane: return std::max(0.0, dot(q, r)) * q;
+    case PrimitiveKind::directed: return {};
+  }
+  return {};
+}
+
+PrimitiveSet::PrimitiveSet(std::size_t capacity)
+    : capacity_(capacity),
+      primitives_(std::make_unique<Primitive[]>(capacity)),
+      captured_(std::make_unique<Captured[]>(capacity)),
+      friction_(std::make_unique<Friction[]>(capacity)) {
+  assert(capacity > 0);
+}
+
+void PrimitiveSet::clear(const Vec3& start_m) noexcept {
+  size_ = 0;
+  start_m_ = start_m;
+  mode_ = 0;
+  refused_size_ = 0;
+  dropped_ = 0;
+}
+
+void PrimitiveSet::point(std::uint16_t slot, const Vec3& position_m, double strength_n, double drag_ns_per_m) noexcept {
+  add({PrimitiveKind::point, {mode_, slot}, position_m, {}, strength_n, drag_ns_per_m});
+}
+
+void PrimitiveSet::line(std::uint16_t slot, const Vec3& position_m, const Vec3& direction, double strength_n,
+                        double drag_ns_per_m) noexcept {
+  add({PrimitiveKind::line, {mode_, slot}, position_m, direction, strength_n, drag_ns_per_m});
+}
+
+void PrimitiveSet::plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n, Captured captured,
+                         double drag_ns_per_m) noexcept {
+  add({PrimitiveKind::plane, {mode_, slot}, position_m, normal, strength_n, drag_ns_per_m}, captured);
+}
+
+void PrimitiveSet::directed(std::uint16_t slot, const Vec3& direction, double strength_n) noexcept {
+  add({PrimitiveKind::directed, {mode_, slot}, {}, direction, strength_n, 0.0});
+}
+
+void PrimitiveSet::friction(std::uint16_t slot, std::uint16_t plane_slot, const Vec3& position_m, double coefficient) noexcept {
+  const PrimitiveId plane_id{mode_, plane_slot};
+  for (std::size_t i = 0; i < size_; ++i) {
+    if (primitives_[i].id == plane_id && primitives_[i].kind == PrimitiveKind::plane) {
+      // The strength waits for the plane's force; the coefficient is checked where a strength would be.
+      Primitive line{PrimitiveKind::line, {mode_, slot}, position_m, primitives_[i].direction, coefficient, 0.0};
+      add(line, {}, {static_cast<std::int32_t>(i), coefficient});
+      return;
+    }
+  }
+  refuse({mode_, slot}, Refusal::friction_without_plane);
+}
+
+void PrimitiveSet::add(Primitive p, Captured captured, Friction friction) noexcept {
+  p.id.mode = mode_;
+  if (!std::isfinite(p.strength_n)) return refuse(p.id, Refusal::strength_not_finite);
+  if (p.strength_n < 0.0) return refuse(p.id, Refusal::strength_negative);
+  if (!std::isfinite(p.drag_ns_per_m)) return refuse(p.id, Refusal::drag_not_finite);
+  if (p.drag_ns_per_m < 0.0) return refuse(p.id, Refusal::drag_negative);
+  if (p.kind == PrimitiveKind::directed) {
+    p.position_m = {};
+  } else if (!is_finite(p.position_m)) {
+    return refuse(p.id, Refusal::position_not_finite);
+  }
+  if (p.kind == PrimitiveKind::point) {
+    p.direction = {};
+  } else if (!is_unit(p.direction)) {
+    return refuse(p.id, Refusal::direction_not_unit);
+  }
+  if (p.drag_ns_per_m > 0.0) {
+    const double allowed_m = start_tolerance_m * (1.0 + largest_component(start_m_));
+    if (p.kind == PrimitiveKind::directed || norm(residual(p, start_m_)) > allowed_m) {
+      return refuse(p.id, Refusal::drag_away_from_start);
+    }
+  }
+  for (std::size_t i = size_; i-- > 0 && primitives_[i].id.mode == p.id.mode;) {
+    if (primitives_[i].id.slot == p.id.slot) return refuse(p.id, Refusal::slot_used_twice);
+  }
+  if (size_ == capacity_) return refuse(p.id, Refusal::full);
+  primitives_[size_] = p;
+  captured_[size_] = captured;
+  friction_[size_] = friction;
+  ++size_;
+}
+
+void PrimitiveSet::refuse(PrimitiveId id, Refusal reason) noexcept {
+  ++dropped_;
+  if (refused_size_ < max_refused) refused_[refused_size_++] = {id, reason};
+}
+
+}  // namespace palpa

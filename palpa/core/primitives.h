@@ -1,0 +1,163 @@
+// The four haptic primitives of the paper (Eqs. 2–7) and the set that modes place them in.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "palpa/core/vec3.h"
+
+namespace palpa {
+
+enum class PrimitiveKind : std::uint8_t { point, line, plane, directed };
+
+/// What the proxy does at a primitive, read from the residual at the unique balance.
+enum class PrimitiveState : std::uint8_t {
+  stick,  ///< the proxy lies on it; the force is whatever balance asks, up to the strength
+  slip,   ///< the proxy was pulled off it; the force is the full strength (plus drag)
+  off,    ///< a plane that the proxy has left on its free side, and every directed force: no residual
+};
+
+const char* name_of(PrimitiveKind kind) noexcept;
+const char* name_of(PrimitiveState state) noexcept;
+
+/// Who placed a primitive. The slot is the mode's own small number and stays the same from tick to
+/// tick: it is how forces are handed from one balance to the next.
+struct PrimitiveId {
+  std::uint16_t mode = 0;
+  std::uint16_t slot = 0;
+  friend constexpr bool operator==(const PrimitiveId&, const PrimitiveId&) = default;
+};
+
+/// One primitive, in the hand frame. Plain data.
+///
+/// With x the proxy, a the position, q the unit direction, s the strength, c the drag and T the time
+/// of the sub-step, the force on the proxy is −∂R/∂x of the dissipation
+///     R(r) = s|r| + c/(2T) |r|²,      r the residual of the primitive:
+///   point     r = a − x                                   (Eq. 3)
+///   line      r = (I − q qᵀ)(a − x)                       (Eqs. 4, 5)
+///   plane     r = max(0, q·(a − x))                       (Eqs. 6, 7)
+///   directed  force s q, wherever the proxy is            (Eq. 2)
+/// At r = 0 the printed equations have a jump; there the force is any vector of the primitive's span
+/// not longer than s (a plane: t q with 0 ≤ t ≤ s), and balance picks which: a proxy can rest *on* a
+/// plane. The drag term is viscosity, which the paper's strengths alone cannot express.
+struct Primitive {
+  PrimitiveKind kind = PrimitiveKind::point;
+  PrimitiveId id;
+  Vec3 position_m;             ///< unused by directed
+  Vec3 direction;              ///< [1] unit length; unused by point
+  double strength_n = 0.0;     ///< >= 0
+  double drag_ns_per_m = 0.0;  ///< >= 0; 0 for directed
+};
+
+/// The residual r of `primitive` at `x_m` [m]: the vector from the proxy to the primitive within the
+/// primitive's span; zero for directed and on a plane's free side. Reads only its arguments.
+Vec3 residual(const Primitive& primitive, const Vec3& x_m) noexcept;
+
+/// The level of a field that a plane stands on. `field` is the session's number of the field.
+struct Captured {
+  std::int32_t field = -1;  ///< -1: the plane stands on no level
+  double value = 0.0;       ///< in the field's own unit
+  bool any() const noexcept { return field >= 0; }
+};
+
+/// A line whose strength is coefficient × the force of a plane of the same mode (Coulomb friction).
+struct Friction {
+  std::int32_t plane = -1;   ///< index in the set of that plane; -1: the strength stands as it is
+  double coefficient = 0.0;  ///< [1] >= 0
+  bool any() const noexcept { return plane >= 0; }
+};
+
+enum class Refusal : std::uint8_t {
+  position_not_finite,
+  direction_not_unit,
+  strength_not_finite,
+  strength_negative,
+  drag_not_finite,
+  drag_negative,
+  drag_away_from_start,
+  slot_used_twice,
+  friction_without_plane,
+  full,
+};
+
+/// The refusal as half a sentence: "strength is negative".
+const char* sentence_of(Refusal refusal) noexcept;
+
+struct Refused {
+  PrimitiveId id;
+  Refusal reason;
+};
+
+/// The primitives of one sub-step. Fixed capacity, taken at construction; nothing here allocates
+/// after that, and nothing throws. Whatever is in the set is solvable: what is not finite, not of
+/// unit length, negative, or has a drag away from the start of the sub-step is refused, remembered
+/// with its mode and reason, and counted.
+///
+/// One thread at a time.
+class PrimitiveSet {
+ public:
+  /// Takes memory for `capacity` primitives (>= 1). Throws std::bad_alloc.
+  explicit PrimitiveSet(std::size_t capacity = 64);
+  PrimitiveSet(const PrimitiveSet&) = delete;
+  PrimitiveSet& operator=(const PrimitiveSet&) = delete;
+
+  /// Empties the set for a sub-step that starts at `start_m` [m]; a drag is accepted only where the
+  /// primitive's residual there is zero (elsewhere it would be a spring, not a dissipation).
+  void clear(const Vec3& start_m) noexcept;
+  /// From here on primitives belong to mode number `mode`.
+  void begin_mode(std::uint16_t mode) noexcept { mode_ = mode; }
+
+  /// A point primitive at `position_m`: holds the proxy in every direction.
+  void point(std::uint16_t slot, const Vec3& position_m, double strength_n, double drag_ns_per_m = 0.0) noexcept;
+  /// A line primitive through `position_m` along the unit vector `direction`: holds the proxy across it.
+  void line(std::uint16_t slot, const Vec3& position_m, const Vec3& direction, double strength_n,
+            double drag_ns_per_m = 0.0) noexcept;
+  /// A plane primitive through `position_m`: pushes along the unit vector `normal` while the proxy is
+  /// behind it. `captured` names the level it stands on, so that the tick lets no step cross that level.
+  void plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n, Captured captured = {},
+             double drag_ns_per_m = 0.0) noexcept;
+  /// A directed force of `strength_n` along the unit vector `direction`.
+  void directed(std::uint16_t slot, const Vec3& direction, double strength_n) noexcept;
+  /// Coulomb friction: a line through the plane of slot `plane_slot` (placed before by the same mode)
+  /// at `position_m`, along that plane's normal, as strong as `coefficient` [1] times the plane's force
+  /// in this very sub-step.
+  void friction(std::uint16_t slot, std::uint16_t plane_slot, const Vec3& position_m, double coefficient) noexcept;
+  /// Any primitive; its id is replaced by the current mode's.
+  void add(Primitive primitive, Captured captured = {}, Friction friction = {}) noexcept;
+
+  std::size_t size() const noexcept { return size_; }
+  bool empty() const noexcept { return size_ == 0; }
+  std::size_t capacity() const noexcept { return capacity_; }
+  const Primitive& operator[](std::size_t i) const noexcept { return primitives_[i]; }
+  std::span<const Primitive> primitives() const noexcept { return {primitives_.get(), size_}; }
+  const Captured& captured(std::size_t i) const noexcept { return captured_[i]; }
+  const Friction& friction_of(std::size_t i) const noexcept { return friction_[i]; }
+  const Vec3& start_m() const noexcept { return start_m_; }
+
+  /// Sets the strength of a friction line from its plane's force: the tick's own business.
+  void set_strength(std::size_t i, double strength_n) noexcept { primitives_[i].strength_n = strength_n; }
+
+  /// What was refused since `clear`: the first few of them; `dropped()` counts all.
+  std::span<const Refused> refused() const noexcept { return {refused_, refused_size_}; }
+  int dropped() const noexcept { return dropped_; }
+
+ private:
+  void refuse(PrimitiveId id, Refusal reason) noexcept;
+
+  static constexpr std::size_t max_refused = 16;
+
+  std::size_t capacity_;
+  std::unique_ptr<Primitive[]> primitives_;
+  std::unique_ptr<Captured[]> captured_;
+  std::unique_ptr<Friction[]> friction_;
+  std::size_t size_ = 0;
+  Vec3 start_m_;
+  std::uint16_t mode_ = 0;
+  Refused refused_[max_refused] = {};
+  std::size_t refused_size_ = 0;
+  int dropped_ = 0;
+};
+
+}  // namespace palpa

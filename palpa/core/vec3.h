@@ -1,0 +1,107 @@
+// Vectors and 3×3 matrices: the only linear algebra of the haptic tick.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpa {
+
+/// A vector of three doubles. Its unit is the unit in the name of whatever holds it.
+struct Vec3 {
+  double x = 0.0;
+  double y = 0.0;
+  double z = 0.0;
+
+  friend constexpr bool operator==(const Vec3&, const Vec3&) = default;
+  constexpr Vec3& operator+=(const Vec3& b) noexcept { return x += b.x, y += b.y, z += b.z, *this; }
+  constexpr Vec3& operator-=(const Vec3& b) noexcept { return x -= b.x, y -= b.y, z -= b.z, *this; }
+  constexpr Vec3& operator*=(double f) noexcept { return x *= f, y *= f, z *= f, *this; }
+};
+
+constexpr Vec3 operator+(const Vec3& a, const Vec3& b) noexcept { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+constexpr Vec3 operator-(const Vec3& a, const Vec3& b) noexcept { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+constexpr Vec3 operator-(const Vec3& a) noexcept { return {-a.x, -a.y, -a.z}; }
+constexpr Vec3 operator*(double f, const Vec3& a) noexcept { return {f * a.x, f * a.y, f * a.z}; }
+constexpr Vec3 operator*(const Vec3& a, double f) noexcept { return f * a; }
+constexpr Vec3 operator/(const Vec3& a, double f) noexcept { return {a.x / f, a.y / f, a.z / f}; }
+
+constexpr double dot(const Vec3& a, const Vec3& b) noexcept { return a.x * b.x + a.y * b.y + a.z * b.z; }
+constexpr Vec3 cross(const Vec3& a, const Vec3& b) noexcept {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+constexpr double norm_squared(const Vec3& a) noexcept { return dot(a, a); }
+
+inline double largest_component(const Vec3& a) noexcept {
+  return std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z)});
+}
+
+inline bool is_finite(const Vec3& a) noexcept {
+  return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
+}
+
+/// Length. Exact to a few ulp for every finite vector: components whose squares would overflow or
+/// vanish are scaled by a power of two first, so that a field in exotic units keeps its direction.
+inline double norm(const Vec3& a) noexcept {
+  const double squared = norm_squared(a);
+  if (squared > 1e-280 && squared < 1e280) return std::sqrt(squared);
+  const double largest = largest_component(a);
+  if (!(largest > 0.0) || !std::isfinite(largest)) return largest;
+  const int exponent = std::ilogb(largest);
+  const Vec3 scaled{std::scalbn(a.x, -exponent), std::scalbn(a.y, -exponent), std::scalbn(a.z, -exponent)};
+  return std::scalbn(std::sqrt(norm_squared(scaled)), exponent);
+}
+
+inline double distance(const Vec3& a, const Vec3& b) noexcept { return norm(a - b); }
+
+/// Unit vector along `a`; zero where `a` is zero or not finite.
+inline Vec3 normalized(const Vec3& a) noexcept {
+  const double largest = largest_component(a);
+  if (!(largest > 0.0) || !is_finite(a)) return {};
+  const int exponent = std::ilogb(largest);
+  const Vec3 scaled{std::scalbn(a.x, -exponent), std::scalbn(a.y, -exponent), std::scalbn(a.z, -exponent)};
+  return scaled / std::sqrt(norm_squared(scaled));
+}
+
+/// `a`, shortened to `longest` where it is longer; keeps the direction.
+inline Vec3 shortened(const Vec3& a, double longest) noexcept {
+  const double length = norm(a);
+  return length > longest ? (longest / length) * a : a;
+}
+
+/// A 3×3 matrix by rows. As a Jacobian: row = component of the vector field, column = axis of position.
+struct Mat3 {
+  Vec3 row[3];
+
+  static constexpr Mat3 identity() noexcept { return {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}; }
+  friend constexpr bool operator==(const Mat3& a, const Mat3& b) noexcept {
+    return a.row[0] == b.row[0] && a.row[1] == b.row[1] && a.row[2] == b.row[2];
+  }
+};
+
+constexpr Vec3 operator*(const Mat3& m, const Vec3& v) noexcept {
+  return {dot(m.row[0], v), dot(m.row[1], v), dot(m.row[2], v)};
+}
+constexpr Mat3 operator*(double f, const Mat3& m) noexcept { return {{f * m.row[0], f * m.row[1], f * m.row[2]}}; }
+constexpr Mat3 transposed(const Mat3& m) noexcept {
+  return {{{m.row[0].x, m.row[1].x, m.row[2].x}, {m.row[0].y, m.row[1].y, m.row[2].y}, {m.row[0].z, m.row[1].z, m.row[2].z}}};
+}
+/// mᵀ v, without forming the transpose.
+constexpr Vec3 transposed_times(const Mat3& m, const Vec3& v) noexcept {
+  return v.x * m.row[0] + v.y * m.row[1] + v.z * m.row[2];
+}
+constexpr Mat3 operator*(const Mat3& a, const Mat3& b) noexcept {
+  return {{transposed_times(b, a.row[0]), transposed_times(b, a.row[1]), transposed_times(b, a.row[2])}};
+}
+constexpr double determinant(const Mat3& m) noexcept { return dot(m.row[0], cross(m.row[1], m.row[2])); }
+inline bool is_finite(const Mat3& m) noexcept { return is_finite(m.row[0]) && is_finite(m.row[1]) && is_finite(m.row[2]); }
+
+/// Inverse by cofactors. The matrix must be regular: callers check `determinant` first.
+constexpr Mat3 inverse(const Mat3& m) noexcept {
+  const Vec3 a = cross(m.row[1], m.row[2]);
+  const Vec3 b = cross(m.row[2], m.row[0]);
+  const Vec3 c = cross(m.row[0], m.row[1]);
+  const double d = dot(m.row[0], a);
+  return {{{a.x / d, b.x / d, c.x / d}, {a.y / d, b.y / d, c.y / d}, {a.z / d, b.z / d, c.z / d}}};
+}
+
+}  // namespace palpa

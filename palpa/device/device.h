@@ -1,0 +1,50 @@
+// A device: a snapshot in, a force out, and its limits.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "palpa/core/vec3.h"
+
+namespace palpa {
+
+/// What a device may be asked for.
+struct DeviceLimits {
+  double max_force_n = 10.0;
+  double max_stiffness_n_per_m = 1e5;
+  double workspace_radius_m = 0.15;
+  double encoder_step_m = 0.0;   ///< 0: none
+};
+
+/// The device at one moment, in the hand frame.
+struct DeviceState {
+  Vec3 position_m;
+  std::optional<Vec3> velocity_m_per_s;  ///< none: the device does not measure it
+  bool valid = false;                    ///< position can be used
+  std::uint32_t buttons = 0;
+  double time_s = 0.0;
+};
+
+/// A haptic device, or what stands for one. `read` and `write` are called from one thread, never
+/// allocate, throw or block for longer than the device's own exchange takes.
+class Device {
+ public:
+  virtual ~Device() = default;  ///< leaves the motors at zero force
+  virtual std::string name() const = 0;
+  virtual DeviceLimits limits() const = 0;
+  virtual DeviceState read() noexcept = 0;
+  /// Holds `force_n` on the hand until the next write. False: the link is lost.
+  virtual bool write(const Vec3& force_n) noexcept = 0;
+};
+
+/// A device that lives on a simulated clock: time passes when it is told so.
+class SimulatedDevice : public Device {
+ public:
+  /// Lets `time_step_s` [s] pass under the force last written.
+  virtual void advance(double time_step_s) noexcept = 0;
+  /// How long it has something to show [s]; infinite for a hand that goes on for ever.
+  virtual double duration_s() const noexcept = 0;
+};
+
+}  // namespace palpa

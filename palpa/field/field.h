@@ -1,0 +1,105 @@
+// A field: scalar or vector data that can be sampled at a position of the world.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "palpa/core/similarity.h"
+#include "palpa/core/vec3.h"
+
+namespace palpa {
+
+/// A scalar sample. Finite whatever the position; all zero where `inside` is false.
+struct ScalarSample {
+  double value = 0.0;     ///< the field's own unit
+  Vec3 gradient;          ///< [unit/m]
+  bool inside = false;    ///< the field has data here
+};
+
+/// A vector sample. Finite whatever the position; all zero where `inside` is false.
+struct VectorSample {
+  Vec3 value;             ///< the field's own unit
+  Mat3 jacobian;          ///< [unit/m] row = component, column = axis of position
+  bool inside = false;
+};
+
+/// An axis-aligned box of the world.
+struct Box {
+  Vec3 low_m;
+  Vec3 high_m;
+  Vec3 centre_m() const noexcept { return 0.5 * (low_m + high_m); }
+  Vec3 size_m() const noexcept { return high_m - low_m; }
+};
+
+/// The smallest and the largest value of one component.
+struct Extent {
+  double min = 0.0;
+  double max = 0.0;
+};
+
+/// Data over the world. Immutable, so any number of threads may sample one field at once; sampling
+/// never allocates, throws or returns a value that is not finite, for any position at all.
+///
+/// Positions are world metres. The derivative is that of the interpolant that `value` is read from,
+/// not another estimate of it.
+class Field {
+ public:
+  virtual ~Field() = default;
+
+  /// 1 for a scalar field, 3 for a vector field.
+  virtual int components() const noexcept = 0;
+  /// Value and gradient at a world position; outside for a vector field.
+  virtual ScalarSample scalar(const Vec3& world_m) const noexcept;
+  /// Value and Jacobian at a world position; outside for a scalar field.
+  virtual VectorSample vector(const Vec3& world_m) const noexcept;
+
+  /// The length [m] over which the field may change its course: the finest sample spacing of a grid,
+  /// the size of the finest feature of a formula; infinite where nothing bounds it.
+  virtual double spacing_m() const noexcept = 0;
+  /// A box [m] outside which the field has no data. Formulas state the box they are meant for.
+  virtual Box bounds_m() const noexcept = 0;
+  /// How deep [m] a position lies within the data: distance to the nearest face of the grid (or of the
+  /// formula's box); zero or less outside. Strengths fade with it.
+  virtual double depth_m(const Vec3& world_m) const noexcept = 0;
+  /// Range of each component over the finite samples (a formula: of its values in its box).
+  virtual std::vector<Extent> extents() const = 0;
+};
+
+using FieldPtr = std::shared_ptr<const Field>;
+
+/// The field moved by a pose: sampled at pose⁻¹(x), vectors and derivatives turned with it. Values
+/// stay what they are.
+FieldPtr posed(FieldPtr field, const Similarity& pose);
+
+/// One field of a volume.
+struct VolumeField {
+  std::string name;  ///< plain word; how scenes name it: `volume.field`
+  std::string unit;  ///< a label ("HU", "cm/s"), empty if unknown; converts nothing
+  FieldPtr field;
+};
+
+/// A file that a volume was read from.
+struct SourceFile {
+  std::string path;
+  std::uint64_t bytes = 0;
+  std::string sha256;  ///< hexadecimal
+};
+
+/// A named data set: one or more fields on one grid, or one formula. A value; the voxels are shared.
+struct Volume {
+  std::vector<VolumeField> fields;
+  bool medical_frame = false;        ///< the world is LPS: x to the patient's left, y to the back, z to the head
+  std::string format;                ///< "nrrd", "metaimage", "nifti", "vti", "vtk", "formula", "grid"
+  std::vector<SourceFile> files;     ///< empty for embedded data
+  std::vector<std::string> warnings; ///< half sentences, for the reader of a summary
+
+  /// Box of the first field [m].
+  Box bounds_m() const noexcept { return fields.front().field->bounds_m(); }
+};
+
+/// The volume moved by a pose.
+Volume posed(const Volume& volume, const Similarity& pose);
+
+}  // namespace palpa

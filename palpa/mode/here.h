@@ -1,0 +1,87 @@
+// What a mode sees: the data at the proxy, in the hand frame.
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "palpa/core/primitives.h"
+#include "palpa/field/field.h"
+#include "palpa/mode/parameters.h"
+
+namespace palpa {
+
+/// The fields of a session at one position, each sampled at most once. Takes its memory at
+/// construction; then never allocates. One thread.
+class Samples {
+ public:
+  /// \param fields  the session's fields, by index; they outlive this
+  /// \param map     hand to world
+  Samples(std::span<const FieldPtr> fields, const Similarity& map);
+
+  /// Moves to a position of the hand frame [m] and forgets what was sampled.
+  void move_to(const Vec3& hand_m) noexcept;
+  const Vec3& position_m() const noexcept { return hand_m_; }
+
+  /// Value, and gradient per hand metre. Outside for an index that is no scalar field.
+  const ScalarSample& scalar(std::int32_t field) noexcept;
+  /// Value turned into the hand frame, and Jacobian per hand metre. Outside for an index that is no vector field.
+  const VectorSample& vector(std::int32_t field) noexcept;
+  /// Depth within the field's data [hand m].
+  double depth_m(std::int32_t field) noexcept;
+
+ private:
+  struct Slot;
+  std::span<const FieldPtr> fields_;
+  Similarity map_;
+  Vec3 hand_m_;
+  Vec3 world_m_;
+  std::uint64_t visit_ = 0;
+  std::shared_ptr<Slot[]> slots_;
+};
+
+/// Everything a mode may look at when it places primitives. All of it is in the hand frame: metres,
+/// directions turned, derivatives per hand metre; but values keep the data's own unit.
+///
+/// The primitives of a sub-step pass through `proxy_m`, where the sub-step starts. The data may be
+/// sampled elsewhere (a trial point on the way), so a mode asks `here` for them and computes nothing
+/// from the proxy's position itself.
+class Here {
+ public:
+  Vec3 proxy_m;                     ///< [m] the proxy at the start of the sub-step
+  Vec3 probe_m;                     ///< [m]
+  Vec3 at_m;                        ///< [m] where the data are sampled; usually the proxy
+  double time_step_s = 0.0;         ///< [s] of the sub-step
+  double stiffness_n_per_m = 0.0;   ///< [N/m] k of Eq. 1
+  double finest_m = 0.0;            ///< [m] finest sample spacing of the session's fields
+
+  /// The field's sample at `at_m`. `inside` is false for a field without data there.
+  const ScalarSample& scalar(const FieldRef& field) const noexcept { return samples_->scalar(field.index); }
+  const VectorSample& vector(const FieldRef& field) const noexcept { return samples_->vector(field.index); }
+
+  /// The strength in newtons at this place: the number or the transfer function, times the mode's
+  /// masks, faded towards the edges of the mode's fields so that it never exceeds k/2 × the depth
+  /// (a steeper fade would kick the hand; findings on fades in docs/design.md). Zero where any field
+  /// of the mode has no data.
+  double newtons(const Strength& strength) const noexcept;
+  /// The same, with the transfer function taken at `value` instead of the sample: the strength *of a
+  /// level*, at a step the limit from `side` (the level's solid side).
+  double newtons(const Strength& strength, double value, TransferFunction::Side side) const noexcept;
+  /// A drag [N·s/m] at this place: `drag_ns_per_m` times masks and fade (over 2 N / k of depth).
+  double drag(double drag_ns_per_m) const noexcept;
+  /// Where the data point of `field` that was at `x_m` [m] in the last tick is now [m].
+  Vec3 carried(const FieldRef& field, const Vec3& x_m) const noexcept;
+
+  /// For the tick: the shared samples, and the masks and fields of the mode that looks.
+  Here(Samples& samples, std::span<const Mask> masks, std::span<const std::int32_t> fields) noexcept
+      : at_m(samples.position_m()), samples_(&samples), masks_(masks), fields_(fields) {}
+
+ private:
+  double mask() const noexcept;
+  double depth_m() const noexcept;
+
+  Samples* samples_;
+  std::span<const Mask> masks_;
+  std::span<const std::int32_t> fields_;
+};
+
+}  // namespace palpa

@@ -1,0 +1,169 @@
+// The contract of a mode, and any mode as a value.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <new>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "palpa/core/law.h"
+#include "palpa/mode/here.h"
+
+namespace palpa {
+
+/// A level or breakpoint that the proxy's path went through, located by the tick.
+struct Crossing {
+  std::int32_t field = -1;
+  double value = 0.0;  ///< the field's own unit
+  bool up = false;     ///< towards higher values
+};
+
+/// What became of one primitive in the sub-step.
+struct SlotState {
+  std::uint16_t slot = 0;
+  PrimitiveState state = PrimitiveState::off;
+  Captured captured;   ///< the level it was placed on
+};
+
+/// What a mode learns when a sub-step has been accepted.
+struct Settled {
+  const Here& here;                       ///< at the new proxy
+  std::span<const SlotState> slots;       ///< of this mode, in the order placed
+  std::span<const Crossing> crossings;    ///< of the whole session, in the order met
+
+  /// State of a slot; off where nothing was placed there.
+  PrimitiveState state(std::uint16_t slot) const noexcept {
+    for (const SlotState& s : slots) {
+      if (s.slot == slot) return s.state;
+    }
+    return PrimitiveState::off;
+  }
+  bool placed(std::uint16_t slot) const noexcept {
+    for (const SlotState& s : slots) {
+      if (s.slot == slot) return true;
+    }
+    return false;
+  }
+};
+
+/// A mode: a plain struct that reads fields at the proxy and places primitives.
+///
+///   static constexpr auto type = "lab.ridge";              its name in scene files
+///   static constexpr auto summary = "…";                   what it feels like, one sentence (optional)
+///   static constexpr auto parameters() { return std::tuple{param(…), …}; }
+///   void place(const Here&, PrimitiveSet&) const noexcept;
+///
+/// `place` is pure: it may be called any number of times per sub-step, also at trial points. A mode
+/// that must remember something declares a trivially copyable `struct Memory` of at most 256 bytes; then
+///   void place(const Here&, const Memory&, PrimitiveSet&) const noexcept;
+///   void settle(const Settled&, Memory&) const noexcept;    once per accepted sub-step
+/// A mode whose parameters must fit together may add
+///   std::string problem() const;                           empty, or what is wrong and what would be right
+template <class M>
+concept HasMemory = requires { typename M::Memory; };
+
+/// Any mode, as a value: copying copies the mode.
+class Mode {
+ public:
+  template <class M>
+    requires(!std::is_same_v<std::remove_cvref_t<M>, Mode>)
+  Mode(M mode) : model_(std::make_unique<Model<M>>(std::move(mode))) {}  // NOLINT: every mode is a Mode
+  Mode(const Mode& other) : model_(other.model_->copy()) {}
+  Mode(Mode&&) noexcept = default;
+  Mode& operator=(const Mode& other) { return model_ = other.model_->copy(), *this; }
+  Mode& operator=(Mode&&) noexcept = default;
+
+  std::string_view type() const { return model_->type(); }
+  std::string_view summary() const { return model_->summary(); }
+  std::string problem() const { return model_->problem(); }
+  void visit(ParameterVisitor& visitor) { model_->visit(visitor); }
+
+  /// Bytes of memory that the session keeps for it (0…256), and a fresh memory.
+  std::size_t memory_bytes() const noexcept { return model_->memory_bytes(); }
+  void start(std::byte* memory) const noexcept { model_->start(memory); }
+  void place(const Here& here, const std::byte* memory, PrimitiveSet& out) const noexcept { model_->place(here, memory, out); }
+  void settle(const Settled& settled, std::byte* memory) const noexcept { model_->settle(settled, memory); }
+
+  /// The mode as its own type; nullptr if it is another.
+  template <class M>
+  const M* as() const noexcept {
+    const auto* model = dynamic_cast<const Model<M>*>(model_.get());
+    return model ? &model->mode : nullptr;
+  }
+
+ private:
+  struct Concept {
+    virtual ~Concept() = default;
+    virtual std::unique_ptr<Concept> copy() const = 0;
+    virtual std::string_view type() const = 0;
+    virtual std::string_view summary() const = 0;
+    virtual std::string problem() const = 0;
+    virtual void visit(ParameterVisitor& visitor) = 0;
+    virtual std::size_t memory_bytes() const noexcept = 0;
+    virtual void start(std::byte* memory) const noexcept = 0;
+    virtual void place(const Here& here, const std::byte* memory, PrimitiveSet& out) const noexcept = 0;
+    virtual void settle(const Settled& settled, std::byte* memory) const noexcept = 0;
+  };
+
+  template <class M>
+  struct Model final : Concept {
+    explicit Model(M m) : mode(std::move(m)) {}
+    std::unique_ptr<Concept> copy() const override { return std::make_unique<Model>(mode); }
+    std::string_view type() const override { return M::type; }
+    std::string_view summary() const override {
+      if constexpr (requires { M::summary; }) return M::summary;
+      return {};
+    }
+    std::string problem() const override {
+      if constexpr (requires { mode.problem(); }) return mode.problem();
+      return {};
+    }
+    void visit(ParameterVisitor& visitor) override { detail::visit_parameters(mode, visitor); }
+    std::size_t memory_bytes() const noexcept override {
+      if constexpr (HasMemory<M>) {
+        static_assert(std::is_trivially_copyable_v<typename M::Memory>, "a mode's Memory must be trivially copyable");
+        static_assert(sizeof(typename M::Memory) <= 256, "a mode's Memory must not exceed 256 bytes");
+        return sizeof(typename M::Memory);
+      }
+      return 0;
+    }
+    void start(std::byte* memory) const noexcept override {
+      if constexpr (HasMemory<M>) ::new (memory) typename M::Memory{};
+    }
+    void place(const Here& here, const std::byte* memory, PrimitiveSet& out) const noexcept override {
+      if constexpr (HasMemory<M>) {
+        mode.place(here, *std::launder(reinterpret_cast<const typename M::Memory*>(memory)), out);
+      } else {
+        mode.place(here, out);
+      }
+    }
+    void settle(const Settled& settled, std::byte* memory) const noexcept override {
+      if constexpr (HasMemory<M>) mode.settle(settled, *std::launder(reinterpret_cast<typename M::Memory*>(memory)));
+    }
+    M mode;
+  };
+
+  std::unique_ptr<Concept> model_;
+};
+
+/// The types of modes that scene files may name. A value.
+class ModeCatalog {
+ public:
+  /// Adds a mode type by an example of it with its defaults. Throws std::invalid_argument if the type is there.
+  void add(Mode example);
+  /// A fresh mode of this type with its defaults; nullptr if there is none.
+  const Mode* find(std::string_view type) const noexcept;
+  const std::vector<Mode>& modes() const noexcept { return modes_; }
+
+ private:
+  std::vector<Mode> modes_;
+};
+
+/// The modes that Palpa brings.
+const ModeCatalog& standard_modes();
+
+}  // namespace palpa

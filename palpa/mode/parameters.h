@@ -1,0 +1,209 @@
+// Parameters: the one list of a mode's keys, from which scene files, error messages, `palpa modes`
+// and the documentation are made.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <type_traits>
+#include <vector>
+
+#include "palpa/field/transfer_function.h"
+
+namespace palpa {
+
+/// A field of a scene by name: `volume` (its only field) or `volume.field`. `index` is filled in when a
+/// session resolves the name.
+struct FieldRef {
+  std::string name;
+  std::int32_t index = -1;
+  friend bool operator==(const FieldRef& a, const FieldRef& b) { return a.name == b.name; }
+};
+
+/// Newtons: a number, or a function of any field of any volume.
+struct Strength {
+  double constant_n = 0.0;
+  FieldRef of;             ///< set: the strength is `curve` of this field's value, and constant_n is unused
+  TransferFunction curve;
+
+  Strength() = default;
+  Strength(double newtons) : constant_n(newtons) {}  // NOLINT: a number is a strength
+  Strength(FieldRef field, TransferFunction function) : of(std::move(field)), curve(std::move(function)) {}
+  bool is_constant() const noexcept { return of.name.empty(); }
+  friend bool operator==(const Strength&, const Strength&) = default;
+};
+
+/// A factor 0…1 on all strengths of a mode.
+struct Mask {
+  FieldRef of;
+  TransferFunction curve;
+  friend bool operator==(const Mask&, const Mask&) = default;
+};
+
+struct Range {
+  double low = 0.0;
+  double high = 0.0;
+};
+
+enum class ParameterKind : std::uint8_t { number, optional_number, flag, text, choice, scalar_field, vector_field, strength, level, list };
+
+/// What a parameter is called, in which unit (the suffix of its name), what it means, what it may be.
+struct ParameterInfo {
+  std::string_view name;
+  std::string_view sentence;
+  ParameterKind kind = ParameterKind::number;
+  Range range;                                 ///< of numbers and strengths
+  std::span<const std::string_view> choices;   ///< of a choice
+  /// A field or a level has no default: a scene must give it.
+  bool required() const noexcept {
+    return kind == ParameterKind::scalar_field || kind == ParameterKind::vector_field || kind == ParameterKind::level;
+  }
+};
+
+class ParameterVisitor;
+
+/// A list of structs with parameters of their own (levels).
+class ParameterList {
+ public:
+  virtual ~ParameterList() = default;
+  virtual std::size_t size() const = 0;
+  virtual void append() = 0;                                     ///< one more, with its defaults
+  virtual void visit(std::size_t i, ParameterVisitor& visitor) = 0;
+  virtual void visit_default(ParameterVisitor& visitor) = 0;     ///< the parameters of a fresh one
+};
+
+/// Sees, and may change, every parameter of a mode in the order of its list.
+class ParameterVisitor {
+ public:
+  virtual ~ParameterVisitor() = default;
+  virtual void number(const ParameterInfo&, double&) {}          ///< also a level
+  virtual void optional_number(const ParameterInfo&, std::optional<double>&) {}
+  virtual void flag(const ParameterInfo&, bool&) {}
+  virtual void text(const ParameterInfo&, std::string&) {}
+  virtual void choice(const ParameterInfo&, int&) {}             ///< index in info.choices
+  virtual void field(const ParameterInfo&, FieldRef&) {}
+  virtual void strength(const ParameterInfo&, Strength&) {}
+  virtual void list(const ParameterInfo&, ParameterList&) {}
+};
+
+/// One entry of a mode's `parameters()`. Made by the functions below, never by hand.
+template <class Owner, class T, std::size_t Choices = 0>
+struct Parameter {
+  std::string_view name;
+  T Owner::* member;
+  std::string_view sentence;
+  ParameterKind kind;
+  Range range;
+  std::array<std::string_view, Choices> choices{};
+};
+
+/// A number; its unit is the suffix of its name.
+template <class O>
+constexpr auto param(std::string_view name, double O::* member, std::string_view sentence, Range range) {
+  return Parameter<O, double>{name, member, sentence, ParameterKind::number, range, {}};
+}
+/// A number that may be left out, which then means something of its own (the sentence says what).
+template <class O>
+constexpr auto param(std::string_view name, std::optional<double> O::* member, std::string_view sentence, Range range) {
+  return Parameter<O, std::optional<double>>{name, member, sentence, ParameterKind::optional_number, range, {}};
+}
+template <class O>
+constexpr auto param(std::string_view name, bool O::* member, std::string_view sentence) {
+  return Parameter<O, bool>{name, member, sentence, ParameterKind::flag, {}, {}};
+}
+template <class O>
+constexpr auto param(std::string_view name, std::string O::* member, std::string_view sentence) {
+  return Parameter<O, std::string>{name, member, sentence, ParameterKind::text, {}, {}};
+}
+/// A strength in newtons; the range holds for the number and for every result of the function.
+template <class O>
+constexpr auto param(std::string_view name, Strength O::* member, std::string_view sentence, Range range = {0.0, 100.0}) {
+  return Parameter<O, Strength>{name, member, sentence, ParameterKind::strength, range, {}};
+}
+/// A scalar field.
+template <class O>
+constexpr auto param(std::string_view name, FieldRef O::* member, std::string_view sentence) {
+  return Parameter<O, FieldRef>{name, member, sentence, ParameterKind::scalar_field, {}, {}};
+}
+/// A vector field.
+template <class O>
+constexpr auto vector_param(std::string_view name, FieldRef O::* member, std::string_view sentence) {
+  return Parameter<O, FieldRef>{name, member, sentence, ParameterKind::vector_field, {}, {}};
+}
+/// A value of the mode's parameter `field` that is felt as a surface: the tick finds it along the path.
+template <class O>
+constexpr auto level_param(std::string_view name, double O::* member, std::string_view sentence) {
+  return Parameter<O, double>{name, member, sentence, ParameterKind::level, {}, {}};
+}
+/// One of several words, stored as an enum whose values are 0, 1, 2, … in the order of the words.
+template <class O, class Enum, class... Words>
+  requires std::is_enum_v<Enum>
+constexpr auto choice_param(std::string_view name, Enum O::* member, std::string_view sentence, Words... words) {
+  return Parameter<O, Enum, sizeof...(Words)>{name, member, sentence, ParameterKind::choice, {}, {std::string_view(words)...}};
+}
+/// A list of structs that have a `parameters()` of their own.
+template <class O, class Item>
+constexpr auto list_param(std::string_view name, std::vector<Item> O::* member, std::string_view sentence) {
+  return Parameter<O, std::vector<Item>>{name, member, sentence, ParameterKind::list, {}, {}};
+}
+
+namespace detail {
+
+template <class T>
+void visit_parameters(T& owner, ParameterVisitor& visitor);
+
+template <class Item>
+class ListOf final : public ParameterList {
+ public:
+  explicit ListOf(std::vector<Item>& items) : items_(items) {}
+  std::size_t size() const override { return items_.size(); }
+  void append() override { items_.emplace_back(); }
+  void visit(std::size_t i, ParameterVisitor& visitor) override { visit_parameters(items_[i], visitor); }
+  void visit_default(ParameterVisitor& visitor) override {
+    Item item;
+    visit_parameters(item, visitor);
+  }
+
+ private:
+  std::vector<Item>& items_;
+};
+
+template <class O, class T, std::size_t N>
+void visit_parameter(O& owner, const Parameter<O, T, N>& p, ParameterVisitor& visitor) {
+  const ParameterInfo info{p.name, p.sentence, p.kind, p.range, p.choices};
+  T& value = owner.*(p.member);
+  if constexpr (std::is_same_v<T, double>) {
+    visitor.number(info, value);
+  } else if constexpr (std::is_same_v<T, std::optional<double>>) {
+    visitor.optional_number(info, value);
+  } else if constexpr (std::is_same_v<T, bool>) {
+    visitor.flag(info, value);
+  } else if constexpr (std::is_same_v<T, std::string>) {
+    visitor.text(info, value);
+  } else if constexpr (std::is_same_v<T, FieldRef>) {
+    visitor.field(info, value);
+  } else if constexpr (std::is_same_v<T, Strength>) {
+    visitor.strength(info, value);
+  } else if constexpr (std::is_enum_v<T>) {
+    int index = static_cast<int>(value);
+    visitor.choice(info, index);
+    value = static_cast<T>(index);
+  } else {
+    ListOf<typename T::value_type> list(value);
+    visitor.list(info, list);
+  }
+}
+
+template <class T>
+void visit_parameters(T& owner, ParameterVisitor& visitor) {
+  const auto parameters = T::parameters();
+  std::apply([&](const auto&... p) { (visit_parameter(owner, p, visitor), ...); }, parameters);
+}
+
+}  // namespace detail
+
+}  // namespace palpa

@@ -1,0 +1,41 @@
+// Scenes from TOML files.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "palpa/core/load_error.h"
+#include "palpa/field/volume_request.h"
+#include "palpa/mode/mode.h"
+#include "palpa/scene/scene.h"
+
+namespace palpa {
+
+struct SceneOptions {
+  std::vector<std::filesystem::path> data_folders;            ///< searched after the scene's own folder, then $PALPA_DATA
+  std::vector<std::pair<std::string, std::string>> sets;      ///< `--set PATH=VALUE`, in order
+};
+
+struct LoadedScene {
+  Scene scene;
+  std::string text;                    ///< the file, byte for byte
+  std::vector<std::string> warnings;   ///< `PLACE: …` each
+};
+
+/// Reads a scene file (formats.md §1). Throws SceneError with file, line and column.
+LoadedScene load_scene(const std::filesystem::path& path, const ReadVolume& read_volume, const ModeCatalog& modes,
+                       const SceneOptions& options = {});
+/// The same from text; `name` stands for the path in messages, `folder` for the scene's own folder.
+LoadedScene parse_scene(std::string text, const std::string& name, const std::filesystem::path& folder,
+                        const ReadVolume& read_volume, const ModeCatalog& modes, const SceneOptions& options = {});
+
+/// The tables of docs/scene.md, from the same list of keys that loading checks against.
+std::string scene_reference_markdown(const ModeCatalog& modes);
+/// A mode's page table: its parameters as Markdown.
+std::string mode_reference_markdown(const Mode& mode);
+/// What `palpa modes TYPE` prints.
+std::string mode_reference_text(const Mode& mode);
+
+}  // namespace palpa

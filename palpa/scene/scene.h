@@ -1,0 +1,96 @@
+// A scene: volumes, modes, coupling, workspace, law. All that a session needs but the device.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "palpa/core/coupling.h"
+#include "palpa/core/load_error.h"
+#include "palpa/core/similarity.h"
+#include "palpa/field/field.h"
+#include "palpa/mode/mode.h"
+
+namespace palpa {
+
+/// How the hand's reach lies in the world.
+struct Workspace {
+  std::string fit;                        ///< volume whose box's longest side becomes 0.15 m of hand; empty: `scale` holds
+  std::optional<double> scale;            ///< [1] world metres per hand metre, > 0
+  std::string center_volume;              ///< the middle of the reach touches this volume's box centre …
+  std::optional<Vec3> center_m;           ///< … or this world position [m]; neither: the fitted volume's centre
+  std::string towards_user;               ///< world direction facing the user: "anterior", "+x", …; empty: by the frame
+  std::string up;                         ///< world direction that is up; empty: by the frame
+  friend bool operator==(const Workspace&, const Workspace&) = default;
+};
+
+/// A scene that cannot be used.
+class SceneError : public LoadError {
+ public:
+  using LoadError::LoadError;
+};
+
+/// A volume of a scene.
+struct SceneVolume {
+  std::string name;
+  Volume volume;        ///< posed: its fields are where the scene puts them
+  Similarity pose;
+  std::string source;   ///< its TOML table's body as it was given, for printing; empty for a volume from code
+};
+
+/// A mode of a scene.
+struct SceneMode {
+  std::string name;
+  Mode mode;
+  bool enabled = true;
+  std::vector<Mask> masks;
+};
+
+/// A scene, as a value: copyable (voxels are shared), comparable, printable as TOML. Not for the tick:
+/// everything here may allocate and throws SceneError on what cannot be used.
+class Scene {
+ public:
+  explicit Scene(CouplingOptions coupling = {});
+
+  std::string title;
+  std::vector<std::string> needs;   ///< mode types that plug-ins must bring
+  CouplingOptions coupling;
+  std::string law = "exact";
+  Workspace workspace;
+
+  /// Adds a volume, moved by `pose`; returns the name of its first field. The name is a plain word and
+  /// not taken.
+  FieldRef add(std::string name, Volume volume, const Similarity& pose = {});
+  /// Adds a mode; its fields must be there. The name is not taken.
+  void add(std::string name, Mode mode, std::vector<Mask> masks = {}, bool enabled = true);
+
+  const std::vector<SceneVolume>& volumes() const noexcept { return volumes_; }
+  const std::vector<SceneMode>& modes() const noexcept { return modes_; }
+  SceneVolume* find_volume(std::string_view name) noexcept;
+  SceneMode* find_mode(std::string_view name) noexcept;
+
+  /// The volume and field that a reference names; throws SceneError when there is none, or when a bare
+  /// volume name has several fields.
+  const VolumeField& field(const FieldRef& ref) const;
+  /// The number of a field, counting the fields of all volumes in order; throws as `field` does.
+  std::int32_t index_of(const FieldRef& ref) const;
+
+  /// The map from the hand frame to the world that the workspace asks for (design.md, Frames). Without
+  /// volumes it is the identity.
+  Similarity hand_to_world() const;
+
+  /// Checks everything that must fit together; throws SceneError at the first that does not. Returns
+  /// warnings (level outside the data's range, …), without a place.
+  std::vector<std::string> check() const;
+
+ private:
+  std::vector<SceneVolume> volumes_;
+  std::vector<SceneMode> modes_;
+};
+
+/// The scene as TOML, as `load_scene` reads it.
+std::string to_toml(const Scene& scene);
+/// Same TOML, same data (shared voxels or the same files).
+bool operator==(const Scene& a, const Scene& b);
+
+}  // namespace palpa

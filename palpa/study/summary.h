@@ -1,0 +1,68 @@
+// What a run was like, in numbers.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "palpa/tick/session.h"
+#include "palpa/trace/record.h"
+
+namespace palpa {
+
+/// Numbers of one mode over a run.
+struct ModeSummary {
+  std::string name;
+  std::string type;
+  double contact_share = 0.0;      ///< [1] share of ticks with force above 1 mN
+  double mean_force_n = 0.0;       ///< over its ticks in contact
+  double max_force_n = 0.0;
+  double dissipated_j = 0.0;
+  double injected_j = 0.0;
+  std::int64_t onsets = 0;
+  std::int64_t break_throughs = 0;
+};
+
+/// Numbers of a run.
+struct Summary {
+  std::int64_t ticks = 0;
+  double duration_s = 0.0;           ///< simulated
+  double wall_s = 0.0;
+  double ticks_per_s = 0.0;          ///< against the wall clock
+  double tick_us_p50 = 0.0, tick_us_p99 = 0.0, tick_us_max = 0.0;
+  double contact_share = 0.0;        ///< any mode
+  std::vector<ModeSummary> modes;
+  double force_mean_n = 0.0, force_max_n = 0.0;       ///< of the command, mean over ticks in contact
+  double sub_steps_mean = 0.0;
+  int sub_steps_max = 0;
+  std::int64_t waiting_ticks = 0, capped_ticks = 0, bad_input_ticks = 0, invalid_probe_ticks = 0;
+  double error_bound_max_m = 0.0;
+  Energy energy;                     ///< sums over the run; stored_j: at the end
+  double first_break_through_s = -1.0;  ///< -1: none
+  std::int64_t dropped_primitives = 0;
+  std::int64_t guard_limited_ticks = 0, faults = 0;
+};
+
+/// Gathers a summary tick by tick. `add` may allocate; it is not part of the tick.
+class SummaryBuilder {
+ public:
+  explicit SummaryBuilder(const Scene& scene);
+  void add(const TickFrame& frame, const Session& session);
+  Summary finish(double wall_s) const;
+
+ private:
+  Summary summary_;
+  std::vector<float> tick_us_;
+  double force_sum_n_ = 0.0;
+  std::int64_t contact_ticks_ = 0;
+  std::int64_t sub_steps_ = 0;
+  std::vector<double> mode_force_sum_n_;
+  std::vector<std::int64_t> mode_contact_;
+};
+
+/// The summary as a table for a person.
+std::string to_table(const Summary& summary);
+/// The summary as JSON; names carry their unit.
+std::string to_json(const Summary& summary);
+
+}  // namespace palpa

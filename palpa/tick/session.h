@@ -1,0 +1,134 @@
+// A session: a scene being felt. Its tick is the main path of Palpa.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "palpa/core/law.h"
+#include "palpa/core/ledger.h"
+#include "palpa/scene/scene.h"
+
+namespace palpa {
+
+/// The hand's point as the device reports it.
+struct Probe {
+  Vec3 position_m;
+  std::optional<Vec3> velocity_m_per_s;  ///< none: taken from the positions
+  bool valid = true;                     ///< false: the device does not know where it is
+  std::uint32_t buttons = 0;
+};
+
+enum class TickStatus : std::uint8_t {
+  resting,    ///< the proxy is where this probe position leads
+  waiting,    ///< the cap was reached; the rest of the probe's path waits for the next tick
+  capped,     ///< resting, but a balance's bound is above `exact_bound_m`
+  bad_input,  ///< the probe or the time step could not be used; the proxy stayed, the force is zero
+};
+const char* name_of(TickStatus status) noexcept;
+
+/// One tick's answer. `force_n` is Eq. 1 before any limit: what reaches a hand is the guard's business.
+struct Tick {
+  Vec3 probe_m;
+  Vec3 probe_velocity_m_per_s;
+  bool probe_valid = true;
+  Vec3 proxy_m;
+  Vec3 proxy_velocity_m_per_s;
+  Vec3 force_n;
+  double error_bound_m = 0.0;   ///< worst of the sub-steps
+  int sub_steps = 0;
+  int iterations = 0;           ///< of all sub-steps
+  TickStatus status = TickStatus::resting;
+  int dropped = 0;              ///< primitives refused
+  Energy energy;                ///< work_on_hand_j is filled in by the loop, which knows the command
+};
+
+/// A mode's part in one tick.
+struct ModeTick {
+  Vec3 force_n;                ///< sum over its primitives in the last sub-step
+  double dissipated_j = 0.0;
+  double injected_j = 0.0;
+  int primitives = 0;          ///< in the last sub-step
+  bool split_shared = false;   ///< redundant with other primitives: the force is one valid split of several
+};
+
+enum class Stop : std::uint8_t { full, event, release, energy, cap };
+const char* name_of(Stop stop) noexcept;
+
+/// One sub-step, for those who want to check it (formats.md §3, balances.csv).
+struct SubStep {
+  double time_step_s = 0.0;
+  Vec3 start_m;
+  Vec3 probe_m;
+  double stiffness_n_per_m = 0.0;
+  Vec3 directed_n;
+  Balance balance;
+  double move_fraction = 0.0;       ///< proxy = start + move_fraction · (balance − start)
+  Stop stop = Stop::full;
+  Vec3 proxy_m;
+  double energy_before_j = 0.0;     ///< S − directed·x at the start
+  double energy_after_j = 0.0;
+  std::uint32_t first_primitive = 0;  ///< in `Session::placed()`
+  std::uint32_t primitives = 0;
+};
+
+/// A primitive as it was placed in a sub-step, and what it did.
+struct PlacedPrimitive {
+  Primitive primitive;
+  Captured captured;
+  Vec3 force_n;
+  PrimitiveState state = PrimitiveState::off;
+};
+
+enum class SessionEventKind : std::uint8_t { onset, break_through, fault, warning };
+const char* name_of(SessionEventKind kind) noexcept;
+
+/// Something that happened in a tick. Texts are literals: no event allocates.
+struct SessionEvent {
+  SessionEventKind kind = SessionEventKind::warning;
+  std::int32_t mode = -1;        ///< subject: the mode's number; -1: the session
+  double value = 0.0;            ///< the level, of onset and break_through
+  const char* text = nullptr;    ///< what is wrong, of fault and warning
+};
+
+/// A scene being felt: the proxy, the modes' memories, the ledger. It holds a snapshot of the scene
+/// (voxels shared). Construction allocates and throws SceneError; `tick` does neither, takes no lock,
+/// does no input or output, and answers with finite numbers whatever it is given. One thread.
+class Session {
+ public:
+  /// \param encoder_step_m  [m] position step of the device, 0 if none (see Damper)
+  explicit Session(const Scene& scene, double encoder_step_m = 0.0);
+  /// With another law than the exact one.
+  Session(const Scene& scene, std::unique_ptr<Law> law, double encoder_step_m = 0.0);
+  ~Session();
+  Session(Session&&) noexcept;
+  Session& operator=(Session&&) noexcept;
+
+  /// One update: the modes place primitives, the balance is solved, the proxy moves along its path, and
+  /// the coupling pulls the hand (Eq. 1).
+  /// \param probe        where the hand is now
+  /// \param time_step_s  [s] since the last tick; (0, 1]
+  Tick tick(const Probe& probe, double time_step_s) noexcept;
+
+  /// Puts the proxy on the next probe position and forgets all memories: after a gap or a clutch.
+  void reset() noexcept;
+
+  const Scene& scene() const noexcept;
+  const Similarity& hand_to_world() const noexcept;
+  /// Of the last tick; valid until the next. Modes in the scene's order.
+  std::span<const ModeTick> modes() const noexcept;
+  std::span<const SubStep> sub_steps() const noexcept;
+  std::span<const PlacedPrimitive> placed() const noexcept;
+  std::span<const SessionEvent> events() const noexcept;
+
+  /// Sub-steps per tick are capped at this; at the cap the rest of the probe's path is queued.
+  static constexpr int max_sub_steps = 32;
+
+ private:
+  class State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace palpa

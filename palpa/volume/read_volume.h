@@ -1,0 +1,28 @@
+// Volumes from files, through the program palpa-read.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+#include "palpa/core/load_error.h"
+#include "palpa/field/volume_request.h"
+
+namespace palpa {
+
+struct ReadOptions {
+  std::filesystem::path reader;        ///< palpa-read; empty: $PALPA_READER, beside this program, libexec
+  std::uint64_t max_bytes = 0;         ///< voxels larger than this are refused before memory is taken; 0: two thirds of the free memory
+  double idle_limit_s = 10.0;          ///< without progress (CPU time or bytes read) the reader is ended
+};
+
+/// Opens the file(s) of a request. The files are parsed by a child program with limits of its own, so
+/// that no damaged file can crash, hang or fill this process. Returns the fields in world metres (LPS
+/// for medical data). Throws LoadError with one line: `FILE: what is wrong; what would be right`.
+Volume read_volume(const VolumeRequest& request, const ReadOptions& options = {});
+/// One file with its defaults.
+Volume read_volume(const std::filesystem::path& file, const ReadOptions& options = {});
+
+/// `read_volume` with these options, for `load_scene`.
+ReadVolume volume_reader(ReadOptions options = {});
+
+}  // namespace palpa
