@@ -49,7 +49,7 @@ struct Range {
   double high = 0.0;
 };
 
-enum class ParameterKind : std::uint8_t { number, optional_number, flag, text, choice, scalar_field, vector_field, strength, level, list };
+enum class ParameterKind : std::uint8_t { number, optional_number, flag, text, choice, scalar_field, vector_field, optional_field, strength, level, list };
 
 /// What a parameter is called, in which unit (the suffix of its name), what it means, what it may be.
 struct ParameterInfo {
@@ -133,6 +133,11 @@ constexpr auto param(std::string_view name, FieldRef O::* member, std::string_vi
 template <class O>
 constexpr auto vector_param(std::string_view name, FieldRef O::* member, std::string_view sentence) {
   return Parameter<O, FieldRef>{name, member, sentence, ParameterKind::vector_field, {}, {}};
+}
+/// A field of either kind that may be left out.
+template <class O>
+constexpr auto optional_field_param(std::string_view name, FieldRef O::* member, std::string_view sentence) {
+  return Parameter<O, FieldRef>{name, member, sentence, ParameterKind::optional_field, {}, {}};
 }
 /// A value of the mode's parameter `field` that is felt as a surface: the tick finds it along the path.
 template <class O>

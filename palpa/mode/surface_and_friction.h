@@ -1,0 +1,78 @@
+// Surfaces of a scalar field, with friction.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "palpa/mode/mode.h"
+
+namespace palpa {
+
+/// Surface and friction (paper, Fig. 4): a plane on a surface of a scalar field, and a line along its
+/// normal that resists sliding.
+///
+/// The surface is either one of the levels (shells: one stands on them until k·depth reaches the
+/// level's strength, then the shell lets go), or, with `strength_n` as a transfer function of the field
+/// (material), wherever the proxy is: every value is a surface that yields at its own strength.
+///
+/// With φ the field, g = ∇φ, σ = +1 where high values are solid: normal n = −σ g/|g|, and the plane
+/// stands on the captured level φ_c, one Newton step from the proxy: a = x + g (φ_c − φ)/|g|². A plane
+/// left at the proxy instead would drift off a sphere by π·speed·T per turn.
+struct SurfaceAndFriction {
+  static constexpr auto type = "surface_and_friction";
+  static constexpr auto summary = "Surfaces that one stands on, slides over and presses through.";
+
+  enum class Solid { high, low, both };
+
+  struct Level {
+    std::string name;
+    double value = 0.0;
+    Strength strength_n{1.0};
+    std::optional<double> friction_n;
+    std::optional<double> friction_coefficient;
+
+    static constexpr auto parameters() {
+      return std::tuple{
+          param("name", &Level::name, "what the level is called in events and tables"),
+          level_param("value", &Level::value, "value of the field that is felt as a surface, in the field's own unit"),
+          param("strength_n", &Level::strength_n, "force at which the hand presses through"),
+          param("friction_n", &Level::friction_n, "force that resists sliding; left out: the mode's", Range{0, 100}),
+          param("friction_coefficient", &Level::friction_coefficient,
+                "friction as a share of the force on the surface; left out: the mode's", Range{0, 10})};
+    }
+    friend bool operator==(const Level&, const Level&) = default;
+  };
+
+  FieldRef field;
+  Solid solid = Solid::high;
+  std::vector<Level> levels;
+  Strength strength_n{0.0};
+  double friction_n = 0.0;
+  double friction_coefficient = 0.0;
+
+  static constexpr auto parameters() {
+    using S = SurfaceAndFriction;
+    return std::tuple{
+        param("field", &S::field, "scalar field whose surfaces are felt"),
+        choice_param("solid", &S::solid, "which side of a level is solid: one is held on the other side", "high", "low", "both"),
+        list_param("level", &S::levels, "surfaces at given values; the first that is met holds until it is pressed through"),
+        param("strength_n", &S::strength_n, "material, instead of levels: strength as a function of the field's value"),
+        param("friction_n", &S::friction_n, "force that resists sliding on a surface", Range{0, 100}),
+        param("friction_coefficient", &S::friction_coefficient,
+              "friction as a share of the force on the surface, instead of friction_n", Range{0, 10})};
+  }
+  /// Levels or material, friction as a force or as a coefficient: one of each pair.
+  std::string problem() const;
+
+  struct Memory {
+    bool captured = false;
+    bool from_low = true;          ///< met from lower values: the low side is free
+    std::int32_t level = -1;       ///< index of the captured level; -1: material
+    double value = 0.0;            ///< φ_c
+  };
+  void place(const Here& here, const Memory& memory, PrimitiveSet& out) const noexcept;
+  void settle(const Settled& settled, Memory& memory) const noexcept;
+};
+
+}  // namespace palpa
