@@ -1,0 +1,122 @@
+# What ./demo and ./test share: getting packages, building. Sourced by them, never run by itself.
+# Wants from the script that sources it: $root (the repository), $command and $arguments (how the user called
+# it), $assume_yes (true or false) and $preset (for words about building by hand).
+# shellcheck shell=bash disable=SC2154
+
+added_list=$root/build/packages-added.txt  # beside the build folders, so that no rebuild clears it
+jobs=$(nproc)
+launcher=()  # put before what compiles and tests
+
+say() { printf '%s\n' "$*"; }
+fail() {
+  printf '%s: %s\n' "${command##*/}" "$*" >&2
+  exit 2
+}
+
+# Goes on only with a yes. Where nobody can be asked it says how to answer beforehand.
+ask() {
+  if $assume_yes; then return; fi
+  [ -t 0 ] || fail "nobody can be asked here (no terminal); to say yes beforehand, run: $command${arguments:+ $arguments} --yes"
+  local answer
+  read -r -p "$1 [Y/n] " answer || answer=n
+  case $answer in
+    '' | [Yy]*) ;;
+    *)
+      say "Nothing was installed."
+      exit 1
+      ;;
+  esac
+}
+
+# The packages of the groups named, from packages.txt.
+packages_of() {
+  awk -v wanted=" $* " '/^\[/ { on = index(wanted, " " substr($0, 2, length($0) - 2) " ") } /^[a-z]/ && on { print $1 }' \
+    "$root/packages.txt"
+}
+
+installed_packages() { dpkg-query -W -f '${db:Status-Abbrev} ${Package}\n' | awk '$1 == "ii" { print $2 }' | LC_ALL=C sort -u; }
+
+# What apt would do for these packages. Asks apt for addresses only: the one question that never installs,
+# whatever apt's configuration says, and needs no rights.
+plan_for() { LC_ALL=C apt-get install --print-uris --no-install-recommends "$@" 2>&1; }
+
+as_root() { if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi; }
+
+record_added_packages() {
+  trap - EXIT
+  { installed_packages | LC_ALL=C comm -13 <(printf '%s\n' "$1") -; cat "$added_list" 2>/dev/null; } | LC_ALL=C sort -u >"$added_list.new"
+  mv "$added_list.new" "$added_list"
+}
+
+# Makes sure that the packages of the groups named are there; says what that takes and asks first.
+install_packages() {
+  local wanted missing plan sizes count before log=$root/build/apt.log
+  mapfile -t wanted < <(packages_of "$@")
+  if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
+    fail "no apt here: this script installs packages on Debian 12 and its kin only. Elsewhere, install what these
+  packages bring (${wanted[*]}),
+  then build by hand in $root:
+    cmake --preset $preset && cmake --build --preset $preset
+  and find the program palpa in build/$preset/bin, or run the tests with: ctest --preset $preset"
+  fi
+  mapfile -t missing < <(printf '%s\n' "${wanted[@]}" | LC_ALL=C sort -u | LC_ALL=C comm -23 - <(installed_packages))
+  [ ${#missing[@]} -gt 0 ] || return 0
+
+  if [ "$(id -u)" != 0 ] && ! command -v sudo >/dev/null; then
+    fail "packages are missing, and only root may install them (there is no sudo here). As root, run:
+    apt-get update && apt-get install --no-install-recommends ${missing[*]}
+  then run $command again"
+  fi
+  if ! plan=$(plan_for "${missing[@]}"); then
+    say "apt does not know all of these packages yet: ${missing[*]}"
+    ask "Fetch the current package lists first (apt-get update, about 10 MB)?"
+    as_root apt-get update || say "apt-get update reported errors; going on with the lists that are there."
+    plan=$(plan_for "${missing[@]}") || fail "apt cannot install these packages; they are Debian 12's (bookworm, main):
+$(printf '%s\n' "$plan" | grep '^E:')"
+  fi
+  count=$(printf '%s\n' "$plan" | sed -n 's/.* \([0-9]*\) newly installed.*/\1/p')
+  sizes=$(printf '%s\n' "$plan" | sed -n 's/^Need to get \(.*\) of archives\.$/\1 to download/p; s/^After this operation, \(.*\) of additional disk space will be used\.$/\1 on disk/p' | paste -sd, | sed 's/,\([0-9]* *[a-zA-Z]* on disk\)/, \1/')
+  say "Palpa needs these Debian packages: ${missing[*]}"
+  say "With what they need themselves that makes ${count:-some} packages: ${sizes:-of a size that apt does not say}."
+  ask "Install them?"
+
+  mkdir -p "$root/build"
+  before=$(installed_packages)
+  trap 'record_added_packages "$before"' EXIT  # also when interrupted half-way
+  say "Installing; waiting for the download. What apt says goes to build/apt.log."
+  as_root apt-get update >"$log" 2>&1 || true  # a foreign source that fails need not stop us; apt-get install will tell
+  if ! as_root env DEBIAN_FRONTEND=noninteractive apt-get install --yes --no-install-recommends "${missing[@]}" >>"$log" 2>&1; then
+    tail -n 15 "$log" >&2
+    fail "apt-get install failed (above: its last words); run it by hand to see more:
+    sudo apt-get install --no-install-recommends ${missing[*]}"
+  fi
+  record_added_packages "$before"
+}
+
+# Whether a configured folder has all of these KEY=VALUE options.
+has_options() {
+  local folder=$1 option
+  shift
+  [ -f "$folder/build.ninja" ] || return 1
+  for option in "$@"; do grep -q "^${option%%=*}:[A-Z]*=${option#*=}\$" "$folder/CMakeCache.txt" || return 1; done
+}
+
+# build PRESET "NEEDS" "AT FIRST" TARGET…: builds the targets of a preset. NEEDS are options that the folder
+# must have; those AT FIRST only spare a fresh folder work and are left as they are in one that exists.
+build() {
+  local preset=$1 needs first folder=$root/build/$1 option options=()
+  read -ra needs <<<"$2"
+  read -ra first <<<"$3"
+  shift 3
+  if ! has_options "$folder" "${needs[@]}"; then
+    [ -f "$folder/build.ninja" ] || options=("${first[@]}")
+    options+=("${needs[@]}")
+    say "Configuring build/$preset."
+    mkdir -p "$folder"
+    if ! (cd "$root" && cmake --preset "$preset" "${options[@]/#/-D}") >"$folder/configure.log" 2>&1; then
+      tail -n 25 "$folder/configure.log" >&2
+      fail "CMake could not configure build/$preset (above: its last words, all of them in $folder/configure.log)"
+    fi
+  fi
+  "${launcher[@]}" cmake --build "$folder" --parallel "$jobs" --target "$@" || fail "build/$preset did not compile"
+}
