@@ -39,11 +39,11 @@ const char* name_of(PrimitiveState state) noexcept {
 
 const char* sentence_of(Refusal refusal) noexcept {
   switch (refusal) {
-    case Refusal::position_not_finite: return "position is not finite";
+    case Refusal::position_not_finite: return "position is not finite or beyond 1e6 m";
     case Refusal::direction_not_unit: return "direction is not of unit length";
-    case Refusal::strength_not_finite: return "strength is not finite";
+    case Refusal::strength_not_finite: return "strength is not finite or above 1e9 N";
     case Refusal::strength_negative: return "strength is negative";
-    case Refusal::drag_not_finite: return "drag is not finite";
+    case Refusal::drag_not_finite: return "drag is not finite or above 1e9 N s/m";
     case Refusal::drag_negative: return "drag is negative";
     case Refusal::drag_away_from_start: return "drag is placed away from the start of the sub-step";
     case Refusal::slot_used_twice: return "slot is used twice";
@@ -114,13 +114,13 @@ void PrimitiveSet::friction(std::uint16_t slot, std::uint16_t plane_slot, const 
 
 void PrimitiveSet::add(Primitive p, Captured captured, Friction friction) noexcept {
   p.id.mode = mode_;
-  if (!std::isfinite(p.strength_n)) return refuse(p.id, Refusal::strength_not_finite);
+  if (!(std::abs(p.strength_n) <= largest_strength_n)) return refuse(p.id, Refusal::strength_not_finite);
   if (p.strength_n < 0.0) return refuse(p.id, Refusal::strength_negative);
-  if (!std::isfinite(p.drag_ns_per_m)) return refuse(p.id, Refusal::drag_not_finite);
+  if (!(std::abs(p.drag_ns_per_m) <= largest_drag_ns_per_m)) return refuse(p.id, Refusal::drag_not_finite);
   if (p.drag_ns_per_m < 0.0) return refuse(p.id, Refusal::drag_negative);
   if (p.kind == PrimitiveKind::directed) {
     p.position_m = {};
-  } else if (!is_finite(p.position_m)) {
+  } else if (!is_finite(p.position_m) || largest_component(p.position_m) > largest_position_m) {
     return refuse(p.id, Refusal::position_not_finite);
   }
   if (p.kind == PrimitiveKind::point) {

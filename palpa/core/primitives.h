@@ -69,6 +69,12 @@ struct Friction {
   bool any() const noexcept { return plane >= 0; }
 };
 
+/// What a primitive may hold at most: far beyond any hand, and far from overflow, so that every set can
+/// be solved.
+inline constexpr double largest_position_m = 1e6;
+inline constexpr double largest_strength_n = 1e9;
+inline constexpr double largest_drag_ns_per_m = 1e9;
+
 enum class Refusal : std::uint8_t {
   position_not_finite,
   direction_not_unit,

@@ -15,8 +15,8 @@ constexpr double wanted_bound_m = 2e-10;
 // per five primitives. Two planes at 10° need about 900 sweeps; what the cap leaves is in the bound.
 constexpr int max_sweeps = 1000;
 
-// A balance further away than this [m] is no hand's.
-constexpr double largest_position_m = 1e6;
+constexpr double stiffest_n_per_m = 1e12;
+constexpr double shortest_time_s = 1e-15;
 
 bool usable(const Vec3& position_m) noexcept { return is_finite(position_m) && largest_component(position_m) <= largest_position_m; }
 
@@ -76,8 +76,8 @@ Balance Solver::solve(const PrimitiveSet& set, const Vec3& start_m, const Vec3& 
     }
   }
 
-  const bool time_usable = !drags || (std::isfinite(T) && T > 0.0);
-  if (!(k > 0.0) || !std::isfinite(k) || !time_usable || !usable(start_m) || !usable(probe_m) || !is_finite(directed_n)) {
+  const bool time_usable = !drags || (std::isfinite(T) && T >= shortest_time_s);
+  if (!(k > 0.0) || !(k <= stiffest_n_per_m) || !time_usable || !usable(start_m) || !usable(probe_m) || !is_finite(directed_n)) {
     std::fill_n(forces_.get(), n, Vec3{});
     return {usable(start_m) ? start_m : Vec3{}, std::numeric_limits<double>::max(), BalanceStatus::bad_input, 0, 0};
   }
@@ -99,6 +99,7 @@ Balance Solver::solve(const PrimitiveSet& set, const Vec3& start_m, const Vec3& 
   best.error_bound_m = std::numeric_limits<double>::max();
   best.stage = 1;
   int next_check = 1;
+  int best_sweep = 0;
   for (int sweep = 1; sweep <= max_sweeps; ++sweep) {
     for (std::size_t i = 0; i < n; ++i) {
       const Primitive& p = primitives[i];
@@ -124,9 +125,12 @@ Balance Solver::solve(const PrimitiveSet& set, const Vec3& start_m, const Vec3& 
     if (bound_m < best.error_bound_m || sweep == 1) {
       best.position_m = x_m;
       best.error_bound_m = bound_m;
+      best_sweep = sweep;
+      std::copy_n(forces_.get(), n, kept_forces_.get());  // the warm start has been taken: its place is free
     }
     if (bound_m <= wanted_bound_m || at_floor || only_directed) break;
   }
+  if (best_sweep != best.iterations) std::copy_n(kept_forces_.get(), n, forces_.get());
   best.status = best.error_bound_m <= exact_bound_m ? BalanceStatus::exact : BalanceStatus::capped;
   return best;
 }
