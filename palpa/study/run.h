@@ -3,6 +3,8 @@
 
 #include <atomic>
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -22,13 +24,25 @@ struct RunOptions {
   std::optional<Hold> hold;
   RecordingOptions recording;
   std::optional<double> duration_s;          ///< none: the recording's, or 10
-  double rate_hz = 1000.0;
+  double rate_hz = 1000.0;                   ///< [1, 1e5]
   std::filesystem::path out;                 ///< trace folder; empty: none
   bool primitives = false;
   SceneOptions scene_options;
   ReadOptions read;
   std::vector<std::string> arguments;        ///< the command line, for the trace
+  /// Called about every 1000 ticks with the share of the run that is done, 0…1; may be empty.
+  std::function<void(double)> progress;
 };
+
+/// A run that is ready to be felt: everything was loaded and fits together.
+struct PreparedRun {
+  LoadedScene loaded;
+  std::unique_ptr<SimulatedDevice> hand;
+  double duration_s = 0.0;
+};
+/// Loads scene and hand, checks all options, and that the trace's folder can be made; makes nothing.
+/// Throws LoadError.
+PreparedRun prepare(const RunOptions& options);
 
 struct RunResult {
   Summary summary;
@@ -36,15 +50,21 @@ struct RunResult {
   bool interrupted = false;
 };
 
-/// Loads the scene, feels it with the hand, records it where asked. Throws LoadError.
+/// Loads the scene, feels it with the hand, records it where asked. Throws LoadError; a trace that was
+/// begun then says that it is not complete. `stop` ends the run after the tick under way; what was felt
+/// until then is a complete trace.
 RunResult run(const RunOptions& options, const std::atomic<bool>* stop = nullptr);
 
 struct ReplayResult {
   TraceDifference difference;
   Summary summary;
+  bool interrupted = false;   ///< nothing was compared
 };
 /// Feels a trace again with its recorded time steps, probe, velocity, validity and buttons, and
-/// compares. The new trace goes to a temporary folder that is removed. Throws LoadError.
-ReplayResult replay(const std::filesystem::path& trace, const SceneOptions& scene_options, const ReadOptions& read);
+/// compares. A relative path of the scene is looked for in the trace, in `data_folders`, and where the
+/// recording found it; data that are not the recorded ones are an error. The new trace goes to a
+/// temporary folder that is removed. Throws LoadError.
+ReplayResult replay(const std::filesystem::path& trace, const std::vector<std::filesystem::path>& data_folders = {},
+                    const ReadOptions& read = {}, const std::atomic<bool>* stop = nullptr);
 
 }  // namespace palpa

@@ -1,7 +1,9 @@
 // What a run was like, in numbers.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -15,8 +17,8 @@ struct ModeSummary {
   std::string name;
   std::string type;
   double contact_share = 0.0;      ///< [1] share of ticks with force above 1 mN
-  double mean_force_n = 0.0;       ///< over its ticks in contact
-  double max_force_n = 0.0;
+  double force_mean_n = 0.0;       ///< over its ticks in contact
+  double force_max_n = 0.0;
   double dissipated_j = 0.0;
   double injected_j = 0.0;
   std::int64_t onsets = 0;
@@ -29,7 +31,7 @@ struct Summary {
   double duration_s = 0.0;           ///< simulated
   double wall_s = 0.0;
   double ticks_per_s = 0.0;          ///< against the wall clock
-  double tick_us_p50 = 0.0, tick_us_p99 = 0.0, tick_us_max = 0.0;
+  double tick_p50_us = 0.0, tick_p99_us = 0.0, tick_max_us = 0.0;
   double contact_share = 0.0;        ///< any mode
   std::vector<ModeSummary> modes;
   double force_mean_n = 0.0, force_max_n = 0.0;       ///< of the command, mean over ticks in contact
@@ -43,21 +45,34 @@ struct Summary {
   std::int64_t guard_limited_ticks = 0, faults = 0;
 };
 
-/// Gathers a summary tick by tick. `add` may allocate; it is not part of the tick.
+/// A force above this [N] is contact (formats.md §3, modes.csv).
+inline constexpr double contact_force_n = 1e-3;
+
+/// Gathers a summary tick by tick, in memory that does not grow with the run. `add` allocates nothing.
 class SummaryBuilder {
  public:
   explicit SummaryBuilder(const Scene& scene);
-  void add(const TickFrame& frame, const Session& session);
+  /// One tick; `modes` in the scene's order.
+  void add(const TickFrame& frame, std::span<const ModeTick> modes, std::span<const SessionEvent> events) noexcept;
+  /// The session's last tick.
+  void add(const TickFrame& frame, const Session& session) noexcept { add(frame, session.modes(), session.events()); }
+  /// \param wall_s  [s] what the run took by the clock on the wall
   Summary finish(double wall_s) const;
 
  private:
+  double percentile_us(double share) const noexcept;
+
+  // Tick times are counted in classes of equal ratio from 1 ns to 10 s, so percentiles are good to 1 %.
+  static constexpr double class_ratio = 1.01;
+  static constexpr std::size_t classes = 2320;
+
   Summary summary_;
-  std::vector<float> tick_us_;
+  std::array<std::int64_t, classes> tick_times_{};
   double force_sum_n_ = 0.0;
   std::int64_t contact_ticks_ = 0;
   std::int64_t sub_steps_ = 0;
   std::vector<double> mode_force_sum_n_;
-  std::vector<std::int64_t> mode_contact_;
+  std::vector<std::int64_t> mode_contact_ticks_;
 };
 
 /// The summary as a table for a person.

@@ -1,0 +1,134 @@
+#include <stdlib.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include "palpa/loop/loop.h"
+#include "palpa/study/recording.h"
+#include "palpa/study/run.h"
+
+namespace palpa {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A folder of our own among the temporary ones; it goes when this does.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::error_code error;
+    const fs::path parent = fs::temp_directory_path(error);
+    std::string name = ((error ? fs::path("/tmp") : parent) / "palpa-replay-XXXXXX").string();
+    if (!::mkdtemp(name.data())) throw LoadError(name + ": cannot be made; set TMPDIR to a folder that can be written");
+    path_ = name;
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+/// The device of a recording: shows what the session was shown then, whatever the force is now.
+class RecordedDevice final : public SimulatedDevice {
+ public:
+  RecordedDevice(const TraceHeader& header, const std::vector<TraceTick>& ticks) : ticks_(ticks) {
+    limits_.max_force_n = header.device_max_force_n;
+    limits_.max_stiffness_n_per_m = header.device_max_stiffness_n_per_m;
+    limits_.workspace_radius_m = header.device_workspace_radius_m;
+    limits_.encoder_step_m = header.device_encoder_step_m;
+  }
+  std::string name() const override { return "trace"; }
+  DeviceLimits limits() const override { return limits_; }
+  DeviceState read() noexcept override {
+    const TickFrame& frame = ticks_[std::min(next_, ticks_.size() - 1)].frame;
+    return {.position_m = frame.result.probe_m,
+            .velocity_m_per_s = frame.result.probe_velocity_m_per_s,
+            .valid = frame.result.probe_valid,
+            .buttons = frame.buttons,
+            .time_s = frame.t_s};
+  }
+  bool write(const Vec3&) noexcept override { return true; }
+  void advance(double) noexcept override { ++next_; }
+  double duration_s() const noexcept override { return std::numeric_limits<double>::infinity(); }
+
+ private:
+  const std::vector<TraceTick>& ticks_;
+  std::size_t next_ = 0;
+  DeviceLimits limits_;
+};
+
+/// Where a recording's data may be now: folders from which the scene's relative paths lead to them.
+std::vector<fs::path> folders_above(const std::vector<SourceFile>& files) {
+  std::vector<fs::path> folders;
+  for (const SourceFile& file : files) {
+    fs::path folder = fs::path(file.path).parent_path();
+    for (; folder.has_relative_path(); folder = folder.parent_path()) {
+      if (std::find(folders.begin(), folders.end(), folder) == folders.end()) folders.push_back(folder);
+    }
+  }
+  return folders;
+}
+
+void check_data(const std::vector<SourceFile>& recorded, const std::vector<SourceFile>& found) {
+  for (std::size_t i = 0; i < std::max(recorded.size(), found.size()); ++i) {
+    if (i < recorded.size() && i < found.size() && recorded[i].sha256 == found[i].sha256) continue;
+    const std::string& path = i < found.size() ? found[i].path : recorded[i].path;
+    const std::string was = i < recorded.size() ? recorded[i].path + " with sha256 " + recorded[i].sha256 : std::string("no such file");
+    throw LoadError(path + ": is not what was felt (" + was + "); name the folder of the recorded data with --data");
+  }
+}
+
+}  // namespace
+
+ReplayResult replay(const fs::path& trace, const std::vector<fs::path>& data_folders, const ReadOptions& read,
+                    const std::atomic<bool>* stop) {
+  const TraceReader reader(trace);
+  const TraceHeader& header = reader.header();
+  const std::vector<TraceTick> ticks = reader.ticks();
+
+  SceneOptions scene_options{.data_folders = data_folders, .sets = header.sets};
+  const std::vector<fs::path> folders = folders_above(header.data_files);
+  scene_options.data_folders.insert(scene_options.data_folders.end(), folders.begin(), folders.end());
+  const LoadedScene loaded = parse_scene(reader.scene_text(), (trace / "scene.toml").string(), trace, volume_reader(read),
+                                         standard_modes(), scene_options);
+  const std::vector<SourceFile> files = detail::data_files(loaded.scene);
+  check_data(header.data_files, files);
+
+  Session session(loaded.scene, header.device_encoder_step_m);
+  const TemporaryFolder temporary;
+  const fs::path again = temporary.path() / "trace";
+  const auto writer = detail::new_trace(again, header, loaded.text, loaded.scene);
+  Recorder recorder(*writer);
+
+  SummaryBuilder builder(loaded.scene);
+  RecordedDevice device(header, ticks);
+  std::atomic<bool> done = ticks.empty();
+  const TickObserver observer = [&](const TickFrame& frame, const Session& felt) {
+    builder.add(frame, felt);
+    if (frame.tick + 1 >= static_cast<std::int64_t>(ticks.size()) || (stop && stop->load())) done = true;
+  };
+  const auto begin = std::chrono::steady_clock::now();
+  if (!done) {
+    run_simulated(session, device, {.rate_hz = 1.0 / header.dt_s, .duration_s = std::numeric_limits<double>::infinity()}, &recorder,
+                  observer, &done);
+  }
+  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
+  recorder.finish();
+  writer->finish();
+
+  ReplayResult result;
+  result.summary = builder.finish(wall.count());
+  result.interrupted = stop && stop->load();
+  if (!result.interrupted) result.difference = compare_traces(trace, again);
+  return result;
+}
+
+}  // namespace palpa

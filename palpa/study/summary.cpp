@@ -1,0 +1,253 @@
+#include "palpa/study/summary.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdarg>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+namespace palpa {
+namespace {
+
+double share(std::int64_t part, std::int64_t whole) { return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0; }
+
+[[gnu::format(printf, 1, 2)]] std::string text(const char* format, ...) {
+  char buffer[256];
+  std::va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(buffer, sizeof buffer, format, arguments);
+  va_end(arguments);
+  return buffer;
+}
+
+/// A whole number with its thousands apart: "125 000".
+std::string grouped(double number) {
+  std::string digits = text("%.0f", number);
+  for (auto i = static_cast<std::ptrdiff_t>(digits.size()) - 3; i > 0 && digits[static_cast<std::size_t>(i) - 1] != '-'; i -= 3) {
+    digits.insert(static_cast<std::size_t>(i), 1, ' ');
+  }
+  return digits;
+}
+
+std::string millijoules(double joules) { return text("%.3f mJ", 1e3 * joules + 0.0); }
+
+/// Rows of cells as text, each column as wide as its widest cell: the first `left` columns flush left,
+/// the others flush right.
+std::string aligned(const std::vector<std::vector<std::string>>& rows, std::size_t left) {
+  std::vector<std::size_t> widths;
+  for (const auto& row : rows) {
+    widths.resize(std::max(widths.size(), row.size()));
+    for (std::size_t c = 0; c < row.size(); ++c) widths[c] = std::max(widths[c], row[c].size());
+  }
+  std::string result;
+  for (const auto& row : rows) {
+    std::string line;
+    for (std::size_t c = 0; c < row.size(); ++c) {
+      const std::string padding(widths[c] - row[c].size(), ' ');
+      line += "  " + (c < left ? row[c] + padding : padding + row[c]);
+    }
+    line.erase(line.find_last_not_of(' ') + 1);
+    result += line + '\n';
+  }
+  return result;
+}
+
+}  // namespace
+
+SummaryBuilder::SummaryBuilder(const Scene& scene) {
+  for (const SceneMode& mode : scene.modes()) {
+    ModeSummary& summary = summary_.modes.emplace_back();
+    summary.name = mode.name;
+    summary.type = mode.mode.type();
+  }
+  mode_force_sum_n_.resize(summary_.modes.size());
+  mode_contact_ticks_.resize(summary_.modes.size());
+}
+
+void SummaryBuilder::add(const TickFrame& frame, std::span<const ModeTick> modes, std::span<const SessionEvent> events) noexcept {
+  const Tick& tick = frame.result;
+  ++summary_.ticks;
+  summary_.duration_s += frame.dt_s;
+
+  const double nanoseconds = std::max(1.0, 1e3 * frame.tick_us);
+  const auto time_class = static_cast<std::size_t>(std::log(nanoseconds) / std::log(class_ratio));
+  ++tick_times_[std::min(time_class, classes - 1)];
+  summary_.tick_max_us = std::max(summary_.tick_max_us, frame.tick_us);
+
+  bool contact = false;
+  for (std::size_t m = 0; m < std::min(modes.size(), summary_.modes.size()); ++m) {
+    ModeSummary& mode = summary_.modes[m];
+    const double force_n = norm(modes[m].force_n);
+    mode.force_max_n = std::max(mode.force_max_n, force_n);
+    mode.dissipated_j += modes[m].dissipated_j;
+    mode.injected_j += modes[m].injected_j;
+    if (force_n > contact_force_n) {
+      contact = true;
+      ++mode_contact_ticks_[m];
+      mode_force_sum_n_[m] += force_n;
+    }
+  }
+  const double command_n = norm(frame.command_n);
+  summary_.force_max_n = std::max(summary_.force_max_n, command_n);
+  if (contact) {
+    ++contact_ticks_;
+    force_sum_n_ += command_n;
+  }
+
+  sub_steps_ += tick.sub_steps;
+  summary_.sub_steps_max = std::max(summary_.sub_steps_max, tick.sub_steps);
+  summary_.waiting_ticks += tick.status == TickStatus::waiting;
+  summary_.capped_ticks += tick.status == TickStatus::capped;
+  summary_.bad_input_ticks += tick.status == TickStatus::bad_input;
+  summary_.invalid_probe_ticks += !tick.probe_valid;
+  summary_.error_bound_max_m = std::max(summary_.error_bound_max_m, tick.error_bound_m);
+  summary_.dropped_primitives += tick.dropped;
+  summary_.guard_limited_ticks += frame.guard == GuardState::limited;
+  summary_.faults += frame.guard == GuardState::fault;
+
+  Energy& energy = summary_.energy;
+  energy.stored_j = tick.energy.stored_j;
+  energy.dissipated_j += tick.energy.dissipated_j;
+  energy.injected_j += tick.energy.injected_j;
+  energy.path_j += tick.energy.path_j;
+  energy.damper_j += tick.energy.damper_j;
+  energy.moved_j += tick.energy.moved_j;
+  energy.work_on_hand_j += tick.energy.work_on_hand_j;
+
+  for (const SessionEvent& event : events) {
+    const auto m = static_cast<std::size_t>(event.mode);
+    const bool of_mode = event.mode >= 0 && m < summary_.modes.size();
+    if (event.kind == SessionEventKind::fault) ++summary_.faults;
+    if (event.kind == SessionEventKind::onset && of_mode) ++summary_.modes[m].onsets;
+    if (event.kind == SessionEventKind::break_through) {
+      if (of_mode) ++summary_.modes[m].break_throughs;
+      if (summary_.first_break_through_s < 0.0) summary_.first_break_through_s = frame.t_s;
+    }
+  }
+}
+
+double SummaryBuilder::percentile_us(double percentile) const noexcept {
+  const auto rank = static_cast<std::int64_t>(std::ceil(percentile * static_cast<double>(summary_.ticks)));
+  std::int64_t seen = 0;
+  for (std::size_t i = 0; i < classes; ++i) {
+    seen += tick_times_[i];
+    if (seen >= rank && seen > 0) {
+      const double middle_of_class_us = 1e-3 * std::pow(class_ratio, static_cast<double>(i) + 0.5);
+      return std::min(middle_of_class_us, summary_.tick_max_us);
+    }
+  }
+  return 0.0;
+}
+
+Summary SummaryBuilder::finish(double wall_s) const {
+  Summary summary = summary_;
+  summary.wall_s = wall_s;
+  summary.ticks_per_s = wall_s > 0.0 ? static_cast<double>(summary.ticks) / wall_s : 0.0;
+  summary.tick_p50_us = percentile_us(0.50);
+  summary.tick_p99_us = percentile_us(0.99);
+  summary.contact_share = share(contact_ticks_, summary.ticks);
+  summary.force_mean_n = contact_ticks_ > 0 ? force_sum_n_ / static_cast<double>(contact_ticks_) : 0.0;
+  summary.sub_steps_mean = share(sub_steps_, summary.ticks);
+  for (std::size_t m = 0; m < summary.modes.size(); ++m) {
+    const std::int64_t ticks = mode_contact_ticks_[m];
+    summary.modes[m].contact_share = share(ticks, summary.ticks);
+    summary.modes[m].force_mean_n = ticks > 0 ? mode_force_sum_n_[m] / static_cast<double>(ticks) : 0.0;
+  }
+  return summary;
+}
+
+std::string to_table(const Summary& s) {
+  const auto percent = [](double part) { return text("%.1f %%", 100.0 * part); };
+  const auto newtons = [](double force_n) { return text("%.3f N", force_n); };
+  const auto count = [](std::int64_t number) { return grouped(static_cast<double>(number)); };
+  const Energy& e = s.energy;
+
+  std::vector<std::vector<std::string>> rows{
+      {"ticks", count(s.ticks) + text(" (%.3f s of the hand's time)", s.duration_s)},
+      {"speed", grouped(s.ticks_per_s) + " ticks/s"},
+      {"tick time", text("p50 %.1f us, p99 %.1f us, max %.1f us", s.tick_p50_us, s.tick_p99_us, s.tick_max_us)},
+      {"sub-steps", text("mean %.2f, max %d per tick", s.sub_steps_mean, s.sub_steps_max)},
+      {"worst error bound", text("%.2g m", s.error_bound_max_m)},
+      {"in contact", percent(s.contact_share) + " of the ticks"},
+      {"force on the hand", text("mean in contact %.3f N, max %.3f N", s.force_mean_n, s.force_max_n)},
+      {"first break-through", s.first_break_through_s < 0.0 ? "none" : text("at %.3f s", s.first_break_through_s)},
+  };
+  // What should not happen is said only where it did.
+  const auto say = [&](const char* name, std::int64_t number, const char* what) {
+    if (number > 0) rows.push_back({name, count(number) + what});
+  };
+  say("waiting", s.waiting_ticks, " ticks in which the proxy had not yet arrived");
+  say("capped", s.capped_ticks, " ticks with a bound above 1e-9 m");
+  say("bad input", s.bad_input_ticks, " ticks");
+  say("probe not valid", s.invalid_probe_ticks, " ticks");
+  say("limited", s.guard_limited_ticks, " ticks whose force the guard shortened");
+  say("faults", s.faults, "");
+  say("refused primitives", s.dropped_primitives, "");
+  std::string result = aligned(rows, 2);
+
+  std::vector<std::vector<std::string>> modes{
+      {"mode", "type", "in contact", "mean force", "max force", "dissipated", "injected", "onsets", "break-throughs"}};
+  for (const ModeSummary& m : s.modes) {
+    modes.push_back({m.name, m.type, percent(m.contact_share), newtons(m.force_mean_n), newtons(m.force_max_n),
+                     millijoules(m.dissipated_j), millijoules(m.injected_j), count(m.onsets), count(m.break_throughs)});
+  }
+  result += '\n' + aligned(modes, 2) + '\n';
+
+  result += aligned({{"energy", "stored", "dissipated", "injected", "path", "damper", "data moved", "work on hand"},
+                     {"", millijoules(e.stored_j), millijoules(e.dissipated_j), millijoules(e.injected_j), millijoules(e.path_j),
+                      millijoules(e.damper_j), millijoules(e.moved_j), millijoules(e.work_on_hand_j)}},
+                    1);
+  return result;
+}
+
+std::string to_json(const Summary& s) {
+  using Json = nlohmann::ordered_json;
+  Json modes = Json::array();
+  for (const ModeSummary& m : s.modes) {
+    modes.push_back({{"name", m.name},
+                     {"type", m.type},
+                     {"contact_share", m.contact_share},
+                     {"force_mean_n", m.force_mean_n},
+                     {"force_max_n", m.force_max_n},
+                     {"dissipated_j", m.dissipated_j},
+                     {"injected_j", m.injected_j},
+                     {"onsets", m.onsets},
+                     {"break_throughs", m.break_throughs}});
+  }
+  const Energy& e = s.energy;
+  const Json json{
+      {"ticks", s.ticks},
+      {"duration_s", s.duration_s},
+      {"wall_s", s.wall_s},
+      {"ticks_per_s", s.ticks_per_s},
+      {"tick_p50_us", s.tick_p50_us},
+      {"tick_p99_us", s.tick_p99_us},
+      {"tick_max_us", s.tick_max_us},
+      {"sub_steps_mean", s.sub_steps_mean},
+      {"sub_steps_max", s.sub_steps_max},
+      {"error_bound_max_m", s.error_bound_max_m},
+      {"contact_share", s.contact_share},
+      {"force_mean_n", s.force_mean_n},
+      {"force_max_n", s.force_max_n},
+      {"first_break_through_s", s.first_break_through_s < 0.0 ? Json(nullptr) : Json(s.first_break_through_s)},
+      {"waiting_ticks", s.waiting_ticks},
+      {"capped_ticks", s.capped_ticks},
+      {"bad_input_ticks", s.bad_input_ticks},
+      {"invalid_probe_ticks", s.invalid_probe_ticks},
+      {"guard_limited_ticks", s.guard_limited_ticks},
+      {"faults", s.faults},
+      {"dropped_primitives", s.dropped_primitives},
+      {"energy",
+       {{"stored_j", e.stored_j},
+        {"dissipated_j", e.dissipated_j},
+        {"injected_j", e.injected_j},
+        {"path_j", e.path_j},
+        {"damper_j", e.damper_j},
+        {"moved_j", e.moved_j},
+        {"work_on_hand_j", e.work_on_hand_j}}},
+      {"modes", modes},
+  };
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
+}
+
+}  // namespace palpa
