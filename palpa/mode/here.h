@@ -60,12 +60,13 @@ class Here {
 
   /// The strength in newtons at this place: the number or the transfer function, times the mode's
   /// masks, faded towards the edges of the mode's fields so that it never exceeds k/2 × the depth
-  /// (a steeper fade would kick the hand; findings on fades in docs/design.md). Zero where any field
+  /// (a fade steeper than the coupling would kick the hand at its end). Zero where any field
   /// of the mode has no data.
   double newtons(const Strength& strength) const noexcept;
-  /// The same, with the transfer function taken at `value` instead of the sample: the strength *of a
-  /// level*, at a step the limit from `side` (the level's solid side).
-  double newtons(const Strength& strength, double value, TransferFunction::Side side) const noexcept;
+  /// The same for a plane that stands on a level: a transfer function of the level's own field is taken
+  /// at the level's value instead of the sample's, at a step as the limit from `side` (the level's solid
+  /// side), so that rounding cannot make contact chatter.
+  double newtons(const Strength& strength, const Captured& level, TransferFunction::Side side) const noexcept;
   /// A drag [N·s/m] at this place: `drag_ns_per_m` times masks and fade (over 2 N / k of depth).
   double drag(double drag_ns_per_m) const noexcept;
   /// Where the data point of `field` that was at `x_m` [m] in the last tick is now [m].
@@ -76,6 +77,7 @@ class Here {
       : at_m(samples.position_m()), samples_(&samples), masks_(masks), fields_(fields) {}
 
  private:
+  double limited_n(double strength_n) const noexcept;
   double mask() const noexcept;
   double depth_m() const noexcept;
 

@@ -44,9 +44,10 @@ struct Mask {
   friend bool operator==(const Mask&, const Mask&) = default;
 };
 
+/// What a number may be, in the unit of its name.
 struct Range {
-  double low = 0.0;
-  double high = 0.0;
+  double low = 0.0;   ///< the parameter's own unit
+  double high = 0.0;  ///< the parameter's own unit
 };
 
 enum class ParameterKind : std::uint8_t { number, optional_number, flag, text, choice, scalar_field, vector_field, optional_field, strength, level, list };

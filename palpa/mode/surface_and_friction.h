@@ -27,10 +27,10 @@ struct SurfaceAndFriction {
 
   struct Level {
     std::string name;
-    double value = 0.0;
+    double value = 0.0;  ///< the field's own unit
     Strength strength_n{1.0};
     std::optional<double> friction_n;
-    std::optional<double> friction_coefficient;
+    std::optional<double> friction_coefficient;  ///< [1]
 
     static constexpr auto parameters() {
       return std::tuple{
@@ -49,7 +49,7 @@ struct SurfaceAndFriction {
   std::vector<Level> levels;
   Strength strength_n{0.0};
   double friction_n = 0.0;
-  double friction_coefficient = 0.0;
+  double friction_coefficient = 0.0;  ///< [1]
 
   static constexpr auto parameters() {
     using S = SurfaceAndFriction;
@@ -69,7 +69,7 @@ struct SurfaceAndFriction {
     bool captured = false;
     bool from_low = true;          ///< met from lower values: the low side is free
     std::int32_t level = -1;       ///< index of the captured level; -1: material
-    double value = 0.0;            ///< φ_c
+    double value = 0.0;            ///< φ_c, in the field's own unit
   };
   void place(const Here& here, const Memory& memory, PrimitiveSet& out) const noexcept;
   void settle(const Settled& settled, Memory& memory) const noexcept;

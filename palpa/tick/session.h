@@ -65,7 +65,7 @@ struct SubStep {
   double stiffness_n_per_m = 0.0;
   Vec3 directed_n;
   Balance balance;
-  double move_fraction = 0.0;       ///< proxy = start + move_fraction · (balance − start)
+  double move_fraction = 0.0;       ///< [1] proxy = start + move_fraction · (balance − start)
   Stop stop = Stop::full;
   Vec3 proxy_m;
   double energy_before_j = 0.0;     ///< S − directed·x at the start
@@ -89,7 +89,7 @@ const char* name_of(SessionEventKind kind) noexcept;
 struct SessionEvent {
   SessionEventKind kind = SessionEventKind::warning;
   std::int32_t mode = -1;        ///< subject: the mode's number; -1: the session
-  double value = 0.0;            ///< the level, of onset and break_through
+  double value = 0.0;            ///< the level, of onset and break_through, in the field's own unit
   const char* text = nullptr;    ///< what is wrong, of fault and warning
 };
 

@@ -1,0 +1,107 @@
+#include "palpa/mode/here.h"
+
+#include <limits>
+
+namespace palpa {
+
+struct Samples::Slot {
+  ScalarSample scalar;
+  VectorSample vector;
+  double depth_m = 0.0;
+  std::uint64_t scalar_visit = 0;
+  std::uint64_t vector_visit = 0;
+  std::uint64_t depth_visit = 0;
+};
+
+Samples::Samples(std::span<const FieldPtr> fields, const Similarity& map)
+    : fields_(fields), map_(map), slots_(new Slot[fields.size() + 1]) {}
+
+void Samples::move_to(const Vec3& hand_m) noexcept {
+  if (visit_ > 0 && hand_m == hand_m_) return;
+  hand_m_ = hand_m;
+  world_m_ = map_.to_world(hand_m);
+  ++visit_;
+}
+
+const ScalarSample& Samples::scalar(std::int32_t field) noexcept {
+  static constexpr ScalarSample outside;
+  if (field < 0 || static_cast<std::size_t>(field) >= fields_.size()) return outside;
+  Slot& slot = slots_[static_cast<std::size_t>(field)];
+  if (slot.scalar_visit != visit_) {
+    slot.scalar_visit = visit_;
+    slot.scalar = fields_[static_cast<std::size_t>(field)]->scalar(world_m_);
+    slot.scalar.gradient = map_.gradient_to_hand(slot.scalar.gradient);
+    // A gradient per hand metre can overflow where the one per world metre did not.
+    if (!is_finite(slot.scalar.gradient)) slot.scalar = {};
+  }
+  return slot.scalar;
+}
+
+const VectorSample& Samples::vector(std::int32_t field) noexcept {
+  static constexpr VectorSample outside;
+  if (field < 0 || static_cast<std::size_t>(field) >= fields_.size()) return outside;
+  Slot& slot = slots_[static_cast<std::size_t>(field)];
+  if (slot.vector_visit != visit_) {
+    slot.vector_visit = visit_;
+    slot.vector = fields_[static_cast<std::size_t>(field)]->vector(world_m_);
+    slot.vector.value = map_.turned_to_hand(slot.vector.value);
+    slot.vector.jacobian = map_.jacobian_to_hand(slot.vector.jacobian);
+    if (!is_finite(slot.vector.value) || !is_finite(slot.vector.jacobian)) slot.vector = {};
+  }
+  return slot.vector;
+}
+
+double Samples::depth_m(std::int32_t field) noexcept {
+  if (field < 0 || static_cast<std::size_t>(field) >= fields_.size()) return 0.0;
+  Slot& slot = slots_[static_cast<std::size_t>(field)];
+  if (slot.depth_visit != visit_) {
+    slot.depth_visit = visit_;
+    slot.depth_m = map_.length_to_hand(fields_[static_cast<std::size_t>(field)]->depth_m(world_m_));
+  }
+  return slot.depth_m;
+}
+
+double Here::mask() const noexcept {
+  double factor = 1.0;
+  for (const Mask& mask : masks_) {
+    const ScalarSample& sample = samples_->scalar(mask.of.index);
+    factor *= sample.inside ? mask.curve.at(sample.value) : 0.0;
+  }
+  return factor;
+}
+
+double Here::depth_m() const noexcept {
+  double least_m = std::numeric_limits<double>::infinity();
+  for (const std::int32_t field : fields_) least_m = std::min(least_m, samples_->depth_m(field));
+  return least_m;
+}
+
+// What is negative or not a number goes through as it is: the set of primitives refuses it by name.
+double Here::limited_n(double strength_n) const noexcept {
+  if (!(strength_n > 0.0)) return strength_n;
+  const double depth = depth_m();
+  if (!(depth > 0.0)) return 0.0;
+  return std::min(strength_n * mask(), 0.5 * stiffness_n_per_m * depth);
+}
+
+double Here::newtons(const Strength& strength) const noexcept { return newtons(strength, {}, TransferFunction::Side::above); }
+
+double Here::newtons(const Strength& strength, const Captured& level, TransferFunction::Side side) const noexcept {
+  if (strength.is_constant()) return limited_n(strength.constant_n);
+  if (level.any() && level.field == strength.of.index) return limited_n(strength.curve.at(level.value, side));
+  const ScalarSample& sample = samples_->scalar(strength.of.index);
+  return sample.inside ? limited_n(strength.curve.at(sample.value, side)) : 0.0;
+}
+
+double Here::drag(double drag_ns_per_m) const noexcept {
+  if (!(drag_ns_per_m > 0.0)) return drag_ns_per_m;
+  constexpr double fade_n = 1.0;  // the strength whose fade a drag borrows: over 2 N / k
+  const double depth = depth_m();
+  if (!(depth > 0.0)) return 0.0;
+  return drag_ns_per_m * mask() * std::min(1.0, 0.5 * stiffness_n_per_m * depth / fade_n);
+}
+
+// No volume moves yet: where the data were, they are.
+Vec3 Here::carried(const FieldRef&, const Vec3& x_m) const noexcept { return x_m; }
+
+}  // namespace palpa

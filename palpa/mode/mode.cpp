@@ -1,0 +1,34 @@
+#include "palpa/mode/mode.h"
+
+#include <stdexcept>
+
+#include "palpa/mode/follow.h"
+#include "palpa/mode/surface_and_friction.h"
+#include "palpa/mode/viscosity.h"
+
+namespace palpa {
+
+void ModeCatalog::add(Mode example) {
+  if (find(example.type())) throw std::invalid_argument("mode type '" + std::string(example.type()) + "' is there already");
+  modes_.push_back(std::move(example));
+}
+
+const Mode* ModeCatalog::find(std::string_view type) const noexcept {
+  for (const Mode& mode : modes_) {
+    if (mode.type() == type) return &mode;
+  }
+  return nullptr;
+}
+
+const ModeCatalog& standard_modes() {
+  static const ModeCatalog catalog = [] {
+    ModeCatalog c;
+    c.add(SurfaceAndFriction{});
+    c.add(Follow{});
+    c.add(Viscosity{});
+    return c;
+  }();
+  return catalog;
+}
+
+}  // namespace palpa

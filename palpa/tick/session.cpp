@@ -1,0 +1,577 @@
+#include "palpa/tick/session.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cstddef>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "palpa/core/solver.h"
+#include "palpa/tick/watch.h"
+
+namespace palpa {
+
+namespace {
+
+constexpr std::size_t max_primitives = 64;
+constexpr std::size_t max_queued = 64;
+constexpr std::size_t max_events = 16;
+constexpr double largest_probe_m = 1e3;         // further away is no hand
+constexpr double largest_time_step_s = 1.0;
+constexpr int max_friction_passes = 3;
+constexpr double trial_share = 1e-3;            // of a sample spacing: below, directions have not changed
+constexpr double least_time_share = 1e-6;       // of a sub-step's time: a drag is never posed with none
+
+bool usable(const Vec3& position_m) noexcept { return is_finite(position_m) && largest_component(position_m) <= largest_probe_m; }
+
+// A piece of the probe's path that still has to be walked.
+struct Waypoint {
+  Vec3 position_m;
+  double time_s = 0.0;
+};
+
+// The part of the proxy's motion that is more than the probe's: a release, no motion of the hand.
+Vec3 released(const Vec3& step_m, double probe_step_m) noexcept {
+  const double length = norm(step_m);
+  return length > probe_step_m ? (1.0 - probe_step_m / length) * step_m : Vec3{};
+}
+
+// What one mode needs besides itself.
+struct Part {
+  std::size_t memory = 0;                   // offset in the memories
+  std::vector<std::int32_t> fields;         // all that it reads
+  Captured standing;                        // the level that its plane carried in the last sub-step
+  bool through = false;                     // that plane was pressed through
+  std::uint32_t faults = 0;                 // refusals already told, a bit each
+};
+
+// Finds every field that a mode reads, and gives its references their numbers.
+class Resolver final : public ParameterVisitor {
+ public:
+  Resolver(const Scene& scene, std::vector<std::int32_t>& fields, std::vector<Watch>& watches)
+      : scene_(scene), fields_(fields), watches_(watches) {}
+
+  void field(const ParameterInfo& info, FieldRef& ref) override {
+    if (ref.name.empty()) return;
+    resolve(ref);
+    if (info.name == "field") main_field_ = ref.index;
+  }
+  void strength(const ParameterInfo&, Strength& strength) override {
+    if (strength.is_constant()) return;
+    resolve(strength.of);
+    watch(strength.of, strength.curve);
+  }
+  void number(const ParameterInfo& info, double& value) override {
+    if (info.kind == ParameterKind::level) watches_.push_back({main_field_, value});
+  }
+  void list(const ParameterInfo&, ParameterList& list) override {
+    for (std::size_t i = 0; i < list.size(); ++i) list.visit(i, *this);
+  }
+  void mask(Mask& mask) {
+    resolve(mask.of);
+    watch(mask.of, mask.curve);
+  }
+
+ private:
+  void resolve(FieldRef& ref) {
+    ref.index = scene_.index_of(ref);
+    if (std::find(fields_.begin(), fields_.end(), ref.index) == fields_.end()) fields_.push_back(ref.index);
+  }
+  // A strength can set in, or jump, only at its points.
+  void watch(const FieldRef& ref, const TransferFunction& curve) {
+    for (const TransferFunction::Point& point : curve.points()) watches_.push_back({ref.index, point.value});
+  }
+
+  const Scene& scene_;
+  std::vector<std::int32_t>& fields_;
+  std::vector<Watch>& watches_;
+  std::int32_t main_field_ = -1;
+};
+
+}  // namespace
+
+const char* name_of(TickStatus status) noexcept {
+  switch (status) {
+    case TickStatus::resting: return "resting";
+    case TickStatus::waiting: return "waiting";
+    case TickStatus::capped: return "capped";
+    case TickStatus::bad_input: return "bad_input";
+  }
+  return "?";
+}
+
+const char* name_of(Stop stop) noexcept {
+  switch (stop) {
+    case Stop::full: return "full";
+    case Stop::event: return "event";
+    case Stop::release: return "release";
+    case Stop::energy: return "energy";
+    case Stop::cap: return "cap";
+  }
+  return "?";
+}
+
+const char* name_of(SessionEventKind kind) noexcept {
+  switch (kind) {
+    case SessionEventKind::onset: return "onset";
+    case SessionEventKind::break_through: return "break_through";
+    case SessionEventKind::fault: return "fault";
+    case SessionEventKind::warning: return "warning";
+  }
+  return "?";
+}
+
+class Session::State {
+ public:
+  State(const Scene& given, std::unique_ptr<Law> given_law, double encoder_step_m)
+      : scene(given),
+        map(scene.hand_to_world()),
+        law(std::move(given_law)),
+        damper(scene.coupling.damping_ns_per_m, encoder_step_m),
+        ledger(scene.modes().size()),
+        primitives(max_primitives) {
+    scene.check();
+    if (!is_usable(map)) throw SceneError("workspace: the map from the hand to the world is not a similarity; give a positive scale");
+    for (const SceneVolume& volume : scene.volumes()) {
+      for (const VolumeField& field : volume.volume.fields) fields.push_back(field.field);
+    }
+    samples = std::make_unique<Samples>(fields, map);
+
+    std::size_t memory_bytes = 0;
+    std::vector<Watch> found;
+    std::vector<std::int32_t> active;
+    for (const SceneMode& given_mode : scene.modes()) {
+      SceneMode mode = given_mode;
+      Part part;
+      std::vector<Watch> watches_of_mode;
+      Resolver resolver(scene, part.fields, watches_of_mode);
+      mode.mode.visit(resolver);
+      for (Mask& mask : mode.masks) resolver.mask(mask);
+      part.memory = memory_bytes;
+      memory_bytes += (mode.mode.memory_bytes() + 15) / 16 * 16;
+      if (mode.enabled) {
+        found.insert(found.end(), watches_of_mode.begin(), watches_of_mode.end());
+        active.insert(active.end(), part.fields.begin(), part.fields.end());
+      }
+      modes.push_back(std::move(mode));
+      parts.push_back(std::move(part));
+    }
+    memories.resize(memory_bytes);
+    watches = Watches(found);
+
+    finest_m = std::numeric_limits<double>::infinity();
+    for (const std::int32_t index : active) {
+      const Field& field = *fields[static_cast<std::size_t>(index)];
+      finest_m = std::min(finest_m, map.length_to_hand(field.spacing_m()));
+      active_boxes.push_back(field.bounds_m());
+    }
+    mode_ticks.resize(modes.size());
+    sub_steps.reserve(max_sub_steps);
+    placed.reserve(max_sub_steps * max_primitives);
+    events.reserve(max_events);
+    slots.reserve(max_primitives);
+    crossings.reserve(watches.size());
+    reset();
+  }
+
+  Tick tick(const Probe& probe, double dt) noexcept;
+  void reset() noexcept;
+
+  Scene scene;
+  Similarity map;
+  std::vector<ModeTick> mode_ticks;
+  std::vector<SubStep> sub_steps;
+  std::vector<PlacedPrimitive> placed;
+  std::vector<SessionEvent> events;
+
+ private:
+  void walk(Tick& result) noexcept;
+  Stop sub_step(const Vec3& probe_m, double time_s, double probe_step_m, double& move_fraction) noexcept;
+  void place(const Vec3& start_m, const Vec3& at_m, const Vec3& probe_m, double time_s) noexcept;
+  Balance balance(const Vec3& probe_m, double time_s) noexcept;
+  void settle(const Balance& at, const Vec3& probe_m, double time_s) noexcept;
+  void tell_contact(const Balance& at) noexcept;
+  void record(SubStep step) noexcept;
+  void gather(Tick& result) noexcept;
+  bool path_meets_data(const Vec3& from_m, const Vec3& to_m) const noexcept;
+  Here here_at(std::size_t mode, const Vec3& start_m, const Vec3& probe_m, double time_s) noexcept;
+  void emit(SessionEvent event) noexcept {
+    if (events.size() < max_events) events.push_back(event);
+  }
+
+  std::unique_ptr<Law> law;
+  Damper damper;
+  Ledger ledger;
+  PrimitiveSet primitives;
+  std::vector<FieldPtr> fields;
+  std::unique_ptr<Samples> samples;
+  std::vector<SceneMode> modes;      // with their references resolved
+  std::vector<Part> parts;
+  std::vector<std::byte> memories;
+  Watches watches;
+  std::vector<Box> active_boxes;     // of the fields that enabled modes read
+  std::vector<SlotState> slots;
+  std::vector<Crossing> crossings;
+  double finest_m = 0.0;
+
+  bool started = false;
+  Vec3 proxy;
+  Vec3 walked;                       // how far along its path the probe has been followed
+  Vec3 last_probe;
+  Vec3 released_m;
+  int dropped = 0;                   // primitives refused in this tick
+  Vec3 damper_force;                 // held since the last tick
+  std::array<Waypoint, max_queued> queue;
+  std::size_t queued = 0;
+  // A sub-step that was stopped on its way is taken up again at the same probe.
+  bool unfinished = false;
+  Waypoint unfinished_step;
+};
+
+void Session::State::reset() noexcept {
+  started = false;
+  queued = 0;
+  unfinished = false;
+  damper_force = {};
+  law->reset();
+  watches.reset();
+  for (std::size_t m = 0; m < modes.size(); ++m) {
+    modes[m].mode.start(memories.data() + parts[m].memory);
+    parts[m].standing = {};
+    parts[m].through = false;
+  }
+}
+
+// The main path. Modes place primitives, the law balances them, the coupling pulls the hand.
+Tick Session::State::tick(const Probe& probe, double dt) noexcept {
+  sub_steps.clear();
+  placed.clear();
+  events.clear();
+  std::fill(mode_ticks.begin(), mode_ticks.end(), ModeTick{});
+  Tick result;
+  result.probe_valid = probe.valid;
+  result.probe_m = proxy;
+  result.proxy_m = proxy;
+
+  const bool time_usable = std::isfinite(dt) && dt > 0.0 && dt <= largest_time_step_s;
+  const bool velocity_usable = !probe.velocity_m_per_s || is_finite(*probe.velocity_m_per_s);
+  if (!probe.valid) {
+    reset();
+    if (usable(probe.position_m)) result.probe_m = probe.position_m;
+    result.proxy_m = proxy = result.probe_m;
+    return result;
+  }
+  if (!time_usable || !velocity_usable || !usable(probe.position_m)) {
+    reset();
+    result.status = TickStatus::bad_input;
+    return result;
+  }
+
+  const Vec3 p = probe.position_m;
+  const double k = scene.coupling.stiffness_n_per_m;
+  if (!started) {
+    started = true;
+    proxy = walked = last_probe = p;
+    damper.reset({});
+    samples->move_to(proxy);
+    watches.look(*samples);
+  }
+  const Vec3 probe_step = p - last_probe;
+  ledger.begin(proxy);
+  released_m = {};
+  dropped = 0;
+
+  if (queued == max_queued) --queued;  // a path this long is no hand's: its last corner is cut
+  queue[queued++] = {p, dt};
+  walk(result);
+
+  result.probe_m = p;
+  result.proxy_m = proxy;
+  const Vec3 stretch = proxy - p;
+  const Vec3 relative = damper.relative_velocity(stretch, released_m, dt, k);
+  result.probe_velocity_m_per_s = probe.velocity_m_per_s.value_or(probe_step / dt);
+  result.proxy_velocity_m_per_s = result.probe_velocity_m_per_s + relative;
+  const Vec3 damping_n = scene.coupling.damping_ns_per_m * relative;
+  result.force_n = k * stretch + damping_n;  // Eq. 1
+
+  result.energy = ledger.end(proxy, p, k);
+  result.energy.damper_j = dot(damper_force, probe_step);
+  damper_force = damping_n;
+  last_probe = p;
+  gather(result);
+  return result;
+}
+
+// Follows the probe's path in pieces short enough that nothing in the data is jumped over.
+void Session::State::walk(Tick& result) noexcept {
+  const bool in_steps = law->walk() == Law::Walk::steps;
+  result.status = TickStatus::resting;
+  while (queued > 0 || unfinished) {
+    if (static_cast<int>(sub_steps.size()) == max_sub_steps) {
+      result.status = TickStatus::waiting;
+      sub_steps.back().stop = Stop::cap;
+      return;
+    }
+    double probe_step_m = 0.0;
+    if (!unfinished) {
+      Waypoint& next = queue[0];
+      const double length = distance(next.position_m, walked);
+      const double longest = in_steps && path_meets_data(walked, next.position_m) ? 0.5 * finest_m
+                                                                                 : std::numeric_limits<double>::infinity();
+      unfinished_step = next;
+      probe_step_m = length;
+      if (length > longest) {
+        const double share = longest / length;
+        unfinished_step = {walked + share * (next.position_m - walked), share * next.time_s};
+        next.time_s -= unfinished_step.time_s;
+        probe_step_m = longest;
+      } else {
+        std::copy(queue.begin() + 1, queue.begin() + static_cast<std::ptrdiff_t>(queued), queue.begin());
+        --queued;
+      }
+      walked = unfinished_step.position_m;
+    }
+    double move_fraction = 1.0;
+    const Stop stop = sub_step(unfinished_step.position_m, unfinished_step.time_s, probe_step_m, move_fraction);
+    unfinished = stop != Stop::full;
+    unfinished_step.time_s *= std::max(least_time_share, 1.0 - move_fraction);
+  }
+}
+
+// One balance along the path: place, balance, move at most h towards it or to the first event, settle.
+Stop Session::State::sub_step(const Vec3& probe_m, double time_s, double probe_step_m, double& move_fraction) noexcept {
+  const Vec3 start = proxy;
+  const bool in_steps = law->walk() == Law::Walk::steps;
+  const double longest = in_steps && path_meets_data(start, probe_m) ? 0.5 * finest_m : std::numeric_limits<double>::infinity();
+  const auto share_of_move = [&](const Balance& to) {
+    const double length = distance(to.position_m, start);
+    return length > longest ? longest / length : 1.0;
+  };
+
+  const bool at_probe = law->placement() == Law::Placement::at_probe;
+  place(start, at_probe ? probe_m : start, probe_m, time_s);
+  Balance to = balance(probe_m, time_s);
+  move_fraction = share_of_move(to);
+
+  // Directions at the middle of the move: a line or plane looked up where the move begins would let the
+  // proxy leave every curve on its outside.
+  const double moved_m = move_fraction * distance(to.position_m, start);
+  if (!primitives.empty() && in_steps && !at_probe && moved_m > trial_share * finest_m) {
+    place(start, start + 0.5 * move_fraction * (to.position_m - start), probe_m, time_s);
+    to = balance(probe_m, time_s);
+    move_fraction = share_of_move(to);
+  }
+
+  Stop stop = move_fraction < 1.0 ? Stop::release : Stop::full;
+  crossings.clear();
+  if (in_steps) {
+    // A level whose plane holds the proxy is not crossed: the proxy is on it, to within rounding.
+    watches.unblock();
+    for (std::size_t i = 0; i < primitives.size(); ++i) {
+      const Primitive& p = primitives[i];
+      if (primitives.captured(i).any() && p.strength_n > 0.0 && state_at(p, to) == PrimitiveState::stick) {
+        watches.block({primitives.captured(i).field, primitives.captured(i).value});
+      }
+    }
+    const Vec3 end = start + move_fraction * (to.position_m - start);
+    const double before_event = watches.first_crossing(*samples, start, end, crossings);
+    if (before_event < 1.0) {
+      move_fraction *= before_event;
+      stop = Stop::event;
+    } else if (!crossings.empty()) {
+      stop = Stop::event;
+    }
+  }
+  proxy = stop == Stop::full ? to.position_m : start + move_fraction * (to.position_m - start);
+  released_m += released(proxy - start, probe_step_m);
+
+  SubStep step;
+  step.time_step_s = time_s;
+  step.start_m = start;
+  step.probe_m = probe_m;
+  step.balance = to;
+  step.move_fraction = move_fraction;
+  step.stop = stop;
+  step.proxy_m = proxy;
+  record(step);
+  settle(to, probe_m, time_s);
+  return stop;
+}
+
+Here Session::State::here_at(std::size_t mode, const Vec3& start_m, const Vec3& probe_m, double time_s) noexcept {
+  Here here(*samples, modes[mode].masks, parts[mode].fields);
+  here.proxy_m = start_m;
+  here.probe_m = probe_m;
+  here.time_step_s = time_s;
+  here.stiffness_n_per_m = scene.coupling.stiffness_n_per_m;
+  here.finest_m = finest_m;
+  return here;
+}
+
+void Session::State::place(const Vec3& start_m, const Vec3& at_m, const Vec3& probe_m, double time_s) noexcept {
+  primitives.clear(start_m);
+  samples->move_to(at_m);
+  for (std::size_t m = 0; m < modes.size(); ++m) {
+    if (!modes[m].enabled) continue;
+    primitives.begin_mode(static_cast<std::uint16_t>(m));
+    modes[m].mode.place(here_at(m, start_m, probe_m, time_s), memories.data() + parts[m].memory, primitives);
+  }
+}
+
+// Balances, with Coulomb friction as strong as its plane in this very sub-step: where the plane does
+// not feel the friction (same normal) the second pass is exact.
+Balance Session::State::balance(const Vec3& probe_m, double time_s) noexcept {
+  const double k = scene.coupling.stiffness_n_per_m;
+  bool has_friction = false;
+  for (std::size_t i = 0; i < primitives.size(); ++i) {
+    if (primitives.friction_of(i).any()) {
+      has_friction = true;
+      primitives.set_strength(i, 0.0);
+    }
+  }
+  Balance found = law->solve(primitives, primitives.start_m(), probe_m, k, time_s);
+  for (int pass = 0; has_friction && pass < max_friction_passes; ++pass) {
+    bool changed = false;
+    for (std::size_t i = 0; i < primitives.size(); ++i) {
+      const Friction& friction = primitives.friction_of(i);
+      if (!friction.any()) continue;
+      const double strength_n = friction.coefficient * norm(law->forces_n()[static_cast<std::size_t>(friction.plane)]);
+      changed = changed || std::abs(strength_n - primitives[i].strength_n) > 1e-12 * strength_n;
+      primitives.set_strength(i, strength_n);
+    }
+    if (!changed) break;
+    const int iterations = found.iterations;
+    found = law->solve(primitives, primitives.start_m(), probe_m, k, time_s);
+    found.iterations += iterations;
+  }
+  return found;
+}
+
+void Session::State::settle(const Balance& at, const Vec3& probe_m, double time_s) noexcept {
+  tell_contact(at);
+  samples->move_to(proxy);
+  watches.look(*samples);
+  for (std::size_t m = 0; m < modes.size(); ++m) {
+    if (!modes[m].enabled || modes[m].mode.memory_bytes() == 0) continue;
+    slots.clear();
+    for (std::size_t i = 0; i < primitives.size(); ++i) {
+      if (primitives[i].id.mode == m) slots.push_back({primitives[i].id.slot, state_at(primitives[i], at), primitives.captured(i)});
+    }
+    const Here here = here_at(m, proxy, probe_m, time_s);
+    modes[m].mode.settle({here, slots, crossings}, memories.data() + parts[m].memory);
+  }
+}
+
+// Onsets, break-throughs and refusals, each told once.
+void Session::State::tell_contact(const Balance& at) noexcept {
+  for (std::size_t m = 0; m < modes.size(); ++m) {
+    Part& part = parts[m];
+    Captured standing;
+    bool through = false;
+    for (std::size_t i = 0; i < primitives.size() && !standing.any(); ++i) {
+      const Primitive& p = primitives[i];
+      if (p.id.mode != m || !primitives.captured(i).any() || !(p.strength_n > 0.0)) continue;
+      const PrimitiveState state = state_at(p, at);
+      if (state == PrimitiveState::off) continue;
+      standing = primitives.captured(i);
+      through = state == PrimitiveState::slip;
+    }
+    const auto mode = static_cast<std::int32_t>(m);
+    if (standing.any() && !part.standing.any()) emit({SessionEventKind::onset, mode, standing.value, nullptr});
+    if (through && !part.through) emit({SessionEventKind::break_through, mode, standing.value, nullptr});
+    part.standing = standing;
+    part.through = through;
+  }
+  for (const Refused& refused : primitives.refused()) {
+    Part& part = parts[refused.id.mode];
+    const std::uint32_t bit = 1u << static_cast<unsigned>(refused.reason);
+    if ((part.faults & bit) == 0) {
+      part.faults |= bit;
+      emit({SessionEventKind::fault, refused.id.mode, 0.0, sentence_of(refused.reason)});
+    }
+  }
+}
+
+void Session::State::record(SubStep step) noexcept {
+  const double k = scene.coupling.stiffness_n_per_m;
+  const std::span<const Vec3> forces = law->forces_n();
+  step.stiffness_n_per_m = k;
+  step.first_primitive = static_cast<std::uint32_t>(placed.size());
+  step.primitives = static_cast<std::uint32_t>(primitives.size());
+  for (std::size_t i = 0; i < primitives.size(); ++i) {
+    const Primitive& p = primitives[i];
+    placed.push_back({p, primitives.captured(i), forces[i], state_at(p, step.balance)});
+    if (p.kind == PrimitiveKind::directed) step.directed_n += forces[i];
+    ledger.book(p.id.mode, forces[i], step.proxy_m - step.start_m, {});
+  }
+  const auto energy_j = [&](const Vec3& x) {
+    return 0.5 * k * norm_squared(x - step.probe_m) - dot(step.directed_n, x - step.start_m);
+  };
+  dropped += primitives.dropped();
+  step.energy_before_j = energy_j(step.start_m);
+  step.energy_after_j = energy_j(step.proxy_m);
+  sub_steps.push_back(step);
+}
+
+// The tick's totals, and who pushed in its last sub-step.
+void Session::State::gather(Tick& result) noexcept {
+  result.sub_steps = static_cast<int>(sub_steps.size());
+  for (const SubStep& step : sub_steps) {
+    result.error_bound_m = std::max(result.error_bound_m, step.balance.error_bound_m);
+    result.iterations += step.balance.iterations;
+    if (step.balance.status == BalanceStatus::capped && result.status == TickStatus::resting) result.status = TickStatus::capped;
+    if (step.balance.status == BalanceStatus::bad_input) result.status = TickStatus::bad_input;
+  }
+  result.dropped = dropped;
+  for (std::size_t m = 0; m < modes.size(); ++m) {
+    const double work_j = ledger.works_j()[m];
+    (work_j >= 0.0 ? mode_ticks[m].injected_j : mode_ticks[m].dissipated_j) = std::abs(work_j);
+  }
+  if (sub_steps.empty()) return;
+  const SubStep& last = sub_steps.back();
+  const std::span<const PlacedPrimitive> in_last{placed.data() + last.first_primitive, last.primitives};
+  const bool shared = split_is_shared(in_last);
+  for (const PlacedPrimitive& p : in_last) {
+    ModeTick& mode = mode_ticks[p.primitive.id.mode];
+    mode.force_n += p.force_n;
+    ++mode.primitives;
+    mode.split_shared = mode.split_shared || (shared && p.state == PrimitiveState::stick && p.primitive.drag_ns_per_m == 0.0);
+  }
+}
+
+// Whether the straight way between two hand positions comes near the data of any active field: boxes
+// overlap. Elsewhere there is nothing to jump over.
+bool Session::State::path_meets_data(const Vec3& from_m, const Vec3& to_m) const noexcept {
+  const Vec3 a = map.to_world(from_m);
+  const Vec3 b = map.to_world(to_m);
+  for (const Box& box : active_boxes) {
+    if (std::max(a.x, b.x) >= box.low_m.x && std::min(a.x, b.x) <= box.high_m.x && std::max(a.y, b.y) >= box.low_m.y &&
+        std::min(a.y, b.y) <= box.high_m.y && std::max(a.z, b.z) >= box.low_m.z && std::min(a.z, b.z) <= box.high_m.z) {
+      return true;
+    }
+  }
+  return false;
+}
+
+Session::Session(const Scene& scene, double encoder_step_m)
+    : Session(scene, std::make_unique<Solver>(max_primitives), encoder_step_m) {}
+
+Session::Session(const Scene& scene, std::unique_ptr<Law> law, double encoder_step_m)
+    : state_(std::make_unique<State>(scene, std::move(law), encoder_step_m)) {}
+
+Session::~Session() = default;
+Session::Session(Session&&) noexcept = default;
+Session& Session::operator=(Session&&) noexcept = default;
+
+Tick Session::tick(const Probe& probe, double time_step_s) noexcept { return state_->tick(probe, time_step_s); }
+void Session::reset() noexcept { state_->reset(); }
+const Scene& Session::scene() const noexcept { return state_->scene; }
+const Similarity& Session::hand_to_world() const noexcept { return state_->map; }
+std::span<const ModeTick> Session::modes() const noexcept { return state_->mode_ticks; }
+std::span<const SubStep> Session::sub_steps() const noexcept { return state_->sub_steps; }
+std::span<const PlacedPrimitive> Session::placed() const noexcept { return state_->placed; }
+std::span<const SessionEvent> Session::events() const noexcept { return state_->events; }
+
+}  // namespace palpa

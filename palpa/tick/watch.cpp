@@ -1,0 +1,111 @@
+#include "palpa/tick/watch.h"
+
+#include <algorithm>
+#include <array>
+
+namespace palpa {
+
+namespace {
+constexpr int halvings = 12;  // of half a step of at most half a sample spacing: to 1e-3 of a spacing and better
+}
+
+Watches::Watches(std::span<const Watch> watches) {
+  for (const Watch& watch : watches) {
+    if (std::find(watches_.begin(), watches_.end(), watch) == watches_.end()) watches_.push_back(watch);
+  }
+  sides_.assign(watches_.size(), Side::none);
+  blocked_.assign(watches_.size(), 0);
+}
+
+void Watches::reset() noexcept { std::fill(sides_.begin(), sides_.end(), Side::none); }
+
+Watches::Side Watches::side_at(Samples& samples, const Watch& watch) const noexcept {
+  const ScalarSample& sample = samples.scalar(watch.field);
+  if (!sample.inside) return Side::none;
+  return sample.value >= watch.value ? Side::above : Side::below;
+}
+
+void Watches::look(Samples& samples) noexcept {
+  for (std::size_t i = 0; i < watches_.size(); ++i) {
+    const Side side = side_at(samples, watches_[i]);
+    if (side == Side::none || sides_[i] == Side::none) sides_[i] = side;
+  }
+}
+
+void Watches::unblock() noexcept { std::fill(blocked_.begin(), blocked_.end(), std::uint8_t{0}); }
+
+void Watches::block(const Watch& watch) noexcept {
+  for (std::size_t i = 0; i < watches_.size(); ++i) {
+    if (watches_[i] == watch) blocked_[i] = 1;
+  }
+}
+
+double Watches::first_crossing(Samples& samples, const Vec3& start_m, const Vec3& end_m, std::vector<Crossing>& crossings) noexcept {
+  const auto position = [&](double share) { return share < 1.0 ? start_m + share * (end_m - start_m) : end_m; };
+  const auto changed = [&](std::size_t i) {
+    if (blocked_[i] || sides_[i] == Side::none) return false;
+    const Side side = side_at(samples, watches_[i]);
+    return side != Side::none && side != sides_[i];
+  };
+  const auto any_changed = [&](double share) {
+    samples.move_to(position(share));
+    for (std::size_t i = 0; i < watches_.size(); ++i) {
+      if (changed(i)) return true;
+    }
+    return false;
+  };
+  if (watches_.empty() || start_m == end_m) return 1.0;
+
+  // The middle is looked at as well: within half a sample spacing a thin layer can begin and end.
+  double before = 0.0;
+  double beyond = 1.0;
+  if (any_changed(0.5)) {
+    beyond = 0.5;
+  } else if (any_changed(1.0)) {
+    before = 0.5;
+  } else {
+    return 1.0;
+  }
+  for (int i = 0; i < halvings; ++i) {
+    const double middle = 0.5 * (before + beyond);
+    (any_changed(middle) ? beyond : before) = middle;
+  }
+  samples.move_to(position(beyond));
+  for (std::size_t i = 0; i < watches_.size(); ++i) {
+    if (!changed(i)) continue;
+    sides_[i] = sides_[i] == Side::below ? Side::above : Side::below;
+    crossings.push_back({watches_[i].field, watches_[i].value, sides_[i] == Side::above});
+  }
+  return beyond;
+}
+
+bool split_is_shared(std::span<const PlacedPrimitive> placed) noexcept {
+  // Gram–Schmidt over the spans of what sticks: three directions are all there are.
+  std::array<Vec3, 3> basis;
+  std::size_t rank = 0;
+  std::size_t held = 0;
+  const auto take = [&](Vec3 direction) {
+    ++held;
+    for (std::size_t b = 0; b < rank; ++b) direction -= dot(direction, basis[b]) * basis[b];
+    if (rank < 3 && norm(direction) > 1e-6) basis[rank++] = normalized(direction);
+  };
+  for (const PlacedPrimitive& p : placed) {
+    if (p.state != PrimitiveState::stick || p.primitive.drag_ns_per_m > 0.0 || !(p.primitive.strength_n > 0.0)) continue;
+    const Vec3& q = p.primitive.direction;
+    switch (p.primitive.kind) {
+      case PrimitiveKind::point:
+        take({1, 0, 0}), take({0, 1, 0}), take({0, 0, 1});
+        break;
+      case PrimitiveKind::line: {
+        const Vec3 across = normalized(std::abs(q.x) < 0.6 ? cross(q, {1, 0, 0}) : cross(q, {0, 1, 0}));
+        take(across), take(cross(q, across));
+        break;
+      }
+      case PrimitiveKind::plane: take(q); break;
+      case PrimitiveKind::directed: break;
+    }
+  }
+  return held > rank;
+}
+
+}  // namespace palpa
