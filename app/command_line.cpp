@@ -1,0 +1,148 @@
+#include "app/command_line.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+
+#include "app/commands.h"
+#include "app/info.h"
+#include "app/terminal.h"
+#include "palpa/scene/wording.h"
+#include "palpa/version.h"
+
+namespace palpa::app {
+namespace {
+
+/// `PATH=VALUE` as its two halves.
+std::pair<std::string, std::string> split_set(const std::string& text) {
+  const std::size_t at = text.find('=');
+  if (at == 0 || at == std::string::npos) {
+    throw LoadError("--set " + text + ": is no setting; write PATH=VALUE, as in coupling.stiffness_n_per_m=500");
+  }
+  return {text.substr(0, at), text.substr(at + 1)};
+}
+
+/// An option that may be given several times, with one value each.
+template <class T>
+CLI::Option* add_repeated(CLI::App* command, const std::string& name, std::vector<T>& values, const std::string& sentence) {
+  return command->add_option(name, values, sentence)->allow_extra_args(false);
+}
+
+void add_reader(CLI::App* command, ReadOptions& read) {
+  command->add_option("--reader", read.reader, "the program palpa-read, if it is not found by itself")->type_name("FILE");
+}
+
+/// CLI11's complaint in our form: what is wrong; what would be right.
+std::string complaint(const CLI::ParseError& error, const CLI::App& app) {
+  const CLI::App* command = &app;
+  for (const CLI::App* used : app.get_subcommands()) command = used;
+  const std::string name = command == &app ? "palpa" : "palpa " + command->get_name();
+  const std::string help = "see '" + name + " --help'";
+
+  const std::vector<std::string> rest = command->remaining();
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) && !rest.empty()) {
+    const auto option = std::find_if(rest.begin(), rest.end(), [](const std::string& word) { return word.rfind('-', 0) == 0; });
+    if (option == rest.end()) return name + ": " + detail::quoted(rest.front()) + " is one argument too many; " + help;
+    std::vector<std::string> known;
+    for (const CLI::Option* there : command->get_options()) {
+      for (const std::string& long_name : there->get_lnames()) known.push_back("--" + long_name);
+    }
+    const std::string given = option->substr(0, option->find('='));
+    return name + ": unknown option " + detail::quoted(given) + "; " + detail::suggestion(given, known);
+  }
+  return name + ": " + error.what() + "; " + help;
+}
+
+}  // namespace
+
+int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
+  CLI::App app("Touch volumetric data: feel scans and flows as forces.", "palpa");
+  app.set_version_flag("--version", std::string("palpa ") + version);
+  app.require_subcommand(1);
+  app.footer("Each command has help of its own with an example: palpa run --help\n"
+             "Exit codes: 0 ok, 1 it ran and the answer is no, 2 wrong usage or input, 130 interrupted.");
+
+  DemoArguments demo;
+  CLI::App* demo_command = app.add_subcommand("demo", "Feel a head and see what came of it");
+  std::string demo_name = "head";
+  demo_command->add_option("NAME", demo_name, "which demo: head")->check(CLI::IsMember({"head"}))->type_name("");
+  demo_command->add_option("--data", demo.data, "folder of real data: a CT head under a recorded hand")->type_name("DIR");
+  demo_command->add_flag("--json", demo.json, "print the summary as JSON");
+  add_reader(demo_command, demo.read);
+  demo_command->footer("Example:\n  palpa demo head");
+
+  RunArguments run;
+  std::vector<std::string> sets;
+  std::string hold, center;
+  CLI::App* run_command = app.add_subcommand("run", "Feel a scene with a recorded or simulated hand");
+  run_command->add_option("SCENE", run.options.scene, "scene file (TOML)")->required()->type_name("");
+  run_command
+      ->add_option("--hand", run.options.hand,
+                   "a recording (CSV), or sim:press|stroke|circle|helix|random[,speed_m_per_s=…,radius_m=…,depth_m=…,seed=…]")
+      ->required()
+      ->type_name("HAND");
+  run_command->add_option("--hand-hold", hold, "how a hand is held: rigid (it goes where the recording goes), relaxed or firm")
+      ->check(CLI::IsMember({"rigid", "relaxed", "firm"}))
+      ->type_name("HOLD");
+  run_command->add_option("--hand-rate-hz", run.options.recording.hand_rate_hz, "rate of a recording without time")->type_name("HZ");
+  run_command->add_option("--hand-center", center, "put the middle of the recording into the middle of the workspace: on or off")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->type_name("ON");
+  run_command->add_option("--duration-s", run.options.duration_s, "how long; left out: the recording's length, or 10")->type_name("S");
+  run_command->add_option("--rate-hz", run.options.rate_hz, "ticks per second of the hand's time (1000)")->type_name("HZ");
+  run_command->add_option("--out", run.options.out, "record a trace into this new folder")->type_name("DIR");
+  run_command->add_flag("--primitives", run.options.primitives, "record balances and primitives as well");
+  add_repeated(run_command, "--data", run.options.scene_options.data_folders, "look for data here as well")->type_name("DIR");
+  add_repeated(run_command, "--set", sets, "change one value of the scene, as in mode.skin.friction_n=0.2")->type_name("PATH=VALUE");
+  run_command->add_flag("--dry-run", run.dry_run, "load and check everything, say what it is, feel nothing");
+  run_command->add_flag("--json", run.json, "print the summary as JSON");
+  add_reader(run_command, run.options.read);
+  run_command->footer("Example:\n  palpa run scenes/head_phantom.toml --hand sim:press --out first-trace");
+
+  InfoArguments info;
+  CLI::App* info_command = app.add_subcommand("info", "Say what is in data files");
+  add_info_options(*info_command, info);
+
+  ReplayArguments replayed;
+  CLI::App* replay_command = app.add_subcommand("replay", "Feel a trace again and compare");
+  replay_command->add_option("TRACE", replayed.trace, "folder of the trace")->required()->type_name("");
+  add_repeated(replay_command, "--data", replayed.data_folders, "look for the scene's data here first")->type_name("DIR");
+  replay_command->add_flag("--json", replayed.json, "print the answer as JSON");
+  add_reader(replay_command, replayed.read);
+  replay_command->footer("Example:\n  palpa replay first-trace");
+
+  ModesArguments modes;
+  CLI::App* modes_command = app.add_subcommand("modes", "List the types of modes, or the parameters of one");
+  modes_command->add_option("TYPE", modes.type, "a type of mode")->type_name("");
+  modes_command->add_flag("--json", modes.json, "print as JSON");
+  modes_command->footer("Example:\n  palpa modes surface_and_friction");
+
+  // CLI11 would call an unknown command a missing one.
+  std::vector<std::string> commands;
+  for (const CLI::App* command : app.get_subcommands({})) commands.push_back(command->get_name());
+  if (argc > 1 && argv[1][0] != '-' && std::find(commands.begin(), commands.end(), argv[1]) == commands.end()) {
+    print_error("palpa: unknown command " + detail::quoted(argv[1]) + "; " + detail::suggestion(argv[1], commands));
+    return 2;
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // help and version
+    print_error(complaint(error, app));
+    return 2;
+  }
+
+  if (*run_command) {
+    RunOptions& options = run.options;
+    options.arguments.assign(argv + 1, argv + argc);
+    for (const std::string& set : sets) options.scene_options.sets.push_back(split_set(set));
+    if (!hold.empty()) options.hold = hold == "rigid" ? Hold::rigid : hold == "relaxed" ? Hold::relaxed : Hold::firm;
+    if (!center.empty()) options.recording.center = center == "on";
+    return run_scene(std::move(run), stop);
+  }
+  if (*info_command) return run_info(info);
+  if (*replay_command) return run_replay(replayed, stop);
+  if (*modes_command) return run_modes(modes);
+  return run_demo(demo, stop);
+}
+
+}  // namespace palpa::app

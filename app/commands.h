@@ -1,0 +1,42 @@
+// The commands of `palpa`, each with what its command line says. A command prints its result and
+// returns the exit code 0 (ok) or 1 (it ran and the answer is no); wrong input throws LoadError.
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "palpa/study/run.h"
+
+namespace palpa::app {
+
+struct RunArguments {
+  RunOptions options;
+  bool dry_run = false;
+  bool json = false;
+};
+int run_scene(RunArguments arguments, const std::atomic<bool>& stop);
+
+struct DemoArguments {
+  std::filesystem::path data;   ///< folder of the real data; empty: the embedded head
+  bool json = false;
+  ReadOptions read;
+};
+int run_demo(const DemoArguments& arguments, const std::atomic<bool>& stop);
+
+struct ReplayArguments {
+  std::filesystem::path trace;
+  std::vector<std::filesystem::path> data_folders;
+  bool json = false;
+  ReadOptions read;
+};
+int run_replay(const ReplayArguments& arguments, const std::atomic<bool>& stop);
+
+struct ModesArguments {
+  std::string type;   ///< empty: a list of all
+  bool json = false;
+};
+int run_modes(const ModesArguments& arguments);
+
+}  // namespace palpa::app

@@ -1,0 +1,44 @@
+// palpa: the program. Exit codes: 0 ok, 1 it ran and the answer is no, 2 wrong usage or input, 130 interrupted.
+#include <signal.h>
+
+#include <cstdio>
+#include <new>
+
+#include "app/command_line.h"
+#include "app/terminal.h"
+#include "palpa/core/load_error.h"
+
+namespace {
+
+std::atomic<bool> stop = false;
+static_assert(std::atomic<bool>::is_always_lock_free, "set in a signal handler");
+
+/// The first interrupt ends a run after the tick under way; the second one ends the program.
+void stop_on_interrupt() {
+  struct sigaction action = {};
+  action.sa_handler = [](int) { stop = true; };
+  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  ::sigaction(SIGINT, &action, nullptr);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  stop_on_interrupt();
+  int code = 2;
+  try {
+    code = palpa::app::run_command_line(argc, argv, stop);
+  } catch (const palpa::LoadError& error) {
+    if (!stop) palpa::app::print_error(error.what());
+  } catch (const std::bad_alloc&) {
+    palpa::app::print_error("memory: there is not enough of it; try smaller data");
+  } catch (const std::exception& error) {
+    palpa::app::print_error(std::string("program: ") + error.what() + "; please report this as a bug of Palpa");
+  }
+  if (stop) return 130;
+  if (std::fflush(stdout) != 0 || std::ferror(stdout)) {
+    palpa::app::print_error("standard output: cannot be written; is the disk full?");
+    return 2;
+  }
+  return code;
+}

@@ -1,0 +1,26 @@
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "app/commands.h"
+
+namespace palpa::app {
+
+int run_replay(const ReplayArguments& arguments, const std::atomic<bool>& stop) {
+  const ReplayResult result = replay(arguments.trace, arguments.data_folders, arguments.read, &stop);
+  if (result.interrupted) return 0;
+  const TraceDifference& difference = result.difference;
+  if (arguments.json) {
+    const nlohmann::ordered_json json{{"same", difference.same},
+                                      {"where", difference.where},
+                                      {"ticks", difference.ticks},
+                                      {"ticks_per_s", result.summary.ticks_per_s}};
+    std::printf("%s\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
+  } else if (difference.same) {
+    std::printf("the same in all %lld ticks\n", static_cast<long long>(difference.ticks));
+  } else {
+    std::printf("differs at %s\n", difference.where.c_str());
+  }
+  return difference.same ? 0 : 1;
+}
+
+}  // namespace palpa::app

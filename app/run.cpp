@@ -1,0 +1,104 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "app/commands.h"
+#include "app/terminal.h"
+
+namespace palpa::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// What a scene is, without feeling it.
+Json description(const PreparedRun& prepared, double rate_hz) {
+  const Scene& scene = prepared.loaded.scene;
+  Json volumes = Json::array();
+  for (const SceneVolume& volume : scene.volumes()) {
+    Json fields = Json::array();
+    for (const VolumeField& field : volume.volume.fields) {
+      Json min = Json::array(), max = Json::array();
+      for (const Extent& extent : field.field->extents()) {
+        min.push_back(extent.min);
+        max.push_back(extent.max);
+      }
+      fields.push_back({{"name", field.name}, {"unit", field.unit}, {"components", field.field->components()}, {"min", min}, {"max", max}});
+    }
+    const Vec3 size_m = volume.volume.bounds_m().size_m();
+    volumes.push_back({{"name", volume.name},
+                       {"format", volume.volume.format},
+                       {"size_m", {size_m.x, size_m.y, size_m.z}},
+                       {"fields", fields}});
+  }
+  Json modes = Json::array();
+  for (const SceneMode& mode : scene.modes()) {
+    modes.push_back({{"name", mode.name}, {"type", mode.mode.type()}, {"enabled", mode.enabled}});
+  }
+  return {{"title", scene.title},
+          {"law", scene.law},
+          {"stiffness_n_per_m", scene.coupling.stiffness_n_per_m},
+          {"damping_ns_per_m", scene.coupling.damping_ns_per_m},
+          {"max_force_n", scene.coupling.max_force_n},
+          {"world_m_per_hand_m", scene.hand_to_world().scale},
+          {"hand", prepared.hand->name()},
+          {"duration_s", prepared.duration_s},
+          {"rate_hz", rate_hz},
+          {"volumes", volumes},
+          {"modes", modes}};
+}
+
+void print(const Json& d) {
+  const auto text = [](const Json& value) { return value.get<std::string>(); };
+  const auto number = [](const Json& value) { return value.get<double>(); };
+  if (!text(d["title"]).empty()) std::printf("%s\n", text(d["title"]).c_str());
+  std::printf("  coupling   %g N/m, %g N·s/m, at most %g N; law %s\n", number(d["stiffness_n_per_m"]), number(d["damping_ns_per_m"]),
+              number(d["max_force_n"]), text(d["law"]).c_str());
+  std::printf("  workspace  1 m of the hand is %g m of the world\n", number(d["world_m_per_hand_m"]));
+  std::printf("  hand       %s, %g s at %g Hz\n", text(d["hand"]).c_str(), number(d["duration_s"]), number(d["rate_hz"]));
+  for (const Json& volume : d["volumes"]) {
+    const Json& size_m = volume["size_m"];
+    std::printf("  volume     %s: %s, %.4g x %.4g x %.4g m\n", text(volume["name"]).c_str(), text(volume["format"]).c_str(),
+                number(size_m[0]), number(size_m[1]), number(size_m[2]));
+    for (const Json& field : volume["fields"]) {
+      std::printf("    field    %s", text(field["name"]).c_str());
+      for (std::size_t c = 0; c < field["min"].size(); ++c) {
+        std::printf("%s %g … %g", c > 0 ? "," : ":", number(field["min"][c]), number(field["max"][c]));
+      }
+      std::printf(" %s\n", text(field["unit"]).c_str());
+    }
+  }
+  for (const Json& mode : d["modes"]) {
+    std::printf("  mode       %s: %s%s\n", text(mode["name"]).c_str(), text(mode["type"]).c_str(),
+                mode["enabled"].get<bool>() ? "" : " (not enabled)");
+  }
+  std::puts("All of it fits together; nothing was felt.");
+}
+
+}  // namespace
+
+int run_scene(RunArguments arguments, const std::atomic<bool>& stop) {
+  if (arguments.dry_run) {
+    const PreparedRun prepared = prepare(arguments.options);
+    print_warnings(prepared.loaded.warnings);
+    const Json what = description(prepared, arguments.options.rate_hz);
+    if (arguments.json) {
+      std::printf("%s\n", what.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
+    } else {
+      print(what);
+    }
+    return 0;
+  }
+
+  RunResult result;
+  {
+    Progress progress(arguments.options.scene.filename().string());
+    arguments.options.progress = [&](double share) { progress.show(share); };
+    result = run(arguments.options, &stop);
+  }
+  print_warnings(result.warnings);
+  std::fputs((arguments.json ? to_json(result.summary) : to_table(result.summary)).c_str(), stdout);
+  return 0;
+}
+
+}  // namespace palpa::app

@@ -1,0 +1,48 @@
+// A mode of one's own: four members and one function, no registration.
+//
+// A hill climber on a ball whose value rises towards its middle: moving up the field is free, moving
+// down has to overcome a strength. The hand feels it as a one-way road.
+#include <palpa/palpa.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+struct Ridge {
+  static constexpr auto type = "lab.ridge";
+  palpa::FieldRef field;
+  palpa::Strength strength_n{1.0};
+  static constexpr auto parameters() {
+    return std::tuple{palpa::param("field", &Ridge::field, "scalar field to feel"),
+                      palpa::param("strength_n", &Ridge::strength_n, "force that holds the hand", palpa::Range{0, 10})};
+  }
+  void place(const palpa::Here& here, palpa::PrimitiveSet& out) const noexcept {
+    const auto sample = here.scalar(field);
+    if (!sample.inside || norm(sample.gradient) == 0) return;
+    out.plane(0, here.proxy_m, normalized(sample.gradient), here.newtons(strength_n));
+  }
+};
+
+int main() {
+  constexpr double strength_n = 0.6;
+  palpa::Scene scene({.stiffness_n_per_m = 400});
+  const palpa::FieldRef ball = scene.add("ball", palpa::sphere_field(0.05));
+  scene.add("ridge", Ridge{.field = ball, .strength_n = strength_n});
+  palpa::Session session(scene);
+
+  const palpa::Similarity map = session.hand_to_world();
+  const palpa::Vec3 outwards = map.turned_to_hand({1, 0, 0});
+  palpa::Vec3 hand_m = map.to_hand({0.04, 0, 0});
+  const auto stroke = [&](double step_m) {
+    double most_n = 0.0;
+    for (int i = 0; i < 200; ++i) {
+      hand_m += step_m * outwards;
+      most_n = std::max(most_n, norm(session.tick({.position_m = hand_m}, 1e-3).force_n));
+    }
+    return most_n;
+  };
+  const double up_n = stroke(-5e-5);
+  const double down_n = stroke(5e-5);
+  std::printf("towards the middle: %.3f N at most\naway from it:       %.3f N at most\n", up_n, down_n);
+  return up_n < 1e-6 && std::abs(down_n - strength_n) < 1e-3 ? 0 : 1;
+}
