@@ -50,7 +50,7 @@ record_added_packages() {
 
 # Makes sure that the packages of the groups named are there; says what that takes and asks first.
 install_packages() {
-  local wanted missing plan sizes count before log=$root/build/apt.log
+  local wanted missing plan sizes count before updated=false log=$root/build/apt.log
   mapfile -t wanted < <(packages_of "$@")
   if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
     fail "no apt here: this script installs packages on Debian 12 and its kin only. Elsewhere, install what these
@@ -71,6 +71,7 @@ install_packages() {
     say "apt does not know all of these packages yet: ${missing[*]}"
     ask "Fetch the current package lists first (apt-get update, about 10 MB)?"
     as_root apt-get update || say "apt-get update reported errors; going on with the lists that are there."
+    updated=true
     plan=$(plan_for "${missing[@]}") || fail "apt cannot install these packages; they are Debian 12's (bookworm, main):
 $(printf '%s\n' "$plan" | grep '^E:')"
   fi
@@ -84,7 +85,8 @@ $(printf '%s\n' "$plan" | grep '^E:')"
   before=$(installed_packages)
   trap 'record_added_packages "$before"' EXIT  # also when interrupted half-way
   say "Installing; waiting for the download. What apt says goes to build/apt.log."
-  as_root apt-get update >"$log" 2>&1 || true  # a foreign source that fails need not stop us; apt-get install will tell
+  # A foreign source that fails need not stop us: apt-get install will tell what it misses.
+  $updated || as_root apt-get update >"$log" 2>&1 || true
   if ! as_root env DEBIAN_FRONTEND=noninteractive apt-get install --yes --no-install-recommends "${missing[@]}" >>"$log" 2>&1; then
     tail -n 15 "$log" >&2
     fail "apt-get install failed (above: its last words); run it by hand to see more:

@@ -1,0 +1,207 @@
+// The promises that the folders make: which layer includes which, numbers that say their unit, pages whose
+// links lead somewhere. And the checkers themselves: each must see a violation planted before it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <regex>
+
+#include "include_arrows.h"
+#include "number_names.h"
+
+namespace palpa::architecture {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+using testing::SizeIs;
+
+fs::path repository() { return std::getenv("PALPA_SOURCE"); }
+
+std::string text_of(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  EXPECT_TRUE(file) << path;
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// The files under a folder of the repository with one of these endings, relative to the repository.
+std::vector<std::string> files_under(const std::string& folder, const std::vector<std::string>& endings) {
+  std::vector<std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(repository() / folder)) {
+    for (const std::string& ending : endings) {
+      if (entry.path().string().ends_with(ending)) files.push_back(fs::relative(entry.path(), repository()).string());
+    }
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+std::vector<std::string> names_of(const std::vector<UnitlessNumber>& numbers) {
+  std::vector<std::string> names;
+  for (const UnitlessNumber& number : numbers) names.push_back(number.name);
+  return names;
+}
+
+constexpr const char* small_page = R"(# Design
+a ◄ nowhere
+## 3. Layers and folders
+core ◄ field ◄ mode          words about ◄ arrows
+core ◄ device
+mode, device ◄ loop
+field ◄ volume ◄ reader
+## 4. Else
+x ◄ y
+)";
+
+TEST(Arrows, are_read_from_the_section_on_layers_and_followed_to_their_end) {
+  const Arrows arrows = arrows_of(small_page);
+  EXPECT_THAT(arrows, SizeIs(7));
+  EXPECT_THAT(arrows.at("core"), ElementsAre("core"));
+  EXPECT_THAT(arrows.at("mode"), ElementsAre("core", "field", "mode"));
+  EXPECT_THAT(arrows.at("loop"), ElementsAre("core", "device", "field", "loop", "mode"));
+  EXPECT_THAT(arrows.at("volume"), ElementsAre("core", "field", "volume"));
+}
+
+TEST(Arrows, an_include_against_them_is_seen) {
+  const Arrows arrows = arrows_of(small_page);
+  const auto wrong = [&](const char* path, const char* text) { return wrong_includes(arrows, path, text); };
+  EXPECT_THAT(wrong("palpa/mode/a.h", "#include \"palpa/field/grid.h\"\n#include <vector>\n"), IsEmpty());
+  EXPECT_THAT(wrong("palpa/field/a.h", "#pragma once\n #  include \"palpa/mode/mode.h\""), ElementsAre(HasSubstr("mode.h, against")));
+  EXPECT_THAT(wrong("palpa/field/a.cpp", "#include <palpa/device/hand.h>"), SizeIs(1));
+  EXPECT_THAT(wrong("palpa/field/a.cpp", "#include \"palpa/palpa.h\""), SizeIs(1));
+  EXPECT_THAT(wrong("palpa/field/a.cpp", "#include \"palpa/version.h\""), IsEmpty());
+  EXPECT_THAT(wrong("palpa/field/a.cpp", "#include \"grid.h\""), SizeIs(1));
+  EXPECT_THAT(wrong("palpa/field/a.cpp", "#include \"../mode/mode.h\""), SizeIs(1));
+  EXPECT_THAT(wrong("palpa/new/a.cpp", ""), SizeIs(1)) << "a layer that the page does not know";
+  EXPECT_THAT(wrong("palpa/palpa.h", "#include \"palpa/loop/loop.h\""), IsEmpty());
+}
+
+TEST(Arrows, an_include_of_a_foreign_library_is_seen) {
+  const Arrows arrows = arrows_of(small_page);
+  const auto wrong = [&](const char* path, const char* text) { return wrong_includes(arrows, path, text); };
+  EXPECT_THAT(wrong("reader/vtk.cpp", "#include <vtkImageData.h>\n#include <itkImage.h>"), IsEmpty());
+  EXPECT_THAT(wrong("palpa/volume/a.cpp", "#include <vtkImageData.h>"), SizeIs(1));
+  EXPECT_THAT(wrong("app/a.cpp", "#include <itkImage.h>"), SizeIs(1));
+  EXPECT_THAT(wrong("palpa/mode/a.cpp", "#include <toml++/toml.h>"), IsEmpty());
+  EXPECT_THAT(wrong("palpa/mode/a.h", "#include <toml++/toml.h>"), SizeIs(1)) << "a public header";
+  EXPECT_THAT(wrong("palpa/core/a.cpp", "#include <fmt/format.h>"), SizeIs(1)) << "core";
+  EXPECT_THAT(wrong("reader/a.cpp", "#include \"palpa/volume/protocol.h\""), IsEmpty());
+  EXPECT_THAT(wrong("reader/a.cpp", "#include \"palpa/volume/read_volume.h\""), SizeIs(1));
+  EXPECT_THAT(wrong("reader/a.cpp", "#include \"palpa/mode/mode.h\""), SizeIs(1));
+}
+
+TEST(Arrows, hold_in_the_sources) {
+  const Arrows arrows = arrows_of(text_of(repository() / "docs/design.md"));
+  ASSERT_THAT(arrows.at("study"), Contains("core")) << "the page's table was not understood";
+  int files = 0;
+  for (const char* folder : {"palpa", "reader", "app"}) {
+    for (const std::string& file : files_under(folder, {".h", ".cpp"})) {
+      EXPECT_THAT(wrong_includes(arrows, file, text_of(repository() / file)), IsEmpty());
+      ++files;
+    }
+  }
+  EXPECT_GT(files, 50) << "the sources were not found";
+}
+
+TEST(Units, are_known_by_the_end_of_a_name) {
+  for (const char* name : {"position_m", "stiffness_n_per_m", "damping_ns_per_m", "per_s", "tick_us_p99", "force_max_n",
+                           "error_bound_max_m", "ticks_per_s", "circulation_m2_per_s", "angle_deg", "newtons"}) {
+    EXPECT_TRUE(ends_with_unit(name)) << name;
+  }
+  for (const char* name : {"position", "m", "s", "forcen", "stiffness_per", "drag_ns", "item_mass", "m_x", "strength_n_", "share"}) {
+    EXPECT_FALSE(ends_with_unit(name)) << name;
+  }
+}
+
+TEST(Units, a_number_without_one_is_seen) {
+  EXPECT_THAT(names_of(unitless_numbers("struct A { double length; double width_m; };")), ElementsAre("length"));
+  EXPECT_THAT(names_of(unitless_numbers("struct A { double a = 0.0, b_m = 1, c{2}; std::optional<double> d; };")),
+              ElementsAre("a", "c", "d"));
+  EXPECT_THAT(names_of(unitless_numbers("namespace n { Vec3 place(const Vec3& from, double by_m); }")), ElementsAre("place", "from"));
+  EXPECT_THAT(names_of(unitless_numbers("class A { double hidden; public: A(float given); private: double hidden_too; };")),
+              ElementsAre("given"));
+  EXPECT_THAT(names_of(unitless_numbers("class A { public: void f(B b = {}, double x = {}) { double local; } double y; };")),
+              ElementsAre("x", "y"));
+  EXPECT_THAT(names_of(unitless_numbers("template <class T> struct A { std::vector<T> t{1, 2}; std::span<const double> w; };")),
+              ElementsAre("w"));
+  EXPECT_EQ(unitless_numbers("\n\nstruct A {\n  double length;\n};").at(0).line, 4);
+}
+
+TEST(Units, a_comment_can_say_one) {
+  EXPECT_THAT(unitless_numbers("struct A {\n  double share;  ///< [1] of all\n  Vec3 slope;  ///< [unit/m]\n};"), IsEmpty());
+  EXPECT_THAT(unitless_numbers("struct A {\n  double value;  ///< in the field's own unit\n};"), IsEmpty());
+  EXPECT_THAT(unitless_numbers("/// Share [1] of all.\ndouble share();"), IsEmpty());
+  EXPECT_THAT(unitless_numbers("/// \\param f  [1] factor\nvoid stretch(double f);"), IsEmpty());
+  EXPECT_THAT(unitless_numbers("/// Stretched by `f` [1].\nvoid stretch(double f);"), IsEmpty());
+
+  EXPECT_THAT(unitless_numbers("struct A {\n  double share;  ///< of all\n};"), SizeIs(1)) << "no unit";
+  EXPECT_THAT(unitless_numbers("struct A {\n  double share;  ///< [0, 1]\n};"), SizeIs(1)) << "a range is no unit";
+  EXPECT_THAT(unitless_numbers("struct A {\n  double a;  ///< [1]\n  double b;\n};"), SizeIs(1)) << "the neighbour's";
+  EXPECT_THAT(unitless_numbers("/// Stretched [1].\nvoid stretch(double f);"), SizeIs(1)) << "not the parameter's";
+}
+
+TEST(Units, what_is_not_public_is_left_alone) {
+  EXPECT_THAT(unitless_numbers("namespace palpa::detail { double x(double y); }"), IsEmpty());
+  EXPECT_THAT(unitless_numbers("namespace palpa { namespace detail { struct A { double b; }; } }"), IsEmpty());
+  EXPECT_THAT(unitless_numbers("// double a;\n/* double b; */ #define C double c;\nconst char* d = \"double e;\";"), IsEmpty());
+  EXPECT_THAT(unitless_numbers("virtual void number(const Info&, double&) {}\nusing F = std::function<void(double)>;"), IsEmpty());
+}
+
+TEST(Units, are_said_in_the_public_headers) {
+  int headers = 0;
+  for (const std::string& file : files_under("palpa", {".h"})) {
+    if (file == "palpa/core/vec3.h") continue;  // vectors of any unit: whoever holds one says it
+    for (const UnitlessNumber& number : unitless_numbers(text_of(repository() / file))) {
+      ADD_FAILURE() << file << ':' << number.line << ": '" << number.name
+                    << "' does not say its unit; end the name with it, or say it in the comment: [1], [N], the field's own unit";
+    }
+    ++headers;
+  }
+  EXPECT_GT(headers, 25) << "the headers were not found";
+}
+
+/// Targets of the links of a page that lead to a file, without the part behind '#'.
+std::vector<std::string> linked_files(const std::string& markdown) {
+  static const std::regex link(R"re(\]\(([^)#:\s]+)(#[^)]*)?\))re");
+  return {std::sregex_token_iterator(markdown.begin(), markdown.end(), link, 1), {}};
+}
+
+TEST(Pages, links_are_found) {
+  EXPECT_THAT(linked_files("see [a](docs/a.md) and [b](b.md#part), not [c](https://c.org) or [d](#here)"),
+              ElementsAre("docs/a.md", "b.md"));
+}
+
+TEST(Pages, link_to_files_that_are_there) {
+  std::vector<std::string> pages = files_under("docs", {".md"});
+  for (const auto& entry : fs::directory_iterator(repository())) {
+    if (entry.path().extension() == ".md") pages.push_back(entry.path().filename().string());
+  }
+  ASSERT_THAT(pages, Contains("README.md"));
+  for (const std::string& page : pages) {
+    for (const std::string& target : linked_files(text_of(repository() / page))) {
+      EXPECT_TRUE(fs::exists(repository() / fs::path(page).parent_path() / target)) << page << " links to " << target;
+    }
+  }
+}
+
+TEST(Pages, give_a_reason_for_every_package) {
+  const std::string reasons = text_of(repository() / "docs/dependencies.md");
+  std::istringstream lines(text_of(repository() / "packages.txt"));
+  int packages = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.empty() || line[0] == '#' || line[0] == '[') continue;
+    EXPECT_THAT(reasons, HasSubstr('`' + line + '`'));
+    ++packages;
+  }
+  EXPECT_GT(packages, 10);
+}
+
+}  // namespace
+}  // namespace palpa::architecture
