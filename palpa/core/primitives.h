@@ -117,14 +117,14 @@ class PrimitiveSet {
 
   /// A point primitive at `position_m`: holds the proxy in every direction.
   void point(std::uint16_t slot, const Vec3& position_m, double strength_n, double drag_ns_per_m = 0.0) noexcept;
-  /// A line primitive through `position_m` along the unit vector `direction`: holds the proxy across it.
+  /// A line primitive through `position_m` along the unit vector `direction` [1]: holds the proxy across it.
   void line(std::uint16_t slot, const Vec3& position_m, const Vec3& direction, double strength_n,
             double drag_ns_per_m = 0.0) noexcept;
-  /// A plane primitive through `position_m`: pushes along the unit vector `normal` while the proxy is
+  /// A plane primitive through `position_m`: pushes along the unit vector `normal` [1] while the proxy is
   /// behind it. `captured` names the level it stands on, so that the tick lets no step cross that level.
   void plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n, Captured captured = {},
              double drag_ns_per_m = 0.0) noexcept;
-  /// A directed force of `strength_n` along the unit vector `direction`.
+  /// A directed force of `strength_n` along the unit vector `direction` [1].
   void directed(std::uint16_t slot, const Vec3& direction, double strength_n) noexcept;
   /// Coulomb friction: a line through the plane of slot `plane_slot` (placed before by the same mode)
   /// at `position_m`, along that plane's normal, as strong as `coefficient` [1] times the plane's force

@@ -14,7 +14,7 @@ namespace palpa {
 struct Similarity {
   Mat3 rotation = Mat3::identity();  ///< proper rotation (determinant +1)
   double scale = 1.0;                ///< [1] world metres per hand metre; > 0
-  Vec3 translation_m;                ///< [m] world position of the hand frame's origin
+  Vec3 translation_m{};              ///< [m] world position of the hand frame's origin
 
   friend bool operator==(const Similarity&, const Similarity&) = default;
 
@@ -24,11 +24,11 @@ struct Similarity {
   constexpr Vec3 to_hand(const Vec3& world_m) const noexcept {
     return transposed_times(rotation, world_m - translation_m) / scale;
   }
-  /// A world vector (a velocity, a normal: any unit), turned into the hand frame; its length stays.
+  /// `world`, a vector in the world in its own unit (a velocity, a normal), turned into the hand frame.
   constexpr Vec3 turned_to_hand(const Vec3& world) const noexcept { return transposed_times(rotation, world); }
-  /// A vector of the hand frame turned into the world; its length stays.
+  /// `hand`, a vector of the hand frame in its own unit, turned into the world.
   constexpr Vec3 turned_to_world(const Vec3& hand) const noexcept { return rotation * hand; }
-  /// A gradient per world metre as the gradient per hand metre of the same field: s·Rᵀ g.
+  /// A gradient `per_world_metre` [unit/m] as the gradient per hand metre of the same field: s·Rᵀ g.
   constexpr Vec3 gradient_to_hand(const Vec3& per_world_metre) const noexcept {
     return scale * transposed_times(rotation, per_world_metre);
   }
