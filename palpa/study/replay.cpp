@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
-#include <limits>
 
 #include "palpa/loop/loop.h"
 #include "palpa/study/recording.h"
@@ -34,35 +32,6 @@ class TemporaryFolder {
 
  private:
   fs::path path_;
-};
-
-/// The device of a recording: shows what the session was shown then, whatever the force is now.
-class RecordedDevice final : public SimulatedDevice {
- public:
-  RecordedDevice(const TraceHeader& header, const std::vector<TraceTick>& ticks) : ticks_(ticks) {
-    limits_.max_force_n = header.device_max_force_n;
-    limits_.max_stiffness_n_per_m = header.device_max_stiffness_n_per_m;
-    limits_.workspace_radius_m = header.device_workspace_radius_m;
-    limits_.encoder_step_m = header.device_encoder_step_m;
-  }
-  std::string name() const override { return "trace"; }
-  DeviceLimits limits() const override { return limits_; }
-  DeviceState read() noexcept override {
-    const TickFrame& frame = ticks_[std::min(next_, ticks_.size() - 1)].frame;
-    return {.position_m = frame.result.probe_m,
-            .velocity_m_per_s = frame.result.probe_velocity_m_per_s,
-            .valid = frame.result.probe_valid,
-            .buttons = frame.buttons,
-            .time_s = frame.t_s};
-  }
-  bool write(const Vec3&) noexcept override { return true; }
-  void advance(double) noexcept override { ++next_; }
-  double duration_s() const noexcept override { return std::numeric_limits<double>::infinity(); }
-
- private:
-  const std::vector<TraceTick>& ticks_;
-  std::size_t next_ = 0;
-  DeviceLimits limits_;
 };
 
 /// Where a recording's data may be now: folders from which the scene's relative paths lead to them.
@@ -106,22 +75,21 @@ ReplayResult replay(const fs::path& trace, const std::vector<fs::path>& data_fol
   const TemporaryFolder temporary;
   const fs::path again = temporary.path() / "trace";
   const auto writer = detail::new_trace(again, header, loaded.text, loaded.scene);
-  Recorder recorder(*writer);
 
   SummaryBuilder builder(loaded.scene);
-  RecordedDevice device(header, ticks);
-  std::atomic<bool> done = ticks.empty();
-  const TickObserver observer = [&](const TickFrame& frame, const Session& felt) {
-    builder.add(frame, felt);
-    if (frame.tick + 1 >= static_cast<std::int64_t>(ticks.size()) || (stop && stop->load())) done = true;
-  };
+  GuardedSession guarded(session, header.device_max_force_n);
   const auto begin = std::chrono::steady_clock::now();
-  if (!done) {
-    run_simulated(session, device, {.rate_hz = 1.0 / header.dt_s, .duration_s = std::numeric_limits<double>::infinity()}, &recorder,
-                  observer, &done);
+  for (const auto& [recorded] : ticks) {
+    const Probe probe{.position_m = recorded.result.probe_m,
+                      .velocity_m_per_s = recorded.result.probe_velocity_m_per_s,
+                      .valid = recorded.result.probe_valid,
+                      .buttons = recorded.buttons};
+    const TickFrame frame = guarded.tick(recorded.tick, recorded.t_s, recorded.dt_s, probe);
+    builder.add(frame, session);
+    writer->append(frame, session.modes(), session.sub_steps(), session.placed(), session.events());
+    if (stop && stop->load()) break;
   }
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
-  recorder.finish();
   writer->finish();
 
   ReplayResult result;

@@ -32,10 +32,10 @@ struct Summary {
   double wall_s = 0.0;
   double ticks_per_s = 0.0;          ///< against the wall clock
   double tick_p50_us = 0.0, tick_p99_us = 0.0, tick_max_us = 0.0;
-  double contact_share = 0.0;        ///< any mode
+  double contact_share = 0.0;        ///< [1] any mode
   std::vector<ModeSummary> modes;
   double force_mean_n = 0.0, force_max_n = 0.0;       ///< of the command, mean over ticks in contact
-  double sub_steps_mean = 0.0;
+  double sub_steps_mean = 0.0;       ///< [sub-steps per tick]
   int sub_steps_max = 0;
   std::int64_t waiting_ticks = 0, capped_ticks = 0, bad_input_ticks = 0, invalid_probe_ticks = 0;
   double error_bound_max_m = 0.0;
@@ -45,7 +45,7 @@ struct Summary {
   std::int64_t guard_limited_ticks = 0, faults = 0;
 };
 
-/// A force above this [N] is contact (formats.md §3, modes.csv).
+/// A force above this [N] is contact (docs/trace.md, modes.csv).
 inline constexpr double contact_force_n = 1e-3;
 
 /// Gathers a summary tick by tick, in memory that does not grow with the run. `add` allocates nothing.
