@@ -14,14 +14,14 @@
 namespace palpa {
 
 struct SceneOptions {
-  std::vector<std::filesystem::path> data_folders;            ///< searched after the scene's own folder, then $PALPA_DATA
-  std::vector<std::pair<std::string, std::string>> sets;      ///< `--set PATH=VALUE`, in order
+  std::vector<std::filesystem::path> data_folders;        ///< searched after the scene's own folder, then $PALPA_DATA
+  std::vector<std::pair<std::string, std::string>> sets;  ///< `--set PATH=VALUE`, in order
 };
 
 struct LoadedScene {
   Scene scene;
-  std::string text;                    ///< the file, byte for byte
-  std::vector<std::string> warnings;   ///< `PLACE: …` each
+  std::string text;                   ///< the file, byte for byte
+  std::vector<std::string> warnings;  ///< `PLACE: …` each
 };
 
 /// Reads a scene file (formats.md §1). Throws SceneError with file, line and column.

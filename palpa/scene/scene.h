@@ -15,12 +15,12 @@ namespace palpa {
 
 /// How the hand's reach lies in the world.
 struct Workspace {
-  std::string fit;                        ///< volume whose box's longest side becomes 0.15 m of hand; empty: `scale` holds
-  std::optional<double> scale;            ///< [1] world metres per hand metre, > 0
-  std::string center_volume;              ///< the middle of the reach touches this volume's box centre …
-  std::optional<Vec3> center_m;           ///< … or this world position [m]; neither: the fitted volume's centre
-  std::string towards_user;               ///< world direction facing the user: "anterior", "+x", …; empty: by the frame
-  std::string up;                         ///< world direction that is up; empty: by the frame
+  std::string fit;               ///< volume whose box's longest side becomes 0.15 m of hand; empty: `scale` holds
+  std::optional<double> scale;   ///< [1] world metres per hand metre, > 0
+  std::string center_volume;     ///< the middle of the reach touches this volume's box centre …
+  std::optional<Vec3> center_m;  ///< … or this world position [m]; neither: the fitted volume's centre
+  std::string towards_user;      ///< world direction facing the user: "anterior", "+x", …; empty: by the frame
+  std::string up;                ///< world direction that is up; empty: by the frame
   friend bool operator==(const Workspace&, const Workspace&) = default;
 };
 
@@ -33,9 +33,9 @@ class SceneError : public LoadError {
 /// A volume of a scene.
 struct SceneVolume {
   std::string name;
-  Volume volume;        ///< posed: its fields are where the scene puts them
+  Volume volume;  ///< posed: its fields are where the scene puts them
   Similarity pose;
-  std::string source;   ///< its TOML table's body as it was given, for printing; empty for a volume from code
+  std::string source;  ///< its TOML table's body as it was given, for printing; empty for a volume from code
 };
 
 /// A mode of a scene.
@@ -53,7 +53,7 @@ class Scene {
   explicit Scene(CouplingOptions coupling = {});
 
   std::string title;
-  std::vector<std::string> needs;   ///< mode types that plug-ins must bring
+  std::vector<std::string> needs;  ///< mode types that plug-ins must bring
   CouplingOptions coupling;
   std::string law = "exact";
   Workspace workspace;

@@ -1,0 +1,317 @@
+#include "palpa/scene/keys.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "palpa/field/analytic.h"
+#include "palpa/scene/wording.h"
+
+namespace palpa::detail {
+
+namespace {
+
+constexpr double unbounded = std::numeric_limits<double>::infinity();
+/// 512³ samples of float32 are half a gigabyte.
+constexpr double most_samples = 512;
+
+constexpr std::array<std::pair<std::string_view, double CouplingOptions::*>, 3> coupling_members{{
+    {"stiffness_n_per_m", &CouplingOptions::stiffness_n_per_m},
+    {"damping_ns_per_m", &CouplingOptions::damping_ns_per_m},
+    {"max_force_n", &CouplingOptions::max_force_n},
+}};
+
+Key coupling_key(std::string_view name, std::string_view sentence, Bounds bounds) {
+  const CouplingOptions defaults;
+  return {.name = std::string(name),
+          .kind = KeyKind::number,
+          .form = {},
+          .fallback = toml_number(defaults.*coupling_member(name)),
+          .sentence = std::string(sentence),
+          .bounds = bounds};
+}
+
+std::string unit_of(std::string_view name) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 4> suffixes{
+      {{"_ns_per_m", "N·s/m"}, {"_n_per_m", "N/m"}, {"_n", "N"}, {"_m", "m"}}};
+  for (const auto& [suffix, unit] : suffixes) {
+    if (name.ends_with(suffix)) return " [" + std::string(unit) + "]";
+  }
+  return {};
+}
+
+std::vector<std::string> directions() {
+  return {"anterior", "posterior", "left", "right", "superior", "inferior", "+x", "-x", "+y", "-y", "+z", "-z"};
+}
+
+std::vector<std::string> analytic_names() {
+  std::vector<std::string> names;
+  for (const AnalyticVolume& volume : analytic_volumes()) names.emplace_back(volume.name);
+  return names;
+}
+
+/// Turns the parameters of a mode into keys.
+class KeyCollector final : public ParameterVisitor {
+ public:
+  explicit KeyCollector(Keys& keys) : keys_(keys) {}
+  void number(const ParameterInfo& info, double& value) override {
+    if (info.kind == ParameterKind::level) {
+      add(info, KeyKind::number, {}, "required");
+    } else {
+      add(info, KeyKind::number, {}, toml_number(value)).bounds = bounds(info);
+    }
+  }
+  void optional_number(const ParameterInfo& info, std::optional<double>& value) override {
+    add(info, KeyKind::number, {}, value ? toml_number(*value) : "").bounds = bounds(info);
+  }
+  void flag(const ParameterInfo& info, bool& value) override { add(info, KeyKind::flag, {}, value ? "true" : "false"); }
+  void text(const ParameterInfo& info, std::string& value) override {
+    add(info, KeyKind::text, {}, value.empty() ? "" : toml_string(value));
+  }
+  void choice(const ParameterInfo& info, int& value) override {
+    Key& key = add(info, KeyKind::text, {}, toml_string(info.choices[static_cast<std::size_t>(value)]));
+    key.choices.assign(info.choices.begin(), info.choices.end());
+  }
+  void field(const ParameterInfo& info, FieldRef&) override {
+    add(info, KeyKind::text, "FIELD", info.required() ? "required" : "");
+  }
+  void strength(const ParameterInfo& info, Strength& value) override {
+    add(info, KeyKind::strength, {}, value.is_constant() ? toml_number(value.constant_n) : "a function").bounds = bounds(info);
+  }
+  void list(const ParameterInfo& info, ParameterList& list) override {
+    Key& key = add(info, KeyKind::tables, {}, "");
+    KeyCollector items(key.items);
+    list.visit_default(items);
+  }
+
+ private:
+  static Bounds bounds(const ParameterInfo& info) { return {info.range.low, info.range.high}; }
+  Key& add(const ParameterInfo& info, KeyKind kind, std::string form, std::string fallback) {
+    keys_.push_back({.name = std::string(info.name),
+                     .kind = kind,
+                     .form = std::move(form),
+                     .fallback = std::move(fallback),
+                     .sentence = std::string(info.sentence)});
+    return keys_.back();
+  }
+  Keys& keys_;
+};
+
+}  // namespace
+
+std::string sentence_of(const Bounds& bounds) {
+  const std::string low = (bounds.above_low ? "above " : "at least ") + toml_number(bounds.low);
+  if (bounds.high == unbounded) return low;
+  if (bounds.low == bounds.high) return toml_number(bounds.low);
+  if (bounds.above_low) return low + " and at most " + toml_number(bounds.high);
+  return "between " + toml_number(bounds.low) + " and " + toml_number(bounds.high);
+}
+
+const Key* find(const Keys& keys, std::string_view name) noexcept {
+  const auto found = std::ranges::find(keys, name, &Key::name);
+  return found == keys.end() ? nullptr : &*found;
+}
+
+std::vector<std::string> names_of(const Keys& keys) {
+  std::vector<std::string> names;
+  for (const Key& key : keys) names.push_back(key.name);
+  return names;
+}
+
+std::string form_of(const Key& key) {
+  if (!key.form.empty()) return key.form;
+  const std::string bounds = key.bounds ? ", " + sentence_of(*key.bounds) : "";
+  switch (key.kind) {
+    case KeyKind::number: return "number" + unit_of(key.name) + bounds;
+    case KeyKind::whole_number: return "whole number" + bounds;
+    case KeyKind::flag: return "true or false";
+    case KeyKind::text: {
+      if (key.choices.empty()) return "text";
+      std::string form;
+      for (const std::string& choice : key.choices) form += (form.empty() ? "" : " or ") + toml_string(choice);
+      return form;
+    }
+    case KeyKind::texts: return "list of texts";
+    case KeyKind::numbers: return "list of " + std::to_string(key.count) + " numbers";
+    case KeyKind::text_or_position: return "text or [x, y, z]";
+    case KeyKind::strength: return "STRENGTH" + unit_of(key.name) + bounds;
+    case KeyKind::list: return "list";
+    case KeyKind::table: return "table";
+    case KeyKind::tables: return "tables";
+  }
+  return {};
+}
+
+const Keys& scene_keys() {
+  static const Keys keys{
+      {"palpa", KeyKind::whole_number, "1", "required", "format of the scene file", Bounds{1, 1}},
+      {"title", KeyKind::text, {}, "", "what the scene is, in one line"},
+      {"needs", KeyKind::texts, {}, "", "types of modes that plug-ins must bring"},
+      {"coupling", KeyKind::table, "[coupling]", "", "the spring between hand and proxy"},
+      {"law", KeyKind::table, "[law]", "", "the rule that finds the balance"},
+      {"workspace", KeyKind::table, "[workspace]", "", "how the hand's reach lies in the world"},
+      {"volume", KeyKind::table, "[volume.NAME]", "", "the data, one table for each volume; NAME is a plain word"},
+      {"mode", KeyKind::tables, "[[mode]]", "required", "what is felt, one table for each mode; at least one"},
+      {"view", KeyKind::table, "[[view.layer]]", "", "how it is drawn; ignored where nothing is drawn"},
+  };
+  return keys;
+}
+
+const Keys& coupling_keys() {
+  static const Keys keys{
+      coupling_key("stiffness_n_per_m", "stiffness of the spring that pulls the hand to the proxy (k of Eq. 1)",
+                   {0, 1e5, true}),
+      coupling_key("damping_ns_per_m", "damping of that spring (D of Eq. 1)", {0, 100}),
+      coupling_key("max_force_n", "the guard lets out no longer force than this", {0, 100, true}),
+  };
+  return keys;
+}
+
+double CouplingOptions::*coupling_member(std::string_view key) noexcept {
+  const auto* found = std::ranges::find(coupling_members, key, [](const auto& member) { return member.first; });
+  return found == coupling_members.end() ? nullptr : found->second;
+}
+
+const Keys& law_keys() {
+  static const Keys keys{
+      {"method", KeyKind::text, {}, "\"exact\"", "which law finds the balance", {}, law_methods()},
+  };
+  return keys;
+}
+
+const Keys& workspace_keys() {
+  static const Keys keys{
+      {"fit", KeyKind::text, "volume", "the first volume, unless `scale` is given",
+       "the longest side of this volume's box becomes 0.15 m of hand, on every device"},
+      {"scale", KeyKind::number, {}, "", "instead of `fit`: world metres per hand metre", Bounds{0, unbounded, true}},
+      {"center", KeyKind::text_or_position, "volume or [x, y, z]", "the box of `fit`",
+       "what the middle of the hand's reach touches: the middle of a volume's box, or a world position [m]"},
+      {"towards_user",
+       KeyKind::text,
+       "direction",
+       "\"anterior\" in a medical frame, else \"+z\"",
+       "world direction that faces the user",
+       {},
+       directions()},
+      {"up",
+       KeyKind::text,
+       "direction",
+       "\"superior\" in a medical frame, else \"+y\"",
+       "world direction that is up",
+       {},
+       directions()},
+  };
+  return keys;
+}
+
+const Keys& volume_keys() {
+  static const Keys keys{
+      {"file", KeyKind::text, "path", "",
+       "the file; a relative path is looked for beside the scene, then in each --data folder, "
+       "then in $PALPA_DATA"},
+      {"analytic", KeyKind::text, {}, "", "instead of `file`: embedded data", {}, analytic_names()},
+      {"sampled",
+       KeyKind::whole_number,
+       {},
+       "",
+       "with `analytic`: as a grid with this many samples along its longest side, "
+       "instead of a formula",
+       Bounds{2, most_samples}},
+      {"length_unit",
+       KeyKind::text,
+       {},
+       "the file's; else mm for NRRD, MetaImage and NIfTI, m for others",
+       "unit of length of a file that says none",
+       {},
+       {"m", "cm", "mm", "um", "nm"}},
+      {"fields", KeyKind::table, "{NAME = {array = text, unit = text}}", "all, under the file's names",
+       "which arrays of the file are fields, and what they are called"},
+      {"pose", KeyKind::table, "{translate_m, rotate_axis_deg, scale}", "where the file puts it",
+       "moves the volume in the world"},
+      {"frame", KeyKind::whole_number, {}, "", "which frame of a file that holds several, counted from 0", Bounds{0, 1e6}},
+      {"as", KeyKind::text, {}, "", "takes a file of three frames as one vector field", {}, {"vector"}},
+  };
+  return keys;
+}
+
+const Keys& volume_field_keys() {
+  static const Keys keys{
+      {"array", KeyKind::text, {}, "NAME", "what the file calls the array"},
+      {"unit", KeyKind::text, {}, "the file's", "label of its unit; converts nothing"},
+  };
+  return keys;
+}
+
+const Keys& pose_keys() {
+  static const Keys keys{
+      {"translate_m",
+       KeyKind::numbers,
+       "[x, y, z]",
+       "[0, 0, 0]",
+       "where the volume's origin goes [m], after turn and scale",
+       {},
+       {},
+       3},
+      {"rotate_axis_deg",
+       KeyKind::numbers,
+       "[x, y, z, degrees]",
+       "no turn",
+       "axis, and right-handed angle about it",
+       {},
+       {},
+       4},
+      {"scale", KeyKind::number, {}, "1", "how much larger the volume becomes", Bounds{0, unbounded, true}},
+  };
+  return keys;
+}
+
+const Keys& mode_keys() {
+  static const Keys keys{
+      {"name", KeyKind::text, "plain word", "required", "what the mode is called in events, tables and --set; unique"},
+      {"type", KeyKind::text, "type of mode", "required", "one of the types below"},
+      {"enabled", KeyKind::flag, {}, "true", "false: stays silent"},
+      {"mask", KeyKind::tables, "[{of, points, outside}, …]", "",
+       "factors between 0 and 1 on all strengths and drags of the mode, as functions of a field's value"},
+  };
+  return keys;
+}
+
+const Keys& function_keys() {
+  static const Keys keys{
+      {"of", KeyKind::text, "FIELD", "required", "scalar field whose value is looked up"},
+      {"points", KeyKind::list, "[[value, result], …]", "required",
+       "piecewise linear; values do not fall, two equal ones make a step"},
+      {"outside", KeyKind::number, "number", "0", "result below the first and above the last value"},
+  };
+  return keys;
+}
+
+const Keys& view_keys() {
+  static const Keys keys{{"layer", KeyKind::tables, "[[view.layer]]", "", "what is drawn"}};
+  return keys;
+}
+
+const Keys& view_layer_keys() {
+  static const Keys keys{
+      {"show", KeyKind::text, {}, "required", "how it is drawn", {}, {"surface", "slices", "volume", "streamlines", "glyphs"}},
+      {"field", KeyKind::text, "FIELD", "required", "what is drawn"},
+      {"level", KeyKind::number, {}, "", "of a surface: the value it is drawn at"},
+      {"colors", KeyKind::table, "{points = [[value, \"#rrggbb\", opacity], …]}", "", "colour and opacity by value"},
+  };
+  return keys;
+}
+
+const Keys& view_colors_keys() {
+  static const Keys keys{{"points", KeyKind::list, "[[value, \"#rrggbb\", opacity], …]", "required", "piecewise linear"}};
+  return keys;
+}
+
+Keys parameter_keys(const Mode& mode) {
+  Keys keys;
+  KeyCollector collector(keys);
+  Mode example = mode;
+  example.visit(collector);
+  return keys;
+}
+
+}  // namespace palpa::detail

@@ -1,0 +1,880 @@
+#include "palpa/scene/load_scene.h"
+
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <numbers>
+#include <set>
+
+#include "palpa/field/analytic.h"
+#include "palpa/field/grid.h"
+#include "palpa/scene/keys.h"
+#include "palpa/scene/scene_checks.h"
+#include "palpa/scene/wording.h"
+
+namespace palpa {
+
+namespace {
+
+using detail::Finding;
+using detail::in_quotes;
+using detail::Key;
+using detail::KeyKind;
+using detail::Keys;
+using detail::suggestion;
+using detail::toml_number;
+
+constexpr std::size_t most_bytes = 4 << 20;
+constexpr int deepest_key = 16;                  // a.b.c…; scenes need three
+constexpr std::string_view set_mark = "--set ";  // what stands for the file's name in values from --set
+
+// ---- Places
+
+[[noreturn]] void fail(const std::string& place, const std::string& text) {
+  throw SceneError(detail::one_line(place + ": " + text));
+}
+
+std::string place_of(const toml::source_region& region) {
+  if (!region.path) return "scene";
+  if (region.path->starts_with(set_mark)) return *region.path;
+  return *region.path + ":" + std::to_string(region.begin.line) + ":" + std::to_string(region.begin.column);
+}
+std::string place_of(const toml::node& node) { return place_of(node.source()); }
+
+bool is_before(const toml::source_region& a, const toml::source_region& b) { return a.begin < b.begin; }
+
+// ---- Text
+
+/// toml++ builds a table for every dot of a key and takes them down recursively, so a key of 100 000
+/// dots would overflow the stack. Finds such a key before parsing.
+class KeyDepth {
+ public:
+  explicit KeyDepth(std::string_view text) : text_(text) {}
+
+  /// Where a key is too deep: line and column; nothing when all are fine.
+  std::optional<std::pair<std::size_t, std::size_t>> too_deep() {
+    int dots = 0;
+    while (at_ < text_.size()) {
+      const char c = text_[at_];
+      if (c == '#') {
+        skip_to('\n');
+      } else if (c == '"' || c == '\'') {
+        skip_string(c);
+      } else {
+        if (c == '.' && ++dots > deepest_key) return position();
+        if (c == '=' || c == ',' || c == '\n' || c == '[' || c == '{') dots = 0;
+        ++at_;
+      }
+    }
+    return std::nullopt;
+  }
+
+ private:
+  void skip_to(char end) { at_ = std::min(text_.find(end, at_), text_.size()); }
+  void skip_string(char quote) {
+    const std::string three(3, quote);
+    const bool long_string = text_.substr(at_, 3) == three;
+    const std::size_t width = long_string ? 3 : 1;
+    for (at_ += width; at_ < text_.size(); ++at_) {
+      if (quote == '"' && text_[at_] == '\\') {
+        ++at_;
+      } else if (text_[at_] == '\n' && !long_string) {
+        return;  // not closed: the parser will say so
+      } else if (text_.substr(at_, width) == (long_string ? three : std::string(1, quote))) {
+        at_ += width;
+        return;
+      }
+    }
+  }
+  std::pair<std::size_t, std::size_t> position() const {
+    const std::string_view before = text_.substr(0, at_);
+    const std::size_t line_start = before.rfind('\n') == std::string_view::npos ? 0 : before.rfind('\n') + 1;
+    return {static_cast<std::size_t>(std::ranges::count(before, '\n')) + 1, at_ - line_start + 1};
+  }
+  std::string_view text_;
+  std::size_t at_ = 0;
+};
+
+toml::table parse_toml(const std::string& text, const std::string& name) {
+  if (text.size() > most_bytes) fail(name, "longer than 4 MiB; a scene is a short text");
+  if (const auto deep = KeyDepth(text).too_deep()) {
+    fail(name + ":" + std::to_string(deep->first) + ":" + std::to_string(deep->second),
+         "a key of more than " + std::to_string(deepest_key) + " parts; the keys of a scene have at most three");
+  }
+  try {
+    return toml::parse(std::string_view(text), std::string_view(name));
+  } catch (const toml::parse_error& error) {
+    fail(place_of(error.source()),
+         "no valid TOML: " + std::string(error.description()) + "; a line is KEY = VALUE, [TABLE] or [[LIST]]");
+  }
+}
+
+// ---- Values
+
+std::string kind_of(const toml::node& node) {
+  switch (node.type()) {
+    case toml::node_type::string: return "a text";
+    case toml::node_type::integer:
+    case toml::node_type::floating_point: return "a number";
+    case toml::node_type::boolean: return "true or false";
+    case toml::node_type::array: return "a list";
+    case toml::node_type::table: return "a table";
+    default: return "a date or time";
+  }
+}
+
+std::string expected(const Key& key) {
+  switch (key.kind) {
+    case KeyKind::number: return "a number";
+    case KeyKind::whole_number: return "a whole number";
+    case KeyKind::flag: return "true or false";
+    case KeyKind::text: return "a text in quotes";
+    case KeyKind::texts: return "a list of texts";
+    case KeyKind::numbers: return "a list of " + std::to_string(key.count) + " numbers";
+    case KeyKind::text_or_position: return "a volume's name in quotes or a list of 3 numbers";
+    case KeyKind::strength: return "a number or a function {of = FIELD, points = [[value, newtons], …]}";
+    case KeyKind::list: return "a list";
+    case KeyKind::table: return "a table";
+    case KeyKind::tables: return "a list of tables";
+  }
+  return {};
+}
+
+std::optional<double> number_in(const toml::node& node) {
+  if (const auto* integer = node.as_integer()) return static_cast<double>(integer->get());
+  if (const auto* floating = node.as_floating_point()) return floating->get();
+  return std::nullopt;
+}
+
+/// `count` finite numbers in a list; nothing if it is not that.
+std::optional<std::vector<double>> numbers_in(const toml::node& node, std::size_t count) {
+  const toml::array* array = node.as_array();
+  if (!array || array->size() != count) return std::nullopt;
+  std::vector<double> numbers;
+  for (const toml::node& element : *array) {
+    const std::optional<double> number = number_in(element);
+    if (!number || !std::isfinite(*number)) return std::nullopt;
+    numbers.push_back(*number);
+  }
+  return numbers;
+}
+
+/// The elements of a list of tables; empty list for none. Whoever asks has checked that it is one.
+std::vector<const toml::table*> tables_in(const toml::node* node) {
+  std::vector<const toml::table*> tables;
+  if (node) {
+    for (const toml::node& element : *node->as_array()) tables.push_back(element.as_table());
+  }
+  return tables;
+}
+
+/// A table whose keys have all been checked against their list: known, of the right kind, in range,
+/// among the choices, and the required ones there. What is asked for afterwards needs no check.
+class Section {
+ public:
+  /// `where` completes "… in ": "[coupling]", "mode 'skin'".
+  Section(const toml::table& table, const Keys& keys, std::string where) : table_(table), where_(std::move(where)) {
+    const toml::key* unknown = nullptr;
+    for (const auto& [key, node] : table) {
+      if (!detail::find(keys, key.str()) && (!unknown || is_before(key.source(), unknown->source()))) unknown = &key;
+    }
+    if (unknown) {
+      fail(place_of(unknown->source()), "unknown key " + in_quotes(unknown->str()) + " in " + where_ + "; " +
+                                            suggestion(unknown->str(), detail::names_of(keys)));
+    }
+    for (const Key& key : keys) {
+      if (const toml::node* node = table.get(key.name)) {
+        check(key, *node);
+      } else if (key.required()) {
+        fail(place_of(table), "no key " + in_quotes(key.name) + " in " + where_ + "; it is needed: " + key.sentence);
+      }
+    }
+  }
+
+  const toml::table& table() const noexcept { return table_; }
+  const std::string& where() const noexcept { return where_; }
+  const toml::node* node(std::string_view key) const { return table_.get(key); }
+  const toml::table* subtable(std::string_view key) const { return node(key) ? node(key)->as_table() : nullptr; }
+  std::optional<double> number(std::string_view key) const { return node(key) ? number_in(*node(key)) : std::nullopt; }
+  std::optional<bool> flag(std::string_view key) const { return table_[key].value<bool>(); }
+  std::optional<std::string> text(std::string_view key) const { return table_[key].value<std::string>(); }
+  std::vector<std::string> texts(std::string_view key) const {
+    std::vector<std::string> texts;
+    if (node(key)) {
+      for (const toml::node& element : *node(key)->as_array()) texts.push_back(*element.value<std::string>());
+    }
+    return texts;
+  }
+  std::optional<std::vector<double>> numbers(std::string_view key, std::size_t count) const {
+    return node(key) ? numbers_in(*node(key), count) : std::nullopt;
+  }
+
+ private:
+  void check(const Key& key, const toml::node& node) const {
+    const auto the = [&] { return in_quotes(key.name) + " in " + where_; };
+    if (!has_kind(key, node)) fail(place_of(node), the() + " is " + kind_of(node) + "; it must be " + expected(key));
+    if (const std::optional<double> number = number_in(node)) {
+      if (!std::isfinite(*number)) fail(place_of(node), the() + " is not finite; it must be " + expected(key));
+      if (key.bounds && !key.bounds->contain(*number)) {
+        fail(place_of(node), the() + " is " + toml_number(*number) + "; it must be " + sentence_of(*key.bounds));
+      }
+    }
+    if (const auto* text = node.as_string(); text && !key.choices.empty()) {
+      if (std::ranges::find(key.choices, text->get()) == key.choices.end()) {
+        fail(place_of(node), the() + " cannot be " + in_quotes(text->get()) + "; " + suggestion(text->get(), key.choices));
+      }
+    }
+    if (const toml::array* array = node.as_array()) {
+      for (const toml::node& element : *array) {
+        if (key.kind == KeyKind::tables && !element.is_table()) {
+          fail(place_of(element), the() + " holds " + kind_of(element) + "; it must be " + expected(key));
+        }
+        if (key.kind == KeyKind::texts && !element.is_string()) {
+          fail(place_of(element), the() + " holds " + kind_of(element) + "; it must be " + expected(key));
+        }
+      }
+      if (key.kind == KeyKind::numbers && !numbers_in(node, key.count)) {
+        fail(place_of(node), the() + " is another list; it must be " + expected(key) + ", all finite");
+      }
+      if (key.kind == KeyKind::text_or_position && !numbers_in(node, 3)) {
+        fail(place_of(node), the() + " is another list; it must be " + expected(key) + ", all finite");
+      }
+    }
+  }
+
+  static bool has_kind(const Key& key, const toml::node& node) {
+    switch (key.kind) {
+      case KeyKind::number: return node.is_number();
+      case KeyKind::whole_number: return node.is_integer();
+      case KeyKind::flag: return node.is_boolean();
+      case KeyKind::text: return node.is_string();
+      case KeyKind::texts:
+      case KeyKind::numbers:
+      case KeyKind::list:
+      case KeyKind::tables: return node.is_array();
+      case KeyKind::text_or_position: return node.is_string() || node.is_array();
+      case KeyKind::strength: return node.is_number() || node.is_table();
+      case KeyKind::table: return node.is_table();
+    }
+    return false;
+  }
+
+  const toml::table& table_;
+  std::string where_;
+};
+
+/// The canonical text of a value, on one line.
+std::string text_of(const toml::node& node) {
+  if (const auto* text = node.as_string()) return detail::toml_string(text->get());
+  if (const auto* integer = node.as_integer()) return std::to_string(integer->get());
+  if (const auto number = number_in(node)) return toml_number(*number);
+  if (const auto* flag = node.as_boolean()) return flag->get() ? "true" : "false";
+  std::string out;
+  if (const toml::array* array = node.as_array()) {
+    for (const toml::node& element : *array) out += (out.empty() ? "" : ", ") + text_of(element);
+    return "[" + out + "]";
+  }
+  if (const toml::table* table = node.as_table()) {
+    for (const auto& [key, value] : *table) {
+      const bool bare = detail::is_plain_word(key.str());
+      out +=
+          (out.empty() ? "" : ", ") + (bare ? std::string(key.str()) : detail::toml_string(key.str())) + " = " + text_of(value);
+    }
+    return "{" + out + "}";
+  }
+  return {};
+}
+
+// ---- --set
+
+/// Edits the tree before anything is read from it, so that every check applies to what was set.
+class Setter {
+ public:
+  explicit Setter(toml::table& root) : root_(root) {}
+
+  void set(const std::string& path, const std::string& value) {
+    const std::string place = std::string(set_mark) + path;
+    const std::vector<std::string> parts = split(path);
+    const std::size_t n = parts.size();
+    if (n == 2 && (parts[0] == "coupling" || parts[0] == "workspace" || path == "law.method")) {
+      if (!root_.contains(parts[0])) root_.insert(toml::key(parts[0], region(place)), toml::table{});
+      return put(root_[parts[0]].as_table(), parts[1], value, place);
+    }
+    if (n == 3 && parts[0] == "volume") {
+      toml::table* volumes = root_["volume"].as_table();
+      std::vector<std::string> names;
+      if (volumes) {
+        for (const auto& [key, node] : *volumes) names.emplace_back(key.str());
+      }
+      if (!volumes || !volumes->contains(parts[1]))
+        fail(place, "no volume " + in_quotes(parts[1]) + "; " + suggestion(parts[1], names));
+      return put((*volumes)[parts[1]].as_table(), parts[2], value, place);
+    }
+    if ((n == 3 || n == 5) && parts[0] == "mode") {
+      toml::table& mode = item(root_, "mode", parts[1], "mode", place);
+      if (n == 3) return put(&mode, parts[2], value, place);
+      return put(&item(mode, parts[2], parts[3], parts[2], place), parts[4], value, place);
+    }
+    fail(place,
+         "no such path; there are: coupling.KEY, law.method, workspace.KEY, volume.NAME.KEY, mode.NAME.KEY, "
+         "mode.NAME.level.NAME.KEY");
+  }
+
+ private:
+  static std::vector<std::string> split(const std::string& path) {
+    std::vector<std::string> parts(1);
+    for (const char c : path) {
+      if (c == '.') {
+        parts.emplace_back();
+      } else {
+        parts.back() += c;
+      }
+    }
+    return parts;
+  }
+
+  static toml::source_region region(const std::string& place) {
+    return {{1, 1}, {1, 1}, std::make_shared<const std::string>(place)};
+  }
+
+  /// A value as TOML reads it; what TOML cannot read is a text, so that words need no quotes.
+  static void put(toml::table* table, const std::string& key, const std::string& value, const std::string& place) {
+    if (!table) return;  // not a table: the checks will say so
+    const std::string line = "v = " + value;
+    toml::table parsed;
+    if (value.size() <= most_bytes && !KeyDepth(line).too_deep()) {
+      try {
+        parsed = toml::parse(std::string_view(line), std::string_view(place));
+      } catch (const toml::parse_error&) {
+        parsed.clear();
+      }
+    }
+    toml::node* node = parsed.size() == 1 ? parsed.get("v") : nullptr;
+    if (!node) {
+      parsed = toml::parse(std::string_view("v = " + detail::toml_string(value)), std::string_view(place));
+      node = parsed.get("v");
+    }
+    // The key's own place is --set as well, even where it replaces one of the file.
+    table->erase(key);
+    table->insert_or_assign(toml::key(key, region(place)), std::move(*node));
+  }
+
+  /// The table of the list `list` whose name is `name`.
+  static toml::table& item(toml::table& owner, const std::string& list, const std::string& name, const std::string& kind,
+                           const std::string& place) {
+    std::vector<std::string> names;
+    if (toml::array* items = owner[list].as_array()) {
+      for (toml::node& element : *items) {
+        toml::table* table = element.as_table();
+        const std::optional<std::string> found = table ? (*table)["name"].value<std::string>() : std::nullopt;
+        if (found == name) return *table;
+        if (found) names.push_back(*found);
+      }
+    }
+    fail(place, "no " + kind + " " + in_quotes(name) + "; " + suggestion(name, names));
+  }
+
+  toml::table& root_;
+};
+
+// ---- Reading
+
+/// `table` as a function of a field: {of, points, outside}.
+std::pair<FieldRef, TransferFunction> function_in(const toml::table& table, const std::string& where,
+                                                  const detail::Bounds& bounds) {
+  const Section section(table, detail::function_keys(), where);
+  const auto check = [&](const toml::node& node, double result) {
+    if (bounds.contain(result)) return;
+    fail(place_of(node), "a result in " + where + " is " + toml_number(result) + "; it must be " + sentence_of(bounds));
+  };
+  std::vector<TransferFunction::Point> points;
+  for (const toml::node& element : *section.node("points")->as_array()) {
+    const auto pair = numbers_in(element, 2);
+    if (!pair)
+      fail(place_of(element), "a point in " + where + " is no pair of numbers; points are [[value, result], …], all finite");
+    check(*element.as_array()->get(1), (*pair)[1]);
+    points.push_back({(*pair)[0], (*pair)[1]});
+  }
+  const double outside = section.number("outside").value_or(0.0);
+  if (section.node("outside")) check(*section.node("outside"), outside);
+  try {
+    return {FieldRef{*section.text("of")}, TransferFunction(std::move(points), outside)};
+  } catch (const std::invalid_argument& error) {
+    fail(place_of(*section.node("points")), "the points in " + where + " make no function: " + error.what());
+  }
+}
+
+/// Fills in a mode's parameters from its table, which has been checked against their keys.
+class ParameterReader final : public ParameterVisitor {
+ public:
+  ParameterReader(const Section& section, const Keys& keys, const std::vector<std::string>& volumes)
+      : section_(section), keys_(keys), volumes_(volumes) {}
+
+  void number(const ParameterInfo& info, double& value) override { value = section_.number(info.name).value_or(value); }
+  void optional_number(const ParameterInfo& info, std::optional<double>& value) override {
+    if (const auto given = section_.number(info.name)) value = given;
+  }
+  void flag(const ParameterInfo& info, bool& value) override { value = section_.flag(info.name).value_or(value); }
+  void text(const ParameterInfo& info, std::string& value) override { value = section_.text(info.name).value_or(value); }
+  void choice(const ParameterInfo& info, int& value) override {
+    const auto word = section_.text(info.name);
+    if (word) value = static_cast<int>(std::ranges::find(info.choices, *word) - info.choices.begin());
+  }
+  void field(const ParameterInfo& info, FieldRef& ref) override {
+    if (const toml::node* node = section_.node(info.name)) ref = field_in(*node);
+  }
+  void strength(const ParameterInfo& info, Strength& strength) override {
+    const toml::node* node = section_.node(info.name);
+    if (!node) return;
+    if (const auto constant = number_in(*node)) {
+      strength = Strength(*constant);
+      return;
+    }
+    auto [of, curve] =
+        function_in(*node->as_table(), in_quotes(info.name) + " of " + section_.where(), {info.range.low, info.range.high});
+    strength = Strength(field_in(*node->as_table()->get("of")), std::move(curve));
+  }
+  void list(const ParameterInfo& info, ParameterList& list) override {
+    const Keys& keys = detail::find(keys_, info.name)->items;
+    for (const toml::table* table : tables_in(section_.node(info.name))) {
+      const auto name = (*table)["name"].value<std::string>();
+      const std::string number = std::to_string(list.size() + 1);
+      const Section item(*table, keys,
+                         std::string(info.name) + " " + (name ? in_quotes(*name) : number) + " of " + section_.where());
+      list.append();
+      ParameterReader reader(item, keys, volumes_);
+      list.visit(list.size() - 1, reader);
+    }
+  }
+
+  /// A field's name whose volume is there: found out before any volume is opened.
+  FieldRef field_in(const toml::node& node) const {
+    const std::string name = *node.value<std::string>();
+    if (const std::string problem = detail::problem_with_volume_of(name, volumes_); !problem.empty())
+      fail(place_of(node), problem);
+    return {name};
+  }
+
+ private:
+  const Section& section_;
+  const Keys& keys_;
+  const std::vector<std::string>& volumes_;
+};
+
+/// Turn about an axis. Multiples of 90° are exact, so that a turned volume keeps its bits.
+Mat3 turn(const Vec3& axis, double degrees) {
+  const double reduced = std::fmod(degrees, 360.0);
+  const double quarters = reduced / 90.0;
+  double sine = std::sin(reduced * std::numbers::pi / 180.0);
+  double cosine = std::cos(reduced * std::numbers::pi / 180.0);
+  if (quarters == std::round(quarters)) {
+    sine = std::round(sine);
+    cosine = std::round(cosine);
+  }
+  const Vec3 a = normalized(axis);
+  const double v = 1.0 - cosine;
+  return {{{a.x * a.x * v + cosine, a.x * a.y * v - a.z * sine, a.x * a.z * v + a.y * sine},
+           {a.y * a.x * v + a.z * sine, a.y * a.y * v + cosine, a.y * a.z * v - a.x * sine},
+           {a.z * a.x * v - a.y * sine, a.z * a.y * v + a.x * sine, a.z * a.z * v + cosine}}};
+}
+
+class Loader {
+ public:
+  Loader(const std::string& text, std::string name, std::filesystem::path folder, const ReadVolume& read_volume,
+         const ModeCatalog& catalog, const SceneOptions& options)
+      : name_(std::move(name)),
+        folder_(std::move(folder)),
+        read_volume_(read_volume),
+        catalog_(catalog),
+        options_(options),
+        root_(parse_toml(text, name_)) {}
+
+  LoadedScene load() {
+    for (const auto& [path, value] : options_.sets) Setter(root_).set(path, value);
+    check_format();
+    const Section scene(root_, detail::scene_keys(), "the scene");
+    read_header(scene);
+    read_coupling(scene);
+    read_law(scene);
+    const std::vector<VolumePlan> volumes = plan_volumes(scene);
+    read_workspace(scene);
+    check_view(scene);
+    std::vector<SceneMode> modes = read_modes(scene);
+
+    for (const VolumePlan& plan : volumes) open(plan);
+    for (std::size_t i = 0; i < modes.size(); ++i) {
+      refuse_first(detail::field_findings(loaded_.scene, modes[i], i));
+      loaded_.scene.add(std::move(modes[i].name), std::move(modes[i].mode), std::move(modes[i].masks), modes[i].enabled);
+    }
+    for (const Finding& finding : refuse_first(detail::findings(loaded_.scene))) {
+      loaded_.warnings.push_back(detail::one_line(place_of(finding.part) + ": " + finding.text));
+    }
+    return std::move(loaded_);
+  }
+
+ private:
+  struct VolumePlan {
+    std::string name;
+    const toml::table* table = nullptr;
+    VolumeRequest request;
+    std::string analytic;
+    std::optional<double> sampled;
+    Similarity pose;
+    std::string source;
+  };
+
+  /// The format comes first: another one may have other keys.
+  void check_format() const {
+    const toml::node* format = root_.get("palpa");
+    if (!format) fail(name_ + ":1:1", "no format; a scene begins with 'palpa = 1'");
+    if (const auto* number = format->as_integer(); number && number->get() != 1) {
+      fail(place_of(*format),
+           "scene format " + std::to_string(number->get()) + " is not known; this program reads 'palpa = 1'");
+    }
+  }
+
+  void read_header(const Section& scene) {
+    loaded_.scene.title = scene.text("title").value_or("");
+    loaded_.scene.needs = scene.texts("needs");
+    for (std::size_t i = 0; i < loaded_.scene.needs.size(); ++i) {
+      const std::string& type = loaded_.scene.needs[i];
+      if (!catalog_.find(type)) {
+        fail(place_of(*scene.node("needs")->as_array()->get(i)),
+             "needs the mode type " + in_quotes(type) + ", which is not there; " + suggestion(type, types()));
+      }
+    }
+  }
+
+  void read_coupling(const Section& scene) {
+    const toml::table* table = scene.subtable("coupling");
+    if (!table) return;
+    const Section section(*table, detail::coupling_keys(), "[coupling]");
+    for (const Key& key : detail::coupling_keys()) {
+      double& value = loaded_.scene.coupling.*detail::coupling_member(key.name);
+      value = section.number(key.name).value_or(value);
+    }
+  }
+
+  void read_law(const Section& scene) {
+    const toml::table* table = scene.subtable("law");
+    if (!table) return;
+    loaded_.scene.law = Section(*table, detail::law_keys(), "[law]").text("method").value_or(loaded_.scene.law);
+  }
+
+  void read_workspace(const Section& scene) {
+    const toml::table* table = scene.subtable("workspace");
+    if (!table) return;
+    const Section section(*table, detail::workspace_keys(), "[workspace]");
+    const auto check_volume = [&](const char* key) {
+      const auto volume = section.text(key);
+      if (!volume) return;
+      if (std::ranges::find(volume_names_, *volume) == volume_names_.end()) {
+        fail(place_of(*section.node(key)), "no volume " + in_quotes(*volume) + "; " + suggestion(*volume, volume_names_));
+      }
+    };
+    check_volume("fit");
+    check_volume("center");
+    Workspace& workspace = loaded_.scene.workspace;
+    workspace.fit = section.text("fit").value_or("");
+    workspace.scale = section.number("scale");
+    workspace.center_volume = section.text("center").value_or("");
+    if (const auto center = section.numbers("center", 3)) workspace.center_m = Vec3{(*center)[0], (*center)[1], (*center)[2]};
+    workspace.towards_user = section.text("towards_user").value_or("");
+    workspace.up = section.text("up").value_or("");
+  }
+
+  void check_view(const Section& scene) const {
+    const toml::table* table = scene.subtable("view");
+    if (!table) return;
+    const Section view(*table, detail::view_keys(), "[view]");
+    for (const toml::table* layer_table : tables_in(view.node("layer"))) {
+      const Section layer(*layer_table, detail::view_layer_keys(), "[[view.layer]]");
+      const toml::table* colors = layer.subtable("colors");
+      if (!colors) continue;
+      const Section section(*colors, detail::view_colors_keys(), "'colors' of [[view.layer]]");
+      for (const toml::node& point : *section.node("points")->as_array()) {
+        if (!is_color_point(point)) {
+          fail(place_of(point),
+               "a point of 'colors' is something else; points are [[value, \"#rrggbb\", opacity from 0 to 1], …]");
+        }
+      }
+    }
+  }
+
+  static bool is_color_point(const toml::node& node) {
+    const toml::array* point = node.as_array();
+    if (!point || point->size() != 3) return false;
+    const auto value = number_in(*point->get(0));
+    const auto color = point->get(1)->value<std::string>();
+    const auto opacity = number_in(*point->get(2));
+    const auto is_hex = [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F'); };
+    return value && std::isfinite(*value) && color && color->size() == 7 && color->front() == '#' &&
+           std::all_of(color->begin() + 1, color->end(), is_hex) && opacity && *opacity >= 0.0 && *opacity <= 1.0;
+  }
+
+  // ---- Volumes
+
+  std::vector<VolumePlan> plan_volumes(const Section& scene) {
+    const toml::table* volumes = scene.subtable("volume");
+    std::vector<std::pair<const toml::key*, const toml::node*>> in_order;
+    if (volumes) {
+      for (const auto& [key, node] : *volumes) in_order.emplace_back(&key, &node);
+    }
+    // A table forgets the order of the file; the first volume is the one that a workspace fits.
+    std::ranges::stable_sort(in_order,
+                             [](const auto& a, const auto& b) { return is_before(a.first->source(), b.first->source()); });
+
+    std::vector<VolumePlan> plans;
+    for (const auto& [key, node] : in_order) {
+      const std::string name(key->str());
+      if (!detail::is_plain_word(name)) {
+        fail(place_of(key->source()),
+             "volume name " + in_quotes(name) + " is no plain word; use a letter, then letters, digits, '_' or '-'");
+      }
+      if (!node->is_table())
+        fail(place_of(*node), "volume " + in_quotes(name) + " is " + kind_of(*node) + "; it must be a table");
+      plans.push_back(plan_volume(name, *node->as_table()));
+      volume_names_.push_back(name);
+    }
+    return plans;
+  }
+
+  VolumePlan plan_volume(const std::string& name, const toml::table& table) const {
+    const Section section(table, detail::volume_keys(), "volume " + in_quotes(name));
+    VolumePlan plan;
+    plan.name = name;
+    plan.table = &table;
+    plan.analytic = section.text("analytic").value_or("");
+    plan.sampled = section.number("sampled");
+    if (const toml::table* pose = section.subtable("pose")) plan.pose = read_pose(*pose, section.where());
+    if (plan.analytic.empty() == !section.node("file")) {
+      fail(place_of(table), "volume " + in_quotes(name) + " has " + (plan.analytic.empty() ? "no data" : "two sources") +
+                                "; give either 'file' or 'analytic'");
+    }
+    for (const char* key : {"length_unit", "fields", "frame", "as"}) {
+      if (!plan.analytic.empty() && section.node(key)) {
+        fail(place_of(*section.node(key)),
+             in_quotes(key) + " in volume " + in_quotes(name) + " speaks of a file; leave it out with 'analytic'");
+      }
+    }
+    if (plan.sampled && plan.analytic.empty()) {
+      fail(place_of(*section.node("sampled")),
+           "'sampled' in volume " + in_quotes(name) + " is for embedded data; leave it out with 'file'");
+    }
+    if (plan.analytic.empty()) plan.request = read_request(section);
+    for (const Key& key : detail::volume_keys()) {
+      if (const toml::node* node = section.node(key.name)) plan.source += key.name + " = " + text_of(*node) + "\n";
+    }
+    return plan;
+  }
+
+  VolumeRequest read_request(const Section& section) const {
+    VolumeRequest request;
+    request.files = {find_file(*section.text("file"), section)};
+    request.length_unit = section.text("length_unit").value_or("");
+    request.as = section.text("as").value_or("");
+    request.frame = static_cast<int>(section.number("frame").value_or(-1));
+    const toml::table* fields = section.subtable("fields");
+    if (!fields) return request;
+    for (const auto& [key, node] : *fields) {
+      const std::string name(key.str());
+      if (!detail::is_plain_word(name)) {
+        fail(place_of(key.source()),
+             "field name " + in_quotes(name) + " is no plain word; use a letter, then letters, digits, '_' or '-'");
+      }
+      const std::string where = "field " + in_quotes(name) + " of " + section.where();
+      if (!node.is_table()) fail(place_of(node), where + " is " + kind_of(node) + "; it must be {array = text, unit = text}");
+      const Section field(*node.as_table(), detail::volume_field_keys(), where);
+      request.fields.push_back({name, field.text("array").value_or(""), field.text("unit").value_or("")});
+    }
+    return request;
+  }
+
+  /// Beside the scene, then in each data folder, then in $PALPA_DATA.
+  std::filesystem::path find_file(const std::string& file, const Section& section) const {
+    const toml::node& node = *section.node("file");
+    if (file.empty() || file.find('\0') != std::string::npos) {
+      fail(place_of(node), "'file' in " + section.where() + " is no path; give the path of a file");
+    }
+    const std::filesystem::path path(file);
+    std::vector<std::filesystem::path> candidates;
+    if (path.is_absolute()) {
+      candidates = {path};
+    } else {
+      candidates = {folder_ / path};
+      for (const std::filesystem::path& data : options_.data_folders) candidates.push_back(data / path);
+      if (const char* data = std::getenv("PALPA_DATA"); data && *data) candidates.push_back(std::filesystem::path(data) / path);
+    }
+    std::vector<std::string> looked;
+    for (const std::filesystem::path& candidate : candidates) {
+      std::error_code ignored;
+      if (std::filesystem::exists(candidate, ignored)) return candidate;
+      looked.push_back(candidate.string());
+    }
+    fail(place_of(node), "no file " + in_quotes(file) + " for " + section.where() + "; looked for " + detail::joined(looked) +
+                             (path.is_absolute() ? "" : "; name the folder it is in with --data or $PALPA_DATA"));
+  }
+
+  static Similarity read_pose(const toml::table& table, const std::string& volume) {
+    const Section section(table, detail::pose_keys(), "'pose' of " + volume);
+    Similarity pose;
+    if (const auto t = section.numbers("translate_m", 3)) pose.translation_m = {(*t)[0], (*t)[1], (*t)[2]};
+    if (const auto r = section.numbers("rotate_axis_deg", 4)) {
+      const Vec3 axis{(*r)[0], (*r)[1], (*r)[2]};
+      if (axis == Vec3{}) {
+        fail(place_of(*section.node("rotate_axis_deg")),
+             "the axis in 'rotate_axis_deg' of " + volume + " is zero; give [x, y, z, degrees]");
+      }
+      pose.rotation = turn(axis, (*r)[3]);
+    }
+    pose.scale = section.number("scale").value_or(1.0);
+    return pose;
+  }
+
+  void open(const VolumePlan& plan) {
+    Scene& scene = loaded_.scene;
+    try {
+      Volume volume;
+      if (plan.analytic.empty()) {
+        volume = read_volume_(plan.request);
+      } else {
+        const auto all = analytic_volumes();
+        volume = std::ranges::find(all, plan.analytic, &AnalyticVolume::name)->make();
+        if (plan.sampled) volume = sampled(volume, static_cast<int>(*plan.sampled));
+      }
+      scene.add(plan.name, std::move(volume), plan.pose);
+    } catch (const SceneError& error) {
+      fail(place_of(*plan.table), error.what());
+    } catch (const std::invalid_argument& error) {
+      fail(place_of(*plan.table), "volume " + in_quotes(plan.name) + ": " + error.what());
+    } catch (const std::bad_alloc&) {
+      fail(place_of(*plan.table), "not enough memory for volume " + in_quotes(plan.name) + "; use smaller data");
+    }
+    SceneVolume& added = *scene.find_volume(plan.name);
+    added.source = plan.source;
+    for (const std::string& warning : added.volume.warnings) {
+      loaded_.warnings.push_back(detail::one_line(place_of(*plan.table) + ": volume " + in_quotes(plan.name) + ": " + warning));
+    }
+  }
+
+  // ---- Modes
+
+  std::vector<std::string> types() const {
+    std::vector<std::string> types;
+    for (const Mode& mode : catalog_.modes()) types.emplace_back(mode.type());
+    return types;
+  }
+
+  std::vector<SceneMode> read_modes(const Section& scene) {
+    mode_tables_ = tables_in(scene.node("mode"));
+    if (mode_tables_.empty()) {
+      fail(scene.node("mode") ? place_of(*scene.node("mode")) : name_ + ":1:1",
+           "a scene without modes cannot be felt; add a [[mode]]");
+    }
+    std::vector<SceneMode> modes;
+    std::set<std::string> names;
+    for (std::size_t i = 0; i < mode_tables_.size(); ++i) {
+      modes.push_back(read_mode(*mode_tables_[i], i));
+      if (!names.insert(modes.back().name).second) {
+        fail(place_of(*mode_tables_[i]->get("name")),
+             "mode name " + in_quotes(modes.back().name) + " is taken; give every mode a name of its own");
+      }
+      refuse_first(detail::parameter_findings(modes.back(), i));
+    }
+    return modes;
+  }
+
+  SceneMode read_mode(const toml::table& table, std::size_t number) const {
+    const auto given_name = table["name"].value<std::string>();
+    const std::string where = given_name ? "mode " + in_quotes(*given_name) : "mode " + std::to_string(number + 1);
+    // Which keys there are depends on the type, so that comes first.
+    const toml::node* type = table.get("type");
+    const Mode* example = type && type->is_string() ? catalog_.find(*type->value<std::string>()) : nullptr;
+    if (type && type->is_string() && !example) {
+      const std::string word = *type->value<std::string>();
+      fail(place_of(*type), "unknown mode type " + in_quotes(word) + " in " + where + "; " + suggestion(word, types()));
+    }
+    Keys keys = detail::mode_keys();
+    if (example) std::ranges::move(detail::parameter_keys(*example), std::back_inserter(keys));
+    if (!type) fail(place_of(table), "no key 'type' in " + where + "; it is needed: one of " + detail::joined(types()));
+    const Section section(table, keys, where);
+
+    SceneMode mode{*section.text("name"), *example, section.flag("enabled").value_or(true), {}};
+    ParameterReader reader(section, keys, volume_names_);
+    mode.mode.visit(reader);
+    for (const toml::table* mask : tables_in(section.node("mask"))) {
+      auto [of, curve] = function_in(*mask, "'mask' of " + where, {0, 1});
+      mode.masks.push_back({reader.field_in(*mask->get("of")), std::move(curve)});
+    }
+    return mode;
+  }
+
+  // ---- Findings
+
+  /// Fails at the first that is no warning; gives back the warnings.
+  std::vector<Finding> refuse_first(std::vector<Finding> found) const {
+    for (const Finding& finding : found) {
+      if (!finding.warning) fail(place_of(finding.part), finding.text);
+    }
+    return found;
+  }
+
+  /// The place of the nearest thing that is written down.
+  std::string place_of(const detail::Part& part) const {
+    const toml::node* nearest = part.section == "mode" ? mode_tables_[part.mode] : root_.get(part.section);
+    const auto step = [&](const toml::node* to) {
+      if (to) nearest = to;
+      return to != nullptr;
+    };
+    const toml::table* table = nearest ? nearest->as_table() : nullptr;
+    if (table && !part.list.empty() && step(table->get(part.list))) {
+      step(nearest->as_array()->get(part.item));
+      table = nearest->as_table();
+    }
+    if (table) step(table->get(part.key));
+    return nearest ? palpa::place_of(*nearest) : name_ + ":1:1";
+  }
+  static std::string place_of(const toml::node& node) { return palpa::place_of(node); }
+  static std::string place_of(const toml::source_region& region) { return palpa::place_of(region); }
+
+  std::string name_;
+  std::filesystem::path folder_;
+  const ReadVolume& read_volume_;
+  const ModeCatalog& catalog_;
+  const SceneOptions& options_;
+  toml::table root_;
+  std::vector<std::string> volume_names_;
+  std::vector<const toml::table*> mode_tables_;
+  LoadedScene loaded_;
+};
+
+}  // namespace
+
+LoadedScene parse_scene(std::string text, const std::string& name, const std::filesystem::path& folder,
+                        const ReadVolume& read_volume, const ModeCatalog& modes, const SceneOptions& options) {
+  LoadedScene loaded = Loader(text, name, folder, read_volume, modes, options).load();
+  loaded.text = std::move(text);
+  return loaded;
+}
+
+LoadedScene load_scene(const std::filesystem::path& path, const ReadVolume& read_volume, const ModeCatalog& modes,
+                       const SceneOptions& options) {
+  const std::string name = path.string();
+  std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored)) fail(name, "a folder, no scene; name a scene file (.toml)");
+  std::ifstream file(path, std::ios::binary);
+  if (!file) {
+    const bool there = std::filesystem::exists(path, ignored);
+    fail(name, there ? "the scene cannot be read; check its permissions" : "no such scene; name a scene file (.toml)");
+  }
+  // One byte more than is allowed shows that there is more, even in a file without an end.
+  std::string text(most_bytes + 1, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  return parse_scene(std::move(text), name, path.parent_path(), read_volume, modes, options);
+}
+
+}  // namespace palpa

@@ -1,0 +1,480 @@
+#include "palpa/scene/scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "palpa/scene/keys.h"
+#include "palpa/scene/scene_checks.h"
+#include "palpa/scene/wording.h"
+
+namespace palpa {
+
+namespace {
+
+using detail::Finding;
+using detail::in_quotes;
+using detail::suggestion;
+using detail::toml_number;
+
+constexpr double reach_m = 0.15;  // hand length of a fitted volume's longest side
+constexpr std::size_t most_modes = 1000;
+
+[[noreturn]] void refuse(const std::string& text) { throw SceneError(detail::one_line("scene: " + text)); }
+
+std::string problem_with_name(const std::string& kind, const std::string& name) {
+  if (detail::is_plain_word(name)) return {};
+  return kind + " name " + in_quotes(name) + " is no plain word; use a letter, then letters, digits, '_' or '-'";
+}
+
+std::vector<std::string> names_of(const std::vector<SceneVolume>& volumes) {
+  std::vector<std::string> names;
+  for (const SceneVolume& volume : volumes) names.push_back(volume.name);
+  return names;
+}
+
+/// Every field of the scene as a scene file would name it.
+std::vector<std::string> field_names(const std::vector<SceneVolume>& volumes) {
+  std::vector<std::string> names;
+  for (const SceneVolume& volume : volumes) {
+    if (volume.volume.fields.size() == 1) {
+      names.push_back(volume.name);
+    } else {
+      for (const VolumeField& field : volume.volume.fields) names.push_back(volume.name + "." + field.name);
+    }
+  }
+  return names;
+}
+
+struct Found {
+  const VolumeField* field = nullptr;
+  std::int32_t index = -1;
+  std::string problem;
+};
+
+Found find_field(const std::vector<SceneVolume>& volumes, const std::string& name) {
+  const std::size_t dot = name.find('.');
+  const std::string volume_name = name.substr(0, dot);
+  std::int32_t index = 0;
+  for (const SceneVolume& volume : volumes) {
+    const std::vector<VolumeField>& fields = volume.volume.fields;
+    if (volume.name != volume_name) {
+      index += static_cast<std::int32_t>(fields.size());
+      continue;
+    }
+    if (dot == std::string::npos) {
+      if (fields.size() == 1) return {&fields.front(), index, {}};
+      return {nullptr, -1,
+              "volume " + in_quotes(name) + " has several fields; name one of: " + detail::joined(field_names({volume}))};
+    }
+    for (const VolumeField& field : fields) {
+      if (field.name == name.substr(dot + 1)) return {&field, index, {}};
+      ++index;
+    }
+  }
+  std::string problem = detail::problem_with_volume_of(name, names_of(volumes));
+  if (problem.empty()) problem = "no field " + in_quotes(name) + "; " + suggestion(name, field_names(volumes));
+  return {nullptr, -1, problem};
+}
+
+// ---- The workspace
+
+struct WorkspaceProblem {
+  std::string key;
+  std::string text;
+};
+
+/// A world direction by its word; zero for no direction.
+Vec3 direction(const std::string& word) {
+  struct Direction {
+    std::string_view medical, axis;
+    Vec3 along;
+  };
+  // LPS: x to the patient's left, y to the back, z to the head.
+  static constexpr Direction directions[] = {{"left", "+x", {1, 0, 0}},      {"right", "-x", {-1, 0, 0}},
+                                             {"posterior", "+y", {0, 1, 0}}, {"anterior", "-y", {0, -1, 0}},
+                                             {"superior", "+z", {0, 0, 1}},  {"inferior", "-z", {0, 0, -1}}};
+  for (const Direction& d : directions) {
+    if (word == d.medical || word == d.axis) return d.along;
+  }
+  return {};
+}
+
+Vec3 direction_of(const char* key, const std::string& given, const std::string& by_default, const SceneVolume& volume) {
+  const std::string& word = given.empty() ? by_default : given;
+  const Vec3 along = direction(word);
+  if (along == Vec3{}) {
+    throw WorkspaceProblem{
+        key, in_quotes(word) + " is no direction; " + suggestion(word, detail::find(detail::workspace_keys(), key)->choices)};
+  }
+  const bool medical = word.front() != '+' && word.front() != '-';
+  if (medical && !volume.volume.medical_frame) {
+    throw WorkspaceProblem{key, in_quotes(word) + " is a medical word, and volume " + in_quotes(volume.name) +
+                                    " has no medical frame; use one of: +x, -x, +y, -y, +z, -z"};
+  }
+  return along;
+}
+
+const SceneVolume& volume_named(const std::vector<SceneVolume>& volumes, const char* key, const std::string& name) {
+  const auto found = std::ranges::find(volumes, name, &SceneVolume::name);
+  if (found == volumes.end())
+    throw WorkspaceProblem{key, "no volume " + in_quotes(name) + "; " + suggestion(name, names_of(volumes))};
+  return *found;
+}
+
+Similarity map_of(const Workspace& workspace, const std::vector<SceneVolume>& volumes) {
+  if (!workspace.fit.empty() && workspace.scale) {
+    throw WorkspaceProblem{"scale", "both 'fit' and 'scale' are given; use one of them"};
+  }
+  if (workspace.scale && !(*workspace.scale > 0.0 && std::isfinite(*workspace.scale))) {
+    throw WorkspaceProblem{"scale", "'scale' is " + toml_number(*workspace.scale) + "; it must be above 0"};
+  }
+  if (!workspace.center_volume.empty() && workspace.center_m) {
+    throw WorkspaceProblem{"center", "a volume and a position are given as 'center'; use one of them"};
+  }
+  if (workspace.center_m && !is_finite(*workspace.center_m)) {
+    throw WorkspaceProblem{"center", "'center' is not finite; use [x, y, z] in metres of the world"};
+  }
+  if (volumes.empty() && workspace == Workspace{}) return {};
+  if (volumes.empty()) throw WorkspaceProblem{"", "a workspace without volumes has nothing to lie in; add a volume"};
+
+  const SceneVolume& fitted = workspace.fit.empty() ? volumes.front() : volume_named(volumes, "fit", workspace.fit);
+  const SceneVolume& centered =
+      workspace.center_volume.empty() ? fitted : volume_named(volumes, "center", workspace.center_volume);
+
+  const bool medical = fitted.volume.medical_frame;
+  const Vec3 z = direction_of("towards_user", workspace.towards_user, medical ? "anterior" : "+z", fitted);
+  const Vec3 y = direction_of("up", workspace.up, medical ? "superior" : "+y", fitted);
+  if (dot(y, z) != 0.0) {
+    throw WorkspaceProblem{workspace.up.empty() ? "towards_user" : "up",
+                           "'up' and 'towards_user' lie along one axis; give two directions at a right angle"};
+  }
+  const Vec3 x = cross(y, z);
+
+  Similarity map;
+  map.rotation = {{{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}}};
+  map.scale = workspace.scale ? *workspace.scale : largest_component(fitted.volume.bounds_m().size_m()) / reach_m;
+  map.translation_m = workspace.center_m ? *workspace.center_m : centered.volume.bounds_m().centre_m();
+  if (!is_usable(map)) {
+    throw WorkspaceProblem{workspace.scale ? "scale" : "fit", "the box of volume " + in_quotes(fitted.name) +
+                                                                  " has no usable size; give 'scale' and 'center' as numbers"};
+  }
+  return map;
+}
+
+// ---- Checks
+
+std::string call_item(const std::string& list, std::size_t item, const std::string& name) {
+  return list + " " + (name.empty() ? std::to_string(item + 1) : in_quotes(name));
+}
+
+/// Looks into a mode's parameters and those of its lists, knowing where it is.
+class CheckingVisitor : public ParameterVisitor {
+ public:
+  CheckingVisitor(const SceneMode& mode, std::size_t number, std::vector<Finding>& out)
+      : out_(out), where_(detail::called(mode)) {
+    part_.section = "mode";
+    part_.mode = number;
+  }
+  void list(const ParameterInfo& info, ParameterList& list) override {
+    const std::string outer = where_;
+    part_.list = info.name;
+    for (part_.item = 0; part_.item < list.size(); ++part_.item) {
+      ItemName name;
+      list.visit(part_.item, name);
+      where_ = call_item(part_.list, part_.item, name.value) + " of " + outer;
+      list.visit(part_.item, *this);
+    }
+    where_ = outer;
+    part_.list.clear();
+    part_.item = 0;
+  }
+
+ protected:
+  void find(std::string_view key, std::string text, bool warning = false) {
+    detail::Part part = part_;
+    part.key = key;
+    out_.push_back({std::move(part), std::move(text), warning});
+  }
+  std::string the(std::string_view key) const { return in_quotes(key) + " in " + where_; }
+  const detail::Part& part() const noexcept { return part_; }
+
+ private:
+  struct ItemName : ParameterVisitor {
+    void text(const ParameterInfo& info, std::string& text) override {
+      if (info.name == "name") value = text;
+    }
+    std::string value;
+  };
+  std::vector<Finding>& out_;
+  detail::Part part_;
+  std::string where_;
+};
+
+class ParameterChecks final : public CheckingVisitor {
+ public:
+  using CheckingVisitor::CheckingVisitor;
+  void number(const ParameterInfo& info, double& value) override {
+    if (info.kind == ParameterKind::level) {
+      if (!std::isfinite(value)) find(info.name, the(info.name) + " is not finite; a level is a value of the field");
+    } else {
+      in_range(info.name, info.range, value);
+    }
+  }
+  void optional_number(const ParameterInfo& info, std::optional<double>& value) override {
+    if (value) in_range(info.name, info.range, *value);
+  }
+  void strength(const ParameterInfo& info, Strength& strength) override {
+    if (strength.is_constant()) return in_range(info.name, info.range, strength.constant_n);
+    function(info.name, info.range, strength.curve);
+  }
+  void text(const ParameterInfo& info, std::string& value) override {
+    const std::string& list = part().list;
+    if (info.name != "name" || value.empty() || list.empty()) return;
+    if (const std::string problem = problem_with_name(list, value); !problem.empty()) find(info.name, problem);
+    if (!names_.emplace(list, value).second) {
+      find(info.name, list + " name " + in_quotes(value) + " is taken; give every " + list + " a name of its own");
+    }
+  }
+  void function(std::string_view key, Range range, const TransferFunction& function) {
+    if (function.points().empty()) return find(key, the(key) + " is a function without points; give at least one");
+    for (const TransferFunction::Point& point : function.points()) in_range(key, range, point.result);
+    in_range(key, range, function.outside());
+  }
+
+ private:
+  void in_range(std::string_view key, Range range, double value) {
+    const detail::Bounds bounds{range.low, range.high};
+    if (!bounds.contain(value)) find(key, the(key) + " is " + toml_number(value) + "; it must be " + sentence_of(bounds));
+  }
+  std::set<std::pair<std::string, std::string>> names_;
+};
+
+class FieldChecks final : public CheckingVisitor {
+ public:
+  FieldChecks(const Scene& scene, const SceneMode& mode, std::size_t number, std::vector<Finding>& out)
+      : CheckingVisitor(mode, number, out), scene_(scene) {}
+  void field(const ParameterInfo& info, FieldRef& ref) override {
+    if (info.kind == ParameterKind::optional_field && ref.name.empty()) return;
+    const int components = info.kind == ParameterKind::scalar_field ? 1 : info.kind == ParameterKind::vector_field ? 3 : 0;
+    resolve(info.name, ref, components);
+  }
+  void strength(const ParameterInfo& info, Strength& strength) override {
+    if (!strength.is_constant()) resolve(info.name, strength.of, 1);
+  }
+  void resolve(std::string_view key, const FieldRef& ref, int components) {
+    if (ref.name.empty()) return find(key, the(key) + " names no field; " + suggestion("", field_names(scene_.volumes())));
+    const Found found = find_field(scene_.volumes(), ref.name);
+    if (!found.field) return find(key, found.problem);
+    const int has = found.field->field->components();
+    if (components != 0 && has != components) {
+      find(key,
+           the(key) + " must be a " + kind(components) + " field; " + in_quotes(ref.name) + " is a " + kind(has) + " field");
+    }
+  }
+
+ private:
+  static std::string kind(int components) { return components == 1 ? "scalar" : "vector"; }
+  const Scene& scene_;
+};
+
+/// Compares the levels of a mode with what its parameter `field` holds.
+class LevelChecks final : public CheckingVisitor {
+ public:
+  LevelChecks(const Scene& scene, const SceneMode& mode, std::size_t number, std::vector<Finding>& out)
+      : CheckingVisitor(mode, number, out), scene_(scene) {}
+  void field(const ParameterInfo& info, FieldRef& ref) override {
+    if (info.name == "field") ref_ = ref;
+  }
+  void number(const ParameterInfo& info, double& value) override {
+    if (info.kind != ParameterKind::level || ref_.name.empty()) return;
+    if (!extent_) extent_ = scene_.field(ref_).field->extents().front();
+    if (value >= extent_->min && value <= extent_->max) return;
+    find(info.name,
+         the(info.name) + " is " + toml_number(value) + ", outside the data of " + in_quotes(ref_.name) +
+             " and never met; they go from " + toml_number(extent_->min) + " to " + toml_number(extent_->max),
+         true);
+  }
+
+ private:
+  const Scene& scene_;
+  FieldRef ref_;
+  std::optional<Extent> extent_;
+};
+
+}  // namespace
+
+// ---- detail
+
+namespace detail {
+
+std::string called(const SceneMode& mode) { return "mode " + in_quotes(mode.name); }
+
+std::string problem_with_volume_of(const std::string& field, const std::vector<std::string>& volumes) {
+  if (field.find('(') != std::string::npos) {
+    return in_quotes(field) + " is no field; a field is VOLUME or VOLUME.FIELD, and the volumes are: " + joined(volumes);
+  }
+  const std::string volume = field.substr(0, field.find('.'));
+  if (std::ranges::find(volumes, volume) != volumes.end()) return {};
+  return "no volume " + in_quotes(volume) + "; " + suggestion(volume, volumes);
+}
+
+std::vector<Finding> parameter_findings(const SceneMode& scene_mode, std::size_t number) {
+  std::vector<Finding> found;
+  ParameterChecks checks(scene_mode, number, found);
+  Mode mode = scene_mode.mode;  // visiting may change a mode; this does not
+  mode.visit(checks);
+  for (const Mask& mask : scene_mode.masks) checks.function("mask", {0, 1}, mask.curve);
+  if (const std::string name = problem_with_name("mode", scene_mode.name); !name.empty()) {
+    found.push_back({{.section = "mode", .mode = number, .list = {}, .key = "name"}, name});
+  }
+  if (!found.empty()) return found;
+  if (const std::string problem = mode.problem(); !problem.empty()) {
+    found.push_back({{.section = "mode", .mode = number, .list = {}, .key = {}}, called(scene_mode) + ": " + problem});
+  }
+  return found;
+}
+
+std::vector<Finding> field_findings(const Scene& scene, const SceneMode& scene_mode, std::size_t number) {
+  std::vector<Finding> found;
+  FieldChecks checks(scene, scene_mode, number, found);
+  Mode mode = scene_mode.mode;
+  mode.visit(checks);
+  for (const Mask& mask : scene_mode.masks) checks.resolve("mask", mask.of, 1);
+  return found;
+}
+
+std::vector<Finding> findings(const Scene& scene) {
+  std::vector<Finding> found;
+  for (const Key& key : coupling_keys()) {
+    const double value = scene.coupling.*coupling_member(key.name);
+    if (key.bounds->contain(value)) continue;
+    found.push_back({{.section = "coupling", .list = {}, .key = key.name},
+                     in_quotes(key.name) + " is " + toml_number(value) + "; it must be " + sentence_of(*key.bounds)});
+  }
+  if (std::ranges::find(law_methods(), scene.law) == law_methods().end()) {
+    found.push_back({{.section = "law", .list = {}, .key = "method"},
+                     "no law " + in_quotes(scene.law) + "; " + suggestion(scene.law, law_methods())});
+  }
+  try {
+    map_of(scene.workspace, scene.volumes());
+  } catch (const WorkspaceProblem& problem) {
+    found.push_back({{.section = "workspace", .list = {}, .key = problem.key}, problem.text});
+  }
+  std::set<std::string> names;
+  for (std::size_t i = 0; i < scene.modes().size(); ++i) {
+    const SceneMode& mode = scene.modes()[i];
+    if (!names.insert(mode.name).second) {
+      found.push_back({{.section = "mode", .mode = i, .list = {}, .key = "name"},
+                       "mode name " + in_quotes(mode.name) + " is taken; give every mode a name of its own"});
+    }
+    const std::size_t before = found.size();
+    std::ranges::move(parameter_findings(mode, i), std::back_inserter(found));
+    std::ranges::move(field_findings(scene, mode, i), std::back_inserter(found));
+    if (found.size() != before) continue;
+    LevelChecks levels(scene, mode, i, found);
+    Mode copy = mode.mode;
+    copy.visit(levels);
+  }
+  return found;
+}
+
+}  // namespace detail
+
+// ---- Scene
+
+Scene::Scene(CouplingOptions options) : coupling(options) {}
+
+FieldRef Scene::add(std::string name, Volume volume, const Similarity& pose) {
+  if (const std::string problem = problem_with_name("volume", name); !problem.empty()) refuse(problem);
+  if (find_volume(name)) refuse("volume name " + in_quotes(name) + " is taken; give every volume a name of its own");
+  if (!is_usable(pose))
+    refuse("the pose of volume " + in_quotes(name) + " is no similarity; use a rotation, a scale above 0 and finite numbers");
+  if (volume.fields.empty()) refuse("volume " + in_quotes(name) + " has no fields; a volume has at least one");
+  std::set<std::string> fields;
+  for (const VolumeField& field : volume.fields) {
+    if (!field.field)
+      refuse("field " + in_quotes(field.name) + " of volume " + in_quotes(name) + " has no data; a field is never null");
+    if (!fields.insert(field.name).second) {
+      refuse("volume " + in_quotes(name) + " has two fields " + in_quotes(field.name) + "; give every field a name of its own");
+    }
+  }
+  const std::string first = volume.fields.size() == 1 ? name : name + "." + volume.fields.front().name;
+  volumes_.push_back({std::move(name), pose == Similarity{} ? std::move(volume) : posed(volume, pose), pose, {}});
+  return {first};
+}
+
+void Scene::add(std::string name, Mode mode, std::vector<Mask> masks, bool enabled) {
+  if (find_mode(name)) refuse("mode name " + in_quotes(name) + " is taken; give every mode a name of its own");
+  if (modes_.size() >= most_modes) refuse("more than " + std::to_string(most_modes) + " modes; use fewer");
+  SceneMode added{std::move(name), std::move(mode), enabled, std::move(masks)};
+  std::vector<Finding> found = detail::parameter_findings(added, modes_.size());
+  std::ranges::move(detail::field_findings(*this, added, modes_.size()), std::back_inserter(found));
+  if (!found.empty()) refuse(found.front().text);
+  modes_.push_back(std::move(added));
+}
+
+SceneVolume* Scene::find_volume(std::string_view name) noexcept {
+  const auto found = std::ranges::find(volumes_, name, &SceneVolume::name);
+  return found == volumes_.end() ? nullptr : &*found;
+}
+
+SceneMode* Scene::find_mode(std::string_view name) noexcept {
+  const auto found = std::ranges::find(modes_, name, &SceneMode::name);
+  return found == modes_.end() ? nullptr : &*found;
+}
+
+const VolumeField& Scene::field(const FieldRef& ref) const {
+  const Found found = find_field(volumes_, ref.name);
+  if (!found.field) refuse(found.problem);
+  return *found.field;
+}
+
+std::int32_t Scene::index_of(const FieldRef& ref) const {
+  const Found found = find_field(volumes_, ref.name);
+  if (!found.field) refuse(found.problem);
+  return found.index;
+}
+
+Similarity Scene::hand_to_world() const {
+  try {
+    return map_of(workspace, volumes_);
+  } catch (const WorkspaceProblem& problem) {
+    throw SceneError(detail::one_line("workspace: " + problem.text));
+  }
+}
+
+std::vector<std::string> Scene::check() const {
+  std::vector<std::string> warnings;
+  for (const Finding& finding : detail::findings(*this)) {
+    if (!finding.warning) refuse(finding.text);
+    warnings.push_back(detail::one_line(finding.text));
+  }
+  return warnings;
+}
+
+namespace {
+
+bool same_data(const SceneVolume& a, const SceneVolume& b) {
+  const auto same_file = [](const SourceFile& x, const SourceFile& y) {
+    return x.path == y.path && x.bytes == y.bytes && x.sha256 == y.sha256;
+  };
+  if (a.volume.fields.size() != b.volume.fields.size() || !std::ranges::equal(a.volume.files, b.volume.files, same_file))
+    return false;
+  // Without a source the data came from code: only the same voxels are known to be the same.
+  const bool same_origin = a.source == b.source && (!a.source.empty() || !a.volume.files.empty());
+  for (std::size_t i = 0; i < a.volume.fields.size(); ++i) {
+    const VolumeField& x = a.volume.fields[i];
+    const VolumeField& y = b.volume.fields[i];
+    if (x.name != y.name || x.unit != y.unit || !(same_origin || x.field == y.field)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+bool operator==(const Scene& a, const Scene& b) {
+  return to_toml(a) == to_toml(b) && std::ranges::equal(a.volumes(), b.volumes(), same_data);
+}
+
+}  // namespace palpa

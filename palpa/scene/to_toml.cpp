@@ -1,0 +1,136 @@
+#include <cmath>
+#include <numbers>
+
+#include "palpa/scene/keys.h"
+#include "palpa/scene/scene.h"
+#include "palpa/scene/wording.h"
+
+namespace palpa {
+
+namespace {
+
+using detail::toml_number;
+using detail::toml_string;
+
+std::string line(std::string_view key, const std::string& value) { return std::string(key) + " = " + value + "\n"; }
+
+std::string list(std::initializer_list<double> numbers) {
+  std::string out;
+  for (const double number : numbers) out += (out.empty() ? "" : ", ") + toml_number(number);
+  return "[" + out + "]";
+}
+
+std::string function(const FieldRef& of, const TransferFunction& curve) {
+  std::string points;
+  for (const TransferFunction::Point& point : curve.points()) {
+    points += (points.empty() ? "" : ", ") + list({point.value, point.result});
+  }
+  return "{of = " + toml_string(of.name) + ", points = [" + points + "], outside = " + toml_number(curve.outside()) + "}";
+}
+
+/// Axis and angle [degrees] of a rotation.
+std::string axis_angle(const Mat3& r) {
+  const Vec3 twice_sine{r.row[2].y - r.row[1].z, r.row[0].z - r.row[2].x, r.row[1].x - r.row[0].y};
+  const double twice_cosine = r.row[0].x + r.row[1].y + r.row[2].z - 1.0;
+  const double degrees = std::atan2(norm(twice_sine), twice_cosine) * 180.0 / std::numbers::pi;
+  Vec3 axis = normalized(twice_sine);
+  if (norm(twice_sine) < 1e-6 && twice_cosine < 0.0) {
+    // Near half a turn the sine says nothing; (R + 1)/2 is then axis·axisᵀ, whose longest row is along the axis.
+    for (int i = 0; i < 3; ++i) {
+      const Vec3 row = 0.5 * (r.row[i] + Mat3::identity().row[i]);
+      if (i == 0 || norm(row) > norm(axis)) axis = row;
+    }
+    axis = normalized(axis);
+  }
+  if (axis == Vec3{}) axis = {0, 0, 1};
+  return list({axis.x, axis.y, axis.z, degrees});
+}
+
+std::string volume_body(const SceneVolume& volume) {
+  if (!volume.source.empty()) return volume.source;
+  if (volume.volume.files.empty()) return "# made by a program: a scene file cannot say it\n";
+  std::string body = line("file", toml_string(volume.volume.files.front().path));
+  if (volume.pose != Similarity{}) {
+    const Vec3& t = volume.pose.translation_m;
+    body += line("pose", "{translate_m = " + list({t.x, t.y, t.z}) + ", rotate_axis_deg = " + axis_angle(volume.pose.rotation) +
+                             ", scale = " + toml_number(volume.pose.scale) + "}");
+  }
+  return body;
+}
+
+/// Prints parameters; what was left out stays left out. Lists come last, as TOML asks.
+class Printer final : public ParameterVisitor {
+ public:
+  void number(const ParameterInfo& info, double& value) override { keys += line(info.name, toml_number(value)); }
+  void optional_number(const ParameterInfo& info, std::optional<double>& value) override {
+    if (value) keys += line(info.name, toml_number(*value));
+  }
+  void flag(const ParameterInfo& info, bool& value) override { keys += line(info.name, value ? "true" : "false"); }
+  void text(const ParameterInfo& info, std::string& value) override {
+    if (!value.empty()) keys += line(info.name, toml_string(value));
+  }
+  void choice(const ParameterInfo& info, int& value) override {
+    keys += line(info.name, toml_string(info.choices[static_cast<std::size_t>(value)]));
+  }
+  void field(const ParameterInfo& info, FieldRef& ref) override {
+    if (!ref.name.empty()) keys += line(info.name, toml_string(ref.name));
+  }
+  void strength(const ParameterInfo& info, Strength& value) override {
+    keys += line(info.name, value.is_constant() ? toml_number(value.constant_n) : function(value.of, value.curve));
+  }
+  void list(const ParameterInfo& info, ParameterList& items) override {
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      Printer item;
+      items.visit(i, item);
+      lists += "[[mode." + std::string(info.name) + "]]\n" + item.keys;
+    }
+  }
+  std::string keys;
+  std::string lists;
+};
+
+std::string workspace_body(const Workspace& workspace) {
+  std::string body;
+  if (!workspace.fit.empty()) body += line("fit", toml_string(workspace.fit));
+  if (workspace.scale) body += line("scale", toml_number(*workspace.scale));
+  if (!workspace.center_volume.empty()) body += line("center", toml_string(workspace.center_volume));
+  if (workspace.center_m) body += line("center", list({workspace.center_m->x, workspace.center_m->y, workspace.center_m->z}));
+  if (!workspace.towards_user.empty()) body += line("towards_user", toml_string(workspace.towards_user));
+  if (!workspace.up.empty()) body += line("up", toml_string(workspace.up));
+  return body;
+}
+
+}  // namespace
+
+std::string to_toml(const Scene& scene) {
+  std::string out = line("palpa", "1");
+  if (!scene.title.empty()) out += line("title", toml_string(scene.title));
+  if (!scene.needs.empty()) {
+    std::string needs;
+    for (const std::string& type : scene.needs) needs += (needs.empty() ? "" : ", ") + toml_string(type);
+    out += line("needs", "[" + needs + "]");
+  }
+  out += "\n[coupling]\n";
+  for (const detail::Key& key : detail::coupling_keys()) {
+    out += line(key.name, toml_number(scene.coupling.*detail::coupling_member(key.name)));
+  }
+  out += "\n[law]\n" + line("method", toml_string(scene.law));
+  if (scene.workspace != Workspace{}) out += "\n[workspace]\n" + workspace_body(scene.workspace);
+  for (const SceneVolume& volume : scene.volumes()) out += "\n[volume." + volume.name + "]\n" + volume_body(volume);
+  for (const SceneMode& mode : scene.modes()) {
+    out += "\n[[mode]]\n" + line("name", toml_string(mode.name)) + line("type", toml_string(mode.mode.type()));
+    if (!mode.enabled) out += line("enabled", "false");
+    if (!mode.masks.empty()) {
+      std::string masks;
+      for (const Mask& mask : mode.masks) masks += (masks.empty() ? "" : ", ") + function(mask.of, mask.curve);
+      out += line("mask", "[" + masks + "]");
+    }
+    Printer printer;
+    Mode printed = mode.mode;
+    printed.visit(printer);
+    out += printer.keys + printer.lists;
+  }
+  return out;
+}
+
+}  // namespace palpa

@@ -1,0 +1,134 @@
+#include "palpa/scene/wording.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <numeric>
+
+namespace palpa::detail {
+
+namespace {
+
+constexpr std::size_t longest_quote = 80;
+
+/// Levenshtein's distance: insertions, deletions and replacements of one character.
+std::size_t edits(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i + 1;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
+    }
+  }
+  return row.back();
+}
+
+bool is_control(char c) noexcept { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }
+
+std::string escaped(char c) {
+  constexpr std::string_view digits = "0123456789ABCDEF";
+  const auto byte = static_cast<unsigned char>(c);
+  return std::string("\\u00") + digits[byte >> 4] + digits[byte & 15];
+}
+
+/// Length of the UTF-8 sequence that `text` starts with; 0 if it is none.
+std::size_t sequence(std::string_view text) noexcept {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const std::size_t length = byte(0) < 0x80   ? 1
+                             : byte(0) < 0xc2 ? 0
+                             : byte(0) < 0xe0 ? 2
+                             : byte(0) < 0xf0 ? 3
+                             : byte(0) < 0xf5 ? 4
+                                              : 0;
+  if (length == 0 || text.size() < length) return 0;
+  for (std::size_t i = 1; i < length; ++i) {
+    if ((byte(i) & 0xc0) != 0x80) return 0;
+  }
+  if (length == 3 && ((byte(0) == 0xe0 && byte(1) < 0xa0) || (byte(0) == 0xed && byte(1) > 0x9f))) return 0;
+  if (length == 4 && ((byte(0) == 0xf0 && byte(1) < 0x90) || (byte(0) == 0xf4 && byte(1) > 0x8f))) return 0;
+  return length;
+}
+
+}  // namespace
+
+std::string toml_number(double value) {
+  std::array<char, 40> buffer;
+  const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
+  std::string text(buffer.data(), result.ptr);
+  // A long run of digits would be read as an integer, which has 64 bits and no negative zero.
+  const bool whole = text.find_first_of(".en") == std::string::npos;
+  if (whole && (text.size() > 15 || text == "-0")) text += ".0";
+  return text;
+}
+
+std::string toml_string(std::string_view text) {
+  std::string out = "\"";
+  for (std::size_t i = 0; i < text.size();) {
+    const std::size_t length = sequence(text.substr(i));
+    if (length == 0) {
+      out += "\xEF\xBF\xBD";
+      ++i;
+    } else if (is_control(text[i])) {
+      out += escaped(text[i++]);
+    } else {
+      if (text[i] == '"' || text[i] == '\\') out += '\\';
+      out += text.substr(i, length);
+      i += length;
+    }
+  }
+  return out + '"';
+}
+
+std::string in_quotes(std::string_view text) {
+  if (text.size() <= longest_quote) return "'" + std::string(text) + "'";
+  std::size_t end = longest_quote;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) --end;
+  return "'" + std::string(text.substr(0, end)) + "…'";
+}
+
+std::string one_line(std::string_view message) {
+  std::string out;
+  for (const char c : message) {
+    if (is_control(c)) {
+      out += escaped(c);
+    } else {
+      out += c;
+    }
+  }
+  return out;
+}
+
+std::string joined(std::span<const std::string> words) {
+  std::string out;
+  for (const std::string& word : words) out += (out.empty() ? "" : ", ") + word;
+  return out;
+}
+
+bool is_plain_word(std::string_view word) noexcept {
+  const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
+  const auto inner = [&](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '_' || c == '-'; };
+  return !word.empty() && letter(word.front()) && std::ranges::all_of(word, inner);
+}
+
+std::string suggestion(std::string_view name, std::span<const std::string> there) {
+  if (there.empty()) return "there are none";
+  const std::string* nearest = nullptr;
+  std::size_t fewest = 2 + name.size() / 4;  // this many edits would be another word
+  for (const std::string& word : there) {
+    if (word.size() > name.size() + fewest || name.size() > word.size() + fewest) continue;
+    const std::size_t distance = edits(name, word);
+    if (distance < fewest && distance < word.size()) {
+      fewest = distance;
+      nearest = &word;
+    }
+  }
+  if (nearest) return "did you mean " + in_quotes(*nearest) + "?";
+  return "there are: " + joined(there);
+}
+
+}  // namespace palpa::detail

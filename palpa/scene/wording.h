@@ -1,0 +1,29 @@
+// How scenes name things in errors and in TOML: one form of a number, a text and a suggestion everywhere.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace palpa::detail {
+
+/// The shortest decimal that reads back the same, as TOML accepts it ("-0.0", never "-0").
+std::string toml_number(double value);
+/// A TOML basic string with its quotes. Bytes that are no UTF-8 become U+FFFD.
+std::string toml_string(std::string_view text);
+
+/// 'text' for a message: shortened when long.
+std::string in_quotes(std::string_view text);
+/// The message without control characters: an error is one line whatever the input was.
+std::string one_line(std::string_view message);
+/// "a, b, c".
+std::string joined(std::span<const std::string> words);
+
+/// A letter, then letters, digits, '_' or '-'.
+bool is_plain_word(std::string_view word) noexcept;
+
+/// "did you mean 'b'?" where one of `there` is near to `name`, else "there are: a, b"; "there are none".
+std::string suggestion(std::string_view name, std::span<const std::string> there);
+
+}  // namespace palpa::detail
