@@ -4,7 +4,7 @@
 # same session gives the same bits in every build type of one machine.
 add_library(palpa_rules INTERFACE)
 target_compile_options(palpa_rules INTERFACE
-  -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -ffp-contract=off -fno-math-errno)
+  -Wall -Wextra -Wno-missing-field-initializers -Wshadow -Wconversion -Wno-sign-conversion -ffp-contract=off -fno-math-errno)
 if(PALPA_SANITIZE)
   target_compile_options(palpa_rules INTERFACE -fsanitize=${PALPA_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=undefined)
   target_link_options(palpa_rules INTERFACE -fsanitize=${PALPA_SANITIZE})

@@ -1,4 +1,4 @@
-// The exact law: dual block sweeps with a certificate.
+// The exact law: dual block sweeps and Newton steps, with a certificate.
 #pragma once
 
 #include <memory>
@@ -15,8 +15,9 @@ namespace palpa {
 ///     |v| ≤ s:  u = v                                       (stick)
 ///     |v| > s:  u = (s + c/T·ρ) v/|v|,  ρ = (|v| − s)/(k + c/T)   (slip)
 /// (a plane: along its normal only, never negative). One sweep over primitives whose spans are mutually
-/// orthogonal is exact: a point, a line, a plane, surface with friction. Otherwise sweeps repeat until
-/// the certificate (`error_bound_m`) is below the tolerance or the cap is reached.
+/// orthogonal is exact: a point, a line, a plane, surface with friction (stage 1). Otherwise sweeps repeat,
+/// with a few Newton steps of the method of multipliers between two rounds of them (stage 2), until the
+/// certificate (`error_bound_m`) is below the tolerance or the cap is reached.
 class Solver final : public Law {
  public:
   /// Takes memory for sets of up to `capacity` primitives.

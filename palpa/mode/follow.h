@@ -11,7 +11,7 @@ struct Follow {
   static constexpr auto type = "follow";
   static constexpr auto summary = "A rail along the field: free along it, held across it.";
 
-  FieldRef field;
+  FieldRef field{};
   Strength strength_n{0.5};
   double drag_ns_per_m = 0.0;
 

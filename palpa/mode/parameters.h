@@ -122,7 +122,7 @@ constexpr auto param(std::string_view name, std::string O::* member, std::string
 }
 /// A strength in newtons; the range holds for the number and for every result of the function.
 template <class O>
-constexpr auto param(std::string_view name, Strength O::* member, std::string_view sentence, Range range = {0.0, 100.0}) {
+constexpr auto param(std::string_view name, Strength O::* member, std::string_view sentence, Range range = {0.0, 1000.0}) {
   return Parameter<O, Strength>{name, member, sentence, ParameterKind::strength, range, {}};
 }
 /// A scalar field.

@@ -26,11 +26,11 @@ struct SurfaceAndFriction {
   enum class Solid { high, low, both };
 
   struct Level {
-    std::string name;
+    std::string name{};
     double value = 0.0;  ///< the field's own unit
     Strength strength_n{1.0};
-    std::optional<double> friction_n;
-    std::optional<double> friction_coefficient;  ///< [1]
+    std::optional<double> friction_n{};
+    std::optional<double> friction_coefficient{};  ///< [1]
 
     static constexpr auto parameters() {
       return std::tuple{
@@ -44,9 +44,9 @@ struct SurfaceAndFriction {
     friend bool operator==(const Level&, const Level&) = default;
   };
 
-  FieldRef field;
+  FieldRef field{};
   Solid solid = Solid::high;
-  std::vector<Level> levels;
+  std::vector<Level> levels{};
   Strength strength_n{0.0};
   double friction_n = 0.0;
   double friction_coefficient = 0.0;  ///< [1]

@@ -11,7 +11,7 @@ struct Viscosity {
   static constexpr auto type = "viscosity";
   static constexpr auto summary = "Resistance to motion in every direction, where the data say so.";
 
-  FieldRef field;
+  FieldRef field{};
   Strength strength_n{0.0};
   double drag_ns_per_m = 0.0;
 

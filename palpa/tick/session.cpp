@@ -367,20 +367,18 @@ Stop Session::State::sub_step(const Vec3& probe_m, double time_s, double probe_s
   Stop stop = move_fraction < 1.0 ? Stop::release : Stop::full;
   crossings.clear();
   if (in_steps) {
-    // A level whose plane holds the proxy is not crossed: the proxy is on it, to within rounding.
-    watches.unblock();
+    watches.attend_all();
     for (std::size_t i = 0; i < primitives.size(); ++i) {
-      const Primitive& p = primitives[i];
-      if (primitives.captured(i).any() && p.strength_n > 0.0 && state_at(p, to) == PrimitiveState::stick) {
-        watches.block({primitives.captured(i).field, primitives.captured(i).value});
-      }
+      const Captured& level = primitives.captured(i);
+      if (!level.any() || !(primitives[i].strength_n > 0.0)) continue;
+      const PrimitiveState state = state_at(primitives[i], to);
+      if (state == PrimitiveState::stick) watches.attend({level.field, level.value}, Watches::Attention::held);
+      if (state == PrimitiveState::off) watches.attend({level.field, level.value}, Watches::Attention::leave);
     }
-    const Vec3 end = start + move_fraction * (to.position_m - start);
-    const double before_event = watches.first_crossing(*samples, start, end, crossings);
-    if (before_event < 1.0) {
-      move_fraction *= before_event;
-      stop = Stop::event;
-    } else if (!crossings.empty()) {
+    const Vec3 end = move_fraction < 1.0 ? start + move_fraction * (to.position_m - start) : to.position_m;
+    const Watches::Met met = watches.first_crossing(*samples, start, end, crossings);
+    if (met.stopped) {
+      move_fraction *= met.share;
       stop = Stop::event;
     }
   }

@@ -16,7 +16,7 @@ namespace palpa {
 /// The hand's point as the device reports it.
 struct Probe {
   Vec3 position_m;
-  std::optional<Vec3> velocity_m_per_s;  ///< none: taken from the positions
+  std::optional<Vec3> velocity_m_per_s{};///< none: taken from the positions
   bool valid = true;                     ///< false: the device does not know where it is
   std::uint32_t buttons = 0;
 };

@@ -14,7 +14,7 @@ Watches::Watches(std::span<const Watch> watches) {
     if (std::find(watches_.begin(), watches_.end(), watch) == watches_.end()) watches_.push_back(watch);
   }
   sides_.assign(watches_.size(), Side::none);
-  blocked_.assign(watches_.size(), 0);
+  attention_.assign(watches_.size(), Attention::stop);
 }
 
 void Watches::reset() noexcept { std::fill(sides_.begin(), sides_.end(), Side::none); }
@@ -32,51 +32,52 @@ void Watches::look(Samples& samples) noexcept {
   }
 }
 
-void Watches::unblock() noexcept { std::fill(blocked_.begin(), blocked_.end(), std::uint8_t{0}); }
+void Watches::attend_all() noexcept { std::fill(attention_.begin(), attention_.end(), Attention::stop); }
 
-void Watches::block(const Watch& watch) noexcept {
+void Watches::attend(const Watch& watch, Attention attention) noexcept {
   for (std::size_t i = 0; i < watches_.size(); ++i) {
-    if (watches_[i] == watch) blocked_[i] = 1;
+    // Of two planes on one level the one that holds decides.
+    if (watches_[i] == watch && attention_[i] != Attention::held) attention_[i] = attention;
   }
 }
 
-double Watches::first_crossing(Samples& samples, const Vec3& start_m, const Vec3& end_m, std::vector<Crossing>& crossings) noexcept {
+Watches::Met Watches::first_crossing(Samples& samples, const Vec3& start_m, const Vec3& end_m,
+                                     std::vector<Crossing>& crossings) noexcept {
+  if (watches_.empty() || start_m == end_m) return {};
   const auto position = [&](double share) { return share < 1.0 ? start_m + share * (end_m - start_m) : end_m; };
   const auto changed = [&](std::size_t i) {
-    if (blocked_[i] || sides_[i] == Side::none) return false;
+    if (attention_[i] == Attention::held || sides_[i] == Side::none) return false;
     const Side side = side_at(samples, watches_[i]);
     return side != Side::none && side != sides_[i];
   };
-  const auto any_changed = [&](double share) {
+  const auto stops = [&](double share) {
     samples.move_to(position(share));
     for (std::size_t i = 0; i < watches_.size(); ++i) {
-      if (changed(i)) return true;
+      if (attention_[i] == Attention::stop && changed(i)) return true;
     }
     return false;
   };
-  if (watches_.empty() || start_m == end_m) return 1.0;
 
+  Met met;
   // The middle is looked at as well: within half a sample spacing a thin layer can begin and end.
   double before = 0.0;
-  double beyond = 1.0;
-  if (any_changed(0.5)) {
-    beyond = 0.5;
-  } else if (any_changed(1.0)) {
+  if (stops(0.5)) {
+    met = {0.5, true};
+  } else if (stops(1.0)) {
     before = 0.5;
-  } else {
-    return 1.0;
+    met.stopped = true;
   }
-  for (int i = 0; i < halvings; ++i) {
-    const double middle = 0.5 * (before + beyond);
-    (any_changed(middle) ? beyond : before) = middle;
+  for (int i = 0; met.stopped && i < halvings; ++i) {
+    const double middle = 0.5 * (before + met.share);
+    (stops(middle) ? met.share : before) = middle;
   }
-  samples.move_to(position(beyond));
+  samples.move_to(position(met.share));
   for (std::size_t i = 0; i < watches_.size(); ++i) {
     if (!changed(i)) continue;
     sides_[i] = sides_[i] == Side::below ? Side::above : Side::below;
     crossings.push_back({watches_[i].field, watches_[i].value, sides_[i] == Side::above});
   }
-  return beyond;
+  return met;
 }
 
 bool split_is_shared(std::span<const PlacedPrimitive> placed) noexcept {

@@ -33,15 +33,23 @@ class Watches {
   /// its watches have no side.
   void look(Samples& samples) noexcept;
 
-  void unblock() noexcept;
-  /// The proxy stands on this level: no crossing of it is looked for.
-  void block(const Watch& watch) noexcept;
+  /// How a level counts in the next search, by the plane that stands on it.
+  enum class Attention : std::uint8_t {
+    stop,   ///< no plane, or one that is pressed through: the path stops where it is crossed
+    held,   ///< the plane holds the proxy: it is on the level, to within rounding, and crosses nothing
+    leave,  ///< the proxy lifts off the plane: a crossing counts, but nothing sets in there to stop for
+  };
+  void attend_all() noexcept;
+  void attend(const Watch& watch, Attention attention) noexcept;
 
-  /// Finds the first point of the segment [m] at which a watch changes sides, to a thousandth of the
-  /// segment, just beyond the change. Returns the share of the segment up to there, 1 where none was
-  /// met before its end; `crossings` (cleared by the caller) gets what changes there, and the sides
-  /// follow. Moves the samples.
-  double first_crossing(Samples& samples, const Vec3& start_m, const Vec3& end_m, std::vector<Crossing>& crossings) noexcept;
+  struct Met {
+    double share = 1.0;     ///< of the segment, up to the stop
+    bool stopped = false;
+  };
+  /// Finds the first point of the segment [m] at which a watch that is to stop the path changes sides,
+  /// to a thousandth of the segment, just beyond the change; its end where none does. `crossings`
+  /// (cleared by the caller) gets what has changed there, and the sides follow. Moves the samples.
+  Met first_crossing(Samples& samples, const Vec3& start_m, const Vec3& end_m, std::vector<Crossing>& crossings) noexcept;
 
  private:
   enum class Side : std::uint8_t { none, below, above };
@@ -49,7 +57,7 @@ class Watches {
 
   std::vector<Watch> watches_;
   std::vector<Side> sides_;
-  std::vector<std::uint8_t> blocked_;
+  std::vector<Attention> attention_;
 };
 
 /// True when the forces of these primitives can be exchanged between them: more directions are held
