@@ -13,15 +13,15 @@ namespace palpa {
 
 /// A scalar sample. Finite whatever the position; all zero where `inside` is false.
 struct ScalarSample {
-  double value = 0.0;     ///< the field's own unit
-  Vec3 gradient;          ///< [unit/m]
-  bool inside = false;    ///< the field has data here
+  double value = 0.0;   ///< the field's own unit
+  Vec3 gradient;        ///< [unit/m]
+  bool inside = false;  ///< the field has data here
 };
 
 /// A vector sample. Finite whatever the position; all zero where `inside` is false.
 struct VectorSample {
-  Vec3 value;             ///< the field's own unit
-  Mat3 jacobian;          ///< [unit/m] row = component, column = axis of position
+  Vec3 value;     ///< the field's own unit
+  Mat3 jacobian;  ///< [unit/m] row = component, column = axis of position
   bool inside = false;
 };
 
@@ -35,8 +35,8 @@ struct Box {
 
 /// The smallest and the largest value of one component.
 struct Extent {
-  double min = 0.0;
-  double max = 0.0;
+  double min = 0.0;  ///< the field's own unit
+  double max = 0.0;  ///< the field's own unit
 };
 
 /// Data over the world. Immutable, so any number of threads may sample one field at once; sampling
@@ -55,22 +55,23 @@ class Field {
   /// Value and Jacobian at a world position; outside for a scalar field.
   virtual VectorSample vector(const Vec3& world_m) const noexcept;
 
-  /// The length [m] over which the field may change its course: the finest sample spacing of a grid,
-  /// the size of the finest feature of a formula; infinite where nothing bounds it.
+  /// The length [m] over which the field may change its course, > 0 and finite: the least distance
+  /// between neighbouring planes of samples of a grid, the size of the finest feature of a formula.
   virtual double spacing_m() const noexcept = 0;
   /// A box [m] outside which the field has no data. Formulas state the box they are meant for.
   virtual Box bounds_m() const noexcept = 0;
   /// How deep [m] a position lies within the data: distance to the nearest face of the grid (or of the
-  /// formula's box); zero or less outside. Strengths fade with it.
+  /// formula's box); zero or less outside. Finite whatever the position. Strengths fade with it.
   virtual double depth_m(const Vec3& world_m) const noexcept = 0;
-  /// Range of each component over the finite samples (a formula: of its values in its box).
+  /// Range of each component over the finite samples of a grid; of a formula, or of vectors turned by a
+  /// pose, a range that holds all its values. 0 to 0 where no sample is finite. Allocates.
   virtual std::vector<Extent> extents() const = 0;
 };
 
 using FieldPtr = std::shared_ptr<const Field>;
 
 /// The field moved by a pose: sampled at pose⁻¹(x), vectors and derivatives turned with it. Values
-/// stay what they are.
+/// stay what they are. Throws std::invalid_argument on a pose that is not usable.
 FieldPtr posed(FieldPtr field, const Similarity& pose);
 
 /// One field of a volume.
@@ -90,16 +91,16 @@ struct SourceFile {
 /// A named data set: one or more fields on one grid, or one formula. A value; the voxels are shared.
 struct Volume {
   std::vector<VolumeField> fields;
-  bool medical_frame = false;        ///< the world is LPS: x to the patient's left, y to the back, z to the head
-  std::string format;                ///< "nrrd", "metaimage", "nifti", "vti", "vtk", "formula", "grid"
-  std::vector<SourceFile> files;     ///< empty for embedded data
-  std::vector<std::string> warnings; ///< half sentences, for the reader of a summary
+  bool medical_frame = false;         ///< the world is LPS: x to the patient's left, y to the back, z to the head
+  std::string format;                 ///< "nrrd", "metaimage", "nifti", "vti", "vtk", "formula", "grid"
+  std::vector<SourceFile> files;      ///< empty for embedded data
+  std::vector<std::string> warnings;  ///< half sentences, for the reader of a summary
 
   /// Box of the first field [m].
   Box bounds_m() const noexcept { return fields.front().field->bounds_m(); }
 };
 
-/// The volume moved by a pose.
+/// The volume moved by a pose. Throws as above.
 Volume posed(const Volume& volume, const Similarity& pose);
 
 }  // namespace palpa

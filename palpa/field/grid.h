@@ -11,14 +11,14 @@ namespace palpa {
 
 enum class VoxelType : std::uint8_t { uint8, int16, uint16, int32, float32, float64 };
 
-const char* name_of(VoxelType type) noexcept;     ///< "uint8", …
-std::size_t size_of(VoxelType type) noexcept;     ///< bytes of one component
+const char* name_of(VoxelType type) noexcept;  ///< "uint8", …
+std::size_t size_of(VoxelType type) noexcept;  ///< bytes of one component
 
 /// A position in voxel indices: (0, 0, 0) is the centre of the first voxel. Not metres.
 struct GridPoint {
-  double i = 0.0;
-  double j = 0.0;
-  double k = 0.0;
+  double i = 0.0;  ///< [voxels]
+  double j = 0.0;  ///< [voxels]
+  double k = 0.0;  ///< [voxels]
   friend constexpr bool operator==(const GridPoint&, const GridPoint&) = default;
 };
 
@@ -30,11 +30,12 @@ struct GridGeometry {
   Vec3 origin_m;                              ///< [m] world position of index (0, 0, 0)
 
   friend bool operator==(const GridGeometry&, const GridGeometry&) = default;
+  /// World position [m] of a position on the grid.
   Vec3 to_world(const GridPoint& p) const noexcept { return index_to_world_m * Vec3{p.i, p.j, p.k} + origin_m; }
   std::int64_t voxels() const noexcept { return dims[0] * dims[1] * dims[2]; }
 };
 
-/// What is wrong with the geometry, as half a sentence; nullptr when it can be used.
+/// What is wrong with the geometry, as a sentence without its dot; nullptr when it can be used.
 const char* problem_with(const GridGeometry& geometry) noexcept;
 
 /// Voxels in memory: i fastest, components of one voxel together. The memory belongs to `data`.
@@ -46,15 +47,18 @@ struct Voxels {
 
 /// A field on an affine grid: value = raw · scale + offset, trilinear between voxel centres, with the
 /// analytic derivative of that interpolant. `inside` from the first to the last voxel centre of every
-/// axis; a cell with a voxel that is not finite is outside. An axis of one voxel has no extent: the
-/// field is constant across it, half a voxel to either side.
+/// axis (less than a millionth of a voxel beyond it counts as on it); a cell with a voxel that is not
+/// finite is outside, and so is a place whose value or derivative is beyond a double. An axis of one
+/// voxel has no extent: the field is constant across it, half a voxel to either side.
 ///
-/// The constructor reads all voxels once for the range; it throws std::invalid_argument, with a
-/// sentence, where geometry or voxels cannot be used.
+/// Reads all voxels once for the range; throws std::invalid_argument, with a sentence, where geometry,
+/// voxels, `scale` [unit] or `offset` [unit] cannot be used. `voxels.data` must hold geometry.voxels() × components
+/// values: nothing here can check that.
 FieldPtr grid_field(const GridGeometry& geometry, Voxels voxels, double scale = 1.0, double offset = 0.0);
 
-/// Any field as a grid of float32 over its box, `longest` (>= 2) samples along the longest side, so
-/// that data without a file go the same way as data from one.
+/// Any field as a grid of float32 over its box, `longest` (2 to 1024) samples along the longest side, so
+/// that data without a file go the same way as data from one. A sample where the field has no data is
+/// NaN, so that its cells are outside. Two threads. Throws std::invalid_argument on another `longest`.
 FieldPtr sampled(const Field& field, int longest);
 /// Every field of a volume as a grid.
 Volume sampled(const Volume& volume, int longest);
@@ -63,8 +67,8 @@ Volume sampled(const Volume& volume, int longest);
 struct GridView {
   GridGeometry geometry;
   Voxels voxels;
-  double scale = 1.0;
-  double offset = 0.0;
+  double scale = 1.0;        ///< the field's own unit, per raw step
+  double offset = 0.0;       ///< the field's own unit
   double valid_share = 1.0;  ///< [1] share of voxels whose components are all finite
 };
 const GridView* grid_of(const Field& field) noexcept;

@@ -1,0 +1,343 @@
+#include "palpa/field/analytic.h"
+
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace palpa {
+namespace {
+
+/// A formula over its box; nothing outside it. `Law` answers a ScalarSample or a VectorSample.
+template <class Law>
+class Formula final : public Field {
+ public:
+  Formula(const Box& box, double spacing_m, std::vector<Extent> extents, Law law)
+      : box_(box), spacing_m_(spacing_m), extents_(std::move(extents)), law_(std::move(law)) {}
+
+  int components() const noexcept override { return is_vector ? 3 : 1; }
+  ScalarSample scalar(const Vec3& world_m) const noexcept override {
+    if constexpr (!is_vector) {
+      if (!holds(world_m)) return {};
+      const ScalarSample s = law_(world_m);
+      if (std::isfinite(s.value) && is_finite(s.gradient)) return s;
+    }
+    return {};
+  }
+  VectorSample vector(const Vec3& world_m) const noexcept override {
+    if constexpr (is_vector) {
+      if (!holds(world_m)) return {};
+      const VectorSample s = law_(world_m);
+      if (is_finite(s.value) && is_finite(s.jacobian)) return s;
+    }
+    return {};
+  }
+  double spacing_m() const noexcept override { return spacing_m_; }
+  Box bounds_m() const noexcept override { return box_; }
+  double depth_m(const Vec3& world_m) const noexcept override {
+    const Vec3 low = world_m - box_.low_m, high = box_.high_m - world_m;
+    const double depth = std::min({low.x, low.y, low.z, high.x, high.y, high.z});
+    return is_finite(low) && is_finite(high) ? depth : 0.0;
+  }
+  std::vector<Extent> extents() const override { return extents_; }
+
+ private:
+  static constexpr bool is_vector = std::is_same_v<decltype(std::declval<Law>()(Vec3{})), VectorSample>;
+
+  bool holds(const Vec3& x) const noexcept {
+    return x.x >= box_.low_m.x && x.x <= box_.high_m.x && x.y >= box_.low_m.y && x.y <= box_.high_m.y && x.z >= box_.low_m.z &&
+           x.z <= box_.high_m.z;
+  }
+
+  Box box_;
+  double spacing_m_;
+  std::vector<Extent> extents_;
+  Law law_;
+};
+
+template <class Law>
+Volume volume_of(std::string name, std::string unit, const Box& box, double spacing_m, std::vector<Extent> extents, Law law) {
+  Volume volume;
+  volume.format = "formula";
+  volume.fields.push_back({std::move(name), std::move(unit),
+                           std::make_shared<const Formula<Law>>(box, spacing_m, std::move(extents), std::move(law))});
+  return volume;
+}
+
+Box cube(double half_m) { return {{-half_m, -half_m, -half_m}, {half_m, half_m, half_m}}; }
+
+void check_length(const char* what, double length_m) {
+  if (std::isfinite(length_m) && length_m > 0.0) return;
+  throw std::invalid_argument(std::string(what) + " is " + std::to_string(length_m) + "; it must be a length above 0 m");
+}
+
+// ---- vortices ------------------------------------------------------------------------------------------
+
+/// φ(s) = (1 − exp(−s))/s and dφ/ds. Near s = 0 both are differences of nearly equal numbers; there the
+/// series Σ (−s)ⁿ/(n+1)! takes over, whose 17 terms are exact to rounding below s = 1/2.
+struct Swirl {
+  double phi;
+  double slope;
+};
+Swirl swirl(double s) noexcept {
+  if (s < 0.5) {
+    double factorial = 355687428096000.0;  // 17!
+    double phi = 1.0 / factorial;          // term n = 16 of φ, without its power of −s
+    double slope = 0.0;
+    for (int n = 16; n >= 1; --n) {
+      slope = slope * -s + n / factorial;
+      factorial /= n + 1;
+      phi = phi * -s + 1.0 / factorial;
+    }
+    return {phi, -slope};
+  }
+  const double decay = std::exp(-s);
+  return {(1.0 - decay) / s, (decay * (1.0 + s) - 1.0) / (s * s)};
+}
+
+/// u = ω (−y, x, 0) + a (−x/2, −y/2, z) with ω = Γ/(2πr_c²) φ(r²/r_c²): one expression for both vortices,
+/// without a division by r.
+struct Vortex {
+  double core_radius_m;
+  double axis_rate_per_s;  ///< Γ/(2πr_c²), ω on the axis
+  double strain_per_s;
+
+  VectorSample operator()(const Vec3& x) const noexcept {
+    const double px = x.x / core_radius_m, py = x.y / core_radius_m;
+    const Swirl f = swirl(px * px + py * py);
+    const double w = axis_rate_per_s * f.phi;
+    const double bend = 2.0 * axis_rate_per_s * f.slope;  // r_c dω/dx = bend · x/r_c
+    const double a = strain_per_s;
+    VectorSample s;
+    s.inside = true;
+    s.value = {-w * x.y - 0.5 * a * x.x, w * x.x - 0.5 * a * x.y, a * x.z};
+    s.jacobian = {{{-0.5 * a - bend * px * py, -w - bend * py * py, 0.0},
+                   {w + bend * px * px, -0.5 * a + bend * px * py, 0.0},
+                   {0.0, 0.0, a}}};
+    return s;
+  }
+};
+
+Volume vortex(double circulation_m2_per_s, double core_radius_m, double strain_per_s) {
+  check_length("a vortex's core radius", core_radius_m);
+  if (!std::isfinite(strain_per_s) || strain_per_s < 0.0) {
+    throw std::invalid_argument("a vortex's strain is " + std::to_string(strain_per_s) + "; it must be 0 1/s or more");
+  }
+  const double rate = circulation_m2_per_s / (2.0 * std::numbers::pi * core_radius_m * core_radius_m);
+  if (!std::isfinite(rate)) throw std::invalid_argument("a vortex's circulation must be finite, also over its core's area");
+  const double half_m = 6.0 * core_radius_m;
+  constexpr double s = 1.2564312086261697;  // where u_t is largest: 1 + 2s = exp(s)
+  const double fastest = std::abs(rate) * core_radius_m * (1.0 - std::exp(-s)) / std::sqrt(s);
+  const double across = fastest + 0.5 * strain_per_s * half_m, along = strain_per_s * half_m;
+  return volume_of("velocity", "m/s", cube(half_m), core_radius_m / 8.0,
+                   {{-across, across}, {-across, across}, {-along, along}}, Vortex{core_radius_m, rate, strain_per_s});
+}
+
+// ---- the head ------------------------------------------------------------------------------------------
+
+/// Signed distance to a shape [m], negative inside, and its gradient [1]: true to first order near the
+/// surface; far from it only the sign and "far" hold, which is all that an edge of 2 mm asks for.
+struct Distance {
+  double d;
+  Vec3 g;
+};
+
+struct Ellipsoid {
+  Vec3 centre;
+  Vec3 inverse_squared;
+  double smallest;
+
+  /// Centre and semi-axes in millimetres.
+  constexpr Ellipsoid(Vec3 centre_mm, Vec3 semi_axes_mm)
+      : centre(1e-3 * centre_mm),
+        inverse_squared{1e6 / (semi_axes_mm.x * semi_axes_mm.x), 1e6 / (semi_axes_mm.y * semi_axes_mm.y),
+                        1e6 / (semi_axes_mm.z * semi_axes_mm.z)},
+        smallest(1e-3 * std::min({semi_axes_mm.x, semi_axes_mm.y, semi_axes_mm.z})) {}
+
+  static constexpr Vec3 times(const Vec3& a, const Vec3& b) noexcept { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
+
+  /// d = k₀(k₀ − 1)/k₁ with k₀ = |x/a|, k₁ = |x/a²| (a: the semi-axes).
+  Distance operator()(const Vec3& x) const noexcept {
+    const Vec3 r = x - centre;
+    const Vec3 u = times(r, inverse_squared);
+    const double squared = dot(r, u);
+    if (squared < 0.04) return {-0.5 * smallest, {}};  // deep inside, where the expression is singular
+    const double k0 = std::sqrt(squared);
+    const double inverse_k1 = 1.0 / std::sqrt(norm_squared(u));
+    const double d = k0 * (k0 - 1.0) * inverse_k1;
+    return {d, (2.0 - 1.0 / k0) * inverse_k1 * u - d * inverse_k1 * inverse_k1 * times(u, inverse_squared)};
+  }
+};
+
+struct Capsule {
+  Vec3 start;
+  Vec3 axis;
+  double radius;
+
+  constexpr Capsule(Vec3 start_mm, Vec3 end_mm, double radius_mm)
+      : start(1e-3 * start_mm), axis(1e-3 * (end_mm - start_mm)), radius(1e-3 * radius_mm) {}
+
+  Distance operator()(const Vec3& x) const noexcept {
+    const Vec3 from_start = x - start;
+    const double t = std::clamp(dot(from_start, axis) / norm_squared(axis), 0.0, 1.0);
+    const Vec3 r = from_start - t * axis;
+    const double length = std::sqrt(norm_squared(r));
+    return {length - radius, length > 0.0 ? r / length : Vec3{}};
+  }
+};
+
+/// A box with round edges.
+struct RoundBox {
+  Vec3 centre;
+  Vec3 half;  ///< of the box that is rounded
+  double radius;
+
+  constexpr RoundBox(Vec3 centre_mm, Vec3 half_mm, double radius_mm)
+      : centre(1e-3 * centre_mm), half(1e-3 * half_mm), radius(1e-3 * radius_mm) {}
+
+  Distance operator()(const Vec3& x) const noexcept {
+    const Vec3 r = x - centre;
+    const Vec3 q{std::max(std::abs(r.x) - half.x, 0.0), std::max(std::abs(r.y) - half.y, 0.0),
+                 std::max(std::abs(r.z) - half.z, 0.0)};
+    const double length = std::sqrt(norm_squared(q));
+    if (!(length > 0.0)) return {-radius, {}};
+    return {length - radius, Vec3{std::copysign(q.x, r.x), std::copysign(q.y, r.y), std::copysign(q.z, r.z)} / length};
+  }
+};
+
+/// The union of two shapes, with the crease between them filled over a width.
+Distance joined(const Distance& a, const Distance& b, double width_m) noexcept {
+  const double h = std::clamp(0.5 + 0.5 * (b.d - a.d) / width_m, 0.0, 1.0);
+  return {b.d + h * (a.d - b.d) - width_m * h * (1.0 - h), h * a.g + (1.0 - h) * b.g};
+}
+Distance negated(const Distance& a) noexcept { return {-a.d, -a.g}; }
+/// The part that both shapes share, its crease rounded over a width.
+Distance shared(const Distance& a, const Distance& b, double width_m) noexcept {
+  return negated(joined(negated(a), negated(b), width_m));
+}
+/// The shape grown by a length.
+Distance grown(const Distance& a, double by_m) noexcept { return {a.d - by_m, a.g}; }
+
+constexpr double edge_m = 2e-3;
+
+/// 1 inside, 0 outside, a quintic between: value, slope and curvature join.
+struct Weight {
+  double w;
+  Vec3 g;
+};
+Weight weight_of(const Distance& a) noexcept {
+  const double t = 0.5 - a.d / edge_m;
+  if (t <= 0.0) return {0.0, {}};
+  if (t >= 1.0) return {1.0, {}};
+  const double rest = 1.0 - t;
+  return {t * t * t * (10.0 + t * (6.0 * t - 15.0)), (-30.0 * t * t * rest * rest / edge_m) * a.g};
+}
+
+/// Paints a shape over what is there.
+void paint(ScalarSample& onto, double value_hu, const Distance& shape) noexcept {
+  const Weight a = weight_of(shape);
+  onto.gradient = (1.0 - a.w) * onto.gradient + (value_hu - onto.value) * a.g;
+  onto.value += a.w * (value_hu - onto.value);
+}
+
+constexpr double air_hu = -1000.0, tissue_hu = 40.0, bone_hu = 1000.0, brain_hu = 35.0;
+
+// Millimetres; x to the left, y to the back, z to the top. Pairs (ear, eye, sinus, …) are given once.
+constexpr Ellipsoid cranium({0, 8, 45}, {76, 92, 73});
+constexpr Ellipsoid cranium_bone({0, 8, 45}, {70, 86, 67});
+constexpr Ellipsoid brain({0, 8, 45}, {63, 79, 60});
+constexpr Ellipsoid face({0, -22, -35}, {60, 66, 82});
+constexpr Ellipsoid face_bone({0, -22, -35}, {53, 59, 75});
+constexpr Ellipsoid face_inside({0, -22, -35}, {45, 51, 67});
+constexpr Capsule neck({0, 22, -200}, {0, 22, -50}, 52);
+constexpr Capsule nose({0, -78, 0}, {0, -96, -30}, 9);
+constexpr Ellipsoid ear({72, 14, 20}, {7, 14, 23});
+constexpr Capsule eye_socket({32, -78, -3}, {26, -62, -3}, 15);
+constexpr Capsule spine({0, 42, -200}, {0, 42, -30}, 15);
+constexpr RoundBox nasal_wall({0, -54, -24}, {12, 21, 13}, 5.5);  // one for both sides: no seam on the septum
+constexpr RoundBox nasal_cavity({8, -54, -24}, {4, 21, 13}, 2.5);
+constexpr Ellipsoid sinus({31, -53, -38}, {11, 14, 14});
+constexpr Capsule nostril({6, -94, -42}, {7, -76, -28}, 3);
+constexpr Capsule throat({0, -28, -30}, {0, 12, -70}, 7);
+constexpr Capsule windpipe({0, 12, -70}, {0, 12, -200}, 7);
+constexpr double face_bone_back_m = -5e-3;  // behind it the jaw is open
+
+/// The painter's way: tissue, bone over it, cavities, the brain last; then all of it within the skin.
+ScalarSample head(const Vec3& world) noexcept {
+  const Vec3 x{std::abs(world.x), world.y, world.z};
+  const Distance brain_at = brain(x);
+  if (brain_at.d <= -0.5 * edge_m) return {brain_hu, {}, true};
+
+  const Distance skin_of_face = joined(joined(cranium(x), face(x), 25e-3), neck(x), 20e-3);
+  const Weight skin = weight_of(joined(joined(skin_of_face, nose(x), 8e-3), ear(x), 10e-3));
+  if (skin.w == 0.0) return {air_hu, {}, true};
+
+  ScalarSample inner{tissue_hu, {}, true};
+  const Distance skull = cranium_bone(x);
+  const Distance jaw = shared(face_bone(x), {x.y - face_bone_back_m, {0, 1, 0}}, 10e-3);
+  paint(inner, bone_hu, joined(skull, jaw, 25e-3));
+  paint(inner, tissue_hu, shared(face_inside(x), negated(skull), 5e-3));
+  paint(inner, tissue_hu, eye_socket(x));
+  paint(inner, bone_hu, spine(x));
+  const Distance sinus_at = sinus(x);
+  paint(inner, bone_hu, nasal_wall(x));
+  paint(inner, bone_hu, grown(sinus_at, 3e-3));
+  paint(inner, air_hu, nasal_cavity(x));
+  paint(inner, air_hu, sinus_at);
+  paint(inner, air_hu, nostril(x));
+  paint(inner, air_hu, throat(x));
+  paint(inner, air_hu, windpipe(x));
+  paint(inner, brain_hu, brain_at);
+
+  ScalarSample s{air_hu + skin.w * (inner.value - air_hu), (inner.value - air_hu) * skin.g + skin.w * inner.gradient, true};
+  s.gradient.x = world.x < 0.0 ? -s.gradient.x : s.gradient.x;
+  return s;
+}
+
+}  // namespace
+
+Volume plane_field(double size_m) {
+  check_length("the size of a plane's box", size_m);
+  const double half_m = 0.5 * size_m;
+  return volume_of("depth", "m", cube(half_m), size_m / 64.0, {{-half_m, half_m}}, [](const Vec3& x) noexcept {
+    return ScalarSample{-x.z, {0.0, 0.0, -1.0}, true};
+  });
+}
+
+Volume sphere_field(double radius_m) {
+  check_length("a sphere's radius", radius_m);
+  const double half_m = 1.5 * radius_m;
+  return volume_of("depth", "m", cube(half_m), radius_m / 32.0, {{radius_m - norm({half_m, half_m, half_m}), radius_m}},
+                   [radius_m](const Vec3& x) noexcept {
+                     return ScalarSample{radius_m - norm(x), -normalized(x), true};
+                   });
+}
+
+Volume head_phantom() {
+  constexpr Box box{{-0.090, -0.115, -0.125}, {0.090, 0.110, 0.130}};
+  Volume volume = volume_of("ct", "HU", box, 0.5 * edge_m, {{air_hu, bone_hu}}, [](const Vec3& x) noexcept { return head(x); });
+  volume.medical_frame = true;
+  return volume;
+}
+
+Volume lamb_oseen_vortex(double circulation_m2_per_s, double core_radius_m) {
+  return vortex(circulation_m2_per_s, core_radius_m, 0.0);
+}
+
+Volume burgers_vortex(double circulation_m2_per_s, double core_radius_m, double strain_per_s) {
+  return vortex(circulation_m2_per_s, core_radius_m, strain_per_s);
+}
+
+std::span<const AnalyticVolume> analytic_volumes() noexcept {
+  static constexpr AnalyticVolume volumes[] = {
+      {"plane", "a half space: depth below the plane z = 0, in metres", [] { return plane_field(); }},
+      {"sphere", "a ball of 50 mm radius: depth below its surface, in metres", [] { return sphere_field(); }},
+      {"head_phantom", "a head as CT sees it: skin, skull, brain, air cavities, in HU", [] { return head_phantom(); }},
+      {"lamb_oseen_vortex", "a decaying vortex along z with a core of 10 mm, in m/s", [] { return lamb_oseen_vortex(); }},
+      {"burgers_vortex", "a vortex along z held steady by strain, core of 10 mm, in m/s", [] { return burgers_vortex(); }},
+  };
+  return volumes;
+}
+
+}  // namespace palpa

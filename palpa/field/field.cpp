@@ -1,0 +1,93 @@
+#include "palpa/field/field.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+namespace palpa {
+namespace {
+
+/// Sampled at pose⁻¹(x); what comes back is turned and scaled. Every scale is a plain factor or
+/// quotient, so that a power of two changes no bit of a mantissa.
+class Posed final : public Field {
+ public:
+  Posed(FieldPtr field, const Similarity& pose) : field_(std::move(field)), pose_(pose) {
+    const Box box = field_->bounds_m();
+    for (int corner = 0; corner < 8; ++corner) {
+      const Vec3 local{corner & 1 ? box.high_m.x : box.low_m.x, corner & 2 ? box.high_m.y : box.low_m.y,
+                       corner & 4 ? box.high_m.z : box.low_m.z};
+      const Vec3 world = pose_.to_world(local);
+      if (corner == 0) bounds_m_ = {world, world};
+      bounds_m_.low_m = {std::min(bounds_m_.low_m.x, world.x), std::min(bounds_m_.low_m.y, world.y),
+                         std::min(bounds_m_.low_m.z, world.z)};
+      bounds_m_.high_m = {std::max(bounds_m_.high_m.x, world.x), std::max(bounds_m_.high_m.y, world.y),
+                          std::max(bounds_m_.high_m.z, world.z)};
+    }
+  }
+
+  int components() const noexcept override { return field_->components(); }
+
+  ScalarSample scalar(const Vec3& world_m) const noexcept override {
+    ScalarSample s = field_->scalar(pose_.to_hand(world_m));
+    s.gradient = pose_.rotation * s.gradient / pose_.scale;
+    return is_finite(s.gradient) ? s : ScalarSample{};
+  }
+
+  VectorSample vector(const Vec3& world_m) const noexcept override {
+    VectorSample s = field_->vector(pose_.to_hand(world_m));
+    s.value = pose_.rotation * s.value;
+    s.jacobian = pose_.rotation * s.jacobian * transposed(pose_.rotation);
+    for (Vec3& row : s.jacobian.row) row = row / pose_.scale;
+    return is_finite(s.value) && is_finite(s.jacobian) ? s : VectorSample{};
+  }
+
+  double spacing_m() const noexcept override { return pose_.scale * field_->spacing_m(); }
+  Box bounds_m() const noexcept override { return bounds_m_; }
+  double depth_m(const Vec3& world_m) const noexcept override {
+    const double depth = pose_.scale * field_->depth_m(pose_.to_hand(world_m));
+    return std::isfinite(depth) ? depth : 0.0;
+  }
+
+  std::vector<Extent> extents() const override {
+    const std::vector<Extent> still = field_->extents();
+    if (still.size() != 3) return still;
+    std::vector<Extent> turned(3);
+    for (int i = 0; i < 3; ++i) {
+      const Vec3& row = pose_.rotation.row[i];
+      const double weights[3] = {row.x, row.y, row.z};
+      for (int j = 0; j < 3; ++j) {
+        const auto [low, high] = std::minmax({weights[j] * still[j].min, weights[j] * still[j].max});
+        turned[i].min += low;
+        turned[i].max += high;
+      }
+    }
+    return turned;
+  }
+
+ private:
+  FieldPtr field_;
+  Similarity pose_;
+  Box bounds_m_;
+};
+
+}  // namespace
+
+ScalarSample Field::scalar(const Vec3&) const noexcept { return {}; }
+VectorSample Field::vector(const Vec3&) const noexcept { return {}; }
+
+FieldPtr posed(FieldPtr field, const Similarity& pose) {
+  if (!field) throw std::invalid_argument("there is no field to pose");
+  if (!is_usable(pose)) {
+    throw std::invalid_argument("the pose is no rotation, move and scale; it must be finite, of positive scale and no mirror");
+  }
+  if (pose == Similarity{}) return field;
+  return std::make_shared<const Posed>(std::move(field), pose);
+}
+
+Volume posed(const Volume& volume, const Similarity& pose) {
+  Volume moved = volume;
+  for (VolumeField& f : moved.fields) f.field = posed(std::move(f.field), pose);
+  return moved;
+}
+
+}  // namespace palpa

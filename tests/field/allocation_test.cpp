@@ -1,0 +1,48 @@
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+#include "palpa/field/analytic.h"
+#include "palpa/field/transfer_function.h"
+#include "tests/field/test_fields.h"
+
+namespace {
+std::atomic<long> allocations{0};
+}
+
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace palpa {
+namespace {
+
+TEST(Allocation, sampling_allocates_nothing) {
+  std::mt19937 random(1);
+  std::vector<FieldPtr> fields;
+  for (const AnalyticVolume& a : analytic_volumes()) {
+    const FieldPtr formula = a.make().fields[0].field;
+    fields.insert(fields.end(),
+                  {formula, sampled(*formula, 9), posed(formula, {test::rotation(random), 2.0, {0.1, 0.2, 0.3}})});
+  }
+  const TransferFunction f({{-300, 0.8}, {300, 0.8}, {300, 4}, {1000, 4}});
+  const long at_start = allocations;
+  double sum = 0.0;
+  for (const FieldPtr& field : fields) {
+    for (int n = 0; n < 1000; ++n) {
+      const Vec3 at = test::within(random, {field->bounds_m().low_m - Vec3{0.1, 0.1, 0.1}, field->bounds_m().high_m});
+      sum +=
+          f.at(field->scalar(at).value) + f.slope_at(sum) + field->vector(at).value.x + field->depth_m(at) + field->spacing_m();
+    }
+  }
+  EXPECT_EQ(allocations, at_start);
+  EXPECT_TRUE(std::isfinite(sum));
+  EXPECT_GT(allocations, 0);  // the counter counts
+}
+
+}  // namespace
+}  // namespace palpa
