@@ -10,19 +10,30 @@
 namespace palpa {
 
 struct ReadOptions {
-  std::filesystem::path reader;        ///< palpa-read; empty: $PALPA_READER, beside this program, libexec
-  std::uint64_t max_bytes = 0;         ///< voxels larger than this are refused before memory is taken; 0: two thirds of the free memory
-  double idle_limit_s = 10.0;          ///< without progress (CPU time or bytes read) the reader is ended
+  std::filesystem::path reader;  ///< palpa-read; empty: $PALPA_READER, beside this program, libexec
+  std::uint64_t max_bytes = 0;   ///< voxels larger than this are refused before memory is taken; 0: two thirds of the free memory
+  double idle_limit_s = 10.0;    ///< without progress (CPU time or bytes read) the reader is ended; > 0
 };
 
 /// Opens the file(s) of a request. The files are parsed by a child program with limits of its own, so
 /// that no damaged file can crash, hang or fill this process. Returns the fields in world metres (LPS
 /// for medical data). Throws LoadError with one line: `FILE: what is wrong; what would be right`.
+///
+/// The voxels lie in shared memory that nobody can change any more, and stay as long as a field of the
+/// volume does. Blocks while the file is read; any number of threads may open files at once.
 Volume read_volume(const VolumeRequest& request, const ReadOptions& options = {});
 /// One file with its defaults.
 Volume read_volume(const std::filesystem::path& file, const ReadOptions& options = {});
 
 /// `read_volume` with these options, for `load_scene`.
 ReadVolume volume_reader(ReadOptions options = {});
+
+/// A volume and what its file holds beside it.
+struct VolumeFile {
+  Volume volume;
+  int frames = 1;  ///< of which the volume is one
+};
+/// `read_volume`, and what else is to know.
+VolumeFile read_volume_file(const VolumeRequest& request, const ReadOptions& options = {});
 
 }  // namespace palpa

@@ -1,0 +1,179 @@
+#include "app/info.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "app/terminal.h"
+#include "palpa/field/grid.h"
+
+namespace palpa::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// A number that JSON can hold; null for one that is not finite.
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json vector(const Vec3& v) { return Json::array({number(v.x), number(v.y), number(v.z)}); }
+
+Json matrix(const GridGeometry& grid) {
+  const double origin[3] = {grid.origin_m.x, grid.origin_m.y, grid.origin_m.z};
+  Json rows = Json::array();
+  for (int r = 0; r < 3; ++r) {
+    Json row = vector(grid.index_to_world_m.row[r]);
+    row.push_back(number(origin[r]));
+    rows.push_back(std::move(row));
+  }
+  rows.push_back({0.0, 0.0, 0.0, 1.0});
+  return rows;
+}
+
+/// The field's value at a world position, null outside its data. Vectors are along the world's axes.
+Json value_at(const Field& field, const Vec3& at_m) {
+  if (field.components() == 1) {
+    const ScalarSample sample = field.scalar(at_m);
+    return sample.inside ? number(sample.value) : Json(nullptr);
+  }
+  const VectorSample sample = field.vector(at_m);
+  return sample.inside ? vector(sample.value) : Json(nullptr);
+}
+
+double valid_share(const Volume& volume) {
+  double share = 1.0;
+  for (const VolumeField& field : volume.fields) share = std::min(share, grid_of(*field.field)->valid_share);
+  return share;
+}
+
+Json as_json(const VolumeFile& file, const std::vector<Vec3>& at_m) {
+  const Volume& volume = file.volume;
+  const GridGeometry& first = grid_of(*volume.fields.front().field)->geometry;
+  Json info;
+  info["format"] = volume.format;
+  info["files"] = Json::array();
+  for (const SourceFile& source : volume.files) {
+    info["files"].push_back({{"path", source.path}, {"bytes", source.bytes}, {"sha256", source.sha256}});
+  }
+  info["fields"] = Json::array();
+  for (const VolumeField& field : volume.fields) {
+    const GridView& grid = *grid_of(*field.field);
+    const std::vector<Extent> extents = field.field->extents();
+    Json least = Json::array(), greatest = Json::array();
+    for (const Extent& extent : extents) least.push_back(number(extent.min)), greatest.push_back(number(extent.max));
+    const bool scalar = field.field->components() == 1;
+    Json entry{{"name", field.name},
+               {"unit", field.unit},
+               {"components", field.field->components()},
+               {"type", name_of(grid.voxels.type)},
+               {"dims", grid.geometry.dims},
+               {"min", scalar ? least[0] : least},
+               {"max", scalar ? greatest[0] : greatest}};
+    if (grid.geometry != first) entry["index_to_world_m"] = matrix(grid.geometry);
+    info["fields"].push_back(std::move(entry));
+  }
+  info["index_to_world_m"] = matrix(first);
+  info["medical_frame"] = volume.medical_frame;
+  info["frames"] = file.frames;
+  info["valid_share"] = valid_share(volume);
+  info["warnings"] = volume.warnings;
+  if (!at_m.empty()) info["samples"] = Json::array();
+  for (const Vec3& at : at_m) {
+    Json values = Json::object();
+    bool inside = false;
+    for (const VolumeField& field : volume.fields) {
+      values[field.name] = value_at(*field.field, at);
+      inside = inside || !values[field.name].is_null();
+    }
+    info["samples"].push_back({{"at_m", vector(at)}, {"inside", inside}, {"values", std::move(values)}});
+  }
+  return info;
+}
+
+std::string text_of(const Vec3& v) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", v.x, v.y, v.z); }
+
+std::string text_of(const std::vector<Extent>& extents, double Extent::*end) {
+  if (extents.size() == 1) return fmt::format("{:.6g}", extents[0].*end);
+  std::string text;
+  for (const Extent& extent : extents) text += fmt::format("{}{:.4g}", text.empty() ? "" : ", ", extent.*end);
+  return "(" + text + ")";
+}
+
+/// A length in the unit in which people would say it.
+std::string text_of_length(double metres) {
+  static constexpr struct {
+    double at_least_m, metres;
+    const char* unit;
+  } units[] = {{1e3, 1e3, "km"}, {1.0, 1.0, "m"}, {1e-3, 1e-3, "mm"}, {1e-6, 1e-6, "µm"}, {0.0, 1e-9, "nm"}};
+  for (const auto& [at_least_m, unit_m, unit] : units) {
+    if (metres >= at_least_m) return fmt::format("{:.4g} {}", metres / unit_m, unit);
+  }
+  return fmt::format("{:.4g} m", metres);
+}
+
+void print_table(const std::string& name, const VolumeFile& file, const std::vector<Vec3>& at_m) {
+  const Volume& volume = file.volume;
+  std::uint64_t bytes = 0;
+  for (const SourceFile& source : volume.files) bytes += source.bytes;
+  fmt::print("{}\n", name);
+  fmt::print("  format   {}, {} {}, {:.4g} MB\n", volume.format, volume.files.size(), volume.files.size() == 1 ? "file" : "files",
+             static_cast<double>(bytes) / 1e6);
+
+  const GridGeometry& grid = grid_of(*volume.fields.front().field)->geometry;
+  const Mat3 steps = transposed(grid.index_to_world_m);
+  fmt::print("  grid     {} × {} × {} voxels of {} × {} × {}\n", grid.dims[0], grid.dims[1], grid.dims[2],
+             text_of_length(norm(steps.row[0])), text_of_length(norm(steps.row[1])), text_of_length(norm(steps.row[2])));
+  const Box box = volume.bounds_m();
+  fmt::print("  world    {} to {} m, {}\n", text_of(box.low_m), text_of(box.high_m),
+             volume.medical_frame ? "medical frame (x left, y back, z up)" : "the file's own axes");
+  if (file.frames > 1) fmt::print("  frames   {}\n", file.frames);
+  if (const double share = valid_share(volume); share < 1.0) fmt::print("  valid    {:.4g} % of the voxels\n", 100.0 * share);
+
+  std::size_t width = 5;
+  for (const VolumeField& field : volume.fields) width = std::max(width, field.name.size());
+  fmt::print("\n  {:<{}}  {:<8}  {:<8}  {:<26}  {:<26}\n", "field", width, "unit", "type", "min", "max");
+  for (const VolumeField& field : volume.fields) {
+    const std::vector<Extent> extents = field.field->extents();
+    const std::string type = std::string(name_of(grid_of(*field.field)->voxels.type)) + (extents.size() == 3 ? "×3" : "");
+    fmt::print("  {:<{}}  {:<8}  {:<8}  {:<26}  {:<26}\n", field.name, width, field.unit.empty() ? "–" : field.unit, type,
+               text_of(extents, &Extent::min), text_of(extents, &Extent::max));
+  }
+  if (!at_m.empty()) fmt::print("\n");
+  for (const Vec3& at : at_m) {
+    for (const VolumeField& field : volume.fields) {
+      const Json value = value_at(*field.field, at);
+      fmt::print("  at {} m: {} = {}\n", text_of(at), field.name, value.is_null() ? "outside" : value.dump());
+    }
+  }
+}
+
+}  // namespace
+
+int run_info(const InfoArguments& arguments) {
+  Json list = Json::array();
+  for (const std::filesystem::path& path : arguments.files) {
+    VolumeRequest request;
+    request.files = {path};
+    const VolumeFile file = read_volume_file(request, arguments.read);
+    if (arguments.json) {
+      list.push_back(as_json(file, arguments.at_m));
+      continue;
+    }
+    if (path != arguments.files.front()) fmt::print("\n");
+    print_table(path.string(), file, arguments.at_m);
+    std::fflush(stdout);
+    std::vector<std::string> warnings;
+    for (const std::string& warning : file.volume.warnings) warnings.push_back(path.string() + ": " + warning);
+    print_warnings(warnings);
+  }
+  if (arguments.json) {
+    const Json& printed = list.size() == 1 ? list.front() : list;
+    fmt::print("{}\n", printed.dump(2, ' ', false, Json::error_handler_t::replace));
+  }
+  return 0;
+}
+
+}  // namespace palpa::app

@@ -1,0 +1,23 @@
+// `palpa info`: what is in data files.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "palpa/core/vec3.h"
+#include "palpa/volume/read_volume.h"
+
+namespace palpa::app {
+
+struct InfoArguments {
+  std::vector<std::filesystem::path> files;  ///< each a volume of its own; at least one
+  bool json = false;                         ///< one object for one file, a list of them for several
+  std::vector<Vec3> at_m;                    ///< [m] world positions to sample
+  ReadOptions read;
+};
+
+/// Prints what is in the files, as a table or as JSON (docs: the keys are promises). Returns 0; throws
+/// LoadError at the first file that cannot be read.
+int run_info(const InfoArguments& arguments);
+
+}  // namespace palpa::app

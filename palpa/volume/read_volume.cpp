@@ -1,0 +1,302 @@
+#include "palpa/volume/read_volume.h"
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <sstream>
+#include <stdexcept>
+#include <string_view>
+
+#include "palpa/volume/protocol.h"
+#include "palpa/volume/reader_process.h"
+
+namespace palpa {
+namespace {
+
+using protocol::FieldHeader;
+using protocol::Header;
+using protocol::readable_bytes;
+
+/// Resident memory that a reader may have beside what its header asks for: libraries, and their habits.
+constexpr std::uint64_t reader_slack_bytes = 2'000'000'000;
+
+/// Metres per unit; 0 for a word that is no unit of length.
+double metres(std::string_view unit) {
+  static constexpr struct {
+    std::string_view name;
+    double metres;
+  } units[] = {{"m", 1},           {"meter", 1},     {"metre", 1},        {"meters", 1},       {"metres", 1},      {"cm", 1e-2},
+               {"centimeter", 1e-2}, {"mm", 1e-3},     {"millimeter", 1e-3}, {"millimetre", 1e-3}, {"millimeters", 1e-3}, {"um", 1e-6},
+               {"µm", 1e-6},       {"micron", 1e-6}, {"microns", 1e-6},    {"micrometer", 1e-6}, {"nm", 1e-9},       {"km", 1e3},
+               {"angstrom", 1e-10}, {"Å", 1e-10}};
+  for (const auto& [name, value] : units) {
+    if (name == unit) return value;
+  }
+  return 0.0;
+}
+
+/// What this process and its child may still take: the machine's free memory, or less where a control
+/// group says so.
+std::uint64_t free_memory_bytes() {
+  std::uint64_t free = 0;
+  std::ifstream info("/proc/meminfo");
+  for (std::string key; info >> key;) {
+    if (key == "MemAvailable:" && info >> free) break;
+    info.ignore(1 << 12, '\n');
+  }
+  free *= 1024;
+  std::uint64_t limit = 0, used = 0;
+  if (std::ifstream("/sys/fs/cgroup/memory.max") >> limit && std::ifstream("/sys/fs/cgroup/memory.current") >> used) {
+    free = std::min(free, limit > used ? limit - used : 0);
+  }
+  return free;
+}
+
+/// Refuses at once what no reader has to be started for.
+void check_file(const std::filesystem::path& file) {
+  struct stat status {};
+  if (::stat(file.c_str(), &status) != 0) {
+    if (errno == ENOENT || errno == ENOTDIR) throw LoadError("does not exist; check the path");
+    throw LoadError(std::string("cannot be opened: ") + std::strerror(errno) + "; check its path and permissions");
+  }
+  if (S_ISDIR(status.st_mode)) throw LoadError("is a folder; give a file (DICOM folders are not read yet)");
+  if (!S_ISREG(status.st_mode)) throw LoadError("is no ordinary file; give a volume file");
+  if (status.st_size == 0) throw LoadError("is empty; get the whole file");
+  if (::access(file.c_str(), R_OK) != 0) throw LoadError("cannot be opened: no permission to read it; allow it, or copy the file");
+}
+
+/// Metres per unit of length of the file.
+double metres_per_unit(const VolumeRequest& request, const Header& header, std::vector<std::string>& warnings) {
+  if (!request.length_unit.empty()) {
+    const double said = metres(request.length_unit);
+    if (said == 0) throw LoadError("length_unit '" + request.length_unit + "' is unknown; m, cm, mm, um, nm, km or angstrom are known");
+    return said;
+  }
+  if (const double stated = metres(header.length_unit); stated != 0) return stated;
+  const double assumed = metres(header.default_unit);
+  if (assumed == 0) throw LoadError("cannot be read: palpa-read gave no unit of length; update both programs together");
+  const std::string length = assumed == 1 ? "metres" : "millimetres";
+  warnings.push_back(header.length_unit.empty()
+                         ? "says no unit of length: " + length + " are taken (length_unit = \"…\" takes another)"
+                         : "has the unit of length '" + header.length_unit + "', which is unknown: " + length + " are taken");
+  return assumed;
+}
+
+GridGeometry in_metres(const GridGeometry& grid, double metres_per_unit) {
+  return {grid.dims, metres_per_unit * grid.index_to_world_m, metres_per_unit * grid.origin_m};
+}
+
+/// The fields that a request takes from the file, by index, and under which names.
+struct Taken {
+  std::uint32_t field;
+  std::string name, unit;
+};
+
+std::vector<Taken> taken_fields(const VolumeRequest& request, const Header& header) {
+  std::vector<Taken> taken;
+  if (request.fields.empty()) {
+    for (std::uint32_t f = 0; f < header.fields.size(); ++f) taken.push_back({f, header.fields[f].name, header.fields[f].unit});
+    return taken;
+  }
+  for (const VolumeRequest::FieldRequest& wanted : request.fields) {
+    const std::string& array = wanted.array.empty() ? wanted.name : wanted.array;
+    std::uint32_t f = 0;
+    while (f < header.fields.size() && header.fields[f].name != array) ++f;
+    // A file that names nothing holds one array: whatever it is called, that one is meant.
+    if (f == header.fields.size() && !header.named && header.fields.size() == 1 && wanted.array.empty()) f = 0;
+    if (f == header.fields.size()) {
+      std::string known;
+      for (const FieldHeader& field : header.fields) known += (known.empty() ? "'" : ", '") + field.name + "'";
+      throw LoadError("has no array '" + array + "'; it has " + known);
+    }
+    taken.push_back({f, wanted.name, wanted.unit.empty() ? header.fields[f].unit : wanted.unit});
+  }
+  return taken;
+}
+
+/// Checks what the reader claims, before anything is built on it.
+void check(const Header& header) {
+  if (header.fields.empty()) throw LoadError("has no field that can be felt; give a volume of numbers");
+  for (const FieldHeader& field : header.fields) {
+    if (!protocol::voxel_bytes(field)) {
+      throw LoadError("claims more voxels than can be counted; the header is damaged");
+    }
+    if (!std::isfinite(field.scale) || !std::isfinite(field.offset) || field.scale == 0) {
+      throw LoadError("rescales its values by a factor that is zero or not finite; correct its header");
+    }
+  }
+}
+
+/// Refuses voxels that do not fit, before memory is taken.
+void check_size(const Header& header, const std::vector<Taken>& taken, std::uint64_t bytes, const ReadOptions& options,
+                std::uint64_t limit) {
+  const std::uint64_t free = free_memory_bytes();
+  std::uint64_t with_work = 0;
+  if (__builtin_add_overflow(bytes, header.working_bytes, &with_work)) with_work = UINT64_MAX;
+  const bool too_large = bytes > limit;
+  if (!too_large && (options.max_bytes != 0 || with_work <= free)) return;
+  const auto& n = header.fields[taken.front().field].grid.dims;
+  std::ostringstream text;
+  text << "claims " << n[0] << " × " << n[1] << " × " << n[2] << " voxels, which need "
+       << readable_bytes(static_cast<double>(too_large ? bytes : with_work)) << " where "
+       << readable_bytes(static_cast<double>(too_large ? limit : free))
+       << (options.max_bytes != 0 ? " are allowed" : " are free") << "; crop or downsample the volume";
+  throw LoadError(text.str());
+}
+
+/// Memory that the reader fills: made here, shared by descriptor, and once `seal`ed and mapped nobody's to
+/// change. It can neither shrink nor grow from the start, so that no read of ours can miss it.
+class SharedMemory {
+ public:
+  explicit SharedMemory(std::uint64_t bytes) : bytes_(bytes), descriptor_(::memfd_create("palpa-voxels", MFD_CLOEXEC | MFD_ALLOW_SEALING)) {
+    if (descriptor_ < 0 || ::ftruncate(descriptor_, static_cast<off_t>(bytes)) != 0 ||
+        ::fcntl(descriptor_, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW) != 0) {
+      const int problem = errno;
+      if (descriptor_ >= 0) ::close(descriptor_);
+      throw LoadError("cannot be read: no shared memory of " + readable_bytes(static_cast<double>(bytes)) + " (" + std::strerror(problem) +
+                      "); crop or downsample the volume");
+    }
+  }
+  ~SharedMemory() { ::close(descriptor_); }
+  SharedMemory(const SharedMemory&) = delete;
+  SharedMemory& operator=(const SharedMemory&) = delete;
+
+  int descriptor() const noexcept { return descriptor_; }
+
+  /// The voxels, read-only. Call when the reader is gone: a seal against writing needs that nobody can.
+  std::shared_ptr<const std::byte> sealed_and_mapped() {
+    if (::fcntl(descriptor_, F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_SEAL) != 0) {
+      throw LoadError(std::string("cannot be read: its voxels cannot be sealed (") + std::strerror(errno) + "); try again");
+    }
+    void* memory = ::mmap(nullptr, bytes_, PROT_READ, MAP_SHARED, descriptor_, 0);
+    if (memory == MAP_FAILED) {
+      throw LoadError("cannot be read: no address space for " + readable_bytes(static_cast<double>(bytes_)) +
+                      "; crop or downsample the volume");
+    }
+    return {static_cast<const std::byte*>(memory),
+            [bytes = bytes_](const std::byte* m) { ::munmap(const_cast<std::byte*>(m), bytes); }};
+  }
+
+ private:
+  std::uint64_t bytes_;
+  int descriptor_;
+};
+
+template <class Expected>
+Expected expect(protocol::Message message) {
+  if (auto* failure = std::get_if<protocol::Failure>(&message)) throw LoadError(failure->sentence);
+  if (auto* expected = std::get_if<Expected>(&message)) return std::move(*expected);
+  throw LoadError("cannot be read: palpa-read answered out of turn; update both programs together");
+}
+
+/// `read_volume_file` of one file; errors are sentences, without its name.
+VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
+  const std::filesystem::path& file = request.files.front();
+  check_file(file);
+  const std::uint64_t file_bytes = std::filesystem::file_size(file);
+  const std::uint64_t limit = options.max_bytes != 0 ? options.max_bytes : free_memory_bytes() / 3 * 2;
+
+  VolumeFile result;
+  Header header;
+  protocol::Room room;
+  std::vector<Taken> taken;
+  std::vector<std::uint64_t> offsets;
+  std::unique_ptr<SharedMemory> memory;
+  protocol::Done done;
+  double metres_per_file_unit = 1.0;
+  {
+    detail::ReaderProcess reader(detail::find_reader(options.reader), options.idle_limit_s);
+    reader.send(protocol::Request{file.string(), request.as, request.frame, limit});
+    header = expect<Header>(reader.receive(file_bytes, reader_slack_bytes + 8 * file_bytes));
+    check(header);
+    result.volume.warnings = header.warnings;
+    metres_per_file_unit = metres_per_unit(request, header, result.volume.warnings);
+    taken = taken_fields(request, header);
+    for (const Taken& t : taken) {
+      const GridGeometry grid = in_metres(header.fields[t.field].grid, metres_per_file_unit);
+      if (const char* problem = problem_with(grid)) {
+        throw LoadError("cannot be placed in the world: " + std::string(problem) + "; correct its header");
+      }
+      room.fields.push_back(t.field);
+    }
+    std::sort(room.fields.begin(), room.fields.end());
+    room.fields.erase(std::unique(room.fields.begin(), room.fields.end()), room.fields.end());
+    const auto placed = protocol::place(header, room);
+    if (!placed) throw LoadError("claims more voxels than can be counted; the header is damaged");
+    offsets = *placed;
+    check_size(header, taken, offsets.back(), options, limit);
+
+    memory = std::make_unique<SharedMemory>(offsets.back());
+    reader.send(room, memory->descriptor());
+    const std::uint64_t work = file_bytes + offsets.back() + header.working_bytes;
+    done = expect<protocol::Done>(reader.receive(work, reader_slack_bytes + 8 * file_bytes + 2 * (offsets.back() + header.working_bytes)));
+  }
+
+  const std::shared_ptr<const std::byte> voxels = memory->sealed_and_mapped();
+  Volume& volume = result.volume;
+  result.frames = header.frames;
+  volume.format = header.format;
+  volume.medical_frame = header.medical_frame;
+  volume.files = done.files;
+  volume.warnings.insert(volume.warnings.end(), done.warnings.begin(), done.warnings.end());
+  for (const Taken& t : taken) {
+    const FieldHeader& field = header.fields[t.field];
+    const auto slot = static_cast<std::size_t>(std::lower_bound(room.fields.begin(), room.fields.end(), t.field) - room.fields.begin());
+    const std::shared_ptr<const void> data(voxels, voxels.get() + offsets[slot]);
+    const GridGeometry grid = in_metres(field.grid, metres_per_file_unit);
+    FieldPtr made;
+    try {
+      made = grid_field(grid, {field.type, field.components, data}, field.scale, field.offset);
+    } catch (const std::invalid_argument& problem) {
+      throw LoadError(std::string("cannot be felt: ") + problem.what());
+    }
+    const double lost = std::round((1.0 - grid_of(*made)->valid_share) * static_cast<double>(grid.voxels()));
+    if (lost > 0) {
+      std::ostringstream text;
+      text << std::fixed;
+      text.precision(0);
+      if (taken.size() > 1) text << "field '" << t.name << "': ";
+      text << lost << (lost == 1 ? " voxel is" : " voxels are") << " not finite: treated as outside";
+      volume.warnings.push_back(text.str());
+    }
+    volume.fields.push_back({t.name, t.unit, std::move(made)});
+  }
+  return result;
+}
+
+}  // namespace
+
+VolumeFile read_volume_file(const VolumeRequest& request, const ReadOptions& options) {
+  if (request.files.empty()) throw LoadError("volume: no file is named; name one");
+  const std::string place = request.files.front().string();
+  try {
+    if (request.files.size() > 1) {
+      throw LoadError(std::to_string(request.files.size()) + " files for one volume; formats of one file (and those that it names) can be read");
+    }
+    return read_one(request, options);
+  } catch (const LoadError& error) {
+    throw LoadError(place + ": " + error.what());
+  }
+}
+
+Volume read_volume(const VolumeRequest& request, const ReadOptions& options) { return read_volume_file(request, options).volume; }
+
+Volume read_volume(const std::filesystem::path& file, const ReadOptions& options) {
+  VolumeRequest request;
+  request.files = {file};
+  return read_volume(request, options);
+}
+
+ReadVolume volume_reader(ReadOptions options) {
+  return [options](const VolumeRequest& request) { return read_volume(request, options); };
+}
+
+}  // namespace palpa

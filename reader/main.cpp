@@ -1,0 +1,197 @@
+// palpa-read: parses one volume file for the program that started it (palpa/volume/read_volume.cpp). What
+// can go wrong with a file of somebody else goes wrong here, where it costs one line.
+#include <fcntl.h>
+#include <malloc.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <future>
+#include <new>
+#include <regex>
+#include <string_view>
+
+#include "messages.h"
+#include "sha256.h"
+#include "source.h"
+
+namespace palpa::reader {
+namespace {
+
+constexpr std::uint64_t slack_bytes = 512'000'000;  ///< of address space, for what libraries need beside voxels
+
+/// From here on the program may have `bytes` of address space more than it has now.
+void limit_memory([[maybe_unused]] std::uint64_t bytes) {
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they map terabytes; there the caller watches
+  std::uint64_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;
+  const std::uint64_t now = pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+  rlimit limit{};
+  ::getrlimit(RLIMIT_AS, &limit);
+  const std::uint64_t wanted = now + slack_bytes + std::min<std::uint64_t>(bytes, std::uint64_t{1} << 60);
+  limit.rlim_cur = std::min<rlim_t>(wanted, limit.rlim_max);
+  ::setrlimit(RLIMIT_AS, &limit);
+#endif
+}
+
+/// Opens the file with the library that its first bytes ask for.
+std::unique_ptr<Source> open_source(const protocol::Request& request) {
+  char buffer[1024] = {};
+  int got = 0;
+  if (gzFile file = gzopen(request.path.c_str(), "rb")) {  // reads files that are not compressed as they are
+    got = gzread(file, buffer, sizeof buffer);
+    gzclose(file);
+  } else {
+    throw LoadError(std::string("cannot be opened: ") + std::strerror(errno));
+  }
+  if (got <= 0) throw LoadError("cannot be read: its gzip compression is damaged; get the whole file");
+  const std::string_view start(buffer, static_cast<std::size_t>(got));
+  const std::string name = request.path.substr(request.path.rfind('/') + 1);
+  const auto ends_with = [&](std::string_view end) { return name.size() >= end.size() && name.compare(name.size() - end.size(), end.size(), end) == 0; };
+
+  if (start.substr(0, 4) == "NRRD") return open_nrrd(request);
+  if (ends_with(".nrrd") || ends_with(".nhdr")) throw LoadError("is no NRRD file: it does not begin with 'NRRD'; give it its right name or export it again");
+
+  const bool nifti_1 = start.size() >= 348 && (start.substr(344, 3) == "n+1" || start.substr(344, 3) == "ni1");
+  const bool nifti_2 = start.size() >= 540 && (start.substr(4, 3) == "n+2" || start.substr(4, 3) == "ni2");
+  if (nifti_1 || nifti_2) {
+    // vtkNIFTIReader runs off its table of types where it does not know one, so that is asked here.
+    std::uint16_t type = 0;
+    std::memcpy(&type, buffer + (nifti_2 ? 12 : 70), sizeof type);
+    std::uint32_t header_bytes = 0;
+    std::memcpy(&header_bytes, buffer, sizeof header_bytes);
+    if (header_bytes != 348 && header_bytes != 540) type = static_cast<std::uint16_t>(type >> 8 | type << 8);
+    static constexpr int known[] = {2, 4, 8, 16, 32, 64, 128, 256, 512, 768, 1024, 1280, 1792, 2304};
+    if (std::find(std::begin(known), std::end(known), type) == std::end(known)) {
+      throw LoadError("has NIfTI data type " + std::to_string(type) + "; whole numbers to 64 bits, float32 and float64 can be read");
+    }
+    return open_nifti(request);
+  }
+  if (ends_with(".nii") || ends_with(".nii.gz")) throw LoadError("is no NIfTI file: its header has no 'n+1' or 'n+2'; export it again");
+
+  if (start.substr(0, 14) == "# vtk DataFile") {
+    std::cmatch found;
+    static const std::regex dataset(R"(\n\s*DATASET\s+(\w+))", std::regex::icase);
+    std::string kind;
+    if (std::regex_search(start.begin(), start.end(), found, dataset)) kind = found[1];
+    for (char& c : kind) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    if (kind != "STRUCTURED_POINTS") {
+      throw LoadError("holds " + (kind.empty() ? std::string("no DATASET that can be found") : kind) +
+                      "; of legacy VTK files STRUCTURED_POINTS (image data) can be read");
+    }
+    return open_legacy_vtk(request);
+  }
+  if (start.find("<VTKFile") != std::string_view::npos) {
+    std::cmatch found;
+    static const std::regex type(R"(<VTKFile[^>]*\stype\s*=\s*["'](\w+)["'])");
+    const std::string kind = std::regex_search(start.begin(), start.end(), found, type) ? found[1].str() : "data of no type";
+    if (kind != "ImageData") throw LoadError("holds " + kind + "; of VTK's XML files ImageData (.vti) can be read");
+    return open_vti(request);
+  }
+  if (ends_with(".vti")) throw LoadError("is no VTI file: it has no '<VTKFile'; export it again");
+
+  static const std::regex meta(R"((^|\n)\s*(ObjectType|NDims|DimSize)\s*=)");
+  if (std::regex_search(start.begin(), start.end(), meta)) return open_metaimage(request);
+  if (start.size() >= 132 && start.substr(128, 4) == "DICM") throw LoadError("is DICOM, which is not read yet; convert it to NIfTI or NRRD");
+  throw LoadError("has no format that is known; NRRD, MetaImage, NIfTI, VTI and legacy VTK image data can be read");
+}
+
+/// Shared memory from the caller, for as long as this program runs.
+std::byte* mapped(int descriptor, std::uint64_t bytes) {
+  struct stat status {};
+  if (::fstat(descriptor, &status) != 0 || static_cast<std::uint64_t>(status.st_size) < bytes) {
+    throw LoadError("got too little memory from the program that asked for it; update palpa and palpa-read together");
+  }
+  void* memory = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, 0);
+  if (memory == MAP_FAILED) throw std::bad_alloc();
+  ::close(descriptor);
+  return static_cast<std::byte*>(memory);
+}
+
+std::vector<SourceFile> checksums(const std::vector<std::string>& paths) {
+  std::vector<SourceFile> files;
+  for (const std::string& path : paths) files.push_back({path, file_bytes(path), sha256_of_file(path)});
+  return files;
+}
+
+void serve(int socket) {
+  bool garbled = false;
+  auto first = protocol::receive(socket, garbled);
+  if (!first || !std::holds_alternative<protocol::Request>(first->message)) {
+    throw LoadError("was asked for in a way that palpa-read does not know; update palpa and palpa-read together");
+  }
+  const auto request = std::get<protocol::Request>(first->message);
+  const std::uint64_t bytes = file_bytes(request.path);
+  // A header takes little. A legacy VTK file is read with it: numbers as text grow fourfold at most.
+  limit_memory(std::min(request.max_bytes, 8 * bytes));
+
+  const std::unique_ptr<Source> source = open_source(request);
+  if (!protocol::send(socket, source->header)) return;
+  auto checks = std::async(std::launch::async, checksums, source->files);
+
+  auto second = protocol::receive(socket, garbled);
+  if (!second || !std::holds_alternative<protocol::Room>(second->message) || second->descriptor < 0) return;
+  const auto& room = std::get<protocol::Room>(second->message);
+  const auto offsets = protocol::place(source->header, room);
+  if (!offsets) return;
+  limit_memory(offsets->back() + source->header.working_bytes);
+  std::byte* memory = mapped(second->descriptor, offsets->back());
+  std::vector<std::byte*> to;
+  for (std::size_t i = 0; i < room.fields.size(); ++i) to.push_back(memory + (*offsets)[i]);
+
+  source->read(room.fields, to);
+  protocol::send(socket, protocol::Done{checks.get(), take_library_warnings()});
+}
+
+}  // namespace
+
+std::int64_t chosen_frame(const protocol::Request& request, std::int64_t frames, std::vector<std::string>& warnings) {
+  if (request.frame >= frames) {
+    throw LoadError("has " + std::to_string(frames) + (frames == 1 ? " frame" : " frames") + ", not frame " +
+                    std::to_string(request.frame) + "; they count from 0");
+  }
+  if (frames > 1 && request.frame < 0) {
+    warnings.push_back("holds " + std::to_string(frames) + " frames: the first is read (frame = N takes another)");
+  }
+  return std::max(request.frame, 0);
+}
+
+std::uint64_t file_bytes(const std::string& path) {
+  struct stat status {};
+  return ::stat(path.c_str(), &status) == 0 && status.st_size > 0 ? static_cast<std::uint64_t>(status.st_size) : 0;
+}
+
+}  // namespace palpa::reader
+
+int main() {
+  using namespace palpa;
+  const int socket = protocol::socket_descriptor;
+  struct stat status {};
+  if (::fstat(socket, &status) != 0 || !S_ISSOCK(status.st_mode)) {
+    std::fputs("palpa: palpa-read: is started by palpa to open a file; try 'palpa info FILE'\n", stderr);
+    return 2;
+  }
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  const rlimit none{0, 0};
+  ::setrlimit(RLIMIT_CORE, &none);
+  ::mallopt(M_ARENA_MAX, 2);  // each arena reserves address space
+  reader::catch_library_messages();
+
+  std::string sentence;
+  try {
+    reader::serve(socket);
+  } catch (const std::bad_alloc&) {
+    sentence = "needs more memory to be read than its header says; it is probably damaged";
+  } catch (const std::exception& error) {
+    sentence = error.what();
+  }
+  if (!sentence.empty()) protocol::send(socket, protocol::Failure{sentence});
+  ::_exit(sentence.empty() ? 0 : 1);  // without the libraries' farewells
+}

@@ -1,0 +1,67 @@
+#include "messages.h"
+
+#include <vtkObjectFactory.h>
+#include <vtkOutputWindow.h>
+#include <vtkSmartPointer.h>
+
+#include <cstdio>
+#include <iostream>
+#include <regex>
+#include <sstream>
+#include <utility>
+
+namespace palpa::reader {
+namespace {
+
+std::vector<std::string> errors;
+std::vector<std::string> warnings;
+std::ostringstream streams;  // MetaIO prints its errors to std::cerr, some to std::cout
+
+/// The sentence in `ERROR: In file.cxx, line 12\nvtkClass (0x55…): the sentence\n`.
+std::string sentence_in(const char* text) {
+  static const std::regex before(R"((ERROR|Warning|Generic Warning): In [^\n]*\n)");
+  static const std::regex who(R"(^\s*\w+ \(0x[0-9a-f]+\):\s*)");
+  static const std::regex blanks(R"(\s+)");
+  std::string sentence = std::regex_replace(std::string(text), before, "");
+  sentence = std::regex_replace(sentence, who, "");
+  sentence = std::regex_replace(sentence, blanks, " ");
+  while (!sentence.empty() && (sentence.back() == ' ' || sentence.back() == '.' || sentence.back() == '!')) sentence.pop_back();
+  return sentence;
+}
+
+class Messages : public vtkOutputWindow {
+ public:
+  static Messages* New();
+  vtkTypeMacro(Messages, vtkOutputWindow);
+  void DisplayText(const char*) override {}
+  void DisplayDebugText(const char*) override {}
+  void DisplayErrorText(const char* text) override { errors.push_back(sentence_in(text)); }
+  void DisplayWarningText(const char* text) override { warnings.push_back(sentence_in(text)); }
+  void DisplayGenericWarningText(const char* text) override { warnings.push_back(sentence_in(text)); }
+};
+vtkStandardNewMacro(Messages);
+
+}  // namespace
+
+void catch_library_messages() {
+  vtkOutputWindow::SetInstance(vtkSmartPointer<Messages>::New());
+  std::cerr.rdbuf(streams.rdbuf());
+  std::cout.rdbuf(streams.rdbuf());
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // whose reports go to stderr
+  if (std::freopen("/dev/null", "w", stderr) == nullptr) std::fclose(stderr);
+#endif
+}
+
+bool library_complained() noexcept { return !errors.empty(); }
+
+std::string take_library_error() {
+  std::string first = errors.empty() ? sentence_in(streams.str().c_str()) : errors.front();
+  errors.clear();
+  streams.str({});
+  if (first.size() > 300) first = first.substr(0, 300) + "…";
+  return first;
+}
+
+std::vector<std::string> take_library_warnings() { return std::exchange(warnings, {}); }
+
+}  // namespace palpa::reader

@@ -1,0 +1,19 @@
+// What the libraries say, caught: their errors become our one line, their warnings ours.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace palpa::reader {
+
+/// From here on nothing that VTK, MetaIO or GDCM print reaches the terminal. Call once, first.
+void catch_library_messages();
+
+/// True when VTK has reported an error since the last `take_library_error`: what it has read is not to be used.
+bool library_complained() noexcept;
+/// The first thing that went wrong in a library since the last call, as half a sentence; empty if it said none.
+std::string take_library_error();
+/// The warnings since the last call.
+std::vector<std::string> take_library_warnings();
+
+}  // namespace palpa::reader

@@ -1,0 +1,201 @@
+// MetaImage by ITK's MetaIO, used as it is: itk::MetaImageIO keeps the orientation's name, the unit and the
+// rescale of the values to itself.
+#include <metaImage.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "messages.h"
+#include "source.h"
+#include "voxels.h"
+
+namespace palpa::reader {
+namespace {
+
+RawType raw_type(MET_ValueEnumType type) {
+  int bytes = 0;
+  MET_SizeOfType(type, &bytes);
+  switch (type) {
+    case MET_CHAR:
+    case MET_CHAR_ARRAY: return RawType::int8;
+    case MET_UCHAR:
+    case MET_UCHAR_ARRAY: return RawType::uint8;
+    case MET_SHORT:
+    case MET_SHORT_ARRAY: return RawType::int16;
+    case MET_USHORT:
+    case MET_USHORT_ARRAY: return RawType::uint16;
+    case MET_INT:
+    case MET_INT_ARRAY: return RawType::int32;
+    case MET_UINT:
+    case MET_UINT_ARRAY: return RawType::uint32;
+    case MET_LONG:
+    case MET_LONG_ARRAY: return bytes == 8 ? RawType::int64 : RawType::int32;
+    case MET_ULONG:
+    case MET_ULONG_ARRAY: return bytes == 8 ? RawType::uint64 : RawType::uint32;
+    case MET_LONG_LONG:
+    case MET_LONG_LONG_ARRAY: return RawType::int64;
+    case MET_ULONG_LONG:
+    case MET_ULONG_LONG_ARRAY: return RawType::uint64;
+    case MET_FLOAT:
+    case MET_FLOAT_ARRAY: return RawType::float32;
+    case MET_DOUBLE:
+    case MET_DOUBLE_ARRAY: return RawType::float64;
+    default: throw LoadError("has an ElementType that is no number; MET_UCHAR, MET_SHORT, MET_FLOAT … can be felt");
+  }
+}
+
+/// Letters of where an axis comes from, as MetaIO writes them: +x of LPS comes from the right.
+char letter_of(const Vec3& axis) {
+  const double x = std::abs(axis.x), y = std::abs(axis.y), z = std::abs(axis.z);
+  if (x >= y && x >= z) return axis.x > 0 ? 'R' : 'L';
+  if (y >= z) return axis.y > 0 ? 'A' : 'P';
+  return axis.z > 0 ? 'I' : 'S';
+}
+
+class MetaImageSource : public Source {
+ public:
+  explicit MetaImageSource(const protocol::Request& request) : path_(request.path) {
+    if (!image_.Read(path_.c_str(), false)) {
+      throw LoadError("cannot be read as MetaImage (" + take_library_error() + "); check its header");
+    }
+    header.format = "metaimage";
+    header.default_unit = "mm";
+    const int n = image_.NDims();
+    if (n < 1 || n > 4) throw LoadError("has " + std::to_string(n) + " dimensions; one to four can be felt");
+    list_files();
+
+    raw_.type = raw_type(image_.ElementType());
+    raw_.components = image_.ElementNumberOfChannels();
+    if (raw_.components == 3 && raw_.type == RawType::uint8 && request.as != "vector") {
+      throw LoadError("holds colours (3 channels of 8 bits); one number per voxel, or a vector of three, can be felt");
+    }
+    if (raw_.components != 1 && raw_.components != 3) {
+      throw LoadError("has " + std::to_string(raw_.components) + " channels; one, or a vector of three, can be felt");
+    }
+    std::uint64_t frame_values = static_cast<std::uint64_t>(raw_.components);
+    for (int a = 0; a < std::min(n, 3); ++a) {
+      raw_.dims[static_cast<std::size_t>(a)] = image_.DimSize(a);
+      if (image_.DimSize(a) < 1) throw LoadError("has no voxels along an axis; check DimSize");
+      if (__builtin_mul_overflow(frame_values, static_cast<std::uint64_t>(image_.DimSize(a)), &frame_values)) {
+        throw LoadError("claims more voxels than can be counted; the header is damaged");
+      }
+    }
+    raw_.stride = {raw_.components, raw_.components * raw_.dims[0], raw_.components * raw_.dims[0] * raw_.dims[1]};
+
+    const std::int64_t frames = n == 4 ? image_.DimSize(3) : 1;
+    if (frames < 1) throw LoadError("has no voxels along an axis; check DimSize");
+    header.frames = static_cast<std::int32_t>(frames);
+    if (request.as == "vector" && raw_.components == 1) {
+      if (frames != 3) throw LoadError("has no three frames to take as one vector; leave out as = \"vector\"");
+      raw_.components = 3, raw_.component_stride = static_cast<std::int64_t>(frame_values);
+      header.frames = 1;
+    } else {
+      first_ = chosen_frame(request, frames, header.warnings) * static_cast<std::int64_t>(frame_values);
+    }
+
+    protocol::FieldHeader field;
+    field.name = raw_.components == 3 ? "vector" : "value";
+    find_geometry(std::min(n, 3), field.grid);
+    field.scale = image_.ElementToIntensityFunctionSlope();
+    field.offset = image_.ElementToIntensityFunctionOffset();
+    keep(raw_, turn_, field, header.warnings);
+    header.fields.push_back(field);
+
+    direct_ = frames == 1 && kept_as_they_are(raw_, turn_, field);
+    if (image_.CompressedData()) {
+      for (const std::string& file : files) header.working_bytes += file_bytes(file);
+    }
+    if (!direct_) header.working_bytes += frame_values * static_cast<std::uint64_t>(frames) * size_of(raw_.type);
+  }
+
+  void read(const std::vector<std::uint32_t>&, const std::vector<std::byte*>& to) override {
+    if (direct_) {
+      load(to[0]);
+    } else {
+      load(nullptr);
+      const auto* first = static_cast<const std::byte*>(image_.ElementData()) + first_ * static_cast<std::int64_t>(size_of(raw_.type));
+      copy_voxels(first, raw_, turn_, header.fields[0], to[0]);
+    }
+  }
+
+ private:
+  void load(void* to) {
+    if (!image_.Read(path_.c_str(), true, to)) {
+      throw LoadError("cannot be read as MetaImage (" + take_library_error() + "); check that the file is whole");
+    }
+    // A short file is said, and nothing but said: what is missing would be left as it was.
+    const std::string complaint = take_library_error();
+    if (complaint.find("not read completely") != std::string::npos || complaint.find("Uncompress failed") != std::string::npos) {
+      throw LoadError("is shorter than its header says (" + complaint + "); get the whole file");
+    }
+    image_.ElementByteOrderFix();
+  }
+
+  void list_files() {
+    files.push_back(path_);
+    const std::filesystem::path folder = std::filesystem::path(path_).parent_path();
+    const std::string data = image_.ElementDataFileName();
+    std::istringstream words(data);
+    std::string name;
+    words >> name;
+    if (name == "LOCAL" || name == "local" || name == "Local") return;
+    if (name.rfind("LIST", 0) == 0) {
+      std::ifstream text(path_);
+      for (std::string line; std::getline(text, line) && line.rfind("ElementDataFile", 0) != 0;) {
+      }
+      while (text >> name && files.size() <= 4096) files.push_back((folder / name).string());
+    } else if (name.find('%') != std::string::npos) {
+      throw LoadError("names its data files by a pattern ('" + name + "'); list them, or join them into one");
+    } else {
+      files.push_back((folder / data).string());
+    }
+  }
+
+  void find_geometry(int n, GridGeometry& grid) {
+    // Row a of TransformMatrix is the direction of axis a.
+    Vec3 axis[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    double at[3] = {0, 0, 0};
+    const int all = image_.NDims();
+    const double* matrix = image_.TransformMatrix();
+    for (int a = 0; a < n; ++a) {
+      double d[3] = {0, 0, 0};
+      for (int c = 0; c < n; ++c) d[c] = matrix[a * all + c];
+      axis[a] = {d[0], d[1], d[2]};
+      at[a] = image_.Offset()[a];
+    }
+    if (n == 2) axis[2] = cross(axis[0], axis[1]);
+    double length[3] = {1, 1, 1};
+    for (int a = 0; a < n; ++a) length[a] = image_.ElementSpacing(a);
+    for (int a = n; a < 3; ++a) length[a] = length[0];
+    grid.index_to_world_m = transposed(Mat3{{length[0] * axis[0], length[1] * axis[1], length[2] * axis[2]}});
+    grid.origin_m = {at[0], at[1], at[2]};
+
+    const std::string unit = image_.DistanceUnitsName();
+    if (unit != "?") header.length_unit = unit;
+
+    // MetaImage is LPS by ITK's custom; that it is medical at all is said by AnatomicalOrientation only.
+    const std::string letters = image_.AnatomicalOrientationAcronym();
+    if (n != 3 || letters.size() < 3 || letters.find('?') != std::string::npos) return;
+    header.medical_frame = true;
+    const std::string found = {letter_of(axis[0]), letter_of(axis[1]), letter_of(axis[2])};
+    if (letters.substr(0, 3) != found) {
+      header.warnings.push_back("AnatomicalOrientation '" + letters.substr(0, 3) + "' does not agree with TransformMatrix ('" + found +
+                                "'): the matrix is used");
+    }
+  }
+
+  std::string path_;
+  MetaImage image_;
+  RawVoxels raw_;
+  Turn turn_;
+  std::int64_t first_ = 0;
+  bool direct_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Source> open_metaimage(const protocol::Request& request) { return std::make_unique<MetaImageSource>(request); }
+
+}  // namespace palpa::reader

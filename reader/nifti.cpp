@@ -1,0 +1,180 @@
+// NIfTI-1 and NIfTI-2 by vtk-dicom.
+#include <vtkImageData.h>
+#include <vtkMatrix4x4.h>
+#include <vtkNIFTIHeader.h>
+#include <vtkNIFTIReader.h>
+#include <vtkNew.h>
+#include <vtkObjectFactory.h>
+
+#include <cmath>
+
+#include "messages.h"
+#include "source.h"
+#include "voxels.h"
+
+namespace palpa::reader {
+namespace {
+
+/// vtkNIFTIReader reads the first of several frames, or all; this one reads any one of them.
+class FrameReader : public vtkNIFTIReader {
+ public:
+  static FrameReader* New();
+  vtkTypeMacro(FrameReader, vtkNIFTIReader);
+  unsigned long skip_bytes = 0;
+
+ protected:
+  int RequestData(vtkInformation* request, vtkInformationVector** in, vtkInformationVector* out) override {
+    this->HeaderSize += skip_bytes;
+    return Superclass::RequestData(request, in, out);
+  }
+};
+vtkStandardNewMacro(FrameReader);
+
+RawType raw_type(int type) {
+  switch (type) {
+    case vtkNIFTIHeader::TypeUInt8: return RawType::uint8;
+    case vtkNIFTIHeader::TypeInt8: return RawType::int8;
+    case vtkNIFTIHeader::TypeInt16: return RawType::int16;
+    case vtkNIFTIHeader::TypeUInt16: return RawType::uint16;
+    case vtkNIFTIHeader::TypeInt32: return RawType::int32;
+    case vtkNIFTIHeader::TypeUInt32: return RawType::uint32;
+    case vtkNIFTIHeader::TypeInt64: return RawType::int64;
+    case vtkNIFTIHeader::TypeUInt64: return RawType::uint64;
+    case vtkNIFTIHeader::TypeFloat32: return RawType::float32;
+    case vtkNIFTIHeader::TypeFloat64: return RawType::float64;
+    case vtkNIFTIHeader::TypeRGB24:
+    case vtkNIFTIHeader::TypeRGBA32:
+      throw LoadError("holds colours (RGB), which have no one value to feel; export the values that they were made from");
+    case vtkNIFTIHeader::TypeComplex64:
+    case vtkNIFTIHeader::TypeComplex128: throw LoadError("holds complex numbers; export magnitude or phase");
+    default: throw LoadError("has NIfTI data type " + std::to_string(type) + "; whole numbers to 64 bits, float32 and float64 can be read");
+  }
+}
+
+class NiftiSource : public Source {
+ public:
+  explicit NiftiSource(const protocol::Request& request) {
+    header.format = "nifti";
+    header.default_unit = "mm";
+    files.push_back(request.path);
+    reader_->SetFileName(request.path.c_str());
+    reader_->UpdateInformation();
+    if (library_complained() || reader_->GetErrorCode() != 0) {
+      throw LoadError("cannot be read as NIfTI (" + take_library_error() + "); check its header");
+    }
+    vtkNIFTIHeader& h = *reader_->GetNIFTIHeader();
+    raw_.type = raw_type(h.GetDataType());
+
+    std::int64_t dim[8];
+    const std::int64_t given = h.GetDim(0);
+    for (int a = 1; a < 8; ++a) {
+      dim[a] = a <= given ? h.GetDim(a) : 1;
+      if (dim[a] < 1) throw LoadError("has no voxels along axis " + std::to_string(a) + "; check 'dim' of its header");
+      if (a >= 6 && dim[a] > 1) throw LoadError("has " + std::to_string(given) + " dimensions; up to five can be read");
+    }
+    raw_.dims = {dim[1], dim[2], dim[3]};
+
+    // Vectors: the fifth dimension, or the fourth where the file's intent or the request says so.
+    const bool intent = h.GetIntentCode() == vtkNIFTIHeader::IntentVector || h.GetIntentCode() == vtkNIFTIHeader::IntentDispVect;
+    const bool asked = request.as == "vector";
+    if (dim[5] == 3 && (intent || asked)) {
+      raw_.components = 3;
+    } else if (dim[5] == 1 && dim[4] == 3 && (intent || asked)) {
+      raw_.components = 3;
+      dim[4] = 1;
+      reader_->TimeAsVectorOn();
+      reader_->UpdateInformation();
+    } else if (dim[5] > 1) {
+      throw LoadError("has " + std::to_string(dim[5]) + " numbers per voxel" +
+                      (dim[5] == 3 ? " and does not say that they are a vector; if they are, as = \"vector\" takes them as one"
+                                   : "; one, or a vector of three, can be felt"));
+    } else if (asked) {
+      throw LoadError("has no three frames to take as one vector; leave out as = \"vector\"");
+    }
+    header.frames = static_cast<std::int32_t>(std::min<std::int64_t>(dim[4], INT32_MAX));
+    const std::int64_t frame = chosen_frame(request, dim[4], header.warnings);
+    const std::int64_t c = raw_.components;
+    raw_.stride = {c, c * dim[1], 0};
+    std::int64_t frame_values = 0, frame_bytes = 0, skip = 0;
+    if (__builtin_mul_overflow(dim[1] * dim[2], dim[3], &frame_values) ||
+        __builtin_mul_overflow(frame_values, static_cast<std::int64_t>(size_of(raw_.type)), &frame_bytes) ||
+        __builtin_mul_overflow(frame_bytes, frame, &skip) || __builtin_mul_overflow(frame_bytes, c, &frame_bytes)) {
+      throw LoadError("claims more voxels than can be counted; the header is damaged");
+    }
+    raw_.stride[2] = c * dim[1] * dim[2];
+    header.working_bytes = static_cast<std::uint64_t>(frame_bytes);
+    reader_->skip_bytes = static_cast<unsigned long>(skip);
+
+    protocol::FieldHeader field;
+    field.name = raw_.components == 3 ? "vector" : "value";
+    find_geometry(h, field.grid);
+    const double slope = h.GetSclSlope();
+    if (std::isfinite(slope) && slope != 0) {
+      field.scale = slope;
+      field.offset = h.GetSclInter();
+      if (!std::isfinite(field.offset)) {
+        field.offset = 0;
+        header.warnings.push_back("scl_inter is not finite: 0 is taken");
+      }
+    }
+    keep(raw_, turn_, field, header.warnings);
+    header.fields.push_back(field);
+    switch (h.GetXYZTUnits() & 7) {
+      case vtkNIFTIHeader::UnitsMeter: header.length_unit = "m"; break;
+      case vtkNIFTIHeader::UnitsMM: header.length_unit = "mm"; break;
+      case vtkNIFTIHeader::UnitsMicron: header.length_unit = "um"; break;
+      default: break;
+    }
+  }
+
+  void read(const std::vector<std::uint32_t>&, const std::vector<std::byte*>& to) override {
+    reader_->Update();
+    vtkImageData* image = reader_->GetOutput();
+    if (library_complained() || reader_->GetErrorCode() != 0 || image->GetScalarPointer() == nullptr) {
+      throw LoadError("cannot be read as NIfTI (" + take_library_error() + "); check that the file is whole");
+    }
+    // VTK has the slices of left-handed grids in reverse; ours keep the file's order.
+    RawVoxels raw = raw_;
+    const std::byte* first = static_cast<const std::byte*>(image->GetScalarPointer());
+    if (reader_->GetQFac() < 0) {
+      first += raw.stride[2] * (raw.dims[2] - 1) * static_cast<std::int64_t>(size_of(raw.type));
+      raw.stride[2] = -raw.stride[2];
+    }
+    copy_voxels(first, raw, turn_, header.fields[0], to[0]);
+  }
+
+ private:
+  /// The affine of the file's own index order: sform where it has one, else qform, else spacing alone.
+  void find_geometry(vtkNIFTIHeader& h, GridGeometry& grid) {
+    const Mat3 to_lps{{{-1, 0, 0}, {0, -1, 0}, {0, 0, 1}}};
+    const double spacing[3] = {h.GetPixDim(1), h.GetPixDim(2), h.GetPixDim(3)};
+    const auto length = [&](int a) { return spacing[a] == 0 ? 1.0 : std::abs(spacing[a]); };
+    if (h.GetSFormCode() > 0) {
+      const double *x = h.GetSRowX(), *y = h.GetSRowY(), *z = h.GetSRowZ();
+      grid.index_to_world_m = to_lps * Mat3{{{x[0], x[1], x[2]}, {y[0], y[1], y[2]}, {z[0], z[1], z[2]}}};
+      grid.origin_m = to_lps * Vec3{x[3], y[3], z[3]};
+    } else if (h.GetQFormCode() > 0 && reader_->GetQFormMatrix() != nullptr) {
+      const vtkMatrix4x4& m = *reader_->GetQFormMatrix();
+      const double step[3] = {length(0), length(1), length(2) * reader_->GetQFac()};
+      Mat3 affine;
+      for (int r = 0; r < 3; ++r) affine.row[r] = {m.GetElement(r, 0) * step[0], m.GetElement(r, 1) * step[1], m.GetElement(r, 2) * step[2]};
+      grid.index_to_world_m = to_lps * affine;
+      grid.origin_m = to_lps * Vec3{h.GetQOffsetX(), h.GetQOffsetY(), h.GetQOffsetZ()};
+    } else {
+      grid.index_to_world_m = {{{length(0), 0, 0}, {0, length(1), 0}, {0, 0, length(2)}}};
+      return;
+    }
+    header.medical_frame = true;
+    turn_.axes = to_lps;
+  }
+
+  vtkNew<FrameReader> reader_;
+  RawVoxels raw_;
+  Turn turn_;
+};
+
+}  // namespace
+
+std::unique_ptr<Source> open_nifti(const protocol::Request& request) { return std::make_unique<NiftiSource>(request); }
+
+}  // namespace palpa::reader

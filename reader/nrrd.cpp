@@ -1,0 +1,337 @@
+// NRRD by ITK's NrrdIO, used as it is: itk::NrrdImageIO keeps the units, the frame of vectors and the names of
+// the data files to itself, and insists on right angles.
+#include <NrrdIO.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+#include <regex>
+
+#include "source.h"
+#include "voxels.h"
+
+namespace palpa::reader {
+namespace {
+
+struct NrrdDeleter {
+  void operator()(Nrrd* nrrd) const { nrrdNuke(nrrd); }
+};
+struct StateDeleter {
+  void operator()(NrrdIoState* state) const { nrrdIoStateNix(state); }
+};
+
+/// The innermost cause that NrrdIO gives for a failure.
+std::string cause() {
+  char* text = biffGetDone(NRRD);
+  std::string all = text != nullptr ? text : "";
+  std::free(text);
+  while (!all.empty() && all.back() == '\n') all.pop_back();
+  all = all.substr(all.rfind('\n') == std::string::npos ? 0 : all.rfind('\n') + 1);
+  return std::regex_replace(all, std::regex(R"(^(\[nrrd\] )?\w+: )"), "");
+}
+
+RawType raw_type(int type) {
+  switch (type) {
+    case nrrdTypeChar: return RawType::int8;
+    case nrrdTypeUChar: return RawType::uint8;
+    case nrrdTypeShort: return RawType::int16;
+    case nrrdTypeUShort: return RawType::uint16;
+    case nrrdTypeInt: return RawType::int32;
+    case nrrdTypeUInt: return RawType::uint32;
+    case nrrdTypeLLong: return RawType::int64;
+    case nrrdTypeULLong: return RawType::uint64;
+    case nrrdTypeFloat: return RawType::float32;
+    case nrrdTypeDouble: return RawType::float64;
+    default: throw LoadError("holds blocks of bytes, not numbers; volumes of numbers can be felt");
+  }
+}
+
+/// What an axis of the array stands for.
+struct Axes {
+  std::vector<unsigned> space;
+  std::optional<unsigned> vector;
+  std::optional<unsigned> frames;
+};
+
+Vec3 direction(const Nrrd& nrrd, unsigned axis) {
+  const double* d = nrrd.axis[axis].spaceDirection;
+  return {d[0], nrrd.spaceDim > 1 ? d[1] : 0.0, nrrd.spaceDim > 2 ? d[2] : 0.0};
+}
+
+/// True when all of the numbers of a vector of the file's space are given.
+bool exists(const Nrrd& nrrd, const double* vector) {
+  return nrrd.spaceDim > 0 && std::all_of(vector, vector + nrrd.spaceDim, [](double d) { return std::isfinite(d); });
+}
+
+bool directed(const Nrrd& nrrd, unsigned axis) { return exists(nrrd, nrrd.axis[axis].spaceDirection); }
+
+Axes sorted_axes(const Nrrd& nrrd, bool as_vector) {
+  Axes axes;
+  bool any_directed = false;
+  for (unsigned a = 0; a < nrrd.dim; ++a) any_directed = any_directed || directed(nrrd, a);
+
+  for (unsigned a = 0; a < nrrd.dim; ++a) {
+    const int kind = nrrd.axis[a].kind;
+    const bool spatial = any_directed ? directed(nrrd, a) && norm(direction(nrrd, a)) > 0
+                                      : kind == nrrdKindUnknown || kind == nrrdKindDomain || kind == nrrdKindSpace;
+    if (spatial) {
+      axes.space.push_back(a);
+      continue;
+    }
+    if (nrrd.axis[a].size == 1) continue;
+    switch (kind) {
+      case nrrdKindVector:
+      case nrrdKindCovariantVector:
+      case nrrdKindNormal:
+      case nrrdKind3Vector:
+      case nrrdKind3Gradient:
+      case nrrdKind3Normal:
+        if (nrrd.axis[a].size == 3 && !axes.vector) {
+          axes.vector = a;
+          continue;
+        }
+        break;
+      case nrrdKindUnknown:
+      case nrrdKindDomain:
+      case nrrdKindTime:
+      case nrrdKindList:
+        if (!axes.frames) {
+          axes.frames = a;
+          continue;
+        }
+        break;
+      default: break;
+    }
+    const char* name = airEnumStr(nrrdKind, kind);
+    throw LoadError("has " + std::to_string(nrrd.axis[a].size) + " numbers per voxel (" + (name != nullptr ? name : "???") +
+                    "); one, or a vector of three, can be felt");
+  }
+  // Four axes of which the file says nothing: the last one counts frames, or one of three holds a vector.
+  if (axes.space.size() == 4 && !axes.vector && !axes.frames) {
+    const bool first = as_vector && nrrd.axis[axes.space.front()].size == 3;
+    const auto extra = first ? axes.space.begin() : axes.space.end() - 1;
+    axes.frames = *extra;
+    axes.space.erase(extra);
+  }
+  if (as_vector && !axes.vector) {
+    if (!axes.frames || nrrd.axis[*axes.frames].size != 3) {
+      throw LoadError("has no three frames to take as one vector; leave out as = \"vector\"");
+    }
+    std::swap(axes.vector, axes.frames);
+  }
+  if (axes.space.empty() || axes.space.size() > 3) {
+    throw LoadError("has " + std::to_string(axes.space.size()) + " axes in space; one to three can be felt");
+  }
+  return axes;
+}
+
+/// Spacing along an axis without a direction, from its spacing or its ends; 1 where the file says nothing.
+double plain_spacing(const NrrdAxisInfo& axis, int number, std::vector<std::string>& warnings) {
+  if (std::isfinite(axis.spacing)) return axis.spacing;
+  const double gaps = static_cast<double>(axis.center == nrrdCenterNode ? axis.size - 1 : axis.size);
+  if (std::isfinite(axis.min) && std::isfinite(axis.max) && gaps > 0) return (axis.max - axis.min) / gaps;
+  warnings.push_back("says no spacing along axis " + std::to_string(number) + ": 1 is taken");
+  return 1.0;
+}
+
+/// World of the file's space → ours: mirrored axes have −1.
+Vec3 signs_of(int space, protocol::Header& header) {
+  switch (space) {
+    case nrrdSpaceRightAnteriorSuperior:
+    case nrrdSpaceRightAnteriorSuperiorTime: return header.medical_frame = true, Vec3{-1, -1, 1};
+    case nrrdSpaceLeftAnteriorSuperior:
+    case nrrdSpaceLeftAnteriorSuperiorTime: return header.medical_frame = true, Vec3{1, -1, 1};
+    case nrrdSpaceLeftPosteriorSuperior:
+    case nrrdSpaceLeftPosteriorSuperiorTime: return header.medical_frame = true, Vec3{1, 1, 1};
+    case nrrdSpace3DLeftHanded:
+    case nrrdSpace3DLeftHandedTime:
+      header.warnings.push_back("the file's frame is left-handed: its x axis is negated");
+      return {-1, 1, 1};
+    default: return {1, 1, 1};
+  }
+}
+
+Mat3 from_columns(const Vec3& a, const Vec3& b, const Vec3& c) { return transposed(Mat3{{a, b, c}}); }
+
+std::string trimmed(const char* text) {
+  std::string s = text != nullptr ? text : "";
+  s.erase(0, s.find_first_not_of(" \""));
+  s.erase(s.find_last_not_of(" \"") + 1);
+  return s;
+}
+
+class NrrdSource : public Source {
+ public:
+  explicit NrrdSource(const protocol::Request& request) : path_(request.path) {
+    nrrd_ = load(nullptr, true);
+    header.format = "nrrd";
+    header.default_unit = "mm";
+    const Axes axes = sorted_axes(*nrrd_, request.as == "vector");
+
+    raw_.type = raw_type(nrrd_->type);
+    std::vector<std::int64_t> stride(nrrd_->dim, 1);
+    for (unsigned a = 1; a < nrrd_->dim; ++a) {
+      if (__builtin_mul_overflow(stride[a - 1], static_cast<std::int64_t>(nrrd_->axis[a - 1].size), &stride[a])) {
+        throw LoadError("claims more voxels than can be counted; the header is damaged");
+      }
+    }
+    for (std::size_t s = 0; s < 3; ++s) {
+      const bool present = s < axes.space.size();
+      raw_.dims[s] = present ? static_cast<std::int64_t>(nrrd_->axis[axes.space[s]].size) : 1;
+      raw_.stride[s] = present ? stride[axes.space[s]] : raw_.stride[s - 1] * raw_.dims[s - 1];
+    }
+    if (axes.vector) raw_.components = 3, raw_.component_stride = stride[*axes.vector];
+    if (axes.frames) {
+      header.frames = static_cast<std::int32_t>(nrrd_->axis[*axes.frames].size);
+      first_ = chosen_frame(request, header.frames, header.warnings) * stride[*axes.frames];
+    } else {
+      chosen_frame(request, 1, header.warnings);
+    }
+
+    protocol::FieldHeader field;
+    field.name = axes.vector ? "vector" : "value";
+    field.unit = trimmed(nrrd_->sampleUnits);
+    const Vec3 signs = signs_of(nrrd_->space, header);
+    const Mat3 flip{{{signs.x, 0, 0}, {0, signs.y, 0}, {0, 0, signs.z}}};
+    find_geometry(axes, flip, field.grid);
+    turn_.axes = flip * measurement_frame();
+    keep(raw_, turn_, field, header.warnings);
+    header.fields.push_back(field);
+
+    direct_ = !axes.frames && kept_as_they_are(raw_, turn_, field);
+    if (!direct_) {
+      header.working_bytes = size_of(raw_.type);
+      for (unsigned a = 0; a < nrrd_->dim; ++a) {
+        if (__builtin_mul_overflow(header.working_bytes, nrrd_->axis[a].size, &header.working_bytes)) header.working_bytes = INT64_MAX;
+      }
+    }
+  }
+
+  void read(const std::vector<std::uint32_t>&, const std::vector<std::byte*>& to) override {
+    if (direct_) {
+      const auto loaded = load(to[0], false);
+      if (loaded->data != to[0]) throw LoadError("was changed while it was read; try again");
+      loaded->data = nullptr;
+    } else {
+      const auto loaded = load(nullptr, false);
+      const auto* first = static_cast<const std::byte*>(loaded->data) + first_ * static_cast<std::int64_t>(size_of(raw_.type));
+      copy_voxels(first, raw_, turn_, header.fields[0], to[0]);
+    }
+  }
+
+ private:
+  using Loaded = std::unique_ptr<Nrrd, NrrdDeleter>;
+
+  /// The file without its voxels, or with them: in memory of its own, or at `to` (as large as they are).
+  Loaded load(std::byte* to, bool header_only) {
+    const std::unique_ptr<NrrdIoState, StateDeleter> state(nrrdIoStateNew());
+    state->skipData = header_only ? 1 : 0;
+    Loaded nrrd(nrrdNew());
+    if (to != nullptr) {
+      std::vector<std::size_t> sizes;
+      for (unsigned a = 0; a < nrrd_->dim; ++a) sizes.push_back(nrrd_->axis[a].size);
+      nrrdWrap_nva(nrrd.get(), to, nrrd_->type, nrrd_->dim, sizes.data());
+    }
+    if (nrrdLoad(nrrd.get(), path_.c_str(), state.get()) != 0) {
+      if (nrrd->data == to) nrrd->data = nullptr;
+      throw LoadError("cannot be read as NRRD (" + cause() + "); check that the file is whole");
+    }
+    if (header_only) list_files(*state);
+    return nrrd;
+  }
+
+  void list_files(const NrrdIoState& state) {
+    files.push_back(path_);
+    const auto add = [&](const std::string& name) {
+      files.push_back((std::filesystem::path(path_).parent_path() / name).string());
+    };
+    if (state.dataFNFormat != nullptr) {
+      // printf-like, but not by printf: the format is the file's.
+      static const std::regex number(R"(%(0?)(\d*)d)");
+      const std::string format = state.dataFNFormat;
+      std::smatch found;
+      if (!std::regex_search(format, found, number)) return;
+      const long step = state.dataFNStep;
+      for (long n = state.dataFNMin; step > 0 ? n <= state.dataFNMax : step < 0 && n >= state.dataFNMax; n += step) {
+        if (files.size() > 4096) throw LoadError("names more than 4096 data files; join them into fewer");
+        std::string digits = std::to_string(n);
+        const std::size_t width = std::min<std::size_t>(found[2].length() > 0 ? std::stoul(found[2].str().substr(0, 3)) : 0, 64);
+        if (digits.size() < width) digits.insert(0, width - digits.size(), found[1].length() > 0 ? '0' : ' ');
+        add(found.prefix().str() + digits + found.suffix().str());
+      }
+    } else if (state.dataFNArr != nullptr) {
+      for (unsigned i = 0; i < state.dataFNArr->len; ++i) {
+        const std::string name = state.dataFN[i] != nullptr ? state.dataFN[i] : "-";
+        if (name == "-") throw LoadError("takes its voxels from the standard input; name a data file");
+        add(name);
+      }
+    }
+  }
+
+  void find_geometry(const Axes& axes, const Mat3& flip, GridGeometry& grid) {
+    const Nrrd& n = *nrrd_;
+    Vec3 step[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    Vec3 origin;
+    const bool oriented = directed(n, axes.space.front());
+    if (oriented) {
+      for (std::size_t s = 0; s < axes.space.size(); ++s) step[s] = direction(n, axes.space[s]);
+      // An axis of one voxel: across the others, as long as the first.
+      if (axes.space.size() == 1) {
+        const Vec3 u = normalized(step[0]);
+        step[1] = norm(step[0]) * normalized(cross(u, std::abs(u.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}));
+      }
+      if (axes.space.size() < 3) step[2] = norm(step[0]) * normalized(cross(step[0], step[1]));
+    } else {
+      for (std::size_t s = 0; s < axes.space.size(); ++s) {
+        step[s] = plain_spacing(n.axis[axes.space[s]], static_cast<int>(s), header.warnings) * step[s];
+      }
+    }
+    if (exists(n, n.spaceOrigin)) {
+      origin = {n.spaceOrigin[0], n.spaceDim > 1 ? n.spaceOrigin[1] : 0.0, n.spaceDim > 2 ? n.spaceOrigin[2] : 0.0};
+    } else if (!oriented) {
+      double at[NRRD_DIM_MAX] = {};
+      std::vector<unsigned> numbers = axes.space;
+      if (nrrdOriginCalculate(&n, numbers.data(), static_cast<unsigned>(axes.space.size()), nrrdCenterCell, at) ==
+          nrrdOriginStatusOkay) {
+        origin = {at[0], axes.space.size() > 1 ? at[1] : 0.0, axes.space.size() > 2 ? at[2] : 0.0};
+      }
+    }
+    grid.index_to_world_m = flip * from_columns(step[0], step[1], step[2]);
+    grid.origin_m = flip * origin;
+
+    for (std::size_t s = 0; s < axes.space.size(); ++s) {
+      const std::string unit = trimmed(oriented && s < n.spaceDim ? n.spaceUnits[s] : n.axis[axes.space[s]].units);
+      if (s > 0 && unit != header.length_unit) {
+        throw LoadError("has axes in different units ('" + header.length_unit + "' and '" + unit + "'); convert them to one");
+      }
+      header.length_unit = unit;
+    }
+  }
+
+  /// The axes along which vectors were measured, as columns in the file's space.
+  Mat3 measurement_frame() const {
+    const Nrrd& n = *nrrd_;
+    if (n.spaceDim != 3 || !std::isfinite(n.measurementFrame[0][0])) return Mat3::identity();
+    const auto column = [&](int i) {
+      return Vec3{n.measurementFrame[i][0], n.measurementFrame[i][1], n.measurementFrame[i][2]};
+    };
+    const Mat3 frame = from_columns(column(0), column(1), column(2));
+    if (!is_finite(frame)) throw LoadError("has a measurement frame that is not finite; correct it or leave it out");
+    return frame;
+  }
+
+  std::string path_;
+  Loaded nrrd_;
+  RawVoxels raw_;
+  Turn turn_;
+  std::int64_t first_ = 0;  ///< number of the first value of the chosen frame
+  bool direct_ = false;     ///< the library reads to where the voxels are kept
+};
+
+}  // namespace
+
+std::unique_ptr<Source> open_nrrd(const protocol::Request& request) { return std::make_unique<NrrdSource>(request); }
+
+}  // namespace palpa::reader

@@ -1,0 +1,11 @@
+// SHA-256 (FIPS 180-4) of a file.
+#pragma once
+
+#include <string>
+
+namespace palpa::reader {
+
+/// The checksum in hexadecimal. Throws LoadError with a sentence when the file cannot be read.
+std::string sha256_of_file(const std::string& path);
+
+}  // namespace palpa::reader

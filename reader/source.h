@@ -1,0 +1,40 @@
+// A file that palpa-read has opened: its header now, its voxels when there is room for them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "palpa/core/load_error.h"
+#include "palpa/volume/protocol.h"
+
+namespace palpa::reader {
+
+class Source {
+ public:
+  virtual ~Source() = default;
+
+  protocol::Header header;         ///< complete once opened
+  std::vector<std::string> files;  ///< every file that the voxels come from
+
+  /// Writes the voxels of field `wanted[i]` to `to[i]`. Throws LoadError with a sentence.
+  virtual void read(const std::vector<std::uint32_t>& wanted, const std::vector<std::byte*>& to) = 0;
+};
+
+// One function for each library. They throw LoadError with "what is wrong; what would be right", without
+// the file's name, and take no memory for voxels (a legacy VTK file does, but no more than it has bytes).
+std::unique_ptr<Source> open_nrrd(const protocol::Request& request);
+std::unique_ptr<Source> open_metaimage(const protocol::Request& request);
+std::unique_ptr<Source> open_nifti(const protocol::Request& request);
+std::unique_ptr<Source> open_vti(const protocol::Request& request);
+std::unique_ptr<Source> open_legacy_vtk(const protocol::Request& request);
+
+/// The frame to read of a file that has `frames`: the one asked for, else the first with a warning.
+std::int64_t chosen_frame(const protocol::Request& request, std::int64_t frames, std::vector<std::string>& warnings);
+
+/// Bytes of a file; 0 if it cannot be asked.
+std::uint64_t file_bytes(const std::string& path);
+
+}  // namespace palpa::reader

@@ -1,0 +1,49 @@
+// From the voxels of a file to those that Palpa keeps.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "palpa/volume/protocol.h"
+
+namespace palpa::reader {
+
+/// The number types that files have.
+enum class RawType : std::uint8_t { int8, uint8, int16, uint16, int32, uint32, int64, uint64, float32, float64 };
+
+std::size_t size_of(RawType type) noexcept;
+
+/// Voxels in a library's memory. Strides count numbers, not bytes.
+struct RawVoxels {
+  RawType type = RawType::uint8;
+  std::array<std::int64_t, 3> dims{1, 1, 1};
+  std::array<std::int64_t, 3> stride{1, 1, 1};
+  std::int64_t component_stride = 1;
+  int components = 1;
+};
+
+/// How vector components get into the world: value = axes · (raw · scale + offset).
+struct Turn {
+  Mat3 axes = Mat3::identity();
+  double scale = 1.0;
+  double offset = 0.0;
+
+  /// Nothing to do.
+  bool none() const noexcept { return axes == Mat3::identity(); }
+};
+
+/// Tells in `field` how voxels of `raw` will be kept: in their own type; the next one that holds them
+/// exactly (int8 → int16, uint32 → float64); float64 with a warning (64-bit integers); or, for vectors that
+/// are turned, a floating type, with scale and offset worked in.
+void keep(const RawVoxels& raw, Turn& turn, protocol::FieldHeader& field, std::vector<std::string>& warnings);
+
+/// True when the file's voxels, read as they are, already are what is kept.
+bool kept_as_they_are(const RawVoxels& raw, const Turn& turn, const protocol::FieldHeader& field) noexcept;
+
+/// Copies voxels that start at `first` to `to` as `keep` said.
+void copy_voxels(const void* first, const RawVoxels& raw, const Turn& turn, const protocol::FieldHeader& field, std::byte* to);
+
+}  // namespace palpa::reader
