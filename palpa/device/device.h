@@ -14,7 +14,7 @@ struct DeviceLimits {
   double max_force_n = 10.0;
   double max_stiffness_n_per_m = 1e5;
   double workspace_radius_m = 0.15;
-  double encoder_step_m = 0.0;   ///< 0: none
+  double encoder_step_m = 0.0;  ///< 0: none
 };
 
 /// The device at one moment, in the hand frame.
@@ -41,7 +41,7 @@ class Device {
 /// A device that lives on a simulated clock: time passes when it is told so.
 class SimulatedDevice : public Device {
  public:
-  /// Lets `time_step_s` [s] pass under the force last written.
+  /// Lets `time_step_s` [s] pass under the force last written. Never allocates or throws.
   virtual void advance(double time_step_s) noexcept = 0;
   /// How long it has something to show [s]; infinite for a hand that goes on for ever.
   virtual double duration_s() const noexcept = 0;

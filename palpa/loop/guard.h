@@ -10,11 +10,12 @@ namespace palpa {
 /// finite, lets nothing through and reports a fault. Allocates nothing.
 class Guard {
  public:
-  /// \param max_force_n  [N] > 0: the smaller of the scene's and the device's limit
-  explicit Guard(double max_force_n) noexcept : max_force_n_(max_force_n) {}
+  /// \param max_force_n  [N] >= 0: the smaller of the scene's and the device's limit; a limit that is
+  ///                     no such number lets nothing through
+  explicit Guard(double max_force_n) noexcept : max_force_n_(max_force_n >= 0.0 ? max_force_n : 0.0) {}
 
   struct Passed {
-    Vec3 command_n;
+    Vec3 command_n;  ///< never longer than the limit, rounding included
     GuardState state = GuardState::pass;
   };
   Passed pass(const Vec3& force_n) noexcept;

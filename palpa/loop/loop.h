@@ -5,27 +5,36 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <string>
 
 #include "palpa/device/device.h"
+#include "palpa/loop/guard.h"
 #include "palpa/tick/session.h"
 #include "palpa/trace/record.h"
 #include "palpa/trace/trace.h"
 
 namespace palpa {
 
-/// Takes whole ticks from the loop through a bounded ring and has its own thread format and write them.
+/// Takes whole ticks from the loop through a bounded ring and has its own thread format and write
+/// them. What it took is in the operating system's hands at the latest 10 ms and 100 ticks later.
 class Recorder {
  public:
+  /// \param writer      stays, and is left alone, until `finish` returned
   /// \param ring_bytes  memory of the ring, taken at construction
   explicit Recorder(TraceWriter& writer, std::size_t ring_bytes = std::size_t{16} << 20);
+  /// Writes what is left; says nothing of a full disk.
   ~Recorder();
+  Recorder(const Recorder&) = delete;
+  Recorder& operator=(const Recorder&) = delete;
 
-  /// Puts one whole tick into the ring. Never blocks: false when there is no room (a real-time loop
-  /// counts that; a headless one waits with `wait_for_room` first).
+  /// Puts one whole tick, with what the session has to say of it, into the ring. Never blocks,
+  /// allocates or throws: false when there is no room, or nobody to make it (the disk is full).
   bool offer(const TickFrame& frame, const Session& session) noexcept;
-  /// Blocks until the writer has emptied half of the ring. Not for a real-time loop.
-  void wait_for_room();
+  /// The same from the parts of a tick.
+  bool offer(const TickFrame& frame, std::span<const ModeTick> modes, std::span<const SubStep> sub_steps,
+             std::span<const PlacedPrimitive> placed, std::span<const SessionEvent> events) noexcept;
+  /// Has the writer begin at once, and blocks until at most `most_pending_ticks` that were taken are not
+  /// yet in the operating system's hands. Not for a real-time loop. Throws what the writer threw.
+  void keep_up(std::int64_t most_pending_ticks);
   /// Writes what is left, joins the thread. Throws what the writer threw.
   void finish();
 
@@ -34,17 +43,39 @@ class Recorder {
   std::unique_ptr<Ring> ring_;
 };
 
+/// One turn of the loop without its device: tick → guard. Both a live loop and a replay go through it,
+/// so that the same probes give the same frames. Allocates nothing after construction; one thread.
+class GuardedSession {
+ public:
+  /// \param device_max_force_n  [N] the device's limit; the scene's holds as well
+  GuardedSession(Session& session, double device_max_force_n) noexcept;
+
+  /// A tick and what becomes of it; `command_n` is what is to be sent to the device. Where the probe
+  /// cannot be used, nothing is. `late_us`, `tick_us` and `device_us` stay 0.
+  TickFrame tick(std::int64_t number, double t_s, double dt_s, const Probe& probe) noexcept;
+
+ private:
+  Session& session_;
+  Guard guard_;
+  Vec3 held_command_n_;
+  Vec3 last_probe_m_;
+  bool last_probe_usable_ = false;
+};
+
 struct LoopOptions {
-  double rate_hz = 1000.0;
-  double duration_s = 10.0;
-  bool time_ticks = true;               ///< measure each tick with the monotonic clock
+  double rate_hz = 1000.0;   ///< > 0
+  double duration_s = 10.0;  ///< ticks begin at n / rate_hz for all n with n / rate_hz below this; infinite: until `stop`
+  bool time_ticks = true;    ///< measure each tick with the monotonic clock
 };
 
 /// Called after every tick, on the loop's thread; what a summary is gathered with.
 using TickObserver = std::function<void(const TickFrame&, const Session&)>;
 
 /// Runs `session` with `device` on a simulated clock: as fast as it can, the same bits every time.
-/// Returns the number of ticks. `stop` ends it after the tick under way (an interrupt).
+/// Tick n begins at exactly n / rate_hz; the time step is 1 / rate_hz, in the first as well. With a
+/// recorder it waits for the writer, so that nothing is lost, and a kill loses at most 100 ticks.
+/// Returns the number of ticks. `stop` ends it after the tick under way (an interrupt). Throws what
+/// the recorder's writer threw, and what `observer` throws.
 std::int64_t run_simulated(Session& session, SimulatedDevice& device, const LoopOptions& options, Recorder* recorder,
                            const TickObserver& observer, const std::atomic<bool>* stop = nullptr);
 

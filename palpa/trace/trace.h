@@ -1,4 +1,4 @@
-// Traces: recordings of a session that can be felt again (formats.md §3).
+// Traces: recordings of a session that can be felt again (formats: docs/trace.md).
 #pragma once
 
 #include <cstdint>
@@ -15,39 +15,52 @@ namespace palpa {
 
 /// What `trace.toml` says about a recording.
 struct TraceHeader {
-  bool complete = false;
+  bool complete = false;             ///< set by `TraceWriter::finish`, whatever the caller says
   int format = 1;
   std::string palpa_version;
   std::vector<std::string> arguments;
   std::vector<std::pair<std::string, std::string>> sets;
   std::vector<std::string> plugins;
-  Similarity hand_to_world;
-  double dt_s = 1e-3;
+  Similarity hand_to_world;          ///< read back to rounding: the file holds its 4×4 matrix
+  double dt_s = 1e-3;                ///< nominal; every tick has its own
   double device_max_force_n = 10.0;
   double device_max_stiffness_n_per_m = 1e5;
   double device_workspace_radius_m = 0.15;
   double device_encoder_step_m = 0.0;
   std::vector<SourceFile> data_files;
-  std::vector<std::uint64_t> seeds;
+  std::vector<std::uint64_t> seeds;  ///< below 2^63
   bool primitives = false;           ///< balances.csv and primitives.csv are there
 };
 
-/// Writes a trace into a new folder. Not for the tick: it formats and writes. What was appended is in
-/// the operating system's hands after `flush`, and survives a kill.
+/// Writes a trace into a new folder. Not for the tick: it formats, writes and throws. What was
+/// appended is in the operating system's hands after `flush`, and survives a kill of this process.
+/// One thread.
 class TraceWriter {
  public:
-  /// Creates `folder` (its parent exists, it does not); throws LoadError where it cannot be written.
+  /// Creates `folder` (its parent exists, it does not) with everything but ticks in it. Throws LoadError
+  /// where that cannot be; nothing is left behind then.
+  /// \param scene_text  the scene file, byte for byte
+  /// \param mode_names  in the scene's order
   TraceWriter(const std::filesystem::path& folder, const TraceHeader& header, const std::string& scene_text,
               std::vector<std::string> mode_names, std::vector<std::string> field_names);
+  /// Writes what it can of what was appended. Without `finish` the trace stays incomplete, but readable.
   ~TraceWriter();
+  TraceWriter(const TraceWriter&) = delete;
+  TraceWriter& operator=(const TraceWriter&) = delete;
 
-  /// One tick with what the session had to say of it.
+  /// Whether the sub-steps and primitives of ticks are wanted.
+  bool records_primitives() const noexcept;
+
+  /// One tick with what the session had to say of it; an event where the guard's state changes. Throws
+  /// LoadError where the disk is full.
   void append(const TickFrame& frame, std::span<const ModeTick> modes, std::span<const SubStep> sub_steps,
               std::span<const PlacedPrimitive> placed, std::span<const SessionEvent> events);
-  /// An event of the loop: guard, lost_ticks, lost_rows, …
+  /// An event of the loop: warning, lost_ticks, lost_rows, …
   void append_event(std::int64_t tick, double t_s, const std::string& kind, const std::string& subject, const std::string& value);
+  /// Hands all whole rows to the operating system. Throws LoadError where the disk is full.
   void flush();
-  /// Marks the trace as complete and closes it. Throws LoadError where the disk was full on the way.
+  /// Flushes, closes, and marks the trace as complete. Throws LoadError where the disk is, or on the
+  /// way was, full: the trace then stays incomplete.
   void finish();
 
  private:
@@ -55,7 +68,7 @@ class TraceWriter {
   std::unique_ptr<Files> files_;
 };
 
-/// A tick as a reader finds it: the columns of ticks.csv.
+/// A tick as a reader finds it: the columns of ticks.csv. The times of timing.csv stay 0.
 struct TraceTick {
   TickFrame frame;
 };
@@ -65,10 +78,10 @@ class TraceReader {
  public:
   /// Throws LoadError on a folder that is no trace.
   explicit TraceReader(const std::filesystem::path& folder);
-  ~TraceReader();
-  const TraceHeader& header() const noexcept;
-  const std::string& scene_text() const noexcept;
-  /// The ticks in order; unknown columns are skipped. Throws LoadError with file and line on a bad number.
+  const TraceHeader& header() const noexcept { return header_; }
+  const std::string& scene_text() const noexcept { return scene_text_; }
+  /// The ticks in order. Columns are found by name, those that are not known skipped. Throws LoadError
+  /// with file and line on a missing column or a bad number.
   std::vector<TraceTick> ticks() const;
 
  private:
@@ -77,16 +90,18 @@ class TraceReader {
   std::string scene_text_;
 };
 
-/// Where two traces first differ, over every CSV but timing.csv.
+/// Where two traces first differ, over scene.toml and every CSV but timing.csv.
 struct TraceDifference {
   bool same = true;
-  std::string where;   ///< "ticks.csv:17: column force_x_n: 0.5 against 0.25"
-  std::int64_t ticks = 0;
+  std::string where;       ///< "ticks.csv:17: column force_x_n: 0.5 against 0.25"; empty when the same
+  std::int64_t ticks = 0;  ///< rows of ticks.csv that were compared
 };
-/// Compares up to the shorter one's last whole tick when `recorded` is incomplete.
+/// Compares a recording with `again`, which was felt from it. Where the recording is incomplete, its
+/// whole lines are compared, up to its last whole tick, and `again` may go on. Throws LoadError on a
+/// folder that is no trace.
 TraceDifference compare_traces(const std::filesystem::path& recorded, const std::filesystem::path& again);
 
-/// One column of a trace's file, for docs/trace.md.
+/// The files of a trace and their columns, as docs/trace.md shows them.
 std::string trace_reference_markdown();
 
 }  // namespace palpa

@@ -1,0 +1,174 @@
+#include "palpa/device/hand.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+#include "palpa/core/load_error.h"
+
+namespace palpa {
+
+namespace {
+
+constexpr int least_sub_steps = 20;
+constexpr double longest_sub_step_s = 50e-6;
+constexpr int longest_delay_ticks = 64;
+
+// The force of some advances ago.
+class Delay {
+ public:
+  explicit Delay(int ticks) : ticks_(std::clamp(ticks, 0, longest_delay_ticks)) {}
+  /// Takes the newest force, gives the one that acts now.
+  Vec3 pass(const Vec3& force_n) noexcept {
+    if (ticks_ == 0) return force_n;
+    next_ = (next_ + 1) % ticks_;
+    return std::exchange(waiting_n_[static_cast<std::size_t>(next_)], force_n);
+  }
+
+ private:
+  int ticks_;
+  int next_ = 0;
+  std::array<Vec3, longest_delay_ticks> waiting_n_{};
+};
+
+double rounded(double value_m, double step_m) noexcept { return step_m > 0.0 ? std::floor(value_m / step_m + 0.5) * step_m : value_m; }
+
+class Hand : public SimulatedDevice {
+ public:
+  Hand(std::unique_ptr<Target> target, DevicePlant plant)
+      : target_(std::move(target)), plant_(std::move(plant)), wanted_(target_->at(0.0)) {}
+
+  DeviceLimits limits() const final { return plant_.limits; }
+  double duration_s() const noexcept final { return target_->duration_s(); }
+  DeviceState read() noexcept final {
+    const Vec3 x = where_m();
+    const double step_m = plant_.limits.encoder_step_m;
+    return {.position_m = {rounded(x.x, step_m), rounded(x.y, step_m), rounded(x.z, step_m)},
+            .velocity_m_per_s = std::nullopt,
+            .valid = wanted_.valid,
+            .buttons = wanted_.buttons,
+            .time_s = time_s_};
+  }
+
+ protected:
+  virtual Vec3 where_m() const noexcept = 0;
+
+  std::string name_of_kind(const char* kind) const {
+    return std::string(kind) + " hand" + (plant_.name.empty() ? "" : " in " + plant_.name);
+  }
+  const DevicePlant& plant() const noexcept { return plant_; }
+  const Target::Point& wanted() const noexcept { return wanted_; }
+  void pass_time(double time_step_s) noexcept {
+    time_s_ += time_step_s;
+    wanted_ = target_->at(time_s_);
+  }
+
+ private:
+  std::unique_ptr<Target> target_;
+  DevicePlant plant_;
+  double time_s_ = 0.0;
+  Target::Point wanted_;
+};
+
+class RigidHand final : public Hand {
+ public:
+  using Hand::Hand;
+  std::string name() const override { return name_of_kind("rigid"); }
+  bool write(const Vec3&) noexcept override { return true; }
+  void advance(double time_step_s) noexcept override { pass_time(time_step_s); }
+
+ private:
+  Vec3 where_m() const noexcept override { return wanted().position_m; }
+};
+
+class ArmHand final : public Hand {
+ public:
+  ArmHand(std::unique_ptr<Target> target, const Arm& arm, const DevicePlant& plant)
+      : Hand(std::move(target), plant),
+        mass_kg_(arm.mass_kg + plant.mass_kg),
+        damping_ns_per_m_(arm.damping_ns_per_m + plant.damping_ns_per_m),
+        stiffness_n_per_m_(arm.stiffness_n_per_m),
+        delay_(plant.delay_ticks),
+        position_m_(wanted().position_m) {}
+
+  std::string name() const override { return name_of_kind("simulated"); }
+  bool write(const Vec3& force_n) noexcept override {
+    force_n_ = is_finite(force_n) ? shortened(force_n, plant().limits.max_force_n) : Vec3{};
+    return true;
+  }
+  void advance(double time_step_s) noexcept override {
+    const Target::Point before = wanted();
+    pass_time(time_step_s);
+    const Vec3 force_n = delay_.pass(force_n_);
+    if (!before.valid || !wanted().valid) {
+      position_m_ = wanted().position_m;
+      velocity_m_per_s_ = {};
+      return;
+    }
+    const int steps = std::max(least_sub_steps, static_cast<int>(std::ceil(time_step_s / longest_sub_step_s)));
+    const double h = time_step_s / steps;
+    const Vec3 target_step_m = (1.0 / steps) * (wanted().position_m - before.position_m);
+    for (int i = 1; i <= steps; ++i) step(before.position_m + static_cast<double>(i) * target_step_m, force_n, h);
+  }
+
+ private:
+  Vec3 where_m() const noexcept override { return position_m_; }
+
+  // Backward Euler: (m/h + b + K h) v⁺ = m v/h + force + K (target − x) − friction, with the friction
+  // along v⁺, or whatever up to c holds v⁺ at zero.
+  void step(const Vec3& target_m, const Vec3& force_n, double h) noexcept {
+    Vec3 push_n = (mass_kg_ / h) * velocity_m_per_s_ + force_n + stiffness_n_per_m_ * (target_m - position_m_);
+    if (const double friction_n = plant().coulomb_friction_n; friction_n > 0.0) {
+      const double length_n = norm(push_n);
+      push_n = length_n > friction_n ? (1.0 - friction_n / length_n) * push_n : Vec3{};
+    }
+    velocity_m_per_s_ = push_n / (mass_kg_ / h + damping_ns_per_m_ + stiffness_n_per_m_ * h);
+    position_m_ += h * velocity_m_per_s_;
+  }
+
+  double mass_kg_;
+  double damping_ns_per_m_;
+  double stiffness_n_per_m_;
+  Delay delay_;
+  Vec3 position_m_;
+  Vec3 velocity_m_per_s_;
+  Vec3 force_n_;
+};
+
+}  // namespace
+
+DevicePlant device_plant(const std::string& name) {
+  const DevicePlant presets[] = {
+      {.name = "touch", .mass_kg = 0.045, .damping_ns_per_m = 0.005, .coulomb_friction_n = 0.26,
+       .limits = {.max_force_n = 3.3, .max_stiffness_n_per_m = 400, .workspace_radius_m = 0.075, .encoder_step_m = 55e-6}},
+      {.name = "omega", .mass_kg = 0.2, .damping_ns_per_m = 0.1, .coulomb_friction_n = 0.1,
+       .limits = {.max_force_n = 12, .max_stiffness_n_per_m = 5000, .workspace_radius_m = 0.075, .encoder_step_m = 10e-6}},
+      {.name = "falcon", .mass_kg = 0.2, .damping_ns_per_m = 0.5, .coulomb_friction_n = 0.3,
+       .limits = {.max_force_n = 8, .max_stiffness_n_per_m = 3000, .workspace_radius_m = 0.04, .encoder_step_m = 60e-6}},
+      {.name = "inverse3", .mass_kg = 0.2, .damping_ns_per_m = 0.1, .coulomb_friction_n = 0.2,
+       .limits = {.max_force_n = 10, .max_stiffness_n_per_m = 2000, .workspace_radius_m = 0.1, .encoder_step_m = 10e-6}},
+  };
+  std::string names;
+  for (const DevicePlant& preset : presets) {
+    if (preset.name == name) return preset;
+    names += (names.empty() ? "" : ", ") + preset.name;
+  }
+  throw LoadError("device: no preset '" + name + "'; there are " + names);
+}
+
+std::unique_ptr<SimulatedDevice> hand_device(std::unique_ptr<Target> target, Hold hold, const DevicePlant& plant) {
+  assert(target);
+  if (hold == Hold::rigid) return std::make_unique<RigidHand>(std::move(target), plant);
+  return std::make_unique<ArmHand>(std::move(target), hold == Hold::relaxed ? relaxed_arm : firm_arm, plant);
+}
+
+std::unique_ptr<SimulatedDevice> open_hand(const std::string& description, std::optional<Hold> hold, const RecordingOptions& options,
+                                           const DevicePlant& plant) {
+  if (description.starts_with("sim:")) return hand_device(simulated_target(description), hold.value_or(Hold::relaxed), plant);
+  return hand_device(recorded_target(description, options), hold.value_or(Hold::rigid), plant);
+}
+
+}  // namespace palpa

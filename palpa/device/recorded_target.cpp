@@ -1,0 +1,339 @@
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <string_view>
+#include <vector>
+
+#include "palpa/core/load_error.h"
+#include "palpa/device/hand.h"
+
+namespace palpa {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr double longest_filled_gap_s = 0.1;
+constexpr double farthest_m = 1000.0;  // no hand is there: positions in another unit, or noise
+constexpr std::size_t longest_line_bytes = 65536;
+
+// One row of a recording; later one knot of its interpolant.
+struct Knot {
+  double time_s = 0.0;
+  Vec3 position_m;
+  Vec3 slope_m_per_s;
+  bool valid = true;
+  std::uint32_t buttons = 0;
+};
+
+// ---- Fritsch and Carlson (1980), one axis ----
+
+// Slopes of a run of knots that are all connected. A cubic is monotone where both slopes have the sign
+// of the secant and are at most three times as steep.
+void set_slopes(std::vector<Knot>& knots, std::size_t first, std::size_t last, double Vec3::*axis) {
+  if (first == last) return;
+  const auto secant = [&](std::size_t i) {
+    const double slope = (knots[i + 1].position_m.*axis - knots[i].position_m.*axis) / (knots[i + 1].time_s - knots[i].time_s);
+    return std::isfinite(slope) ? slope : 0.0;
+  };
+  knots[first].slope_m_per_s.*axis = secant(first);
+  knots[last].slope_m_per_s.*axis = secant(last - 1);
+  for (std::size_t i = first + 1; i < last; ++i) {
+    const double before = secant(i - 1);
+    const double after = secant(i);
+    const bool turns = before == 0.0 || after == 0.0 || (before > 0.0) != (after > 0.0);
+    const double steepest = 3.0 * std::min(std::abs(before), std::abs(after));
+    knots[i].slope_m_per_s.*axis = turns ? 0.0 : std::clamp(0.5 * before + 0.5 * after, -steepest, steepest);
+  }
+}
+
+// The cubic between two knots; clamped, so that rounding cannot leave their interval either.
+double between(double from, double to, double slope_from, double slope_to, double length_s, double u) noexcept {
+  const double v = 1.0 - u;
+  const double value = v * v * (1.0 + 2.0 * u) * from + u * u * (3.0 - 2.0 * u) * to + u * v * length_s * (v * slope_from - u * slope_to);
+  return std::clamp(value, std::min(from, to), std::max(from, to));
+}
+
+bool connected(const Knot& a, const Knot& b) noexcept {
+  return a.valid && b.valid && b.time_s - a.time_s <= longest_filled_gap_s;
+}
+
+class Recording final : public Target {
+ public:
+  explicit Recording(std::vector<Knot> knots) : knots_(std::move(knots)) {
+    for (std::size_t first = 0; first < knots_.size();) {
+      std::size_t last = first;
+      while (last + 1 < knots_.size() && connected(knots_[last], knots_[last + 1])) ++last;
+      for (double Vec3::*axis : {&Vec3::x, &Vec3::y, &Vec3::z}) set_slopes(knots_, first, last, axis);
+      first = last + 1;
+    }
+  }
+
+  double duration_s() const noexcept override { return knots_.back().time_s; }
+
+  Point at(double time_s) const noexcept override {
+    const auto after =
+        std::upper_bound(knots_.begin(), knots_.end(), time_s, [](double time, const Knot& knot) { return time < knot.time_s; });
+    if (after == knots_.begin()) return {.position_m = knots_.front().position_m, .valid = false};
+    const Knot& a = *(after - 1);
+    Point point{.position_m = a.position_m, .valid = a.valid, .buttons = a.buttons};
+    if (time_s == a.time_s) return point;
+    point.valid = after != knots_.end() && connected(a, *after);
+    if (!point.valid) return point;
+    const Knot& b = *after;
+    const double length_s = b.time_s - a.time_s;
+    const double u = (time_s - a.time_s) / length_s;
+    for (double Vec3::*axis : {&Vec3::x, &Vec3::y, &Vec3::z}) {
+      point.position_m.*axis = between(a.position_m.*axis, b.position_m.*axis, a.slope_m_per_s.*axis, b.slope_m_per_s.*axis, length_s, u);
+    }
+    return point;
+  }
+
+ private:
+  std::vector<Knot> knots_;
+};
+
+// ---- the file ----
+
+std::vector<std::string_view> split(std::string_view line) {
+  std::vector<std::string_view> cells;
+  for (std::size_t comma = line.find(','); comma != std::string_view::npos; comma = line.find(',')) {
+    cells.push_back(line.substr(0, comma));
+    line.remove_prefix(comma + 1);
+  }
+  cells.push_back(line);
+  for (std::string_view& cell : cells) {
+    while (!cell.empty() && (cell.front() == ' ' || cell.front() == '\t')) cell.remove_prefix(1);
+    while (!cell.empty() && (cell.back() == ' ' || cell.back() == '\t' || cell.back() == '\r')) cell.remove_suffix(1);
+  }
+  return cells;
+}
+
+template <class Number>
+bool read_number(std::string_view text, Number& value) {
+  if (text.starts_with('+')) text.remove_prefix(1);
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  // A decimal too small for a double is zero to any purpose here; one too large is refused as no number.
+  if constexpr (std::is_same_v<Number, double>) {
+    if (error == std::errc::result_out_of_range && text.find("e-") != std::string_view::npos) {
+      value = 0.0;
+      return end == text.data() + text.size();
+    }
+  }
+  return error == std::errc{} && end == text.data() + text.size();
+}
+
+constexpr std::string_view right_forms =
+    "a recorded hand is our own ticks.csv (t_s, probe_x_m, probe_y_m, probe_z_m, …), or has the columns t_s,x_m,y_m,z_m[,buttons], "
+    "or those of a Haply log (Time, Cursor Position X, Cursor Position Y, Cursor Position Z, …), or x,y,z,… without time, with "
+    "--hand-rate-hz";
+
+// One of the four forms: what its columns are called and what its rows mean.
+struct Form {
+  const char* time;  // null: the rate says it
+  const char* position[3];
+  const char* valid;    // null: every row is
+  const char* buttons;  // null: none
+  bool own = false;     // our own ticks.csv: the origin is known, and every row is a sample of the hand itself
+  bool haply = false;
+};
+constexpr Form forms[] = {
+    {"t_s", {"probe_x_m", "probe_y_m", "probe_z_m"}, "probe_valid", "buttons", true, false},
+    {"t_s", {"x_m", "y_m", "z_m"}, nullptr, "buttons", false, false},
+    {"Time", {"Cursor Position X", "Cursor Position Y", "Cursor Position Z"}, nullptr, nullptr, false, true},
+    {nullptr, {"x", "y", "z"}, nullptr, nullptr, false, false},
+};
+
+constexpr std::size_t absent = std::numeric_limits<std::size_t>::max();
+
+struct Places {
+  std::size_t time = absent;
+  std::size_t position[3] = {absent, absent, absent};
+  std::size_t valid = absent;
+  std::size_t buttons = absent;
+};
+
+std::size_t place_of(const char* name, const std::vector<std::string_view>& header) {
+  if (!name) return absent;
+  const auto found = std::find(header.begin(), header.end(), name);
+  return found == header.end() ? absent : static_cast<std::size_t>(found - header.begin());
+}
+
+// The form whose columns the header has; null where there is none.
+const Form* form_of(const std::vector<std::string_view>& header, Places& places) {
+  for (const Form& form : forms) {
+    places = {};
+    places.time = place_of(form.time, header);
+    places.valid = place_of(form.valid, header);
+    places.buttons = place_of(form.buttons, header);
+    bool whole = !form.time || places.time != absent;
+    for (int axis = 0; axis < 3; ++axis) {
+      places.position[axis] = place_of(form.position[axis], header);
+      whole = whole && places.position[axis] != absent;
+    }
+    if (whole) return &form;
+  }
+  return nullptr;
+}
+
+class File {
+ public:
+  explicit File(const fs::path& path) : path_(path) {
+    std::error_code unknown;
+    if (!fs::exists(path, unknown)) throw LoadError(path.string() + ": does not exist; name a recorded hand or sim:…");
+    if (fs::is_directory(path, unknown)) throw LoadError(path.string() + ": is a folder; name a CSV file (of a trace: its ticks.csv)");
+    stream_.open(path, std::ios::binary);
+    if (!stream_) throw LoadError(path.string() + ": cannot be read; make it readable");
+  }
+  /// The next line that is not empty.
+  bool next(std::string& line) {
+    do {
+      line.clear();
+      ++number_;
+      for (int c = stream_.get(); c != '\n'; c = stream_.get()) {
+        if (c == std::char_traits<char>::eof()) {
+          if (line.empty()) return false;
+          break;
+        }
+        line += static_cast<char>(c);
+        if (line.size() > longest_line_bytes) refuse("the line is longer than 64 kB", right_forms);
+      }
+    } while (line.empty() || line == "\r");
+    return true;
+  }
+  [[noreturn]] void refuse(const std::string& what, std::string_view right) const {
+    throw LoadError(path_.string() + ":" + std::to_string(number_) + ": " + what + "; " + std::string(right));
+  }
+
+ private:
+  fs::path path_;
+  std::ifstream stream_;
+  std::int64_t number_ = 0;
+};
+
+class RowReader {
+ public:
+  RowReader(const File& file, const Form& form, const Places& places, std::size_t width, double rate_hz)
+      : file_(file), form_(form), places_(places), width_(width), rate_hz_(rate_hz) {}
+
+  Knot read(std::string_view line) {
+    const std::vector<std::string_view> cells = split(line);
+    if (cells.size() != width_) {
+      file_.refuse("has " + std::to_string(cells.size()) + " cells", "the header has " + std::to_string(width_));
+    }
+    const auto number = [&](std::size_t place, auto& value) {
+      if (!read_number(cells[place], value)) {
+        file_.refuse("'" + std::string(cells[place]) + "' is no number", "every cell of a recorded hand is one");
+      }
+    };
+    Knot knot;
+    if (form_.time) {
+      number(places_.time, knot.time_s);
+      if (!std::isfinite(knot.time_s)) file_.refuse("the time is not finite", "times are seconds and rise");
+    } else {
+      knot.time_s = static_cast<double>(rows_) / rate_hz_;
+    }
+    ++rows_;
+    number(places_.position[0], knot.position_m.x);
+    number(places_.position[1], knot.position_m.y);
+    number(places_.position[2], knot.position_m.z);
+    if (places_.buttons != absent) number(places_.buttons, knot.buttons);
+    if (places_.valid != absent) {
+      int valid = 0;
+      number(places_.valid, valid);
+      knot.valid = valid != 0;
+    }
+    if (!is_finite(knot.position_m)) knot.valid = false;
+    if (knot.valid && largest_component(knot.position_m) > farthest_m) {
+      file_.refuse("the position is more than 1000 m away", "positions are metres");
+    }
+    if (form_.haply) {
+      if (knot.position_m == Vec3{}) knot.valid = false;
+      knot.position_m.z = -knot.position_m.z;
+    }
+    return knot;
+  }
+
+ private:
+  const File& file_;
+  const Form& form_;
+  const Places& places_;
+  std::size_t width_;
+  double rate_hz_;
+  std::int64_t rows_ = 0;
+};
+
+// Drops rows that repeat the last position: the logger was faster than the device. Of a hand that
+// rests, rows stay so close that it does not look like a gap, and the last row stays, which says how
+// long the recording is.
+std::vector<Knot> without_repeats(const std::vector<Knot>& rows) {
+  std::vector<Knot> kept;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const bool repeats = !kept.empty() && rows[i].position_m == kept.back().position_m && rows[i].buttons == kept.back().buttons;
+    if (repeats && i + 1 < rows.size() && rows[i + 1].time_s - kept.back().time_s <= longest_filled_gap_s) continue;
+    kept.push_back(rows[i]);
+  }
+  return kept;
+}
+
+void center(std::vector<Knot>& knots) {
+  Vec3 low = knots.front().position_m;
+  Vec3 high = low;
+  for (const Knot& knot : knots) {
+    if (!knot.valid) continue;
+    for (double Vec3::*axis : {&Vec3::x, &Vec3::y, &Vec3::z}) {
+      low.*axis = std::min(low.*axis, knot.position_m.*axis);
+      high.*axis = std::max(high.*axis, knot.position_m.*axis);
+    }
+  }
+  const Vec3 middle = 0.5 * low + 0.5 * high;
+  for (Knot& knot : knots) knot.position_m -= middle;
+}
+
+}  // namespace
+
+std::unique_ptr<Target> recorded_target(const fs::path& path, const RecordingOptions& options) {
+  File file(path);
+  std::string line;
+  if (!file.next(line)) throw LoadError(path.string() + ": is empty; " + std::string(right_forms));
+  if (line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);
+  const std::vector<std::string_view> header = split(line);
+  Places places;
+  const Form* form = form_of(header, places);
+  if (!form) file.refuse("has none of the columns of a recorded hand", right_forms);
+  const bool rate_given = options.hand_rate_hz != 0.0;
+  if (rate_given && !(options.hand_rate_hz > 0.0 && options.hand_rate_hz <= 1e6)) {
+    throw LoadError(path.string() + ": the rate of its rows cannot be used; --hand-rate-hz lies above 0 and is at most 1000000");
+  }
+  if (form->time && rate_given) file.refuse("has its own times", "leave out --hand-rate-hz");
+  if (!form->time && !rate_given) file.refuse("has no times", "say how many rows a second has with --hand-rate-hz");
+
+  RowReader reader(file, *form, places, header.size(), options.hand_rate_hz);
+  std::vector<Knot> rows;
+  while (file.next(line)) {
+    const Knot knot = reader.read(line);
+    // A row without a position is no row, but in our own recording it is a sample of a device that was lost.
+    if (!knot.valid && !form->own) continue;
+    if (!rows.empty() && knot.time_s < rows.back().time_s) file.refuse("the time falls", "times are seconds and rise");
+    if (!rows.empty() && knot.time_s == rows.back().time_s) rows.pop_back();
+    rows.push_back(knot);
+  }
+  if (std::none_of(rows.begin(), rows.end(), [](const Knot& row) { return row.valid; })) {
+    throw LoadError(path.string() + ": has no row with a position; " + std::string(right_forms));
+  }
+  // What a device showed while it was lost is no position: the last known one stands for it.
+  Vec3 known = std::find_if(rows.begin(), rows.end(), [](const Knot& row) { return row.valid; })->position_m;
+  const double begin_s = rows.front().time_s;
+  for (Knot& row : rows) {
+    row.time_s -= begin_s;
+    if (row.valid) known = row.position_m;
+    row.position_m = known;
+  }
+  if (!form->own) rows = without_repeats(rows);
+  if (options.center.value_or(!form->own)) center(rows);
+  return std::make_unique<Recording>(std::move(rows));
+}
+
+}  // namespace palpa

@@ -1,0 +1,77 @@
+#include "palpa/loop/loop.h"
+
+#include <algorithm>
+#include <chrono>
+#include <stdexcept>
+
+namespace palpa {
+
+namespace {
+
+// Between the loop and the disk there are at most the sum of these: 0.1 s at 1 kHz.
+constexpr std::int64_t ticks_between_looks = 32;
+constexpr std::int64_t most_pending_ticks = 64;
+
+using Clock = std::chrono::steady_clock;
+double microseconds(Clock::duration time) { return std::chrono::duration<double, std::micro>(time).count(); }
+
+void record(Recorder& recorder, const TickFrame& frame, const Session& session) {
+  if (frame.tick % ticks_between_looks == 0) recorder.keep_up(most_pending_ticks);
+  if (recorder.offer(frame, session)) return;
+  recorder.keep_up(0);
+  if (!recorder.offer(frame, session)) throw std::length_error("the recorder's ring is smaller than one tick");
+}
+
+}  // namespace
+
+GuardedSession::GuardedSession(Session& session, double device_max_force_n) noexcept
+    : session_(session), guard_(std::min(session.scene().coupling.max_force_n, device_max_force_n)) {}
+
+TickFrame GuardedSession::tick(std::int64_t number, double t_s, double dt_s, const Probe& probe) noexcept {
+  TickFrame frame{.tick = number, .t_s = t_s, .dt_s = dt_s, .result = session_.tick(probe, dt_s), .buttons = probe.buttons};
+  const bool usable = probe.valid && is_finite(probe.position_m);
+  const Guard::Passed passed = guard_.pass(frame.result.force_n);
+  frame.guard = passed.state;
+  if (usable) frame.command_n = passed.command_n;
+  if (usable && last_probe_usable_) {
+    const double work_j = dot(held_command_n_, probe.position_m - last_probe_m_);
+    frame.result.energy.work_on_hand_j = std::isfinite(work_j) ? work_j : 0.0;
+  }
+  held_command_n_ = frame.command_n;
+  last_probe_m_ = probe.position_m;
+  last_probe_usable_ = usable;
+  return frame;
+}
+
+std::int64_t run_simulated(Session& session, SimulatedDevice& device, const LoopOptions& options, Recorder* recorder,
+                           const TickObserver& observer, const std::atomic<bool>* stop) {
+  GuardedSession guarded(session, device.limits().max_force_n);
+  const auto now = [&] { return options.time_ticks ? Clock::now() : Clock::time_point{}; };
+  const double dt_s = 1.0 / options.rate_hz;
+  std::int64_t tick = 0;
+  for (double t_s = 0.0; t_s < options.duration_s; ++tick) {
+    const Clock::time_point begin = now();
+    const DeviceState state = device.read();
+    const Clock::time_point was_read = now();
+    TickFrame frame = guarded.tick(
+        tick, t_s, dt_s,
+        {.position_m = state.position_m, .velocity_m_per_s = state.velocity_m_per_s, .valid = state.valid, .buttons = state.buttons});
+    const Clock::time_point was_felt = now();
+    device.write(frame.command_n);
+    frame.tick_us = microseconds(was_felt - was_read);
+    frame.device_us = microseconds((was_read - begin) + (now() - was_felt));
+
+    if (recorder) record(*recorder, frame, session);
+    if (observer) observer(frame, session);
+
+    // Neighbouring times differ by at most a factor of two (the first apart), so the difference is
+    // exact, and the device's own clock shows the same bits.
+    const double next_s = static_cast<double>(tick + 1) / options.rate_hz;
+    device.advance(next_s - t_s);
+    t_s = next_s;
+    if (stop && stop->load(std::memory_order_relaxed)) return tick + 1;
+  }
+  return tick;
+}
+
+}  // namespace palpa

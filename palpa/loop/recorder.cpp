@@ -1,0 +1,215 @@
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstring>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <type_traits>
+#include <vector>
+
+#include "palpa/loop/loop.h"
+
+namespace palpa {
+
+namespace {
+
+constexpr auto poll_interval = std::chrono::milliseconds(10);
+constexpr std::int64_t ticks_per_flush = 32;
+
+/// What stands in the ring before a tick's arrays.
+struct TickHead {
+  TickFrame frame;
+  std::uint32_t modes;
+  std::uint32_t sub_steps;
+  std::uint32_t placed;
+  std::uint32_t events;
+};
+
+static_assert(std::is_trivially_copyable_v<TickHead> && std::is_trivially_copyable_v<ModeTick> &&
+              std::is_trivially_copyable_v<SubStep> && std::is_trivially_copyable_v<PlacedPrimitive> &&
+              std::is_trivially_copyable_v<SessionEvent>);
+
+/// A tick as the writing thread takes it out.
+struct TakenTick {
+  TickHead head;
+  std::vector<ModeTick> modes;
+  std::vector<SubStep> sub_steps;
+  std::vector<PlacedPrimitive> placed;
+  std::vector<SessionEvent> events;
+};
+
+}  // namespace
+
+/// A ring of bytes with one producer, the loop, and one consumer, the writing thread. `begin_` and
+/// `end_` count bytes since the start and only grow: what lies between them is full, and only their
+/// owners (consumer, producer) change them.
+class Recorder::Ring {
+ public:
+  Ring(TraceWriter& writer, std::size_t bytes)
+      : writer_(writer), bytes_(bytes), memory_(bytes), thread_([this] { write_until_finished(); }) {}
+  ~Ring() { join(); }
+
+  // ---- the loop's side ----
+
+  bool offer(const TickFrame& frame, std::span<const ModeTick> modes, std::span<const SubStep> sub_steps,
+             std::span<const PlacedPrimitive> placed, std::span<const SessionEvent> events) noexcept {
+    if (!writer_.records_primitives()) {
+      sub_steps = {};
+      placed = {};
+    }
+    const TickHead head{frame, static_cast<std::uint32_t>(modes.size()), static_cast<std::uint32_t>(sub_steps.size()),
+                        static_cast<std::uint32_t>(placed.size()), static_cast<std::uint32_t>(events.size())};
+    const std::size_t needed =
+        sizeof head + modes.size_bytes() + sub_steps.size_bytes() + placed.size_bytes() + events.size_bytes();
+    std::uint64_t end = end_.load(std::memory_order_relaxed);
+    if (failed_.load(std::memory_order_relaxed) || end + needed - begin_.load(std::memory_order_acquire) > bytes_) return false;
+    put(end, std::span(&head, 1));
+    put(end, modes);
+    put(end, sub_steps);
+    put(end, placed);
+    put(end, events);
+    end_.store(end, std::memory_order_release);
+    taken_.fetch_add(1, std::memory_order_relaxed);
+    return true;
+  }
+
+  void keep_up(std::int64_t most_pending_ticks) {
+    std::unique_lock lock(mutex_);
+    wanted_ = true;
+    wake_writer_.notify_one();
+    wake_loop_.wait(lock, [&] { return failure_ || taken_.load(std::memory_order_relaxed) - flushed_ <= most_pending_ticks; });
+    if (failure_) std::rethrow_exception(failure_);
+  }
+
+  void finish() {
+    join();
+    if (failure_) std::rethrow_exception(failure_);
+  }
+
+ private:
+  void join() {
+    if (!thread_.joinable()) return;
+    {
+      const std::lock_guard lock(mutex_);
+      finishing_ = true;
+    }
+    wake_writer_.notify_one();
+    thread_.join();
+  }
+
+  // Copies `values` behind `end`, round the end of the memory where need be.
+  template <class T>
+  void put(std::uint64_t& end, std::span<const T> values) noexcept {
+    const char* from = reinterpret_cast<const char*>(values.data());
+    const std::size_t size = values.size_bytes();
+    if (size == 0) return;
+    const std::size_t at = static_cast<std::size_t>(end % bytes_);
+    const std::size_t first = std::min(size, bytes_ - at);
+    std::memcpy(memory_.data() + at, from, first);
+    std::memcpy(memory_.data(), from + first, size - first);
+    end += size;
+  }
+
+  // ---- the writing thread's side ----
+
+  template <class T>
+  void get(std::uint64_t& begin, T* values, std::size_t count) noexcept {
+    char* to = reinterpret_cast<char*>(values);
+    const std::size_t size = count * sizeof(T);
+    if (size == 0) return;
+    const std::size_t at = static_cast<std::size_t>(begin % bytes_);
+    const std::size_t first = std::min(size, bytes_ - at);
+    std::memcpy(to, memory_.data() + at, first);
+    std::memcpy(to + first, memory_.data(), size - first);
+    begin += size;
+  }
+  template <class T>
+  void get(std::uint64_t& begin, std::vector<T>& values, std::size_t count) {
+    values.resize(count);
+    get(begin, values.data(), count);
+  }
+
+  bool take(TakenTick& tick) {
+    std::uint64_t begin = begin_.load(std::memory_order_relaxed);
+    if (begin == end_.load(std::memory_order_acquire)) return false;
+    get(begin, &tick.head, 1);
+    get(begin, tick.modes, tick.head.modes);
+    get(begin, tick.sub_steps, tick.head.sub_steps);
+    get(begin, tick.placed, tick.head.placed);
+    get(begin, tick.events, tick.head.events);
+    begin_.store(begin, std::memory_order_release);
+    return true;
+  }
+
+  // Writes and flushes what is in the ring; says after each flush how far it came.
+  void drain(TakenTick& tick) {
+    for (;;) {
+      std::int64_t written = 0;
+      while (written < ticks_per_flush && take(tick)) {
+        writer_.append(tick.head.frame, tick.modes, tick.sub_steps, tick.placed, tick.events);
+        ++written;
+      }
+      if (written == 0) return;
+      writer_.flush();
+      {
+        const std::lock_guard lock(mutex_);
+        flushed_ += written;
+      }
+      wake_loop_.notify_one();
+    }
+  }
+
+  void write_until_finished() {
+    TakenTick tick;
+    try {
+      for (bool last = false; !last;) {
+        {
+          std::unique_lock lock(mutex_);
+          wake_writer_.wait_for(lock, poll_interval, [&] { return wanted_ || finishing_; });
+          wanted_ = false;
+          last = finishing_;
+        }
+        drain(tick);
+      }
+    } catch (...) {
+      failed_.store(true, std::memory_order_relaxed);
+      const std::lock_guard lock(mutex_);
+      failure_ = std::current_exception();
+      wake_loop_.notify_one();
+    }
+  }
+
+  TraceWriter& writer_;
+  std::size_t bytes_;
+  std::vector<char> memory_;
+  std::atomic<std::uint64_t> begin_{0};
+  std::atomic<std::uint64_t> end_{0};
+  std::atomic<std::int64_t> taken_{0};
+  std::atomic<bool> failed_{false};
+
+  // What the loop's `offer` never touches.
+  std::mutex mutex_;
+  std::condition_variable wake_writer_, wake_loop_;
+  bool wanted_ = false;
+  bool finishing_ = false;
+  std::int64_t flushed_ = 0;
+  std::exception_ptr failure_;
+
+  std::thread thread_;  // last: it uses all of the above
+};
+
+Recorder::Recorder(TraceWriter& writer, std::size_t ring_bytes) : ring_(std::make_unique<Ring>(writer, ring_bytes)) {}
+Recorder::~Recorder() = default;
+
+bool Recorder::offer(const TickFrame& frame, const Session& session) noexcept {
+  return offer(frame, session.modes(), session.sub_steps(), session.placed(), session.events());
+}
+bool Recorder::offer(const TickFrame& frame, std::span<const ModeTick> modes, std::span<const SubStep> sub_steps,
+                     std::span<const PlacedPrimitive> placed, std::span<const SessionEvent> events) noexcept {
+  return ring_->offer(frame, modes, sub_steps, placed, events);
+}
+void Recorder::keep_up(std::int64_t most_pending_ticks) { ring_->keep_up(most_pending_ticks); }
+void Recorder::finish() { ring_->finish(); }
+
+}  // namespace palpa

@@ -1,0 +1,238 @@
+#include "palpa/trace/columns.h"
+
+#include <type_traits>
+
+#include "palpa/trace/csv.h"
+#include "palpa/trace/trace.h"
+
+namespace palpa {
+
+const char* name_of(GuardState state) noexcept {
+  switch (state) {
+    case GuardState::pass: return "pass";
+    case GuardState::limited: return "limited";
+    case GuardState::fault: return "fault";
+  }
+  return "?";
+}
+
+namespace detail {
+namespace {
+
+template <class Value>
+concept Named = requires(Value value) { name_of(value); };
+
+using Cells = std::span<const std::string_view>;
+
+template <class Value>
+void put(std::string& line, const Value& value) {
+  if constexpr (std::is_same_v<Value, Vec3>) {
+    put_number(line, value.x);
+    line += ',';
+    put_number(line, value.y);
+    line += ',';
+    put_number(line, value.z);
+  } else if constexpr (std::is_same_v<Value, bool>) {
+    line += value ? '1' : '0';
+  } else if constexpr (std::is_same_v<Value, std::string_view>) {
+    put_text(line, value);
+  } else if constexpr (std::is_same_v<Value, std::optional<double>>) {
+    if (value) put_number(line, *value);
+  } else if constexpr (Named<Value>) {
+    line += name_of(value);
+  } else {
+    put_number(line, value);
+  }
+}
+
+template <class Value>
+bool take(Cells cells, Value& value) {
+  if constexpr (std::is_same_v<Value, Vec3>) {
+    return take_number(cells[0], value.x) && take_number(cells[1], value.y) && take_number(cells[2], value.z);
+  } else if constexpr (std::is_same_v<Value, bool>) {
+    value = cells[0] == "1";
+    return value || cells[0] == "0";
+  } else if constexpr (Named<Value>) {
+    for (std::underlying_type_t<Value> i = 0; std::string_view(name_of(Value{i})) != "?"; ++i) {
+      value = Value{i};
+      if (cells[0] == name_of(value)) return true;
+    }
+    return false;
+  } else {
+    return take_number(cells[0], value);
+  }
+}
+
+// `Get` is a lambda from a row to its member; rows that are only ever written hold their values const.
+template <class Row, class Get>
+Column<Row> column(std::string_view name, std::string_view unit, std::string_view meaning, Get) {
+  using Value = std::remove_reference_t<std::invoke_result_t<Get, Row&>>;
+  Column<Row> made{.name = name, .unit = unit, .meaning = meaning, .cells = std::is_same_v<std::remove_const_t<Value>, Vec3> ? 3 : 1,
+                   .write = [](const Row& row, std::string& line) { put(line, Get{}(row)); }, .read = nullptr};
+  if constexpr (std::is_same_v<Row, TickFrame>) made.read = [](Cells cells, Row& row) { return take(cells, Get{}(row)); };
+  return made;
+}
+
+// A column whose value is `row.MEMBER`.
+#define COLUMN(ROW, NAME, UNIT, MEMBER, MEANING) \
+  column<ROW>(NAME, UNIT, MEANING, [](auto& row) -> auto& { return row.MEMBER; })
+
+}  // namespace
+
+std::vector<std::string> cell_names(std::string_view name, std::string_view unit, int cells) {
+  if (cells == 1) return {std::string(name)};
+  const std::string end = unit.empty() ? std::string() : "_" + std::string(unit);
+  std::vector<std::string> names;
+  for (const char* axis : {"_x", "_y", "_z"}) names.push_back(std::string(name) + axis + end);
+  return names;
+}
+
+const Table<TickFrame>& ticks_table() {
+  static const Column<TickFrame> columns[] = {
+      COLUMN(TickFrame, "tick", "", tick, "number of the tick, from 0"),
+      COLUMN(TickFrame, "t_s", "", t_s, "time since the session began"),
+      COLUMN(TickFrame, "dt_s", "", dt_s, "time step that the session was given"),
+      COLUMN(TickFrame, "probe", "m", result.probe_m, "the hand's point, as the device reports it"),
+      COLUMN(TickFrame, "probe_velocity", "m_per_s", result.probe_velocity_m_per_s, "its velocity"),
+      COLUMN(TickFrame, "probe_valid", "", result.probe_valid, "1: the device knew where it was"),
+      COLUMN(TickFrame, "proxy", "m", result.proxy_m, "the probe's partner in the data"),
+      COLUMN(TickFrame, "proxy_velocity", "m_per_s", result.proxy_velocity_m_per_s, "its velocity, as the damper sees it"),
+      COLUMN(TickFrame, "force", "n", result.force_n, "Eq. 1, unlimited"),
+      COLUMN(TickFrame, "command", "n", command_n, "what was sent to the device: the force after the guard"),
+      COLUMN(TickFrame, "error_bound_m", "", result.error_bound_m, "proven error of the balance, worst of the sub-steps"),
+      COLUMN(TickFrame, "sub_steps", "", result.sub_steps, "balances along the proxy's path"),
+      COLUMN(TickFrame, "iterations", "", result.iterations, "of the law, over all sub-steps"),
+      COLUMN(TickFrame, "status", "", result.status, "resting, waiting, capped or bad_input"),
+      COLUMN(TickFrame, "dropped", "", result.dropped, "primitives that were refused"),
+      COLUMN(TickFrame, "stored_j", "", result.energy.stored_j, "energy in the coupling's spring after the tick"),
+      COLUMN(TickFrame, "dissipated_j", "", result.energy.dissipated_j, "taken out by modes"),
+      COLUMN(TickFrame, "injected_j", "", result.energy.injected_j, "brought in by modes"),
+      COLUMN(TickFrame, "path_j", "", result.energy.path_j, "price of walking the path in sub-steps"),
+      COLUMN(TickFrame, "damper_j", "", result.energy.damper_j, "work of the held damper force on the hand"),
+      COLUMN(TickFrame, "moved_j", "", result.energy.moved_j, "work of the data's own motion"),
+      COLUMN(TickFrame, "work_on_hand_j", "", result.energy.work_on_hand_j,
+             "work on the hand of the command that was held since the last tick"),
+      COLUMN(TickFrame, "guard", "", guard, "pass, limited or fault"),
+      COLUMN(TickFrame, "buttons", "", buttons, "pressed buttons, one bit each"),
+  };
+  static const Table<TickFrame> table{"ticks.csv", "One row per tick.", columns};
+  return table;
+}
+
+const Table<ModeRow>& modes_table() {
+  static const Column<ModeRow> columns[] = {
+      COLUMN(ModeRow, "tick", "", tick, "number of the tick"),
+      COLUMN(ModeRow, "mode", "", mode, "name of the mode in the scene"),
+      COLUMN(ModeRow, "force", "n", result.force_n, "on the proxy, in the last sub-step; above 1 mN the mode is in contact"),
+      COLUMN(ModeRow, "dissipated_j", "", result.dissipated_j, "taken out in this tick"),
+      COLUMN(ModeRow, "injected_j", "", result.injected_j, "brought in in this tick"),
+      COLUMN(ModeRow, "primitives", "", result.primitives, "in the last sub-step"),
+      COLUMN(ModeRow, "split_shared", "", result.split_shared, "1: redundant with others, the force is one valid split of several"),
+  };
+  static const Table<ModeRow> table{"modes.csv", "Who pushes: one row per tick and mode, modes in the scene's order.", columns};
+  return table;
+}
+
+const Table<BalanceRow>& balances_table() {
+  static const Column<BalanceRow> columns[] = {
+      COLUMN(BalanceRow, "tick", "", tick, "number of the tick"),
+      COLUMN(BalanceRow, "sub_step", "", number, "number of the sub-step in its tick, from 0"),
+      COLUMN(BalanceRow, "dt_s", "", step.time_step_s, "time that the hand took for the piece of path walked"),
+      COLUMN(BalanceRow, "start", "m", step.start_m, "the proxy before the sub-step"),
+      COLUMN(BalanceRow, "probe", "m", step.probe_m, "the probe that the balance was solved for"),
+      COLUMN(BalanceRow, "k_n_per_m", "", step.stiffness_n_per_m, "stiffness of the coupling"),
+      COLUMN(BalanceRow, "directed", "n", step.directed_n, "sum of the directed forces"),
+      COLUMN(BalanceRow, "balance", "m", step.balance.position_m, "the minimiser: where all forces cancel"),
+      COLUMN(BalanceRow, "error_bound_m", "", step.balance.error_bound_m, "proven distance to the exact balance"),
+      COLUMN(BalanceRow, "stage", "", step.balance.stage, "stage of the law that answered; 0: nothing to solve"),
+      COLUMN(BalanceRow, "iterations", "", step.balance.iterations, "of that stage"),
+      COLUMN(BalanceRow, "status", "", step.balance.status, "exact, capped, bad_input or baseline"),
+      COLUMN(BalanceRow, "primitives", "", step.primitives, "how many were in the balance"),
+      COLUMN(BalanceRow, "move_fraction", "", step.move_fraction, "proxy = start + move_fraction * (balance - start)"),
+      COLUMN(BalanceRow, "stop", "", step.stop, "why the proxy went no further: full, event, release, energy or cap"),
+      COLUMN(BalanceRow, "proxy", "m", step.proxy_m, "the proxy after the sub-step"),
+      COLUMN(BalanceRow, "energy_before_j", "", step.energy_before_j, "spring energy less directed work, at the start"),
+      COLUMN(BalanceRow, "energy_after_j", "", step.energy_after_j, "the same after the sub-step"),
+  };
+  static const Table<BalanceRow> table{"balances.csv", "With `--primitives`: one row per tick and sub-step.", columns};
+  return table;
+}
+
+const Table<PrimitiveRow>& primitives_table() {
+  static const Column<PrimitiveRow> columns[] = {
+      COLUMN(PrimitiveRow, "tick", "", tick, "number of the tick"),
+      COLUMN(PrimitiveRow, "sub_step", "", sub_step, "number of the sub-step in its tick, from 0"),
+      COLUMN(PrimitiveRow, "mode", "", mode, "name of the mode that placed it"),
+      COLUMN(PrimitiveRow, "slot", "", placed.primitive.id.slot, "the mode's own number of it"),
+      COLUMN(PrimitiveRow, "kind", "", placed.primitive.kind, "point, line, plane or directed"),
+      COLUMN(PrimitiveRow, "position", "m", placed.primitive.position_m, "where it is"),
+      COLUMN(PrimitiveRow, "direction", "", placed.primitive.direction, "unit vector; unused by a point"),
+      COLUMN(PrimitiveRow, "strength_n", "", placed.primitive.strength_n, "the most that it can hold"),
+      COLUMN(PrimitiveRow, "drag_ns_per_m", "", placed.primitive.drag_ns_per_m, "viscous part"),
+      COLUMN(PrimitiveRow, "captured_value", "", captured_value, "the level that a plane stands on; empty: none"),
+      COLUMN(PrimitiveRow, "force", "n", placed.force_n, "on the proxy; one valid split"),
+      COLUMN(PrimitiveRow, "state", "", placed.state, "stick, slip or off"),
+  };
+  static const Table<PrimitiveRow> table{"primitives.csv", "With `--primitives`: one row per tick, sub-step and primitive.", columns};
+  return table;
+}
+
+const Table<EventRow>& events_table() {
+  static const Column<EventRow> columns[] = {
+      COLUMN(EventRow, "tick", "", tick, "the first tick that it holds for"),
+      COLUMN(EventRow, "t_s", "", t_s, "time of that tick"),
+      COLUMN(EventRow, "kind", "", kind,
+             "set, enable, swap, map, clutch, onset, break_through, fault, guard, lost_ticks, lost_rows or warning"),
+      COLUMN(EventRow, "subject", "", subject, "who: a mode's name, `session`, or the guard's new state"),
+      COLUMN(EventRow, "value", "", value, "onset, break_through: the level; else what happened"),
+  };
+  static const Table<EventRow> table{"events.csv", "What happened: one row per event.", columns};
+  return table;
+}
+
+const Table<TickFrame>& timing_table() {
+  static const Column<TickFrame> columns[] = {
+      COLUMN(TickFrame, "tick", "", tick, "number of the tick"),
+      COLUMN(TickFrame, "late_us", "", late_us, "how late the tick began; 0 on a simulated clock"),
+      COLUMN(TickFrame, "tick_us", "", tick_us, "time inside the session's tick"),
+      COLUMN(TickFrame, "device_us", "", device_us, "time inside the device's read and write"),
+  };
+  static const Table<TickFrame> table{"timing.csv", "One row per tick: the only file that may differ between two runs.", columns};
+  return table;
+}
+
+#undef COLUMN
+
+namespace {
+
+template <class Row>
+void describe(const Table<Row>& table, std::string& out) {
+  out += "## " + std::string(table.file) + "\n\n" + table.contents + "\n\n| column | meaning |\n|---|---|\n";
+  for (const Column<Row>& column : table.columns) {
+    out += "| ";
+    bool first = true;
+    for (const std::string& name : cell_names(column.name, column.unit, column.cells)) {
+      out += std::string(first ? "" : ", ") + "`" + name + "`";
+      first = false;
+    }
+    out += " | " + std::string(column.meaning) + " |\n";
+  }
+  out += '\n';
+}
+
+}  // namespace
+}  // namespace detail
+
+std::string trace_reference_markdown() {
+  std::string out;
+  detail::describe(detail::ticks_table(), out);
+  detail::describe(detail::modes_table(), out);
+  detail::describe(detail::balances_table(), out);
+  detail::describe(detail::primitives_table(), out);
+  detail::describe(detail::events_table(), out);
+  detail::describe(detail::timing_table(), out);
+  out.pop_back();
+  return out;
+}
+
+}  // namespace palpa

@@ -1,0 +1,96 @@
+// The columns of a trace's files: one table from which rows are written, read, compared and documented.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "palpa/trace/record.h"
+
+namespace palpa::detail {
+
+/// A row of modes.csv.
+struct ModeRow {
+  std::int64_t tick;
+  std::string_view mode;
+  const ModeTick& result;
+};
+
+/// A row of balances.csv.
+struct BalanceRow {
+  std::int64_t tick;
+  std::int64_t number;  ///< of the sub-step in its tick, from 0
+  const SubStep& step;
+};
+
+/// A row of primitives.csv.
+struct PrimitiveRow {
+  std::int64_t tick;
+  std::int64_t sub_step;
+  std::string_view mode;
+  const PlacedPrimitive& placed;
+  std::optional<double> captured_value;
+};
+
+/// A row of events.csv.
+struct EventRow {
+  std::int64_t tick;
+  double t_s;
+  std::string_view kind;
+  std::string_view subject;
+  std::string_view value;
+};
+
+/// One column, or the three of a vector.
+template <class Row>
+struct Column {
+  std::string_view name;     ///< a vector's without the unit
+  std::string_view unit;     ///< of a vector, as its columns' names end; a scalar's is in its name
+  std::string_view meaning;  ///< for docs/trace.md
+  int cells;                 ///< 1, or 3 for a vector
+  void (*write)(const Row& row, std::string& line);
+  /// Reads the column's cells; false when one is no value of this column. Null where no reader asks.
+  bool (*read)(std::span<const std::string_view> cells, Row& row);
+};
+
+/// The names of a column's cells: NAME, or NAME_x_UNIT, NAME_y_UNIT, NAME_z_UNIT.
+std::vector<std::string> cell_names(std::string_view name, std::string_view unit, int cells);
+
+/// One file of a trace.
+template <class Row>
+struct Table {
+  const char* file;
+  const char* contents;  ///< one sentence
+  std::span<const Column<Row>> columns;
+
+  /// The names of all cells of a row, in the order in which they are written.
+  std::vector<std::string> names() const {
+    std::vector<std::string> all;
+    for (const Column<Row>& column : columns) {
+      for (std::string& name : cell_names(column.name, column.unit, column.cells)) all.push_back(std::move(name));
+    }
+    return all;
+  }
+  /// Appends `row` as one line.
+  void write(const Row& row, std::string& out) const {
+    bool first = true;
+    for (const Column<Row>& column : columns) {
+      if (!first) out += ',';
+      first = false;
+      column.write(row, out);
+    }
+    out += '\n';
+  }
+};
+
+const Table<TickFrame>& ticks_table();
+const Table<ModeRow>& modes_table();
+const Table<BalanceRow>& balances_table();
+const Table<PrimitiveRow>& primitives_table();
+const Table<EventRow>& events_table();
+const Table<TickFrame>& timing_table();
+
+}  // namespace palpa::detail

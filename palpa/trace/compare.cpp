@@ -1,0 +1,134 @@
+#include <algorithm>
+#include <limits>
+
+#include "palpa/trace/columns.h"
+#include "palpa/trace/csv.h"
+#include "palpa/trace/trace.h"
+
+namespace palpa {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// A CSV under comparison: its rows, and where in them the columns that are compared stand.
+class Sheet {
+ public:
+  Sheet(const fs::path& file, const std::vector<std::string>& names) : lines_(file) {
+    std::string_view line;
+    if (!lines_.next(line)) return;
+    has_header_ = true;
+    detail::split(line, cells_);
+    for (const std::string& name : names) {
+      const auto found = std::find(cells_.begin(), cells_.end(), name);
+      if (found == cells_.end()) {
+        if (missing_.empty()) missing_ = name;
+      } else {
+        at_.push_back(static_cast<std::size_t>(found - cells_.begin()));
+      }
+    }
+  }
+  bool has_header() const noexcept { return has_header_; }
+  const std::string& missing() const noexcept { return missing_; }
+  bool next() {
+    std::string_view line;
+    if (!lines_.next(line)) return false;
+    detail::split(line, cells_);
+    return true;
+  }
+  /// The cell of the column number `i` of those compared; empty where the row is too short.
+  std::string_view cell(std::size_t i) const { return at_[i] < cells_.size() ? cells_[at_[i]] : std::string_view(); }
+  std::int64_t line_number() const noexcept { return lines_.number(); }
+
+ private:
+  detail::LineFile lines_;
+  std::vector<std::string_view> cells_;
+  std::vector<std::size_t> at_;
+  bool has_header_ = false;
+  std::string missing_;
+};
+
+std::int64_t tick_of(const Sheet& sheet) {
+  std::int64_t tick = -1;
+  detail::take_number(sheet.cell(0), tick);
+  return tick;
+}
+
+struct Compared {
+  std::string difference;  // empty: none
+  std::int64_t rows = 0;
+};
+
+// Compares one file. `last_tick` is the last one that counts of a recording that was cut off.
+Compared compare_file(const fs::path& recorded, const fs::path& again, const char* file, const std::vector<std::string>& names,
+                      bool complete, std::int64_t last_tick) {
+  Sheet a(recorded / file, names);
+  Sheet b(again / file, names);
+  Compared result;
+  const std::string name = file;
+  if (!a.has_header()) {
+    if (complete) result.difference = name + ": is missing or empty in the recording";
+    return result;
+  }
+  if (!b.has_header()) return {name + ": is missing or empty in what was felt again", 0};
+  for (const auto& [sheet, whose] : {std::pair{&a, "the recording"}, std::pair{&b, "what was felt again"}}) {
+    if (!sheet->missing().empty()) return {name + ":1: column " + sheet->missing() + " is missing in " + whose, 0};
+  }
+  const auto next_recorded = [&] { return a.next() && tick_of(a) <= last_tick; };
+  while (next_recorded()) {
+    const std::string place = name + ":" + std::to_string(a.line_number()) + ": ";
+    if (!b.next()) return {place + "the recording goes on, what was felt again ends", result.rows};
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (a.cell(i) != b.cell(i)) {
+        result.difference = place + "column " + names[i] + ": " + std::string(a.cell(i)) + " against " + std::string(b.cell(i));
+        return result;
+      }
+    }
+    ++result.rows;
+  }
+  if (complete && b.next()) {
+    result.difference = name + ":" + std::to_string(b.line_number()) + ": the recording ends, what was felt again goes on";
+  }
+  return result;
+}
+
+// The last tick of which ticks.csv has a whole line: other files may have been written further.
+std::int64_t last_tick_of(const fs::path& folder) {
+  Sheet sheet(folder / detail::ticks_table().file, {"tick"});
+  std::int64_t last = -1;
+  if (!sheet.has_header() || !sheet.missing().empty()) return last;
+  while (sheet.next()) last = tick_of(sheet);
+  return last;
+}
+
+}  // namespace
+
+TraceDifference compare_traces(const fs::path& recorded, const fs::path& again) {
+  const TraceReader a(recorded);
+  const TraceReader b(again);
+  const bool complete = a.header().complete;
+  const std::int64_t last_tick = complete ? std::numeric_limits<std::int64_t>::max() : last_tick_of(recorded);
+
+  TraceDifference result;
+  const auto compare = [&](const auto& table) {
+    if (!result.same) return std::int64_t{0};
+    Compared compared = compare_file(recorded, again, table.file, table.names(), complete, last_tick);
+    result.same = compared.difference.empty();
+    result.where = std::move(compared.difference);
+    return compared.rows;
+  };
+  if (a.scene_text() != b.scene_text()) {
+    result.same = false;
+    result.where = "scene.toml: is another scene";
+  }
+  result.ticks = compare(detail::ticks_table());
+  compare(detail::modes_table());
+  compare(detail::events_table());
+  if (a.header().primitives) {
+    compare(detail::balances_table());
+    compare(detail::primitives_table());
+  }
+  return result;
+}
+
+}  // namespace palpa

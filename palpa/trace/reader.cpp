@@ -1,0 +1,67 @@
+#include <fstream>
+#include <iterator>
+
+#include "palpa/trace/columns.h"
+#include "palpa/trace/csv.h"
+#include "palpa/trace/trace.h"
+#include "palpa/trace/trace_toml.h"
+
+namespace palpa {
+
+namespace {
+
+// Where in a line each column's first cell stands, for a header in any order; every column must be there.
+std::vector<std::size_t> find_columns(const detail::Table<TickFrame>& table, const std::vector<std::string_view>& header,
+                                      const std::string& place) {
+  std::vector<std::size_t> cells;
+  for (const std::string& name : table.names()) {
+    const auto found = std::find(header.begin(), header.end(), name);
+    if (found == header.end()) throw LoadError(place + ": column '" + name + "' is missing; a trace has all columns of docs/trace.md");
+    cells.push_back(static_cast<std::size_t>(found - header.begin()));
+  }
+  return cells;
+}
+
+}  // namespace
+
+TraceReader::TraceReader(const std::filesystem::path& folder) : folder_(folder), header_(detail::read_header(folder)) {
+  std::ifstream file(folder / "scene.toml", std::ios::binary);
+  if (!file) throw LoadError((folder / "scene.toml").string() + ": cannot be read; a trace holds the scene that was felt");
+  scene_text_.assign(std::istreambuf_iterator<char>(file), {});
+}
+
+std::vector<TraceTick> TraceReader::ticks() const {
+  const detail::Table<TickFrame>& table = detail::ticks_table();
+  detail::LineFile file(folder_ / table.file);
+  std::vector<TraceTick> ticks;
+  std::string_view line;
+  std::vector<std::string_view> cells;
+  if (!file.next(line)) {
+    if (header_.complete) throw LoadError((folder_ / table.file).string() + ": is missing or empty; a complete trace has it");
+    return ticks;
+  }
+  detail::split(line, cells);
+  const std::size_t width = cells.size();
+  const std::vector<std::size_t> at = find_columns(table, cells, file.place());
+  while (file.next(line)) {
+    detail::split(line, cells);
+    if (cells.size() != width) {
+      throw LoadError(file.place() + ": has " + std::to_string(cells.size()) + " cells; the header has " + std::to_string(width));
+    }
+    TickFrame& frame = ticks.emplace_back().frame;
+    std::size_t first = 0;
+    for (const detail::Column<TickFrame>& column : table.columns) {
+      std::string_view own[3];
+      for (int i = 0; i < column.cells; ++i) own[i] = cells[at[first + static_cast<std::size_t>(i)]];
+      if (!column.read({own, static_cast<std::size_t>(column.cells)}, frame)) {
+        throw LoadError(file.place() + ": column '" + std::string(column.name) + "' cannot be '" + std::string(own[0]) + "'" +
+                        (column.cells == 3 ? ", '" + std::string(own[1]) + "', '" + std::string(own[2]) + "'" : "") +
+                        "; docs/trace.md says what it holds");
+      }
+      first += static_cast<std::size_t>(column.cells);
+    }
+  }
+  return ticks;
+}
+
+}  // namespace palpa

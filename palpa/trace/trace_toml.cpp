@@ -1,0 +1,187 @@
+#include "palpa/trace/trace_toml.h"
+
+#include <toml++/toml.h>
+
+#include <cmath>
+
+#include "palpa/trace/csv.h"
+
+namespace palpa::detail {
+
+namespace {
+
+// Length of the UTF-8 sequence at the front of `text`; 0 where there is no valid one.
+std::size_t utf8_length(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u; };
+  const auto follows = [&](std::size_t i) { return (byte(i) & 0xc0u) == 0x80u; };
+  if (byte(0) < 0x80) return 1;
+  if (byte(0) >= 0xc2 && byte(0) < 0xe0 && follows(1)) return 2;
+  if (byte(0) == 0xe0 && byte(1) < 0xa0) return 0;
+  if (byte(0) == 0xed && byte(1) >= 0xa0) return 0;
+  if ((byte(0) & 0xf0u) == 0xe0u && follows(1) && follows(2)) return 3;
+  if (byte(0) == 0xf0 && byte(1) < 0x90) return 0;
+  if (byte(0) == 0xf4 && byte(1) >= 0x90) return 0;
+  if (byte(0) >= 0xf0 && byte(0) <= 0xf4 && follows(1) && follows(2) && follows(3)) return 4;
+  return 0;
+}
+
+// A TOML basic string. File names may hold bytes that are no UTF-8, which TOML cannot; they become '?'.
+std::string toml_string(std::string_view text) {
+  std::string out = "\"";
+  while (!text.empty()) {
+    const std::size_t length = utf8_length(text);
+    const char c = text.front();
+    if (length == 0) {
+      out += '?';
+    } else if (c == '"' || c == '\\') {
+      out += {'\\', c};
+    } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
+      constexpr char hex[] = "0123456789ABCDEF";
+      out += {'\\', 'u', '0', '0', hex[c >> 4], hex[c & 15]};
+    } else {
+      out += text.substr(0, length);
+    }
+    text.remove_prefix(std::max<std::size_t>(length, 1));
+  }
+  return out + '"';
+}
+
+// A TOML number, with the point or exponent that makes it a float.
+std::string number(double value) {
+  std::string out;
+  put_number(out, value);
+  if (std::isfinite(value) && out.find_first_of(".e") == std::string::npos) out += ".0";
+  return out;
+}
+
+std::string list(const std::vector<std::string>& values) {
+  std::string out = "[";
+  for (std::size_t i = 0; i < values.size(); ++i) out += (i ? ", " : "") + values[i];
+  return out + "]";
+}
+
+std::string quoted_list(const std::vector<std::string>& texts) {
+  std::vector<std::string> values;
+  for (const std::string& text : texts) values.push_back(toml_string(text));
+  return list(values);
+}
+
+std::vector<std::string> texts_of(const toml::node_view<const toml::node>& node) {
+  std::vector<std::string> texts;
+  if (const toml::array* values = node.as_array()) {
+    for (const toml::node& value : *values) texts.push_back(value.value_or(std::string()));
+  }
+  return texts;
+}
+
+// The similarity that a 4×4 matrix of it stands for; rotation and scale come back to rounding.
+Similarity similarity_of(const toml::node_view<const toml::node>& node) {
+  Similarity map;
+  double m[3][4];
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 4; ++j) m[i][j] = node[i][j].value_or(i == j ? 1.0 : 0.0);
+    map.rotation.row[i] = {m[i][0], m[i][1], m[i][2]};
+  }
+  map.translation_m = {m[0][3], m[1][3], m[2][3]};
+  map.scale = std::cbrt(determinant(map.rotation));
+  map.rotation = (1.0 / map.scale) * map.rotation;
+  return map;
+}
+
+}  // namespace
+
+std::string header_to_toml(const TraceHeader& header) {
+  std::vector<std::string> sets;
+  for (const auto& [path, value] : header.sets) sets.push_back(path + "=" + value);
+  std::vector<std::string> seeds;
+  for (const std::uint64_t seed : header.seeds) seeds.push_back(std::to_string(seed));
+
+  std::string out;
+  const auto put = [&](const char* key, const std::string& value) { out += std::string(key) + " = " + value + "\n"; };
+  put("complete", header.complete ? "true" : "false");
+  put("format", std::to_string(header.format));
+  put("palpa_version", toml_string(header.palpa_version));
+  put("arguments", quoted_list(header.arguments));
+  put("sets", quoted_list(sets));
+  put("plugins", quoted_list(header.plugins));
+  put("primitives", header.primitives ? "true" : "false");
+  put("dt_s", number(header.dt_s));
+  put("seeds", list(seeds));
+  const Similarity& map = header.hand_to_world;
+  const Mat3 turn = map.scale * map.rotation;
+  const double shift[] = {map.translation_m.x, map.translation_m.y, map.translation_m.z};
+  out += "hand_to_world = [\n";
+  for (int i = 0; i < 3; ++i) {
+    out += "  " + list({number(turn.row[i].x), number(turn.row[i].y), number(turn.row[i].z), number(shift[i])}) + ",\n";
+  }
+  out += "  [0.0, 0.0, 0.0, 1.0],\n]\n\n[device]\n";
+  put("max_force_n", number(header.device_max_force_n));
+  put("max_stiffness_n_per_m", number(header.device_max_stiffness_n_per_m));
+  put("workspace_radius_m", number(header.device_workspace_radius_m));
+  put("encoder_step_m", number(header.device_encoder_step_m));
+  for (const SourceFile& file : header.data_files) {
+    out += "\n[[data_file]]\n";
+    put("path", toml_string(file.path));
+    put("bytes", std::to_string(file.bytes));
+    put("sha256", toml_string(file.sha256));
+  }
+  return out;
+}
+
+TraceHeader read_header(const std::filesystem::path& folder) {
+  const std::filesystem::path file = folder / "trace.toml";
+  std::error_code unknown;
+  if (!std::filesystem::exists(file, unknown)) {
+    throw LoadError(folder.string() + ": is no trace (it holds no trace.toml); name a folder that `palpa run --out` made");
+  }
+  toml::table parsed;
+  try {
+    parsed = toml::parse_file(file.string());
+  } catch (const toml::parse_error& error) {
+    const toml::source_position at = error.source().begin;
+    throw LoadError(file.string() + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) + ": " +
+                    std::string(error.description()) + "; a trace.toml is written by palpa and not edited");
+  }
+  const toml::node& whole = parsed;
+  const toml::node_view<const toml::node> root{whole};
+  TraceHeader header;
+  header.complete = root["complete"].value_or(false);
+  header.format = root["format"].value_or(0);
+  if (header.format != 1) {
+    throw LoadError(file.string() + ": has format " + std::to_string(header.format) + "; this palpa reads format 1");
+  }
+  header.palpa_version = root["palpa_version"].value_or(std::string());
+  header.arguments = texts_of(root["arguments"]);
+  for (const std::string& set : texts_of(root["sets"])) {
+    const std::size_t equals = set.find('=');
+    if (equals == std::string::npos) throw LoadError(file.string() + ": set '" + set + "' has no '='; a set is PATH=VALUE");
+    header.sets.emplace_back(set.substr(0, equals), set.substr(equals + 1));
+  }
+  header.plugins = texts_of(root["plugins"]);
+  header.primitives = root["primitives"].value_or(false);
+  header.dt_s = root["dt_s"].value_or(0.0);
+  if (!(header.dt_s > 0.0 && header.dt_s <= 1.0)) {
+    throw LoadError(file.string() + ": dt_s is missing or not usable; it lies above 0 and is at most 1");
+  }
+  header.hand_to_world = similarity_of(root["hand_to_world"]);
+  const TraceHeader usual;
+  const auto device = root["device"];
+  header.device_max_force_n = device["max_force_n"].value_or(usual.device_max_force_n);
+  header.device_max_stiffness_n_per_m = device["max_stiffness_n_per_m"].value_or(usual.device_max_stiffness_n_per_m);
+  header.device_workspace_radius_m = device["workspace_radius_m"].value_or(usual.device_workspace_radius_m);
+  header.device_encoder_step_m = device["encoder_step_m"].value_or(usual.device_encoder_step_m);
+  if (const toml::array* seeds = root["seeds"].as_array()) {
+    for (const toml::node& seed : *seeds) header.seeds.push_back(static_cast<std::uint64_t>(seed.value_or(std::int64_t{0})));
+  }
+  if (const toml::array* files = root["data_file"].as_array()) {
+    for (const toml::node& entry : *files) {
+      const toml::node_view<const toml::node> data{entry};
+      header.data_files.push_back({.path = data["path"].value_or(std::string()),
+                                   .bytes = static_cast<std::uint64_t>(data["bytes"].value_or(std::int64_t{0})),
+                                   .sha256 = data["sha256"].value_or(std::string())});
+    }
+  }
+  return header;
+}
+
+}  // namespace palpa::detail

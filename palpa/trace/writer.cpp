@@ -1,0 +1,258 @@
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+#include "palpa/trace/columns.h"
+#include "palpa/trace/csv.h"
+#include "palpa/trace/trace.h"
+#include "palpa/trace/trace_toml.h"
+
+namespace palpa {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t buffer_bytes = std::size_t{1} << 16;
+
+LoadError cannot_write(const fs::path& path, int error) {
+  const bool full = error == ENOSPC || error == EDQUOT || error == EFBIG;
+  return LoadError(path.string() + ": cannot be written (" + std::generic_category().message(error) + "); " +
+                   (full ? "make room, or choose another folder" : "choose a folder that can be written"));
+}
+
+// A file that is written row by row through a buffer. Its destructor closes and says nothing.
+class OutputFile {
+ public:
+  explicit OutputFile(fs::path path) : path_(std::move(path)) {
+    descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (descriptor_ < 0) throw cannot_write(path_, errno);
+    buffer_.reserve(buffer_bytes + 4096);
+  }
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+  ~OutputFile() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+  }
+
+  /// Where rows are appended.
+  std::string& rows() noexcept { return buffer_; }
+  void write_if_long() {
+    if (buffer_.size() >= buffer_bytes) write();
+  }
+  void write() {
+    std::size_t done = 0;
+    while (done < buffer_.size()) {
+      const ssize_t wrote = ::write(descriptor_, buffer_.data() + done, buffer_.size() - done);
+      if (wrote < 0 && errno == EINTR) continue;
+      if (wrote < 0) {
+        const int error = errno;
+        buffer_.clear();
+        throw cannot_write(path_, error);
+      }
+      done += static_cast<std::size_t>(wrote);
+    }
+    buffer_.clear();
+  }
+  void close() {
+    write();
+    const int descriptor = std::exchange(descriptor_, -1);
+    if (::close(descriptor) != 0) throw cannot_write(path_, errno);
+  }
+
+ private:
+  fs::path path_;
+  int descriptor_ = -1;
+  std::string buffer_;
+};
+
+void write_whole(const fs::path& path, const std::string& text) {
+  OutputFile file(path);
+  file.rows() = text;
+  file.close();
+}
+
+// A reader finds the old trace.toml or the new one, never half of it.
+void replace_header(const fs::path& folder, const TraceHeader& header) {
+  const fs::path next = folder / "trace.toml.next";
+  std::error_code ignored;
+  fs::remove(next, ignored);
+  write_whole(next, detail::header_to_toml(header));
+  if (::rename(next.c_str(), (folder / "trace.toml").c_str()) != 0) throw cannot_write(folder / "trace.toml", errno);
+}
+
+void create(const fs::path& folder) {
+  if (::mkdir(folder.c_str(), 0777) == 0) return;
+  const int error = errno;
+  const std::string place = folder.string() + ": ";
+  if (error == EEXIST) throw LoadError(place + "exists already; name a new folder for the trace");
+  if (error == ENOENT) throw LoadError(place + "its parent folder does not exist; make that first");
+  throw cannot_write(folder, error);
+}
+
+}  // namespace
+
+class TraceWriter::Files {
+ public:
+  Files(fs::path where, const TraceHeader& what, std::vector<std::string> modes_by_number)
+      : folder(std::move(where)),
+        header(what),
+        mode_names(std::move(modes_by_number)),
+        ticks(begin(detail::ticks_table())),
+        modes(begin(detail::modes_table())),
+        events(begin(detail::events_table())),
+        timing(begin(detail::timing_table())) {
+    header.complete = false;
+    if (!header.primitives) return;
+    balances = begin(detail::balances_table());
+    primitives = begin(detail::primitives_table());
+  }
+
+  // The file of a table with its header line.
+  template <class Row>
+  std::unique_ptr<OutputFile> begin(const detail::Table<Row>& table) const {
+    auto file = std::make_unique<OutputFile>(folder / table.file);
+    const std::vector<std::string> names = table.names();
+    for (std::size_t i = 0; i < names.size(); ++i) file->rows() += (i ? "," : "") + names[i];
+    file->rows() += '\n';
+    return file;
+  }
+
+  template <class Row>
+  static void add(OutputFile& file, const detail::Table<Row>& table, const Row& row) {
+    table.write(row, file.rows());
+    file.write_if_long();
+  }
+
+  template <class Action>
+  void each(Action action) {
+    for (OutputFile* file : {modes.get(), events.get(), timing.get(), balances.get(), primitives.get(), ticks.get()}) {
+      if (file) action(*file);
+    }
+  }
+
+  std::string_view mode_name(std::int64_t number) const {
+    return number >= 0 && number < static_cast<std::int64_t>(mode_names.size()) ? std::string_view(mode_names[number]) : "session";
+  }
+
+  // Rows after a failure would stand behind a hole: nothing more is written, and `finish` says so.
+  template <class Action>
+  void guarded(Action action) {
+    if (failure) throw LoadError(*failure);
+    try {
+      action();
+    } catch (const LoadError& error) {
+      failure = error.what();
+      throw;
+    }
+  }
+
+  void put_event(std::int64_t tick, double t_s, std::string_view kind, std::string_view subject, std::string_view value) {
+    add(*events, detail::events_table(), {.tick = tick, .t_s = t_s, .kind = kind, .subject = subject, .value = value});
+  }
+
+  fs::path folder;
+  TraceHeader header;
+  std::vector<std::string> mode_names;
+  std::unique_ptr<OutputFile> ticks, modes, events, timing, balances, primitives;
+  GuardState last_guard = GuardState::pass;
+  std::optional<std::string> failure;
+  bool finished = false;
+};
+
+TraceWriter::TraceWriter(const fs::path& folder, const TraceHeader& header, const std::string& scene_text,
+                         std::vector<std::string> mode_names, std::vector<std::string>) {
+  create(folder);
+  try {
+    files_ = std::make_unique<Files>(folder, header, std::move(mode_names));
+    write_whole(folder / "scene.toml", scene_text);
+    flush();
+    // Last, so that a folder with a trace.toml is a trace.
+    replace_header(folder, files_->header);
+  } catch (...) {
+    files_.reset();
+    std::error_code ignored;
+    fs::remove_all(folder, ignored);
+    throw;
+  }
+}
+
+TraceWriter::~TraceWriter() {
+  if (files_->finished || files_->failure) return;
+  try {
+    flush();
+  } catch (const std::exception&) {
+    // The trace says that it is incomplete; whoever wanted to know more called `finish`.
+  }
+}
+
+bool TraceWriter::records_primitives() const noexcept { return files_->header.primitives; }
+
+void TraceWriter::append(const TickFrame& frame, std::span<const ModeTick> modes, std::span<const SubStep> sub_steps,
+                         std::span<const PlacedPrimitive> placed, std::span<const SessionEvent> events) {
+  Files& files = *files_;
+  files.guarded([&] {
+    Files::add(*files.ticks, detail::ticks_table(), frame);
+    Files::add(*files.timing, detail::timing_table(), frame);
+    for (std::size_t i = 0; i < modes.size(); ++i) {
+      Files::add(*files.modes, detail::modes_table(), {frame.tick, files.mode_name(static_cast<std::int64_t>(i)), modes[i]});
+    }
+    if (files.header.primitives) {
+      for (std::size_t i = 0; i < sub_steps.size(); ++i) {
+        const SubStep& step = sub_steps[i];
+        const auto number = static_cast<std::int64_t>(i);
+        Files::add(*files.balances, detail::balances_table(), {frame.tick, number, step});
+        for (const PlacedPrimitive& one : placed.subspan(step.first_primitive, step.primitives)) {
+          const std::optional<double> captured = one.captured.any() ? std::optional(one.captured.value) : std::nullopt;
+          Files::add(*files.primitives, detail::primitives_table(),
+                     {frame.tick, number, files.mode_name(one.primitive.id.mode), one, captured});
+        }
+      }
+    }
+    for (const SessionEvent& event : events) {
+      std::string value;
+      if (event.text) {
+        value = event.text;
+      } else {
+        detail::put_number(value, event.value);
+      }
+      files.put_event(frame.tick, frame.t_s, name_of(event.kind), files.mode_name(event.mode), value);
+    }
+    if (frame.guard != files.last_guard) {
+      const bool fault = frame.guard == GuardState::fault;
+      files.put_event(frame.tick, frame.t_s, fault ? "fault" : "guard", fault ? "guard" : name_of(frame.guard),
+                      fault                                   ? "the force is not finite"
+                      : frame.guard == GuardState::limited    ? "the force is above the limit"
+                                                              : "");
+      files.last_guard = frame.guard;
+    }
+  });
+}
+
+void TraceWriter::append_event(std::int64_t tick, double t_s, const std::string& kind, const std::string& subject,
+                               const std::string& value) {
+  files_->guarded([&] { files_->put_event(tick, t_s, kind, subject, value); });
+}
+
+void TraceWriter::flush() {
+  files_->guarded([&] { files_->each([](OutputFile& file) { file.write(); }); });
+}
+
+void TraceWriter::finish() {
+  Files& files = *files_;
+  if (files.finished) return;
+  files.guarded([&] {
+    files.each([](OutputFile& file) { file.close(); });
+    files.header.complete = true;
+    replace_header(files.folder, files.header);
+  });
+  files.finished = true;
+}
+
+}  // namespace palpa
