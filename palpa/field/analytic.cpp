@@ -1,9 +1,11 @@
 #include "palpa/field/analytic.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 namespace palpa {
