@@ -209,7 +209,7 @@ Balance Solver::solve(const PrimitiveSet& set, const Vec3& start_m, const Vec3& 
       // Rounding alone can keep the bound above what is wanted; then it stops falling.
       const bool at_floor = bound_m <= exact_bound_m && bound_m > 0.5 * best.error_bound_m;
       done = bound_m <= wanted_bound_m || at_floor || only_directed;
-      best_is_last = bound_m < best.error_bound_m || best.iterations == 1;
+      best_is_last = bound_m < best.error_bound_m;
       if (best_is_last) {
         best.position_m = x_m;
         best.error_bound_m = bound_m;

@@ -22,6 +22,7 @@ constexpr double largest_probe_m = 1e3;         // further away is no hand
 constexpr double largest_time_step_s = 1.0;
 constexpr int max_friction_passes = 3;
 constexpr double trial_share = 1e-3;            // of a sample spacing: below, directions have not changed
+constexpr double arrived_m = 1e-6;              // an event this close to the balance, or trial_share, is no stop
 constexpr double least_time_share = 1e-6;       // of a sub-step's time: a drag is never posed with none
 
 bool usable(const Vec3& position_m) noexcept { return is_finite(position_m) && largest_component(position_m) <= largest_probe_m; }
@@ -228,6 +229,7 @@ class Session::State {
   // A sub-step that was stopped on its way is taken up again at the same probe.
   bool unfinished = false;
   Waypoint unfinished_step;
+  double whole_time_s = 0.0;         // of that sub-step, before it was stopped
 };
 
 void Session::State::reset() noexcept {
@@ -332,11 +334,12 @@ void Session::State::walk(Tick& result) noexcept {
         --queued;
       }
       walked = unfinished_step.position_m;
+      whole_time_s = unfinished_step.time_s;
     }
     double move_fraction = 1.0;
     const Stop stop = sub_step(unfinished_step.position_m, unfinished_step.time_s, probe_step_m, move_fraction);
     unfinished = stop != Stop::full;
-    unfinished_step.time_s *= std::max(least_time_share, 1.0 - move_fraction);
+    unfinished_step.time_s = std::max(least_time_share * whole_time_s, (1.0 - move_fraction) * unfinished_step.time_s);
   }
 }
 
@@ -377,7 +380,10 @@ Stop Session::State::sub_step(const Vec3& probe_m, double time_s, double probe_s
     }
     const Vec3 end = move_fraction < 1.0 ? start + move_fraction * (to.position_m - start) : to.position_m;
     const Watches::Met met = watches.first_crossing(*samples, start, end, crossings);
-    if (met.stopped) {
+    const double left_m = (1.0 - met.share) * distance(end, start);
+    // Where the balance is all but reached, what sets in is placed in the next sub-step anyway; to stop
+    // would only divide the rest of the time without end.
+    if (met.stopped && left_m > std::min(arrived_m, trial_share * finest_m)) {
       move_fraction *= met.share;
       stop = Stop::event;
     }
@@ -436,8 +442,9 @@ Balance Session::State::balance(const Vec3& probe_m, double time_s) noexcept {
       const Friction& friction = primitives.friction_of(i);
       if (!friction.any()) continue;
       const double strength_n = friction.coefficient * norm(law->forces_n()[static_cast<std::size_t>(friction.plane)]);
-      changed = changed || std::abs(strength_n - primitives[i].strength_n) > 1e-12 * strength_n;
+      if (std::abs(strength_n - primitives[i].strength_n) <= 1e-12 * strength_n) continue;
       primitives.set_strength(i, strength_n);
+      changed = true;
     }
     if (!changed) break;
     const int iterations = found.iterations;
