@@ -44,13 +44,14 @@ as_root() { if [ "$(id -u)" = 0 ]; then "$@"; else sudo "$@"; fi; }
 
 record_added_packages() {
   trap - EXIT
-  { installed_packages | LC_ALL=C comm -13 <(printf '%s\n' "$1") -; cat "$added_list" 2>/dev/null; } | LC_ALL=C sort -u >"$added_list.new"
+  { installed_packages | LC_ALL=C comm -13 <(printf '%s\n' "$1") -; cat "$added_list" 2>/dev/null; } |
+    LC_ALL=C sort -u >"$added_list.new"
   mv "$added_list.new" "$added_list"
 }
 
 # Makes sure that the packages of the groups named are there; says what that takes and asks first.
 install_packages() {
-  local wanted missing plan sizes count before updated=false log=$root/build/apt.log
+  local wanted missing plan count download disk before updated=false log=$root/build/apt.log
   mapfile -t wanted < <(packages_of "$@")
   if ! command -v apt-get >/dev/null || ! command -v dpkg-query >/dev/null; then
     fail "no apt here: this script installs packages on Debian 12 and its kin only. Elsewhere, install what these
@@ -76,9 +77,10 @@ install_packages() {
 $(printf '%s\n' "$plan" | grep '^E:')"
   fi
   count=$(printf '%s\n' "$plan" | sed -n 's/.* \([0-9]*\) newly installed.*/\1/p')
-  sizes=$(printf '%s\n' "$plan" | sed -n 's/^Need to get \(.*\) of archives\.$/\1 to download/p; s/^After this operation, \(.*\) of additional disk space will be used\.$/\1 on disk/p' | paste -sd, | sed 's/,\([0-9]* *[a-zA-Z]* on disk\)/, \1/')
+  download=$(printf '%s\n' "$plan" | sed -n 's/^Need to get \(.*\) of archives\.$/\1/p')
+  disk=$(printf '%s\n' "$plan" | sed -n 's/^After this operation, \(.*\) of additional disk space will be used\.$/\1/p')
   say "Palpa needs these Debian packages: ${missing[*]}"
-  say "With what they need themselves that makes ${count:-some} packages: ${sizes:-of a size that apt does not say}."
+  say "With what they need themselves that makes $count packages: $download to download, $disk on disk."
   ask "Install them?"
 
   mkdir -p "$root/build"

@@ -61,13 +61,15 @@ Arrows arrows_of(std::string_view design_page) {
 
 std::vector<std::string> wrong_includes(const Arrows& arrows, std::string_view path, std::string_view text) {
   static const std::regex include(R"re(^[ \t]*#[ \t]*include[ \t]*([<"])([^>"]+)[>"])re", std::regex::multiline);
-  static const std::regex vendor("^(vtk|itk|gdcm|dicom|Q[A-Z])", std::regex::icase);
+  static const std::regex vendor("^(vtk|itk|gdcm|Q[A-Z])");
+  static const std::regex posix("^(sys/[a-z]+|unistd|fcntl|signal|spawn|poll)[.]h$");
   const std::string layer = layer_of(path);
   const bool library = path.starts_with("palpa/");
   std::vector<std::string> wrong;
   const auto complain = [&](const std::string& what) { wrong.push_back(std::string(path) + " includes " + what); };
 
-  if (library && !layer.empty() && !arrows.contains(layer)) wrong.push_back(std::string(path) + ": the design page has no layer " + layer);
+  if (library && !layer.empty() && !arrows.contains(layer))
+    wrong.push_back(std::string(path) + ": the design page has no layer " + layer);
   const std::string source(text);
   for (std::sregex_iterator it(source.begin(), source.end(), include), end; it != end; ++it) {
     const bool quoted = (*it)[1] == "\"";
@@ -85,8 +87,10 @@ std::vector<std::string> wrong_includes(const Arrows& arrows, std::string_view p
       complain('"' + name + "\"; within the library headers are named from palpa/ on");
     } else if (std::regex_search(name, vendor)) {
       if (layer != "reader") complain('<' + name + ">; VTK, ITK and their kin are known to the reader alone");
-    } else if (library && (is_header(path) || layer == "core") && name.find_first_of("./") != name.npos) {
-      complain('<' + name + (layer == "core" ? ">; core needs the standard library alone" : ">; a public header needs the standard library alone"));
+    } else if (layer == "core" && name.find_first_of("./") != name.npos) {
+      complain('<' + name + ">; core needs the standard library alone");
+    } else if (library && is_header(path) && name.find_first_of("./") != name.npos && !std::regex_search(name, posix)) {
+      complain('<' + name + ">; a public header needs the standard library and POSIX alone");
     }
   }
   return wrong;

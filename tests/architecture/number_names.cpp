@@ -16,7 +16,7 @@ struct Token {
 /// A header as tokens, and its comments by line. Preprocessor lines, texts and characters are left out.
 struct Lexed {
   std::vector<Token> tokens;
-  std::map<int, std::string> comments;   ///< by line
+  std::map<int, std::string> comments;  ///< by line
   std::set<int> lines_with_code;
 };
 
@@ -39,7 +39,10 @@ Lexed lex(std::string_view s) {
       i = end;
     } else if (s.substr(i, 2) == "/*") {
       for (const auto end = std::min(s.find("*/", i), s.size() - 2) + 2; i < end; ++i) {
-        if (s[i] == '\n') ++line; else out.comments[line] += s[i];
+        if (s[i] == '\n')
+          ++line;
+        else
+          out.comments[line] += s[i];
       }
     } else if (c == '#') {
       while (i < s.size() && s[i] != '\n') {
@@ -53,7 +56,9 @@ Lexed lex(std::string_view s) {
     } else if (std::isalnum(static_cast<unsigned char>(c)) || c == '_') {
       const bool number = std::isdigit(static_cast<unsigned char>(c));
       std::size_t end = i;
-      while (end < s.size() && (std::isalnum(static_cast<unsigned char>(s[end])) || s[end] == '_' || (number && (s[end] == '.' || s[end] == '\'')))) ++end;
+      while (end < s.size() && (std::isalnum(static_cast<unsigned char>(s[end])) || s[end] == '_' ||
+                                (number && (s[end] == '.' || s[end] == '\''))))
+        ++end;
       code(std::string(s.substr(i, end - i)));
       i = end;
     } else if (s.substr(i, 2) == "::") {
@@ -101,8 +106,8 @@ class Checker {
 
  private:
   struct Scope {
-    bool open;          ///< numbers in it are public
-    bool initialiser;   ///< part of a statement that goes on behind it
+    bool open;         ///< numbers in it are public
+    bool initialiser;  ///< part of a statement that goes on behind it
   };
 
   static bool is_access(const std::string& t) { return t == "public" || t == "private" || t == "protected"; }
@@ -229,7 +234,7 @@ class Checker {
   Lexed lexed_;
   std::vector<Scope> scopes_;
   std::vector<Token> statement_;
-  std::vector<std::vector<Token>> held_;   ///< statements around an initialiser in braces
+  std::vector<std::vector<Token>> held_;  ///< statements around an initialiser in braces
   std::vector<UnitlessNumber> found_;
 };
 
@@ -237,8 +242,8 @@ class Checker {
 
 bool ends_with_unit(const std::string& name) {
   static const std::string base = "(m|mm|um|m2|m3|s|ms|us|n|j|hz|kg|deg|rad)";
-  static const std::regex unit("(.*_(" + base + "|(" + base + "|ns|ticks)_per_" + base + "|per_" + base + "|bytes)|per_" + base +
-                               "|newtons|metres|seconds|bytes)(_(min|max|mean|p50|p99|sum))?");
+  static const std::regex unit("(.*_(" + base + "|(" + base + "|ns|ticks)_per_" + base + "|per_" + base + "|bytes)|per_" +
+                               base + "|newtons|metres|seconds|bytes)(_(min|max|mean|p50|p99|sum))?");
   return std::regex_match(name, unit);
 }
 
