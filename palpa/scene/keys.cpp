@@ -151,7 +151,7 @@ const Keys& scene_keys() {
       {"law", KeyKind::table, "[law]", "", "the rule that finds the balance"},
       {"workspace", KeyKind::table, "[workspace]", "", "how the hand's reach lies in the world"},
       {"volume", KeyKind::table, "[volume.NAME]", "", "the data, one table for each volume; NAME is a plain word"},
-      {"mode", KeyKind::tables, "[[mode]]", "required", "what is felt, one table for each mode; at least one"},
+      {"mode", KeyKind::tables, "[[mode]]", "", "what is felt, one table for each mode; at least one"},
       {"view", KeyKind::table, "[[view.layer]]", "", "how it is drawn; ignored where nothing is drawn"},
   };
   return keys;

@@ -237,10 +237,10 @@ class Section {
         }
       }
       if (key.kind == KeyKind::numbers && !numbers_in(node, key.count)) {
-        fail(place_of(node), the() + " is another list; it must be " + expected(key) + ", all finite");
+        fail(place_of(node), the() + " is a list of another kind; it must be " + expected(key) + ", all finite");
       }
       if (key.kind == KeyKind::text_or_position && !numbers_in(node, 3)) {
-        fail(place_of(node), the() + " is another list; it must be " + expected(key) + ", all finite");
+        fail(place_of(node), the() + " is a list of another kind; it must be " + expected(key) + ", all finite");
       }
     }
   }

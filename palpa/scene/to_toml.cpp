@@ -28,19 +28,20 @@ std::string function(const FieldRef& of, const TransferFunction& curve) {
   return "{of = " + toml_string(of.name) + ", points = [" + points + "], outside = " + toml_number(curve.outside()) + "}";
 }
 
-/// Axis and angle [degrees] of a rotation.
+/// Axis and angle [degrees] of a rotation R = c + (1 − c) a aᵀ + s [a]×.
 std::string axis_angle(const Mat3& r) {
   const Vec3 twice_sine{r.row[2].y - r.row[1].z, r.row[0].z - r.row[2].x, r.row[1].x - r.row[0].y};
-  const double twice_cosine = r.row[0].x + r.row[1].y + r.row[2].z - 1.0;
-  const double degrees = std::atan2(norm(twice_sine), twice_cosine) * 180.0 / std::numbers::pi;
+  const double cosine = 0.5 * (r.row[0].x + r.row[1].y + r.row[2].z - 1.0);
+  const double degrees = std::atan2(0.5 * norm(twice_sine), cosine) * 180.0 / std::numbers::pi;
   Vec3 axis = normalized(twice_sine);
-  if (norm(twice_sine) < 1e-6 && twice_cosine < 0.0) {
-    // Near half a turn the sine says nothing; (R + 1)/2 is then axis·axisᵀ, whose longest row is along the axis.
+  if (cosine < 0.0) {
+    // Towards half a turn the sine vanishes; the longest row of (R + Rᵀ)/2 − c = (1 − c) a aᵀ lies along the axis.
+    Vec3 longest;
     for (int i = 0; i < 3; ++i) {
-      const Vec3 row = 0.5 * (r.row[i] + Mat3::identity().row[i]);
-      if (i == 0 || norm(row) > norm(axis)) axis = row;
+      const Vec3 row = 0.5 * (r.row[i] + transposed(r).row[i]) - cosine * Mat3::identity().row[i];
+      if (norm(row) > norm(longest)) longest = row;
     }
-    axis = normalized(axis);
+    axis = dot(longest, twice_sine) < 0.0 ? normalized(-longest) : normalized(longest);
   }
   if (axis == Vec3{}) axis = {0, 0, 1};
   return list({axis.x, axis.y, axis.z, degrees});

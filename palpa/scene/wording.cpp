@@ -58,7 +58,10 @@ std::size_t sequence(std::string_view text) noexcept {
 
 std::string toml_number(double value) {
   std::array<char, 40> buffer;
-  const auto result = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value);
+  char* const end = buffer.data() + buffer.size();
+  const bool short_whole = value == std::trunc(value) && std::abs(value) < 1e15;  // 100000, not 1e+05
+  const auto result = short_whole ? std::to_chars(buffer.data(), end, value, std::chars_format::fixed)
+                                  : std::to_chars(buffer.data(), end, value);
   std::string text(buffer.data(), result.ptr);
   // A long run of digits would be read as an integer, which has 64 bits and no negative zero.
   const bool whole = text.find_first_of(".en") == std::string::npos;
