@@ -29,13 +29,15 @@ GuardedSession::GuardedSession(Session& session, double device_max_force_n) noex
 
 TickFrame GuardedSession::tick(std::int64_t number, double t_s, double dt_s, const Probe& probe) noexcept {
   TickFrame frame{.tick = number, .t_s = t_s, .dt_s = dt_s, .result = session_.tick(probe, dt_s), .buttons = probe.buttons};
-  const bool usable = probe.valid && is_finite(probe.position_m);
+  // A recording holds what the device showed, usable or not: so it can be felt again.
+  frame.result.probe_m = probe.position_m;
+  if (probe.velocity_m_per_s) frame.result.probe_velocity_m_per_s = *probe.velocity_m_per_s;
+  const bool usable = probe.valid && frame.result.status != TickStatus::bad_input;
   const Guard::Passed passed = guard_.pass(frame.result.force_n);
   frame.guard = passed.state;
   if (usable) frame.command_n = passed.command_n;
   if (usable && last_probe_usable_) {
-    const double work_j = dot(held_command_n_, probe.position_m - last_probe_m_);
-    frame.result.energy.work_on_hand_j = std::isfinite(work_j) ? work_j : 0.0;
+    frame.result.energy.work_on_hand_j = dot(held_command_n_, probe.position_m - last_probe_m_);
   }
   held_command_n_ = frame.command_n;
   last_probe_m_ = probe.position_m;

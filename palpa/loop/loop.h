@@ -50,8 +50,10 @@ class GuardedSession {
   /// \param device_max_force_n  [N] the device's limit; the scene's holds as well
   GuardedSession(Session& session, double device_max_force_n) noexcept;
 
-  /// A tick and what becomes of it; `command_n` is what is to be sent to the device. Where the probe
-  /// cannot be used, nothing is. `late_us`, `tick_us` and `device_us` stay 0.
+  /// A tick and what becomes of it; `command_n` is what is to be sent to the device: zero where the
+  /// probe cannot be used. The frame's probe is what was given, finite or not, so that the frame's own
+  /// probe, velocity, validity, buttons and time step give the same frame again. `late_us`, `tick_us`
+  /// and `device_us` stay 0.
   TickFrame tick(std::int64_t number, double t_s, double dt_s, const Probe& probe) noexcept;
 
  private:
