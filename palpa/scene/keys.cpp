@@ -223,7 +223,7 @@ const Keys& volume_keys() {
        "the file's; else mm for NRRD, MetaImage and NIfTI, m for others",
        "unit of length of a file that says none",
        {},
-       {"m", "cm", "mm", "um", "nm"}},
+       {"m", "cm", "mm", "um", "nm", "km", "angstrom"}},
       {"fields", KeyKind::table, "{NAME = {array = text, unit = text}}", "all, under the file's names",
        "which arrays of the file are fields, and what they are called"},
       {"pose", KeyKind::table, "{translate_m, rotate_axis_deg, scale}", "where the file puts it",

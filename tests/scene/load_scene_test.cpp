@@ -569,6 +569,41 @@ TEST(LoadScene, FromAFile) {
               StartsWith((folder.path / "wrong.toml").string() + ":1:9: scene format 3"));
 }
 
+// ---- Scenes that people see
+
+std::string text_of(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// Loads with an empty file in place of each that the scene names.
+void expect_loads(const std::string& text, const std::string& what) {
+  const Folder data;
+  const std::string key = "\nfile = \"";
+  for (std::size_t at = text.find(key); at != std::string::npos; at = text.find(key, at + 1)) {
+    const std::size_t begin = at + key.size();
+    data.file(text.substr(begin, text.find('"', begin) - begin));
+  }
+  EXPECT_EQ(error_of(text, {}, data.path), "no error") << what;
+}
+
+TEST(Scenes, OfTheRepositoryLoad) {
+  int scenes = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(std::filesystem::path(PALPA_SOURCE_FOLDER) / "scenes")) {
+    if (entry.path().extension() != ".toml") continue;
+    expect_loads(text_of(entry.path()), entry.path().string());
+    ++scenes;
+  }
+  EXPECT_GT(scenes, 0);
+}
+
+TEST(Scenes, OfTheDocumentationLoad) {
+  const std::string page = text_of(std::filesystem::path(PALPA_SOURCE_FOLDER) / "docs" / "scene.md");
+  const std::size_t start = page.find("```toml\n") + 8;
+  ASSERT_LT(start, page.size());
+  expect_loads(page.substr(start, page.find("```", start) - start), "docs/scene.md");
+}
+
 // ---- --set
 
 SceneOptions set(const std::string& path, const std::string& value) {
