@@ -1,3 +1,4 @@
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 
@@ -53,10 +54,14 @@ int run_demo(const DemoArguments& arguments, const std::atomic<bool>& stop) {
     std::fputs(to_json(result.summary).c_str(), stdout);
     return 0;
   }
-  std::string next = "palpa run " + options.scene.string() + " --hand " + options.hand;
+  const std::string palpa = program_invocation_name;  // as the user would have to type it
+  std::string next = palpa + " run " + options.scene.string() + " --hand " + options.hand;
   if (options.hold) next += " --hand-hold firm --data " + arguments.data.string();
-  std::printf("%s, felt by %s\n\n%s\nTry next:\n  %s --out first-trace --primitives\n  palpa replay first-trace\n  palpa modes surface_and_friction\n",
-              options.scene.filename().c_str(), options.hand.c_str(), to_table(result.summary).c_str(), next.c_str());
+  std::printf(
+      "%s, felt by %s\n\n%s\nTry next:\n  %s --out first-trace --primitives\n  %s replay first-trace\n  %s modes "
+      "surface_and_friction\n",
+      options.scene.filename().c_str(), options.hand.c_str(), to_table(result.summary).c_str(), next.c_str(), palpa.c_str(),
+      palpa.c_str());
   return 0;
 }
 
