@@ -23,6 +23,8 @@ constexpr double largest_time_step_s = 1.0;
 constexpr int max_friction_passes = 3;
 constexpr double trial_share = 1e-3;            // of a sample spacing: below, directions have not changed
 constexpr double arrived_m = 1e-6;              // an event this close to the balance, or trial_share, is no stop
+constexpr int max_halvings = 6;                 // of a move that would raise the spring's energy
+constexpr double rest_share = 0.02;             // of a sample spacing: a move shortened below this is rest
 constexpr double least_time_share = 1e-6;       // of a sub-step's time: a drag is never posed with none
 
 bool usable(const Vec3& position_m) noexcept { return is_finite(position_m) && largest_component(position_m) <= largest_probe_m; }
@@ -190,6 +192,7 @@ class Session::State {
  private:
   void walk(Tick& result) noexcept;
   Stop sub_step(const Vec3& probe_m, double time_s, double probe_step_m, double& move_fraction) noexcept;
+  double descending_share(const Balance& to, const Vec3& start, const Vec3& probe_m, double share) noexcept;
   void place(const Vec3& start_m, const Vec3& at_m, const Vec3& probe_m, double time_s) noexcept;
   Balance balance(const Vec3& probe_m, double time_s) noexcept;
   void settle(const Balance& at, const Vec3& probe_m, double time_s) noexcept;
@@ -336,9 +339,10 @@ void Session::State::walk(Tick& result) noexcept {
       walked = unfinished_step.position_m;
       whole_time_s = unfinished_step.time_s;
     }
+    const Vec3 before = proxy;
     double move_fraction = 1.0;
     const Stop stop = sub_step(unfinished_step.position_m, unfinished_step.time_s, probe_step_m, move_fraction);
-    unfinished = stop != Stop::full;
+    unfinished = stop == Stop::energy ? distance(proxy, before) > rest_share * finest_m : stop != Stop::full;
     unfinished_step.time_s = std::max(least_time_share * whole_time_s, (1.0 - move_fraction) * unfinished_step.time_s);
   }
 }
@@ -370,6 +374,9 @@ Stop Session::State::sub_step(const Vec3& probe_m, double time_s, double probe_s
   Stop stop = move_fraction < 1.0 ? Stop::release : Stop::full;
   crossings.clear();
   if (in_steps) {
+    const double wanted = move_fraction;
+    move_fraction = descending_share(to, start, probe_m, wanted);
+    if (move_fraction < wanted) stop = Stop::energy;
     watches.attend_all();
     for (std::size_t i = 0; i < primitives.size(); ++i) {
       const Captured& level = primitives.captured(i);
@@ -402,6 +409,39 @@ Stop Session::State::sub_step(const Vec3& probe_m, double time_s, double probe_s
   record(step);
   settle(to, probe_m, time_s);
   return stop;
+}
+
+// The share of the move after which the spring has less energy than before, both points put back on the
+// level that holds the proxy. In a crease of a surface each side's plane leads into the other side; a
+// full move would swing from one to the other for ever, a descending one comes to rest at the bottom.
+double Session::State::descending_share(const Balance& to, const Vec3& start, const Vec3& probe_m, double share) noexcept {
+  const Captured* level = nullptr;
+  Vec3 directed_n;
+  for (std::size_t i = 0; i < primitives.size(); ++i) {
+    const Primitive& p = primitives[i];
+    if (p.kind == PrimitiveKind::directed) directed_n += p.strength_n * p.direction;
+    if (!level && primitives.captured(i).any() && p.strength_n > 0.0 && state_at(p, to) == PrimitiveState::stick) {
+      level = &primitives.captured(i);
+    }
+  }
+  const Vec3 move = to.position_m - start;
+  if (!level || share * norm(move) <= trial_share * finest_m) return share;
+  const double k = scene.coupling.stiffness_n_per_m;
+  const auto energy_j = [&](const Vec3& x) {
+    samples->move_to(x);
+    const ScalarSample& sample = samples->scalar(level->field);
+    const double steepness = norm(sample.gradient);
+    Vec3 on_level = x;
+    if (sample.inside && steepness > 0.0) {
+      on_level += std::clamp((level->value - sample.value) / steepness, -finest_m, finest_m) * normalized(sample.gradient);
+    }
+    return 0.5 * k * norm_squared(on_level - probe_m) - dot(directed_n, on_level - start);
+  };
+  const double before_j = energy_j(start);
+  for (int halving = 0; halving < max_halvings; ++halving, share *= 0.5) {
+    if (energy_j(start + share * move) <= before_j) return share;
+  }
+  return 0.0;
 }
 
 Here Session::State::here_at(std::size_t mode, const Vec3& start_m, const Vec3& probe_m, double time_s) noexcept {
