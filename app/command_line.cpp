@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
 
 #include "app/commands.h"
 #include "app/info.h"
@@ -21,6 +22,23 @@ std::pair<std::string, std::string> split_set(const std::string& text) {
   return {text.substr(0, at), text.substr(at + 1)};
 }
 
+/// `X,Y,Z` as a position [m].
+Vec3 position_of(const std::string& text) {
+  Vec3 position_m;
+  const char* next = text.data();
+  const char* const end = next + text.size();
+  for (double* number : {&position_m.x, &position_m.y, &position_m.z}) {
+    const auto read = std::from_chars(next, end, *number);
+    const bool last = number == &position_m.z;
+    if (read.ec != std::errc{} || (last ? read.ptr != end : read.ptr == end || *read.ptr != ',')) {
+      throw LoadError("--at-m " + text + ": is no position; write X,Y,Z in metres of the world, as in 0.01,-0.05,0");
+    }
+    next = read.ptr + 1;
+  }
+  if (!is_finite(position_m)) throw LoadError("--at-m " + text + ": is not finite; write three numbers");
+  return position_m;
+}
+
 /// An option that may be given several times, with one value each.
 template <class T>
 CLI::Option* add_repeated(CLI::App* command, const std::string& name, std::vector<T>& values, const std::string& sentence) {
@@ -35,19 +53,19 @@ void add_reader(CLI::App* command, ReadOptions& read) {
 std::string complaint(const CLI::ParseError& error, const CLI::App& app) {
   const CLI::App* command = &app;
   for (const CLI::App* used : app.get_subcommands()) command = used;
-  const std::string name = command == &app ? "palpa" : "palpa " + command->get_name();
-  const std::string help = "see '" + name + " --help'";
+  const std::string name = command == &app ? "command line" : command->get_name();
+  const std::string help = command == &app ? "see 'palpa --help'" : "see 'palpa " + name + " --help'";
 
   const std::vector<std::string> rest = command->remaining();
   if (dynamic_cast<const CLI::ExtrasError*>(&error) && !rest.empty()) {
     const auto option = std::find_if(rest.begin(), rest.end(), [](const std::string& word) { return word.rfind('-', 0) == 0; });
-    if (option == rest.end()) return name + ": " + detail::quoted(rest.front()) + " is one argument too many; " + help;
+    if (option == rest.end()) return name + ": " + detail::in_quotes(rest.front()) + " is one argument too many; " + help;
     std::vector<std::string> known;
     for (const CLI::Option* there : command->get_options()) {
       for (const std::string& long_name : there->get_lnames()) known.push_back("--" + long_name);
     }
     const std::string given = option->substr(0, option->find('='));
-    return name + ": unknown option " + detail::quoted(given) + "; " + detail::suggestion(given, known);
+    return name + ": unknown option " + detail::in_quotes(given) + "; " + detail::suggestion(given, known);
   }
   return name + ": " + error.what() + "; " + help;
 }
@@ -100,7 +118,12 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
 
   InfoArguments info;
   CLI::App* info_command = app.add_subcommand("info", "Say what is in data files");
-  add_info_options(*info_command, info);
+  std::vector<std::string> at_m;
+  info_command->add_option("FILE", info.files, "files or folders, each a volume of its own")->required()->type_name("");
+  add_repeated(info_command, "--at-m", at_m, "say the values at this position of the world")->type_name("X,Y,Z");
+  info_command->add_flag("--json", info.json, "print as JSON");
+  add_reader(info_command, info.read);
+  info_command->footer("Example:\n  palpa info head.nrrd --at-m 0,-0.05,0.02");
 
   ReplayArguments replayed;
   CLI::App* replay_command = app.add_subcommand("replay", "Feel a trace again and compare");
@@ -120,7 +143,7 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   std::vector<std::string> commands;
   for (const CLI::App* command : app.get_subcommands({})) commands.push_back(command->get_name());
   if (argc > 1 && argv[1][0] != '-' && std::find(commands.begin(), commands.end(), argv[1]) == commands.end()) {
-    print_error("palpa: unknown command " + detail::quoted(argv[1]) + "; " + detail::suggestion(argv[1], commands));
+    print_error("command line: unknown command " + detail::in_quotes(argv[1]) + "; " + detail::suggestion(argv[1], commands));
     return 2;
   }
   try {
@@ -139,7 +162,10 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
     if (!center.empty()) options.recording.center = center == "on";
     return run_scene(std::move(run), stop);
   }
-  if (*info_command) return run_info(info);
+  if (*info_command) {
+    for (const std::string& position : at_m) info.at_m.push_back(position_of(position));
+    return run_info(info);
+  }
   if (*replay_command) return run_replay(replayed, stop);
   if (*modes_command) return run_modes(modes);
   return run_demo(demo, stop);

@@ -98,7 +98,7 @@ int run_modes(const ModesArguments& arguments) {
   if (!mode) {
     std::vector<std::string> types;
     for (const Mode& known : catalog.modes()) types.emplace_back(known.type());
-    throw LoadError("modes: unknown type " + detail::quoted(arguments.type) + "; " + detail::suggestion(arguments.type, types));
+    throw LoadError("modes: unknown type " + detail::in_quotes(arguments.type) + "; " + detail::suggestion(arguments.type, types));
   }
   std::fputs((arguments.json ? to_json(*mode).dump(2) + "\n" : mode_reference_text(*mode)).c_str(), stdout);
   return 0;

@@ -43,7 +43,7 @@ int main() {
   double drag_n = 0.0;
   for (int i = 0; i < 200; ++i) drag_n = std::max(drag_n, -dot(move(1e-5 * sideways).force_n - pressed.force_n, sideways));
   std::printf("pressed with %.2f N and moved sideways: a drag of %.3f N\n", norm(pressed.force_n), drag_n);
-  const bool rubbed = drag_n > 0.05 && !skin_gave;
+  const bool rubbed = drag_n > 0.05 && drag_n < 0.12 && !skin_gave;  // the skin is curved: not 0.1 N to the last digit
 
   double stopped_n = 0.0;
   while (stopped_n < 2.0 && !bone_gave && dot(hand_m, inwards) < 0.1) {

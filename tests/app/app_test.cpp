@@ -1,0 +1,168 @@
+// What the program does when all is well.
+#include <gmock/gmock.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "palpa/trace/trace.h"
+#include "program.h"
+
+namespace palpa {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+class Program : public ProgramTest {
+ protected:
+  /// Waits until a recording has ticks on disk.
+  void wait_for_ticks(const fs::path& trace) const {
+    for (int i = 0; i < 2000; ++i) {
+      const std::string ticks = read(trace / "ticks.csv");
+      if (std::count(ticks.begin(), ticks.end(), '\n') > 200) return;
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    FAIL() << "no ticks after 20 s";
+  }
+};
+
+TEST_F(Program, SaysItsVersionAndHelpsWithAnExamplePerCommand) {
+  EXPECT_THAT(palpa({"--version"}).out, testing::MatchesRegex("palpa [0-9]+\\.[0-9]+\\.[0-9]+\n"));
+  const Ended help = palpa({"--help"});
+  EXPECT_EQ(help.code, 0);
+  for (const char* command : {"demo", "run", "info", "replay", "modes"}) {
+    EXPECT_THAT(help.out, HasSubstr(command));
+    const Ended of_command = palpa({command, "--help"});
+    EXPECT_EQ(of_command.code, 0);
+    EXPECT_THAT(of_command.out, HasSubstr(std::string("\n  palpa ") + command)) << "an example";
+    EXPECT_THAT(of_command.err, IsEmpty());
+  }
+}
+
+TEST_F(Program, DemoFeelsTheEmbeddedHead) {
+  const Ended demo = palpa({"demo"});
+  EXPECT_EQ(demo.code, 0) << demo.err;
+  EXPECT_THAT(demo.err, IsEmpty());
+  EXPECT_THAT(demo.out, testing::AllOf(HasSubstr("surface_and_friction"), HasSubstr("Try next:"), HasSubstr("palpa replay")));
+
+  const json summary = json::parse(palpa({"demo", "head", "--json"}).out);
+  EXPECT_EQ(summary["ticks"], 10000);
+  EXPECT_GE(summary["modes"][0]["contact_share"].get<double>(), 0.3);
+  EXPECT_LE(summary["modes"][0]["contact_share"].get<double>(), 0.9);
+  EXPECT_TRUE(summary["first_break_through_s"].is_null() || summary["first_break_through_s"].get<double>() > 1.0);
+}
+
+TEST_F(Program, DemoFeelsTheRealHeadUnderARecordedHand) {
+  const char* shared = ::getenv("PALPA_SHARED");
+  const fs::path data = fs::path(shared ? shared : "") / "data";
+  if (!fs::exists(data / "ct_head_cranium")) GTEST_SKIP() << "the real data are not here: " << data;
+  if (!fs::exists(fs::path(PALPA_PROGRAM).parent_path() / "palpa-read")) GTEST_SKIP() << "palpa-read is not built";
+  const Ended demo = palpa({"demo", "--data", data, "--json"});
+  ASSERT_EQ(demo.code, 0) << demo.err;
+  const json summary = json::parse(demo.out);
+  EXPECT_GT(summary["duration_s"].get<double>(), 20.0);
+  EXPECT_GE(summary["modes"][0]["contact_share"].get<double>(), 0.3);
+  EXPECT_LE(summary["modes"][0]["contact_share"].get<double>(), 0.9);
+  EXPECT_TRUE(summary["first_break_through_s"].is_null() || summary["first_break_through_s"].get<double>() > 1.0);
+}
+
+TEST_F(Program, RunsRecordsAndReplays) {
+  write_scene("scene.toml");
+  const Ended run = palpa({"run", "scene.toml", "--hand", "sim:stroke", "--duration-s", "1.5", "--out", "trace", "--primitives", "--set",
+                           "mode.surface.level.skin.strength_n=1.5"});
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.err, IsEmpty()) << "silent in a pipe";
+  EXPECT_THAT(run.out, HasSubstr("1 500 (1.500 s"));
+  EXPECT_THAT(TraceReader(folder / "trace").header().arguments, testing::ElementsAre("run", "scene.toml", "--hand", "sim:stroke",
+              "--duration-s", "1.5", "--out", "trace", "--primitives", "--set", "mode.surface.level.skin.strength_n=1.5"));
+
+  const Ended same = palpa({"replay", "trace"});
+  EXPECT_EQ(same.code, 0) << same.err;
+  EXPECT_EQ(same.out, "the same in all 1500 ticks\n");
+  EXPECT_EQ(json::parse(palpa({"replay", "trace", "--json"}).out)["same"], true);
+
+  std::string ticks = read(folder / "trace/ticks.csv");
+  ticks.replace(ticks.rfind('\n', ticks.size() - 2) + 1, 4, "9999");
+  write("trace/ticks.csv", ticks);
+  const Ended differs = palpa({"replay", "trace"});
+  EXPECT_EQ(differs.code, 1);
+  EXPECT_THAT(differs.out, HasSubstr("differs at "));
+}
+
+TEST_F(Program, DryRunChecksAndFeelsNothing) {
+  write_scene("scene.toml");
+  const Ended dry = palpa({"run", "scene.toml", "--hand", "sim:press", "--out", "trace", "--dry-run"});
+  EXPECT_EQ(dry.code, 0) << dry.err;
+  EXPECT_THAT(dry.out, testing::AllOf(HasSubstr("phantom"), HasSubstr("800 N/m"), HasSubstr("surface"), HasSubstr("head")));
+  EXPECT_FALSE(fs::exists(folder / "trace"));
+  const json what = json::parse(palpa({"run", "scene.toml", "--hand", "sim:press", "--dry-run", "--json"}).out);
+  EXPECT_EQ(what["stiffness_n_per_m"], 800);
+  EXPECT_EQ(what["duration_s"], 10);
+
+  write_scene("wrong.toml", "strength_n", "strenght_n");
+  EXPECT_EQ(palpa({"run", "wrong.toml", "--hand", "sim:press", "--dry-run"}).code, 2);
+}
+
+TEST_F(Program, ReadsARecordedHandInEveryWayItIsHeld) {
+  write_scene("scene.toml");
+  std::string rows = "x,y,z\n";
+  for (int i = 0; i < 200; ++i) rows += "0.0," + std::to_string(0.0001 * i) + "," + std::to_string(0.09 - 0.0002 * i) + "\n";
+  write("hand.csv", rows);
+  for (const char* hold : {"rigid", "relaxed", "firm"}) {
+    const Ended run = palpa({"run", "scene.toml", "--hand", "hand.csv", "--hand-rate-hz", "100", "--hand-center", "off", "--hand-hold", hold, "--json"});
+    ASSERT_EQ(run.code, 0) << run.err;
+    EXPECT_NEAR(json::parse(run.out)["duration_s"].get<double>(), 1.99, 0.011) << hold;
+  }
+}
+
+TEST_F(Program, ListsModesAndTheirParameters) {
+  const Ended list = palpa({"modes"});
+  EXPECT_EQ(list.code, 0);
+  for (const char* type : {"surface_and_friction", "follow", "viscosity"}) EXPECT_THAT(list.out, HasSubstr(type));
+  const Ended one = palpa({"modes", "surface_and_friction"});
+  EXPECT_EQ(one.code, 0);
+  for (const char* key : {"field", "solid", "strength_n", "friction_coefficient"}) EXPECT_THAT(one.out, HasSubstr(key));
+
+  const json all = json::parse(palpa({"modes", "--json"}).out);
+  ASSERT_EQ(all.size(), 3u);
+  for (const json& mode : all) {
+    EXPECT_EQ(json::parse(palpa({"modes", mode["type"], "--json"}).out), mode);
+    for (const json& parameter : mode["parameters"]) {
+      EXPECT_FALSE(parameter["sentence"].get<std::string>().empty());
+      EXPECT_THAT(one.out.empty() ? "" : palpa({"modes", mode["type"]}).out, HasSubstr(parameter["name"].get<std::string>()));
+    }
+  }
+}
+
+TEST_F(Program, AnInterruptedRunIsCompleteAndReplays) {
+  write_scene("scene.toml");
+  const pid_t process = start({"run", "scene.toml", "--hand", "sim:stroke", "--duration-s", "1e6", "--out", "trace"});
+  wait_for_ticks(folder / "trace");
+  ASSERT_EQ(::kill(process, SIGINT), 0);
+  const Ended run = wait(process);
+  EXPECT_EQ(run.code, 130);
+  EXPECT_THAT(run.err, IsEmpty());
+  EXPECT_TRUE(TraceReader(folder / "trace").header().complete);
+  const Ended replay = palpa({"replay", "trace"});
+  EXPECT_EQ(replay.code, 0) << replay.out << replay.err;
+}
+
+TEST_F(Program, AKilledRunIsIncompleteAndReplays) {
+  write_scene("scene.toml");
+  const pid_t process = start({"run", "scene.toml", "--hand", "sim:stroke", "--duration-s", "1e6", "--out", "trace"});
+  wait_for_ticks(folder / "trace");
+  ASSERT_EQ(::kill(process, SIGKILL), 0);
+  EXPECT_EQ(wait(process).code, 128 + SIGKILL);
+  EXPECT_FALSE(TraceReader(folder / "trace").header().complete);
+  const Ended replay = palpa({"replay", "trace"});
+  EXPECT_EQ(replay.code, 0) << replay.out << replay.err;
+}
+
+}  // namespace
+}  // namespace palpa

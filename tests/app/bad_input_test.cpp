@@ -1,0 +1,175 @@
+// Wrong input: exit code 2, one line that says what is wrong and what would be right, and nothing left
+// behind that looks complete.
+#include <gmock/gmock.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+#include "program.h"
+
+namespace palpa {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+class BadInput : public ProgramTest {
+ protected:
+  /// That the program refuses these arguments with one line that holds all `pieces`.
+  void expect_refusal(const std::vector<std::string>& arguments, const std::vector<std::string>& pieces) const {
+    const Ended ended = palpa(arguments);
+    const std::string shown = testing::PrintToString(arguments);
+    EXPECT_EQ(ended.code, 2) << shown << '\n' << ended.err;
+    EXPECT_EQ(ended.out, "") << shown;
+    EXPECT_THAT(ended.err, testing::MatchesRegex("palpa: [^\n]*: [^\n]*; [^\n]*\n")) << shown;
+    EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << shown << '\n' << ended.err;
+    for (const std::string& piece : pieces) EXPECT_THAT(ended.err, HasSubstr(piece)) << shown;
+  }
+  /// The same for a run of this scene, which must not leave a trace.
+  void expect_scene_refused(const std::string& scene, const std::vector<std::string>& pieces) const {
+    expect_refusal({"run", scene, "--hand", "sim:press", "--duration-s", "0.1", "--out", "trace"}, pieces);
+    EXPECT_FALSE(fs::exists(folder / "trace")) << scene;
+  }
+};
+
+TEST_F(BadInput, CommandLine) {
+  write_scene("scene.toml");
+  expect_refusal({}, {"palpa --help"});
+  expect_refusal({"replya"}, {"'replya'", "did you mean 'replay'?"});
+  expect_refusal({"explore"}, {"'explore'"});
+  expect_refusal({"run"}, {"SCENE"});
+  expect_refusal({"run", "scene.toml"}, {"--hand"});
+  expect_refusal({"run", "scene.toml", "--hnad", "sim:press"}, {"palpa run --help"});
+  expect_refusal({"run", "scene.toml", "--hand", "sim:press", "--duratoin-s", "3"}, {"'--duratoin-s'", "did you mean '--duration-s'?"});
+  expect_refusal({"run", "scene.toml", "--hand", "sim:press", "--device", "touch"}, {"'--device'"});
+  expect_refusal({"run", "scene.toml", "other.toml", "--hand", "sim:press"}, {"'other.toml'", "one argument too many"});
+  expect_refusal({"run", "scene.toml", "--hand", "sim:press", "--rate-hz", "fast"}, {"--rate-hz", "fast"});
+  expect_refusal({"run", "scene.toml", "--hand", "sim:press", "--rate-hz", "0"}, {"rate"});
+  expect_refusal({"run", "scene.toml", "--hand", "sim:press", "--rate-hz", "nan"}, {"rate"});
+  expect_refusal({"run", "scene.toml", "--hand", "sim:press", "--duration-s", "-1"}, {"duration"});
+  expect_refusal({"run", "scene.toml", "--hand", "sim:press", "--duration-s", "inf"}, {"duration"});
+  expect_refusal({"run", "scene.toml", "--hand", "sim:press", "--hand-hold", "loose"}, {"--hand-hold", "loose"});
+  expect_refusal({"run", "scene.toml", "--hand", "sim:press", "--hand-center", "maybe"}, {"--hand-center"});
+  expect_refusal({"demo", "flow"}, {"flow"});
+  expect_refusal({"demo", "--data", "nowhere"}, {"nowhere"});
+  expect_refusal({"modes", "viscocity"}, {"did you mean 'viscosity'?"});
+  expect_refusal({"info"}, {"FILE"});
+  expect_refusal({"info", "scene.toml", "--at-m", "1,2"}, {"X,Y,Z"});
+  expect_refusal({"info", "scene.toml", "--at-m", "1,2,3,4"}, {"X,Y,Z"});
+  expect_refusal({"info", "scene.toml", "--at-m", "nan,0,0"}, {"finite"});
+  expect_refusal({"info", "nowhere.nrrd"}, {"nowhere.nrrd"});
+  expect_refusal({"replay"}, {"TRACE"});
+  expect_refusal({"replay", "nowhere"}, {"nowhere"});
+}
+
+TEST_F(BadInput, Scenes) {
+  expect_scene_refused("missing.toml", {"missing.toml"});
+  write("empty.toml", "");
+  expect_scene_refused("empty.toml", {"empty.toml"});
+  write("text.toml", "This is a letter to my aunt.\nIt is no scene.\n");
+  expect_scene_refused("text.toml", {"text.toml:1:"});
+  write("binary.toml", std::string("\0\1\2\377\376", 5));
+  expect_scene_refused("binary.toml", {"binary.toml"});
+  fs::create_directory(folder / "folder.toml");
+  expect_scene_refused("folder.toml", {"folder.toml"});
+
+  const auto expect_change_refused = [&](const std::string& from, const std::string& to, const std::vector<std::string>& pieces) {
+    write_scene("scene.toml", from, to);
+    expect_scene_refused("scene.toml", pieces);
+  };
+  expect_change_refused("strength_n = 0.8", "strenght_n = 0.8", {"scene.toml:16:", "'strenght_n'", "did you mean 'strength_n'?"});
+  expect_change_refused("stiffness_n_per_m = 800", "stiffness_n_per_m = \"stiff\"", {"scene.toml:4:", "stiffness_n_per_m"});
+  expect_change_refused("stiffness_n_per_m = 800", "stiffness_n_per_m = nan", {"stiffness"});
+  expect_change_refused("strength_n = 0.8", "strength_n = -0.8", {"scene.toml:16:", "-0.8"});
+  expect_change_refused("type = \"surface_and_friction\"", "type = \"surfaces\"", {"'surfaces'"});
+  expect_change_refused("type = \"surface_and_friction\"", "type = \"vortex_force\"", {"'vortex_force'"});
+  expect_change_refused("field = \"head\"", "field = \"haed\"", {"haed", "head"});
+  expect_change_refused("analytic = \"head_phantom\"", "analytic = \"heart\"", {"heart"});
+  expect_change_refused("analytic = \"head_phantom\"", "file = \"nowhere.nrrd\"", {"nowhere.nrrd"});
+  expect_change_refused("palpa = 1", "palpa = 99", {"99"});
+  expect_change_refused("title = \"phantom\"", "[law]\nmethod = \"paper-2005\"", {"paper-2005"});
+
+  write("modeless.toml", "palpa = 1\n[volume.head]\nanalytic = \"head_phantom\"\n");
+  expect_scene_refused("modeless.toml", {"mode"});
+}
+
+TEST_F(BadInput, Settings) {
+  write_scene("scene.toml");
+  const auto expect_set_refused = [&](const std::string& set, const std::vector<std::string>& pieces) {
+    expect_refusal({"run", "scene.toml", "--hand", "sim:press", "--duration-s", "0.1", "--out", "trace", "--set", set}, pieces);
+    EXPECT_FALSE(fs::exists(folder / "trace")) << set;
+  };
+  expect_set_refused("coupling.stiffness_n_per_m", {"coupling.stiffness_n_per_m=500"});
+  expect_set_refused("=5", {"--set"});
+  expect_set_refused("coupling.stifness_n_per_m=500", {"stifness_n_per_m", "did you mean"});
+  expect_set_refused("coupling.stiffness_n_per_m=much", {"must be a number"});
+  expect_set_refused("mode.bone.friction_n=1", {"bone"});
+  expect_set_refused("mode.surface.level.skin.strength_n=-1", {"-1"});
+}
+
+TEST_F(BadInput, Hands) {
+  write_scene("scene.toml");
+  const auto expect_hand_refused = [&](const std::string& hand, const std::vector<std::string>& pieces) {
+    expect_refusal({"run", "scene.toml", "--hand", hand, "--out", "trace"}, pieces);
+    EXPECT_FALSE(fs::exists(folder / "trace")) << hand;
+  };
+  expect_hand_refused("nowhere.csv", {"nowhere.csv"});
+  write("empty.csv", "");
+  expect_hand_refused("empty.csv", {"empty.csv"});
+  write("columns.csv", "time,force\n0,1\n1,2\n");
+  expect_hand_refused("columns.csv", {"columns.csv", "t_s,x_m,y_m,z_m"});
+  write("untimed.csv", "x,y,z\n0,0,0.1\n0,0,0.09\n");
+  expect_hand_refused("untimed.csv", {"untimed.csv", "hand-rate-hz"});
+  write("word.csv", "t_s,x_m,y_m,z_m\n0,0,0,0.1\n0.1,0,zero,0.1\n");
+  expect_hand_refused("word.csv", {"word.csv:3"});
+  expect_hand_refused("sim:jump", {"jump", "sim:press|stroke|circle|helix|random"});
+  expect_hand_refused("sim:press,speed_m_per_s=fast", {"fast"});
+  expect_hand_refused("sim:press,sped=1", {"sped"});
+}
+
+TEST_F(BadInput, OutputFolders) {
+  write_scene("scene.toml");
+  const auto expect_out_refused = [&](const std::string& out, const std::vector<std::string>& pieces) {
+    expect_refusal({"run", "scene.toml", "--hand", "sim:press", "--duration-s", "0.1", "--out", out}, pieces);
+  };
+  fs::create_directory(folder / "there");
+  write("there/mine", "kept");
+  expect_out_refused("there", {"there: exists already"});
+  EXPECT_EQ(read(folder / "there/mine"), "kept");
+  write("file", "kept");
+  expect_out_refused("file", {"file: exists already"});
+  expect_out_refused("no/trace", {"no/trace"});
+  expect_out_refused("file/trace", {"file/trace"});
+  if (::geteuid() != 0) {  // root may write anywhere
+    fs::create_directory(folder / "locked");
+    ::chmod((folder / "locked").c_str(), 0500);
+    expect_out_refused("locked/trace", {"locked/trace"});
+    ::chmod((folder / "locked").c_str(), 0700);
+  }
+  expect_out_refused("/proc/trace", {"/proc"});
+}
+
+TEST_F(BadInput, VolumesWithoutAReaderSayHowToGetOne) {
+  write_scene("scene.toml", "analytic = \"head_phantom\"", "file = \"head.nrrd\"");
+  write("head.nrrd", "This is a letter to my aunt.\n");
+  expect_scene_refused("scene.toml", {"head.nrrd"});
+  expect_refusal({"run", "scene.toml", "--hand", "sim:press", "--reader", "/nowhere/palpa-read"}, {"palpa-read"});
+}
+
+TEST_F(BadInput, AFullDiskLeavesATraceThatSaysItIsIncomplete) {
+  write_scene("scene.toml");
+  // A limit on the size of files stands for a full disk.
+  const std::string command = "cd " + folder.string() + " && trap '' XFSZ && ulimit -f 64 && " + PALPA_PROGRAM +
+                              " run scene.toml --hand sim:stroke --duration-s 5 --out trace >out 2>err";
+  const int status = std::system(command.c_str());
+  EXPECT_EQ(WEXITSTATUS(status), 2);
+  const std::string err = read(folder / "err");
+  EXPECT_THAT(err, StartsWith("palpa: "));
+  EXPECT_EQ(std::count(err.begin(), err.end(), '\n'), 1) << err;
+  EXPECT_THAT(read(folder / "trace/trace.toml"), HasSubstr("complete = false"));
+}
+
+}  // namespace
+}  // namespace palpa

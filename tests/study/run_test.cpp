@@ -1,0 +1,149 @@
+#include "palpa/study/run.h"
+
+#include <gmock/gmock.h>
+
+#include "study_fixture.h"
+
+namespace palpa {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+class Run : public StudyTest {
+ protected:
+  /// What running says is wrong; empty when it runs.
+  std::string error_of(const RunOptions& o) const {
+    try {
+      run(o);
+    } catch (const LoadError& error) {
+      return error.what();
+    }
+    return {};
+  }
+};
+
+TEST_F(Run, TwiceGivesTheSameBytesInEveryCsvButTheTimes) {
+  RunOptions once = options("once"), twice = options("twice");
+  once.primitives = twice.primitives = true;
+  const RunResult a = run(once), b = run(twice);
+  const auto files = reproducible_files(once.out);
+  EXPECT_EQ(files.size(), 5u) << "ticks, modes, balances, primitives, events";
+  EXPECT_EQ(files, reproducible_files(twice.out));
+  EXPECT_EQ(a.summary.contact_share, b.summary.contact_share);
+  EXPECT_GT(a.summary.contact_share, 0.0) << "a run that touches nothing shows nothing";
+}
+
+TEST_F(Run, IsTheSameWithAndWithoutATrace) {
+  const Summary recorded = run(options("trace")).summary;
+  const Summary felt = run(options("")).summary;
+  EXPECT_EQ(recorded.ticks, felt.ticks);
+  EXPECT_EQ(recorded.force_max_n, felt.force_max_n);
+  EXPECT_EQ(recorded.energy.dissipated_j, felt.energy.dissipated_j);
+}
+
+TEST_F(Run, LeavesACompleteTraceThatSaysWhatWasFelt) {
+  RunOptions o = options("trace", 0.2);
+  o.hand = "sim:random,seed=17";
+  o.rate_hz = 2000;
+  o.scene_options.sets = {{"mode.skin.friction_n", "0.2"}};
+  const RunResult result = run(o);
+  EXPECT_EQ(result.summary.ticks, 400);
+  const TraceReader reader(o.out);
+  EXPECT_TRUE(reader.header().complete);
+  EXPECT_EQ(reader.header().seeds, std::vector<std::uint64_t>{17});
+  EXPECT_EQ(reader.header().sets, o.scene_options.sets);
+  EXPECT_EQ(reader.header().arguments, o.arguments);
+  EXPECT_EQ(reader.header().dt_s, 1.0 / 2000);
+  EXPECT_EQ(reader.scene_text(), phantom_scene);
+  EXPECT_EQ(reader.ticks().size(), 400u);
+}
+
+TEST_F(Run, AnInterruptLeavesACompleteTrace) {
+  RunOptions o = options("trace", 1e6);
+  std::atomic<bool> stop = false;
+  o.progress = [&](double) { stop = true; };
+  const RunResult result = run(o, &stop);
+  EXPECT_TRUE(result.interrupted);
+  EXPECT_GT(result.summary.ticks, 0);
+  const TraceReader reader(o.out);
+  EXPECT_TRUE(reader.header().complete);
+  EXPECT_EQ(static_cast<std::int64_t>(reader.ticks().size()), result.summary.ticks);
+}
+
+TEST_F(Run, ProgressNeverFallsAndStaysBetweenNothingAndAll) {
+  RunOptions o = options("", 3.0);
+  std::vector<double> shares;
+  o.progress = [&](double share) { shares.push_back(share); };
+  run(o);
+  ASSERT_GE(shares.size(), 3u);
+  EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
+  EXPECT_GE(shares.front(), 0.0);
+  EXPECT_LE(shares.back(), 1.0);
+}
+
+TEST_F(Run, RefusesNumbersThatCannotBeUsed) {
+  for (const double rate_hz : {0.0, -1.0, 0.5, 1e9, std::numeric_limits<double>::quiet_NaN()}) {
+    RunOptions o = options("trace");
+    o.rate_hz = rate_hz;
+    EXPECT_THAT(error_of(o), HasSubstr("; a rate lies between")) << rate_hz;
+  }
+  for (const double duration_s : {0.0, -1.0, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
+    RunOptions o = options("trace");
+    o.duration_s = duration_s;
+    EXPECT_THAT(error_of(o), HasSubstr("; a duration is finite")) << duration_s;
+  }
+  EXPECT_FALSE(fs::exists(folder / "trace"));
+}
+
+TEST_F(Run, WrongInputLeavesNothingBehind) {
+  RunOptions no_scene = options("trace");
+  no_scene.scene = folder / "none.toml";
+  EXPECT_THAT(error_of(no_scene), HasSubstr("none.toml"));
+
+  RunOptions no_hand = options("trace");
+  no_hand.hand = "";
+  EXPECT_THAT(error_of(no_hand), HasSubstr("hand: "));
+
+  RunOptions bad_hand = options("trace");
+  bad_hand.hand = "sim:jump";
+  EXPECT_THAT(error_of(bad_hand), HasSubstr("jump"));
+
+  write("hand.csv", "a,b,c\n1,2,3\n");
+  RunOptions bad_file = options("trace");
+  bad_file.hand = folder / "hand.csv";
+  EXPECT_THAT(error_of(bad_file), HasSubstr("hand.csv"));
+  EXPECT_FALSE(fs::exists(folder / "trace"));
+}
+
+TEST_F(Run, NeverWritesIntoWhatIsThere) {
+  fs::create_directory(folder / "trace");
+  EXPECT_THAT(error_of(options("trace")), HasSubstr("exists already"));
+  EXPECT_TRUE(fs::is_empty(folder / "trace"));
+  write("file", "mine");
+  EXPECT_THAT(error_of(options("file")), HasSubstr("exists already"));
+  EXPECT_EQ(read(folder / "file"), "mine");
+  fs::create_symlink("nowhere", folder / "link");
+  EXPECT_THAT(error_of(options("link")), HasSubstr("exists already"));
+  EXPECT_THAT(error_of(options("no/such/folder")), HasSubstr("does not exist"));
+}
+
+TEST_F(Run, PreparingMakesNothing) {
+  const PreparedRun prepared = prepare(options("trace", 2.5));
+  EXPECT_FALSE(fs::exists(folder / "trace"));
+  EXPECT_EQ(prepared.duration_s, 2.5);
+  EXPECT_EQ(prepared.loaded.scene.modes().size(), 2u);
+}
+
+TEST_F(Run, LastsAsLongAsTheRecordingUnlessToldOtherwise) {
+  write("hand.csv", "t_s,x_m,y_m,z_m\n0,0,0,0.1\n0.05,0,0,0.09\n0.1,0,0,0.08\n0.15,0,0,0.07\n");
+  RunOptions o = options("");
+  o.hand = folder / "hand.csv";
+  o.duration_s.reset();
+  EXPECT_NEAR(prepare(o).duration_s, 0.15, 1e-12);
+  o.hand = "sim:press";
+  EXPECT_EQ(prepare(o).duration_s, 10.0);
+}
+
+}  // namespace
+}  // namespace palpa
