@@ -36,8 +36,12 @@ class Messages : public vtkOutputWindow {
   void DisplayText(const char*) override {}
   void DisplayDebugText(const char*) override {}
   void DisplayErrorText(const char* text) override { errors.push_back(sentence_in(text)); }
-  void DisplayWarningText(const char* text) override { warnings.push_back(sentence_in(text)); }
-  void DisplayGenericWarningText(const char* text) override { warnings.push_back(sentence_in(text)); }
+  void DisplayWarningText(const char* text) override { add_warning(sentence_in(text)); }
+  void DisplayGenericWarningText(const char* text) override { add_warning(sentence_in(text)); }
+
+ private:
+  /// Legacy readers call it a warning when values are missing.
+  static void add_warning(std::string sentence) { (sentence.rfind("Error", 0) == 0 ? errors : warnings).push_back(std::move(sentence)); }
 };
 vtkStandardNewMacro(Messages);
 

@@ -7,6 +7,7 @@
 #include <vtkObjectFactory.h>
 
 #include <cmath>
+#include <string_view>
 
 #include "messages.h"
 #include "source.h"
@@ -63,6 +64,7 @@ class NiftiSource : public Source {
       throw LoadError("cannot be read as NIfTI (" + take_library_error() + "); check its header");
     }
     vtkNIFTIHeader& h = *reader_->GetNIFTIHeader();
+    list_image(h);
     raw_.type = raw_type(h.GetDataType());
 
     std::int64_t dim[8];
@@ -144,6 +146,17 @@ class NiftiSource : public Source {
   }
 
  private:
+  /// Where header and image are two files, the second has the name of the first with .img for .hdr.
+  void list_image(vtkNIFTIHeader& h) {
+    if (std::string_view(h.GetMagic()).substr(0, 2) != "ni") return;
+    const std::string& name = files.front();
+    const std::size_t dot = name.rfind(".hdr");
+    if (dot == std::string::npos) return;
+    for (const char* end : {".img", ".img.gz"}) {
+      if (const std::string image = name.substr(0, dot) + end; file_bytes(image) > 0) return files.push_back(image);
+    }
+  }
+
   /// The affine of the file's own index order: sform where it has one, else qform, else spacing alone.
   void find_geometry(vtkNIFTIHeader& h, GridGeometry& grid) {
     const Mat3 to_lps{{{-1, 0, 0}, {0, -1, 0}, {0, 0, 1}}};

@@ -148,7 +148,8 @@ class ImageSource : public Source {
   std::set<std::string> names_;
 };
 
-/// Tells whether the pieces of a file fill its grid; VTK leaves the rest of the arrays as it found them.
+/// Notices what VTK passes over in silence, leaving parts of the arrays as it found the memory: pieces that
+/// do not fill the grid, and a file that ends before its data.
 class PiecewiseReader : public vtkXMLImageDataReader {
  public:
   static PiecewiseReader* New();
@@ -159,8 +160,19 @@ class PiecewiseReader : public vtkXMLImageDataReader {
     for (int p = 0; p < this->NumberOfPieces; ++p) have += cells_in(this->PieceExtents + 6 * p);
     return have >= cells_in(whole);
   }
+  bool met_end_of_file() const { return met_end_of_file_; }
+
+ protected:
+  int ReadArrayValues(vtkXMLDataElement* element, vtkIdType index, vtkAbstractArray* array, vtkIdType first, vtkIdType count,
+                      FieldType type) override {
+    const int done = Superclass::ReadArrayValues(element, index, array, first, count, type);
+    met_end_of_file_ = met_end_of_file_ || this->Stream == nullptr || this->Stream->eof();
+    return done;
+  }
 
  private:
+  bool met_end_of_file_ = false;
+
   static double cells_in(const int* extent) {
     double cells = 1;
     for (int a = 0; a < 3; ++a) cells *= std::max(1.0, static_cast<double>(extent[2 * a + 1]) - extent[2 * a]);
@@ -199,6 +211,7 @@ class VtiSource : public ImageSource {
     for (const std::uint32_t field : wanted) (stored_[field].second ? cells : points)->EnableArray(stored_[field].first.c_str());
     reader_->Update();
     check();
+    if (reader_->met_end_of_file()) throw LoadError("is shorter than its header says; get the whole file");
     copy_out(*reader_->GetOutput(), wanted, to);
   }
 

@@ -220,19 +220,18 @@ VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
     result.volume.warnings = header.warnings;
     metres_per_file_unit = metres_per_unit(request, header, result.volume.warnings);
     taken = taken_fields(request, header);
-    for (const Taken& t : taken) {
-      const GridGeometry grid = in_metres(header.fields[t.field].grid, metres_per_file_unit);
-      if (const char* problem = problem_with(grid)) {
-        throw LoadError("cannot be placed in the world: " + std::string(problem) + "; correct its header");
-      }
-      room.fields.push_back(t.field);
-    }
+    for (const Taken& t : taken) room.fields.push_back(t.field);
     std::sort(room.fields.begin(), room.fields.end());
     room.fields.erase(std::unique(room.fields.begin(), room.fields.end()), room.fields.end());
     const auto placed = protocol::place(header, room);
     if (!placed) throw LoadError("claims more voxels than can be counted; the header is damaged");
     offsets = *placed;
     check_size(header, taken, offsets.back(), options, limit);
+    for (const Taken& t : taken) {
+      if (const char* problem = problem_with(in_metres(header.fields[t.field].grid, metres_per_file_unit))) {
+        throw LoadError("cannot be placed in the world (" + std::string(problem) + "); correct its header");
+      }
+    }
 
     memory = std::make_unique<SharedMemory>(offsets.back());
     reader.send(room, memory->descriptor());

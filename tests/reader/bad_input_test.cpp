@@ -1,0 +1,153 @@
+// What is not a volume is one line, quickly, and leaves nothing behind.
+#include <signal.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <thread>
+
+#include "files.h"
+
+namespace palpa::test {
+namespace {
+
+std::size_t open_descriptors() {
+  return static_cast<std::size_t>(std::distance(fs::directory_iterator("/proc/self/fd"), fs::directory_iterator()));
+}
+
+class BadInput : public ReaderTest {
+ protected:
+  void SetUp() override {
+    ReaderTest::SetUp();
+    descriptors_ = open_descriptors();
+  }
+  void TearDown() override {
+    EXPECT_EQ(open_descriptors(), descriptors_);
+    EXPECT_EQ(::waitpid(-1, nullptr, WNOHANG), -1) << "a child is left";
+  }
+
+  /// The error of reading this file, which must name it.
+  std::string refused(const fs::path& file, VolumeRequest request = {}) {
+    const std::string error = error_of([&] { read(file, std::move(request)); });
+    EXPECT_EQ(error.rfind(file.string() + ": ", 0), 0U) << error;
+    return error;
+  }
+  void expect_refused(const std::string& name, const std::string& bytes, const std::string& part) {
+    const std::string error = refused(folder_.write(name, bytes));
+    EXPECT_NE(error.find(part), std::string::npos) << error;
+  }
+
+ private:
+  std::size_t descriptors_ = 0;
+};
+
+TEST_F(BadInput, MissingEmptyFolderAndText) {
+  EXPECT_NE(refused(folder_.path() / "none.nrrd").find("does not exist"), std::string::npos);
+  EXPECT_NE(refused(folder_.path()).find("is a folder"), std::string::npos);
+  EXPECT_NE(refused("/dev/zero").find("no ordinary file"), std::string::npos);
+  expect_refused("empty.nrrd", "", "is empty");
+  for (const char* name : {"a.nrrd", "a.nhdr", "a.nii", "a.nii.gz", "a.vti", "a.vtk", "a.mha", "a.txt"}) {
+    expect_refused(name, "Dear reader,\nthis is a letter.\n", "; ");
+  }
+  expect_refused("letter.nrrd", "Dear reader,\nthis is a letter.\n", "is no NRRD file");
+  expect_refused("cut.nii.gz", gzipped(std::string(400, 'x')).substr(0, 8), "; ");
+}
+
+TEST_F(BadInput, TruncatedHeaders) {
+  expect_refused("a.nrrd", "NRRD0004\ntype: short\ndimension: 3\n", "NRRD");
+  expect_refused("b.nrrd", "NRRD0004\ntype: short\ndimension: 3\nsizes: 4 4 4\nencoding: raw\nendian: little\n\nxx", "whole");
+  expect_refused("c.nhdr", "NRRD0004\ntype: short\ndimension: 3\nsizes: 4 4 4\nencoding: raw\nendian: little\ndata file: none.raw\n", "none.raw");
+  expect_refused("d.vti", "<?xml version=\"1.0\"?><VTKFile type=\"ImageData\"><ImageData WholeExtent=\"0 3 0 3", "VTI");
+  expect_refused("e.mha", "ObjectType = Image\nNDims = 3\nDimSize = 4 4\n", "; ");
+}
+
+// Some 10^12 voxels of every format: refused by what the header says, before any memory is taken for them.
+TEST_F(BadInput, ClaimsOfATrillionVoxels) {
+  rusage before{}, after{};
+  ::getrusage(RUSAGE_SELF, &before);
+  expect_refused("a.nrrd", "NRRD0004\ntype: short\ndimension: 3\nsizes: 10000 10000 10000\nencoding: raw\nendian: little\n\nxx",
+                 "claims 10000 × 10000 × 10000 voxels, which need 2 TB");
+  expect_refused("b.nrrd", "NRRD0004\ntype: short\ndimension: 3\nsizes: 10000000000 10000000000 10000000000\nencoding: raw\nendian: little\n\nxx", "; ");
+  expect_refused("a.mha", "ObjectType = Image\nNDims = 3\nDimSize = 10000 10000 10000\nElementType = MET_UCHAR\nElementDataFile = LOCAL\nxx",
+                 "claims 10000 × 10000 × 10000 voxels, which need 1 TB");
+  std::string nifti(352, '\0');
+  const auto put = [&](std::size_t at, auto value) { nifti.replace(at, sizeof value, bytes_of(value)); };
+  put(0, std::int32_t{348});
+  const std::int16_t dim[8] = {3, 10000, 10000, 10000, 1, 1, 1, 1};
+  for (std::size_t d = 0; d < 8; ++d) put(40 + 2 * d, dim[d]), put(76 + 4 * d, 1.0F);
+  put(70, std::int16_t{2}), put(72, std::int16_t{8}), put(108, 352.0F);
+  nifti.replace(344, 3, "n+1");
+  expect_refused("a.nii", nifti, "claims 10000 × 10000 × 10000 voxels");
+  expect_refused("a.vti",
+                 "<?xml version=\"1.0\"?><VTKFile type=\"ImageData\" version=\"0.1\" byte_order=\"LittleEndian\"><ImageData "
+                 "WholeExtent=\"0 9999 0 9999 0 9999\" Origin=\"0 0 0\" Spacing=\"1 1 1\"><Piece Extent=\"0 9999 0 9999 0 9999\"><PointData>"
+                 "<DataArray type=\"UInt8\" Name=\"a\" format=\"ascii\">1</DataArray></PointData></Piece></ImageData></VTKFile>",
+                 "claims 10000 × 10000 × 10000 voxels");
+  expect_refused("a.vtk",
+                 "# vtk DataFile Version 3.0\nx\nBINARY\nDATASET STRUCTURED_POINTS\nDIMENSIONS 10000 10000 10000\nORIGIN 0 0 0\nSPACING 1 1 1\n"
+                 "POINT_DATA 1000000000000\nSCALARS a unsigned_char\nLOOKUP_TABLE default\nx",
+                 "claims 10000 × 10000 × 10000 voxels");
+  ::getrusage(RUSAGE_SELF, &after);
+  EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 100'000) << "kB";
+}
+
+TEST_F(BadInput, MoreThanTheCallerAllows) {
+  const fs::path file = folder_.write("a.nrrd", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 10 10 10\nencoding: raw\n\n" + std::string(1000, 'x'));
+  options_.max_bytes = 999;
+  EXPECT_NE(refused(file).find("are allowed; crop or downsample"), std::string::npos);
+  options_.max_bytes = 1024;
+  EXPECT_NO_THROW(read(file));
+}
+
+TEST_F(BadInput, NumbersThatAreNotFiniteAreOutside) {
+  std::string voxels;
+  for (int v = 0; v < 64; ++v) {
+    const float value = v == 21 ? std::nanf("") : v == 22 ? std::numeric_limits<float>::infinity() : 1.0F;
+    voxels += bytes_of(value);
+  }
+  const fs::path file = folder_.write("a.nrrd", "NRRD0004\ntype: float\ndimension: 3\nsizes: 4 4 4\nencoding: raw\nendian: little\n\n" + voxels);
+  const Volume volume = read(file);
+  EXPECT_TRUE(warns_of(volume, "2 voxels are not finite: treated as outside")) << all_warnings(volume);
+  EXPECT_EQ(grid_of(*volume.fields[0].field)->valid_share, 62.0 / 64.0);
+  EXPECT_FALSE(volume.fields[0].field->scalar({1.5e-3, 1.5e-3, 1.5e-3}).inside);
+  EXPECT_TRUE(volume.fields[0].field->scalar({2.5e-3, 2.5e-3, 2.5e-3}).inside);
+}
+
+TEST_F(BadInput, GridsThatLieNowhere) {
+  const std::string start = "NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\nsizes: 2 2 2\nencoding: raw\nspace directions: ";
+  expect_refused("flat.nrrd", start + "(1,0,0) (2,0,0) (0,0,1)\n\n12345678", "world");
+  expect_refused("far.nrrd", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: raw\nspacings: 1e308 1e308 1e308\n\n12345678", "; ");
+}
+
+TEST_F(BadInput, TwoFilesForOneVolume) {
+  VolumeRequest request;
+  request.files = {"a.bin", "b.bin"};
+  EXPECT_NE(error_of([&] { read_volume(request, options_); }).find("2 files"), std::string::npos);
+  request.files = {};
+  error_of([&] { read_volume(request, options_); });
+}
+
+TEST_F(BadInput, AReaderThatIsKilledInTheMiddle) {
+  const fs::path file = folder_.write("a.nrrd", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 10 10 10\nencoding: raw\n\n" + std::string(1000, 'x'));
+  std::atomic<bool> done{false};
+  std::thread killer([&] {
+    // The child is killed as soon as it is there; until then, this waits for it.
+    const std::string children = "/proc/self/task/" + std::to_string(::getpid()) + "/children";
+    while (!done) {
+      pid_t child = 0;
+      if (std::ifstream(children) >> child) ::kill(child, SIGKILL);
+    }
+  });
+  const std::string error = refused(file);
+  done = true;
+  killer.join();
+  EXPECT_NE(error.find("signal 9"), std::string::npos) << error;
+  EXPECT_NO_THROW(read(file));
+}
+
+}  // namespace
+}  // namespace palpa::test

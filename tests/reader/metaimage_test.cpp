@@ -1,0 +1,107 @@
+#include "files.h"
+
+namespace palpa::test {
+namespace {
+
+class MetaImage : public ReaderTest {};
+
+std::string numbers(std::initializer_list<double> values) {
+  std::string text;
+  for (const double v : values) {
+    char number[40];
+    std::snprintf(number, sizeof number, " %.17g", v);
+    text += number;
+  }
+  return text;
+}
+
+/// An oblique grid of MetaImage: unit directions in rows, spacing apart.
+struct Oblique {
+  FileGrid grid;
+  std::string text;
+};
+Oblique oblique() {
+  const Vec3 rows[3] = {{0.6, 0.8, 0}, {-0.8, 0.6, 0}, {0, 0, -1}};
+  const double spacing[3] = {2, 3, 4};
+  Oblique o;
+  o.grid = {{5, 4, 3}, transposed(Mat3{{spacing[0] * rows[0], spacing[1] * rows[1], spacing[2] * rows[2]}}), {9, -8, 7}};
+  o.text = "ObjectType = Image\nNDims = 3\nBinaryData = True\nTransformMatrix =";
+  for (const Vec3& r : rows) o.text += numbers({r.x, r.y, r.z});
+  o.text += "\nOffset =" + numbers({9, -8, 7}) + "\nElementSpacing =" + numbers({2, 3, 4}) + "\nDimSize = 5 4 3\n";
+  return o;
+}
+
+Vec3 millimetres(const Vec3& p) { return 1e-3 * p; }
+
+TEST_F(MetaImage, ObliqueGridsInAllStoragesAreTheSame) {
+  const Oblique o = oblique();
+  const std::string raw = linear_voxels<float>(o.grid, millimetres);
+  const std::string packed = gzipped(raw);
+  std::vector<fs::path> files;
+  files.push_back(folder_.write("local.mha", o.text + "ElementType = MET_FLOAT\nElementDataFile = LOCAL\n" + raw));
+  files.push_back(folder_.write("big.mha", o.text + "BinaryDataByteOrderMSB = True\nElementType = MET_FLOAT\nElementDataFile = LOCAL\n" +
+                                               linear_voxels<float>(o.grid, millimetres, true)));
+  folder_.write("voxels.raw", raw);
+  files.push_back(folder_.write("detached.mhd", o.text + "ElementType = MET_FLOAT\nElementDataFile = voxels.raw\n"));
+  folder_.write("voxels.raw.gz", packed);
+  files.push_back(folder_.write("packed.mhd", o.text + "CompressedData = True\nCompressedDataSize = " + std::to_string(packed.size()) +
+                                                  "\nElementType = MET_FLOAT\nElementDataFile = voxels.raw.gz\n"));
+  const std::size_t slice = raw.size() / 3;
+  std::string names;
+  for (std::size_t k = 0; k < 3; ++k) folder_.write("s" + std::to_string(k), raw.substr(k * slice, slice)), names += "s" + std::to_string(k) + "\n";
+  files.push_back(folder_.write("list.mhd", o.text + "ElementType = MET_FLOAT\nElementDataFile = LIST\n" + names));
+  for (const fs::path& file : files) {
+    SCOPED_TRACE(file);
+    const Volume volume = read(file);
+    EXPECT_FALSE(volume.medical_frame);
+    expect_linear(*volume.fields[0].field, o.grid, millimetres);
+  }
+  EXPECT_EQ(read(files[4]).files.size(), 4U);
+}
+
+TEST_F(MetaImage, ValuesAreRescaledAndUnitsHonoured) {
+  const Oblique o = oblique();
+  const auto centimetres = [](const Vec3& p) { return 1e-2 * p; };
+  // raw = 2·value − 6
+  const Linear raw{{600, -400, 1000}, 2 * 7.0 - 6.0};
+  const Volume volume = read(folder_.write(
+      "a.mha", o.text + "DistanceUnits = cm\nElementToIntensityFunctionSlope = 0.5\nElementToIntensityFunctionOffset = 3\n"
+                        "AnatomicalOrientation = RAI\nElementType = MET_DOUBLE\nElementDataFile = LOCAL\n" +
+                   linear_voxels<double>(o.grid, centimetres, false, raw)));
+  EXPECT_FALSE(warns_of(volume, "unit of length")) << all_warnings(volume);
+  EXPECT_TRUE(volume.medical_frame);
+  EXPECT_TRUE(warns_of(volume, "does not agree with TransformMatrix")) << all_warnings(volume);
+  expect_linear(*volume.fields[0].field, o.grid, centimetres);
+}
+
+TEST_F(MetaImage, ChannelsOfThreeAreAVectorAndBytesOfThreeAColour) {
+  const Oblique o = oblique();
+  std::string voxels;
+  for (int v = 0; v < 60; ++v) voxels += bytes_of(1.0F) + bytes_of(-2.0F) + bytes_of(static_cast<float>(v));
+  const std::string more = "ElementNumberOfChannels = 3\nElementType = ";
+  const Volume volume = read(folder_.write("a.mha", o.text + more + "MET_FLOAT\nElementDataFile = LOCAL\n" + voxels));
+  EXPECT_LT(distance(volume.fields[0].field->vector(1e-3 * o.grid.at({1, 0, 0})).value, {1, -2, 1}), 1e-12);
+  EXPECT_NE(error_of([&] {
+              read(folder_.write("b.mha", o.text + more + "MET_UCHAR\nElementDataFile = LOCAL\n" + std::string(180, 'x')));
+            }).find("colours"),
+            std::string::npos);
+}
+
+TEST_F(MetaImage, ShortDataAreNotFilledUp) {
+  const Oblique o = oblique();
+  const std::string raw = linear_voxels<float>(o.grid, millimetres);
+  const std::string packed = gzipped(raw);
+  const std::string start = o.text + "ElementType = MET_FLOAT\nElementDataFile = ";
+  EXPECT_NE(error_of([&] { read(folder_.write("a.mha", start + "LOCAL\n" + raw.substr(0, raw.size() - 9))); }).find("a.mha: "), std::string::npos);
+  folder_.write("v.raw", raw.substr(0, 100));
+  EXPECT_NE(error_of([&] { read(folder_.write("b.mhd", start + "v.raw\n")); }).find("b.mhd: "), std::string::npos);
+  folder_.write("v.gz", packed.substr(0, packed.size() / 2));
+  EXPECT_NE(error_of([&] {
+              read(folder_.write("c.mhd", "CompressedData = True\nCompressedDataSize = " + std::to_string(packed.size() / 2) + "\n" + start + "v.gz\n"));
+            }).find("c.mhd: "),
+            std::string::npos);
+  EXPECT_NE(error_of([&] { read(folder_.write("d.mhd", start + "not-there.raw\n")); }).find("d.mhd: "), std::string::npos);
+}
+
+}  // namespace
+}  // namespace palpa::test

@@ -1,0 +1,148 @@
+#include "palpa/volume/protocol.h"
+
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <random>
+
+namespace palpa::protocol {
+namespace {
+
+Header sample_header() {
+  Header header;
+  header.format = "nrrd", header.length_unit = "mm", header.default_unit = "mm";
+  header.medical_frame = true, header.frames = 4, header.working_bytes = 12345678901234;
+  for (const char* name : {"a", "b"}) {
+    FieldHeader field;
+    field.name = name, field.unit = "cm/s", field.type = VoxelType::int16, field.components = 3;
+    field.grid.dims = {3, 5, 7};
+    field.grid.index_to_world_m = {{{1, 2, 3}, {4, 5, 6}, {7, 8, 10}}};
+    field.grid.origin_m = {-1, 0.5, 1e300};
+    field.scale = 0.1, field.offset = -1024;
+    header.fields.push_back(field);
+  }
+  header.warnings = {"one", "two"};
+  return header;
+}
+
+TEST(Protocol, EveryMessageComesBackAsItWas) {
+  const Header header = sample_header();
+  const auto packet = packed(header);
+  const auto back = unpacked(packet.data(), packet.size());
+  ASSERT_TRUE(back && std::holds_alternative<Header>(*back));
+  EXPECT_EQ(packed(*back), packet);
+  EXPECT_EQ(std::get<Header>(*back).fields[1].grid, header.fields[1].grid);
+  for (const Message& message : {Message(Request{"/a b/c", "vector", 3, 99}), Message(Room{{0, 1, 7}}),
+                                 Message(Done{{{"x.raw", 12, "abcd"}}, {"w"}}), Message(Failure{"is wrong; do right"})}) {
+    const auto bytes = packed(message);
+    const auto again = unpacked(bytes.data(), bytes.size());
+    ASSERT_TRUE(again);
+    EXPECT_EQ(again->index(), message.index());
+    EXPECT_EQ(packed(*again), bytes);
+  }
+}
+
+TEST(Protocol, WhatIsCutOrTooLongIsNoMessage) {
+  for (const Message& message : {Message(sample_header()), Message(Request{"p", "", 0, 1}), Message(Room{{1}}), Message(Failure{"x"})}) {
+    auto packet = packed(message);
+    for (std::size_t size = 0; size < packet.size(); ++size) EXPECT_FALSE(unpacked(packet.data(), size)) << size;
+    packet.push_back(std::byte{0});
+    EXPECT_FALSE(unpacked(packet.data(), packet.size()));
+  }
+}
+
+TEST(Protocol, AnyBytesAreAMessageOrNone) {
+  std::mt19937 random(1);
+  const auto packet = packed(sample_header());
+  for (int n = 0; n < 20'000; ++n) {
+    auto bytes = packet;
+    for (int m = 0; m < 3; ++m) bytes[random() % bytes.size()] = static_cast<std::byte>(random());
+    if (const auto message = unpacked(bytes.data(), bytes.size()); message && std::holds_alternative<Header>(*message)) {
+      const auto& header = std::get<Header>(*message);
+      for (const FieldHeader& field : header.fields) {
+        EXPECT_LE(static_cast<int>(field.type), static_cast<int>(VoxelType::float64));
+        voxel_bytes(field);
+      }
+    }
+  }
+}
+
+TEST(Protocol, AnotherVersionIsNoMessage) {
+  auto packet = packed(Failure{"x"});
+  packet[4] = static_cast<std::byte>(version + 1);
+  EXPECT_FALSE(unpacked(packet.data(), packet.size()));
+}
+
+TEST(Protocol, TextOfAFileCannotBreakALine) {
+  const auto packet = packed(Failure{"a\nb\x1b[31mc\x7f"});
+  EXPECT_EQ(std::get<Failure>(*unpacked(packet.data(), packet.size())).sentence, "a b [31mc ");
+}
+
+TEST(Protocol, SizesThatOverflowAreNone) {
+  FieldHeader field;
+  field.type = VoxelType::float64;
+  field.grid.dims = {1'000'000'000'000, 1'000'000'000, 1};
+  EXPECT_FALSE(voxel_bytes(field));
+  field.grid.dims = {10, 0, 10};
+  EXPECT_FALSE(voxel_bytes(field));
+  field.grid.dims = {10, -10, -10};
+  EXPECT_FALSE(voxel_bytes(field));
+  field.grid.dims = {10, 10, 10};
+  EXPECT_EQ(voxel_bytes(field), 8000U);
+  field.components = 2;
+  EXPECT_FALSE(voxel_bytes(field));
+  field.components = 3;
+  field.grid.dims = {1 << 20, 1 << 20, 1 << 19};
+  Header header;
+  header.fields = {field, field, field};
+  EXPECT_FALSE(place(header, {{0, 1, 2}}));
+}
+
+TEST(Protocol, FieldsDoNotOverlap) {
+  const Header header = sample_header();
+  const auto offsets = place(header, {{0, 1}});
+  ASSERT_TRUE(offsets);
+  ASSERT_EQ(offsets->size(), 3U);
+  EXPECT_EQ((*offsets)[0], 0U);
+  for (std::size_t f = 0; f < 2; ++f) {
+    EXPECT_GE((*offsets)[f + 1], (*offsets)[f] + *voxel_bytes(header.fields[f]));
+    EXPECT_EQ((*offsets)[f + 1] % 64, 0U);
+  }
+  EXPECT_FALSE(place(header, {{0, 2}}));
+  EXPECT_FALSE(place(header, {{1, 0}}));
+  EXPECT_FALSE(place(header, {{1, 1}}));
+}
+
+TEST(Protocol, DescriptorsTravelWithMessages) {
+  int pair[2], pipe_ends[2];
+  ASSERT_EQ(::socketpair(AF_UNIX, SOCK_SEQPACKET, 0, pair), 0);
+  ASSERT_EQ(::pipe(pipe_ends), 0);
+  EXPECT_TRUE(send(pair[0], Room{{0}}, pipe_ends[1]));
+  bool garbled = true;
+  const auto received = receive(pair[1], garbled);
+  ASSERT_TRUE(received);
+  EXPECT_FALSE(garbled);
+  ASSERT_GE(received->descriptor, 0);
+  EXPECT_EQ(::write(received->descriptor, "x", 1), 1);
+  char c = 0;
+  EXPECT_EQ(::read(pipe_ends[0], &c, 1), 1);
+  EXPECT_EQ(::send(pair[0], "nonsense", 8, 0), 8);
+  EXPECT_FALSE(receive(pair[1], garbled));
+  EXPECT_TRUE(garbled);
+  ::close(pair[0]);
+  EXPECT_FALSE(receive(pair[1], garbled));
+  EXPECT_FALSE(garbled);
+  EXPECT_FALSE(send(pair[1], Room{{0}}));  // and no SIGPIPE
+  for (const int descriptor : {pair[1], pipe_ends[0], pipe_ends[1], received->descriptor}) ::close(descriptor);
+}
+
+TEST(Protocol, BytesReadLikeWords) {
+  EXPECT_EQ(readable_bytes(999), "999 bytes");
+  EXPECT_EQ(readable_bytes(14'200'000), "14.2 MB");
+  EXPECT_EQ(readable_bytes(2e12), "2 TB");
+  EXPECT_EQ(readable_bytes(512e9), "512 GB");
+}
+
+}  // namespace
+}  // namespace palpa::protocol
