@@ -123,8 +123,10 @@ std::string suggestion(std::string_view name, std::span<const std::string> there
   const std::string* nearest = nullptr;
   std::size_t fewest = 2 + name.size() / 4;  // this many edits would be another word
   for (const std::string& word : there) {
-    if (word.size() > name.size() + fewest || name.size() > word.size() + fewest) continue;
-    const std::size_t distance = edits(name, word);
+    if (name.size() > word.size() + fewest) continue;
+    // The beginning of a word counts too: units are easily left out.
+    const std::string_view beginning = std::string_view(word).substr(0, name.size());
+    const std::size_t distance = name.size() < 4 ? edits(name, word) : std::min(edits(name, word), 1 + edits(name, beginning));
     if (distance < fewest && distance < word.size()) {
       fewest = distance;
       nearest = &word;

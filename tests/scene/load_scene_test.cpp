@@ -212,6 +212,8 @@ TEST(WrongScene, Header) {
              "s.toml:2:12: 'coupling' in the scene is a number; it must be a table"},
        Wrong{"unknown key in coupling", header("[coupling]\nstifness_n_per_m = 3\n"),
              "s.toml:3:1: unknown key 'stifness_n_per_m' in [coupling]; did you mean 'stiffness_n_per_m'?"},
+       Wrong{"unit left out", header("[coupling]\nstiffness = 3\n"),
+             "s.toml:3:1: unknown key 'stiffness' in [coupling]; did you mean 'stiffness_n_per_m'?"},
        Wrong{"stiffness zero", header("[coupling]\nstiffness_n_per_m = 0\n"),
              "s.toml:3:21: 'stiffness_n_per_m' in [coupling] is 0; it must be above 0 and at most 100000"},
        Wrong{"damping negative", header("[coupling]\ndamping_ns_per_m = -0.5\n"),
