@@ -34,5 +34,7 @@ function(palpa_test name)
   endif()
   gtest_discover_tests(test_${name} TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 60
     PROPERTIES TIMEOUT ${arg_TIMEOUT}
-    ENVIRONMENT "PALPA_SHARED=${PROJECT_SOURCE_DIR}/../shared;PALPA_SOURCE=${PROJECT_SOURCE_DIR};PALPA_BIN=${CMAKE_BINARY_DIR}/bin")
+    # One variable in each: gtest_discover_tests takes a list of several apart.
+    ENVIRONMENT "PALPA_SHARED=${PROJECT_SOURCE_DIR}/../shared"
+    ENVIRONMENT_MODIFICATION "PALPA_BIN=set:${CMAKE_BINARY_DIR}/bin")
 endfunction()

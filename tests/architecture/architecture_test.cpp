@@ -22,7 +22,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::SizeIs;
 
-fs::path repository() { return std::getenv("PALPA_SOURCE"); }
+fs::path repository() { return PALPA_SOURCE_FOLDER; }
 
 std::string text_of(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
