@@ -76,8 +76,9 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   CLI::App app("Touch volumetric data: feel scans and flows as forces.", "palpa");
   app.set_version_flag("--version", std::string("palpa ") + version);
   app.require_subcommand(1);
-  app.footer("Each command has help of its own with an example: palpa run --help\n"
-             "Exit codes: 0 ok, 1 it ran and the answer is no, 2 wrong usage or input, 130 interrupted.");
+  app.footer(
+      "Each command has help of its own with an example: palpa run --help\n"
+      "Exit codes: 0 ok, 1 it ran and the answer is no, 2 wrong usage or input, 130 interrupted.");
 
   DemoArguments demo;
   CLI::App* demo_command = app.add_subcommand("demo", "Feel a head and see what came of it");
@@ -101,16 +102,20 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   run_command->add_option("--hand-hold", hold, "how a hand is held: rigid (it goes where the recording goes), relaxed or firm")
       ->check(CLI::IsMember({"rigid", "relaxed", "firm"}))
       ->type_name("HOLD");
-  run_command->add_option("--hand-rate-hz", run.options.recording.hand_rate_hz, "rate of a recording without time")->type_name("HZ");
-  run_command->add_option("--hand-center", center, "put the middle of the recording into the middle of the workspace: on or off")
+  run_command->add_option("--hand-rate-hz", run.options.recording.hand_rate_hz, "rate of a recording without time")
+      ->type_name("HZ");
+  run_command
+      ->add_option("--hand-center", center, "put the middle of the recording into the middle of the workspace: on or off")
       ->check(CLI::IsMember({"on", "off"}))
       ->type_name("ON");
-  run_command->add_option("--duration-s", run.options.duration_s, "how long; left out: the recording's length, or 10")->type_name("S");
+  run_command->add_option("--duration-s", run.options.duration_s, "how long; left out: the recording's length, or 10")
+      ->type_name("S");
   run_command->add_option("--rate-hz", run.options.rate_hz, "ticks per second of the hand's time (1000)")->type_name("HZ");
   run_command->add_option("--out", run.options.out, "record a trace into this new folder")->type_name("DIR");
   run_command->add_flag("--primitives", run.options.primitives, "record balances and primitives as well");
   add_repeated(run_command, "--data", run.options.scene_options.data_folders, "look for data here as well")->type_name("DIR");
-  add_repeated(run_command, "--set", sets, "change one value of the scene, as in mode.skin.friction_n=0.2")->type_name("PATH=VALUE");
+  add_repeated(run_command, "--set", sets, "change one value of the scene, as in mode.skin.friction_n=0.2")
+      ->type_name("PATH=VALUE");
   run_command->add_flag("--dry-run", run.dry_run, "load and check everything, say what it is, feel nothing");
   run_command->add_flag("--json", run.json, "print the summary as JSON");
   add_reader(run_command, run.options.read);

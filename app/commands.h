@@ -19,7 +19,7 @@ struct RunArguments {
 int run_scene(RunArguments arguments, const std::atomic<bool>& stop);
 
 struct DemoArguments {
-  std::filesystem::path data;   ///< folder of the real data; empty: the embedded head
+  std::filesystem::path data;  ///< folder of the real data; empty: the embedded head
   bool json = false;
   ReadOptions read;
 };
@@ -34,7 +34,7 @@ struct ReplayArguments {
 int run_replay(const ReplayArguments& arguments, const std::atomic<bool>& stop);
 
 struct ModesArguments {
-  std::string type;   ///< empty: a list of all
+  std::string type;  ///< empty: a list of all
   bool json = false;
 };
 int run_modes(const ModesArguments& arguments);

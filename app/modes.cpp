@@ -61,7 +61,8 @@ class JsonOfParameters final : public ParameterVisitor {
 
  private:
   Json& add(const ParameterInfo& info) {
-    json.push_back({{"name", info.name}, {"kind", name_of(info.kind)}, {"required", info.required()}, {"sentence", info.sentence}});
+    json.push_back(
+        {{"name", info.name}, {"kind", name_of(info.kind)}, {"required", info.required()}, {"sentence", info.sentence}});
     return json.back();
   }
   static void add_range(Json& entry, const ParameterInfo& info) { entry["range"] = {info.range.low, info.range.high}; }
@@ -89,7 +90,8 @@ int run_modes(const ModesArguments& arguments) {
       return 0;
     }
     for (const Mode& mode : catalog.modes()) {
-      std::printf("  %-*s  %s\n", static_cast<int>(longest), std::string(mode.type()).c_str(), std::string(mode.summary()).c_str());
+      std::printf("  %-*s  %s\n", static_cast<int>(longest), std::string(mode.type()).c_str(),
+                  std::string(mode.summary()).c_str());
     }
     return 0;
   }
@@ -98,7 +100,8 @@ int run_modes(const ModesArguments& arguments) {
   if (!mode) {
     std::vector<std::string> types;
     for (const Mode& known : catalog.modes()) types.emplace_back(known.type());
-    throw LoadError("modes: unknown type " + detail::in_quotes(arguments.type) + "; " + detail::suggestion(arguments.type, types));
+    throw LoadError("modes: unknown type " + detail::in_quotes(arguments.type) + "; " +
+                    detail::suggestion(arguments.type, types));
   }
   std::fputs((arguments.json ? to_json(*mode).dump(2) + "\n" : mode_reference_text(*mode)).c_str(), stdout);
   return 0;

@@ -23,7 +23,8 @@ Json description(const PreparedRun& prepared, double rate_hz) {
         min.push_back(extent.min);
         max.push_back(extent.max);
       }
-      fields.push_back({{"name", field.name}, {"unit", field.unit}, {"components", field.field->components()}, {"min", min}, {"max", max}});
+      fields.push_back(
+          {{"name", field.name}, {"unit", field.unit}, {"components", field.field->components()}, {"min", min}, {"max", max}});
     }
     const Vec3 size_m = volume.volume.bounds_m().size_m();
     volumes.push_back({{"name", volume.name},
@@ -52,8 +53,8 @@ void print(const Json& d) {
   const auto text = [](const Json& value) { return value.get<std::string>(); };
   const auto number = [](const Json& value) { return value.get<double>(); };
   if (!text(d["title"]).empty()) std::printf("%s\n", text(d["title"]).c_str());
-  std::printf("  coupling   %g N/m, %g N·s/m, at most %g N; law %s\n", number(d["stiffness_n_per_m"]), number(d["damping_ns_per_m"]),
-              number(d["max_force_n"]), text(d["law"]).c_str());
+  std::printf("  coupling   %g N/m, %g N·s/m, at most %g N; law %s\n", number(d["stiffness_n_per_m"]),
+              number(d["damping_ns_per_m"]), number(d["max_force_n"]), text(d["law"]).c_str());
   std::printf("  workspace  1 m of the hand is %g m of the world\n", number(d["world_m_per_hand_m"]));
   std::printf("  hand       %s, %g s at %g Hz\n", text(d["hand"]).c_str(), number(d["duration_s"]), number(d["rate_hz"]));
   for (const Json& volume : d["volumes"]) {

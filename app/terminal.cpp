@@ -15,7 +15,10 @@ void print_warnings(const std::vector<std::string>& warnings) {
 }
 
 Progress::Progress(std::string what)
-    : what_(std::move(what)), on_terminal_(::isatty(STDERR_FILENO) == 1), begin_(std::chrono::steady_clock::now()), shown_(begin_) {}
+    : what_(std::move(what)),
+      on_terminal_(::isatty(STDERR_FILENO) == 1),
+      begin_(std::chrono::steady_clock::now()),
+      shown_(begin_) {}
 
 Progress::~Progress() {
   if (on_terminal_) std::fputs("\r\033[K", stderr);

@@ -18,7 +18,7 @@ class Progress {
   explicit Progress(std::string what);
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
-  ~Progress();   ///< wipes the line
+  ~Progress();  ///< wipes the line
   void show(double share_done);
 
  private:

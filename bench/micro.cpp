@@ -53,8 +53,7 @@ BENCHMARK_CAPTURE(sample, head_phantom_grid_128_trilinear_anywhere, sampled(head
 void tick(benchmark::State& state, double depth_m) {
   Scene scene({.stiffness_n_per_m = 500});
   const FieldRef wall = scene.add("wall", plane_field());
-  scene.add("surface",
-            SurfaceAndFriction{.field = wall, .levels = {{.value = 0.0, .strength_n = 4.0}}, .friction_n = 0.1});
+  scene.add("surface", SurfaceAndFriction{.field = wall, .levels = {{.value = 0.0, .strength_n = 4.0}}, .friction_n = 0.1});
   Session session(scene);
   const Similarity map = session.hand_to_world();
   const auto hand = [&](double depth, double lateral) { return Probe{.position_m = map.to_hand({lateral, 0, -depth})}; };

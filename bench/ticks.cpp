@@ -80,7 +80,9 @@ int measure(const RunOptions& options) {
   const double tick_s = seconds_per_tick(scene, hand);
   const double empty_s = seconds_per_tick(empty, hand);
   const std::vector<double> cold_us = cold_ticks_us(scene, hand);
-  const auto cold = [&](double share) { return cold_us[static_cast<std::size_t>(share * static_cast<double>(cold_us.size() - 1))]; };
+  const auto cold = [&](double share) {
+    return cold_us[static_cast<std::size_t>(share * static_cast<double>(cold_us.size() - 1))];
+  };
 
   std::printf("scene        %s, hand %s\n", options.scene.c_str(), options.hand.c_str());
   for (const SceneMode& mode : scene.modes()) {
@@ -88,16 +90,17 @@ int measure(const RunOptions& options) {
   }
   for (const SceneVolume& volume : scene.volumes()) {
     const bool formula = volume.volume.format == "formula";
-    std::printf("volume       %s: %s, %s\n", volume.name.c_str(), volume.volume.format.c_str(), formula ? "no interpolant" : "trilinear");
+    std::printf("volume       %s: %s, %s\n", volume.name.c_str(), volume.volume.format.c_str(),
+                formula ? "no interpolant" : "trilinear");
   }
   std::printf("ticks        %zu, %.1f %% in contact, %.2f sub-steps each (at most %d)\n", hand.probes.size(),
               100.0 * summary.contact_share, summary.sub_steps_mean, summary.sub_steps_max);
   std::printf("ticks/s      %.0f (%.2f us a tick)\n", 1.0 / tick_s, 1e6 * tick_s);
   std::printf("with hand    %.0f ticks/s, the loop with its simulated hand and this summary\n", summary.ticks_per_s);
-  std::printf("empty scene  %.0f ticks/s (%.2f us a tick): a tick of the scene is %.1f of these\n", 1.0 / empty_s, 1e6 * empty_s,
-              tick_s / empty_s);
-  std::printf("cold caches  p50 %.2f us, p99 %.2f us over %zu ticks: %.1f and %.1f warm ones\n", cold(0.50), cold(0.99), cold_us.size(),
-              1e-6 * cold(0.50) / tick_s, 1e-6 * cold(0.99) / tick_s);
+  std::printf("empty scene  %.0f ticks/s (%.2f us a tick): a tick of the scene is %.1f of these\n", 1.0 / empty_s,
+              1e6 * empty_s, tick_s / empty_s);
+  std::printf("cold caches  p50 %.2f us, p99 %.2f us over %zu ticks: %.1f and %.1f warm ones\n", cold(0.50), cold(0.99),
+              cold_us.size(), 1e-6 * cold(0.50) / tick_s, 1e-6 * cold(0.99) / tick_s);
   return 0;
 }
 
@@ -111,7 +114,10 @@ int main(int argc, char** argv) {
   RunOptions options;
   options.scene = argv[1];
   options.hand = argv[2];
-  if (argc > 3) options.hold = std::strcmp(argv[3], "firm") == 0 ? Hold::firm : std::strcmp(argv[3], "relaxed") == 0 ? Hold::relaxed : Hold::rigid;
+  if (argc > 3)
+    options.hold = std::strcmp(argv[3], "firm") == 0      ? Hold::firm
+                   : std::strcmp(argv[3], "relaxed") == 0 ? Hold::relaxed
+                                                          : Hold::rigid;
   if (argc > 4) options.scene_options.data_folders = {argv[4]};
   try {
     return measure(options);

@@ -13,8 +13,8 @@ std::vector<SourceFile> data_files(const Scene& scene) {
   return files;
 }
 
-std::unique_ptr<TraceWriter> new_trace(const std::filesystem::path& folder, const TraceHeader& header, const std::string& scene_text,
-                                       const Scene& scene) {
+std::unique_ptr<TraceWriter> new_trace(const std::filesystem::path& folder, const TraceHeader& header,
+                                       const std::string& scene_text, const Scene& scene) {
   std::vector<std::string> modes;
   for (const SceneMode& mode : scene.modes()) modes.push_back(mode.name);
   std::vector<std::string> fields;

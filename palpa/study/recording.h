@@ -15,7 +15,7 @@ namespace palpa::detail {
 std::vector<SourceFile> data_files(const Scene& scene);
 
 /// A trace of this scene, begun. Throws LoadError.
-std::unique_ptr<TraceWriter> new_trace(const std::filesystem::path& folder, const TraceHeader& header, const std::string& scene_text,
-                                       const Scene& scene);
+std::unique_ptr<TraceWriter> new_trace(const std::filesystem::path& folder, const TraceHeader& header,
+                                       const std::string& scene_text, const Scene& scene);
 
 }  // namespace palpa::detail

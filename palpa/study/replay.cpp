@@ -50,7 +50,8 @@ void check_data(const std::vector<SourceFile>& recorded, const std::vector<Sourc
   for (std::size_t i = 0; i < std::max(recorded.size(), found.size()); ++i) {
     if (i < recorded.size() && i < found.size() && recorded[i].sha256 == found[i].sha256) continue;
     const std::string& path = i < found.size() ? found[i].path : recorded[i].path;
-    const std::string was = i < recorded.size() ? recorded[i].path + " with sha256 " + recorded[i].sha256 : std::string("no such file");
+    const std::string was =
+        i < recorded.size() ? recorded[i].path + " with sha256 " + recorded[i].sha256 : std::string("no such file");
     throw LoadError(path + ": is not what was felt (" + was + "); name the folder of the recorded data with --data");
   }
 }

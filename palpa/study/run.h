@@ -20,16 +20,16 @@ namespace palpa {
 
 struct RunOptions {
   std::filesystem::path scene;
-  std::string hand;                          ///< file or sim:…
+  std::string hand;  ///< file or sim:…
   std::optional<Hold> hold;
   RecordingOptions recording;
-  std::optional<double> duration_s;          ///< none: the recording's, or 10
-  double rate_hz = 1000.0;                   ///< [1, 1e5]
-  std::filesystem::path out;                 ///< trace folder; empty: none
+  std::optional<double> duration_s;  ///< none: the recording's, or 10
+  double rate_hz = 1000.0;           ///< [1, 1e5]
+  std::filesystem::path out;         ///< trace folder; empty: none
   bool primitives = false;
   SceneOptions scene_options;
   ReadOptions read;
-  std::vector<std::string> arguments;        ///< the command line, for the trace
+  std::vector<std::string> arguments;  ///< the command line, for the trace
   /// Called about every 1000 ticks with the share of the run that is done, 0…1; may be empty.
   std::function<void(double)> progress;
 };
@@ -58,7 +58,7 @@ RunResult run(const RunOptions& options, const std::atomic<bool>* stop = nullptr
 struct ReplayResult {
   TraceDifference difference;
   Summary summary;
-  bool interrupted = false;   ///< nothing was compared
+  bool interrupted = false;  ///< nothing was compared
 };
 /// Feels a trace again with its recorded time steps, probe, velocity, validity and buttons, and
 /// compares. A relative path of the scene is looked for in the trace, in `data_folders`, and where the

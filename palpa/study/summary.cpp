@@ -9,7 +9,9 @@
 namespace palpa {
 namespace {
 
-double share(std::int64_t part, std::int64_t whole) { return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0; }
+double share(std::int64_t part, std::int64_t whole) {
+  return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0;
+}
 
 [[gnu::format(printf, 1, 2)]] std::string text(const char* format, ...) {
   char buffer[256];
@@ -23,7 +25,8 @@ double share(std::int64_t part, std::int64_t whole) { return whole > 0 ? static_
 /// A whole number with its thousands apart: "125 000".
 std::string grouped(double number) {
   std::string digits = text("%.0f", number);
-  for (auto i = static_cast<std::ptrdiff_t>(digits.size()) - 3; i > 0 && digits[static_cast<std::size_t>(i) - 1] != '-'; i -= 3) {
+  for (auto i = static_cast<std::ptrdiff_t>(digits.size()) - 3; i > 0 && digits[static_cast<std::size_t>(i) - 1] != '-';
+       i -= 3) {
     digits.insert(static_cast<std::size_t>(i), 1, ' ');
   }
   return digits;
@@ -64,7 +67,8 @@ SummaryBuilder::SummaryBuilder(const Scene& scene) {
   mode_contact_ticks_.resize(summary_.modes.size());
 }
 
-void SummaryBuilder::add(const TickFrame& frame, std::span<const ModeTick> modes, std::span<const SessionEvent> events) noexcept {
+void SummaryBuilder::add(const TickFrame& frame, std::span<const ModeTick> modes,
+                         std::span<const SessionEvent> events) noexcept {
   const Tick& tick = frame.result;
   ++summary_.ticks;
   summary_.duration_s += frame.dt_s;
@@ -194,8 +198,8 @@ std::string to_table(const Summary& s) {
   result += '\n' + aligned(modes, 2) + '\n';
 
   result += aligned({{"energy", "stored", "dissipated", "injected", "path", "damper", "data moved", "work on hand"},
-                     {"", millijoules(e.stored_j), millijoules(e.dissipated_j), millijoules(e.injected_j), millijoules(e.path_j),
-                      millijoules(e.damper_j), millijoules(e.moved_j), millijoules(e.work_on_hand_j)}},
+                     {"", millijoules(e.stored_j), millijoules(e.dissipated_j), millijoules(e.injected_j),
+                      millijoules(e.path_j), millijoules(e.damper_j), millijoules(e.moved_j), millijoules(e.work_on_hand_j)}},
                     1);
   return result;
 }

@@ -16,8 +16,8 @@ namespace palpa {
 struct ModeSummary {
   std::string name;
   std::string type;
-  double contact_share = 0.0;      ///< [1] share of ticks with force above 1 mN
-  double force_mean_n = 0.0;       ///< over its ticks in contact
+  double contact_share = 0.0;  ///< [1] share of ticks with force above 1 mN
+  double force_mean_n = 0.0;   ///< over its ticks in contact
   double force_max_n = 0.0;
   double dissipated_j = 0.0;
   double injected_j = 0.0;
@@ -28,18 +28,18 @@ struct ModeSummary {
 /// Numbers of a run.
 struct Summary {
   std::int64_t ticks = 0;
-  double duration_s = 0.0;           ///< simulated
+  double duration_s = 0.0;  ///< simulated
   double wall_s = 0.0;
-  double ticks_per_s = 0.0;          ///< against the wall clock
+  double ticks_per_s = 0.0;  ///< against the wall clock
   double tick_p50_us = 0.0, tick_p99_us = 0.0, tick_max_us = 0.0;
-  double contact_share = 0.0;        ///< [1] any mode
+  double contact_share = 0.0;  ///< [1] any mode
   std::vector<ModeSummary> modes;
-  double force_mean_n = 0.0, force_max_n = 0.0;       ///< of the command, mean over ticks in contact
-  double sub_steps_mean = 0.0;       ///< [sub-steps per tick]
+  double force_mean_n = 0.0, force_max_n = 0.0;  ///< of the command, mean over ticks in contact
+  double sub_steps_mean = 0.0;                   ///< [sub-steps per tick]
   int sub_steps_max = 0;
   std::int64_t waiting_ticks = 0, capped_ticks = 0, bad_input_ticks = 0, invalid_probe_ticks = 0;
   double error_bound_max_m = 0.0;
-  Energy energy;                     ///< sums over the run; stored_j: at the end
+  Energy energy;                        ///< sums over the run; stored_j: at the end
   double first_break_through_s = -1.0;  ///< -1: none
   std::int64_t dropped_primitives = 0;
   std::int64_t guard_limited_ticks = 0, faults = 0;

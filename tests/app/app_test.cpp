@@ -74,13 +74,14 @@ TEST_F(Program, DemoFeelsTheRealHeadUnderARecordedHand) {
 
 TEST_F(Program, RunsRecordsAndReplays) {
   write_scene("scene.toml");
-  const Ended run = palpa({"run", "scene.toml", "--hand", "sim:stroke", "--duration-s", "1.5", "--out", "trace", "--primitives", "--set",
-                           "mode.surface.level.skin.strength_n=1.5"});
+  const Ended run = palpa({"run", "scene.toml", "--hand", "sim:stroke", "--duration-s", "1.5", "--out", "trace", "--primitives",
+                           "--set", "mode.surface.level.skin.strength_n=1.5"});
   EXPECT_EQ(run.code, 0) << run.err;
   EXPECT_THAT(run.err, IsEmpty()) << "silent in a pipe";
   EXPECT_THAT(run.out, HasSubstr("1 500 (1.500 s"));
-  EXPECT_THAT(TraceReader(folder / "trace").header().arguments, testing::ElementsAre("run", "scene.toml", "--hand", "sim:stroke",
-              "--duration-s", "1.5", "--out", "trace", "--primitives", "--set", "mode.surface.level.skin.strength_n=1.5"));
+  EXPECT_THAT(TraceReader(folder / "trace").header().arguments,
+              testing::ElementsAre("run", "scene.toml", "--hand", "sim:stroke", "--duration-s", "1.5", "--out", "trace",
+                                   "--primitives", "--set", "mode.surface.level.skin.strength_n=1.5"));
 
   const Ended same = palpa({"replay", "trace"});
   EXPECT_EQ(same.code, 0) << same.err;
@@ -115,7 +116,8 @@ TEST_F(Program, ReadsARecordedHandInEveryWayItIsHeld) {
   for (int i = 0; i < 200; ++i) rows += "0.0," + std::to_string(0.0001 * i) + "," + std::to_string(0.09 - 0.0002 * i) + "\n";
   write("hand.csv", rows);
   for (const char* hold : {"rigid", "relaxed", "firm"}) {
-    const Ended run = palpa({"run", "scene.toml", "--hand", "hand.csv", "--hand-rate-hz", "100", "--hand-center", "off", "--hand-hold", hold, "--json"});
+    const Ended run = palpa({"run", "scene.toml", "--hand", "hand.csv", "--hand-rate-hz", "100", "--hand-center", "off",
+                             "--hand-hold", hold, "--json"});
     ASSERT_EQ(run.code, 0) << run.err;
     EXPECT_NEAR(json::parse(run.out)["duration_s"].get<double>(), 1.99, 0.011) << hold;
   }

@@ -42,7 +42,8 @@ TEST_F(BadInput, CommandLine) {
   expect_refusal({"run"}, {"SCENE"});
   expect_refusal({"run", "scene.toml"}, {"--hand"});
   expect_refusal({"run", "scene.toml", "--hnad", "sim:press"}, {"palpa run --help"});
-  expect_refusal({"run", "scene.toml", "--hand", "sim:press", "--duratoin-s", "3"}, {"'--duratoin-s'", "did you mean '--duration-s'?"});
+  expect_refusal({"run", "scene.toml", "--hand", "sim:press", "--duratoin-s", "3"},
+                 {"'--duratoin-s'", "did you mean '--duration-s'?"});
   expect_refusal({"run", "scene.toml", "--hand", "sim:press", "--device", "touch"}, {"'--device'"});
   expect_refusal({"run", "scene.toml", "other.toml", "--hand", "sim:press"}, {"'other.toml'", "one argument too many"});
   expect_refusal({"run", "scene.toml", "--hand", "sim:press", "--rate-hz", "fast"}, {"--rate-hz", "fast"});
@@ -75,11 +76,13 @@ TEST_F(BadInput, Scenes) {
   fs::create_directory(folder / "folder.toml");
   expect_scene_refused("folder.toml", {"folder.toml"});
 
-  const auto expect_change_refused = [&](const std::string& from, const std::string& to, const std::vector<std::string>& pieces) {
+  const auto expect_change_refused = [&](const std::string& from, const std::string& to,
+                                         const std::vector<std::string>& pieces) {
     write_scene("scene.toml", from, to);
     expect_scene_refused("scene.toml", pieces);
   };
-  expect_change_refused("strength_n = 0.8", "strenght_n = 0.8", {"scene.toml:16:", "'strenght_n'", "did you mean 'strength_n'?"});
+  expect_change_refused("strength_n = 0.8", "strenght_n = 0.8",
+                        {"scene.toml:16:", "'strenght_n'", "did you mean 'strength_n'?"});
   expect_change_refused("stiffness_n_per_m = 800", "stiffness_n_per_m = \"stiff\"", {"scene.toml:4:", "stiffness_n_per_m"});
   expect_change_refused("stiffness_n_per_m = 800", "stiffness_n_per_m = nan", {"stiffness"});
   expect_change_refused("strength_n = 0.8", "strength_n = -0.8", {"scene.toml:16:", "-0.8"});

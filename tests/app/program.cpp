@@ -29,7 +29,9 @@ pid_t ProgramTest::start(const std::vector<std::string>& arguments, const Enviro
 
   const pid_t process = ::fork();
   if (process != 0) return process;
-  const auto redirect = [](const std::string& file, int flags, int stream) { ::dup2(::open(file.c_str(), flags, 0600), stream); };
+  const auto redirect = [](const std::string& file, int flags, int stream) {
+    ::dup2(::open(file.c_str(), flags, 0600), stream);
+  };
   redirect("/dev/null", O_RDONLY, STDIN_FILENO);
   redirect(out, O_WRONLY | O_CREAT | O_TRUNC, STDOUT_FILENO);
   redirect(err, O_WRONLY | O_CREAT | O_TRUNC, STDERR_FILENO);

@@ -12,7 +12,7 @@
 namespace palpa {
 
 struct Ended {
-  int code = -1;   ///< exit code; 128 + signal where a signal ended it
+  int code = -1;  ///< exit code; 128 + signal where a signal ended it
   std::string out;
   std::string err;
 };

@@ -63,7 +63,9 @@ TEST_F(Replay, IsTheSameAtRatesWhosePeriodIsNoRoundNumber) {
 }
 
 TEST_F(Replay, IsTheSameWhereTheProbeWasLostForAWhile) {
-  write("hand.csv", "t_s,x_m,y_m,z_m,buttons\n0,0,0,0.08,0\n0.05,0,0,0.07,1\n0.1,0,0,0.06,1\n0.4,0.001,0,0.06,0\n0.45,0.01,0,0.06,2\n0.5,0.02,0,0.06,0\n");
+  write("hand.csv",
+        "t_s,x_m,y_m,z_m,buttons\n0,0,0,0.08,0\n0.05,0,0,0.07,1\n0.1,0,0,0.06,1\n0.4,0.001,0,0.06,0\n0.45,0.01,0,0.06,2\n0.5,0."
+        "02,0,0.06,0\n");
   RunOptions o = options("trace");
   o.hand = folder / "hand.csv";
   o.duration_s.reset();
@@ -93,7 +95,8 @@ TEST_F(Replay, ComparesAKilledRecordingAsFarAsItGoes) {
   for (const double share : {0.9, 0.5, 0.1, 0.02}) {
     const fs::path trace = recorded();
     say_incomplete(trace);
-    for (const char* file : {"ticks.csv", "modes.csv", "balances.csv", "primitives.csv", "events.csv"}) cut(trace / file, share);
+    for (const char* file : {"ticks.csv", "modes.csv", "balances.csv", "primitives.csv", "events.csv"})
+      cut(trace / file, share);
     const ReplayResult again = replay(trace);
     EXPECT_TRUE(again.difference.same) << share << ": " << again.difference.where;
     EXPECT_LT(again.difference.ticks, 1500);

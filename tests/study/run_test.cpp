@@ -88,7 +88,8 @@ TEST_F(Run, RefusesNumbersThatCannotBeUsed) {
     o.rate_hz = rate_hz;
     EXPECT_THAT(error_of(o), HasSubstr("; a rate lies between")) << rate_hz;
   }
-  for (const double duration_s : {0.0, -1.0, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
+  for (const double duration_s :
+       {0.0, -1.0, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
     RunOptions o = options("trace");
     o.duration_s = duration_s;
     EXPECT_THAT(error_of(o), HasSubstr("; a duration is finite")) << duration_s;

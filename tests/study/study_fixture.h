@@ -53,9 +53,7 @@ class StudyTest : public testing::Test {
   }
   ~StudyTest() override { std::filesystem::remove_all(folder); }
 
-  void write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder / name, std::ios::binary) << text;
-  }
+  void write(const std::string& name, const std::string& text) const { std::ofstream(folder / name, std::ios::binary) << text; }
   std::string read(const std::filesystem::path& file) const {
     std::ostringstream text;
     text << std::ifstream(file, std::ios::binary).rdbuf();

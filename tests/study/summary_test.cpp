@@ -64,10 +64,10 @@ TEST(Summary, OfNothingIsZero) {
 
 TEST(Summary, ContactIsMoreThanOneMillinewtonOfAMode) {
   std::vector<MadeTick> ticks(4);
-  ticks[0].modes[0].force_n = {1e-3, 0, 0};                 // exactly 1 mN: not yet
+  ticks[0].modes[0].force_n = {1e-3, 0, 0};  // exactly 1 mN: not yet
   ticks[1].modes[0].force_n = {0, 1.0000001e-3, 0};
   ticks[2].modes[1].force_n = {0, 0, -2.0};
-  ticks[3].frame.command_n = {3, 0, 0};                     // force on the hand, but by no mode
+  ticks[3].frame.command_n = {3, 0, 0};  // force on the hand, but by no mode
   const Summary s = summary_of(ticks);
   EXPECT_DOUBLE_EQ(s.contact_share, 0.5);
   EXPECT_DOUBLE_EQ(s.modes[0].contact_share, 0.25);
@@ -165,7 +165,8 @@ TEST(Summary, TableNamesEveryModeAndJsonReadsBackTheSame) {
   for (int i = 0; i < 100; ++i) ticks.push_back(random_tick(random));
   const Summary s = summary_of(ticks, 0.125);
   const std::string table = to_table(s);
-  EXPECT_THAT(table, testing::AllOf(testing::HasSubstr("skin"), testing::HasSubstr("syrup"), testing::HasSubstr("800 ticks/s")));
+  EXPECT_THAT(table,
+              testing::AllOf(testing::HasSubstr("skin"), testing::HasSubstr("syrup"), testing::HasSubstr("800 ticks/s")));
 
   const nlohmann::json json = nlohmann::json::parse(to_json(s));
   EXPECT_EQ(json["ticks"], 100);
