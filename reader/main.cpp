@@ -9,13 +9,15 @@
 #include <unistd.h>
 #include <zlib.h>
 
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <future>
 #include <new>
-#include <regex>
 #include <string_view>
 
 #include "messages.h"
@@ -41,6 +43,37 @@ void limit_memory([[maybe_unused]] std::uint64_t bytes) {
 #endif
 }
 
+bool ends_with(std::string_view text, std::string_view end) {
+  return text.size() >= end.size() && text.substr(text.size() - end.size()) == end;
+}
+
+/// The letters, digits and underscores at the start of `text`, after blanks and quotes.
+std::string first_word(std::string_view text) {
+  text.remove_prefix(std::min(text.find_first_not_of(" \t\"'"), text.size()));
+  std::size_t end = 0;
+  while (end < text.size() && (std::isalnum(static_cast<unsigned char>(text[end])) != 0 || text[end] == '_')) ++end;
+  return std::string(text.substr(0, end));
+}
+
+/// The word that follows `key` at its first place in `text`; empty if it is not there.
+std::string word_after(std::string_view text, std::string_view key) {
+  const std::size_t at = text.find(key);
+  return at == std::string_view::npos ? std::string() : first_word(text.substr(at + key.size()));
+}
+
+/// The data type of a NIfTI header, which vtkNIFTIReader looks up in a table that it runs off.
+void check_nifti_type(const char* header, bool second_version) {
+  std::uint32_t header_bytes = 0;
+  std::uint16_t type = 0;
+  std::memcpy(&header_bytes, header, sizeof header_bytes);
+  std::memcpy(&type, header + (second_version ? 12 : 70), sizeof type);
+  if (header_bytes != 348 && header_bytes != 540) type = static_cast<std::uint16_t>(type >> 8 | type << 8);
+  static constexpr int known[] = {2, 4, 8, 16, 32, 64, 128, 256, 512, 768, 1024, 1280, 1792, 2304};
+  if (std::find(std::begin(known), std::end(known), type) == std::end(known)) {
+    throw LoadError("has NIfTI data type " + std::to_string(type) + "; whole numbers to 64 bits, float32 and float64 can be read");
+  }
+}
+
 /// Opens the file with the library that its first bytes ask for.
 std::unique_ptr<Source> open_source(const protocol::Request& request) {
   char buffer[1024] = {};
@@ -49,56 +82,46 @@ std::unique_ptr<Source> open_source(const protocol::Request& request) {
     got = gzread(file, buffer, sizeof buffer);
     gzclose(file);
   } else {
-    throw LoadError(std::string("cannot be opened: ") + std::strerror(errno));
+    throw LoadError(std::string("cannot be opened: ") + std::strerror(errno) + "; check its permissions");
   }
-  if (got <= 0) throw LoadError("cannot be read: its gzip compression is damaged; get the whole file");
+  if (got <= 0) throw LoadError("cannot be read: its gzip compression is damaged; get the file again");
   const std::string_view start(buffer, static_cast<std::size_t>(got));
-  const std::string name = request.path.substr(request.path.rfind('/') + 1);
-  const auto ends_with = [&](std::string_view end) { return name.size() >= end.size() && name.compare(name.size() - end.size(), end.size(), end) == 0; };
+  const std::string_view name = request.path;
 
   if (start.substr(0, 4) == "NRRD") return open_nrrd(request);
-  if (ends_with(".nrrd") || ends_with(".nhdr")) throw LoadError("is no NRRD file: it does not begin with 'NRRD'; give it its right name or export it again");
+  if (ends_with(name, ".nrrd") || ends_with(name, ".nhdr")) {
+    throw LoadError("is no NRRD file: it does not begin with 'NRRD'; give it its right name or export it again");
+  }
 
   const bool nifti_1 = start.size() >= 348 && (start.substr(344, 3) == "n+1" || start.substr(344, 3) == "ni1");
   const bool nifti_2 = start.size() >= 540 && (start.substr(4, 3) == "n+2" || start.substr(4, 3) == "ni2");
   if (nifti_1 || nifti_2) {
-    // vtkNIFTIReader runs off its table of types where it does not know one, so that is asked here.
-    std::uint16_t type = 0;
-    std::memcpy(&type, buffer + (nifti_2 ? 12 : 70), sizeof type);
-    std::uint32_t header_bytes = 0;
-    std::memcpy(&header_bytes, buffer, sizeof header_bytes);
-    if (header_bytes != 348 && header_bytes != 540) type = static_cast<std::uint16_t>(type >> 8 | type << 8);
-    static constexpr int known[] = {2, 4, 8, 16, 32, 64, 128, 256, 512, 768, 1024, 1280, 1792, 2304};
-    if (std::find(std::begin(known), std::end(known), type) == std::end(known)) {
-      throw LoadError("has NIfTI data type " + std::to_string(type) + "; whole numbers to 64 bits, float32 and float64 can be read");
-    }
+    check_nifti_type(buffer, nifti_2);
     return open_nifti(request);
   }
-  if (ends_with(".nii") || ends_with(".nii.gz")) throw LoadError("is no NIfTI file: its header has no 'n+1' or 'n+2'; export it again");
+  if (ends_with(name, ".nii") || ends_with(name, ".nii.gz")) {
+    throw LoadError("is no NIfTI file: its header has no 'n+1' or 'n+2'; export it again");
+  }
 
   if (start.substr(0, 14) == "# vtk DataFile") {
-    std::cmatch found;
-    static const std::regex dataset(R"(\n\s*DATASET\s+(\w+))", std::regex::icase);
-    std::string kind;
-    if (std::regex_search(start.begin(), start.end(), found, dataset)) kind = found[1];
-    for (char& c : kind) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-    if (kind != "STRUCTURED_POINTS") {
-      throw LoadError("holds " + (kind.empty() ? std::string("no DATASET that can be found") : kind) +
-                      "; of legacy VTK files STRUCTURED_POINTS (image data) can be read");
-    }
-    return open_legacy_vtk(request);
+    std::string upper(start);
+    for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    const std::string kind = word_after(upper, "\nDATASET");
+    if (kind == "STRUCTURED_POINTS") return open_legacy_vtk(request);
+    throw LoadError("holds " + (kind.empty() ? std::string("no DATASET that can be found") : kind) +
+                    "; of legacy VTK files STRUCTURED_POINTS (image data) can be read");
   }
-  if (start.find("<VTKFile") != std::string_view::npos) {
-    std::cmatch found;
-    static const std::regex type(R"(<VTKFile[^>]*\stype\s*=\s*["'](\w+)["'])");
-    const std::string kind = std::regex_search(start.begin(), start.end(), found, type) ? found[1].str() : "data of no type";
-    if (kind != "ImageData") throw LoadError("holds " + kind + "; of VTK's XML files ImageData (.vti) can be read");
-    return open_vti(request);
+  if (const std::size_t at = start.find("<VTKFile"); at != std::string_view::npos) {
+    const std::string kind = word_after(start.substr(at), " type=");
+    if (kind == "ImageData") return open_vti(request);
+    throw LoadError("holds " + (kind.empty() ? std::string("data of no type") : kind) + "; of VTK's XML files ImageData (.vti) can be read");
   }
-  if (ends_with(".vti")) throw LoadError("is no VTI file: it has no '<VTKFile'; export it again");
+  if (ends_with(name, ".vti")) throw LoadError("is no VTI file: it has no '<VTKFile'; export it again");
 
-  static const std::regex meta(R"((^|\n)\s*(ObjectType|NDims|DimSize)\s*=)");
-  if (std::regex_search(start.begin(), start.end(), meta)) return open_metaimage(request);
+  const std::string first = first_word(start);
+  if (first == "ObjectType" || first == "NDims" || first == "DimSize" || first == "Comment" || ends_with(name, ".mha") || ends_with(name, ".mhd")) {
+    return open_metaimage(request);
+  }
   if (start.size() >= 132 && start.substr(128, 4) == "DICM") throw LoadError("is DICOM, which is not read yet; convert it to NIfTI or NRRD");
   throw LoadError("has no format that is known; NRRD, MetaImage, NIfTI, VTI and legacy VTK image data can be read");
 }
@@ -115,9 +138,24 @@ std::byte* mapped(int descriptor, std::uint64_t bytes) {
   return static_cast<std::byte*>(memory);
 }
 
-std::vector<SourceFile> checksums(const std::vector<std::string>& paths) {
+/// Reads a gzip file to its end, where its own checksum lies. Other files pass.
+void check_gzip(const std::string& path) {
+  const std::unique_ptr<gzFile_s, int (*)(gzFile)> file(gzopen(path.c_str(), "rb"), gzclose);
+  if (!file || gzdirect(file.get()) != 0) return;
+  std::vector<char> buffer(1 << 16);
+  int got = 0;
+  while ((got = gzread(file.get(), buffer.data(), static_cast<unsigned>(buffer.size()))) > 0) {
+  }
+  if (got < 0) throw LoadError("cannot be read: its gzip compression is damaged; get the file again");
+}
+
+std::vector<SourceFile> checksums(const Source& source) {
   std::vector<SourceFile> files;
-  for (const std::string& path : paths) files.push_back({path, file_bytes(path), sha256_of_file(path)});
+  for (const std::string& path : source.files) files.push_back({path, file_bytes(path), sha256_of_file(path)});
+  // vtk-dicom stops at the last voxel, before gzip's checksum. (Of a series only the start is unpacked.)
+  if (source.header.format == "nifti" && source.header.frames == 1) {
+    for (const std::string& path : source.files) check_gzip(path);
+  }
   return files;
 }
 
@@ -134,7 +172,7 @@ void serve(int socket) {
 
   const std::unique_ptr<Source> source = open_source(request);
   if (!protocol::send(socket, source->header)) return;
-  auto checks = std::async(std::launch::async, checksums, source->files);
+  auto checks = std::async(std::launch::async, [&source] { return checksums(*source); });
 
   auto second = protocol::receive(socket, garbled);
   if (!second || !std::holds_alternative<protocol::Room>(second->message) || second->descriptor < 0) return;

@@ -1,12 +1,12 @@
 #include "messages.h"
 
+#include <vtkLogger.h>
 #include <vtkObjectFactory.h>
 #include <vtkOutputWindow.h>
 #include <vtkSmartPointer.h>
 
 #include <cstdio>
 #include <iostream>
-#include <regex>
 #include <sstream>
 #include <utility>
 
@@ -17,16 +17,16 @@ std::vector<std::string> errors;
 std::vector<std::string> warnings;
 std::ostringstream streams;  // MetaIO prints its errors to std::cerr, some to std::cout
 
-/// The sentence in `ERROR: In file.cxx, line 12\nvtkClass (0x55…): the sentence\n`.
-std::string sentence_in(const char* text) {
-  static const std::regex before(R"((ERROR|Warning|Generic Warning): In [^\n]*\n)");
-  static const std::regex who(R"(^\s*\w+ \(0x[0-9a-f]+\):\s*)");
-  static const std::regex blanks(R"(\s+)");
-  std::string sentence = std::regex_replace(std::string(text), before, "");
-  sentence = std::regex_replace(sentence, who, "");
-  sentence = std::regex_replace(sentence, blanks, " ");
-  while (!sentence.empty() && (sentence.back() == ' ' || sentence.back() == '.' || sentence.back() == '!')) sentence.pop_back();
-  return sentence;
+/// The sentence in `ERROR: In file.cxx, line 12\nvtkClass (0x55…): the sentence\n`, on one line.
+std::string sentence_in(std::string text) {
+  for (const char* start : {"ERROR: In ", "Warning: In ", "Generic Warning: In "}) {
+    if (text.rfind(start, 0) == 0 && text.find('\n') != std::string::npos) text.erase(0, text.find('\n') + 1);
+  }
+  if (const std::size_t who = text.find(" (0x"), end = text.find("): "); who < end && end != std::string::npos) text.erase(0, end + 3);
+  std::istringstream words(text);
+  std::string sentence;
+  for (std::string word; words >> word;) sentence += (sentence.empty() ? "" : " ") + word;
+  return sentence.substr(0, sentence.find_last_not_of(".!") + 1);
 }
 
 class Messages : public vtkOutputWindow {
@@ -48,6 +48,7 @@ vtkStandardNewMacro(Messages);
 }  // namespace
 
 void catch_library_messages() {
+  vtkLogger::SetStderrVerbosity(vtkLogger::VERBOSITY_OFF);
   vtkOutputWindow::SetInstance(vtkSmartPointer<Messages>::New());
   std::cerr.rdbuf(streams.rdbuf());
   std::cout.rdbuf(streams.rdbuf());
@@ -59,7 +60,7 @@ void catch_library_messages() {
 bool library_complained() noexcept { return !errors.empty(); }
 
 std::string take_library_error() {
-  std::string first = errors.empty() ? sentence_in(streams.str().c_str()) : errors.front();
+  std::string first = errors.empty() ? sentence_in(streams.str()) : errors.front();
   errors.clear();
   streams.str({});
   if (first.size() > 300) first = first.substr(0, 300) + "…";

@@ -7,7 +7,6 @@
 #include <cstdlib>
 #include <filesystem>
 #include <optional>
-#include <regex>
 
 #include "source.h"
 #include "voxels.h"
@@ -22,14 +21,15 @@ struct StateDeleter {
   void operator()(NrrdIoState* state) const { nrrdIoStateNix(state); }
 };
 
-/// The innermost cause that NrrdIO gives for a failure.
+/// The innermost cause that NrrdIO gives for a failure: of the last line, `[nrrd] function: cause`.
 std::string cause() {
   char* text = biffGetDone(NRRD);
   std::string all = text != nullptr ? text : "";
   std::free(text);
   while (!all.empty() && all.back() == '\n') all.pop_back();
-  all = all.substr(all.rfind('\n') == std::string::npos ? 0 : all.rfind('\n') + 1);
-  return std::regex_replace(all, std::regex(R"(^(\[nrrd\] )?\w+: )"), "");
+  all.erase(0, all.rfind('\n') + 1);  // npos + 1 is 0
+  const std::size_t colon = all.find(": ");
+  return colon == std::string::npos ? all : all.substr(colon + 2);
 }
 
 RawType raw_type(int type) {
@@ -248,18 +248,18 @@ class NrrdSource : public Source {
       files.push_back((std::filesystem::path(path_).parent_path() / name).string());
     };
     if (state.dataFNFormat != nullptr) {
-      // printf-like, but not by printf: the format is the file's.
-      static const std::regex number(R"(%(0?)(\d*)d)");
+      // As printf would, but not by printf: the format is the file's. NrrdIO has checked that it has a number.
       const std::string format = state.dataFNFormat;
-      std::smatch found;
-      if (!std::regex_search(format, found, number)) return;
+      const std::size_t percent = format.find('%'), end = format.find('d', percent);
+      if (end == std::string::npos) return;
+      const bool zeros = format[percent + 1] == '0';
+      const auto width = static_cast<std::size_t>(std::clamp(std::atoi(format.c_str() + percent + 1), 0, 64));
       const long step = state.dataFNStep;
       for (long n = state.dataFNMin; step > 0 ? n <= state.dataFNMax : step < 0 && n >= state.dataFNMax; n += step) {
         if (files.size() > 4096) throw LoadError("names more than 4096 data files; join them into fewer");
         std::string digits = std::to_string(n);
-        const std::size_t width = std::min<std::size_t>(found[2].length() > 0 ? std::stoul(found[2].str().substr(0, 3)) : 0, 64);
-        if (digits.size() < width) digits.insert(0, width - digits.size(), found[1].length() > 0 ? '0' : ' ');
-        add(found.prefix().str() + digits + found.suffix().str());
+        if (digits.size() < width) digits.insert(0, width - digits.size(), zeros ? '0' : ' ');
+        add(format.substr(0, percent) + digits + format.substr(end + 1));
       }
     } else if (state.dataFNArr != nullptr) {
       for (unsigned i = 0; i < state.dataFNArr->len; ++i) {

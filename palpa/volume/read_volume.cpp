@@ -172,8 +172,14 @@ class SharedMemory {
   int descriptor() const noexcept { return descriptor_; }
 
   /// The voxels, read-only. Call when the reader is gone: a seal against writing needs that nobody can.
+  /// The memory of a dead process may outlive it by a moment (whoever looks into /proc holds it).
   std::shared_ptr<const std::byte> sealed_and_mapped() {
-    if (::fcntl(descriptor_, F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_SEAL) != 0) {
+    int sealed = -1;
+    for (int wait_ms = 0; wait_ms < 2000 && (sealed = ::fcntl(descriptor_, F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_SEAL)) != 0; ++wait_ms) {
+      if (errno != EBUSY) break;
+      ::usleep(1000);
+    }
+    if (sealed != 0) {
       throw LoadError(std::string("cannot be read: its voxels cannot be sealed (") + std::strerror(errno) + "); try again");
     }
     void* memory = ::mmap(nullptr, bytes_, PROT_READ, MAP_SHARED, descriptor_, 0);

@@ -228,6 +228,9 @@ TEST_F(Nifti, ShortDataAreNotFilledUp) {
   EXPECT_NE(error_of([&] { read(folder_.write("a.nii", file.header() + voxels.substr(0, 400))); }).find("whole"), std::string::npos);
   const std::string packed = gzipped(file.header() + voxels);
   EXPECT_NE(error_of([&] { read(folder_.write("a.nii.gz", packed.substr(0, packed.size() - 60))); }).find("a.nii.gz: "), std::string::npos);
+  std::string wrong = packed;
+  wrong[packed.size() - 6] ^= 1;  // gzip's checksum
+  EXPECT_NE(error_of([&] { read(folder_.write("b.nii.gz", wrong)); }).find("gzip compression is damaged"), std::string::npos);
 }
 
 }  // namespace

@@ -62,7 +62,10 @@ int main() {
   auto room = receive(socket, garbled);
   if (!room || room->descriptor < 0) return 1;
   if (part == "killed in the middle") std::raise(SIGKILL);
-  if (part == "segfault in the middle") std::raise(SIGSEGV);
+  if (part == "segfault in the middle") {
+    std::signal(SIGSEGV, SIG_DFL);  // sanitizers take it
+    std::raise(SIGSEGV);
+  }
   if (part == "exit in the middle") return 0;
   if (part == "hang in the middle") ::pause();
   if (part == "spin in the middle") {
