@@ -59,7 +59,7 @@ field ◄ volume ◄ reader
 x ◄ y
 )";
 
-TEST(Arrows, are_read_from_the_section_on_layers_and_followed_to_their_end) {
+TEST(Arrows, AreReadFromTheSectionOnLayersAndFollowedToTheirEnd) {
   const Arrows arrows = arrows_of(small_page);
   EXPECT_THAT(arrows, SizeIs(7));
   EXPECT_THAT(arrows.at("core"), ElementsAre("core"));
@@ -68,7 +68,7 @@ TEST(Arrows, are_read_from_the_section_on_layers_and_followed_to_their_end) {
   EXPECT_THAT(arrows.at("volume"), ElementsAre("core", "field", "volume"));
 }
 
-TEST(Arrows, an_include_against_them_is_seen) {
+TEST(Arrows, AnIncludeAgainstThemIsSeen) {
   const Arrows arrows = arrows_of(small_page);
   const auto wrong = [&](const char* path, const char* text) { return wrong_includes(arrows, path, text); };
   EXPECT_THAT(wrong("palpa/mode/a.h", "#include \"palpa/field/grid.h\"\n#include <vector>\n"), IsEmpty());
@@ -83,7 +83,7 @@ TEST(Arrows, an_include_against_them_is_seen) {
   EXPECT_THAT(wrong("palpa/palpa.h", "#include \"palpa/loop/loop.h\""), IsEmpty());
 }
 
-TEST(Arrows, an_include_of_a_foreign_library_is_seen) {
+TEST(Arrows, AnIncludeOfAForeignLibraryIsSeen) {
   const Arrows arrows = arrows_of(small_page);
   const auto wrong = [&](const char* path, const char* text) { return wrong_includes(arrows, path, text); };
   EXPECT_THAT(wrong("reader/vtk.cpp", "#include <vtkImageData.h>\n#include <itkImage.h>"), IsEmpty());
@@ -98,7 +98,7 @@ TEST(Arrows, an_include_of_a_foreign_library_is_seen) {
   EXPECT_THAT(wrong("reader/a.cpp", "#include \"palpa/mode/mode.h\""), SizeIs(1));
 }
 
-TEST(Arrows, hold_in_the_sources) {
+TEST(Arrows, HoldInTheSources) {
   const Arrows arrows = arrows_of(text_of(repository() / "docs/design.md"));
   ASSERT_THAT(arrows.at("study"), Contains("core")) << "the page's table was not understood";
   int files = 0;
@@ -111,7 +111,7 @@ TEST(Arrows, hold_in_the_sources) {
   EXPECT_GT(files, 50) << "the sources were not found";
 }
 
-TEST(Units, are_known_by_the_end_of_a_name) {
+TEST(Units, AreKnownByTheEndOfAName) {
   for (const char* name : {"position_m", "stiffness_n_per_m", "damping_ns_per_m", "per_s", "tick_us_p99", "force_max_n",
                            "error_bound_max_m", "ticks_per_s", "circulation_m2_per_s", "angle_deg", "newtons"}) {
     EXPECT_TRUE(ends_with_unit(name)) << name;
@@ -122,7 +122,7 @@ TEST(Units, are_known_by_the_end_of_a_name) {
   }
 }
 
-TEST(Units, a_number_without_one_is_seen) {
+TEST(Units, ANumberWithoutOneIsSeen) {
   EXPECT_THAT(names_of(unitless_numbers("struct A { double length; double width_m; };")), ElementsAre("length"));
   EXPECT_THAT(names_of(unitless_numbers("struct A { double a = 0.0, b_m = 1, c{2}; std::optional<double> d; };")),
               ElementsAre("a", "c", "d"));
@@ -137,7 +137,7 @@ TEST(Units, a_number_without_one_is_seen) {
   EXPECT_EQ(unitless_numbers("\n\nstruct A {\n  double length;\n};").at(0).line, 4);
 }
 
-TEST(Units, a_comment_can_say_one) {
+TEST(Units, ACommentCanSayOne) {
   EXPECT_THAT(unitless_numbers("struct A {\n  double share;  ///< [1] of all\n  Vec3 slope;  ///< [unit/m]\n};"), IsEmpty());
   EXPECT_THAT(unitless_numbers("struct A {\n  double value;  ///< in the field's own unit\n};"), IsEmpty());
   EXPECT_THAT(unitless_numbers("/// Share [1] of all.\ndouble share();"), IsEmpty());
@@ -150,7 +150,7 @@ TEST(Units, a_comment_can_say_one) {
   EXPECT_THAT(unitless_numbers("/// Stretched [1].\nvoid stretch(double f);"), SizeIs(1)) << "not the parameter's";
 }
 
-TEST(Units, what_is_not_public_is_left_alone) {
+TEST(Units, WhatIsNotPublicIsLeftAlone) {
   EXPECT_THAT(unitless_numbers("namespace palpa::detail { double x(double y); }"), IsEmpty());
   EXPECT_THAT(unitless_numbers("namespace palpa { namespace detail { struct A { double b; }; } }"), IsEmpty());
   EXPECT_THAT(unitless_numbers("// double a;\n/* double b; */ #define C double c;\nconst char* d = \"double e;\";"), IsEmpty());
@@ -158,7 +158,7 @@ TEST(Units, what_is_not_public_is_left_alone) {
               IsEmpty());
 }
 
-TEST(Units, are_said_in_the_public_headers) {
+TEST(Units, AreSaidInThePublicHeaders) {
   int headers = 0;
   for (const std::string& file : files_under("palpa", {".h"})) {
     if (file == "palpa/core/vec3.h") continue;  // vectors of any unit: whoever holds one says it
@@ -178,12 +178,12 @@ std::vector<std::string> linked_files(const std::string& markdown) {
   return {std::sregex_token_iterator(markdown.begin(), markdown.end(), link, 1), {}};
 }
 
-TEST(Pages, links_are_found) {
+TEST(Pages, LinksAreFound) {
   EXPECT_THAT(linked_files("see [a](docs/a.md) and [b](b.md#part), not [c](https://c.org) or [d](#here)"),
               ElementsAre("docs/a.md", "b.md"));
 }
 
-TEST(Pages, link_to_files_that_are_there) {
+TEST(Pages, LinkToFilesThatAreThere) {
   std::vector<std::string> pages = files_under("docs", {".md"});
   for (const auto& entry : fs::directory_iterator(repository())) {
     if (entry.path().extension() == ".md") pages.push_back(entry.path().filename().string());
@@ -196,7 +196,7 @@ TEST(Pages, link_to_files_that_are_there) {
   }
 }
 
-TEST(Pages, give_a_reason_for_every_package) {
+TEST(Pages, GiveAReasonForEveryPackage) {
   const std::string reasons = text_of(repository() / "docs/dependencies.md");
   std::istringstream lines(text_of(repository() / "packages.txt"));
   int packages = 0;
