@@ -34,7 +34,9 @@ class Delay {
   std::array<Vec3, longest_delay_ticks> waiting_n_{};
 };
 
-double rounded(double value_m, double step_m) noexcept { return step_m > 0.0 ? std::floor(value_m / step_m + 0.5) * step_m : value_m; }
+double rounded(double value_m, double step_m) noexcept {
+  return step_m > 0.0 ? std::floor(value_m / step_m + 0.5) * step_m : value_m;
+}
 
 class Hand : public SimulatedDevice {
  public:
@@ -142,13 +144,25 @@ class ArmHand final : public Hand {
 
 DevicePlant device_plant(const std::string& name) {
   const DevicePlant presets[] = {
-      {.name = "touch", .mass_kg = 0.045, .damping_ns_per_m = 0.005, .coulomb_friction_n = 0.26,
+      {.name = "touch",
+       .mass_kg = 0.045,
+       .damping_ns_per_m = 0.005,
+       .coulomb_friction_n = 0.26,
        .limits = {.max_force_n = 3.3, .max_stiffness_n_per_m = 400, .workspace_radius_m = 0.075, .encoder_step_m = 55e-6}},
-      {.name = "omega", .mass_kg = 0.2, .damping_ns_per_m = 0.1, .coulomb_friction_n = 0.1,
+      {.name = "omega",
+       .mass_kg = 0.2,
+       .damping_ns_per_m = 0.1,
+       .coulomb_friction_n = 0.1,
        .limits = {.max_force_n = 12, .max_stiffness_n_per_m = 5000, .workspace_radius_m = 0.075, .encoder_step_m = 10e-6}},
-      {.name = "falcon", .mass_kg = 0.2, .damping_ns_per_m = 0.5, .coulomb_friction_n = 0.3,
+      {.name = "falcon",
+       .mass_kg = 0.2,
+       .damping_ns_per_m = 0.5,
+       .coulomb_friction_n = 0.3,
        .limits = {.max_force_n = 8, .max_stiffness_n_per_m = 3000, .workspace_radius_m = 0.04, .encoder_step_m = 60e-6}},
-      {.name = "inverse3", .mass_kg = 0.2, .damping_ns_per_m = 0.1, .coulomb_friction_n = 0.2,
+      {.name = "inverse3",
+       .mass_kg = 0.2,
+       .damping_ns_per_m = 0.1,
+       .coulomb_friction_n = 0.2,
        .limits = {.max_force_n = 10, .max_stiffness_n_per_m = 2000, .workspace_radius_m = 0.1, .encoder_step_m = 10e-6}},
   };
   std::string names;
@@ -165,8 +179,8 @@ std::unique_ptr<SimulatedDevice> hand_device(std::unique_ptr<Target> target, Hol
   return std::make_unique<ArmHand>(std::move(target), hold == Hold::relaxed ? relaxed_arm : firm_arm, plant);
 }
 
-std::unique_ptr<SimulatedDevice> open_hand(const std::string& description, std::optional<Hold> hold, const RecordingOptions& options,
-                                           const DevicePlant& plant) {
+std::unique_ptr<SimulatedDevice> open_hand(const std::string& description, std::optional<Hold> hold,
+                                           const RecordingOptions& options, const DevicePlant& plant) {
   if (description.starts_with("sim:")) return hand_device(simulated_target(description), hold.value_or(Hold::relaxed), plant);
   return hand_device(recorded_target(description, options), hold.value_or(Hold::rigid), plant);
 }

@@ -23,12 +23,12 @@ inline constexpr Arm firm_arm{.stiffness_n_per_m = 500.0};
 
 /// What a device adds to the arm. The default is an ideal device: nothing.
 struct DevicePlant {
-  std::string name;                 ///< empty: ideal
+  std::string name;  ///< empty: ideal
   double mass_kg = 0.0;
   double damping_ns_per_m = 0.0;    ///< of its mechanics
   double coulomb_friction_n = 0.0;  ///< holds every motion up to this force
   int delay_ticks = 0;              ///< between a write and its force; 0 … 64
-  DeviceLimits limits;              ///< no force goes beyond its limit; every position that is read is rounded to its encoder step
+  DeviceLimits limits;  ///< no force goes beyond its limit; every position that is read is rounded to its encoder step
 };
 /// A preset: touch, omega, falcon or inverse3; throws LoadError that lists them. Mass, damping and
 /// friction are of the right size, not measurements of one device.

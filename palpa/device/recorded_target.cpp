@@ -52,7 +52,8 @@ void set_slopes(std::vector<Knot>& knots, std::size_t first, std::size_t last, d
 // The cubic between two knots; clamped, so that rounding cannot leave their interval either.
 double between(double from, double to, double slope_from, double slope_to, double length_s, double u) noexcept {
   const double v = 1.0 - u;
-  const double value = v * v * (1.0 + 2.0 * u) * from + u * u * (3.0 - 2.0 * u) * to + u * v * length_s * (v * slope_from - u * slope_to);
+  const double value =
+      v * v * (1.0 + 2.0 * u) * from + u * u * (3.0 - 2.0 * u) * to + u * v * length_s * (v * slope_from - u * slope_to);
   return std::clamp(value, std::min(from, to), std::max(from, to));
 }
 
@@ -74,8 +75,8 @@ class Recording final : public Target {
   double duration_s() const noexcept override { return knots_.back().time_s; }
 
   Point at(double time_s) const noexcept override {
-    const auto after =
-        std::upper_bound(knots_.begin(), knots_.end(), time_s, [](double time, const Knot& knot) { return time < knot.time_s; });
+    const auto after = std::upper_bound(knots_.begin(), knots_.end(), time_s,
+                                        [](double time, const Knot& knot) { return time < knot.time_s; });
     if (after == knots_.begin()) return {.position_m = knots_.front().position_m, .valid = false};
     const Knot& a = *(after - 1);
     Point point{.position_m = a.position_m, .valid = a.valid, .buttons = a.buttons};
@@ -86,7 +87,8 @@ class Recording final : public Target {
     const double length_s = b.time_s - a.time_s;
     const double u = (time_s - a.time_s) / length_s;
     for (double Vec3::*axis : {&Vec3::x, &Vec3::y, &Vec3::z}) {
-      point.position_m.*axis = between(a.position_m.*axis, b.position_m.*axis, a.slope_m_per_s.*axis, b.slope_m_per_s.*axis, length_s, u);
+      point.position_m.*axis =
+          between(a.position_m.*axis, b.position_m.*axis, a.slope_m_per_s.*axis, b.slope_m_per_s.*axis, length_s, u);
     }
     return point;
   }
@@ -126,7 +128,8 @@ bool read_number(std::string_view text, Number& value) {
 }
 
 constexpr std::string_view right_forms =
-    "a recorded hand is our own ticks.csv (t_s, probe_x_m, probe_y_m, probe_z_m, …), or has the columns t_s,x_m,y_m,z_m[,buttons], "
+    "a recorded hand is our own ticks.csv (t_s, probe_x_m, probe_y_m, probe_z_m, …), or has the columns "
+    "t_s,x_m,y_m,z_m[,buttons], "
     "or those of a Haply log (Time, Cursor Position X, Cursor Position Y, Cursor Position Z, …), or x,y,z,… without time, with "
     "--hand-rate-hz";
 
@@ -183,7 +186,8 @@ class File {
   explicit File(const fs::path& path) : path_(path) {
     std::error_code unknown;
     if (!fs::exists(path, unknown)) throw LoadError(path.string() + ": does not exist; name a recorded hand or sim:…");
-    if (fs::is_directory(path, unknown)) throw LoadError(path.string() + ": is a folder; name a CSV file (of a trace: its ticks.csv)");
+    if (fs::is_directory(path, unknown))
+      throw LoadError(path.string() + ": is a folder; name a CSV file (of a trace: its ticks.csv)");
     stream_.open(path, std::ios::binary);
     if (!stream_) throw LoadError(path.string() + ": cannot be read; make it readable");
   }
@@ -271,7 +275,8 @@ class RowReader {
 std::vector<Knot> without_repeats(const std::vector<Knot>& rows) {
   std::vector<Knot> kept;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const bool repeats = !kept.empty() && rows[i].position_m == kept.back().position_m && rows[i].buttons == kept.back().buttons;
+    const bool repeats =
+        !kept.empty() && rows[i].position_m == kept.back().position_m && rows[i].buttons == kept.back().buttons;
     if (repeats && i + 1 < rows.size() && rows[i + 1].time_s - kept.back().time_s <= longest_filled_gap_s) continue;
     kept.push_back(rows[i]);
   }
@@ -305,7 +310,8 @@ std::unique_ptr<Target> recorded_target(const fs::path& path, const RecordingOpt
   if (!form) file.refuse("has none of the columns of a recorded hand", right_forms);
   const bool rate_given = options.hand_rate_hz != 0.0;
   if (rate_given && !(options.hand_rate_hz > 0.0 && options.hand_rate_hz <= 1e6)) {
-    throw LoadError(path.string() + ": the rate of its rows cannot be used; --hand-rate-hz lies above 0 and is at most 1000000");
+    throw LoadError(path.string() +
+                    ": the rate of its rows cannot be used; --hand-rate-hz lies above 0 and is at most 1000000");
   }
   if (form->time && rate_given) file.refuse("has its own times", "leave out --hand-rate-hz");
   if (!form->time && !rate_given) file.refuse("has no times", "say how many rows a second has with --hand-rate-hz");

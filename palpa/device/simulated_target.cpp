@@ -165,7 +165,8 @@ class Helix final : public Joined {
 class RandomMotion final : public Joined {
  public:
   explicit RandomMotion(const PathOptions& options)
-      : Joined(start_m.z - front_m + options.depth_m + options.radius_m, options.speed_m_per_s), middle_z_m_(front_m - options.depth_m) {
+      : Joined(start_m.z - front_m + options.depth_m + options.radius_m, options.speed_m_per_s),
+        middle_z_m_(front_m - options.depth_m) {
     Random random(options.seed);
     // Every wave has the same share of the mean squared speed.
     const double share_m_per_s = options.speed_m_per_s * std::sqrt(2.0 / (3.0 * waves));
@@ -214,7 +215,8 @@ bool read_number(std::string_view text, Number& value) {
   return error == std::errc{} && end == text.data() + text.size();
 }
 
-void set_length(const std::string& description, std::string_view key, std::string_view text, double above, double at_most, double& value) {
+void set_length(const std::string& description, std::string_view key, std::string_view text, double above, double at_most,
+                double& value) {
   if (read_number(text, value) && value > above && value <= at_most) return;
   refuse(description, "'" + std::string(text) + "' cannot be used for " + std::string(key),
          "it lies above " + std::to_string(above) + " and is at most " + std::to_string(at_most));

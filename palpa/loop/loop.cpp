@@ -55,9 +55,11 @@ std::int64_t run_simulated(Session& session, SimulatedDevice& device, const Loop
     const Clock::time_point begin = now();
     const DeviceState state = device.read();
     const Clock::time_point was_read = now();
-    TickFrame frame = guarded.tick(
-        tick, t_s, dt_s,
-        {.position_m = state.position_m, .velocity_m_per_s = state.velocity_m_per_s, .valid = state.valid, .buttons = state.buttons});
+    TickFrame frame = guarded.tick(tick, t_s, dt_s,
+                                   {.position_m = state.position_m,
+                                    .velocity_m_per_s = state.velocity_m_per_s,
+                                    .valid = state.valid,
+                                    .buttons = state.buttons});
     const Clock::time_point was_felt = now();
     device.write(frame.command_n);
     frame.tick_us = microseconds(was_felt - was_read);

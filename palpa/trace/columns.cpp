@@ -20,7 +20,9 @@ namespace detail {
 namespace {
 
 template <class Value>
-concept Named = requires(Value value) { name_of(value); };
+concept Named = requires(Value value) {
+  name_of(value);
+};
 
 using Cells = std::span<const std::string_view>;
 
@@ -67,15 +69,20 @@ bool take(Cells cells, Value& value) {
 template <class Row, class Get>
 Column<Row> column(std::string_view name, std::string_view unit, std::string_view meaning, Get) {
   using Value = std::remove_reference_t<std::invoke_result_t<Get, Row&>>;
-  Column<Row> made{.name = name, .unit = unit, .meaning = meaning, .cells = std::is_same_v<std::remove_const_t<Value>, Vec3> ? 3 : 1,
-                   .write = [](const Row& row, std::string& line) { put(line, Get{}(row)); }, .read = nullptr};
+  Column<Row> made{.name = name,
+                   .unit = unit,
+                   .meaning = meaning,
+                   .cells = std::is_same_v<std::remove_const_t<Value>, Vec3> ? 3 : 1,
+                   .write = [](const Row& row, std::string& line) { put(line, Get{}(row)); },
+                   .read = nullptr};
   if constexpr (std::is_same_v<Row, TickFrame>) made.read = [](Cells cells, Row& row) { return take(cells, Get{}(row)); };
   return made;
 }
 
 // A column whose value is `row.MEMBER`.
 #define COLUMN(ROW, NAME, UNIT, MEMBER, MEANING) \
-  column<ROW>(NAME, UNIT, MEANING, [](auto& row) -> auto& { return row.MEMBER; })
+  column<ROW>(                                   \
+      NAME, UNIT, MEANING, [](auto& row) -> auto& { return row.MEMBER; })
 
 }  // namespace
 
@@ -127,7 +134,8 @@ const Table<ModeRow>& modes_table() {
       COLUMN(ModeRow, "dissipated_j", "", result.dissipated_j, "taken out in this tick"),
       COLUMN(ModeRow, "injected_j", "", result.injected_j, "brought in in this tick"),
       COLUMN(ModeRow, "primitives", "", result.primitives, "in the last sub-step"),
-      COLUMN(ModeRow, "split_shared", "", result.split_shared, "1: redundant with others, the force is one valid split of several"),
+      COLUMN(ModeRow, "split_shared", "", result.split_shared,
+             "1: redundant with others, the force is one valid split of several"),
   };
   static const Table<ModeRow> table{"modes.csv", "Who pushes: one row per tick and mode, modes in the scene's order.", columns};
   return table;
@@ -173,7 +181,8 @@ const Table<PrimitiveRow>& primitives_table() {
       COLUMN(PrimitiveRow, "force", "n", placed.force_n, "on the proxy; one valid split"),
       COLUMN(PrimitiveRow, "state", "", placed.state, "stick, slip or off"),
   };
-  static const Table<PrimitiveRow> table{"primitives.csv", "With `--primitives`: one row per tick, sub-step and primitive.", columns};
+  static const Table<PrimitiveRow> table{"primitives.csv", "With `--primitives`: one row per tick, sub-step and primitive.",
+                                         columns};
   return table;
 }
 
@@ -197,7 +206,8 @@ const Table<TickFrame>& timing_table() {
       COLUMN(TickFrame, "tick_us", "", tick_us, "time inside the session's tick"),
       COLUMN(TickFrame, "device_us", "", device_us, "time inside the device's read and write"),
   };
-  static const Table<TickFrame> table{"timing.csv", "One row per tick: the only file that may differ between two runs.", columns};
+  static const Table<TickFrame> table{"timing.csv", "One row per tick: the only file that may differ between two runs.",
+                                      columns};
   return table;
 }
 

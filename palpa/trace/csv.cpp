@@ -66,14 +66,16 @@ bool LineFile::next(std::string_view& line) {
     begin_ = 0;
     searched = buffer_.size();
     if (buffer_.size() > longest_line_bytes) {
-      throw LoadError(path_.string() + ":" + std::to_string(number_ + 1) + ": the line is longer than 1 MB; a row of a trace is short");
+      throw LoadError(path_.string() + ":" + std::to_string(number_ + 1) +
+                      ": the line is longer than 1 MB; a row of a trace is short");
     }
     buffer_.resize(searched + block_bytes);
     const ssize_t got = ::read(descriptor_, buffer_.data() + searched, block_bytes);
     buffer_.resize(searched + static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) {
-      throw LoadError(path_.string() + ": cannot be read (" + std::generic_category().message(errno) + "); name a trace's folder");
+      throw LoadError(path_.string() + ": cannot be read (" + std::generic_category().message(errno) +
+                      "); name a trace's folder");
     }
     if (got == 0) return false;
   }

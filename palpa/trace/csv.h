@@ -15,7 +15,7 @@ namespace palpa::detail {
 /// Appends `value` as the shortest decimal that reads back the same. Every NaN is "nan": its sign bit
 /// depends on how the compiler folded the operation that made it.
 template <class Number>
-  requires std::integral<Number> || std::floating_point<Number>
+requires std::integral<Number> || std::floating_point<Number>
 void put_number(std::string& line, Number value) {
   if constexpr (std::floating_point<Number>) {
     if (std::isnan(value)) {
@@ -29,7 +29,7 @@ void put_number(std::string& line, Number value) {
 
 /// Reads a whole cell as a number; false when it is none.
 template <class Number>
-  requires std::integral<Number> || std::floating_point<Number>
+requires std::integral<Number> || std::floating_point<Number>
 bool take_number(std::string_view cell, Number& value) {
   const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
   return error == std::errc{} && end == cell.data() + cell.size();

@@ -16,7 +16,8 @@ std::vector<std::size_t> find_columns(const detail::Table<TickFrame>& table, con
   std::vector<std::size_t> cells;
   for (const std::string& name : table.names()) {
     const auto found = std::find(header.begin(), header.end(), name);
-    if (found == header.end()) throw LoadError(place + ": column '" + name + "' is missing; a trace has all columns of docs/trace.md");
+    if (found == header.end())
+      throw LoadError(place + ": column '" + name + "' is missing; a trace has all columns of docs/trace.md");
     cells.push_back(static_cast<std::size_t>(found - header.begin()));
   }
   return cells;
@@ -46,7 +47,8 @@ std::vector<TraceTick> TraceReader::ticks() const {
   while (file.next(line)) {
     detail::split(line, cells);
     if (cells.size() != width) {
-      throw LoadError(file.place() + ": has " + std::to_string(cells.size()) + " cells; the header has " + std::to_string(width));
+      throw LoadError(file.place() + ": has " + std::to_string(cells.size()) + " cells; the header has " +
+                      std::to_string(width));
     }
     TickFrame& frame = ticks.emplace_back().frame;
     std::size_t first = 0;

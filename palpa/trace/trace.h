@@ -15,14 +15,14 @@ namespace palpa {
 
 /// What `trace.toml` says about a recording.
 struct TraceHeader {
-  bool complete = false;             ///< set by `TraceWriter::finish`, whatever the caller says
+  bool complete = false;  ///< set by `TraceWriter::finish`, whatever the caller says
   int format = 1;
   std::string palpa_version;
   std::vector<std::string> arguments;
   std::vector<std::pair<std::string, std::string>> sets;
   std::vector<std::string> plugins;
-  Similarity hand_to_world;          ///< read back to rounding: the file holds its 4×4 matrix
-  double dt_s = 1e-3;                ///< nominal; every tick has its own
+  Similarity hand_to_world;  ///< read back to rounding: the file holds its 4×4 matrix
+  double dt_s = 1e-3;        ///< nominal; every tick has its own
   double device_max_force_n = 10.0;
   double device_max_stiffness_n_per_m = 1e5;
   double device_workspace_radius_m = 0.15;
@@ -56,7 +56,8 @@ class TraceWriter {
   void append(const TickFrame& frame, std::span<const ModeTick> modes, std::span<const SubStep> sub_steps,
               std::span<const PlacedPrimitive> placed, std::span<const SessionEvent> events);
   /// An event of the loop: warning, lost_ticks, lost_rows, …
-  void append_event(std::int64_t tick, double t_s, const std::string& kind, const std::string& subject, const std::string& value);
+  void append_event(std::int64_t tick, double t_s, const std::string& kind, const std::string& subject,
+                    const std::string& value);
   /// Hands all whole rows to the operating system. Throws LoadError where the disk is full.
   void flush();
   /// Flushes, closes, and marks the trace as complete. Throws LoadError where the disk is, or on the

@@ -138,7 +138,8 @@ class TraceWriter::Files {
   }
 
   std::string_view mode_name(std::int64_t number) const {
-    return number >= 0 && number < static_cast<std::int64_t>(mode_names.size()) ? std::string_view(mode_names[number]) : "session";
+    return number >= 0 && number < static_cast<std::int64_t>(mode_names.size()) ? std::string_view(mode_names[number])
+                                                                                : "session";
   }
 
   // Rows after a failure would stand behind a hole: nothing more is written, and `finish` says so.
@@ -227,9 +228,9 @@ void TraceWriter::append(const TickFrame& frame, std::span<const ModeTick> modes
     if (frame.guard != files.last_guard) {
       const bool fault = frame.guard == GuardState::fault;
       files.put_event(frame.tick, frame.t_s, fault ? "fault" : "guard", fault ? "guard" : name_of(frame.guard),
-                      fault                                   ? "the force is not finite"
-                      : frame.guard == GuardState::limited    ? "the force is above the limit"
-                                                              : "");
+                      fault                                ? "the force is not finite"
+                      : frame.guard == GuardState::limited ? "the force is above the limit"
+                                                           : "");
       files.last_guard = frame.guard;
     }
   });

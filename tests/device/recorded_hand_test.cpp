@@ -61,7 +61,8 @@ TEST_F(RecordedHand, PlainColumnsInAnyOrder) {
 
 TEST_F(RecordedHand, HaplyLogsAreFlippedAndTheirZeroRowsAndVelocitiesIgnored) {
   const auto hand = open(
-      "Frame,Time,Cursor Position X,Cursor Position Y,Cursor Position Z,Cursor Velocity X,Cursor Velocity Y,Cursor Velocity Z\r\n"
+      "Frame,Time,Cursor Position X,Cursor Position Y,Cursor Position Z,Cursor Velocity X,Cursor Velocity Y,Cursor Velocity "
+      "Z\r\n"
       "1,10,0,0,0,0,0,0\r\n2,10,1,2,-3,99,99,99\r\n3,10.02,1,2,-4,99,99,99\r\n");
   EXPECT_EQ(hand->at(0).position_m, (Vec3{1, 2, 3}));
   EXPECT_NEAR(hand->duration_s(), 0.02, 1e-12);
@@ -99,7 +100,8 @@ TEST_F(RecordedHand, OurOwnTicksGiveBackEverySampleToTheBitAndTheirValidity) {
 }
 
 TEST_F(RecordedHand, OurOwnTicksMayHoldProbesThatAreNoNumbers) {
-  const auto hand = open("t_s,probe_x_m,probe_y_m,probe_z_m,probe_valid\n0,1,2,3,1\n0.001,nan,-inf,0,1\n0.002,1e300,0,0,0\n0.003,1,2,4,1\n", {});
+  const auto hand = open(
+      "t_s,probe_x_m,probe_y_m,probe_z_m,probe_valid\n0,1,2,3,1\n0.001,nan,-inf,0,1\n0.002,1e300,0,0,0\n0.003,1,2,4,1\n", {});
   for (double t = -0.001; t < 0.01; t += 0.0005) EXPECT_TRUE(is_finite(hand->at(t).position_m));
   EXPECT_FALSE(hand->at(0.001).valid);
   EXPECT_FALSE(hand->at(0.002).valid);
@@ -153,7 +155,8 @@ TEST_F(RecordedHand, TheCubicGoesThroughItsRowsAndStaysBetweenNeighbours) {
 
 TEST_F(RecordedHand, AStraightMotionStaysStraight) {
   std::string text = "t_s,x_m,y_m,z_m\n";
-  for (const char* row : {"0,0,0,0\n", "0.01,0.01,-0.02,0.03\n", "0.05,0.05,-0.1,0.15\n", "0.07,0.07,-0.14,0.21\n"}) text += row;
+  for (const char* row : {"0,0,0,0\n", "0.01,0.01,-0.02,0.03\n", "0.05,0.05,-0.1,0.15\n", "0.07,0.07,-0.14,0.21\n"})
+    text += row;
   const auto hand = open(text);
   for (double t = 0; t <= 0.07; t += 0.001) EXPECT_NEAR(distance(hand->at(t).position_m, {t, -2 * t, 3 * t}), 0, 1e-16);
 }
@@ -250,7 +253,8 @@ TEST_F(RecordedHand, EachErrorNamesItsLine) {
   EXPECT_THAT(error("t_s,x_m,y_m,z_m\n0,1,,3\n"), HasSubstr("hand.csv:2: '' is no number"));
   EXPECT_THAT(error("t_s,x_m,y_m,z_m\n1,1,2,3\n0.5,1,2,3\n"), HasSubstr("hand.csv:3: the time falls"));
   EXPECT_THAT(error("t_s,x_m,y_m,z_m\nnan,1,2,3\n"), HasSubstr("hand.csv:2: the time is not finite"));
-  EXPECT_THAT(error("t_s,x_m,y_m,z_m\n0,1e4,2,3\n"), HasSubstr("hand.csv:2: the position is more than 1000 m away; positions are metres"));
+  EXPECT_THAT(error("t_s,x_m,y_m,z_m\n0,1e4,2,3\n"),
+              HasSubstr("hand.csv:2: the position is more than 1000 m away; positions are metres"));
   EXPECT_THAT(error("t_s,x_m,y_m,z_m\n0,-1e4,2,3\n"), HasSubstr("1000 m"));
   EXPECT_THAT(error("t_s,x_m,y_m,z_m\n" + std::string(100'000, '1')), HasSubstr("hand.csv:2: the line is longer"));
   EXPECT_THAT(error("x,y,z\n1,2,3\n"), HasSubstr("has no times; say how many rows a second has with --hand-rate-hz"));

@@ -18,7 +18,8 @@ using testing::HasSubstr;
 /// A target that stays where it is.
 class Still final : public Target {
  public:
-  explicit Still(const Vec3& position_m = {}, double valid_until_s = 1e9) : position_m_(position_m), valid_until_s_(valid_until_s) {}
+  explicit Still(const Vec3& position_m = {}, double valid_until_s = 1e9)
+      : position_m_(position_m), valid_until_s_(valid_until_s) {}
   Point at(double time_s) const noexcept override { return {.position_m = position_m_, .valid = time_s < valid_until_s_}; }
   double duration_s() const noexcept override { return 1e9; }
 
@@ -74,7 +75,7 @@ TEST(SimulatedHand, SubStepsBoundTheDependenceOnTheRate) {
     for (int i = 0; i < static_cast<int>(0.05 * rate_hz); ++i) hand->advance(1 / rate_hz);
     return hand->read().position_m.x;
   };
-  EXPECT_NEAR(at_rate(100), at_rate(1000), 1e-12);   // 50 µs is the longest sub-step
+  EXPECT_NEAR(at_rate(100), at_rate(1000), 1e-12);  // 50 µs is the longest sub-step
   EXPECT_NEAR(at_rate(4000), at_rate(1000), 1e-5);
 }
 
@@ -82,8 +83,10 @@ TEST(SimulatedHand, EnergyNeverGrowsByMoreThanTheForceGives) {
   std::mt19937 engine(5);
   const auto in = [&](double low, double high) { return low + (high - low) * static_cast<double>(engine()) / 4294967295.0; };
   for (int trial = 0; trial < 60; ++trial) {
-    const DevicePlant plant{
-        .mass_kg = in(0, 0.3), .damping_ns_per_m = in(0, 5), .coulomb_friction_n = trial % 2 ? in(0, 1) : 0.0, .limits = {.max_force_n = 100}};
+    const DevicePlant plant{.mass_kg = in(0, 0.3),
+                            .damping_ns_per_m = in(0, 5),
+                            .coulomb_friction_n = trial % 2 ? in(0, 1) : 0.0,
+                            .limits = {.max_force_n = 100}};
     const double stiffness = trial % 3 ? 135.0 : 500.0;
     const double time_step_s = trial % 5 ? dt : 0.02;
     const Vec3 offset{in(-0.1, 0.1), in(-0.1, 0.1), in(-0.1, 0.1)};
@@ -222,8 +225,13 @@ TEST(SimulatedHand, AnUnknownPresetIsToldTheNames) {
 
 // ---- the paths ----
 
-const char* const all_paths[] = {"sim:press", "sim:stroke", "sim:circle", "sim:helix", "sim:random",
-                                 "sim:press,speed_m_per_s=0.3,depth_m=0.05", "sim:circle,radius_m=0.06,speed_m_per_s=0.4",
+const char* const all_paths[] = {"sim:press",
+                                 "sim:stroke",
+                                 "sim:circle",
+                                 "sim:helix",
+                                 "sim:random",
+                                 "sim:press,speed_m_per_s=0.3,depth_m=0.05",
+                                 "sim:circle,radius_m=0.06,speed_m_per_s=0.4",
                                  "sim:random,seed=12345,speed_m_per_s=0.3,radius_m=0.05"};
 
 TEST(SimulatedPath, StartsOutsideAndAtRest) {

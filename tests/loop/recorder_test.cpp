@@ -55,8 +55,10 @@ struct MadeTick {
     frame.result.proxy_m = {v, -v, v / 3};
     modes.resize(static_cast<std::size_t>(i % 4), ModeTick{.force_n = {v, 0, 0}});
     for (std::uint32_t s = 0; s < static_cast<std::uint32_t>(i % 5); ++s) {
-      steps.push_back({.start_m = {v, s + 0.5, 0}, .first_primitive = static_cast<std::uint32_t>(placed.size()), .primitives = s});
-      for (std::uint32_t p = 0; p < s; ++p) placed.push_back({.primitive = {.id = {0, static_cast<std::uint16_t>(p)}, .strength_n = v}});
+      steps.push_back(
+          {.start_m = {v, s + 0.5, 0}, .first_primitive = static_cast<std::uint32_t>(placed.size()), .primitives = s});
+      for (std::uint32_t p = 0; p < s; ++p)
+        placed.push_back({.primitive = {.id = {0, static_cast<std::uint16_t>(p)}, .strength_n = v}});
     }
     if (i % 7 == 0) events.push_back({.kind = SessionEventKind::onset, .mode = 0, .value = v});
   }

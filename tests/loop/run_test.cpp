@@ -62,7 +62,8 @@ class Unsteady final : public SimulatedDevice {
 };
 
 TEST_F(Run, TicksBeginExactlyAtMultiplesOfThePeriodAndLastTheDuration) {
-  for (const auto& [rate, duration, count] : {std::tuple{1000.0, 0.5, 500u}, {4000.0, 0.01, 40u}, {333.0, 0.1, 34u}, {1000.0, 1e-9, 1u}}) {
+  for (const auto& [rate, duration, count] :
+       {std::tuple{1000.0, 0.5, 500u}, {4000.0, 0.01, 40u}, {333.0, 0.1, 34u}, {1000.0, 1e-9, 1u}}) {
     const auto hand = open_hand("sim:press", Hold::rigid);
     const std::vector<TickFrame> frames = frames_of(*hand, {.rate_hz = rate, .duration_s = duration});
     ASSERT_EQ(frames.size(), count);

@@ -18,9 +18,10 @@ namespace palpa::test {
 inline Scene head_scene() {
   Scene scene({.stiffness_n_per_m = 800, .damping_ns_per_m = 0.5});
   const FieldRef head = scene.add("head", head_phantom());
-  scene.add("skin", SurfaceAndFriction{.field = head,
-                                       .levels = {{.name = "skin", .value = -300, .strength_n = 0.8, .friction_coefficient = 0.3},
-                                                  {.name = "bone", .value = 300, .strength_n = 4.0, .friction_n = 0.2}}});
+  scene.add("skin",
+            SurfaceAndFriction{.field = head,
+                               .levels = {{.name = "skin", .value = -300, .strength_n = 0.8, .friction_coefficient = 0.3},
+                                          {.name = "bone", .value = 300, .strength_n = 4.0, .friction_n = 0.2}}});
   scene.add("syrup", Viscosity{.field = head, .strength_n = {0.05}, .drag_ns_per_m = 0.2});
   return scene;
 }

@@ -123,19 +123,23 @@ void write_plain(TraceWriter& writer, std::int64_t from, std::int64_t to) {
 
 TEST_F(Trace, FilesHaveTheColumnsThatAreDocumented) {
   TraceWriter(folder(), {.primitives = true}, scene, {}, {}).finish();
-  EXPECT_EQ(first_line(folder() / "ticks.csv"),
-            "tick,t_s,dt_s,probe_x_m,probe_y_m,probe_z_m,probe_velocity_x_m_per_s,probe_velocity_y_m_per_s,probe_velocity_z_m_per_s,"
-            "probe_valid,proxy_x_m,proxy_y_m,proxy_z_m,proxy_velocity_x_m_per_s,proxy_velocity_y_m_per_s,proxy_velocity_z_m_per_s,"
-            "force_x_n,force_y_n,force_z_n,command_x_n,command_y_n,command_z_n,error_bound_m,sub_steps,iterations,status,dropped,"
-            "stored_j,dissipated_j,injected_j,path_j,damper_j,moved_j,work_on_hand_j,guard,buttons");
-  EXPECT_EQ(first_line(folder() / "modes.csv"), "tick,mode,force_x_n,force_y_n,force_z_n,dissipated_j,injected_j,primitives,split_shared");
-  EXPECT_EQ(first_line(folder() / "balances.csv"),
-            "tick,sub_step,dt_s,start_x_m,start_y_m,start_z_m,probe_x_m,probe_y_m,probe_z_m,k_n_per_m,directed_x_n,directed_y_n,"
-            "directed_z_n,balance_x_m,balance_y_m,balance_z_m,error_bound_m,stage,iterations,status,primitives,move_fraction,stop,"
-            "proxy_x_m,proxy_y_m,proxy_z_m,energy_before_j,energy_after_j");
-  EXPECT_EQ(first_line(folder() / "primitives.csv"),
-            "tick,sub_step,mode,slot,kind,position_x_m,position_y_m,position_z_m,direction_x,direction_y,direction_z,strength_n,"
-            "drag_ns_per_m,captured_value,force_x_n,force_y_n,force_z_n,state");
+  EXPECT_EQ(
+      first_line(folder() / "ticks.csv"),
+      "tick,t_s,dt_s,probe_x_m,probe_y_m,probe_z_m,probe_velocity_x_m_per_s,probe_velocity_y_m_per_s,probe_velocity_z_m_per_s,"
+      "probe_valid,proxy_x_m,proxy_y_m,proxy_z_m,proxy_velocity_x_m_per_s,proxy_velocity_y_m_per_s,proxy_velocity_z_m_per_s,"
+      "force_x_n,force_y_n,force_z_n,command_x_n,command_y_n,command_z_n,error_bound_m,sub_steps,iterations,status,dropped,"
+      "stored_j,dissipated_j,injected_j,path_j,damper_j,moved_j,work_on_hand_j,guard,buttons");
+  EXPECT_EQ(first_line(folder() / "modes.csv"),
+            "tick,mode,force_x_n,force_y_n,force_z_n,dissipated_j,injected_j,primitives,split_shared");
+  EXPECT_EQ(
+      first_line(folder() / "balances.csv"),
+      "tick,sub_step,dt_s,start_x_m,start_y_m,start_z_m,probe_x_m,probe_y_m,probe_z_m,k_n_per_m,directed_x_n,directed_y_n,"
+      "directed_z_n,balance_x_m,balance_y_m,balance_z_m,error_bound_m,stage,iterations,status,primitives,move_fraction,stop,"
+      "proxy_x_m,proxy_y_m,proxy_z_m,energy_before_j,energy_after_j");
+  EXPECT_EQ(
+      first_line(folder() / "primitives.csv"),
+      "tick,sub_step,mode,slot,kind,position_x_m,position_y_m,position_z_m,direction_x,direction_y,direction_z,strength_n,"
+      "drag_ns_per_m,captured_value,force_x_n,force_y_n,force_z_n,state");
   EXPECT_EQ(first_line(folder() / "events.csv"), "tick,t_s,kind,subject,value");
   EXPECT_EQ(first_line(folder() / "timing.csv"), "tick,late_us,tick_us,device_us");
   EXPECT_EQ(text_of(folder() / "scene.toml"), scene);
@@ -160,7 +164,10 @@ TEST_F(Trace, WithoutPrimitivesThereAreNoFilesOfThem) {
 
 TEST_F(Trace, RowsOfModesBalancesPrimitivesAndEvents) {
   const ModeTick modes[] = {{.force_n = {0.25, 0, -1}, .dissipated_j = 1e-5, .primitives = 2}, {.split_shared = true}};
-  PlacedPrimitive plane{.primitive = {.kind = PrimitiveKind::plane, .id = {0, 3}, .position_m = {0, 0, 0.5}, .direction = {0, 0, 1},
+  PlacedPrimitive plane{.primitive = {.kind = PrimitiveKind::plane,
+                                      .id = {0, 3},
+                                      .position_m = {0, 0, 0.5},
+                                      .direction = {0, 0, 1},
                                       .strength_n = 0.8},
                         .captured = {.field = 0, .value = -300},
                         .force_n = {0, 0, 0.5},
@@ -180,9 +187,11 @@ TEST_F(Trace, RowsOfModesBalancesPrimitivesAndEvents) {
   EXPECT_THAT(text_of(folder() / "primitives.csv"), HasSubstr("\n5,0,skin,3,plane,0,0,0.5,0,0,1,0.8,0,-300,0,0,0.5,stick\n"
                                                               "5,0,\"with,comma\",0,point,0,0,0,0,0,0,1,0,,0,0,0,off\n"
                                                               "5,1,skin,3,plane,"));
-  EXPECT_THAT(text_of(folder() / "balances.csv"), AllOf(HasSubstr("\n5,0,0.001,"), HasSubstr("\n5,1,0.25,"), HasSubstr(",event,")));
+  EXPECT_THAT(text_of(folder() / "balances.csv"),
+              AllOf(HasSubstr("\n5,0,0.001,"), HasSubstr("\n5,1,0.25,"), HasSubstr(",event,")));
   EXPECT_EQ(text_of(folder() / "events.csv"),
-            "tick,t_s,kind,subject,value\n5,0.005,onset,skin,-300\n5,0.005,fault,\"with,comma\",\"strength is negative, \"\"so\"\"\"\n"
+            "tick,t_s,kind,subject,value\n5,0.005,onset,skin,-300\n5,0.005,fault,\"with,comma\",\"strength is negative, "
+            "\"\"so\"\"\"\n"
             "6,0.006,warning,session,two lines\n");
 }
 
@@ -195,8 +204,9 @@ TEST_F(Trace, AnEventStandsWhereTheGuardChangesItsMind) {
     writer.append(frame, {}, {}, {}, {});
   }
   writer.finish();
-  EXPECT_EQ(text_of(folder() / "events.csv"), "tick,t_s,kind,subject,value\n1,0.001,guard,limited,the force is above the limit\n"
-                                              "3,0.003,fault,guard,the force is not finite\n4,0.004,guard,pass,\n");
+  EXPECT_EQ(text_of(folder() / "events.csv"),
+            "tick,t_s,kind,subject,value\n1,0.001,guard,limited,the force is above the limit\n"
+            "3,0.003,fault,guard,the force is not finite\n4,0.004,guard,pass,\n");
 }
 
 // ---- round trips ----
@@ -417,7 +427,8 @@ TEST_F(Comparison, ADifferenceIsNamedByFileLineAndColumn) {
   record("recorded", 50);
   record("again", 50);
   for (const auto& [file, from, to, where] :
-       {std::tuple{"ticks.csv", "\n20,0.02,0.001,0,0.02,", "\n20,0.02,0.001,0,0.25,", "ticks.csv:22: column probe_y_m: 0.02 against 0.25"},
+       {std::tuple{"ticks.csv", "\n20,0.02,0.001,0,0.02,", "\n20,0.02,0.001,0,0.25,",
+                   "ticks.csv:22: column probe_y_m: 0.02 against 0.25"},
         std::tuple{"modes.csv", "\n7,b,0,0,0,0,0,0,1", "\n7,b,0,0,0,0,0,0,0", "modes.csv:17: column split_shared: 1 against 0"},
         std::tuple{"scene.toml", "byte", "BYTE", "scene.toml"}}) {
     const std::string good = text_of(folder("again") / file);
