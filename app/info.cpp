@@ -119,8 +119,8 @@ void print_table(const std::string& name, const VolumeFile& file, const std::vec
   std::uint64_t bytes = 0;
   for (const SourceFile& source : volume.files) bytes += source.bytes;
   fmt::print("{}\n", name);
-  fmt::print("  format   {}, {} {}, {:.4g} MB\n", volume.format, volume.files.size(), volume.files.size() == 1 ? "file" : "files",
-             static_cast<double>(bytes) / 1e6);
+  fmt::print("  format   {}, {} {}, {:.4g} MB\n", volume.format, volume.files.size(),
+             volume.files.size() == 1 ? "file" : "files", static_cast<double>(bytes) / 1e6);
 
   const GridGeometry& grid = grid_of(*volume.fields.front().field)->geometry;
   const Mat3 steps = transposed(grid.index_to_world_m);

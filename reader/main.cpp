@@ -70,7 +70,8 @@ void check_nifti_type(const char* header, bool second_version) {
   if (header_bytes != 348 && header_bytes != 540) type = static_cast<std::uint16_t>(type >> 8 | type << 8);
   static constexpr int known[] = {2, 4, 8, 16, 32, 64, 128, 256, 512, 768, 1024, 1280, 1792, 2304};
   if (std::find(std::begin(known), std::end(known), type) == std::end(known)) {
-    throw LoadError("has NIfTI data type " + std::to_string(type) + "; whole numbers to 64 bits, float32 and float64 can be read");
+    throw LoadError("has NIfTI data type " + std::to_string(type) +
+                    "; whole numbers to 64 bits, float32 and float64 can be read");
   }
 }
 
@@ -114,15 +115,18 @@ std::unique_ptr<Source> open_source(const protocol::Request& request) {
   if (const std::size_t at = start.find("<VTKFile"); at != std::string_view::npos) {
     const std::string kind = word_after(start.substr(at), " type=");
     if (kind == "ImageData") return open_vti(request);
-    throw LoadError("holds " + (kind.empty() ? std::string("data of no type") : kind) + "; of VTK's XML files ImageData (.vti) can be read");
+    throw LoadError("holds " + (kind.empty() ? std::string("data of no type") : kind) +
+                    "; of VTK's XML files ImageData (.vti) can be read");
   }
   if (ends_with(name, ".vti")) throw LoadError("is no VTI file: it has no '<VTKFile'; export it again");
 
   const std::string first = first_word(start);
-  if (first == "ObjectType" || first == "NDims" || first == "DimSize" || first == "Comment" || ends_with(name, ".mha") || ends_with(name, ".mhd")) {
+  if (first == "ObjectType" || first == "NDims" || first == "DimSize" || first == "Comment" || ends_with(name, ".mha") ||
+      ends_with(name, ".mhd")) {
     return open_metaimage(request);
   }
-  if (start.size() >= 132 && start.substr(128, 4) == "DICM") throw LoadError("is DICOM, which is not read yet; convert it to NIfTI or NRRD");
+  if (start.size() >= 132 && start.substr(128, 4) == "DICM")
+    throw LoadError("is DICOM, which is not read yet; convert it to NIfTI or NRRD");
   throw LoadError("has no format that is known; NRRD, MetaImage, NIfTI, VTI and legacy VTK image data can be read");
 }
 
@@ -138,24 +142,10 @@ std::byte* mapped(int descriptor, std::uint64_t bytes) {
   return static_cast<std::byte*>(memory);
 }
 
-/// Reads a gzip file to its end, where its own checksum lies. Other files pass.
-void check_gzip(const std::string& path) {
-  const std::unique_ptr<gzFile_s, int (*)(gzFile)> file(gzopen(path.c_str(), "rb"), gzclose);
-  if (!file || gzdirect(file.get()) != 0) return;
-  std::vector<char> buffer(1 << 16);
-  int got = 0;
-  while ((got = gzread(file.get(), buffer.data(), static_cast<unsigned>(buffer.size()))) > 0) {
-  }
-  if (got < 0) throw LoadError("cannot be read: its gzip compression is damaged; get the file again");
-}
-
 std::vector<SourceFile> checksums(const Source& source) {
   std::vector<SourceFile> files;
   for (const std::string& path : source.files) files.push_back({path, file_bytes(path), sha256_of_file(path)});
-  // vtk-dicom stops at the last voxel, before gzip's checksum. (Of a series only the start is unpacked.)
-  if (source.header.format == "nifti" && source.header.frames == 1) {
-    for (const std::string& path : source.files) check_gzip(path);
-  }
+  source.check_files();
   return files;
 }
 

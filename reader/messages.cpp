@@ -22,7 +22,8 @@ std::string sentence_in(std::string text) {
   for (const char* start : {"ERROR: In ", "Warning: In ", "Generic Warning: In "}) {
     if (text.rfind(start, 0) == 0 && text.find('\n') != std::string::npos) text.erase(0, text.find('\n') + 1);
   }
-  if (const std::size_t who = text.find(" (0x"), end = text.find("): "); who < end && end != std::string::npos) text.erase(0, end + 3);
+  if (const std::size_t who = text.find(" (0x"), end = text.find("): "); who < end && end != std::string::npos)
+    text.erase(0, end + 3);
   std::istringstream words(text);
   std::string sentence;
   for (std::string word; words >> word;) sentence += (sentence.empty() ? "" : " ") + word;
@@ -41,7 +42,9 @@ class Messages : public vtkOutputWindow {
 
  private:
   /// Legacy readers call it a warning when values are missing.
-  static void add_warning(std::string sentence) { (sentence.rfind("Error", 0) == 0 ? errors : warnings).push_back(std::move(sentence)); }
+  static void add_warning(std::string sentence) {
+    (sentence.rfind("Error", 0) == 0 ? errors : warnings).push_back(std::move(sentence));
+  }
 };
 vtkStandardNewMacro(Messages);
 

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "compression.h"
 #include "messages.h"
 #include "source.h"
 #include "voxels.h"
@@ -122,6 +123,20 @@ class MetaImageSource : public Source {
     copy_voxels(all.get() + first_ * static_cast<std::int64_t>(size_of(raw_.type)), raw_, turn_, header.fields[0], to[0]);
   }
 
+  /// MetaIO does not look at the checksum of compressed data.
+  void check_files() const override {
+    if (!image_.CompressedData()) return;
+    if (files.size() > 1) {
+      for (std::size_t f = 1; f < files.size(); ++f) check_compression(files[f], 0);
+      return;
+    }
+    // In one file the voxels begin after the line `ElementDataFile = LOCAL`.
+    std::ifstream text(path_, std::ios::binary);
+    for (std::string line; std::getline(text, line) && line.rfind("ElementDataFile", 0) != 0;) {
+    }
+    if (text) check_compression(path_, static_cast<std::uint64_t>(text.tellg()));
+  }
+
  private:
   /// MetaIO says of short data at most a word on std::cerr, and of compressed data not even that: it leaves
   /// what is missing as it was. So the end of the memory is marked, and must have been written over.
@@ -189,8 +204,8 @@ class MetaImageSource : public Source {
     header.medical_frame = true;
     const std::string found = {letter_of(axis[0]), letter_of(axis[1]), letter_of(axis[2])};
     if (letters.substr(0, 3) != found) {
-      header.warnings.push_back("AnatomicalOrientation '" + letters.substr(0, 3) + "' does not agree with TransformMatrix ('" + found +
-                                "'): the matrix is used");
+      header.warnings.push_back("AnatomicalOrientation '" + letters.substr(0, 3) + "' does not agree with TransformMatrix ('" +
+                                found + "'): the matrix is used");
     }
   }
 
@@ -198,9 +213,9 @@ class MetaImageSource : public Source {
   MetaImage image_;
   RawVoxels raw_;
   Turn turn_;
-  std::int64_t first_ = 0;         ///< number of the first value of the chosen frame
-  std::uint64_t all_bytes_ = 0;    ///< of all frames
-  bool direct_ = false;            ///< the library reads to where the voxels are kept
+  std::int64_t first_ = 0;       ///< number of the first value of the chosen frame
+  std::uint64_t all_bytes_ = 0;  ///< of all frames
+  bool direct_ = false;          ///< the library reads to where the voxels are kept
 };
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "compression.h"
 #include "messages.h"
 #include "source.h"
 #include "voxels.h"
@@ -48,7 +49,9 @@ RawType raw_type(int type) {
       throw LoadError("holds colours (RGB), which have no one value to feel; export the values that they were made from");
     case vtkNIFTIHeader::TypeComplex64:
     case vtkNIFTIHeader::TypeComplex128: throw LoadError("holds complex numbers; export magnitude or phase");
-    default: throw LoadError("has NIfTI data type " + std::to_string(type) + "; whole numbers to 64 bits, float32 and float64 can be read");
+    default:
+      throw LoadError("has NIfTI data type " + std::to_string(type) +
+                      "; whole numbers to 64 bits, float32 and float64 can be read");
   }
 }
 
@@ -77,7 +80,8 @@ class NiftiSource : public Source {
     raw_.dims = {dim[1], dim[2], dim[3]};
 
     // Vectors: the fifth dimension, or the fourth where the file's intent or the request says so.
-    const bool intent = h.GetIntentCode() == vtkNIFTIHeader::IntentVector || h.GetIntentCode() == vtkNIFTIHeader::IntentDispVect;
+    const bool intent =
+        h.GetIntentCode() == vtkNIFTIHeader::IntentVector || h.GetIntentCode() == vtkNIFTIHeader::IntentDispVect;
     const bool asked = request.as == "vector";
     if (dim[5] == 3 && (intent || asked)) {
       raw_.components = 3;
@@ -145,6 +149,15 @@ class NiftiSource : public Source {
     copy_voxels(first, raw, turn_, header.fields[0], to[0]);
   }
 
+  /// vtk-dicom stops at the last voxel, before gzip's checksum. Of a series only the start is unpacked at
+  /// all, and not all of it here either.
+  void check_files() const override {
+    if (header.frames > 1) return;
+    for (const std::string& file : files) {
+      if (file.size() > 3 && file.compare(file.size() - 3, 3, ".gz") == 0) check_compression(file, 0);
+    }
+  }
+
  private:
   /// Where header and image are two files, the second has the name of the first with .img for .hdr.
   void list_image(vtkNIFTIHeader& h) {
@@ -170,7 +183,8 @@ class NiftiSource : public Source {
       const vtkMatrix4x4& m = *reader_->GetQFormMatrix();
       const double step[3] = {length(0), length(1), length(2) * reader_->GetQFac()};
       Mat3 affine;
-      for (int r = 0; r < 3; ++r) affine.row[r] = {m.GetElement(r, 0) * step[0], m.GetElement(r, 1) * step[1], m.GetElement(r, 2) * step[2]};
+      for (int r = 0; r < 3; ++r)
+        affine.row[r] = {m.GetElement(r, 0) * step[0], m.GetElement(r, 1) * step[1], m.GetElement(r, 2) * step[2]};
       grid.index_to_world_m = to_lps * affine;
       grid.origin_m = to_lps * Vec3{h.GetQOffsetX(), h.GetQOffsetY(), h.GetQOffsetZ()};
     } else {

@@ -204,7 +204,8 @@ class NrrdSource : public Source {
     if (!direct_) {
       header.working_bytes = size_of(raw_.type);
       for (unsigned a = 0; a < nrrd_->dim; ++a) {
-        if (__builtin_mul_overflow(header.working_bytes, nrrd_->axis[a].size, &header.working_bytes)) header.working_bytes = INT64_MAX;
+        if (__builtin_mul_overflow(header.working_bytes, nrrd_->axis[a].size, &header.working_bytes))
+          header.working_bytes = INT64_MAX;
       }
     }
   }

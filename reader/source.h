@@ -21,6 +21,10 @@ class Source {
 
   /// Writes the voxels of field `wanted[i]` to `to[i]`. Throws LoadError with a sentence.
   virtual void read(const std::vector<std::uint32_t>& wanted, const std::vector<std::byte*>& to) = 0;
+
+  /// Checks what the library does not: damage that leaves the voxels complete but wrong. Runs beside
+  /// `read`, in another thread. Throws LoadError with a sentence.
+  virtual void check_files() const {}
 };
 
 // One function for each library. They throw LoadError with "what is wrong; what would be right", without

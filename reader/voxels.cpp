@@ -95,9 +95,8 @@ void keep(const RawVoxels& raw, Turn& turn, protocol::FieldHeader& field, std::v
 
 bool kept_as_they_are(const RawVoxels& raw, const Turn& turn, const protocol::FieldHeader& field) noexcept {
   bool same = false;
-  with_type(raw.type, [&](auto from) {
-    with_type(field.type, [&](auto to) { same = std::is_same_v<decltype(from), decltype(to)>; });
-  });
+  with_type(raw.type,
+            [&](auto from) { with_type(field.type, [&](auto to) { same = std::is_same_v<decltype(from), decltype(to)>; }); });
   const std::int64_t c = raw.components;
   return same && turn.none() && (c == 1 || raw.component_stride == 1) && raw.stride[0] == c &&
          raw.stride[1] == c * raw.dims[0] && raw.stride[2] == c * raw.dims[0] * raw.dims[1];

@@ -79,11 +79,14 @@ class ImageSource : public Source {
   /// Adds a field for an array, or a warning that says why not.
   void add(std::string name, int vtk_type, int components, bool of_cells) {
     if (name.empty()) name = "array_" + std::to_string(header.fields.size());
-    const auto leave_out = [&](const std::string& why) { header.warnings.push_back("array '" + name + "' is left out: " + why); };
+    const auto leave_out = [&](const std::string& why) {
+      header.warnings.push_back("array '" + name + "' is left out: " + why);
+    };
     RawVoxels raw;
     if (name == "vtkGhostType") return leave_out("it marks ghosts, not data");
     if (!find_raw_type(vtk_type, raw.type)) return leave_out("it holds no numbers");
-    if (components != 1 && components != 3) return leave_out(std::to_string(components) + " components; one or three can be felt");
+    if (components != 1 && components != 3)
+      return leave_out(std::to_string(components) + " components; one or three can be felt");
     if (components == 3 && raw.type == RawType::uint8) return leave_out("three bytes are a colour, not a vector");
     if (header.fields.size() >= max_fields) return leave_out("only the first " + std::to_string(max_fields) + " are read");
     raw.components = components;
@@ -110,7 +113,8 @@ class ImageSource : public Source {
   void finish_header() {
     if (!header.fields.empty()) return;
     std::string why = "has no array that can be felt; one number per point, or a vector of three, is needed";
-    if (!header.warnings.empty()) why = "has no array that can be felt (" + header.warnings.back() + "); one with 1 or 3 numbers is needed";
+    if (!header.warnings.empty())
+      why = "has no array that can be felt (" + header.warnings.back() + "); one with 1 or 3 numbers is needed";
     throw LoadError(why);
   }
 
@@ -121,12 +125,14 @@ class ImageSource : public Source {
       vtkFieldData& data = array.of_cells ? static_cast<vtkFieldData&>(*image.GetCellData()) : *image.GetPointData();
       vtkDataArray* voxels = data.GetArray(array.name.c_str());
       const std::int64_t count = array.raw.dims[0] * array.raw.dims[1] * array.raw.dims[2];
-      if (voxels == nullptr || voxels->GetNumberOfTuples() != count || voxels->GetNumberOfComponents() != array.raw.components) {
+      if (voxels == nullptr || voxels->GetNumberOfTuples() != count ||
+          voxels->GetNumberOfComponents() != array.raw.components) {
         throw LoadError("has not all values of array '" + array.name + "'; check that the file is whole");
       }
       if (voxels->GetDataType() == VTK_BIT) {
         for (std::int64_t v = 0; v < count * array.raw.components; ++v) {
-          to[i][v] = static_cast<std::byte>(voxels->GetComponent(v / array.raw.components, static_cast<int>(v % array.raw.components)));
+          to[i][v] = static_cast<std::byte>(
+              voxels->GetComponent(v / array.raw.components, static_cast<int>(v % array.raw.components)));
         }
       } else {
         copy_voxels(voxels->GetVoidPointer(0), array.raw, {}, header.fields[wanted[i]], to[i]);
@@ -190,7 +196,8 @@ class VtiSource : public ImageSource {
     vtkInformation* info = reader_->GetOutputInformation(0);
     int extent[6] = {};
     double origin[3] = {0, 0, 0}, spacing[3] = {1, 1, 1}, direction[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-    if (info->Has(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT()) == 0) throw LoadError("has no extent; it is no VTK image data");
+    if (info->Has(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT()) == 0)
+      throw LoadError("has no extent; it is no VTK image data");
     info->Get(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), extent);
     if (info->Has(vtkDataObject::ORIGIN()) != 0) info->Get(vtkDataObject::ORIGIN(), origin);
     if (info->Has(vtkDataObject::SPACING()) != 0) info->Get(vtkDataObject::SPACING(), spacing);
@@ -208,7 +215,8 @@ class VtiSource : public ImageSource {
     vtkDataArraySelection* cells = reader_->GetCellDataArraySelection();
     points->DisableAllArrays();
     cells->DisableAllArrays();
-    for (const std::uint32_t field : wanted) (stored_[field].second ? cells : points)->EnableArray(stored_[field].first.c_str());
+    for (const std::uint32_t field : wanted)
+      (stored_[field].second ? cells : points)->EnableArray(stored_[field].first.c_str());
     reader_->Update();
     check();
     if (reader_->met_end_of_file()) throw LoadError("is shorter than its header says; get the whole file");
@@ -228,7 +236,8 @@ class VtiSource : public ImageSource {
       const char* name = array->Get(vtkDataObject::FIELD_NAME());
       const std::size_t before = header.fields.size();
       if (name == nullptr) continue;
-      add(name, array->Get(vtkDataObject::FIELD_ARRAY_TYPE()), array->Get(vtkDataObject::FIELD_NUMBER_OF_COMPONENTS()), of_cells);
+      add(name, array->Get(vtkDataObject::FIELD_ARRAY_TYPE()), array->Get(vtkDataObject::FIELD_NUMBER_OF_COMPONENTS()),
+          of_cells);
       if (header.fields.size() > before) stored_.emplace_back(name, of_cells);
     }
   }
@@ -260,7 +269,8 @@ class LegacySource : public ImageSource {
     if (voxels > 8.0 * static_cast<double>(file_bytes(request.path)) || voxels > static_cast<double>(request.max_bytes)) {
       throw LoadError("claims " + std::to_string(points_of(extent, 0)) + " × " + std::to_string(points_of(extent, 1)) + " × " +
                       std::to_string(points_of(extent, 2)) + " voxels, but has " +
-                      protocol::readable_bytes(static_cast<double>(file_bytes(request.path))) + "; correct DIMENSIONS, or get the whole file");
+                      protocol::readable_bytes(static_cast<double>(file_bytes(request.path))) +
+                      "; correct DIMENSIONS, or get the whole file");
     }
     reader_->Update();
     check();

@@ -191,7 +191,8 @@ std::optional<std::vector<std::uint64_t>> place(const Header& header, const Room
     if (field >= header.fields.size() || (i > 0 && field <= room.fields[i - 1])) return std::nullopt;
     const auto bytes = voxel_bytes(header.fields[field]);
     std::uint64_t end = 0;
-    if (!bytes || __builtin_add_overflow(offsets.back(), *bytes, &end) || end > INT64_MAX - alignment_bytes) return std::nullopt;
+    if (!bytes || __builtin_add_overflow(offsets.back(), *bytes, &end) || end > INT64_MAX - alignment_bytes)
+      return std::nullopt;
     offsets.push_back((end + alignment_bytes - 1) / alignment_bytes * alignment_bytes);
   }
   return offsets;

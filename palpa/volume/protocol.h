@@ -23,9 +23,9 @@
 /// started by hand has no caller. Numbers are in the byte order of the machine.
 namespace palpa::protocol {
 
-inline constexpr std::uint16_t version = 1;           ///< differs: the two programs do not belong together
+inline constexpr std::uint16_t version = 1;  ///< differs: the two programs do not belong together
 inline constexpr std::size_t max_packet_bytes = 1 << 17;
-inline constexpr int socket_descriptor = 3;           ///< where palpa-read finds its end of the pair
+inline constexpr int socket_descriptor = 3;  ///< where palpa-read finds its end of the pair
 
 struct Request {
   std::string path;
@@ -38,20 +38,20 @@ struct Request {
 /// vectors already along the axes of the world.
 struct FieldHeader {
   std::string name;
-  std::string unit;           ///< of the values, as the file says it
+  std::string unit;  ///< of the values, as the file says it
   VoxelType type = VoxelType::float32;
   std::int32_t components = 1;
-  GridGeometry grid;          ///< in the file's unit of length, not in metres
-  double scale = 1.0;         ///< the field's own unit, per raw step: value = raw · scale + offset
-  double offset = 0.0;        ///< the field's own unit
+  GridGeometry grid;    ///< in the file's unit of length, not in metres
+  double scale = 1.0;   ///< the field's own unit, per raw step: value = raw · scale + offset
+  double offset = 0.0;  ///< the field's own unit
 };
 
 struct Header {
-  std::string format;           ///< as in `Volume::format`
-  std::string length_unit;      ///< as the file says it; empty if it does not
-  std::string default_unit;     ///< of the format
-  bool medical_frame = false;   ///< the grids are in LPS
-  bool named = false;           ///< the file itself names its arrays
+  std::string format;          ///< as in `Volume::format`
+  std::string length_unit;     ///< as the file says it; empty if it does not
+  std::string default_unit;    ///< of the format
+  bool medical_frame = false;  ///< the grids are in LPS
+  bool named = false;          ///< the file itself names its arrays
   std::int32_t frames = 1;
   std::uint64_t working_bytes = 0;  ///< what reading takes beside the voxels
   std::vector<FieldHeader> fields;

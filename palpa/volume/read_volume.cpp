@@ -33,10 +33,26 @@ double metres(std::string_view unit) {
   static constexpr struct {
     std::string_view name;
     double metres;
-  } units[] = {{"m", 1},           {"meter", 1},     {"metre", 1},        {"meters", 1},       {"metres", 1},      {"cm", 1e-2},
-               {"centimeter", 1e-2}, {"mm", 1e-3},     {"millimeter", 1e-3}, {"millimetre", 1e-3}, {"millimeters", 1e-3}, {"um", 1e-6},
-               {"µm", 1e-6},       {"micron", 1e-6}, {"microns", 1e-6},    {"micrometer", 1e-6}, {"nm", 1e-9},       {"km", 1e3},
-               {"angstrom", 1e-10}, {"Å", 1e-10}};
+  } units[] = {{"m", 1},
+               {"meter", 1},
+               {"metre", 1},
+               {"meters", 1},
+               {"metres", 1},
+               {"cm", 1e-2},
+               {"centimeter", 1e-2},
+               {"mm", 1e-3},
+               {"millimeter", 1e-3},
+               {"millimetre", 1e-3},
+               {"millimeters", 1e-3},
+               {"um", 1e-6},
+               {"µm", 1e-6},
+               {"micron", 1e-6},
+               {"microns", 1e-6},
+               {"micrometer", 1e-6},
+               {"nm", 1e-9},
+               {"km", 1e3},
+               {"angstrom", 1e-10},
+               {"Å", 1e-10}};
   for (const auto& [name, value] : units) {
     if (name == unit) return value;
   }
@@ -70,14 +86,16 @@ void check_file(const std::filesystem::path& file) {
   if (S_ISDIR(status.st_mode)) throw LoadError("is a folder; give a file (DICOM folders are not read yet)");
   if (!S_ISREG(status.st_mode)) throw LoadError("is no ordinary file; give a volume file");
   if (status.st_size == 0) throw LoadError("is empty; get the whole file");
-  if (::access(file.c_str(), R_OK) != 0) throw LoadError("cannot be opened: no permission to read it; allow it, or copy the file");
+  if (::access(file.c_str(), R_OK) != 0)
+    throw LoadError("cannot be opened: no permission to read it; allow it, or copy the file");
 }
 
 /// Metres per unit of length of the file.
 double metres_per_unit(const VolumeRequest& request, const Header& header, std::vector<std::string>& warnings) {
   if (!request.length_unit.empty()) {
     const double said = metres(request.length_unit);
-    if (said == 0) throw LoadError("length_unit '" + request.length_unit + "' is unknown; m, cm, mm, um, nm, km or angstrom are known");
+    if (said == 0)
+      throw LoadError("length_unit '" + request.length_unit + "' is unknown; m, cm, mm, um, nm, km or angstrom are known");
     return said;
   }
   if (const double stated = metres(header.length_unit); stated != 0) return stated;
@@ -156,13 +174,14 @@ void check_size(const Header& header, const std::vector<Taken>& taken, std::uint
 /// change. It can neither shrink nor grow from the start, so that no read of ours can miss it.
 class SharedMemory {
  public:
-  explicit SharedMemory(std::uint64_t bytes) : bytes_(bytes), descriptor_(::memfd_create("palpa-voxels", MFD_CLOEXEC | MFD_ALLOW_SEALING)) {
+  explicit SharedMemory(std::uint64_t bytes)
+      : bytes_(bytes), descriptor_(::memfd_create("palpa-voxels", MFD_CLOEXEC | MFD_ALLOW_SEALING)) {
     if (descriptor_ < 0 || ::ftruncate(descriptor_, static_cast<off_t>(bytes)) != 0 ||
         ::fcntl(descriptor_, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW) != 0) {
       const int problem = errno;
       if (descriptor_ >= 0) ::close(descriptor_);
-      throw LoadError("cannot be read: no shared memory of " + readable_bytes(static_cast<double>(bytes)) + " (" + std::strerror(problem) +
-                      "); crop or downsample the volume");
+      throw LoadError("cannot be read: no shared memory of " + readable_bytes(static_cast<double>(bytes)) + " (" +
+                      std::strerror(problem) + "); crop or downsample the volume");
     }
   }
   ~SharedMemory() { ::close(descriptor_); }
@@ -175,7 +194,8 @@ class SharedMemory {
   /// The memory of a dead process may outlive it by a moment (whoever looks into /proc holds it).
   std::shared_ptr<const std::byte> sealed_and_mapped() {
     int sealed = -1;
-    for (int wait_ms = 0; wait_ms < 2000 && (sealed = ::fcntl(descriptor_, F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_SEAL)) != 0; ++wait_ms) {
+    for (int wait_ms = 0; wait_ms < 2000 && (sealed = ::fcntl(descriptor_, F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_SEAL)) != 0;
+         ++wait_ms) {
       if (errno != EBUSY) break;
       ::usleep(1000);
     }
@@ -242,7 +262,8 @@ VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
     memory = std::make_unique<SharedMemory>(offsets.back());
     reader.send(room, memory->descriptor());
     const std::uint64_t work = file_bytes + offsets.back() + header.working_bytes;
-    done = expect<protocol::Done>(reader.receive(work, reader_slack_bytes + 8 * file_bytes + 2 * (offsets.back() + header.working_bytes)));
+    done = expect<protocol::Done>(
+        reader.receive(work, reader_slack_bytes + 8 * file_bytes + 2 * (offsets.back() + header.working_bytes)));
   }
 
   const std::shared_ptr<const std::byte> voxels = memory->sealed_and_mapped();
@@ -254,7 +275,8 @@ VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
   volume.warnings.insert(volume.warnings.end(), done.warnings.begin(), done.warnings.end());
   for (const Taken& t : taken) {
     const FieldHeader& field = header.fields[t.field];
-    const auto slot = static_cast<std::size_t>(std::lower_bound(room.fields.begin(), room.fields.end(), t.field) - room.fields.begin());
+    const auto slot =
+        static_cast<std::size_t>(std::lower_bound(room.fields.begin(), room.fields.end(), t.field) - room.fields.begin());
     const std::shared_ptr<const void> data(voxels, voxels.get() + offsets[slot]);
     const GridGeometry grid = in_metres(field.grid, metres_per_file_unit);
     FieldPtr made;
@@ -284,7 +306,8 @@ VolumeFile read_volume_file(const VolumeRequest& request, const ReadOptions& opt
   const std::string place = request.files.front().string();
   try {
     if (request.files.size() > 1) {
-      throw LoadError(std::to_string(request.files.size()) + " files for one volume; formats of one file (and those that it names) can be read");
+      throw LoadError(std::to_string(request.files.size()) +
+                      " files for one volume; formats of one file (and those that it names) can be read");
     }
     return read_one(request, options);
   } catch (const LoadError& error) {
@@ -292,7 +315,9 @@ VolumeFile read_volume_file(const VolumeRequest& request, const ReadOptions& opt
   }
 }
 
-Volume read_volume(const VolumeRequest& request, const ReadOptions& options) { return read_volume_file(request, options).volume; }
+Volume read_volume(const VolumeRequest& request, const ReadOptions& options) {
+  return read_volume_file(request, options).volume;
+}
 
 Volume read_volume(const std::filesystem::path& file, const ReadOptions& options) {
   VolumeRequest request;

@@ -11,8 +11,9 @@ namespace palpa {
 
 struct ReadOptions {
   std::filesystem::path reader;  ///< palpa-read; empty: $PALPA_READER, beside this program, libexec
-  std::uint64_t max_bytes = 0;   ///< voxels larger than this are refused before memory is taken; 0: two thirds of the free memory
-  double idle_limit_s = 10.0;    ///< without progress (CPU time or bytes read) the reader is ended; > 0
+  std::uint64_t max_bytes =
+      0;                       ///< voxels larger than this are refused before memory is taken; 0: two thirds of the free memory
+  double idle_limit_s = 10.0;  ///< without progress (CPU time or bytes read) the reader is ended; > 0
 };
 
 /// Opens the file(s) of a request. The files are parsed by a child program with limits of its own, so

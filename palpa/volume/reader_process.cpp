@@ -42,7 +42,8 @@ std::filesystem::path find_reader(const std::filesystem::path& option) {
   }
   if (const char* variable = std::getenv("PALPA_READER"); variable != nullptr && *variable != '\0') {
     if (can_be_run(variable)) return variable;
-    throw LoadError("cannot be opened: PALPA_READER is '" + std::string(variable) + "', which is no program; set it to the path of palpa-read");
+    throw LoadError("cannot be opened: PALPA_READER is '" + std::string(variable) +
+                    "', which is no program; set it to the path of palpa-read");
   }
   std::error_code none;
   const std::filesystem::path here = std::filesystem::read_symlink("/proc/self/exe", none).parent_path();
@@ -180,7 +181,8 @@ void ReaderProcess::report_end() {
   }
   if (pid_ >= 0) status = end();
   std::string how = "ended";
-  if (status != -1 && WIFSIGNALED(status)) how = std::string("was ended by signal ") + std::to_string(WTERMSIG(status)) + " (" + ::strsignal(WTERMSIG(status)) + ")";
+  if (status != -1 && WIFSIGNALED(status))
+    how = std::string("was ended by signal ") + std::to_string(WTERMSIG(status)) + " (" + ::strsignal(WTERMSIG(status)) + ")";
   if (status != -1 && WIFEXITED(status)) how = "ended with code " + std::to_string(WEXITSTATUS(status));
   throw LoadError("cannot be read: palpa-read " + how + " before it was done; the file is probably damaged");
 }

@@ -60,7 +60,9 @@ TEST_F(BadInput, MissingEmptyFolderAndText) {
 TEST_F(BadInput, TruncatedHeaders) {
   expect_refused("a.nrrd", "NRRD0004\ntype: short\ndimension: 3\n", "NRRD");
   expect_refused("b.nrrd", "NRRD0004\ntype: short\ndimension: 3\nsizes: 4 4 4\nencoding: raw\nendian: little\n\nxx", "whole");
-  expect_refused("c.nhdr", "NRRD0004\ntype: short\ndimension: 3\nsizes: 4 4 4\nencoding: raw\nendian: little\ndata file: none.raw\n", "none.raw");
+  expect_refused("c.nhdr",
+                 "NRRD0004\ntype: short\ndimension: 3\nsizes: 4 4 4\nencoding: raw\nendian: little\ndata file: none.raw\n",
+                 "none.raw");
   expect_refused("d.vti", "<?xml version=\"1.0\"?><VTKFile type=\"ImageData\"><ImageData WholeExtent=\"0 3 0 3", "VTI");
   expect_refused("e.mha", "ObjectType = Image\nNDims = 3\nDimSize = 4 4\n", "; ");
 }
@@ -71,9 +73,14 @@ TEST_F(BadInput, ClaimsOfATrillionVoxels) {
   ::getrusage(RUSAGE_SELF, &before);
   expect_refused("a.nrrd", "NRRD0004\ntype: short\ndimension: 3\nsizes: 10000 10000 10000\nencoding: raw\nendian: little\n\nxx",
                  "claims 10000 × 10000 × 10000 voxels, which need 2 TB");
-  expect_refused("b.nrrd", "NRRD0004\ntype: short\ndimension: 3\nsizes: 10000000000 10000000000 10000000000\nencoding: raw\nendian: little\n\nxx", "; ");
-  expect_refused("a.mha", "ObjectType = Image\nNDims = 3\nDimSize = 10000 10000 10000\nElementType = MET_UCHAR\nElementDataFile = LOCAL\nxx",
-                 "claims 10000 × 10000 × 10000 voxels, which need 1 TB");
+  expect_refused(
+      "b.nrrd",
+      "NRRD0004\ntype: short\ndimension: 3\nsizes: 10000000000 10000000000 10000000000\nencoding: raw\nendian: little\n\nxx",
+      "; ");
+  expect_refused(
+      "a.mha",
+      "ObjectType = Image\nNDims = 3\nDimSize = 10000 10000 10000\nElementType = MET_UCHAR\nElementDataFile = LOCAL\nxx",
+      "claims 10000 × 10000 × 10000 voxels, which need 1 TB");
   std::string nifti(352, '\0');
   const auto put = [&](std::size_t at, auto value) { nifti.replace(at, sizeof value, bytes_of(value)); };
   put(0, std::int32_t{348});
@@ -82,13 +89,16 @@ TEST_F(BadInput, ClaimsOfATrillionVoxels) {
   put(70, std::int16_t{2}), put(72, std::int16_t{8}), put(108, 352.0F);
   nifti.replace(344, 3, "n+1");
   expect_refused("a.nii", nifti, "claims 10000 × 10000 × 10000 voxels");
-  expect_refused("a.vti",
-                 "<?xml version=\"1.0\"?><VTKFile type=\"ImageData\" version=\"0.1\" byte_order=\"LittleEndian\"><ImageData "
-                 "WholeExtent=\"0 9999 0 9999 0 9999\" Origin=\"0 0 0\" Spacing=\"1 1 1\"><Piece Extent=\"0 9999 0 9999 0 9999\"><PointData>"
-                 "<DataArray type=\"UInt8\" Name=\"a\" format=\"ascii\">1</DataArray></PointData></Piece></ImageData></VTKFile>",
-                 "claims 10000 × 10000 × 10000 voxels");
+  expect_refused(
+      "a.vti",
+      "<?xml version=\"1.0\"?><VTKFile type=\"ImageData\" version=\"0.1\" byte_order=\"LittleEndian\"><ImageData "
+      "WholeExtent=\"0 9999 0 9999 0 9999\" Origin=\"0 0 0\" Spacing=\"1 1 1\"><Piece Extent=\"0 9999 0 9999 0 "
+      "9999\"><PointData>"
+      "<DataArray type=\"UInt8\" Name=\"a\" format=\"ascii\">1</DataArray></PointData></Piece></ImageData></VTKFile>",
+      "claims 10000 × 10000 × 10000 voxels");
   expect_refused("a.vtk",
-                 "# vtk DataFile Version 3.0\nx\nBINARY\nDATASET STRUCTURED_POINTS\nDIMENSIONS 10000 10000 10000\nORIGIN 0 0 0\nSPACING 1 1 1\n"
+                 "# vtk DataFile Version 3.0\nx\nBINARY\nDATASET STRUCTURED_POINTS\nDIMENSIONS 10000 10000 10000\nORIGIN 0 0 "
+                 "0\nSPACING 1 1 1\n"
                  "POINT_DATA 1000000000000\nSCALARS a unsigned_char\nLOOKUP_TABLE default\nx",
                  "claims 10000 × 10000 × 10000 voxels");
   ::getrusage(RUSAGE_SELF, &after);
@@ -96,7 +106,8 @@ TEST_F(BadInput, ClaimsOfATrillionVoxels) {
 }
 
 TEST_F(BadInput, MoreThanTheCallerAllows) {
-  const fs::path file = folder_.write("a.nrrd", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 10 10 10\nencoding: raw\n\n" + std::string(1000, 'x'));
+  const fs::path file = folder_.write(
+      "a.nrrd", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 10 10 10\nencoding: raw\n\n" + std::string(1000, 'x'));
   options_.max_bytes = 999;
   EXPECT_NE(refused(file).find("are allowed; crop or downsample"), std::string::npos);
   options_.max_bytes = 1024;
@@ -109,7 +120,8 @@ TEST_F(BadInput, NumbersThatAreNotFiniteAreOutside) {
     const float value = v == 21 ? std::nanf("") : v == 22 ? std::numeric_limits<float>::infinity() : 1.0F;
     voxels += bytes_of(value);
   }
-  const fs::path file = folder_.write("a.nrrd", "NRRD0004\ntype: float\ndimension: 3\nsizes: 4 4 4\nencoding: raw\nendian: little\n\n" + voxels);
+  const fs::path file =
+      folder_.write("a.nrrd", "NRRD0004\ntype: float\ndimension: 3\nsizes: 4 4 4\nencoding: raw\nendian: little\n\n" + voxels);
   const Volume volume = read(file);
   EXPECT_TRUE(warns_of(volume, "2 voxels are not finite: treated as outside")) << all_warnings(volume);
   EXPECT_EQ(grid_of(*volume.fields[0].field)->valid_share, 62.0 / 64.0);
@@ -118,9 +130,12 @@ TEST_F(BadInput, NumbersThatAreNotFiniteAreOutside) {
 }
 
 TEST_F(BadInput, GridsThatLieNowhere) {
-  const std::string start = "NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\nsizes: 2 2 2\nencoding: raw\nspace directions: ";
+  const std::string start =
+      "NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\nsizes: 2 2 2\nencoding: raw\nspace directions: ";
   expect_refused("flat.nrrd", start + "(1,0,0) (2,0,0) (0,0,1)\n\n12345678", "world");
-  expect_refused("far.nrrd", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: raw\nspacings: 1e308 1e308 1e308\n\n12345678", "; ");
+  expect_refused("far.nrrd",
+                 "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: raw\nspacings: 1e308 1e308 1e308\n\n12345678",
+                 "; ");
 }
 
 TEST_F(BadInput, TwoFilesForOneVolume) {
@@ -132,7 +147,8 @@ TEST_F(BadInput, TwoFilesForOneVolume) {
 }
 
 TEST_F(BadInput, AReaderThatIsKilledInTheMiddle) {
-  const fs::path file = folder_.write("a.nrrd", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 10 10 10\nencoding: raw\n\n" + std::string(1000, 'x'));
+  const fs::path file = folder_.write(
+      "a.nrrd", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 10 10 10\nencoding: raw\n\n" + std::string(1000, 'x'));
   std::atomic<bool> done{false};
   std::thread killer([&] {
     // The child is killed as soon as it is there; until then, this waits for it.

@@ -127,10 +127,13 @@ TEST_F(Facts, MetaImages) {
 }
 
 /// RAS millimetres as our world.
-Vec3 lps_m(const Json& ras_mm) { return 1e-3 * Vec3{-ras_mm[0].get<double>(), -ras_mm[1].get<double>(), ras_mm[2].get<double>()}; }
+Vec3 lps_m(const Json& ras_mm) {
+  return 1e-3 * Vec3{-ras_mm[0].get<double>(), -ras_mm[1].get<double>(), ras_mm[2].get<double>()};
+}
 
 TEST_F(Facts, NiftiScalars) {
-  for (const auto& [set, file] : {std::pair{"dti_brain", "FA.nii.gz"}, std::pair{"mri_avg152_bigendian", "avg152T1_RL_nifti.nii.gz"}}) {
+  for (const auto& [set, file] :
+       {std::pair{"dti_brain", "FA.nii.gz"}, std::pair{"mri_avg152_bigendian", "avg152T1_RL_nifti.nii.gz"}}) {
     SCOPED_TRACE(file);
     const Json& fact = facts_[set][file];
     const Volume volume = open(std::string(set) + "/" + file);
@@ -170,7 +173,8 @@ TEST_F(Facts, NiftiFrames) {
       for (const Json& voxel : fact["voxels"]) {
         const Vec3 world_m = grid.to_world(point(voxel["ijk"]));
         EXPECT_LT(distance(world_m, lps_m(voxel["world_RAS_mm"])), 1e-8);
-        EXPECT_NEAR(volume.fields[0].field->scalar(world_m).value, voxel["values"][static_cast<std::size_t>(frame)].get<double>(), 1e-6);
+        EXPECT_NEAR(volume.fields[0].field->scalar(world_m).value,
+                    voxel["values"][static_cast<std::size_t>(frame)].get<double>(), 1e-6);
       }
     }
   }

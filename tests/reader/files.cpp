@@ -28,8 +28,10 @@ ReadOptions built_reader() {
   ReadOptions options;
   const char* bin = std::getenv("PALPA_BIN");
   const char* reader = std::getenv("PALPA_READER");
-  if (bin != nullptr && fs::exists(fs::path(bin) / "palpa-read")) options.reader = fs::path(bin) / "palpa-read";
-  else if (reader != nullptr) options.reader = reader;
+  if (bin != nullptr && fs::exists(fs::path(bin) / "palpa-read"))
+    options.reader = fs::path(bin) / "palpa-read";
+  else if (reader != nullptr)
+    options.reader = reader;
   return options;
 }
 
@@ -76,11 +78,10 @@ std::string gzipped(const std::string& bytes) {
   return out;
 }
 
-FileGrid sheared_grid() {
-  return {{6, 5, 4}, {{{-2.0, 0.3, 0.4}, {0.5, 1.7, -0.6}, {0.1, 0.2, 3.0}}}, {11.0, -7.0, 5.0}};
-}
+FileGrid sheared_grid() { return {{6, 5, 4}, {{{-2.0, 0.3, 0.4}, {0.5, 1.7, -0.6}, {0.1, 0.2, 3.0}}}, {11.0, -7.0, 5.0}}; }
 
-void expect_linear(const Field& field, const FileGrid& grid, const std::function<Vec3(const Vec3&)>& to_world_m, const Linear& linear) {
+void expect_linear(const Field& field, const FileGrid& grid, const std::function<Vec3(const Vec3&)>& to_world_m,
+                   const Linear& linear) {
   const double largest = norm(linear.gradient);
   for (int n = 0; n < 60; ++n) {
     // Points of a lattice that meets the voxels nowhere.

@@ -22,20 +22,22 @@ class Info : public ReaderTest {
   }
 
   fs::path two_arrays() const {
-    return folder_.write("a.vti",
-                         "<?xml version=\"1.0\"?><VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\"><ImageData "
-                         "WholeExtent=\"0 1 0 1 0 1\" Origin=\"1 2 3\" Spacing=\"1 2 4\"><Piece Extent=\"0 1 0 1 0 1\"><PointData>"
-                         "<DataArray type=\"Float32\" Name=\"p\" format=\"ascii\">0 1 0 1 0 1 0 1</DataArray>"
-                         "<DataArray type=\"Int16\" Name=\"u\" NumberOfComponents=\"3\" format=\"ascii\">"
-                         "1 2 3 1 2 3 1 2 3 1 2 3 1 2 3 1 2 3 1 2 3 1 2 9</DataArray>"
-                         "</PointData></Piece></ImageData></VTKFile>");
+    return folder_.write(
+        "a.vti",
+        "<?xml version=\"1.0\"?><VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\"><ImageData "
+        "WholeExtent=\"0 1 0 1 0 1\" Origin=\"1 2 3\" Spacing=\"1 2 4\"><Piece Extent=\"0 1 0 1 0 1\"><PointData>"
+        "<DataArray type=\"Float32\" Name=\"p\" format=\"ascii\">0 1 0 1 0 1 0 1</DataArray>"
+        "<DataArray type=\"Int16\" Name=\"u\" NumberOfComponents=\"3\" format=\"ascii\">"
+        "1 2 3 1 2 3 1 2 3 1 2 3 1 2 3 1 2 3 1 2 3 1 2 9</DataArray>"
+        "</PointData></Piece></ImageData></VTKFile>");
   }
 
   std::string errors_;
 };
 
 TEST_F(Info, JsonHasItsPromisedKeys) {
-  const Json info = Json::parse(printed({.files = {two_arrays()}, .json = true, .at_m = {{1.25, 3, 5}, {0, 0, 0}}, .read = {}}));
+  const Json info =
+      Json::parse(printed({.files = {two_arrays()}, .json = true, .at_m = {{1.25, 3, 5}, {0, 0, 0}}, .read = {}}));
   EXPECT_EQ(errors_, "");
   EXPECT_EQ(info["format"], "vti");
   EXPECT_EQ(info["files"].size(), 1U);
@@ -44,7 +46,9 @@ TEST_F(Info, JsonHasItsPromisedKeys) {
   EXPECT_EQ(info["valid_share"], 1.0);
   EXPECT_EQ(info["warnings"].size(), 1U);
   ASSERT_EQ(info["fields"].size(), 2U);
-  EXPECT_EQ(info["fields"][0], Json::parse(R"({"name": "p", "unit": "", "components": 1, "type": "float32", "dims": [2,2,2], "min": 0, "max": 1})"));
+  EXPECT_EQ(
+      info["fields"][0],
+      Json::parse(R"({"name": "p", "unit": "", "components": 1, "type": "float32", "dims": [2,2,2], "min": 0, "max": 1})"));
   EXPECT_EQ(info["fields"][1]["components"], 3);
   EXPECT_EQ(info["fields"][1]["min"], Json::parse("[1,2,3]"));
   EXPECT_EQ(info["fields"][1]["max"], Json::parse("[1,2,9]"));
@@ -67,8 +71,8 @@ TEST_F(Info, SeveralFilesAreAList) {
 TEST_F(Info, TheTableSaysWhatIsInTheFile) {
   const fs::path file = two_arrays();
   const std::string table = printed({.files = {file}, .json = false, .at_m = {{1.25, 3, 5}}, .read = {}});
-  for (const std::string& part : {file.string(), std::string("vti"), std::string("2 × 2 × 2 voxels of 1 m × 2 m × 4 m"), std::string("int16×3"),
-                                 std::string("p = 0.25")}) {
+  for (const std::string& part : {file.string(), std::string("vti"), std::string("2 × 2 × 2 voxels of 1 m × 2 m × 4 m"),
+                                  std::string("int16×3"), std::string("p = 0.25")}) {
     EXPECT_NE(table.find(part), std::string::npos) << part << " in\n" << table;
   }
   EXPECT_EQ(errors_.rfind("palpa: warning: " + file.string() + ": ", 0), 0U) << errors_;

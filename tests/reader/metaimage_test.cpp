@@ -39,16 +39,19 @@ TEST_F(MetaImage, ObliqueGridsInAllStoragesAreTheSame) {
   const std::string packed = gzipped(raw);
   std::vector<fs::path> files;
   files.push_back(folder_.write("local.mha", o.text + "ElementType = MET_FLOAT\nElementDataFile = LOCAL\n" + raw));
-  files.push_back(folder_.write("big.mha", o.text + "BinaryDataByteOrderMSB = True\nElementType = MET_FLOAT\nElementDataFile = LOCAL\n" +
-                                               linear_voxels<float>(o.grid, millimetres, true)));
+  files.push_back(
+      folder_.write("big.mha", o.text + "BinaryDataByteOrderMSB = True\nElementType = MET_FLOAT\nElementDataFile = LOCAL\n" +
+                                   linear_voxels<float>(o.grid, millimetres, true)));
   folder_.write("voxels.raw", raw);
   files.push_back(folder_.write("detached.mhd", o.text + "ElementType = MET_FLOAT\nElementDataFile = voxels.raw\n"));
   folder_.write("voxels.raw.gz", packed);
-  files.push_back(folder_.write("packed.mhd", o.text + "CompressedData = True\nCompressedDataSize = " + std::to_string(packed.size()) +
-                                                  "\nElementType = MET_FLOAT\nElementDataFile = voxels.raw.gz\n"));
+  files.push_back(
+      folder_.write("packed.mhd", o.text + "CompressedData = True\nCompressedDataSize = " + std::to_string(packed.size()) +
+                                      "\nElementType = MET_FLOAT\nElementDataFile = voxels.raw.gz\n"));
   const std::size_t slice = raw.size() / 3;
   std::string names;
-  for (std::size_t k = 0; k < 3; ++k) folder_.write("s" + std::to_string(k), raw.substr(k * slice, slice)), names += "s" + std::to_string(k) + "\n";
+  for (std::size_t k = 0; k < 3; ++k)
+    folder_.write("s" + std::to_string(k), raw.substr(k * slice, slice)), names += "s" + std::to_string(k) + "\n";
   files.push_back(folder_.write("list.mhd", o.text + "ElementType = MET_FLOAT\nElementDataFile = LIST\n" + names));
   for (const fs::path& file : files) {
     SCOPED_TRACE(file);
@@ -65,8 +68,9 @@ TEST_F(MetaImage, ValuesAreRescaledAndUnitsHonoured) {
   // raw = 2·value − 6
   const Linear raw{{600, -400, 1000}, 2 * 7.0 - 6.0};
   const Volume volume = read(folder_.write(
-      "a.mha", o.text + "DistanceUnits = cm\nElementToIntensityFunctionSlope = 0.5\nElementToIntensityFunctionOffset = 3\n"
-                        "AnatomicalOrientation = RAI\nElementType = MET_DOUBLE\nElementDataFile = LOCAL\n" +
+      "a.mha", o.text +
+                   "DistanceUnits = cm\nElementToIntensityFunctionSlope = 0.5\nElementToIntensityFunctionOffset = 3\n"
+                   "AnatomicalOrientation = RAI\nElementType = MET_DOUBLE\nElementDataFile = LOCAL\n" +
                    linear_voxels<double>(o.grid, centimetres, false, raw)));
   EXPECT_FALSE(warns_of(volume, "unit of length")) << all_warnings(volume);
   EXPECT_TRUE(volume.medical_frame);
@@ -92,14 +96,25 @@ TEST_F(MetaImage, ShortDataAreNotFilledUp) {
   const std::string raw = linear_voxels<float>(o.grid, millimetres);
   const std::string packed = gzipped(raw);
   const std::string start = o.text + "ElementType = MET_FLOAT\nElementDataFile = ";
-  EXPECT_NE(error_of([&] { read(folder_.write("a.mha", start + "LOCAL\n" + raw.substr(0, raw.size() - 9))); }).find("a.mha: "), std::string::npos);
+  EXPECT_NE(error_of([&] { read(folder_.write("a.mha", start + "LOCAL\n" + raw.substr(0, raw.size() - 9))); }).find("a.mha: "),
+            std::string::npos);
   folder_.write("v.raw", raw.substr(0, 100));
   EXPECT_NE(error_of([&] { read(folder_.write("b.mhd", start + "v.raw\n")); }).find("b.mhd: "), std::string::npos);
   folder_.write("v.gz", packed.substr(0, packed.size() / 2));
   EXPECT_NE(error_of([&] {
-              read(folder_.write("c.mhd", "CompressedData = True\nCompressedDataSize = " + std::to_string(packed.size() / 2) + "\n" + start + "v.gz\n"));
+              read(folder_.write("c.mhd", "CompressedData = True\nCompressedDataSize = " + std::to_string(packed.size() / 2) +
+                                              "\n" + start + "v.gz\n"));
             }).find("c.mhd: "),
             std::string::npos);
+  std::string wrong = packed;
+  wrong[packed.size() - 6] ^= 1;  // the checksum at its end
+  folder_.write("wrong.gz", wrong);
+  const std::string compressed = "CompressedData = True\nCompressedDataSize = " + std::to_string(wrong.size()) + "\n" + start;
+  for (const auto& [name, data] : {std::pair{"e.mhd", std::string("wrong.gz\n")}, std::pair{"e.mha", "LOCAL\n" + wrong}}) {
+    EXPECT_NE(error_of([&] { read(folder_.write(name, compressed + data)); }).find("compressed data are damaged"),
+              std::string::npos);
+  }
+  EXPECT_NO_THROW(read(folder_.write("f.mha", compressed + "LOCAL\n" + packed)));
   EXPECT_NE(error_of([&] { read(folder_.write("d.mhd", start + "not-there.raw\n")); }).find("d.mhd: "), std::string::npos);
 }
 

@@ -49,7 +49,8 @@ TEST_P(Mutations, GiveAResultOrOneLine) {
       const Volume volume = read(file);
       for (const VolumeField& field : volume.fields) {
         const Vec3 middle_m = field.field->bounds_m().centre_m();
-        EXPECT_TRUE(std::isfinite(field.field->components() == 1 ? field.field->scalar(middle_m).value : field.field->vector(middle_m).value.x));
+        EXPECT_TRUE(std::isfinite(field.field->components() == 1 ? field.field->scalar(middle_m).value
+                                                                 : field.field->vector(middle_m).value.x));
       }
       ++read_well;
     } catch (const LoadError& error) {
@@ -62,8 +63,9 @@ TEST_P(Mutations, GiveAResultOrOneLine) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Files, Mutations,
-                         ::testing::Values("mri_epi_4d/example_nifti2.nii.gz", "mri_mha_zlib/mha.mha", "mra_avf_nrrd/avf_float_32.nrrd",
-                                           "mol_hydrogen/hydrogen.vti", "mol_ironprot/ironProt.vtk"),
+                         ::testing::Values("mri_epi_4d/example_nifti2.nii.gz", "mri_mha_zlib/mha.mha",
+                                           "mra_avf_nrrd/avf_float_32.nrrd", "mol_hydrogen/hydrogen.vti",
+                                           "mol_ironprot/ironProt.vtk"),
                          [](const auto& file) {
                            std::string name = fs::path(file.param).stem().stem().string();
                            for (char& c : name) c = std::isalnum(static_cast<unsigned char>(c)) ? c : '_';

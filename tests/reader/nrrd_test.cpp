@@ -18,7 +18,8 @@ std::string directions(const FileGrid& grid) {
   return text_of(columns.row[0]) + " " + text_of(columns.row[1]) + " " + text_of(columns.row[2]);
 }
 
-std::string header(const FileGrid& grid, const std::string& space, const std::string& type = "float", const std::string& more = "") {
+std::string header(const FileGrid& grid, const std::string& space, const std::string& type = "float",
+                   const std::string& more = "") {
   return "NRRD0004\ntype: " + type + "\ndimension: 3\nspace: " + space + "\nsizes: " + std::to_string(grid.dims[0]) + " " +
          std::to_string(grid.dims[1]) + " " + std::to_string(grid.dims[2]) + "\nspace directions: " + directions(grid) +
          "\nspace origin: " + text_of(grid.origin) + "\nencoding: raw\n" + more;
@@ -66,8 +67,8 @@ TEST_F(Nrrd, UnitsOfTheFileAndOfTheRequestAreKept) {
 
   VolumeRequest request;
   request.length_unit = "m";
-  const Volume asked = read(folder_.write("b.nrrd", header(grid, space, "float", "space units: \"um\" \"um\" \"um\"\n") + little +
-                                                        linear_voxels<float>(grid, metres)),
+  const Volume asked = read(folder_.write("b.nrrd", header(grid, space, "float", "space units: \"um\" \"um\" \"um\"\n") +
+                                                        little + linear_voxels<float>(grid, metres)),
                             request);
   expect_linear(*asked.fields[0].field, grid, metres);
 
@@ -91,7 +92,8 @@ TEST_F(Nrrd, EncodingsAndByteOrdersGiveTheSame) {
   folder_.write("voxels.raw", raw);
   files.push_back(folder_.write("detached.nhdr", start + "endian: little\ndata file: voxels.raw\n"));
   const std::size_t slice = raw.size() / 4;
-  for (std::size_t k = 0; k < 4; ++k) folder_.write("slice_" + std::string(k + 8 < 10 ? "0" : "") + std::to_string(k + 8), raw.substr(k * slice, slice));
+  for (std::size_t k = 0; k < 4; ++k)
+    folder_.write("slice_" + std::string(k + 8 < 10 ? "0" : "") + std::to_string(k + 8), raw.substr(k * slice, slice));
   files.push_back(folder_.write("slices.nhdr", start + "endian: little\ndata file: slice_%02d 8 11 1\n"));
   std::string text;
   for (std::size_t v = 0; v < raw.size(); v += 4) {
@@ -118,7 +120,8 @@ TEST_F(Nrrd, ShortDataAreNotFilledUp) {
   const std::string start = header(grid, "left-posterior-superior");
   const std::string no_encoding = start.substr(0, start.find("encoding"));
   error_of([&] { read(folder_.write("a.nrrd", start + little + raw.substr(0, raw.size() - 5))); });
-  error_of([&] { read(folder_.write("b.nrrd", no_encoding + "encoding: gzip\n" + little + packed.substr(0, packed.size() / 2))); });
+  error_of(
+      [&] { read(folder_.write("b.nrrd", no_encoding + "encoding: gzip\n" + little + packed.substr(0, packed.size() / 2))); });
   error_of([&] { read(folder_.write("c.nrrd", no_encoding + "encoding: gzip\n" + little + gzipped(raw.substr(0, 100)))); });
   error_of([&] { read(folder_.write("d.nrrd", no_encoding + "encoding: ascii\n\n1 2 3 4 5\n")); });
 }
@@ -165,15 +168,17 @@ TEST_F(Nrrd, VectorsTurnWithPositions) {
           for (std::int64_t i = 0; i < grid.dims[0]; ++i) {
             const Vec3 at = grid.at({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)});
             const Vec3 v = measured ? transposed_times(frame, at) : at;
-            const std::string parts[3] = {bytes_of(static_cast<float>(v.x)), bytes_of(static_cast<float>(v.y)), bytes_of(static_cast<float>(v.z))};
+            const std::string parts[3] = {bytes_of(static_cast<float>(v.x)), bytes_of(static_cast<float>(v.y)),
+                                          bytes_of(static_cast<float>(v.z))};
             for (int n = 0; n < 3; ++n) voxels += parts[n], planes[n] += parts[n];
           }
       if (last) voxels = planes[0] + planes[1] + planes[2];
       const std::string sizes = "6 5 4", kinds = "domain domain domain";
       const std::string text =
-          "NRRD0005\ntype: float\ndimension: 4\nspace: right-anterior-superior\nsizes: " + (last ? sizes + " 3" : "3 " + sizes) +
-          "\nspace directions: " + (last ? directions(grid) + " none" : "none " + directions(grid)) + "\nkinds: " +
-          (last ? kinds + " 3-vector" : "3-vector " + kinds) + "\nspace origin: " + text_of(grid.origin) +
+          "NRRD0005\ntype: float\ndimension: 4\nspace: right-anterior-superior\nsizes: " +
+          (last ? sizes + " 3" : "3 " + sizes) +
+          "\nspace directions: " + (last ? directions(grid) + " none" : "none " + directions(grid)) +
+          "\nkinds: " + (last ? kinds + " 3-vector" : "3-vector " + kinds) + "\nspace origin: " + text_of(grid.origin) +
           (measured ? "\nmeasurement frame: " + text_of({c, s, 0}) + " " + text_of({-s, c, 0}) + " (0,0,1)" : "") +
           "\nencoding: raw\nendian: little\n\n";
       const Volume volume = read(folder_.write("v.nrrd", text + voxels));
@@ -190,8 +195,8 @@ TEST_F(Nrrd, FramesAreChosenOneByOne) {
   for (int frame = 0; frame < 3; ++frame)
     for (int v = 0; v < 8; ++v) voxels += bytes_of(static_cast<std::int16_t>(10 * frame));
   for (const std::string kinds : {"kinds: domain domain domain list\n", "kinds: domain domain domain time\n", ""}) {
-    const fs::path file =
-        folder_.write("t.nrrd", "NRRD0004\ntype: short\ndimension: 4\nsizes: 2 2 2 3\n" + kinds + "spacings: 1 1 1 2\nencoding: raw\n" + little + voxels);
+    const fs::path file = folder_.write("t.nrrd", "NRRD0004\ntype: short\ndimension: 4\nsizes: 2 2 2 3\n" + kinds +
+                                                      "spacings: 1 1 1 2\nencoding: raw\n" + little + voxels);
     VolumeRequest request;
     for (int frame = 0; frame < 3; ++frame) {
       request.frame = frame;
@@ -220,8 +225,8 @@ TEST_F(Nrrd, WhatIsNoScalarAndNoVectorIsRefusedWithItsKind) {
   const std::string voxels(6 * 8 * 4, '\0');
   const auto refused = [&](const std::string& kind, int size) {
     return error_of([&] {
-      read(folder_.write("a.nrrd", "NRRD0004\ntype: float\ndimension: 4\nsizes: " + std::to_string(size) + " 2 2 2\nkinds: " + kind +
-                                       " domain domain domain\nencoding: raw\n" + little + voxels));
+      read(folder_.write("a.nrrd", "NRRD0004\ntype: float\ndimension: 4\nsizes: " + std::to_string(size) +
+                                       " 2 2 2\nkinds: " + kind + " domain domain domain\nencoding: raw\n" + little + voxels));
     });
   };
   EXPECT_NE(refused("3D-symmetric-matrix", 6).find("3D-symmetric-matrix"), std::string::npos);

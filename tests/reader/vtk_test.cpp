@@ -31,9 +31,11 @@ std::string numbers_of(const std::string& doubles) {
   return text;
 }
 
-std::string vti(const std::string& attributes, const std::string& extent, const std::string& pieces, const std::string& order = "LittleEndian") {
+std::string vti(const std::string& attributes, const std::string& extent, const std::string& pieces,
+                const std::string& order = "LittleEndian") {
   return "<?xml version=\"1.0\"?>\n<VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"" + order +
-         "\" header_type=\"UInt64\">\n<ImageData WholeExtent=\"" + extent + "\" " + attributes + ">" + pieces + "</ImageData>\n";
+         "\" header_type=\"UInt64\">\n<ImageData WholeExtent=\"" + extent + "\" " + attributes + ">" + pieces +
+         "</ImageData>\n";
 }
 
 std::string ascii_array(const std::string& name, const std::string& type, const std::string& numbers, int components = 1) {
@@ -44,10 +46,10 @@ std::string ascii_array(const std::string& name, const std::string& type, const 
 TEST_F(Vtk, ExtentsNeedNotBeginAtZeroAndDirectionIsKept) {
   const Offset o = offset_grid();
   const std::string numbers = numbers_of(linear_voxels<double>(o.grid, metres));
-  const Volume volume =
-      read(folder_.write("a.vti", vti(o.attributes, "3 8 4 8 5 8",
-                                      "<Piece Extent=\"3 8 4 8 5 8\"><PointData>" + ascii_array("a", "Float64", numbers) + "</PointData></Piece>") +
-                                      "</VTKFile>"));
+  const Volume volume = read(folder_.write("a.vti", vti(o.attributes, "3 8 4 8 5 8",
+                                                        "<Piece Extent=\"3 8 4 8 5 8\"><PointData>" +
+                                                            ascii_array("a", "Float64", numbers) + "</PointData></Piece>") +
+                                                        "</VTKFile>"));
   EXPECT_TRUE(warns_of(volume, "metres are taken"));
   EXPECT_FALSE(volume.medical_frame);
   expect_linear(*volume.fields[0].field, o.grid, metres);
@@ -58,11 +60,13 @@ TEST_F(Vtk, CellDataLieAtTheCentresOfCells) {
   const FileGrid cells{{5, 4, 3}, o.grid.step, o.grid.at({0.5, 0.5, 0.5})};
   const Linear other{{1, 2, 3}, 4};
   const Volume volume = read(folder_.write(
-      "a.vti", vti(o.attributes, "3 8 4 8 5 8",
-                   "<Piece Extent=\"3 8 4 8 5 8\"><PointData>" + ascii_array("a", "Float64", numbers_of(linear_voxels<double>(o.grid, metres))) +
-                       "</PointData><CellData>" + ascii_array("a", "Float64", numbers_of(linear_voxels<double>(cells, metres, false, other))) +
-                       "</CellData></Piece>") +
-                   "</VTKFile>"));
+      "a.vti",
+      vti(o.attributes, "3 8 4 8 5 8",
+          "<Piece Extent=\"3 8 4 8 5 8\"><PointData>" +
+              ascii_array("a", "Float64", numbers_of(linear_voxels<double>(o.grid, metres))) + "</PointData><CellData>" +
+              ascii_array("a", "Float64", numbers_of(linear_voxels<double>(cells, metres, false, other))) +
+              "</CellData></Piece>") +
+          "</VTKFile>"));
   ASSERT_EQ(volume.fields.size(), 2U);
   EXPECT_EQ(volume.fields[0].name, "a");
   EXPECT_EQ(volume.fields[1].name, "a_cells");
@@ -76,13 +80,15 @@ TEST_F(Vtk, PiecesMustFillTheGrid) {
   low.dims[2] = 3, high.dims[2] = 2;
   high.origin = o.grid.at({0, 0, 2});
   const auto piece = [&](const std::string& extent, const FileGrid& grid) {
-    return "<Piece Extent=\"" + extent + "\"><PointData>" + ascii_array("a", "Float64", numbers_of(linear_voxels<double>(grid, metres))) +
-           "</PointData></Piece>";
+    return "<Piece Extent=\"" + extent + "\"><PointData>" +
+           ascii_array("a", "Float64", numbers_of(linear_voxels<double>(grid, metres))) + "</PointData></Piece>";
   };
   const std::string first = piece("3 8 4 8 5 7", low), second = piece("3 8 4 8 7 8", high);
   const Volume volume = read(folder_.write("a.vti", vti(o.attributes, "3 8 4 8 5 8", first + second) + "</VTKFile>"));
   expect_linear(*volume.fields[0].field, o.grid, metres);
-  EXPECT_NE(error_of([&] { read(folder_.write("b.vti", vti(o.attributes, "3 8 4 8 5 8", first) + "</VTKFile>")); }).find("do not fill"),
+  EXPECT_NE(error_of([&] {
+              read(folder_.write("b.vti", vti(o.attributes, "3 8 4 8 5 8", first) + "</VTKFile>"));
+            }).find("do not fill"),
             std::string::npos);
 }
 
@@ -90,16 +96,18 @@ TEST_F(Vtk, AppendedDataOfEitherByteOrderAndTheirLoss) {
   const Offset o = offset_grid();
   for (const bool big : {false, true}) {
     const std::string voxels = linear_voxels<float>(o.grid, metres, big);
-    const std::string start = vti(o.attributes, "3 8 4 8 5 8",
-                                  "<Piece Extent=\"3 8 4 8 5 8\"><PointData><DataArray type=\"Float32\" Name=\"a\" format=\"appended\" "
-                                  "offset=\"0\"/></PointData></Piece>",
-                                  big ? "BigEndian" : "LittleEndian") +
-                              "<AppendedData encoding=\"raw\">_";
+    const std::string start =
+        vti(o.attributes, "3 8 4 8 5 8",
+            "<Piece Extent=\"3 8 4 8 5 8\"><PointData><DataArray type=\"Float32\" Name=\"a\" format=\"appended\" "
+            "offset=\"0\"/></PointData></Piece>",
+            big ? "BigEndian" : "LittleEndian") +
+        "<AppendedData encoding=\"raw\">_";
     const std::string size = bytes_of(static_cast<std::uint64_t>(voxels.size()), big);
     const Volume volume = read(folder_.write("a.vti", start + size + voxels + "</AppendedData></VTKFile>"));
     expect_linear(*volume.fields[0].field, o.grid, metres);
     error_of([&] { read(folder_.write("b.vti", start + size + voxels.substr(0, 200))); });
-    error_of([&] { read(folder_.write("c.vti", start + bytes_of(std::uint64_t{17}, big) + voxels + "</AppendedData></VTKFile>")); });
+    error_of(
+        [&] { read(folder_.write("c.vti", start + bytes_of(std::uint64_t{17}, big) + voxels + "</AppendedData></VTKFile>")); });
   }
 }
 
@@ -111,7 +119,8 @@ TEST_F(Vtk, ArraysThatCannotBeFeltAreLeftOutAndSaid) {
                              ascii_array("big", "Int64", some(8)) + ascii_array("wind", "Int16", some(24), 3);
   const std::string attributes = "Origin=\"0 0 0\" Spacing=\"1 1 1\"";
   const auto file = [&](const std::string& inside) {
-    return vti(attributes, "0 1 0 1 0 1", "<Piece Extent=\"0 1 0 1 0 1\"><PointData>" + inside + "</PointData></Piece>") + "</VTKFile>";
+    return vti(attributes, "0 1 0 1 0 1", "<Piece Extent=\"0 1 0 1 0 1\"><PointData>" + inside + "</PointData></Piece>") +
+           "</VTKFile>";
   };
   const Volume volume = read(folder_.write("a.vti", file(arrays)));
   ASSERT_EQ(volume.fields.size(), 2U) << all_warnings(volume);
@@ -122,17 +131,20 @@ TEST_F(Vtk, ArraysThatCannotBeFeltAreLeftOutAndSaid) {
   EXPECT_TRUE(warns_of(volume, "'tensor' is left out"));
   EXPECT_TRUE(warns_of(volume, "'colour' is left out"));
   EXPECT_TRUE(warns_of(volume, "'big': 64-bit"));
-  EXPECT_NE(error_of([&] { read(folder_.write("b.vti", file(ascii_array("tensor", "Float32", some(72), 9)))); }).find("no array that can be felt"),
+  EXPECT_NE(error_of([&] {
+              read(folder_.write("b.vti", file(ascii_array("tensor", "Float32", some(72), 9))));
+            }).find("no array that can be felt"),
             std::string::npos);
 }
 
 TEST_F(Vtk, RequestsTakeAndRenameArrays) {
   const std::string attributes = "Origin=\"0 0 0\" Spacing=\"1 1 1\"";
-  const fs::path file = folder_.write(
-      "a.vti", vti(attributes, "0 1 0 1 0 1",
-                   "<Piece Extent=\"0 1 0 1 0 1\"><PointData>" + ascii_array("p", "Float32", "1 1 1 1 1 1 1 1") +
-                       ascii_array("q [m/s]", "Float32", "2 2 2 2 2 2 2 2") + ascii_array("r", "Float32", "3 3 3 3 3 3 3 3") + "</PointData></Piece>") +
-                   "</VTKFile>");
+  const fs::path file =
+      folder_.write("a.vti", vti(attributes, "0 1 0 1 0 1",
+                                 "<Piece Extent=\"0 1 0 1 0 1\"><PointData>" + ascii_array("p", "Float32", "1 1 1 1 1 1 1 1") +
+                                     ascii_array("q [m/s]", "Float32", "2 2 2 2 2 2 2 2") +
+                                     ascii_array("r", "Float32", "3 3 3 3 3 3 3 3") + "</PointData></Piece>") +
+                                 "</VTKFile>");
   VolumeRequest request;
   request.fields = {{"speed", "q [m/s]", "m/s"}, {"p", "", ""}};
   const Volume volume = read(file, request);
@@ -150,10 +162,12 @@ const char* const legacy_start =
 
 TEST_F(Vtk, LegacyFilesGiveAllTheirArrays) {
   const Volume volume = read(folder_.write(
-      "a.vtk", std::string(legacy_start) +
-                   "POINT_DATA 8\nSCALARS first float\nLOOKUP_TABLE default\n1 2 3 4 5 6 7 8\nSCALARS second short\nLOOKUP_TABLE default\n8 7 6 5 4 3 2 1\n"
-                   "VECTORS wind double\n1 0 0 1 0 0 1 0 0 1 0 0 1 0 0 1 0 0 1 0 0 1 0 0\nFIELD more 1\nthird 1 8 int\n1 1 1 1 1 1 1 9\n"
-                   "CELL_DATA 1\nSCALARS inside float\nLOOKUP_TABLE default\n42\n"));
+      "a.vtk",
+      std::string(legacy_start) +
+          "POINT_DATA 8\nSCALARS first float\nLOOKUP_TABLE default\n1 2 3 4 5 6 7 8\nSCALARS second short\nLOOKUP_TABLE "
+          "default\n8 7 6 5 4 3 2 1\n"
+          "VECTORS wind double\n1 0 0 1 0 0 1 0 0 1 0 0 1 0 0 1 0 0 1 0 0 1 0 0\nFIELD more 1\nthird 1 8 int\n1 1 1 1 1 1 1 9\n"
+          "CELL_DATA 1\nSCALARS inside float\nLOOKUP_TABLE default\n42\n"));
   ASSERT_EQ(volume.fields.size(), 5U) << all_warnings(volume);
   const auto field = [&](const std::string& name) -> const Field& {
     for (const VolumeField& f : volume.fields) {
@@ -175,9 +189,13 @@ TEST_F(Vtk, LegacyFilesThatAreShortOrElse) {
   std::string binary = start + scalars + std::string(20, 'x');
   binary.replace(binary.find("ASCII"), 5, "BINARY");
   error_of([&] { read(folder_.write("b.vtk", binary)); });
-  error_of([&] { read(folder_.write("c.vtk", start + "POINT_DATA 9\nSCALARS a float\nLOOKUP_TABLE default\n1 2 3 4 5 6 7 8 9\n")); });
+  error_of([&] {
+    read(folder_.write("c.vtk", start + "POINT_DATA 9\nSCALARS a float\nLOOKUP_TABLE default\n1 2 3 4 5 6 7 8 9\n"));
+  });
   error_of([&] { read(folder_.write("d.vtk", start)); });
-  EXPECT_NE(error_of([&] { read(folder_.write("e.vtk", "# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\nPOINTS 0 float\n")); }).find("POLYDATA"),
+  EXPECT_NE(error_of([&] {
+              read(folder_.write("e.vtk", "# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\nPOINTS 0 float\n"));
+            }).find("POLYDATA"),
             std::string::npos);
   EXPECT_NE(error_of([&] {
               read(folder_.write("f.vtu", "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\"><UnstructuredGrid/></VTKFile>"));

@@ -44,7 +44,8 @@ TEST(Protocol, EveryMessageComesBackAsItWas) {
 }
 
 TEST(Protocol, WhatIsCutOrTooLongIsNoMessage) {
-  for (const Message& message : {Message(sample_header()), Message(Request{"p", "", 0, 1}), Message(Room{{1}}), Message(Failure{"x"})}) {
+  for (const Message& message :
+       {Message(sample_header()), Message(Request{"p", "", 0, 1}), Message(Room{{1}}), Message(Failure{"x"})}) {
     auto packet = packed(message);
     for (std::size_t size = 0; size < packet.size(); ++size) EXPECT_FALSE(unpacked(packet.data(), size)) << size;
     packet.push_back(std::byte{0});
