@@ -1,23 +1,9 @@
-#include <atomic>
 #include <cstdlib>
-#include <new>
 
 #include "palpa/field/analytic.h"
 #include "palpa/field/transfer_function.h"
+#include "tests/core/counted_allocations.h"
 #include "tests/field/test_fields.h"
-
-namespace {
-std::atomic<long> allocations{0};
-}
-
-// Never inlined: g++ 12 takes an inlined pair of these for a mismatch of new and free.
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
 namespace palpa {
 namespace {
@@ -31,7 +17,7 @@ TEST(Allocation, sampling_allocates_nothing) {
                   {formula, sampled(*formula, 9), posed(formula, {test::rotation(random), 2.0, {0.1, 0.2, 0.3}})});
   }
   const TransferFunction f({{-300, 0.8}, {300, 0.8}, {300, 4}, {1000, 4}});
-  const long at_start = allocations;
+  const long at_start = test::allocations;
   double sum = 0.0;
   for (const FieldPtr& field : fields) {
     for (int n = 0; n < 1000; ++n) {
@@ -40,9 +26,9 @@ TEST(Allocation, sampling_allocates_nothing) {
           f.at(field->scalar(at).value) + f.slope_at(sum) + field->vector(at).value.x + field->depth_m(at) + field->spacing_m();
     }
   }
-  EXPECT_EQ(allocations, at_start);
+  EXPECT_EQ(test::allocations, at_start);
   EXPECT_TRUE(std::isfinite(sum));
-  EXPECT_GT(allocations, 0);  // the counter counts
+  EXPECT_GT(test::allocations, 0);  // the counter counts
 }
 
 }  // namespace

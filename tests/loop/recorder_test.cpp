@@ -11,25 +11,13 @@
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
-#include <new>
 #include <sstream>
 #include <thread>
 
 #include "palpa/device/hand.h"
 #include "palpa/loop/loop.h"
+#include "tests/core/counted_allocations.h"
 #include "tests/loop/scenes.h"
-
-namespace {
-thread_local long allocations = 0;
-}
-
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
 namespace palpa {
 namespace {
@@ -129,7 +117,7 @@ TEST_F(RecorderTest, OfferAndGuardedTicksAllocateNothing) {
   Session session(test::head_scene());
   GuardedSession guarded(session, 10.0);
   const auto hand = open_hand("sim:stroke,depth_m=0.03", Hold::relaxed);
-  const long before = allocations;
+  const long before = test::allocations;
   int in_contact = 0;
   for (int i = 0; i < 3000; ++i) {
     const DeviceState state = hand->read();
@@ -139,7 +127,7 @@ TEST_F(RecorderTest, OfferAndGuardedTicksAllocateNothing) {
     hand->advance(1e-3);
     in_contact += frame.command_n != Vec3{};
   }
-  EXPECT_EQ(allocations, before);
+  EXPECT_EQ(test::allocations, before);
   EXPECT_GT(in_contact, 300);
 }
 

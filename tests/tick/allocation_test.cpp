@@ -1,10 +1,8 @@
 // A tick allocates nothing: every operator new of this program is counted.
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <cstdlib>
 #include <limits>
-#include <new>
 
 #include "palpa/field/analytic.h"
 #include "palpa/field/grid.h"
@@ -12,19 +10,8 @@
 #include "palpa/mode/surface_and_friction.h"
 #include "palpa/mode/viscosity.h"
 #include "palpa/tick/session.h"
+#include "tests/core/counted_allocations.h"
 #include "tests/tick/hands.h"
-
-namespace {
-std::atomic<long> allocations{0};
-}
-
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
 namespace palpa {
 namespace {
@@ -48,13 +35,13 @@ TEST_P(Allocation, NoneInATick) {
   Session session(busy_scene(GetParam()));
   test::Random random(1);
   const test::Wander hand(random, 0.09);
-  const long before = allocations.load();
+  const long before = test::allocations;
   int in_contact = 0;
   for (int i = 0; i < 5000; ++i) {
     const Tick tick = session.tick({.position_m = hand.at(1e-3 * i)}, 1e-3);
     in_contact += norm(tick.force_n) > 1e-3;
   }
-  EXPECT_EQ(allocations.load(), before);
+  EXPECT_EQ(test::allocations, before);
   EXPECT_GT(in_contact, 500);
 }
 
@@ -62,7 +49,7 @@ TEST_P(Allocation, NoneInABadTickEither) {
   Session session(busy_scene(GetParam()));
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   constexpr double inf = std::numeric_limits<double>::infinity();
-  const long before = allocations.load();
+  const long before = test::allocations;
   for (int i = 0; i < 200; ++i) {
     for (const double bad : {nan, inf, -inf, 1e300, -1e5, 999.0}) {
       for (const double dt : {1e-3, 0.0, nan, 10.0}) {
@@ -73,7 +60,7 @@ TEST_P(Allocation, NoneInABadTickEither) {
     }
     session.tick({.position_m = {0, 0, 0.08}}, 1e-3);
   }
-  EXPECT_EQ(allocations.load(), before);
+  EXPECT_EQ(test::allocations, before);
 }
 
 INSTANTIATE_TEST_SUITE_P(FormulaAndGrid, Allocation, testing::Bool());
