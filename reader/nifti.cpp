@@ -149,7 +149,7 @@ class NiftiSource : public Source {
     copy_voxels(first, raw, turn_, header.fields[0], to[0]);
   }
 
-  /// vtk-dicom stops at the last voxel, before gzip's checksum. Of a series only the start is unpacked at
+  /// vtk-dicom stops at the last voxel, which may be before gzip's checksum. Of a series only the start is unpacked at
   /// all, and not all of it here either.
   void check_files() const override {
     if (header.frames > 1) return;
