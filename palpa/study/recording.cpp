@@ -17,13 +17,7 @@ std::unique_ptr<TraceWriter> new_trace(const std::filesystem::path& folder, cons
                                        const std::string& scene_text, const Scene& scene) {
   std::vector<std::string> modes;
   for (const SceneMode& mode : scene.modes()) modes.push_back(mode.name);
-  std::vector<std::string> fields;
-  for (const SceneVolume& volume : scene.volumes()) {
-    for (const VolumeField& field : volume.volume.fields) {
-      fields.push_back(volume.volume.fields.size() == 1 ? volume.name : volume.name + "." + field.name);
-    }
-  }
-  return std::make_unique<TraceWriter>(folder, header, scene_text, std::move(modes), std::move(fields));
+  return std::make_unique<TraceWriter>(folder, header, scene_text, std::move(modes));
 }
 
 }  // namespace palpa::detail

@@ -42,7 +42,7 @@ class TraceWriter {
   /// \param scene_text  the scene file, byte for byte
   /// \param mode_names  in the scene's order
   TraceWriter(const std::filesystem::path& folder, const TraceHeader& header, const std::string& scene_text,
-              std::vector<std::string> mode_names, std::vector<std::string> field_names);
+              std::vector<std::string> mode_names);
   /// Writes what it can of what was appended. Without `finish` the trace stays incomplete, but readable.
   ~TraceWriter();
   TraceWriter(const TraceWriter&) = delete;

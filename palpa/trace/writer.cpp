@@ -168,7 +168,7 @@ class TraceWriter::Files {
 };
 
 TraceWriter::TraceWriter(const fs::path& folder, const TraceHeader& header, const std::string& scene_text,
-                         std::vector<std::string> mode_names, std::vector<std::string>) {
+                         std::vector<std::string> mode_names) {
   create(folder);
   try {
     files_ = std::make_unique<Files>(folder, header, std::move(mode_names));

@@ -139,17 +139,14 @@ TEST(Trace, ProvesItsBalancesAndItsLedgerWithoutOurSolver) {
     const Scene scene = random_scene(random, number);
     const fs::path folder = fs::temp_directory_path() / ("palpa-laws-" + std::to_string(::getpid()) + "-" + std::to_string(number));
     fs::remove_all(folder);
-    std::vector<std::string> mode_names, field_names;
+    std::vector<std::string> mode_names;
     for (const SceneMode& mode : scene.modes()) mode_names.push_back(mode.name);
-    for (const SceneVolume& volume : scene.volumes()) {
-      for (const VolumeField& field : volume.volume.fields) field_names.push_back(volume.name + "." + field.name);
-    }
     {
       Session session(scene);
       TraceHeader header;
       header.hand_to_world = session.hand_to_world();
       header.primitives = true;
-      TraceWriter writer(folder, header, to_toml(scene), mode_names, field_names);
+      TraceWriter writer(folder, header, to_toml(scene), mode_names);
       const test::Wander hand(random, 0.085);
       for (int i = 0; i < ticks_per_scene; ++i) {
         TickFrame frame;

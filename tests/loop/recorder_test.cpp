@@ -80,7 +80,7 @@ TEST_F(RecorderTest, TheTraceIsTheOneThatTheWriterWouldHaveWrittenAlone) {
 }
 
 TEST_F(RecorderTest, WhereTheRingIsFullWholeTicksAreRefusedAndTheOthersStandInOrder) {
-  TraceWriter writer(folder("trace"), {}, "", {"a", "b", "c", "d"}, {});
+  TraceWriter writer(folder("trace"), {}, "", {"a", "b", "c", "d"});
   Recorder recorder(writer, 4096);
   std::int64_t taken = 0;
   for (std::int64_t i = 0; i < 20'000; ++i) taken += MadeTick(i).offer_to(recorder);
@@ -99,7 +99,7 @@ TEST_F(RecorderTest, WhereTheRingIsFullWholeTicksAreRefusedAndTheOthersStandInOr
 }
 
 TEST_F(RecorderTest, WhatItTookReachesTheFilesWithoutBeingAsked) {
-  TraceWriter writer(folder("trace"), {}, "", {}, {});
+  TraceWriter writer(folder("trace"), {}, "", {});
   Recorder recorder(writer);
   for (std::int64_t i = 0; i < 10; ++i) ASSERT_TRUE(recorder.offer({.tick = i}, {}, {}, {}, {}));
   // Not a test of time: only of that it happens at all.
@@ -112,7 +112,7 @@ TEST_F(RecorderTest, WhatItTookReachesTheFilesWithoutBeingAsked) {
 }
 
 TEST_F(RecorderTest, OfferAndGuardedTicksAllocateNothing) {
-  TraceWriter writer(folder("trace"), {.primitives = true}, "", {"skin", "syrup"}, {});
+  TraceWriter writer(folder("trace"), {.primitives = true}, "", {"skin", "syrup"});
   Recorder recorder(writer);
   Session session(test::head_scene());
   GuardedSession guarded(session, 10.0);
@@ -135,7 +135,7 @@ TEST_F(RecorderTest, AFullDiskStopsARunAndIsSaid) {
   void (*old_handler)(int) = ::signal(SIGXFSZ, SIG_IGN);
   rlimit old{};
   ::getrlimit(RLIMIT_FSIZE, &old);
-  TraceWriter writer(folder("trace"), {}, "", {"skin", "syrup"}, {});
+  TraceWriter writer(folder("trace"), {}, "", {"skin", "syrup"});
   Recorder recorder(writer);
   Session session(test::head_scene());
   const auto hand = open_hand("sim:press", Hold::relaxed);
@@ -167,7 +167,7 @@ TEST_F(RecorderTest, AFullDiskStopsARunAndIsSaid) {
 }
 
 TEST_F(RecorderTest, ATickThatNoRingOfThisSizeCanHoldIsSaidNotWaitedForForEver) {
-  TraceWriter writer(folder("trace"), {}, "", {"skin", "syrup"}, {});
+  TraceWriter writer(folder("trace"), {}, "", {"skin", "syrup"});
   Recorder recorder(writer, 64);
   Session session(test::head_scene());
   const auto hand = open_hand("sim:press", Hold::relaxed);
@@ -188,7 +188,7 @@ TEST_F(RecorderTest, AKilledRunIsReadableUpToItsLast100Ticks) {
     ASSERT_GE(child, 0);
     if (child == 0) {
       try {
-        TraceWriter writer(killed, {.primitives = true}, "", modes, {});
+        TraceWriter writer(killed, {.primitives = true}, "", modes);
         Recorder recorder(writer);
         Session session(test::head_scene());
         const auto hand = open_hand("sim:stroke,depth_m=0.03", Hold::relaxed);
@@ -211,7 +211,7 @@ TEST_F(RecorderTest, AKilledRunIsReadableUpToItsLast100Ticks) {
     for (std::size_t i = 0; i < ticks.size(); ++i) ASSERT_EQ(ticks[i].frame.tick, static_cast<std::int64_t>(i));
 
     // Felt again from what is left, every file is the same as far as it goes.
-    TraceWriter writer(folder("again" + std::to_string(enough)), {.primitives = true}, "", modes, {});
+    TraceWriter writer(folder("again" + std::to_string(enough)), {.primitives = true}, "", modes);
     Session session(test::head_scene());
     GuardedSession guarded(session, 10.0);
     for (const auto& [frame] : ticks) {

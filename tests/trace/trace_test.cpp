@@ -122,7 +122,7 @@ void write_plain(TraceWriter& writer, std::int64_t from, std::int64_t to) {
 // ---- what stands in the files ----
 
 TEST_F(Trace, FilesHaveTheColumnsThatAreDocumented) {
-  TraceWriter(folder(), {.primitives = true}, scene, {}, {}).finish();
+  TraceWriter(folder(), {.primitives = true}, scene, {}).finish();
   EXPECT_EQ(
       first_line(folder() / "ticks.csv"),
       "tick,t_s,dt_s,probe_x_m,probe_y_m,probe_z_m,probe_velocity_x_m_per_s,probe_velocity_y_m_per_s,probe_velocity_z_m_per_s,"
@@ -147,7 +147,7 @@ TEST_F(Trace, FilesHaveTheColumnsThatAreDocumented) {
 }
 
 TEST_F(Trace, TheReferenceNamesEveryColumnOfEveryFile) {
-  TraceWriter(folder(), {.primitives = true}, scene, {}, {}).finish();
+  TraceWriter(folder(), {.primitives = true}, scene, {}).finish();
   const std::string reference = trace_reference_markdown();
   for (const char* file : {"ticks.csv", "modes.csv", "balances.csv", "primitives.csv", "events.csv", "timing.csv"}) {
     EXPECT_THAT(reference, HasSubstr(file));
@@ -157,7 +157,7 @@ TEST_F(Trace, TheReferenceNamesEveryColumnOfEveryFile) {
 }
 
 TEST_F(Trace, WithoutPrimitivesThereAreNoFilesOfThem) {
-  TraceWriter(folder(), {}, scene, {}, {}).finish();
+  TraceWriter(folder(), {}, scene, {}).finish();
   EXPECT_FALSE(fs::exists(folder() / "balances.csv"));
   EXPECT_FALSE(fs::exists(folder() / "primitives.csv"));
 }
@@ -179,7 +179,7 @@ TEST_F(Trace, RowsOfModesBalancesPrimitivesAndEvents) {
   const SubStep steps[] = {first, second};
   const SessionEvent events[] = {{.kind = SessionEventKind::onset, .mode = 0, .value = -300},
                                  {.kind = SessionEventKind::fault, .mode = 1, .text = "strength is negative, \"so\""}};
-  TraceWriter writer(folder(), {.primitives = true}, scene, {"skin", "with,comma"}, {});
+  TraceWriter writer(folder(), {.primitives = true}, scene, {"skin", "with,comma"});
   writer.append(plain_frame(5), modes, steps, placed, events);
   writer.append_event(6, 0.006, "warning", "session", "two\nlines");
   writer.finish();
@@ -196,7 +196,7 @@ TEST_F(Trace, RowsOfModesBalancesPrimitivesAndEvents) {
 }
 
 TEST_F(Trace, AnEventStandsWhereTheGuardChangesItsMind) {
-  TraceWriter writer(folder(), {}, scene, {}, {});
+  TraceWriter writer(folder(), {}, scene, {});
   const GuardState states[] = {GuardState::pass, GuardState::limited, GuardState::limited, GuardState::fault, GuardState::pass};
   for (std::int64_t i = 0; i < 5; ++i) {
     TickFrame frame = plain_frame(i);
@@ -215,7 +215,7 @@ TEST_F(Trace, TicksReadBackToTheBit) {
   AnyDouble any;
   std::vector<TickFrame> written;
   for (std::int64_t i = 0; i < 2000; ++i) written.push_back(random_frame(any, i));
-  TraceWriter writer(folder(), {}, scene, {}, {});
+  TraceWriter writer(folder(), {}, scene, {});
   for (const TickFrame& frame : written) writer.append(frame, {}, {}, {}, {});
   writer.finish();
 
@@ -258,7 +258,7 @@ TEST_F(Trace, TheHeaderReadsBack) {
   header.device_encoder_step_m = 55e-6;
   header.data_files = {{.path = "/data/head.nrrd", .bytes = 123456789012, .sha256 = "00ff"}, {.path = "b"}};
   header.seeds = {0, 7, (std::uint64_t{1} << 63) - 1};
-  TraceWriter(folder(), header, scene, {}, {}).finish();
+  TraceWriter(folder(), header, scene, {}).finish();
 
   const TraceReader reader(folder());
   const TraceHeader& read = reader.header();
@@ -284,7 +284,7 @@ TEST_F(Trace, TheHeaderReadsBack) {
 
 TEST_F(Trace, ColumnsMayStandInAnyOrderAmongOthersThatAreUnknown) {
   {
-    TraceWriter writer(folder(), {}, scene, {}, {});
+    TraceWriter writer(folder(), {}, scene, {});
     write_plain(writer, 0, 3);
     writer.finish();
   }
@@ -307,7 +307,7 @@ TEST_F(Trace, ColumnsMayStandInAnyOrderAmongOthersThatAreUnknown) {
 
 TEST_F(Trace, AFolderThatCannotBeMadeIsRefused) {
   fs::create_directory(folder());
-  const auto write_to = [&](const fs::path& where) { return error_of([&] { TraceWriter(where, {}, scene, {}, {}); }); };
+  const auto write_to = [&](const fs::path& where) { return error_of([&] { TraceWriter(where, {}, scene, {}); }); };
   EXPECT_THAT(write_to(folder()), AllOf(HasSubstr("exists already"), HasSubstr("; name a new folder")));
   EXPECT_THAT(write_to(folder() / "no" / "parent"), HasSubstr("parent folder does not exist"));
   set_text(folder() / "file", "");
@@ -331,7 +331,7 @@ TEST_F(Trace, AFolderThatIsNoTraceIsRefused) {
 
 TEST_F(Trace, BadRowsAreNamedByFileAndLine) {
   {
-    TraceWriter writer(folder(), {}, scene, {}, {});
+    TraceWriter writer(folder(), {}, scene, {});
     write_plain(writer, 0, 3);
     writer.finish();
   }
@@ -370,7 +370,7 @@ class SmallFiles {
 };
 
 TEST_F(Trace, AFullDiskIsSaidAndLeavesATraceThatIsNotComplete) {
-  TraceWriter writer(folder(), {}, scene, {"a", "b"}, {});
+  TraceWriter writer(folder(), {}, scene, {"a", "b"});
   std::string said;
   std::string said_at_finish;
   {
@@ -386,7 +386,7 @@ TEST_F(Trace, AFullDiskIsSaidAndLeavesATraceThatIsNotComplete) {
 }
 
 TEST_F(Trace, AFullDiskAtTheLastMomentIsSaidByFinish) {
-  TraceWriter writer(folder(), {}, scene, {"a", "b"}, {});
+  TraceWriter writer(folder(), {}, scene, {"a", "b"});
   write_plain(writer, 0, 100);
   {
     const SmallFiles full(10'000);
@@ -397,7 +397,7 @@ TEST_F(Trace, AFullDiskAtTheLastMomentIsSaidByFinish) {
 
 TEST_F(Trace, NothingIsLeftWhereNotEvenTheBeginningFits) {
   const SmallFiles full(10);
-  EXPECT_THAT(error_of([&] { TraceWriter(folder(), {}, scene, {}, {}); }), HasSubstr("cannot be written"));
+  EXPECT_THAT(error_of([&] { TraceWriter(folder(), {}, scene, {}); }), HasSubstr("cannot be written"));
   EXPECT_FALSE(fs::exists(folder()));
 }
 
@@ -406,7 +406,7 @@ TEST_F(Trace, NothingIsLeftWhereNotEvenTheBeginningFits) {
 class Comparison : public Trace {
  protected:
   void record(const std::string& name, std::int64_t ticks, bool finish = true) {
-    TraceWriter writer(folder(name), {}, scene, {"a", "b"}, {});
+    TraceWriter writer(folder(name), {}, scene, {"a", "b"});
     write_plain(writer, 0, ticks);
     if (finish) writer.finish();
   }
