@@ -62,8 +62,8 @@ struct MadeTick {
 
 TEST_F(RecorderTest, TheTraceIsTheOneThatTheWriterWouldHaveWrittenAlone) {
   const std::vector<std::string> modes{"a", "b", "c", "d"};
-  TraceWriter alone(folder("alone"), {.primitives = true}, "", modes, {});
-  TraceWriter behind(folder("behind"), {.primitives = true}, "", modes, {});
+  TraceWriter alone(folder("alone"), {.primitives = true}, "", modes);
+  TraceWriter behind(folder("behind"), {.primitives = true}, "", modes);
   // So small that ticks go round its end all the time, at every offset.
   Recorder recorder(behind, 20'011);
   for (std::int64_t i = 0; i < 5000; ++i) {
@@ -99,7 +99,7 @@ TEST_F(RecorderTest, WhereTheRingIsFullWholeTicksAreRefusedAndTheOthersStandInOr
 }
 
 TEST_F(RecorderTest, WhatItTookReachesTheFilesWithoutBeingAsked) {
-  TraceWriter writer(folder("trace"), {}, "", {});
+  TraceWriter writer(folder("trace"), {}, "");
   Recorder recorder(writer);
   for (std::int64_t i = 0; i < 10; ++i) ASSERT_TRUE(recorder.offer({.tick = i}, {}, {}, {}, {}));
   // Not a test of time: only of that it happens at all.

@@ -23,7 +23,7 @@ class Run : public test::InFolder {
   }
   void record(const std::string& name, SimulatedDevice& device, double rate_hz, double duration_s) {
     Session session(test::head_scene());
-    TraceWriter writer(folder(name), {.dt_s = 1 / rate_hz, .primitives = true}, "", {"skin", "syrup"}, {});
+    TraceWriter writer(folder(name), {.dt_s = 1 / rate_hz, .primitives = true}, "", {"skin", "syrup"});
     Recorder recorder(writer);
     run_simulated(session, device, {.rate_hz = rate_hz, .duration_s = duration_s}, &recorder, {});
     recorder.finish();
@@ -106,7 +106,7 @@ TEST_F(Run, ARecordingFeltAgainIsTheSameToTheByteWhateverTheDeviceShowed) {
   Unsteady hand;
   record("felt", hand, 1000, 1);
   Session session(test::head_scene());
-  TraceWriter writer(folder("again"), {.primitives = true}, "", {"skin", "syrup"}, {});
+  TraceWriter writer(folder("again"), {.primitives = true}, "", {"skin", "syrup"});
   GuardedSession guarded(session, hand.limits().max_force_n);
   for (const auto& [frame] : TraceReader(folder("felt")).ticks()) {
     const TickFrame again = guarded.tick(frame.tick, frame.t_s, frame.dt_s,
