@@ -99,7 +99,7 @@ TEST_F(RecorderTest, WhereTheRingIsFullWholeTicksAreRefusedAndTheOthersStandInOr
 }
 
 TEST_F(RecorderTest, WhatItTookReachesTheFilesWithoutBeingAsked) {
-  TraceWriter writer(folder("trace"), {}, "");
+  TraceWriter writer(folder("trace"), {}, "", {});
   Recorder recorder(writer);
   for (std::int64_t i = 0; i < 10; ++i) ASSERT_TRUE(recorder.offer({.tick = i}, {}, {}, {}, {}));
   // Not a test of time: only of that it happens at all.
