@@ -6,7 +6,7 @@ namespace palpa {
 
 namespace {
 constexpr double cut_off_hz = 150.0;
-constexpr double encoder_ripple_n = 0.02;   // largest force that one encoder step may make
+constexpr double encoder_ripple_n = 0.02;  // largest force that one encoder step may make
 constexpr double always_allowed_n = 0.2;
 constexpr double share_of_spring = 0.5;
 
@@ -15,7 +15,8 @@ bool in_range(double value, double above, double at_most) noexcept { return valu
 
 const char* problem_with(const CouplingOptions& options) noexcept {
   if (!in_range(options.stiffness_n_per_m, 0.0, 1e5)) return "stiffness_n_per_m must be above 0 and at most 100000";
-  if (!(options.damping_ns_per_m >= 0.0 && options.damping_ns_per_m <= 100.0)) return "damping_ns_per_m must be between 0 and 100";
+  if (!(options.damping_ns_per_m >= 0.0 && options.damping_ns_per_m <= 100.0))
+    return "damping_ns_per_m must be between 0 and 100";
   if (!in_range(options.max_force_n, 0.0, 100.0)) return "max_force_n must be above 0 and at most 100";
   return nullptr;
 }

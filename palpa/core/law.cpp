@@ -96,7 +96,8 @@ const char* name_of(BalanceStatus status) noexcept {
 PrimitiveState state_at(const Primitive& primitive, const Balance& balance) noexcept {
   if (primitive.kind == PrimitiveKind::directed) return PrimitiveState::off;
   const Vec3 d = primitive.position_m - balance.position_m;
-  const double tolerance = balance.error_bound_m + 8.0 * ulp * (largest_component(primitive.position_m) + largest_component(balance.position_m));
+  const double tolerance =
+      balance.error_bound_m + 8.0 * ulp * (largest_component(primitive.position_m) + largest_component(balance.position_m));
   if (primitive.kind == PrimitiveKind::plane) {
     const double behind = dot(primitive.direction, d);
     if (behind > tolerance) return PrimitiveState::slip;
@@ -105,8 +106,8 @@ PrimitiveState state_at(const Primitive& primitive, const Balance& balance) noex
   return norm(residual(primitive, balance.position_m)) > tolerance ? PrimitiveState::slip : PrimitiveState::stick;
 }
 
-double error_bound_m(std::span<const Primitive> primitives, std::span<const Vec3> forces_n, const Vec3& x_m, const Vec3& probe_m,
-                     double stiffness_n_per_m, double time_step_s) noexcept {
+double error_bound_m(std::span<const Primitive> primitives, std::span<const Vec3> forces_n, const Vec3& x_m,
+                     const Vec3& probe_m, double stiffness_n_per_m, double time_step_s) noexcept {
   const double k = stiffness_n_per_m;
   const Vec3 pull_n = k * (x_m - probe_m);
   Vec3 left_n = pull_n;

@@ -70,7 +70,7 @@ PrimitiveState state_at(const Primitive& primitive, const Balance& balance) noex
 /// duality gap (strong convexity of E): (ρ + √(ρ² + 4kε))/(2k) with ρ the force left over and ε the
 /// sum of φ(r) + φ*(u) − u·r. Rounding of this computation itself is inside the bound.
 /// `forces_n` are projected on what each primitive can exert before they are used.
-double error_bound_m(std::span<const Primitive> primitives, std::span<const Vec3> forces_n, const Vec3& x_m, const Vec3& probe_m,
-                     double stiffness_n_per_m, double time_step_s) noexcept;
+double error_bound_m(std::span<const Primitive> primitives, std::span<const Vec3> forces_n, const Vec3& x_m,
+                     const Vec3& probe_m, double stiffness_n_per_m, double time_step_s) noexcept;
 
 }  // namespace palpa

@@ -21,7 +21,9 @@ constexpr int line_search_steps = 30;
 constexpr double stiffest_n_per_m = 1e12;
 constexpr double shortest_time_s = 1e-15;
 
-bool usable(const Vec3& position_m) noexcept { return is_finite(position_m) && largest_component(position_m) <= largest_position_m; }
+bool usable(const Vec3& position_m) noexcept {
+  return is_finite(position_m) && largest_component(position_m) <= largest_position_m;
+}
 
 // The force of one primitive that answers `pull_n` through a spring of `stiffness`: u ∈ ∂φ(r) with
 // r = (pull − u)/stiffness. With pull = k r it is the best force, all others held; with pull = u + τ r
@@ -75,7 +77,8 @@ void add_stiffness(Mat3& H, const Primitive& p, const Vec3& pull_n, double tau, 
 // (its gradient is k y − C − Σ answer(u_i + τ r_i)), then takes the maximising forces. Sweeps alone need
 // thousands of rounds where primitives are nearly parallel or drags are much stiffer than the coupling.
 // Returns the number of Newton steps.
-int approach(std::span<const Primitive> primitives, Vec3* forces_n, const Vec3& start_m, const Vec3& C, double k, double T) noexcept {
+int approach(std::span<const Primitive> primitives, Vec3* forces_n, const Vec3& start_m, const Vec3& C, double k,
+             double T) noexcept {
   const std::size_t n = primitives.size();
   Vec3 y = C;
   for (std::size_t i = 0; i < n; ++i) {
@@ -85,7 +88,9 @@ int approach(std::span<const Primitive> primitives, Vec3* forces_n, const Vec3& 
   int steps = 0;
   for (const double share : {1e2, 1e4, 1e6}) {
     const double tau = share * k;
-    const auto pull = [&](std::size_t i, const Vec3& at) { return forces_n[i] + tau * ((primitives[i].position_m - start_m) - at); };
+    const auto pull = [&](std::size_t i, const Vec3& at) {
+      return forces_n[i] + tau * ((primitives[i].position_m - start_m) - at);
+    };
     const auto gradient = [&](const Vec3& at) {
       Vec3 g = k * at - C;
       for (std::size_t i = 0; i < n; ++i) {
@@ -162,7 +167,8 @@ Balance Solver::solve(const PrimitiveSet& set, const Vec3& start_m, const Vec3& 
   }
 
   const bool time_usable = !drags || (std::isfinite(T) && T >= shortest_time_s);
-  if (!(k > 0.0) || !(k <= stiffest_n_per_m) || !time_usable || !usable(start_m) || !usable(probe_m) || !is_finite(directed_n)) {
+  if (!(k > 0.0) || !(k <= stiffest_n_per_m) || !time_usable || !usable(start_m) || !usable(probe_m) ||
+      !is_finite(directed_n)) {
     std::fill_n(forces_.get(), n, Vec3{});
     return {usable(start_m) ? start_m : Vec3{}, std::numeric_limits<double>::max(), BalanceStatus::bad_input, 0, 0};
   }

@@ -31,13 +31,9 @@ constexpr Vec3 cross(const Vec3& a, const Vec3& b) noexcept {
 }
 constexpr double norm_squared(const Vec3& a) noexcept { return dot(a, a); }
 
-inline double largest_component(const Vec3& a) noexcept {
-  return std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z)});
-}
+inline double largest_component(const Vec3& a) noexcept { return std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z)}); }
 
-inline bool is_finite(const Vec3& a) noexcept {
-  return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
-}
+inline bool is_finite(const Vec3& a) noexcept { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); }
 
 /// Length. Exact to a few ulp for every finite vector: components whose squares would overflow or
 /// vanish are scaled by a power of two first, so that a field in exotic units keeps its direction.

@@ -47,12 +47,12 @@ class Samples {
 /// from the proxy's position itself.
 class Here {
  public:
-  Vec3 proxy_m;                     ///< [m] the proxy at the start of the sub-step
-  Vec3 probe_m;                     ///< [m]
-  Vec3 at_m;                        ///< [m] where the data are sampled; usually the proxy
-  double time_step_s = 0.0;         ///< [s] of the sub-step
-  double stiffness_n_per_m = 0.0;   ///< [N/m] k of Eq. 1
-  double finest_m = 0.0;            ///< [m] finest sample spacing of the session's fields
+  Vec3 proxy_m;                    ///< [m] the proxy at the start of the sub-step
+  Vec3 probe_m;                    ///< [m]
+  Vec3 at_m;                       ///< [m] where the data are sampled; usually the proxy
+  double time_step_s = 0.0;        ///< [s] of the sub-step
+  double stiffness_n_per_m = 0.0;  ///< [N/m] k of Eq. 1
+  double finest_m = 0.0;           ///< [m] finest sample spacing of the session's fields
 
   /// The field's sample at `at_m`. `inside` is false for a field without data there.
   const ScalarSample& scalar(const FieldRef& field) const noexcept { return samples_->scalar(field.index); }

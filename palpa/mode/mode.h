@@ -26,14 +26,14 @@ struct Crossing {
 struct SlotState {
   std::uint16_t slot = 0;
   PrimitiveState state = PrimitiveState::off;
-  Captured captured;   ///< the level it was placed on
+  Captured captured;  ///< the level it was placed on
 };
 
 /// What a mode learns when a sub-step has been accepted.
 struct Settled {
-  const Here& here;                       ///< at the new proxy
-  std::span<const SlotState> slots;       ///< of this mode, in the order placed
-  std::span<const Crossing> crossings;    ///< of the whole session, in the order met
+  const Here& here;                     ///< at the new proxy
+  std::span<const SlotState> slots;     ///< of this mode, in the order placed
+  std::span<const Crossing> crossings;  ///< of the whole session, in the order met
 
   /// State of a slot; off where nothing was placed there.
   PrimitiveState state(std::uint16_t slot) const noexcept {
@@ -64,14 +64,16 @@ struct Settled {
 /// A mode whose parameters must fit together may add
 ///   std::string problem() const;                           empty, or what is wrong and what would be right
 template <class M>
-concept HasMemory = requires { typename M::Memory; };
+concept HasMemory = requires {
+  typename M::Memory;
+};
 
 /// Any mode, as a value: copying copies the mode.
 class Mode {
  public:
   template <class M>
-    requires(!std::is_same_v<std::remove_cvref_t<M>, Mode>)
-  Mode(M mode) : model_(std::make_unique<Model<M>>(std::move(mode))) {}  // NOLINT: every mode is a Mode
+  requires(!std::is_same_v<std::remove_cvref_t<M>, Mode>) Mode(M mode)
+      : model_(std::make_unique<Model<M>>(std::move(mode))) {}  // NOLINT: every mode is a Mode
   Mode(const Mode& other) : model_(other.model_->copy()) {}
   Mode(Mode&&) noexcept = default;
   Mode& operator=(const Mode& other) { return model_ = other.model_->copy(), *this; }

@@ -27,7 +27,7 @@ struct FieldRef {
 /// Newtons: a number, or a function of any field of any volume.
 struct Strength {
   double constant_n = 0.0;
-  FieldRef of;             ///< set: the strength is `curve` of this field's value, and constant_n is unused
+  FieldRef of;  ///< set: the strength is `curve` of this field's value, and constant_n is unused
   TransferFunction curve;
 
   Strength() = default;
@@ -50,15 +50,27 @@ struct Range {
   double high = 0.0;  ///< the parameter's own unit
 };
 
-enum class ParameterKind : std::uint8_t { number, optional_number, flag, text, choice, scalar_field, vector_field, optional_field, strength, level, list };
+enum class ParameterKind : std::uint8_t {
+  number,
+  optional_number,
+  flag,
+  text,
+  choice,
+  scalar_field,
+  vector_field,
+  optional_field,
+  strength,
+  level,
+  list
+};
 
 /// What a parameter is called, in which unit (the suffix of its name), what it means, what it may be.
 struct ParameterInfo {
   std::string_view name;
   std::string_view sentence;
   ParameterKind kind = ParameterKind::number;
-  Range range;                                 ///< of numbers and strengths
-  std::span<const std::string_view> choices;   ///< of a choice
+  Range range;                                ///< of numbers and strengths
+  std::span<const std::string_view> choices;  ///< of a choice
   /// A field or a level has no default: a scene must give it.
   bool required() const noexcept {
     return kind == ParameterKind::scalar_field || kind == ParameterKind::vector_field || kind == ParameterKind::level;
@@ -72,20 +84,20 @@ class ParameterList {
  public:
   virtual ~ParameterList() = default;
   virtual std::size_t size() const = 0;
-  virtual void append() = 0;                                     ///< one more, with its defaults
+  virtual void append() = 0;  ///< one more, with its defaults
   virtual void visit(std::size_t i, ParameterVisitor& visitor) = 0;
-  virtual void visit_default(ParameterVisitor& visitor) = 0;     ///< the parameters of a fresh one
+  virtual void visit_default(ParameterVisitor& visitor) = 0;  ///< the parameters of a fresh one
 };
 
 /// Sees, and may change, every parameter of a mode in the order of its list.
 class ParameterVisitor {
  public:
   virtual ~ParameterVisitor() = default;
-  virtual void number(const ParameterInfo&, double&) {}          ///< also a level
+  virtual void number(const ParameterInfo&, double&) {}  ///< also a level
   virtual void optional_number(const ParameterInfo&, std::optional<double>&) {}
   virtual void flag(const ParameterInfo&, bool&) {}
   virtual void text(const ParameterInfo&, std::string&) {}
-  virtual void choice(const ParameterInfo&, int&) {}             ///< index in info.choices
+  virtual void choice(const ParameterInfo&, int&) {}  ///< index in info.choices
   virtual void field(const ParameterInfo&, FieldRef&) {}
   virtual void strength(const ParameterInfo&, Strength&) {}
   virtual void list(const ParameterInfo&, ParameterList&) {}
@@ -95,7 +107,7 @@ class ParameterVisitor {
 template <class Owner, class T, std::size_t Choices = 0>
 struct Parameter {
   std::string_view name;
-  T Owner::* member;
+  T Owner::*member;
   std::string_view sentence;
   ParameterKind kind;
   Range range;
@@ -104,56 +116,56 @@ struct Parameter {
 
 /// A number; its unit is the suffix of its name.
 template <class O>
-constexpr auto param(std::string_view name, double O::* member, std::string_view sentence, Range range) {
+constexpr auto param(std::string_view name, double O::*member, std::string_view sentence, Range range) {
   return Parameter<O, double>{name, member, sentence, ParameterKind::number, range, {}};
 }
 /// A number that may be left out, which then means something of its own (the sentence says what).
 template <class O>
-constexpr auto param(std::string_view name, std::optional<double> O::* member, std::string_view sentence, Range range) {
+constexpr auto param(std::string_view name, std::optional<double> O::*member, std::string_view sentence, Range range) {
   return Parameter<O, std::optional<double>>{name, member, sentence, ParameterKind::optional_number, range, {}};
 }
 template <class O>
-constexpr auto param(std::string_view name, bool O::* member, std::string_view sentence) {
+constexpr auto param(std::string_view name, bool O::*member, std::string_view sentence) {
   return Parameter<O, bool>{name, member, sentence, ParameterKind::flag, {}, {}};
 }
 template <class O>
-constexpr auto param(std::string_view name, std::string O::* member, std::string_view sentence) {
+constexpr auto param(std::string_view name, std::string O::*member, std::string_view sentence) {
   return Parameter<O, std::string>{name, member, sentence, ParameterKind::text, {}, {}};
 }
 /// A strength in newtons; the range holds for the number and for every result of the function.
 template <class O>
-constexpr auto param(std::string_view name, Strength O::* member, std::string_view sentence, Range range = {0.0, 1000.0}) {
+constexpr auto param(std::string_view name, Strength O::*member, std::string_view sentence, Range range = {0.0, 1000.0}) {
   return Parameter<O, Strength>{name, member, sentence, ParameterKind::strength, range, {}};
 }
 /// A scalar field.
 template <class O>
-constexpr auto param(std::string_view name, FieldRef O::* member, std::string_view sentence) {
+constexpr auto param(std::string_view name, FieldRef O::*member, std::string_view sentence) {
   return Parameter<O, FieldRef>{name, member, sentence, ParameterKind::scalar_field, {}, {}};
 }
 /// A vector field.
 template <class O>
-constexpr auto vector_param(std::string_view name, FieldRef O::* member, std::string_view sentence) {
+constexpr auto vector_param(std::string_view name, FieldRef O::*member, std::string_view sentence) {
   return Parameter<O, FieldRef>{name, member, sentence, ParameterKind::vector_field, {}, {}};
 }
 /// A field of either kind that may be left out.
 template <class O>
-constexpr auto optional_field_param(std::string_view name, FieldRef O::* member, std::string_view sentence) {
+constexpr auto optional_field_param(std::string_view name, FieldRef O::*member, std::string_view sentence) {
   return Parameter<O, FieldRef>{name, member, sentence, ParameterKind::optional_field, {}, {}};
 }
 /// A value of the mode's parameter `field` that is felt as a surface: the tick finds it along the path.
 template <class O>
-constexpr auto level_param(std::string_view name, double O::* member, std::string_view sentence) {
+constexpr auto level_param(std::string_view name, double O::*member, std::string_view sentence) {
   return Parameter<O, double>{name, member, sentence, ParameterKind::level, {}, {}};
 }
 /// One of several words, stored as an enum whose values are 0, 1, 2, … in the order of the words.
 template <class O, class Enum, class... Words>
-  requires std::is_enum_v<Enum>
-constexpr auto choice_param(std::string_view name, Enum O::* member, std::string_view sentence, Words... words) {
+requires std::is_enum_v<Enum>
+constexpr auto choice_param(std::string_view name, Enum O::*member, std::string_view sentence, Words... words) {
   return Parameter<O, Enum, sizeof...(Words)>{name, member, sentence, ParameterKind::choice, {}, {std::string_view(words)...}};
 }
 /// A list of structs that have a `parameters()` of their own.
 template <class O, class Item>
-constexpr auto list_param(std::string_view name, std::vector<Item> O::* member, std::string_view sentence) {
+constexpr auto list_param(std::string_view name, std::vector<Item> O::*member, std::string_view sentence) {
   return Parameter<O, std::vector<Item>>{name, member, sentence, ParameterKind::list, {}, {}};
 }
 

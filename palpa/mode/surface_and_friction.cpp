@@ -9,9 +9,11 @@ constexpr std::uint16_t friction_slot = 1;
 
 std::string SurfaceAndFriction::problem() const {
   const bool material = !strength_n.is_constant() || strength_n.constant_n != 0.0;
-  if (levels.empty() && !material) return "neither levels nor strength_n are given; give [[mode.level]] tables, or strength_n as a function of the field";
+  if (levels.empty() && !material)
+    return "neither levels nor strength_n are given; give [[mode.level]] tables, or strength_n as a function of the field";
   if (!levels.empty() && material) return "levels and strength_n are both given; give one of them";
-  if (friction_n > 0.0 && friction_coefficient > 0.0) return "friction_n and friction_coefficient are both given; give one of them";
+  if (friction_n > 0.0 && friction_coefficient > 0.0)
+    return "friction_n and friction_coefficient are both given; give one of them";
   for (const Level& level : levels) {
     if (level.friction_n && level.friction_coefficient) {
       return "level '" + level.name + "' has both friction_n and friction_coefficient; give one of them";

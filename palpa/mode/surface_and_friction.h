@@ -55,7 +55,8 @@ struct SurfaceAndFriction {
     using S = SurfaceAndFriction;
     return std::tuple{
         param("field", &S::field, "scalar field whose surfaces are felt"),
-        choice_param("solid", &S::solid, "which side of a level is solid: one is held on the other side", "high", "low", "both"),
+        choice_param("solid", &S::solid, "which side of a level is solid: one is held on the other side", "high", "low",
+                     "both"),
         list_param("level", &S::levels, "surfaces at given values; the first that is met holds until it is pressed through"),
         param("strength_n", &S::strength_n, "material, instead of levels: strength as a function of the field's value"),
         param("friction_n", &S::friction_n, "force that resists sliding on a surface", Range{0, 100}),
@@ -67,9 +68,9 @@ struct SurfaceAndFriction {
 
   struct Memory {
     bool captured = false;
-    bool from_low = true;          ///< met from lower values: the low side is free
-    std::int32_t level = -1;       ///< index of the captured level; -1: material
-    double value = 0.0;            ///< φ_c, in the field's own unit
+    bool from_low = true;     ///< met from lower values: the low side is free
+    std::int32_t level = -1;  ///< index of the captured level; -1: material
+    double value = 0.0;       ///< φ_c, in the field's own unit
   };
   void place(const Here& here, const Memory& memory, PrimitiveSet& out) const noexcept;
   void settle(const Settled& settled, Memory& memory) const noexcept;

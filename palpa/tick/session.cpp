@@ -18,16 +18,18 @@ namespace {
 constexpr std::size_t max_primitives = 64;
 constexpr std::size_t max_queued = 64;
 constexpr std::size_t max_events = 16;
-constexpr double largest_probe_m = 1e3;         // further away is no hand
+constexpr double largest_probe_m = 1e3;  // further away is no hand
 constexpr double largest_time_step_s = 1.0;
 constexpr int max_friction_passes = 3;
-constexpr double trial_share = 1e-3;            // of a sample spacing: below, directions have not changed
-constexpr double arrived_m = 1e-6;              // an event this close to the balance, or trial_share, is no stop
-constexpr int max_halvings = 6;                 // of a move that would raise the spring's energy
-constexpr double rest_share = 0.02;             // of a sample spacing: a move shortened below this is rest
-constexpr double least_time_share = 1e-6;       // of a sub-step's time: a drag is never posed with none
+constexpr double trial_share = 1e-3;       // of a sample spacing: below, directions have not changed
+constexpr double arrived_m = 1e-6;         // an event this close to the balance, or trial_share, is no stop
+constexpr int max_halvings = 6;            // of a move that would raise the spring's energy
+constexpr double rest_share = 0.02;        // of a sample spacing: a move shortened below this is rest
+constexpr double least_time_share = 1e-6;  // of a sub-step's time: a drag is never posed with none
 
-bool usable(const Vec3& position_m) noexcept { return is_finite(position_m) && largest_component(position_m) <= largest_probe_m; }
+bool usable(const Vec3& position_m) noexcept {
+  return is_finite(position_m) && largest_component(position_m) <= largest_probe_m;
+}
 
 // A piece of the probe's path that still has to be walked.
 struct Waypoint {
@@ -43,11 +45,11 @@ Vec3 released(const Vec3& step_m, double probe_step_m) noexcept {
 
 // What one mode needs besides itself.
 struct Part {
-  std::size_t memory = 0;                   // offset in the memories
-  std::vector<std::int32_t> fields;         // all that it reads
-  Captured standing;                        // the level that its plane carried in the last sub-step
-  bool through = false;                     // that plane was pressed through
-  std::uint32_t faults = 0;                 // refusals already told, a bit each
+  std::size_t memory = 0;            // offset in the memories
+  std::vector<std::int32_t> fields;  // all that it reads
+  Captured standing;                 // the level that its plane carried in the last sub-step
+  bool through = false;              // that plane was pressed through
+  std::uint32_t faults = 0;          // refusals already told, a bit each
 };
 
 // Finds every field that a mode reads, and gives its references their numbers.
@@ -136,7 +138,8 @@ class Session::State {
         ledger(scene.modes().size()),
         primitives(max_primitives) {
     scene.check();
-    if (!is_usable(map)) throw SceneError("workspace: the map from the hand to the world is not a similarity; give a positive scale");
+    if (!is_usable(map))
+      throw SceneError("workspace: the map from the hand to the world is not a similarity; give a positive scale");
     for (const SceneVolume& volume : scene.volumes()) {
       for (const VolumeField& field : volume.volume.fields) fields.push_back(field.field);
     }
@@ -211,28 +214,28 @@ class Session::State {
   PrimitiveSet primitives;
   std::vector<FieldPtr> fields;
   std::unique_ptr<Samples> samples;
-  std::vector<SceneMode> modes;      // with their references resolved
+  std::vector<SceneMode> modes;  // with their references resolved
   std::vector<Part> parts;
   std::vector<std::byte> memories;
   Watches watches;
-  std::vector<Box> active_boxes;     // of the fields that enabled modes read
+  std::vector<Box> active_boxes;  // of the fields that enabled modes read
   std::vector<SlotState> slots;
   std::vector<Crossing> crossings;
   double finest_m = 0.0;
 
   bool started = false;
   Vec3 proxy;
-  Vec3 walked;                       // how far along its path the probe has been followed
+  Vec3 walked;  // how far along its path the probe has been followed
   Vec3 last_probe;
   Vec3 released_m;
-  int dropped = 0;                   // primitives refused in this tick
-  Vec3 damper_force;                 // held since the last tick
+  int dropped = 0;    // primitives refused in this tick
+  Vec3 damper_force;  // held since the last tick
   std::array<Waypoint, max_queued> queue;
   std::size_t queued = 0;
   // A sub-step that was stopped on its way is taken up again at the same probe.
   bool unfinished = false;
   Waypoint unfinished_step;
-  double whole_time_s = 0.0;         // of that sub-step, before it was stopped
+  double whole_time_s = 0.0;  // of that sub-step, before it was stopped
 };
 
 void Session::State::reset() noexcept {
@@ -323,8 +326,8 @@ void Session::State::walk(Tick& result) noexcept {
     if (!unfinished) {
       Waypoint& next = queue[0];
       const double length = distance(next.position_m, walked);
-      const double longest = in_steps && path_meets_data(walked, next.position_m) ? 0.5 * finest_m
-                                                                                 : std::numeric_limits<double>::infinity();
+      const double longest =
+          in_steps && path_meets_data(walked, next.position_m) ? 0.5 * finest_m : std::numeric_limits<double>::infinity();
       unfinished_step = next;
       probe_step_m = length;
       if (length > longest) {
@@ -502,7 +505,8 @@ void Session::State::settle(const Balance& at, const Vec3& probe_m, double time_
     if (!modes[m].enabled || modes[m].mode.memory_bytes() == 0) continue;
     slots.clear();
     for (std::size_t i = 0; i < primitives.size(); ++i) {
-      if (primitives[i].id.mode == m) slots.push_back({primitives[i].id.slot, state_at(primitives[i], at), primitives.captured(i)});
+      if (primitives[i].id.mode == m)
+        slots.push_back({primitives[i].id.slot, state_at(primitives[i], at), primitives.captured(i)});
     }
     const Here here = here_at(m, proxy, probe_m, time_s);
     modes[m].mode.settle({here, slots, crossings}, memories.data() + parts[m].memory);
@@ -566,7 +570,8 @@ void Session::State::gather(Tick& result) noexcept {
   for (const SubStep& step : sub_steps) {
     result.error_bound_m = std::max(result.error_bound_m, step.balance.error_bound_m);
     result.iterations += step.balance.iterations;
-    if (step.balance.status == BalanceStatus::capped && result.status == TickStatus::resting) result.status = TickStatus::capped;
+    if (step.balance.status == BalanceStatus::capped && result.status == TickStatus::resting)
+      result.status = TickStatus::capped;
     if (step.balance.status == BalanceStatus::bad_input) result.status = TickStatus::bad_input;
   }
   result.dropped = dropped;

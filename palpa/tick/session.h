@@ -16,8 +16,8 @@ namespace palpa {
 /// The hand's point as the device reports it.
 struct Probe {
   Vec3 position_m;
-  std::optional<Vec3> velocity_m_per_s{};///< none: taken from the positions
-  bool valid = true;                     ///< false: the device does not know where it is
+  std::optional<Vec3> velocity_m_per_s{};  ///< none: taken from the positions
+  bool valid = true;                       ///< false: the device does not know where it is
   std::uint32_t buttons = 0;
 };
 
@@ -37,21 +37,21 @@ struct Tick {
   Vec3 proxy_m;
   Vec3 proxy_velocity_m_per_s;
   Vec3 force_n;
-  double error_bound_m = 0.0;   ///< worst of the sub-steps
+  double error_bound_m = 0.0;  ///< worst of the sub-steps
   int sub_steps = 0;
-  int iterations = 0;           ///< of all sub-steps
+  int iterations = 0;  ///< of all sub-steps
   TickStatus status = TickStatus::resting;
-  int dropped = 0;              ///< primitives refused
-  Energy energy;                ///< work_on_hand_j is filled in by the loop, which knows the command
+  int dropped = 0;  ///< primitives refused
+  Energy energy;    ///< work_on_hand_j is filled in by the loop, which knows the command
 };
 
 /// A mode's part in one tick.
 struct ModeTick {
-  Vec3 force_n;                ///< sum over its primitives in the last sub-step
+  Vec3 force_n;  ///< sum over its primitives in the last sub-step
   double dissipated_j = 0.0;
   double injected_j = 0.0;
-  int primitives = 0;          ///< in the last sub-step
-  bool split_shared = false;   ///< redundant with other primitives: the force is one valid split of several
+  int primitives = 0;         ///< in the last sub-step
+  bool split_shared = false;  ///< redundant with other primitives: the force is one valid split of several
 };
 
 enum class Stop : std::uint8_t { full, event, release, energy, cap };
@@ -65,10 +65,10 @@ struct SubStep {
   double stiffness_n_per_m = 0.0;
   Vec3 directed_n;
   Balance balance;
-  double move_fraction = 0.0;       ///< [1] proxy = start + move_fraction · (balance − start)
+  double move_fraction = 0.0;  ///< [1] proxy = start + move_fraction · (balance − start)
   Stop stop = Stop::full;
   Vec3 proxy_m;
-  double energy_before_j = 0.0;     ///< S − directed·x at the start
+  double energy_before_j = 0.0;  ///< S − directed·x at the start
   double energy_after_j = 0.0;
   std::uint32_t first_primitive = 0;  ///< in `Session::placed()`
   std::uint32_t primitives = 0;
@@ -88,9 +88,9 @@ const char* name_of(SessionEventKind kind) noexcept;
 /// Something that happened in a tick. Texts are literals: no event allocates.
 struct SessionEvent {
   SessionEventKind kind = SessionEventKind::warning;
-  std::int32_t mode = -1;        ///< subject: the mode's number; -1: the session
-  double value = 0.0;            ///< the level, of onset and break_through, in the field's own unit
-  const char* text = nullptr;    ///< what is wrong, of fault and warning
+  std::int32_t mode = -1;      ///< subject: the mode's number; -1: the session
+  double value = 0.0;          ///< the level, of onset and break_through, in the field's own unit
+  const char* text = nullptr;  ///< what is wrong, of fault and warning
 };
 
 /// A scene being felt: the proxy, the modes' memories, the ledger. It holds a snapshot of the scene

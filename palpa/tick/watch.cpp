@@ -94,9 +94,7 @@ bool split_is_shared(std::span<const PlacedPrimitive> placed) noexcept {
     if (p.state != PrimitiveState::stick || p.primitive.drag_ns_per_m > 0.0 || !(p.primitive.strength_n > 0.0)) continue;
     const Vec3& q = p.primitive.direction;
     switch (p.primitive.kind) {
-      case PrimitiveKind::point:
-        take({1, 0, 0}), take({0, 1, 0}), take({0, 0, 1});
-        break;
+      case PrimitiveKind::point: take({1, 0, 0}), take({0, 1, 0}), take({0, 0, 1}); break;
       case PrimitiveKind::line: {
         const Vec3 across = normalized(std::abs(q.x) < 0.6 ? cross(q, {1, 0, 0}) : cross(q, {0, 1, 0}));
         take(across), take(cross(q, across));

@@ -43,7 +43,7 @@ class Watches {
   void attend(const Watch& watch, Attention attention) noexcept;
 
   struct Met {
-    double share = 1.0;     ///< [1] of the segment, up to the stop
+    double share = 1.0;  ///< [1] of the segment, up to the stop
     bool stopped = false;
   };
   /// Finds the first point of the segment [m] at which a watch that is to stop the path changes sides,

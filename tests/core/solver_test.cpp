@@ -65,8 +65,12 @@ TEST(Balance, HoldsUntilStiffnessTimesDepthReachesTheStrengthThenTrailsByStrengt
     const double s = random.uniform(0.1, 5);
     for (const double share : {0.0, 0.3, 0.999, 1.001, 2.0, 7.0}) {
       const double depth = share * s / k;
-      struct Case { PrimitiveKind kind; Vec3 away; };
-      for (const Case c : {Case{PrimitiveKind::plane, -q}, Case{PrimitiveKind::point, across}, Case{PrimitiveKind::line, across}}) {
+      struct Case {
+        PrimitiveKind kind;
+        Vec3 away;
+      };
+      for (const Case c :
+           {Case{PrimitiveKind::plane, -q}, Case{PrimitiveKind::point, across}, Case{PrimitiveKind::line, across}}) {
         Problem problem{{primitive(c.kind, a, q, s)}, a, a + depth * c.away, k, 1e-3};
         const Balance balance = solve(problem);
         const double apart = distance(balance.position_m, problem.probe_m);
@@ -84,7 +88,8 @@ TEST(Balance, HoldsUntilStiffnessTimesDepthReachesTheStrengthThenTrailsByStrengt
 TEST(Balance, LeavesAPlaneFreelyAndALineAlongItsDirection) {
   const Vec3 a{0.01, 0.02, 0.03};
   const Vec3 q{0, 0, 1};
-  EXPECT_EQ(solve({{primitive(PrimitiveKind::plane, a, q, 3)}, a, a + Vec3{0, 0, 0.002}, 800, 1e-3}).position_m, (a + Vec3{0, 0, 0.002}));
+  EXPECT_EQ(solve({{primitive(PrimitiveKind::plane, a, q, 3)}, a, a + Vec3{0, 0, 0.002}, 800, 1e-3}).position_m,
+            (a + Vec3{0, 0, 0.002}));
   const Balance along = solve({{primitive(PrimitiveKind::line, a, q, 3)}, a, a + Vec3{0.001, 0, 0.002}, 800, 1e-3});
   EXPECT_NEAR(distance(along.position_m, a + Vec3{0, 0, 0.002}), 0.0, 1e-17);
 }
@@ -94,8 +99,12 @@ TEST(Balance, OfPlaneAndPointClosesTheForceTriangle) {
   const double k = 500;
   const Vec3 plane_at{0, 0, 0};
   const Vec3 point_at{0.004, 0, -0.001};
-  Problem problem{{primitive(PrimitiveKind::plane, plane_at, {0, 0, 1}, 2.0), primitive(PrimitiveKind::point, point_at, {}, 0.7)},
-                  {}, {-0.003, 0.001, -0.003}, k, 1e-3};
+  Problem problem{
+      {primitive(PrimitiveKind::plane, plane_at, {0, 0, 1}, 2.0), primitive(PrimitiveKind::point, point_at, {}, 0.7)},
+      {},
+      {-0.003, 0.001, -0.003},
+      k,
+      1e-3};
   problem.primitives[1].id.slot = 1;
   PrimitiveSet set(4);
   fill(set, problem);
@@ -104,10 +113,10 @@ TEST(Balance, OfPlaneAndPointClosesTheForceTriangle) {
   const Vec3 feedback = -k * (balance.position_m - problem.probe_m);
   const Vec3 left = feedback + solver.forces_n()[0] + solver.forces_n()[1];
   EXPECT_LT(norm(left), 1e-12);
-  EXPECT_NEAR(norm(solver.forces_n()[1]), 0.7, 1e-12);               // the point slips: full strength …
+  EXPECT_NEAR(norm(solver.forces_n()[1]), 0.7, 1e-12);  // the point slips: full strength …
   const Vec3 towards = normalized(point_at - balance.position_m);
   EXPECT_NEAR(distance(towards, normalized(solver.forces_n()[1])), 0.0, 1e-9);  // … straight at the point
-  EXPECT_NEAR(balance.position_m.z, 0.0, 1e-15);                      // the plane holds
+  EXPECT_NEAR(balance.position_m.z, 0.0, 1e-15);                                // the plane holds
 }
 
 TEST(Balance, IsTheMinimiserOfTheEnergy) {
@@ -170,7 +179,8 @@ TEST(Balance, DoesNotDependOnOrderRotationOrScale) {
     const double tolerance = 2.0 * balance.error_bound_m + 1e-12;
 
     Problem permuted = problem;
-    for (std::size_t j = permuted.primitives.size(); j-- > 1;) std::swap(permuted.primitives[j], permuted.primitives[static_cast<std::size_t>(random.below(static_cast<int>(j) + 1))]);
+    for (std::size_t j = permuted.primitives.size(); j-- > 1;)
+      std::swap(permuted.primitives[j], permuted.primitives[static_cast<std::size_t>(random.below(static_cast<int>(j) + 1))]);
     const Balance other = solve(permuted);
     EXPECT_LE(distance(other.position_m, balance.position_m), tolerance + other.error_bound_m);
 
@@ -221,7 +231,11 @@ TEST(Balance, OfOrthogonalSetsIsTheConstraintMethodToRounding) {
     const double k = random.uniform(200, 2000);
     const double t_surface = random.uniform(0, 4);
     const double t_friction = random.uniform(0, 2);
-    Problem problem{{primitive(PrimitiveKind::plane, x, e1, t_surface), primitive(PrimitiveKind::line, x, e1, t_friction)}, x, x + d, k, 1e-3};
+    Problem problem{{primitive(PrimitiveKind::plane, x, e1, t_surface), primitive(PrimitiveKind::line, x, e1, t_friction)},
+                    x,
+                    x + d,
+                    k,
+                    1e-3};
     problem.primitives[1].id.slot = 1;
     const double along = dot(d, e1);
     const double move_1 = along >= 0 ? along : -std::max(0.0, -along - t_surface / k);
@@ -273,8 +287,10 @@ TEST(Balance, TotalForceNeverExceedsTheSumOfStrengths) {
   for (int i = 0; i < 3000; ++i) {
     const Problem problem = random_problem(random, 1 + random.below(8), false);
     const Balance balance = solve(problem);
-    const double sum = std::accumulate(problem.primitives.begin(), problem.primitives.end(), 0.0, [](double a, const Primitive& p) { return a + p.strength_n; });
-    EXPECT_LE(problem.stiffness_n_per_m * distance(balance.position_m, problem.probe_m), sum + 1e-9 + problem.stiffness_n_per_m * balance.error_bound_m);
+    const double sum = std::accumulate(problem.primitives.begin(), problem.primitives.end(), 0.0,
+                                       [](double a, const Primitive& p) { return a + p.strength_n; });
+    EXPECT_LE(problem.stiffness_n_per_m * distance(balance.position_m, problem.probe_m),
+              sum + 1e-9 + problem.stiffness_n_per_m * balance.error_bound_m);
   }
 }
 
@@ -287,7 +303,9 @@ TEST(Bound, IsNeverExceeded) {
     const Balance balance = solve(problem);
     capped += balance.status == BalanceStatus::capped;
     // Proximal-gradient-free reference: cyclic dual sweeps in 80-bit floats until nothing moves.
-    struct L { long double x, y, z; };
+    struct L {
+      long double x, y, z;
+    };
     const auto dot3 = [](const L& a, const L& b) { return a.x * b.x + a.y * b.y + a.z * b.z; };
     const long double k = problem.stiffness_n_per_m, T = problem.time_step_s;
     std::vector<L> u(problem.primitives.size(), L{0, 0, 0});
@@ -411,8 +429,12 @@ TEST(BadInput, ArbitraryBitsNeverGiveANonFiniteAnswer) {
     const Vec3 start{any(), any(), any()};
     set.clear(start);
     for (int j = 0; j < 4; ++j) {
-      set.add({test::random_kind(random), {0, static_cast<std::uint16_t>(j)}, {any(), any(), any()},
-               random.below(2) ? random.direction() : Vec3{any(), any(), any()}, any(), random.below(2) ? 0.0 : any()});
+      set.add({test::random_kind(random),
+               {0, static_cast<std::uint16_t>(j)},
+               {any(), any(), any()},
+               random.below(2) ? random.direction() : Vec3{any(), any(), any()},
+               any(),
+               random.below(2) ? 0.0 : any()});
     }
     const Balance balance = solver.solve(set, start, {any(), any(), any()}, any(), any());
     EXPECT_TRUE(is_finite(balance.position_m));
@@ -453,7 +475,7 @@ TEST(PrimitiveSet, AcceptsADragOnlyWhereItDissipates) {
   const Vec3 start{0.02, 0.01, 0.03};
   set.clear(start);
   set.point(0, start, 0, 2);
-  set.line(1, start + Vec3{0, 0, 0.01}, {0, 0, 1}, 0, 2);     // the start lies on the line
+  set.line(1, start + Vec3{0, 0, 0.01}, {0, 0, 1}, 0, 2);       // the start lies on the line
   set.plane(2, start - Vec3{0, 0, 0.01}, {0, 0, 1}, 0, {}, 2);  // the start lies on the free side
   EXPECT_EQ(set.dropped(), 0);
 }

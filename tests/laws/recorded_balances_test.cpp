@@ -50,7 +50,9 @@ Scene random_scene(test::Random& random, int number) {
   }
   (number % 2 ? surface.friction_n : surface.friction_coefficient) = random.uniform(0.05, 0.4);
   scene.add("surface", surface);
-  if (number % 4 != 0) scene.add("rail", Follow{.field = flow, .strength_n = random.uniform(0.1, 1.0), .drag_ns_per_m = number % 5 == 1 ? 1.5 : 0.0});
+  if (number % 4 != 0)
+    scene.add("rail",
+              Follow{.field = flow, .strength_n = random.uniform(0.1, 1.0), .drag_ns_per_m = number % 5 == 1 ? 1.5 : 0.0});
   if (number % 4 >= 2) scene.add("air", Viscosity{.strength_n = 0.05, .drag_ns_per_m = random.uniform(0.0, 2.0)});
   if (number % 5 == 4) scene.add("push", Push{.field = flow});
   return scene;
@@ -103,7 +105,8 @@ struct Recomputed {
 };
 
 // The check formula of a trace (docs/trace.md), as anyone would write it down.
-Recomputed recomputed_bound(const std::vector<Row>& rows, const Vec3& x, const Vec3& probe, const Vec3& directed, double k, double T) {
+Recomputed recomputed_bound(const std::vector<Row>& rows, const Vec3& x, const Vec3& probe, const Vec3& directed, double k,
+                            double T) {
   Vec3 sum;
   long double eps = 0;
   double size = 0;
@@ -137,7 +140,8 @@ TEST(Trace, ProvesItsBalancesAndItsLedgerWithoutOurSolver) {
   double worst_bound = 0.0, worst_ledger_j = 0.0, worst_injection_j = 0.0, worst_path_j = 0.0;
   for (int number = 0; number < scenes; ++number) {
     const Scene scene = random_scene(random, number);
-    const fs::path folder = fs::temp_directory_path() / ("palpa-laws-" + std::to_string(::getpid()) + "-" + std::to_string(number));
+    const fs::path folder =
+        fs::temp_directory_path() / ("palpa-laws-" + std::to_string(::getpid()) + "-" + std::to_string(number));
     fs::remove_all(folder);
     std::vector<std::string> mode_names;
     for (const SceneMode& mode : scene.modes()) mode_names.push_back(mode.name);
@@ -160,7 +164,8 @@ TEST(Trace, ProvesItsBalancesAndItsLedgerWithoutOurSolver) {
       writer.finish();
     }
 
-    Table ticks(folder / "ticks.csv"), modes(folder / "modes.csv"), steps(folder / "balances.csv"), placed(folder / "primitives.csv");
+    Table ticks(folder / "ticks.csv"), modes(folder / "modes.csv"), steps(folder / "balances.csv"),
+        placed(folder / "primitives.csv");
     bool more_steps = steps.next(), more_placed = placed.next(), more_modes = modes.next();
     const double k = scene.coupling.stiffness_n_per_m;
     Vec3 proxy_before, probe_before;
@@ -173,7 +178,8 @@ TEST(Trace, ProvesItsBalancesAndItsLedgerWithoutOurSolver) {
       Vec3 x0, x = proxy_before, walked;
       int rows_in_tick = 0;
       while (more_steps && steps.text("tick") == tick) {
-        const Vec3 start = steps.vector("start", "m"), b = steps.vector("balance", "m"), p = steps.vector("probe", "m"), end = steps.vector("proxy", "m");
+        const Vec3 start = steps.vector("start", "m"), b = steps.vector("balance", "m"), p = steps.vector("probe", "m"),
+                   end = steps.vector("proxy", "m");
         const Vec3 directed = steps.vector("directed", "n");
         const double T = steps.number("dt_s"), fraction = steps.number("move_fraction");
         if (rows_in_tick == 0) x0 = start, walked = p;
@@ -190,7 +196,10 @@ TEST(Trace, ProvesItsBalancesAndItsLedgerWithoutOurSolver) {
           Row row;
           row.mode = placed.text("mode");
           const std::string kind = placed.text("kind");
-          row.primitive.kind = kind == "point" ? PrimitiveKind::point : kind == "line" ? PrimitiveKind::line : kind == "plane" ? PrimitiveKind::plane : PrimitiveKind::directed;
+          row.primitive.kind = kind == "point"   ? PrimitiveKind::point
+                               : kind == "line"  ? PrimitiveKind::line
+                               : kind == "plane" ? PrimitiveKind::plane
+                                                 : PrimitiveKind::directed;
           row.primitive.position_m = placed.vector("position", "m");
           row.primitive.direction = placed.vector("direction", "");
           row.primitive.strength_n = placed.number("strength_n");
@@ -270,8 +279,8 @@ TEST(Trace, ProvesItsBalancesAndItsLedgerWithoutOurSolver) {
     EXPECT_FALSE(more_steps || more_placed || more_modes) << "every row belongs to a tick";
     fs::remove_all(folder);
   }
-  std::cout << balances << " balances, " << capped << " capped, " << primitives_checked << " primitives; worst bound " << worst_bound
-            << " m, worst difference of a mode's work " << worst_ledger_j << " J, of path_j " << worst_path_j
+  std::cout << balances << " balances, " << capped << " capped, " << primitives_checked << " primitives; worst bound "
+            << worst_bound << " m, worst difference of a mode's work " << worst_ledger_j << " J, of path_j " << worst_path_j
             << " J, worst injection beyond its bound " << worst_injection_j << " J\n";
   EXPECT_LT(worst_ledger_j, 1e-15);
   EXPECT_LT(capped, balances / 1000);

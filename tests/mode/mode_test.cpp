@@ -53,15 +53,22 @@ TEST_F(AtHand, SamplesAreOfTheHandFrame) {
     const Similarity map{random.rotation(), random.uniform(0.1, 10), random.in_cube(0.01)};
     Samples samples(fields_, map);
     const Vec3 x = map.to_hand(random.in_cube(0.03));
-    const auto value = [&](const Vec3& at) { samples.move_to(at); return samples.scalar(0).value; };
-    const auto vector = [&](const Vec3& at) { samples.move_to(at); return samples.vector(1).value; };
+    const auto value = [&](const Vec3& at) {
+      samples.move_to(at);
+      return samples.scalar(0).value;
+    };
+    const auto vector = [&](const Vec3& at) {
+      samples.move_to(at);
+      return samples.vector(1).value;
+    };
     samples.move_to(x);
     const ScalarSample s = samples.scalar(0);
     const VectorSample v = samples.vector(1);
     ASSERT_TRUE(s.inside && v.inside);
     const double h = 1e-6 / map.scale;
     const Vec3 d = random.direction();
-    EXPECT_NEAR(dot(s.gradient, d) * map.length_to_hand(1.0), (value(x + h * d) - value(x - h * d)) / (2 * h) * map.length_to_hand(1.0), 1e-5);
+    EXPECT_NEAR(dot(s.gradient, d) * map.length_to_hand(1.0),
+                (value(x + h * d) - value(x - h * d)) / (2 * h) * map.length_to_hand(1.0), 1e-5);
     const Vec3 slope = (vector(x + h * d) - vector(x - h * d)) / (2 * h);
     EXPECT_NEAR(distance(v.jacobian * d, slope), 0.0, 1e-4 * (1 + norm(slope)));
     EXPECT_NEAR(norm(v.value), norm(fields_[1]->vector(map.to_world(x)).value), 1e-12) << "turned, not scaled";
@@ -141,7 +148,8 @@ TEST(SurfaceAndFriction, SaysWhatDoesNotFitTogether) {
   using S = SurfaceAndFriction;
   EXPECT_THAT((S{.field = ball}.problem()), testing::HasSubstr("neither levels nor strength_n"));
   EXPECT_THAT((S{.field = ball, .levels = {{.value = 1.0}}, .strength_n = 1.0}.problem()), testing::HasSubstr("both"));
-  EXPECT_THAT((S{.field = ball, .levels = {{.value = 1.0}}, .friction_n = 1.0, .friction_coefficient = 1.0}.problem()), testing::HasSubstr("both"));
+  EXPECT_THAT((S{.field = ball, .levels = {{.value = 1.0}}, .friction_n = 1.0, .friction_coefficient = 1.0}.problem()),
+              testing::HasSubstr("both"));
   EXPECT_EQ((S{.field = ball, .levels = {{.value = 1.0}}}.problem()), "");
 }
 
@@ -172,7 +180,8 @@ TEST(Parameters, OfEveryModeAreNamedExplainedAndCarryTheirUnit) {
       ++seen;
     }
     static bool has_unit(std::string_view name) {
-      return name.ends_with("_n") || name.ends_with("_m") || name.ends_with("_s") || name.ends_with("_ns_per_m") || name.ends_with("_coefficient");
+      return name.ends_with("_n") || name.ends_with("_m") || name.ends_with("_s") || name.ends_with("_ns_per_m") ||
+             name.ends_with("_coefficient");
     }
     void number(const ParameterInfo& info, double&) override {
       check(info);

@@ -21,11 +21,14 @@ Scene busy_scene(bool as_grid) {
   const auto data = [&](const Volume& volume) { return as_grid ? sampled(volume, 48) : volume; };
   const FieldRef head = scene.add("head", data(head_phantom()));
   const FieldRef flow = scene.add("flow", data(burgers_vortex()), {.scale = 4.0});
-  scene.add("skin", SurfaceAndFriction{.field = head,
-                                       .levels = {{.name = "skin", .value = -300, .strength_n = 0.8, .friction_coefficient = 0.3},
-                                                  {.name = "bone", .value = 300, .strength_n = 4.0, .friction_n = 0.2}}});
+  scene.add("skin",
+            SurfaceAndFriction{.field = head,
+                               .levels = {{.name = "skin", .value = -300, .strength_n = 0.8, .friction_coefficient = 0.3},
+                                          {.name = "bone", .value = 300, .strength_n = 4.0, .friction_n = 0.2}}});
   scene.add("rail", Follow{.field = flow, .strength_n = 0.4, .drag_ns_per_m = 1.0});
-  scene.add("air", Viscosity{.field = head, .strength_n = {head, TransferFunction({{-1100, 0.1}, {-500, 0.0}})}, .drag_ns_per_m = 0.5});
+  scene.add(
+      "air",
+      Viscosity{.field = head, .strength_n = {head, TransferFunction({{-1100, 0.1}, {-500, 0.0}})}, .drag_ns_per_m = 0.5});
   return scene;
 }
 
@@ -55,7 +58,8 @@ TEST_P(Allocation, NoneInABadTickEither) {
       for (const double dt : {1e-3, 0.0, nan, 10.0}) {
         const Tick tick = session.tick({.position_m = {bad, 0.01, 0.02}, .velocity_m_per_s = Vec3{0, bad, 0}}, dt);
         ASSERT_TRUE(is_finite(tick.force_n) && is_finite(tick.proxy_m) && is_finite(tick.proxy_velocity_m_per_s));
-        ASSERT_TRUE(std::isfinite(tick.error_bound_m) && std::isfinite(tick.energy.path_j) && std::isfinite(tick.energy.stored_j));
+        ASSERT_TRUE(std::isfinite(tick.error_bound_m) && std::isfinite(tick.energy.path_j) &&
+                    std::isfinite(tick.energy.stored_j));
       }
     }
     session.tick({.position_m = {0, 0, 0.08}}, 1e-3);

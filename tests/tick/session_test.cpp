@@ -120,7 +120,9 @@ TEST(Surface, IsOneSidedAndMetAgainAfterLeaving) {
 TEST(Surface, OfALowSolidHoldsFromInside) {
   Scene scene = plain_scene({.stiffness_n_per_m = 800});
   const FieldRef field = scene.add("ball", sphere_field(0.05));
-  scene.add("wall", SurfaceAndFriction{.field = field, .solid = SurfaceAndFriction::Solid::low, .levels = {{.value = 0.0, .strength_n = 3.0}}});
+  scene.add("wall",
+            SurfaceAndFriction{
+                .field = field, .solid = SurfaceAndFriction::Solid::low, .levels = {{.value = 0.0, .strength_n = 3.0}}});
   Session session(scene);
   const Tick tick = stroke(session, {0, 0, 0.02}, {0.0515, 0, 0});
   EXPECT_NEAR(norm(tick.proxy_m), 0.05, 1e-7);
@@ -130,7 +132,9 @@ TEST(Surface, OfALowSolidHoldsFromInside) {
 TEST(Surface, OfBothSidesHoldsEither) {
   Scene scene = plain_scene({.stiffness_n_per_m = 800});
   const FieldRef field = scene.add("ball", sphere_field(0.05));
-  scene.add("skin", SurfaceAndFriction{.field = field, .solid = SurfaceAndFriction::Solid::both, .levels = {{.value = 0.0, .strength_n = 3.0}}});
+  scene.add("skin",
+            SurfaceAndFriction{
+                .field = field, .solid = SurfaceAndFriction::Solid::both, .levels = {{.value = 0.0, .strength_n = 3.0}}});
   Session from_outside(scene);
   EXPECT_GT(stroke(from_outside, {0, 0, 0.08}, {0, 0, 0.049}).force_n.z, 0.7);
   Session from_inside(scene);
@@ -185,8 +189,10 @@ TEST(Friction, SticksIffInsideItsDisc) {
     const double share = i % 4 < 2 ? random.uniform(0.1, 0.97) : random.uniform(1.03, 4.0);
     Scene scene = plain_scene({.stiffness_n_per_m = k});
     const FieldRef field = scene.add("floor", plane_field(0.2));
-    scene.add("floor", SurfaceAndFriction{.field = field, .levels = {{.value = 0.0, .strength_n = 8.0}},
-                                          .friction_n = coulomb ? 0.0 : 0.3, .friction_coefficient = coulomb ? 0.4 : 0.0});
+    scene.add("floor", SurfaceAndFriction{.field = field,
+                                          .levels = {{.value = 0.0, .strength_n = 8.0}},
+                                          .friction_n = coulomb ? 0.0 : 0.3,
+                                          .friction_coefficient = coulomb ? 0.4 : 0.0});
     Session session(scene);
     const double depth = normal_n / k;
     const Tick touched = stroke(session, {0, 0, 0.01}, {0, 0, -depth}, 0.02);
@@ -410,7 +416,9 @@ std::vector<Tick> felt_at_scale(double scale) {
   Scene scene({.stiffness_n_per_m = 800, .damping_ns_per_m = 0.3});
   const FieldRef head = scene.add("head", sampled(head_phantom(), 40), {.scale = scale});
   const FieldRef flow = scene.add("flow", sampled(burgers_vortex(), 32), {.scale = 3.0 * scale});
-  scene.add("skin", SurfaceAndFriction{.field = head, .levels = {{.value = -300, .strength_n = 0.8}, {.value = 300, .strength_n = 4.0}}, .friction_n = 0.1});
+  scene.add("skin", SurfaceAndFriction{.field = head,
+                                       .levels = {{.value = -300, .strength_n = 0.8}, {.value = 300, .strength_n = 4.0}},
+                                       .friction_n = 0.1});
   scene.add("rail", Follow{.field = flow, .strength_n = 0.3});
   Session session(scene);
   test::Random random(21);
@@ -440,7 +448,8 @@ TEST(Scale, ByAnyFactorGivesTheSameForcesToRounding) {
     std::size_t common = 0;
     while (common < one.size() && one[common].sub_steps == other[common].sub_steps) ++common;
     EXPECT_GT(common, one.size() / 2);
-    for (std::size_t i = 0; i < common; ++i) ASSERT_NEAR(distance(one[i].force_n, other[i].force_n), 0.0, 1e-6) << scale << " at " << i;
+    for (std::size_t i = 0; i < common; ++i)
+      ASSERT_NEAR(distance(one[i].force_n, other[i].force_n), 0.0, 1e-6) << scale << " at " << i;
   }
 }
 
@@ -472,8 +481,10 @@ TEST(Energy, AClosedLoopWithEnoughDampingNeverGains) {
     const double b = 1.02 * (k * dt / 2 + D);
     Scene scene = plain_scene({.stiffness_n_per_m = k, .damping_ns_per_m = D});
     const FieldRef field = scene.add("ball", sphere_field(0.05));
-    scene.add("s", SurfaceAndFriction{.field = field, .levels = {{.value = 0.0, .strength_n = random.uniform(0.5, 5.0)}, {.value = 0.006, .strength_n = 3.0}},
-                                      .friction_n = run % 3 ? 0.0 : 0.3});
+    scene.add("s", SurfaceAndFriction{
+                       .field = field,
+                       .levels = {{.value = 0.0, .strength_n = random.uniform(0.5, 5.0)}, {.value = 0.006, .strength_n = 3.0}},
+                       .friction_n = run % 3 ? 0.0 : 0.3});
     if (run % 4 == 1) scene.add("v", Viscosity{.strength_n = 0.05, .drag_ns_per_m = 0.2});
     Session session(scene);
     Vec3 p = 0.055 * random.direction();
