@@ -77,7 +77,7 @@ install_packages() {
 $(printf '%s\n' "$plan" | grep '^E:')"
   fi
   count=$(printf '%s\n' "$plan" | sed -n 's/.* \([0-9]*\) newly installed.*/\1/p')
-  download=$(printf '%s\n' "$plan" | sed -n 's/^Need to get \(.*\) of archives\.$/\1/p')
+  download=$(printf '%s\n' "$plan" | sed -n 's|^Need to get \([^/]*\).* of archives\.$|\1|p')
   disk=$(printf '%s\n' "$plan" | sed -n 's/^After this operation, \(.*\) of additional disk space will be used\.$/\1/p')
   say "Palpa needs these Debian packages: ${missing[*]}"
   say "With what they need themselves that makes $count packages: $download to download, $disk on disk."
