@@ -1,6 +1,6 @@
 // How many ticks per second a scene under a hand takes, headless, with no trace.
 //
-//   ticks SCENE HAND [rigid|relaxed|firm] [DATA_FOLDER]
+//   bench_ticks SCENE HAND [rigid|relaxed|firm] [DATA_FOLDER]
 //
 // All figures come from one run of this program: the scene's ticks, the same hand with no mode enabled,
 // and the scene's ticks after the caches were filled with something else.
@@ -122,7 +122,7 @@ int main(int argc, char** argv) {
   try {
     return measure(options);
   } catch (const LoadError& error) {
-    std::fprintf(stderr, "ticks: %s\n", error.what());
+    std::fprintf(stderr, "bench_ticks: %s\n", error.what());
     return 2;
   }
 }
