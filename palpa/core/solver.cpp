@@ -14,7 +14,7 @@ constexpr double wanted_bound_m = 2e-10;
 // Sweeps come in rounds; between two rounds the forces are brought close by Newton's method. Nearly all
 // sets are done within the first round; the caps bound a balance to some tens of µs per five primitives.
 constexpr int sweeps_per_round = 10;
-constexpr int max_rounds = 4;
+constexpr int max_rounds = 12;
 constexpr int newton_steps = 30;
 constexpr int line_search_steps = 30;
 

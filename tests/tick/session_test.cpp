@@ -463,13 +463,15 @@ TEST(Session, TurningTheWorldAndTheHandTogetherTurnsTheForce) {
   const FieldRef turned_field = turned.add("ball", sphere_field(0.05), {.rotation = rotation});
   turned.add("s", SurfaceAndFriction{.field = turned_field, .levels = {{.value = 0.0, .strength_n = 3.0}}, .friction_n = 0.2});
   Session a(scene), b(turned);
-  const test::Wander hand(random, 0.07);
-  for (int i = 0; i < 2000; ++i) {
+  const test::Wander hand(random, 0.08);
+  int in_contact = 0;
+  for (int i = 0; i < 4000; ++i) {
     const Tick ta = a.tick({.position_m = hand.at(dt * i)}, dt);
     const Tick tb = b.tick({.position_m = rotation * hand.at(dt * i)}, dt);
-    if (ta.sub_steps != tb.sub_steps) break;
     ASSERT_NEAR(distance(tb.force_n, rotation * ta.force_n), 0.0, 1e-7) << i;
+    in_contact += norm(ta.force_n) > 1e-3;
   }
+  EXPECT_GT(in_contact, 100);
 }
 
 // Hand and spring together: with the device's own damping b ≥ kT/2 + D no surface, friction or rail can
@@ -503,7 +505,7 @@ TEST(Energy, AClosedLoopWithEnoughDampingNeverGains) {
       force = tick.force_n;
       most_j = std::max(most_j, 0.5 * mass * norm_squared(v) + tick.energy.stored_j);
     }
-    EXPECT_LE(most_j, start_j * (1.0 + 1e-3)) << "k " << k << " D " << D << " run " << run;
+    EXPECT_LE(most_j, start_j) << "k " << k << " D " << D << " run " << run;
   }
 }
 
