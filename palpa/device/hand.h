@@ -49,6 +49,9 @@ class Target {
   virtual double duration_s() const noexcept = 0;
 };
 
+/// The seed of a simulated hand whose description names none.
+inline constexpr std::uint64_t default_hand_seed = 1;
+
 /// A simulated hand's path, `sim:press|stroke|circle|helix|random[,KEY=VALUE…]`, in front of the user,
 /// for an object that fills ±0.075 m around the middle of the workspace. Each path starts at rest at
 /// z = 0.09 m, outside.

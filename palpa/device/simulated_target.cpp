@@ -69,7 +69,7 @@ struct PathOptions {
   double speed_m_per_s = 0.1;
   double radius_m = 0.03;
   double depth_m = 0.02;
-  std::uint64_t seed = 1;
+  std::uint64_t seed = default_hand_seed;
 };
 
 class SimulatedTarget : public Target {

@@ -45,8 +45,9 @@ void check_out(const fs::path& out) {
 /// The seeds of a simulated hand, from its description.
 std::vector<std::uint64_t> seeds_of(const std::string& hand) {
   constexpr std::string_view key = "seed=";
-  const std::size_t at = hand.rfind("sim:", 0) == 0 ? hand.find(key) : std::string::npos;
-  if (at == std::string::npos) return {};
+  if (!hand.starts_with("sim:")) return {};
+  const std::size_t at = hand.find(key);
+  if (at == std::string::npos) return {default_hand_seed};
   std::uint64_t seed = 0;
   const char* first = hand.data() + at + key.size();
   if (std::from_chars(first, hand.data() + hand.size(), seed).ec != std::errc{}) return {};

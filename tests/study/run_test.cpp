@@ -42,6 +42,17 @@ TEST_F(Run, IsTheSameWithAndWithoutATrace) {
   EXPECT_EQ(recorded.energy.dissipated_j, felt.energy.dissipated_j);
 }
 
+TEST_F(Run, RecordsTheSeedAlsoWhereNoneWasNamed) {
+  RunOptions named = options("named", 0.2), unnamed = options("unnamed", 0.2);
+  unnamed.hand = "sim:random";
+  run(unnamed);
+  const std::vector<std::uint64_t> seeds = TraceReader(unnamed.out).header().seeds;
+  ASSERT_EQ(seeds.size(), 1u);
+  named.hand = "sim:random,seed=" + std::to_string(seeds.front());
+  run(named);
+  EXPECT_TRUE(compare_traces(named.out, unnamed.out).same);
+}
+
 TEST_F(Run, LeavesACompleteTraceThatSaysWhatWasFelt) {
   RunOptions o = options("trace", 0.2);
   o.hand = "sim:random,seed=17";
