@@ -107,7 +107,8 @@ class MetaImageSource : public Source {
     header.fields.push_back(field);
 
     direct_ = frames == 1 && kept_as_they_are(raw_, turn_, field);
-    if (image_.CompressedData()) {
+    compressed_ = image_.CompressedData();
+    if (compressed_) {
       for (const std::string& file : files) header.working_bytes += file_bytes(file);
     }
     if (__builtin_mul_overflow(frame_values * size_of(raw_.type), static_cast<std::uint64_t>(frames), &all_bytes_)) {
@@ -125,7 +126,7 @@ class MetaImageSource : public Source {
 
   /// MetaIO does not look at the checksum of compressed data.
   void check_files() const override {
-    if (!image_.CompressedData()) return;
+    if (!compressed_) return;
     if (files.size() > 1) {
       for (std::size_t f = 1; f < files.size(); ++f) check_compression(files[f], 0);
       return;
@@ -215,6 +216,7 @@ class MetaImageSource : public Source {
   Turn turn_;
   std::int64_t first_ = 0;       ///< number of the first value of the chosen frame
   std::uint64_t all_bytes_ = 0;  ///< of all frames
+  bool compressed_ = false;      ///< as the header says: reading clears it in image_ for a while
   bool direct_ = false;          ///< the library reads to where the voxels are kept
 };
 

@@ -23,7 +23,7 @@ class Source {
   virtual void read(const std::vector<std::uint32_t>& wanted, const std::vector<std::byte*>& to) = 0;
 
   /// Checks what the library does not: damage that leaves the voxels complete but wrong. Runs beside
-  /// `read`, in another thread. Throws LoadError with a sentence.
+  /// `read`, in another thread, so it looks at nothing that `read` changes. Throws LoadError with a sentence.
   virtual void check_files() const {}
 };
 
