@@ -1,6 +1,7 @@
 # What is built. A user who adds Palpa to another project gets the library alone.
 option(PALPA_READER "Build palpa-read, which opens files (needs VTK, vtk-dicom and ITK)" ${PROJECT_IS_TOP_LEVEL})
 option(PALPA_APP "Build the program palpa" ${PROJECT_IS_TOP_LEVEL})
+option(PALPA_VIEW "Build pictures, plots and reports (needs VTK with rendering, EGL)" ${PROJECT_IS_TOP_LEVEL})
 option(PALPA_EXAMPLES "Build the examples" ${PROJECT_IS_TOP_LEVEL})
 option(PALPA_TESTS "Build the tests" ${PROJECT_IS_TOP_LEVEL})
 option(PALPA_BENCH "Build the benchmarks" OFF)

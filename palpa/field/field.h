@@ -55,6 +55,11 @@ class Field {
   /// Value and Jacobian at a world position; outside for a scalar field.
   virtual VectorSample vector(const Vec3& world_m) const noexcept;
 
+  /// Second derivative of a scalar field [unit/m²] at a world position, row and column = axis of position;
+  /// zero outside and for a vector field. Exact where the interpolant is smooth (derived fields); here,
+  /// by differences of the gradient over half a spacing.
+  virtual Mat3 hessian(const Vec3& world_m) const noexcept;
+
   /// The length [m] over which the field may change its course, > 0 and finite: the least distance
   /// between neighbouring planes of samples of a grid, the size of the finest feature of a formula.
   virtual double spacing_m() const noexcept = 0;

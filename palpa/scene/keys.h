@@ -73,7 +73,7 @@ Keys parameter_keys(const Mode& mode);
 double CouplingOptions::*coupling_member(std::string_view key) noexcept;
 
 inline const std::vector<std::string>& law_methods() {
-  static const std::vector<std::string> methods{"exact"};
+  static const std::vector<std::string> methods{"exact", "paper-2005", "ikits-2003", "ikits-2003-sequential", "no-proxy"};
   return methods;
 }
 

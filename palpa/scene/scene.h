@@ -38,6 +38,22 @@ struct SceneVolume {
   std::string source;  ///< its TOML table's body as it was given, for printing; empty for a volume from code
 };
 
+/// Something that a picture of the scene shows ([[view.layer]]). Nothing that is felt depends on it.
+struct ViewLayer {
+  enum class Show : std::uint8_t { surface, slices, volume, streamlines, glyphs };
+  struct ColorPoint {
+    double value = 0.0;           ///< of the field, in its own unit; of a vector field: its magnitude
+    std::string color;            ///< "#rrggbb"
+    double opacity = 1.0;         ///< [1] 0…1
+    friend bool operator==(const ColorPoint&, const ColorPoint&) = default;
+  };
+  Show show = Show::surface;
+  FieldRef field{};
+  std::optional<double> level{};    ///< of a surface: the value it is drawn at, in the field's own unit
+  std::vector<ColorPoint> colors{};
+  friend bool operator==(const ViewLayer&, const ViewLayer&) = default;
+};
+
 /// A mode of a scene.
 struct SceneMode {
   std::string name;
@@ -57,6 +73,7 @@ class Scene {
   CouplingOptions coupling;
   std::string law = "exact";
   Workspace workspace;
+  std::vector<ViewLayer> layers;
 
   /// Adds a volume, moved by `pose`; returns the name of its first field. The name is a plain word and
   /// not taken.

@@ -1,0 +1,1 @@
+#include "palpa/baseline/law.h"

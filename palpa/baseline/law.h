@@ -1,0 +1,15 @@
+// The laws of earlier systems, to compare with. Nothing in the tick needs them.
+#pragma once
+
+#include <memory>
+
+#include "palpa/core/law.h"
+#include "palpa/scene/scene.h"
+
+namespace palpa::baseline {
+
+/// The law that a scene names in `[law] method`, the exact one included. Throws SceneError on a name that
+/// is none.
+std::unique_ptr<Law> law(const Scene& scene);
+
+}  // namespace palpa::baseline

@@ -1,0 +1,1 @@
+#include "palpa/field/derived.h"

@@ -1,0 +1,50 @@
+// Fields derived from others: magnitudes, components, and what takes derivatives.
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "palpa/field/field.h"
+
+namespace palpa {
+
+/// What a scene writes as FUNC(FIELD), and `smooth`, which modes ask for themselves. u is a velocity with
+/// Jacobian J, S and W its symmetric and antisymmetric part, φ a scalar field. Derivatives are per metre
+/// of the world.
+enum class Derivation : std::uint8_t {
+  magnitude,           ///< |u| [unit]
+  gradient_magnitude,  ///< |∇φ| [unit/m]
+  curl,                ///< ∇×u [unit/m], a vector field
+  divergence,          ///< ∇·u [unit/m]
+  q,                   ///< (|W|² − |S|²)/2 of the smoothed velocity [unit²/m²]: positive in vortices
+  lambda2,             ///< middle eigenvalue of S² + W² of the smoothed velocity [unit²/m²]: negative in vortices
+  component_x,         ///< u_x [unit], along the world's x
+  component_y,
+  component_z,
+  smooth,  ///< φ smoothed, for modes whose direction is a gradient
+};
+
+/// The derivation that a scene calls by this name; none for `smooth`, which has no name there.
+std::optional<Derivation> derivation_named(std::string_view name) noexcept;
+const char* name_of(Derivation derivation) noexcept;
+/// Components of the field that it derives from, and of the field that comes out: 1 or 3.
+int components_taken(Derivation derivation) noexcept;
+int components_given(Derivation derivation) noexcept;
+/// The label of the unit that comes out, from that of the field: "cm/s" → "1/s²"-like text, or empty if unknown.
+std::string unit_of(Derivation derivation, std::string_view unit);
+
+/// The derived field.
+///
+/// `magnitude` and `component_*` are computed where they are asked for, with the derivative of the
+/// interpolant. All others are computed once, here, and then sampled by the smoothing cubic B-spline,
+/// value, gradient and Hessian: of a trilinear one the direction would be 25° wrong at p99 on a sampled
+/// Lamb–Oseen vortex. `q`, `lambda2` and `smooth` come from data smoothed by a Gaussian first.
+/// A formula is sampled at its own spacing for that.
+///
+/// \param of           the field; its number of components is `components_taken`
+/// \param smoothing_m  [m] standard deviation of that Gaussian in the field's own world; 0: two sample spacings
+/// Two threads; memory beyond the result's own is a few slices. Throws std::invalid_argument, with a
+/// sentence, on a field of the other kind or a smoothing that is negative or not finite.
+FieldPtr derived(Derivation derivation, const FieldPtr& of, double smoothing_m = 0.0);
+
+}  // namespace palpa
