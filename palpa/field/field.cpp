@@ -41,6 +41,12 @@ class Posed final : public Field {
     return is_finite(s.value) && is_finite(s.jacobian) ? s : VectorSample{};
   }
 
+  Mat3 hessian(const Vec3& world_m) const noexcept override {
+    Mat3 h = pose_.rotation * field_->hessian(pose_.to_hand(world_m)) * transposed(pose_.rotation);
+    for (Vec3& row : h.row) row = row / pose_.scale / pose_.scale;
+    return is_finite(h) ? h : Mat3{};
+  }
+
   double spacing_m() const noexcept override { return pose_.scale * field_->spacing_m(); }
   Box bounds_m() const noexcept override { return bounds_m_; }
   double depth_m(const Vec3& world_m) const noexcept override {
@@ -74,6 +80,23 @@ class Posed final : public Field {
 
 ScalarSample Field::scalar(const Vec3&) const noexcept { return {}; }
 VectorSample Field::vector(const Vec3&) const noexcept { return {}; }
+
+Mat3 Field::hessian(const Vec3& world_m) const noexcept {
+  const ScalarSample here = scalar(world_m);
+  if (!here.inside) return {};
+  const double step_m = 0.25 * spacing_m();
+  const Vec3 steps[3] = {{step_m, 0, 0}, {0, step_m, 0}, {0, 0, step_m}};
+  Mat3 h;
+  for (int a = 0; a < 3; ++a) {
+    const ScalarSample ahead = scalar(world_m + steps[a]), behind = scalar(world_m - steps[a]);
+    const int sides = int(ahead.inside) + int(behind.inside);  // at a face there is only one
+    if (sides == 0) continue;
+    h.row[a] = ((ahead.inside ? ahead : here).gradient - (behind.inside ? behind : here).gradient) / (sides * step_m);
+  }
+  const Mat3 symmetric =
+      0.5 * Mat3{{h.row[0] + transposed(h).row[0], h.row[1] + transposed(h).row[1], h.row[2] + transposed(h).row[2]}};
+  return is_finite(symmetric) ? symmetric : Mat3{};
+}
 
 FieldPtr posed(FieldPtr field, const Similarity& pose) {
   if (!field) throw std::invalid_argument("there is no field to pose");
