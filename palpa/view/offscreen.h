@@ -1,0 +1,54 @@
+// Drawing with VTK where there is no screen: a window of no X, its picture, and VTK's messages kept in.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "palpa/view/picture.h"
+
+class vtkRenderWindow;
+
+namespace palpa::detail {
+
+/// While one lives, nothing of VTK reaches stderr: its errors are kept, its warnings dropped. One thread
+/// at a time has one (the next waits), because VTK's messages and rendering belong to the process; a
+/// thread may have several, one within the other. Whatever makes VTK objects does it under one.
+class QuietVtk {
+ public:
+  QuietVtk();
+  ~QuietVtk();
+  QuietVtk(const QuietVtk&) = delete;
+  QuietVtk& operator=(const QuietVtk&) = delete;
+
+  /// Throws LoadError `pictures: VTK: …` with the first error since the start or the last call.
+  void raise_error();
+  void forget_errors();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// A render window that needs no X and no GPU: EGL without a surface. For one thread, from the start to
+/// the end of its life.
+class OffscreenWindow {
+ public:
+  /// Throws LoadError where no OpenGL 3.2 can be had: what is missing and what to install.
+  OffscreenWindow(int width_px, int height_px);
+  ~OffscreenWindow();
+  OffscreenWindow(const OffscreenWindow&) = delete;
+  OffscreenWindow& operator=(const OffscreenWindow&) = delete;
+
+  /// To add renderers to (a vtkContextView takes it with SetRenderWindow). Lives as long as this.
+  vtkRenderWindow* vtk() const noexcept;
+  /// A processor draws (Mesa's llvmpipe), no graphics card.
+  bool is_software() const;
+  /// Draws and reads back. Throws LoadError with VTK's first error.
+  Picture draw();
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace palpa::detail
