@@ -144,6 +144,12 @@ void PrimitiveSet::add(Primitive p, Captured captured, Friction friction) noexce
   ++size_;
 }
 
+void PrimitiveSet::set_directed(std::size_t i, const Vec3& force_n) noexcept {
+  const double strength_n = norm(force_n);
+  if (strength_n > 0.0) primitives_[i].direction = normalized(force_n);
+  primitives_[i].strength_n = strength_n;
+}
+
 void PrimitiveSet::refuse(PrimitiveId id, Refusal reason) noexcept {
   ++dropped_;
   if (refused_size_ < max_refused) refused_[refused_size_++] = {id, reason};

@@ -145,6 +145,9 @@ class PrimitiveSet {
   /// Sets the strength of a friction line from its plane's force: the tick's own business.
   void set_strength(std::size_t i, double strength_n) noexcept { primitives_[i].strength_n = strength_n; }
 
+  /// Replaces the force of a directed primitive [N]: the tick's own business.
+  void set_directed(std::size_t i, const Vec3& force_n) noexcept;
+
   /// What was refused since `clear`: the first few of them; `dropped()` counts all.
   std::span<const Refused> refused() const noexcept { return {refused_, refused_size_}; }
   int dropped() const noexcept { return dropped_; }

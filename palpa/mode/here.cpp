@@ -7,14 +7,18 @@ namespace palpa {
 struct Samples::Slot {
   ScalarSample scalar;
   VectorSample vector;
+  Mat3 hessian;
   double depth_m = 0.0;
+  std::uint64_t hessian_visit = 0;
   std::uint64_t scalar_visit = 0;
   std::uint64_t vector_visit = 0;
   std::uint64_t depth_visit = 0;
 };
 
 Samples::Samples(std::span<const FieldPtr> fields, const Similarity& map)
-    : fields_(fields), map_(map), slots_(new Slot[fields.size() + 1]) {}
+    : fields_(fields), map_(map), slots_(new Slot[fields.size() + 1]) {
+  for (const FieldPtr& field : fields) ranges_.push_back(field->components() == 1 ? field->extents().front() : Extent{});
+}
 
 void Samples::move_to(const Vec3& hand_m) noexcept {
   if (visit_ > 0 && hand_m == hand_m_) return;
@@ -49,6 +53,25 @@ const VectorSample& Samples::vector(std::int32_t field) noexcept {
     if (!is_finite(slot.vector.value) || !is_finite(slot.vector.jacobian)) slot.vector = {};
   }
   return slot.vector;
+}
+
+const Mat3& Samples::hessian(std::int32_t field) noexcept {
+  static constexpr Mat3 none{};
+  if (field < 0 || static_cast<std::size_t>(field) >= fields_.size()) return none;
+  Slot& slot = slots_[static_cast<std::size_t>(field)];
+  if (slot.hessian_visit != visit_) {
+    slot.hessian_visit = visit_;
+    // The gradient per hand metre is the turned gradient times the scale; so is its derivative once more.
+    slot.hessian = map_.scale * map_.jacobian_to_hand(fields_[static_cast<std::size_t>(field)]->hessian(world_m_));
+    if (!is_finite(slot.hessian)) slot.hessian = {};
+  }
+  return slot.hessian;
+}
+
+const Extent& Samples::range(std::int32_t field) const noexcept {
+  static constexpr Extent none;
+  if (field < 0 || static_cast<std::size_t>(field) >= ranges_.size()) return none;
+  return ranges_[static_cast<std::size_t>(field)];
 }
 
 double Samples::depth_m(std::int32_t field) noexcept {

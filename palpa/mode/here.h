@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "palpa/core/primitives.h"
 #include "palpa/field/field.h"
@@ -26,6 +27,10 @@ class Samples {
   const ScalarSample& scalar(std::int32_t field) noexcept;
   /// Value turned into the hand frame, and Jacobian per hand metre. Outside for an index that is no vector field.
   const VectorSample& vector(std::int32_t field) noexcept;
+  /// Second derivative of a scalar field [unit per hand metre²]; zero outside.
+  const Mat3& hessian(std::int32_t field) noexcept;
+  /// The range of a scalar field's values; 0 to 0 for others.
+  const Extent& range(std::int32_t field) const noexcept;
   /// Depth within the field's data [hand m].
   double depth_m(std::int32_t field) noexcept;
 
@@ -37,6 +42,7 @@ class Samples {
   Vec3 world_m_;
   std::uint64_t visit_ = 0;
   std::shared_ptr<Slot[]> slots_;
+  std::vector<Extent> ranges_;
 };
 
 /// Everything a mode may look at when it places primitives. All of it is in the hand frame: metres,
@@ -57,6 +63,10 @@ class Here {
   /// The field's sample at `at_m`. `inside` is false for a field without data there.
   const ScalarSample& scalar(const FieldRef& field) const noexcept { return samples_->scalar(field.index); }
   const VectorSample& vector(const FieldRef& field) const noexcept { return samples_->vector(field.index); }
+  /// How a scalar field's gradient changes at `at_m` [unit per hand metre²].
+  const Mat3& hessian(const FieldRef& field) const noexcept { return samples_->hessian(field.index); }
+  /// The smallest and the largest value of a scalar field, wherever they are.
+  const Extent& range(const FieldRef& field) const noexcept { return samples_->range(field.index); }
 
   /// The strength in newtons at this place: the number or the transfer function, times the mode's
   /// masks, faded towards the edges of the mode's fields so that it never exceeds k/2 × the depth

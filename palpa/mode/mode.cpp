@@ -3,8 +3,11 @@
 #include <stdexcept>
 
 #include "palpa/mode/follow.h"
+#include "palpa/mode/gradient_force.h"
 #include "palpa/mode/surface_and_friction.h"
+#include "palpa/mode/vector_force.h"
 #include "palpa/mode/viscosity.h"
+#include "palpa/mode/vortex.h"
 
 namespace palpa {
 
@@ -26,6 +29,10 @@ const ModeCatalog& standard_modes() {
     c.add(SurfaceAndFriction{});
     c.add(Follow{});
     c.add(Viscosity{});
+    c.add(GradientForce{});
+    c.add(VectorForce{});
+    c.add(VortexForce{});
+    c.add(VortexPlane{});
     return c;
   }();
   return catalog;

@@ -12,11 +12,12 @@
 #include <type_traits>
 #include <vector>
 
+#include "palpa/field/derived.h"
 #include "palpa/field/transfer_function.h"
 
 namespace palpa {
 
-/// A field of a scene by name: `volume` (its only field) or `volume.field`. `index` is filled in when a
+/// A field of a scene by name: `volume` (its only field), `volume.field`, or `FUNC(FIELD)`. `index` is filled in when a
 /// session resolves the name.
 struct FieldRef {
   std::string name;
@@ -71,6 +72,7 @@ struct ParameterInfo {
   ParameterKind kind = ParameterKind::number;
   Range range;                                ///< of numbers and strengths
   std::span<const std::string_view> choices;  ///< of a choice
+  std::optional<Derivation> felt{};           ///< of a field: the mode feels this derivation of it
   /// A field or a level has no default: a scene must give it.
   bool required() const noexcept {
     return kind == ParameterKind::scalar_field || kind == ParameterKind::vector_field || kind == ParameterKind::level;
@@ -112,6 +114,7 @@ struct Parameter {
   ParameterKind kind;
   Range range;
   std::array<std::string_view, Choices> choices{};
+  std::optional<Derivation> felt{};
 };
 
 /// A number; its unit is the suffix of its name.
@@ -146,6 +149,13 @@ constexpr auto param(std::string_view name, FieldRef O::*member, std::string_vie
 template <class O>
 constexpr auto vector_param(std::string_view name, FieldRef O::*member, std::string_view sentence) {
   return Parameter<O, FieldRef>{name, member, sentence, ParameterKind::vector_field, {}, {}};
+}
+/// A field of which the mode feels a derivation: `here.scalar(field)` is that of the derived field.
+template <class O>
+constexpr auto derived_param(std::string_view name, FieldRef O::*member, Derivation felt, std::string_view sentence) {
+  const bool of_scalar = felt == Derivation::smooth || felt == Derivation::gradient_magnitude;
+  const ParameterKind kind = of_scalar ? ParameterKind::scalar_field : ParameterKind::vector_field;
+  return Parameter<O, FieldRef>{name, member, sentence, kind, {}, {}, felt};
 }
 /// A field of either kind that may be left out.
 template <class O>
@@ -192,7 +202,7 @@ class ListOf final : public ParameterList {
 
 template <class O, class T, std::size_t N>
 void visit_parameter(O& owner, const Parameter<O, T, N>& p, ParameterVisitor& visitor) {
-  const ParameterInfo info{p.name, p.sentence, p.kind, p.range, p.choices};
+  const ParameterInfo info{p.name, p.sentence, p.kind, p.range, p.choices, p.felt};
   T& value = owner.*(p.member);
   if constexpr (std::is_same_v<T, double>) {
     visitor.number(info, value);

@@ -1,5 +1,7 @@
 #include "palpa/mode/surface_and_friction.h"
 
+#include "palpa/mode/placement.h"
+
 namespace palpa {
 
 namespace {
@@ -24,9 +26,8 @@ std::string SurfaceAndFriction::problem() const {
 
 void SurfaceAndFriction::place(const Here& here, const Memory& memory, PrimitiveSet& out) const noexcept {
   const ScalarSample& sample = here.scalar(field);
-  const double steepness = norm(sample.gradient);
   const bool material = levels.empty();
-  if (!sample.inside || !(steepness > 0.0) || (!memory.captured && !material)) return;
+  if (!sample.inside || !(norm(sample.gradient) > 0.0) || (!memory.captured && !material)) return;
 
   const Captured level{field.index, memory.captured ? memory.value : sample.value};
   const bool from_low = memory.captured ? memory.from_low : solid != Solid::low;
@@ -34,13 +35,9 @@ void SurfaceAndFriction::place(const Here& here, const Memory& memory, Primitive
   const Vec3 normal = from_low ? -uphill : uphill;
   const auto solid_side = from_low ? TransferFunction::Side::above : TransferFunction::Side::below;
 
-  // One Newton step from the proxy to the captured level. Never further than a sample spacing: beyond,
-  // the gradient says nothing about where the level is.
-  const double step_m = (level.value - sample.value) / steepness;
-  const Vec3 position_m = here.at_m + std::clamp(step_m, -here.finest_m, here.finest_m) * uphill;
-
   const Level* shell = material ? nullptr : &levels[static_cast<std::size_t>(memory.level)];
-  out.plane(surface_slot, position_m, normal, here.newtons(shell ? shell->strength_n : strength_n, level, solid_side), level);
+  out.plane(surface_slot, detail::foot_on_level_m(here, sample, level.value), normal,
+            here.newtons(shell ? shell->strength_n : strength_n, level, solid_side), level);
 
   // Through the proxy itself, so that friction is dissipation and nothing else.
   const bool own_friction = shell && (shell->friction_n || shell->friction_coefficient);

@@ -228,6 +228,12 @@ const Keys& volume_keys() {
        "which arrays of the file are fields, and what they are called"},
       {"pose", KeyKind::table, "{translate_m, rotate_axis_deg, scale}", "where the file puts it",
        "moves the volume in the world"},
+      {"smoothing_m",
+       KeyKind::number,
+       {},
+       "two sample spacings",
+       "how far what vortex modes, gradient_force, q and lambda2 feel is smoothed first: standard deviation, in the world",
+       Bounds{0, unbounded, true}},
       {"frame", KeyKind::whole_number, {}, "", "which frame of a file that holds several, counted from 0", Bounds{0, 1e6}},
       {"as", KeyKind::text, {}, "", "takes a file of three frames as one vector field", {}, {"vector"}},
   };

@@ -501,7 +501,7 @@ class Loader {
     read_law(scene);
     const std::vector<VolumePlan> volumes = plan_volumes(scene);
     read_workspace(scene);
-    check_view(scene);
+    read_view(scene);
     std::vector<SceneMode> modes = read_modes(scene);
 
     for (const VolumePlan& plan : volumes) open(plan);
@@ -509,6 +509,7 @@ class Loader {
       refuse_first(detail::field_findings(loaded_.scene, modes[i], i));
       loaded_.scene.add(std::move(modes[i].name), std::move(modes[i].mode), std::move(modes[i].masks), modes[i].enabled);
     }
+    for (std::size_t i = 0; i < loaded_.scene.modes().size(); ++i) derive_fields(loaded_.scene.modes()[i], i);
     for (const Finding& finding : refuse_first(detail::findings(loaded_.scene))) {
       loaded_.warnings.push_back(detail::one_line(place_of(finding.part) + ": " + finding.text));
     }
@@ -523,6 +524,7 @@ class Loader {
     std::string analytic;
     std::optional<double> sampled;
     Similarity pose;
+    double smoothing_m = 0.0;
     std::string source;
   };
 
@@ -586,12 +588,17 @@ class Loader {
     workspace.up = section.text("up").value_or("");
   }
 
-  void check_view(const Section& scene) const {
+  void read_view(const Section& scene) {
     const toml::table* table = scene.subtable("view");
     if (!table) return;
     const Section view(*table, detail::view_keys(), "[view]");
     for (const toml::table* layer_table : tables_in(view.node("layer"))) {
       const Section layer(*layer_table, detail::view_layer_keys(), "[[view.layer]]");
+      ViewLayer& read = loaded_.scene.layers.emplace_back();
+      const std::vector<std::string>& ways = detail::find(detail::view_layer_keys(), "show")->choices;
+      read.show = static_cast<ViewLayer::Show>(std::ranges::find(ways, *layer.text("show")) - ways.begin());
+      read.field.name = *layer.text("field");
+      read.level = layer.number("level");
       const toml::table* colors = layer.subtable("colors");
       if (!colors) continue;
       const Section section(*colors, detail::view_colors_keys(), "'colors' of [[view.layer]]");
@@ -600,6 +607,8 @@ class Loader {
           fail(place_of(point),
                "a point of 'colors' is something else; points are [[value, \"#rrggbb\", opacity from 0 to 1], …]");
         }
+        const toml::array& parts = *point.as_array();
+        read.colors.push_back({*number_in(*parts.get(0)), *parts.get(1)->value<std::string>(), *number_in(*parts.get(2))});
       }
     }
   }
@@ -649,6 +658,7 @@ class Loader {
     plan.table = &table;
     plan.analytic = section.text("analytic").value_or("");
     plan.sampled = section.number("sampled");
+    plan.smoothing_m = section.number("smoothing_m").value_or(0.0);
     if (const toml::table* pose = section.subtable("pose")) plan.pose = read_pose(*pose, section.where());
     if (plan.analytic.empty() == !section.node("file")) {
       fail(place_of(table), "volume " + in_quotes(name) + " has " + (plan.analytic.empty() ? "no data" : "two sources") +
@@ -755,6 +765,7 @@ class Loader {
     }
     SceneVolume& added = *scene.find_volume(plan.name);
     added.source = plan.source;
+    added.smoothing_m = plan.smoothing_m;
     for (const std::string& warning : added.volume.warnings) {
       loaded_.warnings.push_back(detail::one_line(place_of(*plan.table) + ": volume " + in_quotes(plan.name) + ": " + warning));
     }
@@ -810,6 +821,35 @@ class Loader {
       mode.masks.push_back({reader.field_in(*mask->get("of")), std::move(curve)});
     }
     return mode;
+  }
+
+  /// Computes what a mode feels of its fields, so that what cannot be computed is found here.
+  void derive_fields(const SceneMode& mode, std::size_t number) const {
+    struct Deriver final : ParameterVisitor {
+      explicit Deriver(const Scene& of) : scene(of) {}
+      void field(const ParameterInfo& info, FieldRef& ref) override {
+        if (ref.name.empty()) return;
+        info.felt ? scene.field(ref, *info.felt) : scene.field(ref).field;
+      }
+      void strength(const ParameterInfo&, Strength& strength) override {
+        if (!strength.is_constant()) scene.field(strength.of);
+      }
+      void list(const ParameterInfo&, ParameterList& list) override {
+        for (std::size_t i = 0; i < list.size(); ++i) list.visit(i, *this);
+      }
+      const Scene& scene;
+    };
+    const auto place = [&] { return place_of(detail::Part{.section = "mode", .mode = number, .list = {}, .key = {}}); };
+    try {
+      Deriver deriver(loaded_.scene);
+      Mode copy = mode.mode;
+      copy.visit(deriver);
+      for (const Mask& mask : mode.masks) loaded_.scene.field(mask.of);
+    } catch (const std::invalid_argument& error) {
+      fail(place(), "what " + detail::called(mode) + " feels cannot be derived: " + error.what());
+    } catch (const std::bad_alloc&) {
+      fail(place(), "not enough memory for what " + detail::called(mode) + " derives from its fields; use smaller data");
+    }
   }
 
   // ---- Findings

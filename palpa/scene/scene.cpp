@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <set>
 
+#include "palpa/scene/field_name.h"
 #include "palpa/scene/keys.h"
 #include "palpa/scene/scene_checks.h"
 #include "palpa/scene/wording.h"
@@ -50,9 +52,11 @@ struct Found {
   const VolumeField* field = nullptr;
   std::int32_t index = -1;
   std::string problem;
+  int components = 0;  ///< after the derivations
+  detail::FieldName name{};
 };
 
-Found find_field(const std::vector<SceneVolume>& volumes, const std::string& name) {
+Found find_plain_field(const std::vector<SceneVolume>& volumes, const std::string& name) {
   const std::size_t dot = name.find('.');
   const std::string volume_name = name.substr(0, dot);
   std::int32_t index = 0;
@@ -75,6 +79,18 @@ Found find_field(const std::vector<SceneVolume>& volumes, const std::string& nam
   std::string problem = detail::problem_with_volume_of(name, names_of(volumes));
   if (problem.empty()) problem = "no field " + in_quotes(name) + "; " + suggestion(name, field_names(volumes));
   return {nullptr, -1, problem};
+}
+
+/// The plain field within a name, and what comes out of the functions around it.
+Found find_field(const std::vector<SceneVolume>& volumes, const std::string& name) {
+  const detail::FieldName parsed = detail::parse_field_name(name);
+  if (!parsed.problem.empty()) return {nullptr, -1, parsed.problem};
+  Found found = find_plain_field(volumes, parsed.plain);
+  if (!found.field) return found;
+  found.name = parsed;
+  found.components = detail::components_after(parsed, found.field->field->components(), found.problem);
+  if (!found.problem.empty()) return {nullptr, -1, found.problem};
+  return found;
 }
 
 // ---- The workspace
@@ -266,7 +282,7 @@ class FieldChecks final : public CheckingVisitor {
     if (ref.name.empty()) return find(key, the(key) + " names no field; " + suggestion("", field_names(scene_.volumes())));
     const Found found = find_field(scene_.volumes(), ref.name);
     if (!found.field) return find(key, found.problem);
-    const int has = found.field->field->components();
+    const int has = found.components;
     if (components != 0 && has != components) {
       find(key,
            the(key) + " must be a " + kind(components) + " field; " + in_quotes(ref.name) + " is a " + kind(has) + " field");
@@ -311,10 +327,9 @@ namespace detail {
 std::string called(const SceneMode& mode) { return "mode " + in_quotes(mode.name); }
 
 std::string problem_with_volume_of(const std::string& field, const std::vector<std::string>& volumes) {
-  if (field.find('(') != std::string::npos) {
-    return in_quotes(field) + " is no field; a field is VOLUME or VOLUME.FIELD, and the volumes are: " + joined(volumes);
-  }
-  const std::string volume = field.substr(0, field.find('.'));
+  const FieldName name = parse_field_name(field);
+  if (!name.problem.empty()) return name.problem;
+  const std::string volume = name.volume();
   if (std::ranges::find(volumes, volume) != volumes.end()) return {};
   return "no volume " + in_quotes(volume) + "; " + suggestion(volume, volumes);
 }
@@ -383,7 +398,30 @@ std::vector<Finding> findings(const Scene& scene) {
 
 // ---- Scene
 
-Scene::Scene(CouplingOptions options) : coupling(options) {}
+/// The derived fields of a scene and its copies, by what they derive from. A few: looked through in order.
+class Scene::DerivedFields {
+ public:
+  FieldPtr get(Derivation derivation, const FieldPtr& of, double smoothing_m) {
+    const std::lock_guard lock(mutex_);
+    for (const Entry& entry : entries_) {
+      if (entry.derivation == derivation && entry.of == of && entry.smoothing_m == smoothing_m) return entry.field;
+    }
+    entries_.push_back({derivation, of, smoothing_m, derived(derivation, of, smoothing_m)});
+    return entries_.back().field;
+  }
+
+ private:
+  struct Entry {
+    Derivation derivation;
+    FieldPtr of;
+    double smoothing_m;
+    FieldPtr field;
+  };
+  std::mutex mutex_;
+  std::vector<Entry> entries_;
+};
+
+Scene::Scene(CouplingOptions options) : coupling(options), derived_(std::make_shared<DerivedFields>()) {}
 
 FieldRef Scene::add(std::string name, Volume volume, const Similarity& pose) {
   if (const std::string problem = problem_with_name("volume", name); !problem.empty()) refuse(problem);
@@ -400,7 +438,7 @@ FieldRef Scene::add(std::string name, Volume volume, const Similarity& pose) {
     }
   }
   const std::string first = volume.fields.size() == 1 ? name : name + "." + volume.fields.front().name;
-  volumes_.push_back({std::move(name), pose == Similarity{} ? std::move(volume) : posed(volume, pose), pose, {}});
+  volumes_.push_back({std::move(name), pose == Similarity{} ? std::move(volume) : posed(volume, pose), pose});
   return {first};
 }
 
@@ -424,16 +462,32 @@ SceneMode* Scene::find_mode(std::string_view name) noexcept {
   return found == modes_.end() ? nullptr : &*found;
 }
 
-const VolumeField& Scene::field(const FieldRef& ref) const {
+VolumeField Scene::field(const FieldRef& ref) const {
   const Found found = find_field(volumes_, ref.name);
   if (!found.field) refuse(found.problem);
-  return *found.field;
+  VolumeField field = *found.field;
+  const double smoothing_m = std::ranges::find(volumes_, found.name.volume(), &SceneVolume::name)->smoothing_m;
+  for (const Derivation derivation : found.name.derivations) {
+    field.field = derived_->get(derivation, field.field, smoothing_m);
+    field.unit = unit_of(derivation, field.unit);
+    field.name = std::string(name_of(derivation)) + "(" + field.name + ")";
+  }
+  return field;
+}
+
+FieldPtr Scene::field(const FieldRef& ref, Derivation derivation) const {
+  const FieldPtr of = field(ref).field;
+  if (of->components() != components_taken(derivation)) {
+    refuse(in_quotes(name_of(derivation)) + " of " + in_quotes(ref.name) + " cannot be taken: it is a field of the other kind");
+  }
+  const std::string volume = detail::parse_field_name(ref.name).volume();
+  return derived_->get(derivation, of, std::ranges::find(volumes_, volume, &SceneVolume::name)->smoothing_m);
 }
 
 std::int32_t Scene::index_of(const FieldRef& ref) const {
   const Found found = find_field(volumes_, ref.name);
   if (!found.field) refuse(found.problem);
-  return found.index;
+  return found.name.derivations.empty() ? found.index : -1;
 }
 
 Similarity Scene::hand_to_world() const {

@@ -35,21 +35,22 @@ struct SceneVolume {
   std::string name;
   Volume volume;  ///< posed: its fields are where the scene puts them
   Similarity pose;
-  std::string source;  ///< its TOML table's body as it was given, for printing; empty for a volume from code
+  double smoothing_m = 0.0;  ///< [m] standard deviation of what is smoothed when it is loaded; 0: two sample spacings
+  std::string source;        ///< its TOML table's body as it was given, for printing; empty for a volume from code
 };
 
 /// Something that a picture of the scene shows ([[view.layer]]). Nothing that is felt depends on it.
 struct ViewLayer {
   enum class Show : std::uint8_t { surface, slices, volume, streamlines, glyphs };
   struct ColorPoint {
-    double value = 0.0;           ///< of the field, in its own unit; of a vector field: its magnitude
-    std::string color;            ///< "#rrggbb"
-    double opacity = 1.0;         ///< [1] 0…1
+    double value = 0.0;    ///< of the field, in its own unit; of a vector field: its magnitude
+    std::string color;     ///< "#rrggbb"
+    double opacity = 1.0;  ///< [1] 0…1
     friend bool operator==(const ColorPoint&, const ColorPoint&) = default;
   };
   Show show = Show::surface;
   FieldRef field{};
-  std::optional<double> level{};    ///< of a surface: the value it is drawn at, in the field's own unit
+  std::optional<double> level{};  ///< of a surface: the value it is drawn at, in the field's own unit
   std::vector<ColorPoint> colors{};
   friend bool operator==(const ViewLayer&, const ViewLayer&) = default;
 };
@@ -86,10 +87,14 @@ class Scene {
   SceneVolume* find_volume(std::string_view name) noexcept;
   SceneMode* find_mode(std::string_view name) noexcept;
 
-  /// The volume and field that a reference names; throws SceneError when there is none, or when a bare
-  /// volume name has several fields.
-  const VolumeField& field(const FieldRef& ref) const;
-  /// The number of a field, counting the fields of all volumes in order; throws as `field` does.
+  /// The field that a reference names; throws SceneError when there is none, or when a bare volume name has
+  /// several fields. A derived field is computed the first time that it is asked for, and kept: copies of
+  /// the scene share it. Any thread.
+  VolumeField field(const FieldRef& ref) const;
+  /// A derivation of the field that a reference names, kept in the same way.
+  FieldPtr field(const FieldRef& ref, Derivation derivation) const;
+  /// The number of a field that is no derived one, counting the fields of all volumes in order; -1 for a
+  /// derived one. Throws as `field` does.
   std::int32_t index_of(const FieldRef& ref) const;
 
   /// The map from the hand frame to the world that the workspace asks for (design.md, Frames). Without
@@ -101,8 +106,10 @@ class Scene {
   std::vector<std::string> check() const;
 
  private:
+  class DerivedFields;
   std::vector<SceneVolume> volumes_;
   std::vector<SceneMode> modes_;
+  std::shared_ptr<DerivedFields> derived_;
 };
 
 /// The scene as TOML, as `load_scene` reads it.

@@ -56,6 +56,7 @@ std::string volume_body(const SceneVolume& volume) {
     body += line("pose", "{translate_m = " + list({t.x, t.y, t.z}) + ", rotate_axis_deg = " + axis_angle(volume.pose.rotation) +
                              ", scale = " + toml_number(volume.pose.scale) + "}");
   }
+  if (volume.smoothing_m > 0.0) body += line("smoothing_m", toml_number(volume.smoothing_m));
   return body;
 }
 
@@ -130,6 +131,18 @@ std::string to_toml(const Scene& scene) {
     Mode printed = mode.mode;
     printed.visit(printer);
     out += printer.keys + printer.lists;
+  }
+  for (const ViewLayer& layer : scene.layers) {
+    const auto& ways = detail::find(detail::view_layer_keys(), "show")->choices;
+    out += "\n[[view.layer]]\n" + line("show", toml_string(ways[static_cast<std::size_t>(layer.show)])) +
+           line("field", toml_string(layer.field.name));
+    if (layer.level) out += line("level", toml_number(*layer.level));
+    std::string points;
+    for (const ViewLayer::ColorPoint& point : layer.colors) {
+      points += (points.empty() ? "[" : ", [") + toml_number(point.value) + ", " + toml_string(point.color) + ", " +
+                toml_number(point.opacity) + "]";
+    }
+    if (!points.empty()) out += line("colors", "{points = [" + points + "]}");
   }
   return out;
 }

@@ -43,6 +43,12 @@ Vec3 released(const Vec3& step_m, double probe_step_m) noexcept {
   return length > probe_step_m ? (1.0 - probe_step_m / length) * step_m : Vec3{};
 }
 
+// A directed force as the last sub-step had it.
+struct HeldForce {
+  PrimitiveId id;
+  Vec3 force_n;
+};
+
 // What one mode needs besides itself.
 struct Part {
   std::size_t memory = 0;            // offset in the memories
@@ -50,17 +56,19 @@ struct Part {
   Captured standing;                 // the level that its plane carried in the last sub-step
   bool through = false;              // that plane was pressed through
   std::uint32_t faults = 0;          // refusals already told, a bit each
+  bool held_back = false;            // told that a directed force of it changes too fast
 };
 
-// Finds every field that a mode reads, and gives its references their numbers.
+// Finds every field that a mode reads, and gives its references their numbers: those of the scene's
+// volumes, then what is derived from them, once each, behind.
 class Resolver final : public ParameterVisitor {
  public:
-  Resolver(const Scene& scene, std::vector<std::int32_t>& fields, std::vector<Watch>& watches)
-      : scene_(scene), fields_(fields), watches_(watches) {}
+  Resolver(const Scene& scene, std::vector<FieldPtr>& all, std::vector<std::int32_t>& fields, std::vector<Watch>& watches)
+      : scene_(scene), all_(all), fields_(fields), watches_(watches) {}
 
   void field(const ParameterInfo& info, FieldRef& ref) override {
     if (ref.name.empty()) return;
-    resolve(ref);
+    resolve(ref, info.felt);
     if (info.name == "field") main_field_ = ref.index;
   }
   void strength(const ParameterInfo&, Strength& strength) override {
@@ -80,8 +88,14 @@ class Resolver final : public ParameterVisitor {
   }
 
  private:
-  void resolve(FieldRef& ref) {
-    ref.index = scene_.index_of(ref);
+  void resolve(FieldRef& ref, std::optional<Derivation> felt = {}) {
+    ref.index = felt ? -1 : scene_.index_of(ref);
+    if (ref.index < 0) {
+      const FieldPtr field = felt ? scene_.field(ref, *felt) : scene_.field(ref).field;
+      const auto found = std::find(all_.begin(), all_.end(), field);
+      ref.index = static_cast<std::int32_t>(found - all_.begin());
+      if (found == all_.end()) all_.push_back(field);
+    }
     if (std::find(fields_.begin(), fields_.end(), ref.index) == fields_.end()) fields_.push_back(ref.index);
   }
   // A strength can set in, or jump, only at its points.
@@ -90,6 +104,7 @@ class Resolver final : public ParameterVisitor {
   }
 
   const Scene& scene_;
+  std::vector<FieldPtr>& all_;
   std::vector<std::int32_t>& fields_;
   std::vector<Watch>& watches_;
   std::int32_t main_field_ = -1;
@@ -143,7 +158,6 @@ class Session::State {
     for (const SceneVolume& volume : scene.volumes()) {
       for (const VolumeField& field : volume.volume.fields) fields.push_back(field.field);
     }
-    samples = std::make_unique<Samples>(fields, map);
 
     std::size_t memory_bytes = 0;
     std::vector<Watch> found;
@@ -152,7 +166,7 @@ class Session::State {
       SceneMode mode = given_mode;
       Part part;
       std::vector<Watch> watches_of_mode;
-      Resolver resolver(scene, part.fields, watches_of_mode);
+      Resolver resolver(scene, fields, part.fields, watches_of_mode);
       mode.mode.visit(resolver);
       for (Mask& mask : mode.masks) resolver.mask(mask);
       part.memory = memory_bytes;
@@ -164,6 +178,7 @@ class Session::State {
       modes.push_back(std::move(mode));
       parts.push_back(std::move(part));
     }
+    samples = std::make_unique<Samples>(fields, map);
     memories.resize(memory_bytes);
     watches = Watches(found);
 
@@ -178,6 +193,7 @@ class Session::State {
     placed.reserve(max_sub_steps * max_primitives);
     events.reserve(max_events);
     slots.reserve(max_primitives);
+    held.reserve(max_primitives);
     crossings.reserve(watches.size());
     reset();
   }
@@ -197,6 +213,8 @@ class Session::State {
   Stop sub_step(const Vec3& probe_m, double time_s, double probe_step_m, double& move_fraction) noexcept;
   double descending_share(const Balance& to, const Vec3& start, const Vec3& probe_m, double share) noexcept;
   void place(const Vec3& start_m, const Vec3& at_m, const Vec3& probe_m, double time_s) noexcept;
+  void hold_back_directed(const Vec3& at_m) noexcept;
+  void keep_directed() noexcept;
   Balance balance(const Vec3& probe_m, double time_s) noexcept;
   void settle(const Balance& at, const Vec3& probe_m, double time_s) noexcept;
   void tell_contact(const Balance& at) noexcept;
@@ -221,6 +239,10 @@ class Session::State {
   std::vector<Box> active_boxes;  // of the fields that enabled modes read
   std::vector<SlotState> slots;
   std::vector<Crossing> crossings;
+  std::vector<HeldForce> held;  // the directed forces of the last sub-step …
+  Vec3 held_at_m;               // … and where they were looked up
+  bool holding = false;
+  Vec3 placed_at_m;
   double finest_m = 0.0;
 
   bool started = false;
@@ -243,6 +265,8 @@ void Session::State::reset() noexcept {
   queued = 0;
   unfinished = false;
   damper_force = {};
+  held.clear();
+  holding = false;
   law->reset();
   watches.reset();
   for (std::size_t m = 0; m < modes.size(); ++m) {
@@ -410,6 +434,7 @@ Stop Session::State::sub_step(const Vec3& probe_m, double time_s, double probe_s
   step.stop = stop;
   step.proxy_m = proxy;
   record(step);
+  keep_directed();
   settle(to, probe_m, time_s);
   return stop;
 }
@@ -465,6 +490,62 @@ void Session::State::place(const Vec3& start_m, const Vec3& at_m, const Vec3& pr
     primitives.begin_mode(static_cast<std::uint16_t>(m));
     modes[m].mode.place(here_at(m, start_m, probe_m, time_s), memories.data() + parts[m].memory, primitives);
   }
+  placed_at_m = at_m;
+  if (law->walk() == Law::Walk::steps) hold_back_directed(at_m);
+}
+
+// A directed force d moves the proxy by d/k, where it is looked up again: with |∂d/∂x| ≥ k the proxy of a
+// still hand would jump to and fro for ever. So along the proxy's path all directed forces together change
+// by at most k/2 per metre, whatever modes and data say; then every jump is followed by one of at most 7/8 its
+// length, trial points included, and a still hand comes to rest.
+void Session::State::hold_back_directed(const Vec3& at_m) noexcept {
+  if (!holding) return;
+  const std::size_t placed_now = primitives.size();
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < placed_now; ++i) count += primitives[i].kind == PrimitiveKind::directed;
+  const auto is_placed = [&](const HeldForce& before) {
+    for (std::size_t i = 0; i < placed_now; ++i) {
+      if (primitives[i].kind == PrimitiveKind::directed && primitives[i].id == before.id) return true;
+    }
+    return false;
+  };
+  for (const HeldForce& before : held) count += !is_placed(before);
+  if (count == 0) return;
+  const double most_n = 0.5 * scene.coupling.stiffness_n_per_m * distance(at_m, held_at_m) / static_cast<double>(count);
+
+  const auto towards = [&](const Vec3& from_n, const Vec3& to_n, std::uint16_t mode) {
+    const Vec3 change_n = to_n - from_n;
+    const double length_n = norm(change_n);
+    if (length_n <= most_n) return to_n;
+    if (!parts[mode].held_back) {
+      parts[mode].held_back = true;
+      emit({SessionEventKind::warning, mode, 0.0,
+            "a directed force changes faster than half the coupling's stiffness and is held back"});
+    }
+    return from_n + most_n / length_n * change_n;
+  };
+  for (std::size_t i = 0; i < placed_now; ++i) {
+    if (primitives[i].kind != PrimitiveKind::directed) continue;
+    const auto before = std::find_if(held.begin(), held.end(), [&](const HeldForce& h) { return h.id == primitives[i].id; });
+    const Vec3 from_n = before == held.end() ? Vec3{} : before->force_n;
+    primitives.set_directed(i, towards(from_n, primitives[i].strength_n * primitives[i].direction, primitives[i].id.mode));
+  }
+  for (const HeldForce& before : held) {
+    if (is_placed(before)) continue;
+    const Vec3 left_n = towards(before.force_n, {}, before.id.mode);
+    primitives.begin_mode(before.id.mode);
+    if (left_n != Vec3{}) primitives.directed(before.id.slot, normalized(left_n), norm(left_n));
+  }
+}
+
+void Session::State::keep_directed() noexcept {
+  held.clear();
+  for (std::size_t i = 0; i < primitives.size(); ++i) {
+    const Primitive& p = primitives[i];
+    if (p.kind == PrimitiveKind::directed) held.push_back({p.id, p.strength_n * p.direction});
+  }
+  held_at_m = placed_at_m;
+  holding = true;
 }
 
 // Balances, with Coulomb friction as strong as its plane in this very sub-step: where the plane does

@@ -1,0 +1,16 @@
+#include "palpa/mode/gradient_force.h"
+
+#include "palpa/mode/placement.h"
+
+namespace palpa {
+
+void GradientForce::place(const Here& here, PrimitiveSet& out) const noexcept {
+  const ScalarSample& sample = here.scalar(field);
+  const double steepness = norm(sample.gradient);
+  if (!sample.inside || !(steepness > 0.0)) return;
+  const double steady_n = detail::steady_strength_n(here.stiffness_n_per_m, steepness, here.hessian(field));
+  const Vec3 uphill = normalized(sample.gradient);
+  out.directed(0, towards == Towards::high ? uphill : -uphill, std::min(here.newtons(strength_n), steady_n));
+}
+
+}  // namespace palpa

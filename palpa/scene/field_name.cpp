@@ -1,0 +1,65 @@
+#include "palpa/scene/field_name.h"
+
+#include <algorithm>
+
+#include "palpa/scene/wording.h"
+
+namespace palpa::detail {
+
+namespace {
+
+constexpr std::size_t most_derivations = 8;
+
+std::vector<std::string> functions() {
+  std::vector<std::string> names;
+  for (int i = 0;; ++i) {
+    const auto derivation = static_cast<Derivation>(i);
+    if (derivation == Derivation::smooth) return names;
+    names.emplace_back(name_of(derivation));
+  }
+}
+
+std::string kind(int components) { return components == 1 ? "scalar" : "vector"; }
+
+}  // namespace
+
+FieldName parse_field_name(std::string_view name) {
+  FieldName parsed;
+  std::string_view rest = name;
+  for (std::size_t open = rest.find('('); open != std::string_view::npos; open = rest.find('(')) {
+    const std::string_view function = rest.substr(0, open);
+    const auto derivation = derivation_named(function);
+    if (!derivation) {
+      parsed.problem = "no function " + in_quotes(function) + " of a field; " + suggestion(function, functions());
+      return parsed;
+    }
+    if (rest.back() != ')' || parsed.derivations.size() == most_derivations) {
+      parsed.problem =
+          in_quotes(name) + " is no field; write VOLUME, VOLUME.FIELD or FUNC(FIELD), as in magnitude(flow.velocity)";
+      return parsed;
+    }
+    parsed.derivations.push_back(*derivation);
+    rest = rest.substr(open + 1, rest.size() - open - 2);
+  }
+  std::ranges::reverse(parsed.derivations);
+  parsed.plain = rest;
+  if (rest.find(')') != std::string_view::npos) {
+    parsed.problem =
+        in_quotes(name) + " is no field; write VOLUME, VOLUME.FIELD or FUNC(FIELD), as in magnitude(flow.velocity)";
+  }
+  return parsed;
+}
+
+int components_after(const FieldName& name, int components, std::string& problem) {
+  for (const Derivation derivation : name.derivations) {
+    if (components_taken(derivation) != components) {
+      problem = in_quotes(name_of(derivation)) + " takes a " + kind(components_taken(derivation)) +
+                " field, and what it is given of " + in_quotes(name.plain) + " is a " + kind(components) + " field";
+      return 0;
+    }
+    components = components_given(derivation);
+  }
+  return components;
+}
+
+}  // namespace palpa::detail
