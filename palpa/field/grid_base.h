@@ -1,0 +1,104 @@
+// What grids have in common, whatever lies between their voxels: place, extent, range.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <stdexcept>
+#include <type_traits>
+#include <vector>
+
+#include "palpa/field/grid.h"
+
+namespace palpa::detail {
+
+/// Positions this far [voxels] beyond the first or last voxel centre count as on it: rounding of world
+/// coordinates must not put a corner of the grid outside.
+inline constexpr double face_tolerance_voxels = 1e-6;
+
+/// Throws std::invalid_argument, with a sentence, where a grid cannot be made of these (see grid_field). Scale and offset
+/// in the field's own unit.
+void check_grid(const GridGeometry& geometry, const Voxels& voxels, double scale, double offset);
+
+/// `samples` planes along the longest side of the box, both ends of every side among them; fewer along the others.
+/// Throws std::invalid_argument on a box without size.
+GridGeometry geometry_over(const Box& box, int samples);
+
+/// The position [m] itself, or the nearest one of the box: rounding must not put the last sample outside.
+inline Vec3 within(const Box& box, const Vec3& x) noexcept {
+  return {std::clamp(x.x, box.low_m.x, box.high_m.x), std::clamp(x.y, box.low_m.y, box.high_m.y),
+          std::clamp(x.z, box.low_m.z, box.high_m.z)};
+}
+
+/// Calls `act` with the voxels as an array of their own type.
+template <class Act>
+auto with_values_of(const Voxels& voxels, Act&& act) {
+  const void* data = voxels.data.get();
+  switch (voxels.type) {
+    case VoxelType::uint8: return act(static_cast<const std::uint8_t*>(data));
+    case VoxelType::int16: return act(static_cast<const std::int16_t*>(data));
+    case VoxelType::uint16: return act(static_cast<const std::uint16_t*>(data));
+    case VoxelType::int32: return act(static_cast<const std::int32_t*>(data));
+    case VoxelType::float32: return act(static_cast<const float*>(data));
+    case VoxelType::float64: return act(static_cast<const double*>(data));
+  }
+  throw std::invalid_argument("the grid's type of voxel is unknown");
+}
+
+/// All of a grid but the sampling. Reads the voxels once, for their range.
+class GridBase : public Field {
+ public:
+  GridBase(const GridGeometry& geometry, Voxels voxels, double scale, double offset);
+
+  const GridView& view() const noexcept { return view_; }
+
+  int components() const noexcept override { return view_.voxels.components; }
+  double spacing_m() const noexcept override { return *std::min_element(plane_distance_m_, plane_distance_m_ + 3); }
+  Box bounds_m() const noexcept override { return bounds_m_; }
+  double depth_m(const Vec3& world_m) const noexcept override;
+  std::vector<Extent> extents() const override { return extents_; }
+
+ protected:
+  /// The cell of a position along one axis: its first voxel, the fraction [1] across it.
+  struct Cell {
+    std::int64_t first = 0;  ///< [voxels]
+    double f = 0.0;          ///< [1] 0…1
+  };
+
+  Vec3 index_of(const Vec3& world_m) const noexcept { return world_to_index_ * (world_m - view_.geometry.origin_m); }
+
+  /// False outside; also for positions that are not finite, because every comparison with NaN fails.
+  bool locate(const Vec3& world_m, Cell (&cells)[3]) const noexcept {
+    const Vec3 index = index_of(world_m);
+    return enter<0>(index.x, cells[0]) && enter<1>(index.y, cells[1]) && enter<2>(index.z, cells[2]);
+  }
+
+  Vec3 gradient_of(const Vec3& index_derivative) const noexcept {
+    return transposed_times(world_to_index_, view_.scale * index_derivative);
+  }
+
+  GridView view_;
+  Mat3 world_to_index_;     ///< [voxels/m]
+  std::int64_t stride_[3];  ///< values from voxel to voxel
+
+ private:
+  template <int Axis>
+  bool enter(double index, Cell& cell) const noexcept {
+    if (!(index >= -beyond_[Axis] && index <= last_[Axis] + beyond_[Axis])) return false;
+    const double clamped = std::min(std::max(index, 0.0), last_[Axis]);
+    cell.first = std::min(static_cast<std::int64_t>(clamped), cells_[Axis] - 1);
+    cell.f = clamped - static_cast<double>(cell.first);
+    return true;
+  }
+
+  double last_[3];              ///< index of the last voxel
+  double half_[3];              ///< [voxels] data beyond the first and last centre
+  double beyond_[3];            ///< [voxels] the same, with the tolerance
+  std::int64_t cells_[3];       ///< cells along each axis, at least one
+  double plane_distance_m_[3];  ///< between neighbouring planes of voxels
+  Box bounds_m_;
+  std::vector<Extent> extents_;
+};
+
+}  // namespace palpa::detail

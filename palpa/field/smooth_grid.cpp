@@ -1,0 +1,158 @@
+#include "palpa/field/smooth_grid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "palpa/field/grid_base.h"
+
+namespace palpa {
+namespace {
+
+/// β(t+1), β(t), β(1−t), β(2−t) of the cubic B-spline, t in 0…1, and their first and second derivative.
+struct Weights {
+  double w[4];
+  double d[4];
+  double e[4];
+
+  explicit Weights(double t) noexcept {
+    const double s = 1.0 - t;
+    w[0] = s * s * s / 6.0;
+    w[1] = 2.0 / 3.0 - t * t * (1.0 - 0.5 * t);
+    w[2] = 2.0 / 3.0 - s * s * (1.0 - 0.5 * s);
+    w[3] = t * t * t / 6.0;
+    d[0] = -0.5 * s * s;
+    d[1] = t * (1.5 * t - 2.0);
+    d[2] = s * (2.0 - 1.5 * s);
+    d[3] = 0.5 * t * t;
+    e[0] = s;
+    e[1] = 3.0 * t - 2.0;
+    e[2] = 3.0 * s - 2.0;
+    e[3] = t;
+  }
+};
+
+/// Value, index derivatives and second index derivatives of one component, raw.
+struct Raw {
+  double value = 0.0;
+  Vec3 first;
+  double ii = 0.0, jj = 0.0, kk = 0.0, ij = 0.0, ik = 0.0, jk = 0.0;
+};
+
+/// The mark of `smooth_grid_of`: one class for all types of voxel.
+class SmoothGrid : public detail::GridBase {
+ public:
+  using GridBase::GridBase;
+};
+
+template <class T>
+class TypedSmoothGrid final : public SmoothGrid {
+ public:
+  TypedSmoothGrid(const GridGeometry& geometry, Voxels voxels, double scale, double offset)
+      : SmoothGrid(geometry, std::move(voxels), scale, offset), data_(static_cast<const T*>(view_.voxels.data.get())) {}
+
+  ScalarSample scalar(const Vec3& world_m) const noexcept override {
+    Cell cells[3];
+    if (view_.voxels.components != 1 || !locate(world_m, cells)) return {};
+    const Raw raw = Stencil(*this, cells).template evaluate<false>(data_);
+    const ScalarSample sample{raw.value * view_.scale + view_.offset, gradient_of(raw.first), true};
+    return std::isfinite(sample.value) && is_finite(sample.gradient) ? sample : ScalarSample{};
+  }
+
+  VectorSample vector(const Vec3& world_m) const noexcept override {
+    Cell cells[3];
+    if (view_.voxels.components != 3 || !locate(world_m, cells)) return {};
+    const Stencil stencil(*this, cells);
+    VectorSample sample;
+    double value[3];
+    for (int c = 0; c < 3; ++c) {
+      const Raw raw = stencil.template evaluate<false>(data_ + c);
+      value[c] = raw.value * view_.scale + view_.offset;
+      sample.jacobian.row[c] = gradient_of(raw.first);
+    }
+    sample.value = {value[0], value[1], value[2]};
+    sample.inside = true;
+    return is_finite(sample.value) && is_finite(sample.jacobian) ? sample : VectorSample{};
+  }
+
+  Mat3 hessian(const Vec3& world_m) const noexcept override {
+    Cell cells[3];
+    if (view_.voxels.components != 1 || !locate(world_m, cells)) return {};
+    const Raw raw = Stencil(*this, cells).template evaluate<true>(data_);
+    const Mat3 index_hessian{{{raw.ii, raw.ij, raw.ik}, {raw.ij, raw.jj, raw.jk}, {raw.ik, raw.jk, raw.kk}}};
+    const Mat3 h = transposed(world_to_index_) * (view_.scale * index_hessian) * world_to_index_;
+    return is_finite(h) ? h : Mat3{};
+  }
+
+ private:
+  /// The 64 coefficients of a position: where they lie, and their weights along each axis.
+  class Stencil {
+   public:
+    Stencil(const TypedSmoothGrid& grid, const Cell (&cells)[3]) noexcept : i_(cells[0].f), j_(cells[1].f), k_(cells[2].f) {
+      for (int a = 0; a < 3; ++a) {
+        const std::int64_t last = grid.view_.geometry.dims[a] - 1;
+        for (int n = 0; n < 4; ++n) {
+          at_[a][n] = std::clamp<std::int64_t>(cells[a].first + n - 1, 0, last) * grid.stride_[a];
+        }
+      }
+    }
+
+    /// A coefficient that is not finite makes the value so, whatever its weight (0·∞ is NaN).
+    template <bool Second>
+    Raw evaluate(const T* component) const noexcept {
+      Raw r;
+      for (int k = 0; k < 4; ++k) {
+        double value = 0.0, di = 0.0, dj = 0.0, dii = 0.0, djj = 0.0, dij = 0.0;
+        for (int j = 0; j < 4; ++j) {
+          const T* row = component + at_[2][k] + at_[1][j];
+          const double c0 = static_cast<double>(row[at_[0][0]]), c1 = static_cast<double>(row[at_[0][1]]);
+          const double c2 = static_cast<double>(row[at_[0][2]]), c3 = static_cast<double>(row[at_[0][3]]);
+          const double along = (i_.w[0] * c0 + i_.w[1] * c1) + (i_.w[2] * c2 + i_.w[3] * c3);
+          const double slope = (i_.d[0] * c0 + i_.d[1] * c1) + (i_.d[2] * c2 + i_.d[3] * c3);
+          value += j_.w[j] * along;
+          di += j_.w[j] * slope;
+          dj += j_.d[j] * along;
+          if constexpr (Second) {
+            const double bend = (i_.e[0] * c0 + i_.e[1] * c1) + (i_.e[2] * c2 + i_.e[3] * c3);
+            dii += j_.w[j] * bend;
+            djj += j_.e[j] * along;
+            dij += j_.d[j] * slope;
+          }
+        }
+        r.value += k_.w[k] * value;
+        r.first += Vec3{k_.w[k] * di, k_.w[k] * dj, k_.d[k] * value};
+        if constexpr (Second) {
+          r.ii += k_.w[k] * dii;
+          r.jj += k_.w[k] * djj;
+          r.ij += k_.w[k] * dij;
+          r.kk += k_.e[k] * value;
+          r.ik += k_.d[k] * di;
+          r.jk += k_.d[k] * dj;
+        }
+      }
+      return r;
+    }
+
+   private:
+    Weights i_, j_, k_;
+    std::int64_t at_[3][4];
+  };
+
+  const T* data_;
+};
+
+}  // namespace
+
+FieldPtr smooth_grid_field(const GridGeometry& geometry, Voxels voxels, double scale, double offset) {
+  detail::check_grid(geometry, voxels, scale, offset);
+  return detail::with_values_of(voxels, [&]<class T>(const T*) -> FieldPtr {
+    return std::make_shared<const TypedSmoothGrid<T>>(geometry, std::move(voxels), scale, offset);
+  });
+}
+
+const GridView* smooth_grid_of(const Field& field) noexcept {
+  const auto* grid = dynamic_cast<const SmoothGrid*>(&field);
+  return grid ? &grid->view() : nullptr;
+}
+
+}  // namespace palpa
