@@ -1,0 +1,630 @@
+#include "palpa/view/plot.h"
+
+#include <vtkAxis.h>
+#include <vtkBrush.h>
+#include <vtkChartLegend.h>
+#include <vtkChartXY.h>
+#include <vtkContext2D.h>
+#include <vtkContextActor.h>
+#include <vtkContextItem.h>
+#include <vtkContextScene.h>
+#include <vtkDoubleArray.h>
+#include <vtkGenericOpenGLRenderWindow.h>
+#include <vtkNew.h>
+#include <vtkObjectFactory.h>
+#include <vtkPen.h>
+#include <vtkPlotLine.h>
+#include <vtkPlotPoints.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+#include <vtkSVGContextDevice2D.h>
+#include <vtkSmartPointer.h>
+#include <vtkStringArray.h>
+#include <vtkTable.h>
+#include <vtkTextProperty.h>
+#include <vtkXMLDataElement.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <sstream>
+
+#include "palpa/view/offscreen.h"
+
+namespace palpa {
+namespace {
+
+constexpr std::array<std::array<unsigned char, 3>, 8> palette{
+    {{0, 0, 0}, {0, 114, 178}, {213, 94, 0}, {0, 158, 115}, {178, 92, 148}, {62, 156, 209}, {204, 140, 0}, {120, 120, 120}}};
+const std::array<unsigned char, 3>& rgb(Color color) { return palette[static_cast<std::size_t>(color) % palette.size()]; }
+
+int line_type(Stroke stroke) {
+  return stroke == Stroke::dashed ? vtkPen::DASH_LINE : stroke == Stroke::dotted ? vtkPen::DOT_LINE : vtkPen::SOLID_LINE;
+}
+
+/// A range of an axis and the places of its ticks, at 1, 2 or 5 times a power of ten.
+struct Ticks {
+  double low = 0.0, high = 1.0;
+  std::vector<double> at;
+  std::vector<std::string> labels;
+};
+
+Ticks ticks_of(double low, double high, bool widen, int wanted) {
+  if (!(high > low)) {
+    const double half = low != 0.0 ? 0.5 * std::abs(low) : 0.5;
+    low -= half;
+    high += half;
+  }
+  const double rough = (high - low) / wanted;
+  const double power = std::pow(10.0, std::floor(std::log10(rough)));
+  double step = 10.0 * power;
+  for (const double factor : {5.0, 2.0, 1.0}) {
+    if (factor * power >= rough * 0.999) step = factor * power;
+  }
+  Ticks ticks{.low = low, .high = high, .at = {}, .labels = {}};
+  if (widen) {
+    ticks.low = step * std::floor(low / step + 1e-9);
+    ticks.high = step * std::ceil(high / step - 1e-9);
+  }
+  const int decimals = std::clamp(static_cast<int>(std::ceil(-std::log10(step) - 1e-9)), 0, 12);
+  const double first = std::ceil(ticks.low / step - 1e-9);
+  for (double i = first; i * step <= ticks.high + 1e-9 * step; ++i) {
+    const double value = i * step + 0.0;
+    char text[40];
+    const bool wide = std::abs(step) >= 1e6 || step < 1e-6;
+    if (wide) {
+      std::snprintf(text, sizeof text, "%.6g", value);
+    } else {
+      std::snprintf(text, sizeof text, "%.*f", decimals, value);
+    }
+    ticks.at.push_back(value);
+    ticks.labels.emplace_back(text);
+  }
+  return ticks;
+}
+
+/// Lowest and highest finite value of all series along one axis.
+template <class Get>
+std::pair<double, double> extent(const Plot& plot, Get get, double low, double high) {
+  for (const Series& series : plot.series) {
+    for (std::size_t i = 0; i < std::min(series.xs.size(), series.ys.size()); ++i) {
+      if (!std::isfinite(series.xs[i]) || !std::isfinite(series.ys[i])) continue;
+      low = std::min(low, get(series, i));
+      high = std::max(high, get(series, i));
+    }
+  }
+  return {low, high};
+}
+
+void set_ticks(vtkAxis* axis, const Ticks& ticks, double length_px, const std::string& title, float scale) {
+  axis->SetBehavior(vtkAxis::FIXED);
+  axis->SetRange(0.0, length_px);
+  vtkNew<vtkDoubleArray> positions;
+  vtkNew<vtkStringArray> labels;
+  for (std::size_t i = 0; i < ticks.at.size(); ++i) {
+    positions->InsertNextValue((ticks.at[i] - ticks.low) / (ticks.high - ticks.low) * length_px);
+    labels->InsertNextValue(ticks.labels[i]);
+  }
+  axis->SetCustomTickPositions(positions, labels);
+  axis->SetTitle(title);
+  axis->GetTitleProperties()->SetFontSize(static_cast<int>(13 * scale));
+  axis->GetTitleProperties()->BoldOff();
+  axis->GetLabelProperties()->SetFontSize(static_cast<int>(12 * scale));
+  axis->GetPen()->SetColor(90, 90, 90);
+  axis->GetPen()->SetWidth(scale);
+  axis->GetGridPen()->SetColor(228, 228, 228);
+  axis->GetGridPen()->SetWidth(scale);
+  axis->SetTickLength(4 * scale);
+  axis->SetLabelOffset(6 * scale);
+}
+
+/// The area that a plot's axes enclose, and what it shows of the data.
+struct Area {
+  vtkRectf place;
+  Ticks x, y;
+
+  /// The chart is handed pixels, not the data's own units: an SVG keeps six digits, and stretches the
+  /// dashes of lines, of whatever the chart is handed.
+  double x_px(double x_value) const { return (x_value - x.low) / (x.high - x.low) * place.GetWidth(); }
+  double y_px(double y_value) const { return (y_value - y.low) / (y.high - y.low) * place.GetHeight(); }
+  bool holds(double x_value, double y_value) const {
+    return x_value >= x.low && x_value <= x.high && y_value >= y.low && y_value <= y.high;
+  }
+};
+
+vtkSmartPointer<vtkTable> table_of(const Series& series, const Area& area) {
+  vtkNew<vtkDoubleArray> xs, ys;
+  xs->SetName("x");
+  ys->SetName("y");
+  for (std::size_t i = 0; i < std::min(series.xs.size(), series.ys.size()); ++i) {
+    // The clip of VTK's SVG device is moved along with the curves, so it is not used: nothing may stick out.
+    if (!area.holds(series.xs[i], series.ys[i])) continue;
+    xs->InsertNextValue(area.x_px(series.xs[i]));
+    ys->InsertNextValue(area.y_px(series.ys[i]));
+  }
+  auto table = vtkSmartPointer<vtkTable>::New();
+  table->AddColumn(xs);
+  table->AddColumn(ys);
+  return table;
+}
+
+/// Draws one series into the chart; the chart holds what it needs.
+void add_series(vtkChartXY* chart, const Area& area, const Series& series, int marker, float marker_px, float width_px) {
+  const vtkSmartPointer<vtkTable> table = table_of(series, area);
+  if (table->GetNumberOfRows() == 0) return;
+  vtkPlot* plot = chart->AddPlot(series.points_only ? vtkChart::POINTS : vtkChart::LINE);
+  plot->SetInputData(table, 0, 1);
+  const auto& color = rgb(series.color);
+  plot->SetColor(color[0], color[1], color[2], 255);
+  plot->SetWidth(width_px);
+  plot->GetPen()->SetLineType(line_type(series.stroke));
+  plot->SetLabel(series.name);
+  plot->SetLegendVisibility(!series.name.empty());
+  if (auto* points = vtkPlotPoints::SafeDownCast(plot)) {
+    points->SetMarkerStyle(series.points_only ? marker : vtkPlotPoints::NONE);
+    points->SetMarkerSize(marker_px);
+  }
+}
+
+/// About how wide a text is; fonts differ by little.
+float width_of(const std::string& text, int size) {
+  const auto characters = std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xc0) != 0x80; });
+  return 0.58f * static_cast<float>(size) * static_cast<float>(characters);
+}
+
+constexpr int label_size = 12, title_size = 15;
+
+/// What the legend tells: the series and the kinds of marks that have names.
+std::vector<std::string> legend_of(const Plot& plot) {
+  std::vector<std::string> names;
+  for (const Series& series : plot.series) {
+    if (!series.name.empty()) names.push_back(series.name);
+  }
+  for (const Mark& mark : plot.marks) {
+    if (std::find(names.begin(), names.end(), mark.kind) == names.end()) names.push_back(mark.kind);
+  }
+  if (names.size() == 1 && plot.marks.empty()) names.clear();
+  return names;
+}
+
+/// Where the axes go, so that title, labels and legend have their room around them.
+Area area_of(const Plot& plot, const vtkRectf& place, float scale) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  std::pair<double, double> xs = plot.x_range.value_or(extent(
+      plot, [](const Series& s, std::size_t i) { return s.xs[i]; }, infinity, -infinity));
+  if (!std::isfinite(xs.first)) xs = {0.0, 1.0};
+  const std::pair<double, double> ys = plot.y_range.value_or(extent(
+      plot, [](const Series& s, std::size_t i) { return s.ys[i]; }, 0.0, 0.0));
+  Area area;
+  area.y = ticks_of(ys.first, ys.second, !plot.y_range, std::max(3, static_cast<int>(place.GetHeight() / (55 * scale))));
+
+  float left = 0, right = 18;
+  for (const std::string& label : area.y.labels) left = std::max(left, width_of(label, label_size));
+  left += plot.y_label.empty() ? 12.0f : 36.0f;
+  for (const std::string& name : legend_of(plot)) right = std::max(right, width_of(name, label_size) + 48);
+  const float top = plot.title.empty() ? 10.0f : 32.0f;
+  const float bottom = plot.x_label.empty() ? 24.0f : 44.0f;
+  area.place = vtkRectf(place.GetX() + left * scale, place.GetY() + bottom * scale, place.GetWidth() - (left + right) * scale,
+                        place.GetHeight() - (top + bottom) * scale);
+  area.x = ticks_of(xs.first, xs.second, false, std::max(3, static_cast<int>(area.place.GetWidth() / (85 * scale))));
+  return area;
+}
+
+/// A series with the name and looks of a kind of mark, at the top of the area.
+struct Signs {
+  std::string kind;
+  std::vector<double> xs;  ///< in the x axis' own unit
+};
+
+/// The marks by kind; those that would fall on one pixel are one.
+std::vector<Signs> signs_of(const Plot& plot, const Area& area, float scale) {
+  std::vector<Signs> kinds;
+  for (const Mark& mark : plot.marks) {
+    auto kind = std::find_if(kinds.begin(), kinds.end(), [&](const Signs& known) { return known.kind == mark.kind; });
+    if (kind == kinds.end()) kind = kinds.insert(kinds.end(), {.kind = mark.kind, .xs = {}});
+    if (!(mark.x >= area.x.low && mark.x <= area.x.high)) continue;
+    if (!kind->xs.empty() && std::abs(area.x_px(mark.x) - area.x_px(kind->xs.back())) < 3 * scale) continue;
+    kind->xs.push_back(mark.x);
+  }
+  return kinds;
+}
+
+void add_chart(vtkContextScene* scene, const Plot& plot, const vtkRectf& place, float scale) {
+  const Area area = area_of(plot, place, scale);
+  vtkNew<vtkChartXY> chart;
+  scene->AddItem(chart);
+  chart->SetAutoSize(false);
+  chart->SetLayoutStrategy(vtkChart::AXES_TO_RECT);
+  chart->SetSize(area.place);
+  chart->SetTitle(plot.title);
+  chart->GetTitleProperties()->SetFontSize(static_cast<int>(title_size * scale));
+  chart->GetTitleProperties()->BoldOn();
+  chart->SetRenderEmpty(true);
+  set_ticks(chart->GetAxis(vtkAxis::BOTTOM), area.x, area.place.GetWidth(), plot.x_label, scale);
+  set_ticks(chart->GetAxis(vtkAxis::LEFT), area.y, area.place.GetHeight(), plot.y_label, scale);
+
+  // The marks' lines first, so that the curves lie over them, their signs last.
+  const std::vector<Signs> kinds = signs_of(plot, area, scale);
+  for (const Signs& kind : kinds) {
+    for (const double x : kind.xs) {
+      add_series(chart, area, {.xs = {x, x}, .ys = {area.y.low, area.y.high}, .color = Color::grey, .stroke = Stroke::dotted},
+                 0, 0.0f, 0.8f * scale);
+    }
+  }
+  const int columns = std::max(1, static_cast<int>(area.place.GetWidth() / scale));
+  constexpr int markers[] = {vtkPlotPoints::CIRCLE, vtkPlotPoints::SQUARE, vtkPlotPoints::DIAMOND};
+  int next_marker = 0;
+  for (const Series& series : plot.series) {
+    const int marker = series.points_only ? markers[next_marker++ % 3] : 0;
+    add_series(chart, area, thinned(series, area.x.low, area.x.high, columns), marker, 7 * scale, 1.6f * scale);
+  }
+  constexpr std::pair<int, Color> looks[] = {
+      {vtkPlotPoints::DIAMOND, Color::grey}, {vtkPlotPoints::CROSS, Color::black}, {vtkPlotPoints::SQUARE, Color::vermilion}};
+  for (std::size_t i = 0; i < kinds.size(); ++i) {
+    const auto& [marker, color] = looks[i % 3];
+    const double top = area.y.high - 0.03 * (area.y.high - area.y.low);
+    add_series(chart, area,
+               {.name = kinds[i].kind,
+                .xs = kinds[i].xs,
+                .ys = std::vector<double>(kinds[i].xs.size(), top),
+                .color = color,
+                .points_only = true},
+               marker, 8 * scale, 1.6f * scale);
+  }
+
+  chart->SetShowLegend(!legend_of(plot).empty());
+  vtkChartLegend* legend = chart->GetLegend();
+  legend->SetHorizontalAlignment(vtkChartLegend::CUSTOM);
+  legend->SetVerticalAlignment(vtkChartLegend::CUSTOM);
+  legend->SetPoint(area.place.GetX() + area.place.GetWidth() + 6 * scale,
+                   area.place.GetY() + area.place.GetHeight() - 20 * scale * static_cast<float>(legend_of(plot).size()));
+  legend->SetLabelSize(static_cast<int>(label_size * scale));
+  legend->SetPadding(static_cast<int>(5 * scale));
+  legend->SetSymbolWidth(static_cast<int>(26 * scale));
+  legend->GetPen()->SetLineType(vtkPen::NO_PEN);
+  legend->GetBrush()->SetColor(255, 255, 255, 0);
+}
+
+/// A drawing as an item of a scene.
+class DrawingItem : public vtkContextItem {
+ public:
+  static DrawingItem* New();
+  vtkTypeMacro(DrawingItem, vtkContextItem);
+
+  void set(const Drawing& drawing, const vtkRectf& place, float scale) {
+    drawing_ = drawing;
+    place_ = place;
+    scale_ = scale;
+  }
+
+  bool Paint(vtkContext2D* painter) override {
+    const float title_px = drawing_.title.empty() ? 0.0f : 26 * scale_;
+    if (!drawing_.title.empty()) {
+      set_text(painter, Color::black, 14, 0, true);
+      painter->DrawString(place_.GetX() + place_.GetWidth() / 2, place_.GetY() + place_.GetHeight() - title_px / 2,
+                          drawing_.title);
+    }
+    const float width_mm = static_cast<float>(drawing_.high.x_mm - drawing_.low.x_mm);
+    const float height_mm = static_cast<float>(drawing_.high.y_mm - drawing_.low.y_mm);
+    px_per_mm_ = std::min(place_.GetWidth() / width_mm, (place_.GetHeight() - title_px) / height_mm);
+    left_ = place_.GetX() + (place_.GetWidth() - px_per_mm_ * width_mm) / 2;
+    bottom_ = place_.GetY() + (place_.GetHeight() - title_px - px_per_mm_ * height_mm) / 2;
+    for (const Drawing::Part& part : drawing_.parts) draw(painter, part);
+    return true;
+  }
+
+ protected:
+  DrawingItem() = default;
+  ~DrawingItem() override = default;
+
+ private:
+  std::array<float, 2> at(const DrawingPoint& point) const {
+    return {left_ + px_per_mm_ * static_cast<float>(point.x_mm - drawing_.low.x_mm),
+            bottom_ + px_per_mm_ * static_cast<float>(point.y_mm - drawing_.low.y_mm)};
+  }
+  void set_text(vtkContext2D* painter, Color color, int size, int align, bool bold) const {
+    vtkTextProperty* text = painter->GetTextProp();
+    const auto& c = rgb(color);
+    text->SetColor(c[0] / 255.0, c[1] / 255.0, c[2] / 255.0);
+    text->SetFontFamilyToArial();
+    text->SetFontSize(static_cast<int>(static_cast<float>(size) * scale_));
+    text->SetBold(bold);
+    text->SetItalic(false);
+    text->SetOrientation(0.0);
+    text->SetJustification(align < 0 ? VTK_TEXT_LEFT : align > 0 ? VTK_TEXT_RIGHT : VTK_TEXT_CENTERED);
+    text->SetVerticalJustification(VTK_TEXT_CENTERED);
+  }
+  void draw(vtkContext2D* painter, const Drawing::Part& part) const {
+    const auto& c = rgb(part.color);
+    painter->GetPen()->SetColor(c[0], c[1], c[2], 255);
+    painter->GetPen()->SetWidth(part.width_px * scale_);
+    painter->GetPen()->SetLineType(line_type(part.stroke));
+    painter->GetBrush()->SetColor(c[0], c[1], c[2], 255);
+    std::vector<float> xy;
+    for (const DrawingPoint& point : part.points) {
+      const auto p = at(point);
+      xy.insert(xy.end(), p.begin(), p.end());
+    }
+    const int corners = static_cast<int>(part.points.size());
+    switch (part.shape) {
+      case Drawing::Shape::path: painter->DrawPoly(xy.data(), corners); break;
+      case Drawing::Shape::area:
+        painter->GetPen()->SetLineType(vtkPen::NO_PEN);
+        painter->GetBrush()->SetColor(c[0], c[1], c[2], 38);
+        painter->DrawPolygon(xy.data(), corners);
+        break;
+      case Drawing::Shape::arrow: draw_arrow(painter, xy); break;
+      case Drawing::Shape::dot:
+        painter->GetPen()->SetLineType(vtkPen::NO_PEN);
+        painter->DrawEllipse(xy[0], xy[1], part.radius_px * scale_, part.radius_px * scale_);
+        break;
+      case Drawing::Shape::ring:
+        painter->GetBrush()->SetColor(255, 255, 255, 255);
+        painter->DrawEllipse(xy[0], xy[1], part.radius_px * scale_, part.radius_px * scale_);
+        break;
+      case Drawing::Shape::text:
+        set_text(painter, part.color, 13, part.align, false);
+        painter->DrawString(xy[0], xy[1], part.text);
+        break;
+    }
+  }
+  void draw_arrow(vtkContext2D* painter, const std::vector<float>& xy) const {
+    const float dx = xy[2] - xy[0], dy = xy[3] - xy[1], length = std::hypot(dx, dy);
+    if (!(length > 0.0f)) return;
+    const float head = std::min(9.0f * scale_, 0.6f * length), ux = dx / length, uy = dy / length;
+    const float foot[] = {xy[2] - head * ux, xy[3] - head * uy};
+    painter->DrawLine(xy[0], xy[1], foot[0], foot[1]);
+    float corners[] = {xy[2],
+                       xy[3],
+                       foot[0] - 0.42f * head * uy,
+                       foot[1] + 0.42f * head * ux,
+                       foot[0] + 0.42f * head * uy,
+                       foot[1] - 0.42f * head * ux};
+    painter->GetPen()->SetLineType(vtkPen::NO_PEN);
+    painter->DrawPolygon(corners, 3);
+  }
+
+  Drawing drawing_;
+  vtkRectf place_;
+  float scale_ = 1.0f;
+  float px_per_mm_ = 1.0f, left_ = 0.0f, bottom_ = 0.0f;
+};
+vtkStandardNewMacro(DrawingItem);
+
+std::string escaped(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    switch (c) {
+      case '<': result += "&lt;"; break;
+      case '>': result += "&gt;"; break;
+      case '&': result += "&amp;"; break;
+      case '"': result += "&quot;"; break;
+      default: result += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+    }
+  }
+  return result;
+}
+
+/// VTK's SVG device, but for texts: its own have sizes in points for pixels, anchors that no viewer knows
+/// and turn the wrong way. They are written here, after all shapes.
+class SvgDevice : public vtkSVGContextDevice2D {
+ public:
+  static SvgDevice* New();
+  vtkTypeMacro(SvgDevice, vtkSVGContextDevice2D);
+
+  void set_height(int height_px) { height_px_ = height_px; }
+  const std::string& texts() const { return texts_; }
+
+  void DrawString(float* point, const vtkStdString& string) override {
+    vtkTextProperty* look = this->TextProp;
+    double color[3];
+    look->GetColor(color);
+    const int across = look->GetJustification();
+    const int up = look->GetVerticalJustification();
+    char buffer[400];
+    // Arial's capitals are 0.72 of its size high: half of that puts their middle on the point.
+    std::snprintf(buffer, sizeof buffer,
+                  "<text transform=\"translate(%.1f,%.1f)%s\" dy=\"%s\" font-size=\"%d\"%s text-anchor=\"%s\" "
+                  "fill=\"#%02x%02x%02x\">",
+                  static_cast<double>(point[0]), static_cast<double>(static_cast<float>(height_px_) - point[1]),
+                  look->GetOrientation() != 0.0 ? " rotate(-90)" : "",
+                  up == VTK_TEXT_TOP        ? "0.72em"
+                  : up == VTK_TEXT_CENTERED ? "0.36em"
+                                            : "0",
+                  look->GetFontSize(), look->GetBold() ? " font-weight=\"bold\"" : "",
+                  across == VTK_TEXT_LEFT    ? "start"
+                  : across == VTK_TEXT_RIGHT ? "end"
+                                             : "middle",
+                  static_cast<unsigned>(std::lround(255 * color[0])), static_cast<unsigned>(std::lround(255 * color[1])),
+                  static_cast<unsigned>(std::lround(255 * color[2])));
+    texts_ += buffer + escaped(string) + "</text>\n";
+  }
+
+ protected:
+  SvgDevice() = default;
+  ~SvgDevice() override = default;
+
+ private:
+  int height_px_ = 0;
+  std::string texts_;
+};
+vtkStandardNewMacro(SvgDevice);
+
+std::string without_clips(std::string svg) {
+  const std::string clip = " clip-path=\"";
+  for (std::size_t at = svg.find(clip); at != std::string::npos; at = svg.find(clip, at)) {
+    svg.erase(at, svg.find('"', at + clip.size()) + 1 - at);
+  }
+  return svg;
+}
+
+/// Ids and the references to them, made different from those of another SVG in the same page.
+std::string with_prefix(std::string svg, const std::string& prefix) {
+  if (prefix.empty()) return svg;
+  for (const std::string before : {"id=\"", "url(#", "href=\"#"}) {
+    for (std::size_t at = svg.find(before); at != std::string::npos; at = svg.find(before, at + before.size())) {
+      svg.insert(at + before.size(), prefix);
+    }
+  }
+  return svg;
+}
+
+/// Half the width and height, each pixel the mean of four.
+Picture halved(const Picture& fine) {
+  Picture picture{.width_px = fine.width_px / 2, .height_px = fine.height_px / 2, .rgb = {}};
+  picture.rgb.resize(static_cast<std::size_t>(picture.width_px) * picture.height_px * 3);
+  const auto at = [&](int x, int y, int c) {
+    return static_cast<int>(fine.rgb[(static_cast<std::size_t>(y) * fine.width_px + x) * 3 + c]);
+  };
+  std::size_t out = 0;
+  for (int y = 0; y < picture.height_px; ++y) {
+    for (int x = 0; x < picture.width_px; ++x) {
+      for (int c = 0; c < 3; ++c) {
+        const int sum = at(2 * x, 2 * y, c) + at(2 * x + 1, 2 * y, c) + at(2 * x, 2 * y + 1, c) + at(2 * x + 1, 2 * y + 1, c);
+        picture.rgb[out++] = static_cast<std::uint8_t>((sum + 2) / 4);
+      }
+    }
+  }
+  return picture;
+}
+
+/// The sheet in a scene of `scale` times width × height pixels.
+void fill(vtkContextScene* scene, const Sheet& sheet, int width_px, int height_px, float scale) {
+  const int columns = std::max(1, sheet.columns);
+  const int rows = std::max(1, (static_cast<int>(sheet.panels.size()) + columns - 1) / columns);
+  scene->SetGeometry(static_cast<int>(scale * static_cast<float>(width_px)),
+                     static_cast<int>(scale * static_cast<float>(height_px)));
+  const float width = scale * static_cast<float>(width_px) / static_cast<float>(columns);
+  const float height = scale * static_cast<float>(height_px) / static_cast<float>(rows);
+  const float margin = 6 * scale;
+  for (std::size_t i = 0; i < sheet.panels.size(); ++i) {
+    const auto column = static_cast<float>(static_cast<int>(i) % columns);
+    const auto row = static_cast<float>(rows - 1 - static_cast<int>(i) / columns);
+    const vtkRectf place(column * width + margin, row * height + margin, width - 2 * margin, height - 2 * margin);
+    if (const auto* plot = std::get_if<Plot>(&sheet.panels[i])) {
+      add_chart(scene, *plot, place, scale);
+    } else {
+      vtkNew<DrawingItem> item;
+      item->set(std::get<Drawing>(sheet.panels[i]), place, scale);
+      scene->AddItem(item);
+    }
+  }
+}
+
+}  // namespace
+
+void Drawing::path(std::vector<DrawingPoint> points, Color color, Stroke stroke, float width_px) {
+  parts.push_back({.shape = Shape::path, .points = std::move(points), .color = color, .stroke = stroke, .width_px = width_px});
+}
+void Drawing::area(std::vector<DrawingPoint> points, Color color) {
+  parts.push_back({.shape = Shape::area, .points = std::move(points), .color = color});
+}
+void Drawing::arrow(DrawingPoint from, DrawingPoint to, Color color, float width_px) {
+  parts.push_back({.shape = Shape::arrow, .points = {from, to}, .color = color, .width_px = width_px});
+}
+void Drawing::dot(DrawingPoint at, Color color, float radius_px) {
+  parts.push_back({.shape = Shape::dot, .points = {at}, .color = color, .radius_px = radius_px});
+}
+void Drawing::ring(DrawingPoint at, Color color, float radius_px) {
+  parts.push_back({.shape = Shape::ring, .points = {at}, .color = color, .radius_px = radius_px});
+}
+void Drawing::text(DrawingPoint at, std::string text, int align, Color color) {
+  parts.push_back({.shape = Shape::text, .points = {at}, .color = color, .text = std::move(text), .align = align});
+}
+
+Series thinned(const Series& series, double x_low, double x_high, int columns) {
+  const std::size_t size = std::min(series.xs.size(), series.ys.size());
+  if (columns < 1 || size <= 4 * static_cast<std::size_t>(columns) || !(x_high > x_low)) return series;
+  Series result = series;
+  result.xs.clear();
+  result.ys.clear();
+  const auto keep = [&](std::size_t i) {
+    result.xs.push_back(series.xs[i]);
+    result.ys.push_back(series.ys[i]);
+  };
+  const auto column_of = [&](std::size_t i) {
+    return std::floor((series.xs[i] - x_low) / (x_high - x_low) * static_cast<double>(columns));
+  };
+  const auto usable = [&](std::size_t i) { return std::isfinite(series.xs[i]) && std::isfinite(series.ys[i]); };
+  for (std::size_t i = 0; i < size;) {
+    if (!usable(i)) {
+      ++i;
+      continue;
+    }
+    const std::size_t first = i;
+    std::size_t last = i, lowest = i, highest = i;
+    for (; i < size && (!usable(i) || column_of(i) == column_of(first)); ++i) {
+      if (!usable(i)) continue;
+      last = i;
+      if (series.ys[i] < series.ys[lowest]) lowest = i;
+      if (series.ys[i] > series.ys[highest]) highest = i;
+    }
+    std::array<std::size_t, 4> kept{first, lowest, highest, last};
+    std::sort(kept.begin(), kept.end());
+    const auto end = std::unique(kept.begin(), kept.end());
+    std::for_each(kept.begin(), end, keep);
+  }
+  return result;
+}
+
+std::string svg_of(const Sheet& sheet, int width_px, int height_px, const std::string& id_prefix) {
+  const detail::QuietVtk quiet;
+  vtkNew<vtkContextScene> scene;
+  fill(scene, sheet, width_px, height_px, 1.0f);
+
+  // A window that nothing is ever drawn in: the device asks it for the resolution of texts.
+  vtkNew<vtkGenericOpenGLRenderWindow> window;
+  vtkNew<vtkRenderer> renderer;
+  window->SetSize(width_px, height_px);
+  window->AddRenderer(renderer);
+  scene->SetRenderer(renderer);
+
+  vtkNew<vtkXMLDataElement> page, definitions;
+  page->SetName("g");
+  definitions->SetName("defs");
+  vtkNew<SvgDevice> device;
+  device->set_height(height_px);
+  device->SetSVGContext(page, definitions);
+  device->Begin(renderer);
+  vtkNew<vtkContext2D> painter;
+  painter->Begin(device);
+  scene->Paint(painter);
+  painter->End();
+  device->GenerateDefinitions();
+
+  std::ostringstream body;
+  definitions->PrintXML(body, vtkIndent());
+  page->PrintXML(body, vtkIndent());
+  const std::string size = std::to_string(width_px) + "\" height=\"" + std::to_string(height_px);
+  return "<svg xmlns=\"http://www.w3.org/2000/svg\" xmlns:xlink=\"http://www.w3.org/1999/xlink\" width=\"" + size +
+         "\" viewBox=\"0 0 " + std::to_string(width_px) + " " + std::to_string(height_px) +
+         "\" font-family=\"Helvetica, Arial, 'DejaVu Sans', sans-serif\">\n" + "<g fill=\"none\" stroke-linejoin=\"round\">\n" +
+         with_prefix(without_clips(body.str()), id_prefix) + "</g>\n" + device->texts() + "</svg>\n";
+}
+
+std::string svg_of(const Plot& plot, int width_px, int height_px, const std::string& id_prefix) {
+  return svg_of(Sheet{.columns = 1, .panels = {plot}}, width_px, height_px, id_prefix);
+}
+
+Picture picture_of(const Sheet& sheet, int width_px, int height_px) {
+  detail::QuietVtk quiet;
+  // Drawn at twice the size and averaged: smooth lines without the driver's help.
+  constexpr int fine = 2;
+  detail::OffscreenWindow window(fine * width_px, fine * height_px);
+  vtkNew<vtkRenderer> renderer;
+  renderer->SetBackground(1.0, 1.0, 1.0);
+  window.vtk()->AddRenderer(renderer);
+  vtkNew<vtkContextActor> actor;
+  actor->GetScene()->SetRenderer(renderer);
+  fill(actor->GetScene(), sheet, width_px, height_px, static_cast<float>(fine));
+  renderer->AddActor(actor);
+  return halved(window.draw());
+}
+
+Picture picture_of(const Plot& plot, int width_px, int height_px) {
+  return picture_of(Sheet{.columns = 1, .panels = {plot}}, width_px, height_px);
+}
+
+}  // namespace palpa
