@@ -45,6 +45,10 @@ CLI::Option* add_repeated(CLI::App* command, const std::string& name, std::vecto
   return command->add_option(name, values, sentence)->allow_extra_args(false);
 }
 
+void add_plugins(CLI::App* command, std::vector<std::filesystem::path>& plugins) {
+  add_repeated(command, "--plugin", plugins, "take modes from this shared library, which you trust")->type_name("FILE");
+}
+
 void add_reader(CLI::App* command, ReadOptions& read) {
   command->add_option("--reader", read.reader, "the program palpa-read, if it is not found by itself")->type_name("FILE");
 }
@@ -116,6 +120,7 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   add_repeated(run_command, "--data", run.options.scene_options.data_folders, "look for data here as well")->type_name("DIR");
   add_repeated(run_command, "--set", sets, "change one value of the scene, as in mode.skin.friction_n=0.2")
       ->type_name("PATH=VALUE");
+  add_plugins(run_command, run.options.plugins);
   run_command->add_flag("--dry-run", run.dry_run, "load and check everything, say what it is, feel nothing");
   run_command->add_flag("--json", run.json, "print the summary as JSON");
   add_reader(run_command, run.options.read);
@@ -134,6 +139,7 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   CLI::App* replay_command = app.add_subcommand("replay", "Feel a trace again and compare");
   replay_command->add_option("TRACE", replayed.trace, "folder of the trace")->required()->type_name("");
   add_repeated(replay_command, "--data", replayed.data_folders, "look for the scene's data here first")->type_name("DIR");
+  add_plugins(replay_command, replayed.plugins);
   replay_command->add_flag("--json", replayed.json, "print the answer as JSON");
   add_reader(replay_command, replayed.read);
   replay_command->footer("Example:\n  palpa replay first-trace");
@@ -141,6 +147,7 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   ModesArguments modes;
   CLI::App* modes_command = app.add_subcommand("modes", "List the types of modes, or the parameters of one");
   modes_command->add_option("TYPE", modes.type, "a type of mode")->type_name("");
+  add_plugins(modes_command, modes.plugins);
   modes_command->add_flag("--json", modes.json, "print as JSON");
   modes_command->footer("Example:\n  palpa modes surface_and_friction");
 

@@ -28,6 +28,7 @@ int run_demo(const DemoArguments& arguments, const std::atomic<bool>& stop);
 struct ReplayArguments {
   std::filesystem::path trace;
   std::vector<std::filesystem::path> data_folders;
+  std::vector<std::filesystem::path> plugins;
   bool json = false;
   ReadOptions read;
 };
@@ -35,6 +36,7 @@ int run_replay(const ReplayArguments& arguments, const std::atomic<bool>& stop);
 
 struct ModesArguments {
   std::string type;  ///< empty: a list of all
+  std::vector<std::filesystem::path> plugins;
   bool json = false;
 };
 int run_modes(const ModesArguments& arguments);

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands.h"
+#include "palpa/mode/plugin.h"
 #include "palpa/scene/load_scene.h"
 #include "palpa/scene/wording.h"
 
@@ -77,7 +78,7 @@ Json to_json(Mode mode) {
 }  // namespace
 
 int run_modes(const ModesArguments& arguments) {
-  const ModeCatalog& catalog = standard_modes();
+  const ModeCatalog catalog = modes_with(arguments.plugins);
   if (arguments.type.empty()) {
     std::size_t longest = 0;
     Json json = Json::array();

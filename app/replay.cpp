@@ -6,7 +6,7 @@
 namespace palpa::app {
 
 int run_replay(const ReplayArguments& arguments, const std::atomic<bool>& stop) {
-  const ReplayResult result = replay(arguments.trace, arguments.data_folders, arguments.read, &stop);
+  const ReplayResult result = replay(arguments.trace, arguments.data_folders, arguments.read, &stop, arguments.plugins);
   if (result.interrupted) return 0;
   const TraceDifference& difference = result.difference;
   if (arguments.json) {

@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "palpa/loop/loop.h"
+#include "palpa/mode/plugin.h"
 #include "palpa/study/recording.h"
 #include "palpa/study/run.h"
 
@@ -59,16 +60,20 @@ void check_data(const std::vector<SourceFile>& recorded, const std::vector<Sourc
 }  // namespace
 
 ReplayResult replay(const fs::path& trace, const std::vector<fs::path>& data_folders, const ReadOptions& read,
-                    const std::atomic<bool>* stop) {
+                    const std::atomic<bool>* stop, const std::vector<fs::path>& plugins) {
   const TraceReader reader(trace);
   const TraceHeader& header = reader.header();
+  if (plugins.empty() && !header.plugins.empty()) {
+    throw LoadError((trace / "trace.toml").string() + ": was felt with the plug-in " + header.plugins.front() +
+                    "; name it with --plugin if you trust it");
+  }
   const std::vector<TraceTick> ticks = reader.ticks();
 
   SceneOptions scene_options{.data_folders = data_folders, .sets = header.sets};
   const std::vector<fs::path> folders = folders_above(header.data_files);
   scene_options.data_folders.insert(scene_options.data_folders.end(), folders.begin(), folders.end());
   const LoadedScene loaded = parse_scene(reader.scene_text(), (trace / "scene.toml").string(), trace, volume_reader(read),
-                                         standard_modes(), scene_options);
+                                         modes_with(plugins), scene_options);
   const std::vector<SourceFile> files = detail::data_files(loaded.scene);
   check_data(header.data_files, files);
 

@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "palpa/loop/loop.h"
+#include "palpa/mode/plugin.h"
 #include "palpa/study/recording.h"
 #include "palpa/version.h"
 
@@ -66,7 +67,7 @@ PreparedRun prepare(const RunOptions& options) {
   std::unique_ptr<SimulatedDevice> hand = open_hand(options.hand, options.hold, options.recording);
   const double hand_s = hand->duration_s();
   const double duration_s = options.duration_s.value_or(std::isfinite(hand_s) ? hand_s : default_duration_s);
-  return {.loaded = load_scene(options.scene, volume_reader(options.read), standard_modes(), options.scene_options),
+  return {.loaded = load_scene(options.scene, volume_reader(options.read), modes_with(options.plugins), options.scene_options),
           .hand = std::move(hand),
           .duration_s = duration_s};
 }
@@ -84,6 +85,7 @@ RunResult run(const RunOptions& options, const std::atomic<bool>* stop) {
     header.palpa_version = version;
     header.arguments = options.arguments;
     header.sets = options.scene_options.sets;
+    for (const fs::path& plugin : options.plugins) header.plugins.push_back(fs::absolute(plugin).lexically_normal().string());
     header.hand_to_world = session.hand_to_world();
     header.dt_s = 1.0 / options.rate_hz;
     header.device_max_force_n = limits.max_force_n;

@@ -28,6 +28,7 @@ struct RunOptions {
   std::filesystem::path out;         ///< trace folder; empty: none
   bool primitives = false;
   SceneOptions scene_options;
+  std::vector<std::filesystem::path> plugins;  ///< shared libraries that bring modes; trusted
   ReadOptions read;
   std::vector<std::string> arguments;  ///< the command line, for the trace
   /// Called about every 1000 ticks with the share of the run that is done, 0…1; may be empty.
@@ -62,9 +63,11 @@ struct ReplayResult {
 };
 /// Feels a trace again with its recorded time steps, probe, velocity, validity and buttons, and
 /// compares. A relative path of the scene is looked for in the trace, in `data_folders`, and where the
-/// recording found it; data that are not the recorded ones are an error. The new trace goes to a
-/// temporary folder that is removed. Throws LoadError.
+/// recording found it; data that are not the recorded ones are an error. Plug-ins are named anew: a trace
+/// may come from others and says only which they were. The new trace goes to a temporary folder that is
+/// removed. Throws LoadError.
 ReplayResult replay(const std::filesystem::path& trace, const std::vector<std::filesystem::path>& data_folders = {},
-                    const ReadOptions& read = {}, const std::atomic<bool>* stop = nullptr);
+                    const ReadOptions& read = {}, const std::atomic<bool>* stop = nullptr,
+                    const std::vector<std::filesystem::path>& plugins = {});
 
 }  // namespace palpa
