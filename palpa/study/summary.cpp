@@ -55,14 +55,22 @@ std::string aligned(const std::vector<std::vector<std::string>>& rows, std::size
   return result;
 }
 
-}  // namespace
-
-SummaryBuilder::SummaryBuilder(const Scene& scene) {
+std::vector<ModeSummary> modes_of(const Scene& scene) {
+  std::vector<ModeSummary> modes;
   for (const SceneMode& mode : scene.modes()) {
-    ModeSummary& summary = summary_.modes.emplace_back();
+    ModeSummary& summary = modes.emplace_back();
     summary.name = mode.name;
     summary.type = mode.mode.type();
   }
+  return modes;
+}
+
+}  // namespace
+
+SummaryBuilder::SummaryBuilder(const Scene& scene) : SummaryBuilder(modes_of(scene)) {}
+
+SummaryBuilder::SummaryBuilder(std::vector<ModeSummary> modes) {
+  summary_.modes = std::move(modes);
   mode_force_sum_n_.resize(summary_.modes.size());
   mode_contact_ticks_.resize(summary_.modes.size());
 }

@@ -52,6 +52,8 @@ inline constexpr double contact_force_n = 1e-3;
 class SummaryBuilder {
  public:
   explicit SummaryBuilder(const Scene& scene);
+  /// For modes of which only name and type are known, as of a trace whose data are not there.
+  explicit SummaryBuilder(std::vector<ModeSummary> modes);
   /// One tick; `modes` in the scene's order.
   void add(const TickFrame& frame, std::span<const ModeTick> modes, std::span<const SessionEvent> events) noexcept;
   /// The session's last tick.
