@@ -8,7 +8,9 @@
 #include <string>
 #include <utility>
 
-#include "palpa/field/grid.h"
+#include "palpa/field/derive_on_grid.h"
+#include "palpa/field/grid_base.h"
+#include "palpa/field/smooth_grid.h"
 
 namespace palpa {
 namespace {
@@ -36,6 +38,7 @@ const Naming& naming_of(Derivation derivation) noexcept { return namings[static_
 class Pointwise : public Field {
  public:
   explicit Pointwise(FieldPtr of) : of_(std::move(of)) {}
+  const Field& of() const noexcept { return *of_; }
   int components() const noexcept override { return 1; }
   double spacing_m() const noexcept override { return of_->spacing_m(); }
   Box bounds_m() const noexcept override { return of_->bounds_m(); }
@@ -58,12 +61,28 @@ class Magnitude final : public Pointwise {
   std::vector<Extent> extents() const override { return {extents_}; }
 
  private:
+  /// Over the voxels of a grid; else from 0 to the farthest corner of the components' ranges.
   Extent find_extents() const {
-    Vec3 largest;
+    if (const GridView* grid = grid_of(*of_)) return voxel_extent(*grid);
     const std::vector<Extent> e = of_->extents();
     const auto reach = [](const Extent& x) { return std::max(std::abs(x.min), std::abs(x.max)); };
-    return {0.0, norm({reach(e[0]), reach(e[1]), reach(e[2])})};
+    return {0.0, std::min(norm({reach(e[0]), reach(e[1]), reach(e[2])}), std::numeric_limits<double>::max())};
   }
+
+  static Extent voxel_extent(const GridView& grid) {
+    Extent extent{std::numeric_limits<double>::max(), 0.0};
+    detail::with_values_of(grid.voxels, [&](const auto* v) {
+      for (const auto* last = v + 3 * grid.geometry.voxels(); v != last; v += 3) {
+        const double length =
+            norm({static_cast<double>(v[0]) * grid.scale + grid.offset, static_cast<double>(v[1]) * grid.scale + grid.offset,
+                  static_cast<double>(v[2]) * grid.scale + grid.offset});
+        if (!std::isfinite(length)) continue;
+        extent = {std::min(extent.min, length), std::max(extent.max, length)};
+      }
+    });
+    return extent.min <= extent.max ? extent : Extent{};
+  }
+
   Extent extents_;
 };
 
@@ -82,34 +101,52 @@ class Component final : public Pointwise {
   int axis_;
 };
 
-/// A function of the source's own derivative, to be sampled.
-class OfDerivative final : public Pointwise {
- public:
-  OfDerivative(FieldPtr of, Derivation derivation) : Pointwise(std::move(of)), derivation_(derivation) {}
-  int components() const noexcept override { return components_given(derivation_); }
-  ScalarSample scalar(const Vec3& world_m) const noexcept override {
-    if (derivation_ == Derivation::gradient_magnitude || derivation_ == Derivation::smooth) {
-      const ScalarSample s = of_->scalar(world_m);
-      return {derivation_ == Derivation::smooth ? s.value : norm(s.gradient), {}, s.inside};
-    }
-    const VectorSample u = of_->vector(world_m);
-    const Mat3& j = u.jacobian;
-    if (derivation_ == Derivation::divergence) return {j.row[0].x + j.row[1].y + j.row[2].z, {}, u.inside};
-    return {-0.5 * (dot(j.row[0], transposed(j).row[0]) + dot(j.row[1], transposed(j).row[1]) +
-                    dot(j.row[2], transposed(j).row[2])),
-            {},
-            u.inside};
+/// Where the values of a field lie: the nodes of the grid behind it, or a grid over a formula's box.
+GridGeometry nodes_of(const Field& field) {
+  if (const GridView* grid = grid_of(field)) return grid->geometry;
+  if (const GridView* grid = smooth_grid_of(field)) return grid->geometry;
+  if (const auto* pointwise = dynamic_cast<const Pointwise*>(&field)) return nodes_of(pointwise->of());
+  if (const PosedView* moved = posed_of(field)) {
+    GridGeometry geometry = nodes_of(*moved->field);
+    geometry.origin_m = moved->pose.to_world(geometry.origin_m);
+    geometry.index_to_world_m = moved->pose.scale * (moved->pose.rotation * geometry.index_to_world_m);
+    return geometry;
   }
-  VectorSample vector(const Vec3& world_m) const noexcept override {
-    const VectorSample u = of_->vector(world_m);
-    const Mat3& j = u.jacobian;
-    return {{j.row[2].y - j.row[1].z, j.row[0].z - j.row[2].x, j.row[1].x - j.row[0].y}, {}, u.inside};
-  }
-  std::vector<Extent> extents() const override { return {}; }
+  constexpr int most = 256;
+  const Box box = field.bounds_m();
+  const double samples = std::ceil(largest_component(box.size_m()) / field.spacing_m()) + 1.0;
+  return detail::geometry_over(box, static_cast<int>(std::clamp(samples, 2.0, double(most))));
+}
 
- private:
-  Derivation derivation_;
-};
+/// How the values change when the field is made larger by a scale: they are divided by its power.
+int powers_of_length(Derivation derivation) noexcept {
+  switch (derivation) {
+    case Derivation::gradient_magnitude:
+    case Derivation::curl:
+    case Derivation::divergence: return 1;
+    case Derivation::q:
+    case Derivation::lambda2: return 2;
+    default: return 0;
+  }
+}
+
+/// `factor` [1] on the values: what poses further out divide by.
+FieldPtr derive(Derivation derivation, const FieldPtr& of, double smoothing_m, double factor) {
+  switch (derivation) {
+    case Derivation::component_x: return std::make_shared<const Component>(of, 0);
+    case Derivation::component_y: return std::make_shared<const Component>(of, 1);
+    case Derivation::component_z: return std::make_shared<const Component>(of, 2);
+    default: break;
+  }
+  if (const PosedView* moved = posed_of(*of)) {
+    const double scale = moved->pose.scale;
+    const int powers = powers_of_length(derivation);
+    for (int n = 0; n < powers; ++n) factor /= scale;
+    return posed(derive(derivation, moved->field, smoothing_m / scale, factor), moved->pose);
+  }
+  if (derivation == Derivation::magnitude) return std::make_shared<const Magnitude>(of);
+  return detail::derive_on_grid(derivation, *of, nodes_of(*of), smoothing_m, factor);
+}
 
 }  // namespace
 
@@ -147,15 +184,7 @@ FieldPtr derived(Derivation derivation, const FieldPtr& of, double smoothing_m) 
   if (!std::isfinite(smoothing_m) || smoothing_m < 0.0) {
     throw std::invalid_argument("the smoothing must be a length of 0 m or more");
   }
-  switch (derivation) {
-    case Derivation::magnitude: return std::make_shared<const Magnitude>(of);
-    case Derivation::component_x: return std::make_shared<const Component>(of, 0);
-    case Derivation::component_y: return std::make_shared<const Component>(of, 1);
-    case Derivation::component_z: return std::make_shared<const Component>(of, 2);
-    default: break;
-  }
-  const double longest = largest_component(of->bounds_m().size_m()) / of->spacing_m();
-  return sampled(OfDerivative(of, derivation), std::clamp(static_cast<int>(std::min(longest, 255.0)) + 1, 2, 256));
+  return derive(derivation, of, smoothing_m, 1.0);
 }
 
 }  // namespace palpa

@@ -11,12 +11,12 @@ namespace {
 /// quotient, so that a power of two changes no bit of a mantissa.
 class Posed final : public Field {
  public:
-  Posed(FieldPtr field, const Similarity& pose) : field_(std::move(field)), pose_(pose) {
-    const Box box = field_->bounds_m();
+  Posed(FieldPtr field, const Similarity& pose) : view_{std::move(field), pose} {
+    const Box box = view_.field->bounds_m();
     for (int corner = 0; corner < 8; ++corner) {
       const Vec3 local{corner & 1 ? box.high_m.x : box.low_m.x, corner & 2 ? box.high_m.y : box.low_m.y,
                        corner & 4 ? box.high_m.z : box.low_m.z};
-      const Vec3 world = pose_.to_world(local);
+      const Vec3 world = view_.pose.to_world(local);
       if (corner == 0) bounds_m_ = {world, world};
       bounds_m_.low_m = {std::min(bounds_m_.low_m.x, world.x), std::min(bounds_m_.low_m.y, world.y),
                          std::min(bounds_m_.low_m.z, world.z)};
@@ -25,41 +25,43 @@ class Posed final : public Field {
     }
   }
 
-  int components() const noexcept override { return field_->components(); }
+  const PosedView& view() const noexcept { return view_; }
+
+  int components() const noexcept override { return view_.field->components(); }
 
   ScalarSample scalar(const Vec3& world_m) const noexcept override {
-    ScalarSample s = field_->scalar(pose_.to_hand(world_m));
-    s.gradient = pose_.rotation * s.gradient / pose_.scale;
+    ScalarSample s = view_.field->scalar(view_.pose.to_hand(world_m));
+    s.gradient = view_.pose.rotation * s.gradient / view_.pose.scale;
     return is_finite(s.gradient) ? s : ScalarSample{};
   }
 
   VectorSample vector(const Vec3& world_m) const noexcept override {
-    VectorSample s = field_->vector(pose_.to_hand(world_m));
-    s.value = pose_.rotation * s.value;
-    s.jacobian = pose_.rotation * s.jacobian * transposed(pose_.rotation);
-    for (Vec3& row : s.jacobian.row) row = row / pose_.scale;
+    VectorSample s = view_.field->vector(view_.pose.to_hand(world_m));
+    s.value = view_.pose.rotation * s.value;
+    s.jacobian = view_.pose.rotation * s.jacobian * transposed(view_.pose.rotation);
+    for (Vec3& row : s.jacobian.row) row = row / view_.pose.scale;
     return is_finite(s.value) && is_finite(s.jacobian) ? s : VectorSample{};
   }
 
   Mat3 hessian(const Vec3& world_m) const noexcept override {
-    Mat3 h = pose_.rotation * field_->hessian(pose_.to_hand(world_m)) * transposed(pose_.rotation);
-    for (Vec3& row : h.row) row = row / pose_.scale / pose_.scale;
+    Mat3 h = view_.pose.rotation * view_.field->hessian(view_.pose.to_hand(world_m)) * transposed(view_.pose.rotation);
+    for (Vec3& row : h.row) row = row / view_.pose.scale / view_.pose.scale;
     return is_finite(h) ? h : Mat3{};
   }
 
-  double spacing_m() const noexcept override { return pose_.scale * field_->spacing_m(); }
+  double spacing_m() const noexcept override { return view_.pose.scale * view_.field->spacing_m(); }
   Box bounds_m() const noexcept override { return bounds_m_; }
   double depth_m(const Vec3& world_m) const noexcept override {
-    const double depth = pose_.scale * field_->depth_m(pose_.to_hand(world_m));
+    const double depth = view_.pose.scale * view_.field->depth_m(view_.pose.to_hand(world_m));
     return std::isfinite(depth) ? depth : 0.0;
   }
 
   std::vector<Extent> extents() const override {
-    const std::vector<Extent> still = field_->extents();
+    const std::vector<Extent> still = view_.field->extents();
     if (still.size() != 3) return still;
     std::vector<Extent> turned(3);
     for (int i = 0; i < 3; ++i) {
-      const Vec3& row = pose_.rotation.row[i];
+      const Vec3& row = view_.pose.rotation.row[i];
       const double weights[3] = {row.x, row.y, row.z};
       for (int j = 0; j < 3; ++j) {
         const auto [low, high] = std::minmax({weights[j] * still[j].min, weights[j] * still[j].max});
@@ -71,8 +73,7 @@ class Posed final : public Field {
   }
 
  private:
-  FieldPtr field_;
-  Similarity pose_;
+  PosedView view_;
   Box bounds_m_;
 };
 
@@ -105,6 +106,11 @@ FieldPtr posed(FieldPtr field, const Similarity& pose) {
   }
   if (pose == Similarity{}) return field;
   return std::make_shared<const Posed>(std::move(field), pose);
+}
+
+const PosedView* posed_of(const Field& field) noexcept {
+  const auto* moved = dynamic_cast<const Posed*>(&field);
+  return moved ? &moved->view() : nullptr;
 }
 
 Volume posed(const Volume& volume, const Similarity& pose) {

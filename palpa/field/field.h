@@ -79,6 +79,14 @@ using FieldPtr = std::shared_ptr<const Field>;
 /// stay what they are. Throws std::invalid_argument on a pose that is not usable.
 FieldPtr posed(FieldPtr field, const Similarity& pose);
 
+/// What `posed` made a field of.
+struct PosedView {
+  FieldPtr field;
+  Similarity pose;
+};
+/// nullptr for other fields.
+const PosedView* posed_of(const Field& field) noexcept;
+
 /// One field of a volume.
 struct VolumeField {
   std::string name;  ///< plain word; how scenes name it: `volume.field`

@@ -7,14 +7,6 @@
 namespace palpa::detail {
 namespace {
 
-/// Inverse by way of a matrix near 1, so that steps of any length neither overflow nor lose bits: scaling
-/// by a power of two scales the inverse by its reciprocal, exactly.
-Mat3 scaled_inverse(const Mat3& m) noexcept {
-  const double largest = std::max({largest_component(m.row[0]), largest_component(m.row[1]), largest_component(m.row[2])});
-  const double factor = std::scalbn(1.0, -std::ilogb(largest));
-  return factor * inverse(factor * m);
-}
-
 struct Found {
   std::array<Extent, 3> ranges;  ///< raw; min > max where nothing is finite
   std::int64_t valid = 0;        ///< voxels that are finite altogether
@@ -47,6 +39,13 @@ Found find_range(const T* voxels, std::int64_t count) noexcept {
 }
 
 }  // namespace
+
+Mat3 scaled_inverse(const Mat3& steps_m) noexcept {
+  const double largest =
+      std::max({largest_component(steps_m.row[0]), largest_component(steps_m.row[1]), largest_component(steps_m.row[2])});
+  const double factor = std::scalbn(1.0, -std::ilogb(largest));
+  return factor * inverse(factor * steps_m);
+}
 
 void check_grid(const GridGeometry& geometry, const Voxels& voxels, double scale, double offset) {
   if (const char* problem = problem_with(geometry)) throw std::invalid_argument(problem);

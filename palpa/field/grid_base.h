@@ -21,6 +21,10 @@ inline constexpr double face_tolerance_voxels = 1e-6;
 /// in the field's own unit.
 void check_grid(const GridGeometry& geometry, const Voxels& voxels, double scale, double offset);
 
+/// Inverse [voxels/m] of the steps [m] of a usable grid, by way of a matrix near 1, so that steps of any length neither
+/// overflow nor lose bits: scaling by a power of two scales the inverse by its reciprocal, exactly.
+Mat3 scaled_inverse(const Mat3& steps_m) noexcept;
+
 /// `samples` planes along the longest side of the box, both ends of every side among them; fewer along the others.
 /// Throws std::invalid_argument on a box without size.
 GridGeometry geometry_over(const Box& box, int samples);
