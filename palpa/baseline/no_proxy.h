@@ -1,0 +1,44 @@
+// The law of the systems without a proxy: force functions of the probe.
+#pragma once
+
+#include <optional>
+
+#include "palpa/baseline/earlier_law.h"
+
+namespace palpa::baseline {
+
+/// The force is a function of the data at the probe and of the probe's velocity v. The data are looked up at
+/// the probe, and the balance is probe + force/k, so that the coupling (Eq. 1, D = 0) gives that force exactly.
+///
+///   directed  s q: the vector or gradient as a force (Iwata & Noma 1993; Pao & Lawrence 1998)
+///   point     −s v/|v| − c v: retarding force and viscosity (Avila & Sobierajski 1996; Iwata & Noma 1993)
+///   line      the same on the part of v across the line: transverse damping (Pao & Lawrence 1998)
+///   plane     min(k·depth, s) q where the probe is behind it: a spring on the penetration, with a threshold
+///             (Avila & Sobierajski 1996; Lawrence et al. 2000); its drag on the part of v that goes in
+///
+/// The formulas are as these works are known to us from surveys and abstracts; only the directed force is told
+/// in the paper itself. Points, lines and planes were made for a proxy: their forces here are the least that
+/// those systems had for the same purpose. v is the difference of two probes over the time step; zero
+/// in the first.
+///
+/// What it gets wrong: nothing holds. Friction stops with the hand, a surface gives way from the first
+/// newton and forgets where one came in, and a force that turns within a short way buzzes.
+class NoProxy final : public EarlierLaw {
+ public:
+  explicit NoProxy(std::size_t capacity = 64) : EarlierLaw(capacity) {}
+  Placement placement() const noexcept override { return Placement::at_probe; }
+  void reset() noexcept override;
+
+ private:
+  Moved move(const Posed& posed, std::span<Vec3> forces_n) noexcept override;
+
+  struct Asked {
+    Vec3 start_m;
+    Vec3 probe_m;
+    friend bool operator==(const Asked&, const Asked&) = default;
+  };
+  std::optional<Asked> last_;
+  Vec3 probe_before_m_;
+};
+
+}  // namespace palpa::baseline
