@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "palpa/baseline/law.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/plugin.h"
 #include "palpa/study/recording.h"
@@ -77,7 +78,7 @@ ReplayResult replay(const fs::path& trace, const std::vector<fs::path>& data_fol
   const std::vector<SourceFile> files = detail::data_files(loaded.scene);
   check_data(header.data_files, files);
 
-  Session session(loaded.scene, header.device_encoder_step_m);
+  Session session(loaded.scene, baseline::law(loaded.scene), header.device_encoder_step_m);
   const TemporaryFolder temporary;
   const fs::path again = temporary.path() / "trace";
   const auto writer = detail::new_trace(again, header, loaded.text, loaded.scene);
