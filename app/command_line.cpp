@@ -3,9 +3,11 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
+#include <cstdio>
 
 #include "app/commands.h"
 #include "app/info.h"
+#include "app/reference.h"
 #include "app/terminal.h"
 #include "palpa/scene/wording.h"
 #include "palpa/version.h"
@@ -150,6 +152,15 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   add_plugins(modes_command, modes.plugins);
   modes_command->add_flag("--json", modes.json, "print as JSON");
   modes_command->footer("Example:\n  palpa modes surface_and_friction");
+
+  // For the installation, so not in the help: the man page and the completion cannot differ from the above.
+  app.add_option_function<std::string>("--print",
+                                       [&app](const std::string& what) {
+                                         std::fputs((what == "man" ? man_page(app) : bash_completion(app)).c_str(), stdout);
+                                         throw CLI::Success();
+                                       })
+      ->check(CLI::IsMember({"man", "bash"}))
+      ->group("");
 
   // CLI11 would call an unknown command a missing one.
   std::vector<std::string> commands;

@@ -1,4 +1,4 @@
-// The command line: the only file that knows CLI11 is command_line.cpp.
+// The command line: only command_line.cpp and reference.cpp know CLI11.
 #pragma once
 
 #include <atomic>

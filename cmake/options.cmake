@@ -3,7 +3,12 @@ option(PALPA_READER "Build palpa-read, which opens files (needs VTK, vtk-dicom a
 option(PALPA_APP "Build the program palpa" ${PROJECT_IS_TOP_LEVEL})
 option(PALPA_VIEW "Build pictures, plots and reports (needs VTK with rendering, EGL)" ${PROJECT_IS_TOP_LEVEL})
 option(PALPA_EXAMPLES "Build the examples" ${PROJECT_IS_TOP_LEVEL})
-option(PALPA_TESTS "Build the tests" ${PROJECT_IS_TOP_LEVEL})
+if(PROJECT_IS_TOP_LEVEL AND (NOT DEFINED BUILD_TESTING OR BUILD_TESTING))
+  option(PALPA_TESTS "Build the tests" ON)
+else()
+  option(PALPA_TESTS "Build the tests" OFF)
+endif()
+option(PALPA_INSTALL "Make the rules for cmake --install, uninstall and cpack" ${PROJECT_IS_TOP_LEVEL})
 option(PALPA_BENCH "Build the benchmarks" OFF)
 set(PALPA_SANITIZE "" CACHE STRING "Sanitizers for everything: address,undefined or thread")
 

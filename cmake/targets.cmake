@@ -21,6 +21,7 @@ function(palpa_layer name)
   list(TRANSFORM arg_LAYERS PREPEND palpa_)
   target_link_libraries(palpa_${name} PUBLIC ${arg_LAYERS} PRIVATE $<BUILD_INTERFACE:palpa_rules> ${arg_LINKS})
   target_include_directories(palpa_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>)
+  target_compile_features(palpa_${name} PUBLIC cxx_std_20)
 endfunction()
 
 # palpa_test(NAME SOURCES … LINKS …): one test program of GoogleTest, found by ctest test by test.

@@ -145,7 +145,7 @@ std::string text_of(const detail::PluginAbi& abi) { return std::to_string(abi.ma
 void check_stamp(const File& file) {
   constexpr detail::PluginAbi own = detail::plugin_abi();
   const std::optional<detail::PluginAbi> stamp = read_stamp(file);
-  if (!stamp) file.refuse("is a library but no plug-in; a plug-in ends with PALPA_MODES(…)");
+  if (!stamp) file.refuse("is a library or program, but no plug-in; a plug-in ends with PALPA_MODES(…)");
   if (stamp->major != own.major || stamp->minor != own.minor) {
     file.refuse("is made for palpa " + text_of(*stamp) + ", this is palpa " + text_of(own) + "; rebuild it");
   }

@@ -1,0 +1,63 @@
+# What is installed, and where: cmake --install, the target uninstall, find_package(palpa COMPONENTS …).
+# The packages that cpack makes of it are in packaging/.
+if(NOT PALPA_INSTALL)
+  return()
+endif()
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+# Uninstalling takes away the folders that installing made, and no others: this notes which these are.
+configure_file(${CMAKE_CURRENT_LIST_DIR}/note_folders.cmake.in ${PROJECT_BINARY_DIR}/note_folders.cmake @ONLY)
+install(SCRIPT ${PROJECT_BINARY_DIR}/note_folders.cmake ALL_COMPONENTS)
+configure_file(${CMAKE_CURRENT_LIST_DIR}/uninstall.cmake.in ${PROJECT_BINARY_DIR}/uninstall.cmake @ONLY)
+add_custom_target(uninstall COMMAND ${CMAKE_COMMAND} -P ${PROJECT_BINARY_DIR}/uninstall.cmake VERBATIM
+  COMMENT "Taking away what was installed")
+
+# palpa_find_libraries(TARGET FOLDER): an installed TARGET in FOLDER finds our libraries wherever the whole
+# was moved to. Under /usr the system finds them.
+function(palpa_find_libraries target folder)
+  if(CMAKE_INSTALL_PREFIX STREQUAL "/usr")
+    return()
+  endif()
+  file(RELATIVE_PATH way /prefix/${folder} /prefix/${CMAKE_INSTALL_LIBDIR})
+  string(REGEX REPLACE "/$" "" path "$ORIGIN/${way}")
+  set_property(TARGET ${target} APPEND PROPERTY INSTALL_RPATH ${path})
+endfunction()
+
+# palpa_install_library(NAME TARGET target [PACKAGE library]): a public library, palpa::NAME for
+# find_package(palpa COMPONENTS NAME). PACKAGE says into which package a shared one goes.
+function(palpa_install_library name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "TARGET;PACKAGE" "")
+  if(NOT arg_PACKAGE)
+    set(arg_PACKAGE library)
+  endif()
+  set_target_properties(${arg_TARGET} PROPERTIES EXPORT_NAME ${name})
+  palpa_find_libraries(${arg_TARGET} ${CMAKE_INSTALL_LIBDIR})
+  install(TARGETS ${arg_TARGET} EXPORT palpa-${name}
+    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT ${arg_PACKAGE} NAMELINK_COMPONENT development
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
+    INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+  install(EXPORT palpa-${name} NAMESPACE palpa:: FILE palpa-${name}-targets.cmake
+    DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/palpa COMPONENT development)
+endfunction()
+
+# palpa_install_headers(LAYER…): the public headers of layers. One whose content is all in palpa::detail is
+# not public.
+function(palpa_install_headers)
+  foreach(layer IN LISTS ARGN)
+    file(GLOB headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/palpa/${layer}/*.h)
+    foreach(header IN LISTS headers)
+      file(STRINGS ${header} public REGEX "^namespace palpa[a-z_:]* {")
+      list(FILTER public EXCLUDE REGEX "palpa::detail")
+      if(public)
+        install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/palpa/${layer} COMPONENT development)
+      endif()
+    endforeach()
+  endforeach()
+endfunction()
+
+configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/palpa-config.cmake.in ${PROJECT_BINARY_DIR}/palpa-config.cmake
+  INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/palpa NO_SET_AND_CHECK_MACRO)
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/palpa-config-version.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/palpa-config.cmake ${PROJECT_BINARY_DIR}/palpa-config-version.cmake
+  DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/palpa COMPONENT development)

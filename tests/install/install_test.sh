@@ -1,0 +1,144 @@
+#!/bin/bash
+# Installs the build into an empty prefix, moves the prefix, and uses it as others would: the installed
+# program, a program and a plug-in built outside of the tree. Then uninstalls, and nothing may be left.
+#   install_test.sh SOURCE BUILD
+set -eu
+source=$1 build=$2
+work=$(mktemp -d)
+prefix="$work/first"
+moved="$work/second place"
+
+# A user's own installation from this build must stay uninstallable.
+mkdir "$work/notes"
+for note in "$build"/install_manifest*.txt "$build"/installed_folders.txt; do
+  if [ -e "$note" ]; then mv "$note" "$work/notes"; fi
+done
+clean() {
+  rm -f "$build"/install_manifest*.txt "$build"/installed_folders.txt
+  find "$work/notes" -type f -exec mv {} "$build" \;
+  rm -rf "$work"
+}
+trap clean EXIT
+
+step() { echo "== $*"; }
+fail() {
+  echo "FAILED: $*" >&2
+  exit 1
+}
+# configure NAME FOLDER ARGUMENT…: its output goes to NAME.log
+configure() {
+  local name=$1 folder=$2
+  shift 2
+  cmake -S "$folder" -B "$work/$name" -G Ninja "-DCMAKE_PREFIX_PATH=$moved" "$@" >"$work/$name.log" 2>&1
+}
+build_outside() {
+  configure "$@" || { cat "$work/$1.log"; fail "$1 does not configure"; }
+  cmake --build "$work/$1" >>"$work/$1.log" 2>&1 || { cat "$work/$1.log"; fail "$1 does not build"; }
+}
+# refused NAME PIECES ARGUMENT…: find_package says PIECES (a pattern) and fails
+refused() {
+  local name=$1 pieces=$2
+  shift 2
+  if configure "$name" "$work/finder" "$@"; then fail "$name was found"; fi
+  tr -s ' \n' ' ' <"$work/$name.log" | grep -q "$pieces" || { cat "$work/$name.log"; fail "$name: does not say '$pieces'"; }
+}
+
+step "install into an empty prefix, and move it"
+mkdir "$prefix"
+cmake --install "$build" --prefix "$prefix" >"$work/install.log" || { cat "$work/install.log"; fail "does not install"; }
+mv "$prefix" "$moved"
+grep -rl --exclude-dir=doc -e "$source" -e "$build" "$moved" | while read -r file; do
+  # Programs and libraries may name sources in their assertions; text may not.
+  if grep -qI . "$file"; then fail "$file names the folder of the sources"; fi
+done
+
+step "every installed header can be included"
+find "$moved/include" -name '*.h' -printf '#include <%P>\n' | sort -r >"$work/all.cpp"
+g++ -std=c++20 -fsyntax-only -Wall -Wextra "-I$moved/include" "$work/all.cpp"
+
+step "a program and a plug-in outside of the tree"
+build_outside program "$source/examples/05_own_program"
+"$work/program/feel" | grep -q "touched the surface in [1-9]" || fail "the program felt nothing"
+build_outside plugin "$source/examples/04_mode_plugin"
+
+step "core alone, and nothing else"
+mkdir "$work/alone"
+cat >"$work/alone/CMakeLists.txt" <<'TXT'
+cmake_minimum_required(VERSION 3.24)
+project(alone LANGUAGES CXX)
+find_package(palpa 0.1 REQUIRED COMPONENTS core)
+if(TARGET palpa::palpa)
+  message(FATAL_ERROR "more than core was found")
+endif()
+add_executable(alone alone.cpp)
+target_link_libraries(alone PRIVATE palpa::core)
+TXT
+cat >"$work/alone/alone.cpp" <<'TXT'
+#include <palpa/core/solver.h>
+int main() {
+  palpa::PrimitiveSet primitives;
+  primitives.clear({});
+  primitives.point(0, {}, 1.0);
+  palpa::Solver law;
+  const palpa::Balance balance = law.solve(primitives, {}, {0.01, 0, 0}, 500.0, 1e-3);
+  return norm(balance.position_m - palpa::Vec3{0.008, 0, 0}) < 1e-9 ? 0 : 1;  // 1 N of a spring of 500 N/m is 2 mm
+}
+TXT
+build_outside alone_build "$work/alone"
+"$work/alone_build/alone" || fail "the balance is wrong"
+if ldd "$work/alone_build/alone" | grep -q palpa; then fail "core needs a shared library of ours"; fi
+
+step "components and versions that are not there"
+mkdir "$work/finder"
+cat >"$work/finder/CMakeLists.txt" <<'TXT'
+cmake_minimum_required(VERSION 3.24)
+project(finder LANGUAGES CXX)
+find_package(palpa ${VERSION} REQUIRED COMPONENTS ${COMPONENTS} OPTIONAL_COMPONENTS ${OPTIONAL})
+message(STATUS "soup is found: ${palpa_soup_FOUND}")
+foreach(component IN LISTS COMPONENTS)
+  if(NOT TARGET palpa::${component})
+    message(FATAL_ERROR "palpa::${component} is no target")
+  endif()
+endforeach()
+TXT
+refused unknown "no component 'soup'; there are core, palpa, view and report" -DCOMPONENTS=soup
+refused newer 'requested version "0.2"' -DVERSION=0.2 -DCOMPONENTS=core
+configure optional "$work/finder" -DCOMPONENTS=palpa -DOPTIONAL=soup || fail "an optional component is not needed"
+grep -q "soup is found: FALSE" "$work/optional.log" || fail "an optional component that is not there was found"
+for component in view report; do
+  if [ -e "$(find "$moved" -name "palpa-$component-targets.cmake")" ]; then
+    configure "with_$component" "$work/finder" -DCOMPONENTS=$component || { cat "$work/with_$component.log"; fail $component; }
+  else
+    refused "without_$component" "was built without the component" -DCOMPONENTS=$component
+  fi
+done
+
+if [ -e "$moved/bin/palpa" ]; then
+  step "the installed program"
+  cd "$work"
+  env -u PALPA_SCENES "$moved/bin/palpa" demo >demo.txt
+  grep -q "head_phantom.toml, felt by" demo.txt || fail "the demo shows no table"
+  "$moved/bin/palpa" run "$source/examples/04_mode_plugin/ridge.toml" --hand sim:press --duration-s 2 \
+    --plugin plugin/ridge.so --out trace | grep -q "max 0.600 N" || fail "the ridge is not felt"
+  grep -q "^plugins = \[\"$work/plugin/ridge.so\"\]" trace/trace.toml || fail "the trace does not name its plug-in"
+  "$moved/bin/palpa" replay trace --plugin plugin/ridge.so | grep -q "the same in all 2000 ticks" || fail "replay differs"
+  if "$moved/bin/palpa" replay trace 2>error.txt; then fail "replay took a plug-in that nobody named"; fi
+  grep -q "felt with the plug-in $work/plugin/ridge.so; name it with --plugin" error.txt || fail "$(cat error.txt)"
+  if [ -e "$build/bin/palpa-read" ]; then
+    [ -x "$moved/libexec/palpa/palpa-read" ] || fail "palpa-read is not installed"
+    printf 'NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: ascii\n\n0 1 2 3 4 5 6 7\n' >eight.nrrd
+    env -u PALPA_READER "$moved/bin/palpa" info eight.nrrd | grep -q uint8 || fail "the installed palpa-read reads nothing"
+  fi
+  gzip -dc "$moved/share/man/man1/palpa.1.gz" | grep -q '^.TH PALPA 1' || fail "no man page"
+  cd - >/dev/null
+fi
+
+step "uninstall"
+mv "$moved" "$prefix"
+mkdir -p "$prefix/lib/of_another"
+touch "$prefix/share/of_another"
+cmake --build "$build" --target uninstall >"$work/uninstall.log" || { cat "$work/uninstall.log"; fail "does not uninstall"; }
+[ "$(cd "$prefix" && find . -mindepth 1 | sort | tr '\n' ' ')" = "./lib ./lib/of_another ./share ./share/of_another " ] ||
+  { find "$prefix"; fail "uninstalling left something, or took what is not ours"; }
+if cmake --build "$build" --target uninstall >/dev/null 2>&1; then fail "uninstalled twice"; fi
+echo "all as promised"
