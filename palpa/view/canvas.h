@@ -1,0 +1,82 @@
+// Flat drawing over a picture: text and filled shapes, in pixels from the lower left corner; and what
+// explains a picture: colour bars, scale bar, orientation marks, legend.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "palpa/view/colors.h"
+#include "palpa/view/view.h"
+
+class vtkRenderer;
+
+namespace palpa::detail {
+
+struct PixelPoint {
+  double x_px;
+  double y_px;
+};
+
+enum class Side { left, middle, right };
+
+/// Draws with VTK's own font, so that the letters are the same on every machine.
+class Canvas {
+ public:
+  /// \param renderer  outlives this
+  Canvas(vtkRenderer* renderer, int width_px, int height_px);
+
+  int width_px() const noexcept { return width_px_; }
+  int height_px() const noexcept { return height_px_; }
+  /// The size of ordinary text, and the unit of all distances.
+  double em_px() const noexcept { return em_px_; }
+
+  void polygon(std::span<const PixelPoint> corners, const Color& color, double opacity = 1.0);
+  void rectangle(double x_px, double y_px, double width_px, double height_px, const Color& color, double opacity = 1.0);
+  void line(PixelPoint from, PixelPoint to, double thickness_px, const Color& color);
+  /// Text whose line's middle is at y_px, on a ground that makes it legible over anything.
+  void text(std::string_view words, double x_px, double y_px, Side x_is, double size_em = 1.0, bool bold = false);
+  double width_px_of(std::string_view words, double size_em = 1.0, bool bold = false) const;
+  /// The words, cut and ended with "..." where they are wider.
+  std::string fitted(std::string_view words, double width_px, double size_em, bool bold) const;
+
+ private:
+  vtkRenderer* renderer_;
+  int width_px_;
+  int height_px_;
+  double em_px_;
+};
+
+/// What a colour means.
+struct ColorBar {
+  std::string title;  ///< "force / N"
+  ColorMap map;
+};
+
+struct LegendEntry {
+  enum class Sign { patch, line };
+  std::string words;
+  Color color;
+  double opacity = 1.0;
+  Sign sign = Sign::patch;
+};
+
+/// 1, 2 or 5 times a power of ten, not above `limit` > 0.
+double round_length(double limit) noexcept;
+/// A length in nm, µm, mm, m or km: "20 mm".
+std::string length_words(double length_m);
+/// A number in as few digits as tell it: "0.25", "-300", "2e-05".
+std::string number_words(double value);
+
+void draw_title(Canvas& canvas, std::string_view title);
+void draw_color_bars(Canvas& canvas, std::span<const ColorBar> bars);
+void draw_legend(Canvas& canvas, std::span<const LegendEntry> entries);
+/// \param world_per_hand  the world's metres in one metre of the hand
+void draw_scale_bar(Canvas& canvas, const View& view, double world_per_hand);
+/// Letters of the patient's directions at the four edges. `axes`: the world's axes in the hand frame, LPS.
+void draw_orientation(Canvas& canvas, const View& view, std::span<const Vec3, 3> axes);
+/// The world's axes as arrows x, y, z in a corner.
+void draw_axes(Canvas& canvas, const View& view, std::span<const Vec3, 3> axes);
+
+}  // namespace palpa::detail

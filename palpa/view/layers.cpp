@@ -1,0 +1,455 @@
+#include "palpa/view/layers.h"
+
+#include <vtkActor.h>
+#include <vtkCellArray.h>
+#include <vtkColorTransferFunction.h>
+#include <vtkFixedPointVolumeRayCastMapper.h>
+#include <vtkFloatArray.h>
+#include <vtkFlyingEdges3D.h>
+#include <vtkGPUVolumeRayCastMapper.h>
+#include <vtkImageData.h>
+#include <vtkNew.h>
+#include <vtkPiecewiseFunction.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkProperty.h>
+#include <vtkRenderer.h>
+#include <vtkSmartPointer.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkVolume.h>
+#include <vtkVolumeProperty.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+#include "palpa/field/grid.h"
+#include "palpa/view/shapes.h"
+#include "palpa/view/streamlines.h"
+
+namespace palpa::detail {
+namespace {
+
+constexpr int most_samples = 160;  // along the longest side of what is sampled as a grid
+
+/// Names the fields that a mode reads, and the levels that it holds at.
+class FieldsRead : public ParameterVisitor {
+ public:
+  std::vector<std::pair<std::string, ParameterKind>> fields;
+  std::vector<double> levels;
+  bool solid_is_low = false;
+
+  void field(const ParameterInfo& info, FieldRef& ref) override {
+    if (!ref.name.empty()) fields.emplace_back(ref.name, info.kind);
+  }
+  void number(const ParameterInfo& info, double& value) override {
+    if (info.kind == ParameterKind::level) levels.push_back(value);
+  }
+  void choice(const ParameterInfo& info, int& index) override {
+    if (info.name == "solid") solid_is_low = info.choices[static_cast<std::size_t>(index)] == "low";
+  }
+  void list(const ParameterInfo&, ParameterList& items) override {
+    for (std::size_t i = 0; i < items.size(); ++i) items.visit(i, *this);
+  }
+};
+
+/// A field where only a part of its box is looked at.
+class Part : public Field {
+ public:
+  Part(FieldPtr field, const Box& box) : field_(std::move(field)), box_(box) {}
+  int components() const noexcept override { return field_->components(); }
+  ScalarSample scalar(const Vec3& x_m) const noexcept override { return field_->scalar(x_m); }
+  double spacing_m() const noexcept override { return field_->spacing_m(); }
+  Box bounds_m() const noexcept override { return box_; }
+  double depth_m(const Vec3& x_m) const noexcept override { return field_->depth_m(x_m); }
+  std::vector<Extent> extents() const override { return field_->extents(); }
+
+ private:
+  FieldPtr field_;
+  Box box_;
+};
+
+/// A scalar field over a part of its box as VTK wants it; NaN where it has no data.
+vtkSmartPointer<vtkImageData> image_of(const FieldPtr& field, const Box& box) {
+  const double side_m = largest_component(box.size_m());
+  const double samples = std::ceil(side_m / field->spacing_m()) + 1.0;
+  const FieldPtr grid = sampled(Part(field, box), static_cast<int>(std::clamp(samples, 2.0, 1.0 * most_samples)));
+  const GridView& view = *grid_of(*grid);
+  auto image = vtkSmartPointer<vtkImageData>::New();
+  const auto& dims = view.geometry.dims;
+  const Mat3& step = view.geometry.index_to_world_m;
+  const Vec3& origin = view.geometry.origin_m;
+  image->SetDimensions(static_cast<int>(dims[0]), static_cast<int>(dims[1]), static_cast<int>(dims[2]));
+  image->SetSpacing(step.row[0].x, step.row[1].y, step.row[2].z);
+  image->SetOrigin(origin.x, origin.y, origin.z);
+  image->AllocateScalars(VTK_FLOAT, 1);
+  std::memcpy(image->GetScalarPointer(), view.voxels.data.get(),
+              sizeof(float) * static_cast<std::size_t>(view.geometry.voxels()));
+  return image;
+}
+
+Vec3 point_of(vtkPoints& points, vtkIdType i) {
+  double p[3];
+  points.GetPoint(i, p);
+  return {p[0], p[1], p[2]};
+}
+
+/// The surface of `image` at `level`, without what touches places where there are no data, and with its
+/// triangles turned outwards, as most of them see it.
+vtkSmartPointer<vtkPolyData> surface_of(vtkImageData* image, const Field& field, double level) {
+  vtkNew<vtkFlyingEdges3D> contour;
+  contour->SetInputData(image);
+  contour->SetValue(0, level);
+  contour->ComputeNormalsOn();
+  contour->ComputeScalarsOff();
+  contour->Update();
+  vtkPolyData& raw = *contour->GetOutput();
+  auto surface = vtkSmartPointer<vtkPolyData>::New();
+  if (raw.GetNumberOfPoints() == 0) return surface;
+
+  vtkPoints& points = *raw.GetPoints();
+  vtkDataArray& normals = *raw.GetPointData()->GetNormals();
+  const vtkIdType count = points.GetNumberOfPoints();
+  std::vector<char> usable(static_cast<std::size_t>(count), 1);
+  Vec3 middle;
+  double used = 0.0;
+  for (vtkIdType i = 0; i < count; ++i) {
+    const Vec3 p = point_of(points, i);
+    usable[static_cast<std::size_t>(i)] = is_finite(p);
+    if (!is_finite(p)) {
+      points.SetPoint(i, 0.0, 0.0, 0.0);
+      normals.SetTuple3(i, 0.0, 0.0, 1.0);
+      continue;
+    }
+    middle += p;
+    used += 1.0;
+    double n[3];
+    normals.GetTuple(i, n);
+    if (is_finite(Vec3{n[0], n[1], n[2]})) continue;
+    const Vec3 down = -normalized(field.scalar(p).gradient);  // beside a place without data
+    normals.SetTuple3(i, down.x, down.y, down.z);
+  }
+  if (used == 0.0) return surface;
+  middle = middle / used;
+
+  vtkNew<vtkCellArray> cells;
+  double outward = 0.0;
+  vtkIdType size = 0;
+  const vtkIdType* corners = nullptr;
+  for (vtkIdType cell = 0; cell < raw.GetPolys()->GetNumberOfCells(); ++cell) {
+    raw.GetPolys()->GetCellAtId(cell, size, corners);
+    if (!std::all_of(corners, corners + size, [&](vtkIdType i) { return usable[static_cast<std::size_t>(i)]; })) continue;
+    cells->InsertNextCell(size, corners);
+    const Vec3 a = point_of(points, corners[0]) - middle;
+    const Vec3 b = point_of(points, corners[1]) - middle;
+    const Vec3 c = point_of(points, corners[2]) - middle;
+    outward += dot(a, cross(b, c));
+  }
+  surface->SetPoints(&points);
+  surface->SetPolys(cells);
+  surface->GetPointData()->SetNormals(&normals);
+  if (outward < 0.0) {
+    surface->BuildCells();
+    for (vtkIdType cell = 0; cell < surface->GetNumberOfCells(); ++cell) surface->ReverseCell(cell);
+    for (vtkIdType i = 0; i < count; ++i) {
+      double n[3];
+      normals.GetTuple(i, n);
+      normals.SetTuple3(i, -n[0], -n[1], -n[2]);
+    }
+  }
+  return surface;
+}
+
+std::string title_of(const std::string& name, const std::string& unit) { return unit.empty() ? name : name + " / " + unit; }
+
+/// Black to white, or pale to dark, over the field's values; or as the layer says.
+ColorMap colors_of(const ViewLayer& layer, const Field& field) {
+  if (!layer.colors.empty()) return ColorMap(layer.colors);
+  const std::vector<Extent> extents = field.extents();
+  if (field.components() == 1) return grey_colors(extents[0].min, extents[0].max);
+  double squared = 0.0;
+  for (const Extent& extent : extents) squared += std::pow(std::max(std::abs(extent.min), std::abs(extent.max)), 2);
+  return magnitude_colors(0.0, std::sqrt(squared));
+}
+
+/// Value of a scalar field, magnitude of a vector field; false where there are no data.
+bool value_at(const Field& field, const Vec3& x_m, double& value) {
+  if (field.components() == 1) {
+    const ScalarSample sample = field.scalar(x_m);
+    value = sample.value;
+    return sample.inside;
+  }
+  const VectorSample sample = field.vector(x_m);
+  value = norm(sample.value);
+  return sample.inside;
+}
+
+/// Three planes through the middle of the box, in the field's colours, nothing where there are no data.
+void draw_slices(vtkRenderer* renderer, const Field& field, const Box& box, const ColorMap& map) {
+  constexpr int n = 240;
+  const Vec3 middle = box.centre_m();
+  const Vec3 size = box.size_m();
+  const std::array<Vec3, 3> sides{Vec3{size.x, 0, 0}, Vec3{0, size.y, 0}, Vec3{0, 0, size.z}};
+  for (int plane = 0; plane < 3; ++plane) {
+    const Vec3& a = sides[static_cast<std::size_t>((plane + 1) % 3)];
+    const Vec3& b = sides[static_cast<std::size_t>((plane + 2) % 3)];
+    if (!(norm(a) > 0.0) || !(norm(b) > 0.0)) continue;
+    vtkNew<vtkPoints> points;
+    vtkNew<vtkCellArray> cells;
+    vtkNew<vtkUnsignedCharArray> colors;
+    colors->SetNumberOfComponents(4);
+    std::vector<char> inside;
+    for (int j = 0; j <= n; ++j) {
+      for (int i = 0; i <= n; ++i) {
+        const Vec3 p = middle + (1.0 * i / n - 0.5) * a + (1.0 * j / n - 0.5) * b;
+        double value = 0.0;
+        inside.push_back(value_at(field, p, value));
+        const ColorMap::Point color = map.at(value);
+        points->InsertNextPoint(p.x, p.y, p.z);
+        const double bytes[] = {255.0 * color.color.red, 255.0 * color.color.green, 255.0 * color.color.blue,
+                                255.0 * color.opacity};
+        colors->InsertNextTuple(bytes);
+      }
+    }
+    for (int j = 0; j < n; ++j) {
+      for (int i = 0; i < n; ++i) {
+        const vtkIdType at = j * (n + 1) + i;
+        const vtkIdType corners[] = {at, at + 1, at + n + 2, at + n + 1};
+        if (std::all_of(corners, corners + 4, [&](vtkIdType c) { return inside[static_cast<std::size_t>(c)]; }))
+          cells->InsertNextCell(4, corners);
+      }
+    }
+    vtkNew<vtkPolyData> data;
+    data->SetPoints(points);
+    data->SetPolys(cells);
+    data->GetPointData()->SetScalars(colors);
+    vtkNew<vtkPolyDataMapper> mapper;
+    mapper->SetInputData(data);
+    vtkNew<vtkActor> actor;
+    actor->SetMapper(mapper);
+    actor->GetProperty()->LightingOff();
+    renderer->AddActor(actor);
+  }
+}
+
+void draw_surface(vtkRenderer* renderer, vtkPolyData* surface, const Color& color, double opacity) {
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputData(surface);
+  vtkNew<vtkActor> actor;
+  actor->SetMapper(mapper);
+  vtkProperty& property = *actor->GetProperty();
+  property.SetColor(color.red, color.green, color.blue);
+  property.SetAmbient(0.18);
+  property.SetDiffuse(0.82);
+  property.SetSpecular(0.08);
+  property.SetSpecularPower(20);
+  property.SetOpacity(opacity);
+  // Of a translucent surface only the side to the viewer: its far side would be a second veil.
+  property.SetBackfaceCulling(opacity < 1.0);
+  renderer->AddActor(actor);
+}
+
+/// A cloud whose opacity is that of the layer's colours, reached over a fortieth of the box's longest side.
+void draw_volume(vtkRenderer* renderer, const FieldPtr& field, const Box& box, const ColorMap& map, bool software) {
+  const vtkSmartPointer<vtkImageData> image = image_of(field, box);
+  const auto clearest =
+      std::min_element(map.points().begin(), map.points().end(),
+                       [](const ColorMap::Point& a, const ColorMap::Point& b) { return a.opacity < b.opacity; });
+  auto* values = static_cast<float*>(image->GetScalarPointer());
+  for (vtkIdType i = 0; i < image->GetNumberOfPoints(); ++i) {
+    if (!std::isfinite(values[i])) values[i] = static_cast<float>(clearest->value);
+  }
+  vtkNew<vtkColorTransferFunction> colors;
+  vtkNew<vtkPiecewiseFunction> opacities;
+  for (const ColorMap::Point& point : map.points()) {
+    colors->AddRGBPoint(point.value, point.color.red, point.color.green, point.color.blue);
+    opacities->AddPoint(point.value, point.opacity);
+  }
+  double spacing[3];
+  image->GetSpacing(spacing);
+  const double least_m = *std::min_element(spacing, spacing + 3);
+  vtkNew<vtkVolume> volume;
+  volume->GetProperty()->SetColor(colors);
+  volume->GetProperty()->SetScalarOpacity(opacities);
+  volume->GetProperty()->SetScalarOpacityUnitDistance(largest_component(box.size_m()) / 40.0);
+  volume->GetProperty()->SetInterpolationTypeToLinear();
+  if (software) {
+    // Its default step is 1, whatever the size of the volume: metres would be one step.
+    vtkNew<vtkFixedPointVolumeRayCastMapper> mapper;
+    mapper->SetInputData(image);
+    mapper->AutoAdjustSampleDistancesOff();
+    mapper->SetSampleDistance(static_cast<float>(least_m));
+    volume->SetMapper(mapper);
+  } else {
+    vtkNew<vtkGPUVolumeRayCastMapper> mapper;
+    mapper->SetInputData(image);
+    mapper->AutoAdjustSampleDistancesOff();
+    mapper->SetSampleDistance(static_cast<float>(least_m));
+    mapper->UseJitteringOff();
+    volume->SetMapper(mapper);
+  }
+  renderer->AddVolume(volume);
+}
+
+ColorMap speed_colors(const ViewLayer& layer, double fastest) {
+  return layer.colors.empty() ? magnitude_colors(0.0, fastest) : ColorMap(layer.colors);
+}
+
+}  // namespace
+
+std::vector<ViewLayer> layers_of(const Scene& scene) {
+  if (!scene.layers.empty()) return scene.layers;
+  std::vector<ViewLayer> surfaces, slices, streams;
+  const auto add = [](std::vector<ViewLayer>& layers, ViewLayer::Show show, const std::string& name,
+                      std::optional<double> level) {
+    for (const ViewLayer& layer : layers) {
+      if (layer.field.name == name && layer.level == level) return;
+    }
+    layers.push_back({.show = show, .field = {name}, .level = level});
+  };
+  for (const SceneMode& mode : scene.modes()) {
+    if (!mode.enabled) continue;
+    FieldsRead read;
+    Mode copy = mode.mode;
+    copy.visit(read);
+    if (read.fields.empty()) continue;
+    const std::string& first = read.fields.front().first;
+    std::sort(read.levels.begin(), read.levels.end());
+    if (read.solid_is_low) std::reverse(read.levels.begin(), read.levels.end());
+    if (surfaces.empty()) {
+      for (const double level : read.levels) add(surfaces, ViewLayer::Show::surface, first, level);
+    }
+    for (const auto& [name, kind] : read.fields) {
+      if (scene.field({name}).field->components() == 3) {
+        if (streams.empty()) add(streams, ViewLayer::Show::streamlines, name, {});
+      } else if (read.levels.empty() && slices.empty()) {
+        add(slices, ViewLayer::Show::slices, name, {});
+      }
+    }
+  }
+  std::vector<ViewLayer> layers = surfaces;
+  layers.insert(layers.end(), streams.begin(), streams.end());
+  if (!layers.empty()) return layers;
+  if (!slices.empty()) return slices;
+  for (const SceneVolume& volume : scene.volumes()) {  // no mode reads a field
+    const VolumeField& field = volume.volume.fields.front();
+    const bool vectors = field.field->components() == 3;
+    const std::string name = volume.volume.fields.size() == 1 ? volume.name : volume.name + "." + field.name;
+    return {{.show = vectors ? ViewLayer::Show::streamlines : ViewLayer::Show::slices, .field = {name}}};
+  }
+  return {};
+}
+
+FieldPtr in_hand_frame(const FieldPtr& field, const Similarity& map) {
+  return posed(field, {transposed(map.rotation), 1.0 / map.scale, map.to_hand({})});
+}
+
+LayerSigns draw_layer(vtkRenderer* renderer, const Scene& scene, const std::vector<ViewLayer>& layers, std::size_t number,
+                      const LayerOptions& options) {
+  const ViewLayer& layer = layers[number];
+  const VolumeField& named = scene.field(layer.field);
+  const FieldPtr field = in_hand_frame(named.field, scene.hand_to_world());
+  const bool vectors = field->components() == 3;
+  const Box box = shared_part(field->bounds_m(), options.near);
+  const double side_m = largest_component(box.size_m());
+  LayerSigns signs;
+  if (!(side_m > 0.0)) return signs;
+
+  const bool for_vectors = layer.show == ViewLayer::Show::streamlines || layer.show == ViewLayer::Show::glyphs;
+  const bool for_scalars = layer.show == ViewLayer::Show::surface || layer.show == ViewLayer::Show::volume;
+  if ((for_vectors && !vectors) || (for_scalars && vectors)) {
+    throw LoadError("pictures: '" + layer.field.name + "' is a " + (vectors ? "vector" : "scalar") + " field; " +
+                    (vectors ? "a surface or a volume is drawn of a scalar one, such as magnitude(" + layer.field.name + ")"
+                             : "streamlines and glyphs are drawn of a vector one"));
+  }
+
+  switch (layer.show) {
+    case ViewLayer::Show::surface: {
+      const Extent extent = field->extents()[0];
+      const double level = layer.level.value_or(0.5 * (extent.min + extent.max));
+      std::size_t outer = 0;  // surfaces before this one
+      std::size_t surfaces = 0;
+      for (std::size_t i = 0; i < layers.size(); ++i) {
+        if (layers[i].show != ViewLayer::Show::surface) continue;
+        if (i < number) ++outer;
+        ++surfaces;
+      }
+      Color color = surface_color(outer);
+      double opacity = outer + 1 < surfaces ? 0.42 : options.see_through && surfaces == 1 ? 0.62 : 1.0;
+      if (!layer.colors.empty()) {
+        const ColorMap::Point point = ColorMap(layer.colors).at(level);
+        color = point.color;
+        opacity = point.opacity;
+      }
+      draw_surface(renderer, surface_of(image_of(field, box), *field, level), color, opacity);
+      const std::string unit = named.unit.empty() ? "" : " " + named.unit;
+      signs.legend.push_back({layer.field.name + " = " + number_words(level) + unit, color, opacity});
+      break;
+    }
+    case ViewLayer::Show::slices: {
+      const ColorMap map = colors_of(layer, *field);
+      draw_slices(renderer, *field, box, map);
+      signs.bars.push_back({title_of(layer.field.name, named.unit), map});
+      break;
+    }
+    case ViewLayer::Show::volume: {
+      ColorMap map = colors_of(layer, *field);
+      if (layer.colors.empty()) {
+        const Extent extent = field->extents()[0];
+        map = ColorMap(std::vector<ViewLayer::ColorPoint>{
+            {extent.min, "#000000", 0.0}, {0.5 * (extent.min + extent.max), "#8a6a4f", 0.05}, {extent.max, "#fff6e5", 0.8}});
+      }
+      draw_volume(renderer, field, box, map, options.software);
+      signs.bars.push_back({title_of(layer.field.name, named.unit), map});
+      break;
+    }
+    case ViewLayer::Show::streamlines: {
+      const std::vector<Streamline> lines = streamlines(*field, box, 110);
+      double fastest = 0.0;
+      for (const Streamline& line : lines) {
+        for (const StreamPoint& point : line) fastest = std::max(fastest, point.speed);
+      }
+      const ColorMap map = speed_colors(layer, fastest);
+      std::vector<std::vector<TubePoint>> tubes;
+      for (const Streamline& line : lines) {
+        std::vector<TubePoint>& tube = tubes.emplace_back();
+        for (const StreamPoint& point : line) tube.push_back({point.position_m, map.at(point.speed).color});
+      }
+      draw_tubes(renderer, tubes, 0.0022 * side_m);
+      signs.bars.push_back({title_of(layer.field.name, named.unit), map});
+      break;
+    }
+    case ViewLayer::Show::glyphs: {
+      struct Glyph {
+        Vec3 position_m;
+        Vec3 value;
+      };
+      constexpr int longest = 16;
+      std::vector<Glyph> glyphs;
+      double fastest = 0.0;
+      for (const Vec3& position : grid_positions(box, longest)) {
+        const VectorSample sample = field->vector(position);
+        if (!sample.inside) continue;
+        glyphs.push_back({position, sample.value});
+        fastest = std::max(fastest, norm(sample.value));
+      }
+      const ColorMap map = speed_colors(layer, fastest);
+      std::vector<Arrow> arrows;
+      for (const Glyph& glyph : glyphs) {
+        const double share = fastest > 0.0 ? norm(glyph.value) / fastest : 0.0;
+        if (share < 0.05) continue;
+        const Vec3 half = (0.5 * side_m / longest * std::max(share, 0.25)) * normalized(glyph.value);
+        arrows.push_back({glyph.position_m - half, glyph.position_m + half, map.at(norm(glyph.value)).color});
+      }
+      draw_arrows(renderer, arrows);
+      signs.bars.push_back({title_of(layer.field.name, named.unit), map});
+      break;
+    }
+  }
+  return signs;
+}
+
+}  // namespace palpa::detail

@@ -1,0 +1,39 @@
+// The layers of a scene: surfaces, slices, volumes, streamlines and glyphs of its fields.
+#pragma once
+
+#include <vector>
+
+#include "palpa/field/field.h"
+#include "palpa/scene/scene.h"
+#include "palpa/view/canvas.h"
+
+class vtkRenderer;
+
+namespace palpa::detail {
+
+/// The scene's layers; where it names none, what its modes feel: levels as surfaces, other scalar fields as
+/// slices, vector fields as streamlines.
+std::vector<ViewLayer> layers_of(const Scene& scene);
+
+/// The field in the hand frame: positions and vectors turned, values as they are.
+FieldPtr in_hand_frame(const FieldPtr& field, const Similarity& hand_to_world);
+
+/// What a drawn layer has to be explained with.
+struct LayerSigns {
+  std::vector<LegendEntry> legend;
+  std::vector<ColorBar> bars;
+};
+
+struct LayerOptions {
+  Box near;              ///< hand frame: what is farther is not drawn
+  double hand_to_world;  ///< the world's metres in one metre of the hand
+  bool see_through;      ///< something inside is to be seen: surfaces let it through
+  bool software;         ///< no graphics card draws
+};
+
+/// Draws a layer in the hand frame. Throws SceneError on a field that is not there, LoadError on one that
+/// cannot be drawn so.
+LayerSigns draw_layer(vtkRenderer* renderer, const Scene& scene, const std::vector<ViewLayer>& layers, std::size_t number,
+                      const LayerOptions& options);
+
+}  // namespace palpa::detail

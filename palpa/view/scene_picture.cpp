@@ -1,0 +1,339 @@
+#include "palpa/view/scene_picture.h"
+
+#include <vtkActor.h>
+#include <vtkActorCollection.h>
+#include <vtkCamera.h>
+#include <vtkLight.h>
+#include <vtkMapper.h>
+#include <vtkNew.h>
+#include <vtkPolyData.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+
+#include "palpa/view/canvas.h"
+#include "palpa/view/layers.h"
+#include "palpa/view/offscreen.h"
+#include "palpa/view/shapes.h"
+#include "palpa/view/streamlines.h"
+
+namespace palpa {
+namespace {
+
+using detail::Canvas;
+using detail::Color;
+using detail::ColorBar;
+using detail::ColorMap;
+using detail::LegendEntry;
+using detail::Side;
+using detail::View;
+
+constexpr std::size_t most_path_points = 4000;
+constexpr double least_felt_m = 0.02;  // a hand that hardly moves is not looked at through a microscope
+constexpr Color probe_color{0.45, 0.45, 0.48};
+constexpr Color proxy_color{0.08, 0.08, 0.10};
+constexpr Color spring_color{0.35, 0.35, 0.38};
+
+/// What was seen along the picture's right, up and towards the viewer.
+struct Seen {
+  Vec3 low{1e300, 1e300, 1e300};
+  Vec3 high{-1e300, -1e300, -1e300};
+
+  void add(const View& view, const Vec3& p_m) {
+    const Vec3 q{dot(p_m, view.right), dot(p_m, view.up), dot(p_m, view.towards)};
+    low = {std::min(low.x, q.x), std::min(low.y, q.y), std::min(low.z, q.z)};
+    high = {std::max(high.x, q.x), std::max(high.y, q.y), std::max(high.z, q.z)};
+  }
+  void add(const View& view, const Box& box) {
+    for (int corner = 0; corner < 8; ++corner) {
+      add(view, Vec3{corner & 1 ? box.high_m.x : box.low_m.x, corner & 2 ? box.high_m.y : box.low_m.y,
+                     corner & 4 ? box.high_m.z : box.low_m.z});
+    }
+  }
+  void add(const Seen& other) {
+    low = {std::min(low.x, other.low.x), std::min(low.y, other.low.y), std::min(low.z, other.low.z)};
+    high = {std::max(high.x, other.high.x), std::max(high.y, other.high.y), std::max(high.z, other.high.z)};
+  }
+  bool any() const { return low.x <= high.x; }
+  /// Half the longer side of what is seen on the picture.
+  double radius_m() const { return any() ? 0.5 * std::max(high.x - low.x, high.y - low.y) : 0.0; }
+  Vec3 centre() const { return 0.5 * (low + high); }
+};
+
+/// What the renderer shows, by the points of its shapes.
+Seen seen_in(vtkRenderer& renderer, const View& view) {
+  Seen seen;
+  vtkActorCollection& actors = *renderer.GetActors();
+  actors.InitTraversal();
+  while (vtkActor* actor = actors.GetNextActor()) {
+    actor->GetMapper()->Update();
+    auto* data = vtkPolyData::SafeDownCast(actor->GetMapper()->GetInput());
+    if (!data) continue;
+    for (vtkIdType cell = 0; cell < data->GetNumberOfCells(); ++cell) {
+      vtkIdType size = 0;
+      const vtkIdType* corners = nullptr;
+      data->GetCellPoints(cell, size, corners);
+      for (vtkIdType i = 0; i < size; ++i) {
+        double p[3];
+        data->GetPoint(corners[i], p);
+        seen.add(view, Vec3{p[0], p[1], p[2]});
+      }
+    }
+  }
+  return seen;
+}
+
+View looking(const ScenePictureOptions& options) {
+  View view;
+  view.width_px = options.width_px;
+  view.height_px = options.height_px;
+  view.towards = normalized(options.from);
+  view.right = normalized(cross(options.up, view.towards));
+  if (norm(view.right) == 0.0) throw LoadError("pictures: 'from' and 'up' are parallel or zero; look from the side of 'up'");
+  view.up = cross(view.towards, view.right);
+  return view;
+}
+
+/// Frames `seen` in the part of the picture that title, bars and marks leave free.
+void frame(View& view, const Seen& seen, const ScenePictureOptions& options) {
+  struct Free {
+    double left, right, bottom, top;  // [1] of width and height
+  };
+  constexpr Free free{0.05, 0.87, 0.08, 0.89};
+  const double width_m = std::max(seen.high.x - seen.low.x, 1e-9);
+  const double height_m = std::max(seen.high.y - seen.low.y, 1e-9);
+  const double aspect = 1.0 * view.width_px / view.height_px;
+  const double fitting_m = 0.5 * std::max(height_m / (free.top - free.bottom), width_m / ((free.right - free.left) * aspect));
+  view.half_height_m = options.half_height_m > 0.0 ? options.half_height_m : fitting_m;
+  if (options.centre_m) {
+    view.centre_m = *options.centre_m;
+    return;
+  }
+  Vec3 middle = seen.centre();
+  middle.x -= ((free.left + free.right) / 2 - 0.5) * 2.0 * view.half_height_m * aspect;
+  middle.y -= ((free.bottom + free.top) / 2 - 0.5) * 2.0 * view.half_height_m;
+  view.centre_m = middle.x * view.right + middle.y * view.up + middle.z * view.towards;
+}
+
+void look(vtkRenderer& renderer, const View& view, double reach_m) {
+  vtkCamera& camera = *renderer.GetActiveCamera();
+  const Vec3 eye = view.centre_m + (2.0 * reach_m) * view.towards;
+  camera.ParallelProjectionOn();
+  camera.SetFocalPoint(view.centre_m.x, view.centre_m.y, view.centre_m.z);
+  camera.SetPosition(eye.x, eye.y, eye.z);
+  camera.SetViewUp(view.up.x, view.up.y, view.up.z);
+  camera.SetParallelScale(view.half_height_m);
+  camera.SetClippingRange(0.5 * reach_m, 3.5 * reach_m);
+}
+
+/// Light from above left of the viewer, and a little from the right, so that shapes show.
+void light(vtkRenderer& renderer) {
+  renderer.AutomaticLightCreationOff();
+  struct Lamp {
+    double x, y, z, strength;
+  };
+  for (const Lamp& lamp : {Lamp{-0.5, 0.7, 1.0, 0.85}, Lamp{0.8, -0.1, 0.6, 0.28}}) {
+    vtkNew<vtkLight> source;
+    source->SetLightTypeToCameraLight();
+    source->SetPosition(lamp.x, lamp.y, lamp.z);
+    source->SetFocalPoint(0, 0, 0);
+    source->SetIntensity(lamp.strength);
+    renderer.AddLight(source);
+  }
+}
+
+/// The path as a line of at most `most_path_points` points, each `apart_m` from the last. Where points are
+/// left out, the largest force stands for them.
+struct ThinPath {
+  std::vector<PathPoint> points;
+};
+ThinPath thinned(std::span<const PathPoint> path, double apart_m, Vec3 PathPoint::*place) {
+  const std::size_t stride = path.size() / most_path_points + 1;
+  ThinPath thin;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    if (!is_finite(path[i].probe_m) || !is_finite(path[i].proxy_m) || !is_finite(path[i].force_n)) continue;
+    const bool far = thin.points.empty() || distance(thin.points.back().*place, path[i].*place) > apart_m;
+    if (thin.points.empty() || (i % stride == 0 && far)) {
+      thin.points.push_back(path[i]);
+    } else if (norm(path[i].force_n) > norm(thin.points.back().force_n)) {
+      thin.points.back().force_n = path[i].force_n;
+    }
+  }
+  return thin;
+}
+
+double largest_force_n(std::span<const PathPoint> path) {
+  double largest = 0.0;
+  for (const PathPoint& point : path) {
+    if (is_finite(point.force_n)) largest = std::max(largest, norm(point.force_n));
+  }
+  return largest;
+}
+
+void draw_path(vtkRenderer* renderer, std::span<const PathPoint> path, const ColorMap& colors, double unit_m) {
+  std::vector<std::vector<detail::TubePoint>> proxy(1), probe(1);
+  for (const PathPoint& point : thinned(path, 0.004 * unit_m, &PathPoint::proxy_m).points) {
+    proxy[0].push_back({point.proxy_m, colors.at(norm(point.force_n)).color});
+  }
+  for (const PathPoint& point : thinned(path, 0.004 * unit_m, &PathPoint::probe_m).points) {
+    probe[0].push_back({point.probe_m, probe_color});
+  }
+  detail::draw_tubes(renderer, probe, 0.0028 * unit_m);
+  detail::draw_tubes(renderer, proxy, 0.0105 * unit_m, 0.6);
+}
+
+/// The primitives and the spring, all as large as they are legible.
+void draw_moment(vtkRenderer* renderer, const Moment& moment, double unit_m) {
+  double most_n = 1e-3;
+  for (const PlacedPrimitive& placed : moment.primitives) most_n = std::max(most_n, norm(placed.force_n));
+  for (const PlacedPrimitive& placed : moment.primitives) {
+    const Primitive& primitive = placed.primitive;
+    const Color color = detail::mode_color(primitive.id.mode);
+    const Vec3& at = primitive.kind == PrimitiveKind::directed ? moment.proxy_m : primitive.position_m;
+    const Vec3& q = primitive.direction;
+    const bool idle = norm(placed.force_n) < 1e-3;
+    switch (primitive.kind) {
+      case PrimitiveKind::plane:
+        detail::draw_disc(renderer, at, q, 0.26 * unit_m, color, idle ? 0.25 : 0.5);
+        detail::draw_arrow(renderer, at, at + (0.1 + 0.2 * norm(placed.force_n) / most_n) * unit_m * q, 0.009 * unit_m, color);
+        break;
+      case PrimitiveKind::line:
+        detail::draw_rod(renderer, at - 0.3 * unit_m * q, at + 0.3 * unit_m * q, 0.008 * unit_m, color);
+        break;
+      case PrimitiveKind::point: detail::draw_ball(renderer, at, 0.03 * unit_m, color); break;
+      case PrimitiveKind::directed:
+        detail::draw_arrow(renderer, at, at + (0.1 + 0.25 * norm(placed.force_n) / most_n) * unit_m * normalized(q),
+                           0.012 * unit_m, color);
+        break;
+    }
+  }
+  detail::draw_rod(renderer, moment.proxy_m, moment.probe_m, 0.007 * unit_m, spring_color);
+  detail::draw_ball(renderer, moment.proxy_m, 0.02 * unit_m, proxy_color);
+  detail::draw_ball(renderer, moment.probe_m, 0.02 * unit_m, probe_color);
+}
+
+/// "proxy" and "probe" beside their balls, on the sides that look away from each other.
+void name_ends(Canvas& canvas, const View& view, const Moment& moment) {
+  const double em = canvas.em_px();
+  double dx = view.x_px(moment.probe_m) - view.x_px(moment.proxy_m);
+  double dy = view.y_px(moment.probe_m) - view.y_px(moment.proxy_m);
+  const double length = std::hypot(dx, dy);
+  dx = length > 1.0 ? dx / length : 0.0;
+  dy = length > 1.0 ? dy / length : -1.0;
+  const auto name = [&](const char* word, const Vec3& at_m, double sign) {
+    const detail::PixelPoint from{view.x_px(at_m), view.y_px(at_m)};
+    // At least this much aside, so that the word does not lie on the spring.
+    const double side = (sign * dx >= 0.0 ? 1.0 : -1.0) * std::max(std::abs(dx), 0.75);
+    const detail::PixelPoint to{from.x_px + 3.0 * em * side, from.y_px + 3.0 * em * sign * dy};
+    canvas.line(from, to, 0.07 * em, {0.13, 0.13, 0.15});
+    canvas.text(word, to.x_px + (side > 0 ? 0.3 : -0.3) * em, to.y_px, side > 0 ? Side::left : Side::right);
+  };
+  name("proxy", moment.proxy_m, -1.0);
+  name("probe", moment.probe_m, 1.0);
+}
+
+}  // namespace
+
+Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const std::optional<Moment>& moment,
+                      const ScenePictureOptions& options) {
+  if (options.width_px < 200 || options.height_px < 150 || options.width_px > 8000 || options.height_px > 8000) {
+    throw LoadError("pictures: " + std::to_string(options.width_px) + " x " + std::to_string(options.height_px) +
+                    " pixels cannot be drawn; 200 x 150 to 8000 x 8000 can");
+  }
+  View view = looking(options);
+  const Similarity map = scene.hand_to_world();
+  const std::vector<ViewLayer> layers = detail::layers_of(scene);
+
+  Seen felt;
+  for (const PathPoint& point : path) {
+    for (const Vec3& p : {point.probe_m, point.proxy_m}) {
+      if (is_finite(p)) felt.add(view, p);
+    }
+  }
+  if (moment) {
+    for (const Vec3& p : {moment->probe_m, moment->proxy_m}) felt.add(view, p);
+  }
+  Seen data;
+  for (const ViewLayer& layer : layers) data.add(view, detail::in_hand_frame(scene.field(layer.field).field, map)->bounds_m());
+  if (!data.any() && !felt.any()) data.add(view, Box{{-0.1, -0.1, -0.1}, {0.1, 0.1, 0.1}});
+
+  // All of the data where that leaves what was felt large enough to see, otherwise its surroundings.
+  const double felt_m = felt.any() ? std::max(felt.radius_m(), least_felt_m) : 0.0;
+  const auto around_felt = [&](double radius_m) {
+    Seen around = felt;
+    const Vec3 centre = felt.centre();
+    around.low = {std::min(felt.low.x, centre.x - radius_m), std::min(felt.low.y, centre.y - radius_m), felt.low.z};
+    around.high = {std::max(felt.high.x, centre.x + radius_m), std::max(felt.high.y, centre.y + radius_m), felt.high.z};
+    return around;
+  };
+  const bool all_data = !felt.any() || (data.any() && data.radius_m() <= 3.2 * felt_m);
+  Seen shown = all_data ? data : around_felt(2.2 * felt_m);
+  if (felt.any()) shown.add(felt);
+  frame(view, shown, options);
+
+  detail::OffscreenWindow window(options.width_px, options.height_px);
+  const double reach_m = 4.0 * view.half_height_m * std::max(1.0, 1.0 * view.width_px / view.height_px);
+  const Vec3 reach{reach_m, reach_m, reach_m};
+  vtkNew<vtkRenderer> solid;
+  std::vector<LegendEntry> legend;
+  std::vector<ColorBar> bars;
+  for (std::size_t i = 0; i < layers.size(); ++i) {
+    detail::LayerSigns signs = detail::draw_layer(
+        solid, scene, layers, i, {{view.centre_m - reach, view.centre_m + reach}, map.scale, felt.any(), window.is_software()});
+    legend.insert(legend.end(), signs.legend.begin(), signs.legend.end());
+    bars.insert(bars.end(), signs.bars.begin(), signs.bars.end());
+  }
+  if (all_data) {
+    Seen drawn = seen_in(*solid, view);  // closer than the boxes of the fields
+    if (felt.any()) drawn.add(felt);
+    if (drawn.any()) frame(view, drawn, options);
+  }
+  const double unit_m = view.half_height_m;
+
+  if (!path.empty()) {
+    const double most_n = largest_force_n(path);
+    const ColorMap colors = detail::force_colors(most_n > 1e-9 ? most_n : 1.0);
+    draw_path(solid, path, colors, unit_m);
+    bars.insert(bars.begin(), ColorBar{"force / N", colors});
+    legend.push_back({"proxy", colors.at(0.55 * colors.high()).color, 1.0, LegendEntry::Sign::line});
+    legend.push_back({"probe", probe_color, 1.0, LegendEntry::Sign::line});
+  }
+  solid->SetBackground(0.985, 0.985, 0.98);
+  light(*solid);
+  look(*solid, view, 2.0 * reach_m);
+  window.vtk()->SetNumberOfLayers(2);
+  window.vtk()->AddRenderer(solid);
+
+  // In front of all: the moment, and what explains the picture.
+  vtkNew<vtkRenderer> front;
+  front->SetLayer(1);
+  light(*front);
+  look(*front, view, 2.0 * reach_m);
+  window.vtk()->AddRenderer(front);
+  Canvas canvas(front, options.width_px, options.height_px);
+  if (moment) {
+    draw_moment(front, *moment, unit_m);
+    std::set<std::uint16_t> modes;
+    for (const PlacedPrimitive& placed : moment->primitives) modes.insert(placed.primitive.id.mode);
+    for (const std::uint16_t mode : modes) {
+      const std::string name = mode < moment->mode_names.size() ? moment->mode_names[mode] : "mode " + std::to_string(mode);
+      legend.push_back({name, detail::mode_color(mode)});
+    }
+    name_ends(canvas, view, *moment);
+  }
+  const std::array<Vec3, 3> axes{map.turned_to_hand({1, 0, 0}), map.turned_to_hand({0, 1, 0}), map.turned_to_hand({0, 0, 1})};
+  const bool medical = std::any_of(scene.volumes().begin(), scene.volumes().end(),
+                                   [](const SceneVolume& volume) { return volume.volume.medical_frame; });
+  medical ? detail::draw_orientation(canvas, view, axes) : detail::draw_axes(canvas, view, axes);
+  detail::draw_scale_bar(canvas, view, map.scale);
+  detail::draw_color_bars(canvas, bars);
+  detail::draw_legend(canvas, legend);
+  if (!scene.title.empty()) detail::draw_title(canvas, scene.title);
+  return window.draw();
+}
+
+}  // namespace palpa

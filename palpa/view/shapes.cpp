@@ -1,0 +1,172 @@
+#include "palpa/view/shapes.h"
+
+#include <vtkActor.h>
+#include <vtkArrowSource.h>
+#include <vtkCellArray.h>
+#include <vtkConeSource.h>
+#include <vtkCylinderSource.h>
+#include <vtkDoubleArray.h>
+#include <vtkGlyph3D.h>
+#include <vtkLineSource.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkProperty.h>
+#include <vtkRenderer.h>
+#include <vtkSphereSource.h>
+#include <vtkTransform.h>
+#include <vtkTransformPolyDataFilter.h>
+#include <vtkTubeFilter.h>
+#include <vtkUnsignedCharArray.h>
+
+#include <cmath>
+
+namespace palpa::detail {
+namespace {
+
+constexpr int sides = 32;
+
+unsigned char byte(double share) { return static_cast<unsigned char>(std::lround(255.0 * share)); }
+
+void add(vtkRenderer* renderer, vtkAlgorithmOutput* shape, const Color& color, double opacity = 1.0) {
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputConnection(shape);
+  mapper->ScalarVisibilityOff();
+  vtkNew<vtkActor> actor;
+  actor->SetMapper(mapper);
+  actor->GetProperty()->SetColor(color.red, color.green, color.blue);
+  actor->GetProperty()->SetAmbient(0.3);
+  actor->GetProperty()->SetDiffuse(0.7);
+  actor->GetProperty()->SetOpacity(opacity);
+  renderer->AddActor(actor);
+}
+
+}  // namespace
+
+void draw_tubes(vtkRenderer* renderer, std::span<const std::vector<TubePoint>> lines, double radius_m, double shine) {
+  vtkNew<vtkPoints> points;
+  points->SetDataTypeToDouble();
+  vtkNew<vtkCellArray> cells;
+  vtkNew<vtkUnsignedCharArray> colors;
+  colors->SetNumberOfComponents(3);
+  colors->SetName("color");
+  for (const std::vector<TubePoint>& line : lines) {
+    if (line.size() < 2) continue;
+    cells->InsertNextCell(static_cast<int>(line.size()));
+    for (const TubePoint& point : line) {
+      cells->InsertCellPoint(points->InsertNextPoint(point.position_m.x, point.position_m.y, point.position_m.z));
+      colors->InsertNextTuple3(byte(point.color.red), byte(point.color.green), byte(point.color.blue));
+    }
+  }
+  if (points->GetNumberOfPoints() == 0) return;
+  vtkNew<vtkPolyData> data;
+  data->SetPoints(points);
+  data->SetLines(cells);
+  data->GetPointData()->SetScalars(colors);
+  vtkNew<vtkTubeFilter> tubes;
+  tubes->SetInputData(data);
+  tubes->SetRadius(radius_m);
+  tubes->SetNumberOfSides(10);
+  tubes->CappingOn();
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputConnection(tubes->GetOutputPort());
+  vtkNew<vtkActor> actor;
+  actor->SetMapper(mapper);
+  actor->GetProperty()->SetAmbient(shine);
+  actor->GetProperty()->SetDiffuse(1.0 - shine);
+  renderer->AddActor(actor);
+}
+
+void draw_ball(vtkRenderer* renderer, const Vec3& centre_m, double radius_m, const Color& color) {
+  vtkNew<vtkSphereSource> ball;
+  ball->SetCenter(centre_m.x, centre_m.y, centre_m.z);
+  ball->SetRadius(radius_m);
+  ball->SetThetaResolution(sides);
+  ball->SetPhiResolution(sides / 2);
+  add(renderer, ball->GetOutputPort(), color);
+}
+
+void draw_disc(vtkRenderer* renderer, const Vec3& centre_m, const Vec3& normal, double radius_m, const Color& color,
+               double opacity) {
+  // A cylinder's axis is y: turn it to the normal about the axis across both.
+  vtkNew<vtkCylinderSource> disc;
+  disc->SetRadius(radius_m);
+  disc->SetHeight(0.02 * radius_m);
+  disc->SetResolution(2 * sides);
+  disc->CappingOn();
+  const Vec3 y{0, 1, 0};
+  const Vec3 across = cross(y, normal);
+  const Vec3 axis = norm(across) > 1e-9 ? across : Vec3{1, 0, 0};
+  vtkNew<vtkTransform> turn;
+  turn->Translate(centre_m.x, centre_m.y, centre_m.z);
+  turn->RotateWXYZ(std::atan2(norm(across), dot(y, normal)) * 180.0 / M_PI, axis.x, axis.y, axis.z);
+  vtkNew<vtkTransformPolyDataFilter> turned;
+  turned->SetInputConnection(disc->GetOutputPort());
+  turned->SetTransform(turn);
+  add(renderer, turned->GetOutputPort(), color, opacity);
+}
+
+void draw_rod(vtkRenderer* renderer, const Vec3& from_m, const Vec3& to_m, double radius_m, const Color& color) {
+  if (!(distance(from_m, to_m) > 0.0)) return;
+  vtkNew<vtkLineSource> line;
+  line->SetPoint1(from_m.x, from_m.y, from_m.z);
+  line->SetPoint2(to_m.x, to_m.y, to_m.z);
+  vtkNew<vtkTubeFilter> rod;
+  rod->SetInputConnection(line->GetOutputPort());
+  rod->SetRadius(radius_m);
+  rod->SetNumberOfSides(sides / 2);
+  rod->CappingOn();
+  add(renderer, rod->GetOutputPort(), color);
+}
+
+void draw_arrow(vtkRenderer* renderer, const Vec3& from_m, const Vec3& to_m, double radius_m, const Color& color) {
+  const Vec3 along = normalized(to_m - from_m);
+  const double head_m = std::min(5.0 * radius_m, 0.6 * distance(from_m, to_m));
+  if (!(head_m > 0.0)) return;
+  draw_rod(renderer, from_m, to_m - 0.9 * head_m * along, radius_m, color);
+  vtkNew<vtkConeSource> head;
+  const Vec3 middle = to_m - 0.5 * head_m * along;
+  head->SetCenter(middle.x, middle.y, middle.z);
+  head->SetDirection(along.x, along.y, along.z);
+  head->SetHeight(head_m);
+  head->SetRadius(2.2 * radius_m);
+  head->SetResolution(sides);
+  add(renderer, head->GetOutputPort(), color);
+}
+
+void draw_arrows(vtkRenderer* renderer, std::span<const Arrow> arrows) {
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkDoubleArray> vectors;
+  vectors->SetNumberOfComponents(3);
+  vtkNew<vtkUnsignedCharArray> colors;
+  colors->SetNumberOfComponents(3);
+  for (const Arrow& arrow : arrows) {
+    const Vec3 along = arrow.to_m - arrow.from_m;
+    points->InsertNextPoint(arrow.from_m.x, arrow.from_m.y, arrow.from_m.z);
+    vectors->InsertNextTuple3(along.x, along.y, along.z);
+    colors->InsertNextTuple3(byte(arrow.color.red), byte(arrow.color.green), byte(arrow.color.blue));
+  }
+  vtkNew<vtkPolyData> data;
+  data->SetPoints(points);
+  data->GetPointData()->SetScalars(colors);
+  data->GetPointData()->SetVectors(vectors);
+  vtkNew<vtkArrowSource> shape;
+  shape->SetShaftResolution(8);
+  shape->SetTipResolution(12);
+  vtkNew<vtkGlyph3D> glyphs;
+  glyphs->SetInputData(data);
+  glyphs->SetSourceConnection(shape->GetOutputPort());
+  glyphs->SetScaleModeToScaleByVector();
+  glyphs->SetColorModeToColorByScalar();
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputConnection(glyphs->GetOutputPort());
+  vtkNew<vtkActor> actor;
+  actor->SetMapper(mapper);
+  actor->GetProperty()->SetAmbient(0.4);
+  actor->GetProperty()->SetDiffuse(0.6);
+  renderer->AddActor(actor);
+}
+
+}  // namespace palpa::detail

@@ -1,0 +1,38 @@
+// Solid shapes in the hand frame: tubes, balls, discs, rods, arrows.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "palpa/core/vec3.h"
+#include "palpa/view/colors.h"
+
+class vtkRenderer;
+
+namespace palpa::detail {
+
+struct TubePoint {
+  Vec3 position_m;
+  Color color;
+};
+
+/// One tube through each line's points, coloured along it; lines of one point are left out. `shine` [1]: how
+/// much of the colour comes without light, so that it can be read off a colour bar.
+void draw_tubes(vtkRenderer* renderer, std::span<const std::vector<TubePoint>> lines, double radius_m, double shine = 0.45);
+void draw_ball(vtkRenderer* renderer, const Vec3& centre_m, double radius_m, const Color& color);
+/// A thin disc across the unit vector `normal`.
+void draw_disc(vtkRenderer* renderer, const Vec3& centre_m, const Vec3& normal, double radius_m, const Color& color,
+               double opacity);
+void draw_rod(vtkRenderer* renderer, const Vec3& from_m, const Vec3& to_m, double radius_m, const Color& color);
+void draw_arrow(vtkRenderer* renderer, const Vec3& from_m, const Vec3& to_m, double radius_m, const Color& color);
+
+struct Arrow {
+  Vec3 from_m;
+  Vec3 to_m;
+  Color color;
+};
+/// Many arrows at once, each as thick as it is long allows.
+void draw_arrows(vtkRenderer* renderer, std::span<const Arrow> arrows);
+
+}  // namespace palpa::detail

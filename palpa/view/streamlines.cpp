@@ -1,0 +1,131 @@
+#include "palpa/view/streamlines.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <unordered_set>
+
+namespace palpa::detail {
+namespace {
+
+/// The direction of the field; none where it has no data or is slower than `least`.
+std::optional<Vec3> direction_at(const Field& field, const Vec3& x_m, double least, double* speed = nullptr) {
+  const VectorSample sample = field.vector(x_m);
+  const double length = norm(sample.value);
+  if (speed) *speed = length;
+  if (!sample.inside || !(length > least)) return {};
+  return sample.value / length;
+}
+
+/// From `start` with or against the field, without the start itself.
+Streamline half_line(const Field& field, const Box& box, const Vec3& start_m, double step_m, double longest_m, double least) {
+  Streamline line;
+  Vec3 x = start_m;
+  const auto within = [&](const Vec3& p) {
+    return p.x >= box.low_m.x && p.y >= box.low_m.y && p.z >= box.low_m.z && p.x <= box.high_m.x && p.y <= box.high_m.y &&
+           p.z <= box.high_m.z;
+  };
+  const auto steps = static_cast<int>(std::min(longest_m / std::abs(step_m), 4000.0));
+  for (int i = 0; i < steps; ++i) {
+    const auto a = direction_at(field, x, least);
+    if (!a) break;
+    const auto b = direction_at(field, x + (0.5 * step_m) * *a, least);
+    if (!b) break;
+    const auto c = direction_at(field, x + (0.5 * step_m) * *b, least);
+    if (!c) break;
+    const auto d = direction_at(field, x + step_m * *c, least);
+    if (!d) break;
+    x += (step_m / 6.0) * (*a + 2.0 * *b + 2.0 * *c + *d);
+    double speed = 0.0;
+    if (!within(x) || !direction_at(field, x, least, &speed)) break;
+    line.push_back({x, speed});
+  }
+  return line;
+}
+
+/// Which cells of a lattice some streamline runs through.
+class Lattice {
+ public:
+  explicit Lattice(double cell_m) : cell_m_(cell_m) {}
+  bool near(const Vec3& p) const { return taken_.contains(key(p)); }
+  void take(const Vec3& p) { taken_.insert(key(p)); }
+
+ private:
+  std::uint64_t key(const Vec3& p) const {
+    const auto cell = [&](double x) {
+      return static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(x / cell_m_)) + (1 << 20)) & 0x1fffffU;
+    };
+    return cell(p.x) << 42 | cell(p.y) << 21 | cell(p.z);
+  }
+  double cell_m_;
+  std::unordered_set<std::uint64_t> taken_;
+};
+
+}  // namespace
+
+Box shared_part(const Box& a, const Box& b) noexcept {
+  const auto high_of = [](double x, double y, double low) { return std::max(std::min(x, y), low); };
+  const Vec3 low{std::max(a.low_m.x, b.low_m.x), std::max(a.low_m.y, b.low_m.y), std::max(a.low_m.z, b.low_m.z)};
+  return {
+      low,
+      {high_of(a.high_m.x, b.high_m.x, low.x), high_of(a.high_m.y, b.high_m.y, low.y), high_of(a.high_m.z, b.high_m.z, low.z)}};
+}
+
+std::vector<Vec3> grid_positions(const Box& box, int longest) {
+  const Vec3 size = box.size_m();
+  const double step_m = largest_component(size) / longest;
+  if (!(step_m > 0.0)) return {};
+  const auto count = [&](double side_m) { return std::max(1, static_cast<int>(std::lround(side_m / step_m))); };
+  const int nx = count(size.x), ny = count(size.y), nz = count(size.z);
+  std::vector<Vec3> positions;
+  positions.reserve(static_cast<std::size_t>(nx) * ny * nz);
+  for (int k = 0; k < nz; ++k) {
+    for (int j = 0; j < ny; ++j) {
+      for (int i = 0; i < nx; ++i) {
+        positions.push_back(box.low_m + Vec3{(i + 0.5) / nx * size.x, (j + 0.5) / ny * size.y, (k + 0.5) / nz * size.z});
+      }
+    }
+  }
+  return positions;
+}
+
+std::vector<Streamline> streamlines(const Field& field, const Box& box, std::size_t most) {
+  struct Seed {
+    Vec3 position_m;
+    double speed;
+  };
+  std::vector<Seed> seeds;
+  for (const Vec3& position : grid_positions(box, 40)) {
+    const VectorSample sample = field.vector(position);
+    if (sample.inside && norm(sample.value) > 0.0) seeds.push_back({position, norm(sample.value)});
+  }
+  std::stable_sort(seeds.begin(), seeds.end(), [](const Seed& a, const Seed& b) { return a.speed > b.speed; });
+  if (seeds.empty()) return {};
+  const double fast = seeds[seeds.size() / 200].speed;  // not the very fastest: measured data have outliers
+  std::erase_if(seeds, [&](const Seed& seed) { return seed.speed < 0.2 * fast; });
+
+  const double side_m = largest_component(box.size_m());
+  const double step_m = std::clamp(0.5 * field.spacing_m(), side_m / 2000.0, side_m / 150.0);
+  const double least = 0.05 * fast;
+  for (double apart_m = side_m / 24.0;; apart_m *= 1.25) {
+    Lattice lattice(apart_m);
+    std::vector<Streamline> lines;
+    for (const Seed& seed : seeds) {
+      if (lattice.near(seed.position_m)) continue;
+      const Streamline ahead = half_line(field, box, seed.position_m, step_m, side_m, least);
+      Streamline line = half_line(field, box, seed.position_m, -step_m, side_m, least);
+      std::reverse(line.begin(), line.end());
+      line.push_back({seed.position_m, seed.speed});
+      line.insert(line.end(), ahead.begin(), ahead.end());
+      lattice.take(seed.position_m);
+      for (const StreamPoint& point : line) lattice.take(point.position_m);
+      if (static_cast<double>(line.size()) * step_m < 0.03 * side_m) continue;  // a speck tells no direction
+      lines.push_back(std::move(line));
+      if (lines.size() > most) break;
+    }
+    if (lines.size() <= most) return lines;
+  }
+}
+
+}  // namespace palpa::detail
