@@ -4,7 +4,6 @@
 //
 // All figures come from one run of this program: the scene's ticks, the same hand with no mode enabled,
 // and the scene's ticks after the caches were filled with something else.
-#include <palpa/baseline/law.h>
 #include <palpa/loop/loop.h>
 #include <palpa/palpa.h>
 

@@ -1,6 +1,7 @@
 // All of the library but devices, pictures and reports.
 #pragma once
 
+#include "palpa/baseline/law.h"
 #include "palpa/core/solver.h"
 #include "palpa/device/hand.h"
 #include "palpa/field/analytic.h"
@@ -16,6 +17,7 @@
 #include "palpa/mode/vortex.h"
 #include "palpa/scene/load_scene.h"
 #include "palpa/scene/scene.h"
+#include "palpa/study/compare_laws.h"
 #include "palpa/study/run.h"
 #include "palpa/study/summary.h"
 #include "palpa/tick/session.h"

@@ -6,7 +6,7 @@ namespace {
 
 constexpr int most_steps = 200;
 constexpr double shortest_step_m = 1e-12;
-constexpr double growth = 1.2;
+constexpr double growth = 1.1;
 constexpr int force_sweeps = 10;
 
 }  // namespace

@@ -12,7 +12,7 @@ namespace palpa::baseline {
 ///
 /// From the paper: the residual force, its forces (zero on a point or line, and on a plane), the start at
 /// the last proxy, once per frame. Our reading, for the paper says no more: every step is taken; h grows by
-/// a fifth while f_res keeps its direction and is halved where it turns back; the first h is the reciprocal
+/// a tenth while f_res keeps its direction and is halved where it turns back; the first h is the reciprocal
 /// of the slope of spring and drags together; it ends after 200 steps or at a step below 1e-12 m. The other two
 /// readings, a step that counts only if |f_res| or the energy falls, were measured to be worse (docs/laws.md,
 /// and the test). A drag, which the paper does not know, adds c/T times the residual.

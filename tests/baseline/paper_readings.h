@@ -66,7 +66,7 @@ inline Vec3 proxy_by(Reading reading, const Posed& posed, int most_steps) {
     const double e_tried = energy_j(posed, tried);
     const bool better = reading == Reading::residual_falls ? norm(f_tried) < norm(f) : e_tried < e;
     if (better) x = tried, f = f_tried, e = e_tried;
-    h *= better ? 1.2 : 0.5;
+    h *= better ? 1.1 : 0.5;
   }
   return x;
 }

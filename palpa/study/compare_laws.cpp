@@ -1,0 +1,154 @@
+#include "palpa/study/compare_laws.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "palpa/baseline/law.h"
+
+namespace palpa {
+
+namespace {
+
+constexpr double orthogonal_share = 1e-9;
+
+bool are_orthogonal(const Primitive& a, const Primitive& b) noexcept {
+  using enum PrimitiveKind;
+  if (a.kind == directed || b.kind == directed) return true;
+  if (a.kind == plane && b.kind == plane) return std::abs(dot(a.direction, b.direction)) <= orthogonal_share;
+  // A line spans what is across it: orthogonal to it is a plane with its direction, and nothing else.
+  if ((a.kind == line && b.kind == plane) || (a.kind == plane && b.kind == line)) {
+    return norm(cross(a.direction, b.direction)) <= orthogonal_share;
+  }
+  return false;
+}
+
+Scene with_law(Scene scene, const std::string& law) {
+  scene.law = law;
+  return scene;
+}
+
+Spread spread_of(std::vector<double>& values) {
+  if (values.empty()) return {};
+  std::sort(values.begin(), values.end());
+  const auto at = [&](double share) {
+    return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+  };
+  return {at(0.5), at(0.99), values.back()};
+}
+
+Spread times(double factor, const Spread& spread) { return {factor * spread.p50, factor * spread.p99, factor * spread.max}; }
+
+// What the proxy and the hand were told in one tick.
+struct Felt {
+  bool valid = false;
+  Vec3 proxy_m;
+  Vec3 force_n;
+};
+
+// One law, posed the balances of another's session.
+struct Asked {
+  std::unique_ptr<Law> law;
+  std::vector<double> errors_m;
+};
+
+void pose(PrimitiveSet& set, const SubStep& step, std::span<const PlacedPrimitive> placed) {
+  set.clear(step.start_m);
+  for (const PlacedPrimitive& p : placed) {
+    set.begin_mode(p.primitive.id.mode);
+    set.add(p.primitive);
+  }
+}
+
+}  // namespace
+
+bool has_oblique_primitives(std::span<const PlacedPrimitive> placed) noexcept {
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    for (std::size_t j = i + 1; j < placed.size(); ++j) {
+      if (!are_orthogonal(placed[i].primitive, placed[j].primitive)) return true;
+    }
+  }
+  return false;
+}
+
+LawComparison compare_laws(const Scene& scene, std::span<const Probe> probes, double time_step_s,
+                           std::span<const std::string> laws) {
+  const double k = scene.coupling.stiffness_n_per_m;
+  LawComparison result;
+  std::vector<Asked> asked;
+  for (const std::string& name : laws) asked.push_back({baseline::law(with_law(scene, name)), {}});
+
+  std::vector<Felt> exact;
+  exact.reserve(probes.size());
+  PrimitiveSet set;
+  Session session(with_law(scene, "exact"));
+  for (const Probe& probe : probes) {
+    const Tick tick = session.tick(probe, time_step_s);
+    exact.push_back({tick.probe_valid && tick.status != TickStatus::bad_input, tick.proxy_m, tick.force_n});
+    result.ticks += exact.back().valid;
+    for (const SubStep& step : session.sub_steps()) {
+      if (step.primitives == 0) continue;
+      if (step.balance.status != BalanceStatus::exact) {
+        ++result.left_out;
+        continue;
+      }
+      const auto placed = session.placed().subspan(step.first_primitive, step.primitives);
+      ++result.balances;
+      result.oblique_balances += has_oblique_primitives(placed);
+      pose(set, step, placed);
+      for (Asked& one : asked) {
+        const Balance answer = one.law->solve(set, step.start_m, step.probe_m, step.stiffness_n_per_m, step.time_step_s);
+        one.errors_m.push_back(distance(answer.position_m, step.balance.position_m));
+      }
+    }
+  }
+
+  for (std::size_t i = 0; i < laws.size(); ++i) {
+    LawErrors errors{.law = laws[i]};
+    errors.posed_m = spread_of(asked[i].errors_m);
+    errors.posed_n = times(k, errors.posed_m);
+
+    const Scene own = with_law(scene, laws[i]);
+    Session alone(own, baseline::law(own));
+    std::vector<double> apart_m, apart_n;
+    for (std::size_t t = 0; t < probes.size(); ++t) {
+      const Tick tick = alone.tick(probes[t], time_step_s);
+      if (!exact[t].valid) continue;
+      apart_m.push_back(distance(tick.proxy_m, exact[t].proxy_m));
+      apart_n.push_back(distance(tick.force_n, exact[t].force_n));
+      errors.alone_mean_n += apart_n.back() / static_cast<double>(result.ticks);
+    }
+    errors.alone_m = spread_of(apart_m);
+    errors.alone_n = spread_of(apart_n);
+    result.laws.push_back(std::move(errors));
+  }
+  return result;
+}
+
+std::string to_markdown(const LawComparison& comparison) {
+  std::string text;
+  char line[256];
+  const auto say = [&](const char* format, auto... values) {
+    std::snprintf(line, sizeof line, format, values...);
+    text += line;
+  };
+  const auto share = [](std::int64_t part, std::int64_t whole) {
+    return whole > 0 ? 100.0 * static_cast<double>(part) / static_cast<double>(whole) : 0.0;
+  };
+  say("%lld balances of %lld ticks, %.1f %% of them with primitives that are not orthogonal; %lld left out.\n\n",
+      static_cast<long long>(comparison.balances), static_cast<long long>(comparison.ticks),
+      share(comparison.oblique_balances, comparison.balances), static_cast<long long>(comparison.left_out));
+  text += "| the same balances | p50 mm | p99 mm | max mm | p50 N | p99 N | max N |\n|---|---|---|---|---|---|---|\n";
+  for (const LawErrors& e : comparison.laws) {
+    say("| `%s` | %.3g | %.3g | %.3g | %.3g | %.3g | %.3g |\n", e.law.c_str(), 1e3 * e.posed_m.p50, 1e3 * e.posed_m.p99,
+        1e3 * e.posed_m.max, e.posed_n.p50, e.posed_n.p99, e.posed_n.max);
+  }
+  text += "\n| the same hand | p50 mm | p99 mm | mean N | p99 N |\n|---|---|---|---|---|\n";
+  for (const LawErrors& e : comparison.laws) {
+    say("| `%s` | %.3g | %.3g | %.3g | %.3g |\n", e.law.c_str(), 1e3 * e.alone_m.p50, 1e3 * e.alone_m.p99, e.alone_mean_n,
+        e.alone_n.p99);
+  }
+  return text;
+}
+
+}  // namespace palpa

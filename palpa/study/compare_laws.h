@@ -1,0 +1,55 @@
+// Earlier systems' laws beside the exact one, on the same data and the same hand.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "palpa/tick/session.h"
+
+namespace palpa {
+
+/// How numbers of one kind are spread.
+struct Spread {
+  double p50 = 0.0;  ///< [unit of the member's name]
+  double p99 = 0.0;  ///< [unit of the member's name]
+  double max = 0.0;  ///< [unit of the member's name]
+};
+
+/// One law against the exact one.
+struct LawErrors {
+  std::string law;
+  /// Posed the very same balances (primitives, start, probe, k, T): how far its answer is from the exact
+  /// one, and k times that: by how much the force on the hand is wrong.
+  Spread posed_m;
+  Spread posed_n;
+  /// Feeling the scene by itself under the same probes: how far its proxy is from the exact law's, tick by
+  /// tick, and the difference of the two forces of Eq. 1.
+  Spread alone_m;
+  Spread alone_n;
+  double alone_mean_n = 0.0;
+};
+
+struct LawComparison {
+  std::int64_t ticks = 0;             ///< with a valid probe
+  std::int64_t balances = 0;          ///< posed: sub-steps with at least one primitive
+  std::int64_t left_out = 0;          ///< sub-steps whose exact balance is not proven to 1e-9 m
+  std::int64_t oblique_balances = 0;  ///< of `balances`, with primitives that are not orthogonal to each other
+  std::vector<LawErrors> laws;
+};
+
+/// True when two of these primitives have spans that are not orthogonal to each other: their forces mix.
+/// A directed force has no span; a point's is all of space, so it is orthogonal to none.
+bool has_oblique_primitives(std::span<const PlacedPrimitive> placed) noexcept;
+
+/// Feels `scene` with the exact law under `probes`, one tick of `time_step_s` [s] each; poses every sub-step's
+/// balance to each of `laws` as well; then lets each of them feel the scene by itself. Whatever law the
+/// scene names does not count. Throws SceneError on a scene that cannot be felt or a law that is none.
+LawComparison compare_laws(const Scene& scene, std::span<const Probe> probes, double time_step_s,
+                           std::span<const std::string> laws);
+
+/// The comparison as two Markdown tables, in mm and N.
+std::string to_markdown(const LawComparison& comparison);
+
+}  // namespace palpa
