@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
 #include <string>
@@ -65,6 +66,14 @@ Volume volume_of(std::string name, std::string unit, const Box& box, double spac
   volume.fields.push_back({std::move(name), std::move(unit),
                            std::make_shared<const Formula<Law>>(box, spacing_m, std::move(extents), std::move(law))});
   return volume;
+}
+
+template <class Law>
+void add_field(Volume& volume, std::string name, std::string unit, std::vector<Extent> extents, Law law) {
+  const Field& first = *volume.fields.front().field;
+  volume.fields.push_back(
+      volume_of(std::move(name), std::move(unit), first.bounds_m(), first.spacing_m(), std::move(extents), std::move(law))
+          .fields.front());
 }
 
 Box cube(double half_m) { return {{-half_m, -half_m, -half_m}, {half_m, half_m, half_m}}; }
@@ -297,6 +306,133 @@ ScalarSample head(const Vec3& world) noexcept {
   return s;
 }
 
+// ---- the heart -----------------------------------------------------------------------------------------
+
+constexpr double chamber_radius_m = 27e-3, chamber_half_height_m = 32e-3;
+constexpr Ellipsoid chamber({0, 0, 0}, {1e3 * chamber_radius_m, 1e3 * chamber_radius_m, 1e3 * chamber_half_height_m});
+constexpr double ring_peak_m_per_s = 0.6;
+
+Mat3 plus(const Mat3& a, const Mat3& b) noexcept { return {{a.row[0] + b.row[0], a.row[1] + b.row[1], a.row[2] + b.row[2]}}; }
+/// a bᵀ
+Mat3 outer(const Vec3& a, const Vec3& b) noexcept { return {{a.x * b, a.y * b, a.z * b}}; }
+
+/// u = ∇×(f (−y, x, 0)) = (−x f_z, −y f_z, 2f + x f_x + y f_y), f = strength · exp(E) · (1 − e)³.
+struct Ring {
+  double strength_m_per_s;
+  double centre_m;  ///< z₀
+
+  VectorSample operator()(const Vec3& x) const noexcept {
+    constexpr double radius = 14e-3, core = 8e-3;
+    constexpr double per_a = 1.0 / (chamber_radius_m * chamber_radius_m);
+    constexpr double per_h = 1.0 / (chamber_half_height_m * chamber_half_height_m);
+    VectorSample s;
+    s.inside = true;
+    const double squared = x.x * x.x + x.y * x.y;
+    const double rest = 1.0 - squared * per_a - x.z * x.z * per_h;
+    if (!(rest > 0.0)) return s;
+
+    const double p = (squared - radius * radius) / (2.0 * radius * core), q = (x.z - centre_m) / core;
+    const Vec3 dp{x.x / (radius * core), x.y / (radius * core), 0.0};
+    const double g = strength_m_per_s * std::exp(-p * p - q * q);
+    const Vec3 exponent{-2.0 * p * dp.x, -2.0 * p * dp.y, -2.0 * q / core};  // ∇E, E = −p² − q²
+    const double bend = -2.0 * p / (radius * core);
+    const Mat3 exponent2 = plus(-2.0 * outer(dp, dp), {{{bend, 0, 0}, {0, bend, 0}, {0, 0, -2.0 / (core * core)}}});
+
+    const double w = rest * rest * rest;
+    const Vec3 dw = -3.0 * rest * rest * Vec3{2.0 * per_a * x.x, 2.0 * per_a * x.y, 2.0 * per_h * x.z};
+    const Vec3 de{2.0 * per_a * x.x, 2.0 * per_a * x.y, 2.0 * per_h * x.z};
+    const double curve = -6.0 * rest * rest;
+    const Mat3 dw2 = plus(6.0 * rest * outer(de, de), {{{curve * per_a, 0, 0}, {0, curve * per_a, 0}, {0, 0, curve * per_h}}});
+
+    const double f = g * w;
+    const Vec3 df = g * (w * exponent + dw);
+    const Mat3 mixed = outer(exponent, dw);
+    const Mat3 h = g * plus(plus(w * plus(exponent2, outer(exponent, exponent)), dw2), plus(mixed, transposed(mixed)));
+
+    s.value = {-x.x * df.z, -x.y * df.z, 2.0 * f + x.x * df.x + x.y * df.y};
+    s.jacobian = {{-x.x * h.row[2] - Vec3{df.z, 0, 0}, -x.y * h.row[2] - Vec3{0, df.z, 0},
+                   x.x * h.row[0] + x.y * h.row[1] + Vec3{3.0 * df.x, 3.0 * df.y, 2.0 * df.z}}};
+    return s;
+  }
+};
+
+// ---- a wing --------------------------------------------------------------------------------------------
+
+constexpr double free_stream_m_per_s = 1.0, wing_circulation_m2_per_s = 0.4, wing_core_m = 0.12;
+
+/// A straight vortex from `start` along the unit vector `along`; `length` infinite for one without end.
+///
+/// u = Γ/(4π) K t × r, r = x − start, K = ∫ ds/(|x − s|² + ε²)^{3/2} = (l₁/s₁ − l₂/s₂)/h², with l the
+/// distances along the line from both ends, s² = l² + h² and h² = ε² + (distance from the line)².
+struct LineVortex {
+  Vec3 start;
+  Vec3 along;
+  double length_m;
+  double circulation_m2_per_s;
+
+  struct Swirling {
+    Vec3 velocity;
+    Mat3 jacobian;
+    double rate = 0.0;  ///< ω = Γ K/(4π) [1/s]
+    Vec3 rate_gradient;
+    double squared_m2 = 0.0;  ///< h²
+    Vec3 squared_gradient_m;
+  };
+  Swirling operator()(const Vec3& x) const noexcept {
+    const Vec3 r = x - start;
+    const double l1 = dot(r, along);
+    const Vec3 across = r - l1 * along;
+    Swirling v;
+    v.squared_m2 = norm_squared(across) + wing_core_m * wing_core_m;
+    v.squared_gradient_m = 2.0 * across;
+    const double s1 = std::sqrt(v.squared_m2 + l1 * l1);
+    double g = l1 / s1 + 1.0;
+    Vec3 dg = (along - (l1 / (s1 * s1)) * r) / s1;
+    if (std::isfinite(length_m)) {
+      const double l2 = l1 - length_m;
+      const double s2 = std::sqrt(v.squared_m2 + l2 * l2);
+      g -= l2 / s2 + 1.0;
+      dg -= (along - (l2 / (s2 * s2)) * (r - length_m * along)) / s2;
+    }
+    const double factor = circulation_m2_per_s / (4.0 * std::numbers::pi * v.squared_m2);
+    v.rate = factor * g;
+    v.rate_gradient = factor * (dg - (g / v.squared_m2) * v.squared_gradient_m);
+    const Vec3 turn = cross(along, r);
+    v.velocity = v.rate * turn;
+    const Mat3 turning{{{0, -along.z, along.y}, {along.z, 0, -along.x}, {-along.y, along.x, 0}}};
+    v.jacobian = plus(outer(turn, v.rate_gradient), v.rate * turning);
+    return v;
+  }
+};
+
+constexpr double endless = std::numeric_limits<double>::infinity();
+constexpr LineVortex wing_vortices[] = {
+    {{0.25, -1.4, 0}, {0, 1, 0}, 2.8, wing_circulation_m2_per_s},
+    {{0.25, 1.4, 0}, {1, 0, 0}, endless, wing_circulation_m2_per_s},
+    {{0.25, -1.4, 0}, {1, 0, 0}, endless, -wing_circulation_m2_per_s},
+};
+
+VectorSample wake_velocity(const Vec3& x) noexcept {
+  VectorSample s{{free_stream_m_per_s, 0, 0}, {}, true};
+  for (const LineVortex& vortex_line : wing_vortices) {
+    const LineVortex::Swirling v = vortex_line(x);
+    s.value += v.velocity;
+    s.jacobian = plus(s.jacobian, v.jacobian);
+  }
+  return s;
+}
+
+ScalarSample wake_pressure(const Vec3& x) noexcept {
+  ScalarSample s{0.0, {}, true};
+  for (const LineVortex& vortex_line : wing_vortices) {
+    const LineVortex::Swirling v = vortex_line(x);
+    s.value -= free_stream_m_per_s * v.velocity.x + 0.5 * v.rate * v.rate * v.squared_m2;
+    s.gradient -= free_stream_m_per_s * v.jacobian.row[0] + v.rate * v.squared_m2 * v.rate_gradient +
+                  0.5 * v.rate * v.rate * v.squared_gradient_m;
+  }
+  return s;
+}
+
 }  // namespace
 
 Volume plane_field(double size_m) {
@@ -331,6 +467,35 @@ Volume burgers_vortex(double circulation_m2_per_s, double core_radius_m, double 
   return vortex(circulation_m2_per_s, core_radius_m, strain_per_s);
 }
 
+Volume ring_vortex(double beat) {
+  if (!std::isfinite(beat))
+    throw std::invalid_argument("a moment of the heartbeat must be a finite number; 0 to 1 is one beat");
+  const double turn = 2.0 * std::numbers::pi * (beat - std::floor(beat));
+  constexpr double strongest_m_per_s = 0.53;  // of f: makes the fastest blood 0.6 m/s at that moment
+  const double strength = 0.6 + 0.4 * std::sin(turn);
+  const double peak = ring_peak_m_per_s * strength;
+  Volume volume =
+      volume_of("velocity", "m/s", {{-30e-3, -30e-3, -35e-3}, {30e-3, 30e-3, 35e-3}}, 1e-3,
+                {{-peak, peak}, {-peak, peak}, {-peak, peak}}, Ring{strength * strongest_m_per_s, -6e-3 * std::cos(turn)});
+  add_field(volume, "signal", "a.u.", {{0.0, 1.0}}, [](const Vec3& x) noexcept {
+    const Weight blood = weight_of(chamber(x));
+    return ScalarSample{blood.w, blood.g, true};
+  });
+  return volume;
+}
+
+Volume wing_wake() {
+  constexpr Box box{{-0.5, -1.9, -0.6}, {3.0, 1.9, 0.6}};
+  // A vortex of circulation Γ turns nothing faster than Γ/(4πε); three of them add up at most.
+  constexpr double fastest = wing_circulation_m2_per_s / (4.0 * std::numbers::pi * wing_core_m);
+  constexpr double u = free_stream_m_per_s;
+  Volume volume =
+      volume_of("velocity", "m/s", box, 0.25 * wing_core_m,
+                {{u - fastest, u + fastest}, {-2.0 * fastest, 2.0 * fastest}, {-3.0 * fastest, 3.0 * fastest}}, wake_velocity);
+  add_field(volume, "pressure", "m²/s²", {{-u * fastest - 6.0 * fastest * fastest, u * fastest}}, wake_pressure);
+  return volume;
+}
+
 std::span<const AnalyticVolume> analytic_volumes() noexcept {
   static constexpr AnalyticVolume volumes[] = {
       {"plane", "a half space: depth below the plane z = 0, in metres", [] { return plane_field(); }},
@@ -338,6 +503,10 @@ std::span<const AnalyticVolume> analytic_volumes() noexcept {
       {"head_phantom", "a head as CT sees it: skin, skull, brain, air cavities, in HU", [] { return head_phantom(); }},
       {"lamb_oseen_vortex", "a decaying vortex along z with a core of 10 mm, in m/s", [] { return lamb_oseen_vortex(); }},
       {"burgers_vortex", "a vortex along z held steady by strain, core of 10 mm, in m/s", [] { return burgers_vortex(); }},
+      {"ring_vortex", "blood in a heart's chamber: a vortex ring of 14 mm radius, in m/s, and the MR signal",
+       [] { return ring_vortex(); }},
+      {"wing_wake", "the air behind a wing of 3 m span: two tip vortices, in m/s, and the pressure",
+       [] { return wing_wake(); }},
   };
   return volumes;
 }

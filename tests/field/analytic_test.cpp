@@ -23,39 +23,42 @@ TEST(Analytic, every_volume_is_a_whole_one) {
     EXPECT_EQ(volume.format, "formula");
     EXPECT_TRUE(volume.files.empty());
     EXPECT_EQ(volume.medical_frame, a.name == "head_phantom");
-    ASSERT_EQ(volume.fields.size(), 1u);
-    EXPECT_FALSE(volume.fields[0].unit.empty());
-    const Field& field = *volume.fields[0].field;
-    EXPECT_GT(field.spacing_m(), 0.0);
-    EXPECT_LT(field.spacing_m(), 0.05 * norm(field.bounds_m().size_m()));
+    ASSERT_EQ(volume.fields.size(), a.name == "ring_vortex" || a.name == "wing_wake" ? 2u : 1u);
+    for (const VolumeField& named : volume.fields) {
+      EXPECT_FALSE(named.name.empty() || named.unit.empty());
+      const Field& field = *named.field;
+      EXPECT_GT(field.spacing_m(), 0.0);
+      EXPECT_LT(field.spacing_m(), 0.05 * norm(field.bounds_m().size_m()));
 
-    // Data in the box and nowhere else, within the stated range; depth is the distance to the box.
-    const Box box = field.bounds_m();
-    const std::vector<Extent> range = field.extents();
-    ASSERT_EQ(range.size(), static_cast<std::size_t>(field.components()));
-    const Box around{box.low_m - 0.3 * box.size_m(), box.high_m + 0.3 * box.size_m()};
-    for (int n = 0; n < 20000; ++n) {
-      const Vec3 at = within(random, around);
-      const Vec3 low = at - box.low_m, high = box.high_m - at;
-      const double depth = std::min({low.x, low.y, low.z, high.x, high.y, high.z});
-      EXPECT_EQ(field.depth_m(at), depth);
-      if (depth < 0.0) {
-        expect_outside_and_finite(field, at);
-        continue;
+      // Data in the box and nowhere else, within the stated range; depth is the distance to the box.
+      const Box box = field.bounds_m();
+      const std::vector<Extent> range = field.extents();
+      ASSERT_EQ(range.size(), static_cast<std::size_t>(field.components()));
+      const Box around{box.low_m - 0.3 * box.size_m(), box.high_m + 0.3 * box.size_m()};
+      for (int n = 0; n < 20000; ++n) {
+        const Vec3 at = within(random, around);
+        const Vec3 low = at - box.low_m, high = box.high_m - at;
+        const double depth = std::min({low.x, low.y, low.z, high.x, high.y, high.z});
+        EXPECT_EQ(field.depth_m(at), depth);
+        if (depth < 0.0) {
+          expect_outside_and_finite(field, at);
+          continue;
+        }
+        const ScalarSample s = field.scalar(at);
+        const VectorSample v = field.vector(at);
+        ASSERT_EQ(s.inside, field.components() == 1);
+        ASSERT_EQ(v.inside, field.components() == 3);
+        const double values[3] = {s.inside ? s.value : v.value.x, v.value.y, v.value.z};
+        for (int c = 0; c < field.components(); ++c) {
+          EXPECT_GE(values[c], range[c].min - 1e-12 * std::abs(range[c].min));
+          EXPECT_LE(values[c], range[c].max + 1e-12 * std::abs(range[c].max));
+        }
       }
-      const ScalarSample s = field.scalar(at);
-      const VectorSample v = field.vector(at);
-      ASSERT_EQ(s.inside, field.components() == 1);
-      ASSERT_EQ(v.inside, field.components() == 3);
-      const double values[3] = {s.inside ? s.value : v.value.x, v.value.y, v.value.z};
-      for (int c = 0; c < field.components(); ++c) {
-        EXPECT_GE(values[c], range[c].min - 1e-12 * std::abs(range[c].min));
-        EXPECT_LE(values[c], range[c].max + 1e-12 * std::abs(range[c].max));
-      }
+      for (const Vec3& at : absurd_positions()) expect_outside_and_finite(field, at);
     }
-    for (const Vec3& at : absurd_positions()) expect_outside_and_finite(field, at);
   }
-  EXPECT_EQ(names, (std::set<std::string_view>{"plane", "sphere", "head_phantom", "lamb_oseen_vortex", "burgers_vortex"}));
+  EXPECT_EQ(names, (std::set<std::string_view>{"plane", "sphere", "head_phantom", "lamb_oseen_vortex", "burgers_vortex",
+                                               "ring_vortex", "wing_wake"}));
 }
 
 TEST(Analytic, plane_is_depth_below_zero) {
@@ -285,6 +288,110 @@ TEST(HeadPhantom, edges_are_about_two_millimetres_wide) {
     EXPECT_GT(ends - begins, 0.0015);
     EXPECT_LT(ends - begins, 0.0025);
   }
+}
+
+double divergence(const Mat3& j) { return j.row[0].x + j.row[1].y + j.row[2].z; }
+
+/// Derivatives are those of the values, at random places well within the box.
+void expect_derivatives_of_values(const Field& field, std::uint32_t seed, double step_m, double error) {
+  std::mt19937 random(seed);
+  const Vec3 centre = field.bounds_m().centre_m();
+  for (int n = 0; n < 2000; ++n) {
+    const Vec3 x = centre + 0.98 * (within(random, field.bounds_m()) - centre);
+    if (field.components() == 3) {
+      EXPECT_LT(largest_difference(field.vector(x).jacobian, numeric_jacobian(field, x, step_m)), error);
+    } else {
+      EXPECT_LT(norm(field.scalar(x).gradient - numeric_gradient(field, x, step_m)), error);
+    }
+  }
+}
+
+TEST(Analytic, ring_in_a_chamber_is_free_of_divergence_and_still_at_the_wall) {
+  std::mt19937 random(11);
+  for (const double beat : {0.0, 0.1, 0.25, 0.6, 0.9}) {
+    const Volume heart = ring_vortex(beat);
+    const Field& velocity = *heart.fields[0].field;
+    const Field& signal = *heart.fields[1].field;
+    EXPECT_EQ(heart.fields[0].name, "velocity");
+    EXPECT_EQ(heart.fields[1].name, "signal");
+    double fastest = 0.0;
+    for (int n = 0; n < 20000; ++n) {
+      const Vec3 x = within(random, velocity.bounds_m());
+      const VectorSample u = velocity.vector(x);
+      fastest = std::max(fastest, norm(u.value));
+      EXPECT_NEAR(divergence(u.jacobian), 0.0, 1e-11);  // of derivatives near 100/s
+      // On the wall and beyond: no motion and no shear.
+      const Vec3 way = normalized({uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)});
+      const Vec3 wall{27e-3 * way.x, 27e-3 * way.y, 32e-3 * way.z};
+      const VectorSample at_wall = velocity.vector(wall);
+      EXPECT_LT(norm(at_wall.value), 1e-15);
+      EXPECT_LT(largest_difference(at_wall.jacobian, {}), 1e-9);
+      const VectorSample beyond = velocity.vector(1.02 * wall);
+      EXPECT_TRUE(beyond.inside);
+      EXPECT_EQ(beyond.value, Vec3{});
+      EXPECT_EQ(beyond.jacobian, Mat3{});
+      EXPECT_NEAR(signal.scalar(wall).value, 0.5, 1e-6);
+      EXPECT_EQ(signal.scalar(0.95 * wall).value, 1.0);
+      EXPECT_EQ(signal.scalar(1.05 * wall).value, 0.0);
+    }
+    EXPECT_LE(fastest, velocity.extents()[2].max);
+    EXPECT_GT(fastest, 0.5 * velocity.extents()[2].max);
+    EXPECT_GT(velocity.vector({}).value.z, 0.0);             // the jet
+    EXPECT_LT(velocity.vector({0.023, 0, 0}).value.z, 0.0);  // and back along the wall
+    expect_derivatives_of_values(velocity, 12, 1e-5, 1e-3);
+    expect_derivatives_of_values(signal, 13, 1e-6, 1e-1);
+  }
+}
+
+TEST(Analytic, ring_beats_periodically) {
+  std::mt19937 random(14);
+  const FieldPtr now = ring_vortex(0.375).fields[0].field, next = ring_vortex(1.375).fields[0].field,
+                 before = ring_vortex(-2.625).fields[0].field, other = ring_vortex(0.5).fields[0].field;
+  double change = 0.0;
+  for (int n = 0; n < 1000; ++n) {
+    const Vec3 x = within(random, now->bounds_m());
+    EXPECT_EQ(now->vector(x).value, next->vector(x).value);
+    EXPECT_EQ(now->vector(x).value, before->vector(x).value);
+    change = std::max(change, norm(now->vector(x).value - other->vector(x).value));
+  }
+  EXPECT_GT(change, 0.05);
+  EXPECT_EQ(ring_vortex().fields[0].field->vector({}).value, ring_vortex(0.25).fields[0].field->vector({}).value);
+  EXPECT_THROW(ring_vortex(nan), std::invalid_argument);
+  EXPECT_THROW(ring_vortex(std::numeric_limits<double>::infinity()), std::invalid_argument);
+}
+
+TEST(Analytic, wake_of_a_wing_has_two_counter_rotating_tip_vortices) {
+  const Volume wake = wing_wake();
+  const Field& velocity = *wake.fields[0].field;
+  const Field& pressure = *wake.fields[1].field;
+  EXPECT_EQ(wake.fields[0].name, "velocity");
+  EXPECT_EQ(wake.fields[1].name, "pressure");
+  std::mt19937 random(15);
+  for (int n = 0; n < 20000; ++n) {
+    EXPECT_NEAR(divergence(velocity.vector(within(random, velocity.bounds_m())).jacobian), 0.0, 1e-13);
+  }
+  expect_derivatives_of_values(velocity, 16, 1e-3, 1e-6);
+  expect_derivatives_of_values(pressure, 17, 1e-3, 1e-6);
+  // Far downstream a leg is a straight line without ends: twice the vorticity of half an endless one.
+  const Vec3 left{2.9, -1.4, 0}, right{2.9, 1.4, 0};
+  const auto vorticity_x = [&](const Vec3& x) {
+    const Mat3 j = velocity.vector(x).jacobian;
+    return j.row[2].y - j.row[1].z;
+  };
+  const double of_a_line = 0.4 / (std::numbers::pi * 0.12 * 0.12);
+  EXPECT_NEAR(vorticity_x(right), of_a_line, 0.01 * of_a_line);
+  EXPECT_NEAR(vorticity_x(left), -of_a_line, 0.01 * of_a_line);
+  EXPECT_LT(velocity.vector({2, 0, 0}).value.z, 0.0);    // downwash between them
+  EXPECT_GT(velocity.vector({2, 1.8, 0}).value.z, 0.0);  // upwash outside
+  // Lowest pressure in the cores, suction above the wing and pressure below it.
+  const double core = 0.5 * std::pow(0.4 / (2 * std::numbers::pi * 0.12), 2);
+  EXPECT_NEAR(pressure.scalar(right).value, -core, 0.02 * core);
+  EXPECT_NEAR(pressure.scalar(left).value, -core, 0.02 * core);
+  for (const double angle : {0.0, 1.0, 2.0, 3.0, 4.0, 5.0}) {
+    EXPECT_GT(pressure.scalar(right + 0.12 * Vec3{0, std::cos(angle), std::sin(angle)}).value, 0.7 * -core);
+  }
+  EXPECT_LT(pressure.scalar({0.25, 0, 0.12}).value, 0.0);
+  EXPECT_GT(pressure.scalar({0.25, 0, -0.12}).value, 0.0);
 }
 
 }  // namespace
