@@ -146,6 +146,20 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   add_reader(replay_command, replayed.read);
   replay_command->footer("Example:\n  palpa replay first-trace");
 
+  ReportArguments reported;
+  CLI::App* report_command = app.add_subcommand("report", "Make one HTML page on a trace");
+  report_command->add_option("TRACE", reported.trace, "folder of the trace")->required()->type_name("");
+  report_command->add_option("--out", reported.out, "where to write; left out: report.html in the trace")->type_name("FILE");
+  add_repeated(report_command, "--data", reported.data_folders, "look for the scene's data here first")->type_name("DIR");
+  add_plugins(report_command, reported.plugins);
+  add_reader(report_command, reported.read);
+  report_command->footer("Example:\n  palpa report first-trace");
+
+  FiguresArguments figures;
+  CLI::App* figures_command = app.add_subcommand("figures", "Draw the paper's figures from this program's own answers");
+  figures_command->add_option("--out", figures.out, "folder to write into (figures)")->type_name("DIR");
+  figures_command->footer("Example:\n  palpa figures --out figures");
+
   ModesArguments modes;
   CLI::App* modes_command = app.add_subcommand("modes", "List the types of modes, or the parameters of one");
   modes_command->add_option("TYPE", modes.type, "a type of mode")->type_name("");
@@ -190,6 +204,8 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
     return run_info(info);
   }
   if (*replay_command) return run_replay(replayed, stop);
+  if (*report_command) return run_report(reported);
+  if (*figures_command) return run_figures(figures);
   if (*modes_command) return run_modes(modes);
   return run_demo(demo, stop);
 }

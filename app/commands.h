@@ -34,6 +34,20 @@ struct ReplayArguments {
 };
 int run_replay(const ReplayArguments& arguments, const std::atomic<bool>& stop);
 
+struct ReportArguments {
+  std::filesystem::path trace;
+  std::filesystem::path out;  ///< empty: report.html in the trace
+  std::vector<std::filesystem::path> data_folders;
+  std::vector<std::filesystem::path> plugins;
+  ReadOptions read;
+};
+int run_report(const ReportArguments& arguments);
+
+struct FiguresArguments {
+  std::filesystem::path out = "figures";  ///< folder
+};
+int run_figures(const FiguresArguments& arguments);
+
 struct ModesArguments {
   std::string type;  ///< empty: a list of all
   std::vector<std::filesystem::path> plugins;

@@ -1,0 +1,383 @@
+#include "palpa/report/figures.h"
+
+#include <cerrno>
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <system_error>
+
+#include "palpa/baseline/law.h"
+#include "palpa/core/load_error.h"
+#include "palpa/core/solver.h"
+#include "palpa/report/html.h"
+
+namespace palpa {
+namespace detail {
+namespace {
+
+constexpr double tick_s = 1e-3;
+
+}  // namespace
+
+ForceLaw force_law(PrimitiveKind kind, double strength_n, double stiffness_n_per_m) {
+  // The axis through it is x: across the line, along the plane's normal and the directed force.
+  const Primitive primitive{
+      .kind = kind, .direction = kind == PrimitiveKind::line ? Vec3{0, 0, 1} : Vec3{1, 0, 0}, .strength_n = strength_n};
+  PrimitiveSet set;
+  set.clear({});
+  set.add(primitive);
+  ForceLaw law;
+  Solver solver;
+  for (int i = -60; i <= 60; ++i) {
+    const double place_mm = 0.1 * i;
+    const Vec3 place{1e-3 * place_mm, 0, 0};
+    law.places_mm.push_back(place_mm);
+    const Vec3 push = kind == PrimitiveKind::directed ? primitive.direction : normalized(residual(primitive, place));
+    law.exerted_n.push_back(strength_n * push.x);
+    const Balance balance = solver.solve(set, {}, place, stiffness_n_per_m, tick_s);
+    law.felt_n.push_back(stiffness_n_per_m * (balance.position_m - place).x);
+  }
+  return law;
+}
+
+PlaneAndPoint plane_and_point() {
+  PlaneAndPoint figure;
+  figure.stiffness_n_per_m = 100.0;
+  figure.probe_m = {0.010, -0.014, 0.0};
+  PrimitiveSet set;
+  set.clear({});
+  set.plane(0, {}, {0, 1, 0}, 1.2);
+  set.point(1, {-0.012, 0.010, 0.0}, 0.8);
+  Solver solver;
+  const Balance balance = solver.solve(set, {}, figure.probe_m, figure.stiffness_n_per_m, tick_s);
+  figure.plane = set[0];
+  figure.point = set[1];
+  figure.proxy_m = balance.position_m;
+  figure.plane_force_n = solver.forces_n()[0];
+  figure.point_force_n = solver.forces_n()[1];
+  figure.spring_force_n = figure.stiffness_n_per_m * (figure.probe_m - figure.proxy_m);
+  return figure;
+}
+
+std::vector<double> proxies_over_plane_mm(const std::vector<double>& probes_mm, double strength_n, double stiffness_n_per_m) {
+  PrimitiveSet set;
+  Solver solver;
+  std::vector<double> proxies_mm;
+  Vec3 proxy_m;
+  for (const double probe_mm : probes_mm) {
+    set.clear(proxy_m);
+    set.plane(0, {}, {0, 1, 0}, strength_n);
+    proxy_m = solver.solve(set, proxy_m, {0, 1e-3 * probe_mm, 0}, stiffness_n_per_m, tick_s).position_m;
+    proxies_mm.push_back(1e3 * proxy_m.y);
+  }
+  return proxies_mm;
+}
+
+FrictionLoop friction_loop(double depth_m, double plane_n, double line_n, double stiffness_n_per_m, double stroke_m,
+                           int steps) {
+  PrimitiveSet set;
+  Solver solver;
+  FrictionLoop loop;
+  Vec3 proxy_m;
+  for (int i = 0; i <= 2 * steps; ++i) {
+    const double along_m = stroke_m * (i <= steps ? i : 2 * steps - i) / steps;
+    set.clear(proxy_m);
+    set.plane(0, proxy_m, {0, 1, 0}, plane_n);
+    set.line(1, proxy_m, {0, 1, 0}, line_n);
+    proxy_m = solver.solve(set, proxy_m, {along_m, -depth_m, 0}, stiffness_n_per_m, tick_s).position_m;
+    loop.probe_mm.push_back(1e3 * along_m);
+    loop.proxy_mm.push_back(1e3 * proxy_m.x);
+    loop.friction_n.push_back(solver.forces_n()[1].x);
+  }
+  return loop;
+}
+
+Vec3 proxy_between_free_planes(const std::string& law, double angle_deg, const Vec3& probe_m) {
+  Scene scene;
+  scene.law = law;
+  const std::unique_ptr<Law> moved_by = baseline::law(scene);
+  const double half_rad = 0.5 * angle_deg * std::numbers::pi / 180.0;
+  PrimitiveSet set;
+  set.clear({});
+  set.plane(0, {}, {std::sin(half_rad), std::cos(half_rad), 0}, 0.0);
+  set.plane(1, {}, {-std::sin(half_rad), std::cos(half_rad), 0}, 0.0);
+  return moved_by->solve(set, {}, probe_m, 100.0, tick_s).position_m;
+}
+
+namespace {
+
+DrawingPoint mm(const Vec3& at_m) { return {1e3 * at_m.x, 1e3 * at_m.y}; }
+
+/// A force as an arrow from `at_mm`, `mm_per_n` millimetres a newton.
+DrawingPoint tip(const DrawingPoint& at, const Vec3& force_n, double mm_per_n) {
+  return {at.x_mm + mm_per_n * force_n.x, at.y_mm + mm_per_n * force_n.y};
+}
+
+/// A surface seen from the side: a line with its inside shaded.
+void surface(Drawing& drawing, double left_mm, double right_mm, double y_mm, double depth_mm) {
+  drawing.area({{left_mm, y_mm}, {right_mm, y_mm}, {right_mm, y_mm - depth_mm}, {left_mm, y_mm - depth_mm}}, Color::grey);
+  drawing.path({{left_mm, y_mm}, {right_mm, y_mm}}, Color::black, Stroke::solid, 2.2f);
+}
+
+/// Probe and proxy and the spring between them.
+void pair(Drawing& drawing, const DrawingPoint& probe, const DrawingPoint& proxy) {
+  drawing.path({probe, proxy}, Color::blue, Stroke::dashed);
+  drawing.ring(proxy, Color::vermilion, 6.5f);
+  drawing.dot(probe, Color::blue, 4.5f);
+}
+
+Drawing sketch_of(PrimitiveKind kind) {
+  Drawing drawing{.low = {-10, -6}, .high = {10, 6}};
+  const Primitive primitive{
+      .kind = kind, .direction = kind == PrimitiveKind::line ? Vec3{0, 1, 0} : Vec3{1, 0, 0}, .strength_n = 1.0};
+  switch (kind) {
+    case PrimitiveKind::point: drawing.title = "(a) point: back to one place"; break;
+    case PrimitiveKind::line: drawing.title = "(b) line: back across it"; break;
+    case PrimitiveKind::plane: drawing.title = "(c) plane: out of one side"; break;
+    case PrimitiveKind::directed: drawing.title = "(d) directed: everywhere the same"; break;
+  }
+  if (kind == PrimitiveKind::line) drawing.path({{0, -5.5}, {0, 5.5}}, Color::black, Stroke::solid, 2.2f);
+  if (kind == PrimitiveKind::plane) {
+    drawing.area({{0, -5.5}, {0, 5.5}, {-10, 5.5}, {-10, -5.5}}, Color::grey);
+    drawing.path({{0, -5.5}, {0, 5.5}}, Color::black, Stroke::solid, 2.2f);
+    drawing.text({5, 0}, "no force");
+  }
+  if (kind == PrimitiveKind::point) drawing.dot({0, 0}, Color::black, 5.0f);
+  for (double y_mm = -4; y_mm <= 4; y_mm += 4) {
+    for (double x_mm = -8; x_mm <= 8; x_mm += 4) {
+      const Vec3 at_m{1e-3 * x_mm, 1e-3 * y_mm, 0};
+      const Vec3 push = kind == PrimitiveKind::directed ? primitive.direction : normalized(residual(primitive, at_m));
+      if (norm(push) == 0.0) continue;
+      drawing.arrow({x_mm, y_mm}, tip({x_mm, y_mm}, push, 2.8), Color::vermilion);
+    }
+  }
+  return drawing;
+}
+
+Figure force_laws() {
+  constexpr double strength_n = 1.0, stiffness_n_per_m = 400.0;
+  Figure figure{.name = "fig1-primitives",
+                .caption =
+                    "The four haptic primitives with a strength of 1 N: the force that each exerts on the proxy at a "
+                    "place, and what a hand feels there through a spring of 400 N/m. Where the exerted force jumps, "
+                    "the proxy rests and the spring bridges the jump.",
+                .width_px = 900,
+                .height_px = 980,
+                .sheet = {.columns = 2, .panels = {}}};
+  for (const PrimitiveKind kind : {PrimitiveKind::point, PrimitiveKind::line, PrimitiveKind::plane, PrimitiveKind::directed}) {
+    figure.sheet.panels.emplace_back(sketch_of(kind));
+    const ForceLaw law = force_law(kind, strength_n, stiffness_n_per_m);
+    figure.sheet.panels.emplace_back(Plot{
+        .x_label = "place along the force / mm",
+        .y_label = "force / N",
+        .series =
+            {{.name = "exerted", .xs = law.places_mm, .ys = law.exerted_n, .color = Color::vermilion, .stroke = Stroke::dashed},
+             {.name = "felt", .xs = law.places_mm, .ys = law.felt_n, .color = Color::blue}},
+        .marks = {},
+        .x_range = std::pair{-6.0, 6.0},
+        .y_range = std::pair{-1.2, 1.2}});
+  }
+  return figure;
+}
+
+Figure balance() {
+  const PlaneAndPoint b = plane_and_point();
+  constexpr double mm_per_n = 9.0;
+  const DrawingPoint proxy = mm(b.proxy_m), probe = mm(b.probe_m), point = mm(b.point.position_m);
+  Drawing scene{.title = "The proxy rests where all forces cancel", .low = {-22, -19}, .high = {22, 16}};
+  surface(scene, -20, 20, 0, 17);
+  scene.text({-19, -2}, "plane", -1);
+  scene.dot(point, Color::green, 6.0f);
+  scene.text({point.x_mm, point.y_mm + 2.2}, "point");
+  pair(scene, probe, proxy);
+  scene.text({probe.x_mm + 1.5, probe.y_mm}, "probe", -1, Color::blue);
+  scene.text({proxy.x_mm + 1.6, proxy.y_mm + 2.0}, "proxy", -1, Color::vermilion);
+  const std::pair<Vec3, Color> forces[] = {
+      {b.plane_force_n, Color::black}, {b.point_force_n, Color::green}, {b.spring_force_n, Color::blue}};
+  for (const auto& [force_n, color] : forces) scene.arrow(proxy, tip(proxy, force_n, mm_per_n), color);
+
+  Drawing triangle{.title = "Their sum is zero", .low = {-16, -14}, .high = {16, 11}};
+  DrawingPoint at{-3, -6.5};
+  const char* names[] = {"plane", "point", "feedback"};
+  const double aside_mm[] = {1.0, 0.0, -1.0};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto& [force_n, color] = forces[i];
+    const DrawingPoint end = tip(at, force_n, 1.35 * mm_per_n);
+    triangle.arrow(at, end, color);
+    const DrawingPoint middle{0.5 * (at.x_mm + end.x_mm) + aside_mm[i] * 1.0,
+                              0.5 * (at.y_mm + end.y_mm) + (i == 1 ? 2.0 : 0.0)};
+    triangle.text(middle, text("%s %.2f N", names[i], norm(force_n)), i == 0 ? -1 : i == 1 ? 0 : 1, color);
+    at = end;
+  }
+  return {.name = "fig2-balance",
+          .caption = text("A plane (%.1f N) and a point (%.1f N) in balance with the spring (%.0f N/m): the forces on the "
+                          "proxy, and the closed triangle that they make.",
+                          b.plane.strength_n, b.point.strength_n, b.stiffness_n_per_m),
+          .width_px = 900,
+          .height_px = 380,
+          .sheet = {.columns = 2, .panels = {scene, triangle}}};
+}
+
+Figure over_a_plane() {
+  constexpr double strength_n = 1.0, stiffness_n_per_m = 100.0;
+  const std::vector<double> probes_mm{8, -5, -10, -20};
+  const std::vector<double> proxies_mm = proxies_over_plane_mm(probes_mm, strength_n, stiffness_n_per_m);
+  const char* titles[] = {"(a) free: proxy on the probe", "(b) held: proxy on the plane", "(c) pressed with s",
+                          "(d) through: s/k ahead"};
+  Figure figure{
+      .name = "fig3-plane",
+      .caption = text("A probe is moved through a plane of s = %.0f N with k = %.0f N/m. The proxy stays on the plane "
+                      "until the spring pulls with s; from then on it leads the probe by s/k = %.0f mm.",
+                      strength_n, stiffness_n_per_m, 1e3 * strength_n / stiffness_n_per_m),
+      .width_px = 1000,
+      .height_px = 340,
+      .sheet = {.columns = 4, .panels = {}}};
+  for (std::size_t i = 0; i < probes_mm.size(); ++i) {
+    Drawing step{.title = titles[i], .low = {-14, -24}, .high = {14, 12}};
+    surface(step, -13, 13, 0, 23);
+    const DrawingPoint probe{0, probes_mm[i]}, proxy{0, proxies_mm[i]};
+    pair(step, probe, proxy);
+    step.text({2, probe.y_mm + (i == 0 ? -2.2 : 0)}, "probe", -1, Color::blue);
+    step.text({2, proxy.y_mm + 2.2}, "proxy", -1, Color::vermilion);
+    if (i >= 2) {
+      step.path({{-4, probe.y_mm}, {-4, proxy.y_mm}}, Color::black);
+      for (const double end_mm : {probe.y_mm, proxy.y_mm}) step.path({{-5, end_mm}, {-3, end_mm}}, Color::black);
+      step.text({-5, 0.5 * (probe.y_mm + proxy.y_mm)}, "s/k", 1);
+    }
+    figure.sheet.panels.emplace_back(step);
+  }
+  return figure;
+}
+
+Figure surface_and_friction() {
+  constexpr double depth_m = 0.006, plane_n = 1.0, line_n = 0.4, stiffness_n_per_m = 100.0, stroke_m = 0.020;
+  constexpr int steps = 200;
+  const FrictionLoop loop = friction_loop(depth_m, plane_n, line_n, stiffness_n_per_m, stroke_m, steps);
+  const auto moment = [&](const char* title, std::size_t i) {
+    Drawing drawing{.title = title, .low = {-6, -10}, .high = {24, 9}};
+    surface(drawing, -5, 23, 0, 9);
+    const DrawingPoint probe{loop.probe_mm[i], -1e3 * depth_m}, proxy{loop.proxy_mm[i], 0};
+    drawing.path({{proxy.x_mm, -8}, {proxy.x_mm, 7}}, Color::green, Stroke::dashed);
+    drawing.text({proxy.x_mm - 0.8, 6}, "line", 1, Color::green);
+    pair(drawing, probe, proxy);
+    drawing.arrow(proxy, {proxy.x_mm, 10 * stiffness_n_per_m * depth_m * 1.0}, Color::black);
+    drawing.arrow(proxy, {proxy.x_mm + 10 * loop.friction_n[i], 0}, Color::green);
+    drawing.text({probe.x_mm + 1.2, probe.y_mm}, "probe", -1, Color::blue);
+    drawing.text({proxy.x_mm + 1.4, 2.2}, "proxy", -1, Color::vermilion);
+    return drawing;
+  };
+  Plot path{.title = "The proxy sticks, then slips",
+            .x_label = "probe along the surface / mm",
+            .y_label = "proxy / mm",
+            .series = {{.name = "", .xs = loop.probe_mm, .ys = loop.proxy_mm, .color = Color::vermilion}}};
+  Plot force{.title = "Friction over one stroke",
+             .x_label = "probe along the surface / mm",
+             .y_label = "force of the line / N",
+             .series = {{.name = "", .xs = loop.probe_mm, .ys = loop.friction_n, .color = Color::green}},
+             .marks = {},
+             .x_range = {},
+             .y_range = std::pair{-0.5, 0.5}};
+  return {
+      .name = "fig4-friction",
+      .caption = text("A surface with friction: a plane (%.1f N) and a line along its normal (%.1f N) at the proxy. The line "
+                      "holds the proxy until the spring pulls across it with %.1f N, %.0f mm away; going back it holds first.",
+                      plane_n, line_n, line_n, 1e3 * line_n / stiffness_n_per_m),
+      .width_px = 900,
+      .height_px = 580,
+      .sheet = {.columns = 2, .panels = {moment("stick", 30), moment("slip", 140), path, force}}};
+}
+
+/// Fig. 5, one angle: the two axes, where the law of 2003 goes and where the exact one does.
+Drawing two_constraints(const char* title, double angle_deg) {
+  const Vec3 probe_m{0.004, 0.009, 0};
+  const Vec3 earlier_m = proxy_between_free_planes("ikits-2003", angle_deg, probe_m);
+  const Vec3 exact_m = proxy_between_free_planes("exact", angle_deg, probe_m);
+  const double half_rad = 0.5 * angle_deg * std::numbers::pi / 180.0;
+  Drawing drawing{.title = title, .low = {-12, -4}, .high = {16, 17}};
+  Vec3 at_m;
+  for (const double side : {1.0, -1.0}) {
+    const Vec3 axis{side * std::sin(half_rad), std::cos(half_rad), 0};
+    const DrawingPoint end = mm(0.011 * axis);
+    drawing.path({mm(-0.003 * axis), end}, Color::grey, Stroke::dotted);
+    const Vec3 next_m = at_m + dot(probe_m, axis) * axis;
+    drawing.arrow(mm(at_m), mm(next_m), Color::purple);
+    at_m = next_m;
+  }
+  drawing.ring({0, 0}, Color::black, 5.0f);
+  drawing.text({0.9, -1.6}, "start", -1);
+  drawing.ring(mm(exact_m), Color::vermilion, 8.0f);
+  drawing.dot(mm(probe_m), Color::blue, 4.5f);
+  const double error_mm = 1e3 * distance(earlier_m, probe_m);
+  if (error_mm > 1e-6) {
+    drawing.path({mm(earlier_m), mm(probe_m)}, Color::black, Stroke::dashed);
+    drawing.text({1e3 * earlier_m.x + 1.0, 1e3 * earlier_m.y + 0.8}, text("2003: off by %.1f mm", error_mm), -1, Color::purple);
+  }
+  drawing.text({1e3 * probe_m.x + 1.4, 1e3 * probe_m.y}, "probe, exact proxy", -1, Color::blue);
+  drawing.dot(mm(earlier_m), Color::purple, 3.5f);
+  return drawing;
+}
+
+Figure non_orthogonal() {
+  const Vec3 probe_m{0.004, 0.009, 0};
+  Series earlier{.name = "law of 2003", .xs = {}, .ys = {}, .color = Color::purple, .points_only = true};
+  Series closed{.name = "|cos(angle)|", .xs = {}, .ys = {}, .color = Color::grey, .stroke = Stroke::dashed};
+  Series exact{.name = "balance (ours)", .xs = {}, .ys = {}, .color = Color::vermilion};
+  for (int angle_deg = 10; angle_deg <= 170; angle_deg += 2) {
+    const auto error = [&](const char* law) {
+      return distance(proxy_between_free_planes(law, angle_deg, probe_m), probe_m) / norm(probe_m);
+    };
+    closed.xs.push_back(angle_deg);
+    closed.ys.push_back(std::abs(std::cos(angle_deg * std::numbers::pi / 180.0)));
+    exact.xs.push_back(angle_deg);
+    exact.ys.push_back(error("exact"));
+    if (angle_deg % 10 != 0) continue;
+    earlier.xs.push_back(angle_deg);
+    earlier.ys.push_back(error("ikits-2003"));
+  }
+  Plot plot{.title = "Error of one step",
+            .x_label = "angle between the constraints / degrees",
+            .y_label = "error / way of the hand",
+            .series = {closed, earlier, exact},
+            .marks = {},
+            .x_range = std::pair{0.0, 180.0},
+            .y_range = std::pair{0.0, 1.0}};
+  return {
+      .name = "fig5-constraints",
+      .caption =
+          "Two constraints without strength, so that the proxy should go to the probe. Moving along each axis by itself "
+          "does so only where the axes are orthogonal; elsewhere it misses by |cos(angle)| of the way. The balance "
+          "does not.",
+      .width_px = 1100,
+      .height_px = 360,
+      .sheet = {.columns = 3, .panels = {two_constraints("orthogonal", 90), two_constraints("60 degrees apart", 60), plot}}};
+}
+
+}  // namespace
+}  // namespace detail
+
+std::vector<Figure> paper_figures() {
+  return {detail::force_laws(), detail::balance(), detail::over_a_plane(), detail::surface_and_friction(),
+          detail::non_orthogonal()};
+}
+
+std::vector<std::filesystem::path> write_figures(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw LoadError(folder.string() + ": cannot be made (" + error.message() + "); choose another folder with --out");
+  std::vector<std::filesystem::path> files;
+  for (const Figure& figure : paper_figures()) {
+    files.push_back(folder / (figure.name + ".svg"));
+    std::ofstream svg(files.back(), std::ios::binary);
+    svg << svg_of(figure.sheet, figure.width_px, figure.height_px);
+    svg.close();
+    if (!svg) {
+      throw LoadError(files.back().string() + ": cannot be written (" + std::generic_category().message(errno) +
+                      "); choose another folder with --out");
+    }
+    files.push_back(folder / (figure.name + ".png"));
+    save_png(picture_of(figure.sheet, figure.width_px, figure.height_px), files.back());
+  }
+  return files;
+}
+
+}  // namespace palpa

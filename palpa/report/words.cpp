@@ -1,0 +1,96 @@
+#include "palpa/report/words.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "palpa/report/html.h"
+#include "palpa/trace/csv.h"
+
+namespace palpa::detail {
+namespace {
+
+std::string percent(double share) {
+  if (share <= 0.0) return "0 %";
+  return share < 0.001 ? "less than 0.1 %" : text("%.1f %%", 100.0 * share);
+}
+
+std::string newtons(double force_n) { return force_n < 0.1 ? text("%.0f mN", 1e3 * force_n) : text("%.2f N", force_n); }
+
+std::string millijoules(double energy_j) { return text("%.2f mJ", 1e3 * energy_j + 0.0); }
+
+std::string counted(long long number, const char* one, const char* many) {
+  return number == 1 ? std::string("one ") + one : grouped(number) + " " + many;
+}
+
+std::string times(long long number) { return number == 1 ? "once" : number == 2 ? "twice" : grouped(number) + " times"; }
+
+std::string first_of(const Recorded& recorded, const char* kind, const char* what) {
+  const auto found = std::find_if(recorded.events.begin(), recorded.events.end(),
+                                  [&](const RecordedEvent& event) { return event.kind == kind; });
+  if (found == recorded.events.end()) return {};
+  return text("The first %s came at %.3f s: ", what, found->t_s) + level_of(recorded, *found) + ".";
+}
+
+}  // namespace
+
+std::string level_of(const Recorded& recorded, const RecordedEvent& event) {
+  double value = 0.0;
+  if (!take_number(event.value, value)) return event.subject;
+  for (const NamedLevel& level : recorded.levels) {
+    if (level.mode == event.subject && level.value == value) return "level " + level.name + " of " + event.subject;
+  }
+  return event.subject + text(" at the value %.6g", value);
+}
+
+std::vector<std::string> words_of(const Recorded& recorded) {
+  const Summary& s = recorded.summary;
+  std::vector<std::string> words;
+  const auto say = [&](const std::string& sentence) {
+    if (!sentence.empty()) words.push_back(sentence);
+  };
+  if (s.ticks == 0) {
+    say("Nothing was recorded: the trace ends before its first tick.");
+    return words;
+  }
+  if (!recorded.header.complete) {
+    say(text("This recording is incomplete: it ends after %.3f s, and the report goes as far as it does.", s.duration_s));
+  }
+  if (s.contact_share > 0.0) {
+    say(text("In %.3f s (", s.duration_s) + counted(s.ticks, "tick", "ticks") + ") the hand felt something for " +
+        percent(s.contact_share) + " of the time, with " + newtons(s.force_mean_n) + " on average in contact and " +
+        newtons(s.force_max_n) + " at most.");
+  } else {
+    say(text("In %.3f s (", s.duration_s) + counted(s.ticks, "tick", "ticks") + ") nothing was felt: no mode pushed.");
+  }
+  for (const ModeSummary& mode : s.modes) {
+    if (mode.contact_share <= 0.0) {
+      say(mode.name + " was idle throughout.");
+      continue;
+    }
+    std::string sentence = mode.name + " pushed for " + percent(mode.contact_share) + " of the time, with " +
+                           newtons(mode.force_mean_n) + " on average and " + newtons(mode.force_max_n) + " at most";
+    if (mode.onsets > 0) sentence += "; it set in " + times(mode.onsets);
+    if (mode.break_throughs > 0) sentence += " and was broken through " + times(mode.break_throughs);
+    say(sentence + ".");
+  }
+  say(first_of(recorded, "onset", "onset"));
+  say(first_of(recorded, "break_through", "break-through"));
+  say("The modes took " + millijoules(s.energy.dissipated_j) + " out of the hand's motion (dissipated) and brought " +
+      millijoules(s.energy.injected_j) + " in (injected).");
+  const auto share = [&](std::int64_t ticks) {
+    return counted(ticks, "tick", "ticks") + " (" + percent(static_cast<double>(ticks) / static_cast<double>(s.ticks)) + ")";
+  };
+  if (s.waiting_ticks > 0) say("In " + share(s.waiting_ticks) + " the proxy had not yet arrived when the tick ended.");
+  if (s.capped_ticks > 0) say("In " + share(s.capped_ticks) + " a balance was not proven to 1e-9 m.");
+  if (s.bad_input_ticks + s.invalid_probe_ticks > 0) {
+    say("In " + share(std::max(s.bad_input_ticks, s.invalid_probe_ticks)) + " nobody knew where the hand was.");
+  }
+  if (s.guard_limited_ticks > 0) say("The guard shortened the force in " + share(s.guard_limited_ticks) + ".");
+  if (s.faults > 0) say("There were faults: " + counted(s.faults, "fault", "of them") + ".");
+  if (s.waiting_ticks + s.capped_ticks + s.bad_input_ticks + s.invalid_probe_ticks + s.guard_limited_ticks + s.faults == 0) {
+    say("Every tick came to rest, and the guard had nothing to shorten.");
+  }
+  return words;
+}
+
+}  // namespace palpa::detail
