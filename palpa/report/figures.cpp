@@ -1,5 +1,6 @@
 #include "palpa/report/figures.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <fstream>
@@ -28,8 +29,10 @@ ForceLaw force_law(PrimitiveKind kind, double strength_n, double stiffness_n_per
   set.add(primitive);
   ForceLaw law;
   Solver solver;
-  for (int i = -60; i <= 60; ++i) {
-    const double place_mm = 0.1 * i;
+  std::vector<double> places_mm{-6.0, -1e-6, 0.0, 1e-6, 6.0};  // close around the jump
+  for (int i = -59; i < 60; ++i) places_mm.push_back(0.1 * i);
+  std::sort(places_mm.begin(), places_mm.end());
+  for (const double place_mm : places_mm) {
     const Vec3 place{1e-3 * place_mm, 0, 0};
     law.places_mm.push_back(place_mm);
     const Vec3 push = kind == PrimitiveKind::directed ? primitive.direction : normalized(residual(primitive, place));
@@ -148,7 +151,8 @@ Drawing sketch_of(PrimitiveKind kind) {
       const Vec3 at_m{1e-3 * x_mm, 1e-3 * y_mm, 0};
       const Vec3 push = kind == PrimitiveKind::directed ? primitive.direction : normalized(residual(primitive, at_m));
       if (norm(push) == 0.0) continue;
-      drawing.arrow({x_mm, y_mm}, tip({x_mm, y_mm}, push, 2.8), Color::vermilion);
+      const DrawingPoint at{x_mm, y_mm};
+      drawing.arrow(tip(at, push, -1.4), tip(at, push, 1.4), Color::vermilion);
     }
   }
   return drawing;
@@ -167,22 +171,25 @@ Figure force_laws() {
   for (const PrimitiveKind kind : {PrimitiveKind::point, PrimitiveKind::line, PrimitiveKind::plane, PrimitiveKind::directed}) {
     figure.sheet.panels.emplace_back(sketch_of(kind));
     const ForceLaw law = force_law(kind, strength_n, stiffness_n_per_m);
-    figure.sheet.panels.emplace_back(Plot{
-        .x_label = "place along the force / mm",
-        .y_label = "force / N",
-        .series =
-            {{.name = "exerted", .xs = law.places_mm, .ys = law.exerted_n, .color = Color::vermilion, .stroke = Stroke::dashed},
-             {.name = "felt", .xs = law.places_mm, .ys = law.felt_n, .color = Color::blue}},
-        .marks = {},
-        .x_range = std::pair{-6.0, 6.0},
-        .y_range = std::pair{-1.2, 1.2}});
+    figure.sheet.panels.emplace_back(
+        Plot{.x_label = "place along the force / mm",
+             .y_label = "force / N",
+             .series = {{.name = "felt", .xs = law.places_mm, .ys = law.felt_n, .color = Color::blue},
+                        {.name = "exerted",
+                         .xs = law.places_mm,
+                         .ys = law.exerted_n,
+                         .color = Color::vermilion,
+                         .stroke = Stroke::dashed}},
+             .marks = {},
+             .x_range = std::pair{-6.0, 6.0},
+             .y_range = std::pair{-1.2, 1.2}});
   }
   return figure;
 }
 
 Figure balance() {
   const PlaneAndPoint b = plane_and_point();
-  constexpr double mm_per_n = 9.0;
+  constexpr double mm_per_n = 7.0;
   const DrawingPoint proxy = mm(b.proxy_m), probe = mm(b.probe_m), point = mm(b.point.position_m);
   Drawing scene{.title = "The proxy rests where all forces cancel", .low = {-22, -19}, .high = {22, 16}};
   surface(scene, -20, 20, 0, 17);
@@ -196,18 +203,21 @@ Figure balance() {
       {b.plane_force_n, Color::black}, {b.point_force_n, Color::green}, {b.spring_force_n, Color::blue}};
   for (const auto& [force_n, color] : forces) scene.arrow(proxy, tip(proxy, force_n, mm_per_n), color);
 
-  Drawing triangle{.title = "Their sum is zero", .low = {-16, -14}, .high = {16, 11}};
-  DrawingPoint at{-3, -6.5};
+  Drawing triangle{.title = "Their sum is zero", .low = {-16, -12}, .high = {16, 12}};
   const char* names[] = {"plane", "point", "feedback"};
-  const double aside_mm[] = {1.0, 0.0, -1.0};
+  std::vector<DrawingPoint> corners{{0, 0}};
+  for (const auto& [force_n, color] : forces) corners.push_back(tip(corners.back(), force_n, 1.9 * mm_per_n));
+  DrawingPoint middle;
+  for (std::size_t i = 0; i < 3; ++i) middle = {middle.x_mm + corners[i].x_mm / 3, middle.y_mm + corners[i].y_mm / 3};
+  for (DrawingPoint& corner : corners) corner = {corner.x_mm - middle.x_mm, corner.y_mm - middle.y_mm};
   for (std::size_t i = 0; i < 3; ++i) {
     const auto& [force_n, color] = forces[i];
-    const DrawingPoint end = tip(at, force_n, 1.35 * mm_per_n);
-    triangle.arrow(at, end, color);
-    const DrawingPoint middle{0.5 * (at.x_mm + end.x_mm) + aside_mm[i] * 1.0,
-                              0.5 * (at.y_mm + end.y_mm) + (i == 1 ? 2.0 : 0.0)};
-    triangle.text(middle, text("%s %.2f N", names[i], norm(force_n)), i == 0 ? -1 : i == 1 ? 0 : 1, color);
-    at = end;
+    triangle.arrow(corners[i], corners[i + 1], color);
+    // Each name outside of its side: to the right, above, to the left.
+    const DrawingPoint half{0.5 * (corners[i].x_mm + corners[i + 1].x_mm), 0.5 * (corners[i].y_mm + corners[i + 1].y_mm)};
+    constexpr DrawingPoint outside[] = {{1.0, 0.0}, {0.8, 1.4}, {-1.0, 0.0}};
+    triangle.text({half.x_mm + outside[i].x_mm, half.y_mm + outside[i].y_mm}, text("%s %.2f N", names[i], norm(force_n)),
+                  i == 2 ? 1 : -1, color);
   }
   return {.name = "fig2-balance",
           .caption = text("A plane (%.1f N) and a point (%.1f N) in balance with the spring (%.0f N/m): the forces on the "
@@ -340,16 +350,37 @@ Figure non_orthogonal() {
             .series = {closed, earlier, exact},
             .marks = {},
             .x_range = std::pair{0.0, 180.0},
-            .y_range = std::pair{0.0, 1.0}};
-  return {
-      .name = "fig5-constraints",
-      .caption =
-          "Two constraints without strength, so that the proxy should go to the probe. Moving along each axis by itself "
-          "does so only where the axes are orthogonal; elsewhere it misses by |cos(angle)| of the way. The balance "
-          "does not.",
-      .width_px = 1100,
-      .height_px = 360,
-      .sheet = {.columns = 3, .panels = {two_constraints("orthogonal", 90), two_constraints("60 degrees apart", 60), plot}}};
+            .y_range = std::pair{-0.05, 1.05}};
+  Plot repeated{.title = "Hand still: error tick by tick",
+                .x_label = "tick",
+                .y_label = "error / way of the hand",
+                .series = {},
+                .marks = {},
+                .x_range = std::pair{0.0, 12.0},
+                .y_range = std::pair{-0.05, 1.05}};
+  const auto add = [&](std::string name, const char* law, double angle_deg, Color color, Stroke stroke) {
+    Series series{.name = std::move(name), .xs = {0.0}, .ys = {1.0}, .color = color, .stroke = stroke};
+    Vec3 left_m = probe_m;  // the planes stand at the proxy, so only the way that is left matters
+    for (int tick = 1; tick <= 12; ++tick) {
+      left_m -= proxy_between_free_planes(law, angle_deg, left_m);
+      series.xs.push_back(tick);
+      series.ys.push_back(norm(left_m) / norm(probe_m));
+    }
+    repeated.series.push_back(std::move(series));
+  };
+  add("2003, 20 degrees", "ikits-2003", 20, Color::purple, Stroke::solid);
+  add("2003, 40 degrees", "ikits-2003", 40, Color::purple, Stroke::dashed);
+  add("2003, 60 degrees", "ikits-2003", 60, Color::purple, Stroke::dotted);
+  add("balance (ours)", "exact", 40, Color::vermilion, Stroke::solid);
+  return {.name = "fig5-constraints",
+          .caption =
+              "Two constraints without strength, so that the proxy should go to the probe. Moving along each axis by itself "
+              "does so only where the axes are orthogonal; elsewhere it misses by |cos(angle)| of the way. The balance "
+              "does not.",
+          .width_px = 960,
+          .height_px = 680,
+          .sheet = {.columns = 2,
+                    .panels = {two_constraints("orthogonal", 90), two_constraints("60 degrees apart", 60), plot, repeated}}};
 }
 
 }  // namespace

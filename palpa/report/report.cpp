@@ -53,7 +53,8 @@ table { border-collapse: collapse; width: 100%; font-size: 0.9rem; font-variant-
 th, td { text-align: left; padding: 0.3rem 0.6rem; border-bottom: 1px solid var(--line); vertical-align: top;
   overflow-wrap: normal; }
 th { font-weight: 600; }
-th.number, td.number { text-align: right; white-space: nowrap; }
+th.number, td.number { text-align: right; }
+td.number { white-space: nowrap; }
 tbody tr:nth-child(even) { background: var(--band); }
 pre { background: var(--band); border: 1px solid var(--line); border-radius: 0.4rem; padding: 0.75rem; overflow-x: auto;
   font: 0.85rem/1.4 ui-monospace, "DejaVu Sans Mono", monospace; }
@@ -372,7 +373,7 @@ std::string tables(const Recorded& recorded) {
     const bool at_level = event.kind == "onset" || event.kind == "break_through";
     rows.push_back({text("%.3f s", event.t_s), event.kind, at_level ? level_of(recorded, event) : event.subject, event.value});
   }
-  out += table({"time", "what", "where", "value"}, rows, 4);
+  out += table({"time", "what", "where", "value (in the field's own unit), or why"}, rows, 4);
   if (recorded.events.size() > most_events) {
     out += "<p class=\"soft\">The first " + std::to_string(most_events) + " of " +
            escaped(grouped(static_cast<long long>(recorded.events.size()))) + " events; all are in events.csv.</p>\n";

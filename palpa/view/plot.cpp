@@ -67,6 +67,8 @@ Ticks ticks_of(double low, double high, bool widen, int wanted) {
   if (widen) {
     ticks.low = step * std::floor(low / step + 1e-9);
     ticks.high = step * std::ceil(high / step - 1e-9);
+  } else if (const double next = step * std::round(high / step); std::abs(next - high) < 1e-3 * (high - low)) {
+    ticks.high = std::max(high, next);  // 9.999 s: the tick at 10 s belongs to it
   }
   const int decimals = std::clamp(static_cast<int>(std::ceil(-std::log10(step) - 1e-9)), 0, 12);
   const double first = std::ceil(ticks.low / step - 1e-9);
@@ -98,7 +100,7 @@ std::pair<double, double> extent(const Plot& plot, Get get, double low, double h
   return {low, high};
 }
 
-void set_ticks(vtkAxis* axis, const Ticks& ticks, double length_px, const std::string& title, float scale) {
+void set_ticks(vtkAxis* axis, const Ticks& ticks, double length_px, float scale) {
   axis->SetBehavior(vtkAxis::FIXED);
   axis->SetRange(0.0, length_px);
   vtkNew<vtkDoubleArray> positions;
@@ -108,9 +110,7 @@ void set_ticks(vtkAxis* axis, const Ticks& ticks, double length_px, const std::s
     labels->InsertNextValue(ticks.labels[i]);
   }
   axis->SetCustomTickPositions(positions, labels);
-  axis->SetTitle(title);
-  axis->GetTitleProperties()->SetFontSize(static_cast<int>(13 * scale));
-  axis->GetTitleProperties()->BoldOff();
+  axis->SetTitle("");  // VTK would leave 10 pixels to it at any size: see LabelItem
   axis->GetLabelProperties()->SetFontSize(static_cast<int>(12 * scale));
   axis->GetPen()->SetColor(90, 90, 90);
   axis->GetPen()->SetWidth(scale);
@@ -160,7 +160,7 @@ void add_series(vtkChartXY* chart, const Area& area, const Series& series, int m
   plot->SetColor(color[0], color[1], color[2], 255);
   plot->SetWidth(width_px);
   plot->GetPen()->SetLineType(line_type(series.stroke));
-  plot->SetLabel(series.name);
+  plot->SetLabel("\u00a0" + series.name);  // a little space behind the sign
   plot->SetLegendVisibility(!series.name.empty());
   if (auto* points = vtkPlotPoints::SafeDownCast(plot)) {
     points->SetMarkerStyle(series.points_only ? marker : vtkPlotPoints::NONE);
@@ -174,7 +174,7 @@ float width_of(const std::string& text, int size) {
   return 0.58f * static_cast<float>(size) * static_cast<float>(characters);
 }
 
-constexpr int label_size = 12, title_size = 15;
+constexpr int label_size = 12, axis_size = 13, title_size = 15;
 
 /// What the legend tells: the series and the kinds of marks that have names.
 std::vector<std::string> legend_of(const Plot& plot) {
@@ -202,7 +202,7 @@ Area area_of(const Plot& plot, const vtkRectf& place, float scale) {
 
   float left = 0, right = 18;
   for (const std::string& label : area.y.labels) left = std::max(left, width_of(label, label_size));
-  left += plot.y_label.empty() ? 12.0f : 36.0f;
+  left += plot.y_label.empty() ? 14.0f : 34.0f;
   for (const std::string& name : legend_of(plot)) right = std::max(right, width_of(name, label_size) + 48);
   const float top = plot.title.empty() ? 10.0f : 32.0f;
   const float bottom = plot.x_label.empty() ? 24.0f : 44.0f;
@@ -231,6 +231,54 @@ std::vector<Signs> signs_of(const Plot& plot, const Area& area, float scale) {
   return kinds;
 }
 
+/// A text with its middle at a place of a scene.
+class LabelItem : public vtkContextItem {
+ public:
+  static LabelItem* New();
+  vtkTypeMacro(LabelItem, vtkContextItem);
+
+  void set(const std::string& label, float x_px, float y_px, float size_px, bool upright, bool bold) {
+    label_ = label;
+    at_ = {x_px, y_px};
+    size_ = static_cast<int>(size_px);
+    upright_ = upright;
+    bold_ = bold;
+  }
+  bool Paint(vtkContext2D* painter) override {
+    vtkTextProperty* look = painter->GetTextProp();
+    look->SetColor(0.0, 0.0, 0.0);
+    look->SetFontFamilyToArial();
+    look->SetFontSize(size_);
+    look->SetBold(bold_);
+    look->SetItalic(false);
+    look->SetOrientation(upright_ ? 90.0 : 0.0);
+    look->SetJustificationToCentered();
+    look->SetVerticalJustificationToCentered();
+    painter->DrawString(at_[0], at_[1], label_);
+    look->SetOrientation(0.0);
+    return true;
+  }
+
+ protected:
+  LabelItem() = default;
+  ~LabelItem() override = default;
+
+ private:
+  std::string label_;
+  std::array<float, 2> at_{};
+  int size_ = 12;
+  bool upright_ = false, bold_ = false;
+};
+vtkStandardNewMacro(LabelItem);
+
+void add_label(vtkContextScene* scene, const std::string& label, float x_px, float y_px, float size_px, bool upright,
+               bool bold) {
+  if (label.empty()) return;
+  vtkNew<LabelItem> item;
+  item->set(label, x_px, y_px, size_px, upright, bold);
+  scene->AddItem(item);
+}
+
 void add_chart(vtkContextScene* scene, const Plot& plot, const vtkRectf& place, float scale) {
   const Area area = area_of(plot, place, scale);
   vtkNew<vtkChartXY> chart;
@@ -238,12 +286,9 @@ void add_chart(vtkContextScene* scene, const Plot& plot, const vtkRectf& place, 
   chart->SetAutoSize(false);
   chart->SetLayoutStrategy(vtkChart::AXES_TO_RECT);
   chart->SetSize(area.place);
-  chart->SetTitle(plot.title);
-  chart->GetTitleProperties()->SetFontSize(static_cast<int>(title_size * scale));
-  chart->GetTitleProperties()->BoldOn();
   chart->SetRenderEmpty(true);
-  set_ticks(chart->GetAxis(vtkAxis::BOTTOM), area.x, area.place.GetWidth(), plot.x_label, scale);
-  set_ticks(chart->GetAxis(vtkAxis::LEFT), area.y, area.place.GetHeight(), plot.y_label, scale);
+  set_ticks(chart->GetAxis(vtkAxis::BOTTOM), area.x, area.place.GetWidth(), scale);
+  set_ticks(chart->GetAxis(vtkAxis::LEFT), area.y, area.place.GetHeight(), scale);
 
   // The marks' lines first, so that the curves lie over them, their signs last.
   const std::vector<Signs> kinds = signs_of(plot, area, scale);
@@ -273,6 +318,12 @@ void add_chart(vtkContextScene* scene, const Plot& plot, const vtkRectf& place, 
                 .points_only = true},
                marker, 8 * scale, 1.6f * scale);
   }
+
+  const float middle_x = area.place.GetX() + area.place.GetWidth() / 2,
+              middle_y = area.place.GetY() + area.place.GetHeight() / 2;
+  add_label(scene, plot.title, middle_x, place.GetY() + place.GetHeight() - 11 * scale, title_size * scale, false, true);
+  add_label(scene, plot.x_label, middle_x, place.GetY() + 8 * scale, axis_size * scale, false, false);
+  add_label(scene, plot.y_label, place.GetX() + 8 * scale, middle_y, axis_size * scale, true, false);
 
   chart->SetShowLegend(!legend_of(plot).empty());
   vtkChartLegend* legend = chart->GetLegend();
