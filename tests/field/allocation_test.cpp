@@ -1,12 +1,36 @@
 #include <cstdlib>
 
 #include "palpa/field/analytic.h"
+#include "palpa/field/derived.h"
 #include "palpa/field/transfer_function.h"
 #include "tests/core/counted_allocations.h"
 #include "tests/field/test_fields.h"
 
 namespace palpa {
 namespace {
+
+TEST(Allocation, sampling_a_derived_field_allocates_nothing) {
+  std::mt19937 random(2);
+  const FieldPtr vortex = sampled(*burgers_vortex().fields[0].field, 17);
+  const FieldPtr ball = sphere_field().fields[0].field;
+  std::vector<FieldPtr> fields;
+  for (int n = 0; n <= static_cast<int>(Derivation::smooth); ++n) {
+    const auto derivation = static_cast<Derivation>(n);
+    const FieldPtr of = components_taken(derivation) == 3 ? vortex : sampled(*ball, 17);
+    fields.push_back(derived(derivation, of));
+    fields.push_back(derived(derivation, posed(of, {test::rotation(random), 2.0, {0.1, 0.2, 0.3}})));
+  }
+  const long at_start = test::allocations;
+  double sum = 0.0;
+  for (const FieldPtr& field : fields) {
+    for (int n = 0; n < 1000; ++n) {
+      const Vec3 at = test::within(random, field->bounds_m());
+      sum += field->scalar(at).value + field->vector(at).value.x + field->hessian(at).row[0].x + field->depth_m(at);
+    }
+  }
+  EXPECT_EQ(test::allocations, at_start);
+  EXPECT_TRUE(std::isfinite(sum));
+}
 
 TEST(Allocation, sampling_allocates_nothing) {
   std::mt19937 random(1);
