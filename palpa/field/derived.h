@@ -30,21 +30,33 @@ const char* name_of(Derivation derivation) noexcept;
 /// Components of the field that it derives from, and of the field that comes out: 1 or 3.
 int components_taken(Derivation derivation) noexcept;
 int components_given(Derivation derivation) noexcept;
-/// The label of the unit that comes out, from that of the field: "cm/s" → "1/s²"-like text, or empty if unknown.
+/// The label of the unit that comes out: of "m/s" a curl is in "1/s" and Q in "1/s²", of "HU" a gradient magnitude
+/// in "HU/m", of others it is said as it is, "(cm/s)/m"; empty if unknown.
 std::string unit_of(Derivation derivation, std::string_view unit);
 
 /// The derived field.
 ///
-/// `magnitude` and `component_*` are computed where they are asked for, with the derivative of the
-/// interpolant. All others are computed once, here, and then sampled by the smoothing cubic B-spline,
-/// value, gradient and Hessian: of a trilinear one the direction would be 25° wrong at p99 on a sampled
-/// Lamb–Oseen vortex. `q`, `lambda2` and `smooth` come from data smoothed by a Gaussian first.
-/// A formula is sampled at its own spacing for that.
+/// `magnitude` and `component_*` are computed where they are asked for, from the source's sample: exact
+/// derivatives of its interpolant; where u = 0, the kink of |u|, the gradient is 0.
+///
+/// All others are computed once, here, at the voxels of the source, and then sampled by the smoothing
+/// cubic B-spline (smooth_grid.h), value, gradient and Hessian: of a trilinear one the direction would be
+/// 25° wrong at p99 on a sampled Lamb–Oseen vortex. Derivatives at a voxel are central differences, the
+/// derivative there of Keys' cubic through the voxels, one-sided at the border and beside voxels without
+/// a finite value; sampled between, they are smoothed by 1/6, 4/6, 1/6 along each axis.
+///
+/// `q`, `lambda2` and `smooth` come from data smoothed first by a Gaussian of the world (so many metres along every axis),
+/// separable along the axes of the grid, cut off at 4 standard deviations and normalised over the finite
+/// voxels within the grid. A voxel without a finite value stays without, and so does what needs it.
+///
+/// A formula is sampled at its own spacing for all that, 256 times at most along its longest side. A
+/// posed field is derived below its pose, and the result posed and divided by its scale; only
+/// `component_*` are taken above it, as they lie along the world's axes.
 ///
 /// \param of           the field; its number of components is `components_taken`
 /// \param smoothing_m  [m] standard deviation of that Gaussian in the field's own world; 0: two sample spacings
-/// Two threads; memory beyond the result's own is a few slices. Throws std::invalid_argument, with a
-/// sentence, on a field of the other kind or a smoothing that is negative or not finite.
+/// Two threads; memory beyond the result's own is what the Gaussian reaches of slices, as floats. Throws
+/// std::invalid_argument, with a sentence, on a field of the other kind or a smoothing that is negative or not finite.
 FieldPtr derived(Derivation derivation, const FieldPtr& of, double smoothing_m = 0.0);
 
 }  // namespace palpa

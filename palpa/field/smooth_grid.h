@@ -9,9 +9,9 @@ namespace palpa {
 /// raw · scale + offset of Σ c_ijk β(x−i) β(y−j) β(z−k), twice continuously differentiable, with value, gradient and
 /// Hessian of that one function. Without a prefilter it smooths instead of meeting the voxels: at a
 /// voxel it gives 1/6, 4/6, 1/6 of the voxels along each axis, which adds h²/6 ∂²φ/∂x² there; 8-bit
-/// steps are not amplified, and the direction of the gradient is far truer than that of a trilinear
-/// field (M. Unser, "Splines: a perfect fit", IEEE Signal Proc. Mag. 16(6), 1999; measured on this
-/// project's data in docs/design.md).
+/// steps are not amplified, and the direction of the gradient is truer than that of a trilinear field
+/// (M. Unser, "Splines: a perfect fit", IEEE Signal Proc. Mag. 16(6), 1999). Its price: a level of
+/// curvatures κ₁, κ₂ moves inwards by h²(κ₁ + κ₂)/6, and parts thinner than two voxels fade.
 ///
 /// Inside is the same box as of `grid_field`. Beyond the borders the edge coefficients repeat. A place
 /// is outside where one of the 4 × 4 × 4 coefficients about its cell is not finite, or a value beyond a double. An
