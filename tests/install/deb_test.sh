@@ -1,0 +1,79 @@
+#!/bin/bash
+# Builds the packages, installs them in a bare Debian 12, runs what they bring, purges them, and compares
+# the files before and after. Needs root, debootstrap and dpkg-dev, a mirror of Debian as apt is set up here,
+# and up to 3 GB; so it is not among the tests of ctest. By hand:
+#   sudo tests/install/deb_test.sh BUILD [ROOT]
+# BUILD is a finished build that was configured with CMAKE_INSTALL_PREFIX=/usr and BUILD_TYPE Release.
+# ROOT is a bare root made before (by debootstrap --variant=minbase bookworm); it is copied, not changed.
+set -eu
+build=$(cd "$1" && pwd)
+base=${2:-}
+work=$(mktemp -d)
+root=$work/root
+clean() {
+  if mountpoint -q "$root/proc"; then umount "$root/proc"; fi
+  rm -rf --one-file-system "$work"
+}
+trap clean EXIT
+fail() {
+  echo "FAILED: $*" >&2
+  exit 1
+}
+inside() { chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive "$@"; }
+# Everything but what apt and dpkg keep for themselves.
+files() {
+  (cd "$root" && find . -xdev \( -path ./proc -o -path ./tmp -o -path ./var/cache -o -path ./var/log -o -path ./var/lib/apt \
+    -o -path ./var/lib/dpkg -o -path ./root \) -prune -o -print) | LC_ALL=C sort
+}
+
+echo "== packages"
+rm -f "$build"/*.deb
+(cd "$build" && cpack -G DEB >"$work/cpack.log") || { cat "$work/cpack.log"; fail "cpack"; }
+ls -l "$build"/*.deb
+
+echo "== a bare Debian 12"
+if [ -n "$base" ]; then
+  cp -a "$base" "$root"
+else
+  debootstrap --variant=minbase bookworm "$root" >"$work/debootstrap.log" || { tail "$work/debootstrap.log"; fail "debootstrap"; }
+fi
+cp /etc/resolv.conf "$root/etc/"
+rm -f "$root/etc/apt/sources.list"
+cp -a /etc/apt/apt.conf.d/. "$root/etc/apt/apt.conf.d/"
+cp /etc/apt/sources.list.d/*.sources "$root/etc/apt/sources.list.d/" 2>/dev/null || true
+if [ -s /etc/apt/sources.list ]; then cp /etc/apt/sources.list "$root/etc/apt/"; fi
+mount -t proc proc "$root/proc"
+inside apt-get -qq update
+mkdir "$root/tmp/debs"
+cp "$build"/*.deb "$root/tmp/debs/"
+
+install_what_is_missing() {
+  inside sh -c "apt-get -qq -y --no-install-recommends install $1" >"$work/apt.log" 2>&1 || { tail -30 "$work/apt.log"; fail "apt-get install $1"; }
+}
+# What the packages need stays: what is compared is what they bring themselves.
+needed=$(for deb in "$build"/*.deb; do dpkg-deb -f "$deb" Depends; done | tr ',' '\n' | sed 's/|.*//; s/(.*//; s/ //g' |
+  grep -v -e '^libpalpa' -e '^palpa' | sort -u | tr '\n' ' ')
+echo "== what they need: $needed"
+install_what_is_missing "$needed"
+files >"$work/before"
+
+echo "== installed and run"
+install_what_is_missing "/tmp/debs/*.deb"
+inside dpkg-query -W -f '${Package} ${Version} ${Installed-Size} kB\n' 'libpalpa*' palpa
+# As an ordinary user, who can write nothing.
+inside setpriv --reuid 65534 --regid 65534 --clear-groups sh -c 'cd / && palpa demo' >"$work/demo" || fail "palpa demo"
+sed -n 1,12p "$work/demo"
+grep -q "head_phantom.toml, felt by" "$work/demo" || fail "palpa demo shows no table"
+printf 'NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: ascii\n\n0 1 2 3 4 5 6 7\n' >"$root/tmp/eight.nrrd"
+if [ -e "$root/usr/libexec/palpa/palpa-read" ]; then inside palpa info /tmp/eight.nrrd | grep uint8 || fail "palpa info"; fi
+for name in palpa libpalpa-dev; do
+  [ -s "$root/usr/share/doc/$name/copyright" ] || [ -e "$root/etc/dpkg/dpkg.cfg.d/docker" ] || fail "$name has no copyright file"
+done
+inside dpkg --verify palpa || fail "files are not as packed"
+
+echo "== purged"
+inside sh -c "dpkg --purge \$(dpkg-query -W -f '\${Package} ' 'libpalpa*' palpa)" >"$work/purge.log" 2>&1 || { cat "$work/purge.log"; fail "purge"; }
+files >"$work/after"
+diff "$work/before" "$work/after" || fail "purging left the above behind"
+[ -z "$(inside dpkg-query -W -f '${Package} ' 'libpalpa*' palpa 2>/dev/null)" ] || fail "dpkg still knows the packages"
+echo "$(wc -l <"$work/after") files, the same as before"
