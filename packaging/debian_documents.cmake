@@ -1,5 +1,7 @@
 # Runs when cpack has put together the files of each package: every one gets its copyright and changelog.
 foreach(component IN LISTS CPACK_COMPONENTS_ALL)
+  # Putting together is no installation: the target uninstall must not take what it lists.
+  file(REMOVE ${CPACK_PALPA_BUILD}/install_manifest_${component}.txt)
   string(TOUPPER ${component} upper)
   set(package ${CPACK_DEBIAN_${upper}_PACKAGE_NAME})
   set(folder ${CPACK_TEMPORARY_INSTALL_DIRECTORY}/${component}/usr/share/doc/${package})

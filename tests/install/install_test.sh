@@ -113,6 +113,29 @@ for component in view report; do
   fi
 done
 
+step "as a part of another project: the library alone"
+mkdir "$work/part"
+cat >"$work/part/CMakeLists.txt" <<'TXT'
+cmake_minimum_required(VERSION 3.24)
+project(part LANGUAGES C CXX)
+include(CTest)
+add_subdirectory(${SOURCE} palpa)
+foreach(target palpa::core palpa::palpa)
+  if(NOT TARGET ${target})
+    message(FATAL_ERROR "${target} is not there")
+  endif()
+endforeach()
+foreach(target palpa_cli palpa-read palpa_view uninstall palpa_reference test_plugin feel)
+  if(TARGET ${target})
+    message(FATAL_ERROR "${target} came along")
+  endif()
+endforeach()
+TXT
+configure part_build "$work/part" "-DSOURCE=$source" || { cat "$work/part_build.log"; fail "is no part of another project"; }
+mkdir "$work/part_prefix"
+cmake --install "$work/part_build" --prefix "$work/part_prefix" >"$work/part.log" 2>&1 || { cat "$work/part.log"; fail "part"; }
+[ -z "$(find "$work/part_prefix" -mindepth 1)" ] || fail "the part installs something"
+
 if [ -e "$moved/bin/palpa" ]; then
   step "the installed program"
   cd "$work"
