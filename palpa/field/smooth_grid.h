@@ -17,7 +17,7 @@ namespace palpa {
 /// is outside where one of the 4 × 4 × 4 coefficients about its cell is not finite, or a value beyond a double. An
 /// axis of one voxel has no extent: the field is constant across it.
 ///
-/// 1 or 3 components; each of their types. Throws like `grid_field`.
+/// 1 or 3 components of any type. `scale` [unit] and `offset` [unit] as for `grid_field`; throws like it.
 FieldPtr smooth_grid_field(const GridGeometry& geometry, Voxels voxels, double scale = 1.0, double offset = 0.0);
 
 /// The grid behind a field made by `smooth_grid_field`; nullptr for other fields.
