@@ -14,7 +14,7 @@ constexpr double orthogonal_share = 1e-9;
 
 bool are_orthogonal(const Primitive& a, const Primitive& b) noexcept {
   using enum PrimitiveKind;
-  if (a.kind == directed || b.kind == directed) return true;
+  if (a.kind == directed || a.kind == point || b.kind == directed || b.kind == point) return true;
   if (a.kind == plane && b.kind == plane) return std::abs(dot(a.direction, b.direction)) <= orthogonal_share;
   // A line spans what is across it: orthogonal to it is a plane with its direction, and nothing else.
   if ((a.kind == line && b.kind == plane) || (a.kind == plane && b.kind == line)) {
@@ -135,7 +135,7 @@ std::string to_markdown(const LawComparison& comparison) {
   const auto share = [](std::int64_t part, std::int64_t whole) {
     return whole > 0 ? 100.0 * static_cast<double>(part) / static_cast<double>(whole) : 0.0;
   };
-  say("%lld balances of %lld ticks, %.1f %% of them with primitives that are not orthogonal; %lld left out.\n\n",
+  say("%lld balances of %lld ticks, %.1f %% of them with planes or lines that are not orthogonal; %lld left out.\n\n",
       static_cast<long long>(comparison.balances), static_cast<long long>(comparison.ticks),
       share(comparison.oblique_balances, comparison.balances), static_cast<long long>(comparison.left_out));
   text += "| the same balances | p50 mm | p99 mm | max mm | p50 N | p99 N | max N |\n|---|---|---|---|---|---|---|\n";

@@ -35,12 +35,12 @@ struct LawComparison {
   std::int64_t ticks = 0;             ///< with a valid probe
   std::int64_t balances = 0;          ///< posed: sub-steps with at least one primitive
   std::int64_t left_out = 0;          ///< sub-steps whose exact balance is not proven to 1e-9 m
-  std::int64_t oblique_balances = 0;  ///< of `balances`, with primitives that are not orthogonal to each other
+  std::int64_t oblique_balances = 0;  ///< of `balances`, with planes or lines that are not orthogonal to each other
   std::vector<LawErrors> laws;
 };
 
-/// True when two of these primitives have spans that are not orthogonal to each other: their forces mix.
-/// A directed force has no span; a point's is all of space, so it is orthogonal to none.
+/// True when two of these are planes or lines whose spans are not orthogonal to each other: no one frame has
+/// axes for both. A directed force has no span, and a point is the same in every frame.
 bool has_oblique_primitives(std::span<const PlacedPrimitive> placed) noexcept;
 
 /// Feels `scene` with the exact law under `probes`, one tick of `time_step_s` [s] each; poses every sub-step's

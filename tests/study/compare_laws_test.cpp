@@ -111,7 +111,7 @@ TEST(CompareLaws, KnowsWhichPrimitivesAreOrthogonal) {
   };
   for (const Case& c : {Case{placed(plane, x), placed(plane, y), false}, Case{placed(plane, x), placed(plane, between), true},
                         Case{placed(plane, x), placed(line, x), false}, Case{placed(plane, x), placed(line, between), true},
-                        Case{placed(line, x), placed(line, y), true}, Case{placed(point, {}), placed(plane, x), true},
+                        Case{placed(line, x), placed(line, y), true}, Case{placed(point, {}), placed(plane, x), false},
                         Case{placed(directed, x), placed(point, {}), false}}) {
     const PlacedPrimitive both[] = {c.a, c.b};
     const PlacedPrimitive turned[] = {c.b, c.a};
