@@ -46,7 +46,7 @@ class EarlierLaw : public Law {
 };
 
 /// The part of `v` along the primitive's span: all of it for a point, across the direction for a line,
-/// along it for a plane, none for a directed force. In the unit of `v`.
+/// along it for a plane, none for a directed force. \param v  [its own unit, also of the result]
 Vec3 part_in_span(const Primitive& primitive, const Vec3& v) noexcept;
 
 /// The force [N] with which a primitive answers a pull of `pull_n` towards it, alone with a spring of
