@@ -67,7 +67,7 @@ grep -q "head_phantom.toml, felt by" "$work/demo" || fail "palpa demo shows no t
 printf 'NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: ascii\n\n0 1 2 3 4 5 6 7\n' >"$root/tmp/eight.nrrd"
 if [ -e "$root/usr/libexec/palpa/palpa-read" ]; then inside palpa info /tmp/eight.nrrd | grep uint8 || fail "palpa info"; fi
 for name in palpa libpalpa-dev; do
-  [ -s "$root/usr/share/doc/$name/copyright" ] || [ -e "$root/etc/dpkg/dpkg.cfg.d/docker" ] || fail "$name has no copyright file"
+  [ -s "$root/usr/share/doc/$name/copyright" ] || fail "$name has no copyright file"
 done
 inside dpkg --verify palpa || fail "files are not as packed"
 
