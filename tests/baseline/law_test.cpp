@@ -339,8 +339,20 @@ TEST(Ikits2003Sequential, DependsOnTheOrderAndIsExactForItsLastConstraint) {
   }());
 }
 
-// The variant cannot overshoot: with zero strengths each move is a projection of what is left of the way.
-TEST(Ikits2003Sequential, IsNearerThanTheSumOfMovesOnFreeAxes) {
+// Two rails at a small angle: along them the axes of both have little, so a free proxy lags behind by cos
+// of the way in one tick.
+TEST(Ikits2003Sequential, LagsAlongTwoFreeRailsThatAreNearlyParallel) {
+  const double angle = 0.1;
+  Problem problem;
+  add(problem, PrimitiveKind::line, {1, 0, 0}, 0.0);
+  add(problem, PrimitiveKind::line, normalized(Vec3{std::cos(angle), std::sin(angle), 0}), 0.0);
+  problem.probe_m = {1e-3, 0, 0};
+  EXPECT_NEAR(error_m("ikits-2003-sequential", problem), std::cos(angle) * 1e-3, 1e-12);
+  EXPECT_NEAR(error_m("ikits-2003", problem), std::cos(angle) * 1e-3, 1e-12);
+}
+
+// With zero strengths each move takes a projection from what is left of the way: never more than all is left.
+TEST(Ikits2003Sequential, LeavesNoMoreThanTheWholeWayOnFreeAxes) {
   Random random(13);
   for (int i = 0; i < 2000; ++i) {
     Problem problem = free_problem(random);
