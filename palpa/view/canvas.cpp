@@ -89,7 +89,7 @@ void Canvas::text(std::string_view words, double x_px, double y_px, Side x_is, d
   actor->GetTextProperty()->SetJustificationToLeft();
   actor->GetTextProperty()->SetVerticalJustificationToBottom();
   // On the baseline, not on the middle of these letters: a row of texts stands on one line.
-  actor->SetPosition(std::round(left), std::round(y_px - 0.36 * size_em * em_px_));
+  actor->SetPosition(std::round(left), std::round(y_px - 0.5 * size_em * em_px_));
   actor->GetTextProperty()->UseTightBoundingBoxOff();
   renderer_->AddActor2D(actor);
 }

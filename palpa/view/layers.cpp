@@ -25,6 +25,8 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <limits>
+#include <map>
 
 #include "palpa/field/grid.h"
 #include "palpa/view/shapes.h"
@@ -91,10 +93,53 @@ vtkSmartPointer<vtkImageData> image_of(const FieldPtr& field, const Box& box) {
   return image;
 }
 
+/// The fields sampled so far: several surfaces of one field are drawn from one image.
+class Images {
+ public:
+  vtkImageData* of(const std::string& name, const FieldPtr& field, const Box& box) {
+    vtkSmartPointer<vtkImageData>& image = images_[name];
+    if (!image) image = image_of(field, box);
+    return image;
+  }
+
+ private:
+  std::map<std::string, vtkSmartPointer<vtkImageData>> images_;
+};
+
 Vec3 point_of(vtkPoints& points, vtkIdType i) {
   double p[3];
   points.GetPoint(i, p);
   return {p[0], p[1], p[2]};
+}
+
+/// Averages the normals over the triangles around each point, a few times: those of a trilinear interpolant
+/// jump from cell to cell, which shows as rings.
+void calm_normals(vtkPolyData& surface) {
+  if (surface.GetNumberOfPolys() == 0) return;
+  auto& normals = *vtkFloatArray::FastDownCast(surface.GetPointData()->GetNormals());
+  auto* n = normals.GetPointer(0);
+  const auto count = static_cast<std::size_t>(3 * normals.GetNumberOfTuples());
+  std::vector<float> sum(count);
+  vtkIdType size = 0;
+  const vtkIdType* corners = nullptr;
+  for (int round = 0; round < 8; ++round) {
+    std::fill(sum.begin(), sum.end(), 0.0F);
+    for (vtkIdType cell = 0; cell < surface.GetPolys()->GetNumberOfCells(); ++cell) {
+      surface.GetPolys()->GetCellAtId(cell, size, corners);
+      for (int axis = 0; axis < 3; ++axis) {
+        float all = 0.0F;
+        for (vtkIdType i = 0; i < size; ++i) all += n[3 * corners[i] + axis];
+        for (vtkIdType i = 0; i < size; ++i) sum[static_cast<std::size_t>(3 * corners[i] + axis)] += all;
+      }
+    }
+    for (std::size_t i = 0; i < count; i += 3) {
+      const Vec3 unit = normalized({sum[i], sum[i + 1], sum[i + 2]});
+      if (norm_squared(unit) == 0.0) continue;
+      n[i] = static_cast<float>(unit.x);
+      n[i + 1] = static_cast<float>(unit.y);
+      n[i + 2] = static_cast<float>(unit.z);
+    }
+  }
 }
 
 /// The surface of `image` at `level`, without what touches places where there are no data, and with its
@@ -151,6 +196,7 @@ vtkSmartPointer<vtkPolyData> surface_of(vtkImageData* image, const Field& field,
   surface->SetPoints(&points);
   surface->SetPolys(cells);
   surface->GetPointData()->SetNormals(&normals);
+  calm_normals(*surface);
   if (outward < 0.0) {
     surface->BuildCells();
     for (vtkIdType cell = 0; cell < surface->GetNumberOfCells(); ++cell) surface->ReverseCell(cell);
@@ -242,8 +288,8 @@ void draw_surface(vtkRenderer* renderer, vtkPolyData* surface, const Color& colo
   actor->SetMapper(mapper);
   vtkProperty& property = *actor->GetProperty();
   property.SetColor(color.red, color.green, color.blue);
-  property.SetAmbient(0.18);
-  property.SetDiffuse(0.82);
+  property.SetAmbient(0.3);
+  property.SetDiffuse(0.75);
   property.SetSpecular(0.08);
   property.SetSpecularPower(20);
   property.SetOpacity(opacity);
@@ -253,8 +299,9 @@ void draw_surface(vtkRenderer* renderer, vtkPolyData* surface, const Color& colo
 }
 
 /// A cloud whose opacity is that of the layer's colours, reached over a fortieth of the box's longest side.
-void draw_volume(vtkRenderer* renderer, const FieldPtr& field, const Box& box, const ColorMap& map, bool software) {
-  const vtkSmartPointer<vtkImageData> image = image_of(field, box);
+void draw_volume(vtkRenderer* renderer, vtkImageData* sampled, double side_m, const ColorMap& map, bool software) {
+  vtkNew<vtkImageData> image;
+  image->DeepCopy(sampled);  // what is blank here is a value below
   const auto clearest =
       std::min_element(map.points().begin(), map.points().end(),
                        [](const ColorMap::Point& a, const ColorMap::Point& b) { return a.opacity < b.opacity; });
@@ -274,7 +321,7 @@ void draw_volume(vtkRenderer* renderer, const FieldPtr& field, const Box& box, c
   vtkNew<vtkVolume> volume;
   volume->GetProperty()->SetColor(colors);
   volume->GetProperty()->SetScalarOpacity(opacities);
-  volume->GetProperty()->SetScalarOpacityUnitDistance(largest_component(box.size_m()) / 40.0);
+  volume->GetProperty()->SetScalarOpacityUnitDistance(side_m / 40.0);
   volume->GetProperty()->SetInterpolationTypeToLinear();
   if (software) {
     // Its default step is 1, whatever the size of the volume: metres would be one step.
@@ -294,8 +341,117 @@ void draw_volume(vtkRenderer* renderer, const FieldPtr& field, const Box& box, c
   renderer->AddVolume(volume);
 }
 
-ColorMap speed_colors(const ViewLayer& layer, double fastest) {
-  return layer.colors.empty() ? magnitude_colors(0.0, fastest) : ColorMap(layer.colors);
+/// From rest to the fastest; where nothing is near rest, from the slowest.
+ColorMap speed_colors(const ViewLayer& layer, double slowest, double fastest) {
+  if (!layer.colors.empty()) return ColorMap(layer.colors);
+  return magnitude_colors(slowest > 0.4 * fastest ? slowest : 0.0, fastest);
+}
+
+void draw_layer(vtkRenderer* renderer, const Scene& scene, const std::vector<ViewLayer>& layers, std::size_t number,
+                const LayerOptions& options, Images& images, LayerSigns& signs) {
+  const ViewLayer& layer = layers[number];
+  const VolumeField& named = scene.field(layer.field);
+  const FieldPtr field = in_hand_frame(named.field, scene.hand_to_world());
+  const bool vectors = field->components() == 3;
+  const Box box = shared_part(field->bounds_m(), options.near);
+  const double side_m = largest_component(box.size_m());
+  if (!(side_m > 0.0)) return;
+
+  const bool for_vectors = layer.show == ViewLayer::Show::streamlines || layer.show == ViewLayer::Show::glyphs;
+  const bool for_scalars = layer.show == ViewLayer::Show::surface || layer.show == ViewLayer::Show::volume;
+  if ((for_vectors && !vectors) || (for_scalars && vectors)) {
+    throw LoadError("pictures: '" + layer.field.name + "' is a " + (vectors ? "vector" : "scalar") + " field; " +
+                    (vectors ? "a surface or a volume is drawn of a scalar one, such as magnitude(" + layer.field.name + ")"
+                             : "streamlines and glyphs are drawn of a vector one"));
+  }
+
+  switch (layer.show) {
+    case ViewLayer::Show::surface: {
+      const Extent extent = field->extents()[0];
+      const double level = layer.level.value_or(0.5 * (extent.min + extent.max));
+      std::size_t outer = 0;  // surfaces before this one
+      std::size_t surfaces = 0;
+      for (std::size_t i = 0; i < layers.size(); ++i) {
+        if (layers[i].show != ViewLayer::Show::surface) continue;
+        if (i < number) ++outer;
+        ++surfaces;
+      }
+      Color color = surface_color(outer);
+      double opacity = outer + 1 < surfaces ? 0.42 : options.see_through && surfaces == 1 ? 0.62 : 1.0;
+      if (!layer.colors.empty()) {
+        const ColorMap::Point point = ColorMap(layer.colors).at(level);
+        color = point.color;
+        opacity = point.opacity;
+      }
+      draw_surface(renderer, surface_of(images.of(layer.field.name, field, box), *field, level), color, opacity);
+      const std::string unit = named.unit.empty() ? "" : " " + named.unit;
+      signs.legend.push_back({layer.field.name + " = " + number_words(level) + unit, color, opacity});
+      break;
+    }
+    case ViewLayer::Show::slices: {
+      const ColorMap map = colors_of(layer, *field);
+      draw_slices(renderer, *field, box, map);
+      signs.bars.push_back({title_of(layer.field.name, named.unit), map});
+      break;
+    }
+    case ViewLayer::Show::volume: {
+      ColorMap map = colors_of(layer, *field);
+      if (layer.colors.empty()) {
+        const Extent extent = field->extents()[0];
+        map = ColorMap(std::vector<ViewLayer::ColorPoint>{
+            {extent.min, "#000000", 0.0}, {0.5 * (extent.min + extent.max), "#8a6a4f", 0.05}, {extent.max, "#fff6e5", 0.8}});
+      }
+      draw_volume(renderer, images.of(layer.field.name, field, box), side_m, map, options.software);
+      signs.bars.push_back({title_of(layer.field.name, named.unit), map});
+      break;
+    }
+    case ViewLayer::Show::streamlines: {
+      const std::vector<Streamline> lines = streamlines(*field, box, 80);
+      double slowest = std::numeric_limits<double>::max();
+      double fastest = 0.0;
+      for (const Streamline& line : lines) {
+        for (const StreamPoint& point : line) {
+          slowest = std::min(slowest, point.speed);
+          fastest = std::max(fastest, point.speed);
+        }
+      }
+      const ColorMap map = speed_colors(layer, slowest, fastest);
+      std::vector<std::vector<TubePoint>> tubes;
+      for (const Streamline& line : lines) {
+        std::vector<TubePoint>& tube = tubes.emplace_back();
+        for (const StreamPoint& point : line) tube.push_back({point.position_m, map.at(point.speed).color});
+      }
+      draw_tubes(renderer, tubes, 0.0026 * side_m);
+      signs.bars.push_back({title_of(layer.field.name, named.unit), map});
+      break;
+    }
+    case ViewLayer::Show::glyphs: {
+      struct Glyph {
+        Vec3 position_m;
+        Vec3 value;
+      };
+      constexpr int longest = 16;
+      std::vector<Glyph> glyphs;
+      double fastest = 0.0;
+      for (const Vec3& position : grid_positions(box, longest)) {
+        const VectorSample sample = field->vector(position);
+        if (!sample.inside) continue;
+        glyphs.push_back({position, sample.value});
+        fastest = std::max(fastest, norm(sample.value));
+      }
+      const ColorMap map = speed_colors(layer, 0.0, fastest);
+      std::vector<Arrow> arrows;
+      for (const Glyph& glyph : glyphs) {
+        const double share = fastest > 0.0 ? norm(glyph.value) / fastest : 0.0;
+        if (share < 0.05) continue;
+        const Vec3 half = (0.5 * side_m / longest * std::max(share, 0.25)) * normalized(glyph.value);
+        arrows.push_back({glyph.position_m - half, glyph.position_m + half, map.at(norm(glyph.value)).color});
+      }
+      draw_arrows(renderer, arrows);
+      signs.bars.push_back({title_of(layer.field.name, named.unit), map});
+      break;
+    }
+  }
 }
 
 }  // namespace
@@ -347,108 +503,11 @@ FieldPtr in_hand_frame(const FieldPtr& field, const Similarity& map) {
   return posed(field, {transposed(map.rotation), 1.0 / map.scale, map.to_hand({})});
 }
 
-LayerSigns draw_layer(vtkRenderer* renderer, const Scene& scene, const std::vector<ViewLayer>& layers, std::size_t number,
-                      const LayerOptions& options) {
-  const ViewLayer& layer = layers[number];
-  const VolumeField& named = scene.field(layer.field);
-  const FieldPtr field = in_hand_frame(named.field, scene.hand_to_world());
-  const bool vectors = field->components() == 3;
-  const Box box = shared_part(field->bounds_m(), options.near);
-  const double side_m = largest_component(box.size_m());
+LayerSigns draw_layers(vtkRenderer* renderer, const Scene& scene, const std::vector<ViewLayer>& layers,
+                       const LayerOptions& options) {
+  Images images;
   LayerSigns signs;
-  if (!(side_m > 0.0)) return signs;
-
-  const bool for_vectors = layer.show == ViewLayer::Show::streamlines || layer.show == ViewLayer::Show::glyphs;
-  const bool for_scalars = layer.show == ViewLayer::Show::surface || layer.show == ViewLayer::Show::volume;
-  if ((for_vectors && !vectors) || (for_scalars && vectors)) {
-    throw LoadError("pictures: '" + layer.field.name + "' is a " + (vectors ? "vector" : "scalar") + " field; " +
-                    (vectors ? "a surface or a volume is drawn of a scalar one, such as magnitude(" + layer.field.name + ")"
-                             : "streamlines and glyphs are drawn of a vector one"));
-  }
-
-  switch (layer.show) {
-    case ViewLayer::Show::surface: {
-      const Extent extent = field->extents()[0];
-      const double level = layer.level.value_or(0.5 * (extent.min + extent.max));
-      std::size_t outer = 0;  // surfaces before this one
-      std::size_t surfaces = 0;
-      for (std::size_t i = 0; i < layers.size(); ++i) {
-        if (layers[i].show != ViewLayer::Show::surface) continue;
-        if (i < number) ++outer;
-        ++surfaces;
-      }
-      Color color = surface_color(outer);
-      double opacity = outer + 1 < surfaces ? 0.42 : options.see_through && surfaces == 1 ? 0.62 : 1.0;
-      if (!layer.colors.empty()) {
-        const ColorMap::Point point = ColorMap(layer.colors).at(level);
-        color = point.color;
-        opacity = point.opacity;
-      }
-      draw_surface(renderer, surface_of(image_of(field, box), *field, level), color, opacity);
-      const std::string unit = named.unit.empty() ? "" : " " + named.unit;
-      signs.legend.push_back({layer.field.name + " = " + number_words(level) + unit, color, opacity});
-      break;
-    }
-    case ViewLayer::Show::slices: {
-      const ColorMap map = colors_of(layer, *field);
-      draw_slices(renderer, *field, box, map);
-      signs.bars.push_back({title_of(layer.field.name, named.unit), map});
-      break;
-    }
-    case ViewLayer::Show::volume: {
-      ColorMap map = colors_of(layer, *field);
-      if (layer.colors.empty()) {
-        const Extent extent = field->extents()[0];
-        map = ColorMap(std::vector<ViewLayer::ColorPoint>{
-            {extent.min, "#000000", 0.0}, {0.5 * (extent.min + extent.max), "#8a6a4f", 0.05}, {extent.max, "#fff6e5", 0.8}});
-      }
-      draw_volume(renderer, field, box, map, options.software);
-      signs.bars.push_back({title_of(layer.field.name, named.unit), map});
-      break;
-    }
-    case ViewLayer::Show::streamlines: {
-      const std::vector<Streamline> lines = streamlines(*field, box, 110);
-      double fastest = 0.0;
-      for (const Streamline& line : lines) {
-        for (const StreamPoint& point : line) fastest = std::max(fastest, point.speed);
-      }
-      const ColorMap map = speed_colors(layer, fastest);
-      std::vector<std::vector<TubePoint>> tubes;
-      for (const Streamline& line : lines) {
-        std::vector<TubePoint>& tube = tubes.emplace_back();
-        for (const StreamPoint& point : line) tube.push_back({point.position_m, map.at(point.speed).color});
-      }
-      draw_tubes(renderer, tubes, 0.0022 * side_m);
-      signs.bars.push_back({title_of(layer.field.name, named.unit), map});
-      break;
-    }
-    case ViewLayer::Show::glyphs: {
-      struct Glyph {
-        Vec3 position_m;
-        Vec3 value;
-      };
-      constexpr int longest = 16;
-      std::vector<Glyph> glyphs;
-      double fastest = 0.0;
-      for (const Vec3& position : grid_positions(box, longest)) {
-        const VectorSample sample = field->vector(position);
-        if (!sample.inside) continue;
-        glyphs.push_back({position, sample.value});
-        fastest = std::max(fastest, norm(sample.value));
-      }
-      const ColorMap map = speed_colors(layer, fastest);
-      std::vector<Arrow> arrows;
-      for (const Glyph& glyph : glyphs) {
-        const double share = fastest > 0.0 ? norm(glyph.value) / fastest : 0.0;
-        if (share < 0.05) continue;
-        const Vec3 half = (0.5 * side_m / longest * std::max(share, 0.25)) * normalized(glyph.value);
-        arrows.push_back({glyph.position_m - half, glyph.position_m + half, map.at(norm(glyph.value)).color});
-      }
-      draw_arrows(renderer, arrows);
-      signs.bars.push_back({title_of(layer.field.name, named.unit), map});
-      break;
-    }
-  }
+  for (std::size_t i = 0; i < layers.size(); ++i) draw_layer(renderer, scene, layers, i, options, images, signs);
   return signs;
 }
 

@@ -25,15 +25,14 @@ struct LayerSigns {
 };
 
 struct LayerOptions {
-  Box near;              ///< hand frame: what is farther is not drawn
-  double hand_to_world;  ///< the world's metres in one metre of the hand
-  bool see_through;      ///< something inside is to be seen: surfaces let it through
-  bool software;         ///< no graphics card draws
+  Box near;          ///< hand frame: what is farther is not drawn
+  bool see_through;  ///< something inside is to be seen: surfaces let it through
+  bool software;     ///< no graphics card draws
 };
 
-/// Draws a layer in the hand frame. Throws SceneError on a field that is not there, LoadError on one that
+/// Draws the layers in the hand frame. Throws SceneError on a field that is not there, LoadError on one that
 /// cannot be drawn so.
-LayerSigns draw_layer(vtkRenderer* renderer, const Scene& scene, const std::vector<ViewLayer>& layers, std::size_t number,
-                      const LayerOptions& options);
+LayerSigns draw_layers(vtkRenderer* renderer, const Scene& scene, const std::vector<ViewLayer>& layers,
+                       const LayerOptions& options);
 
 }  // namespace palpa::detail

@@ -6,15 +6,18 @@
 #include <vtkLogger.h>
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
+#include <vtkOpenGLState.h>
 #include <vtkOutputWindow.h>
 #include <vtkSmartPointer.h>
 #include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <cstring>
 #include <mutex>
 #include <sstream>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "palpa/core/load_error.h"
@@ -88,6 +91,8 @@ struct Context {
   EGLContext context = EGL_NO_CONTEXT;
 
   Context() {
+    // Mesa's loader writes to stderr what it did not find; the caller is told by an exception.
+    setenv("EGL_LOG_LEVEL", "fatal", 0);
     constexpr EGLint core_3_2[] = {
         EGL_CONTEXT_MAJOR_VERSION,           3,       EGL_CONTEXT_MINOR_VERSION, 2, EGL_CONTEXT_OPENGL_PROFILE_MASK,
         EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
@@ -205,6 +210,12 @@ bool OffscreenWindow::is_software() const {
 
 Picture OffscreenWindow::draw() {
   Window& window = *parts_->window;
+  window.OpenGLInit();
+  // VTK believes that the context tests depths by <=, as it left it where it set one up itself; by OpenGL's
+  // own <, of flat drawing the first would win, and letters vanish behind their ground.
+  constexpr unsigned less_or_equal = 0x0203;  // GL_LEQUAL
+  window.GetState()->ResetGLDepthFuncState();
+  window.GetState()->vtkglDepthFunc(less_or_equal);
   window.Render();
   const int width = window.GetSize()[0];
   const int height = window.GetSize()[1];

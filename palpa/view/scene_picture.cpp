@@ -103,7 +103,7 @@ void frame(View& view, const Seen& seen, const ScenePictureOptions& options) {
   struct Free {
     double left, right, bottom, top;  // [1] of width and height
   };
-  constexpr Free free{0.05, 0.87, 0.08, 0.89};
+  constexpr Free free{0.06, 0.86, 0.09, 0.85};
   const double width_m = std::max(seen.high.x - seen.low.x, 1e-9);
   const double height_m = std::max(seen.high.y - seen.low.y, 1e-9);
   const double aspect = 1.0 * view.width_px / view.height_px;
@@ -136,7 +136,7 @@ void light(vtkRenderer& renderer) {
   struct Lamp {
     double x, y, z, strength;
   };
-  for (const Lamp& lamp : {Lamp{-0.5, 0.7, 1.0, 0.85}, Lamp{0.8, -0.1, 0.6, 0.28}}) {
+  for (const Lamp& lamp : {Lamp{-0.5, 0.7, 1.0, 0.85}, Lamp{0.8, -0.3, 0.7, 0.4}}) {
     vtkNew<vtkLight> source;
     source->SetLightTypeToCameraLight();
     source->SetPosition(lamp.x, lamp.y, lamp.z);
@@ -198,7 +198,7 @@ void draw_moment(vtkRenderer* renderer, const Moment& moment, double unit_m) {
     const bool idle = norm(placed.force_n) < 1e-3;
     switch (primitive.kind) {
       case PrimitiveKind::plane:
-        detail::draw_disc(renderer, at, q, 0.26 * unit_m, color, idle ? 0.25 : 0.5);
+        detail::draw_disc(renderer, at, q, 0.2 * unit_m, color, idle ? 0.2 : 0.45);
         detail::draw_arrow(renderer, at, at + (0.1 + 0.2 * norm(placed.force_n) / most_n) * unit_m * q, 0.009 * unit_m, color);
         break;
       case PrimitiveKind::line:
@@ -216,24 +216,24 @@ void draw_moment(vtkRenderer* renderer, const Moment& moment, double unit_m) {
   detail::draw_ball(renderer, moment.probe_m, 0.02 * unit_m, probe_color);
 }
 
-/// "proxy" and "probe" beside their balls, on the sides that look away from each other.
+/// "proxy" and "probe" beside their balls, across the spring so that they do not lie on it.
 void name_ends(Canvas& canvas, const View& view, const Moment& moment) {
   const double em = canvas.em_px();
-  double dx = view.x_px(moment.probe_m) - view.x_px(moment.proxy_m);
-  double dy = view.y_px(moment.probe_m) - view.y_px(moment.proxy_m);
+  const double dx = view.x_px(moment.probe_m) - view.x_px(moment.proxy_m);
+  const double dy = view.y_px(moment.probe_m) - view.y_px(moment.proxy_m);
   const double length = std::hypot(dx, dy);
-  dx = length > 1.0 ? dx / length : 0.0;
-  dy = length > 1.0 ? dy / length : -1.0;
-  const auto name = [&](const char* word, const Vec3& at_m, double sign) {
+  const double sign = dx < 0.0 ? -1.0 : 1.0;
+  const double across_x = length > 1.0 ? -sign * dy / length : 0.0;
+  const double across_y = length > 1.0 ? sign * dx / length : 1.0;  // never down
+  const auto name = [&](const char* word, const Vec3& at_m, double to_side) {
     const detail::PixelPoint from{view.x_px(at_m), view.y_px(at_m)};
-    // At least this much aside, so that the word does not lie on the spring.
-    const double side = (sign * dx >= 0.0 ? 1.0 : -1.0) * std::max(std::abs(dx), 0.75);
-    const detail::PixelPoint to{from.x_px + 3.0 * em * side, from.y_px + 3.0 * em * sign * dy};
+    const double x = to_side * across_x * 3.4 * em;
+    const detail::PixelPoint to{from.x_px + x, from.y_px + to_side * across_y * 3.4 * em};
     canvas.line(from, to, 0.07 * em, {0.13, 0.13, 0.15});
-    canvas.text(word, to.x_px + (side > 0 ? 0.3 : -0.3) * em, to.y_px, side > 0 ? Side::left : Side::right);
+    canvas.text(word, to.x_px + (x < 0.0 ? -0.3 : 0.3) * em, to.y_px, x < 0.0 ? Side::right : Side::left);
   };
-  name("proxy", moment.proxy_m, -1.0);
-  name("probe", moment.probe_m, 1.0);
+  name("proxy", moment.proxy_m, 1.0);
+  name("probe", moment.probe_m, -1.0);
 }
 
 }  // namespace
@@ -270,23 +270,17 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
     around.high = {std::max(felt.high.x, centre.x + radius_m), std::max(felt.high.y, centre.y + radius_m), felt.high.z};
     return around;
   };
-  const bool all_data = !felt.any() || (data.any() && data.radius_m() <= 3.2 * felt_m);
-  Seen shown = all_data ? data : around_felt(2.2 * felt_m);
+  const bool all_data = !felt.any() || (data.any() && data.radius_m() <= 6.0 * felt_m);
+  Seen shown = all_data ? data : around_felt(std::clamp(0.6 * data.radius_m(), 4.0 * felt_m, 8.0 * felt_m));
   if (felt.any()) shown.add(felt);
   frame(view, shown, options);
 
   detail::OffscreenWindow window(options.width_px, options.height_px);
-  const double reach_m = 4.0 * view.half_height_m * std::max(1.0, 1.0 * view.width_px / view.height_px);
+  const double reach_m = 2.0 * view.half_height_m * std::max(1.0, 1.0 * view.width_px / view.height_px);
   const Vec3 reach{reach_m, reach_m, reach_m};
   vtkNew<vtkRenderer> solid;
-  std::vector<LegendEntry> legend;
-  std::vector<ColorBar> bars;
-  for (std::size_t i = 0; i < layers.size(); ++i) {
-    detail::LayerSigns signs = detail::draw_layer(
-        solid, scene, layers, i, {{view.centre_m - reach, view.centre_m + reach}, map.scale, felt.any(), window.is_software()});
-    legend.insert(legend.end(), signs.legend.begin(), signs.legend.end());
-    bars.insert(bars.end(), signs.bars.begin(), signs.bars.end());
-  }
+  auto [legend, bars] = detail::draw_layers(solid, scene, layers,
+                                            {{view.centre_m - reach, view.centre_m + reach}, felt.any(), window.is_software()});
   if (all_data) {
     Seen drawn = seen_in(*solid, view);  // closer than the boxes of the fields
     if (felt.any()) drawn.add(felt);
@@ -299,12 +293,12 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
     const ColorMap colors = detail::force_colors(most_n > 1e-9 ? most_n : 1.0);
     draw_path(solid, path, colors, unit_m);
     bars.insert(bars.begin(), ColorBar{"force / N", colors});
-    legend.push_back({"proxy", colors.at(0.55 * colors.high()).color, 1.0, LegendEntry::Sign::line});
-    legend.push_back({"probe", probe_color, 1.0, LegendEntry::Sign::line});
+    legend.push_back({"path of the proxy", colors.at(0.55 * colors.high()).color, 1.0, LegendEntry::Sign::line});
+    legend.push_back({"path of the probe", probe_color, 1.0, LegendEntry::Sign::line});
   }
   solid->SetBackground(0.985, 0.985, 0.98);
   light(*solid);
-  look(*solid, view, 2.0 * reach_m);
+  look(*solid, view, 4.0 * reach_m);
   window.vtk()->SetNumberOfLayers(2);
   window.vtk()->AddRenderer(solid);
 
@@ -312,7 +306,7 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
   vtkNew<vtkRenderer> front;
   front->SetLayer(1);
   light(*front);
-  look(*front, view, 2.0 * reach_m);
+  look(*front, view, 4.0 * reach_m);
   window.vtk()->AddRenderer(front);
   Canvas canvas(front, options.width_px, options.height_px);
   if (moment) {

@@ -18,8 +18,9 @@ std::optional<Vec3> direction_at(const Field& field, const Vec3& x_m, double lea
   return sample.value / length;
 }
 
-/// From `start` with or against the field, without the start itself.
-Streamline half_line(const Field& field, const Box& box, const Vec3& start_m, double step_m, double longest_m, double least) {
+/// From `start` with or against the field, without the start itself; once around where it comes back to it.
+Streamline half_line(const Field& field, const Box& box, const Vec3& start_m, double step_m, double longest_m, double least,
+                     bool& closed) {
   Streamline line;
   Vec3 x = start_m;
   const auto within = [&](const Vec3& p) {
@@ -40,6 +41,10 @@ Streamline half_line(const Field& field, const Box& box, const Vec3& start_m, do
     double speed = 0.0;
     if (!within(x) || !direction_at(field, x, least, &speed)) break;
     line.push_back({x, speed});
+    if (i > 8 && distance(x, start_m) < 0.6 * std::abs(step_m)) {
+      closed = true;
+      break;
+    }
   }
   return line;
 }
@@ -107,14 +112,17 @@ std::vector<Streamline> streamlines(const Field& field, const Box& box, std::siz
 
   const double side_m = largest_component(box.size_m());
   const double step_m = std::clamp(0.5 * field.spacing_m(), side_m / 2000.0, side_m / 150.0);
+  const double longest_m = 2.0 * side_m;
   const double least = 0.05 * fast;
   for (double apart_m = side_m / 24.0;; apart_m *= 1.25) {
     Lattice lattice(apart_m);
     std::vector<Streamline> lines;
     for (const Seed& seed : seeds) {
       if (lattice.near(seed.position_m)) continue;
-      const Streamline ahead = half_line(field, box, seed.position_m, step_m, side_m, least);
-      Streamline line = half_line(field, box, seed.position_m, -step_m, side_m, least);
+      bool closed = false;
+      const Streamline ahead = half_line(field, box, seed.position_m, step_m, longest_m, least, closed);
+      Streamline line;
+      if (!closed) line = half_line(field, box, seed.position_m, -step_m, longest_m, least, closed);
       std::reverse(line.begin(), line.end());
       line.push_back({seed.position_m, seed.speed});
       line.insert(line.end(), ahead.begin(), ahead.end());
