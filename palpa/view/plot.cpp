@@ -52,8 +52,11 @@ struct Ticks {
 };
 
 Ticks ticks_of(double low, double high, bool widen, int wanted) {
-  if (!(high > low)) {
-    const double half = low != 0.0 ? 0.5 * std::abs(low) : 0.5;
+  // Far from what overflows, and from ranges that rounding cannot divide.
+  low = std::clamp(low, -1e300, 1e300);
+  high = std::clamp(high, -1e300, 1e300);
+  if (!(high - low > 1e-9 * std::max(std::abs(low), std::abs(high))) || high - low < 1e-300) {
+    const double half = std::max(0.5 * std::abs(low), low == 0.0 ? 0.5 : 1e-300);
     low -= half;
     high += half;
   }
@@ -72,8 +75,8 @@ Ticks ticks_of(double low, double high, bool widen, int wanted) {
   }
   const int decimals = std::clamp(static_cast<int>(std::ceil(-std::log10(step) - 1e-9)), 0, 12);
   const double first = std::ceil(ticks.low / step - 1e-9);
-  for (double i = first; i * step <= ticks.high + 1e-9 * step; ++i) {
-    const double value = i * step + 0.0;
+  for (int i = 0; (first + i) * step <= ticks.high + 1e-9 * step; ++i) {
+    const double value = (first + i) * step + 0.0;
     char text[40];
     const bool wide = std::abs(step) >= 1e6 || step < 1e-6;
     if (wide) {
@@ -208,7 +211,7 @@ Area area_of(const Plot& plot, const vtkRectf& place, float scale) {
   const float bottom = plot.x_label.empty() ? 24.0f : 44.0f;
   area.place = vtkRectf(place.GetX() + left * scale, place.GetY() + bottom * scale, place.GetWidth() - (left + right) * scale,
                         place.GetHeight() - (top + bottom) * scale);
-  area.x = ticks_of(xs.first, xs.second, false, std::max(3, static_cast<int>(area.place.GetWidth() / (85 * scale))));
+  area.x = ticks_of(xs.first, xs.second, false, std::max(3, static_cast<int>(area.place.GetWidth() / (65 * scale))));
   return area;
 }
 

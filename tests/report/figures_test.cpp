@@ -1,0 +1,136 @@
+// The numbers in the figures obey the paper's closed forms; the files are there and well-formed.
+#include "palpa/report/figures.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <stdlib.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <numbers>
+
+#include "palpa/core/load_error.h"
+#include "tests/report/markup.h"
+
+namespace palpa {
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST(Figure1, ExertedForcesAreTheStrengthAndFeltOnesTheSpringUpToIt) {
+  constexpr double s = 1.3, k = 400.0;
+  for (const PrimitiveKind kind : {PrimitiveKind::point, PrimitiveKind::line, PrimitiveKind::plane, PrimitiveKind::directed}) {
+    const detail::ForceLaw law = detail::force_law(kind, s, k);
+    ASSERT_GT(law.places_mm.size(), 50u);
+    for (std::size_t i = 0; i < law.places_mm.size(); ++i) {
+      const double place_mm = law.places_mm[i], pull_n = -1e-3 * k * place_mm;
+      const double sign = place_mm > 0 ? -1.0 : place_mm < 0 ? 1.0 : 0.0;
+      const double exerted_n = kind == PrimitiveKind::directed ? s
+                               : kind == PrimitiveKind::plane  ? s * std::max(0.0, sign)
+                                                               : s * sign;
+      const double felt_n = kind == PrimitiveKind::directed ? s
+                            : kind == PrimitiveKind::plane  ? std::clamp(pull_n, 0.0, s)
+                                                            : std::clamp(pull_n, -s, s);
+      EXPECT_NEAR(law.exerted_n[i], exerted_n, 1e-12) << name_of(kind) << " at " << place_mm;
+      EXPECT_NEAR(law.felt_n[i], felt_n, 1e-9 * k) << name_of(kind) << " at " << place_mm;
+    }
+  }
+}
+
+TEST(Figure2, ForcesCancelAndEachIsOneThatItsPrimitiveCanExert) {
+  const detail::PlaneAndPoint b = detail::plane_and_point();
+  EXPECT_LT(norm(b.plane_force_n + b.point_force_n + b.spring_force_n), 1e-6);
+  EXPECT_NEAR(norm(b.plane_force_n), dot(b.plane_force_n, b.plane.direction), 1e-12);
+  EXPECT_LE(norm(b.plane_force_n), b.plane.strength_n + 1e-12);
+  EXPECT_NEAR(norm(b.point_force_n), b.point.strength_n, 1e-9) << "the proxy is away from the point";
+  EXPECT_GT(dot(b.point_force_n, b.point.position_m - b.proxy_m), 0.0);
+  EXPECT_NEAR(b.proxy_m.y, 0.0, 1e-9) << "the plane holds";
+  EXPECT_LT(norm(b.spring_force_n - b.stiffness_n_per_m * (b.probe_m - b.proxy_m)), 1e-12);
+}
+
+TEST(Figure3, TheProxyLeadsByAtMostStrengthOverStiffness) {
+  constexpr double s = 0.8, k = 200.0;  // s/k = 4 mm
+  const std::vector<double> probes_mm{6, 1, 0, -1, -3.9, -4, -4.1, -20, -2, 5};
+  const std::vector<double> proxies_mm = detail::proxies_over_plane_mm(probes_mm, s, k);
+  for (std::size_t i = 0; i < probes_mm.size(); ++i) {
+    EXPECT_NEAR(proxies_mm[i], probes_mm[i] + std::clamp(-probes_mm[i], 0.0, 4.0), 1e-6) << probes_mm[i];
+  }
+}
+
+TEST(Figure4, FrictionIsAPlayOfStrengthOverStiffness) {
+  constexpr double k = 100.0, line_n = 0.4;
+  const detail::FrictionLoop loop = detail::friction_loop(0.006, 1.0, line_n, k, 0.02, 150);
+  double play_mm = 0.0;  // the play operator: the proxy follows where the probe is more than s/k away
+  for (std::size_t i = 0; i < loop.probe_mm.size(); ++i) {
+    play_mm = std::clamp(play_mm, loop.probe_mm[i] - 1e3 * line_n / k, loop.probe_mm[i] + 1e3 * line_n / k);
+    EXPECT_NEAR(loop.proxy_mm[i], play_mm, 1e-5) << i;
+    EXPECT_NEAR(loop.friction_n[i], k * 1e-3 * (play_mm - loop.probe_mm[i]), 1e-6) << i;
+  }
+}
+
+TEST(Figure5, TheLawOf2003IsOffByTheCosineAndOursIsNot) {
+  const Vec3 probe_m{0.004, 0.009, 0.0};
+  for (int angle_deg = 5; angle_deg < 180; angle_deg += 5) {
+    const double cosine = std::abs(std::cos(angle_deg * std::numbers::pi / 180.0));
+    EXPECT_NEAR(distance(detail::proxy_between_free_planes("ikits-2003", angle_deg, probe_m), probe_m), cosine * norm(probe_m),
+                1e-12)
+        << angle_deg;
+    EXPECT_LT(distance(detail::proxy_between_free_planes("exact", angle_deg, probe_m), probe_m), 1e-9) << angle_deg;
+  }
+}
+
+class FigureFiles : public testing::Test {
+ protected:
+  FigureFiles() {
+    std::string name = (fs::temp_directory_path() / "palpa-figures-test-XXXXXX").string();
+    folder = ::mkdtemp(name.data());
+  }
+  ~FigureFiles() override { fs::remove_all(folder); }
+  static std::string read(const fs::path& file) {
+    std::ifstream in(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(in), {}};
+  }
+  fs::path folder;
+};
+
+TEST_F(FigureFiles, AreThereWellFormedAndTheSameTwice) {
+  std::vector<fs::path> files;
+  try {
+    files = write_figures(folder / "a");
+  } catch (const LoadError& error) {
+    if (std::string(error.what()).starts_with("pictures:")) GTEST_SKIP() << error.what();
+    throw;
+  }
+  EXPECT_EQ(files.size(), 2 * paper_figures().size());
+  write_figures(folder / "b");
+  for (const fs::path& file : files) {
+    const std::string bytes = read(file);
+    EXPECT_EQ(bytes, read(folder / "b" / file.filename())) << file;
+    if (file.extension() == ".svg") {
+      EXPECT_EQ(markup_error(bytes, false), "") << file;
+    } else {
+      EXPECT_TRUE(bytes.starts_with("\x89PNG\r\n")) << file;
+    }
+  }
+}
+
+TEST_F(FigureFiles, CannotGoWhereNothingCanBeWritten) {
+  std::ofstream(folder / "file") << "x";
+  fs::create_directories(folder / "taken" / "fig1-primitives.svg");  // holds for root as well
+  for (const fs::path& out : {folder / "file", folder / "file" / "below", folder / "taken"}) {
+    try {
+      write_figures(out);
+      ADD_FAILURE() << out;
+    } catch (const LoadError& error) {
+      EXPECT_THAT(error.what(), testing::StartsWith(out.string())) << out;
+      EXPECT_THAT(error.what(), testing::HasSubstr("--out"));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace palpa

@@ -1,0 +1,183 @@
+// A report says what the trace holds, escapes what others wrote, and comes from any trace, whole or not.
+#include "palpa/report/report.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "palpa/loop/loop.h"
+#include "tests/report/markup.h"
+#include "tests/study/study_fixture.h"
+
+namespace palpa {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::Not;
+
+class Report : public StudyTest {
+ protected:
+  /// A trace of one second, made by a run.
+  fs::path trace(const std::string& name = "trace", double duration_s = 1.0, bool primitives = false) const {
+    RunOptions o = options(name, duration_s);
+    o.primitives = primitives;
+    run(o);
+    return folder / name;
+  }
+  /// The report's text; a machine without EGL has no pictures, which the report says.
+  static std::string html_of(const fs::path& trace) {
+    const std::string html = report_html(trace);
+    EXPECT_EQ(markup_error(html, true), "");
+    return html;
+  }
+  std::string error_of(const fs::path& trace) const {
+    try {
+      report_html(trace);
+    } catch (const LoadError& error) {
+      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+      return error.what();
+    }
+    return {};
+  }
+  /// Exchanges one piece of a file's text.
+  void exchange(const fs::path& file, const std::string& from, const std::string& to) const {
+    std::string text = read(file);
+    const std::size_t at = text.find(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    text.replace(at, from.size(), to);
+    std::ofstream(file, std::ios::binary) << text;
+  }
+};
+
+TEST_F(Report, NamesEveryModeEventSettingAndTheScene) {
+  const fs::path made = trace("trace", 3.0);
+  const std::string html = html_of(made);
+  for (const char* text : {"<title>phantom", "surface_and_friction", "viscosity", "skin pushed for", "syrup ", "What was felt",
+                           "run scene.toml", "id=\"force-", "id=\"energy-", "drag_ns_per_m = 0.5", "The first onset came at"}) {
+    EXPECT_THAT(html, HasSubstr(text));
+  }
+  std::istringstream events(read(made / "events.csv"));
+  std::string line;
+  std::getline(events, line);
+  int rows = 0;
+  while (std::getline(events, line) && rows < 50) {
+    const std::string kind = line.substr(line.find(',', line.find(',') + 1) + 1);
+    EXPECT_THAT(html, HasSubstr("<td>" + kind.substr(0, kind.find(',')) + "</td>"));
+    ++rows;
+  }
+  EXPECT_GT(rows, 0) << "nothing happened in the run";
+  EXPECT_THAT(html, Not(HasSubstr("<script")));
+  EXPECT_THAT(html, Not(HasSubstr("src=\"http")));
+}
+
+TEST_F(Report, ShowsTheSceneAndAMoment) {
+  const std::string html = html_of(trace());
+  if (html.find("No picture: pictures:") != std::string::npos) GTEST_SKIP() << "this machine cannot draw";
+  EXPECT_THAT(html, HasSubstr("src=\"data:image/png;base64,iVBORw0KGgo"));
+  EXPECT_THAT(html, HasSubstr("The moment at "));
+  EXPECT_THAT(html, Not(HasSubstr("No picture")));
+}
+
+TEST_F(Report, TheMomentIsTheSameRecordedOrFeltAgain) {
+  const auto moment_of = [](const std::string& html) {
+    const std::size_t at = html.find("<figcaption>The moment at ");
+    return at == std::string::npos ? std::string() : html.substr(at, html.find("</figcaption>", at) - at);
+  };
+  const std::string recorded = html_of(trace("with", 1.0, true)), felt_again = html_of(trace("without", 1.0, false));
+  if (recorded.find("No picture: pictures:") != std::string::npos) GTEST_SKIP() << "this machine cannot draw";
+  EXPECT_FALSE(moment_of(recorded).empty());
+  EXPECT_EQ(moment_of(recorded), moment_of(felt_again));
+}
+
+TEST_F(Report, IsTheSameTwice) {
+  const fs::path made = trace();
+  EXPECT_EQ(report_html(made), report_html(made));
+}
+
+TEST_F(Report, StaysBelowFiveMegabytesForTenSeconds) {
+  const fs::path made = trace("long", 10.0);
+  const fs::path written = write_report(made);
+  EXPECT_EQ(written, made / "report.html");
+  EXPECT_LT(fs::file_size(written), 5'000'000u);
+  EXPECT_EQ(write_report(made, folder / "elsewhere.html"), folder / "elsewhere.html");
+  EXPECT_EQ(read(folder / "elsewhere.html"), read(written));
+}
+
+TEST_F(Report, EscapesWhatOthersWrote) {
+  std::string scene = phantom_scene;
+  scene.replace(scene.find("title = \"phantom\""), 17, "title = \"<script>alert(1)</script> & 'x'\"");
+  scene += "# </code></pre><script>alert(2)</script>\n";
+  write("scene.toml", scene);
+  RunOptions o = options("trace", 3.0);
+  o.arguments = {"run", "<img src=x onerror=alert(3)>", "\"'&"};
+  run(o);
+  exchange(folder / "trace" / "events.csv", "skin", "<b>skin");
+  std::string modes = read(folder / "trace" / "modes.csv");
+  for (std::size_t at = modes.find("syrup"); at != std::string::npos; at = modes.find("syrup", at + 12)) {
+    modes.replace(at, 5, "<i>&syrup</i>");
+  }
+  std::ofstream(folder / "trace" / "modes.csv", std::ios::binary) << modes;
+  const std::string html = html_of(folder / "trace");
+  for (const char* tag : {"<script", "<img src=x", "<b>", "<i>"}) EXPECT_THAT(html, Not(HasSubstr(tag)));
+  EXPECT_THAT(html, HasSubstr("&lt;script&gt;alert(2)&lt;/script&gt;"));
+  EXPECT_THAT(html, HasSubstr("&lt;i&gt;&amp;syrup&lt;/i&gt;"));
+}
+
+TEST_F(Report, RefusesAFolderThatIsNoTrace) {
+  EXPECT_THAT(error_of(folder), HasSubstr("is no trace"));
+  EXPECT_THAT(error_of(folder / "nowhere"), HasSubstr("is no trace"));
+  EXPECT_THAT(error_of(folder / "scene.toml"), HasSubstr("is no trace"));
+}
+
+TEST_F(Report, GoesAsFarAsAnIncompleteTrace) {
+  const fs::path made = trace();
+  exchange(made / "trace.toml", "complete = true", "complete = false");
+  for (const char* name : {"ticks.csv", "modes.csv", "timing.csv"})
+    fs::resize_file(made / name, fs::file_size(made / name) / 2);
+  const std::string html = html_of(made);
+  EXPECT_THAT(html, HasSubstr("This recording is incomplete"));
+  EXPECT_THAT(html, HasSubstr("skin"));
+
+  // Before its first tick, and without any of its rows.
+  for (const char* name : {"ticks.csv", "modes.csv", "timing.csv", "events.csv"}) fs::resize_file(made / name, 0);
+  EXPECT_THAT(html_of(made), HasSubstr("ends before its first tick"));
+  for (const char* name : {"ticks.csv", "modes.csv", "timing.csv", "events.csv"}) fs::remove(made / name);
+  EXPECT_THAT(html_of(made), HasSubstr("ends before its first tick"));
+}
+
+TEST_F(Report, SaysWhyThereAreNoPicturesWithoutTheData) {
+  const fs::path made = trace();
+  exchange(made / "scene.toml", "analytic = \"head_phantom\"", "file = \"gone.nrrd\"");
+  const std::string html = html_of(made);
+  EXPECT_THAT(html, HasSubstr("No picture: "));
+  EXPECT_THAT(html, HasSubstr("gone.nrrd"));
+  EXPECT_THAT(html, HasSubstr("syrup pushed for"));
+  EXPECT_THAT(html, HasSubstr("id=\"force-"));
+}
+
+TEST_F(Report, SaysThatItsPluginMustBeNamed) {
+  const fs::path made = trace();
+  exchange(made / "trace.toml", "plugins = []", "plugins = [\"/nowhere/ridge.so\"]");
+  EXPECT_THAT(html_of(made), HasSubstr("name it with --plugin"));
+}
+
+TEST_F(Report, ADamagedFileIsOneLine) {
+  const fs::path made = trace();
+  exchange(made / "modes.csv", "\n0,skin,", "\n0,skin,nonsense");
+  EXPECT_THAT(error_of(made), HasSubstr("modes.csv:2: column 'force_x_n' cannot be"));
+}
+
+TEST_F(Report, CannotBeWrittenJustAnywhere) {
+  const fs::path made = trace();
+  for (const fs::path& out : {folder, folder / "no" / "such" / "place.html"}) {
+    try {
+      write_report(made, out);
+      ADD_FAILURE() << out;
+    } catch (const LoadError& error) {
+      EXPECT_THAT(error.what(), testing::StartsWith(out.string() + ": cannot be written"));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace palpa
