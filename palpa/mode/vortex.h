@@ -7,9 +7,9 @@ namespace palpa {
 
 /// Both vortex modes feel Q = (|W|² − |S|²)/2 of the smoothed velocity, which is positive where the flow
 /// turns more than it deforms, and does not depend on who moves along with it. ∇Q points to the core of a
-/// smooth vortex. A vortex is felt where Q is at least `threshold_share` of its maximum in the data; from
-/// there on strengths fade in so that they never exceed k/2 × the depth in it, and they fade out over 2s/k
-/// at the core, where the direction turns.
+/// smooth vortex, exactly where it is round. A strength that is a number is felt where Q is at least 5 % of
+/// its maximum in the data, from there on not more than k/2 × the depth; a strength that is a function says
+/// itself where, best as a function of q(FIELD). At the core, where the direction turns, it fades over 2s/k.
 
 /// Vortex force (paper: vortex core, directed force): a pull towards the core.
 struct VortexForce {
@@ -18,14 +18,12 @@ struct VortexForce {
 
   FieldRef field{};
   Strength strength_n{0.5};
-  double threshold_share = 0.05;  ///< [1] of the largest Q
 
   static constexpr auto parameters() {
     using M = VortexForce;
     return std::tuple{derived_param("field", &M::field, Derivation::q, "velocity field whose vortices are felt"),
-                      param("strength_n", &M::strength_n, "force of the pull"),
-                      param("threshold_share", &M::threshold_share, "a vortex is where Q is at least this share of its maximum",
-                            Range{0, 1})};
+                      param("strength_n", &M::strength_n,
+                            "force of the pull; a number: where Q is at least 5 % of its maximum; or a function of q(FIELD)")};
   }
   void place(const Here& here, PrimitiveSet& out) const noexcept;
 };
@@ -38,14 +36,13 @@ struct VortexPlane {
 
   FieldRef field{};
   Strength strength_n{0.5};
-  double threshold_share = 0.05;  ///< [1] of the largest Q
 
   static constexpr auto parameters() {
     using M = VortexPlane;
     return std::tuple{derived_param("field", &M::field, Derivation::q, "velocity field whose vortices are felt"),
-                      param("strength_n", &M::strength_n, "force that holds the hand in the vortex"),
-                      param("threshold_share", &M::threshold_share, "a vortex is where Q is at least this share of its maximum",
-                            Range{0, 1})};
+                      param("strength_n", &M::strength_n,
+                            "force that holds the hand in the vortex; a number: where Q is at least 5 % of its maximum; or a "
+                            "function of q(FIELD)")};
   }
   struct Memory {
     bool captured = false;

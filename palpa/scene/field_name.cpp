@@ -53,8 +53,8 @@ FieldName parse_field_name(std::string_view name) {
 int components_after(const FieldName& name, int components, std::string& problem) {
   for (const Derivation derivation : name.derivations) {
     if (components_taken(derivation) != components) {
-      problem = in_quotes(name_of(derivation)) + " takes a " + kind(components_taken(derivation)) +
-                " field, and what it is given of " + in_quotes(name.plain) + " is a " + kind(components) + " field";
+      problem = in_quotes(name_of(derivation)) + " cannot be taken of the " + kind(components) +
+                " field within it; it takes a " + kind(components_taken(derivation)) + " field";
       return 0;
     }
     components = components_given(derivation);

@@ -400,18 +400,26 @@ Stop Session::State::sub_step(const Vec3& probe_m, double time_s, double probe_s
 
   Stop stop = move_fraction < 1.0 ? Stop::release : Stop::full;
   crossings.clear();
-  if (in_steps) {
+  watches.attend_all();
+  for (std::size_t i = 0; i < primitives.size(); ++i) {
+    const Captured& level = primitives.captured(i);
+    if (!level.any() || !(primitives[i].strength_n > 0.0)) continue;
+    const PrimitiveState state = state_at(primitives[i], to);
+    if (state == PrimitiveState::stick) watches.attend({level.field, level.value}, Watches::Attention::held);
+    if (state == PrimitiveState::off) watches.attend({level.field, level.value}, Watches::Attention::leave);
+  }
+  if (!in_steps) {
+    // One step per tick stops nowhere; modes are told afterwards what it went through.
+    Vec3 from = start;
+    for (std::size_t i = 0; i < watches.size(); ++i) {
+      const Watches::Met met = watches.first_crossing(*samples, from, to.position_m, crossings);
+      if (!met.stopped) break;
+      from += met.share * (to.position_m - from);
+    }
+  } else {
     const double wanted = move_fraction;
     move_fraction = descending_share(to, start, probe_m, wanted);
     if (move_fraction < wanted) stop = Stop::energy;
-    watches.attend_all();
-    for (std::size_t i = 0; i < primitives.size(); ++i) {
-      const Captured& level = primitives.captured(i);
-      if (!level.any() || !(primitives[i].strength_n > 0.0)) continue;
-      const PrimitiveState state = state_at(primitives[i], to);
-      if (state == PrimitiveState::stick) watches.attend({level.field, level.value}, Watches::Attention::held);
-      if (state == PrimitiveState::off) watches.attend({level.field, level.value}, Watches::Attention::leave);
-    }
     const Vec3 end = move_fraction < 1.0 ? start + move_fraction * (to.position_m - start) : to.position_m;
     const Watches::Met met = watches.first_crossing(*samples, start, end, crossings);
     const double left_m = (1.0 - met.share) * distance(end, start);

@@ -87,12 +87,12 @@ TEST_F(BadInput, Scenes) {
   expect_change_refused("stiffness_n_per_m = 800", "stiffness_n_per_m = nan", {"stiffness"});
   expect_change_refused("strength_n = 0.8", "strength_n = -0.8", {"scene.toml:16:", "-0.8"});
   expect_change_refused("type = \"surface_and_friction\"", "type = \"surfaces\"", {"'surfaces'"});
-  expect_change_refused("type = \"surface_and_friction\"", "type = \"vortex_force\"", {"'vortex_force'"});
+  expect_change_refused("type = \"surface_and_friction\"", "type = \"vortex_line\"", {"'vortex_line'"});
   expect_change_refused("field = \"head\"", "field = \"haed\"", {"haed", "head"});
   expect_change_refused("analytic = \"head_phantom\"", "analytic = \"heart\"", {"heart"});
   expect_change_refused("analytic = \"head_phantom\"", "file = \"nowhere.nrrd\"", {"nowhere.nrrd"});
   expect_change_refused("palpa = 1", "palpa = 99", {"99"});
-  expect_change_refused("title = \"phantom\"", "[law]\nmethod = \"paper-2005\"", {"paper-2005"});
+  expect_change_refused("title = \"phantom\"", "[law]\nmethod = \"paper-2007\"", {"paper-2007"});
 
   write("modeless.toml", "palpa = 1\n[volume.head]\nanalytic = \"head_phantom\"\n");
   expect_scene_refused("modeless.toml", {"mode"});

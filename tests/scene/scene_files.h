@@ -9,12 +9,16 @@
 
 namespace palpa::test {
 
-/// A stand-in for files: `scalar*` is a ball, `two*` a scalar and a vector field, `medical*` a head.
+/// A stand-in for files: `scalar*` is a ball, `two*` a scalar and a vector field, `medical*` a head; the flows
+/// of our scenes have the fields of their files.
 inline Volume read_stand_in(const VolumeRequest& request) {
   const std::string file = request.files.front().filename().string();
   Volume volume = file.starts_with("medical") ? head_phantom() : sphere_field();
   if (file.starts_with("two"))
     volume.fields = {{"density", "", sphere_field().fields[0].field}, {"velocity", "m/s", lamb_oseen_vortex().fields[0].field}};
+  const FieldPtr scalar = sphere_field().fields[0].field, vector = lamb_oseen_vortex().fields[0].field;
+  if (file.starts_with("wing")) volume.fields = {{"velocity", "", vector}, {"pressure", "", scalar}, {"fluid", "", scalar}};
+  if (file.starts_with("carotid")) volume.fields = {{"velocity", "", vector}, {"signal", "", scalar}};
   if (file.starts_with("broken")) throw LoadError(request.files.front().string() + ": ends in the middle; give a whole file");
   volume.files = {{request.files.front().string(), 1, "0"}};
   return volume;

@@ -268,8 +268,8 @@ TEST(Scene, CheckSeesWhatWasChangedLater) {
   changed.coupling.stiffness_n_per_m = nan;
   EXPECT_THAT(error_of([&] { changed.check(); }), HasSubstr("'stiffness_n_per_m' is nan"));
   changed = scene;
-  changed.law = "no-proxy";
-  EXPECT_THAT(error_of([&] { changed.check(); }), HasSubstr("no law 'no-proxy'; there are: exact"));
+  changed.law = "no-force";
+  EXPECT_THAT(error_of([&] { changed.check(); }), HasSubstr("no law 'no-force'; there are: exact, paper-2005"));
   changed = scene;
   changed.workspace.fit = "bal";
   EXPECT_THAT(error_of([&] { changed.check(); }), HasSubstr("did you mean 'ball'?"));

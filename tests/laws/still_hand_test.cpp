@@ -1,0 +1,77 @@
+// A hand held still feels a still force: at 10 000 places of every scene that we ship.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+
+#include "palpa/palpa.h"
+#include "tests/core/random_problems.h"
+
+namespace palpa {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int places = 10000;
+constexpr int approach_ticks = 20;  // 0.1 m/s over 2 mm: modes that remember have something to remember
+constexpr int settling_ticks = 100;
+constexpr int watched_ticks = 20;
+
+class EveryScene : public testing::TestWithParam<std::string> {};
+
+TEST_P(EveryScene, HoldsAStillHandStill) {
+  const fs::path scenes(PALPA_SCENES_FOLDER);
+  const char* shared = std::getenv("PALPA_SHARED");
+  const fs::path data = fs::path(shared ? shared : "") / "data";
+  const bool phantom = GetParam().ends_with("_phantom");
+  if (!phantom && !fs::is_directory(data)) GTEST_SKIP() << "no real data: " << data << " is not there";
+  const char* bin = std::getenv("PALPA_BIN");
+  const ReadOptions read{.reader = fs::path(bin ? bin : "") / "palpa-read"};
+  if (!phantom && !fs::exists(read.reader)) GTEST_SKIP() << "this build has no palpa-read, so no real data";
+  const Scene scene =
+      load_scene(scenes / (GetParam() + ".toml"), volume_reader(read), standard_modes(), {.data_folders = {data}, .sets = {}})
+          .scene;
+
+  test::Random random(7);
+  Session session(scene);
+  double worst_n = 0.0;
+  Vec3 worst_m;
+  int in_contact = 0;
+  for (int place = 0; place < places; ++place) {
+    session.reset();
+    const Vec3 held = random.in_cube(0.075);
+    const Vec3 from = held + 2e-3 * random.direction();
+    Vec3 low{1e9, 1e9, 1e9}, high = -low;
+    Tick t;
+    for (int i = 0; i < approach_ticks + settling_ticks + watched_ticks; ++i) {
+      const double share = std::min(1.0, static_cast<double>(i) / approach_ticks);
+      t = session.tick({.position_m = from + share * (held - from)}, 1e-3);
+      if (i < approach_ticks + settling_ticks) continue;
+      low = {std::min(low.x, t.force_n.x), std::min(low.y, t.force_n.y), std::min(low.z, t.force_n.z)};
+      high = {std::max(high.x, t.force_n.x), std::max(high.y, t.force_n.y), std::max(high.z, t.force_n.z)};
+    }
+    in_contact += norm(t.force_n) > 1e-3;
+    if (norm(high - low) > worst_n) {
+      worst_n = norm(high - low);
+      worst_m = held;
+    }
+  }
+  std::printf("%s: %.3g mN peak to peak at most; %d of %d places in contact\n", GetParam().c_str(), 1e3 * worst_n, in_contact,
+              places);
+  EXPECT_GT(in_contact, places / 50) << "too few places are felt for this to say anything";
+  EXPECT_LT(worst_n, 1e-3) << "at " << worst_m.x << ", " << worst_m.y << ", " << worst_m.z;
+}
+
+std::vector<std::string> all_scenes() {
+  std::vector<std::string> names;
+  for (const auto& file : fs::directory_iterator(PALPA_SCENES_FOLDER)) {
+    if (file.path().extension() == ".toml") names.push_back(file.path().stem());
+  }
+  std::ranges::sort(names);
+  return names;
+}
+INSTANTIATE_TEST_SUITE_P(Scenes, EveryScene, testing::ValuesIn(all_scenes()), [](const auto& scene) { return scene.param; });
+
+}  // namespace
+}  // namespace palpa
