@@ -145,19 +145,21 @@ std::string number_words(double value) {
 
 void draw_title(Canvas& canvas, std::string_view title) {
   const double em = canvas.em_px();
-  canvas.text(canvas.fitted(title, canvas.width_px() - 2 * em, 1.25, true), em, canvas.height_px() - 1.4 * em, Side::left, 1.25,
-              true);
+  const double room_px = canvas.width_px() - 2 * em;
+  // Smaller before shorter.
+  const double size_em = std::clamp(1.25 * room_px / canvas.width_px_of(title, 1.25, true), 0.9, 1.25);
+  canvas.text(canvas.fitted(title, room_px, size_em, true), em, canvas.height_px() - 1.4 * em, Side::left, size_em, true);
 }
 
 void draw_color_bars(Canvas& canvas, std::span<const ColorBar> bars) {
   const double em = canvas.em_px();
-  const double height = 9.0 * em;
+  const double height = 8.0 * em;
   const double width = 1.0 * em;
   const double right = canvas.width_px() - 1.0 * em;
   double top = canvas.height_px() - 5.2 * em;
   for (const ColorBar& bar : bars) {
     if (top - height < 0.5 * canvas.height_px() && top > 0.5 * canvas.height_px() - em)
-      top = 0.5 * canvas.height_px() - 4.0 * em;
+      top = 0.5 * canvas.height_px() - 3.0 * em;
     canvas.text(bar.title, right, top + 1.3 * em, Side::right);
     const double bottom = top - height;
     const double low = bar.map.low();
@@ -236,7 +238,7 @@ void draw_orientation(Canvas& canvas, const View& view, std::span<const Vec3, 3>
 void draw_axes(Canvas& canvas, const View& view, std::span<const Vec3, 3> axes) {
   static constexpr const char* names[] = {"x", "y", "z"};
   const double em = canvas.em_px();
-  const PixelPoint origin{canvas.width_px() - 4.2 * em, 4.2 * em};
+  const PixelPoint origin{canvas.width_px() - 4.2 * em, 3.6 * em};
   std::array<int, 3> order{0, 1, 2};  // the farthest first
   std::stable_sort(order.begin(), order.end(),
                    [&](int a, int b) { return dot(axes[a], view.towards) < dot(axes[b], view.towards); });

@@ -384,7 +384,8 @@ void draw_layer(vtkRenderer* renderer, const Scene& scene, const std::vector<Vie
         opacity = point.opacity;
       }
       draw_surface(renderer, surface_of(images.of(layer.field.name, field, box), *field, level), color, opacity);
-      const std::string unit = named.unit.empty() ? "" : " " + named.unit;
+      std::string unit = named.unit.empty() ? "" : " " + named.unit;
+      if (named.unit.starts_with("1/")) unit = named.unit.substr(1);  // "3/s", not "3 1/s"
       signs.legend.push_back({layer.field.name + " = " + number_words(level) + unit, color, opacity});
       break;
     }

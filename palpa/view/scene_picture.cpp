@@ -263,15 +263,16 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
 
   // All of the data where that leaves what was felt large enough to see, otherwise its surroundings.
   const double felt_m = felt.any() ? std::max(felt.radius_m(), least_felt_m) : 0.0;
-  const auto around_felt = [&](double radius_m) {
-    Seen around = felt;
+  const auto around_felt = [&] {
+    const double radius_m = std::clamp(0.6 * data.radius_m(), 4.0 * felt_m, 8.0 * felt_m);
     const Vec3 centre = felt.centre();
-    around.low = {std::min(felt.low.x, centre.x - radius_m), std::min(felt.low.y, centre.y - radius_m), felt.low.z};
-    around.high = {std::max(felt.high.x, centre.x + radius_m), std::max(felt.high.y, centre.y + radius_m), felt.high.z};
+    Seen around = felt;
+    around.low = {std::max(data.low.x, centre.x - radius_m), std::max(data.low.y, centre.y - radius_m), felt.low.z};
+    around.high = {std::min(data.high.x, centre.x + radius_m), std::min(data.high.y, centre.y + radius_m), felt.high.z};
     return around;
   };
-  const bool all_data = !felt.any() || (data.any() && data.radius_m() <= 6.0 * felt_m);
-  Seen shown = all_data ? data : around_felt(std::clamp(0.6 * data.radius_m(), 4.0 * felt_m, 8.0 * felt_m));
+  const bool all_data = !felt.any() || data.radius_m() <= 6.0 * felt_m;
+  Seen shown = all_data ? data : around_felt();
   if (felt.any()) shown.add(felt);
   frame(view, shown, options);
 
