@@ -60,8 +60,8 @@ struct Drawing {
     std::vector<DrawingPoint> points{};  ///< path, area: its corners; arrow: from, to; dot, ring, text: where
     Color color = Color::black;
     Stroke stroke = Stroke::solid;
-    float width_px = 1.6f;   ///< of lines
-    float radius_px = 4.5f;  ///< of dot and ring
+    float width_px = 1.6f;   ///< [px] of lines
+    float radius_px = 4.5f;  ///< [px] of dot and ring
     std::string text{};
     int align = 0;  ///< of a text: -1 begins at its point, 0 stands in the middle, 1 ends there
   };
@@ -71,10 +71,15 @@ struct Drawing {
   DrawingPoint high{};
   std::vector<Part> parts{};
 
+  /// A line of `width_px` [px] through points.
   void path(std::vector<DrawingPoint> points, Color color = Color::black, Stroke stroke = Stroke::solid, float width_px = 1.6f);
-  void area(std::vector<DrawingPoint> points, Color color);  ///< lightly filled
+  /// Lightly filled.
+  void area(std::vector<DrawingPoint> points, Color color);
+  /// A shaft of `width_px` [px] with its head at `to`.
   void arrow(DrawingPoint from, DrawingPoint to, Color color, float width_px = 2.2f);
+  /// A disc of `radius_px` [px].
   void dot(DrawingPoint at, Color color, float radius_px = 4.5f);
+  /// A circle of `radius_px` [px], white inside.
   void ring(DrawingPoint at, Color color, float radius_px = 4.5f);
   void text(DrawingPoint at, std::string text, int align = 0, Color color = Color::black);
 };
