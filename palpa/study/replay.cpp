@@ -1,11 +1,11 @@
 #include <stdlib.h>
 
-#include <algorithm>
 #include <chrono>
 
 #include "palpa/baseline/law.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/plugin.h"
+#include "palpa/study/recorded_scene.h"
 #include "palpa/study/recording.h"
 #include "palpa/study/run.h"
 
@@ -36,28 +36,6 @@ class TemporaryFolder {
   fs::path path_;
 };
 
-/// Where a recording's data may be now: folders from which the scene's relative paths lead to them.
-std::vector<fs::path> folders_above(const std::vector<SourceFile>& files) {
-  std::vector<fs::path> folders;
-  for (const SourceFile& file : files) {
-    fs::path folder = fs::path(file.path).parent_path();
-    for (; folder.has_relative_path(); folder = folder.parent_path()) {
-      if (std::find(folders.begin(), folders.end(), folder) == folders.end()) folders.push_back(folder);
-    }
-  }
-  return folders;
-}
-
-void check_data(const std::vector<SourceFile>& recorded, const std::vector<SourceFile>& found) {
-  for (std::size_t i = 0; i < std::max(recorded.size(), found.size()); ++i) {
-    if (i < recorded.size() && i < found.size() && recorded[i].sha256 == found[i].sha256) continue;
-    const std::string& path = i < found.size() ? found[i].path : recorded[i].path;
-    const std::string was =
-        i < recorded.size() ? recorded[i].path + " with sha256 " + recorded[i].sha256 : std::string("no such file");
-    throw LoadError(path + ": is not what was felt (" + was + "); name the folder of the recorded data with --data");
-  }
-}
-
 }  // namespace
 
 ReplayResult replay(const fs::path& trace, const std::vector<fs::path>& data_folders, const ReadOptions& read,
@@ -70,13 +48,7 @@ ReplayResult replay(const fs::path& trace, const std::vector<fs::path>& data_fol
   }
   const std::vector<TraceTick> ticks = reader.ticks();
 
-  SceneOptions scene_options{.data_folders = data_folders, .sets = header.sets};
-  const std::vector<fs::path> folders = folders_above(header.data_files);
-  scene_options.data_folders.insert(scene_options.data_folders.end(), folders.begin(), folders.end());
-  const LoadedScene loaded = parse_scene(reader.scene_text(), (trace / "scene.toml").string(), trace, volume_reader(read),
-                                         modes_with(plugins), scene_options);
-  const std::vector<SourceFile> files = detail::data_files(loaded.scene);
-  check_data(header.data_files, files);
+  const LoadedScene loaded = load_recorded_scene(trace, reader, data_folders, read, modes_with(plugins));
 
   Session session(loaded.scene, baseline::law(loaded.scene), header.device_encoder_step_m);
   const TemporaryFolder temporary;
