@@ -147,7 +147,7 @@ void draw_title(Canvas& canvas, std::string_view title) {
   const double em = canvas.em_px();
   const double room_px = canvas.width_px() - 2 * em;
   // Smaller before shorter.
-  const double size_em = std::clamp(1.25 * room_px / canvas.width_px_of(title, 1.25, true), 0.9, 1.25);
+  const double size_em = std::clamp(1.25 * room_px / canvas.width_px_of(title, 1.25, true), 0.8, 1.25);
   canvas.text(canvas.fitted(title, room_px, size_em, true), em, canvas.height_px() - 1.4 * em, Side::left, size_em, true);
 }
 

@@ -271,7 +271,7 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
     around.high = {std::min(data.high.x, centre.x + radius_m), std::min(data.high.y, centre.y + radius_m), felt.high.z};
     return around;
   };
-  const bool all_data = !felt.any() || data.radius_m() <= 6.0 * felt_m;
+  const bool all_data = !felt.any() || data.radius_m() <= 8.0 * felt_m;
   Seen shown = all_data ? data : around_felt();
   if (felt.any()) shown.add(felt);
   frame(view, shown, options);
