@@ -91,6 +91,7 @@ FrictionLoop friction_loop(double depth_m, double plane_n, double line_n, double
     loop.probe_mm.push_back(1e3 * along_m);
     loop.proxy_mm.push_back(1e3 * proxy_m.x);
     loop.friction_n.push_back(solver.forces_n()[1].x);
+    loop.normal_n.push_back(solver.forces_n()[0].y);
   }
   return loop;
 }
@@ -270,7 +271,7 @@ Figure surface_and_friction() {
     drawing.path({{proxy.x_mm, -8}, {proxy.x_mm, 7}}, Color::green, Stroke::dashed);
     drawing.text({proxy.x_mm - 0.8, 6}, "line", 1, Color::green);
     pair(drawing, probe, proxy);
-    drawing.arrow(proxy, {proxy.x_mm, 10 * stiffness_n_per_m * depth_m * 1.0}, Color::black);
+    drawing.arrow(proxy, {proxy.x_mm, 10 * loop.normal_n[i]}, Color::black);
     drawing.arrow(proxy, {proxy.x_mm + 10 * loop.friction_n[i], 0}, Color::green);
     drawing.text({probe.x_mm + 1.2, probe.y_mm}, "probe", -1, Color::blue);
     drawing.text({proxy.x_mm + 1.4, 2.2}, "proxy", -1, Color::vermilion);

@@ -53,6 +53,7 @@ std::vector<double> proxies_over_plane_mm(const std::vector<double>& probes_mm, 
 struct FrictionLoop {
   std::vector<double> probe_mm, proxy_mm;  ///< along the surface
   std::vector<double> friction_n;          ///< of the line on the proxy, to the right
+  std::vector<double> normal_n;            ///< of the plane on the proxy, up
 };
 FrictionLoop friction_loop(double depth_m, double plane_n, double line_n, double stiffness_n_per_m, double stroke_m, int steps);
 

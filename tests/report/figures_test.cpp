@@ -68,6 +68,7 @@ TEST(Figure4, FrictionIsAPlayOfStrengthOverStiffness) {
   for (std::size_t i = 0; i < loop.probe_mm.size(); ++i) {
     play_mm = std::clamp(play_mm, loop.probe_mm[i] - 1e3 * line_n / k, loop.probe_mm[i] + 1e3 * line_n / k);
     EXPECT_NEAR(loop.proxy_mm[i], play_mm, 1e-5) << i;
+    EXPECT_NEAR(loop.normal_n[i], k * 0.006, 1e-6) << i;
     EXPECT_NEAR(loop.friction_n[i], k * 1e-3 * (play_mm - loop.probe_mm[i]), 1e-6) << i;
   }
 }
