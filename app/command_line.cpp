@@ -87,11 +87,14 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
       "Exit codes: 0 ok, 1 it ran and the answer is no, 2 wrong usage or input, 130 interrupted.");
 
   DemoArguments demo;
-  CLI::App* demo_command = app.add_subcommand("demo", "Feel a head and see what came of it");
-  std::string demo_name = "head";
-  demo_command->add_option("NAME", demo_name, "which demo: head")->check(CLI::IsMember({"head"}))->type_name("");
-  demo_command->add_option("--data", demo.data, "folder of real data: a CT head under a recorded hand")->type_name("DIR");
-  demo_command->add_flag("--json", demo.json, "print the summary as JSON");
+  CLI::App* demo_command = app.add_subcommand("demo", "Feel a head, a flow or a wing's wake, and see what came of it");
+  demo_command->add_option("NAME", demo.name, "which demo: head, flow or wing (head)")
+      ->check(CLI::IsMember({"head", "flow", "wing"}))
+      ->type_name("");
+  demo_command->add_option("--data", demo.data, "folder of real data, felt by a recorded hand; left out: embedded data")
+      ->type_name("DIR");
+  demo_command->add_option("--out", demo.out, "folder for recording, report and pictures (palpa-demo)")->type_name("DIR");
+  demo_command->add_flag("--json", demo.json, "print the summary as JSON; records only with --out");
   add_reader(demo_command, demo.read);
   demo_command->footer("Example:\n  palpa demo head");
 
@@ -150,6 +153,8 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   CLI::App* report_command = app.add_subcommand("report", "Make one HTML page on a trace");
   report_command->add_option("TRACE", reported.trace, "folder of the trace")->required()->type_name("");
   report_command->add_option("--out", reported.out, "where to write; left out: report.html in the trace")->type_name("FILE");
+  report_command->add_option("--pictures", reported.pictures, "write the pictures as PNG and SVG files into this folder, too")
+      ->type_name("DIR");
   add_repeated(report_command, "--data", reported.data_folders, "look for the scene's data here first")->type_name("DIR");
   add_plugins(report_command, reported.plugins);
   add_reader(report_command, reported.read);

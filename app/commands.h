@@ -19,7 +19,9 @@ struct RunArguments {
 int run_scene(RunArguments arguments, const std::atomic<bool>& stop);
 
 struct DemoArguments {
-  std::filesystem::path data;  ///< folder of the real data; empty: the embedded head
+  std::string name = "head";   ///< head, flow or wing
+  std::filesystem::path data;  ///< folder of the real data; empty: embedded data
+  std::filesystem::path out;   ///< folder that the recording goes into; empty: palpa-demo here
   bool json = false;
   ReadOptions read;
 };
@@ -36,7 +38,8 @@ int run_replay(const ReplayArguments& arguments, const std::atomic<bool>& stop);
 
 struct ReportArguments {
   std::filesystem::path trace;
-  std::filesystem::path out;  ///< empty: report.html in the trace
+  std::filesystem::path out;       ///< empty: report.html in the trace
+  std::filesystem::path pictures;  ///< folder for the pictures as files; empty: none
   std::vector<std::filesystem::path> data_folders;
   std::vector<std::filesystem::path> plugins;
   ReadOptions read;

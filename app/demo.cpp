@@ -1,9 +1,14 @@
+#include <unistd.h>
+
 #include <cerrno>
 #include <cstdio>
-#include <cstdlib>
 
 #include "app/commands.h"
+#include "app/scenes_folder.h"
 #include "app/terminal.h"
+#ifdef PALPA_APP_HAS_VIEW
+#include "palpa/report/report.h"
+#endif
 
 namespace palpa::app {
 namespace {
@@ -12,15 +17,51 @@ namespace fs = std::filesystem;
 
 constexpr const char* recording = "trajectories/inverse3_woodcarving_20231121_102837.csv";
 
-/// Where our scenes are: $PALPA_SCENES, or beside the program, installed or in a build folder.
-fs::path scenes_folder() {
-  if (const char* folder = std::getenv("PALPA_SCENES"); folder && *folder) return folder;
-  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path();
-  for (const char* way : {"../share/palpa/scenes", "../../../scenes"}) {
-    const fs::path folder = (program / way).lexically_normal();
-    if (fs::is_directory(folder)) return folder;
+/// A folder that is not there yet: `wanted`, or with the first number behind it that is free.
+fs::path new_folder(const fs::path& wanted) {
+  fs::path folder = wanted;
+  for (int number = 2; fs::exists(folder); ++number) folder = wanted.string() + "-" + std::to_string(number);
+  return folder;
+}
+
+/// Where the demo's recording goes; empty, with a word, where nothing can be written.
+fs::path trace_folder(const DemoArguments& arguments) {
+  fs::path folder = arguments.out;
+  if (folder.empty()) {
+    if (arguments.json) return {};
+    if (::access(".", W_OK) != 0) {
+      std::fputs("This folder cannot be written, so nothing is recorded; name one that can with --out DIR.\n\n", stdout);
+      return {};
+    }
+    folder = "palpa-demo";
   }
-  throw LoadError("scenes: not found beside " + program.string() + "; set PALPA_SCENES to the folder with head_phantom.toml");
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) throw LoadError(folder.string() + ": cannot be made (" + error.message() + "); name another folder with --out");
+  return new_folder(folder / arguments.name);
+}
+
+/// The recording, its report and its pictures, for a person.
+void print_what_there_is(const fs::path& trace, const DemoArguments& arguments, const fs::path& data) {
+  if (trace.empty()) return;
+  std::printf("Recorded in %s\n", trace.c_str());
+#ifdef PALPA_APP_HAS_VIEW
+  ReportOptions options{.data_folders = {}, .plugins = {}, .read = arguments.read, .pictures = trace / "pictures"};
+  if (!data.empty()) options.data_folders = {data};
+  fs::path report;
+  {
+    Progress progress("drawing the report");
+    report = write_report(trace, {}, options);
+  }
+  std::printf("Report      %s\n", report.c_str());
+  for (const char* name : {"scene.png", "moment.png"}) {
+    if (const fs::path picture = options.pictures / name; fs::exists(picture)) std::printf("Picture     %s\n", picture.c_str());
+  }
+#else
+  (void)arguments;
+  (void)data;
+  std::puts("No report and no pictures: this palpa was built without them.");
+#endif
 }
 
 }  // namespace
@@ -30,18 +71,23 @@ int run_demo(const DemoArguments& arguments, const std::atomic<bool>& stop) {
   RunOptions options;
   options.read = arguments.read;
   if (arguments.data.empty()) {
-    options.scene = scenes / "head_phantom.toml";
+    options.scene = scenes / (arguments.name + "_phantom.toml");
     options.hand = "sim:stroke";
     options.duration_s = 10.0;
   } else {
     if (!fs::is_directory(arguments.data)) {
-      throw LoadError(arguments.data.string() + ": no such folder; --data names the one with ct_head_cranium and trajectories");
+      throw LoadError(
+          arguments.data.string() +
+          ": no such folder; --data names the one with ct_head_cranium, mri_flow_carotid, cfd_wing and trajectories");
     }
-    options.scene = scenes / "head.toml";
+    options.scene = scenes / (arguments.name + ".toml");
     options.hand = (arguments.data / recording).string();
     options.hold = Hold::firm;
     options.scene_options.data_folders = {arguments.data};
   }
+  options.out = trace_folder(arguments);
+  const std::string palpa = program_invocation_name;  // as the user would have to type it
+  options.arguments = {"demo", arguments.name};
 
   RunResult result;
   {
@@ -54,14 +100,15 @@ int run_demo(const DemoArguments& arguments, const std::atomic<bool>& stop) {
     std::fputs(to_json(result.summary).c_str(), stdout);
     return 0;
   }
-  const std::string palpa = program_invocation_name;  // as the user would have to type it
+  std::printf("%s, felt by %s\n\n%s\n", options.scene.filename().c_str(), options.hand.c_str(),
+              to_table(result.summary).c_str());
+  print_what_there_is(options.out, arguments, arguments.data);
+
   std::string next = palpa + " run " + options.scene.string() + " --hand " + options.hand;
   if (options.hold) next += " --hand-hold firm --data " + arguments.data.string();
-  std::printf(
-      "%s, felt by %s\n\n%s\nTry next:\n  %s --out first-trace --primitives\n  %s replay first-trace\n  %s modes "
-      "surface_and_friction\n",
-      options.scene.filename().c_str(), options.hand.c_str(), to_table(result.summary).c_str(), next.c_str(), palpa.c_str(),
-      palpa.c_str());
+  const std::string trace = options.out.empty() ? "first-trace" : options.out.string();
+  std::printf("Try next:\n  %s --out first-trace --primitives\n  %s replay %s\n  %s modes %s\n", next.c_str(), palpa.c_str(),
+              trace.c_str(), palpa.c_str(), result.summary.modes.front().type.c_str());
   return 0;
 }
 

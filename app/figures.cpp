@@ -2,6 +2,8 @@
 
 #include "app/commands.h"
 #ifdef PALPA_APP_HAS_VIEW
+#include "app/scenes_folder.h"
+#include "app/terminal.h"
 #include "palpa/report/figures.h"
 #endif
 
@@ -9,7 +11,13 @@ namespace palpa::app {
 
 int run_figures(const FiguresArguments& arguments) {
 #ifdef PALPA_APP_HAS_VIEW
-  for (const std::filesystem::path& file : write_figures(arguments.out)) std::printf("%s\n", file.c_str());
+  std::vector<Figure> figures = paper_figures();
+  try {
+    figures.push_back(laws_figure(scenes_folder()));
+  } catch (const LoadError& error) {
+    print_warnings({std::string("the figure of the laws is left out: ") + error.what()});
+  }
+  for (const std::filesystem::path& file : write_figures(arguments.out, figures)) std::printf("%s\n", file.c_str());
   return 0;
 #else
   throw LoadError(arguments.out.string() + ": this palpa was built without pictures; build it with PALPA_VIEW=ON");

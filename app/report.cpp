@@ -9,9 +9,11 @@ namespace palpa::app {
 
 int run_report(const ReportArguments& arguments) {
 #ifdef PALPA_APP_HAS_VIEW
-  const std::filesystem::path file =
-      write_report(arguments.trace, arguments.out,
-                   {.data_folders = arguments.data_folders, .plugins = arguments.plugins, .read = arguments.read});
+  const std::filesystem::path file = write_report(arguments.trace, arguments.out,
+                                                  {.data_folders = arguments.data_folders,
+                                                   .plugins = arguments.plugins,
+                                                   .read = arguments.read,
+                                                   .pictures = arguments.pictures});
   std::printf("%s\n", file.c_str());
   return 0;
 #else

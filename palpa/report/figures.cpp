@@ -108,6 +108,21 @@ Vec3 proxy_between_free_planes(const std::string& law, double angle_deg, const V
   return moved_by->solve(set, {}, probe_m, 100.0, tick_s).position_m;
 }
 
+Series shares_up_to(const std::vector<double>& ascending, double low) {
+  Series series;
+  const double count = static_cast<double>(ascending.size());
+  for (std::size_t i = 0; i < ascending.size(); ++i) {
+    const double x = std::max(ascending[i], low);
+    if (!series.xs.empty() && series.xs.back() == x) {
+      series.ys.back() = 100.0 * static_cast<double>(i + 1) / count;
+    } else {
+      series.xs.push_back(x);
+      series.ys.push_back(100.0 * static_cast<double>(i + 1) / count);
+    }
+  }
+  return series;
+}
+
 namespace {
 
 DrawingPoint mm(const Vec3& at_m) { return {1e3 * at_m.x, 1e3 * at_m.y}; }
@@ -384,20 +399,90 @@ Figure non_orthogonal() {
                     .panels = {two_constraints("orthogonal", 90), two_constraints("60 degrees apart", 60), plot, repeated}}};
 }
 
+struct LawLook {
+  const char* name;
+  const char* legend;
+  Color color;
+  Stroke stroke;
+};
+constexpr LawLook law_looks[] = {{"exact", "exact (ours)", Color::vermilion, Stroke::solid},
+                                 {"paper-2005", "paper-2005", Color::blue, Stroke::solid},
+                                 {"ikits-2003", "ikits-2003", Color::purple, Stroke::solid},
+                                 {"ikits-2003-sequential", "ikits-2003-sequential", Color::purple, Stroke::dashed},
+                                 {"no-proxy", "no-proxy", Color::green, Stroke::dashed}};
+
+LawComparison compare_in(const std::filesystem::path& scene) {
+  RunOptions options;
+  options.scene = scene;
+  options.hand = "sim:stroke";
+  std::vector<std::string> laws;
+  for (const LawLook& look : law_looks) laws.push_back(look.name);
+  return compare_laws(options, laws);
+}
+
+/// One curve for each law that has errors, with signs at its median and its 99th percentile.
+Plot error_plot(std::string title, std::string x_label, const LawComparison& comparison, double low, double high,
+                std::vector<double> (*errors_of)(const LawErrors&)) {
+  Plot plot{.title = std::move(title),
+            .x_label = std::move(x_label),
+            .y_label = "share with at most this error / %",
+            .series = {},
+            .marks = {},
+            .x_range = std::pair{low, high},
+            .y_range = std::pair{0.0, 102.0},
+            .x_log = true};
+  for (std::size_t i = 0; i < comparison.laws.size(); ++i) {
+    const std::vector<double> errors = errors_of(comparison.laws[i]);
+    if (errors.empty()) continue;
+    Series curve = shares_up_to(errors, low);
+    curve.name = law_looks[i].legend;
+    curve.color = law_looks[i].color;
+    curve.stroke = law_looks[i].stroke;
+    curve.xs.push_back(high);
+    curve.ys.push_back(100.0);
+    plot.series.push_back(std::move(curve));
+  }
+  return plot;
+}
+
 }  // namespace
 }  // namespace detail
+
+Figure laws_figure(const std::filesystem::path& scenes_folder) {
+  const LawComparison oblique = detail::compare_in(scenes_folder / "many_phantom.toml");
+  const LawComparison orthogonal = detail::compare_in(scenes_folder / "head_phantom.toml");
+  const auto posed_mm = [](const LawErrors& law) {
+    std::vector<double> errors_mm;
+    for (const double error_m : law.posed_errors_m) errors_mm.push_back(1e3 * error_m);
+    return errors_mm;
+  };
+  const auto alone_n = [](const LawErrors& law) { return law.law == "exact" ? std::vector<double>{} : law.alone_errors_n; };
+  return {.name = "fig6-laws",
+          .caption = "",
+          .width_px = 1120,
+          .height_px = 760,
+          .sheet = {.columns = 2,
+                    .panels = {detail::error_plot("Oblique: the same balances", "error of the proxy / mm", oblique, 1e-15, 10.0,
+                                                  posed_mm),
+                               detail::error_plot("Oblique: the same hand", "difference of the force / N", oblique, 1e-4, 10.0,
+                                                  alone_n),
+                               detail::error_plot("Orthogonal: the same balances", "error of the proxy / mm", orthogonal,
+                                                  1e-15, 10.0, posed_mm),
+                               detail::error_plot("Orthogonal: the same hand", "difference of the force / N", orthogonal, 1e-4,
+                                                  10.0, alone_n)}}};
+}
 
 std::vector<Figure> paper_figures() {
   return {detail::force_laws(), detail::balance(), detail::over_a_plane(), detail::surface_and_friction(),
           detail::non_orthogonal()};
 }
 
-std::vector<std::filesystem::path> write_figures(const std::filesystem::path& folder) {
+std::vector<std::filesystem::path> write_figures(const std::filesystem::path& folder, const std::vector<Figure>& figures) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) throw LoadError(folder.string() + ": cannot be made (" + error.message() + "); choose another folder with --out");
   std::vector<std::filesystem::path> files;
-  for (const Figure& figure : paper_figures()) {
+  for (const Figure& figure : figures) {
     files.push_back(folder / (figure.name + ".svg"));
     std::ofstream svg(files.back(), std::ios::binary);
     svg << svg_of(figure.sheet, figure.width_px, figure.height_px);

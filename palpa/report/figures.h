@@ -1,4 +1,4 @@
-// The paper's Figs. 1–5, drawn from the answers of this library's own laws.
+// The paper's Figs. 1–5 and one of all laws beside each other, drawn from the answers of this library's own laws.
 #pragma once
 
 #include <filesystem>
@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "palpa/core/primitives.h"
+#include "palpa/study/compare_laws.h"
 #include "palpa/view/plot.h"
 
 namespace palpa {
@@ -23,9 +24,15 @@ struct Figure {
 /// but what names it.
 std::vector<Figure> paper_figures();
 
+/// Every law beside the exact one, under a simulated hand: in many_phantom.toml, whose constraints are oblique,
+/// and in head_phantom.toml, whose are orthogonal. Feels the scenes, which takes seconds. Throws LoadError where
+/// `scenes_folder` does not have them.
+Figure laws_figure(const std::filesystem::path& scenes_folder);
+
 /// Writes each figure as NAME.svg and NAME.png into `folder`, which is made where it is not there; returns
 /// the files in order. Throws LoadError.
-std::vector<std::filesystem::path> write_figures(const std::filesystem::path& folder);
+std::vector<std::filesystem::path> write_figures(const std::filesystem::path& folder,
+                                                 const std::vector<Figure>& figures = paper_figures());
 
 namespace detail {
 
@@ -60,6 +67,11 @@ FrictionLoop friction_loop(double depth_m, double plane_n, double line_n, double
 /// Fig. 5: where a proxy goes with two planes of zero strength whose normals are `angle_deg` apart, by the law
 /// named `law`; the proxy starts at 0, the hand waits at `probe_m`.
 Vec3 proxy_between_free_planes(const std::string& law, double angle_deg, const Vec3& probe_m);
+
+/// The share of values up to each place, as the points of a curve that never falls. Values below `low` count at `low`.
+/// \param ascending  above or at zero, in the x axis' own unit
+/// \param low        > 0, in the x axis' own unit
+Series shares_up_to(const std::vector<double>& ascending, double low);
 
 }  // namespace detail
 }  // namespace palpa

@@ -69,19 +69,46 @@ code { font-family: ui-monospace, "DejaVu Sans Mono", monospace; font-size: 0.85
 }
 )css";
 
+void write_file(const fs::path& file, const std::string& bytes) {
+  const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  int error = descriptor < 0 ? errno : 0;
+  for (std::size_t done = 0; error == 0 && done < bytes.size();) {
+    const ssize_t wrote = ::write(descriptor, bytes.data() + done, bytes.size() - done);
+    if (wrote >= 0) {
+      done += static_cast<std::size_t>(wrote);
+    } else if (errno != EINTR) {
+      error = errno;
+    }
+  }
+  if (descriptor >= 0 && ::close(descriptor) != 0 && error == 0) error = errno;
+  if (error != 0) {
+    throw LoadError(file.string() + ": cannot be written (" + std::generic_category().message(error) +
+                    "); choose a place that can");
+  }
+}
+
+/// A picture of the report as a file of its own, where that is asked for.
+void keep(const ReportOptions& options, const char* name, const std::string& bytes) {
+  if (!options.pictures.empty()) write_file(options.pictures / name, bytes);
+}
+
 /// A figure with a text for those who do not see it.
 std::string figure(const std::string& content, const std::string& caption) {
   return "<figure>\n<div class=\"card\">" + content + "</div>\n<figcaption>" + escaped(caption) + "</figcaption>\n</figure>\n";
 }
 
-std::string image(const Picture& picture, const std::string& alt, const std::string& caption) {
+std::string image(const ReportOptions& options, const char* name, const Picture& picture, const std::string& alt,
+                  const std::string& caption) {
+  const std::string png = png_of(picture);
+  keep(options, name, png);
   return figure("<img width=\"" + std::to_string(picture.width_px) + "\" height=\"" + std::to_string(picture.height_px) +
-                    "\" alt=\"" + escaped(alt) + "\" src=\"" + png_address(png_of(picture)) + "\">",
+                    "\" alt=\"" + escaped(alt) + "\" src=\"" + png_address(png) + "\">",
                 caption);
 }
 
 /// An SVG that says what it shows.
-std::string labelled(std::string svg, const std::string& label) {
+std::string labelled(const ReportOptions& options, const char* name, std::string svg, const std::string& label) {
+  keep(options, name, svg);
   return svg.insert(4, " role=\"img\" aria-label=\"" + escaped(label) + "\"");
 }
 
@@ -184,29 +211,30 @@ Plot time_plot(const Recorded& recorded) {
           .marks = {}};
 }
 
-std::string plots(const Recorded& recorded) {
+std::string plots(const Recorded& recorded, const ReportOptions& options) {
   const Summary& s = recorded.summary;
   std::string out = "<h2 id=\"plots\">Plots</h2>\n";
   out +=
-      figure(labelled(svg_of(force_plot(recorded), 760, 280, "force-"),
+      figure(labelled(options, "force.svg", svg_of(force_plot(recorded), 760, 280, "force-"),
                       text("Force over time: at most %.3f N on the hand.", s.force_max_n)),
              "The pull of the coupling before any limit, and what the guard let out to the hand. Signs on top: where a level "
              "set in or was broken through.");
   if (!recorded.modes.empty()) {
-    out += figure(labelled(svg_of(modes_plot(recorded), 760, 280, "modes-"), "Force of each mode over time."),
-                  "How hard each mode pushed the proxy. Above 1 mN a mode is in contact.");
+    out += figure(
+        labelled(options, "modes.svg", svg_of(modes_plot(recorded), 760, 280, "modes-"), "Force of each mode over time."),
+        "How hard each mode pushed the proxy. Above 1 mN a mode is in contact.");
   }
-  out += figure(labelled(svg_of(position_plots(recorded), 760, 560, "position-"),
+  out += figure(labelled(options, "position.svg", svg_of(position_plots(recorded), 760, 560, "position-"),
                          "Position of probe and proxy over time along three axes."),
                 "Where the hand (probe) was and where the data held its partner (proxy), in the hand's frame. Their distance "
                 "times the stiffness is the force.");
-  out += figure(labelled(svg_of(energy_plot(recorded), 760, 280, "energy-"),
+  out += figure(labelled(options, "energy.svg", svg_of(energy_plot(recorded), 760, 280, "energy-"),
                          text("Energy over time: %.3f mJ dissipated, %.3f mJ injected in all.", 1e3 * s.energy.dissipated_j,
                               1e3 * s.energy.injected_j)),
                 "What the modes took out of the motion and brought in, summed up, and what the coupling's spring holds.");
   if (s.tick_max_us > 0.0) {
     out += figure(
-        labelled(svg_of(time_plot(recorded), 760, 220, "time-"),
+        labelled(options, "time.svg", svg_of(time_plot(recorded), 760, 220, "time-"),
                  text("Time inside the tick: median %.1f \u00b5s, 99 %% below %.1f \u00b5s.", s.tick_p50_us, s.tick_p99_us)),
         text("Median %.1f \u00b5s, 99 %% below %.1f \u00b5s, at most %.1f \u00b5s. A tick of 1 kHz has 1000 \u00b5s.",
              s.tick_p50_us, s.tick_p99_us, s.tick_max_us));
@@ -267,7 +295,7 @@ Moment moment_at(const fs::path& trace, const Recorded& recorded, const Scene& s
 }
 
 std::string pictures_of_moment(const fs::path& trace, const Recorded& recorded, const Scene& scene,
-                               const std::vector<PathPoint>& path) {
+                               const std::vector<PathPoint>& path, const ReportOptions& options) {
   const std::optional<std::size_t> chosen = busiest_tick(recorded);
   if (!chosen) return "<p class=\"soft\">No mode pushed, so there is no moment to look at closely.</p>\n";
   const TickFrame& frame = recorded.ticks[*chosen];
@@ -286,7 +314,7 @@ std::string pictures_of_moment(const fs::path& trace, const Recorded& recorded, 
       text("The moment at %.3f s, in which most modes pushed and the force was largest: ", frame.t_s) + who +
       text("; the spring pulls with %.2f N, the proxy is %.2f mm from the probe. ", norm(frame.result.force_n), 1e3 * reach_m) +
       std::to_string(moment.primitives.size()) + (moment.primitives.size() == 1 ? " primitive." : " primitives.");
-  return image(picture, "Close-up of probe, proxy and primitives. " + caption, caption);
+  return image(options, "moment.png", picture, "Close-up of probe, proxy and primitives. " + caption, caption);
 }
 
 std::string pictures(const fs::path& trace, const Recorded& recorded, const ReportOptions& options) {
@@ -309,13 +337,14 @@ std::string pictures(const fs::path& trace, const Recorded& recorded, const Repo
     }
   }
   try {
-    out += image(scene_picture(loaded->scene, path, std::nullopt), "The scene with the path of the hand, coloured by force.",
+    out += image(options, "scene.png", scene_picture(loaded->scene, path, std::nullopt),
+                 "The scene with the path of the hand, coloured by force.",
                  "The scene as the user sees it, with the path of probe and proxy, coloured by force.");
   } catch (const LoadError& error) {
     out += refuse(error.what());
   }
   try {
-    out += pictures_of_moment(trace, recorded, loaded->scene, path);
+    out += pictures_of_moment(trace, recorded, loaded->scene, path, options);
   } catch (const LoadError& error) {
     out += refuse(error.what());
   }
@@ -436,28 +465,18 @@ std::string report_html(const fs::path& trace, const ReportOptions& options) {
   for (const std::string& sentence : words_of(recorded)) out += "<li>" + escaped(sentence) + "</li>\n";
   out += "</ul>\n";
   out += pictures(trace, recorded, options);
-  if (!recorded.ticks.empty()) out += plots(recorded);
+  if (!recorded.ticks.empty()) out += plots(recorded, options);
   return out + tables(recorded) + origin(recorded) + "</main>\n</body>\n</html>\n";
 }
 
 fs::path write_report(const fs::path& trace, const fs::path& out, const ReportOptions& options) {
-  const std::string html = report_html(trace, options);
+  if (!options.pictures.empty()) {
+    std::error_code error;
+    fs::create_directories(options.pictures, error);
+    if (error) throw LoadError(options.pictures.string() + ": cannot be made (" + error.message() + "); choose another folder");
+  }
   const fs::path file = out.empty() ? trace / "report.html" : out;
-  const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  int error = descriptor < 0 ? errno : 0;
-  for (std::size_t done = 0; error == 0 && done < html.size();) {
-    const ssize_t wrote = ::write(descriptor, html.data() + done, html.size() - done);
-    if (wrote >= 0) {
-      done += static_cast<std::size_t>(wrote);
-    } else if (errno != EINTR) {
-      error = errno;
-    }
-  }
-  if (descriptor >= 0 && ::close(descriptor) != 0 && error == 0) error = errno;
-  if (error != 0) {
-    throw LoadError(file.string() + ": cannot be written (" + std::generic_category().message(error) +
-                    "); choose a place that can, with --out FILE");
-  }
+  write_file(file, report_html(trace, options));
   return file;
 }
 

@@ -13,6 +13,9 @@ struct ReportOptions {
   std::vector<std::filesystem::path> data_folders;  ///< looked for the scene's data before where the recording found them
   std::vector<std::filesystem::path> plugins;       ///< shared libraries that bring modes; trusted
   ReadOptions read;
+  /// Folder that also gets the pictures as files: scene.png, moment.png, force.svg, modes.svg, position.svg, energy.svg,
+  /// time.svg. Made where it is not there. Empty: none.
+  std::filesystem::path pictures;
 };
 
 /// The trace as one HTML page, which needs neither network nor scripts: what was felt in words, pictures of

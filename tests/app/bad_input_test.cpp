@@ -53,7 +53,7 @@ TEST_F(BadInput, CommandLine) {
   expect_refusal({"run", "scene.toml", "--hand", "sim:press", "--duration-s", "inf"}, {"duration"});
   expect_refusal({"run", "scene.toml", "--hand", "sim:press", "--hand-hold", "loose"}, {"--hand-hold", "loose"});
   expect_refusal({"run", "scene.toml", "--hand", "sim:press", "--hand-center", "maybe"}, {"--hand-center"});
-  expect_refusal({"demo", "flow"}, {"flow"});
+  expect_refusal({"demo", "heart"}, {"heart"});
   expect_refusal({"demo", "--data", "nowhere"}, {"nowhere"});
   expect_refusal({"modes", "viscocity"}, {"did you mean 'viscosity'?"});
   expect_refusal({"info"}, {"FILE"});
