@@ -3,7 +3,6 @@
 #include <vtkActor.h>
 #include <vtkCellArray.h>
 #include <vtkColorTransferFunction.h>
-#include <vtkFixedPointVolumeRayCastMapper.h>
 #include <vtkFloatArray.h>
 #include <vtkFlyingEdges3D.h>
 #include <vtkGPUVolumeRayCastMapper.h>
@@ -299,7 +298,7 @@ void draw_surface(vtkRenderer* renderer, vtkPolyData* surface, const Color& colo
 }
 
 /// A cloud whose opacity is that of the layer's colours, reached over a fortieth of the box's longest side.
-void draw_volume(vtkRenderer* renderer, vtkImageData* sampled, double side_m, const ColorMap& map, bool software) {
+void draw_volume(vtkRenderer* renderer, vtkImageData* sampled, double side_m, const ColorMap& map) {
   vtkNew<vtkImageData> image;
   image->DeepCopy(sampled);  // what is blank here is a value below
   const auto clearest =
@@ -323,21 +322,14 @@ void draw_volume(vtkRenderer* renderer, vtkImageData* sampled, double side_m, co
   volume->GetProperty()->SetScalarOpacity(opacities);
   volume->GetProperty()->SetScalarOpacityUnitDistance(side_m / 40.0);
   volume->GetProperty()->SetInterpolationTypeToLinear();
-  if (software) {
-    // Its default step is 1, whatever the size of the volume: metres would be one step.
-    vtkNew<vtkFixedPointVolumeRayCastMapper> mapper;
-    mapper->SetInputData(image);
-    mapper->AutoAdjustSampleDistancesOff();
-    mapper->SetSampleDistance(static_cast<float>(least_m));
-    volume->SetMapper(mapper);
-  } else {
-    vtkNew<vtkGPUVolumeRayCastMapper> mapper;
-    mapper->SetInputData(image);
-    mapper->AutoAdjustSampleDistancesOff();
-    mapper->SetSampleDistance(static_cast<float>(least_m));
-    mapper->UseJitteringOff();
-    volume->SetMapper(mapper);
-  }
+  // VTK's ray caster for processors is faster without a graphics card, but in one picture of a few it draws
+  // with the aspect ratio of a square.
+  vtkNew<vtkGPUVolumeRayCastMapper> mapper;
+  mapper->SetInputData(image);
+  mapper->AutoAdjustSampleDistancesOff();
+  mapper->SetSampleDistance(static_cast<float>(least_m));
+  mapper->UseJitteringOff();
+  volume->SetMapper(mapper);
   renderer->AddVolume(volume);
 }
 
@@ -402,7 +394,7 @@ void draw_layer(vtkRenderer* renderer, const Scene& scene, const std::vector<Vie
         map = ColorMap(std::vector<ViewLayer::ColorPoint>{
             {extent.min, "#000000", 0.0}, {0.5 * (extent.min + extent.max), "#8a6a4f", 0.05}, {extent.max, "#fff6e5", 0.8}});
       }
-      draw_volume(renderer, images.of(layer.field.name, field, box), side_m, map, options.software);
+      draw_volume(renderer, images.of(layer.field.name, field, box), side_m, map);
       signs.bars.push_back({title_of(layer.field.name, named.unit), map});
       break;
     }

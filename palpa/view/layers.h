@@ -27,7 +27,6 @@ struct LayerSigns {
 struct LayerOptions {
   Box near;          ///< hand frame: what is farther is not drawn
   bool see_through;  ///< something inside is to be seen: surfaces let it through
-  bool software;     ///< no graphics card draws
 };
 
 /// Draws the layers in the hand frame. Throws SceneError on a field that is not there, LoadError on one that

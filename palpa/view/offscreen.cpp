@@ -202,12 +202,6 @@ OffscreenWindow::~OffscreenWindow() {
 
 vtkRenderWindow* OffscreenWindow::vtk() const noexcept { return parts_->window; }
 
-bool OffscreenWindow::is_software() const {
-  parts_->window->OpenGLInit();
-  const std::string_view capabilities = parts_->window->ReportCapabilities();
-  return capabilities.find("llvmpipe") != capabilities.npos || capabilities.find("softpipe") != capabilities.npos;
-}
-
 Picture OffscreenWindow::draw() {
   Window& window = *parts_->window;
   window.OpenGLInit();

@@ -41,8 +41,6 @@ class OffscreenWindow {
 
   /// To add renderers to (a vtkContextView takes it with SetRenderWindow). Lives as long as this.
   vtkRenderWindow* vtk() const noexcept;
-  /// A processor draws (Mesa's llvmpipe), no graphics card.
-  bool is_software() const;
   /// Draws and reads back. Throws LoadError with VTK's first error.
   Picture draw();
 

@@ -30,21 +30,25 @@ struct Moment {
 struct ScenePictureOptions {
   int width_px = 1200;
   int height_px = 900;
-  /// Where the camera is seen from, in the hand frame; the default looks as the user does, a little from
-  /// above and the right.
-  Vec3 from{0.45, 0.35, 1.0};
-  Vec3 up{0.0, 1.0, 0.0};
-  /// Half the height of what is seen [hand m]; 0: everything fits.
+  Vec3 from{0.45, 0.35, 1.0};  ///< [1] direction to the viewer, hand frame; as the user, a little from above and the right
+  Vec3 up{0.0, 1.0, 0.0};      ///< [1] direction that is up in the picture, hand frame
+  /// Half the height of the whole picture [hand m]; 0: what was felt, and of the data as much as leaves it
+  /// legible. The projection is parallel.
   double half_height_m = 0.0;
-  /// What the camera looks at [hand m]; none: the middle of what is shown.
+  /// What lies in the picture's middle [hand m]; none: what is shown lies in the part that title, colour
+  /// bars and marks leave free.
   std::optional<Vec3> centre_m{};
 };
 
-/// Draws the scene's layers (where it names none: its first scalar field as a surface or slices, its first
-/// vector field as streamlines), the path coloured by force, the moment's primitives, a scale bar in
-/// millimetres of the data's world, a colour bar in newtons, and L/R A/P S/I marks in a medical frame.
-/// Needs no X. The same input gives the same bytes on one machine. Throws LoadError where nothing can be
-/// drawn (no EGL).
+/// Draws the scene's layers, the path coloured by force (the probe's as a thin grey line), the moment's
+/// primitives in front of all, a legend, a scale bar in millimetres (or what fits) of the data's world, a
+/// colour bar in newtons, and the patient's directions (L R A P S I) at the edges in a medical frame, axes
+/// x y z of the world elsewhere. A scene that names no layers shows the levels of its modes as surfaces and
+/// their first vector field as streamlines, or else a scalar field as slices.
+///
+/// Needs no X; one picture at a time is drawn in a process, a second thread waits. The same input gives the
+/// same bytes on one machine. Throws LoadError where nothing can be drawn (no EGL), on a layer of the wrong
+/// kind of field, on a size not within 200 x 150 to 8000 x 8000 pixels, and on `from` along `up`.
 Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const std::optional<Moment>& moment,
                       const ScenePictureOptions& options = {});
 
