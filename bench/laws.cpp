@@ -2,34 +2,12 @@
 // docs/laws.md.
 //
 //   bench_laws SCENE HAND [rigid|relaxed|firm] [DATA_FOLDER]
-#include <palpa/loop/loop.h>
 #include <palpa/palpa.h>
 
 #include <cstdio>
 #include <cstring>
 
-namespace {
-
 using namespace palpa;
-
-int compare(RunOptions options) {
-  options.scene_options.sets = {{"law.method", "exact"}};
-  PreparedRun prepared = prepare(options);
-  const Scene& scene = prepared.loaded.scene;
-  std::vector<Probe> probes;
-  Session session(scene);
-  run_simulated(session, *prepared.hand, {.rate_hz = options.rate_hz, .duration_s = prepared.duration_s}, nullptr,
-                [&](const TickFrame& frame, const Session&) {
-                  probes.push_back({.position_m = frame.result.probe_m,
-                                    .velocity_m_per_s = frame.result.probe_velocity_m_per_s,
-                                    .valid = frame.result.probe_valid});
-                });
-  const std::vector<std::string> laws{"exact", "paper-2005", "ikits-2003", "ikits-2003-sequential", "no-proxy"};
-  std::printf("%s", to_markdown(compare_laws(scene, probes, 1.0 / options.rate_hz, laws)).c_str());
-  return 0;
-}
-
-}  // namespace
 
 int main(int argc, char** argv) {
   if (argc < 3 || argc > 5) {
@@ -45,7 +23,9 @@ int main(int argc, char** argv) {
                                                           : Hold::rigid;
   if (argc > 4) options.scene_options.data_folders = {argv[4]};
   try {
-    return compare(options);
+    const std::vector<std::string> laws{"exact", "paper-2005", "ikits-2003", "ikits-2003-sequential", "no-proxy"};
+    std::printf("%s", to_markdown(compare_laws(options, laws)).c_str());
+    return 0;
   } catch (const LoadError& error) {
     std::fprintf(stderr, "bench_laws: %s\n", error.what());
     return 2;

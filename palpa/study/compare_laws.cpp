@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "palpa/baseline/law.h"
+#include "palpa/loop/loop.h"
 
 namespace palpa {
 
@@ -107,6 +108,7 @@ LawComparison compare_laws(const Scene& scene, std::span<const Probe> probes, do
     LawErrors errors{.law = laws[i]};
     errors.posed_m = spread_of(asked[i].errors_m);
     errors.posed_n = times(k, errors.posed_m);
+    errors.posed_errors_m = std::move(asked[i].errors_m);
 
     const Scene own = with_law(scene, laws[i]);
     Session alone(own, baseline::law(own));
@@ -120,9 +122,26 @@ LawComparison compare_laws(const Scene& scene, std::span<const Probe> probes, do
     }
     errors.alone_m = spread_of(apart_m);
     errors.alone_n = spread_of(apart_n);
+    errors.alone_errors_n = std::move(apart_n);
     result.laws.push_back(std::move(errors));
   }
   return result;
+}
+
+LawComparison compare_laws(RunOptions options, std::span<const std::string> laws) {
+  options.scene_options.sets.emplace_back("law.method", "exact");
+  options.out.clear();
+  const PreparedRun prepared = prepare(options);
+  const Scene& scene = prepared.loaded.scene;
+  std::vector<Probe> probes;
+  Session session(scene);
+  run_simulated(session, *prepared.hand, {.rate_hz = options.rate_hz, .duration_s = prepared.duration_s}, nullptr,
+                [&](const TickFrame& frame, const Session&) {
+                  probes.push_back({.position_m = frame.result.probe_m,
+                                    .velocity_m_per_s = frame.result.probe_velocity_m_per_s,
+                                    .valid = frame.result.probe_valid});
+                });
+  return compare_laws(scene, probes, 1.0 / options.rate_hz, laws);
 }
 
 std::string to_markdown(const LawComparison& comparison) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "palpa/study/run.h"
 #include "palpa/tick/session.h"
 
 namespace palpa {
@@ -29,6 +30,8 @@ struct LawErrors {
   Spread alone_m;
   Spread alone_n;
   double alone_mean_n = 0.0;
+  std::vector<double> posed_errors_m;  ///< ascending, one for each balance
+  std::vector<double> alone_errors_n;  ///< ascending, one for each tick
 };
 
 struct LawComparison {
@@ -48,6 +51,10 @@ bool has_oblique_primitives(std::span<const PlacedPrimitive> placed) noexcept;
 /// scene names does not count. Throws SceneError on a scene that cannot be felt or a law that is none.
 LawComparison compare_laws(const Scene& scene, std::span<const Probe> probes, double time_step_s,
                            std::span<const std::string> laws);
+
+/// The same with the scene, hand, rate and duration that a run would have, under the probes that the exact law
+/// is felt with. Records nothing. Throws LoadError.
+LawComparison compare_laws(RunOptions options, std::span<const std::string> laws);
 
 /// The comparison as two Markdown tables, in mm and N.
 std::string to_markdown(const LawComparison& comparison);

@@ -192,12 +192,26 @@ std::vector<std::string> legend_of(const Plot& plot) {
   return names;
 }
 
+/// The labels of exponents as what they stand for.
+void name_powers(Ticks& ticks) {
+  for (std::size_t i = 0; i < ticks.at.size(); ++i) {
+    const double exponent = ticks.at[i];
+    if (std::abs(exponent) < 3.5) {
+      char text[40];
+      std::snprintf(text, sizeof text, "%.3g", std::pow(10.0, exponent));
+      ticks.labels[i] = text;
+      continue;
+    }
+    ticks.labels[i] = "1e" + ticks.labels[i];  // VTK's font has no raised minus
+  }
+}
+
 /// Where the axes go, so that title, labels and legend have their room around them.
 Area area_of(const Plot& plot, const vtkRectf& place, float scale) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   std::pair<double, double> xs = plot.x_range.value_or(extent(
       plot, [](const Series& s, std::size_t i) { return s.xs[i]; }, infinity, -infinity));
-  if (!std::isfinite(xs.first)) xs = {0.0, 1.0};
+  if (!std::isfinite(xs.first) || !std::isfinite(xs.second)) xs = {0.0, 1.0};
   const std::pair<double, double> ys = plot.y_range.value_or(extent(
       plot, [](const Series& s, std::size_t i) { return s.ys[i]; }, 0.0, 0.0));
   Area area;
@@ -211,8 +225,23 @@ Area area_of(const Plot& plot, const vtkRectf& place, float scale) {
   const float bottom = plot.x_label.empty() ? 24.0f : 44.0f;
   area.place = vtkRectf(place.GetX() + left * scale, place.GetY() + bottom * scale, place.GetWidth() - (left + right) * scale,
                         place.GetHeight() - (top + bottom) * scale);
-  area.x = ticks_of(xs.first, xs.second, false, std::max(3, static_cast<int>(area.place.GetWidth() / (65 * scale))));
+  const int wanted = std::max(3, static_cast<int>(area.place.GetWidth() / (65 * scale)));
+  const int decades = static_cast<int>(std::clamp(xs.second - xs.first, 1.0, 700.0));
+  area.x = ticks_of(xs.first, xs.second, false, plot.x_log ? std::min(wanted, decades) : wanted);
+  if (plot.x_log) name_powers(area.x);
   return area;
+}
+
+/// With x values for their decimal logarithms, so that all that is drawn is linear.
+Plot by_powers_of_ten(Plot plot) {
+  const auto log = [](double& x) { x = x > 0.0 ? std::log10(x) : std::numeric_limits<double>::quiet_NaN(); };
+  for (Series& series : plot.series) std::for_each(series.xs.begin(), series.xs.end(), log);
+  for (Mark& mark : plot.marks) log(mark.x);
+  if (plot.x_range) {
+    log(plot.x_range->first);
+    log(plot.x_range->second);
+  }
+  return plot;
 }
 
 /// A series with the name and looks of a kind of mark, at the top of the area.
@@ -282,7 +311,8 @@ void add_label(vtkContextScene* scene, const std::string& label, float x_px, flo
   scene->AddItem(item);
 }
 
-void add_chart(vtkContextScene* scene, const Plot& plot, const vtkRectf& place, float scale) {
+void add_chart(vtkContextScene* scene, const Plot& given, const vtkRectf& place, float scale) {
+  const Plot plot = given.x_log ? by_powers_of_ten(given) : given;
   const Area area = area_of(plot, place, scale);
   vtkNew<vtkChartXY> chart;
   scene->AddItem(chart);

@@ -43,6 +43,7 @@ struct Plot {
   std::vector<Mark> marks{};
   std::optional<std::pair<double, double>> x_range{};  ///< in the axis' own unit; none: all that is there
   std::optional<std::pair<double, double>> y_range{};  ///< in the axis' own unit; none: all that is there, zero among it
+  bool x_log = false;                                  ///< the x axis goes by powers of ten; what is not above zero is left out
 };
 
 /// A point of a drawing.
