@@ -407,8 +407,8 @@ struct LawLook {
 };
 constexpr LawLook law_looks[] = {{"exact", "exact (ours)", Color::vermilion, Stroke::solid},
                                  {"paper-2005", "paper-2005", Color::blue, Stroke::solid},
-                                 {"ikits-2003", "ikits-2003", Color::purple, Stroke::dashed},
-                                 {"ikits-2003-sequential", "ikits-2003-sequential", Color::purple, Stroke::dotted},
+                                 {"ikits-2003", "ikits-2003", Color::purple, Stroke::solid},
+                                 {"ikits-2003-sequential", "ikits-2003-sequential", Color::sky, Stroke::dashed},
                                  {"no-proxy", "no-proxy", Color::green, Stroke::solid}};
 
 LawComparison compare_in(const std::filesystem::path& scene) {
@@ -464,8 +464,8 @@ Figure laws_figure(const std::filesystem::path& scenes_folder) {
               "Earlier laws beside the exact one: how far the proxy is off when each is posed the same balances, and how "
               "much the force differs when each feels the scene by itself under the same hand; signs at the median and "
               "the 99th percentile. Above, five modes at once in oblique directions (%.1f %% of the balances left out, "
-              "unproven); below, orthogonal ones, where the law of 2003 is exact, and differs by itself only because it "
-              "takes one step a tick.",
+              "unproven); below, orthogonal ones, where both laws of 2003 lie on the exact one at 100 %%, and differ by "
+              "themselves only because they take one step a tick.",
               100.0 * static_cast<double>(oblique.left_out) / posed),
           .width_px = 1120,
           .height_px = 720,

@@ -10,8 +10,10 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <numbers>
+#include <random>
 
 #include "palpa/core/load_error.h"
 #include "tests/report/markup.h"
@@ -81,6 +83,71 @@ TEST(Figure5, TheLawOf2003IsOffByTheCosineAndOursIsNot) {
                 1e-12)
         << angle_deg;
     EXPECT_LT(distance(detail::proxy_between_free_planes("exact", angle_deg, probe_m), probe_m), 1e-9) << angle_deg;
+  }
+}
+
+TEST(Figure6, SharesAreThoseOfTheValues) {
+  std::mt19937_64 random(3);
+  std::lognormal_distribution<double> spread(-8.0, 4.0);
+  std::vector<double> values{0.0, 0.0, 1e-7, 1e-7, 2.0};
+  for (int i = 0; i < 500; ++i) values.push_back(spread(random));
+  std::sort(values.begin(), values.end());
+  constexpr double low = 1e-6;
+  const Series shares = detail::shares_up_to(values, low);
+  ASSERT_EQ(shares.xs.size(), shares.ys.size());
+  EXPECT_EQ(shares.xs.front(), low);
+  EXPECT_EQ(shares.xs.back(), values.back());
+  EXPECT_EQ(shares.ys.back(), 100.0);
+  EXPECT_TRUE(std::is_sorted(shares.ys.begin(), shares.ys.end()));
+  EXPECT_EQ(std::adjacent_find(shares.xs.begin(), shares.xs.end(), std::greater_equal()), shares.xs.end());
+  for (std::size_t i = 0; i < shares.xs.size(); ++i) {
+    const auto up_to = std::count_if(values.begin(), values.end(), [&](double value) { return value <= shares.xs[i]; });
+    EXPECT_NEAR(shares.ys[i], 100.0 * static_cast<double>(up_to) / static_cast<double>(values.size()), 1e-9);
+  }
+  EXPECT_TRUE(detail::shares_up_to({}, low).xs.empty());
+}
+
+/// The share [%] that a curve shows at a place: that of its last point up to there.
+double share_at(const Series& curve, double x) {
+  const auto after = std::upper_bound(curve.xs.begin(), curve.xs.end(), x);
+  return after == curve.xs.begin() ? 0.0 : curve.ys[static_cast<std::size_t>(after - curve.xs.begin() - 1)];
+}
+
+TEST(Figure6, OursIsProvenEarlierOnesAreOffWhereConstraintsAreObliqueAndExactWhereTheyAreNot) {
+  const Figure figure = laws_figure(PALPA_SCENES_FOLDER);
+  ASSERT_EQ(figure.sheet.panels.size(), 4u);
+  std::vector<Plot> plots;
+  for (const auto& panel : figure.sheet.panels) plots.push_back(std::get<Plot>(panel));
+  for (const Plot& plot : plots) {
+    ASSERT_EQ(plot.series.size(), 10u) << plot.title << ": a curve and its signs for each of five laws";
+    for (std::size_t law = 0; law < 5; ++law) {
+      const Series &curve = plot.series[law], &signs = plot.series[5 + law];
+      EXPECT_TRUE(std::is_sorted(curve.xs.begin(), curve.xs.end())) << plot.title << law;
+      EXPECT_TRUE(std::is_sorted(curve.ys.begin(), curve.ys.end())) << plot.title << law;
+      EXPECT_EQ(curve.ys.back(), 100.0) << plot.title << law;
+      ASSERT_EQ(signs.xs.size(), 2u);
+      for (std::size_t i = 0; i < 2; ++i) {
+        if (signs.xs[i] < plot.x_range->first) continue;
+        EXPECT_NEAR(share_at(curve, signs.xs[i]), signs.ys[i], 0.1) << plot.title << law << ": signs lie on the curve";
+      }
+    }
+  }
+  enum : std::size_t { exact, paper_2005, ikits_2003, sequential, no_proxy };
+  constexpr double proven_mm = 1e-6, felt_mm = 0.1;
+  for (const std::size_t panel : {0u, 2u}) EXPECT_EQ(share_at(plots[panel].series[exact], proven_mm), 100.0);
+  for (const std::size_t panel : {1u, 3u}) EXPECT_EQ(share_at(plots[panel].series[exact], 1e-4), 100.0) << "it is the measure";
+  for (const std::size_t law : {ikits_2003, sequential, no_proxy})
+    EXPECT_LT(share_at(plots[0].series[law], felt_mm), 50.0) << law;
+  for (const std::size_t law : {ikits_2003, sequential}) EXPECT_EQ(share_at(plots[2].series[law], 1e-9), 100.0) << law;
+  EXPECT_LT(share_at(plots[2].series[paper_2005], proven_mm), 50.0);
+}
+
+TEST(Figure6, SaysWhichSceneIsNotThere) {
+  try {
+    laws_figure("/no/such/folder");
+    ADD_FAILURE();
+  } catch (const LoadError& error) {
+    EXPECT_THAT(error.what(), testing::StartsWith("/no/such/folder/many_phantom.toml"));
   }
 }
 

@@ -107,6 +107,36 @@ TEST(Svg, HostileNamesStayText) {
   EXPECT_THAT(svg, HasSubstr("&lt;script&gt;"));
 }
 
+TEST(Svg, AnAxisByPowersOfTenSaysThem) {
+  Plot plot{.title = "powers", .series = {{.xs = {1e-5, 1e-3, 0.1, 10.0}, .ys = {1, 2, 3, 4}}}, .x_log = true};
+  const std::string svg = svg_of(plot);
+  for (const char* text : {"1e-5", "1e-4", "0.001", "0.01", "0.1", "1", "10"}) {
+    EXPECT_THAT(svg, HasSubstr(">" + std::string(text) + "</text>"));
+  }
+  // The same steps of a linear axis are the same curve.
+  Plot linear{.title = "powers", .series = {{.xs = {-5, -3, -1, 1}, .ys = {1, 2, 3, 4}}}};
+  const auto points = [](const std::string& drawn) {
+    std::vector<std::string> found;
+    for (std::size_t at = drawn.find("points=\""); at != std::string::npos; at = drawn.find("points=\"", at + 1)) {
+      found.push_back(drawn.substr(at, drawn.find('"', at + 8) - at));
+    }
+    return found;
+  };
+  ASSERT_FALSE(points(svg).empty());
+  EXPECT_EQ(points(svg), points(svg_of(linear)));
+  // What has no logarithm is not there.
+  for (const double none : {0.0, -2.0, std::numeric_limits<double>::quiet_NaN()}) {
+    Plot more = plot;
+    more.series[0].xs.push_back(none);
+    more.series[0].ys.push_back(2.5);
+    EXPECT_EQ(svg_of(more), svg) << none;
+  }
+  for (const auto& [low, high] : {std::pair{0.0, 1.0}, {-1.0, 1.0}, {1.0, 1.0}, {1e-300, 1e300}, {3.0, 4.0}}) {
+    plot.x_range = {low, high};
+    EXPECT_EQ(markup_error(svg_of(plot), false), "") << low << " " << high;
+  }
+}
+
 TEST(Svg, IdsBeginWithTheirPrefix) {
   const std::string svg = svg_of(some_plot(), 700, 300, "a-");
   EXPECT_EQ(markup_error(svg, false), "");
