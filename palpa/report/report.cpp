@@ -66,6 +66,9 @@ code { font-family: ui-monospace, "DejaVu Sans Mono", monospace; font-size: 0.85
   h2 { break-after: avoid; }
   figure svg { min-width: 0; }
   pre { white-space: pre-wrap; overflow-wrap: anywhere; }
+  .wide { overflow: visible; }
+  table { font-size: 7.5pt; }
+  th, td { padding: 0.15rem 0.3rem; overflow-wrap: anywhere; }
 }
 )css";
 
@@ -400,9 +403,10 @@ std::string tables(const Recorded& recorded) {
   for (std::size_t i = 0; i < std::min(most_events, recorded.events.size()); ++i) {
     const RecordedEvent& event = recorded.events[i];
     const bool at_level = event.kind == "onset" || event.kind == "break_through";
-    rows.push_back({text("%.3f s", event.t_s), event.kind, at_level ? level_of(recorded, event) : event.subject, event.value});
+    rows.push_back({text("%.3f s", event.t_s), event.kind, at_level ? level_of(recorded, event) : event.subject,
+                    at_level ? "" : event.value});
   }
-  out += table({"time", "what", "where", "value (in the field's own unit), or why"}, rows, 4);
+  out += table({"time", "what", "where (values in the field's own unit)", "why"}, rows, 4);
   if (recorded.events.size() > most_events) {
     out += "<p class=\"soft\">The first " + std::to_string(most_events) + " of " +
            escaped(grouped(static_cast<long long>(recorded.events.size()))) + " events; all are in events.csv.</p>\n";

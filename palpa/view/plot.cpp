@@ -162,7 +162,9 @@ void add_series(vtkChartXY* chart, const Area& area, const Series& series, int m
   const auto& color = rgb(series.color);
   plot->SetColor(color[0], color[1], color[2], 255);
   plot->SetWidth(width_px);
-  plot->GetPen()->SetLineType(line_type(series.stroke));
+  // VTK's SVG device makes the dots of a wide pen 0 long: dashes and dots take their place.
+  const bool unseen = series.stroke == Stroke::dotted && width_px > 1.0f;
+  plot->GetPen()->SetLineType(unseen ? static_cast<int>(vtkPen::DASH_DOT_LINE) : line_type(series.stroke));
   plot->SetLabel("\u00a0" + series.name);  // a little space behind the sign
   plot->SetLegendVisibility(!series.name.empty());
   if (auto* points = vtkPlotPoints::SafeDownCast(plot)) {
