@@ -174,6 +174,40 @@ TEST(Derived, solid_rotation_is_a_vortex_and_pure_strain_is_none) {
   }
 }
 
+Mat3 symmetric_part(const Mat3& m) {
+  Mat3 half = 0.5 * m;
+  const Mat3 other = 0.5 * transposed(m);
+  for (int i = 0; i < 3; ++i) half.row[i] += other.row[i];
+  return half;
+}
+
+/// How many eigenvalues of a symmetric matrix are below `t`: the negative pivots of its elimination (Sylvester).
+int eigenvalues_below(const Mat3& m, double t) {
+  const auto [xx, xy, xz] = m.row[0];
+  const double first = xx - t;
+  const double yy = m.row[1].y - t - xy * xy / first, yz = m.row[1].z - xy * xz / first;
+  const double last = m.row[2].z - t - xz * xz / first - yz * yz / yy;
+  return (first < 0.0) + (yy < 0.0) + (last < 0.0);
+}
+
+TEST(Derived, lambda2_is_the_middle_eigenvalue) {
+  std::mt19937 random(8);
+  for (int n = 0; n < 40; ++n) {
+    Mat3 j;
+    for (Vec3& row : j.row) row = {uniform(random, -3, 3), uniform(random, -3, 3), uniform(random, -3, 3)};
+    if (n % 4 == 1) j = symmetric_part(j);                                      // strain only
+    if (n % 4 == 2) j = {{{0, 0, 0}, {j.row[0].x, 0, 0}, {0, 0, j.row[2].z}}};  // shear
+    if (n % 4 == 3) j = {{{j.row[0].x, 0, 0}, {0, j.row[0].x, 0}, j.row[2]}};   // two eigenvalues close together
+    const FieldPtr lambda2 = derived(Derivation::lambda2, vectors(wide, [&](const Vec3& x) { return j * x; }));
+    const Mat3 m = symmetric_part(j * j);
+    double size = 0.0;
+    for (const Vec3& row : j.row) size += norm_squared(row);
+    const double value = lambda2->scalar(random_world(random, wide, 18.0)).value, tolerance = 1e-5 * size;
+    EXPECT_LE(eigenvalues_below(m, value - tolerance), 1) << n;
+    EXPECT_GE(eigenvalues_below(m, value + tolerance), 2) << n;
+  }
+}
+
 TEST(Derived, smoothing_adds_half_its_variance_times_the_curvature) {
   std::mt19937 random(4);
   const GridGeometry g{{41, 31, 25}, {{{1e-3, 0, 0}, {0, 1.5e-3, 0}, {0, 0, 2e-3}}}, {-0.02, -0.02, -0.02}};
