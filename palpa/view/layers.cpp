@@ -423,7 +423,7 @@ void draw_layer(vtkRenderer* renderer, const Scene& scene, const std::vector<Vie
         Vec3 position_m;
         Vec3 value;
       };
-      constexpr int longest = 16;
+      constexpr int longest = 11;
       std::vector<Glyph> glyphs;
       double fastest = 0.0;
       for (const Vec3& position : grid_positions(box, longest)) {

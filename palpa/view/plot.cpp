@@ -686,7 +686,8 @@ std::string svg_of(const Sheet& sheet, int width_px, int height_px, const std::s
   const std::string size = std::to_string(width_px) + "\" height=\"" + std::to_string(height_px);
   return "<svg xmlns=\"http://www.w3.org/2000/svg\" xmlns:xlink=\"http://www.w3.org/1999/xlink\" width=\"" + size +
          "\" viewBox=\"0 0 " + std::to_string(width_px) + " " + std::to_string(height_px) +
-         "\" font-family=\"Helvetica, Arial, 'DejaVu Sans', sans-serif\">\n" + "<g fill=\"none\" stroke-linejoin=\"round\">\n" +
+         "\" font-family=\"Helvetica, Arial, 'DejaVu Sans', sans-serif\">\n" +
+         "<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n" + "<g fill=\"none\" stroke-linejoin=\"round\">\n" +
          with_prefix(without_clips(body.str()), id_prefix) + "</g>\n" + device->texts() + "</svg>\n";
 }
 
