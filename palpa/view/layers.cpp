@@ -280,7 +280,9 @@ void draw_slices(vtkRenderer* renderer, const Field& field, const Box& box, cons
   }
 }
 
-void draw_surface(vtkRenderer* renderer, vtkPolyData* surface, const Color& color, double opacity) {
+enum class Side { both, far, near };
+
+void draw_side(vtkRenderer* renderer, vtkPolyData* surface, const Color& color, double opacity, Side side) {
   vtkNew<vtkPolyDataMapper> mapper;
   mapper->SetInputData(surface);
   vtkNew<vtkActor> actor;
@@ -292,9 +294,17 @@ void draw_surface(vtkRenderer* renderer, vtkPolyData* surface, const Color& colo
   property.SetSpecular(0.08);
   property.SetSpecularPower(20);
   property.SetOpacity(opacity);
-  // Of a translucent surface only the side to the viewer: its far side would be a second veil.
-  property.SetBackfaceCulling(opacity < 1.0);
+  property.SetFrontfaceCulling(side == Side::far);
+  property.SetBackfaceCulling(side == Side::near);
   renderer->AddActor(actor);
+}
+
+void draw_surface(vtkRenderer* renderer, vtkPolyData* surface, const Color& color, double opacity) {
+  if (opacity >= 1.0) return draw_side(renderer, surface, color, opacity, Side::both);
+  // Translucent things blend in the order in which they are drawn. The far side is a fainter veil: an open
+  // tube shows that it is one, and what lies within stays clear.
+  draw_side(renderer, surface, color, 0.5 * opacity, Side::far);
+  draw_side(renderer, surface, color, opacity, Side::near);
 }
 
 /// A cloud whose opacity is that of the layer's colours, reached over a fortieth of the box's longest side.
