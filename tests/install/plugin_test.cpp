@@ -39,7 +39,9 @@ std::string refusal(const fs::path& file, ModeCatalog& catalog) {
 std::string refusal(const fs::path& file) {
   ModeCatalog catalog = standard_modes();
   const std::string text = refusal(file, catalog);
-  if (!text.empty()) EXPECT_EQ(catalog.modes().size(), standard_modes().modes().size()) << text;
+  if (!text.empty()) {
+    EXPECT_EQ(catalog.modes().size(), standard_modes().modes().size()) << text;
+  }
   return text;
 }
 
