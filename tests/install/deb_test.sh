@@ -64,6 +64,13 @@ inside dpkg-query -W -f '${Package} ${Version} ${Installed-Size} kB\n' 'libpalpa
 inside setpriv --reuid 65534 --regid 65534 --clear-groups sh -c 'cd / && palpa demo' >"$work/demo" || fail "palpa demo"
 sed -n 1,12p "$work/demo"
 grep -q "head_phantom.toml, felt by" "$work/demo" || fail "palpa demo shows no table"
+if compgen -G "$root/usr/lib/*/libpalpa_report.so*" >/dev/null; then
+  inside sh -c 'mkdir /tmp/felt && chmod 777 /tmp/felt'
+  inside setpriv --reuid 65534 --regid 65534 --clear-groups sh -c 'cd /tmp/felt && palpa demo wing' >"$work/wing" || fail "palpa demo wing"
+  for made in report.html pictures/scene.png pictures/moment.png; do
+    [ -s "$root/tmp/felt/palpa-demo/wing/$made" ] || fail "the demo makes no $made"
+  done
+fi
 printf 'NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: ascii\n\n0 1 2 3 4 5 6 7\n' >"$root/tmp/eight.nrrd"
 if [ -e "$root/usr/libexec/palpa/palpa-read" ]; then inside palpa info /tmp/eight.nrrd | grep uint8 || fail "palpa info"; fi
 for name in palpa libpalpa-dev; do
