@@ -3,16 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdlib>
-#include <filesystem>
 
 #include "palpa/palpa.h"
 #include "tests/core/random_problems.h"
+#include "tests/laws/shipped_scenes.h"
 
 namespace palpa {
 namespace {
-
-namespace fs = std::filesystem;
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr int places = 1000;  // a sanitizer looks at every access, not at every place
@@ -27,17 +24,10 @@ constexpr int watched_ticks = 20;
 class EveryScene : public testing::TestWithParam<std::string> {};
 
 TEST_P(EveryScene, HoldsAStillHandStill) {
-  const fs::path scenes(PALPA_SCENES_FOLDER);
-  const char* shared = std::getenv("PALPA_SHARED");
-  const fs::path data = fs::path(shared ? shared : "") / "data";
-  const bool phantom = GetParam().ends_with("_phantom");
-  if (!phantom && !fs::is_directory(data)) GTEST_SKIP() << "no real data: " << data << " is not there";
-  const char* bin = std::getenv("PALPA_BIN");
-  const ReadOptions read{.reader = fs::path(bin ? bin : "") / "palpa-read"};
-  if (!phantom && !fs::exists(read.reader)) GTEST_SKIP() << "this build has no palpa-read, so no real data";
-  const Scene scene =
-      load_scene(scenes / (GetParam() + ".toml"), volume_reader(read), standard_modes(), {.data_folders = {data}, .sets = {}})
-          .scene;
+  if (const std::string missing = test::missing_for(GetParam()); !missing.empty()) GTEST_SKIP() << missing;
+  const Scene scene = load_scene(test::scene_file(GetParam()), volume_reader({.reader = test::reader()}), standard_modes(),
+                                 {.data_folders = {test::shared_data()}, .sets = {}})
+                          .scene;
 
   test::Random random(7);
   Session session(scene);
@@ -69,15 +59,8 @@ TEST_P(EveryScene, HoldsAStillHandStill) {
   EXPECT_LT(worst_n, 1e-3) << "at " << worst_m.x << ", " << worst_m.y << ", " << worst_m.z;
 }
 
-std::vector<std::string> all_scenes() {
-  std::vector<std::string> names;
-  for (const auto& file : fs::directory_iterator(PALPA_SCENES_FOLDER)) {
-    if (file.path().extension() == ".toml") names.push_back(file.path().stem());
-  }
-  std::ranges::sort(names);
-  return names;
-}
-INSTANTIATE_TEST_SUITE_P(Scenes, EveryScene, testing::ValuesIn(all_scenes()), [](const auto& scene) { return scene.param; });
+INSTANTIATE_TEST_SUITE_P(Scenes, EveryScene, testing::ValuesIn(test::shipped_scenes()),
+                         [](const auto& scene) { return scene.param; });
 
 }  // namespace
 }  // namespace palpa

@@ -1,0 +1,42 @@
+// The scenes that we ship, by name, for tests that hold for each of them.
+#pragma once
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace palpa::test {
+
+/// Names of all scenes, without ending, sorted.
+inline std::vector<std::string> shipped_scenes() {
+  std::vector<std::string> names;
+  for (const auto& file : std::filesystem::directory_iterator(PALPA_SCENES_FOLDER)) {
+    if (file.path().extension() == ".toml") names.push_back(file.path().stem());
+  }
+  std::ranges::sort(names);
+  return names;
+}
+
+inline std::filesystem::path scene_file(const std::string& name) {
+  return std::filesystem::path(PALPA_SCENES_FOLDER) / (name + ".toml");
+}
+
+/// What a variable of the environment holds, followed by a part of a path.
+inline std::filesystem::path from_environment(const char* variable, const char* part) {
+  const char* value = std::getenv(variable);
+  return std::filesystem::path(value ? value : "") / part;
+}
+inline std::filesystem::path shared_data() { return from_environment("PALPA_SHARED", "data"); }
+inline std::filesystem::path reader() { return from_environment("PALPA_BIN", "palpa-read"); }
+
+/// Why this scene cannot be felt here; empty if it can.
+inline std::string missing_for(const std::string& name) {
+  if (name.ends_with("_phantom")) return {};
+  if (!std::filesystem::is_directory(shared_data())) return "no real data: " + shared_data().string() + " is not there";
+  if (!std::filesystem::exists(reader())) return "this build has no palpa-read, so no real data";
+  return {};
+}
+
+}  // namespace palpa::test
