@@ -2,8 +2,8 @@
 //
 // A formula has data only in its box, faces included. Its spacing is the size of its finest feature over
 // a whole number, so that a path of half a spacing per step follows the feature closely. A volume has
-// one field where no other number is named. Functions with sizes throw std::invalid_argument, with a sentence, on sizes that are no
-// finite, positive numbers.
+// one field where no other number is named. Functions with sizes throw std::invalid_argument, with a sentence, on sizes that
+// are no finite, positive numbers.
 #pragma once
 
 #include <span>
