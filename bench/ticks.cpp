@@ -10,8 +10,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <cstring>
 #include <numeric>
+
+#include "run_arguments.h"
 
 namespace {
 
@@ -56,7 +57,7 @@ std::vector<double> cold_ticks_us(const Scene& scene, const Hand& hand) {
   return times_us;
 }
 
-int measure(const RunOptions& options) {
+void measure(const RunOptions& options) {
   PreparedRun prepared = prepare(options);
   const Scene& scene = prepared.loaded.scene;
 
@@ -101,28 +102,8 @@ int measure(const RunOptions& options) {
               1e6 * empty_s, tick_s / empty_s);
   std::printf("cold caches  p50 %.2f us, p99 %.2f us over %zu ticks: %.1f and %.1f warm ones\n", cold(0.50), cold(0.99),
               cold_us.size(), 1e-6 * cold(0.50) / tick_s, 1e-6 * cold(0.99) / tick_s);
-  return 0;
 }
 
 }  // namespace
 
-int main(int argc, char** argv) {
-  if (argc < 3 || argc > 5) {
-    std::fprintf(stderr, "usage: %s SCENE HAND [rigid|relaxed|firm] [DATA_FOLDER]\n", argv[0]);
-    return 2;
-  }
-  RunOptions options;
-  options.scene = argv[1];
-  options.hand = argv[2];
-  if (argc > 3)
-    options.hold = std::strcmp(argv[3], "firm") == 0      ? Hold::firm
-                   : std::strcmp(argv[3], "relaxed") == 0 ? Hold::relaxed
-                                                          : Hold::rigid;
-  if (argc > 4) options.scene_options.data_folders = {argv[4]};
-  try {
-    return measure(options);
-  } catch (const LoadError& error) {
-    std::fprintf(stderr, "bench_ticks: %s\n", error.what());
-    return 2;
-  }
-}
+int main(int argc, char** argv) { return run_with_arguments(argc, argv, "bench_ticks", measure); }

@@ -72,7 +72,6 @@ TEST_F(Report, NamesEveryModeEventSettingAndTheScene) {
 
 TEST_F(Report, ShowsTheSceneAndAMoment) {
   const std::string html = html_of(trace());
-  if (html.find("No picture: pictures:") != std::string::npos) GTEST_SKIP() << "this machine cannot draw";
   EXPECT_THAT(html, HasSubstr("src=\"data:image/png;base64,iVBORw0KGgo"));
   EXPECT_THAT(html, HasSubstr("The moment at "));
   EXPECT_THAT(html, Not(HasSubstr("No picture")));
@@ -84,7 +83,6 @@ TEST_F(Report, TheMomentIsTheSameRecordedOrFeltAgain) {
     return at == std::string::npos ? std::string() : html.substr(at, html.find("</figcaption>", at) - at);
   };
   const std::string recorded = html_of(trace("with", 1.0, true)), felt_again = html_of(trace("without", 1.0, false));
-  if (recorded.find("No picture: pictures:") != std::string::npos) GTEST_SKIP() << "this machine cannot draw";
   EXPECT_FALSE(moment_of(recorded).empty());
   EXPECT_EQ(moment_of(recorded), moment_of(felt_again));
 }

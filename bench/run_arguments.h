@@ -1,0 +1,31 @@
+// What the benchmarks of a scene under a hand are called with.
+#pragma once
+
+#include <palpa/palpa.h>
+
+#include <cstdio>
+#include <string_view>
+
+/// SCENE HAND [rigid|relaxed|firm] [DATA_FOLDER], then `measure(options)`; the exit code.
+template <class Measure>
+int run_with_arguments(int argc, char** argv, const char* name, Measure measure) {
+  if (argc < 3 || argc > 5) {
+    std::fprintf(stderr, "usage: %s SCENE HAND [rigid|relaxed|firm] [DATA_FOLDER]\n", argv[0]);
+    return 2;
+  }
+  palpa::RunOptions options;
+  options.scene = argv[1];
+  options.hand = argv[2];
+  if (argc > 3) {
+    const std::string_view hold = argv[3];
+    options.hold = hold == "firm" ? palpa::Hold::firm : hold == "relaxed" ? palpa::Hold::relaxed : palpa::Hold::rigid;
+  }
+  if (argc > 4) options.scene_options.data_folders = {argv[4]};
+  try {
+    measure(options);
+    return 0;
+  } catch (const palpa::LoadError& error) {
+    std::fprintf(stderr, "%s: %s\n", name, error.what());
+    return 2;
+  }
+}
