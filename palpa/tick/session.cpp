@@ -25,6 +25,7 @@ constexpr double trial_share = 1e-3;       // of a sample spacing: below, direct
 constexpr double arrived_m = 1e-6;         // an event this close to the balance, or trial_share, is no stop
 constexpr int max_halvings = 6;            // of a move that would raise the spring's energy
 constexpr double rest_share = 0.02;        // of a sample spacing: a move shortened below this is rest
+constexpr double rounding = 1e-12;         // of the directed forces: a change this small is none
 constexpr double least_time_share = 1e-6;  // of a sub-step's time: a drag is never posed with none
 
 bool usable(const Vec3& position_m) noexcept {
@@ -508,42 +509,51 @@ void Session::State::place(const Vec3& start_m, const Vec3& at_m, const Vec3& pr
 // length, trial points included, and a still hand comes to rest.
 void Session::State::hold_back_directed(const Vec3& at_m) noexcept {
   if (!holding) return;
-  const std::size_t placed_now = primitives.size();
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < placed_now; ++i) count += primitives[i].kind == PrimitiveKind::directed;
+  const auto force_of = [&](std::size_t i) { return primitives[i].strength_n * primitives[i].direction; };
   const auto is_placed = [&](const HeldForce& before) {
-    for (std::size_t i = 0; i < placed_now; ++i) {
+    for (std::size_t i = 0; i < primitives.size(); ++i) {
       if (primitives[i].kind == PrimitiveKind::directed && primitives[i].id == before.id) return true;
     }
     return false;
   };
-  for (const HeldForce& before : held) count += !is_placed(before);
-  if (count == 0) return;
-  const double most_n = 0.5 * scene.coupling.stiffness_n_per_m * distance(at_m, held_at_m) / static_cast<double>(count);
-
-  const auto towards = [&](const Vec3& from_n, const Vec3& to_n, std::uint16_t mode) {
-    const Vec3 change_n = to_n - from_n;
-    const double length_n = norm(change_n);
-    if (length_n <= most_n) return to_n;
-    if (!parts[mode].held_back) {
-      parts[mode].held_back = true;
-      emit({SessionEventKind::warning, mode, 0.0,
-            "a directed force changes faster than half the coupling's stiffness and is held back"});
-    }
-    return from_n + most_n / length_n * change_n;
-  };
-  for (std::size_t i = 0; i < placed_now; ++i) {
-    if (primitives[i].kind != PrimitiveKind::directed) continue;
-    const auto before = std::find_if(held.begin(), held.end(), [&](const HeldForce& h) { return h.id == primitives[i].id; });
-    const Vec3 from_n = before == held.end() ? Vec3{} : before->force_n;
-    primitives.set_directed(i, towards(from_n, primitives[i].strength_n * primitives[i].direction, primitives[i].id.mode));
-  }
+  // A mode that has fallen silent wants no force: it is let go along the path like any other.
   for (const HeldForce& before : held) {
-    if (is_placed(before)) continue;
-    const Vec3 left_n = towards(before.force_n, {}, before.id.mode);
+    if (before.force_n == Vec3{} || is_placed(before)) continue;
     primitives.begin_mode(before.id.mode);
-    if (left_n != Vec3{}) primitives.directed(before.id.slot, normalized(left_n), norm(left_n));
+    primitives.directed(before.id.slot, normalized(before.force_n), 0.0);
   }
+  const auto held_force = [&](const PrimitiveId& id) {
+    const auto before = std::find_if(held.begin(), held.end(), [&](const HeldForce& h) { return h.id == id; });
+    return before == held.end() ? Vec3{} : before->force_n;
+  };
+
+  Vec3 change_n;
+  double all_n = 0.0;
+  double largest_n = 0.0;
+  std::uint16_t fastest = 0;
+  for (std::size_t i = 0; i < primitives.size(); ++i) {
+    if (primitives[i].kind != PrimitiveKind::directed) continue;
+    const Vec3 one_n = force_of(i) - held_force(primitives[i].id);
+    change_n += one_n;
+    all_n += primitives[i].strength_n;
+    if (norm(one_n) > largest_n) {
+      largest_n = norm(one_n);
+      fastest = primitives[i].id.mode;
+    }
+  }
+  const double most_n = 0.5 * scene.coupling.stiffness_n_per_m * distance(at_m, held_at_m);
+  if (norm(change_n) <= most_n + rounding * all_n) return;
+
+  const double share = most_n / norm(change_n);
+  for (std::size_t i = 0; i < primitives.size(); ++i) {
+    if (primitives[i].kind != PrimitiveKind::directed) continue;
+    const Vec3 before_n = held_force(primitives[i].id);
+    primitives.set_directed(i, before_n + share * (force_of(i) - before_n));
+  }
+  if (parts[fastest].held_back) return;
+  parts[fastest].held_back = true;
+  emit({SessionEventKind::warning, fastest, 0.0,
+        "a directed force changes faster than half the coupling's stiffness and is held back"});
 }
 
 void Session::State::keep_directed() noexcept {

@@ -40,11 +40,13 @@ struct Well {
   static constexpr auto type = "test.well";
   FieldRef field;
   double slope_n_per_m = 100;
+  bool outwards = false;
   static constexpr auto parameters() {
-    return std::tuple{param("field", &Well::field, "where it is"), param("slope", &Well::slope_n_per_m, "L", Range{0, 1e9})};
+    return std::tuple{param("field", &Well::field, "where it is"), param("slope", &Well::slope_n_per_m, "L", Range{0, 1e9}),
+                      param("outwards", &Well::outwards, "pushes away instead")};
   }
   void place(const Here& here, PrimitiveSet& out) const noexcept {
-    const Vec3 pull_n = -slope_n_per_m * here.at_m;
+    const Vec3 pull_n = (outwards ? slope_n_per_m : -slope_n_per_m) * here.at_m;
     if (norm(pull_n) > 0) out.directed(0, normalized(pull_n), norm(pull_n));
   }
 };
@@ -108,6 +110,24 @@ TEST(DirectedForce, BelowHalfTheStiffnessNothingIsHeldBack) {
     const Vec3 p{0.01, 0.02, -0.01};
     for (int i = 0; i < 100; ++i) rest = session.tick({.position_m = p}, dt);
     EXPECT_LT(distance(rest.proxy_m, 600.0 / (600.0 + slope) * p), 1e-9);
+  }
+}
+
+// What counts is what all of them do together: one may be steeper than its share, and two may cancel.
+TEST(DirectedForce, OfSeveralModesTheSumIsLimited) {
+  for (const auto& [one, other] : {std::pair{250.0, 10.0}, std::pair{140.0, 140.0}, std::pair{2000.0, -1900.0}}) {
+    Scene scene = scene_with_ball();
+    scene.add("one", Well{.field = {"ball"}, .slope_n_per_m = one});
+    scene.add("other", Well{.field = {"ball"}, .slope_n_per_m = std::abs(other), .outwards = other < 0});
+    Session session(scene);
+    const double slope = one + other;
+    Tick t;
+    for (int i = 0; i < 300; ++i) {
+      const Vec3 p = std::min(1.0, i / 200.0) * Vec3{0.01, 0.02, -0.01};
+      t = session.tick({.position_m = p}, dt);
+      for (const SessionEvent& event : session.events()) FAIL() << event.text << " at " << one << " and " << other;
+    }
+    EXPECT_LT(distance(t.proxy_m, 600.0 / (600.0 + slope) * Vec3{0.01, 0.02, -0.01}), 1e-9) << one << " and " << other;
   }
 }
 
