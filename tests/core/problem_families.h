@@ -1,0 +1,52 @@
+// Families of balance problems, easy and degenerate: the same problems on every machine.
+#pragma once
+
+#include <span>
+
+#include "tests/core/random_problems.h"
+
+namespace palpa::test {
+
+/// A way of making problems of n primitives, 0 <= n <= 1000, all of which a PrimitiveSet accepts. `drags`
+/// also puts about half of the primitives at the start and gives them a drag: mostly up to 20 N·s/m, some
+/// 1e-9, some 1e5 N·s/m.
+///
+/// Unless said otherwise k is 300 to 3000 N/m, strengths are up to 5 N, the probe is some millimetres from
+/// the start, and anchors are at the start or some millimetres off it.
+///
+/// Ordinary:
+///   random                  anchors within centimetres of the start, the probe too
+///   haptic                  what modes place: most anchors at the start, the rest within a millimetre
+///   haptic_slipping         the same with strengths that together cannot hold the probe back
+///   at_proxy                all anchors at the start, exactly
+/// Degenerate, one trouble each:
+///   parallel_planes         planes of one normal or its opposite
+///   coincident              points and lines, several at each of a few places
+///   nearly_parallel_lines   directions 1e-9 to 1e-2 rad apart
+///   nearly_parallel_planes  normals, also opposed, 1e-9 to 1e-2 rad apart
+///   zero_strengths          every other strength is zero
+///   wide_strengths          strengths of 1e-6 to 1e3 N, log-uniform
+///   probe_on_primitives     the probe lies on every primitive
+///   stiff_coupling          k of 1e6 to 1e9 N/m
+///   far_anchors             anchors up to 1e3 m away
+///   stick_threshold         every primitive sticks with its full strength, to 1e-12 of it
+///   slab_and_wedge          planes that cannot all be satisfied
+///   soft_coupling           k of 1 to 30 N/m
+///   mixture                 all of the above in one problem
+/// Special places:
+///   all_strengths_zero      nothing pulls, but drags
+///   demand_on_anchors       probe + directed/k is exactly every anchor
+///   planes_meeting          two or three planes meet at the balance
+///   overdetermined          all primitives stick at one place, more than there are dimensions
+///   opposed_planes          pairs of opposed planes with equal strength
+///   duplicated              every primitive twice
+///   resting_corner          at rest at the start between facing planes, lines, a point: all stick
+struct Family {
+  const char* name;
+  bool at_proxy;  ///< all anchors are exactly at the start
+  Problem (*make)(Random& random, int n, bool drags);
+};
+
+std::span<const Family> families();
+
+}  // namespace palpa::test
