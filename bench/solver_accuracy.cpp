@@ -1,0 +1,570 @@
+// The exact law against the 113-bit reference, over at least a million problems of every family: true errors,
+// proven bounds, and whether each figure that was asked for is met.
+//
+//   bench_solver_accuracy [--problems 1000000] [--seed 1] [--threads 2] [--arbitrary-bits N]
+//   bench_solver_accuracy --only FAMILY,N,DRAGS,SEED
+//
+// The problems are spread over the families of tests/core/problem_families.h, with and without drags, and over
+// 0 to 64 primitives (most of them few), a few with 1000. Each is solved from nothing (cold), and again after a
+// balance of the same primitives with the probe 0.1 mm beside it (warm); shares and quantiles are of the cold
+// solves, maxima of errors are of both. The seed of a problem depends on --seed, its family and its number alone,
+// so any number of threads gives the same problems and the same answers. A problem that the reference does not
+// certify is counted and printed; its error is not used.
+//
+// --arbitrary-bits N poses N problems made of arbitrary bits instead (NaN, infinities, any exponent) and checks that
+// every answer is finite and bad input is said to be bad. --only poses one problem and prints it in full.
+//
+// The exit status is 1 if a figure is missed.
+#include <palpa/core/solver.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <bit>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "tests/core/problem_families.h"
+#include "tests/core/random_problems.h"
+#include "tests/core/reference.h"
+
+namespace {
+
+using namespace palpa;
+using test::Family;
+using test::Problem;
+using test::Random;
+
+constexpr int most_primitives = 1000;
+constexpr int stages = 4;
+
+struct Options {
+  std::int64_t problems = 1'000'000;
+  std::uint64_t seed = 1;
+  int threads = 2;
+  std::int64_t arbitrary_bits = 0;
+  std::string only;
+};
+
+/// One problem by what it is made of.
+struct Draw {
+  const Family* family = nullptr;
+  int n = 0;
+  bool drags = false;
+  std::uint64_t seed = 0;
+};
+
+/// The finaliser of splitmix64: every bit of the result depends on every bit of `x`.
+std::uint64_t mixed(std::uint64_t x) {
+  x += 0x9E3779B97F4A7C15ull;
+  x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9ull;
+  x = (x ^ (x >> 27)) * 0x94D049BB133111EBull;
+  return x ^ (x >> 31);
+}
+
+/// How many primitives problem `index` of a family has: most have up to 8, one of 5000 has 1000.
+int primitives_of(std::int64_t index) {
+  if (index % 5000 == 2500) return most_primitives;
+  Random random(mixed(static_cast<std::uint64_t>(index) + 77));
+  const int cell = random.below(1000);
+  if (cell < 10) return 0;
+  if (cell < 250) return 1 + random.below(2);
+  if (cell < 700) return 3 + random.below(4);
+  if (cell < 900) return 5 + random.below(6);
+  if (cell < 985) return 9 + random.below(8);
+  return 17 + random.below(48);
+}
+
+Draw draw(const Options& options, std::size_t family, std::int64_t index) {
+  return {&test::families()[family], primitives_of(index / 2), index % 2 == 1,
+          mixed(mixed(mixed(options.seed) + family) + static_cast<std::uint64_t>(index))};
+}
+
+Problem problem_of(const Draw& d) {
+  Random random(d.seed);
+  return d.family->make(random, d.n, d.drags);
+}
+
+struct Answer {
+  Balance balance;
+  double error_m = 0.0;  ///< against the reference; NaN where that is not certified
+  double plain_bound_m = 0.0;
+};
+
+struct Solved {
+  Draw draw;
+  int refused = 0;
+  bool certified = false;
+  double reference_bound_m = 0.0;
+  Answer cold;
+  Answer warm;
+};
+
+/// One thread's solver and set.
+class Bench {
+ public:
+  Solved solve(const Draw& d) {
+    const Problem problem = problem_of(d);
+    test::fill(set_, problem);
+    Solved solved;
+    solved.draw = d;
+    solved.refused = set_.dropped();
+    const test::Reference reference = test::reference_balance(problem);
+    solved.certified = reference.certified;
+    solved.reference_bound_m = static_cast<double>(reference.bound_m);
+    solver_.reset();
+    solved.cold = answer(problem, problem.probe_m, reference);
+    Random random(~d.seed);
+    const Vec3 before_m = problem.probe_m + 1e-4 * random.direction();
+    solver_.reset();
+    solver_.solve(set_, problem.start_m, before_m, problem.stiffness_n_per_m, problem.time_step_s);
+    solved.warm = answer(problem, problem.probe_m, reference);
+    return solved;
+  }
+
+  const Solver& solver() const { return solver_; }
+
+ private:
+  Answer answer(const Problem& problem, const Vec3& probe_m, const test::Reference& reference) {
+    Answer a;
+    a.balance = solver_.solve(set_, problem.start_m, probe_m, problem.stiffness_n_per_m, problem.time_step_s);
+    a.error_m = reference.certified ? test::error_m(reference, a.balance.position_m) : std::nan("");
+    a.plain_bound_m = test::plain_bound_m(problem, solver_.forces_n(), a.balance.position_m, unrounded_m());
+    return a;
+  }
+
+  // What the position lost when it was rounded to doubles: nothing, as far as this law says.
+  static Vec3 unrounded_m() { return {}; }
+
+  PrimitiveSet set_{most_primitives};
+  Solver solver_{most_primitives};
+};
+
+/// Not a promise kept: the true error above the returned bound, above 1e-9 m where the answer calls itself exact, a
+/// number that is not finite, a primitive refused or input called bad.
+bool fails(const Solved& s) {
+  if (s.refused > 0) return true;
+  for (const Answer* a : {&s.cold, &s.warm}) {
+    const Balance& b = a->balance;
+    if (!is_finite(b.position_m) || !std::isfinite(b.error_bound_m) || b.status == BalanceStatus::bad_input) return true;
+    if (!(a->plain_bound_m >= 0.0)) return true;
+    if (s.certified && !(a->error_m <= b.error_bound_m)) return true;
+    if (s.certified && b.status == BalanceStatus::exact && !(a->error_m <= exact_bound_m)) return true;
+  }
+  return false;
+}
+
+struct FamilyTable {
+  std::int64_t problems = 0;
+  std::int64_t uncertified = 0;
+  std::int64_t failed = 0;
+  std::int64_t plain_exact = 0;
+  std::int64_t bound_exact = 0;
+  std::int64_t capped = 0;
+  double error_max_m = 0.0;
+  double error_to_bound_max = 0.0;
+  double exact_error_max_m = 0.0;
+  double plain_bound_max_m = 0.0;
+  std::array<std::int64_t, stages> by_stage{};
+  int iterations_max = 0;
+  std::vector<double> bounds_m;
+  std::vector<Solved> failing;
+  std::vector<Solved> unusable;  ///< the reference does not certify them
+
+  void add(const Solved& s) {
+    ++problems;
+    if (fails(s)) {
+      ++failed;
+      failing.push_back(s);
+    }
+    if (!s.certified) {
+      ++uncertified;
+      unusable.push_back(s);
+    }
+    plain_exact += s.cold.plain_bound_m <= exact_bound_m;
+    bound_exact += s.cold.balance.error_bound_m <= exact_bound_m;
+    capped += s.cold.balance.status == BalanceStatus::capped;
+    plain_bound_max_m = std::max(plain_bound_max_m, s.cold.plain_bound_m);
+    ++by_stage[static_cast<std::size_t>(std::clamp(s.cold.balance.stage, 0, stages - 1))];
+    iterations_max = std::max(iterations_max, s.cold.balance.iterations);
+    bounds_m.push_back(s.cold.balance.error_bound_m);
+    if (!s.certified) return;
+    for (const Answer* a : {&s.cold, &s.warm}) {
+      error_max_m = std::max(error_max_m, a->error_m);
+      if (a->error_m > 0.0) error_to_bound_max = std::max(error_to_bound_max, a->error_m / a->balance.error_bound_m);
+      if (a->balance.status == BalanceStatus::exact) exact_error_max_m = std::max(exact_error_max_m, a->error_m);
+    }
+  }
+
+  void add(const FamilyTable& t) {
+    problems += t.problems, uncertified += t.uncertified, failed += t.failed;
+    plain_exact += t.plain_exact, bound_exact += t.bound_exact, capped += t.capped;
+    error_max_m = std::max(error_max_m, t.error_max_m);
+    error_to_bound_max = std::max(error_to_bound_max, t.error_to_bound_max);
+    exact_error_max_m = std::max(exact_error_max_m, t.exact_error_max_m);
+    plain_bound_max_m = std::max(plain_bound_max_m, t.plain_bound_max_m);
+    iterations_max = std::max(iterations_max, t.iterations_max);
+    for (int i = 0; i < stages; ++i) by_stage[i] += t.by_stage[i];
+    bounds_m.insert(bounds_m.end(), t.bounds_m.begin(), t.bounds_m.end());
+    failing.insert(failing.end(), t.failing.begin(), t.failing.end());
+    unusable.insert(unusable.end(), t.unusable.begin(), t.unusable.end());
+  }
+
+  double share(std::int64_t part) const {
+    return problems > 0 ? static_cast<double>(part) / static_cast<double>(problems) : 1.0;
+  }
+};
+
+double quantile(std::vector<double> values, double q) {
+  if (values.empty()) return 0.0;
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+std::string reproducing(const Draw& d) {
+  return std::string(d.family->name) + "," + std::to_string(d.n) + "," + (d.drags ? "1" : "0") + "," + std::to_string(d.seed);
+}
+
+void print_lines(const char* what, std::vector<Solved>& list) {
+  if (list.empty()) return;
+  std::sort(list.begin(), list.end(), [](const Solved& a, const Solved& b) {
+    return std::string_view(a.draw.family->name) != b.draw.family->name
+               ? std::string_view(a.draw.family->name) < b.draw.family->name
+               : a.draw.seed < b.draw.seed;
+  });
+  constexpr std::size_t most_lines = 200;
+  std::printf("\n%s: %zu\n", what, list.size());
+  for (std::size_t i = 0; i < std::min(list.size(), most_lines); ++i) {
+    const Solved& s = list[i];
+    std::printf("  --only %-60s", reproducing(s.draw).c_str());
+    if (!s.certified) std::printf(" reference %.1e m", s.reference_bound_m);
+    for (const auto& [name, a] : {std::pair{"cold", &s.cold}, std::pair{"warm", &s.warm}}) {
+      std::printf("  %s: error %.2e bound %.2e plain %.2e m, %s, stage %d", name, a->error_m, a->balance.error_bound_m,
+                  a->plain_bound_m, s.refused > 0 ? "primitives refused" : name_of(a->balance.status), a->balance.stage);
+    }
+    std::printf("\n");
+  }
+  if (list.size() > most_lines) std::printf("  ... and %zu more\n", list.size() - most_lines);
+}
+
+/// Draws every problem once, in `options.threads` threads.
+std::vector<FamilyTable> solve_all(const Options& options) {
+  const std::size_t families = test::families().size();
+  const std::int64_t each = (options.problems + static_cast<std::int64_t>(families) - 1) / static_cast<std::int64_t>(families);
+  constexpr std::int64_t at_once = 50;
+  std::vector<FamilyTable> tables(families);
+  std::atomic<std::int64_t> next = 0;
+  std::vector<std::vector<FamilyTable>> parts(static_cast<std::size_t>(options.threads), std::vector<FamilyTable>(families));
+  const auto work = [&](std::vector<FamilyTable>& part) {
+    Bench bench;
+    for (;;) {
+      const std::int64_t begin = at_once * next++;
+      if (begin >= each) return;
+      for (std::size_t family = 0; family < families; ++family) {
+        for (std::int64_t i = begin; i < std::min(begin + at_once, each); ++i)
+          part[family].add(bench.solve(draw(options, family, i)));
+      }
+    }
+  };
+  std::vector<std::thread> threads;
+  for (auto& part : parts) threads.emplace_back([&work, &part] { work(part); });
+  for (std::thread& thread : threads) thread.join();
+  for (const auto& part : parts) {
+    for (std::size_t family = 0; family < families; ++family) tables[family].add(part[family]);
+  }
+  return tables;
+}
+
+void print_head() {
+  std::printf("%-34s %8s %6s %9s %8s %9s %9s %10s %9s %9s %9s %7s %23s %5s\n", "family", "problems", "no ref", "max error",
+              "max", "max error", "plain", "max plain", "bound", "bound p99", "bound max", "capped", "share by stage [%]",
+              "max");
+  std::printf("%-34s %8s %6s %9s %8s %9s %9s %10s %9s %9s %9s %7s %5s %5s %5s %5s %5s\n", "", "", "", "[m]", "err/bnd",
+              "exact [m]", "<=1e-9 %", "[m]", "<=1e-9 %", "[m]", "[m]", "", "0", "1", "2", "3", "iter");
+}
+
+void print_row(const char* name, const FamilyTable& t) {
+  std::printf("%-34s %8lld %6lld %9.2e %8.2g %9.2e %9.4f %10.2e %9.4f %9.2e %9.2e %7lld", name,
+              static_cast<long long>(t.problems), static_cast<long long>(t.uncertified), t.error_max_m, t.error_to_bound_max,
+              t.exact_error_max_m, 100.0 * t.share(t.plain_exact), t.plain_bound_max_m, 100.0 * t.share(t.bound_exact),
+              quantile(t.bounds_m, 0.99), quantile(t.bounds_m, 1.0), static_cast<long long>(t.capped));
+  for (const std::int64_t count : t.by_stage) std::printf(" %5.1f", 100.0 * t.share(count));
+  std::printf(" %5d\n", t.iterations_max);
+}
+
+/// One line of the verdict; whether it is met.
+bool verdict(bool met, const std::string& what) {
+  std::printf("%-7s %s\n", met ? "met" : "MISSED", what.c_str());
+  return met;
+}
+
+std::string text(const char* format, double value) {
+  char buffer[64];
+  std::snprintf(buffer, sizeof buffer, format, value);
+  return buffer;
+}
+
+/// The share of plain bounds at most 1e-9 m that a family must reach.
+double wanted_share(const Family& family) {
+  const std::string_view name = family.name;
+  if (family.at_proxy) return 1.0;
+  if (name == "nearly_parallel_lines") return 0.99;
+  if (name == "wide_strengths") return 0.96;
+  if (name == "mixture") return 0.95;
+  return 0.999;
+}
+
+int measure(const Options& options) {
+  const auto begin = std::chrono::steady_clock::now();
+  std::vector<FamilyTable> tables = solve_all(options);
+  FamilyTable all;
+  print_head();
+  for (std::size_t i = 0; i < tables.size(); ++i) {
+    print_row(test::families()[i].name, tables[i]);
+    all.add(tables[i]);
+  }
+  print_row("all", all);
+  print_lines("problems that the reference does not certify (their errors are not used)", all.unusable);
+  print_lines("failing problems", all.failing);
+
+  std::printf("\n%lld problems, cold and warm, %lld of them without a certified reference, seed %llu, %.0f s\n",
+              static_cast<long long>(all.problems), static_cast<long long>(all.uncertified),
+              static_cast<unsigned long long>(options.seed),
+              std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+  bool met = verdict(all.failed == 0, std::to_string(all.failed) +
+                                          " problems fail: error above the bound, above 1e-9 m where exact, " +
+                                          "not finite, or refused");
+  met &= verdict(all.error_to_bound_max <= 1.0, "true error / returned bound at most " + text("%.3g", all.error_to_bound_max));
+  met &= verdict(all.exact_error_max_m <= exact_bound_m,
+                 "true error where the answer is exact at most " + text("%.3g m", all.exact_error_max_m));
+  for (std::size_t i = 0; i < tables.size(); ++i) {
+    const Family& family = test::families()[i];
+    const FamilyTable& t = tables[i];
+    const double wanted = wanted_share(family);
+    met &= verdict(t.share(t.plain_exact) >= wanted, std::string(family.name) + ": plain bound <= 1e-9 m in " +
+                                                         text("%.4f %%", 100.0 * t.share(t.plain_exact)) +
+                                                         " (asked: " + text("%g %%)", 100.0 * wanted));
+    if (family.at_proxy) {
+      met &= verdict(t.bound_exact == t.problems, std::string(family.name) + ": returned bound <= 1e-9 m in " +
+                                                      text("%.4f %%", 100.0 * t.share(t.bound_exact)) + " (asked: 100 %)");
+    }
+  }
+  return met ? 0 : 1;
+}
+
+// --only
+
+void print(const char* name, const Vec3& v) { std::printf("%s %.17g %.17g %.17g\n", name, v.x, v.y, v.z); }
+
+int measure_one(const std::string& which) {
+  const std::size_t first = which.find(','), second = which.find(',', first + 1), third = which.find(',', second + 1);
+  if (third == std::string::npos) {
+    std::fputs("bench_solver_accuracy: --only takes FAMILY,N,DRAGS,SEED\n", stderr);
+    return 2;
+  }
+  Draw d;
+  for (const Family& family : test::families()) {
+    if (which.substr(0, first) == family.name) d.family = &family;
+  }
+  d.n = std::atoi(which.c_str() + first + 1);
+  d.drags = which[second + 1] == '1';
+  d.seed = std::strtoull(which.c_str() + third + 1, nullptr, 10);
+  if (d.family == nullptr || d.n < 0 || d.n > most_primitives) {
+    std::fputs("bench_solver_accuracy: --only names no family, or not 0 to 1000 primitives; the families are\n", stderr);
+    for (const Family& family : test::families()) std::fprintf(stderr, "  %s\n", family.name);
+    return 2;
+  }
+  const Problem problem = problem_of(d);
+  print("start [m]", problem.start_m);
+  print("probe [m]", problem.probe_m);
+  std::printf("k [N/m] %.17g   T [s] %.17g\n", problem.stiffness_n_per_m, problem.time_step_s);
+  for (const Primitive& p : problem.primitives) {
+    std::printf("%-8s strength %.17g N, drag %.17g N s/m", name_of(p.kind), p.strength_n, p.drag_ns_per_m);
+    print(", at [m]", p.position_m);
+    print("         direction", p.direction);
+  }
+  Bench bench;
+  const Solved s = bench.solve(d);
+  const test::Reference reference = test::reference_balance(problem);
+  print("reference [m]",
+        {static_cast<double>(reference.x_m[0]), static_cast<double>(reference.x_m[1]), static_cast<double>(reference.x_m[2])});
+  std::printf("reference's bound %.3e m, %s, %d iterations; %d primitives refused\n", s.reference_bound_m,
+              s.certified ? "certified" : "NOT certified", reference.iterations, s.refused);
+  for (const auto& [name, a] : {std::pair{"cold", &s.cold}, std::pair{"warm", &s.warm}}) {
+    print(name, a->balance.position_m);
+    std::printf("  error %.3e, bound %.3e, plain bound %.3e m; %s, stage %d, %d iterations\n", a->error_m,
+                a->balance.error_bound_m, a->plain_bound_m, name_of(a->balance.status), a->balance.stage,
+                a->balance.iterations);
+  }
+  std::printf("%s\n", fails(s) ? "FAILS" : "holds");
+  return fails(s) ? 1 : 0;
+}
+
+// --arbitrary-bits
+
+/// Any double: arbitrary bits, a special value, or an ordinary one.
+double any_double(Random& random) {
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  constexpr double special[] = {0.0,
+                                -0.0,
+                                1.0,
+                                -1.0,
+                                nan,
+                                inf,
+                                -inf,
+                                std::numeric_limits<double>::max(),
+                                std::numeric_limits<double>::lowest(),
+                                std::numeric_limits<double>::min(),
+                                std::numeric_limits<double>::denorm_min(),
+                                1e6,
+                                1e9,
+                                1e12,
+                                1e-15};
+  switch (random.below(4)) {
+    case 0: return std::bit_cast<double>(random.bits());
+    case 1: return special[random.below(std::size(special))];
+    default: return std::pow(10.0, random.uniform(-9, 3)) * (random.below(2) == 0 ? 1.0 : -1.0);
+  }
+}
+
+Vec3 any_vector(Random& random) { return {any_double(random), any_double(random), any_double(random)}; }
+
+/// Mostly usable numbers, so that a problem is not always refused for its first one.
+double mostly(Random& random, double low, double high) {
+  return random.below(4) > 0 ? random.uniform(low, high) : any_double(random);
+}
+Vec3 mostly_in_cube(Random& random, double half) { return random.below(4) > 0 ? random.in_cube(half) : any_vector(random); }
+
+Problem arbitrary_problem(Random& random) {
+  Problem problem;
+  problem.start_m = mostly_in_cube(random, 0.05);
+  problem.probe_m = mostly_in_cube(random, 0.05);
+  problem.stiffness_n_per_m = mostly(random, 1.0, 3000.0);
+  problem.time_step_s = mostly(random, 1e-4, 2e-3);
+  const int n = random.below(9);
+  for (int i = 0; i < n; ++i) {
+    Primitive p;
+    p.kind = test::random_kind(random);
+    p.id.slot = static_cast<std::uint16_t>(i);
+    p.position_m = random.below(2) == 0 ? problem.start_m : mostly_in_cube(random, 0.05);
+    p.direction = random.below(4) > 0 ? random.direction() : any_vector(random);
+    p.strength_n = mostly(random, 0.0, 5.0);
+    p.drag_ns_per_m = random.below(2) == 0 ? 0.0 : mostly(random, 0.0, 20.0);
+    problem.primitives.push_back(p);
+  }
+  return problem;
+}
+
+bool usable(const Vec3& x_m) {  // NaN and infinities are not
+  return std::abs(x_m.x) <= largest_position_m && std::abs(x_m.y) <= largest_position_m &&
+         std::abs(x_m.z) <= largest_position_m;
+}
+
+/// What an answer must be whatever was asked; null if it is.
+const char* wrong(const PrimitiveSet& set, const Problem& problem, const Solver& solver, const Balance& b) {
+  const double k = problem.stiffness_n_per_m;
+  if (set.size() + static_cast<std::size_t>(set.dropped()) != problem.primitives.size())
+    return "a primitive was lost uncounted";
+  if (solver.forces_n().size() != set.size()) return "not one force for each primitive";
+  if (!is_finite(b.position_m)) return "position not finite";
+  if (!std::isfinite(b.error_bound_m) || b.error_bound_m < 0.0) return "bound not finite";
+  for (const Vec3& u : solver.forces_n()) {
+    if (!is_finite(u)) return "force not finite";
+  }
+  bool drags = false;
+  for (const Primitive& p : set.primitives()) drags = drags || p.drag_ns_per_m > 0.0;
+  const bool bad = !(k > 0.0) || !std::isfinite(k) || !usable(problem.start_m) || !usable(problem.probe_m) ||
+                   (drags && (!(problem.time_step_s > 0.0) || !std::isfinite(problem.time_step_s)));
+  if (bad && b.status != BalanceStatus::bad_input) return "bad input taken for good";
+  if (b.status == BalanceStatus::bad_input) {
+    for (const Vec3& u : solver.forces_n()) {
+      if (u != Vec3{}) return "a force in spite of bad input";
+    }
+    if (usable(problem.start_m) && b.position_m != problem.start_m) return "bad input moved the proxy";
+  }
+  if (b.status == BalanceStatus::exact && !(b.error_bound_m <= exact_bound_m)) return "exact with a bound above 1e-9 m";
+  return nullptr;
+}
+
+int measure_arbitrary_bits(const Options& options) {
+  std::atomic<std::int64_t> next = 0, bad = 0, refused = 0, capped = 0, wrongs = 0;
+  const auto work = [&] {
+    PrimitiveSet set(64);
+    Solver solver(64);
+    for (;;) {
+      const std::int64_t pair = next++;
+      if (2 * pair >= options.arbitrary_bits) return;
+      solver.reset();  // the second of a pair starts warm, from the forces of quite another problem
+      for (const std::int64_t index : {2 * pair, 2 * pair + 1}) {
+        Random random(mixed(mixed(options.seed) + static_cast<std::uint64_t>(index)));
+        const Problem problem = arbitrary_problem(random);
+        test::fill(set, problem);
+        refused += set.dropped();
+        const Balance b = solver.solve(set, problem.start_m, problem.probe_m, problem.stiffness_n_per_m, problem.time_step_s);
+        bad += b.status == BalanceStatus::bad_input;
+        capped += b.status == BalanceStatus::capped;
+        if (const char* what = wrong(set, problem, solver, b)) {
+          if (wrongs++ < 20) std::printf("problem %lld: %s\n", static_cast<long long>(index), what);
+        }
+      }
+    }
+  };
+  std::vector<std::thread> threads;
+  for (int i = 0; i < options.threads; ++i) threads.emplace_back(work);
+  for (std::thread& thread : threads) thread.join();
+  std::printf("%lld problems of arbitrary bits: %lld said to be bad input, %lld primitives refused, %lld capped\n",
+              static_cast<long long>(options.arbitrary_bits), static_cast<long long>(bad), static_cast<long long>(refused),
+              static_cast<long long>(capped));
+  return verdict(wrongs == 0, std::to_string(wrongs) + " answers are wrong: not finite, or bad input not said to be bad") ? 0
+                                                                                                                          : 1;
+}
+
+std::optional<Options> options_of(int argc, char** argv) {
+  Options options;
+  for (int i = 1; i < argc; i += 2) {
+    const std::string_view key = argv[i];
+    if (i + 1 >= argc) return std::nullopt;
+    const char* value = argv[i + 1];
+    if (key == "--problems") {
+      options.problems = std::atoll(value);
+    } else if (key == "--seed") {
+      options.seed = std::strtoull(value, nullptr, 10);
+    } else if (key == "--threads") {
+      options.threads = std::atoi(value);
+    } else if (key == "--arbitrary-bits") {
+      options.arbitrary_bits = std::atoll(value);
+    } else if (key == "--only") {
+      options.only = value;
+    } else {
+      return std::nullopt;
+    }
+  }
+  if (options.problems < 1 || options.threads < 1 || options.arbitrary_bits < 0) return std::nullopt;
+  return options;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::optional<Options> options = options_of(argc, argv);
+  if (!options) {
+    std::fputs(
+        "usage: bench_solver_accuracy [--problems N] [--seed N] [--threads N] [--arbitrary-bits N]\n"
+        "       bench_solver_accuracy --only FAMILY,N,DRAGS,SEED\n",
+        stderr);
+    return 2;
+  }
+  if (!options->only.empty()) return measure_one(options->only);
+  if (options->arbitrary_bits > 0) return measure_arbitrary_bits(*options);
+  return measure(*options);
+}
