@@ -45,6 +45,8 @@ using test::Random;
 
 constexpr int most_primitives = 1000;
 constexpr int stages = 4;
+// The reference rounds to 113 bits: less than this is no error of the law (whose bound may be 0).
+constexpr double reference_rounding_m = 1e-30;
 
 struct Options {
   std::int64_t problems = 1'000'000;
@@ -137,6 +139,7 @@ class Bench {
     Answer a;
     a.balance = solver_.solve(set_, problem.start_m, probe_m, problem.stiffness_n_per_m, problem.time_step_s);
     a.error_m = reference.certified ? test::error_m(reference, a.balance.position_m) : std::nan("");
+    if (a.error_m < reference_rounding_m) a.error_m = 0.0;
     a.plain_bound_m = test::plain_bound_m(problem, solver_.forces_n(), a.balance.position_m, unrounded_m());
     return a;
   }
@@ -260,7 +263,7 @@ void print_lines(const char* what, std::vector<Solved>& list) {
 std::vector<FamilyTable> solve_all(const Options& options) {
   const std::size_t families = test::families().size();
   const std::int64_t each = (options.problems + static_cast<std::int64_t>(families) - 1) / static_cast<std::int64_t>(families);
-  constexpr std::int64_t at_once = 50;
+  constexpr std::int64_t at_once = 10;
   std::vector<FamilyTable> tables(families);
   std::atomic<std::int64_t> next = 0;
   std::vector<std::vector<FamilyTable>> parts(static_cast<std::size_t>(options.threads), std::vector<FamilyTable>(families));
