@@ -214,10 +214,18 @@ Area area_of(const Plot& plot, const vtkRectf& place, float scale) {
   std::pair<double, double> xs = plot.x_range.value_or(extent(
       plot, [](const Series& s, std::size_t i) { return s.xs[i]; }, infinity, -infinity));
   if (!std::isfinite(xs.first) || !std::isfinite(xs.second)) xs = {0.0, 1.0};
-  const std::pair<double, double> ys = plot.y_range.value_or(extent(
-      plot, [](const Series& s, std::size_t i) { return s.ys[i]; }, 0.0, 0.0));
+  const double least = plot.y_log ? infinity : 0.0;  // a linear axis has zero on it
+  std::pair<double, double> ys = plot.y_range.value_or(extent(
+      plot, [](const Series& s, std::size_t i) { return s.ys[i]; }, least, -least));
+  if (!std::isfinite(ys.first) || !std::isfinite(ys.second)) ys = {0.0, 1.0};
+  const auto wanted_of = [](int wanted, const std::pair<double, double>& range, bool log) {
+    const int decades = static_cast<int>(std::clamp(range.second - range.first, 1.0, 700.0));
+    return log ? std::min(wanted, decades) : wanted;
+  };
+  const int high = std::max(3, static_cast<int>(place.GetHeight() / (55 * scale)));
   Area area;
-  area.y = ticks_of(ys.first, ys.second, !plot.y_range, std::max(3, static_cast<int>(place.GetHeight() / (55 * scale))));
+  area.y = ticks_of(ys.first, ys.second, !plot.y_range, wanted_of(high, ys, plot.y_log));
+  if (plot.y_log) name_powers(area.y);
 
   float left = 0, right = 18;
   for (const std::string& label : area.y.labels) left = std::max(left, width_of(label, label_size));
@@ -227,22 +235,29 @@ Area area_of(const Plot& plot, const vtkRectf& place, float scale) {
   const float bottom = plot.x_label.empty() ? 24.0f : 44.0f;
   area.place = vtkRectf(place.GetX() + left * scale, place.GetY() + bottom * scale, place.GetWidth() - (left + right) * scale,
                         place.GetHeight() - (top + bottom) * scale);
-  const int wanted = std::max(3, static_cast<int>(area.place.GetWidth() / (65 * scale)));
-  const int decades = static_cast<int>(std::clamp(xs.second - xs.first, 1.0, 700.0));
-  area.x = ticks_of(xs.first, xs.second, false, plot.x_log ? std::min(wanted, decades) : wanted);
+  const int wide = std::max(3, static_cast<int>(area.place.GetWidth() / (65 * scale)));
+  area.x = ticks_of(xs.first, xs.second, false, wanted_of(wide, xs, plot.x_log));
   if (plot.x_log) name_powers(area.x);
   return area;
 }
 
-/// With x values for their decimal logarithms, so that all that is drawn is linear.
+/// With decimal logarithms for the values along axes that go by powers of ten, so that all that is drawn is linear.
 Plot by_powers_of_ten(Plot plot) {
-  const auto log = [](double& x) { x = x > 0.0 ? std::log10(x) : std::numeric_limits<double>::quiet_NaN(); };
-  for (Series& series : plot.series) std::for_each(series.xs.begin(), series.xs.end(), log);
-  for (Mark& mark : plot.marks) log(mark.x);
-  if (plot.x_range) {
-    log(plot.x_range->first);
-    log(plot.x_range->second);
+  const auto log = [](double& value) { value = value > 0.0 ? std::log10(value) : std::numeric_limits<double>::quiet_NaN(); };
+  const auto log_of_both = [&](std::optional<std::pair<double, double>>& range) {
+    if (!range) return;
+    log(range->first);
+    log(range->second);
+  };
+  for (Series& series : plot.series) {
+    if (plot.x_log) std::for_each(series.xs.begin(), series.xs.end(), log);
+    if (plot.y_log) std::for_each(series.ys.begin(), series.ys.end(), log);
   }
+  if (plot.x_log) {
+    for (Mark& mark : plot.marks) log(mark.x);
+    log_of_both(plot.x_range);
+  }
+  if (plot.y_log) log_of_both(plot.y_range);
   return plot;
 }
 
@@ -314,7 +329,7 @@ void add_label(vtkContextScene* scene, const std::string& label, float x_px, flo
 }
 
 void add_chart(vtkContextScene* scene, const Plot& given, const vtkRectf& place, float scale) {
-  const Plot plot = given.x_log ? by_powers_of_ten(given) : given;
+  const Plot plot = by_powers_of_ten(given);
   const Area area = area_of(plot, place, scale);
   vtkNew<vtkChartXY> chart;
   scene->AddItem(chart);

@@ -44,6 +44,7 @@ struct Plot {
   std::optional<std::pair<double, double>> x_range{};  ///< in the axis' own unit; none: all that is there
   std::optional<std::pair<double, double>> y_range{};  ///< in the axis' own unit; none: all that is there, zero among it
   bool x_log = false;                                  ///< the x axis goes by powers of ten; what is not above zero is left out
+  bool y_log = false;                                  ///< the same for the y axis
 };
 
 /// A point of a drawing.

@@ -137,6 +137,22 @@ TEST(Svg, AnAxisByPowersOfTenSaysThem) {
   }
 }
 
+TEST(Svg, AnUprightAxisByPowersOfTenSaysThem) {
+  Plot plot{.title = "powers", .series = {{.xs = {1, 2, 3, 4}, .ys = {1e-5, 1e-3, 0.1, 10.0}}}, .y_log = true};
+  const std::string svg = svg_of(plot, 400, 500);
+  for (const char* text : {"1e-5", "0.001", "0.1", "10"}) EXPECT_THAT(svg, HasSubstr(">" + std::string(text) + "</text>"));
+  for (const double none : {0.0, -2.0, std::numeric_limits<double>::infinity()}) {
+    Plot more = plot;
+    more.series[0].xs.push_back(2.5);
+    more.series[0].ys.push_back(none);
+    EXPECT_EQ(svg_of(more, 400, 500), svg) << none;
+  }
+  for (const auto& [low, high] : {std::pair{0.0, 1.0}, {-1.0, 1.0}, {1.0, 1.0}, {1e-300, 1e300}, {3.0, 4.0}}) {
+    plot.y_range = {low, high};
+    EXPECT_EQ(markup_error(svg_of(plot), false), "") << low << " " << high;
+  }
+}
+
 TEST(Svg, IdsBeginWithTheirPrefix) {
   const std::string svg = svg_of(some_plot(), 700, 300, "a-");
   EXPECT_EQ(markup_error(svg, false), "");
