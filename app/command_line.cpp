@@ -161,7 +161,8 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   report_command->footer("Example:\n  palpa report first-trace");
 
   FiguresArguments figures;
-  CLI::App* figures_command = app.add_subcommand("figures", "Draw the paper's figures from this program's own answers");
+  CLI::App* figures_command =
+      app.add_subcommand("figures", "Draw the paper's and the theory's figures from this program's own answers");
   figures_command->add_option("--out", figures.out, "folder to write into (figures)")->type_name("DIR");
   figures_command->footer("Example:\n  palpa figures --out figures");
 

@@ -1,10 +1,12 @@
 #include <cstdio>
+#include <utility>
 
 #include "app/commands.h"
 #ifdef PALPA_APP_HAS_VIEW
 #include "app/scenes_folder.h"
 #include "app/terminal.h"
 #include "palpa/report/figures.h"
+#include "palpa/report/theory_figures.h"
 #endif
 
 namespace palpa::app {
@@ -17,6 +19,7 @@ int run_figures(const FiguresArguments& arguments) {
   } catch (const LoadError& error) {
     print_warnings({std::string("the figure of the laws is left out: ") + error.what()});
   }
+  for (Figure& figure : theory_figures()) figures.push_back(std::move(figure));
   for (const std::filesystem::path& file : write_figures(arguments.out, figures)) std::printf("%s\n", file.c_str());
   return 0;
 #else

@@ -1,0 +1,61 @@
+// The numbers in the figures of docs/theory.md obey the statements that they illustrate.
+#include "palpa/report/theory_figures.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/report/markup.h"
+
+namespace palpa {
+namespace {
+
+TEST(TheoryFigures, AreWellFormedAndSayWhatTheyShow) {
+  const std::vector<Figure> figures = theory_figures();
+  EXPECT_THAT(figures, testing::SizeIs(5));
+  for (const Figure& figure : figures) {
+    EXPECT_THAT(figure.name, testing::StartsWith("theory-"));
+    EXPECT_GT(figure.caption.size(), 40u) << figure.name;
+    const std::string svg = svg_of(figure.sheet, figure.width_px, figure.height_px);
+    EXPECT_EQ(markup_error(svg, false), "") << figure.name;
+    EXPECT_EQ(svg, svg_of(figure.sheet, figure.width_px, figure.height_px)) << figure.name;
+    for (const auto& panel : figure.sheet.panels) {
+      const Plot* plot = std::get_if<Plot>(&panel);
+      if (!plot) continue;
+      EXPECT_FALSE(plot->x_label.empty() || plot->y_label.empty()) << figure.name;
+      for (const Series& series : plot->series) {
+        EXPECT_FALSE(series.xs.empty()) << figure.name << " " << series.name;
+        EXPECT_EQ(series.xs.size(), series.ys.size());
+      }
+    }
+  }
+}
+
+TEST(TheoryFigures, BoundsLieAboveErrors) {
+  for (unsigned seed = 1; seed <= 100; ++seed) {
+    for (const detail::NearBalance& near : detail::sweeps_towards_balance(seed, 30))
+      EXPECT_GE(near.bound_m, near.error_m - 1e-9) << seed;
+  }
+}
+
+TEST(TheoryFigures, SweepsLeaveTheSquaredCosineOfTheError) {
+  for (const double angle_deg : {5.0, 30.0, 70.0}) {
+    const std::vector<double> distances_m = detail::sweeps_into_edge(angle_deg, 100000);
+    EXPECT_LT(distances_m.back(), 1e-9) << angle_deg;
+    const double squared = std::pow(std::cos(angle_deg * std::numbers::pi / 180.0), 2);
+    for (std::size_t i = 1; i + 1 < distances_m.size(); ++i)
+      EXPECT_NEAR(distances_m[i] / distances_m[i - 1], squared, 1e-4) << angle_deg;
+  }
+}
+
+TEST(TheoryFigures, StepsThroughTheProxyLeakNoMoreThanProvenOthersDo) {
+  int above = 0;
+  for (const detail::EnergyOfStep& step : detail::random_steps(false, 1000)) EXPECT_LE(step.leak_j, step.bound_j + 1e-11);
+  for (const detail::EnergyOfStep& step : detail::random_steps(true, 1000)) above += step.leak_j > step.bound_j;
+  EXPECT_GT(above, 50);
+}
+
+}  // namespace
+}  // namespace palpa
