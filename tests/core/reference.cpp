@@ -390,8 +390,15 @@ double error_m(const Reference& reference, const Vec3& position_m) {
 }
 
 double plain_bound_m(const Problem& problem, std::span<const Vec3> forces_n, const Vec3& position_m, const Vec3& remainder_m) {
-  return static_cast<double>(
-      bound_of(problem, V<Quad>(position_m) + V<Quad>(remainder_m), [&](std::size_t i) { return V<Quad>(forces_n[i]); }));
+  // A double can say s e only to a few ulp, which would cost s|R| ulp in the gap however good the answer is: a
+  // force that is as long as its strength but for rounding counts as exactly so long.
+  return static_cast<double>(bound_of(problem, V<Quad>(position_m) + V<Quad>(remainder_m), [&](std::size_t i) {
+    const Primitive& p = problem.primitives[i];
+    const V<Quad> u(forces_n[i]);
+    const Quad length = root(dot(u, u)), s = p.strength_n;
+    const bool full = p.drag_ns_per_m == 0.0 && length > 0 && length - s < Quad(1e-15) * s && s - length < Quad(1e-15) * s;
+    return full ? (s / length) * u : u;
+  }));
 }
 
 }  // namespace palpa::test
