@@ -1,0 +1,287 @@
+#include "palpa/core/split.h"
+
+#include <array>
+#include <limits>
+#include <utility>
+
+namespace palpa {
+
+// The least split
+//
+// Primitives that stick may exert any force u_i of a set U_i = s_i B_i: s its strength, B_i the unit ball
+// (point), the unit disc across q (line), the segment from 0 to q (plane). What is shown is
+//     minimise ½ Σ |u_i|²/s_i   over u_i ∈ U_i with Σ u_i = F,
+// F the total of the split that is given. With a multiplier λ for the total, each force is on its own:
+//     u_i(λ) = s_i b_i(λ),   b_i(λ) = the point of B_i next to λ,
+// and λ maximises the concave, once differentiable dual
+//     g(λ) = F·λ − Σ s_i h_i(λ),   ∇h_i = b_i   (Huber's functions),   ∇g = F − Σ u_i(λ) =: e.
+// Three unknowns, however many primitives, and nothing in them knows of an order.
+//
+// Newton's method on e(λ) = 0. All is divided by Σs, so that weights sum to 1:
+//   1. D = Σ w_i ∂b_i/∂λ is a sum of outer products of single directions, w·aaᵀ:
+//        point, line  inside |v| ≤ 1 (v = the part of λ in its span): every direction of its span, w
+//                     outside: those across v, w/|v|
+//        plane        0 ≤ q·λ ≤ 1: q, w; else none
+//   2. δ = Σ_j v_j (v_j·e)/(σ_j² + ρ_j) over the principal directions v_j of D. Directions in which e is rounding are
+//      left out: nobody may hold them. ρ_j = 1e-4 (v_j·e)² bounds steps where all are at their limits (D = 0), and
+//      vanishes faster than e.
+//   3. g is concave along δ, so its slope δ·e only falls. Where it has fallen far below 0, shorten δ to where it
+//      is about 0: nearer, and a plane that sets in on the way would be overlooked again.
+// Where F is on the border of ΣU_i, λ may be at infinity (a plane that pushes across the way in which a
+// point is at its limit). Then e halves with each step, and the steps end at their cap.
+//
+// Primitives that are parallel up to a small angle θ are told apart by a λ of length 1/θ, and D has the
+// eigenvalue σ² = θ². Two things keep that from spoiling the total: D is never formed, only its triangular root R
+// (RᵀR = D), from its directions by rotations; and λ is kept, and met with directions, to 106 bits.
+
+namespace {
+
+constexpr double ulp = std::numeric_limits<double>::epsilon();
+constexpr int max_steps = 100;
+constexpr int max_shortenings = 60;
+constexpr double ridge_per_error_squared = 1e-4;
+constexpr double within_strength = 1.0 + 1e-9;  // a force is as long as its strength up to rounding
+constexpr double least_ridge = 1e-30;           // below it R is rounding
+constexpr int jacobi_sweeps = 8;                // six are enough for any 3×3 matrix
+
+// The unevaluated sum of two doubles.
+struct Wide {
+  double high = 0.0;
+  double low = 0.0;
+};
+
+Wide sum(const Wide& a, double b) noexcept {
+  const double high = a.high + b;
+  const double part = high - a.high;
+  return {high, a.low + ((a.high - (high - part)) + (b - part))};
+}
+
+// a + b c
+Wide sum_with_product(const Wide& a, const Wide& b, double c) noexcept {
+  const double product = b.high * c;
+  Wide all = sum(a, product);
+  all.low += std::fma(b.high, c, -product) + b.low * c;
+  return all;
+}
+
+struct WideVec3 {
+  Wide x, y, z;
+};
+
+WideVec3 sum(const WideVec3& a, const Vec3& b) noexcept { return {sum(a.x, b.x), sum(a.y, b.y), sum(a.z, b.z)}; }
+
+double value(const Wide& a) noexcept { return a.high + a.low; }
+Vec3 value(const WideVec3& a) noexcept { return {value(a.x), value(a.y), value(a.z)}; }
+
+double dot(const WideVec3& a, const Vec3& b) noexcept {
+  return value(sum_with_product(sum_with_product(sum_with_product({}, a.x, b.x), a.y, b.y), a.z, b.z));
+}
+Vec3 cross(const WideVec3& a, const Vec3& b) noexcept {
+  return {value(sum_with_product(sum_with_product({}, a.y, b.z), a.z, -b.y)),
+          value(sum_with_product(sum_with_product({}, a.z, b.x), a.x, -b.z)),
+          value(sum_with_product(sum_with_product({}, a.x, b.y), a.y, -b.x))};
+}
+
+// The part of λ in a primitive's span, q taken as exactly of unit length; a plane's is q·λ, a number.
+struct Demand {
+  Vec3 v;
+  double along_normal = 0.0;
+};
+
+Demand demand(const Primitive& p, const WideVec3& lambda) noexcept {
+  const Vec3& q = p.direction;
+  switch (p.kind) {
+    case PrimitiveKind::point: return {value(lambda)};
+    case PrimitiveKind::line: return {cross(q, cross(lambda, q)) / norm_squared(q)};
+    case PrimitiveKind::plane: return {{}, dot(lambda, q) / norm(q)};
+    case PrimitiveKind::directed: break;
+  }
+  return {};
+}
+
+// b(λ): the point of the primitive's unit set next to λ.
+Vec3 nearest(const Primitive& p, const WideVec3& lambda) noexcept {
+  const Demand d = demand(p, lambda);
+  if (p.kind == PrimitiveKind::plane) return (std::clamp(d.along_normal, 0.0, 1.0) / norm(p.direction)) * p.direction;
+  return shortened(d.v, 1.0);
+}
+
+WideVec3 wide(const Vec3& a) noexcept { return sum(WideVec3{}, a); }
+
+// Two unit vectors across `a` and each other.
+std::array<Vec3, 2> across(const Vec3& a) noexcept {
+  const Vec3 e = normalized(a);
+  const Vec3 first = normalized(std::abs(e.x) < 0.6 ? cross(e, Vec3{1, 0, 0}) : cross(e, Vec3{0, 1, 0}));
+  return {first, cross(e, first)};
+}
+
+// An upper triangular R with RᵀR = Σ w aaᵀ.
+class Root {
+ public:
+  void add(double weight_root, const Vec3& a) noexcept {
+    double row[3] = {weight_root * a.x, weight_root * a.y, weight_root * a.z};
+    for (int k = 0; k < 3; ++k) {
+      const double length = std::sqrt(r_[k][k] * r_[k][k] + row[k] * row[k]);
+      if (!(length > 0.0)) continue;
+      const double c = r_[k][k] / length;
+      const double s = row[k] / length;
+      for (int j = k; j < 3; ++j) {
+        const double above = r_[k][j];
+        r_[k][j] = c * above + s * row[j];
+        row[j] = c * row[j] - s * above;
+      }
+    }
+  }
+
+  // δ of step 2. Rotations of pairs of R's columns make them orthogonal (one-sided Jacobi): what is rotated
+  // along becomes the v_j, and the columns' lengths are the σ_j.
+  Vec3 newton_step(const Vec3& e, double rounding) const noexcept {
+    Vec3 column[3] = {{r_[0][0], 0, 0}, {r_[0][1], r_[1][1], 0}, {r_[0][2], r_[1][2], r_[2][2]}};
+    Vec3 v[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    for (int sweep = 0; sweep < jacobi_sweeps; ++sweep) {
+      for (const auto& [i, j] : {std::pair{0, 1}, std::pair{0, 2}, std::pair{1, 2}}) {
+        const double both = dot(column[i], column[j]);
+        const double difference = norm_squared(column[j]) - norm_squared(column[i]);
+        if (both == 0.0) continue;
+        const double zeta = difference / (2.0 * both);
+        const double t = std::copysign(1.0, zeta) / (std::abs(zeta) + std::sqrt(1.0 + zeta * zeta));
+        const double c = 1.0 / std::sqrt(1.0 + t * t);
+        for (Vec3* turned : {column, v}) {
+          const Vec3 before = turned[i];
+          turned[i] = c * (before - t * turned[j]);
+          turned[j] = c * (turned[j] + t * before);
+        }
+      }
+    }
+    Vec3 delta;
+    for (int j = 0; j < 3; ++j) {
+      const double left = dot(v[j], e);
+      const double ridge = std::max(least_ridge, ridge_per_error_squared * left * left);
+      if (std::abs(left) > rounding) delta += (left / (norm_squared(column[j]) + ridge)) * v[j];
+    }
+    return delta;
+  }
+
+ private:
+  double r_[3][3] = {};
+};
+
+// Adds w ∂b/∂λ of one primitive.
+void add_derivative(Root& root, const Primitive& p, double weight, const WideVec3& lambda) noexcept {
+  const Demand d = demand(p, lambda);
+  if (p.kind == PrimitiveKind::plane) {
+    if (d.along_normal >= 0.0 && d.along_normal <= 1.0) root.add(std::sqrt(weight), normalized(p.direction));
+    return;
+  }
+  const double length = norm(d.v);
+  const bool inside = length <= 1.0;
+  const double weight_root = std::sqrt(inside ? weight : weight / length);
+  if (p.kind == PrimitiveKind::line) {
+    if (!inside) return root.add(weight_root, normalized(cross(p.direction, d.v)));
+    for (const Vec3& a : across(p.direction)) root.add(weight_root, a);
+    return;
+  }
+  for (const Vec3& a : across(inside ? Vec3{1, 0, 0} : d.v)) root.add(weight_root, a);
+  if (inside) root.add(weight_root, {1, 0, 0});
+}
+
+}  // namespace
+
+bool is_exchangeable(const Primitive& p, const Vec3& force_n, const Balance& balance) noexcept {
+  const bool sound = p.strength_n > 0.0 && p.strength_n <= largest_strength_n && is_finite(p.position_m) &&
+                     is_finite(force_n) && (p.kind == PrimitiveKind::point || std::abs(norm_squared(p.direction) - 1.0) < 1e-6);
+  return sound && norm(force_n) <= within_strength * p.strength_n && state_at(p, balance) == PrimitiveState::stick;
+}
+
+bool split_is_shared(std::span<const Primitive> primitives, std::span<const Vec3> forces_n, const Balance& balance) noexcept {
+  // Gram–Schmidt over the spans of what sticks: three directions are all there are.
+  std::array<Vec3, 3> basis;
+  std::size_t rank = 0;
+  std::size_t held = 0;
+  const auto take = [&](Vec3 direction) {
+    ++held;
+    for (std::size_t b = 0; b < rank; ++b) direction -= dot(direction, basis[b]) * basis[b];
+    if (rank < 3 && norm(direction) > 1e-6) basis[rank++] = normalized(direction);
+  };
+  for (std::size_t i = 0; i < primitives.size(); ++i) {
+    const Primitive& p = primitives[i];
+    if (!is_exchangeable(p, forces_n[i], balance)) continue;
+    if (p.kind == PrimitiveKind::plane) {
+      take(p.direction);
+      continue;
+    }
+    for (const Vec3& a : across(p.kind == PrimitiveKind::line ? p.direction : Vec3{1, 0, 0})) take(a);
+    if (p.kind == PrimitiveKind::point) take({1, 0, 0});
+  }
+  return held > rank;
+}
+
+double least_split(std::span<const Primitive> primitives, const Balance& balance, std::span<Vec3> forces_n) noexcept {
+  const std::size_t n = primitives.size();
+  const auto for_each_exchangeable = [&](auto&& visit) {
+    for (std::size_t i = 0; i < n; ++i) {
+      if (is_exchangeable(primitives[i], forces_n[i], balance)) visit(primitives[i], forces_n[i]);
+    }
+  };
+
+  double all_n = 0.0;  // Σs
+  Vec3 total_n;        // F, of what the primitives can exert
+  for (Vec3& force_n : forces_n.first(n)) {
+    if (!is_finite(force_n)) force_n = {};
+  }
+  for_each_exchangeable([&](const Primitive& p, const Vec3& force_n) {
+    all_n += p.strength_n;
+    total_n += p.strength_n * nearest(p, wide(force_n / p.strength_n));
+  });
+  if (!(all_n > 0.0)) return 0.0;
+
+  struct Rest {
+    Vec3 e;             // of what is wanted and not yet exerted
+    double size = 0.0;  // of all terms: what the rounding of their sum goes with
+  };
+  const auto rest_at = [&](const WideVec3& lambda) {
+    Rest rest{total_n / all_n, norm(total_n) / all_n};
+    for_each_exchangeable([&](const Primitive& p, const Vec3&) {
+      const Vec3 u = (p.strength_n / all_n) * nearest(p, lambda);
+      rest.e -= u;
+      rest.size += norm(u);
+    });
+    return rest;
+  };
+
+  const double few_ulp = (4.0 + static_cast<double>(n)) * ulp;
+  WideVec3 lambda, best;
+  Rest rest = rest_at(lambda);
+  double least = norm(rest.e);
+  for (int step = 0; step < max_steps && norm(rest.e) > few_ulp * rest.size; ++step) {
+    Root root;
+    for_each_exchangeable([&](const Primitive& p, const Vec3&) { add_derivative(root, p, p.strength_n / all_n, lambda); });
+    const Vec3 delta = root.newton_step(rest.e, few_ulp * rest.size);
+    const double slope = dot(delta, rest.e);
+    if (!is_finite(delta) || !(slope > 0.0)) break;
+    double low = 0.0, high = 1.0, share = 1.0;
+    Rest next = rest_at(sum(lambda, delta));
+    double next_slope = dot(delta, next.e);
+    for (int i = 0; i < max_shortenings && (next_slope < -0.5 * slope || (share < 1.0 && next_slope > 0.5 * slope)); ++i) {
+      (next_slope < 0.0 ? high : low) = share;
+      share = 0.5 * (low + high);
+      next = rest_at(sum(lambda, share * delta));
+      next_slope = dot(delta, next.e);
+    }
+    lambda = sum(lambda, share * delta);
+    rest = next;
+    if (norm(rest.e) < least) {
+      least = norm(rest.e);
+      best = lambda;
+    }
+  }
+
+  Vec3 left_n = total_n;
+  for_each_exchangeable([&](const Primitive& p, Vec3& force_n) {
+    force_n = p.strength_n * nearest(p, best);
+    left_n -= force_n;
+  });
+  return norm(left_n);
+}
+
+}  // namespace palpa
