@@ -1,0 +1,540 @@
+// What a balance costs: the exact law by family, number of primitives and stage, in scenes under a moving hand, and
+// beside the laws of earlier systems and general solvers.
+//
+//   bench_solver [--problems 200] [--family NAME] [--without-general]
+//
+// Times are of `Solver::solve` alone, by the clock named at the top, whose own cost is inside every time. Each problem
+// is timed 3 times and the best kept; median, p99 and maximum are then taken over problems, so that they tell of hard
+// problems, not of a noisy machine. Cold: the law has forgotten everything. Warm: it has just solved the same problem
+// with the probe 0.1 mm beside it (in the scenes: the tick before). Hot: the caches have just seen the problem. Evicted:
+// 64 MB of other memory have been touched after the problem was set up. --problems is per family and number of
+// primitives; a quarter of that at 64, a tenth at 1000, a twentieth with evicted caches.
+//
+// The exit status is 1 if a figure asked for is missed or a solve allocates.
+#include <palpa/baseline/ikits_2003.h>
+#include <palpa/baseline/paper_2005.h>
+#include <palpa/core/solver.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "interior_point.h"
+#include "solver_clock.h"
+#include "solver_scenes.h"
+#include "tests/core/counted_allocations.h"
+#include "tests/core/problem_families.h"
+#include "tests/core/random_problems.h"
+#include "tests/core/reference.h"
+#if PALPA_BENCH_IPOPT
+#include "solver_ipopt.h"
+#endif
+
+namespace {
+
+using namespace palpa;
+using bench::Clock;
+using bench::Scene;
+using test::Family;
+using test::Problem;
+using test::Random;
+
+constexpr int repeats = 3;
+constexpr int stages = 4;
+constexpr int most_primitives = 1000;
+constexpr std::array<int, 8> sizes{1, 2, 3, 5, 8, 16, 64, most_primitives};
+// Families as modes place primitives; the others each have one trouble.
+constexpr std::string_view ordinary[] = {"random", "haptic", "haptic_slipping"};
+
+struct Options {
+  int problems = 200;
+  std::string family;
+  bool general = true;
+};
+
+bool is_ordinary(const Family& family) {
+  return std::find(std::begin(ordinary), std::end(ordinary), family.name) != std::end(ordinary);
+}
+
+int count_for(const Options& options, int n) {
+  return std::max(n >= 1000 ? 4 : 10, n >= 1000 ? options.problems / 10 : n >= 64 ? options.problems / 4 : options.problems);
+}
+
+std::vector<Problem> problems_of(const Family& family, int n, int count, bool with_drags) {
+  std::vector<Problem> problems;
+  for (int i = 0; i < count; ++i) {
+    Random random(static_cast<std::uint64_t>(100'000 * n + i));
+    problems.push_back(family.make(random, n, with_drags && i % 2 == 1));
+  }
+  return problems;
+}
+
+class Values {
+ public:
+  void add(double value) { values_.push_back(value), sorted_ = false; }
+  void add(const Values& other) {
+    values_.insert(values_.end(), other.values_.begin(), other.values_.end());
+    sorted_ = false;
+  }
+  bool empty() const { return values_.empty(); }
+  std::size_t size() const { return values_.size(); }
+  /// 0 to 1: the smallest value that so large a share does not exceed.
+  double quantile(double q) const {
+    if (values_.empty()) return 0.0;
+    if (!sorted_) std::sort(values_.begin(), values_.end());
+    sorted_ = true;
+    const double rank = std::ceil(q * static_cast<double>(values_.size())) - 1.0;
+    return values_[static_cast<std::size_t>(std::max(0.0, rank))];
+  }
+  double median() const { return quantile(0.5); }
+  double max() const { return quantile(1.0); }
+  double share_above(double limit) const {
+    const auto above = std::count_if(values_.begin(), values_.end(), [&](double v) { return v > limit; });
+    return values_.empty() ? 0.0 : static_cast<double>(above) / static_cast<double>(values_.size());
+  }
+
+ private:
+  mutable std::vector<double> values_;
+  mutable bool sorted_ = false;
+};
+
+/// All solves of one kind: how long, at which stage, with which bounds.
+struct Tally {
+  Values time_ns;
+  std::array<Values, stages> stage_time_ns;
+  Values bound_m;
+  int exact = 0;
+
+  void add(double ns, const Balance& balance) {
+    time_ns.add(ns);
+    stage_time_ns[static_cast<std::size_t>(std::clamp(balance.stage, 0, stages - 1))].add(ns);
+    bound_m.add(balance.error_bound_m);
+    exact += balance.status == BalanceStatus::exact;
+  }
+  void add(const Tally& other) {
+    time_ns.add(other.time_ns);
+    for (int i = 0; i < stages; ++i) stage_time_ns[i].add(other.stage_time_ns[i]);
+    bound_m.add(other.bound_m);
+    exact += other.exact;
+  }
+  double share(int stage) const {
+    return time_ns.empty() ? 0.0 : static_cast<double>(stage_time_ns[stage].size()) / static_cast<double>(time_ns.size());
+  }
+};
+
+struct Cell {
+  Tally cold, warm, cold_evicted, warm_evicted;
+  void add(const Cell& other) {
+    cold.add(other.cold), warm.add(other.warm);
+    cold_evicted.add(other.cold_evicted), warm_evicted.add(other.warm_evicted);
+  }
+};
+
+class Bench {
+ public:
+  const Clock& clock() const { return clock_; }
+  long allocations() const { return allocations_; }
+  long solves() const { return solves_; }
+
+  void evict_caches() {
+    for (std::size_t byte = 0; byte < other_.size(); byte += 64) ++other_[byte];
+  }
+
+  /// One solve by `law`; its time [ns].
+  double time_ns(Law& law, const Problem& problem, const Vec3& probe_m, Balance& balance) {
+    const long before = test::allocations;
+    const std::uint64_t begin = Clock::now();
+    balance = law.solve(set_, problem.start_m, probe_m, problem.stiffness_n_per_m, problem.time_step_s);
+    const std::uint64_t end = Clock::now();
+    allocations_ += test::allocations - before;
+    ++solves_;
+    return clock_.ns_between(begin, end);
+  }
+
+  /// The best of some cold solves.
+  double cold_ns(Law& law, const Problem& problem, bool evicted, Balance& balance) {
+    test::fill(set_, problem);
+    double best = 1e300;
+    for (int repeat = 0; repeat < repeats; ++repeat) {
+      law.reset();
+      if (evicted) evict_caches();
+      best = std::min(best, time_ns(law, problem, problem.probe_m, balance));
+    }
+    return best;
+  }
+
+  /// The best of some solves after one with the probe at `before_m`.
+  double warm_ns(Law& law, const Problem& problem, const Vec3& before_m, bool evicted, Balance& balance) {
+    test::fill(set_, problem);
+    double best = 1e300;
+    for (int repeat = 0; repeat < repeats; ++repeat) {
+      law.reset();
+      law.solve(set_, problem.start_m, before_m, problem.stiffness_n_per_m, problem.time_step_s);
+      if (evicted) evict_caches();
+      best = std::min(best, time_ns(law, problem, problem.probe_m, balance));
+    }
+    return best;
+  }
+
+  Cell measure(const std::vector<Problem>& problems) {
+    Cell cell;
+    Balance balance;
+    const std::size_t evicted = std::max<std::size_t>(3, problems.size() / 20);
+    for (std::size_t i = 0; i < problems.size(); ++i) {
+      const Problem& problem = problems[i];
+      Random random(i);
+      const Vec3 before_m = problem.probe_m + 1e-4 * random.direction();
+      double ns = cold_ns(solver_, problem, false, balance);
+      cell.cold.add(ns, balance);
+      ns = warm_ns(solver_, problem, before_m, false, balance);
+      cell.warm.add(ns, balance);
+      if (i >= evicted) continue;
+      ns = cold_ns(solver_, problem, true, balance);
+      cell.cold_evicted.add(ns, balance);
+      ns = warm_ns(solver_, problem, before_m, true, balance);
+      cell.warm_evicted.add(ns, balance);
+    }
+    return cell;
+  }
+
+  /// All ticks of a scene in their order, as often as a problem is timed; of each tick the best.
+  Cell measure(const Scene& scene) {
+    Cell cell;
+    Balance balance;
+    const std::size_t ticks = scene.ticks.size(), every = ticks / 100;
+    std::vector<double> warm_ns(ticks, 1e300);
+    std::vector<Balance> balances(ticks);
+    for (int repeat = 0; repeat < repeats; ++repeat) {
+      solver_.reset();
+      for (std::size_t i = 0; i < ticks; ++i) {
+        test::fill(set_, scene.ticks[i]);
+        warm_ns[i] = std::min(warm_ns[i], time_ns(solver_, scene.ticks[i], scene.ticks[i].probe_m, balances[i]));
+      }
+    }
+    for (std::size_t i = 1; i < ticks; ++i) cell.warm.add(warm_ns[i], balances[i]);  // the first had no tick before
+    for (const Problem& problem : scene.ticks) {
+      const double ns = cold_ns(solver_, problem, false, balance);
+      cell.cold.add(ns, balance);
+    }
+    for (std::size_t i = 1; i < ticks; i += every) {
+      double best = 1e300;
+      for (int repeat = 0; repeat < repeats; ++repeat) {
+        solver_.reset();
+        for (const std::size_t tick : {i - 1, i}) {
+          test::fill(set_, scene.ticks[tick]);
+          if (tick == i) evict_caches();
+          const double ns = time_ns(solver_, scene.ticks[tick], scene.ticks[tick].probe_m, balance);
+          if (tick == i) best = std::min(best, ns);
+        }
+      }
+      cell.warm_evicted.add(best, balance);
+      const double ns = cold_ns(solver_, scene.ticks[i], true, balance);
+      cell.cold_evicted.add(ns, balance);
+    }
+    return cell;
+  }
+
+ private:
+  Clock clock_;
+  std::vector<unsigned char> other_ = std::vector<unsigned char>(std::size_t{64} << 20);
+  PrimitiveSet set_{most_primitives};
+  Solver solver_{most_primitives};
+  long allocations_ = 0;
+  long solves_ = 0;
+};
+
+// Tables
+
+void print_times_head(const char* first) {
+  std::printf("%-38s %4s | %-26s | %-26s | %-26s | %-26s\n", first, "n", "hot cold", "hot warm", "evicted cold",
+              "evicted warm");
+  std::printf("%-38s %4s", "", "");
+  for (int i = 0; i < 4; ++i) std::printf(" | %8s %8s %8s", "median", "p99", "max");
+  std::printf("   [ns]\n");
+}
+
+void print_times(const char* name, int n, const Cell& cell) {
+  std::printf("%-38s %4d", name, n);
+  for (const Tally* tally : {&cell.cold, &cell.warm, &cell.cold_evicted, &cell.warm_evicted}) {
+    std::printf(" | %8.0f %8.0f %8.0f", tally->time_ns.median(), tally->time_ns.quantile(0.99), tally->time_ns.max());
+  }
+  std::printf("\n");
+}
+
+void print_stages_head(const char* first) {
+  std::printf("%-38s %4s %-5s", first, "n", "");
+  for (int stage = 0; stage < stages; ++stage) std::printf(" | stage %d %% %7s %8s", stage, "med ns", "max ns");
+  std::printf(" | %7s %9s %9s\n", "exact %", "bound med", "max [m]");
+}
+
+void print_stages(const char* name, int n, const Cell& cell) {
+  for (const auto& [kind, tally] : {std::pair{"cold", &cell.cold}, std::pair{"warm", &cell.warm}}) {
+    std::printf("%-38s %4d %-5s", name, n, kind);
+    for (int stage = 0; stage < stages; ++stage) {
+      const Values& times = tally->stage_time_ns[stage];
+      std::printf(" | %9.2f %7.0f %8.0f", 100.0 * tally->share(stage), times.median(), times.max());
+    }
+    std::printf(" | %7.2f %9.2e %9.2e\n",
+                100.0 * tally->exact / static_cast<double>(std::max<std::size_t>(1, tally->time_ns.size())),
+                tally->bound_m.median(), tally->bound_m.max());
+  }
+}
+
+struct Row {
+  std::string name;
+  int n = 0;
+  Cell cell;
+};
+
+void print_rows(const char* first, const std::vector<Row>& rows) {
+  std::printf("\n");
+  print_times_head(first);
+  for (const Row& row : rows) print_times(row.name.c_str(), row.n, row.cell);
+  std::printf("\n");
+  print_stages_head(first);
+  for (const Row& row : rows) print_stages(row.name.c_str(), row.n, row.cell);
+}
+
+// Figures that were asked for
+
+class Figures {
+ public:
+  /// A figure with its limit, both in `unit`.
+  void at_most(const std::string& what, double value, double limit, const char* unit) {
+    add(what, value, value <= limit, limit, unit, "at most");
+  }
+  void at_least(const std::string& what, double value, double limit, const char* unit) {
+    add(what, value, value >= limit, limit, unit, "at least");
+  }
+  int missed() const { return missed_; }
+  void print() const {
+    std::printf("\nfigures asked for\n");
+    for (const std::string& line : lines_) std::printf("%s\n", line.c_str());
+  }
+
+ private:
+  void add(const std::string& what, double value, bool met, double limit, const char* unit, const char* relation) {
+    char line[200];
+    std::snprintf(line, sizeof line, "%-7s %-66s %10.4g %s (asked: %s %g)", met ? "met" : "MISSED", what.c_str(), value, unit,
+                  relation, limit);
+    lines_.push_back(line);
+    missed_ += !met;
+  }
+
+  std::vector<std::string> lines_;
+  int missed_ = 0;
+};
+
+// The parts of the run
+
+void measure_scenes(Bench& bench, Figures& figures) {
+  std::vector<Row> rows;
+  for (const Scene& scene : bench::scenes()) rows.push_back({scene.name, scene.primitives, bench.measure(scene)});
+  std::printf("\nScenes under a moving hand, 6000 ticks at 1 kHz, k = 800 N/m, primitives placed at the proxy every tick\n");
+  print_rows("scene", rows);
+  for (int i = 0; i < 3; ++i)
+    figures.at_most(rows[i].name + ": hot, warm, median", rows[i].cell.warm.time_ns.median(), 100, "ns");
+  figures.at_most(rows[4].name + ": hot, warm, median", rows[4].cell.warm.time_ns.median(), 400, "ns");
+  figures.at_most(rows[4].name + ": hot, warm, p99", rows[4].cell.warm.time_ns.quantile(0.99), 600, "ns");
+  figures.at_most(rows[5].name + ": hot, cold, p99", rows[5].cell.cold.time_ns.quantile(0.99), 20'000, "ns");
+}
+
+void measure_families(Bench& bench, const Options& options, Figures& figures) {
+  std::vector<Row> rows, pooled;
+  for (const int n : sizes) {
+    Row easy{"ordinary families together", n, {}}, hard{"degenerate families together", n, {}};
+    for (const Family& family : test::families()) {
+      if (!options.family.empty() && options.family != family.name) continue;
+      rows.push_back({family.name, n, bench.measure(problems_of(family, n, count_for(options, n), true))});
+      (is_ordinary(family) ? easy : hard).cell.add(rows.back().cell);
+    }
+    pooled.push_back(easy);
+    pooled.push_back(hard);
+    if (!options.family.empty()) continue;
+    if (n == 16)
+      figures.at_most("ordinary families, 16 primitives: hot, cold, p99", easy.cell.cold.time_ns.quantile(0.99), 20'000, "ns");
+    if (n == 1000)
+      figures.at_most("ordinary families, 1000 primitives: hot, cold, p99", easy.cell.cold.time_ns.quantile(0.99), 900'000,
+                      "ns");
+  }
+  std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.name < b.name; });
+  std::printf("\nFamilies of problems, half of them with drags\n");
+  print_rows("family", rows);
+  if (!options.family.empty()) return;
+  std::printf("\n%s: random, haptic, haptic_slipping; degenerate: all others\n", "ordinary");
+  print_rows("", pooled);
+}
+
+/// Errors against the reference, and times.
+struct Compared {
+  Values time_ns, error_m;
+  int failed = 0;  ///< did not converge, by its own account
+};
+
+void print_compared(const char* name, int n, const Compared& c, const Compared& exact) {
+  std::printf("%-44s %4d | %9.0f %9.0f %10.0f | %8.3g %8.3g | %9.2e %9.2e %9.2e | %8.2f | %6d\n", name, n, c.time_ns.median(),
+              c.time_ns.quantile(0.99), c.time_ns.max(), c.time_ns.median() / exact.time_ns.median(),
+              c.time_ns.quantile(0.99) / exact.time_ns.quantile(0.99), c.error_m.median(), c.error_m.quantile(0.99),
+              c.error_m.max(), 100.0 * c.error_m.share_above(1e-6), c.failed);
+}
+
+void print_compared_head() {
+  std::printf("%-44s %4s | %9s %9s %10s | %8s %8s | %9s %9s %9s | %8s | %6s\n", "solver", "n", "median", "p99", "max [ns]",
+              "x median", "x p99", "error med", "p99", "max [m]", "> 1um %", "failed");
+}
+
+/// The laws of earlier systems on the same problems, cold. `pick` says which families.
+void measure_baselines(Bench& bench, const Options& options, const char* title,
+                       const std::function<bool(const Family&)>& pick) {
+  Solver exact(most_primitives);
+  baseline::Paper2005 paper(most_primitives);
+  baseline::Ikits2003 ikits(baseline::Ikits2003::Moves::added, most_primitives);
+  baseline::Ikits2003 sequential(baseline::Ikits2003::Moves::one_after_another, most_primitives);
+  const std::pair<const char*, Law*> laws[] = {
+      {"exact", &exact}, {"paper-2005", &paper}, {"ikits-2003", &ikits}, {"ikits-2003-sequential", &sequential}};
+  std::printf("\nEarlier systems' laws, cold and hot: %s\n", title);
+  print_compared_head();
+  for (const int n : sizes) {
+    std::array<Compared, std::size(laws)> all;
+    int uncertified = 0;
+    for (const Family& family : test::families()) {
+      if (!pick(family)) continue;
+      for (const Problem& problem : problems_of(family, n, std::max(2, count_for(options, n) / 4), true)) {
+        const test::Reference reference = test::reference_balance(problem);
+        if (!reference.certified) {
+          ++uncertified;
+          continue;
+        }
+        for (std::size_t i = 0; i < std::size(laws); ++i) {
+          Balance balance;
+          all[i].time_ns.add(bench.cold_ns(*laws[i].second, problem, false, balance));
+          all[i].error_m.add(test::error_m(reference, balance.position_m));
+        }
+      }
+    }
+    for (std::size_t i = 0; i < std::size(laws); ++i) print_compared(laws[i].first, n, all[i], all[0]);
+    if (uncertified > 0) std::printf("  %d problems left out: the reference does not certify them\n", uncertified);
+  }
+  std::printf(
+      "times of earlier laws include the proven bound that each answer carries; of paper-2005 also the sweeps that it needs\n");
+}
+
+/// The best time [ns] of some calls.
+template <class Call>
+double best_ns(const Clock& clock, Call call) {
+  double best = 1e300;
+  for (int repeat = 0; repeat < repeats; ++repeat) {
+    const std::uint64_t begin = Clock::now();
+    call();
+    best = std::min(best, clock.ns_between(begin, Clock::now()));
+  }
+  return best;
+}
+
+void measure_general(Bench& bench, const Options& options, Figures& figures) {
+  constexpr int largest = 64;
+  std::printf("\nGeneral solvers, cold and hot, problems without drags, to 1e-8 of the problem's scale\n");
+#if PALPA_BENCH_IPOPT
+  std::printf("Ipopt: the smooth dual, sparse, exact derivatives; its set-up and allocations are in the time\n");
+#else
+  std::printf("Ipopt: not measured, libipopt was not found when this was built (Debian: coinor-libipopt-dev)\n");
+#endif
+  std::printf("interior point: our own, a dense conic method that knows nothing of the balance\n");
+  print_compared_head();
+  Solver solver(most_primitives);
+  bench::InteriorPoint own(largest);
+  for (const Family& family : test::families()) {
+    if (!is_ordinary(family) && std::string_view(family.name) != "mixture") continue;
+    for (const int n : sizes) {
+      if (n > largest) continue;
+      Compared exact, interior, ipopt;
+      for (const Problem& problem : problems_of(family, n, std::max(10, count_for(options, n) / 4), false)) {
+        const test::Reference reference = test::reference_balance(problem);
+        if (!reference.certified) continue;
+        Balance balance;
+        exact.time_ns.add(bench.cold_ns(solver, problem, false, balance));
+        exact.error_m.add(test::error_m(reference, balance.position_m));
+        bench::InteriorPoint::Answer answer;
+        const long before = test::allocations;
+        const double interior_ns = best_ns(bench.clock(), [&] { answer = own.balance_m(problem); });
+        if (test::allocations != before) std::printf("our own interior point allocated\n");
+        interior.time_ns.add(interior_ns);
+        interior.error_m.add(test::error_m(reference, answer.position_m));
+        interior.failed += !answer.converged;
+#if PALPA_BENCH_IPOPT
+        bench::IpoptAnswer general;
+        ipopt.time_ns.add(best_ns(bench.clock(), [&] { general = bench::balance_by_ipopt(problem, 1e-8); }));
+        ipopt.error_m.add(test::error_m(reference, general.position_m));
+        ipopt.failed += !general.converged;
+#endif
+      }
+      const std::string name = family.name;
+      print_compared((name + ": exact law").c_str(), n, exact, exact);
+      print_compared((name + ": interior point (our own)").c_str(), n, interior, exact);
+      const bool asked = n <= 16 && is_ordinary(family);
+      if (!ipopt.time_ns.empty()) {
+        print_compared((name + ": Ipopt").c_str(), n, ipopt, exact);
+        if (asked) {
+          figures.at_least("Ipopt / exact law, " + name + ", " + std::to_string(n) + " primitives: median",
+                           ipopt.time_ns.median() / exact.time_ns.median(), 100, "x");
+        }
+      } else if (asked) {
+        figures.at_least("interior point / exact law, " + name + ", " + std::to_string(n) + " primitives: median",
+                         interior.time_ns.median() / exact.time_ns.median(), 100, "x");
+      }
+    }
+  }
+}
+
+std::optional<Options> options_of(int argc, char** argv) {
+  Options options;
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view key = argv[i];
+    if (key == "--without-general") {
+      options.general = false;
+    } else if (key == "--problems" && i + 1 < argc) {
+      options.problems = std::atoi(argv[++i]);
+    } else if (key == "--family" && i + 1 < argc) {
+      options.family = argv[++i];
+    } else {
+      return std::nullopt;
+    }
+  }
+  if (options.problems < 1) return std::nullopt;
+  const auto named = [&](const Family& family) { return options.family == family.name; };
+  if (!options.family.empty() && std::none_of(test::families().begin(), test::families().end(), named)) return std::nullopt;
+  return options;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::optional<Options> options = options_of(argc, argv);
+  if (!options) {
+    std::fputs("usage: bench_solver [--problems N] [--family NAME] [--without-general]\n", stderr);
+    return 2;
+  }
+  Bench bench;
+  std::printf("clock: %s, in steps of %.1f ns; its own cost, which every time contains: %.1f ns\n", Clock::name(),
+              bench.clock().step_ns(), bench.clock().own_ns());
+  Figures figures;
+  measure_scenes(bench, figures);
+  measure_families(bench, *options, figures);
+  if (options->family.empty()) {
+    measure_baselines(bench, *options, "ordinary families", is_ordinary);
+    measure_baselines(bench, *options, "degenerate families", [](const Family& family) { return !is_ordinary(family); });
+    if (options->general) measure_general(bench, *options, figures);
+  }
+  figures.at_most("allocations in " + std::to_string(bench.solves()) + " solves", static_cast<double>(bench.allocations()), 0,
+                  "");
+  figures.print();
+  return figures.missed() == 0 ? 0 : 1;
+}
