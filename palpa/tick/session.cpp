@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "palpa/core/solver.h"
+#include "palpa/core/split.h"
 #include "palpa/tick/watch.h"
 
 namespace palpa {
@@ -190,6 +191,7 @@ class Session::State {
       active_boxes.push_back(field.bounds_m());
     }
     mode_ticks.resize(modes.size());
+    split_n.reserve(max_primitives);
     sub_steps.reserve(max_sub_steps);
     placed.reserve(max_sub_steps * max_primitives);
     events.reserve(max_events);
@@ -201,10 +203,10 @@ class Session::State {
 
   Tick tick(const Probe& probe, double dt) noexcept;
   void reset() noexcept;
+  std::span<const ModeTick> who_pushed() noexcept;
 
   Scene scene;
   Similarity map;
-  std::vector<ModeTick> mode_ticks;
   std::vector<SubStep> sub_steps;
   std::vector<PlacedPrimitive> placed;
   std::vector<SessionEvent> events;
@@ -240,8 +242,11 @@ class Session::State {
   std::vector<Box> active_boxes;  // of the fields that enabled modes read
   std::vector<SlotState> slots;
   std::vector<Crossing> crossings;
-  std::vector<HeldForce> held;  // the directed forces of the last sub-step …
-  Vec3 held_at_m;               // … and where they were looked up
+  std::vector<ModeTick> mode_ticks;
+  bool who_pushed_known = true;  // mode_ticks hold the forces of the last sub-step
+  std::vector<Vec3> split_n;     // of the last sub-step, as it is shown
+  std::vector<HeldForce> held;   // the directed forces of the last sub-step …
+  Vec3 held_at_m;                // … and where they were looked up
   bool holding = false;
   Vec3 placed_at_m;
   double finest_m = 0.0;
@@ -283,6 +288,7 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
   placed.clear();
   events.clear();
   std::fill(mode_ticks.begin(), mode_ticks.end(), ModeTick{});
+  who_pushed_known = true;
   Tick result;
   result.probe_valid = probe.valid;
   result.probe_m = proxy;
@@ -567,7 +573,8 @@ void Session::State::keep_directed() noexcept {
 }
 
 // Balances, with Coulomb friction as strong as its plane in this very sub-step: where the plane does
-// not feel the friction (same normal) the second pass is exact.
+// not feel the friction (same normal) the second pass is exact. Where the plane shares its load with others, its
+// force is that of one split of several, the law's, and so is the friction.
 Balance Session::State::balance(const Vec3& probe_m, double time_s) noexcept {
   const double k = scene.coupling.stiffness_n_per_m;
   bool has_friction = false;
@@ -663,7 +670,7 @@ void Session::State::record(SubStep step) noexcept {
   sub_steps.push_back(step);
 }
 
-// The tick's totals, and who pushed in its last sub-step.
+// The tick's totals. Who pushed is worked out when someone asks.
 void Session::State::gather(Tick& result) noexcept {
   result.sub_steps = static_cast<int>(sub_steps.size());
   for (const SubStep& step : sub_steps) {
@@ -678,16 +685,31 @@ void Session::State::gather(Tick& result) noexcept {
     const double work_j = ledger.works_j()[m];
     (work_j >= 0.0 ? mode_ticks[m].injected_j : mode_ticks[m].dissipated_j) = std::abs(work_j);
   }
-  if (sub_steps.empty()) return;
+  who_pushed_known = sub_steps.empty();
+}
+
+// The modes' forces in the last sub-step, whose primitives are still placed. Where several can hold the same
+// load the law's split is one of many, and depends on their order; what is shown is the least one. An earlier
+// system's law finds no balance, so its forces are nobody else's to take.
+std::span<const ModeTick> Session::State::who_pushed() noexcept {
+  if (who_pushed_known) return mode_ticks;
+  who_pushed_known = true;
   const SubStep& last = sub_steps.back();
-  const std::span<const PlacedPrimitive> in_last{placed.data() + last.first_primitive, last.primitives};
-  const bool shared = split_is_shared(in_last);
-  for (const PlacedPrimitive& p : in_last) {
-    ModeTick& mode = mode_ticks[p.primitive.id.mode];
-    mode.force_n += p.force_n;
-    ++mode.primitives;
-    mode.split_shared = mode.split_shared || (shared && p.state == PrimitiveState::stick && p.primitive.drag_ns_per_m == 0.0);
+  split_n.clear();
+  for (std::size_t i = 0; i < last.primitives; ++i) split_n.push_back(placed[last.first_primitive + i].force_n);
+  const bool balanced = last.balance.status == BalanceStatus::exact || last.balance.status == BalanceStatus::capped;
+  const bool shared = balanced && split_is_shared(primitives.primitives(), split_n, last.balance);
+  for (std::size_t i = 0; shared && i < split_n.size(); ++i) {
+    ModeTick& mode = mode_ticks[primitives[i].id.mode];
+    mode.split_shared = mode.split_shared || is_exchangeable(primitives[i], split_n[i], last.balance);
   }
+  if (shared) least_split(primitives.primitives(), last.balance, split_n);
+  for (std::size_t i = 0; i < split_n.size(); ++i) {
+    ModeTick& mode = mode_ticks[primitives[i].id.mode];
+    mode.force_n += split_n[i];
+    ++mode.primitives;
+  }
+  return mode_ticks;
 }
 
 // Whether the straight way between two hand positions comes near the data of any active field: boxes
@@ -718,7 +740,7 @@ Tick Session::tick(const Probe& probe, double time_step_s) noexcept { return sta
 void Session::reset() noexcept { state_->reset(); }
 const Scene& Session::scene() const noexcept { return state_->scene; }
 const Similarity& Session::hand_to_world() const noexcept { return state_->map; }
-std::span<const ModeTick> Session::modes() const noexcept { return state_->mode_ticks; }
+std::span<const ModeTick> Session::modes() const noexcept { return state_->who_pushed(); }
 std::span<const SubStep> Session::sub_steps() const noexcept { return state_->sub_steps; }
 std::span<const PlacedPrimitive> Session::placed() const noexcept { return state_->placed; }
 std::span<const SessionEvent> Session::events() const noexcept { return state_->events; }

@@ -47,11 +47,11 @@ struct Tick {
 
 /// A mode's part in one tick.
 struct ModeTick {
-  Vec3 force_n;  ///< sum over its primitives in the last sub-step
+  Vec3 force_n;  ///< sum over its primitives in the last sub-step, in the least split of force (split.h)
   double dissipated_j = 0.0;
   double injected_j = 0.0;
   int primitives = 0;         ///< in the last sub-step
-  bool split_shared = false;  ///< redundant with other primitives: the force is one valid split of several
+  bool split_shared = false;  ///< redundant with other primitives: another split would balance too
 };
 
 enum class Stop : std::uint8_t { full, event, release, energy, cap };
@@ -78,7 +78,7 @@ struct SubStep {
 struct PlacedPrimitive {
   Primitive primitive;
   Captured captured;
-  Vec3 force_n;
+  Vec3 force_n;  ///< in the law's split: valid, but where several share a load one of many
   PrimitiveState state = PrimitiveState::off;
 };
 
@@ -117,8 +117,10 @@ class Session {
 
   const Scene& scene() const noexcept;
   const Similarity& hand_to_world() const noexcept;
-  /// Of the last tick; valid until the next. Modes in the scene's order.
+  /// Who pushed in the last tick; valid until the next. Modes in the scene's order. The first call after a
+  /// tick works it out, in microseconds: ask after the command is sent, or not at all.
   std::span<const ModeTick> modes() const noexcept;
+  /// Of the last tick; valid until the next.
   std::span<const SubStep> sub_steps() const noexcept;
   std::span<const PlacedPrimitive> placed() const noexcept;
   std::span<const SessionEvent> events() const noexcept;

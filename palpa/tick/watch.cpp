@@ -1,7 +1,6 @@
 #include "palpa/tick/watch.h"
 
 #include <algorithm>
-#include <array>
 
 namespace palpa {
 
@@ -78,33 +77,6 @@ Watches::Met Watches::first_crossing(Samples& samples, const Vec3& start_m, cons
     crossings.push_back({watches_[i].field, watches_[i].value, sides_[i] == Side::above});
   }
   return met;
-}
-
-bool split_is_shared(std::span<const PlacedPrimitive> placed) noexcept {
-  // Gram–Schmidt over the spans of what sticks: three directions are all there are.
-  std::array<Vec3, 3> basis;
-  std::size_t rank = 0;
-  std::size_t held = 0;
-  const auto take = [&](Vec3 direction) {
-    ++held;
-    for (std::size_t b = 0; b < rank; ++b) direction -= dot(direction, basis[b]) * basis[b];
-    if (rank < 3 && norm(direction) > 1e-6) basis[rank++] = normalized(direction);
-  };
-  for (const PlacedPrimitive& p : placed) {
-    if (p.state != PrimitiveState::stick || p.primitive.drag_ns_per_m > 0.0 || !(p.primitive.strength_n > 0.0)) continue;
-    const Vec3& q = p.primitive.direction;
-    switch (p.primitive.kind) {
-      case PrimitiveKind::point: take({1, 0, 0}), take({0, 1, 0}), take({0, 0, 1}); break;
-      case PrimitiveKind::line: {
-        const Vec3 across = normalized(std::abs(q.x) < 0.6 ? cross(q, {1, 0, 0}) : cross(q, {0, 1, 0}));
-        take(across), take(cross(q, across));
-        break;
-      }
-      case PrimitiveKind::plane: take(q); break;
-      case PrimitiveKind::directed: break;
-    }
-  }
-  return held > rank;
 }
 
 }  // namespace palpa

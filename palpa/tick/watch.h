@@ -60,8 +60,4 @@ class Watches {
   std::vector<Attention> attention_;
 };
 
-/// True when the forces of these primitives can be exchanged between them: more directions are held
-/// than their spans have dimensions.
-bool split_is_shared(std::span<const PlacedPrimitive> placed) noexcept;
-
 }  // namespace palpa

@@ -130,12 +130,12 @@ const Table<ModeRow>& modes_table() {
   static const Column<ModeRow> columns[] = {
       COLUMN(ModeRow, "tick", "", tick, "number of the tick"),
       COLUMN(ModeRow, "mode", "", mode, "name of the mode in the scene"),
-      COLUMN(ModeRow, "force", "n", result.force_n, "on the proxy, in the last sub-step; above 1 mN the mode is in contact"),
+      COLUMN(ModeRow, "force", "n", result.force_n,
+             "on the proxy, in the last sub-step, in the least split; above 1 mN the mode is in contact"),
       COLUMN(ModeRow, "dissipated_j", "", result.dissipated_j, "taken out in this tick"),
       COLUMN(ModeRow, "injected_j", "", result.injected_j, "brought in in this tick"),
       COLUMN(ModeRow, "primitives", "", result.primitives, "in the last sub-step"),
-      COLUMN(ModeRow, "split_shared", "", result.split_shared,
-             "1: redundant with others, the force is one valid split of several"),
+      COLUMN(ModeRow, "split_shared", "", result.split_shared, "1: redundant with others, other splits would balance too"),
   };
   static const Table<ModeRow> table{"modes.csv", "Who pushes: one row per tick and mode, modes in the scene's order.", columns};
   return table;
@@ -178,7 +178,7 @@ const Table<PrimitiveRow>& primitives_table() {
       COLUMN(PrimitiveRow, "strength_n", "", placed.primitive.strength_n, "the most that it can hold"),
       COLUMN(PrimitiveRow, "drag_ns_per_m", "", placed.primitive.drag_ns_per_m, "viscous part"),
       COLUMN(PrimitiveRow, "captured_value", "", captured_value, "the level that a plane stands on; empty: none"),
-      COLUMN(PrimitiveRow, "force", "n", placed.force_n, "on the proxy; one valid split"),
+      COLUMN(PrimitiveRow, "force", "n", placed.force_n, "on the proxy; the law's split, where several share one of many"),
       COLUMN(PrimitiveRow, "state", "", placed.state, "stick, slip or off"),
   };
   static const Table<PrimitiveRow> table{"primitives.csv", "With `--primitives`: one row per tick, sub-step and primitive.",
