@@ -1,0 +1,21 @@
+// Whatever bits come in, a finite and honest answer comes out. The long run is a mode of
+// bench_solver_accuracy.
+#include "tests/core/arbitrary_bits.h"
+
+#include <gtest/gtest.h>
+
+namespace palpa::test {
+namespace {
+
+TEST(ArbitraryBits, GetAFiniteAndHonestAnswer) {
+  const ArbitraryBits run = solve_arbitrary_bits(100'000, 1);
+  EXPECT_EQ(run.wrong, nullptr) << run.wrong << " in problem " << run.wrong_at;
+  EXPECT_EQ(run.problems, 100'000);
+  // Each kind of answer was met often, so that the checks were made.
+  EXPECT_GT(run.bad_input, 10'000);
+  EXPECT_GT(run.exact, 10'000);
+  EXPECT_GT(run.refused, 10'000);
+}
+
+}  // namespace
+}  // namespace palpa::test
