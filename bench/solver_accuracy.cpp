@@ -111,6 +111,13 @@ struct Solved {
   Answer warm;
 };
 
+/// [m] What the law says its position lost when it was rounded to doubles; a law that does not say, nothing.
+template <class AnyLaw>
+Vec3 remainder_m(const AnyLaw& law) {
+  if constexpr (requires { law.remainder_m(); }) return law.remainder_m();
+  return {};
+}
+
 /// One thread's solver and set.
 class Bench {
  public:
@@ -141,12 +148,9 @@ class Bench {
     a.balance = solver_.solve(set_, problem.start_m, probe_m, problem.stiffness_n_per_m, problem.time_step_s);
     a.error_m = reference.certified ? test::error_m(reference, a.balance.position_m) : std::nan("");
     if (a.error_m < reference_rounding_m) a.error_m = 0.0;
-    a.plain_bound_m = test::plain_bound_m(problem, solver_.forces_n(), a.balance.position_m, unrounded_m());
+    a.plain_bound_m = test::plain_bound_m(problem, solver_.forces_n(), a.balance.position_m, remainder_m(solver_));
     return a;
   }
-
-  // What the position lost when it was rounded to doubles: nothing, as far as this law says.
-  static Vec3 unrounded_m() { return {}; }
 
   PrimitiveSet set_{most_primitives};
   Solver solver_{most_primitives};
