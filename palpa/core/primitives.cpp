@@ -1,6 +1,7 @@
 #include "palpa/core/primitives.h"
 
 #include <cassert>
+#include <limits>
 
 namespace palpa {
 
@@ -15,6 +16,13 @@ constexpr double unit_tolerance = 1e-12;
 constexpr double start_tolerance_m = 1e-14;
 
 bool is_unit(const Vec3& q) noexcept { return is_finite(q) && std::abs(norm_squared(q) - 1.0) <= 2.0 * unit_tolerance; }
+
+// What is unit within the tolerance made unit to rounding, as the solver's bound counts on it; what is so
+// already keeps its bits.
+Vec3 unit_to_rounding(const Vec3& q) noexcept {
+  const double off = norm_squared(q) - 1.0;
+  return std::abs(off) <= 8.0 * std::numeric_limits<double>::epsilon() ? q : (1.0 - 0.5 * off) * q;
+}
 
 }  // namespace
 
@@ -127,6 +135,8 @@ void PrimitiveSet::add(Primitive p, Captured captured, Friction friction) noexce
     p.direction = {};
   } else if (!is_unit(p.direction)) {
     return refuse(p.id, Refusal::direction_not_unit);
+  } else {
+    p.direction = unit_to_rounding(p.direction);
   }
   if (p.drag_ns_per_m > 0.0) {
     const double allowed_m = start_tolerance_m * (1.0 + largest_component(start_m_));

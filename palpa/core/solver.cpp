@@ -3,7 +3,16 @@
 #include <cassert>
 #include <limits>
 
+#include "palpa/core/newton_form.h"
+
 namespace palpa {
+
+using newton_form::epsilon;
+using newton_form::gap;
+using newton_form::Plane;
+using newton_form::Proof;
+using newton_form::size_of;
+using newton_form::Span;
 
 namespace {
 
@@ -11,13 +20,14 @@ namespace {
 // nearly parallel lines a little above it.
 constexpr double wanted_bound_m = 2e-10;
 
-// Sweeps come in rounds; between two rounds the forces are brought close by Newton's method. Nearly all
-// sets are done within the first round; the caps bound a balance to some tens of µs per five primitives.
-constexpr int sweeps_per_round = 10;
-constexpr int max_rounds = 12;
-constexpr int newton_steps = 30;
-constexpr int line_search_steps = 30;
+constexpr int max_sweeps = 2;
+constexpr int max_choices = 10;       // of the active set; it can go round in a circle
+constexpr int max_newton_steps = 30;  // of the multipliers, for each penalty
+constexpr int max_line_search = 40;
+constexpr int max_levels = 16;
 
+// What k and T may be, far beyond any device: with the limits of PrimitiveSet nothing overflows.
+constexpr double softest_n_per_m = 1e-12;
 constexpr double stiffest_n_per_m = 1e12;
 constexpr double shortest_time_s = 1e-15;
 
@@ -25,207 +35,556 @@ bool usable(const Vec3& position_m) noexcept {
   return is_finite(position_m) && largest_component(position_m) <= largest_position_m;
 }
 
-// The force of one primitive that answers `pull_n` through a spring of `stiffness`: u ∈ ∂φ(r) with
-// r = (pull − u)/stiffness. With pull = k r it is the best force, all others held; with pull = u + τ r
-// it is one step of the method of multipliers.
-Vec3 answer(const Primitive& p, const Vec3& pull_n, double stiffness, double T) noexcept {
-  Vec3 v = pull_n;
-  if (p.kind == PrimitiveKind::line) v -= dot(p.direction, v) * p.direction;
-  if (p.kind == PrimitiveKind::plane) v = std::max(0.0, dot(p.direction, v)) * p.direction;
-  const double demanded = norm(v);
-  if (demanded <= p.strength_n) return v;
-  double given = p.strength_n;
-  if (p.drag_ns_per_m > 0.0) {
-    const double C = p.drag_ns_per_m / T;
-    given += C * ((demanded - p.strength_n) / (stiffness + C));
+/// A symmetric 3×3 matrix M ≥ I.
+struct Stiffness {
+  double xx = 1.0, xy = 0.0, xz = 0.0, yy = 1.0, yz = 0.0, zz = 1.0;
+
+  void add_outer(double f, const Vec3& e) noexcept {
+    const Vec3 fe = f * e;
+    xx += fe.x * e.x, xy += fe.x * e.y, xz += fe.x * e.z, yy += fe.y * e.y, yz += fe.y * e.z, zz += fe.z * e.z;
   }
-  return (given / demanded) * v;
+  void add_identity(double f) noexcept { xx += f, yy += f, zz += f; }
+
+  // M = L D Lᵀ; no pivoting, as D ≥ 1 but for rounding.
+  Vec3 solve(const Vec3& g) const noexcept {
+    const double lyx = xy / xx, lzx = xz / xx;
+    const double dy = std::max(1.0, yy - lyx * xy);
+    const double fzy = yz - lyx * xz;
+    const double lzy = fzy / dy;
+    const double dz = std::max(1.0, zz - lzx * xz - lzy * fzy);
+    const double gy = g.y - lyx * g.x;
+    const double gz = g.z - lzx * g.x - lzy * gy;
+    const double z = gz / dz;
+    const double y = gy / dy - lzy * z;
+    return {g.x / xx - lyx * y - lzx * z, y, z};
+  }
+};
+
+// The force of a primitive that is pulled by w, within its span, through a spring of stiffness τ (1: the
+// coupling itself): the u of ∂φ at R = (w − u)/τ. It gives what is asked up to s; beyond, s and the
+// drag's share of the rest.
+double length_given(double demanded, double s, double gamma, double tau) noexcept {
+  return gamma > 0.0 ? s + gamma * ((demanded - s) / (tau + gamma)) : s;
+}
+Vec3 answer(const Span& p, const Vec3& w, double tau) noexcept {
+  const double squared = norm_squared(w);
+  if (squared <= p.s * p.s) return w;
+  const double demanded = std::sqrt(squared);
+  return (length_given(demanded, p.s, p.gamma, tau) / demanded) * w;
+}
+double answer(const Plane& p, double w, double tau) noexcept {
+  if (w <= p.s) return std::max(0.0, w);
+  return length_given(w, p.s, p.gamma, tau);
 }
 
-void add_outer(Mat3& m, double f, const Vec3& e) noexcept {
-  m.row[0] += (f * e.x) * e;
-  m.row[1] += (f * e.y) * e;
-  m.row[2] += (f * e.z) * e;
+// A number as the sum of two doubles: twice the precision, by error-free sums and products (Knuth, Dekker).
+struct Double2 {
+  double high = 0.0, low = 0.0;
+};
+Double2 two_sum(double a, double b) noexcept {
+  const double sum = a + b;
+  const double of_b = sum - a;
+  return {sum, (a - (sum - of_b)) + (b - of_b)};
 }
-
-// τ times the derivative of `answer` with respect to the pull: within the span, 1 where it sticks; where
-// it slips, C/(τ + C) along the force and |u|/|v| across it.
-void add_stiffness(Mat3& H, const Primitive& p, const Vec3& pull_n, double tau, double T) noexcept {
-  const Vec3& q = p.direction;
-  const double C = p.drag_ns_per_m > 0.0 ? p.drag_ns_per_m / T : 0.0;
-  const double along = tau * (C / (tau + C));
-  if (p.kind == PrimitiveKind::plane) {
-    const double v = dot(q, pull_n);
-    if (v > 0.0) add_outer(H, v <= p.strength_n ? tau : along, q);
-    return;
-  }
-  const Vec3 v = p.kind == PrimitiveKind::line ? pull_n - dot(q, pull_n) * q : pull_n;
-  const double demanded = norm(v);
-  double across = tau;
-  if (demanded > p.strength_n) {
-    const double given = p.strength_n + C * ((demanded - p.strength_n) / (tau + C));
-    across = tau * (given / demanded);
-    add_outer(H, along - across, v / demanded);
-  }
-  H.row[0].x += across, H.row[1].y += across, H.row[2].z += across;
-  if (p.kind == PrimitiveKind::line) add_outer(H, -across, q);
+Double2 two_product(double a, double b) noexcept {
+  constexpr double splitter = 134217729.0;  // 2²⁷ + 1
+  const double a_split = splitter * a, b_split = splitter * b;
+  const double a_high = a_split - (a_split - a), b_high = b_split - (b_split - b);
+  const double a_low = a - a_high, b_low = b - b_high;
+  const double product = a * b;
+  return {product, ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low};
 }
+Double2 sum(Double2 a, Double2 b) noexcept {
+  const Double2 high = two_sum(a.high, b.high);
+  return two_sum(high.high, high.low + (a.low + b.low));
+}
+Double2 product(Double2 a, double b) noexcept {
+  const Double2 high = two_product(a.high, b);
+  return {high.high, high.low + a.low * b};
+}
+double rounded(Double2 a) noexcept { return a.high + a.low; }
 
-// Method of multipliers with Newton's method inside: for a growing τ, minimises over y = x − start the
-// convex, once differentiable
-//     Ψ(y) = k/2 |y|² − C·y + Σ max_u [u·r_i(y) − φ*_i(u) − |u − u_i|²/(2τ)]
-// (its gradient is k y − C − Σ answer(u_i + τ r_i)), then takes the maximising forces. Sweeps alone need
-// thousands of rounds where primitives are nearly parallel or drags are much stiffer than the coupling.
-// Returns the number of Newton steps.
-int approach(std::span<const Primitive> primitives, Vec3* forces_n, const Vec3& start_m, const Vec3& C, double k,
-             double T) noexcept {
-  const std::size_t n = primitives.size();
-  Vec3 y = C;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (primitives[i].kind != PrimitiveKind::directed) y += forces_n[i];
-  }
-  y = y / k;
-  int steps = 0;
-  for (const double share : {1e2, 1e4, 1e6}) {
-    const double tau = share * k;
-    const auto pull = [&](std::size_t i, const Vec3& at) {
-      return forces_n[i] + tau * ((primitives[i].position_m - start_m) - at);
-    };
-    const auto gradient = [&](const Vec3& at) {
-      Vec3 g = k * at - C;
-      for (std::size_t i = 0; i < n; ++i) {
-        if (primitives[i].kind != PrimitiveKind::directed) g -= answer(primitives[i], pull(i, at), tau, T);
-      }
-      return g;
-    };
-    Vec3 g = gradient(y);
-    for (int step = 0; step < newton_steps; ++step, ++steps) {
-      Mat3 H{{{k, 0, 0}, {0, k, 0}, {0, 0, k}}};
-      for (std::size_t i = 0; i < n; ++i) {
-        if (primitives[i].kind != PrimitiveKind::directed) add_stiffness(H, primitives[i], pull(i, y), tau, T);
-      }
-      const Vec3 d = -(inverse(H) * g);
-      const double slope = dot(g, d);
-      if (!is_finite(d) || !(slope < 0.0) || norm(g) <= 1e-13 * (norm(C) + k * norm(y))) break;
-      // Along d the slope only grows: shorten until it is past zero by less than half of what it was.
-      double low = 0.0, high = 1.0, share_of_d = 1.0;
-      Vec3 g_new = gradient(y + d);
-      for (int i = 0; i < line_search_steps && dot(g_new, d) > -0.5 * slope; ++i) {
-        high = share_of_d;
-        share_of_d = 0.5 * (low + high);
-        g_new = gradient(y + share_of_d * d);
-        if (dot(g_new, d) < 0.0) low = share_of_d;
-      }
-      y += share_of_d * d;
-      g = g_new;
-    }
-    for (std::size_t i = 0; i < n; ++i) {
-      if (primitives[i].kind != PrimitiveKind::directed) forces_n[i] = answer(primitives[i], pull(i, y), tau, T);
-    }
-  }
-  return steps;
+/// a − o, along q and across it, for q of unit length but for rounding.
+struct Slide {
+  double along = 0.0;
+  Vec3 across;
+};
+Slide slide(const Vec3& q, const Vec3& a, const Vec3& o) noexcept {
+  const Double2 x = two_sum(a.x, -o.x), y = two_sum(a.y, -o.y), z = two_sum(a.z, -o.z);
+  const Double2 along = sum(sum(product(x, q.x), product(y, q.y)), product(z, q.z));
+  const Double2 squared = sum(sum(two_product(q.x, q.x), two_product(q.y, q.y)), two_product(q.z, q.z));
+  const double longer = (squared.high - 1.0) + squared.low;  // |q|² − 1
+  const Double2 share = {-along.high, along.high * longer - along.low};
+  return {rounded(along),
+          {rounded(sum(x, product(share, q.x))), rounded(sum(y, product(share, q.y))), rounded(sum(z, product(share, q.z)))}};
 }
 
 }  // namespace
+
+/// The problem in newtons about an origin, the iterate (Z and all u), and the best iterate so far.
+class Solver::Work {
+ public:
+  explicit Work(std::size_t capacity)
+      : planes_(std::make_unique<Plane[]>(capacity)),
+        spans_(std::make_unique<Span[]>(capacity)),
+        best_forces_(std::make_unique<Vec3[]>(capacity)) {}
+
+  void pose(std::span<const Primitive> primitives, const Vec3* warm_n, const Vec3& start_m, const Vec3& probe_m, double k,
+            double T, const Vec3& directed_n, double directed_size_n, double directed_terms) noexcept;
+
+  /// Finds the balance of what was posed.
+  void solve() noexcept;
+
+  /// Writes the best balance found, and its forces in the order of the set (directed ones are left alone).
+  void give(Balance& balance, Vec3& remainder_m, Vec3* forces_n) const noexcept;
+
+  /// Room for forces in the order of the set, free until `solve`.
+  Vec3* spare_forces() noexcept { return best_forces_.get(); }
+
+ private:
+  bool run() noexcept;
+  bool refine() noexcept;
+  bool prove(int stage) noexcept;
+  void sweep() noexcept;
+  void choose() noexcept;
+  bool multiply() noexcept;
+  double slope(const Vec3& at, const Vec3& d, double tau) const noexcept;
+  void recentre() noexcept;
+  void anchor(Plane& plane) const noexcept;
+  void anchor(Span& span) const noexcept;
+  void add_common_points() noexcept;
+  Vec3 sum() const noexcept;
+
+  std::unique_ptr<Plane[]> planes_;
+  std::unique_ptr<Span[]> spans_;  // lines first, then points
+  std::unique_ptr<Vec3[]> best_forces_;
+  std::size_t plane_count_ = 0, span_count_ = 0, all_spans_ = 0;
+  bool common_ = false;
+
+  std::span<const Primitive> primitives_;
+  Vec3 origin_m_, probe_m_, directed_n_;
+  double k_ = 1.0, directed_size_n_ = 0.0, directed_terms_ = 0.0, wanted_n_ = 0.0, shown_n2_ = 0.0;
+
+  Vec3 C_, Z_;
+  double C_size_ = 0.0;
+
+  Vec3 best_origin_m_, best_Z_;
+  double best_bound_n_ = 0.0;
+  bool recentred_ = false;
+  int best_stage_ = 0, iterations_ = 0;
+  bool best_is_last_ = false;
+};
+
+// Anchors against the origin. What rounding takes from B is a shift of the anchor: where the proxy rests
+// with strength s it costs √(s|shift|) in the bound, so where that would show, the difference and its part
+// along q are taken in twice the precision.
+void Solver::Work::anchor(Plane& p) const noexcept {
+  const Vec3& a = primitives_[p.index].position_m;
+  const Vec3 B = k_ * (a - origin_m_);
+  p.b = dot(p.q, B);
+  p.size = size_of(B);
+  if (!(p.s * p.size * epsilon > shown_n2_)) return;
+  p.b = k_ * slide(p.q, a, origin_m_).along;
+  p.size = std::abs(p.b);
+}
+void Solver::Work::anchor(Span& p) const noexcept {
+  const Vec3& a = primitives_[p.index].position_m;
+  p.B = k_ * (a - origin_m_);
+  p.size = size_of(p.B);
+  if (p.q == Vec3{}) return;
+  if (p.s * p.size * epsilon > shown_n2_) {
+    p.B = k_ * slide(p.q, a, origin_m_).across;
+    p.size = size_of(p.B);
+  } else {
+    p.B = p.across(p.B);
+  }
+}
+
+void Solver::Work::pose(std::span<const Primitive> primitives, const Vec3* warm_n, const Vec3& start_m, const Vec3& probe_m,
+                        double k, double T, const Vec3& directed_n, double directed_size_n, double directed_terms) noexcept {
+  primitives_ = primitives;
+  origin_m_ = start_m, probe_m_ = probe_m, directed_n_ = directed_n;
+  k_ = k, directed_size_n_ = directed_size_n, directed_terms_ = directed_terms, wanted_n_ = k * wanted_bound_m;
+  shown_n2_ = 0.1 * wanted_n_ * wanted_n_;
+  best_bound_n_ = std::numeric_limits<double>::max();
+  iterations_ = 0;
+  recentred_ = false;
+
+  // Primitives at the start, where modes place them, get B = 0 exactly.
+  const Vec3 way_n = k * (probe_m - start_m);
+  C_ = way_n + directed_n;
+  C_size_ = 2.0 * size_of(way_n) + directed_size_n;
+  plane_count_ = 0;
+  std::size_t lines = 0, points = 0;
+  for (const Primitive& p : primitives) points += p.kind == PrimitiveKind::point, lines += p.kind == PrimitiveKind::line;
+  all_spans_ = lines + points;
+  std::size_t line = 0, point = lines;
+  const Vec3* first_m = nullptr;
+  common_ = points > 0 && primitives.size() > points;
+  for (std::size_t i = 0; i < primitives.size(); ++i) {
+    const Primitive& p = primitives[i];
+    if (p.kind == PrimitiveKind::directed) continue;
+    if (!first_m) first_m = &p.position_m;
+    const double gamma = p.drag_ns_per_m > 0.0 ? p.drag_ns_per_m / (k * T) : 0.0;
+    common_ = common_ && p.position_m == *first_m && (gamma == 0.0 || p.kind == PrimitiveKind::point);
+    if (p.kind == PrimitiveKind::plane) {
+      Plane& plane = planes_[plane_count_++];
+      plane = {p.direction, 0.0, 0.0, p.strength_n, gamma, 0.0, static_cast<std::uint32_t>(i)};
+      anchor(plane);
+      plane.t = std::max(0.0, dot(p.direction, warm_n[i]));
+      if (gamma == 0.0) plane.t = std::min(plane.t, p.strength_n);
+    } else {
+      Span& span = spans_[p.kind == PrimitiveKind::line ? line++ : point++];
+      span = {p.direction, {}, {}, p.strength_n, gamma, 0.0, static_cast<std::uint32_t>(i)};
+      anchor(span);
+      span.u = span.across(warm_n[i]);
+      if (gamma == 0.0 && norm_squared(span.u) > p.strength_n * p.strength_n) span.u = (p.strength_n / norm(span.u)) * span.u;
+    }
+  }
+  common_ = common_ && plane_count_ + lines > 0;
+  span_count_ = common_ ? lines : all_spans_;
+}
+
+Vec3 Solver::Work::sum() const noexcept {
+  Vec3 sum = C_;
+  for (std::size_t i = 0; i < plane_count_; ++i) sum += planes_[i].t * planes_[i].q;
+  for (std::size_t i = 0; i < span_count_; ++i) sum += spans_[i].u;
+  return sum;
+}
+
+// Keeps (Z, u) if its bound is the best so far, and says whether that is good enough.
+bool Solver::Work::prove(int stage) noexcept {
+  Proof proof(Z_, C_, C_size_, directed_terms_ + 1.0);
+  const double size_of_Z = size_of(Z_);
+  for (std::size_t i = 0; i < plane_count_; ++i) proof.add(gap(planes_[i], Z_, size_of_Z), planes_[i].t * planes_[i].q);
+  for (std::size_t i = 0; i < span_count_; ++i) proof.add(gap(spans_[i], Z_), spans_[i].u);
+  const double bound_n = proof.bound();
+  ++iterations_;
+  best_is_last_ = bound_n < best_bound_n_;
+  const bool done =
+      bound_n <= wanted_n_ || ((recentred_ || bound_n <= 4.0 * wanted_n_) && proof.plain_bound() <= 0.5 * wanted_n_);
+  if (best_is_last_) {
+    best_bound_n_ = bound_n;
+    best_origin_m_ = origin_m_, best_Z_ = Z_;
+    best_stage_ = stage;
+    if (!done) {
+      for (std::size_t i = 0; i < plane_count_; ++i) best_forces_[planes_[i].index] = planes_[i].t * planes_[i].q;
+      for (std::size_t i = 0; i < span_count_; ++i) best_forces_[spans_[i].index] = spans_[i].u;
+    }
+  }
+  return done;
+}
+
+// 1. Sweeps: block coordinate descent of the dual. With all forces but u held, Z without it is Z − u, and
+// u answers the pull P(B − (Z − u)) = R + u of the coupling itself.
+void Solver::Work::sweep() noexcept {
+  for (std::size_t i = 0; i < plane_count_; ++i) {
+    Plane& p = planes_[i];
+    const double t = answer(p, p.residual(Z_) + p.t, 1.0);
+    Z_ += (t - p.t) * p.q;
+    p.t = t;
+  }
+  for (std::size_t i = 0; i < span_count_; ++i) {
+    Span& p = spans_[i];
+    const Vec3 u = answer(p, p.across(p.B - Z_ + p.u), 1.0);
+    Z_ += u - p.u;
+    p.u = u;
+  }
+  Z_ = sum();
+}
+
+// Points among others at one anchor, these without drag: φ of the points together is a function of |R|
+// alone, and the rest's is homogeneous, so the balance is the rest's, drawn towards the anchor as by one
+// point of all the points' strength and drag.
+void Solver::Work::add_common_points() noexcept {
+  Span all = spans_[span_count_];
+  for (std::size_t i = span_count_ + 1; i < all_spans_; ++i) all.s += spans_[i].s, all.gamma += spans_[i].gamma;
+  const Vec3 w = all.B - Z_;
+  const double demanded = norm(w);
+  const bool sticks = demanded <= all.s;
+  const double beyond = sticks ? 0.0 : (demanded - all.s) / (1.0 + all.gamma);
+  for (; span_count_ < all_spans_; ++span_count_) {
+    Span& p = spans_[span_count_];
+    const double given = sticks ? (all.s > 0.0 ? p.s * (demanded / all.s) : 0.0) : p.s + p.gamma * beyond;
+    p.u = demanded > 0.0 ? (given / demanded) * w : Vec3{};
+  }
+  Z_ = sum();
+}
+
+// Moves the origin to the proxy as a double can say it. Residuals of what the proxy rests on are then
+// differences of nearby doubles: exact where rounding would otherwise be multiplied by τ.
+void Solver::Work::recentre() noexcept {
+  const Vec3 z_m = Z_ / k_;
+  const Vec3 origin_m = origin_m_ + z_m;
+  Z_ = k_ * ((origin_m_ - origin_m) + z_m);
+  origin_m_ = origin_m;
+  recentred_ = true;
+  const Vec3 way_n = k_ * (probe_m_ - origin_m);
+  C_ = way_n + directed_n_;
+  C_size_ = 2.0 * size_of(way_n) + directed_size_n_;
+  for (std::size_t i = 0; i < plane_count_; ++i) anchor(planes_[i]);
+  for (std::size_t i = 0; i < all_spans_; ++i) anchor(spans_[i]);
+}
+
+// 2. Active set. With w = R + u the pull that a sweep would see, a primitive sticks where |w| ≤ s; there
+// R = 0 is asked for, by a spring of stiffness τ from where it is. Where it slips, its force is s + γ|R|
+// along e = w/|w|, and for a move dZ it changes by −γ along e and by −K across it, K = |u|/(|w| − |u|)
+// with the |u| that answers w. All together is one linear system for dZ:
+//     (I + ΣK) dZ = C + Σ(force at dZ = 0) − Z.
+void Solver::Work::choose() noexcept {
+  constexpr double tau = 1e8;
+  Stiffness M;
+  Vec3 g = C_ - Z_;
+  for (std::size_t i = 0; i < plane_count_; ++i) {
+    const Plane& p = planes_[i];
+    const double r = p.residual(Z_);
+    const double w = r + p.t;
+    if (w <= 0.0) continue;
+    const bool sticks = w <= p.s;
+    const double stiffness = sticks ? tau : p.gamma;
+    g += (sticks ? p.t + tau * r : p.s + p.gamma * r) * p.q;
+    M.add_outer(stiffness, p.q);
+  }
+  for (std::size_t i = 0; i < span_count_; ++i) {
+    const Span& p = spans_[i];
+    const Vec3 R = p.residual(Z_);
+    const Vec3 w = R + p.u;
+    const double squared = norm_squared(w);
+    double across = tau;
+    if (squared <= p.s * p.s) {
+      g += p.u + tau * R;
+    } else {
+      const double demanded = std::sqrt(squared);
+      const double given = length_given(demanded, p.s, p.gamma, 1.0);
+      const Vec3 e = w / demanded;
+      across = std::min(tau, given / (demanded - given));
+      const double along = dot(e, R);
+      g += (p.s + p.gamma * along - across * along) * e + across * R;
+      M.add_outer(p.gamma - across, e);
+    }
+    M.add_identity(across);
+    M.add_outer(-across, p.q);
+  }
+  const Vec3 dZ = M.solve(g);
+  for (std::size_t i = 0; i < plane_count_; ++i) {
+    Plane& p = planes_[i];
+    const double r = p.residual(Z_);
+    const double w = r + p.t;
+    const double moved = r - dot(p.q, dZ);
+    if (w <= 0.0) {
+      p.t = 0.0;
+    } else if (w <= p.s) {
+      p.t = std::clamp(p.t + tau * moved, 0.0, p.s);
+    } else {
+      p.t = p.s + p.gamma * std::max(0.0, moved);
+    }
+  }
+  for (std::size_t i = 0; i < span_count_; ++i) {
+    Span& p = spans_[i];
+    const Vec3 R = p.residual(Z_);
+    const Vec3 w = R + p.u;
+    const Vec3 moved = R - p.across(dZ);
+    if (norm_squared(w) <= p.s * p.s) {
+      p.u = shortened(p.across(p.u + tau * moved), p.s);
+    } else if (const double reach = norm(moved); dot(w, moved) > 0.0) {
+      p.u = ((p.s + p.gamma * reach) / reach) * p.across(moved);
+    }
+  }
+  Z_ += dZ;
+}
+
+// 3. Method of multipliers. For a penalty τ, the convex, once differentiable
+//     Ψ(Z) = ½|Z − C|² + Σ max_v [v·R − φ*(v) − |v − u|²/(2τ)],   ∇Ψ = Z − C − Σ answer(u + τR)
+// is minimised by Newton's method; the forces that answer there are the next u. Every pass brings the
+// forces nearer to a balanced set, by a factor that falls with τ.
+double Solver::Work::slope(const Vec3& at, const Vec3& d, double tau) const noexcept {
+  double slope = dot(at - C_, d);
+  for (std::size_t i = 0; i < plane_count_; ++i) {
+    const Plane& p = planes_[i];
+    slope -= answer(p, p.t + tau * p.residual(at), tau) * dot(p.q, d);
+  }
+  for (std::size_t i = 0; i < span_count_; ++i) {
+    const Span& p = spans_[i];
+    slope -= dot(answer(p, p.u + tau * p.residual(at), tau), d);
+  }
+  return slope;
+}
+
+bool Solver::Work::multiply() noexcept {
+  double tau = 1e3;
+  for (int level = 0; level < max_levels; ++level, tau = std::min(1e14, tau * 10.0)) {
+    recentre();
+    for (int step = 0; step < max_newton_steps; ++step) {
+      Stiffness M;
+      Vec3 g = C_ - Z_;
+      double size = size_of(C_);
+      for (std::size_t i = 0; i < plane_count_; ++i) {
+        const Plane& p = planes_[i];
+        const double w = p.t + tau * p.residual(Z_);
+        const double t = answer(p, w, tau);
+        g += t * p.q;
+        size += t;
+        if (w > 0.0) M.add_outer(w <= p.s ? tau : tau * (p.gamma / (tau + p.gamma)), p.q);
+      }
+      for (std::size_t i = 0; i < span_count_; ++i) {
+        const Span& p = spans_[i];
+        const Vec3 w = p.u + tau * p.residual(Z_);
+        const double squared = norm_squared(w);
+        double across = tau;
+        if (squared <= p.s * p.s) {
+          g += w;
+        } else {
+          const double demanded = std::sqrt(squared);
+          const double given = length_given(demanded, p.s, p.gamma, tau) / demanded;
+          g += given * w;
+          across = tau * given;
+          M.add_outer(tau * (p.gamma / (tau + p.gamma)) - across, w / demanded);
+        }
+        size += size_of(p.u);
+        M.add_identity(across);
+        M.add_outer(-across, p.q);
+      }
+      ++iterations_;
+      if (size_of(g) <= 4.0 * epsilon * size) break;
+      const Vec3 d = M.solve(g);
+      const double start = -dot(g, d);
+      if (!(start < 0.0) || !is_finite(d)) break;
+      // Along d the slope only grows, from `start` < 0. A step that ends past its zero by little, or before
+      // it, is taken; otherwise the zero is drawn in from both sides.
+      double low = 0.0, high = 1.0, at_low = start, share = 1.0;
+      double at_share = slope(Z_ + d, d, tau);
+      for (int i = 0; i < max_line_search && at_share > -0.5 * start; ++i) {
+        high = share;
+        const double secant = low + (high - low) * (at_low / (at_low - at_share));
+        share = std::clamp(secant, low + 0.1 * (high - low), low + 0.6 * (high - low));
+        at_share = slope(Z_ + share * d, d, tau);
+        while (at_share < 0.5 * start && i < max_line_search) {  // too short: move the near end
+          low = share, at_low = at_share;
+          share = 0.5 * (low + high);
+          at_share = slope(Z_ + share * d, d, tau);
+          ++i;
+        }
+      }
+      Z_ += share * d;
+    }
+    for (std::size_t i = 0; i < plane_count_; ++i) {
+      Plane& p = planes_[i];
+      p.t = answer(p, p.t + tau * p.residual(Z_), tau);
+    }
+    for (std::size_t i = 0; i < span_count_; ++i) {
+      Span& p = spans_[i];
+      p.u = p.across(answer(p, p.u + tau * p.residual(Z_), tau));
+    }
+    if (prove(3)) return true;
+  }
+  return false;
+}
+
+bool Solver::Work::run() noexcept {
+  Z_ = sum();
+  for (int i = 0; i < max_sweeps; ++i) {
+    sweep();
+    if (prove(1)) return true;
+  }
+  return refine();
+}
+
+bool Solver::Work::refine() noexcept {
+  for (int i = 0; i < max_choices; ++i) {
+    if (i > 0) recentre();
+    choose();
+    if (prove(2)) return true;
+  }
+  return multiply();
+}
+
+void Solver::Work::solve() noexcept {
+  run();
+  if (!common_) return;
+  add_common_points();
+  best_bound_n_ = std::numeric_limits<double>::max();
+  if (!prove(1)) refine();
+}
+
+void Solver::Work::give(Balance& balance, Vec3& remainder_m, Vec3* forces_n) const noexcept {
+  const Vec3 z_m = best_Z_ / k_;
+  balance.position_m = best_origin_m_ + z_m;
+  remainder_m = (best_origin_m_ - balance.position_m) + z_m;
+  balance.error_bound_m = best_bound_n_ / k_ * (1.0 + epsilon) + norm(remainder_m) + 2.0 * epsilon * norm(z_m);
+  balance.stage = best_stage_;
+  balance.iterations = iterations_;
+  if (best_is_last_) {
+    for (std::size_t i = 0; i < plane_count_; ++i) forces_n[planes_[i].index] = planes_[i].t * planes_[i].q;
+    for (std::size_t i = 0; i < span_count_; ++i) forces_n[spans_[i].index] = spans_[i].u;
+  } else {
+    for (std::size_t i = 0; i < plane_count_; ++i) forces_n[planes_[i].index] = best_forces_[planes_[i].index];
+    for (std::size_t i = 0; i < span_count_; ++i) forces_n[spans_[i].index] = best_forces_[spans_[i].index];
+  }
+}
 
 Solver::Solver(std::size_t capacity)
     : capacity_(capacity),
       forces_(std::make_unique<Vec3[]>(capacity)),
       ids_(std::make_unique<PrimitiveId[]>(capacity)),
-      kept_forces_(std::make_unique<Vec3[]>(capacity)),
-      kept_ids_(std::make_unique<PrimitiveId[]>(capacity)) {}
+      work_(std::make_unique<Work>(capacity)) {}
+
+Solver::~Solver() = default;
 
 Balance Solver::solve(const PrimitiveSet& set, const Vec3& start_m, const Vec3& probe_m, double k, double T) noexcept {
   assert(set.size() <= capacity_);
-  const std::span<const Primitive> primitives = set.primitives();
-  const std::size_t n = std::min(primitives.size(), capacity_);
+  const std::span<const Primitive> primitives = set.primitives().first(std::min(set.size(), capacity_));
+  const std::size_t n = primitives.size();
+  remainder_m_ = {};
 
-  // Forces of the last balance, matched by who placed them.
-  std::swap(forces_, kept_forces_);
-  std::swap(ids_, kept_ids_);
-  const std::size_t kept = size_;
-  size_ = n;
+  // Forces of the last balance, matched by who placed them; sets rarely change their order.
+  bool same = size_ == n;
   Vec3 directed_n;
+  double directed_size_n = 0.0, directed_terms = 0.0;
   bool drags = false;
   for (std::size_t i = 0; i < n; ++i) {
     const Primitive& p = primitives[i];
-    ids_[i] = p.id;
-    forces_[i] = {};
+    same = same && ids_[i] == p.id;
     drags = drags || p.drag_ns_per_m > 0.0;
-    if (p.kind == PrimitiveKind::directed) {
-      forces_[i] = p.strength_n * p.direction;
-      directed_n += forces_[i];
-      continue;
-    }
-    for (std::size_t step = 0; step < kept; ++step) {  // the same place first: sets rarely change
-      const std::size_t j = (i + step) % kept;
-      if (kept_ids_[j] == p.id) {
-        forces_[i] = kept_forces_[j];
+    if (p.kind != PrimitiveKind::directed) continue;
+    directed_n += p.strength_n * p.direction;
+    directed_size_n += 2.0 * p.strength_n;
+    directed_terms += 1.0;
+  }
+  if (!same) match(primitives);
+
+  const bool time_usable = !drags || (std::isfinite(T) && T >= shortest_time_s);
+  if (!(k >= softest_n_per_m && k <= stiffest_n_per_m) || !time_usable || !usable(start_m) || !usable(probe_m)) {
+    std::fill_n(forces_.get(), n, Vec3{});
+    return {usable(start_m) ? start_m : Vec3{}, std::numeric_limits<double>::max(), BalanceStatus::bad_input, 0, 0};
+  }
+  // With nothing to balance the proxy is the probe itself, to the last bit.
+  if (n == 0) return {probe_m, 0.0, BalanceStatus::exact, 0, 0};
+
+  work_->pose(primitives, forces_.get(), start_m, probe_m, k, T, directed_n, directed_size_n, directed_terms);
+  work_->solve();
+  Balance balance;
+  work_->give(balance, remainder_m_, forces_.get());
+  for (std::size_t i = 0; i < n && directed_terms > 0.0; ++i) {
+    if (primitives[i].kind == PrimitiveKind::directed) forces_[i] = primitives[i].strength_n * primitives[i].direction;
+  }
+  balance.status = balance.error_bound_m <= exact_bound_m ? BalanceStatus::exact : BalanceStatus::capped;
+  return balance;
+}
+
+void Solver::match(std::span<const Primitive> primitives) noexcept {
+  Vec3* const matched = work_->spare_forces();
+  for (std::size_t i = 0; i < primitives.size(); ++i) {
+    matched[i] = {};
+    for (std::size_t step = 0; step < size_; ++step) {  // the same place first
+      const std::size_t j = (i + step) % size_;
+      if (ids_[j] == primitives[i].id) {
+        matched[i] = forces_[j];
         break;
       }
     }
   }
-
-  const bool time_usable = !drags || (std::isfinite(T) && T >= shortest_time_s);
-  if (!(k > 0.0) || !(k <= stiffest_n_per_m) || !time_usable || !usable(start_m) || !usable(probe_m) ||
-      !is_finite(directed_n)) {
-    std::fill_n(forces_.get(), n, Vec3{});
-    return {usable(start_m) ? start_m : Vec3{}, std::numeric_limits<double>::max(), BalanceStatus::bad_input, 0, 0};
-  }
-
-  // In newtons, about the start: primitives placed at the proxy then sit at exactly zero.
-  //   Z = k (x − start),  C = k (probe − start) + directed,  Z = C + Σu at every moment.
-  const Vec3 C = k * (probe_m - start_m) + directed_n;
-  Vec3 Z;
-  bool only_directed = true;
-  for (const Primitive& p : primitives.first(n)) only_directed = only_directed && p.kind == PrimitiveKind::directed;
-  // With nothing to balance the proxy is the probe itself, to the last bit.
-  if (n == 0) return {probe_m, 0.0, BalanceStatus::exact, 0, 0};
-
-  Balance best;
-  best.error_bound_m = std::numeric_limits<double>::max();
-  bool best_is_last = false;
-  bool done = false;
-  const std::span<Vec3> forces{forces_.get(), n};
-  for (int round = 0; round < max_rounds && !done; ++round) {
-    best.stage = round == 0 ? 1 : 2;
-    if (round > 0) best.iterations += approach(primitives.first(n), forces_.get(), start_m, C, k, T);
-    for (int sweep = 1; sweep <= sweeps_per_round && !done; ++sweep) {
-      // The sum anew: Z would gather rounding over the sweeps.
-      Z = C;
-      for (std::size_t i = 0; i < n; ++i) {
-        if (primitives[i].kind != PrimitiveKind::directed) Z += forces[i];
-      }
-      for (std::size_t i = 0; i < n; ++i) {
-        const Primitive& p = primitives[i];
-        if (p.kind == PrimitiveKind::directed) continue;
-        const Vec3 without = Z - forces[i];
-        forces[i] = answer(p, k * (p.position_m - start_m) - without, k, T);
-        Z = without + forces[i];
-      }
-      ++best.iterations;
-      if (sweep > 3 && sweep % 3 != 1) continue;  // the certificate costs as much as a sweep
-      Z = C;
-      for (std::size_t i = 0; i < n; ++i) {
-        if (primitives[i].kind != PrimitiveKind::directed) Z += forces[i];
-      }
-      const Vec3 x_m = start_m + Z / k;
-      if (!is_finite(x_m)) break;
-      const double bound_m = error_bound_m(primitives.first(n), forces, x_m, probe_m, k, T);
-      // Rounding alone can keep the bound above what is wanted; then it stops falling.
-      const bool at_floor = bound_m <= exact_bound_m && bound_m > 0.5 * best.error_bound_m;
-      done = bound_m <= wanted_bound_m || at_floor || only_directed;
-      best_is_last = bound_m < best.error_bound_m;
-      if (best_is_last) {
-        best.position_m = x_m;
-        best.error_bound_m = bound_m;
-        std::copy_n(forces_.get(), n, kept_forces_.get());  // the warm start has been taken: its place is free
-      }
-    }
-  }
-  if (!best_is_last) std::copy_n(kept_forces_.get(), n, forces_.get());
-  best.status = best.error_bound_m <= exact_bound_m ? BalanceStatus::exact : BalanceStatus::capped;
-  return best;
+  size_ = primitives.size();
+  for (std::size_t i = 0; i < size_; ++i) ids_[i] = primitives[i].id, forces_[i] = matched[i];
 }
 
 Balance solve_once(const PrimitiveSet& primitives, const Vec3& start_m, const Vec3& probe_m, double stiffness_n_per_m,

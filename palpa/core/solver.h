@@ -1,4 +1,4 @@
-// The exact law: dual block sweeps and Newton steps, with a certificate.
+// The exact law: dual sweeps, a stick/slip active set and a method of multipliers, each with its proof.
 #pragma once
 
 #include <memory>
@@ -7,34 +7,42 @@
 
 namespace palpa {
 
-/// Finds the exact balance by sweeping over the primitives' forces.
+/// Finds the exact balance, and proves it.
 ///
-/// The dual variables of E (see Law) are the primitives' forces u_i; x = p + (d + Σu_i)/k. Holding all
-/// forces but one, the best u_i has a closed form: with v = k·r the force that would bring the proxy
-/// onto primitive i,
-///     |v| ≤ s:  u = v                                       (stick)
-///     |v| > s:  u = (s + c/T·ρ) v/|v|,  ρ = (|v| − s)/(k + c/T)   (slip)
-/// (a plane: along its normal only, never negative). One sweep over primitives whose spans are mutually
-/// orthogonal is exact: a point, a line, a plane, surface with friction (stage 1). Otherwise sweeps repeat,
-/// with a few Newton steps of the method of multipliers between two rounds of them (stage 2), until the
-/// certificate (`error_bound_m`) is below the tolerance or the cap is reached.
+/// The dual variables of E (see Law) are the primitives' forces u; x = probe + (directed + Σu)/k. Three
+/// stages follow each other until the bound of `error_bound_m` says that the balance is found; the
+/// derivations stand above each in solver.cpp, the theory in docs/theory.md:
+///   1. sweeps: each force in turn becomes the best one, all others held. One sweep is the closed form of
+///      a single primitive, of mutually orthogonal ones and of points among others at one anchor;
+///   2. active set: which primitives stick and which slip is taken from the forces, the balance of that
+///      choice comes from a 3×3 system, and it says who sticks and slips next;
+///   3. multipliers: the fallback, convergent from anywhere.
+/// All counts are capped; at the cap the best balance met is returned with its bound.
 class Solver final : public Law {
  public:
-  /// Takes memory for sets of up to `capacity` primitives.
+  /// Takes memory for sets of up to `capacity` primitives. Throws std::bad_alloc.
   explicit Solver(std::size_t capacity = 64);
+  ~Solver() override;
 
   Balance solve(const PrimitiveSet& primitives, const Vec3& start_m, const Vec3& probe_m, double stiffness_n_per_m,
                 double time_step_s) noexcept override;
   std::span<const Vec3> forces_n() const noexcept override { return {forces_.get(), size_}; }
   void reset() noexcept override { size_ = 0; }
 
+  /// [m] What position_m of the last balance lost when it was rounded: the bound was proven at position_m +
+  /// remainder_m(), a sum that no double holds, and then widened by the remainder.
+  const Vec3& remainder_m() const noexcept { return remainder_m_; }
+
  private:
+  class Work;
+  void match(std::span<const Primitive> primitives) noexcept;
+
   std::size_t capacity_;
   std::size_t size_ = 0;
   std::unique_ptr<Vec3[]> forces_;
   std::unique_ptr<PrimitiveId[]> ids_;
-  std::unique_ptr<Vec3[]> kept_forces_;
-  std::unique_ptr<PrimitiveId[]> kept_ids_;
+  std::unique_ptr<Work> work_;
+  Vec3 remainder_m_;
 };
 
 /// The balance of one set, once: a Solver made for the occasion. Allocates.

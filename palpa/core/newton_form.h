@@ -1,0 +1,157 @@
+// A balance in newtons: the form in which it is solved (solver.cpp) and proven (law.cpp). Internal.
+//
+// With an origin o near the proxy, everything is multiplied by the stiffness k once:
+//     Z = k (x − o)      the unknown            C = k (probe − o) + Σ directed
+//     B = k (a − o)      of each primitive      γ = c/(kT)
+// and the energy of law.h, times k, is free of parameters (docs/theory.md):
+//     ½|Z − C|² + Σ φ(R),   φ(R) = s|R| + γ/2 |R|²,   R = P (B − Z),
+// P the projection on the primitive's span: all directions (point), those across q (line), q alone and
+// one-sided (plane). At the balance Z = C + Σu, with u the forces, each in the subdifferential of φ at R.
+#pragma once
+
+#include <limits>
+
+#include "palpa/core/primitives.h"
+
+namespace palpa::newton_form {
+
+inline constexpr double epsilon = std::numeric_limits<double>::epsilon();  // one rounding is at most half of it
+
+inline double size_of(const Vec3& v) noexcept { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
+
+/// A point or a line. A point is a line without direction: P v = v − (q·v) q with q = 0. The anchor of a
+/// line is slid along it to the place nearest the origin, so that B has no part along q.
+struct Span {
+  Vec3 q, B, u;
+  double s = 0.0, gamma = 0.0;
+  double size = 0.0;        // of k (a − o), for the rounding of B
+  std::uint32_t index = 0;  // in the set
+
+  Vec3 across(const Vec3& v) const noexcept { return v - dot(q, v) * q; }
+  Vec3 residual(const Vec3& Z) const noexcept { return across(B - Z); }
+};
+
+/// A plane: all it does is along q, so b = q·B, r = b − q·Z and u = t q.
+struct Plane {
+  Vec3 q;
+  double b = 0.0, t = 0.0, s = 0.0, gamma = 0.0;
+  double size = 0.0;  // of B, for the rounding of b
+  std::uint32_t index = 0;
+
+  double residual(const Vec3& Z) const noexcept { return b - dot(q, Z); }
+};
+
+/// One primitive's part in the duality gap  g = φ(R) + φ*(u) − u·R ≥ 0,  φ*(u) = (|u| − s)₊²/(2γ).
+///
+/// g is a difference of nearly equal terms, so it is never computed as one. With l = min(|u|, s),
+/// m = (|u| − s)₊/γ and e = u/|u| it is a sum of products of non-negative factors:
+///   point, line:  (s − l)|R| + l (|R| − e·R) + γ/2 |R − m e|²,   |R| − e·R = |e × R|²/(|R| + e·R)
+///   plane:        (s − l) r₊ + |u| r₋ + γ/2 (r₊ − m)²
+/// and each factor is raised by its rounding. What is proven is about a force that lies within the set
+/// exactly, and is exactly as long as s + γ|R| where it is so but for rounding: `slack` away from u.
+struct Gap {
+  double plain = 0.0;    // [N²] as it comes out
+  double rounded = 0.0;  // [N²] at most this, rounding included
+  double slack = 0.0;    // [N]
+};
+
+// Above this the miss of the last term is small enough by itself, and γ times a rounding of R is not.
+inline constexpr double largest_exact_gamma = 1.0;
+
+inline Gap gap(const Plane& p, const Vec3& Z, double size_of_Z) noexcept {
+  const double r = p.residual(Z);
+  const double delta = 4.0 * epsilon * (p.size + size_of_Z);
+  const double behind = std::max(0.0, r), before = std::max(0.0, -r);
+  const double raised_behind = std::max(0.0, r + delta), raised_before = std::max(0.0, delta - r);
+  const double given = p.s + p.gamma * behind;
+  Gap gap;
+  gap.slack = 2.0 * epsilon * p.t;
+  if (p.gamma <= largest_exact_gamma && std::abs(p.t - given) <= 8.0 * epsilon * given) {
+    gap.slack += 8.0 * epsilon * given + p.gamma * delta;
+    gap.plain = given * before;
+    gap.rounded = given * raised_before;
+    return gap;
+  }
+  const double l = std::min(p.t, p.s);
+  gap.plain = (p.s - l) * behind + p.t * before;
+  gap.rounded = (p.s - l) * raised_behind + p.t * raised_before;
+  if (p.gamma > 0.0) {
+    const double m = (p.t - l) / p.gamma;
+    const double miss = std::abs(behind - m);
+    const double raised = miss + delta + 4.0 * epsilon * (m + p.t / p.gamma);
+    gap.plain += 0.5 * p.gamma * miss * miss;
+    gap.rounded += 0.5 * p.gamma * raised * raised;
+  }
+  return gap;
+}
+
+inline Gap gap(const Span& p, const Vec3& Z) noexcept {
+  const Vec3 D = p.B - Z;
+  const Vec3 R = p.across(D);
+  const double delta = 6.0 * epsilon * (p.size + size_of(D));
+  const double reach = norm(R);
+  const double length = norm(p.u);
+  const double given = p.s + p.gamma * reach;
+  const bool exact = p.gamma <= largest_exact_gamma && std::abs(length - given) <= 16.0 * epsilon * given;
+  const double l = exact ? given : std::min(length, p.s);
+  Gap gap;
+  gap.slack = 8.0 * epsilon * length + std::abs(dot(p.q, p.u));
+  if (exact) {
+    gap.slack += 16.0 * epsilon * given + p.gamma * delta;
+  } else {
+    gap.plain = (p.s - l) * reach;
+    gap.rounded = (p.s - l) * (reach + delta);
+  }
+  if (l > 0.0) {
+    const double along = dot(p.u, R) / length;
+    if (along > 0.0 && reach > 4.0 * delta) {
+      const double off = norm(cross(p.u, R)) / length;
+      const double raised = off + delta + 8.0 * epsilon * reach;
+      gap.plain += l * off * (off / (reach + along));
+      gap.rounded += l * raised * (raised / (reach + along - 3.0 * delta));
+    } else {
+      gap.plain += l * (reach - along);
+      gap.rounded += l * (reach - along + 2.0 * delta);
+    }
+  }
+  if (p.gamma > 0.0 && !exact) {
+    const double m = (length - l) / p.gamma;
+    const double miss = norm(R - (length > 0.0 ? m / length : 0.0) * p.u);
+    const double raised = miss + delta + 8.0 * epsilon * (m + length / p.gamma);
+    gap.plain += 0.5 * p.gamma * miss * miss;
+    gap.rounded += 0.5 * p.gamma * raised * raised;
+  }
+  return gap;
+}
+
+/// The duality gap of one point and one set of forces, gathered primitive by primitive, and what it proves:
+///     |Z − Z*| ≤ (ρ + √(ρ² + 4ε))/2,   ρ = |Z − C − Σu|,   ε = Σ g.
+class Proof {
+ public:
+  /// C was summed from `terms` terms of `size` [N] together.
+  Proof(const Vec3& Z, const Vec3& C, double size, double terms) noexcept
+      : left_(Z - C), size_(size_of(Z) + size), terms_(terms) {}
+
+  void add(const Gap& gap, const Vec3& u) noexcept {
+    left_ -= u;
+    size_ += size_of(u);
+    slack_ += gap.slack;
+    plain_ += gap.plain;
+    rounded_ += gap.rounded;
+    ++terms_;
+  }
+  /// [N] without what rounding may have done, which only tells whether more work would help.
+  double plain_bound() const noexcept { return bound(norm(left_), plain_); }
+  /// [N] rounding of all steps included.
+  double bound() const noexcept {
+    return bound(norm(left_) + slack_ + (4.0 + terms_) * epsilon * size_, rounded_) * (1.0 + (8.0 + terms_) * epsilon);
+  }
+
+ private:
+  static double bound(double rho, double gap) noexcept { return 0.5 * (rho + std::sqrt(rho * rho + 4.0 * gap)); }
+
+  Vec3 left_;
+  double size_ = 0.0, slack_ = 0.0, plain_ = 0.0, rounded_ = 0.0, terms_ = 0.0;
+};
+
+}  // namespace palpa::newton_form
