@@ -1,7 +1,7 @@
 // What a balance costs: the exact law by family, number of primitives and stage, in scenes under a moving hand, and
 // beside the laws of earlier systems and general solvers.
 //
-//   bench_solver [--problems 200] [--family NAME] [--without-general]
+//   bench_solver [--problems 200] [--family NAME] [--part scenes|families|baselines|general]
 //
 // Times are of `Solver::solve` alone, by the clock named at the top, whose own cost is inside every time. Each problem
 // is timed 3 times and the best kept; median, p99 and maximum are then taken over problems, so that they tell of hard
@@ -57,7 +57,7 @@ constexpr std::string_view ordinary[] = {"random", "haptic", "haptic_slipping"};
 struct Options {
   int problems = 200;
   std::string family;
-  bool general = true;
+  std::string part;  ///< empty: all
 };
 
 bool is_ordinary(const Family& family) {
@@ -505,8 +505,10 @@ std::optional<Options> options_of(int argc, char** argv) {
   Options options;
   for (int i = 1; i < argc; ++i) {
     const std::string_view key = argv[i];
-    if (key == "--without-general") {
-      options.general = false;
+    if (key == "--part" && i + 1 < argc) {
+      options.part = argv[++i];
+      constexpr std::string_view parts[] = {"scenes", "families", "baselines", "general"};
+      if (std::find(std::begin(parts), std::end(parts), options.part) == std::end(parts)) return std::nullopt;
     } else if (key == "--problems" && i + 1 < argc) {
       options.problems = std::atoi(argv[++i]);
     } else if (key == "--family" && i + 1 < argc) {
@@ -526,20 +528,24 @@ std::optional<Options> options_of(int argc, char** argv) {
 int main(int argc, char** argv) {
   const std::optional<Options> options = options_of(argc, argv);
   if (!options) {
-    std::fputs("usage: bench_solver [--problems N] [--family NAME] [--without-general]\n", stderr);
+    std::fputs("usage: bench_solver [--problems N] [--family NAME] [--part scenes|families|baselines|general]\n", stderr);
     return 2;
   }
   Bench bench;
   std::printf("clock: %s, in steps of %.1f ns; its own cost, which every time contains: %.1f ns\n", Clock::name(),
               bench.clock().step_ns(), bench.clock().own_ns());
   Figures figures;
-  measure_scenes(bench, figures);
-  measure_families(bench, *options, figures);
-  if (options->family.empty()) {
+  const auto asked = [&](std::string_view part) {
+    if (!options->part.empty()) return options->part == part;
+    return options->family.empty() || part == "families";
+  };
+  if (asked("scenes")) measure_scenes(bench, figures);
+  if (asked("families")) measure_families(bench, *options, figures);
+  if (asked("baselines")) {
     measure_baselines(bench, *options, "ordinary families", is_ordinary);
     measure_baselines(bench, *options, "degenerate families", [](const Family& family) { return !is_ordinary(family); });
-    if (options->general) measure_general(bench, *options, figures);
   }
+  if (asked("general")) measure_general(bench, *options, figures);
   figures.at_most("allocations in " + std::to_string(bench.solves()) + " solves", static_cast<double>(bench.allocations()), 0,
                   "");
   figures.print();
