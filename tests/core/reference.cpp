@@ -236,14 +236,15 @@ int minimise(State<T>& state, T tau, T relative, int most_steps) {
     const V<T> d = H.solve(f);
     const T slope = dot(f, d);  // of −Ψ along d; falls along d, for Ψ is convex
     if (!finite(d) || !(slope > T(0))) break;
+    // Up to `low` Ψ has fallen by slope_low·low at least; from there to t it has risen by −now (t − low) at most.
     T t = T(1), low = T(0), high = T(0), slope_low = slope, slope_high = T(0);
-    for (int i = 0; i < 60; ++i) {
+    for (int i = 0; i < 120; ++i) {
       const T now = dot(left_over(state, t * d, tau), d);
-      if (now >= T(0) && high == T(0)) break;
-      if (now <= T(0.5) * slope && now >= T(-0.5) * slope) break;
-      if (now > T(0)) {
+      if (now >= T(0)) {
+        if (high == T(0) || now <= T(0.5) * slope) break;
         low = t, slope_low = now;
       } else {
+        if (-now * (t - low) <= T(0.5) * slope_low * low) break;
         high = t, slope_high = now;
       }
       // By turns the secant and the middle.
