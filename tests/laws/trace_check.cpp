@@ -1,0 +1,171 @@
+#include "tests/laws/trace_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "palpa/core/load_error.h"
+
+namespace palpa::test {
+
+namespace {
+
+using Quad = __float128;
+
+constexpr double ulp = std::numeric_limits<double>::epsilon();
+
+struct Quad3 {
+  Quad x = 0, y = 0, z = 0;
+};
+Quad3 wide(const Vec3& a) { return {a.x, a.y, a.z}; }
+Quad3 operator-(const Quad3& a, const Quad3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+Quad3 operator*(Quad f, const Quad3& a) { return {f * a.x, f * a.y, f * a.z}; }
+Quad dot(const Quad3& a, const Quad3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+// Two steps of Newton's method from the root of 64 bits.
+Quad root(Quad a) {
+  if (!(a > 0)) return 0;
+  Quad y = std::sqrt(static_cast<long double>(a));
+  if (!(y > 0)) return 0;
+  for (int i = 0; i < 2; ++i) y = (y + a / y) / 2;
+  return y;
+}
+Quad length(const Quad3& a) { return root(dot(a, a)); }
+Quad largest(Quad a, Quad b) { return a > b ? a : b; }
+
+// ρ and ε of the formula, summed up primitive by primitive, and how far rounding may have raised each.
+class Formula {
+ public:
+  Formula(const Vec3& x_m, const Vec3& probe_m, const Vec3& directed_n, double k, double T)
+      : x_(wide(x_m)), left_(Quad(k) * (wide(x_m) - wide(probe_m)) - wide(directed_n)), k_(k), T_(T) {
+    position_ulp_m_ = ulp * largest_component(x_m);
+    rho_rounding_ = k * position_ulp_m_;
+  }
+
+  void add(std::string_view kind, const Vec3& position_m, const Vec3& direction, double s, double c, const Vec3& force_n) {
+    Quad3 q = wide(direction);
+    if (kind != "point") q = (1 / length(q)) * q;
+    const Quad3 d = wide(position_m) - x_;
+    Quad3 u = wide(force_n);
+    Quad3 R = d;
+    if (kind == "line") {
+      u = u - dot(q, u) * q;
+      R = d - dot(q, d) * q;
+    }
+    if (kind == "plane") {
+      u = largest(0, dot(q, u)) * q;
+      R = dot(q, d) * q;
+    }
+    if (c == 0.0 && length(u) > s) u = (s / length(u)) * u;
+    const Quad reach = kind == "plane" ? largest(0, dot(q, d)) : length(R);
+    const Quad force = length(u);
+    left_ = left_ - u;
+    epsilon_ = epsilon_ + s * reach + Quad(c) / (2 * Quad(T_)) * reach * reach - dot(u, R);
+    if (c > 0.0) {
+      const Quad over = largest(0, force - s);
+      epsilon_ = epsilon_ + Quad(T_) / (2 * Quad(c)) * over * over;
+    }
+    const double size_n = s + static_cast<double>(force);
+    rho_rounding_ += 4.0 * ulp * size_n;
+    epsilon_rounding_ += size_n * (position_ulp_m_ + 8.0 * ulp * static_cast<double>(length(R)));
+  }
+
+  double bound_m() const {
+    const Quad rho = length(left_);
+    return static_cast<double>((rho + root(rho * rho + 4 * k_ * largest(0, epsilon_))) / (2 * k_));
+  }
+  double rounding_m() const {
+    const auto k = static_cast<double>(k_);
+    return rho_rounding_ / k + std::sqrt(epsilon_rounding_ / k);
+  }
+
+ private:
+  Quad3 x_, left_;
+  Quad k_, T_, epsilon_ = 0;
+  double position_ulp_m_ = 0.0, rho_rounding_ = 0.0, epsilon_rounding_ = 0.0;
+};
+
+}  // namespace
+
+CsvRows::CsvRows(const std::filesystem::path& file) : lines_(file) {
+  if (!lines_.exists())
+    throw LoadError(file.string() +
+                    ": does not exist; name the folder of a trace, for its balances one recorded with --primitives");
+  std::string_view header;
+  if (!lines_.next(header)) throw LoadError(file.string() + ": is empty; a trace's files begin with a header");
+  std::vector<std::string_view> names;
+  detail::split(header, names);
+  for (const std::string_view name : names) columns_.emplace(name, columns_.size());
+}
+
+bool CsvRows::next() {
+  std::string_view line;
+  if (!lines_.next(line)) return false;
+  detail::split(line, cells_);
+  if (cells_.size() < columns_.size()) {
+    throw LoadError(place() + ": " + std::to_string(cells_.size()) + " cells under " + std::to_string(columns_.size()) +
+                    " columns; each row has one of each");
+  }
+  return true;
+}
+
+std::string_view CsvRows::text(const std::string& column) const {
+  const auto found = columns_.find(column);
+  if (found == columns_.end()) throw LoadError(place() + ": no column '" + column + "'; this is no trace of ours");
+  return cells_[found->second];
+}
+
+double CsvRows::number(const std::string& column) const {
+  double value = 0.0;
+  if (!detail::take_number(text(column), value)) {
+    throw LoadError(place() + ": column " + column + ": '" + std::string(text(column)) + "' is no number");
+  }
+  return value;
+}
+
+std::int64_t CsvRows::integer(const std::string& column) const {
+  std::int64_t value = 0;
+  if (!detail::take_number(text(column), value)) {
+    throw LoadError(place() + ": column " + column + ": '" + std::string(text(column)) + "' is no whole number");
+  }
+  return value;
+}
+
+Vec3 CsvRows::vector(const std::string& name, const std::string& unit) const {
+  const std::string tail = unit.empty() ? "" : "_" + unit;
+  return {number(name + "_x" + tail), number(name + "_y" + tail), number(name + "_z" + tail)};
+}
+
+void check_balances(const std::filesystem::path& trace, const std::function<void(const CheckedBalance&)>& visit) {
+  CsvRows balances(trace / "balances.csv"), primitives(trace / "primitives.csv");
+  bool more = primitives.next();
+  while (balances.next()) {
+    CheckedBalance checked;
+    checked.tick = balances.integer("tick");
+    checked.sub_step = balances.integer("sub_step");
+    checked.status = balances.text("status");
+    checked.claimed_m = balances.number("error_bound_m");
+    Formula formula(balances.vector("balance", "m"), balances.vector("probe", "m"), balances.vector("directed", "n"),
+                    balances.number("k_n_per_m"), balances.number("dt_s"));
+    const std::int64_t expected = balances.integer("primitives");
+    for (std::int64_t i = 0; i < expected; ++i, more = primitives.next()) {
+      if (!more || primitives.integer("tick") != checked.tick || primitives.integer("sub_step") != checked.sub_step) {
+        throw LoadError(primitives.place() + (more ? ": does not belong to" : ": is the last row, before those of") +
+                        " the sub-step of " + balances.place());
+      }
+      const std::string_view kind = primitives.text("kind");
+      if (kind == "directed") continue;
+      if (kind != "point" && kind != "line" && kind != "plane") {
+        throw LoadError(primitives.place() + ": unknown kind '" + std::string(kind) + "'; point, line, plane or directed");
+      }
+      formula.add(kind, primitives.vector("position", "m"), primitives.vector("direction", ""), primitives.number("strength_n"),
+                  primitives.number("drag_ns_per_m"), primitives.vector("force", "n"));
+    }
+    checked.bound_m = formula.bound_m();
+    checked.rounding_m = formula.rounding_m();
+    visit(checked);
+  }
+  if (more) throw LoadError(primitives.place() + ": belongs to no row of balances.csv");
+}
+
+}  // namespace palpa::test

@@ -1,0 +1,59 @@
+// A trace's balances checked by the formula of docs/trace.md, from its files alone: no solver of ours, no
+// session, and arithmetic of 113 bits. For the tests and for bench_traces.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "palpa/core/vec3.h"
+#include "palpa/trace/csv.h"
+
+namespace palpa::test {
+
+/// The rows of a CSV file, one at a time, cells by the names of their columns. Holds one row.
+class CsvRows {
+ public:
+  /// Throws LoadError where there is no such file, or it has no header.
+  explicit CsvRows(const std::filesystem::path& file);
+
+  /// Goes to the next whole row; false after the last. Throws LoadError where a row has too few cells.
+  bool next();
+  /// Cells of the row. They throw LoadError with file and line on a missing column and on what is no number.
+  std::string_view text(const std::string& column) const;
+  double number(const std::string& column) const;
+  std::int64_t integer(const std::string& column) const;
+  /// NAME_x_UNIT and its two neighbours; without a unit NAME_x.
+  Vec3 vector(const std::string& name, const std::string& unit) const;
+  /// "FILE:LINE" of the row.
+  std::string place() const { return lines_.place(); }
+
+ private:
+  detail::LineFile lines_;
+  std::map<std::string, std::size_t, std::less<>> columns_;
+  std::vector<std::string_view> cells_;
+};
+
+/// A row of balances.csv and what the formula says of it.
+struct CheckedBalance {
+  std::int64_t tick = 0;
+  std::int64_t sub_step = 0;
+  std::string_view status;
+  double claimed_m = 0.0;  ///< error_bound_m, as the trace has it
+  double bound_m = 0.0;    ///< the formula's
+  /// What the formula may say more than the claim, because the files hold doubles: the position is one, and
+  /// a force is as long as its strength to a few ulp only. The bound has a root over both.
+  double rounding_m = 0.0;
+};
+
+/// Visits every balance of a trace that was recorded with its primitives, in order; those that promise no
+/// bound (bad input, an earlier system's law) too. Throws LoadError on a folder that is no such
+/// trace, and where rows of the two files do not belong together: a killed recording may end like that, after
+/// all whole balances were visited.
+void check_balances(const std::filesystem::path& trace, const std::function<void(const CheckedBalance&)>& visit);
+
+}  // namespace palpa::test

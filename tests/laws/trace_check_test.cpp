@@ -1,0 +1,99 @@
+// Every balance of every scene that we ship, under a hand, checked by the formula of docs/trace.md from the
+// trace's files alone.
+#include "tests/laws/trace_check.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "palpa/palpa.h"
+#include "tests/laws/shipped_scenes.h"
+
+namespace palpa {
+namespace {
+
+namespace fs = std::filesystem;
+
+class ShippedTrace : public testing::TestWithParam<std::string> {
+ protected:
+  const fs::path folder_ = fs::temp_directory_path() / ("palpa-trace-" + GetParam() + "-" + std::to_string(::getpid()));
+  void SetUp() override { fs::remove_all(folder_); }
+  void TearDown() override { fs::remove_all(folder_); }
+};
+
+TEST_P(ShippedTrace, ProvesEachOfItsBalances) {
+  if (const std::string missing = test::missing_for(GetParam()); !missing.empty()) GTEST_SKIP() << missing;
+  RunOptions options;
+  options.scene = test::scene_file(GetParam());
+  options.read.reader = test::reader();
+  options.out = folder_;
+  options.primitives = true;
+  options.duration_s = 4.0;
+  if (GetParam().ends_with("_phantom")) {
+    options.hand = "sim:random";
+  } else {
+    options.hand = (test::shared_data() / "trajectories/inverse3_woodcarving_20231121_102837.csv").string();
+    options.hold = Hold::firm;
+    options.scene_options.data_folders = {test::shared_data()};
+  }
+  run(options);
+
+  int balances = 0, capped = 0, proven = 0;
+  double worst_claimed_m = 0.0, worst_m = 0.0, worst_excess_m = -1.0;
+  test::check_balances(folder_, [&](const test::CheckedBalance& b) {
+    ASSERT_TRUE(b.status == "exact" || b.status == "capped") << "tick " << b.tick << ": " << b.status;
+    ++balances;
+    capped += b.status == "capped";
+    if (b.status == "exact") {
+      ASSERT_LE(b.claimed_m, exact_bound_m) << "tick " << b.tick;
+    }
+    ASSERT_LE(b.bound_m, b.claimed_m + b.rounding_m) << "tick " << b.tick << ", sub-step " << b.sub_step;
+    proven += b.bound_m <= exact_bound_m;
+    worst_claimed_m = std::max(worst_claimed_m, b.claimed_m);
+    worst_m = std::max(worst_m, b.bound_m);
+    worst_excess_m = std::max(worst_excess_m, b.bound_m - b.claimed_m);
+  });
+  std::printf(
+      "%s: %d balances, %d capped; claimed at most %.3g m, recomputed at most %.3g m, %.3g m above its claim; "
+      "%.4g %% recomputed <= 1e-9 m\n",
+      GetParam().c_str(), balances, capped, worst_claimed_m, worst_m, worst_excess_m, 100.0 * proven / balances);
+  EXPECT_GE(balances, 3900) << "the hand did not come through";
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, ShippedTrace, testing::ValuesIn(test::shipped_scenes()),
+                         [](const auto& scene) { return scene.param; });
+
+// The check itself: a force, a position or a bound that is made up does not pass it.
+TEST(TraceCheck, SeesWhatIsMadeUp) {
+  const fs::path folder = fs::temp_directory_path() / ("palpa-trace-check-" + std::to_string(::getpid()));
+  fs::create_directory(folder);
+  // One plane through the origin holds a probe 1 mm behind it, k = 1000 N/m: force 1 N, balance at the origin.
+  const auto checked =
+      [&](const std::string& balance_z_m, const std::string& force_z_n) {
+        std::ofstream(folder / "balances.csv")
+            << "tick,sub_step,dt_s,probe_x_m,probe_y_m,probe_z_m,k_n_per_m,directed_x_n,directed_y_n,directed_z_n,"
+               "balance_x_m,balance_y_m,balance_z_m,error_bound_m,status,primitives\n0,0,0.001,0,0,-0.001,1000,0,0,0,0,0,"
+            << balance_z_m << ",1e-12,exact,1\n";
+        std::ofstream(folder / "primitives.csv")
+            << "tick,sub_step,kind,position_x_m,position_y_m,position_z_m,direction_x,direction_y,direction_z,strength_n,"
+               "drag_ns_per_m,force_x_n,force_y_n,force_z_n\n0,0,plane,0,0,0,0,0,1,2,0,0,0,"
+            << force_z_n << "\n";
+        test::CheckedBalance seen;
+        test::check_balances(folder, [&](const test::CheckedBalance& b) { seen = b; });
+        return seen;
+      };
+  EXPECT_LE(checked("0", "1").bound_m, 1e-15);
+  EXPECT_NEAR(checked("0", "0.9").bound_m, 1e-4, 1e-12);     // 0.1 N left over
+  EXPECT_GE(checked("-1e-6", "1").bound_m, 1e-6);            // not where the plane holds
+  EXPECT_GE(checked("-0.001", "0").bound_m, 1e-3);           // as if nothing held
+  EXPECT_GE(checked("1e-6", "1.001").bound_m, 1e-6);         // pulls back on its free side
+  EXPECT_NEAR(checked("0.002", "3").bound_m, 3.0e-3, 2e-3);  // beyond its strength: 2 N count, not 3
+  EXPECT_THROW(checked("zero", "1"), LoadError);
+  fs::remove(folder / "primitives.csv");
+  EXPECT_THROW(test::check_balances(folder, [](const test::CheckedBalance&) {}), LoadError);
+  fs::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace palpa
