@@ -430,8 +430,8 @@ Figure sweeps_figure() {
   return {.name = "theory-sweeps",
           .caption =
               "A proxy is pressed into the edge of two planes. A sweep leaves cos\u00b2 of the angle of the error, so "
-              "nearly parallel planes take thousands. The exact law (cold start; its iterations, of any stage) does "
-              "not depend on the angle.",
+              "nearly parallel planes take thousands. The exact law (cold start; its iterations, of any stage) "
+              "hardly feels the angle.",
           .width_px = 1120,
           .height_px = 400,
           .sheet = {.columns = 2, .panels = {way, count}}};

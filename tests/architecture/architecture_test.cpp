@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <regex>
 
@@ -194,6 +195,35 @@ TEST(Pages, LinkToFilesThatAreThere) {
       EXPECT_TRUE(fs::exists(repository() / fs::path(page).parent_path() / target)) << page << " links to " << target;
     }
   }
+}
+
+/// The tests that a page names as [`Suite.Name`](../tests/…) and that are not in the file it links to.
+std::vector<std::string> missing_tests(const std::string& markdown,
+                                       const std::function<std::string(const std::string&)>& text_of_link) {
+  static const std::regex named(R"re(\[`(\w+)\.(\w+)`\]\(([^)\s]+)\))re");
+  std::vector<std::string> missing;
+  for (std::sregex_iterator at(markdown.begin(), markdown.end(), named), end; at != end; ++at) {
+    const std::regex defined("TEST(_F|_P)?\\(" + (*at)[1].str() + ", *" + (*at)[2].str() + "\\)");
+    if (!std::regex_search(text_of_link((*at)[3]), defined)) missing.push_back((*at)[1].str() + '.' + (*at)[2].str());
+  }
+  return missing;
+}
+
+TEST(Pages, ATestThatIsNotThereIsSeen) {
+  const auto text = [](const std::string&) { return std::string("TEST(A, IsThere) {\nTEST_F(A, Too) {"); };
+  EXPECT_THAT(missing_tests("[`A.IsThere`](a.cpp), [`A.Too`](a.cpp), [`A.IsNot`](a.cpp), [`A.Is`](a.cpp)", text),
+              ElementsAre("A.IsNot", "A.Is"));
+}
+
+TEST(Pages, NameTestsThatAreThere) {
+  const std::string theory = text_of(repository() / "docs/theory.md");
+  EXPECT_THAT(missing_tests(theory, [](const std::string& link) { return text_of(repository() / "docs" / link); }), IsEmpty());
+  // Every "Checked by" names one.
+  static const std::regex checked("[*]Checked by[*] (.{0,3})");
+  int statements = 0;
+  for (std::sregex_iterator at(theory.begin(), theory.end(), checked), end; at != end; ++at, ++statements)
+    EXPECT_EQ((*at)[1].str().substr(0, 2), "[`") << at->str();
+  EXPECT_GT(statements, 20);
 }
 
 TEST(Pages, GiveAReasonForEveryPackage) {

@@ -312,6 +312,22 @@ TEST(Certificate, HoldsForAnyPlaceAndAnyForces) {
   }
 }
 
+// Sums of products and all that is added for rounding come to the formula of the theorem.
+TEST(Certificate, IsTheFormulaAsItIsWritten) {
+  Random random(114);
+  for (int i = 0; i < 20000; ++i) {
+    const Problem problem = random_problem(random, 1 + random.below(6), i % 2 == 1);
+    const double k = problem.stiffness_n_per_m;
+    const std::vector<Vec3> forces = some_forces(random, problem);
+    const Vec3 x = problem.start_m + random.in_cube(0.006);
+    const double rho = force_left(problem, forces, x), eps = gap(problem, forces, x);
+    const double formula_m = (rho + std::sqrt(rho * rho + 4 * k * std::max(0.0, eps))) / (2 * k);
+    const double bound_m = error_bound_m(problem.primitives, forces, x, problem.probe_m, k, problem.time_step_s);
+    EXPECT_GE(bound_m, formula_m * (1 - 1e-12));
+    EXPECT_LE(bound_m, formula_m * (1 + 1e-9) + 1e-9);
+  }
+}
+
 TEST(Certificate, IsAttained) {
   // A plane at zero that can just hold; the probe itself as the answer, and no force: off by s/k, the bound says s/k.
   constexpr double k = 400, s = 2;

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -47,6 +48,20 @@ TEST(TheoryFigures, SweepsLeaveTheSquaredCosineOfTheError) {
     const double squared = std::pow(std::cos(angle_deg * std::numbers::pi / 180.0), 2);
     for (std::size_t i = 1; i + 1 < distances_m.size(); ++i)
       EXPECT_NEAR(distances_m[i] / distances_m[i - 1], squared, 1e-4) << angle_deg;
+  }
+}
+
+TEST(TheoryFigures, TheExactLawHardlyFeelsTheAngle) {
+  for (const Figure& figure : theory_figures()) {
+    if (figure.name != "theory-sweeps") continue;
+    const Plot& plot = std::get<Plot>(figure.sheet.panels.at(1));
+    ASSERT_EQ(plot.series.size(), 3u);
+    const Series &sweeps = plot.series[1], &ours = plot.series[2];
+    ASSERT_EQ(ours.name, "exact law");
+    EXPECT_EQ(ours.xs, sweeps.xs) << "it reaches the edge at every angle";
+    EXPECT_GT(sweeps.ys.front(), 100.0 * ours.ys.front());
+    const auto [least, most] = std::minmax_element(ours.ys.begin(), ours.ys.end());
+    EXPECT_LE(*most, 10.0 * *least);
   }
 }
 
