@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <string>
+#include <tuple>
 
 #include "tests/core/counted_allocations.h"
 #include "tests/core/reference.h"
@@ -23,8 +25,12 @@ double allowed_share(const Family& family) {
   return 0.001;
 }
 
-class Accuracy : public OverFamilies {
+// One test for each family, with and without drags.
+class Accuracy : public testing::TestWithParam<std::tuple<std::size_t, bool>> {
  protected:
+  const Family& family() const { return families()[std::get<0>(GetParam())]; }
+  bool drags() const { return std::get<1>(GetParam()); }
+
   void check(const Recipe& recipe) {
     const Problem problem = recipe.problem();
     const Solved result = solved(problem);
@@ -78,17 +84,17 @@ class Accuracy : public OverFamilies {
 };
 
 TEST_P(Accuracy, NeverExceedsTheBound) {
-  for_each_problem({0}, 1, [&](const Recipe& recipe) { check(recipe); });
-  for_each_problem({1, 2, 3, 4, 5, 6, 7, 8}, 12, [&](const Recipe& recipe) { check(recipe); });
-  for_each_problem({16, 32}, 4, [&](const Recipe& recipe) { check(recipe); });
-  for_each_problem({64}, 2, [&](const Recipe& recipe) { check(recipe); });
-  for_each_problem({1000}, 1, [&](const Recipe& recipe) { check(recipe); });
+  for_each_problem(family(), drags(), {0}, 1, [&](const Recipe& recipe) { check(recipe); });
+  for_each_problem(family(), drags(), {1, 2, 3, 4, 5, 6, 7, 8}, 12, [&](const Recipe& recipe) { check(recipe); });
+  for_each_problem(family(), drags(), {16, 32}, 4, [&](const Recipe& recipe) { check(recipe); });
+  for_each_problem(family(), drags(), {64}, 2, [&](const Recipe& recipe) { check(recipe); });
+  for_each_problem(family(), drags(), {1000}, 1, [&](const Recipe& recipe) { check(recipe); });
   check_share();
 }
 
 // Rest is where a session spends its time: the same place again and again, from where it was.
 TEST_P(Accuracy, IsKeptAlongAWarmPath) {
-  for_each_problem({1, 2, 3, 5, 6, 12}, 2, [&](const Recipe& recipe) {
+  for_each_problem(family(), drags(), {1, 2, 3, 5, 6, 12}, 2, [&](const Recipe& recipe) {
     Problem problem = recipe.problem();
     Random random(recipe.seed + 1);
     const std::size_t capacity = problem.primitives.size();
@@ -108,7 +114,7 @@ TEST_P(Accuracy, IsKeptAlongAWarmPath) {
 }
 
 TEST_P(Accuracy, NeedsNoAllocation) {
-  for_each_problem({0, 1, 3, 8, 64}, 2, [&](const Recipe& recipe) {
+  for_each_problem(family(), drags(), {0, 1, 3, 8, 64}, 2, [&](const Recipe& recipe) {
     const Problem problem = recipe.problem();
     const std::size_t capacity = std::max<std::size_t>(1, problem.primitives.size());
     Solver solver(capacity);
@@ -121,7 +127,11 @@ TEST_P(Accuracy, NeedsNoAllocation) {
   });
 }
 
-INSTANTIATE_TEST_SUITE_P(Over, Accuracy, every_family(), name_of_family);
+INSTANTIATE_TEST_SUITE_P(Over, Accuracy, testing::Combine(testing::Range<std::size_t>(0, families().size()), testing::Bool()),
+                         [](const auto& test) {
+                           return families()[std::get<0>(test.param)].name +
+                                  std::string(std::get<1>(test.param) ? "_with_drags" : "");
+                         });
 
 // The reference must not be wrong in the way it proves itself: a balance known in closed form.
 TEST(Reference, IsTheClosedFormOfOnePrimitive) {
