@@ -68,11 +68,11 @@ int count_for(const Options& options, int n) {
   return std::max(n >= 1000 ? 4 : 10, n >= 1000 ? options.problems / 10 : n >= 64 ? options.problems / 4 : options.problems);
 }
 
-std::vector<Problem> problems_of(const Family& family, int n, int count, bool with_drags) {
+std::vector<Problem> problems_of(const Family& family, int n, int count, bool drags) {
   std::vector<Problem> problems;
   for (int i = 0; i < count; ++i) {
-    Random random(static_cast<std::uint64_t>(100'000 * n + i));
-    problems.push_back(family.make(random, n, with_drags && i % 2 == 1));
+    Random random(static_cast<std::uint64_t>(100'000 * n + 2 * i + (drags ? 1 : 0)));
+    problems.push_back(family.make(random, n, drags));
   }
   return problems;
 }
@@ -356,26 +356,33 @@ void measure_scenes(Bench& bench, Figures& figures) {
 void measure_families(Bench& bench, const Options& options, Figures& figures) {
   std::vector<Row> rows, pooled;
   for (const int n : sizes) {
-    Row easy{"ordinary families together", n, {}}, hard{"degenerate families together", n, {}};
-    for (const Family& family : test::families()) {
-      if (!options.family.empty() && options.family != family.name) continue;
-      rows.push_back({family.name, n, bench.measure(problems_of(family, n, count_for(options, n), true))});
-      (is_ordinary(family) ? easy : hard).cell.add(rows.back().cell);
+    for (const bool drags : {false, true}) {
+      const char* with = drags ? "with drags" : "without drags";
+      Row easy{std::string("ordinary families, ") + with, n, {}}, hard{std::string("degenerate families, ") + with, n, {}};
+      for (const Family& family : test::families()) {
+        if (!options.family.empty() && options.family != family.name) continue;
+        const Cell cell = bench.measure(problems_of(family, n, std::max(2, count_for(options, n) / 2), drags));
+        const auto same =
+            std::find_if(rows.begin(), rows.end(), [&](const Row& r) { return r.name == family.name && r.n == n; });
+        Row& row = same != rows.end() ? *same : rows.emplace_back(Row{family.name, n, {}});
+        row.cell.add(cell);
+        (is_ordinary(family) ? easy : hard).cell.add(cell);
+      }
+      pooled.push_back(easy);
+      pooled.push_back(hard);
+      const double p99_ns = easy.cell.cold.time_ns.quantile(0.99);
+      if (!options.family.empty()) continue;
+      if (n == 16) figures.at_most("16 primitives, ordinary, " + std::string(with) + ": hot, cold, p99", p99_ns, 20'000, "ns");
+      if (n == 1000)
+        figures.at_most("1000 primitives, ordinary, " + std::string(with) + ": hot, cold, p99", p99_ns, 900'000, "ns");
     }
-    pooled.push_back(easy);
-    pooled.push_back(hard);
-    if (!options.family.empty()) continue;
-    if (n == 16)
-      figures.at_most("ordinary families, 16 primitives: hot, cold, p99", easy.cell.cold.time_ns.quantile(0.99), 20'000, "ns");
-    if (n == 1000)
-      figures.at_most("ordinary families, 1000 primitives: hot, cold, p99", easy.cell.cold.time_ns.quantile(0.99), 900'000,
-                      "ns");
   }
   std::stable_sort(rows.begin(), rows.end(), [](const Row& a, const Row& b) { return a.name < b.name; });
   std::printf("\nFamilies of problems, half of them with drags\n");
   print_rows("family", rows);
   if (!options.family.empty()) return;
-  std::printf("\n%s: random, haptic, haptic_slipping; degenerate: all others\n", "ordinary");
+  std::stable_sort(pooled.begin(), pooled.end(), [](const Row& a, const Row& b) { return a.name > b.name; });
+  std::printf("\nordinary: random, haptic, haptic_slipping; degenerate: all others\n");
   print_rows("", pooled);
 }
 
@@ -413,7 +420,11 @@ void measure_baselines(Bench& bench, const Options& options, const char* title,
     int uncertified = 0;
     for (const Family& family : test::families()) {
       if (!pick(family)) continue;
-      for (const Problem& problem : problems_of(family, n, std::max(2, count_for(options, n) / 4), true)) {
+      std::vector<Problem> problems = problems_of(family, n, std::max(1, count_for(options, n) / 8), false);
+      for (Problem& problem : problems_of(family, n, std::max(1, count_for(options, n) / 8), true)) {
+        problems.push_back(std::move(problem));
+      }
+      for (const Problem& problem : problems) {
         const test::Reference reference = test::reference_balance(problem);
         if (!reference.certified) {
           ++uncertified;
