@@ -11,7 +11,9 @@ namespace palpa {
 // Primitives that stick may exert any force u_i of a set U_i = s_i B_i: s its strength, B_i the unit ball
 // (point), the unit disc across q (line), the segment from 0 to q (plane). What is shown is
 //     minimise ½ Σ |u_i|²/s_i   over u_i ∈ U_i with Σ u_i = F,
-// F the total of the split that is given. With a multiplier λ for the total, each force is on its own:
+// F the total of the split that is given. (A drag is zero where nothing moves: φ*(u) = (T/2c)(|u| − s)₊² says nothing
+// of forces within the strength, so such a primitive shares like any other.) With a multiplier λ for the total, each force is
+// on its own:
 //     u_i(λ) = s_i b_i(λ),   b_i(λ) = the point of B_i next to λ,
 // and λ maximises the concave, once differentiable dual
 //     g(λ) = F·λ − Σ s_i h_i(λ),   ∇h_i = b_i   (Huber's functions),   ∇g = F − Σ u_i(λ) =: e.
@@ -28,7 +30,8 @@ namespace palpa {
 //   3. g is concave along δ, so its slope δ·e only falls. Where it has fallen far below 0, shorten δ to where it
 //      is about 0: nearer, and a plane that sets in on the way would be overlooked again.
 // Where F is on the border of ΣU_i, λ may be at infinity (a plane that pushes across the way in which a
-// point is at its limit). Then e halves with each step, and the steps end at their cap.
+// point is at its limit). Then e shrinks by about a third with each step, to rounding or until the steps end at
+// their cap: what was not reached is returned.
 //
 // Primitives that are parallel up to a small angle θ are told apart by a λ of length 1/θ, and D has the
 // eigenvalue σ² = θ². Two things keep that from spoiling the total: D is never formed, only its triangular root R
@@ -40,9 +43,8 @@ constexpr double ulp = std::numeric_limits<double>::epsilon();
 constexpr int max_steps = 100;
 constexpr int max_shortenings = 60;
 constexpr double ridge_per_error_squared = 1e-4;
-constexpr double within_strength = 1.0 + 1e-9;  // a force is as long as its strength up to rounding
-constexpr double least_ridge = 1e-30;           // below it R is rounding
-constexpr int jacobi_sweeps = 8;                // six are enough for any 3×3 matrix
+constexpr double least_ridge = 1e-30;  // below it R is rounding
+constexpr int jacobi_sweeps = 8;       // six are enough for any 3×3 matrix
 
 // The unevaluated sum of two doubles.
 struct Wide {
@@ -97,6 +99,12 @@ Demand demand(const Primitive& p, const WideVec3& lambda) noexcept {
     case PrimitiveKind::directed: break;
   }
   return {};
+}
+
+// The most that a primitive exerts here. A drag that stands still to within the balance's bound may add a little to
+// its strength; that is not lost.
+double limit_n(const Primitive& p, const Vec3& force_n) noexcept {
+  return p.drag_ns_per_m > 0.0 ? std::clamp(norm(force_n), p.strength_n, largest_strength_n) : p.strength_n;
 }
 
 // b(λ): the point of the primitive's unit set next to λ.
@@ -187,13 +195,13 @@ void add_derivative(Root& root, const Primitive& p, double weight, const WideVec
 
 }  // namespace
 
-bool is_exchangeable(const Primitive& p, const Vec3& force_n, const Balance& balance) noexcept {
+bool is_exchangeable(const Primitive& p, const Balance& balance) noexcept {
   const bool sound = p.strength_n > 0.0 && p.strength_n <= largest_strength_n && is_finite(p.position_m) &&
-                     is_finite(force_n) && (p.kind == PrimitiveKind::point || std::abs(norm_squared(p.direction) - 1.0) < 1e-6);
-  return sound && norm(force_n) <= within_strength * p.strength_n && state_at(p, balance) == PrimitiveState::stick;
+                     (p.kind == PrimitiveKind::point || std::abs(norm_squared(p.direction) - 1.0) < 1e-6);
+  return sound && state_at(p, balance) == PrimitiveState::stick;
 }
 
-bool split_is_shared(std::span<const Primitive> primitives, std::span<const Vec3> forces_n, const Balance& balance) noexcept {
+bool split_is_shared(std::span<const Primitive> primitives, const Balance& balance) noexcept {
   // Gram–Schmidt over the spans of what sticks: three directions are all there are.
   std::array<Vec3, 3> basis;
   std::size_t rank = 0;
@@ -203,9 +211,8 @@ bool split_is_shared(std::span<const Primitive> primitives, std::span<const Vec3
     for (std::size_t b = 0; b < rank; ++b) direction -= dot(direction, basis[b]) * basis[b];
     if (rank < 3 && norm(direction) > 1e-6) basis[rank++] = normalized(direction);
   };
-  for (std::size_t i = 0; i < primitives.size(); ++i) {
-    const Primitive& p = primitives[i];
-    if (!is_exchangeable(p, forces_n[i], balance)) continue;
+  for (const Primitive& p : primitives) {
+    if (!is_exchangeable(p, balance)) continue;
     if (p.kind == PrimitiveKind::plane) {
       take(p.direction);
       continue;
@@ -220,7 +227,7 @@ double least_split(std::span<const Primitive> primitives, const Balance& balance
   const std::size_t n = primitives.size();
   const auto for_each_exchangeable = [&](auto&& visit) {
     for (std::size_t i = 0; i < n; ++i) {
-      if (is_exchangeable(primitives[i], forces_n[i], balance)) visit(primitives[i], forces_n[i]);
+      if (is_exchangeable(primitives[i], balance)) visit(primitives[i], limit_n(primitives[i], forces_n[i]), forces_n[i]);
     }
   };
 
@@ -229,9 +236,9 @@ double least_split(std::span<const Primitive> primitives, const Balance& balance
   for (Vec3& force_n : forces_n.first(n)) {
     if (!is_finite(force_n)) force_n = {};
   }
-  for_each_exchangeable([&](const Primitive& p, const Vec3& force_n) {
-    all_n += p.strength_n;
-    total_n += p.strength_n * nearest(p, wide(force_n / p.strength_n));
+  for_each_exchangeable([&](const Primitive& p, double s, const Vec3& force_n) {
+    all_n += s;
+    total_n += s * nearest(p, wide(shortened(force_n, s) / s));
   });
   if (!(all_n > 0.0)) return 0.0;
 
@@ -241,8 +248,8 @@ double least_split(std::span<const Primitive> primitives, const Balance& balance
   };
   const auto rest_at = [&](const WideVec3& lambda) {
     Rest rest{total_n / all_n, norm(total_n) / all_n};
-    for_each_exchangeable([&](const Primitive& p, const Vec3&) {
-      const Vec3 u = (p.strength_n / all_n) * nearest(p, lambda);
+    for_each_exchangeable([&](const Primitive& p, double s, const Vec3&) {
+      const Vec3 u = (s / all_n) * nearest(p, lambda);
       rest.e -= u;
       rest.size += norm(u);
     });
@@ -255,7 +262,7 @@ double least_split(std::span<const Primitive> primitives, const Balance& balance
   double least = norm(rest.e);
   for (int step = 0; step < max_steps && norm(rest.e) > few_ulp * rest.size; ++step) {
     Root root;
-    for_each_exchangeable([&](const Primitive& p, const Vec3&) { add_derivative(root, p, p.strength_n / all_n, lambda); });
+    for_each_exchangeable([&](const Primitive& p, double s, const Vec3&) { add_derivative(root, p, s / all_n, lambda); });
     const Vec3 delta = root.newton_step(rest.e, few_ulp * rest.size);
     const double slope = dot(delta, rest.e);
     if (!is_finite(delta) || !(slope > 0.0)) break;
@@ -277,8 +284,8 @@ double least_split(std::span<const Primitive> primitives, const Balance& balance
   }
 
   Vec3 left_n = total_n;
-  for_each_exchangeable([&](const Primitive& p, Vec3& force_n) {
-    force_n = p.strength_n * nearest(p, best);
+  for_each_exchangeable([&](const Primitive& p, double s, Vec3& force_n) {
+    force_n = s * nearest(p, best);
     left_n -= force_n;
   });
   return norm(left_n);

@@ -7,16 +7,14 @@
 
 namespace palpa {
 
-/// Whether a primitive can hand force over to others at `balance`: it sticks, so its force is whatever
-/// keeps balance, up to the strength. The forces of all others are unique: slip says the force, a plane
-/// that was left has none. A primitive with a drag counts while its force is within its strength; above
-/// it its drag is at work, and that force is unique too.
-/// \param force_n  [N] of the primitive, in any valid split
-bool is_exchangeable(const Primitive& primitive, const Vec3& force_n, const Balance& balance) noexcept;
+/// Whether a primitive can hand force over to others at `balance`: it has a strength and sticks, so that its
+/// force is whatever keeps balance. The forces of all others are unique: slip says the force, a plane that was
+/// left has none. A drag makes no difference: it does nothing where nothing moves.
+bool is_exchangeable(const Primitive& primitive, const Balance& balance) noexcept;
 
 /// True when the forces of these primitives can be exchanged between them: more directions are held
 /// than their spans have dimensions.
-bool split_is_shared(std::span<const Primitive> primitives, std::span<const Vec3> forces_n, const Balance& balance) noexcept;
+bool split_is_shared(std::span<const Primitive> primitives, const Balance& balance) noexcept;
 
 /// Replaces the forces of the exchangeable primitives by the split of the same total with the least
 /// Σ|u|²/s (u a force, s its primitive's strength). It is unique, so it depends on nothing but the
@@ -24,12 +22,10 @@ bool split_is_shared(std::span<const Primitive> primitives, std::span<const Vec3
 /// primitives share in proportion to their strengths; one of zero strength gets nothing. All other
 /// forces stay; any that is not finite becomes zero.
 ///
-/// Takes microseconds, so it is no part of a tick. Reads and writes only its arguments; allocates
+/// Takes some microseconds for what modes place, so it is no part of a tick. Reads and writes only its arguments; allocates
 /// nothing; ends after a fixed number of steps; what it writes is finite, whatever it is given.
 /// \param forces_n  [N] one valid split, in the order of `primitives`; at least as many
-/// \return [N] length of the total that could not be kept: rounding, about 1e-15 of the forces; more
-///         (up to about 1e-12 of the strengths) where the total is all that the primitives can exert
-///         and nothing is left to exchange
+/// \return [N] length of the part of the total that was not kept: rounding, about 1e-14 of forces and strengths
 double least_split(std::span<const Primitive> primitives, const Balance& balance, std::span<Vec3> forces_n) noexcept;
 
 }  // namespace palpa

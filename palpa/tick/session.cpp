@@ -698,10 +698,10 @@ std::span<const ModeTick> Session::State::who_pushed() noexcept {
   split_n.clear();
   for (std::size_t i = 0; i < last.primitives; ++i) split_n.push_back(placed[last.first_primitive + i].force_n);
   const bool balanced = last.balance.status == BalanceStatus::exact || last.balance.status == BalanceStatus::capped;
-  const bool shared = balanced && split_is_shared(primitives.primitives(), split_n, last.balance);
+  const bool shared = balanced && split_is_shared(primitives.primitives(), last.balance);
   for (std::size_t i = 0; shared && i < split_n.size(); ++i) {
     ModeTick& mode = mode_ticks[primitives[i].id.mode];
-    mode.split_shared = mode.split_shared || is_exchangeable(primitives[i], split_n[i], last.balance);
+    mode.split_shared = mode.split_shared || is_exchangeable(primitives[i], last.balance);
   }
   if (shared) least_split(primitives.primitives(), last.balance, split_n);
   for (std::size_t i = 0; i < split_n.size(); ++i) {
