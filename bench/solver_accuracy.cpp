@@ -111,13 +111,6 @@ struct Solved {
   Answer warm;
 };
 
-/// [m] What the law says its position lost when it was rounded to doubles; a law that does not say, nothing.
-template <class AnyLaw>
-Vec3 remainder_m(const AnyLaw& law) {
-  if constexpr (requires { law.remainder_m(); }) return law.remainder_m();
-  return {};
-}
-
 /// One thread's solver and set.
 class Bench {
  public:
@@ -148,7 +141,7 @@ class Bench {
     a.balance = solver_.solve(set_, problem.start_m, probe_m, problem.stiffness_n_per_m, problem.time_step_s);
     a.error_m = reference.certified ? test::error_m(reference, a.balance.position_m) : std::nan("");
     if (a.error_m < reference_rounding_m) a.error_m = 0.0;
-    a.plain_bound_m = test::plain_bound_m(problem, solver_.forces_n(), a.balance.position_m, remainder_m(solver_));
+    a.plain_bound_m = test::plain_bound_m(problem, solver_.forces_n(), a.balance.position_m, solver_.remainder_m());
     return a;
   }
 
@@ -412,6 +405,17 @@ int measure(const Options& options) {
 
 void print(const char* name, const Vec3& v) { std::printf("%s %.17g %.17g %.17g\n", name, v.x, v.y, v.z); }
 
+void print(const Problem& problem) {
+  print("start [m]", problem.start_m);
+  print("probe [m]", problem.probe_m);
+  std::printf("k [N/m] %.17g   T [s] %.17g\n", problem.stiffness_n_per_m, problem.time_step_s);
+  for (const Primitive& p : problem.primitives) {
+    std::printf("%-8s strength %.17g N, drag %.17g N s/m", name_of(p.kind), p.strength_n, p.drag_ns_per_m);
+    print(", at [m]", p.position_m);
+    print("         direction", p.direction);
+  }
+}
+
 int measure_one(const std::string& which) {
   const std::size_t first = which.find(','), second = which.find(',', first + 1), third = which.find(',', second + 1);
   if (third == std::string::npos) {
@@ -431,14 +435,7 @@ int measure_one(const std::string& which) {
     return 2;
   }
   const Problem problem = problem_of(d);
-  print("start [m]", problem.start_m);
-  print("probe [m]", problem.probe_m);
-  std::printf("k [N/m] %.17g   T [s] %.17g\n", problem.stiffness_n_per_m, problem.time_step_s);
-  for (const Primitive& p : problem.primitives) {
-    std::printf("%-8s strength %.17g N, drag %.17g N s/m", name_of(p.kind), p.strength_n, p.drag_ns_per_m);
-    print(", at [m]", p.position_m);
-    print("         direction", p.direction);
-  }
+  print(problem);
   Bench bench;
   const Solved s = bench.solve(d);
   const test::Reference reference = test::reference_balance(problem);
@@ -561,7 +558,9 @@ int measure_arbitrary_bits(const Options& options) {
         bad += b.status == BalanceStatus::bad_input;
         capped += b.status == BalanceStatus::capped;
         if (const char* what = wrong(set, problem, solver, b)) {
-          if (wrongs++ < 20) std::printf("problem %lld: %s\n", static_cast<long long>(index), what);
+          const std::int64_t before = wrongs++;
+          if (before < 20) std::printf("problem %lld: %s\n", static_cast<long long>(index), what);
+          if (before < 3) print(problem);
         }
       }
     }
