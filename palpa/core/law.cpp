@@ -56,7 +56,8 @@ double error_bound_m(std::span<const Primitive> primitives, std::span<const Vec3
       const Plane plane{p.direction, dot(p.direction, B), t, p.strength_n, gamma, size_of(B)};
       proof.add(gap(plane, {}, 0.0), t * p.direction);
     } else {
-      Span span{p.direction, B, forces_n[i], p.strength_n, gamma, size_of(B)};
+      const Vec3 q = p.kind == PrimitiveKind::line ? p.direction : Vec3{};
+      Span span{q, B, forces_n[i], p.strength_n, gamma, size_of(B)};
       span.B = span.across(B);
       span.u = shortened(span.across(span.u), longest);
       proof.add(gap(span, {}), span.u);

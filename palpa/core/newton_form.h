@@ -19,6 +19,8 @@ inline constexpr double epsilon = std::numeric_limits<double>::epsilon();  // on
 
 inline double size_of(const Vec3& v) noexcept { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
 
+enum class State : std::uint8_t { stick, slip, off };
+
 /// A point or a line. A point is a line without direction: P v = v − (q·v) q with q = 0. The anchor of a
 /// line is slid along it to the place nearest the origin, so that B has no part along q.
 struct Span {
@@ -26,6 +28,8 @@ struct Span {
   double s = 0.0, gamma = 0.0;
   double size = 0.0;        // of k (a − o), for the rounding of B
   std::uint32_t index = 0;  // in the set
+  State state = State::off;  // as the active set takes it to be
+  Vec3 R = {};               // as the active set has it
 
   Vec3 across(const Vec3& v) const noexcept { return v - dot(q, v) * q; }
   Vec3 residual(const Vec3& Z) const noexcept { return across(B - Z); }
@@ -37,6 +41,8 @@ struct Plane {
   double b = 0.0, t = 0.0, s = 0.0, gamma = 0.0;
   double size = 0.0;  // of B, for the rounding of b
   std::uint32_t index = 0;
+  State state = State::off;
+  double r = 0.0;
 
   double residual(const Vec3& Z) const noexcept { return b - dot(q, Z); }
 };
@@ -85,7 +91,33 @@ inline Gap gap(const Plane& p, const Vec3& Z, double size_of_Z) noexcept {
   return gap;
 }
 
+// Without drag: u is within the ball or disc of radius s, and g = s|R| − u·R.
+inline Gap gap_without_drag(const Span& p, const Vec3& Z) noexcept {
+  const Vec3 D = p.B - Z;
+  const Vec3 R = p.across(D);
+  const double delta = 6.0 * epsilon * (p.size + size_of(D));
+  const double reach = std::sqrt(norm_squared(R));
+  const double pull = dot(p.u, R);
+  Gap gap;
+  gap.slack = 8.0 * epsilon * p.s + std::abs(dot(p.q, p.u));
+  if (norm_squared(p.u) >= (1.0 - 64.0 * epsilon) * (p.s * p.s)) {
+    // As long as s exactly: what is left is the angle between the force and R.
+    gap.slack += 40.0 * epsilon * p.s;
+    if (pull > 0.0 && reach > 4.0 * delta) {
+      const double off = norm_squared(cross(p.u, R));
+      const double raise = p.s * (delta + 8.0 * epsilon * reach);
+      gap.plain = off / (p.s * reach + pull);
+      gap.rounded = (1.25 * off + 5.0 * raise * raise) / (p.s * (reach - 4.0 * delta) + pull);
+      return gap;
+    }
+  }
+  gap.plain = std::max(0.0, p.s * reach - pull);
+  gap.rounded = gap.plain + p.s * (2.0 * delta + 8.0 * epsilon * reach);
+  return gap;
+}
+
 inline Gap gap(const Span& p, const Vec3& Z) noexcept {
+  if (p.gamma == 0.0) return gap_without_drag(p, Z);
   const Vec3 D = p.B - Z;
   const Vec3 R = p.across(D);
   const double delta = 6.0 * epsilon * (p.size + size_of(D));
@@ -114,7 +146,7 @@ inline Gap gap(const Span& p, const Vec3& Z) noexcept {
       gap.rounded += l * (reach - along + 2.0 * delta);
     }
   }
-  if (p.gamma > 0.0 && !exact) {
+  if (!exact) {
     const double m = (length - l) / p.gamma;
     const double miss = norm(R - (length > 0.0 ? m / length : 0.0) * p.u);
     const double raised = miss + delta + 8.0 * epsilon * (m + length / p.gamma);
@@ -140,11 +172,15 @@ class Proof {
     rounded_ += gap.rounded;
     ++terms_;
   }
+  /// [N] ρ: the force that balances nothing.
+  double left() const noexcept { return norm(left_); }
+  /// [N] of the sum that ρ is.
+  double rounding() const noexcept { return (4.0 + terms_) * epsilon * size_; }
   /// [N] without what rounding may have done, which only tells whether more work would help.
   double plain_bound() const noexcept { return bound(norm(left_), plain_); }
   /// [N] rounding of all steps included.
   double bound() const noexcept {
-    return bound(norm(left_) + slack_ + (4.0 + terms_) * epsilon * size_, rounded_) * (1.0 + (8.0 + terms_) * epsilon);
+    return bound(norm(left_) + slack_ + rounding(), rounded_) * (1.0 + (8.0 + terms_) * epsilon);
   }
 
  private:

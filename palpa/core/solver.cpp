@@ -13,6 +13,7 @@ using newton_form::Plane;
 using newton_form::Proof;
 using newton_form::size_of;
 using newton_form::Span;
+using newton_form::State;
 
 namespace {
 
@@ -21,6 +22,7 @@ namespace {
 constexpr double wanted_bound_m = 2e-10;
 
 constexpr int max_sweeps = 2;
+constexpr int max_refinements = 4;
 constexpr int max_choices = 10;       // of the active set; it can go round in a circle
 constexpr int max_newton_steps = 30;  // of the multipliers, for each penalty
 constexpr int max_line_search = 40;
@@ -45,19 +47,26 @@ struct Stiffness {
   }
   void add_identity(double f) noexcept { xx += f, yy += f, zz += f; }
 
-  // M = L D Lᵀ; no pivoting, as D ≥ 1 but for rounding.
-  Vec3 solve(const Vec3& g) const noexcept {
-    const double lyx = xy / xx, lzx = xz / xx;
-    const double dy = std::max(1.0, yy - lyx * xy);
-    const double fzy = yz - lyx * xz;
-    const double lzy = fzy / dy;
-    const double dz = std::max(1.0, zz - lzx * xz - lzy * fzy);
-    const double gy = g.y - lyx * g.x;
-    const double gz = g.z - lzx * g.x - lzy * gy;
-    const double z = gz / dz;
-    const double y = gy / dy - lzy * z;
-    return {g.x / xx - lyx * y - lzx * z, y, z};
+};
+
+/// M = L D Lᵀ, solved for as many right sides as wanted. No pivoting is needed, as D ≥ 1 but for rounding.
+class Factor {
+ public:
+  explicit Factor(const Stiffness& M) noexcept : by_dx_(1.0 / M.xx), lyx_(M.xy * by_dx_), lzx_(M.xz * by_dx_) {
+    by_dy_ = 1.0 / std::max(1.0, M.yy - lyx_ * M.xy);
+    const double fzy = M.yz - lyx_ * M.xz;
+    lzy_ = fzy * by_dy_;
+    by_dz_ = 1.0 / std::max(1.0, M.zz - lzx_ * M.xz - lzy_ * fzy);
   }
+  Vec3 solve(const Vec3& g) const noexcept {
+    const double gy = g.y - lyx_ * g.x;
+    const double z = (g.z - lzx_ * g.x - lzy_ * gy) * by_dz_;
+    const double y = gy * by_dy_ - lzy_ * z;
+    return {g.x * by_dx_ - lyx_ * y - lzx_ * z, y, z};
+  }
+
+ private:
+  double by_dx_, lyx_, lzx_, by_dy_, lzy_, by_dz_;
 };
 
 // The force of a primitive that is pulled by w, within its span, through a spring of stiffness τ (1: the
@@ -163,7 +172,7 @@ class Solver::Work {
 
   std::span<const Primitive> primitives_;
   Vec3 origin_m_, probe_m_, directed_n_;
-  double k_ = 1.0, directed_size_n_ = 0.0, directed_terms_ = 0.0, wanted_n_ = 0.0, shown_n2_ = 0.0;
+  double k_ = 1.0, directed_size_n_ = 0.0, directed_terms_ = 0.0, wanted_n_ = 0.0, shown_n2_ = 0.0, balanced_n_ = 0.0;
 
   Vec3 C_, Z_;
   double C_size_ = 0.0;
@@ -206,6 +215,7 @@ void Solver::Work::pose(std::span<const Primitive> primitives, const Vec3* warm_
   origin_m_ = start_m, probe_m_ = probe_m, directed_n_ = directed_n;
   k_ = k, directed_size_n_ = directed_size_n, directed_terms_ = directed_terms, wanted_n_ = k * wanted_bound_m;
   shown_n2_ = 0.1 * wanted_n_ * wanted_n_;
+  balanced_n_ = 2e-6 * wanted_n_;
   best_bound_n_ = std::numeric_limits<double>::max();
   iterations_ = 0;
   recentred_ = false;
@@ -260,9 +270,10 @@ bool Solver::Work::prove(int stage) noexcept {
   for (std::size_t i = 0; i < span_count_; ++i) proof.add(gap(spans_[i], Z_), spans_[i].u);
   const double bound_n = proof.bound();
   ++iterations_;
-  best_is_last_ = bound_n < best_bound_n_;
-  const bool done =
+  const bool proven =
       bound_n <= wanted_n_ || ((recentred_ || bound_n <= 4.0 * wanted_n_) && proof.plain_bound() <= 0.5 * wanted_n_);
+  const bool done = proven && proof.left() <= 2.0 * balanced_n_ + proof.rounding();
+  best_is_last_ = done || bound_n < best_bound_n_;
   if (best_is_last_) {
     best_bound_n_ = bound_n;
     best_origin_m_ = origin_m_, best_Z_ = Z_;
@@ -308,7 +319,8 @@ void Solver::Work::add_common_points() noexcept {
     const double given = sticks ? (all.s > 0.0 ? p.s * (demanded / all.s) : 0.0) : p.s + p.gamma * beyond;
     p.u = demanded > 0.0 ? (given / demanded) * w : Vec3{};
   }
-  Z_ = sum();
+  // What the rest stood on it still stands on: its residuals shrink with w.
+  Z_ = sticks ? all.B : all.B - (beyond / demanded) * w;
 }
 
 // Moves the origin to the proxy as a double can say it. Residuals of what the proxy rests on are then
@@ -327,36 +339,47 @@ void Solver::Work::recentre() noexcept {
 }
 
 // 2. Active set. With w = R + u the pull that a sweep would see, a primitive sticks where |w| ≤ s; there
-// R = 0 is asked for, by a spring of stiffness τ from where it is. Where it slips, its force is s + γ|R|
+// R = 0 is asked for, by a spring of stiffness τ that starts from u. Where it slips, its force is s + γ|R|
 // along e = w/|w|, and for a move dZ it changes by −γ along e and by −K across it, K = |u|/(|w| − |u|)
 // with the |u| that answers w. All together is one linear system for dZ:
-//     (I + ΣK) dZ = C + Σ(force at dZ = 0) − Z.
+//     M dZ = C + Σ(force at dZ = 0) − Z,   M = I + ΣK.
+// The spring leaves R = (u⁺ − u)/τ, and the turn of the slipping forces leaves a force. Solving again with
+// the same M, for that force and that R (known so, not as a difference of large numbers), takes both to
+// rounding.
 void Solver::Work::choose() noexcept {
   constexpr double tau = 1e8;
   Stiffness M;
   Vec3 g = C_ - Z_;
   for (std::size_t i = 0; i < plane_count_; ++i) {
-    const Plane& p = planes_[i];
+    Plane& p = planes_[i];
     const double r = p.residual(Z_);
     const double w = r + p.t;
-    if (w <= 0.0) continue;
-    const bool sticks = w <= p.s;
-    const double stiffness = sticks ? tau : p.gamma;
-    g += (sticks ? p.t + tau * r : p.s + p.gamma * r) * p.q;
-    M.add_outer(stiffness, p.q);
+    if (w <= 0.0) {
+      p.state = State::off, p.t = 0.0;
+    } else if (w <= p.s) {
+      p.state = State::stick, p.r = tau * r;
+      g += (p.t + p.r) * p.q;
+      M.add_outer(tau, p.q);
+    } else {
+      p.state = State::slip, p.r = r;
+      g += (p.s + p.gamma * r) * p.q;
+      M.add_outer(p.gamma, p.q);
+    }
   }
   for (std::size_t i = 0; i < span_count_; ++i) {
-    const Span& p = spans_[i];
+    Span& p = spans_[i];
     const Vec3 R = p.residual(Z_);
     const Vec3 w = R + p.u;
     const double squared = norm_squared(w);
     double across = tau;
     if (squared <= p.s * p.s) {
-      g += p.u + tau * R;
+      p.state = State::stick, p.R = tau * R;
+      g += p.u + p.R;
     } else {
+      p.state = State::slip, p.R = R;
       const double demanded = std::sqrt(squared);
       const double given = length_given(demanded, p.s, p.gamma, 1.0);
-      const Vec3 e = w / demanded;
+      const Vec3 e = (1.0 / demanded) * w;
       across = std::min(tau, given / (demanded - given));
       const double along = dot(e, R);
       g += (p.s + p.gamma * along - across * along) * e + across * R;
@@ -365,32 +388,58 @@ void Solver::Work::choose() noexcept {
     M.add_identity(across);
     M.add_outer(-across, p.q);
   }
-  const Vec3 dZ = M.solve(g);
+  const Factor factor(M);
+  double before = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < max_refinements; ++i) {
+    const Vec3 dZ = factor.solve(g);
+    Z_ += dZ;
+    Vec3 left = C_ - Z_;
+    Vec3 held;  // τR of all that stick
+    for (std::size_t j = 0; j < plane_count_; ++j) {
+      Plane& p = planes_[j];
+      if (p.state == State::off) continue;
+      if (p.state == State::stick) {
+        p.r -= tau * dot(p.q, dZ);
+        p.t += p.r;
+        held += p.r * p.q;
+      } else {
+        p.r -= dot(p.q, dZ);
+        p.t = p.s + p.gamma * std::max(0.0, p.r);
+      }
+      left += p.t * p.q;
+    }
+    for (std::size_t j = 0; j < span_count_; ++j) {
+      Span& p = spans_[j];
+      if (p.state == State::stick) {
+        p.R = p.across(p.R - tau * dZ);
+        p.u += p.R;
+        held += p.R;
+      } else {
+        const Vec3 R = p.R - p.across(dZ);
+        if (dot(p.R + p.u, R) > 0.0) {  // else it would pass its anchor: it keeps its force
+          const double reach = std::sqrt(norm_squared(R));
+          p.u = ((p.s + p.gamma * reach) / reach) * p.across(R);
+        }
+        p.R = R;
+      }
+      left += p.u;
+    }
+    const double size = size_of(left);
+    if ((i > 0 && size <= balanced_n_) || !(size < 0.5 * before)) break;
+    before = size;
+    g = left + held;
+  }
   for (std::size_t i = 0; i < plane_count_; ++i) {
     Plane& p = planes_[i];
-    const double r = p.residual(Z_);
-    const double w = r + p.t;
-    const double moved = r - dot(p.q, dZ);
-    if (w <= 0.0) {
-      p.t = 0.0;
-    } else if (w <= p.s) {
-      p.t = std::clamp(p.t + tau * moved, 0.0, p.s);
-    } else {
-      p.t = p.s + p.gamma * std::max(0.0, moved);
-    }
+    if (p.state == State::stick) p.t = std::clamp(p.t, 0.0, p.s);
   }
   for (std::size_t i = 0; i < span_count_; ++i) {
     Span& p = spans_[i];
-    const Vec3 R = p.residual(Z_);
-    const Vec3 w = R + p.u;
-    const Vec3 moved = R - p.across(dZ);
-    if (norm_squared(w) <= p.s * p.s) {
-      p.u = shortened(p.across(p.u + tau * moved), p.s);
-    } else if (const double reach = norm(moved); dot(w, moved) > 0.0) {
-      p.u = ((p.s + p.gamma * reach) / reach) * p.across(moved);
-    }
+    if (p.state != State::stick) continue;
+    p.u = p.across(p.u);
+    const double squared = norm_squared(p.u);
+    if (squared > p.s * p.s) p.u *= p.s / std::sqrt(squared);
   }
-  Z_ += dZ;
 }
 
 // 3. Method of multipliers. For a penalty τ, the convex, once differentiable
@@ -446,7 +495,7 @@ bool Solver::Work::multiply() noexcept {
       }
       ++iterations_;
       if (size_of(g) <= 4.0 * epsilon * size) break;
-      const Vec3 d = M.solve(g);
+      const Vec3 d = Factor(M).solve(g);
       const double start = -dot(g, d);
       if (!(start < 0.0) || !is_finite(d)) break;
       // Along d the slope only grows, from `start` < 0. A step that ends past its zero by little, or before
@@ -476,15 +525,21 @@ bool Solver::Work::multiply() noexcept {
       p.u = p.across(answer(p, p.u + tau * p.residual(Z_), tau));
     }
     if (prove(3)) return true;
+    if (best_bound_n_ <= wanted_n_) {  // all that is missing is the last of the force left over
+      recentre();
+      choose();
+      if (prove(3)) return true;
+    }
   }
   return false;
 }
 
 bool Solver::Work::run() noexcept {
   Z_ = sum();
-  for (int i = 0; i < max_sweeps; ++i) {
+  const bool few = plane_count_ + span_count_ <= 3;
+  for (int i = 0; i < (few ? 1 : max_sweeps); ++i) {
     sweep();
-    if (prove(1)) return true;
+    if (few && prove(1)) return true;
   }
   return refine();
 }
