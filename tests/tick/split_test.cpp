@@ -18,8 +18,8 @@ namespace {
 
 constexpr double dt = 1e-3;
 
-// Balances are known to 1e-9 m, 5e-7 N here; where all are at their limits the split goes with the root of that.
-constexpr double tolerance_n = 5e-4;
+// Balances are known to 1e-9 m, 5e-7 N here.
+constexpr double tolerance_n = 1e-6;
 
 // Two surfaces on one level, a rail, and air that holds: all share. In any order.
 Scene sharing(const std::vector<int>& order, double drag_ns_per_m) {
