@@ -49,7 +49,7 @@ double error_bound_m(std::span<const Primitive> primitives, std::span<const Vec3
     const Primitive& p = primitives[i];
     if (p.kind == PrimitiveKind::directed) continue;
     const Vec3 B = k * (p.position_m - x_m);
-    const double gamma = p.drag_ns_per_m > 0.0 ? p.drag_ns_per_m / (time_step_s * k) : 0.0;
+    const double gamma = gamma_of(p, k, time_step_s);
     const double longest = gamma > 0.0 ? std::numeric_limits<double>::infinity() : p.strength_n;
     if (p.kind == PrimitiveKind::plane) {
       const double t = std::clamp(dot(p.direction, forces_n[i]), 0.0, longest);

@@ -19,6 +19,12 @@ inline constexpr double epsilon = std::numeric_limits<double>::epsilon();  // on
 
 inline double size_of(const Vec3& v) noexcept { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
 
+/// γ of a primitive. One so small that its force is lost in the rounding of C counts as none.
+inline double gamma_of(const Primitive& p, double k, double T) noexcept {
+  const double gamma = p.drag_ns_per_m > 0.0 ? p.drag_ns_per_m / (k * T) : 0.0;
+  return gamma < 1e-20 ? 0.0 : gamma;
+}
+
 enum class State : std::uint8_t { stick, slip, off };
 
 /// A point or a line. A point is a line without direction: P v = v − (q·v) q with q = 0. The anchor of a
@@ -26,10 +32,11 @@ enum class State : std::uint8_t { stick, slip, off };
 struct Span {
   Vec3 q, B, u;
   double s = 0.0, gamma = 0.0;
-  double size = 0.0;        // of k (a − o), for the rounding of B
-  std::uint32_t index = 0;  // in the set
+  double size = 0.0;         // of k (a − o), for the rounding of B
+  std::uint32_t index = 0;   // in the set
   State state = State::off;  // as the active set takes it to be
-  Vec3 R = {};               // as the active set has it
+  Vec3 kept = {};
+  Vec3 R = {};  // as the active set has it
 
   Vec3 across(const Vec3& v) const noexcept { return v - dot(q, v) * q; }
   Vec3 residual(const Vec3& Z) const noexcept { return across(B - Z); }
@@ -42,7 +49,7 @@ struct Plane {
   double size = 0.0;  // of B, for the rounding of b
   std::uint32_t index = 0;
   State state = State::off;
-  double r = 0.0;
+  double r = 0.0, kept = 0.0;
 
   double residual(const Vec3& Z) const noexcept { return b - dot(q, Z); }
 };

@@ -23,6 +23,7 @@ constexpr double wanted_bound_m = 2e-10;
 
 constexpr int max_sweeps = 2;
 constexpr int max_refinements = 4;
+constexpr int max_in_vain = 2;
 constexpr int max_choices = 10;       // of the active set; it can go round in a circle
 constexpr int max_newton_steps = 30;  // of the multipliers, for each penalty
 constexpr int max_line_search = 40;
@@ -46,7 +47,6 @@ struct Stiffness {
     xx += fe.x * e.x, xy += fe.x * e.y, xz += fe.x * e.z, yy += fe.y * e.y, yz += fe.y * e.z, zz += fe.z * e.z;
   }
   void add_identity(double f) noexcept { xx += f, yy += f, zz += f; }
-
 };
 
 /// M = L D Lᵀ, solved for as many right sides as wanted. No pivoting is needed, as D ≥ 1 but for rounding.
@@ -157,6 +157,8 @@ class Solver::Work {
   void sweep() noexcept;
   void choose() noexcept;
   bool multiply() noexcept;
+  void keep() noexcept;
+  void restore() noexcept;
   double slope(const Vec3& at, const Vec3& d, double tau) const noexcept;
   void recentre() noexcept;
   void anchor(Plane& plane) const noexcept;
@@ -172,14 +174,15 @@ class Solver::Work {
 
   std::span<const Primitive> primitives_;
   Vec3 origin_m_, probe_m_, directed_n_;
-  double k_ = 1.0, directed_size_n_ = 0.0, directed_terms_ = 0.0, wanted_n_ = 0.0, shown_n2_ = 0.0, balanced_n_ = 0.0;
+  double k_ = 1.0, by_k_ = 1.0, directed_size_n_ = 0.0, directed_terms_ = 0.0, wanted_n_ = 0.0, shown_n2_ = 0.0,
+         balanced_n_ = 0.0;
 
-  Vec3 C_, Z_;
+  Vec3 C_, Z_, kept_Z_;
   double C_size_ = 0.0;
 
   Vec3 best_origin_m_, best_Z_;
   double best_bound_n_ = 0.0;
-  bool recentred_ = false;
+  bool precise_ = false, anchored_precisely_ = false;
   int best_stage_ = 0, iterations_ = 0;
   bool best_is_last_ = false;
 };
@@ -192,7 +195,7 @@ void Solver::Work::anchor(Plane& p) const noexcept {
   const Vec3 B = k_ * (a - origin_m_);
   p.b = dot(p.q, B);
   p.size = size_of(B);
-  if (!(p.s * p.size * epsilon > shown_n2_)) return;
+  if (!precise_ && !(p.s * p.size * epsilon > shown_n2_)) return;
   p.b = k_ * slide(p.q, a, origin_m_).along;
   p.size = std::abs(p.b);
 }
@@ -201,7 +204,7 @@ void Solver::Work::anchor(Span& p) const noexcept {
   p.B = k_ * (a - origin_m_);
   p.size = size_of(p.B);
   if (p.q == Vec3{}) return;
-  if (p.s * p.size * epsilon > shown_n2_) {
+  if (precise_ || p.s * p.size * epsilon > shown_n2_) {
     p.B = k_ * slide(p.q, a, origin_m_).across;
     p.size = size_of(p.B);
   } else {
@@ -213,12 +216,12 @@ void Solver::Work::pose(std::span<const Primitive> primitives, const Vec3* warm_
                         double k, double T, const Vec3& directed_n, double directed_size_n, double directed_terms) noexcept {
   primitives_ = primitives;
   origin_m_ = start_m, probe_m_ = probe_m, directed_n_ = directed_n;
-  k_ = k, directed_size_n_ = directed_size_n, directed_terms_ = directed_terms, wanted_n_ = k * wanted_bound_m;
+  k_ = k, by_k_ = 1.0 / k, directed_size_n_ = directed_size_n, directed_terms_ = directed_terms, wanted_n_ = k * wanted_bound_m;
   shown_n2_ = 0.1 * wanted_n_ * wanted_n_;
   balanced_n_ = 2e-6 * wanted_n_;
   best_bound_n_ = std::numeric_limits<double>::max();
   iterations_ = 0;
-  recentred_ = false;
+  precise_ = anchored_precisely_ = false;
 
   // Primitives at the start, where modes place them, get B = 0 exactly.
   const Vec3 way_n = k * (probe_m - start_m);
@@ -235,17 +238,17 @@ void Solver::Work::pose(std::span<const Primitive> primitives, const Vec3* warm_
     const Primitive& p = primitives[i];
     if (p.kind == PrimitiveKind::directed) continue;
     if (!first_m) first_m = &p.position_m;
-    const double gamma = p.drag_ns_per_m > 0.0 ? p.drag_ns_per_m / (k * T) : 0.0;
+    const double gamma = newton_form::gamma_of(p, k, T);
     common_ = common_ && p.position_m == *first_m && (gamma == 0.0 || p.kind == PrimitiveKind::point);
     if (p.kind == PrimitiveKind::plane) {
       Plane& plane = planes_[plane_count_++];
-      plane = {p.direction, 0.0, 0.0, p.strength_n, gamma, 0.0, static_cast<std::uint32_t>(i)};
+      plane.q = p.direction, plane.s = p.strength_n, plane.gamma = gamma, plane.index = static_cast<std::uint32_t>(i);
       anchor(plane);
       plane.t = std::max(0.0, dot(p.direction, warm_n[i]));
       if (gamma == 0.0) plane.t = std::min(plane.t, p.strength_n);
     } else {
       Span& span = spans_[p.kind == PrimitiveKind::line ? line++ : point++];
-      span = {p.direction, {}, {}, p.strength_n, gamma, 0.0, static_cast<std::uint32_t>(i)};
+      span.q = p.direction, span.s = p.strength_n, span.gamma = gamma, span.index = static_cast<std::uint32_t>(i);
       anchor(span);
       span.u = span.across(warm_n[i]);
       if (gamma == 0.0 && norm_squared(span.u) > p.strength_n * p.strength_n) span.u = (p.strength_n / norm(span.u)) * span.u;
@@ -270,8 +273,12 @@ bool Solver::Work::prove(int stage) noexcept {
   for (std::size_t i = 0; i < span_count_; ++i) proof.add(gap(spans_[i], Z_), spans_[i].u);
   const double bound_n = proof.bound();
   ++iterations_;
-  const bool proven =
-      bound_n <= wanted_n_ || ((recentred_ || bound_n <= 4.0 * wanted_n_) && proof.plain_bound() <= 0.5 * wanted_n_);
+  bool proven = bound_n <= wanted_n_;
+  if (!proven && proof.plain_bound() <= 0.5 * wanted_n_) {
+    // All that is missing is rounding.
+    proven = bound_n <= 4.0 * wanted_n_ || anchored_precisely_;
+    precise_ = true;
+  }
   const bool done = proven && proof.left() <= 2.0 * balanced_n_ + proof.rounding();
   best_is_last_ = done || bound_n < best_bound_n_;
   if (best_is_last_) {
@@ -320,17 +327,18 @@ void Solver::Work::add_common_points() noexcept {
     p.u = demanded > 0.0 ? (given / demanded) * w : Vec3{};
   }
   // What the rest stood on it still stands on: its residuals shrink with w.
+  anchored_precisely_ = false;
   Z_ = sticks ? all.B : all.B - (beyond / demanded) * w;
 }
 
 // Moves the origin to the proxy as a double can say it. Residuals of what the proxy rests on are then
 // differences of nearby doubles: exact where rounding would otherwise be multiplied by τ.
 void Solver::Work::recentre() noexcept {
-  const Vec3 z_m = Z_ / k_;
+  const Vec3 z_m = by_k_ * Z_;
   const Vec3 origin_m = origin_m_ + z_m;
   Z_ = k_ * ((origin_m_ - origin_m) + z_m);
   origin_m_ = origin_m;
-  recentred_ = true;
+  anchored_precisely_ = precise_;
   const Vec3 way_n = k_ * (probe_m_ - origin_m);
   C_ = way_n + directed_n_;
   C_size_ = 2.0 * size_of(way_n) + directed_size_n_;
@@ -494,7 +502,7 @@ bool Solver::Work::multiply() noexcept {
         M.add_outer(-across, p.q);
       }
       ++iterations_;
-      if (size_of(g) <= 4.0 * epsilon * size) break;
+      if (size_of(g) <= std::max(4.0 * epsilon, 1e-6 / tau) * size) break;
       const Vec3 d = Factor(M).solve(g);
       const double start = -dot(g, d);
       if (!(start < 0.0) || !is_finite(d)) break;
@@ -525,13 +533,26 @@ bool Solver::Work::multiply() noexcept {
       p.u = p.across(answer(p, p.u + tau * p.residual(Z_), tau));
     }
     if (prove(3)) return true;
-    if (best_bound_n_ <= wanted_n_) {  // all that is missing is the last of the force left over
+    if (level == 0 || tau > 1e8) {
+      keep();
       recentre();
       choose();
       if (prove(3)) return true;
+      restore();
     }
   }
   return false;
+}
+
+void Solver::Work::keep() noexcept {
+  kept_Z_ = Z_;
+  for (std::size_t i = 0; i < plane_count_; ++i) planes_[i].kept = planes_[i].t;
+  for (std::size_t i = 0; i < span_count_; ++i) spans_[i].kept = spans_[i].u;
+}
+
+void Solver::Work::restore() noexcept {
+  for (std::size_t i = 0; i < plane_count_; ++i) planes_[i].t = planes_[i].kept;
+  for (std::size_t i = 0; i < span_count_; ++i) spans_[i].u = spans_[i].kept;
 }
 
 bool Solver::Work::run() noexcept {
@@ -545,10 +566,17 @@ bool Solver::Work::run() noexcept {
 }
 
 bool Solver::Work::refine() noexcept {
-  for (int i = 0; i < max_choices; ++i) {
-    if (i > 0) recentre();
+  int in_vain = 0;
+  for (int i = 0; i < max_choices && in_vain < max_in_vain; ++i) {
+    if (i > 0) {
+      recentre();
+      Z_ = sum();
+      sweep();
+    }
+    const double before = best_bound_n_;
     choose();
     if (prove(2)) return true;
+    if (!(best_bound_n_ < 0.5 * before)) ++in_vain;
   }
   return multiply();
 }
@@ -558,14 +586,17 @@ void Solver::Work::solve() noexcept {
   if (!common_) return;
   add_common_points();
   best_bound_n_ = std::numeric_limits<double>::max();
-  if (!prove(1)) refine();
+  if (prove(1)) return;
+  recentre();
+  if (prove(1)) return;
+  refine();
 }
 
 void Solver::Work::give(Balance& balance, Vec3& remainder_m, Vec3* forces_n) const noexcept {
-  const Vec3 z_m = best_Z_ / k_;
+  const Vec3 z_m = by_k_ * best_Z_;
   balance.position_m = best_origin_m_ + z_m;
   remainder_m = (best_origin_m_ - balance.position_m) + z_m;
-  balance.error_bound_m = best_bound_n_ / k_ * (1.0 + epsilon) + norm(remainder_m) + 2.0 * epsilon * norm(z_m);
+  balance.error_bound_m = best_bound_n_ * by_k_ * (1.0 + 2.0 * epsilon) + size_of(remainder_m) + 2.0 * epsilon * size_of(z_m);
   balance.stage = best_stage_;
   balance.iterations = iterations_;
   if (best_is_last_) {

@@ -1,5 +1,5 @@
-# For tests and benchmarks alike: palpa_problems, the families of problems, and palpa_reference, the
-# reference of 113 bits. Where the platform has no such floating point there is no target palpa_reference,
+# For tests and benchmarks alike: palpa_problems, the families of problems, and palpa_balance_reference, the
+# reference of 113 bits. Where the platform has no such floating point there is no target palpa_balance_reference,
 # and what needs it is left out.
 include_guard(GLOBAL)
 include(CheckCXXSourceCompiles)
@@ -15,5 +15,5 @@ if(NOT PALPA_HAS_FLOAT128 AND NOT PALPA_HAS_QUAD_LONG_DOUBLE)
     "the tests and benchmarks of the solver against the reference are left out")
   return()
 endif()
-add_library(palpa_reference STATIC EXCLUDE_FROM_ALL ${CMAKE_CURRENT_LIST_DIR}/reference.cpp)
-target_link_libraries(palpa_reference PRIVATE palpa_rules PUBLIC palpa_problems)
+add_library(palpa_balance_reference STATIC EXCLUDE_FROM_ALL ${CMAKE_CURRENT_LIST_DIR}/reference.cpp)
+target_link_libraries(palpa_balance_reference PRIVATE palpa_rules PUBLIC palpa_problems)
