@@ -21,8 +21,7 @@ namespace {
 // nearly parallel lines a little above it.
 constexpr double wanted_bound_m = 2e-10;
 
-constexpr int max_sweeps = 2;
-constexpr int max_refinements = 4;
+constexpr int max_refinements = 8;
 constexpr int max_in_vain = 2;
 constexpr int max_choices = 10;       // of the active set; it can go round in a circle
 constexpr int max_newton_steps = 30;  // of the multipliers, for each penalty
@@ -151,12 +150,10 @@ class Solver::Work {
   Vec3* spare_forces() noexcept { return best_forces_.get(); }
 
  private:
-  bool run() noexcept;
-  bool refine() noexcept;
   bool prove(int stage) noexcept;
   void sweep() noexcept;
   void choose() noexcept;
-  bool multiply() noexcept;
+  void multiply() noexcept;
   void keep() noexcept;
   void restore() noexcept;
   double slope(const Vec3& at, const Vec3& d, double tau) const noexcept;
@@ -169,8 +166,8 @@ class Solver::Work {
   std::unique_ptr<Plane[]> planes_;
   std::unique_ptr<Span[]> spans_;  // lines first, then points
   std::unique_ptr<Vec3[]> best_forces_;
-  std::size_t plane_count_ = 0, span_count_ = 0, all_spans_ = 0;
-  bool common_ = false;
+  std::size_t plane_count_ = 0, line_count_ = 0, span_count_ = 0, all_spans_ = 0;
+  bool common_ = false, warm_ = false;
 
   std::span<const Primitive> primitives_;
   Vec3 origin_m_, probe_m_, directed_n_;
@@ -228,10 +225,13 @@ void Solver::Work::pose(std::span<const Primitive> primitives, const Vec3* warm_
   C_ = way_n + directed_n;
   C_size_ = 2.0 * size_of(way_n) + directed_size_n;
   plane_count_ = 0;
-  std::size_t lines = 0, points = 0;
-  for (const Primitive& p : primitives) points += p.kind == PrimitiveKind::point, lines += p.kind == PrimitiveKind::line;
-  all_spans_ = lines + points;
-  std::size_t line = 0, point = lines;
+  line_count_ = 0;
+  std::size_t points = 0;
+  for (const Primitive& p : primitives)
+    points += p.kind == PrimitiveKind::point, line_count_ += p.kind == PrimitiveKind::line;
+  all_spans_ = line_count_ + points;
+  std::size_t line = 0, point = line_count_;
+  warm_ = false;
   const Vec3* first_m = nullptr;
   common_ = points > 0 && primitives.size() > points;
   for (std::size_t i = 0; i < primitives.size(); ++i) {
@@ -246,16 +246,18 @@ void Solver::Work::pose(std::span<const Primitive> primitives, const Vec3* warm_
       anchor(plane);
       plane.t = std::max(0.0, dot(p.direction, warm_n[i]));
       if (gamma == 0.0) plane.t = std::min(plane.t, p.strength_n);
+      warm_ = warm_ || plane.t > 0.0;
     } else {
       Span& span = spans_[p.kind == PrimitiveKind::line ? line++ : point++];
       span.q = p.direction, span.s = p.strength_n, span.gamma = gamma, span.index = static_cast<std::uint32_t>(i);
       anchor(span);
       span.u = span.across(warm_n[i]);
+      warm_ = warm_ || span.u != Vec3{};
       if (gamma == 0.0 && norm_squared(span.u) > p.strength_n * p.strength_n) span.u = (p.strength_n / norm(span.u)) * span.u;
     }
   }
-  common_ = common_ && plane_count_ + lines > 0;
-  span_count_ = common_ ? lines : all_spans_;
+  common_ = common_ && plane_count_ + line_count_ > 0;
+  span_count_ = common_ ? line_count_ : all_spans_;
 }
 
 Vec3 Solver::Work::sum() const noexcept {
@@ -267,6 +269,8 @@ Vec3 Solver::Work::sum() const noexcept {
 
 // Keeps (Z, u) if its bound is the best so far, and says whether that is good enough.
 bool Solver::Work::prove(int stage) noexcept {
+  const Vec3 rest = Z_;
+  if (common_) add_common_points();
   Proof proof(Z_, C_, C_size_, directed_terms_ + 1.0);
   const double size_of_Z = size_of(Z_);
   for (std::size_t i = 0; i < plane_count_; ++i) proof.add(gap(planes_[i], Z_, size_of_Z), planes_[i].t * planes_[i].q);
@@ -278,8 +282,9 @@ bool Solver::Work::prove(int stage) noexcept {
     // All that is missing is rounding.
     proven = bound_n <= 4.0 * wanted_n_ || anchored_precisely_;
     precise_ = true;
+    common_ = false;  // the rest and the points are looked at together from here on
   }
-  const bool done = proven && proof.left() <= 2.0 * balanced_n_ + proof.rounding();
+  const bool done = proven && proof.left() <= 1e-3 * wanted_n_ + proof.rounding();
   best_is_last_ = done || bound_n < best_bound_n_;
   if (best_is_last_) {
     best_bound_n_ = bound_n;
@@ -290,6 +295,7 @@ bool Solver::Work::prove(int stage) noexcept {
       for (std::size_t i = 0; i < span_count_; ++i) best_forces_[spans_[i].index] = spans_[i].u;
     }
   }
+  if (common_ && !done) span_count_ = line_count_, Z_ = rest;
   return done;
 }
 
@@ -315,20 +321,25 @@ void Solver::Work::sweep() noexcept {
 // alone, and the rest's is homogeneous, so the balance is the rest's, drawn towards the anchor as by one
 // point of all the points' strength and drag.
 void Solver::Work::add_common_points() noexcept {
-  Span all = spans_[span_count_];
-  for (std::size_t i = span_count_ + 1; i < all_spans_; ++i) all.s += spans_[i].s, all.gamma += spans_[i].gamma;
-  const Vec3 w = all.B - Z_;
-  const double demanded = norm(w);
-  const bool sticks = demanded <= all.s;
-  const double beyond = sticks ? 0.0 : (demanded - all.s) / (1.0 + all.gamma);
+  double s = 0.0, gamma = 0.0;
+  for (std::size_t i = line_count_; i < all_spans_; ++i) s += spans_[i].s, gamma += spans_[i].gamma;
+  const Vec3& B = spans_[line_count_].B;
+  const Vec3 w = B - Z_;
+  const double demanded = std::sqrt(norm_squared(w));
+  if (demanded <= s) {
+    const double share = s > 0.0 ? 1.0 / s : 0.0;
+    for (; span_count_ < all_spans_; ++span_count_) spans_[span_count_].u = (spans_[span_count_].s * share) * w;
+    Z_ = B;
+    return;
+  }
+  const double beyond = (demanded - s) / (1.0 + gamma);
+  const Vec3 e = (1.0 / demanded) * w;
   for (; span_count_ < all_spans_; ++span_count_) {
     Span& p = spans_[span_count_];
-    const double given = sticks ? (all.s > 0.0 ? p.s * (demanded / all.s) : 0.0) : p.s + p.gamma * beyond;
-    p.u = demanded > 0.0 ? (given / demanded) * w : Vec3{};
+    p.u = (p.s + p.gamma * beyond) * e;
   }
   // What the rest stood on it still stands on: its residuals shrink with w.
-  anchored_precisely_ = false;
-  Z_ = sticks ? all.B : all.B - (beyond / demanded) * w;
+  Z_ = B - beyond * e;
 }
 
 // Moves the origin to the proxy as a double can say it. Residuals of what the proxy rests on are then
@@ -467,7 +478,7 @@ double Solver::Work::slope(const Vec3& at, const Vec3& d, double tau) const noex
   return slope;
 }
 
-bool Solver::Work::multiply() noexcept {
+void Solver::Work::multiply() noexcept {
   double tau = 1e3;
   for (int level = 0; level < max_levels; ++level, tau = std::min(1e14, tau * 10.0)) {
     recentre();
@@ -532,16 +543,15 @@ bool Solver::Work::multiply() noexcept {
       Span& p = spans_[i];
       p.u = p.across(answer(p, p.u + tau * p.residual(Z_), tau));
     }
-    if (prove(3)) return true;
+    if (prove(3)) return;
     if (level == 0 || tau > 1e8) {
       keep();
       recentre();
       choose();
-      if (prove(3)) return true;
+      if (prove(3)) return;
       restore();
     }
   }
-  return false;
 }
 
 void Solver::Work::keep() noexcept {
@@ -555,17 +565,15 @@ void Solver::Work::restore() noexcept {
   for (std::size_t i = 0; i < span_count_; ++i) spans_[i].u = spans_[i].kept;
 }
 
-bool Solver::Work::run() noexcept {
+void Solver::Work::solve() noexcept {
   Z_ = sum();
-  const bool few = plane_count_ + span_count_ <= 3;
-  for (int i = 0; i < (few ? 1 : max_sweeps); ++i) {
+  sweep();
+  // More than three at once are hardly ever done after a sweep, and looking costs as much as it.
+  if (plane_count_ + span_count_ <= 3) {
+    if (prove(1)) return;
+  } else if (!warm_) {
     sweep();
-    if (few && prove(1)) return true;
   }
-  return refine();
-}
-
-bool Solver::Work::refine() noexcept {
   int in_vain = 0;
   for (int i = 0; i < max_choices && in_vain < max_in_vain; ++i) {
     if (i > 0) {
@@ -575,21 +583,10 @@ bool Solver::Work::refine() noexcept {
     }
     const double before = best_bound_n_;
     choose();
-    if (prove(2)) return true;
+    if (prove(2)) return;
     if (!(best_bound_n_ < 0.5 * before)) ++in_vain;
   }
-  return multiply();
-}
-
-void Solver::Work::solve() noexcept {
-  run();
-  if (!common_) return;
-  add_common_points();
-  best_bound_n_ = std::numeric_limits<double>::max();
-  if (prove(1)) return;
-  recentre();
-  if (prove(1)) return;
-  refine();
+  multiply();
 }
 
 void Solver::Work::give(Balance& balance, Vec3& remainder_m, Vec3* forces_n) const noexcept {
@@ -601,10 +598,10 @@ void Solver::Work::give(Balance& balance, Vec3& remainder_m, Vec3* forces_n) con
   balance.iterations = iterations_;
   if (best_is_last_) {
     for (std::size_t i = 0; i < plane_count_; ++i) forces_n[planes_[i].index] = planes_[i].t * planes_[i].q;
-    for (std::size_t i = 0; i < span_count_; ++i) forces_n[spans_[i].index] = spans_[i].u;
+    for (std::size_t i = 0; i < all_spans_; ++i) forces_n[spans_[i].index] = spans_[i].u;
   } else {
     for (std::size_t i = 0; i < plane_count_; ++i) forces_n[planes_[i].index] = best_forces_[planes_[i].index];
-    for (std::size_t i = 0; i < span_count_; ++i) forces_n[spans_[i].index] = best_forces_[spans_[i].index];
+    for (std::size_t i = 0; i < all_spans_; ++i) forces_n[spans_[i].index] = best_forces_[spans_[i].index];
   }
 }
 
