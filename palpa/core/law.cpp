@@ -21,7 +21,7 @@ PrimitiveState state_at(const Primitive& primitive, const Balance& balance) noex
   const Vec3 d = primitive.position_m - balance.position_m;
   const double tolerance =
       balance.error_bound_m +
-      8.0 * newton_form::epsilon * (largest_component(primitive.position_m) + largest_component(balance.position_m));
+      8.0 * detail::epsilon * (largest_component(primitive.position_m) + largest_component(balance.position_m));
   if (primitive.kind == PrimitiveKind::plane) {
     const double behind = dot(primitive.direction, d);
     if (behind > tolerance) return PrimitiveState::slip;
@@ -32,7 +32,7 @@ PrimitiveState state_at(const Primitive& primitive, const Balance& balance) noex
 
 double error_bound_m(std::span<const Primitive> primitives, std::span<const Vec3> forces_n, const Vec3& x_m,
                      const Vec3& probe_m, double stiffness_n_per_m, double time_step_s) noexcept {
-  using namespace newton_form;
+  using namespace detail;
   // About x itself: Z = 0.
   const double k = stiffness_n_per_m;
   Vec3 C = k * (probe_m - x_m);

@@ -13,7 +13,7 @@
 
 #include "palpa/core/primitives.h"
 
-namespace palpa::newton_form {
+namespace palpa::detail {
 
 inline constexpr double epsilon = std::numeric_limits<double>::epsilon();  // one rounding is at most half of it
 
@@ -35,8 +35,7 @@ struct Span {
   double size = 0.0;         // of k (a − o), for the rounding of B
   std::uint32_t index = 0;   // in the set
   State state = State::off;  // as the active set takes it to be
-  Vec3 kept = {};
-  Vec3 R = {};  // as the active set has it
+  Vec3 R = {};               // as the active set has it
 
   Vec3 across(const Vec3& v) const noexcept { return v - dot(q, v) * q; }
   Vec3 residual(const Vec3& Z) const noexcept { return across(B - Z); }
@@ -49,7 +48,7 @@ struct Plane {
   double size = 0.0;  // of B, for the rounding of b
   std::uint32_t index = 0;
   State state = State::off;
-  double r = 0.0, kept = 0.0;
+  double r = 0.0;
 
   double residual(const Vec3& Z) const noexcept { return b - dot(q, Z); }
 };
@@ -197,4 +196,4 @@ class Proof {
   double size_ = 0.0, slack_ = 0.0, plain_ = 0.0, rounded_ = 0.0, terms_ = 0.0;
 };
 
-}  // namespace palpa::newton_form
+}  // namespace palpa::detail

@@ -3,17 +3,18 @@
 #include <cassert>
 #include <limits>
 
+#include "palpa/core/double2.h"
 #include "palpa/core/newton_form.h"
 
 namespace palpa {
 
-using newton_form::epsilon;
-using newton_form::gap;
-using newton_form::Plane;
-using newton_form::Proof;
-using newton_form::size_of;
-using newton_form::Span;
-using newton_form::State;
+using detail::epsilon;
+using detail::gap;
+using detail::Plane;
+using detail::Proof;
+using detail::size_of;
+using detail::Span;
+using detail::State;
 
 namespace {
 
@@ -21,12 +22,15 @@ namespace {
 // nearly parallel lines a little above it.
 constexpr double wanted_bound_m = 2e-10;
 
+// The caps. Nearly all balances need one choice; what needs the multipliers is done within five penalties,
+// the rest are problems in which only the bound is slow.
+constexpr int max_choices = 10;
+constexpr int max_choices_in_vain = 2;
+constexpr int max_choices_at_once = 3;
 constexpr int max_refinements = 8;
-constexpr int max_in_vain = 2;
-constexpr int max_choices = 10;       // of the active set; it can go round in a circle
-constexpr int max_newton_steps = 30;  // of the multipliers, for each penalty
-constexpr int max_line_search = 40;
-constexpr int max_levels = 16;
+constexpr int max_penalties = 20;
+constexpr int max_newton_steps = 30;
+constexpr int max_search_steps = 60;
 
 // What k and T may be, far beyond any device: with the limits of PrimitiveSet nothing overflows.
 constexpr double softest_n_per_m = 1e-12;
@@ -37,25 +41,25 @@ bool usable(const Vec3& position_m) noexcept {
   return is_finite(position_m) && largest_component(position_m) <= largest_position_m;
 }
 
-/// A symmetric 3×3 matrix M ≥ I.
+/// M = I + Σ stiffness, symmetric, M ≥ I.
 struct Stiffness {
   double xx = 1.0, xy = 0.0, xz = 0.0, yy = 1.0, yz = 0.0, zz = 1.0;
 
-  void add_outer(double f, const Vec3& e) noexcept {
-    const Vec3 fe = f * e;
-    xx += fe.x * e.x, xy += fe.x * e.y, xz += fe.x * e.z, yy += fe.y * e.y, yz += fe.y * e.z, zz += fe.z * e.z;
+  void add(double along, const Vec3& e) noexcept {
+    const Vec3 f = along * e;
+    xx += f.x * e.x, xy += f.x * e.y, xz += f.x * e.z, yy += f.y * e.y, yz += f.y * e.z, zz += f.z * e.z;
   }
-  void add_identity(double f) noexcept { xx += f, yy += f, zz += f; }
+  void add_everywhere(double f) noexcept { xx += f, yy += f, zz += f; }
 };
 
-/// M = L D Lᵀ, solved for as many right sides as wanted. No pivoting is needed, as D ≥ 1 but for rounding.
+/// M = L D Lᵀ, for as many right sides as wanted. No pivoting is needed: D ≥ 1 but for rounding.
 class Factor {
  public:
   explicit Factor(const Stiffness& M) noexcept : by_dx_(1.0 / M.xx), lyx_(M.xy * by_dx_), lzx_(M.xz * by_dx_) {
     by_dy_ = 1.0 / std::max(1.0, M.yy - lyx_ * M.xy);
-    const double fzy = M.yz - lyx_ * M.xz;
-    lzy_ = fzy * by_dy_;
-    by_dz_ = 1.0 / std::max(1.0, M.zz - lzx_ * M.xz - lzy_ * fzy);
+    const double yz = M.yz - lyx_ * M.xz;
+    lzy_ = yz * by_dy_;
+    by_dz_ = 1.0 / std::max(1.0, M.zz - lzx_ * M.xz - lzy_ * yz);
   }
   Vec3 solve(const Vec3& g) const noexcept {
     const double gy = g.y - lyx_ * g.x;
@@ -69,120 +73,160 @@ class Factor {
 };
 
 // The force of a primitive that is pulled by w, within its span, through a spring of stiffness τ (1: the
-// coupling itself): the u of ∂φ at R = (w − u)/τ. It gives what is asked up to s; beyond, s and the
-// drag's share of the rest.
-double length_given(double demanded, double s, double gamma, double tau) noexcept {
-  return gamma > 0.0 ? s + gamma * ((demanded - s) / (tau + gamma)) : s;
+// coupling itself): the u of ∂φ at R = (w − u)/τ. It gives what is asked up to s; beyond, s and the drag's
+// share of the rest.
+double length_given(double asked, double s, double gamma, double tau) noexcept {
+  return gamma > 0.0 ? s + gamma * ((asked - s) / (tau + gamma)) : s;
 }
 Vec3 answer(const Span& p, const Vec3& w, double tau) noexcept {
   const double squared = norm_squared(w);
   if (squared <= p.s * p.s) return w;
-  const double demanded = std::sqrt(squared);
-  return (length_given(demanded, p.s, p.gamma, tau) / demanded) * w;
+  const double asked = std::sqrt(squared);
+  return (length_given(asked, p.s, p.gamma, tau) / asked) * w;
 }
 double answer(const Plane& p, double w, double tau) noexcept {
-  if (w <= p.s) return std::max(0.0, w);
-  return length_given(w, p.s, p.gamma, tau);
-}
-
-// A number as the sum of two doubles: twice the precision, by error-free sums and products (Knuth, Dekker).
-struct Double2 {
-  double high = 0.0, low = 0.0;
-};
-Double2 two_sum(double a, double b) noexcept {
-  const double sum = a + b;
-  const double of_b = sum - a;
-  return {sum, (a - (sum - of_b)) + (b - of_b)};
-}
-Double2 two_product(double a, double b) noexcept {
-  constexpr double splitter = 134217729.0;  // 2²⁷ + 1
-  const double a_split = splitter * a, b_split = splitter * b;
-  const double a_high = a_split - (a_split - a), b_high = b_split - (b_split - b);
-  const double a_low = a - a_high, b_low = b - b_high;
-  const double product = a * b;
-  return {product, ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low};
-}
-Double2 sum(Double2 a, Double2 b) noexcept {
-  const Double2 high = two_sum(a.high, b.high);
-  return two_sum(high.high, high.low + (a.low + b.low));
-}
-Double2 product(Double2 a, double b) noexcept {
-  const Double2 high = two_product(a.high, b);
-  return {high.high, high.low + a.low * b};
-}
-double rounded(Double2 a) noexcept { return a.high + a.low; }
-
-/// a − o, along q and across it, for q of unit length but for rounding.
-struct Slide {
-  double along = 0.0;
-  Vec3 across;
-};
-Slide slide(const Vec3& q, const Vec3& a, const Vec3& o) noexcept {
-  const Double2 x = two_sum(a.x, -o.x), y = two_sum(a.y, -o.y), z = two_sum(a.z, -o.z);
-  const Double2 along = sum(sum(product(x, q.x), product(y, q.y)), product(z, q.z));
-  const Double2 squared = sum(sum(two_product(q.x, q.x), two_product(q.y, q.y)), two_product(q.z, q.z));
-  const double longer = (squared.high - 1.0) + squared.low;  // |q|² − 1
-  const Double2 share = {-along.high, along.high * longer - along.low};
-  return {rounded(along),
-          {rounded(sum(x, product(share, q.x))), rounded(sum(y, product(share, q.y))), rounded(sum(z, product(share, q.z)))}};
+  return w <= p.s ? std::max(0.0, w) : length_given(w, p.s, p.gamma, tau);
 }
 
 }  // namespace
 
-/// The problem in newtons about an origin, the iterate (Z and all u), and the best iterate so far.
+/// A problem in newtons about an origin, the iterate (Z and all forces), and the best iterate met.
 class Solver::Work {
  public:
   explicit Work(std::size_t capacity)
       : planes_(std::make_unique<Plane[]>(capacity)),
         spans_(std::make_unique<Span[]>(capacity)),
-        best_forces_(std::make_unique<Vec3[]>(capacity)) {}
+        kept_planes_n_(std::make_unique<double[]>(capacity)),
+        kept_spans_n_(std::make_unique<Vec3[]>(capacity)),
+        best_forces_n_(std::make_unique<Vec3[]>(capacity)) {}
 
+  /// Takes a problem and the forces to start from, in the order of the set.
   void pose(std::span<const Primitive> primitives, const Vec3* warm_n, const Vec3& start_m, const Vec3& probe_m, double k,
-            double T, const Vec3& directed_n, double directed_size_n, double directed_terms) noexcept;
-
-  /// Finds the balance of what was posed.
+            double T) noexcept;
+  /// Finds its balance.
   void solve() noexcept;
-
-  /// Writes the best balance found, and its forces in the order of the set (directed ones are left alone).
+  /// Writes the best balance met and its forces, in the order of the set.
   void give(Balance& balance, Vec3& remainder_m, Vec3* forces_n) const noexcept;
 
   /// Room for forces in the order of the set, free until `solve`.
-  Vec3* spare_forces() noexcept { return best_forces_.get(); }
+  Vec3* spare_forces() noexcept { return best_forces_n_.get(); }
 
  private:
-  bool prove(int stage) noexcept;
-  void sweep() noexcept;
-  void choose() noexcept;
-  void multiply() noexcept;
-  void keep() noexcept;
-  void restore() noexcept;
-  double slope(const Vec3& at, const Vec3& d, double tau) const noexcept;
-  void recentre() noexcept;
   void anchor(Plane& plane) const noexcept;
   void anchor(Span& span) const noexcept;
-  void add_common_points() noexcept;
+  void recentre() noexcept;
   Vec3 sum() const noexcept;
+  bool prove(int stage) noexcept;
 
+  void sweep() noexcept;
+  void add_common_points() noexcept;
+
+  bool choose() noexcept;
+  Vec3 take_sides(Stiffness& M) noexcept;
+  Vec3 move(const Vec3& dZ, Vec3& held) noexcept;
+  void confine() noexcept;
+
+  void multiply() noexcept;
+  bool minimise(double tau) noexcept;
+  double search(const Vec3& d, double slope_at_start, double tau) const noexcept;
+  double slope(const Vec3& at, const Vec3& d, double tau) const noexcept;
+  void keep() noexcept;
+  void restore() noexcept;
+
+  // What was posed.
+  std::span<const Primitive> primitives_;
+  Vec3 probe_m_, directed_n_;
+  double directed_size_n_ = 0.0, directed_terms_ = 0.0;
+  double k_ = 1.0, by_k_ = 1.0;
+  double wanted_n_ = 0.0;    // k times the wanted bound
+  double balanced_n_ = 0.0;  // a force left over that is as good as none
+  double shown_n2_ = 0.0;    // s times a rounding of B that would show in the bound
+
+  // In newtons about the origin.
+  Vec3 origin_m_, C_, Z_;
+  double C_size_ = 0.0;
   std::unique_ptr<Plane[]> planes_;
   std::unique_ptr<Span[]> spans_;  // lines first, then points
-  std::unique_ptr<Vec3[]> best_forces_;
-  std::size_t plane_count_ = 0, line_count_ = 0, span_count_ = 0, all_spans_ = 0;
-  bool common_ = false, warm_ = false;
+  std::size_t plane_count_ = 0, line_count_ = 0, all_spans_ = 0;
+  std::size_t span_count_ = 0;  // in the balance now: all, or the lines alone while `common_`
+  bool common_ = false;         // points among others at one anchor: added in closed form
+  bool warm_ = false;
+  bool precise_ = false;             // take anchors in twice the precision …
+  bool anchored_precisely_ = false;  // … and so they were
 
-  std::span<const Primitive> primitives_;
-  Vec3 origin_m_, probe_m_, directed_n_;
-  double k_ = 1.0, by_k_ = 1.0, directed_size_n_ = 0.0, directed_terms_ = 0.0, wanted_n_ = 0.0, shown_n2_ = 0.0,
-         balanced_n_ = 0.0;
+  std::unique_ptr<double[]> kept_planes_n_;
+  std::unique_ptr<Vec3[]> kept_spans_n_;
+  Vec3 kept_Z_;
 
-  Vec3 C_, Z_, kept_Z_;
-  double C_size_ = 0.0;
-
+  std::unique_ptr<Vec3[]> best_forces_n_;
   Vec3 best_origin_m_, best_Z_;
   double best_bound_n_ = 0.0;
-  bool precise_ = false, anchored_precisely_ = false;
-  int best_stage_ = 0, iterations_ = 0;
   bool best_is_last_ = false;
+  int best_stage_ = 0, iterations_ = 0;
 };
+
+void Solver::Work::pose(std::span<const Primitive> primitives, const Vec3* warm_n, const Vec3& start_m, const Vec3& probe_m,
+                        double k, double T) noexcept {
+  primitives_ = primitives;
+  probe_m_ = probe_m;
+  k_ = k, by_k_ = 1.0 / k;
+  wanted_n_ = k * wanted_bound_m;
+  balanced_n_ = 8e-6 * wanted_n_;
+  shown_n2_ = 0.1 * wanted_n_ * wanted_n_;
+  precise_ = anchored_precisely_ = false;
+  best_bound_n_ = std::numeric_limits<double>::max();
+  best_origin_m_ = start_m, best_Z_ = {};
+  best_is_last_ = false;
+  iterations_ = 0;
+
+  directed_n_ = {};
+  directed_size_n_ = directed_terms_ = 0.0;
+  std::size_t points = 0;
+  line_count_ = 0;
+  for (const Primitive& p : primitives) {
+    points += p.kind == PrimitiveKind::point, line_count_ += p.kind == PrimitiveKind::line;
+    if (p.kind != PrimitiveKind::directed) continue;
+    directed_n_ += p.strength_n * p.direction;
+    directed_size_n_ += 2.0 * p.strength_n;
+    directed_terms_ += 1.0;
+  }
+  all_spans_ = line_count_ + points;
+
+  // About the start: primitives placed there, as modes do, get B = 0 exactly.
+  origin_m_ = start_m;
+  const Vec3 way_n = k * (probe_m - start_m);
+  C_ = way_n + directed_n_;
+  C_size_ = 2.0 * size_of(way_n) + directed_size_n_;
+  plane_count_ = 0;
+  std::size_t line = 0, point = line_count_;
+  const Vec3* first_m = nullptr;
+  common_ = points > 0;
+  warm_ = false;
+  for (std::size_t i = 0; i < primitives.size(); ++i) {
+    const Primitive& p = primitives[i];
+    if (p.kind == PrimitiveKind::directed) continue;
+    const double gamma = detail::gamma_of(p, k, T);
+    if (!first_m) first_m = &p.position_m;
+    common_ = common_ && p.position_m == *first_m && (gamma == 0.0 || p.kind == PrimitiveKind::point);
+    const double longest = gamma > 0.0 ? std::numeric_limits<double>::infinity() : p.strength_n;
+    if (p.kind == PrimitiveKind::plane) {
+      Plane& plane = planes_[plane_count_++];
+      plane.q = p.direction, plane.s = p.strength_n, plane.gamma = gamma, plane.index = static_cast<std::uint32_t>(i);
+      plane.t = std::clamp(dot(p.direction, warm_n[i]), 0.0, longest);
+      warm_ = warm_ || plane.t > 0.0;
+      anchor(plane);
+    } else {
+      Span& span = spans_[p.kind == PrimitiveKind::line ? line++ : point++];
+      span.q = p.direction, span.s = p.strength_n, span.gamma = gamma, span.index = static_cast<std::uint32_t>(i);
+      span.u = span.across(warm_n[i]);
+      if (norm_squared(span.u) > longest * longest) span.u = shortened(span.u, longest);
+      warm_ = warm_ || span.u != Vec3{};
+      anchor(span);
+    }
+  }
+  common_ = common_ && plane_count_ + line_count_ > 0;
+  span_count_ = common_ ? line_count_ : all_spans_;
+}
 
 // Anchors against the origin. What rounding takes from B is a shift of the anchor: where the proxy rests
 // with strength s it costs √(s|shift|) in the bound, so where that would show, the difference and its part
@@ -192,74 +236,41 @@ void Solver::Work::anchor(Plane& p) const noexcept {
   const Vec3 B = k_ * (a - origin_m_);
   p.b = dot(p.q, B);
   p.size = size_of(B);
-  if (!precise_ && !(p.s * p.size * epsilon > shown_n2_)) return;
-  p.b = k_ * slide(p.q, a, origin_m_).along;
-  p.size = std::abs(p.b);
-}
-void Solver::Work::anchor(Span& p) const noexcept {
-  const Vec3& a = primitives_[p.index].position_m;
-  p.B = k_ * (a - origin_m_);
-  p.size = size_of(p.B);
-  if (p.q == Vec3{}) return;
   if (precise_ || p.s * p.size * epsilon > shown_n2_) {
-    p.B = k_ * slide(p.q, a, origin_m_).across;
+    p.b = k_ * detail::slide(p.q, a, origin_m_).along;
+    p.size = std::abs(p.b);
+  }
+}
+
+void Solver::Work::anchor(Span& p) const noexcept {
+  const Primitive& primitive = primitives_[p.index];
+  p.B = k_ * (primitive.position_m - origin_m_);
+  p.size = size_of(p.B);
+  if (primitive.kind == PrimitiveKind::point) return;
+  if (precise_ || p.s * p.size * epsilon > shown_n2_) {
+    p.B = k_ * detail::slide(p.q, primitive.position_m, origin_m_).across;
     p.size = size_of(p.B);
   } else {
     p.B = p.across(p.B);
   }
 }
 
-void Solver::Work::pose(std::span<const Primitive> primitives, const Vec3* warm_n, const Vec3& start_m, const Vec3& probe_m,
-                        double k, double T, const Vec3& directed_n, double directed_size_n, double directed_terms) noexcept {
-  primitives_ = primitives;
-  origin_m_ = start_m, probe_m_ = probe_m, directed_n_ = directed_n;
-  k_ = k, by_k_ = 1.0 / k, directed_size_n_ = directed_size_n, directed_terms_ = directed_terms, wanted_n_ = k * wanted_bound_m;
-  shown_n2_ = 0.1 * wanted_n_ * wanted_n_;
-  balanced_n_ = 2e-6 * wanted_n_;
-  best_bound_n_ = std::numeric_limits<double>::max();
-  iterations_ = 0;
-  precise_ = anchored_precisely_ = false;
-
-  // Primitives at the start, where modes place them, get B = 0 exactly.
-  const Vec3 way_n = k * (probe_m - start_m);
-  C_ = way_n + directed_n;
-  C_size_ = 2.0 * size_of(way_n) + directed_size_n;
-  plane_count_ = 0;
-  line_count_ = 0;
-  std::size_t points = 0;
-  for (const Primitive& p : primitives)
-    points += p.kind == PrimitiveKind::point, line_count_ += p.kind == PrimitiveKind::line;
-  all_spans_ = line_count_ + points;
-  std::size_t line = 0, point = line_count_;
-  warm_ = false;
-  const Vec3* first_m = nullptr;
-  common_ = points > 0 && primitives.size() > points;
-  for (std::size_t i = 0; i < primitives.size(); ++i) {
-    const Primitive& p = primitives[i];
-    if (p.kind == PrimitiveKind::directed) continue;
-    if (!first_m) first_m = &p.position_m;
-    const double gamma = newton_form::gamma_of(p, k, T);
-    common_ = common_ && p.position_m == *first_m && (gamma == 0.0 || p.kind == PrimitiveKind::point);
-    if (p.kind == PrimitiveKind::plane) {
-      Plane& plane = planes_[plane_count_++];
-      plane.q = p.direction, plane.s = p.strength_n, plane.gamma = gamma, plane.index = static_cast<std::uint32_t>(i);
-      anchor(plane);
-      plane.t = std::max(0.0, dot(p.direction, warm_n[i]));
-      if (gamma == 0.0) plane.t = std::min(plane.t, p.strength_n);
-      warm_ = warm_ || plane.t > 0.0;
-    } else {
-      Span& span = spans_[p.kind == PrimitiveKind::line ? line++ : point++];
-      span.q = p.direction, span.s = p.strength_n, span.gamma = gamma, span.index = static_cast<std::uint32_t>(i);
-      anchor(span);
-      span.u = span.across(warm_n[i]);
-      warm_ = warm_ || span.u != Vec3{};
-      if (gamma == 0.0 && norm_squared(span.u) > p.strength_n * p.strength_n) span.u = (p.strength_n / norm(span.u)) * span.u;
-    }
-  }
-  common_ = common_ && plane_count_ + line_count_ > 0;
-  span_count_ = common_ ? line_count_ : all_spans_;
+// Moves the origin to the proxy, as near as a double can say it. Residuals of what the proxy rests on are
+// then differences of nearby doubles: exact where rounding would be multiplied by τ or stand under a root.
+void Solver::Work::recentre() noexcept {
+  const Vec3 z_m = by_k_ * Z_;
+  const Vec3 origin_m = origin_m_ + z_m;
+  Z_ = k_ * ((origin_m_ - origin_m) + z_m);
+  origin_m_ = origin_m;
+  const Vec3 way_n = k_ * (probe_m_ - origin_m);
+  C_ = way_n + directed_n_;
+  C_size_ = 2.0 * size_of(way_n) + directed_size_n_;
+  anchored_precisely_ = precise_;
+  for (std::size_t i = 0; i < plane_count_; ++i) anchor(planes_[i]);
+  for (std::size_t i = 0; i < all_spans_; ++i) anchor(spans_[i]);
 }
 
+// The Z at which these forces balance.
 Vec3 Solver::Work::sum() const noexcept {
   Vec3 sum = C_;
   for (std::size_t i = 0; i < plane_count_; ++i) sum += planes_[i].t * planes_[i].q;
@@ -267,32 +278,36 @@ Vec3 Solver::Work::sum() const noexcept {
   return sum;
 }
 
-// Keeps (Z, u) if its bound is the best so far, and says whether that is good enough.
+// Says whether the iterate is good enough, and keeps it if its bound is the best so far.
 bool Solver::Work::prove(int stage) noexcept {
   const Vec3 rest = Z_;
   if (common_) add_common_points();
+
   Proof proof(Z_, C_, C_size_, directed_terms_ + 1.0);
   const double size_of_Z = size_of(Z_);
   for (std::size_t i = 0; i < plane_count_; ++i) proof.add(gap(planes_[i], Z_, size_of_Z), planes_[i].t * planes_[i].q);
   for (std::size_t i = 0; i < span_count_; ++i) proof.add(gap(spans_[i], Z_), spans_[i].u);
-  const double bound_n = proof.bound();
   ++iterations_;
+
+  const double bound_n = proof.bound();
   bool proven = bound_n <= wanted_n_;
   if (!proven && proof.plain_bound() <= 0.5 * wanted_n_) {
-    // All that is missing is rounding.
+    // All that is missing is rounding, which is looked at more closely from here on, all primitives together.
     proven = bound_n <= 4.0 * wanted_n_ || anchored_precisely_;
     precise_ = true;
-    common_ = false;  // the rest and the points are looked at together from here on
+    common_ = false;
   }
+  // A force left over costs little in the bound; people who add up the forces see it.
   const bool done = proven && proof.left() <= 1e-3 * wanted_n_ + proof.rounding();
+
   best_is_last_ = done || bound_n < best_bound_n_;
   if (best_is_last_) {
     best_bound_n_ = bound_n;
     best_origin_m_ = origin_m_, best_Z_ = Z_;
     best_stage_ = stage;
     if (!done) {
-      for (std::size_t i = 0; i < plane_count_; ++i) best_forces_[planes_[i].index] = planes_[i].t * planes_[i].q;
-      for (std::size_t i = 0; i < span_count_; ++i) best_forces_[spans_[i].index] = spans_[i].u;
+      for (std::size_t i = 0; i < plane_count_; ++i) best_forces_n_[planes_[i].index] = planes_[i].t * planes_[i].q;
+      for (std::size_t i = 0; i < span_count_; ++i) best_forces_n_[spans_[i].index] = spans_[i].u;
     }
   }
   if (common_ && !done) span_count_ = line_count_, Z_ = rest;
@@ -319,42 +334,24 @@ void Solver::Work::sweep() noexcept {
 
 // Points among others at one anchor, these without drag: φ of the points together is a function of |R|
 // alone, and the rest's is homogeneous, so the balance is the rest's, drawn towards the anchor as by one
-// point of all the points' strength and drag.
+// point of all the points' strength and drag. What the rest stood on it still stands on.
 void Solver::Work::add_common_points() noexcept {
   double s = 0.0, gamma = 0.0;
   for (std::size_t i = line_count_; i < all_spans_; ++i) s += spans_[i].s, gamma += spans_[i].gamma;
   const Vec3& B = spans_[line_count_].B;
   const Vec3 w = B - Z_;
-  const double demanded = std::sqrt(norm_squared(w));
-  if (demanded <= s) {
+  const double asked = std::sqrt(norm_squared(w));
+  span_count_ = all_spans_;
+  if (asked <= s) {
     const double share = s > 0.0 ? 1.0 / s : 0.0;
-    for (; span_count_ < all_spans_; ++span_count_) spans_[span_count_].u = (spans_[span_count_].s * share) * w;
+    for (std::size_t i = line_count_; i < all_spans_; ++i) spans_[i].u = (spans_[i].s * share) * w;
     Z_ = B;
-    return;
+  } else {
+    const double beyond = (asked - s) / (1.0 + gamma);
+    const Vec3 e = (1.0 / asked) * w;
+    for (std::size_t i = line_count_; i < all_spans_; ++i) spans_[i].u = (spans_[i].s + spans_[i].gamma * beyond) * e;
+    Z_ = B - beyond * e;
   }
-  const double beyond = (demanded - s) / (1.0 + gamma);
-  const Vec3 e = (1.0 / demanded) * w;
-  for (; span_count_ < all_spans_; ++span_count_) {
-    Span& p = spans_[span_count_];
-    p.u = (p.s + p.gamma * beyond) * e;
-  }
-  // What the rest stood on it still stands on: its residuals shrink with w.
-  Z_ = B - beyond * e;
-}
-
-// Moves the origin to the proxy as a double can say it. Residuals of what the proxy rests on are then
-// differences of nearby doubles: exact where rounding would otherwise be multiplied by τ.
-void Solver::Work::recentre() noexcept {
-  const Vec3 z_m = by_k_ * Z_;
-  const Vec3 origin_m = origin_m_ + z_m;
-  Z_ = k_ * ((origin_m_ - origin_m) + z_m);
-  origin_m_ = origin_m;
-  anchored_precisely_ = precise_;
-  const Vec3 way_n = k_ * (probe_m_ - origin_m);
-  C_ = way_n + directed_n_;
-  C_size_ = 2.0 * size_of(way_n) + directed_size_n_;
-  for (std::size_t i = 0; i < plane_count_; ++i) anchor(planes_[i]);
-  for (std::size_t i = 0; i < all_spans_; ++i) anchor(spans_[i]);
 }
 
 // 2. Active set. With w = R + u the pull that a sweep would see, a primitive sticks where |w| ≤ s; there
@@ -363,11 +360,31 @@ void Solver::Work::recentre() noexcept {
 // with the |u| that answers w. All together is one linear system for dZ:
 //     M dZ = C + Σ(force at dZ = 0) − Z,   M = I + ΣK.
 // The spring leaves R = (u⁺ − u)/τ, and the turn of the slipping forces leaves a force. Solving again with
-// the same M, for that force and that R (known so, not as a difference of large numbers), takes both to
-// rounding.
-void Solver::Work::choose() noexcept {
-  constexpr double tau = 1e8;
+// the same M, for that force and for that R (known so, not as a difference of large numbers), takes both
+// to rounding. Returns true if that went so slowly that a new M is the better way.
+constexpr double spring = 1e8;  // τ
+
+bool Solver::Work::choose() noexcept {
   Stiffness M;
+  Vec3 g = take_sides(M);
+  const Factor factor(M);
+  bool slow = false;
+  double before = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < max_refinements && !slow; ++i) {
+    Vec3 held;
+    const Vec3 left = move(factor.solve(g), held);
+    const double size = size_of(left);
+    if ((i > 0 && size <= balanced_n_) || !(size < 0.5 * before)) break;
+    slow = i > 0 && size > 0.05 * before;
+    before = size;
+    g = left + held;
+  }
+  confine();
+  return slow;
+}
+
+// Who sticks and who slips, and the system that follows: M, and its right side. What sticks keeps τR.
+Vec3 Solver::Work::take_sides(Stiffness& M) noexcept {
   Vec3 g = C_ - Z_;
   for (std::size_t i = 0; i < plane_count_; ++i) {
     Plane& p = planes_[i];
@@ -376,13 +393,13 @@ void Solver::Work::choose() noexcept {
     if (w <= 0.0) {
       p.state = State::off, p.t = 0.0;
     } else if (w <= p.s) {
-      p.state = State::stick, p.r = tau * r;
+      p.state = State::stick, p.r = spring * r;
       g += (p.t + p.r) * p.q;
-      M.add_outer(tau, p.q);
+      M.add(spring, p.q);
     } else {
       p.state = State::slip, p.r = r;
       g += (p.s + p.gamma * r) * p.q;
-      M.add_outer(p.gamma, p.q);
+      M.add(p.gamma, p.q);
     }
   }
   for (std::size_t i = 0; i < span_count_; ++i) {
@@ -390,64 +407,65 @@ void Solver::Work::choose() noexcept {
     const Vec3 R = p.residual(Z_);
     const Vec3 w = R + p.u;
     const double squared = norm_squared(w);
-    double across = tau;
+    double across = spring;
     if (squared <= p.s * p.s) {
-      p.state = State::stick, p.R = tau * R;
+      p.state = State::stick, p.R = spring * R;
       g += p.u + p.R;
     } else {
       p.state = State::slip, p.R = R;
-      const double demanded = std::sqrt(squared);
-      const double given = length_given(demanded, p.s, p.gamma, 1.0);
-      const Vec3 e = (1.0 / demanded) * w;
-      across = std::min(tau, given / (demanded - given));
+      const double asked = std::sqrt(squared);
+      const double given = length_given(asked, p.s, p.gamma, 1.0);
+      const Vec3 e = (1.0 / asked) * w;
+      across = std::min(spring, given / (asked - given));
       const double along = dot(e, R);
       g += (p.s + p.gamma * along - across * along) * e + across * R;
-      M.add_outer(p.gamma - across, e);
+      M.add(p.gamma - across, e);
     }
-    M.add_identity(across);
-    M.add_outer(-across, p.q);
+    M.add_everywhere(across);
+    M.add(-across, p.q);
   }
-  const Factor factor(M);
-  double before = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < max_refinements; ++i) {
-    const Vec3 dZ = factor.solve(g);
-    Z_ += dZ;
-    Vec3 left = C_ - Z_;
-    Vec3 held;  // τR of all that stick
-    for (std::size_t j = 0; j < plane_count_; ++j) {
-      Plane& p = planes_[j];
-      if (p.state == State::off) continue;
-      if (p.state == State::stick) {
-        p.r -= tau * dot(p.q, dZ);
-        p.t += p.r;
-        held += p.r * p.q;
-      } else {
-        p.r -= dot(p.q, dZ);
-        p.t = p.s + p.gamma * std::max(0.0, p.r);
-      }
-      left += p.t * p.q;
+  return g;
+}
+
+// Moves Z by dZ, and every force as it takes its side. Returns the force left over, and what sticks still
+// has of τR.
+Vec3 Solver::Work::move(const Vec3& dZ, Vec3& held) noexcept {
+  Z_ += dZ;
+  Vec3 left = C_ - Z_;
+  for (std::size_t i = 0; i < plane_count_; ++i) {
+    Plane& p = planes_[i];
+    if (p.state == State::off) continue;
+    if (p.state == State::stick) {
+      p.r -= spring * dot(p.q, dZ);
+      p.t += p.r;
+      held += p.r * p.q;
+    } else {
+      p.r -= dot(p.q, dZ);
+      p.t = p.s + p.gamma * std::max(0.0, p.r);
     }
-    for (std::size_t j = 0; j < span_count_; ++j) {
-      Span& p = spans_[j];
-      if (p.state == State::stick) {
-        p.R = p.across(p.R - tau * dZ);
-        p.u += p.R;
-        held += p.R;
-      } else {
-        const Vec3 R = p.R - p.across(dZ);
-        if (dot(p.R + p.u, R) > 0.0) {  // else it would pass its anchor: it keeps its force
-          const double reach = std::sqrt(norm_squared(R));
-          p.u = ((p.s + p.gamma * reach) / reach) * p.across(R);
-        }
-        p.R = R;
-      }
-      left += p.u;
-    }
-    const double size = size_of(left);
-    if ((i > 0 && size <= balanced_n_) || !(size < 0.5 * before)) break;
-    before = size;
-    g = left + held;
+    left += p.t * p.q;
   }
+  for (std::size_t i = 0; i < span_count_; ++i) {
+    Span& p = spans_[i];
+    if (p.state == State::stick) {
+      p.R = p.across(p.R - spring * dZ);
+      p.u += p.R;
+      held += p.R;
+    } else {
+      const Vec3 R = p.R - p.across(dZ);
+      const double reach = std::sqrt(norm_squared(R));
+      if (reach > 0.0 && dot(p.R + p.u, R) > 0.0) {  // else it would pass its anchor: it keeps its force
+        p.u = ((p.s + p.gamma * reach) / reach) * p.across(R);
+      }
+      p.R = R;
+    }
+    left += p.u;
+  }
+  return left;
+}
+
+// Back into their sets with the forces that were taken to stick and could not.
+void Solver::Work::confine() noexcept {
   for (std::size_t i = 0; i < plane_count_; ++i) {
     Plane& p = planes_[i];
     if (p.state == State::stick) p.t = std::clamp(p.t, 0.0, p.s);
@@ -461,10 +479,103 @@ void Solver::Work::choose() noexcept {
   }
 }
 
-// 3. Method of multipliers. For a penalty τ, the convex, once differentiable
+// 3. Method of multipliers. For a penalty τ the convex, once differentiable
 //     Ψ(Z) = ½|Z − C|² + Σ max_v [v·R − φ*(v) − |v − u|²/(2τ)],   ∇Ψ = Z − C − Σ answer(u + τR)
-// is minimised by Newton's method; the forces that answer there are the next u. Every pass brings the
-// forces nearer to a balanced set, by a factor that falls with τ.
+// is minimised; the forces that answer there are the next u. From any forces this leads to balanced ones,
+// the faster the greater τ. Once the sides are clear, a choice is the shorter way to the last digits.
+void Solver::Work::multiply() noexcept {
+  double tau = 1e3;
+  for (int i = 0; i < max_penalties; ++i) {
+    recentre();
+    if (!minimise(tau) && tau <= 1e6) {
+      tau = std::max(1.0, 1e-2 * tau);
+      continue;
+    }
+    for (std::size_t j = 0; j < plane_count_; ++j) {
+      Plane& p = planes_[j];
+      p.t = answer(p, p.t + tau * p.residual(Z_), tau);
+    }
+    for (std::size_t j = 0; j < span_count_; ++j) {
+      Span& p = spans_[j];
+      p.u = p.across(answer(p, p.u + tau * p.residual(Z_), tau));
+    }
+    if (prove(3)) return;
+    if (i == 0 || tau > 1e8) {
+      recentre();
+      keep();
+      choose();
+      if (prove(3)) return;
+      restore();
+    }
+    tau = std::min(1e14, 10.0 * tau);
+  }
+}
+
+// Newton's method for Ψ, as far as its τ can make use of.
+bool Solver::Work::minimise(double tau) noexcept {
+  for (int step = 0; step < max_newton_steps; ++step) {
+    Stiffness M;
+    Vec3 g = C_ - Z_;  // −∇Ψ
+    double size = size_of(C_);
+    for (std::size_t i = 0; i < plane_count_; ++i) {
+      const Plane& p = planes_[i];
+      const double w = p.t + tau * p.residual(Z_);
+      const double t = answer(p, w, tau);
+      g += t * p.q;
+      size += t;
+      if (w > 0.0) M.add(w <= p.s ? tau : tau * (p.gamma / (tau + p.gamma)), p.q);
+    }
+    for (std::size_t i = 0; i < span_count_; ++i) {
+      const Span& p = spans_[i];
+      const Vec3 w = p.u + tau * p.residual(Z_);
+      const double squared = norm_squared(w);
+      double across = tau;
+      if (squared <= p.s * p.s) {
+        g += w;
+      } else {
+        const double asked = std::sqrt(squared);
+        const double share = length_given(asked, p.s, p.gamma, tau) / asked;
+        g += share * w;
+        across = tau * share;
+        M.add(tau * (p.gamma / (tau + p.gamma)) - across, (1.0 / asked) * w);
+      }
+      size += size_of(p.u);
+      M.add_everywhere(across);
+      M.add(-across, p.q);
+    }
+    ++iterations_;
+    if (size_of(g) <= std::max(4.0 * epsilon, 1e-6 / tau) * size) return true;
+    const Vec3 d = Factor(M).solve(g);
+    const double slope_at_start = -dot(g, d);
+    if (!(slope_at_start < 0.0) || !is_finite(d)) return true;
+    const double share = search(d, slope_at_start, tau);
+    if (!(share > 0.0)) return true;
+    Z_ += share * d;
+  }
+  return false;
+}
+
+// How far to go along d, where Ψ is convex: its slope, negative at 0, only grows. The whole way if that is
+// not past the least Ψ; otherwise the least is drawn in from both sides, and a share is taken at which Ψ has
+// surely fallen: before the least with half the slope gone, or past it by less than was gained before.
+// 0 where rounding leaves nothing to gain.
+double Solver::Work::search(const Vec3& d, double slope_at_start, double tau) const noexcept {
+  double low = 0.0, at_low = slope_at_start;
+  double high = 1.0, at_high = slope(Z_ + d, d, tau);
+  if (at_high <= 0.0) return high;
+  for (int i = 0; i < max_search_steps; ++i) {
+    const double secant = low + (high - low) * (at_low / (at_low - at_high));
+    const double share = std::clamp(secant, low + 0.1 * (high - low), low + 0.6 * (high - low));
+    const double at_share = slope(Z_ + share * d, d, tau);
+    (at_share <= 0.0 ? low : high) = share;
+    (at_share <= 0.0 ? at_low : at_high) = at_share;
+    if (at_high * (high - low) <= -0.5 * at_low * low) return high;
+    if (low > 0.0 && at_low >= 0.5 * slope_at_start) return low;
+  }
+  return low;
+}
+
+// d·∇Ψ.
 double Solver::Work::slope(const Vec3& at, const Vec3& d, double tau) const noexcept {
   double slope = dot(at - C_, d);
   for (std::size_t i = 0; i < plane_count_; ++i) {
@@ -478,91 +589,16 @@ double Solver::Work::slope(const Vec3& at, const Vec3& d, double tau) const noex
   return slope;
 }
 
-void Solver::Work::multiply() noexcept {
-  double tau = 1e3;
-  for (int level = 0; level < max_levels; ++level, tau = std::min(1e14, tau * 10.0)) {
-    recentre();
-    for (int step = 0; step < max_newton_steps; ++step) {
-      Stiffness M;
-      Vec3 g = C_ - Z_;
-      double size = size_of(C_);
-      for (std::size_t i = 0; i < plane_count_; ++i) {
-        const Plane& p = planes_[i];
-        const double w = p.t + tau * p.residual(Z_);
-        const double t = answer(p, w, tau);
-        g += t * p.q;
-        size += t;
-        if (w > 0.0) M.add_outer(w <= p.s ? tau : tau * (p.gamma / (tau + p.gamma)), p.q);
-      }
-      for (std::size_t i = 0; i < span_count_; ++i) {
-        const Span& p = spans_[i];
-        const Vec3 w = p.u + tau * p.residual(Z_);
-        const double squared = norm_squared(w);
-        double across = tau;
-        if (squared <= p.s * p.s) {
-          g += w;
-        } else {
-          const double demanded = std::sqrt(squared);
-          const double given = length_given(demanded, p.s, p.gamma, tau) / demanded;
-          g += given * w;
-          across = tau * given;
-          M.add_outer(tau * (p.gamma / (tau + p.gamma)) - across, w / demanded);
-        }
-        size += size_of(p.u);
-        M.add_identity(across);
-        M.add_outer(-across, p.q);
-      }
-      ++iterations_;
-      if (size_of(g) <= std::max(4.0 * epsilon, 1e-6 / tau) * size) break;
-      const Vec3 d = Factor(M).solve(g);
-      const double start = -dot(g, d);
-      if (!(start < 0.0) || !is_finite(d)) break;
-      // Along d the slope only grows, from `start` < 0. A step that ends past its zero by little, or before
-      // it, is taken; otherwise the zero is drawn in from both sides.
-      double low = 0.0, high = 1.0, at_low = start, share = 1.0;
-      double at_share = slope(Z_ + d, d, tau);
-      for (int i = 0; i < max_line_search && at_share > -0.5 * start; ++i) {
-        high = share;
-        const double secant = low + (high - low) * (at_low / (at_low - at_share));
-        share = std::clamp(secant, low + 0.1 * (high - low), low + 0.6 * (high - low));
-        at_share = slope(Z_ + share * d, d, tau);
-        while (at_share < 0.5 * start && i < max_line_search) {  // too short: move the near end
-          low = share, at_low = at_share;
-          share = 0.5 * (low + high);
-          at_share = slope(Z_ + share * d, d, tau);
-          ++i;
-        }
-      }
-      Z_ += share * d;
-    }
-    for (std::size_t i = 0; i < plane_count_; ++i) {
-      Plane& p = planes_[i];
-      p.t = answer(p, p.t + tau * p.residual(Z_), tau);
-    }
-    for (std::size_t i = 0; i < span_count_; ++i) {
-      Span& p = spans_[i];
-      p.u = p.across(answer(p, p.u + tau * p.residual(Z_), tau));
-    }
-    if (prove(3)) return;
-    if (level == 0 || tau > 1e8) {
-      keep();
-      recentre();
-      choose();
-      if (prove(3)) return;
-      restore();
-    }
-  }
-}
-
 void Solver::Work::keep() noexcept {
   kept_Z_ = Z_;
-  for (std::size_t i = 0; i < plane_count_; ++i) planes_[i].kept = planes_[i].t;
-  for (std::size_t i = 0; i < span_count_; ++i) spans_[i].kept = spans_[i].u;
+  for (std::size_t i = 0; i < plane_count_; ++i) kept_planes_n_[i] = planes_[i].t;
+  for (std::size_t i = 0; i < all_spans_; ++i) kept_spans_n_[i] = spans_[i].u;
 }
 
 void Solver::Work::restore() noexcept {
-  for (std::size_t i = 0; i < plane_count_; ++i) planes_[i].t = planes_[i].kept;
-  for (std::size_t i = 0; i < span_count_; ++i) spans_[i].u = spans_[i].kept;
+  Z_ = kept_Z_;
+  for (std::size_t i = 0; i < plane_count_; ++i) planes_[i].t = kept_planes_n_[i];
+  for (std::size_t i = 0; i < all_spans_; ++i) spans_[i].u = kept_spans_n_[i];
 }
 
 void Solver::Work::solve() noexcept {
@@ -574,15 +610,16 @@ void Solver::Work::solve() noexcept {
   } else if (!warm_) {
     sweep();
   }
-  int in_vain = 0;
-  for (int i = 0; i < max_choices && in_vain < max_in_vain; ++i) {
+  // A choice that is not confirmed is made anew, from where it led, with a sweep between the two. It finds
+  // the balance in a few rounds or goes round in circles.
+  for (int i = 0, in_vain = 0; i < max_choices && in_vain < max_choices_in_vain; ++i) {
     if (i > 0) {
       recentre();
       Z_ = sum();
       sweep();
     }
     const double before = best_bound_n_;
-    choose();
+    for (int j = 0; j < max_choices_at_once && choose(); ++j) continue;
     if (prove(2)) return;
     if (!(best_bound_n_ < 0.5 * before)) ++in_vain;
   }
@@ -593,16 +630,22 @@ void Solver::Work::give(Balance& balance, Vec3& remainder_m, Vec3* forces_n) con
   const Vec3 z_m = by_k_ * best_Z_;
   balance.position_m = best_origin_m_ + z_m;
   remainder_m = (best_origin_m_ - balance.position_m) + z_m;
-  balance.error_bound_m = best_bound_n_ * by_k_ * (1.0 + 2.0 * epsilon) + size_of(remainder_m) + 2.0 * epsilon * size_of(z_m);
+  const double bound_m = best_bound_n_ * by_k_ * (1.0 + 2.0 * epsilon) + size_of(remainder_m) + 2.0 * epsilon * size_of(z_m);
+  balance.error_bound_m = bound_m < std::numeric_limits<double>::max() ? bound_m : std::numeric_limits<double>::max();
+  balance.status = balance.error_bound_m <= exact_bound_m ? BalanceStatus::exact : BalanceStatus::capped;
   balance.stage = best_stage_;
   balance.iterations = iterations_;
-  if (best_is_last_) {
-    for (std::size_t i = 0; i < plane_count_; ++i) forces_n[planes_[i].index] = planes_[i].t * planes_[i].q;
-    for (std::size_t i = 0; i < all_spans_; ++i) forces_n[spans_[i].index] = spans_[i].u;
-  } else {
-    for (std::size_t i = 0; i < plane_count_; ++i) forces_n[planes_[i].index] = best_forces_[planes_[i].index];
-    for (std::size_t i = 0; i < all_spans_; ++i) forces_n[spans_[i].index] = best_forces_[spans_[i].index];
+  const bool any = best_bound_n_ < std::numeric_limits<double>::max();
+  for (std::size_t i = 0; i < primitives_.size(); ++i) {
+    if (primitives_[i].kind == PrimitiveKind::directed) {
+      forces_n[i] = primitives_[i].strength_n * primitives_[i].direction;
+    } else if (!best_is_last_) {
+      forces_n[i] = any ? best_forces_n_[i] : Vec3{};
+    }
   }
+  if (!best_is_last_) return;
+  for (std::size_t i = 0; i < plane_count_; ++i) forces_n[planes_[i].index] = planes_[i].t * planes_[i].q;
+  for (std::size_t i = 0; i < all_spans_; ++i) forces_n[spans_[i].index] = spans_[i].u;
 }
 
 Solver::Solver(std::size_t capacity)
@@ -616,50 +659,39 @@ Solver::~Solver() = default;
 Balance Solver::solve(const PrimitiveSet& set, const Vec3& start_m, const Vec3& probe_m, double k, double T) noexcept {
   assert(set.size() <= capacity_);
   const std::span<const Primitive> primitives = set.primitives().first(std::min(set.size(), capacity_));
-  const std::size_t n = primitives.size();
   remainder_m_ = {};
-
-  // Forces of the last balance, matched by who placed them; sets rarely change their order.
-  bool same = size_ == n;
-  Vec3 directed_n;
-  double directed_size_n = 0.0, directed_terms = 0.0;
+  bool same = size_ == primitives.size();
   bool drags = false;
-  for (std::size_t i = 0; i < n; ++i) {
-    const Primitive& p = primitives[i];
-    same = same && ids_[i] == p.id;
-    drags = drags || p.drag_ns_per_m > 0.0;
-    if (p.kind != PrimitiveKind::directed) continue;
-    directed_n += p.strength_n * p.direction;
-    directed_size_n += 2.0 * p.strength_n;
-    directed_terms += 1.0;
+  for (std::size_t i = 0; i < primitives.size(); ++i) {
+    same = same && ids_[i] == primitives[i].id;
+    drags = drags || primitives[i].drag_ns_per_m > 0.0;
   }
   if (!same) match(primitives);
 
   const bool time_usable = !drags || (std::isfinite(T) && T >= shortest_time_s);
   if (!(k >= softest_n_per_m && k <= stiffest_n_per_m) || !time_usable || !usable(start_m) || !usable(probe_m)) {
-    std::fill_n(forces_.get(), n, Vec3{});
+    std::fill_n(forces_.get(), size_, Vec3{});
     return {usable(start_m) ? start_m : Vec3{}, std::numeric_limits<double>::max(), BalanceStatus::bad_input, 0, 0};
   }
   // With nothing to balance the proxy is the probe itself, to the last bit.
-  if (n == 0) return {probe_m, 0.0, BalanceStatus::exact, 0, 0};
+  if (primitives.empty()) return {probe_m, 0.0, BalanceStatus::exact, 0, 0};
 
-  work_->pose(primitives, forces_.get(), start_m, probe_m, k, T, directed_n, directed_size_n, directed_terms);
+  work_->pose(primitives, forces_.get(), start_m, probe_m, k, T);
   work_->solve();
   Balance balance;
   work_->give(balance, remainder_m_, forces_.get());
-  for (std::size_t i = 0; i < n && directed_terms > 0.0; ++i) {
-    if (primitives[i].kind == PrimitiveKind::directed) forces_[i] = primitives[i].strength_n * primitives[i].direction;
-  }
-  balance.status = balance.error_bound_m <= exact_bound_m ? BalanceStatus::exact : BalanceStatus::capped;
   return balance;
 }
 
+// Puts the forces of the last balance in the order of this set, by who placed them; zero for the new.
 void Solver::match(std::span<const Primitive> primitives) noexcept {
   Vec3* const matched = work_->spare_forces();
+  std::size_t next = 0;  // where the one before was found, and one further: sets rarely change their order
   for (std::size_t i = 0; i < primitives.size(); ++i) {
     matched[i] = {};
-    for (std::size_t step = 0; step < size_; ++step) {  // the same place first
-      const std::size_t j = (i + step) % size_;
+    for (std::size_t step = 0; step < size_; ++step) {
+      if (next >= size_) next = 0;
+      const std::size_t j = next++;
       if (ids_[j] == primitives[i].id) {
         matched[i] = forces_[j];
         break;
