@@ -290,12 +290,12 @@ bool Solver::Work::prove(int stage) noexcept {
   ++iterations_;
 
   const double bound_n = proof.bound();
+  const double plain_n = proof.plain_bound();
   bool proven = bound_n <= wanted_n_;
-  if (!proven && proof.plain_bound() <= 0.5 * wanted_n_) {
-    // All that is missing is rounding, which is looked at more closely from here on, all primitives together.
+  if (!proven && plain_n <= 0.5 * wanted_n_) {
+    // All that is missing is rounding, which is looked at more closely from here on.
     proven = bound_n <= 4.0 * wanted_n_ || anchored_precisely_;
     precise_ = true;
-    common_ = false;
   }
   // A force left over costs little in the bound; people who add up the forces see it.
   const bool done = proven && proof.left() <= 1e-3 * wanted_n_ + proof.rounding();
@@ -310,7 +310,11 @@ bool Solver::Work::prove(int stage) noexcept {
       for (std::size_t i = 0; i < span_count_; ++i) best_forces_n_[spans_[i].index] = spans_[i].u;
     }
   }
-  if (common_ && !done) span_count_ = line_count_, Z_ = rest;
+  if (common_ && !done) {
+    // So near, rounding tells, and that is least with the origin at the whole's balance, not at the rest's.
+    common_ = plain_n > 100.0 * wanted_n_;
+    if (common_) span_count_ = line_count_, Z_ = rest;
+  }
   return done;
 }
 
