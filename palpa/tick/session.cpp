@@ -652,6 +652,8 @@ void Session::State::tell_contact(const Balance& at) noexcept {
 void Session::State::record(SubStep step) noexcept {
   const double k = scene.coupling.stiffness_n_per_m;
   const std::span<const Vec3> forces = law->forces_n();
+  const Vec3& position_m = step.balance.position_m;
+  double held_n = 0.0;
   step.stiffness_n_per_m = k;
   step.first_primitive = static_cast<std::uint32_t>(placed.size());
   step.primitives = static_cast<std::uint32_t>(primitives.size());
@@ -659,11 +661,17 @@ void Session::State::record(SubStep step) noexcept {
     const Primitive& p = primitives[i];
     placed.push_back({p, primitives.captured(i), forces[i], state_at(p, step.balance)});
     if (p.kind == PrimitiveKind::directed) step.directed_n += forces[i];
+    if (placed.back().state == PrimitiveState::stick) held_n += p.strength_n + norm(forces[i]);
     ledger.book(p.id.mode, forces[i], step.proxy_m - step.start_m, {});
   }
   const auto energy_j = [&](const Vec3& x) {
     return 0.5 * k * norm_squared(x - step.probe_m) - dot(step.directed_n, x - step.start_m);
   };
+  // The law's bound is about the balance before its position was rounded to what is recorded. Whoever checks
+  // the record by the duality gap pays a root for that rounding where the proxy rests on something.
+  const double rounding_m = 0.5 * std::numeric_limits<double>::epsilon() *
+                            (std::abs(position_m.x) + std::abs(position_m.y) + std::abs(position_m.z));
+  step.balance.error_bound_m += std::sqrt(held_n * rounding_m / k);
   dropped += primitives.dropped();
   step.energy_before_j = energy_j(step.start_m);
   step.energy_after_j = energy_j(step.proxy_m);
