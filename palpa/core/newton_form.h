@@ -53,6 +53,12 @@ struct Plane {
   double residual(const Vec3& Z) const noexcept { return b - dot(q, Z); }
 };
 
+// What rounding can have done to a residual, in ε times the sizes it is computed from: k (a − o) costs 1, a
+// product with q 1.5 and the difference ½; q itself is of unit length to 2 ε, which costs 2 for a plane; a
+// line takes its part along q away twice, from B and from B − Z.
+inline constexpr double plane_rounding = 5.0 * epsilon;
+inline constexpr double span_rounding = 8.0 * epsilon;
+
 /// One primitive's part in the duality gap  g = φ(R) + φ*(u) − u·R ≥ 0,  φ*(u) = (|u| − s)₊²/(2γ).
 ///
 /// g is a difference of nearly equal terms, so it is never computed as one. With l = min(|u|, s),
@@ -72,12 +78,12 @@ inline constexpr double largest_exact_gamma = 1.0;
 
 inline Gap gap(const Plane& p, const Vec3& Z, double size_of_Z) noexcept {
   const double r = p.residual(Z);
-  const double delta = 4.0 * epsilon * (p.size + size_of_Z);
+  const double delta = plane_rounding * (p.size + size_of_Z);
   const double behind = std::max(0.0, r), before = std::max(0.0, -r);
   const double raised_behind = std::max(0.0, r + delta), raised_before = std::max(0.0, delta - r);
   const double given = p.s + p.gamma * behind;
   Gap gap;
-  gap.slack = 2.0 * epsilon * p.t;
+  gap.slack = 3.0 * epsilon * p.t;
   if (p.gamma <= largest_exact_gamma && std::abs(p.t - given) <= 8.0 * epsilon * given) {
     gap.slack += 8.0 * epsilon * given + p.gamma * delta;
     gap.plain = given * before;
@@ -101,7 +107,7 @@ inline Gap gap(const Plane& p, const Vec3& Z, double size_of_Z) noexcept {
 inline Gap gap_without_drag(const Span& p, const Vec3& Z) noexcept {
   const Vec3 D = p.B - Z;
   const Vec3 R = p.across(D);
-  const double delta = 6.0 * epsilon * (p.size + size_of(D));
+  const double delta = span_rounding * (p.size + size_of(D));
   const double reach = std::sqrt(norm_squared(R));
   const double pull = dot(p.u, R);
   Gap gap;
@@ -126,7 +132,7 @@ inline Gap gap(const Span& p, const Vec3& Z) noexcept {
   if (p.gamma == 0.0) return gap_without_drag(p, Z);
   const Vec3 D = p.B - Z;
   const Vec3 R = p.across(D);
-  const double delta = 6.0 * epsilon * (p.size + size_of(D));
+  const double delta = span_rounding * (p.size + size_of(D));
   const double reach = norm(R);
   const double length = norm(p.u);
   const double given = p.s + p.gamma * reach;

@@ -21,7 +21,7 @@ bool is_unit(const Vec3& q) noexcept { return is_finite(q) && std::abs(norm_squa
 // already keeps its bits.
 Vec3 unit_to_rounding(const Vec3& q) noexcept {
   const double off = norm_squared(q) - 1.0;
-  return std::abs(off) <= 8.0 * std::numeric_limits<double>::epsilon() ? q : (1.0 - 0.5 * off) * q;
+  return std::abs(off) <= 4.0 * std::numeric_limits<double>::epsilon() ? q : (1.0 - 0.5 * off) * q;
 }
 
 }  // namespace

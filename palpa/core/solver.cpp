@@ -118,6 +118,7 @@ class Solver::Work {
   Vec3 sum() const noexcept;
   bool prove(int stage) noexcept;
 
+  bool in_closed_form() noexcept;
   void sweep() noexcept;
   void add_common_points() noexcept;
 
@@ -459,7 +460,7 @@ Vec3 Solver::Work::move(const Vec3& dZ, Vec3& held) noexcept {
       const Vec3 R = p.R - p.across(dZ);
       const double reach = std::sqrt(norm_squared(R));
       if (reach > 0.0 && dot(p.R + p.u, R) > 0.0) {  // else it would pass its anchor: it keeps its force
-        p.u = ((p.s + p.gamma * reach) / reach) * p.across(R);
+        p.u = ((p.s + p.gamma * reach) / reach) * R;
       }
       p.R = R;
     }
@@ -468,7 +469,8 @@ Vec3 Solver::Work::move(const Vec3& dZ, Vec3& held) noexcept {
   return left;
 }
 
-// Back into their sets with the forces that were taken to stick and could not.
+// Back into their sets with the forces: what was taken to stick and could not, and what rounding left along
+// a line.
 void Solver::Work::confine() noexcept {
   for (std::size_t i = 0; i < plane_count_; ++i) {
     Plane& p = planes_[i];
@@ -476,8 +478,8 @@ void Solver::Work::confine() noexcept {
   }
   for (std::size_t i = 0; i < span_count_; ++i) {
     Span& p = spans_[i];
-    if (p.state != State::stick) continue;
     p.u = p.across(p.u);
+    if (p.state != State::stick) continue;
     const double squared = norm_squared(p.u);
     if (squared > p.s * p.s) p.u *= p.s / std::sqrt(squared);
   }
@@ -605,8 +607,30 @@ void Solver::Work::restore() noexcept {
   for (std::size_t i = 0; i < all_spans_; ++i) spans_[i].u = kept_spans_n_[i];
 }
 
+// One primitive alone, or a plane and a line with one direction (a surface and its friction), whose spans are
+// orthogonal: a sweep is the closed form. The balance moves by no more than C, the anchors and the strengths
+// do, so nothing but their rounding and the sweep's own is between it and the exact one. Where rounding would
+// show in the duality gap, with its root, the stages look closer.
+bool Solver::Work::in_closed_form() noexcept {
+  const bool one = plane_count_ + all_spans_ == 1;
+  const bool surface = plane_count_ == 1 && line_count_ == 1 && all_spans_ == 1 && planes_[0].q == spans_[0].q;
+  if (!one && !surface) return false;
+  double size = C_size_ + directed_size_n_, longest = 0.0;
+  if (plane_count_ == 1) size += planes_[0].size + planes_[0].s, longest = planes_[0].s;
+  if (all_spans_ == 1) size += spans_[0].size + spans_[0].s, longest = std::max(longest, spans_[0].s);
+  const double rounding = (16.0 + directed_terms_) * epsilon * size;
+  if (!(longest * epsilon * size <= 4.0 * wanted_n_ * wanted_n_)) return false;
+  sweep();
+  best_Z_ = Z_;
+  best_bound_n_ = rounding;
+  best_stage_ = 1, iterations_ = 1;
+  best_is_last_ = true;
+  return true;
+}
+
 void Solver::Work::solve() noexcept {
   Z_ = sum();
+  if (in_closed_form()) return;
   sweep();
   // More than three at once are hardly ever done after a sweep, and looking costs as much as it.
   if (plane_count_ + span_count_ <= 3) {
