@@ -38,7 +38,7 @@ class Clock {
     return ns_per_count_ * static_cast<double>(end - begin);
   }
 
-  /// The least that any measured time contains [ns].
+  /// What the clock itself adds to a time [ns]: the least seen between two readings.
   double own_ns() const noexcept { return own_ns_; }
   /// The least difference of two measured times seen [ns].
   double step_ns() const noexcept { return step_ns_; }
