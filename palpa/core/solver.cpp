@@ -26,6 +26,7 @@ constexpr double wanted_bound_m = 2e-10;
 // the rest are problems in which only the bound is slow.
 constexpr int max_choices = 10;
 constexpr int max_choices_in_vain = 2;
+constexpr std::size_t many = 32;  // primitives: among so many, one choice in vain is enough
 constexpr int max_choices_at_once = 3;
 constexpr int max_refinements = 8;
 constexpr int max_penalties = 20;
@@ -640,7 +641,8 @@ void Solver::Work::solve() noexcept {
   }
   // A choice that is not confirmed is made anew, from where it led, with a sweep between the two. It finds
   // the balance in a few rounds or goes round in circles.
-  for (int i = 0, in_vain = 0; i < max_choices && in_vain < max_choices_in_vain; ++i) {
+  int in_vain = plane_count_ + span_count_ > many ? 1 : 0;
+  for (int i = 0; i < max_choices && in_vain < max_choices_in_vain; ++i) {
     if (i > 0) {
       recentre();
       Z_ = sum();
