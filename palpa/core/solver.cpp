@@ -117,6 +117,7 @@ class Solver::Work {
   void anchor(Span& span) const noexcept;
   void recentre() noexcept;
   Vec3 sum() const noexcept;
+  bool free() const noexcept { return Z_ == C_ && directed_terms_ == 0.0; }
   bool prove(int stage) noexcept;
 
   bool in_closed_form() noexcept;
@@ -163,7 +164,7 @@ class Solver::Work {
   std::unique_ptr<Vec3[]> best_forces_n_;
   Vec3 best_origin_m_, best_Z_;
   double best_bound_n_ = 0.0;
-  bool best_is_last_ = false;
+  bool best_is_last_ = false, best_is_free_ = false;
   int best_stage_ = 0, iterations_ = 0;
 };
 
@@ -178,7 +179,7 @@ void Solver::Work::pose(std::span<const Primitive> primitives, const Vec3* warm_
   precise_ = anchored_precisely_ = false;
   best_bound_n_ = std::numeric_limits<double>::max();
   best_origin_m_ = start_m, best_Z_ = {};
-  best_is_last_ = false;
+  best_is_last_ = best_is_free_ = false;
   iterations_ = 0;
 
   directed_n_ = {};
@@ -306,6 +307,7 @@ bool Solver::Work::prove(int stage) noexcept {
   if (best_is_last_) {
     best_bound_n_ = bound_n;
     best_origin_m_ = origin_m_, best_Z_ = Z_;
+    best_is_free_ = free();
     best_stage_ = stage;
     if (!done) {
       for (std::size_t i = 0; i < plane_count_; ++i) best_forces_n_[planes_[i].index] = planes_[i].t * planes_[i].q;
@@ -347,17 +349,19 @@ void Solver::Work::add_common_points() noexcept {
   const Vec3& B = spans_[line_count_].B;
   const Vec3 w = B - Z_;
   const double asked = std::sqrt(norm_squared(w));
-  span_count_ = all_spans_;
-  if (asked <= s) {
-    const double share = s > 0.0 ? 1.0 / s : 0.0;
-    for (std::size_t i = line_count_; i < all_spans_; ++i) spans_[i].u = (spans_[i].s * share) * w;
-    Z_ = B;
-  } else {
-    const double beyond = (asked - s) / (1.0 + gamma);
-    const Vec3 e = (1.0 / asked) * w;
-    for (std::size_t i = line_count_; i < all_spans_; ++i) spans_[i].u = (spans_[i].s + spans_[i].gamma * beyond) * e;
-    Z_ = B - beyond * e;
+  double share = 0.0;   // of w, by each newton of strength
+  double beyond = 0.0;  // what is left of |w|
+  if (asked > s) {
+    beyond = (asked - s) / (1.0 + gamma);
+    share = 1.0 / asked;
+  } else if (s > 0.0) {
+    share = 1.0 / s;
   }
+  for (; span_count_ < all_spans_; ++span_count_) {
+    Span& p = spans_[span_count_];
+    p.u = (p.s + p.gamma * beyond) * share * w;
+  }
+  if (s > 0.0 || gamma > 0.0) Z_ = B - (beyond * share) * w;
 }
 
 // 2. Active set. With w = R + u the pull that a sweep would see, a primitive sticks where |w| ≤ s; there
@@ -623,6 +627,7 @@ bool Solver::Work::in_closed_form() noexcept {
   if (!(longest * epsilon * size <= 4.0 * wanted_n_ * wanted_n_)) return false;
   sweep();
   best_Z_ = Z_;
+  best_is_free_ = free();
   best_bound_n_ = rounding;
   best_stage_ = 1, iterations_ = 1;
   best_is_last_ = true;
@@ -658,7 +663,8 @@ void Solver::Work::solve() noexcept {
 
 void Solver::Work::give(Balance& balance, Vec3& remainder_m, Vec3* forces_n) const noexcept {
   const Vec3 z_m = by_k_ * best_Z_;
-  balance.position_m = best_origin_m_ + z_m;
+  // Where nothing pulls the proxy is the probe, to the last bit: the damper knows free space by that.
+  balance.position_m = best_is_free_ ? probe_m_ : best_origin_m_ + z_m;
   remainder_m = (best_origin_m_ - balance.position_m) + z_m;
   const double bound_m = best_bound_n_ * by_k_ * (1.0 + 2.0 * epsilon) + size_of(remainder_m) + 2.0 * epsilon * size_of(z_m);
   balance.error_bound_m = bound_m < std::numeric_limits<double>::max() ? bound_m : std::numeric_limits<double>::max();
