@@ -11,8 +11,8 @@
 // so any number of threads gives the same problems and the same answers. A problem that the reference does not
 // certify is counted and printed; its error is not used.
 //
-// --arbitrary-bits N poses N problems made of arbitrary bits instead (NaN, infinities, any exponent) and checks that
-// every answer is finite and bad input is said to be bad. --only poses one problem and prints it in full.
+// --arbitrary-bits N poses N problems made of arbitrary bits instead, those of tests/core/arbitrary_bits.h, and checks
+// that every answer is finite and bad input is said to be bad. --only poses one problem and prints it in full.
 //
 // The exit status is 1 if a figure is missed.
 #include <palpa/core/solver.h>
@@ -20,18 +20,17 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <bit>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
-#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <thread>
 #include <vector>
 
+#include "tests/core/arbitrary_bits.h"
 #include "tests/core/problem_families.h"
 #include "tests/core/random_problems.h"
 #include "tests/core/reference.h"
@@ -455,113 +454,21 @@ int measure_one(const std::string& which) {
 
 // --arbitrary-bits
 
-/// Any double: arbitrary bits, a special value, or an ordinary one.
-double any_double(Random& random) {
-  constexpr double inf = std::numeric_limits<double>::infinity();
-  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-  constexpr double special[] = {0.0,
-                                -0.0,
-                                1.0,
-                                -1.0,
-                                nan,
-                                inf,
-                                -inf,
-                                std::numeric_limits<double>::max(),
-                                std::numeric_limits<double>::lowest(),
-                                std::numeric_limits<double>::min(),
-                                std::numeric_limits<double>::denorm_min(),
-                                1e6,
-                                1e9,
-                                1e12,
-                                1e-15};
-  switch (random.below(4)) {
-    case 0: return std::bit_cast<double>(random.bits());
-    case 1: return special[random.below(std::size(special))];
-    default: return std::pow(10.0, random.uniform(-9, 3)) * (random.below(2) == 0 ? 1.0 : -1.0);
-  }
-}
-
-Vec3 any_vector(Random& random) { return {any_double(random), any_double(random), any_double(random)}; }
-
-/// Mostly usable numbers, so that a problem is not always refused for its first one.
-double mostly(Random& random, double low, double high) {
-  return random.below(4) > 0 ? random.uniform(low, high) : any_double(random);
-}
-Vec3 mostly_in_cube(Random& random, double half) { return random.below(4) > 0 ? random.in_cube(half) : any_vector(random); }
-
-Problem arbitrary_problem(Random& random) {
-  Problem problem;
-  problem.start_m = mostly_in_cube(random, 0.05);
-  problem.probe_m = mostly_in_cube(random, 0.05);
-  problem.stiffness_n_per_m = mostly(random, 1.0, 3000.0);
-  problem.time_step_s = mostly(random, 1e-4, 2e-3);
-  const int n = random.below(9);
-  for (int i = 0; i < n; ++i) {
-    Primitive p;
-    p.kind = test::random_kind(random);
-    p.id.slot = static_cast<std::uint16_t>(i);
-    p.position_m = random.below(2) == 0 ? problem.start_m : mostly_in_cube(random, 0.05);
-    p.direction = random.below(4) > 0 ? random.direction() : any_vector(random);
-    p.strength_n = mostly(random, 0.0, 5.0);
-    p.drag_ns_per_m = random.below(2) == 0 ? 0.0 : mostly(random, 0.0, 20.0);
-    problem.primitives.push_back(p);
-  }
-  return problem;
-}
-
-bool usable(const Vec3& x_m) {  // NaN and infinities are not
-  return std::abs(x_m.x) <= largest_position_m && std::abs(x_m.y) <= largest_position_m &&
-         std::abs(x_m.z) <= largest_position_m;
-}
-
-/// What an answer must be whatever was asked; null if it is.
-const char* wrong(const PrimitiveSet& set, const Problem& problem, const Solver& solver, const Balance& b) {
-  const double k = problem.stiffness_n_per_m;
-  if (set.size() + static_cast<std::size_t>(set.dropped()) != problem.primitives.size())
-    return "a primitive was lost uncounted";
-  if (solver.forces_n().size() != set.size()) return "not one force for each primitive";
-  if (!is_finite(b.position_m)) return "position not finite";
-  if (!std::isfinite(b.error_bound_m) || b.error_bound_m < 0.0) return "bound not finite";
-  for (const Vec3& u : solver.forces_n()) {
-    if (!is_finite(u)) return "force not finite";
-  }
-  bool drags = false;
-  for (const Primitive& p : set.primitives()) drags = drags || p.drag_ns_per_m > 0.0;
-  const bool bad = !(k > 0.0) || !std::isfinite(k) || !usable(problem.start_m) || !usable(problem.probe_m) ||
-                   (drags && (!(problem.time_step_s > 0.0) || !std::isfinite(problem.time_step_s)));
-  if (bad && b.status != BalanceStatus::bad_input) return "bad input taken for good";
-  if (b.status == BalanceStatus::bad_input) {
-    for (const Vec3& u : solver.forces_n()) {
-      if (u != Vec3{}) return "a force in spite of bad input";
-    }
-    if (usable(problem.start_m) && b.position_m != problem.start_m) return "bad input moved the proxy";
-  }
-  if (b.status == BalanceStatus::exact && !(b.error_bound_m <= exact_bound_m)) return "exact with a bound above 1e-9 m";
-  return nullptr;
-}
-
+/// In runs of some thousand, each from a seed and a solver of its own.
 int measure_arbitrary_bits(const Options& options) {
-  std::atomic<std::int64_t> next = 0, bad = 0, refused = 0, capped = 0, wrongs = 0;
+  constexpr std::int64_t in_a_run = 5000;
+  std::atomic<std::int64_t> next = 0, problems = 0, bad = 0, refused = 0, capped = 0, wrongs = 0;
   const auto work = [&] {
-    PrimitiveSet set(64);
-    Solver solver(64);
     for (;;) {
-      const std::int64_t pair = next++;
-      if (2 * pair >= options.arbitrary_bits) return;
-      solver.reset();  // the second of a pair starts warm, from the forces of quite another problem
-      for (const std::int64_t index : {2 * pair, 2 * pair + 1}) {
-        Random random(mixed(mixed(options.seed) + static_cast<std::uint64_t>(index)));
-        const Problem problem = arbitrary_problem(random);
-        test::fill(set, problem);
-        refused += set.dropped();
-        const Balance b = solver.solve(set, problem.start_m, problem.probe_m, problem.stiffness_n_per_m, problem.time_step_s);
-        bad += b.status == BalanceStatus::bad_input;
-        capped += b.status == BalanceStatus::capped;
-        if (const char* what = wrong(set, problem, solver, b)) {
-          const std::int64_t before = wrongs++;
-          if (before < 20) std::printf("problem %lld: %s\n", static_cast<long long>(index), what);
-          if (before < 3) print(problem);
-        }
+      const std::int64_t index = next++;
+      const std::int64_t left = options.arbitrary_bits - in_a_run * index;
+      if (left <= 0) return;
+      const std::uint64_t seed = mixed(mixed(options.seed) + static_cast<std::uint64_t>(index));
+      const test::ArbitraryBits run = test::solve_arbitrary_bits(std::min(in_a_run, left), seed);
+      problems += run.problems, bad += run.bad_input, refused += run.refused, capped += run.capped;
+      if (run.wrong && wrongs++ < 20) {
+        std::printf("solve_arbitrary_bits(%lld, %lluu): %s in problem %lld\n", static_cast<long long>(run.wrong_at + 1),
+                    static_cast<unsigned long long>(seed), run.wrong, run.wrong_at);
       }
     }
   };
@@ -569,10 +476,11 @@ int measure_arbitrary_bits(const Options& options) {
   for (int i = 0; i < options.threads; ++i) threads.emplace_back(work);
   for (std::thread& thread : threads) thread.join();
   std::printf("%lld problems of arbitrary bits: %lld said to be bad input, %lld primitives refused, %lld capped\n",
-              static_cast<long long>(options.arbitrary_bits), static_cast<long long>(bad), static_cast<long long>(refused),
+              static_cast<long long>(problems), static_cast<long long>(bad), static_cast<long long>(refused),
               static_cast<long long>(capped));
-  return verdict(wrongs == 0, std::to_string(wrongs) + " answers are wrong: not finite, or bad input not said to be bad") ? 0
-                                                                                                                          : 1;
+  return verdict(wrongs == 0, std::to_string(wrongs) + " runs met a wrong answer: not finite, or bad input not said to be bad")
+             ? 0
+             : 1;
 }
 
 std::optional<Options> options_of(int argc, char** argv) {
