@@ -290,6 +290,52 @@ TEST(Sweep, OverTwoPlanesContractsByTheSquaredCosine) {
   }
 }
 
+// One pass: the v of largest k D(v) − |v − u|²/(2τ), by sweeps of v until they stand still. In newtons about the start.
+std::vector<Vec3> multiplied(const Problem& problem, const std::vector<Vec3>& u, double tau) {
+  const double k = problem.stiffness_n_per_m, own = 1.0 + 1.0 / tau;
+  std::vector<Vec3> v = u;
+  double moved = 1.0;
+  for (int i = 0; i < 20000 && moved > 1e-15; ++i) {
+    moved = 0.0;
+    for (std::size_t j = 0; j < v.size(); ++j) {
+      const Primitive& p = problem.primitives[j];
+      if (p.kind == PrimitiveKind::directed) continue;
+      const Vec3 Z_without = k * (problem.probe_m - problem.start_m) + total(v) - v[j];
+      const Vec3 W = (1.0 / own) * (k * (p.position_m - problem.start_m) - Z_without + (1.0 / tau) * u[j]);
+      const Vec3 asked = p.kind == PrimitiveKind::plane  ? std::max(0.0, dot(p.direction, W)) * p.direction
+                         : p.kind == PrimitiveKind::line ? W - dot(p.direction, W) * p.direction
+                                                         : W;
+      const double gamma = drag_stiffness(p, problem) / k, excess = norm(asked) - p.strength_n;
+      const Vec3 best =
+          shortened(asked, excess > 0.0 ? p.strength_n + own * gamma * excess / (1.0 + own * gamma) : norm(asked));
+      moved = std::max(moved, norm(best - v[j]));
+      v[j] = best;
+    }
+  }
+  return v;
+}
+
+TEST(Multipliers, RaiseTheDualAsTheSumOfPenaltiesSays) {
+  Random random(115);
+  for (int i = 0; i < 200; ++i) {
+    const Problem problem = random_problem(random, 2 + random.below(4), i % 2 == 1);
+    const double k = problem.stiffness_n_per_m;
+    const std::vector<Vec3> best = solve(problem).forces_n;
+    std::vector<Vec3> forces = some_forces(random, problem);
+    double off_n2 = 0.0, penalties = 0.0;
+    for (std::size_t j = 0; j < forces.size(); ++j) off_n2 += norm_squared(best[j] - forces[j]);
+    double last = dual(problem, forces);
+    for (const double tau : {0.3, 1.0, 3.0, 10.0, 30.0}) {
+      forces = multiplied(problem, forces, tau);
+      penalties += tau;
+      const double now = dual(problem, forces);
+      EXPECT_GE(now, last - 1e-15);
+      EXPECT_LE(k * (dual(problem, best) - now), 0.5 * off_n2 / penalties + 1e-11);
+      last = now;
+    }
+  }
+}
+
 TEST(Certificate, HoldsForAnyPlaceAndAnyForces) {
   Random random(106);
   for (int i = 0; i < 20000; ++i) {
