@@ -10,13 +10,14 @@ namespace palpa {
 /// Finds the exact balance, and proves it.
 ///
 /// The dual variables of E (see Law) are the primitives' forces u; x = probe + (directed + Σu)/k. Three
-/// stages follow each other until the bound of `error_bound_m` says that the balance is found; the
-/// derivations stand above each in solver.cpp, the theory in docs/theory.md:
+/// stages follow each other until the duality gap proves that the balance is found; the derivations stand
+/// above each in solver.cpp, the theory in docs/theory.md:
 ///   1. sweeps: each force in turn becomes the best one, all others held. One sweep is the closed form of
-///      a single primitive, of mutually orthogonal ones and of points among others at one anchor;
+///      mutually orthogonal primitives, and points among others at one anchor are added in closed form.
+///      A single primitive and a surface with its friction end here, with rounding as their only bound;
 ///   2. active set: which primitives stick and which slip is taken from the forces, the balance of that
 ///      choice comes from a 3×3 system, and it says who sticks and slips next;
-///   3. multipliers: the fallback, convergent from anywhere.
+///   3. multipliers: the fallback, convergent from anywhere but for its cap.
 /// All counts are capped; at the cap the best balance met is returned with its bound.
 class Solver final : public Law {
  public:
