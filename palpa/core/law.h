@@ -26,7 +26,7 @@ struct Balance {
   double error_bound_m = 0.0;  ///< proven distance to the exact balance, rounding included
   BalanceStatus status = BalanceStatus::exact;
   int stage = 0;       ///< which stage of the law answered (0: nothing to solve)
-  int iterations = 0;  ///< of that stage
+  int iterations = 0;  ///< how often the law looked at all primitives: proofs and Newton steps, over all stages
 };
 
 /// Finds the balance: the minimiser over x of

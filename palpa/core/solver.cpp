@@ -625,6 +625,10 @@ bool Solver::Work::in_closed_form() noexcept {
   if (all_spans_ == 1) size += spans_[0].size + spans_[0].s, longest = std::max(longest, spans_[0].s);
   const double rounding = (16.0 + directed_terms_) * epsilon * size;
   if (!(longest * epsilon * size <= 4.0 * wanted_n_ * wanted_n_)) return false;
+  // From no forces: those of a warm start, a drag's above all, can be far longer and would leave their rounding.
+  Z_ = C_;
+  if (plane_count_ == 1) planes_[0].t = 0.0;
+  if (all_spans_ == 1) spans_[0].u = {};
   sweep();
   best_Z_ = Z_;
   best_is_free_ = free();

@@ -82,5 +82,25 @@ TEST(ClosedForm, IsExactToRoundingAndSaysSo) {
   }
 }
 
+// A drag that was pulled fast gave thousands of times the force of the next balance, which owes it nothing.
+TEST(ClosedForm, KeepsNoRoundingOfAWarmStart) {
+  Random random(23);
+  for (int i = 0; i < 5000; ++i) {
+    Problem problem = test::random_problem(random, 1, true);
+    Primitive& p = problem.primitives[0];
+    if (p.kind == PrimitiveKind::directed) continue;
+    problem.start_m = p.position_m = {};
+    p.strength_n = random.uniform(0, 0.01);
+    p.drag_ns_per_m = random.uniform(0, 20);
+    Problem fast = problem;
+    fast.probe_m = random.in_cube(0.05);
+    problem.probe_m = std::pow(10.0, random.uniform(-7, -3)) * random.direction();
+    Solver cold(8), warm(8);
+    solve(warm, fast);
+    const Balance after = solve(warm, problem), alone = solve(cold, problem);
+    EXPECT_LE(distance(after.position_m, alone.position_m), after.error_bound_m + alone.error_bound_m);
+  }
+}
+
 }  // namespace
 }  // namespace palpa
