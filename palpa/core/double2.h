@@ -40,7 +40,7 @@ inline Double2 product(Double2 a, double b) noexcept {
 inline double rounded(Double2 a) noexcept { return a.high + a.low; }
 
 /// a − o, taken apart along q and across it, for q of unit length but for rounding: each result is off by
-/// about one rounding of itself, however far a is from o.
+/// about one rounding of itself and one of a rounding of |a − o|, however far a is from o.
 struct Slide {
   double along = 0.0;
   Vec3 across;

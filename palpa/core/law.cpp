@@ -1,5 +1,6 @@
 #include "palpa/core/law.h"
 
+#include <algorithm>
 #include <limits>
 
 #include "palpa/core/newton_form.h"
@@ -35,6 +36,9 @@ double error_bound_m(std::span<const Primitive> primitives, std::span<const Vec3
   using namespace detail;
   // About x itself: Z = 0.
   const double k = stiffness_n_per_m;
+  const bool drags =
+      std::any_of(primitives.begin(), primitives.end(), [](const Primitive& p) { return p.drag_ns_per_m > 0.0; });
+  if (!(k > 0.0) || (drags && !(time_step_s > 0.0))) return std::numeric_limits<double>::max();
   Vec3 C = k * (probe_m - x_m);
   double size = size_of(C);
   double terms = 1.0;

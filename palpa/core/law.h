@@ -69,7 +69,8 @@ PrimitiveState state_at(const Primitive& primitive, const Balance& balance) noex
 /// A proven bound [m] of |x − x*| for any x and any forces, where x* is the exact balance, by the
 /// duality gap (strong convexity of E): (ρ + √(ρ² + 4kε))/(2k) with ρ the force left over and ε the
 /// sum of φ(r) + φ*(u) − u·r. Rounding of this computation itself is inside the bound.
-/// `forces_n` are projected on what each primitive can exert before they are used.
+/// `forces_n` are projected on what each primitive can exert before they are used. Where k or T cannot be
+/// used, or a force is not finite, the largest number: nothing is proven.
 double error_bound_m(std::span<const Primitive> primitives, std::span<const Vec3> forces_n, const Vec3& x_m,
                      const Vec3& probe_m, double stiffness_n_per_m, double time_step_s) noexcept;
 

@@ -19,10 +19,12 @@ inline constexpr double epsilon = std::numeric_limits<double>::epsilon();  // on
 
 inline double size_of(const Vec3& v) noexcept { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
 
-/// γ of a primitive. One so small that its force is lost in the rounding of C counts as none.
+// A smaller γ counts as none: beside the coupling its force is lost. What it would give is in `slack`.
+inline constexpr double smallest_gamma = 1e-20;
+
 inline double gamma_of(const Primitive& p, double k, double T) noexcept {
   const double gamma = p.drag_ns_per_m > 0.0 ? p.drag_ns_per_m / (k * T) : 0.0;
-  return gamma < 1e-20 ? 0.0 : gamma;
+  return gamma < smallest_gamma ? 0.0 : gamma;
 }
 
 enum class State : std::uint8_t { stick, slip, off };
@@ -83,7 +85,7 @@ inline Gap gap(const Plane& p, const Vec3& Z, double size_of_Z) noexcept {
   const double raised_behind = std::max(0.0, r + delta), raised_before = std::max(0.0, delta - r);
   const double given = p.s + p.gamma * behind;
   Gap gap;
-  gap.slack = 3.0 * epsilon * p.t;
+  gap.slack = 3.0 * epsilon * p.t + smallest_gamma * (behind + delta);
   if (p.gamma <= largest_exact_gamma && std::abs(p.t - given) <= 8.0 * epsilon * given) {
     gap.slack += 8.0 * epsilon * given + p.gamma * delta;
     gap.plain = given * before;
@@ -111,10 +113,10 @@ inline Gap gap_without_drag(const Span& p, const Vec3& Z) noexcept {
   const double reach = std::sqrt(norm_squared(R));
   const double pull = dot(p.u, R);
   Gap gap;
-  gap.slack = 8.0 * epsilon * p.s + std::abs(dot(p.q, p.u));
-  if (norm_squared(p.u) >= (1.0 - 64.0 * epsilon) * (p.s * p.s)) {
+  gap.slack = 8.0 * epsilon * p.s + std::abs(dot(p.q, p.u)) + smallest_gamma * (reach + delta);
+  if (norm_squared(p.u) >= (1.0 - 16.0 * epsilon) * (p.s * p.s)) {
     // As long as s exactly: what is left is the angle between the force and R.
-    gap.slack += 40.0 * epsilon * p.s;
+    gap.slack += 12.0 * epsilon * p.s;
     if (pull > 0.0 && reach > 4.0 * delta) {
       const double off = norm_squared(cross(p.u, R));
       const double raise = p.s * (delta + 8.0 * epsilon * reach);
@@ -187,7 +189,7 @@ class Proof {
   /// [N] ρ: the force that balances nothing.
   double left() const noexcept { return norm(left_); }
   /// [N] of the sum that ρ is.
-  double rounding() const noexcept { return (4.0 + terms_) * epsilon * size_; }
+  double rounding() const noexcept { return (4.0 + terms_) * epsilon * size_ + vanished_n; }
   /// [N] without what rounding may have done, which only tells whether more work would help.
   double plain_bound() const noexcept { return bound(norm(left_), plain_); }
   /// [N] rounding of all steps included.
@@ -196,6 +198,7 @@ class Proof {
   }
 
  private:
+  static constexpr double vanished_n = 1e-140;  // what squares too small for a double can have hidden
   static double bound(double rho, double gap) noexcept { return 0.5 * (rho + std::sqrt(rho * rho + 4.0 * gap)); }
 
   Vec3 left_;

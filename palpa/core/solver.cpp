@@ -117,7 +117,6 @@ class Solver::Work {
   void anchor(Span& span) const noexcept;
   void recentre() noexcept;
   Vec3 sum() const noexcept;
-  bool free() const noexcept { return Z_ == C_ && directed_terms_ == 0.0; }
   bool prove(int stage) noexcept;
 
   bool in_closed_form() noexcept;
@@ -164,7 +163,7 @@ class Solver::Work {
   std::unique_ptr<Vec3[]> best_forces_n_;
   Vec3 best_origin_m_, best_Z_;
   double best_bound_n_ = 0.0;
-  bool best_is_last_ = false, best_is_free_ = false;
+  bool done_ = false;  // the best iterate is the last one
   int best_stage_ = 0, iterations_ = 0;
 };
 
@@ -179,7 +178,7 @@ void Solver::Work::pose(std::span<const Primitive> primitives, const Vec3* warm_
   precise_ = anchored_precisely_ = false;
   best_bound_n_ = std::numeric_limits<double>::max();
   best_origin_m_ = start_m, best_Z_ = {};
-  best_is_last_ = best_is_free_ = false;
+  done_ = false;
   iterations_ = 0;
 
   directed_n_ = {};
@@ -303,11 +302,10 @@ bool Solver::Work::prove(int stage) noexcept {
   // A force left over costs little in the bound; people who add up the forces see it.
   const bool done = proven && proof.left() <= 1e-3 * wanted_n_ + proof.rounding();
 
-  best_is_last_ = done || bound_n < best_bound_n_;
-  if (best_is_last_) {
+  done_ = done;
+  if (done || bound_n < best_bound_n_) {
     best_bound_n_ = bound_n;
     best_origin_m_ = origin_m_, best_Z_ = Z_;
-    best_is_free_ = free();
     best_stage_ = stage;
     if (!done) {
       for (std::size_t i = 0; i < plane_count_; ++i) best_forces_n_[planes_[i].index] = planes_[i].t * planes_[i].q;
@@ -349,19 +347,16 @@ void Solver::Work::add_common_points() noexcept {
   const Vec3& B = spans_[line_count_].B;
   const Vec3 w = B - Z_;
   const double asked = std::sqrt(norm_squared(w));
-  double share = 0.0;   // of w, by each newton of strength
-  double beyond = 0.0;  // what is left of |w|
+  span_count_ = all_spans_;
   if (asked > s) {
-    beyond = (asked - s) / (1.0 + gamma);
-    share = 1.0 / asked;
-  } else if (s > 0.0) {
-    share = 1.0 / s;
+    const double beyond = (asked - s) / (1.0 + gamma);
+    const Vec3 e = (1.0 / asked) * w;
+    for (std::size_t i = line_count_; i < all_spans_; ++i) spans_[i].u = (spans_[i].s + spans_[i].gamma * beyond) * e;
+    if (s > 0.0 || gamma > 0.0) Z_ = B - beyond * e;
+  } else {
+    for (std::size_t i = line_count_; i < all_spans_; ++i) spans_[i].u = s > 0.0 ? (spans_[i].s / s) * w : Vec3{};
+    Z_ = B;
   }
-  for (; span_count_ < all_spans_; ++span_count_) {
-    Span& p = spans_[span_count_];
-    p.u = (p.s + p.gamma * beyond) * share * w;
-  }
-  if (s > 0.0 || gamma > 0.0) Z_ = B - (beyond * share) * w;
 }
 
 // 2. Active set. With w = R + u the pull that a sweep would see, a primitive sticks where |w| ≤ s; there
@@ -426,7 +421,7 @@ Vec3 Solver::Work::take_sides(Stiffness& M) noexcept {
       const double asked = std::sqrt(squared);
       const double given = length_given(asked, p.s, p.gamma, 1.0);
       const Vec3 e = (1.0 / asked) * w;
-      across = std::min(spring, given / (asked - given));
+      across = std::min(spring, given * ((1.0 + p.gamma) / (asked - p.s)));
       const double along = dot(e, R);
       g += (p.s + p.gamma * along - across * along) * e + across * R;
       M.add(p.gamma - across, e);
@@ -495,6 +490,19 @@ void Solver::Work::confine() noexcept {
 // is minimised; the forces that answer there are the next u. From any forces this leads to balanced ones,
 // the faster the greater τ. Once the sides are clear, a choice is the shorter way to the last digits.
 void Solver::Work::multiply() noexcept {
+  // What choices in vain left of a great drag is nothing to start from.
+  bool too_long = false;
+  for (std::size_t i = 0; i < plane_count_; ++i) {
+    Plane& p = planes_[i];
+    if (!(p.t > p.s)) continue;
+    p.t = p.s, too_long = true;
+  }
+  for (std::size_t i = 0; i < span_count_; ++i) {
+    Span& p = spans_[i];
+    if (p.gamma == 0.0 || !(norm_squared(p.u) > p.s * p.s)) continue;
+    p.u = shortened(p.u, p.s), too_long = true;
+  }
+  if (too_long) Z_ = sum();
   double tau = 1e3;
   for (int i = 0; i < max_penalties; ++i) {
     recentre();
@@ -631,16 +639,15 @@ bool Solver::Work::in_closed_form() noexcept {
   if (all_spans_ == 1) spans_[0].u = {};
   sweep();
   best_Z_ = Z_;
-  best_is_free_ = free();
   best_bound_n_ = rounding;
   best_stage_ = 1, iterations_ = 1;
-  best_is_last_ = true;
+  done_ = true;
   return true;
 }
 
 void Solver::Work::solve() noexcept {
-  Z_ = sum();
   if (in_closed_form()) return;
+  Z_ = sum();
   sweep();
   // More than three at once are hardly ever done after a sweep, and looking costs as much as it.
   if (plane_count_ + span_count_ <= 3) {
@@ -666,26 +673,30 @@ void Solver::Work::solve() noexcept {
 }
 
 void Solver::Work::give(Balance& balance, Vec3& remainder_m, Vec3* forces_n) const noexcept {
+  if (done_) {
+    for (std::size_t i = 0; i < plane_count_; ++i) forces_n[planes_[i].index] = planes_[i].t * planes_[i].q;
+    for (std::size_t i = 0; i < all_spans_; ++i) forces_n[spans_[i].index] = spans_[i].across(spans_[i].u);
+  }
+  const bool any = best_bound_n_ < std::numeric_limits<double>::max();
+  bool free = true;
+  for (std::size_t i = 0; i < primitives_.size(); ++i) {
+    if (primitives_[i].kind == PrimitiveKind::directed) {
+      forces_n[i] = primitives_[i].strength_n * primitives_[i].direction;
+    } else if (!done_) {
+      forces_n[i] = any ? best_forces_n_[i] : Vec3{};
+    }
+    free = free && forces_n[i] == Vec3{};
+  }
   const Vec3 z_m = by_k_ * best_Z_;
   // Where nothing pulls the proxy is the probe, to the last bit: the damper knows free space by that.
-  balance.position_m = best_is_free_ ? probe_m_ : best_origin_m_ + z_m;
+  balance.position_m = free && any ? probe_m_ : best_origin_m_ + z_m;
   remainder_m = (best_origin_m_ - balance.position_m) + z_m;
+  // The last term is for by_k_ and for the remainder, which rounds where the proxy is far from the origin.
   const double bound_m = best_bound_n_ * by_k_ * (1.0 + 2.0 * epsilon) + size_of(remainder_m) + 2.0 * epsilon * size_of(z_m);
   balance.error_bound_m = bound_m < std::numeric_limits<double>::max() ? bound_m : std::numeric_limits<double>::max();
   balance.status = balance.error_bound_m <= exact_bound_m ? BalanceStatus::exact : BalanceStatus::capped;
   balance.stage = best_stage_;
   balance.iterations = iterations_;
-  const bool any = best_bound_n_ < std::numeric_limits<double>::max();
-  for (std::size_t i = 0; i < primitives_.size(); ++i) {
-    if (primitives_[i].kind == PrimitiveKind::directed) {
-      forces_n[i] = primitives_[i].strength_n * primitives_[i].direction;
-    } else if (!best_is_last_) {
-      forces_n[i] = any ? best_forces_n_[i] : Vec3{};
-    }
-  }
-  if (!best_is_last_) return;
-  for (std::size_t i = 0; i < plane_count_; ++i) forces_n[planes_[i].index] = planes_[i].t * planes_[i].q;
-  for (std::size_t i = 0; i < all_spans_; ++i) forces_n[spans_[i].index] = spans_[i].u;
 }
 
 Solver::Solver(std::size_t capacity)
@@ -698,7 +709,8 @@ Solver::~Solver() = default;
 
 Balance Solver::solve(const PrimitiveSet& set, const Vec3& start_m, const Vec3& probe_m, double k, double T) noexcept {
   assert(set.size() <= capacity_);
-  const std::span<const Primitive> primitives = set.primitives().first(std::min(set.size(), capacity_));
+  const bool fits = set.size() <= capacity_;
+  const std::span<const Primitive> primitives = set.primitives().first(fits ? set.size() : 0);
   remainder_m_ = {};
   bool same = size_ == primitives.size();
   bool drags = false;
@@ -709,7 +721,7 @@ Balance Solver::solve(const PrimitiveSet& set, const Vec3& start_m, const Vec3& 
   if (!same) match(primitives);
 
   const bool time_usable = !drags || (std::isfinite(T) && T >= shortest_time_s);
-  if (!(k >= softest_n_per_m && k <= stiffest_n_per_m) || !time_usable || !usable(start_m) || !usable(probe_m)) {
+  if (!fits || !(k >= softest_n_per_m && k <= stiffest_n_per_m) || !time_usable || !usable(start_m) || !usable(probe_m)) {
     std::fill_n(forces_.get(), size_, Vec3{});
     return {usable(start_m) ? start_m : Vec3{}, std::numeric_limits<double>::max(), BalanceStatus::bad_input, 0, 0};
   }

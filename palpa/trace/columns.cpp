@@ -153,7 +153,7 @@ const Table<BalanceRow>& balances_table() {
       COLUMN(BalanceRow, "balance", "m", step.balance.position_m, "the minimiser: where all forces cancel"),
       COLUMN(BalanceRow, "error_bound_m", "", step.balance.error_bound_m, "proven distance to the exact balance"),
       COLUMN(BalanceRow, "stage", "", step.balance.stage, "stage of the law that answered; 0: nothing to solve"),
-      COLUMN(BalanceRow, "iterations", "", step.balance.iterations, "of that stage"),
+      COLUMN(BalanceRow, "iterations", "", step.balance.iterations, "proofs and Newton steps, over all stages"),
       COLUMN(BalanceRow, "status", "", step.balance.status, "exact, capped, bad_input or baseline"),
       COLUMN(BalanceRow, "primitives", "", step.primitives, "how many were in the balance"),
       COLUMN(BalanceRow, "move_fraction", "", step.move_fraction, "proxy = start + move_fraction * (balance - start)"),

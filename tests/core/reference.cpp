@@ -397,7 +397,7 @@ double plain_bound_m(const Problem& problem, std::span<const Vec3> forces_n, con
     const Primitive& p = problem.primitives[i];
     const V<Quad> u(forces_n[i]);
     const Quad length = root(dot(u, u)), s = p.strength_n;
-    const bool full = p.drag_ns_per_m == 0.0 && length > 0 && length - s < Quad(1e-15) * s && s - length < Quad(1e-15) * s;
+    const bool full = p.drag_ns_per_m == 0.0 && length > 0 && length - s < Quad(2e-15) * s && s - length < Quad(2e-15) * s;
     return full ? (s / length) * u : u;
   }));
 }
