@@ -18,7 +18,9 @@ namespace palpa {
 ///   2. active set: which primitives stick and which slip is taken from the forces, the balance of that
 ///      choice comes from a 3×3 system, and it says who sticks and slips next;
 ///   3. multipliers: the fallback, convergent from anywhere but for its cap.
-/// All counts are capped; at the cap the best balance met is returned with its bound.
+/// All counts are capped; at the cap the best balance met is returned with its bound. `bad_input`, the start
+/// and zero forces are the answer to k outside of 1e-12 to 1e12 N/m, T below 1e-15 s where there is a drag,
+/// positions that are not finite or beyond `largest_position_m`, and sets beyond the capacity (which asserts).
 class Solver final : public Law {
  public:
   /// Takes memory for sets of up to `capacity` primitives. Throws std::bad_alloc.
