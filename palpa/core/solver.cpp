@@ -26,7 +26,7 @@ constexpr double wanted_bound_m = 2e-10;
 // the rest are problems in which only the bound is slow.
 constexpr int max_choices = 10;
 constexpr int max_choices_in_vain = 2;
-constexpr std::size_t many = 32;  // primitives: among so many, one choice in vain is enough
+constexpr std::size_t many = 12;  // primitives: among so many, one choice in vain is enough
 constexpr int max_choices_at_once = 3;
 constexpr int max_refinements = 8;
 constexpr int max_penalties = 20;
