@@ -529,8 +529,7 @@ std::optional<Options> options_of(int argc, char** argv) {
     }
   }
   if (options.problems < 1) return std::nullopt;
-  const auto named = [&](const Family& family) { return options.family == family.name; };
-  if (!options.family.empty() && std::none_of(test::families().begin(), test::families().end(), named)) return std::nullopt;
+  if (!options.family.empty() && !test::family_named(options.family)) return std::nullopt;
   return options;
 }
 

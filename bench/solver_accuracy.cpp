@@ -422,9 +422,7 @@ int measure_one(const std::string& which) {
     return 2;
   }
   Draw d;
-  for (const Family& family : test::families()) {
-    if (which.substr(0, first) == family.name) d.family = &family;
-  }
+  d.family = test::family_named(which.substr(0, first));
   d.n = std::atoi(which.c_str() + first + 1);
   d.drags = which[second + 1] == '1';
   d.seed = std::strtoull(which.c_str() + third + 1, nullptr, 10);
@@ -506,8 +504,7 @@ std::optional<Options> options_of(int argc, char** argv) {
     }
   }
   if (options.problems < 1 || options.threads < 1 || options.arbitrary_bits < 0) return std::nullopt;
-  const auto named = [&](const Family& family) { return options.family == family.name; };
-  if (!options.family.empty() && std::none_of(test::families().begin(), test::families().end(), named)) return std::nullopt;
+  if (!options.family.empty() && !test::family_named(options.family)) return std::nullopt;
   return options;
 }
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "palpa/core/solver.h"
-#include "tests/core/random_problems.h"
+#include "tests/core/solved.h"
 
 namespace palpa {
 namespace {
@@ -14,9 +14,7 @@ using test::Random;
 
 Balance solve(Solver& solver, const Problem& problem) {
   PrimitiveSet set(8);
-  test::fill(set, problem);
-  EXPECT_EQ(set.dropped(), 0);
-  return solver.solve(set, problem.start_m, problem.probe_m, problem.stiffness_n_per_m, problem.time_step_s);
+  return test::solved(problem, solver, set).balance;
 }
 
 // The damper takes a proxy that is not the probe, by whatever little, for one that is held.

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "palpa/core/solver.h"
-#include "tests/core/random_problems.h"
+#include "tests/core/solved.h"
 
 namespace palpa {
 namespace {
@@ -13,11 +13,9 @@ namespace {
 using test::Problem;
 using test::Random;
 
-Balance solve(Solver& solver, const Problem& problem, std::size_t capacity = 8) {
-  PrimitiveSet set(capacity);
-  test::fill(set, problem);
-  EXPECT_EQ(set.dropped(), 0);
-  return solver.solve(set, problem.start_m, problem.probe_m, problem.stiffness_n_per_m, problem.time_step_s);
+Balance solve(Solver& solver, const Problem& problem) {
+  PrimitiveSet set(8);
+  return test::solved(problem, solver, set).balance;
 }
 
 // A drag beside which the coupling is nothing lets the proxy move by next to nothing within its span.

@@ -315,4 +315,11 @@ constexpr Family all[] = {
 
 std::span<const Family> families() { return all; }
 
+const Family* family_named(std::string_view name) {
+  for (const Family& family : families()) {
+    if (family.name == name) return &family;
+  }
+  return nullptr;
+}
+
 }  // namespace palpa::test

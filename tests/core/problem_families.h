@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <string_view>
 
 #include "tests/core/random_problems.h"
 
@@ -48,5 +49,8 @@ struct Family {
 };
 
 std::span<const Family> families();
+
+/// The family of this name; nullptr if there is none.
+const Family* family_named(std::string_view name);
 
 }  // namespace palpa::test
