@@ -19,6 +19,7 @@ namespace {
 constexpr std::size_t max_primitives = 64;
 constexpr std::size_t max_queued = 64;
 constexpr std::size_t max_events = 16;
+constexpr int most_refined = 16;
 constexpr double largest_probe_m = 1e3;  // further away is no hand
 constexpr double largest_time_step_s = 1.0;
 constexpr int max_friction_passes = 3;
@@ -203,6 +204,8 @@ class Session::State {
 
   Tick tick(const Probe& probe, double dt) noexcept;
   void reset() noexcept;
+  void refine_path(int times);
+  void continue_from(const State& other) noexcept;
   std::span<const ModeTick> who_pushed() noexcept;
 
   Scene scene;
@@ -225,6 +228,7 @@ class Session::State {
   void gather(Tick& result) noexcept;
   bool path_meets_data(const Vec3& from_m, const Vec3& to_m) const noexcept;
   Here here_at(std::size_t mode, const Vec3& start_m, const Vec3& probe_m, double time_s) noexcept;
+  double longest_step_m() const noexcept { return 0.5 * finest_m / refined; }
   void emit(SessionEvent event) noexcept {
     if (events.size() < max_events) events.push_back(event);
   }
@@ -250,6 +254,8 @@ class Session::State {
   bool holding = false;
   Vec3 placed_at_m;
   double finest_m = 0.0;
+  int refined = 1;      // see refine_path
+  double path_m = 0.0;  // length of the probe's path in this tick
 
   bool started = false;
   Vec3 proxy;
@@ -280,6 +286,37 @@ void Session::State::reset() noexcept {
     parts[m].standing = {};
     parts[m].through = false;
   }
+}
+
+void Session::State::refine_path(int times) {
+  refined = std::clamp(times, 1, most_refined);
+  sub_steps.reserve(static_cast<std::size_t>(max_sub_steps * refined));
+  placed.reserve(static_cast<std::size_t>(max_sub_steps * refined) * max_primitives);
+}
+
+void Session::State::continue_from(const State& other) noexcept {
+  assert(modes.size() == other.modes.size() && memories.size() == other.memories.size());
+  damper = other.damper;
+  std::copy(other.memories.begin(), other.memories.end(), memories.begin());
+  for (std::size_t m = 0; m < parts.size(); ++m) {
+    parts[m].standing = other.parts[m].standing;
+    parts[m].through = other.parts[m].through;
+  }
+  watches = other.watches;
+  held = other.held;
+  held_at_m = other.held_at_m;
+  holding = other.holding;
+  started = other.started;
+  proxy = other.proxy;
+  walked = other.walked;
+  last_probe = other.last_probe;
+  damper_force = other.damper_force;
+  queue = other.queue;
+  queued = other.queued;
+  unfinished = other.unfinished;
+  unfinished_step = other.unfinished_step;
+  whole_time_s = other.whole_time_s;
+  law->reset();
 }
 
 // The main path. Modes place primitives, the law balances them, the coupling pulls the hand.
@@ -324,6 +361,7 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
 
   if (queued == max_queued) --queued;  // a path this long is no hand's: its last corner is cut
   queue[queued++] = {p, dt};
+  path_m = norm(probe_step);
   walk(result);
 
   result.probe_m = p;
@@ -348,7 +386,7 @@ void Session::State::walk(Tick& result) noexcept {
   const bool in_steps = law->walk() == Law::Walk::steps;
   result.status = TickStatus::resting;
   while (queued > 0 || unfinished) {
-    if (static_cast<int>(sub_steps.size()) == max_sub_steps) {
+    if (static_cast<int>(sub_steps.size()) == max_sub_steps * refined) {
       result.status = TickStatus::waiting;
       sub_steps.back().stop = Stop::cap;
       return;
@@ -357,8 +395,9 @@ void Session::State::walk(Tick& result) noexcept {
     if (!unfinished) {
       Waypoint& next = queue[0];
       const double length = distance(next.position_m, walked);
-      const double longest =
-          in_steps && path_meets_data(walked, next.position_m) ? 0.5 * finest_m : std::numeric_limits<double>::infinity();
+      const bool short_steps = in_steps && path_meets_data(walked, next.position_m);
+      double longest = short_steps ? longest_step_m() : std::numeric_limits<double>::infinity();
+      if (refined > 1 && short_steps) longest = std::min(longest, path_m / refined);
       unfinished_step = next;
       probe_step_m = length;
       if (length > longest) {
@@ -385,7 +424,8 @@ void Session::State::walk(Tick& result) noexcept {
 Stop Session::State::sub_step(const Vec3& probe_m, double time_s, double probe_step_m, double& move_fraction) noexcept {
   const Vec3 start = proxy;
   const bool in_steps = law->walk() == Law::Walk::steps;
-  const double longest = in_steps && path_meets_data(start, probe_m) ? 0.5 * finest_m : std::numeric_limits<double>::infinity();
+  const double longest =
+      in_steps && path_meets_data(start, probe_m) ? longest_step_m() : std::numeric_limits<double>::infinity();
   const auto share_of_move = [&](const Balance& to) {
     const double length = distance(to.position_m, start);
     return length > longest ? longest / length : 1.0;
@@ -669,8 +709,8 @@ void Session::State::record(SubStep step) noexcept {
   };
   // The law's bound is about the balance before its position was rounded to what is recorded. Whoever checks
   // the record by the duality gap pays a root for that rounding where the proxy rests on something.
-  const double rounding_m = 0.5 * std::numeric_limits<double>::epsilon() *
-                            (std::abs(position_m.x) + std::abs(position_m.y) + std::abs(position_m.z));
+  const double rounding_m =
+      0.5 * std::numeric_limits<double>::epsilon() * (std::abs(position_m.x) + std::abs(position_m.y) + std::abs(position_m.z));
   step.balance.error_bound_m += std::sqrt(held_n * rounding_m / k);
   dropped += primitives.dropped();
   step.energy_before_j = energy_j(step.start_m);
@@ -746,6 +786,8 @@ Session& Session::operator=(Session&&) noexcept = default;
 
 Tick Session::tick(const Probe& probe, double time_step_s) noexcept { return state_->tick(probe, time_step_s); }
 void Session::reset() noexcept { state_->reset(); }
+void Session::refine_path(int times) { state_->refine_path(times); }
+void Session::continue_from(const Session& other) noexcept { state_->continue_from(*other.state_); }
 const Scene& Session::scene() const noexcept { return state_->scene; }
 const Similarity& Session::hand_to_world() const noexcept { return state_->map; }
 std::span<const ModeTick> Session::modes() const noexcept { return state_->who_pushed(); }

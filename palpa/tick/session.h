@@ -91,6 +91,7 @@ struct SessionEvent {
   std::int32_t mode = -1;      ///< subject: the mode's number; -1: the session
   double value = 0.0;          ///< the level, of onset and break_through, in the field's own unit
   const char* text = nullptr;  ///< what is wrong, of fault and warning
+  double depth_m = 0.0;        ///< [m] of break_through: |proxy − probe| where the strength was reached
 };
 
 /// A scene being felt: the proxy, the modes' memories, the ledger. It holds a snapshot of the scene
@@ -115,6 +116,14 @@ class Session {
   /// Puts the proxy on the next probe position and forgets all memories: after a gap or a clutch.
   void reset() noexcept;
 
+  /// Walks the path in sub-steps `times` [1] (1…16) as short as usual, and in at least that many per tick; the cap on
+  /// sub-steps is so much higher. For studies of convergence: the paths agree as the steps shrink.
+  /// Allocates.
+  void refine_path(int times);
+  /// Goes on from where another session of the same scene is: proxy, queue, memories, damper, time. The warm start
+  /// is forgotten. Programming error (assert) if the scenes differ in number of modes or memories.
+  void continue_from(const Session& other) noexcept;
+
   const Scene& scene() const noexcept;
   const Similarity& hand_to_world() const noexcept;
   /// Who pushed in the last tick; valid until the next. Modes in the scene's order. The first call after a
@@ -125,7 +134,8 @@ class Session {
   std::span<const PlacedPrimitive> placed() const noexcept;
   std::span<const SessionEvent> events() const noexcept;
 
-  /// Sub-steps per tick are capped at this; at the cap the rest of the probe's path is queued.
+  /// Sub-steps per tick are capped at this; at the cap the rest of the probe's path is queued. `refine_path`
+  /// multiplies it.
   static constexpr int max_sub_steps = 32;
 
  private:
