@@ -142,6 +142,15 @@ class PrimitiveSet {
   const Friction& friction_of(std::size_t i) const noexcept { return friction_[i]; }
   const Vec3& start_m() const noexcept { return start_m_; }
 
+  /// Drops all but the first `count`: the tick's own business.
+  void truncate(std::size_t count) noexcept { size_ = count < size_ ? count : size_; }
+
+  /// Puts another primitive in the place of the i-th, which has its id: the tick's own business.
+  void replace(std::size_t i, const Primitive& primitive, Captured captured) noexcept {
+    primitives_[i] = primitive;
+    captured_[i] = captured;
+  }
+
   /// Sets the strength of a friction line from its plane's force: the tick's own business.
   void set_strength(std::size_t i, double strength_n) noexcept { primitives_[i].strength_n = strength_n; }
 

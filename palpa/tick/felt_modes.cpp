@@ -1,0 +1,212 @@
+#include "palpa/tick/felt_modes.h"
+
+#include <algorithm>
+#include <cassert>
+#include <limits>
+#include <utility>
+
+namespace palpa {
+
+namespace {
+
+// Zero here, and on both sides of here: between two points of the function it stays so.
+bool stays_zero(const TransferFunction& curve, double value) noexcept {
+  using Side = TransferFunction::Side;
+  return curve.at(value, Side::below) == 0.0 && curve.at(value, Side::above) == 0.0 &&
+         curve.slope_at(value, Side::below) == 0.0 && curve.slope_at(value, Side::above) == 0.0;
+}
+
+bool boxes_meet(const Box& box, const Vec3& a, const Vec3& b) noexcept {
+  return std::max(a.x, b.x) >= box.low_m.x && std::min(a.x, b.x) <= box.high_m.x && std::max(a.y, b.y) >= box.low_m.y &&
+         std::min(a.y, b.y) <= box.high_m.y && std::max(a.z, b.z) >= box.low_m.z && std::min(a.z, b.z) <= box.high_m.z;
+}
+
+}  // namespace
+
+// Finds every field that a mode reads, and gives its references their numbers: those of the scene's
+// volumes, then what is derived from them, once each, behind.
+class FeltModes::Resolver final : public ParameterVisitor {
+ public:
+  Resolver(const Scene& scene, std::vector<FieldPtr>& all, Part& part) : scene_(scene), all_(all), part_(part) {}
+
+  void field(const ParameterInfo& info, FieldRef& ref) override {
+    if (ref.name.empty()) return;
+    resolve(ref, info.felt);
+    if (info.name == "field") part_.main_field = ref.index;
+  }
+  void strength(const ParameterInfo&, Strength& strength) override {
+    if (strength.is_constant()) {
+      constant_ = constant_ || strength.constant_n != 0.0;
+      return;
+    }
+    part_.strengths.push_back(&strength);
+    resolve(strength.of);
+    watch(strength.of, strength.curve);
+  }
+  void number(const ParameterInfo& info, double& value) override {
+    if (info.kind == ParameterKind::level) {
+      has_levels_ = true;
+      watches_.push_back({part_.main_field, value});
+    } else if (info.name.ends_with("_ns_per_m")) {
+      constant_ = constant_ || value != 0.0;
+    }
+  }
+  void list(const ParameterInfo&, ParameterList& list) override {
+    for (std::size_t i = 0; i < list.size(); ++i) list.visit(i, *this);
+  }
+  void mask(Mask& mask) {
+    resolve(mask.of);
+    watch(mask.of, mask.curve);
+  }
+
+  bool onset_is_watched() const noexcept { return has_levels_ || (!constant_ && !part_.strengths.empty()); }
+  const std::vector<Watch>& watches() const noexcept { return watches_; }
+
+ private:
+  void resolve(FieldRef& ref, std::optional<Derivation> felt = {}) {
+    ref.index = felt ? -1 : scene_.index_of(ref);
+    if (ref.index < 0) {
+      const FieldPtr field = felt ? scene_.field(ref, *felt) : scene_.field(ref).field;
+      const auto found = std::find(all_.begin(), all_.end(), field);
+      ref.index = static_cast<std::int32_t>(found - all_.begin());
+      if (found == all_.end()) all_.push_back(field);
+    }
+    if (std::find(part_.fields.begin(), part_.fields.end(), ref.index) == part_.fields.end()) part_.fields.push_back(ref.index);
+  }
+  // A strength can set in, or jump, only at its points.
+  void watch(const FieldRef& ref, const TransferFunction& curve) {
+    for (const TransferFunction::Point& point : curve.points()) watches_.push_back({ref.index, point.value});
+  }
+
+  const Scene& scene_;
+  std::vector<FieldPtr>& all_;
+  Part& part_;
+  std::vector<Watch> watches_;
+  bool has_levels_ = false;
+  bool constant_ = false;
+};
+
+FeltModes::FeltModes(const Scene& scene, const Similarity& map) : map_(map) {
+  for (const SceneVolume& volume : scene.volumes()) {
+    for (const VolumeField& field : volume.volume.fields) fields_.push_back(field.field);
+  }
+  std::size_t memory_bytes = 0;
+  modes_ = scene.modes();
+  finest_m_ = std::numeric_limits<double>::infinity();
+  for (SceneMode& mode : modes_) {
+    Part part;
+    Resolver resolver(scene, fields_, part);
+    mode.mode.visit(resolver);
+    for (Mask& mask : mode.masks) resolver.mask(mask);
+    part.onset_is_watched = resolver.onset_is_watched();
+    part.memory = memory_bytes;
+    memory_bytes += (mode.mode.memory_bytes() + 15) / 16 * 16;
+    if (mode.enabled) {
+      watches_.insert(watches_.end(), resolver.watches().begin(), resolver.watches().end());
+      for (const std::int32_t f : part.fields)
+        finest_m_ = std::min(finest_m_, map_.length_to_hand(fields_[static_cast<std::size_t>(f)]->spacing_m()));
+    }
+    parts_.push_back(std::move(part));
+  }
+  for (const FieldPtr& field : fields_) boxes_.push_back(field->bounds_m());
+  samples_ = std::make_unique<Samples>(fields_, map_);
+  memories_.resize(memory_bytes);
+  slots_.reserve(256);
+  start();
+}
+
+void FeltModes::start() noexcept {
+  for (std::size_t m = 0; m < modes_.size(); ++m) modes_[m].mode.start(memories_.data() + parts_[m].memory);
+}
+
+void FeltModes::continue_from(const FeltModes& other) noexcept {
+  assert(modes_.size() == other.modes_.size() && memories_.size() == other.memories_.size());
+  std::copy(other.memories_.begin(), other.memories_.end(), memories_.begin());
+}
+
+Here FeltModes::here_at(std::size_t m, const Moment& moment, const Vec3& start_m) noexcept {
+  Here here(*samples_, modes_[m].masks, parts_[m].fields);
+  here.proxy_m = start_m;
+  here.probe_m = moment.probe_m;
+  here.time_step_s = moment.time_step_s;
+  here.stiffness_n_per_m = moment.stiffness_n_per_m;
+  here.finest_m = finest_m_;
+  return here;
+}
+
+void FeltModes::place(const Moment& moment, const Vec3& at_m, PrimitiveSet& out) noexcept {
+  out.clear(moment.start_m);
+  samples_->move_to(at_m);
+  for (std::size_t m = 0; m < modes_.size(); ++m) {
+    if (!enabled(m)) continue;
+    out.begin_mode(static_cast<std::uint16_t>(m));
+    modes_[m].mode.place(here_at(m, moment, moment.start_m), memories_.data() + parts_[m].memory, out);
+  }
+}
+
+void FeltModes::place_levels(const Moment& moment, const Vec3& at_m, PrimitiveSet& out) noexcept {
+  levels_.clear(moment.start_m);
+  samples_->move_to(at_m);
+  std::int32_t looked = -1;  // the mode that has looked last
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const PrimitiveId id = out[i].id;
+    if (!out.captured(i).any()) continue;
+    if (looked != id.mode) {
+      looked = id.mode;
+      levels_.begin_mode(id.mode);
+      modes_[id.mode].mode.place(here_at(id.mode, moment, moment.start_m), memories_.data() + parts_[id.mode].memory, levels_);
+    }
+    for (std::size_t j = 0; j < levels_.size(); ++j) {
+      if (levels_[j].id == id && levels_.captured(j).any()) out.replace(i, levels_[j], levels_.captured(j));
+    }
+  }
+}
+
+bool FeltModes::silent_at(const Moment& moment, const Vec3& at_m, PrimitiveSet& scratch,
+                          std::vector<std::int32_t>& entered) noexcept {
+  entered.clear();
+  place(moment, at_m, scratch);
+  for (std::size_t i = 0; i < scratch.size(); ++i) {
+    if (scratch[i].strength_n > 0.0 || scratch[i].drag_ns_per_m > 0.0 || scratch.friction_of(i).any()) return false;
+  }
+  for (std::size_t m = 0; m < modes_.size(); ++m) {
+    if (enabled(m) && !silence_is_watched(m, entered)) return false;
+  }
+  return true;
+}
+
+// A mode that places nothing goes on placing nothing until one of its fields begins, until a mask or a strength
+// leaves a piece on which it is zero, or until a level is met.
+bool FeltModes::silence_is_watched(std::size_t m, std::vector<std::int32_t>& entered) noexcept {
+  const Part& part = parts_[m];
+  for (const std::int32_t f : part.fields) {
+    if (samples_->scalar(f).inside || samples_->vector(f).inside) continue;
+    entered.push_back(f);
+    return true;
+  }
+  for (const Mask& mask : modes_[m].masks) {
+    if (stays_zero(mask.curve, samples_->scalar(mask.of.index).value)) return true;
+  }
+  if (!part.onset_is_watched) return false;
+  return std::all_of(part.strengths.begin(), part.strengths.end(), [&](const Strength* strength) {
+    return stays_zero(strength->curve, samples_->scalar(strength->of.index).value);
+  });
+}
+
+double FeltModes::finest_m(const Vec3& from_m, const Vec3& to_m) const noexcept {
+  const Vec3 a = map_.to_world(from_m);
+  const Vec3 b = map_.to_world(to_m);
+  double finest = std::numeric_limits<double>::infinity();
+  for (std::size_t m = 0; m < modes_.size(); ++m) {
+    if (!modes_[m].enabled) continue;
+    const std::vector<std::int32_t>& fields = parts_[m].fields;
+    const bool met = std::all_of(fields.begin(), fields.end(),
+                                 [&](std::int32_t f) { return boxes_meet(boxes_[static_cast<std::size_t>(f)], a, b); });
+    if (!met) continue;
+    for (const std::int32_t f : fields)
+      finest = std::min(finest, map_.length_to_hand(fields_[static_cast<std::size_t>(f)]->spacing_m()));
+  }
+  return finest;
+}
+
+}  // namespace palpa

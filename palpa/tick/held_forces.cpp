@@ -1,0 +1,74 @@
+#include "palpa/tick/held_forces.h"
+
+#include <algorithm>
+
+namespace palpa {
+
+namespace {
+
+constexpr double rounding = 1e-12;  // of the forces: a change this small is none
+
+Vec3 force_of(const Primitive& p) noexcept { return p.strength_n * p.direction; }
+
+}  // namespace
+
+void HeldForces::clear() noexcept {
+  held_.clear();
+  any_ = false;
+}
+
+std::int32_t HeldForces::hold_back(PrimitiveSet& set, const Vec3& at_m, double stiffness_n_per_m) const noexcept {
+  if (!any_) return -1;
+  const auto is_placed = [&](const Force& before) {
+    for (const Primitive& p : set.primitives()) {
+      if (p.kind == PrimitiveKind::directed && p.id == before.id) return true;
+    }
+    return false;
+  };
+  // A mode that has fallen silent wants no force: it is let go along the path like any other.
+  for (const Force& before : held_) {
+    if (before.force_n == Vec3{} || is_placed(before)) continue;
+    set.begin_mode(before.id.mode);
+    set.directed(before.id.slot, normalized(before.force_n), 0.0);
+  }
+  const auto held_n = [&](const PrimitiveId& id) {
+    const auto before = std::find_if(held_.begin(), held_.end(), [&](const Force& h) { return h.id == id; });
+    return before == held_.end() ? Vec3{} : before->force_n;
+  };
+
+  Vec3 change_n;
+  double all_n = 0.0;
+  double largest_n = 0.0;
+  std::int32_t fastest = 0;
+  for (const Primitive& p : set.primitives()) {
+    if (p.kind != PrimitiveKind::directed) continue;
+    const Vec3 one_n = force_of(p) - held_n(p.id);
+    change_n += one_n;
+    all_n += p.strength_n;
+    if (norm(one_n) > largest_n) {
+      largest_n = norm(one_n);
+      fastest = p.id.mode;
+    }
+  }
+  const double most_n = 0.5 * stiffness_n_per_m * distance(at_m, at_m_);
+  if (norm(change_n) <= most_n + rounding * all_n) return -1;
+
+  const double share = most_n / norm(change_n);
+  for (std::size_t i = 0; i < set.size(); ++i) {
+    if (set[i].kind != PrimitiveKind::directed) continue;
+    const Vec3 before_n = held_n(set[i].id);
+    set.set_directed(i, before_n + share * (force_of(set[i]) - before_n));
+  }
+  return fastest;
+}
+
+void HeldForces::keep(const PrimitiveSet& set, const Vec3& at_m) noexcept {
+  held_.clear();
+  for (const Primitive& p : set.primitives()) {
+    if (p.kind == PrimitiveKind::directed && held_.size() < held_.capacity()) held_.push_back({p.id, force_of(p)});
+  }
+  at_m_ = at_m;
+  any_ = true;
+}
+
+}  // namespace palpa

@@ -1,0 +1,35 @@
+// Directed forces along the proxy's path.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "palpa/core/primitives.h"
+
+namespace palpa {
+
+/// A directed force d moves the proxy by d/k, where it is looked up again: with |∂d/∂x| ≥ k the proxy of a
+/// still hand would jump to and fro for ever. So along the proxy's path all directed forces together change
+/// by at most k/2 per metre, whatever modes and data say; then every jump is followed by one of at most 7/8 its
+/// length, trial points included, and a still hand comes to rest. Takes its memory at construction.
+class HeldForces {
+ public:
+  explicit HeldForces(std::size_t capacity) { held_.reserve(capacity); }
+  void clear() noexcept;
+  /// Limits the directed forces of the set, looked up at `at_m` [m], against those kept last. Returns the mode whose force
+  /// changed fastest if they had to be held back; -1 otherwise.
+  std::int32_t hold_back(PrimitiveSet& set, const Vec3& at_m, double stiffness_n_per_m) const noexcept;
+  /// Keeps the directed forces of the set, looked up at `at_m` [m].
+  void keep(const PrimitiveSet& set, const Vec3& at_m) noexcept;
+
+ private:
+  struct Force {
+    PrimitiveId id;
+    Vec3 force_n;
+  };
+  std::vector<Force> held_;
+  Vec3 at_m_;
+  bool any_ = false;
+};
+
+}  // namespace palpa

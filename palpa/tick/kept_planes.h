@@ -1,0 +1,42 @@
+// Planes of a level that were met a moment ago, kept where the surface is concave.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "palpa/core/law.h"
+
+namespace palpa {
+
+/// In a crease or a narrow valley each side's tangent plane leads into the other side: with one plane at a time
+/// the proxy swings between the two for ever. So the planes met in this tick and the last are kept in
+/// the same balance while the proxy stays near them: at most four beside the one that a mode places now, of distinct
+/// normals. A plane that the proxy has got behind bounds no concave place, a convex one turns away from its own
+/// tangents; it is forgotten. Fixed memory; one thread.
+class KeptPlanes {
+ public:
+  void clear() noexcept { size_ = 0; }
+  /// What neither was met nor held the proxy since the last tick began is forgotten.
+  void begin_tick() noexcept;
+  /// Puts the planes that are kept beside those of the set that stand on the same level of the same mode;
+  /// each as strong as that one. Returns how many.
+  std::size_t add_to(PrimitiveSet& set) const noexcept;
+  /// Learns the planes that a sub-step had, with the proxy now at `proxy_m` [m]. Planes of a level that the mode's own
+  /// plane has left, those more than 0.75 `spacing_m` [m] away and those that the proxy is behind are forgotten.
+  void learn(const PrimitiveSet& set, const Balance& balance, const Vec3& proxy_m, double spacing_m) noexcept;
+
+ private:
+  struct Plane {
+    PrimitiveId id;  // of the mode's own plane
+    Captured level;
+    Vec3 position_m;
+    Vec3 normal;
+    int age_ticks = 0;
+  };
+  static constexpr std::size_t most = 5;  // four beside the newest one
+
+  std::array<Plane, most> planes_;
+  std::size_t size_ = 0;  // newest first
+};
+
+}  // namespace palpa

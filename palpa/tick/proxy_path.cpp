@@ -1,0 +1,525 @@
+#include "palpa/tick/proxy_path.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+namespace palpa {
+
+namespace {
+
+constexpr std::size_t max_events = 16;
+constexpr int most_refined = 16;
+constexpr int max_friction_passes = 3;
+constexpr double unbounded = std::numeric_limits<double>::infinity();
+constexpr double trial_share = 1e-3;       // of a sample spacing: below, directions have not changed
+constexpr double rest_share = 5e-4;        // of a sample spacing: a move that does not change by more is settled
+constexpr double halted_share = 0.02;      // of a sample spacing: a move shortened below this is rest
+constexpr double arrived_m = 1e-6;         // an event this close to the balance, or trial_share, is no stop
+constexpr int max_passes = 4;              // of looking where a move ends
+constexpr int max_halvings = 6;            // of a move that would raise the spring's energy
+constexpr double hovering_share = 1e-2;    // of a sample spacing between the proxy and the level that a kept plane stands on
+constexpr double bound_m = 2e-7;           // to which the place where a level gives way is located on the probe's path
+constexpr double rounding = 1e-9;          // of a length: a piece as long as the longest move is not longer
+constexpr double least_time_share = 1e-6;  // of a sub-step's time: a drag is never posed with none
+
+// The part of the proxy's motion that is more than the probe's: a release, no motion of the hand.
+Vec3 released(const Vec3& step_m, double probe_step_m) noexcept {
+  const double length = norm(step_m);
+  return length > probe_step_m ? (1.0 - probe_step_m / length) * step_m : Vec3{};
+}
+
+bool is_on(const Captured& level, const Captured& other) noexcept {
+  return level.field == other.field && level.value == other.value;
+}
+
+}  // namespace
+
+ProxyPath::ProxyPath(const Scene& scene, const Similarity& map, std::unique_ptr<Law> law)
+    : stiffness_n_per_m_(scene.coupling.stiffness_n_per_m),
+      law_(std::move(law)),
+      in_steps_(law_->walk() == Law::Walk::steps),
+      at_probe_(law_->placement() == Law::Placement::at_probe),
+      modes_(scene, map),
+      watches_(modes_.watches()),
+      primitives_(max_primitives),
+      held_(max_primitives),
+      told_(modes_.size()) {
+  entered_.reserve(modes_.size());
+  crossings_.reserve(watches_.size());
+  events_.reserve(max_events);
+  refine(1);
+  reset();
+}
+
+void ProxyPath::reset() noexcept {
+  course_.started = false;
+  course_.queued = 0;
+  course_.unfinished = false;
+  course_.settling = false;
+  held_.clear();
+  kept_.clear();
+  law_->reset();
+  watches_.reset();
+  modes_.start();
+  for (Told& told : told_) {
+    told.standing = {};
+    told.through = false;
+  }
+  sub_steps_.clear();
+  placed_.clear();
+  events_.clear();
+}
+
+void ProxyPath::refine(int times) {
+  refined_ = std::clamp(times, 1, most_refined);
+  const auto steps = static_cast<std::size_t>(Session::max_sub_steps * refined_);
+  sub_steps_.reserve(steps);
+  placed_.reserve(steps * max_primitives);
+}
+
+void ProxyPath::continue_from(const ProxyPath& other) noexcept {
+  modes_.continue_from(other.modes_);
+  watches_ = other.watches_;
+  held_ = other.held_;
+  kept_ = other.kept_;
+  course_ = other.course_;
+  for (std::size_t m = 0; m < told_.size(); ++m) told_[m] = other.told_[m];
+  law_->reset();
+}
+
+void ProxyPath::emit(SessionEvent event) noexcept {
+  if (events_.size() < max_events) events_.push_back(event);
+}
+
+bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) noexcept {
+  sub_steps_.clear();
+  placed_.clear();
+  events_.clear();
+  released_m_ = {};
+  dropped_ = 0;
+  Course& c = course_;
+  if (!c.started) {
+    c.started = true;
+    c.proxy = c.walked = probe_m;
+    modes_.samples().move_to(c.proxy);
+    watches_.look(modes_.samples());
+  }
+  ledger.begin(c.proxy);
+  kept_.begin_tick();
+  if (c.queued == max_queued) --c.queued;  // a path this long is no hand's: its last corner is cut
+  path_m_ = distance(probe_m, c.queued > 0 ? c.queue[c.queued - 1].position_m : c.walked);
+  c.queue[c.queued++] = {probe_m, time_step_s};
+
+  Piece piece;
+  while (next_piece(piece)) {
+    if (static_cast<int>(sub_steps_.size()) == Session::max_sub_steps * refined_) {
+      sub_steps_.back().stop = Stop::cap;
+      return false;
+    }
+    sub_step(piece, ledger);
+  }
+  return true;
+}
+
+// The longest step between two positions: half the finest sample spacing of what may be met there.
+double ProxyPath::step_m(const Vec3& from_m, const Vec3& to_m) noexcept {
+  return in_steps_ ? 0.5 * modes_.finest_m(from_m, to_m) / refined_ : unbounded;
+}
+
+bool ProxyPath::silent_at(const Vec3& at_m) noexcept {
+  const bool silent = modes_.silent_at({at_m, at_m, 1.0, stiffness_n_per_m_}, at_m, primitives_, entered_);
+  if (!silent) entered_.clear();
+  return silent;
+}
+
+// Cuts the next piece off the probe's path, short enough that nothing in the data is jumped over. It stays in the
+// queue until it is walked.
+bool ProxyPath::next_piece(Piece& piece) noexcept {
+  Course& c = course_;
+  if (c.unfinished) {
+    piece = {c.walked, c.walked, c.left_s, false};
+    return true;
+  }
+  if (c.queued == 0) return false;
+  const Waypoint& next = c.queue[0];
+  const double length = distance(next.position_m, c.walked);
+  double longest = step_m(c.walked, next.position_m);
+  if (refined_ > 1 && longest < unbounded) longest = std::min(longest, path_m_ / refined_);
+  piece = {c.walked, next.position_m, next.time_s, true};
+  if (length > longest && !(c.proxy == c.walked && silent_at(c.proxy))) {
+    const double share = (1.0 - rounding) * longest / length;
+    piece.to_m = c.walked + share * (next.position_m - c.walked);
+    piece.time_s = share * next.time_s;
+  }
+  return true;
+}
+
+// One balance along the path: place, balance, move towards it or to the first event, settle.
+void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
+  Course& c = course_;
+  const Vec3 start = c.proxy;
+  const bool settling = c.settling;
+  Moment moment{start, piece.to_m, piece.time_s, stiffness_n_per_m_};
+  spacing_m_ = std::min(modes_.finest_m(start, piece.to_m), 1.0);  // without data any length will do
+  entered_.clear();
+  double longest = step_m(start, piece.to_m);
+  const auto move_to = [&](const Balance& to) { return distance(to.position_m, start); };
+  const auto share_of_move = [&](const Balance& to) {
+    const double length = move_to(to);
+    return length > longest ? longest / length : 1.0;
+  };
+
+  // A long way is gone at once where nothing is felt and nothing sets in unseen.
+  if (distance(piece.to_m, start) > longest && silent_at(start)) longest = unbounded;
+
+  Balance to = look(moment, at_probe_ ? piece.to_m : start, at_probe_ ? piece.to_m : start);
+  double move_fraction = share_of_move(to);
+
+  // Directions at the middle of the move: a line looked up where the move begins would let the proxy leave every curve
+  // on its outside. A level is looked for where the move ends: it holds the proxy there.
+  double change_m = 0.0;
+  for (int pass = 0; pass < max_passes && !primitives_.empty() && in_steps_ && !at_probe_; ++pass) {
+    const Vec3 move = move_fraction * (to.position_m - start);
+    if (!(norm(move) > trial_share * spacing_m_)) break;
+    const Vec3 before = start + move;
+    to = look(moment, start + 0.5 * move, before);
+    move_fraction = share_of_move(to);
+    change_m = distance(start + move_fraction * (to.position_m - start), before);
+    if (change_m <= rest_share * spacing_m_) break;
+  }
+  bool bound_met = piece.fresh && in_steps_ && meet_bound(piece, moment, to);
+  if (bound_met) move_fraction = share_of_move(to);
+
+  Stop stop = bound_met ? Stop::event : move_fraction < 1.0 ? Stop::release : Stop::full;
+  crossings_.clear();
+  attend_levels(to);
+  if (!in_steps_) {
+    // One step per tick stops nowhere; modes are told afterwards what it went through.
+    Vec3 from = start;
+    for (std::size_t i = 0; i < watches_.size(); ++i) {
+      const Watches::Met met = watches_.first_crossing(modes_.samples(), from, to.position_m, crossings_);
+      if (!met.stopped) break;
+      from += met.share * (to.position_m - from);
+    }
+  } else {
+    const double wanted = move_fraction;
+    move_fraction = descending_share(to, start, piece.to_m, wanted);
+    if (move_fraction < wanted) stop = Stop::energy;
+    const Vec3 end = move_fraction < 1.0 ? start + move_fraction * (to.position_m - start) : to.position_m;
+    const Watches::Met met = watches_.first_crossing(modes_.samples(), start, end, crossings_);
+    const double left_m = (1.0 - met.share) * distance(end, start);
+    // Where the balance is all but reached, what sets in is placed in the next sub-step anyway; to stop
+    // would only divide the rest of the time without end.
+    if (met.stopped && left_m > std::min(arrived_m, trial_share * spacing_m_)) {
+      move_fraction *= met.share;
+      stop = Stop::event;
+    }
+  }
+  // Whether a finished move would be followed by another is only asked; the answer no is not worth a sub-step.
+  if (settling && stop == Stop::full && move_to(to) <= rest_share * spacing_m_) {
+    c.unfinished = c.settling = false;
+    return;
+  }
+  c.proxy = move_fraction == 1.0 ? to.position_m : start + move_fraction * (to.position_m - start);
+  released_m_ += released(c.proxy - start, distance(piece.to_m, piece.from_m));
+
+  // The probe's path is walked up to the piece's end; its rest stays in the queue.
+  if (piece.fresh) {
+    Waypoint& next = c.queue[0];
+    c.walked = piece.to_m;
+    c.whole_s = piece.time_s;
+    next.time_s -= piece.time_s;
+    if (piece.to_m == next.position_m) {
+      std::copy(c.queue.begin() + 1, c.queue.begin() + static_cast<std::ptrdiff_t>(c.queued), c.queue.begin());
+      --c.queued;
+    }
+  }
+  const double went_m = distance(c.proxy, start);
+  const bool stays = stop == Stop::full || (bound_met && stop == Stop::event && move_fraction == 1.0);
+  // The last sub-step of a tick is followed by another while directions may still change.
+  const bool settled = (settling ? went_m : change_m) <= rest_share * spacing_m_;
+  c.settling = stays && in_steps_ && c.queued == 0 && !primitives_.empty() && !settled;
+  c.unfinished = c.settling || (stop == Stop::energy ? went_m > halted_share * spacing_m_ : !stays);
+  c.left_s = std::max(least_time_share * c.whole_s, (1.0 - move_fraction) * piece.time_s);
+
+  SubStep step;
+  step.time_step_s = piece.time_s;
+  step.start_m = start;
+  step.probe_m = piece.to_m;
+  step.balance = to;
+  step.move_fraction = move_fraction;
+  step.stop = stop;
+  step.proxy_m = c.proxy;
+  record(step, ledger);
+  held_.keep(primitives_, placed_at_m_);
+  tell_contact(to, distance(to.position_m, piece.to_m));
+  moment.probe_m = piece.to_m;
+  moment.time_step_s = piece.time_s;
+  modes_.settle(moment, c.proxy, primitives_, crossings_, [&](std::size_t i) { return state_of_level(i, to); });
+  watches_.look(modes_.samples());
+  kept_.learn(primitives_, to, c.proxy, spacing_m_);
+}
+
+// What the data say at a place, balanced; of levels, what they say at the end of the move.
+Balance ProxyPath::look(const Moment& moment, const Vec3& at_m, const Vec3& end_m) noexcept {
+  modes_.place(moment, at_m, primitives_);
+  if (end_m != at_m) modes_.place_levels(moment, end_m, primitives_);
+  placed_at_m_ = at_m;
+  if (in_steps_) {
+    const std::int32_t fastest = held_.hold_back(primitives_, at_m, stiffness_n_per_m_);
+    if (fastest >= 0 && !told_[static_cast<std::size_t>(fastest)].held_back) {
+      told_[static_cast<std::size_t>(fastest)].held_back = true;
+      emit({SessionEventKind::warning, fastest, 0.0,
+            "a directed force changes faster than half the coupling's stiffness and is held back"});
+    }
+  }
+  own_ = primitives_.size();
+  return balance(moment.probe_m, moment.time_step_s);
+}
+
+// Balances with the planes that are kept. Those of one level share its strength: two normals an angle apart
+// would else hold more than it.
+Balance ProxyPath::balance(const Vec3& probe_m, double time_s) noexcept {
+  for (Told& told : told_) told.gives_way = false;
+  primitives_.truncate(own_);
+  if (in_steps_) kept_.add_to(primitives_);
+  Balance found = solve(probe_m, time_s);
+  const bool shared = primitives_.size() > own_;
+  const bool hovering = shared && hovers(found);
+  if ((yields(found) && shared) || hovering) {
+    primitives_.truncate(own_);
+    found = solve(probe_m, time_s);
+    if (hovering) kept_.clear();
+  }
+  return found;
+}
+
+// Marks the modes whose level is pressed through: the planes on it exert its strength together.
+bool ProxyPath::yields(const Balance& found) noexcept {
+  bool any = false;
+  for (std::size_t i = 0; i < own_; ++i) {
+    const Primitive& p = primitives_[i];
+    const Captured& level = primitives_.captured(i);
+    if (!level.any() || !(p.strength_n > 0.0)) continue;
+    Vec3 sum_n = law_->forces_n()[i];
+    bool over = state_at(p, found) == PrimitiveState::slip;
+    for (std::size_t j = own_; j < primitives_.size(); ++j) {
+      if (primitives_[j].id.mode != p.id.mode || !is_on(primitives_.captured(j), level)) continue;
+      sum_n += law_->forces_n()[j];
+      over = over || state_at(primitives_[j], found) == PrimitiveState::slip || norm(sum_n) > p.strength_n;
+    }
+    if (over) any = told_[p.id.mode].gives_way = true;
+  }
+  return any;
+}
+
+// A kept plane that holds the proxy off the level itself bounds no concave place.
+bool ProxyPath::hovers(const Balance& found) noexcept {
+  for (std::size_t i = 0; i < own_; ++i) {
+    const Captured& level = primitives_.captured(i);
+    if (!level.any() || state_at(primitives_[i], found) != PrimitiveState::off) continue;
+    if (state_of_level(i, found) == PrimitiveState::off) continue;
+    modes_.samples().move_to(found.position_m);
+    const ScalarSample& sample = modes_.samples().scalar(level.field);
+    const double off_m =
+        dot(primitives_[i].direction, sample.gradient) < 0.0 ? level.value - sample.value : sample.value - level.value;
+    if (off_m > hovering_share * spacing_m_ * norm(sample.gradient)) return true;
+  }
+  return false;
+}
+
+bool ProxyPath::anything_yields() const noexcept {
+  return std::any_of(told_.begin(), told_.end(), [](const Told& told) { return told.gives_way; });
+}
+
+// Where a level that held gives way within the piece, the piece ends there: found by halving the probe's path.
+bool ProxyPath::meet_bound(Piece& piece, const Moment& moment, Balance& to) noexcept {
+  const double length = distance(piece.to_m, piece.from_m);
+  if (!anything_yields() || !(length > bound_m)) return false;
+  const auto probe_at = [&](double share) { return piece.from_m + share * (piece.to_m - piece.from_m); };
+  const auto holds_at = [&](double share) {
+    to = balance(probe_at(share), std::max(share, least_time_share) * moment.time_step_s);
+    return !anything_yields();
+  };
+  if (!holds_at(0.0)) {
+    to = balance(piece.to_m, moment.time_step_s);
+    return false;
+  }
+  double held = 0.0, gone = 1.0;
+  while ((gone - held) * length > bound_m) {
+    const double middle = 0.5 * (held + gone);
+    (holds_at(middle) ? held : gone) = middle;
+  }
+  if (held * length <= bound_m) {  // it is there already: now it lets go
+    to = balance(piece.to_m, moment.time_step_s);
+    return false;
+  }
+  holds_at(gone);
+  for (Told& told : told_) told.at_bound = told.gives_way;
+  piece.to_m = probe_at(held);
+  piece.time_s = held * moment.time_step_s;
+  to = balance(piece.to_m, piece.time_s);
+  return true;
+}
+
+// Balances, with Coulomb friction as strong as its plane in this very sub-step: where the plane does
+// not feel the friction (same normal) the second pass is exact. Where the plane shares its load with others, its
+// force is that of one split of several, the law's, and so is the friction.
+Balance ProxyPath::solve(const Vec3& probe_m, double time_s) noexcept {
+  const double k = stiffness_n_per_m_;
+  bool has_friction = false;
+  for (std::size_t i = 0; i < own_; ++i) {
+    if (primitives_.friction_of(i).any()) {
+      has_friction = true;
+      primitives_.set_strength(i, 0.0);
+    }
+  }
+  Balance found = law_->solve(primitives_, primitives_.start_m(), probe_m, k, time_s);
+  for (int pass = 0; has_friction && pass < max_friction_passes; ++pass) {
+    bool changed = false;
+    for (std::size_t i = 0; i < own_; ++i) {
+      const Friction& friction = primitives_.friction_of(i);
+      if (!friction.any()) continue;
+      const auto plane = static_cast<std::size_t>(friction.plane);
+      double pressed_n = norm(law_->forces_n()[plane]);
+      for (std::size_t j = own_; j < primitives_.size(); ++j) {
+        if (primitives_[j].id.mode == primitives_[plane].id.mode && is_on(primitives_.captured(j), primitives_.captured(plane)))
+          pressed_n += norm(law_->forces_n()[j]);
+      }
+      const double strength_n = friction.coefficient * pressed_n;
+      if (std::abs(strength_n - primitives_[i].strength_n) <= 1e-12 * strength_n) continue;
+      primitives_.set_strength(i, strength_n);
+      changed = true;
+    }
+    if (!changed) break;
+    const int iterations = found.iterations;
+    found = law_->solve(primitives_, primitives_.start_m(), probe_m, k, time_s);
+    found.iterations += iterations;
+  }
+  return found;
+}
+
+// The state of a primitive as its mode is told: of a plane on a level, that of the level, whichever of its planes holds.
+PrimitiveState ProxyPath::state_of_level(std::size_t i, const Balance& at) const noexcept {
+  const Primitive& p = primitives_[i];
+  const Captured& level = primitives_.captured(i);
+  PrimitiveState state = state_at(p, at);
+  if (!level.any()) return state;
+  if (told_[p.id.mode].gives_way) return state == PrimitiveState::off ? state : PrimitiveState::slip;
+  for (std::size_t j = own_; j < primitives_.size() && state == PrimitiveState::off; ++j) {
+    if (primitives_[j].id.mode == p.id.mode && is_on(primitives_.captured(j), level) &&
+        state_at(primitives_[j], at) != PrimitiveState::off) {
+      state = PrimitiveState::stick;
+    }
+  }
+  return state;
+}
+
+// How levels count while the proxy moves, by the planes that stand on them.
+void ProxyPath::attend_levels(const Balance& to) noexcept {
+  watches_.attend_all();
+  for (std::size_t i = 0; i < own_; ++i) {
+    const Captured& level = primitives_.captured(i);
+    if (!level.any() || !(primitives_[i].strength_n > 0.0)) continue;
+    const PrimitiveState state = state_of_level(i, to);
+    if (state == PrimitiveState::stick) watches_.attend({level.field, level.value}, Watches::Attention::held);
+    if (state == PrimitiveState::off) watches_.attend({level.field, level.value}, Watches::Attention::leave);
+  }
+}
+
+// The share of the move after which the spring has less energy than before, both points put back on the
+// levels that hold the proxy. In a crease of a surface each side's plane leads into the other side; a
+// full move would swing from one to the other for ever, a descending one comes to rest at the bottom.
+double ProxyPath::descending_share(const Balance& to, const Vec3& start, const Vec3& probe_m, double share) noexcept {
+  Vec3 directed_n;
+  bool any = false;
+  for (std::size_t i = 0; i < own_; ++i) {
+    const Primitive& p = primitives_[i];
+    if (p.kind == PrimitiveKind::directed) directed_n += p.strength_n * p.direction;
+    any = any || (primitives_.captured(i).any() && p.strength_n > 0.0);
+  }
+  const Vec3 move = to.position_m - start;
+  if (!any || share * norm(move) <= trial_share * spacing_m_) return share;
+  const auto energy_j = [&](const Vec3& x) {
+    Vec3 on_level = x;
+    for (std::size_t i = 0; i < own_; ++i) {
+      const Captured& level = primitives_.captured(i);
+      if (!level.any() || !(primitives_[i].strength_n > 0.0) || state_of_level(i, to) != PrimitiveState::stick) continue;
+      modes_.samples().move_to(on_level);
+      const ScalarSample& sample = modes_.samples().scalar(level.field);
+      const double steepness = norm(sample.gradient);
+      if (!sample.inside || !(steepness > 0.0)) continue;
+      on_level += std::clamp((level.value - sample.value) / steepness, -spacing_m_, spacing_m_) * normalized(sample.gradient);
+    }
+    return 0.5 * stiffness_n_per_m_ * norm_squared(on_level - probe_m) - dot(directed_n, on_level - start);
+  };
+  const double before_j = energy_j(start);
+  for (int halving = 0; halving < max_halvings; ++halving, share *= 0.5) {
+    if (energy_j(start + share * move) <= before_j) return share;
+  }
+  return 0.0;
+}
+
+// Onsets, break-throughs and refusals, each told once.
+void ProxyPath::tell_contact(const Balance& at, double depth_m) noexcept {
+  for (std::size_t m = 0; m < told_.size(); ++m) {
+    Told& told = told_[m];
+    Captured standing;
+    bool through = false;
+    for (std::size_t i = 0; i < own_ && !standing.any(); ++i) {
+      const Primitive& p = primitives_[i];
+      if (p.id.mode != m || !primitives_.captured(i).any() || !(p.strength_n > 0.0)) continue;
+      const PrimitiveState state = state_of_level(i, at);
+      if (state == PrimitiveState::off) continue;
+      standing = primitives_.captured(i);
+      through = state == PrimitiveState::slip || told.at_bound;
+    }
+    told.at_bound = false;
+    const auto mode = static_cast<std::int32_t>(m);
+    if (standing.any() && !told.standing.any()) emit({SessionEventKind::onset, mode, standing.value, nullptr});
+    if (through && !told.through) emit({SessionEventKind::break_through, mode, standing.value, nullptr, depth_m});
+    told.standing = standing;
+    told.through = through;
+  }
+  for (const Refused& refused : primitives_.refused()) {
+    Told& told = told_[refused.id.mode];
+    const std::uint32_t bit = 1u << static_cast<unsigned>(refused.reason);
+    if ((told.refusals & bit) == 0) {
+      told.refusals |= bit;
+      emit({SessionEventKind::fault, refused.id.mode, 0.0, sentence_of(refused.reason)});
+    }
+  }
+}
+
+void ProxyPath::record(SubStep step, Ledger& ledger) noexcept {
+  const double k = stiffness_n_per_m_;
+  const std::span<const Vec3> forces = law_->forces_n();
+  const Vec3& position_m = step.balance.position_m;
+  double held_n = 0.0;
+  step.stiffness_n_per_m = k;
+  step.first_primitive = static_cast<std::uint32_t>(placed_.size());
+  step.primitives = static_cast<std::uint32_t>(primitives_.size());
+  for (std::size_t i = 0; i < primitives_.size(); ++i) {
+    const Primitive& p = primitives_[i];
+    placed_.push_back({p, primitives_.captured(i), forces[i], state_at(p, step.balance)});
+    if (p.kind == PrimitiveKind::directed) step.directed_n += forces[i];
+    if (placed_.back().state == PrimitiveState::stick) held_n += p.strength_n + norm(forces[i]);
+    ledger.book(p.id.mode, forces[i], step.proxy_m - step.start_m, {});
+  }
+  const auto energy_j = [&](const Vec3& x) {
+    return 0.5 * k * norm_squared(x - step.probe_m) - dot(step.directed_n, x - step.start_m);
+  };
+  // The law's bound is about the balance before its position was rounded to what is recorded. Whoever checks
+  // the record by the duality gap pays a root for that rounding where the proxy rests on something.
+  const double rounding_m =
+      0.5 * std::numeric_limits<double>::epsilon() * (std::abs(position_m.x) + std::abs(position_m.y) + std::abs(position_m.z));
+  step.balance.error_bound_m += std::sqrt(held_n * rounding_m / k);
+  dropped_ += primitives_.dropped();
+  step.energy_before_j = energy_j(step.start_m);
+  step.energy_after_j = energy_j(step.proxy_m);
+  sub_steps_.push_back(step);
+}
+
+}  // namespace palpa

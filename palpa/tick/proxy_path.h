@@ -1,0 +1,141 @@
+// The proxy's path through the data: from one probe position to the next.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "palpa/core/law.h"
+#include "palpa/core/ledger.h"
+#include "palpa/tick/felt_modes.h"
+#include "palpa/tick/held_forces.h"
+#include "palpa/tick/kept_planes.h"
+#include "palpa/tick/session.h"
+#include "palpa/tick/watch.h"
+
+namespace palpa {
+
+/// Walks the proxy after the probe. One tick of the paper is one step of incremental minimisation of a continuous,
+/// rate-independent law (docs/path.md); here the step is refined until the path is that of the law:
+///
+/// - the probe's path is cut into pieces of at most half the finest sample spacing of the data that it can meet, and no
+///   move of the proxy is longer; where nothing is felt and nothing can set in, it goes all the way;
+/// - directions are those at the middle of a move;
+/// - a move stops where a level is met, a strength sets in or data begin (Watches), and the probe's piece
+///   where a level gives way;
+/// - planes of a concave place are kept in one balance (KeptPlanes);
+/// - a move after which the spring, put back on the level that holds it, has more energy is halved;
+/// - at the end the proxy is settled: one more sub-step would not move it.
+///
+/// The cap on sub-steps bounds a tick; what is left of the probe's path waits in a queue.
+/// Construction allocates and throws SceneError; walking does neither. One thread.
+class ProxyPath {
+ public:
+  ProxyPath(const Scene& scene, const Similarity& map, std::unique_ptr<Law> law);
+
+  /// Forgets everything; the next walk begins at its probe.
+  void reset() noexcept;
+  /// Where the proxy is while it is not walked [m].
+  void put(const Vec3& proxy_m) noexcept { course_.proxy = proxy_m; }
+  /// See Session.
+  void refine(int times);
+  void continue_from(const ProxyPath& other) noexcept;
+
+  /// Goes on to the next probe position [m], `time_step_s` later. False where the cap was reached.
+  bool walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) noexcept;
+
+  const Vec3& proxy_m() const noexcept { return course_.proxy; }
+  bool started() const noexcept { return course_.started; }
+  /// Of the last walk: the part of the proxy's motion that was a release [m], and primitives refused.
+  const Vec3& released_m() const noexcept { return released_m_; }
+  int dropped() const noexcept { return dropped_; }
+
+  std::span<const SubStep> sub_steps() const noexcept { return sub_steps_; }
+  std::span<const PlacedPrimitive> placed() const noexcept { return placed_; }
+  std::span<const SessionEvent> events() const noexcept { return events_; }
+  static constexpr std::size_t max_primitives = 64;
+
+ private:
+  static constexpr std::size_t max_queued = 64;
+
+  // A piece of the probe's path that still has to be walked, up to this position.
+  struct Waypoint {
+    Vec3 position_m;
+    double time_s = 0.0;
+  };
+  // Where the session is on its way.
+  struct Course {
+    bool started = false;
+    Vec3 proxy;
+    Vec3 walked;  // how far the probe's path has been followed
+    std::array<Waypoint, max_queued> queue;
+    std::size_t queued = 0;
+    // A sub-step that was stopped on its way is taken up again at the same probe.
+    bool unfinished = false;
+    bool settling = false;  // it has ended; whether the proxy rests there is being asked
+    double left_s = 0.0;    // of its time
+    double whole_s = 0.0;   // its time before it was stopped
+  };
+  // What the path says of a mode, and to whom it has said it.
+  struct Told {
+    Captured standing;           // the level that holds, or held, in the last sub-step
+    bool through = false;        // that level gave way
+    bool gives_way = false;      // in this balance
+    bool at_bound = false;       // it holds here, and gives way beyond
+    bool held_back = false;      // told that a directed force of it changes too fast
+    std::uint32_t refusals = 0;  // a bit each
+  };
+  struct Piece {
+    Vec3 from_m;  // the probe's path …
+    Vec3 to_m;
+    double time_s = 0.0;
+    bool fresh = true;  // no repeat at the same probe
+  };
+
+  bool next_piece(Piece& piece) noexcept;
+  void sub_step(Piece piece, Ledger& ledger) noexcept;
+  Balance look(const Moment& moment, const Vec3& at_m, const Vec3& end_m) noexcept;
+  Balance balance(const Vec3& probe_m, double time_s) noexcept;
+  Balance solve(const Vec3& probe_m, double time_s) noexcept;
+  bool yields(const Balance& found) noexcept;
+  bool hovers(const Balance& found) noexcept;
+  bool anything_yields() const noexcept;
+  bool meet_bound(Piece& piece, const Moment& moment, Balance& to) noexcept;
+  double descending_share(const Balance& to, const Vec3& start, const Vec3& probe_m, double share) noexcept;
+  void attend_levels(const Balance& to) noexcept;
+  PrimitiveState state_of_level(std::size_t i, const Balance& at) const noexcept;
+  void tell_contact(const Balance& at, double depth_m) noexcept;
+  void record(SubStep step, Ledger& ledger) noexcept;
+  bool silent_at(const Vec3& at_m) noexcept;
+  double step_m(const Vec3& from_m, const Vec3& to_m) noexcept;
+  void emit(SessionEvent event) noexcept;
+
+  double stiffness_n_per_m_;
+  std::unique_ptr<Law> law_;
+  bool in_steps_;
+  bool at_probe_;
+  FeltModes modes_;
+  Watches watches_;
+  PrimitiveSet primitives_;
+  std::size_t own_ = 0;  // primitives before those of kept planes
+  HeldForces held_;
+  KeptPlanes kept_;
+  std::vector<Told> told_;
+  Course course_;
+  int refined_ = 1;
+  double path_m_ = 0.0;     // length of the probe's path in this tick
+  double spacing_m_ = 0.0;  // finest, of the data near this sub-step
+  Vec3 placed_at_m_;
+  Vec3 released_m_;
+  int dropped_ = 0;
+  std::vector<std::int32_t> entered_;
+  std::vector<Crossing> crossings_;
+  std::vector<SubStep> sub_steps_;
+  std::vector<PlacedPrimitive> placed_;
+  std::vector<SessionEvent> events_;
+};
+
+}  // namespace palpa
