@@ -1,6 +1,7 @@
 #include "palpa/field/field.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -47,6 +48,10 @@ class Posed final : public Field {
     Mat3 h = view_.pose.rotation * view_.field->hessian(view_.pose.to_hand(world_m)) * transposed(view_.pose.rotation);
     for (Vec3& row : h.row) row = row / view_.pose.scale / view_.pose.scale;
     return is_finite(h) ? h : Mat3{};
+  }
+
+  Stretch stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept override {
+    return view_.field->stretch(view_.pose.to_hand(from_m), view_.pose.to_hand(to_m), begin, quiet);
   }
 
   double spacing_m() const noexcept override { return view_.pose.scale * view_.field->spacing_m(); }
@@ -97,6 +102,60 @@ Mat3 Field::hessian(const Vec3& world_m) const noexcept {
   const Mat3 symmetric =
       0.5 * Mat3{{h.row[0] + transposed(h).row[0], h.row[1] + transposed(h).row[1], h.row[2] + transposed(h).row[2]}};
   return is_finite(symmetric) ? symmetric : Mat3{};
+}
+
+Stretch Field::stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent&) const noexcept {
+  const Vec3 way_m = to_m - from_m;
+  const double length_m = norm(way_m);
+  Stretch piece;
+  if (components() != 1 || !is_finite(from_m) || !std::isfinite(length_m) || !(begin >= 0.0 && begin < 1.0)) return piece;
+  const Box box = bounds_m();
+  const double from[3] = {from_m.x, from_m.y, from_m.z}, way[3] = {way_m.x, way_m.y, way_m.z};
+  const double low[3] = {box.low_m.x, box.low_m.y, box.low_m.z}, high[3] = {box.high_m.x, box.high_m.y, box.high_m.z};
+  double enters = 0.0, leaves = 1.0;
+  for (int a = 0; a < 3; ++a) {
+    if (way[a] == 0.0) {
+      if (from[a] < low[a] || from[a] > high[a]) return piece;
+      continue;
+    }
+    const double one = (low[a] - from[a]) / way[a], other = (high[a] - from[a]) / way[a];
+    enters = std::max(enters, std::min(one, other));
+    leaves = std::min(leaves, std::max(one, other));
+  }
+  if (enters > leaves || (begin >= leaves && leaves < 1.0)) return piece;
+  if (begin < enters) {
+    piece.end = enters;
+    return piece;
+  }
+
+  const double longest_m = 0.25 * spacing_m();
+  const double whole = leaves - begin;
+  const double share = length_m * whole > longest_m ? longest_m / length_m : whole;
+  piece.end = share < whole ? std::max(begin + share, std::nextafter(begin, 1.0)) : leaves;
+  const auto at = [&](double s) { return scalar(s < 1.0 ? from_m + s * way_m : to_m); };
+  const ScalarSample first = at(begin), last = at(piece.end);
+  const double step = piece.end - begin;
+  if (first.inside && last.inside) {
+    piece.inside = true;
+    piece.degree = 3;
+    piece.control[0] = first.value;
+    piece.control[1] = first.value + step / 3.0 * dot(first.gradient, way_m);
+    piece.control[2] = last.value - step / 3.0 * dot(last.gradient, way_m);
+    piece.control[3] = last.value;
+  } else {
+    // An end on a face, by rounding, or next to a hole in the data: the tangent at the middle.
+    const ScalarSample middle = at(begin + 0.5 * step);
+    piece.inside = middle.inside;
+    piece.degree = 1;
+    const double half = 0.5 * step * dot(middle.gradient, way_m);
+    piece.control[0] = middle.value - half;
+    piece.control[1] = middle.value + half;
+  }
+  for (const double c : piece.control) {
+    if (!std::isfinite(c)) piece.inside = false;
+  }
+  if (!piece.inside) piece = {.end = piece.end};
+  return piece;
 }
 
 FieldPtr posed(FieldPtr field, const Similarity& pose) {

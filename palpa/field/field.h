@@ -8,6 +8,7 @@
 
 #include "palpa/core/similarity.h"
 #include "palpa/core/vec3.h"
+#include "palpa/field/stretch.h"
 
 namespace palpa {
 
@@ -59,6 +60,18 @@ class Field {
   /// zero outside and for a vector field. Exact where the interpolant is smooth (derived fields); here,
   /// by differences of the gradient over half a spacing.
   virtual Mat3 hessian(const Vec3& world_m) const noexcept;
+
+  /// The piece of the straight way from `from_m` to `to_m` [m] that begins at the share `begin` [1]: a scalar field's value
+  /// there, as one polynomial of the share. Pieces follow one another without gaps: the next begins where this one
+  /// ends, further on than it began. Where the field has no data, a piece that says so. A vector field, and a way that
+  /// is not finite: no data as far as the end.
+  ///
+  /// Grids are exact: a piece ends at a face of a cell at the latest, and where it is a polynomial, that is the
+  /// interpolant itself. Where the value provably stays strictly inside the open interval `quiet`, in the field's own
+  /// unit, a piece may have no polynomial (degree −1) and be as long as that can be told cheaply; an empty interval
+  /// (min > max) asks for polynomials throughout. Here, for formulas: cubics through value and slope at both ends, over a
+  /// quarter of a spacing at most.
+  virtual Stretch stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept;
 
   /// The length [m] over which the field may change its course, > 0 and finite: the least distance
   /// between neighbouring planes of samples of a grid, the size of the finest feature of a formula.

@@ -68,6 +68,18 @@ const Mat3& Samples::hessian(std::int32_t field) noexcept {
   return slot.hessian;
 }
 
+Stretch Samples::stretch(std::int32_t field, const Vec3& from_hand_m, const Vec3& to_hand_m, double begin,
+                         const Extent& quiet) const noexcept {
+  if (field < 0 || static_cast<std::size_t>(field) >= fields_.size()) return {};
+  const Vec3 from_m = map_.to_world(from_hand_m), to_m = map_.to_world(to_hand_m);
+  return fields_[static_cast<std::size_t>(field)]->stretch(from_m, to_m, begin, quiet);
+}
+
+double Samples::spacing_m(std::int32_t field) const noexcept {
+  if (field < 0 || static_cast<std::size_t>(field) >= fields_.size()) return 0.0;
+  return map_.length_to_hand(fields_[static_cast<std::size_t>(field)]->spacing_m());
+}
+
 const Extent& Samples::range(std::int32_t field) const noexcept {
   static constexpr Extent none;
   if (field < 0 || static_cast<std::size_t>(field) >= ranges_.size()) return none;

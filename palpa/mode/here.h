@@ -29,6 +29,12 @@ class Samples {
   const VectorSample& vector(std::int32_t field) noexcept;
   /// Second derivative of a scalar field [unit per hand metre²]; zero outside.
   const Mat3& hessian(std::int32_t field) noexcept;
+  /// The piece of the straight way between two positions of the hand frame [m] that begins at the share `begin` [1]
+  /// (Field::stretch). No data as far as the end for an index that is no scalar field. Leaves the position as it is.
+  Stretch stretch(std::int32_t field, const Vec3& from_hand_m, const Vec3& to_hand_m, double begin,
+                  const Extent& quiet) const noexcept;
+  /// Sample spacing of a field [hand m]; 0 for an index that is none.
+  double spacing_m(std::int32_t field) const noexcept;
   /// The range of a scalar field's values; 0 to 0 for others.
   const Extent& range(std::int32_t field) const noexcept;
   /// Depth within the field's data [hand m].
