@@ -11,6 +11,7 @@
 #include "palpa/field/derive_on_grid.h"
 #include "palpa/field/grid_base.h"
 #include "palpa/field/smooth_grid.h"
+#include "palpa/field/timed_field.h"
 
 namespace palpa {
 namespace {
@@ -49,24 +50,35 @@ class Pointwise : public Field {
 };
 
 /// |u|, with gradient Jᵀu/|u|; 0 where u is, the kink of |u|.
+ScalarSample magnitude_of(const VectorSample& u) noexcept {
+  if (!u.inside) return {};
+  const ScalarSample s{norm(u.value), transposed_times(u.jacobian, normalized(u.value)), true};
+  return std::isfinite(s.value) && is_finite(s.gradient) ? s : ScalarSample{};
+}
+
+ScalarSample component_of(const VectorSample& u, int axis) noexcept {
+  if (!u.inside) return {};
+  const double values[3] = {u.value.x, u.value.y, u.value.z};
+  return {values[axis], u.jacobian.row[axis], true};
+}
+
+/// From 0 to the farthest corner of the ranges of a vector's components.
+Extent magnitudes_within(const std::vector<Extent>& e) noexcept {
+  const auto reach = [](const Extent& x) { return std::max(std::abs(x.min), std::abs(x.max)); };
+  return {0.0, std::min(norm({reach(e[0]), reach(e[1]), reach(e[2])}), std::numeric_limits<double>::max())};
+}
+
 class Magnitude final : public Pointwise {
  public:
   explicit Magnitude(FieldPtr of) : Pointwise(std::move(of)), extents_(find_extents()) {}
-  ScalarSample scalar(const Vec3& world_m) const noexcept override {
-    const VectorSample u = of_->vector(world_m);
-    if (!u.inside) return {};
-    const ScalarSample s{norm(u.value), transposed_times(u.jacobian, normalized(u.value)), true};
-    return std::isfinite(s.value) && is_finite(s.gradient) ? s : ScalarSample{};
-  }
+  ScalarSample scalar(const Vec3& world_m) const noexcept override { return magnitude_of(of_->vector(world_m)); }
   std::vector<Extent> extents() const override { return {extents_}; }
 
  private:
   /// Over the voxels of a grid; else from 0 to the farthest corner of the components' ranges.
   Extent find_extents() const {
     if (const GridView* grid = grid_of(*of_)) return voxel_extent(*grid);
-    const std::vector<Extent> e = of_->extents();
-    const auto reach = [](const Extent& x) { return std::max(std::abs(x.min), std::abs(x.max)); };
-    return {0.0, std::min(norm({reach(e[0]), reach(e[1]), reach(e[2])}), std::numeric_limits<double>::max())};
+    return magnitudes_within(of_->extents());
   }
 
   static Extent voxel_extent(const GridView& grid) {
@@ -89,15 +101,39 @@ class Magnitude final : public Pointwise {
 class Component final : public Pointwise {
  public:
   Component(FieldPtr of, int axis) : Pointwise(std::move(of)), axis_(axis) {}
-  ScalarSample scalar(const Vec3& world_m) const noexcept override {
-    const VectorSample u = of_->vector(world_m);
-    if (!u.inside) return {};
-    const double values[3] = {u.value.x, u.value.y, u.value.z};
-    return {values[axis_], u.jacobian.row[axis_], true};
-  }
+  ScalarSample scalar(const Vec3& world_m) const noexcept override { return component_of(of_->vector(world_m), axis_); }
   std::vector<Extent> extents() const override { return {of_->extents()[axis_]}; }
 
  private:
+  int axis_;
+};
+
+/// Magnitude or component of a field that changes with time: of its sample at that moment, so exact there too.
+class TimedPointwise final : public TimedField {
+ public:
+  static constexpr int no_axis = -1;  ///< the magnitude
+  TimedPointwise(FieldPtr of, int axis) : of_(std::move(of)), timed_(*timed(*of_)), axis_(axis) {}
+  int components() const noexcept override { return 1; }
+  double spacing_m() const noexcept override { return of_->spacing_m(); }
+  Box bounds_m() const noexcept override { return of_->bounds_m(); }
+  double cycle_s() const noexcept override { return timed_.cycle_s(); }
+  double time_spacing_s() const noexcept override { return timed_.time_spacing_s(); }
+  double depth_at(const Vec3& world_m, DataTime at) const noexcept override { return timed_.depth_at(world_m, at); }
+  ScalarSample scalar_at(const Vec3& world_m, DataTime at) const noexcept override {
+    const VectorSample u = timed_.vector_at(world_m, at);
+    return axis_ == no_axis ? magnitude_of(u) : component_of(u, axis_);
+  }
+  Carried carried(const Vec3& world_m, DataTime from, DataTime to) const noexcept override {
+    return carried_with_level(world_m, from, to, 0.0);
+  }
+  std::vector<Extent> extents() const override {
+    const std::vector<Extent> e = of_->extents();
+    return {axis_ == no_axis ? magnitudes_within(e) : e[static_cast<std::size_t>(axis_)]};
+  }
+
+ private:
+  FieldPtr of_;
+  const TimedField& timed_;
   int axis_;
 };
 
@@ -130,8 +166,37 @@ int powers_of_length(Derivation derivation) noexcept {
   }
 }
 
+FieldPtr derive(Derivation derivation, const FieldPtr& of, double smoothing_m, double factor);
+
+/// The same of a field that changes with time: below its poses, then frame by frame.
+FieldPtr derive_timed(Derivation derivation, const FieldPtr& of, double smoothing_m, double factor) {
+  switch (derivation) {
+    case Derivation::component_x: return std::make_shared<const TimedPointwise>(of, 0);
+    case Derivation::component_y: return std::make_shared<const TimedPointwise>(of, 1);
+    case Derivation::component_z: return std::make_shared<const TimedPointwise>(of, 2);
+    default: break;
+  }
+  if (const MovingView* moved = moving_of(*of)) {
+    const double scale = moved->track.front().pose.scale;
+    return moving(derive(derivation, moved->field, smoothing_m / scale, factor), moved->track,
+                  moved->per_length + powers_of_length(derivation));
+  }
+  if (derivation == Derivation::magnitude) return std::make_shared<const TimedPointwise>(of, TimedPointwise::no_axis);
+  std::vector<FieldPtr> frames;
+  if (const SeriesView* series = series_of(*of)) {
+    for (const FieldPtr& frame : series->frames) frames.push_back(derive(derivation, frame, smoothing_m, factor));
+    return time_series(std::move(frames), series->period_s, series->between_frames);
+  }
+  const TimedField& formula = *timed(*of);
+  const auto moments = static_cast<int>(std::clamp(std::round(formula.cycle_s() / formula.time_spacing_s()), 1.0, 1000.0));
+  const double period_s = formula.cycle_s() / moments;
+  for (int i = 0; i < moments; ++i) frames.push_back(derive(derivation, frozen(of, i * period_s), smoothing_m, factor));
+  return time_series(std::move(frames), period_s);
+}
+
 /// `factor` [1] on the values: what poses further out divide by.
 FieldPtr derive(Derivation derivation, const FieldPtr& of, double smoothing_m, double factor) {
+  if (timed(*of)) return derive_timed(derivation, of, smoothing_m, factor);
   switch (derivation) {
     case Derivation::component_x: return std::make_shared<const Component>(of, 0);
     case Derivation::component_y: return std::make_shared<const Component>(of, 1);

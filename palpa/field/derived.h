@@ -53,6 +53,10 @@ std::string unit_of(Derivation derivation, std::string_view unit);
 /// posed field is derived below its pose, and the result posed and divided by its scale; only
 /// `component_*` are taken above it, as they lie along the world's axes.
 ///
+/// Of a field that changes with time (timed_field.h): below its poses, with the smoothing as it is at the first of them;
+/// `magnitude` and `component_*` of its sample at each moment; all others frame by frame, once, here, and then blended like
+/// the frames: so many fields more in memory. A formula in time is taken at moments its own time spacing apart.
+///
 /// \param of           the field; its number of components is `components_taken`
 /// \param smoothing_m  [m] standard deviation of that Gaussian in the field's own world; 0: two sample spacings
 /// Two threads; memory beyond the result's own is what the Gaussian reaches of slices, as floats. Throws

@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "palpa/field/timed_field.h"
+
 namespace palpa {
 namespace {
 
@@ -164,6 +166,7 @@ FieldPtr posed(FieldPtr field, const Similarity& pose) {
     throw std::invalid_argument("the pose is no rotation, move and scale; it must be finite, of positive scale and no mirror");
   }
   if (pose == Similarity{}) return field;
+  if (timed(*field)) return moving(std::move(field), {{0.0, pose}});
   return std::make_shared<const Posed>(std::move(field), pose);
 }
 

@@ -89,7 +89,7 @@ class Field {
 using FieldPtr = std::shared_ptr<const Field>;
 
 /// The field moved by a pose: sampled at pose⁻¹(x), vectors and derivatives turned with it. Values
-/// stay what they are. Throws std::invalid_argument on a pose that is not usable.
+/// stay what they are. A timed field (timed_field.h) stays timed. Throws std::invalid_argument on a pose that is not usable.
 FieldPtr posed(FieldPtr field, const Similarity& pose);
 
 /// What `posed` made a field of.

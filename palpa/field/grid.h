@@ -58,7 +58,8 @@ FieldPtr grid_field(const GridGeometry& geometry, Voxels voxels, double scale = 
 
 /// Any field as a grid of float32 over its box, `longest` (2 to 1024) samples along the longest side, so
 /// that data without a file go the same way as data from one. A sample where the field has no data is
-/// NaN, so that its cells are outside. Two threads. Throws std::invalid_argument on another `longest`.
+/// NaN, so that its cells are outside. Two threads. A timed field as it is at its first moment (timed_field.h samples its
+/// frames). Throws std::invalid_argument on another `longest`.
 FieldPtr sampled(const Field& field, int longest);
 /// Every field of a volume as a grid.
 Volume sampled(const Volume& volume, int longest);

@@ -5,6 +5,8 @@
 namespace palpa {
 
 struct Samples::Slot {
+  const Field* field = nullptr;
+  const TimedField* timed = nullptr;  // the same one, if it changes with time
   ScalarSample scalar;
   VectorSample vector;
   Mat3 hessian;
@@ -17,7 +19,12 @@ struct Samples::Slot {
 
 Samples::Samples(std::span<const FieldPtr> fields, const Similarity& map)
     : fields_(fields), map_(map), slots_(new Slot[fields.size() + 1]) {
-  for (const FieldPtr& field : fields) ranges_.push_back(field->components() == 1 ? field->extents().front() : Extent{});
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    ranges_.push_back(fields[i]->components() == 1 ? fields[i]->extents().front() : Extent{});
+    slots_[i].field = fields[i].get();
+    slots_[i].timed = timed(*fields[i]);
+    any_timed_ = any_timed_ || slots_[i].timed;
+  }
 }
 
 void Samples::move_to(const Vec3& hand_m) noexcept {
@@ -27,13 +34,19 @@ void Samples::move_to(const Vec3& hand_m) noexcept {
   ++visit_;
 }
 
+void Samples::set_time(DataTime at) noexcept {
+  if (at == at_) return;
+  at_ = at;
+  if (any_timed_ && visit_ > 0) ++visit_;
+}
+
 const ScalarSample& Samples::scalar(std::int32_t field) noexcept {
   static constexpr ScalarSample outside;
   if (field < 0 || static_cast<std::size_t>(field) >= fields_.size()) return outside;
   Slot& slot = slots_[static_cast<std::size_t>(field)];
   if (slot.scalar_visit != visit_) {
     slot.scalar_visit = visit_;
-    slot.scalar = fields_[static_cast<std::size_t>(field)]->scalar(world_m_);
+    slot.scalar = slot.timed ? slot.timed->scalar_at(world_m_, at_) : slot.field->scalar(world_m_);
     slot.scalar.gradient = map_.gradient_to_hand(slot.scalar.gradient);
     // A gradient per hand metre can overflow where the one per world metre did not.
     if (!is_finite(slot.scalar.gradient)) slot.scalar = {};
@@ -47,7 +60,7 @@ const VectorSample& Samples::vector(std::int32_t field) noexcept {
   Slot& slot = slots_[static_cast<std::size_t>(field)];
   if (slot.vector_visit != visit_) {
     slot.vector_visit = visit_;
-    slot.vector = fields_[static_cast<std::size_t>(field)]->vector(world_m_);
+    slot.vector = slot.timed ? slot.timed->vector_at(world_m_, at_) : slot.field->vector(world_m_);
     slot.vector.value = map_.turned_to_hand(slot.vector.value);
     slot.vector.jacobian = map_.jacobian_to_hand(slot.vector.jacobian);
     if (!is_finite(slot.vector.value) || !is_finite(slot.vector.jacobian)) slot.vector = {};
@@ -62,7 +75,8 @@ const Mat3& Samples::hessian(std::int32_t field) noexcept {
   if (slot.hessian_visit != visit_) {
     slot.hessian_visit = visit_;
     // The gradient per hand metre is the turned gradient times the scale; so is its derivative once more.
-    slot.hessian = map_.scale * map_.jacobian_to_hand(fields_[static_cast<std::size_t>(field)]->hessian(world_m_));
+    slot.hessian =
+        map_.scale * map_.jacobian_to_hand(slot.timed ? slot.timed->hessian_at(world_m_, at_) : slot.field->hessian(world_m_));
     if (!is_finite(slot.hessian)) slot.hessian = {};
   }
   return slot.hessian;
@@ -91,9 +105,18 @@ double Samples::depth_m(std::int32_t field) noexcept {
   Slot& slot = slots_[static_cast<std::size_t>(field)];
   if (slot.depth_visit != visit_) {
     slot.depth_visit = visit_;
-    slot.depth_m = map_.length_to_hand(fields_[static_cast<std::size_t>(field)]->depth_m(world_m_));
+    slot.depth_m = map_.length_to_hand(slot.timed ? slot.timed->depth_at(world_m_, at_) : slot.field->depth_m(world_m_));
   }
   return slot.depth_m;
+}
+
+Carried Samples::carried(std::int32_t field, const Vec3& hand_m, DataTime from, DataTime to) const noexcept {
+  if (field < 0 || static_cast<std::size_t>(field) >= fields_.size()) return {hand_m};
+  const TimedField* timed = slots_[static_cast<std::size_t>(field)].timed;
+  if (!timed || from == to) return {hand_m};
+  const Carried world = timed->carried(map_.to_world(hand_m), from, to);
+  const Vec3 moved_m = map_.to_hand(world.position_m);
+  return world.known && is_finite(moved_m) ? Carried{moved_m} : Carried{hand_m, false};
 }
 
 double Here::mask() const noexcept {

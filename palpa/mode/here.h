@@ -7,6 +7,7 @@
 
 #include "palpa/core/primitives.h"
 #include "palpa/field/field.h"
+#include "palpa/field/timed_field.h"
 #include "palpa/mode/parameters.h"
 
 namespace palpa {
@@ -22,6 +23,11 @@ class Samples {
   /// Moves to a position of the hand frame [m] and forgets what was sampled.
   void move_to(const Vec3& hand_m) noexcept;
   const Vec3& position_m() const noexcept { return hand_m_; }
+  /// From here on everything is sampled as it is at this moment of the data. Forgets what was sampled where it changes.
+  void set_time(DataTime at) noexcept;
+  DataTime time() const noexcept { return at_; }
+  /// Any of the fields changes with time.
+  bool any_timed() const noexcept { return any_timed_; }
 
   /// Value, and gradient per hand metre. Outside for an index that is no scalar field.
   const ScalarSample& scalar(std::int32_t field) noexcept;
@@ -39,6 +45,12 @@ class Samples {
   const Extent& range(std::int32_t field) const noexcept;
   /// Depth within the field's data [hand m].
   double depth_m(std::int32_t field) noexcept;
+  /// Where the data's point of a field that is at `hand_m` [m] at one moment is at another (TimedField::carried). The position
+  /// itself for an index that is no field, or a field that stays as it is.
+  Carried carried(std::int32_t field, const Vec3& hand_m, DataTime from, DataTime to) const noexcept;
+  Vec3 carried_m(std::int32_t field, const Vec3& hand_m, DataTime from, DataTime to) const noexcept {
+    return carried(field, hand_m, from, to).position_m;
+  }
 
  private:
   struct Slot;
@@ -46,6 +58,8 @@ class Samples {
   Similarity map_;
   Vec3 hand_m_;
   Vec3 world_m_;
+  DataTime at_;
+  bool any_timed_ = false;
   std::uint64_t visit_ = 0;
   std::shared_ptr<Slot[]> slots_;
   std::vector<Extent> ranges_;

@@ -1,0 +1,141 @@
+// Data that change with time: series of frames, volumes that move, formulas with a clock.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "palpa/field/field.h"
+
+namespace palpa {
+
+/// A moment of the data. What lies beyond a field's last moment is decided here, so that one scene can
+/// play the same fields once or in a loop, each field over its own length.
+struct DataTime {
+  double time_s = 0.0;  ///< [s] since the first frame or pose; any finite number
+  bool loop = false;    ///< after its end a field begins again; else it stays at its first and last moment
+
+  constexpr DataTime() noexcept = default;
+  constexpr DataTime(double at_s, bool looped = false) noexcept : time_s(at_s), loop(looped) {}
+  friend bool operator==(const DataTime&, const DataTime&) = default;
+};
+
+/// Where a point of the data has gone.
+struct Carried {
+  Vec3 position_m;    ///< [m]
+  bool known = true;  ///< false: the data say nothing about it, and the position is the old one
+};
+
+/// A field that changes with time. Immutable like every field: a moment is an argument. Asked as a plain
+/// field it answers for its first moment, and its box, range and spacing hold for all moments.
+///
+/// Sampling is as for `Field`: finite for any position and moment (one that is not finite is the first),
+/// never allocates or throws. Fields derived from it, posed or sampled are timed as well.
+class TimedField : public Field {
+ public:
+  virtual ScalarSample scalar_at(const Vec3& world_m, DataTime at) const noexcept;
+  virtual VectorSample vector_at(const Vec3& world_m, DataTime at) const noexcept;
+  virtual Mat3 hessian_at(const Vec3& world_m, DataTime at) const noexcept;      ///< by differences, like `Field::hessian`
+  virtual double depth_at(const Vec3& world_m, DataTime at) const noexcept = 0;  ///< [m]
+
+  /// Where the data's point that is at a world position [m] at one moment is at another. A volume that
+  /// moves carries its points exactly. Where only values change, a scalar field's point keeps its value and
+  /// moves along the gradient: by −φ_t g/|g|² for a short time. `known` is false where that cannot be said:
+  /// the gradient is no more than noise, or the level has moved by more than half a spacing at once, or is
+  /// gone. The points of a vector field whose values change stay where they are.
+  virtual Carried carried(const Vec3& world_m, DataTime from, DataTime to) const noexcept = 0;
+  /// The position alone [m].
+  Vec3 carried_m(const Vec3& world_m, DataTime from, DataTime to) const noexcept {
+    return carried(world_m, from, to).position_m;
+  }
+
+  /// The length of a loop [s], > 0: that of a series ends one period after its last frame.
+  virtual double cycle_s() const noexcept = 0;
+  /// The time [s] over which the field may change its course, > 0: from frame to frame, from pose to pose.
+  virtual double time_spacing_s() const noexcept = 0;
+
+  ScalarSample scalar(const Vec3& world_m) const noexcept final { return scalar_at(world_m, {}); }
+  VectorSample vector(const Vec3& world_m) const noexcept final { return vector_at(world_m, {}); }
+  Mat3 hessian(const Vec3& world_m) const noexcept final { return hessian_at(world_m, {}); }
+  double depth_m(const Vec3& world_m) const noexcept final { return depth_at(world_m, {}); }
+
+ protected:
+  /// `carried` of a scalar field whose values change: Newton's steps along the gradient at the later moment, back to the
+  /// value of the earlier one; the first is −(φ_to − φ_from) g/|g|².
+  /// \param noise  [unit/m] a gradient no longer than this says nothing
+  Carried carried_with_level(const Vec3& world_m, DataTime from, DataTime to, double noise) const noexcept;
+};
+
+/// The field as a timed one; nullptr for a field that stays as it is.
+const TimedField* timed(const Field& field) noexcept;
+/// The field as it is at one moment; the field itself where it is not timed.
+FieldPtr frozen(FieldPtr field, DataTime at);
+
+/// What lies between two frames.
+enum class BetweenFrames : std::uint8_t {
+  linear,   ///< values and derivatives blended; a level moves with it where it shifts by less than its edge is wide
+  nearest,  ///< the nearer frame: everything jumps in the middle
+};
+
+/// Frames of one grid or box at equal distances in time: frame i at i · period. Looped, the last frame is followed by the
+/// first, one period later, and blends into it; else there is nothing before the first and after the last.
+///
+/// A linear blend is one of values, gradients, Jacobians and Hessians, so each of them stays the exact derivative of the
+/// value at every moment; at a frame it is that frame, to the bit. A place is inside where both frames are.
+/// A frame may not be timed itself. Keeps the frames: no memory beyond them.
+///
+/// \param frames    at least one; the same components, box and spacing
+/// \param period_s  [s] from frame to frame, above 0 and finite
+/// Reads 4096 places of the frames for the noise of their gradients. Throws std::invalid_argument, with a sentence.
+FieldPtr time_series(std::vector<FieldPtr> frames, double period_s, BetweenFrames between_frames = BetweenFrames::linear);
+
+/// The frames behind a field made by `time_series`; nullptr for other fields.
+struct SeriesView {
+  std::vector<FieldPtr> frames;
+  double period_s = 1.0;
+  BetweenFrames between_frames = BetweenFrames::linear;
+};
+const SeriesView* series_of(const Field& field) noexcept;
+
+/// Where a volume is at some moment.
+struct TimedPose {
+  double time_s = 0.0;
+  Similarity pose;
+  friend bool operator==(const TimedPose&, const TimedPose&) = default;
+};
+/// Poses in the order of time.
+using PoseTrack = std::vector<TimedPose>;
+
+/// The pose at a moment: between two poses the translation and the logarithm of the scale are linear, and the rotation turns
+/// at constant rate about one axis, the shorter way. So a volume moves steadily from pose to pose, no faster than the poses
+/// say, and its velocity is finite always; it steps at a pose, and the force of a drag with it: more poses make that smaller.
+/// At a pose it is that pose, to the bit. A loop lasts as long as the track; it should end where it begins.
+Similarity pose_at(const PoseTrack& track, DataTime at) noexcept;
+
+/// What is wrong with the track, as a sentence without its dot; nullptr when it can be used: at least one pose, the first
+/// at time 0, times rising, poses usable, turns of less than 179 degrees from one to the next.
+const char* problem_with(const PoseTrack& track) noexcept;
+
+/// A field that moves: at each moment `posed(field, pose_at(track, moment))`. The field itself may be timed. A vector's range
+/// holds it in any turn.
+/// \param per_length  [1] the values are divided by this power of the scale, as those of a derivative are
+/// Throws std::invalid_argument, with a sentence, on a track that cannot be used.
+FieldPtr moving(FieldPtr field, PoseTrack track, int per_length = 0);
+/// The volume moved.
+Volume moving(const Volume& volume, const PoseTrack& track);
+
+/// What `moving`, or `posed` for a timed field, made a field of; nullptr for other fields.
+struct MovingView {
+  FieldPtr field;
+  PoseTrack track;
+  int per_length = 0;  ///< [1]
+};
+const MovingView* moving_of(const Field& field) noexcept;
+
+/// A timed field as a series of `frames` grids over its loop, each as `sampled` makes it: a formula becomes like data from
+/// files. Throws std::invalid_argument, with a sentence, on a field that is not timed, or fewer than 1 or more than 1000
+/// frames.
+FieldPtr sampled(const FieldPtr& field, int longest, int frames, BetweenFrames between_frames = BetweenFrames::linear);
+/// Every field of a volume.
+Volume sampled(const Volume& volume, int longest, int frames, BetweenFrames between_frames = BetweenFrames::linear);
+
+}  // namespace palpa
