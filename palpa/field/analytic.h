@@ -52,11 +52,20 @@ Volume burgers_vortex(double circulation_m2_per_s = 0.02, double core_radius_m =
 /// 0.6 m/s, and "signal" [a.u.], as a magnitude image shows it: 1 in the blood, 0 outside, an edge of 2 mm at the
 /// wall. Box 60 × 60 × 70 mm, spacing 1 mm.
 ///
-/// The field is steady, the moment of the heartbeat that was asked for; playing it as a time series comes with
-/// moving data. Over a beat the ring's strength goes as 0.6 + 0.4 sin(2π beat), and its place as
-/// z₀ = −6 mm cos(2π beat).
-/// \param beat  [1] moment of the heartbeat, 0…1 and so on periodically; 0.25 is the strongest. Finite.
+/// The field is steady, the moment of the heartbeat that was asked for; `beating_chamber` plays it. Over a beat the ring's
+/// strength goes as 0.6 + 0.4 sin(2π beat), and its place as z₀ = −6 mm cos(2π beat). \param beat  [1] moment of the heartbeat,
+/// 0…1 and so on periodically; 0.25 is the strongest. Finite.
 Volume ring_vortex(double beat = 0.25);
+
+/// The same chamber and ring with the heart beating: one beat of 0.8 s, again and again when looped. The wall and all
+/// within it move as x = S X, S = diag(s, s, 1/s²), s = exp(0.06 sin(2π beat)): it widens while it shortens, so the volume of
+/// the blood stays what it is, and the wall moves at up to 35 mm/s. Fields, exact at any moment, derivatives too:
+///
+///   signal(x) = signal₀(S⁻¹x),  velocity(x) = Ṡ S⁻¹ x + S u₀(S⁻¹x; beat),
+///
+/// signal₀ and u₀ those of `ring_vortex` at that moment: free of divergence exactly, and at the wall the blood moves with it.
+/// "signal" is carried with the wall, x → S(to) S(from)⁻¹ x. Box 64 × 64 × 80 mm, spacing 1 mm, time spacing 40 ms.
+Volume beating_chamber();
 
 /// The wake of a wing: free stream U = 1 m/s along +x and a horseshoe of straight vortices of circulation
 /// Γ = 0.4 m²/s, x downstream, y along the span, z up: bound from y = −1.4 m to 1.4 m at the quarter chord x = 0.25 m (span 3,
@@ -80,5 +89,9 @@ struct AnalyticVolume {
   Volume (*make)();
 };
 std::span<const AnalyticVolume> analytic_volumes() noexcept;
+/// Those that change with time, which it names in the same way.
+std::span<const AnalyticVolume> beating_volumes() noexcept;
+/// The one of this name among both; nullptr if there is none.
+const AnalyticVolume* analytic_volume(std::string_view name) noexcept;
 
 }  // namespace palpa

@@ -15,14 +15,6 @@ namespace {
 
 constexpr double half_turn = std::numbers::pi;  // [rad]
 
-/// A moment as a time between 0 and the end of the cycle; the first for one that is not finite.
-double within_cycle(DataTime at, double cycle_s) noexcept {
-  if (!std::isfinite(at.time_s)) return 0.0;
-  if (!at.loop) return std::clamp(at.time_s, 0.0, cycle_s);
-  const double rest = std::fmod(at.time_s, cycle_s);
-  return rest < 0.0 ? rest + cycle_s : rest;
-}
-
 /// A timed field at one moment, for as long as that field is there.
 class Moment : public Field {
  public:
@@ -74,8 +66,8 @@ double radical_inverse(int index, int base) noexcept {
   return value;
 }
 
-/// Below this a gradient [unit/m] says nothing: three times the noise of a difference between neighbours, as told by the median
-/// second difference over the field, which smooth data and edges, being rare, hardly move.
+/// Below this a gradient [unit/m] says nothing: three standard deviations of the noise of its components, as told by their
+/// median second difference from neighbour to neighbour, which smooth data and edges, being rare, hardly move.
 double noise_of_gradient(const Field& field) {
   constexpr int places = 4096;
   const Box box = field.bounds_m();
@@ -88,16 +80,15 @@ double noise_of_gradient(const Field& field) {
     const Vec3 step = i % 3 == 0 ? Vec3{h, 0, 0} : i % 3 == 1 ? Vec3{0, h, 0} : Vec3{0, 0, h};
     const ScalarSample here = field.scalar(at), ahead = field.scalar(at + step), behind = field.scalar(at - step);
     if (!here.inside || !ahead.inside || !behind.inside) continue;
-    const double second = std::abs((ahead.value - here.value) - (here.value - behind.value));
-    if (std::isfinite(second)) differences.push_back(second);
+    const Vec3 second = (ahead.gradient - here.gradient) - (here.gradient - behind.gradient);
+    if (is_finite(second)) differences.insert(differences.end(), {std::abs(second.x), std::abs(second.y), std::abs(second.z)});
   }
   if (differences.empty()) return 0.0;
   const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
   std::nth_element(differences.begin(), middle, differences.end());
   constexpr double median_of_normal = 0.6745;  // |x| of a standard normal variable
-  const double sigma = *middle / (median_of_normal * std::numbers::sqrt2 * std::numbers::sqrt3);
-  const double noise = 3.0 * sigma / (std::numbers::sqrt2 * h);
-  return std::isfinite(noise) ? noise : 0.0;
+  // Of independent values a second difference has six times the variance of one.
+  return 3.0 * *middle / (median_of_normal * std::numbers::sqrt2 * std::numbers::sqrt3);
 }
 
 class Series final : public TimedField {
@@ -152,7 +143,7 @@ class Series final : public TimedField {
   };
   Between between(DataTime at) const noexcept {
     const std::size_t n = view_.frames.size();
-    double x = within_cycle(at, cycle_s()) / view_.period_s;
+    double x = at.within(cycle_s()) / view_.period_s;
     if (!at.loop) x = std::min(x, static_cast<double>(n - 1));
     const double nearest = std::round(x);
     // i · period / period may be off by a rounding, and a frame is to be that frame.
@@ -348,6 +339,13 @@ class Moving final : public TimedField {
 
 }  // namespace
 
+double DataTime::within(double cycle_s) const noexcept {
+  if (!std::isfinite(time_s)) return 0.0;
+  if (!loop) return std::clamp(time_s, 0.0, cycle_s);
+  const double rest = std::fmod(time_s, cycle_s);
+  return rest < 0.0 ? rest + cycle_s : rest;
+}
+
 ScalarSample TimedField::scalar_at(const Vec3&, DataTime) const noexcept { return {}; }
 VectorSample TimedField::vector_at(const Vec3&, DataTime) const noexcept { return {}; }
 Mat3 TimedField::hessian_at(const Vec3& world_m, DataTime at) const noexcept {
@@ -418,7 +416,7 @@ const SeriesView* series_of(const Field& field) noexcept {
 Similarity pose_at(const PoseTrack& track, DataTime at) noexcept {
   if (track.empty()) return {};
   if (track.size() == 1) return track.front().pose;
-  const double t = within_cycle(at, track.back().time_s);
+  const double t = at.within(track.back().time_s);
   const auto next = std::upper_bound(track.begin(), track.end(), t, [](double s, const TimedPose& p) { return s < p.time_s; });
   if (next == track.begin()) return track.front().pose;
   const TimedPose& a = *(next - 1);

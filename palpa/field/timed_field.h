@@ -16,6 +16,8 @@ struct DataTime {
 
   constexpr DataTime() noexcept = default;
   constexpr DataTime(double at_s, bool looped = false) noexcept : time_s(at_s), loop(looped) {}
+  /// The moment as one between 0 and the end of a cycle of this length [s], above 0; the first for one that is not finite.
+  double within(double cycle_s) const noexcept;
   friend bool operator==(const DataTime&, const DataTime&) = default;
 };
 

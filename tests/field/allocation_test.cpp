@@ -2,6 +2,7 @@
 
 #include "palpa/field/analytic.h"
 #include "palpa/field/derived.h"
+#include "palpa/field/timed_field.h"
 #include "palpa/field/transfer_function.h"
 #include "tests/core/counted_allocations.h"
 #include "tests/field/test_fields.h"
@@ -26,6 +27,31 @@ TEST(Allocation, sampling_a_derived_field_allocates_nothing) {
     for (int n = 0; n < 1000; ++n) {
       const Vec3 at = test::within(random, field->bounds_m());
       sum += field->scalar(at).value + field->vector(at).value.x + field->hessian(at).row[0].x + field->depth_m(at);
+    }
+  }
+  EXPECT_EQ(test::allocations, at_start);
+  EXPECT_TRUE(std::isfinite(sum));
+}
+
+TEST(Allocation, sampling_and_carrying_data_that_change_with_time_allocates_nothing) {
+  std::mt19937 random(3);
+  const Volume heart = beating_chamber();
+  const PoseTrack track{{0.0, {}}, {0.3, {test::rotation(random), 1.5, {0.01, 0.0, 0.02}}}};
+  std::vector<FieldPtr> fields;
+  for (const VolumeField& f : heart.fields) {
+    const FieldPtr series = sampled(f.field, 17, 4);
+    fields.insert(fields.end(), {f.field, series, moving(f.field, track), moving(series, track)});
+    fields.push_back(derived(f.name == "velocity" ? Derivation::magnitude : Derivation::smooth, series));
+  }
+  const long at_start = test::allocations;
+  double sum = 0.0;
+  for (const FieldPtr& field : fields) {
+    const TimedField& f = *timed(*field);
+    for (int n = 0; n < 1000; ++n) {
+      const Vec3 at = test::within(random, field->bounds_m());
+      const DataTime when{1e-3 * n, n % 2 == 0};
+      sum += f.scalar_at(at, when).value + f.vector_at(at, when).value.x + f.hessian_at(at, when).row[0].x +
+             f.depth_at(at, when) + f.carried_m(at, when, {when.time_s + 1e-3, when.loop}).x;
     }
   }
   EXPECT_EQ(test::allocations, at_start);
