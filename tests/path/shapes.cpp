@@ -1,0 +1,162 @@
+#include "tests/path/shapes.h"
+
+#include <cmath>
+#include <stdexcept>
+
+#include "palpa/field/smooth_grid.h"
+
+namespace palpa::test {
+
+namespace {
+
+// Data over a cube, from formulas; one of the two is empty.
+class Formula final : public Field {
+ public:
+  Formula(std::function<ScalarSample(const Vec3&)> scalar, std::function<VectorSample(const Vec3&)> vector, double size_m,
+          double spacing_m)
+      : scalar_(std::move(scalar)), vector_(std::move(vector)), half_m_(0.5 * size_m), spacing_m_(spacing_m) {}
+
+  int components() const noexcept override { return scalar_ ? 1 : 3; }
+  ScalarSample scalar(const Vec3& x) const noexcept override { return scalar_ && holds(x) ? scalar_(x) : ScalarSample{}; }
+  VectorSample vector(const Vec3& x) const noexcept override { return vector_ && holds(x) ? vector_(x) : VectorSample{}; }
+  double spacing_m() const noexcept override { return spacing_m_; }
+  Box bounds_m() const noexcept override { return {{-half_m_, -half_m_, -half_m_}, {half_m_, half_m_, half_m_}}; }
+  double depth_m(const Vec3& x) const noexcept override { return is_finite(x) ? half_m_ - largest_component(x) : -half_m_; }
+  std::vector<Extent> extents() const override {
+    return std::vector<Extent>(static_cast<std::size_t>(components()), {-1e6, 1e6});
+  }
+
+ private:
+  bool holds(const Vec3& x) const noexcept { return is_finite(x) && largest_component(x) <= half_m_; }
+  std::function<ScalarSample(const Vec3&)> scalar_;
+  std::function<VectorSample(const Vec3&)> vector_;
+  double half_m_;
+  double spacing_m_;
+};
+
+FieldPtr with_filter(const GridGeometry& geometry, const Voxels& voxels, double scale, double offset, Filter filter) {
+  return filter == Filter::smooth ? smooth_grid_field(geometry, voxels, scale, offset)
+                                  : grid_field(geometry, voxels, scale, offset);
+}
+
+}  // namespace
+
+const char* name_of(Filter filter) noexcept { return filter == Filter::smooth ? "smooth" : "trilinear"; }
+
+FieldPtr sampled_depth(const Depth& depth, const GridGeometry& geometry, const Sampling& sampling, Filter filter) {
+  const double voxel_m = norm(geometry.index_to_world_m * Vec3{1, 0, 0});
+  const double top = sampling.ramp_voxels > 0.0 ? std::exp2(sampling.bits) - 1.0 : 1.0;
+  const double ramp_m = (sampling.ramp_voxels > 0.0 ? sampling.ramp_voxels : 0.5) * voxel_m;
+  auto raw = std::make_shared<std::vector<std::uint16_t>>();
+  raw->reserve(static_cast<std::size_t>(geometry.voxels()));
+  for (std::int64_t k = 0; k < geometry.dims[2]; ++k) {
+    for (std::int64_t j = 0; j < geometry.dims[1]; ++j) {
+      for (std::int64_t i = 0; i < geometry.dims[0]; ++i) {
+        const double d = depth(geometry.to_world({double(i), double(j), double(k)}));
+        const double share = sampling.ramp_voxels > 0.0 ? 0.5 + 0.5 * std::clamp(d / ramp_m, -1.0, 1.0) : (d > 0.0 ? 1.0 : 0.0);
+        raw->push_back(static_cast<std::uint16_t>(std::lround(top * share)));
+      }
+    }
+  }
+  const Voxels voxels{VoxelType::uint16, 1, std::shared_ptr<const void>(raw, raw->data())};
+  return with_filter(geometry, voxels, 2.0 * ramp_m / top, -ramp_m, filter);
+}
+
+FieldPtr filtered(const Field& grid, Filter filter) {
+  const GridView* view = grid_of(grid);
+  if (!view) view = smooth_grid_of(grid);
+  if (!view) throw std::invalid_argument("the field is no grid");
+  return with_filter(view->geometry, view->voxels, view->scale, view->offset, filter);
+}
+
+GridGeometry cube_of(int voxels, double voxel_m, const Mat3& turn) {
+  const double half = 0.5 * (voxels - 1);
+  const Mat3 steps = voxel_m * turn;
+  return {{voxels, voxels, voxels}, steps, -(steps * Vec3{half, half, half})};
+}
+
+FieldPtr formula(std::function<ScalarSample(const Vec3&)> at, double size_m, double spacing_m) {
+  return std::make_shared<Formula>(std::move(at), nullptr, size_m, spacing_m);
+}
+
+FieldPtr vector_formula(std::function<VectorSample(const Vec3&)> at, double size_m, double spacing_m) {
+  return std::make_shared<Formula>(nullptr, std::move(at), size_m, spacing_m);
+}
+
+Volume volume_of(FieldPtr field, const char* unit) {
+  Volume volume;
+  volume.fields = {{"f", unit, std::move(field)}};
+  volume.format = "formula";
+  return volume;
+}
+
+Workspace plain_workspace() {
+  Workspace workspace;
+  workspace.scale = 1.0;
+  workspace.center_m = Vec3{};
+  workspace.towards_user = "+z";
+  workspace.up = "+y";
+  return workspace;
+}
+
+Scene plain_scene(const CouplingOptions& coupling) {
+  Scene scene(coupling);
+  scene.workspace = plain_workspace();
+  return scene;
+}
+
+double BumpySphere::reach_m(const Vec3& n) const noexcept {
+  return radius_m_ * (1.0 + 0.05 * std::sin(5 * n.x) * std::sin(5 * n.y) * std::sin(5 * n.z));
+}
+
+// The implicit function R(n) − |x| and its gradient.
+Vec3 BumpySphere::slope(const Vec3& x_m, double& value_m) const noexcept {
+  const double r = norm(x_m);
+  const Vec3 n = r > 0.0 ? x_m / r : Vec3{0, 0, 1};
+  const Vec3 s{std::sin(5 * n.x), std::sin(5 * n.y), std::sin(5 * n.z)};
+  const Vec3 c{std::cos(5 * n.x), std::cos(5 * n.y), std::cos(5 * n.z)};
+  const Vec3 d = 0.25 * radius_m_ * Vec3{c.x * s.y * s.z, s.x * c.y * s.z, s.x * s.y * c.z};
+  value_m = radius_m_ * (1.0 + 0.05 * s.x * s.y * s.z) - r;
+  return (d - dot(d, n) * n) / std::max(r, 1e-9) - n;
+}
+
+double BumpySphere::depth_m(const Vec3& x_m) const noexcept {
+  double value_m = 0.0;
+  const Vec3 g = slope(x_m, value_m);
+  return value_m / norm(g);
+}
+
+Vec3 BumpySphere::normal(const Vec3& x_m) const noexcept {
+  double value_m = 0.0;
+  return -normalized(slope(x_m, value_m));
+}
+
+// Newton onto the surface, then along it towards the point: contracts by depth × curvature.
+Vec3 BumpySphere::nearest_m(const Vec3& x_m) const noexcept {
+  Vec3 y = x_m;
+  for (int i = 0; i < 200; ++i) {
+    double value_m = 0.0;
+    const Vec3 g = slope(y, value_m);
+    const Vec3 n = normalized(g);
+    const Vec3 away = x_m - y;
+    const Vec3 step = (away - dot(away, n) * n) - (value_m / norm(g)) * n;
+    y += step;
+    if (norm(step) < 1e-13) break;
+  }
+  return y;
+}
+
+Depth groove(double opening_rad) {
+  const double c = std::cos(0.5 * opening_rad);
+  const double s = std::sin(0.5 * opening_rad);
+  return [c, s](const Vec3& x) { return std::max(-(c * x.x + s * x.y), -(-c * x.x + s * x.y)); };
+}
+
+double quantile(std::vector<double> numbers, double share) {
+  if (numbers.empty()) return 0.0;
+  const auto at = numbers.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(numbers.size() - 1));
+  std::nth_element(numbers.begin(), at, numbers.end());
+  return *at;
+}
+
+}  // namespace palpa::test

@@ -1,0 +1,69 @@
+// What the tests and benches of the proxy's path are felt on: solids that know their own surface, and fields from formulas.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "palpa/field/grid.h"
+#include "palpa/scene/scene.h"
+
+namespace palpa::test {
+
+/// How deep [m] a position lies in a solid: above zero inside, the distance to its surface near there.
+using Depth = std::function<double(const Vec3& x_m)>;
+
+/// What lies between the voxels.
+enum class Filter { trilinear, smooth };
+const char* name_of(Filter filter) noexcept;
+
+/// Voxels of a solid's depth, as a scanner would have them: `bits` of resolution from −ramp to +ramp voxels and flat
+/// beyond; 0 voxels of ramp: inside or outside and nothing between, half a voxel apart from the level.
+struct Sampling {
+  int bits = 12;
+  double ramp_voxels = 3.0;
+};
+/// The depth [m] of a solid on a grid; its surface is level 0.
+FieldPtr sampled_depth(const Depth& depth, const GridGeometry& geometry, const Sampling& sampling, Filter filter);
+/// The same voxels with another filter between them; the field must be a grid.
+FieldPtr filtered(const Field& grid, Filter filter);
+
+/// A cube of `voxels` samples along each side, `voxel_m` [m] apart, about the origin, turned by `turn`.
+GridGeometry cube_of(int voxels, double voxel_m, const Mat3& turn = Mat3::identity());
+
+/// A scalar field from a formula of value and gradient, over a cube of side `size_m` [m] about the origin.
+FieldPtr formula(std::function<ScalarSample(const Vec3&)> at, double size_m, double spacing_m);
+/// A vector field from a formula of value and Jacobian.
+FieldPtr vector_formula(std::function<VectorSample(const Vec3&)> at, double size_m, double spacing_m);
+
+/// A volume of that one field.
+Volume volume_of(FieldPtr field, const char* unit = "m");
+
+/// One hand metre is one world metre, origins and axes together.
+Workspace plain_workspace();
+Scene plain_scene(const CouplingOptions& coupling);
+
+/// A sphere with bumps: |x| = R (1 + 0.05 sin 5n_x sin 5n_y sin 5n_z), n = x/|x|. Smooth everywhere.
+class BumpySphere {
+ public:
+  explicit BumpySphere(double radius_m) : radius_m_(radius_m) {}
+  /// Distance from the centre [m] to the surface along the unit vector n [1].
+  double reach_m(const Vec3& n) const noexcept;
+  /// The implicit function scaled to distance.
+  double depth_m(const Vec3& x_m) const noexcept;
+  /// Outward unit normal of the surface of equal implicit function.
+  Vec3 normal(const Vec3& x_m) const noexcept;
+  /// The nearest point of the surface, for points nearer to it than its radii of curvature.
+  Vec3 nearest_m(const Vec3& x_m) const noexcept;
+
+ private:
+  Vec3 slope(const Vec3& x_m, double& value_m) const noexcept;
+  double radius_m_;
+};
+
+/// A V-groove along z with its bottom at the origin, open towards +y by `opening_rad` [rad].
+Depth groove(double opening_rad);
+
+/// The value below which a share [1] of the numbers lies; 0 for none.
+double quantile(std::vector<double> numbers, double share);
+
+}  // namespace palpa::test
