@@ -21,9 +21,8 @@ struct Part {
   void (*measure)(const PathOptions&);
 };
 constexpr Part parts[] = {
-    {"drift", palpa::bench::drift},
-    {"bumpy", palpa::bench::bumpy},
-    {"grooves", palpa::bench::grooves},
+    {"drift", palpa::bench::drift}, {"bumpy", palpa::bench::bumpy}, {"grooves", palpa::bench::grooves},
+    {"walls", palpa::bench::walls}, {"skull", palpa::bench::skull},
 };
 
 int usage() {

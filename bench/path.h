@@ -17,5 +17,7 @@ struct PathOptions {
 void drift(const PathOptions& options);
 void bumpy(const PathOptions& options);
 void grooves(const PathOptions& options);
+void walls(const PathOptions& options);
+void skull(const PathOptions& options);
 
 }  // namespace palpa::bench
