@@ -17,64 +17,76 @@ bool same_level(const Captured& a, const Captured& b) noexcept { return a.field 
 
 }  // namespace
 
-void KeptPlanes::begin_tick() noexcept {
+template <class Drop>
+void KeptPlanes::drop_if(Drop&& drop) noexcept {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < size_; ++i) {
-    if (++planes_[i].age_ticks <= 1) planes_[kept++] = planes_[i];
+    if (!drop(planes_[i])) planes_[kept++] = planes_[i];
   }
   size_ = kept;
 }
 
-std::size_t KeptPlanes::add_to(PrimitiveSet& set) const noexcept {
+void KeptPlanes::begin_tick() noexcept {
+  drop_if([](Plane& plane) { return ++plane.age_ticks > 1; });
+}
+
+void KeptPlanes::meet(const PrimitiveSet& set) noexcept {
+  for (std::size_t i = 0; i < set.size(); ++i) {
+    const Primitive& p = set[i];
+    if (!set.captured(i).any() || !(p.strength_n > 0.0) || p.id.slot >= FeltModes::first_slot_of_the_tick) continue;
+    drop_if(
+        [&](const Plane& plane) { return plane.id == p.id && norm_squared(plane.normal - p.direction) < distinct_squared; });
+    if (size_ == most) --size_;  // the one met longest ago
+    std::copy_backward(planes_.begin(), planes_.begin() + static_cast<std::ptrdiff_t>(size_),
+                       planes_.begin() + static_cast<std::ptrdiff_t>(size_) + 1);
+    planes_[0] = {p.id, set.captured(i), p.position_m, p.direction, 0};
+    ++size_;
+  }
+}
+
+void KeptPlanes::add_to(PrimitiveSet& set, bool relaxed) const noexcept {
   const std::size_t own = set.size();
-  std::size_t added = 0;
+  std::uint16_t added = 0;
+  const auto put_back = [&](const Vec3& position_m, const Vec3& normal) {
+    const double behind_m = dot(normal, position_m - set.start_m());
+    return relaxed && behind_m > 0.0 ? position_m - behind_m * normal : position_m;
+  };
   for (std::size_t i = 0; i < own && size_ > 0; ++i) {
-    const Primitive newest = set[i];
+    Primitive newest = set[i];
     const Captured level = set.captured(i);
+    const std::uint16_t before = added;
     if (!level.any()) continue;
     for (std::size_t j = 0; j < size_; ++j) {
       const Plane& kept = planes_[j];
       if (!(kept.id == newest.id) || !same_level(kept.level, level)) continue;
       if (norm_squared(kept.normal - newest.direction) < distinct_squared) continue;
-      // Each in front of the other: a hollow. A surface that turns away leaves its own tangents behind.
-      const Vec3 apart_m = newest.position_m - kept.position_m;
-      if (dot(kept.normal, apart_m) < -hollow_m || dot(newest.direction, apart_m) > hollow_m) continue;
+      const Vec3 apart_m = set[i].position_m - kept.position_m;
+      const bool in_front = dot(kept.normal, apart_m) >= -hollow_m;
+      const bool behind = dot(newest.direction, apart_m) > hollow_m;
+      if (relaxed ? !in_front && behind : !in_front || behind) continue;
       set.begin_mode(newest.id.mode);
-      set.plane(static_cast<std::uint16_t>(FeltModes::first_slot_of_the_tick + most * newest.id.slot + added), kept.position_m,
-                kept.normal, newest.strength_n, level);
+      set.plane(static_cast<std::uint16_t>(FeltModes::first_slot_of_the_tick + added), put_back(kept.position_m, kept.normal),
+                kept.normal, std::min(wedge * newest.strength_n, largest_strength_n), level);
       ++added;
     }
+    if (added == before) continue;
+    newest.position_m = put_back(newest.position_m, newest.direction);
+    newest.strength_n = std::min(wedge * newest.strength_n, largest_strength_n);
+    set.replace(i, newest, level);
   }
-  return set.size() - own;
 }
 
-void KeptPlanes::learn(const PrimitiveSet& set, const Balance& balance, const Vec3& proxy_m, double spacing_m) noexcept {
-  std::array<Plane, most> next;
-  std::size_t count = 0;
-  const auto find = [&](const Plane& plane) {
-    std::size_t i = 0;
-    while (i < count && !(next[i].id == plane.id && norm_squared(next[i].normal - plane.normal) < distinct_squared)) ++i;
-    return i;
-  };
-  for (std::size_t i = 0; i < set.size() && count < most; ++i) {
-    const Primitive& p = set[i];
-    if (set.captured(i).any() && p.strength_n > 0.0 && p.id.slot < FeltModes::first_slot_of_the_tick)
-      next[count++] = {p.id, set.captured(i), p.position_m, p.direction, 0};
-  }
-  const std::size_t own = count;
-  for (std::size_t j = 0; j < size_ && count < most; ++j) {
-    Plane kept = planes_[j];
-    const bool stands = std::any_of(next.begin(), next.begin() + static_cast<std::ptrdiff_t>(own),
-                                    [&](const Plane& n) { return n.id == kept.id && same_level(n.level, kept.level); });
-    const bool near = distance(kept.position_m, proxy_m) <= reach_spacings * spacing_m;
-    const bool in_front = dot(kept.normal, proxy_m - kept.position_m) >= -behind_spacings * spacing_m;
-    if (!stands || !near || !in_front || find(kept) < count) continue;
-    const Primitive plane{PrimitiveKind::plane, kept.id, kept.position_m, kept.normal, 1.0, 0.0};
-    if (state_at(plane, balance) != PrimitiveState::off) kept.age_ticks = 0;
-    next[count++] = kept;
-  }
-  planes_ = next;
-  size_ = count;
+void KeptPlanes::end_step(const PrimitiveSet& set, const Balance& balance, const Vec3& proxy_m, double spacing_m) noexcept {
+  drop_if([&](Plane& plane) {
+    bool stands = false;
+    for (std::size_t i = 0; i < set.size() && !stands; ++i)
+      stands = set[i].id == plane.id && same_level(set.captured(i), plane.level);
+    if (!stands || distance(plane.position_m, proxy_m) > reach_spacings * spacing_m) return true;
+    if (dot(plane.normal, proxy_m - plane.position_m) < -behind_spacings * spacing_m) return true;
+    const Primitive primitive{PrimitiveKind::plane, plane.id, plane.position_m, plane.normal, 1.0, 0.0};
+    if (state_at(primitive, balance) != PrimitiveState::off) plane.age_ticks = 0;
+    return false;
+  });
 }
 
 }  // namespace palpa

@@ -18,12 +18,18 @@ class KeptPlanes {
   void clear() noexcept { size_ = 0; }
   /// What neither was met nor held the proxy since the last tick began is forgotten.
   void begin_tick() noexcept;
-  /// Puts the planes that are kept beside those of the set that stand on the same level of the same mode;
-  /// each as strong as that one. Returns how many.
-  std::size_t add_to(PrimitiveSet& set) const noexcept;
-  /// Learns the planes that a sub-step had, with the proxy now at `proxy_m` [m]. Planes of a level that the mode's own
-  /// plane has left, those more than 0.75 `spacing_m` [m] away and those that the proxy is behind are forgotten.
-  void learn(const PrimitiveSet& set, const Balance& balance, const Vec3& proxy_m, double spacing_m) noexcept;
+  /// Meets the planes that the modes have placed.
+  void meet(const PrimitiveSet& set) noexcept;
+  /// Puts the planes that are kept beside those of the set that stand on the same level of the same mode. They share one
+  /// strength, that of the plane placed by the mode: it limits the length of the sum of their forces, which
+  /// the caller checks; each by itself, also that one, may exert a hundred times as much, as the sides of a wedge do.
+  /// Two planes, each in front of the other's foot, are a hollow. Where only one is, noise may have tilted them: `relaxed`
+  /// takes them for a hollow too, put back as far as the start of the sub-step, which both leave free.
+  void add_to(PrimitiveSet& set, bool relaxed) const noexcept;
+  static constexpr double wedge = 100.0;  ///< [1]
+  /// Ends a sub-step with the proxy at `proxy_m` [m]: planes of levels on which no mode stands any more, those more than
+  /// 0.75 `spacing_m` [m] away and those that the proxy is behind are forgotten.
+  void end_step(const PrimitiveSet& set, const Balance& balance, const Vec3& proxy_m, double spacing_m) noexcept;
 
  private:
   struct Plane {
@@ -34,6 +40,9 @@ class KeptPlanes {
     int age_ticks = 0;
   };
   static constexpr std::size_t most = 5;  // four beside the newest one
+
+  template <class Drop>
+  void drop_if(Drop&& drop) noexcept;
 
   std::array<Plane, most> planes_;
   std::size_t size_ = 0;  // newest first

@@ -14,10 +14,11 @@ constexpr int most_refined = 16;
 constexpr int max_friction_passes = 3;
 constexpr double unbounded = std::numeric_limits<double>::infinity();
 constexpr double trial_share = 1e-3;       // of a sample spacing: below, directions have not changed
+constexpr double still_share = 1e-6;       // of a sample spacing: no move at all
 constexpr double rest_share = 5e-4;        // of a sample spacing: a move that does not change by more is settled
 constexpr double halted_share = 0.02;      // of a sample spacing: a move shortened below this is rest
 constexpr double arrived_m = 1e-6;         // an event this close to the balance, or trial_share, is no stop
-constexpr int max_passes = 4;              // of looking where a move ends
+constexpr int max_passes = 8;              // of looking where a move ends
 constexpr int max_halvings = 6;            // of a move that would raise the spring's energy
 constexpr double hovering_share = 1e-2;    // of a sample spacing between the proxy and the level that a kept plane stands on
 constexpr double bound_m = 2e-7;           // to which the place where a level gives way is located on the probe's path
@@ -46,6 +47,7 @@ ProxyPath::ProxyPath(const Scene& scene, const Similarity& map, std::unique_ptr<
       primitives_(max_primitives),
       held_(max_primitives),
       told_(modes_.size()) {
+  own_n_.reserve(max_primitives);
   entered_.reserve(modes_.size());
   crossings_.reserve(watches_.size());
   events_.reserve(max_events);
@@ -177,18 +179,10 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
   Balance to = look(moment, at_probe_ ? piece.to_m : start, at_probe_ ? piece.to_m : start);
   double move_fraction = share_of_move(to);
 
-  // Directions at the middle of the move: a line looked up where the move begins would let the proxy leave every curve
-  // on its outside. A level is looked for where the move ends: it holds the proxy there.
-  double change_m = 0.0;
-  for (int pass = 0; pass < max_passes && !primitives_.empty() && in_steps_ && !at_probe_; ++pass) {
-    const Vec3 move = move_fraction * (to.position_m - start);
-    if (!(norm(move) > trial_share * spacing_m_)) break;
-    const Vec3 before = start + move;
-    to = look(moment, start + 0.5 * move, before);
-    move_fraction = share_of_move(to);
-    change_m = distance(start + move_fraction * (to.position_m - start), before);
-    if (change_m <= rest_share * spacing_m_) break;
-  }
+  relaxed_ = false;
+  const bool again = !primitives_.empty() && in_steps_ && !at_probe_;
+  double change_m = again ? approach(moment, longest, to) : 0.0;
+  move_fraction = share_of_move(to);
   bool bound_met = piece.fresh && in_steps_ && meet_bound(piece, moment, to);
   if (bound_met) move_fraction = share_of_move(to);
 
@@ -204,8 +198,16 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
       from += met.share * (to.position_m - from);
     }
   } else {
-    const double wanted = move_fraction;
+    double wanted = move_fraction;
     move_fraction = descending_share(to, start, piece.to_m, wanted);
+    if (move_fraction < wanted && again && !bound_met) {
+      relaxed_ = true;
+      change_m = approach(moment, longest, to);
+      wanted = share_of_move(to);
+      attend_levels(to);
+      move_fraction = descending_share(to, start, piece.to_m, wanted);
+      stop = wanted < 1.0 ? Stop::release : Stop::full;
+    }
     if (move_fraction < wanted) stop = Stop::energy;
     const Vec3 end = move_fraction < 1.0 ? start + move_fraction * (to.position_m - start) : to.position_m;
     const Watches::Met met = watches_.first_crossing(modes_.samples(), start, end, crossings_);
@@ -259,7 +261,8 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
   moment.time_step_s = piece.time_s;
   modes_.settle(moment, c.proxy, primitives_, crossings_, [&](std::size_t i) { return state_of_level(i, to); });
   watches_.look(modes_.samples());
-  kept_.learn(primitives_, to, c.proxy, spacing_m_);
+  kept_.meet(primitives_);
+  kept_.end_step(primitives_, to, c.proxy, spacing_m_);
 }
 
 // What the data say at a place, balanced; of levels, what they say at the end of the move.
@@ -276,24 +279,33 @@ Balance ProxyPath::look(const Moment& moment, const Vec3& at_m, const Vec3& end_
     }
   }
   own_ = primitives_.size();
+  own_n_.clear();
+  for (const Primitive& p : primitives_.primitives()) own_n_.push_back(p.strength_n);
   return balance(moment.probe_m, moment.time_step_s);
 }
 
-// Balances with the planes that are kept. Those of one level share its strength: two normals an angle apart
-// would else hold more than it.
+// Balances with the planes that are kept, which share their level's strength.
 Balance ProxyPath::balance(const Vec3& probe_m, double time_s) noexcept {
   for (Told& told : told_) told.gives_way = false;
-  primitives_.truncate(own_);
-  if (in_steps_) kept_.add_to(primitives_);
+  keep_own();
+  if (in_steps_) kept_.add_to(primitives_, relaxed_);
   Balance found = solve(probe_m, time_s);
   const bool shared = primitives_.size() > own_;
   const bool hovering = shared && hovers(found);
   if ((yields(found) && shared) || hovering) {
-    primitives_.truncate(own_);
+    keep_own();
     found = solve(probe_m, time_s);
     if (hovering) kept_.clear();
   }
   return found;
+}
+
+// Drops the kept planes, so that the modes' own have their own strengths.
+void ProxyPath::keep_own() noexcept {
+  primitives_.truncate(own_);
+  for (std::size_t i = 0; i < own_; ++i) {
+    if (primitives_.captured(i).any()) primitives_.set_strength(i, own_n_[i]);
+  }
 }
 
 // Marks the modes whose level is pressed through: the planes on it exert its strength together.
@@ -302,15 +314,15 @@ bool ProxyPath::yields(const Balance& found) noexcept {
   for (std::size_t i = 0; i < own_; ++i) {
     const Primitive& p = primitives_[i];
     const Captured& level = primitives_.captured(i);
-    if (!level.any() || !(p.strength_n > 0.0)) continue;
+    if (!level.any() || !(own_n_[i] > 0.0)) continue;
     Vec3 sum_n = law_->forces_n()[i];
     bool over = state_at(p, found) == PrimitiveState::slip;
     for (std::size_t j = own_; j < primitives_.size(); ++j) {
       if (primitives_[j].id.mode != p.id.mode || !is_on(primitives_.captured(j), level)) continue;
       sum_n += law_->forces_n()[j];
-      over = over || state_at(primitives_[j], found) == PrimitiveState::slip || norm(sum_n) > p.strength_n;
+      over = over || state_at(primitives_[j], found) == PrimitiveState::slip;
     }
-    if (over) any = told_[p.id.mode].gives_way = true;
+    if (over || norm(sum_n) > own_n_[i]) any = told_[p.id.mode].gives_way = true;
   }
   return any;
 }
@@ -417,6 +429,30 @@ PrimitiveState ProxyPath::state_of_level(std::size_t i, const Balance& at) const
   return state;
 }
 
+// Looks again, until that changes nothing: at the middle of the move for directions, since a line looked up where it
+// begins would let the proxy leave every curve on its outside; at its end for levels, which hold the proxy there. In a
+// hollow each look meets another plane of it, as in the method of cutting planes. Returns how far the last look moved the
+// end [m].
+double ProxyPath::approach(const Moment& moment, double longest, Balance& to) noexcept {
+  const Vec3& start = moment.start_m;
+  const auto end_of = [&](const Balance& b) {
+    const Vec3 move = b.position_m - start;
+    const double length = norm(move);
+    return length > longest ? start + longest / length * move : b.position_m;
+  };
+  double change_m = 0.0;
+  Vec3 end = end_of(to);
+  for (int pass = 0; pass < max_passes && distance(end, start) > trial_share * spacing_m_; ++pass) {
+    kept_.meet(primitives_);
+    to = look(moment, 0.5 * (start + end), end);
+    const Vec3 before = end;
+    end = end_of(to);
+    change_m = distance(end, before);
+    if (change_m <= rest_share * spacing_m_) break;
+  }
+  return change_m;
+}
+
 // How levels count while the proxy moves, by the planes that stand on them.
 void ProxyPath::attend_levels(const Balance& to) noexcept {
   watches_.attend_all();
@@ -441,8 +477,8 @@ double ProxyPath::descending_share(const Balance& to, const Vec3& start, const V
     any = any || (primitives_.captured(i).any() && p.strength_n > 0.0);
   }
   const Vec3 move = to.position_m - start;
-  if (!any || share * norm(move) <= trial_share * spacing_m_) return share;
-  const auto energy_j = [&](const Vec3& x) {
+  if (!any || share * norm(move) <= still_share * spacing_m_) return share;
+  const auto put_back = [&](const Vec3& x) {
     Vec3 on_level = x;
     for (std::size_t i = 0; i < own_; ++i) {
       const Captured& level = primitives_.captured(i);
@@ -453,11 +489,14 @@ double ProxyPath::descending_share(const Balance& to, const Vec3& start, const V
       if (!sample.inside || !(steepness > 0.0)) continue;
       on_level += std::clamp((level.value - sample.value) / steepness, -spacing_m_, spacing_m_) * normalized(sample.gradient);
     }
-    return 0.5 * stiffness_n_per_m_ * norm_squared(on_level - probe_m) - dot(directed_n, on_level - start);
+    return on_level;
   };
-  const double before_j = energy_j(start);
+  const Vec3 before = put_back(start);
   for (int halving = 0; halving < max_halvings; ++halving, share *= 0.5) {
-    if (energy_j(start + share * move) <= before_j) return share;
+    const Vec3 after = put_back(start + share * move);
+    // As a product: the difference of two squares would lose its digits.
+    const Vec3 pull_n = stiffness_n_per_m_ * (0.5 * (before + after) - probe_m) - directed_n;
+    if (dot(after - before, pull_n) <= 0.0) return share;
   }
   return 0.0;
 }

@@ -100,11 +100,13 @@ class ProxyPath {
   Balance look(const Moment& moment, const Vec3& at_m, const Vec3& end_m) noexcept;
   Balance balance(const Vec3& probe_m, double time_s) noexcept;
   Balance solve(const Vec3& probe_m, double time_s) noexcept;
+  void keep_own() noexcept;
   bool yields(const Balance& found) noexcept;
   bool hovers(const Balance& found) noexcept;
   bool anything_yields() const noexcept;
   bool meet_bound(Piece& piece, const Moment& moment, Balance& to) noexcept;
   double descending_share(const Balance& to, const Vec3& start, const Vec3& probe_m, double share) noexcept;
+  double approach(const Moment& moment, double longest, Balance& to) noexcept;
   void attend_levels(const Balance& to) noexcept;
   PrimitiveState state_of_level(std::size_t i, const Balance& at) const noexcept;
   void tell_contact(const Balance& at, double depth_m) noexcept;
@@ -120,7 +122,9 @@ class ProxyPath {
   FeltModes modes_;
   Watches watches_;
   PrimitiveSet primitives_;
-  std::size_t own_ = 0;  // primitives before those of kept planes
+  bool relaxed_ = false;       // see KeptPlanes::add_to
+  std::size_t own_ = 0;        // primitives before those of kept planes
+  std::vector<double> own_n_;  // their strengths
   HeldForces held_;
   KeptPlanes kept_;
   std::vector<Told> told_;
