@@ -100,12 +100,22 @@ class Magnitude final : public Pointwise {
 
 class Component final : public Pointwise {
  public:
-  Component(FieldPtr of, int axis) : Pointwise(std::move(of)), axis_(axis) {}
+  Component(FieldPtr of, int axis)
+      : Pointwise(std::move(of)), axis_(axis), grid_(dynamic_cast<const detail::GridBase*>(of_.get())) {
+    // Bricks know one component; a hole in another is a hole here as well.
+    if (grid_ && grid_->view().valid_share == 1.0) bricks_ = grid_->bricks_of(axis);
+  }
   ScalarSample scalar(const Vec3& world_m) const noexcept override { return component_of(of_->vector(world_m), axis_); }
+  Stretch stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept override {
+    if (!grid_) return Pointwise::stretch(from_m, to_m, begin, quiet);
+    return grid_->stretch_of(axis_, bricks_ ? &*bricks_ : nullptr, from_m, to_m, begin, quiet);
+  }
   std::vector<Extent> extents() const override { return {of_->extents()[axis_]}; }
 
  private:
   int axis_;
+  const detail::GridBase* grid_;  // what it is a component of; or nullptr
+  std::optional<detail::Bricks> bricks_;
 };
 
 /// Magnitude or component of a field that changes with time: of its sample at that moment, so exact there too.

@@ -110,7 +110,7 @@ Stretch Field::stretch(const Vec3& from_m, const Vec3& to_m, double begin, const
   const Vec3 way_m = to_m - from_m;
   const double length_m = norm(way_m);
   Stretch piece;
-  if (components() != 1 || !is_finite(from_m) || !std::isfinite(length_m) || !(begin >= 0.0 && begin < 1.0)) return piece;
+  if (!is_finite(from_m) || !std::isfinite(length_m) || !(begin >= 0.0 && begin < 1.0)) return piece;
   const Box box = bounds_m();
   const double from[3] = {from_m.x, from_m.y, from_m.z}, way[3] = {way_m.x, way_m.y, way_m.z};
   const double low[3] = {box.low_m.x, box.low_m.y, box.low_m.z}, high[3] = {box.high_m.x, box.high_m.y, box.high_m.z};
@@ -130,11 +130,18 @@ Stretch Field::stretch(const Vec3& from_m, const Vec3& to_m, double begin, const
     return piece;
   }
 
+  const auto place = [&](double s) { return s < 1.0 ? from_m + s * way_m : to_m; };
+  if (components() != 1) {
+    piece.end = leaves;
+    piece.inside = vector(place(0.5 * (begin + leaves))).inside;
+    return piece;
+  }
+
   const double longest_m = 0.25 * spacing_m();
   const double whole = leaves - begin;
   const double share = length_m * whole > longest_m ? longest_m / length_m : whole;
   piece.end = share < whole ? std::max(begin + share, std::nextafter(begin, 1.0)) : leaves;
-  const auto at = [&](double s) { return scalar(s < 1.0 ? from_m + s * way_m : to_m); };
+  const auto at = [&](double s) { return scalar(place(s)); };
   const ScalarSample first = at(begin), last = at(piece.end);
   const double step = piece.end - begin;
   if (first.inside && last.inside) {

@@ -63,14 +63,17 @@ class Field {
 
   /// The piece of the straight way from `from_m` to `to_m` [m] that begins at the share `begin` [1]: a scalar field's value
   /// there, as one polynomial of the share. Pieces follow one another without gaps: the next begins where this one
-  /// ends, further on than it began. Where the field has no data, a piece that says so. A vector field, and a way that
-  /// is not finite: no data as far as the end.
+  /// ends, further on than it began. Where the field has no data, a piece that says so; on a way that is not
+  /// finite, one as far as its end.
   ///
-  /// Grids are exact: a piece ends at a face of a cell at the latest, and where it is a polynomial, that is the
-  /// interpolant itself. Where the value provably stays strictly inside the open interval `quiet`, in the field's own
-  /// unit, a piece may have no polynomial (degree −1) and be as long as that can be told cheaply; an empty interval
-  /// (min > max) asks for polynomials throughout. Here, for formulas: cubics through value and slope at both ends, over a
-  /// quarter of a spacing at most.
+  /// Grids are exact: a polynomial is the interpolant itself, within one cell. Where the value provably stays on the same
+  /// side of both ends of `quiet`, in the field's own unit (min <= value < max, but for rounding), a piece may have no
+  /// polynomial (degree −1) and be as long as that can be told cheaply; an empty interval (min > max) asks for
+  /// polynomials throughout. Here, for formulas: cubics through value and slope at both ends, over a quarter of a
+  /// spacing at most.
+  ///
+  /// Of a vector field, only where there are data: pieces of degree −1. Formulas look for holes in the middle of their box
+  /// only.
   virtual Stretch stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept;
 
   /// The length [m] over which the field may change its course, > 0 and finite: the least distance

@@ -18,7 +18,7 @@ namespace {
 class Grid : public detail::GridBase {
  public:
   Grid(const GridGeometry& geometry, Voxels voxels, double scale, double offset)
-      : GridBase(geometry, std::move(voxels), scale, offset) {
+      : GridBase(geometry, std::move(voxels), scale, offset, 0) {
     for (int a = 0; a < 3; ++a) neighbour_[a] = geometry.dims[a] > 1 ? stride_[a] : 0;
   }
 
@@ -50,6 +50,36 @@ class Grid : public detail::GridBase {
     const double c1 = c01 + f[1] * j1;
     derivative = {i0 + f[2] * (i1 - i0), j0 + f[2] * (j1 - j0), c1 - c0};
     return c0 + f[2] * (c1 - c0);
+  }
+
+  /// The trilinear value along a straight piece is a cubic: its Bernstein coefficients are the means of the values at the
+  /// corners of the box about the piece that are as many steps away from its begin.
+  template <class T>
+  void cubic(const T* voxels, const Passage& cell, double (&control)[10]) const noexcept {
+    const T* first = voxels + cell.first[0] * stride_[0] + cell.first[1] * stride_[1] + cell.first[2] * stride_[2];
+    double along_i[2][2][2];  // [end of the piece along i][side along j][side along k]
+    for (int k = 0; k < 2; ++k) {
+      for (int j = 0; j < 2; ++j) {
+        const T* row = first + j * neighbour_[1] + k * neighbour_[2];
+        const double c = static_cast<double>(row[0]), d = static_cast<double>(row[neighbour_[0]]) - c;
+        along_i[0][j][k] = c + cell.begin[0] * d;
+        along_i[1][j][k] = c + cell.end[0] * d;
+      }
+    }
+    double sum[4]{};
+    for (int i = 0; i < 2; ++i) {
+      for (int j = 0; j < 2; ++j) {
+        const double f = j == 0 ? cell.begin[1] : cell.end[1];
+        const double c0 = along_i[i][0][0] + f * (along_i[i][1][0] - along_i[i][0][0]);
+        const double c1 = along_i[i][0][1] + f * (along_i[i][1][1] - along_i[i][0][1]);
+        sum[i + j] += c0 + cell.begin[2] * (c1 - c0);
+        sum[i + j + 1] += c0 + cell.end[2] * (c1 - c0);
+      }
+    }
+    control[0] = sum[0];
+    control[1] = sum[1] / 3.0;
+    control[2] = sum[2] / 3.0;
+    control[3] = sum[3];
   }
 
  private:
@@ -84,6 +114,12 @@ class TypedGrid final : public Grid {
     sample.value = {value[0], value[1], value[2]};
     sample.inside = true;
     return is_finite(sample.value) && is_finite(sample.jacobian) ? sample : VectorSample{};
+  }
+
+ protected:
+  void polynomial(int component, const Passage& cell, const Extent&, Stretch& piece) const noexcept override {
+    cubic(data_ + component, cell, piece.control);
+    piece.degree = 3;
   }
 
  private:

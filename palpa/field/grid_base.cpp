@@ -80,8 +80,10 @@ GridGeometry geometry_over(const Box& box, int samples) {
   return geometry;
 }
 
-GridBase::GridBase(const GridGeometry& geometry, Voxels voxels, double scale, double offset)
-    : view_{geometry, std::move(voxels), scale, offset, 1.0}, world_to_index_(scaled_inverse(geometry.index_to_world_m)) {
+GridBase::GridBase(const GridGeometry& geometry, Voxels voxels, double scale, double offset, int reach)
+    : view_{geometry, std::move(voxels), scale, offset, 1.0},
+      world_to_index_(scaled_inverse(geometry.index_to_world_m)),
+      reach_(reach) {
   std::int64_t stride = view_.voxels.components;
   for (int a = 0; a < 3; ++a) {
     const std::int64_t n = geometry.dims[a];
@@ -118,6 +120,172 @@ GridBase::GridBase(const GridGeometry& geometry, Voxels voxels, double scale, do
     }
     extents_.back() = {min, max};
   }
+  if (components() == 1) bricks_ = bricks_of(0);
+}
+
+namespace {
+
+/// No value is quiet: what a search for polynomials asks with.
+constexpr Extent polynomials{1.0, -1.0};
+
+/// The straight way along one axis of the grid.
+struct Axis {
+  double from = 0.0;  ///< [voxels] where the whole way begins
+  double way = 0.0;   ///< [voxels] from there to its end
+  double low = 0.0;   ///< [voxels] where the data begin
+  double high = 0.0;  ///< [voxels] where they end
+  double last = 0.0;  ///< [voxels] the last voxel
+  /// [voxels] The way is between voxels zone and zone + 1; −1 and `last`: before the first and behind the last, where the
+  /// values at the edge go on as far as the data do.
+  std::int64_t zone = 0;
+
+  double at(double share) const noexcept { return from + share * way; }
+  /// The share where the way reaches `index`; infinite along an axis that it does not move along.
+  double share_at(double index) const noexcept {
+    return way != 0.0 ? (index - from) / way : std::numeric_limits<double>::infinity();
+  }
+  bool is_behind() const noexcept { return static_cast<double>(zone) >= last; }
+  double far_face() const noexcept {
+    if (way > 0.0) return is_behind() ? high : static_cast<double>(zone + 1);
+    return zone < 0 ? low : static_cast<double>(zone);
+  }
+  /// Finds the zone where the way goes on at `share`: one whose far face lies ahead.
+  void enter(double share) noexcept {
+    const double index = std::min(std::max(at(share), -1.0), last);
+    zone = static_cast<std::int64_t>(way < 0.0 ? std::ceil(index) - 1.0 : std::floor(index));
+    while (way > 0.0 && !is_behind() && share_at(far_face()) <= share) ++zone;
+    while (way < 0.0 && zone >= 0 && share_at(far_face()) <= share) --zone;
+  }
+  std::int64_t first_voxel() const noexcept {
+    return std::clamp<std::int64_t>(zone, 0, std::max<std::int64_t>(static_cast<std::int64_t>(last) - 1, 0));
+  }
+  /// Across the cell, at `share`.
+  double fraction(double share) const noexcept {
+    if (zone < 0) return 0.0;
+    if (is_behind()) return last - static_cast<double>(first_voxel());
+    return std::clamp(at(share) - static_cast<double>(zone), 0.0, 1.0);
+  }
+
+  std::int64_t brick() const noexcept { return first_voxel() >> Bricks::shift; }
+  double far_face_of(std::int64_t brick) const noexcept {
+    if (way > 0.0) {
+      const auto face = static_cast<double>((brick + 1) << Bricks::shift);
+      return face >= last ? high : face;
+    }
+    return brick == 0 ? low : static_cast<double>(brick << Bricks::shift);
+  }
+};
+
+}  // namespace
+
+/// A way through the grid, and the part of it that has data.
+struct GridBase::Way {
+  Axis axis[3];
+  double enters = 0.0;  ///< [1]
+  double leaves = 1.0;  ///< [1]
+
+  Way(const Vec3& from, const Vec3& to, const double (&last)[3], const double (&beyond)[3]) noexcept {
+    const double starts[3] = {from.x, from.y, from.z}, ends[3] = {to.x, to.y, to.z};
+    for (int a = 0; a < 3; ++a) {
+      axis[a] = {starts[a], ends[a] - starts[a], -beyond[a], last[a] + beyond[a], last[a], 0};
+      const auto holds = [&](double index) { return index >= axis[a].low && index <= axis[a].high; };
+      if (holds(starts[a]) && holds(ends[a])) continue;
+      const double one = axis[a].share_at(axis[a].low), other = axis[a].share_at(axis[a].high);
+      enters = std::max(enters, std::min(one, other));
+      leaves = std::min(leaves, std::max(one, other));
+      if (!std::isfinite(axis[a].way) || axis[a].way == 0.0) leaves = -1.0;
+    }
+  }
+  bool has_data_after(double share) const noexcept { return enters < leaves && share < leaves && share < 1.0; }
+
+  /// The cell of the way at `begin`, and where the way leaves it.
+  Passage pass(double begin, double& end) noexcept {
+    double exits[3];
+    end = leaves;
+    for (int a = 0; a < 3; ++a) {
+      axis[a].enter(begin);
+      exits[a] = axis[a].share_at(axis[a].far_face());
+      end = std::min(end, exits[a]);
+    }
+    end = std::max(end, std::nextafter(begin, 2.0));
+    Passage cell;
+    for (int a = 0; a < 3; ++a) {
+      cell.first[a] = axis[a].first_voxel();
+      cell.begin[a] = axis[a].fraction(begin);
+      // On the face itself where the way leaves by it: the next cell begins there.
+      const bool between = axis[a].zone >= 0 && !axis[a].is_behind();
+      cell.end[a] = between && exits[a] == end ? (axis[a].way > 0.0 ? 1.0 : 0.0) : axis[a].fraction(end);
+    }
+    return cell;
+  }
+};
+
+bool GridBase::cross_bricks(const Bricks& bricks, Way& way, double begin, const Extent& quiet, Stretch& piece) const noexcept {
+  enum class Kind { mixed, still, none };
+  const auto kind_of = [&](const std::int64_t(&b)[3]) {
+    const Bricks::Range& range = bricks.at(b);
+    if (range.min > range.max) return Kind::none;
+    return is_quiet(range.min, range.max, quiet) ? Kind::still : Kind::mixed;
+  };
+  std::int64_t brick[3];
+  for (int a = 0; a < 3; ++a) {
+    way.axis[a].enter(begin);
+    brick[a] = way.axis[a].brick();
+  }
+  const Kind kind = kind_of(brick);
+  if (kind == Kind::mixed) return false;
+
+  constexpr int most_bricks = 64;
+  double exits[3];
+  for (int a = 0; a < 3; ++a) exits[a] = way.axis[a].share_at(way.axis[a].far_face_of(brick[a]));
+  piece = {.inside = kind == Kind::still};
+  for (int n = 0; n < most_bricks; ++n) {
+    const auto a = static_cast<int>(std::min_element(exits, exits + 3) - exits);
+    piece.end = std::min(exits[a], way.leaves);
+    if (!(piece.end < way.leaves)) break;
+    brick[a] += way.axis[a].way > 0.0 ? 1 : -1;
+    if (kind_of(brick) != kind) break;
+    exits[a] = way.axis[a].share_at(way.axis[a].far_face_of(brick[a]));
+  }
+  return true;
+}
+
+bool GridBase::is_finite_on(int component, const Passage& cell) const noexcept {
+  Stretch piece;
+  polynomial(component, cell, polynomials, piece);
+  return std::all_of(piece.control, piece.control + piece.degree + 1, [](double c) { return std::isfinite(c); });
+}
+
+Stretch GridBase::stretch_of(int component, const Bricks* bricks, const Vec3& from_m, const Vec3& to_m, double begin,
+                             const Extent& quiet) const noexcept {
+  Way way(index_of(from_m), index_of(to_m), last_, beyond_);
+  if (!(begin >= 0.0) || !way.has_data_after(begin)) return {};
+  if (begin < way.enters) return {.end = way.enters};
+  Stretch piece;
+  if (bricks && cross_bricks(*bricks, way, begin, quiet, piece)) return piece;
+
+  const Passage cell = way.pass(begin, piece.end);
+  polynomial(component, cell, quiet, piece);
+  piece.inside = true;
+  for (int i = 0; i <= piece.degree; ++i) {
+    piece.control[i] = piece.control[i] * view_.scale + view_.offset;
+    piece.inside = piece.inside && std::isfinite(piece.control[i]);
+  }
+  for (int c = 0; c < components() && piece.inside && view_.valid_share < 1.0; ++c) {
+    if (c != component) piece.inside = is_finite_on(c, cell);
+  }
+  return piece.inside ? piece : Stretch{.end = piece.end};
+}
+
+Stretch GridBase::stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept {
+  if (components() == 1) return stretch_of(0, &bricks_, from_m, to_m, begin, quiet);
+  if (view_.valid_share == 1.0) {
+    const Way way(index_of(from_m), index_of(to_m), last_, beyond_);
+    if (!(begin >= 0.0) || !way.has_data_after(begin)) return {};
+    return {.end = begin < way.enters ? way.enters : way.leaves, .inside = begin >= way.enters};
+  }
+  const Stretch piece = stretch_of(0, nullptr, from_m, to_m, begin, polynomials);
+  return {.end = piece.end, .inside = piece.inside};
 }
 
 double GridBase::depth_m(const Vec3& world_m) const noexcept {

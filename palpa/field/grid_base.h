@@ -9,6 +9,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "palpa/field/bricks.h"
 #include "palpa/field/grid.h"
 
 namespace palpa::detail {
@@ -50,10 +51,11 @@ auto with_values_of(const Voxels& voxels, Act&& act) {
   throw std::invalid_argument("the grid's type of voxel is unknown");
 }
 
-/// All of a grid but the sampling. Reads the voxels once, for their range.
+/// All of a grid but the sampling. Reads the voxels for their range and, of a scalar field, that of its bricks.
 class GridBase : public Field {
  public:
-  GridBase(const GridGeometry& geometry, Voxels voxels, double scale, double offset);
+  /// \param reach  [voxels] beyond the corners of a cell that the interpolant reads (Bricks)
+  GridBase(const GridGeometry& geometry, Voxels voxels, double scale, double offset, int reach);
 
   const GridView& view() const noexcept { return view_; }
 
@@ -63,7 +65,29 @@ class GridBase : public Field {
   double depth_m(const Vec3& world_m) const noexcept override;
   std::vector<Extent> extents() const override { return extents_; }
 
+  /// Of a vector field: where there are data, without values (degree −1).
+  Stretch stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept override;
+  /// The same of one component, with its bricks; without them, cell by cell.
+  Stretch stretch_of(int component, const Bricks* bricks, const Vec3& from_m, const Vec3& to_m, double begin,
+                     const Extent& quiet) const noexcept;
+  Bricks bricks_of(int component) const { return {view_.geometry, view_.voxels, component, reach_}; }
+
  protected:
+  /// A straight piece across one cell: its first voxel, and where in the cell the piece begins and ends.
+  struct Passage {
+    std::int64_t first[3];  ///< [voxels]
+    double begin[3];        ///< [1] 0…1 across the cell
+    double end[3];          ///< [1] 0…1 across the cell
+  };
+  /// Degree and control of the piece, raw; degree −1 where the raw hull of the cell is quiet. Not finite where a voxel is not.
+  virtual void polynomial(int component, const Passage& cell, const Extent& quiet, Stretch& piece) const noexcept = 0;
+
+  /// Values between these raw ones stay in the interval: on the side of its levels where they are.
+  bool is_quiet(double raw_min, double raw_max, const Extent& quiet) const noexcept {
+    const double one = raw_min * view_.scale + view_.offset, other = raw_max * view_.scale + view_.offset;
+    return std::min(one, other) >= quiet.min && std::max(one, other) < quiet.max;
+  }
+
   /// The cell of a position along one axis: its first voxel, the fraction [1] across it.
   struct Cell {
     std::int64_t first = 0;  ///< [voxels]
@@ -102,7 +126,15 @@ class GridBase : public Field {
   std::int64_t cells_[3];       ///< cells along each axis, at least one
   double plane_distance_m_[3];  ///< between neighbouring planes of voxels
   Box bounds_m_;
+  struct Way;
+  /// Crosses whole bricks from `begin` on that are quiet, or without data; false where the way begins in another.
+  bool cross_bricks(const Bricks& bricks, Way& way, double begin, const Extent& quiet, Stretch& piece) const noexcept;
+
+  bool is_finite_on(int component, const Passage& cell) const noexcept;
+
   std::vector<Extent> extents_;
+  int reach_;      ///< [voxels]
+  Bricks bricks_;  ///< of a scalar field
 };
 
 }  // namespace palpa::detail

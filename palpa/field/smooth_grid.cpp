@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "palpa/field/grid_base.h"
@@ -32,6 +33,29 @@ struct Weights {
   }
 };
 
+/// The four weights along a straight piece from t = begin to end: cubics of the share of the piece, as Bernstein coefficients.
+/// They are the values of the cubics' polar forms at the ends of the piece; none is negative, and together they are 1.
+struct WeightsAlong {
+  double w[4][4];  // [weight][coefficient]
+
+  WeightsAlong(double begin, double end) noexcept {
+    for (int n = 0; n < 4; ++n) {
+      const double x = n > 2 ? end : begin, y = n > 1 ? end : begin, z = n > 0 ? end : begin;
+      const auto inner = [](double a, double b, double c) {
+        return 2.0 / 3.0 - (a * b + b * c + c * a) / 3.0 + 0.5 * a * b * c;
+      };
+      w[0][n] = (1.0 - x) * (1.0 - y) * (1.0 - z) / 6.0;
+      w[1][n] = inner(x, y, z);
+      w[2][n] = inner(1.0 - x, 1.0 - y, 1.0 - z);
+      w[3][n] = x * y * z / 6.0;
+    }
+  }
+};
+
+/// Coefficients times their binomials: products of polynomials are then sums like those of powers.
+constexpr double binomials_3[4] = {1, 3, 3, 1};
+constexpr double binomials_9[10] = {1, 9, 36, 84, 126, 126, 84, 36, 9, 1};
+
 /// Value, index derivatives and second index derivatives of one component, raw.
 struct Raw {
   double value = 0.0;
@@ -42,7 +66,8 @@ struct Raw {
 /// The mark of `smooth_grid_of`: one class for all types of voxel.
 class SmoothGrid : public detail::GridBase {
  public:
-  using GridBase::GridBase;
+  SmoothGrid(const GridGeometry& geometry, Voxels voxels, double scale, double offset)
+      : GridBase(geometry, std::move(voxels), scale, offset, 1) {}
 };
 
 template <class T>
@@ -82,6 +107,60 @@ class TypedSmoothGrid final : public SmoothGrid {
     const Mat3 index_hessian{{{raw.ii, raw.ij, raw.ik}, {raw.ij, raw.jj, raw.jk}, {raw.ik, raw.jk, raw.kk}}};
     const Mat3 h = transposed(world_to_index_) * (view_.scale * index_hessian) * world_to_index_;
     return is_finite(h) ? h : Mat3{};
+  }
+
+ protected:
+  void polynomial(int component, const Passage& cell, const Extent& quiet, Stretch& piece) const noexcept override {
+    const T* data = data_ + component;
+    std::int64_t at[3][4];
+    for (int a = 0; a < 3; ++a) {
+      for (int n = 0; n < 4; ++n) {
+        at[a][n] = std::clamp<std::int64_t>(cell.first[a] + n - 1, 0, view_.geometry.dims[a] - 1) * stride_[a];
+      }
+    }
+    double c[4][4][4];  // [k][j][i]
+    double least = std::numeric_limits<double>::infinity(), greatest = -least, poison = 0.0;
+    for (int k = 0; k < 4; ++k) {
+      for (int j = 0; j < 4; ++j) {
+        for (int i = 0; i < 4; ++i) {
+          const double v = static_cast<double>(data[at[2][k] + at[1][j] + at[0][i]]);
+          c[k][j][i] = v;
+          least = std::min(least, v);
+          greatest = std::max(greatest, v);
+          poison += v - v;
+        }
+      }
+    }
+    if (poison == 0.0 && is_quiet(least, greatest, quiet)) {
+      piece.degree = -1;
+      return;
+    }
+
+    const WeightsAlong along[3] = {{cell.begin[0], cell.end[0]}, {cell.begin[1], cell.end[1]}, {cell.begin[2], cell.end[2]}};
+    double scaled[3][4][4];
+    for (int a = 0; a < 3; ++a) {
+      for (int w = 0; w < 4; ++w) {
+        for (int n = 0; n < 4; ++n) scaled[a][w][n] = binomials_3[n] * along[a].w[w][n];
+      }
+    }
+    double sum[10]{};
+    for (int k = 0; k < 4; ++k) {
+      double plane[7]{};
+      for (int j = 0; j < 4; ++j) {
+        double row[4]{};
+        for (int i = 0; i < 4; ++i) {
+          for (int n = 0; n < 4; ++n) row[n] += c[k][j][i] * scaled[0][i][n];
+        }
+        for (int m = 0; m < 4; ++m) {
+          for (int n = 0; n < 4; ++n) plane[m + n] += row[n] * scaled[1][j][m];
+        }
+      }
+      for (int m = 0; m < 4; ++m) {
+        for (int n = 0; n < 7; ++n) sum[m + n] += plane[n] * scaled[2][k][m];
+      }
+    }
+    for (int n = 0; n < 10; ++n) piece.control[n] = sum[n] / binomials_9[n];
+    piece.degree = 9;
   }
 
  private:

@@ -1,19 +1,55 @@
 #include "palpa/tick/watch.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "palpa/field/roots.h"
 
 namespace palpa {
 
 namespace {
-constexpr int halvings = 12;  // of half a step of at most half a sample spacing: to 1e-3 of a spacing and better
-}
+constexpr double never = 2.0;        // a share of the way beyond its end
+constexpr double hair_share = 1e-9;  // of a sample spacing: changes are located to this, data gaps this short are rounding
+constexpr double back_share = 0.25;  // of a sample spacing: within it a displaced proxy must be back on its side
+constexpr double rounding = 1e-14;   // of a sample spacing: the first step beyond a root
+constexpr int most_bisections = 60;
+}  // namespace
+
+struct Watches::Way {
+  Vec3 start_m, end_m;
+  double length_m = 0.0;
+  double rounding_share = 0.0;  // what positions are rounded by
+
+  Vec3 at(double share) const noexcept { return share < 1.0 ? start_m + share * (end_m - start_m) : end_m; }
+};
 
 Watches::Watches(std::span<const Watch> watches) {
   for (const Watch& watch : watches) {
     if (std::find(watches_.begin(), watches_.end(), watch) == watches_.end()) watches_.push_back(watch);
   }
+  std::stable_sort(watches_.begin(), watches_.end(), [](const Watch& a, const Watch& b) { return a.field < b.field; });
   sides_.assign(watches_.size(), Side::none);
   attention_.assign(watches_.size(), Attention::stop);
+  displaced_.assign(watches_.size(), 0);
+  for (std::size_t i = 0; i < watches_.size(); ++i) {
+    FieldOnWay& field = on_way(watches_[i].field);
+    if (field.first == field.last) field.first = i;
+    field.last = i + 1;
+  }
+}
+
+Watches::FieldOnWay& Watches::on_way(std::int32_t field) {
+  for (FieldOnWay& known : fields_) {
+    if (known.field == field) return known;
+  }
+  fields_.push_back({.field = field});
+  return fields_.back();
+}
+
+void Watches::attend_edges(std::span<const std::int32_t> fields) {
+  for (FieldOnWay& known : fields_) known.stops_at_edges = false;
+  for (const std::int32_t field : fields) on_way(field).stops_at_edges = true;
 }
 
 void Watches::reset() noexcept { std::fill(sides_.begin(), sides_.end(), Side::none); }
@@ -40,43 +76,213 @@ void Watches::attend(const Watch& watch, Attention attention) noexcept {
   }
 }
 
+void Watches::change(std::size_t watch, std::vector<Crossing>& crossings) noexcept {
+  sides_[watch] = sides_[watch] == Side::below ? Side::above : Side::below;
+  if (attention_[watch] == Attention::leave) attention_[watch] = Attention::stop;
+  crossings.push_back({watches_[watch].field, watches_[watch].value, sides_[watch] == Side::above});
+}
+
+// The next piece. Between the watched values on either side of the present one nothing happens.
+void Watches::advance(FieldOnWay& at, Samples& samples, const Way& way) const noexcept {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  Extent quiet{-infinity, infinity};
+  bool all_known = at.has_data;
+  for (std::size_t i = at.first; i < at.last; ++i) {
+    if (attention_[i] == Attention::held) continue;
+    if (sides_[i] == Side::above) quiet.min = std::max(quiet.min, watches_[i].value);
+    if (sides_[i] == Side::below) quiet.max = std::min(quiet.max, watches_[i].value);
+    all_known = all_known && sides_[i] != Side::none;
+  }
+  if (!all_known && at.first < at.last) quiet = {infinity, -infinity};
+  at.piece = samples.stretch(at.field, way.start_m, way.end_m, at.begin, quiet);
+  // Whatever a field answers, the search goes on.
+  at.piece.end = std::min(1.0, std::max(at.piece.end, std::nextafter(at.begin, 2.0)));
+}
+
+// Arrives on the piece: data may begin or end with it, and watched values may be passed on it.
+void Watches::enter(FieldOnWay& at, Samples& samples, const Way& way) noexcept {
+  at.event = never;
+  at.at_edge = false;
+  const bool short_gap = at.piece.end - at.begin <= at.hair && at.piece.end < 1.0;
+  if (at.begins && !short_gap) at.has_data = at.piece.inside;
+  const bool first = at.begins;
+  if (!short_gap) at.begins = false;
+
+  if (!at.piece.inside) {
+    if (short_gap) return;
+    if (at.has_data) stop_at_edge(at, samples, way);
+    at.has_data = false;
+    for (std::size_t i = at.first; i < at.last; ++i) sides_[i] = Side::none;
+    return;
+  }
+  if (!at.has_data && !short_gap) {
+    stop_at_edge(at, samples, way);
+    at.has_data = true;
+  }
+  if (at.piece.degree < 0) return;
+  for (std::size_t i = at.first; i < at.last; ++i) {
+    const bool above = at.piece.control[0] >= watches_[i].value;
+    if (sides_[i] == Side::none) {
+      sides_[i] = above ? Side::above : Side::below;
+    } else if (first && above != (sides_[i] == Side::above) && attention_[i] != Attention::held) {
+      samples.move_to(way.at(std::min(1.0, back_share / hair_share * at.hair)));
+      displaced_[i] = side_at(samples, watches_[i]) == sides_[i];
+    }
+  }
+  if (!at.at_edge) search(at, 0.0, false, samples, way);
+}
+
+// Just beyond the edge, as samples see it.
+void Watches::stop_at_edge(FieldOnWay& at, Samples& samples, const Way& way) const noexcept {
+  if (!at.stops_at_edges) return;
+  at.at_edge = true;
+  at.event = at.begin;
+  for (double step = std::max(rounding / hair_share * at.hair, way.rounding_share); step <= at.hair; step *= 8.0) {
+    samples.move_to(way.at(at.event));
+    if ((samples.scalar(at.field).inside || samples.vector(at.field).inside) == at.piece.inside) return;
+    at.event = std::min(1.0, at.begin + step);
+  }
+}
+
+// The first share of the piece, from `from` on, at which the watched value is passed. A displaced proxy has to be
+// back on its side first.
+double Watches::passage(const FieldOnWay& at, std::size_t watch, double from) noexcept {
+  const bool up = sides_[watch] == Side::below;
+  const double value = watches_[watch].value;
+  if (displaced_[watch] != 0) {
+    from = first_passage(at.piece.control, at.piece.degree, value, !up, from);
+    if (from > 1.0) return never;
+    displaced_[watch] = 0;
+  }
+  return first_passage(at.piece.control, at.piece.degree, value, up, from);
+}
+
+// Finds the first change of sides on the piece, from the share `from` of it on. `again`: what is passed right there was dealt
+// with.
+void Watches::search(FieldOnWay& at, double from, bool again, Samples& samples, const Way& way) noexcept {
+  at.event = never;
+  if (!at.piece.inside || at.piece.degree < 0) return;
+  const auto [least, greatest] = std::minmax_element(at.piece.control, at.piece.control + at.piece.degree + 1);
+  const double step = at.piece.end - at.begin;
+  for (std::size_t i = at.first; i < at.last; ++i) {
+    if (attention_[i] == Attention::held || sides_[i] == Side::none) continue;
+    const bool up = sides_[i] == Side::below;
+    const double value = watches_[i].value;
+    if (displaced_[i] == 0 && (up ? *greatest < value : *least >= value)) continue;
+    double start = from;
+    if (again) {
+      const double now = value_of(at.piece.control, at.piece.degree, start);
+      if (up ? now >= value : now < value) displaced_[i] = 1;
+    }
+    while (start <= 1.0) {
+      const double root = passage(at, i, start);
+      if (root > 1.0) break;
+      const double share = at.begin + root * step;
+      if (share >= at.event) break;
+      const double found = located(at, i, share, samples, way);
+      if (found <= 1.0) {
+        if (found < at.event) at.event = found, at.watch = i;
+        break;
+      }
+      // Touched, for all that samples can tell.
+      start = std::max(root + at.hair / step, std::nextafter(root, 2.0));
+      displaced_[i] = 1;
+    }
+  }
+}
+
+// The share just beyond a change at the root `share`, as samples see it; `never` where they see none. The polynomial is the
+// interpolant to within rounding, or, of a formula, close to it.
+double Watches::located(const FieldOnWay& at, std::size_t watch, double share, Samples& samples,
+                        const Way& way) const noexcept {
+  const auto beyond = [&](double where) {
+    samples.move_to(way.at(where));
+    const Side side = side_at(samples, watches_[watch]);
+    return side != Side::none && side != sides_[watch];
+  };
+  double near = share, far = never;
+  double step = 0.0;
+  for (double next = std::max(rounding / hair_share * at.hair, way.rounding_share); far > 1.0; next *= 8.0) {
+    const double where = std::min(1.0, share + step);
+    if (beyond(where)) {
+      far = where;
+    } else {
+      near = where;
+      if (where >= 1.0 || step >= at.hair) break;
+      step = std::min(next, std::max(at.hair, way.rounding_share));
+    }
+  }
+  if (far > 1.0) {
+    // The formula's own root is further on, if it has any there.
+    if (near >= at.piece.end || !beyond(at.piece.end)) return never;
+    far = at.piece.end;
+  } else if (far == share) {
+    near = std::max(at.begin, share - at.hair);
+    if (near >= share || !beyond(near)) return far;
+    far = near;
+    near = at.begin;
+  } else {
+    return far;
+  }
+  for (int i = 0; i < most_bisections && far - near > at.hair; ++i) {
+    const double middle = 0.5 * (near + far);
+    (beyond(middle) ? far : near) = middle;
+  }
+  return far;
+}
+
+// What else has changed at the stop: levels so close to one another that they are passed in one step.
+void Watches::change_others(const FieldOnWay& at, Samples& samples, const Way& way, std::vector<Crossing>& crossings) noexcept {
+  samples.move_to(way.at(at.event));
+  for (std::size_t i = 0; i < watches_.size(); ++i) {
+    if (i == at.watch || attention_[i] == Attention::held || sides_[i] == Side::none || displaced_[i] != 0) continue;
+    const Side side = side_at(samples, watches_[i]);
+    if (side != Side::none && side != sides_[i]) change(i, crossings);
+  }
+}
+
 Watches::Met Watches::first_crossing(Samples& samples, const Vec3& start_m, const Vec3& end_m,
                                      std::vector<Crossing>& crossings) noexcept {
-  if (watches_.empty() || start_m == end_m) return {};
-  const auto position = [&](double share) { return share < 1.0 ? start_m + share * (end_m - start_m) : end_m; };
-  const auto changed = [&](std::size_t i) {
-    if (attention_[i] == Attention::held || sides_[i] == Side::none) return false;
-    const Side side = side_at(samples, watches_[i]);
-    return side != Side::none && side != sides_[i];
-  };
-  const auto stops = [&](double share) {
-    samples.move_to(position(share));
-    for (std::size_t i = 0; i < watches_.size(); ++i) {
-      if (attention_[i] == Attention::stop && changed(i)) return true;
-    }
-    return false;
-  };
+  Way way{start_m, end_m, distance(start_m, end_m), 0.0};
+  if (fields_.empty() || !(way.length_m > 0.0) || !std::isfinite(way.length_m)) return {};
+  const double furthest_m = std::max(largest_component(start_m), largest_component(end_m));
+  way.rounding_share = std::numeric_limits<double>::epsilon() * std::max(1.0, furthest_m / way.length_m);
+  std::fill(displaced_.begin(), displaced_.end(), std::uint8_t{0});
 
-  Met met;
-  // The middle is looked at as well: within half a sample spacing a thin layer can begin and end.
-  double before = 0.0;
-  if (stops(0.5)) {
-    met = {0.5, true};
-  } else if (stops(1.0)) {
-    before = 0.5;
-    met.stopped = true;
+  int left = most_stretches;
+  const auto go_on = [&](FieldOnWay& at) {
+    --left;
+    advance(at, samples, way);
+    enter(at, samples, way);
+  };
+  for (FieldOnWay& at : fields_) {
+    at.begin = 0.0;
+    at.begins = true;
+    at.hair = hair_share * samples.spacing_m(at.field) / way.length_m;
+    at.has_data = true;  // as long as nothing else is known
+    go_on(at);
   }
-  for (int i = 0; met.stopped && i < halvings; ++i) {
-    const double middle = 0.5 * (before + met.share);
-    (stops(middle) ? met.share : before) = middle;
+
+  while (true) {
+    const auto next_of = [](const FieldOnWay& at) { return std::min(at.event, at.piece.end); };
+    FieldOnWay& at = *std::min_element(fields_.begin(), fields_.end(),
+                                       [&](const FieldOnWay& a, const FieldOnWay& b) { return next_of(a) < next_of(b); });
+    if (at.event <= 1.0) {
+      if (at.at_edge) return {at.event, true, true, false};
+      const bool stops = attention_[at.watch] == Attention::stop;
+      change(at.watch, crossings);
+      if (stops) {
+        change_others(at, samples, way, crossings);
+        return {at.event, true, false, false};
+      }
+      search(at, std::min(1.0, (at.event - at.begin) / (at.piece.end - at.begin)), true, samples, way);
+      continue;
+    }
+    if (at.piece.end >= 1.0) return {};
+    if (left <= 0) return {at.piece.end, true, false, true};
+    at.begin = at.piece.end;
+    go_on(at);
   }
-  samples.move_to(position(met.share));
-  for (std::size_t i = 0; i < watches_.size(); ++i) {
-    if (!changed(i)) continue;
-    sides_[i] = sides_[i] == Side::below ? Side::above : Side::below;
-    crossings.push_back({watches_[i].field, watches_[i].value, sides_[i] == Side::above});
-  }
-  return met;
 }
 
 }  // namespace palpa

@@ -17,7 +17,7 @@ struct Watch {
   friend bool operator==(const Watch&, const Watch&) = default;
 };
 
-/// On which side of every watched value the proxy is, and where along a step it changes sides. Sides
+/// On which side of every watched value the proxy is, and where along a straight way it changes sides. Sides
 /// change only by crossings that were located, so rounding next to a level can neither lose nor invent
 /// a contact. Takes its memory at construction.
 class Watches {
@@ -37,27 +37,68 @@ class Watches {
   enum class Attention : std::uint8_t {
     stop,   ///< no plane, or one that is pressed through: the path stops where it is crossed
     held,   ///< the plane holds the proxy: it is on the level, to within rounding, and crosses nothing
-    leave,  ///< the proxy lifts off the plane: a crossing counts, but nothing sets in there to stop for
+    leave,  ///< the proxy lifts off the plane: one crossing counts, but nothing sets in there to stop for; the next stops
   };
   void attend_all() noexcept;
   void attend(const Watch& watch, Attention attention) noexcept;
+  /// From now on the path also stops where these fields' data begin or end; scalar and vector fields, whether watched or
+  /// not. None at first. Allocates.
+  void attend_edges(std::span<const std::int32_t> fields);
+
+  /// The most pieces of the way (Stretch) that one search looks at, over all fields.
+  static constexpr int most_stretches = 512;  // [1]
 
   struct Met {
-    double share = 1.0;  ///< [1] of the segment, up to the stop
+    double share = 1.0;  ///< [1] of the way, up to the stop
     bool stopped = false;
+    bool edge = false;         ///< stopped where data of a field of `attend_edges` begin or end
+    bool out_of_work = false;  ///< stopped where `most_stretches` were looked at: nothing happens up to there
   };
-  /// Finds the first point of the segment [m] at which a watch that is to stop the path changes sides,
-  /// to a thousandth of the segment, just beyond the change; its end where none does. `crossings`
-  /// (cleared by the caller) gets what has changed there, and the sides follow. Moves the samples.
+  /// Finds the first point of the straight way [m], of any length, at which a watch that is to stop the path changes
+  /// sides; the way's end where none does. No change is missed that the interpolant makes: a wall thinner than a voxel, a
+  /// dip within a cell (Field::stretch); a level that is only touched is not crossed. The point lies just beyond the
+  /// change, to 1e-9 of the field's spacing or as close as rounding permits: there a sample shows the other side. A
+  /// proxy that starts on the other side and is back within a quarter of a spacing has crossed nothing. Where data begin
+  /// on the way, watches without a side take theirs.
+  /// `crossings` (cleared by the caller) gets what has changed up to there, in the order met, and the sides follow; those of
+  /// `leave` too. Moves the samples.
   Met first_crossing(Samples& samples, const Vec3& start_m, const Vec3& end_m, std::vector<Crossing>& crossings) noexcept;
 
  private:
   enum class Side : std::uint8_t { none, below, above };
-  Side side_at(Samples& samples, const Watch& watch) const noexcept;
 
-  std::vector<Watch> watches_;
+  /// One field along the way: the piece that the search has come to, and the first change of sides on it.
+  struct FieldOnWay {
+    std::int32_t field = -1;
+    std::size_t first = 0, last = 0;  ///< its watches: [first, last)
+    bool stops_at_edges = false;
+    bool has_data = false;  ///< at the end of the piece before
+    bool begins = true;     ///< no piece before
+    double begin = 0.0;     ///< [1] of the piece
+    Stretch piece;
+    double event = 2.0;     ///< [1] share of the way of the first change; beyond 1: none on this piece
+    std::size_t watch = 0;  ///< that changes there
+    bool at_edge = false;   ///< what happens there is that data begin or end
+    double hair = 0.0;      ///< [1] of the way: a billionth of the spacing
+  };
+  struct Way;
+
+  Side side_at(Samples& samples, const Watch& watch) const noexcept;
+  FieldOnWay& on_way(std::int32_t field);
+  void advance(FieldOnWay& at, Samples& samples, const Way& way) const noexcept;
+  void enter(FieldOnWay& at, Samples& samples, const Way& way) noexcept;
+  void stop_at_edge(FieldOnWay& at, Samples& samples, const Way& way) const noexcept;
+  void search(FieldOnWay& at, double from, bool again, Samples& samples, const Way& way) noexcept;
+  double located(const FieldOnWay& at, std::size_t watch, double share, Samples& samples, const Way& way) const noexcept;
+  double passage(const FieldOnWay& at, std::size_t watch, double from) noexcept;
+  void change_others(const FieldOnWay& at, Samples& samples, const Way& way, std::vector<Crossing>& crossings) noexcept;
+  void change(std::size_t watch, std::vector<Crossing>& crossings) noexcept;
+
+  std::vector<Watch> watches_;  ///< by field
   std::vector<Side> sides_;
   std::vector<Attention> attention_;
+  std::vector<std::uint8_t> displaced_;  ///< starts on the other side and is on its way back
+  std::vector<FieldOnWay> fields_;
 };
 
 }  // namespace palpa
