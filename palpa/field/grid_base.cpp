@@ -151,8 +151,8 @@ struct Axis {
   }
   /// Finds the zone where the way goes on at `share`: one whose far face lies ahead.
   void enter(double share) noexcept {
-    const double index = std::min(std::max(at(share), -1.0), last);
-    zone = static_cast<std::int64_t>(way < 0.0 ? std::ceil(index) - 1.0 : std::floor(index));
+    const double index = at(share);
+    zone = static_cast<std::int64_t>(std::clamp(way < 0.0 ? std::ceil(index) - 1.0 : std::floor(index), -1.0, last));
     while (way > 0.0 && !is_behind() && share_at(far_face()) <= share) ++zone;
     while (way < 0.0 && zone >= 0 && share_at(far_face()) <= share) --zone;
   }

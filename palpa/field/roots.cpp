@@ -24,14 +24,20 @@ void split(const double* whole, int degree, double share, double* low, double* h
   }
 }
 
-// An interval of the share, with the coefficients over it less the level, turned so that not negative is beyond.
+// An interval of the share, with the coefficients over it less the level, turned so that positive is beyond.
 struct Interval {
   double begin, end;
   Controls q;
 };
 
-// The root where the polynomial goes from negative to not negative once: false position with bisection where that is slow.
-double single_root(const Interval& in, int degree) noexcept {
+// At the level itself is beyond on the way up only.
+struct Beyond {
+  bool up;
+  bool operator()(double q) const noexcept { return up ? q >= 0.0 : q > 0.0; }
+};
+
+// The root of a polynomial that goes beyond once: false position, with bisection where that is slow.
+double single_root(const Interval& in, int degree, Beyond beyond) noexcept {
   double low = 0.0, high = 1.0;
   double at_low = in.q[0], at_high = in.q[static_cast<std::size_t>(degree)];
   bool halve = false;
@@ -47,8 +53,8 @@ double single_root(const Interval& in, int degree) noexcept {
     }
     if (!(middle > low && middle < high)) break;
     const double value = value_of(in.q.data(), degree, middle);
-    (value < 0.0 ? low : high) = middle;
-    (value < 0.0 ? at_low : at_high) = value;
+    (beyond(value) ? high : low) = middle;
+    (beyond(value) ? at_high : at_low) = value;
     halve = high - low > 0.5 * before;
   }
   return in.begin + high * (in.end - in.begin);
@@ -71,14 +77,13 @@ double value_of(const double* control, int degree, double share) noexcept {
 double first_passage(const double* control, int degree, double level, bool up, double from) noexcept {
   if (degree < 0 || degree > largest_degree || !(from <= 1.0)) return no_passage;
   const auto n = static_cast<std::size_t>(degree);
-  // Below is strict: where the polynomial goes down, a zero is not yet beyond.
-  constexpr double least = std::numeric_limits<double>::denorm_min();
+  const Beyond beyond{up};
   Interval whole{0.0, 1.0, {}};
   double largest = std::abs(level);
   bool may = false;
   for (std::size_t i = 0; i <= n; ++i) {
-    whole.q[i] = up ? control[i] - level : level - control[i] - least;
-    may = may || whole.q[i] >= 0.0;
+    whole.q[i] = up ? control[i] - level : level - control[i];
+    may = may || beyond(whole.q[i]);
     largest = std::max(largest, std::abs(control[i]));
   }
   if (!may) return no_passage;
@@ -87,7 +92,7 @@ double first_passage(const double* control, int degree, double level, bool up, d
     split(Controls(whole.q).data(), degree, from, before.data(), whole.q.data());
     whole.begin = from;
   }
-  if (whole.q[0] >= 0.0) return from;
+  if (beyond(whole.q[0])) return from;
 
   // Depth first, left before right: of every interval that was halved the right half waits.
   constexpr int deepest = 48;
@@ -101,17 +106,17 @@ double first_passage(const double* control, int degree, double level, bool up, d
   for (int halvings = 0; count > 0 && halvings < most_halvings;) {
     const Interval now = waiting[static_cast<std::size_t>(--count)];
     const int deep = depth[static_cast<std::size_t>(count)];
-    if (now.q[0] >= 0.0) return now.begin;
+    if (beyond(now.q[0])) return now.begin;
     int changes = 0;
     double highest = now.q[0];
     for (std::size_t i = 1; i <= n; ++i) {
-      changes += (now.q[i] >= 0.0) != (now.q[i - 1] >= 0.0);
+      changes += beyond(now.q[i]) != beyond(now.q[i - 1]);
       highest = std::max(highest, now.q[i]);
     }
     if (changes == 0) continue;
-    if (changes == 1) return single_root(now, degree);
-    if (deep == deepest || (highest <= touch && now.q[n] < 0.0)) {
-      if (now.q[n] >= 0.0) return now.end;
+    if (changes == 1) return single_root(now, degree, beyond);
+    if (deep == deepest || (highest <= touch && !beyond(now.q[n]))) {
+      if (beyond(now.q[n])) return now.end;
       continue;
     }
     ++halvings;

@@ -1,0 +1,426 @@
+// Where a straight way passes a level: found whatever lies between two samples, beside brute force.
+#include "palpa/tick/watch.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <random>
+
+#include "palpa/field/analytic.h"
+#include "palpa/field/grid.h"
+#include "palpa/field/smooth_grid.h"
+
+namespace palpa {
+namespace {
+
+using Attention = Watches::Attention;
+
+double uniform(std::mt19937& random, double low, double high) {
+  return low + (high - low) * (static_cast<double>(random()) / 4294967296.0);
+}
+Vec3 in_box(std::mt19937& random, const Box& box) {
+  return {uniform(random, box.low_m.x, box.high_m.x), uniform(random, box.low_m.y, box.high_m.y),
+          uniform(random, box.low_m.z, box.high_m.z)};
+}
+
+using MakeGrid = FieldPtr (*)(const GridGeometry&, Voxels, double, double);
+constexpr MakeGrid both[] = {grid_field, smooth_grid_field};
+
+/// A grid of 1 mm whose voxels are value(i, j, k).
+template <class Value>
+FieldPtr grid_with(MakeGrid make, const std::array<std::int64_t, 3>& dims, Value value) {
+  const auto data = std::make_shared<std::vector<float>>();
+  for (std::int64_t k = 0; k < dims[2]; ++k) {
+    for (std::int64_t j = 0; j < dims[1]; ++j) {
+      for (std::int64_t i = 0; i < dims[0]; ++i) data->push_back(static_cast<float>(value(i, j, k)));
+    }
+  }
+  const GridGeometry geometry{dims, 1e-3 * Mat3::identity(), {}};
+  return make(geometry, {VoxelType::float32, 1, std::shared_ptr<const void>(data, data->data())}, 1.0, 0.0);
+}
+
+/// Fields, watched values, and a search along a way.
+struct Searched {
+  std::vector<FieldPtr> fields;
+  Samples samples;
+  Watches watches;
+  std::vector<Crossing> crossings;
+
+  Searched(std::vector<FieldPtr> given, std::vector<Watch> watched, const Similarity& map = {})
+      : fields(std::move(given)), samples(fields, map), watches(watched) {
+    crossings.reserve(2 * watched.size() + 2);
+  }
+  void look(const Vec3& at_m) {
+    watches.reset();
+    samples.move_to(at_m);
+    watches.look(samples);
+  }
+  Watches::Met search(const Vec3& from_m, const Vec3& to_m) {
+    crossings.clear();
+    watches.attend_all();
+    return watches.first_crossing(samples, from_m, to_m, crossings);
+  }
+  bool above(const Vec3& at_m, double level) {
+    const ScalarSample s = fields[0]->scalar(at_m);
+    return s.value >= level;
+  }
+};
+
+// Random noise, walked from crossing to crossing, beside 100 samples per voxel: every change of sides that samples
+// show is found, nothing is found where they show none, and the stop is just beyond the change.
+TEST(FirstCrossing, IsWhatManySamplesShow) {
+  std::mt19937 random(1);
+  for (const MakeGrid make : both) {
+    for (const double bumps : {1.0, 0.15}) {  // noise everywhere; or waves, where whole bricks lie on one side
+      const FieldPtr field = grid_with(make, {40, 30, 36}, [&](auto i, auto j, auto k) {
+        return bumps * uniform(random, -1, 1) +
+               (1 - bumps) * std::sin(0.11 * double(i)) * std::cos(0.13 * double(j)) * std::sin(0.1 * double(k) + 1);
+      });
+      int found = 0, missed = 0, ways = 0;
+      for (int n = 0; n < 2500; ++n) {
+        const double level = uniform(random, -0.4, 0.7);
+        Searched s({field}, {{0, level}, {0, level + 0.05}, {0, level - 0.2}});
+        const Vec3 from = in_box(random, field->bounds_m());
+        Vec3 to = in_box(random, field->bounds_m());
+        if (n % 5 == 1) to = {to.x, from.y, from.z};
+        if (n % 5 == 2) to = from + uniform(random, 0.0, 0.05) * (to - from);
+        s.look(from);
+        const Watches::Met met = s.search(from, to);
+        ASSERT_FALSE(met.out_of_work);
+        ++ways;
+        const auto sides = [&](double share) {
+          const double value = field->scalar(from + share * (to - from)).value;
+          return int(value >= level) + int(value >= level + 0.05) + int(value >= level - 0.2);
+        };
+        const int at_start = sides(0.0);
+        const double length = distance(from, to);
+        const double hair = 1e-12 / length;  // a billionth of the spacing
+        if (met.stopped) {
+          ++found;
+          ASSERT_NE(sides(met.share), at_start);
+          ASSERT_FALSE(s.crossings.empty());
+          ASSERT_TRUE(met.share <= hair || sides(met.share - hair) == at_start) << n;
+        }
+        const double end = met.share - hair;
+        const int steps = static_cast<int>(end * length / 1e-5);
+        for (int i = 1; i < steps; ++i) missed += sides(end * i / steps) != at_start;
+      }
+      EXPECT_EQ(missed, 0);
+      EXPECT_GT(found, 1000);
+      EXPECT_LT(found, ways);
+    }
+  }
+}
+
+// All crossings along a way, one search after the other, alternate and end on the side that samples show.
+TEST(FirstCrossing, OneAfterTheOtherTheyAddUp) {
+  std::mt19937 random(2);
+  for (const MakeGrid make : both) {
+    const FieldPtr field = grid_with(make, {24, 24, 24}, [&](auto, auto, auto) { return uniform(random, -1, 1); });
+    for (int n = 0; n < 500; ++n) {
+      Searched s({field}, {{0, 0.1}});
+      const Vec3 from = in_box(random, field->bounds_m()), to = in_box(random, field->bounds_m());
+      s.look(from);
+      bool above = s.above(from, 0.1);
+      Vec3 at = from;
+      int stops = 0;
+      while (true) {
+        const Watches::Met met = s.search(at, to);
+        if (!met.stopped) break;
+        ASSERT_EQ(s.crossings.size(), 1u);
+        ASSERT_EQ(s.crossings[0].up, !above);
+        above = !above;
+        at = at + met.share * (to - at);
+        ASSERT_NEAR(field->scalar(at).value, 0.1, 1e-8);
+        ASSERT_LT(++stops, 200);
+      }
+      ASSERT_EQ(above, s.above(to, 0.1)) << n;
+    }
+  }
+}
+
+// A wall of one voxel, at any angle and any place, met by ways of any length.
+TEST(FirstCrossing, NoWallIsTooThin) {
+  std::mt19937 random(3);
+  for (const MakeGrid make : both) {
+    const FieldPtr field = grid_with(make, {64, 64, 64}, [](auto, auto, auto k) { return k == 31 ? 1000.0 : 0.0; });
+    for (int n = 0; n < 3000; ++n) {
+      // The wall is felt wherever the interpolant reaches the level, however thin that layer is: up to its very top.
+      const double top = make == grid_field ? 1000.0 : 4000.0 / 6.0;
+      const double level = n % 3 == 0 ? top * (1 - std::pow(10.0, uniform(random, -10, -1))) : uniform(random, 1, 0.99 * top);
+      Searched s({field}, {{0, level}});
+      const Vec3 from{uniform(random, 0, 0.063), uniform(random, 0, 0.063), uniform(random, 0, 0.0285)};
+      const Vec3 to{uniform(random, 0, 0.063), uniform(random, 0, 0.063), uniform(random, 0.0335, 0.063)};
+      s.look(from);
+      const Watches::Met met = s.search(from, to);
+      ASSERT_TRUE(met.stopped) << level;
+      const double z = from.z + met.share * (to.z - from.z);
+      ASSERT_LE(z, 0.031 + 1e-12);
+      if (make == grid_field) {
+        ASSERT_NEAR(z, 0.030 + level / 1000.0 * 1e-3, 1e-14);
+      }
+      ASSERT_TRUE(s.crossings[0].up);
+      const Watches::Met out = s.search(from + met.share * (to - from), to);
+      ASSERT_TRUE(out.stopped && !s.crossings[0].up);
+    }
+  }
+}
+
+// In one cell of a trilinear grid the diagonal's value is a cubic: up and down again between two samples.
+TEST(FirstCrossing, FindsTwoWithinACell) {
+  // Corners 0 and 1 of the cell's diagonal 0, the six others 1: 3 t (1 − t) along it, at most 3/4.
+  const FieldPtr field = grid_with(grid_field, {2, 2, 2}, [](auto i, auto j, auto k) { return i == j && j == k ? 0.0 : 1.0; });
+  const Vec3 from{}, to{1e-3, 1e-3, 1e-3};
+  for (const double below : {0.1, 1e-2, 1e-4, 1e-6, 1e-8, 1e-10}) {
+    Searched s({field}, {{0, 0.75 - below}});
+    s.look(from);
+    const Watches::Met up = s.search(from, to);
+    ASSERT_TRUE(up.stopped) << below;
+    const double half = std::sqrt(below / 3.0);
+    EXPECT_NEAR(up.share, 0.5 - half, 1e-9 + 1e-15 / half) << below;
+    const Vec3 at = from + up.share * (to - from);
+    const Watches::Met down = s.search(at, to);
+    ASSERT_TRUE(down.stopped && !s.crossings[0].up) << below;
+    EXPECT_NEAR(norm(at + down.share * (to - at)) / norm(to), 0.5 + half, 1e-9 + 1e-15 / half);
+  }
+  Searched past({field}, {{0, 0.75 + 1e-12}});
+  past.look(from);
+  EXPECT_FALSE(past.search(from, to).stopped);
+}
+
+TEST(FirstCrossing, AFormulasLevelIsLocatedAsWell) {
+  std::mt19937 random(4);
+  const FieldPtr ball = sphere_field(0.05).fields[0].field;
+  for (int n = 0; n < 300; ++n) {
+    Searched s({ball}, {{0, 0.0}});
+    const Vec3 from = in_box(random, {{-0.07, -0.07, -0.07}, {0.07, 0.07, 0.07}});
+    const Vec3 to = in_box(random, {{-0.07, -0.07, -0.07}, {0.07, 0.07, 0.07}});
+    s.look(from);
+    const Watches::Met met = s.search(from, to);
+    // |from + t d| = R
+    const Vec3 d = to - from;
+    const double a = dot(d, d), b = dot(from, d), c = dot(from, from) - 0.05 * 0.05, under = b * b - a * c;
+    double root = 2.0;
+    if (under > 0.0) {
+      const double one = (-b - std::sqrt(under)) / a, other = (-b + std::sqrt(under)) / a;
+      root = one > 0.0 ? one : other > 0.0 ? other : 2.0;
+    }
+    if (under > 0.0 && std::sqrt(under) < 1e-3 * a) continue;  // grazed
+    ASSERT_EQ(met.stopped, root <= 1.0) << n;
+    if (!met.stopped) continue;
+    ASSERT_NEAR(met.share * norm(d), root * norm(d), 5e-12) << n;
+  }
+}
+
+TEST(FirstCrossing, TouchingIsNotCrossing) {
+  const FieldPtr hill = grid_with(grid_field, {3, 2, 2}, [](auto i, auto, auto) { return i == 1 ? 1.0 : 0.0; });
+  const FieldPtr flat = grid_with(grid_field, {5, 5, 5}, [](auto, auto, auto k) { return double(k); });
+  // Over the ridge just under the level; along the level's face on the near side; turning back at the level's far side.
+  Searched ridge({hill}, {{0, 1.0 + 1e-15}});
+  ridge.look({0, 5e-4, 5e-4});
+  EXPECT_FALSE(ridge.search({0, 5e-4, 5e-4}, {2e-3, 5e-4, 5e-4}).stopped);
+  const double on_face = flat->scalar({1e-3, 1e-3, 2e-3}).value;  // 2, as rounding has it
+  Searched face({flat}, {{0, on_face}});
+  face.look({1e-3, 1e-3, 2e-3});  // on the level: counts as above
+  EXPECT_FALSE(face.search({1e-3, 1e-3, 2e-3}, {3e-3, 3e-3, 2e-3}).stopped);
+  EXPECT_FALSE(face.search({3e-3, 3e-3, 2e-3}, {3e-3, 1e-3, 3e-3}).stopped);
+  const Watches::Met down = face.search({3e-3, 1e-3, 3e-3}, {3e-3, 1e-3, 1e-3});
+  EXPECT_TRUE(down.stopped);
+  EXPECT_NEAR(down.share, 0.5, 1e-12);
+}
+
+TEST(FirstCrossing, PlateausAtTheLevelAreReached) {
+  // A mask: 0 and 1, and the level is 1 itself; the plateau is of whole bricks.
+  for (const double slope : {1.0, 0.7, 0.31}) {
+    const FieldPtr mask = grid_with(grid_field, {40, 9, 9}, [](auto i, auto, auto) { return i >= 20 ? 1.0 : 0.0; });
+    Searched s({mask}, {{0, 0.0}, {0, 1.0}});
+    const Vec3 from{1e-3, 1e-3, 1e-3}, to{38.9e-3, 1e-3 + 6e-3 * slope, 2e-3};
+    s.look(from);
+    const Watches::Met in = s.search(from, to);
+    ASSERT_TRUE(in.stopped);
+    EXPECT_NEAR(from.x + in.share * (to.x - from.x), 20e-3, 1e-12);
+    const Vec3 at = from + in.share * (to - from);
+    EXPECT_FALSE(s.search(at, to).stopped);
+    const Watches::Met out = s.search(to, from);
+    ASSERT_TRUE(out.stopped);
+    EXPECT_NEAR(to.x + out.share * (from.x - to.x), 20e-3, 2e-12);
+  }
+}
+
+TEST(Attention, HeldCrossesNothingAndLeaveOnlyOnce) {
+  // Up through 2 at x = 2 mm, down again at 6 mm, up at 10 mm.
+  const FieldPtr waves =
+      grid_with(grid_field, {13, 2, 2}, [](auto i, auto, auto) { return double(i % 8 <= 4 ? i % 8 : 8 - i % 8); });
+  const Vec3 from{0.5e-3, 5e-4, 5e-4}, to{11.5e-3, 5e-4, 5e-4};
+  const auto x = [&](const Watches::Met& met) { return (from + met.share * (to - from)).x; };
+  Searched s({waves}, {{0, 2.0}, {0, 3.5}});
+
+  s.look(from);
+  s.watches.attend_all();
+  s.watches.attend({0, 2.0}, Attention::held);
+  Watches::Met met = s.watches.first_crossing(s.samples, from, to, s.crossings);
+  EXPECT_NEAR(x(met), 3.5e-3, 1e-12);
+  ASSERT_EQ(s.crossings.size(), 1u);
+  EXPECT_EQ(s.crossings[0].value, 3.5);
+
+  s.look(from);
+  s.crossings.clear();
+  s.watches.attend_all();
+  s.watches.attend({0, 2.0}, Attention::leave);
+  met = s.watches.first_crossing(s.samples, from, {3e-3, 5e-4, 5e-4}, s.crossings);
+  EXPECT_FALSE(met.stopped);
+  ASSERT_EQ(s.crossings.size(), 1u);
+  EXPECT_TRUE(s.crossings[0].up);
+
+  s.look(from);
+  s.crossings.clear();
+  s.watches.attend_all();
+  s.watches.attend({0, 2.0}, Attention::leave);
+  s.watches.attend({0, 3.5}, Attention::held);
+  met = s.watches.first_crossing(s.samples, from, to, s.crossings);
+  EXPECT_NEAR(x(met), 6e-3, 1e-12) << "what was left is met again";
+  ASSERT_EQ(s.crossings.size(), 2u);
+  EXPECT_TRUE(s.crossings[0].up);
+  EXPECT_FALSE(s.crossings[1].up);
+}
+
+TEST(FirstCrossing, ADisplacedProxyThatGoesBackHasCrossedNothing) {
+  const FieldPtr ramp = grid_with(grid_field, {9, 9, 9}, [](auto, auto, auto k) { return double(k); });
+  Searched s({ramp}, {{0, 4.0}});
+  const Vec3 outside{4e-3, 4e-3, 3.9e-3}, inside{4e-3, 4e-3, 4.001e-3};
+  s.look(outside);
+  EXPECT_FALSE(s.search(inside, {4e-3, 4e-3, 3.5e-3}).stopped) << "it stands on the level, a little inside, and leaves";
+  EXPECT_TRUE(s.crossings.empty());
+  s.look(outside);
+  const Watches::Met met = s.search(inside, {4e-3, 4e-3, 4.5e-3});
+  EXPECT_TRUE(met.stopped) << "it goes on in";
+  EXPECT_LT(met.share, 1e-9);
+  s.look(outside);
+  // Out, along, and in again in the next cell: that is a crossing.
+  EXPECT_FALSE(s.search(inside, {4e-3, 4e-3, 3.9e-3}).stopped);
+  EXPECT_TRUE(s.search({4e-3, 4e-3, 3.9e-3}, {4e-3, 4e-3, 7e-3}).stopped);
+}
+
+TEST(Edges, StopOnlyWhereAskedTo) {
+  const auto holed = [](auto i, auto, auto) {
+    return i >= 20 && i < 30 ? std::numeric_limits<float>::quiet_NaN() : (i < 20 ? 0.f : 5.f);
+  };
+  for (const MakeGrid make : both) {
+    const FieldPtr field = grid_with(make, {50, 9, 9}, holed);
+    const Vec3 from{-0.01, 4e-3, 4e-3}, to{0.07, 4.3e-3, 4.1e-3};
+    const double margin = make == grid_field ? 0.0 : 1e-3;  // the spline reaches one voxel further
+    Searched s({field, lamb_oseen_vortex().fields[0].field}, {{0, 3.0}});
+    s.look(from);
+    EXPECT_FALSE(s.search(from, to).stopped) << "beyond the hole the watch takes its side anew";
+    const std::int32_t edges[] = {0};
+    s.watches.attend_edges(edges);
+    s.look(from);
+    Vec3 at = from;
+    std::vector<double> met_at;
+    for (int n = 0; n < 10; ++n) {
+      const Watches::Met met = s.search(at, to);
+      if (!met.stopped) break;
+      ASSERT_TRUE(met.edge);
+      at = at + met.share * (to - at);
+      met_at.push_back(at.x);
+      ASSERT_EQ(field->scalar(at).inside, n % 2 == 0) << n;
+    }
+    ASSERT_EQ(met_at.size(), 4u);
+    const double expected[] = {0.0, 19e-3 - margin, 30e-3 + margin, 49e-3};
+    for (int n = 0; n < 4; ++n) EXPECT_NEAR(met_at[static_cast<std::size_t>(n)], expected[n], 2e-9);
+    const std::int32_t vectors[] = {1};
+    s.watches.attend_edges(vectors);
+    s.look({-0.07, 0, 0});
+    const Watches::Met met = s.search({-0.07, 0, 0}, {0, 0, 0});
+    EXPECT_TRUE(met.edge);
+    EXPECT_NEAR(-0.07 + met.share * 0.07, -0.06, 1e-9);
+    s.watches.attend_edges({});
+    s.look(from);
+    EXPECT_FALSE(s.search(from, to).stopped);
+  }
+}
+
+// After a hole on whose far side the value is on the other side, a level there is met all the same.
+TEST(FirstCrossing, BehindAHoleSidesAreTakenAnew) {
+  const auto value = [](auto i, auto, auto) {
+    return i < 10 ? 0.0f : i < 20 ? std::numeric_limits<float>::quiet_NaN() : i < 30 ? 5.0f : 1.0f;
+  };
+  const FieldPtr field = grid_with(grid_field, {50, 4, 4}, value);
+  Searched s({field}, {{0, 3.0}});
+  const Vec3 from{1e-3, 1.2e-3, 1.3e-3}, to{45e-3, 2e-3, 2e-3};
+  s.look(from);
+  const Watches::Met met = s.search(from, to);
+  ASSERT_TRUE(met.stopped);
+  EXPECT_NEAR(from.x + met.share * (to.x - from.x), 29.5e-3, 1e-12);
+  EXPECT_FALSE(s.crossings[0].up);
+}
+
+TEST(FirstCrossing, WorkIsBoundedAndGoesOn) {
+  // A formula is looked at every quarter of a millimetre: a way of a metre is more than one search.
+  const FieldPtr plane = plane_field(10.0).fields[0].field;
+  Searched s({plane}, {{0, 0.0}});
+  Vec3 at{0, 0, 4.9};
+  const Vec3 to{0, 0, -4.9};
+  s.look(at);
+  int searches = 0;
+  Watches::Met met;
+  do {
+    met = s.search(at, to);
+    ASSERT_GT(met.share, 0.0);
+    at = at + met.share * (to - at);
+    ASSERT_LT(++searches, 100);
+  } while (met.out_of_work);
+  EXPECT_TRUE(met.stopped);
+  EXPECT_NEAR(at.z, 0.0, 1e-9);
+
+  std::mt19937 random(5);
+  const FieldPtr noise = grid_with(grid_field, {400, 20, 20}, [&](auto, auto, auto) { return uniform(random, -1, 1); });
+  Searched long_way({noise}, {{0, 2.0}, {0, -2.0}, {0, 0.999}, {0, -0.999}});
+  long_way.watches.attend_all();
+  const Vec3 from{0, 0.1e-3, 0.2e-3}, far{0.399, 18e-3, 17e-3};
+  long_way.look(from);
+  const Watches::Met whole = long_way.search(from, far);
+  EXPECT_TRUE(!whole.stopped || !long_way.crossings.empty() || whole.out_of_work);
+}
+
+TEST(FirstCrossing, TakesAnything) {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN(), infinity = std::numeric_limits<double>::infinity();
+  std::mt19937 random(6);
+  const FieldPtr noise = grid_with(smooth_grid_field, {9, 9, 9}, [&](auto, auto, auto) { return uniform(random, -1, 1); });
+  Searched s({noise, head_phantom().fields[0].field, lamb_oseen_vortex().fields[0].field},
+             {{0, 0.1}, {1, 300.0}, {2, 0.0}, {7, 1.0}, {-1, 1.0}, {0, nan}, {0, infinity}, {0, -infinity}});
+  const std::int32_t edges[] = {0, 1, 2, 7, -1};
+  s.watches.attend_edges(edges);
+  const double numbers[] = {nan, infinity, -infinity, 1e308, -1e308, 1e20, 1e-300, 0.0, 4e-3, -0.1, 1e3};
+  for (int n = 0; n < 20000; ++n) {
+    const auto any = [&] { return numbers[random() % std::size(numbers)]; };
+    const Vec3 from{any(), any(), any()}, to{any(), any(), any()};
+    s.samples.move_to(from);
+    s.watches.look(s.samples);
+    const Watches::Met met = s.search(from, to);
+    ASSERT_GE(met.share, 0.0);
+    ASSERT_LE(met.share, 1.0);
+    ASSERT_LE(s.crossings.size(), 18u);
+  }
+}
+
+// The hand's frame: the same shares whatever the scale of the data.
+TEST(FirstCrossing, DoesNotDependOnTheScale) {
+  std::mt19937 random(7);
+  const FieldPtr noise = grid_with(grid_field, {20, 20, 20}, [&](auto, auto, auto) { return uniform(random, -1, 1); });
+  Searched plain({noise}, {{0, 0.2}}), scaled({posed(noise, {.scale = 1024.0})}, {{0, 0.2}}, {.scale = 1024.0});
+  for (int n = 0; n < 500; ++n) {
+    const Vec3 from = in_box(random, noise->bounds_m()), to = in_box(random, noise->bounds_m());
+    plain.look(from);
+    scaled.look(from);
+    const Watches::Met a = plain.search(from, to), b = scaled.search(from, to);
+    ASSERT_EQ(a.stopped, b.stopped);
+    ASSERT_EQ(a.share, b.share);
+  }
+}
+
+}  // namespace
+}  // namespace palpa
