@@ -1,7 +1,12 @@
 // The parts of a tick, one at a time. Positions change from call to call, so nothing is predicted away.
 #include <benchmark/benchmark.h>
+#include <palpa/field/smooth_grid.h>
 #include <palpa/palpa.h>
+#include <palpa/tick/watch.h>
 
+#include <cmath>
+#include <cstdint>
+#include <memory>
 #include <random>
 #include <vector>
 
@@ -48,6 +53,95 @@ void sample(benchmark::State& state, const Volume& volume) {
 }
 BENCHMARK_CAPTURE(sample, head_phantom_formula, head_phantom());
 BENCHMARK_CAPTURE(sample, head_phantom_grid_128_trilinear_anywhere, sampled(head_phantom(), 128));
+
+/// 256³ voxels of int16, 1 mm: a ball of 1000 with an edge, in noise of ±30.
+Voxels ball_in_noise(std::int64_t n) {
+  const auto voxels = std::make_shared<std::vector<std::int16_t>>();
+  std::mt19937 random(3);
+  for (std::int64_t k = 0; k < n; ++k) {
+    for (std::int64_t j = 0; j < n; ++j) {
+      for (std::int64_t i = 0; i < n; ++i) {
+        const double half = 0.5 * static_cast<double>(n);
+        const double r = std::hypot(double(i) - half, double(j) - half, double(k) - half);
+        const double value = 500.0 - 500.0 * std::tanh((r - 0.3 * static_cast<double>(n)) / 3.0);
+        voxels->push_back(static_cast<std::int16_t>(value + static_cast<double>(random() % 61) - 30.0));
+      }
+    }
+  }
+  return {VoxelType::int16, 1, std::shared_ptr<const void>(voxels, voxels->data())};
+}
+constexpr std::int64_t bench_voxels = 256;
+const GridGeometry bench_geometry{{bench_voxels, bench_voxels, bench_voxels}, 1e-3 * Mat3::identity(), {}};
+
+FieldPtr bench_grid(bool smooth) {
+  static const Voxels voxels = ball_in_noise(bench_voxels);
+  static const FieldPtr grids[] = {grid_field(bench_geometry, voxels), smooth_grid_field(bench_geometry, voxels)};
+  return grids[smooth ? 1 : 0];
+}
+
+/// Reading all voxels of a grid for their range and that of its bricks.
+void make_grid(benchmark::State& state, bool smooth) {
+  const Voxels voxels = ball_in_noise(bench_voxels);
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(smooth ? smooth_grid_field(bench_geometry, voxels) : grid_field(bench_geometry, voxels));
+  }
+}
+BENCHMARK_CAPTURE(make_grid, trilinear, false)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(make_grid, smooth, true)->Unit(benchmark::kMillisecond);
+
+/// A search for crossings along ways of so many voxels that meet none. `levels` about the value: on both sides of the
+/// ball's inside, where noise leaves no brick in doubt; or close to it, so that every cell must be looked at.
+void first_crossing(benchmark::State& state, bool smooth, double voxels, bool bricks) {
+  const std::vector<FieldPtr> fields{bench_grid(smooth)};
+  Samples samples(fields, {});
+  const double near = smooth ? 12.0 : 29.9;
+  const Watch levels[] = {{0, bricks ? 300.0 : 1000.0 - near}, {0, bricks ? 2000.0 : 1000.0 + near}};
+  Watches watches(levels);
+  std::vector<Crossing> crossings;
+  crossings.reserve(8);
+  const Vec3 centre{0.128, 0.128, 0.128};
+  samples.move_to(centre);
+  watches.look(samples);
+  const std::vector<Vec3> ends = positions_in({{-1, -1, -1}, {1, 1, 1}}, 4096);
+  std::size_t i = 0;
+  std::int64_t stopped = 0;
+  for (auto _ : state) {
+    const Vec3 half_m = 0.5e-3 * voxels * normalized(ends[i % ends.size()]);
+    const Vec3 middle = centre + (voxels < 10.0 ? 0.03 : 0.003) * ends[(i + 7) % ends.size()];
+    ++i;
+    crossings.clear();
+    stopped += watches.first_crossing(samples, middle - half_m, middle + half_m, crossings).stopped;
+  }
+  state.counters["stopped"] = benchmark::Counter(static_cast<double>(stopped), benchmark::Counter::kAvgIterations);
+}
+BENCHMARK_CAPTURE(first_crossing, trilinear_half_a_voxel_in_a_quiet_brick, false, 0.5, true);
+BENCHMARK_CAPTURE(first_crossing, trilinear_half_a_voxel, false, 0.5, false);
+BENCHMARK_CAPTURE(first_crossing, trilinear_100_voxels_over_bricks, false, 100.0, true);
+BENCHMARK_CAPTURE(first_crossing, smooth_half_a_voxel_in_a_quiet_brick, true, 0.5, true);
+BENCHMARK_CAPTURE(first_crossing, smooth_half_a_voxel, true, 0.5, false);
+BENCHMARK_CAPTURE(first_crossing, smooth_100_voxels_over_bricks, true, 100.0, true);
+
+/// All pieces of a way of 100 voxels, one by one: what bricks save.
+void all_pieces(benchmark::State& state, bool smooth, bool bricks) {
+  const FieldPtr field = bench_grid(smooth);
+  const Extent quiet = bricks ? Extent{300.0, 2000.0} : Extent{1.0, -1.0};
+  const std::vector<Vec3> ends = positions_in({{-1, -1, -1}, {1, 1, 1}}, 4096);
+  std::size_t i = 0;
+  std::int64_t pieces = 0;
+  for (auto _ : state) {
+    const Vec3 half_m = 0.05 * normalized(ends[i % ends.size()]);
+    const Vec3 middle = Vec3{0.128, 0.128, 0.128} + 0.003 * ends[(i + 7) % ends.size()];
+    ++i;
+    for (double begin = 0.0; begin < 1.0; ++pieces) {
+      begin = field->stretch(middle - half_m, middle + half_m, begin, quiet).end;
+    }
+  }
+  state.counters["pieces"] = benchmark::Counter(static_cast<double>(pieces), benchmark::Counter::kAvgIterations);
+}
+BENCHMARK_CAPTURE(all_pieces, trilinear_100_voxels_cell_by_cell, false, false);
+BENCHMARK_CAPTURE(all_pieces, trilinear_100_voxels_over_bricks, false, true);
+BENCHMARK_CAPTURE(all_pieces, smooth_100_voxels_cell_by_cell, true, false);
+BENCHMARK_CAPTURE(all_pieces, smooth_100_voxels_over_bricks, true, true);
 
 /// A tick on the plane: in free space, or pressed 1 mm deep and sliding.
 void tick(benchmark::State& state, double depth_m) {
