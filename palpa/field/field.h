@@ -123,6 +123,7 @@ struct Volume {
   bool medical_frame = false;         ///< the world is LPS: x to the patient's left, y to the back, z to the head
   std::string format;                 ///< "nrrd", "metaimage", "nifti", "vti", "vtk", "formula", "grid"
   std::vector<SourceFile> files;      ///< empty for embedded data
+  int frames = 1;                     ///< that its file holds; the fields are one of them, or all of them as a time series
   std::vector<std::string> warnings;  ///< half sentences, for the reader of a summary
 
   /// Box of the first field [m].

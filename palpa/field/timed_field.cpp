@@ -383,27 +383,27 @@ FieldPtr frozen(FieldPtr field, DataTime at) {
   return std::make_shared<const Frozen>(std::move(field), at);
 }
 
+const char* problem_with_frame(const Field& first, const Field& frame) noexcept {
+  if (timed(frame)) return "changes with time itself; a frame must stay as it is";
+  if (frame.components() != first.components()) return "has another number of components than the first; all must be alike";
+  const Box a = first.bounds_m(), b = frame.bounds_m();
+  const double spacing_m = first.spacing_m(), close_m = 1e-3 * spacing_m;
+  if (std::abs(frame.spacing_m() - spacing_m) > 1e-6 * spacing_m || !(largest_component(a.low_m - b.low_m) <= close_m) ||
+      !(largest_component(a.high_m - b.high_m) <= close_m)) {
+    return "lies on another grid than the first; all frames must have one geometry";
+  }
+  return nullptr;
+}
+
 FieldPtr time_series(std::vector<FieldPtr> frames, double period_s, BetweenFrames between_frames) {
   if (frames.empty()) throw std::invalid_argument("a time series needs at least one frame");
   if (!(period_s > 0.0) || !std::isfinite(period_s * static_cast<double>(frames.size()))) {
     throw std::invalid_argument("the time from frame to frame must be above 0 and finite");
   }
-  const auto same_box = [](const Box& a, const Box& b, double close_m) {
-    return largest_component(a.low_m - b.low_m) <= close_m && largest_component(a.high_m - b.high_m) <= close_m;
-  };
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    if (!frames[i]) throw std::invalid_argument("frame " + std::to_string(i) + " of the time series is no field");
-    const Field &first = *frames.front(), &frame = *frames[i];
     const std::string the = "frame " + std::to_string(i) + " of the time series ";
-    if (timed(frame)) throw std::invalid_argument(the + "changes with time itself; a frame must stay as it is");
-    if (frame.components() != first.components()) {
-      throw std::invalid_argument(the + "has " + std::to_string(frame.components()) + " components and the first has " +
-                                  std::to_string(first.components()) + "; all must be alike");
-    }
-    if (std::abs(frame.spacing_m() - first.spacing_m()) > 1e-6 * first.spacing_m() ||
-        !same_box(frame.bounds_m(), first.bounds_m(), 1e-3 * first.spacing_m())) {
-      throw std::invalid_argument(the + "lies on another grid than the first; all frames must have one geometry");
-    }
+    if (!frames[i]) throw std::invalid_argument(the + "is no field");
+    if (const char* problem = problem_with_frame(*frames.front(), *frames[i])) throw std::invalid_argument(the + problem);
   }
   return std::make_shared<const Series>(std::move(frames), period_s, between_frames);
 }

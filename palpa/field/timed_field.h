@@ -90,6 +90,9 @@ enum class BetweenFrames : std::uint8_t {
 /// Reads 4096 places of the frames for the noise of their gradients. Throws std::invalid_argument, with a sentence.
 FieldPtr time_series(std::vector<FieldPtr> frames, double period_s, BetweenFrames between_frames = BetweenFrames::linear);
 
+/// Why a field cannot follow another one in a series, as the end of a sentence; nullptr if it can.
+const char* problem_with_frame(const Field& first, const Field& frame) noexcept;
+
 /// The frames behind a field made by `time_series`; nullptr for other fields.
 struct SeriesView {
   std::vector<FieldPtr> frames;

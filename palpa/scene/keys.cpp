@@ -14,6 +14,7 @@ namespace {
 constexpr double unbounded = std::numeric_limits<double>::infinity();
 /// 512³ samples of float32 are half a gigabyte.
 constexpr double most_samples = 512;
+constexpr double most_frames = 1000;
 
 constexpr std::array<std::pair<std::string_view, double CouplingOptions::*>, 3> coupling_members{{
     {"stiffness_n_per_m", &CouplingOptions::stiffness_n_per_m},
@@ -46,7 +47,9 @@ std::vector<std::string> directions() {
 
 std::vector<std::string> analytic_names() {
   std::vector<std::string> names;
-  for (const AnalyticVolume& volume : analytic_volumes()) names.emplace_back(volume.name);
+  for (const auto& volumes : {analytic_volumes(), beating_volumes()}) {
+    for (const AnalyticVolume& volume : volumes) names.emplace_back(volume.name);
+  }
   return names;
 }
 
@@ -150,6 +153,7 @@ const Keys& scene_keys() {
       {"coupling", KeyKind::table, "[coupling]", "", "the spring between hand and proxy"},
       {"law", KeyKind::table, "[law]", "", "the rule that finds the balance"},
       {"workspace", KeyKind::table, "[workspace]", "", "how the hand's reach lies in the world"},
+      {"time", KeyKind::table, "[time]", "", "how the time goes of data that change with it"},
       {"volume", KeyKind::table, "[volume.NAME]", "", "the data, one table for each volume; NAME is a plain word"},
       {"mode", KeyKind::tables, "[[mode]]", "", "what is felt, one table for each mode; at least one"},
       {"view", KeyKind::table, "[[view.layer]]", "", "how it is drawn; ignored where nothing is drawn"},
@@ -204,11 +208,38 @@ const Keys& workspace_keys() {
   return keys;
 }
 
+const Keys& time_keys() {
+  static const Keys keys{
+      {"play",
+       KeyKind::text,
+       {},
+       "\"hold\"",
+       "the data stay at `start_s`, go on to their end, or begin again, each volume after its own length",
+       {},
+       {"hold", "once", "loop"}},
+      {"speed", KeyKind::number, {}, "1", "seconds of data per second", Bounds{0, 1000, true}},
+      {"start_s", KeyKind::number, {}, "0", "the moment of the data that is felt first [s]", Bounds{0, 1e9}},
+  };
+  return keys;
+}
+
 const Keys& volume_keys() {
   static const Keys keys{
       {"file", KeyKind::text, "path", "",
        "the file; a relative path is looked for beside the scene, then in each --data folder, "
        "then in $PALPA_DATA"},
+      {"files", KeyKind::text, "pattern of paths", "",
+       "instead of `file`: a time series, one file for each frame; `*` and `?` in the name stand for any characters, and "
+       "numbers in it sort by value"},
+      {"frame_period_s", KeyKind::number, "number [s], above 0", "that of `analytic`",
+       "time from frame to frame of a series; with `file`, all the frames that it holds are one", Bounds{0, 1e9, true}},
+      {"between_frames",
+       KeyKind::text,
+       {},
+       "\"linear\"",
+       "what lies between two frames: their blend, or the nearer one",
+       {},
+       {"linear", "nearest"}},
       {"analytic", KeyKind::text, {}, "", "instead of `file`: embedded data", {}, analytic_names()},
       {"sampled",
        KeyKind::whole_number,
@@ -217,6 +248,12 @@ const Keys& volume_keys() {
        "with `analytic`: as a grid with this many samples along its longest side, "
        "instead of a formula",
        Bounds{2, most_samples}},
+      {"frames",
+       KeyKind::whole_number,
+       {},
+       "20",
+       "with `sampled`, of embedded data that change with time: in how many moments of their cycle they are sampled",
+       Bounds{1, most_frames}},
       {"length_unit",
        KeyKind::text,
        {},
@@ -228,6 +265,8 @@ const Keys& volume_keys() {
        "which arrays of the file are fields, and what they are called"},
       {"pose", KeyKind::table, "{translate_m, rotate_axis_deg, scale}", "where the file puts it",
        "moves the volume in the world"},
+      {"poses", KeyKind::tables, "[{time_s, translate_m, rotate_axis_deg, scale}, …]", "",
+       "instead of `pose`: where the volume is at some moments; it moves steadily from one to the next"},
       {"smoothing_m",
        KeyKind::number,
        {},
@@ -268,6 +307,16 @@ const Keys& pose_keys() {
        4},
       {"scale", KeyKind::number, {}, "1", "how much larger the volume becomes", Bounds{0, unbounded, true}},
   };
+  return keys;
+}
+
+const Keys& poses_keys() {
+  static const Keys keys = [] {
+    Keys all{
+        {"time_s", KeyKind::number, {}, "required", "moment of the data; the first is at 0, and they rise", Bounds{0, 1e9}}};
+    all.insert(all.end(), pose_keys().begin(), pose_keys().end());
+    return all;
+  }();
   return keys;
 }
 

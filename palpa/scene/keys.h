@@ -57,9 +57,11 @@ const Keys& scene_keys();
 const Keys& coupling_keys();
 const Keys& law_keys();
 const Keys& workspace_keys();
+const Keys& time_keys();
 const Keys& volume_keys();
 const Keys& volume_field_keys();  ///< of volume.NAME.fields.NAME
 const Keys& pose_keys();
+const Keys& poses_keys();     ///< of each of `poses`
 const Keys& mode_keys();      ///< those that every mode has
 const Keys& function_keys();  ///< of a strength that is a transfer function, and of a mask
 const Keys& view_keys();

@@ -11,7 +11,9 @@
 
 #include "palpa/field/analytic.h"
 #include "palpa/field/grid.h"
+#include "palpa/field/timed_field.h"
 #include "palpa/scene/keys.h"
+#include "palpa/scene/read_series.h"
 #include "palpa/scene/scene_checks.h"
 #include "palpa/scene/wording.h"
 
@@ -299,7 +301,7 @@ class Setter {
     const std::string place = std::string(set_mark) + path;
     const std::vector<std::string> parts = split(path);
     const std::size_t n = parts.size();
-    if (n == 2 && (parts[0] == "coupling" || parts[0] == "workspace" || path == "law.method")) {
+    if (n == 2 && (parts[0] == "coupling" || parts[0] == "workspace" || parts[0] == "time" || path == "law.method")) {
       if (!root_.contains(parts[0])) root_.insert(toml::key(parts[0], region(place)), toml::table{});
       return put(root_[parts[0]].as_table(), parts[1], value, place);
     }
@@ -319,7 +321,7 @@ class Setter {
       return put(&item(mode, parts[2], parts[3], parts[2], place), parts[4], value, place);
     }
     fail(place,
-         "no such path; there are: coupling.KEY, law.method, workspace.KEY, volume.NAME.KEY, mode.NAME.KEY, "
+         "no such path; there are: coupling.KEY, law.method, workspace.KEY, time.KEY, volume.NAME.KEY, mode.NAME.KEY, "
          "mode.NAME.level.NAME.KEY");
   }
 
@@ -501,6 +503,7 @@ class Loader {
     read_law(scene);
     const std::vector<VolumePlan> volumes = plan_volumes(scene);
     read_workspace(scene);
+    read_time(scene);
     read_view(scene);
     std::vector<SceneMode> modes = read_modes(scene);
 
@@ -523,7 +526,11 @@ class Loader {
     VolumeRequest request;
     std::string analytic;
     std::optional<double> sampled;
+    int frames = 20;                       // of embedded data that change with time
+    std::optional<double> frame_period_s;  // of a series
+    BetweenFrames between_frames = BetweenFrames::linear;
     Similarity pose;
+    PoseTrack poses;
     double smoothing_m = 0.0;
     std::string source;
   };
@@ -587,6 +594,19 @@ class Loader {
     if (const auto center = section.numbers("center", 3)) workspace.center_m = Vec3{(*center)[0], (*center)[1], (*center)[2]};
     workspace.towards_user = section.text("towards_user").value_or("");
     workspace.up = section.text("up").value_or("");
+  }
+
+  void read_time(const Section& scene) {
+    const toml::table* table = scene.subtable("time");
+    if (!table) return;
+    const Section section(*table, detail::time_keys(), "[time]");
+    TimeOptions& time = loaded_.scene.time;
+    if (const auto play = section.text("play")) {
+      const auto& ways = detail::find(detail::time_keys(), "play")->choices;
+      time.play = static_cast<TimeOptions::Play>(std::ranges::find(ways, *play) - ways.begin());
+    }
+    time.speed = section.number("speed").value_or(time.speed);
+    time.start_s = section.number("start_s").value_or(time.start_s);
   }
 
   void read_view(const Section& scene) {
@@ -661,8 +681,10 @@ class Loader {
     plan.sampled = section.number("sampled");
     plan.smoothing_m = section.number("smoothing_m").value_or(0.0);
     if (const toml::table* pose = section.subtable("pose")) plan.pose = read_pose(*pose, section.where());
-    if (plan.analytic.empty() == !section.node("file")) {
-      fail(place_of(table), "volume " + in_quotes(name) + " has " + (plan.analytic.empty() ? "no data" : "two sources") +
+    if (section.node("poses")) plan.poses = read_poses(section);
+    const int sources = !plan.analytic.empty() + (section.node("file") != nullptr) + (section.node("files") != nullptr);
+    if (sources != 1) {
+      fail(place_of(table), "volume " + in_quotes(name) + " has " + (sources == 0 ? "no data" : "two sources") +
                                 "; give either 'file' or 'analytic'");
     }
     for (const char* key : {"length_unit", "fields", "frame", "as"}) {
@@ -675,6 +697,7 @@ class Loader {
       fail(place_of(*section.node("sampled")),
            "'sampled' in volume " + in_quotes(name) + " is for embedded data; leave it out with 'file'");
     }
+    plan_series(section, plan);
     if (plan.analytic.empty()) plan.request = read_request(section);
     for (const Key& key : detail::volume_keys()) {
       if (const toml::node* node = section.node(key.name)) plan.source += key.name + " = " + text_of(*node) + "\n";
@@ -682,9 +705,41 @@ class Loader {
     return plan;
   }
 
+  /// What a volume says about its frames in time.
+  static void plan_series(const Section& section, VolumePlan& plan) {
+    const auto refuse = [&](const char* key, const std::string& text) {
+      fail(place_of(*section.node(key)), in_quotes(key) + " in " + section.where() + " " + text);
+    };
+    plan.frame_period_s = section.number("frame_period_s");
+    plan.frames = static_cast<int>(section.number("frames").value_or(plan.frames));
+    if (section.text("between_frames") == "nearest") plan.between_frames = BetweenFrames::nearest;
+    const bool grids_of_formula =
+        plan.sampled && std::ranges::find(beating_volumes(), plan.analytic, &AnalyticVolume::name) != beating_volumes().end();
+    if (section.node("frames") && !grids_of_formula) {
+      refuse("frames", "is for embedded data that change with time, with 'sampled'; leave it out");
+    }
+    if (section.node("files")) {
+      if (!plan.frame_period_s) refuse("files", "is a time series; say the time from frame to frame, 'frame_period_s'");
+      if (section.node("frame")) refuse("frame", "speaks of one file with several frames; leave it out with 'files'");
+    } else if (section.node("file")) {
+      if (section.node("frame") && plan.frame_period_s) {
+        refuse("frame", "takes one frame, and 'frame_period_s' all of them; leave one out");
+      }
+    } else if (plan.frame_period_s && !grids_of_formula) {
+      refuse("frame_period_s", "is for a time series, of files or sampled from embedded data; leave it out");
+    }
+    if (section.node("between_frames") && !plan.frame_period_s && !grids_of_formula) {
+      refuse("between_frames", "is for a time series; give 'frame_period_s' too, or leave it out");
+    }
+  }
+
   VolumeRequest read_request(const Section& section) const {
     VolumeRequest request;
-    request.files = {find_file(*section.text("file"), section)};
+    if (section.node("files")) {
+      request.files = find_files(*section.text("files"), section);
+    } else {
+      request.files = {find_file(*section.text("file"), section)};
+    }
     request.length_unit = section.text("length_unit").value_or("");
     request.as = section.text("as").value_or("");
     request.frame = static_cast<int>(section.number("frame").value_or(-1));
@@ -705,20 +760,21 @@ class Loader {
   }
 
   /// Beside the scene, then in each data folder, then in $PALPA_DATA.
+  std::vector<std::filesystem::path> candidates_of(const std::filesystem::path& path) const {
+    if (path.is_absolute()) return {path};
+    std::vector<std::filesystem::path> candidates{folder_ / path};
+    for (const std::filesystem::path& data : options_.data_folders) candidates.push_back(data / path);
+    if (const char* data = std::getenv("PALPA_DATA"); data && *data) candidates.push_back(std::filesystem::path(data) / path);
+    return candidates;
+  }
+
   std::filesystem::path find_file(const std::string& file, const Section& section) const {
     const toml::node& node = *section.node("file");
     if (file.empty() || file.find('\0') != std::string::npos) {
       fail(place_of(node), "'file' in " + section.where() + " is no path; give the path of a file");
     }
     const std::filesystem::path path(file);
-    std::vector<std::filesystem::path> candidates;
-    if (path.is_absolute()) {
-      candidates = {path};
-    } else {
-      candidates = {folder_ / path};
-      for (const std::filesystem::path& data : options_.data_folders) candidates.push_back(data / path);
-      if (const char* data = std::getenv("PALPA_DATA"); data && *data) candidates.push_back(std::filesystem::path(data) / path);
-    }
+    const std::vector<std::filesystem::path> candidates = candidates_of(path);
     std::vector<std::string> looked;
     for (const std::filesystem::path& candidate : candidates) {
       std::error_code ignored;
@@ -729,8 +785,51 @@ class Loader {
                              (path.is_absolute() ? "" : "; name the folder it is in with --data or $PALPA_DATA"));
   }
 
+  /// The files of a series, in the order of their frames: those whose names match, in the first folder that has any.
+  std::vector<std::filesystem::path> find_files(const std::string& pattern, const Section& section) const {
+    const toml::node& node = *section.node("files");
+    const std::filesystem::path path(pattern);
+    if (pattern.empty() || pattern.find('\0') != std::string::npos || !path.has_filename()) {
+      fail(place_of(node), "'files' in " + section.where() + " is no pattern of paths; give one like \"phase_*.vti\"");
+    }
+    std::vector<std::string> looked;
+    for (const std::filesystem::path& candidate : candidates_of(path)) {
+      const std::vector<std::filesystem::path> found = files_matching(candidate);
+      if (found.size() == 1) {
+        fail(place_of(node), "only " + in_quotes(found.front().string()) + " matches 'files' in " + section.where() +
+                                 "; a series has several frames: give one file as 'file'");
+      }
+      if (!found.empty()) return found;
+      looked.push_back(candidate.string());
+    }
+    fail(place_of(node), "no files match " + in_quotes(pattern) + " for " + section.where() + "; looked for " +
+                             detail::joined(looked) +
+                             (path.is_absolute() ? "" : "; name the folder they are in with --data or $PALPA_DATA"));
+  }
+
+  PoseTrack read_poses(const Section& volume) const {
+    const toml::node& node = *volume.node("poses");
+    if (volume.node("pose")) {
+      fail(place_of(node), "both 'pose' and 'poses' are given in " + volume.where() + "; use one of them");
+    }
+    PoseTrack track;
+    for (const toml::table* table : tables_in(&node)) {
+      const Section section(*table, detail::poses_keys(), "'poses' of " + volume.where());
+      track.push_back({*section.number("time_s"), pose_in(section, volume.where())});
+      const char* problem = problem_with(track);
+      if (problem) fail(place_of(*table), "'poses' of " + volume.where() + ": " + problem);
+    }
+    if (track.size() < 2) {
+      fail(place_of(node), "'poses' of " + volume.where() + " has " + (track.empty() ? "none" : "one") +
+                               "; what moves has at least two: use 'pose'");
+    }
+    return track;
+  }
+
   static Similarity read_pose(const toml::table& table, const std::string& volume) {
-    const Section section(table, detail::pose_keys(), "'pose' of " + volume);
+    return pose_in(Section(table, detail::pose_keys(), "'pose' of " + volume), volume);
+  }
+  static Similarity pose_in(const Section& section, const std::string& volume) {
     Similarity pose;
     if (const auto t = section.numbers("translate_m", 3)) pose.translation_m = {(*t)[0], (*t)[1], (*t)[2]};
     if (const auto r = section.numbers("rotate_axis_deg", 4)) {
@@ -745,18 +844,30 @@ class Loader {
     return pose;
   }
 
+  static Volume make(const VolumePlan& plan) {
+    Volume volume = analytic_volume(plan.analytic)->make();
+    if (!plan.sampled) return volume;
+    const int longest = static_cast<int>(*plan.sampled);
+    if (!timed(*volume.fields.front().field)) return sampled(volume, longest);
+    volume = sampled(volume, longest, plan.frames, plan.between_frames);
+    if (!plan.frame_period_s) return volume;
+    for (VolumeField& f : volume.fields) {
+      f.field = time_series(series_of(*f.field)->frames, *plan.frame_period_s, plan.between_frames);
+    }
+    return volume;
+  }
+
   void open(const VolumePlan& plan) {
     Scene& scene = loaded_.scene;
     try {
-      Volume volume;
-      if (plan.analytic.empty()) {
-        volume = read_volume_(plan.request);
+      Volume volume = !plan.analytic.empty() ? make(plan)
+                      : plan.frame_period_s ? read_series(plan.request, *plan.frame_period_s, plan.between_frames, read_volume_)
+                                            : read_volume_(plan.request);
+      if (plan.poses.empty()) {
+        scene.add(plan.name, std::move(volume), plan.pose);
       } else {
-        const auto all = analytic_volumes();
-        volume = std::ranges::find(all, plan.analytic, &AnalyticVolume::name)->make();
-        if (plan.sampled) volume = sampled(volume, static_cast<int>(*plan.sampled));
+        scene.add(plan.name, std::move(volume), plan.poses);
       }
-      scene.add(plan.name, std::move(volume), plan.pose);
     } catch (const SceneError& error) {
       fail(place_of(*plan.table), error.what());
     } catch (const std::invalid_argument& error) {

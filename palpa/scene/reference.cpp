@@ -61,12 +61,16 @@ std::string scene_reference_markdown(const ModeCatalog& modes) {
   out += section("`[coupling]`", detail::coupling_keys());
   out += section("`[law]`", detail::law_keys());
   out += section("`[workspace]`", detail::workspace_keys());
+  out += section("`[time]`", detail::time_keys());
   out += section("`[volume.NAME]`", detail::volume_keys());
   out += section("`fields` of a volume, for each `NAME`", detail::volume_field_keys());
   out += section("`pose` of a volume", detail::pose_keys());
+  out += section("Each of the `poses` of a volume", detail::poses_keys());
   out += "### Embedded data (`analytic`)\n\n| name | what it is |\n|---|---|\n";
-  for (const AnalyticVolume& volume : analytic_volumes()) {
-    out += "| `" + std::string(volume.name) + "` | " + cell(std::string(volume.sentence)) + " |\n";
+  for (const auto& volumes : {analytic_volumes(), beating_volumes()}) {
+    for (const AnalyticVolume& volume : volumes) {
+      out += "| `" + std::string(volume.name) + "` | " + cell(std::string(volume.sentence)) + " |\n";
+    }
   }
   out += "\n" + section("`[[mode]]`, whatever its type", detail::mode_keys());
   out += "### Types of modes\n\n| type | what it feels like |\n|---|---|\n";

@@ -359,6 +359,33 @@ std::vector<Finding> field_findings(const Scene& scene, const SceneMode& scene_m
   return found;
 }
 
+std::vector<Finding> time_findings(const Scene& scene) {
+  std::vector<Finding> found;
+  const auto find = [&](const char* key, std::string text, bool warning) {
+    found.push_back({{.section = "time", .list = {}, .key = key}, std::move(text), warning});
+  };
+  const TimeOptions& time = scene.time;
+  for (const auto& [key, value] : {std::pair{"speed", time.speed}, std::pair{"start_s", time.start_s}}) {
+    const Bounds& bounds = *detail::find(time_keys(), key)->bounds;
+    if (!bounds.contain(value))
+      find(key, in_quotes(key) + " is " + toml_number(value) + "; it must be " + sentence_of(bounds), false);
+  }
+  bool any = false;
+  for (const SceneVolume& volume : scene.volumes()) {
+    for (const VolumeField& field : volume.volume.fields) any = any || timed(*field.field);
+    if (time.play == TimeOptions::Play::loop && !volume.poses.empty() &&
+        volume.poses.front().pose != volume.poses.back().pose) {
+      find("play",
+           "volume " + in_quotes(volume.name) + " jumps where its loop begins again; end its 'poses' with the first of them",
+           true);
+    }
+  }
+  if (time != TimeOptions{} && !any) {
+    find("", "nothing in the scene changes with time; give a volume 'files' or 'poses', or leave [time] out", true);
+  }
+  return found;
+}
+
 std::vector<Finding> findings(const Scene& scene) {
   std::vector<Finding> found;
   for (const Key& key : coupling_keys()) {
@@ -376,6 +403,7 @@ std::vector<Finding> findings(const Scene& scene) {
   } catch (const WorkspaceProblem& problem) {
     found.push_back({{.section = "workspace", .list = {}, .key = problem.key}, problem.text});
   }
+  std::ranges::move(time_findings(scene), std::back_inserter(found));
   std::set<std::string> names;
   for (std::size_t i = 0; i < scene.modes().size(); ++i) {
     const SceneMode& mode = scene.modes()[i];
@@ -423,11 +451,27 @@ class Scene::DerivedFields {
 
 Scene::Scene(CouplingOptions options) : coupling(options), derived_(std::make_shared<DerivedFields>()) {}
 
+DataTime TimeOptions::at(double elapsed_s) const noexcept {
+  if (play == Play::hold) return {start_s};
+  return {start_s + speed * elapsed_s, play == Play::loop};
+}
+
 FieldRef Scene::add(std::string name, Volume volume, const Similarity& pose) {
-  if (const std::string problem = problem_with_name("volume", name); !problem.empty()) refuse(problem);
-  if (find_volume(name)) refuse("volume name " + in_quotes(name) + " is taken; give every volume a name of its own");
   if (!is_usable(pose))
     refuse("the pose of volume " + in_quotes(name) + " is no similarity; use a rotation, a scale above 0 and finite numbers");
+  return add({std::move(name), std::move(volume), pose, {}});
+}
+
+FieldRef Scene::add(std::string name, Volume volume, const PoseTrack& poses) {
+  if (const char* problem = problem_with(poses)) refuse("the poses of volume " + in_quotes(name) + ": " + problem);
+  return add({std::move(name), std::move(volume), {}, poses});
+}
+
+FieldRef Scene::add(SceneVolume added) {
+  const std::string& name = added.name;
+  Volume& volume = added.volume;
+  if (const std::string problem = problem_with_name("volume", name); !problem.empty()) refuse(problem);
+  if (find_volume(name)) refuse("volume name " + in_quotes(name) + " is taken; give every volume a name of its own");
   if (volume.fields.empty()) refuse("volume " + in_quotes(name) + " has no fields; a volume has at least one");
   std::set<std::string> fields;
   for (const VolumeField& field : volume.fields) {
@@ -437,8 +481,13 @@ FieldRef Scene::add(std::string name, Volume volume, const Similarity& pose) {
       refuse("volume " + in_quotes(name) + " has two fields " + in_quotes(field.name) + "; give every field a name of its own");
     }
   }
+  if (!added.poses.empty()) {
+    volume = moving(volume, added.poses);
+  } else if (added.pose != Similarity{}) {
+    volume = posed(volume, added.pose);
+  }
   const std::string first = volume.fields.size() == 1 ? name : name + "." + volume.fields.front().name;
-  volumes_.push_back({std::move(name), pose == Similarity{} ? std::move(volume) : posed(volume, pose), pose});
+  volumes_.push_back(std::move(added));
   return {first};
 }
 

@@ -9,6 +9,7 @@
 #include "palpa/core/load_error.h"
 #include "palpa/core/similarity.h"
 #include "palpa/field/field.h"
+#include "palpa/field/timed_field.h"
 #include "palpa/mode/mode.h"
 
 namespace palpa {
@@ -24,6 +25,22 @@ struct Workspace {
   friend bool operator==(const Workspace&, const Workspace&) = default;
 };
 
+/// How the data's time goes while the hand feels ([time]).
+struct TimeOptions {
+  enum class Play : std::uint8_t {
+    hold,  ///< the data stay at `start_s`
+    once,  ///< they go on to their end and stay there
+    loop,  ///< they begin again, each volume after its own length; of a series the last frame blends into the first
+  };
+  Play play = Play::hold;
+  double speed = 1.0;    ///< [1] seconds of data per second, > 0
+  double start_s = 0.0;  ///< [s] moment of the data that is felt first, >= 0
+
+  /// The moment of the data when a session has gone on for so long [s].
+  DataTime at(double elapsed_s) const noexcept;
+  friend bool operator==(const TimeOptions&, const TimeOptions&) = default;
+};
+
 /// A scene that cannot be used.
 class SceneError : public LoadError {
  public:
@@ -35,6 +52,7 @@ struct SceneVolume {
   std::string name;
   Volume volume;  ///< posed: its fields are where the scene puts them
   Similarity pose;
+  PoseTrack poses;           ///< how it moves, in place of `pose`; empty for a volume that stays where it is
   double smoothing_m = 0.0;  ///< [m] standard deviation of what is smoothed when it is loaded; 0: two sample spacings
   std::string source;        ///< its TOML table's body as it was given, for printing; empty for a volume from code
 };
@@ -74,11 +92,14 @@ class Scene {
   CouplingOptions coupling;
   std::string law = "exact";
   Workspace workspace;
+  TimeOptions time;
   std::vector<ViewLayer> layers;
 
   /// Adds a volume, moved by `pose`; returns the name of its first field. The name is a plain word and
   /// not taken.
   FieldRef add(std::string name, Volume volume, const Similarity& pose = {});
+  /// Adds a volume that moves from pose to pose.
+  FieldRef add(std::string name, Volume volume, const PoseTrack& poses);
   /// Adds a mode; its fields must be there. The name is not taken.
   void add(std::string name, Mode mode, std::vector<Mask> masks = {}, bool enabled = true);
 
@@ -107,6 +128,7 @@ class Scene {
 
  private:
   class DerivedFields;
+  FieldRef add(SceneVolume volume);
   std::vector<SceneVolume> volumes_;
   std::vector<SceneMode> modes_;
   std::shared_ptr<DerivedFields> derived_;

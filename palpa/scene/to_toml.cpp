@@ -47,15 +47,25 @@ std::string axis_angle(const Mat3& r) {
   return list({axis.x, axis.y, axis.z, degrees});
 }
 
+std::string pose_body(const Similarity& pose) {
+  const Vec3& t = pose.translation_m;
+  return "translate_m = " + list({t.x, t.y, t.z}) + ", rotate_axis_deg = " + axis_angle(pose.rotation) +
+         ", scale = " + toml_number(pose.scale);
+}
+
 std::string volume_body(const SceneVolume& volume) {
   if (!volume.source.empty()) return volume.source;
   if (volume.volume.files.empty()) return "# made by a program: a scene file cannot say it\n";
+  const Field& first = *volume.volume.fields.front().field;
+  const MovingView* moved = moving_of(first);
+  if (series_of(moved ? *moved->field : first)) return "# a time series made by a program: a scene file cannot say it\n";
   std::string body = line("file", toml_string(volume.volume.files.front().path));
-  if (volume.pose != Similarity{}) {
-    const Vec3& t = volume.pose.translation_m;
-    body += line("pose", "{translate_m = " + list({t.x, t.y, t.z}) + ", rotate_axis_deg = " + axis_angle(volume.pose.rotation) +
-                             ", scale = " + toml_number(volume.pose.scale) + "}");
+  if (volume.pose != Similarity{}) body += line("pose", "{" + pose_body(volume.pose) + "}");
+  std::string poses;
+  for (const TimedPose& key : volume.poses) {
+    poses += (poses.empty() ? "" : ", ") + ("{time_s = " + toml_number(key.time_s) + ", ") + pose_body(key.pose) + "}";
   }
+  if (!poses.empty()) body += line("poses", "[" + poses + "]");
   if (volume.smoothing_m > 0.0) body += line("smoothing_m", toml_number(volume.smoothing_m));
   return body;
 }
@@ -118,6 +128,11 @@ std::string to_toml(const Scene& scene) {
   }
   out += "\n[law]\n" + line("method", toml_string(scene.law));
   if (scene.workspace != Workspace{}) out += "\n[workspace]\n" + workspace_body(scene.workspace);
+  if (const TimeOptions& time = scene.time; time != TimeOptions{}) {
+    const auto& ways = detail::find(detail::time_keys(), "play")->choices;
+    out += "\n[time]\n" + line("play", toml_string(ways[static_cast<std::size_t>(time.play)])) +
+           line("speed", toml_number(time.speed)) + line("start_s", toml_number(time.start_s));
+  }
   for (const SceneVolume& volume : scene.volumes()) out += "\n[volume." + volume.name + "]\n" + volume_body(volume);
   for (const SceneMode& mode : scene.modes()) {
     out += "\n[[mode]]\n" + line("name", toml_string(mode.name)) + line("type", toml_string(mode.mode.type()));

@@ -271,6 +271,7 @@ VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
   result.frames = header.frames;
   volume.format = header.format;
   volume.medical_frame = header.medical_frame;
+  volume.frames = header.frames;
   volume.files = done.files;
   volume.warnings.insert(volume.warnings.end(), done.warnings.begin(), done.warnings.end());
   for (const Taken& t : taken) {

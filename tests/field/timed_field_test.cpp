@@ -377,7 +377,7 @@ TEST(TimedDerived, of_a_field_that_moves_moves_with_it) {
       const FieldPtr still = derived(derivation, posed(of, pose), smoothing_m * pose.scale);
       const Vec3 x = pose.to_world(within(random, of->bounds_m()));
       const Extent range = still->extents().front();
-      const double size = 1e-6 * std::max(std::abs(range.min), std::abs(range.max));  // voxels of derived fields are floats
+      const double size = 1e-5 * std::max(std::abs(range.min), std::abs(range.max));  // voxels of derived fields are floats
       EXPECT_NEAR(as_timed(field).scalar_at(x, at_s).value, still->scalar(x).value, size) << name_of(derivation);
       EXPECT_LT(norm(as_timed(field).vector_at(x, at_s).value - still->vector(x).value), size);
       if (m == 3) break;  // a field is derived for each
