@@ -37,6 +37,9 @@ class Frozen final : public Moment {
  public:
   Frozen(FieldPtr field, DataTime at) : Moment(*timed(*field), at), kept_(std::move(field)) {}
   Mat3 hessian(const Vec3& world_m) const noexcept override { return field_.hessian_at(world_m, at_); }
+  Stretch stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept override {
+    return field_.stretch_at(from_m, to_m, begin, quiet, at_);
+  }
 
  private:
   FieldPtr kept_;
@@ -57,6 +60,26 @@ Mat3 blend(const Mat3& a, const Mat3& b, double u) noexcept {
 VectorSample blend(const VectorSample& a, const VectorSample& b, double u) noexcept {
   if (!a.inside || !b.inside) return {};
   return {(1.0 - u) * a.value + u * b.value, blend(a.jacobian, b.jacobian, u), true};
+}
+
+/// The first part of a polynomial, as Bernstein coefficients over that part alone (P. de Casteljau).
+void keep_first(Stretch& piece, double share) noexcept {
+  for (int level = 1; level <= piece.degree; ++level) {
+    for (int i = piece.degree; i >= level; --i) {
+      piece.control[i] = (1.0 - share) * piece.control[i - 1] + share * piece.control[i];
+    }
+  }
+}
+/// The same polynomial with the coefficients of a higher degree.
+void raise(Stretch& piece, int degree) noexcept {
+  for (; piece.degree < degree; ++piece.degree) {
+    const int n = piece.degree + 1;
+    piece.control[n] = piece.control[n - 1];
+    for (int i = n - 1; i > 0; --i) {
+      const double share = static_cast<double>(i) / n;
+      piece.control[i] = share * piece.control[i - 1] + (1.0 - share) * piece.control[i];
+    }
+  }
 }
 
 /// Digits of `index` about the point: a low-discrepancy sequence in 0…1 (Halton).
@@ -131,6 +154,30 @@ class Series final : public TimedField {
     return blend(a, view_.frames[t.b]->hessian(world_m), t.u);
   }
   double depth_at(const Vec3& world_m, DataTime) const noexcept override { return first().depth_m(world_m); }
+
+  Stretch stretch_at(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet,
+                     DataTime at) const noexcept override {
+    const Between t = between(at);
+    const Field &one = *view_.frames[t.a], &other = *view_.frames[t.b];
+    Stretch a = one.stretch(from_m, to_m, begin, quiet);
+    if (t.u == 0.0) return a;
+    Stretch b = other.stretch(from_m, to_m, begin, quiet);
+    if (!a.inside || !b.inside) return {.end = !a.inside && !b.inside ? std::min(a.end, b.end) : !a.inside ? a.end : b.end};
+    // What stays in the quiet interval in both frames does so between them; else both are asked for polynomials.
+    if (a.degree < 0 && b.degree < 0) return a.end <= b.end ? a : b;
+    constexpr Extent never{1.0, -1.0};
+    if (a.degree < 0) a = one.stretch(from_m, to_m, begin, never);
+    if (b.degree < 0) b = other.stretch(from_m, to_m, begin, never);
+    const double end = std::min(a.end, b.end);
+    if (!a.inside || !b.inside || a.degree < 0 || b.degree < 0) return {.end = end};
+    for (Stretch* piece : {&a, &b}) {
+      if (piece->end > end) keep_first(*piece, (end - begin) / (piece->end - begin));
+      raise(*piece, std::max(a.degree, b.degree));
+    }
+    for (int i = 0; i <= a.degree; ++i) a.control[i] = (1.0 - t.u) * a.control[i] + t.u * b.control[i];
+    a.end = end;
+    return a;
+  }
 
   Carried carried(const Vec3& world_m, DataTime from, DataTime to) const noexcept override {
     return components() == 1 ? carried_with_level(world_m, from, to, noise_) : Carried{world_m};
@@ -253,6 +300,23 @@ class Moving final : public TimedField {
     return std::isfinite(depth) ? depth : 0.0;
   }
 
+  Stretch stretch_at(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet,
+                     DataTime at) const noexcept override {
+    const Similarity pose = pose_at(view_.track, at);
+    const Vec3 from_local_m = pose.to_hand(from_m), to_local_m = pose.to_hand(to_m);
+    double factor = 1.0;
+    for (int n = 0; n < view_.per_length; ++n) factor *= pose.scale;
+    const Extent quiet_local{quiet.min * factor, quiet.max * factor};
+    Stretch piece = timed_ ? timed_->stretch_at(from_local_m, to_local_m, begin, quiet_local, at)
+                           : view_.field->stretch(from_local_m, to_local_m, begin, quiet_local);
+    bool finite = true;
+    for (int i = 0; i <= piece.degree; ++i) {
+      piece.control[i] /= factor;
+      finite = finite && std::isfinite(piece.control[i]);
+    }
+    return finite ? piece : Stretch{.end = piece.end};
+  }
+
   Carried carried(const Vec3& world_m, DataTime from, DataTime to) const noexcept override {
     const Similarity before = pose_at(view_.track, from), after = pose_at(view_.track, to);
     if (jumps_between(from, to)) return {world_m, false};
@@ -350,6 +414,11 @@ ScalarSample TimedField::scalar_at(const Vec3&, DataTime) const noexcept { retur
 VectorSample TimedField::vector_at(const Vec3&, DataTime) const noexcept { return {}; }
 Mat3 TimedField::hessian_at(const Vec3& world_m, DataTime at) const noexcept {
   return Moment(*this, at).hessian(world_m);  // Field's own, by differences
+}
+
+Stretch TimedField::stretch_at(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet,
+                               DataTime at) const noexcept {
+  return Moment(*this, at).stretch(from_m, to_m, begin, quiet);  // likewise
 }
 
 Carried TimedField::carried_with_level(const Vec3& world_m, DataTime from, DataTime to, double noise) const noexcept {

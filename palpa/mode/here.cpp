@@ -86,7 +86,8 @@ Stretch Samples::stretch(std::int32_t field, const Vec3& from_hand_m, const Vec3
                          const Extent& quiet) const noexcept {
   if (field < 0 || static_cast<std::size_t>(field) >= fields_.size()) return {};
   const Vec3 from_m = map_.to_world(from_hand_m), to_m = map_.to_world(to_hand_m);
-  return fields_[static_cast<std::size_t>(field)]->stretch(from_m, to_m, begin, quiet);
+  const Slot& slot = slots_[static_cast<std::size_t>(field)];
+  return slot.timed ? slot.timed->stretch_at(from_m, to_m, begin, quiet, at_) : slot.field->stretch(from_m, to_m, begin, quiet);
 }
 
 double Samples::spacing_m(std::int32_t field) const noexcept {

@@ -321,8 +321,8 @@ class Setter {
       return put(&item(mode, parts[2], parts[3], parts[2], place), parts[4], value, place);
     }
     fail(place,
-         "no such path; there are: coupling.KEY, law.method, workspace.KEY, time.KEY, volume.NAME.KEY, mode.NAME.KEY, "
-         "mode.NAME.level.NAME.KEY");
+         "no such path; there are: coupling.KEY, law.method, workspace.KEY, volume.NAME.KEY, mode.NAME.KEY, "
+         "mode.NAME.level.NAME.KEY, time.KEY");
   }
 
  private:

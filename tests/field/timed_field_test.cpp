@@ -133,6 +133,52 @@ TEST(TimeSeries, its_derivatives_are_those_of_its_values) {
   }
 }
 
+/// A polynomial from its Bernstein coefficients (P. de Casteljau).
+double value_of(const Stretch& piece, double share) {
+  double b[10];
+  std::copy(piece.control, piece.control + 10, b);
+  for (int n = piece.degree; n > 0; --n) {
+    for (int i = 0; i < n; ++i) b[i] += share * (b[i + 1] - b[i]);
+  }
+  return b[0];
+}
+
+TEST(TimedField, along_a_straight_way_it_is_pieces_that_hold_its_values) {
+  std::mt19937 random(15);
+  const PoseTrack track = some_track(random, 3);
+  const FieldPtr smooth = time_series({wall_at(0.0, 2e-3), wall_at(1e-3, 2e-3), wall_at(2e-3, 2e-3)}, 0.1);
+  const FieldPtr linear = time_series(beating_frames("signal", 4), 0.1);
+  for (const FieldPtr& field :
+       {smooth, linear, moving(smooth, track), moving(linear, track), moving(series_of(*linear)->frames[0], track)}) {
+    const TimedField& f = as_timed(field);
+    for (int n = 0; n < 40; ++n) {
+      const DataTime at{uniform(random, 0.0, 0.4), n % 2 == 0};
+      const Similarity pose = moving_of(*field) ? pose_at(track, at) : Similarity{};
+      const Vec3 from = pose.to_world(1.2 * within(random, smooth->bounds_m()));
+      const Vec3 to = pose.to_world(1.2 * within(random, smooth->bounds_m()));
+      const Extent quiet = n % 4 < 2 ? Extent{0.3, 0.9} : Extent{1.0, -1.0};
+      int pieces = 0;
+      for (double begin = 0.0; begin < 1.0 && pieces < 5000; ++pieces) {
+        const Stretch piece = f.stretch_at(from, to, begin, quiet, at);
+        ASSERT_GT(piece.end, begin);
+        for (const double share : {0.1, 0.5, 0.9}) {
+          const double s = begin + share * (piece.end - begin);
+          const ScalarSample sample = f.scalar_at(from + s * (to - from), at);
+          ASSERT_EQ(sample.inside, piece.inside) << n << ": " << s;
+          if (!piece.inside) continue;
+          if (piece.degree < 0) {
+            ASSERT_TRUE(sample.value > quiet.min && sample.value < quiet.max);
+          } else {
+            ASSERT_NEAR(value_of(piece, share), sample.value, 5e-2) << n << ": " << s;
+          }
+        }
+        begin = piece.end;
+      }
+      ASSERT_LT(pieces, 5000);
+    }
+  }
+}
+
 TEST(TimeSeries, refuses_what_is_no_series) {
   const FieldPtr wall = wall_at(0.0, 2e-3);
   EXPECT_THROW(time_series({}, 0.1), std::invalid_argument);
