@@ -21,8 +21,10 @@ struct Part {
   void (*measure)(const PathOptions&);
 };
 constexpr Part parts[] = {
-    {"drift", palpa::bench::drift}, {"bumpy", palpa::bench::bumpy}, {"grooves", palpa::bench::grooves},
-    {"walls", palpa::bench::walls}, {"skull", palpa::bench::skull},
+    {"drift", palpa::bench::drift}, {"bumpy", palpa::bench::bumpy},   {"grooves", palpa::bench::grooves},
+    {"walls", palpa::bench::walls}, {"skull", palpa::bench::skull},   {"follow", palpa::bench::follow},
+    {"order", palpa::bench::order}, {"rate", palpa::bench::rate},     {"halving", palpa::bench::halving},
+    {"still", palpa::bench::still}, {"energy", palpa::bench::energy},
 };
 
 int usage() {

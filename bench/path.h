@@ -19,5 +19,11 @@ void bumpy(const PathOptions& options);
 void grooves(const PathOptions& options);
 void walls(const PathOptions& options);
 void skull(const PathOptions& options);
+void follow(const PathOptions& options);
+void order(const PathOptions& options);
+void rate(const PathOptions& options);
+void halving(const PathOptions& options);
+void still(const PathOptions& options);
+void energy(const PathOptions& options);
 
 }  // namespace palpa::bench

@@ -1,0 +1,68 @@
+// Measures of paths along and across fields: drift of a follower, order of convergence, independence of the rate.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "palpa/tick/session.h"
+#include "tests/path/shapes.h"
+
+namespace palpa::test {
+
+/// A hand that goes round with a follower 0.1 mm a tick, held 1 mm off its streamline towards the axis.
+struct FollowDrift {
+  double per_turn_m = 0.0;  ///< from streamline to streamline, over the turns after the first
+  double first_turn_m = 0.0;
+};
+inline constexpr double follow_step_m = 1e-4;
+/// \param field     turns about z through the origin
+/// \param radius_m  [m] of the streamline
+/// \param rise_m    [m] of the streamlines along z per radian; 0: circles
+FollowDrift measure_follow(const FieldPtr& field, double radius_m, double rise_m, int turns);
+/// u = (−y, x, rise), in m/s for a turn of 1 rad/s.
+FieldPtr helical_field(double rise_m, double sign = 1.0);
+
+/// Errors of the path that shrink with the step: one scene, one curved hand path of 0.3 mm a tick on which nothing sets in
+/// or lets go.
+struct OrderCase {
+  std::string name;
+  std::string scene;  ///< TOML
+  Vec3 centre_m;      ///< of the hand's path
+  double radius_m = 0.0;
+};
+struct Order {
+  static constexpr std::array<int, 5> steps{1, 2, 4, 8, 16};
+  std::array<double, 4> errors_m{};       ///< largest distance to the path in 16 steps, of 1, 2, 4, 8
+  std::array<double, 4> differences_m{};  ///< largest distance between the paths in 1 and 2, 2 and 4, … steps
+  std::array<double, 3> orders{};         ///< binary logarithm of how the differences shrink
+  int events = 0;                         ///< there should be none
+  bool slides = false;                    ///< the proxy went a tenth of the hand's way, at least
+};
+/// The cases that the modes of this build allow.
+std::vector<OrderCase> order_cases();
+Order measure_order(const OrderCase& wanted);
+
+/// One path of the hand, felt at other speeds.
+struct RateCase {
+  const Scene* scene = nullptr;
+  std::vector<Vec3> corners_m;  ///< straight between them, a tick each at ten times the speed
+};
+struct Rate {
+  double slow_p99_h =
+      0.0;  ///< a tenth of the speed beside the speed itself: distance of the proxies at the corners, in half finest spacings
+  double slow_max_h = 0.0;
+  double fast_p99_h = 0.0;  ///< ten times the speed beside it
+  double fast_max_h = 0.0;
+  int corners = 0;  ///< compared: with a force at any speed
+  int waiting = 0;  ///< left out: the cap was reached
+};
+Rate measure_rate(const RateCase& wanted);
+
+/// The finest sample spacing [hand m] of the scene's volumes.
+double finest_spacing_m(const Scene& scene);
+/// A scene from TOML text without files.
+Scene scene_of(const std::string& toml);
+
+}  // namespace palpa::test
