@@ -866,7 +866,7 @@ class Loader {
       if (plan.poses.empty()) {
         scene.add(plan.name, std::move(volume), plan.pose);
       } else {
-        scene.add(plan.name, std::move(volume), plan.poses);
+        scene.add_moving(plan.name, std::move(volume), plan.poses);
       }
     } catch (const SceneError& error) {
       fail(place_of(*plan.table), error.what());

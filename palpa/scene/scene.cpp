@@ -462,7 +462,7 @@ FieldRef Scene::add(std::string name, Volume volume, const Similarity& pose) {
   return add({std::move(name), std::move(volume), pose, {}});
 }
 
-FieldRef Scene::add(std::string name, Volume volume, const PoseTrack& poses) {
+FieldRef Scene::add_moving(std::string name, Volume volume, const PoseTrack& poses) {
   if (const char* problem = problem_with(poses)) refuse("the poses of volume " + in_quotes(name) + ": " + problem);
   return add({std::move(name), std::move(volume), {}, poses});
 }

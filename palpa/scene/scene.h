@@ -99,7 +99,7 @@ class Scene {
   /// not taken.
   FieldRef add(std::string name, Volume volume, const Similarity& pose = {});
   /// Adds a volume that moves from pose to pose.
-  FieldRef add(std::string name, Volume volume, const PoseTrack& poses);
+  FieldRef add_moving(std::string name, Volume volume, const PoseTrack& poses);
   /// Adds a mode; its fields must be there. The name is not taken.
   void add(std::string name, Mode mode, std::vector<Mask> masks = {}, bool enabled = true);
 

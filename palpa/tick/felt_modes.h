@@ -30,6 +30,7 @@ class FeltModes {
   FeltModes& operator=(const FeltModes&) = delete;
 
   std::size_t size() const noexcept { return modes_.size(); }
+  std::size_t fields() const noexcept { return fields_.size(); }
   bool enabled(std::size_t m) const noexcept { return modes_[m].enabled; }
   Samples& samples() noexcept { return *samples_; }
   /// Where a strength, a mask or a level may set in, over all enabled modes.

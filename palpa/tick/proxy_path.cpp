@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 namespace palpa {
@@ -51,6 +52,10 @@ ProxyPath::ProxyPath(const Scene& scene, const Similarity& map, std::unique_ptr<
   entered_.reserve(modes_.size());
   crossings_.reserve(watches_.size());
   events_.reserve(max_events);
+  std::vector<std::int32_t> every_field(modes_.fields());
+  std::iota(every_field.begin(), every_field.end(), 0);
+  watches_.attend_edges(every_field);  // known from now on: later calls do not allocate
+  watches_.attend_edges({});
   refine(1);
   reset();
 }
@@ -165,7 +170,6 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
   const bool settling = c.settling;
   Moment moment{start, piece.to_m, piece.time_s, stiffness_n_per_m_};
   spacing_m_ = std::min(modes_.finest_m(start, piece.to_m), 1.0);  // without data any length will do
-  entered_.clear();
   double longest = step_m(start, piece.to_m);
   const auto move_to = [&](const Balance& to) { return distance(to.position_m, start); };
   const auto share_of_move = [&](const Balance& to) {
@@ -174,7 +178,8 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
   };
 
   // A long way is gone at once where nothing is felt and nothing sets in unseen.
-  if (distance(piece.to_m, start) > longest && silent_at(start)) longest = unbounded;
+  const bool free = distance(piece.to_m, start) > longest && silent_at(start);
+  if (free) longest = unbounded;
 
   Balance to = look(moment, at_probe_ ? piece.to_m : start, at_probe_ ? piece.to_m : start);
   double move_fraction = share_of_move(to);
@@ -210,7 +215,9 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
     }
     if (move_fraction < wanted) stop = Stop::energy;
     const Vec3 end = move_fraction < 1.0 ? start + move_fraction * (to.position_m - start) : to.position_m;
+    if (free) watches_.attend_edges(entered_);
     const Watches::Met met = watches_.first_crossing(modes_.samples(), start, end, crossings_);
+    if (free) watches_.attend_edges({});
     const double left_m = (1.0 - met.share) * distance(end, start);
     // Where the balance is all but reached, what sets in is placed in the next sub-step anyway; to stop
     // would only divide the rest of the time without end.

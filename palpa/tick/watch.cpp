@@ -256,6 +256,11 @@ Watches::Met Watches::first_crossing(Samples& samples, const Vec3& start_m, cons
     enter(at, samples, way);
   };
   for (FieldOnWay& at : fields_) {
+    if (at.first == at.last && !at.stops_at_edges) {
+      at.event = never;
+      at.piece.end = 1.0;
+      continue;
+    }
     at.begin = 0.0;
     at.begins = true;
     at.hair = hair_share * samples.spacing_m(at.field) / way.length_m;

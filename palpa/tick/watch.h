@@ -42,7 +42,7 @@ class Watches {
   void attend_all() noexcept;
   void attend(const Watch& watch, Attention attention) noexcept;
   /// From now on the path also stops where these fields' data begin or end; scalar and vector fields, whether watched or
-  /// not. None at first. Allocates.
+  /// not. None at first. Allocates for fields that were never named before.
   void attend_edges(std::span<const std::int32_t> fields);
 
   /// The most pieces of the way (Stretch) that one search looks at, over all fields.

@@ -187,12 +187,12 @@ TEST(TimeInScenes, VolumesMoveFromPoseToPose) {
 
 TEST(TimeInScenes, VolumesFromCodeMoveToo) {
   Scene scene;
-  const FieldRef ball = scene.add("ball", sphere_field(), PoseTrack{{0.0, {}}, {1.0, {Mat3::identity(), 1.0, {0.1, 0, 0}}}});
+  const FieldRef ball = scene.add_moving("ball", sphere_field(), PoseTrack{{0.0, {}}, {1.0, {Mat3::identity(), 1.0, {0.1, 0, 0}}}});
   scene.time = {TimeOptions::Play::loop};
   ASSERT_NE(timed(*scene.field(ball).field), nullptr);
   EXPECT_THAT(scene.check(), ElementsAre(HasSubstr("jumps where its loop begins again")));
   EXPECT_THAT(to_toml(scene), HasSubstr("[time]\nplay = \"loop\"\nspeed = 1\nstart_s = 0\n"));
-  EXPECT_THROW(scene.add("none", sphere_field(), PoseTrack{}), SceneError);
+  EXPECT_THROW(scene.add_moving("none", sphere_field(), PoseTrack{}), SceneError);
   scene.time.speed = -1.0;
   EXPECT_THROW(scene.check(), SceneError);
 }
