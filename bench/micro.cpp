@@ -107,7 +107,7 @@ void first_crossing(benchmark::State& state, bool smooth, double voxels, bool br
   std::int64_t stopped = 0;
   for (auto _ : state) {
     const Vec3 half_m = 0.5e-3 * voxels * normalized(ends[i % ends.size()]);
-    const Vec3 middle = centre + (voxels < 10.0 ? 0.03 : 0.003) * ends[(i + 7) % ends.size()];
+    const Vec3 middle = centre + 0.003 * ends[(i + 7) % ends.size()];
     ++i;
     crossings.clear();
     stopped += watches.first_crossing(samples, middle - half_m, middle + half_m, crossings).stopped;

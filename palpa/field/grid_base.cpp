@@ -198,16 +198,19 @@ struct GridBase::Way {
   }
   bool has_data_after(double share) const noexcept { return enters < leaves && share < leaves && share < 1.0; }
 
-  /// The cell of the way at `begin`, and where the way leaves it.
-  Passage pass(double begin, double& end) noexcept {
+  void enter(double begin) noexcept {
+    for (Axis& a : axis) a.enter(begin);
+  }
+
+  /// The cell that was entered at `begin`, and where the way leaves it.
+  Passage pass(double begin, double& end) const noexcept {
     double exits[3];
     end = leaves;
     for (int a = 0; a < 3; ++a) {
-      axis[a].enter(begin);
       exits[a] = axis[a].share_at(axis[a].far_face());
       end = std::min(end, exits[a]);
     }
-    end = std::max(end, std::nextafter(begin, 2.0));
+    if (!(end > begin)) end = std::nextafter(begin, 2.0);
     Passage cell;
     for (int a = 0; a < 3; ++a) {
       cell.first[a] = axis[a].first_voxel();
@@ -220,7 +223,7 @@ struct GridBase::Way {
   }
 };
 
-bool GridBase::cross_bricks(const Bricks& bricks, Way& way, double begin, const Extent& quiet, Stretch& piece) const noexcept {
+bool GridBase::cross_bricks(const Bricks& bricks, const Way& way, const Extent& quiet, Stretch& piece) const noexcept {
   enum class Kind { mixed, still, none };
   const auto kind_of = [&](const std::int64_t(&b)[3]) {
     const Bricks::Range& range = bricks.at(b);
@@ -228,17 +231,14 @@ bool GridBase::cross_bricks(const Bricks& bricks, Way& way, double begin, const 
     return is_quiet(range.min, range.max, quiet) ? Kind::still : Kind::mixed;
   };
   std::int64_t brick[3];
-  for (int a = 0; a < 3; ++a) {
-    way.axis[a].enter(begin);
-    brick[a] = way.axis[a].brick();
-  }
+  for (int a = 0; a < 3; ++a) brick[a] = way.axis[a].brick();
   const Kind kind = kind_of(brick);
   if (kind == Kind::mixed) return false;
 
   constexpr int most_bricks = 64;
   double exits[3];
   for (int a = 0; a < 3; ++a) exits[a] = way.axis[a].share_at(way.axis[a].far_face_of(brick[a]));
-  piece = {.inside = kind == Kind::still};
+  piece.inside = kind == Kind::still;
   for (int n = 0; n < most_bricks; ++n) {
     const auto a = static_cast<int>(std::min_element(exits, exits + 3) - exits);
     piece.end = std::min(exits[a], way.leaves);
@@ -261,8 +261,9 @@ Stretch GridBase::stretch_of(int component, const Bricks* bricks, const Vec3& fr
   Way way(index_of(from_m), index_of(to_m), last_, beyond_);
   if (!(begin >= 0.0) || !way.has_data_after(begin)) return {};
   if (begin < way.enters) return {.end = way.enters};
+  way.enter(begin);
   Stretch piece;
-  if (bricks && cross_bricks(*bricks, way, begin, quiet, piece)) return piece;
+  if (bricks && cross_bricks(*bricks, way, quiet, piece)) return piece;
 
   const Passage cell = way.pass(begin, piece.end);
   polynomial(component, cell, quiet, piece);

@@ -127,8 +127,9 @@ class GridBase : public Field {
   double plane_distance_m_[3];  ///< between neighbouring planes of voxels
   Box bounds_m_;
   struct Way;
-  /// Crosses whole bricks from `begin` on that are quiet, or without data; false where the way begins in another.
-  bool cross_bricks(const Bricks& bricks, Way& way, double begin, const Extent& quiet, Stretch& piece) const noexcept;
+  /// Crosses whole bricks from where the way was entered that are quiet, or without data; false where it was entered in
+  /// another.
+  bool cross_bricks(const Bricks& bricks, const Way& way, const Extent& quiet, Stretch& piece) const noexcept;
 
   bool is_finite_on(int component, const Passage& cell) const noexcept;
 

@@ -96,7 +96,8 @@ void Watches::advance(FieldOnWay& at, Samples& samples, const Way& way) const no
   if (!all_known && at.first < at.last) quiet = {infinity, -infinity};
   at.piece = samples.stretch(at.field, way.start_m, way.end_m, at.begin, quiet);
   // Whatever a field answers, the search goes on.
-  at.piece.end = std::min(1.0, std::max(at.piece.end, std::nextafter(at.begin, 2.0)));
+  if (!(at.piece.end > at.begin)) at.piece.end = std::nextafter(at.begin, 2.0);
+  at.piece.end = std::min(1.0, at.piece.end);
 }
 
 // Arrives on the piece: data may begin or end with it, and watched values may be passed on it.
