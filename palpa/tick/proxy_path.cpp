@@ -20,8 +20,10 @@ constexpr double rest_share = 5e-4;        // of a sample spacing: a move that d
 constexpr double halted_share = 0.02;      // of a sample spacing: a move shortened below this is rest
 constexpr double arrived_m = 1e-6;         // an event this close to the balance, or trial_share, is no stop
 constexpr int max_passes = 8;              // of looking where a move ends
+constexpr int max_attempts = 3;            // of taking what a move runs into into the balance
 constexpr int max_halvings = 6;            // of a move that would raise the spring's energy
 constexpr double hovering_share = 1e-2;    // of a sample spacing between the proxy and the level that a kept plane stands on
+constexpr double piercing_share = 0.05;    // of a sample spacing: how deep a straight move may lead into what holds it
 constexpr double bound_m = 2e-7;           // to which the place where a level gives way is located on the probe's path
 constexpr double rounding = 1e-9;          // of a length: a piece as long as the longest move is not longer
 constexpr double least_time_share = 1e-6;  // of a sub-step's time: a drag is never posed with none
@@ -204,17 +206,29 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
     }
   } else {
     double wanted = move_fraction;
-    move_fraction = descending_share(to, start, piece.to_m, wanted);
-    if (move_fraction < wanted && again && !bound_met) {
+    Vec3 end;
+    for (int attempt = 0;; ++attempt) {
+      move_fraction = descending_share(to, start, piece.to_m, wanted);
+      stop = bound_met ? Stop::event : wanted < 1.0 ? Stop::release : Stop::full;
+      if (move_fraction < wanted) stop = Stop::energy;
+      end = move_fraction < 1.0 ? start + move_fraction * (to.position_m - start) : to.position_m;
+      const double outside = share_outside(to, start, end);
+      if (move_fraction == wanted && outside == 1.0) break;
+      if (attempt == max_attempts || !again || bound_met) {
+        if (outside < 1.0) stop = Stop::event;
+        move_fraction *= outside;
+        end = start + move_fraction * (to.position_m - start);
+        break;
+      }
+      // What the move has run into belongs into the balance.
       relaxed_ = true;
-      change_m = approach(moment, longest, to);
+      const Vec3 met_m = outside < 1.0 ? start + outside * (end - start) : start + wanted * (to.position_m - start);
+      kept_.meet(primitives_);
+      to = look(moment, 0.5 * (start + met_m), met_m);
+      if (outside == 1.0) change_m = approach(moment, longest, to);
       wanted = share_of_move(to);
       attend_levels(to);
-      move_fraction = descending_share(to, start, piece.to_m, wanted);
-      stop = wanted < 1.0 ? Stop::release : Stop::full;
     }
-    if (move_fraction < wanted) stop = Stop::energy;
-    const Vec3 end = move_fraction < 1.0 ? start + move_fraction * (to.position_m - start) : to.position_m;
     if (free) watches_.attend_edges(entered_);
     const Watches::Met met = watches_.first_crossing(modes_.samples(), start, end, crossings_);
     if (free) watches_.attend_edges({});
@@ -506,6 +520,27 @@ double ProxyPath::descending_share(const Balance& to, const Vec3& start, const V
     if (dot(after - before, pull_n) <= 0.0) return share;
   }
   return 0.0;
+}
+
+// The share of a move after which the proxy would be inside of what holds it: another wall of the same level, or the other
+// side of a corner. Levels that hold are on no list of crossings, so they are looked for here.
+double ProxyPath::share_outside(const Balance& to, const Vec3& start, const Vec3& end) noexcept {
+  double share = 1.0;
+  if (distance(start, end) <= piercing_share * spacing_m_) return share;
+  Samples& samples = modes_.samples();
+  for (std::size_t i = 0; i < own_; ++i) {
+    const Captured& level = primitives_.captured(i);
+    if (!level.any() || !(own_n_[i] > 0.0) || state_of_level(i, to) != PrimitiveState::stick) continue;
+    samples.move_to(start);
+    const ScalarSample here = samples.scalar(level.field);
+    const bool solid_is_high = dot(here.gradient, primitives_[i].direction) < 0.0;
+    const double margin = piercing_share * spacing_m_ * norm(here.gradient);
+    // From where the proxy is, if it is inside already.
+    const double value =
+        solid_is_high ? std::max(level.value, here.value) + margin : std::min(level.value, here.value) - margin;
+    share = std::min(share, first_beyond(samples, level.field, value, solid_is_high, start, end));
+  }
+  return share;
 }
 
 // Onsets, break-throughs and refusals, each told once.

@@ -107,6 +107,7 @@ class ProxyPath {
   bool meet_bound(Piece& piece, const Moment& moment, Balance& to) noexcept;
   double descending_share(const Balance& to, const Vec3& start, const Vec3& probe_m, double share) noexcept;
   double approach(const Moment& moment, double longest, Balance& to) noexcept;
+  double share_outside(const Balance& to, const Vec3& start, const Vec3& end) noexcept;
   void attend_levels(const Balance& to) noexcept;
   PrimitiveState state_of_level(std::size_t i, const Balance& at) const noexcept;
   void tell_contact(const Balance& at, double depth_m) noexcept;

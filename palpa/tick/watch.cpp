@@ -291,4 +291,21 @@ Watches::Met Watches::first_crossing(Samples& samples, const Vec3& start_m, cons
   }
 }
 
+double first_beyond(Samples& samples, std::int32_t field, double value, bool upwards, const Vec3& start_m,
+                    const Vec3& end_m) noexcept {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  const Extent quiet = upwards ? Extent{-infinity, value} : Extent{value, infinity};
+  double begin = 0.0;
+  for (int i = 0; i < Watches::most_stretches && begin < 1.0; ++i) {
+    const Stretch piece = samples.stretch(field, start_m, end_m, begin, quiet);
+    const double end = std::min(1.0, std::max(piece.end, std::nextafter(begin, 2.0)));
+    if (piece.inside && piece.degree >= 0) {
+      const double root = first_passage(piece.control, piece.degree, value, upwards, 0.0);
+      if (root <= 1.0) return std::min(1.0, begin + root * (end - begin));
+    }
+    begin = end;
+  }
+  return 1.0;
+}
+
 }  // namespace palpa
