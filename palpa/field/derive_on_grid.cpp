@@ -26,7 +26,7 @@ constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 class Nodes {
  public:
   Nodes(const Field& of, const GridGeometry& geometry)
-      : of_(of), grid_(grid_of(of)), geometry_(geometry), box_(of.bounds_m()), components_(of.components()) {}
+      : of_(of), grid_(grid_behind(of)), geometry_(geometry), box_(of.bounds_m()), components_(of.components()) {}
 
   int components() const noexcept { return components_; }
   const GridGeometry& geometry() const noexcept { return geometry_; }

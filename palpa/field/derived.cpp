@@ -10,7 +10,6 @@
 
 #include "palpa/field/derive_on_grid.h"
 #include "palpa/field/grid_base.h"
-#include "palpa/field/smooth_grid.h"
 #include "palpa/field/timed_field.h"
 
 namespace palpa {
@@ -77,7 +76,7 @@ class Magnitude final : public Pointwise {
  private:
   /// Over the voxels of a grid; else from 0 to the farthest corner of the components' ranges.
   Extent find_extents() const {
-    if (const GridView* grid = grid_of(*of_)) return voxel_extent(*grid);
+    if (const GridView* grid = grid_behind(*of_)) return voxel_extent(*grid);
     return magnitudes_within(of_->extents());
   }
 
@@ -149,8 +148,7 @@ class TimedPointwise final : public TimedField {
 
 /// Where the values of a field lie: the nodes of the grid behind it, or a grid over a formula's box.
 GridGeometry nodes_of(const Field& field) {
-  if (const GridView* grid = grid_of(field)) return grid->geometry;
-  if (const GridView* grid = smooth_grid_of(field)) return grid->geometry;
+  if (const GridView* grid = grid_behind(field)) return grid->geometry;
   if (const auto* pointwise = dynamic_cast<const Pointwise*>(&field)) return nodes_of(pointwise->of());
   if (const PosedView* moved = posed_of(field)) {
     GridGeometry geometry = nodes_of(*moved->field);

@@ -18,7 +18,7 @@ namespace {
 class Grid : public detail::GridBase {
  public:
   Grid(const GridGeometry& geometry, Voxels voxels, double scale, double offset)
-      : GridBase(geometry, std::move(voxels), scale, offset, 0) {
+      : GridBase(geometry, std::move(voxels), scale, offset, Filter::trilinear) {
     for (int a = 0; a < 3; ++a) neighbour_[a] = geometry.dims[a] > 1 ? stride_[a] : 0;
   }
 
@@ -136,6 +136,15 @@ const char* name_of(VoxelType type) noexcept {
     case VoxelType::int32: return "int32";
     case VoxelType::float32: return "float32";
     case VoxelType::float64: return "float64";
+  }
+  return "unknown";
+}
+
+const char* name_of(Filter filter) noexcept {
+  switch (filter) {
+    case Filter::trilinear: return "trilinear";
+    case Filter::smooth: return "smooth";
+    case Filter::cubic: return "cubic";
   }
   return "unknown";
 }

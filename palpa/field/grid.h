@@ -45,6 +45,14 @@ struct Voxels {
   std::shared_ptr<const void> data;
 };
 
+/// What lies between the voxels of a grid.
+enum class Filter : std::uint8_t {
+  trilinear,  ///< straight from voxel to voxel (`grid_field`)
+  smooth,     ///< smoothing cubic B-spline: the voxels are its coefficients (`smooth_grid_field`)
+  cubic,      ///< interpolating cubic B-spline: it meets the voxels (`cubic_grid_field`)
+};
+const char* name_of(Filter filter) noexcept;  ///< "trilinear", …
+
 /// A field on an affine grid: value = raw · scale + offset, trilinear between voxel centres, with the
 /// analytic derivative of that interpolant. `inside` from the first to the last voxel centre of every
 /// axis (less than a millionth of a voxel beyond it counts as on it); a cell with a voxel that is not
@@ -64,14 +72,20 @@ FieldPtr sampled(const Field& field, int longest);
 /// Every field of a volume as a grid.
 Volume sampled(const Volume& volume, int longest);
 
-/// The grid behind a field made by `grid_field`; nullptr for other fields. For `info` and tests.
+/// What a field on a grid was made of.
 struct GridView {
   GridGeometry geometry;
   Voxels voxels;
   double scale = 1.0;        ///< the field's own unit, per raw step
   double offset = 0.0;       ///< the field's own unit
   double valid_share = 1.0;  ///< [1] share of voxels whose components are all finite
+  Filter filter = Filter::trilinear;
+  bool signless = false;  ///< an axis field: v and −v in a voxel are the same (axis_grid.h)
 };
+/// The grid behind any field on a grid, whatever lies between its voxels; nullptr for formulas, posed fields and what is
+/// computed from another field's sample.
+const GridView* grid_behind(const Field& field) noexcept;
+/// The same for a field made by `grid_field` alone; nullptr for other fields.
 const GridView* grid_of(const Field& field) noexcept;
 
 }  // namespace palpa

@@ -80,10 +80,11 @@ GridGeometry geometry_over(const Box& box, int samples) {
   return geometry;
 }
 
-GridBase::GridBase(const GridGeometry& geometry, Voxels voxels, double scale, double offset, int reach)
-    : view_{geometry, std::move(voxels), scale, offset, 1.0},
-      world_to_index_(scaled_inverse(geometry.index_to_world_m)),
-      reach_(reach) {
+GridBase::GridBase(const GridGeometry& geometry, Voxels voxels, double scale, double offset, Filter filter, bool signless,
+                   std::shared_ptr<const void> coefficients)
+    : view_{geometry, std::move(voxels), scale, offset, 1.0, filter, signless},
+      coefficients_(coefficients ? std::move(coefficients) : view_.voxels.data),
+      world_to_index_(scaled_inverse(geometry.index_to_world_m)) {
   std::int64_t stride = view_.voxels.components;
   for (int a = 0; a < 3; ++a) {
     const std::int64_t n = geometry.dims[a];
@@ -303,3 +304,12 @@ double GridBase::depth_m(const Vec3& world_m) const noexcept {
 }
 
 }  // namespace palpa::detail
+
+namespace palpa {
+
+const GridView* grid_behind(const Field& field) noexcept {
+  const auto* grid = dynamic_cast<const detail::GridBase*>(&field);
+  return grid ? &grid->view() : nullptr;
+}
+
+}  // namespace palpa

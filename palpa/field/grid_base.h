@@ -54,8 +54,10 @@ auto with_values_of(const Voxels& voxels, Act&& act) {
 /// All of a grid but the sampling. Reads the voxels for their range and, of a scalar field, that of its bricks.
 class GridBase : public Field {
  public:
-  /// \param reach  [voxels] beyond the corners of a cell that the interpolant reads (Bricks)
-  GridBase(const GridGeometry& geometry, Voxels voxels, double scale, double offset, int reach);
+  /// \param coefficients  of a spline that meets the voxels, as many and of their type; empty: the voxels are what is
+  ///                      interpolated
+  GridBase(const GridGeometry& geometry, Voxels voxels, double scale, double offset, Filter filter, bool signless = false,
+           std::shared_ptr<const void> coefficients = {});
 
   const GridView& view() const noexcept { return view_; }
 
@@ -70,7 +72,10 @@ class GridBase : public Field {
   /// The same of one component, with its bricks; without them, cell by cell.
   Stretch stretch_of(int component, const Bricks* bricks, const Vec3& from_m, const Vec3& to_m, double begin,
                      const Extent& quiet) const noexcept;
-  Bricks bricks_of(int component) const { return {view_.geometry, view_.voxels, component, reach_}; }
+  Bricks bricks_of(int component) const {
+    const int reach = view_.filter == Filter::trilinear ? 0 : 1;
+    return {view_.geometry, {view_.voxels.type, view_.voxels.components, coefficients_}, component, reach};
+  }
 
  protected:
   /// A straight piece across one cell: its first voxel, and where in the cell the piece begins and ends.
@@ -107,6 +112,7 @@ class GridBase : public Field {
   }
 
   GridView view_;
+  std::shared_ptr<const void> coefficients_;  ///< what is interpolated: the voxels, or coefficients of a spline
   Mat3 world_to_index_;     ///< [voxels/m]
   std::int64_t stride_[3];  ///< values from voxel to voxel
 
@@ -134,7 +140,6 @@ class GridBase : public Field {
   bool is_finite_on(int component, const Passage& cell) const noexcept;
 
   std::vector<Extent> extents_;
-  int reach_;      ///< [voxels]
   Bricks bricks_;  ///< of a scalar field
 };
 

@@ -3,35 +3,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "palpa/field/grid_base.h"
+#include "palpa/field/spline.h"
 
 namespace palpa {
 namespace {
-
-/// β(t+1), β(t), β(1−t), β(2−t) of the cubic B-spline, t in 0…1, and their first and second derivative.
-struct Weights {
-  double w[4];
-  double d[4];
-  double e[4];
-
-  explicit Weights(double t) noexcept {
-    const double s = 1.0 - t;
-    w[0] = s * s * s / 6.0;
-    w[1] = 2.0 / 3.0 - t * t * (1.0 - 0.5 * t);
-    w[2] = 2.0 / 3.0 - s * s * (1.0 - 0.5 * s);
-    w[3] = t * t * t / 6.0;
-    d[0] = -0.5 * s * s;
-    d[1] = t * (1.5 * t - 2.0);
-    d[2] = s * (2.0 - 1.5 * s);
-    d[3] = 0.5 * t * t;
-    e[0] = s;
-    e[1] = 3.0 * t - 2.0;
-    e[2] = 3.0 * s - 2.0;
-    e[3] = t;
-  }
-};
 
 /// The four weights along a straight piece from t = begin to end: cubics of the share of the piece, as Bernstein coefficients.
 /// They are the values of the cubics' polar forms at the ends of the piece; none is negative, and together they are 1.
@@ -63,18 +43,20 @@ struct Raw {
   double ii = 0.0, jj = 0.0, kk = 0.0, ij = 0.0, ik = 0.0, jk = 0.0;
 };
 
-/// The mark of `smooth_grid_of`: one class for all types of voxel.
+/// One class for all types of voxel.
 class SmoothGrid : public detail::GridBase {
  public:
-  SmoothGrid(const GridGeometry& geometry, Voxels voxels, double scale, double offset)
-      : GridBase(geometry, std::move(voxels), scale, offset, 1) {}
+  using GridBase::GridBase;
 };
 
 template <class T>
 class TypedSmoothGrid final : public SmoothGrid {
  public:
-  TypedSmoothGrid(const GridGeometry& geometry, Voxels voxels, double scale, double offset)
-      : SmoothGrid(geometry, std::move(voxels), scale, offset), data_(static_cast<const T*>(view_.voxels.data.get())) {}
+  /// `coefficients` are as many as the voxels: the voxels themselves, or what makes the spline meet them.
+  TypedSmoothGrid(const GridGeometry& geometry, Voxels voxels, double scale, double offset, Filter filter,
+                  std::shared_ptr<const T> coefficients)
+      : SmoothGrid(geometry, std::move(voxels), scale, offset, filter, false, std::move(coefficients)),
+        data_(static_cast<const T*>(coefficients_.get())) {}
 
   ScalarSample scalar(const Vec3& world_m) const noexcept override {
     Cell cells[3];
@@ -213,7 +195,7 @@ class TypedSmoothGrid final : public SmoothGrid {
     }
 
    private:
-    Weights i_, j_, k_;
+    detail::SplineWeights i_, j_, k_;
     std::int64_t at_[3][4];
   };
 
@@ -224,14 +206,31 @@ class TypedSmoothGrid final : public SmoothGrid {
 
 FieldPtr smooth_grid_field(const GridGeometry& geometry, Voxels voxels, double scale, double offset) {
   detail::check_grid(geometry, voxels, scale, offset);
-  return detail::with_values_of(voxels, [&]<class T>(const T*) -> FieldPtr {
-    return std::make_shared<const TypedSmoothGrid<T>>(geometry, std::move(voxels), scale, offset);
+  return detail::with_values_of(voxels, [&]<class T>(const T* values) -> FieldPtr {
+    std::shared_ptr<const T> coefficients(voxels.data, values);
+    return std::make_shared<const TypedSmoothGrid<T>>(geometry, std::move(voxels), scale, offset, Filter::smooth,
+                                                      std::move(coefficients));
+  });
+}
+
+FieldPtr cubic_grid_field(const GridGeometry& geometry, Voxels voxels, double scale, double offset) {
+  detail::check_grid(geometry, voxels, scale, offset);
+  return detail::with_values_of(voxels, [&]<class T>(const T* values) -> FieldPtr {
+    if constexpr (std::is_floating_point_v<T>) {
+      std::shared_ptr<const T> coefficients = detail::interpolating_coefficients(geometry, voxels.components, values);
+      return std::make_shared<const TypedSmoothGrid<T>>(geometry, std::move(voxels), scale, offset, Filter::cubic,
+                                                        std::move(coefficients));
+    } else {
+      throw std::invalid_argument("voxels of " + std::string(name_of(voxels.type)) +
+                                  " cannot be met by a cubic: that would amplify the steps of whole numbers; the smooth "
+                                  "filter, their default, or the trilinear one suits them");
+    }
   });
 }
 
 const GridView* smooth_grid_of(const Field& field) noexcept {
-  const auto* grid = dynamic_cast<const SmoothGrid*>(&field);
-  return grid ? &grid->view() : nullptr;
+  const GridView* grid = dynamic_cast<const SmoothGrid*>(&field) ? grid_behind(field) : nullptr;
+  return grid && grid->filter == Filter::smooth ? grid : nullptr;
 }
 
 }  // namespace palpa
