@@ -136,6 +136,8 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   std::vector<std::string> at_m;
   info_command->add_option("FILE", info.files, "files or folders, each a volume of its own")->required()->type_name("");
   add_repeated(info_command, "--at-m", at_m, "say the values at this position of the world")->type_name("X,Y,Z");
+  info_command->add_option("--level", info.level, "say how much of what is thin above this value the smooth filter loses")
+      ->type_name("VALUE");
   info_command->add_flag("--json", info.json, "print as JSON");
   add_reader(info_command, info.read);
   info_command->footer("Example:\n  palpa info head.nrrd --at-m 0,-0.05,0.02");

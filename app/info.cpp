@@ -10,6 +10,7 @@
 
 #include "app/terminal.h"
 #include "palpa/field/grid.h"
+#include "palpa/field/thin_parts.h"
 
 namespace palpa::app {
 namespace {
@@ -49,7 +50,7 @@ double valid_share(const Volume& volume) {
   return share;
 }
 
-Json as_json(const VolumeFile& file, const std::vector<Vec3>& at_m) {
+Json as_json(const VolumeFile& file, const std::vector<Vec3>& at_m, const std::optional<double>& level) {
   const Volume& volume = file.volume;
   const GridGeometry& first = grid_of(*volume.fields.front().field)->geometry;
   Json info;
@@ -72,6 +73,12 @@ Json as_json(const VolumeFile& file, const std::vector<Vec3>& at_m) {
                {"dims", grid.geometry.dims},
                {"min", scalar ? least[0] : least},
                {"max", scalar ? greatest[0] : greatest}};
+    if (level && scalar) {
+      const ThinParts parts = thin_parts(*field.field, *level);
+      entry["level"] = number(*level);
+      entry["thin_share"] = parts.thin_share();
+      entry["lost_share"] = parts.lost_share();
+    }
     if (grid.geometry != first) entry["index_to_world_m"] = matrix(grid.geometry);
     info["fields"].push_back(std::move(entry));
   }
@@ -114,7 +121,8 @@ std::string text_of_length(double metres) {
   return fmt::format("{:.4g} m", metres);
 }
 
-void print_table(const std::string& name, const VolumeFile& file, const std::vector<Vec3>& at_m) {
+void print_table(const std::string& name, const VolumeFile& file, const std::vector<Vec3>& at_m,
+                 const std::optional<double>& level) {
   const Volume& volume = file.volume;
   std::uint64_t bytes = 0;
   for (const SourceFile& source : volume.files) bytes += source.bytes;
@@ -141,6 +149,14 @@ void print_table(const std::string& name, const VolumeFile& file, const std::vec
     fmt::print("  {:<{}}  {:<8}  {:<8}  {:<26}  {:<26}\n", field.name, width, field.unit.empty() ? "–" : field.unit, type,
                text_of(extents, &Extent::min), text_of(extents, &Extent::max));
   }
+  if (level) fmt::print("\n");
+  for (const VolumeField& field : volume.fields) {
+    if (!level || field.field->components() != 1) continue;
+    const ThinParts parts = thin_parts(*field.field, *level);
+    fmt::print(
+        "  level {:g} of {}: {:.2g} % of what is above is thinner than 2 voxels; the smooth filter loses {:.2g} % of that\n",
+        *level, field.name, 100.0 * parts.thin_share(), 100.0 * parts.lost_share());
+  }
   if (!at_m.empty()) fmt::print("\n");
   for (const Vec3& at : at_m) {
     for (const VolumeField& field : volume.fields) {
@@ -159,11 +175,11 @@ int run_info(const InfoArguments& arguments) {
     request.files = {path};
     const VolumeFile file = read_volume_file(request, arguments.read);
     if (arguments.json) {
-      list.push_back(as_json(file, arguments.at_m));
+      list.push_back(as_json(file, arguments.at_m, arguments.level));
       continue;
     }
     if (path != arguments.files.front()) fmt::print("\n");
-    print_table(path.string(), file, arguments.at_m);
+    print_table(path.string(), file, arguments.at_m, arguments.level);
     std::fflush(stdout);
     std::vector<std::string> warnings;
     for (const std::string& warning : file.volume.warnings) warnings.push_back(path.string() + ": " + warning);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "palpa/core/vec3.h"
@@ -13,6 +14,7 @@ struct InfoArguments {
   std::vector<std::filesystem::path> files;  ///< each a volume of its own; at least one
   bool json = false;                         ///< one object for one file, a list of them for several
   std::vector<Vec3> at_m;                    ///< [m] world positions to sample
+  std::optional<double> level;               ///< of scalar fields, in each one's own unit: what the smooth filter loses there
   ReadOptions read;
 };
 

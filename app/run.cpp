@@ -80,6 +80,7 @@ void print(const Json& d) {
 
 int run_scene(RunArguments arguments, const std::atomic<bool>& stop) {
   if (arguments.dry_run) {
+    arguments.options.scene_options.thin_parts = true;
     const PreparedRun prepared = prepare(arguments.options);
     print_warnings(prepared.loaded.warnings);
     const Json what = description(prepared, arguments.options.rate_hz);

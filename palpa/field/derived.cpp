@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "palpa/field/axis_grid.h"
 #include "palpa/field/derive_on_grid.h"
 #include "palpa/field/grid_base.h"
 #include "palpa/field/timed_field.h"
@@ -253,6 +254,10 @@ FieldPtr derived(Derivation derivation, const FieldPtr& of, double smoothing_m) 
   if (of->components() != taken) {
     throw std::invalid_argument(std::string(name_of(derivation)) + " is made from a " + (taken == 3 ? "vector" : "scalar") +
                                 " field, and this is a " + (taken == 3 ? "scalar" : "vector") + " field");
+  }
+  if (derivation != Derivation::magnitude && is_axis_field(*of)) {
+    throw std::invalid_argument(std::string(name_of(derivation)) +
+                                " cannot be taken of axes, whose sign means nothing; their magnitude can");
   }
   if (!std::isfinite(smoothing_m) || smoothing_m < 0.0) {
     throw std::invalid_argument("the smoothing must be a length of 0 m or more");

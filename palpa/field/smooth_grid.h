@@ -26,6 +26,7 @@ FieldPtr smooth_grid_field(const GridGeometry& geometry, Voxels voxels, double s
 /// reproduced. Inside as above. Only for voxels of a floating-point type: with whole numbers it would
 /// amplify the steps (the direction of the gradient is 4 to 5° wrong at p99 on 8 bits, 1.5° with the smoothing spline),
 /// so it throws std::invalid_argument, with a sentence, as it does where `grid_field` does.
+/// `scale` [unit] and `offset` [unit] likewise.
 FieldPtr cubic_grid_field(const GridGeometry& geometry, Voxels voxels, double scale = 1.0, double offset = 0.0);
 
 /// The grid behind a field made by `smooth_grid_field`; nullptr for other fields.

@@ -513,7 +513,9 @@ class Loader {
       loaded_.scene.add(std::move(modes[i].name), std::move(modes[i].mode), std::move(modes[i].masks), modes[i].enabled);
     }
     for (std::size_t i = 0; i < loaded_.scene.modes().size(); ++i) derive_fields(loaded_.scene.modes()[i], i);
-    for (const Finding& finding : refuse_first(detail::findings(loaded_.scene))) {
+    std::vector<Finding> warnings = refuse_first(detail::findings(loaded_.scene));
+    if (options_.thin_parts) std::ranges::move(detail::thin_part_findings(loaded_.scene), std::back_inserter(warnings));
+    for (const Finding& finding : warnings) {
       loaded_.warnings.push_back(detail::one_line(place_of(finding.part) + ": " + finding.text));
     }
     return std::move(loaded_);
@@ -532,6 +534,7 @@ class Loader {
     Similarity pose;
     PoseTrack poses;
     double smoothing_m = 0.0;
+    std::optional<Filter> filter;
     std::string source;
   };
 
@@ -680,6 +683,11 @@ class Loader {
     plan.analytic = section.text("analytic").value_or("");
     plan.sampled = section.number("sampled");
     plan.smoothing_m = section.number("smoothing_m").value_or(0.0);
+    if (const auto filter = section.text("filter")) {
+      for (const Filter known : {Filter::trilinear, Filter::smooth, Filter::cubic}) {
+        if (*filter == name_of(known)) plan.filter = known;
+      }
+    }
     if (const toml::table* pose = section.subtable("pose")) plan.pose = read_pose(*pose, section.where());
     if (section.node("poses")) plan.poses = read_poses(section);
     const int sources = !plan.analytic.empty() + (section.node("file") != nullptr) + (section.node("files") != nullptr);
@@ -698,6 +706,13 @@ class Loader {
            "'sampled' in volume " + in_quotes(name) + " is for embedded data; leave it out with 'file'");
     }
     plan_series(section, plan);
+    for (const char* key : {"filter", "sign"}) {
+      if (!plan.analytic.empty() && !plan.sampled && section.node(key)) {
+        fail(place_of(*section.node(key)),
+             in_quotes(key) + " in volume " + in_quotes(name) +
+                 " speaks of voxels, and a formula has none; give 'sampled', too, or leave it out");
+      }
+    }
     if (plan.analytic.empty()) plan.request = read_request(section);
     for (const Key& key : detail::volume_keys()) {
       if (const toml::node* node = section.node(key.name)) plan.source += key.name + " = " + text_of(*node) + "\n";
@@ -857,24 +872,37 @@ class Loader {
     return volume;
   }
 
+  /// What `act` gives; where it cannot, that is said at `node` of the volume's table.
+  template <class Act>
+  static auto at(const toml::node& node, const VolumePlan& plan, Act act) {
+    try {
+      return act();
+    } catch (const SceneError& error) {
+      fail(place_of(node), error.what());
+    } catch (const std::invalid_argument& error) {
+      fail(place_of(node), "volume " + in_quotes(plan.name) + ": " + error.what());
+    } catch (const std::bad_alloc&) {
+      fail(place_of(node), "not enough memory for volume " + in_quotes(plan.name) + "; use smaller data");
+    }
+  }
+
+  Volume data_of(const VolumePlan& plan) const {
+    if (!plan.analytic.empty()) return make(plan);
+    return plan.frame_period_s ? read_series(plan.request, *plan.frame_period_s, plan.between_frames, read_volume_)
+                               : read_volume_(plan.request);
+  }
+
   void open(const VolumePlan& plan) {
     Scene& scene = loaded_.scene;
-    try {
-      Volume volume = !plan.analytic.empty() ? make(plan)
-                      : plan.frame_period_s ? read_series(plan.request, *plan.frame_period_s, plan.between_frames, read_volume_)
-                                            : read_volume_(plan.request);
-      if (plan.poses.empty()) {
-        scene.add(plan.name, std::move(volume), plan.pose);
-      } else {
-        scene.add_moving(plan.name, std::move(volume), plan.poses);
-      }
-    } catch (const SceneError& error) {
-      fail(place_of(*plan.table), error.what());
-    } catch (const std::invalid_argument& error) {
-      fail(place_of(*plan.table), "volume " + in_quotes(plan.name) + ": " + error.what());
-    } catch (const std::bad_alloc&) {
-      fail(place_of(*plan.table), "not enough memory for volume " + in_quotes(plan.name) + "; use smaller data");
+    Volume volume = at(*plan.table, plan, [&] { return data_of(plan); });
+    if (const toml::node* sign = plan.table->get("sign")) volume = at(*sign, plan, [&] { return signless(volume); });
+    if (const toml::node* node = plan.table->get("filter")) {
+      volume = at(*node, plan, [&] { return filtered(volume, plan.filter); });
     }
+    at(*plan.table, plan, [&] {
+      return plan.poses.empty() ? scene.add(plan.name, std::move(volume), plan.pose, plan.filter)
+                                : scene.add_moving(plan.name, std::move(volume), plan.poses, plan.filter);
+    });
     SceneVolume& added = *scene.find_volume(plan.name);
     added.source = plan.source;
     added.smoothing_m = plan.smoothing_m;

@@ -16,6 +16,7 @@ namespace palpa {
 struct SceneOptions {
   std::vector<std::filesystem::path> data_folders;        ///< searched after the scene's own folder, then $PALPA_DATA
   std::vector<std::pair<std::string, std::string>> sets;  ///< `--set PATH=VALUE`, in order
+  bool thin_parts = false;  ///< warns, too, of levels whose thin parts the smoothing filter loses; reads all voxels for each
 };
 
 struct LoadedScene {

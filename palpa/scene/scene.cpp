@@ -5,6 +5,7 @@
 #include <mutex>
 #include <set>
 
+#include "palpa/field/thin_parts.h"
 #include "palpa/scene/field_name.h"
 #include "palpa/scene/keys.h"
 #include "palpa/scene/scene_checks.h"
@@ -318,6 +319,39 @@ class LevelChecks final : public CheckingVisitor {
   std::optional<Extent> extent_;
 };
 
+/// Looks for levels of a mode at which the smoothing filter loses much of what is thin.
+class ThinPartChecks final : public CheckingVisitor {
+ public:
+  ThinPartChecks(const Scene& scene, const SceneMode& mode, std::size_t number, std::vector<Finding>& out)
+      : CheckingVisitor(mode, number, out), scene_(scene) {}
+  void field(const ParameterInfo& info, FieldRef& ref) override {
+    if (info.name != "field" || ref.name.empty()) return;
+    const FieldPtr field = scene_.field(ref).field;
+    const GridView* grid = grid_below(*field);
+    if (grid && grid->filter == Filter::smooth && grid->voxels.components == 1) field_ = field;
+  }
+  void choice(const ParameterInfo& info, int& value) override {
+    if (info.name == "solid") solid_ = info.choices[static_cast<std::size_t>(value)];
+  }
+  void number(const ParameterInfo& info, double& value) override {
+    if (info.kind != ParameterKind::level || !field_) return;
+    constexpr double much = 0.1;
+    double lost = 0.0;
+    if (solid_ != "low") lost = thin_parts(*field_, value, SolidSide::high).lost_share();
+    if (solid_ != "high") lost = std::max(lost, thin_parts(*field_, value, SolidSide::low).lost_share());
+    if (!(lost > much)) return;
+    find(info.name,
+         the(info.name) + ": the smooth filter loses " + toml_number(std::round(100.0 * lost)) +
+             " % of the parts thinner than 2 voxels there; filter = \"trilinear\" of the volume keeps them",
+         true);
+  }
+
+ private:
+  const Scene& scene_;
+  FieldPtr field_;
+  std::string_view solid_ = "high";
+};
+
 }  // namespace
 
 // ---- detail
@@ -422,6 +456,16 @@ std::vector<Finding> findings(const Scene& scene) {
   return found;
 }
 
+std::vector<Finding> thin_part_findings(const Scene& scene) {
+  std::vector<Finding> found;
+  for (std::size_t i = 0; i < scene.modes().size(); ++i) {
+    ThinPartChecks checks(scene, scene.modes()[i], i, found);
+    Mode copy = scene.modes()[i].mode;
+    copy.visit(checks);
+  }
+  return found;
+}
+
 }  // namespace detail
 
 // ---- Scene
@@ -456,18 +500,18 @@ DataTime TimeOptions::at(double elapsed_s) const noexcept {
   return {start_s + speed * elapsed_s, play == Play::loop};
 }
 
-FieldRef Scene::add(std::string name, Volume volume, const Similarity& pose) {
+FieldRef Scene::add(std::string name, Volume volume, const Similarity& pose, std::optional<Filter> filter) {
   if (!is_usable(pose))
     refuse("the pose of volume " + in_quotes(name) + " is no similarity; use a rotation, a scale above 0 and finite numbers");
-  return add({std::move(name), std::move(volume), pose, {}});
+  return add({std::move(name), std::move(volume), pose, {}}, filter);
 }
 
-FieldRef Scene::add_moving(std::string name, Volume volume, const PoseTrack& poses) {
+FieldRef Scene::add_moving(std::string name, Volume volume, const PoseTrack& poses, std::optional<Filter> filter) {
   if (const char* problem = problem_with(poses)) refuse("the poses of volume " + in_quotes(name) + ": " + problem);
-  return add({std::move(name), std::move(volume), {}, poses});
+  return add({std::move(name), std::move(volume), {}, poses}, filter);
 }
 
-FieldRef Scene::add(SceneVolume added) {
+FieldRef Scene::add(SceneVolume added, std::optional<Filter> filter) {
   const std::string& name = added.name;
   Volume& volume = added.volume;
   if (const std::string problem = problem_with_name("volume", name); !problem.empty()) refuse(problem);
@@ -480,6 +524,11 @@ FieldRef Scene::add(SceneVolume added) {
     if (!fields.insert(field.name).second) {
       refuse("volume " + in_quotes(name) + " has two fields " + in_quotes(field.name) + "; give every field a name of its own");
     }
+  }
+  try {
+    volume = filtered(std::move(volume), filter);
+  } catch (const std::invalid_argument& problem) {
+    refuse("volume " + in_quotes(name) + " cannot be felt so: " + problem.what());
   }
   if (!added.poses.empty()) {
     volume = moving(volume, added.poses);
@@ -558,6 +607,13 @@ std::vector<std::string> Scene::check() const {
 
 namespace {
 
+/// Whether two fields of code are known to have the same values everywhere.
+bool same_field(const Field& a, const Field& b) {
+  const GridView *x = grid_behind(a), *y = grid_behind(b);
+  return &a == &b || (x && y && x->geometry == y->geometry && x->voxels.data == y->voxels.data && x->scale == y->scale &&
+                      x->offset == y->offset && x->filter == y->filter && x->signless == y->signless);
+}
+
 bool same_data(const SceneVolume& a, const SceneVolume& b) {
   const auto same_file = [](const SourceFile& x, const SourceFile& y) {
     return x.path == y.path && x.bytes == y.bytes && x.sha256 == y.sha256;
@@ -569,7 +625,7 @@ bool same_data(const SceneVolume& a, const SceneVolume& b) {
   for (std::size_t i = 0; i < a.volume.fields.size(); ++i) {
     const VolumeField& x = a.volume.fields[i];
     const VolumeField& y = b.volume.fields[i];
-    if (x.name != y.name || x.unit != y.unit || !(same_origin || x.field == y.field)) return false;
+    if (x.name != y.name || x.unit != y.unit || !(same_origin || same_field(*x.field, *y.field))) return false;
   }
   return true;
 }

@@ -8,7 +8,7 @@
 #include "palpa/core/coupling.h"
 #include "palpa/core/load_error.h"
 #include "palpa/core/similarity.h"
-#include "palpa/field/field.h"
+#include "palpa/field/filter.h"
 #include "palpa/field/timed_field.h"
 #include "palpa/mode/mode.h"
 
@@ -96,10 +96,11 @@ class Scene {
   std::vector<ViewLayer> layers;
 
   /// Adds a volume, moved by `pose`; returns the name of its first field. The name is a plain word and
-  /// not taken.
-  FieldRef add(std::string name, Volume volume, const Similarity& pose = {});
+  /// not taken. Its grids are felt through `filter`; without one, trilinear grids of whole numbers become smooth and
+  /// all else stays (`filtered`, filter.h).
+  FieldRef add(std::string name, Volume volume, const Similarity& pose = {}, std::optional<Filter> filter = {});
   /// Adds a volume that moves from pose to pose.
-  FieldRef add_moving(std::string name, Volume volume, const PoseTrack& poses);
+  FieldRef add_moving(std::string name, Volume volume, const PoseTrack& poses, std::optional<Filter> filter = {});
   /// Adds a mode; its fields must be there. The name is not taken.
   void add(std::string name, Mode mode, std::vector<Mask> masks = {}, bool enabled = true);
 

@@ -66,6 +66,14 @@ std::string volume_body(const SceneVolume& volume) {
     poses += (poses.empty() ? "" : ", ") + ("{time_s = " + toml_number(key.time_s) + ", ") + pose_body(key.pose) + "}";
   }
   if (!poses.empty()) body += line("poses", "[" + poses + "]");
+  std::string filter, sign;
+  for (const VolumeField& field : volume.volume.fields) {
+    const GridView* grid = grid_below(*field.field);
+    if (!grid) continue;
+    if (grid->filter != default_filter(grid->voxels.type)) filter = line("filter", toml_string(name_of(grid->filter)));
+    if (grid->signless) sign = line("sign", toml_string("none"));
+  }
+  body += filter + sign;
   if (volume.smoothing_m > 0.0) body += line("smoothing_m", toml_number(volume.smoothing_m));
   return body;
 }
