@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "palpa/field/filter.h"
 #include "palpa/field/grid_base.h"
 #include "palpa/field/spline.h"
 
@@ -151,6 +152,24 @@ class AxisGrid final : public detail::GridBase {
     const Mat3 by_index = transposed(Mat3{{derivatives[0], derivatives[1], derivatives[2]}});
     for (int c = 0; c < 3; ++c) sample.jacobian.row[c] = transposed_times(world_to_index_, unit_ * by_index.row[c]);
     return is_finite(sample.value) && is_finite(sample.jacobian) ? sample : VectorSample{};
+  }
+
+ protected:
+  /// An axis has no polynomial and no levels; what is asked is whether the cell has data.
+  void polynomial(int component, const Passage& cell, const Extent&, Stretch& piece) const noexcept override {
+    constexpr int count = Weights<filter>::count, before = Weights<filter>::before;
+    double poison = 0.0;
+    for (int n = 0; n < count * count * count; ++n) {
+      const int steps[3] = {n % count - before, n / count % count - before, n / count / count - before};
+      std::int64_t at = component;
+      for (int a = 0; a < 3; ++a) {
+        at += std::clamp<std::int64_t>(cell.first[a] + steps[a], 0, view_.geometry.dims[a] - 1) * stride_[a];
+      }
+      const auto voxel = static_cast<double>(data_[at]);
+      poison += voxel - voxel;
+    }
+    piece.control[0] = poison;
+    piece.degree = 0;
   }
 
  private:

@@ -3,9 +3,11 @@
 #include <stdexcept>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "palpa/field/axis_grid.h"
 #include "palpa/field/smooth_grid.h"
+#include "palpa/field/timed_field.h"
 
 namespace palpa {
 namespace {
@@ -22,9 +24,19 @@ FieldPtr made_of(const GridView& grid, Filter filter, bool without_sign) {
   }
 }
 
-const GridView& grid_or_throw(const Field& field) {
-  if (const GridView* grid = grid_behind(field)) return *grid;
-  throw std::invalid_argument("it is a formula and has no voxels; sample it first");
+/// The field with every grid below its poses and frames made into another.
+template <class Make>
+FieldPtr remade(const FieldPtr& field, const Make& make) {
+  if (const PosedView* view = posed_of(*field)) return posed(remade(view->field, make), view->pose);
+  if (const MovingView* view = moving_of(*field)) return moving(remade(view->field, make), view->track, view->per_length);
+  if (const SeriesView* view = series_of(*field)) {
+    std::vector<FieldPtr> frames;
+    for (const FieldPtr& frame : view->frames) frames.push_back(remade(frame, make));
+    return time_series(std::move(frames), view->period_s, view->between_frames);
+  }
+  const GridView* grid = grid_behind(*field);
+  if (!grid) throw std::invalid_argument("it is a formula and has no voxels; sample it first");
+  return make(*grid);
 }
 
 template <class Change>
@@ -43,12 +55,18 @@ Filter default_filter(VoxelType type) noexcept {
   return fractions ? Filter::trilinear : Filter::smooth;
 }
 
+const GridView* grid_below(const Field& field) noexcept {
+  if (const PosedView* view = posed_of(field)) return grid_below(*view->field);
+  if (const MovingView* view = moving_of(field)) return grid_below(*view->field);
+  if (const SeriesView* view = series_of(field)) return grid_below(*view->frames.front());
+  return grid_behind(field);
+}
+
 FieldPtr filtered(FieldPtr field, Filter filter) {
   if (!field) throw std::invalid_argument("there is no field to filter");
-  if (const PosedView* moved = posed_of(*field)) return posed(filtered(moved->field, filter), moved->pose);
-  const GridView& grid = grid_or_throw(*field);
-  if (grid.filter == filter) return field;
-  return made_of(grid, filter, grid.signless);
+  const GridView* grid = grid_below(*field);
+  if (grid && grid->filter == filter) return field;
+  return remade(field, [&](const GridView& of) { return made_of(of, filter, of.signless); });
 }
 
 Volume filtered(Volume volume, std::optional<Filter> filter) {
@@ -63,10 +81,10 @@ Volume filtered(Volume volume, std::optional<Filter> filter) {
 
 FieldPtr signless(FieldPtr field) {
   if (!field) throw std::invalid_argument("there is no field without a sign");
-  if (const PosedView* moved = posed_of(*field)) return posed(signless(moved->field), moved->pose);
-  const GridView& grid = grid_or_throw(*field);
-  if (grid.signless) return field;
-  return made_of(grid, grid.filter == Filter::trilinear ? Filter::trilinear : Filter::smooth, true);
+  if (is_axis_field(*field)) return field;
+  return remade(field, [](const GridView& of) {
+    return made_of(of, of.filter == Filter::trilinear ? Filter::trilinear : Filter::smooth, true);
+  });
 }
 
 Volume signless(Volume volume) {

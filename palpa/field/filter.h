@@ -11,9 +11,13 @@ namespace palpa {
 /// else trilinear.
 Filter default_filter(VoxelType type) noexcept;
 
-/// The same voxels with another filter, under the same pose; the field itself where it has that filter already. Throws
-/// std::invalid_argument, with a sentence, on a field that has no voxels (a formula, a derived value), and on
-/// Filter::cubic for whole numbers and for axes.
+/// The grid behind a field, below its poses, and of a series its first frame: its geometry need not be that of the world.
+/// nullptr where there is none.
+const GridView* grid_below(const Field& field) noexcept;
+
+/// The same voxels with another filter, under the same pose, in every frame of a series; the field itself where it has that
+/// filter already. Throws std::invalid_argument, with a sentence, on a field that has no voxels (a formula, a derived value),
+/// and on Filter::cubic for whole numbers and for axes.
 FieldPtr filtered(FieldPtr field, Filter filter);
 
 /// Every field of a volume, in the same way; a sentence names the field. Without a filter: each trilinear grid gets

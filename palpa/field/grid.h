@@ -85,8 +85,6 @@ struct GridView {
 /// The grid behind any field on a grid, whatever lies between its voxels; nullptr for formulas, posed fields and what is
 /// computed from another field's sample.
 const GridView* grid_behind(const Field& field) noexcept;
-/// The same below a field's poses, if it has any: its geometry is then not that of the world.
-const GridView* grid_below(const Field& field) noexcept;
 /// The same as `grid_behind` for a field made by `grid_field` alone; nullptr for other fields.
 const GridView* grid_of(const Field& field) noexcept;
 

@@ -312,9 +312,4 @@ const GridView* grid_behind(const Field& field) noexcept {
   return grid ? &grid->view() : nullptr;
 }
 
-const GridView* grid_below(const Field& field) noexcept {
-  const PosedView* moved = posed_of(field);
-  return moved ? grid_below(*moved->field) : grid_behind(field);
-}
-
 }  // namespace palpa

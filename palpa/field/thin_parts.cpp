@@ -6,6 +6,7 @@
 #include <thread>
 #include <vector>
 
+#include "palpa/field/filter.h"
 #include "palpa/field/grid_base.h"
 
 // Slices stream through: three of them are kept, as solid or not, and as smoothed along i and j. Values are counted from

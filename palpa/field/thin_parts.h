@@ -24,11 +24,10 @@ struct ThinParts {
   double thin_share() const noexcept { return solid > 0 ? static_cast<double>(thin) / static_cast<double>(solid) : 0.0; }
 };
 
-/// Counts over the grid behind a field, a posed one too, whatever its filter. Voxels that are not finite are not solid, and a
-/// voxel beside one is not lost: there is no value to compare. An axis of one voxel has no thickness and counts for none.
-/// Two threads; the scratch memory is a few slices. Throws std::invalid_argument, with a sentence, on a field without
-/// voxels or of vectors.
-/// \param level  in the field's own unit
+/// Counts over the grid behind a field, a posed one too, whatever its filter; of a series over its first frame. Voxels that are
+/// not finite are not solid, and a voxel beside one is not lost: there is no value to compare. An axis of one voxel has no
+/// thickness and counts for none. Two threads; the scratch memory is a few slices. Throws std::invalid_argument, with a
+/// sentence, on a field without voxels or of vectors. \param level  in the field's own unit
 ThinParts thin_parts(const Field& field, double level, SolidSide solid = SolidSide::high);
 
 }  // namespace palpa

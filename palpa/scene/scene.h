@@ -129,7 +129,7 @@ class Scene {
 
  private:
   class DerivedFields;
-  FieldRef add(SceneVolume volume);
+  FieldRef add(SceneVolume volume, std::optional<Filter> filter);
   std::vector<SceneVolume> volumes_;
   std::vector<SceneMode> modes_;
   std::shared_ptr<DerivedFields> derived_;
