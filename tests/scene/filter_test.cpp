@@ -71,7 +71,7 @@ TEST_F(FilterKey, IsSmoothForWholeNumbersAndTrilinearForOthersByDefault) {
   scene.add("ct", read_grids({.files = {"ct"}}));
   EXPECT_EQ(filter_of(scene), Filter::smooth);
   Scene plain;
-  plain.add("ct", read_grids({.files = {"ct"}}), {.scale = 2.0}, Filter::trilinear);
+  plain.add("ct", read_grids({.files = {"ct"}}), Similarity{.scale = 2.0}, Filter::trilinear);
   EXPECT_EQ(filter_of(plain), Filter::trilinear);
 }
 
