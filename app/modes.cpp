@@ -24,6 +24,7 @@ const char* name_of(ParameterKind kind) {
     case ParameterKind::optional_field: return "field";
     case ParameterKind::strength: return "strength";
     case ParameterKind::level: return "level";
+    case ParameterKind::vector: return "vector";
     case ParameterKind::list: return "list";
   }
   return "";
@@ -47,6 +48,7 @@ class JsonOfParameters final : public ParameterVisitor {
     entry["choices"] = Json(std::vector<std::string>(info.choices.begin(), info.choices.end()));
   }
   void field(const ParameterInfo& info, FieldRef&) override { add(info); }
+  void vector(const ParameterInfo& info, Vec3& value) override { add(info)["default"] = {value.x, value.y, value.z}; }
   void strength(const ParameterInfo& info, Strength& value) override {
     Json& entry = add(info);
     entry["default"] = value.constant_n;

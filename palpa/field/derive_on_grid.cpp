@@ -22,6 +22,10 @@ namespace {
 
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 
+bool only_smooths(Derivation derivation) noexcept {
+  return derivation == Derivation::smooth || derivation == Derivation::smooth_vector;
+}
+
 /// The values of the source at the nodes, row by row: voxels as they are, or samples of any field.
 class Nodes {
  public:
@@ -293,7 +297,7 @@ class Pass {
 
   void run(std::int64_t first, std::int64_t last) noexcept {
     const std::int64_t reach = plan_.blur[2].radius;
-    const bool neighbours = plan_.derivation != Derivation::smooth;
+    const bool neighbours = !only_smooths(plan_.derivation);
     std::int64_t next = std::max<std::int64_t>(first - neighbours, 0);  // to be smoothed
     std::int64_t unread = std::max<std::int64_t>(next - reach, 0);
     for (std::int64_t k = first; k < last; ++k) {
@@ -304,7 +308,7 @@ class Pass {
       if (neighbours) {
         derive(k);
       } else {
-        std::copy_n(smoothed(k, 0), plane_, plan_.out + k * plane_);
+        keep_smoothed(k);
       }
     }
   }
@@ -378,6 +382,16 @@ class Pass {
     }
   }
 
+  /// Slice k as it is, components together. They share one offset, the first's, so the others' centres are in the floats.
+  void keep_smoothed(std::int64_t k) noexcept {
+    for (int c = 0; c < components_; ++c) {
+      const auto offset = static_cast<float>((plan_.normal.centre[c] - plan_.normal.centre[0]) / plan_.normal.unit);
+      const float* in = smoothed(k, c);
+      float* out = plan_.out + k * plane_ * components_ + c;
+      for (std::int64_t i = 0; i < plane_; ++i) out[i * components_] = in[i] + offset;
+    }
+  }
+
   void derive(std::int64_t k) noexcept {
     const auto factor = [](std::int64_t at, std::int64_t n) { return at > 0 && at < n - 1 ? 0.5F : 1.0F; };
     const std::int64_t below = std::max<std::int64_t>(k - 1, 0), above = std::min(k + 1, nz_ - 1);
@@ -418,7 +432,7 @@ FieldPtr derive_on_grid(Derivation derivation, const Field& of, const GridGeomet
   const Mat3 to_index = scaled_inverse(geometry.index_to_world_m);
   const double spacing_m =
       1.0 / std::max({norm(to_index.row[0]), norm(to_index.row[1]), norm(to_index.row[2])});  // least distance of planes
-  const bool smoothed = derivation == Derivation::q || derivation == Derivation::lambda2 || derivation == Derivation::smooth;
+  const bool smoothed = derivation == Derivation::q || derivation == Derivation::lambda2 || only_smooths(derivation);
   const double sigma_m = smoothing_m > 0.0 ? smoothing_m : 2.0 * spacing_m;
   const auto blur = [&](int a) {
     return Blur(smoothed ? sigma_m / norm(transposed(geometry.index_to_world_m).row[a]) : 0.0, geometry.dims[a]);
@@ -441,8 +455,9 @@ FieldPtr derive_on_grid(Derivation derivation, const Field& of, const GridGeomet
   }
   const double per_spacing = plan.normal.unit / spacing_m;
   const bool squared = derivation == Derivation::q || derivation == Derivation::lambda2;
-  if (derivation == Derivation::smooth) {
-    return smooth_grid_field(geometry, {VoxelType::float32, 1, out}, factor * plan.normal.unit, factor * plan.normal.centre[0]);
+  if (only_smooths(derivation)) {
+    return smooth_grid_field(geometry, {VoxelType::float32, given, out}, factor * plan.normal.unit,
+                             factor * plan.normal.centre[0]);
   }
   return smooth_grid_field(geometry, {VoxelType::float32, given, out},
                            factor * (squared ? per_spacing * per_spacing : per_spacing));

@@ -21,7 +21,7 @@ struct Naming {
   const char* name;
   int taken, given;
 };
-constexpr std::array<Naming, 10> namings{{
+constexpr std::array<Naming, 11> namings{{
     {Derivation::magnitude, "magnitude", 3, 1},
     {Derivation::gradient_magnitude, "gradient_magnitude", 1, 1},
     {Derivation::curl, "curl", 3, 3},
@@ -32,6 +32,7 @@ constexpr std::array<Naming, 10> namings{{
     {Derivation::component_y, "component_y", 3, 1},
     {Derivation::component_z, "component_z", 3, 1},
     {Derivation::smooth, "smooth", 1, 1},
+    {Derivation::smooth_vector, "smooth_vector", 3, 3},
 }};
 const Naming& naming_of(Derivation derivation) noexcept { return namings[static_cast<std::size_t>(derivation)]; }
 
@@ -226,7 +227,7 @@ FieldPtr derive(Derivation derivation, const FieldPtr& of, double smoothing_m, d
 
 std::optional<Derivation> derivation_named(std::string_view name) noexcept {
   for (const Naming& n : namings) {
-    if (n.derivation != Derivation::smooth && n.name == name) return n.derivation;
+    if (n.derivation < Derivation::smooth && n.name == name) return n.derivation;
   }
   return std::nullopt;
 }

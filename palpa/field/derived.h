@@ -8,7 +8,7 @@
 
 namespace palpa {
 
-/// What a scene writes as FUNC(FIELD), and `smooth`, which modes ask for themselves. u is a velocity with
+/// What a scene writes as FUNC(FIELD), and `smooth` and `smooth_vector`, which modes ask for themselves. u is a velocity with
 /// Jacobian J, S and W its symmetric and antisymmetric part, φ a scalar field. Derivatives are per metre
 /// of the world.
 enum class Derivation : std::uint8_t {
@@ -21,10 +21,11 @@ enum class Derivation : std::uint8_t {
   component_x,         ///< u_x [unit], along the world's x
   component_y,
   component_z,
-  smooth,  ///< φ smoothed, for modes whose direction is a gradient
+  smooth,         ///< φ smoothed, for modes whose direction is a gradient
+  smooth_vector,  ///< u smoothed, for modes that look at how a flow turns
 };
 
-/// The derivation that a scene calls by this name; none for `smooth`, which has no name there.
+/// The derivation that a scene calls by this name; none for the smooth ones, which have no name there.
 std::optional<Derivation> derivation_named(std::string_view name) noexcept;
 const char* name_of(Derivation derivation) noexcept;
 /// Components of the field that it derives from, and of the field that comes out: 1 or 3.
@@ -45,9 +46,9 @@ std::string unit_of(Derivation derivation, std::string_view unit);
 /// derivative there of Keys' cubic through the voxels, one-sided at the border and beside voxels without
 /// a finite value; sampled between, they are smoothed by 1/6, 4/6, 1/6 along each axis.
 ///
-/// `q`, `lambda2` and `smooth` come from data smoothed first by a Gaussian of the world (so many metres along every axis),
-/// separable along the axes of the grid, cut off at 4 standard deviations and normalised over the finite
-/// voxels within the grid. A voxel without a finite value stays without, and so does what needs it.
+/// `q`, `lambda2`, `smooth` and `smooth_vector` come from data smoothed first by a Gaussian of the world (so many metres along
+/// every axis), separable along the axes of the grid, cut off at 4 standard deviations and normalised over the finite voxels
+/// within the grid. A voxel without a finite value stays without, and so does what needs it.
 ///
 /// A formula is sampled at its own spacing for all that, 256 times at most along its longest side. A
 /// posed field is derived below its pose, and the result posed and divided by its scale; only

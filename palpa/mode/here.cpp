@@ -160,6 +160,8 @@ double Here::drag(double drag_ns_per_m) const noexcept {
   return drag_ns_per_m * mask() * std::min(1.0, 0.5 * stiffness_n_per_m * depth / fade_n);
 }
 
+double Here::steepness_per_m(const Vec3& gradient) const noexcept { return norm(gradient) / samples_->hand_to_world().scale; }
+
 // No volume moves yet: where the data were, they are.
 Vec3 Here::carried(const FieldRef&, const Vec3& x_m) const noexcept { return x_m; }
 

@@ -51,6 +51,7 @@ class Samples {
   Vec3 carried_m(std::int32_t field, const Vec3& hand_m, DataTime from, DataTime to) const noexcept {
     return carried(field, hand_m, from, to).position_m;
   }
+  const Similarity& hand_to_world() const noexcept { return map_; }
 
  private:
   struct Slot;
@@ -101,6 +102,11 @@ class Here {
   double drag(double drag_ns_per_m) const noexcept;
   /// Where the data point of `field` that was at `x_m` [m] in the last tick is now [m].
   Vec3 carried(const FieldRef& field, const Vec3& x_m) const noexcept;
+
+  /// The length of `gradient` [unit per hand metre] as the steepness that scenes speak of [unit per world metre].
+  double steepness_per_m(const Vec3& gradient) const noexcept;
+  /// `world`, a vector along the axes of the world in its own unit, as a scene gives it, turned into the hand frame.
+  Vec3 turned_to_hand(const Vec3& world) const noexcept { return samples_->hand_to_world().turned_to_hand(world); }
 
   /// For the tick: the shared samples, and the masks and fields of the mode that looks.
   Here(Samples& samples, std::span<const Mask> masks, std::span<const std::int32_t> fields) noexcept

@@ -3,11 +3,14 @@
 #include <stdexcept>
 
 #include "palpa/mode/follow.h"
+#include "palpa/mode/front_shape.h"
 #include "palpa/mode/gradient_force.h"
 #include "palpa/mode/surface_and_friction.h"
+#include "palpa/mode/transverse_damping.h"
 #include "palpa/mode/vector_force.h"
 #include "palpa/mode/viscosity.h"
 #include "palpa/mode/vortex.h"
+#include "palpa/mode/vortex_line.h"
 
 namespace palpa {
 
@@ -33,6 +36,9 @@ const ModeCatalog& standard_modes() {
     c.add(VectorForce{});
     c.add(VortexForce{});
     c.add(VortexPlane{});
+    c.add(VortexLine{});
+    c.add(FrontShape{});
+    c.add(TransverseDamping{});
     return c;
   }();
   return catalog;

@@ -62,6 +62,7 @@ enum class ParameterKind : std::uint8_t {
   optional_field,
   strength,
   level,
+  vector,
   list
 };
 
@@ -102,7 +103,10 @@ class ParameterVisitor {
   virtual void choice(const ParameterInfo&, int&) {}  ///< index in info.choices
   virtual void field(const ParameterInfo&, FieldRef&) {}
   virtual void strength(const ParameterInfo&, Strength&) {}
+  virtual void vector(const ParameterInfo&, Vec3&) {}  ///< along the axes of the world
   virtual void list(const ParameterInfo&, ParameterList&) {}
+  /// No key of its own: `ref` is `felt` of the field that another parameter names. Seen only where the mode needs it.
+  virtual void companion(FieldRef& /*ref*/, const FieldRef& /*of*/, Derivation /*felt*/) {}
 };
 
 /// One entry of a mode's `parameters()`. Made by the functions below, never by hand.
@@ -157,6 +161,18 @@ constexpr auto derived_param(std::string_view name, FieldRef O::*member, Derivat
   const ParameterKind kind = of_scalar ? ParameterKind::scalar_field : ParameterKind::vector_field;
   return Parameter<O, FieldRef>{name, member, sentence, kind, {}, {}, felt};
 }
+/// A second derivation of a field that another parameter names, filled in where `needed` says so.
+template <class Owner>
+struct Companion {
+  FieldRef Owner::*member;
+  FieldRef Owner::*of;
+  Derivation felt;
+  bool (Owner::*needed)() const;
+};
+template <class O>
+constexpr auto companion_param(FieldRef O::*member, FieldRef O::*of, Derivation felt, bool (O::*needed)() const) {
+  return Companion<O>{member, of, felt, needed};
+}
 /// A field of either kind that may be left out.
 template <class O>
 constexpr auto optional_field_param(std::string_view name, FieldRef O::*member, std::string_view sentence) {
@@ -166,6 +182,11 @@ constexpr auto optional_field_param(std::string_view name, FieldRef O::*member, 
 template <class O>
 constexpr auto level_param(std::string_view name, double O::*member, std::string_view sentence) {
   return Parameter<O, double>{name, member, sentence, ParameterKind::level, {}, {}};
+}
+/// A vector along the axes of the world, in the unit of the mode's parameter `field`: [0, 0, 0] by default.
+template <class O>
+constexpr auto param(std::string_view name, Vec3 O::*member, std::string_view sentence) {
+  return Parameter<O, Vec3>{name, member, sentence, ParameterKind::vector, {}, {}};
 }
 /// One of several words, stored as an enum whose values are 0, 1, 2, … in the order of the words.
 template <class O, class Enum, class... Words>
@@ -214,6 +235,8 @@ void visit_parameter(O& owner, const Parameter<O, T, N>& p, ParameterVisitor& vi
     visitor.text(info, value);
   } else if constexpr (std::is_same_v<T, FieldRef>) {
     visitor.field(info, value);
+  } else if constexpr (std::is_same_v<T, Vec3>) {
+    visitor.vector(info, value);
   } else if constexpr (std::is_same_v<T, Strength>) {
     visitor.strength(info, value);
   } else if constexpr (std::is_enum_v<T>) {
@@ -224,6 +247,11 @@ void visit_parameter(O& owner, const Parameter<O, T, N>& p, ParameterVisitor& vi
     ListOf<typename T::value_type> list(value);
     visitor.list(info, list);
   }
+}
+
+template <class O>
+void visit_parameter(O& owner, const Companion<O>& companion, ParameterVisitor& visitor) {
+  if ((owner.*(companion.needed))()) visitor.companion(owner.*(companion.member), owner.*(companion.of), companion.felt);
 }
 
 template <class T>

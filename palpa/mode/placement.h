@@ -28,4 +28,18 @@ inline Vec3 foot_on_level_m(const Here& here, const ScalarSample& sample, double
   return here.at_m + std::clamp(step_m, -here.finest_m, here.finest_m) * normalized(sample.gradient);
 }
 
+/// 0 up to `low`, 1 from `high` on, between them a cubic without a kink; any unit, low < high.
+inline double smooth_step(double value, double low, double high) noexcept {
+  const double t = std::clamp((value - low) / (high - low), 0.0, 1.0);
+  return t * t * (3.0 - 2.0 * t);
+}
+
+/// How much of a direction that is a gradient can be believed, 0…1 [1]: 0 where the gradient is not steeper than noise is,
+/// 1 from three times that on.
+/// \param gradient     of a scalar field, per hand metre
+/// \param noise_per_m  [unit of the field per world metre] steepness of its noise; 0: all of it is believed
+inline double gradient_weight(const Here& here, const Vec3& gradient, double noise_per_m) noexcept {
+  return noise_per_m > 0.0 ? smooth_step(here.steepness_per_m(gradient), noise_per_m, 3.0 * noise_per_m) : 1.0;
+}
+
 }  // namespace palpa::detail

@@ -1,5 +1,7 @@
 #include "palpa/mode/surface_and_friction.h"
 
+#include <algorithm>
+
 #include "palpa/mode/placement.h"
 
 namespace palpa {
@@ -7,6 +9,15 @@ namespace palpa {
 namespace {
 constexpr std::uint16_t surface_slot = 0;
 constexpr std::uint16_t friction_slot = 1;
+constexpr std::uint16_t flat_slot = 2;
+
+// The level that the surface's plane was placed on.
+double captured_value(const Settled& settled) noexcept {
+  for (const SlotState& slot : settled.slots) {
+    if (slot.slot == surface_slot) return slot.captured.value;
+  }
+  return 0.0;
+}
 }  // namespace
 
 std::string SurfaceAndFriction::problem() const {
@@ -21,13 +32,22 @@ std::string SurfaceAndFriction::problem() const {
       return "level '" + level.name + "' has both friction_n and friction_coefficient; give one of them";
     }
   }
+  if (!flat_strength_n.is_constant() || flat_strength_n.constant_n != 0.0) {
+    if (noise_per_m == 0.0) return "flat_strength_n is given without noise_per_m, which says what is flat; give both";
+    if (!levels.empty() && solid == Solid::both)
+      return "flat_strength_n is felt in the solid, and solid = \"both\" says of no side that it is; give high or low";
+  }
   return {};
 }
 
 void SurfaceAndFriction::place(const Here& here, const Memory& memory, PrimitiveSet& out) const noexcept {
   const ScalarSample& sample = here.scalar(field);
+  if (!sample.inside) return;
+  const double weight = detail::gradient_weight(here, sample.gradient, noise_per_m);
+  if (weight < 1.0 && is_solid(sample.value))
+    out.point(flat_slot, here.proxy_m, (1.0 - weight) * here.newtons(flat_strength_n));
   const bool material = levels.empty();
-  if (!sample.inside || !(norm(sample.gradient) > 0.0) || (!memory.captured && !material)) return;
+  if (!(norm(sample.gradient) > 0.0) || (!memory.captured && !material)) return;
 
   const Captured level{field.index, memory.captured ? memory.value : sample.value};
   const bool from_low = memory.captured ? memory.from_low : solid != Solid::low;
@@ -37,7 +57,7 @@ void SurfaceAndFriction::place(const Here& here, const Memory& memory, Primitive
 
   const Level* shell = material ? nullptr : &levels[static_cast<std::size_t>(memory.level)];
   out.plane(surface_slot, detail::foot_on_level_m(here, sample, level.value), normal,
-            here.newtons(shell ? shell->strength_n : strength_n, level, solid_side), level);
+            weight * here.newtons(shell ? shell->strength_n : strength_n, level, solid_side), level);
 
   // Through the proxy itself, so that friction is dissipation and nothing else.
   const bool own_friction = shell && (shell->friction_n || shell->friction_coefficient);
@@ -46,8 +66,15 @@ void SurfaceAndFriction::place(const Here& here, const Memory& memory, Primitive
   if (coefficient > 0.0) {
     out.friction(friction_slot, surface_slot, here.proxy_m, coefficient);
   } else if (constant_n > 0.0) {
-    out.line(friction_slot, here.proxy_m, normal, here.newtons(constant_n));
+    out.line(friction_slot, here.proxy_m, normal, weight * here.newtons(constant_n));
   }
+}
+
+// Of material, every value is: its strengths say how much.
+bool SurfaceAndFriction::is_solid(double value) const noexcept {
+  return levels.empty() || std::any_of(levels.begin(), levels.end(), [&](const Level& level) {
+           return solid == Solid::high ? value > level.value : value < level.value;
+         });
 }
 
 void SurfaceAndFriction::settle(const Settled& settled, Memory& memory) const noexcept {
@@ -62,7 +89,7 @@ void SurfaceAndFriction::settle(const Settled& settled, Memory& memory) const no
     memory.from_low = solid != Solid::low;
     memory.captured = settled.placed(surface_slot) && state != PrimitiveState::off;
     if (state == PrimitiveState::slip) memory.value = sample.value;  // pressed through: the next value carries
-    if (state == PrimitiveState::stick) memory.value = settled.slots.front().captured.value;
+    if (state == PrimitiveState::stick) memory.value = captured_value(settled);
     return;
   }
 

@@ -1,6 +1,7 @@
 // Surfaces of a scalar field, with friction.
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,6 +20,9 @@ namespace palpa {
 /// With φ the field, g = ∇φ, σ = +1 where high values are solid: normal n = −σ g/|g|, and the plane
 /// stands on the captured level φ_c, one Newton step from the proxy: a = x + g (φ_c − φ)/|g|². A plane
 /// left at the proxy instead would drift off a sphere by π·speed·T per turn.
+///
+/// Where the field is as flat as its noise a gradient has a random direction: there the surface fades, and in
+/// the solid a point at the proxy may stand in, so that one feels that something is there without a wrong direction.
 struct SurfaceAndFriction {
   static constexpr auto type = "surface_and_friction";
   static constexpr auto summary = "Surfaces that one stands on, slides over and presses through.";
@@ -50,6 +54,8 @@ struct SurfaceAndFriction {
   Strength strength_n{0.0};
   double friction_n = 0.0;
   double friction_coefficient = 0.0;  ///< [1]
+  double noise_per_m = 0.0;           ///< [unit of the field per world metre]
+  Strength flat_strength_n{0.0};
 
   static constexpr auto parameters() {
     using S = SurfaceAndFriction;
@@ -61,9 +67,16 @@ struct SurfaceAndFriction {
         param("strength_n", &S::strength_n, "material, instead of levels: strength as a function of the field's value"),
         param("friction_n", &S::friction_n, "force that resists sliding on a surface", Range{0, 100}),
         param("friction_coefficient", &S::friction_coefficient,
-              "friction as a share of the force on the surface, instead of friction_n", Range{0, 10})};
+              "friction as a share of the force on the surface, instead of friction_n", Range{0, 10}),
+        param("noise_per_m", &S::noise_per_m,
+              "steepness of noise, in the field's unit per metre of the world: no surface where the field is not steeper, the "
+              "whole of it from three times that on",
+              Range{0, std::numeric_limits<double>::infinity()}),
+        param("flat_strength_n", &S::flat_strength_n,
+              "resistance to all motion in the solid, as far as noise_per_m leaves no surface there")};
   }
-  /// Levels or material, friction as a force or as a coefficient: one of each pair.
+  /// Levels or material, friction as a force or as a coefficient: one of each pair. What is flat needs a noise and a
+  /// side that is solid.
   std::string problem() const;
 
   struct Memory {
@@ -74,6 +87,9 @@ struct SurfaceAndFriction {
   };
   void place(const Here& here, const Memory& memory, PrimitiveSet& out) const noexcept;
   void settle(const Settled& settled, Memory& memory) const noexcept;
+
+ private:
+  bool is_solid(double value) const noexcept;
 };
 
 }  // namespace palpa

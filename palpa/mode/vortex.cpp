@@ -1,6 +1,7 @@
 #include "palpa/mode/vortex.h"
 
 #include "palpa/mode/placement.h"
+#include "palpa/mode/vortex_core.h"
 
 namespace palpa {
 
@@ -8,38 +9,81 @@ namespace {
 
 constexpr std::uint16_t tube_slot = 0;
 
-constexpr double threshold_share = 0.05;  // of the largest Q: below, Q of measured data is noise
+// The way to the core as a mode chose to find it.
+struct ToCore {
+  Vec3 direction;         // [1] unit length, or zero
+  double steady_n = 0.0;  // the most that a force along it may have so that it turns by no more than k/2 per metre
+};
 
-/// The strength at this place, given what it is without regard to the vortex.
-double in_vortex_n(const Here& here, const FieldRef& field, bool everywhere, double strength_n) noexcept {
+ToCore by_q(const Here& here, const FieldRef& field) noexcept {
   const ScalarSample& q = here.scalar(field);
   const double steepness = norm(q.gradient);
-  if (!q.inside || !(steepness > 0.0)) return 0.0;
-  const double steady_n = detail::steady_strength_n(here.stiffness_n_per_m, steepness, here.hessian(field));
-  if (everywhere) return std::min(strength_n, steady_n);
-  const double depth = q.value - threshold_share * std::max(0.0, here.range(field).max);
-  return depth > 0.0 ? std::min({strength_n, steady_n, 0.5 * here.stiffness_n_per_m * depth / steepness}) : 0.0;
+  if (!q.inside || !(steepness > 0.0)) return {};
+  return {normalized(q.gradient), detail::steady_strength_n(here.stiffness_n_per_m, steepness, here.hessian(field))};
+}
+
+ToCore by_vorticity(const Here& here, const FieldRef& velocity, const Vec3& background) noexcept {
+  const VectorSample& u = here.vector(velocity);
+  if (!u.inside) return {};
+  const Mat3& j = u.jacobian;
+  const Vec3 axis = normalized({j.row[2].y - j.row[1].z, j.row[0].z - j.row[2].x, j.row[1].x - j.row[0].y});
+  const Vec3 inwards = cross(axis, u.value - background);
+  if (inwards == Vec3{}) return {};
+  return {normalized(inwards), detail::steady_strength_n(here.stiffness_n_per_m, norm(inwards), j)};
+}
+
+ToCore by_reduced_velocity(const Here& here, const FieldRef& velocity, const Vec3& background) noexcept {
+  const detail::CoreLine core = detail::core_by_velocity(here.vector(velocity), background);
+  return {normalized(core.offset_m), core.trust * 0.5 * here.stiffness_n_per_m * norm(core.offset_m)};
+}
+
+template <class M>
+ToCore to_core(const Here& here, const M& mode) noexcept {
+  if (mode.direction == VortexDirection::q) return by_q(here, mode.field);
+  const Vec3 background = here.turned_to_hand(mode.background);
+  return mode.direction == VortexDirection::vorticity ? by_vorticity(here, mode.velocity, background)
+                                                      : by_reduced_velocity(here, mode.velocity, background);
+}
+
+template <class M>
+double in_vortex_n(const Here& here, const M& mode, double strength_n) noexcept {
+  return detail::in_vortex_n(here, mode.field, !mode.strength_n.is_constant(), strength_n);
+}
+
+template <class M>
+std::string problem_of(const M& mode) {
+  return mode.background != Vec3{} && mode.direction == VortexDirection::q
+             ? "a background is given, and direction = \"q\" is the same whatever moves along; leave it out"
+             : "";
 }
 
 }  // namespace
 
+std::string VortexForce::problem() const { return problem_of(*this); }
+std::string VortexPlane::problem() const { return problem_of(*this); }
+
 void VortexForce::place(const Here& here, PrimitiveSet& out) const noexcept {
-  const double strength = in_vortex_n(here, field, !strength_n.is_constant(), here.newtons(strength_n));
-  if (strength > 0.0) out.directed(0, normalized(here.scalar(field).gradient), strength);
+  const ToCore core = to_core(here, *this);
+  const double strength = std::min(in_vortex_n(here, *this, here.newtons(strength_n)), core.steady_n);
+  if (strength > 0.0) out.directed(0, core.direction, strength);
 }
 
 void VortexPlane::place(const Here& here, const Memory& memory, PrimitiveSet& out) const noexcept {
+  const ToCore core = to_core(here, *this);
+  if (core.direction == Vec3{}) return;
+  const bool on_level = direction == VortexDirection::q;
   const ScalarSample& q = here.scalar(field);
-  const Captured level{field.index, memory.captured ? memory.value : q.value};
+  const Captured level = on_level ? Captured{field.index, memory.captured ? memory.value : q.value} : Captured{};
   const double strength =
-      in_vortex_n(here, field, !strength_n.is_constant(), here.newtons(strength_n, level, TransferFunction::Side::above));
+      std::min(in_vortex_n(here, *this, here.newtons(strength_n, level, TransferFunction::Side::above)), core.steady_n);
   if (!(strength > 0.0)) return;
-  out.plane(tube_slot, detail::foot_on_level_m(here, q, level.value), normalized(q.gradient), strength, level);
+  out.plane(tube_slot, on_level ? detail::foot_on_level_m(here, q, level.value) : here.proxy_m, core.direction, strength,
+            level);
 }
 
 void VortexPlane::settle(const Settled& settled, Memory& memory) const noexcept {
   const PrimitiveState state = settled.state(tube_slot);
-  memory.captured = settled.placed(tube_slot) && state != PrimitiveState::off;
+  memory.captured = direction == VortexDirection::q && settled.placed(tube_slot) && state != PrimitiveState::off;
   if (state == PrimitiveState::slip) memory.value = settled.here.scalar(field).value;  // pulled outwards
   if (state == PrimitiveState::stick) memory.value = settled.slots.front().captured.value;
 }

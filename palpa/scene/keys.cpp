@@ -33,8 +33,8 @@ Key coupling_key(std::string_view name, std::string_view sentence, Bounds bounds
 }
 
 std::string unit_of(std::string_view name) {
-  constexpr std::array<std::pair<std::string_view, std::string_view>, 4> suffixes{
-      {{"_ns_per_m", "N·s/m"}, {"_n_per_m", "N/m"}, {"_n", "N"}, {"_m", "m"}}};
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 5> suffixes{
+      {{"_ns_per_m", "N·s/m"}, {"_n_per_m", "N/m"}, {"_per_m", "unit/m"}, {"_n", "N"}, {"_m", "m"}}};
   for (const auto& [suffix, unit] : suffixes) {
     if (name.ends_with(suffix)) return " [" + std::string(unit) + "]";
   }
@@ -77,6 +77,11 @@ class KeyCollector final : public ParameterVisitor {
   }
   void field(const ParameterInfo& info, FieldRef&) override {
     add(info, KeyKind::text, "FIELD", info.required() ? "required" : "");
+  }
+  void vector(const ParameterInfo& info, Vec3& value) override {
+    add(info, KeyKind::numbers, "[x, y, z]",
+        "[" + toml_number(value.x) + ", " + toml_number(value.y) + ", " + toml_number(value.z) + "]")
+        .count = 3;
   }
   void strength(const ParameterInfo& info, Strength& value) override {
     add(info, KeyKind::strength, {}, value.is_constant() ? toml_number(value.constant_n) : "a function").bounds = bounds(info);

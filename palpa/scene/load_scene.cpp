@@ -428,6 +428,9 @@ class ParameterReader final : public ParameterVisitor {
   void field(const ParameterInfo& info, FieldRef& ref) override {
     if (const toml::node* node = section_.node(info.name)) ref = field_in(*node);
   }
+  void vector(const ParameterInfo& info, Vec3& value) override {
+    if (const auto given = section_.numbers(info.name, 3)) value = {(*given)[0], (*given)[1], (*given)[2]};
+  }
   void strength(const ParameterInfo& info, Strength& strength) override {
     const toml::node* node = section_.node(info.name);
     if (!node) return;
@@ -971,6 +974,7 @@ class Loader {
         if (ref.name.empty()) return;
         info.felt ? scene.field(ref, *info.felt) : scene.field(ref).field;
       }
+      void companion(FieldRef&, const FieldRef& of, Derivation felt) override { scene.field(of, felt); }
       void strength(const ParameterInfo&, Strength& strength) override {
         if (!strength.is_constant()) scene.field(strength.of);
       }

@@ -241,6 +241,9 @@ class ParameterChecks final : public CheckingVisitor {
   void optional_number(const ParameterInfo& info, std::optional<double>& value) override {
     if (value) in_range(info.name, info.range, *value);
   }
+  void vector(const ParameterInfo& info, Vec3& value) override {
+    if (!is_finite(value)) find(info.name, the(info.name) + " is not finite; give [x, y, z] in the unit of the field");
+  }
   void strength(const ParameterInfo& info, Strength& strength) override {
     if (strength.is_constant()) return in_range(info.name, info.range, strength.constant_n);
     function(info.name, info.range, strength.curve);

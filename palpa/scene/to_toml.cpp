@@ -95,6 +95,9 @@ class Printer final : public ParameterVisitor {
   void field(const ParameterInfo& info, FieldRef& ref) override {
     if (!ref.name.empty()) keys += line(info.name, toml_string(ref.name));
   }
+  void vector(const ParameterInfo& info, Vec3& value) override {
+    keys += line(info.name, palpa::list({value.x, value.y, value.z}));
+  }
   void strength(const ParameterInfo& info, Strength& value) override {
     keys += line(info.name, value.is_constant() ? toml_number(value.constant_n) : function(value.of, value.curve));
   }

@@ -34,6 +34,10 @@ class FeltModes::Resolver final : public ParameterVisitor {
     resolve(ref, info.felt);
     if (info.name == "field") part_.main_field = ref.index;
   }
+  void companion(FieldRef& ref, const FieldRef& of, Derivation felt) override {
+    ref.name = of.name;
+    resolve(ref, felt);
+  }
   void strength(const ParameterInfo&, Strength& strength) override {
     if (strength.is_constant()) {
       constant_ = constant_ || strength.constant_n != 0.0;

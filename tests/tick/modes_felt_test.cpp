@@ -1,0 +1,161 @@
+// What a hand feels of front shape, transverse damping, viscosity and the vortex modes: closed forms, in a session.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "palpa/field/analytic.h"
+#include "palpa/field/grid.h"
+#include "palpa/mode/front_shape.h"
+#include "palpa/mode/transverse_damping.h"
+#include "palpa/mode/viscosity.h"
+#include "palpa/mode/vortex_line.h"
+#include "palpa/tick/session.h"
+#include "tests/mode/vortex_flows.h"
+
+namespace palpa {
+namespace {
+
+constexpr double tick_s = 1e-3;
+
+/// The same flow everywhere.
+struct Uniform {
+  Vec3 velocity_m_per_s;
+  Vec3 velocity(const Vec3&) const { return velocity_m_per_s; }
+};
+
+Volume volume_of(FieldPtr field) {
+  Volume volume;
+  volume.format = "grid";
+  volume.fields.push_back({"velocity", "m/s", std::move(field)});
+  return volume;
+}
+
+/// A scene of one mode in one vector field; a metre of the hand is a metre of the world.
+template <class M>
+Scene scene_of(const FieldPtr& field, M mode) {
+  Scene scene({.stiffness_n_per_m = 500});
+  mode.field = scene.add("flow", volume_of(field));
+  scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
+  scene.add("mode", mode);
+  return scene;
+}
+
+/// Leads the hand at a velocity until the force is steady; the last tick.
+Tick led(Session& session, const Vec3& velocity_m_per_s, int ticks) {
+  Tick t;
+  for (int i = 0; i <= ticks; ++i) t = session.tick({.position_m = tick_s * i * velocity_m_per_s}, tick_s);
+  return t;
+}
+
+TEST(FrontShape, LetsGoWithTheFlowAndHoldsAgainstIt) {
+  test::Random random(1);
+  const Vec3 flow = random.direction(), across = normalized(cross(flow, random.direction()));
+  const Scene scene = scene_of(test::sampled_anyhow(Uniform{flow}, 0.01, 41, 0.0, random), FrontShape{.strength_n = 0.6});
+  Session with(scene), along_the_front(scene), against(scene);
+  EXPECT_LT(norm(led(with, 0.1 * flow, 200).force_n), 1e-9);
+  EXPECT_LT(norm(led(along_the_front, 0.1 * across, 200).force_n), 1e-6);
+  const Tick held = led(against, -0.01 * flow, 50);  // 0.5 mm of 1.2 mm
+  EXPECT_LT(norm(held.proxy_m), 1e-9);
+  EXPECT_LT(norm(held.force_n - 500 * 0.5e-3 * flow), 1e-6);
+  Session pressed(scene);
+  EXPECT_LT(norm(led(pressed, -0.05 * flow, 200).force_n - 0.6 * flow), 1e-6) << "pressed through at the strength";
+}
+
+// The proxy lags so far that the spring carries the drag: F = −c v across, after some c/k seconds.
+TEST(TransverseDamping, ResistsMotionAcrossInProportionToItsSpeed) {
+  test::Random random(2);
+  const Vec3 flow = random.direction(), across = normalized(cross(flow, random.direction()));
+  const Scene scene =
+      scene_of(test::sampled_anyhow(Uniform{flow}, 0.01, 41, 0.0, random), TransverseDamping{.drag_ns_per_m = 4.0});
+  for (const double speed : {0.02, 0.05, 0.1}) {
+    Session along(scene), sideways(scene), oblique(scene);
+    EXPECT_LT(norm(led(along, speed * flow, 200).force_n), 1e-6);
+    EXPECT_LT(norm(led(sideways, speed * across, 200).force_n + 4.0 * speed * across), 1e-4 * speed);
+    EXPECT_LT(norm(led(oblique, speed * (flow + across), 200).force_n + 4.0 * speed * across), 1e-4 * speed);
+  }
+}
+
+// Dry: the same force at any speed, and none is needed to stay. Wet: in proportion to the speed.
+TEST(Viscosity, IsDryWithAStrengthAndWetWithADrag) {
+  for (const double speed : {0.02, 0.2}) {
+    Scene dry({.stiffness_n_per_m = 500}), wet({.stiffness_n_per_m = 500});
+    dry.add("mode", Viscosity{.strength_n = 0.5});
+    wet.add("mode", Viscosity{.drag_ns_per_m = 3.0});
+    Session in_dry(dry), in_wet(wet);
+    const Vec3 along{0.6, 0, 0.8};
+    EXPECT_LT(norm(led(in_dry, speed * along, 300).force_n + 0.5 * along), 1e-9);
+    EXPECT_LT(norm(led(in_wet, speed * along, 300).force_n + 3.0 * speed * along), 1e-6);
+    const Vec3 end = tick_s * 300 * speed * along;
+    Tick kept, free;
+    for (int i = 0; i < 300; ++i) {
+      kept = in_dry.tick({.position_m = end}, tick_s);
+      free = in_wet.tick({.position_m = end}, tick_s);
+    }
+    EXPECT_LT(norm(kept.force_n + 0.5 * along), 1e-9);
+    EXPECT_LT(norm(free.force_n), 1e-6);
+  }
+}
+
+test::StraightVortex jet_vortex(test::Random& random) {
+  test::StraightVortex vortex{.core_m = 0.01, .axis = random.direction()};
+  vortex.jet_m_per_s = vortex.peak_m_per_s();
+  vortex.across_m_per_s = vortex.peak_m_per_s() * normalized(cross(vortex.axis, random.direction()));
+  return vortex;
+}
+
+// s/k = 1.6 mm about the core the proxy lies on the core line itself, and along it the hand is free.
+TEST(VortexLine, HoldsTheProxyOnTheCoreLine) {
+  test::Random random(4);
+  const test::StraightVortex vortex = jet_vortex(random);
+  const FieldPtr flow = test::sampled_anyhow(vortex, vortex.core_m / 5, 47, 0.01 * vortex.peak_m_per_s(), random);
+  Session session(scene_of(flow, VortexLine{.strength_n = 0.8}));
+  for (int i = 0; i < 100; ++i) {
+    session.reset();
+    const Vec3 side = normalized(cross(vortex.axis, random.direction()));
+    const Vec3 held = random.uniform(0.1e-3, 1.4e-3) * side, along = 0.004 * vortex.axis;
+    Tick t;
+    for (int n = 0; n <= 200; ++n) t = session.tick({.position_m = held + n / 200.0 * along}, tick_s);
+    for (int n = 0; n < 100; ++n) t = session.tick({.position_m = held + along}, tick_s);
+    EXPECT_LT(norm(vortex.radial_m(t.proxy_m)), 0.02 * vortex.core_m);
+    EXPECT_LT(std::abs(dot(t.force_n, vortex.axis)), 0.1 * norm(t.force_n) + 1e-3) << "free along the core";
+  }
+}
+
+TEST(VortexModes, HoldAStillHandStillWhateverTheyGoBy) {
+  test::Random random(5);
+  const test::StraightVortex vortex = jet_vortex(random);
+  const FieldPtr flow = test::sampled_anyhow(vortex, vortex.core_m / 3, 29, 0.03 * vortex.peak_m_per_s(), random);
+  std::vector<Scene> scenes;
+  for (const auto d : {VortexDirection::q, VortexDirection::vorticity, VortexDirection::reduced_velocity}) {
+    scenes.push_back(scene_of(flow, VortexForce{.strength_n = 1.0, .direction = d}));
+    scenes.push_back(scene_of(flow, VortexPlane{.strength_n = 1.0, .direction = d}));
+  }
+  for (const auto d : {VortexLine::By::q, VortexLine::By::reduced_velocity}) {
+    scenes.push_back(scene_of(flow, VortexLine{.strength_n = 1.0, .direction = d}));
+  }
+  constexpr int places = 100;
+  for (const Scene& scene : scenes) {
+    Session session(scene);
+    double worst_n = 0.0;
+    int felt = 0;
+    for (int i = 0; i < places; ++i) {
+      session.reset();
+      const Vec3 held = random.uniform(0.0, 1.5) * vortex.core_m * random.direction(), from = held + 0.02 * random.direction();
+      Vec3 low{1e9, 1e9, 1e9}, high = -low;
+      for (int n = 0; n < 320; ++n) {
+        const Tick t = session.tick({.position_m = from + std::min(1.0, n / 200.0) * (held - from)}, tick_s);
+        if (n < 300) continue;
+        low = {std::min(low.x, t.force_n.x), std::min(low.y, t.force_n.y), std::min(low.z, t.force_n.z)};
+        high = {std::max(high.x, t.force_n.x), std::max(high.y, t.force_n.y), std::max(high.z, t.force_n.z)};
+        felt += n == 319 && norm(t.force_n) > 1e-3;
+      }
+      worst_n = std::max(worst_n, norm(high - low));
+    }
+    EXPECT_GT(felt, places / 5) << scene.modes()[0].mode.type();
+    EXPECT_LT(worst_n, 1e-3) << scene.modes()[0].mode.type();
+  }
+}
+
+}  // namespace
+}  // namespace palpa
