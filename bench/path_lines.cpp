@@ -51,8 +51,8 @@ void order(const PathOptions&) {
 
 void rate(const PathOptions& options) {
   std::printf("one path of the hand at a tenth of its speed and at ten times it, beside itself; h: half the finest spacing\n");
-  std::printf("%-18s %8s %8s | %10s %10s h | %10s %10s h\n", "scene", "corners", "waiting", "x0.1 p99", "max", "x10 p99",
-              "max");
+  std::printf("%-18s %8s %8s %8s | %10s %10s h | %10s %10s h\n", "scene", "corners", "waiting", "events", "x0.1 p99", "max",
+              "x10 p99", "max");
   for (const std::string& file : scene_files(options)) {
     const Scene scene = load_still(file, options, {{"coupling.damping_ns_per_m", "0"}});
     if (scene_drag_ns_per_m(scene) > 0.0) {
@@ -64,8 +64,8 @@ void rate(const PathOptions& options) {
     std::vector<Vec3> every_10_ms;
     for (std::size_t i = 0; i < corners.size(); i += 10) every_10_ms.push_back(corners[i]);
     const Rate r = measure_rate({&scene, every_10_ms});
-    std::printf("%-18s %8d %8d | %10.4f %10.4f   | %10.4f %10.4f\n", short_name(file).c_str(), r.corners, r.waiting,
-                r.slow_p99_h, r.slow_max_h, r.fast_p99_h, r.fast_max_h);
+    std::printf("%-18s %8d %8d %8d | %10.4f %10.4f   | %10.4f %10.4f\n", short_name(file).c_str(), r.corners, r.waiting,
+                r.differing, r.slow_p99_h, r.slow_max_h, r.fast_p99_h, r.fast_max_h);
   }
 }
 

@@ -1,10 +1,7 @@
 // Whole scenes: halved steps, still hands, energy.
 #include "bench/path_scenes.h"
 
-#include <palpa/baseline/law.h>
-#include <palpa/loop/loop.h>
 #include <palpa/scene/load_scene.h>
-#include <palpa/study/run.h>
 #include <palpa/volume/read_volume.h>
 
 #include <algorithm>
@@ -52,14 +49,7 @@ std::vector<Probe> recorded_probes(const std::string& file, const PathOptions& o
                  : (options.data_folder / "trajectories/inverse3_woodcarving_20231121_102837.csv").string();
   run.hold = Hold::firm;
   if (seconds > 0.0) run.duration_s = seconds;
-  PreparedRun prepared = prepare(run);
-  Session session(prepared.loaded.scene, baseline::law(prepared.loaded.scene));
-  std::vector<Probe> probes;
-  run_simulated(session, *prepared.hand, {.rate_hz = run.rate_hz, .duration_s = prepared.duration_s}, nullptr,
-                [&](const TickFrame& frame, const Session&) {
-                  probes.push_back({.position_m = frame.result.probe_m, .valid = frame.result.probe_valid});
-                });
-  return probes;
+  return felt_probes(run);
 }
 
 void halving(const PathOptions& options) {

@@ -78,7 +78,7 @@ std::vector<OrderCase> order_cases() {
     return "[[mode]]\nname = \"" + type + "\"\ntype = \"" + type + "\"\n" + keys;
   };
   // The hand's path lies in the ball, 1 to 3 mm below its surface; in the vortex, around its core.
-  const Vec3 in_ball{0, 0, 0.048}, in_core{0.004, 0, 0};
+  const Vec3 in_ball{0, 0, 0.0465}, in_core{0.004, 0, 0};
   const std::string skin = "[[mode.level]]\nname = \"skin\"\nvalue = 0\nstrength_n = 20\n";
   std::vector<OrderCase> all{
       {"surface", ball + mode("surface_and_friction", "field = \"ball\"\n" + skin), in_ball, 0.010},
@@ -92,8 +92,8 @@ std::vector<OrderCase> order_cases() {
        in_ball, 0.010},
       {"follow", flow + mode("follow", "field = \"flow\"\nstrength_n = 0.5\n"), {0.010, 0, 0}, 0.006},
       {"follow, drag", flow + mode("follow", "field = \"flow\"\nstrength_n = 0\ndrag_ns_per_m = 1\n"), {0.010, 0, 0}, 0.006},
-      {"viscosity", ball + mode("viscosity", "strength_n = 0.5\n"), in_ball, 0.010},
-      {"viscosity, drag", ball + mode("viscosity", "drag_ns_per_m = 1\n"), in_ball, 0.010},
+      {"viscosity", ball + mode("viscosity", "field = \"ball\"\nstrength_n = 0.5\n"), in_ball, 0.010},
+      {"viscosity, drag", ball + mode("viscosity", "field = \"ball\"\ndrag_ns_per_m = 1\n"), in_ball, 0.010},
       {"viscosity of field",
        flow + mode("viscosity", "strength_n = {of = \"magnitude(flow)\", points = [[0, 0.1], [1, 3]]}\n"),
        {0.010, 0, 0},
@@ -172,18 +172,26 @@ Rate measure_rate(const RateCase& wanted) {
   const double h = 0.5 * finest_spacing_m(*wanted.scene);
   struct Felt {
     std::vector<Tick> at_corners;
+    std::vector<std::vector<int>> events;  // until each corner: modes met, and modes pressed through as −1 − mode
   };
   const auto feel = [&](int ticks_a_chord) {
     Session session(*wanted.scene);
     Felt felt;
     felt.at_corners.push_back(session.tick({.position_m = wanted.corners_m.front()}, dt));
+    felt.events.emplace_back();
     for (std::size_t c = 1; c < wanted.corners_m.size(); ++c) {
       const Vec3 a = wanted.corners_m[c - 1], b = wanted.corners_m[c];
       Tick tick;
+      std::vector<int> events = felt.events.back();
       for (int i = 1; i <= ticks_a_chord; ++i) {
         tick = session.tick({.position_m = a + (static_cast<double>(i) / ticks_a_chord) * (b - a)}, dt);
+        for (const SessionEvent& event : session.events()) {
+          if (event.kind == SessionEventKind::onset) events.push_back(event.mode);
+          if (event.kind == SessionEventKind::break_through) events.push_back(-1 - event.mode);
+        }
       }
       felt.at_corners.push_back(tick);
+      felt.events.push_back(std::move(events));
     }
     return felt;
   };
@@ -196,6 +204,10 @@ Rate measure_rate(const RateCase& wanted) {
     const auto waits = [&](const Felt& f) { return f.at_corners[c].status == TickStatus::waiting; };
     if (waits(slow) || waits(same) || waits(fast)) {
       ++rate.waiting;
+      continue;
+    }
+    if (slow.events[c] != same.events[c] || fast.events[c] != same.events[c]) {
+      ++rate.differing;
       continue;
     }
     ++rate.corners;

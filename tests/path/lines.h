@@ -31,6 +31,7 @@ struct OrderCase {
   std::string scene;  ///< TOML
   Vec3 centre_m;      ///< of the hand's path
   double radius_m = 0.0;
+  friend std::ostream& operator<<(std::ostream& out, const OrderCase& one) { return out << one.name; }
 };
 struct Order {
   static constexpr std::array<int, 5> steps{1, 2, 4, 8, 16};
@@ -55,8 +56,9 @@ struct Rate {
   double slow_max_h = 0.0;
   double fast_p99_h = 0.0;  ///< ten times the speed beside it
   double fast_max_h = 0.0;
-  int corners = 0;  ///< compared: with a force at any speed
-  int waiting = 0;  ///< left out: the cap was reached
+  int corners = 0;    ///< compared: with a force at any speed
+  int waiting = 0;    ///< left out: the cap was reached
+  int differing = 0;  ///< left out: one of the three has met or pressed through what another has not
 };
 Rate measure_rate(const RateCase& wanted);
 

@@ -4,6 +4,8 @@
 #include <numbers>
 #include <sstream>
 
+#include "palpa/baseline/law.h"
+#include "palpa/loop/loop.h"
 #include "tests/path/lines.h"
 #include "tests/tick/hands.h"
 
@@ -47,6 +49,17 @@ struct EventList {
 };
 
 }  // namespace
+
+std::vector<Probe> felt_probes(const RunOptions& options) {
+  PreparedRun prepared = prepare(options);
+  Session session(prepared.loaded.scene, baseline::law(prepared.loaded.scene));
+  std::vector<Probe> probes;
+  run_simulated(session, *prepared.hand, {.rate_hz = options.rate_hz, .duration_s = prepared.duration_s}, nullptr,
+                [&](const TickFrame& frame, const Session&) {
+                  probes.push_back({.position_m = frame.result.probe_m, .valid = frame.result.probe_valid});
+                });
+  return probes;
+}
 
 double scene_drag_ns_per_m(const Scene& scene) {
   LargestDrag drag;

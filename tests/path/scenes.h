@@ -4,11 +4,15 @@
 #include <string>
 #include <vector>
 
+#include "palpa/study/run.h"
 #include "palpa/tick/session.h"
 #include "tests/core/random_problems.h"
 #include "tests/path/shapes.h"
 
 namespace palpa::test {
+
+/// Where a run's hand has its probe, tick by tick.
+std::vector<Probe> felt_probes(const RunOptions& options);
 
 /// The largest drag of a scene's enabled modes [N·s/m].
 double scene_drag_ns_per_m(const Scene& scene);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <ostream>
 #include <vector>
 
 #include "palpa/field/grid.h"
@@ -15,6 +16,7 @@ using Depth = std::function<double(const Vec3& x_m)>;
 /// What lies between the voxels.
 enum class Filter { trilinear, smooth };
 const char* name_of(Filter filter) noexcept;
+inline std::ostream& operator<<(std::ostream& out, Filter filter) { return out << name_of(filter); }
 
 /// Voxels of a solid's depth, as a scanner would have them: `bits` of resolution from −ramp to +ramp voxels and flat
 /// beyond; 0 voxels of ramp: inside or outside and nothing between, half a voxel apart from the level.

@@ -8,6 +8,7 @@ namespace palpa::test {
 
 enum class WallKind { plate_formula, shell_formula, trilinear, smooth, trilinear_binary, smooth_binary };
 const char* name_of(WallKind kind) noexcept;
+inline std::ostream& operator<<(std::ostream& out, WallKind kind) { return out << name_of(kind); }
 
 /// Random straight strokes through walls of 0.3 to 8 voxels, at any angle, with 0.1 to 10 m/s. Voxels are 1 mm.
 struct WallCase {

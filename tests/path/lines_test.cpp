@@ -1,0 +1,105 @@
+// Laws of paths along fields: followers stay on their streamline, paths converge, and speed does not matter.
+#include "tests/path/lines.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "palpa/field/analytic.h"
+#include "palpa/mode/follow.h"
+#include "palpa/mode/surface_and_friction.h"
+#include "palpa/mode/viscosity.h"
+#include "tests/tick/hands.h"
+
+namespace palpa::test {
+namespace {
+
+constexpr double most_per_turn_m = 0.01 * std::numbers::pi * follow_step_m;
+
+TEST(FollowPath, StaysOnCirclesAndHelices) {
+  for (const double rise : {0.0, 2e-3}) {
+    for (const double radius : {0.010, 0.030}) {
+      const FollowDrift drift = measure_follow(helical_field(rise), radius, rise, 3);
+      EXPECT_LT(drift.first_turn_m, most_per_turn_m) << radius << " m, rising " << rise << " m";
+      EXPECT_LT(drift.per_turn_m, most_per_turn_m) << radius << " m, rising " << rise << " m";
+    }
+  }
+}
+
+TEST(FollowPath, StaysOnASampledVortex) {
+  const FieldPtr vortex = sampled(*lamb_oseen_vortex().fields.front().field, 128);
+  for (const Filter filter : {Filter::trilinear, Filter::smooth}) {
+    for (const double radius : {0.008, 0.010, 0.015}) {
+      const FollowDrift drift = measure_follow(filtered(*vortex, filter), radius, 0.0, 3);
+      EXPECT_LT(drift.per_turn_m, most_per_turn_m) << name_of(filter) << ", " << radius << " m";
+    }
+  }
+}
+
+TEST(FollowPath, IsTheSameAgainstTheField) {
+  std::vector<Vec3> paths[2];
+  for (int turned = 0; turned < 2; ++turned) {
+    Scene scene = plain_scene({.stiffness_n_per_m = 800});
+    const FieldRef flow = scene.add("flow", volume_of(helical_field(2e-3, turned ? -1.0 : 1.0), "m/s"));
+    scene.add("rail", Follow{.field = flow, .strength_n = 0.3});
+    Session session(scene);
+    Random random(4);
+    const Wander hand(random, 0.05);
+    for (int i = 0; i < 2000; ++i) paths[turned].push_back(session.tick({.position_m = hand.at(i * 1e-3)}, 1e-3).proxy_m);
+  }
+  EXPECT_EQ(paths[0], paths[1]);
+}
+
+class OrderOfConvergence : public testing::TestWithParam<OrderCase> {};
+
+TEST_P(OrderOfConvergence, IsTwo) {
+  const Order order = measure_order(GetParam());
+  EXPECT_TRUE(order.slides);
+  // Below rounding and the balances' own bound there is no order to be seen.
+  for (std::size_t i = 0; i < order.orders.size(); ++i) {
+    if (order.differences_m[i + 1] < 2e-9) continue;
+    EXPECT_GT(order.orders[i], 1.7) << Order::steps[i] << ", " << Order::steps[i + 1] << ", " << Order::steps[i + 2]
+                                    << " steps: differences of " << order.differences_m[i] << " and "
+                                    << order.differences_m[i + 1] << " m";
+  }
+}
+
+// Strengths only, on data of every kind that has any; the hand stays on one side of what could let go.
+Scene strengths_only(int number) {
+  Scene scene = plain_scene({.stiffness_n_per_m = 600});
+  const FieldRef ball = scene.add("ball", sampled(sphere_field(0.05), 96));
+  const FieldRef flow = scene.add("flow", sampled(lamb_oseen_vortex(), 96));
+  if (number == 0) {
+    scene.add("surface",
+              SurfaceAndFriction{
+                  .field = ball, .levels = {{.name = "skin", .value = 0.0, .strength_n = 100.0}}, .friction_coefficient = 0.2});
+  } else {
+    scene.add("rail", Follow{.field = flow, .strength_n = 0.4});
+    scene.add("thick", Viscosity{.field = flow, .strength_n = 0.2});
+  }
+  return scene;
+}
+
+TEST(RateIndependence, HoldsFromATenthToTenTimesTheSpeed) {
+  for (const int number : {0, 1}) {
+    const Scene scene = strengths_only(number);
+    Random random(9);
+    const Wander hand(random, 0.02);
+    std::vector<Vec3> corners;
+    for (int i = 0; i < 200; ++i) corners.push_back(hand.at(i * 0.004) + (number == 0 ? Vec3{0, 0, 0.045} : Vec3{0.01, 0, 0}));
+    const Rate rate = measure_rate({&scene, corners});
+    EXPECT_GT(rate.corners, 100);
+    EXPECT_LT(rate.slow_max_h, 1.0);
+    EXPECT_LT(rate.fast_max_h, 1.0);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Modes, OrderOfConvergence, testing::ValuesIn(order_cases()), [](const auto& one) {
+  std::string name = one.param.name;
+  std::erase(name, ',');
+  std::replace(name.begin(), name.end(), ' ', '_');
+  return name;
+});
+
+}  // namespace
+}  // namespace palpa::test
