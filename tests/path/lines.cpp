@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "palpa/mode/follow.h"
+#include "palpa/mode/surface_and_friction.h"
 #include "palpa/scene/load_scene.h"
 #include "palpa/volume/read_volume.h"
 
@@ -125,6 +126,8 @@ Order measure_order(const OrderCase& wanted) {
   };
   Session begun(scene);
   begun.refine_path(16);
+  // From outside, so that surfaces are met.
+  for (double above_m = 0.012; above_m > 0.0; above_m -= 1e-4) begun.tick({.position_m = hand(0) + Vec3{0, 0, above_m}}, dt);
   for (int i = 0; i < warm_up; ++i) begun.tick({.position_m = hand(i)}, dt);
 
   Order order;
@@ -139,7 +142,7 @@ Order measure_order(const OrderCase& wanted) {
       if (!paths[s].empty()) way_m += distance(paths[s].back(), tick.proxy_m);
       paths[s].push_back(tick.proxy_m);
       for (const SessionEvent& event : session.events()) {
-        order.events += event.kind == SessionEventKind::onset || event.kind == SessionEventKind::break_through;
+        order.events += of_a_shell(scene, event);
       }
     }
   }
@@ -158,6 +161,12 @@ Order measure_order(const OrderCase& wanted) {
   }
   for (std::size_t s = 0; s < 3; ++s) order.orders[s] = std::log2(order.differences_m[s] / order.differences_m[s + 1]);
   return order;
+}
+
+bool of_a_shell(const Scene& scene, const SessionEvent& event) {
+  if (event.kind != SessionEventKind::onset && event.kind != SessionEventKind::break_through) return false;
+  const auto* surface = scene.modes()[static_cast<std::size_t>(event.mode)].mode.as<SurfaceAndFriction>();
+  return surface && !surface->levels.empty();
 }
 
 double finest_spacing_m(const Scene& scene) {
@@ -186,8 +195,8 @@ Rate measure_rate(const RateCase& wanted) {
       for (int i = 1; i <= ticks_a_chord; ++i) {
         tick = session.tick({.position_m = a + (static_cast<double>(i) / ticks_a_chord) * (b - a)}, dt);
         for (const SessionEvent& event : session.events()) {
-          if (event.kind == SessionEventKind::onset) events.push_back(event.mode);
-          if (event.kind == SessionEventKind::break_through) events.push_back(-1 - event.mode);
+          if (!of_a_shell(*wanted.scene, event)) continue;
+          events.push_back(event.kind == SessionEventKind::onset ? event.mode : -1 - event.mode);
         }
       }
       felt.at_corners.push_back(tick);

@@ -62,6 +62,9 @@ struct Rate {
 };
 Rate measure_rate(const RateCase& wanted);
 
+/// An onset or a break-through of a shell. Two paths part there; where a plane of a material or of a vortex is pressed
+/// through, they do not, as the next place holds as well.
+bool of_a_shell(const Scene& scene, const SessionEvent& event);
 /// The finest sample spacing [hand m] of the scene's volumes.
 double finest_spacing_m(const Scene& scene);
 /// A scene from TOML text without files.

@@ -37,13 +37,12 @@ struct Bounds {
   double size() const { return norm(high - low); }
 };
 
-// The contact events of a run, one after the other.
+// What shells were met and pressed through in a run, one after the other.
 struct EventList {
   std::vector<std::string> all;
-  void take(const Session& session) {
+  void take(const Scene& scene, const Session& session) {
     for (const SessionEvent& event : session.events()) {
-      if (event.kind != SessionEventKind::onset && event.kind != SessionEventKind::break_through) continue;
-      all.push_back(std::string(name_of(event.kind)) + " " + std::to_string(event.mode));
+      if (of_a_shell(scene, event)) all.push_back(std::string(name_of(event.kind)) + " " + std::to_string(event.mode));
     }
   }
 };
@@ -85,8 +84,8 @@ Halving measure_halving(const Scene& scene, const std::vector<Probe>& probes) {
     for (std::size_t i = begin; i < std::min(begin + window, probes.size()); ++i) {
       const Tick a = usual.tick(probes[i], dt);
       const Tick b = halved.tick(probes[i], dt);
-      events.take(usual);
-      halved_events.take(halved);
+      events.take(scene, usual);
+      halved_events.take(scene, halved);
       if (events.all == halved_events.all) {
         unmatched_since = -1;
       } else if (unmatched_since < 0) {
