@@ -49,11 +49,11 @@ void skull(const PathOptions& options) {
   const Field& head = *loaded.scene.volumes().front().volume.fields.front().field;
   std::printf("ct_head_cranium, 300 HU, 1 to 10 m/s from outside; depths in the solid in voxels of %.3f mm\n",
               1e3 * head.spacing_m());
-  std::printf("%-10s %8s %8s %10s %10s %10s %11s %6s\n", "filter", "strokes", "passed", "not felt", "depth p99", "depth max",
-              "unfinished", "first");
+  std::printf("%-10s %8s %8s %10s %10s %10s %10s %11s %6s\n", "filter", "strokes", "passed", "not felt", "> 0.1 deep",
+              "depth p99", "depth max", "unfinished", "first");
   for (const Filter filter : {Filter::trilinear, Filter::smooth}) {
-    const Skull s = measure_skull(filtered(head, filter), {.strokes = options.count > 0 ? options.count : 1000});
-    std::printf("%-10s %8d %8d %10d %10.4f %10.4f %11d %6d\n", name_of(filter), s.strokes, s.passed, s.never_felt,
+    const Skull s = measure_skull(in_floats(head, filter), {.strokes = options.count > 0 ? options.count : 1000});
+    std::printf("%-10s %8d %8d %10d %10d %10.4f %10.4f %11d %6d\n", name_of(filter), s.strokes, s.passed, s.never_felt, s.deep,
                 s.excess_p99_voxels, s.excess_max_voxels, s.unfinished, s.first_passed);
   }
 }

@@ -6,9 +6,12 @@
 #include <numbers>
 
 #include "palpa/field/analytic.h"
+#include "palpa/field/filter.h"
 #include "palpa/mode/follow.h"
 #include "palpa/mode/surface_and_friction.h"
 #include "palpa/mode/viscosity.h"
+#include "palpa/volume/read_volume.h"
+#include "tests/laws/shipped_scenes.h"
 #include "tests/tick/hands.h"
 
 namespace palpa::test {
@@ -30,7 +33,7 @@ TEST(FollowPath, StaysOnASampledVortex) {
   const FieldPtr vortex = sampled(*lamb_oseen_vortex().fields.front().field, 128);
   for (const Filter filter : {Filter::trilinear, Filter::smooth}) {
     for (const double radius : {0.008, 0.010, 0.015}) {
-      const FollowDrift drift = measure_follow(filtered(*vortex, filter), radius, 0.0, 3);
+      const FollowDrift drift = measure_follow(in_floats(*vortex, filter), radius, 0.0, 3);
       EXPECT_LT(drift.per_turn_m, most_per_turn_m) << name_of(filter) << ", " << radius << " m";
     }
   }
@@ -47,6 +50,44 @@ TEST(FollowPath, IsTheSameAgainstTheField) {
     const Wander hand(random, 0.05);
     for (int i = 0; i < 2000; ++i) paths[turned].push_back(session.tick({.position_m = hand.at(i * 1e-3)}, 1e-3).proxy_m);
   }
+  EXPECT_EQ(paths[0], paths[1]);
+}
+
+// The main direction of diffusion in a measured brain, with the signs of the file and with half of them turned at random.
+TEST(FollowPath, IsTheSameWhateverTheSignsOfAMeasuredBrain) {
+  if (const std::string missing = missing_for("dti_brain"); !missing.empty()) GTEST_SKIP() << missing;
+  VolumeRequest request;
+  request.files = {shared_data() / "dti_brain" / "V1.nii.gz"};
+  request.as = "vector";
+  const FieldPtr brain = read_volume(request, {.reader = reader()}).fields.front().field;
+  const GridView& grid = *grid_below(*brain);
+  ASSERT_EQ(grid.voxels.type, VoxelType::float32);
+  const auto* values = static_cast<const float*>(grid.voxels.data.get());
+  auto turned = std::make_shared<std::vector<float>>(values, values + 3 * grid.geometry.voxels());
+  Random random(8);
+  for (std::size_t v = 0; v < turned->size(); v += 3) {
+    if (random.below(2) == 0) continue;
+    for (std::size_t c = v; c < v + 3; ++c) (*turned)[c] = -(*turned)[c];
+  }
+  const FieldPtr other = grid_field(grid.geometry, {VoxelType::float32, 3, std::shared_ptr<const void>(turned, turned->data())},
+                                    grid.scale, grid.offset);
+  std::vector<Vec3> paths[2];
+  double felt_n = 0.0;
+  for (int which = 0; which < 2; ++which) {
+    Scene scene = plain_scene({.stiffness_n_per_m = 600});
+    const FieldRef tracts = scene.add("tracts", volume_of(signless(which == 0 ? brain : other), ""));
+    scene.workspace.center_m = brain->bounds_m().centre_m();
+    scene.add("rail", Follow{.field = tracts, .strength_n = 0.4});
+    Session session(scene);
+    Random same(6);
+    const Wander hand(same, 0.04);
+    for (int i = 0; i < 4000; ++i) {
+      const Tick tick = session.tick({.position_m = hand.at(i * 1e-3)}, 1e-3);
+      paths[which].push_back(tick.proxy_m);
+      felt_n = std::max(felt_n, norm(tick.force_n));
+    }
+  }
+  EXPECT_GT(felt_n, 0.1);
   EXPECT_EQ(paths[0], paths[1]);
 }
 

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "palpa/field/filter.h"
+#include "palpa/field/grid_base.h"
 #include "palpa/field/smooth_grid.h"
 
 namespace palpa::test {
@@ -35,38 +37,44 @@ class Formula final : public Field {
 };
 
 FieldPtr with_filter(const GridGeometry& geometry, const Voxels& voxels, double scale, double offset, Filter filter) {
-  return filter == Filter::smooth ? smooth_grid_field(geometry, voxels, scale, offset)
-                                  : grid_field(geometry, voxels, scale, offset);
+  switch (filter) {
+    case Filter::trilinear: return grid_field(geometry, voxels, scale, offset);
+    case Filter::smooth: return smooth_grid_field(geometry, voxels, scale, offset);
+    case Filter::cubic: return cubic_grid_field(geometry, voxels, scale, offset);
+  }
+  return nullptr;
 }
 
 }  // namespace
-
-const char* name_of(Filter filter) noexcept { return filter == Filter::smooth ? "smooth" : "trilinear"; }
 
 FieldPtr sampled_depth(const Depth& depth, const GridGeometry& geometry, const Sampling& sampling, Filter filter) {
   const double voxel_m = norm(geometry.index_to_world_m * Vec3{1, 0, 0});
   const double top = sampling.ramp_voxels > 0.0 ? std::exp2(sampling.bits) - 1.0 : 1.0;
   const double ramp_m = (sampling.ramp_voxels > 0.0 ? sampling.ramp_voxels : 0.5) * voxel_m;
-  auto raw = std::make_shared<std::vector<std::uint16_t>>();
+  auto raw = std::make_shared<std::vector<float>>();
   raw->reserve(static_cast<std::size_t>(geometry.voxels()));
   for (std::int64_t k = 0; k < geometry.dims[2]; ++k) {
     for (std::int64_t j = 0; j < geometry.dims[1]; ++j) {
       for (std::int64_t i = 0; i < geometry.dims[0]; ++i) {
         const double d = depth(geometry.to_world({double(i), double(j), double(k)}));
         const double share = sampling.ramp_voxels > 0.0 ? 0.5 + 0.5 * std::clamp(d / ramp_m, -1.0, 1.0) : (d > 0.0 ? 1.0 : 0.0);
-        raw->push_back(static_cast<std::uint16_t>(std::lround(top * share)));
+        raw->push_back(static_cast<float>(std::round(top * share)));
       }
     }
   }
-  const Voxels voxels{VoxelType::uint16, 1, std::shared_ptr<const void>(raw, raw->data())};
+  const Voxels voxels{VoxelType::float32, 1, std::shared_ptr<const void>(raw, raw->data())};
   return with_filter(geometry, voxels, 2.0 * ramp_m / top, -ramp_m, filter);
 }
 
-FieldPtr filtered(const Field& grid, Filter filter) {
-  const GridView* view = grid_of(grid);
-  if (!view) view = smooth_grid_of(grid);
+FieldPtr in_floats(const Field& grid, Filter filter) {
+  const GridView* view = grid_below(grid);
   if (!view) throw std::invalid_argument("the field is no grid");
-  return with_filter(view->geometry, view->voxels, view->scale, view->offset, filter);
+  auto raw = std::make_shared<std::vector<float>>();
+  detail::with_values_of(view->voxels, [&](const auto* values) {
+    raw->assign(values, values + view->geometry.voxels() * view->voxels.components);
+  });
+  const Voxels voxels{VoxelType::float32, view->voxels.components, std::shared_ptr<const void>(raw, raw->data())};
+  return with_filter(view->geometry, voxels, view->scale, view->offset, filter);
 }
 
 GridGeometry cube_of(int voxels, double voxel_m, const Mat3& turn) {

@@ -13,11 +13,6 @@ namespace palpa::test {
 /// How deep [m] a position lies in a solid: above zero inside, the distance to its surface near there.
 using Depth = std::function<double(const Vec3& x_m)>;
 
-/// What lies between the voxels.
-enum class Filter { trilinear, smooth };
-const char* name_of(Filter filter) noexcept;
-inline std::ostream& operator<<(std::ostream& out, Filter filter) { return out << name_of(filter); }
-
 /// Voxels of a solid's depth, as a scanner would have them: `bits` of resolution from −ramp to +ramp voxels and flat
 /// beyond; 0 voxels of ramp: inside or outside and nothing between, half a voxel apart from the level.
 struct Sampling {
@@ -26,8 +21,8 @@ struct Sampling {
 };
 /// The depth [m] of a solid on a grid; its surface is level 0.
 FieldPtr sampled_depth(const Depth& depth, const GridGeometry& geometry, const Sampling& sampling, Filter filter);
-/// The same voxels with another filter between them; the field must be a grid.
-FieldPtr filtered(const Field& grid, Filter filter);
+/// The voxels of a grid as floats, felt through that filter: whole numbers would not be felt as they are between others.
+FieldPtr in_floats(const Field& grid, Filter filter);
 
 /// A cube of `voxels` samples along each side, `voxel_m` [m] apart, about the origin, turned by `turn`.
 GridGeometry cube_of(int voxels, double voxel_m, const Mat3& turn = Mat3::identity());

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "palpa/field/filter.h"
 #include "palpa/mode/surface_and_friction.h"
 #include "tests/core/random_problems.h"
 
@@ -88,7 +89,7 @@ Bumpy measure_bumpy(const BumpyCase& wanted) {
       sampled_depth(depth, cube_of(wanted.voxels, voxel_m), {.bits = 8, .ramp_voxels = 8.0}, Filter::trilinear);
 
   const auto begin = std::chrono::steady_clock::now();
-  const FieldPtr field = filtered(*voxels, wanted.filter);
+  const FieldPtr field = filtered(voxels, wanted.filter);
   Session session(surface_scene(field, 100.0));
   const Vec3 first{0, 0, 0.40 * edge_m};
   session.tick({.position_m = first}, dt);

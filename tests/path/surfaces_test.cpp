@@ -19,6 +19,7 @@ double farthest_off_m(Filter filter) {
   switch (filter) {
     case Filter::trilinear: return 20e-6;
     case Filter::smooth: return shift_m + 7e-6;
+    case Filter::cubic: return 3e-6;
   }
   return 0.0;
 }
@@ -48,7 +49,7 @@ struct GrooveKind {
   Filter filter;
   bool binary;
   friend std::ostream& operator<<(std::ostream& out, const GrooveKind& kind) {
-    return out << kind.filter << (kind.binary ? ", binary" : ", smooth edge");
+    return out << name_of(kind.filter) << (kind.binary ? ", binary" : ", smooth edge");
   }
 };
 class Grooves : public testing::TestWithParam<GrooveKind> {};
@@ -63,7 +64,7 @@ TEST_P(Grooves, LetAHandRestAndHoldIt) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Filters, SampledSphere, testing::Values(Filter::trilinear, Filter::smooth),
+INSTANTIATE_TEST_SUITE_P(Filters, SampledSphere, testing::Values(Filter::trilinear, Filter::smooth, Filter::cubic),
                          [](const auto& one) { return name_of(one.param); });
 INSTANTIATE_TEST_SUITE_P(Voxels, BumpySphereIsFelt, testing::Values(128, 256),
                          [](const auto& one) { return "of" + std::to_string(one.param); });

@@ -43,7 +43,7 @@ TEST_P(SkullHolds, FastStrokes) {
   request.files = {shared_data() / "ct_head_cranium/cranium.mhd"};
   request.length_unit = "mm";
   const Volume head = read_volume(request, {.reader = reader()});
-  const Skull skull = measure_skull(filtered(*head.fields.front().field, GetParam()), {.strokes = 100});
+  const Skull skull = measure_skull(in_floats(*head.fields.front().field, GetParam()), {.strokes = 100});
   EXPECT_EQ(skull.passed, 0) << "the first is stroke " << skull.first_passed;
   EXPECT_EQ(skull.unfinished, 0);
 }
