@@ -30,7 +30,7 @@ void follow(const PathOptions&) {
   for (const Filter filter : {Filter::trilinear, Filter::smooth}) {
     for (const double radius : {0.008, 0.010, 0.015}) {
       const std::string name = std::string("Lamb-Oseen in 128 samples, ") + name_of(filter);
-      row(name.c_str(), filtered(*vortex, filter), radius, 0.0);
+      row(name.c_str(), in_floats(*vortex, filter), radius, 0.0);
     }
   }
 }

@@ -161,6 +161,25 @@ struct MiddleCrossings {
   }
 };
 
+// Pieces of a path in the solid: in by one face and out by the opposite one is through it; out by the same face, a
+// straight step that cut a corner.
+struct SolidPieces {
+  int through = 0;
+  void take(double depth_voxels, const Vec3& uphill) {
+    if (depth_voxels > 0.0) {
+      deepest_ = std::max(deepest_, depth_voxels);
+      return;
+    }
+    through += deepest_ > 0.1 && dot(uphill, entered_) < 0.0;
+    deepest_ = 0.0;
+    entered_ = uphill;
+  }
+
+ private:
+  double deepest_ = 0.0;
+  Vec3 entered_;
+};
+
 }  // namespace
 
 const char* name_of(WallKind kind) noexcept {
@@ -282,18 +301,22 @@ Skull measure_skull(const FieldPtr& field, const SkullCase& wanted) {
     const Stroke stroke{map.to_hand(start), map.to_hand(start + length_m * tilted), std::pow(10.0, random.uniform(0, 1))};
     double deepest = 0.0;
     int onsets = 0;
+    SolidPieces pieces;
     skull.unfinished += !feel(session, stroke, [&](const Session& felt) {
       for (const SubStep& step : felt.sub_steps()) {
         along(map.to_world(step.start_m), map.to_world(step.proxy_m), 0.05 * spacing_m, [&](const Vec3& x) {
           const ScalarSample sample = field->scalar(x);
-          if (!sample.inside || sample.value <= wanted.level) return;
-          deepest = std::max(deepest, (sample.value - wanted.level) / (norm(sample.gradient) * spacing_m + 1e-9));
+          if (!sample.inside) return;
+          const double depth = (sample.value - wanted.level) / std::max(norm(sample.gradient) * spacing_m, wanted.least_slope);
+          deepest = std::max(deepest, depth);
+          pieces.take(depth, sample.gradient);
         });
       }
       for (const SessionEvent& event : felt.events()) onsets += event.kind == SessionEventKind::onset;
     });
     excess.push_back(deepest);
-    if (deepest > 0.1) {
+    skull.deep += deepest > 0.1;
+    if (pieces.through > 0) {
       ++skull.passed;
       skull.never_felt += onsets == 0;
       if (skull.first_passed < 0) skull.first_passed = skull.strokes;

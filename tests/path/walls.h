@@ -51,15 +51,17 @@ BreakThrough measure_break_through(int strokes);
 
 /// Fast strokes (1 to 10 m/s) into a solid of a real volume from outside it.
 struct SkullCase {
-  double level = 300.0;  ///< in the field's own unit
+  double level = 300.0;        ///< in the field's own unit
+  double least_slope = 200.0;  ///< [unit per voxel] where the data are flatter than an edge of bone, depth is told by this
   int strokes = 100;
   std::uint64_t seed = 1;
 };
 struct Skull {
   int strokes = 0;
-  int passed = 0;  ///< deeper in the solid than 0.1 voxel
+  int passed = 0;  ///< in by one face, deeper than 0.1 voxel, and out by the opposite face
+  int deep = 0;    ///< anywhere deeper in the solid than 0.1 voxel
   int never_felt = 0;
-  double excess_p99_voxels = 0.0;  ///< deepest place of each stroke's path: (value − level) / (|gradient| · spacing)
+  double excess_p99_voxels = 0.0;  ///< deepest place of each stroke's path: (value − level) / (|gradient|·spacing)
   double excess_max_voxels = 0.0;
   int unfinished = 0;
   int first_passed = -1;
