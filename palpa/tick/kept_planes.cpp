@@ -11,7 +11,6 @@ namespace {
 constexpr double distinct_squared = 1e-4;  // |n − n'|² of normals that are not the same: half a degree
 constexpr double hollow_m = 1e-9;          // what rounding may hide
 constexpr double reach_spacings = 0.75;
-constexpr double behind_spacings = 1e-5;  // rounding of the balance is far less
 
 bool same_level(const Captured& a, const Captured& b) noexcept { return a.field == b.field && a.value == b.value; }
 
@@ -49,7 +48,7 @@ void KeptPlanes::add_to(PrimitiveSet& set, bool relaxed) const noexcept {
   std::uint16_t added = 0;
   const auto put_back = [&](const Vec3& position_m, const Vec3& normal) {
     const double behind_m = dot(normal, position_m - set.start_m());
-    return relaxed && behind_m > 0.0 ? position_m - behind_m * normal : position_m;
+    return relaxed && behind_m > 0.0 ? position_m - 0.5 * behind_m * normal : position_m;
   };
   for (std::size_t i = 0; i < own && size_ > 0; ++i) {
     Primitive newest = set[i];
@@ -82,7 +81,6 @@ void KeptPlanes::end_step(const PrimitiveSet& set, const Balance& balance, const
     for (std::size_t i = 0; i < set.size() && !stands; ++i)
       stands = set[i].id == plane.id && same_level(set.captured(i), plane.level);
     if (!stands || distance(plane.position_m, proxy_m) > reach_spacings * spacing_m) return true;
-    if (dot(plane.normal, proxy_m - plane.position_m) < -behind_spacings * spacing_m) return true;
     const Primitive primitive{PrimitiveKind::plane, plane.id, plane.position_m, plane.normal, 1.0, 0.0};
     if (state_at(primitive, balance) != PrimitiveState::off) plane.age_ticks = 0;
     return false;

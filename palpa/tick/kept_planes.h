@@ -24,11 +24,11 @@ class KeptPlanes {
   /// strength, that of the plane placed by the mode: it limits the length of the sum of their forces, which
   /// the caller checks; each by itself, also that one, may exert a hundred times as much, as the sides of a wedge do.
   /// Two planes, each in front of the other's foot, are a hollow. Where only one is, noise may have tilted them: `relaxed`
-  /// takes them for a hollow too, put back as far as the start of the sub-step, which both leave free.
+  /// takes them for a hollow too, put back half as far as the start of the sub-step, which both should leave free.
   void add_to(PrimitiveSet& set, bool relaxed) const noexcept;
   static constexpr double wedge = 100.0;  ///< [1]
   /// Ends a sub-step with the proxy at `proxy_m` [m]: planes of levels on which no mode stands any more, those more than
-  /// 0.75 `spacing_m` [m] away and those that the proxy is behind are forgotten.
+  /// 0.75 `spacing_m` [m] away are forgotten.
   void end_step(const PrimitiveSet& set, const Balance& balance, const Vec3& proxy_m, double spacing_m) noexcept;
 
  private:

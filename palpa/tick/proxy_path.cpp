@@ -51,8 +51,9 @@ ProxyPath::ProxyPath(const Scene& scene, const Similarity& map, std::unique_ptr<
       held_(max_primitives),
       told_(modes_.size()) {
   own_n_.reserve(max_primitives);
+  first_normals_.reserve(max_primitives);
   entered_.reserve(modes_.size());
-  crossings_.reserve(watches_.size());
+  crossings_.reserve(8 * watches_.size() + 8);
   events_.reserve(max_events);
   std::vector<std::int32_t> every_field(modes_.fields());
   std::iota(every_field.begin(), every_field.end(), 0);
@@ -155,7 +156,7 @@ bool ProxyPath::next_piece(Piece& piece) noexcept {
   const Waypoint& next = c.queue[0];
   const double length = distance(next.position_m, c.walked);
   double longest = step_m(c.walked, next.position_m);
-  if (refined_ > 1 && longest < unbounded) longest = std::min(longest, path_m_ / refined_);
+  if (refined_ > 1) longest = std::min(longest, path_m_ / refined_);
   piece = {c.walked, next.position_m, next.time_s, true};
   if (length > longest && !(c.proxy == c.walked && silent_at(c.proxy))) {
     const double share = (1.0 - rounding) * longest / length;
@@ -263,7 +264,9 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
   const bool stays = stop == Stop::full || (bound_met && stop == Stop::event && move_fraction == 1.0);
   // The last sub-step of a tick is followed by another while directions may still change.
   const bool settled = (settling ? went_m : change_m) <= rest_share * spacing_m_;
-  c.settling = stays && in_steps_ && c.queued == 0 && !primitives_.empty() && !settled;
+  // A level that lets go leaves the proxy where it was pressed to: only the next balance is without it.
+  const bool lets_go = anything_yields() && went_m > rest_share * spacing_m_;
+  c.settling = stays && in_steps_ && c.queued == 0 && !primitives_.empty() && (!settled || lets_go);
   c.unfinished = c.settling || (stop == Stop::energy ? went_m > halted_share * spacing_m_ : !stays);
   c.left_s = std::max(least_time_share * c.whole_s, (1.0 - move_fraction) * piece.time_s);
 
@@ -461,11 +464,17 @@ double ProxyPath::approach(const Moment& moment, double longest, Balance& to) no
     const double length = norm(move);
     return length > longest ? start + longest / length * move : b.position_m;
   };
+  first_normals_.clear();
+  for (const Primitive& p : primitives_.primitives()) first_normals_.push_back(p.direction);
   double change_m = 0.0;
   Vec3 end = end_of(to);
   for (int pass = 0; pass < max_passes && distance(end, start) > trial_share * spacing_m_; ++pass) {
     kept_.meet(primitives_);
     to = look(moment, 0.5 * (start + end), end);
+    for (int i = 0; i < max_halvings && is_other_sheet(start); ++i) {
+      end = 0.5 * (start + end);
+      to = look(moment, 0.5 * (start + end), end);
+    }
     const Vec3 before = end;
     end = end_of(to);
     change_m = distance(end, before);
@@ -474,15 +483,32 @@ double ProxyPath::approach(const Moment& moment, double longest, Balance& to) no
   return change_m;
 }
 
+// Whether a level was looked for on the far side of a thin wall: the plane found there faces away from the one at the
+// start, and the start is behind it.
+bool ProxyPath::is_other_sheet(const Vec3& start_m) const noexcept {
+  for (std::size_t i = 0; i < std::min(own_, first_normals_.size()); ++i) {
+    const Primitive& p = primitives_[i];
+    if (primitives_.captured(i).any() && dot(p.direction, first_normals_[i]) < 0.0 &&
+        dot(p.direction, p.position_m - start_m) > 0.0) {
+      return true;
+    }
+  }
+  return false;
+}
+
 // How levels count while the proxy moves, by the planes that stand on them.
 void ProxyPath::attend_levels(const Balance& to) noexcept {
+  using Attention = Watches::Attention;
   watches_.attend_all();
   for (std::size_t i = 0; i < own_; ++i) {
     const Captured& level = primitives_.captured(i);
-    if (!level.any() || !(primitives_[i].strength_n > 0.0)) continue;
+    if (!level.any() || !(own_n_[i] > 0.0)) continue;
     const PrimitiveState state = state_of_level(i, to);
-    if (state == PrimitiveState::stick) watches_.attend({level.field, level.value}, Watches::Attention::held);
-    if (state == PrimitiveState::off) watches_.attend({level.field, level.value}, Watches::Attention::leave);
+    if (state == PrimitiveState::stick) watches_.attend({level.field, level.value}, Attention::held);
+    if (state != PrimitiveState::off) continue;
+    modes_.samples().move_to(primitives_[i].position_m);
+    const bool up = dot(modes_.samples().scalar(level.field).gradient, primitives_[i].direction) > 0.0;
+    watches_.attend({level.field, level.value}, up ? Attention::leave_up : Attention::leave_down);
   }
 }
 
@@ -558,6 +584,7 @@ void ProxyPath::tell_contact(const Balance& at, double depth_m) noexcept {
       through = state == PrimitiveState::slip || told.at_bound;
     }
     told.at_bound = false;
+    through = through || (told.through && is_on(standing, told.standing));
     const auto mode = static_cast<std::int32_t>(m);
     if (standing.any() && !told.standing.any()) emit({SessionEventKind::onset, mode, standing.value, nullptr});
     if (through && !told.through) emit({SessionEventKind::break_through, mode, standing.value, nullptr, depth_m});

@@ -97,6 +97,7 @@ class ProxyPath {
 
   bool next_piece(Piece& piece) noexcept;
   void sub_step(Piece piece, Ledger& ledger) noexcept;
+  bool is_other_sheet(const Vec3& start_m) const noexcept;
   Balance look(const Moment& moment, const Vec3& at_m, const Vec3& end_m) noexcept;
   Balance balance(const Vec3& probe_m, double time_s) noexcept;
   Balance solve(const Vec3& probe_m, double time_s) noexcept;
@@ -123,9 +124,10 @@ class ProxyPath {
   FeltModes modes_;
   Watches watches_;
   PrimitiveSet primitives_;
-  bool relaxed_ = false;       // see KeptPlanes::add_to
-  std::size_t own_ = 0;        // primitives before those of kept planes
-  std::vector<double> own_n_;  // their strengths
+  bool relaxed_ = false;             // see KeptPlanes::add_to
+  std::size_t own_ = 0;              // primitives before those of kept planes
+  std::vector<double> own_n_;        // their strengths
+  std::vector<Vec3> first_normals_;  // those found at the start
   HeldForces held_;
   KeptPlanes kept_;
   std::vector<Told> told_;

@@ -78,7 +78,7 @@ void Watches::attend(const Watch& watch, Attention attention) noexcept {
 
 void Watches::change(std::size_t watch, std::vector<Crossing>& crossings) noexcept {
   sides_[watch] = sides_[watch] == Side::below ? Side::above : Side::below;
-  if (attention_[watch] == Attention::leave) attention_[watch] = Attention::stop;
+  if (attention_[watch] != Attention::held) attention_[watch] = Attention::stop;
   crossings.push_back({watches_[watch].field, watches_[watch].value, sides_[watch] == Side::above});
 }
 
@@ -275,7 +275,8 @@ Watches::Met Watches::first_crossing(Samples& samples, const Vec3& start_m, cons
                                        [&](const FieldOnWay& a, const FieldOnWay& b) { return next_of(a) < next_of(b); });
     if (at.event <= 1.0) {
       if (at.at_edge) return {at.event, true, true, false};
-      const bool stops = attention_[at.watch] == Attention::stop;
+      const Attention passes = sides_[at.watch] == Side::below ? Attention::leave_up : Attention::leave_down;
+      const bool stops = attention_[at.watch] != passes;
       change(at.watch, crossings);
       if (stops) {
         change_others(at, samples, way, crossings);

@@ -35,9 +35,11 @@ class Watches {
 
   /// How a level counts in the next search, by the plane that stands on it.
   enum class Attention : std::uint8_t {
-    stop,   ///< no plane, or one that is pressed through: the path stops where it is crossed
-    held,   ///< the plane holds the proxy: it is on the level, to within rounding, and crosses nothing
-    leave,  ///< the proxy lifts off the plane: one crossing counts, but nothing sets in there to stop for; the next stops
+    stop,        ///< no plane, or one that is pressed through: the path stops where it is crossed
+    held,        ///< the plane holds the proxy: it is on the level, to within rounding, and crosses nothing
+    leave_up,    ///< the proxy lifts off the plane towards higher values: one such crossing counts, but nothing sets in there
+                 ///< to stop for; any other stops
+    leave_down,  ///< the same towards lower values
   };
   void attend_all() noexcept;
   void attend(const Watch& watch, Attention attention) noexcept;

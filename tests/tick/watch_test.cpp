@@ -269,7 +269,7 @@ TEST(Attention, HeldCrossesNothingAndLeaveOnlyOnce) {
   s.look(from);
   s.crossings.clear();
   s.watches.attend_all();
-  s.watches.attend({0, 2.0}, Attention::leave);
+  s.watches.attend({0, 2.0}, Attention::leave_up);
   met = s.watches.first_crossing(s.samples, from, {3e-3, 5e-4, 5e-4}, s.crossings);
   EXPECT_FALSE(met.stopped);
   ASSERT_EQ(s.crossings.size(), 1u);
@@ -278,7 +278,7 @@ TEST(Attention, HeldCrossesNothingAndLeaveOnlyOnce) {
   s.look(from);
   s.crossings.clear();
   s.watches.attend_all();
-  s.watches.attend({0, 2.0}, Attention::leave);
+  s.watches.attend({0, 2.0}, Attention::leave_up);
   s.watches.attend({0, 3.5}, Attention::held);
   met = s.watches.first_crossing(s.samples, from, to, s.crossings);
   EXPECT_NEAR(x(met), 6e-3, 1e-12) << "what was left is met again";
