@@ -127,9 +127,9 @@ TEST(RateIndependence, HoldsFromATenthToTenTimesTheSpeed) {
     Random random(9);
     const Wander hand(random, 0.02);
     std::vector<Vec3> corners;
-    for (int i = 0; i < 200; ++i) corners.push_back(hand.at(i * 0.004) + (number == 0 ? Vec3{0, 0, 0.045} : Vec3{0.01, 0, 0}));
+    for (int i = 0; i < 400; ++i) corners.push_back(hand.at(i * 0.004) + (number == 0 ? Vec3{0, 0, 0.040} : Vec3{0.01, 0, 0}));
     const Rate rate = measure_rate({&scene, corners});
-    EXPECT_GT(rate.corners, 100);
+    EXPECT_GT(rate.corners, 100) << rate.waiting << " wait, " << rate.differing << " differ in events";
     EXPECT_LT(rate.slow_max_h, 1.0);
     EXPECT_LT(rate.fast_max_h, 1.0);
   }
