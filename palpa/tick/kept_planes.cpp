@@ -8,7 +8,7 @@ namespace palpa {
 
 namespace {
 
-constexpr double distinct_squared = 1e-4;  // |n − n'|² of normals that are not the same: half a degree
+constexpr double distinct_squared = 1e-6;  // |n − n'|² of normals that are not the same: a milliradian
 constexpr double hollow_m = 1e-9;          // what rounding may hide
 constexpr double reach_spacings = 0.75;
 
@@ -43,12 +43,14 @@ void KeptPlanes::meet(const PrimitiveSet& set) noexcept {
   }
 }
 
-void KeptPlanes::add_to(PrimitiveSet& set, bool relaxed) const noexcept {
+void KeptPlanes::add_to(PrimitiveSet& set, double slack_m) const noexcept {
+  const bool relaxed = slack_m > 0.0;
+  const double behind_m = std::max(hollow_m, slack_m);
   const std::size_t own = set.size();
   std::uint16_t added = 0;
   const auto put_back = [&](const Vec3& position_m, const Vec3& normal) {
-    const double behind_m = dot(normal, position_m - set.start_m());
-    return relaxed && behind_m > 0.0 ? position_m - 0.5 * behind_m * normal : position_m;
+    const double cut_off_m = dot(normal, position_m - set.start_m());
+    return relaxed && cut_off_m > 0.0 ? position_m - 0.5 * cut_off_m * normal : position_m;
   };
   for (std::size_t i = 0; i < own && size_ > 0; ++i) {
     Primitive newest = set[i];
@@ -60,8 +62,8 @@ void KeptPlanes::add_to(PrimitiveSet& set, bool relaxed) const noexcept {
       if (!(kept.id == newest.id) || !same_level(kept.level, level)) continue;
       if (norm_squared(kept.normal - newest.direction) < distinct_squared) continue;
       const Vec3 apart_m = set[i].position_m - kept.position_m;
-      const bool in_front = dot(kept.normal, apart_m) >= -hollow_m;
-      const bool behind = dot(newest.direction, apart_m) > hollow_m;
+      const bool in_front = dot(kept.normal, apart_m) >= -behind_m;
+      const bool behind = dot(newest.direction, apart_m) > behind_m;
       if (relaxed ? !in_front && behind : !in_front || behind) continue;
       set.begin_mode(newest.id.mode);
       set.plane(static_cast<std::uint16_t>(FeltModes::first_slot_of_the_tick + added), put_back(kept.position_m, kept.normal),

@@ -312,7 +312,7 @@ Balance ProxyPath::look(const Moment& moment, const Vec3& at_m, const Vec3& end_
 Balance ProxyPath::balance(const Vec3& probe_m, double time_s) noexcept {
   for (Told& told : told_) told.gives_way = false;
   keep_own();
-  if (in_steps_) kept_.add_to(primitives_, relaxed_);
+  if (in_steps_) kept_.add_to(primitives_, relaxed_ ? piercing_share * spacing_m_ : 0.0);
   Balance found = solve(probe_m, time_s);
   const bool shared = primitives_.size() > own_;
   const bool hovering = shared && hovers(found);
@@ -539,6 +539,8 @@ double ProxyPath::descending_share(const Balance& to, const Vec3& start, const V
     return on_level;
   };
   const Vec3 before = put_back(start);
+  // A proxy that is off its level has to come back, whatever that costs.
+  if (distance(before, start) > piercing_share * spacing_m_) return share;
   for (int halving = 0; halving < max_halvings; ++halving, share *= 0.5) {
     const Vec3 after = put_back(start + share * move);
     // As a product: the difference of two squares would lose its digits.
@@ -556,14 +558,15 @@ double ProxyPath::share_outside(const Balance& to, const Vec3& start, const Vec3
   Samples& samples = modes_.samples();
   for (std::size_t i = 0; i < own_; ++i) {
     const Captured& level = primitives_.captured(i);
-    if (!level.any() || !(own_n_[i] > 0.0) || state_of_level(i, to) != PrimitiveState::stick) continue;
+    if (!level.any() || !(own_n_[i] > 0.0) || state_of_level(i, to) == PrimitiveState::slip) continue;
+    samples.move_to(primitives_[i].position_m);
+    const Vec3 uphill = samples.scalar(level.field).gradient;
+    const bool solid_is_high = dot(uphill, primitives_[i].direction) < 0.0;
+    const double margin = piercing_share * spacing_m_ * norm(uphill);
     samples.move_to(start);
-    const ScalarSample here = samples.scalar(level.field);
-    const bool solid_is_high = dot(here.gradient, primitives_[i].direction) < 0.0;
-    const double margin = piercing_share * spacing_m_ * norm(here.gradient);
+    const double here = samples.scalar(level.field).value;
     // From where the proxy is, if it is inside already.
-    const double value =
-        solid_is_high ? std::max(level.value, here.value) + margin : std::min(level.value, here.value) - margin;
+    const double value = solid_is_high ? std::max(level.value, here) + margin : std::min(level.value, here) - margin;
     share = std::min(share, first_beyond(samples, level.field, value, solid_is_high, start, end));
   }
   return share;
