@@ -222,7 +222,7 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
         break;
       }
       // What the move has run into belongs into the balance.
-      relaxed_ = true;
+      relaxed_ = attempt > 0;
       const Vec3 met_m = outside < 1.0 ? start + outside * (end - start) : start + wanted * (to.position_m - start);
       kept_.meet(primitives_);
       to = look(moment, 0.5 * (start + met_m), met_m);
@@ -294,6 +294,7 @@ Balance ProxyPath::look(const Moment& moment, const Vec3& at_m, const Vec3& end_
   modes_.place(moment, at_m, primitives_);
   if (end_m != at_m) modes_.place_levels(moment, end_m, primitives_);
   placed_at_m_ = at_m;
+  levels_at_m_ = end_m;
   if (in_steps_) {
     const std::int32_t fastest = held_.hold_back(primitives_, at_m, stiffness_n_per_m_);
     if (fastest >= 0 && !told_[static_cast<std::size_t>(fastest)].held_back) {
@@ -506,7 +507,7 @@ void ProxyPath::attend_levels(const Balance& to) noexcept {
     const PrimitiveState state = state_of_level(i, to);
     if (state == PrimitiveState::stick) watches_.attend({level.field, level.value}, Attention::held);
     if (state != PrimitiveState::off) continue;
-    modes_.samples().move_to(primitives_[i].position_m);
+    modes_.samples().move_to(levels_at_m_);
     const bool up = dot(modes_.samples().scalar(level.field).gradient, primitives_[i].direction) > 0.0;
     watches_.attend({level.field, level.value}, up ? Attention::leave_up : Attention::leave_down);
   }
@@ -559,7 +560,7 @@ double ProxyPath::share_outside(const Balance& to, const Vec3& start, const Vec3
   for (std::size_t i = 0; i < own_; ++i) {
     const Captured& level = primitives_.captured(i);
     if (!level.any() || !(own_n_[i] > 0.0) || state_of_level(i, to) == PrimitiveState::slip) continue;
-    samples.move_to(primitives_[i].position_m);
+    samples.move_to(levels_at_m_);  // where the plane's normal was read
     const Vec3 uphill = samples.scalar(level.field).gradient;
     const bool solid_is_high = dot(uphill, primitives_[i].direction) < 0.0;
     const double margin = piercing_share * spacing_m_ * norm(uphill);

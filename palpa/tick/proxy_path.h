@@ -135,7 +135,8 @@ class ProxyPath {
   int refined_ = 1;
   double path_m_ = 0.0;     // length of the probe's path in this tick
   double spacing_m_ = 0.0;  // finest, of the data near this sub-step
-  Vec3 placed_at_m_;
+  Vec3 placed_at_m_;        // where directions were looked up, and levels
+  Vec3 levels_at_m_;
   Vec3 released_m_;
   int dropped_ = 0;
   std::vector<std::int32_t> entered_;
