@@ -83,7 +83,7 @@ PrimitiveSet::PrimitiveSet(std::size_t capacity)
 
 void PrimitiveSet::clear(const Vec3& start_m) noexcept {
   size_ = 0;
-  start_m_ = start_m;
+  start_m_ = carried_start_m_ = start_m;
   mode_ = 0;
   refused_size_ = 0;
   dropped_ = 0;
@@ -139,8 +139,8 @@ void PrimitiveSet::add(Primitive p, Captured captured, Friction friction) noexce
     p.direction = unit_to_rounding(p.direction);
   }
   if (p.drag_ns_per_m > 0.0) {
-    const double allowed_m = start_tolerance_m * (1.0 + largest_component(start_m_));
-    if (p.kind == PrimitiveKind::directed || norm(residual(p, start_m_)) > allowed_m) {
+    const double allowed_m = start_tolerance_m * (1.0 + largest_component(carried_start_m_));
+    if (p.kind == PrimitiveKind::directed || norm(residual(p, carried_start_m_)) > allowed_m) {
       return refuse(p.id, Refusal::drag_away_from_start);
     }
   }

@@ -113,7 +113,13 @@ class PrimitiveSet {
   /// primitive's residual there is zero (elsewhere it would be a spring, not a dissipation).
   void clear(const Vec3& start_m) noexcept;
   /// From here on primitives belong to mode number `mode`.
-  void begin_mode(std::uint16_t mode) noexcept { mode_ = mode; }
+  void begin_mode(std::uint16_t mode) noexcept { begin_mode(mode, start_m_); }
+  /// The same, of data that moved in the sub-step: a drag is accepted where the residual is zero at `carried_start_m` [m], to
+  /// where they carried the start.
+  void begin_mode(std::uint16_t mode, const Vec3& carried_start_m) noexcept {
+    mode_ = mode;
+    carried_start_m_ = carried_start_m;
+  }
 
   /// A point primitive at `position_m`: holds the proxy in every direction.
   void point(std::uint16_t slot, const Vec3& position_m, double strength_n, double drag_ns_per_m = 0.0) noexcept;
@@ -154,6 +160,12 @@ class PrimitiveSet {
   /// Sets the strength of a friction line from its plane's force: the tick's own business.
   void set_strength(std::size_t i, double strength_n) noexcept { primitives_[i].strength_n = strength_n; }
 
+  /// Multiplies strength and drag of the i-th by a share [1] of 0…1: the tick's own business.
+  void fade(std::size_t i, double share) noexcept {
+    primitives_[i].strength_n *= share;
+    primitives_[i].drag_ns_per_m *= share;
+  }
+
   /// Replaces the force of a directed primitive [N]: the tick's own business.
   void set_directed(std::size_t i, const Vec3& force_n) noexcept;
 
@@ -172,6 +184,7 @@ class PrimitiveSet {
   std::unique_ptr<Friction[]> friction_;
   std::size_t size_ = 0;
   Vec3 start_m_;
+  Vec3 carried_start_m_;
   std::uint16_t mode_ = 0;
   Refused refused_[max_refused] = {};
   std::size_t refused_size_ = 0;

@@ -34,7 +34,8 @@ void Samples::move_to(const Vec3& hand_m) noexcept {
   ++visit_;
 }
 
-void Samples::set_time(DataTime at) noexcept {
+void Samples::set_time(DataTime at, DataTime came_from) noexcept {
+  came_from_ = came_from;
   if (at == at_) return;
   at_ = at;
   if (any_timed_ && visit_ > 0) ++visit_;
@@ -162,7 +163,8 @@ double Here::drag(double drag_ns_per_m) const noexcept {
 
 double Here::steepness_per_m(const Vec3& gradient) const noexcept { return norm(gradient) / samples_->hand_to_world().scale; }
 
-// No volume moves yet: where the data were, they are.
-Vec3 Here::carried(const FieldRef&, const Vec3& x_m) const noexcept { return x_m; }
+Vec3 Here::carried(const FieldRef& field, const Vec3& x_m) const noexcept {
+  return samples_->carried_m(field.index, x_m, samples_->came_from(), samples_->time());
+}
 
 }  // namespace palpa

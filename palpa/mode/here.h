@@ -23,9 +23,12 @@ class Samples {
   /// Moves to a position of the hand frame [m] and forgets what was sampled.
   void move_to(const Vec3& hand_m) noexcept;
   const Vec3& position_m() const noexcept { return hand_m_; }
-  /// From here on everything is sampled as it is at this moment of the data. Forgets what was sampled where it changes.
-  void set_time(DataTime at) noexcept;
+  /// From here on everything is sampled as it is at this moment of the data; `came_from` is the one that the sub-step began at.
+  /// Forgets what was sampled where it changes.
+  void set_time(DataTime at, DataTime came_from) noexcept;
+  void set_time(DataTime at) noexcept { set_time(at, at); }
   DataTime time() const noexcept { return at_; }
+  DataTime came_from() const noexcept { return came_from_; }
   /// Any of the fields changes with time.
   bool any_timed() const noexcept { return any_timed_; }
 
@@ -60,6 +63,7 @@ class Samples {
   Vec3 hand_m_;
   Vec3 world_m_;
   DataTime at_;
+  DataTime came_from_;
   bool any_timed_ = false;
   std::uint64_t visit_ = 0;
   std::shared_ptr<Slot[]> slots_;
@@ -74,7 +78,7 @@ class Samples {
 /// from the proxy's position itself.
 class Here {
  public:
-  Vec3 proxy_m;                    ///< [m] the proxy at the start of the sub-step
+  Vec3 proxy_m;                    ///< [m] the proxy at the start of the sub-step, carried with the mode's data to its end
   Vec3 probe_m;                    ///< [m]
   Vec3 at_m;                       ///< [m] where the data are sampled; usually the proxy
   double time_step_s = 0.0;        ///< [s] of the sub-step
@@ -100,7 +104,7 @@ class Here {
   double newtons(const Strength& strength, const Captured& level, TransferFunction::Side side) const noexcept;
   /// A drag [N·s/m] at this place: `drag_ns_per_m` times masks and fade (over 2 N / k of depth).
   double drag(double drag_ns_per_m) const noexcept;
-  /// Where the data point of `field` that was at `x_m` [m] in the last tick is now [m].
+  /// Where the data point of `field` that was at `x_m` [m] when the sub-step began is at its end [m].
   Vec3 carried(const FieldRef& field, const Vec3& x_m) const noexcept;
 
   /// The length of `gradient` [unit per hand metre] as the steepness that scenes speak of [unit per world metre].

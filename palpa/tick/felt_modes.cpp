@@ -9,6 +9,9 @@ namespace palpa {
 
 namespace {
 
+constexpr double fade_s = 0.05;         // out, and in again, where a level jumps
+constexpr std::size_t max_fading = 16;  // primitives of a mode
+
 // Zero here, and on both sides of here: between two points of the function it stays so.
 bool stays_zero(const TransferFunction& curve, double value) noexcept {
   using Side = TransferFunction::Side;
@@ -116,16 +119,107 @@ FeltModes::FeltModes(const Scene& scene, const Similarity& map) : map_(map) {
   samples_ = std::make_unique<Samples>(fields_, map_);
   memories_.resize(memory_bytes);
   slots_.reserve(256);
+  carried_m_.resize(modes_.size());
+  fades_.resize(modes_.size());
+  for (Fade& fade : fades_) fade.last.reserve(max_fading);
   start();
 }
 
 void FeltModes::start() noexcept {
-  for (std::size_t m = 0; m < modes_.size(); ++m) modes_[m].mode.start(memories_.data() + parts_[m].memory);
+  for (std::size_t m = 0; m < modes_.size(); ++m) {
+    modes_[m].mode.start(memories_.data() + parts_[m].memory);
+    fades_[m].share = 1.0;
+    fades_[m].leaving = fades_[m].returns = false;
+  }
 }
 
 void FeltModes::continue_from(const FeltModes& other) noexcept {
   assert(modes_.size() == other.modes_.size() && memories_.size() == other.memories_.size());
   std::copy(other.memories_.begin(), other.memories_.end(), memories_.begin());
+  for (std::size_t m = 0; m < modes_.size(); ++m) {
+    fades_[m] = other.fades_[m];  // within what is reserved
+  }
+  samples_->set_time(other.samples_->time());
+}
+
+void FeltModes::arrive() noexcept {
+  if (any_carried_) std::fill(carried_m_.begin(), carried_m_.end(), Vec3{});
+  any_carried_ = false;
+}
+
+double FeltModes::furthest_carried_m() const noexcept {
+  double furthest_m = 0.0;
+  if (!any_carried_) return furthest_m;
+  for (const Vec3& carried : carried_m_) furthest_m = std::max(furthest_m, norm(carried));
+  return furthest_m;
+}
+
+double FeltModes::motion_m(const Vec3& at_m, DataTime from, DataTime to) const noexcept {
+  double furthest_m = 0.0;
+  for (std::size_t m = 0; m < modes_.size(); ++m) {
+    if (!enabled(m)) continue;
+    furthest_m = std::max(furthest_m, distance(samples_->carried_m(parts_[m].main_field, at_m, from, to), at_m));
+  }
+  return furthest_m;
+}
+
+void FeltModes::attend(Watches& watches, const Vec3& start_m) noexcept {
+  for (std::size_t m = 0; m < modes_.size(); ++m) {
+    Fade& fade = fades_[m];
+    if (fade.leaving) watches.ignore(parts_[m].main_field);
+    if (fade.returns) watches.take_side(fade.level, fade.free_above);
+    fade.returns = false;
+  }
+  if (samples_->time() == samples_->came_from()) return;
+  std::int32_t last = -1;
+  for (const Watch& watch : watches_) {
+    if (watch.field == last) continue;
+    last = watch.field;
+    watches.carry(last, samples_->carried_m(last, start_m, samples_->came_from(), samples_->time()) - start_m);
+  }
+}
+
+// True where the mode begins to let go.
+bool FeltModes::fade(std::size_t m, bool known, double time_step_s, const PrimitiveSet& placed) noexcept {
+  Fade& fade = fades_[m];
+  const double change = time_step_s / fade_s;
+  if (fade.leaving) {
+    fade.share = std::max(0.0, fade.share - change);
+    if (fade.share == 0.0 && known) {
+      fade.leaving = false;
+      fade.returns = true;
+      modes_[m].mode.start(memories_.data() + parts_[m].memory);
+    }
+    return false;
+  }
+  if (known) {
+    fade.share = std::min(1.0, fade.share + change);
+    return false;
+  }
+  bool stands = false;
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    if (placed[i].id.mode != m || !placed.captured(i).any() || !(placed[i].strength_n > 0.0)) continue;
+    stands = true;
+    fade.level = {placed.captured(i).field, placed.captured(i).value};
+    const DataTime now = samples_->time(), before = samples_->came_from();
+    samples_->set_time(before);
+    samples_->move_to(placed[i].position_m);
+    fade.free_above = dot(placed[i].direction, samples_->scalar(fade.level.field).gradient) > 0.0;
+    samples_->set_time(now, before);
+  }
+  if (!stands) return false;  // what stands on no level cannot jump with it
+  fade.leaving = true;
+  fade.last.clear();
+  for (std::size_t i = 0; i < placed.size() && fade.last.size() < max_fading; ++i) {
+    Primitive p = placed[i];
+    if (p.id.mode != m || p.id.slot >= first_slot_of_the_tick) continue;
+    if (fade.share > 0.0) {  // as it is without the fade
+      p.strength_n /= fade.share;
+      p.drag_ns_per_m /= fade.share;
+    }
+    fade.last.push_back(p);
+  }
+  return true;
 }
 
 Here FeltModes::here_at(std::size_t m, const Moment& moment, const Vec3& start_m) noexcept {
@@ -140,30 +234,44 @@ Here FeltModes::here_at(std::size_t m, const Moment& moment, const Vec3& start_m
 
 void FeltModes::place(const Moment& moment, const Vec3& at_m, PrimitiveSet& out) noexcept {
   out.clear(moment.start_m);
-  samples_->move_to(at_m);
   for (std::size_t m = 0; m < modes_.size(); ++m) {
-    if (!enabled(m)) continue;
-    out.begin_mode(static_cast<std::uint16_t>(m));
-    modes_[m].mode.place(here_at(m, moment, moment.start_m), memories_.data() + parts_[m].memory, out);
+    if (enabled(m)) place_mode(m, moment, at_m, out);
   }
+  samples_->move_to(at_m);
+}
+
+void FeltModes::place_mode(std::size_t m, const Moment& moment, const Vec3& at_m, PrimitiveSet& out) noexcept {
+  const Vec3 start_m = moment.start_m + carried_m_[m];
+  const Fade& fade = fades_[m];
+  const std::size_t first = out.size();
+  out.begin_mode(static_cast<std::uint16_t>(m), start_m);
+  if (fade.leaving) {
+    for (Primitive p : fade.last) {
+      if (p.kind != PrimitiveKind::plane) p.position_m = start_m;  // what it placed at the proxy
+      out.add(p);
+    }
+  } else {
+    samples_->move_to(seen_by(m, at_m, moment.gone));
+    modes_[m].mode.place(here_at(m, moment, start_m), memories_.data() + parts_[m].memory, out);
+  }
+  for (std::size_t i = first; fade.share < 1.0 && i < out.size(); ++i) out.fade(i, fade.share);
 }
 
 void FeltModes::place_levels(const Moment& moment, const Vec3& at_m, PrimitiveSet& out) noexcept {
   levels_.clear(moment.start_m);
-  samples_->move_to(at_m);
   std::int32_t looked = -1;  // the mode that has looked last
   for (std::size_t i = 0; i < out.size(); ++i) {
     const PrimitiveId id = out[i].id;
     if (!out.captured(i).any()) continue;
     if (looked != id.mode) {
       looked = id.mode;
-      levels_.begin_mode(id.mode);
-      modes_[id.mode].mode.place(here_at(id.mode, moment, moment.start_m), memories_.data() + parts_[id.mode].memory, levels_);
+      place_mode(id.mode, moment, at_m, levels_);
     }
     for (std::size_t j = 0; j < levels_.size(); ++j) {
       if (levels_[j].id == id && levels_.captured(j).any()) out.replace(i, levels_[j], levels_.captured(j));
     }
   }
+  samples_->move_to(at_m);
 }
 
 bool FeltModes::silent_at(const Moment& moment, const Vec3& at_m, PrimitiveSet& scratch,

@@ -17,7 +17,8 @@ void HeldForces::clear() noexcept {
   any_ = false;
 }
 
-std::int32_t HeldForces::hold_back(PrimitiveSet& set, const Vec3& at_m, double stiffness_n_per_m) const noexcept {
+std::int32_t HeldForces::hold_back(PrimitiveSet& set, const Vec3& at_m, double stiffness_n_per_m,
+                                   double moved_n) const noexcept {
   if (!any_) return -1;
   const auto is_placed = [&](const Force& before) {
     for (const Primitive& p : set.primitives()) {
@@ -50,7 +51,7 @@ std::int32_t HeldForces::hold_back(PrimitiveSet& set, const Vec3& at_m, double s
       fastest = p.id.mode;
     }
   }
-  const double most_n = 0.5 * stiffness_n_per_m * distance(at_m, at_m_);
+  const double most_n = 0.5 * stiffness_n_per_m * distance(at_m, at_m_) + moved_n;
   if (norm(change_n) <= most_n + rounding * all_n) return -1;
 
   const double share = most_n / norm(change_n);

@@ -16,9 +16,10 @@ class HeldForces {
  public:
   explicit HeldForces(std::size_t capacity) { held_.reserve(capacity); }
   void clear() noexcept;
-  /// Limits the directed forces of the set, looked up at `at_m` [m], against those kept last. Returns the mode whose force
+  /// Limits the directed forces of the set, looked up at `at_m` [m], against those kept last; `moved_n` [N] of change are the
+  /// data's own, which have moved since. Returns the mode whose force
   /// changed fastest if they had to be held back; -1 otherwise.
-  std::int32_t hold_back(PrimitiveSet& set, const Vec3& at_m, double stiffness_n_per_m) const noexcept;
+  std::int32_t hold_back(PrimitiveSet& set, const Vec3& at_m, double stiffness_n_per_m, double moved_n = 0.0) const noexcept;
   /// Keeps the directed forces of the set, looked up at `at_m` [m].
   void keep(const PrimitiveSet& set, const Vec3& at_m) noexcept;
 

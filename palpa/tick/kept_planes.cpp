@@ -29,6 +29,13 @@ void KeptPlanes::begin_tick() noexcept {
   drop_if([](Plane& plane) { return ++plane.age_ticks > 1; });
 }
 
+void KeptPlanes::carry(const Samples& samples) noexcept {
+  for (std::size_t i = 0; i < size_; ++i) {
+    Plane& plane = planes_[i];
+    plane.position_m = samples.carried_m(plane.level.field, plane.position_m, samples.came_from(), samples.time());
+  }
+}
+
 void KeptPlanes::meet(const PrimitiveSet& set) noexcept {
   for (std::size_t i = 0; i < set.size(); ++i) {
     const Primitive& p = set[i];

@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "palpa/core/law.h"
+#include "palpa/mode/here.h"
 
 namespace palpa {
 
@@ -18,6 +19,8 @@ class KeptPlanes {
   void clear() noexcept { size_ = 0; }
   /// What neither was met nor held the proxy since the last tick began is forgotten.
   void begin_tick() noexcept;
+  /// Moves the planes with the data that they stand on, from the moment in which the samples came to theirs.
+  void carry(const Samples& samples) noexcept;
   /// Meets the planes that the modes have placed.
   void meet(const PrimitiveSet& set) noexcept;
   /// Puts the planes that are kept beside those of the set that stand on the same level of the same mode. They share one

@@ -14,24 +14,25 @@ constexpr std::size_t max_events = 16;
 constexpr int most_refined = 16;
 constexpr int max_friction_passes = 3;
 constexpr double unbounded = std::numeric_limits<double>::infinity();
-constexpr double trial_share = 1e-3;       // of a sample spacing: below, directions have not changed
-constexpr double still_share = 1e-6;       // of a sample spacing: no move at all
-constexpr double rest_share = 5e-4;        // of a sample spacing: a move that does not change by more is settled
-constexpr double halted_share = 0.02;      // of a sample spacing: a move shortened below this is rest
-constexpr double arrived_m = 1e-6;         // an event this close to the balance, or trial_share, is no stop
-constexpr int max_passes = 8;              // of looking where a move ends
-constexpr int max_attempts = 3;            // of taking what a move runs into into the balance
-constexpr int max_halvings = 6;            // of a move that would raise the spring's energy
-constexpr double hovering_share = 1e-2;    // of a sample spacing between the proxy and the level that a kept plane stands on
-constexpr double piercing_share = 0.05;    // of a sample spacing: how deep a straight move may lead into what holds it
-constexpr double bound_m = 2e-7;           // to which the place where a level gives way is located on the probe's path
-constexpr double rounding = 1e-9;          // of a length: a piece as long as the longest move is not longer
-constexpr double least_time_share = 1e-6;  // of a sub-step's time: a drag is never posed with none
+constexpr double trial_share = 1e-3;        // of a sample spacing: below, directions have not changed
+constexpr double still_share = 1e-6;        // of a sample spacing: no move at all
+constexpr double rest_share = 5e-4;         // of a sample spacing: a move that does not change by more is settled
+constexpr double halted_share = 0.02;       // of a sample spacing: a move shortened below this is rest
+constexpr double arrived_m = 1e-6;          // an event this close to the balance, or trial_share, is no stop
+constexpr int max_passes = 8;               // of looking where a move ends
+constexpr int max_attempts = 3;             // of taking what a move runs into into the balance
+constexpr int max_halvings = 6;             // of a move that would raise the spring's energy
+constexpr double hovering_share = 1e-2;     // of a sample spacing between the proxy and the level that a kept plane stands on
+constexpr double piercing_share = 0.05;     // of a sample spacing: how deep a straight move may lead into what holds it
+constexpr double bound_m = 2e-7;            // to which the place where a level gives way is located on the probe's path
+constexpr double rounding = 1e-9;           // of a length: a piece as long as the longest move is not longer
+constexpr double directed_n_per_s = 100.0;  // directed forces may change so fast because the data do
+constexpr double least_time_share = 1e-6;   // of a sub-step's time: a drag is never posed with none
 
-// The part of the proxy's motion that is more than the probe's: a release, no motion of the hand.
-Vec3 released(const Vec3& step_m, double probe_step_m) noexcept {
+// The part of the proxy's motion that is more than that of the probe and the data: a release, no motion of the hand.
+Vec3 released(const Vec3& step_m, double moved_m) noexcept {
   const double length = norm(step_m);
-  return length > probe_step_m ? (1.0 - probe_step_m / length) * step_m : Vec3{};
+  return length > moved_m ? (1.0 - moved_m / length) * step_m : Vec3{};
 }
 
 bool is_on(const Captured& level, const Captured& other) noexcept {
@@ -42,6 +43,7 @@ bool is_on(const Captured& level, const Captured& other) noexcept {
 
 ProxyPath::ProxyPath(const Scene& scene, const Similarity& map, std::unique_ptr<Law> law)
     : stiffness_n_per_m_(scene.coupling.stiffness_n_per_m),
+      time_(scene.time),
       law_(std::move(law)),
       in_steps_(law_->walk() == Law::Walk::steps),
       at_probe_(law_->placement() == Law::Placement::at_probe),
@@ -59,6 +61,8 @@ ProxyPath::ProxyPath(const Scene& scene, const Similarity& map, std::unique_ptr<
   std::iota(every_field.begin(), every_field.end(), 0);
   watches_.attend_edges(every_field);  // known from now on: later calls do not allocate
   watches_.attend_edges({});
+  playing_ = modes_.samples().any_timed() && time_.play != TimeOptions::Play::hold;
+  modes_.samples().set_time(time_.at(0.0));
   refine(1);
   reset();
 }
@@ -113,6 +117,8 @@ bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) no
   if (!c.started) {
     c.started = true;
     c.proxy = c.walked = probe_m;
+    c.view_s = c.followed_s = c.elapsed_s - time_step_s;
+    modes_.samples().set_time(time_.at(c.view_s));
     modes_.samples().move_to(c.proxy);
     watches_.look(modes_.samples());
   }
@@ -140,6 +146,7 @@ double ProxyPath::step_m(const Vec3& from_m, const Vec3& to_m) noexcept {
 
 bool ProxyPath::silent_at(const Vec3& at_m) noexcept {
   const bool silent = modes_.silent_at({at_m, at_m, 1.0, stiffness_n_per_m_}, at_m, primitives_, entered_);
+  note_own();
   if (!silent) entered_.clear();
   return silent;
 }
@@ -158,12 +165,43 @@ bool ProxyPath::next_piece(Piece& piece) noexcept {
   double longest = step_m(c.walked, next.position_m);
   if (refined_ > 1) longest = std::min(longest, path_m_ / refined_);
   piece = {c.walked, next.position_m, next.time_s, true};
-  if (length > longest && !(c.proxy == c.walked && silent_at(c.proxy))) {
-    const double share = (1.0 - rounding) * longest / length;
+  // Neither the probe nor the data may go further.
+  const double furthest =
+      playing_ ? std::max(length, modes_.motion_m(c.proxy, time_.at(c.followed_s), time_.at(time_at_end_of(piece)))) : length;
+  if (furthest > longest && !(c.proxy == c.walked && silent_at(c.proxy))) {
+    const double share = (1.0 - rounding) * longest / furthest;
     piece.to_m = c.walked + share * (next.position_m - c.walked);
     piece.time_s = share * next.time_s;
   }
   return true;
+}
+
+// Seconds since the session began when the probe was at the end of a piece: what waits behind it is still to come.
+double ProxyPath::time_at_end_of(const Piece& piece) const noexcept {
+  const Course& c = course_;
+  double to_come_s = 0.0;
+  for (std::size_t i = c.queued; i-- > 1;) to_come_s += c.queue[i].time_s;
+  return c.elapsed_s - (to_come_s + (c.queue[0].time_s - piece.time_s));
+}
+
+// Sees the data as they are at the end of a piece. Returns for how long they go on in it [s].
+double ProxyPath::see(const Piece& piece, const Vec3& start_m) noexcept {
+  Course& c = course_;
+  const double view_s = piece.fresh ? std::max(c.view_s, time_at_end_of(piece)) : c.view_s;
+  const double passed_s = view_s - c.view_s;
+  keep_own();
+  if (passed_s > 0.0) {
+    modes_.samples().set_time(time_.at(view_s), time_.at(c.view_s));
+    kept_.carry(modes_.samples());
+  }
+  modes_.go_on(start_m, time_.at(c.followed_s), time_.at(view_s), time_.at(c.elapsed_s), passed_s, primitives_,
+               [&](std::size_t m) {
+                 emit({SessionEventKind::warning, static_cast<std::int32_t>(m), 0.0,
+                       "a level jumps between two frames instead of moving: its strength fades out and in"});
+               });
+  c.view_s = view_s;
+  moved_n_ = 0.5 * stiffness_n_per_m_ * modes_.furthest_carried_m() + directed_n_per_s * passed_s;
+  return view_s - c.followed_s;
 }
 
 // One balance along the path: place, balance, move towards it or to the first event, settle.
@@ -173,6 +211,7 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
   const bool settling = c.settling;
   Moment moment{start, piece.to_m, piece.time_s, stiffness_n_per_m_};
   spacing_m_ = std::min(modes_.finest_m(start, piece.to_m), 1.0);  // without data any length will do
+  const double follows_s = playing_ ? see(piece, start) : 0.0;
   double longest = step_m(start, piece.to_m);
   const auto move_to = [&](const Balance& to) { return distance(to.position_m, start); };
   const auto share_of_move = [&](const Balance& to) {
@@ -184,6 +223,7 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
   const bool free = distance(piece.to_m, start) > longest && silent_at(start);
   if (free) longest = unbounded;
 
+  moment.gone = at_probe_ ? 1.0 : 0.0;
   Balance to = look(moment, at_probe_ ? piece.to_m : start, at_probe_ ? piece.to_m : start);
   double move_fraction = share_of_move(to);
 
@@ -233,7 +273,7 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
     if (free) watches_.attend_edges(entered_);
     const Watches::Met met = watches_.first_crossing(modes_.samples(), start, end, crossings_);
     if (free) watches_.attend_edges({});
-    const double left_m = (1.0 - met.share) * distance(end, start);
+    const double left_m = (1.0 - met.share) * (distance(end, start) + modes_.furthest_carried_m());
     // Where the balance is all but reached, what sets in is placed in the next sub-step anyway; to stop
     // would only divide the rest of the time without end.
     if (met.stopped && left_m > std::min(arrived_m, trial_share * spacing_m_)) {
@@ -244,10 +284,11 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
   // Whether a finished move would be followed by another is only asked; the answer no is not worth a sub-step.
   if (settling && stop == Stop::full && move_to(to) <= rest_share * spacing_m_) {
     c.unfinished = c.settling = false;
+    modes_.arrive();
     return;
   }
   c.proxy = move_fraction == 1.0 ? to.position_m : start + move_fraction * (to.position_m - start);
-  released_m_ += released(c.proxy - start, distance(piece.to_m, piece.from_m));
+  released_m_ += released(c.proxy - start, distance(piece.to_m, piece.from_m) + move_fraction * modes_.furthest_carried_m());
 
   // The probe's path is walked up to the piece's end; its rest stays in the queue.
   if (piece.fresh) {
@@ -268,6 +309,7 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
   const bool lets_go = anything_yields() && went_m > rest_share * spacing_m_;
   c.settling = stays && in_steps_ && c.queued == 0 && !primitives_.empty() && (!settled || lets_go);
   c.unfinished = c.settling || (stop == Stop::energy ? went_m > halted_share * spacing_m_ : !stays);
+  c.followed_s = c.unfinished ? c.view_s - (1.0 - move_fraction) * follows_s : c.view_s;
   c.left_s = std::max(least_time_share * c.whole_s, (1.0 - move_fraction) * piece.time_s);
 
   SubStep step;
@@ -283,29 +325,33 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
   tell_contact(to, distance(to.position_m, piece.to_m));
   moment.probe_m = piece.to_m;
   moment.time_step_s = piece.time_s;
+  moment.gone = move_fraction;
   modes_.settle(moment, c.proxy, primitives_, crossings_, [&](std::size_t i) { return state_of_level(i, to); });
   watches_.look(modes_.samples());
   kept_.meet(primitives_);
   kept_.end_step(primitives_, to, c.proxy, spacing_m_);
+  modes_.arrive();
 }
 
 // What the data say at a place, balanced; of levels, what they say at the end of the move.
 Balance ProxyPath::look(const Moment& moment, const Vec3& at_m, const Vec3& end_m) noexcept {
   modes_.place(moment, at_m, primitives_);
-  if (end_m != at_m) modes_.place_levels(moment, end_m, primitives_);
+  if (end_m != at_m) {
+    Moment end = moment;
+    end.gone = std::min(1.0, 2.0 * moment.gone);
+    modes_.place_levels(end, end_m, primitives_);
+  }
   placed_at_m_ = at_m;
   levels_at_m_ = end_m;
   if (in_steps_) {
-    const std::int32_t fastest = held_.hold_back(primitives_, at_m, stiffness_n_per_m_);
+    const std::int32_t fastest = held_.hold_back(primitives_, at_m, stiffness_n_per_m_, moved_n_);
     if (fastest >= 0 && !told_[static_cast<std::size_t>(fastest)].held_back) {
       told_[static_cast<std::size_t>(fastest)].held_back = true;
       emit({SessionEventKind::warning, fastest, 0.0,
             "a directed force changes faster than half the coupling's stiffness and is held back"});
     }
   }
-  own_ = primitives_.size();
-  own_n_.clear();
-  for (const Primitive& p : primitives_.primitives()) own_n_.push_back(p.strength_n);
+  note_own();
   return balance(moment.probe_m, moment.time_step_s);
 }
 
@@ -323,6 +369,13 @@ Balance ProxyPath::balance(const Vec3& probe_m, double time_s) noexcept {
     if (hovering) kept_.clear();
   }
   return found;
+}
+
+// What is in the set is the modes' own.
+void ProxyPath::note_own() noexcept {
+  own_ = primitives_.size();
+  own_n_.clear();
+  for (const Primitive& p : primitives_.primitives()) own_n_.push_back(p.strength_n);
 }
 
 // Drops the kept planes, so that the modes' own have their own strengths.
@@ -471,10 +524,13 @@ double ProxyPath::approach(const Moment& moment, double longest, Balance& to) no
   Vec3 end = end_of(to);
   for (int pass = 0; pass < max_passes && distance(end, start) > trial_share * spacing_m_; ++pass) {
     kept_.meet(primitives_);
-    to = look(moment, 0.5 * (start + end), end);
-    for (int i = 0; i < max_halvings && is_other_sheet(start); ++i) {
+    for (int halving = 0;; ++halving) {
+      const double whole_m = distance(to.position_m, start);
+      Moment middle = moment;
+      middle.gone = whole_m > 0.0 ? 0.5 * std::min(1.0, distance(end, start) / whole_m) : 0.5;
+      to = look(middle, 0.5 * (start + end), end);
+      if (halving == max_halvings || !is_other_sheet(start)) break;
       end = 0.5 * (start + end);
-      to = look(moment, 0.5 * (start + end), end);
     }
     const Vec3 before = end;
     end = end_of(to);
@@ -501,6 +557,7 @@ bool ProxyPath::is_other_sheet(const Vec3& start_m) const noexcept {
 void ProxyPath::attend_levels(const Balance& to) noexcept {
   using Attention = Watches::Attention;
   watches_.attend_all();
+  if (playing_) modes_.attend(watches_, course_.proxy);
   for (std::size_t i = 0; i < own_; ++i) {
     const Captured& level = primitives_.captured(i);
     if (!level.any() || !(own_n_[i] > 0.0)) continue;
@@ -524,6 +581,7 @@ double ProxyPath::descending_share(const Balance& to, const Vec3& start, const V
     if (p.kind == PrimitiveKind::directed) directed_n += p.strength_n * p.direction;
     any = any || (primitives_.captured(i).any() && p.strength_n > 0.0);
   }
+  for (std::size_t m = 0; m < modes_.size(); ++m) any = any && !modes_.fades(m);  // that level is where the proxy is not yet
   const Vec3 move = to.position_m - start;
   if (!any || share * norm(move) <= still_share * spacing_m_) return share;
   const auto put_back = [&](const Vec3& x) {
@@ -542,11 +600,19 @@ double ProxyPath::descending_share(const Balance& to, const Vec3& start, const V
   const Vec3 before = put_back(start);
   // A proxy that is off its level has to come back, whatever that costs.
   if (distance(before, start) > piercing_share * spacing_m_) return share;
+  const auto descends = [&](const Vec3& from, const Vec3& after, double allowed) {
+    // As a product: the difference of two squares would lose its digits.
+    const Vec3 pull_n = stiffness_n_per_m_ * (0.5 * (from + after) - probe_m) - directed_n;
+    return dot(after - from, pull_n) <= allowed * spacing_m_ * norm(pull_n);
+  };
   for (int halving = 0; halving < max_halvings; ++halving, share *= 0.5) {
     const Vec3 after = put_back(start + share * move);
-    // As a product: the difference of two squares would lose its digits.
-    const Vec3 pull_n = stiffness_n_per_m_ * (0.5 * (before + after) - probe_m) - directed_n;
-    if (dot(after - before, pull_n) <= 0.0) return share;
+    if (descends(before, after, 0.0)) return share;
+    // Data may carry the proxy against the spring, as far as they go themselves.
+    for (std::size_t m = 0; modes_.any_carried() && m < modes_.size(); ++m) {
+      const Vec3& carried_m = modes_.carried_m(m);
+      if (carried_m != Vec3{} && descends(put_back(start + share * carried_m), after, trial_share)) return share;
+    }
   }
   return 0.0;
 }
@@ -585,7 +651,7 @@ void ProxyPath::tell_contact(const Balance& at, double depth_m) noexcept {
       const PrimitiveState state = state_of_level(i, at);
       if (state == PrimitiveState::off) continue;
       standing = primitives_.captured(i);
-      through = state == PrimitiveState::slip || told.at_bound;
+      through = (state == PrimitiveState::slip || told.at_bound) && !modes_.fades(m);
     }
     told.at_bound = false;
     through = through || (told.through && is_on(standing, told.standing));
@@ -618,7 +684,7 @@ void ProxyPath::record(SubStep step, Ledger& ledger) noexcept {
     placed_.push_back({p, primitives_.captured(i), forces[i], state_at(p, step.balance)});
     if (p.kind == PrimitiveKind::directed) step.directed_n += forces[i];
     if (placed_.back().state == PrimitiveState::stick) held_n += p.strength_n + norm(forces[i]);
-    ledger.book(p.id.mode, forces[i], step.proxy_m - step.start_m, {});
+    ledger.book(p.id.mode, forces[i], step.proxy_m - step.start_m, step.move_fraction * modes_.carried_m(p.id.mode));
   }
   const auto energy_j = [&](const Vec3& x) {
     return 0.5 * k * norm_squared(x - step.probe_m) - dot(step.directed_n, x - step.start_m);

@@ -28,7 +28,9 @@ namespace palpa {
 ///   where a level gives way;
 /// - planes of a concave place are kept in one balance (KeptPlanes);
 /// - a move after which the spring, put back on the level that holds it, has more energy is halved;
-/// - at the end the proxy is settled: one more sub-step would not move it.
+/// - at the end the proxy is settled: one more sub-step would not move it;
+/// - of data that change with time a sub-step sees the moment of its end, and each mode's primitives start where its data
+///   have carried the proxy; where a level jumps instead, the mode lets go of it in 50 ms and takes hold again.
 ///
 /// The cap on sub-steps bounds a tick; what is left of the probe's path waits in a queue.
 /// Construction allocates and throws SceneError; walking does neither. One thread.
@@ -44,6 +46,8 @@ class ProxyPath {
   void refine(int times);
   void continue_from(const ProxyPath& other) noexcept;
 
+  /// The data's time goes on by so much [s], whether the proxy is walked or not.
+  void pass(double time_step_s) noexcept { course_.elapsed_s += time_step_s; }
   /// Goes on to the next probe position [m], `time_step_s` later. False where the cap was reached.
   bool walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) noexcept;
 
@@ -75,9 +79,12 @@ class ProxyPath {
     std::size_t queued = 0;
     // A sub-step that was stopped on its way is taken up again at the same probe.
     bool unfinished = false;
-    bool settling = false;  // it has ended; whether the proxy rests there is being asked
-    double left_s = 0.0;    // of its time
-    double whole_s = 0.0;   // its time before it was stopped
+    bool settling = false;    // it has ended; whether the proxy rests there is being asked
+    double left_s = 0.0;      // of its time
+    double whole_s = 0.0;     // its time before it was stopped
+    double elapsed_s = 0.0;   // since the session began
+    double view_s = 0.0;      // the data are seen as they were then …
+    double followed_s = 0.0;  // … and have carried the proxy up to then
   };
   // What the path says of a mode, and to whom it has said it.
   struct Told {
@@ -96,11 +103,14 @@ class ProxyPath {
   };
 
   bool next_piece(Piece& piece) noexcept;
+  double time_at_end_of(const Piece& piece) const noexcept;
+  double see(const Piece& piece, const Vec3& start_m) noexcept;
   void sub_step(Piece piece, Ledger& ledger) noexcept;
   bool is_other_sheet(const Vec3& start_m) const noexcept;
   Balance look(const Moment& moment, const Vec3& at_m, const Vec3& end_m) noexcept;
   Balance balance(const Vec3& probe_m, double time_s) noexcept;
   Balance solve(const Vec3& probe_m, double time_s) noexcept;
+  void note_own() noexcept;
   void keep_own() noexcept;
   bool yields(const Balance& found) noexcept;
   bool hovers(const Balance& found) noexcept;
@@ -118,6 +128,8 @@ class ProxyPath {
   void emit(SessionEvent event) noexcept;
 
   double stiffness_n_per_m_;
+  TimeOptions time_;
+  bool playing_ = false;  // the data's time goes on
   std::unique_ptr<Law> law_;
   bool in_steps_;
   bool at_probe_;
@@ -134,6 +146,7 @@ class ProxyPath {
   Course course_;
   int refined_ = 1;
   double path_m_ = 0.0;     // length of the probe's path in this tick
+  double moved_n_ = 0.0;    // by which directed forces may change in this sub-step because the data do
   double spacing_m_ = 0.0;  // finest, of the data near this sub-step
   Vec3 placed_at_m_;        // where directions were looked up, and levels
   Vec3 levels_at_m_;

@@ -119,6 +119,7 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
   result.proxy_m = path.proxy_m();
 
   const bool time_usable = std::isfinite(dt) && dt > 0.0 && dt <= largest_time_step_s;
+  if (time_usable) path.pass(dt);
   const bool velocity_usable = !probe.velocity_m_per_s || is_finite(*probe.velocity_m_per_s);
   if (!probe.valid) {
     reset();

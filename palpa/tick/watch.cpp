@@ -16,14 +16,6 @@ constexpr double rounding = 1e-14;   // of a sample spacing: the first step beyo
 constexpr int most_bisections = 60;
 }  // namespace
 
-struct Watches::Way {
-  Vec3 start_m, end_m;
-  double length_m = 0.0;
-  double rounding_share = 0.0;  // what positions are rounded by
-
-  Vec3 at(double share) const noexcept { return share < 1.0 ? start_m + share * (end_m - start_m) : end_m; }
-};
-
 Watches::Watches(std::span<const Watch> watches) {
   for (const Watch& watch : watches) {
     if (std::find(watches_.begin(), watches_.end(), watch) == watches_.end()) watches_.push_back(watch);
@@ -67,7 +59,28 @@ void Watches::look(Samples& samples) noexcept {
   }
 }
 
-void Watches::attend_all() noexcept { std::fill(attention_.begin(), attention_.end(), Attention::stop); }
+void Watches::attend_all() noexcept {
+  std::fill(attention_.begin(), attention_.end(), Attention::stop);
+  for (FieldOnWay& known : fields_) known.carried_m = {};
+}
+
+void Watches::carry(std::int32_t field, const Vec3& carried_m) noexcept {
+  for (FieldOnWay& known : fields_) {
+    if (known.field == field) known.carried_m = carried_m;
+  }
+}
+
+void Watches::take_side(const Watch& watch, bool above) noexcept {
+  for (std::size_t i = 0; i < watches_.size(); ++i) {
+    if (watches_[i] == watch) sides_[i] = above ? Side::above : Side::below;
+  }
+}
+
+void Watches::ignore(std::int32_t field) noexcept {
+  for (std::size_t i = 0; i < watches_.size(); ++i) {
+    if (watches_[i].field == field) attention_[i] = Attention::held;
+  }
+}
 
 void Watches::attend(const Watch& watch, Attention attention) noexcept {
   for (std::size_t i = 0; i < watches_.size(); ++i) {
@@ -83,7 +96,7 @@ void Watches::change(std::size_t watch, std::vector<Crossing>& crossings) noexce
 }
 
 // The next piece. Between the watched values on either side of the present one nothing happens.
-void Watches::advance(FieldOnWay& at, Samples& samples, const Way& way) const noexcept {
+void Watches::advance(FieldOnWay& at, Samples& samples) const noexcept {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   Extent quiet{-infinity, infinity};
   bool all_known = at.has_data;
@@ -94,14 +107,14 @@ void Watches::advance(FieldOnWay& at, Samples& samples, const Way& way) const no
     all_known = all_known && sides_[i] != Side::none;
   }
   if (!all_known && at.first < at.last) quiet = {infinity, -infinity};
-  at.piece = samples.stretch(at.field, way.start_m, way.end_m, at.begin, quiet);
+  at.piece = samples.stretch(at.field, at.way.start_m, at.way.end_m, at.begin, quiet);
   // Whatever a field answers, the search goes on.
   if (!(at.piece.end > at.begin)) at.piece.end = std::nextafter(at.begin, 2.0);
   at.piece.end = std::min(1.0, at.piece.end);
 }
 
 // Arrives on the piece: data may begin or end with it, and watched values may be passed on it.
-void Watches::enter(FieldOnWay& at, Samples& samples, const Way& way) noexcept {
+void Watches::enter(FieldOnWay& at, Samples& samples) noexcept {
   at.event = never;
   at.at_edge = false;
   const bool short_gap = at.piece.end - at.begin <= at.hair && at.piece.end < 1.0;
@@ -111,13 +124,13 @@ void Watches::enter(FieldOnWay& at, Samples& samples, const Way& way) noexcept {
 
   if (!at.piece.inside) {
     if (short_gap) return;
-    if (at.has_data) stop_at_edge(at, samples, way);
+    if (at.has_data) stop_at_edge(at, samples);
     at.has_data = false;
     for (std::size_t i = at.first; i < at.last; ++i) sides_[i] = Side::none;
     return;
   }
   if (!at.has_data && !short_gap) {
-    stop_at_edge(at, samples, way);
+    stop_at_edge(at, samples);
     at.has_data = true;
   }
   if (at.piece.degree < 0) return;
@@ -126,20 +139,20 @@ void Watches::enter(FieldOnWay& at, Samples& samples, const Way& way) noexcept {
     if (sides_[i] == Side::none) {
       sides_[i] = above ? Side::above : Side::below;
     } else if (first && above != (sides_[i] == Side::above) && attention_[i] != Attention::held) {
-      samples.move_to(way.at(std::min(1.0, back_share / hair_share * at.hair)));
+      samples.move_to(at.way.at(std::min(1.0, back_share / hair_share * at.hair)));
       displaced_[i] = side_at(samples, watches_[i]) == sides_[i];
     }
   }
-  if (!at.at_edge) search(at, 0.0, false, samples, way);
+  if (!at.at_edge) search(at, 0.0, false, samples);
 }
 
 // Just beyond the edge, as samples see it.
-void Watches::stop_at_edge(FieldOnWay& at, Samples& samples, const Way& way) const noexcept {
+void Watches::stop_at_edge(FieldOnWay& at, Samples& samples) const noexcept {
   if (!at.stops_at_edges) return;
   at.at_edge = true;
   at.event = at.begin;
-  for (double step = std::max(rounding / hair_share * at.hair, way.rounding_share); step <= at.hair; step *= 8.0) {
-    samples.move_to(way.at(at.event));
+  for (double step = std::max(rounding / hair_share * at.hair, at.way.rounding_share); step <= at.hair; step *= 8.0) {
+    samples.move_to(at.way.at(at.event));
     if ((samples.scalar(at.field).inside || samples.vector(at.field).inside) == at.piece.inside) return;
     at.event = std::min(1.0, at.begin + step);
   }
@@ -160,7 +173,7 @@ double Watches::passage(const FieldOnWay& at, std::size_t watch, double from) no
 
 // Finds the first change of sides on the piece, from the share `from` of it on. `again`: what is passed right there was dealt
 // with.
-void Watches::search(FieldOnWay& at, double from, bool again, Samples& samples, const Way& way) noexcept {
+void Watches::search(FieldOnWay& at, double from, bool again, Samples& samples) noexcept {
   at.event = never;
   if (!at.piece.inside || at.piece.degree < 0) return;
   const auto [least, greatest] = std::minmax_element(at.piece.control, at.piece.control + at.piece.degree + 1);
@@ -180,7 +193,7 @@ void Watches::search(FieldOnWay& at, double from, bool again, Samples& samples, 
       if (root > 1.0) break;
       const double share = at.begin + root * step;
       if (share >= at.event) break;
-      const double found = located(at, i, share, samples, way);
+      const double found = located(at, i, share, samples);
       if (found <= 1.0) {
         if (found < at.event) at.event = found, at.watch = i;
         break;
@@ -194,23 +207,22 @@ void Watches::search(FieldOnWay& at, double from, bool again, Samples& samples, 
 
 // The share just beyond a change at the root `share`, as samples see it; `never` where they see none. The polynomial is the
 // interpolant to within rounding, or, of a formula, close to it.
-double Watches::located(const FieldOnWay& at, std::size_t watch, double share, Samples& samples,
-                        const Way& way) const noexcept {
+double Watches::located(const FieldOnWay& at, std::size_t watch, double share, Samples& samples) const noexcept {
   const auto beyond = [&](double where) {
-    samples.move_to(way.at(where));
+    samples.move_to(at.way.at(where));
     const Side side = side_at(samples, watches_[watch]);
     return side != Side::none && side != sides_[watch];
   };
   double near = share, far = never;
   double step = 0.0;
-  for (double next = std::max(rounding / hair_share * at.hair, way.rounding_share); far > 1.0; next *= 8.0) {
+  for (double next = std::max(rounding / hair_share * at.hair, at.way.rounding_share); far > 1.0; next *= 8.0) {
     const double where = std::min(1.0, share + step);
     if (beyond(where)) {
       far = where;
     } else {
       near = where;
       if (where >= 1.0 || step >= at.hair) break;
-      step = std::min(next, std::max(at.hair, way.rounding_share));
+      step = std::min(next, std::max(at.hair, at.way.rounding_share));
     }
   }
   if (far > 1.0) {
@@ -233,30 +245,33 @@ double Watches::located(const FieldOnWay& at, std::size_t watch, double share, S
 }
 
 // What else has changed at the stop: levels so close to one another that they are passed in one step.
-void Watches::change_others(const FieldOnWay& at, Samples& samples, const Way& way, std::vector<Crossing>& crossings) noexcept {
-  samples.move_to(way.at(at.event));
-  for (std::size_t i = 0; i < watches_.size(); ++i) {
-    if (i == at.watch || attention_[i] == Attention::held || sides_[i] == Side::none || displaced_[i] != 0) continue;
-    const Side side = side_at(samples, watches_[i]);
-    if (side != Side::none && side != sides_[i]) change(i, crossings);
+void Watches::change_others(const FieldOnWay& at, Samples& samples, std::vector<Crossing>& crossings) noexcept {
+  for (const FieldOnWay& field : fields_) {
+    samples.move_to(field.way.at(at.event));
+    for (std::size_t i = field.first; i < field.last; ++i) {
+      if (i == at.watch || attention_[i] == Attention::held || sides_[i] == Side::none || displaced_[i] != 0) continue;
+      const Side side = side_at(samples, watches_[i]);
+      if (side != Side::none && side != sides_[i]) change(i, crossings);
+    }
   }
+  samples.move_to(at.way.at(at.event));
 }
 
 Watches::Met Watches::first_crossing(Samples& samples, const Vec3& start_m, const Vec3& end_m,
                                      std::vector<Crossing>& crossings) noexcept {
-  Way way{start_m, end_m, distance(start_m, end_m), 0.0};
-  if (fields_.empty() || !(way.length_m > 0.0) || !std::isfinite(way.length_m)) return {};
-  const double furthest_m = std::max(largest_component(start_m), largest_component(end_m));
-  way.rounding_share = std::numeric_limits<double>::epsilon() * std::max(1.0, furthest_m / way.length_m);
+  if (fields_.empty()) return {};
   std::fill(displaced_.begin(), displaced_.end(), std::uint8_t{0});
 
   int left = most_stretches;
   const auto go_on = [&](FieldOnWay& at) {
     --left;
-    advance(at, samples, way);
-    enter(at, samples, way);
+    advance(at, samples);
+    enter(at, samples);
   };
   for (FieldOnWay& at : fields_) {
+    Way& way = at.way;
+    way = {start_m + at.carried_m, end_m, 0.0, 0.0};
+    way.length_m = distance(way.start_m, end_m);
     if (at.first == at.last && !at.stops_at_edges) {
       at.event = never;
       at.piece.end = 1.0;
@@ -264,8 +279,13 @@ Watches::Met Watches::first_crossing(Samples& samples, const Vec3& start_m, cons
     }
     at.begin = 0.0;
     at.begins = true;
-    at.hair = hair_share * samples.spacing_m(at.field) / way.length_m;
     at.has_data = true;  // as long as nothing else is known
+    at.event = never;
+    at.piece = {};  // as long as the way, where that is none
+    if (!(way.length_m > 0.0) || !std::isfinite(way.length_m)) continue;
+    const double furthest_m = std::max(largest_component(way.start_m), largest_component(end_m));
+    way.rounding_share = std::numeric_limits<double>::epsilon() * std::max(1.0, furthest_m / way.length_m);
+    at.hair = hair_share * samples.spacing_m(at.field) / way.length_m;
     go_on(at);
   }
 
@@ -279,10 +299,10 @@ Watches::Met Watches::first_crossing(Samples& samples, const Vec3& start_m, cons
       const bool stops = attention_[at.watch] != passes;
       change(at.watch, crossings);
       if (stops) {
-        change_others(at, samples, way, crossings);
+        change_others(at, samples, crossings);
         return {at.event, true, false, false};
       }
-      search(at, std::min(1.0, (at.event - at.begin) / (at.piece.end - at.begin)), true, samples, way);
+      search(at, std::min(1.0, (at.event - at.begin) / (at.piece.end - at.begin)), true, samples);
       continue;
     }
     if (at.piece.end >= 1.0) return {};

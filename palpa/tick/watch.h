@@ -41,8 +41,16 @@ class Watches {
                  ///< to stop for; any other stops
     leave_down,  ///< the same towards lower values
   };
+  /// No plane stands on any level, and no data have moved.
   void attend_all() noexcept;
   void attend(const Watch& watch, Attention attention) noexcept;
+  /// In the next search, seen from the data of this field, the proxy sets out `carried_m` [m] from the start: so far have
+  /// they carried what was under it.
+  void carry(std::int32_t field, const Vec3& carried_m) noexcept;
+  /// The proxy counts as above, or below, a watched value from here on, wherever it is: being on the other side is a crossing.
+  void take_side(const Watch& watch, bool above) noexcept;
+  /// In the next search nothing is crossed in this field.
+  void ignore(std::int32_t field) noexcept;
   /// From now on the path also stops where these fields' data begin or end; scalar and vector fields, whether watched or
   /// not. None at first. Allocates for fields that were never named before.
   void attend_edges(std::span<const std::int32_t> fields);
@@ -69,11 +77,21 @@ class Watches {
  private:
   enum class Side : std::uint8_t { none, below, above };
 
+  struct Way {
+    Vec3 start_m, end_m;
+    double length_m = 0.0;
+    double rounding_share = 0.0;  ///< [1] what positions are rounded by
+
+    Vec3 at(double share) const noexcept { return share < 1.0 ? start_m + share * (end_m - start_m) : end_m; }
+  };
+
   /// One field along the way: the piece that the search has come to, and the first change of sides on it.
   struct FieldOnWay {
     std::int32_t field = -1;
     std::size_t first = 0, last = 0;  ///< its watches: [first, last)
     bool stops_at_edges = false;
+    Vec3 carried_m;         ///< by its data
+    Way way;                ///< as they see it
     bool has_data = false;  ///< at the end of the piece before
     bool begins = true;     ///< no piece before
     double begin = 0.0;     ///< [1] of the piece
@@ -83,17 +101,15 @@ class Watches {
     bool at_edge = false;   ///< what happens there is that data begin or end
     double hair = 0.0;      ///< [1] of the way: a billionth of the spacing
   };
-  struct Way;
-
   Side side_at(Samples& samples, const Watch& watch) const noexcept;
   FieldOnWay& on_way(std::int32_t field);
-  void advance(FieldOnWay& at, Samples& samples, const Way& way) const noexcept;
-  void enter(FieldOnWay& at, Samples& samples, const Way& way) noexcept;
-  void stop_at_edge(FieldOnWay& at, Samples& samples, const Way& way) const noexcept;
-  void search(FieldOnWay& at, double from, bool again, Samples& samples, const Way& way) noexcept;
-  double located(const FieldOnWay& at, std::size_t watch, double share, Samples& samples, const Way& way) const noexcept;
+  void advance(FieldOnWay& at, Samples& samples) const noexcept;
+  void enter(FieldOnWay& at, Samples& samples) noexcept;
+  void stop_at_edge(FieldOnWay& at, Samples& samples) const noexcept;
+  void search(FieldOnWay& at, double from, bool again, Samples& samples) noexcept;
+  double located(const FieldOnWay& at, std::size_t watch, double share, Samples& samples) const noexcept;
   double passage(const FieldOnWay& at, std::size_t watch, double from) noexcept;
-  void change_others(const FieldOnWay& at, Samples& samples, const Way& way, std::vector<Crossing>& crossings) noexcept;
+  void change_others(const FieldOnWay& at, Samples& samples, std::vector<Crossing>& crossings) noexcept;
   void change(std::size_t watch, std::vector<Crossing>& crossings) noexcept;
 
   std::vector<Watch> watches_;  ///< by field

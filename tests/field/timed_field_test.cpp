@@ -169,7 +169,7 @@ TEST(TimedField, along_a_straight_way_it_is_pieces_that_hold_its_values) {
           if (piece.degree < 0) {
             ASSERT_TRUE(sample.value > quiet.min && sample.value < quiet.max);
           } else {
-            ASSERT_NEAR(value_of(piece, share), sample.value, 5e-2) << n << ": " << s;
+            ASSERT_NEAR(value_of(piece, share), sample.value, 1e-9) << n << ": " << s;
           }
         }
         begin = piece.end;

@@ -187,7 +187,8 @@ TEST(TimeInScenes, VolumesMoveFromPoseToPose) {
 
 TEST(TimeInScenes, VolumesFromCodeMoveToo) {
   Scene scene;
-  const FieldRef ball = scene.add_moving("ball", sphere_field(), PoseTrack{{0.0, {}}, {1.0, {Mat3::identity(), 1.0, {0.1, 0, 0}}}});
+  const FieldRef ball =
+      scene.add_moving("ball", sphere_field(), PoseTrack{{0.0, {}}, {1.0, {Mat3::identity(), 1.0, {0.1, 0, 0}}}});
   scene.time = {TimeOptions::Play::loop};
   ASSERT_NE(timed(*scene.field(ball).field), nullptr);
   EXPECT_THAT(scene.check(), ElementsAre(HasSubstr("jumps where its loop begins again")));
