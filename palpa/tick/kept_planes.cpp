@@ -71,7 +71,8 @@ void KeptPlanes::add_to(PrimitiveSet& set, double slack_m) const noexcept {
       const Vec3 apart_m = set[i].position_m - kept.position_m;
       const bool in_front = dot(kept.normal, apart_m) >= -behind_m;
       const bool behind = dot(newest.direction, apart_m) > behind_m;
-      if (relaxed ? !in_front && behind : !in_front || behind) continue;
+      const bool opposed = dot(kept.normal, newest.direction) < 0.0;
+      if (relaxed ? !in_front && behind && !opposed : !in_front || behind) continue;
       set.begin_mode(newest.id.mode);
       set.plane(static_cast<std::uint16_t>(FeltModes::first_slot_of_the_tick + added), put_back(kept.position_m, kept.normal),
                 kept.normal, std::min(wedge * newest.strength_n, largest_strength_n), level);

@@ -28,7 +28,8 @@ class KeptPlanes {
   /// the caller checks; each by itself, also that one, may exert a hundred times as much, as the sides of a wedge do.
   /// Two planes, each in front of the other's foot, are a hollow. Noise, or a proxy that is below the bottom, may tilt
   /// or push them: with a `slack_m` above 0 [m] those are a hollow too of which one is in front, or both are behind by
-  /// no more than that; they are put back half as far as the start of the sub-step, which both should leave free.
+  /// no more than that, or which face each other; the caller checks that their balance is on the level. They are
+  /// put back half as far as the start of the sub-step, which both should leave free.
   void add_to(PrimitiveSet& set, double slack_m) const noexcept;
   static constexpr double wedge = 100.0;  ///< [1]
   /// Ends a sub-step with the proxy at `proxy_m` [m]: planes of levels on which no mode stands any more, those more than

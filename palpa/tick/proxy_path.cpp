@@ -24,7 +24,7 @@ constexpr int max_attempts = 3;             // of taking what a move runs into i
 constexpr int max_halvings = 6;             // of a move that would raise the spring's energy
 constexpr double hovering_share = 1e-2;     // of a sample spacing between the proxy and the level that a kept plane stands on
 constexpr double piercing_share = 0.05;     // of a sample spacing: how deep a straight move may lead into what holds it
-constexpr double bound_m = 2e-7;            // to which the place where a level gives way is located on the probe's path
+constexpr double bound_m = 1e-9;            // to which the place where a level gives way is located on the probe's path
 constexpr double rounding = 1e-9;           // of a length: a piece as long as the longest move is not longer
 constexpr double directed_n_per_s = 100.0;  // directed forces may change so fast because the data do
 constexpr double least_time_share = 1e-6;   // of a sub-step's time: a drag is never posed with none
@@ -362,11 +362,11 @@ Balance ProxyPath::balance(const Vec3& probe_m, double time_s) noexcept {
   if (in_steps_) kept_.add_to(primitives_, relaxed_ ? piercing_share * spacing_m_ : 0.0);
   Balance found = solve(probe_m, time_s);
   const bool shared = primitives_.size() > own_;
-  const bool hovering = shared && hovers(found);
-  if ((yields(found) && shared) || hovering) {
+  const bool wrong = shared && is_off_level(found);
+  if ((yields(found) && shared) || wrong) {
     keep_own();
     found = solve(probe_m, time_s);
-    if (hovering) kept_.clear();
+    if (wrong && !relaxed_) kept_.clear();
   }
   return found;
 }
@@ -405,17 +405,24 @@ bool ProxyPath::yields(const Balance& found) noexcept {
   return any;
 }
 
-// A kept plane that holds the proxy off the level itself bounds no concave place.
-bool ProxyPath::hovers(const Balance& found) noexcept {
+// Kept planes that hold the proxy off the level itself bound no hollow; nor do the two sides of a thin wall, which hold it
+// inside.
+bool ProxyPath::is_off_level(const Balance& found) noexcept {
+  Samples& samples = modes_.samples();
   for (std::size_t i = 0; i < own_; ++i) {
     const Captured& level = primitives_.captured(i);
-    if (!level.any() || state_at(primitives_[i], found) != PrimitiveState::off) continue;
-    if (state_of_level(i, found) == PrimitiveState::off) continue;
-    modes_.samples().move_to(found.position_m);
-    const ScalarSample& sample = modes_.samples().scalar(level.field);
-    const double off_m =
-        dot(primitives_[i].direction, sample.gradient) < 0.0 ? level.value - sample.value : sample.value - level.value;
-    if (off_m > hovering_share * spacing_m_ * norm(sample.gradient)) return true;
+    if (!level.any() || state_of_level(i, found) == PrimitiveState::off) continue;
+    samples.move_to(levels_at_m_);
+    const double side = dot(primitives_[i].direction, samples.scalar(level.field).gradient) < 0.0 ? 1.0 : -1.0;
+    samples.move_to(primitives_.start_m());
+    const double start = side * (samples.scalar(level.field).value - level.value);
+    samples.move_to(found.position_m);
+    const ScalarSample& sample = samples.scalar(level.field);
+    const double inside = side * (sample.value - level.value);
+    const double spacing = spacing_m_ * norm(sample.gradient);
+    const bool hovers = state_at(primitives_[i], found) == PrimitiveState::off || relaxed_;
+    if (hovers && -inside > hovering_share * spacing) return true;
+    if (relaxed_ && inside > std::max(start, piercing_share * spacing)) return true;
   }
   return false;
 }
@@ -529,7 +536,7 @@ double ProxyPath::approach(const Moment& moment, double longest, Balance& to) no
       Moment middle = moment;
       middle.gone = whole_m > 0.0 ? 0.5 * std::min(1.0, distance(end, start) / whole_m) : 0.5;
       to = look(middle, 0.5 * (start + end), end);
-      if (halving == max_halvings || !is_other_sheet(start)) break;
+      if (halving == max_halvings || relaxed_ || !is_other_sheet(start)) break;
       end = 0.5 * (start + end);
     }
     const Vec3 before = end;
@@ -598,8 +605,8 @@ double ProxyPath::descending_share(const Balance& to, const Vec3& start, const V
     return on_level;
   };
   const Vec3 before = put_back(start);
-  // A proxy that is off its level has to come back, whatever that costs.
-  if (distance(before, start) > piercing_share * spacing_m_) return share;
+  const double off_m = distance(before, start);
+  const bool is_off = off_m > piercing_share * spacing_m_;
   const auto descends = [&](const Vec3& from, const Vec3& after, double allowed) {
     // As a product: the difference of two squares would lose its digits.
     const Vec3 pull_n = stiffness_n_per_m_ * (0.5 * (from + after) - probe_m) - directed_n;
@@ -607,7 +614,8 @@ double ProxyPath::descending_share(const Balance& to, const Vec3& start, const V
   };
   for (int halving = 0; halving < max_halvings; ++halving, share *= 0.5) {
     const Vec3 after = put_back(start + share * move);
-    if (descends(before, after, 0.0)) return share;
+    // A proxy that is off its level has to come back, whatever that costs.
+    if (is_off ? distance(after, start + share * move) < off_m : descends(before, after, 0.0)) return share;
     // Data may carry the proxy against the spring, as far as they go themselves.
     for (std::size_t m = 0; modes_.any_carried() && m < modes_.size(); ++m) {
       const Vec3& carried_m = modes_.carried_m(m);
