@@ -366,7 +366,6 @@ Balance ProxyPath::balance(const Vec3& probe_m, double time_s) noexcept {
   if ((yields(found) && shared) || wrong) {
     keep_own();
     found = solve(probe_m, time_s);
-    if (wrong && !relaxed_) kept_.clear();
   }
   return found;
 }
@@ -535,7 +534,8 @@ double ProxyPath::approach(const Moment& moment, double longest, Balance& to) no
       const double whole_m = distance(to.position_m, start);
       Moment middle = moment;
       middle.gone = whole_m > 0.0 ? 0.5 * std::min(1.0, distance(end, start) / whole_m) : 0.5;
-      to = look(middle, 0.5 * (start + end), end);
+      // A clipped move is a chord: as long as it is parallel to the level at its middle, both ends lie on the level.
+      to = look(middle, 0.5 * (start + end), whole_m > longest ? 0.5 * (start + end) : end);
       if (halving == max_halvings || relaxed_ || !is_other_sheet(start)) break;
       end = 0.5 * (start + end);
     }
