@@ -134,9 +134,18 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   InfoArguments info;
   CLI::App* info_command = app.add_subcommand("info", "Say what is in data files");
   std::vector<std::string> at_m;
-  info_command->add_option("FILE", info.files, "files or folders, each a volume of its own")->required()->type_name("");
+  info_command
+      ->add_option("FILE", info.files,
+                   "files or folders, each a volume of its own; a pattern in quotes, as 'phase_*.vti', is one time series")
+      ->required()
+      ->type_name("");
   add_repeated(info_command, "--at-m", at_m, "say the values at this position of the world")->type_name("X,Y,Z");
-  info_command->add_option("--level", info.level, "say how much of what is thin above this value the smooth filter loses")
+  info_command->add_flag("--series", info.series, "the files are the frames of one time series");
+  info_command
+      ->add_option(
+          "--level", info.level,
+          "say how much of what is thin above this value the smooth filter loses, and how far the level moves from frame "
+          "to frame")
       ->type_name("VALUE");
   info_command->add_flag("--json", info.json, "print as JSON");
   add_reader(info_command, info.read);

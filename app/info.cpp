@@ -9,8 +9,10 @@
 #include <string>
 
 #include "app/terminal.h"
+#include "palpa/field/frame_shift.h"
 #include "palpa/field/grid.h"
 #include "palpa/field/thin_parts.h"
+#include "palpa/scene/read_series.h"
 
 namespace palpa::app {
 namespace {
@@ -50,7 +52,21 @@ double valid_share(const Volume& volume) {
   return share;
 }
 
-Json as_json(const VolumeFile& file, const std::vector<Vec3>& at_m, const std::optional<double>& level) {
+/// What is known of a file, or of the first frame of a series, and the series.
+struct Found {
+  VolumeFile file;
+  std::optional<Volume> series;
+};
+
+/// How far the levels of a field move from frame to frame; nothing where it is no series.
+std::optional<FrameShift> shift_of(const Found& found, std::size_t field, const std::optional<double>& level) {
+  if (!found.series) return std::nullopt;
+  const FrameShift shift = frame_shift(*series_of(*found.series->fields[field].field), level);
+  return shift.places > 0 ? std::optional(shift) : std::nullopt;
+}
+
+Json as_json(const Found& found, const std::vector<Vec3>& at_m, const std::optional<double>& level) {
+  const VolumeFile& file = found.file;
   const Volume& volume = file.volume;
   const GridGeometry& first = grid_of(*volume.fields.front().field)->geometry;
   Json info;
@@ -78,6 +94,11 @@ Json as_json(const VolumeFile& file, const std::vector<Vec3>& at_m, const std::o
       entry["level"] = number(*level);
       entry["thin_share"] = parts.thin_share();
       entry["lost_share"] = parts.lost_share();
+    }
+    if (const auto shift = shift_of(found, info["fields"].size(), level)) {
+      entry["shift_per_edge_median"] = number(shift->median);
+      entry["shift_per_edge_p90"] = number(shift->p90);
+      entry["shift_lost_share"] = shift->lost_share;
     }
     if (grid.geometry != first) entry["index_to_world_m"] = matrix(grid.geometry);
     info["fields"].push_back(std::move(entry));
@@ -121,8 +142,9 @@ std::string text_of_length(double metres) {
   return fmt::format("{:.4g} m", metres);
 }
 
-void print_table(const std::string& name, const VolumeFile& file, const std::vector<Vec3>& at_m,
+void print_table(const std::string& name, const Found& found, const std::vector<Vec3>& at_m,
                  const std::optional<double>& level) {
+  const VolumeFile& file = found.file;
   const Volume& volume = file.volume;
   std::uint64_t bytes = 0;
   for (const SourceFile& source : volume.files) bytes += source.bytes;
@@ -157,6 +179,17 @@ void print_table(const std::string& name, const VolumeFile& file, const std::vec
         "  level {:g} of {}: {:.2g} % of what is above is thinner than 2 voxels; the smooth filter loses {:.2g} % of that\n",
         *level, field.name, 100.0 * parts.thin_share(), 100.0 * parts.lost_share());
   }
+  for (std::size_t f = 0; f < volume.fields.size(); ++f) {
+    const auto shift = shift_of(found, f, level);
+    if (!shift) continue;
+    fmt::print(
+        "\n  {} {} moves by {:.2g} widths of its edge per frame (median; p90 {:.2g}; {:.2g} % of the places have none left)\n",
+        level ? fmt::format("level {:g} of", *level) : "the steepest tenth of", volume.fields[f].name, shift->median,
+        shift->p90, 100.0 * shift->lost_share);
+    fmt::print("  {}\n", shift->p90 < 1.0
+                             ? "below 1 a level moves from frame to frame, and carries the hand"
+                             : "above 1 a level does not move between frames, it jumps: its strength fades out and in");
+  }
   if (!at_m.empty()) fmt::print("\n");
   for (const Vec3& at : at_m) {
     for (const VolumeField& field : volume.fields) {
@@ -166,23 +199,61 @@ void print_table(const std::string& name, const VolumeFile& file, const std::vec
   }
 }
 
+/// The time from frame to frame does not matter to what is said of a series.
+constexpr double any_period_s = 1.0;
+
+/// One file, with all its frames where it has several; or several files as one series.
+Found find(const std::vector<std::filesystem::path>& files, const ReadOptions& read) {
+  VolumeRequest request;
+  request.files = {files.front()};
+  Found found{read_volume_file(request, read), {}};
+  if (files.size() == 1 && found.file.frames == 1) return found;
+  request.files = files;
+  try {
+    found.series = read_series(request, any_period_s, BetweenFrames::linear, volume_reader(read));
+  } catch (const std::invalid_argument& error) {
+    throw LoadError(error.what());
+  }
+  found.file.frames = found.series->frames;
+  found.file.volume.files = found.series->files;
+  return found;
+}
+
+bool is_pattern(const std::filesystem::path& path) {
+  std::error_code ignored;
+  return path.filename().string().find_first_of("*?") != std::string::npos && !std::filesystem::exists(path, ignored);
+}
+
 }  // namespace
 
 int run_info(const InfoArguments& arguments) {
-  Json list = Json::array();
+  struct Asked {
+    std::string name;
+    std::vector<std::filesystem::path> files;
+  };
+  std::vector<Asked> all;
   for (const std::filesystem::path& path : arguments.files) {
-    VolumeRequest request;
-    request.files = {path};
-    const VolumeFile file = read_volume_file(request, arguments.read);
+    if (is_pattern(path)) {
+      all.push_back({path.string(), files_matching(path)});
+      if (all.back().files.empty()) throw LoadError(path.string() + ": no files match; check the folder and the pattern");
+    } else if (arguments.series && !all.empty()) {
+      all.front().files.push_back(path);
+    } else {
+      all.push_back({path.string(), {path}});
+    }
+  }
+  Json list = Json::array();
+  for (const Asked& asked : all) {
+    const Found found = find(asked.files, arguments.read);
     if (arguments.json) {
-      list.push_back(as_json(file, arguments.at_m, arguments.level));
+      list.push_back(as_json(found, arguments.at_m, arguments.level));
       continue;
     }
-    if (path != arguments.files.front()) fmt::print("\n");
-    print_table(path.string(), file, arguments.at_m, arguments.level);
+    if (&asked != &all.front()) fmt::print("\n");
+    print_table(asked.name, found, arguments.at_m, arguments.level);
     std::fflush(stdout);
     std::vector<std::string> warnings;
-    for (const std::string& warning : file.volume.warnings) warnings.push_back(path.string() + ": " + warning);
+    for (const std::string& warning : found.file.volume.warnings) warnings.push_back(asked.name + ": " + warning);
     print_warnings(warnings);
   }
   if (arguments.json) {

@@ -11,7 +11,8 @@
 namespace palpa::app {
 
 struct InfoArguments {
-  std::vector<std::filesystem::path> files;  ///< each a volume of its own; at least one
+  std::vector<std::filesystem::path> files;  ///< each a volume of its own, or a pattern of names: a time series; at least one
+  bool series = false;                       ///< the files are the frames of one time series
   bool json = false;                         ///< one object for one file, a list of them for several
   std::vector<Vec3> at_m;                    ///< [m] world positions to sample
   std::optional<double> level;               ///< of scalar fields, in each one's own unit: what the smooth filter loses there

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "palpa/field/grid.h"
+#include "palpa/field/halton.h"
 
 namespace palpa {
 namespace {
@@ -82,24 +83,15 @@ void raise(Stretch& piece, int degree) noexcept {
   }
 }
 
-/// Digits of `index` about the point: a low-discrepancy sequence in 0…1 (Halton).
-double radical_inverse(int index, int base) noexcept {
-  double value = 0.0, digit = 1.0 / base;
-  for (; index > 0; index /= base, digit /= base) value += digit * (index % base);
-  return value;
-}
-
 /// Below this a gradient [unit/m] says nothing: three standard deviations of the noise of its components, as told by their
 /// median second difference from neighbour to neighbour, which smooth data and edges, being rare, hardly move.
 double noise_of_gradient(const Field& field) {
   constexpr int places = 4096;
   const Box box = field.bounds_m();
-  const Vec3 size_m = box.size_m();
   const double h = field.spacing_m();
   std::vector<double> differences;
   for (int i = 1; i <= places; ++i) {
-    const Vec3 at =
-        box.low_m + Vec3{radical_inverse(i, 2) * size_m.x, radical_inverse(i, 3) * size_m.y, radical_inverse(i, 5) * size_m.z};
+    const Vec3 at = detail::halton(i, box);
     const Vec3 step = i % 3 == 0 ? Vec3{h, 0, 0} : i % 3 == 1 ? Vec3{0, h, 0} : Vec3{0, 0, h};
     const ScalarSample here = field.scalar(at), ahead = field.scalar(at + step), behind = field.scalar(at - step);
     if (!here.inside || !ahead.inside || !behind.inside) continue;

@@ -126,6 +126,7 @@ bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) no
   kept_.begin_tick();
   if (c.queued == max_queued) --c.queued;  // a path this long is no hand's: its last corner is cut
   path_m_ = distance(probe_m, c.queued > 0 ? c.queue[c.queued - 1].position_m : c.walked);
+  if (playing_) path_m_ = std::max(path_m_, modes_.motion_m(c.proxy, time_.at(c.followed_s), time_.at(c.elapsed_s)));
   c.queue[c.queued++] = {probe_m, time_step_s};
 
   Piece piece;

@@ -145,7 +145,7 @@ class ProxyPath {
   std::vector<Told> told_;
   Course course_;
   int refined_ = 1;
-  double path_m_ = 0.0;     // length of the probe's path in this tick
+  double path_m_ = 0.0;     // length of the probe's path in this tick, or of the data's
   double moved_n_ = 0.0;    // by which directed forces may change in this sub-step because the data do
   double spacing_m_ = 0.0;  // finest, of the data near this sub-step
   Vec3 placed_at_m_;        // where directions were looked up, and levels
