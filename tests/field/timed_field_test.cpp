@@ -7,6 +7,7 @@
 
 #include "palpa/field/analytic.h"
 #include "palpa/field/derived.h"
+#include "palpa/field/frame_shift.h"
 #include "palpa/field/smooth_grid.h"
 #include "tests/field/test_fields.h"
 
@@ -266,6 +267,29 @@ TEST(TimeSeries, carries_nothing_where_a_gradient_is_noise) {
   }
   EXPECT_GT(lost, 900);
   EXPECT_EQ(carried, 1000);
+}
+
+TEST(FrameShift, is_the_way_of_a_level_by_the_width_of_its_edge) {
+  // A tanh over half a width w rises by 2 tanh(1.82) = 1.9 where it is at least a tenth as steep as at its middle: 1.9 w.
+  const double half_m = 2e-3, width_m = 1.9 * half_m;
+  for (const double shift_m : {0.2e-3, 1e-3, 4e-3, 8e-3}) {
+    std::vector<FieldPtr> frames;
+    for (int i = 0; i < 3; ++i) frames.push_back(wall_at(-8e-3 + shift_m * i, half_m, 81));
+    const FieldPtr series = time_series(std::move(frames), 0.1);
+    for (const bool at_level : {false, true}) {
+      const FrameShift shift = frame_shift(*series_of(*series), at_level ? std::optional(0.0) : std::optional<double>());
+      EXPECT_GT(shift.places, 100);
+      EXPECT_NEAR(shift.median, shift_m / width_m, 0.1 * shift_m / width_m) << shift_m;
+      EXPECT_NEAR(shift.p90, shift_m / width_m, 0.15 * shift_m / width_m);
+      EXPECT_EQ(shift.lost_share, 0.0);
+    }
+  }
+  // A wall that is gone in the next frame, and what is no scalar series.
+  const FieldPtr gone = time_series({wall_at(0.0, half_m), wall_at(1.0, half_m)}, 0.1);
+  EXPECT_EQ(frame_shift(*series_of(*gone), 0.0).lost_share, 1.0);
+  EXPECT_TRUE(std::isinf(frame_shift(*series_of(*gone), 0.0).median));
+  EXPECT_EQ(frame_shift(*series_of(*time_series(beating_frames("velocity", 2), 0.1))).places, 0);
+  EXPECT_EQ(frame_shift(*series_of(*time_series({wall_at(0.0, half_m)}, 0.1))).places, 0);
 }
 
 TEST(Moving, is_the_posed_field_at_every_moment) {
