@@ -6,6 +6,7 @@
 #include "palpa/device/hand.h"
 #include "palpa/field/analytic.h"
 #include "palpa/field/grid.h"
+#include "palpa/field/timed_field.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/follow.h"
 #include "palpa/mode/front_shape.h"

@@ -160,7 +160,7 @@ class PrimitiveSet {
   /// Sets the strength of a friction line from its plane's force: the tick's own business.
   void set_strength(std::size_t i, double strength_n) noexcept { primitives_[i].strength_n = strength_n; }
 
-  /// Multiplies strength and drag of the i-th by a share [1] of 0…1: the tick's own business.
+  /// Multiplies strength and drag of the i-th by `share` [1], 0…1: the tick's own business.
   void fade(std::size_t i, double share) noexcept {
     primitives_[i].strength_n *= share;
     primitives_[i].drag_ns_per_m *= share;

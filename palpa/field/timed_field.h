@@ -37,7 +37,7 @@ class TimedField : public Field {
   virtual ScalarSample scalar_at(const Vec3& world_m, DataTime at) const noexcept;
   virtual VectorSample vector_at(const Vec3& world_m, DataTime at) const noexcept;
   virtual Mat3 hessian_at(const Vec3& world_m, DataTime at) const noexcept;  ///< by differences, like `Field::hessian`
-  /// As `Field::stretch`, at one moment: a series of grids is exact too.
+  /// As `Field::stretch`, from the share `begin` [1] on, at one moment: a series of grids is exact too.
   virtual Stretch stretch_at(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet,
                              DataTime at) const noexcept;
   virtual double depth_at(const Vec3& world_m, DataTime at) const noexcept = 0;  ///< [m]
@@ -61,6 +61,7 @@ class TimedField : public Field {
   ScalarSample scalar(const Vec3& world_m) const noexcept final { return scalar_at(world_m, {}); }
   VectorSample vector(const Vec3& world_m) const noexcept final { return vector_at(world_m, {}); }
   Mat3 hessian(const Vec3& world_m) const noexcept final { return hessian_at(world_m, {}); }
+  /// From the share `begin` [1] on.
   Stretch stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept final {
     return stretch_at(from_m, to_m, begin, quiet, {});
   }

@@ -67,6 +67,36 @@ TEST_P(Allocation, NoneInABadTickEither) {
   EXPECT_EQ(test::allocations, before);
 }
 
+// A head that moves and jumps back where its loop begins again, and a heart that beats: levels are carried, fade out and in.
+TEST_P(Allocation, NoneInATickOfDataThatMove) {
+  Scene scene = busy_scene(GetParam());
+  const FieldRef other = scene.add_moving("other", GetParam() ? sampled(head_phantom(), 48) : head_phantom(),
+                                          {{0.0, {}}, {0.03, {Mat3::identity(), 1.01, {0.001, 0.002, 0.0}}}});
+  scene.add("heart", sampled(beating_chamber(), 33, 10), {.scale = 3.0});
+  scene.add("moving_skin",
+            SurfaceAndFriction{
+                .field = other, .levels = {{.name = "skin", .value = -300, .strength_n = 20.0}}, .friction_coefficient = 0.3});
+  scene.add("wall",
+            SurfaceAndFriction{
+                .field = {"heart.signal"}, .levels = {{.name = "wall", .value = 0.5, .strength_n = 0.8}}, .friction_n = 0.2});
+  scene.time.play = TimeOptions::Play::loop;
+  Session session(scene);
+  test::Random random(1);
+  const test::Wander hand(random, 0.09);
+  const long before = test::allocations;
+  int jumps = 0;
+  double moved_j = 0.0;
+  for (int i = 0; i < 5000; ++i) {
+    const Tick tick = session.tick({.position_m = hand.at(1e-3 * i), .valid = i % 997 != 996}, 1e-3);
+    moved_j += std::abs(tick.energy.moved_j);
+    for (const SessionEvent& e : session.events()) jumps += e.kind == SessionEventKind::warning;
+    ASSERT_TRUE(is_finite(tick.force_n));
+  }
+  EXPECT_EQ(test::allocations, before);
+  EXPECT_GT(moved_j, 1e-4);
+  EXPECT_GT(jumps, 0);
+}
+
 INSTANTIATE_TEST_SUITE_P(FormulaAndGrid, Allocation, testing::Bool());
 
 }  // namespace
