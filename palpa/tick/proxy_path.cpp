@@ -123,6 +123,7 @@ bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) no
     watches_.look(modes_.samples());
   }
   ledger.begin(c.proxy);
+  for (Told& told : told_) told.met = told.broken = false;
   kept_.begin_tick();
   if (c.queued == max_queued) --c.queued;  // a path this long is no hand's: its last corner is cut
   path_m_ = distance(probe_m, c.queued > 0 ? c.queue[c.queued - 1].position_m : c.walked);
@@ -648,7 +649,7 @@ double ProxyPath::share_outside(const Balance& to, const Vec3& start, const Vec3
   return share;
 }
 
-// Onsets, break-throughs and refusals, each told once.
+// Onsets and break-throughs, each told once a tick for each mode; refusals, once.
 void ProxyPath::tell_contact(const Balance& at, double depth_m) noexcept {
   for (std::size_t m = 0; m < told_.size(); ++m) {
     Told& told = told_[m];
@@ -665,8 +666,12 @@ void ProxyPath::tell_contact(const Balance& at, double depth_m) noexcept {
     told.at_bound = false;
     through = through || (told.through && is_on(standing, told.standing));
     const auto mode = static_cast<std::int32_t>(m);
-    if (standing.any() && !told.standing.any()) emit({SessionEventKind::onset, mode, standing.value, nullptr});
-    if (through && !told.through) emit({SessionEventKind::break_through, mode, standing.value, nullptr, depth_m});
+    const bool meets = standing.any() && !told.standing.any() && !told.met;
+    const bool breaks = through && !told.through && !told.broken;
+    told.met = told.met || meets;
+    told.broken = told.broken || breaks;
+    if (meets) emit({SessionEventKind::onset, mode, standing.value, nullptr});
+    if (breaks) emit({SessionEventKind::break_through, mode, standing.value, nullptr, depth_m});
     told.standing = standing;
     told.through = through;
   }
@@ -689,7 +694,10 @@ void ProxyPath::record(SubStep step, Ledger& ledger) noexcept {
   step.first_primitive = static_cast<std::uint32_t>(placed_.size());
   step.primitives = static_cast<std::uint32_t>(primitives_.size());
   for (std::size_t i = 0; i < primitives_.size(); ++i) {
-    const Primitive& p = primitives_[i];
+    Primitive p = primitives_[i];
+    // A side of a wedge was given more than it needed. With any strength that is not below its force it holds the same.
+    if (primitives_.captured(i).any() && primitives_.size() > own_)
+      p.strength_n = std::min(p.strength_n, std::max(p.strength_n / KeptPlanes::wedge, (1.0 + 1e-12) * norm(forces[i])));
     placed_.push_back({p, primitives_.captured(i), forces[i], state_at(p, step.balance)});
     if (p.kind == PrimitiveKind::directed) step.directed_n += forces[i];
     if (placed_.back().state == PrimitiveState::stick) held_n += p.strength_n + norm(forces[i]);

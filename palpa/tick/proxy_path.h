@@ -91,6 +91,8 @@ class ProxyPath {
     Captured standing;           // the level that holds, or held, in the last sub-step
     bool through = false;        // that level gave way
     bool gives_way = false;      // in this balance
+    bool met = false;            // an onset, in this tick …
+    bool broken = false;         // … and a break-through
     bool at_bound = false;       // it holds here, and gives way beyond
     bool held_back = false;      // told that a directed force of it changes too fast
     std::uint32_t refusals = 0;  // a bit each
