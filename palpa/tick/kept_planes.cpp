@@ -8,8 +8,8 @@ namespace palpa {
 
 namespace {
 
-constexpr double distinct_squared = 1e-6;  // |n − n'|² of normals that are not the same: a milliradian
-constexpr double hollow_m = 1e-9;          // what rounding may hide
+constexpr double distinct_squared = 1e-7;  // |n − n'|² of normals that are not the same: a third of a milliradian
+constexpr double hollow_m = 1e-11;         // what rounding may hide
 constexpr double reach_spacings = 0.75;
 
 bool same_level(const Captured& a, const Captured& b) noexcept { return a.field == b.field && a.value == b.value; }
@@ -48,6 +48,10 @@ void KeptPlanes::meet(const PrimitiveSet& set) noexcept {
     planes_[0] = {p.id, set.captured(i), p.position_m, p.direction, 0};
     ++size_;
   }
+}
+
+void KeptPlanes::forget_beyond(const Vec3& position_m, double reach_m) noexcept {
+  drop_if([&](const Plane& plane) { return distance(plane.position_m, position_m) > reach_m; });
 }
 
 void KeptPlanes::add_to(PrimitiveSet& set, double slack_m) const noexcept {

@@ -23,6 +23,8 @@ class KeptPlanes {
   void carry(const Samples& samples) noexcept;
   /// Meets the planes that the modes have placed.
   void meet(const PrimitiveSet& set) noexcept;
+  /// Forgets planes that stand further than `reach_m` [m] from `position_m` [m].
+  void forget_beyond(const Vec3& position_m, double reach_m) noexcept;
   /// Puts the planes that are kept beside those of the set that stand on the same level of the same mode. They share one
   /// strength, that of the plane placed by the mode: it limits the length of the sum of their forces, which
   /// the caller checks; each by itself, also that one, may exert a hundred times as much, as the sides of a wedge do.

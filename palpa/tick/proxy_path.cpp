@@ -21,6 +21,7 @@ constexpr double halted_share = 0.02;       // of a sample spacing: a move short
 constexpr double arrived_m = 1e-6;          // an event this close to the balance, or trial_share, is no stop
 constexpr int max_passes = 8;               // of looking where a move ends
 constexpr int max_attempts = 3;             // of taking what a move runs into into the balance
+constexpr double local_reach = 4.0;         // of a move that fails: planes beyond are not of its place
 constexpr int max_halvings = 6;             // of a move that would raise the spring's energy
 constexpr double hovering_share = 1e-2;     // of a sample spacing between the proxy and the level that a kept plane stands on
 constexpr double piercing_share = 0.05;     // of a sample spacing: how deep a straight move may lead into what holds it
@@ -267,6 +268,8 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
       relaxed_ = attempt > 0;
       const Vec3 met_m = outside < 1.0 ? start + outside * (end - start) : start + wanted * (to.position_m - start);
       kept_.meet(primitives_);
+      // Planes from further back than the move is long say nothing about what it meets.
+      kept_.forget_beyond(start, local_reach * distance(met_m, start));
       to = look(moment, 0.5 * (start + met_m), met_m);
       if (outside == 1.0) change_m = approach(moment, longest, to);
       wanted = share_of_move(to);
@@ -306,7 +309,9 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
   const double went_m = distance(c.proxy, start);
   const bool stays = stop == Stop::full || (bound_met && stop == Stop::event && move_fraction == 1.0);
   // The last sub-step of a tick is followed by another while directions may still change.
-  const bool settled = (settling ? went_m : change_m) <= rest_share * spacing_m_;
+  // So is one that a plane from further back on the way holds.
+  const bool held_by_kept = primitives_.size() > own_ && went_m > rest_share * spacing_m_;
+  const bool settled = !held_by_kept && (settling ? went_m : change_m) <= rest_share * spacing_m_;
   // A level that lets go leaves the proxy where it was pressed to: only the next balance is without it.
   const bool lets_go = anything_yields() && went_m > rest_share * spacing_m_;
   c.settling = stays && in_steps_ && c.queued == 0 && !primitives_.empty() && (!settled || lets_go);
