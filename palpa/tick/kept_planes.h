@@ -11,7 +11,7 @@ namespace palpa {
 
 /// In a crease or a narrow valley each side's tangent plane leads into the other side: with one plane at a time
 /// the proxy swings between the two for ever. So the planes met in this tick and the last are kept in
-/// the same balance while the proxy stays near them: at most four beside the one that a mode places now, of distinct
+/// the same balance while the proxy stays near them: at most eight beside the one that a mode places now, of distinct
 /// normals. A plane that the proxy has got behind bounds no concave place, a convex one turns away from its own
 /// tangents; it is forgotten. Fixed memory; one thread.
 class KeptPlanes {
@@ -46,7 +46,7 @@ class KeptPlanes {
     Vec3 normal;
     int age_ticks = 0;
   };
-  static constexpr std::size_t most = 5;  // four beside the newest one
+  static constexpr std::size_t most = 9;  // eight beside the newest one
 
   template <class Drop>
   void drop_if(Drop&& drop) noexcept;

@@ -6,6 +6,8 @@
 #include <numeric>
 #include <utility>
 
+#include "palpa/core/split.h"
+
 namespace palpa {
 
 namespace {
@@ -28,7 +30,8 @@ constexpr double piercing_share = 0.05;     // of a sample spacing: how deep a s
 constexpr double bound_m = 1e-9;            // to which the place where a level gives way is located on the probe's path
 constexpr double rounding = 1e-9;           // of a length: a piece as long as the longest move is not longer
 constexpr double directed_n_per_s = 100.0;  // directed forces may change so fast because the data do
-constexpr double least_time_share = 1e-6;   // of a sub-step's time: a drag is never posed with none
+constexpr double hair_m = 1e-8;
+constexpr double least_time_share = 1e-6;  // of a sub-step's time: a drag is never posed with none
 
 // The part of the proxy's motion that is more than that of the probe and the data: a release, no motion of the hand.
 Vec3 released(const Vec3& step_m, double moved_m) noexcept {
@@ -369,8 +372,19 @@ Balance ProxyPath::balance(const Vec3& probe_m, double time_s) noexcept {
   if (in_steps_) kept_.add_to(primitives_, relaxed_ ? piercing_share * spacing_m_ : 0.0);
   Balance found = solve(probe_m, time_s);
   const bool shared = primitives_.size() > own_;
-  const bool wrong = shared && is_off_level(found);
-  if ((yields(found) && shared) || wrong) {
+  bool gives_way = yields(found, true);
+  if (gives_way && shared && split_is_shared(primitives_.primitives(), found)) {
+    // With others beside them the planes' sum is one of many. Each plane by itself slips or sticks, whatever the split.
+    for (Told& told : told_) told.gives_way = false;
+    for (std::size_t i = own_; i < primitives_.size(); ++i)
+      primitives_.set_strength(i, primitives_[i].strength_n / KeptPlanes::wedge);
+    for (std::size_t i = 0; i < own_; ++i) {
+      if (primitives_.captured(i).any()) primitives_.set_strength(i, own_n_[i]);
+    }
+    found = solve(probe_m, time_s);
+    gives_way = yields(found, false);
+  }
+  if (shared && (gives_way || is_off_level(found))) {
     keep_own();
     found = solve(probe_m, time_s);
   }
@@ -392,8 +406,8 @@ void ProxyPath::keep_own() noexcept {
   }
 }
 
-// Marks the modes whose level is pressed through: the planes on it exert its strength together.
-bool ProxyPath::yields(const Balance& found) noexcept {
+// Marks the modes whose level is pressed through: one of its planes, or all of them together, exert its strength.
+bool ProxyPath::yields(const Balance& found, bool together) noexcept {
   bool any = false;
   for (std::size_t i = 0; i < own_; ++i) {
     const Primitive& p = primitives_[i];
@@ -406,7 +420,7 @@ bool ProxyPath::yields(const Balance& found) noexcept {
       sum_n += law_->forces_n()[j];
       over = over || state_at(primitives_[j], found) == PrimitiveState::slip;
     }
-    if (over || norm(sum_n) > own_n_[i]) any = told_[p.id.mode].gives_way = true;
+    if (over || (together && norm(sum_n) > own_n_[i])) any = told_[p.id.mode].gives_way = true;
   }
   return any;
 }
@@ -455,7 +469,9 @@ bool ProxyPath::meet_bound(Piece& piece, const Moment& moment, Balance& to) noex
     const double middle = 0.5 * (held + gone);
     (holds_at(middle) ? held : gone) = middle;
   }
-  if (held * length <= bound_m) {  // it is there already: now it lets go
+  // A hair before it: there no rounding of forces decides whether the level holds.
+  held -= hair_m / length;
+  if (held * length <= hair_m) {  // it is there already: now it lets go
     to = balance(piece.to_m, moment.time_step_s);
     return false;
   }

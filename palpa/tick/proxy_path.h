@@ -114,7 +114,7 @@ class ProxyPath {
   Balance solve(const Vec3& probe_m, double time_s) noexcept;
   void note_own() noexcept;
   void keep_own() noexcept;
-  bool yields(const Balance& found) noexcept;
+  bool yields(const Balance& found, bool together) noexcept;
   bool is_off_level(const Balance& found) noexcept;
   bool anything_yields() const noexcept;
   bool meet_bound(Piece& piece, const Moment& moment, Balance& to) noexcept;
