@@ -9,7 +9,7 @@ namespace palpa {
 namespace {
 
 constexpr double distinct_squared = 1e-7;  // |n − n'|² of normals that are not the same: a third of a milliradian
-constexpr double hollow_m = 1e-11;         // what rounding may hide
+constexpr double hollow_m = 1e-13;         // what rounding may hide
 constexpr double reach_spacings = 0.75;
 
 bool same_level(const Captured& a, const Captured& b) noexcept { return a.field == b.field && a.value == b.value; }
