@@ -173,7 +173,7 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
 
   FiguresArguments figures;
   CLI::App* figures_command =
-      app.add_subcommand("figures", "Draw the paper's and the theory's figures from this program's own answers");
+      app.add_subcommand("figures", "Draw the figures of the paper, the theory and the path from this program's own answers");
   figures_command->add_option("--out", figures.out, "folder to write into (figures)")->type_name("DIR");
   figures_command->footer("Example:\n  palpa figures --out figures");
 

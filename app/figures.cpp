@@ -6,6 +6,7 @@
 #include "app/scenes_folder.h"
 #include "app/terminal.h"
 #include "palpa/report/figures.h"
+#include "palpa/report/path_figures.h"
 #include "palpa/report/theory_figures.h"
 #endif
 
@@ -20,6 +21,7 @@ int run_figures(const FiguresArguments& arguments) {
     print_warnings({std::string("the figure of the laws is left out: ") + error.what()});
   }
   for (Figure& figure : theory_figures()) figures.push_back(std::move(figure));
+  for (Figure& figure : path_figures()) figures.push_back(std::move(figure));
   for (const std::filesystem::path& file : write_figures(arguments.out, figures)) std::printf("%s\n", file.c_str());
   return 0;
 #else
