@@ -382,6 +382,7 @@ std::string tables(const Recorded& recorded) {
        {"primitives refused", count(s.dropped_primitives)},
        {"energy dissipated | injected", millijoules(s.energy.dissipated_j) + " | " + millijoules(s.energy.injected_j)},
        {"energy of walking in sub-steps | damper", millijoules(s.energy.path_j) + " | " + millijoules(s.energy.damper_j)},
+       {"work of the data's own motion", millijoules(s.energy.moved_j)},
        {"energy stored at the end", millijoules(s.energy.stored_j)},
        {"work on the hand", millijoules(s.energy.work_on_hand_j)}},
       1);

@@ -719,10 +719,11 @@ void ProxyPath::record(SubStep step, Ledger& ledger) noexcept {
     // A side of a wedge was given more than it needed. With any strength that is not below its force it holds the same.
     if (primitives_.captured(i).any() && primitives_.size() > own_)
       p.strength_n = std::min(p.strength_n, std::max(p.strength_n / KeptPlanes::wedge, (1.0 + 1e-12) * norm(forces[i])));
-    placed_.push_back({p, primitives_.captured(i), forces[i], state_at(p, step.balance)});
+    const Vec3& carried_m = modes_.carried_m(p.id.mode);
+    placed_.push_back({p, primitives_.captured(i), forces[i], state_at(p, step.balance), carried_m});
     if (p.kind == PrimitiveKind::directed) step.directed_n += forces[i];
     if (placed_.back().state == PrimitiveState::stick) held_n += p.strength_n + norm(forces[i]);
-    ledger.book(p.id.mode, forces[i], step.proxy_m - step.start_m, step.move_fraction * modes_.carried_m(p.id.mode));
+    ledger.book(p.id.mode, forces[i], step.proxy_m - step.start_m, step.move_fraction * carried_m);
   }
   const auto energy_j = [&](const Vec3& x) {
     return 0.5 * k * norm_squared(x - step.probe_m) - dot(step.directed_n, x - step.start_m);

@@ -32,6 +32,10 @@ const char* name_of(TickStatus status) noexcept {
   return "?";
 }
 
+double work_j(const SubStep& step, const PlacedPrimitive& placed) noexcept {
+  return dot(placed.force_n, step.proxy_m - step.start_m - step.move_fraction * placed.carried_m);
+}
+
 const char* name_of(Stop stop) noexcept {
   switch (stop) {
     case Stop::full: return "full";

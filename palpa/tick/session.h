@@ -80,7 +80,10 @@ struct PlacedPrimitive {
   Captured captured;
   Vec3 force_n;  ///< in the law's split: valid, but where several share a load one of many
   PrimitiveState state = PrimitiveState::off;
+  Vec3 carried_m;  ///< how far the data of its mode carry the proxy in the whole sub-step
 };
+/// What a primitive brought in over its sub-step [J], below zero took out: F·(proxy − start − move_fraction · carried).
+double work_j(const SubStep& step, const PlacedPrimitive& placed) noexcept;
 
 enum class SessionEventKind : std::uint8_t { onset, break_through, fault, warning };
 const char* name_of(SessionEventKind kind) noexcept;

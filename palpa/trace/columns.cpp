@@ -186,6 +186,22 @@ const Table<PrimitiveRow>& primitives_table() {
   return table;
 }
 
+const Table<WorkRow>& works_table() {
+  static const Column<WorkRow> columns[] = {
+      COLUMN(WorkRow, "tick", "", tick, "number of the tick"),
+      COLUMN(WorkRow, "sub_step", "", sub_step, "number of the sub-step in its tick, from 0"),
+      COLUMN(WorkRow, "mode", "", mode, "name of the mode that placed the primitive"),
+      COLUMN(WorkRow, "slot", "", placed.primitive.id.slot, "the mode's own number of it"),
+      COLUMN(WorkRow, "carried", "m", placed.carried_m,
+             "how far the data carry the proxy in the whole sub-step; 0 where nothing moves"),
+      COLUMN(WorkRow, "work_j", "", work_j,
+             "force . (proxy - start - move_fraction * carried): above zero brought in, below taken out"),
+  };
+  static const Table<WorkRow> table{"works.csv", "With `--primitives`: one row for each row of `primitives.csv`, in its order.",
+                                    columns};
+  return table;
+}
+
 const Table<EventRow>& events_table() {
   static const Column<EventRow> columns[] = {
       COLUMN(EventRow, "tick", "", tick, "the first tick that it holds for"),
@@ -196,6 +212,19 @@ const Table<EventRow>& events_table() {
       COLUMN(EventRow, "value", "", value, "onset, break_through: the level; else what happened"),
   };
   static const Table<EventRow> table{"events.csv", "What happened: one row per event.", columns};
+  return table;
+}
+
+const Table<BreakThroughRow>& break_throughs_table() {
+  static const Column<BreakThroughRow> columns[] = {
+      COLUMN(BreakThroughRow, "tick", "", tick, "number of the tick"),
+      COLUMN(BreakThroughRow, "t_s", "", t_s, "time of that tick"),
+      COLUMN(BreakThroughRow, "mode", "", mode, "name of the mode whose level gave way"),
+      COLUMN(BreakThroughRow, "level", "", event.value, "the level, in the field's own unit"),
+      COLUMN(BreakThroughRow, "depth_m", "", event.depth_m, "|proxy - probe| where its strength was reached"),
+  };
+  static const Table<BreakThroughRow> table{"break_throughs.csv",
+                                            "How deep a level was pressed before it gave way: one row each.", columns};
   return table;
 }
 
@@ -239,7 +268,9 @@ std::string trace_reference_markdown() {
   detail::describe(detail::modes_table(), out);
   detail::describe(detail::balances_table(), out);
   detail::describe(detail::primitives_table(), out);
+  detail::describe(detail::works_table(), out);
   detail::describe(detail::events_table(), out);
+  detail::describe(detail::break_throughs_table(), out);
   detail::describe(detail::timing_table(), out);
   out.pop_back();
   return out;

@@ -35,6 +35,15 @@ struct PrimitiveRow {
   std::optional<double> captured_value;
 };
 
+/// A row of works.csv.
+struct WorkRow {
+  std::int64_t tick;
+  std::int64_t sub_step;
+  std::string_view mode;
+  const PlacedPrimitive& placed;
+  double work_j;
+};
+
 /// A row of events.csv.
 struct EventRow {
   std::int64_t tick;
@@ -42,6 +51,14 @@ struct EventRow {
   std::string_view kind;
   std::string_view subject;
   std::string_view value;
+};
+
+/// A row of break_throughs.csv.
+struct BreakThroughRow {
+  std::int64_t tick;
+  double t_s;
+  std::string_view mode;
+  const SessionEvent& event;
 };
 
 /// One column, or the three of a vector.
@@ -90,7 +107,9 @@ const Table<TickFrame>& ticks_table();
 const Table<ModeRow>& modes_table();
 const Table<BalanceRow>& balances_table();
 const Table<PrimitiveRow>& primitives_table();
+const Table<WorkRow>& works_table();
 const Table<EventRow>& events_table();
+const Table<BreakThroughRow>& break_throughs_table();
 const Table<TickFrame>& timing_table();
 
 }  // namespace palpa::detail

@@ -124,9 +124,11 @@ TraceDifference compare_traces(const fs::path& recorded, const fs::path& again) 
   result.ticks = compare(detail::ticks_table());
   compare(detail::modes_table());
   compare(detail::events_table());
+  compare(detail::break_throughs_table());
   if (a.header().primitives) {
     compare(detail::balances_table());
     compare(detail::primitives_table());
+    compare(detail::works_table());
   }
   return result;
 }

@@ -107,11 +107,13 @@ class TraceWriter::Files {
         ticks(begin(detail::ticks_table())),
         modes(begin(detail::modes_table())),
         events(begin(detail::events_table())),
+        break_throughs(begin(detail::break_throughs_table())),
         timing(begin(detail::timing_table())) {
     header.complete = false;
     if (!header.primitives) return;
     balances = begin(detail::balances_table());
     primitives = begin(detail::primitives_table());
+    works = begin(detail::works_table());
   }
 
   // The file of a table with its header line.
@@ -132,7 +134,8 @@ class TraceWriter::Files {
 
   template <class Action>
   void each(Action action) {
-    for (OutputFile* file : {modes.get(), events.get(), timing.get(), balances.get(), primitives.get(), ticks.get()}) {
+    for (OutputFile* file : {modes.get(), events.get(), break_throughs.get(), timing.get(), balances.get(), primitives.get(),
+                             works.get(), ticks.get()}) {
       if (file) action(*file);
     }
   }
@@ -161,7 +164,7 @@ class TraceWriter::Files {
   fs::path folder;
   TraceHeader header;
   std::vector<std::string> mode_names;
-  std::unique_ptr<OutputFile> ticks, modes, events, timing, balances, primitives;
+  std::unique_ptr<OutputFile> ticks, modes, events, break_throughs, timing, balances, primitives, works;
   GuardState last_guard = GuardState::pass;
   std::optional<std::string> failure;
   bool finished = false;
@@ -211,8 +214,9 @@ void TraceWriter::append(const TickFrame& frame, std::span<const ModeTick> modes
         Files::add(*files.balances, detail::balances_table(), {frame.tick, number, step});
         for (const PlacedPrimitive& one : placed.subspan(step.first_primitive, step.primitives)) {
           const std::optional<double> captured = one.captured.any() ? std::optional(one.captured.value) : std::nullopt;
-          Files::add(*files.primitives, detail::primitives_table(),
-                     {frame.tick, number, files.mode_name(one.primitive.id.mode), one, captured});
+          const std::string_view mode = files.mode_name(one.primitive.id.mode);
+          Files::add(*files.primitives, detail::primitives_table(), {frame.tick, number, mode, one, captured});
+          Files::add(*files.works, detail::works_table(), {frame.tick, number, mode, one, work_j(step, one)});
         }
       }
     }
@@ -223,7 +227,11 @@ void TraceWriter::append(const TickFrame& frame, std::span<const ModeTick> modes
       } else {
         detail::put_number(value, event.value);
       }
-      files.put_event(frame.tick, frame.t_s, name_of(event.kind), files.mode_name(event.mode), value);
+      const std::string_view mode = files.mode_name(event.mode);
+      files.put_event(frame.tick, frame.t_s, name_of(event.kind), mode, value);
+      if (event.kind == SessionEventKind::break_through) {
+        Files::add(*files.break_throughs, detail::break_throughs_table(), {frame.tick, frame.t_s, mode, event});
+      }
     }
     if (frame.guard != files.last_guard) {
       const bool fault = frame.guard == GuardState::fault;

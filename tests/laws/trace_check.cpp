@@ -168,4 +168,34 @@ void check_balances(const std::filesystem::path& trace, const std::function<void
   if (more) throw LoadError(primitives.place() + ": belongs to no row of balances.csv");
 }
 
+void check_works(const std::filesystem::path& trace, const std::function<void(const CheckedWork&)>& visit) {
+  CsvRows balances(trace / "balances.csv"), primitives(trace / "primitives.csv"), works(trace / "works.csv");
+  while (balances.next()) {
+    const Vec3 start = balances.vector("start", "m"), step = balances.vector("proxy", "m") - start;
+    const double fraction = balances.number("move_fraction");
+    CheckedWork checked;
+    checked.exact = balances.text("status") == "exact";
+    for (std::int64_t i = balances.integer("primitives"); i > 0; --i) {
+      if (!primitives.next() || !works.next())
+        throw LoadError(balances.place() + ": its primitives or their works are missing");
+      for (const char* same : {"tick", "sub_step", "mode", "slot"}) {
+        if (primitives.text(same) != works.text(same)) throw LoadError(works.place() + ": is not of " + primitives.place());
+      }
+      const Vec3 force_n = primitives.vector("force", "n"), carried_m = works.vector("carried", "m");
+      checked.tick = works.integer("tick");
+      checked.sub_step = works.integer("sub_step");
+      checked.mode = works.text("mode");
+      checked.directed = primitives.text("kind") == "directed";
+      checked.claimed_j = works.number("work_j");
+      checked.work_j = dot(force_n, step - fraction * carried_m);
+      checked.moved_j = dot(force_n, fraction * carried_m);
+      checked.carried_m = norm(carried_m);
+      checked.may_bring_j = norm(force_n) * distance(primitives.vector("position", "m"), start + carried_m);
+      visit(checked);
+    }
+  }
+  if (primitives.next() || works.next())
+    throw LoadError(trace.string() + ": works or primitives belong to no row of balances.csv");
+}
+
 }  // namespace palpa::test

@@ -56,4 +56,21 @@ struct CheckedBalance {
 /// all whole balances were visited.
 void check_balances(const std::filesystem::path& trace, const std::function<void(const CheckedBalance&)>& visit);
 
+/// A row of works.csv, worked out again from its rows of primitives.csv and balances.csv.
+struct CheckedWork {
+  std::int64_t tick = 0;
+  std::int64_t sub_step = 0;
+  std::string_view mode;
+  bool directed = false;
+  bool exact = false;        ///< its balance is
+  double claimed_j = 0.0;    ///< work_j, as the trace has it
+  double work_j = 0.0;       ///< force · (proxy − start − move_fraction · carried)
+  double moved_j = 0.0;      ///< force · move_fraction · carried
+  double carried_m = 0.0;    ///< how far
+  double may_bring_j = 0.0;  ///< at most: |force| |position − start − carried|
+};
+
+/// Visits the work of every primitive of a trace that was recorded with them, in order. Throws as check_balances.
+void check_works(const std::filesystem::path& trace, const std::function<void(const CheckedWork&)>& visit);
+
 }  // namespace palpa::test

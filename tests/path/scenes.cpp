@@ -194,11 +194,13 @@ void measure_booked(const Scene& scene, int ticks, double reach_m, Random& rando
       spring_work_j += k * dot(step.balance.position_m - step.probe_m, moved);
       for (std::uint32_t p = 0; p < step.primitives; ++p) {
         const PlacedPrimitive& placed = session.placed()[step.first_primitive + p];
-        works[placed.primitive.id.mode] += dot(placed.force_n, moved);
+        const double work = work_j(step, placed);
+        works[placed.primitive.id.mode] += work;
         forces_j += norm(placed.force_n) * norm(moved);
         if (placed.primitive.kind == PrimitiveKind::directed) continue;
         ++booked.primitives;
-        double beyond = dot(placed.force_n, moved) - norm(placed.force_n) * distance(placed.primitive.position_m, step.start_m);
+        const Vec3 carried_start = step.start_m + placed.carried_m;
+        double beyond = work - norm(placed.force_n) * distance(placed.primitive.position_m, carried_start);
         if (step.balance.status != BalanceStatus::exact) beyond -= k * step.balance.error_bound_m * step.balance.error_bound_m;
         booked.primitive_beyond_j = std::max(booked.primitive_beyond_j, beyond);
         booked.primitives_beyond += beyond > 1e-15;

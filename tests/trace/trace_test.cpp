@@ -195,6 +195,21 @@ TEST_F(Trace, RowsOfModesBalancesPrimitivesAndEvents) {
             "6,0.006,warning,session,two lines\n");
 }
 
+TEST_F(Trace, RowsOfWorksAndBreakThroughs) {
+  const PlacedPrimitive plane{
+      .primitive = {.kind = PrimitiveKind::plane, .id = {0, 3}}, .force_n = {0, 0, 2}, .carried_m = {0, 0, 0.5}};
+  const SubStep step{.move_fraction = 0.5, .proxy_m = {0, 0, 0.125}, .primitives = 1};
+  const SessionEvent events[] = {{.kind = SessionEventKind::onset, .mode = 0, .value = -300},
+                                 {.kind = SessionEventKind::break_through, .mode = 0, .value = -300, .depth_m = 0.0016}};
+  TraceWriter writer(folder(), {.primitives = true}, scene, {"skin"});
+  writer.append(plain_frame(5), {}, {&step, 1}, {&plane, 1}, events);
+  writer.finish();
+  // Data carried the proxy 0.25 m of its 0.125 m: 2 N have taken out 0.25 J.
+  EXPECT_EQ(text_of(folder() / "works.csv"),
+            "tick,sub_step,mode,slot,carried_x_m,carried_y_m,carried_z_m,work_j\n5,0,skin,3,0,0,0.5,-0.25\n");
+  EXPECT_EQ(text_of(folder() / "break_throughs.csv"), "tick,t_s,mode,level,depth_m\n5,0.005,skin,-300,0.0016\n");
+}
+
 TEST_F(Trace, AnEventStandsWhereTheGuardChangesItsMind) {
   TraceWriter writer(folder(), {}, scene, {});
   const GuardState states[] = {GuardState::pass, GuardState::limited, GuardState::limited, GuardState::fault, GuardState::pass};
