@@ -339,13 +339,18 @@ class ThinPartChecks final : public CheckingVisitor {
   void number(const ParameterInfo& info, double& value) override {
     if (info.kind != ParameterKind::level || !field_) return;
     constexpr double much = 0.1;
-    double lost = 0.0;
-    if (solid_ != "low") lost = thin_parts(*field_, value, SolidSide::high).lost_share();
-    if (solid_ != "high") lost = std::max(lost, thin_parts(*field_, value, SolidSide::low).lost_share());
-    if (!(lost > much)) return;
+    ThinParts worst;
+    for (const auto& [side, left_out] : {std::pair{SolidSide::high, "low"}, std::pair{SolidSide::low, "high"}}) {
+      if (solid_ == left_out) continue;
+      const ThinParts parts = thin_parts(*field_, value, side);
+      if (parts.lost_share() > worst.lost_share()) worst = parts;
+    }
+    if (!(worst.lost_share() > much)) return;
+    const auto percent = [](double share) { return toml_number(std::round(1000.0 * share) / 10.0) + " %"; };
     find(info.name,
-         the(info.name) + ": the smooth filter loses " + toml_number(std::round(100.0 * lost)) +
-             " % of the parts thinner than 2 voxels there; filter = \"trilinear\" of the volume keeps them",
+         the(info.name) + ": the smooth filter loses " + toml_number(std::round(100.0 * worst.lost_share())) +
+             " % of the parts thinner than 2 voxels there, " + percent(worst.thin_share() * worst.lost_share()) +
+             " of the whole; filter = \"trilinear\" of the volume keeps them",
          true);
   }
 

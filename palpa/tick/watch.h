@@ -119,9 +119,9 @@ class Watches {
   std::vector<FieldOnWay> fields_;
 };
 
-/// The first share [1] of the way between two positions of the hand frame [m] at which a scalar field's value passes `value`
-/// [field's own unit], upwards or downwards; 1 where it does not, or after as many pieces as one search of Watches may have.
-/// Moves the samples.
+/// The first share [1] of the way between two positions of the hand frame [m] at which a scalar field's value passes
+/// `value`, in the field's own unit, upwards or downwards; 1 where it does not, or after as many pieces as one search of
+/// Watches may have. Moves the samples.
 double first_beyond(Samples& samples, std::int32_t field, double value, bool upwards, const Vec3& start_m,
                     const Vec3& end_m) noexcept;
 

@@ -192,13 +192,13 @@ const Table<WorkRow>& works_table() {
       COLUMN(WorkRow, "sub_step", "", sub_step, "number of the sub-step in its tick, from 0"),
       COLUMN(WorkRow, "mode", "", mode, "name of the mode that placed the primitive"),
       COLUMN(WorkRow, "slot", "", placed.primitive.id.slot, "the mode's own number of it"),
-      COLUMN(WorkRow, "carried", "m", placed.carried_m,
-             "how far the data carry the proxy in the whole sub-step; 0 where nothing moves"),
+      COLUMN(WorkRow, "carried", "m", placed.carried_m, "how far the data carry the proxy in the whole sub-step"),
       COLUMN(WorkRow, "work_j", "", work_j,
              "force . (proxy - start - move_fraction * carried): above zero brought in, below taken out"),
   };
-  static const Table<WorkRow> table{"works.csv", "With `--primitives`: one row for each row of `primitives.csv`, in its order.",
-                                    columns};
+  static const Table<WorkRow> table{
+      "works.csv",
+      "With `--primitives`, where data move: one row for each row of `primitives.csv` whose data carried the proxy.", columns};
   return table;
 }
 
@@ -223,8 +223,8 @@ const Table<BreakThroughRow>& break_throughs_table() {
       COLUMN(BreakThroughRow, "level", "", event.value, "the level, in the field's own unit"),
       COLUMN(BreakThroughRow, "depth_m", "", event.depth_m, "|proxy - probe| where its strength was reached"),
   };
-  static const Table<BreakThroughRow> table{"break_throughs.csv",
-                                            "How deep a level was pressed before it gave way: one row each.", columns};
+  static const Table<BreakThroughRow> table{
+      "break_throughs.csv", "Where levels gave way: one row for each time, how deep it had been pressed.", columns};
   return table;
 }
 

@@ -59,18 +59,21 @@ struct Compared {
   std::int64_t rows = 0;
 };
 
+// Whether a trace has the file always, or only where it has something to say.
+enum class There { always, where_needed };
+
 // Compares one file. `last_tick` is the last one that counts of a recording that was cut off.
 Compared compare_file(const fs::path& recorded, const fs::path& again, const char* file, const std::vector<std::string>& names,
-                      bool complete, std::int64_t last_tick) {
+                      There there, bool complete, std::int64_t last_tick) {
   Sheet a(recorded / file, names);
   Sheet b(again / file, names);
   Compared result;
   const std::string name = file;
-  if (!a.has_header()) {
+  if (!a.has_header() && there == There::always) {
     if (complete) result.difference = name + ": is missing or empty in the recording";
     return result;
   }
-  if (!b.has_header()) return {name + ": is missing or empty in what was felt again", 0};
+  if (!b.has_header() && there == There::always) return {name + ": is missing or empty in what was felt again", 0};
   for (const auto& [sheet, whose] : {std::pair{&a, "the recording"}, std::pair{&b, "what was felt again"}}) {
     if (!sheet->missing().empty()) return {name + ":1: column " + sheet->missing() + " is missing in " + whose, 0};
   }
@@ -110,9 +113,9 @@ TraceDifference compare_traces(const fs::path& recorded, const fs::path& again) 
   const std::int64_t last_tick = complete ? std::numeric_limits<std::int64_t>::max() : last_tick_of(recorded);
 
   TraceDifference result;
-  const auto compare = [&](const auto& table) {
+  const auto compare = [&](const auto& table, There there = There::always) {
     if (!result.same) return std::int64_t{0};
-    Compared compared = compare_file(recorded, again, table.file, table.names(), complete, last_tick);
+    Compared compared = compare_file(recorded, again, table.file, table.names(), there, complete, last_tick);
     result.same = compared.difference.empty();
     result.where = std::move(compared.difference);
     return compared.rows;
@@ -124,11 +127,11 @@ TraceDifference compare_traces(const fs::path& recorded, const fs::path& again) 
   result.ticks = compare(detail::ticks_table());
   compare(detail::modes_table());
   compare(detail::events_table());
-  compare(detail::break_throughs_table());
+  compare(detail::break_throughs_table(), There::where_needed);
   if (a.header().primitives) {
     compare(detail::balances_table());
     compare(detail::primitives_table());
-    compare(detail::works_table());
+    compare(detail::works_table(), There::where_needed);
   }
   return result;
 }

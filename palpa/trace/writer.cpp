@@ -107,13 +107,11 @@ class TraceWriter::Files {
         ticks(begin(detail::ticks_table())),
         modes(begin(detail::modes_table())),
         events(begin(detail::events_table())),
-        break_throughs(begin(detail::break_throughs_table())),
         timing(begin(detail::timing_table())) {
     header.complete = false;
     if (!header.primitives) return;
     balances = begin(detail::balances_table());
     primitives = begin(detail::primitives_table());
-    works = begin(detail::works_table());
   }
 
   // The file of a table with its header line.
@@ -130,6 +128,13 @@ class TraceWriter::Files {
   static void add(OutputFile& file, const detail::Table<Row>& table, const Row& row) {
     table.write(row, file.rows());
     file.write_if_long();
+  }
+
+  // For a file that is only there if it has something to say.
+  template <class Row>
+  void add_to(std::unique_ptr<OutputFile>& file, const detail::Table<Row>& table, const Row& row) const {
+    if (!file) file = begin(table);
+    add(*file, table, row);
   }
 
   template <class Action>
@@ -216,7 +221,8 @@ void TraceWriter::append(const TickFrame& frame, std::span<const ModeTick> modes
           const std::optional<double> captured = one.captured.any() ? std::optional(one.captured.value) : std::nullopt;
           const std::string_view mode = files.mode_name(one.primitive.id.mode);
           Files::add(*files.primitives, detail::primitives_table(), {frame.tick, number, mode, one, captured});
-          Files::add(*files.works, detail::works_table(), {frame.tick, number, mode, one, work_j(step, one)});
+          if (one.carried_m == Vec3{}) continue;
+          files.add_to(files.works, detail::works_table(), {frame.tick, number, mode, one, work_j(step, one)});
         }
       }
     }
@@ -230,7 +236,7 @@ void TraceWriter::append(const TickFrame& frame, std::span<const ModeTick> modes
       const std::string_view mode = files.mode_name(event.mode);
       files.put_event(frame.tick, frame.t_s, name_of(event.kind), mode, value);
       if (event.kind == SessionEventKind::break_through) {
-        Files::add(*files.break_throughs, detail::break_throughs_table(), {frame.tick, frame.t_s, mode, event});
+        files.add_to(files.break_throughs, detail::break_throughs_table(), {frame.tick, frame.t_s, mode, event});
       }
     }
     if (frame.guard != files.last_guard) {

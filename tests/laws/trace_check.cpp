@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "palpa/core/load_error.h"
 
@@ -169,33 +170,35 @@ void check_balances(const std::filesystem::path& trace, const std::function<void
 }
 
 void check_works(const std::filesystem::path& trace, const std::function<void(const CheckedWork&)>& visit) {
-  CsvRows balances(trace / "balances.csv"), primitives(trace / "primitives.csv"), works(trace / "works.csv");
+  CsvRows balances(trace / "balances.csv"), primitives(trace / "primitives.csv");
+  std::optional<CsvRows> works;
+  if (std::filesystem::exists(trace / "works.csv")) works.emplace(trace / "works.csv");
+  bool more = works && works->next();
   while (balances.next()) {
     const Vec3 start = balances.vector("start", "m"), step = balances.vector("proxy", "m") - start;
     const double fraction = balances.number("move_fraction");
-    CheckedWork checked;
-    checked.exact = balances.text("status") == "exact";
     for (std::int64_t i = balances.integer("primitives"); i > 0; --i) {
-      if (!primitives.next() || !works.next())
-        throw LoadError(balances.place() + ": its primitives or their works are missing");
-      for (const char* same : {"tick", "sub_step", "mode", "slot"}) {
-        if (primitives.text(same) != works.text(same)) throw LoadError(works.place() + ": is not of " + primitives.place());
-      }
-      const Vec3 force_n = primitives.vector("force", "n"), carried_m = works.vector("carried", "m");
-      checked.tick = works.integer("tick");
-      checked.sub_step = works.integer("sub_step");
-      checked.mode = works.text("mode");
+      if (!primitives.next()) throw LoadError(balances.place() + ": its primitives are missing");
+      const auto is_of_this = [&](const char* column) { return works->text(column) == primitives.text(column); };
+      const bool moved = more && is_of_this("tick") && is_of_this("sub_step") && is_of_this("mode") && is_of_this("slot");
+      const Vec3 force_n = primitives.vector("force", "n"), carried_m = moved ? works->vector("carried", "m") : Vec3{};
+      CheckedWork checked;
+      checked.tick = primitives.integer("tick");
+      checked.sub_step = primitives.integer("sub_step");
+      checked.mode = primitives.text("mode");
       checked.directed = primitives.text("kind") == "directed";
-      checked.claimed_j = works.number("work_j");
+      checked.exact = balances.text("status") == "exact";
       checked.work_j = dot(force_n, step - fraction * carried_m);
+      checked.claimed_j = moved ? works->number("work_j") : checked.work_j;
       checked.moved_j = dot(force_n, fraction * carried_m);
       checked.carried_m = norm(carried_m);
       checked.may_bring_j = norm(force_n) * distance(primitives.vector("position", "m"), start + carried_m);
       visit(checked);
+      if (moved) more = works->next();
     }
   }
-  if (primitives.next() || works.next())
-    throw LoadError(trace.string() + ": works or primitives belong to no row of balances.csv");
+  if (primitives.next()) throw LoadError(primitives.place() + ": belongs to no row of balances.csv");
+  if (more) throw LoadError(works->place() + ": belongs to no row of primitives.csv");
 }
 
 }  // namespace palpa::test

@@ -56,14 +56,14 @@ struct CheckedBalance {
 /// all whole balances were visited.
 void check_balances(const std::filesystem::path& trace, const std::function<void(const CheckedBalance&)>& visit);
 
-/// A row of works.csv, worked out again from its rows of primitives.csv and balances.csv.
+/// What a primitive brought in, from its rows of balances.csv, primitives.csv and, where its data moved, works.csv.
 struct CheckedWork {
   std::int64_t tick = 0;
   std::int64_t sub_step = 0;
   std::string_view mode;
   bool directed = false;
   bool exact = false;        ///< its balance is
-  double claimed_j = 0.0;    ///< work_j, as the trace has it
+  double claimed_j = 0.0;    ///< work_j, as the trace has it; without a row that worked out
   double work_j = 0.0;       ///< force · (proxy − start − move_fraction · carried)
   double moved_j = 0.0;      ///< force · move_fraction · carried
   double carried_m = 0.0;    ///< how far

@@ -204,7 +204,7 @@ TEST_F(Trace, RowsOfWorksAndBreakThroughs) {
   TraceWriter writer(folder(), {.primitives = true}, scene, {"skin"});
   writer.append(plain_frame(5), {}, {&step, 1}, {&plane, 1}, events);
   writer.finish();
-  // Data carried the proxy 0.25 m of its 0.125 m: 2 N have taken out 0.25 J.
+  // Half of the sub-step was gone: data carried the proxy by 0.25 m, it went by 0.125 m, so 2 N have taken out 0.25 J.
   EXPECT_EQ(text_of(folder() / "works.csv"),
             "tick,sub_step,mode,slot,carried_x_m,carried_y_m,carried_z_m,work_j\n5,0,skin,3,0,0,0.5,-0.25\n");
   EXPECT_EQ(text_of(folder() / "break_throughs.csv"), "tick,t_s,mode,level,depth_m\n5,0.005,skin,-300,0.0016\n");
