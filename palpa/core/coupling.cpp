@@ -6,7 +6,7 @@ namespace palpa {
 
 namespace {
 constexpr double cut_off_hz = 150.0;
-constexpr double encoder_ripple_n = 0.02;  // largest force that one encoder step may make
+constexpr double encoder_ripple_n = 0.001;  // largest force that one encoder step may make: below what a hand feels
 constexpr double always_allowed_n = 0.2;
 constexpr double share_of_spring = 0.5;
 

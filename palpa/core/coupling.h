@@ -25,7 +25,7 @@ class Damper {
  public:
   /// \param damping_ns_per_m  [N·s/m] D, >= 0
   /// \param encoder_step_m    [m] position step of the device, 0 if none: the cut-off (150 Hz) is
-  ///                          lowered until one step makes less than 0.02 N
+  ///                          lowered until one step makes no more than 1 mN
   explicit Damper(double damping_ns_per_m, double encoder_step_m = 0.0) noexcept;
 
   /// v_proxy − v_probe [m/s] as the damper sees it, limited as above; D times it is the damper's force.

@@ -134,7 +134,7 @@ InGroove press_into_groove(Walked walked) {
   constexpr double voxel_m = 1e-3, k = 800.0, strength_n = 4.0, opening_rad = 40.0 * pi / 180.0;
   constexpr int voxels = 44;
   // The grid is turned about the groove, so that its cells lie anyhow across.
-  constexpr double turn_rad = 0.4;
+  constexpr double turn_rad = 0.15;
   const double c = std::cos(0.5 * opening_rad), s = std::sin(0.5 * opening_rad);
   GridGeometry geometry;
   geometry.dims = {voxels, voxels, voxels};
@@ -373,7 +373,7 @@ Figure groove_figure() {
           .x_label = "time / s",
           .y_label = "force / N",
           .x_range = std::pair{0.0, end_s},
-          .y_range = std::pair{-0.1, 2.1}};
+          .y_range = std::pair{-0.1, 2.4}};
   Plot across{.title = "Force across it",
               .x_label = "time / s",
               .y_label = "force / N",

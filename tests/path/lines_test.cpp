@@ -93,15 +93,19 @@ TEST(FollowPath, IsTheSameWhateverTheSignsOfAMeasuredBrain) {
 
 class OrderOfConvergence : public testing::TestWithParam<OrderCase> {};
 
-TEST_P(OrderOfConvergence, IsTwo) {
+// What docs/path.md states: order two where the direction alone turns (a plane with the flow, a force along it), one where a
+// force that resists motion turns with it.
+double stated_order(const std::string& mode) { return mode == "front_shape" || mode == "vector_force" ? 2.0 : 1.0; }
+
+TEST_P(OrderOfConvergence, IsAsStated) {
   const Order order = measure_order(GetParam());
   EXPECT_TRUE(order.slides);
-  // Below rounding and the balances' own bound there is no order to be seen.
+  constexpr double settled_m = 1.6e-6;  // a thousandth of a sample spacing: a proxy that rests may be anywhere within it
   for (std::size_t i = 0; i < order.orders.size(); ++i) {
-    if (order.differences_m[i + 1] < 2e-9) continue;
-    EXPECT_GT(order.orders[i], 1.7) << Order::steps[i] << ", " << Order::steps[i + 1] << ", " << Order::steps[i + 2]
-                                    << " steps: differences of " << order.differences_m[i] << " and "
-                                    << order.differences_m[i + 1] << " m";
+    if (order.differences_m[i + 1] < settled_m) continue;
+    EXPECT_GT(order.orders[i], stated_order(GetParam().name) - 0.3)
+        << Order::steps[i] << ", " << Order::steps[i + 1] << ", " << Order::steps[i + 2] << " steps: differences of "
+        << order.differences_m[i] << " and " << order.differences_m[i + 1] << " m";
   }
 }
 

