@@ -1,0 +1,351 @@
+// How long a tick takes: five modes at once on volumes of 256³, with caches evicted and under a recorded hand, and one surface
+// on volumes of 128³ to 1024³.
+//
+//   bench_tick_speed [--part evicted|hot|sizes]… [--ticks N] [--hand FILE] [--pages small|huge]
+//
+// Without --part: evicted, sizes, and with a hand hot. --ticks: evicted ticks of each table's row instead of 2000. --hand:
+// a recorded hand (hand.h), held firmly. --pages: of the voxels. Pins itself to the core it starts on. Times are those of the
+// cycle counter; a tick in which the process was switched out or had a page fault is counted apart.
+#include <palpa/device/hand.h>
+#include <palpa/field/filter.h>
+#include <palpa/field/grid.h>
+#include <palpa/loop/loop.h>
+#include <palpa/mode/follow.h>
+#include <palpa/mode/gradient_force.h>
+#include <palpa/mode/surface_and_friction.h>
+#include <palpa/mode/viscosity.h>
+#include <palpa/mode/vortex.h>
+#include <palpa/palpa.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <numbers>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "bench/solver_clock.h"
+
+namespace {
+
+using namespace palpa;
+
+constexpr double edge_m = 0.256;  // of every volume
+constexpr double ball_m = 0.060;  // radius of the solid
+constexpr double core_m = 0.060;  // radius of the vortex' core
+constexpr double deep_m = 0.001;  // of the probe below the surface
+constexpr double hand_m_per_s = 0.1;
+constexpr double dt_s = 1e-3;
+
+struct Options {
+  std::vector<std::string_view> parts;
+  int ticks = 2000;
+  std::string hand;
+  bool wants(std::string_view part) const {
+    return parts.empty() || std::find(parts.begin(), parts.end(), part) != parts.end();
+  }
+};
+
+GridGeometry cube_of(int voxels) {
+  const double step_m = edge_m / (voxels - 1);
+  GridGeometry geometry;
+  geometry.dims = {voxels, voxels, voxels};
+  geometry.index_to_world_m = {{{step_m, 0, 0}, {0, step_m, 0}, {0, 0, step_m}}};
+  geometry.origin_m = {-0.5 * edge_m, -0.5 * edge_m, -0.5 * edge_m};
+  return geometry;
+}
+
+bool huge_pages = false;
+
+std::shared_ptr<void> in_pages(std::size_t bytes) {
+  constexpr std::size_t page = std::size_t{2} << 20;
+  const std::size_t rounded = (bytes + page - 1) / page * page;
+  void* memory = std::aligned_alloc(page, rounded);
+  if (memory == nullptr) throw LoadError("not enough memory for a volume");
+  ::madvise(memory, rounded, huge_pages ? MADV_HUGEPAGE : MADV_NOHUGEPAGE);
+  return {memory, std::free};
+}
+
+/// A grid as a reader makes it: trilinear, until a scene chooses.
+template <class T, int Components, class At>
+Volume volume_on(int voxels, VoxelType type, double scale, const char* unit, At at) {
+  const GridGeometry geometry = cube_of(voxels);
+  const std::size_t bytes = static_cast<std::size_t>(geometry.voxels()) * Components * sizeof(T);
+  const std::shared_ptr<void> data = in_pages(bytes);
+  T* out = static_cast<T*>(data.get());
+  for (int k = 0; k < voxels; ++k) {
+    for (int j = 0; j < voxels; ++j) {
+      for (int i = 0; i < voxels; ++i, out += Components) at(geometry.to_world({double(i), double(j), double(k)}), out);
+    }
+  }
+  Volume volume;
+  volume.format = "grid";
+  volume.fields.push_back({"value", unit, grid_field(geometry, {type, Components, data}, scale)});
+  return volume;
+}
+
+/// Depth in a ball, in steps of 1e-5 m: int16 as of a scanner.
+Volume ball_on(int voxels) {
+  return volume_on<std::int16_t, 1>(voxels, VoxelType::int16, 1e-5, "m", [](const Vec3& x, std::int16_t* out) {
+    *out = static_cast<std::int16_t>(std::lround(1e5 * (ball_m - norm(x))));
+  });
+}
+
+/// A vortex along z that drifts along it: its core is as wide as the ball.
+Volume flow_on(int voxels) {
+  return volume_on<float, 3>(voxels, VoxelType::float32, 1.0, "m/s", [](const Vec3& x, float* out) {
+    const double r2 = (x.x * x.x + x.y * x.y) / (core_m * core_m);
+    const double turn = r2 > 1e-9 ? (1.0 - std::exp(-r2)) / r2 : 1.0;
+    out[0] = static_cast<float>(-turn * x.y / core_m);
+    out[1] = static_cast<float>(turn * x.x / core_m);
+    out[2] = 0.5F;
+  });
+}
+
+/// What pulls: warm at one corner.
+Volume warmth_on(int voxels) {
+  return volume_on<std::int16_t, 1>(voxels, VoxelType::int16, 1e-2, "K", [](const Vec3& x, std::int16_t* out) {
+    const Vec3 from = x - Vec3{0.1, 0.1, 0.1};
+    *out = static_cast<std::int16_t>(std::lround(1e4 * std::exp(-norm_squared(from) / 0.02)));
+  });
+}
+
+Scene in_reach(const Vec3& centre_m) {
+  Scene scene({.stiffness_n_per_m = 500.0, .damping_ns_per_m = 0.2});
+  scene.workspace.scale = 1.0;
+  scene.workspace.center_m = centre_m;
+  scene.workspace.towards_user = "+z";
+  scene.workspace.up = "+y";
+  return scene;
+}
+
+SurfaceAndFriction skin_of(const FieldRef& body) {
+  return {.field = body, .levels = {{.name = "skin", .value = 0.0, .strength_n = 3.0}}, .friction_coefficient = 0.2};
+}
+
+struct Volumes {
+  Volume body, flow, warmth;
+};
+
+Scene five_modes(const Volumes& volumes, std::optional<Filter> filter, const Vec3& centre_m = {}) {
+  Scene scene = in_reach(centre_m);
+  const FieldRef body = scene.add("body", volumes.body, {}, filter);
+  const FieldRef flow = scene.add("flow", volumes.flow, {}, filter);
+  const FieldRef warmth = scene.add("warmth", volumes.warmth, {}, filter);
+  scene.add("skin", skin_of(body));
+  scene.add("pull", GradientForce{.field = warmth, .strength_n = 0.3});
+  scene.add("stream", Follow{.field = flow, .strength_n = 0.3});
+  scene.add("air", Viscosity{.field = flow, .strength_n = 0.05, .drag_ns_per_m = 0.5});
+  scene.add("tube", VortexPlane{.field = flow, .strength_n = 0.3});
+  return scene;
+}
+
+const char* interpolants_of(std::optional<Filter> filter) {
+  return filter ? "trilinear; what is derived (q, smooth) is smooth" : "int16 smooth, float trilinear; q and smooth smooth";
+}
+
+/// A probe that goes round the ball, deep_m below its surface, on great circles that turn.
+class Round {
+ public:
+  explicit Round(double reach_m) : reach_m_(reach_m) {}
+  Vec3 next() {
+    way_m_ += hand_m_per_s * dt_s;
+    const double along = way_m_ / reach_m_, turn = 0.377 * along;
+    const Vec3 flat{std::cos(along), std::sin(along), 0.0};
+    return reach_m_ * Vec3{flat.x, std::cos(turn) * flat.y, std::sin(turn) * flat.y};
+  }
+
+ private:
+  double reach_m_;
+  double way_m_ = 0.0;
+};
+
+/// 64 MiB in small pages: writing to it puts everything else, code too, out of the caches and the translations of addresses.
+class Other {
+ public:
+  Other() : data_(static_cast<unsigned char*>(std::aligned_alloc(1 << 21, bytes))) {
+    ::madvise(data_, bytes, MADV_NOHUGEPAGE);
+    for (std::size_t i = 0; i < bytes; ++i) data_[i] = 1;
+  }
+  ~Other() { std::free(data_); }
+  Other(const Other&) = delete;
+  Other& operator=(const Other&) = delete;
+  void evict() noexcept {
+    for (std::size_t i = 0; i < bytes; i += 64) ++data_[i];
+  }
+
+ private:
+  static constexpr std::size_t bytes = std::size_t{64} << 20;
+  unsigned char* data_;
+};
+
+struct Disturbed {
+  long switches = 0, faults = 0;
+  static Disturbed now() noexcept {
+    rusage use{};
+    ::getrusage(RUSAGE_THREAD, &use);
+    return {use.ru_nvcsw + use.ru_nivcsw, use.ru_minflt + use.ru_majflt};
+  }
+};
+
+struct Times {
+  std::vector<double> us;
+  std::vector<double> sub_steps;
+  int switched = 0, faulted = 0;  // counted apart
+  double of(double share) {
+    std::sort(us.begin(), us.end());
+    return us[static_cast<std::size_t>(share * static_cast<double>(us.size() - 1))];
+  }
+};
+
+Times measure(const Scene& scene, double reach_m, int ticks, Other* other) {
+  const bench::Clock clock;
+  Session session(scene, baseline::law(scene));
+  Round round(reach_m);
+  session.tick({.position_m = (1.0 + 2.0 * deep_m / ball_m) * ball_m / reach_m * round.next()}, dt_s);
+  for (int i = 0; i < 200; ++i) session.tick({.position_m = round.next()}, dt_s);
+  Times times;
+  times.us.reserve(static_cast<std::size_t>(ticks));
+  times.sub_steps.reserve(static_cast<std::size_t>(ticks));
+  while (static_cast<int>(times.us.size()) < ticks) {
+    const Probe probe{.position_m = round.next()};
+    if (other) other->evict();
+    const Disturbed before = Disturbed::now();
+    const std::uint64_t begin = bench::Clock::now();
+    const Tick tick = session.tick(probe, dt_s);
+    const std::uint64_t end = bench::Clock::now();
+    const Disturbed after = Disturbed::now();
+    times.switched += after.switches != before.switches;
+    times.faulted += after.faults != before.faults;
+    if (after.switches != before.switches || after.faults != before.faults) continue;
+    times.us.push_back(1e-3 * (clock.ns_between(begin, end) - clock.own_ns()));
+    times.sub_steps.push_back(tick.sub_steps);
+  }
+  return times;
+}
+
+double mean(const std::vector<double>& numbers) {
+  double sum = 0.0;
+  for (const double n : numbers) sum += n;
+  return sum / static_cast<double>(numbers.size());
+}
+
+void evicted(const Options& options) {
+  Other other;
+  const Volumes volumes{ball_on(256), flow_on(256), warmth_on(256)};
+  std::printf("Five modes (skin, gradient force, follow, viscosity, vortex plane) on 256^3: int16, float32 x 3, int16\n");
+  std::printf("hand %.2f m/s, voxel %.3f mm, voxels in %s pages\n", hand_m_per_s, 1e3 * edge_m / 255.0,
+              huge_pages ? "huge" : "small");
+  std::printf("%-52s %-8s %8s %8s %8s %9s %9s %9s\n", "interpolants", "caches", "p50 us", "p99 us", "max us", "sub-steps",
+              "switched", "faulted");
+  for (const std::optional<Filter> filter : {std::optional<Filter>{}, std::optional<Filter>{Filter::trilinear}}) {
+    const Scene scene = five_modes(volumes, filter);
+    for (const bool cold : {false, true}) {
+      Times t = measure(scene, ball_m - deep_m, cold ? options.ticks : 20 * options.ticks, cold ? &other : nullptr);
+      std::printf("%-52s %-8s %8.2f %8.2f %8.2f %9.2f %9d %9d\n", interpolants_of(filter), cold ? "evicted" : "hot", t.of(0.5),
+                  t.of(0.99), t.of(1.0), mean(t.sub_steps), t.switched, t.faulted);
+    }
+  }
+}
+
+void sizes(const Options& options) {
+  Other other;
+  std::printf("One surface with friction on int16, smooth, caches evicted, hand %.2f m/s, voxels in %s pages\n", hand_m_per_s,
+              huge_pages ? "huge" : "small");
+  std::printf("%8s %8s %8s %8s %9s %9s %9s\n", "voxels", "p50 us", "p99 us", "of 128^3", "sub-steps", "switched", "faulted");
+  double first_us = 0.0;
+  for (const int voxels : {128, 256, 512, 1024}) {
+    Scene scene = in_reach({});
+    const FieldRef body = scene.add("body", ball_on(voxels));
+    scene.add("skin", skin_of(body));
+    Times t = measure(scene, ball_m - deep_m, options.ticks, &other);
+    if (first_us == 0.0) first_us = t.of(0.5);
+    std::printf("%6d^3 %8.2f %8.2f %8.2f %9.2f %9d %9d\n", voxels, t.of(0.5), t.of(0.99), t.of(0.5) / first_us,
+                mean(t.sub_steps), t.switched, t.faulted);
+  }
+}
+
+void hot(const Options& options) {
+  const Volumes volumes{ball_on(256), flow_on(256), warmth_on(256)};
+  std::printf("The same five modes under %s, held firmly, 1000 Hz\n", options.hand.c_str());
+  std::printf("%-52s %9s %9s %9s %9s %9s\n", "interpolants", "ticks", "ticks/s", "us", "sub-steps", "contact");
+  for (const std::optional<Filter> filter : {std::optional<Filter>{}, std::optional<Filter>{Filter::trilinear}}) {
+    const Scene scene = five_modes(volumes, filter, {0.0, 0.0, ball_m});
+    const std::unique_ptr<SimulatedDevice> hand = open_hand(options.hand, Hold::firm);
+    std::vector<Probe> probes;
+    std::vector<double> sub_steps;
+    int pressed = 0;
+    Session session(scene, baseline::law(scene));
+    run_simulated(session, *hand, {.rate_hz = 1.0 / dt_s, .duration_s = hand->duration_s()}, nullptr,
+                  [&](const TickFrame& frame, const Session& felt) {
+                    probes.push_back({.position_m = frame.result.probe_m,
+                                      .velocity_m_per_s = frame.result.probe_velocity_m_per_s,
+                                      .valid = frame.result.probe_valid});
+                    sub_steps.push_back(frame.result.sub_steps);
+                    pressed += norm(felt.modes()[0].force_n) > 0.0;
+                  });
+    double best_s = 1e9;
+    for (int pass = 0; pass < 3; ++pass) {
+      const bench::Clock clock;
+      Session again(scene, baseline::law(scene));
+      const std::uint64_t begin = bench::Clock::now();
+      for (const Probe& probe : probes) again.tick(probe, dt_s);
+      best_s = std::min(best_s, 1e-9 * clock.ns_between(begin, bench::Clock::now()));
+    }
+    const double count = static_cast<double>(probes.size());
+    std::printf("%-52s %9zu %9.0f %9.2f %9.2f %8.1f%%\n", interpolants_of(filter), probes.size(), count / best_s,
+                1e6 * best_s / count, mean(sub_steps), 100.0 * pressed / count);
+  }
+}
+
+void stay_on_this_core() {
+  cpu_set_t cores;
+  CPU_ZERO(&cores);
+  CPU_SET(static_cast<std::size_t>(std::max(0, ::sched_getcpu())), &cores);
+  if (::sched_setaffinity(0, sizeof(cores), &cores) != 0) std::printf("not pinned to a core\n");
+}
+
+int usage() {
+  std::fprintf(stderr,
+               "usage: bench_tick_speed [--part evicted|hot|sizes]... [--ticks N] [--hand FILE] [--pages small|huge]\n");
+  return 2;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::setvbuf(stdout, nullptr, _IOLBF, 0);
+  Options options;
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view argument = argv[i];
+    if (i + 1 >= argc) return usage();
+    const char* value = argv[++i];
+    if (argument == "--part") {
+      options.parts.emplace_back(value);
+    } else if (argument == "--ticks") {
+      options.ticks = std::max(100, std::atoi(value));
+    } else if (argument == "--pages") {
+      huge_pages = std::string_view(value) == "huge";
+    } else if (argument == "--hand") {
+      options.hand = value;
+    } else {
+      return usage();
+    }
+  }
+  try {
+    stay_on_this_core();
+    if (options.wants("evicted")) evicted(options);
+    if (options.wants("sizes")) sizes(options);
+    if (options.wants("hot") && !options.hand.empty()) hot(options);
+  } catch (const LoadError& error) {
+    std::fprintf(stderr, "bench_tick_speed: %s\n", error.what());
+    return 1;
+  }
+  return 0;
+}
