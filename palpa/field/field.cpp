@@ -32,6 +32,8 @@ class Posed final : public Field {
 
   int components() const noexcept override { return view_.field->components(); }
 
+  void prefetch(const Vec3& world_m) const noexcept override { view_.field->prefetch(view_.pose.to_hand(world_m)); }
+
   ScalarSample scalar(const Vec3& world_m) const noexcept override {
     ScalarSample s = view_.field->scalar(view_.pose.to_hand(world_m));
     s.gradient = view_.pose.rotation * s.gradient / view_.pose.scale;

@@ -76,6 +76,9 @@ class Field {
   /// only.
   virtual Stretch stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept;
 
+  /// Begins to bring what a sample at a world position [m] reads into the caches, without waiting for it. Here: nothing.
+  virtual void prefetch(const Vec3& world_m) const noexcept { static_cast<void>(world_m); }
+
   /// The length [m] over which the field may change its course, > 0 and finite: the least distance
   /// between neighbouring planes of samples of a grid, the size of the finest feature of a formula.
   virtual double spacing_m() const noexcept = 0;

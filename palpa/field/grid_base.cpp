@@ -290,6 +290,28 @@ Stretch GridBase::stretch(const Vec3& from_m, const Vec3& to_m, double begin, co
   return {.end = piece.end, .inside = piece.inside};
 }
 
+// The rows of values along i that the interpolant reads: one or two lines of the cache each.
+void GridBase::prefetch(const Vec3& world_m) const noexcept {
+  Cell cells[3];
+  if (!locate(world_m, cells)) return;
+  const std::int64_t reach = view_.filter == Filter::trilinear ? 0 : 1;
+  const auto bytes = static_cast<std::int64_t>(size_of(view_.voxels.type));
+  std::int64_t first[3], last[3];
+  for (int a = 0; a < 3; ++a) {
+    first[a] = std::max<std::int64_t>(cells[a].first - reach, 0);
+    last[a] = std::min(cells[a].first + 1 + reach, view_.geometry.dims[a] - 1);
+  }
+  const auto* values = static_cast<const char*>(coefficients_.get()) + bytes * first[0] * stride_[0];
+  const std::int64_t length = bytes * ((last[0] - first[0] + 1) * stride_[0]) - 1;
+  for (std::int64_t k = first[2]; k <= last[2]; ++k) {
+    for (std::int64_t j = first[1]; j <= last[1]; ++j) {
+      const char* row = values + bytes * (k * stride_[2] + j * stride_[1]);
+      __builtin_prefetch(row);
+      __builtin_prefetch(row + length);
+    }
+  }
+}
+
 double GridBase::depth_m(const Vec3& world_m) const noexcept {
   const Vec3 p = index_of(world_m);
   const double index[3] = {p.x, p.y, p.z};

@@ -65,6 +65,7 @@ class GridBase : public Field {
   double spacing_m() const noexcept override { return *std::min_element(plane_distance_m_, plane_distance_m_ + 3); }
   Box bounds_m() const noexcept override { return bounds_m_; }
   double depth_m(const Vec3& world_m) const noexcept override;
+  void prefetch(const Vec3& world_m) const noexcept override;
   std::vector<Extent> extents() const override { return extents_; }
 
   /// Of a vector field: where there are data, without values (degree −1).
@@ -113,8 +114,8 @@ class GridBase : public Field {
 
   GridView view_;
   std::shared_ptr<const void> coefficients_;  ///< what is interpolated: the voxels, or coefficients of a spline
-  Mat3 world_to_index_;     ///< [voxels/m]
-  std::int64_t stride_[3];  ///< values from voxel to voxel
+  Mat3 world_to_index_;                       ///< [voxels/m]
+  std::int64_t stride_[3];                    ///< values from voxel to voxel
 
  private:
   template <int Axis>

@@ -27,6 +27,11 @@ Samples::Samples(std::span<const FieldPtr> fields, const Similarity& map)
   }
 }
 
+void Samples::prefetch(std::int32_t field, const Vec3& hand_m) const noexcept {
+  if (field < 0 || static_cast<std::size_t>(field) >= fields_.size()) return;
+  slots_[static_cast<std::size_t>(field)].field->prefetch(map_.to_world(hand_m));
+}
+
 void Samples::move_to(const Vec3& hand_m) noexcept {
   if (visit_ > 0 && hand_m == hand_m_) return;
   hand_m_ = hand_m;

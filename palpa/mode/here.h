@@ -20,6 +20,9 @@ class Samples {
   /// \param map     hand to world
   Samples(std::span<const FieldPtr> fields, const Similarity& map);
 
+  /// Begins to bring what samples of a field at a position of the hand frame [m] read into the caches (Field::prefetch).
+  void prefetch(std::int32_t field, const Vec3& hand_m) const noexcept;
+
   /// Moves to a position of the hand frame [m] and forgets what was sampled.
   void move_to(const Vec3& hand_m) noexcept;
   const Vec3& position_m() const noexcept { return hand_m_; }

@@ -115,7 +115,16 @@ FeltModes::FeltModes(const Scene& scene, const Similarity& map) : map_(map) {
     }
     parts_.push_back(std::move(part));
   }
-  for (const FieldPtr& field : fields_) boxes_.push_back(field->bounds_m());
+  for (std::size_t m = 0; m < modes_.size(); ++m) {
+    if (!enabled(m)) continue;
+    double finest = std::numeric_limits<double>::infinity();
+    for (const std::int32_t f : parts_[m].fields) {
+      const Field& field = *fields_[static_cast<std::size_t>(f)];
+      finest = std::min(finest, map_.length_to_hand(field.spacing_m()));
+      reaches_.push_back({field.bounds_m(), finest, f == parts_[m].fields.back()});
+      if (std::find(read_.begin(), read_.end(), f) == read_.end()) read_.push_back(f);
+    }
+  }
   samples_ = std::make_unique<Samples>(fields_, map_);
   memories_.resize(memory_bytes);
   slots_.reserve(256);
@@ -305,18 +314,20 @@ bool FeltModes::silence_is_watched(std::size_t m, std::vector<std::int32_t>& ent
   });
 }
 
+void FeltModes::prefetch(const Vec3& at_m) const noexcept {
+  for (const std::int32_t f : read_) samples_->prefetch(f, at_m);
+}
+
 double FeltModes::finest_m(const Vec3& from_m, const Vec3& to_m) const noexcept {
   const Vec3 a = map_.to_world(from_m);
   const Vec3 b = map_.to_world(to_m);
   double finest = std::numeric_limits<double>::infinity();
-  for (std::size_t m = 0; m < modes_.size(); ++m) {
-    if (!modes_[m].enabled) continue;
-    const std::vector<std::int32_t>& fields = parts_[m].fields;
-    const bool met = std::all_of(fields.begin(), fields.end(),
-                                 [&](std::int32_t f) { return boxes_meet(boxes_[static_cast<std::size_t>(f)], a, b); });
-    if (!met) continue;
-    for (const std::int32_t f : fields)
-      finest = std::min(finest, map_.length_to_hand(fields_[static_cast<std::size_t>(f)]->spacing_m()));
+  bool met = true;
+  for (const Reach& reach : reaches_) {
+    met = met && boxes_meet(reach.box_m, a, b);
+    if (!reach.last_of_mode) continue;
+    if (met) finest = std::min(finest, reach.finest_m);
+    met = true;
   }
   return finest;
 }

@@ -102,6 +102,10 @@ class FeltModes {
   /// `entered` begin: then any way up to there is free. Places primitives to find out.
   bool silent_at(const Moment& moment, const Vec3& at_m, PrimitiveSet& scratch, std::vector<std::int32_t>& entered) noexcept;
 
+  /// Begins to bring what the enabled modes read at `at_m` [m] into the caches, all fields at once: a tick that begins with
+  /// cold caches would wait for one after the other.
+  void prefetch(const Vec3& at_m) const noexcept;
+
   /// The finest sample spacing [hand m] of the modes whose data the way from `from_m` to `to_m` [m] can meet;
   /// infinity where there are none.
   double finest_m(const Vec3& from_m, const Vec3& to_m) const noexcept;
@@ -117,6 +121,12 @@ class FeltModes {
     // Where the mode places nothing, only a watch can make it place something.
     bool onset_is_watched = false;
     std::vector<const Strength*> strengths;  // those that are functions
+  };
+  // Where a field of an enabled mode has data; mode by mode and together in memory, since every piece of the way asks for them.
+  struct Reach {
+    Box box_m;                  // of the world
+    double finest_m;            // [hand m] of the mode's fields up to this one
+    bool last_of_mode = false;  // the next one is another mode's
   };
   class Resolver;
   // How a mode lets go of a level that has jumped, and takes hold again.
@@ -147,7 +157,8 @@ class FeltModes {
   std::unique_ptr<Samples> samples_;
   std::vector<SceneMode> modes_;  // with their references resolved
   std::vector<Part> parts_;
-  std::vector<Box> boxes_;  // of the fields
+  std::vector<Reach> reaches_;
+  std::vector<std::int32_t> read_;  // fields that enabled modes read, once each
   std::vector<std::byte> memories_;
   std::vector<Vec3> carried_m_;
   bool any_carried_ = false;

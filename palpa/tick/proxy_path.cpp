@@ -126,6 +126,7 @@ bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) no
     modes_.samples().move_to(c.proxy);
     watches_.look(modes_.samples());
   }
+  modes_.prefetch(c.proxy);
   ledger.begin(c.proxy);
   for (Told& told : told_) told.met = told.broken = false;
   kept_.begin_tick();
@@ -460,11 +461,13 @@ bool ProxyPath::meet_bound(Piece& piece, const Moment& moment, Balance& to) noex
     to = balance(probe_at(share), std::max(share, least_time_share) * moment.time_step_s);
     return !anything_yields();
   };
-  if (!holds_at(0.0)) {
+  // Nearly all levels that give way have done so before: then it is there already.
+  const double near = std::min(1.0, 2.0 * hair_m / length);
+  if (!holds_at(near) || !holds_at(0.0)) {
     to = balance(piece.to_m, moment.time_step_s);
     return false;
   }
-  double held = 0.0, gone = 1.0;
+  double held = near, gone = 1.0;
   while ((gone - held) * length > bound_m) {
     const double middle = 0.5 * (held + gone);
     (holds_at(middle) ? held : gone) = middle;
