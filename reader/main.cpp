@@ -186,7 +186,8 @@ std::int64_t chosen_frame(const protocol::Request& request, std::int64_t frames,
                     std::to_string(request.frame) + "; they count from 0");
   }
   if (frames > 1 && request.frame < 0) {
-    warnings.push_back("holds " + std::to_string(frames) + " frames: the first is read (frame = N takes another)");
+    warnings.push_back("holds " + std::to_string(frames) +
+                       " frames: the first is read (frame = N takes another, frame_period_s all of them, as a series)");
   }
   return std::max(request.frame, 0);
 }

@@ -738,7 +738,9 @@ void ProxyPath::record(SubStep step, Ledger& ledger) noexcept {
   // The law's bound is about the balance before its position was rounded to what is recorded. Whoever checks
   // the record by the duality gap pays a root for that rounding where the proxy rests on something.
   const double rounding_m = 0.5 * std::numeric_limits<double>::epsilon() * norm(position_m);
-  step.balance.error_bound_m += std::sqrt(held_n * rounding_m / k);
+  // A bound b = (ρ + √(ρ² + 4kε)) / 2k has ρ ≤ kb; with e more of gap it is at most (b + √(b² + 4e/k)) / 2.
+  double& bound_m = step.balance.error_bound_m;
+  bound_m = 0.5 * (bound_m + std::sqrt(bound_m * bound_m + 4.0 * held_n * rounding_m / k));
   dropped_ += primitives_.dropped();
   step.energy_before_j = energy_j(step.start_m);
   step.energy_after_j = energy_j(step.proxy_m);
