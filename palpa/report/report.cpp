@@ -268,7 +268,11 @@ std::optional<std::size_t> busiest_tick(const Recorded& recorded) {
 /// The primitives of the chosen tick: as recorded, or felt again up to it.
 Moment moment_at(const fs::path& trace, const Recorded& recorded, const Scene& scene, std::size_t chosen) {
   const Tick& tick = recorded.ticks[chosen].result;
-  Moment moment{.probe_m = tick.probe_m, .proxy_m = tick.proxy_m, .primitives = {}, .mode_names = recorded.modes};
+  Moment moment{.probe_m = tick.probe_m,
+                .proxy_m = tick.proxy_m,
+                .primitives = {},
+                .mode_names = recorded.modes,
+                .time_s = recorded.ticks[chosen].t_s};
   if (recorded.header.primitives) {
     moment.primitives = recorded_primitives(trace, recorded, recorded.ticks[chosen].tick);
     return moment;

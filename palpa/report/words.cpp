@@ -77,6 +77,7 @@ std::vector<std::string> words_of(const Recorded& recorded) {
   say(first_of(recorded, "break_through", "break-through"));
   say("The modes took " + millijoules(s.energy.dissipated_j) + " out of the hand's motion (dissipated) and brought " +
       millijoules(s.energy.injected_j) + " in (injected).");
+  if (s.energy.moved_j != 0.0) say("The data's own motion brought in " + millijoules(s.energy.moved_j) + ".");
   const auto share = [&](std::int64_t ticks) {
     return counted(ticks, "tick", "ticks") + " (" + percent(static_cast<double>(ticks) / static_cast<double>(s.ticks)) + ")";
   };

@@ -353,7 +353,7 @@ void draw_layer(vtkRenderer* renderer, const Scene& scene, const std::vector<Vie
                 const LayerOptions& options, Images& images, LayerSigns& signs) {
   const ViewLayer& layer = layers[number];
   const VolumeField& named = scene.field(layer.field);
-  const FieldPtr field = in_hand_frame(named.field, scene.hand_to_world());
+  const FieldPtr field = in_hand_frame(frozen(named.field, options.at), scene.hand_to_world());
   const bool vectors = field->components() == 3;
   const Box box = shared_part(field->bounds_m(), options.near);
   const double side_m = largest_component(box.size_m());

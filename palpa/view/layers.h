@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "palpa/field/field.h"
+#include "palpa/field/timed_field.h"
 #include "palpa/scene/scene.h"
 #include "palpa/view/canvas.h"
 
@@ -27,6 +27,7 @@ struct LayerSigns {
 struct LayerOptions {
   Box near;          ///< hand frame: what is farther is not drawn
   bool see_through;  ///< something inside is to be seen: surfaces let it through
+  DataTime at;       ///< data that change are drawn as they are then
 };
 
 /// Draws the layers in the hand frame. Throws SceneError on a field that is not there, LoadError on one that

@@ -280,7 +280,9 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
   const double reach_m = 2.0 * view.half_height_m * std::max(1.0, 1.0 * view.width_px / view.height_px);
   const Vec3 reach{reach_m, reach_m, reach_m};
   vtkNew<vtkRenderer> solid;
-  auto [legend, bars] = detail::draw_layers(solid, scene, layers, {{view.centre_m - reach, view.centre_m + reach}, felt.any()});
+  auto [legend, bars] = detail::draw_layers(
+      solid, scene, layers,
+      {{view.centre_m - reach, view.centre_m + reach}, felt.any(), scene.time.at(moment ? moment->time_s : 0.0)});
   if (all_data) {
     Seen drawn = seen_in(*solid, view);  // closer than the boxes of the fields
     if (felt.any()) drawn.add(felt);

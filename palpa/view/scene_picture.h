@@ -25,6 +25,7 @@ struct Moment {
   Vec3 proxy_m;
   std::vector<PlacedPrimitive> primitives;
   std::vector<std::string> mode_names;  ///< by PrimitiveId::mode, for the legend
+  double time_s = 0.0;                  ///< since the session began: data that change are drawn as they were then
 };
 
 struct ScenePictureOptions {
@@ -43,8 +44,9 @@ struct ScenePictureOptions {
 /// Draws the scene's layers, the path coloured by force (the probe's as a thin grey line), the moment's
 /// primitives in front of all, a legend, a scale bar in millimetres (or what fits) of the data's world, a
 /// colour bar in newtons, and the patient's directions (L R A P S I) at the edges in a medical frame, axes
-/// x y z of the world elsewhere. A scene that names no layers shows the levels of its modes as surfaces and
-/// their first vector field as streamlines, or else a scalar field as slices.
+/// x y z of the world elsewhere. Data that change with time are drawn as at the moment, without one as at first. A scene that
+/// names no layers shows the levels of its modes as surfaces and their first vector field as streamlines, or else a scalar
+/// field as slices.
 ///
 /// Needs no X; one picture at a time is drawn in a process, a second thread waits. The same input gives the
 /// same bytes on one machine. Throws LoadError where nothing can be drawn (no EGL), on a layer of the wrong
