@@ -276,8 +276,15 @@ void FeltModes::place_levels(const Moment& moment, const Vec3& at_m, PrimitiveSe
       looked = id.mode;
       place_mode(id.mode, moment, at_m, levels_);
     }
+    const Vec3 normal = out[i].direction;
+    const auto along_normal = [&](const Primitive& p) {
+      return p.id.mode == id.mode && p.kind == PrimitiveKind::line && p.direction == normal;
+    };
     for (std::size_t j = 0; j < levels_.size(); ++j) {
-      if (levels_[j].id == id && levels_.captured(j).any()) out.replace(i, levels_[j], levels_.captured(j));
+      for (std::size_t k = 0; k < out.size(); ++k) {
+        const bool taken = k == i ? levels_.captured(j).any() : along_normal(out[k]);
+        if (taken && out[k].id == levels_[j].id) out.replace(k, levels_[j], levels_.captured(j));
+      }
     }
   }
   samples_->move_to(at_m);

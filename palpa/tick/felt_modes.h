@@ -76,7 +76,8 @@ class FeltModes {
 
   /// Empties the set and lets every enabled mode place its primitives, looking at the data at `at_m` [m].
   void place(const Moment& moment, const Vec3& at_m, PrimitiveSet& out) noexcept;
-  /// Lets the modes whose planes in the set stand on a level look for it again, at `at_m` [m]; all else stays.
+  /// Lets the modes whose planes in the set stand on a level look for it again, at `at_m` [m], and take the lines along their
+  /// normals (friction) with them; all else stays.
   void place_levels(const Moment& moment, const Vec3& at_m, PrimitiveSet& out) noexcept;
   /// Tells the modes what became of a sub-step that ended with the proxy at `proxy_m` [m]. `state` gives the
   /// state of primitive i of `placed`.
