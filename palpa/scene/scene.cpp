@@ -346,7 +346,9 @@ class ThinPartChecks final : public CheckingVisitor {
       if (parts.lost_share() > worst.lost_share()) worst = parts;
     }
     if (!(worst.lost_share() > much)) return;
-    const auto percent = [](double share) { return toml_number(std::round(1000.0 * share) / 10.0) + " %"; };
+    const auto percent = [](double share) {
+      return share < 1e-3 ? std::string("under 0.1 %") : toml_number(std::round(1000.0 * share) / 10.0) + " %";
+    };
     find(info.name,
          the(info.name) + ": the smooth filter loses " + toml_number(std::round(100.0 * worst.lost_share())) +
              " % of the parts thinner than 2 voxels there, " + percent(worst.thin_share() * worst.lost_share()) +

@@ -725,11 +725,7 @@ void ProxyPath::record(SubStep step, Ledger& ledger) noexcept {
     const Vec3& carried_m = modes_.carried_m(p.id.mode);
     placed_.push_back({p, primitives_.captured(i), forces[i], state_at(p, step.balance), carried_m});
     if (p.kind == PrimitiveKind::directed) step.directed_n += forces[i];
-    if (placed_.back().state == PrimitiveState::stick) {
-      // Of one side only, a plane costs u below and s − u above.
-      const double force_n = norm(forces[i]);
-      held_n += p.kind == PrimitiveKind::plane ? std::max(p.strength_n - force_n, force_n) : p.strength_n + force_n;
-    }
+    if (placed_.back().state == PrimitiveState::stick) held_n += p.strength_n + norm(forces[i]);
     ledger.book(p.id.mode, forces[i], step.proxy_m - step.start_m, step.move_fraction * carried_m);
   }
   const auto energy_j = [&](const Vec3& x) {
@@ -737,10 +733,12 @@ void ProxyPath::record(SubStep step, Ledger& ledger) noexcept {
   };
   // The law's bound is about the balance before its position was rounded to what is recorded. Whoever checks
   // the record by the duality gap pays a root for that rounding where the proxy rests on something.
-  const double rounding_m = 0.5 * std::numeric_limits<double>::epsilon() * norm(position_m);
+  const double rounding_m =
+      0.5 * std::numeric_limits<double>::epsilon() * (std::abs(position_m.x) + std::abs(position_m.y) + std::abs(position_m.z));
   // A bound b = (ρ + √(ρ² + 4kε)) / 2k has ρ ≤ kb; with e more of gap it is at most (b + √(b² + 4e/k)) / 2.
   double& bound_m = step.balance.error_bound_m;
   bound_m = 0.5 * (bound_m + std::sqrt(bound_m * bound_m + 4.0 * held_n * rounding_m / k));
+  if (step.balance.status == BalanceStatus::exact && bound_m > exact_bound_m) step.balance.status = BalanceStatus::capped;
   dropped_ += primitives_.dropped();
   step.energy_before_j = energy_j(step.start_m);
   step.energy_after_j = energy_j(step.proxy_m);
