@@ -132,7 +132,7 @@ TEST_F(Program, ListsModesAndTheirParameters) {
   for (const char* key : {"field", "solid", "strength_n", "friction_coefficient"}) EXPECT_THAT(one.out, HasSubstr(key));
 
   const json all = json::parse(palpa({"modes", "--json"}).out);
-  ASSERT_EQ(all.size(), 7u);
+  ASSERT_EQ(all.size(), 10u);
   for (const json& mode : all) {
     EXPECT_EQ(json::parse(palpa({"modes", mode["type"], "--json"}).out), mode);
     for (const json& parameter : mode["parameters"]) {

@@ -87,7 +87,7 @@ TEST_F(BadInput, Scenes) {
   expect_change_refused("stiffness_n_per_m = 800", "stiffness_n_per_m = nan", {"stiffness"});
   expect_change_refused("strength_n = 0.8", "strength_n = -0.8", {"scene.toml:16:", "-0.8"});
   expect_change_refused("type = \"surface_and_friction\"", "type = \"surfaces\"", {"'surfaces'"});
-  expect_change_refused("type = \"surface_and_friction\"", "type = \"vortex_line\"", {"'vortex_line'"});
+  expect_change_refused("type = \"surface_and_friction\"", "type = \"vortex_sheet\"", {"'vortex_sheet'"});
   expect_change_refused("field = \"head\"", "field = \"haed\"", {"haed", "head"});
   expect_change_refused("analytic = \"head_phantom\"", "analytic = \"heart\"", {"heart"});
   expect_change_refused("analytic = \"head_phantom\"", "file = \"nowhere.nrrd\"", {"nowhere.nrrd"});
