@@ -54,39 +54,46 @@ void KeptPlanes::forget_beyond(const Vec3& position_m, double reach_m) noexcept 
   drop_if([&](const Plane& plane) { return distance(plane.position_m, position_m) > reach_m; });
 }
 
-void KeptPlanes::add_to(PrimitiveSet& set, double slack_m) const noexcept {
+bool KeptPlanes::add_to(PrimitiveSet& set, std::span<const double> own_n, const Vec3& reached_m, double behind_m,
+                        double slack_m) const noexcept {
   const bool relaxed = slack_m > 0.0;
-  const double behind_m = std::max(hollow_m, slack_m);
-  const std::size_t own = set.size();
-  std::uint16_t added = 0;
+  const double tolerance_m = std::max(hollow_m, slack_m);
+  const std::size_t before = set.size();
   const auto put_back = [&](const Vec3& position_m, const Vec3& normal) {
     const double cut_off_m = dot(normal, position_m - set.start_m());
     return relaxed && cut_off_m > 0.0 ? position_m - 0.5 * cut_off_m * normal : position_m;
   };
-  for (std::size_t i = 0; i < own && size_ > 0; ++i) {
+  for (std::size_t i = 0; i < own_n.size() && size_ > 0; ++i) {
     Primitive newest = set[i];
     const Captured level = set.captured(i);
-    const std::uint16_t before = added;
     if (!level.any()) continue;
+    const double strength_n = std::min(wedge * own_n[i], largest_strength_n);
+    const std::size_t count = set.size();
     for (std::size_t j = 0; j < size_; ++j) {
       const Plane& kept = planes_[j];
       if (!(kept.id == newest.id) || !same_level(kept.level, level)) continue;
       if (norm_squared(kept.normal - newest.direction) < distinct_squared) continue;
+      const Vec3 position_m = put_back(kept.position_m, kept.normal);
+      if (dot(kept.normal, position_m - reached_m) <= behind_m) continue;
       const Vec3 apart_m = set[i].position_m - kept.position_m;
-      const bool in_front = dot(kept.normal, apart_m) >= -behind_m;
-      const bool behind = dot(newest.direction, apart_m) > behind_m;
+      const bool in_front = dot(kept.normal, apart_m) >= -tolerance_m;
+      const bool behind = dot(newest.direction, apart_m) > tolerance_m;
       const bool opposed = dot(kept.normal, newest.direction) < 0.0;
       if (relaxed ? !in_front && behind && !opposed : !in_front || behind) continue;
+      const auto slot = static_cast<std::uint16_t>(FeltModes::first_slot_of_the_tick + most * i + j);
+      bool there = false;
+      for (std::size_t k = own_n.size(); k < set.size(); ++k)
+        there = there || (set[k].id.mode == newest.id.mode && set[k].id.slot == slot);
+      if (there) continue;
       set.begin_mode(newest.id.mode);
-      set.plane(static_cast<std::uint16_t>(FeltModes::first_slot_of_the_tick + added), put_back(kept.position_m, kept.normal),
-                kept.normal, std::min(wedge * newest.strength_n, largest_strength_n), level);
-      ++added;
+      set.plane(slot, position_m, kept.normal, strength_n, level);
     }
-    if (added == before) continue;
+    if (set.size() == count || newest.strength_n == strength_n) continue;
     newest.position_m = put_back(newest.position_m, newest.direction);
-    newest.strength_n = std::min(wedge * newest.strength_n, largest_strength_n);
+    newest.strength_n = strength_n;
     set.replace(i, newest, level);
   }
+  return set.size() > before;
 }
 
 void KeptPlanes::end_step(const PrimitiveSet& set, const Balance& balance, const Vec3& proxy_m, double spacing_m) noexcept {

@@ -22,6 +22,7 @@ constexpr double rest_share = 5e-4;         // of a sample spacing: a move that 
 constexpr double halted_share = 0.02;       // of a sample spacing: a move shortened below this is rest
 constexpr double arrived_m = 1e-6;          // an event this close to the balance, or trial_share, is no stop
 constexpr int max_passes = 8;               // of looking where a move ends
+constexpr int max_rounds = 4;               // of adding the kept planes that a balance is behind of
 constexpr int max_attempts = 3;             // of taking what a move runs into into the balance
 constexpr double local_reach = 4.0;         // of a move that fails: planes beyond are not of its place
 constexpr int max_halvings = 6;             // of a move that would raise the spring's energy
@@ -370,8 +371,12 @@ Balance ProxyPath::look(const Moment& moment, const Vec3& at_m, const Vec3& end_
 Balance ProxyPath::balance(const Vec3& probe_m, double time_s) noexcept {
   for (Told& told : told_) told.gives_way = false;
   keep_own();
-  if (in_steps_) kept_.add_to(primitives_, relaxed_ ? piercing_share * spacing_m_ : 0.0);
   Balance found = solve(probe_m, time_s);
+  const double slack_m = relaxed_ ? piercing_share * spacing_m_ : 0.0;
+  for (int round = 0; round < max_rounds && in_steps_; ++round) {
+    if (!kept_.add_to(primitives_, own_n_, found.position_m, still_share * spacing_m_, slack_m)) break;
+    found = solve(probe_m, time_s);
+  }
   const bool shared = primitives_.size() > own_;
   bool gives_way = yields(found, true);
   if (gives_way && shared && split_is_shared(primitives_.primitives(), found)) {
