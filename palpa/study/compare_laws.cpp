@@ -6,6 +6,7 @@
 
 #include "palpa/baseline/law.h"
 #include "palpa/loop/loop.h"
+#include "palpa/tick/felt_modes.h"
 
 namespace palpa {
 
@@ -89,11 +90,14 @@ LawComparison compare_laws(const Scene& scene, std::span<const Probe> probes, do
     result.ticks += exact.back().valid;
     for (const SubStep& step : session.sub_steps()) {
       if (step.primitives == 0) continue;
-      if (step.balance.status != BalanceStatus::exact) {
+      const auto placed = session.placed().subspan(step.first_primitive, step.primitives);
+      const bool in_hollow = std::any_of(placed.begin(), placed.end(), [](const PlacedPrimitive& p) {
+        return p.primitive.id.slot >= FeltModes::first_slot_of_the_tick;
+      });
+      if (step.balance.status != BalanceStatus::exact || in_hollow) {
         ++result.left_out;
         continue;
       }
-      const auto placed = session.placed().subspan(step.first_primitive, step.primitives);
       ++result.balances;
       result.oblique_balances += has_oblique_primitives(placed);
       pose(set, step, placed);

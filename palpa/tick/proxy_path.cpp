@@ -228,6 +228,8 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
   };
 
   // A long way is gone at once where nothing is felt and nothing sets in unseen.
+  // A hand that moves is followed by the next tick anyway; a still one is to feel the end of it.
+  const double rest_m = (path_m_ == 0.0 ? still_share : rest_share) * spacing_m_;
   const bool free = distance(piece.to_m, start) > longest && silent_at(start);
   if (free) longest = unbounded;
 
@@ -257,7 +259,7 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
     double wanted = move_fraction;
     Vec3 end;
     for (int attempt = 0;; ++attempt) {
-      move_fraction = descending_share(to, start, piece.to_m, wanted);
+      move_fraction = bound_met ? wanted : descending_share(to, start, piece.to_m, wanted);
       stop = bound_met ? Stop::event : wanted < 1.0 ? Stop::release : Stop::full;
       if (move_fraction < wanted) stop = Stop::energy;
       end = move_fraction < 1.0 ? start + move_fraction * (to.position_m - start) : to.position_m;
@@ -292,7 +294,7 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
     }
   }
   // Whether a finished move would be followed by another is only asked; the answer no is not worth a sub-step.
-  if (settling && stop == Stop::full && move_to(to) <= rest_share * spacing_m_) {
+  if (settling && stop == Stop::full && move_to(to) <= rest_m) {
     c.unfinished = c.settling = false;
     modes_.arrive();
     return;
@@ -316,7 +318,7 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
   // The last sub-step of a tick is followed by another while directions may still change.
   // So is one that a plane from further back on the way holds.
   const bool held_by_kept = primitives_.size() > own_ && went_m > rest_share * spacing_m_;
-  const bool settled = !held_by_kept && (settling ? went_m : change_m) <= rest_share * spacing_m_;
+  const bool settled = !held_by_kept && (settling || path_m_ == 0.0 ? went_m : change_m) <= rest_m;
   // A level that lets go leaves the proxy where it was pressed to: only the next balance is without it.
   const bool lets_go = anything_yields() && went_m > rest_share * spacing_m_;
   c.settling = stays && in_steps_ && c.queued == 0 && !primitives_.empty() && (!settled || lets_go);
