@@ -23,6 +23,8 @@ constexpr double halted_share = 0.02;       // of a sample spacing: a move short
 constexpr double arrived_m = 1e-6;          // an event this close to the balance, or trial_share, is no stop
 constexpr int max_passes = 8;               // of looking where a move ends
 constexpr int max_rounds = 4;               // of adding the kept planes that a balance is behind of
+constexpr int most_still_steps = 4;         // a tick, in which a still hand is settled further than a moving one
+constexpr int max_located = 4;              // places a tick where levels give way; beyond, they let go a sub-step early
 constexpr int max_attempts = 3;             // of taking what a move runs into into the balance
 constexpr double local_reach = 4.0;         // of a move that fails: planes beyond are not of its place
 constexpr int max_halvings = 6;             // of a move that would raise the spring's energy
@@ -118,6 +120,7 @@ bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) no
   events_.clear();
   released_m_ = {};
   dropped_ = 0;
+  located_ = 0;
   Course& c = course_;
   if (!c.started) {
     c.started = true;
@@ -229,7 +232,8 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
 
   // A long way is gone at once where nothing is felt and nothing sets in unseen.
   // A hand that moves is followed by the next tick anyway; a still one is to feel the end of it.
-  const double rest_m = (path_m_ == 0.0 ? still_share : rest_share) * spacing_m_;
+  const bool is_still = path_m_ == 0.0 && static_cast<int>(sub_steps_.size()) < most_still_steps;
+  const double rest_m = (is_still ? still_share : rest_share) * spacing_m_;
   const bool free = distance(piece.to_m, start) > longest && silent_at(start);
   if (free) longest = unbounded;
 
@@ -318,7 +322,7 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
   // The last sub-step of a tick is followed by another while directions may still change.
   // So is one that a plane from further back on the way holds.
   const bool held_by_kept = primitives_.size() > own_ && went_m > rest_share * spacing_m_;
-  const bool settled = !held_by_kept && (settling || path_m_ == 0.0 ? went_m : change_m) <= rest_m;
+  const bool settled = !held_by_kept && (settling || is_still ? went_m : change_m) <= rest_m;
   // A level that lets go leaves the proxy where it was pressed to: only the next balance is without it.
   const bool lets_go = anything_yields() && went_m > rest_share * spacing_m_;
   c.settling = stays && in_steps_ && c.queued == 0 && !primitives_.empty() && (!settled || lets_go);
@@ -462,7 +466,7 @@ bool ProxyPath::anything_yields() const noexcept {
 // Where a level that held gives way within the piece, the piece ends there: found by halving the probe's path.
 bool ProxyPath::meet_bound(Piece& piece, const Moment& moment, Balance& to) noexcept {
   const double length = distance(piece.to_m, piece.from_m);
-  if (!anything_yields() || !(length > bound_m)) return false;
+  if (!anything_yields() || !(length > bound_m) || located_ == max_located) return false;
   const auto probe_at = [&](double share) { return piece.from_m + share * (piece.to_m - piece.from_m); };
   const auto holds_at = [&](double share) {
     to = balance(probe_at(share), std::max(share, least_time_share) * moment.time_step_s);
@@ -486,6 +490,7 @@ bool ProxyPath::meet_bound(Piece& piece, const Moment& moment, Balance& to) noex
     return false;
   }
   holds_at(gone);
+  ++located_;
   for (Told& told : told_) told.at_bound = told.gives_way;
   piece.to_m = probe_at(held);
   piece.time_s = held * moment.time_step_s;

@@ -154,6 +154,7 @@ class ProxyPath {
   Vec3 levels_at_m_;
   Vec3 released_m_;
   int dropped_ = 0;
+  int located_ = 0;  // places where a level gave way, in this tick
   std::vector<std::int32_t> entered_;
   std::vector<Crossing> crossings_;
   std::vector<SubStep> sub_steps_;
