@@ -18,6 +18,7 @@ namespace palpa {
 class KeptPlanes {
  public:
   void clear() noexcept { size_ = 0; }
+  std::size_t size() const noexcept { return size_; }
   /// What neither was met nor held the proxy since the last tick began is forgotten.
   void begin_tick() noexcept;
   /// Moves the planes with the data that they stand on, from the moment in which the samples came to theirs.

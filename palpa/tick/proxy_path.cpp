@@ -231,9 +231,6 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
   };
 
   // A long way is gone at once where nothing is felt and nothing sets in unseen.
-  // A hand that moves is followed by the next tick anyway; a still one is to feel the end of it.
-  const bool is_still = path_m_ == 0.0 && static_cast<int>(sub_steps_.size()) < most_still_steps;
-  const double rest_m = (is_still ? still_share : rest_share) * spacing_m_;
   const bool free = distance(piece.to_m, start) > longest && silent_at(start);
   if (free) longest = unbounded;
 
@@ -297,6 +294,9 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
       stop = Stop::event;
     }
   }
+  // A hand that moves is followed by the next tick anyway; a still one is to feel the end of it.
+  const bool is_still = path_m_ == 0.0 && primitives_.size() == own_ && static_cast<int>(sub_steps_.size()) < most_still_steps;
+  const double rest_m = (is_still ? still_share : rest_share) * spacing_m_;
   // Whether a finished move would be followed by another is only asked; the answer no is not worth a sub-step.
   if (settling && stop == Stop::full && move_to(to) <= rest_m) {
     c.unfinished = c.settling = false;
