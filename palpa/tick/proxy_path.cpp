@@ -324,7 +324,7 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
   const bool held_by_kept = primitives_.size() > own_ && went_m > rest_share * spacing_m_;
   const bool settled = !held_by_kept && (settling || is_still ? went_m : change_m) <= rest_m;
   // A level that lets go leaves the proxy where it was pressed to: only the next balance is without it.
-  const bool lets_go = anything_yields() && went_m > rest_share * spacing_m_;
+  const bool lets_go = a_shell_yields() && went_m > rest_share * spacing_m_;
   c.settling = stays && in_steps_ && c.queued == 0 && !primitives_.empty() && (!settled || lets_go);
   c.unfinished = c.settling || (stop == Stop::energy ? went_m > halted_share * spacing_m_ : !stays);
   c.followed_s = c.unfinished ? c.view_s - (1.0 - move_fraction) * follows_s : c.view_s;
@@ -459,18 +459,23 @@ bool ProxyPath::is_off_level(const Balance& found) noexcept {
   return false;
 }
 
-bool ProxyPath::anything_yields() const noexcept {
-  return std::any_of(told_.begin(), told_.end(), [](const Told& told) { return told.gives_way; });
+// A shell that gives way lets the proxy go; a material is met again at once, where the proxy has got to.
+bool ProxyPath::a_shell_yields() const noexcept {
+  for (std::size_t i = 0; i < own_; ++i) {
+    const Captured& level = primitives_.captured(i);
+    if (level.any() && told_[primitives_[i].id.mode].gives_way && watches_.is_watched({level.field, level.value})) return true;
+  }
+  return false;
 }
 
-// Where a level that held gives way within the piece, the piece ends there: found by halving the probe's path.
+// Where a shell that held gives way within the piece, the piece ends there: found by halving the probe's path.
 bool ProxyPath::meet_bound(Piece& piece, const Moment& moment, Balance& to) noexcept {
   const double length = distance(piece.to_m, piece.from_m);
-  if (!anything_yields() || !(length > bound_m) || located_ == max_located) return false;
+  if (!a_shell_yields() || !(length > bound_m) || located_ == max_located) return false;
   const auto probe_at = [&](double share) { return piece.from_m + share * (piece.to_m - piece.from_m); };
   const auto holds_at = [&](double share) {
     to = balance(probe_at(share), std::max(share, least_time_share) * moment.time_step_s);
-    return !anything_yields();
+    return !a_shell_yields();
   };
   // Nearly all levels that give way have done so before: then it is there already.
   const double near = std::min(1.0, 2.0 * hair_m / length);

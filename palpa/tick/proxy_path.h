@@ -116,7 +116,7 @@ class ProxyPath {
   void keep_own() noexcept;
   bool yields(const Balance& found, bool together) noexcept;
   bool is_off_level(const Balance& found) noexcept;
-  bool anything_yields() const noexcept;
+  bool a_shell_yields() const noexcept;
   bool meet_bound(Piece& piece, const Moment& moment, Balance& to) noexcept;
   double descending_share(const Balance& to, const Vec3& start, const Vec3& probe_m, double share) noexcept;
   double approach(const Moment& moment, double longest, Balance& to) noexcept;

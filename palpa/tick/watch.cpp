@@ -44,6 +44,10 @@ void Watches::attend_edges(std::span<const std::int32_t> fields) {
   for (const std::int32_t field : fields) on_way(field).stops_at_edges = true;
 }
 
+bool Watches::is_watched(const Watch& watch) const noexcept {
+  return std::find(watches_.begin(), watches_.end(), watch) != watches_.end();
+}
+
 void Watches::reset() noexcept { std::fill(sides_.begin(), sides_.end(), Side::none); }
 
 Watches::Side Watches::side_at(Samples& samples, const Watch& watch) const noexcept {

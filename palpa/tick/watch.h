@@ -27,6 +27,9 @@ class Watches {
   explicit Watches(std::span<const Watch> watches);
   std::size_t size() const noexcept { return watches_.size(); }
 
+  /// Whether this value is among those watched: a shell's level is, the value that a material was met at is not.
+  bool is_watched(const Watch& watch) const noexcept;
+
   /// Forgets all sides.
   void reset() noexcept;
   /// Takes the sides of watches that have none from the samples' position; where a field has no data
