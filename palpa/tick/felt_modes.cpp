@@ -231,26 +231,26 @@ bool FeltModes::fade(std::size_t m, bool known, double time_step_s, const Primit
   return true;
 }
 
-Here FeltModes::here_at(std::size_t m, const Moment& moment, const Vec3& start_m) noexcept {
+Here FeltModes::here_at(std::size_t m, const Situation& situation, const Vec3& start_m) noexcept {
   Here here(*samples_, modes_[m].masks, parts_[m].fields);
   here.proxy_m = start_m;
-  here.probe_m = moment.probe_m;
-  here.time_step_s = moment.time_step_s;
-  here.stiffness_n_per_m = moment.stiffness_n_per_m;
+  here.probe_m = situation.probe_m;
+  here.time_step_s = situation.time_step_s;
+  here.stiffness_n_per_m = situation.stiffness_n_per_m;
   here.finest_m = finest_m_;
   return here;
 }
 
-void FeltModes::place(const Moment& moment, const Vec3& at_m, PrimitiveSet& out) noexcept {
-  out.clear(moment.start_m);
+void FeltModes::place(const Situation& situation, const Vec3& at_m, PrimitiveSet& out) noexcept {
+  out.clear(situation.start_m);
   for (std::size_t m = 0; m < modes_.size(); ++m) {
-    if (enabled(m)) place_mode(m, moment, at_m, out);
+    if (enabled(m)) place_mode(m, situation, at_m, out);
   }
   samples_->move_to(at_m);
 }
 
-void FeltModes::place_mode(std::size_t m, const Moment& moment, const Vec3& at_m, PrimitiveSet& out) noexcept {
-  const Vec3 start_m = moment.start_m + carried_m_[m];
+void FeltModes::place_mode(std::size_t m, const Situation& situation, const Vec3& at_m, PrimitiveSet& out) noexcept {
+  const Vec3 start_m = situation.start_m + carried_m_[m];
   const Fade& fade = fades_[m];
   const std::size_t first = out.size();
   out.begin_mode(static_cast<std::uint16_t>(m), start_m);
@@ -260,21 +260,21 @@ void FeltModes::place_mode(std::size_t m, const Moment& moment, const Vec3& at_m
       out.add(p);
     }
   } else {
-    samples_->move_to(seen_by(m, at_m, moment.gone));
-    modes_[m].mode.place(here_at(m, moment, start_m), memories_.data() + parts_[m].memory, out);
+    samples_->move_to(seen_by(m, at_m, situation.gone));
+    modes_[m].mode.place(here_at(m, situation, start_m), memories_.data() + parts_[m].memory, out);
   }
   for (std::size_t i = first; fade.share < 1.0 && i < out.size(); ++i) out.fade(i, fade.share);
 }
 
-void FeltModes::place_levels(const Moment& moment, const Vec3& at_m, PrimitiveSet& out) noexcept {
-  levels_.clear(moment.start_m);
+void FeltModes::place_levels(const Situation& situation, const Vec3& at_m, PrimitiveSet& out) noexcept {
+  levels_.clear(situation.start_m);
   std::int32_t looked = -1;  // the mode that has looked last
   for (std::size_t i = 0; i < out.size(); ++i) {
     const PrimitiveId id = out[i].id;
     if (!out.captured(i).any()) continue;
     if (looked != id.mode) {
       looked = id.mode;
-      place_mode(id.mode, moment, at_m, levels_);
+      place_mode(id.mode, situation, at_m, levels_);
     }
     const Vec3 normal = out[i].direction;
     const auto along_normal = [&](const Primitive& p) {
@@ -290,10 +290,10 @@ void FeltModes::place_levels(const Moment& moment, const Vec3& at_m, PrimitiveSe
   samples_->move_to(at_m);
 }
 
-bool FeltModes::silent_at(const Moment& moment, const Vec3& at_m, PrimitiveSet& scratch,
+bool FeltModes::silent_at(const Situation& situation, const Vec3& at_m, PrimitiveSet& scratch,
                           std::vector<std::int32_t>& entered) noexcept {
   entered.clear();
-  place(moment, at_m, scratch);
+  place(situation, at_m, scratch);
   for (std::size_t i = 0; i < scratch.size(); ++i) {
     if (scratch[i].strength_n > 0.0 || scratch[i].drag_ns_per_m > 0.0 || scratch.friction_of(i).any()) return false;
   }

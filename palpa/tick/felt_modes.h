@@ -13,7 +13,7 @@
 namespace palpa {
 
 /// What a mode is told about a sub-step besides its data.
-struct Moment {
+struct Situation {
   Vec3 start_m;  ///< the proxy where the sub-step begins
   Vec3 probe_m;
   double time_step_s = 0.0;
@@ -75,25 +75,25 @@ class FeltModes {
   void attend(Watches& watches, const Vec3& start_m) noexcept;
 
   /// Empties the set and lets every enabled mode place its primitives, looking at the data at `at_m` [m].
-  void place(const Moment& moment, const Vec3& at_m, PrimitiveSet& out) noexcept;
+  void place(const Situation& situation, const Vec3& at_m, PrimitiveSet& out) noexcept;
   /// Lets the modes whose planes in the set stand on a level look for it again, at `at_m` [m], and take the lines along their
   /// normals (friction) with them; all else stays.
-  void place_levels(const Moment& moment, const Vec3& at_m, PrimitiveSet& out) noexcept;
+  void place_levels(const Situation& situation, const Vec3& at_m, PrimitiveSet& out) noexcept;
   /// Tells the modes what became of a sub-step that ended with the proxy at `proxy_m` [m]. `state` gives the
   /// state of primitive i of `placed`.
   template <class State>
-  void settle(const Moment& moment, const Vec3& proxy_m, const PrimitiveSet& placed, std::span<const Crossing> crossings,
+  void settle(const Situation& situation, const Vec3& proxy_m, const PrimitiveSet& placed, std::span<const Crossing> crossings,
               State&& state) noexcept {
     for (std::size_t m = 0; m < modes_.size(); ++m) {
       if (!enabled(m) || modes_[m].mode.memory_bytes() == 0 || fades_[m].leaving) continue;
-      samples_->move_to(seen_by(m, proxy_m, moment.gone));
+      samples_->move_to(seen_by(m, proxy_m, situation.gone));
       slots_.clear();
       for (std::size_t i = 0; i < placed.size(); ++i) {
         const Primitive& p = placed[i];
         if (p.id.mode == m && p.id.slot < first_slot_of_the_tick)
           slots_.push_back({p.id.slot, told(m, state(i), placed.captured(i)), placed.captured(i)});
       }
-      const Here here = here_at(m, {proxy_m, moment.probe_m, moment.time_step_s, moment.stiffness_n_per_m}, proxy_m);
+      const Here here = here_at(m, {proxy_m, situation.probe_m, situation.time_step_s, situation.stiffness_n_per_m}, proxy_m);
       modes_[m].mode.settle({here, slots_, crossings}, memories_.data() + parts_[m].memory);
     }
     samples_->move_to(proxy_m);
@@ -101,7 +101,8 @@ class FeltModes {
 
   /// Whether nothing is felt at `at_m` [m] and nothing can set in before a watch is crossed or the data of a field in
   /// `entered` begin: then any way up to there is free. Places primitives to find out.
-  bool silent_at(const Moment& moment, const Vec3& at_m, PrimitiveSet& scratch, std::vector<std::int32_t>& entered) noexcept;
+  bool silent_at(const Situation& situation, const Vec3& at_m, PrimitiveSet& scratch,
+                 std::vector<std::int32_t>& entered) noexcept;
 
   /// Begins to bring what the enabled modes read at `at_m` [m] into the caches, all fields at once: a tick that begins with
   /// cold caches would wait for one after the other.
@@ -140,8 +141,8 @@ class FeltModes {
     std::vector<Primitive> last;  // … and this is it
   };
 
-  Here here_at(std::size_t m, const Moment& moment, const Vec3& start_m) noexcept;
-  void place_mode(std::size_t m, const Moment& moment, const Vec3& at_m, PrimitiveSet& out) noexcept;
+  Here here_at(std::size_t m, const Situation& situation, const Vec3& start_m) noexcept;
+  void place_mode(std::size_t m, const Situation& situation, const Vec3& at_m, PrimitiveSet& out) noexcept;
   bool fade(std::size_t m, bool known, double time_step_s, const PrimitiveSet& placed) noexcept;
   // Where a mode looks for what is at `at_m` when its data have come to the end of the sub-step.
   Vec3 seen_by(std::size_t m, const Vec3& at_m, double gone) const noexcept {

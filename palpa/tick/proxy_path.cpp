@@ -220,7 +220,7 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
   Course& c = course_;
   const Vec3 start = c.proxy;
   const bool settling = c.settling;
-  Moment moment{start, piece.to_m, piece.time_s, stiffness_n_per_m_};
+  Situation situation{start, piece.to_m, piece.time_s, stiffness_n_per_m_};
   spacing_m_ = std::min(modes_.finest_m(start, piece.to_m), 1.0);  // without data any length will do
   const double follows_s = playing_ ? see(piece, start) : 0.0;
   double longest = step_m(start, piece.to_m);
@@ -234,15 +234,15 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
   const bool free = distance(piece.to_m, start) > longest && silent_at(start);
   if (free) longest = unbounded;
 
-  moment.gone = at_probe_ ? 1.0 : 0.0;
-  Balance to = look(moment, at_probe_ ? piece.to_m : start, at_probe_ ? piece.to_m : start);
+  situation.gone = at_probe_ ? 1.0 : 0.0;
+  Balance to = look(situation, at_probe_ ? piece.to_m : start, at_probe_ ? piece.to_m : start);
   double move_fraction = share_of_move(to);
 
   relaxed_ = false;
   const bool again = !primitives_.empty() && in_steps_ && !at_probe_;
-  double change_m = again ? approach(moment, longest, to) : 0.0;
+  double change_m = again ? approach(situation, longest, to) : 0.0;
   move_fraction = share_of_move(to);
-  bool bound_met = piece.fresh && in_steps_ && meet_bound(piece, moment, to);
+  bool bound_met = piece.fresh && in_steps_ && meet_bound(piece, situation, to);
   if (bound_met) move_fraction = share_of_move(to);
 
   Stop stop = bound_met ? Stop::event : move_fraction < 1.0 ? Stop::release : Stop::full;
@@ -278,8 +278,8 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
       kept_.meet(primitives_);
       // Planes from further back than the move is long say nothing about what it meets.
       kept_.forget_beyond(start, local_reach * distance(met_m, start));
-      to = look(moment, 0.5 * (start + met_m), met_m);
-      if (outside == 1.0) change_m = approach(moment, longest, to);
+      to = look(situation, 0.5 * (start + met_m), met_m);
+      if (outside == 1.0) change_m = approach(situation, longest, to);
       wanted = share_of_move(to);
       attend_levels(to);
     }
@@ -341,10 +341,10 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
   record(step, ledger);
   held_.keep(primitives_, placed_at_m_);
   tell_contact(to, distance(to.position_m, piece.to_m));
-  moment.probe_m = piece.to_m;
-  moment.time_step_s = piece.time_s;
-  moment.gone = move_fraction;
-  modes_.settle(moment, c.proxy, primitives_, crossings_, [&](std::size_t i) { return state_of_level(i, to); });
+  situation.probe_m = piece.to_m;
+  situation.time_step_s = piece.time_s;
+  situation.gone = move_fraction;
+  modes_.settle(situation, c.proxy, primitives_, crossings_, [&](std::size_t i) { return state_of_level(i, to); });
   watches_.look(modes_.samples());
   kept_.meet(primitives_);
   kept_.end_step(primitives_, to, c.proxy, spacing_m_);
@@ -352,11 +352,11 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
 }
 
 // What the data say at a place, balanced; of levels, what they say at the end of the move.
-Balance ProxyPath::look(const Moment& moment, const Vec3& at_m, const Vec3& end_m) noexcept {
-  modes_.place(moment, at_m, primitives_);
+Balance ProxyPath::look(const Situation& situation, const Vec3& at_m, const Vec3& end_m) noexcept {
+  modes_.place(situation, at_m, primitives_);
   if (end_m != at_m) {
-    Moment end = moment;
-    end.gone = std::min(1.0, 2.0 * moment.gone);
+    Situation end = situation;
+    end.gone = std::min(1.0, 2.0 * situation.gone);
     modes_.place_levels(end, end_m, primitives_);
   }
   placed_at_m_ = at_m;
@@ -370,7 +370,7 @@ Balance ProxyPath::look(const Moment& moment, const Vec3& at_m, const Vec3& end_
     }
   }
   note_own();
-  return balance(moment.probe_m, moment.time_step_s);
+  return balance(situation.probe_m, situation.time_step_s);
 }
 
 // Balances with the planes that are kept, which share their level's strength.
@@ -469,18 +469,18 @@ bool ProxyPath::a_shell_yields() const noexcept {
 }
 
 // Where a shell that held gives way within the piece, the piece ends there: found by halving the probe's path.
-bool ProxyPath::meet_bound(Piece& piece, const Moment& moment, Balance& to) noexcept {
+bool ProxyPath::meet_bound(Piece& piece, const Situation& situation, Balance& to) noexcept {
   const double length = distance(piece.to_m, piece.from_m);
   if (!a_shell_yields() || !(length > bound_m) || located_ == max_located) return false;
   const auto probe_at = [&](double share) { return piece.from_m + share * (piece.to_m - piece.from_m); };
   const auto holds_at = [&](double share) {
-    to = balance(probe_at(share), std::max(share, least_time_share) * moment.time_step_s);
+    to = balance(probe_at(share), std::max(share, least_time_share) * situation.time_step_s);
     return !a_shell_yields();
   };
   // Nearly all levels that give way have done so before: then it is there already.
   const double near = std::min(1.0, 2.0 * hair_m / length);
   if (!holds_at(near) || !holds_at(0.0)) {
-    to = balance(piece.to_m, moment.time_step_s);
+    to = balance(piece.to_m, situation.time_step_s);
     return false;
   }
   double held = near, gone = 1.0;
@@ -491,14 +491,14 @@ bool ProxyPath::meet_bound(Piece& piece, const Moment& moment, Balance& to) noex
   // A hair before it: there no rounding of forces decides whether the level holds.
   held -= hair_m / length;
   if (held * length <= hair_m) {  // it is there already: now it lets go
-    to = balance(piece.to_m, moment.time_step_s);
+    to = balance(piece.to_m, situation.time_step_s);
     return false;
   }
   holds_at(gone);
   ++located_;
   for (Told& told : told_) told.at_bound = told.gives_way;
   piece.to_m = probe_at(held);
-  piece.time_s = held * moment.time_step_s;
+  piece.time_s = held * situation.time_step_s;
   to = balance(piece.to_m, piece.time_s);
   return true;
 }
@@ -560,8 +560,8 @@ PrimitiveState ProxyPath::state_of_level(std::size_t i, const Balance& at) const
 // begins would let the proxy leave every curve on its outside; at its end for levels, which hold the proxy there. In a
 // hollow each look meets another plane of it, as in the method of cutting planes. Returns how far the last look moved the
 // end [m].
-double ProxyPath::approach(const Moment& moment, double longest, Balance& to) noexcept {
-  const Vec3& start = moment.start_m;
+double ProxyPath::approach(const Situation& situation, double longest, Balance& to) noexcept {
+  const Vec3& start = situation.start_m;
   const auto end_of = [&](const Balance& b) {
     const Vec3 move = b.position_m - start;
     const double length = norm(move);
@@ -575,7 +575,7 @@ double ProxyPath::approach(const Moment& moment, double longest, Balance& to) no
     kept_.meet(primitives_);
     for (int halving = 0;; ++halving) {
       const double whole_m = distance(to.position_m, start);
-      Moment middle = moment;
+      Situation middle = situation;
       middle.gone = whole_m > 0.0 ? 0.5 * std::min(1.0, distance(end, start) / whole_m) : 0.5;
       // A clipped move is a chord: as long as it is parallel to the level at its middle, both ends lie on the level.
       to = look(middle, 0.5 * (start + end), whole_m > longest ? 0.5 * (start + end) : end);

@@ -109,7 +109,7 @@ class ProxyPath {
   double see(const Piece& piece, const Vec3& start_m) noexcept;
   void sub_step(Piece piece, Ledger& ledger) noexcept;
   bool is_other_sheet(const Vec3& start_m) const noexcept;
-  Balance look(const Moment& moment, const Vec3& at_m, const Vec3& end_m) noexcept;
+  Balance look(const Situation& situation, const Vec3& at_m, const Vec3& end_m) noexcept;
   Balance balance(const Vec3& probe_m, double time_s) noexcept;
   Balance solve(const Vec3& probe_m, double time_s) noexcept;
   void note_own() noexcept;
@@ -117,9 +117,9 @@ class ProxyPath {
   bool yields(const Balance& found, bool together) noexcept;
   bool is_off_level(const Balance& found) noexcept;
   bool a_shell_yields() const noexcept;
-  bool meet_bound(Piece& piece, const Moment& moment, Balance& to) noexcept;
+  bool meet_bound(Piece& piece, const Situation& situation, Balance& to) noexcept;
   double descending_share(const Balance& to, const Vec3& start, const Vec3& probe_m, double share) noexcept;
-  double approach(const Moment& moment, double longest, Balance& to) noexcept;
+  double approach(const Situation& situation, double longest, Balance& to) noexcept;
   double share_outside(const Balance& to, const Vec3& start, const Vec3& end) noexcept;
   void attend_levels(const Balance& to) noexcept;
   PrimitiveState state_of_level(std::size_t i, const Balance& at) const noexcept;
