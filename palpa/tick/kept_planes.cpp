@@ -54,7 +54,7 @@ void KeptPlanes::forget_beyond(const Vec3& position_m, double reach_m) noexcept 
   drop_if([&](const Plane& plane) { return distance(plane.position_m, position_m) > reach_m; });
 }
 
-bool KeptPlanes::add_to(PrimitiveSet& set, std::span<const double> own_n, const Vec3& reached_m, double behind_m,
+bool KeptPlanes::add_to(PrimitiveSet& set, std::span<const double> own_n, const Balance& found, double behind_m,
                         double slack_m) const noexcept {
   const bool relaxed = slack_m > 0.0;
   const double tolerance_m = std::max(hollow_m, slack_m);
@@ -66,7 +66,7 @@ bool KeptPlanes::add_to(PrimitiveSet& set, std::span<const double> own_n, const 
   for (std::size_t i = 0; i < own_n.size() && size_ > 0; ++i) {
     Primitive newest = set[i];
     const Captured level = set.captured(i);
-    if (!level.any()) continue;
+    if (!level.any() || state_at(newest, found) == PrimitiveState::slip) continue;
     const double strength_n = std::min(wedge * own_n[i], largest_strength_n);
     const std::size_t count = set.size();
     for (std::size_t j = 0; j < size_; ++j) {
@@ -74,7 +74,7 @@ bool KeptPlanes::add_to(PrimitiveSet& set, std::span<const double> own_n, const 
       if (!(kept.id == newest.id) || !same_level(kept.level, level)) continue;
       if (norm_squared(kept.normal - newest.direction) < distinct_squared) continue;
       const Vec3 position_m = put_back(kept.position_m, kept.normal);
-      if (dot(kept.normal, position_m - reached_m) <= behind_m) continue;
+      if (dot(kept.normal, position_m - found.position_m) <= behind_m) continue;
       const Vec3 apart_m = set[i].position_m - kept.position_m;
       const bool in_front = dot(kept.normal, apart_m) >= -tolerance_m;
       const bool behind = dot(newest.direction, apart_m) > tolerance_m;

@@ -27,16 +27,16 @@ class KeptPlanes {
   void meet(const PrimitiveSet& set) noexcept;
   /// Forgets planes that stand further than `reach_m` [m] from `position_m` [m].
   void forget_beyond(const Vec3& position_m, double reach_m) noexcept;
-  /// Puts planes that are kept beside those of the set that stand on the same level of the same mode: those that a proxy at
-  /// `reached_m` [m] would have got behind by more than `behind_m` [m]. False where there is none. They share one
-  /// strength, that of the plane placed by the mode: it limits the length of the sum of their forces, which
-  /// the caller checks; each by itself, also that one, may exert a hundred times as much, as the sides of a wedge do.
-  /// Two planes, each in front of the other's foot, are a hollow. Noise, or a proxy that is below the bottom, may tilt
-  /// or push them: with a `slack_m` above 0 [m] those are a hollow too of which one is in front, or both are behind by
-  /// no more than that, or which face each other; the caller checks that their balance is on the level. They are
-  /// put back half as far as the start of the sub-step, which both should leave free.
-  /// \param own_n  [N] strengths of the modes' own primitives, which come first in the set
-  bool add_to(PrimitiveSet& set, std::span<const double> own_n, const Vec3& reached_m, double behind_m,
+  /// Puts planes that are kept beside those of the set that stand on the same level of the same mode: those that the proxy of
+  /// `found` would have got behind by more than `behind_m` [m]; none beside one that slips there, since more of them hold no
+  /// more. False where there is none. They share one strength, that of the plane placed by the mode: it limits the length of
+  /// the sum of their forces, which the caller checks; each by itself, also that one, may exert a hundred times as much, as the
+  /// sides of a wedge do. Two planes, each in front of the other's foot, are a hollow. Noise, or a proxy that is below the
+  /// bottom, may tilt or push them: with a `slack_m` above 0 [m] those are a hollow too of which one is in front, or both are
+  /// behind by no more than that, or which face each other; the caller checks that their balance is on the level. They are put
+  /// back half as far as the start of the sub-step, which both should leave free. \param own_n  [N] strengths of the modes' own
+  /// primitives, which come first in the set
+  bool add_to(PrimitiveSet& set, std::span<const double> own_n, const Balance& found, double behind_m,
               double slack_m) const noexcept;
   static constexpr double wedge = 100.0;  ///< [1]
   /// Ends a sub-step with the proxy at `proxy_m` [m]: planes of levels on which no mode stands any more, those more than

@@ -14,7 +14,8 @@ namespace {
 
 constexpr std::size_t max_events = 16;
 constexpr int most_refined = 16;
-constexpr int max_friction_passes = 3;
+constexpr int max_friction_passes = 4;
+constexpr double friction_m = 1e-10;  // by which friction that is not yet its plane's may shift the balance
 constexpr double unbounded = std::numeric_limits<double>::infinity();
 constexpr double trial_share = 1e-3;        // of a sample spacing: below, directions have not changed
 constexpr double still_share = 1e-6;        // of a sample spacing: no move at all
@@ -22,6 +23,8 @@ constexpr double rest_share = 5e-4;         // of a sample spacing: a move that 
 constexpr double halted_share = 0.02;       // of a sample spacing: a move shortened below this is rest
 constexpr double arrived_m = 1e-6;          // an event this close to the balance, or trial_share, is no stop
 constexpr int max_passes = 8;               // of looking where a move ends
+constexpr double straight_on = 0.99;        // cosine between two pieces of the probe's path, up to which moves are alike …
+constexpr double expected_spacings = 0.25;  // … if they are no longer than this
 constexpr int max_rounds = 4;               // of adding the kept planes that a balance is behind of
 constexpr int most_still_steps = 4;         // a tick, in which a still hand is settled further than a moving one
 constexpr int max_located = 4;              // places a tick where levels give way; beyond, they let go a sub-step early
@@ -60,7 +63,9 @@ ProxyPath::ProxyPath(const Scene& scene, const Similarity& map, std::unique_ptr<
       held_(max_primitives),
       told_(modes_.size()) {
   own_n_.reserve(max_primitives);
-  first_normals_.reserve(max_primitives);
+  rubbed_.reserve(max_primitives);
+  lines_.reserve(max_primitives);
+  first_.reserve(max_primitives);
   entered_.reserve(modes_.size());
   crossings_.reserve(8 * watches_.size() + 8);
   events_.reserve(max_events);
@@ -79,8 +84,10 @@ void ProxyPath::reset() noexcept {
   course_.queued = 0;
   course_.unfinished = false;
   course_.settling = false;
+  course_.move_m = course_.probe_way_m = {};
   held_.clear();
   kept_.clear();
+  rubbed_.clear();
   law_->reset();
   watches_.reset();
   modes_.start();
@@ -105,6 +112,7 @@ void ProxyPath::continue_from(const ProxyPath& other) noexcept {
   watches_ = other.watches_;
   held_ = other.held_;
   kept_ = other.kept_;
+  rubbed_ = other.rubbed_;
   course_ = other.course_;
   for (std::size_t m = 0; m < told_.size(); ++m) told_[m] = other.told_[m];
   law_->reset();
@@ -234,14 +242,17 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
   const bool free = distance(piece.to_m, start) > longest && silent_at(start);
   if (free) longest = unbounded;
 
-  situation.gone = at_probe_ ? 1.0 : 0.0;
-  Balance to = look(situation, at_probe_ ? piece.to_m : start, at_probe_ ? piece.to_m : start);
-  double move_fraction = share_of_move(to);
-
   relaxed_ = false;
+  Balance to;
+  double change_m = 0.0;
+  if (in_steps_ && !at_probe_) {
+    change_m = approach(situation, expected_m(piece), longest, to);
+  } else {
+    situation.gone = at_probe_ ? 1.0 : 0.0;
+    to = look(situation, at_probe_ ? piece.to_m : start, at_probe_ ? piece.to_m : start);
+  }
   const bool again = !primitives_.empty() && in_steps_ && !at_probe_;
-  double change_m = again ? approach(situation, longest, to) : 0.0;
-  move_fraction = share_of_move(to);
+  double move_fraction = share_of_move(to);
   bool bound_met = piece.fresh && in_steps_ && meet_bound(piece, situation, to);
   if (bound_met) move_fraction = share_of_move(to);
 
@@ -279,7 +290,7 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
       // Planes from further back than the move is long say nothing about what it meets.
       kept_.forget_beyond(start, local_reach * distance(met_m, start));
       to = look(situation, 0.5 * (start + met_m), met_m);
-      if (outside == 1.0) change_m = approach(situation, longest, to);
+      if (outside == 1.0) change_m = approach(situation, to.position_m - start, longest, to);
       wanted = share_of_move(to);
       attend_levels(to);
     }
@@ -318,6 +329,8 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
     }
   }
   const double went_m = distance(c.proxy, start);
+  c.move_m = c.proxy - start;
+  c.probe_way_m = piece.to_m - piece.from_m;
   const bool stays = stop == Stop::full || (bound_met && stop == Stop::event && move_fraction == 1.0);
   // The last sub-step of a tick is followed by another while directions may still change.
   // So is one that a plane from further back on the way holds.
@@ -379,8 +392,10 @@ Balance ProxyPath::balance(const Vec3& probe_m, double time_s) noexcept {
   keep_own();
   Balance found = solve(probe_m, time_s);
   const double slack_m = relaxed_ ? piercing_share * spacing_m_ : 0.0;
+  // Where a surface is merely hollow each plane cuts the last ones by less than what counts as rest.
+  const double behind_m = still_share * spacing_m_;
   for (int round = 0; round < max_rounds && in_steps_; ++round) {
-    if (!kept_.add_to(primitives_, own_n_, found.position_m, still_share * spacing_m_, slack_m)) break;
+    if (!kept_.add_to(primitives_, own_n_, found, behind_m, slack_m)) break;
     found = solve(probe_m, time_s);
   }
   const bool shared = primitives_.size() > own_;
@@ -503,33 +518,54 @@ bool ProxyPath::meet_bound(Piece& piece, const Situation& situation, Balance& to
   return true;
 }
 
-// Balances, with Coulomb friction as strong as its plane in this very sub-step: where the plane does
-// not feel the friction (same normal) the second pass is exact. Where the plane shares its load with others, its
-// force is that of one split of several, the law's, and so is the friction.
+// How strong the friction of a line is by the force of its plane, or planes, in the last balance [N].
+double ProxyPath::friction_n(std::size_t i) const noexcept {
+  const Friction& friction = primitives_.friction_of(i);
+  const auto plane = static_cast<std::size_t>(friction.plane);
+  double pressed_n = norm(law_->forces_n()[plane]);
+  for (std::size_t j = own_; j < primitives_.size(); ++j) {
+    if (primitives_[j].id.mode == primitives_[plane].id.mode && is_on(primitives_.captured(j), primitives_.captured(plane)))
+      pressed_n += norm(law_->forces_n()[j]);
+  }
+  return friction.coefficient * pressed_n;
+}
+
+// Balances, with Coulomb friction as strong as its plane in this very sub-step: a fixed point, which the last balance is
+// near to; a secant finds it in two or three. Where the plane shares its load with others, its force is that of one split of
+// several, the law's, and so is the friction.
 Balance ProxyPath::solve(const Vec3& probe_m, double time_s) noexcept {
   const double k = stiffness_n_per_m_;
-  bool has_friction = false;
+  lines_.clear();
   for (std::size_t i = 0; i < own_; ++i) {
-    if (primitives_.friction_of(i).any()) {
-      has_friction = true;
-      primitives_.set_strength(i, 0.0);
+    if (!primitives_.friction_of(i).any()) continue;
+    const PrimitiveId& id = primitives_[i].id;
+    const auto before = std::find_if(rubbed_.begin(), rubbed_.end(), [&](const Rubbed& r) { return r.id == id; });
+    if (before == rubbed_.end()) {
+      lines_.push_back({id, i});
+    } else {
+      lines_.push_back({id, i, before->strength_n, before->slope});
     }
+    primitives_.set_strength(i, lines_.back().strength_n);
   }
   Balance found = law_->solve(primitives_, primitives_.start_m(), probe_m, k, time_s);
-  for (int pass = 0; has_friction && pass < max_friction_passes; ++pass) {
+  if (lines_.empty()) return found;
+  for (int pass = 0; pass < max_friction_passes; ++pass) {
     bool changed = false;
-    for (std::size_t i = 0; i < own_; ++i) {
-      const Friction& friction = primitives_.friction_of(i);
-      if (!friction.any()) continue;
-      const auto plane = static_cast<std::size_t>(friction.plane);
-      double pressed_n = norm(law_->forces_n()[plane]);
-      for (std::size_t j = own_; j < primitives_.size(); ++j) {
-        if (primitives_[j].id.mode == primitives_[plane].id.mode && is_on(primitives_.captured(j), primitives_.captured(plane)))
-          pressed_n += norm(law_->forces_n()[j]);
+    for (Rubbed& line : lines_) {
+      const double wanted_n = friction_n(line.index);
+      // A line that holds the proxy holds it with any strength above its force.
+      const bool holds = norm(law_->forces_n()[line.index]) < std::min(wanted_n, 0.999 * line.strength_n);
+      const double off_n = wanted_n - line.strength_n;
+      const double step_n = line.strength_n - line.before_n;
+      if (pass > 0 && step_n != 0.0) line.slope = std::clamp((wanted_n - line.wanted_n) / step_n, -1.0, 0.5);
+      if (holds || std::abs(off_n) <= friction_m * k) {
+        if (holds) primitives_.set_strength(line.index, line.strength_n = wanted_n);
+        continue;
       }
-      const double strength_n = friction.coefficient * pressed_n;
-      if (std::abs(strength_n - primitives_[i].strength_n) <= 1e-12 * strength_n) continue;
-      primitives_.set_strength(i, strength_n);
+      line.before_n = line.strength_n;
+      line.wanted_n = wanted_n;
+      line.strength_n = std::max(0.0, line.strength_n + off_n / (1.0 - line.slope));
+      primitives_.set_strength(line.index, line.strength_n);
       changed = true;
     }
     if (!changed) break;
@@ -537,6 +573,7 @@ Balance ProxyPath::solve(const Vec3& probe_m, double time_s) noexcept {
     found = law_->solve(primitives_, primitives_.start_m(), probe_m, k, time_s);
     found.iterations += iterations;
   }
+  std::swap(rubbed_, lines_);
   return found;
 }
 
@@ -556,46 +593,63 @@ PrimitiveState ProxyPath::state_of_level(std::size_t i, const Balance& at) const
   return state;
 }
 
-// Looks again, until that changes nothing: at the middle of the move for directions, since a line looked up where it
+// Where the proxy would get to if it moved on as it did in the last sub-step, by as much more or less as the probe does.
+Vec3 ProxyPath::expected_m(const Piece& piece) const noexcept {
+  const Vec3 way_m = piece.to_m - piece.from_m;
+  const double straight = dot(way_m, course_.probe_way_m);
+  const double before_m2 = norm_squared(course_.probe_way_m);
+  const bool goes_on =
+      piece.fresh && !playing_ && before_m2 > 0.0 && straight > straight_on * std::sqrt(norm_squared(way_m) * before_m2);
+  if (!goes_on) return {};
+  const Vec3 move_m = straight / before_m2 * course_.move_m;
+  return norm(move_m) <= expected_spacings * spacing_m_ ? move_m : Vec3{};
+}
+
+// Looks until that changes nothing: at the middle of the move for directions, since a line looked up where it
 // begins would let the proxy leave every curve on its outside; at its end for levels, which hold the proxy there. In a
-// hollow each look meets another plane of it, as in the method of cutting planes. Returns how far the last look moved the
-// end [m].
-double ProxyPath::approach(const Situation& situation, double longest, Balance& to) noexcept {
+// hollow each look meets another plane of it, as in the method of cutting planes. The first look is where the move is
+// expected to go. Returns how far the last look moved the end [m].
+double ProxyPath::approach(const Situation& situation, const Vec3& expected_m, double longest, Balance& to) noexcept {
   const Vec3& start = situation.start_m;
-  const auto end_of = [&](const Balance& b) {
-    const Vec3 move = b.position_m - start;
+  const auto end_of = [&](const Vec3& to_m) {
+    const Vec3 move = to_m - start;
     const double length = norm(move);
-    return length > longest ? start + longest / length * move : b.position_m;
+    return length > longest ? start + longest / length * move : to_m;
   };
-  first_normals_.clear();
-  for (const Primitive& p : primitives_.primitives()) first_normals_.push_back(p.direction);
-  double change_m = 0.0;
-  Vec3 end = end_of(to);
-  for (int pass = 0; pass < max_passes && distance(end, start) > trial_share * spacing_m_; ++pass) {
-    kept_.meet(primitives_);
+  first_.clear();
+  for (std::size_t i = 0; i < own_; ++i) first_.push_back(primitives_[i]);
+  double whole_m = norm(expected_m);
+  Vec3 end = end_of(start + expected_m);
+  for (int pass = 0;; ++pass) {
     for (int halving = 0;; ++halving) {
-      const double whole_m = distance(to.position_m, start);
       Situation middle = situation;
-      middle.gone = whole_m > 0.0 ? 0.5 * std::min(1.0, distance(end, start) / whole_m) : 0.5;
+      middle.gone = whole_m > 0.0 ? 0.5 * std::min(1.0, distance(end, start) / whole_m) : 0.0;
       // A clipped move is a chord: as long as it is parallel to the level at its middle, both ends lie on the level.
       to = look(middle, 0.5 * (start + end), whole_m > longest ? 0.5 * (start + end) : end);
-      if (halving == max_halvings || relaxed_ || !is_other_sheet(start)) break;
+      if (halving == max_halvings || end == start || relaxed_ || !is_other_sheet(start)) break;
       end = 0.5 * (start + end);
     }
+    if (primitives_.empty()) return 0.0;
+    if (end == start) {
+      first_.clear();
+      for (std::size_t i = 0; i < own_; ++i) first_.push_back(primitives_[i]);
+    }
     const Vec3 before = end;
-    end = end_of(to);
-    change_m = distance(end, before);
-    if (change_m <= rest_share * spacing_m_) break;
+    whole_m = distance(to.position_m, start);
+    end = end_of(to.position_m);
+    const double change_m = distance(end, before);
+    if (before != start && (change_m <= rest_share * spacing_m_ || pass >= max_passes)) return change_m;
+    if (distance(end, start) <= trial_share * spacing_m_) return 0.0;
+    kept_.meet(primitives_);
   }
-  return change_m;
 }
 
 // Whether a level was looked for on the far side of a thin wall: the plane found there faces away from the one at the
 // start, and the start is behind it.
 bool ProxyPath::is_other_sheet(const Vec3& start_m) const noexcept {
-  for (std::size_t i = 0; i < std::min(own_, first_normals_.size()); ++i) {
+  for (std::size_t i = 0; i < std::min(own_, first_.size()); ++i) {
     const Primitive& p = primitives_[i];
-    if (primitives_.captured(i).any() && dot(p.direction, first_normals_[i]) < 0.0 &&
+    if (p.id == first_[i].id && primitives_.captured(i).any() && dot(p.direction, first_[i].direction) < 0.0 &&
         dot(p.direction, p.position_m - start_m) > 0.0) {
       return true;
     }

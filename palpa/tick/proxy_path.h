@@ -74,7 +74,9 @@ class ProxyPath {
   struct Course {
     bool started = false;
     Vec3 proxy;
-    Vec3 walked;  // how far the probe's path has been followed
+    Vec3 walked;       // how far the probe's path has been followed
+    Vec3 move_m;       // of the proxy in the last sub-step …
+    Vec3 probe_way_m;  // … and of the probe
     std::array<Waypoint, max_queued> queue;
     std::size_t queued = 0;
     // A sub-step that was stopped on its way is taken up again at the same probe.
@@ -104,6 +106,16 @@ class ProxyPath {
     bool fresh = true;  // no repeat at the same probe
   };
 
+  // A line of Coulomb friction.
+  struct Rubbed {
+    PrimitiveId id;
+    std::size_t index = 0;    // in the set
+    double strength_n = 0.0;  // in the last balance
+    double slope = 0.0;       // by how much its plane's force changes what it should be
+    double before_n = 0.0;    // its strength in the balance before …
+    double wanted_n = 0.0;    // … and what that made of it
+  };
+
   bool next_piece(Piece& piece) noexcept;
   double time_at_end_of(const Piece& piece) const noexcept;
   double see(const Piece& piece, const Vec3& start_m) noexcept;
@@ -111,6 +123,7 @@ class ProxyPath {
   bool is_other_sheet(const Vec3& start_m) const noexcept;
   Balance look(const Situation& situation, const Vec3& at_m, const Vec3& end_m) noexcept;
   Balance balance(const Vec3& probe_m, double time_s) noexcept;
+  double friction_n(std::size_t i) const noexcept;
   Balance solve(const Vec3& probe_m, double time_s) noexcept;
   void note_own() noexcept;
   void keep_own() noexcept;
@@ -119,7 +132,8 @@ class ProxyPath {
   bool a_shell_yields() const noexcept;
   bool meet_bound(Piece& piece, const Situation& situation, Balance& to) noexcept;
   double descending_share(const Balance& to, const Vec3& start, const Vec3& probe_m, double share) noexcept;
-  double approach(const Situation& situation, double longest, Balance& to) noexcept;
+  Vec3 expected_m(const Piece& piece) const noexcept;
+  double approach(const Situation& situation, const Vec3& expected_m, double longest, Balance& to) noexcept;
   double share_outside(const Balance& to, const Vec3& start, const Vec3& end) noexcept;
   void attend_levels(const Balance& to) noexcept;
   PrimitiveState state_of_level(std::size_t i, const Balance& at) const noexcept;
@@ -138,10 +152,12 @@ class ProxyPath {
   FeltModes modes_;
   Watches watches_;
   PrimitiveSet primitives_;
-  bool relaxed_ = false;             // see KeptPlanes::add_to
-  std::size_t own_ = 0;              // primitives before those of kept planes
-  std::vector<double> own_n_;        // their strengths
-  std::vector<Vec3> first_normals_;  // those found at the start
+  bool relaxed_ = false;          // see KeptPlanes::add_to
+  std::size_t own_ = 0;           // primitives before those of kept planes
+  std::vector<double> own_n_;     // their strengths
+  std::vector<Primitive> first_;  // those found at the start, or last
+  std::vector<Rubbed> rubbed_;    // in the last balance
+  std::vector<Rubbed> lines_;     // in this one
   HeldForces held_;
   KeptPlanes kept_;
   std::vector<Told> told_;
