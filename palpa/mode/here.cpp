@@ -4,17 +4,29 @@
 
 namespace palpa {
 
+// The samples of one kind at the places that are remembered.
+template <class Sample>
+struct Samples::Memory {
+  std::array<Sample, remembered> samples{};
+  std::array<std::uint64_t, remembered> visits{};
+
+  template <class Take>
+  const Sample& at(std::size_t place, std::uint64_t visit, Take&& take) {
+    if (visits[place] != visit) {
+      visits[place] = visit;
+      samples[place] = take();
+    }
+    return samples[place];
+  }
+};
+
 struct Samples::Slot {
   const Field* field = nullptr;
   const TimedField* timed = nullptr;  // the same one, if it changes with time
-  ScalarSample scalar;
-  VectorSample vector;
-  Mat3 hessian;
-  double depth_m = 0.0;
-  std::uint64_t hessian_visit = 0;
-  std::uint64_t scalar_visit = 0;
-  std::uint64_t vector_visit = 0;
-  std::uint64_t depth_visit = 0;
+  Memory<ScalarSample> scalar;
+  Memory<VectorSample> vector;
+  Memory<Mat3> hessian;
+  Memory<double> depth_m;
 };
 
 Samples::Samples(std::span<const FieldPtr> fields, const Similarity& map)
@@ -33,59 +45,63 @@ void Samples::prefetch(std::int32_t field, const Vec3& hand_m) const noexcept {
 }
 
 void Samples::move_to(const Vec3& hand_m) noexcept {
-  if (visit_ > 0 && hand_m == hand_m_) return;
-  hand_m_ = hand_m;
-  world_m_ = map_.to_world(hand_m);
-  ++visit_;
+  for (std::size_t i = 0; i < remembered; ++i) {
+    if (places_[i].visit > 0 && places_[i].hand_m == hand_m) {
+      here_ = i;
+      return;
+    }
+  }
+  here_ = (here_ + 1) % remembered;
+  places_[here_] = {hand_m, map_.to_world(hand_m), ++visits_};
 }
 
 void Samples::set_time(DataTime at, DataTime came_from) noexcept {
   came_from_ = came_from;
   if (at == at_) return;
   at_ = at;
-  if (any_timed_ && visit_ > 0) ++visit_;
+  if (!any_timed_) return;
+  for (Place& place : places_) {
+    if (place.visit > 0) place.visit = ++visits_;
+  }
 }
 
 const ScalarSample& Samples::scalar(std::int32_t field) noexcept {
   static constexpr ScalarSample outside;
   if (field < 0 || static_cast<std::size_t>(field) >= fields_.size()) return outside;
   Slot& slot = slots_[static_cast<std::size_t>(field)];
-  if (slot.scalar_visit != visit_) {
-    slot.scalar_visit = visit_;
-    slot.scalar = slot.timed ? slot.timed->scalar_at(world_m_, at_) : slot.field->scalar(world_m_);
-    slot.scalar.gradient = map_.gradient_to_hand(slot.scalar.gradient);
+  return slot.scalar.at(here_, place().visit, [&] {
+    const Vec3& world_m = place().world_m;
+    ScalarSample sample = slot.timed ? slot.timed->scalar_at(world_m, at_) : slot.field->scalar(world_m);
+    sample.gradient = map_.gradient_to_hand(sample.gradient);
     // A gradient per hand metre can overflow where the one per world metre did not.
-    if (!is_finite(slot.scalar.gradient)) slot.scalar = {};
-  }
-  return slot.scalar;
+    return is_finite(sample.gradient) ? sample : ScalarSample{};
+  });
 }
 
 const VectorSample& Samples::vector(std::int32_t field) noexcept {
   static constexpr VectorSample outside;
   if (field < 0 || static_cast<std::size_t>(field) >= fields_.size()) return outside;
   Slot& slot = slots_[static_cast<std::size_t>(field)];
-  if (slot.vector_visit != visit_) {
-    slot.vector_visit = visit_;
-    slot.vector = slot.timed ? slot.timed->vector_at(world_m_, at_) : slot.field->vector(world_m_);
-    slot.vector.value = map_.turned_to_hand(slot.vector.value);
-    slot.vector.jacobian = map_.jacobian_to_hand(slot.vector.jacobian);
-    if (!is_finite(slot.vector.value) || !is_finite(slot.vector.jacobian)) slot.vector = {};
-  }
-  return slot.vector;
+  return slot.vector.at(here_, place().visit, [&] {
+    const Vec3& world_m = place().world_m;
+    VectorSample sample = slot.timed ? slot.timed->vector_at(world_m, at_) : slot.field->vector(world_m);
+    sample.value = map_.turned_to_hand(sample.value);
+    sample.jacobian = map_.jacobian_to_hand(sample.jacobian);
+    return is_finite(sample.value) && is_finite(sample.jacobian) ? sample : VectorSample{};
+  });
 }
 
 const Mat3& Samples::hessian(std::int32_t field) noexcept {
   static constexpr Mat3 none{};
   if (field < 0 || static_cast<std::size_t>(field) >= fields_.size()) return none;
   Slot& slot = slots_[static_cast<std::size_t>(field)];
-  if (slot.hessian_visit != visit_) {
-    slot.hessian_visit = visit_;
+  return slot.hessian.at(here_, place().visit, [&] {
+    const Vec3& world_m = place().world_m;
     // The gradient per hand metre is the turned gradient times the scale; so is its derivative once more.
-    slot.hessian =
-        map_.scale * map_.jacobian_to_hand(slot.timed ? slot.timed->hessian_at(world_m_, at_) : slot.field->hessian(world_m_));
-    if (!is_finite(slot.hessian)) slot.hessian = {};
-  }
-  return slot.hessian;
+    const Mat3 hessian =
+        map_.scale * map_.jacobian_to_hand(slot.timed ? slot.timed->hessian_at(world_m, at_) : slot.field->hessian(world_m));
+    return is_finite(hessian) ? hessian : Mat3{};
+  });
 }
 
 Stretch Samples::stretch(std::int32_t field, const Vec3& from_hand_m, const Vec3& to_hand_m, double begin,
@@ -110,11 +126,10 @@ const Extent& Samples::range(std::int32_t field) const noexcept {
 double Samples::depth_m(std::int32_t field) noexcept {
   if (field < 0 || static_cast<std::size_t>(field) >= fields_.size()) return 0.0;
   Slot& slot = slots_[static_cast<std::size_t>(field)];
-  if (slot.depth_visit != visit_) {
-    slot.depth_visit = visit_;
-    slot.depth_m = map_.length_to_hand(slot.timed ? slot.timed->depth_at(world_m_, at_) : slot.field->depth_m(world_m_));
-  }
-  return slot.depth_m;
+  return slot.depth_m.at(here_, place().visit, [&] {
+    const Vec3& world_m = place().world_m;
+    return map_.length_to_hand(slot.timed ? slot.timed->depth_at(world_m, at_) : slot.field->depth_m(world_m));
+  });
 }
 
 Carried Samples::carried(std::int32_t field, const Vec3& hand_m, DataTime from, DataTime to) const noexcept {

@@ -1,6 +1,7 @@
 // What a mode sees: the data at the proxy, in the hand frame.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <span>
 #include <vector>
@@ -12,8 +13,8 @@
 
 namespace palpa {
 
-/// The fields of a session at one position, each sampled at most once. Takes its memory at
-/// construction; then never allocates. One thread.
+/// The fields of a session at one position, each sampled at most once; samples of the last few positions are remembered, since
+/// a sub-step comes back to its start and its end. Takes its memory at construction; then never allocates. One thread.
 class Samples {
  public:
   /// \param fields  the session's fields, by index; they outlive this
@@ -23,9 +24,9 @@ class Samples {
   /// Begins to bring what samples of a field at a position of the hand frame [m] read into the caches (Field::prefetch).
   void prefetch(std::int32_t field, const Vec3& hand_m) const noexcept;
 
-  /// Moves to a position of the hand frame [m] and forgets what was sampled.
+  /// Moves to a position of the hand frame [m].
   void move_to(const Vec3& hand_m) noexcept;
-  const Vec3& position_m() const noexcept { return hand_m_; }
+  const Vec3& position_m() const noexcept { return places_[here_].hand_m; }
   /// From here on everything is sampled as it is at this moment of the data; `came_from` is the one that the sub-step began at.
   /// Forgets what was sampled where it changes.
   void set_time(DataTime at, DataTime came_from) noexcept;
@@ -60,15 +61,25 @@ class Samples {
   const Similarity& hand_to_world() const noexcept { return map_; }
 
  private:
+  static constexpr std::size_t remembered = 4;
+  struct Place {
+    Vec3 hand_m;
+    Vec3 world_m;
+    std::uint64_t visit = 0;  // 0: never
+  };
+  template <class Sample>
+  struct Memory;
   struct Slot;
+  const Place& place() const noexcept { return places_[here_]; }
+
   std::span<const FieldPtr> fields_;
   Similarity map_;
-  Vec3 hand_m_;
-  Vec3 world_m_;
+  std::array<Place, remembered> places_;
+  std::size_t here_ = 0;
   DataTime at_;
   DataTime came_from_;
   bool any_timed_ = false;
-  std::uint64_t visit_ = 0;
+  std::uint64_t visits_ = 0;
   std::shared_ptr<Slot[]> slots_;
   std::vector<Extent> ranges_;
 };

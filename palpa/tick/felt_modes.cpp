@@ -130,6 +130,7 @@ FeltModes::FeltModes(const Scene& scene, const Similarity& map) : map_(map) {
   slots_.reserve(256);
   carried_m_.resize(modes_.size());
   fades_.resize(modes_.size());
+  stands_.resize(modes_.size());
   for (Fade& fade : fades_) fade.last.reserve(max_fading);
   start();
 }
@@ -139,6 +140,7 @@ void FeltModes::start() noexcept {
     modes_[m].mode.start(memories_.data() + parts_[m].memory);
     fades_[m].share = 1.0;
     fades_[m].leaving = fades_[m].returns = false;
+    stands_[m] = 0;
   }
 }
 
@@ -147,6 +149,7 @@ void FeltModes::continue_from(const FeltModes& other) noexcept {
   std::copy(other.memories_.begin(), other.memories_.end(), memories_.begin());
   for (std::size_t m = 0; m < modes_.size(); ++m) {
     fades_[m] = other.fades_[m];  // within what is reserved
+    stands_[m] = other.stands_[m];
   }
   samples_->set_time(other.samples_->time());
 }
@@ -241,10 +244,25 @@ Here FeltModes::here_at(std::size_t m, const Situation& situation, const Vec3& s
   return here;
 }
 
-void FeltModes::place(const Situation& situation, const Vec3& at_m, PrimitiveSet& out) noexcept {
+void FeltModes::place(const Situation& situation, const Vec3& at_m, const Vec3& level_m, PrimitiveSet& out) noexcept {
   out.clear(situation.start_m);
+  Situation at_level = situation;
+  if (level_m != at_m) at_level.gone = std::min(1.0, 2.0 * situation.gone);
   for (std::size_t m = 0; m < modes_.size(); ++m) {
-    if (enabled(m)) place_mode(m, situation, at_m, out);
+    if (!enabled(m)) continue;
+    const std::size_t first = out.size();
+    const auto look = [&](bool at_the_level) {
+      out.truncate(first);
+      at_the_level ? place_mode(m, at_level, level_m, out) : place_mode(m, situation, at_m, out);
+      bool stands = false;
+      for (std::size_t i = first; i < out.size(); ++i) stands = stands || out.captured(i).any();
+      return stands;
+    };
+    // Nearly always it stands where it stood, or does not.
+    const bool stood = stands_[m] != 0;
+    const bool stands = look(stood);
+    stands_[m] = stands;
+    if (stands != stood && level_m != at_m) look(stands);
   }
   samples_->move_to(at_m);
 }
@@ -266,34 +284,10 @@ void FeltModes::place_mode(std::size_t m, const Situation& situation, const Vec3
   for (std::size_t i = first; fade.share < 1.0 && i < out.size(); ++i) out.fade(i, fade.share);
 }
 
-void FeltModes::place_levels(const Situation& situation, const Vec3& at_m, PrimitiveSet& out) noexcept {
-  levels_.clear(situation.start_m);
-  std::int32_t looked = -1;  // the mode that has looked last
-  for (std::size_t i = 0; i < out.size(); ++i) {
-    const PrimitiveId id = out[i].id;
-    if (!out.captured(i).any()) continue;
-    if (looked != id.mode) {
-      looked = id.mode;
-      place_mode(id.mode, situation, at_m, levels_);
-    }
-    const Vec3 normal = out[i].direction;
-    const auto along_normal = [&](const Primitive& p) {
-      return p.id.mode == id.mode && p.kind == PrimitiveKind::line && p.direction == normal;
-    };
-    for (std::size_t j = 0; j < levels_.size(); ++j) {
-      for (std::size_t k = 0; k < out.size(); ++k) {
-        const bool taken = k == i ? levels_.captured(j).any() : along_normal(out[k]);
-        if (taken && out[k].id == levels_[j].id) out.replace(k, levels_[j], levels_.captured(j));
-      }
-    }
-  }
-  samples_->move_to(at_m);
-}
-
 bool FeltModes::silent_at(const Situation& situation, const Vec3& at_m, PrimitiveSet& scratch,
                           std::vector<std::int32_t>& entered) noexcept {
   entered.clear();
-  place(situation, at_m, scratch);
+  place(situation, at_m, at_m, scratch);
   for (std::size_t i = 0; i < scratch.size(); ++i) {
     if (scratch[i].strength_n > 0.0 || scratch[i].drag_ns_per_m > 0.0 || scratch.friction_of(i).any()) return false;
   }

@@ -74,11 +74,9 @@ class FeltModes {
   /// Tells the watches how far their data have gone since the sub-step began at `start_m` [m], and where levels have jumped.
   void attend(Watches& watches, const Vec3& start_m) noexcept;
 
-  /// Empties the set and lets every enabled mode place its primitives, looking at the data at `at_m` [m].
-  void place(const Situation& situation, const Vec3& at_m, PrimitiveSet& out) noexcept;
-  /// Lets the modes whose planes in the set stand on a level look for it again, at `at_m` [m], and take the lines along their
-  /// normals (friction) with them; all else stays.
-  void place_levels(const Situation& situation, const Vec3& at_m, PrimitiveSet& out) noexcept;
+  /// Empties the set and lets every enabled mode place its primitives, looking at the data at `at_m` [m]; a mode one of whose
+  /// planes stands on a level looks at `level_m` [m], where that is to hold the proxy.
+  void place(const Situation& situation, const Vec3& at_m, const Vec3& level_m, PrimitiveSet& out) noexcept;
   /// Tells the modes what became of a sub-step that ended with the proxy at `proxy_m` [m]. `state` gives the
   /// state of primitive i of `placed`.
   template <class State>
@@ -167,7 +165,7 @@ class FeltModes {
   std::vector<Fade> fades_;
   std::vector<Watch> watches_;
   std::vector<SlotState> slots_;
-  PrimitiveSet levels_;  // what place_levels finds
+  std::vector<char> stands_;  // by mode: it stood on a level when it placed its primitives last
   double finest_m_ = 0.0;
 };
 

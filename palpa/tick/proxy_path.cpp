@@ -366,12 +366,7 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
 
 // What the data say at a place, balanced; of levels, what they say at the end of the move.
 Balance ProxyPath::look(const Situation& situation, const Vec3& at_m, const Vec3& end_m) noexcept {
-  modes_.place(situation, at_m, primitives_);
-  if (end_m != at_m) {
-    Situation end = situation;
-    end.gone = std::min(1.0, 2.0 * situation.gone);
-    modes_.place_levels(end, end_m, primitives_);
-  }
+  modes_.place(situation, at_m, end_m, primitives_);
   placed_at_m_ = at_m;
   levels_at_m_ = end_m;
   if (in_steps_) {
