@@ -15,7 +15,6 @@ namespace {
 constexpr std::size_t max_events = 16;
 constexpr int most_refined = 16;
 constexpr int max_friction_passes = 4;
-constexpr double friction_m = 1e-10;  // by which friction that is not yet its plane's may shift the balance
 constexpr double unbounded = std::numeric_limits<double>::infinity();
 constexpr double trial_share = 1e-3;        // of a sample spacing: below, directions have not changed
 constexpr double still_share = 1e-6;        // of a sample spacing: no move at all
@@ -553,7 +552,7 @@ Balance ProxyPath::solve(const Vec3& probe_m, double time_s) noexcept {
       const double off_n = wanted_n - line.strength_n;
       const double step_n = line.strength_n - line.before_n;
       if (pass > 0 && step_n != 0.0) line.slope = std::clamp((wanted_n - line.wanted_n) / step_n, -1.0, 0.5);
-      if (holds || std::abs(off_n) <= friction_m * k) {
+      if (holds || std::abs(off_n) <= exact_bound_m * k) {
         if (holds) primitives_.set_strength(line.index, line.strength_n = wanted_n);
         continue;
       }
