@@ -60,6 +60,7 @@ struct Captured {
   std::int32_t field = -1;  ///< -1: the plane stands on no level
   double value = 0.0;       ///< in the field's own unit
   bool any() const noexcept { return field >= 0; }
+  friend bool operator==(const Captured&, const Captured&) = default;
 };
 
 /// A line whose strength is coefficient × the force of a plane of the same mode (Coulomb friction).

@@ -12,8 +12,6 @@ constexpr double distinct_squared = 1e-7;  // |n − n'|² of normals that are n
 constexpr double hollow_m = 1e-13;         // what rounding may hide
 constexpr double reach_spacings = 0.75;
 
-bool same_level(const Captured& a, const Captured& b) noexcept { return a.field == b.field && a.value == b.value; }
-
 }  // namespace
 
 template <class Drop>
@@ -71,7 +69,7 @@ bool KeptPlanes::add_to(PrimitiveSet& set, std::span<const double> own_n, const 
     const std::size_t count = set.size();
     for (std::size_t j = 0; j < size_; ++j) {
       const Plane& kept = planes_[j];
-      if (!(kept.id == newest.id) || !same_level(kept.level, level)) continue;
+      if (!(kept.id == newest.id) || kept.level != level) continue;
       if (norm_squared(kept.normal - newest.direction) < distinct_squared) continue;
       const Vec3 position_m = put_back(kept.position_m, kept.normal);
       if (dot(kept.normal, position_m - found.position_m) <= behind_m) continue;
@@ -99,8 +97,7 @@ bool KeptPlanes::add_to(PrimitiveSet& set, std::span<const double> own_n, const 
 void KeptPlanes::end_step(const PrimitiveSet& set, const Balance& balance, const Vec3& proxy_m, double spacing_m) noexcept {
   drop_if([&](Plane& plane) {
     bool stands = false;
-    for (std::size_t i = 0; i < set.size() && !stands; ++i)
-      stands = set[i].id == plane.id && same_level(set.captured(i), plane.level);
+    for (std::size_t i = 0; i < set.size() && !stands; ++i) stands = set[i].id == plane.id && set.captured(i) == plane.level;
     if (!stands || distance(plane.position_m, proxy_m) > reach_spacings * spacing_m) return true;
     const Primitive primitive{PrimitiveKind::plane, plane.id, plane.position_m, plane.normal, 1.0, 0.0};
     if (state_at(primitive, balance) != PrimitiveState::off) plane.age_ticks = 0;

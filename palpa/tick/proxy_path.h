@@ -10,9 +10,10 @@
 
 #include "palpa/core/law.h"
 #include "palpa/core/ledger.h"
+#include "palpa/tick/contact_events.h"
 #include "palpa/tick/felt_modes.h"
 #include "palpa/tick/held_forces.h"
-#include "palpa/tick/kept_planes.h"
+#include "palpa/tick/joint_balance.h"
 #include "palpa/tick/session.h"
 #include "palpa/tick/watch.h"
 
@@ -59,8 +60,8 @@ class ProxyPath {
 
   std::span<const SubStep> sub_steps() const noexcept { return sub_steps_; }
   std::span<const PlacedPrimitive> placed() const noexcept { return placed_; }
-  std::span<const SessionEvent> events() const noexcept { return events_; }
-  static constexpr std::size_t max_primitives = 64;
+  std::span<const SessionEvent> events() const noexcept { return events_.events(); }
+  static constexpr std::size_t max_primitives = JointBalance::max_primitives;
 
  private:
   static constexpr std::size_t max_queued = 64;
@@ -88,17 +89,6 @@ class ProxyPath {
     double view_s = 0.0;      // the data are seen as they were then …
     double followed_s = 0.0;  // … and have carried the proxy up to then
   };
-  // What the path says of a mode, and to whom it has said it.
-  struct Told {
-    Captured standing;           // the level that holds, or held, in the last sub-step
-    bool through = false;        // that level gave way
-    bool gives_way = false;      // in this balance
-    bool met = false;            // an onset, in this tick …
-    bool broken = false;         // … and a break-through
-    bool at_bound = false;       // it holds here, and gives way beyond
-    bool held_back = false;      // told that a directed force of it changes too fast
-    std::uint32_t refusals = 0;  // a bit each
-  };
   struct Piece {
     Vec3 from_m;  // the probe's path …
     Vec3 to_m;
@@ -106,68 +96,55 @@ class ProxyPath {
     bool fresh = true;  // no repeat at the same probe
   };
 
-  // A line of Coulomb friction.
-  struct Rubbed {
-    PrimitiveId id;
-    std::size_t index = 0;    // in the set
-    double strength_n = 0.0;  // in the last balance
-    double slope = 0.0;       // by how much its plane's force changes what it should be
-    double before_n = 0.0;    // its strength in the balance before …
-    double wanted_n = 0.0;    // … and what that made of it
+  // What becomes of a sub-step.
+  struct Move {
+    Balance to;
+    double fraction = 1.0;  // of the way there
+    Stop stop = Stop::full;
+    double change_m = 0.0;   // by how much the last look moved its end
+    bool bound_met = false;  // a shell gives way beyond
+    Vec3 end_from(const Vec3& start_m) const noexcept {
+      return fraction < 1.0 ? start_m + fraction * (to.position_m - start_m) : to.position_m;
+    }
   };
 
   bool next_piece(Piece& piece) noexcept;
   double time_at_end_of(const Piece& piece) const noexcept;
   double see(const Piece& piece, const Vec3& start_m) noexcept;
   void sub_step(Piece piece, Ledger& ledger) noexcept;
-  bool is_other_sheet(const Vec3& start_m) const noexcept;
+  Move step(Piece& piece, Situation& situation) noexcept;
+  Move leap(const Piece& piece, Situation& situation) noexcept;
+  void limit(const Piece& piece, const Situation& situation, double longest, Move& move) noexcept;
+  void go_on(const Piece& piece, const Move& move, double follows_s, bool settled) noexcept;
   Balance look(const Situation& situation, const Vec3& at_m, const Vec3& end_m) noexcept;
-  Balance balance(const Vec3& probe_m, double time_s) noexcept;
-  double friction_n(std::size_t i) const noexcept;
-  Balance solve(const Vec3& probe_m, double time_s) noexcept;
-  void note_own() noexcept;
-  void keep_own() noexcept;
-  bool yields(const Balance& found, bool together) noexcept;
-  bool is_off_level(const Balance& found) noexcept;
-  bool a_shell_yields() const noexcept;
-  bool meet_bound(Piece& piece, const Situation& situation, Balance& to) noexcept;
-  double descending_share(const Balance& to, const Vec3& start, const Vec3& probe_m, double share) noexcept;
   Vec3 expected_m(const Piece& piece) const noexcept;
   double approach(const Situation& situation, const Vec3& expected_m, double longest, Balance& to) noexcept;
-  double share_outside(const Balance& to, const Vec3& start, const Vec3& end) noexcept;
+  bool is_other_sheet(const Vec3& start_m) const noexcept;
+  bool a_shell_yields() const noexcept;
+  bool meet_bound(Piece& piece, const Situation& situation, Balance& to) noexcept;
   void attend_levels(const Balance& to) noexcept;
-  PrimitiveState state_of_level(std::size_t i, const Balance& at) const noexcept;
-  void tell_contact(const Balance& at, double depth_m) noexcept;
   void record(SubStep step, Ledger& ledger) noexcept;
   bool silent_at(const Vec3& at_m) noexcept;
   double step_m(const Vec3& from_m, const Vec3& to_m) noexcept;
-  void emit(SessionEvent event) noexcept;
 
   double stiffness_n_per_m_;
   TimeOptions time_;
   bool playing_ = false;  // the data's time goes on
-  std::unique_ptr<Law> law_;
   bool in_steps_;
   bool at_probe_;
   FeltModes modes_;
   Watches watches_;
-  PrimitiveSet primitives_;
-  bool relaxed_ = false;          // see KeptPlanes::add_to
-  std::size_t own_ = 0;           // primitives before those of kept planes
-  std::vector<double> own_n_;     // their strengths
-  std::vector<Primitive> first_;  // those found at the start, or last
-  std::vector<Rubbed> rubbed_;    // in the last balance
-  std::vector<Rubbed> lines_;     // in this one
+  JointBalance joint_;
   HeldForces held_;
-  KeptPlanes kept_;
-  std::vector<Told> told_;
+  ContactEvents events_;
   Course course_;
   int refined_ = 1;
-  double path_m_ = 0.0;     // length of the probe's path in this tick, or of the data's
-  double moved_n_ = 0.0;    // by which directed forces may change in this sub-step because the data do
-  double spacing_m_ = 0.0;  // finest, of the data near this sub-step
-  Vec3 placed_at_m_;        // where directions were looked up, and levels
-  Vec3 levels_at_m_;
+  double path_m_ = 0.0;           // length of the probe's path in this tick, or of the data's
+  double moved_n_ = 0.0;          // by which directed forces may change in this sub-step because the data do
+  double spacing_m_ = 0.0;        // finest, of the data near this sub-step
+  bool relaxed_ = false;          // see KeptPlanes::add_to
+  Vec3 placed_at_m_;              // where directions were looked up
+  std::vector<Primitive> first_;  // those found at the start, or last
   Vec3 released_m_;
   int dropped_ = 0;
   int located_ = 0;  // places where a level gave way, in this tick
@@ -175,7 +152,6 @@ class ProxyPath {
   std::vector<Crossing> crossings_;
   std::vector<SubStep> sub_steps_;
   std::vector<PlacedPrimitive> placed_;
-  std::vector<SessionEvent> events_;
 };
 
 }  // namespace palpa

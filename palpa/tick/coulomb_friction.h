@@ -1,0 +1,43 @@
+// Friction as strong as the plane that it belongs to.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "palpa/core/law.h"
+#include "palpa/core/primitives.h"
+
+namespace palpa {
+
+/// Finds the balance in which every line of Coulomb friction is as strong as its plane presses in it: a fixed point, looked
+/// for by a secant from where it was last, which takes one or two balances. Not variational (docs/theory.md): at most
+/// `max_passes` are made, and what is still missing then is the caller's to see, in forces and strengths. Takes its memory
+/// at construction; one thread.
+class CoulombFriction {
+ public:
+  explicit CoulombFriction(std::size_t capacity);
+  void clear() noexcept { last_.clear(); }
+
+  /// Balances the set about its start, its lines of friction as strong as their planes, to what shifts the proxy by less than
+  /// counts as exact. Where a plane shares its load with others, its force is that of one split of several, the law's; planes
+  /// of its level from `own` on, the number of the modes' own primitives, press with it.
+  Balance solve(Law& law, PrimitiveSet& set, std::size_t own, const Vec3& probe_m, double stiffness_n_per_m,
+                double time_step_s) noexcept;
+
+ private:
+  static constexpr int max_passes = 4;
+  struct Line {
+    PrimitiveId id;
+    std::size_t index = 0;    // in the set
+    double strength_n = 0.0;  // in the last balance
+    double slope = 0.0;       // by how much its plane's force changes what it should be
+    double before_n = 0.0;    // its strength in the balance before …
+    double wanted_n = 0.0;    // … and what that made of it
+  };
+  bool correct(Line& line, double wanted_n, double held_n, double tolerance_n, bool first) const noexcept;
+
+  std::vector<Line> last_;
+  std::vector<Line> lines_;
+};
+
+}  // namespace palpa
