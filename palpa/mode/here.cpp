@@ -141,6 +141,14 @@ Carried Samples::carried(std::int32_t field, const Vec3& hand_m, DataTime from, 
   return world.known && is_finite(moved_m) ? Carried{moved_m} : Carried{hand_m, false};
 }
 
+double Here::value_at_start(const FieldRef& field) const noexcept {
+  const Vec3 here_m = samples_->position_m();
+  samples_->move_to(proxy_m);
+  const ScalarSample& start = samples_->scalar(field.index);
+  samples_->move_to(here_m);
+  return start.inside ? start.value : samples_->scalar(field.index).value;
+}
+
 double Here::mask() const noexcept {
   double factor = 1.0;
   for (const Mask& mask : masks_) {

@@ -102,6 +102,9 @@ class Here {
   /// The field's sample at `at_m`. `inside` is false for a field without data there.
   const ScalarSample& scalar(const FieldRef& field) const noexcept { return samples_->scalar(field.index); }
   const VectorSample& vector(const FieldRef& field) const noexcept { return samples_->vector(field.index); }
+  /// A scalar field's value, in its own unit, at `proxy_m`, where the sub-step starts: the level that a material holds the
+  /// proxy on, wherever the data are looked at. That at `at_m` where there are no data.
+  double value_at_start(const FieldRef& field) const noexcept;
   /// How a scalar field's gradient changes at `at_m` [unit per hand metre²].
   const Mat3& hessian(const FieldRef& field) const noexcept { return samples_->hessian(field.index); }
   /// The smallest and the largest value of a scalar field, wherever they are.

@@ -49,7 +49,7 @@ void SurfaceAndFriction::place(const Here& here, const Memory& memory, Primitive
   const bool material = levels.empty();
   if (!(norm(sample.gradient) > 0.0) || (!memory.captured && !material)) return;
 
-  const Captured level{field.index, memory.captured ? memory.value : sample.value};
+  const Captured level{field.index, memory.captured ? memory.value : here.value_at_start(field)};
   const bool from_low = memory.captured ? memory.from_low : solid != Solid::low;
   const Vec3 uphill = normalized(sample.gradient);
   const Vec3 normal = from_low ? -uphill : uphill;

@@ -73,7 +73,8 @@ void VortexPlane::place(const Here& here, const Memory& memory, PrimitiveSet& ou
   if (core.direction == Vec3{}) return;
   const bool on_level = direction == VortexDirection::q;
   const ScalarSample& q = here.scalar(field);
-  const Captured level = on_level ? Captured{field.index, memory.captured ? memory.value : q.value} : Captured{};
+  const Captured level =
+      on_level ? Captured{field.index, memory.captured ? memory.value : here.value_at_start(field)} : Captured{};
   const double strength =
       std::min(in_vortex_n(here, *this, here.newtons(strength_n, level, TransferFunction::Side::above)), core.steady_n);
   if (!(strength > 0.0)) return;

@@ -13,7 +13,7 @@ class MoveLimits {
              const Balance& to) noexcept
       : joint_(joint), modes_(modes), start_m_(start_m), probe_m_(probe_m), stiffness_n_per_m_(stiffness_n_per_m), to_(to) {}
 
-  /// The share [1] of the move, at most `share`, after which the spring has less energy than before, both ends put back on
+  /// The share [1] of the move, at most `share` [1], after which the spring has less energy than before, both ends put back on
   /// the levels that hold the proxy; 0 where no share has. In a crease of a surface each side's plane leads into the other
   /// side; a full move would swing from one to the other for ever, a descending one comes to rest at the bottom. Samples.
   double descending_share(double share) const noexcept;

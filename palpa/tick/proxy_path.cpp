@@ -235,6 +235,7 @@ void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
   situation.time_step_s = piece.time_s;
   situation.gone = move.fraction;
   modes_.settle(situation, course_.proxy, joint_.set(), crossings_, [&](std::size_t i) { return joint_.state_of(i, move.to); });
+  press_through();
   watches_.look(modes_.samples());
   joint_.kept().meet(joint_.set());
   joint_.kept().end_step(joint_.set(), move.to, course_.proxy, spacing_m_);
@@ -368,6 +369,20 @@ bool ProxyPath::a_shell_yields() const noexcept {
       return true;
   }
   return false;
+}
+
+// A shell that gives way counts as crossed, wherever the proxy is: on an edge of the surface its planes may lead back out of
+// it, and it would be met, and give way, in every sub-step.
+void ProxyPath::press_through() noexcept {
+  for (std::size_t i = 0; i < joint_.own(); ++i) {
+    const Captured& level = joint_.set().captured(i);
+    if (!level.any() || !joint_.gives_way(joint_.set()[i].id.mode)) continue;
+    Samples& samples = modes_.samples();
+    samples.move_to(joint_.terms().levels_at_m);
+    const bool solid_is_high = dot(samples.scalar(level.field).gradient, joint_.set()[i].direction) < 0.0;
+    watches_.take_side({level.field, level.value}, solid_is_high);
+    samples.move_to(course_.proxy);
+  }
 }
 
 // Where a shell that held gives way within the piece, the piece ends there: found by halving the probe's path.

@@ -121,6 +121,7 @@ class ProxyPath {
   double approach(const Situation& situation, const Vec3& expected_m, double longest, Balance& to) noexcept;
   bool is_other_sheet(const Vec3& start_m) const noexcept;
   bool a_shell_yields() const noexcept;
+  void press_through() noexcept;
   bool meet_bound(Piece& piece, const Situation& situation, Balance& to) noexcept;
   void attend_levels(const Balance& to) noexcept;
   void record(SubStep step, Ledger& ledger) noexcept;

@@ -93,9 +93,12 @@ TEST(FollowPath, IsTheSameWhateverTheSignsOfAMeasuredBrain) {
 
 class OrderOfConvergence : public testing::TestWithParam<OrderCase> {};
 
-// What docs/path.md states: order two where the direction alone turns (a plane with the flow, a force along it), one where a
+// What docs/path.md states: order two where the direction alone turns (planes with the data, a force along them), one where a
 // force that resists motion turns with it.
-double stated_order(const std::string& mode) { return mode == "front_shape" || mode == "vector_force" ? 2.0 : 1.0; }
+double stated_order(const std::string& mode) {
+  const bool two = mode == "surface" || mode == "vortex_plane" || mode == "front_shape" || mode == "vector_force";
+  return two ? 2.0 : 1.0;
+}
 
 TEST_P(OrderOfConvergence, IsAsStated) {
   const Order order = measure_order(GetParam());
