@@ -279,7 +279,7 @@ std::vector<Convergence> convergence_in_vectors() {
           converge_in_vortex("front_shape", FrontShape{.field = flow, .strength_n = 0.3}, 0.010),
           converge_in_vortex("vector_force", VectorForce{.field = flow, .strength_n = 0.5}, 0.015),
           converge_in_vortex("vortex_force", VortexForce{.field = flow, .strength_n = 0.3}, 0.004),
-          converge_in_vortex("vortex_plane", VortexPlane{.field = flow, .strength_n = 0.3}, 0.004),
+          converge_in_vortex("vortex_plane", VortexPlane{.field = flow, .strength_n = 0.3}, 0.0),
           converge_in_vortex("vortex_line", VortexLine{.field = flow, .strength_n = 0.3}, 0.004)};
 }
 
