@@ -15,11 +15,13 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <future>
 #include <new>
 #include <string_view>
 
+#include "dicom_files.h"
 #include "messages.h"
 #include "sha256.h"
 #include "source.h"
@@ -77,6 +79,7 @@ void check_nifti_type(const char* header, bool second_version) {
 
 /// Opens the file with the library that its first bytes ask for.
 std::unique_ptr<Source> open_source(const protocol::Request& request) {
+  if (std::filesystem::is_directory(request.path)) return open_dicom(request);
   char buffer[1024] = {};
   int got = 0;
   if (gzFile file = gzopen(request.path.c_str(), "rb")) {  // reads files that are not compressed as they are
@@ -88,6 +91,8 @@ std::unique_ptr<Source> open_source(const protocol::Request& request) {
   if (got <= 0) throw LoadError("cannot be read: its gzip compression is damaged; get the file again");
   const std::string_view start(buffer, static_cast<std::size_t>(got));
   const std::string_view name = request.path;
+  if (start.size() >= 132 && start.substr(128, 4) == "DICM") return open_dicom(request);
+  if (!request.series.empty()) throw LoadError("is no DICOM file, so it holds no series; leave 'series' out");
 
   if (start.substr(0, 4) == "NRRD") return open_nrrd(request);
   if (ends_with(name, ".nrrd") || ends_with(name, ".nhdr")) {
@@ -125,9 +130,8 @@ std::unique_ptr<Source> open_source(const protocol::Request& request) {
       ends_with(name, ".mhd")) {
     return open_metaimage(request);
   }
-  if (start.size() >= 132 && start.substr(128, 4) == "DICM")
-    throw LoadError("is DICOM, which is not read yet; convert it to NIfTI or NRRD");
-  throw LoadError("has no format that is known; NRRD, MetaImage, NIfTI, VTI and legacy VTK image data can be read");
+  if (is_dicom(request.path)) return open_dicom(request);
+  throw LoadError("has no format that is known; DICOM, NRRD, MetaImage, NIfTI, VTI and legacy VTK image data can be read");
 }
 
 /// Shared memory from the caller, for as long as this program runs.
@@ -147,6 +151,23 @@ std::vector<SourceFile> checksums(const Source& source) {
   for (const std::string& path : source.files) files.push_back({path, file_bytes(path), sha256_of_file(path)});
   source.check_files();
   return files;
+}
+
+/// Says that the voxels are there, and of which files: of many in several messages.
+void send_done(int socket, const std::vector<SourceFile>& files) {
+  protocol::Done done;
+  std::size_t bytes = 0;
+  for (const SourceFile& file : files) {
+    if (bytes > protocol::max_packet_bytes / 2 || done.files.size() >= 500) {
+      done.more = true;
+      protocol::send(socket, done);
+      done = {}, bytes = 0;
+    }
+    bytes += file.path.size() + file.sha256.size() + 32;
+    done.files.push_back(file);
+  }
+  done.warnings = take_library_warnings();
+  protocol::send(socket, done);
 }
 
 void serve(int socket) {
@@ -175,7 +196,7 @@ void serve(int socket) {
   for (std::size_t i = 0; i < room.fields.size(); ++i) to.push_back(memory + (*offsets)[i]);
 
   source->read(room.fields, to);
-  protocol::send(socket, protocol::Done{checks.get(), take_library_warnings()});
+  send_done(socket, checks.get());
 }
 
 }  // namespace

@@ -31,6 +31,7 @@ class Source {
 // the file's name, and take no memory for voxels (a legacy VTK file does, but no more than it has bytes).
 std::unique_ptr<Source> open_nrrd(const protocol::Request& request);
 std::unique_ptr<Source> open_metaimage(const protocol::Request& request);
+std::unique_ptr<Source> open_dicom(const protocol::Request& request);  ///< a file or a folder
 std::unique_ptr<Source> open_nifti(const protocol::Request& request);
 std::unique_ptr<Source> open_vti(const protocol::Request& request);
 std::unique_ptr<Source> open_legacy_vtk(const protocol::Request& request);

@@ -5,47 +5,6 @@
 namespace palpa::reader {
 namespace {
 
-/// Calls `use` with a value of the C++ type of `type`.
-template <class Use>
-void with_type(RawType type, Use use) {
-  switch (type) {
-    case RawType::int8: return use(std::int8_t{});
-    case RawType::uint8: return use(std::uint8_t{});
-    case RawType::int16: return use(std::int16_t{});
-    case RawType::uint16: return use(std::uint16_t{});
-    case RawType::int32: return use(std::int32_t{});
-    case RawType::uint32: return use(std::uint32_t{});
-    case RawType::int64: return use(std::int64_t{});
-    case RawType::uint64: return use(std::uint64_t{});
-    case RawType::float32: return use(float{});
-    case RawType::float64: return use(double{});
-  }
-}
-
-template <class Use>
-void with_type(VoxelType type, Use use) {
-  switch (type) {
-    case VoxelType::uint8: return use(std::uint8_t{});
-    case VoxelType::int16: return use(std::int16_t{});
-    case VoxelType::uint16: return use(std::uint16_t{});
-    case VoxelType::int32: return use(std::int32_t{});
-    case VoxelType::float32: return use(float{});
-    case VoxelType::float64: return use(double{});
-  }
-}
-
-VoxelType exact_type(RawType type) noexcept {
-  switch (type) {
-    case RawType::int8:
-    case RawType::int16: return VoxelType::int16;
-    case RawType::uint8: return VoxelType::uint8;
-    case RawType::uint16: return VoxelType::uint16;
-    case RawType::int32: return VoxelType::int32;
-    case RawType::float32: return VoxelType::float32;
-    default: return VoxelType::float64;
-  }
-}
-
 VoxelType turned_type(RawType type) noexcept {
   switch (type) {
     case RawType::int8:
@@ -69,6 +28,18 @@ void for_each_voxel(const RawVoxels& raw, Each each) {
 }
 
 }  // namespace
+
+VoxelType exact_type(RawType type) noexcept {
+  switch (type) {
+    case RawType::int8:
+    case RawType::int16: return VoxelType::int16;
+    case RawType::uint8: return VoxelType::uint8;
+    case RawType::uint16: return VoxelType::uint16;
+    case RawType::int32: return VoxelType::int32;
+    case RawType::float32: return VoxelType::float32;
+    default: return VoxelType::float64;
+  }
+}
 
 std::size_t size_of(RawType type) noexcept {
   std::size_t bytes = 0;

@@ -16,6 +16,38 @@ enum class RawType : std::uint8_t { int8, uint8, int16, uint16, int32, uint32, i
 
 std::size_t size_of(RawType type) noexcept;
 
+/// Calls `use` with a value of the C++ type of `type`.
+template <class Use>
+void with_type(RawType type, Use use) {
+  switch (type) {
+    case RawType::int8: return use(std::int8_t{});
+    case RawType::uint8: return use(std::uint8_t{});
+    case RawType::int16: return use(std::int16_t{});
+    case RawType::uint16: return use(std::uint16_t{});
+    case RawType::int32: return use(std::int32_t{});
+    case RawType::uint32: return use(std::uint32_t{});
+    case RawType::int64: return use(std::int64_t{});
+    case RawType::uint64: return use(std::uint64_t{});
+    case RawType::float32: return use(float{});
+    case RawType::float64: return use(double{});
+  }
+}
+
+template <class Use>
+void with_type(VoxelType type, Use use) {
+  switch (type) {
+    case VoxelType::uint8: return use(std::uint8_t{});
+    case VoxelType::int16: return use(std::int16_t{});
+    case VoxelType::uint16: return use(std::uint16_t{});
+    case VoxelType::int32: return use(std::int32_t{});
+    case VoxelType::float32: return use(float{});
+    case VoxelType::float64: return use(double{});
+  }
+}
+
+/// The first type that holds the numbers of a raw one exactly; float64 for integers of 64 bits.
+VoxelType exact_type(RawType type) noexcept;
+
 /// Voxels in a library's memory. Strides count numbers, not bytes.
 struct RawVoxels {
   RawType type = RawType::uint8;

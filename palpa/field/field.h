@@ -124,7 +124,8 @@ struct SourceFile {
 struct Volume {
   std::vector<VolumeField> fields;
   bool medical_frame = false;         ///< the world is LPS: x to the patient's left, y to the back, z to the head
-  std::string format;                 ///< "nrrd", "metaimage", "nifti", "vti", "vtk", "formula", "grid"
+  std::string format;                 ///< "dicom", "nrrd", "metaimage", "nifti", "vti", "vtk", "formula", "grid"
+  std::string modality;               ///< "CT", "MR", … as the file says it; empty if it does not
   std::vector<SourceFile> files;      ///< empty for embedded data
   int frames = 1;                     ///< that its file holds; the fields are one of them, or all of them as a time series
   std::vector<std::string> warnings;  ///< half sentences, for the reader of a summary

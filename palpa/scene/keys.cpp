@@ -262,7 +262,7 @@ const Keys& volume_keys() {
       {"length_unit",
        KeyKind::text,
        {},
-       "the file's; else mm for NRRD, MetaImage and NIfTI, m for others",
+       "the file's; else mm for medical formats, m for others",
        "unit of length of a file that says none",
        {},
        {"m", "cm", "mm", "um", "nm", "km", "angstrom"}},
@@ -295,6 +295,15 @@ const Keys& volume_keys() {
        Bounds{0, unbounded, true}},
       {"frame", KeyKind::whole_number, {}, "", "which frame of a file that holds several, counted from 0", Bounds{0, 1e6}},
       {"as", KeyKind::text, {}, "", "takes a file of three frames as one vector field", {}, {"vector"}},
+      {"series", KeyKind::text, "UID", "the largest",
+       "which series of a DICOM folder that holds several; `palpa info` lists them"},
+      {"components_along",
+       KeyKind::text,
+       {},
+       "\"file\"",
+       "the axes that the components of vectors are along: those of the file's space, or those of its grid (FSL's directions)",
+       {},
+       {"file", "index"}},
   };
   return keys;
 }

@@ -698,7 +698,7 @@ class Loader {
       fail(place_of(table), "volume " + in_quotes(name) + " has " + (sources == 0 ? "no data" : "two sources") +
                                 "; give either 'file' or 'analytic'");
     }
-    for (const char* key : {"length_unit", "fields", "frame", "as"}) {
+    for (const char* key : {"length_unit", "fields", "frame", "as", "series", "components_along"}) {
       if (!plan.analytic.empty() && section.node(key)) {
         fail(place_of(*section.node(key)),
              in_quotes(key) + " in volume " + in_quotes(name) + " speaks of a file; leave it out with 'analytic'");
@@ -760,6 +760,8 @@ class Loader {
     }
     request.length_unit = section.text("length_unit").value_or("");
     request.as = section.text("as").value_or("");
+    request.series = section.text("series").value_or("");
+    request.components_along = section.text("components_along").value_or("");
     request.frame = static_cast<int>(section.number("frame").value_or(-1));
     const toml::table* fields = section.subtable("fields");
     if (!fields) return request;

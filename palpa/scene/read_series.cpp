@@ -93,7 +93,6 @@ std::vector<Frame> read_frames(const VolumeRequest& given, const ReadVolume& rea
   if (count < 2) throw std::invalid_argument(file + " holds one frame, so it is no time series; leave 'frame_period_s' out");
   for (request.frame = 1; request.frame < count; ++request.frame) {
     frames.push_back({file + ", frame " + std::to_string(request.frame) + ",", read_volume(request)});
-    frames.back().volume.files.clear();  // it is the same one
   }
   return frames;
 }
@@ -126,7 +125,9 @@ Volume read_series(const VolumeRequest& request, double frame_period_s, BetweenF
       throw std::invalid_argument(frames[i].name + " has " + std::to_string(volume.fields.size()) + " fields and the first " +
                                   std::to_string(series.fields.size()) + "; all frames must have the same");
     }
-    std::ranges::copy(volume.files, std::back_inserter(series.files));
+    for (const SourceFile& file : volume.files) {
+      if (std::ranges::find(series.files, file.path, &SourceFile::path) == series.files.end()) series.files.push_back(file);
+    }
     for (const std::string& warning : volume.warnings) {
       if (std::ranges::find(series.warnings, warning) == series.warnings.end()) series.warnings.push_back(warning);
     }

@@ -91,9 +91,12 @@ class Unpacker {
   bool ok_ = true;
 };
 
-void pack(Packer& to, const Request& m) { to.text(m.path), to.text(m.as), to.number(m.frame), to.number(m.max_bytes); }
+void pack(Packer& to, const Request& m) {
+  to.text(m.path), to.text(m.as), to.text(m.series), to.text(m.components_along);
+  to.number(m.frame), to.number(m.max_bytes);
+}
 void unpack(Unpacker& from, Request& m) {
-  m.path = from.text(), m.as = from.text();
+  m.path = from.text(), m.as = from.text(), m.series = from.text(), m.components_along = from.text();
   m.frame = from.number<std::int32_t>();
   m.max_bytes = from.number<std::uint64_t>();
 }
@@ -121,14 +124,14 @@ FieldHeader unpack_field(Unpacker& from) {
 }
 
 void pack(Packer& to, const Header& m) {
-  to.text(m.format), to.text(m.length_unit), to.text(m.default_unit);
+  to.text(m.format), to.text(m.modality), to.text(m.length_unit), to.text(m.default_unit);
   to.number(static_cast<std::uint8_t>(m.medical_frame)), to.number(static_cast<std::uint8_t>(m.named));
   to.number(m.frames), to.number(m.working_bytes);
   to.list(m.fields, [&](const FieldHeader& f) { pack(to, f); });
   to.list(m.warnings, [&](const std::string& w) { to.text(w); });
 }
 void unpack(Unpacker& from, Header& m) {
-  m.format = from.text(), m.length_unit = from.text(), m.default_unit = from.text();
+  m.format = from.text(), m.modality = from.text(), m.length_unit = from.text(), m.default_unit = from.text();
   m.medical_frame = from.truth(), m.named = from.truth();
   m.frames = from.number<std::int32_t>();
   m.working_bytes = from.number<std::uint64_t>();
@@ -146,6 +149,7 @@ void unpack(Unpacker& from, Room& m) {
 void pack(Packer& to, const Done& m) {
   to.list(m.files, [&](const SourceFile& f) { to.text(f.path), to.number(f.bytes), to.text(f.sha256); });
   to.list(m.warnings, [&](const std::string& w) { to.text(w); });
+  to.number(static_cast<std::uint8_t>(m.more));
 }
 void unpack(Unpacker& from, Done& m) {
   m.files = from.list<SourceFile>([&] {
@@ -154,6 +158,7 @@ void unpack(Unpacker& from, Done& m) {
     return f;
   });
   m.warnings = from.list<std::string>([&] { return from.text(); });
+  m.more = from.truth();
 }
 
 void pack(Packer& to, const Failure& m) { to.text(m.sentence); }

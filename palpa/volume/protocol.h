@@ -17,21 +17,24 @@
 ///     Request (path, what of it)     ──►
 ///                                    ◄──  Header (grids, fields, bytes)      or Failure
 ///     Room (fields wanted, + memory) ──►
-///                                    ◄──  Done (files and their checksums)   or Failure
+///                                    ◄──  Done (files and their checksums; several, where they
+///                                         are too many for a packet)         or Failure
 ///
 /// Both ends check every message: a child that parses a damaged file is not to be trusted, and a child
 /// started by hand has no caller. Numbers are in the byte order of the machine.
 namespace palpa::protocol {
 
-inline constexpr std::uint16_t version = 1;  ///< differs: the two programs do not belong together
+inline constexpr std::uint16_t version = 2;  ///< differs: the two programs do not belong together
 inline constexpr std::size_t max_packet_bytes = 1 << 17;
 inline constexpr int socket_descriptor = 3;  ///< where palpa-read finds its end of the pair
 
 struct Request {
   std::string path;
-  std::string as;               ///< "vector": a file of three frames is one vector; else empty
-  std::int32_t frame = -1;      ///< of a file with several; -1: the first, with a warning
-  std::uint64_t max_bytes = 0;  ///< voxels that would need more are refused
+  std::string as;                  ///< "vector": a file of three frames is one vector; else empty
+  std::int32_t frame = -1;         ///< of a file with several; -1: the first, with a warning
+  std::uint64_t max_bytes = 0;     ///< voxels that would need more are refused
+  std::string series{};            ///< of a DICOM folder with several; empty: the largest, with a warning
+  std::string components_along{};  ///< "index": vectors are along the axes of the grid; else as the format says
 };
 
 /// One array of voxels as palpa-read will hand it over: i fastest, components of one voxel together,
@@ -48,6 +51,7 @@ struct FieldHeader {
 
 struct Header {
   std::string format;          ///< as in `Volume::format`
+  std::string modality;        ///< as in `Volume::modality`
   std::string length_unit;     ///< as the file says it; empty if it does not
   std::string default_unit;    ///< of the format
   bool medical_frame = false;  ///< the grids are in LPS
@@ -66,6 +70,7 @@ struct Room {
 struct Done {
   std::vector<SourceFile> files;
   std::vector<std::string> warnings;
+  bool more = false;  ///< another one follows, with further files
 };
 
 struct Failure {

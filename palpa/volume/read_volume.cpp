@@ -28,6 +28,8 @@ using protocol::readable_bytes;
 /// Resident memory that a reader may have beside what its header asks for: libraries, and their habits.
 constexpr std::uint64_t reader_slack_bytes = 2'000'000'000;
 
+constexpr std::size_t most_files = 1'000'000;  ///< of one volume: a reader that names more is out of its mind
+
 /// Metres per unit; 0 for a word that is no unit of length.
 double metres(std::string_view unit) {
   static constexpr struct {
@@ -83,11 +85,23 @@ void check_file(const std::filesystem::path& file) {
     if (errno == ENOENT || errno == ENOTDIR) throw LoadError("does not exist; check the path");
     throw LoadError(std::string("cannot be opened: ") + std::strerror(errno) + "; check its path and permissions");
   }
-  if (S_ISDIR(status.st_mode)) throw LoadError("is a folder; give a file (DICOM folders are not read yet)");
-  if (!S_ISREG(status.st_mode)) throw LoadError("is no ordinary file; give a volume file");
-  if (status.st_size == 0) throw LoadError("is empty; get the whole file");
+  if (!S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode)) throw LoadError("is no ordinary file; give a volume file");
+  if (S_ISREG(status.st_mode) && status.st_size == 0) throw LoadError("is empty; get the whole file");
   if (::access(file.c_str(), R_OK) != 0)
     throw LoadError("cannot be opened: no permission to read it; allow it, or copy the file");
+}
+
+/// Bytes of a file, or of all that lie in a folder.
+std::uint64_t bytes_of(const std::filesystem::path& file) {
+  std::error_code problem;
+  if (!std::filesystem::is_directory(file, problem)) return std::filesystem::file_size(file);
+  std::uint64_t bytes = 0;
+  for (std::filesystem::recursive_directory_iterator entry(file, problem), end; !problem && entry != end;
+       entry.increment(problem)) {
+    std::error_code gone;
+    if (entry->is_regular_file(gone)) bytes += entry->file_size(gone);
+  }
+  return bytes;
 }
 
 /// Metres per unit of length of the file.
@@ -227,7 +241,7 @@ Expected expect(protocol::Message message) {
 VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
   const std::filesystem::path& file = request.files.front();
   check_file(file);
-  const std::uint64_t file_bytes = std::filesystem::file_size(file);
+  const std::uint64_t file_bytes = bytes_of(file);
   const std::uint64_t limit = options.max_bytes != 0 ? options.max_bytes : free_memory_bytes() / 3 * 2;
 
   VolumeFile result;
@@ -240,7 +254,7 @@ VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
   double metres_per_file_unit = 1.0;
   {
     detail::ReaderProcess reader(detail::find_reader(options.reader), options.idle_limit_s);
-    reader.send(protocol::Request{file.string(), request.as, request.frame, limit});
+    reader.send(protocol::Request{file.string(), request.as, request.frame, limit, request.series, request.components_along});
     header = expect<Header>(reader.receive(file_bytes, reader_slack_bytes + 8 * file_bytes));
     check(header);
     result.volume.warnings = header.warnings;
@@ -262,14 +276,20 @@ VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
     memory = std::make_unique<SharedMemory>(offsets.back());
     reader.send(room, memory->descriptor());
     const std::uint64_t work = file_bytes + offsets.back() + header.working_bytes;
-    done = expect<protocol::Done>(
-        reader.receive(work, reader_slack_bytes + 8 * file_bytes + 2 * (offsets.back() + header.working_bytes)));
+    const std::uint64_t memory_bytes = reader_slack_bytes + 8 * file_bytes + 2 * (offsets.back() + header.working_bytes);
+    for (bool more = true; more;) {
+      auto part = expect<protocol::Done>(reader.receive(work, memory_bytes));
+      done.files.insert(done.files.end(), part.files.begin(), part.files.end());
+      done.warnings.insert(done.warnings.end(), part.warnings.begin(), part.warnings.end());
+      more = part.more && !part.files.empty() && done.files.size() < most_files;
+    }
   }
 
   const std::shared_ptr<const std::byte> voxels = memory->sealed_and_mapped();
   Volume& volume = result.volume;
   result.frames = header.frames;
   volume.format = header.format;
+  volume.modality = header.modality;
   volume.medical_frame = header.medical_frame;
   volume.frames = header.frames;
   volume.files = done.files;

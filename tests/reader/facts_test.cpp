@@ -131,6 +131,24 @@ Vec3 lps_m(const Json& ras_mm) {
   return 1e-3 * Vec3{-ras_mm[0].get<double>(), -ras_mm[1].get<double>(), ras_mm[2].get<double>()};
 }
 
+TEST_F(Facts, DicomSeries) {
+  const Json& fact = facts_["ct_headphantom_dicom"]["series of 28 files"];
+  const Volume volume = open("ct_headphantom_dicom");
+  const Field& field = *volume.fields[0].field;
+  check(field, fact, 1e-3);
+  EXPECT_TRUE(volume.medical_frame);
+  EXPECT_EQ(volume.modality, "CT");
+  EXPECT_EQ(volume.files.size(), fact["slices"].get<std::size_t>());
+  EXPECT_TRUE(volume.warnings.empty()) << all_warnings(volume);
+  const GridGeometry& grid = grid_of(field)->geometry;
+  EXPECT_LT(distance(grid.to_world({0, 0, 0}), 1e-3 * vec(fact["first_position_LPS"])), 1e-9);
+  EXPECT_LT(distance(grid.to_world({0, 0, 27}), 1e-3 * vec(fact["last_position_LPS"])), 1e-9);
+  EXPECT_LT(distance(grid.to_world({0, 0, 1}) - grid.to_world({0, 0, 0}), 1e-3 * vec(fact["slice_step_vector_first"])), 1e-9);
+  EXPECT_NEAR(distance(grid.to_world({0, 1, 0}), grid.to_world({0, 0, 0})),
+              1e-3 * fact["pixel_spacing_row_col"][0].get<double>(), 1e-12);
+  EXPECT_EQ(grid_of(field)->offset, fact["rescale_intercept"].get<double>());
+}
+
 TEST_F(Facts, NiftiScalars) {
   for (const auto& [set, file] :
        {std::pair{"dti_brain", "FA.nii.gz"}, std::pair{"mri_avg152_bigendian", "avg152T1_RL_nifti.nii.gz"}}) {

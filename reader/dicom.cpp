@@ -1,0 +1,200 @@
+// DICOM: a series of images becomes a volume. Geometry, order and numbers are ours (dicom_slices.h), from headers that
+// vtk-dicom reads: it averages spacings, takes the spacing of rows for that of columns, and tells of no missing slice.
+#include <algorithm>
+#include <filesystem>
+#include <limits>
+
+#include "dicom_files.h"
+#include "dicom_slices.h"
+#include "source.h"
+#include "voxels.h"
+
+namespace palpa::reader {
+namespace {
+
+class DicomSource : public Source {
+ public:
+  explicit DicomSource(const protocol::Request& request) : images_(request.path) {
+    header.format = "dicom";
+    header.default_unit = "mm";
+    if (images_.slices().empty()) {
+      throw LoadError(images_.refused().empty() ? "has no DICOM image that can be read; check that the files are whole"
+                                                : images_.refused().begin()->first);
+    }
+    for (const auto& [why, count] : images_.refused()) {
+      header.warnings.push_back(std::to_string(count) + (count == 1 ? " file is" : " files are") + " left out: each " + why);
+    }
+    if (const int count = images_.damaged(); count > 0) {
+      header.warnings.push_back(std::to_string(count) + (count == 1 ? " DICOM file is" : " DICOM files are") +
+                                " left out: no image, or damaged");
+    }
+    std::vector<Slice> stack = chosen(stacks_of(images_.slices()), request.series);
+    if (images_.slices().size() == 1) header.warnings.push_back("holds one slice; give its folder to read all its series");
+    numbers_ = common_numbers(stack);
+    header.medical_frame = stack.front().placed;
+    header.modality = images_.modality(stack.front());
+    if (stack.front().spaced) header.length_unit = "mm";
+    // Padding that no number of its bits can be is marked by the bits beyond.
+    masked_ = std::ranges::all_of(stack, [](const Slice& s) {
+      return !s.padding || (s.padding->front() >= s.least() && s.padding->back() <= s.greatest());
+    });
+    volume_ = arranged(std::move(stack), header.warnings);
+    header.frames = static_cast<std::int32_t>(volume_.frames.size());
+    frame_ = static_cast<std::size_t>(chosen_frame(request, header.frames, header.warnings));
+
+    protocol::FieldHeader field;
+    field.name = "value";
+    if (header.modality == "CT") field.unit = "HU";
+    field.type = numbers_.type;
+    field.grid = volume_.grid;
+    field.scale = numbers_.scale, field.offset = numbers_.offset;
+    header.fields.push_back(field);
+
+    for (const Slice& slice : slices()) {
+      if (files.empty() || files.back() != images_.name(slice)) files.push_back(images_.name(slice));
+      header.working_bytes = std::max(header.working_bytes, 2 * images_.voxel_bytes(slice) + images_.stored_bytes(slice));
+    }
+    if (volume_.resampled) header.working_bytes += slices().size() * kept_bytes();
+  }
+
+  void read(const std::vector<std::uint32_t>&, const std::vector<std::byte*>& to) override {
+    std::vector<std::byte> own(volume_.resampled ? slices().size() * kept_bytes() : 0);
+    std::byte* kept = volume_.resampled ? own.data() : to[0];
+    std::vector<std::byte> raw;
+    int loaded = -1;
+    for (const Slice& slice : slices()) {
+      if (images_.voxel_bytes(slice) == kept_bytes() && kept_as_it_is(slice)) {
+        load(slice, kept);
+      } else {
+        if (slice.file != loaded) {
+          raw.resize(images_.voxel_bytes(slice));
+          load(slice, raw.data());
+          loaded = slice.file;
+        }
+        convert(raw.data() + static_cast<std::size_t>(slice.frame) * slice.pixels() * size_of(slice.type), slice, kept);
+      }
+      kept += kept_bytes();
+    }
+    if (volume_.resampled) resample(own.data(), to[0]);
+  }
+
+ private:
+  const std::vector<Slice>& slices() const { return volume_.frames[frame_]; }
+  std::uint64_t kept_bytes() const { return slices().front().pixels() * palpa::size_of(numbers_.type); }
+
+  void load(const Slice& slice, std::byte* to) {
+    try {
+      images_.load(slice, masked_, to);
+    } catch (const LoadError& error) {
+      throw LoadError("has a file, '" + std::filesystem::path(images_.name(slice)).filename().string() + "', that " +
+                      error.what());
+    }
+  }
+
+  /// The stack with most voxels, of the series asked for or of all; what is not taken is told.
+  std::vector<Slice> chosen(std::vector<std::vector<Slice>> stacks, const std::string& series) {
+    struct Series {
+      std::string uid, words;
+      std::size_t slices = 0;
+    };
+    std::vector<Series> all;
+    for (const auto& stack : stacks) {
+      auto known = std::ranges::find(all, stack.front().series, &Series::uid);
+      if (known == all.end()) {
+        known = all.insert(all.end(), {stack.front().series, images_.series_words(stack.front())});
+      }
+      known->slices += stack.size();
+    }
+    const auto listed = [&](const std::string& but) {
+      std::string text;
+      for (const Series& s : all) {
+        if (s.uid == but) continue;
+        text += (text.empty() ? "'" : "; '") + s.uid + "' (" + s.words + ", " + std::to_string(s.slices) + " slices)";
+        if (text.size() > 3000) return text + " …";
+      }
+      return text;
+    };
+    const auto largest = std::ranges::max_element(stacks, {}, [&](const std::vector<Slice>& s) {
+      return series.empty() || s.front().series == series ? s.front().pixels() * s.size() : 0;
+    });
+    const std::string taken = largest->front().series;
+    if (!series.empty() && taken != series) throw LoadError("has no series '" + series + "'; it has " + listed(""));
+    if (all.size() > 1 && series.empty()) {
+      header.warnings.push_back("holds " + std::to_string(all.size()) + " series: the largest, '" + taken +
+                                "', is read (series = \"…\" takes another: " + listed(taken) + ")");
+    }
+    const std::size_t of_series = std::ranges::find(all, taken, &Series::uid)->slices;
+    if (of_series > largest->size()) {
+      header.warnings.push_back(
+          "has slices of different sizes, spacings or orientations: " + std::to_string(of_series - largest->size()) + " of " +
+          std::to_string(of_series) + " are left out");
+    }
+    return std::move(*largest);
+  }
+
+  bool kept_as_it_is(const Slice& slice) const {
+    const ToKept kept = to_kept(slice, numbers_);
+    bool same = false;
+    with_type(slice.type, [&](auto from) {
+      with_type(numbers_.type, [&](auto to) { same = std::is_same_v<decltype(from), decltype(to)>; });
+    });
+    return same && kept.factor == 1 && kept.shift == 0 && !slice.padding;
+  }
+
+  void convert(const std::byte* raw, const Slice& slice, std::byte* to) const {
+    const ToKept kept = to_kept(slice, numbers_);
+    with_type(slice.type, [&](auto raw_value) {
+      using Raw = decltype(raw_value);
+      const auto* in = reinterpret_cast<const Raw*>(raw);
+      with_type(numbers_.type, [&](auto kept_value) {
+        using Kept = decltype(kept_value);
+        auto* out = reinterpret_cast<Kept*>(to);
+        for (std::uint64_t i = 0; i < slice.pixels(); ++i) {
+          out[i] = static_cast<Kept>(static_cast<double>(in[i]) * kept.factor + kept.shift);
+        }
+        if constexpr (std::is_floating_point_v<Kept>) {
+          if (!slice.padding) return;
+          const auto [from, until] = *slice.padding;
+          for (std::uint64_t i = 0; i < slice.pixels(); ++i) {
+            const auto value = static_cast<double>(in[i]);
+            if (value >= from && value <= until) out[i] = std::numeric_limits<Kept>::quiet_NaN();
+          }
+        }
+      });
+    });
+  }
+
+  /// Straight between two slices; whole numbers are rounded.
+  void resample(const std::byte* slices_kept, std::byte* to) const {
+    const std::uint64_t count = slices().front().pixels();
+    with_type(numbers_.type, [&](auto value) {
+      using Kept = decltype(value);
+      auto* out = reinterpret_cast<Kept*>(to);
+      for (const double at : volume_.layer_at) {
+        const auto below = std::min(static_cast<std::size_t>(at), slices().size() - 2);
+        const double share = at - static_cast<double>(below);
+        const Kept* a = reinterpret_cast<const Kept*>(slices_kept) + below * count;
+        const Kept* b = a + count;
+        for (std::uint64_t i = 0; i < count; ++i) {
+          // A slice that is met keeps its numbers where the other has padding.
+          const auto blend = share == 0   ? static_cast<double>(a[i])
+                             : share == 1 ? static_cast<double>(b[i])
+                                          : (1 - share) * static_cast<double>(a[i]) + share * static_cast<double>(b[i]);
+          *out++ = static_cast<Kept>(std::is_floating_point_v<Kept> ? blend : std::round(blend));
+        }
+      }
+    });
+  }
+
+  DicomFiles images_;
+  Arranged volume_;
+  std::size_t frame_ = 0;
+  Numbers numbers_;
+  bool masked_ = true;  ///< bits beyond those of the numbers are cleared
+};
+
+}  // namespace
+
+std::unique_ptr<Source> open_dicom(const protocol::Request& request) { return std::make_unique<DicomSource>(request); }
+
+}  // namespace palpa::reader

@@ -1,0 +1,336 @@
+// DICOM files by vtk-dicom; compressed images by GDCM, which vtk-dicom asks, too, but without looking whether what it decodes
+// fits.
+#include "dicom_files.h"
+
+#include <gdcmImageReader.h>
+#include <gdcmTrace.h>
+#include <vtkDICOMDictionary.h>
+#include <vtkDICOMItem.h>
+#include <vtkDICOMMetaData.h>
+#include <vtkDICOMParser.h>
+#include <vtkDICOMReader.h>
+#include <vtkDICOMTagPath.h>
+#include <vtkDICOMUtilities.h>
+#include <vtkNew.h>
+#include <vtkObjectFactory.h>
+#include <vtkSmartPointer.h>
+#include <vtkTypeInt64Array.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <set>
+
+#include "messages.h"
+#include "source.h"
+
+namespace palpa::reader {
+namespace {
+
+constexpr std::size_t most_files = 100'000;
+
+/// What is taken of a header.
+vtkDICOMItem query() {
+  static const std::pair<DC::EnumType, vtkDICOMVR> wanted[] = {
+      {DC::ImageType, vtkDICOMVR::CS},
+      {DC::SOPInstanceUID, vtkDICOMVR::UI},
+      {DC::Modality, vtkDICOMVR::CS},
+      {DC::EchoTime, vtkDICOMVR::DS},
+      {DC::SliceThickness, vtkDICOMVR::DS},
+      {DC::SpacingBetweenSlices, vtkDICOMVR::DS},
+      {DC::TriggerTime, vtkDICOMVR::DS},
+      {DC::ImagerPixelSpacing, vtkDICOMVR::DS},
+      {DC::SeriesInstanceUID, vtkDICOMVR::UI},
+      {DC::SeriesNumber, vtkDICOMVR::IS},
+      {DC::InstanceNumber, vtkDICOMVR::IS},
+      {DC::ImagePositionPatient, vtkDICOMVR::DS},
+      {DC::ImageOrientationPatient, vtkDICOMVR::DS},
+      {DC::FrameOfReferenceUID, vtkDICOMVR::UI},
+      {DC::TemporalPositionIdentifier, vtkDICOMVR::IS},
+      {DC::SamplesPerPixel, vtkDICOMVR::US},
+      {DC::PhotometricInterpretation, vtkDICOMVR::CS},
+      {DC::NumberOfFrames, vtkDICOMVR::IS},
+      {DC::Rows, vtkDICOMVR::US},
+      {DC::Columns, vtkDICOMVR::US},
+      {DC::PixelSpacing, vtkDICOMVR::DS},
+      {DC::BitsAllocated, vtkDICOMVR::US},
+      {DC::BitsStored, vtkDICOMVR::US},
+      {DC::HighBit, vtkDICOMVR::US},
+      {DC::PixelRepresentation, vtkDICOMVR::US},
+      {DC::PixelPaddingValue, vtkDICOMVR::SS},
+      {DC::PixelPaddingRangeLimit, vtkDICOMVR::SS},
+      {DC::RescaleIntercept, vtkDICOMVR::DS},
+      {DC::RescaleSlope, vtkDICOMVR::DS},
+      {DC::ModalityLUTSequence, vtkDICOMVR::SQ},
+      {DC::DetectorInformationSequence, vtkDICOMVR::SQ},
+      {DC::GridFrameOffsetVector, vtkDICOMVR::DS},
+      {DC::DoseGridScaling, vtkDICOMVR::DS},
+      {DC::SharedFunctionalGroupsSequence, vtkDICOMVR::SQ},
+      {DC::PerFrameFunctionalGroupsSequence, vtkDICOMVR::SQ},
+      {DC::PixelData, vtkDICOMVR::OW},
+  };
+  vtkDICOMItem query;
+  for (const auto& [tag, type] : wanted) query.Set(tag, vtkDICOMValue(type));
+  return query;
+}
+
+RawType raw_type(int bits_allocated, bool negative) {
+  switch (bits_allocated) {
+    case 1:
+    case 8: return negative ? RawType::int8 : RawType::uint8;
+    case 12:
+    case 16: return negative ? RawType::int16 : RawType::uint16;
+    case 32: return negative ? RawType::int32 : RawType::uint32;
+    default: throw LoadError("has numbers of " + std::to_string(bits_allocated) + " bits; 8, 16 or 32 can be read");
+  }
+}
+
+int vtk_type(RawType type) {
+  switch (type) {
+    case RawType::int8: return VTK_SIGNED_CHAR;
+    case RawType::uint8: return VTK_UNSIGNED_CHAR;
+    case RawType::int16: return VTK_SHORT;
+    case RawType::uint16: return VTK_UNSIGNED_SHORT;
+    case RawType::int32: return VTK_INT;
+    default: return VTK_UNSIGNED_INT;
+  }
+}
+
+/// The files of a folder and its folders, by name; of one file, itself.
+std::vector<std::string> files_in(const std::string& path) {
+  if (!std::filesystem::is_directory(path)) return {path};
+  std::vector<std::string> files;
+  std::error_code problem;
+  for (std::filesystem::recursive_directory_iterator entry(path, problem), end; !problem && entry != end;
+       entry.increment(problem)) {
+    std::error_code gone;
+    if (!entry->is_regular_file(gone) || !vtkDICOMUtilities::IsDICOMFile(entry->path().c_str())) continue;
+    if (files.size() >= most_files) throw LoadError("is a folder of more than 100000 DICOM files; give one series of them");
+    files.push_back(entry->path().string());
+  }
+  if (problem) throw LoadError("is a folder that cannot be read: " + problem.message() + "; check its permissions");
+  if (files.empty()) throw LoadError("is a folder without DICOM files; give a file, or a folder of a DICOM series");
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+bool all_numbers(const vtkDICOMValue& value, std::size_t count, double* to) {
+  if (value.GetNumberOfValues() != count) return false;
+  value.GetValues(to, count);
+  return std::all_of(to, to + count, [](double n) { return std::isfinite(n); });
+}
+
+}  // namespace
+
+/// vtkDICOMReader, but each file on its own: of one that is damaged it would give up all.
+class DicomFiles::Reader : public vtkDICOMReader {
+ public:
+  static Reader* New();
+  vtkTypeMacro(Reader, vtkDICOMReader);
+
+  /// Reads the headers of files that may be something else: for each, whether it holds an image.
+  std::vector<bool> scan(const std::vector<std::string>& names) {
+    MetaData->Initialize();
+    MetaData->SetNumberOfInstances(static_cast<int>(names.size()));
+    FileOffsetArray = vtkTypeInt64Array::New();
+    FileOffsetArray->SetNumberOfComponents(2);
+    FileOffsetArray->SetNumberOfTuples(static_cast<vtkIdType>(names.size()));
+    const vtkDICOMItem wanted = query();
+    std::vector<bool> is_image;
+    for (std::size_t file = 0; file < names.size(); ++file) {
+      vtkNew<vtkDICOMParser> parser;  // one that has met an error has it for good
+      parser->SetMetaData(MetaData);
+      parser->SetQueryItem(wanted);
+      parser->SetFileName(names[file].c_str());
+      parser->SetIndex(static_cast<int>(file));
+      parser->Update();
+      is_image.push_back(!library_complained() && parser->GetErrorCode() == 0 && parser->GetPixelDataFound());
+      take_library_error();
+      const vtkTypeInt64 place[2] = {parser->GetFileOffset(), parser->GetFileSize()};
+      FileOffsetArray->SetTypedTuple(static_cast<vtkIdType>(file), place);
+    }
+    return is_image;
+  }
+
+  const vtkDICOMValue& get(int file, int frame, DC::EnumType tag) { return MetaData->Get(file, frame, tag); }
+  /// Nuclear medicine has the place of its first frame with its detector.
+  const vtkDICOMValue& get_of_detector(int file, DC::EnumType tag) {
+    return MetaData->Get(file, vtkDICOMTagPath(DC::DetectorInformationSequence, 0, tag));
+  }
+  std::string text(int file, DC::EnumType tag) { return MetaData->Get(file, tag).AsString(); }
+  /// The number; `missing` where it is not there, or is none.
+  double number(int file, int frame, DC::EnumType tag, double missing) {
+    const vtkDICOMValue& value = get(file, frame, tag);
+    const double number = value.GetNumberOfValues() > 0 ? value.GetDouble(0) : missing;
+    return std::isfinite(number) ? number : missing;
+  }
+  int frames(int file) { return std::max(1, MetaData->Get(file, DC::NumberOfFrames).AsInt()); }
+
+  /// From the voxels to the end of the file.
+  std::uint64_t stored_bytes(int file) {
+    vtkTypeInt64 place[2];
+    FileOffsetArray->GetTypedTuple(file, place);
+    return static_cast<std::uint64_t>(std::max<vtkTypeInt64>(place[1] - place[0], 0));
+  }
+
+  bool compressed(int file) {
+    static const std::set<std::string> plain{
+        "", "1.2.840.10008.1.2", "1.2.840.10008.1.20", "1.2.840.10008.1.2.1", "1.2.840.10008.1.2.2", "1.2.840.113619.5.2"};
+    return plain.count(text(file, DC::TransferSyntaxUID)) == 0;
+  }
+
+  void load_plain(const std::string& name, const Slice& slice, unsigned char* to, std::size_t bytes) {
+    DataScalarType = FileScalarType = vtk_type(slice.type);
+    if (!ReadFileNative(name.c_str(), slice.file, to, static_cast<vtkIdType>(bytes)) || library_complained()) {
+      throw LoadError("cannot be read (" + take_library_error() + "); get the whole file");
+    }
+  }
+
+  /// How the numbers of an image become values, and which are none.
+  void find_values(Slice& slice, int allocated) {
+    const int file = slice.file, frame = slice.frame;
+    slice.slope = number(file, frame, DC::RescaleSlope, number(file, frame, DC::DoseGridScaling, 1));
+    slice.intercept = number(file, frame, DC::RescaleIntercept, 0);
+    if (slice.slope == 0) slice.slope = 1;
+    slice.moment = {number(file, frame, DC::EchoTime, number(file, frame, DC::EffectiveEchoTime, 0)),
+                    number(file, frame, DC::TemporalPositionIdentifier, number(file, frame, DC::TemporalPositionIndex, 0)),
+                    number(file, frame, DC::TriggerTime, number(file, frame, DC::NominalCardiacTriggerDelayTime, 0)),
+                    number(file, frame, DC::InstanceNumber, 0)};
+    slice.padding.reset();
+    if (!get(file, frame, DC::PixelPaddingValue).IsValid()) return;
+    // Its type is often not that of the pixels: the same bits count.
+    const auto as_pixel = [&](double value) {
+      const double turn = std::ldexp(1.0, allocated);
+      if (slice.negative() && value >= turn / 2) return value - turn;
+      return !slice.negative() && value < 0 ? value + turn : value;
+    };
+    const double value = as_pixel(number(file, frame, DC::PixelPaddingValue, 0));
+    const double limit = get(file, frame, DC::PixelPaddingRangeLimit).IsValid()
+                             ? as_pixel(number(file, frame, DC::PixelPaddingRangeLimit, 0))
+                             : value;
+    slice.padding = {std::min(value, limit), std::max(value, limit)};
+  }
+
+  /// Where an image lies. A frame without a place of its own has that of its file.
+  void find_place(Slice& slice) {
+    const int file = slice.file, frame = slice.frame;
+    double rows_columns_mm[2], position[3], directions[6];
+    slice.spaced = (all_numbers(get(file, frame, DC::PixelSpacing), 2, rows_columns_mm) ||
+                    all_numbers(get(file, frame, DC::ImagerPixelSpacing), 2, rows_columns_mm)) &&
+                   rows_columns_mm[0] > 0 && rows_columns_mm[1] > 0;
+    if (slice.spaced) slice.spacing_mm = {rows_columns_mm[1], rows_columns_mm[0]};  // the first is from row to row
+    const double between_mm = std::abs(number(file, frame, DC::SpacingBetweenSlices, 0));
+    slice.thickness_mm = between_mm > 0 ? between_mm : number(file, frame, DC::SliceThickness, 0);
+    slice.space = text(file, DC::FrameOfReferenceUID);
+    const bool found = (all_numbers(get(file, frame, DC::ImagePositionPatient), 3, position) &&
+                        all_numbers(get(file, frame, DC::ImageOrientationPatient), 6, directions)) ||
+                       (all_numbers(get_of_detector(file, DC::ImagePositionPatient), 3, position) &&
+                        all_numbers(get_of_detector(file, DC::ImageOrientationPatient), 6, directions));
+    if (!found) return;
+    const Vec3 right{directions[0], directions[1], directions[2]}, down{directions[3], directions[4], directions[5]};
+    if (std::abs(norm(right) - 1) > 0.01 || std::abs(norm(down) - 1) > 0.01 || std::abs(dot(right, down)) > 0.01) return;
+    slice.placed = true;
+    slice.position_mm = {position[0], position[1], position[2]};
+    slice.right = normalized(right), slice.down = normalized(down);
+  }
+
+  using vtkDICOMReader::MaskBits;
+};
+vtkStandardNewMacro(DicomFiles::Reader);
+
+void DicomFiles::Delete::operator()(Reader* reader) const { reader->Delete(); }
+
+DicomFiles::DicomFiles(const std::string& path) : reader_(Reader::New()), names_(files_in(path)) {
+  gdcm::Trace::WarningOff();
+  gdcm::Trace::ErrorOff();
+  const std::vector<bool> is_image = reader_->scan(names_);
+  damaged_ = static_cast<int>(std::count(is_image.begin(), is_image.end(), false));
+  for (std::size_t file = 0; file < names_.size(); ++file) {
+    if (!is_image[file]) continue;
+    try {
+      add_slices(static_cast<int>(file));
+    } catch (const LoadError& error) {
+      ++refused_[error.what()];
+    }
+  }
+}
+
+/// The images of a file. Throws LoadError where they cannot be felt.
+void DicomFiles::add_slices(int file) {
+  Reader& r = *reader_;
+  if (r.number(file, 0, DC::SamplesPerPixel, 1) != 1 || r.text(file, DC::PhotometricInterpretation) == "PALETTE COLOR") {
+    throw LoadError("holds colours (RGB), which have no one value to feel; export the values that they were made from");
+  }
+  if (r.text(file, DC::ImageType).find("MOSAIC") != std::string::npos) {
+    throw LoadError("holds mosaics, many slices as tiles of one image; convert it to NIfTI with dcm2niix");
+  }
+  if (r.get(file, 0, DC::ModalityLUTSequence).IsValid()) {
+    throw LoadError("has a table of values (Modality LUT), which is not read; export it with slope and intercept");
+  }
+  Slice slice;
+  slice.file = file;
+  slice.series = r.text(file, DC::SeriesInstanceUID);
+  slice.instance = r.text(file, DC::SOPInstanceUID);
+  slice.size = {r.get(file, 0, DC::Columns).AsInt(), r.get(file, 0, DC::Rows).AsInt()};
+  const int allocated = r.get(file, 0, DC::BitsAllocated).AsInt();
+  slice.type = raw_type(allocated, r.number(file, 0, DC::PixelRepresentation, 0) != 0);
+  slice.bits = static_cast<int>(r.number(file, 0, DC::BitsStored, allocated));
+  if (slice.bits < 1 || slice.bits > allocated) slice.bits = allocated;
+  if (r.number(file, 0, DC::HighBit, slice.bits - 1) != slice.bits - 1) {
+    throw LoadError("has numbers that do not begin at bit 0 (HighBit); export it again");
+  }
+  const int frames = r.frames(file);
+  const auto stored = static_cast<double>(r.stored_bytes(file));
+  const double bits = static_cast<double>(allocated) * static_cast<double>(slice.pixels()) * frames;
+  if (slice.size[0] < 1 || slice.size[1] < 1 || (r.compressed(file) ? stored < 8.0 * frames : 8.0 * stored < bits)) {
+    throw LoadError("is shorter than its header says; get the whole file");
+  }
+  const vtkDICOMValue& offsets = r.get(file, 0, DC::GridFrameOffsetVector);
+  const bool listed = offsets.GetNumberOfValues() == static_cast<std::size_t>(frames);
+  const bool own_places = frames == 1 || r.get(file, 0, DC::PerFrameFunctionalGroupsSequence).IsValid();
+  const double between_mm = r.number(file, 0, DC::SpacingBetweenSlices, 0);
+  for (; slice.frame < frames; ++slice.frame) {
+    r.find_values(slice, allocated);
+    r.find_place(slice);
+    const auto n = static_cast<std::size_t>(slice.frame);
+    const double offset_mm = listed ? offsets.GetDouble(n) - offsets.GetDouble(0) : static_cast<double>(n) * between_mm;
+    if (!own_places) slice.position_mm += offset_mm * normalized(cross(slice.right, slice.down));
+    slices_.push_back(slice);
+  }
+}
+
+std::string DicomFiles::modality(const Slice& slice) const { return reader_->text(slice.file, DC::Modality); }
+
+std::string DicomFiles::series_words(const Slice& slice) const {
+  const std::string kind = modality(slice), number = reader_->text(slice.file, DC::SeriesNumber);
+  return kind + (kind.empty() || number.empty() ? "" : " ") + number;
+}
+
+std::uint64_t DicomFiles::voxel_bytes(const Slice& slice) const {
+  return static_cast<std::uint64_t>(reader_->frames(slice.file)) * slice.pixels() * size_of(slice.type);
+}
+
+std::uint64_t DicomFiles::stored_bytes(const Slice& slice) const { return reader_->stored_bytes(slice.file); }
+
+void DicomFiles::load(const Slice& slice, bool masked, std::byte* to) {
+  const std::uint64_t bytes = voxel_bytes(slice);
+  auto* const voxels = reinterpret_cast<unsigned char*>(to);
+  if (reader_->compressed(slice.file)) {
+    gdcm::ImageReader decoder;
+    decoder.SetFileName(name(slice).c_str());
+    if (!decoder.Read()) throw LoadError("cannot be decompressed; export it uncompressed, or get the file again");
+    if (decoder.GetImage().GetBufferLength() != bytes || !decoder.GetImage().GetBuffer(reinterpret_cast<char*>(to))) {
+      throw LoadError("cannot be decompressed to the size that its header says; get the file again");
+    }
+  } else {
+    reader_->load_plain(name(slice), slice, voxels, bytes);
+  }
+  const auto size = static_cast<int>(size_of(slice.type));
+  if (masked && slice.bits < 8 * size) {
+    reader_->MaskBits(voxels, static_cast<vtkIdType>(bytes), size, slice.bits, slice.negative() ? 1 : 0);
+  }
+}
+
+bool is_dicom(const std::string& file) { return vtkDICOMUtilities::IsDICOMFile(file.c_str()); }
+
+}  // namespace palpa::reader

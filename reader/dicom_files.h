@@ -1,0 +1,56 @@
+// Files of DICOM images: their headers as slices, their voxels.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "dicom_slices.h"
+
+namespace palpa::reader {
+
+class DicomFiles {
+ public:
+  /// The DICOM files of a folder and its folders, by name; of one file, itself. Reads their headers, of which it takes what
+  /// geometry, order and values need and nothing else: no name of a patient comes into this program. Throws LoadError.
+  explicit DicomFiles(const std::string& path);
+
+  /// All images that can be felt, file after file; none of other files.
+  const std::vector<Slice>& slices() const noexcept { return slices_; }
+  /// Why images cannot be felt, half sentences, and of how many files it is said.
+  const std::map<std::string, int>& refused() const noexcept { return refused_; }
+  /// Files that hold no image, or are damaged.
+  int damaged() const noexcept { return damaged_; }
+
+  const std::string& name(const Slice& slice) const { return names_[static_cast<std::size_t>(slice.file)]; }
+  std::string modality(const Slice& slice) const;
+  /// "CT, 201": modality and number of its series.
+  std::string series_words(const Slice& slice) const;
+  /// Of all the frames of the slice's file, in memory and in the file.
+  std::uint64_t voxel_bytes(const Slice& slice) const;
+  std::uint64_t stored_bytes(const Slice& slice) const;
+
+  /// Reads all frames of the slice's file to `to`, which holds `voxel_bytes`. `masked`: bits beyond those of the numbers are
+  /// cleared. Throws LoadError with a half sentence.
+  void load(const Slice& slice, bool masked, std::byte* to);
+
+ private:
+  class Reader;
+  void add_slices(int file);
+
+  struct Delete {
+    void operator()(Reader* reader) const;
+  };
+  std::unique_ptr<Reader, Delete> reader_;
+  std::vector<std::string> names_;
+  std::vector<Slice> slices_;
+  std::map<std::string, int> refused_;
+  int damaged_ = 0;
+};
+
+/// Whether the file is DICOM, with or without its mark.
+bool is_dicom(const std::string& file);
+
+}  // namespace palpa::reader

@@ -1,0 +1,227 @@
+#include "dicom_slices.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <tuple>
+#include <utility>
+
+#include "palpa/core/load_error.h"
+
+namespace palpa::reader {
+namespace {
+
+constexpr double same_place = 0.01;  ///< [pixels] positions no further apart are one
+constexpr double straight = 0.1;     ///< [pixels] that slices may lie beside their common line
+constexpr double even = 0.02;        ///< [slices] that they may lie before or behind their place on it
+constexpr double finest = 4.0;       ///< resampling makes at most so many layers of one slice
+constexpr double parallel = 1e-3;    ///< [1] difference of directions
+
+std::string text_of(double number) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", number);
+  return text;
+}
+
+Vec3 normal_of(const Slice& slice) { return normalized(cross(slice.right, slice.down)); }
+
+bool belong_together(const Slice& a, const Slice& b) {
+  const auto alike = [](double x, double y) { return std::abs(x - y) <= 1e-4 * std::abs(x); };
+  return a.series == b.series && a.size == b.size && a.type == b.type && a.placed == b.placed &&
+         alike(a.spacing_mm[0], b.spacing_mm[0]) && alike(a.spacing_mm[1], b.spacing_mm[1]) &&
+         norm(a.right - b.right) < parallel && norm(a.down - b.down) < parallel;
+}
+
+/// Slices that say no position lie one behind the other, in the order of their numbers.
+void place(std::vector<Slice>& stack, std::vector<std::string>& warnings) {
+  if (stack.front().placed) return;
+  std::ranges::stable_sort(stack, {}, [](const Slice& s) { return std::pair(s.moment.back(), s.frame); });
+  const double step_mm = stack.front().thickness_mm > 0 ? stack.front().thickness_mm : stack.front().spacing_mm[0];
+  for (std::size_t i = 0; i < stack.size(); ++i) stack[i].position_mm = {0, 0, static_cast<double>(i) * step_mm};
+  warnings.push_back("says no positions of its slices: in the order of their numbers, " + text_of(step_mm) + " mm apart");
+}
+
+/// The same image twice is one.
+void drop_copies(std::vector<Slice>& stack, std::vector<std::string>& warnings) {
+  const auto key = [](const Slice& s) { return std::tuple(s.instance, s.frame); };
+  std::ranges::stable_sort(stack, {}, key);
+  const std::size_t before = stack.size();
+  const auto same = [&](const Slice& a, const Slice& b) { return !a.instance.empty() && key(a) == key(b); };
+  stack.erase(std::unique(stack.begin(), stack.end(), same), stack.end());
+  if (stack.size() < before) {
+    warnings.push_back(std::to_string(before - stack.size()) + (before - stack.size() == 1 ? " image is" : " images are") +
+                       " there twice: read once");
+  }
+}
+
+/// Groups of slices at one place, rising along the normal, each in the order of its repeats.
+std::vector<std::vector<Slice>> places_of(std::vector<Slice> stack) {
+  const Vec3 normal = normal_of(stack.front());
+  const auto along_mm = [&](const Slice& s) { return dot(normal, s.position_mm); };
+  std::ranges::stable_sort(stack, {}, along_mm);
+  const double tolerance_mm = same_place * std::min(stack.front().spacing_mm[0], stack.front().spacing_mm[1]);
+  std::vector<std::vector<Slice>> places;
+  for (Slice& slice : stack) {
+    if (places.empty() || along_mm(slice) - along_mm(places.back().front()) > tolerance_mm) places.emplace_back();
+    places.back().push_back(std::move(slice));
+  }
+  for (auto& place : places) std::ranges::stable_sort(place, {}, [](const Slice& s) { return std::pair(s.moment, s.frame); });
+  return places;
+}
+
+/// Frames of one slice from each place.
+std::vector<std::vector<Slice>> frames_of(const std::vector<std::vector<Slice>>& places, std::vector<std::string>& warnings) {
+  std::size_t least = places.front().size(), most = least;
+  for (const auto& place : places) least = std::min(least, place.size()), most = std::max(most, place.size());
+  if (least != most && least > 1) {
+    throw LoadError("has " + std::to_string(least) + " to " + std::to_string(most) +
+                    " images at one place: some are missing; get the whole series");
+  }
+  if (least != most) {
+    warnings.push_back("has up to " + std::to_string(most) +
+                       " images at one place, but not at each: the first of each is read");
+  }
+  std::vector<std::vector<Slice>> frames(least);
+  for (const auto& place : places) {
+    for (std::size_t f = 0; f < least; ++f) frames[f].push_back(place[f]);
+  }
+  return frames;
+}
+
+/// Where the layers lie when slices are not evenly spaced; `at_mm`: of the slices, along their normal.
+void resample(const std::vector<double>& at_mm, Arranged& volume, std::vector<std::string>& warnings) {
+  std::vector<double> gaps_mm;
+  for (std::size_t i = 1; i < at_mm.size(); ++i) gaps_mm.push_back(at_mm[i] - at_mm[i - 1]);
+  std::vector<double> sorted_mm = gaps_mm;
+  std::ranges::sort(sorted_mm);
+  const double length_mm = at_mm.back() - at_mm.front(), usual_mm = sorted_mm[sorted_mm.size() / 2];
+
+  // Slices are missing where all gaps are whole numbers of the usual one.
+  const bool lacking = std::ranges::all_of(gaps_mm, [&](double gap_mm) {
+    const double slices = gap_mm / usual_mm;
+    return slices > 0.5 && std::abs(slices - std::round(slices)) < 0.1;
+  });
+  std::string missing;
+  int count = 0;
+  for (std::size_t i = 0; lacking && i < gaps_mm.size(); ++i) {
+    const int lost = static_cast<int>(std::min(1e6, std::round(gaps_mm[i] / usual_mm))) - 1;
+    if (lost > 0) missing += (count > 0 ? ", " : "") + text_of(at_mm[i]) + " and " + text_of(at_mm[i + 1]) + " mm";
+    count += lost;
+  }
+  const double wanted_mm =
+      std::max(count == 0 ? sorted_mm.front() : usual_mm, length_mm / (finest * static_cast<double>(at_mm.size())));
+  const auto layers = static_cast<std::size_t>(std::round(length_mm / wanted_mm)) + 1;
+  const double step_mm = length_mm / static_cast<double>(layers - 1);
+  if (count > 0) {
+    warnings.push_back(std::to_string(count) + (count == 1 ? " slice is" : " slices are") + " missing, between " + missing +
+                       " along the normal: filled from its neighbours; get the whole series");
+  } else {
+    warnings.push_back("has slices " + text_of(sorted_mm.front()) + " to " + text_of(sorted_mm.back()) +
+                       " mm apart: resampled along their normal to " + text_of(step_mm) + " mm");
+  }
+  volume.resampled = true;
+  volume.grid.dims[2] = static_cast<std::int64_t>(layers);
+  for (std::size_t k = 0, i = 0; k < layers; ++k) {
+    const double here_mm = at_mm.front() + step_mm * static_cast<double>(k);
+    while (i + 2 < at_mm.size() && at_mm[i + 1] < here_mm) ++i;
+    volume.layer_at.push_back(static_cast<double>(i) + std::clamp((here_mm - at_mm[i]) / gaps_mm[i], 0.0, 1.0));
+  }
+}
+
+}  // namespace
+
+std::vector<std::vector<Slice>> stacks_of(std::vector<Slice> slices) {
+  std::vector<std::vector<Slice>> stacks;
+  for (Slice& slice : slices) {
+    auto stack = std::ranges::find_if(stacks, [&](const auto& s) { return belong_together(s.front(), slice); });
+    if (stack == stacks.end()) stack = stacks.emplace(stacks.end());
+    stack->push_back(std::move(slice));
+  }
+  return stacks;
+}
+
+Arranged arranged(std::vector<Slice> stack, std::vector<std::string>& warnings) {
+  drop_copies(stack, warnings);
+  place(stack, warnings);
+  Arranged volume;
+  volume.frames = frames_of(places_of(std::move(stack)), warnings);
+  const std::vector<Slice>& slices = volume.frames.front();
+  const Slice &first = slices.front(), &last = slices.back();
+  const Vec3 normal = normal_of(first);
+  const auto count = static_cast<std::int64_t>(slices.size());
+  volume.grid.dims = {first.size[0], first.size[1], count};
+  volume.grid.origin_m = first.position_mm;
+
+  const double thickness_mm = first.thickness_mm > 0 ? first.thickness_mm : first.spacing_mm[0];
+  const Vec3 way_mm = count > 1 ? last.position_mm - first.position_mm : thickness_mm * normal;
+  std::vector<double> at_mm;
+  double worst = 0.0;  // [slices]
+  for (std::int64_t i = 0; i < count; ++i) {
+    const Vec3 from_first_mm = slices[static_cast<std::size_t>(i)].position_mm - first.position_mm;
+    at_mm.push_back(dot(normal, slices[static_cast<std::size_t>(i)].position_mm));
+    const double share = dot(normal, from_first_mm) / dot(normal, way_mm);
+    worst = std::max(worst, std::abs(share * static_cast<double>(count - 1) - static_cast<double>(i)));
+    for (const auto& frame : volume.frames) {
+      const Vec3 beside_mm = frame[static_cast<std::size_t>(i)].position_mm - first.position_mm - share * way_mm;
+      if (norm(beside_mm) > straight * std::min(first.spacing_mm[0], first.spacing_mm[1])) {
+        throw LoadError("has slices that lie " + text_of(norm(beside_mm)) +
+                        " mm beside the line of the others; export them as one straight stack");
+      }
+    }
+  }
+  if (worst > even) resample(at_mm, volume, warnings);
+  const Vec3 step_mm = count > 1 ? way_mm / static_cast<double>(volume.grid.dims[2] - 1) : way_mm;
+  volume.grid.index_to_world_m =
+      transposed(Mat3{{first.spacing_mm[0] * first.right, first.spacing_mm[1] * first.down, step_mm}});
+
+  const bool one_space = std::ranges::all_of(slices, [&](const Slice& s) { return s.space == first.space; });
+  if (!one_space) warnings.push_back("has slices of different frames of reference: they may not lie as they say");
+  return volume;
+}
+
+Numbers common_numbers(const std::vector<Slice>& stack) {
+  const Slice& first = stack.front();
+  const bool padded = std::ranges::any_of(stack, [](const Slice& s) { return s.padding.has_value(); });
+  const VoxelType exact = exact_type(first.type);
+  const VoxelType floating = size_of(first.type) <= 2 ? VoxelType::float32 : VoxelType::float64;
+  const bool one_scale =
+      std::ranges::all_of(stack, [&](const Slice& s) { return s.slope == first.slope && s.intercept == first.intercept; });
+  if (one_scale) return {padded ? floating : exact, first.slope, first.intercept};
+
+  // The greatest common step of slopes and of the differences of intercepts: they are decimal numbers.
+  double step = 0.0;
+  for (const Slice& slice : stack) {
+    for (double rest : {std::abs(slice.slope), std::abs(slice.intercept - first.intercept)}) {
+      double divisor = step;
+      const double negligible = 1e-9 * std::max(divisor, rest);
+      while (rest > negligible) divisor = std::exchange(rest, std::fmod(divisor, rest));
+      step = divisor;
+    }
+  }
+  const Numbers whole{VoxelType::int32, step, first.intercept};
+  bool exactly = !padded && step > 0;
+  double least = 0.0, greatest = 0.0;
+  for (const Slice& slice : stack) {
+    const ToKept kept = to_kept(slice, whole);
+    exactly = exactly && std::abs(kept.factor * step - slice.slope) <= 1e-9 * std::abs(slice.slope);
+    for (const double raw : {slice.least(), slice.greatest()}) {
+      least = std::min(least, raw * kept.factor + kept.shift), greatest = std::max(greatest, raw * kept.factor + kept.shift);
+    }
+  }
+  const auto fits = [&]<class T>(T) {
+    return least >= std::numeric_limits<T>::lowest() && greatest <= std::numeric_limits<T>::max();
+  };
+  if (exactly && fits(std::int16_t{})) return {VoxelType::int16, step, first.intercept};
+  if (exactly && fits(std::int32_t{})) return whole;
+  return {floating, 1.0, 0.0};
+}
+
+ToKept to_kept(const Slice& slice, const Numbers& numbers) noexcept {
+  ToKept kept{slice.slope / numbers.scale, (slice.intercept - numbers.offset) / numbers.scale};
+  const bool whole = numbers.type != VoxelType::float32 && numbers.type != VoxelType::float64;
+  if (whole) kept = {std::round(kept.factor), std::round(kept.shift)};
+  return kept;
+}
+
+}  // namespace palpa::reader

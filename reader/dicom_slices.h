@@ -1,0 +1,75 @@
+// How the images of a DICOM series become a volume: which belong together, in what order, where, in what numbers.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "voxels.h"
+
+namespace palpa::reader {
+
+/// What the header of an image says: one of a file, or one of the frames of a file.
+struct Slice {
+  int file = 0;   ///< its number among the files
+  int frame = 0;  ///< in its file
+  std::string series;
+  std::string instance;                    ///< UID of the file's image
+  std::string space;                       ///< UID of the frame of reference; empty: none is said
+  std::array<std::int64_t, 2> size{1, 1};  ///< columns, rows
+  RawType type = RawType::uint16;
+  int bits = 16;                                 ///< [bits] that a number can fill
+  std::array<double, 2> spacing_mm{1, 1};        ///< from column to column, from row to row
+  double thickness_mm = 0.0;                     ///< to the next slice, where nothing else says it; 0: not said
+  bool spaced = false;                           ///< `spacing_mm` is said
+  bool placed = false;                           ///< position and directions are the patient's (LPS)
+  Vec3 position_mm;                              ///< centre of the first pixel
+  Vec3 right{1, 0, 0}, down{0, 1, 0};            ///< [1] directions of rows and columns
+  double slope = 1.0;                            ///< the value's own unit, per raw step
+  double intercept = 0.0;                        ///< the value's own unit
+  std::optional<std::array<double, 2>> padding;  ///< raw values from … to that are no measurement
+  std::array<double, 4> moment{};  ///< echo time, temporal position, trigger time, instance number: the order of repeats
+
+  bool negative() const noexcept { return type == RawType::int8 || type == RawType::int16 || type == RawType::int32; }
+  std::uint64_t pixels() const noexcept { return static_cast<std::uint64_t>(size[0]) * static_cast<std::uint64_t>(size[1]); }
+  /// Raw numbers that its bits can say.
+  double least() const noexcept { return negative() ? -std::ldexp(1.0, bits - 1) : 0.0; }
+  double greatest() const noexcept { return std::ldexp(1.0, negative() ? bits - 1 : bits) - 1; }
+};
+
+/// The slices that can be one volume: of one series, size, type, spacing and orientation. In the order of the first slice of
+/// each.
+std::vector<std::vector<Slice>> stacks_of(std::vector<Slice> slices);
+
+/// A volume from slices of one stack.
+struct Arranged {
+  std::vector<std::vector<Slice>> frames;  ///< frames of slices that rise along their normal, as many in each
+  GridGeometry grid;                       ///< [mm], of what is handed over
+  bool resampled = false;                  ///< its layers are not the slices, but lie between them:
+  std::vector<double> layer_at;            ///< [slices] where each lies
+};
+
+/// Sorts a stack. Slices need not be at right angles to their row: a gantry tilt shears the grid. Repeated positions are
+/// frames; unevenly spaced ones are to be resampled. Throws LoadError where there is no such volume.
+Arranged arranged(std::vector<Slice> stack, std::vector<std::string>& warnings);
+
+/// The numbers in which slices are kept: kept = raw · factor + shift, value = kept · scale + offset.
+struct Numbers {
+  VoxelType type = VoxelType::int16;
+  double scale = 1.0;   ///< the value's own unit, per kept step
+  double offset = 0.0;  ///< the value's own unit
+};
+struct ToKept {
+  double factor = 1.0;
+  double shift = 0.0;
+};
+
+/// Raw numbers where all slices have one slope and intercept; else whole steps of a common slope, if they are exact, or
+/// floating point. Where slices have padding, floating point too: it is kept as NaN.
+Numbers common_numbers(const std::vector<Slice>& stack);
+ToKept to_kept(const Slice& slice, const Numbers& numbers) noexcept;
+
+}  // namespace palpa::reader

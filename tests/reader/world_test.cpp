@@ -1,0 +1,103 @@
+// One world: where the data lie, against ITK and against one another, at points that no voxel is at.
+#include <cmath>
+#include <random>
+
+#include "dicom_file.h"
+#include "itk_image.h"
+
+namespace palpa::test {
+namespace {
+
+class World : public ReaderTest {
+ protected:
+  void SetUp() override {
+    ReaderTest::SetUp();
+    if (!IsSkipped() && shared_file("facts.json").empty()) {
+      GTEST_SKIP() << "the shared data are not here: set PALPA_SHARED to their folder";
+    }
+  }
+  Volume open(const std::string& name, VolumeRequest request = {}) const { return read(shared_file(name), std::move(request)); }
+
+  std::mt19937 random_{7};
+  Vec3 point_in(const Box& box_m) {
+    const auto between = [&](double low, double high) { return std::uniform_real_distribution(low, high)(random_); };
+    return {between(box_m.low_m.x, box_m.high_m.x), between(box_m.low_m.y, box_m.high_m.y),
+            between(box_m.low_m.z, box_m.high_m.z)};
+  }
+
+  /// Expects the same value as ITK's at 1000 points of the box, but where one of them is outside at its rim.
+  void expect_as_itk(const Volume& volume, const ItkImage& itk) {
+    const Field& field = *volume.fields[0].field;
+    const Extent extent = field.extents()[0];
+    int inside = 0, rim = 0;
+    for (int n = 0; n < 1000; ++n) {
+      const Vec3 at_m = point_in(field.bounds_m());
+      const ScalarSample sample = field.scalar(at_m);
+      const double expected = itk.at(1e3 * at_m);
+      rim += sample.inside != std::isfinite(expected);
+      if (!sample.inside || !std::isfinite(expected)) continue;
+      ++inside;
+      ASSERT_NEAR(sample.value, expected, 1e-4 * (extent.max - extent.min)) << at_m.x << " " << at_m.y << " " << at_m.z;
+    }
+    EXPECT_GT(inside, 100);
+    EXPECT_LE(rim, 2);
+  }
+};
+
+TEST_F(World, DicomAgreesWithItk) {
+  expect_as_itk(open("ct_headphantom_dicom"), dicom_by_itk(shared_file("ct_headphantom_dicom")));
+
+  DicomSeries series;
+  series.right = normalized(Vec3{0.9, 0.3, -0.2});
+  series.down = normalized(cross(Vec3{0.1, -0.4, 1}, series.right));
+  series.step_mm = -3.0 * cross(series.right, series.down);
+  for (int n = 0; n < 9; ++n)
+    folder_.write("s" + std::to_string(n * 7 % 9), series.file(series.image(series.at_mm({0, 0, double(n)}), n)));
+  expect_as_itk(read(folder_.path()), dicom_by_itk(folder_.path()));
+}
+
+TEST_F(World, NiftiAgreesWithItk) {
+  std::vector<fs::path> files{shared_file("dti_brain/FA.nii.gz"), shared_file("mri_avg152_bigendian/avg152T1_RL_nifti.nii.gz")};
+  for (const auto& entry : fs::directory_iterator(shared_file("nifti_orientations"))) files.push_back(entry.path());
+  for (const fs::path& file : files) {
+    if (file.extension() != ".gz") continue;
+    SCOPED_TRACE(file.filename());
+    expect_as_itk(read(file), nifti_by_itk(file));
+  }
+}
+
+TEST_F(World, TwelveOrientationsAreOneBrainEverywhere) {
+  std::vector<Volume> volumes;
+  for (const auto& entry : fs::directory_iterator(shared_file("nifti_orientations"))) {
+    if (entry.path().extension() == ".gz") volumes.push_back(read(entry.path()));
+  }
+  ASSERT_EQ(volumes.size(), 12U);
+  int inside = 0;
+  for (int n = 0; n < 1000; ++n) {
+    const Vec3 at_m = point_in(volumes[0].bounds_m());
+    const ScalarSample first = volumes[0].fields[0].field->scalar(at_m);
+    inside += first.inside;
+    for (const Volume& volume : volumes) {
+      const ScalarSample sample = volume.fields[0].field->scalar(at_m);
+      if (!first.inside || !sample.inside) continue;
+      ASSERT_NEAR(sample.value, first.value, 1e-3);
+    }
+  }
+  EXPECT_GT(inside, 900);
+}
+
+TEST_F(World, LeftIsLeft) {
+  // An L is written into the left half of the head and an R into the right one, as bright as nothing else.
+  const Volume volume = open("mri_avg152_bigendian/avg152T1_RL_nifti.nii.gz");
+  const auto bright = [&](double x_mm, double y_mm) {
+    return volume.fields[0].field->scalar(1e-3 * Vec3{x_mm, y_mm, 18}).value > 250;
+  };
+  EXPECT_TRUE(volume.medical_frame);
+  EXPECT_TRUE(bright(62, 50)) << "the foot of the L, on the left: x of LPS rises to the left";
+  EXPECT_FALSE(bright(-62, 50));
+  EXPECT_TRUE(bright(-48, 38)) << "the stem of the R";
+  EXPECT_FALSE(bright(48, 38));
+}
+
+}  // namespace
+}  // namespace palpa::test
