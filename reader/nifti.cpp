@@ -6,7 +6,9 @@
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <string_view>
 
 #include "compression.h"
@@ -114,6 +116,14 @@ class NiftiSource : public Source {
     protocol::FieldHeader field;
     field.name = raw_.components == 3 ? "vector" : "value";
     find_geometry(h, field.grid);
+    if (request.components_along == "index") {
+      turn_.axes = unit_axes(field.grid);
+      if (raw_.components == 3 && header.medical_frame && determinant(turn_.axes) > 0) {
+        header.warnings.push_back(
+            "its grid is right-handed, where FSL negates the first component of its directions: "
+            "check that they are not mirrored");
+      }
+    }
     const double slope = h.GetSclSlope();
     if (std::isfinite(slope) && slope != 0) {
       field.scale = slope;
@@ -175,24 +185,47 @@ class NiftiSource : public Source {
     const Mat3 to_lps{{{-1, 0, 0}, {0, -1, 0}, {0, 0, 1}}};
     const double spacing[3] = {h.GetPixDim(1), h.GetPixDim(2), h.GetPixDim(3)};
     const auto length = [&](int a) { return spacing[a] == 0 ? 1.0 : std::abs(spacing[a]); };
-    if (h.GetSFormCode() > 0) {
-      const double *x = h.GetSRowX(), *y = h.GetSRowY(), *z = h.GetSRowZ();
-      grid.index_to_world_m = to_lps * Mat3{{{x[0], x[1], x[2]}, {y[0], y[1], y[2]}, {z[0], z[1], z[2]}}};
-      grid.origin_m = to_lps * Vec3{x[3], y[3], z[3]};
-    } else if (h.GetQFormCode() > 0 && reader_->GetQFormMatrix() != nullptr) {
-      const vtkMatrix4x4& m = *reader_->GetQFormMatrix();
-      const double step[3] = {length(0), length(1), length(2) * reader_->GetQFac()};
-      Mat3 affine;
-      for (int r = 0; r < 3; ++r)
-        affine.row[r] = {m.GetElement(r, 0) * step[0], m.GetElement(r, 1) * step[1], m.GetElement(r, 2) * step[2]};
-      grid.index_to_world_m = to_lps * affine;
-      grid.origin_m = to_lps * Vec3{h.GetQOffsetX(), h.GetQOffsetY(), h.GetQOffsetZ()};
-    } else {
+    const bool has_sform = h.GetSFormCode() > 0, has_qform = h.GetQFormCode() > 0 && reader_->GetQFormMatrix() != nullptr;
+    if (!has_sform && !has_qform) {
       grid.index_to_world_m = {{{length(0), 0, 0}, {0, length(1), 0}, {0, 0, length(2)}}};
       return;
     }
     header.medical_frame = true;
     turn_.axes = to_lps;
+    GridGeometry by_qform{raw_.dims}, by_sform{raw_.dims};
+    if (has_qform) {
+      const vtkMatrix4x4& m = *reader_->GetQFormMatrix();
+      const double step[3] = {length(0), length(1), length(2) * reader_->GetQFac()};
+      Mat3 affine;
+      for (int r = 0; r < 3; ++r)
+        affine.row[r] = {m.GetElement(r, 0) * step[0], m.GetElement(r, 1) * step[1], m.GetElement(r, 2) * step[2]};
+      by_qform.index_to_world_m = to_lps * affine;
+      by_qform.origin_m = to_lps * Vec3{h.GetQOffsetX(), h.GetQOffsetY(), h.GetQOffsetZ()};
+    }
+    if (has_sform) {
+      const double *x = h.GetSRowX(), *y = h.GetSRowY(), *z = h.GetSRowZ();
+      by_sform.index_to_world_m = to_lps * Mat3{{{x[0], x[1], x[2]}, {y[0], y[1], y[2]}, {z[0], z[1], z[2]}}};
+      by_sform.origin_m = to_lps * Vec3{x[3], y[3], z[3]};
+    }
+    grid = has_sform ? by_sform : by_qform;
+    if (has_sform && has_qform) compare(by_sform, by_qform);
+  }
+
+  /// Warns where the two put a corner of the grid more than a tenth of a voxel apart.
+  void compare(const GridGeometry& by_sform, const GridGeometry& by_qform) {
+    const Mat3 to_index = inverse(by_sform.index_to_world_m);
+    double apart = 0;  // [voxels]
+    for (int corner = 0; corner < 8; ++corner) {
+      const auto end = [&](int a) {
+        return (corner >> a & 1) != 0 ? static_cast<double>(raw_.dims[static_cast<std::size_t>(a)] - 1) : 0.0;
+      };
+      const GridPoint at{end(0), end(1), end(2)};
+      apart = std::max(apart, norm(to_index * (by_qform.to_world(at) - by_sform.to_world(at))));
+    }
+    if (!(apart > 0.1)) return;
+    char text[32];
+    std::snprintf(text, sizeof text, "%.2g", apart);
+    header.warnings.push_back("sform and qform put a corner " + std::string(text) + " voxels apart: the sform is used");
   }
 
   vtkNew<FrameReader> reader_;

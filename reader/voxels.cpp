@@ -47,6 +47,12 @@ std::size_t size_of(RawType type) noexcept {
   return bytes;
 }
 
+Mat3 unit_axes(const GridGeometry& grid) noexcept {
+  Mat3 rows = transposed(grid.index_to_world_m);
+  for (Vec3& row : rows.row) row = normalized(row);
+  return transposed(rows);
+}
+
 void keep(const RawVoxels& raw, Turn& turn, protocol::FieldHeader& field, std::vector<std::string>& warnings) {
   field.components = raw.components;
   field.grid.dims = raw.dims;

@@ -67,6 +67,9 @@ struct Turn {
   bool none() const noexcept { return axes == Mat3::identity(); }
 };
 
+/// Turn of vectors whose components are along the axes of the grid, not along those of its space.
+Mat3 unit_axes(const GridGeometry& grid) noexcept;
+
 /// Tells in `field` how voxels of `raw` will be kept: in their own type; the next one that holds them
 /// exactly (int8 → int16, uint32 → float64); float64 with a warning (64-bit integers); or, for vectors that
 /// are turned, a floating type, with scale and offset worked in.

@@ -184,6 +184,45 @@ TEST_F(Nifti, VectorsTurnWithPositions) {
             1e-4);
 }
 
+TEST_F(Nifti, SformGoesBeforeQformAndDisagreementIsTold) {
+  File file;
+  file.sform = 1, file.qform = 1;
+  const FileGrid qform{{6, 5, 4}, {{{2, 0, 0}, {0, 3, 0}, {0, 0, 4}}}, {10, 20, 30}};
+  for (float& o : file.offset) o = 0;
+  file.offset[0] = 10, file.offset[1] = 20, file.offset[2] = 30;
+  file.pixdim[0] = 1, file.pixdim[1] = 2, file.pixdim[2] = 3, file.pixdim[3] = 4;
+  for (const auto& [shift, warned] : {std::pair{0.05, false}, std::pair{0.15, true}}) {
+    file.grid = qform;
+    file.grid.origin.z += 4 * shift;  // [voxels]
+    const FileGrid grid = rounded(file.grid);
+    const Volume volume = read(folder_.write("a.nii", file.header() + linear_voxels<float>(grid, ras_mm)));
+    expect_linear(*volume.fields[0].field, grid, ras_mm);
+    EXPECT_EQ(warns_of(volume, "sform and qform put a corner 0.15 voxels apart"), warned) << all_warnings(volume);
+  }
+  file.sform = 0;
+  const Volume volume = read(folder_.write("a.nii", file.header() + linear_voxels<float>(qform, ras_mm)));
+  expect_linear(*volume.fields[0].field, qform, ras_mm);
+}
+
+TEST_F(Nifti, ComponentsAlongTheGridTurnWithIt) {
+  // Every voxel holds the first axis of the grid.
+  File file;
+  file.sform = 1, file.intent = 1007, file.dim = {5, 6, 5, 4, 1, 3};
+  const std::string voxels =
+      linear_voxels<float>(file.grid, [](const Vec3&) { return Vec3{}; }, false, {{}, 1}) + std::string(2 * 120 * 4, '\0');
+  const fs::path path = folder_.write("a.nii", file.header() + voxels);
+  VolumeRequest request;
+  request.components_along = "index";
+  const Vec3 at_m = ras_mm(rounded(file.grid).at({2, 2, 2}));
+  const Vec3 along_i = ras_mm(rounded(file.grid).at({1, 0, 0})) - ras_mm(rounded(file.grid).at({0, 0, 0}));
+  const Volume volume = read(path, request);
+  EXPECT_LT(distance(volume.fields[0].field->vector(at_m).value, normalized(along_i)), 1e-6);
+  EXPECT_FALSE(warns_of(volume, "right-handed"));
+  EXPECT_LT(distance(read(path).fields[0].field->vector(at_m).value, {-1, 0, 0}), 1e-6);
+  file.grid.step = file.grid.step * Mat3{{{-1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  EXPECT_TRUE(warns_of(read(folder_.write("b.nii", file.header() + voxels), request), "right-handed"));
+}
+
 TEST_F(Nifti, FramesAreChosenOneByOne) {
   File file;
   file.sform = 1, file.datatype = 8, file.dim = {4, 6, 5, 4, 2};

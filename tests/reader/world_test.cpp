@@ -86,6 +86,44 @@ TEST_F(World, TwelveOrientationsAreOneBrainEverywhere) {
   EXPECT_GT(inside, 900);
 }
 
+/// How well the directions where diffusion is directed agree with those one step along them, in the world: mean of |cos|.
+double coherence(const Field& directions, const Field& anisotropy, double step_m) {
+  const GridGeometry& grid = grid_of(directions)->geometry;
+  const Mat3 to_index = inverse(grid.index_to_world_m);
+  double sum = 0;
+  int count = 0;
+  for (std::int64_t k = 3; k < grid.dims[2] - 3; k += 2) {
+    for (std::int64_t j = 3; j < grid.dims[1] - 3; j += 2) {
+      for (std::int64_t i = 3; i < grid.dims[0] - 3; i += 2) {
+        const Vec3 at_m = grid.to_world({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)});
+        const Vec3 here = directions.vector(at_m).value;
+        if (anisotropy.scalar(at_m).value < 0.5 || norm(here) < 0.5) continue;
+        // At a voxel: signs of neighbours may differ, so that their blend means nothing.
+        const Vec3 index = to_index * (at_m + step_m * here - grid.origin_m);
+        const Vec3 there_m = grid.to_world({std::round(index.x), std::round(index.y), std::round(index.z)});
+        sum += std::abs(dot(here, directions.vector(there_m).value));
+        ++count;
+      }
+    }
+  }
+  return sum / count;
+}
+
+TEST_F(World, DirectionsAlongTheGridFollowTheTracts) {
+  // FSL's directions are along the axes of the grid. Taken as RAS they are mirrored, and lead out of the tracts.
+  VolumeRequest request;
+  request.as = "vector";
+  const Volume anisotropy = open("dti_brain/FA.nii.gz"), mirrored = open("dti_brain/V1.nii.gz", request);
+  request.components_along = "index";
+  const Volume volume = open("dti_brain/V1.nii.gz", request);
+  const double right = coherence(*volume.fields[0].field, *anisotropy.fields[0].field, 6.6e-3);
+  const double wrong = coherence(*mirrored.fields[0].field, *anisotropy.fields[0].field, 6.6e-3);
+  RecordProperty("coherence_along_index", std::to_string(right));
+  RecordProperty("coherence_along_file", std::to_string(wrong));
+  EXPECT_NEAR(right, 0.68, 0.01);
+  EXPECT_LT(wrong, 0.60);
+}
+
 TEST_F(World, LeftIsLeft) {
   // An L is written into the left half of the head and an R into the right one, as bright as nothing else.
   const Volume volume = open("mri_avg152_bigendian/avg152T1_RL_nifti.nii.gz");
