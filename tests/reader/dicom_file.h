@@ -1,6 +1,10 @@
 // DICOM files for tests, written element by element: by no library, so that none can share a mistake with its reader.
 #pragma once
 
+#include <gdcmImageChangeTransferSyntax.h>
+#include <gdcmImageReader.h>
+#include <gdcmImageWriter.h>
+
 #include <cmath>
 #include <map>
 #include <string>
@@ -130,5 +134,22 @@ struct DicomSeries {
     return std::string(128, '\0') + "DICM" + meta.bytes(true) + elements.bytes(std::string(syntax) != "1.2.840.10008.1.2");
   }
 };
+
+/// Compresses the image of a file, by GDCM.
+inline void compress_dicom(const fs::path& file, gdcm::TransferSyntax::TSType type) {
+  const std::string name = file.string();
+  gdcm::ImageReader reader;
+  reader.SetFileName(name.c_str());
+  ASSERT_TRUE(reader.Read());
+  gdcm::ImageChangeTransferSyntax change;
+  change.SetTransferSyntax(gdcm::TransferSyntax(type));
+  change.SetInput(reader.GetImage());
+  ASSERT_TRUE(change.Change());
+  gdcm::ImageWriter writer;
+  writer.SetFileName(name.c_str());
+  writer.SetFile(reader.GetFile());
+  writer.SetImage(change.GetOutput());
+  ASSERT_TRUE(writer.Write());
+}
 
 }  // namespace palpa::test
