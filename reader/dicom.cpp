@@ -17,6 +17,7 @@ class DicomSource : public Source {
   explicit DicomSource(const protocol::Request& request) : images_(request.path) {
     header.format = "dicom";
     header.default_unit = "mm";
+    if (request.as == "vector") throw LoadError("is DICOM, whose images hold no vectors; leave out as = \"vector\"");
     if (images_.slices().empty()) {
       throw LoadError(images_.refused().empty() ? "has no DICOM image that can be read; check that the files are whole"
                                                 : images_.refused().begin()->first);
@@ -58,24 +59,24 @@ class DicomSource : public Source {
   }
 
   void read(const std::vector<std::uint32_t>&, const std::vector<std::byte*>& to) override {
-    std::vector<std::byte> own(volume_.resampled ? slices().size() * kept_bytes() : 0);
-    std::byte* kept = volume_.resampled ? own.data() : to[0];
-    std::vector<std::byte> raw;
+    std::unique_ptr<std::byte[]> own, raw;  // not written to before the library has found that a file is as large as it says
+    if (volume_.resampled) own = std::make_unique_for_overwrite<std::byte[]>(slices().size() * kept_bytes());
+    std::byte* kept = volume_.resampled ? own.get() : to[0];
     int loaded = -1;
     for (const Slice& slice : slices()) {
       if (images_.voxel_bytes(slice) == kept_bytes() && kept_as_it_is(slice)) {
         load(slice, kept);
       } else {
         if (slice.file != loaded) {
-          raw.resize(images_.voxel_bytes(slice));
-          load(slice, raw.data());
+          raw = std::make_unique_for_overwrite<std::byte[]>(images_.voxel_bytes(slice));
+          load(slice, raw.get());
           loaded = slice.file;
         }
-        convert(raw.data() + static_cast<std::size_t>(slice.frame) * slice.pixels() * size_of(slice.type), slice, kept);
+        convert(raw.get() + static_cast<std::size_t>(slice.frame) * slice.pixels() * size_of(slice.type), slice, kept);
       }
       kept += kept_bytes();
     }
-    if (volume_.resampled) resample(own.data(), to[0]);
+    if (volume_.resampled) resample(own.get(), to[0]);
   }
 
  private:

@@ -12,11 +12,12 @@
 namespace palpa::reader {
 namespace {
 
-constexpr double same_place = 0.01;  ///< [pixels] positions no further apart are one
-constexpr double straight = 0.1;     ///< [pixels] that slices may lie beside their common line
-constexpr double even = 0.02;        ///< [slices] that they may lie before or behind their place on it
-constexpr double finest = 4.0;       ///< resampling makes at most so many layers of one slice
-constexpr double parallel = 1e-3;    ///< [1] difference of directions
+constexpr double same_place = 0.01;   ///< [pixels] positions no further apart are one
+constexpr double straight = 0.1;      ///< [pixels] that slices may lie beside their common line
+constexpr double even = 0.02;         ///< [slices] that they may lie before or behind their place on it
+constexpr double finest = 4.0;        ///< resampling makes at most so many layers of one slice
+constexpr double farthest_mm = 1e12;  ///< from the origin; what is beyond is no place
+constexpr double parallel = 1e-3;     ///< [1] difference of directions
 
 std::string text_of(double number) {
   char text[32];
@@ -144,6 +145,10 @@ std::vector<std::vector<Slice>> stacks_of(std::vector<Slice> slices) {
 Arranged arranged(std::vector<Slice> stack, std::vector<std::string>& warnings) {
   drop_copies(stack, warnings);
   place(stack, warnings);
+  if (!std::ranges::all_of(
+          stack, [](const Slice& s) { return is_finite(s.position_mm) && largest_component(s.position_mm) < farthest_mm; })) {
+    throw LoadError("has positions that are not finite; correct its headers");
+  }
   Arranged volume;
   volume.frames = frames_of(places_of(std::move(stack)), warnings);
   const std::vector<Slice>& slices = volume.frames.front();

@@ -309,6 +309,14 @@ TEST_F(Dicom, WhatHasNoOneValueIsRefusedWithTheReason) {
               if (n == 2) e.set(0x00200032, "DS", "-19\\11.25\\705");
             }).find("beside the line"),
             std::string::npos);
+  EXPECT_NE(refused([](int n, DicomElements& e) {
+              if (n == 2) e.set(0x00200032, "DS", "-19\\11.25\\1e300");
+            }).find("not finite"),
+            std::string::npos);
+  write(series, six);
+  VolumeRequest vector;
+  vector.as = "vector";
+  EXPECT_NE(error_of([&] { open(vector); }).find("no vectors"), std::string::npos);
   // Beside images that can be felt they are left out.
   write(series, six, [](int n, DicomElements& e) {
     if (n == 5) e.set_short(0x00280002, 3);
