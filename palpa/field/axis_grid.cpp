@@ -147,10 +147,11 @@ class AxisGrid final : public detail::GridBase {
     interpolate(cells, value, slopes);
     if (!std::isfinite(value[0] + value[1] + value[2])) return {};  // a voxel that is not finite, whatever its weight
     const Axis axis(value);
-    const Vec3 derivatives[3] = {axis.derivative(slopes[0]), axis.derivative(slopes[1]), axis.derivative(slopes[2])};
+    Vec3 derivatives[3];
+    for (int a = 0; a < 3; ++a) derivatives[a] = cells[a].per_step * axis.derivative(slopes[a]);
     VectorSample sample{unit_ * axis.value(), {}, true};
     const Mat3 by_index = transposed(Mat3{{derivatives[0], derivatives[1], derivatives[2]}});
-    for (int c = 0; c < 3; ++c) sample.jacobian.row[c] = transposed_times(world_to_index_, unit_ * by_index.row[c]);
+    for (int c = 0; c < 3; ++c) sample.jacobian.row[c] = transposed_times(world_to_steps_, unit_ * by_index.row[c]);
     return is_finite(sample.value) && is_finite(sample.jacobian) ? sample : VectorSample{};
   }
 

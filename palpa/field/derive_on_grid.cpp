@@ -30,7 +30,9 @@ bool only_smooths(Derivation derivation) noexcept {
 class Nodes {
  public:
   Nodes(const Field& of, const GridGeometry& geometry)
-      : of_(of), grid_(grid_behind(of)), geometry_(geometry), box_(of.bounds_m()), components_(of.components()) {}
+      : of_(of), grid_(grid_behind(of)), geometry_(geometry), box_(of.bounds_m()), components_(of.components()) {
+    if (grid_ && grid_->geometry.is_rectilinear()) grid_ = nullptr;
+  }
 
   int components() const noexcept { return components_; }
   const GridGeometry& geometry() const noexcept { return geometry_; }

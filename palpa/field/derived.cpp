@@ -148,9 +148,14 @@ class TimedPointwise final : public TimedField {
   int axis_;
 };
 
-/// Where the values of a field lie: the nodes of the grid behind it, or a grid over a formula's box.
+/// Where the values of a field lie: the nodes of the grid behind it, or a grid over a formula's box. A rectilinear grid is
+/// taken at the mean distances of its planes.
 GridGeometry nodes_of(const Field& field) {
-  if (const GridView* grid = grid_behind(field)) return grid->geometry;
+  if (const GridView* grid = grid_behind(field)) {
+    GridGeometry geometry = grid->geometry;
+    geometry.planes = {};
+    return geometry;
+  }
   if (const auto* pointwise = dynamic_cast<const Pointwise*>(&field)) return nodes_of(pointwise->of());
   if (const PosedView* moved = posed_of(field)) {
     GridGeometry geometry = nodes_of(*moved->field);

@@ -50,8 +50,8 @@ std::string unit_of(Derivation derivation, std::string_view unit);
 /// every axis), separable along the axes of the grid, cut off at 4 standard deviations and normalised over the finite voxels
 /// within the grid. A voxel without a finite value stays without, and so does what needs it.
 ///
-/// A formula is sampled at its own spacing for all that, 256 times at most along its longest side. A
-/// posed field is derived below its pose, and the result posed and divided by its scale; only
+/// A formula is sampled at its own spacing for all that, 256 times at most along its longest side; a rectilinear grid as
+/// often as it has planes, evenly. A posed field is derived below its pose, and the result posed and divided by its scale; only
 /// `component_*` are taken above it, as they lie along the world's axes.
 ///
 /// Of a field that changes with time (timed_field.h): below its poses, with the smoothing as it is at the first of them;

@@ -14,6 +14,9 @@
 namespace palpa {
 namespace {
 
+/// Planes of a rectilinear axis closer than this [1] share of its length are none that can be told apart.
+constexpr double least_gap = 1e-12;
+
 /// The mark of `grid_of`: one class for all types of voxel.
 class Grid : public detail::GridBase {
  public:
@@ -97,7 +100,7 @@ class TypedGrid final : public Grid {
     if (view_.voxels.components != 1 || !locate(world_m, cells)) return {};
     Vec3 derivative;
     const double raw = interpolate(data_, cells, derivative);
-    const ScalarSample sample{raw * view_.scale + view_.offset, gradient_of(derivative), true};
+    const ScalarSample sample{raw * view_.scale + view_.offset, gradient_of(derivative, cells), true};
     return std::isfinite(sample.value) && is_finite(sample.gradient) ? sample : ScalarSample{};
   }
 
@@ -109,7 +112,7 @@ class TypedGrid final : public Grid {
     for (int c = 0; c < 3; ++c) {
       Vec3 derivative;
       value[c] = interpolate(data_ + c, cells, derivative) * view_.scale + view_.offset;
-      sample.jacobian.row[c] = gradient_of(derivative);
+      sample.jacobian.row[c] = gradient_of(derivative, cells);
     }
     sample.value = {value[0], value[1], value[2]};
     sample.inside = true;
@@ -182,7 +185,49 @@ const char* problem_with(const GridGeometry& geometry) noexcept {
     directions.row[a] = step / length_m;
   }
   if (!(std::abs(determinant(directions)) > 1e-6)) return "the grid's axes lie in one plane; they must span the space";
+  for (std::size_t a = 0; a < 3; ++a) {
+    const std::vector<double>& at = geometry.planes[a];
+    if (at.empty()) continue;
+    const auto last = static_cast<double>(geometry.dims[a] - 1);
+    if (at.size() < 2 || static_cast<std::int64_t>(at.size()) != geometry.dims[a] || at.front() != 0.0 || at.back() != last) {
+      return "the planes of a rectilinear axis are not one for each voxel, from 0 to the last index";
+    }
+    for (std::size_t i = 1; i < at.size(); ++i) {
+      if (!(at[i] - at[i - 1] > least_gap * last)) return "the planes along an axis of the grid do not rise, or are too close";
+    }
+  }
   return nullptr;
+}
+
+GridGeometry rectilinear_geometry(const std::array<std::vector<double>, 3>& coordinates_m) {
+  GridGeometry grid;
+  double steps_m[3], least_m = std::numeric_limits<double>::infinity();
+  for (std::size_t a = 0; a < 3; ++a) {
+    const std::vector<double>& at = coordinates_m[a];
+    if (at.empty()) throw std::invalid_argument("the grid has no coordinates along an axis");
+    grid.dims[a] = static_cast<std::int64_t>(at.size());
+    const auto last = static_cast<double>(at.size() - 1);
+    steps_m[a] = at.size() > 1 ? (at.back() - at.front()) / last : 0.0;
+    if (!std::isfinite(steps_m[a]) || !std::isfinite(at.front()) || (at.size() > 1 && steps_m[a] == 0.0)) {
+      throw std::invalid_argument("the grid's coordinates along an axis begin and end at one place, or are not finite");
+    }
+    if (at.size() > 1) least_m = std::min(least_m, std::abs(steps_m[a]));
+    const double rounding_m = std::numeric_limits<float>::epsilon() * std::max(std::abs(at.front()), std::abs(at.back()));
+    bool even = true;
+    for (std::size_t i = 0; i < at.size(); ++i) {
+      even = even && std::abs(at[i] - (at.front() + static_cast<double>(i) * steps_m[a])) <= rounding_m;
+    }
+    if (even) continue;
+    for (const double x_m : at) grid.planes[a].push_back((x_m - at.front()) / steps_m[a]);
+    grid.planes[a].back() = last;
+  }
+  for (double& step_m : steps_m) {
+    if (step_m == 0.0) step_m = std::isfinite(least_m) ? least_m : 1.0;
+  }
+  grid.index_to_world_m = {{{steps_m[0], 0, 0}, {0, steps_m[1], 0}, {0, 0, steps_m[2]}}};
+  grid.origin_m = {coordinates_m[0].front(), coordinates_m[1].front(), coordinates_m[2].front()};
+  if (const char* problem = problem_with(grid)) throw std::invalid_argument(problem);
+  return grid;
 }
 
 FieldPtr grid_field(const GridGeometry& geometry, Voxels voxels, double scale, double offset) {

@@ -1,9 +1,11 @@
 // Affine grids: voxels in their own type, one general affine from index to world, trilinear sampling.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "palpa/field/field.h"
 
@@ -24,19 +26,39 @@ struct GridPoint {
 
 /// Where a grid lies: number of voxels along each axis and the affine from index to world. Any regular
 /// affine, sheared or mirrored too: a tilted CT is never resampled.
+///
+/// A rectilinear grid has planes of voxels at uneven distances: the affine has their mean distance as its step, and
+/// `planes` says where along the axis each plane lies.
 struct GridGeometry {
   std::array<std::int64_t, 3> dims{1, 1, 1};  ///< voxels along i (fastest in memory), j, k; >= 1 each
   Mat3 index_to_world_m = Mat3::identity();   ///< [m] column = step of one index
   Vec3 origin_m;                              ///< [m] world position of index (0, 0, 0)
+  /// Of each axis the places of its planes [steps of the affine], rising from 0 to dims − 1; empty: 0, 1, 2, …
+  std::array<std::vector<double>, 3> planes{};
 
   friend bool operator==(const GridGeometry&, const GridGeometry&) = default;
-  /// World position [m] of a position on the grid.
-  Vec3 to_world(const GridPoint& p) const noexcept { return index_to_world_m * Vec3{p.i, p.j, p.k} + origin_m; }
+  /// World position [m] of a position on the grid; between planes, and beyond the last, even along each axis.
+  Vec3 to_world(const GridPoint& p) const noexcept {
+    return index_to_world_m * Vec3{place_of(0, p.i), place_of(1, p.j), place_of(2, p.k)} + origin_m;
+  }
+  /// Where along an axis (0, 1, 2) an index [voxels] lies [steps of the affine].
+  double place_of(std::size_t axis, double index) const noexcept {
+    const std::vector<double>& at = planes[axis];
+    if (at.empty()) return index;
+    const auto cell = static_cast<std::size_t>(std::clamp(index, 0.0, static_cast<double>(at.size() - 2)));
+    return at[cell] + (index - static_cast<double>(cell)) * (at[cell + 1] - at[cell]);
+  }
+  bool is_rectilinear() const noexcept { return !planes[0].empty() || !planes[1].empty() || !planes[2].empty(); }
   std::int64_t voxels() const noexcept { return dims[0] * dims[1] * dims[2]; }
 };
 
 /// What is wrong with the geometry, as a sentence without its dot; nullptr when it can be used.
 const char* problem_with(const GridGeometry& geometry) noexcept;
+
+/// The grid whose planes along x, y and z lie at these coordinates [m], each list rising or falling. Evenly spaced ones, to
+/// their rounding as floats, make an affine axis without planes; an axis of one coordinate is as wide as the least mean
+/// step of the others. Throws std::invalid_argument, with a sentence.
+GridGeometry rectilinear_geometry(const std::array<std::vector<double>, 3>& coordinates_m);
 
 /// Voxels in memory: i fastest, components of one voxel together. The memory belongs to `data`.
 struct Voxels {
@@ -57,7 +79,8 @@ const char* name_of(Filter filter) noexcept;  ///< "trilinear", …
 /// analytic derivative of that interpolant. `inside` from the first to the last voxel centre of every
 /// axis (less than a millionth of a voxel beyond it counts as on it); a cell with a voxel that is not
 /// finite is outside, and so is a place whose value or derivative is beyond a double. An axis of one
-/// voxel has no extent: the field is constant across it, half a voxel to either side.
+/// voxel has no extent: the field is constant across it, half a voxel to either side. Between uneven planes
+/// every filter works in index space, cell by cell, so that the derivative steps where distances do.
 ///
 /// Reads all voxels once for the range; throws std::invalid_argument, with a sentence, where geometry,
 /// voxels, `scale` [unit] or `offset` [unit] cannot be used. `voxels.data` must hold geometry.voxels() × components

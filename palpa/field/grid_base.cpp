@@ -84,7 +84,7 @@ GridBase::GridBase(const GridGeometry& geometry, Voxels voxels, double scale, do
                    std::shared_ptr<const void> coefficients)
     : view_{geometry, std::move(voxels), scale, offset, 1.0, filter, signless},
       coefficients_(coefficients ? std::move(coefficients) : view_.voxels.data),
-      world_to_index_(scaled_inverse(geometry.index_to_world_m)) {
+      world_to_steps_(scaled_inverse(geometry.index_to_world_m)) {
   std::int64_t stride = view_.voxels.components;
   for (int a = 0; a < 3; ++a) {
     const std::int64_t n = geometry.dims[a];
@@ -94,11 +94,16 @@ GridBase::GridBase(const GridGeometry& geometry, Voxels voxels, double scale, do
     cells_[a] = std::max<std::int64_t>(n - 1, 1);
     stride_[a] = stride;
     stride *= n;
-    plane_distance_m_[a] = 1.0 / norm(world_to_index_.row[a]);
+    plane_distance_m_[a] = 1.0 / norm(world_to_steps_.row[a]);
+    const std::vector<double>& planes = view_.geometry.planes[static_cast<std::size_t>(a)];
+    planes_[a] = planes.empty() ? nullptr : planes.data();
+    double least = 1.0;
+    for (std::size_t i = 1; i < planes.size(); ++i) least = std::min(least, planes[i] - planes[i - 1]);
+    spacing_m_ = a == 0 ? least * plane_distance_m_[a] : std::min(spacing_m_, least * plane_distance_m_[a]);
   }
   for (int corner = 0; corner < 8; ++corner) {
     const auto at = [&](int a) { return corner >> a & 1 ? last_[a] + half_[a] : -half_[a]; };
-    const Vec3 world = geometry.to_world({at(0), at(1), at(2)});
+    const Vec3 world = geometry.index_to_world_m * Vec3{at(0), at(1), at(2)} + geometry.origin_m;
     if (corner == 0) bounds_m_ = {world, world};
     bounds_m_.low_m = {std::min(bounds_m_.low_m.x, world.x), std::min(bounds_m_.low_m.y, world.y),
                        std::min(bounds_m_.low_m.z, world.z)};
@@ -131,29 +136,36 @@ constexpr Extent polynomials{1.0, -1.0};
 
 /// The straight way along one axis of the grid.
 struct Axis {
-  double from = 0.0;  ///< [voxels] where the whole way begins
-  double way = 0.0;   ///< [voxels] from there to its end
-  double low = 0.0;   ///< [voxels] where the data begin
-  double high = 0.0;  ///< [voxels] where they end
-  double last = 0.0;  ///< [voxels] the last voxel
+  double from = 0.0;               ///< [steps] where the whole way begins
+  double way = 0.0;                ///< [steps] from there to its end
+  double low = 0.0;                ///< [steps] where the data begin
+  double high = 0.0;               ///< [steps] where they end
+  double last = 0.0;               ///< [steps] the last voxel
+  const double* planes = nullptr;  ///< [steps] of a rectilinear axis
   /// [voxels] The way is between voxels zone and zone + 1; −1 and `last`: before the first and behind the last, where the
   /// values at the edge go on as far as the data do.
   std::int64_t zone = 0;
 
   double at(double share) const noexcept { return from + share * way; }
-  /// The share where the way reaches `index`; infinite along an axis that it does not move along.
-  double share_at(double index) const noexcept {
-    return way != 0.0 ? (index - from) / way : std::numeric_limits<double>::infinity();
+  double plane(std::int64_t index) const noexcept { return planes ? planes[index] : static_cast<double>(index); }
+  /// The share where the way reaches a place [steps]; infinite along an axis that it does not move along.
+  double share_at(double place) const noexcept {
+    return way != 0.0 ? (place - from) / way : std::numeric_limits<double>::infinity();
   }
   bool is_behind() const noexcept { return static_cast<double>(zone) >= last; }
   double far_face() const noexcept {
-    if (way > 0.0) return is_behind() ? high : static_cast<double>(zone + 1);
-    return zone < 0 ? low : static_cast<double>(zone);
+    if (way > 0.0) return is_behind() ? high : plane(zone + 1);
+    return zone < 0 ? low : plane(zone);
+  }
+  /// The zone of a place: the one before it where it lies on a plane and `before` asks for that.
+  std::int64_t zone_of(double place, bool before) const noexcept {
+    if (!planes) return static_cast<std::int64_t>(std::clamp(before ? std::ceil(place) - 1.0 : std::floor(place), -1.0, last));
+    const double* end = planes + static_cast<std::int64_t>(last) + 1;
+    return (before ? std::lower_bound(planes, end, place) : std::upper_bound(planes, end, place)) - planes - 1;
   }
   /// Finds the zone where the way goes on at `share`: one whose far face lies ahead.
   void enter(double share) noexcept {
-    const double index = at(share);
-    zone = static_cast<std::int64_t>(std::clamp(way < 0.0 ? std::ceil(index) - 1.0 : std::floor(index), -1.0, last));
+    zone = zone_of(at(share), way < 0.0);
     while (way > 0.0 && !is_behind() && share_at(far_face()) <= share) ++zone;
     while (way < 0.0 && zone >= 0 && share_at(far_face()) <= share) --zone;
   }
@@ -164,16 +176,16 @@ struct Axis {
   double fraction(double share) const noexcept {
     if (zone < 0) return 0.0;
     if (is_behind()) return last - static_cast<double>(first_voxel());
-    return std::clamp(at(share) - static_cast<double>(zone), 0.0, 1.0);
+    return std::clamp((at(share) - plane(zone)) / (plane(zone + 1) - plane(zone)), 0.0, 1.0);
   }
 
   std::int64_t brick() const noexcept { return first_voxel() >> Bricks::shift; }
   double far_face_of(std::int64_t brick) const noexcept {
     if (way > 0.0) {
-      const auto face = static_cast<double>((brick + 1) << Bricks::shift);
-      return face >= last ? high : face;
+      const std::int64_t face = (brick + 1) << Bricks::shift;
+      return static_cast<double>(face) >= last ? high : plane(face);
     }
-    return brick == 0 ? low : static_cast<double>(brick << Bricks::shift);
+    return brick == 0 ? low : plane(brick << Bricks::shift);
   }
 };
 
@@ -185,11 +197,12 @@ struct GridBase::Way {
   double enters = 0.0;  ///< [1]
   double leaves = 1.0;  ///< [1]
 
-  Way(const Vec3& from, const Vec3& to, const double (&last)[3], const double (&beyond)[3]) noexcept {
+  Way(const Vec3& from, const Vec3& to, const GridBase& grid) noexcept {
     const double starts[3] = {from.x, from.y, from.z}, ends[3] = {to.x, to.y, to.z};
     for (int a = 0; a < 3; ++a) {
-      axis[a] = {starts[a], ends[a] - starts[a], -beyond[a], last[a] + beyond[a], last[a], 0};
-      const auto holds = [&](double index) { return index >= axis[a].low && index <= axis[a].high; };
+      const double last = grid.last_[a], beyond = grid.beyond_[a];
+      axis[a] = {starts[a], ends[a] - starts[a], -beyond, last + beyond, last, grid.planes_[a], 0};
+      const auto holds = [&](double place) { return place >= axis[a].low && place <= axis[a].high; };
       if (holds(starts[a]) && holds(ends[a])) continue;
       const double one = axis[a].share_at(axis[a].low), other = axis[a].share_at(axis[a].high);
       enters = std::max(enters, std::min(one, other));
@@ -259,7 +272,7 @@ bool GridBase::is_finite_on(int component, const Passage& cell) const noexcept {
 
 Stretch GridBase::stretch_of(int component, const Bricks* bricks, const Vec3& from_m, const Vec3& to_m, double begin,
                              const Extent& quiet) const noexcept {
-  Way way(index_of(from_m), index_of(to_m), last_, beyond_);
+  Way way(steps_of(from_m), steps_of(to_m), *this);
   if (!(begin >= 0.0) || !way.has_data_after(begin)) return {};
   if (begin < way.enters) return {.end = way.enters};
   way.enter(begin);
@@ -282,7 +295,7 @@ Stretch GridBase::stretch_of(int component, const Bricks* bricks, const Vec3& fr
 Stretch GridBase::stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept {
   if (components() == 1) return stretch_of(0, &bricks_, from_m, to_m, begin, quiet);
   if (view_.valid_share == 1.0) {
-    const Way way(index_of(from_m), index_of(to_m), last_, beyond_);
+    const Way way(steps_of(from_m), steps_of(to_m), *this);
     if (!(begin >= 0.0) || !way.has_data_after(begin)) return {};
     return {.end = begin < way.enters ? way.enters : way.leaves, .inside = begin >= way.enters};
   }
@@ -313,12 +326,12 @@ void GridBase::prefetch(const Vec3& world_m) const noexcept {
 }
 
 double GridBase::depth_m(const Vec3& world_m) const noexcept {
-  const Vec3 p = index_of(world_m);
-  const double index[3] = {p.x, p.y, p.z};
+  const Vec3 p = steps_of(world_m);
+  const double at[3] = {p.x, p.y, p.z};
   double depth = std::numeric_limits<double>::max();
   for (int a = 0; a < 3; ++a) {
-    const double low = index[a] + half_[a];
-    const double high = last_[a] + half_[a] - index[a];
+    const double low = at[a] + half_[a];
+    const double high = last_[a] + half_[a] - at[a];
     if (!std::isfinite(low) || !std::isfinite(high)) return 0.0;
     depth = std::min(depth, std::min(low, high) * plane_distance_m_[a]);
   }

@@ -62,7 +62,7 @@ class GridBase : public Field {
   const GridView& view() const noexcept { return view_; }
 
   int components() const noexcept override { return view_.voxels.components; }
-  double spacing_m() const noexcept override { return *std::min_element(plane_distance_m_, plane_distance_m_ + 3); }
+  double spacing_m() const noexcept override { return spacing_m_; }
   Box bounds_m() const noexcept override { return bounds_m_; }
   double depth_m(const Vec3& world_m) const noexcept override;
   void prefetch(const Vec3& world_m) const noexcept override;
@@ -98,40 +98,56 @@ class GridBase : public Field {
   struct Cell {
     std::int64_t first = 0;  ///< [voxels]
     double f = 0.0;          ///< [1] 0…1
+    double per_step = 1.0;   ///< [voxels/step of the affine] indices passed; 1 but between the planes of a rectilinear axis
   };
 
-  Vec3 index_of(const Vec3& world_m) const noexcept { return world_to_index_ * (world_m - view_.geometry.origin_m); }
+  /// In steps of the affine: of an axis without planes of its own, voxels.
+  Vec3 steps_of(const Vec3& world_m) const noexcept { return world_to_steps_ * (world_m - view_.geometry.origin_m); }
 
   /// False outside; also for positions that are not finite, because every comparison with NaN fails.
   bool locate(const Vec3& world_m, Cell (&cells)[3]) const noexcept {
-    const Vec3 index = index_of(world_m);
-    return enter<0>(index.x, cells[0]) && enter<1>(index.y, cells[1]) && enter<2>(index.z, cells[2]);
+    const Vec3 at = steps_of(world_m);
+    return enter<0>(at.x, cells[0]) && enter<1>(at.y, cells[1]) && enter<2>(at.z, cells[2]);
   }
 
-  Vec3 gradient_of(const Vec3& index_derivative) const noexcept {
-    return transposed_times(world_to_index_, view_.scale * index_derivative);
+  Vec3 gradient_of(const Vec3& d, const Cell (&cells)[3]) const noexcept {
+    const Vec3 by_step{d.x * cells[0].per_step, d.y * cells[1].per_step, d.z * cells[2].per_step};
+    return transposed_times(world_to_steps_, view_.scale * by_step);
   }
 
   GridView view_;
   std::shared_ptr<const void> coefficients_;  ///< what is interpolated: the voxels, or coefficients of a spline
-  Mat3 world_to_index_;                       ///< [voxels/m]
+  Mat3 world_to_steps_;                       ///< [steps/m]
   std::int64_t stride_[3];                    ///< values from voxel to voxel
 
  private:
   template <int Axis>
-  bool enter(double index, Cell& cell) const noexcept {
-    if (!(index >= -beyond_[Axis] && index <= last_[Axis] + beyond_[Axis])) return false;
-    const double clamped = std::min(std::max(index, 0.0), last_[Axis]);
+  bool enter(double at, Cell& cell) const noexcept {
+    if (!(at >= -beyond_[Axis] && at <= last_[Axis] + beyond_[Axis])) return false;
+    const double clamped = std::min(std::max(at, 0.0), last_[Axis]);
+    if (const double* planes = planes_[Axis]) {
+      cell.first = std::min(plane_before(planes, cells_[Axis], clamped), cells_[Axis] - 1);
+      cell.per_step = 1.0 / (planes[cell.first + 1] - planes[cell.first]);
+      cell.f = (clamped - planes[cell.first]) * cell.per_step;
+      return true;
+    }
     cell.first = std::min(static_cast<std::int64_t>(clamped), cells_[Axis] - 1);
     cell.f = clamped - static_cast<double>(cell.first);
     return true;
   }
 
-  double last_[3];              ///< index of the last voxel
-  double half_[3];              ///< [voxels] data beyond the first and last centre
-  double beyond_[3];            ///< [voxels] the same, with the tolerance
+  /// The last of the planes 0…last that lies at or before a place [steps], which is at 0 or behind it.
+  static std::int64_t plane_before(const double* planes, std::int64_t last, double at) noexcept {
+    return std::upper_bound(planes + 1, planes + last + 1, at) - planes - 1;
+  }
+
+  const double* planes_[3];  ///< [steps] places of the planes of a rectilinear axis; nullptr of another
+  double spacing_m_ = 0.0;
+  double last_[3];              ///< [steps] of the last voxel, its index too
+  double half_[3];              ///< [steps] data beyond the first and last centre
+  double beyond_[3];            ///< [steps] the same, with the tolerance
   std::int64_t cells_[3];       ///< cells along each axis, at least one
-  double plane_distance_m_[3];  ///< between neighbouring planes of voxels
+  double plane_distance_m_[3];  ///< between neighbouring planes of voxels, their mean on a rectilinear axis
   Box bounds_m_;
   struct Way;
   /// Crosses whole bricks from where the way was entered that are quiet, or without data; false where it was entered in

@@ -62,7 +62,7 @@ class TypedSmoothGrid final : public SmoothGrid {
     Cell cells[3];
     if (view_.voxels.components != 1 || !locate(world_m, cells)) return {};
     const Raw raw = Stencil(*this, cells).template evaluate<false>(data_);
-    const ScalarSample sample{raw.value * view_.scale + view_.offset, gradient_of(raw.first), true};
+    const ScalarSample sample{raw.value * view_.scale + view_.offset, gradient_of(raw.first, cells), true};
     return std::isfinite(sample.value) && is_finite(sample.gradient) ? sample : ScalarSample{};
   }
 
@@ -75,7 +75,7 @@ class TypedSmoothGrid final : public SmoothGrid {
     for (int c = 0; c < 3; ++c) {
       const Raw raw = stencil.template evaluate<false>(data_ + c);
       value[c] = raw.value * view_.scale + view_.offset;
-      sample.jacobian.row[c] = gradient_of(raw.first);
+      sample.jacobian.row[c] = gradient_of(raw.first, cells);
     }
     sample.value = {value[0], value[1], value[2]};
     sample.inside = true;
@@ -86,8 +86,11 @@ class TypedSmoothGrid final : public SmoothGrid {
     Cell cells[3];
     if (view_.voxels.components != 1 || !locate(world_m, cells)) return {};
     const Raw raw = Stencil(*this, cells).template evaluate<true>(data_);
-    const Mat3 index_hessian{{{raw.ii, raw.ij, raw.ik}, {raw.ij, raw.jj, raw.jk}, {raw.ik, raw.jk, raw.kk}}};
-    const Mat3 h = transposed(world_to_index_) * (view_.scale * index_hessian) * world_to_index_;
+    const double i = cells[0].per_step, j = cells[1].per_step, k = cells[2].per_step;
+    const Mat3 index_hessian{{{raw.ii * i * i, raw.ij * i * j, raw.ik * i * k},
+                              {raw.ij * i * j, raw.jj * j * j, raw.jk * j * k},
+                              {raw.ik * i * k, raw.jk * j * k, raw.kk * k * k}}};
+    const Mat3 h = transposed(world_to_steps_) * (view_.scale * index_hessian) * world_to_steps_;
     return is_finite(h) ? h : Mat3{};
   }
 
