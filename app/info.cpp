@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 
 #include "app/terminal.h"
 #include "palpa/field/frame_shift.h"
@@ -34,6 +35,21 @@ Json matrix(const GridGeometry& grid) {
   }
   rows.push_back({0.0, 0.0, 0.0, 1.0});
   return rows;
+}
+
+Json as_json(const ResamplingError& error) {
+  return {{"p50", error.p50}, {"p99", error.p99}, {"max", error.max}, {"covered", error.covered}};
+}
+
+/// Of a field that was resampled, dims and range are those of the file, and what is felt stands beside them.
+void add_resampling(Json& entry, const Resampling& resampling) {
+  Json least = Json::array(), greatest = Json::array();
+  for (const Extent& extent : resampling.extents) least.push_back(number(extent.min)), greatest.push_back(number(extent.max));
+  const bool scalar = resampling.extents.size() == 1;
+  entry["felt_dims"] = std::exchange(entry["dims"], resampling.dims);
+  entry["felt_min"] = std::exchange(entry["min"], scalar ? least[0] : least);
+  entry["felt_max"] = std::exchange(entry["max"], scalar ? greatest[0] : greatest);
+  entry["resampling_error"] = {{"by_cell", as_json(resampling.by_cell)}, {"by_volume", as_json(resampling.by_volume)}};
 }
 
 /// The field's value at a world position, null outside its data. Vectors are along the world's axes.
@@ -89,6 +105,7 @@ Json as_json(const Found& found, const std::vector<Vec3>& at_m, const std::optio
                {"dims", grid.geometry.dims},
                {"min", scalar ? least[0] : least},
                {"max", scalar ? greatest[0] : greatest}};
+    if (field.resampling) add_resampling(entry, *field.resampling);
     if (level && scalar) {
       const ThinParts parts = thin_parts(*field.field, *level);
       entry["level"] = number(*level);
@@ -170,6 +187,18 @@ void print_table(const std::string& name, const Found& found, const std::vector<
     const std::string type = std::string(name_of(grid_of(*field.field)->voxels.type)) + (extents.size() == 3 ? "×3" : "");
     fmt::print("  {:<{}}  {:<8}  {:<8}  {:<26}  {:<26}\n", field.name, width, field.unit.empty() ? "–" : field.unit, type,
                text_of(extents, &Extent::min), text_of(extents, &Extent::max));
+  }
+  for (const VolumeField& field : volume.fields) {
+    if (!field.resampling) continue;
+    if (&field == &volume.fields.front())
+      fmt::print(
+          "\n  error of resampling, of the range: half of the places, 99 %, the worst looked at; places that have data\n");
+    const auto text = [](const ResamplingError& e) {
+      return fmt::format("{:.2g} %, {:.2g} %, {:.2g} %; {:.3g} %", 100.0 * e.p50, 100.0 * e.p99, 100.0 * e.max,
+                         100.0 * e.covered);
+    };
+    fmt::print("  {:<{}}  by cell {}; by volume {}\n", field.name, width, text(field.resampling->by_cell),
+               text(field.resampling->by_volume));
   }
   if (level) fmt::print("\n");
   for (const VolumeField& field : volume.fields) {

@@ -16,6 +16,7 @@ class DicomSource : public Source {
  public:
   explicit DicomSource(const protocol::Request& request) : images_(request.path) {
     header.format = "dicom";
+    takes.series = true;
     header.default_unit = "mm";
     if (request.as == "vector") throw LoadError("is DICOM, whose images hold no vectors; leave out as = \"vector\"");
     if (images_.slices().empty()) {

@@ -79,6 +79,7 @@ void check_nifti_type(const char* header, bool second_version) {
 
 /// Opens the file with the library that its first bytes ask for.
 std::unique_ptr<Source> open_source(const protocol::Request& request) {
+  if (is_openfoam_case(request.path)) return open_openfoam(request);
   if (std::filesystem::is_directory(request.path)) return open_dicom(request);
   char buffer[1024] = {};
   int got = 0;
@@ -92,8 +93,10 @@ std::unique_ptr<Source> open_source(const protocol::Request& request) {
   const std::string_view start(buffer, static_cast<std::size_t>(got));
   const std::string_view name = request.path;
   if (start.size() >= 132 && start.substr(128, 4) == "DICM") return open_dicom(request);
-  if (!request.series.empty()) throw LoadError("is no DICOM file, so it holds no series; leave 'series' out");
-
+  if (start.substr(0, 8) == "\x89HDF\r\n\x1a\n") return open_hdf5(request);
+  if (ends_with(name, ".h5") || ends_with(name, ".hdf5") || ends_with(name, ".vtkhdf") || ends_with(name, ".hdf")) {
+    throw LoadError("is no HDF5 file: it has not its signature; get the whole file, or convert an old HDF4 one (h4toh5)");
+  }
   if (start.substr(0, 4) == "NRRD") return open_nrrd(request);
   if (ends_with(name, ".nrrd") || ends_with(name, ".nhdr")) {
     throw LoadError("is no NRRD file: it does not begin with 'NRRD'; give it its right name or export it again");
@@ -113,25 +116,31 @@ std::unique_ptr<Source> open_source(const protocol::Request& request) {
     std::string upper(start);
     for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
     const std::string kind = word_after(upper, "\nDATASET");
-    if (kind == "STRUCTURED_POINTS") return open_legacy_vtk(request);
+    if (kind == "STRUCTURED_POINTS" || kind == "RECTILINEAR_GRID" || kind == "STRUCTURED_GRID" || kind == "UNSTRUCTURED_GRID")
+      return open_legacy_vtk(request);
     throw LoadError("holds " + (kind.empty() ? std::string("no DATASET that can be found") : kind) +
-                    "; of legacy VTK files STRUCTURED_POINTS (image data) can be read");
+                    "; of legacy VTK files STRUCTURED_POINTS (image data) and RECTILINEAR_, STRUCTURED_ and UNSTRUCTURED_GRID "
+                    "can be read");
   }
   if (const std::size_t at = start.find("<VTKFile"); at != std::string_view::npos) {
     const std::string kind = word_after(start.substr(at), " type=");
-    if (kind == "ImageData") return open_vti(request);
-    throw LoadError("holds " + (kind.empty() ? std::string("data of no type") : kind) +
-                    "; of VTK's XML files ImageData (.vti) can be read");
+    return kind == "ImageData" ? open_vti(request) : open_vtk_xml(request, kind);
   }
   if (ends_with(name, ".vti")) throw LoadError("is no VTI file: it has no '<VTKFile'; export it again");
 
   const std::string first = first_word(start);
+  if (ends_with(name, ".dx") || (first == "object" && start.find("class") != std::string_view::npos)) {
+    throw LoadError(
+        "is OpenDX, which is not read; its header says where the numbers are: write a NRRD header for them (data "
+        "file, byte skip, sizes with the last index first, space directions), or convert it with numpy");
+  }
   if (first == "ObjectType" || first == "NDims" || first == "DimSize" || first == "Comment" || ends_with(name, ".mha") ||
       ends_with(name, ".mhd")) {
     return open_metaimage(request);
   }
   if (is_dicom(request.path)) return open_dicom(request);
-  throw LoadError("has no format that is known; DICOM, NRRD, MetaImage, NIfTI, VTI and legacy VTK image data can be read");
+  if (is_plot3d(request.path)) return open_plot3d(request);
+  throw LoadError("has no format that is known; DICOM, NRRD, MetaImage, NIfTI, VTK, PLOT3D, OpenFOAM and HDF5 can be read");
 }
 
 /// Shared memory from the caller, for as long as this program runs.
@@ -154,7 +163,7 @@ std::vector<SourceFile> checksums(const Source& source) {
 }
 
 /// Says that the voxels are there, and of which files: of many in several messages.
-void send_done(int socket, const std::vector<SourceFile>& files) {
+void send_done(int socket, const Source& source, const std::vector<SourceFile>& files) {
   protocol::Done done;
   std::size_t bytes = 0;
   for (const SourceFile& file : files) {
@@ -166,8 +175,33 @@ void send_done(int socket, const std::vector<SourceFile>& files) {
     bytes += file.path.size() + file.sha256.size() + 32;
     done.files.push_back(file);
   }
+  done.resampled = source.resampled;
   done.warnings = take_library_warnings();
+  done.warnings.insert(done.warnings.end(), source.warnings.begin(), source.warnings.end());
   protocol::send(socket, done);
+}
+
+/// The planes of a rectilinear grid, behind the voxels of its field.
+void put_planes(const protocol::FieldHeader& field, std::byte* voxels) {
+  std::byte* to = voxels + (protocol::voxel_bytes(field).value_or(0) + 7) / 8 * 8;
+  for (const std::vector<double>& planes : field.grid.planes) {
+    if (!planes.empty()) std::memcpy(to, planes.data(), 8 * planes.size());
+    to += 8 * planes.size();
+  }
+}
+
+/// Refuses what was asked for in vain.
+void check_request(const protocol::Request& request, const Source& source) {
+  if (!request.partners.empty() && !source.takes.partners)
+    throw LoadError("is a volume by itself, and " + std::to_string(request.partners.size() + 1) +
+                    " files are named; give one (only a grid and its solution belong together)");
+  if (request.time_s && !source.takes.time) throw LoadError("has no moments to choose from; leave 'time' out");
+  if (request.crop && !source.takes.crop)
+    throw LoadError("is not resampled when read, so no part of it is; leave 'crop_m' out");
+  if (!request.inside.empty() && !source.takes.inside)
+    throw LoadError("has no arrays by path; give the file alone and name its arrays in 'fields'");
+  if (!request.series.empty() && !source.takes.series)
+    throw LoadError("is no DICOM file, so it holds no series; leave 'series' out");
 }
 
 void serve(int socket) {
@@ -177,11 +211,13 @@ void serve(int socket) {
     throw LoadError("was asked for in a way that palpa-read does not know; update palpa and palpa-read together");
   }
   const auto request = std::get<protocol::Request>(first->message);
-  const std::uint64_t bytes = file_bytes(request.path);
+  std::uint64_t bytes = file_bytes(request.path);
+  for (const std::string& partner : request.partners) bytes += file_bytes(partner);
   // A header takes little. A legacy VTK file is read with it: numbers as text grow fourfold at most.
   limit_memory(std::min(request.max_bytes, 8 * bytes));
 
   const std::unique_ptr<Source> source = open_source(request);
+  check_request(request, *source);
   if (!protocol::send(socket, source->header)) return;
   auto checks = std::async(std::launch::async, [&source] { return checksums(*source); });
 
@@ -196,7 +232,8 @@ void serve(int socket) {
   for (std::size_t i = 0; i < room.fields.size(); ++i) to.push_back(memory + (*offsets)[i]);
 
   source->read(room.fields, to);
-  send_done(socket, checks.get());
+  for (std::size_t i = 0; i < room.fields.size(); ++i) put_planes(source->header.fields[room.fields[i]], to[i]);
+  send_done(socket, *source, checks.get());
 }
 
 }  // namespace
@@ -215,7 +252,16 @@ std::int64_t chosen_frame(const protocol::Request& request, std::int64_t frames,
 
 std::uint64_t file_bytes(const std::string& path) {
   struct stat status {};
-  return ::stat(path.c_str(), &status) == 0 && status.st_size > 0 ? static_cast<std::uint64_t>(status.st_size) : 0;
+  if (::stat(path.c_str(), &status) != 0) return 0;
+  if (!S_ISDIR(status.st_mode)) return static_cast<std::uint64_t>(std::max<off_t>(status.st_size, 0));
+  std::uint64_t bytes = 0;
+  std::error_code problem;
+  for (std::filesystem::recursive_directory_iterator entry(path, problem), end; !problem && entry != end;
+       entry.increment(problem)) {
+    std::error_code gone;
+    if (entry->is_regular_file(gone)) bytes += entry->file_size(gone);
+  }
+  return bytes;
 }
 
 }  // namespace palpa::reader

@@ -19,6 +19,14 @@ class Source {
   protocol::Header header;         ///< complete once opened
   std::vector<std::string> files;  ///< every file that the voxels come from
 
+  struct {
+    bool crop = false, time = false, partners = false, inside = false, series = false;
+  } takes;  ///< the parts of a request that only some formats know; the others are refused
+
+  std::vector<Resampling> resampled;  ///< one for each wanted field, once read; none of a grid that is what the file has
+
+  std::vector<std::string> warnings;  ///< that only reading could tell
+
   /// Writes the voxels of field `wanted[i]` to `to[i]`. Throws LoadError with a sentence.
   virtual void read(const std::vector<std::uint32_t>& wanted, const std::vector<std::byte*>& to) = 0;
 
@@ -27,19 +35,28 @@ class Source {
   virtual void check_files() const {}
 };
 
-// One function for each library. They throw LoadError with "what is wrong; what would be right", without
+// One function for each library or family of formats. They throw LoadError with "what is wrong; what would be right", without
 // the file's name, and take no memory for voxels (a legacy VTK file does, but no more than it has bytes).
 std::unique_ptr<Source> open_nrrd(const protocol::Request& request);
 std::unique_ptr<Source> open_metaimage(const protocol::Request& request);
 std::unique_ptr<Source> open_dicom(const protocol::Request& request);  ///< a file or a folder
 std::unique_ptr<Source> open_nifti(const protocol::Request& request);
 std::unique_ptr<Source> open_vti(const protocol::Request& request);
+std::unique_ptr<Source> open_vtk_xml(const protocol::Request& request, const std::string& kind);  ///< all but .vti
 std::unique_ptr<Source> open_legacy_vtk(const protocol::Request& request);
+std::unique_ptr<Source> open_plot3d(const protocol::Request& request);
+std::unique_ptr<Source> open_openfoam(const protocol::Request& request);
+std::unique_ptr<Source> open_hdf5(const protocol::Request& request);
+
+/// Whether the folder, or the one that the file marks (".foam", "system/controlDict"), is a case of OpenFOAM.
+bool is_openfoam_case(const std::string& path);
+/// Whether a file can be a grid or solution of PLOT3D, which have no mark: by its name or, of a grid, by its length.
+bool is_plot3d(const std::string& path);
 
 /// The frame to read of a file that has `frames`: the one asked for, else the first with a warning.
 std::int64_t chosen_frame(const protocol::Request& request, std::int64_t frames, std::vector<std::string>& warnings);
 
-/// Bytes of a file; 0 if it cannot be asked.
+/// Bytes of a file, or of all that lie in a folder; 0 if it cannot be asked.
 std::uint64_t file_bytes(const std::string& path);
 
 }  // namespace palpa::reader

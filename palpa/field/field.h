@@ -1,8 +1,10 @@
 // A field: scalar or vector data that can be sampled at a position of the world.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,6 +40,7 @@ struct Box {
 struct Extent {
   double min = 0.0;  ///< the field's own unit
   double max = 0.0;  ///< the field's own unit
+  friend bool operator==(const Extent&, const Extent&) = default;
 };
 
 /// Data over the world. Immutable, so any number of threads may sample one field at once; sampling
@@ -106,11 +109,31 @@ struct PosedView {
 /// nullptr for other fields.
 const PosedView* posed_of(const Field& field) noexcept;
 
+/// How much a field differs from the file's own interpolant, where its grid was made anew: at random places of the data, as
+/// shares of the range.
+struct ResamplingError {
+  double p50 = 0.0;      ///< [1] half of the places are wrong by less
+  double p99 = 0.0;      ///< [1]
+  double max = 0.0;      ///< [1] of the places looked at
+  double covered = 1.0;  ///< [1] share of the places where the field has data at all
+  friend bool operator==(const ResamplingError&, const ResamplingError&) = default;
+};
+
+/// What was put onto an affine grid, because its own is curvilinear or unstructured.
+struct Resampling {
+  std::array<std::int64_t, 3> dims{};  ///< points of the file's grid along its own indices; n, 1, 1 where it has none
+  std::vector<Extent> extents;         ///< of each component, at those points
+  ResamplingError by_cell;             ///< at places that hit every cell as often: boundary layers count most
+  ResamplingError by_volume;           ///< at places that hit every part of space as often, as a hand does
+  friend bool operator==(const Resampling&, const Resampling&) = default;
+};
+
 /// One field of a volume.
 struct VolumeField {
   std::string name;  ///< plain word; how scenes name it: `volume.field`
   std::string unit;  ///< a label ("HU", "cm/s"), empty if unknown; converts nothing
   FieldPtr field;
+  std::optional<Resampling> resampling{};  ///< none: the field is the file's own interpolant
 };
 
 /// A file that a volume was read from.
@@ -123,8 +146,9 @@ struct SourceFile {
 /// A named data set: one or more fields on one grid, or one formula. A value; the voxels are shared.
 struct Volume {
   std::vector<VolumeField> fields;
-  bool medical_frame = false;         ///< the world is LPS: x to the patient's left, y to the back, z to the head
-  std::string format;                 ///< "dicom", "nrrd", "metaimage", "nifti", "vti", "vtk", "formula", "grid"
+  bool medical_frame = false;  ///< the world is LPS: x to the patient's left, y to the back, z to the head
+  std::string
+      format;  ///< "dicom", "nrrd", "metaimage", "nifti", "vti", "vtk", "plot3d", "openfoam", "hdf5", "formula", "grid", …
   std::string modality;               ///< "CT", "MR", … as the file says it; empty if it does not
   std::vector<SourceFile> files;      ///< empty for embedded data
   int frames = 1;                     ///< that its file holds; the fields are one of them, or all of them as a time series

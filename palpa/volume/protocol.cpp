@@ -3,6 +3,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -37,6 +38,11 @@ class Packer {
   void list(const std::vector<T>& values, Put put) {
     number(static_cast<std::uint32_t>(values.size()));
     for (const T& value : values) put(value);
+  }
+  template <class T, class Put>
+  void optional(const std::optional<T>& value, Put put) {
+    number(static_cast<std::uint8_t>(value.has_value()));
+    if (value) put(*value);
   }
   std::vector<std::byte> take() { return std::move(bytes_); }
 
@@ -81,6 +87,10 @@ class Unpacker {
     for (std::uint32_t i = 0; ok_ && i < count; ++i) values.push_back(get());
     return values;
   }
+  template <class T, class Get>
+  std::optional<T> optional(Get get) {
+    return truth() ? std::optional<T>(get()) : std::nullopt;
+  }
   bool truth() { return number<std::uint8_t>() != 0; }
   bool at_end() const noexcept { return ok_ && left_ == 0; }
   void refuse() noexcept { ok_ = false; }
@@ -91,14 +101,41 @@ class Unpacker {
   bool ok_ = true;
 };
 
+void pack(Packer& to, const ArrayLayout& m) {
+  to.text(m.axes), to.text(m.components);
+  for (const std::int64_t n : m.dims) to.number(n);
+  to.vector(m.spacing_m);
+  to.optional(m.origin_m, [&](const Vec3& v) { to.vector(v); });
+}
+void unpack(Unpacker& from, ArrayLayout& m) {
+  m.axes = from.text(), m.components = from.text();
+  for (std::int64_t& n : m.dims) n = from.number<std::int64_t>();
+  m.spacing_m = from.vector();
+  m.origin_m = from.optional<Vec3>([&] { return from.vector(); });
+}
+
 void pack(Packer& to, const Request& m) {
   to.text(m.path), to.text(m.as), to.text(m.series), to.text(m.components_along);
   to.number(m.frame), to.number(m.max_bytes);
+  to.list(m.partners, [&](const std::string& p) { to.text(p); });
+  to.text(m.inside);
+  pack(to, m.layout);
+  to.optional(m.time_s, [&](double t) { to.number(t); });
+  to.optional(m.crop, [&](const Box& b) { to.vector(b.low_m), to.vector(b.high_m); });
 }
 void unpack(Unpacker& from, Request& m) {
   m.path = from.text(), m.as = from.text(), m.series = from.text(), m.components_along = from.text();
   m.frame = from.number<std::int32_t>();
   m.max_bytes = from.number<std::uint64_t>();
+  m.partners = from.list<std::string>([&] { return from.text(); });
+  m.inside = from.text();
+  unpack(from, m.layout);
+  m.time_s = from.optional<double>([&] { return from.number<double>(); });
+  m.crop = from.optional<Box>([&] {
+    Box box;
+    box.low_m = from.vector(), box.high_m = from.vector();
+    return box;
+  });
 }
 
 void pack(Packer& to, const FieldHeader& f) {
@@ -107,6 +144,7 @@ void pack(Packer& to, const FieldHeader& f) {
   for (const std::int64_t n : f.grid.dims) to.number(n);
   for (const Vec3& row : f.grid.index_to_world_m.row) to.vector(row);
   to.vector(f.grid.origin_m);
+  for (const auto& planes : f.grid.planes) to.number(static_cast<std::uint8_t>(!planes.empty()));
   to.number(f.scale), to.number(f.offset);
 }
 FieldHeader unpack_field(Unpacker& from) {
@@ -119,6 +157,7 @@ FieldHeader unpack_field(Unpacker& from) {
   for (std::int64_t& n : f.grid.dims) n = from.number<std::int64_t>();
   for (Vec3& row : f.grid.index_to_world_m.row) row = from.vector();
   f.grid.origin_m = from.vector();
+  for (auto& planes : f.grid.planes) planes.resize(from.truth() ? 1 : 0);
   f.scale = from.number<double>(), f.offset = from.number<double>();
   return f;
 }
@@ -146,9 +185,31 @@ void unpack(Unpacker& from, Room& m) {
   m.fields = from.list<std::uint32_t>([&] { return from.number<std::uint32_t>(); });
 }
 
+void pack(Packer& to, const Resampling& m) {
+  for (const std::int64_t n : m.dims) to.number(n);
+  to.list(m.extents, [&](const Extent& e) { to.number(e.min), to.number(e.max); });
+  for (const ResamplingError& e : {m.by_cell, m.by_volume}) {
+    to.number(e.p50), to.number(e.p99), to.number(e.max), to.number(e.covered);
+  }
+}
+Resampling unpack_resampling(Unpacker& from) {
+  Resampling m;
+  for (std::int64_t& n : m.dims) n = from.number<std::int64_t>();
+  m.extents = from.list<Extent>([&] {
+    const auto min = from.number<double>(), max = from.number<double>();
+    return Extent{min, max};
+  });
+  for (ResamplingError* e : {&m.by_cell, &m.by_volume}) {
+    e->p50 = from.number<double>(), e->p99 = from.number<double>();
+    e->max = from.number<double>(), e->covered = from.number<double>();
+  }
+  return m;
+}
+
 void pack(Packer& to, const Done& m) {
   to.list(m.files, [&](const SourceFile& f) { to.text(f.path), to.number(f.bytes), to.text(f.sha256); });
   to.list(m.warnings, [&](const std::string& w) { to.text(w); });
+  to.list(m.resampled, [&](const Resampling& r) { pack(to, r); });
   to.number(static_cast<std::uint8_t>(m.more));
 }
 void unpack(Unpacker& from, Done& m) {
@@ -158,6 +219,7 @@ void unpack(Unpacker& from, Done& m) {
     return f;
   });
   m.warnings = from.list<std::string>([&] { return from.text(); });
+  m.resampled = from.list<Resampling>([&] { return unpack_resampling(from); });
   m.more = from.truth();
 }
 
@@ -189,15 +251,26 @@ std::optional<std::uint64_t> voxel_bytes(const FieldHeader& field) noexcept {
   return bytes;
 }
 
+std::uint64_t plane_numbers(const FieldHeader& field) noexcept {
+  std::uint64_t count = 0;
+  for (std::size_t a = 0; a < 3; ++a)
+    count += field.grid.planes[a].empty() ? 0 : static_cast<std::uint64_t>(field.grid.dims[a]);
+  return count;
+}
+
 std::optional<std::vector<std::uint64_t>> place(const Header& header, const Room& room) {
   std::vector<std::uint64_t> offsets{0};
   for (std::size_t i = 0; i < room.fields.size(); ++i) {
     const std::uint32_t field = room.fields[i];
     if (field >= header.fields.size() || (i > 0 && field <= room.fields[i - 1])) return std::nullopt;
-    const auto bytes = voxel_bytes(header.fields[field]);
-    std::uint64_t end = 0;
-    if (!bytes || __builtin_add_overflow(offsets.back(), *bytes, &end) || end > INT64_MAX - alignment_bytes)
+    const auto voxels = voxel_bytes(header.fields[field]);
+    if (!voxels) return std::nullopt;
+    std::uint64_t bytes = (*voxels + 7) / 8 * 8, end = 0;
+    // No more planes than voxels along each axis, so this is no more than 24 times as much.
+    if (__builtin_add_overflow(bytes, 8 * std::min(plane_numbers(header.fields[field]), UINT64_MAX / 8), &bytes) ||
+        __builtin_add_overflow(offsets.back(), bytes, &end) || end > INT64_MAX - alignment_bytes) {
       return std::nullopt;
+    }
     offsets.push_back((end + alignment_bytes - 1) / alignment_bytes * alignment_bytes);
   }
   return offsets;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "palpa/field/grid.h"
+#include "palpa/field/volume_request.h"
 
 /// The conversation, over one SOCK_SEQPACKET pair, one message per packet:
 ///
@@ -30,11 +31,16 @@ inline constexpr int socket_descriptor = 3;  ///< where palpa-read finds its end
 
 struct Request {
   std::string path;
-  std::string as;                  ///< "vector": a file of three frames is one vector; else empty
-  std::int32_t frame = -1;         ///< of a file with several; -1: the first, with a warning
-  std::uint64_t max_bytes = 0;     ///< voxels that would need more are refused
-  std::string series{};            ///< of a DICOM folder with several; empty: the largest, with a warning
-  std::string components_along{};  ///< "index": vectors are along the axes of the grid; else as the format says
+  std::string as;                       ///< "vector": a file of three frames is one vector; else empty
+  std::int32_t frame = -1;              ///< of a file with several; -1: the first, with a warning
+  std::uint64_t max_bytes = 0;          ///< voxels that would need more are refused
+  std::string series{};                 ///< of a DICOM folder with several; empty: the largest, with a warning
+  std::string components_along{};       ///< "index": vectors are along the axes of the grid; else as the format says
+  std::vector<std::string> partners{};  ///< further files that belong to it
+  std::string inside{};                 ///< which array of an HDF5 file: "/velocity"; empty: the file says it
+  ArrayLayout layout{};                 ///< of that array, lengths in the file's unit
+  std::optional<double> time_s{};       ///< [s] of a case with several moments; none: the latest
+  std::optional<Box> crop{};            ///< in the file's unit of length: the part to resample
 };
 
 /// One array of voxels as palpa-read will hand it over: i fastest, components of one voxel together,
@@ -44,7 +50,7 @@ struct FieldHeader {
   std::string unit;  ///< of the values, as the file says it
   VoxelType type = VoxelType::float32;
   std::int32_t components = 1;
-  GridGeometry grid;    ///< in the file's unit of length, not in metres
+  GridGeometry grid;    ///< in the file's unit of length, not in metres; of planes only whether there are any
   double scale = 1.0;   ///< the field's own unit, per raw step: value = raw · scale + offset
   double offset = 0.0;  ///< the field's own unit
 };
@@ -70,7 +76,8 @@ struct Room {
 struct Done {
   std::vector<SourceFile> files;
   std::vector<std::string> warnings;
-  bool more = false;  ///< another one follows, with further files
+  std::vector<Resampling> resampled{};  ///< one for each wanted field, or none at all
+  bool more = false;                    ///< another one follows, with further files
 };
 
 struct Failure {
@@ -81,6 +88,9 @@ using Message = std::variant<Request, Header, Room, Done, Failure>;
 
 /// Bytes of one field's voxels; nullopt where dims, components or the product are not sensible.
 std::optional<std::uint64_t> voxel_bytes(const FieldHeader& field) noexcept;
+
+/// Doubles that follow a field's voxels, at the next multiple of 8 bytes: the planes of a rectilinear grid, along i, j, k.
+std::uint64_t plane_numbers(const FieldHeader& field) noexcept;
 
 /// Offsets of the wanted fields in the shared memory, and as the last one the size of all of it.
 /// nullopt where an index is wrong or the sum overflows.

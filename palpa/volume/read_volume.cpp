@@ -123,7 +123,34 @@ double metres_per_unit(const VolumeRequest& request, const Header& header, std::
 }
 
 GridGeometry in_metres(const GridGeometry& grid, double metres_per_unit) {
-  return {grid.dims, metres_per_unit * grid.index_to_world_m, metres_per_unit * grid.origin_m};
+  return {grid.dims, metres_per_unit * grid.index_to_world_m, metres_per_unit * grid.origin_m, grid.planes};
+}
+
+/// What the reader is asked. Lengths of the request are in metres and those of the file in its unit, which is known where
+/// the request says it; formats with keys of length are in metres by themselves.
+protocol::Request as_asked(const VolumeRequest& request, std::uint64_t limit) {
+  const PlaceInFile place = place_in_file(request.files.front());
+  protocol::Request ask{place.file.string(), request.as, request.frame, limit};
+  for (std::size_t f = 1; f < request.files.size(); ++f) ask.partners.push_back(request.files[f].string());
+  const double said = metres(request.length_unit), unit_m = said > 0.0 ? said : 1.0;
+  ask.series = request.series, ask.components_along = request.components_along;
+  ask.inside = place.inside;
+  ask.layout = request.layout;
+  ask.layout.spacing_m = request.layout.spacing_m / unit_m;
+  if (request.layout.origin_m) ask.layout.origin_m = *request.layout.origin_m / unit_m;
+  ask.time_s = request.time_s;
+  if (request.crop) ask.crop = Box{request.crop->low_m / unit_m, request.crop->high_m / unit_m};
+  return ask;
+}
+
+/// The planes of a rectilinear grid, from behind the voxels.
+void take_planes(GridGeometry& grid, const std::byte* after_voxels) {
+  const auto* numbers = reinterpret_cast<const double*>(after_voxels);
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (grid.planes[a].empty()) continue;
+    grid.planes[a].assign(numbers, numbers + grid.dims[a]);
+    numbers += grid.dims[a];
+  }
 }
 
 /// The fields that a request takes from the file, by index, and under which names.
@@ -239,10 +266,11 @@ Expected expect(protocol::Message message) {
 
 /// `read_volume_file` of one file; errors are sentences, without its name.
 VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
-  const std::filesystem::path& file = request.files.front();
-  check_file(file);
-  const std::uint64_t file_bytes = bytes_of(file);
   const std::uint64_t limit = options.max_bytes != 0 ? options.max_bytes : free_memory_bytes() / 3 * 2;
+  const protocol::Request ask = as_asked(request, limit);
+  check_file(ask.path);
+  std::uint64_t file_bytes = bytes_of(ask.path);
+  for (const std::string& partner : ask.partners) check_file(partner), file_bytes += bytes_of(partner);
 
   VolumeFile result;
   Header header;
@@ -254,7 +282,7 @@ VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
   double metres_per_file_unit = 1.0;
   {
     detail::ReaderProcess reader(detail::find_reader(options.reader), options.idle_limit_s);
-    reader.send(protocol::Request{file.string(), request.as, request.frame, limit, request.series, request.components_along});
+    reader.send(ask);
     header = expect<Header>(reader.receive(file_bytes, reader_slack_bytes + 8 * file_bytes));
     check(header);
     result.volume.warnings = header.warnings;
@@ -268,7 +296,9 @@ VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
     offsets = *placed;
     check_size(header, taken, offsets.back(), options, limit);
     for (const Taken& t : taken) {
-      if (const char* problem = problem_with(in_metres(header.fields[t.field].grid, metres_per_file_unit))) {
+      GridGeometry even = in_metres(header.fields[t.field].grid, metres_per_file_unit);
+      even.planes = {};  // they come with the voxels
+      if (const char* problem = problem_with(even)) {
         throw LoadError("cannot be placed in the world (" + std::string(problem) + "); correct its header");
       }
     }
@@ -281,6 +311,7 @@ VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
       auto part = expect<protocol::Done>(reader.receive(work, memory_bytes));
       done.files.insert(done.files.end(), part.files.begin(), part.files.end());
       done.warnings.insert(done.warnings.end(), part.warnings.begin(), part.warnings.end());
+      done.resampled = part.resampled;
       more = part.more && !part.files.empty() && done.files.size() < most_files;
     }
   }
@@ -299,15 +330,19 @@ VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
     const auto slot =
         static_cast<std::size_t>(std::lower_bound(room.fields.begin(), room.fields.end(), t.field) - room.fields.begin());
     const std::shared_ptr<const void> data(voxels, voxels.get() + offsets[slot]);
-    const GridGeometry grid = in_metres(field.grid, metres_per_file_unit);
+    GridGeometry grid = in_metres(field.grid, metres_per_file_unit);
+    take_planes(grid, voxels.get() + offsets[slot] + (protocol::voxel_bytes(field).value() + 7) / 8 * 8);
     FieldPtr made;
     try {
       made = grid_field(grid, {field.type, field.components, data}, field.scale, field.offset);
     } catch (const std::invalid_argument& problem) {
       throw LoadError(std::string("cannot be felt: ") + problem.what());
     }
-    const double lost = std::round((1.0 - grid_of(*made)->valid_share) * static_cast<double>(grid.voxels()));
-    if (lost > 0) {
+    volume.fields.push_back({t.name, t.unit, std::move(made)});
+    if (done.resampled.size() == room.fields.size()) volume.fields.back().resampling = done.resampled[slot];
+    const double lost =
+        std::round((1.0 - grid_of(*volume.fields.back().field)->valid_share) * static_cast<double>(grid.voxels()));
+    if (lost > 0 && !volume.fields.back().resampling) {
       std::ostringstream text;
       text << std::fixed;
       text.precision(0);
@@ -315,7 +350,6 @@ VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
       text << lost << (lost == 1 ? " voxel is" : " voxels are") << " not finite: treated as outside";
       volume.warnings.push_back(text.str());
     }
-    volume.fields.push_back({t.name, t.unit, std::move(made)});
   }
   return result;
 }
@@ -326,10 +360,6 @@ VolumeFile read_volume_file(const VolumeRequest& request, const ReadOptions& opt
   if (request.files.empty()) throw LoadError("volume: no file is named; name one");
   const std::string place = request.files.front().string();
   try {
-    if (request.files.size() > 1) {
-      throw LoadError(std::to_string(request.files.size()) +
-                      " files for one volume; formats of one file (and those that it names) can be read");
-    }
     return read_one(request, options);
   } catch (const LoadError& error) {
     throw LoadError(place + ": " + error.what());

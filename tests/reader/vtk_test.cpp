@@ -198,8 +198,8 @@ TEST_F(Vtk, LegacyFilesThatAreShortOrElse) {
             }).find("POLYDATA"),
             std::string::npos);
   EXPECT_NE(error_of([&] {
-              read(folder_.write("f.vtu", "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\"><UnstructuredGrid/></VTKFile>"));
-            }).find("UnstructuredGrid"),
+              read(folder_.write("f.vtp", "<VTKFile type=\"PolyData\" version=\"1.0\"><PolyData/></VTKFile>"));
+            }).find("PolyData"),
             std::string::npos);
 }
 

@@ -1,0 +1,164 @@
+// PLOT3D: a grid and its solution in two files, which say neither what they are nor how their numbers lie.
+#include <vtkDataArray.h>
+#include <vtkFloatArray.h>
+#include <vtkMultiBlockDataSet.h>
+#include <vtkMultiBlockPLOT3DReader.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkStructuredGrid.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "messages.h"
+#include "source.h"
+#include "vtk_data.h"
+
+namespace palpa::reader {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double gamma = 1.4;  // ratio of specific heats, of a file that says none
+
+std::string lower(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+/// The name with the last `from` before its extension, or an extension `from`, replaced; in the case that is there.
+fs::path renamed(const fs::path& path, const std::string& from, const std::string& to) {
+  const std::string name = path.filename().string();
+  const std::size_t at = lower(name).rfind(from);
+  if (at == std::string::npos) return {};
+  std::string other = to;
+  if (std::isupper(static_cast<unsigned char>(name[at])) != 0) {
+    for (char& c : other) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  }
+  return path.parent_path() / (name.substr(0, at) + other + name.substr(at + from.size()));
+}
+
+enum class Part { unknown, grid, solution };
+
+Part part_of(const fs::path& path) {
+  const std::string name = lower(path.filename().string()), stem = lower(path.stem().string());
+  const std::string extension = lower(path.extension().string());
+  const auto ends = [](const std::string& text, const std::string& end) {
+    return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
+  };
+  if (extension == ".xyz" || extension == ".x" || extension == ".p3dxyz") return Part::grid;
+  if (extension == ".q" || extension == ".p3dq") return Part::solution;
+  if (extension != ".bin" && extension != ".p3d" && extension != ".dat" && extension != ".fmt") return Part::unknown;
+  if (ends(stem, "xyz")) return Part::grid;
+  return ends(stem, "q") ? Part::solution : Part::unknown;
+}
+
+/// The other file of the two, by the names that people give them; empty where there is none.
+fs::path partner_of(const fs::path& path) {
+  const bool is_grid = part_of(path) == Part::grid;
+  static constexpr const char* pairs[][2] = {{"xyz", "q"}, {".xyz", ".q"}, {".x", ".q"}, {"p3dxyz", "p3dq"}};
+  for (const auto& [grid, solution] : pairs) {
+    const fs::path other = is_grid ? renamed(path, grid, solution) : renamed(path, solution, grid);
+    std::error_code ignored;
+    if (!other.empty() && other != path && fs::is_regular_file(other, ignored)) return other;
+  }
+  return {};
+}
+
+/// What VTK makes of a solution, and what follows from it: velocity, pressure and Mach number.
+void derive(vtkStructuredGrid& grid, std::vector<std::string>& warnings) {
+  vtkPointData& data = *grid.GetPointData();
+  vtkDataArray* density = data.GetArray("Density");
+  vtkDataArray* momentum = data.GetArray("Momentum");
+  vtkDataArray* energy = data.GetArray("StagnationEnergy");
+  if (density == nullptr || momentum == nullptr) throw LoadError("has no density and momentum; give a whole solution (q) file");
+  const vtkIdType count = density->GetNumberOfTuples();
+  vtkNew<vtkFloatArray> velocity, pressure, mach;
+  velocity->SetName("velocity"), pressure->SetName("pressure"), mach->SetName("mach");
+  velocity->SetNumberOfComponents(3);
+  for (vtkFloatArray* array : {velocity.Get(), pressure.Get(), mach.Get()}) array->SetNumberOfTuples(count);
+  bool any_energy = false;
+  for (vtkIdType p = 0; p < count; ++p) {
+    double m[3];
+    momentum->GetTuple(p, m);
+    const double rho = density->GetComponent(p, 0), e = energy != nullptr ? energy->GetComponent(p, 0) : 0.0;
+    const Vec3 u = rho != 0.0 ? Vec3{m[0], m[1], m[2]} / rho : Vec3{};
+    const double of_heat = (gamma - 1.0) * (e - 0.5 * rho * dot(u, u));
+    velocity->SetTuple3(p, u.x, u.y, u.z);
+    pressure->SetValue(p, static_cast<float>(of_heat));
+    mach->SetValue(p, of_heat > 0.0 && rho > 0.0 ? static_cast<float>(norm(u) / std::sqrt(gamma * of_heat / rho)) : 0.0F);
+    any_energy = any_energy || e != 0.0;
+  }
+  density->SetName("density"), momentum->SetName("momentum");
+  if (energy != nullptr) energy->SetName("energy");
+  data.AddArray(velocity);
+  if (any_energy) {
+    data.AddArray(pressure);
+    data.AddArray(mach);
+  } else if (warnings.empty()) {
+    warnings.emplace_back("has energy 0 everywhere: pressure and Mach number cannot be told");
+  }
+}
+
+std::string unit_of(const std::string& name) {
+  if (name == "density") return "ρ∞";
+  if (name == "velocity") return "a∞";
+  if (name == "momentum") return "ρ∞·a∞";
+  if (name == "pressure" || name == "energy") return "ρ∞·a∞²";
+  return {};
+}
+
+}  // namespace
+
+bool is_plot3d(const std::string& path) { return part_of(path) != Part::unknown; }
+
+std::unique_ptr<Source> open_plot3d(const protocol::Request& request) {
+  fs::path grid = request.path, solution;
+  if (!request.partners.empty()) {
+    if (request.partners.size() > 1)
+      throw LoadError("comes with " + std::to_string(request.partners.size()) +
+                      " more files; a grid (xyz) and its solution (q) are two");
+    solution = request.partners.front();
+  } else {
+    solution = partner_of(grid);
+    if (solution.empty()) {
+      throw LoadError(part_of(grid) == Part::solution
+                          ? "is a PLOT3D solution without its grid; put the xyz file beside it, or name both in 'file'"
+                          : "is a PLOT3D grid without its solution; put the q file beside it, or name both in 'file'");
+    }
+  }
+  if (part_of(grid) == Part::solution) std::swap(grid, solution);
+
+  vtkNew<vtkMultiBlockPLOT3DReader> reader;
+  reader->SetXYZFileName(grid.c_str());
+  reader->SetQFileName(solution.c_str());
+  reader->AutoDetectFormatOn();
+  reader->RemoveAllFunctions();
+  reader->SetScalarFunctionNumber(-1);
+  reader->SetVectorFunctionNumber(202);  // momentum, as the file has it
+  reader->Update();
+  if (library_complained() || reader->GetErrorCode() != 0) {
+    throw LoadError("cannot be read as PLOT3D (" + take_library_error() +
+                    "); check that grid and solution are whole and belong "
+                    "together");
+  }
+  std::vector<vtkSmartPointer<vtkDataSet>> blocks;
+  std::vector<std::string> warnings;
+  auto* all = vtkMultiBlockDataSet::SafeDownCast(reader->GetOutputDataObject(0));
+  for (unsigned int b = 0; all != nullptr && b < all->GetNumberOfBlocks(); ++b) {
+    auto* block = vtkStructuredGrid::SafeDownCast(all->GetBlock(b));
+    if (block == nullptr) continue;
+    derive(*block, warnings);
+    blocks.emplace_back(block);
+  }
+  auto source = source_of(request, "plot3d", std::move(blocks), {grid.string(), solution.string()}, unit_of);
+  source->takes.partners = true;
+  source->header.warnings.insert(source->header.warnings.end(), warnings.begin(), warnings.end());
+  return source;
+}
+
+}  // namespace palpa::reader

@@ -1,0 +1,78 @@
+// Data whose cells lie anyhow, put onto an affine grid: curvilinear and unstructured grids.
+#pragma once
+
+#include <vtkPointSet.h>
+#include <vtkSmartPointer.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "palpa/field/field.h"
+#include "palpa/field/grid.h"
+
+namespace palpa::reader {
+
+/// An array of a data set, of its points or of its cells.
+struct ArrayName {
+  std::string name;
+  bool of_cells = false;
+  int components = 1;
+};
+
+/// An array after its resampling.
+struct Resampled {
+  Resampling report;
+  std::optional<Box> worst;  ///< where most of the places lie that are wrong by more than `much_error`
+};
+inline constexpr double much_error = 0.05;  ///< [1] of the range
+
+/// Blocks of cells as one body of data. Their own interpolants are what is resampled: the shape functions of each cell;
+/// values of cells are averaged to the points first. Blanked cells (hidden, or with a hidden point) are no data.
+/// All lengths are in the file's unit.
+class Resampler {
+ public:
+  /// Chooses the affine grid: along the axes of the file, with steps of half the extents of the cells (three quarters of them
+  /// are larger) or, where that would be too many voxels, longer ones. Throws LoadError, with a sentence, where there is no
+  /// cell with a volume.
+  /// \param crop  the part of the data that is wanted
+  Resampler(std::vector<vtkSmartPointer<vtkPointSet>> blocks, const std::optional<Box>& crop);
+
+  const GridGeometry& grid() const noexcept { return grid_; }
+  /// "resampled to … voxels of …", and why not to more.
+  std::string description() const;
+  /// Memory that sampling takes beside the voxels, for so many numbers per point.
+  std::uint64_t working_bytes(int components) const noexcept;
+
+  /// Fills one grid of floats for each array, NaN where there are no data; then looks at random places for what was lost.
+  /// Two threads.
+  std::vector<Resampled> sample(const std::vector<ArrayName>& arrays, const std::vector<float*>& to) const;
+
+ private:
+  struct Cell {
+    std::int64_t block, id;
+    float low[3], high[3];  ///< its box and a little more, in units of `unit_` from `centre_`
+  };
+  struct Values;
+  struct Locator;
+  void normalise();
+  void find_cells(const std::optional<Box>& crop);
+  void choose_grid(const std::optional<Box>& crop);
+  void fill(const std::vector<Values>& values, const std::vector<float*>& to, std::vector<std::uint8_t>& done,
+            std::int64_t first_k, std::int64_t last_k) const;
+  void look(const std::vector<Values>& values, const std::vector<float*>& to, const std::optional<Box>& crop, bool by_volume,
+            std::vector<Resampled>& out) const;
+
+  std::vector<vtkSmartPointer<vtkPointSet>> blocks_;  ///< with points in units of `unit_`: shape functions fail on tiny cells
+  std::vector<Cell> cells_;
+  std::optional<Box> crop_;
+  Vec3 centre_;
+  double unit_ = 1.0;
+  Box box_;  ///< of the cells
+  double shortest_edge_ = 0.0;
+  GridGeometry grid_;
+  bool bounded_ = false;  ///< the steps are longer than the cells ask for
+};
+
+}  // namespace palpa::reader

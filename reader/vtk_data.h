@@ -1,0 +1,63 @@
+// From data sets of VTK to the fields of a volume, whichever library's reader made them.
+#pragma once
+
+#include <vtkDataSet.h>
+#include <vtkFieldData.h>
+#include <vtkSmartPointer.h>
+
+#include <functional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "source.h"
+#include "voxels.h"
+
+namespace palpa::reader {
+
+/// The grids of the points and of the cells of one data set, in the file's unit of length. Cell data lie at the centres of
+/// cells; an axis of one point has them there.
+struct PointsAndCells {
+  GridGeometry points, cells;
+};
+/// Of planes at these coordinates along the columns of `directions` from `origin`.
+PointsAndCells grids_of(const std::array<std::vector<double>, 3>& coordinates, const Mat3& directions, const Vec3& origin);
+/// Of image data whose indices begin anywhere.
+PointsAndCells grids_of(const int extent[6], const double origin[3], const double spacing[3], const double direction[9]);
+
+/// A source whose fields are arrays of VTK on the points and cells of one affine or rectilinear grid.
+class GridSource : public Source {
+ protected:
+  GridSource(const protocol::Request& request, const char* format);
+
+  void set_grids(PointsAndCells grids) { grids_ = std::move(grids); }
+  /// Adds a field for an array, or a warning that says why not. Returns whether it did.
+  bool add(std::string name, int vtk_type, int components, bool of_cells);
+  void add_all(vtkDataSet& data);
+  /// Refuses a file without fields; asks for the memory that holds one copy of them.
+  void finish_header();
+  /// Copies the wanted arrays out and lets go of each.
+  void copy_out(vtkDataSet& data, const std::vector<std::uint32_t>& wanted, const std::vector<std::byte*>& to);
+
+  struct Array {
+    std::string name;
+    bool of_cells;
+    RawVoxels raw;
+  };
+  std::vector<Array> arrays_;  ///< one for each field
+
+ private:
+  PointsAndCells grids_;
+  std::set<std::string> names_;
+};
+
+/// Whether an array can be felt, and if not why.
+std::string why_left_out(const std::string& name, int vtk_type, int components, RawType& type);
+
+/// What a reader has made in memory, as a source: on its own grid where that is affine or rectilinear, else resampled.
+/// \param unit_of  label of an array's unit by its name
+std::unique_ptr<Source> source_of(const protocol::Request& request, const char* format,
+                                  std::vector<vtkSmartPointer<vtkDataSet>> blocks, std::vector<std::string> files,
+                                  const std::function<std::string(const std::string&)>& unit_of = {});
+
+}  // namespace palpa::reader
