@@ -55,15 +55,7 @@ double chosen_time(const std::vector<double>& times_s, const std::optional<doubl
                   in_words(times_s.front()) + " to " + in_words(times_s.back()) + " s; the nearest is " + in_words(nearest));
 }
 
-/// A unit as people write it, from VTK's "m s^-1".
-std::string unit_of(const std::string& dimensions) {
-  static const std::map<std::string, std::string> known{
-      {"m s^-1", "m/s"}, {"kg m^-1 s^-2", "Pa"}, {"m^2 s^-2", "m²/s²"}, {"kg m^-3", "kg/m³"}, {"m^2 s^-1", "m²/s"}};
-  const auto found = known.find(dimensions);
-  return found != known.end() ? found->second : dimensions;
-}
-
-/// Takes "[m s^-1]" off the names of arrays; the unit of each name.
+/// Takes " [m/s]" off the names of arrays; the unit of each name.
 std::map<std::string, std::string> take_units(vtkFieldData& arrays) {
   std::map<std::string, std::string> units;
   for (int a = 0; a < arrays.GetNumberOfArrays(); ++a) {
@@ -71,7 +63,7 @@ std::map<std::string, std::string> take_units(vtkFieldData& arrays) {
     const std::string name = array->GetName() != nullptr ? array->GetName() : "";
     const std::size_t at = name.find(" [");
     if (at == std::string::npos || name.back() != ']') continue;
-    units[name.substr(0, at)] = unit_of(name.substr(at + 2, name.size() - at - 3));
+    units[name.substr(0, at)] = name.substr(at + 2, name.size() - at - 3);
     array->SetName(name.substr(0, at).c_str());
   }
   return units;

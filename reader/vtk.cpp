@@ -9,6 +9,7 @@
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkStreamingDemandDrivenPipeline.h>
+#include <vtkXMLDataElement.h>
 #include <vtkXMLImageDataReader.h>
 #include <vtkXMLPImageDataReader.h>
 #include <vtkXMLPRectilinearGridReader.h>
@@ -53,7 +54,10 @@ class Checked : public Reader {
   int ReadArrayValues(vtkXMLDataElement* element, vtkIdType index, vtkAbstractArray* array, vtkIdType first, vtkIdType count,
                       vtkXMLDataReader::FieldType type) override {
     const int done = Reader::ReadArrayValues(element, index, array, first, count, type);
-    met_end_of_file_ = met_end_of_file_ || this->Stream == nullptr || this->Stream->eof();
+    // Numbers as text are counted, and their end is that of an element.
+    const char* format = element->GetAttribute("format");
+    const bool text = format != nullptr && std::string_view(format) == "ascii";
+    met_end_of_file_ = met_end_of_file_ || this->Stream == nullptr || (!text && this->Stream->eof());
     return done;
   }
 

@@ -141,6 +141,8 @@ std::string form_of(const Key& key) {
     }
     case KeyKind::texts: return "list of texts";
     case KeyKind::numbers: return "list of " + std::to_string(key.count) + " numbers";
+    case KeyKind::text_or_texts: return "text, or list of texts";
+    case KeyKind::text_or_number: return toml_string(key.choices.front()) + ", or number" + unit_of(key.name) + bounds;
     case KeyKind::text_or_position: return "text or [x, y, z]";
     case KeyKind::strength: return "STRENGTH" + unit_of(key.name) + bounds;
     case KeyKind::list: return "list";
@@ -230,8 +232,9 @@ const Keys& time_keys() {
 
 const Keys& volume_keys() {
   static const Keys keys{
-      {"file", KeyKind::text, "path", "",
-       "the file; a relative path is looked for beside the scene, then in each --data folder, "
+      {"file", KeyKind::text_or_texts, "path, or [path, …]", "",
+       "the file, several that belong together (PLOT3D), the folder of a case (OpenFOAM), or an array in a file "
+       "(\"flow.h5:/velocity\"); a relative path is looked for beside the scene, then in each --data folder, "
        "then in $PALPA_DATA"},
       {"files", KeyKind::text, "pattern of paths", "",
        "instead of `file`: a time series, one file for each frame; `*` and `?` in the name stand for any characters, and "
@@ -304,6 +307,38 @@ const Keys& volume_keys() {
        "the axes that the components of vectors are along: those of the file's space, or those of its grid (FSL's directions)",
        {},
        {"file", "index"}},
+      {"time",
+       KeyKind::text_or_number,
+       "\"latest\", or number [s]",
+       "\"latest\"",
+       "which moment of a case that holds several",
+       Bounds{0, unbounded},
+       {"latest"}},
+      {"crop_m",
+       KeyKind::numbers,
+       "[x, y, z, x, y, z]",
+       "all of it",
+       "low and high corner, in the file's frame, of the part in which a curvilinear or unstructured grid is resampled",
+       {},
+       {},
+       6},
+      {"dims", KeyKind::numbers, "[x, y, z]", "", "voxels of an array along each axis, to be checked", {}, {}, 3},
+      {"axes",
+       KeyKind::text,
+       {},
+       "\"zyx\"",
+       "the axes that the indices of an array are along, slowest first",
+       {},
+       {"xyz", "xzy", "yxz", "yzx", "zxy", "zyx"}},
+      {"components",
+       KeyKind::text,
+       {},
+       "last, if it is of 3",
+       "which index of an array is that of vector components",
+       {},
+       {"first", "last"}},
+      {"spacing_m", KeyKind::numbers, "[x, y, z]", "1, 1, 1", "distances of an array's voxels along each axis", {}, {}, 3},
+      {"origin_m", KeyKind::numbers, "[x, y, z]", "0, 0, 0", "where the first voxel of an array lies", {}, {}, 3},
   };
   return keys;
 }

@@ -16,7 +16,9 @@ enum class KeyKind : std::uint8_t {
   flag,
   text,  ///< one of the choices, if there are any
   texts,
-  numbers,  ///< a list of `count` finite numbers
+  numbers,         ///< a list of `count` finite numbers
+  text_or_texts,   ///< one text, or a list of them
+  text_or_number,  ///< one of the choices, or a number within the bounds
   text_or_position,
   strength,  ///< a number within the bounds, or a transfer function whose results are
   list,      ///< looked into where it is read

@@ -136,6 +136,8 @@ std::string expected(const Key& key) {
     case KeyKind::text: return "a text in quotes";
     case KeyKind::texts: return "a list of texts";
     case KeyKind::numbers: return "a list of " + std::to_string(key.count) + " numbers";
+    case KeyKind::text_or_texts: return "a text in quotes or a list of texts";
+    case KeyKind::text_or_number: return in_quotes(key.choices.front()) + " or a number";
     case KeyKind::text_or_position: return "a volume's name in quotes or a list of 3 numbers";
     case KeyKind::strength: return "a number or a function {of = FIELD, points = [[value, newtons], …]}";
     case KeyKind::list: return "a list";
@@ -203,9 +205,12 @@ class Section {
   std::optional<double> number(std::string_view key) const { return node(key) ? number_in(*node(key)) : std::nullopt; }
   std::optional<bool> flag(std::string_view key) const { return table_[key].value<bool>(); }
   std::optional<std::string> text(std::string_view key) const { return table_[key].value<std::string>(); }
+  /// A list of texts; of a text alone, that one.
   std::vector<std::string> texts(std::string_view key) const {
     std::vector<std::string> texts;
-    if (node(key)) {
+    if (const std::optional<std::string> alone = text(key)) {
+      texts.push_back(*alone);
+    } else if (node(key)) {
       for (const toml::node& element : *node(key)->as_array()) texts.push_back(*element.value<std::string>());
     }
     return texts;
@@ -234,7 +239,7 @@ class Section {
         if (key.kind == KeyKind::tables && !element.is_table()) {
           fail(place_of(element), the() + " holds " + kind_of(element) + "; it must be " + expected(key));
         }
-        if (key.kind == KeyKind::texts && !element.is_string()) {
+        if ((key.kind == KeyKind::texts || key.kind == KeyKind::text_or_texts) && !element.is_string()) {
           fail(place_of(element), the() + " holds " + kind_of(element) + "; it must be " + expected(key));
         }
       }
@@ -257,6 +262,8 @@ class Section {
       case KeyKind::numbers:
       case KeyKind::list:
       case KeyKind::tables: return node.is_array();
+      case KeyKind::text_or_number: return node.is_string() || node.is_number();
+      case KeyKind::text_or_texts:
       case KeyKind::text_or_position: return node.is_string() || node.is_array();
       case KeyKind::strength: return node.is_number() || node.is_table();
       case KeyKind::table: return node.is_table();
@@ -698,7 +705,8 @@ class Loader {
       fail(place_of(table), "volume " + in_quotes(name) + " has " + (sources == 0 ? "no data" : "two sources") +
                                 "; give either 'file' or 'analytic'");
     }
-    for (const char* key : {"length_unit", "fields", "frame", "as", "series", "components_along"}) {
+    for (const char* key : {"length_unit", "fields", "frame", "as", "series", "components_along", "time", "crop_m", "dims",
+                            "axes", "components", "spacing_m", "origin_m"}) {
       if (!plan.analytic.empty() && section.node(key)) {
         fail(place_of(*section.node(key)),
              in_quotes(key) + " in volume " + in_quotes(name) + " speaks of a file; leave it out with 'analytic'");
@@ -756,13 +764,32 @@ class Loader {
     if (section.node("files")) {
       request.files = find_files(*section.text("files"), section);
     } else {
-      request.files = {find_file(*section.text("file"), section)};
+      for (const std::string& file : section.texts("file")) request.files.push_back(find_file(file, section));
+      if (request.files.empty())
+        fail(place_of(*section.node("file")), "'file' in " + section.where() + " is an empty list; name a file");
     }
     request.length_unit = section.text("length_unit").value_or("");
     request.as = section.text("as").value_or("");
     request.series = section.text("series").value_or("");
     request.components_along = section.text("components_along").value_or("");
     request.frame = static_cast<int>(section.number("frame").value_or(-1));
+    request.time_s = section.number("time");
+    if (const auto c = section.numbers("crop_m", 6))
+      request.crop = Box{{(*c)[0], (*c)[1], (*c)[2]}, {(*c)[3], (*c)[4], (*c)[5]}};
+    request.layout.axes = section.text("axes").value_or("");
+    request.layout.components = section.text("components").value_or("");
+    if (const auto n = section.numbers("dims", 3)) {
+      for (std::size_t a = 0; a < 3; ++a) {
+        const double dim = (*n)[a];
+        if (!(dim >= 1.0 && dim <= 1e9) || dim != std::floor(dim)) {
+          fail(place_of(*section.node("dims")),
+               "'dims' in " + section.where() + " are no counts of voxels; give whole numbers above 0");
+        }
+        request.layout.dims[a] = static_cast<std::int64_t>(dim);
+      }
+    }
+    if (const auto s = section.numbers("spacing_m", 3)) request.layout.spacing_m = {(*s)[0], (*s)[1], (*s)[2]};
+    if (const auto o = section.numbers("origin_m", 3)) request.layout.origin_m = Vec3{(*o)[0], (*o)[1], (*o)[2]};
     const toml::table* fields = section.subtable("fields");
     if (!fields) return request;
     for (const auto& [key, node] : *fields) {
@@ -798,7 +825,7 @@ class Loader {
     std::vector<std::string> looked;
     for (const std::filesystem::path& candidate : candidates) {
       std::error_code ignored;
-      if (std::filesystem::exists(candidate, ignored)) return candidate;
+      if (std::filesystem::exists(place_in_file(candidate).file, ignored)) return candidate;
       looked.push_back(candidate.string());
     }
     fail(place_of(node), "no file " + in_quotes(file) + " for " + section.where() + "; looked for " + detail::joined(looked) +

@@ -268,9 +268,13 @@ Expected expect(protocol::Message message) {
 VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
   const std::uint64_t limit = options.max_bytes != 0 ? options.max_bytes : free_memory_bytes() / 3 * 2;
   const protocol::Request ask = as_asked(request, limit);
-  check_file(ask.path);
-  std::uint64_t file_bytes = bytes_of(ask.path);
-  for (const std::string& partner : ask.partners) check_file(partner), file_bytes += bytes_of(partner);
+  std::uint64_t file_bytes = 0;
+  const auto take = [&](const std::string& file) {
+    check_file(file);
+    file_bytes += bytes_of(file);
+  };
+  take(ask.path);
+  for (const std::string& partner : ask.partners) take(partner);
 
   VolumeFile result;
   Header header;

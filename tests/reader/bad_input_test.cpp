@@ -140,7 +140,10 @@ TEST_F(BadInput, GridsThatLieNowhere) {
 
 TEST_F(BadInput, TwoFilesForOneVolume) {
   VolumeRequest request;
-  request.files = {"a.bin", "b.bin"};
+  for (const char* name : {"a.mha", "b.mha"}) {
+    request.files.push_back(folder_.write(
+        name, "ObjectType = Image\nNDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n12345678"));
+  }
   EXPECT_NE(error_of([&] { read_volume(request, options_); }).find("2 files"), std::string::npos);
   request.files = {};
   error_of([&] { read_volume(request, options_); });
