@@ -164,6 +164,16 @@ std::size_t size_of(VoxelType type) noexcept {
   return 0;
 }
 
+Vec3 GridGeometry::among_planes(const GridPoint& p) const noexcept {
+  const auto along = [this](std::size_t axis, double index) {
+    const std::vector<double>& at = planes[axis];
+    if (at.empty()) return index;
+    const auto cell = static_cast<std::size_t>(std::clamp(index, 0.0, static_cast<double>(at.size() - 2)));
+    return at[cell] + (index - static_cast<double>(cell)) * (at[cell + 1] - at[cell]);
+  };
+  return {along(0, p.i), along(1, p.j), along(2, p.k)};
+}
+
 const char* problem_with(const GridGeometry& geometry) noexcept {
   std::int64_t bytes = 3 * sizeof(double);
   for (const std::int64_t n : geometry.dims) {

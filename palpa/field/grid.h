@@ -1,7 +1,6 @@
 // Affine grids: voxels in their own type, one general affine from index to world, trilinear sampling.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -39,15 +38,10 @@ struct GridGeometry {
   friend bool operator==(const GridGeometry&, const GridGeometry&) = default;
   /// World position [m] of a position on the grid; between planes, and beyond the last, even along each axis.
   Vec3 to_world(const GridPoint& p) const noexcept {
-    return index_to_world_m * Vec3{place_of(0, p.i), place_of(1, p.j), place_of(2, p.k)} + origin_m;
+    return index_to_world_m * (is_rectilinear() ? among_planes(p) : Vec3{p.i, p.j, p.k}) + origin_m;
   }
-  /// Where along an axis (0, 1, 2) an index [voxels] lies [steps of the affine].
-  double place_of(std::size_t axis, double index) const noexcept {
-    const std::vector<double>& at = planes[axis];
-    if (at.empty()) return index;
-    const auto cell = static_cast<std::size_t>(std::clamp(index, 0.0, static_cast<double>(at.size() - 2)));
-    return at[cell] + (index - static_cast<double>(cell)) * (at[cell + 1] - at[cell]);
-  }
+  /// Where a position on the grid lies along each axis [steps of the affine].
+  Vec3 among_planes(const GridPoint& p) const noexcept;
   bool is_rectilinear() const noexcept { return !planes[0].empty() || !planes[1].empty() || !planes[2].empty(); }
   std::int64_t voxels() const noexcept { return dims[0] * dims[1] * dims[2]; }
 };
