@@ -76,6 +76,9 @@ TEST_P(Mutations, GiveAResultOrOneLine) {
   const fs::path original = shared_file(GetParam());
   if (original.empty()) GTEST_SKIP() << "the shared data are not here: set PALPA_SHARED to their folder";
   const std::string content = content_of(original);
+  for (const char* partner : {"combxyz.bin", "combq.bin"}) {  // a PLOT3D grid is nothing without its solution
+    if (const fs::path file = original.parent_path() / partner; fs::exists(file)) fs::copy_file(file, folder_.path() / partner);
+  }
   int read_well = 0;
   for (int n = 0; n < mutations(); ++n) {
     SCOPED_TRACE("mutation " + std::to_string(n));
@@ -88,7 +91,8 @@ TEST_P(Mutations, GiveAResultOrOneLine) {
 INSTANTIATE_TEST_SUITE_P(Files, Mutations,
                          ::testing::Values("mri_epi_4d/example_nifti2.nii.gz", "mri_mha_zlib/mha.mha",
                                            "mra_avf_nrrd/avf_float_32.nrrd", "mol_hydrogen/hydrogen.vti",
-                                           "mol_ironprot/ironProt.vtk"),
+                                           "mol_ironprot/ironProt.vtk", "cfd_office/office.binary.vtk",
+                                           "cfd_combustor/combxyz.bin", "cfd_combustor/combq.bin"),
                          [](const auto& file) {
                            std::string name = fs::path(file.param).stem().stem().string();
                            for (char& c : name) c = std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
