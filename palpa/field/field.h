@@ -146,10 +146,11 @@ struct SourceFile {
 /// A named data set: one or more fields on one grid, or one formula. A value; the voxels are shared.
 struct Volume {
   std::vector<VolumeField> fields;
-  bool medical_frame = false;  ///< the world is LPS: x to the patient's left, y to the back, z to the head
-  std::string
-      format;  ///< "dicom", "nrrd", "metaimage", "nifti", "vti", "vtk", "plot3d", "openfoam", "hdf5", "formula", "grid", …
+  bool medical_frame = false;         ///< the world is LPS: x to the patient's left, y to the back, z to the head
+  std::string format;                 ///< "dicom", "nrrd", "vti", "plot3d", …; "formula" or "grid" of embedded data
   std::string modality;               ///< "CT", "MR", … as the file says it; empty if it does not
+  std::string length_unit;            ///< of the file, before its lengths became metres: "mm"; empty for embedded data
+  bool length_unit_assumed = false;   ///< neither the file nor the request says it: it is that of the format
   std::vector<SourceFile> files;      ///< empty for embedded data
   int frames = 1;                     ///< that its file holds; the fields are one of them, or all of them as a time series
   std::vector<std::string> warnings;  ///< half sentences, for the reader of a summary

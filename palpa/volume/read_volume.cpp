@@ -104,21 +104,28 @@ std::uint64_t bytes_of(const std::filesystem::path& file) {
   return bytes;
 }
 
-/// Metres per unit of length of the file.
-double metres_per_unit(const VolumeRequest& request, const Header& header, std::vector<std::string>& warnings) {
+/// Metres per unit of length of the file, which is noted in `volume`.
+double metres_per_unit(const VolumeRequest& request, const Header& header, Volume& volume) {
   if (!request.length_unit.empty()) {
     const double said = metres(request.length_unit);
     if (said == 0)
       throw LoadError("length_unit '" + request.length_unit + "' is unknown; m, cm, mm, um, nm, km or angstrom are known");
+    volume.length_unit = request.length_unit;
     return said;
   }
-  if (const double stated = metres(header.length_unit); stated != 0) return stated;
+  if (const double stated = metres(header.length_unit); stated != 0) {
+    volume.length_unit = header.length_unit;
+    return stated;
+  }
+  volume.length_unit = header.default_unit;
+  volume.length_unit_assumed = true;
   const double assumed = metres(header.default_unit);
   if (assumed == 0) throw LoadError("cannot be read: palpa-read gave no unit of length; update both programs together");
   const std::string length = assumed == 1 ? "metres" : "millimetres";
-  warnings.push_back(header.length_unit.empty()
-                         ? "says no unit of length: " + length + " are taken (length_unit = \"…\" takes another)"
-                         : "has the unit of length '" + header.length_unit + "', which is unknown: " + length + " are taken");
+  volume.warnings.push_back(header.length_unit.empty()
+                                ? "says no unit of length: " + length + " are taken (length_unit = \"…\" takes another)"
+                                : "has the unit of length '" + header.length_unit + "', which is unknown: " + length +
+                                      " are taken");
   return assumed;
 }
 
@@ -290,7 +297,7 @@ VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
     header = expect<Header>(reader.receive(file_bytes, reader_slack_bytes + 8 * file_bytes));
     check(header);
     result.volume.warnings = header.warnings;
-    metres_per_file_unit = metres_per_unit(request, header, result.volume.warnings);
+    metres_per_file_unit = metres_per_unit(request, header, result.volume);
     taken = taken_fields(request, header);
     for (const Taken& t : taken) room.fields.push_back(t.field);
     std::sort(room.fields.begin(), room.fields.end());
