@@ -1,0 +1,139 @@
+#include "palpa/scene/first_levels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "palpa/field/halton.h"
+
+namespace palpa::detail {
+namespace {
+
+constexpr int places = 20000;
+constexpr double skin_hu = -300.0;  // between air (-1000) and fat (-100)
+constexpr double bone_hu = 300.0;   // above soft tissue (40) and most contrast agent
+
+std::string text(const char* format, auto... values) {
+  char words[200];
+  std::snprintf(words, sizeof words, format, values...);
+  return words;
+}
+
+/// Whether most of what lies at the border of the data is below a value.
+bool border_is_below(const Field& field, double value) {
+  const Box box = field.bounds_m();
+  std::vector<std::pair<double, double>> found;  // depth, value
+  for (int n = 1; n <= places; ++n) {
+    const Vec3 place_m = halton(n, box);
+    if (const ScalarSample s = field.scalar(place_m); s.inside) found.emplace_back(field.depth_m(place_m), s.value);
+  }
+  const auto border =
+      static_cast<std::ptrdiff_t>(std::max<std::size_t>(found.size() / 10, std::min<std::size_t>(found.size(), 1)));
+  std::nth_element(found.begin(), found.begin() + std::max<std::ptrdiff_t>(border - 1, 0), found.end());
+  const auto below = std::count_if(found.begin(), found.begin() + border, [&](const auto& f) { return f.second < value; });
+  return 2 * below >= border;
+}
+
+/// How much of the contrast of two classes lies within two sample spacings across a level, as a median over places on
+/// it: 1 for an edge as sharp as the grid allows, near 0 for a slope.
+double sharpness(const Field& field, double level, double contrast) {
+  const Box box = field.bounds_m();
+  const double spacing_m = field.spacing_m();
+  std::vector<double> shares;
+  for (int n = 1; n <= places; ++n) {
+    const ScalarSample s = field.scalar(halton(n, box));
+    const double steep = norm(s.gradient);
+    if (!s.inside || !(steep > 0.0) || std::abs(level - s.value) > steep * spacing_m) continue;
+    shares.push_back(2.0 * spacing_m * steep / contrast);
+  }
+  if (shares.empty() || !(contrast > 0.0)) return 0.0;
+  const auto middle = shares.begin() + static_cast<std::ptrdiff_t>(shares.size() / 2);
+  std::nth_element(shares.begin(), middle, shares.end());
+  return std::clamp(*middle, 0.0, 1.0);
+}
+
+/// A level between two classes of values of the histogram, which go from `low` over the level to `high`.
+FirstLevel level_between(const Field& field, const Histogram& histogram, std::string name, double value, double low,
+                         double high, double weakest_n, double firmest_n) {
+  const double below = histogram.mean_between(low, value), above = histogram.mean_between(value, high);
+  const double sharp = sharpness(field, value, std::abs(above - below));
+  FirstLevel level;
+  level.name = std::move(name);
+  level.value = value;
+  level.strength_n = rounded(weakest_n + (firmest_n - weakest_n) * sharp, firmest_n);
+  level.why_value = text("parts the values best (Otsu): %.3g on average below, %.3g above", below, above);
+  level.why_strength =
+      text("%.2g N for a slope, %.2g N for a sharp edge; of this one %.0f %% of the step lie within two voxels", weakest_n,
+           firmest_n, 100.0 * sharp);
+  return level;
+}
+
+}  // namespace
+
+double rounded(double value, double span) noexcept {
+  if (!std::isfinite(value) || !(span > 0.0) || !std::isfinite(span)) return value;
+  const double power = std::floor(std::log10(span)) - 2.0;
+  // Division by a power of ten, not multiplication by its inverse: 0.3, not 0.30000000000000004.
+  const double step = std::pow(10.0, std::abs(power));
+  const double result = power < 0.0 ? std::round(value * step) / step : std::round(value / step) * step;
+  return std::isfinite(result) ? result + 0.0 : value;
+}
+
+FirstLevels first_levels(const Field& field, const Statistics& values, const std::string& unit) {
+  FirstLevels first;
+  const Histogram& h = values.histogram;
+  if (!(values.max > values.min)) return first;
+
+  if (looks_like_hounsfield(values, unit)) {
+    first.hounsfield = true;
+    first.why_solid = "Hounsfield units: air is low, everything else is higher";
+    const auto add = [&](const char* name, double value, double strength_n, const char* why, const char* why_strength) {
+      if (values.min < value && h.share_between(value, values.max) > 1e-3) {
+        first.levels.push_back({name, value, strength_n, why, why_strength});
+      }
+    };
+    add("skin", skin_hu, 0.8, "between air (-1000 HU) and fat (-100 HU)",
+        "gives way to a light press, so that one gets to the bone");
+    add("bone", bone_hu, 2.4, "above soft tissue (40 HU) and most contrast agent",
+        "as firm as stays below max_force_n with skin and tissue together");
+    if (!first.levels.empty()) return first;
+  }
+
+  // The last thousandth may be a few voxels far from all others, which would draw a class to themselves.
+  const double top = std::max(h.percentile(0.999), h.edge(1)), bottom = std::min(h.percentile(0.001), top);
+  auto outer = dividing_value(h, bottom, top);
+  if (!outer) outer = dividing_value(h, values.min, values.max);
+  if (!outer) return first;
+  const double span = values.max - values.min;
+  const double outer_value = rounded(*outer, span);
+  first.solid_is_high = border_is_below(field, outer_value);
+  first.why_solid = first.solid_is_high ? "most of the border of the data is below the level: what is above it is the object"
+                                        : "most of the border of the data is above the level: what is below it is the object";
+  first.levels.push_back(level_between(field, h, "outer", outer_value, bottom, top, 0.4, 1.2));
+
+  const double from = first.solid_is_high ? outer_value : bottom, to = first.solid_is_high ? top : outer_value;
+  if (const auto inner = dividing_value(h, from, to)) {
+    const double inner_value = rounded(*inner, span);
+    const double solid = h.share_between(from, to);
+    const double beyond = first.solid_is_high ? h.share_between(inner_value, to) : h.share_between(from, inner_value);
+    // A class of a few voxels, or as good as the first level again, is no surface of its own.
+    if (inner_value > from && inner_value < to && beyond > 0.05 * solid && solid - beyond > 0.05 * solid) {
+      first.levels.push_back(level_between(field, h, "inner", inner_value, from, to, 0.8, 2.0));
+    }
+  }
+  return first;
+}
+
+FirstFlow first_flow(const Statistics& speeds) {
+  const Histogram& h = speeds.histogram;
+  FirstFlow flow;
+  flow.directions = looks_like_directions(speeds);
+  const double span = speeds.max;
+  flow.fast = rounded(std::max(h.percentile(0.995), h.edge(1)), span);
+  flow.empty = rounded(0.05 * flow.fast, 0.05 * span);
+  const double still = h.share_between(h.low, flow.empty);
+  flow.moderate = rounded(std::max(h.percentile(still + 0.5 * (1.0 - still)), 2.0 * flow.empty), span);
+  return flow;
+}
+
+}  // namespace palpa::detail

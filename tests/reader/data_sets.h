@@ -1,0 +1,47 @@
+// The sets of the shared data, for tests and commands that hold for each of them.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace palpa::test {
+
+/// A file or a folder of the shared data, and the files that are read with it.
+struct DataSet {
+  std::string file;
+  std::vector<std::string> with{};  ///< in the same folder
+};
+
+/// One of each kind of file that there is, whether it can be opened or is refused.
+inline std::vector<DataSet> data_sets() {
+  return {
+      {"ct_head_cranium/cranium.mhd", {"cranium.raw.gz"}},
+      {"ct_head_cranium/cranium.nhdr", {"cranium.raw.gz"}},
+      {"ct_head_headsq/quarter.nhdr"},  // and 93 slices
+      {"ct_headphantom_dicom"},
+      {"mri_flow_carotid/carotid.vtk"},
+      {"cfd_combustor/combxyz.bin", {"combq.bin"}},
+      {"cfd_bluntfin/bluntfinxyz.bin", {"bluntfinq.bin"}},
+      {"cfd_office/office.binary.vtk"},
+      {"cfd_wing/wing.vti"},
+      {"weather_storm_dx/wind.dx", {"storm_data.dx"}},
+      {"weather_isabel/isabel_30.vti"},
+      {"dti_brain/FA.nii.gz"},
+      {"dti_brain/V1.nii.gz"},
+      {"mri_flair_nrrd/FLAIR.nrrd"},
+      {"mra_avf_nrrd/avf_float_32.nrrd"},
+      {"mri_mha_zlib/mha.mha"},
+      {"mri_head_mhd/HeadMRVolume.mhd", {"HeadMRVolume.raw"}},
+      {"mri_avg152_bigendian/avg152T1_RL_nifti.nii.gz"},
+      {"mri_epi_4d/example4d.nii.gz"},
+      {"mri_epi_4d/example_nifti2.nii.gz"},
+      {"ct_perfusion_rgb/ct_perfusion.nii.gz"},
+      {"nifti_orientations/AIL.nii.gz"},
+      {"nifti_orientations/SPL.nii.gz"},
+      {"mol_ironprot/ironProt.vtk"},
+      {"mol_hydrogen/hydrogen.vti"},
+      {"mol_water_dx/watermolecule.dx"},
+  };
+}
+
+}  // namespace palpa::test

@@ -1,0 +1,38 @@
+// The scene that is suggested for each set of the shared data can be felt: a recorded hand meets something, no force is beyond
+// the limit, and a hand at rest feels a still force.
+#include "data_sets.h"
+#include "files.h"
+#include "tests/study/first_scenes.h"
+
+namespace palpa::test {
+namespace {
+
+class FirstScenes : public ReaderTest, public ::testing::WithParamInterface<DataSet> {};
+
+TEST_P(FirstScenes, AreFeltUnderARecordedHand) {
+  const fs::path data = shared_file(GetParam().file);
+  const fs::path hand = shared_file("trajectories/inverse3_woodcarving_20231121_102837.csv");
+  if (data.empty() || hand.empty()) GTEST_SKIP() << "the shared data are not here: set PALPA_SHARED to their folder";
+  VolumeRequest request;
+  try {
+    request.files = {data};
+    read_volume(request, options_);
+  } catch (const LoadError& refused) {
+    GTEST_SKIP() << "is not opened: " << refused.what();
+  }
+  const FirstTouch touch = first_touch(data, hand, options_);
+  SCOPED_TRACE(touch.scene);
+  EXPECT_EQ(touch.faults, 0);
+  EXPECT_GE(touch.contact_share, 0.2);
+  EXPECT_GE(touch.below_limit_share, 0.99);
+  EXPECT_LT(touch.buzz_n, 5e-3);
+}
+
+INSTANTIATE_TEST_SUITE_P(Sets, FirstScenes, ::testing::ValuesIn(data_sets()), [](const auto& set) {
+  std::string name = set.param.file;
+  for (char& c : name) c = std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
+  return name;
+});
+
+}  // namespace
+}  // namespace palpa::test
