@@ -55,6 +55,17 @@ void add_reader(CLI::App* command, ReadOptions& read) {
   command->add_option("--reader", read.reader, "the program palpa-read, if it is not found by itself")->type_name("FILE");
 }
 
+/// What a scene's [volume] would say about a file.
+void add_how_to_read(CLI::App* command, VolumeRequest& request) {
+  command->add_option("--length-unit", request.length_unit, "unit of length of a file that says none")->type_name("UNIT");
+  command->add_option("--as", request.as, "vector: take three frames as one vector field")
+      ->check(CLI::IsMember({"vector"}))
+      ->type_name("KIND");
+  command->add_option("--frame", request.frame, "take this frame of several, counted from 0")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("N");
+}
+
 /// CLI11's complaint in our form: what is wrong; what would be right.
 std::string complaint(const CLI::ParseError& error, const CLI::App& app) {
   const CLI::App* command = &app;
@@ -148,8 +159,16 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
           "to frame")
       ->type_name("VALUE");
   info_command->add_flag("--json", info.json, "print as JSON");
+  std::string scene_file;
+  CLI::Option* scene_option =
+      info_command->add_option("--scene", scene_file, "suggest a first scene, printed or written into this new file")
+          ->expected(0, 1)
+          ->type_name("[OUT.toml]");
+  info_command->add_option("--picture", info.picture, "draw slices, streamlines and histogram into this PNG file")
+      ->type_name("FILE.png");
+  add_how_to_read(info_command, info.request);
   add_reader(info_command, info.read);
-  info_command->footer("Example:\n  palpa info head.nrrd --at-m 0,-0.05,0.02");
+  info_command->footer("Example:\n  palpa info head.nrrd --at-m 0,-0.05,0.02 --picture head.png");
 
   ReplayArguments replayed;
   CLI::App* replay_command = app.add_subcommand("replay", "Feel a trace again and compare");
@@ -218,6 +237,12 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   }
   if (*info_command) {
     for (const std::string& position : at_m) info.at_m.push_back(position_of(position));
+    info.scene = scene_option->count() > 0;
+    info.scene_file = scene_file;
+    if (!scene_file.empty() && info.scene_file.extension() != ".toml") {
+      throw LoadError("--scene " + scene_file +
+                      ": is no name of a scene; write --scene OUT.toml, or put --scene behind the file");
+    }
     return run_info(info);
   }
   if (*replay_command) return run_replay(replayed, stop);

@@ -1,0 +1,174 @@
+#include "app/info_facts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "palpa/scene/read_series.h"
+#include "palpa/volume/directions.h"
+
+namespace palpa::app {
+namespace {
+
+/// The time from frame to frame does not matter to what is said of a series.
+constexpr double any_period_s = 1.0;
+
+/// Up to so many voxels all are looked at; of more, a part, so that a mapped file is not read as a whole.
+constexpr std::int64_t most_voxels_at_all = std::int64_t{1} << 24;
+constexpr std::int64_t most_voxels_of_many = std::int64_t{1} << 20;
+
+double degrees(double cosine) { return std::acos(std::clamp(cosine, 0.0, 1.0)) * 180.0 / std::numbers::pi; }
+
+Placement placement_of(const Volume& volume) {
+  static constexpr const char* patient[] = {
+      "the patient's left", "the patient's right", "the back", "the front", "the head", "the feet"};
+  static constexpr const char* letters[] = {"L", "R", "P", "A", "S", "I"};
+  static constexpr const char* axes[] = {"+x", "-x", "+y", "-y", "+z", "-z"};
+  Placement placed;
+  placed.grid = grid_of(*volume.fields.front().field)->geometry;
+  const Mat3 steps = transposed(placed.grid.index_to_world_m);
+  double* spacing_m[] = {&placed.spacing_m.x, &placed.spacing_m.y, &placed.spacing_m.z};
+  double* size_m[] = {&placed.size_m.x, &placed.size_m.y, &placed.size_m.z};
+  Vec3 along[3];
+  for (int a = 0; a < 3; ++a) {
+    *spacing_m[a] = norm(steps.row[a]);
+    *size_m[a] = *spacing_m[a] * static_cast<double>(placed.grid.dims[static_cast<std::size_t>(a)]);
+    along[a] = normalized(steps.row[a]);
+    const double parts[] = {along[a].x, along[a].y, along[a].z};
+    const auto nearest = std::max_element(parts, parts + 3, [](double x, double y) { return std::abs(x) < std::abs(y); });
+    const auto direction = 2 * static_cast<std::size_t>(nearest - parts) + (*nearest < 0.0 ? 1 : 0);
+    placed.towards[static_cast<std::size_t>(a)] = volume.medical_frame ? patient[direction] : axes[direction];
+    placed.letters += volume.medical_frame ? letters[direction] : (a > 0 ? " " : "") + std::string(axes[direction]);
+    placed.oblique_deg = std::max(placed.oblique_deg, degrees(std::abs(*nearest)));
+  }
+  for (int a = 0; a < 3; ++a) {
+    placed.sheared_deg = std::max(placed.sheared_deg, 90.0 - degrees(std::abs(dot(along[a], along[(a + 1) % 3]))));
+  }
+  placed.mirrored = dot(cross(along[0], along[1]), along[2]) < 0.0;
+  return placed;
+}
+
+/// What the volume is, by what the file says and what its values look like.
+std::string what_it_is(const Facts& facts) {
+  const Volume& volume = facts.file.volume;
+  std::string what;
+  if (volume.modality == "CT") what = "CT scan";
+  if (volume.modality == "MR") what = "MR scan";
+  if (what.empty() && !volume.modality.empty()) what = "scan (" + volume.modality + ")";
+  std::size_t vectors = 0;
+  for (std::size_t f = 0; f < volume.fields.size(); ++f) {
+    const VolumeField& field = volume.fields[f];
+    if (field.field->components() == 3) {
+      ++vectors;
+      if (looks_like_directions(facts.values[f]))
+        what += (what.empty() ? "" : ", ") + ("directions '" + field.name + "' (vectors of length 1)");
+    } else if (looks_like_hounsfield(facts.values[f], field.unit)) {
+      if (what.empty()) what = "looks like a CT scan";
+      what += field.unit == "HU" ? ", in Hounsfield units"
+                                 : ", in what are probably Hounsfield units (air near -1000, tissue near 0)";
+    }
+  }
+  if (!what.empty()) return what;
+  const std::size_t scalars = volume.fields.size() - vectors;
+  const auto count = [](std::size_t n, const char* one, const char* many) {
+    return n == 1 ? std::string(one) : fmt::format("{} {}", n, many);
+  };
+  if (vectors > 0) what = count(vectors, "a vector field", "vector fields");
+  if (scalars > 0) what += (what.empty() ? "" : " and ") + count(scalars, "a scalar field", "scalar fields");
+  return what + (facts.file.frames > 1 ? fmt::format(" in {} frames", facts.file.frames) : "");
+}
+
+void find_suspicious_values(const Facts& facts, std::size_t f, std::vector<std::string>& suspicious) {
+  const VolumeField& field = facts.file.volume.fields[f];
+  const Statistics& values = facts.values[f];
+  const auto say = [&](const std::string& words) { suspicious.push_back("field '" + field.name + "' " + words); };
+  if (values.counted == 0) return say("has no finite value at all");
+  if (values.max <= values.min) return say(fmt::format("has the value {:g} everywhere", values.min));
+  const auto n = static_cast<double>(values.counted);
+  if (const double zeros = static_cast<double>(values.zeros) / n; zeros > 0.3 && zeros < 1.0) {
+    say(fmt::format("is exactly 0 in {:.2g} % of the voxels: probably no data there", 100.0 * zeros));
+  }
+  const Histogram& h = values.histogram;
+  if (field.field->components() == 1 && values.whole_numbers && values.max - values.min >= 200.0) {
+    const double at_top = static_cast<double>(h.counts.back()) / n,
+                 beside = static_cast<double>(h.counts[h.counts.size() / 16 * 15]) / n;
+    if (at_top > 1e-3 && at_top > 10.0 * beside) {
+      say(fmt::format("has its largest value {:g} in {:.2g} % of the voxels: what is above was cut off", values.max,
+                      100.0 * at_top));
+    }
+  }
+  if (h.percentile(0.999) - h.percentile(0.001) < 0.02 * (values.max - values.min)) {
+    say("has a few values far from all others: outliers, or a code for 'no data'");
+  }
+  if (looks_like_hounsfield(values, field.unit) && values.min < -1100.0) {
+    say(fmt::format("goes down to {:g}, below air (-1000 HU): padding", values.min));
+  }
+}
+
+std::vector<std::string> suspicious_things(const Facts& facts) {
+  std::vector<std::string> suspicious;
+  const Placement& placed = facts.placed;
+  const double longest_m = largest_component(placed.size_m);
+  if (facts.file.volume.medical_frame && (longest_m > 2.5 || longest_m < 0.5e-3)) {
+    suspicious.push_back(
+        fmt::format("is {:.3g} m long in a patient's frame: the unit of length is probably wrong (length_unit)", longest_m));
+  }
+  const auto [shortest, longest] = std::minmax({placed.spacing_m.x, placed.spacing_m.y, placed.spacing_m.z});
+  if (longest > 4.0 * shortest)
+    suspicious.push_back(fmt::format("has voxels {:.2g} times as long as wide", longest / shortest));
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (placed.grid.dims[a] == 1)
+      suspicious.push_back(fmt::format("is one voxel thick along {}: a slice, constant across", "ijk"[a]));
+  }
+  for (std::size_t f = 0; f < facts.values.size(); ++f) find_suspicious_values(facts, f, suspicious);
+  return suspicious;
+}
+
+}  // namespace
+
+double Facts::valid_share() const {
+  double share = 1.0;
+  for (const VolumeField& field : file.volume.fields) share = std::min(share, grid_of(*field.field)->valid_share);
+  return share;
+}
+
+Facts facts_of(const std::string& name, const VolumeRequest& request, const ReadOptions& read) {
+  VolumeRequest first = request;
+  first.files = {request.files.front()};
+  Facts facts{.name = name, .request = request, .file = read_volume_file(first, read)};
+  for (const VolumeField& field : facts.file.volume.fields) {
+    const GridView& grid = *grid_of(*field.field);
+    const bool many = grid.geometry.voxels() > most_voxels_at_all;
+    facts.values.push_back(statistics(*field.field, many ? most_voxels_of_many : most_voxels_at_all));
+    facts.memory_bytes += static_cast<std::uint64_t>(grid.geometry.voxels()) *
+                          static_cast<std::uint64_t>(grid.voxels.components) * size_of(grid.voxels.type);
+  }
+  facts.placed = placement_of(facts.file.volume);
+  facts.suspicious = suspicious_things(facts);
+  if (frames_are_directions(first, facts.file, read)) {
+    facts.suspicious.push_back(
+        "has three frames that are the components of vectors of length 1: --as vector (as = \"vector\") takes them so");
+  }
+  if (request.files.size() > 1 || (facts.file.frames > 1 && request.frame < 0)) {
+    try {
+      facts.series = read_series(request, any_period_s, BetweenFrames::linear, volume_reader(read));
+    } catch (const std::invalid_argument& error) {
+      throw LoadError(error.what());
+    }
+    facts.file.frames = facts.series->frames;
+    facts.file.volume.files = facts.series->files;
+  }
+  facts.what = what_it_is(facts);
+  return facts;
+}
+
+std::optional<FrameShift> shift_of(const Facts& facts, std::size_t field, const std::optional<double>& level) {
+  if (!facts.series) return std::nullopt;
+  const FrameShift shift = frame_shift(*series_of(*facts.series->fields[field].field), level);
+  return shift.places > 0 ? std::optional(shift) : std::nullopt;
+}
+
+}  // namespace palpa::app

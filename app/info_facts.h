@@ -1,0 +1,49 @@
+// What is known of a file once it is open: what words and JSON are made of.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "palpa/field/frame_shift.h"
+#include "palpa/field/grid.h"
+#include "palpa/field/statistics.h"
+#include "palpa/volume/read_volume.h"
+
+namespace palpa::app {
+
+/// Where the grid of a volume lies in its world.
+struct Placement {
+  GridGeometry grid;                   ///< of the first field
+  Vec3 spacing_m;                      ///< [m] length of one step along i, j, k
+  Vec3 size_m;                         ///< [m] from the first to the last voxel's far sides, along i, j, k
+  std::array<std::string, 3> towards;  ///< "the patient's left", "+x": the nearest direction of each axis
+  std::string letters;                 ///< "LPS" in a medical frame, "+x +y +z" elsewhere
+  double oblique_deg = 0.0;            ///< the largest angle between an axis and its nearest direction
+  double sheared_deg = 0.0;            ///< the largest lack of a right angle between two axes
+  bool mirrored = false;               ///< i, j, k are left-handed in the world
+};
+
+/// One file, or the files of one time series.
+struct Facts {
+  std::string name;              ///< as it was asked for
+  VolumeRequest request;         ///< what it was read by
+  VolumeFile file;               ///< the volume; of a series its first frame
+  std::optional<Volume> series;  ///< all frames, where there are several
+  Placement placed;
+  std::vector<Statistics> values;       ///< of each field
+  std::string what;                     ///< what it is, in a few words
+  std::vector<std::string> suspicious;  ///< what a person should look at, half sentences
+  std::uint64_t memory_bytes = 0;       ///< of the voxels
+
+  double valid_share() const;  ///< [1] least share of voxels with a finite value
+};
+
+/// Opens one file, with all its frames where it has several, or several files as one series. Throws LoadError.
+Facts facts_of(const std::string& name, const VolumeRequest& request, const ReadOptions& read);
+
+/// How far the levels of a field move from frame to frame; nothing where it is no series.
+std::optional<FrameShift> shift_of(const Facts& facts, std::size_t field, const std::optional<double>& level);
+
+}  // namespace palpa::app

@@ -1,0 +1,24 @@
+// What `palpa info` prints: for people, and for programs.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
+
+#include "app/info_facts.h"
+
+namespace palpa::app {
+
+/// The field's value at a world position [m], null outside its data. Vectors are along the world's axes.
+nlohmann::ordered_json value_at(const Field& field, const Vec3& at_m);
+
+/// For programs: the keys are promises, and say their units (docs/start.md). Numbers that are not finite are null.
+/// \param at_m   [m] positions of the world to sample
+/// \param level  of scalar fields, in each one's own unit: what the smooth filter loses there, how far it moves from frame to
+/// frame
+nlohmann::ordered_json as_json(const Facts& facts, const std::vector<Vec3>& at_m, const std::optional<double>& level);
+
+/// The same for people, to stdout.
+void print_words(const Facts& facts, const std::vector<Vec3>& at_m, const std::optional<double>& level);
+
+}  // namespace palpa::app

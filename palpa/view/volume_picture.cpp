@@ -1,0 +1,252 @@
+#include "palpa/view/volume_picture.h"
+
+#include <vtkNew.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "palpa/core/load_error.h"
+#include "palpa/scene/first_levels.h"
+#include "palpa/view/canvas.h"
+#include "palpa/view/colors.h"
+#include "palpa/view/offscreen.h"
+#include "palpa/view/plot.h"
+#include "palpa/view/scene_picture.h"
+
+namespace palpa {
+namespace {
+
+using detail::Canvas;
+using detail::ColorMap;
+using detail::Side;
+
+/// How a slice lies in the picture: two axes of the world, each with the direction that it is seen in.
+struct Cut {
+  const char* name;
+  int across, right, up;       ///< axes of the world: 0, 1, 2
+  double right_sign, up_sign;  ///< [1] 1 or -1
+};
+
+// As a radiologist looks: from the feet, from the front, from the patient's left.
+constexpr std::array<Cut, 3> medical_cuts{{{"axial", 2, 0, 1, 1, -1}, {"coronal", 1, 0, 2, 1, 1}, {"sagittal", 0, 1, 2, 1, 1}}};
+constexpr std::array<Cut, 3> plain_cuts{
+    {{"across z", 2, 0, 1, 1, 1}, {"across y", 1, 0, 2, 1, 1}, {"across x", 0, 1, 2, 1, 1}}};
+
+double part(const Vec3& v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
+Vec3 along(int axis) { return {axis == 0 ? 1.0 : 0.0, axis == 1 ? 1.0 : 0.0, axis == 2 ? 1.0 : 0.0}; }
+
+std::string direction_words(bool medical, int axis, double sign) {
+  static constexpr const char* letters[] = {"L", "R", "P", "A", "S", "I"};
+  static constexpr const char* axes[] = {"x", "-x", "y", "-y", "z", "-z"};
+  const std::size_t number = 2 * static_cast<std::size_t>(axis) + (sign < 0.0 ? 1 : 0);
+  return medical ? letters[number] : axes[number];
+}
+
+struct Rgb {
+  std::uint8_t red, green, blue;
+};
+Rgb rgb(const detail::Color& c) {
+  const auto byte = [](double x) { return static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(x, 0.0, 1.0))); };
+  return {byte(c.red), byte(c.green), byte(c.blue)};
+}
+
+void set_pixel(Picture& picture, int x, int y, const Rgb& color) {
+  if (x < 0 || y < 0 || x >= picture.width_px || y >= picture.height_px) return;
+  std::uint8_t* at = picture.rgb.data() + 3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width_px) +
+                                               static_cast<std::size_t>(x));
+  at[0] = color.red, at[1] = color.green, at[2] = color.blue;
+}
+
+void paste(Picture& onto, const Picture& part, int left, int top) {
+  for (int y = 0; y < part.height_px; ++y)
+    for (int x = 0; x < part.width_px; ++x) {
+      const std::uint8_t* from = part.rgb.data() + 3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(part.width_px) +
+                                                        static_cast<std::size_t>(x));
+      set_pixel(onto, left + x, top + y, {from[0], from[1], from[2]});
+    }
+}
+
+/// Where things are, in pixels from the upper left corner.
+struct Place {
+  int left, top, width, height;
+};
+
+class Slices {
+ public:
+  Slices(const Field& field, bool medical, const Statistics& values, const Place& place, double em_px)
+      : field_(field),
+        medical_(medical),
+        box_(field.bounds_m()),
+        colors_(colors_of(field, values)),
+        cuts_(medical ? medical_cuts : plain_cuts),
+        em_px_(em_px) {
+    const double width_px = place.width / 3.0 - 4.0 * em_px, height_px = place.height - 3.0 * em_px;
+    px_per_m_ = 1e300;
+    for (const Cut& cut : cuts_) {
+      const Vec3 size_m = box_.size_m();
+      px_per_m_ = std::min(px_per_m_, width_px / std::max(part(size_m, cut.right), 1e-300));
+      px_per_m_ = std::min(px_per_m_, height_px / std::max(part(size_m, cut.up), 1e-300));
+    }
+    for (std::size_t c = 0; c < 3; ++c) {
+      const int width = std::max(1, static_cast<int>(px_per_m_ * part(box_.size_m(), cuts_[c].right)));
+      const int height = std::max(1, static_cast<int>(px_per_m_ * part(box_.size_m(), cuts_[c].up)));
+      const int middle_x = place.left + static_cast<int>(place.width * (2.0 * static_cast<double>(c) + 1.0) / 6.0);
+      const int middle_y = place.top + static_cast<int>(2.0 * em_px + 0.5 * height_px);
+      places_[c] = {middle_x - width / 2, middle_y - height / 2, width, height};
+    }
+  }
+
+  const ColorMap& colors() const { return colors_; }
+  double px_per_m() const { return px_per_m_; }
+
+  void draw_words(Canvas& canvas) const {
+    const auto up_px = [&](double y) { return canvas.height_px() - y; };
+    for (std::size_t c = 0; c < 3; ++c) {
+      const Cut& cut = cuts_[c];
+      const Place& p = places_[c];
+      const double x = p.left + 0.5 * p.width, y = up_px(p.top + 0.5 * p.height);
+      const double at_m = part(box_.centre_m(), cut.across);
+      const std::string where = std::string(1, "xyz"[cut.across]) + " = " + (at_m < 0 ? "-" : "") +
+                                (at_m == 0.0 ? "0" : detail::length_words(std::abs(at_m)));
+      canvas.text(std::string(cut.name) + ", " + where, x, up_px(p.top) + 1.6 * em_px_, Side::middle, 0.9, true);
+      canvas.text(direction_words(medical_, cut.right, cut.right_sign), p.left + p.width + 0.5 * em_px_, y, Side::left);
+      canvas.text(direction_words(medical_, cut.right, -cut.right_sign), p.left - 0.5 * em_px_, y, Side::right);
+      canvas.text(direction_words(medical_, cut.up, cut.up_sign), x, up_px(p.top) + 0.65 * em_px_, Side::middle, 0.8);
+      canvas.text(direction_words(medical_, cut.up, -cut.up_sign), x, up_px(p.top + p.height) - 0.8 * em_px_, Side::middle,
+                  0.8);
+    }
+  }
+
+  void paint(Picture& picture) const {
+    for (std::size_t c = 0; c < 3; ++c) paint(picture, cuts_[c], places_[c]);
+  }
+
+ private:
+  static ColorMap colors_of(const Field& field, const Statistics& values) {
+    const Histogram& h = values.histogram;
+    if (field.components() == 3) return detail::magnitude_colors(0.0, std::max(h.percentile(0.995), 1e-300));
+    const double span = values.max - values.min;
+    const double low = detail::rounded(h.percentile(0.005), span), high = detail::rounded(h.percentile(0.995), span);
+    return high > low ? detail::grey_colors(low, high)
+                      : detail::grey_colors(values.min, std::max(values.max, values.min + 1.0));
+  }
+
+  void paint(Picture& picture, const Cut& cut, const Place& p) const {
+    const Vec3 middle_m = box_.centre_m();
+    for (int y = 0; y < p.height; ++y)
+      for (int x = 0; x < p.width; ++x) {
+        const double right_m = cut.right_sign * (x + 0.5 - 0.5 * p.width) / px_per_m_;
+        const double up_m = cut.up_sign * (0.5 * p.height - y - 0.5) / px_per_m_;
+        const Vec3 at_m = middle_m + right_m * along(cut.right) + up_m * along(cut.up);
+        bool inside = false;
+        double value = 0.0;
+        if (field_.components() == 1) {
+          const ScalarSample s = field_.scalar(at_m);
+          inside = s.inside, value = s.value;
+        } else {
+          const VectorSample v = field_.vector(at_m);
+          inside = v.inside, value = norm(v.value);
+        }
+        const double pale = (x / 6 + y / 6) % 2 == 0 ? 0.93 : 0.86;
+        set_pixel(picture, p.left + x, p.top + y, rgb(inside ? colors_.at(value).color : detail::Color{pale, pale, 1.0}));
+      }
+  }
+
+  const Field& field_;
+  bool medical_;
+  Box box_;
+  ColorMap colors_;
+  std::array<Cut, 3> cuts_;
+  double em_px_;
+  double px_per_m_ = 1.0;
+  std::array<Place, 3> places_{};
+};
+
+Picture histogram_picture(const Statistics& values, const std::string& label, int width_px, int height_px) {
+  const Histogram shown = values.histogram.in_classes(128);
+  Series steps{.name = {}, .color = Color::blue};
+  // Shares below one voxel cannot be shown by their logarithm: half a voxel stands for none.
+  const double all = static_cast<double>(std::max<std::int64_t>(1, values.counted));
+  const double least = 50.0 / all;
+  for (std::size_t c = 0; c < shown.counts.size(); ++c) {
+    const double percent = std::max(least, 100.0 * static_cast<double>(shown.counts[c]) / all);
+    for (const double x : {shown.edge(c), shown.edge(c + 1)}) steps.xs.push_back(x), steps.ys.push_back(percent);
+  }
+  Plot plot;
+  plot.title = "How often each value is";
+  plot.x_label = label;
+  plot.y_label = "voxels / %";
+  plot.series = {steps};
+  plot.y_range = {{least, 100.0}};
+  plot.y_log = true;
+  return picture_of(plot, width_px, height_px);
+}
+
+/// The field as streamlines; the hand frame of a scene is the viewer's.
+Picture streamline_picture(const Volume& volume, std::size_t field, int width_px, int height_px) {
+  Scene scene;
+  Volume one = volume;
+  one.fields = {volume.fields[field]};
+  const FieldRef flow = scene.add("data", std::move(one));
+  scene.workspace.fit = "data";
+  if (!volume.medical_frame) scene.workspace.towards_user = "-y", scene.workspace.up = "+z";
+  scene.layers = {{.show = ViewLayer::Show::streamlines, .field = flow}};
+  return scene_picture(scene, {}, {}, {.width_px = width_px, .height_px = height_px});
+}
+
+}  // namespace
+
+Picture volume_picture(const Volume& volume, std::size_t number, const Statistics& values, const std::string& title,
+                       const VolumePictureOptions& options) {
+  const int width = options.width_px, height = options.height_px;
+  if (width < 600 || height < 400 || width > 8000 || height > 8000) {
+    throw LoadError("pictures: " + std::to_string(width) + " x " + std::to_string(height) +
+                    " pixels cannot be drawn; 600 x 400 to 8000 x 8000 can");
+  }
+  const VolumeField& shown = volume.fields[number];
+  const bool flow = shown.field->components() == 3;
+  const std::string label = (flow ? "length of " : "") + shown.name + (shown.unit.empty() ? "" : " / " + shown.unit);
+
+  detail::OffscreenWindow window(width, height);
+  vtkNew<vtkRenderer> renderer;
+  renderer->SetBackground(1.0, 1.0, 1.0);
+  window.vtk()->AddRenderer(renderer);
+  Canvas canvas(renderer, width, height);
+  const double em = canvas.em_px();
+  const int lower_top = static_cast<int>(0.60 * height);
+  const Slices slices(*shown.field, volume.medical_frame, values,
+                      {0, static_cast<int>(2.2 * em), width, lower_top - static_cast<int>(5.8 * em)}, em);
+  canvas.text(canvas.fitted(title, width - 2.0 * em, 1.1, true), 0.5 * width, height - 1.1 * em, Side::middle, 1.1, true);
+  slices.draw_words(canvas);
+
+  // The bar that explains the colours, and the scale of the slices, in one row below them.
+  const double row_y = height - lower_top + 1.6 * em, bar_left = 0.36 * width, bar_width = 0.28 * width;
+  const ColorMap& colors = slices.colors();
+  canvas.text(detail::number_words(colors.low()), bar_left - 0.6 * em, row_y, Side::right, 0.9);
+  canvas.text(detail::number_words(colors.high()) + "  " + label, bar_left + bar_width + 0.6 * em, row_y, Side::left, 0.9);
+  const double length_m = detail::round_length(0.16 * width / slices.px_per_m());
+  const double length_px = length_m * slices.px_per_m();
+  canvas.rectangle(0.04 * width, row_y - 0.15 * em, length_px, 0.3 * em, {0.13, 0.13, 0.15});
+  canvas.text(detail::length_words(length_m), 0.04 * width + length_px + 0.6 * em, row_y, Side::left, 0.9);
+
+  Picture picture = window.draw();
+  slices.paint(picture);
+  for (int x = 0; x < static_cast<int>(bar_width); ++x) {
+    const double value = colors.low() + (x + 0.5) / bar_width * (colors.high() - colors.low());
+    for (int y = 0; y < static_cast<int>(0.9 * em); ++y) {
+      set_pixel(picture, static_cast<int>(bar_left) + x, static_cast<int>(height - row_y - 0.45 * em) + y,
+                rgb(colors.at(value).color));
+    }
+  }
+  const int lower_height = height - lower_top;
+  const int histogram_width = flow ? width / 2 : width;
+  paste(picture, histogram_picture(values, label, histogram_width, lower_height), 0, lower_top);
+  if (flow)
+    paste(picture, streamline_picture(volume, number, width - histogram_width, lower_height), histogram_width, lower_top);
+  return picture;
+}
+
+}  // namespace palpa

@@ -1,0 +1,141 @@
+// `palpa info --json` and `--at-m` answer the facts that other tools found in the shared data.
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "app/info.h"
+#include "files.h"
+
+namespace palpa::test {
+namespace {
+
+using Json = nlohmann::json;
+
+class InfoFacts : public ReaderTest {
+ protected:
+  void SetUp() override {
+    ReaderTest::SetUp();
+    if (IsSkipped()) return;
+    const fs::path file = shared_file("facts.json");
+    if (file.empty()) GTEST_SKIP() << "the shared data are not here: set PALPA_SHARED to their folder";
+    facts_ = Json::parse(std::ifstream(file));
+  }
+
+  Json info_of(const std::string& file, const std::vector<Vec3>& at_m = {}, const std::string& as = {}) {
+    app::InfoArguments arguments{.files = {shared_file(file)}, .json = true, .at_m = at_m, .read = options_};
+    arguments.request.as = as;
+    ::testing::internal::CaptureStdout();
+    ::testing::internal::CaptureStderr();
+    EXPECT_EQ(app::run_info(arguments), 0);
+    EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+    return Json::parse(::testing::internal::GetCapturedStdout());
+  }
+
+  /// Dims, range, mean, steps and every value of one field, asked for as a user would: by the affine, and at world positions.
+  void expect_facts(const std::string& file, const Json& fact, const std::string& field, const std::string& as = {}) {
+    SCOPED_TRACE(file + " " + field);
+    const Json info = info_of(file, {}, as);
+    std::size_t f = 0;
+    while (f < info["fields"].size() && !field.empty() && info["fields"][f]["name"] != field) ++f;
+    ASSERT_LT(f, info["fields"].size());
+    const Json &entry = info["fields"][f], &values = info["statistics"][f];
+    const std::string name = entry["name"];
+    for (std::size_t a = 0; a < 3; ++a) EXPECT_EQ(entry["dims"][a], fact["dims"][a]);
+    const auto near = [](const Json& found, double expected) {
+      EXPECT_NEAR(found.get<double>(), expected, 1e-5 * std::max(1.0, std::abs(expected)));
+    };
+    const bool scalar = entry["components"] == 1, frames = fact["dims"].size() > 3;
+    if (scalar && !frames) {
+      near(entry["min"], fact["min"]), near(entry["max"], fact["max"]);
+      if (fact.contains("mean")) near(values["mean"], fact["mean"]);
+    }
+    if (fact.contains("max_speed")) {
+      near(values["max"], fact["max_speed"]), near(values["mean"], fact["mean_speed"]);
+      for (std::size_t a = 0; a < 3; ++a) EXPECT_EQ(values["max_ijk"][a].get<double>(), fact["max_speed_ijk"][a].get<double>());
+    }
+    if (fact.contains("component_min")) {
+      for (std::size_t c = 0; c < 3; ++c)
+        near(entry["min"][c], fact["component_min"][c]), near(entry["max"][c], fact["component_max"][c]);
+    }
+    const double unit_m = info["length_unit"] == "mm" ? 1e-3 : 1.0;
+    if (fact.contains("spacing")) {
+      for (std::size_t a = 0; a < 3; ++a)
+        EXPECT_NEAR(info["spacing_m"][a].get<double>(), unit_m * fact["spacing"][a].get<double>(), 1e-6 * unit_m);
+    }
+
+    const Json& m = info["index_to_world_m"];
+    const auto world_m = [&](const Json& ijk) {
+      double at[3];
+      for (std::size_t r = 0; r < 3; ++r) {
+        at[r] = m[r][3].get<double>();
+        for (std::size_t c = 0; c < 3; ++c) at[r] += m[r][c].get<double>() * ijk[c].get<double>();
+      }
+      return Vec3{at[0], at[1], at[2]};
+    };
+    std::vector<Vec3> at_m;
+    std::vector<Json> expected;
+    const auto ask = [&](const Json& ijk, const Json& value) { at_m.push_back(world_m(ijk)), expected.push_back(value); };
+    for (const Json& voxel : fact["voxels"]) {
+      if (voxel.contains("value")) ask(voxel["ijk"], voxel["value"]);
+      if (voxel.contains("values") && scalar) ask(voxel["ijk"], voxel["values"][0]);
+    }
+    if (fact.contains("trilinear")) ask(fact["trilinear"]["index"], fact["trilinear"]["value"]);
+    ASSERT_FALSE(at_m.empty());
+    const Json samples = info_of(file, at_m, as)["samples"];
+    ASSERT_EQ(samples.size(), expected.size());
+    for (std::size_t n = 0; n < samples.size(); ++n) {
+      EXPECT_EQ(samples[n]["inside"], true);
+      const Json& found = samples[n]["values"][name];
+      if (scalar) {
+        near(found, expected[n]);
+      } else {
+        for (std::size_t c = 0; c < 3; ++c) near(found[c], expected[n][c]);
+      }
+    }
+  }
+
+  Json facts_;
+};
+
+TEST_F(InfoFacts, OfScans) {
+  for (const auto& [file, key] : std::vector<std::pair<std::string, std::string>>{
+           {"ct_head_cranium/cranium.mhd", "cranium.mhd / cranium.nhdr"},
+           {"ct_head_cranium/cranium.nhdr", "cranium.mhd / cranium.nhdr"},
+           {"ct_head_headsq/quarter.nhdr", "quarter.nhdr"},
+           {"mri_flair_nrrd/FLAIR.nrrd", "FLAIR.nrrd"},
+           {"mra_avf_nrrd/avf_float_32.nrrd", "avf_float_32.nrrd"},
+           {"mri_mha_zlib/mha.mha", "mha.mha"},
+           {"mri_head_mhd/HeadMRVolume.mhd", "HeadMRVolume.mhd"},
+           {"mri_avg152_bigendian/avg152T1_RL_nifti.nii.gz", "avg152T1_RL_nifti.nii.gz"},
+           {"dti_brain/FA.nii.gz", "FA.nii.gz"},
+           {"mri_epi_4d/example4d.nii.gz", "example4d.nii.gz (4-D, 2 time steps)"},
+           {"mri_epi_4d/example_nifti2.nii.gz", "example_nifti2.nii.gz (NIfTI-2, 4-D)"}}) {
+    expect_facts(file, facts_[file.substr(0, file.find('/'))][key], "");
+  }
+}
+
+TEST_F(InfoFacts, OfFlowsAndMolecules) {
+  expect_facts("mri_flow_carotid/carotid.vtk", facts_["mri_flow_carotid"]["carotid.vtk : vectors"], "vectors");
+  expect_facts("mri_flow_carotid/carotid.vtk", facts_["mri_flow_carotid"]["carotid.vtk : scalars"], "scalars");
+  expect_facts("cfd_wing/wing.vti", facts_["cfd_wing"]["wing.vti : velocity"], "velocity");
+  expect_facts("cfd_wing/wing.vti", facts_["cfd_wing"]["wing.vti : pressure"], "pressure");
+  expect_facts("weather_isabel/isabel_30.vti", facts_["weather_isabel"]["isabel_30.vti : velocityMag"], "");
+  expect_facts("mol_ironprot/ironProt.vtk", facts_["mol_ironprot"]["ironProt.vtk"], "");
+  expect_facts("mol_hydrogen/hydrogen.vti", facts_["mol_hydrogen"]["hydrogen.vti"], "");
+  const Json wing = info_of("cfd_wing/wing.vti");
+  EXPECT_EQ(wing["statistics"][2]["zeros"], facts_["cfd_wing"]["wing.vti : fluid"]["zeros(solid)"]);
+}
+
+TEST_F(InfoFacts, SayWhichWayThePatientLies) {
+  EXPECT_EQ(info_of("mri_avg152_bigendian/avg152T1_RL_nifti.nii.gz")["axes_towards"], "RAS");
+}
+
+TEST_F(InfoFacts, FindWhatIsSuspicious) {
+  const auto suspicious = [&](const std::string& file) { return info_of(file)["suspicious"].dump(); };
+  EXPECT_NE(suspicious("mol_ironprot/ironProt.vtk").find("cut off"), std::string::npos);
+  EXPECT_NE(suspicious("dti_brain/FA.nii.gz").find("exactly 0"), std::string::npos);
+  EXPECT_NE(suspicious("dti_brain/V1.nii.gz").find("as vector"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace palpa::test
