@@ -102,7 +102,10 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   demo_command->add_option("NAME", demo.name, "which demo: head, flow or wing (head)")
       ->check(CLI::IsMember({"head", "flow", "wing"}))
       ->type_name("");
-  demo_command->add_option("--data", demo.data, "folder of real data, felt by a recorded hand; left out: embedded data")
+  demo_command
+      ->add_option(
+          "--data", demo.data,
+          "folder of real data, felt by a recorded hand; left out: embedded data, or the head that tools/get-ct-head brought")
       ->type_name("DIR");
   demo_command->add_option("--out", demo.out, "folder for recording, report and pictures (palpa-demo)")->type_name("DIR");
   demo_command->add_flag("--json", demo.json, "print the summary as JSON; records only with --out");
@@ -169,6 +172,28 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   add_how_to_read(info_command, info.request);
   add_reader(info_command, info.read);
   info_command->footer("Example:\n  palpa info head.nrrd --at-m 0,-0.05,0.02 --picture head.png");
+
+  ConvertArguments converted;
+  CLI::App* convert_command =
+      app.add_subcommand("convert", "Write data as NRRD or VTI: whole, a part, coarser, or on another grid");
+  std::string convert_in;
+  convert_command->add_option("IN", convert_in, "a file or folder of data")->required()->type_name("");
+  convert_command->add_option("OUT", converted.out, "new file: .nrrd, .nhdr or .vti")->required()->type_name("");
+  convert_command->add_option("--crop", converted.crop, "only these voxels, first and last of each axis")
+      ->type_name("I0:I1,J0:J1,K0:K1");
+  convert_command->add_option("--downsample", converted.options.downsample, "the mean of N x N x N voxels becomes one")
+      ->check(CLI::Range(1, 1000))
+      ->type_name("N");
+  convert_command
+      ->add_option("--resample-m", converted.options.resample_m,
+                   "onto cubes of this size along the world's axes; NaN outside the data")
+      ->check(CLI::PositiveNumber)
+      ->type_name("M");
+  convert_command->add_flag("--int16", converted.options.int16, "round to whole numbers of 16 bits");
+  convert_command->add_option("--field", converted.options.field, "only this field")->type_name("NAME");
+  add_how_to_read(convert_command, converted.request);
+  add_reader(convert_command, converted.read);
+  convert_command->footer("Example:\n  palpa convert head.nrrd small.nrrd --downsample 2");
 
   ReplayArguments replayed;
   CLI::App* replay_command = app.add_subcommand("replay", "Feel a trace again and compare");
@@ -244,6 +269,10 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
                       ": is no name of a scene; write --scene OUT.toml, or put --scene behind the file");
     }
     return run_info(info);
+  }
+  if (*convert_command) {
+    converted.request.files = {convert_in};
+    return run_convert(std::move(converted), stop);
   }
   if (*replay_command) return run_replay(replayed, stop);
   if (*report_command) return run_report(reported);

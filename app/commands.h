@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "palpa/study/run.h"
+#include "palpa/volume/convert.h"
 
 namespace palpa::app {
 
@@ -20,12 +21,21 @@ int run_scene(RunArguments arguments, const std::atomic<bool>& stop);
 
 struct DemoArguments {
   std::string name = "head";   ///< head, flow or wing
-  std::filesystem::path data;  ///< folder of the real data; empty: embedded data
+  std::filesystem::path data;  ///< folder of the real data; empty: embedded data, or a head where one was brought
   std::filesystem::path out;   ///< folder that the recording goes into; empty: palpa-demo here
   bool json = false;
   ReadOptions read;
 };
 int run_demo(const DemoArguments& arguments, const std::atomic<bool>& stop);
+
+struct ConvertArguments {
+  VolumeRequest request;      ///< one file
+  std::filesystem::path out;  ///< .nrrd, .nhdr or .vti; a new file
+  std::string crop;           ///< as it was written; empty: none
+  ConvertOptions options;     ///< all but the crop
+  ReadOptions read;
+};
+int run_convert(ConvertArguments arguments, const std::atomic<bool>& stop);
 
 struct ReplayArguments {
   std::filesystem::path trace;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "app/info_text.h"
 #include "palpa/field/thin_parts.h"

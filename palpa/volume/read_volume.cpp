@@ -214,7 +214,7 @@ void check_size(const Header& header, const std::vector<Taken>& taken, std::uint
   text << "claims " << n[0] << " × " << n[1] << " × " << n[2] << " voxels, which need "
        << readable_bytes(static_cast<double>(too_large ? bytes : with_work)) << " where "
        << readable_bytes(static_cast<double>(too_large ? limit : free))
-       << (options.max_bytes != 0 ? " are allowed" : " are free") << "; crop or downsample the volume";
+       << (options.max_bytes != 0 ? " are allowed" : " are free") << "; crop or downsample the volume (palpa convert --crop, --downsample)";
   throw LoadError(text.str());
 }
 
@@ -229,7 +229,7 @@ class SharedMemory {
       const int problem = errno;
       if (descriptor_ >= 0) ::close(descriptor_);
       throw LoadError("cannot be read: no shared memory of " + readable_bytes(static_cast<double>(bytes)) + " (" +
-                      std::strerror(problem) + "); crop or downsample the volume");
+                      std::strerror(problem) + "); crop or downsample the volume (palpa convert --crop, --downsample)");
     }
   }
   ~SharedMemory() { ::close(descriptor_); }
@@ -253,7 +253,7 @@ class SharedMemory {
     void* memory = ::mmap(nullptr, bytes_, PROT_READ, MAP_SHARED, descriptor_, 0);
     if (memory == MAP_FAILED) {
       throw LoadError("cannot be read: no address space for " + readable_bytes(static_cast<double>(bytes_)) +
-                      "; crop or downsample the volume");
+                      "; crop or downsample the volume (palpa convert --crop, --downsample)");
     }
     return {static_cast<const std::byte*>(memory),
             [bytes = bytes_](const std::byte* m) { ::munmap(const_cast<std::byte*>(m), bytes); }};

@@ -72,6 +72,46 @@ TEST_F(Program, DemoFeelsTheRealHeadUnderARecordedHand) {
   EXPECT_TRUE(summary["first_break_through_s"].is_null() || summary["first_break_through_s"].get<double>() > 1.0);
 }
 
+TEST_F(Program, DemoFeelsTheHeadThatWasBroughtForIt) {
+  const char* shared = ::getenv("PALPA_SHARED");
+  const fs::path head = fs::path(shared ? shared : "") / "data/ct_head_cranium";
+  if (!fs::exists(head)) GTEST_SKIP() << "the real data are not here: " << head;
+  if (!fs::exists(fs::path(PALPA_PROGRAM).parent_path() / "palpa-read")) GTEST_SKIP() << "palpa-read is not built";
+  fs::create_directories(folder / "home/.local/share/palpa");
+  fs::copy(head, folder / "home/.local/share/palpa/ct_head_cranium");
+  const Environment home{{"HOME", folder / "home"}, {"XDG_DATA_HOME", ""}, {"PALPA_DATA", ""}};
+  const Ended demo = palpa({"demo", "head", "--json"}, home);
+  ASSERT_EQ(demo.code, 0) << demo.err;
+  const json summary = json::parse(demo.out);
+  EXPECT_GE(summary["modes"][0]["contact_share"].get<double>(), 0.3);
+  EXPECT_LT(summary["force_max_n"].get<double>(), 7.0);
+  EXPECT_EQ(json::parse(palpa({"demo", "flow", "--json"}, home).out)["ticks"], 10000) << "the flow stays embedded";
+}
+
+TEST_F(Program, ConvertsAndSuggestsAScene) {
+  const char* shared = ::getenv("PALPA_SHARED");
+  const fs::path file = fs::path(shared ? shared : "") / "data/mra_avf_nrrd/avf_float_32.nrrd";
+  if (!fs::exists(file)) GTEST_SKIP() << "the real data are not here: " << file;
+  if (!fs::exists(fs::path(PALPA_PROGRAM).parent_path() / "palpa-read")) GTEST_SKIP() << "palpa-read is not built";
+  const Ended convert = palpa({"convert", file, "small.nrrd", "--downsample", "2", "--crop", "0:73,10:92,0:19", "--int16"});
+  EXPECT_EQ(convert.code, 0) << convert.err;
+  EXPECT_THAT(convert.out, IsEmpty());
+  const json info = json::parse(palpa({"info", "small.nrrd", "--json"}).out);
+  EXPECT_EQ(info["fields"][0]["dims"], json::parse("[37, 41, 10]"));
+  EXPECT_EQ(info["fields"][0]["type"], "int16");
+  EXPECT_EQ(palpa({"convert", file, "small.nrrd"}).code, 2) << "nothing is written over";
+  EXPECT_EQ(palpa({"convert", file, "other.nrrd", "--crop", "1:2,3:4"}).code, 2);
+
+  const Ended scene = palpa({"info", "small.nrrd", "--scene"});
+  EXPECT_EQ(scene.code, 0) << scene.err;
+  EXPECT_EQ(palpa({"info", "small.nrrd", "--scene", "first.toml"}).out, "");
+  EXPECT_EQ(read(folder / "first.toml"), scene.out);
+  EXPECT_EQ(palpa({"info", "small.nrrd", "--scene", "first.toml"}).code, 2) << "nothing is written over";
+  EXPECT_EQ(palpa({"info", "--scene", "small.nrrd"}).out, scene.out);
+  const Ended felt = palpa({"run", "first.toml", "--hand", "sim:stroke", "--duration-s", "1", "--json"});
+  EXPECT_EQ(felt.code, 0) << felt.err;
+}
+
 TEST_F(Program, RunsRecordsAndReplays) {
   write_scene("scene.toml");
   const Ended run = palpa({"run", "scene.toml", "--hand", "sim:stroke", "--duration-s", "1.5", "--out", "trace", "--primitives",

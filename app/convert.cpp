@@ -1,0 +1,55 @@
+#include "palpa/volume/convert.h"
+
+#include <charconv>
+
+#include "app/commands.h"
+#include "app/terminal.h"
+
+namespace palpa::app {
+namespace {
+
+/// `I0:I1,J0:J1,K0:K1` as voxels.
+VoxelRange range_of(const std::string& text) {
+  VoxelRange range;
+  const char* next = text.data();
+  const char* const end = next + text.size();
+  const auto read = [&](std::int64_t& number, char behind) {
+    const auto found = std::from_chars(next, end, number);
+    const bool right =
+        found.ec == std::errc{} && (behind == '\0' ? found.ptr == end : found.ptr != end && *found.ptr == behind);
+    if (!right)
+      throw LoadError("--crop " + text + ": is no range; write first and last voxel of i, j and k, as in 10:99,0:63,5:5");
+    next = found.ptr + 1;
+  };
+  for (std::size_t a = 0; a < 3; ++a) read(range.first[a], ':'), read(range.last[a], a < 2 ? ',' : '\0');
+  return range;
+}
+
+}  // namespace
+
+int run_convert(ConvertArguments arguments, const std::atomic<bool>& stop) {
+  if (!arguments.crop.empty()) arguments.options.crop = range_of(arguments.crop);
+  const std::string& in = arguments.request.files.front().string();
+  const VolumeFile file = read_volume_file(arguments.request, arguments.read);
+  std::vector<std::string> lost;
+  {
+    Progress progress("writing " + arguments.out.filename().string());
+    arguments.options.progress = [&](double share) {
+      if (stop) throw LoadError("interrupted");
+      progress.show(share);
+    };
+    try {
+      lost = convert(file.volume, arguments.out, arguments.options);
+    } catch (const LoadError& error) {
+      const std::string problem = error.what();
+      throw LoadError(problem.rfind(arguments.out.string() + ": ", 0) == 0 ? problem : in + ": " + problem);
+    }
+  }
+  std::vector<std::string> warnings = file.volume.warnings;
+  warnings.insert(warnings.end(), lost.begin(), lost.end());
+  for (std::string& warning : warnings) warning = in + ": " + warning;
+  print_warnings(warnings);
+  return 0;
+}
+
+}  // namespace palpa::app

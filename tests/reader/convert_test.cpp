@@ -1,0 +1,234 @@
+// What is written is read again by ITK (NRRD) and VTK (VTI), and is the same.
+#include "palpa/volume/convert.h"
+
+#include <cmath>
+#include <fstream>
+#include <random>
+
+#include "data_sets.h"
+#include "files.h"
+
+namespace palpa::test {
+namespace {
+
+class Convert : public ReaderTest {
+ protected:
+  Volume converted(const Volume& volume, const std::string& name, const ConvertOptions& options = {},
+                   VolumeRequest request = {}) {
+    lost_ = convert(volume, folder_.path() / name, options);
+    return read(folder_.path() / name, std::move(request));
+  }
+  /// Nothing but the named files is left in the folder.
+  void expect_files(std::vector<std::string> names) {
+    std::vector<std::string> found;
+    for (const auto& entry : fs::directory_iterator(folder_.path())) found.push_back(entry.path().filename().string());
+    std::sort(found.begin(), found.end()), std::sort(names.begin(), names.end());
+    EXPECT_EQ(found, names);
+  }
+  std::vector<std::string> lost_;
+};
+
+/// The same values at places all over the box of the first, and, if the second is no larger, the same outside.
+void expect_same(const Field& a, const Field& b, double tolerance, bool larger = false) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> part(0.0, 1.0);
+  const Box box = a.bounds_m();
+  const Vec3 size_m = box.size_m();
+  const double mm = 1e-9 * largest_component(size_m);
+  ASSERT_EQ(a.components(), b.components());
+  for (int n = 0; n < 500; ++n) {
+    const Vec3 x = box.low_m + Vec3{part(random) * size_m.x, part(random) * size_m.y, part(random) * size_m.z};
+    if (std::abs(a.depth_m(x)) < mm) continue;
+    if (a.components() == 1) {
+      const ScalarSample s = a.scalar(x), t = b.scalar(x);
+      if (larger && !s.inside) continue;
+      ASSERT_EQ(s.inside, t.inside);
+      ASSERT_NEAR(s.value, t.value, tolerance);
+    } else {
+      const VectorSample s = a.vector(x), t = b.vector(x);
+      ASSERT_EQ(s.inside, t.inside);
+      ASSERT_LT(distance(s.value, t.value), tolerance);
+    }
+  }
+}
+
+double span_of(const Field& field) {
+  double span = 0.0;
+  for (const Extent& extent : field.extents()) span = std::max(span, extent.max - extent.min);
+  return span;
+}
+
+Volume made(VoxelType type, const std::shared_ptr<const void>& data, int components, double scale = 1.0, double offset = 0.0) {
+  const FileGrid grid = sheared_grid();
+  Volume volume;
+  volume.fields = {{"made", "HU",
+                    grid_field({{grid.dims[0], grid.dims[1], grid.dims[2]}, 1e-3 * grid.step, 1e-3 * grid.origin},
+                               {type, components, data}, scale, offset)}};
+  volume.medical_frame = true;
+  volume.length_unit = "mm";
+  return volume;
+}
+
+TEST_F(Convert, KeepsShearedGridsTypesAndUnits) {
+  const auto raw = std::make_shared<std::vector<std::int16_t>>(120);
+  std::mt19937 random(2);
+  for (auto& v : *raw) v = static_cast<std::int16_t>(random());
+  const Volume volume = made(VoxelType::int16, {raw, raw->data()}, 1);
+  for (const char* name : {"a.nrrd", "b.nhdr"}) {
+    const Volume again = converted(volume, name);
+    EXPECT_TRUE(again.medical_frame);
+    EXPECT_EQ(again.fields[0].unit, "HU");
+    EXPECT_FALSE(again.length_unit_assumed);
+    EXPECT_EQ(grid_of(*again.fields[0].field)->voxels.type, VoxelType::int16);
+    EXPECT_EQ(std::memcmp(grid_of(*again.fields[0].field)->voxels.data.get(), raw->data(), 240), 0);
+    expect_same(*volume.fields[0].field, *again.fields[0].field, 1e-6);
+  }
+  expect_files({"a.nrrd", "b.nhdr", "b.raw"});
+  EXPECT_NE(error_of([&] { converted(volume, "c.vti"); }).find("--resample-m"), std::string::npos);
+  expect_files({"a.nrrd", "b.nhdr", "b.raw"});
+}
+
+TEST_F(Convert, KeepsVectorsAlongTheWorld) {
+  const auto raw = std::make_shared<std::vector<float>>(360);
+  std::mt19937 random(2);
+  for (auto& v : *raw) v = std::normal_distribution<float>(0, 3)(random);
+  const Volume volume = made(VoxelType::float32, {raw, raw->data()}, 3);
+  expect_same(*volume.fields[0].field, *converted(volume, "v.nrrd").fields[0].field, 1e-6);
+}
+
+TEST_F(Convert, PutsScaleIntoTheNumbers) {
+  const auto raw = std::make_shared<std::vector<std::uint16_t>>(120);
+  for (std::size_t n = 0; n < 120; ++n) (*raw)[n] = static_cast<std::uint16_t>(500 * n);
+  const Volume whole = made(VoxelType::uint16, {raw, raw->data()}, 1, 1.0, -1024.0);
+  const Volume again = converted(whole, "whole.nrrd");
+  EXPECT_EQ(grid_of(*again.fields[0].field)->voxels.type, VoxelType::int32);
+  expect_same(*whole.fields[0].field, *again.fields[0].field, 1e-6);
+  const Volume parts = made(VoxelType::uint16, {raw, raw->data()}, 1, 0.1, 0.0);
+  expect_same(*parts.fields[0].field, *converted(parts, "parts.nrrd").fields[0].field, 1e-3);
+}
+
+TEST_F(Convert, CropsAndAverages) {
+  const auto raw = std::make_shared<std::vector<float>>();
+  for (std::int64_t k = 0; k < 4; ++k)
+    for (std::int64_t j = 0; j < 5; ++j)
+      for (std::int64_t i = 0; i < 6; ++i) raw->push_back(static_cast<float>(2 * i - 3 * j + 7 * k));
+  const Volume volume = made(VoxelType::float32, {raw, raw->data()}, 1);
+  const Field& field = *volume.fields[0].field;
+  const Volume part = converted(volume, "part.nrrd", {.crop = VoxelRange{{1, 2, 1}, {4, 4, 3}}});
+  EXPECT_EQ(grid_of(*part.fields[0].field)->geometry.dims, (std::array<std::int64_t, 3>{4, 3, 3}));
+  expect_same(*part.fields[0].field, field, 1e-5, true);
+  // A mean of blocks of a linear function is that function at their middles.
+  const Volume half = converted(volume, "half.nrrd", {.downsample = 2});
+  EXPECT_EQ(grid_of(*half.fields[0].field)->geometry.dims, (std::array<std::int64_t, 3>{3, 2, 2}));
+  expect_same(*half.fields[0].field, field, 1e-4, true);
+  const Volume both = converted(volume, "both.nrrd", {.crop = VoxelRange{{0, 0, 0}, {3, 3, 3}}, .downsample = 2});
+  expect_same(*both.fields[0].field, field, 1e-4, true);
+  error_of([&] { converted(volume, "x.nrrd", {.crop = VoxelRange{{0, 0, 0}, {6, 4, 3}}}); });
+  error_of([&] { converted(volume, "x.nrrd", {.crop = VoxelRange{{3, 0, 0}, {2, 4, 3}}}); });
+  expect_files({"part.nrrd", "half.nrrd", "both.nrrd"});
+}
+
+TEST_F(Convert, ResamplesAlongTheWorld) {
+  const auto raw = std::make_shared<std::vector<float>>();
+  const FileGrid grid = sheared_grid();
+  const Linear linear;
+  for (std::int64_t k = 0; k < 4; ++k)
+    for (std::int64_t j = 0; j < 5; ++j)
+      for (std::int64_t i = 0; i < 6; ++i)
+        raw->push_back(static_cast<float>(linear(1e-3 * grid.at({double(i), double(j), double(k)}))));
+  const Volume volume = made(VoxelType::float32, {raw, raw->data()}, 1);
+  for (const char* name : {"r.nrrd", "r.vti"}) {
+    const Volume upright = converted(volume, name, {.resample_m = 0.5e-3});
+    const Field& field = *upright.fields[0].field;
+    const Mat3& steps = grid_of(field)->geometry.index_to_world_m;
+    EXPECT_NEAR(steps.row[0].x, 0.5e-3, 1e-12);
+    EXPECT_NEAR(steps.row[1].x, 0.0, 1e-15);
+    int inside = 0;
+    std::mt19937 random(4);
+    std::uniform_real_distribution<double> part(0.0, 1.0);
+    for (int n = 0; n < 2000; ++n) {
+      const Box box = field.bounds_m();
+      const Vec3 size_m = box.size_m();
+      const Vec3 x = box.low_m + Vec3{part(random) * size_m.x, part(random) * size_m.y, part(random) * size_m.z};
+      const ScalarSample s = field.scalar(x);
+      if (!s.inside) continue;
+      ++inside;
+      EXPECT_NEAR(s.value, linear(x), 1e-4);
+    }
+    EXPECT_GT(inside, 200);
+  }
+}
+
+TEST_F(Convert, RoundsTo16BitsOrSaysWhyNot) {
+  const auto raw = std::make_shared<std::vector<float>>(120);
+  for (std::size_t n = 0; n < 120; ++n) (*raw)[n] = static_cast<float>(11.37 * static_cast<double>(n) - 400.0);
+  const Volume volume = made(VoxelType::float32, {raw, raw->data()}, 1);
+  const Volume whole = converted(volume, "w.nrrd", {.int16 = true});
+  EXPECT_EQ(grid_of(*whole.fields[0].field)->voxels.type, VoxelType::int16);
+  expect_same(*volume.fields[0].field, *whole.fields[0].field, 0.51);
+  for (std::size_t n = 0; n < 120; ++n) (*raw)[n] = static_cast<float>(n) * 1e-3F;
+  EXPECT_NE(error_of([&] {
+              converted(made(VoxelType::float32, {raw, raw->data()}, 1), "x.nrrd", {.int16 = true});
+            }).find("256"),
+            std::string::npos);
+  for (std::size_t n = 0; n < 120; ++n) (*raw)[n] = static_cast<float>(n) * 1e4F;
+  error_of([&] { converted(made(VoxelType::float32, {raw, raw->data()}, 1), "x.nrrd", {.int16 = true}); });
+}
+
+TEST_F(Convert, NeverWritesOverAFileAndLeavesNothingHalf) {
+  const auto raw = std::make_shared<std::vector<float>>(120, 1.0F);
+  const Volume volume = made(VoxelType::float32, {raw, raw->data()}, 1);
+  folder_.write("there.nrrd", "mine");
+  EXPECT_NE(error_of([&] { convert(volume, folder_.path() / "there.nrrd"); }).find("exists already"), std::string::npos);
+  EXPECT_NE(error_of([&] { convert(volume, folder_.path() / "a.png"); }).find(".nrrd"), std::string::npos);
+  error_of([&] { convert(volume, folder_.path() / "none" / "a.nrrd"); });
+  ConvertOptions stopped;
+  stopped.progress = [](double share) {
+    if (share > 0.4) throw LoadError("interrupted; try again");
+  };
+  for (const char* name : {"a.nrrd", "a.nhdr"}) error_of([&] { convert(volume, folder_.path() / name, stopped); });
+  // Some 10^15 voxels: more than any disk has.
+  error_of([&] { convert(volume, folder_.path() / "big.nrrd", {.resample_m = 2e-7}); });
+  expect_files({"there.nrrd"});
+}
+
+class RoundTrips : public Convert, public ::testing::WithParamInterface<DataSet> {};
+
+TEST_P(RoundTrips, ChangeNothing) {
+  const fs::path data = shared_file(GetParam().file);
+  if (data.empty()) GTEST_SKIP() << "the shared data are not here: set PALPA_SHARED to their folder";
+  Volume volume;
+  try {
+    volume = read(data);
+  } catch (const LoadError& refused) {
+    GTEST_SKIP() << "is not opened: " << refused.what();
+  }
+  for (std::size_t f = 0; f < volume.fields.size(); ++f) {
+    const VolumeField& field = volume.fields[f];
+    if (!grid_of(*field.field)) GTEST_SKIP() << "has no voxels of its own";
+    SCOPED_TRACE(field.name);
+    const Volume again = converted(volume, "f" + std::to_string(f) + ".nrrd", {.field = field.name});
+    EXPECT_EQ(again.medical_frame, volume.medical_frame);
+    EXPECT_FALSE(again.length_unit_assumed);
+    const GridGeometry &before = grid_of(*field.field)->geometry, &after = grid_of(*again.fields[0].field)->geometry;
+    EXPECT_EQ(before.dims, after.dims);
+    expect_same(*field.field, *again.fields[0].field, 1e-5 * span_of(*field.field));
+    const auto extents = field.field->extents(), kept = again.fields[0].field->extents();
+    for (std::size_t c = 0; c < extents.size(); ++c) {
+      EXPECT_FLOAT_EQ(static_cast<float>(extents[c].min), static_cast<float>(kept[c].min));
+      EXPECT_FLOAT_EQ(static_cast<float>(extents[c].max), static_cast<float>(kept[c].max));
+    }
+  }
+  const Volume vti = converted(volume, "all.vti");
+  ASSERT_EQ(vti.fields.size() + lost_.size() >= volume.fields.size(), true);
+  expect_same(*volume.fields[0].field, *vti.fields[0].field, 1e-5 * span_of(*volume.fields[0].field));
+}
+
+INSTANTIATE_TEST_SUITE_P(Sets, RoundTrips, ::testing::ValuesIn(data_sets()), [](const auto& set) {
+  std::string name = set.param.file;
+  for (char& c : name) c = std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
+  return name;
+});
+
+}  // namespace
+}  // namespace palpa::test
