@@ -2,6 +2,7 @@
 
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 
 #include "app/commands.h"
 #include "app/scenes_folder.h"
@@ -16,6 +17,27 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* recording = "trajectories/inverse3_woodcarving_20231121_102837.csv";
+constexpr const char* simulated_on_head = "sim:stroke,depth_m=0.08";  ///< over the forehead of scenes/head.toml
+
+/// The real data of a demo: what was named, or, of the head, where tools/get-ct-head puts it; empty where there is none.
+fs::path data_folder(const DemoArguments& arguments) {
+  if (!arguments.data.empty()) {
+    if (fs::is_directory(arguments.data)) return arguments.data;
+    throw LoadError(arguments.data.string() +
+                    ": no such folder; --data names the one with ct_head_cranium, mri_flow_carotid, cfd_wing and trajectories");
+  }
+  if (arguments.name != "head") return {};
+  const auto variable = [](const char* name) -> fs::path {
+    const char* value = std::getenv(name);
+    return value ? value : "";
+  };
+  fs::path folder = variable("PALPA_DATA");
+  if (folder.empty()) {
+    const fs::path shared = variable("XDG_DATA_HOME"), home = variable("HOME");
+    folder = (shared.empty() ? home / ".local/share" : shared) / "palpa";
+  }
+  return fs::exists(folder / "ct_head_cranium/cranium.mhd") ? folder : fs::path();
+}
 
 /// A folder that is not there yet: `wanted`, or with the first number behind it that is free.
 fs::path new_folder(const fs::path& wanted) {
@@ -70,20 +92,17 @@ int run_demo(const DemoArguments& arguments, const std::atomic<bool>& stop) {
   const fs::path scenes = scenes_folder();
   RunOptions options;
   options.read = arguments.read;
-  if (arguments.data.empty()) {
+  const fs::path data = data_folder(arguments);
+  const bool recorded = !arguments.data.empty() || fs::exists(data / recording);
+  if (data.empty()) {
     options.scene = scenes / (arguments.name + "_phantom.toml");
     options.hand = "sim:stroke";
     options.duration_s = 10.0;
   } else {
-    if (!fs::is_directory(arguments.data)) {
-      throw LoadError(
-          arguments.data.string() +
-          ": no such folder; --data names the one with ct_head_cranium, mri_flow_carotid, cfd_wing and trajectories");
-    }
     options.scene = scenes / (arguments.name + ".toml");
-    options.hand = (arguments.data / recording).string();
-    options.hold = Hold::firm;
-    options.scene_options.data_folders = {arguments.data};
+    options.hand = recorded ? (data / recording).string() : simulated_on_head;
+    if (recorded) options.hold = Hold::firm;
+    options.scene_options.data_folders = {data};
   }
   options.out = trace_folder(arguments);
   const std::string palpa = program_invocation_name;  // as the user would have to type it
@@ -102,13 +121,19 @@ int run_demo(const DemoArguments& arguments, const std::atomic<bool>& stop) {
   }
   std::printf("%s, felt by %s\n\n%s\n", options.scene.filename().c_str(), options.hand.c_str(),
               to_table(result.summary).c_str());
-  print_what_there_is(options.out, arguments, arguments.data);
+  print_what_there_is(options.out, arguments, data);
 
   std::string next = palpa + " run " + options.scene.string() + " --hand " + options.hand;
-  if (options.hold) next += " --hand-hold firm --data " + arguments.data.string();
+  if (options.hold) next += " --hand-hold firm";
+  if (!data.empty()) next += " --data " + data.string();
   const std::string trace = options.out.empty() ? "first-trace" : options.out.string();
   std::printf("Try next:\n  %s --out first-trace --primitives\n  %s replay %s\n  %s modes %s\n", next.c_str(), palpa.c_str(),
               trace.c_str(), palpa.c_str(), result.summary.modes.front().type.c_str());
+  const fs::path get_head = (scenes / "../tools/get-ct-head").lexically_normal();
+  if (arguments.name == "head" && data.empty() && fs::exists(get_head)) {
+    std::printf("For a real CT head in place of the embedded one (a package of Debian, 19 MB, no root):\n  %s\n",
+                get_head.c_str());
+  }
   return 0;
 }
 
