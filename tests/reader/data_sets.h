@@ -17,7 +17,7 @@ inline std::vector<DataSet> data_sets() {
   return {
       {"ct_head_cranium/cranium.mhd", {"cranium.raw.gz"}},
       {"ct_head_cranium/cranium.nhdr", {"cranium.raw.gz"}},
-      {"ct_head_headsq/quarter.nhdr"},  // and 93 slices
+      {"ct_head_headsq/quarter.nhdr", {"quarter.1", "quarter.50"}},
       {"ct_headphantom_dicom"},
       {"mri_flow_carotid/carotid.vtk"},
       {"cfd_combustor/combxyz.bin", {"combq.bin"}},

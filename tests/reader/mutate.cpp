@@ -1,0 +1,51 @@
+// Damages the files of the shared data at random, many times, and says what became of them: a row for each set.
+//
+//   mutate_data DATA_FOLDER [COUNT] [SEED] [PART_OF_A_NAME]
+//
+// 1 where something was wrong. A palpa-read that ended is not wrong: it is its user's one line.
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+
+#include "files.h"
+#include "mutations.h"
+
+int main(int argc, char** argv) {
+  using namespace palpa::test;
+  if (argc < 2) {
+    std::fprintf(stderr, "usage: %s DATA_FOLDER [COUNT] [SEED] [PART_OF_A_NAME]\n", argv[0]);
+    return 2;
+  }
+  const int count = argc > 2 ? std::atoi(argv[2]) : 1000;
+  const auto seed = static_cast<std::uint32_t>(argc > 3 ? std::atoi(argv[3]) : 1);
+  const std::string part = argc > 4 ? argv[4] : "";
+  palpa::ReadOptions options = built_reader();
+  options.max_bytes = 1'000'000'000;
+  options.idle_limit_s = 8.0;
+  std::puts(
+      "| file | read | refused | of these palpa-read ended | slowest / s | memory, undamaged / MB | memory, at most / MB | "
+      "wrong |");
+  std::puts("|---|---|---|---|---|---|---|---|");
+  bool wrong = false;
+  for (const DataSet& set : data_sets()) {
+    if (set.file.find(part) == std::string::npos) continue;
+    std::fflush(stdout);
+    // A process for each set, because the system says the peak over all children of one.
+    const pid_t child = ::fork();
+    if (child == 0) {
+      const MutationResult r = read_mutations(argv[1], set, count, seed, options);
+      std::printf("| %s | %d | %d | %d | %.2f | %.0f | %.0f | %zu |\n", set.file.c_str(), r.read, r.refused, r.reader_ended,
+                  r.slowest_s, r.true_peak_bytes / 1e6, r.peak_bytes / 1e6, r.wrong.size());
+      for (const std::string& text : r.wrong) std::printf("  wrong: %s\n", text.c_str());
+      std::fflush(stdout);
+      ::_exit(r.wrong.empty() ? 0 : 1);
+    }
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    if (status != 0) wrong = true;
+    if (WIFSIGNALED(status)) std::printf("| %s | CRASHED by signal %d | | | | | | 1 |\n", set.file.c_str(), WTERMSIG(status));
+  }
+  return wrong ? 1 : 0;
+}

@@ -1,0 +1,167 @@
+#include "mutations.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <random>
+#include <sstream>
+
+#include "files.h"
+
+namespace palpa::test {
+namespace {
+
+std::string content(const fs::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+double children_peak_bytes() {
+  rusage usage{};
+  ::getrusage(RUSAGE_CHILDREN, &usage);
+  return 1024.0 * static_cast<double>(usage.ru_maxrss);
+}
+
+class Damage {
+ public:
+  explicit Damage(std::uint32_t seed) : random_(seed) {}
+
+  std::size_t below(std::size_t n) {
+    return std::uniform_int_distribution<std::size_t>(0, std::max<std::size_t>(n, 1) - 1)(random_);
+  }
+
+  /// Puts damage in the place of a file with this content.
+  void put(const fs::path& file, const std::string& bytes) {
+    switch (below(40)) {
+      case 0: return write(file, "");
+      case 1: return fs::create_symlink(file.filename(), file);
+      case 2: return static_cast<void>(fs::create_directory(file));
+      case 3: return;  // gone
+      case 4: return write(file, bytes + bytes.substr(0, below(1 << 16)));
+      default: return write(file, damaged(bytes));
+    }
+  }
+
+ private:
+  std::string damaged(std::string bytes) {
+    if (bytes.empty()) return bytes;
+    // Headers are small and matter most: half of the damage goes to the first 400 bytes.
+    const auto place = [&] { return below(2) == 0 ? below(std::min<std::size_t>(bytes.size(), 400)) : below(bytes.size()); };
+    switch (below(7)) {
+      case 0: bytes.resize(place()); break;
+      case 1:
+        for (int n = 0; n < 4; ++n) bytes[place()] ^= static_cast<char>(1 << below(8));
+        break;
+      case 2:
+        for (int n = 0; n < 3; ++n) bytes[place()] = static_cast<char>("09-9e\xff"[below(6)]);
+        break;
+      case 3: bytes.erase(place(), 1 + below(16)); break;
+      case 4: bytes.insert(place(), std::string(1 + below(16), static_cast<char>(below(256)))); break;
+      case 5: {
+        const std::size_t at = place();
+        std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(at), std::min<std::size_t>(bytes.size() - at, 1 + below(64)),
+                    '\0');
+        break;
+      }
+      default: change_number(bytes); break;
+    }
+    return bytes;
+  }
+
+  /// A number of a header in text becomes another; of one in bytes, four bytes do.
+  void change_number(std::string& bytes) {
+    static constexpr const char* numbers[] = {"0",        "-1",         "1",          "7",     "65536",
+                                              "99999999", "2147483647", "4294967296", "1e308", "nan"};
+    const std::size_t near = below(std::min<std::size_t>(bytes.size(), 2000));
+    const std::size_t from = bytes.find_first_of("0123456789", near);
+    if (from != std::string::npos && from < near + 40) {
+      const std::size_t end = std::min(bytes.find_first_not_of("0123456789.", from), bytes.size());
+      bytes.replace(from, end - from, numbers[below(std::size(numbers))]);
+      return;
+    }
+    static constexpr std::uint32_t values[] = {0, 1, 0x7fffffff, 0xffffffff, 0x01000000, 65536};
+    const std::string four = bytes_of(values[below(std::size(values))], below(2) == 0);
+    for (std::size_t n = 0; n < 4 && near + n < bytes.size(); ++n) bytes[near + n] = four[n];
+  }
+
+  static void write(const fs::path& file, const std::string& bytes) { std::ofstream(file, std::ios::binary) << bytes; }
+
+  std::mt19937 random_;
+};
+
+void look_at(const fs::path& file, const ReadOptions& options, MutationResult& result) {
+  try {
+    const Volume volume = read_volume(file, options);
+    ++result.read;
+    for (const VolumeField& field : volume.fields) {
+      const Vec3 middle_m = field.field->bounds_m().centre_m();
+      const double value =
+          field.field->components() == 1 ? field.field->scalar(middle_m).value : field.field->vector(middle_m).value.x;
+      if (!std::isfinite(value)) result.wrong.push_back("a value that is not finite");
+    }
+  } catch (const LoadError& error) {
+    const std::string text = error.what();
+    ++result.refused;
+    result.reader_ended += text.find("palpa-read") != std::string::npos;
+    if (text.rfind(file.string() + ": ", 0) != 0 || text.find('\n') != std::string::npos ||
+        text.find("; ") == std::string::npos) {
+      result.wrong.push_back(text);
+    }
+  }
+}
+
+}  // namespace
+
+MutationResult read_mutations(const std::string& data_folder, const DataSet& set, int count, std::uint32_t seed,
+                              const ReadOptions& options) {
+  const fs::path original = fs::path(data_folder) / set.file;
+  if (!fs::exists(original)) throw std::runtime_error(original.string() + " is not there");
+  const fs::path set_folder = fs::is_directory(original) ? original : original.parent_path();
+  const TemporaryFolder work;
+  const fs::path copy = work.path() / set_folder.filename();
+  fs::copy(set_folder, copy, fs::copy_options::recursive);
+  fs::permissions(copy, fs::perms::owner_all, fs::perm_options::add);
+  const fs::path asked_for = fs::is_directory(original) ? copy : copy / original.filename();
+
+  std::vector<fs::path> targets;
+  if (fs::is_directory(original)) {
+    for (const auto& entry : fs::directory_iterator(original)) targets.push_back(copy / entry.path().filename());
+    std::sort(targets.begin(), targets.end());
+  } else {
+    // The file itself most often: it has the header.
+    targets.assign(set.with.empty() ? 1 : 3, asked_for);
+    for (const std::string& partner : set.with) targets.push_back(copy / partner);
+  }
+
+  MutationResult result;
+  look_at(asked_for, options, result);
+  const bool opens = result.read == 1;
+  result = {};
+  result.true_peak_bytes = children_peak_bytes();
+  Damage damage(seed);
+  for (int n = 0; n < count; ++n) {
+    const fs::path& target = targets[damage.below(targets.size())];
+    const std::string bytes = content(set_folder / target.filename());
+    fs::remove_all(target);
+    damage.put(target, bytes);
+    const auto begin = std::chrono::steady_clock::now();
+    look_at(asked_for, options, result);
+    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
+    result.slowest_s = std::max(result.slowest_s, spent.count());
+    fs::remove_all(target);
+    std::ofstream(target, std::ios::binary) << bytes;
+  }
+  result.peak_bytes = children_peak_bytes();
+  if (result.slowest_s > options.idle_limit_s + 1.0)
+    result.wrong.push_back("a file kept it for " + std::to_string(result.slowest_s) + " s");
+  // What is refused undamaged, too, needs no memory but that of the program.
+  if (opens && result.peak_bytes > 3.0 * result.true_peak_bytes)
+    result.wrong.push_back("more than 3 times the memory of the undamaged file");
+  return result;
+}
+
+}  // namespace palpa::test

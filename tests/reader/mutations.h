@@ -1,0 +1,31 @@
+// Real files, damaged at random, through palpa-read.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "data_sets.h"
+#include "palpa/volume/read_volume.h"
+
+namespace palpa::test {
+
+/// What became of the damaged copies of one set.
+struct MutationResult {
+  int read = 0;          ///< gave a volume
+  int refused = 0;       ///< gave one line
+  int reader_ended = 0;  ///< of these: palpa-read crashed or had to be ended, which costs its user one line
+  double slowest_s = 0.0;
+  double peak_bytes = 0.0;  ///< most resident memory of a palpa-read; of the undamaged file: `true_peak_bytes`
+  double true_peak_bytes = 0.0;
+  std::vector<std::string> wrong;  ///< what must not be: two lines, no place, no remedy, a value that is not finite
+};
+
+/// Damages the file, a file of the folder, or one that is read with it, `count` times: cut off, bits flipped, characters of the
+/// header and its numbers changed, bytes taken out, put in or zeroed, empty, a link to itself, a folder, gone. The same
+/// seed gives the same damage. Memory is that of all children of this process so far. Throws runtime_error where the set is not
+/// there.
+MutationResult read_mutations(const std::string& data_folder, const DataSet& set, int count, std::uint32_t seed,
+                              const ReadOptions& options);
+
+}  // namespace palpa::test
