@@ -21,11 +21,16 @@ struct Histogram {
   std::int64_t total() const noexcept;
   /// The same counts in fewer classes, of which `classes` >= 1 are wanted.
   Histogram in_classes(std::size_t classes) const;
-  /// The value below which this share [1] of all lies, within a class in proportion; in the field's own unit.
+  /// The value below which a share of all lies, within a class in proportion; in the field's own unit.
+  /// \param share  [1]
   double percentile(double share) const noexcept;
-  /// The share [1] of all that lies between two values of the field's own unit, within a class in proportion.
+  /// The share [1] of all that lies between two values, within a class in proportion.
+  /// \param from  in the field's own unit
+  /// \param to    in the field's own unit
   double share_between(double from, double to) const noexcept;
-  /// The mean of what lies between two values, in the field's own unit like them; the middle where nothing does.
+  /// The mean of what lies between two values, in the field's own unit; the middle where nothing does.
+  /// \param from  in the field's own unit
+  /// \param to    in the field's own unit
   double mean_between(double from, double to) const noexcept;
 };
 

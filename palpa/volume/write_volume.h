@@ -17,9 +17,10 @@ struct WrittenField {
   std::string unit;
   VoxelType type = VoxelType::float32;
   int components = 1;  ///< 1, or 3 along the axes of the world
-  /// Puts the values of slice k, i fastest, the components of one voxel together, where they are wanted: in the field's own
-  /// unit, whole where the type is, not finite where there are no data (of a type with fractions).
-  std::function<void(std::int64_t k, double* values)> slice;
+  /// Puts the values of slice k where they are wanted, i fastest, the components of one voxel together: whole where the
+  /// type is, not finite where there are no data (of a type with fractions).
+  using Slice = std::function<void(std::int64_t, double*)>;
+  Slice slice;
 };
 
 /// What a file says beside its voxels.
