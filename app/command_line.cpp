@@ -19,7 +19,7 @@ namespace {
 std::pair<std::string, std::string> split_set(const std::string& text) {
   const std::size_t at = text.find('=');
   if (at == 0 || at == std::string::npos) {
-    throw LoadError("--set " + text + ": is no setting; write PATH=VALUE, as in coupling.stiffness_n_per_m=500");
+    throw LoadError("--set " + text + ": is no setting; write it as PATH=VALUE");
   }
   return {text.substr(0, at), text.substr(at + 1)};
 }
@@ -56,14 +56,16 @@ void add_reader(CLI::App* command, ReadOptions& read) {
 }
 
 /// What a scene's [volume] would say about a file.
-void add_how_to_read(CLI::App* command, VolumeRequest& request) {
-  command->add_option("--length-unit", request.length_unit, "unit of length of a file that says none")->type_name("UNIT");
-  command->add_option("--as", request.as, "vector: take three frames as one vector field")
-      ->check(CLI::IsMember({"vector"}))
-      ->type_name("KIND");
-  command->add_option("--frame", request.frame, "take this frame of several, counted from 0")
-      ->check(CLI::NonNegativeNumber)
-      ->type_name("N");
+void add_how_to_read(CLI::App* command, std::vector<std::string>& sets) {
+  add_repeated(command, "--set", sets,
+               "read it as a scene would with this key of [volume], as in --set as=vector, --set length_unit=cm or, of bare "
+               "numbers, --set type=int16 --set dims=[256,256,99]")
+      ->type_name("KEY=VALUE");
+}
+VolumeRequest how_to_read(const std::vector<std::string>& sets) {
+  std::vector<std::pair<std::string, std::string>> keys;
+  for (const std::string& set : sets) keys.push_back(split_set(set));
+  return palpa::how_to_read(keys);
 }
 
 /// CLI11's complaint in our form: what is wrong; what would be right.
@@ -169,7 +171,8 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
           ->type_name("[OUT.toml]");
   info_command->add_option("--picture", info.picture, "draw slices, streamlines and histogram into this PNG file")
       ->type_name("FILE.png");
-  add_how_to_read(info_command, info.request);
+  std::vector<std::string> info_sets;
+  add_how_to_read(info_command, info_sets);
   add_reader(info_command, info.read);
   info_command->footer("Example:\n  palpa info head.nrrd --at-m 0,-0.05,0.02 --picture head.png");
 
@@ -191,7 +194,8 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
       ->type_name("M");
   convert_command->add_flag("--int16", converted.options.int16, "round to whole numbers of 16 bits");
   convert_command->add_option("--field", converted.options.field, "only this field")->type_name("NAME");
-  add_how_to_read(convert_command, converted.request);
+  std::vector<std::string> convert_sets;
+  add_how_to_read(convert_command, convert_sets);
   add_reader(convert_command, converted.read);
   convert_command->footer("Example:\n  palpa convert head.nrrd small.nrrd --downsample 2");
 
@@ -261,6 +265,7 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
     return run_scene(std::move(run), stop);
   }
   if (*info_command) {
+    info.request = how_to_read(info_sets);
     for (const std::string& position : at_m) info.at_m.push_back(position_of(position));
     info.scene = scene_option->count() > 0;
     info.scene_file = scene_file;
@@ -271,6 +276,7 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
     return run_info(info);
   }
   if (*convert_command) {
+    converted.request = how_to_read(convert_sets);
     converted.request.files = {convert_in};
     return run_convert(std::move(converted), stop);
   }

@@ -150,7 +150,7 @@ Facts facts_of(const std::string& name, const VolumeRequest& request, const Read
   facts.suspicious = suspicious_things(facts);
   if (frames_are_directions(first, facts.file, read)) {
     facts.suspicious.push_back(
-        "has three frames that are the components of vectors of length 1: --as vector (as = \"vector\") takes them so");
+        "has three frames that are the components of vectors of length 1: as = \"vector\" takes them so");
   }
   if (request.files.size() > 1 || (facts.file.frames > 1 && request.frame < 0)) {
     try {

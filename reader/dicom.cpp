@@ -7,7 +7,6 @@
 #include "dicom_files.h"
 #include "dicom_slices.h"
 #include "source.h"
-#include "voxels.h"
 
 namespace palpa::reader {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "voxels.h"
+#include "source.h"
 
 namespace palpa::reader {
 

@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "source.h"
-#include "voxels.h"
 #include "vtk_data.h"
 
 namespace palpa::reader {
@@ -152,7 +151,7 @@ class Hdf5Source final : public Source {
     if (file_ < 0) throw LoadError("cannot be read as HDF5; check that the file is whole");
     header.default_unit = "m";
     header.named = true;
-    takes.inside = true;
+    takes.inside = true, takes.layout = true;
     files.push_back(request.path);
     chosen_frame(request, 1, header.warnings);
     if (request.inside.empty() && H5Lexists(file_, "VTKHDF", H5P_DEFAULT) > 0) {
@@ -185,33 +184,19 @@ class Hdf5Source final : public Source {
     RawVoxels raw;
   };
 
-  /// Adds a field for an array whose indices are those of the grid, `order[a]` the place of axis a (x, y, z) among them.
-  void add(const std::string& path, const std::string& name, const Shape& shape, const int (&order)[3], int component_index,
-           const GridGeometry& grid) {
-    std::vector<std::int64_t> strides(shape.lengths.size(), 1);
-    for (std::size_t n = shape.lengths.size() - 1; n > 0; --n) strides[n - 1] = strides[n] * shape.lengths[n];
-    Array array{path, {}};
-    array.raw.type = shape.type;
-    for (std::size_t a = 0; a < 3; ++a) {
-      array.raw.dims[a] = shape.lengths[static_cast<std::size_t>(order[a])];
-      array.raw.stride[a] = strides[static_cast<std::size_t>(order[a])];
-    }
-    if (component_index >= 0) {
-      array.raw.components = 3;
-      array.raw.component_stride = strides[static_cast<std::size_t>(component_index)];
-    }
+  /// Adds a field for an array.
+  void add(const std::string& path, const std::string& name, const RawVoxels& raw, const GridGeometry& grid) {
     protocol::FieldHeader field;
     field.name = name;
     field.grid = grid;
-    field.grid.dims = array.raw.dims;
     Turn turn;
-    keep(array.raw, turn, field, header.warnings);
+    keep(raw, turn, field, header.warnings);
     const Handle dataset(H5Dopen2(file_, path.c_str(), H5P_DEFAULT), H5Dclose);
     for (const char* key : {"units", "unit"}) {
       if (field.unit.empty()) field.unit = text_attribute(dataset, key);
     }
     header.fields.push_back(field);
-    arrays_.push_back(std::move(array));
+    arrays_.push_back({path, raw});
   }
 
   void open_array(const protocol::Request& request) {
@@ -232,49 +217,12 @@ class Hdf5Source final : public Source {
     if (const std::string why = shape_of(dataset, shape); !why.empty())
       throw LoadError("array '" + path + "' cannot be felt: " + why + "; give one that holds a volume");
 
-    const ArrayLayout& layout = request.layout;
-    const std::size_t rank = shape.lengths.size();
-    int component_index = -1;
-    if (rank == 4) {
-      const bool last = layout.components.empty() ? shape.lengths[3] == 3 : layout.components == "last";
-      component_index = last ? 3 : 0;
-      if (layout.components.empty() && last == (shape.lengths[0] == 3))
-        throw LoadError("array '" + path +
-                        "' has four indices, and which is that of the components is not clear; say components = "
-                        "\"first\" or \"last\"");
-      if (shape.lengths[static_cast<std::size_t>(component_index)] != 3)
-        throw LoadError("array '" + path + "' has " + std::to_string(shape.lengths[static_cast<std::size_t>(component_index)]) +
-                        " components; a vector has 3");
-    } else if (rank != 3) {
-      throw LoadError("array '" + path + "' has " + std::to_string(rank) +
-                      " indices; a volume has 3, or 4 with vector components");
+    try {
+      add(path, path.substr(path.rfind('/') + 1), arranged(shape.type, shape.lengths, request.layout),
+          placed_by(request.layout, header));
+    } catch (const LoadError& error) {
+      throw LoadError("array '" + path + "' " + error.what());
     }
-    // "zyx": the slowest index is z's.
-    const std::string axes = layout.axes.empty() ? "zyx" : layout.axes;
-    std::string sorted = axes;
-    std::sort(sorted.begin(), sorted.end());
-    if (sorted != "xyz")
-      throw LoadError("is asked for with axes = \"" + axes + "\"; give x, y and z in the order of the indices, slowest first");
-    int order[3];
-    for (int n = 0; n < 3; ++n) order[axes[static_cast<std::size_t>(n)] - 'x'] = n + (component_index == 0 ? 1 : 0);
-    for (std::size_t a = 0; a < 3; ++a) {
-      const std::int64_t length = shape.lengths[static_cast<std::size_t>(order[a])];
-      if (layout.dims[a] != 0 && layout.dims[a] != length) {
-        throw LoadError("array '" + path + "' has " + std::to_string(length) + " voxels along " + std::string(1, "xyz"[a]) +
-                        ", where dims says " + std::to_string(layout.dims[a]) + "; correct dims or axes");
-      }
-    }
-    GridGeometry grid;
-    Vec3 spacing = layout.spacing_m, origin = layout.origin_m.value_or(Vec3{});
-    if (spacing == Vec3{}) {
-      spacing = {1, 1, 1};
-      header.warnings.push_back("says no distances of voxels: 1 is taken (spacing_m = [x, y, z] takes others)");
-    } else {
-      header.length_unit = "m";
-    }
-    grid.index_to_world_m = {{{spacing.x, 0, 0}, {0, spacing.y, 0}, {0, 0, spacing.z}}};
-    grid.origin_m = origin;
-    add(path, path.substr(path.rfind('/') + 1), shape, order, component_index, grid);
   }
 
   void open_image() {
@@ -316,7 +264,9 @@ class Hdf5Source final : public Source {
           continue;
         }
         if (!names.insert(name).second) name += "_cells";
-        add(path, name, shape, {2, 1, 0}, vector ? 3 : -1, grid);
+        ArrayLayout layout;
+        if (vector) layout.components = "last";
+        add(path, name, arranged(shape.type, shape.lengths, layout), grid);
       }
     }
     if (header.fields.empty())

@@ -23,7 +23,7 @@
 
 #include "dicom_files.h"
 #include "messages.h"
-#include "sha256.h"
+#include "palpa/volume/sha256.h"
 #include "source.h"
 
 namespace palpa::reader {
@@ -200,6 +200,8 @@ void check_request(const protocol::Request& request, const Source& source) {
     throw LoadError("is not resampled when read, so no part of it is; leave 'crop_m' out");
   if (!request.inside.empty() && !source.takes.inside)
     throw LoadError("has no arrays by path; give the file alone and name its arrays in 'fields'");
+  if (request.layout != ArrayLayout{} && !source.takes.layout)
+    throw LoadError("says its own shape; leave dims, axes, components, spacing_m and origin_m out");
   if (!request.series.empty() && !source.takes.series)
     throw LoadError("is no DICOM file, so it holds no series; leave 'series' out");
 }

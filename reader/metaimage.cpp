@@ -12,7 +12,6 @@
 #include "compression.h"
 #include "messages.h"
 #include "source.h"
-#include "voxels.h"
 
 namespace palpa::reader {
 namespace {

@@ -14,7 +14,6 @@
 #include "compression.h"
 #include "messages.h"
 #include "source.h"
-#include "voxels.h"
 
 namespace palpa::reader {
 namespace {

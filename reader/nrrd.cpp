@@ -9,7 +9,6 @@
 #include <optional>
 
 #include "source.h"
-#include "voxels.h"
 
 namespace palpa::reader {
 namespace {

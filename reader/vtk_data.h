@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "source.h"
-#include "voxels.h"
 
 namespace palpa::reader {
 

@@ -15,11 +15,15 @@ namespace palpa {
 
 /// What an array of a file does not say about itself.
 struct ArrayLayout {
+  std::string type;                    ///< "int16": of a file of bare numbers; empty: the file says it
+  std::string byte_order;              ///< "big"; "little" or empty: little
+  std::int64_t header_bytes = 0;       ///< before the first voxel
   std::string axes;                    ///< "zyx": which of the grid's axes each index is, slowest first; empty: that
   std::string components;              ///< where vector components are: "first" or "last" index; empty: last if it is of 3
-  std::array<std::int64_t, 3> dims{};  ///< voxels along x, y, z, to be checked; 0: not said
+  std::array<std::int64_t, 3> dims{};  ///< voxels along x, y, z; 0: not said
   Vec3 spacing_m;                      ///< [m] 0: not said
   std::optional<Vec3> origin_m;        ///< [m]
+  friend bool operator==(const ArrayLayout&, const ArrayLayout&) = default;
 };
 
 /// What a scene's `[volume.NAME]` says about the file besides its path.
@@ -38,7 +42,7 @@ struct VolumeRequest {
   std::string components_along;      ///< "index": vectors are along the grid's axes; "file" or empty: as the format says
   std::optional<double> time_s;      ///< [s] of a case with several moments; none: the latest
   std::optional<Box> crop;           ///< [m] the part that a curvilinear or unstructured grid is resampled in
-  ArrayLayout layout;                ///< of an array in an HDF5 file
+  ArrayLayout layout;                ///< of an array in an HDF5 file, or of a file of bare numbers
 };
 
 /// A file, and what is meant inside it: "flow.h5:/velocity" is the array /velocity of flow.h5.

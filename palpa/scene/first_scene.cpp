@@ -58,6 +58,38 @@ std::string plain_word(const std::string& name, const std::string& otherwise) {
   return detail::is_plain_word(word) ? word : otherwise;
 }
 
+std::string numbers(std::initializer_list<double> list) {
+  std::string all;
+  for (const double number : list) all += (all.empty() ? "[" : ", ") + toml_number(number);
+  return all + "]";
+}
+std::string numbers(const Vec3& v) { return numbers({v.x, v.y, v.z}); }
+
+/// What was said of a file's reading that nothing in it says; the reasons are the user's.
+std::string asked_for(const VolumeRequest& request) {
+  std::string out;
+  const auto text = [&](const char* key, const std::string& value) {
+    if (!value.empty()) out += std::string(key) + " = " + toml_string(value) + "\n";
+  };
+  text("series", request.series);
+  text("components_along", request.components_along);
+  if (request.time_s) out += "time = " + toml_number(*request.time_s) + "\n";
+  if (const auto& c = request.crop) {
+    out += "crop_m = " + numbers({c->low_m.x, c->low_m.y, c->low_m.z, c->high_m.x, c->high_m.y, c->high_m.z}) + "\n";
+  }
+  const ArrayLayout& layout = request.layout;
+  text("type", layout.type);
+  text("byte_order", layout.byte_order);
+  if (layout.header_bytes != 0) out += "header_bytes = " + std::to_string(layout.header_bytes) + "\n";
+  if (const auto& n = layout.dims; n[0] != 0)
+    out += "dims = [" + std::to_string(n[0]) + ", " + std::to_string(n[1]) + ", " + std::to_string(n[2]) + "]\n";
+  text("axes", layout.axes);
+  text("components", layout.components);
+  if (layout.spacing_m != Vec3{}) out += "spacing_m = " + numbers(layout.spacing_m) + "\n";
+  if (layout.origin_m) out += "origin_m = " + numbers(*layout.origin_m) + "\n";
+  return out;
+}
+
 std::string volume_table(const Volume& volume, const VolumeRequest& request, const Felt& felt) {
   std::string out = "[volume.data]\n";
   out += "file = " + toml_string(std::filesystem::absolute(request.files.front()).lexically_normal().string()) + "\n";
@@ -75,6 +107,7 @@ std::string volume_table(const Volume& volume, const VolumeRequest& request, con
     out += line("frame = " + std::to_string(frame),
                 "of " + std::to_string(volume.frames) + "; frame_period_s in its place feels all of them, as time goes");
   }
+  out += asked_for(request);
   if (!request.as.empty()) out += line("as = " + toml_string(request.as), "its three frames are the components of one vector");
   if (volume.fields.size() > 1 || felt.name != felt.field.name) {
     std::string table;

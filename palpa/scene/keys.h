@@ -60,6 +60,7 @@ const Keys& coupling_keys();
 const Keys& law_keys();
 const Keys& workspace_keys();
 const Keys& time_keys();
+const Keys& file_keys();  ///< of a volume: how its file is read
 const Keys& volume_keys();
 const Keys& volume_field_keys();  ///< of volume.NAME.fields.NAME
 const Keys& pose_keys();

@@ -332,23 +332,6 @@ class Setter {
          "mode.NAME.level.NAME.KEY, time.KEY");
   }
 
- private:
-  static std::vector<std::string> split(const std::string& path) {
-    std::vector<std::string> parts(1);
-    for (const char c : path) {
-      if (c == '.') {
-        parts.emplace_back();
-      } else {
-        parts.back() += c;
-      }
-    }
-    return parts;
-  }
-
-  static toml::source_region region(const std::string& place) {
-    return {{1, 1}, {1, 1}, std::make_shared<const std::string>(place)};
-  }
-
   /// A value as TOML reads it; what TOML cannot read is a text, so that words need no quotes.
   static void put(toml::table* table, const std::string& key, const std::string& value, const std::string& place) {
     if (!table) return;  // not a table: the checks will say so
@@ -369,6 +352,23 @@ class Setter {
     // The key's own place is --set as well, even where it replaces one of the file.
     table->erase(key);
     table->insert_or_assign(toml::key(key, region(place)), std::move(*node));
+  }
+
+ private:
+  static std::vector<std::string> split(const std::string& path) {
+    std::vector<std::string> parts(1);
+    for (const char c : path) {
+      if (c == '.') {
+        parts.emplace_back();
+      } else {
+        parts.back() += c;
+      }
+    }
+    return parts;
+  }
+
+  static toml::source_region region(const std::string& place) {
+    return {{1, 1}, {1, 1}, std::make_shared<const std::string>(place)};
   }
 
   /// The table of the list `list` whose name is `name`.
@@ -491,6 +491,61 @@ Mat3 turn(const Vec3& axis, double degrees) {
   return {{{a.x * a.x * v + cosine, a.x * a.y * v - a.z * sine, a.x * a.z * v + a.y * sine},
            {a.y * a.x * v + a.z * sine, a.y * a.y * v + cosine, a.y * a.z * v - a.x * sine},
            {a.z * a.x * v - a.y * sine, a.z * a.y * v + a.x * sine, a.z * a.z * v + cosine}}};
+}
+
+ArrayLayout layout_in(const Section& section) {
+  ArrayLayout layout;
+  layout.type = section.text("type").value_or("");
+  layout.byte_order = section.text("byte_order").value_or("");
+  layout.header_bytes = static_cast<std::int64_t>(section.number("header_bytes").value_or(0));
+  for (const char* key : {"byte_order", "header_bytes"}) {
+    if (layout.type.empty() && section.node(key)) {
+      fail(place_of(*section.node(key)),
+           in_quotes(key) + " in " + section.where() + " is for a file of bare numbers; give 'type', too, or leave it out");
+    }
+  }
+  layout.axes = section.text("axes").value_or("");
+  layout.components = section.text("components").value_or("");
+  if (const auto n = section.numbers("dims", 3)) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      const double dim = (*n)[a];
+      if (!(dim >= 1.0 && dim <= 1e9) || dim != std::floor(dim)) {
+        fail(place_of(*section.node("dims")),
+             "'dims' in " + section.where() + " are no counts of voxels; give whole numbers above 0");
+      }
+      layout.dims[a] = static_cast<std::int64_t>(dim);
+    }
+  }
+  if (const auto s = section.numbers("spacing_m", 3)) layout.spacing_m = {(*s)[0], (*s)[1], (*s)[2]};
+  if (const auto o = section.numbers("origin_m", 3)) layout.origin_m = Vec3{(*o)[0], (*o)[1], (*o)[2]};
+  return layout;
+}
+
+/// What a volume says about the reading of its file.
+VolumeRequest how_to_read(const Section& section) {
+  VolumeRequest request;
+  request.length_unit = section.text("length_unit").value_or("");
+  request.as = section.text("as").value_or("");
+  request.series = section.text("series").value_or("");
+  request.components_along = section.text("components_along").value_or("");
+  request.frame = static_cast<int>(section.number("frame").value_or(-1));
+  request.time_s = section.number("time");
+  if (const auto c = section.numbers("crop_m", 6)) request.crop = Box{{(*c)[0], (*c)[1], (*c)[2]}, {(*c)[3], (*c)[4], (*c)[5]}};
+  request.layout = layout_in(section);
+  const toml::table* fields = section.subtable("fields");
+  if (!fields) return request;
+  for (const auto& [key, node] : *fields) {
+    const std::string name(key.str());
+    if (!detail::is_plain_word(name)) {
+      fail(place_of(key.source()),
+           "field name " + in_quotes(name) + " is no plain word; use a letter, then letters, digits, '_' or '-'");
+    }
+    const std::string where = "field " + in_quotes(name) + " of " + section.where();
+    if (!node.is_table()) fail(place_of(node), where + " is " + kind_of(node) + "; it must be {array = text, unit = text}");
+    const Section field(*node.as_table(), detail::volume_field_keys(), where);
+    request.fields.push_back({name, field.text("array").value_or(""), field.text("unit").value_or("")});
+  }
+  return request;
 }
 
 class Loader {
@@ -705,11 +760,10 @@ class Loader {
       fail(place_of(table), "volume " + in_quotes(name) + " has " + (sources == 0 ? "no data" : "two sources") +
                                 "; give either 'file' or 'analytic'");
     }
-    for (const char* key : {"length_unit", "fields", "frame", "as", "series", "components_along", "time", "crop_m", "dims",
-                            "axes", "components", "spacing_m", "origin_m"}) {
-      if (!plan.analytic.empty() && section.node(key)) {
-        fail(place_of(*section.node(key)),
-             in_quotes(key) + " in volume " + in_quotes(name) + " speaks of a file; leave it out with 'analytic'");
+    for (const Key& key : detail::file_keys()) {
+      if (!plan.analytic.empty() && section.node(key.name)) {
+        fail(place_of(*section.node(key.name)),
+             in_quotes(key.name) + " in volume " + in_quotes(name) + " speaks of a file; leave it out with 'analytic'");
       }
     }
     if (plan.sampled && plan.analytic.empty()) {
@@ -760,48 +814,13 @@ class Loader {
   }
 
   VolumeRequest read_request(const Section& section) const {
-    VolumeRequest request;
+    VolumeRequest request = how_to_read(section);
     if (section.node("files")) {
       request.files = find_files(*section.text("files"), section);
     } else {
       for (const std::string& file : section.texts("file")) request.files.push_back(find_file(file, section));
       if (request.files.empty())
         fail(place_of(*section.node("file")), "'file' in " + section.where() + " is an empty list; name a file");
-    }
-    request.length_unit = section.text("length_unit").value_or("");
-    request.as = section.text("as").value_or("");
-    request.series = section.text("series").value_or("");
-    request.components_along = section.text("components_along").value_or("");
-    request.frame = static_cast<int>(section.number("frame").value_or(-1));
-    request.time_s = section.number("time");
-    if (const auto c = section.numbers("crop_m", 6))
-      request.crop = Box{{(*c)[0], (*c)[1], (*c)[2]}, {(*c)[3], (*c)[4], (*c)[5]}};
-    request.layout.axes = section.text("axes").value_or("");
-    request.layout.components = section.text("components").value_or("");
-    if (const auto n = section.numbers("dims", 3)) {
-      for (std::size_t a = 0; a < 3; ++a) {
-        const double dim = (*n)[a];
-        if (!(dim >= 1.0 && dim <= 1e9) || dim != std::floor(dim)) {
-          fail(place_of(*section.node("dims")),
-               "'dims' in " + section.where() + " are no counts of voxels; give whole numbers above 0");
-        }
-        request.layout.dims[a] = static_cast<std::int64_t>(dim);
-      }
-    }
-    if (const auto s = section.numbers("spacing_m", 3)) request.layout.spacing_m = {(*s)[0], (*s)[1], (*s)[2]};
-    if (const auto o = section.numbers("origin_m", 3)) request.layout.origin_m = Vec3{(*o)[0], (*o)[1], (*o)[2]};
-    const toml::table* fields = section.subtable("fields");
-    if (!fields) return request;
-    for (const auto& [key, node] : *fields) {
-      const std::string name(key.str());
-      if (!detail::is_plain_word(name)) {
-        fail(place_of(key.source()),
-             "field name " + in_quotes(name) + " is no plain word; use a letter, then letters, digits, '_' or '-'");
-      }
-      const std::string where = "field " + in_quotes(name) + " of " + section.where();
-      if (!node.is_table()) fail(place_of(node), where + " is " + kind_of(node) + "; it must be {array = text, unit = text}");
-      const Section field(*node.as_table(), detail::volume_field_keys(), where);
-      request.fields.push_back({name, field.text("array").value_or(""), field.text("unit").value_or("")});
     }
     return request;
   }
@@ -1088,6 +1107,12 @@ LoadedScene load_scene(const std::filesystem::path& path, const ReadVolume& read
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(file.gcount()));
   return parse_scene(std::move(text), name, path.parent_path(), read_volume, modes, options);
+}
+
+VolumeRequest how_to_read(const std::vector<std::pair<std::string, std::string>>& keys) {
+  toml::table table;
+  for (const auto& [key, value] : keys) Setter::put(&table, key, value, std::string(set_mark) + key);
+  return how_to_read(Section(table, detail::file_keys(), "what is said of the file"));
 }
 
 }  // namespace palpa

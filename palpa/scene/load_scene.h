@@ -32,6 +32,10 @@ LoadedScene load_scene(const std::filesystem::path& path, const ReadVolume& read
 LoadedScene parse_scene(std::string text, const std::string& name, const std::filesystem::path& folder,
                         const ReadVolume& read_volume, const ModeCatalog& modes, const SceneOptions& options = {});
 
+/// How a file is read with these keys of `[volume.NAME]` (length_unit, as, dims, …), each with its value as `--set` gives it.
+/// Names no file. Throws SceneError.
+VolumeRequest how_to_read(const std::vector<std::pair<std::string, std::string>>& keys);
+
 /// The tables of docs/scene.md, from the same list of keys that loading checks against.
 std::string scene_reference_markdown(const ModeCatalog& modes);
 /// A mode's page table: its parameters as Markdown.

@@ -165,6 +165,11 @@ Step as_int16(const Step& before, const VolumeField& field, int components) {
 WrittenField written(const VolumeField& field, const ConvertOptions& options, GridGeometry& grid, std::vector<FieldPtr>& kept) {
   const GridView* view = grid_of(*field.field);
   if (!view) throw LoadError("field '" + field.name + "' has no voxels of its own to write; give a file of a grid");
+  const bool on_new_grid = options.resample_m != 0.0 && !options.crop && options.downsample == 1;
+  if (view->geometry.is_rectilinear() && !on_new_grid) {
+    throw LoadError("field '" + field.name +
+                    "' lies on planes at uneven distances, which NRRD and VTI cannot say; resample it (--resample-m M), whole");
+  }
   const int components = view->voxels.components;
   Step step = of_voxels(*view);
   if (options.crop) step = cropped(step, *options.crop, components);
@@ -225,7 +230,7 @@ std::vector<std::string> convert(const Volume& volume, const std::filesystem::pa
     }
   }
   if (volume.frames > 1)
-    lost.push_back("one of " + std::to_string(volume.frames) + " frames is written (--frame N takes another)");
+    lost.push_back("one of " + std::to_string(volume.frames) + " frames is written (frame = N takes another)");
   write_volume(result, out, options.progress);
   return lost;
 }

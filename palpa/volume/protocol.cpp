@@ -102,13 +102,15 @@ class Unpacker {
 };
 
 void pack(Packer& to, const ArrayLayout& m) {
-  to.text(m.axes), to.text(m.components);
+  to.text(m.type), to.text(m.byte_order), to.text(m.axes), to.text(m.components);
+  to.number(m.header_bytes);
   for (const std::int64_t n : m.dims) to.number(n);
   to.vector(m.spacing_m);
   to.optional(m.origin_m, [&](const Vec3& v) { to.vector(v); });
 }
 void unpack(Unpacker& from, ArrayLayout& m) {
-  m.axes = from.text(), m.components = from.text();
+  m.type = from.text(), m.byte_order = from.text(), m.axes = from.text(), m.components = from.text();
+  m.header_bytes = from.number<std::int64_t>();
   for (std::int64_t& n : m.dims) n = from.number<std::int64_t>();
   m.spacing_m = from.vector();
   m.origin_m = from.optional<Vec3>([&] { return from.vector(); });

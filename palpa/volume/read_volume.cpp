@@ -16,6 +16,7 @@
 #include <string_view>
 
 #include "palpa/volume/protocol.h"
+#include "palpa/volume/raw_file.h"
 #include "palpa/volume/reader_process.h"
 
 namespace palpa {
@@ -201,23 +202,6 @@ void check(const Header& header) {
   }
 }
 
-/// Refuses voxels that do not fit, before memory is taken.
-void check_size(const Header& header, const std::vector<Taken>& taken, std::uint64_t bytes, const ReadOptions& options,
-                std::uint64_t limit) {
-  const std::uint64_t free = free_memory_bytes();
-  std::uint64_t with_work = 0;
-  if (__builtin_add_overflow(bytes, header.working_bytes, &with_work)) with_work = UINT64_MAX;
-  const bool too_large = bytes > limit;
-  if (!too_large && (options.max_bytes != 0 || with_work <= free)) return;
-  const auto& n = header.fields[taken.front().field].grid.dims;
-  std::ostringstream text;
-  text << "claims " << n[0] << " × " << n[1] << " × " << n[2] << " voxels, which need "
-       << readable_bytes(static_cast<double>(too_large ? bytes : with_work)) << " where "
-       << readable_bytes(static_cast<double>(too_large ? limit : free))
-       << (options.max_bytes != 0 ? " are allowed" : " are free") << "; crop or downsample the volume (palpa convert --crop, --downsample)";
-  throw LoadError(text.str());
-}
-
 /// Memory that the reader fills: made here, shared by descriptor, and once `seal`ed and mapped nobody's to
 /// change. It can neither shrink nor grow from the start, so that no read of ours can miss it.
 class SharedMemory {
@@ -271,78 +255,69 @@ Expected expect(protocol::Message message) {
   throw LoadError("cannot be read: palpa-read answered out of turn; update both programs together");
 }
 
-/// `read_volume_file` of one file; errors are sentences, without its name.
-VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
-  const std::uint64_t limit = options.max_bytes != 0 ? options.max_bytes : free_memory_bytes() / 3 * 2;
-  const protocol::Request ask = as_asked(request, limit);
-  std::uint64_t file_bytes = 0;
-  const auto take = [&](const std::string& file) {
-    check_file(file);
-    file_bytes += bytes_of(file);
-  };
-  take(ask.path);
-  for (const std::string& partner : ask.partners) take(partner);
-
-  VolumeFile result;
+/// What is read of a file, and where it goes.
+struct Plan {
   Header header;
-  protocol::Room room;
   std::vector<Taken> taken;
-  std::vector<std::uint64_t> offsets;
-  std::unique_ptr<SharedMemory> memory;
-  protocol::Done done;
+  protocol::Room room;
+  std::vector<std::uint64_t> offsets;  ///< of each field of `room` in memory, and the size of all
   double metres_per_file_unit = 1.0;
-  {
-    detail::ReaderProcess reader(detail::find_reader(options.reader), options.idle_limit_s);
-    reader.send(ask);
-    header = expect<Header>(reader.receive(file_bytes, reader_slack_bytes + 8 * file_bytes));
-    check(header);
-    result.volume.warnings = header.warnings;
-    metres_per_file_unit = metres_per_unit(request, header, result.volume);
-    taken = taken_fields(request, header);
-    for (const Taken& t : taken) room.fields.push_back(t.field);
-    std::sort(room.fields.begin(), room.fields.end());
-    room.fields.erase(std::unique(room.fields.begin(), room.fields.end()), room.fields.end());
-    const auto placed = protocol::place(header, room);
-    if (!placed) throw LoadError("claims more voxels than can be counted; the header is damaged");
-    offsets = *placed;
-    check_size(header, taken, offsets.back(), options, limit);
-    for (const Taken& t : taken) {
-      GridGeometry even = in_metres(header.fields[t.field].grid, metres_per_file_unit);
-      even.planes = {};  // they come with the voxels
-      if (const char* problem = problem_with(even)) {
-        throw LoadError("cannot be placed in the world (" + std::string(problem) + "); correct its header");
-      }
-    }
+};
 
-    memory = std::make_unique<SharedMemory>(offsets.back());
-    reader.send(room, memory->descriptor());
-    const std::uint64_t work = file_bytes + offsets.back() + header.working_bytes;
-    const std::uint64_t memory_bytes = reader_slack_bytes + 8 * file_bytes + 2 * (offsets.back() + header.working_bytes);
-    for (bool more = true; more;) {
-      auto part = expect<protocol::Done>(reader.receive(work, memory_bytes));
-      done.files.insert(done.files.end(), part.files.begin(), part.files.end());
-      done.warnings.insert(done.warnings.end(), part.warnings.begin(), part.warnings.end());
-      done.resampled = part.resampled;
-      more = part.more && !part.files.empty() && done.files.size() < most_files;
+/// Checks the header of a file, and what is wanted of it. Warnings and the unit go to `volume`.
+Plan planned(Header header, const VolumeRequest& request, Volume& volume) {
+  check(header);
+  Plan plan{std::move(header), {}, {}, {}};
+  volume.warnings = plan.header.warnings;
+  plan.metres_per_file_unit = metres_per_unit(request, plan.header, volume);
+  plan.taken = taken_fields(request, plan.header);
+  for (const Taken& t : plan.taken) plan.room.fields.push_back(t.field);
+  std::sort(plan.room.fields.begin(), plan.room.fields.end());
+  plan.room.fields.erase(std::unique(plan.room.fields.begin(), plan.room.fields.end()), plan.room.fields.end());
+  const auto placed = protocol::place(plan.header, plan.room);
+  if (!placed) throw LoadError("claims more voxels than can be counted; the header is damaged");
+  plan.offsets = *placed;
+  for (const Taken& t : plan.taken) {
+    GridGeometry even = in_metres(plan.header.fields[t.field].grid, plan.metres_per_file_unit);
+    even.planes = {};  // they come with the voxels
+    if (const char* problem = problem_with(even)) {
+      throw LoadError("cannot be placed in the world (" + std::string(problem) + "); correct its header");
     }
   }
+  return plan;
+}
 
-  const std::shared_ptr<const std::byte> voxels = memory->sealed_and_mapped();
-  Volume& volume = result.volume;
-  result.frames = header.frames;
-  volume.format = header.format;
-  volume.modality = header.modality;
-  volume.medical_frame = header.medical_frame;
-  volume.frames = header.frames;
+/// Refuses voxels that do not fit, before memory is taken.
+void check_size(const Plan& plan, const ReadOptions& options, std::uint64_t limit) {
+  const std::uint64_t free = free_memory_bytes(), bytes = plan.offsets.back();
+  std::uint64_t with_work = 0;
+  if (__builtin_add_overflow(bytes, plan.header.working_bytes, &with_work)) with_work = UINT64_MAX;
+  const bool too_large = bytes > limit;
+  if (!too_large && (options.max_bytes != 0 || with_work <= free)) return;
+  const auto& n = plan.header.fields[plan.taken.front().field].grid.dims;
+  std::ostringstream text;
+  text << "claims " << n[0] << " × " << n[1] << " × " << n[2] << " voxels, which need "
+       << readable_bytes(static_cast<double>(too_large ? bytes : with_work)) << " where "
+       << readable_bytes(static_cast<double>(too_large ? limit : free))
+       << (options.max_bytes != 0 ? " are allowed" : " are free")
+       << "; crop or downsample the volume (palpa convert --crop, --downsample)";
+  throw LoadError(text.str());
+}
+
+/// The fields of a plan whose voxels are there.
+void add_fields(Volume& volume, const Plan& plan, const std::shared_ptr<const std::byte>& voxels, const protocol::Done& done) {
+  volume.format = plan.header.format;
+  volume.modality = plan.header.modality;
+  volume.medical_frame = plan.header.medical_frame;
+  volume.frames = plan.header.frames;
   volume.files = done.files;
   volume.warnings.insert(volume.warnings.end(), done.warnings.begin(), done.warnings.end());
-  for (const Taken& t : taken) {
-    const FieldHeader& field = header.fields[t.field];
-    const auto slot =
-        static_cast<std::size_t>(std::lower_bound(room.fields.begin(), room.fields.end(), t.field) - room.fields.begin());
-    const std::shared_ptr<const void> data(voxels, voxels.get() + offsets[slot]);
-    GridGeometry grid = in_metres(field.grid, metres_per_file_unit);
-    take_planes(grid, voxels.get() + offsets[slot] + (protocol::voxel_bytes(field).value() + 7) / 8 * 8);
+  for (const Taken& t : plan.taken) {
+    const FieldHeader& field = plan.header.fields[t.field];
+    const auto slot = static_cast<std::size_t>(std::ranges::lower_bound(plan.room.fields, t.field) - plan.room.fields.begin());
+    const std::shared_ptr<const void> data(voxels, voxels.get() + plan.offsets[slot]);
+    GridGeometry grid = in_metres(field.grid, plan.metres_per_file_unit);
+    take_planes(grid, voxels.get() + plan.offsets[slot] + (protocol::voxel_bytes(field).value() + 7) / 8 * 8);
     FieldPtr made;
     try {
       made = grid_field(grid, {field.type, field.components, data}, field.scale, field.offset);
@@ -350,18 +325,70 @@ VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
       throw LoadError(std::string("cannot be felt: ") + problem.what());
     }
     volume.fields.push_back({t.name, t.unit, std::move(made)});
-    if (done.resampled.size() == room.fields.size()) volume.fields.back().resampling = done.resampled[slot];
+    if (done.resampled.size() == plan.room.fields.size()) volume.fields.back().resampling = done.resampled[slot];
     const double lost =
         std::round((1.0 - grid_of(*volume.fields.back().field)->valid_share) * static_cast<double>(grid.voxels()));
     if (lost > 0 && !volume.fields.back().resampling) {
       std::ostringstream text;
       text << std::fixed;
       text.precision(0);
-      if (taken.size() > 1) text << "field '" << t.name << "': ";
+      if (plan.taken.size() > 1) text << "field '" << t.name << "': ";
       text << lost << (lost == 1 ? " voxel is" : " voxels are") << " not finite: treated as outside";
       volume.warnings.push_back(text.str());
     }
   }
+}
+
+/// A file of bare numbers. Looked at it is mapped; else copied, unless it would fill more than half of the memory.
+void read_raw(const VolumeRequest& request, const protocol::Request& ask, const ReadOptions& options, Volume& volume) {
+  const detail::RawFile file(ask);
+  const Plan plan = planned(file.header, request, volume);
+  protocol::Done done{{{ask.path, bytes_of(ask.path), {}}}, {}};
+  const bool large = options.max_bytes == 0 && plan.offsets.back() > free_memory_bytes() / 2;
+  if (file.kept_in_place() && (options.look || large)) {
+    if (!options.look)
+      done.warnings.push_back("is mapped, not copied, as it fills half of the free memory: leave the file alone");
+    return add_fields(volume, plan, file.mapped(), done);
+  }
+  check_size(plan, options, ask.max_bytes);
+  add_fields(volume, plan, file.copied(done.files.front()), done);
+}
+
+/// A file that palpa-read parses.
+void read_parsed(const VolumeRequest& request, const protocol::Request& ask, const ReadOptions& options, Volume& volume) {
+  std::uint64_t file_bytes = bytes_of(ask.path);
+  for (const std::string& partner : ask.partners) check_file(partner), file_bytes += bytes_of(partner);
+  protocol::Done done;
+  Plan plan;
+  std::unique_ptr<SharedMemory> memory;
+  {
+    detail::ReaderProcess reader(detail::find_reader(options.reader), options.idle_limit_s);
+    reader.send(ask);
+    plan = planned(expect<Header>(reader.receive(file_bytes, reader_slack_bytes + 8 * file_bytes)), request, volume);
+    check_size(plan, options, ask.max_bytes);
+    const std::uint64_t bytes = plan.offsets.back(), working_bytes = plan.header.working_bytes;
+    memory = std::make_unique<SharedMemory>(bytes);
+    reader.send(plan.room, memory->descriptor());
+    const std::uint64_t memory_bytes = reader_slack_bytes + 8 * file_bytes + 2 * (bytes + working_bytes);
+    for (bool more = true; more;) {
+      auto part = expect<protocol::Done>(reader.receive(file_bytes + bytes + working_bytes, memory_bytes));
+      done.files.insert(done.files.end(), part.files.begin(), part.files.end());
+      done.warnings.insert(done.warnings.end(), part.warnings.begin(), part.warnings.end());
+      done.resampled = part.resampled;
+      more = part.more && !part.files.empty() && done.files.size() < most_files;
+    }
+  }
+  add_fields(volume, plan, memory->sealed_and_mapped(), done);
+}
+
+/// `read_volume_file` of one file; errors are sentences, without its name.
+VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
+  const std::uint64_t limit = options.max_bytes != 0 ? options.max_bytes : free_memory_bytes() / 3 * 2;
+  const protocol::Request ask = as_asked(request, limit);
+  check_file(ask.path);
+  VolumeFile result;
+  (ask.layout.type.empty() ? read_parsed : read_raw)(request, ask, options, result.volume);
+  result.frames = result.volume.frames;
   return result;
 }
 

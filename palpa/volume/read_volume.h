@@ -14,13 +14,16 @@ struct ReadOptions {
   std::uint64_t max_bytes =
       0;                       ///< voxels larger than this are refused before memory is taken; 0: two thirds of the free memory
   double idle_limit_s = 10.0;  ///< without progress (CPU time or bytes read) the reader is ended; > 0
+  bool look = false;           ///< only to look at: a file of bare numbers is mapped, not copied, and has no checksum
 };
 
 /// Opens the file(s) of a request. The files are parsed by a child program with limits of its own, so
 /// that no damaged file can crash, hang or fill this process. Returns the fields in world metres (LPS
 /// for medical data). Throws LoadError with one line: `FILE: what is wrong; what would be right`.
 ///
-/// The voxels lie in shared memory that nobody can change any more, and stay as long as a field of the
+/// A file of bare numbers (`layout.type`) needs no parser and no child.
+///
+/// The voxels lie in memory that nobody can change any more, and stay as long as a field of the
 /// volume does. Blocks while the file is read; any number of threads may open files at once.
 Volume read_volume(const VolumeRequest& request, const ReadOptions& options = {});
 /// One file with its defaults.

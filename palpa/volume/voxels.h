@@ -5,11 +5,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "palpa/volume/protocol.h"
 
-namespace palpa::reader {
+namespace palpa::detail {
 
 /// The number types that files have.
 enum class RawType : std::uint8_t { int8, uint8, int16, uint16, int32, uint32, int64, uint64, float32, float64 };
@@ -55,7 +56,21 @@ struct RawVoxels {
   std::array<std::int64_t, 3> stride{1, 1, 1};
   std::int64_t component_stride = 1;
   int components = 1;
+  bool swapped = false;  ///< in the other byte order than this machine's
 };
+
+/// The type with this name: "int16". Throws LoadError.
+RawType type_named(std::string_view name);
+
+/// The axes that the indices of an array are along, slowest first: "zyx" where the layout says nothing. Throws LoadError.
+std::string axes_of(const ArrayLayout& layout);
+
+/// An array whose indices have these lengths, slowest first; one of four has vector components, where the layout says or, of
+/// length 3, where no other can be them. Throws LoadError where it does not fit the layout.
+RawVoxels arranged(RawType type, const std::vector<std::int64_t>& lengths, const ArrayLayout& layout);
+
+/// Where an array lies: its steps and origin, and in `header` whether they are in metres.
+GridGeometry placed_by(const ArrayLayout& layout, protocol::Header& header);
 
 /// How vector components get into the world: value = axes · (raw · scale + offset).
 struct Turn {
@@ -81,4 +96,4 @@ bool kept_as_they_are(const RawVoxels& raw, const Turn& turn, const protocol::Fi
 /// Copies voxels that start at `first` to `to` as `keep` said.
 void copy_voxels(const void* first, const RawVoxels& raw, const Turn& turn, const protocol::FieldHeader& field, std::byte* to);
 
-}  // namespace palpa::reader
+}  // namespace palpa::detail

@@ -3,9 +3,9 @@
 
 #include <string>
 
-namespace palpa::reader {
+namespace palpa::detail {
 
 /// The checksum in hexadecimal. Throws LoadError with a sentence when the file cannot be read.
 std::string sha256_of_file(const std::string& path);
 
-}  // namespace palpa::reader
+}  // namespace palpa::detail

@@ -1,6 +1,6 @@
 // Our own, because none of the linked libraries offers it: VTK's KWSys and ITK have MD5, GDCM MD5 and SHA-1;
 // OpenSSL or libgcrypt would be a new dependency for sixty lines.
-#include "sha256.h"
+#include "palpa/volume/sha256.h"
 
 #if defined(__x86_64__)
 #include <cpuid.h>
@@ -18,7 +18,7 @@
 
 #include "palpa/core/load_error.h"
 
-namespace palpa::reader {
+namespace palpa::detail {
 namespace {
 
 constexpr std::array<std::uint32_t, 64> round_constants = {
@@ -143,4 +143,4 @@ std::string sha256_of_file(const std::string& path) {
   return text;
 }
 
-}  // namespace palpa::reader
+}  // namespace palpa::detail
