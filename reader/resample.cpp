@@ -267,7 +267,7 @@ void Resampler::choose_grid(const std::optional<Box>& crop) {
   for (int a = 0; a < 3; ++a) {
     grid_.dims[static_cast<std::size_t>(a)] = static_cast<std::int64_t>(count(a));
     step[a] = (box_high[a] - box_low[a]) / (count(a) - 1.0);
-    if (!(step[a] > 1e-9 * longest)) throw LoadError("is flat: it has no volume to be felt");
+    if (!(step[a] > 1e-9 * longest)) throw LoadError("is flat: it has no volume to be felt; give a grid of three dimensions");
   }
   grid_.index_to_world_m = {{{step[0], 0, 0}, {0, step[1], 0}, {0, 0, step[2]}}};
   grid_.origin_m = vec(box_low);

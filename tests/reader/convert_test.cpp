@@ -75,6 +75,11 @@ TEST_F(Convert, KeepsShearedGridsTypesAndUnits) {
   for (auto& v : *raw) v = static_cast<std::int16_t>(random());
   const Volume volume = made(VoxelType::int16, {raw, raw->data()}, 1);
   for (const char* name : {"a.nrrd", "b.nhdr"}) {
+    if (grid_of(*field.field)->geometry.is_rectilinear()) {
+      const std::string text = error_of([&] { convert(volume, folder_.path() / "a.vti"); });
+      EXPECT_NE(text.find("uneven distances"), std::string::npos) << text;
+      return;
+    }
     const Volume again = converted(volume, name);
     EXPECT_TRUE(again.medical_frame);
     EXPECT_EQ(again.fields[0].unit, "HU");
@@ -224,11 +229,8 @@ TEST_P(RoundTrips, ChangeNothing) {
   expect_same(*volume.fields[0].field, *vti.fields[0].field, 1e-5 * span_of(*volume.fields[0].field));
 }
 
-INSTANTIATE_TEST_SUITE_P(Sets, RoundTrips, ::testing::ValuesIn(data_sets()), [](const auto& set) {
-  std::string name = set.param.file;
-  for (char& c : name) c = std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
-  return name;
-});
+INSTANTIATE_TEST_SUITE_P(Sets, RoundTrips, ::testing::ValuesIn(data_sets()),
+                         [](const auto& set) { return name_of(set.param); });
 
 }  // namespace
 }  // namespace palpa::test

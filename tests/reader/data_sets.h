@@ -1,6 +1,8 @@
 // The sets of the shared data, for tests and commands that hold for each of them.
 #pragma once
 
+#include <cctype>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -11,6 +13,14 @@ struct DataSet {
   std::string file;
   std::vector<std::string> with{};  ///< in the same folder
 };
+inline void PrintTo(const DataSet& set, std::ostream* to) { *to << set.file; }
+
+/// The file as part of a test's name.
+inline std::string name_of(const DataSet& set) {
+  std::string name = set.file;
+  for (char& c : name) c = std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
+  return name;
+}
 
 /// One of each kind of file that there is, whether it can be opened or is refused.
 inline std::vector<DataSet> data_sets() {

@@ -28,11 +28,8 @@ TEST_P(FirstScenes, AreFeltUnderARecordedHand) {
   EXPECT_LT(touch.buzz_n, 5e-3);
 }
 
-INSTANTIATE_TEST_SUITE_P(Sets, FirstScenes, ::testing::ValuesIn(data_sets()), [](const auto& set) {
-  std::string name = set.param.file;
-  for (char& c : name) c = std::isalnum(static_cast<unsigned char>(c)) ? c : '_';
-  return name;
-});
+INSTANTIATE_TEST_SUITE_P(Sets, FirstScenes, ::testing::ValuesIn(data_sets()),
+                         [](const auto& set) { return name_of(set.param); });
 
 }  // namespace
 }  // namespace palpa::test

@@ -1,4 +1,5 @@
-// Damages the files of the shared data at random, many times, and says what became of them: a row for each set.
+// Damages files of the shared data, and made ones of the formats that they lack, at random, many times, and says what became of
+// them: a row for each set.
 //
 //   mutate_data DATA_FOLDER [COUNT] [SEED] [PART_OF_A_NAME]
 //
@@ -29,14 +30,14 @@ int main(int argc, char** argv) {
       "wrong |");
   std::puts("|---|---|---|---|---|---|---|---|");
   bool wrong = false;
-  for (const DataSet& set : data_sets()) {
-    if (set.file.find(part) == std::string::npos) continue;
+  for (const SetToDamage& set : sets_to_damage(argv[1])) {
+    if (set.name.find(part) == std::string::npos) continue;
     std::fflush(stdout);
     // A process for each set, because the system says the peak over all children of one.
     const pid_t child = ::fork();
     if (child == 0) {
-      const MutationResult r = read_mutations(argv[1], set, count, seed, options);
-      std::printf("| %s | %d | %d | %d | %.2f | %.0f | %.0f | %zu |\n", set.file.c_str(), r.read, r.refused, r.reader_ended,
+      const MutationResult r = read_mutations(set, count, seed, options);
+      std::printf("| %s | %d | %d | %d | %.2f | %.0f | %.0f | %zu |\n", set.name.c_str(), r.read, r.refused, r.reader_ended,
                   r.slowest_s, r.true_peak_bytes / 1e6, r.peak_bytes / 1e6, r.wrong.size());
       for (const std::string& text : r.wrong) std::printf("  wrong: %s\n", text.c_str());
       std::fflush(stdout);
@@ -45,7 +46,7 @@ int main(int argc, char** argv) {
     int status = 0;
     ::waitpid(child, &status, 0);
     if (status != 0) wrong = true;
-    if (WIFSIGNALED(status)) std::printf("| %s | CRASHED by signal %d | | | | | | 1 |\n", set.file.c_str(), WTERMSIG(status));
+    if (WIFSIGNALED(status)) std::printf("| %s | CRASHED by signal %d | | | | | | 1 |\n", set.name.c_str(), WTERMSIG(status));
   }
   return wrong ? 1 : 0;
 }

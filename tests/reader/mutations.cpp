@@ -93,9 +93,9 @@ class Damage {
   std::mt19937 random_;
 };
 
-void look_at(const fs::path& file, const ReadOptions& options, MutationResult& result) {
+void look_at(const VolumeRequest& request, const ReadOptions& options, MutationResult& result) {
   try {
-    const Volume volume = read_volume(file, options);
+    const Volume volume = read_volume(request, options);
     ++result.read;
     for (const VolumeField& field : volume.fields) {
       const Vec3 middle_m = field.field->bounds_m().centre_m();
@@ -107,7 +107,7 @@ void look_at(const fs::path& file, const ReadOptions& options, MutationResult& r
     const std::string text = error.what();
     ++result.refused;
     result.reader_ended += text.find("palpa-read") != std::string::npos;
-    if (text.rfind(file.string() + ": ", 0) != 0 || text.find('\n') != std::string::npos ||
+    if (text.rfind(request.files.front().string() + ": ", 0) != 0 || text.find('\n') != std::string::npos ||
         text.find("; ") == std::string::npos) {
       result.wrong.push_back(text);
     }
@@ -116,40 +116,46 @@ void look_at(const fs::path& file, const ReadOptions& options, MutationResult& r
 
 }  // namespace
 
-MutationResult read_mutations(const std::string& data_folder, const DataSet& set, int count, std::uint32_t seed,
-                              const ReadOptions& options) {
-  const fs::path original = fs::path(data_folder) / set.file;
+MutationResult read_mutations(const SetToDamage& set, int count, std::uint32_t seed, const ReadOptions& options) {
+  const TemporaryFolder made, work;
+  const fs::path original = set.original(made);
   if (!fs::exists(original)) throw std::runtime_error(original.string() + " is not there");
-  const fs::path set_folder = fs::is_directory(original) ? original : original.parent_path();
-  const TemporaryFolder work;
+  const bool is_folder = fs::is_directory(original);
+  const fs::path set_folder = is_folder ? original : original.parent_path();
   const fs::path copy = work.path() / set_folder.filename();
   fs::copy(set_folder, copy, fs::copy_options::recursive);
-  fs::permissions(copy, fs::perms::owner_all, fs::perm_options::add);
-  const fs::path asked_for = fs::is_directory(original) ? copy : copy / original.filename();
+  for (const auto& entry : fs::recursive_directory_iterator(work.path())) {
+    if (entry.is_directory()) fs::permissions(entry.path(), fs::perms::owner_all, fs::perm_options::add);
+  }
+  VolumeRequest request = set.request;
+  request.files = {is_folder ? copy : copy / original.filename()};
 
-  std::vector<fs::path> targets;
-  if (fs::is_directory(original)) {
-    for (const auto& entry : fs::directory_iterator(original)) targets.push_back(copy / entry.path().filename());
+  std::vector<fs::path> targets;  // in the set's folder
+  if (is_folder) {
+    for (const auto& entry : fs::recursive_directory_iterator(original)) {
+      if (entry.is_regular_file()) targets.push_back(entry.path().lexically_relative(set_folder));
+    }
     std::sort(targets.begin(), targets.end());
   } else {
     // The file itself most often: it has the header.
-    targets.assign(set.with.empty() ? 1 : 3, asked_for);
-    for (const std::string& partner : set.with) targets.push_back(copy / partner);
+    targets.assign(set.with.empty() ? 1 : 3, original.filename());
+    targets.insert(targets.end(), set.with.begin(), set.with.end());
   }
 
   MutationResult result;
-  look_at(asked_for, options, result);
+  look_at(request, options, result);
   const bool opens = result.read == 1;
   result = {};
   result.true_peak_bytes = children_peak_bytes();
   Damage damage(seed);
   for (int n = 0; n < count; ++n) {
-    const fs::path& target = targets[damage.below(targets.size())];
-    const std::string bytes = content(set_folder / target.filename());
+    const fs::path& chosen = targets[damage.below(targets.size())];
+    const fs::path target = copy / chosen;
+    const std::string bytes = content(set_folder / chosen);
     fs::remove_all(target);
     damage.put(target, bytes);
     const auto begin = std::chrono::steady_clock::now();
-    look_at(asked_for, options, result);
+    look_at(request, options, result);
     const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
     result.slowest_s = std::max(result.slowest_s, spent.count());
     fs::remove_all(target);

@@ -5,8 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "data_sets.h"
-#include "palpa/volume/read_volume.h"
+#include "sets_to_damage.h"
 
 namespace palpa::test {
 
@@ -21,11 +20,10 @@ struct MutationResult {
   std::vector<std::string> wrong;  ///< what must not be: two lines, no place, no remedy, a value that is not finite
 };
 
-/// Damages the file, a file of the folder, or one that is read with it, `count` times: cut off, bits flipped, characters of the
+/// Damages the file, a file in the folder, or one that is read with it, `count` times: cut off, bits flipped, characters of the
 /// header and its numbers changed, bytes taken out, put in or zeroed, empty, a link to itself, a folder, gone. The same
 /// seed gives the same damage. Memory is that of all children of this process so far. Throws runtime_error where the set is not
 /// there.
-MutationResult read_mutations(const std::string& data_folder, const DataSet& set, int count, std::uint32_t seed,
-                              const ReadOptions& options);
+MutationResult read_mutations(const SetToDamage& set, int count, std::uint32_t seed, const ReadOptions& options);
 
 }  // namespace palpa::test

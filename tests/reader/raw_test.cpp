@@ -1,0 +1,124 @@
+// Files of bare numbers, whose shape is said by keys.
+#include <cmath>
+
+#include "files.h"
+
+namespace palpa::test {
+namespace {
+
+const FileGrid grid{{6, 5, 4}, {{{0.5, 0, 0}, {0, 0.25, 0}, {0, 0, 2}}}, {1, 2, 3}};
+Vec3 metres(const Vec3& p) { return p; }
+
+VolumeRequest of_type(const std::string& type) {
+  VolumeRequest request;
+  request.layout = {.type = type, .dims = {6, 5, 4}, .spacing_m = {0.5, 0.25, 2}, .origin_m = Vec3{1, 2, 3}};
+  return request;
+}
+
+class Raw : public ReaderTest {
+ protected:
+  /// Read by a session, and only looked at.
+  template <class Check>
+  void both(const fs::path& file, const VolumeRequest& request, Check check) {
+    for (const bool look : {false, true}) {
+      options_.look = look;
+      check(read(file, request));
+    }
+    options_.look = false;
+  }
+};
+
+TEST_F(Raw, EveryTypeAndByteOrderBehindAnyHeader) {
+  const auto expect = [&](const std::string& type, auto number) {
+    for (const bool big : {false, true}) {
+      for (const std::size_t header : {0UL, 13UL, 64UL}) {
+        SCOPED_TRACE(type + (big ? " big " : " little ") + std::to_string(header));
+        VolumeRequest request = of_type(type);
+        request.layout.byte_order = big ? "big" : "little";
+        request.layout.header_bytes = static_cast<std::int64_t>(header);
+        const Linear linear{{2, 4, 1}, 30};
+        const fs::path file =
+            folder_.write("a.raw", std::string(header, '#') + linear_voxels<decltype(number)>(grid, metres, big, linear));
+        both(file, request, [&](const Volume& volume) {
+          EXPECT_EQ(volume.format, "raw");
+          EXPECT_TRUE(volume.warnings.empty()) << all_warnings(volume);
+          expect_linear(*volume.fields[0].field, grid, metres, linear);
+        });
+      }
+    }
+  };
+  expect("int8", std::int8_t{});
+  expect("uint8", std::uint8_t{});
+  expect("int16", std::int16_t{});
+  expect("uint16", std::uint16_t{});
+  expect("int32", std::int32_t{});
+  expect("uint32", std::uint32_t{});
+  expect("float32", float{});
+  expect("float64", double{});
+  EXPECT_NE(error_of([&] { read(folder_.write("a.raw", "12"), of_type("int12")); }).find("int8 to int64"), std::string::npos);
+}
+
+TEST_F(Raw, OtherOrdersOfAxesAndVectors) {
+  const std::string zyx = linear_voxels<float>(grid, metres);
+  std::string xyz, first, last;
+  for (std::size_t i = 0; i < 6; ++i)
+    for (std::size_t j = 0; j < 5; ++j)
+      for (std::size_t k = 0; k < 4; ++k) xyz += zyx.substr(4 * (i + 6 * (j + 5 * k)), 4);
+  VolumeRequest request = of_type("float32");
+  request.layout.axes = "xyz";
+  both(folder_.write("a.raw", xyz), request,
+       [&](const Volume& volume) { expect_linear(*volume.fields[0].field, grid, metres); });
+  for (int v = 0; v < 6 * 5 * 4; ++v)
+    for (const float c : {1.0F, 2.0F, 3.0F}) last += bytes_of(c);
+  for (const float c : {1.0F, 2.0F, 3.0F})
+    for (int v = 0; v < 6 * 5 * 4; ++v) first += bytes_of(c);
+  request = of_type("float32");
+  for (const auto& [said, bytes] : {std::pair{"first", first}, {"last", last}}) {
+    request.layout.components = said;
+    both(folder_.write("a.raw", bytes), request, [&](const Volume& volume) {
+      EXPECT_EQ(volume.fields[0].field->vector({1.2, 2.1, 4}).value, (Vec3{1, 2, 3}));
+    });
+  }
+}
+
+TEST_F(Raw, SizesThatDoNotFitAreSaid) {
+  const std::string bytes = linear_voxels<std::int16_t>(grid, metres);
+  VolumeRequest request = of_type("int16");
+  EXPECT_NE(error_of([&] { read(folder_.write("a.raw", bytes.substr(1)), request); }).find("239 bytes"), std::string::npos);
+  EXPECT_TRUE(warns_of(read(folder_.write("a.raw", bytes + "ab"), request), "2 bytes more"));
+  request.layout.header_bytes = 4;
+  EXPECT_NE(error_of([&] { read(folder_.write("a.raw", bytes), request); }).find("need 244"), std::string::npos);
+  request = of_type("int16");
+  request.layout.dims = {1'000'000'000, 1'000'000'000, 1'000'000'000};
+  error_of([&] { read(folder_.write("a.raw", bytes), request); });
+  request.layout.dims = {0, 5, 4};
+  EXPECT_NE(error_of([&] { read(folder_.write("a.raw", bytes), request); }).find("dims"), std::string::npos);
+  request = of_type("int16");
+  options_.max_bytes = 200;
+  EXPECT_NE(error_of([&] { read(folder_.write("a.raw", bytes), request); }).find("are allowed"), std::string::npos);
+  options_.max_bytes = 0;
+  error_of([&] { read(folder_.path(), request); });
+  request.as = "vector";
+  EXPECT_NE(error_of([&] { read(folder_.write("a.raw", bytes), request); }).find("bare numbers"), std::string::npos);
+}
+
+TEST_F(Raw, ASessionHasItsOwnCopyAndTheChecksum) {
+  const fs::path file = folder_.write("a.raw", linear_voxels<std::int16_t>(grid, metres));
+  const Volume volume = read(file, of_type("int16"));
+  EXPECT_EQ(volume.files.front().sha256.size(), 64U);
+  fs::resize_file(file, 0);
+  expect_linear(*volume.fields[0].field, grid, metres);
+}
+
+TEST_F(Raw, KeysOfShapeAreRefusedWhereTheFileSaysIt) {
+  const fs::path file = folder_.write("a.nrrd",
+                                      "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nspacings: 1 1 1\nencoding: "
+                                      "raw\n\n12345678");
+  read(file);
+  VolumeRequest request;
+  request.layout.dims = {2, 2, 2};
+  EXPECT_NE(error_of([&] { read(file, request); }).find("says its own shape"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace palpa::test
