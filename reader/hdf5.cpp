@@ -151,7 +151,8 @@ class Hdf5Source final : public Source {
     if (file_ < 0) throw LoadError("cannot be read as HDF5; check that the file is whole");
     header.default_unit = "m";
     header.named = true;
-    takes.inside = true, takes.layout = true;
+    takes.inside = true, takes.layout = true, takes.index_axes = true;
+    along_index_ = request.components_along == "index";
     files.push_back(request.path);
     chosen_frame(request, 1, header.warnings);
     if (request.inside.empty() && H5Lexists(file_, "VTKHDF", H5P_DEFAULT) > 0) {
@@ -168,13 +169,13 @@ class Hdf5Source final : public Source {
       const Array& array = arrays_[wanted[i]];
       const protocol::FieldHeader& field = header.fields[wanted[i]];
       const Handle dataset(H5Dopen2(file_, array.path.c_str(), H5P_DEFAULT), H5Dclose);
-      const bool direct = kept_as_they_are(array.raw, {}, field);
+      const bool direct = kept_as_they_are(array.raw, array.turn, field);
       std::size_t count = static_cast<std::size_t>(array.raw.components);
       for (const std::int64_t n : array.raw.dims) count *= static_cast<std::size_t>(n);
       std::vector<std::byte> room(direct ? 0 : count * size_of(array.raw.type));
       if (H5Dread(dataset, memory_type(array.raw.type), H5S_ALL, H5S_ALL, H5P_DEFAULT, direct ? to[i] : room.data()) < 0)
         throw LoadError("array '" + array.path + "' cannot be read; it is damaged, or the file is not whole");
-      if (!direct) copy_voxels(room.data(), array.raw, {}, field, to[i]);
+      if (!direct) copy_voxels(room.data(), array.raw, array.turn, field, to[i]);
     }
   }
 
@@ -182,6 +183,7 @@ class Hdf5Source final : public Source {
   struct Array {
     std::string path;
     RawVoxels raw;
+    Turn turn;
   };
 
   /// Adds a field for an array.
@@ -190,13 +192,14 @@ class Hdf5Source final : public Source {
     field.name = name;
     field.grid = grid;
     Turn turn;
+    if (along_index_) turn.axes = unit_axes(grid);
     keep(raw, turn, field, header.warnings);
     const Handle dataset(H5Dopen2(file_, path.c_str(), H5P_DEFAULT), H5Dclose);
     for (const char* key : {"units", "unit"}) {
       if (field.unit.empty()) field.unit = text_attribute(dataset, key);
     }
     header.fields.push_back(field);
-    arrays_.push_back({path, raw});
+    arrays_.push_back({path, raw, turn});
   }
 
   void open_array(const protocol::Request& request) {
@@ -274,6 +277,7 @@ class Hdf5Source final : public Source {
   }
 
   hid_t file_ = H5I_INVALID_HID;
+  bool along_index_ = false;   ///< vectors are along the axes of the grid
   std::vector<Array> arrays_;  ///< one for each field
 };
 

@@ -202,6 +202,8 @@ void check_request(const protocol::Request& request, const Source& source) {
     throw LoadError("has no arrays by path; give the file alone and name its arrays in 'fields'");
   if (request.layout != ArrayLayout{} && !source.takes.layout)
     throw LoadError("says its own shape; leave dims, axes, components, spacing_m and origin_m out");
+  if (request.components_along == "index" && !source.takes.index_axes)
+    throw LoadError("has no vectors along the axes of one grid; leave components_along out");
   if (!request.series.empty() && !source.takes.series)
     throw LoadError("is no DICOM file, so it holds no series; leave 'series' out");
 }

@@ -63,6 +63,7 @@ class MetaImageSource : public Source {
       throw LoadError("cannot be read as MetaImage (" + take_library_error() + "); check its header");
     }
     header.format = "metaimage";
+    takes.index_axes = true;
     header.default_unit = "mm";
     const int n = image_.NDims();
     if (n < 1 || n > 4) throw LoadError("has " + std::to_string(n) + " dimensions; one to four can be felt");

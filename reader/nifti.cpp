@@ -60,6 +60,7 @@ class NiftiSource : public Source {
  public:
   explicit NiftiSource(const protocol::Request& request) {
     header.format = "nifti";
+    takes.index_axes = true;
     header.default_unit = "mm";
     files.push_back(request.path);
     reader_->SetFileName(request.path.c_str());

@@ -166,6 +166,7 @@ class NrrdSource : public Source {
   explicit NrrdSource(const protocol::Request& request) : path_(request.path) {
     nrrd_ = load(nullptr, true);
     header.format = "nrrd";
+    takes.index_axes = true;
     header.default_unit = "mm";
     const Axes axes = sorted_axes(*nrrd_, request.as == "vector");
 

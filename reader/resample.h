@@ -9,17 +9,11 @@
 #include <string>
 #include <vector>
 
+#include "cell_values.h"
 #include "palpa/field/field.h"
 #include "palpa/field/grid.h"
 
 namespace palpa::reader {
-
-/// An array of a data set, of its points or of its cells.
-struct ArrayName {
-  std::string name;
-  bool of_cells = false;
-  int components = 1;
-};
 
 /// An array after its resampling.
 struct Resampled {
@@ -54,15 +48,14 @@ class Resampler {
     std::int64_t block, id;
     float low[3], high[3];  ///< its box and a little more, in units of `unit_` from `centre_`
   };
-  struct Values;
-  struct Locator;
   void normalise();
   void find_cells(const std::optional<Box>& crop);
   void choose_grid(const std::optional<Box>& crop);
-  void fill(const std::vector<Values>& values, const std::vector<float*>& to, std::vector<std::uint8_t>& done,
+  void load(const Cell& cell, CellAt& to) const;
+  void fill(const std::vector<PointValues>& values, const std::vector<float*>& to, std::vector<std::uint8_t>& done,
             std::int64_t first_k, std::int64_t last_k) const;
-  void look(const std::vector<Values>& values, const std::vector<float*>& to, const std::optional<Box>& crop, bool by_volume,
-            std::vector<Resampled>& out) const;
+  void look(const std::vector<PointValues>& values, const std::vector<float*>& to, const std::optional<Box>& crop,
+            bool by_volume, std::vector<Resampled>& out) const;
 
   std::vector<vtkSmartPointer<vtkPointSet>> blocks_;  ///< with points in units of `unit_`: shape functions fail on tiny cells
   std::vector<Cell> cells_;

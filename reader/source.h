@@ -23,7 +23,7 @@ class Source {
   std::vector<std::string> files;  ///< every file that the voxels come from
 
   struct {
-    bool crop = false, time = false, partners = false, inside = false, layout = false, series = false;
+    bool crop = false, time = false, partners = false, inside = false, layout = false, series = false, index_axes = false;
   } takes;  ///< the parts of a request that only some formats know; the others are refused
 
   std::vector<Resampling> resampled;  ///< one for each wanted field, once read; none of a grid that is what the file has

@@ -11,18 +11,9 @@
 #include <vector>
 
 #include "source.h"
+#include "vtk_grids.h"
 
 namespace palpa::reader {
-
-/// The grids of the points and of the cells of one data set, in the file's unit of length. Cell data lie at the centres of
-/// cells; an axis of one point has them there.
-struct PointsAndCells {
-  GridGeometry points, cells;
-};
-/// Of planes at these coordinates along the columns of `directions` from `origin`.
-PointsAndCells grids_of(const std::array<std::vector<double>, 3>& coordinates, const Mat3& directions, const Vec3& origin);
-/// Of image data whose indices begin anywhere.
-PointsAndCells grids_of(const int extent[6], const double origin[3], const double spacing[3], const double direction[9]);
 
 /// A source whose fields are arrays of VTK on the points and cells of one affine or rectilinear grid.
 class GridSource : public Source {
@@ -42,10 +33,12 @@ class GridSource : public Source {
     std::string name;
     bool of_cells;
     RawVoxels raw;
+    Turn turn;
   };
   std::vector<Array> arrays_;  ///< one for each field
 
  private:
+  bool along_index_ = false;  ///< vectors are along the axes of the grid
   PointsAndCells grids_;
   std::set<std::string> names_;
 };

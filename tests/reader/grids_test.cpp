@@ -266,5 +266,25 @@ TEST_F(Grids, WhatHasNoVolumeIsRefused) {
             std::string::npos);
 }
 
+TEST_F(Grids, VectorsAlongTheGridTurnWithIt) {
+  std::string vectors;
+  for (int p = 0; p < 8; ++p) vectors += "1 0 3 ";
+  const fs::path file = folder_.write(
+      "a.vti",
+      "<VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\"><ImageData WholeExtent=\"0 1 0 1 0 1\" "
+      "Origin=\"0 0 0\" Spacing=\"1 2 3\" Direction=\"0 -1 0 1 0 0 0 0 1\"><Piece Extent=\"0 1 0 1 0 1\"><PointData>" +
+          array("v", vectors, 3) + "</PointData></Piece></ImageData></VTKFile>");
+  VolumeRequest request;
+  EXPECT_EQ(read(file, request).fields[0].field->vector({-1, 0.5, 1}).value, (Vec3{1, 0, 3}));
+  request.components_along = "index";
+  EXPECT_EQ(read(file, request).fields[0].field->vector({-1, 0.5, 1}).value, (Vec3{0, 1, 3}));
+  const fs::path bent =
+      folder_.write("a.vts", file_of("StructuredGrid", "0 4 0 3 0 2",
+                                     structured("<PointData>" + array("p", point_values()) + "</PointData>", [](const Vec3& p) {
+                                       return Vec3{p.x, p.y + p.x * p.x, p.z};
+                                     })));
+  EXPECT_NE(error_of([&] { read(bent, request); }).find("components_along"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace palpa::test

@@ -1,0 +1,67 @@
+// The cells of data sets of VTK: what they hold at any place, by their own shape functions.
+#pragma once
+
+#include <vtkGenericCell.h>
+#include <vtkNew.h>
+#include <vtkPointSet.h>
+#include <vtkSmartPointer.h>
+
+#include <string>
+#include <vector>
+
+namespace palpa::reader {
+
+/// An array of a data set, of its points or of its cells.
+struct ArrayName {
+  std::string name;
+  bool of_cells = false;
+  int components = 1;
+};
+
+/// Whether a cell is data, not hidden.
+bool is_visible(vtkPointSet& block, vtkIdType cell);
+
+/// The numbers of the wanted arrays at the points of one block, all of a point together.
+struct PointValues {
+  int per_point = 0;
+  std::vector<int> components;
+  std::vector<float> numbers;
+
+  /// Values of cells are averaged to the points. Throws LoadError where an array is not whole.
+  PointValues(vtkPointSet& block, const std::vector<ArrayName>& arrays);
+
+  float& number(vtkIdType point, int at) { return numbers[static_cast<std::size_t>(point * per_point + at)]; }
+  const float* of(vtkIdType point) const { return numbers.data() + point * per_point; }
+
+ private:
+  void average(vtkPointSet& block, vtkDataArray& from, int at);
+};
+
+/// Whether a place lies in a cell, and the values there; each thread has its own.
+struct CellAt {
+  vtkNew<vtkGenericCell> cell;
+  std::vector<double> weights;
+  std::vector<float> found;
+
+  explicit CellAt(const std::vector<vtkSmartPointer<vtkPointSet>>& blocks) {
+    int most = 8;
+    for (const auto& block : blocks) most = std::max(most, static_cast<int>(block->GetMaxCellSize()));
+    weights.resize(static_cast<std::size_t>(most));
+  }
+  bool holds(const double (&at)[3]) {
+    double closest[3], parametric[3], distance2 = 0.0;
+    int sub = 0;
+    return cell->EvaluatePosition(at, closest, sub, parametric, distance2, weights.data()) == 1;
+  }
+  const float* values(const PointValues& of) {
+    found.assign(static_cast<std::size_t>(of.per_point), 0.0F);
+    for (vtkIdType n = 0; n < cell->GetNumberOfPoints(); ++n) {
+      const float* point = of.of(cell->GetPointId(static_cast<int>(n)));
+      const auto weight = static_cast<float>(weights[static_cast<std::size_t>(n)]);
+      for (int c = 0; c < of.per_point; ++c) found[static_cast<std::size_t>(c)] += weight * point[c];
+    }
+    return found.data();
+  }
+};
+
+}  // namespace palpa::reader

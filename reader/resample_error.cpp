@@ -1,0 +1,123 @@
+// How much is lost where cells are put onto an affine grid.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "quantile.h"
+#include "resample.h"
+
+namespace palpa::reader {
+namespace {
+
+constexpr std::int64_t places = 10'000;  // looked at by cell, and again by volume
+constexpr int tries = 1000;              // for a place within one cell
+constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+
+Vec3 vec(const double* p) { return {p[0], p[1], p[2]}; }
+
+double share_of(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
+
+/// The trilinear value of a grid of floats at a place [voxels], as the felt field will have it; NaN outside.
+float trilinear(const GridGeometry& grid, const float* voxels, int components, int component, const double (&at)[3]) {
+  std::int64_t first[3];
+  double f[3];
+  for (std::size_t a = 0; a < 3; ++a) {
+    const auto last = static_cast<double>(grid.dims[a] - 1);
+    if (!(at[a] >= 0.0 && at[a] <= last)) return nan;
+    first[a] = std::min(static_cast<std::int64_t>(at[a]), grid.dims[a] - 2);
+    f[a] = at[a] - static_cast<double>(first[a]);
+  }
+  double sum = 0.0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const int i = corner & 1, j = corner >> 1 & 1, k = corner >> 2;
+    const std::int64_t voxel = first[0] + i + grid.dims[0] * (first[1] + j + grid.dims[1] * (first[2] + k));
+    sum += (i ? f[0] : 1 - f[0]) * (j ? f[1] : 1 - f[1]) * (k ? f[2] : 1 - f[2]) *
+           static_cast<double>(voxels[voxel * components + component]);
+  }
+  return static_cast<float>(sum);
+}
+
+double range_of(const std::vector<Extent>& extents) {
+  double range = 0.0;
+  for (const Extent& e : extents) range = std::max(range, e.max - e.min);
+  return range;
+}
+
+}  // namespace
+
+void Resampler::look(const std::vector<PointValues>& values, const std::vector<float*>& to, const std::optional<Box>& crop,
+                     bool by_volume, std::vector<Resampled>& out) const {
+  std::vector<double> volumes;  // of the boxes, summed up
+  for (const Cell& c : cells_) {
+    const double box = (static_cast<double>(c.high[0]) - static_cast<double>(c.low[0])) *
+                       (static_cast<double>(c.high[1]) - static_cast<double>(c.low[1])) *
+                       (static_cast<double>(c.high[2]) - static_cast<double>(c.low[2]));
+    volumes.push_back((volumes.empty() ? 0.0 : volumes.back()) + box);
+  }
+  CellAt here(blocks_);
+  std::mt19937_64 random(by_volume ? 1 : 2);
+  std::vector<std::vector<double>> errors(to.size());
+  std::vector<std::vector<Vec3>> bad(to.size());
+  std::int64_t looked = 0;
+  for (std::int64_t n = 0; n < places; ++n) {
+    const auto any = static_cast<std::size_t>(share_of(random) * static_cast<double>(cells_.size()));
+    const Cell* cell = &cells_[std::min(any, cells_.size() - 1)];
+    if (!by_volume) load(*cell, here);
+    double at[3];
+    Vec3 world;
+    bool found = false;
+    for (int t = 0; t < tries && !found; ++t) {
+      if (by_volume) {
+        const double share = share_of(random) * volumes.back();
+        const auto hit = std::lower_bound(volumes.begin(), volumes.end(), share) - volumes.begin();
+        cell = &cells_[std::min(static_cast<std::size_t>(hit), cells_.size() - 1)];
+        load(*cell, here);
+      }
+      for (int a = 0; a < 3; ++a) {
+        const auto low = static_cast<double>(cell->low[a]);
+        at[a] = low + share_of(random) * (static_cast<double>(cell->high[a]) - low);
+      }
+      world = centre_ + unit_ * vec(at);
+      const bool wanted = !crop || (world.x >= crop->low_m.x && world.y >= crop->low_m.y && world.z >= crop->low_m.z &&
+                                    world.x <= crop->high_m.x && world.y <= crop->high_m.y && world.z <= crop->high_m.z);
+      found = wanted && here.holds(at);
+    }
+    if (!found) continue;  // a cell too thin to be hit
+    ++looked;
+    const Vec3 from = world - grid_.origin_m;
+    const Mat3& step = grid_.index_to_world_m;
+    const double index[3] = {from.x / step.row[0].x, from.y / step.row[1].y, from.z / step.row[2].z};
+    const PointValues& block = values[static_cast<std::size_t>(cell->block)];
+    const float* value = here.values(block);
+    for (std::size_t f = 0; f < to.size(); ++f) {
+      const int components = block.components[f];
+      const double range = range_of(out[f].report.extents);
+      double squares = 0.0;
+      for (int c = 0; c < components; ++c) {
+        const double d = static_cast<double>(trilinear(grid_, to[f], components, c, index) - value[c]);
+        squares += d * d;
+      }
+      value += components;
+      const double error = range > 0.0 ? std::sqrt(squares) / range : 0.0;
+      if (!std::isfinite(squares)) continue;
+      errors[f].push_back(error);
+      if (error > much_error) bad[f].push_back(world);
+    }
+  }
+  for (std::size_t f = 0; f < to.size(); ++f) {
+    ResamplingError& report = by_volume ? out[f].report.by_volume : out[f].report.by_cell;
+    report = {quantile(errors[f], 0.5), quantile(errors[f], 0.99), quantile(errors[f], 1.0),
+              looked > 0 ? static_cast<double>(errors[f].size()) / static_cast<double>(looked) : 0.0};
+    if (!(report.p99 > much_error)) continue;
+    const auto side = [&](double Vec3::*axis, double share) {
+      std::vector<double> along;
+      for (const Vec3& x : bad[f]) along.push_back(x.*axis);
+      return quantile(std::move(along), share);
+    };
+    out[f].worst = Box{{side(&Vec3::x, 0.1), side(&Vec3::y, 0.1), side(&Vec3::z, 0.1)},
+                       {side(&Vec3::x, 0.9), side(&Vec3::y, 0.9), side(&Vec3::z, 0.9)}};
+  }
+}
+
+}  // namespace palpa::reader
