@@ -3,11 +3,14 @@
 #include <metaImage.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <string_view>
 
 #include "compression.h"
 #include "messages.h"
@@ -56,9 +59,25 @@ char letter_of(const Vec3& axis) {
   return axis.z > 0 ? 'I' : 'S';
 }
 
+/// MetaIO reads as many numbers as NDims says, however many there are and wherever they go: so it is looked at before.
+void check_dimensions(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::array<char, 4096> line{};
+  while (file.getline(line.data(), line.size())) {
+    const std::string_view text(line.data());
+    if (text.find("ElementDataFile") != std::string_view::npos) return;
+    const std::size_t key = text.find("NDims");
+    const std::size_t value = key == std::string_view::npos ? key : text.find_first_of("=:", key);
+    if (value == std::string_view::npos) continue;
+    const long n = std::strtol(line.data() + value + 1, nullptr, 10);
+    if (n < 1 || n > 4) throw LoadError("has " + std::to_string(n) + " dimensions; one to four can be felt");
+  }
+}
+
 class MetaImageSource : public Source {
  public:
   explicit MetaImageSource(const protocol::Request& request) : path_(request.path) {
+    check_dimensions(path_);
     if (!image_.Read(path_.c_str(), false)) {
       throw LoadError("cannot be read as MetaImage (" + take_library_error() + "); check its header");
     }
@@ -66,7 +85,7 @@ class MetaImageSource : public Source {
     takes.index_axes = true;
     header.default_unit = "mm";
     const int n = image_.NDims();
-    if (n < 1 || n > 4) throw LoadError("has " + std::to_string(n) + " dimensions; one to four can be felt");
+    if (n < 1 || n > 4) throw LoadError("has no number of dimensions; give NDims, one to four");
     list_files();
 
     raw_.type = raw_type(image_.ElementType());

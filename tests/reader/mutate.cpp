@@ -23,6 +23,10 @@ int main(int argc, char** argv) {
   const auto seed = static_cast<std::uint32_t>(argc > 3 ? std::atoi(argv[3]) : 1);
   const std::string part = argc > 4 ? argv[4] : "";
   palpa::ReadOptions options = built_reader();
+  if (options.reader.empty()) {
+    std::fprintf(stderr, "%s: no palpa-read; set PALPA_BIN to the folder where it was built\n", argv[0]);
+    return 2;
+  }
   options.max_bytes = 1'000'000'000;
   options.idle_limit_s = 8.0;
   std::puts(
