@@ -51,7 +51,8 @@ void print_placement(const Facts& facts) {
   const Volume& volume = facts.file.volume;
   const Placement& placed = facts.placed;
   const auto& dims = placed.grid.dims;
-  fmt::print("  grid     {} × {} × {} voxels of {}\n", dims[0], dims[1], dims[2], text_of_lengths(placed.spacing_m));
+  fmt::print("  grid     {} × {} × {} voxels of {}{}\n", dims[0], dims[1], dims[2], text_of_lengths(placed.spacing_m),
+             placed.grid.is_rectilinear() ? " on average: its planes are at uneven distances" : "");
   fmt::print(
       "  size     {}, {:.3g} MB in memory{}\n", text_of_lengths(placed.size_m), static_cast<double>(facts.memory_bytes) / 1e6,
       volume.length_unit_assumed ? fmt::format("; the file says no unit of length, {} is taken", volume.length_unit) : "");

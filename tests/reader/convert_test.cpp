@@ -75,11 +75,6 @@ TEST_F(Convert, KeepsShearedGridsTypesAndUnits) {
   for (auto& v : *raw) v = static_cast<std::int16_t>(random());
   const Volume volume = made(VoxelType::int16, {raw, raw->data()}, 1);
   for (const char* name : {"a.nrrd", "b.nhdr"}) {
-    if (grid_of(*field.field)->geometry.is_rectilinear()) {
-      const std::string text = error_of([&] { convert(volume, folder_.path() / "a.vti"); });
-      EXPECT_NE(text.find("uneven distances"), std::string::npos) << text;
-      return;
-    }
     const Volume again = converted(volume, name);
     EXPECT_TRUE(again.medical_frame);
     EXPECT_EQ(again.fields[0].unit, "HU");
@@ -212,6 +207,11 @@ TEST_P(RoundTrips, ChangeNothing) {
     const VolumeField& field = volume.fields[f];
     if (!grid_of(*field.field)) GTEST_SKIP() << "has no voxels of its own";
     SCOPED_TRACE(field.name);
+    if (grid_of(*field.field)->geometry.is_rectilinear()) {
+      const std::string text = error_of([&] { convert(volume, folder_.path() / "a.vti"); });
+      EXPECT_NE(text.find("uneven distances"), std::string::npos) << text;
+      return;
+    }
     const Volume again = converted(volume, "f" + std::to_string(f) + ".nrrd", {.field = field.name});
     EXPECT_EQ(again.medical_frame, volume.medical_frame);
     EXPECT_FALSE(again.length_unit_assumed);

@@ -63,15 +63,10 @@ class InfoFacts : public ReaderTest {
         EXPECT_NEAR(info["spacing_m"][a].get<double>(), unit_m * fact["spacing"][a].get<double>(), 1e-6 * unit_m);
     }
 
-    const Json& m = info["index_to_world_m"];
-    const auto world_m = [&](const Json& ijk) {
-      double at[3];
-      for (std::size_t r = 0; r < 3; ++r) {
-        at[r] = m[r][3].get<double>();
-        for (std::size_t c = 0; c < 3; ++c) at[r] += m[r][c].get<double>() * ijk[c].get<double>();
-      }
-      return Vec3{at[0], at[1], at[2]};
-    };
+    const auto world_m = [&](const Json& ijk) { return world_of(info, ijk); };
+    for (const Json& point : fact.value("points", Json::array())) {
+      EXPECT_LT(distance(world_m(point["ijk"]), {point["xyz"][0], point["xyz"][1], point["xyz"][2]}), 1e-6);
+    }
     std::vector<Vec3> at_m;
     std::vector<Json> expected;
     const auto ask = [&](const Json& ijk, const Json& value) { at_m.push_back(world_m(ijk)), expected.push_back(value); };
@@ -92,6 +87,24 @@ class InfoFacts : public ReaderTest {
         for (std::size_t c = 0; c < 3; ++c) near(found[c], expected[n][c]);
       }
     }
+  }
+
+  /// The position of an index, as the pages say it.
+  static Vec3 world_of(const Json& info, const Json& ijk) {
+    const Json& m = info["index_to_world_m"];
+    double at[3], steps[3];
+    for (std::size_t a = 0; a < 3; ++a) {
+      steps[a] = ijk[a];
+      if (!info.contains("planes") || info["planes"][a].empty()) continue;
+      const auto cell = std::min(static_cast<std::size_t>(steps[a]), info["planes"][a].size() - 2);
+      const double from = info["planes"][a][cell], to = info["planes"][a][cell + 1];
+      steps[a] = from + (steps[a] - static_cast<double>(cell)) * (to - from);
+    }
+    for (std::size_t r = 0; r < 3; ++r) {
+      at[r] = m[r][3].get<double>();
+      for (std::size_t c = 0; c < 3; ++c) at[r] += m[r][c].get<double>() * steps[c];
+    }
+    return {at[0], at[1], at[2]};
   }
 
   Json facts_;
@@ -124,6 +137,64 @@ TEST_F(InfoFacts, OfFlowsAndMolecules) {
   expect_facts("mol_hydrogen/hydrogen.vti", facts_["mol_hydrogen"]["hydrogen.vti"], "");
   const Json wing = info_of("cfd_wing/wing.vti");
   EXPECT_EQ(wing["statistics"][2]["zeros"], facts_["cfd_wing"]["wing.vti : fluid"]["zeros(solid)"]);
+}
+
+TEST_F(InfoFacts, OfADicomSeries) {
+  const Json& fact = facts_["ct_headphantom_dicom"]["series of 28 files"];
+  expect_facts("ct_headphantom_dicom", fact, "");
+  const Json info = info_of("ct_headphantom_dicom");
+  EXPECT_EQ(info["modality"], "CT");
+  EXPECT_EQ(info["files"].size(), 28U);
+  EXPECT_EQ(info["axes_towards"], "LPS");
+  for (std::size_t a = 0; a < 3; ++a) {
+    EXPECT_NEAR(1e3 * info["origin_m"][a].get<double>(), fact["first_position_LPS"][a].get<double>(), 1e-9);
+    EXPECT_NEAR(1e3 * info["index_to_world_m"][a][2].get<double>(), fact["slice_step_vector_first"][a].get<double>(), 1e-9);
+  }
+  EXPECT_NEAR(1e3 * info["spacing_m"][0].get<double>(), fact["pixel_spacing_row_col"][1].get<double>(), 1e-9);
+  EXPECT_NEAR(1e3 * info["spacing_m"][1].get<double>(), fact["pixel_spacing_row_col"][0].get<double>(), 1e-9);
+}
+
+TEST_F(InfoFacts, OfARectilinearGrid) {
+  const Json& fact = facts_["cfd_office"]["office.binary.vtk"];
+  expect_facts("cfd_office/office.binary.vtk", fact, "vectors");
+  const Json info = info_of("cfd_office/office.binary.vtk");
+  ASSERT_EQ(info["fields"][0]["name"], "scalars");
+  EXPECT_NEAR(info["fields"][0]["min"], fact["scalars"]["min"], 1e-6);
+  EXPECT_NEAR(info["fields"][0]["max"], fact["scalars"]["max"], 1e-6);
+}
+
+TEST_F(InfoFacts, OfCurvilinearGridsWithinTheErrorThatTheySay) {
+  for (const auto& [file, key] :
+       std::vector<std::pair<std::string, std::string>>{{"cfd_bluntfin/bluntfinxyz.bin", "bluntfinxyz.bin + bluntfinq.bin"},
+                                                        {"cfd_combustor/combxyz.bin", "combxyz.bin + combq.bin"}}) {
+    SCOPED_TRACE(file);
+    const Json& fact = facts_[file.substr(0, file.find('/'))][key];
+    const auto value_at = [](const Json& of, const Json& ijk) {
+      for (const Json& voxel : of["voxels"]) {
+        if (voxel["ijk"] == ijk) return voxel["value"];
+      }
+      return Json();
+    };
+    for (const Json& point : fact["points"]) {
+      const Json density = value_at(fact["density"], point["ijk"]), momentum = value_at(fact["momentum"], point["ijk"]);
+      const Json info = info_of(file, {{point["xyz"][0], point["xyz"][1], point["xyz"][2]}});
+      for (const Json& field : info["fields"]) {
+        for (std::size_t a = 0; a < 3; ++a) EXPECT_EQ(field["dims"][a], fact["dims"][a]);
+        const double error = field["resampling_error"]["by_cell"]["max"];
+        const Json& found = info["samples"][0]["values"][field["name"].get<std::string>()];
+        if (field["name"] == "density") {
+          EXPECT_NEAR(field["min"], fact["density"]["min"], 1e-6);
+          EXPECT_NEAR(field["max"], fact["density"]["max"], 1e-6);
+          const double range = fact["density"]["max"].get<double>() - fact["density"]["min"].get<double>();
+          if (!density.is_null()) EXPECT_NEAR(found, density, error * range);
+        }
+        if (field["name"] == "momentum" && !momentum.is_null()) {
+          for (std::size_t c = 0; c < 3; ++c)
+            EXPECT_NEAR(found[c], momentum[c], error * (field["max"][c].get<double>() - field["min"][c].get<double>()));
+        }
+      }
+    }
+  }
 }
 
 TEST_F(InfoFacts, SayWhichWayThePatientLies) {
