@@ -15,11 +15,11 @@
 namespace palpa::app {
 namespace {
 
-/// `PATH=VALUE` as its two halves.
-std::pair<std::string, std::string> split_set(const std::string& text) {
+/// `PATH=VALUE` as its two halves. \param example  for who wrote it otherwise
+std::pair<std::string, std::string> split_set(const std::string& text, const std::string& example) {
   const std::size_t at = text.find('=');
   if (at == 0 || at == std::string::npos) {
-    throw LoadError("--set " + text + ": is no setting; write it as PATH=VALUE");
+    throw LoadError("--set " + text + ": is no setting; write " + example);
   }
   return {text.substr(0, at), text.substr(at + 1)};
 }
@@ -64,7 +64,7 @@ void add_how_to_read(CLI::App* command, std::vector<std::string>& sets) {
 }
 VolumeRequest how_to_read(const std::vector<std::string>& sets) {
   std::vector<std::pair<std::string, std::string>> keys;
-  for (const std::string& set : sets) keys.push_back(split_set(set));
+  for (const std::string& set : sets) keys.push_back(split_set(set, "KEY=VALUE, as in length_unit=cm"));
   return palpa::how_to_read(keys);
 }
 
@@ -259,7 +259,8 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   if (*run_command) {
     RunOptions& options = run.options;
     options.arguments.assign(argv + 1, argv + argc);
-    for (const std::string& set : sets) options.scene_options.sets.push_back(split_set(set));
+    for (const std::string& set : sets)
+      options.scene_options.sets.push_back(split_set(set, "PATH=VALUE, as in coupling.stiffness_n_per_m=500"));
     if (!hold.empty()) options.hold = hold == "rigid" ? Hold::rigid : hold == "relaxed" ? Hold::relaxed : Hold::firm;
     if (!center.empty()) options.recording.center = center == "on";
     return run_scene(std::move(run), stop);

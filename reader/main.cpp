@@ -19,11 +19,12 @@
 #include <fstream>
 #include <future>
 #include <new>
+#include <stdexcept>
 #include <string_view>
 
 #include "dicom_files.h"
 #include "messages.h"
-#include "palpa/volume/sha256.h"
+#include "palpa/field/sha256.h"
 #include "source.h"
 
 namespace palpa::reader {
@@ -289,8 +290,12 @@ int main() {
     reader::serve(socket);
   } catch (const std::bad_alloc&) {
     sentence = "needs more memory to be read than its header says; it is probably damaged";
-  } catch (const std::exception& error) {
+  } catch (const std::length_error&) {
+    sentence = "claims more than memory can hold; its header is damaged";
+  } catch (const LoadError& error) {
     sentence = error.what();
+  } catch (const std::exception& error) {
+    sentence = std::string("cannot be read (") + error.what() + "); check that the file is whole";
   }
   if (!sentence.empty()) protocol::send(socket, protocol::Failure{sentence});
   ::_exit(sentence.empty() ? 0 : 1);  // without the libraries' farewells

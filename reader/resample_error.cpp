@@ -10,8 +10,9 @@
 namespace palpa::reader {
 namespace {
 
-constexpr std::int64_t places = 10'000;  // looked at by cell, and again by volume
-constexpr int tries = 1000;              // for a place within one cell
+constexpr std::int64_t places = 10'000;          // looked at by cell, and again by volume
+constexpr int tries = 1000;                      // for a place within one cell,
+constexpr std::int64_t all_tries = 50 * places;  // and for all: damaged cells are hit by none
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 
 Vec3 vec(const double* p) { return {p[0], p[1], p[2]}; }
@@ -59,7 +60,7 @@ void Resampler::look(const std::vector<PointValues>& values, const std::vector<f
   std::mt19937_64 random(by_volume ? 1 : 2);
   std::vector<std::vector<double>> errors(to.size());
   std::vector<std::vector<Vec3>> bad(to.size());
-  std::int64_t looked = 0;
+  std::int64_t looked = 0, tried = 0;
   for (std::int64_t n = 0; n < places; ++n) {
     const auto any = static_cast<std::size_t>(share_of(random) * static_cast<double>(cells_.size()));
     const Cell* cell = &cells_[std::min(any, cells_.size() - 1)];
@@ -67,7 +68,7 @@ void Resampler::look(const std::vector<PointValues>& values, const std::vector<f
     double at[3];
     Vec3 world;
     bool found = false;
-    for (int t = 0; t < tries && !found; ++t) {
+    for (int t = 0; t < tries && tried < all_tries && !found; ++t, ++tried) {
       if (by_volume) {
         const double share = share_of(random) * volumes.back();
         const auto hit = std::lower_bound(volumes.begin(), volumes.end(), share) - volumes.begin();

@@ -9,7 +9,7 @@
 
 #include "palpa/core/load_error.h"
 #include "palpa/volume/protocol.h"
-#include "palpa/volume/voxels.h"
+#include "palpa/volume/protocol_voxels.h"
 
 namespace palpa::reader {
 

@@ -11,7 +11,7 @@
 #include <future>
 
 #include "palpa/core/load_error.h"
-#include "palpa/volume/sha256.h"
+#include "palpa/field/sha256.h"
 
 namespace palpa::detail {
 namespace {

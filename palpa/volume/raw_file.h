@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "palpa/volume/protocol.h"
-#include "palpa/volume/voxels.h"
+#include "palpa/volume/protocol_voxels.h"
 
 namespace palpa::detail {
 

@@ -277,13 +277,6 @@ Plan planned(Header header, const VolumeRequest& request, Volume& volume) {
   const auto placed = protocol::place(plan.header, plan.room);
   if (!placed) throw LoadError("claims more voxels than can be counted; the header is damaged");
   plan.offsets = *placed;
-  for (const Taken& t : plan.taken) {
-    GridGeometry even = in_metres(plan.header.fields[t.field].grid, plan.metres_per_file_unit);
-    even.planes = {};  // they come with the voxels
-    if (const char* problem = problem_with(even)) {
-      throw LoadError("cannot be placed in the world (" + std::string(problem) + "); correct its header");
-    }
-  }
   return plan;
 }
 
@@ -302,6 +295,17 @@ void check_size(const Plan& plan, const ReadOptions& options, std::uint64_t limi
        << (options.max_bytes != 0 ? " are allowed" : " are free")
        << "; crop or downsample the volume (palpa convert --crop, --downsample)";
   throw LoadError(text.str());
+}
+
+/// Refuses grids that are nowhere in the world.
+void check_places(const Plan& plan) {
+  for (const Taken& t : plan.taken) {
+    GridGeometry even = in_metres(plan.header.fields[t.field].grid, plan.metres_per_file_unit);
+    even.planes = {};  // they come with the voxels
+    if (const char* problem = problem_with(even)) {
+      throw LoadError("cannot be placed in the world (" + std::string(problem) + "); correct its header");
+    }
+  }
 }
 
 /// The fields of a plan whose voxels are there.
@@ -344,6 +348,7 @@ void read_raw(const VolumeRequest& request, const protocol::Request& ask, const 
   const detail::RawFile file(ask);
   const Plan plan = planned(file.header, request, volume);
   protocol::Done done{{{ask.path, bytes_of(ask.path), {}}}, {}};
+  check_places(plan);
   const bool large = options.max_bytes == 0 && plan.offsets.back() > free_memory_bytes() / 2;
   if (file.kept_in_place() && (options.look || large)) {
     if (!options.look)
@@ -366,6 +371,7 @@ void read_parsed(const VolumeRequest& request, const protocol::Request& ask, con
     reader.send(ask);
     plan = planned(expect<Header>(reader.receive(file_bytes, reader_slack_bytes + 8 * file_bytes)), request, volume);
     check_size(plan, options, ask.max_bytes);
+    check_places(plan);
     const std::uint64_t bytes = plan.offsets.back(), working_bytes = plan.header.working_bytes;
     memory = std::make_unique<SharedMemory>(bytes);
     reader.send(plan.room, memory->descriptor());

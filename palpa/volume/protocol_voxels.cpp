@@ -1,4 +1,4 @@
-#include "palpa/volume/voxels.h"
+#include "palpa/volume/protocol_voxels.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-// From the voxels of a file to those that Palpa keeps.
+// From the voxels of a file to those that the protocol hands over and Palpa keeps.
 #pragma once
 
 #include <array>
