@@ -13,13 +13,6 @@ TEST_P(FirstScenes, AreFeltUnderARecordedHand) {
   const fs::path data = shared_file(GetParam().file);
   const fs::path hand = shared_file("trajectories/inverse3_woodcarving_20231121_102837.csv");
   if (data.empty() || hand.empty()) GTEST_SKIP() << "the shared data are not here: set PALPA_SHARED to their folder";
-  VolumeRequest request;
-  try {
-    request.files = {data};
-    read_volume(request, options_);
-  } catch (const LoadError& refused) {
-    GTEST_SKIP() << "is not opened: " << refused.what();
-  }
   const FirstTouch touch = first_touch(data, hand, options_);
   SCOPED_TRACE(touch.scene);
   EXPECT_EQ(touch.faults, 0);

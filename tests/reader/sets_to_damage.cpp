@@ -132,8 +132,10 @@ SetToDamage vtk_in_pieces() {
 
 std::vector<SetToDamage> sets_to_damage(const fs::path& data_folder) {
   std::vector<SetToDamage> sets;
-  for (const DataSet& set : data_sets()) {
-    sets.push_back({set.file, [file = data_folder / set.file](const TemporaryFolder&) { return file; }, set.with});
+  for (const std::vector<DataSet>& kind : {data_sets(), refused_sets()}) {
+    for (const DataSet& set : kind) {
+      sets.push_back({set.file, [file = data_folder / set.file](const TemporaryFolder&) { return file; }, set.with});
+    }
   }
   using Syntax = gdcm::TransferSyntax;
   for (const bool folder : {false, true}) {
