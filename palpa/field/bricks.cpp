@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <thread>
 #include <type_traits>
 
@@ -113,6 +114,15 @@ Bricks::Bricks(const GridGeometry& geometry, const Voxels& voxels, int component
     const std::jthread other(fill, std::ref(there), 0, middle);
     fill(here, middle, count_[2]);
   });
+}
+
+std::optional<Bricks::Range> Bricks::whole() const noexcept {
+  Range range{infinity, -infinity};
+  for (const Range& brick : ranges_) {
+    if (!(brick.min <= brick.max)) return std::nullopt;
+    range = {std::min(range.min, brick.min), std::max(range.max, brick.max)};
+  }
+  return range;
 }
 
 }  // namespace palpa::detail

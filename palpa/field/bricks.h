@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "palpa/field/grid.h"
@@ -25,6 +26,9 @@ class Bricks {
   /// Reads the voxels once, by two threads.
   /// \param reach  [voxels] beyond the corners of a cell that its interpolant reads: 0 trilinear, 1 cubic
   Bricks(const GridGeometry& geometry, const Voxels& voxels, int component, int reach);
+
+  /// Of all voxels; none where they are not all finite.
+  std::optional<Range> whole() const noexcept;
 
   /// Of the brick at position b along each axis.
   const Range& at(const std::int64_t (&b)[3]) const noexcept {

@@ -1,7 +1,9 @@
 #include "palpa/field/grid_base.h"
 
 #include <array>
+#include <optional>
 #include <string>
+#include <type_traits>
 #include <utility>
 
 namespace palpa::detail {
@@ -111,9 +113,14 @@ GridBase::GridBase(const GridGeometry& geometry, Voxels voxels, double scale, do
                         std::max(bounds_m_.high_m.z, world.z)};
   }
 
+  if (components() == 1) bricks_ = bricks_of(0);
   const std::int64_t count = geometry.voxels();
-  const Found found = with_values_of(view_.voxels, [&](const auto* values) {
-    return view_.voxels.components == 1 ? find_range<1>(values, count) : find_range<3>(values, count);
+  const Found found = with_values_of(view_.voxels, [&]<class T>(const T* values) {
+    if constexpr (std::is_same_v<T, float> || sizeof(T) <= 2) {  // what bricks hold exactly
+      const bool of_voxels = components() == 1 && coefficients_ == view_.voxels.data;
+      if (const auto whole = of_voxels ? bricks_.whole() : std::nullopt) return Found{{{{whole->min, whole->max}}}, count};
+    }
+    return components() == 1 ? find_range<1>(values, count) : find_range<3>(values, count);
   });
   view_.valid_share = static_cast<double>(found.valid) / static_cast<double>(count);
   for (int c = 0; c < components(); ++c) {
@@ -126,7 +133,6 @@ GridBase::GridBase(const GridGeometry& geometry, Voxels voxels, double scale, do
     }
     extents_.back() = {min, max};
   }
-  if (components() == 1) bricks_ = bricks_of(0);
 }
 
 namespace {
