@@ -149,6 +149,7 @@ struct Volume {
   bool medical_frame = false;         ///< the world is LPS: x to the patient's left, y to the back, z to the head
   std::string format;                 ///< "dicom", "nrrd", "vti", "plot3d", …; "formula" or "grid" of embedded data
   std::string modality;               ///< "CT", "MR", … as the file says it; empty if it does not
+  std::string frame_of_reference;     ///< DICOM's UID of the space that positions are in; empty if the file does not say it
   std::string length_unit;            ///< of the file, before its lengths became metres: "mm"; empty for embedded data
   bool length_unit_assumed = false;   ///< neither the file nor the request says it: it is that of the format
   std::vector<SourceFile> files;      ///< empty for embedded data

@@ -950,6 +950,7 @@ class Loader {
     if (const toml::node* node = plan.table->get("filter")) {
       volume = at(*node, plan, [&] { return filtered(volume, plan.filter); });
     }
+    warn_of_other_space(plan, volume);
     at(*plan.table, plan, [&] {
       return plan.poses.empty() ? scene.add(plan.name, std::move(volume), plan.pose, plan.filter)
                                 : scene.add_moving(plan.name, std::move(volume), plan.poses, plan.filter);
@@ -957,8 +958,21 @@ class Loader {
     SceneVolume& added = *scene.find_volume(plan.name);
     added.source = plan.source;
     added.smoothing_m = plan.smoothing_m;
-    for (const std::string& warning : added.volume.warnings) {
-      loaded_.warnings.push_back(detail::one_line(place_of(*plan.table) + ": volume " + in_quotes(plan.name) + ": " + warning));
+    for (const std::string& warning : added.volume.warnings) warn_of(plan, warning);
+  }
+
+  void warn_of(const VolumePlan& plan, const std::string& warning) {
+    loaded_.warnings.push_back(detail::one_line(place_of(*plan.table) + ": volume " + in_quotes(plan.name) + ": " + warning));
+  }
+
+  /// Scans of one patient on two days have positions that look alike and mean different places.
+  void warn_of_other_space(const VolumePlan& plan, const Volume& volume) {
+    if (plan.table->contains("pose") || plan.table->contains("poses")) return;  // somebody has brought them together
+    for (const SceneVolume& earlier : loaded_.scene.volumes()) {
+      const std::string& space = earlier.volume.frame_of_reference;
+      if (space.empty() || volume.frame_of_reference.empty() || space == volume.frame_of_reference) continue;
+      return warn_of(plan, "is in another frame of reference than volume " + in_quotes(earlier.name) +
+                               ": they lie together only by chance; register one to the other, or give it a pose");
     }
   }
 

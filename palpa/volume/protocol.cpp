@@ -165,14 +165,15 @@ FieldHeader unpack_field(Unpacker& from) {
 }
 
 void pack(Packer& to, const Header& m) {
-  to.text(m.format), to.text(m.modality), to.text(m.length_unit), to.text(m.default_unit);
+  to.text(m.format), to.text(m.modality), to.text(m.frame_of_reference), to.text(m.length_unit), to.text(m.default_unit);
   to.number(static_cast<std::uint8_t>(m.medical_frame)), to.number(static_cast<std::uint8_t>(m.named));
   to.number(m.frames), to.number(m.working_bytes);
   to.list(m.fields, [&](const FieldHeader& f) { pack(to, f); });
   to.list(m.warnings, [&](const std::string& w) { to.text(w); });
 }
 void unpack(Unpacker& from, Header& m) {
-  m.format = from.text(), m.modality = from.text(), m.length_unit = from.text(), m.default_unit = from.text();
+  m.format = from.text(), m.modality = from.text(), m.frame_of_reference = from.text(), m.length_unit = from.text(),
+  m.default_unit = from.text();
   m.medical_frame = from.truth(), m.named = from.truth();
   m.frames = from.number<std::int32_t>();
   m.working_bytes = from.number<std::uint64_t>();

@@ -56,12 +56,13 @@ struct FieldHeader {
 };
 
 struct Header {
-  std::string format;          ///< as in `Volume::format`
-  std::string modality;        ///< as in `Volume::modality`
-  std::string length_unit;     ///< as the file says it; empty if it does not
-  std::string default_unit;    ///< of the format
-  bool medical_frame = false;  ///< the grids are in LPS
-  bool named = false;          ///< the file itself names its arrays
+  std::string format;              ///< as in `Volume::format`
+  std::string modality;            ///< as in `Volume::modality`
+  std::string frame_of_reference;  ///< as in `Volume::frame_of_reference`
+  std::string length_unit;         ///< as the file says it; empty if it does not
+  std::string default_unit;        ///< of the format
+  bool medical_frame = false;      ///< the grids are in LPS
+  bool named = false;              ///< the file itself names its arrays
   std::int32_t frames = 1;
   std::uint64_t working_bytes = 0;  ///< what reading takes beside the voxels
   std::vector<FieldHeader> fields;

@@ -312,6 +312,7 @@ void check_places(const Plan& plan) {
 void add_fields(Volume& volume, const Plan& plan, const std::shared_ptr<const std::byte>& voxels, const protocol::Done& done) {
   volume.format = plan.header.format;
   volume.modality = plan.header.modality;
+  volume.frame_of_reference = plan.header.frame_of_reference;
   volume.medical_frame = plan.header.medical_frame;
   volume.frames = plan.header.frames;
   volume.files = done.files;

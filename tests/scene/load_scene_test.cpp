@@ -545,6 +545,27 @@ TEST(LoadScene, PassesWarningsOfVolumesOn) {
   EXPECT_THAT(loaded.warnings, ElementsAre("s.toml:2:1: volume 'v': no unit of length; taken as metres"));
 }
 
+TEST(LoadScene, WarnsOfVolumesInDifferentFramesOfReference) {
+  const Folder folder;
+  for (const char* file : {"a.nrrd", "b.nrrd", "c.nrrd"}) folder.file(file);
+  const auto warnings = [&](const std::string& of_b, const char* pose_of_b) {
+    const ReadVolume reader = [&](const VolumeRequest& request) {
+      Volume scan = sphere_field();
+      const auto name = request.files.front().filename();
+      scan.frame_of_reference = name == "a.nrrd" ? "1.2.3" : name == "b.nrrd" ? of_b : "";
+      return scan;
+    };
+    const std::string text = "palpa = 1\n[volume.a]\nfile = 'a.nrrd'\n[volume.b]\nfile = 'b.nrrd'\n" + std::string(pose_of_b) +
+                             "\n[volume.c]\nfile = 'c.nrrd'\n[[mode]]\ntype = 'viscosity'\nfield = 'a'\n";
+    return parse_scene(text, "s.toml", folder.path, reader, standard_modes()).warnings;
+  };
+  EXPECT_THAT(warnings("1.2.3", ""), ElementsAre());
+  EXPECT_THAT(warnings("", ""), ElementsAre());
+  EXPECT_THAT(warnings("1.2.4", "pose = {translate_m = [0.01, 0, 0]}"), ElementsAre());
+  EXPECT_THAT(warnings("1.2.4", ""),
+              ElementsAre(StartsWith("s.toml:4:1: volume 'b': is in another frame of reference than volume 'a': ")));
+}
+
 TEST(LoadScene, FromAFile) {
   const Folder folder;
   const auto file = folder.file("ball.toml", ball);
