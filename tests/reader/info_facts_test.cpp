@@ -21,9 +21,9 @@ class InfoFacts : public ReaderTest {
     facts_ = Json::parse(std::ifstream(file));
   }
 
-  Json info_of(const std::string& file, const std::vector<Vec3>& at_m = {}, const std::string& as = {}) {
+  Json info_of(const std::string& file, const std::vector<Vec3>& at_m = {}, const VolumeRequest& request = {}) {
     app::InfoArguments arguments{.files = {shared_file(file)}, .json = true, .at_m = at_m, .read = options_};
-    arguments.request.as = as;
+    arguments.request = request;
     ::testing::internal::CaptureStdout();
     ::testing::internal::CaptureStderr();
     EXPECT_EQ(app::run_info(arguments), 0);
@@ -32,9 +32,9 @@ class InfoFacts : public ReaderTest {
   }
 
   /// Dims, range, mean, steps and every value of one field, asked for as a user would: by the affine, and at world positions.
-  void expect_facts(const std::string& file, const Json& fact, const std::string& field, const std::string& as = {}) {
+  void expect_facts(const std::string& file, const Json& fact, const std::string& field, const VolumeRequest& request = {}) {
     SCOPED_TRACE(file + " " + field);
-    const Json info = info_of(file, {}, as);
+    const Json info = info_of(file, {}, request);
     std::size_t f = 0;
     while (f < info["fields"].size() && !field.empty() && info["fields"][f]["name"] != field) ++f;
     ASSERT_LT(f, info["fields"].size());
@@ -67,16 +67,41 @@ class InfoFacts : public ReaderTest {
     for (const Json& point : fact.value("points", Json::array())) {
       EXPECT_LT(distance(world_m(point["ijk"]), {point["xyz"][0], point["xyz"][1], point["xyz"][2]}), 1e-6);
     }
+    const auto place = [](const Json& of) { return Vec3{of[0], of[1], of[2]}; };
+    if (fact.contains("origin") && fact["origin"].is_array())
+      EXPECT_LT(distance(place(info["origin_m"]), unit_m * place(fact["origin"])), 1e-6 * unit_m);
+    if (fact.contains("axcodes")) {
+      EXPECT_EQ(info["axes_towards"], fact["axcodes"]);
+    }
+    if (fact.contains("affine_RAS_mm")) {
+      for (std::size_t c = 0; c < 4; ++c) {
+        for (std::size_t r = 0; r < 3; ++r) {
+          const double lps_m = (r < 2 ? -1e-3 : 1e-3) * fact["affine_RAS_mm"][r][c].get<double>();
+          EXPECT_NEAR(info["index_to_world_m"][r][c].get<double>(), lps_m, 1e-7) << r << " " << c;
+        }
+      }
+    }
+    for (const Json& voxel : fact["voxels"]) {
+      const Vec3 here_m = world_m(voxel["ijk"]);
+      if (voxel.contains("world_RAS_mm")) {
+        const Vec3 ras_mm = place(voxel["world_RAS_mm"]);
+        EXPECT_LT(distance(here_m, 1e-3 * Vec3{-ras_mm.x, -ras_mm.y, ras_mm.z}), 1e-7);
+      }
+      if (voxel.contains("world_in_file_space"))  // LPS, in all files that say it
+        EXPECT_LT(distance(here_m, 1e-3 * place(voxel["world_in_file_space"])), 1e-7);
+    }
     std::vector<Vec3> at_m;
     std::vector<Json> expected;
     const auto ask = [&](const Json& ijk, const Json& value) { at_m.push_back(world_m(ijk)), expected.push_back(value); };
     for (const Json& voxel : fact["voxels"]) {
       if (voxel.contains("value")) ask(voxel["ijk"], voxel["value"]);
-      if (voxel.contains("values") && scalar) ask(voxel["ijk"], voxel["values"][0]);
+      if (voxel.contains("values") && scalar) {
+        ask(voxel["ijk"], voxel["values"][static_cast<std::size_t>(std::max(request.frame, 0))]);
+      }
     }
     if (fact.contains("trilinear")) ask(fact["trilinear"]["index"], fact["trilinear"]["value"]);
     ASSERT_FALSE(at_m.empty());
-    const Json samples = info_of(file, at_m, as)["samples"];
+    const Json samples = info_of(file, at_m, request)["samples"];
     ASSERT_EQ(samples.size(), expected.size());
     for (std::size_t n = 0; n < samples.size(); ++n) {
       EXPECT_EQ(samples[n]["inside"], true);
@@ -120,10 +145,68 @@ TEST_F(InfoFacts, OfScans) {
            {"mri_mha_zlib/mha.mha", "mha.mha"},
            {"mri_head_mhd/HeadMRVolume.mhd", "HeadMRVolume.mhd"},
            {"mri_avg152_bigendian/avg152T1_RL_nifti.nii.gz", "avg152T1_RL_nifti.nii.gz"},
-           {"dti_brain/FA.nii.gz", "FA.nii.gz"},
+           {"dti_brain/FA.nii.gz", "FA.nii.gz"}}) {
+    expect_facts(file, facts_[file.substr(0, file.find('/'))][key], "");
+  }
+}
+
+TEST_F(InfoFacts, OfEachFrame) {
+  for (const auto& [file, key] : std::vector<std::pair<std::string, std::string>>{
            {"mri_epi_4d/example4d.nii.gz", "example4d.nii.gz (4-D, 2 time steps)"},
            {"mri_epi_4d/example_nifti2.nii.gz", "example_nifti2.nii.gz (NIfTI-2, 4-D)"}}) {
-    expect_facts(file, facts_[file.substr(0, file.find('/'))][key], "");
+    const Json& fact = facts_["mri_epi_4d"][key];
+    for (int frame = 0; frame < fact["dims"][3].get<int>(); ++frame) {
+      VolumeRequest request;
+      request.frame = frame;
+      expect_facts(file, fact, "", request);
+    }
+    EXPECT_EQ(info_of(file)["frames"], fact["dims"][3]);
+  }
+}
+
+TEST_F(InfoFacts, OfDirections) {
+  const Json& fact = facts_["dti_brain"]["V1.nii.gz (4-D, last axis = xyz)"];
+  std::vector<Vec3> at_m;
+  const Json where = info_of("dti_brain/V1.nii.gz");
+  EXPECT_EQ(where["axes_towards"], fact["axcodes"]);
+  for (const Json& voxel : fact["voxels"]) at_m.push_back(world_of(where, voxel["ijk"]));
+  VolumeRequest request;
+  request.as = "vector";
+  const Json along_ras = info_of("dti_brain/V1.nii.gz", at_m, request);
+  request.components_along = "index";
+  const Json along_grid = info_of("dti_brain/V1.nii.gz", at_m, request);
+  EXPECT_NEAR(along_ras["statistics"][0]["max"], fact["max_norm"], 1e-5);
+  EXPECT_EQ(along_ras["statistics"][0]["zeros"], fact["zero_vectors"]);
+  // Along RAS x and y turn into LPS. Its grid goes to the left, the front and the head: along it only y does.
+  for (std::size_t n = 0; n < at_m.size(); ++n) {
+    const Json &values = fact["voxels"][n]["values"], &ras = along_ras["samples"][n]["values"].front(),
+               &grid = along_grid["samples"][n]["values"].front();
+    const double to_ras[] = {-1, -1, 1}, to_grid[] = {1, -1, 1};
+    for (std::size_t c = 0; c < 3; ++c) {
+      EXPECT_NEAR(ras[c], to_ras[c] * values[c].get<double>(), 1e-6);
+      EXPECT_NEAR(grid[c], to_grid[c] * values[c].get<double>(), 1e-6);
+    }
+  }
+}
+
+TEST_F(InfoFacts, OfEveryOrientation) {
+  const Json& all = facts_["nifti_orientations"];
+  ASSERT_EQ(all.size(), 12U);
+  for (const auto& [name, fact] : all.items()) {
+    SCOPED_TRACE(name);
+    std::vector<Vec3> at_m;
+    for (const Json& sample : fact["world_samples_trilinear"]) {
+      const Json& ras_mm = sample["RAS_mm"];
+      at_m.push_back(1e-3 * Vec3{-ras_mm[0].get<double>(), -ras_mm[1].get<double>(), ras_mm[2].get<double>()});
+    }
+    const Json info = info_of("nifti_orientations/" + name, at_m);
+    EXPECT_EQ(info["axes_towards"], fact["axcodes"]);
+    EXPECT_EQ(info["fields"][0]["dims"], fact["dims"]);
+    for (std::size_t n = 0; n < at_m.size(); ++n) {
+      EXPECT_EQ(info["samples"][n]["inside"], true);
+      const double expected = fact["world_samples_trilinear"][n]["value"];
+      EXPECT_NEAR(info["samples"][n]["values"].front().get<double>(), expected, 1e-4 * std::max(1.0, std::abs(expected)));
+    }
   }
 }
 
