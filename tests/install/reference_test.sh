@@ -25,7 +25,7 @@ for command in '' $commands; do
   [ -z "$command" ] || grep -q "^.SS palpa $command\$" <<<"$man_text" || fail "the man page has no command $command"
   [ -z "$command" ] || complete_words "${command:0:2}" | grep -qx -e "$command" || fail "no completion of $command"
   section=$(sed -n "/^.S[HS] ${command:+palpa }${command:-OPTIONS}\$/,/^.S[HS]/p" <<<"$man_text" | sed 1d)
-  for option in $("$palpa" $command --help | grep -o -E '^ +(-[a-z],)?--[a-z-]+' | grep -o -e '--[a-z-]*'); do
+  for option in $("$palpa" $command --help | grep -o -E '^ +(-[a-z],)?--[a-z0-9-]+' | grep -o -e '--[a-z0-9-]*'); do
     options=$((options + 1))
     grep -q -E -e "^.B (-[a-z],)?$option( |\$)" <<<"$section" || fail "the man page has no $command $option"
     complete_words $command "${option:0:4}" | grep -qx -e "$option" || fail "no completion of $command $option"
