@@ -267,6 +267,7 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   }
   if (*info_command) {
     info.read.look = true;
+    info.read.checksums = info.json;
     info.request = how_to_read(info_sets);
     for (const std::string& position : at_m) info.at_m.push_back(position_of(position));
     info.scene = scene_option->count() > 0;

@@ -1,4 +1,5 @@
-// Opening data beside what the library or tool for it needs alone: a DICOM series and a compressed NRRD, both made here.
+// Opening data beside what the library or tool for it needs alone: a DICOM series, a compressed NRRD and bare numbers, all made
+// here. Series and NRRD with checksums, as a run that is recorded reads them, and without.
 #include <palpa/palpa.h>
 #include <stdlib.h>
 #include <vtkDICOMCTGenerator.h>
@@ -36,7 +37,18 @@ double shortest_s(const std::function<void()>& work) {
 }
 
 void print(const char* what, double alone_s, double ours_s) {
-  std::printf("%-44s alone %6.3f s, read_volume %6.3f s: %.2f times\n", what, alone_s, ours_s, ours_s / alone_s);
+  std::printf("%-44s alone %6.3f s, ours %6.3f s: %.2f times\n", what, alone_s, ours_s, ours_s / alone_s);
+  std::fflush(stdout);
+}
+
+void run(const std::string& command) {
+  if (std::system((command + " > /dev/null 2>&1").c_str()) != 0) std::fprintf(stderr, "failed: %s\n", command.c_str());
+}
+
+double read_s(const fs::path& file, bool checksums) {
+  palpa::VolumeRequest request;
+  request.files = {file};
+  return shortest_s([&] { palpa::read_volume(request, {.checksums = checksums}); });
 }
 
 /// A head of sorts: smooth, with the noise of a scanner.
@@ -88,6 +100,21 @@ void write_nrrd(const fs::path& file, const std::vector<std::int16_t>& voxels, i
   gzclose(packed);
 }
 
+/// Bare numbers, and a scene to feel them with.
+void write_raw(const fs::path& folder, const std::vector<std::int16_t>& voxels, int n) {
+  std::FILE* file = std::fopen((folder / "volume.raw").c_str(), "wb");
+  std::fwrite(voxels.data(), sizeof voxels[0], voxels.size(), file);
+  std::fclose(file);
+  const std::string size = std::to_string(n);
+  std::FILE* scene = std::fopen((folder / "raw.toml").c_str(), "wb");
+  std::fprintf(
+      scene,
+      "palpa = 1\n[volume.v]\nfile = \"volume.raw\"\ntype = \"int16\"\ndims = [%d, %d, %d]\nspacing_m = [0.0005, 0.0005, "
+      "0.0005]\n[workspace]\nfit = \"v\"\n[[mode]]\nname = \"inside\"\ntype = \"viscosity\"\nfield = \"v\"\n",
+      n, n, n);
+  std::fclose(scene);
+}
+
 void read_dicom_alone(const fs::path& folder) {
   vtkNew<vtkStringArray> files;
   for (const auto& entry : fs::directory_iterator(folder)) files->InsertNextValue(entry.path().string());
@@ -111,12 +138,28 @@ int main(int arguments, char** argument) {
     std::vector<std::int16_t> made = voxels(n);
     write_dicom(series, made, n);
     write_nrrd(nrrd, made, n);
+    write_raw(folder, made, n);
   }
-  print("DICOM series, beside vtkDICOMReader", shortest_s([&] { read_dicom_alone(series); }),
-        shortest_s([&] { palpa::read_volume(series); }));
-  const std::string gunzip = "gzip -dc '" + packed.string() + "' > /dev/null";
-  print("gzip NRRD, beside gunzip", shortest_s([&] { static_cast<void>(std::system(gunzip.c_str())); }),
-        shortest_s([&] { palpa::read_volume(nrrd); }));
+  const double vtk_s = shortest_s([&] { read_dicom_alone(series); });
+  print("DICOM series, beside vtkDICOMReader", vtk_s, read_s(series, false));
+  print("the same, with checksums", vtk_s, read_s(series, true));
+  const double gunzip_s = shortest_s([&] { run("gzip -dc '" + packed.string() + "'"); });
+  print("gzip NRRD, beside gunzip", gunzip_s, read_s(nrrd, false));
+  print("the same, with checksums", gunzip_s, read_s(nrrd, true));
+
+  const std::string palpa = "'" + (fs::read_symlink("/proc/self/exe").parent_path() / "palpa").string() + "' ";
+  const std::string raw = "'" + (folder / "volume.raw").string() + "'", size = std::to_string(n);
+  std::printf("%-44s %.1f ms (the program starts in %.1f ms)\n", "palpa info of bare numbers",
+              1e3 * shortest_s([&] {
+                run(palpa + "info " + raw + " --set type=int16 --set 'dims=[" + size + "," + size + "," + size + "]'");
+              }),
+              1e3 * shortest_s([&] { run(palpa + "--version"); }));
+  const std::string copy = "cp " + raw + " '" + (folder / "copy.raw").string() + "'";
+  print("palpa run of bare numbers for 1 ms, beside cp", shortest_s([&] {
+          fs::remove(folder / "copy.raw");
+          run(copy);
+        }),
+        shortest_s([&] { run(palpa + "run '" + (folder / "raw.toml").string() + "' --hand sim:stroke --duration-s 0.001"); }));
   fs::remove_all(folder);
   return 0;
 }

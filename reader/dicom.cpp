@@ -62,9 +62,11 @@ class DicomSource : public Source {
   void read(const std::vector<std::uint32_t>&, const std::vector<std::byte*>& to) override {
     std::unique_ptr<std::byte[]> own, raw;  // not written to before the library has found that a file is as large as it says
     if (volume_.resampled) own = std::make_unique_for_overwrite<std::byte[]>(slices().size() * kept_bytes());
-    std::byte* kept = volume_.resampled ? own.get() : to[0];
+    const auto one = std::make_unique_for_overwrite<std::byte[]>(kept_bytes());
     int loaded = -1;
-    for (const Slice& slice : slices()) {
+    for (std::size_t n = 0; n < slices().size(); ++n) {
+      const Slice& slice = slices()[n];
+      std::byte* const kept = volume_.resampled ? own.get() + n * kept_bytes() : one.get();
       if (images_.voxel_bytes(slice) == kept_bytes() && kept_as_it_is(slice)) {
         load(slice, kept);
       } else {
@@ -75,7 +77,7 @@ class DicomSource : public Source {
         }
         convert(raw.get() + static_cast<std::size_t>(slice.frame) * slice.pixels() * size_of(slice.type), slice, kept);
       }
-      kept += kept_bytes();
+      if (!volume_.resampled) put(to[0] + n * kept_bytes(), one.get(), kept_bytes());
     }
     if (volume_.resampled) resample(own.get(), to[0]);
   }

@@ -4,8 +4,6 @@
 
 #include <gdcmImageReader.h>
 #include <gdcmTrace.h>
-#include <sys/mman.h>
-#include <unistd.h>
 #include <vtkDICOMDictionary.h>
 #include <vtkDICOMItem.h>
 #include <vtkDICOMMetaData.h>
@@ -120,13 +118,6 @@ bool all_numbers(const vtkDICOMValue& value, std::size_t count, double* to) {
   if (value.GetNumberOfValues() != count) return false;
   value.GetValues(to, count);
   return std::all_of(to, to + count, [](double n) { return std::isfinite(n); });
-}
-
-/// Asks for all the pages of some memory at once, which is faster than a fault for each. Nothing is lost where that fails.
-void make_room(std::byte* from, std::uint64_t bytes) {
-  const auto page = static_cast<std::uintptr_t>(::sysconf(_SC_PAGESIZE));
-  const auto first = reinterpret_cast<std::uintptr_t>(from) / page * page;
-  ::madvise(reinterpret_cast<void*>(first), reinterpret_cast<std::uintptr_t>(from) + bytes - first, MADV_POPULATE_WRITE);
 }
 
 }  // namespace
@@ -332,7 +323,6 @@ void DicomFiles::load(const Slice& slice, bool masked, std::byte* to) {
       throw LoadError("cannot be decompressed to the size that its header says; get the file again");
     }
   } else {
-    make_room(to, bytes);
     reader_->load_plain(name(slice), slice, voxels, bytes);
   }
   const auto size = static_cast<int>(size_of(slice.type));

@@ -10,6 +10,7 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cctype>
 #include <cerrno>
 #include <csignal>
@@ -144,7 +145,7 @@ std::unique_ptr<Source> open_source(const protocol::Request& request) {
   throw LoadError("has no format that is known; DICOM, NRRD, MetaImage, NIfTI, VTK, PLOT3D, OpenFOAM and HDF5 can be read");
 }
 
-/// Shared memory from the caller, for as long as this program runs.
+/// Shared memory from the caller, and its descriptor, for as long as this program runs.
 std::byte* mapped(int descriptor, std::uint64_t bytes) {
   struct stat status {};
   if (::fstat(descriptor, &status) != 0 || static_cast<std::uint64_t>(status.st_size) < bytes) {
@@ -152,16 +153,38 @@ std::byte* mapped(int descriptor, std::uint64_t bytes) {
   }
   void* memory = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, 0);
   if (memory == MAP_FAILED) throw std::bad_alloc();
-  ::close(descriptor);
   return static_cast<std::byte*>(memory);
 }
 
-std::vector<SourceFile> checksums(const Source& source) {
-  std::vector<SourceFile> files;
-  for (const std::string& path : source.files) files.push_back({path, file_bytes(path), sha256_of_file(path)});
-  source.check_files();
-  return files;
-}
+/// A source's files, with checksums where they are wanted: by a thread of its own that begins at once; whoever waits for them
+/// helps.
+class Checksums {
+ public:
+  Checksums(const Source& source, bool wanted) : source_(source), wanted_(wanted), files_(source.files.size()) {
+    if (wanted) other_ = std::async(std::launch::async, [this] { work(); });
+  }
+
+  std::vector<SourceFile> finished() {
+    work();
+    if (wanted_) other_.get();
+    source_.check_files();
+    return std::move(files_);
+  }
+
+ private:
+  void work() {
+    for (std::size_t f = next_++; f < files_.size(); f = next_++) {
+      const std::string& path = source_.files[f];
+      files_[f] = {path, file_bytes(path), wanted_ ? sha256_of_file(path) : std::string()};
+    }
+  }
+
+  const Source& source_;
+  const bool wanted_;
+  std::vector<SourceFile> files_;
+  std::atomic<std::size_t> next_ = 0;
+  std::future<void> other_;
+};
 
 /// Says that the voxels are there, and of which files: of many in several messages.
 void send_done(int socket, const Source& source, const std::vector<SourceFile>& files) {
@@ -224,7 +247,7 @@ void serve(int socket) {
   const std::unique_ptr<Source> source = open_source(request);
   check_request(request, *source);
   if (!protocol::send(socket, source->header)) return;
-  auto checks = std::async(std::launch::async, [&source] { return checksums(*source); });
+  Checksums checks(*source, request.checksums);
 
   auto second = protocol::receive(socket, garbled);
   if (!second || !std::holds_alternative<protocol::Room>(second->message) || second->descriptor < 0) return;
@@ -236,9 +259,14 @@ void serve(int socket) {
   std::vector<std::byte*> to;
   for (std::size_t i = 0; i < room.fields.size(); ++i) to.push_back(memory + (*offsets)[i]);
 
+  source->put = [&](std::byte* place, const std::byte* from, std::uint64_t count) {
+    const ssize_t written = ::pwrite(second->descriptor, from, count, place - memory);
+    const std::uint64_t done = written > 0 ? static_cast<std::uint64_t>(written) : 0;
+    std::memcpy(place + done, from + done, count - done);  // what could not be written, through the mapping
+  };
   source->read(room.fields, to);
   for (std::size_t i = 0; i < room.fields.size(); ++i) put_planes(source->header.fields[room.fields[i]], to[i]);
-  send_done(socket, *source, checks.get());
+  send_done(socket, *source, checks.finished());
 }
 
 }  // namespace

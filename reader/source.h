@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -29,6 +30,10 @@ class Source {
   std::vector<Resampling> resampled;  ///< one for each wanted field, once read; none of a grid that is what the file has
 
   std::vector<std::string> warnings;  ///< that only reading could tell
+
+  /// Copies voxels to a place behind a pointer that `read` got: as if written there, but without a fault for every page of
+  /// shared memory, which takes twice as long as the copy.
+  std::function<void(std::byte* to, const std::byte* from, std::uint64_t bytes)> put;
 
   /// Writes the voxels of field `wanted[i]` to `to[i]`. Throws LoadError with a sentence.
   virtual void read(const std::vector<std::uint32_t>& wanted, const std::vector<std::byte*>& to) = 0;

@@ -27,6 +27,8 @@ class Bricks {
   /// \param reach  [voxels] beyond the corners of a cell that its interpolant reads: 0 trilinear, 1 cubic
   Bricks(const GridGeometry& geometry, const Voxels& voxels, int component, int reach);
 
+  bool empty() const noexcept { return ranges_.empty(); }
+
   /// Of all voxels; none where they are not all finite.
   std::optional<Range> whole() const noexcept;
 

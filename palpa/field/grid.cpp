@@ -20,8 +20,8 @@ constexpr double least_gap = 1e-12;
 /// The mark of `grid_of`: one class for all types of voxel.
 class Grid : public detail::GridBase {
  public:
-  Grid(const GridGeometry& geometry, Voxels voxels, double scale, double offset)
-      : GridBase(geometry, std::move(voxels), scale, offset, Filter::trilinear) {
+  Grid(const GridGeometry& geometry, Voxels voxels, double scale, double offset, std::int64_t one_row_in)
+      : GridBase(geometry, std::move(voxels), scale, offset, Filter::trilinear, false, {}, one_row_in) {
     for (int a = 0; a < 3; ++a) neighbour_[a] = geometry.dims[a] > 1 ? stride_[a] : 0;
   }
 
@@ -92,8 +92,8 @@ class Grid : public detail::GridBase {
 template <class T>
 class TypedGrid final : public Grid {
  public:
-  TypedGrid(const GridGeometry& geometry, Voxels voxels, double scale, double offset)
-      : Grid(geometry, std::move(voxels), scale, offset), data_(static_cast<const T*>(view_.voxels.data.get())) {}
+  TypedGrid(const GridGeometry& geometry, Voxels voxels, double scale, double offset, std::int64_t one_row_in)
+      : Grid(geometry, std::move(voxels), scale, offset, one_row_in), data_(static_cast<const T*>(view_.voxels.data.get())) {}
 
   ScalarSample scalar(const Vec3& world_m) const noexcept override {
     Cell cells[3];
@@ -240,10 +240,10 @@ GridGeometry rectilinear_geometry(const std::array<std::vector<double>, 3>& coor
   return grid;
 }
 
-FieldPtr grid_field(const GridGeometry& geometry, Voxels voxels, double scale, double offset) {
+FieldPtr grid_field(const GridGeometry& geometry, Voxels voxels, double scale, double offset, std::int64_t one_row_in) {
   detail::check_grid(geometry, voxels, scale, offset);
   return detail::with_values_of(voxels, [&]<class T>(const T*) -> FieldPtr {
-    return std::make_shared<const TypedGrid<T>>(geometry, std::move(voxels), scale, offset);
+    return std::make_shared<const TypedGrid<T>>(geometry, std::move(voxels), scale, offset, one_row_in);
   });
 }
 

@@ -14,27 +14,31 @@ struct Found {
   std::int64_t valid = 0;        ///< voxels that are finite altogether
 };
 
+/// Of one row in `step`.
 template <int Components, class T>
-Found find_range(const T* voxels, std::int64_t count) noexcept {
+Found find_range(const T* first, std::int64_t width, std::int64_t rows, std::int64_t step) noexcept {
   T least[Components], greatest[Components];
   for (int c = 0; c < Components; ++c) {
     least[c] = std::numeric_limits<T>::max();
     greatest[c] = std::numeric_limits<T>::lowest();
   }
   Found found;
-  for (std::int64_t v = 0; v < count; ++v, voxels += Components) {
-    bool finite = true;
-    for (int c = 0; c < Components; ++c) {
-      if constexpr (std::is_floating_point_v<T>) {
-        if (!std::isfinite(voxels[c])) {
-          finite = false;
-          continue;
+  for (std::int64_t row = 0; row < rows; row += step) {
+    const T* voxels = first + row * width * Components;
+    for (std::int64_t v = 0; v < width; ++v, voxels += Components) {
+      bool finite = true;
+      for (int c = 0; c < Components; ++c) {
+        if constexpr (std::is_floating_point_v<T>) {
+          if (!std::isfinite(voxels[c])) {
+            finite = false;
+            continue;
+          }
         }
+        least[c] = std::min(least[c], voxels[c]);
+        greatest[c] = std::max(greatest[c], voxels[c]);
       }
-      least[c] = std::min(least[c], voxels[c]);
-      greatest[c] = std::max(greatest[c], voxels[c]);
+      found.valid += finite;
     }
-    found.valid += finite;
   }
   for (int c = 0; c < Components; ++c) found.ranges[c] = {static_cast<double>(least[c]), static_cast<double>(greatest[c])};
   return found;
@@ -83,7 +87,7 @@ GridGeometry geometry_over(const Box& box, int samples) {
 }
 
 GridBase::GridBase(const GridGeometry& geometry, Voxels voxels, double scale, double offset, Filter filter, bool signless,
-                   std::shared_ptr<const void> coefficients)
+                   std::shared_ptr<const void> coefficients, std::int64_t one_row_in)
     : view_{geometry, std::move(voxels), scale, offset, 1.0, filter, signless},
       coefficients_(coefficients ? std::move(coefficients) : view_.voxels.data),
       world_to_steps_(scaled_inverse(geometry.index_to_world_m)) {
@@ -113,14 +117,15 @@ GridBase::GridBase(const GridGeometry& geometry, Voxels voxels, double scale, do
                         std::max(bounds_m_.high_m.z, world.z)};
   }
 
-  if (components() == 1) bricks_ = bricks_of(0);
-  const std::int64_t count = geometry.voxels();
+  if (components() == 1 && one_row_in == 1) bricks_ = bricks_of(0);
+  const std::int64_t width = geometry.dims[0], rows = geometry.dims[1] * geometry.dims[2];
+  const std::int64_t count = (rows + one_row_in - 1) / one_row_in * width;
   const Found found = with_values_of(view_.voxels, [&]<class T>(const T* values) {
     if constexpr (std::is_same_v<T, float> || sizeof(T) <= 2) {  // what bricks hold exactly
-      const bool of_voxels = components() == 1 && coefficients_ == view_.voxels.data;
+      const bool of_voxels = !bricks_.empty() && coefficients_ == view_.voxels.data;
       if (const auto whole = of_voxels ? bricks_.whole() : std::nullopt) return Found{{{{whole->min, whole->max}}}, count};
     }
-    return components() == 1 ? find_range<1>(values, count) : find_range<3>(values, count);
+    return components() == 1 ? find_range<1>(values, width, rows, one_row_in) : find_range<3>(values, width, rows, one_row_in);
   });
   view_.valid_share = static_cast<double>(found.valid) / static_cast<double>(count);
   for (int c = 0; c < components(); ++c) {
@@ -299,7 +304,7 @@ Stretch GridBase::stretch_of(int component, const Bricks* bricks, const Vec3& fr
 }
 
 Stretch GridBase::stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept {
-  if (components() == 1) return stretch_of(0, &bricks_, from_m, to_m, begin, quiet);
+  if (components() == 1) return stretch_of(0, bricks_.empty() ? nullptr : &bricks_, from_m, to_m, begin, quiet);
   if (view_.valid_share == 1.0) {
     const Way way(steps_of(from_m), steps_of(to_m), *this);
     if (!(begin >= 0.0) || !way.has_data_after(begin)) return {};

@@ -56,8 +56,9 @@ class GridBase : public Field {
  public:
   /// \param coefficients  of a spline that meets the voxels, as many and of their type; empty: the voxels are what is
   ///                      interpolated
+  /// \param one_row_in    as of grid_field
   GridBase(const GridGeometry& geometry, Voxels voxels, double scale, double offset, Filter filter, bool signless = false,
-           std::shared_ptr<const void> coefficients = {});
+           std::shared_ptr<const void> coefficients = {}, std::int64_t one_row_in = 1);
 
   const GridView& view() const noexcept { return view_; }
 
@@ -157,7 +158,7 @@ class GridBase : public Field {
   bool is_finite_on(int component, const Passage& cell) const noexcept;
 
   std::vector<Extent> extents_;
-  Bricks bricks_;  ///< of a scalar field
+  Bricks bricks_;  ///< of a scalar field whose voxels have all been read
 };
 
 }  // namespace palpa::detail

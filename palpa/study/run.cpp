@@ -68,7 +68,9 @@ PreparedRun prepare(const RunOptions& options) {
   std::unique_ptr<SimulatedDevice> hand = open_hand(options.hand, options.hold, options.recording);
   const double hand_s = hand->duration_s();
   const double duration_s = options.duration_s.value_or(std::isfinite(hand_s) ? hand_s : default_duration_s);
-  return {.loaded = load_scene(options.scene, volume_reader(options.read), modes_with(options.plugins), options.scene_options),
+  ReadOptions read = options.read;
+  read.checksums = !options.out.empty();
+  return {.loaded = load_scene(options.scene, volume_reader(read), modes_with(options.plugins), options.scene_options),
           .hand = std::move(hand),
           .duration_s = duration_s};
 }

@@ -124,6 +124,7 @@ void pack(Packer& to, const Request& m) {
   pack(to, m.layout);
   to.optional(m.time_s, [&](double t) { to.number(t); });
   to.optional(m.crop, [&](const Box& b) { to.vector(b.low_m), to.vector(b.high_m); });
+  to.number(static_cast<std::uint8_t>(m.checksums));
 }
 void unpack(Unpacker& from, Request& m) {
   m.path = from.text(), m.as = from.text(), m.series = from.text(), m.components_along = from.text();
@@ -138,6 +139,7 @@ void unpack(Unpacker& from, Request& m) {
     box.low_m = from.vector(), box.high_m = from.vector();
     return box;
   });
+  m.checksums = from.truth();
 }
 
 void pack(Packer& to, const FieldHeader& f) {

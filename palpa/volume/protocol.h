@@ -41,6 +41,7 @@ struct Request {
   ArrayLayout layout{};                 ///< of that array, lengths in the file's unit
   std::optional<double> time_s{};       ///< [s] of a case with several moments; none: the latest
   std::optional<Box> crop{};            ///< in the file's unit of length: the part to resample
+  bool checksums = true;                ///< those of the files are wanted
 };
 
 /// One array of voxels as palpa-read will hand it over: i fastest, components of one voxel together,

@@ -8,10 +8,9 @@
 #include <bit>
 #include <cerrno>
 #include <cstring>
-#include <future>
+#include <thread>
 
 #include "palpa/core/load_error.h"
-#include "palpa/field/sha256.h"
 
 namespace palpa::detail {
 namespace {
@@ -50,7 +49,7 @@ std::shared_ptr<std::byte> fresh_memory(std::uint64_t bytes) {
 
 }  // namespace
 
-RawFile::RawFile(const protocol::Request& request) : path_(request.path) {
+RawFile::RawFile(const protocol::Request& request) {
   const ArrayLayout& layout = request.layout;
   if (!request.partners.empty() || !request.inside.empty() || !request.as.empty() || !request.series.empty() ||
       request.frame > 0 || request.time_s || request.crop) {
@@ -77,7 +76,7 @@ RawFile::RawFile(const protocol::Request& request) : path_(request.path) {
   header.fields.push_back(field);
 
   std::uint64_t wanted = 0;
-  file_ = map_file(path_, bytes_);
+  file_ = map_file(request.path, bytes_);
   offset_ = static_cast<std::uint64_t>(layout.header_bytes);
   const auto counted = protocol::voxel_bytes(field);
   const bool possible = counted && !__builtin_mul_overflow(*counted / size_of(field.type), size_of(raw_.type), &wanted) &&
@@ -100,11 +99,15 @@ bool RawFile::kept_in_place() const noexcept {
 
 std::shared_ptr<const std::byte> RawFile::mapped() const { return {file_, first()}; }
 
-std::shared_ptr<const std::byte> RawFile::copied(SourceFile& file) const {
-  auto checksum = std::async(std::launch::async, [this] { return sha256_of_file(path_); });
-  const std::shared_ptr<std::byte> voxels = fresh_memory(protocol::voxel_bytes(header.fields[0]).value());
+std::shared_ptr<const std::byte> RawFile::copied() const {
+  const std::uint64_t bytes = protocol::voxel_bytes(header.fields[0]).value(), half = bytes / 2;
+  const std::shared_ptr<std::byte> voxels = fresh_memory(bytes);
+  if (kept_as_they_are(raw_, {}, header.fields[0])) {
+    const std::jthread other([&] { std::memcpy(voxels.get(), first(), half); });
+    std::memcpy(voxels.get() + half, first() + half, bytes - half);
+    return voxels;
+  }
   copy_voxels(first(), raw_, {}, header.fields[0], voxels.get());
-  file = {path_, bytes_, checksum.get()};
   return voxels;
 }
 

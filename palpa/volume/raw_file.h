@@ -22,13 +22,12 @@ class RawFile {
 
   /// The voxels as they lie in the file: whoever cuts it short meanwhile ends this process. Only where kept_in_place().
   std::shared_ptr<const std::byte> mapped() const;
-  /// A copy that nobody can change. Takes the checksum meanwhile, in another thread.
-  std::shared_ptr<const std::byte> copied(SourceFile& file) const;
+  /// A copy that nobody can change.
+  std::shared_ptr<const std::byte> copied() const;
 
  private:
   const std::byte* first() const noexcept { return file_.get() + offset_; }
 
-  std::string path_;
   std::shared_ptr<const std::byte> file_;
   std::uint64_t bytes_ = 0;
   std::uint64_t offset_ = 0;  ///< [bytes] of the first voxel

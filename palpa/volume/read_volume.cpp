@@ -10,11 +10,13 @@
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <future>
 #include <memory>
 #include <sstream>
 #include <stdexcept>
 #include <string_view>
 
+#include "palpa/field/sha256.h"
 #include "palpa/volume/protocol.h"
 #include "palpa/volume/raw_file.h"
 #include "palpa/volume/reader_process.h"
@@ -136,7 +138,7 @@ GridGeometry in_metres(const GridGeometry& grid, double metres_per_unit) {
 
 /// What the reader is asked. Lengths of the request are in metres and those of the file in its unit, which is known where
 /// the request says it; formats with keys of length are in metres by themselves.
-protocol::Request as_asked(const VolumeRequest& request, std::uint64_t limit) {
+protocol::Request as_asked(const VolumeRequest& request, std::uint64_t limit, bool checksums) {
   const PlaceInFile place = place_in_file(request.files.front());
   protocol::Request ask{place.file.string(), request.as, request.frame, limit};
   for (std::size_t f = 1; f < request.files.size(); ++f) ask.partners.push_back(request.files[f].string());
@@ -147,6 +149,7 @@ protocol::Request as_asked(const VolumeRequest& request, std::uint64_t limit) {
   ask.layout.spacing_m = request.layout.spacing_m / unit_m;
   if (request.layout.origin_m) ask.layout.origin_m = *request.layout.origin_m / unit_m;
   ask.time_s = request.time_s;
+  ask.checksums = checksums;
   if (request.crop) ask.crop = Box{request.crop->low_m / unit_m, request.crop->high_m / unit_m};
   return ask;
 }
@@ -308,8 +311,9 @@ void check_places(const Plan& plan) {
   }
 }
 
-/// The fields of a plan whose voxels are there.
-void add_fields(Volume& volume, const Plan& plan, const std::shared_ptr<const std::byte>& voxels, const protocol::Done& done) {
+/// The fields of a plan whose voxels are there. \param one_row_in  [rows] as of grid_field
+void add_fields(Volume& volume, const Plan& plan, const std::shared_ptr<const std::byte>& voxels, const protocol::Done& done,
+                std::int64_t one_row_in = 1) {
   volume.format = plan.header.format;
   volume.modality = plan.header.modality;
   volume.frame_of_reference = plan.header.frame_of_reference;
@@ -325,7 +329,7 @@ void add_fields(Volume& volume, const Plan& plan, const std::shared_ptr<const st
     take_planes(grid, voxels.get() + plan.offsets[slot] + (protocol::voxel_bytes(field).value() + 7) / 8 * 8);
     FieldPtr made;
     try {
-      made = grid_field(grid, {field.type, field.components, data}, field.scale, field.offset);
+      made = grid_field(grid, {field.type, field.components, data}, field.scale, field.offset, one_row_in);
     } catch (const std::invalid_argument& problem) {
       throw LoadError(std::string("cannot be felt: ") + problem.what());
     }
@@ -348,16 +352,24 @@ void add_fields(Volume& volume, const Plan& plan, const std::shared_ptr<const st
 void read_raw(const VolumeRequest& request, const protocol::Request& ask, const ReadOptions& options, Volume& volume) {
   const detail::RawFile file(ask);
   const Plan plan = planned(file.header, request, volume);
-  protocol::Done done{{{ask.path, bytes_of(ask.path), {}}}, {}};
   check_places(plan);
   const bool large = options.max_bytes == 0 && plan.offsets.back() > free_memory_bytes() / 2;
-  if (file.kept_in_place() && (options.look || large)) {
-    if (!options.look)
-      done.warnings.push_back("is mapped, not copied, as it fills half of the free memory: leave the file alone");
-    return add_fields(volume, plan, file.mapped(), done);
-  }
-  check_size(plan, options, ask.max_bytes);
-  add_fields(volume, plan, file.copied(done.files.front()), done);
+  const bool in_place = file.kept_in_place() && (options.look || large);
+  if (!in_place) check_size(plan, options, ask.max_bytes);
+
+  std::future<std::string> checksum;
+  if (options.checksums) checksum = std::async(std::launch::async, detail::sha256_of_file, ask.path);
+  const std::shared_ptr<const std::byte> voxels = in_place ? file.mapped() : file.copied();
+  protocol::Done done{{{ask.path, bytes_of(ask.path), checksum.valid() ? checksum.get() : std::string()}}, {}};
+  if (in_place && !options.look)
+    done.warnings.push_back("is mapped, not copied, as it fills half of the free memory: leave the file alone");
+  // A look must not wait for the disk.
+  constexpr std::int64_t most_voxels_of_many = 1 << 20;
+  const std::int64_t count = plan.header.fields.front().grid.voxels();
+  const std::int64_t one_row_in = options.look && count > 16 * most_voxels_of_many ? count / most_voxels_of_many : 1;
+  if (one_row_in > 1)
+    done.warnings.push_back("is looked at in one row of voxels in " + std::to_string(one_row_in) + ": its range may be larger");
+  add_fields(volume, plan, voxels, done, one_row_in);
 }
 
 /// A file that palpa-read parses.
@@ -391,7 +403,7 @@ void read_parsed(const VolumeRequest& request, const protocol::Request& ask, con
 /// `read_volume_file` of one file; errors are sentences, without its name.
 VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
   const std::uint64_t limit = options.max_bytes != 0 ? options.max_bytes : free_memory_bytes() / 3 * 2;
-  const protocol::Request ask = as_asked(request, limit);
+  const protocol::Request ask = as_asked(request, limit, options.checksums);
   check_file(ask.path);
   VolumeFile result;
   (ask.layout.type.empty() ? read_parsed : read_raw)(request, ask, options, result.volume);

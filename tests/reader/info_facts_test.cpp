@@ -68,8 +68,9 @@ class InfoFacts : public ReaderTest {
       EXPECT_LT(distance(world_m(point["ijk"]), {point["xyz"][0], point["xyz"][1], point["xyz"][2]}), 1e-6);
     }
     const auto place = [](const Json& of) { return Vec3{of[0], of[1], of[2]}; };
-    if (fact.contains("origin") && fact["origin"].is_array())
+    if (fact.contains("origin") && fact["origin"].is_array()) {
       EXPECT_LT(distance(place(info["origin_m"]), unit_m * place(fact["origin"])), 1e-6 * unit_m);
+    }
     if (fact.contains("axcodes")) {
       EXPECT_EQ(info["axes_towards"], fact["axcodes"]);
     }
@@ -87,8 +88,9 @@ class InfoFacts : public ReaderTest {
         const Vec3 ras_mm = place(voxel["world_RAS_mm"]);
         EXPECT_LT(distance(here_m, 1e-3 * Vec3{-ras_mm.x, -ras_mm.y, ras_mm.z}), 1e-7);
       }
-      if (voxel.contains("world_in_file_space"))  // LPS, in all files that say it
+      if (voxel.contains("world_in_file_space")) {  // LPS, in all files that say it
         EXPECT_LT(distance(here_m, 1e-3 * place(voxel["world_in_file_space"])), 1e-7);
+      }
     }
     std::vector<Vec3> at_m;
     std::vector<Json> expected;

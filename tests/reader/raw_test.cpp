@@ -1,5 +1,6 @@
 // Files of bare numbers, whose shape is said by keys.
 #include <cmath>
+#include <fstream>
 
 #include "files.h"
 
@@ -108,6 +109,46 @@ TEST_F(Raw, ASessionHasItsOwnCopyAndTheChecksum) {
   EXPECT_EQ(volume.files.front().sha256.size(), 64U);
   fs::resize_file(file, 0);
   expect_linear(*volume.fields[0].field, grid, metres);
+}
+
+TEST_F(Raw, ALookAtALargeFileReadsOneRowInMany) {
+  const fs::path file = folder_.write("a.raw", "");
+  VolumeRequest request = of_type("int16");
+  request.layout.dims = {300, 300, 300};
+  fs::resize_file(file, 2 * 300 * 300 * 300);  // zeros that take no disk
+  const std::int64_t place[] = {17, 151, 3};   // of the one voxel that is something else, in a row that is passed over
+  {
+    std::fstream bytes(file, std::ios::in | std::ios::out | std::ios::binary);
+    bytes.seekp(2 * (place[0] + 300 * (place[1] + 300 * place[2])));
+    bytes << bytes_of(std::int16_t{7});
+  }
+  both(file, request, [&](const Volume& volume) {
+    const Field& field = *volume.fields[0].field;
+    const GridGeometry& large = grid_of(field)->geometry;
+    const auto at = [&](int a) { return static_cast<double>(place[a]); };
+    EXPECT_EQ(field.scalar(large.to_world({at(0), at(1), at(2)})).value, 7.0);
+    const Vec3 from_m = large.to_world({at(0), at(1), 0}), to_m = large.to_world({at(0), at(1), 10});
+    const Extent all{-1.0, 100.0};
+    EXPECT_TRUE(field.stretch(from_m, to_m, 0.31, all).inside);
+    EXPECT_EQ(field.extents()[0].max, options_.look ? 0.0 : 7.0);
+    EXPECT_EQ(all_warnings(volume).find("one row of voxels in 25") != std::string::npos, options_.look);
+  });
+}
+
+TEST_F(Raw, WithoutChecksums) {
+  options_.checksums = false;
+  for (const char* name : {"a.raw", "a.nrrd"}) {
+    const std::string header = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 6 5 4\nspacings: 1 1 1\nencoding: raw\n\n";
+    const bool raw = std::string(name) == "a.raw";
+    VolumeRequest request;
+    if (raw) request = of_type("uint8");
+    const fs::path file = folder_.write(name, (raw ? "" : header) + std::string(120, 'x'));
+    const Volume volume = read(file, request);
+    ASSERT_EQ(volume.files.size(), 1U);
+    EXPECT_EQ(volume.files[0].bytes, fs::file_size(file));
+    EXPECT_EQ(volume.files[0].sha256, "");
+  }
+  options_.checksums = true;
 }
 
 TEST_F(Raw, KeysOfShapeAreRefusedWhereTheFileSaysIt) {

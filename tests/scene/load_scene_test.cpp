@@ -555,8 +555,9 @@ TEST(LoadScene, WarnsOfVolumesInDifferentFramesOfReference) {
       scan.frame_of_reference = name == "a.nrrd" ? "1.2.3" : name == "b.nrrd" ? of_b : "";
       return scan;
     };
-    const std::string text = "palpa = 1\n[volume.a]\nfile = 'a.nrrd'\n[volume.b]\nfile = 'b.nrrd'\n" + std::string(pose_of_b) +
-                             "\n[volume.c]\nfile = 'c.nrrd'\n[[mode]]\ntype = 'viscosity'\nfield = 'a'\n";
+    const std::string text =
+        "palpa = 1\n[volume.a]\nfile = 'a.nrrd'\n[volume.b]\nfile = 'b.nrrd'\n" + std::string(pose_of_b) +
+        "\n[volume.c]\nfile = 'c.nrrd'\n[[mode]]\nname = 'inside'\ntype = 'viscosity'\nfield = 'a'\ndrag_ns_per_m = 1\n";
     return parse_scene(text, "s.toml", folder.path, reader, standard_modes()).warnings;
   };
   EXPECT_THAT(warnings("1.2.3", ""), ElementsAre());
