@@ -179,6 +179,7 @@ WrittenField written(const VolumeField& field, const ConvertOptions& options, Gr
     if (options.crop || options.downsample > 1) {
       const auto count = static_cast<std::size_t>(step.grid.dims[0] * step.grid.dims[1] * components);
       const auto voxels = std::make_shared<std::vector<float>>();
+      voxels->reserve(count * static_cast<std::size_t>(step.grid.dims[2]));
       std::vector<double> slice(count);
       for (std::int64_t k = 0; k < step.grid.dims[2]; ++k) {
         step.slice(k, slice.data());

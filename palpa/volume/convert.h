@@ -29,8 +29,9 @@ struct ConvertOptions {
 };
 
 /// Writes a volume as `write_volume` does. Voxels that are not computed keep their type, where that holds value = raw · scale +
-/// offset exactly; others become float32, or float64 where they were that. Nothing is allocated but one slice. Returns
-/// what is lost on the way, half sentences. Throws LoadError.
+/// offset exactly; others become float32, or float64 where they were that. Nothing is allocated but a few slices
+/// and, where a part or a mean is resampled, that as float32. Returns what is lost on the way, half sentences. Throws
+/// LoadError.
 std::vector<std::string> convert(const Volume& volume, const std::filesystem::path& out, const ConvertOptions& options = {});
 
 }  // namespace palpa

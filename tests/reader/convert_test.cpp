@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <limits>
 #include <random>
 
 #include "data_sets.h"
@@ -157,6 +158,81 @@ TEST_F(Convert, ResamplesAlongTheWorld) {
     }
     EXPECT_GT(inside, 200);
   }
+}
+
+TEST_F(Convert, ResamplesGridsOfUnevenPlanes) {
+  const GridGeometry uneven = rectilinear_geometry({{{0, 1e-3, 3e-3, 4e-3}, {0, 2e-3, 3e-3}, {-1e-3, 0, 4e-3, 5e-3}}});
+  ASSERT_TRUE(uneven.is_rectilinear());
+  const Linear linear;
+  const auto raw = std::make_shared<std::vector<float>>();
+  for (int k = 0; k < 4; ++k)
+    for (int j = 0; j < 3; ++j)
+      for (int i = 0; i < 4; ++i)
+        raw->push_back(static_cast<float>(linear(uneven.to_world({double(i), double(j), double(k)}))));
+  Volume volume;
+  volume.fields = {{"made", "", grid_field(uneven, {VoxelType::float32, 1, {raw, raw->data()}})}};
+  error_of([&] { converted(volume, "x.nrrd"); });
+  error_of([&] { converted(volume, "x.nrrd", {.crop = VoxelRange{{0, 0, 0}, {1, 1, 1}}, .resample_m = 0.5e-3}); });
+  for (const char* name : {"u.nrrd", "u.vti"}) {
+    const Volume even = converted(volume, name, {.resample_m = 0.5e-3});
+    EXPECT_EQ(grid_of(*even.fields[0].field)->geometry.dims, (std::array<std::int64_t, 3>{9, 7, 13}));
+    expect_same(*even.fields[0].field, *volume.fields[0].field, 1e-4);
+  }
+}
+
+TEST_F(Convert, KeepsHolesInVectorsThatAreCroppedAveragedAndResampled) {
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+  const auto value = [](const Vec3& x) { return Vec3{x.x - 2.0 * x.y, 3.0 * x.z, x.x + x.y + x.z}; };
+  const GridGeometry grid{{16, 14, 12}, 1e-3 * Mat3::identity(), {1e-3, 2e-3, 3e-3}};
+  const auto hole = [](int i, int j, int k) { return i >= 6 && i < 10 && j >= 4 && j < 10 && k >= 4 && k < 8; };
+  const auto raw = std::make_shared<std::vector<float>>();
+  for (int k = 0; k < 12; ++k)
+    for (int j = 0; j < 14; ++j)
+      for (int i = 0; i < 16; ++i) {
+        const Vec3 v = 1e3 * value(grid.to_world({double(i), double(j), double(k)}));
+        for (const double part : {v.x, v.y, v.z}) raw->push_back(hole(i, j, k) ? nan : static_cast<float>(part));
+      }
+  Volume volume;
+  volume.fields = {{"flow", "", grid_field(grid, {VoxelType::float32, 3, {raw, raw->data()}})}};
+  const ConvertOptions all{.crop = VoxelRange{{2, 2, 2}, {15, 13, 11}}, .downsample = 2, .resample_m = 0.7e-3};
+  for (const char* name : {"h.nrrd", "h.vti"}) {
+    const Volume again = converted(volume, name, all);
+    const Field& made = *again.fields[0].field;
+    int inside = 0, holes = 0;
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> part(0.0, 1.0);
+    for (int n = 0; n < 2000; ++n) {
+      const Box box = made.bounds_m();
+      const Vec3 size_m = box.size_m();
+      const Vec3 x = box.low_m + Vec3{part(random) * size_m.x, part(random) * size_m.y, part(random) * size_m.z};
+      const VectorSample s = made.vector(x);
+      if (!s.inside) {
+        ++holes;
+        continue;
+      }
+      ++inside;
+      EXPECT_LT(distance(s.value, 1e3 * value(x)), 1e-3);
+      EXPECT_TRUE(volume.fields[0].field->vector(x).inside);
+    }
+    EXPECT_GT(inside, 500);
+    EXPECT_GT(holes, 100);
+  }
+  error_of([&] { converted(volume, "x.nrrd", {.int16 = true}); });
+}
+
+TEST_F(Convert, WritesTheFrameThatIsAskedFor) {
+  const fs::path data = shared_file("mri_epi_4d/example4d.nii.gz");
+  if (data.empty()) GTEST_SKIP() << "the shared data are not here: set PALPA_SHARED to their folder";
+  VolumeRequest request;
+  request.frame = 1;
+  const Volume second = read(data, request), first = read(data);
+  const Volume again = converted(second, "second.nrrd");
+  ASSERT_EQ(lost_.size(), 1U);
+  EXPECT_NE(lost_[0].find("one of 2 frames"), std::string::npos);
+  const auto voxels = [](const Volume& v) { return grid_of(*v.fields[0].field)->voxels.data.get(); };
+  const std::size_t bytes = 2U * 128 * 96 * 24;
+  EXPECT_EQ(std::memcmp(voxels(again), voxels(second), bytes), 0);
+  EXPECT_NE(std::memcmp(voxels(first), voxels(second), bytes), 0);
 }
 
 TEST_F(Convert, RoundsTo16BitsOrSaysWhyNot) {
