@@ -16,6 +16,8 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
+#include <utility>
 
 namespace palpa::detail {
 namespace {
@@ -76,15 +78,16 @@ void Canvas::line(PixelPoint from, PixelPoint to, double thickness_px, const Col
   polygon(corners, color);
 }
 
-void Canvas::text(std::string_view words, double x_px, double y_px, Side x_is, double size_em, bool bold) {
-  if (words.empty()) return;
+void Canvas::text(std::string_view given, double x_px, double y_px, Side x_is, double size_em, bool bold) {
+  if (given.empty()) return;
+  const std::string words = in_letters_of_font(given);
   const double width = width_px_of(words, size_em, bold);
   const double pad = 0.25 * em_px_;
   const double left = x_is == Side::left ? x_px : x_is == Side::middle ? x_px - 0.5 * width : x_px - width;
   rectangle(left - pad, y_px - 0.62 * size_em * em_px_, width + 2 * pad, 1.24 * size_em * em_px_, paper, 0.72);
 
   vtkNew<vtkTextActor> actor;
-  actor->SetInput(std::string(words).c_str());
+  actor->SetInput(words.c_str());
   style(*actor->GetTextProperty(), size_em * em_px_, bold);
   actor->GetTextProperty()->SetJustificationToLeft();
   actor->GetTextProperty()->SetVerticalJustificationToBottom();
@@ -98,7 +101,7 @@ double Canvas::width_px_of(std::string_view words, double size_em, bool bold) co
   vtkNew<vtkTextProperty> property;
   style(*property, size_em * em_px_, bold);
   int box[4] = {0, 0, 0, 0};
-  vtkTextRenderer::GetInstance()->GetBoundingBox(property, std::string(words), box, dpi);
+  vtkTextRenderer::GetInstance()->GetBoundingBox(property, in_letters_of_font(words), box, dpi);
   return box[1] - box[0] + 1;
 }
 
@@ -111,6 +114,27 @@ std::string Canvas::fitted(std::string_view words, double width_px, double size_
     shown = std::string(words) + "...";
   }
   return shown;
+}
+
+std::string in_letters_of_font(std::string_view words) {
+  static constexpr std::pair<std::string_view, std::string_view> spelled[] = {
+      {"ρ", "rho"},   {"∞", "_inf"}, {"α", "alpha"}, {"λ", "lambda"}, {"μ", "µ"}, {"ν", "nu"},
+      {"ω", "omega"}, {"τ", "tau"},  {"…", "..."},   {"–", "-"},      {"−", "-"}, {"₂", "2"}};
+  std::string out;
+  while (!words.empty()) {
+    const auto* known = std::ranges::find_if(spelled, [&](const auto& s) { return words.starts_with(s.first); });
+    if (known != std::end(spelled)) {
+      out += known->second;
+      words.remove_prefix(known->first.size());
+      continue;
+    }
+    const auto lead = static_cast<unsigned char>(words.front());
+    std::size_t length = 1;  // of the letter, in UTF-8
+    while (lead >= 0xC0U && length < words.size() && (static_cast<unsigned char>(words[length]) & 0xC0U) == 0x80U) ++length;
+    out += lead > 0xC3U ? "?" : words.substr(0, length);
+    words.remove_prefix(length);
+  }
+  return out;
 }
 
 double round_length(double limit) noexcept {

@@ -62,6 +62,9 @@ struct LegendEntry {
   Sign sign = Sign::patch;
 };
 
+/// The words with the letters that VTK's font has, which are those of Latin-1: "rho_inf" for ρ∞, '?' for the rest.
+std::string in_letters_of_font(std::string_view words);
+
 /// 1, 2 or 5 times a power of ten, not above `limit` > 0.
 double round_length(double limit) noexcept;
 /// A length in nm, µm, mm, m or km: "20 mm".

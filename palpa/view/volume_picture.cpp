@@ -10,6 +10,7 @@
 
 #include "palpa/core/load_error.h"
 #include "palpa/scene/first_levels.h"
+#include "palpa/scene/wording.h"
 #include "palpa/view/canvas.h"
 #include "palpa/view/colors.h"
 #include "palpa/view/offscreen.h"
@@ -109,8 +110,9 @@ class Slices {
       const Place& p = places_[c];
       const double x = p.left + 0.5 * p.width, y = up_px(p.top + 0.5 * p.height);
       const double at_m = part(box_.centre_m(), cut.across);
-      const std::string where = std::string(1, "xyz"[cut.across]) + " = " + (at_m < 0 ? "-" : "") +
-                                (at_m == 0.0 ? "0" : detail::length_words(std::abs(at_m)));
+      const bool is_zero = std::abs(at_m) < 1e-6 * largest_component(box_.size_m());  // but for rounding
+      const std::string where = std::string(1, "xyz"[cut.across]) + " = " + (at_m < 0.0 && !is_zero ? "-" : "") +
+                                (is_zero ? "0" : detail::length_words(std::abs(at_m)));
       canvas.text(std::string(cut.name) + ", " + where, x, up_px(p.top) + 1.6 * em_px_, Side::middle, 0.9, true);
       canvas.text(direction_words(medical_, cut.right, cut.right_sign), p.left + p.width + 0.5 * em_px_, y, Side::left);
       canvas.text(direction_words(medical_, cut.right, -cut.right_sign), p.left - 0.5 * em_px_, y, Side::right);
@@ -127,7 +129,7 @@ class Slices {
  private:
   static ColorMap colors_of(const Field& field, const Statistics& values) {
     const Histogram& h = values.histogram;
-    if (field.components() == 3) return detail::magnitude_colors(0.0, std::max(h.percentile(0.995), 1e-300));
+    if (field.components() == 3) return detail::magnitude_colors(0.0, std::max(detail::first_flow(values).fast, 1e-300));
     const double span = values.max - values.min;
     const double low = detail::rounded(h.percentile(0.005), span), high = detail::rounded(h.percentile(0.995), span);
     return high > low ? detail::grey_colors(low, high)
@@ -177,7 +179,7 @@ Picture histogram_picture(const Statistics& values, const std::string& label, in
   }
   Plot plot;
   plot.title = "How often each value is";
-  plot.x_label = label;
+  plot.x_label = detail::in_letters_of_font(label);
   plot.y_label = "voxels / %";
   plot.series = {steps};
   plot.y_range = {{least, 100.0}};
@@ -190,8 +192,9 @@ Picture streamline_picture(const Volume& volume, std::size_t field, int width_px
   Scene scene;
   Volume one = volume;
   one.fields = {volume.fields[field]};
-  const FieldRef flow = scene.add("data", std::move(one));
-  scene.workspace.fit = "data";
+  const std::string name = detail::is_plain_word(one.fields.front().name) ? one.fields.front().name : "flow";
+  const FieldRef flow = scene.add(name, std::move(one));
+  scene.workspace.fit = name;
   if (!volume.medical_frame) scene.workspace.towards_user = "-y", scene.workspace.up = "+z";
   scene.layers = {{.show = ViewLayer::Show::streamlines, .field = flow}};
   return scene_picture(scene, {}, {}, {.width_px = width_px, .height_px = height_px});
