@@ -170,10 +170,10 @@ std::string Resampler::description() const {
   char text[300];
   const Mat3& step = grid_.index_to_world_m;
   const double shortest = std::min({step.row[0].x, step.row[1].y, step.row[2].z});
-  int length =
-      std::snprintf(text, sizeof text, "has no affine grid: resampled to %lld × %lld × %lld voxels of %.3g × %.3g × %.3g",
-                    static_cast<long long>(grid_.dims[0]), static_cast<long long>(grid_.dims[1]),
-                    static_cast<long long>(grid_.dims[2]), step.row[0].x, step.row[1].y, step.row[2].z);
+  int length = std::snprintf(text, sizeof text,
+                             "has no affine grid: resampled to %lld × %lld × %lld voxels of %.3g × %.3g × %.3g of its units",
+                             static_cast<long long>(grid_.dims[0]), static_cast<long long>(grid_.dims[1]),
+                             static_cast<long long>(grid_.dims[2]), step.row[0].x, step.row[1].y, step.row[2].z);
   if (bounded_ && shortest_edge_ < shortest && length > 0 && length < static_cast<int>(sizeof text)) {
     double finest = 1.0;
     for (std::size_t a = 0; a < 3; ++a) {
@@ -181,7 +181,8 @@ std::string Resampler::description() const {
       finest *= static_cast<double>(grid_.dims[a] - 1) * s / shortest_edge_;
     }
     std::snprintf(text + length, sizeof text - static_cast<std::size_t>(length),
-                  ", no more because memory is finite (its shortest edge would need %.1g); crop_m makes a part finer", finest);
+                  ", no more because memory is finite (its shortest edge would need %.1g voxels); crop_m makes a part finer",
+                  finest);
   }
   return text;
 }

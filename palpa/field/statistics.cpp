@@ -170,6 +170,18 @@ double Histogram::mean_between(double from, double to) const noexcept {
   return inside > 0.0 ? sum / inside : 0.5 * (from + to);
 }
 
+double Statistics::percentile(double share) const noexcept {
+  const double value = histogram.percentile(share);
+  const double width = (histogram.high - histogram.low) / static_cast<double>(histogram.counts.size());
+  if (!(width > 0.0)) return value;
+  const auto last = static_cast<double>(histogram.counts.size() - 1);
+  // A value on the edge of two classes is the upper end of the one that it was found in.
+  const auto c = static_cast<std::size_t>(std::clamp(std::ceil((value - histogram.low) / width) - 1.0, 0.0, last));
+  if (whole_numbers && width <= 1.0) return std::ceil(histogram.edge(c) - 1e-6 * width);
+  const bool around_zero = histogram.edge(c) <= 0.0 && histogram.edge(c + 1) >= 0.0;
+  return around_zero && 2 * zeros > histogram.counts[c] ? 0.0 : value;
+}
+
 Statistics statistics(const Field& field, std::int64_t most) {
   const GridView* grid = grid_behind(field);
   if (!grid) {

@@ -46,6 +46,10 @@ struct Statistics {
   GridPoint max_at;           ///< the first voxel with the largest value
   Histogram histogram;        ///< from min to max
   bool whole_numbers = true;  ///< none has a fraction
+
+  /// As that of the histogram, but exact where the classes hold one whole number each, or next to nothing but zeros.
+  /// \param share  [1]
+  double percentile(double share) const noexcept;
 };
 
 /// Looks at all voxels of the grid behind the field (grid_behind), or, where they are more than `most`, at that many in rows

@@ -44,6 +44,20 @@ TEST(Statistics, AreThoseOfTheVoxels) {
   EXPECT_NEAR(s.histogram.share_between(-1e9, 1e9), 1.0, 1e-12);
 }
 
+TEST(Statistics, PercentilesAreExactOfWholeNumbersAndOfZeros) {
+  std::vector<std::int16_t> whole(1000);
+  for (std::size_t n = 0; n < 1000; ++n) whole[n] = static_cast<std::int16_t>(n < 600 ? -5 : 2 * n);
+  const Statistics s = statistics(*grid_of_values(whole, {10, 10, 10}, VoxelType::int16));
+  EXPECT_EQ(s.percentile(0.5), -5.0);
+  EXPECT_EQ(s.percentile(0.9), 2.0 * 899);
+  EXPECT_EQ(s.percentile(1.0), 2.0 * 999);
+  std::vector<float> parts(1000, 0.0F);
+  for (std::size_t n = 0; n < 400; ++n) parts[n] = 0.001F + 0.01F * static_cast<float>(n);
+  const Statistics t = statistics(*grid_of_values(parts, {10, 10, 10}, VoxelType::float32));
+  EXPECT_EQ(t.percentile(0.5), 0.0);
+  EXPECT_NEAR(t.percentile(0.8), 0.01 * 200, 0.011);
+}
+
 TEST(Statistics, OfVectorsAreThoseOfTheirLengths) {
   const Statistics s =
       statistics(*grid_of_values<float>({3, 4, 0, 0, 0, 0, 0, -2, 0, 1, 2, 2}, {2, 2, 1}, VoxelType::float32, 3));
