@@ -56,16 +56,26 @@ void add_reader(CLI::App* command, ReadOptions& read) {
 }
 
 /// What a scene's [volume] would say about a file.
-void add_how_to_read(CLI::App* command, std::vector<std::string>& sets) {
-  add_repeated(command, "--set", sets,
+struct HowToRead {
+  std::vector<std::string> sets;
+  std::vector<std::filesystem::path> partners;
+};
+void add_how_to_read(CLI::App* command, HowToRead& how) {
+  add_repeated(command, "--with", how.partners,
+               "read this file with it, as a PLOT3D solution whose name is not that of its grid")
+      ->type_name("FILE");
+  add_repeated(command, "--set", how.sets,
                "read it as a scene would with this key of [volume], as in --set as=vector, --set length_unit=cm or, of bare "
                "numbers, --set type=int16 --set dims=[256,256,99]")
       ->type_name("KEY=VALUE");
 }
-VolumeRequest how_to_read(const std::vector<std::string>& sets) {
+/// `files` are its partners alone.
+VolumeRequest request_of(const HowToRead& how) {
   std::vector<std::pair<std::string, std::string>> keys;
-  for (const std::string& set : sets) keys.push_back(split_set(set, "KEY=VALUE, as in length_unit=cm"));
-  return palpa::how_to_read(keys);
+  for (const std::string& set : how.sets) keys.push_back(split_set(set, "KEY=VALUE, as in length_unit=cm"));
+  VolumeRequest request = how_to_read(keys);
+  request.files = how.partners;
+  return request;
 }
 
 /// CLI11's complaint in our form: what is wrong; what would be right.
@@ -171,8 +181,8 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
           ->type_name("[OUT.toml]");
   info_command->add_option("--picture", info.picture, "draw slices, streamlines and histogram into this PNG file")
       ->type_name("FILE.png");
-  std::vector<std::string> info_sets;
-  add_how_to_read(info_command, info_sets);
+  HowToRead info_how;
+  add_how_to_read(info_command, info_how);
   add_reader(info_command, info.read);
   info_command->footer("Example:\n  palpa info head.nrrd --at-m 0,-0.05,0.02 --picture head.png");
 
@@ -194,8 +204,8 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
       ->type_name("M");
   convert_command->add_flag("--int16", converted.options.int16, "round to whole numbers of 16 bits");
   convert_command->add_option("--field", converted.options.field, "only this field")->type_name("NAME");
-  std::vector<std::string> convert_sets;
-  add_how_to_read(convert_command, convert_sets);
+  HowToRead convert_how;
+  add_how_to_read(convert_command, convert_how);
   add_reader(convert_command, converted.read);
   convert_command->footer("Example:\n  palpa convert head.nrrd small.nrrd --downsample 2");
 
@@ -268,7 +278,7 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   if (*info_command) {
     info.read.look = true;
     info.read.checksums = info.json;
-    info.request = how_to_read(info_sets);
+    info.request = request_of(info_how);
     for (const std::string& position : at_m) info.at_m.push_back(position_of(position));
     info.scene = scene_option->count() > 0;
     info.scene_file = scene_file;
@@ -279,8 +289,8 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
     return run_info(info);
   }
   if (*convert_command) {
-    converted.request = how_to_read(convert_sets);
-    converted.request.files = {convert_in};
+    converted.request = request_of(convert_how);
+    converted.request.files.insert(converted.request.files.begin(), convert_in);
     return run_convert(std::move(converted), stop);
   }
   if (*replay_command) return run_replay(replayed, stop);

@@ -29,7 +29,7 @@ struct DemoArguments {
 int run_demo(const DemoArguments& arguments, const std::atomic<bool>& stop);
 
 struct ConvertArguments {
-  VolumeRequest request;      ///< one file
+  VolumeRequest request;      ///< one volume
   std::filesystem::path out;  ///< .nrrd, .nhdr or .vti; a new file
   std::string crop;           ///< as it was written; empty: none
   ConvertOptions options;     ///< all but the crop

@@ -25,31 +25,46 @@ bool is_pattern(const fs::path& path) {
   return path.filename().string().find_first_of("*?") != std::string::npos && !fs::exists(path, ignored);
 }
 
-/// The volumes that are asked for, each with its name and its files.
-std::vector<std::pair<std::string, std::vector<fs::path>>> asked_for(const InfoArguments& arguments) {
-  std::vector<std::pair<std::string, std::vector<fs::path>>> all;
-  for (const fs::path& path : arguments.files) {
-    if (is_pattern(path)) {
-      all.emplace_back(path.string(), files_matching(path));
-      if (all.back().second.empty()) throw LoadError(path.string() + ": no files match; check the folder and the pattern");
-    } else if (arguments.series && !all.empty()) {
-      all.front().second.push_back(path);
-    } else {
-      all.push_back({path.string(), {path}});
+/// The volumes that are asked for.
+std::vector<Asked> asked_for(const InfoArguments& arguments) {
+  std::vector<Asked> all;
+  const auto add = [&](const fs::path& name, const std::vector<fs::path>& files) {
+    all.push_back({name.string(), arguments.request, files.size() > 1});
+    if (all.back().is_series && !arguments.request.files.empty()) {
+      throw LoadError(name.string() + ": is a time series, whose files have no partners; leave out --with");
     }
+    all.back().request.files.insert(all.back().request.files.begin(), files.begin(), files.end());
+  };
+  if (arguments.series) {
+    add(arguments.files.front(), arguments.files);
+    return all;
+  }
+  for (const fs::path& path : arguments.files) {
+    if (!is_pattern(path)) {
+      add(path, {path});
+      continue;
+    }
+    const std::vector<fs::path> files = files_matching(path);
+    if (files.empty()) throw LoadError(path.string() + ": no files match; check the folder and the pattern");
+    add(path, files);
   }
   return all;
 }
 
 /// The first scene, to stdout or into a new file.
-void suggest_scene(const std::string& name, const VolumeRequest& request, const InfoArguments& arguments) {
-  if (request.files.size() > 1) throw LoadError(name + ": is a time series; --scene suggests scenes for one file");
+void suggest_scene(const Asked& asked, const InfoArguments& arguments) {
+  const auto& [name, request, is_series] = asked;
+  if (is_series) {
+    throw LoadError(name +
+                    ": is a time series; ask for the scene of one of its files, and give that scene 'files' and "
+                    "'frame_period_s' instead of 'file'");
+  }
   std::string text;
   try {
     VolumeFile file = read_volume_file(request, arguments.read);
     VolumeRequest felt = request;
-    if (frames_are_directions(request, file, arguments.read)) {
-      felt.as = "vector";
+    if (const auto directions = as_directions(request, file, arguments.read)) {
+      felt = *directions;
       file = read_volume_file(felt, arguments.read);
     }
     text = first_scene(file.volume, felt);
@@ -86,25 +101,23 @@ int run_info(const InfoArguments& arguments) {
     throw LoadError("info: --scene and --picture are of one file; name one");
   }
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
-  for (const auto& [name, files] : all) {
-    VolumeRequest request = arguments.request;
-    request.files = files;
+  for (const Asked& asked : all) {
     if (arguments.scene) {
-      suggest_scene(name, request, arguments);
+      suggest_scene(asked, arguments);
       if (arguments.picture.empty()) continue;
     }
-    const Facts facts = facts_of(name, request, arguments.read);
+    const Facts facts = facts_of(asked, arguments.read);
     if (!arguments.picture.empty()) draw(facts, arguments.picture);
     if (arguments.scene) continue;
     if (arguments.json) {
       list.push_back(as_json(facts, arguments.at_m, arguments.level));
       continue;
     }
-    if (name != all.front().first) fmt::print("\n");
+    if (&asked != &all.front()) fmt::print("\n");
     print_words(facts, arguments.at_m, arguments.level);
     std::fflush(stdout);
     std::vector<std::string> warnings;
-    for (const std::string& warning : facts.file.volume.warnings) warnings.push_back(name + ": " + warning);
+    for (const std::string& warning : facts.file.volume.warnings) warnings.push_back(asked.name + ": " + warning);
     print_warnings(warnings);
   }
   if (arguments.json && !arguments.scene) {

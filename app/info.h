@@ -17,7 +17,7 @@ struct InfoArguments {
   std::vector<Vec3> at_m;                    ///< [m] world positions to sample
   std::optional<double> level;               ///< of scalar fields, in each one's own unit: what the smooth filter loses there
   ReadOptions read;
-  VolumeRequest request;             ///< how the files are read: all but their names
+  VolumeRequest request;             ///< how the files are read; its files are the partners of each
   bool scene = false;                ///< print a first scene instead; of one file
   std::filesystem::path scene_file;  ///< write it there instead of printing it; a new file
   std::filesystem::path picture;     ///< draw into this file, too; of one file

@@ -92,16 +92,23 @@ void find_suspicious_values(const Facts& facts, std::size_t f, std::vector<std::
     say(fmt::format("is exactly 0 in {:.2g} % of the voxels: probably no data there", 100.0 * zeros));
   }
   const Histogram& h = values.histogram;
-  if (field.field->components() == 1 && values.whole_numbers && values.max - values.min >= 200.0) {
+  const GridView& grid = *grid_of(*field.field);
+  const bool whole_voxels = grid.voxels.type != VoxelType::float32 && grid.voxels.type != VoxelType::float64;
+  if (field.field->components() == 1 && whole_voxels && values.max - values.min >= 200.0 * std::abs(grid.scale)) {
     const double at_top = static_cast<double>(h.counts.back()) / n,
                  beside = static_cast<double>(h.counts[h.counts.size() / 16 * 15]) / n;
     if (at_top > 1e-3 && at_top > 10.0 * beside) {
-      say(fmt::format("has its largest value {:g} in {:.2g} % of the voxels: what is above was cut off", values.max,
+      say(fmt::format("has its largest value {:g} in {:.2g} % of the voxels: what is above was probably cut off", values.max,
                       100.0 * at_top));
     }
   }
   if (h.percentile(0.999) - h.percentile(0.001) < 0.02 * (values.max - values.min)) {
     say("has a few values far from all others: outliers, or a code for 'no data'");
+  }
+  // PLOT3D's units: beside them a flow of a hundred Mach is a flow in other units.
+  if (field.unit == "a∞" && values.max > 20.0) {
+    say(fmt::format("goes up to {:.3g} times the speed of sound: its numbers are probably not divided by a∞, as PLOT3D asks",
+                    values.max));
   }
   if (looks_like_hounsfield(values, field.unit) && values.min < -1100.0) {
     say(fmt::format("goes down to {:g}, below air (-1000 HU): padding", values.min));
@@ -116,9 +123,12 @@ std::vector<std::string> suspicious_things(const Facts& facts) {
     suspicious.push_back(
         fmt::format("is {:.3g} m long in a patient's frame: the unit of length is probably wrong (length_unit)", longest_m));
   }
-  const auto [shortest, longest] = std::minmax({placed.spacing_m.x, placed.spacing_m.y, placed.spacing_m.z});
-  if (longest > 4.0 * shortest)
-    suspicious.push_back(fmt::format("has voxels {:.2g} times as long as wide", longest / shortest));
+  const double steps_m[] = {placed.spacing_m.x, placed.spacing_m.y, placed.spacing_m.z};
+  const auto [shortest, longest] = std::minmax_element(steps_m, steps_m + 3);
+  if (*longest > 4.0 * *shortest) {
+    suspicious.push_back(fmt::format("has voxels {:.2g} times as long along {} as along {}: what is finer than that is lost",
+                                     *longest / *shortest, "ijk"[longest - steps_m], "ijk"[shortest - steps_m]));
+  }
   for (std::size_t a = 0; a < 3; ++a) {
     if (placed.grid.dims[a] == 1)
       suspicious.push_back(fmt::format("is one voxel thick along {}: a slice, constant across", "ijk"[a]));
@@ -135,10 +145,10 @@ double Facts::valid_share() const {
   return share;
 }
 
-Facts facts_of(const std::string& name, const VolumeRequest& request, const ReadOptions& read) {
-  VolumeRequest first = request;
-  first.files = {request.files.front()};
-  Facts facts{.name = name, .request = request, .file = read_volume_file(first, read)};
+Facts facts_of(const Asked& asked, const ReadOptions& read) {
+  VolumeRequest first = asked.request;
+  if (asked.is_series) first.files = {asked.request.files.front()};
+  Facts facts{.name = asked.name, .file = read_volume_file(first, read)};
   for (const VolumeField& field : facts.file.volume.fields) {
     const GridView& grid = *grid_of(*field.field);
     const bool many = grid.geometry.voxels() > most_voxels_at_all;
@@ -148,13 +158,15 @@ Facts facts_of(const std::string& name, const VolumeRequest& request, const Read
   }
   facts.placed = placement_of(facts.file.volume);
   facts.suspicious = suspicious_things(facts);
-  if (frames_are_directions(first, facts.file, read)) {
-    facts.suspicious.push_back(
-        "has three frames that are the components of vectors of length 1: as = \"vector\" takes them so");
+  const auto directions = as_directions(first, facts.file, read);
+  if (directions) {
+    facts.suspicious.push_back("has three frames that are the components of vectors of length 1: --set as=vector" +
+                               std::string(directions->components_along == "index" ? " --set components_along=index" : "") +
+                               " takes them so");
   }
-  if (request.files.size() > 1 || (facts.file.frames > 1 && request.frame < 0)) {
+  if (asked.is_series || (facts.file.frames > 1 && asked.request.frame < 0 && !directions)) {
     try {
-      facts.series = read_series(request, any_period_s, BetweenFrames::linear, volume_reader(read));
+      facts.series = read_series(asked.request, any_period_s, BetweenFrames::linear, volume_reader(read));
     } catch (const std::invalid_argument& error) {
       throw LoadError(error.what());
     }

@@ -25,10 +25,16 @@ struct Placement {
   bool mirrored = false;               ///< i, j, k are left-handed in the world
 };
 
+/// A volume that is asked for.
+struct Asked {
+  std::string name;  ///< as it was written
+  VolumeRequest request;
+  bool is_series = false;  ///< the files are frames; else the first is the volume, and the others its partners
+};
+
 /// One file, or the files of one time series.
 struct Facts {
   std::string name;              ///< as it was asked for
-  VolumeRequest request;         ///< what it was read by
   VolumeFile file;               ///< the volume; of a series its first frame
   std::optional<Volume> series;  ///< all frames, where there are several
   Placement placed;
@@ -41,7 +47,7 @@ struct Facts {
 };
 
 /// Opens one file, with all its frames where it has several, or several files as one series. Throws LoadError.
-Facts facts_of(const std::string& name, const VolumeRequest& request, const ReadOptions& read);
+Facts facts_of(const Asked& asked, const ReadOptions& read);
 
 /// How far the levels of a field move from frame to frame; nothing where it is no series.
 std::optional<FrameShift> shift_of(const Facts& facts, std::size_t field, const std::optional<double>& level);

@@ -78,7 +78,7 @@ Json statistics_entry(const VolumeField& field, const Statistics& values) {
   const Histogram shown = values.histogram.in_classes(histogram_classes);
   Json percentiles = Json::object();
   for (const auto& [name, share] : {std::pair{"p1", 0.01}, {"p50", 0.5}, {"p99", 0.99}}) {
-    percentiles[name] = number(values.histogram.percentile(share));
+    percentiles[name] = number(values.percentile(share));
   }
   return {{"name", field.name},
           {"of", field.field->components() == 1 ? "value" : "length"},

@@ -65,7 +65,7 @@ void print_placement(const Facts& facts) {
              turned);
   const Box box = volume.bounds_m();
   fmt::print("  world    {} to {} m, {}\n", text_of(box.low_m), text_of(box.high_m),
-             volume.medical_frame ? "medical frame (x left, y back, z up)" : "the file's own axes");
+             volume.medical_frame ? "medical frame (x to the left, y to the back, z to the head)" : "the file's own axes");
   if (facts.file.frames > 1) fmt::print("  frames   {}\n", facts.file.frames);
   if (const double share = facts.valid_share(); share < 1.0) fmt::print("  valid    {:.4g} % of the voxels\n", 100.0 * share);
 }
@@ -74,11 +74,11 @@ void print_fields(const Facts& facts) {
   const std::vector<VolumeField>& fields = facts.file.volume.fields;
   std::size_t width = 5;
   for (const VolumeField& field : fields) width = std::max(width, field.name.size());
-  fmt::print("\n  {:<{}}  {:<8}  {:<8}  {:<26}  {:<26}\n", "field", width, "unit", "type", "min", "max");
+  fmt::print("\n  {:<{}}  {:<8}  {:<9}  {:<26}  max\n", "field", width, "unit", "type", "min");
   for (const VolumeField& field : fields) {
     const std::vector<Extent> extents = field.field->extents();
     const std::string type = std::string(name_of(grid_of(*field.field)->voxels.type)) + (extents.size() == 3 ? "×3" : "");
-    fmt::print("  {:<{}}  {:<8}  {:<8}  {:<26}  {:<26}\n", field.name, width, field.unit.empty() ? "–" : field.unit, type,
+    fmt::print("  {:<{}}  {:<8}  {:<9}  {:<26}  {}\n", field.name, width, field.unit.empty() ? "–" : field.unit, type,
                text_of(extents, &Extent::min), text_of(extents, &Extent::max));
   }
   fmt::print("\n");
@@ -87,28 +87,29 @@ void print_fields(const Facts& facts) {
     if (values.counted == 0) continue;
     const bool lengths = fields[f].field->components() == 3;
     const std::string unit = fields[f].unit.empty() ? "" : " " + fields[f].unit;
-    fmt::print("  {:<{}}  {} {:.4g} on average, half of all below {:.4g}, 99 % below {:.4g}{}{}\n", fields[f].name, width,
-               lengths ? "length" : "value", values.mean, values.histogram.percentile(0.5), values.histogram.percentile(0.99),
-               unit, values.one_in > 1 ? fmt::format(" (of one row of voxels in {})", values.one_in) : "");
+    fmt::print("  {:<{}}  {} {:.4g} on average, half of all up to {:.4g}, 99 % up to {:.4g}{}{}\n", fields[f].name, width,
+               lengths ? "length" : "value", values.mean, values.percentile(0.5), values.percentile(0.99), unit,
+               values.one_in > 1 ? fmt::format(" (of one row of voxels in {})", values.one_in) : "");
     fmt::print("  {:<{}}  {:.4g} ▕{}▏ {:.4g}{}\n", "", width, values.min, bars_of(values.histogram), values.max, unit);
   }
 }
 
 void print_resampling(const Facts& facts) {
-  const std::vector<VolumeField>& fields = facts.file.volume.fields;
-  const auto text = [](const ResamplingError& e) {
-    return fmt::format("{:.2g} %, {:.2g} %, {:.2g} %; {:.3g} %", 100.0 * e.p50, 100.0 * e.p99, 100.0 * e.max,
-                       100.0 * e.covered);
-  };
+  std::size_t width = 5;
+  for (const VolumeField& field : facts.file.volume.fields) width = std::max(width, field.name.size());
+  const auto percent = [](double share) { return fmt::format("{:.2g} %", 100.0 * share); };
   bool first = true;
-  for (const VolumeField& field : fields) {
+  for (const VolumeField& field : facts.file.volume.fields) {
     if (!field.resampling) continue;
     if (std::exchange(first, false)) {
       fmt::print(
-          "\n  error of resampling, of the range: half of the places, 99 %, the worst looked at; places that have data\n");
+          "\n  error of resampling, as a share of the range: of half of the places, of 99 %, the worst; places with data\n");
+      fmt::print("  {:<{}}  {:<9}  {:<9}  {:<9}  {:<9}  covered\n", "field", width, "places", "half", "99 %", "worst");
     }
-    fmt::print("  {}: by cell {}; by volume {}\n", field.name, text(field.resampling->by_cell),
-               text(field.resampling->by_volume));
+    for (const auto& [by, e] : {std::pair{"by cell", field.resampling->by_cell}, {"by volume", field.resampling->by_volume}}) {
+      fmt::print("  {:<{}}  {:<9}  {:<9}  {:<9}  {:<9}  {:.3g} %\n", field.name, width, by, percent(e.p50), percent(e.p99),
+                 percent(e.max), 100.0 * e.covered);
+    }
   }
 }
 

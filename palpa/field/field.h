@@ -143,6 +143,8 @@ struct SourceFile {
   std::string sha256;  ///< hexadecimal
 };
 
+struct VolumeRequest;
+
 /// A named data set: one or more fields on one grid, or one formula. A value; the voxels are shared.
 struct Volume {
   std::vector<VolumeField> fields;
@@ -155,6 +157,7 @@ struct Volume {
   std::vector<SourceFile> files;      ///< empty for embedded data
   int frames = 1;                     ///< that its file holds; the fields are one of them, or all of them as a time series
   std::vector<std::string> warnings;  ///< half sentences, for the reader of a summary
+  std::shared_ptr<const VolumeRequest> request{};  ///< what it was read by; null for embedded data
 
   /// Box of the first field [m].
   Box bounds_m() const noexcept { return fields.front().field->bounds_m(); }

@@ -94,8 +94,8 @@ FirstLevels first_levels(const Field& field, const Statistics& values, const std
     };
     add("skin", skin_hu, 0.8, "between air (-1000 HU) and fat (-100 HU)",
         "gives way to a light press, so that one gets to the bone");
-    add("bone", bone_hu, 2.4, "above soft tissue (40 HU) and most contrast agent",
-        "as firm as stays below max_force_n with skin and tissue together");
+    add("bone", bone_hu, 2.0, "above soft tissue (40 HU) and most contrast agent",
+        "as firm as leaves room below max_force_n for skin, friction and drag");
     if (!first.levels.empty()) return first;
   }
 
@@ -109,7 +109,7 @@ FirstLevels first_levels(const Field& field, const Statistics& values, const std
   first.solid_is_high = border_is_below(field, outer_value);
   first.why_solid = first.solid_is_high ? "most of the border of the data is below the level: what is above it is the object"
                                         : "most of the border of the data is above the level: what is below it is the object";
-  first.levels.push_back(level_between(field, h, "outer", outer_value, bottom, top, 0.4, 1.2));
+  first.levels.push_back(level_between(field, h, "outer", outer_value, bottom, top, 0.4, 1.0));
 
   const double from = first.solid_is_high ? outer_value : bottom, to = first.solid_is_high ? top : outer_value;
   if (const auto inner = dividing_value(h, from, to)) {
@@ -118,7 +118,7 @@ FirstLevels first_levels(const Field& field, const Statistics& values, const std
     const double beyond = first.solid_is_high ? h.share_between(inner_value, to) : h.share_between(from, inner_value);
     // A class of a few voxels, or as good as the first level again, is no surface of its own.
     if (inner_value > from && inner_value < to && beyond > 0.05 * solid && solid - beyond > 0.05 * solid) {
-      first.levels.push_back(level_between(field, h, "inner", inner_value, from, to, 0.8, 2.0));
+      first.levels.push_back(level_between(field, h, "inner", inner_value, from, to, 0.8, 1.8));
     }
   }
   return first;
@@ -128,11 +128,13 @@ FirstFlow first_flow(const Statistics& speeds) {
   const Histogram& h = speeds.histogram;
   FirstFlow flow;
   flow.directions = looks_like_directions(speeds);
-  const double span = speeds.max;
-  flow.fast = rounded(std::max(h.percentile(0.995), h.edge(1)), span);
-  flow.empty = rounded(0.05 * flow.fast, 0.05 * span);
+  // Where so little moves that it is not seen among all, that alone is looked at.
+  const double resting = h.percentile(0.995) < 0.01 * speeds.max ? h.share_between(h.low, 0.01 * speeds.max) : 0.0;
+  const double fast = std::max(h.percentile(resting + 0.995 * (1.0 - resting)), h.edge(1));
+  flow.fast = rounded(fast, fast);
+  flow.empty = rounded(0.05 * fast, 0.05 * fast);
   const double still = h.share_between(h.low, flow.empty);
-  flow.moderate = rounded(std::max(h.percentile(still + 0.5 * (1.0 - still)), 2.0 * flow.empty), span);
+  flow.moderate = rounded(std::max(h.percentile(still + 0.5 * (1.0 - still)), 2.0 * flow.empty), fast);
   return flow;
 }
 

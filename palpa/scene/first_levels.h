@@ -34,7 +34,7 @@ struct FirstFlow {
   bool directions = false;  ///< every vector that is not zero has length 1
   double empty = 0.0;       ///< slower is as good as still, in the field's own unit
   double moderate = 0.0;    ///< median of what is faster, in the field's own unit
-  double fast = 0.0;        ///< all but half a percent is slower, in the field's own unit
+  double fast = 0.0;        ///< all but half a percent is slower, of all or of the little that moves, in the field's own unit
 };
 FirstFlow first_flow(const Statistics& speeds);
 

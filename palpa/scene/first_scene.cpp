@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
-#include <set>
 
 #include "palpa/core/load_error.h"
 #include "palpa/scene/field_name.h"
 #include "palpa/scene/first_levels.h"
 #include "palpa/scene/reach.h"
+#include "palpa/scene/request_toml.h"
 #include "palpa/scene/wording.h"
 
 namespace palpa {
@@ -58,41 +57,9 @@ std::string plain_word(const std::string& name, const std::string& otherwise) {
   return detail::is_plain_word(word) ? word : otherwise;
 }
 
-std::string numbers(std::initializer_list<double> list) {
-  std::string all;
-  for (const double number : list) all += (all.empty() ? "[" : ", ") + toml_number(number);
-  return all + "]";
-}
-std::string numbers(const Vec3& v) { return numbers({v.x, v.y, v.z}); }
-
-/// What was said of a file's reading that nothing in it says; the reasons are the user's.
-std::string asked_for(const VolumeRequest& request) {
-  std::string out;
-  const auto text = [&](const char* key, const std::string& value) {
-    if (!value.empty()) out += std::string(key) + " = " + toml_string(value) + "\n";
-  };
-  text("series", request.series);
-  text("components_along", request.components_along);
-  if (request.time_s) out += "time = " + toml_number(*request.time_s) + "\n";
-  if (const auto& c = request.crop) {
-    out += "crop_m = " + numbers({c->low_m.x, c->low_m.y, c->low_m.z, c->high_m.x, c->high_m.y, c->high_m.z}) + "\n";
-  }
-  const ArrayLayout& layout = request.layout;
-  text("type", layout.type);
-  text("byte_order", layout.byte_order);
-  if (layout.header_bytes != 0) out += "header_bytes = " + std::to_string(layout.header_bytes) + "\n";
-  if (const auto& n = layout.dims; n[0] != 0)
-    out += "dims = [" + std::to_string(n[0]) + ", " + std::to_string(n[1]) + ", " + std::to_string(n[2]) + "]\n";
-  text("axes", layout.axes);
-  text("components", layout.components);
-  if (layout.spacing_m != Vec3{}) out += "spacing_m = " + numbers(layout.spacing_m) + "\n";
-  if (layout.origin_m) out += "origin_m = " + numbers(*layout.origin_m) + "\n";
-  return out;
-}
-
 std::string volume_table(const Volume& volume, const VolumeRequest& request, const Felt& felt) {
   std::string out = "[volume.data]\n";
-  out += "file = " + toml_string(std::filesystem::absolute(request.files.front()).lexically_normal().string()) + "\n";
+  out += detail::file_line(request);
   const Vec3 size_m = volume.bounds_m().size_m();
   if (!volume.length_unit.empty() && (volume.length_unit_assumed || !request.length_unit.empty())) {
     const std::string size =
@@ -107,13 +74,15 @@ std::string volume_table(const Volume& volume, const VolumeRequest& request, con
     out += line("frame = " + std::to_string(frame),
                 "of " + std::to_string(volume.frames) + "; frame_period_s in its place feels all of them, as time goes");
   }
-  out += asked_for(request);
+  out += detail::asked_for(request);
   if (!request.as.empty()) out += line("as = " + toml_string(request.as), "its three frames are the components of one vector");
-  if (volume.fields.size() > 1 || felt.name != felt.field.name) {
-    std::string table;
-    if (felt.name != felt.field.name) table = "array = " + toml_string(felt.field.name);
-    const bool others = volume.fields.size() > 1;
-    out += line("fields = {" + felt.name + " = {" + table + "}}",
+  const auto asked = std::find_if(request.fields.begin(), request.fields.end(),
+                                  [&](const auto& field) { return field.name == felt.field.name; });
+  const bool others = volume.fields.size() > 1;
+  if (asked != request.fields.end()) {
+    out += line("fields = {" + detail::field_entry(*asked) + "}", "as asked for");
+  } else if (others || felt.name != felt.field.name) {
+    out += line("fields = {" + detail::field_entry({felt.name, felt.field.name, ""}) + "}",
                 others ? "one of " + std::to_string(volume.fields.size()) + " in the file: the others need not be in memory"
                        : "what the file calls it is no plain word");
   }
@@ -168,12 +137,14 @@ std::string surface_modes(const Felt& felt, const detail::FirstLevels& first) {
   }
   const double level = first.levels.front().value;
   const double towards_solid = first.solid_is_high ? 1.0 : -1.0;
-  const double full = first.hounsfield ? 0.0 : detail::rounded(level + 0.05 * span * towards_solid, span);
-  const double beyond = detail::rounded((first.solid_is_high ? felt.values.max : felt.values.min) + span * towards_solid, span);
+  const bool from_skin = first.hounsfield && level < 0.0;  // to water
+  const double full = from_skin ? 0.0 : detail::rounded(level + 0.05 * span * towards_solid, span);
+  const double extreme = first.solid_is_high ? std::max(felt.values.max, full) : std::min(felt.values.min, full);
+  const double beyond = detail::rounded(extreme + span * towards_solid, span);
   out += "\n[[mode]]\nname = \"inside\"\ntype = \"viscosity\"\nfield = \"data\"\n";
   out += line("drag_ns_per_m = 1.0", "a stroke of 0.1 m/s within costs 0.1 N: one feels what is solid and what is not");
   out += line("mask = [" + ramp("data", level, full, beyond, 1.0) + "]",
-              first.hounsfield ? "none in air, all of it in soft tissue" : "none outside of the first level");
+              from_skin ? "none in air, all of it in soft tissue" : "none outside of the first level");
   return out;
 }
 
@@ -232,8 +203,9 @@ std::string first_scene(const Volume& volume, const VolumeRequest& request) {
   } else {
     const detail::FirstLevels first = detail::first_levels(field, felt.values, felt.field.unit);
     if (first.levels.empty()) throw LoadError("has no two classes of values; there is no surface to feel");
-    title = first.hounsfield ? "A first touch of a CT scan: skin gives way, bone holds"
-                             : "A first touch: surfaces between classes of values";
+    title = !first.hounsfield          ? "A first touch: surfaces between classes of values"
+            : first.levels.size() == 2 ? "A first touch of a CT scan: skin gives way, bone holds"
+                                       : "A first touch of a CT scan: " + first.levels.front().name;
     modes = surface_modes(felt, first);
     const double level = first.levels.front().value;
     const auto solid = [&](const Vec3& x) {
@@ -250,9 +222,14 @@ std::string first_scene(const Volume& volume, const VolumeRequest& request) {
   out += "palpa = 1\ntitle = " + toml_string(title) + "\n\n[coupling]\n";
   out += line("stiffness_n_per_m = 500", "what desktop devices hold without humming");
   out += line("damping_ns_per_m = 0.2", "calms the hand a little at a surface");
-  out += line("max_force_n = 3.3", "what small devices can give; all strengths below stay under it together");
+  out += line("max_force_n = 3.3",
+              "what small devices can give; all strengths below, friction and the drag of 0.4 m/s stay under it");
   out += "\n" + volume_table(volume, request, felt);
   if (directions) out += line("sign = \"none\"", "every vector has length 1: directions, whose sign means nothing");
+  if (directions && request.components_along == "index")
+    out +=
+        "# components_along: along the axes of the grid, as FSL writes directions; \"file\" takes the world's, which mirrors "
+        "them\n";
   out += "\n" + workspace_table(volume, reach, start_m) + "\n" + modes;
   return out;
 }

@@ -19,10 +19,11 @@ std::optional<std::size_t> field_to_feel(const Volume& volume, const std::vector
 /// A vector field is felt as a flow: a rail along it, and drag, both only where it flows; a scalar field as surfaces, with drag
 /// within what is solid: skin and bone where the values are Hounsfield units, else the levels that part its
 /// histogram best, the firmer the sharper their edges. Which field: `field_to_feel`. The hand's reach is the volume's box or,
-/// where little of that can be felt, the largest cube with two fifths of it. All strengths together stay below the force limit.
+/// where little of that can be felt, the largest cube whose middle is half of what can. All strengths together, friction and
+/// the drag of a hand at 0.4 m/s stay below the force limit.
 ///
 /// \param volume   as it was read, trilinear
-/// \param request  what it was read by; its first file and all else of it are written into the scene
+/// \param request  what it was read by; all of it is written into the scene
 /// Nothing of the file but its path, the names and units of its arrays and numbers gets into the text: no patient's name.
 /// Reads all voxels a few times. Throws LoadError, without a place, where there is nothing to feel.
 std::string first_scene(const Volume& volume, const VolumeRequest& request);

@@ -119,6 +119,7 @@ Volume read_series(const VolumeRequest& request, double frame_period_s, BetweenF
   const std::vector<Frame> frames = read_frames(request, read_volume);
   Volume series = frames.front().volume;
   series.frames = static_cast<int>(frames.size());
+  series.request = std::make_shared<const VolumeRequest>(request);
   for (std::size_t i = 1; i < frames.size(); ++i) {
     const Volume& volume = frames[i].volume;
     if (volume.fields.size() != series.fields.size()) {

@@ -2,6 +2,7 @@
 #include <numbers>
 
 #include "palpa/scene/keys.h"
+#include "palpa/scene/request_toml.h"
 #include "palpa/scene/scene.h"
 #include "palpa/scene/wording.h"
 
@@ -59,7 +60,9 @@ std::string volume_body(const SceneVolume& volume) {
   const Field& first = *volume.volume.fields.front().field;
   const MovingView* moved = moving_of(first);
   if (series_of(moved ? *moved->field : first)) return "# a time series made by a program: a scene file cannot say it\n";
-  std::string body = line("file", toml_string(volume.volume.files.front().path));
+  VolumeRequest by_files;  // of a reader that does not note what it was asked
+  for (const SourceFile& file : volume.volume.files) by_files.files.emplace_back(file.path);
+  std::string body = detail::reading_of(volume.volume.request ? *volume.volume.request : by_files);
   if (volume.pose != Similarity{}) body += line("pose", "{" + pose_body(volume.pose) + "}");
   std::string poses;
   for (const TimedPose& key : volume.poses) {

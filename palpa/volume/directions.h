@@ -1,13 +1,17 @@
 // Directions that a file keeps as three frames.
 #pragma once
 
+#include <optional>
+
 #include "palpa/volume/read_volume.h"
 
 namespace palpa {
 
-/// Whether the three frames of an opened file are the components of vectors of length 1, as programs for diffusion write
-/// directions: then `as = "vector"` is what a person would ask for. Reads the file once more where it may be so; false
-/// where that cannot be read. \param file  what `request` gave
-bool frames_are_directions(const VolumeRequest& request, const VolumeFile& file, const ReadOptions& options = {});
+/// How to ask for the three frames of an opened file where they are the components of vectors of length 1, as programs for
+/// diffusion write directions: `as = "vector"`, and `components_along = "index"` where nothing is said and directions agree
+/// better with those along them so, which is FSL's way and mirrors them if taken otherwise. Nothing for other files. Reads the
+/// file twice more where it may be so. \param file  what `request` gave
+std::optional<VolumeRequest> as_directions(const VolumeRequest& request, const VolumeFile& file,
+                                           const ReadOptions& options = {});
 
 }  // namespace palpa

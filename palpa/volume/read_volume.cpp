@@ -407,6 +407,7 @@ VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
   check_file(ask.path);
   VolumeFile result;
   (ask.layout.type.empty() ? read_parsed : read_raw)(request, ask, options, result.volume);
+  result.volume.request = std::make_shared<const VolumeRequest>(request);
   result.frames = result.volume.frames;
   return result;
 }

@@ -4,9 +4,11 @@
 #include <gmock/gmock.h>
 
 #include <fstream>
+#include <functional>
 #include <regex>
 #include <sstream>
 
+#include "palpa/mode/viscosity.h"
 #include "palpa/scene/reach.h"
 #include "scene_files.h"
 
@@ -90,6 +92,84 @@ TEST(FirstScene, NamesFieldsByPlainWords) {
   EXPECT_THAT(scene_of(two), HasSubstr("fields = {value = {array = \"1st array (raw)\"}}"));
   two.fields[0].name = "my array";
   EXPECT_THAT(scene_of(two), HasSubstr("fields = {my_array = {array = \"my array\"}}"));
+}
+
+TEST(FirstScene, SaysAllThatTheFileWasReadBy) {
+  VolumeRequest request;
+  request.files = {"/data/file.xyz", "/data/other.q"};
+  request.fields = {{"speed", "velocity magnitude", "m/s"}};
+  request.series = "1.2.3";
+  request.components_along = "index";
+  request.time_s = 0.5;
+  request.crop = Box{{0, 0, 0}, {1, 2, 3}};
+  request.layout = {.type = "int16",
+                    .byte_order = "big",
+                    .header_bytes = 8,
+                    .axes = "xyz",
+                    .components = "last",
+                    .dims = {4, 5, 6},
+                    .spacing_m = {1, 2, 3},
+                    .origin_m = Vec3{-1, 0, 1}};
+  Volume volume = sampled_head();
+  volume.fields[0].name = "speed";
+  const auto again = [&](const std::string& text) {
+    std::optional<VolumeRequest> asked;
+    const auto note = [&](const VolumeRequest& wanted) {
+      asked = wanted;
+      return volume;
+    };
+    std::string here = text;
+    const std::string folder = testing::TempDir();
+    for (const char* file : {"/file.xyz", "/other.q"}) {
+      std::ofstream(folder + file) << "x";
+      here.replace(here.find("/data" + std::string(file)), 5 + std::string(file).size(), folder + file);
+    }
+    parse_scene(here, "first.toml", {}, note, standard_modes());
+    return *asked;
+  };
+  Scene code;
+  code.add("fluid", Viscosity{.drag_ns_per_m = 1.0});
+  Volume read = volume;
+  read.files = {{"/data/file.xyz", 1, "0"}, {"/data/other.q", 1, "0"}};
+  read.request = std::make_shared<const VolumeRequest>(request);
+  code.add("data", read);
+  for (const std::string& text : {first_scene(volume, request), to_toml(code)}) {
+    SCOPED_TRACE(text);
+    const VolumeRequest asked = again(text);
+    ASSERT_EQ(asked.files.size(), 2U);
+    EXPECT_EQ(asked.files[1].filename(), "other.q");
+    ASSERT_EQ(asked.fields.size(), 1U);
+    EXPECT_EQ(asked.fields[0].name, "speed");
+    EXPECT_EQ(asked.fields[0].array, "velocity magnitude");
+    EXPECT_EQ(asked.fields[0].unit, "m/s");
+    EXPECT_EQ(asked.series, request.series);
+    EXPECT_EQ(asked.components_along, request.components_along);
+    EXPECT_EQ(asked.time_s, request.time_s);
+    ASSERT_TRUE(asked.crop);
+    EXPECT_EQ(asked.crop->high_m, request.crop->high_m);
+    EXPECT_EQ(asked.layout, request.layout);
+  }
+}
+
+TEST(FirstScene, OfPartsOfACtAndOfSparseFlowsCanBeLoaded) {
+  const auto volume = [](const std::string& unit, int components, const std::function<double(int)>& value) {
+    const auto data = std::make_shared<std::vector<float>>();
+    for (int n = 0; n < 20 * 20 * 20 * components; ++n) data->push_back(static_cast<float>(value(n)));
+    Volume made;
+    made.fields = {
+        {"v", unit,
+         grid_field({{20, 20, 20}, 1e-3 * Mat3::identity(), {}}, {VoxelType::float32, components, {data, data->data()}})}};
+    return made;
+  };
+  EXPECT_THAT(scene_of(volume("HU", 1, [](int n) { return n % 1000; })), Not(HasSubstr("name = \"skin\"")));
+  scene_of(volume("HU", 1, [](int n) { return -320 + n % 100; }));
+  scene_of(volume("HU", 1, [](int n) { return -1000 + n % 701; }));
+  scene_of(volume("", 1, [](int n) { return 1e6 + n % 2; }));
+  scene_of(volume("", 1, [](int n) { return n % 4000 == 0 ? 1.0 : 0.0; }));
+  // Eight of 8000 voxels move, and of one flow nothing but an outlier is much.
+  const std::string sparse = scene_of(volume("", 3, [](int n) { return n % 3000 == 0 ? 2.0 : 0.0; }));
+  EXPECT_THAT(sparse, HasSubstr("points = [[0.1, 0], [2, 1.2]"));
+  scene_of(volume("", 3, [](int n) { return n == 0 ? 1e9 : 1e-6 * (n % 7); }));
 }
 
 TEST(FirstScene, OfMedicalDataShowsTheFace) {

@@ -17,8 +17,8 @@ FirstTouch first_touch(const std::filesystem::path& data, const std::filesystem:
   request.files = {data};
   FirstTouch touch;
   VolumeFile file = read_volume_file(request, read);
-  if (frames_are_directions(request, file, read)) {
-    request.as = "vector";
+  if (const auto directions = as_directions(request, file, read)) {
+    request = *directions;
     file = read_volume_file(request, read);
   }
   touch.scene = first_scene(file.volume, request);
