@@ -105,9 +105,9 @@ void find_suspicious_values(const Facts& facts, std::size_t f, std::vector<std::
   if (h.percentile(0.999) - h.percentile(0.001) < 0.02 * (values.max - values.min)) {
     say("has a few values far from all others: outliers, or a code for 'no data'");
   }
-  // PLOT3D's units: beside them a flow of a hundred Mach is a flow in other units.
+  // Nothing flows so fast: the file's numbers are in other units.
   if (field.unit == "a∞" && values.max > 20.0) {
-    say(fmt::format("goes up to {:.3g} times the speed of sound: its numbers are probably not divided by a∞, as PLOT3D asks",
+    say(fmt::format("goes up to {:.0f} times the speed of sound: its numbers are probably not divided by a∞, as PLOT3D asks",
                     values.max));
   }
   if (looks_like_hounsfield(values, field.unit) && values.min < -1100.0) {

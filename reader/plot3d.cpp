@@ -126,9 +126,10 @@ std::unique_ptr<Source> open_plot3d(const protocol::Request& request) {
   } else {
     solution = partner_of(grid);
     if (solution.empty()) {
-      throw LoadError(part_of(grid) == Part::solution
-                          ? "is a PLOT3D solution without its grid; put the xyz file beside it, or name both in 'file'"
-                          : "is a PLOT3D grid without its solution; put the q file beside it, or name both in 'file'");
+      throw LoadError(
+          part_of(grid) == Part::solution
+              ? "is a PLOT3D solution without its grid; put the xyz file beside it, or name both ('file' of a scene, --with)"
+              : "is a PLOT3D grid without its solution; put the q file beside it, or name both ('file' of a scene, --with)");
     }
   }
   if (part_of(grid) == Part::solution) std::swap(grid, solution);
