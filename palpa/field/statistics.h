@@ -47,7 +47,7 @@ struct Statistics {
   Histogram histogram;        ///< from min to max
   bool whole_numbers = true;  ///< none has a fraction
 
-  /// As that of the histogram, but exact where the classes hold one whole number each, or next to nothing but zeros.
+  /// As that of the histogram, in the field's own unit, but exact where a class holds one whole number, or zeros for the most.
   /// \param share  [1]
   double percentile(double share) const noexcept;
 };
