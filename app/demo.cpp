@@ -5,11 +5,9 @@
 #include <cstdlib>
 
 #include "app/commands.h"
+#include "app/pictures.h"
 #include "app/scenes_folder.h"
 #include "app/terminal.h"
-#ifdef PALPA_APP_HAS_VIEW
-#include "palpa/report/report.h"
-#endif
 
 namespace palpa::app {
 namespace {
@@ -67,23 +65,18 @@ fs::path trace_folder(const DemoArguments& arguments) {
 void print_what_there_is(const fs::path& trace, const DemoArguments& arguments, const fs::path& data) {
   if (trace.empty()) return;
   std::printf("Recorded in %s\n", trace.c_str());
-#ifdef PALPA_APP_HAS_VIEW
+  if (!pictures()) return static_cast<void>(std::puts("No report and no pictures: this palpa was built without them."));
   ReportOptions options{.data_folders = {}, .plugins = {}, .read = arguments.read, .pictures = trace / "pictures"};
   if (!data.empty()) options.data_folders = {data};
   fs::path report;
   {
     Progress progress("drawing the report");
-    report = write_report(trace, {}, options);
+    report = pictures()->report(trace, {}, options);
   }
   std::printf("Report      %s\n", report.c_str());
   for (const char* name : {"scene.png", "moment.png"}) {
     if (const fs::path picture = options.pictures / name; fs::exists(picture)) std::printf("Picture     %s\n", picture.c_str());
   }
-#else
-  (void)arguments;
-  (void)data;
-  std::puts("No report and no pictures: this palpa was built without them.");
-#endif
 }
 
 }  // namespace

@@ -7,13 +7,11 @@
 #include <string>
 
 #include "app/info_text.h"
+#include "app/pictures.h"
 #include "app/terminal.h"
 #include "palpa/scene/first_scene.h"
 #include "palpa/scene/read_series.h"
 #include "palpa/volume/directions.h"
-#ifdef PALPA_APP_HAS_VIEW
-#include "palpa/view/volume_picture.h"
-#endif
 
 namespace palpa::app {
 namespace {
@@ -83,14 +81,9 @@ void suggest_scene(const Asked& asked, const InfoArguments& arguments) {
 }
 
 void draw(const Facts& facts, const fs::path& file) {
-#ifdef PALPA_APP_HAS_VIEW
   const auto field = field_to_feel(facts.file.volume, facts.values);
   if (!field) throw LoadError(facts.name + ": has no field that varies; there is nothing to draw");
-  save_png(volume_picture(facts.file.volume, *field, facts.values[*field], facts.what), file);
-#else
-  (void)facts;
-  throw LoadError(file.string() + ": this palpa was built without pictures; build it with PALPA_VIEW");
-#endif
+  pictures_for(file.string()).volume(facts.file.volume, *field, facts.values[*field], facts.what, file);
 }
 
 }  // namespace

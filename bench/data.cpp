@@ -110,7 +110,8 @@ void write_raw(const fs::path& folder, const std::vector<std::int16_t>& voxels, 
   std::fprintf(
       scene,
       "palpa = 1\n[volume.v]\nfile = \"volume.raw\"\ntype = \"int16\"\ndims = [%d, %d, %d]\nspacing_m = [0.0005, 0.0005, "
-      "0.0005]\n[workspace]\nfit = \"v\"\n[[mode]]\nname = \"inside\"\ntype = \"viscosity\"\nfield = \"v\"\n",
+      "0.0005]\n[workspace]\nfit = \"v\"\n[[mode]]\nname = \"inside\"\ntype = \"viscosity\"\nfield = \"v\"\ndrag_ns_per_m = "
+      "1\n",
       n, n, n);
   std::fclose(scene);
 }

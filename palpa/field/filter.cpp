@@ -20,7 +20,7 @@ FieldPtr made_of(const GridView& grid, Filter filter, bool without_sign) {
   switch (filter) {
     case Filter::smooth: return make(smooth_grid_field);
     case Filter::cubic: return make(cubic_grid_field);
-    default: return grid_field(grid.geometry, grid.voxels, grid.scale, grid.offset);
+    default: return make(grid_field);
   }
 }
 

@@ -240,7 +240,12 @@ GridGeometry rectilinear_geometry(const std::array<std::vector<double>, 3>& coor
   return grid;
 }
 
-FieldPtr grid_field(const GridGeometry& geometry, Voxels voxels, double scale, double offset, std::int64_t one_row_in) {
+FieldPtr grid_field(const GridGeometry& geometry, Voxels voxels, double scale, double offset) {
+  return grid_field_to_look_at(geometry, std::move(voxels), scale, offset, 1);
+}
+
+FieldPtr grid_field_to_look_at(const GridGeometry& geometry, Voxels voxels, double scale, double offset,
+                               std::int64_t one_row_in) {
   detail::check_grid(geometry, voxels, scale, offset);
   return detail::with_values_of(voxels, [&]<class T>(const T*) -> FieldPtr {
     return std::make_shared<const TypedGrid<T>>(geometry, std::move(voxels), scale, offset, one_row_in);

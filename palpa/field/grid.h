@@ -79,10 +79,12 @@ const char* name_of(Filter filter) noexcept;  ///< "trilinear", …
 /// Reads all voxels once for the range; throws std::invalid_argument, with a sentence, where geometry,
 /// voxels, `scale` [unit] or `offset` [unit] cannot be used. `voxels.data` must hold geometry.voxels() × components
 /// values: nothing here can check that.
-/// \param one_row_in  [rows] for whoever only looks at a large grid: where it is not 1, one row along i in so many is read, the
-///                    range is that of those alone, and ways through the grid are looked at cell by cell
-FieldPtr grid_field(const GridGeometry& geometry, Voxels voxels, double scale = 1.0, double offset = 0.0,
-                    std::int64_t one_row_in = 1);
+FieldPtr grid_field(const GridGeometry& geometry, Voxels voxels, double scale = 1.0, double offset = 0.0);
+
+/// The same for whoever only looks at a large grid: reads one row along i in `one_row_in` (1 or more), so that the range is
+/// that of those alone, and ways through the grid are looked at cell by cell. Scale and offset in the field's own unit.
+FieldPtr grid_field_to_look_at(const GridGeometry& geometry, Voxels voxels, double scale, double offset,
+                               std::int64_t one_row_in);
 
 /// Any field as a grid of float32 over its box, `longest` (2 to 1024) samples along the longest side, so
 /// that data without a file go the same way as data from one. A sample where the field has no data is

@@ -311,7 +311,7 @@ void check_places(const Plan& plan) {
   }
 }
 
-/// The fields of a plan whose voxels are there. \param one_row_in  [rows] as of grid_field
+/// The fields of a plan whose voxels are there. \param one_row_in  [rows] as of grid_field_to_look_at
 void add_fields(Volume& volume, const Plan& plan, const std::shared_ptr<const std::byte>& voxels, const protocol::Done& done,
                 std::int64_t one_row_in = 1) {
   volume.format = plan.header.format;
@@ -329,7 +329,7 @@ void add_fields(Volume& volume, const Plan& plan, const std::shared_ptr<const st
     take_planes(grid, voxels.get() + plan.offsets[slot] + (protocol::voxel_bytes(field).value() + 7) / 8 * 8);
     FieldPtr made;
     try {
-      made = grid_field(grid, {field.type, field.components, data}, field.scale, field.offset, one_row_in);
+      made = grid_field_to_look_at(grid, {field.type, field.components, data}, field.scale, field.offset, one_row_in);
     } catch (const std::invalid_argument& problem) {
       throw LoadError(std::string("cannot be felt: ") + problem.what());
     }

@@ -1,0 +1,34 @@
+// What draws: a library of its own, loaded when something is to be drawn, because loading VTK takes longer than most commands.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "palpa/field/field.h"
+#include "palpa/field/statistics.h"
+#include "palpa/report/report.h"
+
+namespace palpa::app {
+
+struct Pictures {
+  const char* version;  ///< that of the program it belongs to
+
+  /// `write_report`.
+  std::filesystem::path (*report)(const std::filesystem::path& trace, const std::filesystem::path& out,
+                                  const ReportOptions& options);
+  /// The figures of the docs, into a folder; their files, and warnings.
+  std::vector<std::filesystem::path> (*figures)(const std::filesystem::path& folder, std::vector<std::string>& warnings);
+  /// `volume_picture` of a field, as a PNG file.
+  void (*volume)(const Volume& volume, std::size_t field, const Statistics& values, const std::string& what,
+                 const std::filesystem::path& file);
+};
+
+/// Loads them at the first call. Returns nullptr where this palpa was built without. Throws LoadError where they cannot be
+/// loaded.
+const Pictures* pictures();
+
+/// The same, for whoever cannot do without: throws LoadError, which begins with `place`.
+const Pictures& pictures_for(const std::string& place);
+
+}  // namespace palpa::app
