@@ -93,11 +93,21 @@ class Damage {
   std::mt19937 random_;
 };
 
-void look_at(const VolumeRequest& request, const ReadOptions& options, MutationResult& result) {
+struct Outcome {
+  std::string refusal;       ///< empty: it was read
+  double voxel_bytes = 0.0;  ///< of all fields
+};
+
+Outcome look_at(const VolumeRequest& request, const ReadOptions& options, MutationResult& result) {
+  Outcome outcome;
   try {
     const Volume volume = read_volume(request, options);
     ++result.read;
     for (const VolumeField& field : volume.fields) {
+      if (const GridView* grid = grid_of(*field.field)) {
+        outcome.voxel_bytes += static_cast<double>(grid->geometry.voxels()) * grid->voxels.components *
+                               static_cast<double>(size_of(grid->voxels.type));
+      }
       const Vec3 middle_m = field.field->bounds_m().centre_m();
       const double value =
           field.field->components() == 1 ? field.field->scalar(middle_m).value : field.field->vector(middle_m).value.x;
@@ -106,17 +116,20 @@ void look_at(const VolumeRequest& request, const ReadOptions& options, MutationR
   } catch (const LoadError& error) {
     const std::string text = error.what();
     ++result.refused;
-    result.reader_ended += text.find("palpa-read") != std::string::npos;
+    if (text.find("palpa-read") != std::string::npos) result.ended.push_back(text.substr(text.find(": ") + 2));
     if (text.rfind(request.files.front().string() + ": ", 0) != 0 || text.find('\n') != std::string::npos ||
         text.find("; ") == std::string::npos) {
       result.wrong.push_back(text);
     }
+    outcome.refusal = text.substr(text.find(": ") + 2);
   }
+  return outcome;
 }
 
 }  // namespace
 
-MutationResult read_mutations(const SetToDamage& set, int count, std::uint32_t seed, const ReadOptions& options) {
+MutationResult read_mutations(const SetToDamage& set, int count, std::uint32_t seed, const ReadOptions& options,
+                              const fs::path& keep) {
   const TemporaryFolder made, work;
   const fs::path original = set.original(made);
   if (!fs::exists(original)) throw std::runtime_error(original.string() + " is not there");
@@ -143,9 +156,9 @@ MutationResult read_mutations(const SetToDamage& set, int count, std::uint32_t s
   }
 
   MutationResult result;
-  look_at(request, options, result);
-  const bool opens = result.read == 1;
+  const Outcome undamaged = look_at(request, options, result);
   result = {};
+  result.refused_undamaged = undamaged.refusal;
   result.true_peak_bytes = children_peak_bytes();
   Damage damage(seed);
   for (int n = 0; n < count; ++n) {
@@ -155,18 +168,29 @@ MutationResult read_mutations(const SetToDamage& set, int count, std::uint32_t s
     fs::remove_all(target);
     damage.put(target, bytes);
     const auto begin = std::chrono::steady_clock::now();
-    look_at(request, options, result);
+    const std::size_t said = result.wrong.size() + result.ended.size();
+    const Outcome outcome = look_at(request, options, result);
     const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
     result.slowest_s = std::max(result.slowest_s, spent.count());
+    if (spent.count() > options.idle_limit_s + 1.0) {
+      result.wrong.push_back("a file kept it for " + std::to_string(spent.count()) + " s");
+    }
+    // What is refused undamaged, too, needs no memory but that of the program; damaged to a larger volume, that of its voxels.
+    const double before_bytes = std::max(result.peak_bytes, result.true_peak_bytes);
+    const double need_bytes = result.true_peak_bytes + std::max(outcome.voxel_bytes - undamaged.voxel_bytes, 0.0);
+    result.peak_bytes = children_peak_bytes();
+    if (undamaged.refusal.empty() && result.peak_bytes > std::max(before_bytes, 3.0 * need_bytes)) {
+      result.wrong.push_back("more than 3 times the memory of the undamaged file: " +
+                             std::to_string(std::lround(result.peak_bytes / 1e6)) + " MB");
+    }
+    if (result.wrong.size() + result.ended.size() > said && !keep.empty()) {
+      const fs::path kept = keep / std::to_string(n);
+      fs::create_directories(kept);
+      fs::copy(copy, kept, fs::copy_options::recursive | fs::copy_options::copy_symlinks);
+    }
     fs::remove_all(target);
     std::ofstream(target, std::ios::binary) << bytes;
   }
-  result.peak_bytes = children_peak_bytes();
-  if (result.slowest_s > options.idle_limit_s + 1.0)
-    result.wrong.push_back("a file kept it for " + std::to_string(result.slowest_s) + " s");
-  // What is refused undamaged, too, needs no memory but that of the program.
-  if (opens && result.peak_bytes > 3.0 * result.true_peak_bytes)
-    result.wrong.push_back("more than 3 times the memory of the undamaged file");
   return result;
 }
 

@@ -64,68 +64,105 @@ SetToDamage raw() {
           request};
 }
 
-std::string text_of_numbers(std::size_t count, double step) {
+/// Slices of the grid, as files "s0" and on.
+std::vector<std::string> write_slices(const TemporaryFolder& folder) {
+  const std::string numbers = numbers_of();
+  const std::size_t slice = numbers.size() / 4;
+  std::vector<std::string> names;
+  for (std::size_t k = 0; k < 4; ++k) {
+    names.push_back("s" + std::to_string(k));
+    folder.write(names.back(), numbers.substr(k * slice, slice));
+  }
+  return names;
+}
+
+std::string lines(const std::vector<std::string>& names) {
   std::string text;
-  for (std::size_t n = 0; n < count; ++n) text += std::to_string(step * static_cast<double>(n * n + n)) + " ";
+  for (const std::string& name : names) text += name + "\n";
   return text;
 }
 
-std::string array(const std::string& name, const std::string& numbers, int components = 1,
-                  const std::string& type = "Float64") {
-  return "<DataArray type=\"" + type + "\" Name=\"" + name + "\" NumberOfComponents=\"" + std::to_string(components) +
-         "\" format=\"ascii\">" + numbers + "</DataArray>";
+const char* const nrrd_header =
+    "NRRD0004\ntype: double\ndimension: 3\nspace: LPS\nsizes: 6 5 4\nspace directions: (0.5,0,0) (0,0.25,0) (0,0,2)\n"
+    "space origin: (1,2,3)\nendian: little\n";
+const char* const meta_header =
+    "ObjectType = Image\nNDims = 3\nBinaryData = True\nTransformMatrix = 1 0 0 0 1 0 0 0 1\nOffset = 1 2 3\n"
+    "ElementSpacing = 0.5 0.25 2\nDimSize = 6 5 4\nElementType = MET_DOUBLE\n";
+
+SetToDamage one_file(const std::string& name, const std::string& bytes) {
+  return {name, [=](const TemporaryFolder& folder) { return folder.write(name, bytes); }};
 }
 
-/// A file of VTK's XML with this piece, for 4 × 3 × 3 points.
-std::string xml(const std::string& kind, const std::string& piece) {
-  const bool cells = kind == "UnstructuredGrid";
-  const std::string extent = "0 3 0 2 0 2";
-  return "<VTKFile type=\"" + kind + "\" version=\"1.0\" byte_order=\"LittleEndian\"><" + kind +
-         (cells ? "><Piece NumberOfPoints=\"36\" NumberOfCells=\"12\">"
-                : " WholeExtent=\"" + extent + "\"><Piece Extent=\"" + extent + "\">") +
-         piece + "<PointData>" + array("p", text_of_numbers(36, 0.5)) + "</PointData></Piece></" + kind + "></VTKFile>";
+SetToDamage in_slices(const std::string& name, const std::string& header) {
+  return {name,
+          [=](const TemporaryFolder& folder) { return folder.write(name, header + lines(write_slices(folder))); },
+          {"s0", "s2"}};
 }
 
-/// Points of a bent grid.
-std::string points() {
-  std::string text;
-  for (int k = 0; k < 3; ++k)
-    for (int j = 0; j < 3; ++j)
-      for (int i = 0; i < 4; ++i)
-        text += std::to_string(i + 0.1 * j * j) + " " + std::to_string(j + 0.05 * i * k) + " " + std::to_string(k) + " ";
-  return "<Points>" + array("points", text, 3) + "</Points>";
+/// NIfTI's two versions, whose headers have the same in other places.
+std::string nifti_header(int version, bool in_two_files) {
+  std::string h(version == 1 ? 352 : 544, '\0');
+  const auto put = [&](std::size_t at, auto value) { h.replace(at, sizeof value, bytes_of(value)); };
+  const std::int64_t dim[8] = {3, 6, 5, 4, 1, 1, 1, 1};
+  const double pixdim[8] = {1, 0.5, 0.25, 2, 1, 1, 1, 1}, rows[12] = {0.5, 0, 0, 1, 0, 0.25, 0, 2, 0, 0, 2, 3};
+  const std::string magic = (in_two_files ? "ni" : "n+") + std::to_string(version);
+  if (version == 1) {
+    put(0, std::int32_t{348}), put(70, std::int16_t{64}), put(72, std::int16_t{64}), h[123] = 2;
+    for (std::size_t d = 0; d < 8; ++d) put(40 + 2 * d, static_cast<std::int16_t>(dim[d]));
+    for (std::size_t d = 0; d < 8; ++d) put(76 + 4 * d, static_cast<float>(pixdim[d]));
+    put(108, in_two_files ? 0.0F : 352.0F), put(254, std::int16_t{1});
+    for (std::size_t n = 0; n < 12; ++n) put(280 + 4 * n, static_cast<float>(rows[n]));
+    h.replace(344, 3, magic);
+  } else {
+    put(0, std::int32_t{540}), put(12, std::int16_t{64}), put(14, std::int16_t{64}), put(500, std::int32_t{2});
+    h.replace(4, 8, magic + std::string("\0\r\n\x1a\n", 5));
+    for (std::size_t d = 0; d < 8; ++d) put(16 + 8 * d, dim[d]), put(104 + 8 * d, pixdim[d]);
+    put(168, std::int64_t{544}), put(348, std::int32_t{1});
+    for (std::size_t n = 0; n < 12; ++n) put(400 + 8 * n, rows[n]);
+  }
+  return h;
 }
 
-std::string boxes() {
-  std::string corners, ends, types;
-  for (int k = 0, n = 0; k < 2; ++k)
-    for (int j = 0; j < 2; ++j)
-      for (int i = 0; i < 3; ++i) {
-        const int a = i + 4 * (j + 3 * k);
-        for (const int p : {a, a + 1, a + 5, a + 4, a + 12, a + 13, a + 17, a + 16}) corners += std::to_string(p) + " ";
-        ends += std::to_string(8 * ++n) + " ", types += "12 ";
-      }
-  return "<Cells>" + array("connectivity", corners, 1, "Int64") + array("offsets", ends, 1, "Int64") +
-         array("types", types, 1, "UInt8") + "</Cells>";
-}
-
-SetToDamage vtk_xml(const std::string& name, const std::string& kind, const std::string& piece) {
-  return {name, [=](const TemporaryFolder& folder) { return folder.write(name, xml(kind, piece)); }};
-}
-
-/// A grid in one piece, which lies beside the file.
-SetToDamage vtk_in_pieces() {
-  return {"pieces.pvtu",
+SetToDamage nifti_in_two_files() {
+  return {"pair.hdr",
           [](const TemporaryFolder& folder) {
-            folder.write("piece.vtu", xml("UnstructuredGrid", points() + boxes()));
-            return folder.write(
-                "pieces.pvtu",
-                "<VTKFile type=\"PUnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\"><PUnstructuredGrid "
-                "GhostLevel=\"0\"><PPointData><PDataArray type=\"Float64\" Name=\"p\"/></PPointData><PPoints>"
-                "<PDataArray type=\"Float64\" NumberOfComponents=\"3\"/></PPoints><Piece Source=\"piece.vtu\"/>"
-                "</PUnstructuredGrid></VTKFile>");
+            folder.write("pair.img", numbers_of());
+            return folder.write("pair.hdr", nifti_header(1, true));
           },
-          {"piece.vtu"}};
+          {"pair.img"}};
+}
+
+/// Two bent blocks of 4 × 3 × 3 points and their solution.
+SetToDamage plot3d_blocks() {
+  return {"blocks.xyz",
+          [](const TemporaryFolder& folder) {
+            std::string xyz = bytes_of(std::int32_t{2});
+            for (const std::int32_t n : {4, 3, 3, 4, 3, 3}) xyz += bytes_of(n);
+            std::string q = xyz;
+            for (int block = 0; block < 2; ++block) {
+              for (int n = 0; n < 36; ++n) xyz += bytes_of(static_cast<float>(n % 4 + 3 * block + 0.1 * (n / 4)));
+              for (int n = 0; n < 36; ++n) xyz += bytes_of(static_cast<float>(n / 4 % 3));
+              for (int n = 0; n < 36; ++n) xyz += bytes_of(static_cast<float>(n / 12));
+              for (int n = 0; n < 4; ++n) q += bytes_of(0.5F);
+              for (int n = 0; n < 5 * 36; ++n) q += bytes_of(static_cast<float>(n < 36 ? 1.0 : 0.01 * n));
+            }
+            folder.write("blocks.q", q);
+            return folder.write("blocks.xyz", xyz);
+          },
+          {"blocks.q"}};
+}
+
+SetToDamage dicom_frames() {
+  return {"dicom_frames", [](const TemporaryFolder& folder) {
+            DicomSeries series;
+            DicomElements image = series.image(series.origin_mm, 1);
+            std::string pixels;
+            for (int n = 0; n < 4; ++n) pixels += series.pixels(series.at_mm({0, 0, double(n)}));
+            image.set(0x00080016, "UI", "1.2.840.10008.5.1.4.1.1.2.1");
+            image.set(0x00280008, "IS", "4");
+            image.set(0x7fe00010, "OW", pixels);
+            return folder.write("frames.dcm", series.file(image));
+          }};
 }
 
 }  // namespace
@@ -153,12 +190,16 @@ std::vector<SetToDamage> sets_to_damage(const fs::path& data_folder) {
   sets.push_back(hdf5_array());
   sets.push_back(hdf5_image());
   sets.push_back(raw());
-  sets.push_back(vtk_xml("planes.vtr", "RectilinearGrid",
-                         "<Coordinates>" + array("x", text_of_numbers(4, 0.1)) + array("y", text_of_numbers(3, 0.2)) +
-                             array("z", text_of_numbers(3, 0.3)) + "</Coordinates>"));
-  sets.push_back(vtk_xml("bent.vts", "StructuredGrid", points()));
-  sets.push_back(vtk_xml("cells.vtu", "UnstructuredGrid", points() + boxes()));
-  sets.push_back(vtk_in_pieces());
+  sets.push_back(one_file("plain.nrrd", std::string(nrrd_header) + "encoding: raw\n\n" + numbers_of()));
+  sets.push_back(in_slices("list.nhdr", std::string(nrrd_header) + "encoding: raw\ndata file: LIST\n"));
+  sets.push_back(one_file("plain.mha", std::string(meta_header) + "ElementDataFile = LOCAL\n" + numbers_of()));
+  sets.push_back(in_slices("list.mhd", std::string(meta_header) + "ElementDataFile = LIST\n"));
+  sets.push_back(one_file("plain_1.nii", nifti_header(1, false) + numbers_of()));
+  sets.push_back(one_file("plain_2.nii", nifti_header(2, false) + numbers_of()));
+  sets.push_back(nifti_in_two_files());
+  sets.push_back(plot3d_blocks());
+  sets.push_back(dicom_frames());
+  for (SetToDamage& set : vtk_sets_to_damage()) sets.push_back(std::move(set));
   return sets;
 }
 

@@ -21,5 +21,7 @@ inline void PrintTo(const SetToDamage& set, std::ostream* to) { *to << set.name;
 
 /// \param data_folder  the shared data; where a set is not there, `original` names a file that is not
 std::vector<SetToDamage> sets_to_damage(const fs::path& data_folder);
+/// Of these the ones of VTK's own formats that are made.
+std::vector<SetToDamage> vtk_sets_to_damage();
 
 }  // namespace palpa::test
