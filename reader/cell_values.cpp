@@ -1,17 +1,64 @@
 #include "cell_values.h"
 
+#include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkDataArray.h>
 #include <vtkDataSetAttributes.h>
+#include <vtkIdTypeArray.h>
 #include <vtkPointData.h>
 #include <vtkUnsignedCharArray.h>
+#include <vtkUnstructuredGrid.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
 
 #include "palpa/core/load_error.h"
 
 namespace palpa::reader {
+
+void check_cells(vtkPointSet& block) {
+  auto* mesh = vtkUnstructuredGrid::SafeDownCast(&block);
+  if (mesh == nullptr) return;
+  const vtkIdType points = mesh->GetNumberOfPoints();
+  const auto check = [&](vtkIdType count, const vtkIdType* ids, int least) {
+    if (count < least || std::any_of(ids, ids + count, [&](vtkIdType id) { return id < 0 || id >= points; }))
+      throw LoadError("has a cell with points that are not there; export it again");
+  };
+  const vtkUnsignedCharArray* types = mesh->GetCellTypesArray();
+  if (types == nullptr || types->GetNumberOfValues() != mesh->GetCells()->GetNumberOfCells() || !mesh->GetCells()->IsValid())
+    throw LoadError("has cells that do not fit together; export it again");
+  std::array<int, VTK_NUMBER_OF_CELL_TYPES> corners{};  // of each shape, 0 where it may have any number
+  corners.fill(-1);
+  vtkNew<vtkIdList> ids;
+  for (vtkIdType cell = 0; cell < mesh->GetNumberOfCells(); ++cell) {
+    const int type = mesh->GetCellType(cell);
+    if (type < 0 || type >= VTK_NUMBER_OF_CELL_TYPES)
+      throw LoadError("has a cell of type " + std::to_string(type) + ", which is unknown; export it again");
+    int& least = corners[static_cast<std::size_t>(type)];
+    if (least < 0) {
+      const auto shape = vtkSmartPointer<vtkCell>::Take(vtkGenericCell::InstantiateCell(type));
+      least = shape != nullptr ? static_cast<int>(shape->GetNumberOfPoints()) : 0;
+    }
+    mesh->GetCells()->GetCellAtId(cell, ids);
+    check(ids->GetNumberOfIds(), ids->GetPointer(0), least);
+    if (type != VTK_POLYHEDRON) continue;
+    // Faces one after the other: how many, and for each the number of its points before them.
+    const vtkIdTypeArray *all = mesh->GetFaces(), *starts = mesh->GetFaceLocations();
+    const vtkIdType end = all != nullptr ? all->GetNumberOfValues() : 0;
+    vtkIdType at = starts != nullptr && cell < starts->GetNumberOfValues() ? starts->GetValue(cell) : end;
+    const auto next = [&] {
+      if (at < 0 || at >= end) throw LoadError("has a polyhedron without its faces; export it again");
+      return all->GetValue(at++);
+    };
+    for (vtkIdType face = next(); face > 0; --face) {
+      for (vtkIdType corner = next(); corner > 0; --corner) {
+        const vtkIdType id = next();
+        check(1, &id, 1);
+      }
+    }
+  }
+}
 
 bool is_visible(vtkPointSet& block, vtkIdType cell) {
   const vtkUnsignedCharArray* ghosts = block.GetCellGhostArray();

@@ -18,6 +18,9 @@ struct ArrayName {
   int components = 1;
 };
 
+/// Throws LoadError where a cell names points that are not there, or too few for its shape: VTK looks them up unseen.
+void check_cells(vtkPointSet& block);
+
 /// Whether a cell is data, not hidden.
 bool is_visible(vtkPointSet& block, vtkIdType cell);
 

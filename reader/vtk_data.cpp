@@ -114,7 +114,10 @@ vtkSmartPointer<vtkPointSet> with_points(vtkDataSet& data) {
 
 std::vector<vtkSmartPointer<vtkPointSet>> with_points(const std::vector<vtkSmartPointer<vtkDataSet>>& blocks) {
   std::vector<vtkSmartPointer<vtkPointSet>> all;
-  for (const auto& block : blocks) all.push_back(with_points(*block));
+  for (const auto& block : blocks) {
+    all.push_back(with_points(*block));
+    check_cells(*all.back());
+  }
   return all;
 }
 
