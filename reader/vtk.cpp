@@ -36,6 +36,16 @@ void check(vtkAlgorithm& reader, const char* as) {
   }
 }
 
+/// VTK makes as many components as an element claims, and names each of them.
+void check_claims(vtkXMLDataElement& element) {
+  constexpr int most_components = 10'000;
+  int components = 1;
+  element.GetScalarAttribute("NumberOfComponents", components);  // where it is too large for an int, the largest one
+  if (components < 0 || components > most_components)
+    throw LoadError("claims an array of " + std::to_string(components) + " components; correct its NumberOfComponents");
+  for (int n = 0; n < element.GetNumberOfNestedElements(); ++n) check_claims(*element.GetNestedElement(n));
+}
+
 double cells_in(const int* extent) {
   double cells = 1;
   for (int a = 0; a < 3; ++a) cells *= std::max(1.0, static_cast<double>(extent[2 * a + 1]) - extent[2 * a]);
@@ -51,6 +61,10 @@ class Checked : public Reader {
   bool met_end_of_file() const { return met_end_of_file_; }
 
  protected:
+  int ReadPrimaryElement(vtkXMLDataElement* primary) override {
+    check_claims(*primary);
+    return Reader::ReadPrimaryElement(primary);
+  }
   int ReadArrayValues(vtkXMLDataElement* element, vtkIdType index, vtkAbstractArray* array, vtkIdType first, vtkIdType count,
                       vtkXMLDataReader::FieldType type) override {
     const int done = Reader::ReadArrayValues(element, index, array, first, count, type);
@@ -94,6 +108,20 @@ class Pieces : public Reader {
       names.emplace_back(name);
     }
     return names;
+  }
+
+ protected:
+  int ReadPrimaryElement(vtkXMLDataElement* primary) override {
+    check_claims(*primary);
+    return Reader::ReadPrimaryElement(primary);
+  }
+  /// VTK copies from a piece whatever became of it.
+  int ReadPieceData() override {
+    if constexpr (requires { this->SubExtent; })
+      this->PieceReaders[this->Piece]->UpdateExtent(this->SubExtent);
+    else
+      this->PieceReaders[this->Piece]->Update();
+    return library_complained() ? 0 : Reader::ReadPieceData();
   }
 };
 template <class Reader>
