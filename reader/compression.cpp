@@ -7,10 +7,22 @@
 #include <vector>
 
 #include "palpa/core/load_error.h"
+#include "source.h"
 
 namespace palpa::reader {
 
-void check_compression(const std::string& path, std::uint64_t offset) {
+namespace {
+
+constexpr std::uint64_t usual_ratio = 16;   ///< of voxels to their compressed bytes, seldom more; a mask has more
+constexpr std::uint64_t most_ratio = 1032;  ///< that deflate can reach
+
+struct Unpacked {
+  std::uint64_t bytes = 0;
+  bool whole = false;  ///< to the end of a stream, where its checksum lies
+};
+
+/// Unpacks the streams of a file, one after the other, until there are `enough` bytes, and keeps nothing.
+Unpacked unpack(const std::string& path, std::uint64_t offset, std::uint64_t enough) {
   std::ifstream file(path, std::ios::binary);
   file.seekg(static_cast<std::streamoff>(offset));
   z_stream stream{};
@@ -18,20 +30,36 @@ void check_compression(const std::string& path, std::uint64_t offset) {
   const std::unique_ptr<z_stream, int (*)(z_stream*)> end(&stream, inflateEnd);
 
   std::vector<char> packed(1 << 16), unpacked(1 << 18);
-  int result = Z_OK;
-  while (result == Z_OK) {
+  Unpacked got;
+  for (int result = Z_OK; got.bytes < enough && (result == Z_OK || result == Z_STREAM_END);) {
     if (stream.avail_in == 0) {
       file.read(packed.data(), static_cast<std::streamsize>(packed.size()));
       stream.avail_in = static_cast<uInt>(file.gcount());
       stream.next_in = reinterpret_cast<Bytef*>(packed.data());
       if (stream.avail_in == 0) break;
     }
+    if (result == Z_STREAM_END) inflateReset(&stream);
     stream.next_out = reinterpret_cast<Bytef*>(unpacked.data());
     stream.avail_out = static_cast<uInt>(unpacked.size());
     result = inflate(&stream, Z_NO_FLUSH);
+    got.bytes += unpacked.size() - stream.avail_out;
+    got.whole = got.whole || result == Z_STREAM_END;
   }
-  if (result != Z_STREAM_END)
+  return got;
+}
+
+}  // namespace
+
+void check_compression(const std::string& path, std::uint64_t offset) {
+  if (!unpack(path, offset, UINT64_MAX).whole)
     throw LoadError("cannot be read: its compressed data are damaged or not whole; get the file again");
+}
+
+void check_claim(const std::string& path, std::uint64_t offset, std::uint64_t bytes) {
+  const std::uint64_t packed = file_bytes(path);
+  if (bytes / usual_ratio <= packed) return;
+  if (bytes / most_ratio > packed || unpack(path, offset, bytes).bytes < bytes)
+    throw LoadError("is shorter than its header says; get the whole file, or correct its sizes");
 }
 
 }  // namespace palpa::reader

@@ -6,8 +6,10 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <optional>
 
+#include "compression.h"
 #include "source.h"
 
 namespace palpa::reader {
@@ -239,8 +241,38 @@ class NrrdSource : public Source {
       if (nrrd->data == to) nrrd->data = nullptr;
       throw LoadError("cannot be read as NRRD (" + cause() + "); check that the file is whole");
     }
-    if (header_only) list_files(*state);
+    if (header_only) {
+      list_files(*state);
+      check_claims(*nrrd, *state);
+    }
     return nrrd;
+  }
+
+  /// NrrdIO takes and fills memory for all that a header claims before it reads.
+  void check_claims(const Nrrd& nrrd, const NrrdIoState& state) const {
+    const bool attached = files.size() == 1;
+    std::uint64_t values = 1, bytes = 0;
+    for (unsigned a = 0; a < nrrd.dim; ++a) {
+      if (__builtin_mul_overflow(values, nrrd.axis[a].size, &values)) values = INT64_MAX;
+    }
+    if (__builtin_mul_overflow(values, size_of(raw_type(nrrd.type)), &bytes)) bytes = INT64_MAX;
+    if (state.encoding == nrrdEncodingGzip) {
+      std::uint64_t offset = 0;  // in one file the voxels begin after an empty line
+      if (std::ifstream text(path_, std::ios::binary); attached) {
+        for (std::string line; std::getline(text, line) && !line.empty() && line != "\r";) {
+        }
+        offset = static_cast<std::uint64_t>(std::max<std::streamoff>(text.tellg(), 0));
+      }
+      const std::uint64_t parts = attached ? 1 : files.size() - 1;
+      for (std::size_t f = attached ? 0 : 1; f < files.size(); ++f) check_claim(files[f], offset, bytes / parts);
+      return;
+    }
+    std::uint64_t there = 0;
+    for (std::size_t f = attached ? 0 : 1; f < files.size(); ++f) there += file_bytes(files[f]);
+    // A number as text has a digit, and a blank before the next one; two digits make a byte.
+    if (state.encoding == nrrdEncodingAscii) there += 1, bytes = values <= INT64_MAX / 2 ? 2 * values : values;
+    if (state.encoding == nrrdEncodingHex) there /= 2;
+    if (there < bytes) throw LoadError("is shorter than its header says; get the whole file, or correct its sizes");
   }
 
   void list_files(const NrrdIoState& state) {
