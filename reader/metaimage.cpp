@@ -69,8 +69,8 @@ void check_dimensions(const std::string& path) {
     const std::size_t key = text.find("NDims");
     const std::size_t value = key == std::string_view::npos ? key : text.find_first_of("=:", key);
     if (value == std::string_view::npos) continue;
-    const long n = std::strtol(line.data() + value + 1, nullptr, 10);
-    if (n < 1 || n > 4) throw LoadError("has " + std::to_string(n) + " dimensions; one to four can be felt");
+    const double n = std::strtod(line.data() + value + 1, nullptr);  // as MetaIO does: "1e308" is a number of dimensions
+    if (!(n >= 1 && n < 5)) throw LoadError("has no number of dimensions; give NDims, one to four");
   }
 }
 

@@ -106,7 +106,8 @@ bool processor_can() {
 
 std::string sha256_of_file(const std::string& path) {
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
-  if (!file) throw LoadError("'" + path + "' cannot be opened: " + std::strerror(errno));
+  if (!file)
+    throw LoadError("'" + path + "' cannot be opened: " + std::strerror(errno) + "; put it back, or check its permissions");
 
   auto* add = &add_blocks;
 #if defined(__x86_64__)
