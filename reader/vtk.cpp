@@ -1,4 +1,6 @@
 // VTK's own formats: XML of one file or in pieces, and legacy.
+#include <vtkCellData.h>
+#include <vtkDataArray.h>
 #include <vtkDataArraySelection.h>
 #include <vtkDataObject.h>
 #include <vtkDataSet.h>
@@ -8,6 +10,8 @@
 #include <vtkInformationVector.h>
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
+#include <vtkPointData.h>
+#include <vtkRectilinearGrid.h>
 #include <vtkStreamingDemandDrivenPipeline.h>
 #include <vtkXMLDataElement.h>
 #include <vtkXMLImageDataReader.h>
@@ -91,8 +95,28 @@ class CheckedGrid : public Checked<Reader> {
   }
 };
 
-/// A file that names the files of its pieces.
-template <class Reader>
+/// Whether a piece has the arrays that the file says: VTK copies as many bytes as those have.
+bool fits(vtkDataSet& piece, vtkDataSet& whole) {
+  if (piece.GetNumberOfPoints() == 0) return true;
+  for (const bool of_cells : {false, true}) {
+    vtkFieldData& have = of_cells ? static_cast<vtkFieldData&>(*piece.GetCellData()) : *piece.GetPointData();
+    vtkFieldData& said = of_cells ? static_cast<vtkFieldData&>(*whole.GetCellData()) : *whole.GetPointData();
+    for (int a = 0; a < said.GetNumberOfArrays(); ++a) {
+      vtkAbstractArray& array = *said.GetAbstractArray(a);
+      vtkAbstractArray* same = array.GetName() != nullptr ? have.GetAbstractArray(array.GetName()) : nullptr;
+      if (same == nullptr || same->GetDataType() != array.GetDataType() ||
+          same->GetNumberOfComponents() != array.GetNumberOfComponents())
+        return false;
+    }
+  }
+  auto* planes = vtkRectilinearGrid::SafeDownCast(&piece);
+  return planes == nullptr ||
+         (planes->GetXCoordinates()->GetNumberOfComponents() == 1 && planes->GetYCoordinates()->GetNumberOfComponents() == 1 &&
+          planes->GetZCoordinates()->GetNumberOfComponents() == 1);
+}
+
+/// A file that names the files of its pieces; `PieceReader` reads one of them.
+template <class Reader, class PieceReader>
 class Pieces : public Reader {
  public:
   static Pieces* New() { VTK_STANDARD_NEW_BODY(Pieces); }
@@ -109,23 +133,36 @@ class Pieces : public Reader {
     }
     return names;
   }
+  bool met_end_of_file() const { return met_end_of_file_; }
 
  protected:
   int ReadPrimaryElement(vtkXMLDataElement* primary) override {
     check_claims(*primary);
     return Reader::ReadPrimaryElement(primary);
   }
+  vtkXMLDataReader* CreatePieceReader() override { return Checked<PieceReader>::New(); }
   /// VTK copies from a piece whatever became of it.
   int ReadPieceData() override {
+    auto& piece = static_cast<Checked<PieceReader>&>(*this->PieceReaders[this->Piece]);
     if constexpr (requires { this->SubExtent; })
-      this->PieceReaders[this->Piece]->UpdateExtent(this->SubExtent);
+      static_cast<vtkAlgorithm&>(piece).UpdateExtent(this->SubExtent);
     else
-      this->PieceReaders[this->Piece]->Update();
-    return library_complained() ? 0 : Reader::ReadPieceData();
+      piece.Update();
+    met_end_of_file_ = met_end_of_file_ || piece.met_end_of_file();
+    auto* whole = vtkDataSet::SafeDownCast(this->GetCurrentOutput());
+    if (library_complained() || whole == nullptr) return 0;
+    if (!fits(*piece.GetOutputAsDataSet(), *whole)) {
+      vtkErrorMacro("a piece has not the arrays that the file says");
+      return 0;
+    }
+    return Reader::ReadPieceData();
   }
+
+ private:
+  bool met_end_of_file_ = false;
 };
-template <class Reader>
-class GridPieces : public Pieces<Reader> {
+template <class Reader, class PieceReader>
+class GridPieces : public Pieces<Reader, PieceReader> {
  public:
   static GridPieces* New() { VTK_STANDARD_NEW_BODY(GridPieces); }
   bool pieces_fill(const int whole[6]) const {
@@ -210,9 +247,7 @@ std::unique_ptr<Source> read_xml(const protocol::Request& request, const char* f
   }
   reader->Update();
   check(*reader, "VTK's XML");
-  if constexpr (!parallel) {
-    if (reader->met_end_of_file()) throw LoadError("is shorter than its header says; get the whole file");
-  }
+  if (reader->met_end_of_file()) throw LoadError("is shorter than its header says; get the whole file");
   return source_of(request, format, {vtkDataSet::SafeDownCast(reader->GetOutputDataObject(0))}, std::move(files));
 }
 
@@ -243,10 +278,13 @@ std::unique_ptr<Source> open_vtk_xml(const protocol::Request& request, const std
   if (kind == "RectilinearGrid") return read_xml<CheckedGrid<vtkXMLRectilinearGridReader>>(request, "vtr");
   if (kind == "StructuredGrid") return read_xml<CheckedGrid<vtkXMLStructuredGridReader>>(request, "vts");
   if (kind == "UnstructuredGrid") return read_xml<Checked<vtkXMLUnstructuredGridReader>>(request, "vtu");
-  if (kind == "PImageData") return read_xml<GridPieces<vtkXMLPImageDataReader>>(request, "pvti");
-  if (kind == "PRectilinearGrid") return read_xml<GridPieces<vtkXMLPRectilinearGridReader>>(request, "pvtr");
-  if (kind == "PStructuredGrid") return read_xml<GridPieces<vtkXMLPStructuredGridReader>>(request, "pvts");
-  if (kind == "PUnstructuredGrid") return read_xml<Pieces<vtkXMLPUnstructuredGridReader>>(request, "pvtu");
+  if (kind == "PImageData") return read_xml<GridPieces<vtkXMLPImageDataReader, vtkXMLImageDataReader>>(request, "pvti");
+  if (kind == "PRectilinearGrid")
+    return read_xml<GridPieces<vtkXMLPRectilinearGridReader, vtkXMLRectilinearGridReader>>(request, "pvtr");
+  if (kind == "PStructuredGrid")
+    return read_xml<GridPieces<vtkXMLPStructuredGridReader, vtkXMLStructuredGridReader>>(request, "pvts");
+  if (kind == "PUnstructuredGrid")
+    return read_xml<Pieces<vtkXMLPUnstructuredGridReader, vtkXMLUnstructuredGridReader>>(request, "pvtu");
   throw LoadError("holds " + (kind.empty() ? std::string("data of no type") : kind) +
                   "; of VTK's XML files images and rectilinear, structured and unstructured grids can be read");
 }
