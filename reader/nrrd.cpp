@@ -202,17 +202,16 @@ class NrrdSource : public Source {
     keep(raw_, turn_, field, header.warnings);
     header.fields.push_back(field);
 
-    direct_ = !axes.frames && kept_as_they_are(raw_, turn_, field);
-    if (!direct_) {
-      header.working_bytes = size_of(raw_.type);
-      for (unsigned a = 0; a < nrrd_->dim; ++a) {
-        if (__builtin_mul_overflow(header.working_bytes, nrrd_->axis[a].size, &header.working_bytes))
-          header.working_bytes = INT64_MAX;
-      }
+    all_bytes_ = size_of(raw_.type);
+    for (unsigned a = 0; a < nrrd_->dim; ++a) {
+      if (__builtin_mul_overflow(all_bytes_, nrrd_->axis[a].size, &all_bytes_)) all_bytes_ = INT64_MAX;
     }
+    direct_ = !axes.frames && kept_as_they_are(raw_, turn_, field);
+    if (!direct_) header.working_bytes = all_bytes_;
   }
 
   void read(const std::vector<std::uint32_t>&, const std::vector<std::byte*>& to) override {
+    check_claims();
     if (direct_) {
       const auto loaded = load(to[0], false);
       if (loaded->data != to[0]) throw LoadError("was changed while it was read; try again");
@@ -243,36 +242,29 @@ class NrrdSource : public Source {
     }
     if (header_only) {
       list_files(*state);
-      check_claims(*nrrd, *state);
+      encoding_ = state->encoding;
     }
     return nrrd;
   }
 
   /// NrrdIO takes and fills memory for all that a header claims before it reads.
-  void check_claims(const Nrrd& nrrd, const NrrdIoState& state) const {
+  void check_claims() const {
     const bool attached = files.size() == 1;
-    std::uint64_t values = 1, bytes = 0;
-    for (unsigned a = 0; a < nrrd.dim; ++a) {
-      if (__builtin_mul_overflow(values, nrrd.axis[a].size, &values)) values = INT64_MAX;
-    }
-    if (__builtin_mul_overflow(values, size_of(raw_type(nrrd.type)), &bytes)) bytes = INT64_MAX;
-    if (state.encoding == nrrdEncodingGzip) {
-      std::uint64_t offset = 0;  // in one file the voxels begin after an empty line
-      if (std::ifstream text(path_, std::ios::binary); attached) {
-        for (std::string line; std::getline(text, line) && !line.empty() && line != "\r";) {
-        }
-        offset = static_cast<std::uint64_t>(std::max<std::streamoff>(text.tellg(), 0));
+    std::uint64_t offset = 0, there = 0;
+    if (std::ifstream text(path_, std::ios::binary); attached) {  // the voxels begin after an empty line
+      for (std::string line; std::getline(text, line) && !line.empty() && line != "\r";) {
       }
-      const std::uint64_t parts = attached ? 1 : files.size() - 1;
-      for (std::size_t f = attached ? 0 : 1; f < files.size(); ++f) check_claim(files[f], offset, bytes / parts);
-      return;
+      offset = static_cast<std::uint64_t>(std::max<std::streamoff>(text.tellg(), 0));
     }
-    std::uint64_t there = 0;
-    for (std::size_t f = attached ? 0 : 1; f < files.size(); ++f) there += file_bytes(files[f]);
-    // A number as text has a digit, and a blank before the next one; two digits make a byte.
-    if (state.encoding == nrrdEncodingAscii) there += 1, bytes = values <= INT64_MAX / 2 ? 2 * values : values;
-    if (state.encoding == nrrdEncodingHex) there /= 2;
-    if (there < bytes) throw LoadError("is shorter than its header says; get the whole file, or correct its sizes");
+    const std::uint64_t parts = attached ? 1 : files.size() - 1;
+    for (std::size_t f = attached ? 0 : 1; f < files.size(); ++f) {
+      if (encoding_ == nrrdEncodingGzip) check_claim(files[f], offset, all_bytes_ / parts);
+      there += file_bytes(files[f]);
+    }
+    if (encoding_ == nrrdEncodingGzip) return;
+    std::uint64_t least = all_bytes_;
+    if (encoding_ == nrrdEncodingAscii) least = all_bytes_ / size_of(raw_.type);  // of a number a digit
+    if (there < least) throw LoadError("is shorter than its header says; get the whole file, or correct its sizes");
   }
 
   void list_files(const NrrdIoState& state) {
@@ -357,10 +349,12 @@ class NrrdSource : public Source {
 
   std::string path_;
   Loaded nrrd_;
+  const NrrdEncoding* encoding_ = nullptr;
   RawVoxels raw_;
   Turn turn_;
   std::int64_t first_ = 0;  ///< number of the first value of the chosen frame
-  bool direct_ = false;     ///< the library reads to where the voxels are kept
+  std::uint64_t all_bytes_ = 0;
+  bool direct_ = false;  ///< the library reads to where the voxels are kept
 };
 
 }  // namespace
