@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "files.h"
+#include "palpa/scene/read_series.h"
 
 namespace palpa::test {
 namespace {
@@ -96,12 +97,17 @@ class Damage {
 struct Outcome {
   std::string refusal;       ///< empty: it was read
   double voxel_bytes = 0.0;  ///< of all fields
+  double spent_s = 0.0;
 };
 
-Outcome look_at(const VolumeRequest& request, const ReadOptions& options, MutationResult& result) {
+Outcome look_at(VolumeRequest request, const std::string& frames, const ReadOptions& options, MutationResult& result) {
   Outcome outcome;
+  const auto begin = std::chrono::steady_clock::now();
+  const std::string place = request.files.front().string() + (frames.empty() ? ": " : "/");
   try {
-    const Volume volume = read_volume(request, options);
+    if (!frames.empty()) request.files = files_matching(request.files.front() / frames);
+    const Volume volume = frames.empty() ? read_volume(request, options)
+                                         : read_series(request, 0.1, BetweenFrames::linear, volume_reader(options));
     ++result.read;
     for (const VolumeField& field : volume.fields) {
       if (const GridView* grid = grid_of(*field.field)) {
@@ -113,16 +119,16 @@ Outcome look_at(const VolumeRequest& request, const ReadOptions& options, Mutati
           field.field->components() == 1 ? field.field->scalar(middle_m).value : field.field->vector(middle_m).value.x;
       if (!std::isfinite(value)) result.wrong.push_back("a value that is not finite");
     }
-  } catch (const LoadError& error) {
+  } catch (const std::exception& error) {
     const std::string text = error.what();
     ++result.refused;
     if (text.find("palpa-read") != std::string::npos) result.ended.push_back(text.substr(text.find(": ") + 2));
-    if (text.rfind(request.files.front().string() + ": ", 0) != 0 || text.find('\n') != std::string::npos ||
-        text.find("; ") == std::string::npos) {
+    if (text.rfind(place, 0) != 0 || text.find('\n') != std::string::npos || text.find("; ") == std::string::npos) {
       result.wrong.push_back(text);
     }
     outcome.refusal = text.substr(text.find(": ") + 2);
   }
+  outcome.spent_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return outcome;
 }
 
@@ -156,7 +162,7 @@ MutationResult read_mutations(const SetToDamage& set, int count, std::uint32_t s
   }
 
   MutationResult result;
-  const Outcome undamaged = look_at(request, options, result);
+  const Outcome undamaged = look_at(request, set.frames, options, result);
   result = {};
   result.refused_undamaged = undamaged.refusal;
   result.true_peak_bytes = children_peak_bytes();
@@ -167,14 +173,16 @@ MutationResult read_mutations(const SetToDamage& set, int count, std::uint32_t s
     const std::string bytes = content(set_folder / chosen);
     fs::remove_all(target);
     damage.put(target, bytes);
-    const auto begin = std::chrono::steady_clock::now();
     const std::size_t said = result.wrong.size() + result.ended.size();
-    const Outcome outcome = look_at(request, options, result);
-    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - begin;
-    result.slowest_s = std::max(result.slowest_s, spent.count());
-    if (spent.count() > options.idle_limit_s + 1.0) {
-      result.wrong.push_back("a file kept it for " + std::to_string(spent.count()) + " s");
+    Outcome outcome = look_at(request, set.frames, options, result);
+    // What takes long takes long again; where the machine was busy with others it does not.
+    if (outcome.spent_s > options.idle_limit_s + 1.0) {
+      MutationResult again;
+      outcome.spent_s = std::min(outcome.spent_s, look_at(request, set.frames, options, again).spent_s);
     }
+    result.slowest_s = std::max(result.slowest_s, outcome.spent_s);
+    if (outcome.spent_s > options.idle_limit_s + 1.0)
+      result.wrong.push_back("a file kept it for " + std::to_string(outcome.spent_s) + " s");
     // What is refused undamaged, too, needs no memory but that of the program; damaged to a larger volume, that of its voxels.
     const double before_bytes = std::max(result.peak_bytes, result.true_peak_bytes);
     const double need_bytes = result.true_peak_bytes + std::max(outcome.voxel_bytes - undamaged.voxel_bytes, 0.0);

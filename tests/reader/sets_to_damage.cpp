@@ -152,6 +152,18 @@ SetToDamage plot3d_blocks() {
           {"blocks.q"}};
 }
 
+SetToDamage time_series() {
+  return {"series",
+          [](const TemporaryFolder& folder) {
+            for (const char* name : {"phase_1.mha", "phase_2.mha", "phase_10.mha"})
+              folder.write(name, std::string(meta_header) + "ElementDataFile = LOCAL\n" + numbers_of());
+            return folder.path();
+          },
+          {},
+          {},
+          "phase_*.mha"};
+}
+
 SetToDamage dicom_frames() {
   return {"dicom_frames", [](const TemporaryFolder& folder) {
             DicomSeries series;
@@ -199,6 +211,7 @@ std::vector<SetToDamage> sets_to_damage(const fs::path& data_folder) {
   sets.push_back(nifti_in_two_files());
   sets.push_back(plot3d_blocks());
   sets.push_back(dicom_frames());
+  sets.push_back(time_series());
   for (SetToDamage& set : vtk_sets_to_damage()) sets.push_back(std::move(set));
   return sets;
 }

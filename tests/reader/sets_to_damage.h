@@ -16,6 +16,7 @@ struct SetToDamage {
   std::function<fs::path(const TemporaryFolder&)> original;
   std::vector<std::string> with{};  ///< files that are read with it, in the same folder
   VolumeRequest request{};          ///< without files
+  std::string frames{};             ///< of a folder: the pattern of the files that are a time series
 };
 inline void PrintTo(const SetToDamage& set, std::ostream* to) { *to << set.name; }
 
