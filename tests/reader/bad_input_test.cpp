@@ -105,6 +105,47 @@ TEST_F(BadInput, ClaimsOfATrillionVoxels) {
   EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 100'000) << "kB";
 }
 
+TEST_F(BadInput, SmallFilesThatClaimMuch) {
+  // NrrdIO would fill memory for all of it first, MetaIO and VTK count to any number.
+  const std::string claims = "NRRD0004\ntype: float\ndimension: 3\nsizes: 4000 400 100\nendian: little\nencoding: ";
+  expect_refused("a.nrrd", claims + "gzip\n\n" + gzipped(std::string(100'000, 'x')), "is shorter than its header says");
+  expect_refused("b.nrrd", claims + "raw\n\n" + std::string(1000, 'x'), "is shorter than its header says");
+  expect_refused("c.nrrd", claims + "ascii\n\n1 2 3\n", "is shorter than its header says");
+  expect_refused("d.mha", "ObjectType = Image\nNDims = 1e308\nDimSize = 2 2 2\nElementType = MET_UCHAR\n", "NDims");
+  const std::string piece =
+      "<Piece Extent=\"0 1 0 1 0 1\"><PointData><DataArray type=\"Float64\" Name=\"p\" "
+      "format=\"ascii\" NumberOfComponents=\"";
+  const std::string image = "<VTKFile type=\"ImageData\" version=\"1.0\"><ImageData WholeExtent=\"0 1 0 1 0 1\">" + piece;
+  const std::string rest = "\">1 2 3 4 5 6 7 8</DataArray></PointData></Piece></ImageData></VTKFile>";
+  expect_refused("e.vti", image + "4294967296" + rest, "correct its NumberOfComponents");
+  const auto whole = [](const std::string& type) {
+    return "<VTKFile type=\"PImageData\" version=\"1.0\"><PImageData WholeExtent=\"0 1 0 1 0 1\" GhostLevel=\"0\">"
+           "<PPointData><PDataArray type=\"" +
+           type +
+           "\" Name=\"p\"/></PPointData>"
+           "<Piece Extent=\"0 1 0 1 0 1\" Source=\"e.vti\"/></PImageData></VTKFile>";
+  };
+  expect_refused("e.pvti", whole("Float64"), "correct its NumberOfComponents");
+  // VTK would copy as many bytes as the file says of what the piece has.
+  folder_.write("e.vti", image + "1" + rest);
+  EXPECT_EQ(read(folder_.write("f.pvti", whole("Float64"))).fields.size(), 1U);
+  expect_refused("f.pvti", whole("Float32"), "not the arrays that the file says");
+}
+
+TEST_F(BadInput, CellsWithoutTheirPoints) {
+  const auto cells = [](const std::string& corners, int type) {
+    return "# vtk DataFile Version 3.0\na\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 1 "
+           "5\n4 " +
+           corners + "\nCELL_TYPES 1\n" + std::to_string(type) +
+           "\nPOINT_DATA 4\nSCALARS p double 1\nLOOKUP_TABLE default\n1 2 3 4\n";
+  };
+  EXPECT_EQ(read(folder_.write("a.vtk", cells("0 1 2 3", 10))).fields.size(), 1U);
+  for (const char* corners : {"0 1 2 4", "0 1 2 65536", "0 1 2 -1"})
+    expect_refused("a.vtk", cells(corners, 10), "points that are not there");
+  expect_refused("a.vtk", cells("0 1 2 3", 12), "points that are not there");
+  expect_refused("a.vtk", cells("0 1 2 3", 200), "; ");
+}
+
 TEST_F(BadInput, MoreThanTheCallerAllows) {
   const fs::path file = folder_.write(
       "a.nrrd", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 10 10 10\nencoding: raw\n\n" + std::string(1000, 'x'));
