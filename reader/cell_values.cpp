@@ -6,6 +6,7 @@
 #include <vtkDataSetAttributes.h>
 #include <vtkIdTypeArray.h>
 #include <vtkPointData.h>
+#include <vtkStructuredGrid.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkUnstructuredGrid.h>
 
@@ -17,7 +18,13 @@
 
 namespace palpa::reader {
 
-void check_cells(vtkPointSet& block) {
+void check_cells(vtkDataSet& block) {
+  if (auto* grid = vtkStructuredGrid::SafeDownCast(&block)) {
+    int dims[3];
+    grid->GetDimensions(dims);
+    if (grid->GetNumberOfPoints() != vtkIdType{dims[0]} * dims[1] * dims[2])
+      throw LoadError("has not all points of its grid; get the whole file");
+  }
   auto* mesh = vtkUnstructuredGrid::SafeDownCast(&block);
   if (mesh == nullptr) return;
   const vtkIdType points = mesh->GetNumberOfPoints();

@@ -18,8 +18,8 @@ struct ArrayName {
   int components = 1;
 };
 
-/// Throws LoadError where a cell names points that are not there, or too few for its shape: VTK looks them up unseen.
-void check_cells(vtkPointSet& block);
+/// Throws LoadError where points of cells are not there, or too few for a cell's shape: VTK looks them up unseen.
+void check_cells(vtkDataSet& block);
 
 /// Whether a cell is data, not hidden.
 bool is_visible(vtkPointSet& block, vtkIdType cell);

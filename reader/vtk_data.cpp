@@ -114,10 +114,7 @@ vtkSmartPointer<vtkPointSet> with_points(vtkDataSet& data) {
 
 std::vector<vtkSmartPointer<vtkPointSet>> with_points(const std::vector<vtkSmartPointer<vtkDataSet>>& blocks) {
   std::vector<vtkSmartPointer<vtkPointSet>> all;
-  for (const auto& block : blocks) {
-    all.push_back(with_points(*block));
-    check_cells(*all.back());
-  }
+  for (const auto& block : blocks) all.push_back(with_points(*block));
   return all;
 }
 
@@ -269,6 +266,7 @@ std::unique_ptr<Source> source_of(const protocol::Request& request, const char* 
                                   const std::function<std::string(const std::string&)>& unit_of) {
   std::erase_if(blocks, [](const auto& block) { return block == nullptr || block->GetNumberOfCells() == 0; });
   if (blocks.empty()) throw LoadError("has no cells; give a file with a volume");
+  for (const auto& block : blocks) check_cells(*block);
   std::unique_ptr<Source> source;
   if (blocks.size() == 1) {
     if (auto grids = own_grids(*blocks.front())) {

@@ -144,6 +144,8 @@ TEST_F(BadInput, CellsWithoutTheirPoints) {
     expect_refused("a.vtk", cells(corners, 10), "points that are not there");
   expect_refused("a.vtk", cells("0 1 2 3", 12), "points that are not there");
   expect_refused("a.vtk", cells("0 1 2 3", 200), "; ");
+  expect_refused("b.vtk", "# vtk DataFile Version 3.0\na\nASCII\nDATASET STRUCTURED_GRID\nDIMENSIONS 4 3 3\n",
+                 "not all points");
 }
 
 TEST_F(BadInput, MoreThanTheCallerAllows) {
