@@ -195,6 +195,10 @@ class MetaImageSource : public Source {
     } else {
       files.push_back((folder / data).string());
     }
+    for (std::size_t f = 1; f < files.size(); ++f) {  // MetaIO leaves out what it cannot open
+      if (file_bytes(files[f]) == 0)
+        throw LoadError("needs its data file '" + files[f] + "', which is not there or empty; put it back");
+    }
   }
 
   void find_geometry(int n, GridGeometry& grid) {
