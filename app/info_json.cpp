@@ -133,7 +133,7 @@ Json as_json(const Facts& facts, const std::vector<Vec3>& at_m, const std::optio
     info["statistics"].push_back(statistics_entry(volume.fields[f], facts.values[f]));
   }
   info["index_to_world_m"] = matrix(placed.grid);
-  if (placed.grid.is_rectilinear()) info["planes"] = placed.grid.planes;
+  if (placed.grid.is_rectilinear()) info["planes_steps"] = placed.grid.planes;
   info["spacing_m"] = vector(placed.spacing_m);
   info["size_m"] = vector(placed.size_m);
   info["origin_m"] = vector(placed.grid.origin_m);

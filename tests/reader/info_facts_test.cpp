@@ -122,9 +122,9 @@ class InfoFacts : public ReaderTest {
     double at[3], steps[3];
     for (std::size_t a = 0; a < 3; ++a) {
       steps[a] = ijk[a];
-      if (!info.contains("planes") || info["planes"][a].empty()) continue;
-      const auto cell = std::min(static_cast<std::size_t>(steps[a]), info["planes"][a].size() - 2);
-      const double from = info["planes"][a][cell], to = info["planes"][a][cell + 1];
+      if (!info.contains("planes_steps") || info["planes_steps"][a].empty()) continue;
+      const auto cell = std::min(static_cast<std::size_t>(steps[a]), info["planes_steps"][a].size() - 2);
+      const double from = info["planes_steps"][a][cell], to = info["planes_steps"][a][cell + 1];
       steps[a] = from + (steps[a] - static_cast<double>(cell)) * (to - from);
     }
     for (std::size_t r = 0; r < 3; ++r) {
