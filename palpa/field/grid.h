@@ -82,7 +82,7 @@ const char* name_of(Filter filter) noexcept;  ///< "trilinear", …
 FieldPtr grid_field(const GridGeometry& geometry, Voxels voxels, double scale = 1.0, double offset = 0.0);
 
 /// The same for whoever only looks at a large grid: reads one row along i in `one_row_in` (1 or more), so that the range is
-/// that of those alone, and ways through the grid are looked at cell by cell. Scale and offset in the field's own unit.
+/// that of those alone, and ways through the grid are looked at cell by cell. `scale` [unit], `offset` [unit].
 FieldPtr grid_field_to_look_at(const GridGeometry& geometry, Voxels voxels, double scale, double offset,
                                std::int64_t one_row_in);
 
