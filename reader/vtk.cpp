@@ -40,14 +40,22 @@ void check(vtkAlgorithm& reader, const char* as) {
   }
 }
 
-/// VTK makes as many components as an element claims, and names each of them.
-void check_claims(vtkXMLDataElement& element) {
+/// VTK makes as many components as an element claims, and names each of them, and room for all its points and cells.
+void check_claims(vtkXMLDataElement& element, std::uint64_t bytes) {
   constexpr int most_components = 10'000;
+  constexpr std::uint64_t most_per_byte = 1000;  // points or cells, however they are compressed
   int components = 1;
   element.GetScalarAttribute("NumberOfComponents", components);  // where it is too large for an int, the largest one
   if (components < 0 || components > most_components)
     throw LoadError("claims an array of " + std::to_string(components) + " components; correct its NumberOfComponents");
-  for (int n = 0; n < element.GetNumberOfNestedElements(); ++n) check_claims(*element.GetNestedElement(n));
+  for (const char* key : {"NumberOfPoints", "NumberOfCells"}) {
+    vtkIdType count = 0;
+    element.GetScalarAttribute(key, count);
+    if (count < 0 || static_cast<std::uint64_t>(count) / most_per_byte > bytes)
+      throw LoadError("claims " + std::to_string(count) + " as " + key +
+                      ", more than a file of its size can hold; get it whole");
+  }
+  for (int n = 0; n < element.GetNumberOfNestedElements(); ++n) check_claims(*element.GetNestedElement(n), bytes);
 }
 
 double cells_in(const int* extent) {
@@ -66,7 +74,7 @@ class Checked : public Reader {
 
  protected:
   int ReadPrimaryElement(vtkXMLDataElement* primary) override {
-    check_claims(*primary);
+    check_claims(*primary, file_bytes(this->GetFileName()));
     return Reader::ReadPrimaryElement(primary);
   }
   int ReadArrayValues(vtkXMLDataElement* element, vtkIdType index, vtkAbstractArray* array, vtkIdType first, vtkIdType count,
@@ -137,7 +145,7 @@ class Pieces : public Reader {
 
  protected:
   int ReadPrimaryElement(vtkXMLDataElement* primary) override {
-    check_claims(*primary);
+    check_claims(*primary, file_bytes(this->GetFileName()));
     return Reader::ReadPrimaryElement(primary);
   }
   vtkXMLDataReader* CreatePieceReader() override { return Checked<PieceReader>::New(); }

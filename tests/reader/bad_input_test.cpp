@@ -132,6 +132,16 @@ TEST_F(BadInput, SmallFilesThatClaimMuch) {
   expect_refused("f.pvti", whole("Float32"), "not the arrays that the file says");
 }
 
+TEST_F(BadInput, MoreCellsThanAFileCanHold) {
+  for (const char* claim : {"NumberOfPoints=\"8\" NumberOfCells=\"199999999\"",
+                            "NumberOfPoints=\"199999999\" NumberOfCells=\"1\"", "NumberOfPoints=\"8\" NumberOfCells=\"-1\""}) {
+    expect_refused("a.vtu",
+                   "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\"><UnstructuredGrid><Piece " +
+                       std::string(claim) + "></Piece></UnstructuredGrid></VTKFile>",
+                   "more than a file of its size can hold");
+  }
+}
+
 TEST_F(BadInput, CellsWithoutTheirPoints) {
   const auto cells = [](const std::string& corners, int type) {
     return "# vtk DataFile Version 3.0\na\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 1 "
