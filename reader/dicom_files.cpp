@@ -19,6 +19,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <set>
 
 #include "messages.h"
@@ -96,6 +97,34 @@ int vtk_type(RawType type) {
   }
 }
 
+/// Whether the elements of a file's meta header (group 2, always little endian with types) follow one another: vtk-dicom and
+/// GDCM crash on some that do not. Of a file without one nothing is known.
+bool has_whole_meta_header(const std::string& name) {
+  constexpr std::size_t most_bytes = 65536, start = 132;
+  std::string bytes(most_bytes, '\0');
+  std::ifstream file(name, std::ios::binary);
+  file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  bytes.resize(static_cast<std::size_t>(std::max<std::streamsize>(file.gcount(), 0)));
+  if (bytes.size() < start || bytes.compare(128, 4, "DICM") != 0) return true;
+  const auto number = [&](std::size_t at, std::size_t size) {
+    std::uint32_t value = 0;
+    for (std::size_t b = size; b-- > 0;) value = value << 8 | static_cast<unsigned char>(bytes[at + b]);
+    return value;
+  };
+  static const std::set<std::string> with_long_sizes{"OB", "OW", "OF", "OD", "OL", "OV", "SQ", "UN", "UC", "UR", "UT"};
+  std::uint32_t before = 0;
+  for (std::size_t at = start;; ++before) {
+    if (at + 8 > bytes.size()) return false;
+    if (number(at, 2) != 2) return before > 0;
+    const std::uint32_t element = number(at + 2, 2);
+    const std::string type = bytes.substr(at + 4, 2);
+    const bool letters = std::ranges::all_of(type, [](char c) { return c >= 'A' && c <= 'Z'; });
+    const bool is_long = with_long_sizes.count(type) > 0;
+    if (!letters || (element == 0 && (before > 0 || type != "UL")) || at + 12 > bytes.size()) return false;
+    at += is_long ? 12 + std::size_t{number(at + 8, 4)} : 8 + std::size_t{number(at + 6, 2)};
+  }
+}
+
 /// The files of a folder and its folders, by name; of one file, itself.
 std::vector<std::string> files_in(const std::string& path) {
   if (!std::filesystem::is_directory(path)) return {path};
@@ -143,8 +172,9 @@ class DicomFiles::Reader : public vtkDICOMReader {
       parser->SetQueryItem(wanted);
       parser->SetFileName(names[file].c_str());
       parser->SetIndex(static_cast<int>(file));
-      parser->Update();
-      is_image.push_back(!library_complained() && parser->GetErrorCode() == 0 && parser->GetPixelDataFound());
+      const bool whole = has_whole_meta_header(names[file]);
+      if (whole) parser->Update();
+      is_image.push_back(whole && !library_complained() && parser->GetErrorCode() == 0 && parser->GetPixelDataFound());
       take_library_error();
       const vtkTypeInt64 place[2] = {parser->GetFileOffset(), parser->GetFileSize()};
       FileOffsetArray->SetTypedTuple(static_cast<vtkIdType>(file), place);

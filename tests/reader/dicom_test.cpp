@@ -351,8 +351,20 @@ TEST_F(Dicom, DamagedFilesAreTold) {
     EXPECT_TRUE(warns_of(volume, "1 DICOM file is left out")) << all_warnings(volume);
     EXPECT_TRUE(warns_of(volume, "1 slice is missing"));
   }
+  // In the meta header: a type that is none, zeros, and an element that goes on behind the file.
+  std::string damaged = whole;
+  for (const auto& [at, bytes] : std::vector<std::pair<std::size_t, std::string>>{
+           {136, std::string("U\0", 2)}, {158, std::string(60, '\0')}, {152, "\xff\xff\xff\x7f"}}) {
+    damaged = whole;
+    damaged.replace(at, bytes.size(), bytes);
+    folder_.write("i898", damaged);
+    EXPECT_TRUE(warns_of(open(), "1 DICOM file is left out")) << at;
+  }
   folder_.write("notes.txt", "not an image");
   EXPECT_EQ(open().files.size(), 5U);
+  std::string without_length = whole;
+  without_length.erase(132, 12);  // of the group, which the standard wants first
+  EXPECT_EQ(read(folder_.write("one.dcm", without_length)).files.size(), 1U);
   EXPECT_NE(error_of([&] { read(folder_.write("one.dcm", whole.substr(0, 400))); }).find("no DICOM image"), std::string::npos);
 }
 
