@@ -21,6 +21,7 @@
 #include <filesystem>
 #include <fstream>
 #include <set>
+#include <string_view>
 
 #include "messages.h"
 #include "source.h"
@@ -123,6 +124,20 @@ bool has_whole_meta_header(const std::string& name) {
     if (!letters || (element == 0 && (before > 0 || type != "UL")) || at + 12 > bytes.size()) return false;
     at += is_long ? 12 + std::size_t{number(at + 8, 4)} : 8 + std::size_t{number(at + 6, 2)};
   }
+}
+
+/// Whether JPEG 2000 images in these bytes have the size of a slice: GDCM makes room for what they claim.
+bool has_size_of(const Slice& slice, std::string_view bytes) {
+  constexpr std::string_view start("\xff\x4f\xff\x51", 4);
+  const auto number = [&](std::size_t at) {
+    std::int64_t value = 0;
+    for (std::size_t b = 0; b < 4; ++b) value = value << 8 | static_cast<unsigned char>(bytes[at + b]);
+    return value;
+  };
+  for (std::size_t at = bytes.find(start); at != bytes.npos && at + 24 <= bytes.size(); at = bytes.find(start, at + 4)) {
+    if (number(at + 8) - number(at + 16) != slice.size[0] || number(at + 12) - number(at + 20) != slice.size[1]) return false;
+  }
+  return true;
 }
 
 /// The files of a folder and its folders, by name; of one file, itself.
@@ -346,6 +361,11 @@ void DicomFiles::load(const Slice& slice, bool masked, std::byte* to) {
   const std::uint64_t bytes = voxel_bytes(slice);
   auto* const voxels = reinterpret_cast<unsigned char*>(to);
   if (reader_->compressed(slice.file)) {
+    std::string stored(stored_bytes(slice), '\0');
+    std::ifstream file(name(slice), std::ios::binary);
+    file.seekg(-static_cast<std::streamoff>(stored.size()), std::ios::end);
+    file.read(stored.data(), static_cast<std::streamsize>(stored.size()));
+    if (!has_size_of(slice, stored)) throw LoadError("holds an image of another size than its header says; get the file again");
     gdcm::ImageReader decoder;
     decoder.SetFileName(name(slice).c_str());
     if (!decoder.Read()) throw LoadError("cannot be decompressed; export it uncompressed, or get the file again");

@@ -189,7 +189,12 @@ class MetaImageSource : public Source {
       std::ifstream text(path_);
       for (std::string line; std::getline(text, line) && line.rfind("ElementDataFile", 0) != 0;) {
       }
-      while (text >> name && files.size() <= 4096) files.push_back((folder / name).string());
+      while (text >> name && files.size() <= 4096) {
+        if (std::ranges::any_of(name, [](char c) { return static_cast<unsigned char>(c) < 0x20; }))
+          throw LoadError("lists a data file whose name has characters that none has; correct the list");
+        files.push_back((folder / name).string());
+      }
+      if (files.size() == 1) throw LoadError("lists no data files; write their names behind LIST, a line each");
     } else if (name.find('%') != std::string::npos) {
       throw LoadError("names its data files by a pattern ('" + name + "'); list them, or join them into one");
     } else {

@@ -142,6 +142,13 @@ TEST_F(BadInput, MoreCellsThanAFileCanHold) {
   }
 }
 
+TEST_F(BadInput, ListsWithoutNames) {
+  const std::string header =
+      "ObjectType = Image\nNDims = 3\nBinaryData = True\nDimSize = 2 2 2\nElementType = MET_UCHAR\nElementDataFile = LIST\n";
+  expect_refused("a.mhd", header, "lists no data files");
+  expect_refused("a.mhd", header + std::string("s\0\0t\n", 5), "characters that none has");
+}
+
 TEST_F(BadInput, CellsWithoutTheirPoints) {
   const auto cells = [](const std::string& corners, int type) {
     return "# vtk DataFile Version 3.0\na\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 1 "

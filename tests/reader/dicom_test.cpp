@@ -1,4 +1,7 @@
 // DICOM series made here, whose truth is known.
+#include <fstream>
+#include <sstream>
+
 #include "dicom_file.h"
 
 namespace palpa::test {
@@ -338,6 +341,21 @@ TEST_F(Dicom, WithoutPositionsNothingIsMedical) {
   EXPECT_TRUE(warns_of(volume, "no positions"));
   EXPECT_TRUE(warns_of(volume, "no unit of length"));
   EXPECT_EQ(grid_of(*volume.fields[0].field)->geometry.dims[2], 6);
+}
+
+TEST_F(Dicom, AnImageOfJpeg2000IsAsLargeAsItsHeaderSays) {
+  const DicomSeries series;
+  const fs::path file = folder_.write("one.dcm", series.file(series.image(series.at_mm({0, 0, 0}), 0)));
+  compress_dicom(file, gdcm::TransferSyntax::JPEG2000Lossless);
+  read(file);
+  std::ostringstream content;
+  content << std::ifstream(file, std::ios::binary).rdbuf();
+  std::string bytes = content.str();
+  const std::size_t image = bytes.find("\xff\x4f\xff\x51");
+  ASSERT_NE(image, std::string::npos);
+  bytes[image + 9] = 16;  // a million columns more
+  EXPECT_NE(error_of([&] { read(folder_.write("one.dcm", bytes)); }).find("of another size than its header says"),
+            std::string::npos);
 }
 
 TEST_F(Dicom, DamagedFilesAreTold) {
