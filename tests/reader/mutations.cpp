@@ -193,6 +193,7 @@ MutationResult read_mutations(const SetToDamage& set, int count, std::uint32_t s
     }
     if (result.wrong.size() + result.ended.size() > said && !keep.empty()) {
       const fs::path kept = keep / std::to_string(n);
+      fs::remove_all(kept);
       fs::create_directories(kept);
       fs::copy(copy, kept, fs::copy_options::recursive | fs::copy_options::copy_symlinks);
     }
