@@ -156,18 +156,20 @@ std::byte* mapped(int descriptor, std::uint64_t bytes) {
   return static_cast<std::byte*>(memory);
 }
 
-/// A source's files, with checksums where they are wanted: by a thread of its own that begins at once; whoever waits for them
-/// helps.
+/// A source's files, checked, with checksums where they are wanted: by a thread of its own that begins at once; whoever waits
+/// for checksums helps.
 class Checksums {
  public:
   Checksums(const Source& source, bool wanted) : source_(source), wanted_(wanted), files_(source.files.size()) {
-    if (wanted) other_ = std::async(std::launch::async, [this] { work(); });
+    other_ = std::async(std::launch::async, [this] {
+      work();
+      source_.check_files();
+    });
   }
 
   std::vector<SourceFile> finished() {
     work();
-    if (wanted_) other_.get();
-    source_.check_files();
+    other_.get();
     return std::move(files_);
   }
 
