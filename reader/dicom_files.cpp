@@ -126,16 +126,19 @@ bool has_whole_meta_header(const std::string& name) {
   }
 }
 
-/// Whether JPEG 2000 images in these bytes have the size of a slice: GDCM makes room for what they claim.
-bool has_size_of(const Slice& slice, std::string_view bytes) {
-  constexpr std::string_view start("\xff\x4f\xff\x51", 4);
-  const auto number = [&](std::size_t at) {
-    std::int64_t value = 0;
-    for (std::size_t b = 0; b < 4; ++b) value = value << 8 | static_cast<unsigned char>(bytes[at + b]);
-    return value;
-  };
-  for (std::size_t at = bytes.find(start); at != bytes.npos && at + 24 <= bytes.size(); at = bytes.find(start, at + 4)) {
-    if (number(at + 8) - number(at + 16) != slice.size[0] || number(at + 12) - number(at + 20) != slice.size[1]) return false;
+/// Whether JPEG 2000 images have the size of a slice: GDCM makes room for what they claim. `stored`: the items of a compressed
+/// image, of which each that begins one is looked at; within one the same bytes may stand by chance.
+bool has_size_of(const Slice& slice, std::string_view stored) {
+  constexpr std::string_view item("\xfe\xff\x00\xe0", 4), image("\xff\x4f\xff\x51", 4);
+  const auto byte = [&](std::size_t at) { return std::int64_t{static_cast<unsigned char>(stored[at])}; };
+  const auto big = [&](std::size_t at) { return byte(at) << 24 | byte(at + 1) << 16 | byte(at + 2) << 8 | byte(at + 3); };
+  const auto little = [&](std::size_t at) { return byte(at + 3) << 24 | byte(at + 2) << 16 | byte(at + 1) << 8 | byte(at); };
+  for (std::size_t at = 0; at + 8 <= stored.size() && stored.substr(at, 4) == item;
+       at += 8 + static_cast<std::size_t>(little(at + 4))) {
+    const std::size_t begin = at + 8;
+    if (begin + 24 > stored.size() || stored.substr(begin, 4) != image) continue;
+    const std::int64_t columns = big(begin + 8) - big(begin + 16), rows = big(begin + 12) - big(begin + 20);
+    if (columns != slice.size[0] || rows != slice.size[1]) return false;
   }
   return true;
 }
