@@ -145,7 +145,10 @@ bool has_size_of(const Slice& slice, std::string_view stored) {
 
 /// The files of a folder and its folders, by name; of one file, itself.
 std::vector<std::string> files_in(const std::string& path) {
-  if (!std::filesystem::is_directory(path)) return {path};
+  if (!std::filesystem::is_directory(path)) {
+    if (vtkDICOMUtilities::IsDICOMFile(path.c_str())) return {path};
+    throw LoadError("has no format that is known; DICOM, NRRD, MetaImage, NIfTI, VTK, PLOT3D, OpenFOAM and HDF5 can be read");
+  }
   std::vector<std::string> files;
   std::error_code problem;
   for (std::filesystem::recursive_directory_iterator entry(path, problem), end; !problem && entry != end;
@@ -383,7 +386,5 @@ void DicomFiles::load(const Slice& slice, bool masked, std::byte* to) {
     reader_->MaskBits(voxels, static_cast<vtkIdType>(bytes), size, slice.bits, slice.negative() ? 1 : 0);
   }
 }
-
-bool is_dicom(const std::string& file) { return vtkDICOMUtilities::IsDICOMFile(file.c_str()); }
 
 }  // namespace palpa::reader

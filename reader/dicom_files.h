@@ -50,7 +50,4 @@ class DicomFiles {
   int damaged_ = 0;
 };
 
-/// Whether the file is DICOM, with or without its mark.
-bool is_dicom(const std::string& file);
-
 }  // namespace palpa::reader

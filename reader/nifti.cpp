@@ -9,9 +9,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <string_view>
 
 #include "compression.h"
+#include "first_bytes.h"
 #include "messages.h"
 #include "source.h"
 
@@ -56,6 +58,21 @@ RawType raw_type(int type) {
   }
 }
 
+/// Refuses a data type that vtkNIFTIReader does not know: it looks it up in a table that it runs off.
+void check_type(const std::string& start) {
+  const bool second_version = start.substr(4, 3) == "n+2" || start.substr(4, 3) == "ni2";
+  std::uint32_t header_bytes = 0;
+  std::uint16_t type = 0;
+  std::memcpy(&header_bytes, start.data(), sizeof header_bytes);
+  std::memcpy(&type, start.data() + (second_version ? 12 : 70), sizeof type);
+  if (header_bytes != 348 && header_bytes != 540) type = static_cast<std::uint16_t>(type >> 8 | type << 8);
+  static constexpr int known[] = {2, 4, 8, 16, 32, 64, 128, 256, 512, 768, 1024, 1280, 1792, 2304};
+  if (std::find(std::begin(known), std::end(known), type) == std::end(known)) {
+    throw LoadError("has NIfTI data type " + std::to_string(type) +
+                    "; whole numbers to 64 bits, float32 and float64 can be read");
+  }
+}
+
 class NiftiSource : public Source {
  public:
   explicit NiftiSource(const protocol::Request& request) {
@@ -63,6 +80,7 @@ class NiftiSource : public Source {
     takes.index_axes = true;
     header.default_unit = "mm";
     files.push_back(request.path);
+    check_type(first_bytes(request.path));
     reader_->SetFileName(request.path.c_str());
     reader_->UpdateInformation();
     if (library_complained() || reader_->GetErrorCode() != 0) {

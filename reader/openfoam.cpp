@@ -15,6 +15,7 @@
 #include <filesystem>
 #include <map>
 
+#include "file_names.h"
 #include "messages.h"
 #include "source.h"
 #include "vtk_data.h"
@@ -23,20 +24,6 @@ namespace palpa::reader {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// The folder of the case that a path means; empty where it means none.
-fs::path case_of(const fs::path& path) {
-  std::error_code ignored;
-  fs::path folder = path;
-  if (!fs::is_directory(path, ignored)) {
-    folder = path.parent_path().empty() ? fs::path(".") : path.parent_path();
-    if (path.filename() == "controlDict")
-      folder = folder / "..";
-    else if (path.extension() != ".foam")
-      return {};
-  }
-  return fs::is_regular_file(folder / "system" / "controlDict", ignored) ? folder : fs::path();
-}
 
 std::string in_words(double time_s) {
   char text[40];
@@ -93,10 +80,8 @@ std::vector<std::string> files_of(const fs::path& folder, double time_s) {
 
 }  // namespace
 
-bool is_openfoam_case(const std::string& path) { return !case_of(path).empty(); }
-
 std::unique_ptr<Source> open_openfoam(const protocol::Request& request) {
-  const fs::path folder = case_of(request.path);
+  const fs::path folder = openfoam_case(request.path);
   std::error_code ignored;
   if (!fs::exists(folder / "constant" / "polyMesh", ignored)) {
     throw LoadError(fs::exists(folder / "processor0", ignored)

@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "file_names.h"
 #include "messages.h"
 #include "source.h"
 #include "vtk_data.h"
@@ -24,50 +25,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double gamma = 1.4;  // ratio of specific heats, of a file that says none
-
-std::string lower(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
-
-/// The name with the last `from` before its extension, or an extension `from`, replaced; in the case that is there.
-fs::path renamed(const fs::path& path, const std::string& from, const std::string& to) {
-  const std::string name = path.filename().string();
-  const std::size_t at = lower(name).rfind(from);
-  if (at == std::string::npos) return {};
-  std::string other = to;
-  if (std::isupper(static_cast<unsigned char>(name[at])) != 0) {
-    for (char& c : other) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  }
-  return path.parent_path() / (name.substr(0, at) + other + name.substr(at + from.size()));
-}
-
-enum class Part { unknown, grid, solution };
-
-Part part_of(const fs::path& path) {
-  const std::string name = lower(path.filename().string()), stem = lower(path.stem().string());
-  const std::string extension = lower(path.extension().string());
-  const auto ends = [](const std::string& text, const std::string& end) {
-    return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
-  };
-  if (extension == ".xyz" || extension == ".x" || extension == ".p3dxyz") return Part::grid;
-  if (extension == ".q" || extension == ".p3dq") return Part::solution;
-  if (extension != ".bin" && extension != ".p3d" && extension != ".dat" && extension != ".fmt") return Part::unknown;
-  if (ends(stem, "xyz")) return Part::grid;
-  return ends(stem, "q") ? Part::solution : Part::unknown;
-}
-
-/// The other file of the two, by the names that people give them; empty where there is none.
-fs::path partner_of(const fs::path& path) {
-  const bool is_grid = part_of(path) == Part::grid;
-  static constexpr const char* pairs[][2] = {{"xyz", "q"}, {".xyz", ".q"}, {".x", ".q"}, {"p3dxyz", "p3dq"}};
-  for (const auto& [grid, solution] : pairs) {
-    const fs::path other = is_grid ? renamed(path, grid, solution) : renamed(path, solution, grid);
-    std::error_code ignored;
-    if (!other.empty() && other != path && fs::is_regular_file(other, ignored)) return other;
-  }
-  return {};
-}
 
 /// What VTK makes of a solution, and what follows from it: velocity, pressure and Mach number.
 void derive(vtkStructuredGrid& grid, std::vector<std::string>& warnings) {
@@ -114,8 +71,6 @@ std::string unit_of(const std::string& name) {
 
 }  // namespace
 
-bool is_plot3d(const std::string& path) { return part_of(path) != Part::unknown; }
-
 std::unique_ptr<Source> open_plot3d(const protocol::Request& request) {
   fs::path grid = request.path, solution;
   if (!request.partners.empty()) {
@@ -124,15 +79,15 @@ std::unique_ptr<Source> open_plot3d(const protocol::Request& request) {
                       " more files; a grid (xyz) and its solution (q) are two");
     solution = request.partners.front();
   } else {
-    solution = partner_of(grid);
+    solution = plot3d_partner(grid);
     if (solution.empty()) {
       throw LoadError(
-          part_of(grid) == Part::solution
+          plot3d_part(grid) == Plot3dPart::solution
               ? "is a PLOT3D solution without its grid; put the xyz file beside it, or name both ('file' of a scene, --with)"
               : "is a PLOT3D grid without its solution; put the q file beside it, or name both ('file' of a scene, --with)");
     }
   }
-  if (part_of(grid) == Part::solution) std::swap(grid, solution);
+  if (plot3d_part(grid) == Plot3dPart::solution) std::swap(grid, solution);
 
   vtkNew<vtkMultiBlockPLOT3DReader> reader;
   reader->SetXYZFileName(grid.c_str());

@@ -32,7 +32,7 @@ class Source {
   std::vector<std::string> warnings;  ///< that only reading could tell
 
   /// Copies voxels to a place behind a pointer that `read` got: as if written there, but without a fault for every page of
-  /// shared memory, which takes twice as long as the copy.
+  /// shared memory, which takes twice as long as the copy. Thread-safe for places that do not overlap.
   std::function<void(std::byte* to, const std::byte* from, std::uint64_t bytes)> put;
 
   /// Writes the voxels of field `wanted[i]` to `to[i]`. Throws LoadError with a sentence.
@@ -49,17 +49,11 @@ std::unique_ptr<Source> open_nrrd(const protocol::Request& request);
 std::unique_ptr<Source> open_metaimage(const protocol::Request& request);
 std::unique_ptr<Source> open_dicom(const protocol::Request& request);  ///< a file or a folder
 std::unique_ptr<Source> open_nifti(const protocol::Request& request);
-std::unique_ptr<Source> open_vti(const protocol::Request& request);
-std::unique_ptr<Source> open_vtk_xml(const protocol::Request& request, const std::string& kind);  ///< all but .vti
+std::unique_ptr<Source> open_vtk_xml(const protocol::Request& request);
 std::unique_ptr<Source> open_legacy_vtk(const protocol::Request& request);
 std::unique_ptr<Source> open_plot3d(const protocol::Request& request);
 std::unique_ptr<Source> open_openfoam(const protocol::Request& request);
 std::unique_ptr<Source> open_hdf5(const protocol::Request& request);
-
-/// Whether the folder, or the one that the file marks (".foam", "system/controlDict"), is a case of OpenFOAM.
-bool is_openfoam_case(const std::string& path);
-/// Whether a file can be a grid or solution of PLOT3D, which have no mark: by its name or, of a grid, by its length.
-bool is_plot3d(const std::string& path);
 
 /// The frame to read of a file that has `frames`: the one asked for, else the first with a warning.
 std::int64_t chosen_frame(const protocol::Request& request, std::int64_t frames, std::vector<std::string>& warnings);

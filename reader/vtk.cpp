@@ -26,6 +26,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "first_bytes.h"
 #include "messages.h"
 #include "source.h"
 #include "vtk_data.h"
@@ -274,15 +275,18 @@ void check_claim(const protocol::Request& request, const int* extent) {
   }
 }
 
-}  // namespace
-
-std::unique_ptr<Source> open_vti(const protocol::Request& request) {
+std::unique_ptr<Source> open_image(const protocol::Request& request) {
   auto source = std::make_unique<VtiSource>(request);
   if (!source->has_ghosts()) return source;
   return read_xml<CheckedGrid<vtkXMLImageDataReader>>(request, "vti");
 }
 
-std::unique_ptr<Source> open_vtk_xml(const protocol::Request& request, const std::string& kind) {
+}  // namespace
+
+std::unique_ptr<Source> open_vtk_xml(const protocol::Request& request) {
+  const std::string start = first_bytes(request.path);
+  const std::string kind = word_after(start.substr(std::min(start.find("<VTKFile"), start.size())), " type=");
+  if (kind == "ImageData") return open_image(request);
   if (kind == "RectilinearGrid") return read_xml<CheckedGrid<vtkXMLRectilinearGridReader>>(request, "vtr");
   if (kind == "StructuredGrid") return read_xml<CheckedGrid<vtkXMLStructuredGridReader>>(request, "vts");
   if (kind == "UnstructuredGrid") return read_xml<Checked<vtkXMLUnstructuredGridReader>>(request, "vtu");
@@ -298,6 +302,14 @@ std::unique_ptr<Source> open_vtk_xml(const protocol::Request& request, const std
 }
 
 std::unique_ptr<Source> open_legacy_vtk(const protocol::Request& request) {
+  std::string upper = first_bytes(request.path);
+  for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  const std::string kind = word_after(upper, "\nDATASET");
+  if (kind != "STRUCTURED_POINTS" && kind != "RECTILINEAR_GRID" && kind != "STRUCTURED_GRID" && kind != "UNSTRUCTURED_GRID") {
+    throw LoadError("holds " + (kind.empty() ? std::string("no DATASET that can be found") : kind) +
+                    "; of legacy VTK files STRUCTURED_POINTS (image data) and RECTILINEAR_, STRUCTURED_ and UNSTRUCTURED_GRID "
+                    "can be read");
+  }
   vtkNew<vtkDataSetReader> reader;
   reader->SetFileName(request.path.c_str());
   reader->ReadAllScalarsOn();

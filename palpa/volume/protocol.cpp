@@ -297,18 +297,20 @@ std::optional<Message> unpacked(const std::byte* bytes, std::size_t size) {
   return message;
 }
 
-bool send(int socket, const Message& message, int descriptor) {
+bool send(int socket, const Message& message, int descriptor, int second_descriptor) {
   std::vector<std::byte> bytes = packed(message);
   if (bytes.size() > max_packet_bytes) throw std::length_error("a message to or from palpa-read is too long");
   iovec part{bytes.data(), bytes.size()};
-  alignas(cmsghdr) char control[CMSG_SPACE(sizeof(int))] = {};
+  const int descriptors[] = {descriptor, second_descriptor};
+  const std::size_t descriptor_bytes = descriptor < 0 ? 0 : second_descriptor < 0 ? sizeof(int) : 2 * sizeof(int);
+  alignas(cmsghdr) char control[CMSG_SPACE(sizeof descriptors)] = {};
   msghdr packet{};
   packet.msg_iov = &part, packet.msg_iovlen = 1;
-  if (descriptor >= 0) {
-    packet.msg_control = control, packet.msg_controllen = sizeof control;
+  if (descriptor_bytes > 0) {
+    packet.msg_control = control, packet.msg_controllen = CMSG_SPACE(descriptor_bytes);
     cmsghdr* with = CMSG_FIRSTHDR(&packet);
-    with->cmsg_level = SOL_SOCKET, with->cmsg_type = SCM_RIGHTS, with->cmsg_len = CMSG_LEN(sizeof(int));
-    std::memcpy(CMSG_DATA(with), &descriptor, sizeof descriptor);
+    with->cmsg_level = SOL_SOCKET, with->cmsg_type = SCM_RIGHTS, with->cmsg_len = CMSG_LEN(descriptor_bytes);
+    std::memcpy(CMSG_DATA(with), descriptors, descriptor_bytes);
   }
   ssize_t sent = 0;
   do sent = ::sendmsg(socket, &packet, MSG_NOSIGNAL);
@@ -316,7 +318,7 @@ bool send(int socket, const Message& message, int descriptor) {
   return sent == static_cast<ssize_t>(bytes.size());
 }
 
-std::optional<Received> receive(int socket, bool& garbled) {
+std::optional<Received> receive(int socket, bool& garbled, bool take) {
   garbled = false;
   std::vector<std::byte> bytes(max_packet_bytes);
   iovec part{bytes.data(), bytes.size()};
@@ -325,18 +327,19 @@ std::optional<Received> receive(int socket, bool& garbled) {
   packet.msg_iov = &part, packet.msg_iovlen = 1;
   packet.msg_control = control, packet.msg_controllen = sizeof control;
   ssize_t size = 0;
-  do size = ::recvmsg(socket, &packet, MSG_CMSG_CLOEXEC);
+  do size = ::recvmsg(socket, &packet, MSG_CMSG_CLOEXEC | (take ? 0 : MSG_PEEK));
   while (size < 0 && errno == EINTR);
   if (size <= 0) return std::nullopt;
 
-  int descriptor = -1;
+  int descriptors[] = {-1, -1};
+  std::size_t count = 0;
   for (cmsghdr* with = CMSG_FIRSTHDR(&packet); with != nullptr; with = CMSG_NXTHDR(&packet, with)) {
     if (with->cmsg_level != SOL_SOCKET || with->cmsg_type != SCM_RIGHTS) continue;
     for (std::size_t at = 0; CMSG_LEN(at + sizeof(int)) <= with->cmsg_len; at += sizeof(int)) {
       int got = -1;
       std::memcpy(&got, CMSG_DATA(with) + at, sizeof got);
-      if (descriptor < 0) {
-        descriptor = got;
+      if (count < std::size(descriptors)) {
+        descriptors[count++] = got;
       } else {
         ::close(got);
       }
@@ -346,10 +349,12 @@ std::optional<Received> receive(int socket, bool& garbled) {
   if ((packet.msg_flags & MSG_TRUNC) == 0) message = unpacked(bytes.data(), static_cast<std::size_t>(size));
   if (!message) {
     garbled = true;
-    if (descriptor >= 0) ::close(descriptor);
+    for (const int descriptor : descriptors) {
+      if (descriptor >= 0) ::close(descriptor);
+    }
     return std::nullopt;
   }
-  return Received{std::move(*message), descriptor};
+  return Received{std::move(*message), descriptors[0], descriptors[1]};
 }
 
 std::string readable_bytes(double bytes) {

@@ -17,7 +17,7 @@
 ///     caller                              palpa-read
 ///     Request (path, what of it)     ──►
 ///                                    ◄──  Header (grids, fields, bytes)      or Failure
-///     Room (fields wanted, + memory) ──►
+///     Room (fields wanted, + memory) ──►    (protocol_memory.h)
 ///                                    ◄──  Done (files and their checksums; several, where they
 ///                                         are too many for a packet)         or Failure
 ///
@@ -25,7 +25,7 @@
 /// started by hand has no caller. Numbers are in the byte order of the machine.
 namespace palpa::protocol {
 
-inline constexpr std::uint16_t version = 2;  ///< differs: the two programs do not belong together
+inline constexpr std::uint16_t version = 3;  ///< differs: the two programs do not belong together
 inline constexpr std::size_t max_packet_bytes = 1 << 17;
 inline constexpr int socket_descriptor = 3;  ///< where palpa-read finds its end of the pair
 
@@ -70,7 +70,7 @@ struct Header {
   std::vector<std::string> warnings;
 };
 
-/// Comes with a file descriptor: memory for the wanted fields, one after the other as `place` says.
+/// Comes with one or two file descriptors: memory for the wanted fields, one after the other as `place` says.
 struct Room {
   std::vector<std::uint32_t> fields;  ///< indices into Header::fields, rising
 };
@@ -103,15 +103,17 @@ std::vector<std::byte> packed(const Message& message);
 /// The message in a packet; nullopt where it is none of this version.
 std::optional<Message> unpacked(const std::byte* bytes, std::size_t size);
 
-/// Sends one message, with a descriptor if >= 0. Never raises SIGPIPE. False: the other end is gone.
-bool send(int socket, const Message& message, int descriptor = -1);
+/// Sends one message, with a descriptor or two, if >= 0. Never raises SIGPIPE. False: the other end is gone.
+bool send(int socket, const Message& message, int descriptor = -1, int second_descriptor = -1);
 
 struct Received {
   Message message;
-  int descriptor = -1;  ///< owned by whoever receives; -1: none came
+  int descriptor = -1;         ///< owned by whoever receives; -1: none came
+  int second_descriptor = -1;  ///< the same
 };
 /// Waits for one message. nullopt: the other end is gone, or what came was no message (`garbled`).
-std::optional<Received> receive(int socket, bool& garbled);
+/// \param take  false: the message stays for whoever receives next; descriptors come anew each time
+std::optional<Received> receive(int socket, bool& garbled, bool take = true);
 
 /// "3.2 GB": decimal units, two significant digits or more.
 std::string readable_bytes(double bytes);

@@ -12,12 +12,14 @@
 #include <fstream>
 #include <future>
 #include <memory>
+#include <new>
 #include <sstream>
 #include <stdexcept>
 #include <string_view>
 
 #include "palpa/field/sha256.h"
 #include "palpa/volume/protocol.h"
+#include "palpa/volume/protocol_memory.h"
 #include "palpa/volume/raw_file.h"
 #include "palpa/volume/reader_process.h"
 
@@ -205,50 +207,66 @@ void check(const Header& header) {
   }
 }
 
-/// Memory that the reader fills: made here, shared by descriptor, and once `seal`ed and mapped nobody's to
+/// Memory that the reader fills: made here, shared by descriptors, and once `seal`ed and mapped nobody's to
 /// change. It can neither shrink nor grow from the start, so that no read of ours can miss it.
 class SharedMemory {
  public:
-  explicit SharedMemory(std::uint64_t bytes)
-      : bytes_(bytes), descriptor_(::memfd_create("palpa-voxels", MFD_CLOEXEC | MFD_ALLOW_SEALING)) {
-    if (descriptor_ < 0 || ::ftruncate(descriptor_, static_cast<off_t>(bytes)) != 0 ||
-        ::fcntl(descriptor_, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW) != 0) {
-      const int problem = errno;
-      if (descriptor_ >= 0) ::close(descriptor_);
-      throw LoadError("cannot be read: no shared memory of " + readable_bytes(static_cast<double>(bytes)) + " (" +
-                      std::strerror(problem) + "); crop or downsample the volume (palpa convert --crop, --downsample)");
-    }
+  explicit SharedMemory(std::uint64_t bytes) : bytes_(bytes) {
+    const std::uint64_t in_first = protocol::bytes_in_first(bytes);
+    make(files_.first, in_first);
+    if (bytes > in_first) make(files_.second, bytes - in_first);
   }
-  ~SharedMemory() { ::close(descriptor_); }
+  ~SharedMemory() { close(); }
   SharedMemory(const SharedMemory&) = delete;
   SharedMemory& operator=(const SharedMemory&) = delete;
 
-  int descriptor() const noexcept { return descriptor_; }
+  const protocol::MemoryFiles& files() const noexcept { return files_; }
 
   /// The voxels, read-only. Call when the reader is gone: a seal against writing needs that nobody can.
-  /// The memory of a dead process may outlive it by a moment (whoever looks into /proc holds it).
   std::shared_ptr<const std::byte> sealed_and_mapped() {
+    seal(files_.first);
+    if (files_.second >= 0) seal(files_.second);
+    try {
+      return protocol::mapped(files_, bytes_, false).all;
+    } catch (const std::bad_alloc&) {
+      throw LoadError("cannot be read: no address space for " + protocol::readable_bytes(static_cast<double>(bytes_)) +
+                      "; crop or downsample the volume (palpa convert --crop, --downsample)");
+    }
+  }
+
+ private:
+  void make(int& file, std::uint64_t bytes) {
+    file = ::memfd_create("palpa-voxels", MFD_CLOEXEC | MFD_ALLOW_SEALING);
+    if (file >= 0 && ::ftruncate(file, static_cast<off_t>(bytes)) == 0 &&
+        ::fcntl(file, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW) == 0) {
+      return;
+    }
+    const int problem = errno;
+    close();
+    throw LoadError("cannot be read: no shared memory of " + protocol::readable_bytes(static_cast<double>(bytes_)) + " (" +
+                    std::strerror(problem) + "); crop or downsample the volume (palpa convert --crop, --downsample)");
+  }
+
+  void close() noexcept {
+    for (const int file : {files_.first, files_.second}) {
+      if (file >= 0) ::close(file);
+    }
+  }
+
+  /// The memory of a dead process may outlive it by a moment (whoever looks into /proc holds it).
+  static void seal(int file) {
     int sealed = -1;
-    for (int wait_ms = 0; wait_ms < 2000 && (sealed = ::fcntl(descriptor_, F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_SEAL)) != 0;
-         ++wait_ms) {
+    for (int wait_ms = 0; wait_ms < 2000 && (sealed = ::fcntl(file, F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_SEAL)) != 0; ++wait_ms) {
       if (errno != EBUSY) break;
       ::usleep(1000);
     }
     if (sealed != 0) {
       throw LoadError(std::string("cannot be read: its voxels cannot be sealed (") + std::strerror(errno) + "); try again");
     }
-    void* memory = ::mmap(nullptr, bytes_, PROT_READ, MAP_SHARED, descriptor_, 0);
-    if (memory == MAP_FAILED) {
-      throw LoadError("cannot be read: no address space for " + readable_bytes(static_cast<double>(bytes_)) +
-                      "; crop or downsample the volume (palpa convert --crop, --downsample)");
-    }
-    return {static_cast<const std::byte*>(memory),
-            [bytes = bytes_](const std::byte* m) { ::munmap(const_cast<std::byte*>(m), bytes); }};
   }
 
- private:
   std::uint64_t bytes_;
-  int descriptor_;
+  protocol::MemoryFiles files_;
 };
 
 template <class Expected>
@@ -387,7 +405,7 @@ void read_parsed(const VolumeRequest& request, const protocol::Request& ask, con
     check_places(plan);
     const std::uint64_t bytes = plan.offsets.back(), working_bytes = plan.header.working_bytes;
     memory = std::make_unique<SharedMemory>(bytes);
-    reader.send(plan.room, memory->descriptor());
+    reader.send(plan.room, memory->files());
     const std::uint64_t memory_bytes = reader_slack_bytes + 8 * file_bytes + 2 * (bytes + working_bytes);
     for (bool more = true; more;) {
       auto part = expect<protocol::Done>(reader.receive(file_bytes + bytes + working_bytes, memory_bytes));

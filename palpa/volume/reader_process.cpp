@@ -119,7 +119,9 @@ int ReaderProcess::end() noexcept {
   return reaped < 0 ? -1 : status;
 }
 
-void ReaderProcess::send(const protocol::Message& message, int descriptor) { protocol::send(socket_, message, descriptor); }
+void ReaderProcess::send(const protocol::Message& message, const protocol::MemoryFiles& with) {
+  protocol::send(socket_, message, with.first, with.second);
+}
 
 protocol::Message ReaderProcess::receive(std::uint64_t work_bytes, std::uint64_t memory_bytes) {
   last_progress_ = Clock::now();
@@ -132,7 +134,9 @@ protocol::Message ReaderProcess::receive(std::uint64_t work_bytes, std::uint64_t
   }
   bool garbled = false;
   auto received = protocol::receive(socket_, garbled);
-  if (received && received->descriptor >= 0) ::close(received->descriptor);
+  for (const int descriptor : {received ? received->descriptor : -1, received ? received->second_descriptor : -1}) {
+    if (descriptor >= 0) ::close(descriptor);
+  }
   if (garbled) throw LoadError("cannot be read: palpa-read does not speak as this program does; update both together");
   if (!received) report_end();
   return std::move(received->message);

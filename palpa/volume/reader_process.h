@@ -9,6 +9,7 @@
 #include <string>
 
 #include "palpa/volume/protocol.h"
+#include "palpa/volume/protocol_memory.h"
 
 namespace palpa::detail {
 
@@ -28,8 +29,8 @@ class ReaderProcess {
   ReaderProcess(const ReaderProcess&) = delete;
   ReaderProcess& operator=(const ReaderProcess&) = delete;
 
-  /// Sends a message, with a descriptor if >= 0. A reader that is gone is noticed by `receive`.
-  void send(const protocol::Message& message, int descriptor = -1);
+  /// Sends a message, with memory for the reader. A reader that is gone is noticed by `receive`.
+  void send(const protocol::Message& message, const protocol::MemoryFiles& with = {});
 
   /// Waits for the next message as long as the reader makes progress: it uses CPU time or reads bytes.
   /// \param work_bytes    what it has to work through: CPU time without a byte read counts as progress

@@ -1,10 +1,15 @@
 #include "palpa/volume/protocol.h"
 
 #include <gtest/gtest.h>
+#include <sys/mman.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <cstring>
 #include <random>
+
+#include "palpa/core/load_error.h"
+#include "palpa/volume/protocol_memory.h"
 
 namespace palpa::protocol {
 namespace {
@@ -115,6 +120,60 @@ TEST(Protocol, FieldsDoNotOverlap) {
   EXPECT_FALSE(place(header, {{1, 1}}));
 }
 
+/// Files for a memory.
+struct Files : MemoryFiles {
+  explicit Files(std::uint64_t bytes) {
+    const std::uint64_t in_first = bytes_in_first(bytes);
+    const auto made = [](std::uint64_t of) {
+      const int file = ::memfd_create("test", MFD_CLOEXEC);
+      EXPECT_EQ(::ftruncate(file, static_cast<off_t>(of)), 0);
+      return file;
+    };
+    first = made(in_first);
+    if (bytes > in_first) second = made(bytes - in_first);
+  }
+  ~Files() {
+    ::close(first);
+    if (second >= 0) ::close(second);
+  }
+  Files(const Files&) = delete;
+  Files& operator=(const Files&) = delete;
+};
+
+TEST(Protocol, AMemoryInTwoFilesIsOne) {
+  for (const std::uint64_t bytes : {std::uint64_t{64}, std::uint64_t{1} << 24, (std::uint64_t{1} << 24) + 12352}) {
+    const Files files(bytes);
+    EXPECT_EQ(files.second >= 0, bytes > 1'000'000);
+    const Memory to = mapped(files, bytes, true);
+    std::vector<std::byte> expected(bytes);
+    std::mt19937 random(7);
+    const auto write = [&](std::uint64_t at, std::uint64_t count) {
+      std::vector<std::byte> piece(count);
+      for (std::byte& b : piece) b = static_cast<std::byte>(random());
+      to.write(to.all.get() + at, piece.data(), count);
+      std::copy(piece.begin(), piece.end(), expected.begin() + static_cast<std::ptrdiff_t>(at));
+    };
+    const std::uint64_t middle = bytes_in_first(bytes);
+    write(0, bytes);
+    for (int n = 0; n < 20; ++n) {
+      const std::uint64_t at = random() % bytes;
+      write(at, random() % (bytes - at));
+    }
+    if (middle < bytes) write(middle - 3, 7), write(middle, 5), write(middle - 5, 5);  // across the two, beside their border
+    EXPECT_EQ(std::memcmp(to.all.get(), expected.data(), bytes), 0);
+    EXPECT_EQ(std::memcmp(mapped(files, bytes, false).all.get(), expected.data(), bytes), 0);
+  }
+}
+
+TEST(Protocol, AMemoryThatIsTooSmallIsRefused) {
+  const std::uint64_t bytes = 1 << 25;
+  const Files files(bytes);
+  EXPECT_THROW(mapped({files.first, -1}, bytes, true), LoadError);
+  EXPECT_THROW(mapped({-1, files.second}, bytes, true), LoadError);
+  ASSERT_EQ(::ftruncate(files.second, 100), 0);
+  EXPECT_THROW(mapped(files, bytes, true), LoadError);
+}
+
 TEST(Protocol, DescriptorsTravelWithMessages) {
   int pair[2], pipe_ends[2];
   ASSERT_EQ(::socketpair(AF_UNIX, SOCK_SEQPACKET, 0, pair), 0);
@@ -128,6 +187,18 @@ TEST(Protocol, DescriptorsTravelWithMessages) {
   EXPECT_EQ(::write(received->descriptor, "x", 1), 1);
   char c = 0;
   EXPECT_EQ(::read(pipe_ends[0], &c, 1), 1);
+
+  // Two at once, and a message that is only looked at comes again.
+  EXPECT_TRUE(send(pair[0], Room{{1}}, pipe_ends[1], pipe_ends[0]));
+  for (const bool take : {false, true}) {
+    const auto both = receive(pair[1], garbled, take);
+    ASSERT_TRUE(both);
+    EXPECT_EQ(std::get<Room>(both->message).fields, std::vector<std::uint32_t>{1});
+    EXPECT_EQ(::write(both->descriptor, "y", 1), 1);
+    EXPECT_EQ(::read(both->second_descriptor, &c, 1), 1);
+    EXPECT_EQ(c, 'y');
+    ::close(both->descriptor), ::close(both->second_descriptor);
+  }
   EXPECT_EQ(::send(pair[0], "nonsense", 8, 0), 8);
   EXPECT_FALSE(receive(pair[1], garbled));
   EXPECT_TRUE(garbled);

@@ -1,0 +1,61 @@
+#include "program.h"
+
+#include <malloc.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdio>
+#include <new>
+#include <stdexcept>
+#include <string>
+
+#include "palpa/core/load_error.h"
+
+namespace palpa::reader {
+
+int run_program(const std::function<void(int socket)>& work) {
+  const int socket = protocol::socket_descriptor;
+  struct stat status {};
+  if (::fstat(socket, &status) != 0 || !S_ISSOCK(status.st_mode)) {
+    std::fputs("palpa: palpa-read: is started by palpa to open a file; try 'palpa info FILE'\n", stderr);
+    return 2;
+  }
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  const rlimit none{0, 0};
+  ::setrlimit(RLIMIT_CORE, &none);
+  ::mallopt(M_ARENA_MAX, 2);  // each arena reserves address space
+
+  std::string sentence;
+  try {
+    work(socket);
+  } catch (const std::bad_alloc&) {
+    sentence = "needs more memory to be read than its header says; it is probably damaged";
+  } catch (const std::length_error&) {
+    sentence = "claims more than memory can hold; its header is damaged";
+  } catch (const LoadError& error) {
+    sentence = error.what();
+  } catch (const std::exception& error) {
+    sentence = std::string("cannot be read (") + error.what() + "); check that the file is whole";
+  }
+  if (!sentence.empty()) {
+    // What is left unread at the end would reset the connection, before the caller has read what went wrong.
+    for (char packet; ::recv(socket, &packet, sizeof packet, MSG_DONTWAIT) > 0;) continue;
+    protocol::send(socket, protocol::Failure{sentence});
+  }
+  ::_exit(sentence.empty() ? 0 : 1);  // without the libraries' farewells
+}
+
+protocol::Request receive_request(int socket, bool take) {
+  bool garbled = false;
+  const auto first = protocol::receive(socket, garbled, take);
+  if (!first || !std::holds_alternative<protocol::Request>(first->message)) {
+    throw LoadError("was asked for in a way that palpa-read does not know; update palpa and palpa-read together");
+  }
+  return std::get<protocol::Request>(first->message);
+}
+
+}  // namespace palpa::reader

@@ -1,0 +1,18 @@
+// What palpa-read and the programs that it becomes have in common: a caller at the end of a socket, who is told in one line
+// what goes wrong.
+#pragma once
+
+#include <functional>
+
+#include "palpa/volume/protocol.h"
+
+namespace palpa::reader {
+
+/// Runs `work` with the caller's socket and ends the process. What it throws is sent to the caller. Without a caller: a hint,
+/// and 2.
+int run_program(const std::function<void(int socket)>& work);
+
+/// The caller's request. \param take  false: it stays for the program that this one becomes. Throws LoadError.
+protocol::Request receive_request(int socket, bool take);
+
+}  // namespace palpa::reader

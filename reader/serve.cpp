@@ -1,0 +1,185 @@
+#include "serve.h"
+
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <future>
+#include <new>
+#include <string_view>
+
+#include "messages.h"
+#include "palpa/field/sha256.h"
+#include "palpa/volume/protocol_memory.h"
+#include "program.h"
+
+namespace palpa::reader {
+namespace {
+
+constexpr std::uint64_t slack_bytes = 512'000'000;  ///< of address space, for what libraries need beside voxels
+
+/// From here on the program may have `bytes` of address space more than it has now.
+void limit_memory([[maybe_unused]] std::uint64_t bytes) {
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they map terabytes; there the caller watches
+  std::uint64_t pages = 0;
+  std::ifstream("/proc/self/statm") >> pages;
+  const std::uint64_t now = pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+  rlimit limit{};
+  ::getrlimit(RLIMIT_AS, &limit);
+  const std::uint64_t wanted = now + slack_bytes + std::min<std::uint64_t>(bytes, std::uint64_t{1} << 60);
+  limit.rlim_cur = std::min<rlim_t>(wanted, limit.rlim_max);
+  ::setrlimit(RLIMIT_AS, &limit);
+#endif
+}
+
+/// A source's files, checked, with checksums where they are wanted: by a thread of its own that begins at once; whoever waits
+/// for checksums helps.
+class Checksums {
+ public:
+  Checksums(const Source& source, bool wanted) : source_(source), wanted_(wanted), files_(source.files.size()) {
+    other_ = std::async(std::launch::async, [this] {
+      work();
+      source_.check_files();
+    });
+  }
+
+  std::vector<SourceFile> finished() {
+    work();
+    other_.get();
+    return std::move(files_);
+  }
+
+ private:
+  void work() {
+    for (std::size_t f = next_++; f < files_.size(); f = next_++) {
+      const std::string& path = source_.files[f];
+      files_[f] = {path, file_bytes(path), wanted_ ? sha256_of_file(path) : std::string()};
+    }
+  }
+
+  const Source& source_;
+  const bool wanted_;
+  std::vector<SourceFile> files_;
+  std::atomic<std::size_t> next_ = 0;
+  std::future<void> other_;
+};
+
+/// Says that the voxels are there, and of which files: of many in several messages.
+void send_done(int socket, const Source& source, const std::vector<SourceFile>& files) {
+  protocol::Done done;
+  std::size_t bytes = 0;
+  for (const SourceFile& file : files) {
+    if (bytes > protocol::max_packet_bytes / 2 || done.files.size() >= 500) {
+      done.more = true;
+      protocol::send(socket, done);
+      done = {}, bytes = 0;
+    }
+    bytes += file.path.size() + file.sha256.size() + 32;
+    done.files.push_back(file);
+  }
+  done.resampled = source.resampled;
+  done.warnings = take_library_warnings();
+  done.warnings.insert(done.warnings.end(), source.warnings.begin(), source.warnings.end());
+  protocol::send(socket, done);
+}
+
+/// The planes of a rectilinear grid, behind the voxels of its field.
+void put_planes(const protocol::FieldHeader& field, std::byte* voxels) {
+  std::byte* to = voxels + (protocol::voxel_bytes(field).value_or(0) + 7) / 8 * 8;
+  for (const std::vector<double>& planes : field.grid.planes) {
+    if (!planes.empty()) std::memcpy(to, planes.data(), 8 * planes.size());
+    to += 8 * planes.size();
+  }
+}
+
+/// Refuses what was asked for in vain.
+void check_request(const protocol::Request& request, const Source& source) {
+  if (!request.partners.empty() && !source.takes.partners)
+    throw LoadError("is a volume by itself, and " + std::to_string(request.partners.size() + 1) +
+                    " files are named; give one (only a grid and its solution belong together)");
+  if (request.time_s && !source.takes.time) throw LoadError("has no moments to choose from; leave 'time' out");
+  if (request.crop && !source.takes.crop)
+    throw LoadError("is not resampled when read, so no part of it is; leave 'crop_m' out");
+  if (!request.inside.empty() && !source.takes.inside)
+    throw LoadError("has no arrays by path; give the file alone and name its arrays in 'fields'");
+  if (request.layout != ArrayLayout{} && !source.takes.layout)
+    throw LoadError("says its own shape; leave dims, axes, components, spacing_m and origin_m out");
+  if (request.components_along == "index" && !source.takes.index_axes)
+    throw LoadError("has no vectors along the axes of one grid; leave components_along out");
+  if (!request.series.empty() && !source.takes.series)
+    throw LoadError("is no DICOM file, so it holds no series; leave 'series' out");
+}
+
+void answer(int socket, Open open) {
+  const protocol::Request request = receive_request(socket, true);
+  std::uint64_t bytes = file_bytes(request.path);
+  for (const std::string& partner : request.partners) bytes += file_bytes(partner);
+  // A header takes little. A legacy VTK file is read with it: numbers as text grow fourfold at most.
+  limit_memory(std::min(request.max_bytes, 8 * bytes));
+
+  const std::unique_ptr<Source> source = open(request);
+  check_request(request, *source);
+  if (!protocol::send(socket, source->header)) return;
+  Checksums checks(*source, request.checksums);
+
+  bool garbled = false;
+  auto second = protocol::receive(socket, garbled);
+  if (!second || !std::holds_alternative<protocol::Room>(second->message) || second->descriptor < 0) return;
+  const auto& room = std::get<protocol::Room>(second->message);
+  const auto offsets = protocol::place(source->header, room);
+  if (!offsets) return;
+  limit_memory(offsets->back() + source->header.working_bytes);
+  const protocol::Memory memory = protocol::mapped({second->descriptor, second->second_descriptor}, offsets->back(), true);
+  std::vector<std::byte*> to;
+  for (std::size_t i = 0; i < room.fields.size(); ++i) to.push_back(memory.all.get() + (*offsets)[i]);
+
+  source->put = [&](std::byte* place, const std::byte* from, std::uint64_t bytes_put) { memory.write(place, from, bytes_put); };
+  source->read(room.fields, to);
+  for (std::size_t i = 0; i < room.fields.size(); ++i) put_planes(source->header.fields[room.fields[i]], to[i]);
+  send_done(socket, *source, checks.finished());
+}
+
+}  // namespace
+
+std::int64_t chosen_frame(const protocol::Request& request, std::int64_t frames, std::vector<std::string>& warnings) {
+  if (request.frame >= frames) {
+    throw LoadError("has " + std::to_string(frames) + (frames == 1 ? " frame" : " frames") + ", not frame " +
+                    std::to_string(request.frame) + "; they count from 0");
+  }
+  if (frames > 1 && request.frame < 0) {
+    warnings.push_back("holds " + std::to_string(frames) +
+                       " frames: the first is read (frame = N takes another, frame_period_s all of them, as a series)");
+  }
+  return std::max(request.frame, 0);
+}
+
+std::uint64_t file_bytes(const std::string& path) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0) return 0;
+  if (!S_ISDIR(status.st_mode)) return static_cast<std::uint64_t>(std::max<off_t>(status.st_size, 0));
+  std::uint64_t bytes = 0;
+  std::error_code problem;
+  for (std::filesystem::recursive_directory_iterator entry(path, problem), end; !problem && entry != end;
+       entry.increment(problem)) {
+    std::error_code gone;
+    if (entry->is_regular_file(gone)) bytes += entry->file_size(gone);
+  }
+  return bytes;
+}
+
+int serve(const char* format, std::initializer_list<Format> formats) {
+  return run_program([&](int socket) {
+    catch_library_messages();
+    for (const Format& known : formats) {
+      if (format != nullptr && known.name == format) return answer(socket, known.open);
+    }
+    throw LoadError("was handed to a program that does not know its format; update palpa-read and those beside it together");
+  });
+}
+
+}  // namespace palpa::reader
