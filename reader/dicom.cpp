@@ -2,7 +2,10 @@
 // vtk-dicom reads: it averages spacings, takes the spacing of rows for that of columns, and tells of no missing slice.
 #include <algorithm>
 #include <filesystem>
+#include <future>
 #include <limits>
+#include <memory>
+#include <mutex>
 
 #include "dicom_files.h"
 #include "dicom_slices.h"
@@ -56,35 +59,59 @@ class DicomSource : public Source {
       if (files.empty() || files.back() != images_.name(slice)) files.push_back(images_.name(slice));
       header.working_bytes = std::max(header.working_bytes, 2 * images_.voxel_bytes(slice) + images_.stored_bytes(slice));
     }
+    header.working_bytes = (in_two_threads() ? 2 : 1) * (header.working_bytes + kept_bytes());
     if (volume_.resampled) header.working_bytes += slices().size() * kept_bytes();
   }
 
   void read(const std::vector<std::uint32_t>&, const std::vector<std::byte*>& to) override {
-    std::unique_ptr<std::byte[]> own, raw;  // not written to before the library has found that a file is as large as it says
-    if (volume_.resampled) own = std::make_unique_for_overwrite<std::byte[]>(slices().size() * kept_bytes());
-    const auto one = std::make_unique_for_overwrite<std::byte[]>(kept_bytes());
-    int loaded = -1;
-    for (std::size_t n = 0; n < slices().size(); ++n) {
-      const Slice& slice = slices()[n];
-      std::byte* const kept = volume_.resampled ? own.get() + n * kept_bytes() : one.get();
-      if (images_.voxel_bytes(slice) == kept_bytes() && kept_as_it_is(slice)) {
-        load(slice, kept);
-      } else {
-        if (slice.file != loaded) {
-          raw = std::make_unique_for_overwrite<std::byte[]>(images_.voxel_bytes(slice));
-          load(slice, raw.get());
-          loaded = slice.file;
-        }
-        convert(raw.get() + static_cast<std::size_t>(slice.frame) * slice.pixels() * size_of(slice.type), slice, kept);
-      }
-      if (!volume_.resampled) put(to[0] + n * kept_bytes(), one.get(), kept_bytes());
+    if (volume_.resampled) {
+      const auto own = std::make_unique_for_overwrite<std::byte[]>(slices().size() * kept_bytes());
+      Loaded file;
+      for (std::size_t n = 0; n < slices().size(); ++n) read_slice(slices()[n], file, own.get() + n * kept_bytes());
+      return resample(own.get(), to[0]);
     }
-    if (volume_.resampled) resample(own.get(), to[0]);
+    if (!in_two_threads()) return copy(0, slices().size(), to[0]);
+    const std::size_t middle = slices().size() / 2;
+    std::future<void> other = std::async(std::launch::async, [&] { copy(0, middle, to[0]); });
+    copy(middle, slices().size(), to[0]);
+    other.get();
   }
 
  private:
   const std::vector<Slice>& slices() const { return volume_.frames[frame_]; }
   std::uint64_t kept_bytes() const { return slices().front().pixels() * palpa::size_of(numbers_.type); }
+
+  /// Shared memory takes longer to write than most slices to read, and its halves can be written at once. A file of several
+  /// slices is loaded once, by one thread.
+  bool in_two_threads() const { return !volume_.resampled && files.size() == slices().size() && slices().size() > 1; }
+
+  /// The file that was read last, where its numbers are not kept as they are.
+  struct Loaded {
+    int file = -1;
+    std::unique_ptr<std::byte[]> frames;  ///< not written to before the library has found that the file is as large as it says
+  };
+
+  /// Reads a slice in the numbers that are kept. One thread at a time: so are the libraries.
+  void read_slice(const Slice& slice, Loaded& loaded, std::byte* kept) {
+    const std::scoped_lock alone(libraries_);
+    if (images_.voxel_bytes(slice) == kept_bytes() && kept_as_it_is(slice)) return load(slice, kept);
+    if (slice.file != loaded.file) {
+      loaded.frames = std::make_unique_for_overwrite<std::byte[]>(images_.voxel_bytes(slice));
+      load(slice, loaded.frames.get());
+      loaded.file = slice.file;
+    }
+    convert(loaded.frames.get() + static_cast<std::size_t>(slice.frame) * slice.pixels() * size_of(slice.type), slice, kept);
+  }
+
+  /// Reads slices from `first` on, before `last`, to the memory that begins at `to`.
+  void copy(std::size_t first, std::size_t last, std::byte* to) {
+    const auto kept = std::make_unique_for_overwrite<std::byte[]>(kept_bytes());
+    Loaded file;
+    for (std::size_t n = first; n < last; ++n) {
+      read_slice(slices()[n], file, kept.get());
+      put(to + n * kept_bytes(), kept.get(), kept_bytes());
+    }
+  }
 
   void load(const Slice& slice, std::byte* to) {
     try {
@@ -194,6 +221,7 @@ class DicomSource : public Source {
   Arranged volume_;
   std::size_t frame_ = 0;
   Numbers numbers_;
+  std::mutex libraries_;
   bool masked_ = true;  ///< bits beyond those of the numbers are cleared
 };
 

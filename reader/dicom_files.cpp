@@ -102,28 +102,30 @@ int vtk_type(RawType type) {
 /// GDCM crash on some that do not. Of a file without one nothing is known.
 bool has_whole_meta_header(const std::string& name) {
   constexpr std::size_t most_bytes = 65536, start = 132;
-  std::string bytes(most_bytes, '\0');
   std::ifstream file(name, std::ios::binary);
-  file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  bytes.resize(static_cast<std::size_t>(std::max<std::streamsize>(file.gcount(), 0)));
-  if (bytes.size() < start || bytes.compare(128, 4, "DICM") != 0) return true;
+  char bytes[start] = {};
+  if (!file.read(bytes, start) || std::string_view(bytes + 128, 4) != "DICM") return true;
   const auto number = [&](std::size_t at, std::size_t size) {
     std::uint32_t value = 0;
     for (std::size_t b = size; b-- > 0;) value = value << 8 | static_cast<unsigned char>(bytes[at + b]);
     return value;
   };
-  static const std::set<std::string> with_long_sizes{"OB", "OW", "OF", "OD", "OL", "OV", "SQ", "UN", "UC", "UR", "UT"};
+  static const std::set<std::string_view> with_long_sizes{"OB", "OW", "OF", "OD", "OL", "OV", "SQ", "UN", "UC", "UR", "UT"};
   std::uint32_t before = 0;
-  for (std::size_t at = start;; ++before) {
-    if (at + 8 > bytes.size()) return false;
-    if (number(at, 2) != 2) return before > 0;
-    const std::uint32_t element = number(at + 2, 2);
-    const std::string type = bytes.substr(at + 4, 2);
+  for (std::size_t at = start; at < most_bytes && file.read(bytes, 8); ++before) {
+    if (number(0, 2) != 2) return before > 0;
+    const std::uint32_t element = number(2, 2);
+    const std::string_view type(bytes + 4, 2);
     const bool letters = std::ranges::all_of(type, [](char c) { return c >= 'A' && c <= 'Z'; });
     const bool is_long = with_long_sizes.count(type) > 0;
-    if (!letters || (element == 0 && (before > 0 || type != "UL")) || at + 12 > bytes.size()) return false;
-    at += is_long ? 12 + std::size_t{number(at + 8, 4)} : 8 + std::size_t{number(at + 6, 2)};
+    if (!letters || (element == 0 && (before > 0 || type != "UL"))) return false;
+    if (is_long && !file.read(bytes + 8, 4)) return false;
+    const std::size_t size = is_long ? number(8, 4) : number(6, 2);
+    if (size > most_bytes) return false;
+    file.ignore(static_cast<std::streamsize>(size));
+    at += (is_long ? 12 : 8) + size;
   }
+  return false;
 }
 
 /// Whether JPEG 2000 images have the size of a slice: GDCM makes room for what they claim. `stored`: the items of a compressed
