@@ -177,7 +177,7 @@ double Statistics::percentile(double share) const noexcept {
   const auto last = static_cast<double>(histogram.counts.size() - 1);
   // A value on the edge of two classes is the upper end of the one that it was found in.
   const auto c = static_cast<std::size_t>(std::clamp(std::ceil((value - histogram.low) / width) - 1.0, 0.0, last));
-  if (whole_numbers && width <= 1.0) return std::ceil(histogram.edge(c) - 1e-6 * width);
+  if (whole_numbers && width <= 1.0) return std::ceil(histogram.edge(c) - 1e-6 * width) + 0.0;  // zero without a sign
   const bool around_zero = histogram.edge(c) <= 0.0 && histogram.edge(c + 1) >= 0.0;
   return around_zero && 2 * zeros > histogram.counts[c] ? 0.0 : value;
 }

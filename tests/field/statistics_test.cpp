@@ -51,6 +51,10 @@ TEST(Statistics, PercentilesAreExactOfWholeNumbersAndOfZeros) {
   EXPECT_EQ(s.percentile(0.5), -5.0);
   EXPECT_EQ(s.percentile(0.9), 2.0 * 899);
   EXPECT_EQ(s.percentile(1.0), 2.0 * 999);
+  for (std::size_t n = 0; n < 1000; ++n) whole[n] = static_cast<std::int16_t>(n < 600 ? 0 : n);
+  const double zero = statistics(*grid_of_values(whole, {10, 10, 10}, VoxelType::int16)).percentile(0.5);
+  EXPECT_EQ(zero, 0.0);
+  EXPECT_FALSE(std::signbit(zero));
   std::vector<float> parts(1000, 0.0F);
   for (std::size_t n = 0; n < 400; ++n) parts[n] = 0.001F + 0.01F * static_cast<float>(n);
   const Statistics t = statistics(*grid_of_values(parts, {10, 10, 10}, VoxelType::float32));
