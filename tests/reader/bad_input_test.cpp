@@ -209,6 +209,17 @@ TEST_F(BadInput, TwoFilesForOneVolume) {
   error_of([&] { read_volume(request, options_); });
 }
 
+TEST_F(BadInput, AReaderWithoutThoseThatItBecomes) {
+  const fs::path file =
+      folder_.write("eight.nrrd", "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: ascii\n\n0 1 2 3 4 5 6 7\n");
+  read(file);
+  const fs::path alone = folder_.path() / "palpa-read";
+  fs::copy_file(options_.reader, alone);
+  options_.reader = alone;
+  const std::string error = refused(file);
+  EXPECT_NE(error.find("palpa-read-itk beside palpa-read does not start"), std::string::npos) << error;
+}
+
 TEST_F(BadInput, AReaderThatIsKilledInTheMiddle) {
   const fs::path file = folder_.write(
       "a.nrrd", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 10 10 10\nencoding: raw\n\n" + std::string(1000, 'x'));
