@@ -59,6 +59,13 @@ void check_claims(vtkXMLDataElement& element, std::uint64_t bytes) {
   for (int n = 0; n < element.GetNumberOfNestedElements(); ++n) check_claims(*element.GetNestedElement(n), bytes);
 }
 
+/// Field data belong to no point or cell, and VTK crashes on damaged ones.
+void leave_out_field_data(vtkXMLDataElement& primary) {
+  while (vtkXMLDataElement* field_data = primary.FindNestedElementWithName("FieldData")) {
+    primary.RemoveNestedElement(field_data);
+  }
+}
+
 double cells_in(const int* extent) {
   double cells = 1;
   for (int a = 0; a < 3; ++a) cells *= std::max(1.0, static_cast<double>(extent[2 * a + 1]) - extent[2 * a]);
@@ -76,6 +83,7 @@ class Checked : public Reader {
  protected:
   int ReadPrimaryElement(vtkXMLDataElement* primary) override {
     check_claims(*primary, file_bytes(this->GetFileName()));
+    leave_out_field_data(*primary);
     return Reader::ReadPrimaryElement(primary);
   }
   int ReadArrayValues(vtkXMLDataElement* element, vtkIdType index, vtkAbstractArray* array, vtkIdType first, vtkIdType count,
@@ -147,6 +155,7 @@ class Pieces : public Reader {
  protected:
   int ReadPrimaryElement(vtkXMLDataElement* primary) override {
     check_claims(*primary, file_bytes(this->GetFileName()));
+    leave_out_field_data(*primary);
     return Reader::ReadPrimaryElement(primary);
   }
   vtkXMLDataReader* CreatePieceReader() override { return Checked<PieceReader>::New(); }

@@ -74,6 +74,23 @@ TEST_F(Vtk, CellDataLieAtTheCentresOfCells) {
   expect_linear(*volume.fields[1].field, cells, metres, other);
 }
 
+TEST_F(Vtk, DamagedFieldDataAreNotLookedAt) {
+  const Offset o = offset_grid();
+  const std::string piece = "<Piece Extent=\"3 8 4 8 5 8\"><PointData>" +
+                            ascii_array("a", "Float64", numbers_of(linear_voxels<double>(o.grid, metres))) +
+                            "</PointData></Piece>";
+  for (const std::string array :
+       {"<DataArray type=\"Floa-64\" Name=\"t\" NumberOfTuples=\"1\" format=\"ascii\">1</DataArray>",
+        "<DataArray typ9=\"9loat64\" Name=\"t\" NumberOfTuples=\"1\" format=\"appended\" offset=\"0\"/>",
+        "<DataArray type=\"Float64\" Name=\"t\" NumberOfTuples=\"-1\" format=\"appended\" offset=\"0\"/>"}) {
+    const std::string field_data = "<FieldData>" + array + "</FieldData>";
+    const Volume volume =
+        read(folder_.write("a.vti", vti(o.attributes, "3 8 4 8 5 8", field_data + field_data + piece) + "</VTKFile>"));
+    ASSERT_EQ(volume.fields.size(), 1U) << array;
+    expect_linear(*volume.fields[0].field, o.grid, metres);
+  }
+}
+
 TEST_F(Vtk, PiecesMustFillTheGrid) {
   const Offset o = offset_grid();
   FileGrid low = o.grid, high = o.grid;
