@@ -59,25 +59,31 @@ char letter_of(const Vec3& axis) {
   return axis.z > 0 ? 'I' : 'S';
 }
 
-/// MetaIO reads as many numbers as NDims says, however many there are and wherever they go: so it is looked at before.
-void check_dimensions(const std::string& path) {
+/// Refuses a header that MetaIO would not survive: it reads as many numbers as NDims says, however many there are and wherever
+/// they go, and a line without its sign together with the voxels behind it. \return CompressedDataSize; 0 where it is not said
+double check_header(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::array<char, 4096> line{};
+  double compressed_bytes = 0;
   while (file.getline(line.data(), line.size())) {
     const std::string_view text(line.data());
-    if (text.find("ElementDataFile") != std::string_view::npos) return;
-    const std::size_t key = text.find("NDims");
-    const std::size_t value = key == std::string_view::npos ? key : text.find_first_of("=:", key);
-    if (value == std::string_view::npos) continue;
-    const double n = std::strtod(line.data() + value + 1, nullptr);  // as MetaIO does: "1e308" is a number of dimensions
-    if (!(n >= 1 && n < 5)) throw LoadError("has no number of dimensions; give NDims, one to four");
+    if (text.find_first_not_of(" \t\r") == std::string_view::npos) continue;
+    const std::size_t sign = text.find_first_of("=:");
+    if (sign == std::string_view::npos) throw LoadError("has a line without '=' in its header; get the whole file");
+    const std::string_view key = text.substr(0, sign);
+    if (key.find("ElementDataFile") != std::string_view::npos) return compressed_bytes;
+    const double value = std::strtod(line.data() + sign + 1, nullptr);  // as MetaIO does: "1e308" is a number of dimensions
+    if (key.find("NDims") != std::string_view::npos && !(value >= 1 && value < 5))
+      throw LoadError("has no number of dimensions; give NDims, one to four");
+    if (key.find("CompressedDataSize") != std::string_view::npos) compressed_bytes = value;
   }
+  throw LoadError("has no ElementDataFile in its header; get the whole file");
 }
 
 class MetaImageSource : public Source {
  public:
   explicit MetaImageSource(const protocol::Request& request) : path_(request.path) {
-    check_dimensions(path_);
+    const double compressed_bytes = check_header(path_);
     if (!image_.Read(path_.c_str(), false)) {
       throw LoadError("cannot be read as MetaImage (" + take_library_error() + "); check its header");
     }
@@ -87,6 +93,10 @@ class MetaImageSource : public Source {
     const int n = image_.NDims();
     if (n < 1 || n > 4) throw LoadError("has no number of dimensions; give NDims, one to four");
     list_files();
+    double stored_bytes = 0;
+    for (const std::string& file : files) stored_bytes += static_cast<double>(file_bytes(file));
+    if (!(compressed_bytes >= 0 && compressed_bytes <= stored_bytes))
+      throw LoadError("is shorter than its CompressedDataSize says; get the whole file");
 
     raw_.type = raw_type(image_.ElementType());
     raw_.components = image_.ElementNumberOfChannels();

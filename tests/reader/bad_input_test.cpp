@@ -149,6 +149,19 @@ TEST_F(BadInput, ListsWithoutNames) {
   expect_refused("a.mhd", header + std::string("s\0\0t\n", 5), "characters that none has");
 }
 
+TEST_F(BadInput, HeadersThatMetaIODoesNotSurvive) {
+  const std::string start = "ObjectType = Image\nNDims = 3\nBinaryData = True\nDimSize = 20 20 20\n";
+  const std::string voxels(8000, '7');
+  expect_refused("a.mha", start + "ElementType 9 MET_UCHAR\nElementDataFile = LOCAL\n" + voxels, "without '='");
+  expect_refused("b.mha", start + "ElementType = METmentDataFile\n" + voxels, "ElementDataFile");
+  for (const char* bytes : {"1e308", "-7", "8500"}) {
+    expect_refused("c.mha",
+                   start + "CompressedData = True\nCompressedDataSize = " + bytes +
+                       "\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n" + voxels,
+                   "CompressedDataSize");
+  }
+}
+
 TEST_F(BadInput, CellsWithoutTheirPoints) {
   const auto cells = [](const std::string& corners, int type) {
     return "# vtk DataFile Version 3.0\na\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 4 double\n0 0 0 1 0 0 0 1 0 0 0 1\nCELLS 1 "
