@@ -4,6 +4,7 @@
 #include <vtkMultiBlockDataSet.h>
 #include <vtkMultiBlockPLOT3DReader.h>
 #include <vtkNew.h>
+#include <vtkObjectFactory.h>
 #include <vtkPointData.h>
 #include <vtkStructuredGrid.h>
 
@@ -61,6 +62,22 @@ void derive(vtkStructuredGrid& grid, std::vector<std::string>& warnings) {
   }
 }
 
+/// VTK reads as many points as a header says, and writes them where it has made no room when those are too many to count.
+class CheckedReader : public vtkMultiBlockPLOT3DReader {
+ public:
+  static CheckedReader* New() { VTK_STANDARD_NEW_BODY(CheckedReader); }
+  double most_points = 0;  ///< in a block
+
+ protected:
+  int ReadVector(void* file, int extent[6], int whole[6], int components, vtkDataArray* vector, vtkTypeUInt64 offset,
+                 const vtkMultiBlockPLOT3DReaderRecord& record) override {
+    double points = 1;
+    for (int a = 0; a < 3; ++a) points *= std::max(0.0, static_cast<double>(whole[2 * a + 1]) - whole[2 * a] + 1);
+    if (points < 1 || points > most_points) return 0;
+    return vtkMultiBlockPLOT3DReader::ReadVector(file, extent, whole, components, vector, offset, record);
+  }
+};
+
 std::string unit_of(const std::string& name) {
   if (name == "density") return "ρ∞";
   if (name == "velocity") return "a∞";
@@ -89,7 +106,8 @@ std::unique_ptr<Source> open_plot3d(const protocol::Request& request) {
   }
   if (plot3d_part(grid) == Plot3dPart::solution) std::swap(grid, solution);
 
-  vtkNew<vtkMultiBlockPLOT3DReader> reader;
+  vtkNew<CheckedReader> reader;
+  reader->most_points = static_cast<double>(file_bytes(grid.string()));  // a point takes more than a byte
   reader->SetXYZFileName(grid.c_str());
   reader->SetQFileName(solution.c_str());
   reader->AutoDetectFormatOn();

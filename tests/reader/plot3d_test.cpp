@@ -108,6 +108,16 @@ TEST_F(Plot3d, WhatIsMissingOrDoesNotFitIsSaid) {
   error_of([&] { read_volume(both, options_); });
 }
 
+TEST_F(Plot3d, DimensionsThatCannotBeAreRefused) {
+  for (const std::uint32_t damaged : {0x80000003U, 0xd8d8d8d8U, 0x7fffffffU}) {
+    std::string xyz = bytes_of(2), q = xyz;
+    for (const std::uint32_t n : {4U, damaged, 3U, 4U, 3U, 3U}) xyz += bytes_of(n), q += bytes_of(n);
+    folder_.write("a.xyz", xyz + std::string(864, '\0'));
+    folder_.write("a.q", q + std::string(1472, '\0'));
+    EXPECT_NE(error_of([&] { read(folder_.path() / "a.xyz"); }).find("cannot be read as PLOT3D"), std::string::npos) << damaged;
+  }
+}
+
 TEST_F(Plot3d, FactsOfTheRealOnes) {
   using Json = nlohmann::json;
   if (shared_file("facts.json").empty()) GTEST_SKIP() << "the shared data are not here: set PALPA_SHARED to their folder";
