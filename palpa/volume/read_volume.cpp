@@ -1,7 +1,5 @@
 #include "palpa/volume/read_volume.h"
 
-#include <fcntl.h>
-#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -12,16 +10,15 @@
 #include <fstream>
 #include <future>
 #include <memory>
-#include <new>
 #include <sstream>
 #include <stdexcept>
 #include <string_view>
 
 #include "palpa/field/sha256.h"
 #include "palpa/volume/protocol.h"
-#include "palpa/volume/protocol_memory.h"
 #include "palpa/volume/raw_file.h"
 #include "palpa/volume/reader_process.h"
+#include "palpa/volume/shared_memory.h"
 
 namespace palpa {
 namespace {
@@ -207,68 +204,6 @@ void check(const Header& header) {
   }
 }
 
-/// Memory that the reader fills: made here, shared by descriptors, and once `seal`ed and mapped nobody's to
-/// change. It can neither shrink nor grow from the start, so that no read of ours can miss it.
-class SharedMemory {
- public:
-  explicit SharedMemory(std::uint64_t bytes) : bytes_(bytes) {
-    const std::uint64_t in_first = protocol::bytes_in_first(bytes);
-    make(files_.first, in_first);
-    if (bytes > in_first) make(files_.second, bytes - in_first);
-  }
-  ~SharedMemory() { close(); }
-  SharedMemory(const SharedMemory&) = delete;
-  SharedMemory& operator=(const SharedMemory&) = delete;
-
-  const protocol::MemoryFiles& files() const noexcept { return files_; }
-
-  /// The voxels, read-only. Call when the reader is gone: a seal against writing needs that nobody can.
-  std::shared_ptr<const std::byte> sealed_and_mapped() {
-    seal(files_.first);
-    if (files_.second >= 0) seal(files_.second);
-    try {
-      return protocol::mapped(files_, bytes_, false).all;
-    } catch (const std::bad_alloc&) {
-      throw LoadError("cannot be read: no address space for " + protocol::readable_bytes(static_cast<double>(bytes_)) +
-                      "; crop or downsample the volume (palpa convert --crop, --downsample)");
-    }
-  }
-
- private:
-  void make(int& file, std::uint64_t bytes) {
-    file = ::memfd_create("palpa-voxels", MFD_CLOEXEC | MFD_ALLOW_SEALING);
-    if (file >= 0 && ::ftruncate(file, static_cast<off_t>(bytes)) == 0 &&
-        ::fcntl(file, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW) == 0) {
-      return;
-    }
-    const int problem = errno;
-    close();
-    throw LoadError("cannot be read: no shared memory of " + protocol::readable_bytes(static_cast<double>(bytes_)) + " (" +
-                    std::strerror(problem) + "); crop or downsample the volume (palpa convert --crop, --downsample)");
-  }
-
-  void close() noexcept {
-    for (const int file : {files_.first, files_.second}) {
-      if (file >= 0) ::close(file);
-    }
-  }
-
-  /// The memory of a dead process may outlive it by a moment (whoever looks into /proc holds it).
-  static void seal(int file) {
-    int sealed = -1;
-    for (int wait_ms = 0; wait_ms < 2000 && (sealed = ::fcntl(file, F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_SEAL)) != 0; ++wait_ms) {
-      if (errno != EBUSY) break;
-      ::usleep(1000);
-    }
-    if (sealed != 0) {
-      throw LoadError(std::string("cannot be read: its voxels cannot be sealed (") + std::strerror(errno) + "); try again");
-    }
-  }
-
-  std::uint64_t bytes_;
-  protocol::MemoryFiles files_;
-};
-
 template <class Expected>
 Expected expect(protocol::Message message) {
   if (auto* failure = std::get_if<protocol::Failure>(&message)) throw LoadError(failure->sentence);
@@ -396,7 +331,7 @@ void read_parsed(const VolumeRequest& request, const protocol::Request& ask, con
   for (const std::string& partner : ask.partners) check_file(partner), file_bytes += bytes_of(partner);
   protocol::Done done;
   Plan plan;
-  std::unique_ptr<SharedMemory> memory;
+  std::unique_ptr<detail::SharedMemory> memory;
   {
     detail::ReaderProcess reader(detail::find_reader(options.reader), options.idle_limit_s);
     reader.send(ask);
@@ -404,7 +339,7 @@ void read_parsed(const VolumeRequest& request, const protocol::Request& ask, con
     check_size(plan, options, ask.max_bytes);
     check_places(plan);
     const std::uint64_t bytes = plan.offsets.back(), working_bytes = plan.header.working_bytes;
-    memory = std::make_unique<SharedMemory>(bytes);
+    memory = std::make_unique<detail::SharedMemory>(bytes);
     reader.send(plan.room, memory->files());
     const std::uint64_t memory_bytes = reader_slack_bytes + 8 * file_bytes + 2 * (bytes + working_bytes);
     for (bool more = true; more;) {
