@@ -106,6 +106,8 @@ std::unique_ptr<Source> open_plot3d(const protocol::Request& request) {
   }
   if (plot3d_part(grid) == Plot3dPart::solution) std::swap(grid, solution);
 
+  constexpr std::uint64_t shortest_bytes = 36;  // three counts and two points; VTK crashes on some that are shorter
+  if (file_bytes(grid.string()) < shortest_bytes) throw LoadError("is shorter than any PLOT3D grid; get the whole file");
   vtkNew<CheckedReader> reader;
   reader->most_points = static_cast<double>(file_bytes(grid.string()));  // a point takes more than a byte
   reader->SetXYZFileName(grid.c_str());

@@ -106,6 +106,13 @@ TEST_F(Plot3d, WhatIsMissingOrDoesNotFitIsSaid) {
   error_of([&] { read_volume(both, options_); });
   folder_.write("b.q", q.substr(0, 10));
   error_of([&] { read_volume(both, options_); });
+  std::ifstream grid(folder_.path() / "a.xyz", std::ios::binary);
+  const std::string xyz((std::istreambuf_iterator<char>(grid)), {});
+  for (std::size_t bytes = 1; bytes < 60; ++bytes) {
+    folder_.write("a.xyz", xyz.substr(0, bytes));
+    const std::string error = error_of([&] { read_volume(both, options_); });
+    EXPECT_EQ(error.find("palpa-read"), std::string::npos) << bytes << ": " << error;  // it has not ended by itself
+  }
 }
 
 TEST_F(Plot3d, DimensionsThatCannotBeAreRefused) {
