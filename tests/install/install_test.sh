@@ -139,7 +139,7 @@ cmake --install "$work/part_build" --prefix "$work/part_prefix" >"$work/part.log
 if [ -e "$moved/bin/palpa" ]; then
   step "the installed program"
   cd "$work"
-  env -u PALPA_SCENES "$moved/bin/palpa" demo >demo.txt
+  env -u PALPA_SCENES -u PALPA_DATA XDG_DATA_HOME="$work/no_data" "$moved/bin/palpa" demo >demo.txt  # the scans of whoever tests are not known
   grep -q "head_phantom.toml, felt by" demo.txt || fail "the demo shows no table"
   "$moved/bin/palpa" run "$source/examples/04_mode_plugin/ridge.toml" --hand sim:press --duration-s 2 \
     --plugin plugin/ridge.so --out trace | grep -q "max 0.600 N" || fail "the ridge is not felt"
