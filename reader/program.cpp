@@ -15,6 +15,11 @@
 
 #include "palpa/core/load_error.h"
 
+#ifdef __SANITIZE_ADDRESS__
+/// As without the sanitizer: a library that asks for more memory than there is gets none, and says so.
+extern "C" const char* __asan_default_options() { return "allocator_may_return_null=1"; }
+#endif
+
 namespace palpa::reader {
 
 int run_program(const std::function<void(int socket)>& work) {
