@@ -198,7 +198,7 @@ void Watches::search(FieldOnWay& at, double from, bool again, Samples& samples) 
       const double share = at.begin + root * step;
       if (share >= at.event) break;
       const double found = located(at, i, share, samples);
-      if (found <= 1.0) {
+      if (found <= 1.0 && !is_rounding(at, i, found, samples)) {
         if (found < at.event) at.event = found, at.watch = i;
         break;
       }
@@ -207,6 +207,14 @@ void Watches::search(FieldOnWay& at, double from, bool again, Samples& samples) 
       displaced_[i] = 1;
     }
   }
+}
+
+// Whether a change where the way begins is undone a hair further on: of a proxy that stands on the level, rounding alone may
+// see it on either side. Further on walls may be thinner than that.
+bool Watches::is_rounding(const FieldOnWay& at, std::size_t watch, double share, Samples& samples) const noexcept {
+  if (share > at.hair) return false;
+  samples.move_to(at.way.at(std::min(1.0, share + at.hair)));
+  return side_at(samples, watches_[watch]) == sides_[watch];
 }
 
 // The share just beyond a change at the root `share`, as samples see it; `never` where they see none. The polynomial is the

@@ -111,6 +111,7 @@ class Watches {
   void stop_at_edge(FieldOnWay& at, Samples& samples) const noexcept;
   void search(FieldOnWay& at, double from, bool again, Samples& samples) noexcept;
   double located(const FieldOnWay& at, std::size_t watch, double share, Samples& samples) const noexcept;
+  bool is_rounding(const FieldOnWay& at, std::size_t watch, double share, Samples& samples) const noexcept;
   double passage(const FieldOnWay& at, std::size_t watch, double from) noexcept;
   void change_others(const FieldOnWay& at, Samples& samples, std::vector<Crossing>& crossings) noexcept;
   void change(std::size_t watch, std::vector<Crossing>& crossings) noexcept;

@@ -21,6 +21,20 @@ TEST_P(FirstScenes, AreFeltUnderARecordedHand) {
   EXPECT_LT(touch.buzz_n, 5e-3);
 }
 
+// Two that once made a proxy stand still on a level, where rounding alone saw it pass: the force grew to the limit and stayed.
+TEST_F(ReaderTest, FirstScenesLetTheProxyGoOn) {
+  const std::pair<const char*, const char*> cases[] = {
+      {"mri_flair_nrrd/FLAIR.nrrd", "trajectories/inverse3_woodcarving_20231121_103108.csv"},
+      {"mri_head_mhd/HeadMRVolume.mhd", "trajectories/inverse3_woodcarving_20231123_143724.csv"}};
+  for (const auto& [file, recording] : cases) {
+    const fs::path data = shared_file(file), hand = shared_file(recording);
+    if (data.empty() || hand.empty()) GTEST_SKIP() << "the shared data are not here: set PALPA_SHARED to their folder";
+    const FirstTouch touch = first_touch(data, hand, options_);
+    EXPECT_EQ(touch.faults, 0) << file;
+    EXPECT_GE(touch.below_limit_share, 0.99) << file;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Sets, FirstScenes, ::testing::ValuesIn(data_sets()),
                          [](const auto& set) { return name_of(set.param); });
 
