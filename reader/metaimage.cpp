@@ -95,7 +95,7 @@ class MetaImageSource : public Source {
     list_files();
     double stored_bytes = 0;
     for (const std::string& file : files) stored_bytes += static_cast<double>(file_bytes(file));
-    if (!(compressed_bytes >= 0 && compressed_bytes <= stored_bytes))
+    if (image_.CompressedData() && !(compressed_bytes >= 0 && compressed_bytes <= stored_bytes))
       throw LoadError("is shorter than its CompressedDataSize says; get the whole file");
 
     raw_.type = raw_type(image_.ElementType());

@@ -60,6 +60,7 @@ RawType raw_type(int type) {
 
 /// Refuses a data type that vtkNIFTIReader does not know: it looks it up in a table that it runs off.
 void check_type(const std::string& start) {
+  if (start.size() < 348) throw LoadError("is shorter than a NIfTI header; get the whole file");
   const bool second_version = start.substr(4, 3) == "n+2" || start.substr(4, 3) == "ni2";
   std::uint32_t header_bytes = 0;
   std::uint16_t type = 0;

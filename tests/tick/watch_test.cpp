@@ -191,6 +191,29 @@ TEST(FirstCrossing, FindsTwoWithinACell) {
   EXPECT_FALSE(past.search(from, to).stopped);
 }
 
+// A proxy on a level, to the last bit, that lifts off along a way which first rises a little: rounding, which has samples and
+// polynomials on either side of the level there, is no crossing to stop for.
+TEST(FirstCrossing, RoundingOnTheLevelStopsNothing) {
+  std::mt19937 random(11);
+  for (const MakeGrid make : both) {
+    const FieldPtr field = grid_with(make, {12, 12, 12}, [&](auto, auto, auto) { return uniform(random, 0, 255); });
+    for (int n = 0; n < 3000; ++n) {
+      const Vec3 from = in_box(random, {{0.001, 0.001, 0.001}, {0.01, 0.01, 0.01}});
+      const ScalarSample here = field->scalar(from);
+      const Vec3 to = from + 3e-4 * normalized(in_box(random, {{-1, -1, -1}, {1, 1, 1}}));
+      const double slope = dot(here.gradient, to - from) / 3e-4;
+      if (!(slope > 0.01 * norm(here.gradient))) continue;
+      Searched s({field}, {{0, here.value}});
+      s.look(from);
+      s.crossings.clear();
+      s.watches.attend_all();
+      s.watches.attend({0, here.value}, Attention::leave_down);
+      const Watches::Met met = s.watches.first_crossing(s.samples, from, to, s.crossings);
+      ASSERT_TRUE(!met.stopped || met.share > 1e-6) << n << ": " << met.share;
+    }
+  }
+}
+
 TEST(FirstCrossing, AFormulasLevelIsLocatedAsWell) {
   std::mt19937 random(4);
   const FieldPtr ball = sphere_field(0.05).fields[0].field;
