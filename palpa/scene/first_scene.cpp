@@ -20,9 +20,10 @@ namespace {
 using detail::toml_number;
 using detail::toml_string;
 
-constexpr double reach_m = 0.15;  // of the hand: what the longest side of the object becomes
-constexpr double enough = 0.85;   // of all that is solid is the object: the table of a scanner is a tenth
-constexpr double filled = 0.5;    // of the object's box: what is sparser is lost in it, and its surroundings are felt, too
+constexpr double reach_m = 0.15;        // of the hand: what the longest side of the object becomes
+constexpr double enough = 0.85;         // of all that is solid is the object: the table of a scanner is a tenth
+constexpr double sparse = 0.35;         // of the object's box: a hand would search for it (of an ellipsoid's half is filled)
+constexpr double felt = 0.5;            // of that box then, its surroundings with it
 constexpr std::size_t comment_at = 40;  // column
 
 /// `key = value` and why, the reason in a column of its own.
@@ -366,7 +367,10 @@ std::string flow_modes(const Volume& volume, const Names& names, const std::vect
     out +=
         line("strength_n = " + ramp("q(" + field + ")", v->from, v->full, detail::rounded(4.0 * v->most, v->most), 1.2),
              v->by_noise ? "from 20 times the Q of the noise on: nothing where nothing turns"
-                         : "from where a vortex turns by half while the stream crosses the data: nothing where nothing turns");
+                         : "from where it turns by a quarter while the stream crosses the data: nothing where nothing turns");
+    if (v->coherence_from > 0.0)
+      out += line("mask = [" + ramp("coherence(" + field + ")", v->coherence_from, v->coherence_full, 2.0, 1.0) + "]",
+                  "not beside walls, where Q is high and vectors change from one to the next");
   }
   out += "\n[[view.layer]]\nshow = \"streamlines\"\nfield = " + toml_string(field) + "\n";
   if (const auto& v = flow.vortices)
@@ -443,12 +447,12 @@ std::string first_scene(const Volume& volume, const VolumeRequest& request) {
     object = detail::largest_parts(lattice, solid, enough);
     lying_at_y = first.hounsfield ? detail::beside_at_y(lattice, object, solid) : 0.0;
     double faint = level;
-    if (object.share < filled) {
+    if (object.share < sparse) {
       std::vector<double> in_box;
       for (std::size_t n = 0; n < lattice.size(); ++n) {
         if (here[n] && contains(object.box_m, lattice.middle_m(n))) in_box.push_back(*here[n]);
       }
-      faint = detail::faint_value(std::move(in_box), first, filled);
+      faint = detail::faint_value(std::move(in_box), first, felt);
     }
     modes = surface_modes(names.of(*number), values[*number], first, faint);
   }
