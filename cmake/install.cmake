@@ -5,6 +5,21 @@ if(NOT PALPA_INSTALL)
 endif()
 include(CMakePackageConfigHelpers)
 
+# ./demo builds the program alone. What is installed is all, or nothing and the command that is missing.
+set(built)
+foreach(target palpa_core palpa palpa_view palpa_report palpa_cli palpa_pictures palpa-read)
+  list(APPEND built "$<$<TARGET_EXISTS:${target}>:$<TARGET_FILE:${target}>>")
+endforeach()
+if(PALPA_APP)
+  list(APPEND built ${PROJECT_BINARY_DIR}/packaging/palpa.1.gz)
+endif()
+install(CODE "set(built \"${built}\")
+  foreach(file IN LISTS built)
+    if(file AND NOT EXISTS \"\${file}\")
+      message(FATAL_ERROR \"\${file} is not built yet; first: cmake --build ${PROJECT_BINARY_DIR}\")
+    endif()
+  endforeach()" ALL_COMPONENTS)
+
 # Uninstalling takes away the folders that installing made, and no others: this notes which these are.
 configure_file(${CMAKE_CURRENT_LIST_DIR}/note_folders.cmake.in ${PROJECT_BINARY_DIR}/note_folders.cmake @ONLY)
 install(SCRIPT ${PROJECT_BINARY_DIR}/note_folders.cmake ALL_COMPONENTS)
