@@ -338,20 +338,20 @@ class ThinPartChecks final : public CheckingVisitor {
   }
   void number(const ParameterInfo& info, double& value) override {
     if (info.kind != ParameterKind::level || !field_) return;
-    constexpr double much = 0.1;
+    constexpr double much = 0.1;                // of what is thin
+    constexpr double much_of_the_whole = 0.01;  // less is specks of noise, which nobody misses
     ThinParts worst;
     for (const auto& [side, left_out] : {std::pair{SolidSide::high, "low"}, std::pair{SolidSide::low, "high"}}) {
       if (solid_ == left_out) continue;
       const ThinParts parts = thin_parts(*field_, value, side);
       if (parts.lost_share() > worst.lost_share()) worst = parts;
     }
-    if (!(worst.lost_share() > much)) return;
-    const auto percent = [](double share) {
-      return share < 1e-3 ? std::string("under 0.1 %") : toml_number(std::round(1000.0 * share) / 10.0) + " %";
-    };
+    const double lost_of_the_whole = worst.thin_share() * worst.lost_share();
+    if (!(worst.lost_share() > much && lost_of_the_whole >= much_of_the_whole)) return;
+    const auto percent = [](double share) { return toml_number(std::round(100.0 * share)) + " %"; };
     find(info.name,
-         the(info.name) + ": the smooth filter loses " + toml_number(std::round(100.0 * worst.lost_share())) +
-             " % of the parts thinner than 2 voxels there, " + percent(worst.thin_share() * worst.lost_share()) +
+         the(info.name) + ": the smooth filter loses " + percent(worst.lost_share()) +
+             " of the parts thinner than 2 voxels there, " + percent(lost_of_the_whole) +
              " of the whole; filter = \"trilinear\" of the volume keeps them",
          true);
   }
