@@ -163,7 +163,7 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
 
   RunArguments run;
   std::vector<std::string> sets;
-  std::string hold, center;
+  std::string hold, center, fit;
   CLI::App* run_command = app.add_subcommand("run", "Feel a scene with a recorded or simulated hand");
   run_command->add_option("SCENE", run.options.scene, "scene file (TOML)")->required()->type_name("");
   run_command
@@ -177,6 +177,12 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
       ->type_name("HZ");
   run_command
       ->add_option("--hand-center", center, "put the middle of the recording into the middle of the workspace: on or off")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->type_name("ON");
+  run_command
+      ->add_option("--hand-fit", fit,
+                   "lay a recording where it feels most of the data: on or off (on, but with --hand-center; traces of ours are "
+                   "never moved)")
       ->check(CLI::IsMember({"on", "off"}))
       ->type_name("ON");
   run_command->add_option("--duration-s", run.options.duration_s, "how long; left out: the recording's length, or 10")
@@ -320,6 +326,7 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
     for (const std::string& set : sets)
       options.scene_options.sets.push_back(split_set(set, "PATH=VALUE, as in coupling.stiffness_n_per_m=500"));
     if (!hold.empty()) options.hold = hold == "rigid" ? Hold::rigid : hold == "relaxed" ? Hold::relaxed : Hold::firm;
+    if (!fit.empty()) options.fit = fit == "on";
     if (!center.empty()) options.recording.center = center == "on";
     return run_scene(std::move(run), stop);
   }

@@ -63,7 +63,7 @@ bool connected(const Knot& a, const Knot& b) noexcept {
 
 class Recording final : public Target {
  public:
-  explicit Recording(std::vector<Knot> knots) : knots_(std::move(knots)) {
+  Recording(std::vector<Knot> knots, bool knows_its_place) : knots_(std::move(knots)), knows_its_place_(knows_its_place) {
     for (std::size_t first = 0; first < knots_.size();) {
       std::size_t last = first;
       while (last + 1 < knots_.size() && connected(knots_[last], knots_[last + 1])) ++last;
@@ -73,6 +73,7 @@ class Recording final : public Target {
   }
 
   double duration_s() const noexcept override { return knots_.back().time_s; }
+  bool knows_its_place() const noexcept override { return knows_its_place_; }
 
   Point at(double time_s) const noexcept override {
     const auto after = std::upper_bound(knots_.begin(), knots_.end(), time_s,
@@ -95,6 +96,7 @@ class Recording final : public Target {
 
  private:
   std::vector<Knot> knots_;
+  bool knows_its_place_;
 };
 
 // ---- the file ----
@@ -339,7 +341,7 @@ std::unique_ptr<Target> recorded_target(const fs::path& path, const RecordingOpt
   }
   if (!form->own) rows = without_repeats(rows);
   if (options.center.value_or(!form->own)) center(rows);
-  return std::make_unique<Recording>(std::move(rows));
+  return std::make_unique<Recording>(std::move(rows), form->own);
 }
 
 }  // namespace palpa

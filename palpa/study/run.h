@@ -12,6 +12,7 @@
 
 #include "palpa/device/hand.h"
 #include "palpa/scene/load_scene.h"
+#include "palpa/study/reach.h"
 #include "palpa/study/summary.h"
 #include "palpa/trace/trace.h"
 #include "palpa/volume/read_volume.h"
@@ -23,6 +24,7 @@ struct RunOptions {
   std::string hand;  ///< file or sim:…
   std::optional<Hold> hold;
   RecordingOptions recording;
+  std::optional<bool> fit;  ///< lay a recording of unknown origin where it feels most; none: unless `recording.center` is given
   std::optional<double> duration_s;  ///< none: the recording's, or 10
   double rate_hz = 1000.0;           ///< [1, 1e5]
   std::filesystem::path out;         ///< trace folder; empty: none
@@ -39,15 +41,20 @@ struct RunOptions {
 struct PreparedRun {
   LoadedScene loaded;
   std::unique_ptr<SimulatedDevice> hand;
+  std::shared_ptr<const Target> target;  ///< where the hand wants to be: `hand` follows it
   double duration_s = 0.0;
+  std::optional<Reach> reach;       ///< where the hand asked for it
+  std::optional<Vec3> offset_m;     ///< what the recording was moved by to lay it where it feels most
+  std::vector<std::string> notes;   ///< what was done with the hand, and whether it comes near anything: sentences
 };
-/// Loads scene and hand, checks all options, and that the trace's folder can be made; makes nothing.
-/// Throws LoadError.
+/// Loads scene and hand, lets the hand find the data (`Reach`), checks all options, and that the trace's folder can be made; makes
+/// nothing. Throws LoadError.
 PreparedRun prepare(const RunOptions& options);
 
 struct RunResult {
   Summary summary;
   std::vector<std::string> warnings;
+  std::optional<Vec3> offset_m;  ///< of a recording that was laid where it feels most
   bool interrupted = false;
 };
 

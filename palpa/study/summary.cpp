@@ -209,6 +209,7 @@ std::string to_table(const Summary& s) {
                      {"", millijoules(e.stored_j), millijoules(e.dissipated_j), millijoules(e.injected_j),
                       millijoules(e.path_j), millijoules(e.damper_j), millijoules(e.moved_j), millijoules(e.work_on_hand_j)}},
                     1);
+  for (const std::string& note : s.notes) result += "\n" + note + "\n";
   return result;
 }
 
@@ -258,6 +259,7 @@ std::string to_json(const Summary& s) {
         {"moved_j", e.moved_j},
         {"work_on_hand_j", e.work_on_hand_j}}},
       {"modes", modes},
+      {"notes", s.notes},
   };
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
 }

@@ -43,6 +43,7 @@ struct Summary {
   double first_break_through_s = -1.0;  ///< -1: none
   std::int64_t dropped_primitives = 0;
   std::int64_t guard_limited_ticks = 0, faults = 0;
+  std::vector<std::string> notes;  ///< what its reader should know besides: how the hand was laid, why nothing was felt
 };
 
 /// A force above this [N] is contact (docs/trace.md, modes.csv).
