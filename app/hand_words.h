@@ -19,8 +19,8 @@ inline constexpr Described simulated_hands[] = {
 };
 
 inline constexpr Described simulated_hand_keys[] = {
-    {"speed_m_per_s", "speed of the motion, up to 2 (0.1)"},
-    {"radius_m", "how far it goes to the side of where it met the surface, up to 0.2 (0.03)"},
+    {"speed_m_per_s", "speed of the motion, up to 2 (0.1, at most one round a second)"},
+    {"radius_m", "how far it goes to the side of where it met the surface, up to 0.2 (0.03, if there is room)"},
     {"depth_m", "how far behind the surface it wants to be, up to 0.15 (half of what is borne there)"},
     {"seed", "a whole number, for sim:random (1)"},
 };
