@@ -170,7 +170,11 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
       ->add_option("--hand", run.options.hand, "a recording (CSV) or a simulated hand, sim:NAME[,KEY=VALUE,…]: see below")
       ->required()
       ->type_name("HAND");
-  run_command->add_option("--hand-hold", hold, "how a hand is held: rigid (it goes where the recording goes), relaxed or firm")
+  run_command
+      ->add_option(
+          "--hand-hold", hold,
+          "how a hand is held: rigid (it follows the recording whatever the force, default of recordings), relaxed (default of "
+          "simulated hands) or firm")
       ->check(CLI::IsMember({"rigid", "relaxed", "firm"}))
       ->type_name("HOLD");
   run_command->add_option("--hand-rate-hz", run.options.recording.hand_rate_hz, "rate of a recording without time")
@@ -185,9 +189,8 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
                    "never moved)")
       ->check(CLI::IsMember({"on", "off"}))
       ->type_name("ON");
-  run_command->add_option("--duration-s", run.options.duration_s, "how long; left out: the recording's length, or 10")
-      ->type_name("S");
-  run_command->add_option("--rate-hz", run.options.rate_hz, "ticks per second of the hand's time (1000)")->type_name("HZ");
+  run_command->add_option("--duration-s", run.options.duration_s, "duration (the recording's, or 10)")->type_name("S");
+  run_command->add_option("--rate-hz", run.options.rate_hz, "update rate: ticks per second (1000)")->type_name("HZ");
   run_command->add_option("--out", run.options.out, "record a trace into this new folder")->type_name("DIR");
   run_command->add_flag("--primitives", run.options.primitives, "record balances and primitives as well");
   add_repeated(run_command, "--data", run.options.scene_options.data_folders, "look for data here as well")->type_name("DIR");

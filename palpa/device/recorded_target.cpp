@@ -362,7 +362,8 @@ std::unique_ptr<Target> recorded_target(const fs::path& path, const RecordingOpt
   std::string line;
   if (!file.next(line)) throw LoadError(path.string() + ": is empty; " + std::string(right_forms));
   if (line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);
-  const std::vector<std::string_view> header = split(line);
+  const std::string first_line = line;
+  const std::vector<std::string_view> header = split(first_line);
   Places places;
   const bool rate_given = options.hand_rate_hz != 0.0;
   const Form* form = form_of(header, rate_given, places);
