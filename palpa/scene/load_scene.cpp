@@ -1121,6 +1121,7 @@ LoadedScene load_scene(const std::filesystem::path& path, const ReadVolume& read
   std::string text(most_bytes + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(file.gcount()));
+  if (text.size() > most_bytes) fail(name, "longer than 4 MiB" + of_data);
   if (path.extension() != ".toml") {
     try {
       parse_toml(text, name);
