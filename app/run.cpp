@@ -36,6 +36,8 @@ Json description(const PreparedRun& prepared, double rate_hz) {
   for (const SceneMode& mode : scene.modes()) {
     modes.push_back({{"name", mode.name}, {"type", mode.mode.type()}, {"enabled", mode.enabled}});
   }
+  Json notes = prepared.notes;
+  notes.push_back(forecast(prepared));
   return {{"title", scene.title},
           {"law", scene.law},
           {"stiffness_n_per_m", scene.coupling.stiffness_n_per_m},
@@ -46,7 +48,8 @@ Json description(const PreparedRun& prepared, double rate_hz) {
           {"duration_s", prepared.duration_s},
           {"rate_hz", rate_hz},
           {"volumes", volumes},
-          {"modes", modes}};
+          {"modes", modes},
+          {"notes", notes}};
 }
 
 void print(const Json& d) {
@@ -73,7 +76,8 @@ void print(const Json& d) {
     std::printf("  mode       %s: %s%s\n", text(mode["name"]).c_str(), text(mode["type"]).c_str(),
                 mode["enabled"].get<bool>() ? "" : " (not enabled)");
   }
-  std::puts("All of it fits together; nothing was felt.");
+  for (const Json& note : d["notes"]) std::printf("%s\n", text(note).c_str());
+  std::puts("All of it fits together; nothing was felt yet.");
 }
 
 }  // namespace

@@ -86,13 +86,13 @@ struct Encounter {
   double half_height_m = 0.05;   ///< how far up and down the helix goes
 };
 
-/// A simulated hand's path. It begins at rest `before_m` before the front, comes in at 0.1 m/s, and from the front on does what
-/// it is named for, at a depth behind the front that is the motion's or the encounter's:
+/// A simulated hand's path. It begins at rest `before_m` before the front, comes in at up to 0.1 m/s, slowly over the last 4 mm, and
+/// from the front on does what it is named for, at a depth behind the front that is the motion's or the encounter's:
 ///   press   in to the depth and back to `retreat_m` before the front
 ///   stroke  sideways and up and down over the front, `radius_m` to either side
 ///   circle  round a circle of `radius_m` on the front
 ///   helix   round the axis, slowly up and down; a motion's own `radius_m` is that of a cylinder in place of the front
-///   random  sums of sines below 8 Hz, seeded, `radius_m` to any side and no further in or out than the depth
+///   random  sums of sines below 8 Hz, seeded, `radius_m` to any side about half of the depth, now and then out of the front
 /// The same motion gives the same bits on every machine with IEEE arithmetic.
 std::unique_ptr<Target> simulated_target(const SimulatedMotion& motion, const Encounter& encounter = {});
 /// The same of a description, before the ball.

@@ -41,30 +41,30 @@ class Random {
   std::uint64_t state_;
 };
 
-// How a hand comes in from before the front: quickly up to its speed, then ever slower, so that an arm that lags behind does not
-// break through what it is to feel, and to rest at its depth.
+// How a hand comes in from before the front: at up to 0.1 m/s until just before it, then slowly on to its depth. An arm of half a
+// kilogram lags behind and swings; faster it would break through a thin skin before it has felt it.
 class Approach {
  public:
   /// \param from_m, to_m  [m] depths behind the front, below zero before it; from < to
-  Approach(double from_m, double to_m) : from_m_(from_m), starting_m_(0.2 * (to_m - from_m)), stopping_m_(0.8 * (to_m - from_m)) {}
-  /// When the front is met: nothing but the way in has begun before.
-  double at_front_s() const noexcept {
-    const double left = std::clamp((from_m_ + starting_m_ + stopping_m_) / stopping_m_, 0.0, 1.0);
-    return starting_s() + stopping_s() * (1.0 - std::sqrt(left));
-  }
-  double end_s() const noexcept { return starting_s() + stopping_s(); }
+  Approach(double from_m, double to_m)
+      : from_m_(from_m),
+        near_m_(std::min(std::max(from_m, -slow_before_m), to_m)),
+        to_m_(to_m),
+        near_s_(smooth_step_slope * (near_m_ - from_m_) / fast_m_per_s),
+        slow_s_(smooth_step_slope * (to_m_ - near_m_) / slow_m_per_s) {}
+  /// When the hand is at the front, or as near to it as it goes.
+  double at_front_s() const noexcept { return near_s_ + (to_m_ > 0.0 ? 0.5 : 1.0) * slow_s_; }
+  double end_s() const noexcept { return near_s_ + slow_s_; }
   /// [m] behind the front.
   double depth_m(double time_s) const noexcept {
-    const double starting = std::clamp(time_s / starting_s(), 0.0, 1.0);
-    const double left = 1.0 - std::clamp((time_s - starting_s()) / stopping_s(), 0.0, 1.0);
-    return from_m_ + starting_m_ * starting * starting + stopping_m_ * (1.0 - left * left);
+    if (time_s < near_s_) return from_m_ + (near_m_ - from_m_) * smooth_step(time_s / near_s_);
+    if (time_s < end_s()) return near_m_ + (to_m_ - near_m_) * smooth_step((time_s - near_s_) / slow_s_);
+    return to_m_;
   }
 
  private:
-  static constexpr double speed_m_per_s = 0.1;
-  double starting_s() const noexcept { return 2.0 * starting_m_ / speed_m_per_s; }
-  double stopping_s() const noexcept { return 2.0 * stopping_m_ / speed_m_per_s; }
-  double from_m_, starting_m_, stopping_m_;
+  static constexpr double fast_m_per_s = 0.1, slow_m_per_s = 0.03, slow_before_m = 0.004;
+  double from_m_, near_m_, to_m_, near_s_, slow_s_;
 };
 
 constexpr double usual_m_per_s = 0.1;
@@ -180,11 +180,13 @@ class Helix final : public Along {
 class RandomMotion final : public Along {
  public:
   RandomMotion(const SimulatedMotion& motion, const Encounter& encounter, double depth_m, double radius_m)
-      : Along(motion, encounter, encounter.facing, depth_m, radius_m) {
+      : Along(motion, encounter, encounter.facing, 0.5 * depth_m, radius_m) {
     Random random(motion.seed);
     // Every wave has the same share of the mean squared speed.
     const double share_m_per_s = motion.speed_m_per_s.value_or(usual_m_per_s) * std::sqrt(2.0 / (3.0 * waves));
-    const double largest_m[3] = {radius_m, radius_m, std::min(radius_m, std::abs(depth_m))};
+    // Now and then it comes out again: what it has broken through it would not feel any more.
+    const double in_and_out_m = std::min(radius_m, std::max(0.0, depth_m) + 2.0 * encounter.retreat_m);
+    const double largest_m[3] = {radius_m, radius_m, in_and_out_m};
     for (int axis = 0; axis < 3; ++axis) {
       double reach_m = 0.0;
       for (Wave& wave : axes_[axis]) {

@@ -360,7 +360,7 @@ const Keys& volume_keys() {
          KeyKind::number,
          {},
          "two sample spacings",
-         "how far what vortex modes, gradient_force, q and lambda2 feel is smoothed first: standard deviation, in the world",
+         "how far what vortex modes, gradient_force, q, lambda2 and coherence feel is smoothed first: standard deviation, in the world",
          Bounds{0, unbounded, true}},
     };
     all.insert(all.end(), file_keys().begin(), file_keys().end());

@@ -579,7 +579,13 @@ class Loader {
     }
     for (std::size_t i = 0; i < loaded_.scene.modes().size(); ++i) derive_fields(loaded_.scene.modes()[i], i);
     std::vector<Finding> warnings = refuse_first(detail::findings(loaded_.scene));
-    if (options_.thin_parts) std::ranges::move(detail::thin_part_findings(loaded_.scene), std::back_inserter(warnings));
+    if (options_.thin_parts) {
+      std::vector<std::string> chose;
+      for (const VolumePlan& plan : volumes) {
+        if (plan.filter) chose.push_back(plan.name);
+      }
+      std::ranges::move(detail::thin_part_findings(loaded_.scene, chose), std::back_inserter(warnings));
+    }
     for (const Finding& finding : warnings) {
       loaded_.warnings.push_back(detail::one_line(place_of(finding.part) + ": " + finding.text));
     }

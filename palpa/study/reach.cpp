@@ -197,7 +197,7 @@ struct Middle {
   int column = 0, row = 0;
   double radius = 0.0;  // in nodes
 };
-double felt_share(const Ways& ways, int column, int row, double radius) {
+double share_of_disc(const Ways& ways, int column, int row, double radius) {
   const int reach = static_cast<int>(std::ceil(radius));
   int felt = 0, all = 0;
   for (int j = row - reach; j <= row + reach; ++j)
@@ -224,7 +224,7 @@ Encounter Reach::encounter(const SimulatedMotion& motion, double arm_stiffness_n
     for (int i = 0; i < across; ++i) {
       if (!coarse.at(i, j).onset_m) continue;
       const double off = std::hypot(i - across / 2, j - across / 2) / across;
-      const double worth = felt_share(coarse, i, j, std::clamp(wanted_radius_m, cell_m, usual_radius_m) / cell_m) - 0.5 * off;
+      const double worth = share_of_disc(coarse, i, j, std::clamp(wanted_radius_m, cell_m, usual_radius_m) / cell_m) - 0.5 * off;
       if (worth > best) best = worth, column = i, row = j;
     }
   const Vec3 above_m = Lattice::way_begin_m(column, row);
@@ -251,7 +251,7 @@ Encounter Reach::encounter(const SimulatedMotion& motion, double arm_stiffness_n
     const int margin = static_cast<int>(std::ceil(radius));
     for (int j = margin; j < side - margin; ++j)
       for (int i = margin; i < side - margin; ++i) {
-        const double share = felt_share(fine, i, j, radius);
+        const double share = share_of_disc(fine, i, j, radius);
         const double worth = share - 0.01 * std::hypot(i - side / 2, j - side / 2);
         if (fine.at(i, j).onset_m && share >= mostly && worth > middle_worth) middle_worth = worth, middle = {i, j, radius};
       }
@@ -259,7 +259,7 @@ Encounter Reach::encounter(const SimulatedMotion& motion, double arm_stiffness_n
   if (middle_worth < 0.0) {
     for (int j = 0; j < side; ++j)
       for (int i = 0; i < side; ++i) {
-        const double worth = fine.at(i, j).onset_m ? felt_share(fine, i, j, 2.0) : -1.0;
+        const double worth = fine.at(i, j).onset_m ? share_of_disc(fine, i, j, 2.0) : -1.0;
         if (worth > middle_worth) middle_worth = worth, middle = {i, j, 1.0};
       }
   }
@@ -424,6 +424,17 @@ Laid Reach::lay(const std::shared_ptr<const Target>& recording, Hold hold) const
   return best;
 }
 
+double Reach::felt_share(std::span<const Vec3> places_m) const noexcept {
+  std::size_t felt = 0;
+  for (const Vec3& place_m : places_m) {
+    const auto cell = [](double m, double size_m) { return static_cast<int>(std::lround(std::clamp(m / size_m, -1e6, 1e6))); };
+    const double before_lattice_m = half_m + before_m - place_m.z;
+    felt += lattice_->worth(cell(place_m.x, cell_m) + across / 2, cell(place_m.y, cell_m) + across / 2,
+                            cell(before_lattice_m - 0.5 * cell_z_m, cell_z_m)) > 0;
+  }
+  return places_m.empty() ? 0.0 : static_cast<double>(felt) / static_cast<double>(places_m.size());
+}
+
 std::optional<Nearest> Reach::nearest(std::span<const Vec3> places_m) const {
   std::optional<Nearest> best;
   double least = std::numeric_limits<double>::infinity();
@@ -484,15 +495,11 @@ std::string words_of(const Nearest& nearest) {
   return words;
 }
 
-std::string why_little_is_felt(const Reach& reach, double contact_share, std::span<const Vec3> places_m,
-                               const std::string& remedy) {
-  char share[80] = "Nothing was felt.";
-  if (contact_share > 0.0) std::snprintf(share, sizeof share, "Little was felt: in %.1f %% of the time.", 100.0 * contact_share);
-  const std::string what = share;
-  if (reach.is_empty()) return what + " " + why_empty(reach.scene());
+std::string why_little_is_felt(const Reach& reach, std::span<const Vec3> places_m, const std::string& remedy) {
+  if (reach.is_empty()) return why_empty(reach.scene());
   const auto nearest = reach.nearest(places_m);
-  if (!nearest) return what + " The hand's place was never known.";
-  std::string words = what + " The nearest thing that a hand coming from the user can feel is " + words_of(*nearest) + ".";
+  if (!nearest) return "The hand's place is never known.";
+  std::string words = "The nearest thing that a hand coming from the user can feel is " + words_of(*nearest) + ".";
   if (!remedy.empty()) words += " " + remedy + " lays the hand where it feels most.";
   return words;
 }

@@ -48,6 +48,8 @@ class Reach {
   /// fronts twice as good, tried out; the one with the longest contact whose force stays below the limit. Programming
   /// error where nothing is felt.
   Laid lay(const std::shared_ptr<const Target>& recording, Hold hold) const;
+  /// The share [1] of these places of a hand [m] at which something was felt.
+  double felt_share(std::span<const Vec3> places_m) const noexcept;
   /// What is nearest to any of these places of a hand [m]; nothing where nothing is felt or there is no place.
   std::optional<Nearest> nearest(std::span<const Vec3> places_m) const;
 
@@ -63,12 +65,9 @@ std::string words_of(const Nearest& nearest);
 
 /// A hand that is in contact for a smaller share [1] of its time than this is told why.
 inline constexpr double little_contact = 0.05;
-/// For a person: that little or nothing was felt, how far away the nearest thing is and in which direction, and what would change
-/// it.
-/// \param contact_share  [1] of the hand's time
-/// \param places_m       [m] where the hand was
-/// \param remedy         the option that lays this hand where it feels something; empty: there is none
-std::string why_little_is_felt(const Reach& reach, double contact_share, std::span<const Vec3> places_m,
-                               const std::string& remedy);
+/// For a person: how far from these places of a hand [m] the nearest thing that can be felt is, in which direction, and the one
+/// setting that would change it.
+/// \param remedy  the option that lays this hand where it feels something; empty: there is none
+std::string why_little_is_felt(const Reach& reach, std::span<const Vec3> places_m, const std::string& remedy);
 
 }  // namespace palpa

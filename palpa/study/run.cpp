@@ -132,10 +132,27 @@ PreparedRun prepare(const RunOptions& options) {
     prepared.offset_m = laid.offset_m;
     prepared.notes.push_back(words_of(laid));
   }
+  if (!motion && !prepared.offset_m && !prepared.target->knows_its_place()) prepared.remedy = "--hand-fit on";
   prepared.hand = hand_device(prepared.target, hold);
   const double hand_s = prepared.target->duration_s();
   prepared.duration_s = options.duration_s.value_or(std::isfinite(hand_s) ? hand_s : default_duration_s);
   return prepared;
+}
+
+std::string forecast(const PreparedRun& prepared) {
+  constexpr int most = 2048;
+  std::vector<Vec3> places_m;
+  for (int n = 0; n < most; ++n) {
+    const Target::Point point = prepared.target->at(n * prepared.duration_s / most);
+    if (point.valid) places_m.push_back(point.position_m);
+  }
+  const Reach reach = prepared.reach ? *prepared.reach : Reach(prepared.loaded.scene);
+  const double share = reach.felt_share(places_m);
+  char words[120];
+  std::snprintf(words, sizeof words, "About %.0f %% of the hand's way is where something can be felt.", 100.0 * share);
+  if (share >= little_contact) return words;
+  return (share > 0.0 ? std::string(words) : "Nothing will be felt.") + " " +
+         why_little_is_felt(reach, places_m, prepared.remedy);
 }
 
 RunResult run(const RunOptions& options, const std::atomic<bool>* stop) {
@@ -183,11 +200,11 @@ RunResult run(const RunOptions& options, const std::atomic<bool>* stop) {
   RunResult result;
   result.summary = builder.finish(wall.count());
   result.summary.notes = prepared.notes;
-  if (result.summary.contact_share < little_contact) {
+  if (const double share = result.summary.contact_share; share < little_contact) {
+    char lead[80] = "Nothing was felt.";
+    if (share > 0.0) std::snprintf(lead, sizeof lead, "Little was felt: in %.1f %% of the ticks.", 100.0 * share);
     if (!prepared.reach) prepared.reach.emplace(scene);
-    const bool laid = prepared.offset_m || options.hand.starts_with("sim:");
-    result.summary.notes.push_back(
-        why_little_is_felt(*prepared.reach, result.summary.contact_share, path.places_m(), laid ? "" : "--hand-fit on"));
+    result.summary.notes.push_back(lead + (" " + why_little_is_felt(*prepared.reach, path.places_m(), prepared.remedy)));
   }
   result.offset_m = prepared.offset_m;
   result.warnings = std::move(prepared.loaded.warnings);

@@ -45,11 +45,15 @@ struct PreparedRun {
   double duration_s = 0.0;
   std::optional<Reach> reach;       ///< where the hand asked for it
   std::optional<Vec3> offset_m;     ///< what the recording was moved by to lay it where it feels most
-  std::vector<std::string> notes;   ///< what was done with the hand, and whether it comes near anything: sentences
+  std::string remedy;               ///< the option that would lay it there, where that was not done
+  std::vector<std::string> notes;   ///< what was done with the hand: sentences
 };
 /// Loads scene and hand, lets the hand find the data (`Reach`), checks all options, and that the trace's folder can be made; makes
 /// nothing. Throws LoadError.
 PreparedRun prepare(const RunOptions& options);
+/// What the hand of a run will feel, before it does: how much of its way is where something can be felt or, if that is next to
+/// nothing, why.
+std::string forecast(const PreparedRun& prepared);
 
 struct RunResult {
   Summary summary;
