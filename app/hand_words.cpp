@@ -18,7 +18,7 @@ std::string table(std::span<const Described> rows) {
 
 std::string hand_words() {
   return "Simulated hands begin 20 mm before what can be felt, as one that comes from the user meets it, come in\n"
-         "at 0.1 m/s until something is felt, and from there on do what they are named for:\n" +
+         "at up to 0.1 m/s until something is felt, and from there on do what they are named for:\n" +
          table(simulated_hands) +
          "with any of these keys, as in sim:stroke,depth_m=0.01,speed_m_per_s=0.2 (in brackets: if left out):\n" +
          table(simulated_hand_keys) +

@@ -15,7 +15,7 @@ inline constexpr Described simulated_hands[] = {
     {"sim:stroke", "strokes over the surface to both sides, and slowly up and down"},
     {"sim:circle", "goes round in a circle on the surface"},
     {"sim:helix", "goes round the whole object, slowly up and down"},
-    {"sim:random", "moves at random beside and behind the surface, below 8 Hz"},
+    {"sim:random", "moves at random beside and behind the surface, now and then out of it"},
 };
 
 inline constexpr Described simulated_hand_keys[] = {
