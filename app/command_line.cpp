@@ -143,6 +143,11 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   app.set_version_flag("--version", std::string("palpa ") + version);
   app.require_subcommand(1);
   app.footer(
+      "First steps:\n"
+      "  palpa demo                                             a head from a formula, felt by a simulated hand\n"
+      "  palpa info scan.nrrd --scene first.toml                data of your own, and a first scene for them\n"
+      "  palpa run first.toml --hand sim:stroke --out first     feel it, record it\n"
+      "  palpa report first                                     see what was felt\n"
       "Each command has help of its own with an example: palpa run --help\n"
       "Exit codes: 0 ok, 1 it ran and the answer is no, 2 wrong usage or input, 130 interrupted.");
 
@@ -203,7 +208,7 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   run_command->footer(hand_words() + "Example:\n  palpa run scenes/head_phantom.toml --hand sim:press --out first-trace");
 
   InfoArguments info;
-  CLI::App* info_command = app.add_subcommand("info", "Say what is in data files");
+  CLI::App* info_command = app.add_subcommand("info", "Say what is in data files, draw it, suggest a first scene");
   std::vector<std::string> at_m;
   info_command
       ->add_option("FILE", info.files,
@@ -255,8 +260,8 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   convert_command->footer("Example:\n  palpa convert head.nrrd small.nrrd --downsample 2");
 
   ReplayArguments replayed;
-  CLI::App* replay_command = app.add_subcommand("replay", "Feel a trace again and compare");
-  replay_command->add_option("TRACE", replayed.trace, "folder of the trace")->required()->type_name("");
+  CLI::App* replay_command = app.add_subcommand("replay", "Replay a trace and compare every number");
+  replay_command->add_option("TRACE", replayed.trace, "folder of the trace, or a file in it")->required()->type_name("");
   add_repeated(replay_command, "--data", replayed.data_folders, "look for the scene's data here first")->type_name("DIR");
   add_plugins(replay_command, replayed.plugins);
   replay_command->add_flag("--json", replayed.json, "print the answer as JSON");
@@ -264,7 +269,7 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   replay_command->footer("Example:\n  palpa replay first-trace");
 
   ReportArguments reported;
-  CLI::App* report_command = app.add_subcommand("report", "Make one HTML page on a trace");
+  CLI::App* report_command = app.add_subcommand("report", "Make one HTML page of a trace: pictures, plots, tables");
   report_command->add_option("TRACE", reported.trace, "folder of the trace")->required()->type_name("");
   report_command->add_option("--out", reported.out, "where to write; left out: report.html in the trace")->type_name("FILE");
   report_command->add_option("--pictures", reported.pictures, "write the pictures as PNG and SVG files into this folder, too")
@@ -276,7 +281,7 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
 
   FiguresArguments figures;
   CLI::App* figures_command =
-      app.add_subcommand("figures", "Draw the figures of the paper, the theory and the path from this program's own answers");
+      app.add_subcommand("figures", "Draw the figures of the documentation from this program's own answers");
   figures_command->add_option("--out", figures.out, "folder to write into (figures)")->type_name("DIR");
   figures_command->footer("Example:\n  palpa figures --out figures");
 
