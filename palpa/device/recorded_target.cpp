@@ -18,6 +18,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double longest_filled_gap_s = 0.1;
+constexpr double longest_haptic_step_s = 2.5e-3;
 constexpr double farthest_m = 1000.0;  // no hand is there: positions in another unit, or noise
 constexpr std::size_t longest_line_bytes = 65536;
 
@@ -400,7 +401,9 @@ std::unique_ptr<Target> recorded_target(const fs::path& path, const RecordingOpt
     row.position_m = known;
   }
   if (form->bare) check_units(path, rows, header[places.time], header[places.position[0]]);
-  if (!form->own) rows = without_repeats(rows);
+  // At a haptic rate a repeat is the device's own encoder at rest, else it is a logger that was faster than its device.
+  const bool haptic_rate = rows.back().time_s <= longest_haptic_step_s * static_cast<double>(rows.size());
+  if (form->haply || !(form->own || haptic_rate)) rows = without_repeats(rows);
   if (options.center.value_or(!form->own)) center(rows);
   return std::make_unique<Recording>(std::move(rows), form->own);
 }

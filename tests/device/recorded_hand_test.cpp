@@ -228,6 +228,20 @@ TEST_F(RecordedHand, RowsThatRepeatTheLastPositionAreDropped) {
   EXPECT_NEAR(hand->duration_s(), 0.195, 1e-12);
 }
 
+TEST_F(RecordedHand, AtAHapticRateTheStepsOfAnEncoderStay) {
+  // A slow motion in steps of 55 µm at 1 kHz: a device rests in most ticks, and so does its recording.
+  std::string text = "t_s,x_m,y_m,z_m\n";
+  std::vector<double> x_m;
+  char row[100];
+  for (int i = 0; i < 500; ++i) {
+    x_m.push_back(std::round(0.01 * i * 1e-3 / 55e-6) * 55e-6);
+    std::snprintf(row, sizeof row, "%.17g,%.17g,0,0\n", i * 1e-3, x_m.back());
+    text += row;
+  }
+  const auto hand = open(text);
+  for (int i = 0; i < 500; ++i) EXPECT_NEAR(hand->at(i * 1e-3).position_m.x, x_m[static_cast<std::size_t>(i)], 1e-15) << i;
+}
+
 TEST_F(RecordedHand, AHandThatRestsIsNoGap) {
   std::string text = "t_s,x_m,y_m,z_m\n0,0,0,0\n";
   for (int i = 1; i < 100; ++i) text += std::to_string(i * 0.01) + ",0.5,0,0\n";
