@@ -176,7 +176,7 @@ _palpa_offer_folders() { _palpa_offer_files /; }
 _palpa() {
   local program=${1:-palpa} words=("${COMP_WORDS[@]:0:COMP_CWORD+1}")
   program=${BASH_ALIASES[$program]:-$program}
-  if [[ -n ${COMP_LINE-} ]]; then
+  if [[ -n ${COMP_LINE-} && $COMP_LINE != *[\\\'\"]* ]]; then  # a line with quotes stays as bash has cut it
     read -ra words <<<"${COMP_LINE:0:COMP_POINT}"
     if [[ ${COMP_LINE:0:COMP_POINT} == *[[:space:]] ]]; then words+=(''); fi
   fi
