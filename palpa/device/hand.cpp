@@ -142,10 +142,11 @@ class ArmHand final : public Hand {
 
 class Displaced final : public Target {
  public:
-  Displaced(std::shared_ptr<const Target> target, const Vec3& offset_m) : target_(std::move(target)), offset_m_(offset_m) {}
+  Displaced(std::shared_ptr<const Target> target, const Vec3& offset_m, double scale)
+      : target_(std::move(target)), offset_m_(offset_m), scale_(scale) {}
   Point at(double time_s) const noexcept override {
     Point point = target_->at(time_s);
-    point.position_m += offset_m_;
+    point.position_m = scale_ * point.position_m + offset_m_;
     return point;
   }
   double duration_s() const noexcept override { return target_->duration_s(); }
@@ -153,13 +154,14 @@ class Displaced final : public Target {
  private:
   std::shared_ptr<const Target> target_;
   Vec3 offset_m_;
+  double scale_;
 };
 
 }  // namespace
 
-std::unique_ptr<Target> displaced(std::shared_ptr<const Target> target, const Vec3& offset_m) {
-  assert(target);
-  return std::make_unique<Displaced>(std::move(target), offset_m);
+std::unique_ptr<Target> displaced(std::shared_ptr<const Target> target, const Vec3& offset_m, double scale) {
+  assert(target && scale > 0.0);
+  return std::make_unique<Displaced>(std::move(target), offset_m, scale);
 }
 
 DevicePlant device_plant(const std::string& name) {

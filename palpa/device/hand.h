@@ -55,8 +55,9 @@ class Target {
   virtual std::vector<std::string> warnings() const { return {}; }
 };
 
-/// The target with all its positions moved by `offset_m` [m].
-std::unique_ptr<Target> displaced(std::shared_ptr<const Target> target, const Vec3& offset_m);
+/// The target with all its positions x at `scale` · x + `offset_m` [m].
+/// \param scale  [1] > 0
+std::unique_ptr<Target> displaced(std::shared_ptr<const Target> target, const Vec3& offset_m, double scale = 1.0);
 
 /// The seed of a simulated hand whose description names none.
 inline constexpr std::uint64_t default_hand_seed = 1;

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <limits>
 #include <thread>
+#include <tuple>
 
 #include "palpa/baseline/law.h"
 #include "palpa/loop/loop.h"
@@ -325,10 +326,11 @@ struct Tried {
   double contact_share = 0.0;
   double limited_share = 0.0;
 };
-Tried tried(const Scene& scene, const std::shared_ptr<const Target>& recording, Hold hold, const Vec3& offset_m) {
+Tried tried(const Scene& scene, const std::shared_ptr<const Target>& recording, Hold hold, const Vec3& offset_m,
+            double scale) {
   constexpr double rate_hz = 250.0, longest_s = 20.0;
   Session session(scene, baseline::law(scene));
-  const auto hand = hand_device(displaced(recording, offset_m), hold);
+  const auto hand = hand_device(displaced(recording, offset_m, scale), hold);
   std::int64_t contact = 0, limited = 0;
   const std::int64_t ticks = run_simulated(
       session, *hand, {.rate_hz = rate_hz, .duration_s = std::min(longest_s, recording->duration_s()), .time_ticks = false},
@@ -345,17 +347,29 @@ Tried tried(const Scene& scene, const std::shared_ptr<const Target>& recording, 
 
 Laid Reach::lay(const std::shared_ptr<const Target>& recording, Hold hold) const {
   assert(!is_empty());
+  std::vector<Vec3> places_m;
+  Vec3 low_m{1e300, 1e300, 1e300}, high_m = -low_m;
+  constexpr double longest_s = 120.0, sample_s = 0.01;
+  const double duration_s = std::min(longest_s, recording->duration_s());
+  for (double t_s = 0.0; t_s <= duration_s; t_s += sample_s) {
+    const Target::Point point = recording->at(t_s);
+    if (!point.valid) continue;
+    const Vec3& x = places_m.emplace_back(point.position_m);
+    low_m = {std::min(low_m.x, x.x), std::min(low_m.y, x.y), std::min(low_m.z, x.z)};
+    high_m = {std::max(high_m.x, x.x), std::max(high_m.y, x.y), std::max(high_m.z, x.z)};
+  }
+  if (places_m.empty()) return {};
+  constexpr double widest_m = 0.25, narrowed_m = 0.15;
+  const double width_m = largest_component(high_m - low_m);
+  const double scale = width_m > widest_m ? narrowed_m / width_m : 1.0;
+
   // How long the hand is in which cell.
   struct Stay {
     int i, j, k, count;
   };
   std::vector<Stay> stays;
-  constexpr double longest_s = 120.0, sample_s = 0.01;
-  const double duration_s = std::min(longest_s, recording->duration_s());
-  for (double t_s = 0.0; t_s < duration_s; t_s += sample_s) {
-    const Target::Point point = recording->at(t_s);
-    if (!point.valid) continue;
-    const Vec3 m = point.position_m;
+  for (const Vec3& place_m : places_m) {
+    const Vec3 m = scale * place_m;
     const Stay stay{static_cast<int>(std::lround(m.x / cell_m)), static_cast<int>(std::lround(m.y / cell_m)),
                     static_cast<int>(std::lround(-m.z / cell_z_m)), 1};
     if (!stays.empty() && stays.back().i == stay.i && stays.back().j == stay.j && stays.back().k == stay.k) {
@@ -364,7 +378,6 @@ Laid Reach::lay(const std::shared_ptr<const Target>& recording, Hold hold) const
       stays.push_back(stay);
     }
   }
-  if (stays.empty()) return {};
   std::sort(stays.begin(), stays.end(),
             [](const Stay& a, const Stay& b) { return std::tie(a.i, a.j, a.k) < std::tie(b.i, b.j, b.k); });
   std::size_t kept = 0;
@@ -416,9 +429,9 @@ Laid Reach::lay(const std::shared_ptr<const Target>& recording, Hold hold) const
                                     [&](const Vec3& other_m) { return distance(other_m, offset_m) > 0.02; });
     if (!is_new) continue;
     offsets_m.push_back(offset_m);
-    const Tried there = tried(scene_, recording, hold, offset_m);
+    const Tried there = tried(scene_, recording, hold, offset_m, scale);
     const double worth = there.contact_share - (there.limited_share > rarely ? there.limited_share + 0.5 : 0.0);
-    if (worth > best_worth) best_worth = worth, best = {offset_m, there.contact_share};
+    if (worth > best_worth) best_worth = worth, best = {scale, offset_m, there.contact_share};
     if (offsets_m.size() == most_tried) break;
   }
   return best;

@@ -21,7 +21,8 @@ struct Nearest {
 
 /// Where a recorded hand was laid.
 struct Laid {
-  Vec3 offset_m;               ///< what all its positions are moved by
+  double scale = 1.0;          ///< [1] what all its positions are multiplied by
+  Vec3 offset_m;               ///< and then moved by
   double contact_share = 0.0;  ///< [1] of its ticks that feel something there, tried at 250 Hz over its first 20 s
 };
 
@@ -45,8 +46,8 @@ class Reach {
   /// \param arm_stiffness_n_per_m  [N/m] of the arm that wants to be so deep; infinite: the hand is rigid
   Encounter encounter(const SimulatedMotion& motion, double arm_stiffness_n_per_m) const;
   /// Where a recording feels most: of all displacements by whole cells of 10 x 10 x 5 mm the few with most time at what was felt,
-  /// fronts twice as good, tried out; the one with the longest contact whose force stays below the limit. Programming
-  /// error where nothing is felt.
+  /// fronts twice as good, tried out; the one with the longest contact whose force stays below the limit. A motion
+  /// wider than 0.25 m, which no desktop device could make, is first made 0.15 m wide. Programming error where nothing is felt.
   Laid lay(const std::shared_ptr<const Target>& recording, Hold hold) const;
   /// The share [1] of these places of a hand [m] at which something was felt.
   double felt_share(std::span<const Vec3> places_m) const noexcept;

@@ -53,14 +53,19 @@ double stiffness_of(Hold hold) {
                                  : firm_arm.stiffness_n_per_m;
 }
 
-/// How a recording was moved.
+/// How a recording was laid.
 std::string words_of(const Laid& laid) {
-  char text[200];
+  char text[240];
+  std::string words = "The recording was ";
+  if (laid.scale != 1.0) {
+    std::snprintf(text, sizeof text, "made %.3g times smaller, which brings it into a device's reach, and ", 1.0 / laid.scale);
+    words += text;
+  }
   std::snprintf(text, sizeof text,
-                "The recording was moved by %+.0f, %+.0f, %+.0f mm (right, up, towards the user), to where it feels most; "
-                "--hand-fit off leaves it in the middle.",
+                "moved by %+.0f, %+.0f, %+.0f mm (right, up, towards the user), to where it feels most; --hand-fit off leaves it "
+                "as it is, in the middle.",
                 1e3 * laid.offset_m.x, 1e3 * laid.offset_m.y, 1e3 * laid.offset_m.z);
-  return text;
+  return words + text;
 }
 
 /// Some places of a path, however long it is: when there are too many every other one goes.
@@ -128,11 +133,11 @@ PreparedRun prepare(const RunOptions& options) {
                           : simulated_target(*motion, prepared.reach->encounter(*motion, stiffness_of(hold)));
   } else if (prepared.reach && !prepared.reach->is_empty()) {
     const Laid laid = prepared.reach->lay(prepared.target, hold);
-    prepared.target = displaced(prepared.target, laid.offset_m);
-    prepared.offset_m = laid.offset_m;
+    prepared.target = displaced(prepared.target, laid.offset_m, laid.scale);
+    prepared.laid = laid;
     prepared.notes.push_back(words_of(laid));
   }
-  if (!motion && !prepared.offset_m && !prepared.target->knows_its_place()) prepared.remedy = "--hand-fit on";
+  if (!motion && !prepared.laid && !prepared.target->knows_its_place()) prepared.remedy = "--hand-fit on";
   prepared.hand = hand_device(prepared.target, hold);
   const double hand_s = prepared.target->duration_s();
   prepared.duration_s = options.duration_s.value_or(std::isfinite(hand_s) ? hand_s : default_duration_s);
@@ -206,7 +211,6 @@ RunResult run(const RunOptions& options, const std::atomic<bool>* stop) {
     if (!prepared.reach) prepared.reach.emplace(scene);
     result.summary.notes.push_back(lead + (" " + why_little_is_felt(*prepared.reach, path.places_m(), prepared.remedy)));
   }
-  result.offset_m = prepared.offset_m;
   result.warnings = std::move(prepared.loaded.warnings);
   result.interrupted = stop && stop->load();
   return result;

@@ -44,7 +44,7 @@ struct PreparedRun {
   std::shared_ptr<const Target> target;  ///< where the hand wants to be: `hand` follows it
   double duration_s = 0.0;
   std::optional<Reach> reach;       ///< where the hand asked for it
-  std::optional<Vec3> offset_m;     ///< what the recording was moved by to lay it where it feels most
+  std::optional<Laid> laid;          ///< where the recording was laid to feel most
   std::string remedy;               ///< the option that would lay it there, where that was not done
   std::vector<std::string> notes;   ///< what was done with the hand: sentences
 };
@@ -58,7 +58,6 @@ std::string forecast(const PreparedRun& prepared);
 struct RunResult {
   Summary summary;
   std::vector<std::string> warnings;
-  std::optional<Vec3> offset_m;  ///< of a recording that was laid where it feels most
   bool interrupted = false;
 };
 
