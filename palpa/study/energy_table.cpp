@@ -93,9 +93,11 @@ std::string to_table(const EnergyTable& table) {
   }
   const std::string gained = printed(1e3 * table.ticks_gained_j, decimals);
   if (gained.find_first_of("123456789") == std::string::npos) return text;
-  text += "  of the ticks some brought in " + gained +
-          " mJ (bound: k/2 sum of step^2 = " + printed(1e3 * table.ticks_bound_j, decimals) +
-          " mJ); covered by a hand's own damping of b >= " + printed(table.covering_damping_ns_per_m, 3) + " N s/m\n";
+  double ticks_j = 0.0;
+  for (const EnergyEntry& entry : table.in) ticks_j += entry.key == "ticks" ? entry.energy_j : 0.0;
+  text += "  ticks: " + gained + " mJ brought in, " + printed(1e3 * (table.ticks_gained_j - ticks_j), decimals) +
+          " mJ taken out; bound k/2 sum |step|^2 = " + printed(1e3 * table.ticks_bound_j, decimals) +
+          " mJ; covered by a hand with b >= " + printed(table.covering_damping_ns_per_m, 3) + " N s/m\n";
   return text;
 }
 

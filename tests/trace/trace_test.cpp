@@ -362,7 +362,7 @@ TEST_F(Trace, BadRowsAreNamedByFileAndLine) {
   };
   EXPECT_THAT(read_with("\n1,0.001,", "\n1,0.001x,"), AllOf(HasSubstr("ticks.csv:3: "), HasSubstr("'0.001x'")));
   EXPECT_THAT(read_with("\n1,0.001,", "\n1,,"), HasSubstr("ticks.csv:3: "));
-  EXPECT_THAT(read_with("\n1,0.001,", "\n1,7,0.001,"), HasSubstr("ticks.csv:3: has 37 cells; the header has 36"));
+  EXPECT_THAT(read_with("\n1,0.001,", "\n1,7,0.001,"), HasSubstr("ticks.csv:3: has 41 cells; the header has 40"));
   EXPECT_THAT(read_with("resting", "sleeping"), AllOf(HasSubstr("ticks.csv:2: "), HasSubstr("'sleeping'")));
   EXPECT_THAT(read_with("force_y_n", "force_y_lb"), AllOf(HasSubstr("ticks.csv:1: "), HasSubstr("'force_y_n' is missing")));
   EXPECT_THAT(read_with(good, std::string(3'000'000, 'x')), HasSubstr("ticks.csv:1: the line is longer"));
