@@ -356,11 +356,14 @@ const Keys& volume_keys() {
          "the vectors are axes, whose sign means nothing, as the main direction of diffusion",
          {},
          {"none"}},
+        {"labels", KeyKind::table, "{NAME = whole number}", "",
+         "of a label map: more fields, each 1 where the voxels are this number and 0 elsewhere; its level 0.5 is a surface"},
         {"smoothing_m",
          KeyKind::number,
          {},
          "two sample spacings",
-         "how far what vortex modes, gradient_force, q, lambda2 and coherence feel is smoothed first: standard deviation, in the world",
+         "how far what vortex modes, gradient_force, q, lambda2 and coherence feel is smoothed first: standard deviation, in "
+         "the world",
          Bounds{0, unbounded, true}},
     };
     all.insert(all.end(), file_keys().begin(), file_keys().end());

@@ -11,6 +11,7 @@
 
 #include "palpa/field/analytic.h"
 #include "palpa/field/grid.h"
+#include "palpa/field/labels.h"
 #include "palpa/field/timed_field.h"
 #include "palpa/scene/keys.h"
 #include "palpa/scene/read_series.h"
@@ -606,6 +607,7 @@ class Loader {
     PoseTrack poses;
     double smoothing_m = 0.0;
     std::optional<Filter> filter;
+    std::vector<std::pair<std::string, double>> labels;  // names of fields, and the number that each shows
     std::string source;
   };
 
@@ -757,6 +759,19 @@ class Loader {
     if (const auto filter = section.text("filter")) {
       for (const Filter known : {Filter::trilinear, Filter::smooth, Filter::cubic}) {
         if (*filter == name_of(known)) plan.filter = known;
+      }
+    }
+    if (const toml::table* labels = section.subtable("labels")) {
+      for (const auto& [key, node] : *labels) {
+        const std::string label(key.str());
+        if (!detail::is_plain_word(label)) {
+          fail(place_of(node),
+               "label name " + in_quotes(label) + " is no plain word; use a letter, then letters, digits, '_' or '-'");
+        }
+        if (!node.is_integer()) {
+          fail(place_of(node), "label " + in_quotes(label) + " is " + kind_of(node) + "; it must be a whole number of the map");
+        }
+        plan.labels.emplace_back(label, static_cast<double>(node.as_integer()->get()));
       }
     }
     if (const toml::table* pose = section.subtable("pose")) plan.pose = read_pose(*pose, section.where());
@@ -952,6 +967,15 @@ class Loader {
   void open(const VolumePlan& plan) {
     Scene& scene = loaded_.scene;
     Volume volume = at(*plan.table, plan, [&] { return data_of(plan); });
+    for (const auto& [label, value] : plan.labels) {
+      const toml::node& node = *plan.table->get("labels");
+      if (std::ranges::find(volume.fields, label, &VolumeField::name) != volume.fields.end()) {
+        fail(place_of(node),
+             "volume " + in_quotes(plan.name) + " has a field " + in_quotes(label) + " already; give the label another name");
+      }
+      volume.fields.push_back(
+          {label, "", at(node, plan, [&, v = value] { return label_field(*volume.fields.front().field, v); })});
+    }
     if (const toml::node* sign = plan.table->get("sign")) volume = at(*sign, plan, [&] { return signless(volume); });
     if (const toml::node* node = plan.table->get("filter")) {
       volume = at(*node, plan, [&] { return filtered(volume, plan.filter); });
