@@ -2,12 +2,18 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands.h"
+#include "app/terminal.h"
 #include "palpa/study/energy_table.h"
 
 namespace palpa::app {
 
 int run_replay(const ReplayArguments& arguments, const std::atomic<bool>& stop) {
-  const ReplayResult result = replay(arguments.trace, arguments.data_folders, arguments.read, &stop, arguments.plugins);
+  ReplayResult result;
+  {
+    Progress progress("feeling " + arguments.trace.string() + " again");
+    result = replay(arguments.trace, arguments.data_folders, arguments.read, &stop, arguments.plugins,
+                    [&](double share) { progress.show(share); });
+  }
   if (result.interrupted) return 0;
   const TraceDifference& difference = result.difference;
   if (arguments.json) {

@@ -85,7 +85,11 @@ void print(const Json& d) {
 int run_scene(RunArguments arguments, const std::atomic<bool>& stop) {
   if (arguments.dry_run) {
     arguments.options.scene_options.thin_parts = true;
-    const PreparedRun prepared = prepare(arguments.options);
+    PreparedRun prepared;
+    {
+      const Progress progress("loading " + arguments.options.scene.filename().string());
+      prepared = prepare(arguments.options);
+    }
     print_warnings(prepared.loaded.warnings);
     const Json what = description(prepared, arguments.options.rate_hz);
     if (arguments.json) {
@@ -104,6 +108,8 @@ int run_scene(RunArguments arguments, const std::atomic<bool>& stop) {
   }
   print_warnings(result.warnings);
   std::fputs((arguments.json ? to_json(result.summary) : to_table(result.summary)).c_str(), stdout);
+  if (const std::string out = arguments.options.out.string(); !arguments.json && !out.empty())
+    std::printf("\nRecorded in %s\nNext: palpa report %s\n", out.c_str(), out.c_str());
   return 0;
 }
 

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "palpa/device/device.h"
 #include "palpa/device/front.h"
@@ -50,6 +51,8 @@ class Target {
   virtual double duration_s() const noexcept = 0;
   /// Whether the positions are meant for the workspace as they are; else the hand was recorded who knows where.
   virtual bool knows_its_place() const noexcept { return true; }
+  /// What a person should know of it, a sentence each.
+  virtual std::vector<std::string> warnings() const { return {}; }
 };
 
 /// The target with all its positions x at `scale` · x + `offset_m` [m].
@@ -103,7 +106,7 @@ struct RecordingOptions {
 
 /// A recorded hand, in one of four forms that its header decides:
 ///   our own ticks.csv               probe columns, probe_valid and buttons; every row counts
-///   t_s,x_m,y_m,z_m[,buttons]       hand frame
+///   t_s,x_m,y_m,z_m[,buttons]       hand frame; also with time, time_s, timestamp or t for t_s, and x,y,z
 ///   Time,Cursor Position X,Y,Z …    Haply logs: z is flipped, all-zero rows are dropped
 ///   x,y,z …                         no time: `hand_rate_hz` is needed
 /// Unknown columns are skipped. Time starts at the first row and must not fall; of rows at one time
@@ -111,7 +114,8 @@ struct RecordingOptions {
 /// faster than its device), but never so many that a resting hand would look like a gap. Rows whose
 /// position is not finite are dropped. Between rows the position follows a monotone cubic
 /// (Fritsch and Carlson), which never leaves the interval of its two neighbours; where rows are more
-/// than 100 ms apart, and after the last, it is not valid. Throws LoadError.
+/// than 100 ms apart, and after the last, it is not valid; a warning says so. Names that say no unit are taken as seconds and
+/// metres, and refused where a hand would then be too slow or too large. Throws LoadError.
 std::unique_ptr<Target> recorded_target(const std::filesystem::path& file, const RecordingOptions& options = {});
 
 /// How a hand is held: rigidly, where no force moves it, or by an arm, which a force can hold.

@@ -416,7 +416,7 @@ const Keys& poses_keys() {
 const Keys& mode_keys() {
   static const Keys keys{
       {"name", KeyKind::text, "plain word", "required", "what the mode is called in events, tables and --set; unique"},
-      {"type", KeyKind::text, "type of mode", "required", "one of the types below"},
+      {"type", KeyKind::text, "type of mode", "required", "one of those that `palpa modes` lists"},
       {"enabled", KeyKind::flag, {}, "true", "false: stays silent"},
       {"mask", KeyKind::tables, "[{of, points, outside}, …]", "",
        "factors between 0 and 1 on all strengths and drags of the mode, as functions of a field's value"},

@@ -118,6 +118,11 @@ PreparedRun prepare(const RunOptions& options) {
   read.checksums = !options.out.empty();
   prepared.loaded = load_scene(options.scene, volume_reader(read), modes_with(options.plugins), options.scene_options);
 
+  if (prepared.target) {
+    for (const std::string& warning : prepared.target->warnings())
+      prepared.loaded.warnings.push_back(options.hand + ": " + warning);
+  }
+
   const Scene& scene = prepared.loaded.scene;
   const Hold hold = options.hold.value_or(motion ? Hold::relaxed : Hold::rigid);
   const bool fits = options.fit.value_or(!options.recording.center.has_value());

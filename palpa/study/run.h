@@ -75,9 +75,9 @@ struct ReplayResult {
 /// compares. A relative path of the scene is looked for in the trace, in `data_folders`, and where the
 /// recording found it; data that are not the recorded ones are an error. Plug-ins are named anew: a trace
 /// may come from others and says only which they were. The new trace goes to a temporary folder that is
-/// removed. Throws LoadError.
+/// removed. `progress` is called about every 1000 ticks with the share that was felt, 0…1; may be empty. Throws LoadError.
 ReplayResult replay(const std::filesystem::path& trace, const std::vector<std::filesystem::path>& data_folders = {},
                     const ReadOptions& read = {}, const std::atomic<bool>* stop = nullptr,
-                    const std::vector<std::filesystem::path>& plugins = {});
+                    const std::vector<std::filesystem::path>& plugins = {}, const std::function<void(double)>& progress = {});
 
 }  // namespace palpa
