@@ -432,7 +432,9 @@ const Keys& function_keys() {
 }
 
 const Keys& view_keys() {
-  static const Keys keys{{"layer", KeyKind::tables, "[[view.layer]]", "", "what is drawn"}};
+  static const Keys keys{
+      {"layer", KeyKind::tables, "[[view.layer]]", "", "what is drawn"},
+      {"from", KeyKind::numbers, "[x, y, z]", "chosen for what was felt", "direction of the world from which pictures look", {}, {}, 3}};
   return keys;
 }
 

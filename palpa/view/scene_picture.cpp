@@ -65,6 +65,11 @@ struct Seen {
   Vec3 centre() const { return 0.5 * (low + high); }
 };
 
+Seen shared(const Seen& a, const Seen& b) {
+  return {{std::max(a.low.x, b.low.x), std::max(a.low.y, b.low.y), std::max(a.low.z, b.low.z)},
+          {std::min(a.high.x, b.high.x), std::min(a.high.y, b.high.y), std::min(a.high.z, b.high.z)}};
+}
+
 /// What the renderer shows, by the points of its shapes.
 Seen seen_in(vtkRenderer& renderer, const View& view) {
   Seen seen;
@@ -294,7 +299,7 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
   // All of the data where that leaves what was felt large enough to see, otherwise its surroundings.
   const double felt_m = felt.any() ? std::max(felt.radius_m(), least_felt_m) : 0.0;
   const auto around_felt = [&] {
-    const double radius_m = std::clamp(0.6 * data.radius_m(), 3.0 * felt_m, 4.0 * felt_m);
+    const double radius_m = std::clamp(0.6 * data.radius_m(), 3.0 * felt_m, 6.0 * felt_m);
     const Vec3 centre = felt.centre();
     Seen around = felt;
     around.low = {std::max(data.low.x, centre.x - radius_m), std::max(data.low.y, centre.y - radius_m), felt.low.z};
@@ -319,10 +324,12 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
   vtkNew<vtkRenderer> shells;
   detail::LayerSigns signs = detail::draw_layers(
       solid, shells, scene, layers,
-      {{view.centre_m - reach, view.centre_m + reach}, felt.any(), scene.time.at(moment ? moment->time_s : 0.0), view.towards});
-  if (all_data) {
-    Seen drawn = seen_in(*solid, view);  // closer than the boxes of the fields
+      {{view.centre_m - reach, view.centre_m + reach}, felt.any(), scene.time.at(moment ? moment->time_s : 0.0), view.half_height_m,
+       view.towards});
+  if (!close) {
+    Seen drawn = seen_in(*solid, view);
     drawn.add(seen_in(*shells, view));
+    drawn = shared(shown, drawn);  // closer than the boxes of the fields
     if (felt.any()) drawn.add(felt);
     if (drawn.any()) frame(view, drawn, options, layout, margin_px);
   }

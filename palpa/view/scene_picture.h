@@ -42,7 +42,7 @@ struct ScenePictureOptions {
   std::optional<Vec3> centre_m{};
 };
 
-/// How the whole of a path is best seen: straight on where the hand stayed in a plane across the user's sight, otherwise
+/// How the whole of a path is best seen: from where the scene says; or straight on where the hand stayed in a plane across the user's sight, or
 /// from where most of the path in contact is not hidden and spreads out, not far from where the user sits.
 ScenePictureOptions overview(const Scene& scene, std::span<const PathPoint> path);
 /// How a moment is best seen: its surroundings, from where the proxy is not hidden and the spring lies across.

@@ -107,6 +107,10 @@ bool is_across(std::span<const PathPoint> path) {
 
 ScenePictureOptions overview(const Scene& scene, std::span<const PathPoint> path) {
   ScenePictureOptions options;
+  if (scene.view_from) {
+    options.from = scene.hand_to_world().turned_to_hand(*scene.view_from);
+    return options;
+  }
   if (path.empty()) return options;
   if (is_across(path)) {
     options.from = {0, 0, 1};
