@@ -123,7 +123,8 @@ ScenePictureOptions overview(const Scene& scene, std::span<const PathPoint> path
   }
   if (felt.empty()) return options;
   std::vector<Vec3> some;
-  for (std::size_t i = 0; i < std::min(most, felt.size()); ++i) some.push_back(felt[i * felt.size() / std::min(most, felt.size())]);
+  for (std::size_t i = 0; i < std::min(most, felt.size()); ++i)
+    some.push_back(felt[i * felt.size() / std::min(most, felt.size())]);
   Vec3 middle;
   for (const Vec3& p : some) middle += p / static_cast<double>(some.size());
   const Sight sight(scene, scene.time.at(0.0));

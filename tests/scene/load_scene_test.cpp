@@ -442,8 +442,9 @@ TEST(WrongScene, View) {
 }
 
 TEST(LoadScene, ReadsHowAPictureLooks) {
-  const LoadedScene loaded = parse(with("[view]\nfrom = [1, 0, 2]\n[[view.layer]]\nshow = 'surface'\nfield = 'ball'\n"
-                                        "name = 'a ball'\nparts = 'all'\n[[view.layer]]\nshow = 'slices'\nfield = 'ball'\n"));
+  const LoadedScene loaded =
+      parse(with("[view]\nfrom = [1, 0, 2]\n[[view.layer]]\nshow = 'surface'\nfield = 'ball'\n"
+                 "name = 'a ball'\nparts = 'all'\n[[view.layer]]\nshow = 'slices'\nfield = 'ball'\n"));
   const Scene& scene = loaded.scene;
   EXPECT_EQ(scene.view_from, (Vec3{1, 0, 2}));
   ASSERT_EQ(scene.layers.size(), 2u);

@@ -319,11 +319,11 @@ TEST(ScenePicture, NothingOfTheSceneIsSeenBehindTitleAndLegend) {
   for (int y = 0; y < picture.height_px; ++y) {
     for (int x = 0; x < picture.width_px; ++x) {
       if (y < 20) EXPECT_TRUE(is_grey(pixel(picture, x, y))) << x << ' ' << y;
-      if (x > 380 && x < 384) EXPECT_TRUE(is_ground(pixel(picture, x, y))) << x << ' ' << y;
+      if (x > 376 && x < 382) EXPECT_TRUE(is_ground(pixel(picture, x, y))) << x << ' ' << y;
       if (x < 370) in_scene += !is_grey(pixel(picture, x, y));
     }
   }
-  EXPECT_GT(in_scene, 3000);
+  EXPECT_GT(in_scene, 1500);
 }
 
 /// A hand that is held on a ball of 50 mm, along a curve about a place on it.
@@ -391,7 +391,7 @@ TEST(ScenePicture, ShowsTheForceThatReachedTheHandAndWhereTheGuardCutIt) {
   EXPECT_EQ(scene_picture(Scene(), path, {}, small()).rgb, whole.rgb) << "nothing more was asked for";
   for (std::size_t i = 0; i < 50; ++i) path[i].asked_n = {0, 0, 5.0};
   const Picture cut = scene_picture(Scene(), path, {}, small());
-  EXPECT_GT(banded(cut), 100);
+  EXPECT_GT(banded(cut), 50);
   const Place uncut = projected({0.03, 0, 0}, small());
   EXPECT_EQ(pixel(cut, uncut.x, uncut.y), pixel(whole, uncut.x, uncut.y)) << "colours are of what reached the hand";
 }
