@@ -420,12 +420,14 @@ void draw_volume(vtkRenderer* renderer, vtkImageData* sampled, double side_m, co
   renderer->AddVolume(volume);
 }
 
-/// Over speeds in ascending order: from rest to the fastest, or from the slowest where hardly any are near rest.
+/// Over speeds in ascending order, a twentieth at each end left out: from rest to the fastest, or from the slowest where
+/// none are near rest.
 ColorMap speed_colors(const ViewLayer& layer, const std::vector<double>& speeds) {
   if (!layer.colors.empty()) return ColorMap(layer.colors);
   if (speeds.empty()) return magnitude_colors(0.0, 0.0);
-  const double slow = speeds[speeds.size() / 50];
-  return magnitude_colors(slow > 0.4 * speeds.back() ? slow : 0.0, speeds.back());
+  const double slow = speeds[speeds.size() / 20];
+  const double fast = speeds[speeds.size() - 1 - speeds.size() / 20];
+  return magnitude_colors(slow > 0.4 * fast ? slow : 0.0, fast);
 }
 
 void draw_layer(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, const std::vector<ViewLayer>& layers,

@@ -148,6 +148,7 @@ class Grown {
     std::reverse(line.begin(), line.end());
     line.push_back({seed.position_m, seed.speed});
     line.insert(line.end(), ahead.begin(), ahead.end());
+    if (closed) line.push_back({seed.position_m, seed.speed});
     return line;
   }
 
