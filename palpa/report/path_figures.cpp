@@ -281,11 +281,11 @@ std::vector<Convergence> convergence_in_vectors() {
   return {converge_in_vortex("follow", Follow{.field = flow, .strength_n = 0.5}, 0.010),
           converge_in_vortex("follow, drag", Follow{.field = flow, .strength_n = 0.0, .drag_ns_per_m = 1.0}, 0.010),
           converge_in_vortex("viscosity of field", Viscosity{.strength_n = viscous}, 0.010),
-          converge_in_vortex("transverse_damping", TransverseDamping{.field = flow, .drag_ns_per_m = 1.0}, 0.010),
           converge_in_vortex("front_shape", FrontShape{.field = flow, .strength_n = 0.3}, 0.010),
           converge_in_vortex("vector_force", VectorForce{.field = flow, .strength_n = 0.5}, 0.015),
           converge_in_vortex("vortex_force", VortexForce{.field = flow, .strength_n = 0.3}, 0.004),
           converge_in_vortex("vortex_plane", VortexPlane{.field = flow, .strength_n = 0.3}, 0.0),
+          converge_in_vortex("transverse_damping", TransverseDamping{.field = flow, .drag_ns_per_m = 1.0}, 0.010),
           converge_in_vortex("vortex_line", VortexLine{.field = flow, .strength_n = 0.3}, 0.004)};
 }
 

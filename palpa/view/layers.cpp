@@ -243,10 +243,12 @@ vtkSmartPointer<vtkPolyData> surface_of(vtkImageData* image, const Field& field,
   return surface;
 }
 
-/// What the field is called: by its file where that has a word of its own for it.
+/// What the field is called: by its file, unless that has no word of its own for it and the scene has (first scenes call
+/// their volume "data").
 std::string name_of(const Scene& scene, const FieldRef& ref, const VolumeField& named) {
-  const bool own = scene.volumes().size() == 1 && named.name.find("value") == named.name.npos && named.name != "vector";
-  return own ? named.name : ref.name;
+  const bool in_file = named.name.find("value") == named.name.npos && named.name != "vector";
+  const bool in_scene = ref.name.find("data") == ref.name.npos;
+  return scene.volumes().size() == 1 && (in_file || !in_scene) ? named.name : ref.name;
 }
 
 std::string title_of(const Scene& scene, const ViewLayer& layer, const VolumeField& named) {
