@@ -308,10 +308,7 @@ std::string pictures_of_moment(const fs::path& trace, const Recorded& recorded, 
   const TickFrame& frame = recorded.ticks[*chosen];
   const Moment moment = moment_at(trace, recorded, scene, *chosen);
   const double reach_m = distance(moment.probe_m, moment.proxy_m);
-  ScenePictureOptions close;
-  close.centre_m = 0.5 * (moment.probe_m + moment.proxy_m);
-  close.half_height_m = std::clamp(3.0 * reach_m, 0.006, 0.03);
-  const Picture picture = scene_picture(scene, path, moment, close);
+  const Picture picture = scene_picture(scene, path, moment, close_up(scene, moment));
   std::string who;
   for (std::size_t m = 0; m < recorded.modes.size(); ++m) {
     const double force_n = norm(recorded.pushes[m][*chosen].force_n);
@@ -340,11 +337,11 @@ std::string pictures(const fs::path& trace, const Recorded& recorded, const Repo
   std::vector<PathPoint> path;
   for (const TickFrame& frame : recorded.ticks) {
     if (frame.result.probe_valid && is_finite(frame.result.probe_m)) {
-      path.push_back({frame.result.probe_m, frame.result.proxy_m, frame.result.force_n});
+      path.push_back({frame.result.probe_m, frame.result.proxy_m, frame.command_n, frame.result.force_n});
     }
   }
   try {
-    out += image(options, "scene.png", scene_picture(loaded->scene, path, std::nullopt),
+    out += image(options, "scene.png", scene_picture(loaded->scene, path, std::nullopt, overview(loaded->scene, path)),
                  "The scene with the path of the hand, coloured by force.",
                  "The scene as the user sees it, with the path of probe and proxy, coloured by force.");
   } catch (const LoadError& error) {

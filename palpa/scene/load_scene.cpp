@@ -689,6 +689,12 @@ class Loader {
     const toml::table* table = scene.subtable("view");
     if (!table) return;
     const Section view(*table, detail::view_keys(), "[view]");
+    if (const auto from = view.numbers("from", 3)) {
+      loaded_.scene.view_from = Vec3{(*from)[0], (*from)[1], (*from)[2]};
+      if (norm(*loaded_.scene.view_from) == 0.0) {
+        fail(place_of(*view.node("from")), "'from' is [0, 0, 0]; a direction of the world is no zero, such as [1, 0, 0]");
+      }
+    }
     for (const toml::table* layer_table : tables_in(view.node("layer"))) {
       const Section layer(*layer_table, detail::view_layer_keys(), "[[view.layer]]");
       ViewLayer& read = loaded_.scene.layers.emplace_back();
@@ -696,6 +702,8 @@ class Loader {
       read.show = static_cast<ViewLayer::Show>(std::ranges::find(ways, *layer.text("show")) - ways.begin());
       read.field.name = *layer.text("field");
       read.level = layer.number("level");
+      read.name = layer.text("name").value_or("");
+      read.all_parts = layer.text("parts") == "all";
       const toml::table* colors = layer.subtable("colors");
       if (!colors) continue;
       const Section section(*colors, detail::view_colors_keys(), "'colors' of [[view.layer]]");
