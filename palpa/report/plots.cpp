@@ -96,21 +96,22 @@ TimePlot distance_plot(const Recorded& recorded) {
 }
 
 TimePlot energy_plot(const Recorded& recorded) {
-  const Summary& s = recorded.summary;
-  TimePlot made{
-      .id = "energy",
-      .plot = {.title = "Energy", .x_label = "time / s", .y_label = "energy / mJ"},
-      .label = text("Energy over time: %.3f mJ dissipated, %.3f mJ injected in all.", 1e3 * s.energy.dissipated_j,
-                    1e3 * s.energy.injected_j),
-      .caption = "What the modes took out of the motion and brought in, summed up, and what the coupling's spring holds."};
-  const auto cumulated = [&](const char* name, palpa::Color color, Stroke stroke, double Energy::*entry) {
+  TimePlot made{.id = "energy",
+                .plot = {.title = "Energy", .x_label = "time / s", .y_label = "energy / mJ"},
+                .label = "Energy over time.",
+                .caption = "The hand's work up to each moment and where it went: into the modes, lost where something let go, "
+                           "and into the coupling's spring, which gives it back."};
+  const auto cumulated = [&](const char* name, palpa::Color color, Stroke stroke, auto of_tick) {
     double sum_j = 0.0;
-    made.plot.series.push_back(over_time(
-        recorded, name, color, stroke, [&](std::size_t i) { return 1e3 * (sum_j += recorded.ticks[i].result.energy.*entry); }));
+    made.plot.series.push_back(over_time(recorded, name, color, stroke, [&](std::size_t i) {
+      return 1e3 * (sum_j += of_tick(recorded.ticks[i].result.energy));
+    }));
   };
-  cumulated("dissipated so far", palpa::Color::green, Stroke::solid, &Energy::dissipated_j);
-  cumulated("injected so far", palpa::Color::vermilion, Stroke::dashed, &Energy::injected_j);
-  made.plot.series.push_back(over_time(recorded, "stored in the spring", palpa::Color::blue, Stroke::dotted,
+  cumulated("work of the hand", palpa::Color::black, Stroke::solid, [](const Energy& e) { return -e.work_on_hand_j; });
+  cumulated("into the modes", palpa::Color::green, Stroke::solid,
+            [](const Energy& e) { return e.dissipated_j - e.injected_j; });
+  cumulated("let go", palpa::Color::vermilion, Stroke::dashed, [](const Energy& e) { return e.let_go_j; });
+  made.plot.series.push_back(over_time(recorded, "in the spring", palpa::Color::blue, Stroke::dotted,
                                        [&](std::size_t i) { return 1e3 * recorded.ticks[i].result.energy.stored_j; }));
   made.plot.marks = marks_of(recorded);
   return made;

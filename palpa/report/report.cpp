@@ -124,10 +124,7 @@ std::string picture_of_moment(const Recorded& recorded, const Scene& scene, cons
                       .mode_names = recorded.modes,
                       .time_s = frame.t_s};
   const double reach_m = distance(moment.probe_m, moment.proxy_m);
-  ScenePictureOptions close;
-  close.centre_m = 0.5 * (moment.probe_m + moment.proxy_m);
-  close.half_height_m = std::clamp(3.0 * reach_m, 0.006, 0.03);
-  const Picture picture = scene_picture(scene, path, moment, close);
+  const Picture picture = scene_picture(scene, path, moment, close_up(scene, moment));
   std::string who;
   for (std::size_t m = 0; m < recorded.modes.size(); ++m) {
     const double force_n = norm(recorded.pushes[m][*chosen].force_n);
@@ -157,17 +154,22 @@ std::optional<LoadedScene> scene_of(const fs::path& trace, const Recorded& recor
   }
 }
 
-/// What is seen where nothing can be turned: the scene with the path, and the busiest moment.
-std::string stills(const Recorded& recorded, const Scene& scene, const std::vector<RecordedMoment>& moments,
-                   const ReportOptions& options) {
+/// What was felt, tick by tick, where the hand's place was known.
+std::vector<PathPoint> path_of(const Recorded& recorded) {
   std::vector<PathPoint> path;
   for (const TickFrame& frame : recorded.ticks) {
     if (frame.result.probe_valid && is_finite(frame.result.probe_m))
-      path.push_back({frame.result.probe_m, frame.result.proxy_m, frame.command_n});
+      path.push_back({frame.result.probe_m, frame.result.proxy_m, frame.command_n, frame.result.force_n});
   }
+  return path;
+}
+
+/// What is seen where nothing can be turned: the scene with the path, and the busiest moment.
+std::string stills(const Recorded& recorded, const Scene& scene, const std::vector<PathPoint>& path,
+                   const ScenePictureOptions& look, const std::vector<RecordedMoment>& moments, const ReportOptions& options) {
   std::string out;
   try {
-    out += image(options, "scene.png", scene_picture(scene, path, std::nullopt),
+    out += image(options, "scene.png", scene_picture(scene, path, std::nullopt, look),
                  "The scene with the path of the hand, coloured by force.",
                  "The scene as the user sees it, with the path of probe and proxy, coloured by the force on the hand.");
     tell(options, 0.8);
@@ -259,12 +261,16 @@ std::string report_html(const fs::path& trace, const ReportOptions& options) {
   tell(options, 0.5);
   std::string view = no_scene.empty() ? "" : notice("No picture: " + no_scene);
   if (!no_primitives.empty()) view += notice("No primitives: " + no_primitives);
+  const std::vector<PathPoint> path = path_of(recorded);
+  const ScenePictureOptions look = scene ? overview(*scene, path) : ScenePictureOptions{};
+  tell(options, 0.55);
   if (!moments.empty()) {
     view += stage;
-    page.data("view-data", json_of_view(recorded, scene, moments));
+    page.data("view-data", json_of_view(recorded, scene, moments, look.from));
     tell(options, 0.7);
   }
-  if (scene) view += "<div class=\"still still-view\">\n" + stills(recorded, *scene, moments, options) + "</div>\n";
+  if (scene)
+    view += "<div class=\"still still-view\">\n" + stills(recorded, *scene, path, look, moments, options) + "</div>\n";
   page.section("view", "The scene and the hand's path", view);
   if (!recorded.ticks.empty()) {
     const std::vector<TimePlot> over_time = time_plots(recorded);

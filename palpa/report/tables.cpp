@@ -4,6 +4,7 @@
 
 #include "palpa/report/html.h"
 #include "palpa/report/words.h"
+#include "palpa/study/energy_table.h"
 #include "palpa/version.h"
 
 namespace palpa::detail {
@@ -56,14 +57,26 @@ std::string summary_markup(const Recorded& recorded) {
 }
 
 std::string energy_markup(const Recorded& recorded) {
-  const Summary& s = recorded.summary;
-  return table({"what", "energy"},
-               {{"dissipated | injected", millijoules(s.energy.dissipated_j) + " | " + millijoules(s.energy.injected_j)},
-                {"of walking in sub-steps | damper", millijoules(s.energy.path_j) + " | " + millijoules(s.energy.damper_j)},
-                {"work of the data's own motion", millijoules(s.energy.moved_j)},
-                {"stored at the end", millijoules(s.energy.stored_j)},
-                {"work on the hand", millijoules(s.energy.work_on_hand_j)}},
-               1);
+  const EnergyTable energy = energy_table(recorded.summary);
+  std::vector<std::vector<std::string>> rows(std::max(energy.in.size(), energy.out.size()), std::vector<std::string>(4));
+  const auto fill = [&](const std::vector<EnergyEntry>& entries, std::size_t column) {
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+      rows[i][column] = entries[i].label;
+      rows[i][column + 1] = millijoules(entries[i].energy_j);
+    }
+  };
+  fill(energy.in, 0);
+  fill(energy.out, 2);
+  rows.push_back({"sum", millijoules(energy.in_j()), "sum", millijoules(energy.out_j())});
+  std::string out = "<div class=\"sums\">\n" + table({"in", "energy", "out", "energy"}, rows, 0) + "</div>\n";
+  out += "<p>What the hand put in is what the modes and the damper took out, what was lost where something let go, and what is "
+         "left in the spring.";
+  if (energy.covering_damping_ns_per_m > 0.0) {
+    out += text(" Holding each force for a tick brought in a little, of which the most there can be is %.3f mJ: a hand with "
+                "%.3f N\u00b7s/m of its own damping takes it out again.",
+                1e3 * energy.ticks_bound_j, energy.covering_damping_ns_per_m);
+  }
+  return out + "</p>\n";
 }
 
 std::string modes_markup(const Recorded& recorded) {

@@ -153,7 +153,7 @@ Json json_of_events(const Recorded& recorded, std::size_t most) {
 }  // namespace
 
 std::string json_of_view(const Recorded& recorded, const Scene* scene, const std::vector<RecordedMoment>& moments,
-                         const ViewOptions& options) {
+                         const Vec3& from, const ViewOptions& options) {
   Json view;
   Json layers = Json::array(), bars = Json::array();
   bool medical = false;
@@ -181,6 +181,10 @@ std::string json_of_view(const Recorded& recorded, const Scene* scene, const std
   view["layers"] = std::move(layers);
   view["bars"] = std::move(bars);
   view["most_n"] = rounded(most_n, 4);
+  Json force = Json::array();
+  for (const ColorMap::Point& point : force_colors(1.0).points()) force.push_back(hex(point.color));
+  view["force_colors"] = std::move(force);
+  view["from"] = unit(from);
   Json modes = Json::array();
   for (std::size_t m = 0; m < recorded.modes.size(); ++m)
     modes.push_back({{"name", recorded.modes[m]}, {"color", hex(mode_color(m))}});

@@ -17,7 +17,8 @@ struct ViewOptions {
 
 /// \param scene    nullptr: its data are not there, so no layers
 /// \param moments  in order; may have no primitives
+/// \param from     [1] direction to the viewer at first, hand frame
 std::string json_of_view(const Recorded& recorded, const Scene* scene, const std::vector<RecordedMoment>& moments,
-                         const ViewOptions& options = {});
+                         const Vec3& from, const ViewOptions& options = {});
 
 }  // namespace palpa::detail

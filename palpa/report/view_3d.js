@@ -3,11 +3,9 @@
 const View3d = (() => {
   const data = Report.view;
   const vector = (a) => new THREE.Vector3(a[0], a[1], a[2]);
-  /** By day towards dark, by night towards light, so that the largest force always stands out. */
-  const forceColors = {
-    day: ['#e9c46a', '#f29e38', '#e3602b', '#b5253d', '#7a0f55', '#3d0a4f'],
-    night: ['#5d5a66', '#8a2a6b', '#c93a4a', '#ee7a2e', '#f9bd4a', '#fff3c4'],
-  };
+  /** By day towards dark as in the pictures, by night towards light, so that the largest force always stands out. */
+  const nightForces = ['#5d5a66', '#8a2a6b', '#c93a4a', '#ee7a2e', '#f9bd4a', '#fff3c4'];
+  const forceColors = () => (Report.dark.matches ? nightForces : data.force_colors);
   const eventSigns = {
     onset: {letter: '\u25b2', color: 'green', words: 'onset'},
     break_through: {letter: '\u2716', color: 'vermilion', words: 'break-through'},
@@ -42,7 +40,7 @@ const View3d = (() => {
     const i = Math.min(hexes.length - 2, Math.floor(at));
     return new THREE.Color(hexes[i]).lerp(new THREE.Color(hexes[i + 1]), at - i);
   };
-  const forceColor = (force) => between(Report.dark.matches ? forceColors.night : forceColors.day, mostN > 0 ? force / mostN : 0);
+  const forceColor = (force) => between(forceColors(), mostN > 0 ? force / mostN : 0);
 
   const unpacked = (layer) => {
     const steps = new Uint16Array(Report.bytes(layer.points).buffer);
@@ -67,22 +65,28 @@ const View3d = (() => {
       geometry.setAttribute('color', new THREE.BufferAttribute(colors, 3));
     }
     const group = new THREE.Group();
-    const add = (side, opacity, order) => {
-      const look = {side, opacity, transparent: opacity < 1, depthWrite: opacity >= 1};
-      const material = layer.colors
-        ? new THREE.MeshBasicMaterial({...look, vertexColors: THREE.VertexColors})
-        : new THREE.MeshPhongMaterial({...look, color: layer.color, shininess: 12, specular: 0x1a1a1a});
+    const add = (material, order) => {
       const mesh = new THREE.Mesh(geometry, material);
       mesh.renderOrder = order;
       group.add(mesh);
     };
-    if (layer.opacity >= 1) {
-      add(THREE.DoubleSide, 1, 0);
-    } else {
-      // Translucent things blend in the order in which they are drawn; the far side is a fainter veil.
-      add(THREE.BackSide, 0.5 * layer.opacity, 10 + number);
-      add(THREE.FrontSide, layer.opacity, 1000 - number);
+    const side = THREE.DoubleSide;
+    if (layer.colors) {
+      add(new THREE.MeshBasicMaterial({side, vertexColors: THREE.VertexColors}), 0);
+      return group;
     }
+    const material = new THREE.MeshPhongMaterial({side, color: layer.color, shininess: 14, specular: 0x161616});
+    if (layer.opacity < 1) {
+      // Its depths first, without colour; then only what lies in front passes, denser where it turns away.
+      add(new THREE.MeshBasicMaterial({side, colorWrite: false, transparent: true}), 10 * number + 10);
+      Object.assign(material, {transparent: true, opacity: layer.opacity});
+      material.onBeforeCompile = (shader) => {
+        shader.fragmentShader = shader.fragmentShader.replace('#include <normal_fragment_maps>',
+          '#include <normal_fragment_maps>\nfloat aside = 1.0 - min(abs(normal.z), 1.0);\n' +
+          'diffuseColor.a = mix(opacity, max(opacity, 0.85), aside * aside * aside);\n');
+      };
+    }
+    add(material, layer.opacity < 1 ? 10 * number + 11 : 0);
     return group;
   };
 
@@ -321,7 +325,7 @@ const View3d = (() => {
     }
     if (data.cloud) key.append(Report.element('p', 'hint', 'A cloud is drawn in the picture only.'));
     entry('way of the proxy', [groups.proxy], {background: '#' + forceColor(0.5 * mostN).getHexString()});
-    key.append(bar('force on the hand / N', Report.dark.matches ? forceColors.night : forceColors.day, 0, mostN));
+    key.append(bar('force on the hand / N', forceColors(), 0, mostN));
     entry('way of the probe: the hand', [groups.probe], {background: Report.color('grey')});
     for (const [kind, sign] of Object.entries(eventSigns)) {
       if (!groups[kind]) continue;
@@ -517,7 +521,7 @@ const View3d = (() => {
       made.addEventListener('click', act);
       looks.append(made);
     };
-    button('as the user', () => lookFrom([0.45, 0.35, 1]));
+    button('at first', () => lookFrom(data.from));
     button('front', () => lookFrom([0, 0, 1]));
     button('right', () => lookFrom([1, 0, 0]));
     button('above', () => lookFrom([0, 1, 0.001]));
@@ -560,7 +564,7 @@ const View3d = (() => {
     makeSigns();
     makeKey();
     listen();
-    lookFrom([0.45, 0.35, 1]);
+    lookFrom(data.from);
   };
 
   return {start};

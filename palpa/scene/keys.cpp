@@ -441,6 +441,9 @@ const Keys& view_layer_keys() {
       {"show", KeyKind::text, {}, "required", "how it is drawn", {}, {"surface", "slices", "volume", "streamlines", "glyphs"}},
       {"field", KeyKind::text, "FIELD", "required", "what is drawn"},
       {"level", KeyKind::number, {}, "", "of a surface: the value it is drawn at"},
+      {"name", KeyKind::text, {}, "the level's or the field's", "what the legend calls it"},
+      {"parts", KeyKind::text, {}, "\"large\"", "of a surface that is in several parts: those that are not small beside the largest, or all",
+       {}, {"large", "all"}},
       {"colors", KeyKind::table, "{points = [[value, \"#rrggbb\", opacity], …]}", "", "colour and opacity by value"},
   };
   return keys;

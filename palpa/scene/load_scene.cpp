@@ -688,6 +688,8 @@ class Loader {
       read.show = static_cast<ViewLayer::Show>(std::ranges::find(ways, *layer.text("show")) - ways.begin());
       read.field.name = *layer.text("field");
       read.level = layer.number("level");
+      read.name = layer.text("name").value_or("");
+      read.all_parts = layer.text("parts") == "all";
       const toml::table* colors = layer.subtable("colors");
       if (!colors) continue;
       const Section section(*colors, detail::view_colors_keys(), "'colors' of [[view.layer]]");

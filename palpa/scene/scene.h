@@ -70,6 +70,8 @@ struct ViewLayer {
   FieldRef field{};
   std::optional<double> level{};  ///< of a surface: the value it is drawn at, in the field's own unit
   std::vector<ColorPoint> colors{};
+  std::string name{};      ///< what the legend calls it; empty: as the level of a mode, or else the field, is called
+  bool all_parts = false;  ///< of a surface: also parts that are small beside the largest
   friend bool operator==(const ViewLayer&, const ViewLayer&) = default;
 };
 

@@ -166,6 +166,8 @@ std::string to_toml(const Scene& scene) {
     out += "\n[[view.layer]]\n" + line("show", toml_string(ways[static_cast<std::size_t>(layer.show)])) +
            line("field", toml_string(layer.field.name));
     if (layer.level) out += line("level", toml_number(*layer.level));
+    if (!layer.name.empty()) out += line("name", toml_string(layer.name));
+    if (layer.all_parts) out += line("parts", toml_string("all"));
     std::string points;
     for (const ViewLayer::ColorPoint& point : layer.colors) {
       points += (points.empty() ? "[" : ", [") + toml_number(point.value) + ", " + toml_string(point.color) + ", " +

@@ -120,63 +120,74 @@ void add_triangles(vtkPolyData& data, vtkPolyData& fine, Shape& shape) {
   }
 }
 
-/// What the legend calls things of this colour.
-std::string words_for(const Color& color, const std::vector<LegendEntry>& legend) {
-  const auto same = [](double a, double b) { return std::abs(a - b) < 1.0 / 512.0; };
-  for (const LegendEntry& entry : legend) {
-    if (same(entry.color.red, color.red) && same(entry.color.green, color.green) && same(entry.color.blue, color.blue)) {
-      return entry.words;
-    }
+/// The surface layers by what they look like; `words` in their order.
+struct NamedLook {
+  SurfaceLook look;
+  std::string words;
+};
+std::vector<NamedLook> looks_of(const Scene& scene, const std::vector<ViewLayer>& layers,
+                                const std::vector<LegendEntry>& legend) {
+  std::vector<NamedLook> looks;
+  for (std::size_t i = 0; i < layers.size(); ++i) {
+    if (layers[i].show != ViewLayer::Show::surface) continue;
+    const std::size_t number = looks.size();
+    looks.push_back({surface_look(scene, layers, i, true), number < legend.size() ? legend[number].words : ""});
   }
-  return {};
+  return looks;
 }
 
 }  // namespace
 
 SceneShapes scene_shapes(const Scene& scene, const Box& near, DataTime at, std::size_t most_triangles) {
   QuietVtk quiet;
-  vtkNew<vtkRenderer> renderer;
-  LayerSigns signs = draw_layers(renderer, scene, layers_of(scene), {near, true, at});
+  vtkNew<vtkRenderer> solid, shells;
+  const std::vector<ViewLayer> layers = layers_of(scene);
+  LayerSigns signs = draw_layers(solid, shells, scene, layers, {near, true, at, {0, 0, 1}});
+  const std::vector<NamedLook> looks = looks_of(scene, layers, signs.legend);
   SceneShapes shapes;
   shapes.bars = std::move(signs.bars);
-  shapes.has_cloud = renderer->GetVolumes()->GetNumberOfItems() > 0;
+  shapes.has_cloud = solid->GetVolumes()->GetNumberOfItems() > 0;
 
   struct Surface {
-    vtkPolyData* drawn;  // a surface may be drawn twice, its far side and its near one
+    vtkPolyData* drawn;  // a shell is drawn twice
     vtkSmartPointer<vtkPolyData> triangles;
-    std::size_t shape;
+    Shape shape;
   };
   std::vector<Surface> surfaces;
   std::size_t all = 0;
-  vtkActorCollection& actors = *renderer->GetActors();
-  actors.InitTraversal();
-  while (vtkActor* actor = actors.GetNextActor()) {
-    bool lines = false;
-    vtkPolyData* const data = data_of(*actor, lines);
-    if (!data || data->GetNumberOfPoints() == 0) continue;
-    const double opacity = actor->GetProperty()->GetOpacity();
-    const auto twice = std::find_if(surfaces.begin(), surfaces.end(), [&](const Surface& s) { return s.drawn == data; });
-    if (twice != surfaces.end()) {
-      shapes.shapes[twice->shape].opacity = std::max(shapes.shapes[twice->shape].opacity, opacity);
-      continue;
-    }
-    Shape& shape = shapes.shapes.emplace_back();
-    const double* rgb = actor->GetProperty()->GetColor();
-    shape.color = {rgb[0], rgb[1], rgb[2]};
-    shape.opacity = opacity;
-    if (lines) {
-      add_lines(*data, shape);
-    } else {
-      surfaces.push_back({data, triangles_of(data), shapes.shapes.size() - 1});
+  for (vtkRenderer* renderer : {solid.Get(), shells.Get()}) {
+    vtkActorCollection& actors = *renderer->GetActors();
+    actors.InitTraversal();
+    while (vtkActor* actor = actors.GetNextActor()) {
+      bool lines = false;
+      vtkPolyData* const data = data_of(*actor, lines);
+      if (!data || data->GetNumberOfPoints() == 0) continue;
+      if (std::any_of(surfaces.begin(), surfaces.end(), [&](const Surface& s) { return s.drawn == data; })) continue;
+      Shape shape;
+      const double* rgb = actor->GetProperty()->GetColor();
+      shape.color = {rgb[0], rgb[1], rgb[2]};
+      if (lines) {
+        add_lines(*data, shape);
+        shapes.shapes.push_back(std::move(shape));
+        continue;
+      }
+      const auto known = std::find_if(looks.begin(), looks.end(), [&](const NamedLook& one) {
+        return one.look.color.red == rgb[0] && one.look.color.green == rgb[1] && one.look.color.blue == rgb[2];
+      });
+      surfaces.push_back({data, triangles_of(data), std::move(shape)});
+      if (known != looks.end()) {
+        surfaces.back().shape.words = known->words;
+        surfaces.back().shape.opacity = known->look.opacity;
+        surfaces.back().triangles->GetPointData()->SetScalars(nullptr);  // what a shell looks like from one side
+      }
       all += static_cast<std::size_t>(surfaces.back().triangles->GetNumberOfPolys());
     }
   }
   const double share = std::min(1.0, static_cast<double>(most_triangles) / std::max(1.0, static_cast<double>(all)));
-  for (const Surface& surface : surfaces) {
-    Shape& shape = shapes.shapes[surface.shape];
+  for (Surface& surface : surfaces) {
     const vtkSmartPointer<vtkPolyData> used = share < 1.0 ? coarser(surface.triangles, share) : surface.triangles;
-    add_triangles(*used, *surface.triangles, shape);
-    if (shape.colors.empty()) shape.words = words_for(shape.color, signs.legend);
+    add_triangles(*used, *surface.triangles, surface.shape);
+    shapes.shapes.push_back(std::move(surface.shape));
   }
   quiet.raise_error();
   return shapes;
