@@ -13,6 +13,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+/// Energies below this [mJ] are rounding.
+constexpr double least_mj = 1e-9;
+
 constexpr palpa::Color mode_colors[] = {palpa::Color::blue,   palpa::Color::vermilion, palpa::Color::green,
                                         palpa::Color::purple, palpa::Color::orange,    palpa::Color::sky,
                                         palpa::Color::black};
@@ -99,12 +102,14 @@ TimePlot energy_plot(const Recorded& recorded) {
   TimePlot made{.id = "energy",
                 .plot = {.title = "Energy", .x_label = "time / s", .y_label = "energy / mJ"},
                 .label = "Energy over time.",
-                .caption = "The hand's work up to each moment and where it went: into the modes, lost where something let go, "
-                           "and into the coupling's spring, which gives it back."};
+                .caption =
+                    "The hand's work up to each moment and where it went: into the modes, lost where something let go, "
+                    "and into the coupling's spring, which gives it back."};
   const auto cumulated = [&](const char* name, palpa::Color color, Stroke stroke, auto of_tick) {
     double sum_j = 0.0;
     made.plot.series.push_back(over_time(recorded, name, color, stroke, [&](std::size_t i) {
-      return 1e3 * (sum_j += of_tick(recorded.ticks[i].result.energy));
+      const double sum_mj = 1e3 * (sum_j += of_tick(recorded.ticks[i].result.energy));
+      return std::abs(sum_mj) < least_mj ? 0.0 : sum_mj;
     }));
   };
   cumulated("work of the hand", palpa::Color::black, Stroke::solid, [](const Energy& e) { return -e.work_on_hand_j; });
@@ -131,10 +136,11 @@ TimePlot time_plot(const Recorded& recorded) {
                       s.tick_p50_us, s.tick_p99_us, s.tick_max_us)};
 }
 
-/// Rows that stand for all: of each part of the time those where a series is lowest or highest, and its first.
-std::vector<std::size_t> rows_kept(const std::vector<Series>& series, std::size_t most_rows) {
+/// Rows that stand for all: `always`, and of each part of the time those where a series is lowest or highest, and its first.
+std::vector<std::size_t> rows_kept(const std::vector<Series>& series, std::size_t most_rows,
+                                   const std::vector<std::size_t>& always) {
   const std::size_t count = series.front().xs.size();
-  std::set<std::size_t> kept;
+  std::set<std::size_t> kept(always.begin(), always.end());
   const std::size_t parts = most_rows <= count ? std::max<std::size_t>(1, most_rows / (2 * series.size() + 1)) : count;
   for (std::size_t part = 0; part < parts; ++part) {
     const std::size_t begin = part * count / parts, end = (part + 1) * count / parts;
@@ -185,7 +191,7 @@ std::vector<TimePlot> time_plots(const Recorded& recorded) {
   return plots;
 }
 
-std::string json_of(const std::vector<TimePlot>& plots, std::size_t most_rows) {
+std::string json_of(const std::vector<TimePlot>& plots, std::size_t most_rows, const std::vector<std::size_t>& always) {
   Json all = Json::array();
   for (const TimePlot& one : plots) {
     const std::vector<Series>& series = one.plot.series;
@@ -193,7 +199,7 @@ std::string json_of(const std::vector<TimePlot>& plots, std::size_t most_rows) {
     for (const Series& curve : series)
       curves.push_back({{"name", curve.name}, {"color", name_of(curve.color)}, {"stroke", name_of(curve.stroke)}});
     Json rows = Json::array();
-    for (const std::size_t row : rows_kept(series, most_rows)) {
+    for (const std::size_t row : rows_kept(series, most_rows, always)) {
       Json values = Json::array({rounded(series.front().xs[row], 8)});
       for (const Series& curve : series) values.push_back(rounded(curve.ys[row], 4));
       rows.push_back(std::move(values));

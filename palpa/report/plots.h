@@ -21,7 +21,7 @@ struct TimePlot {
 std::vector<TimePlot> time_plots(const Recorded& recorded);
 
 /// The plots as JSON for plots.js. Long ones are thinned to `most_rows` [rows] or a little more, so that the lowest and the
-/// highest value of each series in every part of the time stay.
-std::string json_of(const std::vector<TimePlot>& plots, std::size_t most_rows);
+/// highest value of each series in every part of the time stay, and the rows `always`.
+std::string json_of(const std::vector<TimePlot>& plots, std::size_t most_rows, const std::vector<std::size_t>& always);
 
 }  // namespace palpa::detail

@@ -269,13 +269,14 @@ std::string report_html(const fs::path& trace, const ReportOptions& options) {
     page.data("view-data", json_of_view(recorded, scene, moments, look.from));
     tell(options, 0.7);
   }
-  if (scene)
-    view += "<div class=\"still still-view\">\n" + stills(recorded, *scene, path, look, moments, options) + "</div>\n";
-  page.section("view", "The scene and the hand's path", view);
+  if (scene) view += "<div class=\"still still-view\">\n" + stills(recorded, *scene, path, look, moments, options) + "</div>\n";
+  page.section("view", "Scene and path", view);
   if (!recorded.ticks.empty()) {
     const std::vector<TimePlot> over_time = time_plots(recorded);
     page.section("plots", "Over time", plots(over_time, options));
-    page.data("plots-data", json_of(over_time, most_plot_rows));
+    std::vector<std::size_t> looked_at;
+    for (const RecordedMoment& moment : moments) looked_at.push_back(moment.row);
+    page.data("plots-data", json_of(over_time, most_plot_rows, looked_at));
   }
   tell(options, 0.9);
   page.section("summary", "Summary", summary_markup(recorded));

@@ -69,12 +69,14 @@ std::string energy_markup(const Recorded& recorded) {
   fill(energy.out, 2);
   rows.push_back({"sum", millijoules(energy.in_j()), "sum", millijoules(energy.out_j())});
   std::string out = "<div class=\"sums\">\n" + table({"in", "energy", "out", "energy"}, rows, 0) + "</div>\n";
-  out += "<p>What the hand put in is what the modes and the damper took out, what was lost where something let go, and what is "
-         "left in the spring.";
+  out +=
+      "<p>What the hand put in is what the modes and the damper took out, what was lost where something let go, and what is "
+      "left in the spring.";
   if (energy.covering_damping_ns_per_m > 0.0) {
-    out += text(" Holding each force for a tick brought in a little, of which the most there can be is %.3f mJ: a hand with "
-                "%.3f N\u00b7s/m of its own damping takes it out again.",
-                1e3 * energy.ticks_bound_j, energy.covering_damping_ns_per_m);
+    out += text(
+        " Holding each force for a tick brought in a little, of which the most there can be is %.3f mJ: a hand with "
+        "%.3f N\u00b7s/m of its own damping takes it out again.",
+        1e3 * energy.ticks_bound_j, energy.covering_damping_ns_per_m);
   }
   return out + "</p>\n";
 }

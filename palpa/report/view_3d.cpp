@@ -182,7 +182,8 @@ std::string json_of_view(const Recorded& recorded, const Scene* scene, const std
   view["bars"] = std::move(bars);
   view["most_n"] = rounded(most_n, 4);
   Json force = Json::array();
-  for (const ColorMap::Point& point : force_colors(1.0).points()) force.push_back(hex(point.color));
+  const ColorMap forces = force_colors(1.0);
+  for (const ColorMap::Point& point : forces.points()) force.push_back(hex(point.color));
   view["force_colors"] = std::move(force);
   view["from"] = unit(from);
   Json modes = Json::array();

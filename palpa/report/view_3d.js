@@ -78,7 +78,7 @@ const View3d = (() => {
     const material = new THREE.MeshPhongMaterial({side, color: layer.color, shininess: 14, specular: 0x161616});
     if (layer.opacity < 1) {
       // Its depths first, without colour; then only what lies in front passes, denser where it turns away.
-      add(new THREE.MeshBasicMaterial({side, colorWrite: false, transparent: true}), 10 * number + 10);
+      add(new THREE.MeshBasicMaterial({side, colorWrite: false, transparent: true}), 1000 - 10 * number);
       Object.assign(material, {transparent: true, opacity: layer.opacity});
       material.onBeforeCompile = (shader) => {
         shader.fragmentShader = shader.fragmentShader.replace('#include <normal_fragment_maps>',
@@ -86,7 +86,7 @@ const View3d = (() => {
           'diffuseColor.a = mix(opacity, max(opacity, 0.85), aside * aside * aside);\n');
       };
     }
-    add(material, layer.opacity < 1 ? 10 * number + 11 : 0);
+    add(material, layer.opacity < 1 ? 1001 - 10 * number : 0);
     return group;
   };
 
@@ -166,7 +166,7 @@ const View3d = (() => {
       pen.fillText(sign.letter, 32, 34);
       const geometry = new THREE.BufferGeometry();
       geometry.setAttribute('position', new THREE.Float32BufferAttribute([].concat(...events.map((event) => event.at)), 3));
-      groups[kind] = new THREE.Points(geometry, new THREE.PointsMaterial({size: 20 * renderer.getPixelRatio(), sizeAttenuation: false,
+      groups[kind] = new THREE.Points(geometry, new THREE.PointsMaterial({size: 15 * renderer.getPixelRatio(), sizeAttenuation: false,
         map: new THREE.CanvasTexture(canvas), transparent: true, depthTest: false, depthWrite: false}));
       groups[kind].visible = seen;
       front.add(groups[kind]);
@@ -315,9 +315,10 @@ const View3d = (() => {
       if (!named.has(words)) named.set(words, {layer, objects: []});
       named.get(words).objects.push(groups['layer' + i]);
     });
-    for (const [words, {layer, objects}] of named) {
-      const lines = layer.lines || layer.colors;
-      entry(words, objects, {background: lines && data.bars[0] ? data.bars[0].points[data.bars[0].points.length >> 1][1] : layer.color});
+    const explained = ([words, {layer}]) => !layer.colors && !layer.lines;  // by its colour alone
+    for (const [words, {layer, objects}] of [...named].sort((a, b) => explained(b) - explained(a))) {
+      const shades = (layer.colors || layer.lines) && data.bars.length > 0 ? data.bars[0].points : [[0, layer.color]];
+      entry(words, objects, {background: shades[shades.length >> 1][1]});
     }
     for (const one of data.bars) {
       const points = one.points;
@@ -325,7 +326,7 @@ const View3d = (() => {
     }
     if (data.cloud) key.append(Report.element('p', 'hint', 'A cloud is drawn in the picture only.'));
     entry('way of the proxy', [groups.proxy], {background: '#' + forceColor(0.5 * mostN).getHexString()});
-    key.append(bar('force on the hand / N', forceColors(), 0, mostN));
+    if (mostN > 0) key.append(bar('force on the hand / N', forceColors(), 0, mostN));
     entry('way of the probe: the hand', [groups.probe], {background: Report.color('grey')});
     for (const [kind, sign] of Object.entries(eventSigns)) {
       if (!groups[kind]) continue;

@@ -100,14 +100,16 @@ std::vector<std::string> words_of(const Recorded& recorded) {
     }
     std::string sentence = mode.name + " pushed for " + percent(mode.contact_share) + " of the time, with " +
                            newtons(mode.force_mean_n) + " on average and " + newtons(mode.force_max_n) + " at most";
+    if (mode.force_max_n > s.force_max_n && s.guard_limited_ticks > 0) sentence += ", on the proxy, before the guard";
     if (mode.onsets > 0) sentence += "; it set in " + times(mode.onsets);
     if (mode.break_throughs > 0) sentence += " and was broken through " + times(mode.break_throughs);
     say(sentence + ".");
   }
   say(first_of(recorded, "onset", "onset"));
   say(first_of(recorded, "break_through", "break-through"));
-  say("The modes took " + millijoules(s.energy.dissipated_j) + " out of the hand's motion (dissipated) and brought " +
-      millijoules(s.energy.injected_j) + " in (injected).");
+  if (s.contact_share > 0.0)
+    say("The modes took " + millijoules(s.energy.dissipated_j) + " out of the hand's motion (dissipated) and brought " +
+        millijoules(s.energy.injected_j) + " in (injected).");
   if (s.energy.moved_j != 0.0) say("The data's own motion brought in " + millijoules(s.energy.moved_j) + ".");
   const auto share = [&](std::int64_t ticks) {
     return counted(ticks, "tick", "ticks") + " (" + percent(static_cast<double>(ticks) / static_cast<double>(s.ticks)) + ")";

@@ -152,6 +152,7 @@ SceneShapes scene_shapes(const Scene& scene, const Box& near, DataTime at, std::
     vtkPolyData* drawn;  // a shell is drawn twice
     vtkSmartPointer<vtkPolyData> triangles;
     Shape shape;
+    std::ptrdiff_t number = -1;  // of the layer among the surfaces, from the outermost in
   };
   std::vector<Surface> surfaces;
   std::size_t all = 0;
@@ -176,6 +177,7 @@ SceneShapes scene_shapes(const Scene& scene, const Box& near, DataTime at, std::
       });
       surfaces.push_back({data, triangles_of(data), std::move(shape)});
       if (known != looks.end()) {
+        surfaces.back().number = known - looks.begin();
         surfaces.back().shape.words = known->words;
         surfaces.back().shape.opacity = known->look.opacity;
         surfaces.back().triangles->GetPointData()->SetScalars(nullptr);  // what a shell looks like from one side
@@ -184,6 +186,7 @@ SceneShapes scene_shapes(const Scene& scene, const Box& near, DataTime at, std::
     }
   }
   const double share = std::min(1.0, static_cast<double>(most_triangles) / std::max(1.0, static_cast<double>(all)));
+  std::stable_sort(surfaces.begin(), surfaces.end(), [](const Surface& a, const Surface& b) { return a.number < b.number; });
   for (Surface& surface : surfaces) {
     const vtkSmartPointer<vtkPolyData> used = share < 1.0 ? coarser(surface.triangles, share) : surface.triangles;
     add_triangles(*used, *surface.triangles, surface.shape);

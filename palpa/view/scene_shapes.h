@@ -30,7 +30,7 @@ struct SceneShapes {
   bool has_cloud = false;  ///< a layer is drawn as a cloud, which has no shape
 };
 
-/// The scene's layers as `scene_picture` draws them, at the moment `at`.
+/// The scene's layers as `scene_picture` draws them, at the moment `at`; surfaces from the outermost in.
 /// \param near            hand frame: what is farther is left out
 /// \param most_triangles  [triangles] of all surfaces together; larger ones are made coarser, > 0
 /// Throws LoadError on a layer of the wrong kind of field. One thread at a time; a second waits.
