@@ -9,7 +9,7 @@
 #include <initializer_list>
 
 #include "palpa/field/ct.h"
-#include "palpa/field/grid_base.h"
+#include "palpa/field/labels.h"
 #include "palpa/volume/components.h"
 
 namespace palpa::app {
@@ -53,7 +53,8 @@ std::vector<std::string> words_of_name(const std::string& path) {
     }
     const auto before = static_cast<unsigned char>(n > 0 ? name[n - 1] : ' ');
     const auto after = static_cast<unsigned char>(n + 1 < name.size() ? name[n + 1] : ' ');
-    const bool begins = std::isupper(c) && (std::islower(before) || std::isdigit(before) || (std::isupper(before) && std::islower(after)));
+    const bool begins =
+        std::isupper(c) && (std::islower(before) || std::isdigit(before) || (std::isupper(before) && std::islower(after)));
     if (begins) words.emplace_back();
     words.back() += static_cast<char>(std::tolower(c));
   }
@@ -65,7 +66,8 @@ std::vector<std::string> words_of_name(const std::string& path) {
 std::string scan_by_name(const std::string& path) {
   const std::vector<std::string> words = words_of_name(path);
   const auto has = [&](Words any) {
-    return std::any_of(words.begin(), words.end(), [&](const std::string& word) { return std::find(any.begin(), any.end(), word) != any.end(); });
+    return std::any_of(words.begin(), words.end(),
+                       [&](const std::string& word) { return std::find(any.begin(), any.end(), word) != any.end(); });
   };
   if (has({"flair"})) return "MR, FLAIR";
   if (has({"t1", "t1w", "mprage"})) return "MR, T1-weighted";
@@ -90,10 +92,10 @@ std::string dicom_kind(const Volume& volume) {
   std::string what;
   if (modality == "CT") what = angio ? "CT angiogram" : "CT";
   if (modality == "MR") {
-    what = velocity                                                                  ? "velocity MR (phase contrast)"
-           : angio                                                                   ? "MR angiogram"
+    what = velocity ? "velocity MR (phase contrast)"
+           : angio  ? "MR angiogram"
            : (!b_value.empty() && b_value != "0") || has_any(image, {"ADC", "FA map", "diffusion"}) ? "diffusion MR"
-                                                                                     : "MR";
+                                                                                                    : "MR";
   }
   for (const auto& [code, words] : {std::pair{"PT", "PET"},
                                     {"NM", "nuclear medicine"},
@@ -129,10 +131,11 @@ bool looks_like_velocity_mr(const Facts& facts) {
   if (fields.size() != 2 || facts.placed.grid.is_rectilinear()) return false;
   const std::size_t vectors = fields[0].field->components() == 3 ? 0 : 1;
   const std::size_t signal = 1 - vectors;
-  if (fields[vectors].field->components() != 3 || fields[signal].field->components() != 1 || fields[vectors].resampling) return false;
+  if (fields[vectors].field->components() != 3 || fields[signal].field->components() != 1 || fields[vectors].resampling)
+    return false;
   const Statistics &speeds = facts.values[vectors], &strengths = facts.values[signal];
-  return strengths.min >= 0.0 && strengths.whole_numbers && strengths.max > 50.0 && speeds.percentile(0.5) < 0.01 * speeds.max &&
-         speeds.zeros < speeds.counted / 2;
+  return strengths.min >= 0.0 && strengths.whole_numbers && strengths.max > 50.0 &&
+         speeds.percentile(0.5) < 0.01 * speeds.max && speeds.zeros < speeds.counted / 2;
 }
 
 /// What the fields of a simulation or of a measured flow are, by their names and grids; empty where nothing says it.
@@ -153,7 +156,8 @@ std::string flow_kind(const Facts& facts) {
   const bool velocity = speeds || has_any(names, {"veloc", " u ", " vel", "wind", "flow"}) || !separate_vectors(volume).empty();
   const bool weather = has_any(names, {"wind", "rain", "cloud", "humid", "qvapor", "snow", "ice", "precip", "geopotential"});
   if (weather) return "looks like weather" + with;
-  if (velocity && has_any(names, {"pressure", " p ", "mach", "density", "rho", " k ", "omega", "epsilon", "nut", "temperature", " t "}))
+  if (velocity &&
+      has_any(names, {"pressure", " p ", "mach", "density", "rho", " k ", "omega", "epsilon", "nut", "temperature", " t "}))
     return "looks like CFD" + with;
   if (looks_like_velocity_mr(facts)) {
     return "looks like velocity MR (phase contrast): a signal, and velocities that are near zero outside of vessels";
@@ -180,7 +184,7 @@ std::string field_kind(const Facts& facts, std::size_t f) {
     return *water == 0.0 ? "looks like CT, in Hounsfield units (air near -1000, soft tissue near 0)"
                          : "looks like CT with its numbers 1024 above Hounsfield units (air near 0, soft tissue near 1050)";
   }
-  if (looks_like_labels(field, values)) {
+  if (looks_like_labels(*field.field, values)) {
     if (values.max == 1.0) return "looks like a mask (0 and 1)";
     return fmt::format("looks like a label map (whole numbers up to {:g}, each a part)", values.max);
   }
@@ -200,29 +204,6 @@ std::string plain_kind(const Facts& facts) {
 }
 
 }  // namespace
-
-bool looks_like_labels(const VolumeField& field, const Statistics& values) {
-  const GridView* grid = grid_of(*field.field);
-  const Histogram& h = values.histogram;
-  constexpr double most_labels = 256;
-  if (!grid || field.field->components() != 1 || !values.whole_numbers || values.min < 0.0 || values.max > 65535.0) return false;
-  const auto filled = static_cast<double>(std::count_if(h.counts.begin(), h.counts.end(), [](std::int64_t n) { return n > 0; }));
-  if (filled < 2.0 || filled > most_labels) return false;
-  // Neighbours along i are nearly always of one part; of what was measured they nearly never have one value.
-  std::int64_t pairs = 0, alike = 0;
-  detail::with_values_of(grid->voxels, [&](const auto* voxels) {
-    const auto& n = grid->geometry.dims;
-    const std::int64_t rows = n[1] * n[2], step = 1 + rows / 4000;
-    for (std::int64_t row = 0; row < rows; row += step) {
-      for (std::int64_t i = 1; i < n[0]; ++i) {
-        const auto here = voxels[row * n[0] + i], before = voxels[row * n[0] + i - 1];
-        if (here == 0 && before == 0) continue;
-        ++pairs, alike += here == before;
-      }
-    }
-  });
-  return pairs > 0 && static_cast<double>(alike) > 0.7 * static_cast<double>(pairs);
-}
 
 bool looks_like_scan(const Facts& facts) {
   const Volume& volume = facts.file.volume;

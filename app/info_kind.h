@@ -14,7 +14,4 @@ std::string kind_of(const Facts& facts);
 /// Whether it is a scan of a body by what `kind_of` goes by, though the file may not say how a patient lies in it.
 bool looks_like_scan(const Facts& facts);
 
-/// Whether a field holds names of parts as numbers: whole ones, few, each over many voxels side by side.
-bool looks_like_labels(const VolumeField& field, const Statistics& values);
-
 }  // namespace palpa::app

@@ -28,8 +28,9 @@ double metres_of(const std::string& unit) {
 }
 
 [[noreturn]] void refuse(const std::string& text) {
-  throw LoadError("--at " + text +
-                  ": is no place; write a voxel as 120,200,90, a position as -5mm,16mm,7mm, or one of the patient as R5,A16,S7");
+  throw LoadError(
+      "--at " + text +
+      ": is no place; write a voxel as 120,200,90, a position as -5mm,16mm,7mm, or one of the patient as R5,A16,S7");
 }
 
 /// One of the three parts of a place: `R5.0mm`.
@@ -52,7 +53,7 @@ std::vector<Part> parts_of(const std::string& text) {
     }
     const auto read = std::from_chars(word.data(), word.data() + word.size(), part.number);
     if (read.ec != std::errc{} || !std::isfinite(part.number)) refuse(text);
-    part.unit.assign(read.ptr, word.data() + word.size());
+    part.unit = word.substr(static_cast<std::size_t>(read.ptr - word.data()));
     if (!part.unit.empty() && metres_of(part.unit) == 0.0) refuse(text);
     parts.push_back(std::move(part));
     from = to + 1;
@@ -64,6 +65,11 @@ std::vector<Part> parts_of(const std::string& text) {
     if (part.unit.empty() != parts.back().unit.empty()) refuse(text);
   }
   return parts;
+}
+
+/// "R 5.0": millimetres to one side or the other.
+std::string side_words(double m, char positive, char negative) {
+  return fmt::format("{} {:.1f}", m < 0.0 ? negative : positive, 1e3 * std::abs(m));
 }
 
 double distance_from(const Box& box, const Vec3& at) {
@@ -80,8 +86,7 @@ AskedPlace asked_place(const std::string& text) {
     return part.number * metres_of(part.unit.empty() ? otherwise : part.unit);
   };
   if (std::all_of(parts.begin(), parts.end(), [](const Part& part) { return part.letter == ' '; })) {
-    if (parts.back().unit.empty())
-      return {AskedPlace::In::grid, {parts[0].number, parts[1].number, parts[2].number}, text};
+    if (parts.back().unit.empty()) return {AskedPlace::In::grid, {parts[0].number, parts[1].number, parts[2].number}, text};
     return {AskedPlace::In::world, {in_metres(parts[0], "m"), in_metres(parts[1], "m"), in_metres(parts[2], "m")}, text};
   }
   AskedPlace place{AskedPlace::In::patient, {}, text};
@@ -139,13 +144,18 @@ GridPoint voxel_of(const Facts& facts, const Vec3& world_m) {
 }
 
 std::string words_of(const Facts& facts, const Vec3& world_m) {
-  if (facts.file.volume.medical_frame) {
-    const auto side = [](double m, const char* positive, const char* negative) {
-      return fmt::format("{} {:.1f}", m < 0.0 ? negative : positive, 1e3 * std::abs(m));
-    };
-    return side(world_m.x, "L", "R") + ", " + side(world_m.y, "P", "A") + ", " + side(world_m.z, "S", "I") + " mm";
-  }
-  return in_one_unit(facts, world_m);
+  if (!facts.file.volume.medical_frame) return in_one_unit(facts, world_m);
+  return side_words(world_m.x, 'L', 'R') + ", " + side_words(world_m.y, 'P', 'A') + ", " + side_words(world_m.z, 'S', 'I') +
+         " mm";
+}
+
+std::string words_of(const Facts& facts, const Box& box_m) {
+  if (!facts.file.volume.medical_frame) return in_one_unit(facts, box_m.low_m) + " to " + in_one_unit(facts, box_m.high_m);
+  const auto range = [](double low_m, double high_m, char positive, char negative) {
+    return side_words(low_m, positive, negative) + " to " + side_words(high_m, positive, negative);
+  };
+  return range(box_m.low_m.x, box_m.high_m.x, 'L', 'R') + ", " + range(box_m.low_m.y, box_m.high_m.y, 'P', 'A') + ", " +
+         range(box_m.low_m.z, box_m.high_m.z, 'S', 'I') + " mm";
 }
 
 std::string why_outside(const AskedPlace& place, const Facts& facts, const Vec3& world_m) {

@@ -34,6 +34,8 @@ GridPoint voxel_of(const Facts& facts, const Vec3& world_m);
 
 /// The place as one would say it: "R 5.0, A 16.0, S 7.0 mm" of a patient, "(0.1, 0, 0.2) m" elsewhere.
 std::string words_of(const Facts& facts, const Vec3& world_m);
+/// From where to where a box reaches: "R 115.5 to L 115.0, A 1.9 to P 228.7, S 696.2 to S 831.2 mm".
+std::string words_of(const Facts& facts, const Box& box_m);
 
 /// What is to be said of a place that is outside of all data: how far, and whether another unit was meant.
 std::string why_outside(const AskedPlace& place, const Facts& facts, const Vec3& world_m);

@@ -5,7 +5,8 @@
 namespace palpa {
 namespace {
 
-constexpr CtWindow brain{"brain", 40, 80}, soft_tissue{"soft tissue", 40, 400}, bone{"bone", 400, 1800}, lung{"lung", -600, 1500};
+constexpr CtWindow brain{"brain", 40, 80}, soft_tissue{"soft tissue", 40, 400}, bone{"bone", 400, 1800},
+    lung{"lung", -600, 1500};
 
 bool says_any(std::string_view text, std::initializer_list<std::string_view> words) {
   for (const std::string_view word : words) {
@@ -36,7 +37,8 @@ CtWindow ct_window(const Statistics& values, double water, std::string_view body
   if (says_any(body_part, {"chest", "lung", "thorax"}) && seen(lung) > enough) return lung;
   if (says_any(body_part, {"abdomen", "pelvis", "liver", "neck", "heart", "cardiac"}) && seen(soft_tissue) > enough)
     return soft_tissue;
-  if (says_any(body_part, {"spine", "skull", "knee", "hip", "foot", "ankle", "hand", "wrist", "elbow", "shoulder", "extremity"}))
+  if (says_any(body_part,
+               {"spine", "skull", "knee", "hip", "foot", "ankle", "hand", "wrist", "elbow", "shoulder", "extremity"}))
     return bone;
 
   const double soft = share(-200, 250), fat = share(-130, -60);
