@@ -149,6 +149,8 @@ int run_info(const InfoArguments& arguments) {
     }
     if (&asked != &all.front()) fmt::print("\n");
     print_words(facts, places, arguments.level);
+    if (all.size() == 1 && arguments.picture.empty() && !asked.is_series && field_to_feel(facts.file.volume, facts.values))
+      fmt::print("\n  next      palpa info {} --scene first.toml, to feel it\n", for_shell(asked.name));
     std::fflush(stdout);
     std::vector<std::string> warnings;
     for (const std::string& warning : facts.file.volume.warnings) warnings.push_back(asked.name + ": " + warning);

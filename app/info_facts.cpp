@@ -73,7 +73,7 @@ void find_suspicious_values(const Facts& facts, std::size_t f, std::vector<std::
     const double at_top = static_cast<double>(h.counts.back()) / n,
                  beside = static_cast<double>(h.counts[h.counts.size() / 16 * 15]) / n;
     if (at_top > 1e-3 && at_top > 10.0 * beside) {
-      say(fmt::format("has its largest value {:g} in {:.2g} % of the voxels: what is above was probably cut off", values.max,
+      say(fmt::format("has its largest value {:.4g} in {:.2g} % of the voxels: what is above was probably cut off", values.max,
                       100.0 * at_top));
     }
   }

@@ -160,7 +160,7 @@ std::string flow_kind(const Facts& facts) {
       has_any(names, {"pressure", " p ", "mach", "density", "rho", " k ", "omega", "epsilon", "nut", "temperature", " t "}))
     return "looks like CFD" + with;
   if (looks_like_velocity_mr(facts)) {
-    return "looks like velocity MR (phase contrast): a signal, and velocities that are near zero outside of vessels";
+    return "looks like velocity MR (phase contrast): a signal and velocities";
   }
   if (vectors && (resampled || facts.placed.grid.is_rectilinear())) {
     return std::string("looks like CFD: ") + (scalars ? "vectors and values" : "vectors") +
@@ -237,11 +237,11 @@ std::string kind_of(const Facts& facts) {
   }
   if (!kinds.empty()) return list_of(kinds) + in_frames;
   const double longest_m = largest_component(facts.placed.size_m);
-  if (longest_m < 1e-7 || has_any(names_of(volume), {"electron", "orbital", "charge", "molecul"})) {
-    return "looks like a molecule: " + plain_kind(facts) + in_frames;
+  if (longest_m < 1e-7 || has_any(names_of(volume), {"electron", "orbital", "probability_density", "molecul"})) {
+    return "looks like an atom or a molecule: " + plain_kind(facts) + in_frames;
   }
   if (volume.medical_frame && volume.fields.size() == 1 && volume.fields[0].field->components() == 1) {
-    return "a scan whose file does not say its modality (no Hounsfield units, so not CT; MR is likely)" + in_frames;
+    return "looks like MR (values in no standard unit; the file does not say its modality)" + in_frames;
   }
   return plain_kind(facts) + in_frames;
 }

@@ -38,6 +38,8 @@ std::string rounded_words(double value) {
   return digits;
 }
 
+std::string rounded_words(double value, double span) { return rounded_words(std::abs(value) < 1e-7 * span ? 0.0 : value); }
+
 std::string length_words(double metres) {
   const Unit unit = unit_for(metres);
   return fmt::format("{:.4g} {}", metres / unit.metres, unit.name);

@@ -13,9 +13,11 @@ namespace palpa::app {
 namespace {
 
 std::string text_of(const std::vector<Extent>& extents, double Extent::*end) {
-  if (extents.size() == 1) return rounded_words(extents[0].*end);
+  double span = 0.0;
+  for (const Extent& extent : extents) span = std::max(span, extent.max - extent.min);
+  if (extents.size() == 1) return rounded_words(extents[0].*end, span);
   std::string text;
-  for (const Extent& extent : extents) text += (text.empty() ? "" : ", ") + rounded_words(extent.*end);
+  for (const Extent& extent : extents) text += (text.empty() ? "" : ", ") + rounded_words(extent.*end, span);
   return "(" + text + ")";
 }
 
@@ -32,14 +34,14 @@ std::string format_words(const std::string& format) {
                                     {"nifti", "NIfTI"},
                                     {"nrrd", "NRRD"},
                                     {"metaimage", "MetaImage"},
-                                    {"vtk", "VTK (legacy)"},
+                                    {"vtk", "VTK (legacy .vtk)"},
                                     {"plot3d", "PLOT3D"},
                                     {"openfoam", "OpenFOAM"},
                                     {"hdf5", "HDF5"},
                                     {"raw", "bare numbers"}}) {
     if (format == name) return words;
   }
-  return format;
+  return format.find("vt") != std::string::npos ? "VTK (." + format + ")" : format;
 }
 
 /// "a, b": what of a list is not empty.
@@ -86,7 +88,7 @@ void print_scan(const Volume& volume) {
        number(ScanFactKind::slice_thickness_mm, "slices {:.3g} mm thick")});
   if (!made.empty()) fmt::print("  scan      {}\n", made);
   if (const std::string protocol = words(ScanFactKind::protocol); !protocol.empty())
-    fmt::print("  protocol  {} (words that name nobody; others are left out)\n", protocol);
+    fmt::print("  protocol  {} (only words that are known to name nobody)\n", protocol);
   if (const std::string scanner = words(ScanFactKind::scanner); !scanner.empty()) fmt::print("  scanner   {}\n", scanner);
 }
 
@@ -103,23 +105,24 @@ void print_placement(const Facts& facts) {
                n[1] == 1 && n[2] == 1 ? rounded_words(static_cast<double>(n[0])) + " points in cells of any shape"
                                       : fmt::format("{} × {} × {} points along curved lines", n[0], n[1], n[2]));
   }
-  fmt::print("  size      {}, {} in memory\n", text_of_lengths(facts, placed.size_m), text_of_bytes(facts.memory_bytes));
-  if (volume.length_unit_assumed)
-    fmt::print("            the file says no unit of length: {} is taken; --set length_unit=UNIT takes another\n",
-               volume.length_unit);
+  fmt::print("  size      {}{}, {} in memory\n", text_of_lengths(facts, placed.size_m),
+             volume.length_unit_assumed ? ", if the file's lengths are in " + volume.length_unit : "",
+             text_of_bytes(facts.memory_bytes));
   const char* to = volume.medical_frame ? "to " : "along ";
   std::string turned;
   if (placed.oblique_deg > 0.5) turned += fmt::format(", oblique by {:.3g}°", placed.oblique_deg);
   if (placed.sheared_deg > 0.1) turned += fmt::format(", sheared by {:.3g}°", placed.sheared_deg);
   if (placed.mirrored) turned += ", left-handed";
-  fmt::print("  axes      i {}{}, j {}{}, k {}{}{}\n", to, placed.towards[0], to, placed.towards[1], to, placed.towards[2],
-             turned);
+  fmt::print("  axes      i {}{}, j {}{}, k {}{}{}{}\n", to, placed.towards[0], to, placed.towards[1], to, placed.towards[2],
+             volume.medical_frame ? ": " + placed.letters : "", turned);
   fmt::print("  position  {}{}\n", words_of(facts, volume.bounds_m()),
              volume.medical_frame ? "" : ", along the file's own x, y, z");
   if (facts.file.frames > 1) fmt::print("  frames    {}\n", facts.file.frames);
   if (const double share = facts.valid_share(); share < 1.0) {
-    fmt::print("  valid     {:.3g} % of the voxels{}\n", 100.0 * share,
-               volume.format == "dicom" ? ", the others are padding, where nothing was measured" : "");
+    fmt::print("  data      in {:.3g} % of the voxels; the others are {}\n", 100.0 * share,
+               volume.format == "dicom" ? "padding, where nothing was measured"
+               : resampled              ? "outside of the file's cells"
+                                        : "not finite");
   }
 }
 
@@ -127,7 +130,7 @@ void print_fields(const Facts& facts) {
   const std::vector<VolumeField>& fields = facts.file.volume.fields;
   std::size_t width = 5;
   for (const VolumeField& field : fields) width = std::max(width, field.name.size());
-  fmt::print("\n  {:<{}}  {:<8}  {:<9}  {:<26}  max\n", "field", width, "unit", "type", "min");
+  fmt::print("\n  {:<{}}  {:<8}  {:<9}  {:<26}  max\n", "field", width, "unit", "stored as", "min");
   for (const VolumeField& field : fields) {
     const std::vector<Extent> extents = field.field->extents();
     const std::string type = std::string(name_of(grid_of(*field.field)->voxels.type)) + (extents.size() == 3 ? "×3" : "");
@@ -139,11 +142,17 @@ void print_fields(const Facts& facts) {
     const Statistics& values = facts.values[f];
     if (values.counted == 0) continue;
     const bool lengths = fields[f].field->components() == 3;
+    const double span = values.max - values.min;
+    // A class of the histogram may be wider than one: a share of whole numbers is one of them all the same.
+    const auto quantile = [&](double share) {
+      const double value = values.percentile(share);
+      return rounded_words(values.whole_numbers ? std::round(value) : value, span);
+    };
     const std::string unit = fields[f].unit.empty() ? "" : " " + fields[f].unit;
     fmt::print("  {:<{}}  {}median {}, mean {}, 99 % up to {}{}{}\n", fields[f].name, width, lengths ? "length: " : "",
-               rounded_words(values.percentile(0.5)), rounded_words(values.mean), rounded_words(values.percentile(0.99)), unit,
+               quantile(0.5), rounded_words(values.mean, span), quantile(0.99), unit,
                values.one_in > 1 ? fmt::format(" (of one row of voxels in {})", values.one_in) : "");
-    fmt::print("  {:<{}}  {} ▕{}▏ {}{}\n", "", width, rounded_words(values.min), bars_of(values.histogram),
+    fmt::print("  {:<{}}  {} ▕{}▏ {}{}\n", "", width, rounded_words(values.min, span), bars_of(values.histogram),
                rounded_words(values.max), unit);
   }
 }
@@ -151,17 +160,22 @@ void print_fields(const Facts& facts) {
 void print_resampling(const Facts& facts) {
   std::size_t width = 5;
   for (const VolumeField& field : facts.file.volume.fields) width = std::max(width, field.name.size());
-  const auto percent = [](double share) { return fmt::format("{:.2g} %", 100.0 * share); };
+  const auto percent = [](double share) {
+    return share > 0.0 && share < 1e-4 ? std::string("< 0.01 %") : fmt::format("{:.2g} %", 100.0 * share);
+  };
   bool first = true;
   for (const VolumeField& field : facts.file.volume.fields) {
     if (!field.resampling) continue;
     if (std::exchange(first, false)) {
       fmt::print(
-          "\n  error of resampling, as a share of the range: of half of the places, of 99 %, the worst; places with data\n");
-      fmt::print("  {:<{}}  {:<9}  {:<9}  {:<9}  {:<9}  covered\n", "field", width, "places", "half", "99 %", "worst");
+          "\n  error of the new grid against the file's own, as a share of the field's range: by cell, where boundary layers "
+          "count "
+          "most, and by volume, as a hand meets it\n");
+      fmt::print("  {:<{}}  {:<9}  {:<9}  {:<10}  {:<9}  with data\n", "field", width, "places", "median", "99 % below",
+                 "worst");
     }
     for (const auto& [by, e] : {std::pair{"by cell", field.resampling->by_cell}, {"by volume", field.resampling->by_volume}}) {
-      fmt::print("  {:<{}}  {:<9}  {:<9}  {:<9}  {:<9}  {:.3g} %\n", field.name, width, by, percent(e.p50), percent(e.p99),
+      fmt::print("  {:<{}}  {:<9}  {:<9}  {:<10}  {:<9}  {:.3g} %\n", field.name, width, by, percent(e.p50), percent(e.p99),
                  percent(e.max), 100.0 * e.covered);
     }
   }
@@ -181,12 +195,12 @@ void print_at_level(const Facts& facts, const std::optional<double>& level) {
     const auto shift = shift_of(facts, f, level);
     if (!shift) continue;
     fmt::print(
-        "\n  {} {} moves by {:.2g} widths of its edge per frame (median; p90 {:.2g}; {:.2g} % of the places have none left)\n",
+        "\n  from frame to frame {} {} moves by {:.2g} of the width of its edge (median; 90 % by less than {:.2g}; {:.2g} % "
+        "vanishes)\n",
         level ? fmt::format("level {:g} of", *level) : "the steepest tenth of", fields[f].name, shift->median, shift->p90,
         100.0 * shift->lost_share);
-    fmt::print("  {}\n", shift->p90 < 1.0
-                             ? "below 1 a level moves from frame to frame, and carries the hand"
-                             : "above 1 a level does not move between frames, it jumps: its strength fades out and in");
+    fmt::print("  {}\n", shift->p90 < 1.0 ? "so a surface moves on from frame to frame, and carries the hand"
+                                          : "so a surface jumps from frame to frame: its strength fades out and in");
   }
 }
 
@@ -231,7 +245,8 @@ void print_words(const Facts& facts, const std::vector<AskedPlace>& places, cons
   print_resampling(facts);
   print_at_level(facts, level);
   if (!facts.suspicious.empty()) fmt::print("\n");
-  for (const std::string& thing : facts.suspicious) fmt::print("  look at   {}\n", thing);
+  for (const std::string& thing : facts.suspicious)
+    fmt::print("  note      {}{}\n", thing.rfind("field ", 0) == 0 ? "" : "the file ", thing);
   for (const AskedPlace& place : places) print_place(facts, place);
 }
 

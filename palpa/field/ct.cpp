@@ -42,9 +42,10 @@ CtWindow ct_window(const Statistics& values, double water, std::string_view body
     return bone;
 
   const double soft = share(-200, 250), fat = share(-130, -60);
-  if (body_part.empty() && widest_m < 0.32 && share(0, 80) > 0.4 * soft && fat < 0.15 * soft && seen(brain) > enough)
+  // Brain is darker than muscle, and there is little fat about it.
+  if (body_part.empty() && widest_m < 0.32 && share(15, 50) > share(50, 100) && fat < 0.15 * soft && seen(brain) > enough)
     return brain;
-  if (share(-950, -500) > 0.4) return lung;
+  if (body_part.empty() && share(-850, -500) > 0.3) return lung;
   return soft > 0.5 ? soft_tissue : bone;
 }
 

@@ -101,7 +101,7 @@ struct Shades {
 Shades ct_shades(const CtWindow& window, double water) {
   const double low = water + window.level - 0.5 * window.width;
   char words[80];
-  std::snprintf(words, sizeof words, "%s window (level %g, width %g)", window.name, window.level, window.width);
+  std::snprintf(words, sizeof words, "%s window, W %g L %g", window.name, window.width, window.level);
   return {detail::grey_colors(low, low + window.width), words};
 }
 
@@ -318,8 +318,8 @@ Picture volume_picture(const Volume& volume, std::size_t number, const Statistic
   const ColorMap& colors = slices.shades().colors;
   canvas.text(detail::number_words(colors.low()), bar_left - 0.6 * em, row_y, Side::right, 0.9);
   const std::string bar_words =
-      as.first.words.empty() ? label : as.first.words + (shown.unit.empty() ? "" : " / " + shown.unit);
-  canvas.text(detail::number_words(colors.high()) + "  " + bar_words, bar_left + bar_width + 0.6 * em, row_y, Side::left, 0.9);
+      as.first.words.empty() ? "  " + label : " " + shown.unit + (shown.unit.empty() ? " " : ", ") + as.first.words;
+  canvas.text(detail::number_words(colors.high()) + bar_words, bar_left + bar_width + 0.6 * em, row_y, Side::left, 0.9);
   const double length_m = detail::round_length(0.16 * width / slices.px_per_m());
   const double length_px = length_m * slices.px_per_m();
   canvas.rectangle(0.04 * width, row_y - 0.15 * em, length_px, 0.3 * em, {0.13, 0.13, 0.15});

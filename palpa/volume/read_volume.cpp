@@ -126,7 +126,7 @@ double metres_per_unit(const VolumeRequest& request, const Header& header, Volum
   if (assumed == 0) throw LoadError("cannot be read: palpa-read gave no unit of length; update both programs together");
   const std::string length = assumed == 1 ? "metres" : "millimetres";
   volume.warnings.push_back(header.length_unit.empty()
-                                ? "says no unit of length: " + length + " are taken (length_unit = \"…\" takes another)"
+                                ? "says no unit of length: " + length + " are taken (length_unit takes another, in a scene or by --set)"
                                 : "has the unit of length '" + header.length_unit + "', which is unknown: " + length +
                                       " are taken");
   return assumed;
