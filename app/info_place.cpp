@@ -69,7 +69,8 @@ std::vector<Part> parts_of(const std::string& text) {
 
 /// "R 5.0": millimetres to one side or the other.
 std::string side_words(double m, char positive, char negative) {
-  return fmt::format("{} {:.1f}", m < 0.0 ? negative : positive, 1e3 * std::abs(m));
+  const double mm = 1e3 * std::abs(m);
+  return fmt::format("{} {}", m < 0.0 ? negative : positive, mm < 1000.0 ? fmt::format("{:.1f}", mm) : rounded_words(mm));
 }
 
 double distance_from(const Box& box, const Vec3& at) {

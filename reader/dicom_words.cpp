@@ -83,12 +83,6 @@ bool is_of_radiology(const std::string& word) {
                          "2d",           "3d",           "4d",        "4dflow",    "ax"});
 }
 
-/// A length, as "5mm" or "mm": which thickness a protocol is for.
-bool is_thickness(const std::string& word) {
-  const std::size_t digits = word.find_first_not_of("0123456789");
-  return digits >= 1 && digits <= 2 && word.substr(digits) == "mm";
-}
-
 }  // namespace
 
 std::string words_of_protocol(std::string_view text) {
@@ -97,7 +91,7 @@ std::string words_of_protocol(std::string_view text) {
   for (const std::string& word : words_in(text)) {
     const std::string small = lower(word);
     const bool again = !known.empty() && known.back() == small;
-    if (known.size() < most_words && !again && (is_of_radiology(small) || is_thickness(small))) known.push_back(small);
+    if (known.size() < most_words && !again && is_of_radiology(small)) known.push_back(small);
   }
   return joined(known, " ");
 }

@@ -16,7 +16,7 @@ class Joined : public ReaderTest {
     std::string arrays[3], all;
     for (int n = 0; n < 12; ++n) {
       for (int c = 0; c < 3; ++c) {
-        const std::string number = std::to_string(c * 20 + (c + 1) * (n % 3) - 2 * (n / 3 % 2) + 5 * (n / 6)) + " ";
+        const std::string number = std::to_string(10 + c * 20 + (c + 1) * (n % 3) - 2 * (n / 3 % 2) + 5 * (n / 6)) + " ";
         arrays[c] += number, all += number;
       }
     }
@@ -99,7 +99,7 @@ TEST_F(Joined, AFirstSceneFeelsTheVector) {
   EXPECT_EQ(joined->fields[0].arrays.size(), 3U);
   const std::string text = first_scene(read_volume(*joined, options_), *joined);
   EXPECT_NE(text.find("fields = {velocity = {arrays = [\"u\", \"v\", \"w\"]}}"), std::string::npos) << text;
-  const LoadedScene loaded = parse_scene(text, "first.toml", folder_.path(), volume_reader(options_));
+  const LoadedScene loaded = parse_scene(text, "first.toml", folder_.path(), volume_reader(options_), standard_modes());
   EXPECT_EQ(loaded.scene.volumes().front().volume.fields.front().field->components(), 3);
   const std::string from = "arrays = [\"u\", \"v\", \"w\"]";
   for (const auto& [wrong, said] : {std::pair{"arrays = [\"u\", \"v\"]", "a list of 3"},
@@ -107,7 +107,8 @@ TEST_F(Joined, AFirstSceneFeelsTheVector) {
                                     {"arrays = \"u\"", "list of texts"}}) {
     std::string changed = text;
     changed.replace(changed.find(from), from.size(), wrong);
-    const std::string error = error_of([&] { parse_scene(changed, "first.toml", folder_.path(), volume_reader(options_)); });
+    const std::string error =
+        error_of([&] { parse_scene(changed, "first.toml", folder_.path(), volume_reader(options_), standard_modes()); });
     EXPECT_NE(error.find(said), std::string::npos) << error;
   }
 }
