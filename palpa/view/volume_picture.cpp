@@ -105,9 +105,11 @@ Shades ct_shades(const CtWindow& window, double water) {
   return {detail::grey_colors(low, low + window.width), words};
 }
 
+constexpr double half_label = 0.4999;  ///< how far its colour reaches to either side
+
 /// A colour for each label: hues a golden angle apart, in turn light and dark; 0 is black.
 ColorMap label_colors(double most) {
-  std::vector<ViewLayer::ColorPoint> points{{-0.5, "#101010", 1.0}, {0.499, "#101010", 1.0}};
+  std::vector<ViewLayer::ColorPoint> points{{-half_label, "#101010", 1.0}, {half_label, "#101010", 1.0}};
   for (int label = 1; label <= static_cast<int>(most); ++label) {
     const double hue = std::fmod(0.618034 * label, 1.0), light = label % 2 == 0 ? 0.95 : 0.7;
     const auto channel = [&](double shift) {
@@ -116,7 +118,7 @@ ColorMap label_colors(double most) {
     };
     char hex[8];
     std::snprintf(hex, sizeof hex, "#%02x%02x%02x", channel(0.0), channel(2.0 / 3.0), channel(1.0 / 3.0));
-    points.push_back({label - 0.499, hex, 1.0}), points.push_back({label + 0.499, hex, 1.0});
+    points.push_back({label - half_label, hex, 1.0}), points.push_back({label + half_label, hex, 1.0});
   }
   return ColorMap(points);
 }
@@ -316,10 +318,12 @@ Picture volume_picture(const Volume& volume, std::size_t number, const Statistic
   // The bar that explains the colours, and the scale of the slices, in one row below them.
   const double row_y = height - lower_top + 1.6 * em, bar_left = 0.36 * width, bar_width = 0.28 * width;
   const ColorMap& colors = slices.shades().colors;
-  canvas.text(detail::number_words(colors.low()), bar_left - 0.6 * em, row_y, Side::right, 0.9);
+  const double to_label = as.first.labels ? half_label : 0.0;
+  canvas.text(detail::number_words(colors.low() + to_label), bar_left - 0.6 * em, row_y, Side::right, 0.9);
   const std::string bar_words =
       as.first.words.empty() ? "  " + label : " " + shown.unit + (shown.unit.empty() ? " " : ", ") + as.first.words;
-  canvas.text(detail::number_words(colors.high()) + bar_words, bar_left + bar_width + 0.6 * em, row_y, Side::left, 0.9);
+  canvas.text(detail::number_words(colors.high() - to_label) + bar_words, bar_left + bar_width + 0.6 * em, row_y, Side::left,
+              0.9);
   const double length_m = detail::round_length(0.16 * width / slices.px_per_m());
   const double length_px = length_m * slices.px_per_m();
   canvas.rectangle(0.04 * width, row_y - 0.15 * em, length_px, 0.3 * em, {0.13, 0.13, 0.15});

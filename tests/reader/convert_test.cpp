@@ -113,7 +113,7 @@ TEST_F(Convert, VtiHasItsVoxelsWithinTheText) {
     add("b", VoxelType::int16, 1, std::int16_t{});
     add("c", VoxelType::float32, 3, float{});
     add("d", VoxelType::float64, 1, double{});
-    add("e", VoxelType::uint8, 3, std::uint8_t{});
+    add("e", VoxelType::int16, 3, std::int16_t{});
     const std::string name = "v" + std::to_string(length) + ".vti";
     const Volume again = converted(volume, name);
     ASSERT_EQ(again.fields.size(), volume.fields.size());
