@@ -141,6 +141,7 @@ int run_info(const InfoArguments& arguments) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (const Asked& asked : all) {
     const Facts facts = read_facts(asked, arguments.read, !arguments.scene);
+    for (const AskedPlace& place : places) world_of(place, facts);  // refuses what these data cannot answer, before any answer
     if (arguments.scene || !arguments.picture.empty()) make_files(asked, facts, arguments);
     if (arguments.scene) continue;
     if (arguments.json) {

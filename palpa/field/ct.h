@@ -23,7 +23,7 @@ struct CtWindow {
 
 /// The window in which most is seen: that of the part of the body where enough of what is denser than air lies in it, else one
 /// that the values ask for.
-/// \param water      as ct_water
+/// \param water      as ct_water, in the field's own unit
 /// \param body_part  as ScanFactKind::body_part; empty where the file does not say it
 /// \param widest_m   [m] longest side of the data: a head fits into less than 0.32 m
 CtWindow ct_window(const Statistics& values, double water, std::string_view body_part, double widest_m);

@@ -32,7 +32,7 @@ inline constexpr std::size_t scan_fact_kinds = 18;
 struct ScanFact {
   ScanFactKind kind = ScanFactKind::body_part;
   std::string words;    ///< of kinds that are said in words; else empty
-  double number = 0.0;  ///< in the unit that the kind's name ends with; finite
+  double number = 0.0;  ///< in the kind's own unit, which its name ends with; finite
   friend bool operator==(const ScanFact&, const ScanFact&) = default;
 };
 

@@ -94,8 +94,9 @@ struct Place {
 /// What the colours of slices stand for.
 struct Shades {
   ColorMap colors;
-  std::string words;    ///< beside the bar: "brain window"; may be empty
-  bool labels = false;  ///< values are numbers of parts: none lies between two
+  std::string words;        ///< beside the bar: "brain window"; may be empty
+  bool labels = false;      ///< values are numbers of parts: none lies between two
+  bool directions = false;  ///< colours are those of x, y and z, of which a direction's is mixed
 };
 
 Shades ct_shades(const CtWindow& window, double water) {
@@ -132,6 +133,17 @@ struct Shown {
 Shown shown_as(const Volume& volume, const VolumeField& shown, const Statistics& values) {
   const Field& field = *shown.field;
   const Histogram& h = values.histogram;
+  if (field.components() == 3 && looks_like_directions(values)) {
+    const bool medical = volume.medical_frame;
+    return {{ColorMap({{0, "#ff0000", 1},
+                       {0.999, "#ff0000", 1},
+                       {1, "#00ff00", 1},
+                       {1.999, "#00ff00", 1},
+                       {2, "#0000ff", 1},
+                       {3, "#0000ff", 1}}),
+             medical ? "left-right, front-back, head-feet" : "along x, y, z", false, true},
+            {}};
+  }
   if (field.components() == 3)
     return {{detail::magnitude_colors(0.0, std::max(detail::first_flow(values).fast, 1e-300)), ""}, {}};
   if (looks_like_labels(field, values)) return {{label_colors(values.max), "labels", true}, {}};
@@ -223,27 +235,29 @@ class Slices {
         const double up_m = cut.up_sign * (0.5 * p.height - y - 0.5) / px_per_m;
         const Vec3 at_m = middle_m + right_m * along(cut.right) + up_m * along(cut.up);
         bool inside = false;
-        double value = 0.0;
+        detail::Color color;
         if (field_.components() == 1) {
-          const ScalarSample s = field_.scalar(at_m);
-          inside = s.inside, value = s.value;
+          const ScalarSample sample = field_.scalar(shades.labels ? nearest_voxel(at_m) : at_m);
+          inside = sample.inside, color = shades.colors.at(sample.value).color;
         } else {
-          const VectorSample v = field_.vector(at_m);
-          inside = v.inside, value = norm(v.value);
+          // Signs of neighbouring directions may differ, so that their blend means nothing.
+          const VectorSample sample = field_.vector(shades.directions ? nearest_voxel(at_m) : at_m);
+          inside = sample.inside;
+          color = shades.directions
+                      ? detail::Color{std::abs(sample.value.x), std::abs(sample.value.y), std::abs(sample.value.z)}
+                      : shades.colors.at(norm(sample.value)).color;
         }
         const double pale = (x / 6 + y / 6) % 2 == 0 ? 0.93 : 0.86;
-        set_pixel(picture, p.left + x, p.top + y,
-                  rgb(inside ? shades.colors.at(shades.labels ? nearest_label(at_m, value) : value).color
-                             : detail::Color{pale, pale, 1.0}));
+        set_pixel(picture, p.left + x, p.top + y, rgb(inside ? color : detail::Color{pale, pale, 1.0}));
       }
   }
 
-  /// Between voxels of two labels there is none: that of the nearest voxel.
-  double nearest_label(const Vec3& at_m, double between) const {
+  /// Where the voxel nearest to a place lies; the place itself where planes are at uneven distances.
+  Vec3 nearest_voxel(const Vec3& at_m) const {
     const GridView* grid = grid_behind(field_);
-    if (!grid || grid->geometry.is_rectilinear()) return std::round(between);
+    if (!grid || grid->geometry.is_rectilinear()) return at_m;
     const Vec3 at = inverse(grid->geometry.index_to_world_m) * (at_m - grid->geometry.origin_m);
-    return field_.scalar(grid->geometry.to_world({std::round(at.x), std::round(at.y), std::round(at.z)})).value;
+    return grid->geometry.to_world({std::round(at.x), std::round(at.y), std::round(at.z)});
   }
 
   const Field& field_;
@@ -319,11 +333,13 @@ Picture volume_picture(const Volume& volume, std::size_t number, const Statistic
   const double row_y = height - lower_top + 1.6 * em, bar_left = 0.36 * width, bar_width = 0.28 * width;
   const ColorMap& colors = slices.shades().colors;
   const double to_label = as.first.labels ? half_label : 0.0;
-  canvas.text(detail::number_words(colors.low() + to_label), bar_left - 0.6 * em, row_y, Side::right, 0.9);
-  const std::string bar_words =
-      as.first.words.empty() ? "  " + label : " " + shown.unit + (shown.unit.empty() ? " " : ", ") + as.first.words;
-  canvas.text(detail::number_words(colors.high() - to_label) + bar_words, bar_left + bar_width + 0.6 * em, row_y, Side::left,
-              0.9);
+  std::string bar_words = as.first.words;
+  if (!as.first.directions) {
+    canvas.text(detail::number_words(colors.low() + to_label), bar_left - 0.6 * em, row_y, Side::right, 0.9);
+    const std::string unit = shown.unit.empty() ? "  " : " " + shown.unit + ", ";
+    bar_words = detail::number_words(colors.high() - to_label) + (bar_words.empty() ? "  " + label : unit + bar_words);
+  }
+  canvas.text(bar_words, bar_left + bar_width + 0.6 * em, row_y, Side::left, 0.9);
   const double length_m = detail::round_length(0.16 * width / slices.px_per_m());
   const double length_px = length_m * slices.px_per_m();
   canvas.rectangle(0.04 * width, row_y - 0.15 * em, length_px, 0.3 * em, {0.13, 0.13, 0.15});

@@ -4,7 +4,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <array>
 #include <bit>
 #include <cerrno>
 #include <charconv>
@@ -114,31 +113,34 @@ class Base64Writer {
     const auto* next = static_cast<const unsigned char*>(data);
     text_.clear();
     text_.reserve(bytes / 3 * 4 + 8);
-    for (; bytes > 0; --bytes) {
-      waiting_[count_++] = *next++;
-      if (count_ == 3) put_letters();
+    for (const unsigned char* const end = next + bytes; next != end; ++next) {
+      waiting_ = waiting_ << 8 | *next;
+      if (++count_ == 3) put_letters();
     }
     to_.write(text_);
   }
 
   void finish() {
     text_.clear();
-    if (count_ > 0) put_letters();
+    if (count_ > 0) {
+      waiting_ <<= 8 * (3 - count_);
+      put_letters();
+    }
     to_.write(text_);
   }
 
  private:
   void put_letters() {
     static constexpr char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    for (std::size_t n = count_; n < 3; ++n) waiting_[n] = 0;
-    const unsigned bits = waiting_[0] << 16 | waiting_[1] << 8 | waiting_[2];
-    for (std::size_t n = 0; n < 4; ++n) text_ += n <= count_ ? letters[bits >> (18 - 6 * n) & 63] : '=';
-    count_ = 0;
+    const char four[] = {letters[waiting_ >> 18 & 63], letters[waiting_ >> 12 & 63],
+                         count_ > 1 ? letters[waiting_ >> 6 & 63] : '=', count_ > 2 ? letters[waiting_ & 63] : '='};
+    text_.append(four, sizeof four);
+    waiting_ = 0, count_ = 0;
   }
 
   NewFile& to_;
-  std::array<unsigned, 3> waiting_{};
-  std::size_t count_ = 0;  ///< bytes that wait
+  std::uint32_t waiting_ = 0;  ///< bytes that wait, the last one lowest
+  unsigned count_ = 0;         ///< how many
   std::string text_;
 };
 
