@@ -239,7 +239,7 @@ const Keys& file_keys() {
        "unit of length of a file that says none",
        {},
        {"m", "cm", "mm", "um", "nm", "km", "angstrom"}},
-      {"fields", KeyKind::table, "{NAME = {array = text, unit = text}}", "all, under the file's names",
+      {"fields", KeyKind::table, "{NAME = {array = text, arrays = [x, y, z], unit = text}}", "all, under the file's names",
        "which arrays of the file are fields, and what they are called"},
       {"frame", KeyKind::whole_number, {}, "", "which frame of a file that holds several, counted from 0", Bounds{0, 1e6}},
       {"as", KeyKind::text, {}, "", "takes a file of three frames as one vector field", {}, {"vector"}},
@@ -375,6 +375,7 @@ const Keys& volume_keys() {
 const Keys& volume_field_keys() {
   static const Keys keys{
       {"array", KeyKind::text, {}, "NAME", "what the file calls the array"},
+      {"arrays", KeyKind::texts, "[x, y, z]", "", "three scalar arrays of the file that are the components of one vector"},
       {"unit", KeyKind::text, {}, "the file's", "label of its unit; converts nothing"},
   };
   return keys;

@@ -542,9 +542,16 @@ VolumeRequest how_to_read(const Section& section) {
            "field name " + in_quotes(name) + " is no plain word; use a letter, then letters, digits, '_' or '-'");
     }
     const std::string where = "field " + in_quotes(name) + " of " + section.where();
-    if (!node.is_table()) fail(place_of(node), where + " is " + kind_of(node) + "; it must be {array = text, unit = text}");
+    if (!node.is_table()) fail(place_of(node), where + " is " + kind_of(node) + "; it must be {array = text, unit = text}, or of three arrays {arrays = [x, y, z]}");
     const Section field(*node.as_table(), detail::volume_field_keys(), where);
-    request.fields.push_back({name, field.text("array").value_or(""), field.text("unit").value_or("")});
+    const std::vector<std::string> arrays = field.texts("arrays");
+    if (const toml::node* there = field.node("arrays"); there && (arrays.size() != 3 || field.node("array"))) {
+      fail(place_of(*there), "'arrays' in " + where +
+                                 (field.node("array") ? " stands beside 'array'; give one of them"
+                                                      : " has " + std::to_string(arrays.size()) +
+                                                            " names; it must be a list of 3, along x, y and z"));
+    }
+    request.fields.push_back({name, field.text("array").value_or(""), field.text("unit").value_or(""), arrays});
   }
   return request;
 }
@@ -1240,7 +1247,7 @@ std::vector<std::string> how_to_read_paths() {
 VolumeRequest how_to_read(const std::vector<std::pair<std::string, std::string>>& keys) {
   toml::table table;
   for (const auto& [key, value] : keys) Setter::put(&table, key, value, std::string(set_mark) + key);
-  return how_to_read(Section(table, detail::file_keys(), "what is said of the file"));
+  return how_to_read(Section(table, detail::file_keys(), "--set"));
 }
 
 }  // namespace palpa
