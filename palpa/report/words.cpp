@@ -53,7 +53,8 @@ std::string subtitle_of(const Recorded& recorded) {
 }
 
 std::string nothing_felt(const Recorded& recorded) {
-  std::string words = "Nothing was felt: no mode pushed the hand.";
+  std::string words = recorded.header.notes.empty() ? "Nothing was felt: no mode pushed the hand." : "";
+  for (const std::string& note : recorded.header.notes) words += (words.empty() ? "" : " ") + note;
   for (const RecordedEvent& event : recorded.events) {
     if (event.kind == "warning") words += " " + sentence_of(event);
   }
@@ -92,6 +93,9 @@ std::vector<std::string> words_of(const Recorded& recorded) {
     }
   } else {
     say(text("In %.3f s (", s.duration_s) + counted(s.ticks, "tick", "ticks") + ") nothing was felt: no mode pushed.");
+  }
+  if (s.contact_share > 0.0) {
+    for (const std::string& note : recorded.header.notes) say(note);
   }
   for (const ModeSummary& mode : s.modes) {
     if (mode.contact_share <= 0.0) {
