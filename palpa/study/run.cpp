@@ -62,8 +62,8 @@ std::string words_of(const Laid& laid) {
     words += text;
   }
   std::snprintf(text, sizeof text,
-                "moved by %+.0f, %+.0f, %+.0f mm (right, up, towards the user), to where it feels most; --hand-fit off leaves its "
-                "middle in the middle.",
+                "moved by %+.0f, %+.0f, %+.0f mm (right, up, towards the user), to where it feels most; --hand-fit off "
+                "centres it instead.",
                 1e3 * laid.offset_m.x, 1e3 * laid.offset_m.y, 1e3 * laid.offset_m.z);
   return words + text;
 }
