@@ -2,7 +2,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
 #include <cstdio>
 
 #include "app/commands.h"
@@ -23,23 +22,6 @@ std::pair<std::string, std::string> split_set(const std::string& text, const std
     throw LoadError("--set " + text + ": is no setting; write " + example);
   }
   return {text.substr(0, at), text.substr(at + 1)};
-}
-
-/// `X,Y,Z` as a position [m].
-Vec3 position_of(const std::string& text) {
-  Vec3 position_m;
-  const char* next = text.data();
-  const char* const end = next + text.size();
-  for (double* number : {&position_m.x, &position_m.y, &position_m.z}) {
-    const auto read = std::from_chars(next, end, *number);
-    const bool last = number == &position_m.z;
-    if (read.ec != std::errc{} || (last ? read.ptr != end : read.ptr == end || *read.ptr != ',')) {
-      throw LoadError("--at-m " + text + ": is no position; write X,Y,Z in metres of the world, as in 0.01,-0.05,0");
-    }
-    next = read.ptr + 1;
-  }
-  if (!is_finite(position_m)) throw LoadError("--at-m " + text + ": is not finite; write three numbers");
-  return position_m;
 }
 
 /// An option that may be given several times, with one value each.
@@ -209,13 +191,17 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
 
   InfoArguments info;
   CLI::App* info_command = app.add_subcommand("info", "Say what is in data files, draw it, suggest a first scene");
-  std::vector<std::string> at_m;
+  std::vector<std::string> at_m, at;
   info_command
       ->add_option("FILE", info.files,
                    "files or folders, each a volume of its own; a pattern in quotes, as 'phase_*.vti', is one time series")
       ->required()
       ->type_name("");
-  add_repeated(info_command, "--at-m", at_m, "say the values at this position of the world")->type_name("X,Y,Z");
+  add_repeated(info_command, "--at", at,
+               "say the values there: at a voxel, as 120,200,90, at a position, as -5mm,16mm,7mm, or in the patient, as "
+               "R5,A16,S7 (millimetres to the right or left, front or back, head or feet)")
+      ->type_name("PLACE");
+  add_repeated(info_command, "--at-m", at_m, "say the values at this position of the world, in metres")->type_name("X,Y,Z");
   info_command->add_flag("--series", info.series, "the files are the frames of one time series");
   info_command
       ->add_option(
@@ -234,7 +220,7 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   HowToRead info_how;
   add_how_to_read(info_command, info_how);
   add_reader(info_command, info.read);
-  info_command->footer("Example:\n  palpa info head.nrrd --at-m 0,-0.05,0.02 --picture head.png");
+  info_command->footer("Example:\n  palpa info head.nrrd --at 120,200,90 --picture head.png");
 
   ConvertArguments converted;
   CLI::App* convert_command =
@@ -342,7 +328,8 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
     info.read.look = true;
     info.read.checksums = info.json;
     info.request = request_of(info_how);
-    for (const std::string& position : at_m) info.at_m.push_back(position_of(position));
+    for (const std::string& position : at_m) info.places.push_back(asked_place_m(position));
+    for (const std::string& place : at) info.places.push_back(asked_place(place));
     info.scene = scene_option->count() > 0;
     info.scene_file = scene_file;
     if (!scene_file.empty() && info.scene_file.extension() != ".toml") {

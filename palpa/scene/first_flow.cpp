@@ -92,9 +92,9 @@ std::vector<char> near(const Lattice& lattice, const std::vector<Cell>& cells, d
 std::optional<Vortices> vortices_of(const Lattice& lattice, const Field& field, const std::vector<Cell>& cells,
                                     const FlowPlaces& flow) {
   const FieldPtr q = derived(Derivation::q, FieldPtr(FieldPtr(), &field));
-  // While the stream crosses the object a vortex turns by more than half a turn: Q of a solid turn is its rate squared.
+  // While the stream crosses the object a vortex turns by more than a quarter: Q of a solid turn is its rate squared.
   const double length_m = largest_component(flow.object.box_m.size_m()), spacing_m = field.spacing_m();
-  const double rate = std::numbers::pi * flow.speeds.fast / length_m;
+  const double rate = 0.5 * std::numbers::pi * flow.speeds.fast / length_m;
   // What is not mean is noise, or a slope: of white noise with deviation σ, smoothed over two spacings h, each derivative has
   // 0.0187 σ/h, and one Q in a million is above 17 times that squared.
   std::vector<double> deviations;
@@ -111,18 +111,22 @@ std::optional<Vortices> vortices_of(const Lattice& lattice, const Field& field, 
   const std::vector<char> walls = near(lattice, cells, 1e-6 * flow.speeds.fast, 4.0 * spacing_m);
   const FieldPtr smoothed = derived(Derivation::smooth_vector, FieldPtr(FieldPtr(), &field));
   std::vector<char> turns(lattice.size(), 0);
-  std::vector<double> values(lattice.size(), 0.0);
+  std::vector<double> values(lattice.size(), 0.0), at_walls;
   for (std::size_t n = 0; n < cells.size(); ++n) {
-    if (!flow.object.cells[n] || walls[n]) continue;
+    if (!flow.object.cells[n]) continue;
     const Vec3 at_m = lattice.middle_m(n);
     values[n] = q->scalar(at_m).value;
+    if (walls[n]) {
+      if (values[n] > found.from) at_walls.push_back(cells[n].coherence);
+      continue;
+    }
     const Mat3 j = smoothed->vector(at_m).jacobian;
     const Vec3 curl{j.row[2].y - j.row[1].z, j.row[0].z - j.row[2].x, j.row[1].x - j.row[0].y};
     turns[n] = values[n] > found.from && values[n] > least_swirl * 0.25 * norm_squared(curl);
   }
   const Object vortices = largest_parts(lattice, std::move(turns), enough);
   if (vortices.part.empty()) return std::nullopt;
-  std::vector<double> inside;
+  std::vector<double> inside, coherent;
   Vec3 low_m = lattice.middle_m(vortices.part.front()), high_m = low_m;
   for (const std::size_t n : vortices.part) {
     const Vec3 at_m = lattice.middle_m(n);
@@ -130,11 +134,20 @@ std::optional<Vortices> vortices_of(const Lattice& lattice, const Field& field, 
     high_m = {std::max(high_m.x, at_m.x), std::max(high_m.y, at_m.y), std::max(high_m.z, at_m.z)};
     if (values[n] > found.most) found.most = values[n], found.core_m = at_m;
     inside.push_back(values[n]);
+    coherent.push_back(cells[n].coherence);
   }
   if (largest_component(high_m - low_m) + lattice.cell_m() < least_vortex * spacing_m) return std::nullopt;
-  found.most = std::max(found.most, q->extents()[0].max);
-  found.full = std::max(2.0 * found.from, median_of(std::move(inside)));
+  // In the strongest half the pull has all its strength, also where the vortex is hardly stronger than what is left out.
+  found.full = std::min(std::max(2.0 * found.from, median_of(std::move(inside))), 0.5 * (found.from + found.most));
+  if (10 * at_walls.size() > coherent.size()) {
+    const double of_walls = median_of(std::move(at_walls)), of_vortices = percentile_of(std::move(coherent), 0.05);
+    if (of_walls < of_vortices) {
+      found.coherence_from = rounded(0.5 * (of_walls + of_vortices), 1.0);
+      found.coherence_full = rounded(std::max(of_vortices, found.coherence_from + 0.01), 1.0);
+    }
+  }
   found.from = rounded(found.from, found.from), found.full = rounded(found.full, found.full);
+  found.most = std::max(found.most, q->extents()[0].max);
   return found;
 }
 

@@ -20,9 +20,11 @@ struct Signal {
 struct Vortices {
   double from = 0.0;
   double full = 0.0;
-  double most = 0.0;      ///< the largest Q
-  Vec3 core_m;            ///< where that is, in the largest of them
-  bool by_noise = false;  ///< `from` is what noise does not reach, else what turns by half a turn while the stream passes
+  double most = 0.0;            ///< the largest Q
+  Vec3 core_m;                  ///< where that is, in the largest of them
+  bool by_noise = false;        ///< `from` is what noise does not reach, else what turns by a quarter while the stream passes
+  double coherence_from = 0.0;  ///< [1] beside walls, where Q is high too, the field is less coherent; 0: no such walls
+  double coherence_full = 0.0;  ///< [1]
 };
 
 /// Where a vector field flows.

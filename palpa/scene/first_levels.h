@@ -30,7 +30,7 @@ struct FirstLevels {
 FirstLevels first_levels(const Field& field, const Statistics& values, const std::string& unit);
 
 /// Where the drag of something sparse begins: the value beyond which lies a share `wanted` [1] of what is around it, between
-/// what is emptiest there and the first level; in the field's own unit. \param around  values of the object's box
+/// the mean of what is not solid there and the first level; in the field's own unit. \param around  values of the object's box
 double faint_value(std::vector<double> around, const FirstLevels& first, double wanted);
 
 /// A vector field as a flow.

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "palpa/core/load_error.h"
+#include "palpa/field/labels.h"
 #include "palpa/field/thin_parts.h"
 #include "palpa/scene/field_name.h"
 #include "palpa/scene/first_flow.h"
@@ -20,9 +21,10 @@ namespace {
 using detail::toml_number;
 using detail::toml_string;
 
-constexpr double reach_m = 0.15;  // of the hand: what the longest side of the object becomes
-constexpr double enough = 0.85;   // of all that is solid is the object: the table of a scanner is a tenth
-constexpr double filled = 0.5;    // of the object's box: what is sparser is lost in it, and its surroundings are felt, too
+constexpr double reach_m = 0.15;        // of the hand: what the longest side of the object becomes
+constexpr double enough = 0.85;         // of all that is solid is the object: the table of a scanner is a tenth
+constexpr double sparse = 0.35;         // of the object's box: a hand would search for it (of an ellipsoid's half is filled)
+constexpr double felt = 0.5;            // of that box then, its surroundings with it
 constexpr std::size_t comment_at = 40;  // column
 
 /// `key = value` and why, the reason in a column of its own.
@@ -111,12 +113,12 @@ Names names_of(const Volume& volume, const VolumeRequest& request, std::size_t f
 }
 
 /// What lies between the voxels of a scan: of whole numbers a spline, which tells what that costs.
-std::string filter_line(const Field& field, const detail::FirstLevels& first) {
+std::string filter_line(const Field& field, const std::vector<detail::FirstLevel>& levels, bool solid_is_high) {
   const GridView* grid = grid_behind(field);
   if (!grid || grid->voxels.type == VoxelType::float32 || grid->voxels.type == VoxelType::float64) return {};
   double lost = 0.0;
-  for (const detail::FirstLevel& level : first.levels) {
-    const ThinParts parts = thin_parts(field, level.value, first.solid_is_high ? SolidSide::high : SolidSide::low);
+  for (const detail::FirstLevel& level : levels) {
+    const ThinParts parts = thin_parts(field, level.value, solid_is_high ? SolidSide::high : SolidSide::low);
     lost = std::max(lost, parts.thin_share() * parts.lost_share());
   }
   return line("filter = \"smooth\"",
@@ -316,6 +318,51 @@ std::string surface_modes(const std::string& field, const Statistics& values, co
   return out;
 }
 
+constexpr std::size_t most_labels = 6;  // that are felt by themselves: more surfaces cost time and memory
+
+/// A label as a scene names it.
+std::string label_name(double value) {
+  std::string name = value < 0.0 ? "label_minus_" : "label_";
+  return name + with_digits(std::abs(value), 17);
+}
+
+std::string labels_line(const LabelMap& map) {
+  std::string entries;
+  for (std::size_t n = 0; n < std::min(map.labels.size(), most_labels); ++n) {
+    entries += (n > 0 ? ", " : "") + label_name(map.labels[n].value) + " = " + with_digits(map.labels[n].value, 17);
+  }
+  const std::size_t all = map.labels.size();
+  return line("labels = {" + entries + "}",
+              (all > most_labels ? "the " + std::to_string(most_labels) + " largest of " + std::to_string(all) + " labels"
+                                 : "all labels") +
+                  " but the background, " + with_digits(map.background, 17) + "; rename them as you like, here and below");
+}
+
+std::string label_modes(const std::string& volume, const std::string& field, const Statistics& values, const LabelMap& map) {
+  constexpr const char* colors[] = {"#e69f00", "#56b4e9", "#009e73", "#cc79a7", "#d55e00", "#0072b2"};
+  std::int64_t all = 0;
+  for (const Label& label : map.labels) all += label.voxels;
+  std::string out, layers;
+  for (std::size_t n = 0; n < std::min(map.labels.size(), most_labels); ++n) {
+    const Label& label = map.labels[n];
+    const std::string name = label_name(label.value), of = volume + "." + name;
+    out += "[[mode]]\n" + mode_head(name.c_str(), "surface_and_friction", of);
+    out += line("friction_coefficient = 0.1", "a smooth wall: sliding costs a tenth of the pressure");
+    out += "\n[[mode.level]]\nname = " + toml_string(name) + "\n";
+    out += line("value = 0.5", "half way from what is outside (0) to the label (1), which is " +
+                                   percent(static_cast<double>(label.voxels) / static_cast<double>(all)) + " of all labels");
+    out += line("strength_n = 0.8", "gives way, so that one gets to what lies behind; where three labels meet, 2.4 N") + "\n";
+    layers += surface_layer(of, 0.5, colors[n], map.labels.size() == 1 ? 1.0 : 0.4, "the label's surface, for pictures");
+  }
+  out += "[[mode]]\n" + mode_head("inside", "viscosity", field);
+  out += line("drag_ns_per_m = 1.0", "a stroke of 0.1 m/s within costs 0.1 N: one feels what is labelled and what is not");
+  const double b = map.background, low = std::min(values.min, b) - 1.0, high = std::max(values.max, b) + 1.0;
+  const auto list = points({{low, 1}, {b - 0.75, 1}, {b - 0.25, 0}, {b + 0.25, 0}, {b + 0.75, 1}, {high, 1}});
+  out += line("mask = [{of = " + toml_string(field) + ", points = " + list + "}]",
+              "none in the background, " + with_digits(b, 17));
+  return out + layers;
+}
+
 std::string flow_modes(const Volume& volume, const Names& names, const std::vector<Statistics>& values,
                        const detail::FlowPlaces& flow) {
   const std::size_t felt = names.used.front();
@@ -366,7 +413,10 @@ std::string flow_modes(const Volume& volume, const Names& names, const std::vect
     out +=
         line("strength_n = " + ramp("q(" + field + ")", v->from, v->full, detail::rounded(4.0 * v->most, v->most), 1.2),
              v->by_noise ? "from 20 times the Q of the noise on: nothing where nothing turns"
-                         : "from where a vortex turns by half while the stream crosses the data: nothing where nothing turns");
+                         : "from where it turns by a quarter while the stream crosses the data: nothing where nothing turns");
+    if (v->coherence_from > 0.0)
+      out += line("mask = [" + ramp("coherence(" + field + ")", v->coherence_from, v->coherence_full, 2.0, 1.0) + "]",
+                  "not beside walls, where Q is high and vectors change from one to the next");
   }
   out += "\n[[view.layer]]\nshow = \"streamlines\"\nfield = " + toml_string(field) + "\n";
   if (const auto& v = flow.vortices)
@@ -375,6 +425,11 @@ std::string flow_modes(const Volume& volume, const Names& names, const std::vect
   if (const auto& signal = flow.signal)
     out += surface_layer(names.of(signal->field), signal->full, "#d98880", 0.2, "what gives a signal");
   return out;
+}
+
+/// The label map that a scalar field is; none of Hounsfield units, whatever they look like.
+LabelMap scan_of_labels(const Field& field, const Statistics& values, const std::string& unit) {
+  return values.whole_numbers && !looks_like_hounsfield(values, unit) ? label_map(field) : LabelMap{};
 }
 
 /// Whether a field is called a velocity: what turns and flows is told by it, not by a momentum beside it.
@@ -424,13 +479,25 @@ std::string first_scene(const Volume& volume, const VolumeRequest& request) {
     modes = flow_modes(volume, names, values, flow);
     object = flow.object;
     if (flow.vortices) close = {flow.vortices->core_m, 0.0, "the strongest vortex"};
+  } else if (const LabelMap map = scan_of_labels(field, values[*number], volume.fields[*number].unit); !map.labels.empty()) {
+    title = "A first touch of labels: a surface each";
+    names.only_one = false;
+    filter =
+        line("filter = \"smooth\"", "evens out the steps from voxel to voxel; \"trilinear\" keeps them") + labels_line(map);
+    std::vector<char> labelled(lattice.size(), 0);
+    for (std::size_t n = 0; n < lattice.size(); ++n) {
+      const ScalarSample s = field.scalar(lattice.middle_m(n));
+      labelled[n] = s.inside && std::abs(s.value - map.background) >= 0.5;
+    }
+    object = detail::largest_parts(lattice, std::move(labelled), 1.0);
+    modes = label_modes(names.volume, names.of(*number), values[*number], map);
   } else {
     const detail::FirstLevels first = detail::first_levels(field, values[*number], volume.fields[*number].unit);
     if (first.levels.empty()) throw LoadError("has no two classes of values; there is no surface to feel");
     title = !first.hounsfield          ? "A first touch: surfaces between classes of values"
             : first.levels.size() == 2 ? "A first touch of a CT scan: skin gives way, bone holds"
                                        : "A first touch of a CT scan: " + first.levels.front().name;
-    filter = filter_line(field, first);
+    filter = filter_line(field, first.levels, first.solid_is_high);
     const double level = first.levels.front().value;
     std::vector<std::optional<double>> here(lattice.size());
     std::vector<char> solid(lattice.size(), 0);
@@ -443,12 +510,12 @@ std::string first_scene(const Volume& volume, const VolumeRequest& request) {
     object = detail::largest_parts(lattice, solid, enough);
     lying_at_y = first.hounsfield ? detail::beside_at_y(lattice, object, solid) : 0.0;
     double faint = level;
-    if (object.share < filled) {
+    if (object.share < sparse) {
       std::vector<double> in_box;
       for (std::size_t n = 0; n < lattice.size(); ++n) {
         if (here[n] && contains(object.box_m, lattice.middle_m(n))) in_box.push_back(*here[n]);
       }
-      faint = detail::faint_value(std::move(in_box), first, filled);
+      faint = detail::faint_value(std::move(in_box), first, felt);
     }
     modes = surface_modes(names.of(*number), values[*number], first, faint);
   }

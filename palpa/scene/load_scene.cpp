@@ -11,6 +11,7 @@
 
 #include "palpa/field/analytic.h"
 #include "palpa/field/grid.h"
+#include "palpa/field/labels.h"
 #include "palpa/field/timed_field.h"
 #include "palpa/scene/keys.h"
 #include "palpa/scene/read_series.h"
@@ -541,9 +542,16 @@ VolumeRequest how_to_read(const Section& section) {
            "field name " + in_quotes(name) + " is no plain word; use a letter, then letters, digits, '_' or '-'");
     }
     const std::string where = "field " + in_quotes(name) + " of " + section.where();
-    if (!node.is_table()) fail(place_of(node), where + " is " + kind_of(node) + "; it must be {array = text, unit = text}");
+    if (!node.is_table()) fail(place_of(node), where + " is " + kind_of(node) + "; it must be {array = text, unit = text}, or of three arrays {arrays = [x, y, z]}");
     const Section field(*node.as_table(), detail::volume_field_keys(), where);
-    request.fields.push_back({name, field.text("array").value_or(""), field.text("unit").value_or("")});
+    const std::vector<std::string> arrays = field.texts("arrays");
+    if (const toml::node* there = field.node("arrays"); there && (arrays.size() != 3 || field.node("array"))) {
+      fail(place_of(*there), "'arrays' in " + where +
+                                 (field.node("array") ? " stands beside 'array'; give one of them"
+                                                      : " has " + std::to_string(arrays.size()) +
+                                                            " names; it must be a list of 3, along x, y and z"));
+    }
+    request.fields.push_back({name, field.text("array").value_or(""), field.text("unit").value_or(""), arrays});
   }
   return request;
 }
@@ -606,6 +614,7 @@ class Loader {
     PoseTrack poses;
     double smoothing_m = 0.0;
     std::optional<Filter> filter;
+    std::vector<std::pair<std::string, double>> labels;  // names of fields, and the number that each shows
     std::string source;
   };
 
@@ -687,6 +696,12 @@ class Loader {
     const toml::table* table = scene.subtable("view");
     if (!table) return;
     const Section view(*table, detail::view_keys(), "[view]");
+    if (const auto from = view.numbers("from", 3)) {
+      loaded_.scene.view_from = Vec3{(*from)[0], (*from)[1], (*from)[2]};
+      if (norm(*loaded_.scene.view_from) == 0.0) {
+        fail(place_of(*view.node("from")), "'from' is [0, 0, 0]; a direction of the world is no zero, such as [1, 0, 0]");
+      }
+    }
     for (const toml::table* layer_table : tables_in(view.node("layer"))) {
       const Section layer(*layer_table, detail::view_layer_keys(), "[[view.layer]]");
       ViewLayer& read = loaded_.scene.layers.emplace_back();
@@ -694,6 +709,8 @@ class Loader {
       read.show = static_cast<ViewLayer::Show>(std::ranges::find(ways, *layer.text("show")) - ways.begin());
       read.field.name = *layer.text("field");
       read.level = layer.number("level");
+      read.name = layer.text("name").value_or("");
+      read.all_parts = layer.text("parts") == "all";
       const toml::table* colors = layer.subtable("colors");
       if (!colors) continue;
       const Section section(*colors, detail::view_colors_keys(), "'colors' of [[view.layer]]");
@@ -757,6 +774,19 @@ class Loader {
     if (const auto filter = section.text("filter")) {
       for (const Filter known : {Filter::trilinear, Filter::smooth, Filter::cubic}) {
         if (*filter == name_of(known)) plan.filter = known;
+      }
+    }
+    if (const toml::table* labels = section.subtable("labels")) {
+      for (const auto& [key, node] : *labels) {
+        const std::string label(key.str());
+        if (!detail::is_plain_word(label)) {
+          fail(place_of(node),
+               "label name " + in_quotes(label) + " is no plain word; use a letter, then letters, digits, '_' or '-'");
+        }
+        if (!node.is_integer()) {
+          fail(place_of(node), "label " + in_quotes(label) + " is " + kind_of(node) + "; it must be a whole number of the map");
+        }
+        plan.labels.emplace_back(label, static_cast<double>(node.as_integer()->get()));
       }
     }
     if (const toml::table* pose = section.subtable("pose")) plan.pose = read_pose(*pose, section.where());
@@ -952,6 +982,15 @@ class Loader {
   void open(const VolumePlan& plan) {
     Scene& scene = loaded_.scene;
     Volume volume = at(*plan.table, plan, [&] { return data_of(plan); });
+    for (const auto& [label, value] : plan.labels) {
+      const toml::node& node = *plan.table->get("labels");
+      if (std::ranges::find(volume.fields, label, &VolumeField::name) != volume.fields.end()) {
+        fail(place_of(node),
+             "volume " + in_quotes(plan.name) + " has a field " + in_quotes(label) + " already; give the label another name");
+      }
+      volume.fields.push_back(
+          {label, "", at(node, plan, [&, v = value] { return label_field(*volume.fields.front().field, v); })});
+    }
     if (const toml::node* sign = plan.table->get("sign")) volume = at(*sign, plan, [&] { return signless(volume); });
     if (const toml::node* node = plan.table->get("filter")) {
       volume = at(*node, plan, [&] { return filtered(volume, plan.filter); });
@@ -1208,7 +1247,7 @@ std::vector<std::string> how_to_read_paths() {
 VolumeRequest how_to_read(const std::vector<std::pair<std::string, std::string>>& keys) {
   toml::table table;
   for (const auto& [key, value] : keys) Setter::put(&table, key, value, std::string(set_mark) + key);
-  return how_to_read(Section(table, detail::file_keys(), "what is said of the file"));
+  return how_to_read(Section(table, detail::file_keys(), "--set"));
 }
 
 }  // namespace palpa

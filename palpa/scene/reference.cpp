@@ -79,6 +79,7 @@ std::string scene_reference_markdown(const ModeCatalog& modes) {
     out += "| [`" + type + "`](modes/" + type + ".md) | " + cell(std::string(mode.summary())) + " |\n";
   }
   out += "\n" + section("A function of a field (STRENGTH, `mask`)", detail::function_keys());
+  out += section("`[view]`", detail::view_keys());
   out += section("`[[view.layer]]`", detail::view_layer_keys());
   out += section("`colors` of a layer", detail::view_colors_keys());
   out.pop_back();

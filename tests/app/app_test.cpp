@@ -145,6 +145,15 @@ TEST_F(Program, RunsRecordsAndReplays) {
   EXPECT_THAT(differs.out, HasSubstr("differs at "));
 }
 
+TEST_F(Program, EnergyHasTheSameEntriesInRunAndReplay) {
+  write_scene("scene.toml");
+  const json run =
+      json::parse(palpa({"run", "scene.toml", "--hand", "sim:stroke", "--out", "trace", "--json"}).out)["energy_j"];
+  for (const char* entry : {"hand", "guard_held_back", "data", "ticks"}) EXPECT_TRUE(run["in"][entry].is_number()) << entry;
+  for (const char* entry : {"surface", "let_go", "damper", "spring"}) EXPECT_TRUE(run["out"][entry].is_number()) << entry;
+  EXPECT_EQ(json::parse(palpa({"replay", "trace", "--json"}).out)["energy_j"], run);
+}
+
 TEST_F(Program, DryRunChecksAndFeelsNothing) {
   write_scene("scene.toml");
   const Ended dry = palpa({"run", "scene.toml", "--hand", "sim:press", "--out", "trace", "--dry-run"});

@@ -259,7 +259,7 @@ TEST(FirstScene, ShowsTheWholeObjectAndNotItsEmptyMargins) {
         const Vec3 x = at_m / scale - shift_m, from = x - centre_m;
         const bool plate = std::abs(x.y + 0.03) < 0.0021 && std::abs(x.x - 0.02) < 0.02 && std::abs(x.z - 0.05) < 0.006;
         const bool speck = distance(x, {-0.025, 0.05, 0.02}) < 0.0016;
-        return norm({from.x / half_m.x, from.y / half_m.y, from.z / half_m.z}) < 1.0 || plate || speck ? 100.0 : 0.0;
+        return norm({from.x / half_m.x, from.y / half_m.y, from.z / half_m.z}) < 1.0 || plate || speck ? 100.5 : 0.0;
       };
       const Volume volume = scalar_grid(97, scale * 0.00125, scale * (Vec3{-0.04, -0.06, -0.01} + shift_m), value);
       const std::string text = scene_of(volume);
@@ -306,6 +306,34 @@ TEST(FirstScene, TakesAHeadRestForTheBack) {
     EXPECT_THAT(text, HasSubstr(back < 0 ? "towards_user = \"+y\"" : "towards_user = \"-y\""));
     EXPECT_NEAR(hand_m * numbers_of(text, "scale")[0], 0.18, 0.006) << "the head alone";
   }
+}
+
+TEST(FirstScene, OfALabelMapHasASurfaceForEachLabel) {
+  const Volume map = scalar_grid(49, 0.002, {-0.048, -0.048, -0.048}, [](const Vec3& x) {
+    return norm(x) > 0.03 ? 0.0 : norm(x - Vec3{0.01, 0, 0}) < 0.008 ? 250.0 : x.y > 0.0 ? 17.0 : 3.0;
+  });
+  const std::string text = scene_of(map);
+  const Scene scene = parsed(text, map);
+  for (const auto& [name, middle_m, other_m] : {std::tuple{"label_250", Vec3{0.01, 0, 0}, Vec3{-0.015, 0.01, 0}},
+                                                std::tuple{"label_17", Vec3{-0.01, 0.012, 0}, Vec3{-0.01, -0.012, 0}},
+                                                std::tuple{"label_3", Vec3{-0.01, -0.012, 0}, Vec3{0, 0, 0.04}}}) {
+    const Field& field = *scene.field({"file." + std::string(name)}).field;
+    EXPECT_GT(field.scalar(middle_m).value, 0.9) << name;
+    EXPECT_LT(field.scalar(other_m).value, 0.1) << name;
+    EXPECT_THAT(text, HasSubstr("[[mode.level]]\nname = \"" + std::string(name) + "\"\nvalue = 0.5"));
+  }
+  EXPECT_NEAR(hand_m * numbers_of(text, "scale")[0], 0.06, 2.0 * 0.096 / detail::Lattice::longest + 0.002);
+}
+
+TEST(Labels, OfAVolumeAreCheckedInOneLine) {
+  const auto error = [](const std::string& labels) {
+    return error_of("palpa = 1\n[volume.v]\nanalytic = 'sphere'\nsampled = 8\nlabels = " + labels +
+                    "\n[[mode]]\nname = 'm'\ntype = 'viscosity'\ndrag_ns_per_m = 1\n");
+  };
+  EXPECT_EQ(error("{a = 1}"), "no error");
+  EXPECT_THAT(error("{a = 'liver'}"), HasSubstr("must be a whole number of the map"));
+  EXPECT_THAT(error("{'a b' = 1}"), HasSubstr("is no plain word"));
+  EXPECT_THAT(error("{depth = 1}"), HasSubstr("already; give the label another name"));
 }
 
 // ---- Flows
