@@ -57,14 +57,9 @@ class Ledger {
   std::unique_ptr<double[]> works_j_;
   Vec3 start_m_;
   double moved_j_ = 0.0;
-
-  // Of the moves for one position of the probe: the way there of probe and data [m], and, twice over the stiffness, the
-  // energy of the spring that no force's work took up [m²].
-  void close_piece() noexcept;
-  Vec3 piece_probe_m_;
-  double piece_way_m_ = 0.0;
-  double piece_lost_m2_ = 0.0;
-  double let_go_m2_ = 0.0;
+  Vec3 probe_m_;            // that the last move was for
+  double left_m2_ = 0.0;    // the square of the way of probe and data that the proxy has not gone yet
+  double let_go_m2_ = 0.0;  // twice over the stiffness
 };
 
 }  // namespace palpa

@@ -96,6 +96,7 @@ class Scene {
   Workspace workspace;
   TimeOptions time;
   std::vector<ViewLayer> layers;
+  std::optional<Vec3> view_from;  ///< [1] direction of the world from which pictures look; none: chosen for what was felt
 
   /// Adds a volume, moved by `pose`; returns the name of its first field. The name is a plain word and
   /// not taken. Its grids are felt through `filter`; without one, trilinear grids of whole numbers become smooth and

@@ -161,6 +161,7 @@ std::string to_toml(const Scene& scene) {
     printed.visit(printer);
     out += printer.keys + printer.lists;
   }
+  if (scene.view_from) out += "\n[view]\n" + line("from", list({scene.view_from->x, scene.view_from->y, scene.view_from->z}));
   for (const ViewLayer& layer : scene.layers) {
     const auto& ways = detail::find(detail::view_layer_keys(), "show")->choices;
     out += "\n[[view.layer]]\n" + line("show", toml_string(ways[static_cast<std::size_t>(layer.show)])) +

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "palpa/study/summary.h"
 
@@ -40,7 +41,7 @@ EnergyTable energy_table(const Summary& s) {
   EnergyTable table;
   table.in = {{"hand", "hand", 0.0 - e.work_on_hand_j},
               {"guard_held_back", "guard held back", 0.0 - e.held_back_j},
-              {"data", "data pushed", e.moved_j},
+              {"data", "moving data", e.moved_j},
               {"ticks", "ticks (held force)", e.ticks_j}};
   std::int64_t breaks = 0;
   for (const ModeSummary& mode : s.modes) {
@@ -51,8 +52,9 @@ EnergyTable energy_table(const Summary& s) {
   table.out.push_back({"let_go", "let go" + times, e.let_go_j});
   table.out.push_back({"damper", "damper", 0.0 - e.damper_j});
   table.out.push_back({"spring", "left in the spring", e.stored_j});
+  table.ticks_gained_j = s.ticks_gained_j;
   table.ticks_bound_j = e.ticks_bound_j;
-  if (e.ticks_j > 0.0 && s.hand_square_m2_per_s > 0.0) table.covering_damping_ns_per_m = e.ticks_j / s.hand_square_m2_per_s;
+  if (s.gaining_m2_per_s > 0.0) table.covering_damping_ns_per_m = s.ticks_gained_j / s.gaining_m2_per_s;
   return table;
 }
 
@@ -89,13 +91,22 @@ std::string to_table(const EnergyTable& table) {
     line.erase(line.find_last_not_of(' ') + 1);
     text += line + '\n';
   }
-  text += "  ticks: bound k/2 sum |step|^2 = " + printed(1e3 * table.ticks_bound_j, decimals) + " mJ; ";
-  if (table.covering_damping_ns_per_m > 0.0) {
-    text += "covered by a hand with b >= " + printed(table.covering_damping_ns_per_m, 3) + " N s/m\n";
-  } else {
-    text += "they brought in nothing\n";
-  }
+  const std::string gained = printed(1e3 * table.ticks_gained_j, decimals);
+  if (gained.find_first_of("123456789") == std::string::npos) return text;
+  double ticks_j = 0.0;
+  for (const EnergyEntry& entry : table.in) ticks_j += entry.key == "ticks" ? entry.energy_j : 0.0;
+  text += "  ticks: " + gained + " mJ brought in, " + printed(1e3 * (table.ticks_gained_j - ticks_j), decimals) +
+          " mJ taken out; bound k/2 sum |step|^2 = " + printed(1e3 * table.ticks_bound_j, decimals) +
+          " mJ; covered by a hand with b >= " + printed(table.covering_damping_ns_per_m, 3) + " N s/m\n";
   return text;
+}
+
+std::string to_json(const EnergyTable& table) {
+  using Json = nlohmann::ordered_json;
+  Json json;
+  for (const EnergyEntry& entry : table.in) json["in"][entry.key] = entry.energy_j;
+  for (const EnergyEntry& entry : table.out) json["out"][entry.key] = entry.energy_j;
+  return json.dump(2, ' ', false, Json::error_handler_t::replace);
 }
 
 }  // namespace palpa

@@ -22,10 +22,11 @@ struct EnergyEntry {
 struct EnergyTable {
   std::vector<EnergyEntry> in;
   std::vector<EnergyEntry> out;
+  /// What single ticks brought in. The entry `ticks` is less by what others took out.
+  double ticks_gained_j = 0.0;
   /// k/2 Σ|Δp|²: the most that ticks bring in where each is one balance (docs/theory.md 7.7).
   double ticks_bound_j = 0.0;
-  /// [N·s/m] a hand with so much damping of its own takes out over the run what the ticks brought in; 0 where they brought
-  /// in nothing.
+  /// [N·s/m] a hand with so much damping of its own takes out, in the ticks that brought something in, all of that.
   double covering_damping_ns_per_m = 0.0;
 
   double in_j() const noexcept;
@@ -36,5 +37,7 @@ struct EnergyTable {
 EnergyTable energy_table(const Summary& summary);
 /// The table as text, in millijoules.
 std::string to_table(const EnergyTable& table);
+/// The entries as JSON in joules, by their keys: {"in": {…}, "out": {…}}.
+std::string to_json(const EnergyTable& table);
 
 }  // namespace palpa

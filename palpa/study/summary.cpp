@@ -11,6 +11,8 @@
 namespace palpa {
 namespace {
 
+constexpr double rounding = 1e-9;  // of what a tick may bring in: as much is nothing
+
 double share(std::int64_t part, std::int64_t whole) {
   return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0;
 }
@@ -133,7 +135,10 @@ void SummaryBuilder::add(const TickFrame& frame, std::span<const ModeTick> modes
   energy.ticks_j += tick.energy.ticks_j;
   energy.ticks_bound_j += tick.energy.ticks_bound_j;
   const bool known = tick.probe_valid && tick.status != TickStatus::bad_input;
-  if (known && last_probe_m_) summary_.hand_square_m2_per_s += norm_squared(tick.probe_m - *last_probe_m_) / frame.dt_s;
+  if (known && last_probe_m_ && tick.energy.ticks_j > rounding * tick.energy.ticks_bound_j) {
+    summary_.ticks_gained_j += tick.energy.ticks_j;
+    summary_.gaining_m2_per_s += norm_squared(tick.probe_m - *last_probe_m_) / frame.dt_s;
+  }
   last_probe_m_ = known ? std::optional(tick.probe_m) : std::nullopt;
 
   for (const SessionEvent& event : events) {
@@ -217,6 +222,7 @@ std::string to_table(const Summary& s) {
   result += '\n' + aligned(modes, 2) + '\n';
 
   result += to_table(energy_table(s));
+  for (const std::string& note : s.notes) result += "\n" + note + "\n";
   return result;
 }
 
@@ -235,11 +241,6 @@ std::string to_json(const Summary& s) {
                      {"break_throughs", m.break_throughs}});
   }
   const EnergyTable energy = energy_table(s);
-  const auto entries = [](const std::vector<EnergyEntry>& side) {
-    Json named = Json::object();
-    for (const EnergyEntry& entry : side) named[entry.key] = entry.energy_j;
-    return named;
-  };
   const Json json{
       {"ticks", s.ticks},
       {"duration_s", s.duration_s},
@@ -263,10 +264,12 @@ std::string to_json(const Summary& s) {
       {"guard_limited_ticks", s.guard_limited_ticks},
       {"faults", s.faults},
       {"dropped_primitives", s.dropped_primitives},
-      {"energy_j", {{"in", entries(energy.in)}, {"out", entries(energy.out)}}},
+      {"energy_j", Json::parse(to_json(energy))},
+      {"ticks_gained_j", energy.ticks_gained_j},
       {"ticks_bound_j", energy.ticks_bound_j},
       {"covering_damping_ns_per_m", energy.covering_damping_ns_per_m},
       {"modes", modes},
+      {"notes", s.notes},
   };
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
 }

@@ -42,10 +42,12 @@ struct Summary {
   std::int64_t waiting_ticks = 0, capped_ticks = 0, bad_input_ticks = 0, invalid_probe_ticks = 0;
   double error_bound_max_m = 0.0;
   Energy energy;                        ///< sums over the run; stored_j: at the end
-  double hand_square_m2_per_s = 0.0;    ///< Σ|Δp|²/dt: times a damping what it takes out of the hand's motion, at least
+  double ticks_gained_j = 0.0;          ///< what ticks brought in, without those that took out (Energy::ticks_j)
+  double gaining_m2_per_s = 0.0;        ///< Σ|Δp|²/dt over those: times a damping what it takes out of them, at least
   double first_break_through_s = -1.0;  ///< -1: none
   std::int64_t dropped_primitives = 0;
   std::int64_t guard_limited_ticks = 0, faults = 0;
+  std::vector<std::string> notes;  ///< what its reader should know besides: how the hand was laid, why nothing was felt
 };
 
 /// A force above this [N] is contact (docs/trace.md, modes.csv).

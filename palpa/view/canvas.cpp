@@ -312,6 +312,14 @@ void draw_axes(Canvas& canvas, const View& view, std::span<const Vec3, 3> axes) 
   static constexpr const char* names[] = {"x", "y", "z"};
   const double em = canvas.em_px();
   const PixelPoint origin{canvas.width_px() - 5.0 * em, 7.2 * em};
+  std::vector<PixelPoint> taken;
+  const auto name = [&](const char* word, double x, double y) {
+    for (const PixelPoint& other : taken) {
+      if (std::hypot(x - other.x_px, y - other.y_px) < 1.2 * em) y -= 1.3 * em;
+    }
+    taken.push_back({x, y});
+    canvas.text(word, x, y, Side::middle);
+  };
   std::array<int, 3> order{0, 1, 2};  // the farthest first
   std::stable_sort(order.begin(), order.end(),
                    [&](int a, int b) { return dot(axes[a], view.towards) < dot(axes[b], view.towards); });
@@ -321,16 +329,16 @@ void draw_axes(Canvas& canvas, const View& view, std::span<const Vec3, 3> axes) 
     const double length = std::hypot(dx, dy);
     const PixelPoint tip{origin.x_px + 2.6 * em * dx, origin.y_px + 2.6 * em * dy};
     canvas.line(origin, tip, 0.16 * em, ink);
-    if (length > 0.12) {
+    if (length > 0.3) {
       const double ux = dx / length;
       const double uy = dy / length;
       const PixelPoint head[] = {{tip.x_px + 0.5 * em * ux, tip.y_px + 0.5 * em * uy},
                                  {tip.x_px - 0.3 * em * uy, tip.y_px + 0.3 * em * ux},
                                  {tip.x_px + 0.3 * em * uy, tip.y_px - 0.3 * em * ux}};
       canvas.polygon(head, ink);
-      canvas.text(names[i], tip.x_px + 1.1 * em * ux, tip.y_px + 1.1 * em * uy, Side::middle);
+      name(names[i], tip.x_px + 1.1 * em * ux, tip.y_px + 1.1 * em * uy);
     } else {
-      canvas.text(names[i], tip.x_px - 0.9 * em, tip.y_px - 0.9 * em, Side::middle);
+      name(names[i], tip.x_px - 0.9 * em, tip.y_px - 0.9 * em);
     }
   }
 }

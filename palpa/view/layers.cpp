@@ -120,7 +120,7 @@ class Images {
 };
 
 /// Parts with fewer triangles than this share of the largest part's are left out.
-constexpr double least_part = 0.1;
+constexpr double least_part = 0.3;
 
 /// Without the parts that are small beside the largest: tables, rests and specks that a scan sees, too.
 vtkSmartPointer<vtkPolyData> large_parts(vtkPolyData* surface) {
@@ -243,10 +243,12 @@ vtkSmartPointer<vtkPolyData> surface_of(vtkImageData* image, const Field& field,
   return surface;
 }
 
-/// What the field is called: by its file where that has a word of its own for it.
+/// What the field is called: by its file, unless that has no word of its own for it and the scene has (first scenes call
+/// their volume "data").
 std::string name_of(const Scene& scene, const FieldRef& ref, const VolumeField& named) {
-  const bool own = scene.volumes().size() == 1 && named.name.find("value") == named.name.npos && named.name != "vector";
-  return own ? named.name : ref.name;
+  const bool in_file = named.name.find("value") == named.name.npos && named.name != "vector";
+  const bool in_scene = ref.name.find("data") == ref.name.npos;
+  return scene.volumes().size() == 1 && (in_file || !in_scene) ? named.name : ref.name;
 }
 
 std::string title_of(const Scene& scene, const ViewLayer& layer, const VolumeField& named) {
@@ -361,7 +363,7 @@ constexpr double rim_opacity = 0.85;
 /// The part of a translucent surface that is nearest to the viewer, denser where it turns away, as a shell of glass.
 void draw_shell(vtkRenderer* renderer, vtkPolyData* surface, const Color& color, double opacity, const Vec3& towards) {
   vtkDataArray* normals = surface->GetPointData()->GetNormals();
-  if (!normals) return;
+  if (!normals) return;  // nothing there
   vtkNew<vtkUnsignedCharArray> colors;
   colors->SetNumberOfComponents(4);
   colors->SetNumberOfTuples(normals->GetNumberOfTuples());
@@ -420,10 +422,14 @@ void draw_volume(vtkRenderer* renderer, vtkImageData* sampled, double side_m, co
   renderer->AddVolume(volume);
 }
 
-/// From rest to the fastest; where nothing is near rest, from the slowest.
-ColorMap speed_colors(const ViewLayer& layer, double slowest, double fastest) {
+/// Over speeds in ascending order, a twentieth at each end left out: from rest to the fastest, or from the slowest where
+/// none are near rest.
+ColorMap speed_colors(const ViewLayer& layer, const std::vector<double>& speeds) {
   if (!layer.colors.empty()) return ColorMap(layer.colors);
-  return magnitude_colors(slowest > 0.4 * fastest ? slowest : 0.0, fastest);
+  if (speeds.empty()) return magnitude_colors(0.0, 0.0);
+  const double slow = speeds[speeds.size() / 20];
+  const double fast = speeds[speeds.size() - 1 - speeds.size() / 20];
+  return magnitude_colors(slow > 0.4 * fast ? slow : 0.0, fast);
 }
 
 void draw_layer(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, const std::vector<ViewLayer>& layers,
@@ -448,7 +454,7 @@ void draw_layer(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, con
     case ViewLayer::Show::surface: {
       const SurfaceLook look = surface_look(scene, layers, number, options.see_through);
       vtkSmartPointer<vtkPolyData> surface = surface_of(images.of(layer.field.name, field, box), *field, look.level);
-      if (!layer.all_parts) surface = large_parts(surface);
+      if (!layer.all_parts && surface->GetNumberOfCells() > 0) surface = large_parts(surface);
       LegendEntry entry{surface_words(scene, layer, named, look.level), {blended(look.color, look.opacity, ground_color)}};
       if (look.opacity < 1.0) {
         draw_shell(shells, surface, look.color, look.opacity, options.towards);
@@ -478,21 +484,18 @@ void draw_layer(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, con
     }
     case ViewLayer::Show::streamlines: {
       const std::vector<Streamline> lines = streamlines(*field, box, 80);
-      double slowest = std::numeric_limits<double>::max();
-      double fastest = 0.0;
+      std::vector<double> speeds;
       for (const Streamline& line : lines) {
-        for (const StreamPoint& point : line) {
-          slowest = std::min(slowest, point.speed);
-          fastest = std::max(fastest, point.speed);
-        }
+        for (const StreamPoint& point : line) speeds.push_back(point.speed);
       }
-      const ColorMap map = speed_colors(layer, slowest, fastest);
+      std::sort(speeds.begin(), speeds.end());
+      const ColorMap map = speed_colors(layer, speeds);
       std::vector<std::vector<TubePoint>> tubes;
       for (const Streamline& line : lines) {
         std::vector<TubePoint>& tube = tubes.emplace_back();
         for (const StreamPoint& point : line) tube.push_back({point.position_m, map.at(point.speed).color});
       }
-      draw_tubes(solid, tubes, 0.0026 * side_m);
+      draw_tubes(solid, tubes, 0.0045 * options.unit_m);
       signs.bars.push_back({title_of(scene, layer, named), map});
       break;
     }
@@ -510,7 +513,7 @@ void draw_layer(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, con
         glyphs.push_back({position, sample.value});
         fastest = std::max(fastest, norm(sample.value));
       }
-      const ColorMap map = speed_colors(layer, 0.0, fastest);
+      const ColorMap map = speed_colors(layer, {0.0, fastest});
       std::vector<Arrow> arrows;
       for (const Glyph& glyph : glyphs) {
         const double share = fastest > 0.0 ? norm(glyph.value) / fastest : 0.0;

@@ -37,6 +37,7 @@ struct LayerOptions {
   Box near;          ///< hand frame: what is farther is not drawn
   bool see_through;  ///< something inside is to be seen: surfaces let it through
   DataTime at;       ///< data that change are drawn as they are then
+  double unit_m;     ///< half the picture's height
   Vec3 towards;      ///< [1] to the viewer, hand frame: edges of what is translucent are denser
 };
 

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <set>
 
 #include "palpa/view/canvas.h"
@@ -64,6 +65,11 @@ struct Seen {
   double radius_m() const { return any() ? 0.5 * std::max(high.x - low.x, high.y - low.y) : 0.0; }
   Vec3 centre() const { return 0.5 * (low + high); }
 };
+
+Seen shared(const Seen& a, const Seen& b) {
+  return {{std::max(a.low.x, b.low.x), std::max(a.low.y, b.low.y), std::max(a.low.z, b.low.z)},
+          {std::min(a.high.x, b.high.x), std::min(a.high.y, b.high.y), std::min(a.high.z, b.high.z)}};
+}
 
 /// What the renderer shows, by the points of its shapes.
 Seen seen_in(vtkRenderer& renderer, const View& view) {
@@ -149,6 +155,18 @@ std::vector<PathPoint> usable(std::span<const PathPoint> path) {
   return points;
 }
 
+/// The part of a path that leads to a moment and on, as long as it stays within `near_m`.
+std::vector<PathPoint> stretch_about(const std::vector<PathPoint>& path, const Moment& moment, double near_m) {
+  const auto away_m = [&](const PathPoint& point) {
+    return distance(point.probe_m, moment.probe_m) + distance(point.proxy_m, moment.proxy_m);
+  };
+  const auto here =
+      std::min_element(path.begin(), path.end(), [&](const PathPoint& a, const PathPoint& b) { return away_m(a) < away_m(b); });
+  const auto is_far = [&](const PathPoint& point) { return distance(point.proxy_m, moment.proxy_m) > near_m; };
+  const auto begin = std::find_if(std::make_reverse_iterator(here), path.rend(), is_far).base();
+  return {begin, std::find_if(here, path.end(), is_far)};
+}
+
 /// The path as a line of at most `most_path_points` points, each `apart_m` from the last. Where points are
 /// left out, the largest force stands for them.
 std::vector<PathPoint> thinned(std::span<const PathPoint> path, double apart_m, Vec3 PathPoint::*place) {
@@ -204,8 +222,8 @@ void show_path(vtkRenderer* renderer, std::span<const PathPoint> path, double un
   signs.bars.insert(signs.bars.begin(), ColorBar{"force on hand / N", colors});
   std::vector<Color> shades;
   for (const auto& point : colors.points()) shades.push_back(point.color);
-  signs.legend.push_back({"path of the proxy", shades, LegendEntry::Sign::line});
-  signs.legend.push_back({"path of the probe", {probe_color}, LegendEntry::Sign::line});
+  signs.legend.push_back({"proxy's path", shades, LegendEntry::Sign::line});
+  signs.legend.push_back({"probe's path", {probe_color}, LegendEntry::Sign::line});
   if (asked_n > 0.0) {
     const Color top = colors.at(cut_n).color;
     signs.legend.push_back({"limited to " + detail::number_words(cut_n) + " N (asked " + detail::number_words(asked_n) + " N)",
@@ -276,7 +294,7 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
   const Similarity map = scene.hand_to_world();
   const std::vector<ViewLayer> layers = detail::layers_of(scene);
 
-  const std::vector<PathPoint> felt_path = usable(path);
+  std::vector<PathPoint> felt_path = usable(path);
   Seen felt, now;
   for (const PathPoint& point : felt_path) {
     felt.add(view, point.probe_m);
@@ -294,7 +312,7 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
   // All of the data where that leaves what was felt large enough to see, otherwise its surroundings.
   const double felt_m = felt.any() ? std::max(felt.radius_m(), least_felt_m) : 0.0;
   const auto around_felt = [&] {
-    const double radius_m = std::clamp(0.6 * data.radius_m(), 3.0 * felt_m, 4.0 * felt_m);
+    const double radius_m = std::clamp(0.6 * data.radius_m(), 3.0 * felt_m, 5.0 * felt_m);
     const Vec3 centre = felt.centre();
     Seen around = felt;
     around.low = {std::max(data.low.x, centre.x - radius_m), std::max(data.low.y, centre.y - radius_m), felt.low.z};
@@ -317,16 +335,21 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
   const Vec3 reach{reach_m, reach_m, reach_m};
   vtkNew<vtkRenderer> solid;
   vtkNew<vtkRenderer> shells;
-  detail::LayerSigns signs = detail::draw_layers(
-      solid, shells, scene, layers,
-      {{view.centre_m - reach, view.centre_m + reach}, felt.any(), scene.time.at(moment ? moment->time_s : 0.0), view.towards});
-  if (all_data) {
-    Seen drawn = seen_in(*solid, view);  // closer than the boxes of the fields
+  detail::LayerSigns signs = detail::draw_layers(solid, shells, scene, layers,
+                                                 {{view.centre_m - reach, view.centre_m + reach},
+                                                  felt.any(),
+                                                  scene.time.at(moment ? moment->time_s : 0.0),
+                                                  view.half_height_m,
+                                                  view.towards});
+  if (!close) {
+    Seen drawn = seen_in(*solid, view);
     drawn.add(seen_in(*shells, view));
+    drawn = shared(shown, drawn);  // closer than the boxes of the fields
     if (felt.any()) drawn.add(felt);
     if (drawn.any()) frame(view, drawn, options, layout, margin_px);
   }
   const double unit_m = view.half_height_m;
+  if (close) felt_path = stretch_about(felt_path, *moment, 1.6 * unit_m);
   if (!felt_path.empty()) show_path(solid, felt_path, unit_m, signs);
 
   // What is translucent lies over what is opaque; in front of all the moment, and what explains the picture.
@@ -358,7 +381,10 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
   medical ? detail::draw_orientation(canvas, layout, view, axes) : detail::draw_axes(canvas, view, axes);
   detail::draw_scale_bar(canvas, layout, view, map.scale);
   detail::draw_explanations(canvas, layout, signs.legend, signs.bars);
-  return window.draw();
+  Picture picture = window.draw();
+  // The lowest bit is rounding of light, which nobody sees and which makes a file a quarter larger.
+  for (std::uint8_t& value : picture.rgb) value |= 1U;
+  return picture;
 }
 
 }  // namespace palpa

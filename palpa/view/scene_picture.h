@@ -42,19 +42,20 @@ struct ScenePictureOptions {
   std::optional<Vec3> centre_m{};
 };
 
-/// How the whole of a path is best seen: straight on where the hand stayed in a plane across the user's sight, otherwise
-/// from where most of the path in contact is not hidden and spreads out, not far from where the user sits.
+/// How the whole of a path is best seen: from where the scene says; or straight on where the hand stayed in a plane across the
+/// user's sight, or from where most of the path in contact is not hidden and spreads out, not far from where the user sits.
 ScenePictureOptions overview(const Scene& scene, std::span<const PathPoint> path);
 /// How a moment is best seen: its surroundings, from where the proxy is not hidden and the spring lies across.
 ScenePictureOptions close_up(const Scene& scene, const Moment& moment);
 
 /// Draws the scene's layers, the path coloured by the force on the hand and banded where the guard held force back (the
-/// probe's as a thin grey line), the moment's primitives in front of all; beside it, where nothing else is drawn, title,
+/// probe's as a thin grey line), the moment's primitives in front of all (with `half_height_m` only
+/// the stretch of the path that leads through it); beside it, where nothing else is drawn, title,
 /// legend, a colour bar in newtons up to the largest force that reached the hand, a scale bar in millimetres (or what
 /// fits) of the data's world, and axes x y z of the world; in a medical frame instead of them the patient's directions
-/// (L R A P S I) at the edges. Legend and colour bars have the colours that are seen on what faces the viewer. Data that change with time are drawn as at the moment, without one as at first. A scene that
-/// names no layers shows the levels of its modes as surfaces and their first vector field as streamlines, or else a scalar
-/// field as slices.
+/// (L R A P S I) at the edges. Legend and colour bars have the colours that are seen on what faces the viewer. Data that change
+/// with time are drawn as at the moment, without one as at first. A scene that names no layers shows the levels of its modes as
+/// surfaces and their first vector field as streamlines, or else a scalar field as slices.
 ///
 /// Needs no X; one picture at a time is drawn in a process, a second thread waits. The same input gives the
 /// same bytes on one machine. Throws LoadError where nothing can be drawn (no EGL), on a layer of the wrong

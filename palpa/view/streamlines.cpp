@@ -97,12 +97,16 @@ std::vector<Vec3> grid_positions(const Box& box, int longest) {
 
 namespace {
 
-/// Second invariant of the Jacobian [1/s² of the field]: above zero where the field turns more than it strains.
-double swirl(const Mat3& j) noexcept {
+/// How fast the flow turns about its own direction [1/s], where it turns more than it strains; 0 elsewhere. Shear
+/// layers and walls turn about a direction across the flow.
+double swirl(const VectorSample& flow) noexcept {
+  const Mat3& j = flow.jacobian;
   const double trace = j.row[0].x + j.row[1].y + j.row[2].z;
   const double squared = j.row[0].x * j.row[0].x + j.row[1].y * j.row[1].y + j.row[2].z * j.row[2].z +
                          2.0 * (j.row[0].y * j.row[1].x + j.row[0].z * j.row[2].x + j.row[1].z * j.row[2].y);
-  return 0.5 * (trace * trace - squared);
+  if (trace * trace <= squared) return 0.0;
+  const Vec3 curl{j.row[2].y - j.row[1].z, j.row[0].z - j.row[2].x, j.row[1].x - j.row[0].y};
+  return 0.5 * std::abs(dot(curl, normalized(flow.value)));
 }
 
 struct Seed {
@@ -111,13 +115,12 @@ struct Seed {
   double swirl;
 };
 
-/// Adds lines to `lines` from seeds in their order, none from near another line, until there are `most`; false if there
-/// are more.
 class Grown {
  public:
   Grown(const Field& field, const Box& box, double step_m, double least)
       : field_(field), box_(box), side_m_(largest_component(box.size_m())), step_m_(step_m), least_(least) {}
 
+  /// Adds lines from seeds in their order, none from near another line, until there are `most`; false if there are more.
   bool grow(std::vector<Streamline>& lines, const std::vector<Seed>& seeds, std::size_t most, double apart_m) const {
     Lattice lattice(apart_m);
     for (const Streamline& line : lines) {
@@ -128,7 +131,7 @@ class Grown {
       const Streamline line = through(seed);
       lattice.take(seed.position_m);
       for (const StreamPoint& point : line) lattice.take(point.position_m);
-      if (static_cast<double>(line.size()) * step_m_ < 0.03 * side_m_) continue;  // a speck tells no direction
+      if (static_cast<double>(line.size()) * step_m_ < 0.06 * side_m_) continue;  // a speck tells no direction
       if (lines.size() == most) return false;
       lines.push_back(line);
     }
@@ -145,6 +148,7 @@ class Grown {
     std::reverse(line.begin(), line.end());
     line.push_back({seed.position_m, seed.speed});
     line.insert(line.end(), ahead.begin(), ahead.end());
+    if (closed) line.push_back({seed.position_m, seed.speed});
     return line;
   }
 
@@ -161,7 +165,7 @@ std::vector<Streamline> streamlines(const Field& field, const Box& box, std::siz
   std::vector<Seed> seeds;
   for (const Vec3& position : grid_positions(box, 40)) {
     const VectorSample sample = field.vector(position);
-    if (sample.inside && norm(sample.value) > 0.0) seeds.push_back({position, norm(sample.value), swirl(sample.jacobian)});
+    if (sample.inside && norm(sample.value) > 0.0) seeds.push_back({position, norm(sample.value), swirl(sample)});
   }
   std::stable_sort(seeds.begin(), seeds.end(), [](const Seed& a, const Seed& b) { return a.speed > b.speed; });
   if (seeds.empty()) return {};
@@ -173,7 +177,7 @@ std::vector<Streamline> streamlines(const Field& field, const Box& box, std::siz
   const Grown grown(field, box, step_m, 0.05 * fast);
   constexpr double turns = 3.0;  // [rad] at least, while the flow crosses the box
   std::vector<Seed> in_vortices = seeds;
-  std::erase_if(in_vortices, [&](const Seed& seed) { return std::sqrt(std::max(seed.swirl, 0.0)) * side_m < turns * fast; });
+  std::erase_if(in_vortices, [&](const Seed& seed) { return seed.swirl * side_m < turns * fast; });
   std::stable_sort(in_vortices.begin(), in_vortices.end(), [](const Seed& a, const Seed& b) { return a.swirl > b.swirl; });
 
   std::vector<Streamline> winding;

@@ -22,7 +22,8 @@ class Sight {
       const FieldPtr field = scene.field(layers[i].field).field;
       if (field->components() != 1) continue;
       const detail::SurfaceLook look = detail::surface_look(scene, layers, i, true);
-      surfaces_.push_back({detail::in_hand_frame(frozen(field, at), scene.hand_to_world()), look.level, look.opacity});
+      surfaces_.push_back(
+          {detail::in_hand_frame(frozen(field, at), scene.hand_to_world()), look.level, look.opacity * look.opacity});
     }
   }
 
@@ -30,7 +31,7 @@ class Sight {
   double clear(const Vec3& p_m, const Vec3& towards) const {
     double clear = 1.0;
     for (const Surface& surface : surfaces_) {
-      if (hides(surface, p_m, towards)) clear *= 1.0 - surface.opacity;
+      if (hides(surface, p_m, towards)) clear *= 1.0 - surface.hides;
     }
     return clear;
   }
@@ -39,7 +40,7 @@ class Sight {
   struct Surface {
     FieldPtr field;
     double level;
-    double opacity;
+    double hides;  ///< [1] how much of what lies behind: of thin glass hardly any
   };
 
   static bool hides(const Surface& surface, const Vec3& p_m, const Vec3& towards) {
@@ -79,7 +80,7 @@ Vec3 best_viewpoint(Worth worth) {
   Vec3 best = directions.front();
   double most = -1.0;
   for (const Vec3& direction : directions) {
-    const double value = worth(direction) * (0.7 + 0.3 * dot(direction, directions.front()));
+    const double value = worth(direction) * (0.5 + 0.5 * dot(direction, directions.front()));
     if (value > most + 1e-9) {
       most = value;
       best = direction;
@@ -107,6 +108,10 @@ bool is_across(std::span<const PathPoint> path) {
 
 ScenePictureOptions overview(const Scene& scene, std::span<const PathPoint> path) {
   ScenePictureOptions options;
+  if (scene.view_from) {
+    options.from = scene.hand_to_world().turned_to_hand(*scene.view_from);
+    return options;
+  }
   if (path.empty()) return options;
   if (is_across(path)) {
     options.from = {0, 0, 1};
@@ -119,7 +124,8 @@ ScenePictureOptions overview(const Scene& scene, std::span<const PathPoint> path
   }
   if (felt.empty()) return options;
   std::vector<Vec3> some;
-  for (std::size_t i = 0; i < std::min(most, felt.size()); ++i) some.push_back(felt[i * felt.size() / std::min(most, felt.size())]);
+  for (std::size_t i = 0; i < std::min(most, felt.size()); ++i)
+    some.push_back(felt[i * felt.size() / std::min(most, felt.size())]);
   Vec3 middle;
   for (const Vec3& p : some) middle += p / static_cast<double>(some.size());
   const Sight sight(scene, scene.time.at(0.0));
@@ -137,13 +143,16 @@ ScenePictureOptions overview(const Scene& scene, std::span<const PathPoint> path
 }
 
 ScenePictureOptions close_up(const Scene& scene, const Moment& moment) {
+  // Half across: planes and lines that hold the proxy, which lie across the spring or along it, are all seen.
+  constexpr double oblique = std::numbers::pi / 3.0;
   const Vec3 spring = normalized(moment.probe_m - moment.proxy_m);
   const Sight sight(scene, scene.time.at(moment.time_s));
   ScenePictureOptions options;
   options.from = best_viewpoint([&](const Vec3& towards) {
-    return (0.2 + sight.clear(moment.proxy_m, towards)) * (0.4 + 0.6 * norm(cross(spring, towards)));
+    const double angle = std::acos(std::min(std::abs(dot(spring, towards)), 1.0));
+    return (0.2 + sight.clear(moment.proxy_m, towards)) * (1.0 - 0.5 * std::abs(angle - oblique));
   });
-  options.half_height_m = std::clamp(8.0 * distance(moment.probe_m, moment.proxy_m), 0.02, 0.06);
+  options.half_height_m = std::clamp(12.0 * distance(moment.probe_m, moment.proxy_m), 0.02, 0.06);
   return options;
 }
 
