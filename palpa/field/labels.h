@@ -1,12 +1,33 @@
-// Label maps: fields whose values are numbers of parts, not amounts.
+// Label maps: whole numbers that name the parts of a body, and mean nothing between them.
 #pragma once
 
-#include "palpa/field/statistics.h"
+#include <cstdint>
+#include <vector>
+
+#include "palpa/field/field.h"
 
 namespace palpa {
 
-/// Whether the values of a scalar field on a grid are numbers of parts: whole, from 0 on, no more than 256 different ones,
-/// and those of neighbours nearly always the same, as those of a measurement are not. Looks at some thousand rows of voxels.
-bool looks_like_labels(const Field& field, const Statistics& values);
+/// A part of a label map.
+struct Label {
+  double value = 0.0;
+  std::int64_t voxels = 0;
+};
+
+/// The parts that a grid of whole numbers names, the largest first, without `background`.
+struct LabelMap {
+  double background = 0.0;    ///< what most of the border of the grid is
+  std::vector<Label> labels;  ///< at least one
+};
+
+/// The field as a label map, if it looks like one: a scalar grid of whole numbers, no more than 256 different ones, in which
+/// most neighbours of a voxel that is not background are the same as it. Nothing else does, for want of noise. Empty `labels`
+/// of other fields. Reads all voxels once.
+LabelMap label_map(const Field& field);
+
+/// 1 where the voxels of a scalar grid are `label`, and 0 elsewhere, as a grid of whole numbers; between voxels it goes from
+/// one to the other, so its level 0.5 is the surface of that part. Of a series, frame by frame. Throws std::invalid_argument,
+/// with a sentence, on a field without voxels, of vectors or below a pose. \param label  in the field's own unit
+FieldPtr label_field(const Field& field, double label);
 
 }  // namespace palpa
