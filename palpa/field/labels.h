@@ -25,9 +25,6 @@ struct LabelMap {
 /// of other fields. Reads all voxels once.
 LabelMap label_map(const Field& field);
 
-/// Whether it looks like a label map. Reads all voxels once.
-inline bool is_label_map(const Field& field) { return !label_map(field).labels.empty(); }
-
 /// 1 where the voxels of a scalar grid are `label`, and 0 elsewhere, as a grid of whole numbers; between voxels it goes from
 /// one to the other, so its level 0.5 is the surface of that part. Of a series, frame by frame. Throws std::invalid_argument,
 /// with a sentence, on a field without voxels, of vectors or below a pose. \param label  in the field's own unit

@@ -192,8 +192,7 @@ Reach::Reach(const Scene& scene, const std::function<void(double)>& progress) : 
 
 namespace {
 
-/// The best of the nodes of a picture of ways as the middle of a motion: where most can be felt about it, and not far from where
-/// the hand already is.
+/// A node of a picture of ways as the middle of a motion.
 struct Middle {
   int column = 0, row = 0;
   double radius = 0.0;  // in nodes
@@ -211,6 +210,20 @@ double share_of_disc(const Ways& ways, int column, int row, double radius) {
   return static_cast<double>(felt) / all;
 }
 
+/// [1] how much the front falls or rises about a way that feels something, on average.
+double slope_of_disc(const Ways& ways, int column, int row, double radius) {
+  const int reach = static_cast<int>(std::ceil(radius));
+  double sum = 0.0, all = 0.0;
+  for (int j = std::max(0, row - reach); j <= std::min(ways.rows - 1, row + reach); ++j)
+    for (int i = std::max(0, column - reach); i <= std::min(ways.columns - 1, column + reach); ++i) {
+      const double away = std::hypot(i - column, j - row);
+      if (away == 0.0 || away > radius || !ways.at(i, j).onset_m) continue;
+      sum += std::min(2.0, std::abs(*ways.at(i, j).onset_m - *ways.at(column, row).onset_m) / (away * cell_m));
+      ++all;
+    }
+  return all > 0.0 ? sum / all : 0.0;
+}
+
 }  // namespace
 
 Encounter Reach::encounter(const SimulatedMotion& motion, double arm_stiffness_n_per_m) const {
@@ -225,7 +238,8 @@ Encounter Reach::encounter(const SimulatedMotion& motion, double arm_stiffness_n
     for (int i = 0; i < across; ++i) {
       if (!coarse.at(i, j).onset_m) continue;
       const double off = std::hypot(i - across / 2, j - across / 2) / across;
-      const double worth = share_of_disc(coarse, i, j, std::clamp(wanted_radius_m, cell_m, usual_radius_m) / cell_m) - 0.5 * off;
+      const double radius = std::clamp(wanted_radius_m, cell_m, usual_radius_m) / cell_m;
+      const double worth = share_of_disc(coarse, i, j, radius) - 0.5 * off - 0.5 * slope_of_disc(coarse, i, j, radius);
       if (worth > best) best = worth, column = i, row = j;
     }
   const Vec3 above_m = Lattice::way_begin_m(column, row);

@@ -166,7 +166,7 @@ std::string forecast(const PreparedRun& prepared) {
   const Reach reach = prepared.reach ? *prepared.reach : Reach(prepared.loaded.scene);
   const double share = reach.felt_share(places_m);
   char words[120];
-  std::snprintf(words, sizeof words, "About %.0f %% of the hand's way is where something can be felt.", 100.0 * share);
+  std::snprintf(words, sizeof words, "About %.0f %% of the hand's path is where something can be felt.", 100.0 * share);
   if (share >= little_contact) return words;
   return (share > 0.0 ? std::string(words) : "Nothing will be felt.") + " " +
          why_little_is_felt(reach, places_m, prepared.remedy);
