@@ -11,7 +11,6 @@
 #include "app/terminal.h"
 #include "palpa/scene/first_scene.h"
 #include "palpa/scene/read_series.h"
-#include "palpa/volume/directions.h"
 
 namespace palpa::app {
 namespace {
@@ -21,6 +20,16 @@ namespace fs = std::filesystem;
 bool is_pattern(const fs::path& path) {
   std::error_code ignored;
   return path.filename().string().find_first_of("*?") != std::string::npos && !fs::exists(path, ignored);
+}
+
+/// Refuses at once what no reader need be asked: files of our own.
+void refuse_our_own(const fs::path& path) {
+  std::error_code ignored;
+  const std::string name = path.string();
+  if (fs::exists(path / "trace.toml", ignored))
+    throw LoadError(name + ": is a trace, not data; see it with: palpa report " + name);
+  if (path.extension() == ".toml" && fs::is_regular_file(path, ignored))
+    throw LoadError(name + ": is a scene, not data; feel it with: palpa run " + name + " --hand sim:stroke");
 }
 
 /// The volumes that are asked for.
@@ -39,6 +48,7 @@ std::vector<Asked> asked_for(const InfoArguments& arguments) {
   }
   for (const fs::path& path : arguments.files) {
     if (!is_pattern(path)) {
+      refuse_our_own(path);
       add(path, {path});
       continue;
     }
@@ -49,26 +59,34 @@ std::vector<Asked> asked_for(const InfoArguments& arguments) {
   return all;
 }
 
+Facts read_facts(const Asked& asked, const ReadOptions& read, bool all_frames) {
+  const Progress progress("reading " + asked.name);
+  return facts_of(asked, read, all_frames);
+}
+
+/// As a shell reads it back.
+std::string for_shell(const std::string& path) {
+  static constexpr const char* plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./,:+@%";
+  if (!path.empty() && path.find_first_not_of(plain) == std::string::npos) return path;
+  std::string quoted = "'";
+  for (const char c : path) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
 /// The first scene, to stdout or into a new file.
-void suggest_scene(const Asked& asked, const InfoArguments& arguments) {
-  const auto& [name, request, is_series] = asked;
-  if (is_series) {
-    throw LoadError(name +
+void suggest_scene(const Asked& asked, const Facts& facts, const InfoArguments& arguments) {
+  if (asked.is_series) {
+    throw LoadError(asked.name +
                     ": is a time series; ask for the scene of one of its files, and give that scene 'files' and "
                     "'frame_period_s' instead of 'file'");
   }
   std::string text;
   try {
-    VolumeFile file = read_volume_file(request, arguments.read);
-    VolumeRequest felt = request;
-    if (const auto directions = as_directions(request, file, arguments.read)) {
-      felt = *directions;
-      file = read_volume_file(felt, arguments.read);
-    }
-    text = first_scene(file.volume, felt);
+    const Progress progress("looking for what can be felt in " + asked.name);
+    text = first_scene(facts.file.volume, asked.request);
   } catch (const LoadError& error) {
     const std::string problem = error.what();
-    throw LoadError(problem.rfind(name, 0) == 0 ? problem : name + ": " + problem);
+    throw LoadError(problem.rfind(asked.name, 0) == 0 ? problem : asked.name + ": " + problem);
   }
   if (arguments.scene_file.empty()) {
     std::fputs(text.c_str(), stdout);
@@ -83,7 +101,27 @@ void suggest_scene(const Asked& asked, const InfoArguments& arguments) {
 void draw(const Facts& facts, const fs::path& file) {
   const auto field = field_to_feel(facts.file.volume, facts.values);
   if (!field) throw LoadError(facts.name + ": has no field that varies; there is nothing to draw");
-  pictures_for(file.string()).volume(facts.file.volume, *field, facts.values[*field], facts.what, file);
+  const Progress progress("drawing " + file.string());
+  const fs::path named = fs::path(facts.name).has_filename() ? fs::path(facts.name) : fs::path(facts.name).parent_path();
+  pictures_for(file.string())
+      .volume(facts.file.volume, *field, facts.values[*field], named.filename().string() + ": " + facts.what, file);
+}
+
+/// Makes scene and picture of a volume, and says on stderr what was written and what to do next.
+void make_files(Asked asked, Facts facts, const InfoArguments& arguments) {
+  if (const auto otherwise = request_to_feel(asked, facts, arguments.read)) {
+    asked.request = *otherwise;
+    facts = read_facts(asked, arguments.read, false);
+  }
+  if (arguments.scene) suggest_scene(asked, facts, arguments);
+  if (!arguments.picture.empty()) draw(facts, arguments.picture);
+  for (const fs::path& file : {arguments.scene ? arguments.scene_file : fs::path(), arguments.picture}) {
+    if (!file.empty()) std::fprintf(stderr, "Wrote %s\n", file.c_str());
+  }
+  if (arguments.scene && !arguments.scene_file.empty()) {
+    const std::string scene = for_shell(arguments.scene_file.string()), out = for_shell(arguments.scene_file.stem().string());
+    std::fprintf(stderr, "Next: palpa run %s --hand sim:stroke --out %s\n", scene.c_str(), out.c_str());
+  }
 }
 
 }  // namespace
@@ -93,21 +131,27 @@ int run_info(const InfoArguments& arguments) {
   if (all.size() > 1 && (arguments.scene || !arguments.picture.empty())) {
     throw LoadError("info: --scene and --picture are of one file; name one");
   }
+  if (const std::string picture = arguments.picture.string(); !picture.empty() && arguments.picture.extension() != ".png")
+    throw LoadError("--picture " + picture + ": is no name of a PNG file, which is what is drawn; write --picture " +
+                    fs::path(picture).replace_extension(".png").string());
+  std::vector<AskedPlace> places;
+  for (const Vec3& at : arguments.at_m)
+    places.push_back({AskedPlace::In::world, at, fmt::format("{},{},{}", at.x, at.y, at.z)});
+  places.insert(places.end(), arguments.places.begin(), arguments.places.end());
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (const Asked& asked : all) {
-    if (arguments.scene) {
-      suggest_scene(asked, arguments);
-      if (arguments.picture.empty()) continue;
-    }
-    const Facts facts = facts_of(asked, arguments.read);
-    if (!arguments.picture.empty()) draw(facts, arguments.picture);
+    const Facts facts = read_facts(asked, arguments.read, !arguments.scene);
+    for (const AskedPlace& place : places) world_of(place, facts);  // refuses what these data cannot answer, before any answer
+    if (arguments.scene || !arguments.picture.empty()) make_files(asked, facts, arguments);
     if (arguments.scene) continue;
     if (arguments.json) {
-      list.push_back(as_json(facts, arguments.at_m, arguments.level));
+      list.push_back(as_json(facts, places, arguments.level));
       continue;
     }
     if (&asked != &all.front()) fmt::print("\n");
-    print_words(facts, arguments.at_m, arguments.level);
+    print_words(facts, places, arguments.level);
+    if (all.size() == 1 && arguments.picture.empty() && !asked.is_series && field_to_feel(facts.file.volume, facts.values))
+      fmt::print("\n  next      palpa info {} --scene first.toml, to feel it\n", for_shell(asked.name));
     std::fflush(stdout);
     std::vector<std::string> warnings;
     for (const std::string& warning : facts.file.volume.warnings) warnings.push_back(asked.name + ": " + warning);

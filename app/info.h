@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "app/info_place.h"
 #include "palpa/core/vec3.h"
 #include "palpa/volume/read_volume.h"
 
@@ -21,6 +22,7 @@ struct InfoArguments {
   bool scene = false;                ///< print a first scene instead; of one file
   std::filesystem::path scene_file;  ///< write it there instead of printing it; a new file
   std::filesystem::path picture;     ///< draw into this file, too; of one file
+  std::vector<AskedPlace> places{};  ///< further places to sample
 };
 
 /// Prints what is in the files, as a table or as JSON (docs: the keys are promises). Returns 0; throws

@@ -7,7 +7,10 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "app/info_kind.h"
+#include "app/info_numbers.h"
 #include "palpa/scene/read_series.h"
+#include "palpa/volume/components.h"
 #include "palpa/volume/directions.h"
 
 namespace palpa::app {
@@ -24,7 +27,7 @@ double degrees(double cosine) { return std::acos(std::clamp(cosine, 0.0, 1.0)) *
 
 Placement placement_of(const Volume& volume) {
   static constexpr const char* patient[] = {
-      "the patient's left", "the patient's right", "the back", "the front", "the head", "the feet"};
+      "the patient's left (L)", "the patient's right (R)", "the back (P)", "the front (A)", "the head (S)", "the feet (I)"};
   static constexpr const char* letters[] = {"L", "R", "P", "A", "S", "I"};
   static constexpr const char* axes[] = {"+x", "-x", "+y", "-y", "+z", "-z"};
   Placement placed;
@@ -51,45 +54,16 @@ Placement placement_of(const Volume& volume) {
   return placed;
 }
 
-/// What the volume is, by what the file says and what its values look like.
-std::string what_it_is(const Facts& facts) {
-  const Volume& volume = facts.file.volume;
-  std::string what;
-  if (volume.modality == "CT") what = "CT scan";
-  if (volume.modality == "MR") what = "MR scan";
-  if (what.empty() && !volume.modality.empty()) what = "scan (" + volume.modality + ")";
-  std::size_t vectors = 0;
-  for (std::size_t f = 0; f < volume.fields.size(); ++f) {
-    const VolumeField& field = volume.fields[f];
-    if (field.field->components() == 3) {
-      ++vectors;
-      if (looks_like_directions(facts.values[f]))
-        what += (what.empty() ? "" : ", ") + ("directions '" + field.name + "' (vectors of length 1)");
-    } else if (looks_like_hounsfield(facts.values[f], field.unit)) {
-      if (what.empty()) what = "looks like a CT scan";
-      what += field.unit == "HU" ? ", in Hounsfield units"
-                                 : ", in what are probably Hounsfield units (air near -1000, tissue near 0)";
-    }
-  }
-  if (!what.empty()) return what;
-  const std::size_t scalars = volume.fields.size() - vectors;
-  const auto count = [](std::size_t n, const char* one, const char* many) {
-    return n == 1 ? std::string(one) : fmt::format("{} {}", n, many);
-  };
-  if (vectors > 0) what = count(vectors, "a vector field", "vector fields");
-  if (scalars > 0) what += (what.empty() ? "" : " and ") + count(scalars, "a scalar field", "scalar fields");
-  return what + (facts.file.frames > 1 ? fmt::format(" in {} frames", facts.file.frames) : "");
-}
-
 void find_suspicious_values(const Facts& facts, std::size_t f, std::vector<std::string>& suspicious) {
   const VolumeField& field = facts.file.volume.fields[f];
   const Statistics& values = facts.values[f];
   const auto say = [&](const std::string& words) { suspicious.push_back("field '" + field.name + "' " + words); };
   if (values.counted == 0) return say("has no finite value at all");
   if (values.max <= values.min) return say(fmt::format("has the value {:g} everywhere", values.min));
+  if (!labels_in(field, values).labels.empty()) return;
   const auto n = static_cast<double>(values.counted);
   if (const double zeros = static_cast<double>(values.zeros) / n; zeros > 0.3 && zeros < 1.0) {
-    say(fmt::format("is exactly 0 in {:.2g} % of the voxels: probably no data there", 100.0 * zeros));
+    say(fmt::format("is exactly 0 in {:.0f} % of the voxels: probably background, without data", 100.0 * zeros));
   }
   const Histogram& h = values.histogram;
   const GridView& grid = *grid_of(*field.field);
@@ -98,7 +72,7 @@ void find_suspicious_values(const Facts& facts, std::size_t f, std::vector<std::
     const double at_top = static_cast<double>(h.counts.back()) / n,
                  beside = static_cast<double>(h.counts[h.counts.size() / 16 * 15]) / n;
     if (at_top > 1e-3 && at_top > 10.0 * beside) {
-      say(fmt::format("has its largest value {:g} in {:.2g} % of the voxels: what is above was probably cut off", values.max,
+      say(fmt::format("has its largest value {:.4g} in {:.2g} % of the voxels: what is above was probably cut off", values.max,
                       100.0 * at_top));
     }
   }
@@ -111,7 +85,8 @@ void find_suspicious_values(const Facts& facts, std::size_t f, std::vector<std::
                     values.max));
   }
   if (looks_like_hounsfield(values, field.unit) && values.min < -1100.0) {
-    say(fmt::format("goes down to {:g}, below air (-1000 HU): padding", values.min));
+    say(fmt::format("goes down to {:g}, where air is -1000 HU: {:.2g} % of the voxels are padding, where nothing was measured",
+                    values.min, 100.0 * h.share_between(values.min, -1100.0)));
   }
 }
 
@@ -119,21 +94,32 @@ std::vector<std::string> suspicious_things(const Facts& facts) {
   std::vector<std::string> suspicious;
   const Placement& placed = facts.placed;
   const double longest_m = largest_component(placed.size_m);
-  if (facts.file.volume.medical_frame && (longest_m > 2.5 || longest_m < 0.5e-3)) {
+  if (looks_like_scan(facts) && (longest_m > 2.5 || longest_m < 0.5e-3)) {
+    const bool in_metres = facts.file.volume.length_unit == "m" && longest_m > 2.5;
     suspicious.push_back(
-        fmt::format("is {:.3g} m long in a patient's frame: the unit of length is probably wrong (length_unit)", longest_m));
+        fmt::format("is {} long, which no scan of a body is: the unit of length is probably {}, which --set "
+                    "length_unit={} takes",
+                    length_words(longest_m), in_metres ? "mm" : "another", in_metres ? "mm" : "UNIT"));
   }
   const double steps_m[] = {placed.spacing_m.x, placed.spacing_m.y, placed.spacing_m.z};
   const auto [shortest, longest] = std::minmax_element(steps_m, steps_m + 3);
   if (*longest > 4.0 * *shortest) {
-    suspicious.push_back(fmt::format("has voxels {:.2g} times as long along {} as along {}: what is finer than that is lost",
-                                     *longest / *shortest, "ijk"[longest - steps_m], "ijk"[shortest - steps_m]));
+    suspicious.push_back(
+        fmt::format("has voxels {:.2g} times as long along {} as along {}: what is finer than {} is lost there",
+                    *longest / *shortest, "ijk"[longest - steps_m], "ijk"[shortest - steps_m], length_words(facts, *longest)));
   }
   for (std::size_t a = 0; a < 3; ++a) {
     if (placed.grid.dims[a] == 1)
       suspicious.push_back(fmt::format("is one voxel thick along {}: a slice, constant across", "ijk"[a]));
   }
   for (std::size_t f = 0; f < facts.values.size(); ++f) find_suspicious_values(facts, f, suspicious);
+  for (const VolumeRequest::FieldRequest& vector : separate_vectors(facts.file.volume)) {
+    const std::string fields = "fields={" + vector.name + "={arrays=[\"" + vector.arrays[0] + "\",\"" + vector.arrays[1] +
+                               "\",\"" + vector.arrays[2] + "\"]}}";
+    suspicious.push_back("has the components of one vector in the arrays '" + vector.arrays[0] + "', '" + vector.arrays[1] +
+                         "' and '" + vector.arrays[2] + "': --scene and --picture take them so, and so does --set '" + fields +
+                         "'");
+  }
   return suspicious;
 }
 
@@ -145,7 +131,7 @@ double Facts::valid_share() const {
   return share;
 }
 
-Facts facts_of(const Asked& asked, const ReadOptions& read) {
+Facts facts_of(const Asked& asked, const ReadOptions& read, bool all_frames) {
   VolumeRequest first = asked.request;
   if (asked.is_series) first.files = {asked.request.files.front()};
   Facts facts{.name = asked.name, .file = read_volume_file(first, read)};
@@ -159,12 +145,13 @@ Facts facts_of(const Asked& asked, const ReadOptions& read) {
   facts.placed = placement_of(facts.file.volume);
   facts.suspicious = suspicious_things(facts);
   const auto directions = as_directions(first, facts.file, read);
+  facts.directions = directions.has_value();
   if (directions) {
     facts.suspicious.push_back("has three frames that are the components of vectors of length 1: --set as=vector" +
                                std::string(directions->components_along == "index" ? " --set components_along=index" : "") +
                                " takes them so");
   }
-  if (asked.is_series || (facts.file.frames > 1 && asked.request.frame < 0 && !directions)) {
+  if (all_frames && (asked.is_series || (facts.file.frames > 1 && asked.request.frame < 0 && !directions))) {
     try {
       facts.series = read_series(asked.request, any_period_s, BetweenFrames::linear, volume_reader(read));
     } catch (const std::invalid_argument& error) {
@@ -173,8 +160,14 @@ Facts facts_of(const Asked& asked, const ReadOptions& read) {
     facts.file.frames = facts.series->frames;
     facts.file.volume.files = facts.series->files;
   }
-  facts.what = what_it_is(facts);
+  facts.what = kind_of(facts);
   return facts;
+}
+
+std::optional<VolumeRequest> request_to_feel(const Asked& asked, const Facts& facts, const ReadOptions& read) {
+  if (asked.is_series) return std::nullopt;
+  if (facts.directions) return as_directions(asked.request, facts.file, read);
+  return with_vectors_joined(asked.request, facts.file.volume);
 }
 
 std::optional<FrameShift> shift_of(const Facts& facts, std::size_t field, const std::optional<double>& level) {

@@ -39,15 +39,21 @@ struct Facts {
   std::optional<Volume> series;  ///< all frames, where there are several
   Placement placed;
   std::vector<Statistics> values;       ///< of each field
-  std::string what;                     ///< what it is, in a few words
+  std::string what;                     ///< what it is, in words of those who use such data
+  bool directions = false;              ///< its frames are the components of vectors of length 1
   std::vector<std::string> suspicious;  ///< what a person should look at, half sentences
   std::uint64_t memory_bytes = 0;       ///< of the voxels
 
   double valid_share() const;  ///< [1] least share of voxels with a finite value
 };
 
-/// Opens one file, with all its frames where it has several, or several files as one series. Throws LoadError.
-Facts facts_of(const Asked& asked, const ReadOptions& read);
+/// Opens one file, or several files as one series. Throws LoadError.
+/// \param all_frames  reads all its frames, too, where it has several
+Facts facts_of(const Asked& asked, const ReadOptions& read, bool all_frames);
+
+/// How the file of these facts is read to be felt or drawn, where that is otherwise than it was asked for: frames that are
+/// directions, arrays that are the components of vectors.
+std::optional<VolumeRequest> request_to_feel(const Asked& asked, const Facts& facts, const ReadOptions& read);
 
 /// How far the levels of a field move from frame to frame; nothing where it is no series.
 std::optional<FrameShift> shift_of(const Facts& facts, std::size_t field, const std::optional<double>& level);

@@ -94,14 +94,19 @@ Json statistics_entry(const VolumeField& field, const Statistics& values) {
           {"histogram", {{"low", number(shown.low)}, {"high", number(shown.high)}, {"counts", shown.counts}}}};
 }
 
-Json sample(const Volume& volume, const Vec3& at_m) {
+Json sample(const Facts& facts, const Vec3& at_m) {
+  const Volume& volume = facts.file.volume;
   Json values = Json::object();
   bool inside = false;
   for (const VolumeField& field : volume.fields) {
     values[field.name] = value_at(*field.field, at_m);
     inside = inside || !values[field.name].is_null();
   }
-  return {{"at_m", vector(at_m)}, {"inside", inside}, {"values", std::move(values)}};
+  const GridPoint voxel = voxel_of(facts, at_m);
+  return {{"at_m", vector(at_m)},
+          {"at_ijk", vector({voxel.i, voxel.j, voxel.k})},
+          {"inside", inside},
+          {"values", std::move(values)}};
 }
 
 }  // namespace
@@ -115,13 +120,17 @@ Json value_at(const Field& field, const Vec3& at_m) {
   return sample.inside ? vector(sample.value) : Json(nullptr);
 }
 
-Json as_json(const Facts& facts, const std::vector<Vec3>& at_m, const std::optional<double>& level) {
+Json as_json(const Facts& facts, const std::vector<AskedPlace>& places, const std::optional<double>& level) {
   const Volume& volume = facts.file.volume;
   const Placement& placed = facts.placed;
   Json info;
   info["what"] = facts.what;
   info["format"] = volume.format;
   info["modality"] = volume.modality;
+  info["scan"] = Json::object();
+  for (const ScanFact& fact : volume.scan) {
+    info["scan"][std::string(name_of(fact.kind))] = is_number(fact.kind) ? number(fact.number) : Json(fact.words);
+  }
   info["files"] = Json::array();
   for (const SourceFile& source : volume.files) {
     info["files"].push_back({{"path", source.path}, {"bytes", source.bytes}, {"sha256", source.sha256}});
@@ -149,8 +158,8 @@ Json as_json(const Facts& facts, const std::vector<Vec3>& at_m, const std::optio
   info["memory_bytes"] = facts.memory_bytes;
   info["suspicious"] = facts.suspicious;
   info["warnings"] = volume.warnings;
-  if (!at_m.empty()) info["samples"] = Json::array();
-  for (const Vec3& at : at_m) info["samples"].push_back(sample(volume, at));
+  if (!places.empty()) info["samples"] = Json::array();
+  for (const AskedPlace& place : places) info["samples"].push_back(sample(facts, world_of(place, facts)));
   return info;
 }
 

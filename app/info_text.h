@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/info_facts.h"
+#include "app/info_place.h"
 
 namespace palpa::app {
 
@@ -13,12 +14,12 @@ namespace palpa::app {
 nlohmann::ordered_json value_at(const Field& field, const Vec3& at_m);
 
 /// For programs: the keys are promises, and say their units (docs/start.md). Numbers that are not finite are null.
-/// \param at_m   [m] positions of the world to sample
-/// \param level  of scalar fields, in each one's own unit: what the smooth filter loses there, how far it moves from frame to
+/// \param places  to sample
+/// \param level   of scalar fields, in each one's own unit: what the smooth filter loses there, how far it moves from frame to
 /// frame
-nlohmann::ordered_json as_json(const Facts& facts, const std::vector<Vec3>& at_m, const std::optional<double>& level);
+nlohmann::ordered_json as_json(const Facts& facts, const std::vector<AskedPlace>& places, const std::optional<double>& level);
 
 /// The same for people, to stdout.
-void print_words(const Facts& facts, const std::vector<Vec3>& at_m, const std::optional<double>& level);
+void print_words(const Facts& facts, const std::vector<AskedPlace>& places, const std::optional<double>& level);
 
 }  // namespace palpa::app

@@ -4,35 +4,51 @@
 #include <cmath>
 #include <utility>
 
+#include "app/info_numbers.h"
 #include "app/info_text.h"
 #include "palpa/field/thin_parts.h"
+#include "palpa/volume/protocol.h"
 
 namespace palpa::app {
 namespace {
 
-std::string text_of(const Vec3& v) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", v.x, v.y, v.z); }
-
 std::string text_of(const std::vector<Extent>& extents, double Extent::*end) {
-  if (extents.size() == 1) return fmt::format("{:.6g}", extents[0].*end);
+  double span = 0.0;
+  for (const Extent& extent : extents) span = std::max(span, extent.max - extent.min);
+  if (extents.size() == 1) return rounded_words(extents[0].*end, span);
   std::string text;
-  for (const Extent& extent : extents) text += fmt::format("{}{:.4g}", text.empty() ? "" : ", ", extent.*end);
+  for (const Extent& extent : extents) text += (text.empty() ? "" : ", ") + rounded_words(extent.*end, span);
   return "(" + text + ")";
 }
 
-/// A length in the unit in which people would say it.
-std::string text_of_length(double metres) {
-  static constexpr struct {
-    double at_least_m, metres;
-    const char* unit;
-  } units[] = {{1e3, 1e3, "km"}, {1.0, 1.0, "m"}, {1e-3, 1e-3, "mm"}, {1e-6, 1e-6, "µm"}, {0.0, 1e-9, "nm"}};
-  for (const auto& [at_least_m, unit_m, unit] : units) {
-    if (metres >= at_least_m) return fmt::format("{:.4g} {}", metres / unit_m, unit);
-  }
-  return fmt::format("{:.4g} m", metres);
+/// Bytes as "7.53 MB".
+std::string text_of_bytes(std::uint64_t bytes) { return protocol::readable_bytes(static_cast<double>(bytes)); }
+
+std::string text_of_lengths(const Facts& facts, const Vec3& v) {
+  return fmt::format("{} × {} × {}", length_words(facts, v.x), length_words(facts, v.y), length_words(facts, v.z));
 }
 
-std::string text_of_lengths(const Vec3& v) {
-  return fmt::format("{} × {} × {}", text_of_length(v.x), text_of_length(v.y), text_of_length(v.z));
+/// A format as people call it.
+std::string format_words(const std::string& format) {
+  for (const auto& [name, words] : {std::pair{"dicom", "DICOM"},
+                                    {"nifti", "NIfTI"},
+                                    {"nrrd", "NRRD"},
+                                    {"metaimage", "MetaImage"},
+                                    {"vtk", "VTK (legacy .vtk)"},
+                                    {"plot3d", "PLOT3D"},
+                                    {"openfoam", "OpenFOAM"},
+                                    {"hdf5", "HDF5"},
+                                    {"raw", "bare numbers"}}) {
+    if (format == name) return words;
+  }
+  return format.find("vt") != std::string::npos ? "VTK (." + format + ")" : format;
+}
+
+/// "a, b": what of a list is not empty.
+std::string joined(const std::vector<std::string>& parts) {
+  std::string all;
+  for (const std::string& part : parts) all += (all.empty() || part.empty() ? "" : ", ") + part;
+  return all;
 }
 
 /// A histogram in one line of bars; heights go by the square root, so that what is rare is seen beside what fills the volume.
@@ -47,34 +63,74 @@ std::string bars_of(const Histogram& histogram) {
   return text;
 }
 
+/// How a scan was made: "120 kVp, slices 5 mm thick"; the known words of its protocol; the scanner.
+void print_scan(const Volume& volume) {
+  const auto words = [&](ScanFactKind kind) {
+    for (const ScanFact& fact : volume.scan) {
+      if (fact.kind == kind) return fact.words;
+    }
+    return std::string();
+  };
+  const auto number = [&](ScanFactKind kind, const char* form) {
+    for (const ScanFact& fact : volume.scan) {
+      if (fact.kind == kind) return fmt::format(fmt::runtime(form), fact.number);
+    }
+    return std::string();
+  };
+  const std::string kernel = words(ScanFactKind::kernel);
+  const std::string made = joined(
+      {number(ScanFactKind::field_strength_t, "{:.3g} T"), words(ScanFactKind::sequence),
+       number(ScanFactKind::repetition_time_ms, "TR {:.4g} ms"), number(ScanFactKind::echo_time_ms, "TE {:.3g} ms"),
+       number(ScanFactKind::inversion_time_ms, "TI {:.4g} ms"), number(ScanFactKind::flip_angle_deg, "flip angle {:.3g}°"),
+       number(ScanFactKind::b_value_s_per_mm2, "b = {:.4g} s/mm²"),
+       number(ScanFactKind::velocity_range_cm_per_s, "VENC {:.4g} cm/s"), number(ScanFactKind::tube_voltage_kv, "{:.4g} kVp"),
+       number(ScanFactKind::tube_current_ma, "{:.4g} mA"), kernel.empty() ? "" : "kernel " + kernel,
+       number(ScanFactKind::slice_thickness_mm, "slices {:.3g} mm thick")});
+  if (!made.empty()) fmt::print("  scan      {}\n", made);
+  if (const std::string protocol = words(ScanFactKind::protocol); !protocol.empty())
+    fmt::print("  protocol  {} (only words that are known to name nobody)\n", protocol);
+  if (const std::string scanner = words(ScanFactKind::scanner); !scanner.empty()) fmt::print("  scanner   {}\n", scanner);
+}
+
 void print_placement(const Facts& facts) {
   const Volume& volume = facts.file.volume;
   const Placement& placed = facts.placed;
   const auto& dims = placed.grid.dims;
-  fmt::print("  grid     {} × {} × {} voxels of {}{}\n", dims[0], dims[1], dims[2], text_of_lengths(placed.spacing_m),
+  const bool resampled = volume.fields.front().resampling.has_value();
+  fmt::print("  grid      {} × {} × {} voxels of {}{}\n", dims[0], dims[1], dims[2], text_of_lengths(facts, placed.spacing_m),
              placed.grid.is_rectilinear() ? " on average: its planes are at uneven distances" : "");
-  fmt::print(
-      "  size     {}, {:.3g} MB in memory{}\n", text_of_lengths(placed.size_m), static_cast<double>(facts.memory_bytes) / 1e6,
-      volume.length_unit_assumed ? fmt::format("; the file says no unit of length, {} is taken", volume.length_unit) : "");
+  if (resampled) {
+    const auto& n = volume.fields.front().resampling->dims;
+    fmt::print("            made from the file's own, of {}\n",
+               n[1] == 1 && n[2] == 1 ? rounded_words(static_cast<double>(n[0])) + " points in cells of any shape"
+                                      : fmt::format("{} × {} × {} points along curved lines", n[0], n[1], n[2]));
+  }
+  fmt::print("  size      {}{}, {} in memory\n", text_of_lengths(facts, placed.size_m),
+             volume.length_unit_assumed ? ", if the file's lengths are in " + volume.length_unit : "",
+             text_of_bytes(facts.memory_bytes));
   const char* to = volume.medical_frame ? "to " : "along ";
   std::string turned;
   if (placed.oblique_deg > 0.5) turned += fmt::format(", oblique by {:.3g}°", placed.oblique_deg);
   if (placed.sheared_deg > 0.1) turned += fmt::format(", sheared by {:.3g}°", placed.sheared_deg);
   if (placed.mirrored) turned += ", left-handed";
-  fmt::print("  axes     i {}{}, j {}{}, k {}{}{}\n", to, placed.towards[0], to, placed.towards[1], to, placed.towards[2],
-             turned);
-  const Box box = volume.bounds_m();
-  fmt::print("  world    {} to {} m, {}\n", text_of(box.low_m), text_of(box.high_m),
-             volume.medical_frame ? "medical frame (x to the left, y to the back, z to the head)" : "the file's own axes");
-  if (facts.file.frames > 1) fmt::print("  frames   {}\n", facts.file.frames);
-  if (const double share = facts.valid_share(); share < 1.0) fmt::print("  valid    {:.4g} % of the voxels\n", 100.0 * share);
+  fmt::print("  axes      i {}{}, j {}{}, k {}{}{}{}\n", to, placed.towards[0], to, placed.towards[1], to, placed.towards[2],
+             volume.medical_frame ? ": " + placed.letters : "", turned);
+  fmt::print("  position  {}{}\n", words_of(facts, volume.bounds_m()),
+             volume.medical_frame ? "" : ", along the file's own x, y, z");
+  if (facts.file.frames > 1) fmt::print("  frames    {}\n", facts.file.frames);
+  if (const double share = facts.valid_share(); share < 1.0) {
+    fmt::print("  data      in {:.3g} % of the voxels; the others are {}\n", 100.0 * share,
+               volume.format == "dicom" ? "padding, where nothing was measured"
+               : resampled              ? "outside of the file's cells"
+                                        : "not finite");
+  }
 }
 
 void print_fields(const Facts& facts) {
   const std::vector<VolumeField>& fields = facts.file.volume.fields;
   std::size_t width = 5;
   for (const VolumeField& field : fields) width = std::max(width, field.name.size());
-  fmt::print("\n  {:<{}}  {:<8}  {:<9}  {:<26}  max\n", "field", width, "unit", "type", "min");
+  fmt::print("\n  {:<{}}  {:<8}  {:<9}  {:<26}  max\n", "field", width, "unit", "stored as", "min");
   for (const VolumeField& field : fields) {
     const std::vector<Extent> extents = field.field->extents();
     const std::string type = std::string(name_of(grid_of(*field.field)->voxels.type)) + (extents.size() == 3 ? "×3" : "");
@@ -86,28 +142,40 @@ void print_fields(const Facts& facts) {
     const Statistics& values = facts.values[f];
     if (values.counted == 0) continue;
     const bool lengths = fields[f].field->components() == 3;
+    const double span = values.max - values.min;
+    // A class of the histogram may be wider than one: a share of whole numbers is one of them all the same.
+    const auto quantile = [&](double share) {
+      const double value = values.percentile(share);
+      return rounded_words(values.whole_numbers ? std::round(value) : value, span);
+    };
     const std::string unit = fields[f].unit.empty() ? "" : " " + fields[f].unit;
-    fmt::print("  {:<{}}  {} {:.4g} on average, half of all up to {:.4g}, 99 % up to {:.4g}{}{}\n", fields[f].name, width,
-               lengths ? "length" : "value", values.mean, values.percentile(0.5), values.percentile(0.99), unit,
+    fmt::print("  {:<{}}  {}median {}, mean {}, 99 % up to {}{}{}\n", fields[f].name, width, lengths ? "length: " : "",
+               quantile(0.5), rounded_words(values.mean, span), quantile(0.99), unit,
                values.one_in > 1 ? fmt::format(" (of one row of voxels in {})", values.one_in) : "");
-    fmt::print("  {:<{}}  {:.4g} ▕{}▏ {:.4g}{}\n", "", width, values.min, bars_of(values.histogram), values.max, unit);
+    fmt::print("  {:<{}}  {} ▕{}▏ {}{}\n", "", width, rounded_words(values.min, span), bars_of(values.histogram),
+               rounded_words(values.max), unit);
   }
 }
 
 void print_resampling(const Facts& facts) {
   std::size_t width = 5;
   for (const VolumeField& field : facts.file.volume.fields) width = std::max(width, field.name.size());
-  const auto percent = [](double share) { return fmt::format("{:.2g} %", 100.0 * share); };
+  const auto percent = [](double share) {
+    return share > 0.0 && share < 1e-4 ? std::string("< 0.01 %") : fmt::format("{:.2g} %", 100.0 * share);
+  };
   bool first = true;
   for (const VolumeField& field : facts.file.volume.fields) {
     if (!field.resampling) continue;
     if (std::exchange(first, false)) {
       fmt::print(
-          "\n  error of resampling, as a share of the range: of half of the places, of 99 %, the worst; places with data\n");
-      fmt::print("  {:<{}}  {:<9}  {:<9}  {:<9}  {:<9}  covered\n", "field", width, "places", "half", "99 %", "worst");
+          "\n  error of the new grid against the file's own, as a share of the field's range: by cell, where boundary layers "
+          "count "
+          "most, and by volume, as a hand meets it\n");
+      fmt::print("  {:<{}}  {:<9}  {:<9}  {:<10}  {:<9}  with data\n", "field", width, "places", "median", "99 % below",
+                 "worst");
     }
     for (const auto& [by, e] : {std::pair{"by cell", field.resampling->by_cell}, {"by volume", field.resampling->by_volume}}) {
-      fmt::print("  {:<{}}  {:<9}  {:<9}  {:<9}  {:<9}  {:.3g} %\n", field.name, width, by, percent(e.p50), percent(e.p99),
+      fmt::print("  {:<{}}  {:<9}  {:<9}  {:<10}  {:<9}  {:.3g} %\n", field.name, width, by, percent(e.p50), percent(e.p99),
                  percent(e.max), 100.0 * e.covered);
     }
   }
@@ -127,38 +195,59 @@ void print_at_level(const Facts& facts, const std::optional<double>& level) {
     const auto shift = shift_of(facts, f, level);
     if (!shift) continue;
     fmt::print(
-        "\n  {} {} moves by {:.2g} widths of its edge per frame (median; p90 {:.2g}; {:.2g} % of the places have none left)\n",
+        "\n  from frame to frame {} {} moves by {:.2g} of the width of its edge (median; 90 % by less than {:.2g}; {:.2g} % "
+        "vanishes)\n",
         level ? fmt::format("level {:g} of", *level) : "the steepest tenth of", fields[f].name, shift->median, shift->p90,
         100.0 * shift->lost_share);
-    fmt::print("  {}\n", shift->p90 < 1.0
-                             ? "below 1 a level moves from frame to frame, and carries the hand"
-                             : "above 1 a level does not move between frames, it jumps: its strength fades out and in");
+    fmt::print("  {}\n", shift->p90 < 1.0 ? "so a surface moves on from frame to frame, and carries the hand"
+                                          : "so a surface jumps from frame to frame: its strength fades out and in");
   }
+}
+
+/// The values at a place, rounded; vectors along the world's axes.
+void print_place(const Facts& facts, const AskedPlace& place) {
+  const Vec3 at_m = world_of(place, facts);
+  const GridPoint voxel = voxel_of(facts, at_m);
+  fmt::print("\n  at {}: {}, voxel {:.4g}, {:.4g}, {:.4g}\n", place.text, words_of(facts, at_m), voxel.i + 0.0, voxel.j + 0.0,
+             voxel.k + 0.0);
+  bool anywhere = false;
+  for (const VolumeField& field : facts.file.volume.fields) {
+    const std::string unit = field.unit.empty() ? "" : " " + field.unit;
+    if (field.field->components() == 1) {
+      const ScalarSample s = field.field->scalar(at_m);
+      fmt::print("    {} = {}\n", field.name, s.inside ? rounded_words(s.value) + unit : "no data");
+      anywhere = anywhere || s.inside;
+      continue;
+    }
+    const VectorSample v = field.field->vector(at_m);
+    anywhere = anywhere || v.inside;
+    fmt::print("    {} = {}\n", field.name,
+               v.inside ? "(" + rounded_words(v.value.x) + ", " + rounded_words(v.value.y) + ", " + rounded_words(v.value.z) +
+                              ")" + unit + ", length " + rounded_words(norm(v.value)) + unit
+                        : "no data");
+  }
+  if (!anywhere) fmt::print("    {}\n", why_outside(place, facts, at_m));
 }
 
 }  // namespace
 
-void print_words(const Facts& facts, const std::vector<Vec3>& at_m, const std::optional<double>& level) {
+void print_words(const Facts& facts, const std::vector<AskedPlace>& places, const std::optional<double>& level) {
   const Volume& volume = facts.file.volume;
   std::uint64_t bytes = 0;
   for (const SourceFile& source : volume.files) bytes += source.bytes;
   fmt::print("{}\n", facts.name);
-  fmt::print("  what     {}\n", facts.what);
-  fmt::print("  format   {}, {} {}, {:.4g} MB\n", volume.format, volume.files.size(),
-             volume.files.size() == 1 ? "file" : "files", static_cast<double>(bytes) / 1e6);
+  fmt::print("  what      {}\n", facts.what);
+  print_scan(volume);
+  fmt::print("  format    {}, {} {}, {}\n", format_words(volume.format), volume.files.size(),
+             volume.files.size() == 1 ? "file" : "files", text_of_bytes(bytes));
   print_placement(facts);
   print_fields(facts);
   print_resampling(facts);
   print_at_level(facts, level);
   if (!facts.suspicious.empty()) fmt::print("\n");
-  for (const std::string& thing : facts.suspicious) fmt::print("  look at  {}\n", thing);
-  if (!at_m.empty()) fmt::print("\n");
-  for (const Vec3& at : at_m) {
-    for (const VolumeField& field : volume.fields) {
-      const auto value = value_at(*field.field, at);
-      fmt::print("  at {} m: {} = {}\n", text_of(at), field.name, value.is_null() ? "outside" : value.dump());
-    }
-  }
+  for (const std::string& thing : facts.suspicious)
+    fmt::print("  note      {}{}\n", thing.rfind("field ", 0) == 0 ? "" : "the file ", thing);
+  for (const AskedPlace& place : places) print_place(facts, place);
 }
 
 }  // namespace palpa::app

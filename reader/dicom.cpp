@@ -37,6 +37,7 @@ class DicomSource : public Source {
     numbers_ = common_numbers(stack);
     header.medical_frame = stack.front().placed;
     header.modality = images_.modality(stack.front());
+    header.scan = images_.scan(stack[stack.size() / 2]);
     header.frame_of_reference = stack.front().space;
     if (stack.front().spaced) header.length_unit = "mm";
     // Padding that no number of its bits can be is marked by the bits beyond.

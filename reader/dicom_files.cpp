@@ -23,6 +23,7 @@
 #include <set>
 #include <string_view>
 
+#include "dicom_words.h"
 #include "messages.h"
 #include "source.h"
 
@@ -69,6 +70,25 @@ vtkDICOMItem query() {
       {DC::DoseGridScaling, vtkDICOMVR::DS},
       {DC::SharedFunctionalGroupsSequence, vtkDICOMVR::SQ},
       {DC::PerFrameFunctionalGroupsSequence, vtkDICOMVR::SQ},
+      {DC::BodyPartExamined, vtkDICOMVR::CS},
+      {DC::ProtocolName, vtkDICOMVR::LO},
+      {DC::Manufacturer, vtkDICOMVR::LO},
+      {DC::ManufacturerModelName, vtkDICOMVR::LO},
+      {DC::ContrastBolusAgent, vtkDICOMVR::LO},
+      {DC::ScanningSequence, vtkDICOMVR::CS},
+      {DC::SequenceVariant, vtkDICOMVR::CS},
+      {DC::MRAcquisitionType, vtkDICOMVR::CS},
+      {DC::SequenceName, vtkDICOMVR::SH},
+      {DC::AngioFlag, vtkDICOMVR::CS},
+      {DC::KVP, vtkDICOMVR::DS},
+      {DC::XRayTubeCurrent, vtkDICOMVR::IS},
+      {DC::ConvolutionKernel, vtkDICOMVR::SH},
+      {DC::RepetitionTime, vtkDICOMVR::DS},
+      {DC::InversionTime, vtkDICOMVR::DS},
+      {DC::FlipAngle, vtkDICOMVR::DS},
+      {DC::MagneticFieldStrength, vtkDICOMVR::DS},
+      {DC::DiffusionBValue, vtkDICOMVR::FD},
+      {DC::VelocityEncodingMaximumValue, vtkDICOMVR::FD},
       {DC::PixelData, vtkDICOMVR::OW},
   };
   vtkDICOMItem query;
@@ -353,6 +373,42 @@ void DicomFiles::add_slices(int file) {
 }
 
 std::string DicomFiles::modality(const Slice& slice) const { return reader_->text(slice.file, DC::Modality); }
+
+/// As the slice's header says it: of a stack that is varied on purpose, as one of them.
+std::vector<ScanFact> DicomFiles::scan(const Slice& slice) const {
+  Reader& r = *reader_;
+  std::vector<ScanFact> facts;
+  const auto text = [&](DC::EnumType tag) { return r.text(slice.file, tag); };
+  const auto add_words = [&](ScanFactKind kind, const std::string& words) {
+    if (!words.empty()) facts.push_back({kind, words});
+  };
+  const auto add_number = [&](ScanFactKind kind, DC::EnumType tag, double least) {
+    const double number = r.number(slice.file, slice.frame, tag, -1.0);
+    if (number >= least) facts.push_back({kind, {}, number});
+  };
+  add_words(ScanFactKind::body_part, words_of_protocol(text(DC::BodyPartExamined)));
+  add_words(ScanFactKind::protocol, words_of_protocol(text(DC::ProtocolName)));
+  add_words(ScanFactKind::image, words_of_image_type(text(DC::ImageType)));
+  if (text(DC::AngioFlag) == "Y") facts.push_back({ScanFactKind::angiogram, "yes"});
+  const std::string agent = text(DC::ContrastBolusAgent);
+  if (!agent.empty() && agent != "NO" && agent != "NONE" && agent != "No") facts.push_back({ScanFactKind::contrast, "yes"});
+  add_words(ScanFactKind::scanner, words_of_scanner(text(DC::Manufacturer), text(DC::ManufacturerModelName)));
+  add_words(ScanFactKind::kernel, words_of_kernel(text(DC::ConvolutionKernel)));
+  add_words(ScanFactKind::sequence, words_of_sequence(text(DC::ScanningSequence), text(DC::SequenceVariant),
+                                                      text(DC::MRAcquisitionType), text(DC::SequenceName)));
+  constexpr double above_zero = 1e-6;
+  add_number(ScanFactKind::slice_thickness_mm, DC::SliceThickness, above_zero);
+  add_number(ScanFactKind::tube_voltage_kv, DC::KVP, above_zero);
+  add_number(ScanFactKind::tube_current_ma, DC::XRayTubeCurrent, above_zero);
+  add_number(ScanFactKind::field_strength_t, DC::MagneticFieldStrength, above_zero);
+  add_number(ScanFactKind::repetition_time_ms, DC::RepetitionTime, above_zero);
+  add_number(ScanFactKind::echo_time_ms, DC::EchoTime, above_zero);
+  add_number(ScanFactKind::inversion_time_ms, DC::InversionTime, above_zero);
+  add_number(ScanFactKind::flip_angle_deg, DC::FlipAngle, above_zero);
+  add_number(ScanFactKind::b_value_s_per_mm2, DC::DiffusionBValue, 0.0);
+  add_number(ScanFactKind::velocity_range_cm_per_s, DC::VelocityEncodingMaximumValue, above_zero);
+  return facts;
+}
 
 std::string DicomFiles::series_words(const Slice& slice) const {
   const std::string kind = modality(slice), number = reader_->text(slice.file, DC::SeriesNumber);

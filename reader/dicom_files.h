@@ -14,7 +14,8 @@ namespace palpa::reader {
 class DicomFiles {
  public:
   /// The DICOM files of a folder and its folders, by name; of one file, itself. Reads their headers, of which it takes what
-  /// geometry, order and values need and nothing else: no name of a patient comes into this program. Throws LoadError.
+  /// geometry, order and values need, and how the images were made: the elements about a patient do not come into this program,
+  /// and of those that hold free text only known words leave it (dicom_words.h). Throws LoadError.
   explicit DicomFiles(const std::string& path);
 
   /// All images that can be felt, file after file; none of other files.
@@ -26,6 +27,7 @@ class DicomFiles {
 
   const std::string& name(const Slice& slice) const { return names_[static_cast<std::size_t>(slice.file)]; }
   std::string modality(const Slice& slice) const;
+  std::vector<ScanFact> scan(const Slice& slice) const;
   /// "CT, 201": modality and number of its series.
   std::string series_words(const Slice& slice) const;
   /// Of all the frames of the slice's file, in memory and in the file.

@@ -10,6 +10,7 @@
 
 #include "palpa/core/similarity.h"
 #include "palpa/core/vec3.h"
+#include "palpa/field/scan_facts.h"
 #include "palpa/field/stretch.h"
 
 namespace palpa {
@@ -151,6 +152,7 @@ struct Volume {
   bool medical_frame = false;         ///< the world is LPS: x to the patient's left, y to the back, z to the head
   std::string format;                 ///< "dicom", "nrrd", "vti", "plot3d", …; "formula" or "grid" of embedded data
   std::string modality;               ///< "CT", "MR", … as the file says it; empty if it does not
+  std::vector<ScanFact> scan;         ///< how it was made, as the file says it; each kind at most once
   std::string frame_of_reference;     ///< DICOM's UID of the space that positions are in; empty if the file does not say it
   std::string length_unit;            ///< of the file, before its lengths became metres: "mm"; empty for embedded data
   bool length_unit_assumed = false;   ///< neither the file nor the request says it: it is that of the format

@@ -31,9 +31,11 @@ struct VolumeRequest {
   std::vector<std::filesystem::path> files;  ///< resolved: they exist
   std::string length_unit;                   ///< "m", "mm", … or empty: the file's own, else the default
   struct FieldRequest {
-    std::string name;   ///< how the scene names the field
-    std::string array;  ///< the file's name of the array; empty: the same
-    std::string unit;   ///< label; empty: the file's
+    std::string name;                   ///< how the scene names the field
+    std::string array;                  ///< the file's name of the array; empty: the same
+    std::string unit;                   ///< label; empty: the file's
+    std::vector<std::string> arrays{};  ///< instead of `array` three scalar ones: the components of a vector along x, y and z
+    friend bool operator==(const FieldRequest&, const FieldRequest&) = default;
   };
   std::vector<FieldRequest> fields;  ///< empty: all, under the file's names
   std::string as;                    ///< "vector" where a file of three frames is one vector; else empty

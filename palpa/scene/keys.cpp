@@ -239,7 +239,7 @@ const Keys& file_keys() {
        "unit of length of a file that says none",
        {},
        {"m", "cm", "mm", "um", "nm", "km", "angstrom"}},
-      {"fields", KeyKind::table, "{NAME = {array = text, unit = text}}", "all, under the file's names",
+      {"fields", KeyKind::table, "{NAME = {array = text, arrays = [x, y, z], unit = text}}", "all, under the file's names",
        "which arrays of the file are fields, and what they are called"},
       {"frame", KeyKind::whole_number, {}, "", "which frame of a file that holds several, counted from 0", Bounds{0, 1e6}},
       {"as", KeyKind::text, {}, "", "takes a file of three frames as one vector field", {}, {"vector"}},
@@ -375,6 +375,7 @@ const Keys& volume_keys() {
 const Keys& volume_field_keys() {
   static const Keys keys{
       {"array", KeyKind::text, {}, "NAME", "what the file calls the array"},
+      {"arrays", KeyKind::texts, "[x, y, z]", "", "three scalar arrays of the file that are the components of one vector"},
       {"unit", KeyKind::text, {}, "the file's", "label of its unit; converts nothing"},
   };
   return keys;
@@ -416,7 +417,7 @@ const Keys& poses_keys() {
 const Keys& mode_keys() {
   static const Keys keys{
       {"name", KeyKind::text, "plain word", "required", "what the mode is called in events, tables and --set; unique"},
-      {"type", KeyKind::text, "type of mode", "required", "one of the types below"},
+      {"type", KeyKind::text, "type of mode", "required", "one of those that `palpa modes` lists"},
       {"enabled", KeyKind::flag, {}, "true", "false: stays silent"},
       {"mask", KeyKind::tables, "[{of, points, outside}, …]", "",
        "factors between 0 and 1 on all strengths and drags of the mode, as functions of a field's value"},
@@ -435,7 +436,15 @@ const Keys& function_keys() {
 }
 
 const Keys& view_keys() {
-  static const Keys keys{{"layer", KeyKind::tables, "[[view.layer]]", "", "what is drawn"}};
+  static const Keys keys{{"layer", KeyKind::tables, "[[view.layer]]", "", "what is drawn"},
+                         {"from",
+                          KeyKind::numbers,
+                          "[x, y, z]",
+                          "chosen for what was felt",
+                          "direction of the world from which pictures look",
+                          {},
+                          {},
+                          3}};
   return keys;
 }
 
@@ -444,6 +453,14 @@ const Keys& view_layer_keys() {
       {"show", KeyKind::text, {}, "required", "how it is drawn", {}, {"surface", "slices", "volume", "streamlines", "glyphs"}},
       {"field", KeyKind::text, "FIELD", "required", "what is drawn"},
       {"level", KeyKind::number, {}, "", "of a surface: the value it is drawn at"},
+      {"name", KeyKind::text, {}, "the level's or the field's", "what the legend calls it"},
+      {"parts",
+       KeyKind::text,
+       {},
+       "\"large\"",
+       "of a surface that is in several parts: those that are not small beside the largest, or all",
+       {},
+       {"large", "all"}},
       {"colors", KeyKind::table, "{points = [[value, \"#rrggbb\", opacity], …]}", "", "colour and opacity by value"},
   };
   return keys;

@@ -27,6 +27,8 @@ std::string file_line(const VolumeRequest& request) {
 std::string field_entry(const VolumeRequest::FieldRequest& field) {
   std::string table;
   if (!field.array.empty() && field.array != field.name) table = "array = " + toml_string(field.array);
+  for (const std::string& array : field.arrays) table += (table.empty() ? "arrays = [" : ", ") + toml_string(array);
+  if (!field.arrays.empty()) table += "]";
   if (!field.unit.empty()) table += (table.empty() ? "" : ", ") + ("unit = " + toml_string(field.unit));
   return field.name + " = {" + table + "}";
 }

@@ -7,8 +7,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
+#include <map>
+#include <optional>
 
 #include "palpa/core/load_error.h"
+#include "palpa/field/ct.h"
+#include "palpa/field/labels.h"
 #include "palpa/scene/first_levels.h"
 #include "palpa/scene/wording.h"
 #include "palpa/view/canvas.h"
@@ -46,6 +51,18 @@ std::string direction_words(bool medical, int axis, double sign) {
   return medical ? letters[number] : axes[number];
 }
 
+std::string millimetre_words(double m) {
+  char words[32];
+  std::snprintf(words, sizeof words, "%.1f mm", 1e3 * std::abs(m));
+  return words;
+}
+
+/// What is worth seeing beside a window: bone beside what is soft, what is soft beside bone and lung.
+CtWindow beside(const CtWindow& window) {
+  if (window.width >= 1000.0) return {"soft tissue", 40, 400};
+  return {"bone", 400, 1800};
+}
+
 struct Rgb {
   std::uint8_t red, green, blue;
 };
@@ -75,13 +92,93 @@ struct Place {
   int left, top, width, height;
 };
 
+/// What the colours of slices stand for.
+struct Shades {
+  ColorMap colors;
+  std::string words;        ///< beside the bar: "brain window"; may be empty
+  bool labels = false;      ///< values are numbers of parts: none lies between two
+  bool directions = false;  ///< colours are those of x, y and z, of which a direction's is mixed
+};
+
+Shades ct_shades(const CtWindow& window, double water) {
+  const double low = water + window.level - 0.5 * window.width;
+  char words[80];
+  std::snprintf(words, sizeof words, "%s window, W %g L %g", window.name, window.width, window.level);
+  return {detail::grey_colors(low, low + window.width), words};
+}
+
+constexpr double half_label = 0.4999;  ///< how far its colour reaches to either side
+
+/// A colour for each label: hues a golden angle apart, in turn light and dark; the background is black.
+ColorMap label_colors(const LabelMap& map) {
+  std::map<double, std::string> colors{{map.background, "#101010"}};
+  for (const Label& label : map.labels) colors[label.value] = {};
+  int number = 0;
+  std::vector<ViewLayer::ColorPoint> points;
+  for (auto& [value, hex] : colors) {
+    if (hex.empty()) {
+      const double hue = std::fmod(0.618034 * ++number, 1.0), light = number % 2 == 0 ? 0.95 : 0.7;
+      const auto channel = [&](double shift) {
+        const double ramp = std::clamp(std::abs(std::fmod(hue + shift, 1.0) * 6.0 - 3.0) - 1.0, 0.0, 1.0);
+        return static_cast<int>(std::lround(255.0 * light * (0.35 + 0.65 * ramp)));
+      };
+      char text[8];
+      std::snprintf(text, sizeof text, "#%02x%02x%02x", channel(0.0), channel(2.0 / 3.0), channel(1.0 / 3.0));
+      hex = text;
+    }
+    points.push_back({value - half_label, hex, 1.0}), points.push_back({value + half_label, hex, 1.0});
+  }
+  return ColorMap(points);
+}
+
+/// How a field is shown first, and, of a CT, in which other window as well.
+struct Shown {
+  Shades first;
+  std::optional<Shades> second;
+};
+
+Shown shown_as(const Volume& volume, const VolumeField& shown, const Statistics& values) {
+  const Field& field = *shown.field;
+  const Histogram& h = values.histogram;
+  if (field.components() == 3 && looks_like_directions(values)) {
+    const bool medical = volume.medical_frame;
+    return {{ColorMap({{0, "#ff0000", 1},
+                       {0.999, "#ff0000", 1},
+                       {1, "#00ff00", 1},
+                       {1.999, "#00ff00", 1},
+                       {2, "#0000ff", 1},
+                       {3, "#0000ff", 1}}),
+             medical ? "left-right, front-back, head-feet" : "along x, y, z", false, true},
+            {}};
+  }
+  if (field.components() == 3)
+    return {{detail::magnitude_colors(0.0, std::max(detail::first_flow(values).fast, 1e-300)), ""}, {}};
+  if (values.whole_numbers && !looks_like_hounsfield(values, shown.unit)) {
+    if (const LabelMap map = label_map(field); !map.labels.empty()) return {{label_colors(map), "labels", true}, {}};
+  }
+  if (const auto water = ct_water(values, shown.unit)) {
+    std::string body_part;
+    for (const ScanFact& fact : volume.scan) {
+      if (fact.kind == ScanFactKind::body_part) body_part = fact.words;
+    }
+    const CtWindow window = ct_window(values, *water, body_part, largest_component(field.bounds_m().size_m()));
+    return {ct_shades(window, *water), ct_shades(beside(window), *water)};
+  }
+  const double span = values.max - values.min;
+  const double low = detail::rounded(h.percentile(0.005), span), high = detail::rounded(h.percentile(0.995), span);
+  return {
+      {high > low ? detail::grey_colors(low, high) : detail::grey_colors(values.min, std::max(values.max, values.min + 1.0)),
+       ""},
+      {}};
+}
+
 class Slices {
  public:
-  Slices(const Field& field, bool medical, const Statistics& values, const Place& place, double em_px)
+  Slices(const Field& field, bool medical, Shades shades, const Place& place, double em_px)
       : field_(field),
         medical_(medical),
         box_(field.bounds_m()),
-        colors_(colors_of(field, values)),
+        shades_(std::move(shades)),
         cuts_(medical ? medical_cuts : plain_cuts),
         em_px_(em_px) {
     const double width_px = place.width / 3.0 - 4.0 * em_px, height_px = place.height - 3.0 * em_px;
@@ -100,7 +197,7 @@ class Slices {
     }
   }
 
-  const ColorMap& colors() const { return colors_; }
+  const Shades& shades() const { return shades_; }
   double px_per_m() const { return px_per_m_; }
 
   void draw_words(Canvas& canvas) const {
@@ -111,8 +208,9 @@ class Slices {
       const double x = p.left + 0.5 * p.width, y = up_px(p.top + 0.5 * p.height);
       const double at_m = part(box_.centre_m(), cut.across);
       const bool is_zero = std::abs(at_m) < 1e-6 * largest_component(box_.size_m());  // but for rounding
-      const std::string where = std::string(1, "xyz"[cut.across]) + " = " + (at_m < 0.0 && !is_zero ? "-" : "") +
-                                (is_zero ? "0" : detail::length_words(std::abs(at_m)));
+      const std::string where = medical_ ? direction_words(true, cut.across, at_m) + " " + millimetre_words(at_m)
+                                         : std::string(1, "xyz"[cut.across]) + " = " + (at_m < 0.0 && !is_zero ? "-" : "") +
+                                               (is_zero ? "0" : detail::length_words(std::abs(at_m)));
       canvas.text(std::string(cut.name) + ", " + where, x, up_px(p.top) + 1.6 * em_px_, Side::middle, 0.9, true);
       canvas.text(direction_words(medical_, cut.right, cut.right_sign), p.left + p.width + 0.5 * em_px_, y, Side::left);
       canvas.text(direction_words(medical_, cut.right, -cut.right_sign), p.left - 0.5 * em_px_, y, Side::right);
@@ -123,44 +221,58 @@ class Slices {
   }
 
   void paint(Picture& picture) const {
-    for (std::size_t c = 0; c < 3; ++c) paint(picture, cuts_[c], places_[c]);
+    for (std::size_t c = 0; c < 3; ++c) paint(picture, cuts_[c], places_[c], shades_, px_per_m_);
   }
+  /// The first of the slices once more, in other shades, as large as fits into a place.
+  void paint_again(Picture& picture, const Shades& shades, const Place& within) const {
+    const Cut& cut = cuts_[0];
+    const double width_m = part(box_.size_m(), cut.right), height_m = part(box_.size_m(), cut.up);
+    const double px_per_m = std::min(within.width / std::max(width_m, 1e-300), within.height / std::max(height_m, 1e-300));
+    const int width = std::max(1, static_cast<int>(px_per_m * width_m)),
+              height = std::max(1, static_cast<int>(px_per_m * height_m));
+    paint(picture, cut, {within.left + (within.width - width) / 2, within.top + (within.height - height) / 2, width, height},
+          shades, px_per_m);
+  }
+  const char* first_name() const { return cuts_[0].name; }
 
  private:
-  static ColorMap colors_of(const Field& field, const Statistics& values) {
-    const Histogram& h = values.histogram;
-    if (field.components() == 3) return detail::magnitude_colors(0.0, std::max(detail::first_flow(values).fast, 1e-300));
-    const double span = values.max - values.min;
-    const double low = detail::rounded(h.percentile(0.005), span), high = detail::rounded(h.percentile(0.995), span);
-    return high > low ? detail::grey_colors(low, high)
-                      : detail::grey_colors(values.min, std::max(values.max, values.min + 1.0));
-  }
-
-  void paint(Picture& picture, const Cut& cut, const Place& p) const {
+  void paint(Picture& picture, const Cut& cut, const Place& p, const Shades& shades, double px_per_m) const {
     const Vec3 middle_m = box_.centre_m();
     for (int y = 0; y < p.height; ++y)
       for (int x = 0; x < p.width; ++x) {
-        const double right_m = cut.right_sign * (x + 0.5 - 0.5 * p.width) / px_per_m_;
-        const double up_m = cut.up_sign * (0.5 * p.height - y - 0.5) / px_per_m_;
+        const double right_m = cut.right_sign * (x + 0.5 - 0.5 * p.width) / px_per_m;
+        const double up_m = cut.up_sign * (0.5 * p.height - y - 0.5) / px_per_m;
         const Vec3 at_m = middle_m + right_m * along(cut.right) + up_m * along(cut.up);
         bool inside = false;
-        double value = 0.0;
+        detail::Color color;
         if (field_.components() == 1) {
-          const ScalarSample s = field_.scalar(at_m);
-          inside = s.inside, value = s.value;
+          const ScalarSample sample = field_.scalar(shades.labels ? nearest_voxel(at_m) : at_m);
+          inside = sample.inside, color = shades.colors.at(sample.value).color;
         } else {
-          const VectorSample v = field_.vector(at_m);
-          inside = v.inside, value = norm(v.value);
+          // Signs of neighbouring directions may differ, so that their blend means nothing.
+          const VectorSample sample = field_.vector(shades.directions ? nearest_voxel(at_m) : at_m);
+          inside = sample.inside;
+          color = shades.directions
+                      ? detail::Color{std::abs(sample.value.x), std::abs(sample.value.y), std::abs(sample.value.z)}
+                      : shades.colors.at(norm(sample.value)).color;
         }
         const double pale = (x / 6 + y / 6) % 2 == 0 ? 0.93 : 0.86;
-        set_pixel(picture, p.left + x, p.top + y, rgb(inside ? colors_.at(value).color : detail::Color{pale, pale, 1.0}));
+        set_pixel(picture, p.left + x, p.top + y, rgb(inside ? color : detail::Color{pale, pale, 1.0}));
       }
+  }
+
+  /// Where the voxel nearest to a place lies; the place itself where planes are at uneven distances.
+  Vec3 nearest_voxel(const Vec3& at_m) const {
+    const GridView* grid = grid_behind(field_);
+    if (!grid || grid->geometry.is_rectilinear()) return at_m;
+    const Vec3 at = inverse(grid->geometry.index_to_world_m) * (at_m - grid->geometry.origin_m);
+    return grid->geometry.to_world({std::round(at.x), std::round(at.y), std::round(at.z)});
   }
 
   const Field& field_;
   bool medical_;
   Box box_;
-  ColorMap colors_;
+  Shades shades_;
   std::array<Cut, 3> cuts_;
   double em_px_;
   double px_per_m_ = 1.0;
@@ -178,7 +290,7 @@ Picture histogram_picture(const Statistics& values, const std::string& label, in
     for (const double x : {shown.edge(c), shown.edge(c + 1)}) steps.xs.push_back(x), steps.ys.push_back(percent);
   }
   Plot plot;
-  plot.title = "How often each value is";
+  plot.title = "Histogram";
   plot.x_label = detail::in_letters_of_font(label);
   plot.y_label = "voxels / %";
   plot.series = {steps};
@@ -220,20 +332,33 @@ Picture volume_picture(const Volume& volume, std::size_t number, const Statistic
   Canvas canvas(renderer, width, height);
   const double em = canvas.em_px();
   const int lower_top = static_cast<int>(0.60 * height);
-  const Slices slices(*shown.field, volume.medical_frame, values,
+  const Shown as = shown_as(volume, shown, values);
+  const Slices slices(*shown.field, volume.medical_frame, as.first,
                       {0, static_cast<int>(2.2 * em), width, lower_top - static_cast<int>(5.8 * em)}, em);
   canvas.text(canvas.fitted(title, width - 2.0 * em, 1.1, true), 0.5 * width, height - 1.1 * em, Side::middle, 1.1, true);
   slices.draw_words(canvas);
 
   // The bar that explains the colours, and the scale of the slices, in one row below them.
   const double row_y = height - lower_top + 1.6 * em, bar_left = 0.36 * width, bar_width = 0.28 * width;
-  const ColorMap& colors = slices.colors();
-  canvas.text(detail::number_words(colors.low()), bar_left - 0.6 * em, row_y, Side::right, 0.9);
-  canvas.text(detail::number_words(colors.high()) + "  " + label, bar_left + bar_width + 0.6 * em, row_y, Side::left, 0.9);
+  const ColorMap& colors = slices.shades().colors;
+  const double to_label = as.first.labels ? half_label : 0.0;
+  std::string bar_words = as.first.words;
+  if (!as.first.directions) {
+    canvas.text(detail::number_words(colors.low() + to_label), bar_left - 0.6 * em, row_y, Side::right, 0.9);
+    const std::string unit = shown.unit.empty() ? "  " : " " + shown.unit + ", ";
+    bar_words = detail::number_words(colors.high() - to_label) + (bar_words.empty() ? "  " + label : unit + bar_words);
+  }
+  canvas.text(bar_words, bar_left + bar_width + 0.6 * em, row_y, Side::left, 0.9);
   const double length_m = detail::round_length(0.16 * width / slices.px_per_m());
   const double length_px = length_m * slices.px_per_m();
   canvas.rectangle(0.04 * width, row_y - 0.15 * em, length_px, 0.3 * em, {0.13, 0.13, 0.15});
   canvas.text(detail::length_words(length_m), 0.04 * width + length_px + 0.6 * em, row_y, Side::left, 0.9);
+
+  const bool two_parts = flow || as.second;
+  const int lower_height = height - lower_top, histogram_width = two_parts ? width / 2 : width;
+  if (as.second)
+    canvas.text(std::string(slices.first_name()) + ", " + as.second->words, 0.75 * width, lower_height - 1.2 * em, Side::middle,
+                0.9, true);
 
   Picture picture = window.draw();
   slices.paint(picture);
@@ -244,9 +369,12 @@ Picture volume_picture(const Volume& volume, std::size_t number, const Statistic
                 rgb(colors.at(value).color));
     }
   }
-  const int lower_height = height - lower_top;
-  const int histogram_width = flow ? width / 2 : width;
   paste(picture, histogram_picture(values, label, histogram_width, lower_height), 0, lower_top);
+  if (as.second) {
+    slices.paint_again(picture, *as.second,
+                       {histogram_width + static_cast<int>(em), lower_top + static_cast<int>(2.2 * em),
+                        width - histogram_width - static_cast<int>(2.0 * em), lower_height - static_cast<int>(2.8 * em)});
+  }
   if (flow)
     paste(picture, streamline_picture(volume, number, width - histogram_width, lower_height), histogram_width, lower_top);
   return picture;

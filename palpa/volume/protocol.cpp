@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <stdexcept>
@@ -17,6 +18,7 @@ constexpr std::uint32_t magic = 0x50'4C'50'52;  // "PLPR"
 constexpr std::uint64_t alignment_bytes = 64;
 constexpr std::size_t max_text_bytes = 4096;
 constexpr std::size_t max_entries = 1024;
+constexpr std::size_t max_fact_bytes = 96;
 
 class Packer {
  public:
@@ -166,11 +168,26 @@ FieldHeader unpack_field(Unpacker& from) {
   return f;
 }
 
+void pack(Packer& to, const ScanFact& fact) {
+  to.number(static_cast<std::uint8_t>(fact.kind));
+  to.text(fact.words), to.number(fact.number);
+}
+/// A few plain letters or one finite number: whatever else a file says of a scan does not get through.
+ScanFact unpack_fact(Unpacker& from) {
+  const auto kind = from.number<std::uint8_t>();
+  if (kind >= scan_fact_kinds) from.refuse();
+  ScanFact fact{static_cast<ScanFactKind>(kind), from.text(), from.number<double>()};
+  const bool plain = std::ranges::all_of(fact.words, [](char c) { return c >= ' ' && c <= '~'; });
+  if (!plain || fact.words.size() > max_fact_bytes || !std::isfinite(fact.number)) from.refuse();
+  return fact;
+}
+
 void pack(Packer& to, const Header& m) {
   to.text(m.format), to.text(m.modality), to.text(m.frame_of_reference), to.text(m.length_unit), to.text(m.default_unit);
   to.number(static_cast<std::uint8_t>(m.medical_frame)), to.number(static_cast<std::uint8_t>(m.named));
   to.number(m.frames), to.number(m.working_bytes);
   to.list(m.fields, [&](const FieldHeader& f) { pack(to, f); });
+  to.list(m.scan, [&](const ScanFact& f) { pack(to, f); });
   to.list(m.warnings, [&](const std::string& w) { to.text(w); });
 }
 void unpack(Unpacker& from, Header& m) {
@@ -180,6 +197,7 @@ void unpack(Unpacker& from, Header& m) {
   m.frames = from.number<std::int32_t>();
   m.working_bytes = from.number<std::uint64_t>();
   m.fields = from.list<FieldHeader>([&] { return unpack_field(from); });
+  m.scan = from.list<ScanFact>([&] { return unpack_fact(from); });
   m.warnings = from.list<std::string>([&] { return from.text(); });
 }
 

@@ -25,7 +25,7 @@
 /// started by hand has no caller. Numbers are in the byte order of the machine.
 namespace palpa::protocol {
 
-inline constexpr std::uint16_t version = 3;  ///< differs: the two programs do not belong together
+inline constexpr std::uint16_t version = 4;  ///< differs: the two programs do not belong together
 inline constexpr std::size_t max_packet_bytes = 1 << 17;
 inline constexpr int socket_descriptor = 3;  ///< where palpa-read finds its end of the pair
 
@@ -59,6 +59,7 @@ struct FieldHeader {
 struct Header {
   std::string format;              ///< as in `Volume::format`
   std::string modality;            ///< as in `Volume::modality`
+  std::vector<ScanFact> scan;      ///< as in `Volume::scan`
   std::string frame_of_reference;  ///< as in `Volume::frame_of_reference`
   std::string length_unit;         ///< as the file says it; empty if it does not
   std::string default_unit;        ///< of the format

@@ -15,6 +15,7 @@
 #include <string_view>
 
 #include "palpa/field/sha256.h"
+#include "palpa/volume/components.h"
 #include "palpa/volume/protocol.h"
 #include "palpa/volume/raw_file.h"
 #include "palpa/volume/reader_process.h"
@@ -124,10 +125,10 @@ double metres_per_unit(const VolumeRequest& request, const Header& header, Volum
   const double assumed = metres(header.default_unit);
   if (assumed == 0) throw LoadError("cannot be read: palpa-read gave no unit of length; update both programs together");
   const std::string length = assumed == 1 ? "metres" : "millimetres";
-  volume.warnings.push_back(header.length_unit.empty()
-                                ? "says no unit of length: " + length + " are taken (length_unit = \"…\" takes another)"
-                                : "has the unit of length '" + header.length_unit + "', which is unknown: " + length +
-                                      " are taken");
+  volume.warnings.push_back(
+      header.length_unit.empty()
+          ? "says no unit of length: " + length + " are taken (length_unit takes another, in a scene or by --set)"
+          : "has the unit of length '" + header.length_unit + "', which is unknown: " + length + " are taken");
   return assumed;
 }
 
@@ -163,30 +164,47 @@ void take_planes(GridGeometry& grid, const std::byte* after_voxels) {
   }
 }
 
-/// The fields that a request takes from the file, by index, and under which names.
+/// A field that a request takes from the file: one array, by index, or three that are the components of vectors.
 struct Taken {
-  std::uint32_t field;
+  std::vector<std::uint32_t> arrays;
   std::string name, unit;
 };
+
+/// Finds an array by its name. Throws LoadError.
+std::uint32_t array_named(const std::string& name, const Header& header) {
+  std::uint32_t f = 0;
+  while (f < header.fields.size() && header.fields[f].name != name) ++f;
+  if (f < header.fields.size()) return f;
+  std::string known;
+  for (const FieldHeader& field : header.fields) known += (known.empty() ? "'" : ", '") + field.name + "'";
+  throw LoadError("has no array '" + name + "'; it has " + known);
+}
 
 std::vector<Taken> taken_fields(const VolumeRequest& request, const Header& header) {
   std::vector<Taken> taken;
   if (request.fields.empty()) {
-    for (std::uint32_t f = 0; f < header.fields.size(); ++f) taken.push_back({f, header.fields[f].name, header.fields[f].unit});
+    for (std::uint32_t f = 0; f < header.fields.size(); ++f)
+      taken.push_back({{f}, header.fields[f].name, header.fields[f].unit});
     return taken;
   }
   for (const VolumeRequest::FieldRequest& wanted : request.fields) {
-    const std::string& array = wanted.array.empty() ? wanted.name : wanted.array;
-    std::uint32_t f = 0;
-    while (f < header.fields.size() && header.fields[f].name != array) ++f;
     // A file that names nothing holds one array: whatever it is called, that one is meant.
-    if (f == header.fields.size() && !header.named && header.fields.size() == 1 && wanted.array.empty()) f = 0;
-    if (f == header.fields.size()) {
-      std::string known;
-      for (const FieldHeader& field : header.fields) known += (known.empty() ? "'" : ", '") + field.name + "'";
-      throw LoadError("has no array '" + array + "'; it has " + known);
+    const bool any = !header.named && header.fields.size() == 1 && wanted.array.empty() && wanted.arrays.empty();
+    std::vector<std::uint32_t> arrays;
+    for (const std::string& name : wanted.arrays) arrays.push_back(array_named(name, header));
+    if (any) {
+      arrays.push_back(0);
+    } else if (arrays.empty()) {
+      arrays.push_back(array_named(wanted.array.empty() ? wanted.name : wanted.array, header));
     }
-    taken.push_back({f, wanted.name, wanted.unit.empty() ? header.fields[f].unit : wanted.unit});
+    if (const char* problem = detail::problem_with_components(header, arrays)) {
+      throw LoadError("cannot make a vector of '" + wanted.arrays[0] + "', '" + wanted.arrays[1] + "' and '" +
+                      wanted.arrays[2] + "': " + problem);
+    }
+    if (arrays.size() > 1 && request.components_along == "index") {
+      throw LoadError("has vectors in three arrays, which are taken along the axes of its space; leave components_along out");
+    }
+    taken.push_back({arrays, wanted.name, wanted.unit.empty() ? header.fields[arrays.front()].unit : wanted.unit});
   }
   return taken;
 }
@@ -227,7 +245,7 @@ Plan planned(Header header, const VolumeRequest& request, Volume& volume) {
   volume.warnings = plan.header.warnings;
   plan.metres_per_file_unit = metres_per_unit(request, plan.header, volume);
   plan.taken = taken_fields(request, plan.header);
-  for (const Taken& t : plan.taken) plan.room.fields.push_back(t.field);
+  for (const Taken& t : plan.taken) plan.room.fields.insert(plan.room.fields.end(), t.arrays.begin(), t.arrays.end());
   std::sort(plan.room.fields.begin(), plan.room.fields.end());
   plan.room.fields.erase(std::unique(plan.room.fields.begin(), plan.room.fields.end()), plan.room.fields.end());
   const auto placed = protocol::place(plan.header, plan.room);
@@ -243,7 +261,7 @@ void check_size(const Plan& plan, const ReadOptions& options, std::uint64_t limi
   if (__builtin_add_overflow(bytes, plan.header.working_bytes, &with_work)) with_work = UINT64_MAX;
   const bool too_large = bytes > limit;
   if (!too_large && (options.max_bytes != 0 || with_work <= free)) return;
-  const auto& n = plan.header.fields[plan.taken.front().field].grid.dims;
+  const auto& n = plan.header.fields[plan.taken.front().arrays.front()].grid.dims;
   std::ostringstream text;
   text << "claims " << n[0] << " × " << n[1] << " × " << n[2] << " voxels, which need "
        << readable_bytes(static_cast<double>(too_large ? bytes : with_work)) << " where "
@@ -256,7 +274,7 @@ void check_size(const Plan& plan, const ReadOptions& options, std::uint64_t limi
 /// Refuses grids that are nowhere in the world.
 void check_places(const Plan& plan) {
   for (const Taken& t : plan.taken) {
-    GridGeometry even = in_metres(plan.header.fields[t.field].grid, plan.metres_per_file_unit);
+    GridGeometry even = in_metres(plan.header.fields[t.arrays.front()].grid, plan.metres_per_file_unit);
     even.planes = {};  // they come with the voxels
     if (const char* problem = problem_with(even)) {
       throw LoadError("cannot be placed in the world (" + std::string(problem) + "); correct its header");
@@ -269,25 +287,37 @@ void add_fields(Volume& volume, const Plan& plan, const std::shared_ptr<const st
                 std::int64_t one_row_in = 1) {
   volume.format = plan.header.format;
   volume.modality = plan.header.modality;
+  volume.scan = plan.header.scan;
   volume.frame_of_reference = plan.header.frame_of_reference;
   volume.medical_frame = plan.header.medical_frame;
   volume.frames = plan.header.frames;
   volume.files = done.files;
   volume.warnings.insert(volume.warnings.end(), done.warnings.begin(), done.warnings.end());
   for (const Taken& t : plan.taken) {
-    const FieldHeader& field = plan.header.fields[t.field];
-    const auto slot = static_cast<std::size_t>(std::ranges::lower_bound(plan.room.fields, t.field) - plan.room.fields.begin());
-    const std::shared_ptr<const void> data(voxels, voxels.get() + plan.offsets[slot]);
+    const FieldHeader& field = plan.header.fields[t.arrays.front()];
+    std::vector<std::size_t> slots;
+    std::vector<std::shared_ptr<const void>> arrays;
+    for (const std::uint32_t array : t.arrays) {
+      slots.push_back(static_cast<std::size_t>(std::ranges::lower_bound(plan.room.fields, array) - plan.room.fields.begin()));
+      arrays.emplace_back(voxels, voxels.get() + plan.offsets[slots.back()]);
+    }
     GridGeometry grid = in_metres(field.grid, plan.metres_per_file_unit);
-    take_planes(grid, voxels.get() + plan.offsets[slot] + (protocol::voxel_bytes(field).value() + 7) / 8 * 8);
+    take_planes(grid, voxels.get() + plan.offsets[slots.front()] + (protocol::voxel_bytes(field).value() + 7) / 8 * 8);
     FieldPtr made;
     try {
-      made = grid_field_to_look_at(grid, {field.type, field.components, data}, field.scale, field.offset, one_row_in);
+      if (arrays.size() == 1) {
+        made =
+            grid_field_to_look_at(grid, {field.type, field.components, arrays.front()}, field.scale, field.offset, one_row_in);
+      } else {
+        made = grid_field(grid, detail::joined_components(plan.header, t.arrays, arrays));
+      }
     } catch (const std::invalid_argument& problem) {
       throw LoadError(std::string("cannot be felt: ") + problem.what());
     }
     volume.fields.push_back({t.name, t.unit, std::move(made)});
-    if (done.resampled.size() == plan.room.fields.size()) volume.fields.back().resampling = done.resampled[slot];
+    if (done.resampled.size() == plan.room.fields.size()) {
+      volume.fields.back().resampling = detail::joined_resampling(done.resampled, slots);
+    }
     const double lost =
         std::round((1.0 - grid_of(*volume.fields.back().field)->valid_share) * static_cast<double>(grid.voxels()));
     if (lost > 0 && !volume.fields.back().resampling) {
@@ -295,7 +325,15 @@ void add_fields(Volume& volume, const Plan& plan, const std::shared_ptr<const st
       text << std::fixed;
       text.precision(0);
       if (plan.taken.size() > 1) text << "field '" << t.name << "': ";
-      text << lost << (lost == 1 ? " voxel is" : " voxels are") << " not finite: treated as outside";
+      const double percent = 100.0 * lost / static_cast<double>(grid.voxels());
+      if (lost < 10'000.0) {
+        text << lost << (lost == 1 ? " voxel is " : " voxels are ");
+      } else {
+        text.precision(percent < 1.0 ? 2 : percent < 10.0 ? 1 : 0);
+        text << percent << " % of the voxels are ";
+      }
+      // Numbers of DICOM are whole: none but padding is without a value.
+      text << (plan.header.format == "dicom" ? "padding, where nothing was measured" : "not finite") << ": treated as outside";
       volume.warnings.push_back(text.str());
     }
   }

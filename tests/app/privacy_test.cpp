@@ -41,6 +41,72 @@ std::string nifti() {
   return header + ball();
 }
 
+/// The ball as one file of 20 frames, with the patient's name, or that of whoever had to do with it, in every element that may
+/// hold words, those among them that are read.
+std::string dicom() {
+  std::string bytes;
+  const auto number = [](std::size_t value, std::size_t size) {
+    std::string little;
+    for (std::size_t b = 0; b < size; ++b) little += static_cast<char>(value >> (8 * b) & 255);
+    return little;
+  };
+  const auto put = [&](unsigned group, unsigned element, const std::string& type, std::string value) {
+    if (value.size() % 2 != 0) value += type == "UI" ? '\0' : ' ';
+    const bool is_long = type == "OB" || type == "UT";
+    bytes += number(group, 2) + number(element, 2) + type;
+    bytes += is_long ? std::string(2, '\0') + number(value.size(), 4) : number(value.size(), 2);
+    bytes += value;
+  };
+  const std::string who = patient;
+  put(0x0002, 0x0010, "UI", "1.2.840.10008.1.2.1");
+  const std::string meta = bytes;
+  bytes.clear();
+  put(0x0002, 0x0000, "UL", number(meta.size(), 4));
+  bytes = std::string(128, '\0') + "DICM" + bytes + meta;
+  put(0x0008, 0x0008, "CS", "ORIGINAL\\PRIMARY\\" + who);
+  put(0x0008, 0x0050, "SH", who);
+  put(0x0008, 0x0060, "CS", "CT");
+  put(0x0008, 0x0070, "LO", "SIEMENS " + who);
+  put(0x0008, 0x0080, "LO", who);
+  put(0x0008, 0x0081, "ST", who);
+  put(0x0008, 0x0090, "PN", who);
+  put(0x0008, 0x1010, "SH", who);
+  put(0x0008, 0x1030, "LO", who);
+  put(0x0008, 0x103e, "LO", who);
+  put(0x0008, 0x1050, "PN", who);
+  put(0x0008, 0x1070, "PN", who);
+  put(0x0008, 0x1090, "LO", who);
+  put(0x0010, 0x0010, "PN", who);
+  put(0x0010, 0x0020, "LO", who);
+  put(0x0010, 0x1001, "PN", who);
+  put(0x0010, 0x1040, "LO", who);
+  put(0x0010, 0x1060, "PN", who);
+  put(0x0010, 0x4000, "LT", who);
+  put(0x0018, 0x0010, "LO", who);
+  put(0x0018, 0x0015, "CS", "HEAD " + who);
+  put(0x0018, 0x0020, "CS", who);
+  put(0x0018, 0x0021, "CS", who);
+  put(0x0018, 0x0024, "SH", who);
+  put(0x0018, 0x0088, "DS", "5");
+  put(0x0018, 0x1030, "LO", "Head " + who);
+  put(0x0018, 0x1210, "SH", who);
+  put(0x0020, 0x000e, "UI", "1.2.3");
+  put(0x0020, 0x0032, "DS", "0\\0\\0");
+  put(0x0020, 0x0037, "DS", "1\\0\\0\\0\\1\\0");
+  put(0x0020, 0x4000, "LT", who);
+  put(0x0028, 0x0002, "US", number(1, 2));
+  put(0x0028, 0x0004, "CS", "MONOCHROME2");
+  put(0x0028, 0x0008, "IS", "20");
+  put(0x0028, 0x0010, "US", number(20, 2));
+  put(0x0028, 0x0011, "US", number(20, 2));
+  put(0x0028, 0x0030, "DS", "5\\5");
+  for (const unsigned bits : {0x0100U, 0x0101U}) put(0x0028, bits, "US", number(8, 2));
+  put(0x0028, 0x0102, "US", number(7, 2));
+  put(0x0028, 0x0103, "US", number(0, 2));
+  put(0x7fe0, 0x0010, "OB", ball());
+  return bytes;
+}
+
 /// A file of this name with a patient's name wherever its format has room for words.
 std::string content_of(const std::string& name) {
   const std::string who = patient;
@@ -59,7 +125,7 @@ std::string content_of(const std::string& name) {
            "POINT_DATA 8000\nSCALARS density unsigned_char 1\nLOOKUP_TABLE default\n" +
            ball();
   }
-  return nifti();
+  return name == "a.dcm" ? dicom() : nifti();
 }
 
 class Privacy : public ProgramTest, public testing::WithParamInterface<const char*> {};
@@ -71,7 +137,8 @@ TEST_P(Privacy, OfAPatientIsKept) {
   write(name, bytes);
   const auto expect_nothing_in = [&](const Ended& ended) {
     EXPECT_EQ(ended.code, 0) << ended.err;
-    EXPECT_EQ((ended.out + ended.err).find(patient), std::string::npos) << ended.out << ended.err;
+    for (const char* name : {patient, "Jane", "jane"})
+      EXPECT_EQ((ended.out + ended.err).find(name), std::string::npos) << ended.out << ended.err;
   };
   expect_nothing_in(palpa({"info", name}));
   expect_nothing_in(palpa({"info", name, "--json"}));
@@ -81,11 +148,12 @@ TEST_P(Privacy, OfAPatientIsKept) {
   if (const Ended report = palpa({"report", "trace"}); report.code == 0) expect_nothing_in(report);
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
     if (!entry.is_regular_file() || entry.path().filename() == name) continue;
-    EXPECT_EQ(read(entry.path()).find(patient), std::string::npos) << entry.path();
+    for (const char* name : {patient, "Jane", "jane"})
+      EXPECT_EQ(read(entry.path()).find(name), std::string::npos) << entry.path();
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Files, Privacy, testing::Values("a.nrrd", "a.mha", "a.nii", "a.vtk"),
+INSTANTIATE_TEST_SUITE_P(Files, Privacy, testing::Values("a.nrrd", "a.mha", "a.nii", "a.vtk", "a.dcm"),
                          [](const auto& file) { return std::string(file.param).substr(2); });
 
 }  // namespace

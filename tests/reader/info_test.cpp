@@ -78,6 +78,33 @@ TEST_F(Info, TheTableSaysWhatIsInTheFile) {
   EXPECT_EQ(errors_.rfind("palpa: warning: " + file.string() + ": ", 0), 0U) << errors_;
 }
 
+TEST_F(Info, FilesOfOurOwnAreCalledWhatTheyAre) {
+  const fs::path scene = folder_.write("mine.toml", "palpa = 1\n");
+  const std::string error = error_of([&] { app::run_info({.files = {scene}, .at_m = {}, .read = options_}); });
+  EXPECT_NE(error.find("is a scene"), std::string::npos) << error;
+  EXPECT_NE(error.find("palpa run"), std::string::npos) << error;
+  fs::create_directories(folder_.path() / "trace");
+  folder_.write("trace/trace.toml", "complete = true\n");
+  EXPECT_NE(error_of([&] {
+              app::run_info({.files = {folder_.path() / "trace"}, .at_m = {}, .read = options_});
+            }).find("palpa report"),
+            std::string::npos);
+}
+
+TEST_F(Info, SaysWhichFilesItWroteAndWhatIsNext) {
+  const fs::path scene = folder_.path() / "first.toml";
+  EXPECT_EQ(printed({.files = {two_arrays()}, .at_m = {}, .read = {}, .request = {}, .scene = true, .scene_file = scene}), "");
+  EXPECT_TRUE(fs::exists(scene));
+  EXPECT_NE(errors_.find("Wrote " + scene.string()), std::string::npos) << errors_;
+  EXPECT_NE(errors_.find("Next: palpa run " + scene.string() + " --hand sim:stroke --out first"), std::string::npos) << errors_;
+}
+
+TEST_F(Info, APictureIsNamedWhatItIs) {
+  const std::string error =
+      error_of([&] { app::run_info({.files = {two_arrays()}, .at_m = {}, .read = options_, .picture = "a/x.jpg"}); });
+  EXPECT_NE(error.find("a/x.png"), std::string::npos) << error;
+}
+
 TEST_F(Info, WrongInputIsThrown) {
   error_of([&] { app::run_info({.files = {folder_.path() / "none"}, .json = false, .at_m = {}, .read = options_}); });
 }

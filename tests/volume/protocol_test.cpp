@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <cstring>
+#include <limits>
 #include <random>
 
 #include "palpa/core/load_error.h"
@@ -28,6 +29,7 @@ Header sample_header() {
     header.fields.push_back(field);
   }
   header.warnings = {"one", "two"};
+  header.scan = {{ScanFactKind::body_part, "head"}, {ScanFactKind::tube_voltage_kv, {}, 120.0}};
   return header;
 }
 
@@ -72,6 +74,23 @@ TEST(Protocol, AnyBytesAreAMessageOrNone) {
       }
     }
   }
+}
+
+TEST(Protocol, FactsOfAScanAreShortPlainWordsAndFiniteNumbers) {
+  const auto passes = [](const ScanFact& fact) {
+    Header header = sample_header();
+    header.scan = {fact};
+    const auto packet = packed(header);
+    const auto back = unpacked(packet.data(), packet.size());
+    return back && std::get<Header>(*back).scan == header.scan;
+  };
+  EXPECT_TRUE(passes({ScanFactKind::protocol, "head routine"}));
+  EXPECT_TRUE(passes({ScanFactKind::echo_time_ms, {}, 2.98}));
+  EXPECT_FALSE(passes({ScanFactKind::protocol, std::string(97, 'a')}));
+  EXPECT_FALSE(passes({ScanFactKind::protocol, "Sch\xc3\xa4del"}));
+  EXPECT_FALSE(passes({ScanFactKind::protocol, "a\x1b[1m"}));
+  EXPECT_FALSE(passes({ScanFactKind::echo_time_ms, {}, std::numeric_limits<double>::infinity()}));
+  EXPECT_FALSE(passes({static_cast<ScanFactKind>(scan_fact_kinds), "x"}));
 }
 
 TEST(Protocol, AnotherVersionIsNoMessage) {

@@ -1,0 +1,61 @@
+#include "app/info_numbers.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace palpa::app {
+namespace {
+
+struct Unit {
+  double metres;
+  const char* name;
+};
+
+Unit unit_for(double metres) {
+  for (const Unit& unit : {Unit{1e3, "km"}, Unit{1.0, "m"}, Unit{1e-3, "mm"}, Unit{1e-6, "µm"}, Unit{1e-9, "nm"}}) {
+    if (metres >= 0.9999 * unit.metres) return unit;
+  }
+  return metres > 0.0 ? Unit{1e-10, "Å"} : Unit{1.0, "m"};
+}
+
+/// The unit of a volume's lengths: millimetres of a patient, and of files that are in millimetres.
+Unit unit_of(const Facts& facts) {
+  if (facts.file.volume.medical_frame || facts.file.volume.length_unit == "mm") return {1e-3, "mm"};
+  return unit_for(largest_component(facts.placed.size_m));
+}
+
+}  // namespace
+
+std::string rounded_words(double value) {
+  const double size = std::abs(value);
+  if (size < 999.95 || size >= 1e9 || !std::isfinite(value)) return fmt::format("{:.4g}", value + 0.0);
+  std::string digits = fmt::format("{:.0f}", value);
+  if (size < 9999.5) return digits;
+  for (auto at = static_cast<std::ptrdiff_t>(digits.size()) - 3; at > (value < 0.0 ? 1 : 0); at -= 3) {
+    digits.insert(static_cast<std::size_t>(at), " ");
+  }
+  return digits;
+}
+
+std::string rounded_words(double value, double span) { return rounded_words(std::abs(value) < 1e-7 * span ? 0.0 : value); }
+
+std::string length_words(double metres) {
+  const Unit unit = unit_for(metres);
+  return fmt::format("{:.4g} {}", metres / unit.metres, unit.name);
+}
+
+std::string length_words(const Facts& facts, double metres) {
+  return facts.file.volume.medical_frame ? fmt::format("{:.4g} mm", 1e3 * metres) : length_words(metres);
+}
+
+std::string in_one_unit(const Facts& facts, const Vec3& world_m) {
+  const Unit unit = unit_of(facts);
+  const auto part = [&](double m) {
+    const double number = m / unit.metres;
+    return fmt::format("{:.6g}", std::abs(number) < 1e-9 * largest_component(facts.placed.size_m) / unit.metres ? 0.0 : number);
+  };
+  return "(" + part(world_m.x) + ", " + part(world_m.y) + ", " + part(world_m.z) + ") " + unit.name;
+}
+
+}  // namespace palpa::app

@@ -1,0 +1,117 @@
+// Vectors that a file has as three arrays: u, v, w.
+#include "files.h"
+#include "palpa/scene/first_scene.h"
+#include "palpa/scene/load_scene.h"
+#include "palpa/volume/components.h"
+
+namespace palpa::test {
+namespace {
+
+class Joined : public ReaderTest {
+ protected:
+  /// Three arrays of numbers of these types and names on a grid of 3 x 2 x 2, each linear in the position, and one vector array
+  /// of the same numbers.
+  fs::path file(const std::array<std::string, 3>& names, const std::string& type = "Float32",
+                const std::string& others = {}) const {
+    std::string arrays[3], all;
+    for (int n = 0; n < 12; ++n) {
+      for (int c = 0; c < 3; ++c) {
+        const std::string number = std::to_string(10 + c * 20 + (c + 1) * (n % 3) - 2 * (n / 3 % 2) + 5 * (n / 6)) + " ";
+        arrays[c] += number, all += number;
+      }
+    }
+    std::string text =
+        "<?xml version=\"1.0\"?><VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\"><ImageData "
+        "WholeExtent=\"0 2 0 1 0 1\" Origin=\"1 2 3\" Spacing=\"1 2 4\"><Piece Extent=\"0 2 0 1 0 1\"><PointData>";
+    for (std::size_t c = 0; c < 3; ++c)
+      text += "<DataArray type=\"" + type + "\" Name=\"" + names[c] + "\" format=\"ascii\">" + arrays[c] + "</DataArray>";
+    text +=
+        "<DataArray type=\"Float32\" Name=\"whole\" NumberOfComponents=\"3\" format=\"ascii\">" + all + "</DataArray>" + others;
+    return folder_.write("a.vti", text + "</PointData></Piece></ImageData></VTKFile>");
+  }
+  static VolumeRequest request_for(const std::vector<std::string>& arrays) {
+    VolumeRequest request;
+    request.fields = {{"velocity", "", "m/s", arrays}, {"whole", "", ""}};
+    return request;
+  }
+};
+
+TEST_F(Joined, IsTheVectorThatTheFileCouldHaveHad) {
+  for (const char* type : {"Float32", "Float64", "Int16", "UInt8", "Int32"}) {
+    const Volume volume = read(file({"u", "v", "w"}, type), request_for({"u", "v", "w"}));
+    ASSERT_EQ(volume.fields.size(), 2U);
+    EXPECT_EQ(volume.fields[0].name, "velocity");
+    EXPECT_EQ(volume.fields[0].unit, "m/s");
+    ASSERT_EQ(volume.fields[0].field->components(), 3);
+    for (const Vec3& at : {Vec3{1, 2, 3}, {1.3, 2.9, 5.5}, {2.9, 4, 7}, {0, 0, 0}}) {
+      const VectorSample joined = volume.fields[0].field->vector(at), whole = volume.fields[1].field->vector(at);
+      EXPECT_EQ(joined.inside, whole.inside);
+      EXPECT_LT(distance(joined.value, whole.value), 1e-5) << type;
+    }
+  }
+}
+
+TEST_F(Joined, ArraysMayComeInAnyOrderAndTwice) {
+  const fs::path path = file({"u", "v", "w"});
+  const Volume turned = read(path, request_for({"w", "u", "w"})), straight = read(path, request_for({"u", "v", "w"}));
+  const Vec3 at{1.5, 3, 5}, t = turned.fields[0].field->vector(at).value, s = straight.fields[0].field->vector(at).value;
+  EXPECT_LT(distance(t, {s.z, s.x, s.z}), 1e-6);
+}
+
+TEST_F(Joined, WhatCannotBeOneIsRefused) {
+  const fs::path path = file({"u", "v", "w"});
+  EXPECT_NE(error_of([&] { read(path, request_for({"u", "v", "none"})); }).find("no array 'none'"), std::string::npos);
+  EXPECT_NE(error_of([&] { read(path, request_for({"u", "v", "whole"})); }).find("vectors already"), std::string::npos);
+  VolumeRequest along_grid = request_for({"u", "v", "w"});
+  along_grid.components_along = "index";
+  EXPECT_NE(error_of([&] { read(path, along_grid); }).find("components_along"), std::string::npos);
+}
+
+TEST_F(Joined, NamesThatBelongTogetherAreFound) {
+  const auto found = [&](const std::array<std::string, 3>& names) -> std::string {
+    const auto vectors = separate_vectors(read(file(names)));
+    if (vectors.empty()) return "";
+    EXPECT_EQ(vectors[0].arrays, (std::vector<std::string>{names.begin(), names.end()}));
+    return vectors[0].name;
+  };
+  EXPECT_EQ(found({"u", "v", "w"}), "velocity");
+  EXPECT_EQ(found({"U", "V", "W"}), "velocity");
+  EXPECT_EQ(found({"vx", "vy", "vz"}), "velocity");
+  EXPECT_EQ(found({"velocity_x", "velocity_y", "velocity_z"}), "velocity");
+  EXPECT_EQ(found({"Wind-X", "Wind-Y", "Wind-Z"}), "Wind");
+  EXPECT_EQ(found({"wss:0", "wss:1", "wss:2"}), "wss");
+  EXPECT_EQ(found({"velocity_u", "velocity_v", "velocity_w"}), "velocity");
+  EXPECT_EQ(found({"coord_x", "coord_y", "coord_z"}), "") << "positions are no vectors to feel";
+  EXPECT_EQ(found({"u", "v", "p"}), "");
+  EXPECT_EQ(found({"a_x", "b_y", "c_z"}), "");
+  EXPECT_EQ(found({"max", "may", "maz"}), "") << "letters of words";
+}
+
+TEST_F(Joined, AFirstSceneFeelsTheVector) {
+  const fs::path path = file({"u", "v", "w"});
+  VolumeRequest request;
+  request.files = {path};
+  request.fields = {{"u", "", ""}, {"v", "", ""}, {"w", "", ""}};
+  EXPECT_FALSE(with_vectors_joined(request, read(path))) << "the request says itself what its fields are";
+  request.fields.clear();
+  const auto joined = with_vectors_joined(request, read(path));
+  ASSERT_TRUE(joined);
+  EXPECT_EQ(joined->fields[0].arrays.size(), 3U);
+  const std::string text = first_scene(read_volume(*joined, options_), *joined);
+  EXPECT_NE(text.find("fields = {velocity = {arrays = [\"u\", \"v\", \"w\"]}}"), std::string::npos) << text;
+  const LoadedScene loaded = parse_scene(text, "first.toml", folder_.path(), volume_reader(options_), standard_modes());
+  EXPECT_EQ(loaded.scene.volumes().front().volume.fields.front().field->components(), 3);
+  const std::string from = "arrays = [\"u\", \"v\", \"w\"]";
+  for (const auto& [wrong, said] : {std::pair{"arrays = [\"u\", \"v\"]", "a list of 3"},
+                                    {"array = \"u\", arrays = [\"u\", \"v\", \"w\"]", "one of them"},
+                                    {"arrays = \"u\"", "list of texts"}}) {
+    std::string changed = text;
+    changed.replace(changed.find(from), from.size(), wrong);
+    const std::string error =
+        error_of([&] { parse_scene(changed, "first.toml", folder_.path(), volume_reader(options_), standard_modes()); });
+    EXPECT_NE(error.find(said), std::string::npos) << error;
+  }
+}
+
+}  // namespace
+}  // namespace palpa::test
