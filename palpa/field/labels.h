@@ -10,13 +10,13 @@ namespace palpa {
 
 /// A part of a label map.
 struct Label {
-  double value = 0.0;
+  double value = 0.0;  ///< in the field's own unit
   std::int64_t voxels = 0;
 };
 
 /// The parts that a grid of whole numbers names, the largest first, without `background`.
 struct LabelMap {
-  double background = 0.0;    ///< what most of the border of the grid is
+  double background = 0.0;    ///< what most of the border of the grid is, in the field's own unit
   std::vector<Label> labels;  ///< at least one
 };
 
