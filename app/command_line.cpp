@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "app/commands.h"
+#include "app/hand_words.h"
 #include "app/info.h"
 #include "app/reference.h"
 #include "app/terminal.h"
@@ -37,6 +38,14 @@ void add_reader(CLI::App* command, ReadOptions& read) {
   command->add_option("--reader", read.reader, "the program palpa-read, if it is not found by itself")->type_name("FILE");
 }
 
+/// A trace by its folder, or by a file in it, as a shell completes one.
+std::filesystem::path trace_folder(const std::filesystem::path& named) {
+  std::error_code unknown;
+  if (!std::filesystem::is_regular_file(named, unknown)) return named;
+  const std::filesystem::path folder = std::filesystem::absolute(named).parent_path();
+  return std::filesystem::exists(folder / "trace.toml", unknown) ? folder : named;
+}
+
 /// What a scene's [volume] would say about a file.
 struct HowToRead {
   std::vector<std::string> sets;
@@ -60,6 +69,19 @@ VolumeRequest request_of(const HowToRead& how) {
   return request;
 }
 
+/// The words between commas.
+std::vector<std::string> split(const std::string& list) {
+  std::vector<std::string> words(1);
+  for (const char c : list) {
+    if (c == ',') {
+      words.emplace_back();
+    } else {
+      words.back() += c;
+    }
+  }
+  return words;
+}
+
 /// CLI11's complaint in our form: what is wrong; what would be right.
 std::string complaint(const CLI::ParseError& error, const CLI::App& app) {
   const CLI::App* command = &app;
@@ -78,7 +100,22 @@ std::string complaint(const CLI::ParseError& error, const CLI::App& app) {
     const std::string given = option->substr(0, option->find('='));
     return name + ": unknown option " + detail::in_quotes(given) + "; " + detail::suggestion(given, known);
   }
-  return name + ": " + error.what() + "; " + help;
+  // "--hand-hold: loose not in {rigid,relaxed,firm}", and "Could not convert: --rate-hz = fast"
+  const std::string text = error.what();
+  const std::size_t colon = text.find(": "), not_in = text.find(" not in {");
+  if (dynamic_cast<const CLI::ValidationError*>(&error) && colon < not_in && not_in != std::string::npos &&
+      text.back() == '}') {
+    const std::size_t open = not_in + 9;
+    const std::string given = text.substr(colon + 2, not_in - colon - 2);
+    return name + ": " + text.substr(0, colon) + " cannot be " + detail::in_quotes(given) + "; " +
+           detail::suggestion(given, split(text.substr(open, text.size() - 1 - open)));
+  }
+  if (dynamic_cast<const CLI::ConversionError*>(&error) && colon != std::string::npos) {
+    const std::size_t equals = std::min(text.find(" = "), text.size() - 3);
+    return name + ": " + text.substr(colon + 2, equals - colon - 2) + " cannot be " +
+           detail::in_quotes(text.substr(equals + 3)) + "; it must be a number";
+  }
+  return name + ": " + text + "; " + help;
 }
 
 }  // namespace
@@ -88,6 +125,11 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   app.set_version_flag("--version", std::string("palpa ") + version);
   app.require_subcommand(1);
   app.footer(
+      "First steps:\n"
+      "  palpa demo                                             a head from a formula, felt by a simulated hand\n"
+      "  palpa info scan.nrrd --scene first.toml                data of your own, and a first scene for them\n"
+      "  palpa run first.toml --hand sim:stroke --out first     feel it, record it\n"
+      "  palpa report first                                     see what was felt\n"
       "Each command has help of its own with an example: palpa run --help\n"
       "Exit codes: 0 ok, 1 it ran and the answer is no, 2 wrong usage or input, 130 interrupted.");
 
@@ -108,15 +150,18 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
 
   RunArguments run;
   std::vector<std::string> sets;
-  std::string hold, center;
+  std::string hold, center, fit;
   CLI::App* run_command = app.add_subcommand("run", "Feel a scene with a recorded or simulated hand");
   run_command->add_option("SCENE", run.options.scene, "scene file (TOML)")->required()->type_name("");
   run_command
-      ->add_option("--hand", run.options.hand,
-                   "a recording (CSV), or sim:press|stroke|circle|helix|random[,speed_m_per_s=…,radius_m=…,depth_m=…,seed=…]")
+      ->add_option("--hand", run.options.hand, "a recording (CSV) or a simulated hand, sim:NAME[,KEY=VALUE,…]: see below")
       ->required()
       ->type_name("HAND");
-  run_command->add_option("--hand-hold", hold, "how a hand is held: rigid (it goes where the recording goes), relaxed or firm")
+  run_command
+      ->add_option(
+          "--hand-hold", hold,
+          "how a hand is held: rigid (it follows the recording whatever the force, default of recordings), relaxed (default of "
+          "simulated hands) or firm")
       ->check(CLI::IsMember({"rigid", "relaxed", "firm"}))
       ->type_name("HOLD");
   run_command->add_option("--hand-rate-hz", run.options.recording.hand_rate_hz, "rate of a recording without time")
@@ -125,9 +170,14 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
       ->add_option("--hand-center", center, "put the middle of the recording into the middle of the workspace: on or off")
       ->check(CLI::IsMember({"on", "off"}))
       ->type_name("ON");
-  run_command->add_option("--duration-s", run.options.duration_s, "how long; left out: the recording's length, or 10")
-      ->type_name("S");
-  run_command->add_option("--rate-hz", run.options.rate_hz, "ticks per second of the hand's time (1000)")->type_name("HZ");
+  run_command
+      ->add_option("--hand-fit", fit,
+                   "lay a recording where it feels most of the data: on or off (on, but with --hand-center; traces of ours are "
+                   "never moved)")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->type_name("ON");
+  run_command->add_option("--duration-s", run.options.duration_s, "duration (the recording's, or 10)")->type_name("S");
+  run_command->add_option("--rate-hz", run.options.rate_hz, "update rate: ticks per second (1000)")->type_name("HZ");
   run_command->add_option("--out", run.options.out, "record a trace into this new folder")->type_name("DIR");
   run_command->add_flag("--primitives", run.options.primitives, "record balances and primitives as well");
   add_repeated(run_command, "--data", run.options.scene_options.data_folders, "look for data here as well")->type_name("DIR");
@@ -137,10 +187,10 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   run_command->add_flag("--dry-run", run.dry_run, "load and check everything, say what it is, feel nothing");
   run_command->add_flag("--json", run.json, "print the summary as JSON");
   add_reader(run_command, run.options.read);
-  run_command->footer("Example:\n  palpa run scenes/head_phantom.toml --hand sim:press --out first-trace");
+  run_command->footer(hand_words() + "Example:\n  palpa run scenes/head_phantom.toml --hand sim:press --out first-trace");
 
   InfoArguments info;
-  CLI::App* info_command = app.add_subcommand("info", "Say what is in data files");
+  CLI::App* info_command = app.add_subcommand("info", "Say what is in data files, draw it, suggest a first scene");
   std::vector<std::string> at_m, at;
   info_command
       ->add_option("FILE", info.files,
@@ -196,8 +246,8 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   convert_command->footer("Example:\n  palpa convert head.nrrd small.nrrd --downsample 2");
 
   ReplayArguments replayed;
-  CLI::App* replay_command = app.add_subcommand("replay", "Feel a trace again and compare");
-  replay_command->add_option("TRACE", replayed.trace, "folder of the trace")->required()->type_name("");
+  CLI::App* replay_command = app.add_subcommand("replay", "Replay a trace and compare every number");
+  replay_command->add_option("TRACE", replayed.trace, "folder of the trace, or a file in it")->required()->type_name("");
   add_repeated(replay_command, "--data", replayed.data_folders, "look for the scene's data here first")->type_name("DIR");
   add_plugins(replay_command, replayed.plugins);
   replay_command->add_flag("--json", replayed.json, "print the answer as JSON");
@@ -205,7 +255,7 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   replay_command->footer("Example:\n  palpa replay first-trace");
 
   ReportArguments reported;
-  CLI::App* report_command = app.add_subcommand("report", "Make one HTML page on a trace");
+  CLI::App* report_command = app.add_subcommand("report", "Make one HTML page of a trace: pictures, plots, tables");
   report_command->add_option("TRACE", reported.trace, "folder of the trace")->required()->type_name("");
   report_command->add_option("--out", reported.out, "where to write; left out: report.html in the trace")->type_name("FILE");
   report_command->add_option("--pictures", reported.pictures, "write the pictures as PNG and SVG files into this folder, too")
@@ -217,7 +267,7 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
 
   FiguresArguments figures;
   CLI::App* figures_command =
-      app.add_subcommand("figures", "Draw the figures of the paper, the theory and the path from this program's own answers");
+      app.add_subcommand("figures", "Draw the figures of the documentation from this program's own answers");
   figures_command->add_option("--out", figures.out, "folder to write into (figures)")->type_name("DIR");
   figures_command->footer("Example:\n  palpa figures --out figures");
 
@@ -228,19 +278,31 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   modes_command->add_flag("--json", modes.json, "print as JSON");
   modes_command->footer("Example:\n  palpa modes surface_and_friction");
 
-  // For the installation, so not in the help: the man page and the completion cannot differ from the above.
-  app.add_option_function<std::string>("--print",
-                                       [&app](const std::string& what) {
-                                         std::fputs((what == "man" ? man_page(app) : bash_completion(app)).c_str(), stdout);
+  app.add_option_function<std::string>(
+         "--print",
+         [&app](const std::string& what) {
+           std::fputs((what == "man" ? man_page(app) : bash_completion(app)).c_str(), stdout);
+           throw CLI::Success();
+         },
+         "print the man page, or bash's completion, as in: source <(palpa --print bash)")
+      ->check(CLI::IsMember({"man", "bash"}))
+      ->type_name("WHAT");
+  // What the completion asks.
+  app.add_option_function<std::string>("--print-sets",
+                                       [](const std::string& scene) {
+                                         std::fputs(settings_of(scene).c_str(), stdout);
                                          throw CLI::Success();
                                        })
-      ->check(CLI::IsMember({"man", "bash"}))
       ->group("");
 
   // CLI11 would call an unknown command a missing one.
   std::vector<std::string> commands;
   for (const CLI::App* command : app.get_subcommands({})) commands.push_back(command->get_name());
-  if (argc > 1 && argv[1][0] != '-' && std::find(commands.begin(), commands.end(), argv[1]) == commands.end()) {
+  if (argc < 2) {
+    std::fputs(app.help().c_str(), stdout);
+    return 0;
+  }
+  if (argv[1][0] != '-' && std::find(commands.begin(), commands.end(), argv[1]) == commands.end()) {
     print_error("command line: unknown command " + detail::in_quotes(argv[1]) + "; " + detail::suggestion(argv[1], commands));
     return 2;
   }
@@ -258,6 +320,7 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
     for (const std::string& set : sets)
       options.scene_options.sets.push_back(split_set(set, "PATH=VALUE, as in coupling.stiffness_n_per_m=500"));
     if (!hold.empty()) options.hold = hold == "rigid" ? Hold::rigid : hold == "relaxed" ? Hold::relaxed : Hold::firm;
+    if (!fit.empty()) options.fit = fit == "on";
     if (!center.empty()) options.recording.center = center == "on";
     return run_scene(std::move(run), stop);
   }
@@ -280,6 +343,8 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
     converted.request.files.insert(converted.request.files.begin(), convert_in);
     return run_convert(std::move(converted), stop);
   }
+  replayed.trace = trace_folder(replayed.trace);
+  reported.trace = trace_folder(reported.trace);
   if (*replay_command) return run_replay(replayed, stop);
   if (*report_command) return run_report(reported);
   if (*figures_command) return run_figures(figures);

@@ -31,7 +31,11 @@ int run_convert(ConvertArguments arguments, const std::atomic<bool>& stop) {
   if (!arguments.crop.empty()) arguments.options.crop = range_of(arguments.crop);
   const std::string& in = arguments.request.files.front().string();
   arguments.read.checksums = false;
-  const VolumeFile file = read_volume_file(arguments.request, arguments.read);
+  VolumeFile file;
+  {
+    const Progress progress("reading " + in);
+    file = read_volume_file(arguments.request, arguments.read);
+  }
   std::vector<std::string> lost;
   {
     Progress progress("writing " + arguments.out.filename().string());

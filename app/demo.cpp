@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* recording = "trajectories/inverse3_woodcarving_20231121_102837.csv";
-constexpr const char* simulated_on_head = "sim:stroke,depth_m=0.08";  ///< over the forehead of scenes/head.toml
+constexpr const char* simulated = "sim:stroke";
 
 /// The real data of a demo: what was named, or, of the head, where tools/get-ct-head puts it; empty where there is none.
 fs::path data_folder(const DemoArguments& arguments) {
@@ -89,11 +89,11 @@ int run_demo(const DemoArguments& arguments, const std::atomic<bool>& stop) {
   const bool recorded = !arguments.data.empty() || fs::exists(data / recording);
   if (data.empty()) {
     options.scene = scenes / (arguments.name + "_phantom.toml");
-    options.hand = "sim:stroke";
+    options.hand = simulated;
     options.duration_s = 10.0;
   } else {
     options.scene = scenes / (arguments.name + ".toml");
-    options.hand = recorded ? (data / recording).string() : simulated_on_head;
+    options.hand = recorded ? (data / recording).string() : simulated;
     if (recorded) options.hold = Hold::firm;
     options.scene_options.data_folders = {data};
   }

@@ -13,12 +13,9 @@ namespace {
 namespace fs = std::filesystem;
 
 const Pictures* load() {
-  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path();
-  fs::path file;
-  for (const char* way : {"palpa-pictures.so", "../libexec/palpa/palpa-pictures.so"}) {
-    if (file.empty() && fs::exists(program / way)) file = (program / way).lexically_normal();
-  }
-  if (file.empty()) return nullptr;
+  const fs::path program = fs::read_symlink("/proc/self/exe");
+  const fs::path file = (program.parent_path() / "../libexec/palpa/palpa-pictures.so").lexically_normal();
+  if (!fs::exists(file)) return nullptr;
   void* const library = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (!library) throw LoadError(file.string() + ": cannot be loaded (" + ::dlerror() + "); install palpa again");
   const auto* const found = static_cast<const Pictures*>(::dlsym(library, "palpa_pictures"));

@@ -1,9 +1,13 @@
 #include "app/reference.h"
 
 #include <CLI/CLI.hpp>
+#include <fstream>
 #include <sstream>
 #include <vector>
 
+#include "app/hand_words.h"
+#include "palpa/mode/mode.h"
+#include "palpa/scene/load_scene.h"
 #include "palpa/version.h"
 
 namespace palpa::app {
@@ -63,7 +67,137 @@ void put_options(std::string& page, const CLI::App& app) {
   }
 }
 
+/// What scenes are, what --set changes, and which modes there are.
+std::string scene_sections() {
+  std::string page = ".SH SCENES\n" +
+                     roff(
+                         "A scene is a short text in TOML that says what is felt: volumes (the data), modes (what they feel "
+                         "like), the coupling (the spring between hand and data) and the workspace (where the hand's reach "
+                         "lies in the data). For data without one, 'palpa info FILE --scene first.toml' writes a first one. "
+                         "'palpa modes TYPE' lists the keys of a mode, docs/scene.md all keys.") +
+                     "\n.SH SETTINGS\n" +
+                     roff(
+                         "'palpa run SCENE --set PATH=VALUE' changes one value for one run, as in "
+                         "--set mode.surface.level.skin.strength_n=2. VALUE is written as in the scene; a text needs no "
+                         "quotes. Besides volume.NAME.KEY, mode.NAME.KEY and mode.NAME.level.NAME.KEY, PATH is one of") +
+                     "\n.PP\n.nf\n";
+  for (const std::string& path : set_paths("", standard_modes())) {
+    if (path.find('=') == std::string::npos) page += roff(path) + "\n";
+  }
+  page += ".fi\n.SH MODES\n";
+  for (const Mode& mode : standard_modes().modes()) {
+    page += ".TP\n.B " + roff(std::string(mode.type())) + "\n" + roff(std::string(mode.summary())) + "\n";
+  }
+  return page;
+}
+
+/// The lines of a shell's text, in quotes: none of ours holds one.
+template <class Words>
+std::string quoted_lines(const Words& words) {
+  std::string out;
+  for (const std::string& word : words) out += (out.empty() ? "" : "\n") + word;
+  return "'" + out + "'";
+}
+
+/// Paths of settings as they are typed, with the '=' that a value follows.
+std::vector<std::string> with_equals(std::vector<std::string> paths) {
+  for (std::string& path : paths) {
+    if (path.find('=') == std::string::npos) path += '=';
+  }
+  return paths;
+}
+
+/// The command of the completion's script that offers what this option or argument takes; empty: any file.
+std::string offer_of(const CLI::App& command, const CLI::Option& option) {
+  const std::vector<std::string> words = words_of(option);
+  if (!words.empty()) return "_palpa_offer " + quoted_lines(words);
+  const std::string name = option.get_positional() ? option.get_name(true) : option.get_lnames().front();
+  if (name == "hand") return "_palpa_offer_hands";
+  if (name == "set") return command.get_name() == "run" ? "_palpa_offer_settings" : "_palpa_offer_parts \"$_palpa_reading\"";
+  if (name == "SCENE") return "_palpa_offer_files .toml";
+  if (name == "plugin") return "_palpa_offer_files .so";
+  if (name == "TRACE" || option.get_type_name() == "DIR") return "_palpa_offer_folders";
+  if (name == "TYPE") {
+    std::vector<std::string> types;
+    for (const Mode& mode : standard_modes().modes()) types.emplace_back(mode.type());
+    return "_palpa_offer " + quoted_lines(types);
+  }
+  return {};
+}
+
+// Bash hands over words that it has cut at ':' and '=', and replaces only what is behind the last of them: `word` is the whole,
+// `left` its part that stays.
+constexpr const char* completion_functions = R"sh(
+_palpa_offer() {  # _palpa_offer LINES: those that begin with the word
+  local line
+  while IFS= read -r line; do
+    if [[ -n $line && $line == "$word"* ]]; then COMPREPLY+=("${line#"$left"}"); fi
+  done <<<"$1"
+}
+_palpa_offer_parts() {  # of a.b.c=value the next part alone
+  local line rest last=
+  while IFS= read -r line; do
+    [[ -n $line && $line == "$word"* && $line != "$word" ]] || continue
+    rest=${line#"$word"}
+    if [[ $word != *=* ]]; then
+      rest=${rest%%[.=]*}
+      line=$word$rest${line:$((${#word} + ${#rest})):1}
+    fi
+    if [[ $line != "$last" ]]; then COMPREPLY+=("${line#"$left"}"); fi
+    last=$line
+  done < <(LC_ALL=C sort <<<"$1")
+  if [[ $word != *=* ]]; then compopt -o nospace 2>/dev/null || true; fi
+}
+_palpa_offer_settings() {  # those of the scene on the line
+  local name scene=
+  for name in "${words[@]}"; do
+    if [[ $name == *.toml ]]; then scene=${name/#\~\//$HOME/}; fi
+  done
+  _palpa_offer_parts "$($program --print-sets "$scene" 2>/dev/null)"
+}
+_palpa_offer_hands() {
+  if [[ $word == sim:*,* ]]; then
+    local given=${word%,*}, key lines=
+    for key in $_palpa_hand_keys; do lines+=$given$key=$'\n'; done
+    compopt -o nospace 2>/dev/null || true
+    _palpa_offer "$lines"
+  else
+    _palpa_offer "$_palpa_hands"
+    _palpa_offer_files .csv
+  fi
+}
+_palpa_offer_files() {  # _palpa_offer_files ENDING: and the folders on the way to them
+  local name names
+  mapfile -t names < <(compgen -d -- "$word" || true; compgen -f -X "!*$1" -- "$word")
+  for name in "${names[@]}"; do COMPREPLY+=("${name#"$left"}"); done
+  if ((${#names[@]} > 0)); then compopt -o filenames 2>/dev/null || true; fi
+}
+_palpa_offer_folders() { _palpa_offer_files /; }
+_palpa() {
+  local program=${1:-palpa} words=("${COMP_WORDS[@]:0:COMP_CWORD+1}")
+  program=${BASH_ALIASES[$program]:-$program}
+  if [[ -n ${COMP_LINE-} && $COMP_LINE != *[\\\'\"]* ]]; then  # a line with quotes stays as bash has cut it
+    read -ra words <<<"${COMP_LINE:0:COMP_POINT}"
+    if [[ ${COMP_LINE:0:COMP_POINT} == *[[:space:]] ]]; then words+=(''); fi
+  fi
+  local count=${#words[@]} word before command='' left='' kept=${COMP_WORDS[COMP_CWORD]}
+  word=${words[count-1]} before=${words[count-2]}
+  if ((count > 2)) && [[ ${words[1]} != -* ]]; then command=${words[1]}; fi
+  if [[ $word == --*=* ]]; then before=${word%%=*} word=${word#*=}; fi
+  if [[ $kept == [:=] ]]; then kept=; fi
+  if [[ $word == *"$kept" ]]; then left=${word:0:${#word}-${#kept}}; fi
+  COMPREPLY=()
+)sh";
+
 }  // namespace
+
+std::string settings_of(const std::filesystem::path& scene) {
+  std::ifstream file(scene, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  std::string lines;
+  for (const std::string& path : with_equals(set_paths(text, standard_modes()))) lines += path + "\n";
+  return lines;
+}
 
 std::string man_page(const CLI::App& app) {
   std::string page = ".TH PALPA 1 \"\" \"palpa " + std::string(version) + "\" \"User Commands\"\n";
@@ -86,6 +220,7 @@ std::string man_page(const CLI::App& app) {
     put_options(page, *command);
     if (!command->get_footer().empty()) page += ".PP\n.nf\n" + roff(command->get_footer()) + "\n.fi\n";
   }
+  page += scene_sections();
   page += ".SH NOTES\n.nf\n" + roff(app.get_footer()) + "\n.fi\n";
   page += ".SH ENVIRONMENT\n";
   for (const auto& [name, sentence] :
@@ -98,56 +233,54 @@ std::string man_page(const CLI::App& app) {
 }
 
 std::string bash_completion(const CLI::App& app) {
-  std::ostringstream out;
   std::vector<std::pair<std::string, const CLI::App*>> commands = {{"", &app}};
   for (const CLI::App* command : commands_of(app)) commands.emplace_back(command->get_name(), command);
+  std::vector<std::string> hands;
+  for (const Described& hand : simulated_hands) hands.emplace_back(hand.name);
 
-  // First what the value of an option may be, then the options and commands themselves.
+  std::ostringstream out;
   out << "# Completion of palpa " << version << " for bash; written by palpa itself.\n"
-      << "_palpa() {\n"
-      << "  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} command= words=\n"
-      << "  COMPREPLY=()\n"
-      << "  ((COMP_CWORD > 1)) && command=${COMP_WORDS[1]}\n"
-      << "  case $command:$before in\n";
+      << "_palpa_reading=" << quoted_lines(with_equals(how_to_read_paths())) << "\n"
+      << "_palpa_hands=" << quoted_lines(hands) << "\n"
+      << "_palpa_hand_keys='";
+  for (const Described& key : simulated_hand_keys) out << (&key == simulated_hand_keys ? "" : " ") << key.name;
+  out << "'" << completion_functions;
+
+  // First what the value of an option may be, then the options, commands and arguments themselves.
+  out << "  case $command:$before in\n";
   for (const auto& [name, command] : commands) {
     for (const CLI::Option* option : options_of(*command)) {
       if (option->get_positional() || option->get_items_expected_max() == 0) continue;
       for (const std::string& long_name : option->get_lnames()) {
-        out << "    " << name << ":--" << long_name << ")\n";
-        const std::vector<std::string> words = words_of(*option);
-        if (!words.empty()) {
-          out << "      COMPREPLY=($(compgen -W '";
-          for (const std::string& word : words) out << (&word == words.data() ? "" : " ") << word;
-          out << "' -- \"$word\"))\n";
-        } else if (option->get_type_name() == "DIR") {
-          out << "      compopt -o filenames; COMPREPLY=($(compgen -d -- \"$word\"))\n";
-        }
-        out << "      return ;;\n";  // without a reply bash offers files
+        const std::string offer = offer_of(*command, *option);
+        out << "    " << name << ":--" << long_name << ") " << offer << (offer.empty() ? "" : "; ") << "return ;;\n";
       }
     }
   }
   out << "  esac\n"
-      << "  case $command in\n";
+      << "  case $command:$word in\n";
   for (const auto& [name, command] : commands) {
-    std::string options, words;
+    std::vector<std::string> options, others;
     for (const CLI::Option* option : options_of(*command)) {
-      for (const std::string& long_name : option->get_lnames()) options += " --" + long_name;
-      for (const std::string& short_name : option->get_snames()) options += " -" + short_name;
-      if (option->get_positional()) {
-        for (const std::string& word : words_of(*option)) words += " " + word;
-      }
+      for (const std::string& long_name : option->get_lnames()) options.push_back("--" + long_name);
+      for (const std::string& short_name : option->get_snames()) options.push_back("-" + short_name);
     }
+    out << "    " << name << ":-*) _palpa_offer " << quoted_lines(options) << " ;;\n";
     if (command == &app) {
-      for (const auto& [other, unused] : commands) words += other.empty() ? "" : " " + other;
+      for (const auto& [other, unused] : commands) {
+        if (!other.empty()) others.push_back(other);
+      }
+      out << "    :*) _palpa_offer " << quoted_lines(others) << " ;;\n";
+      continue;
     }
-    out << "    " << (name.empty() ? "''" : name) << ")\n"
-        << "      case $word in\n"
-        << "        -*) words='" << (options.empty() ? "" : options.substr(1)) << "' ;;\n"
-        << "        *) words='" << (words.empty() ? "" : words.substr(1)) << "' ;;\n"
-        << "      esac ;;\n";
+    for (const CLI::Option* option : options_of(*command)) {
+      if (!option->get_positional()) continue;
+      if (const std::string offer = offer_of(*command, *option); !offer.empty())
+        out << "    " << name << ":*) " << offer << " ;;\n";
+      break;
+    }
   }
   out << "  esac\n"
-      << "  COMPREPLY=($(compgen -W \"$words\" -- \"$word\"))\n"
       << "}\n"
       << "complete -o default -F _palpa palpa\n";
   return out.str();

@@ -2,18 +2,26 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands.h"
+#include "app/terminal.h"
+#include "palpa/study/energy_table.h"
 
 namespace palpa::app {
 
 int run_replay(const ReplayArguments& arguments, const std::atomic<bool>& stop) {
-  const ReplayResult result = replay(arguments.trace, arguments.data_folders, arguments.read, &stop, arguments.plugins);
+  ReplayResult result;
+  {
+    Progress progress("feeling " + arguments.trace.string() + " again");
+    result = replay(arguments.trace, arguments.data_folders, arguments.read, &stop, arguments.plugins,
+                    [&](double share) { progress.show(share); });
+  }
   if (result.interrupted) return 0;
   const TraceDifference& difference = result.difference;
   if (arguments.json) {
     const nlohmann::ordered_json json{{"same", difference.same},
                                       {"where", difference.where},
                                       {"ticks", difference.ticks},
-                                      {"ticks_per_s", result.summary.ticks_per_s}};
+                                      {"ticks_per_s", result.summary.ticks_per_s},
+                                      {"energy_j", nlohmann::ordered_json::parse(to_json(energy_table(result.summary)))}};
     std::printf("%s\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
   } else if (difference.same) {
     std::printf("the same in all %lld ticks\n", static_cast<long long>(difference.ticks));

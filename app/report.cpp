@@ -2,16 +2,22 @@
 
 #include "app/commands.h"
 #include "app/pictures.h"
+#include "app/terminal.h"
 
 namespace palpa::app {
 
 int run_report(const ReportArguments& arguments) {
-  const std::filesystem::path file = pictures_for(arguments.trace.string())
-                                         .report(arguments.trace, arguments.out,
-                                                 {.data_folders = arguments.data_folders,
-                                                  .plugins = arguments.plugins,
-                                                  .read = arguments.read,
-                                                  .pictures = arguments.pictures});
+  const Pictures& pictures = pictures_for(arguments.trace.string());
+  std::filesystem::path file;
+  {
+    Progress progress("report");
+    file = pictures.report(arguments.trace, arguments.out,
+                           {.data_folders = arguments.data_folders,
+                            .plugins = arguments.plugins,
+                            .read = arguments.read,
+                            .pictures = arguments.pictures,
+                            .progress = [&](double share) { progress.show(share); }});
+  }
   std::printf("%s\n", file.c_str());
   return 0;
 }

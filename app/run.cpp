@@ -36,6 +36,8 @@ Json description(const PreparedRun& prepared, double rate_hz) {
   for (const SceneMode& mode : scene.modes()) {
     modes.push_back({{"name", mode.name}, {"type", mode.mode.type()}, {"enabled", mode.enabled}});
   }
+  Json notes = prepared.notes;
+  notes.push_back(forecast(prepared));
   return {{"title", scene.title},
           {"law", scene.law},
           {"stiffness_n_per_m", scene.coupling.stiffness_n_per_m},
@@ -46,7 +48,8 @@ Json description(const PreparedRun& prepared, double rate_hz) {
           {"duration_s", prepared.duration_s},
           {"rate_hz", rate_hz},
           {"volumes", volumes},
-          {"modes", modes}};
+          {"modes", modes},
+          {"notes", notes}};
 }
 
 void print(const Json& d) {
@@ -73,7 +76,8 @@ void print(const Json& d) {
     std::printf("  mode       %s: %s%s\n", text(mode["name"]).c_str(), text(mode["type"]).c_str(),
                 mode["enabled"].get<bool>() ? "" : " (not enabled)");
   }
-  std::puts("All of it fits together; nothing was felt.");
+  for (const Json& note : d["notes"]) std::printf("%s\n", text(note).c_str());
+  std::puts("All of it fits together; nothing was felt yet.");
 }
 
 }  // namespace
@@ -81,7 +85,11 @@ void print(const Json& d) {
 int run_scene(RunArguments arguments, const std::atomic<bool>& stop) {
   if (arguments.dry_run) {
     arguments.options.scene_options.thin_parts = true;
-    const PreparedRun prepared = prepare(arguments.options);
+    PreparedRun prepared;
+    {
+      const Progress progress("loading " + arguments.options.scene.filename().string());
+      prepared = prepare(arguments.options);
+    }
     print_warnings(prepared.loaded.warnings);
     const Json what = description(prepared, arguments.options.rate_hz);
     if (arguments.json) {
@@ -100,6 +108,8 @@ int run_scene(RunArguments arguments, const std::atomic<bool>& stop) {
   }
   print_warnings(result.warnings);
   std::fputs((arguments.json ? to_json(result.summary) : to_table(result.summary)).c_str(), stdout);
+  if (const std::string out = arguments.options.out.string(); !arguments.json && !out.empty())
+    std::printf("\nRecorded in %s\nNext: palpa report %s\n", out.c_str(), out.c_str());
   return 0;
 }
 

@@ -1,9 +1,12 @@
 // What goes to stderr: errors, warnings and progress, one line each.
 #pragma once
 
-#include <chrono>
+#include <atomic>
+#include <condition_variable>
+#include <mutex>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <vector>
 
 namespace palpa::app {
@@ -11,20 +14,27 @@ namespace palpa::app {
 void print_error(std::string_view message);
 void print_warnings(const std::vector<std::string>& warnings);
 
-/// How much is done and how long it will still take, on one line that is written over. Silent where
-/// stderr is no terminal.
+/// What is being done, on one line that is written over, for as long as this lives: how much is done and how long it will
+/// still take, or, as long as nobody knows, for how long it has been going on. Begins to show after half a second. Silent
+/// where stderr is no terminal. One at a time.
 class Progress {
  public:
   explicit Progress(std::string what);
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
   ~Progress();  ///< wipes the line
-  void show(double share_done);
+  /// \param share_done  [1]
+  void show(double share_done) noexcept { share_done_ = share_done; }
 
  private:
+  void draw();
+
   std::string what_;
-  bool on_terminal_;
-  std::chrono::steady_clock::time_point begin_, shown_;
+  std::atomic<double> share_done_ = 0.0;
+  bool over_ = false;  // under mutex_
+  std::mutex mutex_;
+  std::condition_variable ends_;
+  std::thread drawing_;
 };
 
 }  // namespace palpa::app

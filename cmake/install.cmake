@@ -3,8 +3,22 @@
 if(NOT PALPA_INSTALL)
   return()
 endif()
-include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
+
+# ./demo builds the program alone. What is installed is all, or nothing and the command that is missing.
+set(built)
+foreach(target palpa_core palpa palpa_view palpa_report palpa_cli palpa_pictures palpa-read)
+  list(APPEND built "$<$<TARGET_EXISTS:${target}>:$<TARGET_FILE:${target}>>")
+endforeach()
+if(PALPA_APP)
+  list(APPEND built ${PROJECT_BINARY_DIR}/packaging/palpa.1.gz)
+endif()
+install(CODE "set(built \"${built}\")
+  foreach(file IN LISTS built)
+    if(file AND NOT EXISTS \"\${file}\")
+      message(FATAL_ERROR \"\${file} is not built yet; first: cmake --build ${PROJECT_BINARY_DIR}\")
+    endif()
+  endforeach()" ALL_COMPONENTS)
 
 # Uninstalling takes away the folders that installing made, and no others: this notes which these are.
 configure_file(${CMAKE_CURRENT_LIST_DIR}/note_folders.cmake.in ${PROJECT_BINARY_DIR}/note_folders.cmake @ONLY)
@@ -13,15 +27,16 @@ configure_file(${CMAKE_CURRENT_LIST_DIR}/uninstall.cmake.in ${PROJECT_BINARY_DIR
 add_custom_target(uninstall COMMAND ${CMAKE_COMMAND} -P ${PROJECT_BINARY_DIR}/uninstall.cmake VERBATIM
   COMMENT "Taking away what was installed")
 
-# palpa_find_libraries(TARGET FOLDER): an installed TARGET in FOLDER finds our libraries wherever the whole
-# was moved to. Under /usr the system finds them.
-function(palpa_find_libraries target folder)
-  if(CMAKE_INSTALL_PREFIX STREQUAL "/usr")
-    return()
-  endif()
+# palpa_find_libraries(TARGET FOLDER COMPONENT): TARGET finds our libraries from FOLDER, in the build as in an installation,
+# wherever that was moved to; to be called after its install(TARGETS). Under /usr the system finds them.
+function(palpa_find_libraries target folder component)
   file(RELATIVE_PATH way /prefix/${folder} /prefix/${CMAKE_INSTALL_LIBDIR})
   string(REGEX REPLACE "/$" "" path "$ORIGIN/${way}")
-  set_property(TARGET ${target} APPEND PROPERTY INSTALL_RPATH ${path})
+  set_target_properties(${target} PROPERTIES BUILD_WITH_INSTALL_RPATH ON INSTALL_RPATH ${path})
+  if(CMAKE_INSTALL_PREFIX STREQUAL "/usr")
+    set(installed "\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${folder}/$<TARGET_FILE_NAME:${target}>")
+    install(CODE "file(RPATH_REMOVE FILE \"${installed}\")" COMPONENT ${component})
+  endif()
 endfunction()
 
 # palpa_install_library(NAME TARGET target [PACKAGE library]): a public library, palpa::NAME for
@@ -32,7 +47,6 @@ function(palpa_install_library name)
     set(arg_PACKAGE library)
   endif()
   set_target_properties(${arg_TARGET} PROPERTIES EXPORT_NAME ${name})
-  palpa_find_libraries(${arg_TARGET} ${CMAKE_INSTALL_LIBDIR})
   install(TARGETS ${arg_TARGET} EXPORT palpa-${name}
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT ${arg_PACKAGE} NAMELINK_COMPONENT development
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development

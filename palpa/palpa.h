@@ -22,6 +22,7 @@
 #include "palpa/scene/load_scene.h"
 #include "palpa/scene/scene.h"
 #include "palpa/study/compare_laws.h"
+#include "palpa/study/energy_table.h"
 #include "palpa/study/run.h"
 #include "palpa/study/summary.h"
 #include "palpa/tick/session.h"

@@ -40,7 +40,7 @@ double rounded(double value_m, double step_m) noexcept {
 
 class Hand : public SimulatedDevice {
  public:
-  Hand(std::unique_ptr<Target> target, DevicePlant plant)
+  Hand(std::shared_ptr<const Target> target, DevicePlant plant)
       : target_(std::move(target)), plant_(std::move(plant)), wanted_(target_->at(0.0)) {}
 
   DeviceLimits limits() const final { return plant_.limits; }
@@ -69,7 +69,7 @@ class Hand : public SimulatedDevice {
   }
 
  private:
-  std::unique_ptr<Target> target_;
+  std::shared_ptr<const Target> target_;
   DevicePlant plant_;
   double time_s_ = 0.0;
   Target::Point wanted_;
@@ -88,7 +88,7 @@ class RigidHand final : public Hand {
 
 class ArmHand final : public Hand {
  public:
-  ArmHand(std::unique_ptr<Target> target, const Arm& arm, const DevicePlant& plant)
+  ArmHand(std::shared_ptr<const Target> target, const Arm& arm, const DevicePlant& plant)
       : Hand(std::move(target), plant),
         mass_kg_(arm.mass_kg + plant.mass_kg),
         damping_ns_per_m_(arm.damping_ns_per_m + plant.damping_ns_per_m),
@@ -140,7 +140,29 @@ class ArmHand final : public Hand {
   Vec3 force_n_;
 };
 
+class Displaced final : public Target {
+ public:
+  Displaced(std::shared_ptr<const Target> target, const Vec3& offset_m, double scale)
+      : target_(std::move(target)), offset_m_(offset_m), scale_(scale) {}
+  Point at(double time_s) const noexcept override {
+    Point point = target_->at(time_s);
+    point.position_m = scale_ * point.position_m + offset_m_;
+    return point;
+  }
+  double duration_s() const noexcept override { return target_->duration_s(); }
+
+ private:
+  std::shared_ptr<const Target> target_;
+  Vec3 offset_m_;
+  double scale_;
+};
+
 }  // namespace
+
+std::unique_ptr<Target> displaced(std::shared_ptr<const Target> target, const Vec3& offset_m, double scale) {
+  assert(target && scale > 0.0);
+  return std::make_unique<Displaced>(std::move(target), offset_m, scale);
+}
 
 DevicePlant device_plant(const std::string& name) {
   const DevicePlant presets[] = {
@@ -173,7 +195,7 @@ DevicePlant device_plant(const std::string& name) {
   throw LoadError("device: no preset '" + name + "'; there are " + names);
 }
 
-std::unique_ptr<SimulatedDevice> hand_device(std::unique_ptr<Target> target, Hold hold, const DevicePlant& plant) {
+std::unique_ptr<SimulatedDevice> hand_device(std::shared_ptr<const Target> target, Hold hold, const DevicePlant& plant) {
   assert(target);
   if (hold == Hold::rigid) return std::make_unique<RigidHand>(std::move(target), plant);
   return std::make_unique<ArmHand>(std::move(target), hold == Hold::relaxed ? relaxed_arm : firm_arm, plant);

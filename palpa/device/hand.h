@@ -6,8 +6,10 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "palpa/device/device.h"
+#include "palpa/device/front.h"
 
 namespace palpa {
 
@@ -47,23 +49,54 @@ class Target {
   virtual Point at(double time_s) const noexcept = 0;
   /// Infinite for one that goes on for ever.
   virtual double duration_s() const noexcept = 0;
+  /// Whether the positions are meant for the workspace as they are; else the hand was recorded who knows where.
+  virtual bool knows_its_place() const noexcept { return true; }
+  /// What a person should know of it, a sentence each.
+  virtual std::vector<std::string> warnings() const { return {}; }
 };
+
+/// The target with all its positions x at `scale` · x + `offset_m` [m].
+/// \param scale  [1] > 0
+std::unique_ptr<Target> displaced(std::shared_ptr<const Target> target, const Vec3& offset_m, double scale = 1.0);
 
 /// The seed of a simulated hand whose description names none.
 inline constexpr std::uint64_t default_hand_seed = 1;
 
-/// A simulated hand's path, `sim:press|stroke|circle|helix|random[,KEY=VALUE…]`, in front of the user,
-/// for an object that fills ±0.075 m around the middle of the workspace. Each path starts at rest at
-/// z = 0.09 m, outside.
-///   press   along z, from the start in to `depth_m` behind the object's front (z = 0.075 m) and out again
-///   stroke  in to `depth_m`, then sideways and up and down, `radius_m` to either side, over a dome
-///   circle  in to `depth_m`, then round a circle of `radius_m` on that dome
-///   helix   round the object's y axis at `radius_m` − `depth_m`, slowly up and down
-///   random  sums of sines below 8 Hz, seeded, around the point `depth_m` behind the front
-/// `speed_m_per_s` is the speed of the motion (press: its largest; random: its mean square root, less
-/// where `radius_m`, the largest excursion along an axis, leaves no room). Keys that a path has no use
-/// for are accepted. The same text gives the same bits on every machine with IEEE arithmetic. Throws
-/// LoadError that says what would be right.
+/// What a simulated hand is to do: `sim:press|stroke|circle|helix|random[,KEY=VALUE…]`, read.
+struct SimulatedMotion {
+  enum class Kind : std::uint8_t { press, stroke, circle, helix, random };
+  Kind kind = Kind::press;
+  std::optional<double> speed_m_per_s;  ///< press: the largest; random: mean square root. None: 0.1, but at most one round a second
+  std::optional<double> radius_m;  ///< how far beside the place the hand goes; helix: about the axis. None: what the place has room for
+  std::optional<double> depth_m;   ///< how far behind the front the hand wants to be; none: half of what can be borne there
+  std::uint64_t seed = default_hand_seed;
+};
+/// Throws LoadError that says what would be right.
+SimulatedMotion simulated_motion(const std::string& description);
+
+/// What a simulated hand comes upon. `Reach::encounter` (study/reach.h) makes it of a scene; this one is a ball of 0.075 m about
+/// the middle of the workspace.
+struct Encounter {
+  std::shared_ptr<const Front> facing = ball_facing();  ///< u and v: x and y [m] beside the place where the hand meets it
+  std::shared_ptr<const Front> around = cylinder_around({}, 0.075);  ///< u and v: turns and height [m]; for the helix
+  Vec3 axis_m{};                 ///< what the helix goes round, along y
+  double before_m = 0.015;       ///< how far before the front the hand begins
+  double retreat_m = 0.015;      ///< how far before the front a press goes back to
+  double depth_m = 0.02;         ///< how deep the hand goes where its description does not say it
+  double radius_m = 0.03;        ///< how far beside the place it goes where its description does not say it
+  double half_height_m = 0.05;   ///< how far up and down the helix goes
+};
+
+/// A simulated hand's path. It begins at rest `before_m` before the front, comes in at up to 0.1 m/s, slowly over the last 4 mm, and
+/// from the front on does what it is named for, at a depth behind the front that is the motion's or the encounter's:
+///   press   in to the depth and back to `retreat_m` before the front
+///   stroke  sideways and up and down over the front, `radius_m` to either side
+///   circle  round a circle of `radius_m` on the front
+///   helix   round the axis, slowly up and down; a motion's own `radius_m` is that of a cylinder in place of the front
+///   random  sums of sines below 8 Hz, seeded, `radius_m` to any side about half of the depth, now and then out of the front
+/// The same motion gives the same bits on every machine with IEEE arithmetic.
+std::unique_ptr<Target> simulated_target(const SimulatedMotion& motion, const Encounter& encounter = {});
+/// The same of a description, before the ball.
 std::unique_ptr<Target> simulated_target(const std::string& description);
 
 struct RecordingOptions {
@@ -73,7 +106,7 @@ struct RecordingOptions {
 
 /// A recorded hand, in one of four forms that its header decides:
 ///   our own ticks.csv               probe columns, probe_valid and buttons; every row counts
-///   t_s,x_m,y_m,z_m[,buttons]       hand frame
+///   t_s,x_m,y_m,z_m[,buttons]       hand frame; also with time, time_s, timestamp or t for t_s, and x,y,z
 ///   Time,Cursor Position X,Y,Z …    Haply logs: z is flipped, all-zero rows are dropped
 ///   x,y,z …                         no time: `hand_rate_hz` is needed
 /// Unknown columns are skipped. Time starts at the first row and must not fall; of rows at one time
@@ -81,7 +114,8 @@ struct RecordingOptions {
 /// faster than its device), but never so many that a resting hand would look like a gap. Rows whose
 /// position is not finite are dropped. Between rows the position follows a monotone cubic
 /// (Fritsch and Carlson), which never leaves the interval of its two neighbours; where rows are more
-/// than 100 ms apart, and after the last, it is not valid. Throws LoadError.
+/// than 100 ms apart, and after the last, it is not valid; a warning says so. Names that say no unit are taken as seconds and
+/// metres, and refused where a hand would then be too slow or too large. Throws LoadError.
 std::unique_ptr<Target> recorded_target(const std::filesystem::path& file, const RecordingOptions& options = {});
 
 /// How a hand is held: rigidly, where no force moves it, or by an arm, which a force can hold.
@@ -100,7 +134,7 @@ enum class Hold { rigid, relaxed, firm };
 ///
 /// While the target is not valid nobody holds the device: it is not valid either, and starts again at
 /// rest on the target.
-std::unique_ptr<SimulatedDevice> hand_device(std::unique_ptr<Target> target, Hold hold, const DevicePlant& plant = {});
+std::unique_ptr<SimulatedDevice> hand_device(std::shared_ptr<const Target> target, Hold hold, const DevicePlant& plant = {});
 
 /// The hand that `--hand` names, as a device: `sim:…` or a file. Without `hold` a recording is rigid
 /// and a simulated hand relaxed.

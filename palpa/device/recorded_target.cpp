@@ -1,6 +1,8 @@
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <limits>
 #include <string_view>
@@ -16,6 +18,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double longest_filled_gap_s = 0.1;
+constexpr double longest_haptic_step_s = 2.5e-3;
 constexpr double farthest_m = 1000.0;  // no hand is there: positions in another unit, or noise
 constexpr std::size_t longest_line_bytes = 65536;
 
@@ -27,6 +30,13 @@ struct Knot {
   bool valid = true;
   std::uint32_t buttons = 0;
 };
+
+// Three digits are enough for a person.
+std::string brief(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3g", value);
+  return text;
+}
 
 // ---- Fritsch and Carlson (1980), one axis ----
 
@@ -63,7 +73,7 @@ bool connected(const Knot& a, const Knot& b) noexcept {
 
 class Recording final : public Target {
  public:
-  explicit Recording(std::vector<Knot> knots) : knots_(std::move(knots)) {
+  Recording(std::vector<Knot> knots, bool knows_its_place) : knots_(std::move(knots)), knows_its_place_(knows_its_place) {
     for (std::size_t first = 0; first < knots_.size();) {
       std::size_t last = first;
       while (last + 1 < knots_.size() && connected(knots_[last], knots_[last + 1])) ++last;
@@ -73,6 +83,19 @@ class Recording final : public Target {
   }
 
   double duration_s() const noexcept override { return knots_.back().time_s; }
+  std::vector<std::string> warnings() const override {
+    double lost_s = 0.0;
+    double first_s = -1.0;
+    for (std::size_t i = 0; i + 1 < knots_.size(); ++i) {
+      if (!knots_[i].valid || !knots_[i + 1].valid || connected(knots_[i], knots_[i + 1])) continue;
+      if (first_s < 0.0) first_s = knots_[i].time_s;
+      lost_s += knots_[i + 1].time_s - knots_[i].time_s;
+    }
+    if (lost_s == 0.0) return {};
+    return {"for " + brief(lost_s) + " of " + brief(duration_s()) + " s nobody knows where the hand was, first after " +
+            brief(first_s) + " s, and nothing is felt: its rows are more than 100 ms apart there; record at least 10 a second"};
+  }
+  bool knows_its_place() const noexcept override { return knows_its_place_; }
 
   Point at(double time_s) const noexcept override {
     const auto after = std::upper_bound(knots_.begin(), knots_.end(), time_s,
@@ -95,6 +118,7 @@ class Recording final : public Target {
 
  private:
   std::vector<Knot> knots_;
+  bool knows_its_place_;
 };
 
 // ---- the file ----
@@ -129,24 +153,32 @@ bool read_number(std::string_view text, Number& value) {
 
 constexpr std::string_view right_forms =
     "a recorded hand is our own ticks.csv (t_s, probe_x_m, probe_y_m, probe_z_m, …), or has the columns "
-    "t_s,x_m,y_m,z_m[,buttons], "
+    "t_s,x_m,y_m,z_m[,buttons] (or time,x,y,z in seconds and metres), "
     "or those of a Haply log (Time, Cursor Position X, Cursor Position Y, Cursor Position Z, …), or x,y,z,… without time, with "
     "--hand-rate-hz";
 
-// One of the four forms: what its columns are called and what its rows mean.
+// One of the forms: what its columns are called and what its rows mean.
 struct Form {
-  const char* time;  // null: the rate says it
-  const char* position[3];
-  const char* valid;    // null: every row is
-  const char* buttons;  // null: none
-  bool own = false;     // our own ticks.csv: the origin is known, and every row is a sample of the hand itself
+  std::array<const char*, 5> time;  // one of these; none: the rate says it
+  std::array<const char*, 3> position;
+  const char* valid = nullptr;    // null: every row is
+  const char* buttons = nullptr;  // null: none
+  bool own = false;               // our own ticks.csv: the origin is known, and every row is a sample of the hand itself
   bool haply = false;
+  bool bare = false;  // the names of its columns need not say their units
 };
+constexpr std::array<const char*, 5> names_of_time{"t_s", "time_s", "time", "timestamp", "t"};
 constexpr Form forms[] = {
-    {"t_s", {"probe_x_m", "probe_y_m", "probe_z_m"}, "probe_valid", "buttons", true, false},
-    {"t_s", {"x_m", "y_m", "z_m"}, nullptr, "buttons", false, false},
-    {"Time", {"Cursor Position X", "Cursor Position Y", "Cursor Position Z"}, nullptr, nullptr, false, true},
-    {nullptr, {"x", "y", "z"}, nullptr, nullptr, false, false},
+    {.time = {"t_s"},
+     .position = {"probe_x_m", "probe_y_m", "probe_z_m"},
+     .valid = "probe_valid",
+     .buttons = "buttons",
+     .own = true},
+    {.time = {"t_s"}, .position = {"x_m", "y_m", "z_m"}, .buttons = "buttons"},
+    {.time = {"Time"}, .position = {"Cursor Position X", "Cursor Position Y", "Cursor Position Z"}, .haply = true},
+    {.time = names_of_time, .position = {"x_m", "y_m", "z_m"}, .buttons = "buttons", .bare = true},
+    {.time = names_of_time, .position = {"x", "y", "z"}, .buttons = "buttons", .bare = true},
+    {.time = {}, .position = {"x", "y", "z"}},
 };
 
 constexpr std::size_t absent = std::numeric_limits<std::size_t>::max();
@@ -164,14 +196,18 @@ std::size_t place_of(const char* name, const std::vector<std::string_view>& head
   return found == header.end() ? absent : static_cast<std::size_t>(found - header.begin());
 }
 
-// The form whose columns the header has; null where there is none.
-const Form* form_of(const std::vector<std::string_view>& header, Places& places) {
+// The form whose columns the header has; null where there is none. Where a rate is given, a column of time that does not say
+// its unit is one of those that are skipped.
+const Form* form_of(const std::vector<std::string_view>& header, bool rate_given, Places& places) {
   for (const Form& form : forms) {
+    if (form.bare && rate_given) continue;
     places = {};
-    places.time = place_of(form.time, header);
+    for (const char* name : form.time) {
+      if (places.time == absent) places.time = place_of(name, header);
+    }
     places.valid = place_of(form.valid, header);
     places.buttons = place_of(form.buttons, header);
-    bool whole = !form.time || places.time != absent;
+    bool whole = !form.time.front() || places.time != absent;
     for (int axis = 0; axis < 3; ++axis) {
       places.position[axis] = place_of(form.position[axis], header);
       whole = whole && places.position[axis] != absent;
@@ -233,7 +269,7 @@ class RowReader {
       }
     };
     Knot knot;
-    if (form_.time) {
+    if (places_.time != absent) {
       number(places_.time, knot.time_s);
       if (!std::isfinite(knot.time_s)) file_.refuse("the time is not finite", "times are seconds and rise");
     } else {
@@ -283,7 +319,8 @@ std::vector<Knot> without_repeats(const std::vector<Knot>& rows) {
   return kept;
 }
 
-void center(std::vector<Knot>& knots) {
+// Low and high corner of the box of a recording.
+std::pair<Vec3, Vec3> box_of(const std::vector<Knot>& knots) {
   Vec3 low = knots.front().position_m;
   Vec3 high = low;
   for (const Knot& knot : knots) {
@@ -293,8 +330,30 @@ void center(std::vector<Knot>& knots) {
       high.*axis = std::max(high.*axis, knot.position_m.*axis);
     }
   }
+  return {low, high};
+}
+
+void center(std::vector<Knot>& knots) {
+  const auto [low, high] = box_of(knots);
   const Vec3 middle = 0.5 * low + 0.5 * high;
   for (Knot& knot : knots) knot.position_m -= middle;
+}
+
+// Columns whose names say no unit may be milliseconds or millimetres: nobody records a hand less than twice a second, and none
+// moves over 3 m.
+void check_units(const fs::path& path, const std::vector<Knot>& rows, std::string_view time_name, std::string_view x_name) {
+  constexpr double slowest_row_s = 0.5;
+  constexpr double widest_m = 3.0;
+  const double mean_s = rows.back().time_s / static_cast<double>(std::max<std::size_t>(1, rows.size() - 1));
+  if (!time_name.ends_with("_s") && mean_s > slowest_row_s) {
+    throw LoadError(path.string() + ": rows would be " + brief(mean_s) + " s apart; '" + std::string(time_name) +
+                    "' is in seconds (if it is, name it t_s)");
+  }
+  const auto [low, high] = box_of(rows);
+  if (const double size_m = largest_component(high - low); !x_name.ends_with("_m") && size_m > widest_m) {
+    throw LoadError(path.string() + ": the hand would move over " + brief(size_m) + " m; '" + std::string(x_name) +
+                    "' is in metres (if it is, name it x_m, and so on)");
+  }
 }
 
 }  // namespace
@@ -304,17 +363,21 @@ std::unique_ptr<Target> recorded_target(const fs::path& path, const RecordingOpt
   std::string line;
   if (!file.next(line)) throw LoadError(path.string() + ": is empty; " + std::string(right_forms));
   if (line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);
-  const std::vector<std::string_view> header = split(line);
+  const std::string first_line = line;
+  const std::vector<std::string_view> header = split(first_line);
   Places places;
-  const Form* form = form_of(header, places);
-  if (!form) file.refuse("has none of the columns of a recorded hand", right_forms);
   const bool rate_given = options.hand_rate_hz != 0.0;
+  const Form* form = form_of(header, rate_given, places);
+  if (!form) file.refuse("has none of the columns of a recorded hand", right_forms);
   if (rate_given && !(options.hand_rate_hz > 0.0 && options.hand_rate_hz <= 1e6)) {
     throw LoadError(path.string() +
                     ": the rate of its rows cannot be used; --hand-rate-hz lies above 0 and is at most 1000000");
   }
-  if (form->time && rate_given) file.refuse("has its own times", "leave out --hand-rate-hz");
-  if (!form->time && !rate_given) file.refuse("has no times", "say how many rows a second has with --hand-rate-hz");
+  const bool timed = places.time != absent;
+  if (timed && rate_given) file.refuse("has its own times", "leave out --hand-rate-hz");
+  if (!timed && !rate_given) {
+    file.refuse("has no times", "say how many rows a second has with --hand-rate-hz, or name a column of seconds t_s");
+  }
 
   RowReader reader(file, *form, places, header.size(), options.hand_rate_hz);
   std::vector<Knot> rows;
@@ -337,9 +400,12 @@ std::unique_ptr<Target> recorded_target(const fs::path& path, const RecordingOpt
     if (row.valid) known = row.position_m;
     row.position_m = known;
   }
-  if (!form->own) rows = without_repeats(rows);
+  if (form->bare) check_units(path, rows, header[places.time], header[places.position[0]]);
+  // At a haptic rate a repeat is the device's own encoder at rest, else it is a logger that was faster than its device.
+  const bool haptic_rate = rows.back().time_s <= longest_haptic_step_s * static_cast<double>(rows.size());
+  if (form->haply || !(form->own || haptic_rate)) rows = without_repeats(rows);
   if (options.center.value_or(!form->own)) center(rows);
-  return std::make_unique<Recording>(std::move(rows));
+  return std::make_unique<Recording>(std::move(rows), form->own);
 }
 
 }  // namespace palpa

@@ -3,43 +3,19 @@
 #include <cmath>
 #include <limits>
 #include <string_view>
-#include <vector>
 
 #include "palpa/core/load_error.h"
 #include "palpa/device/hand.h"
+#include "palpa/device/sine_cosine.h"
 
 namespace palpa {
 
 namespace {
 
-constexpr double pi = 3.141592653589793;
-constexpr double front_m = 0.075;  // half of what a fitted object spans
-constexpr Vec3 start_m{0.0, 0.0, 0.09};
+using detail::SineCosine;
+using detail::sine_cosine;
 
-// Sine and cosine of turns by their own series: the C library's may round differently on another
-// machine, and a path must not.
-struct SineCosine {
-  double sine;
-  double cosine;
-};
-SineCosine sine_cosine(double turns) noexcept {
-  const double in_turn = turns - std::floor(turns);
-  const double quarter = std::floor(4.0 * in_turn + 0.5);
-  const double x = 2.0 * pi * (in_turn - 0.25 * quarter);  // |x| <= pi/4
-  const double xx = x * x;
-  double sine = 0.0;
-  double cosine = 0.0;
-  for (int n = 17; n >= 3; n -= 2) sine = (1.0 + sine) * (-xx / ((n - 1) * n));
-  for (int n = 16; n >= 2; n -= 2) cosine = (1.0 + cosine) * (-xx / ((n - 1) * n));
-  sine = x * (1.0 + sine);
-  cosine = 1.0 + cosine;
-  switch (static_cast<int>(quarter) & 3) {
-    case 0: return {sine, cosine};
-    case 1: return {cosine, -sine};
-    case 2: return {-sine, -cosine};
-    default: return {-cosine, sine};
-  }
-}
+constexpr double pi = 3.141592653589793;
 double sine(double turns) noexcept { return sine_cosine(turns).sine; }
 
 // 0 before 0, 1 after 1, with two continuous derivatives; its largest slope is 1.875.
@@ -65,12 +41,39 @@ class Random {
   std::uint64_t state_;
 };
 
-struct PathOptions {
-  double speed_m_per_s = 0.1;
-  double radius_m = 0.03;
-  double depth_m = 0.02;
-  std::uint64_t seed = default_hand_seed;
+// How a hand comes in from before the front: at up to 0.1 m/s until just before it, then slowly on to its depth. An arm of half a
+// kilogram lags behind and swings; faster it would break through a thin skin before it has felt it.
+class Approach {
+ public:
+  /// \param from_m, to_m  [m] depths behind the front, below zero before it; from < to
+  Approach(double from_m, double to_m)
+      : from_m_(from_m),
+        near_m_(std::min(std::max(from_m, -slow_before_m), to_m)),
+        to_m_(to_m),
+        near_s_(smooth_step_slope * (near_m_ - from_m_) / fast_m_per_s),
+        slow_s_(smooth_step_slope * (to_m_ - near_m_) / slow_m_per_s) {}
+  /// When the hand is at the front, or as near to it as it goes.
+  double at_front_s() const noexcept { return near_s_ + (to_m_ > 0.0 ? 0.5 : 1.0) * slow_s_; }
+  double end_s() const noexcept { return near_s_ + slow_s_; }
+  /// [m] behind the front.
+  double depth_m(double time_s) const noexcept {
+    if (time_s < near_s_) return from_m_ + (near_m_ - from_m_) * smooth_step(time_s / near_s_);
+    if (time_s < end_s()) return near_m_ + (to_m_ - near_m_) * smooth_step((time_s - near_s_) / slow_s_);
+    return to_m_;
+  }
+
+ private:
+  static constexpr double fast_m_per_s = 0.1, slow_m_per_s = 0.03, slow_before_m = 0.004;
+  double from_m_, near_m_, to_m_, near_s_, slow_s_;
 };
+
+constexpr double usual_m_per_s = 0.1;
+
+/// How often a second a motion goes round `length_m` [m]; where nobody says how fast it is, not more often than an arm can.
+double rate_hz(const SimulatedMotion& motion, double length_m) noexcept {
+  constexpr double most_hz = 1.0;
+  return motion.speed_m_per_s ? *motion.speed_m_per_s / length_m : std::min(usual_m_per_s / length_m, most_hz);
+}
 
 class SimulatedTarget : public Target {
  public:
@@ -79,107 +82,121 @@ class SimulatedTarget : public Target {
 
 class Press final : public SimulatedTarget {
  public:
-  explicit Press(const PathOptions& options)
-      : stroke_m_(start_m.z - front_m + options.depth_m), presses_per_s_(options.speed_m_per_s / (pi * stroke_m_)) {}
+  Press(const SimulatedMotion& motion, double depth_m, const Encounter& encounter)
+      : front_(encounter.facing), back_m_(std::min(-encounter.retreat_m, depth_m)), stroke_m_(depth_m - back_m_) {
+    if (-encounter.before_m < back_m_) approach_.emplace(-encounter.before_m, back_m_);
+    if (stroke_m_ > 0.0) presses_per_s_ = rate_hz(motion, pi * stroke_m_);
+  }
   Point at(double time_s) const noexcept override {
-    const double in = 0.5 * (1.0 - sine_cosine(presses_per_s_ * time_s).cosine);
-    return {.position_m = start_m - Vec3{0.0, 0.0, stroke_m_ * in}};
+    const double pressing_s = time_s - (approach_ ? approach_->end_s() : 0.0);
+    if (pressing_s < 0.0) return {.position_m = front_->at(0.0, 0.0, approach_->depth_m(time_s))};
+    const double in = 0.5 * (1.0 - sine_cosine(presses_per_s_ * pressing_s).cosine);
+    return {.position_m = front_->at(0.0, 0.0, back_m_ + stroke_m_ * in)};
   }
 
  private:
-  double stroke_m_;
-  double presses_per_s_;
+  std::shared_ptr<const Front> front_;
+  double back_m_, stroke_m_;
+  std::optional<Approach> approach_;
+  double presses_per_s_ = 0.0;
 };
 
-// A path that never ends and need not begin outside or at rest: the hand moves over to it smoothly.
-class Joined : public SimulatedTarget {
+// A path over a front: the hand comes in where it meets the front, then moves over to it smoothly.
+class Along : public SimulatedTarget {
  public:
   Point at(double time_s) const noexcept final {
-    return {.position_m = start_m + smooth_step(time_s / joining_s_) * (along(time_s) - start_m)};
+    const double share = smooth_step((time_s - approach_.at_front_s()) / joining_s_);
+    const Place place = along(time_s);
+    return {.position_m = front_->at(share * place.u, share * place.v, approach_.depth_m(time_s) + share * place.further_in_m)};
   }
 
  protected:
-  /// \param speed_m_per_s  of the way over, which is about `way_m` long
-  Joined(double way_m, double speed_m_per_s) : joining_s_(std::max(0.5, smooth_step_slope * way_m / speed_m_per_s)) {}
-  virtual Vec3 along(double time_s) const noexcept = 0;
+  struct Place {
+    double u, v;
+    double further_in_m = 0.0;  // than the depth
+  };
+  /// \param aside_m  [m] how far beside the place where it comes in the path may begin
+  Along(const SimulatedMotion& motion, const Encounter& encounter, std::shared_ptr<const Front> front, double depth_m,
+        double aside_m)
+      : front_(std::move(front)),
+        approach_(-encounter.before_m, depth_m),
+        joining_s_(std::max(0.5, smooth_step_slope * aside_m / motion.speed_m_per_s.value_or(usual_m_per_s))) {}
+  virtual Place along(double time_s) const noexcept = 0;
 
  private:
+  std::shared_ptr<const Front> front_;
+  Approach approach_;
   double joining_s_;
 };
 
-// A dome of radius front − depth around the middle: over its edge it goes on flat.
-Vec3 on_dome(double x_m, double y_m, double radius_m) noexcept {
-  return {x_m, y_m, std::sqrt(std::max(0.0, radius_m * radius_m - x_m * x_m - y_m * y_m))};
-}
-
-class Stroke final : public Joined {
+class Stroke final : public Along {
  public:
-  explicit Stroke(const PathOptions& options)
-      : Joined(start_m.z - front_m + options.depth_m, options.speed_m_per_s),
-        radius_m_(options.radius_m),
-        dome_m_(std::max(0.0, front_m - options.depth_m)),
-        strokes_per_s_(options.speed_m_per_s / (2.0 * pi * options.radius_m)) {}
+  Stroke(const SimulatedMotion& motion, const Encounter& encounter, double depth_m, double radius_m)
+      : Along(motion, encounter, encounter.facing, depth_m, 0.0),
+        radius_m_(radius_m),
+        strokes_per_s_(rate_hz(motion, 2.0 * pi * radius_m)) {}
 
  private:
-  Vec3 along(double time_s) const noexcept override {
+  Place along(double time_s) const noexcept override {
     const double turns = strokes_per_s_ * time_s;
-    return on_dome(radius_m_ * sine(turns), radius_m_ * sine(0.375 * turns), dome_m_);
+    return {radius_m_ * sine(turns), radius_m_ * sine(0.375 * turns)};
   }
-  double radius_m_, dome_m_, strokes_per_s_;
+  double radius_m_, strokes_per_s_;
 };
 
-class Circle final : public Joined {
+class Circle final : public Along {
  public:
-  explicit Circle(const PathOptions& options)
-      : Joined(start_m.z - front_m + options.depth_m + options.radius_m, options.speed_m_per_s),
-        radius_m_(options.radius_m),
-        dome_m_(std::max(0.0, front_m - options.depth_m)),
-        turns_per_s_(options.speed_m_per_s / (2.0 * pi * options.radius_m)) {}
+  Circle(const SimulatedMotion& motion, const Encounter& encounter, double depth_m, double radius_m)
+      : Along(motion, encounter, encounter.facing, depth_m, radius_m),
+        radius_m_(radius_m),
+        turns_per_s_(rate_hz(motion, 2.0 * pi * radius_m)) {}
 
  private:
-  Vec3 along(double time_s) const noexcept override {
+  Place along(double time_s) const noexcept override {
     const SineCosine angle = sine_cosine(turns_per_s_ * time_s);
-    return on_dome(radius_m_ * angle.cosine, radius_m_ * angle.sine, dome_m_);
-  }
-  double radius_m_, dome_m_, turns_per_s_;
-};
-
-class Helix final : public Joined {
- public:
-  explicit Helix(const PathOptions& options)
-      : Joined(start_m.z, options.speed_m_per_s),
-        radius_m_(std::max(0.0, options.radius_m - options.depth_m)),
-        turns_per_s_(options.speed_m_per_s / (2.0 * pi * options.radius_m)) {}
-
- private:
-  Vec3 along(double time_s) const noexcept override {
-    constexpr double half_height_m = 0.05;
-    constexpr double climbs_per_turn = 0.1;
-    const double turns = turns_per_s_ * time_s;
-    const SineCosine angle = sine_cosine(turns);
-    return {radius_m_ * angle.sine, half_height_m * sine(climbs_per_turn * turns), radius_m_ * angle.cosine};
+    return {radius_m_ * angle.cosine, radius_m_ * angle.sine};
   }
   double radius_m_, turns_per_s_;
 };
 
-class RandomMotion final : public Joined {
+class Helix final : public Along {
  public:
-  explicit RandomMotion(const PathOptions& options)
-      : Joined(start_m.z - front_m + options.depth_m + options.radius_m, options.speed_m_per_s),
-        middle_z_m_(front_m - options.depth_m) {
-    Random random(options.seed);
+  Helix(const SimulatedMotion& motion, const Encounter& encounter, double depth_m)
+      : Along(motion, encounter, motion.radius_m ? cylinder_around(encounter.axis_m, *motion.radius_m) : encounter.around,
+              depth_m, 0.0),
+        half_height_m_(encounter.half_height_m),
+        turns_per_s_(rate_hz(motion, 2.0 * pi * motion.radius_m.value_or(usual_radius_m))) {}
+
+ private:
+  Place along(double time_s) const noexcept override {
+    constexpr double climbs_per_turn = 0.1;
+    const double turns = turns_per_s_ * time_s;
+    return {turns, half_height_m_ * sine(climbs_per_turn * turns)};
+  }
+  static constexpr double usual_radius_m = 0.075;
+  double half_height_m_, turns_per_s_;
+};
+
+class RandomMotion final : public Along {
+ public:
+  RandomMotion(const SimulatedMotion& motion, const Encounter& encounter, double depth_m, double radius_m)
+      : Along(motion, encounter, encounter.facing, 0.5 * depth_m, radius_m) {
+    Random random(motion.seed);
     // Every wave has the same share of the mean squared speed.
-    const double share_m_per_s = options.speed_m_per_s * std::sqrt(2.0 / (3.0 * waves));
-    for (Wave(&axis)[waves] : axes_) {
+    const double share_m_per_s = motion.speed_m_per_s.value_or(usual_m_per_s) * std::sqrt(2.0 / (3.0 * waves));
+    // Now and then it comes out again: what it has broken through it would not feel any more.
+    const double in_and_out_m = std::min(radius_m, std::max(0.0, depth_m) + 2.0 * encounter.retreat_m);
+    const double largest_m[3] = {radius_m, radius_m, in_and_out_m};
+    for (int axis = 0; axis < 3; ++axis) {
       double reach_m = 0.0;
-      for (Wave& wave : axis) {
+      for (Wave& wave : axes_[axis]) {
         wave.frequency_hz = lowest_hz + (highest_hz - lowest_hz) * random.next();
         wave.phase_turns = random.next();
         wave.amplitude_m = share_m_per_s / (2.0 * pi * wave.frequency_hz);
         reach_m += wave.amplitude_m;
       }
-      if (reach_m <= options.radius_m) continue;
-      for (Wave& wave : axis) wave.amplitude_m *= options.radius_m / reach_m;
+      if (reach_m <= largest_m[axis]) continue;
+      for (Wave& wave : axes_[axis]) wave.amplitude_m *= largest_m[axis] / reach_m;
     }
   }
 
@@ -191,14 +208,13 @@ class RandomMotion final : public Joined {
     double frequency_hz, phase_turns, amplitude_m;
   };
 
-  Vec3 along(double time_s) const noexcept override {
-    double x[3] = {0.0, 0.0, middle_z_m_};
+  Place along(double time_s) const noexcept override {
+    double x[3] = {};
     for (int axis = 0; axis < 3; ++axis) {
       for (const Wave& wave : axes_[axis]) x[axis] += wave.amplitude_m * sine(wave.frequency_hz * time_s + wave.phase_turns);
     }
-    return {x[0], x[1], x[2]};
+    return {x[0], x[1], -x[2]};
   }
-  double middle_z_m_;
   Wave axes_[3][waves];
 };
 
@@ -215,16 +231,17 @@ bool read_number(std::string_view text, Number& value) {
   return error == std::errc{} && end == text.data() + text.size();
 }
 
-void set_length(const std::string& description, std::string_view key, std::string_view text, double above, double at_most,
-                double& value) {
-  if (read_number(text, value) && value > above && value <= at_most) return;
-  refuse(description, "'" + std::string(text) + "' cannot be used for " + std::string(key),
-         "it lies above " + std::to_string(above) + " and is at most " + std::to_string(at_most));
+/// A number of SI units in a range of the form (above, at_most].
+double number_of(const std::string& description, std::string_view key, std::string_view text, double above, double at_most,
+                 const char* range) {
+  double value = 0.0;
+  if (read_number(text, value) && value > above && value <= at_most) return value;
+  refuse(description, "'" + std::string(text) + "' cannot be used for " + std::string(key), range);
 }
 
 }  // namespace
 
-std::unique_ptr<Target> simulated_target(const std::string& description) {
+SimulatedMotion simulated_motion(const std::string& description) {
   std::string_view rest = description;
   constexpr std::string_view prefix = "sim:";
   if (!rest.starts_with(prefix)) refuse(description, "does not begin with sim:");
@@ -235,34 +252,55 @@ std::unique_ptr<Target> simulated_target(const std::string& description) {
     rest.remove_prefix(std::min(end + 1, rest.size()));
     return word;
   };
-  const std::string_view path = next();
-  PathOptions options;
-  if (path == "helix") options.radius_m = front_m;
+  using Kind = SimulatedMotion::Kind;
+  constexpr std::pair<std::string_view, Kind> kinds[] = {{"press", Kind::press},
+                                                         {"stroke", Kind::stroke},
+                                                         {"circle", Kind::circle},
+                                                         {"helix", Kind::helix},
+                                                         {"random", Kind::random}};
+  SimulatedMotion motion;
+  const std::string_view name = next();
+  const auto* const known = std::find_if(std::begin(kinds), std::end(kinds), [&](const auto& kind) { return kind.first == name; });
   while (!rest.empty()) {
     const std::string_view word = next();
     const std::size_t equals = std::min(word.find('='), word.size());
     const std::string_view key = word.substr(0, equals);
     const std::string_view value = word.substr(std::min(equals + 1, word.size()));
     if (key == "speed_m_per_s") {
-      set_length(description, key, value, 0.0, 2.0, options.speed_m_per_s);
+      motion.speed_m_per_s = number_of(description, key, value, 0.0, 2.0, "it is a number of m/s above 0, at most 2, as in 0.1");
     } else if (key == "radius_m") {
-      set_length(description, key, value, 0.0, 0.2, options.radius_m);
+      motion.radius_m = number_of(description, key, value, 0.0, 0.2, "it is a number of metres above 0, at most 0.2, as in 0.03");
     } else if (key == "depth_m") {
-      set_length(description, key, value, -0.015, 0.15, options.depth_m);
+      motion.depth_m =
+          number_of(description, key, value, -0.015, 0.15, "it is a number of metres above -0.015, at most 0.15, as in 0.05");
     } else if (key == "seed") {
-      if (!read_number(value, options.seed) || options.seed >= (std::uint64_t{1} << 63)) {
+      if (!read_number(value, motion.seed) || motion.seed >= (std::uint64_t{1} << 63)) {
         refuse(description, "'" + std::string(value) + "' cannot be used for seed", "it is a whole number from 0 to 2^63 - 1");
       }
     } else {
       refuse(description, "unknown key '" + std::string(key) + "'");
     }
   }
-  if (path == "press") return std::make_unique<Press>(options);
-  if (path == "stroke") return std::make_unique<Stroke>(options);
-  if (path == "circle") return std::make_unique<Circle>(options);
-  if (path == "helix") return std::make_unique<Helix>(options);
-  if (path == "random") return std::make_unique<RandomMotion>(options);
-  refuse(description, "unknown path '" + std::string(path) + "'");
+  if (known == std::end(kinds)) refuse(description, "unknown path '" + std::string(name) + "'");
+  motion.kind = known->second;
+  return motion;
+}
+
+std::unique_ptr<Target> simulated_target(const SimulatedMotion& motion, const Encounter& encounter) {
+  const double depth_m = motion.depth_m.value_or(encounter.depth_m);
+  const double radius_m = motion.radius_m.value_or(encounter.radius_m);
+  switch (motion.kind) {
+    case SimulatedMotion::Kind::press: return std::make_unique<Press>(motion, depth_m, encounter);
+    case SimulatedMotion::Kind::stroke: return std::make_unique<Stroke>(motion, encounter, depth_m, radius_m);
+    case SimulatedMotion::Kind::circle: return std::make_unique<Circle>(motion, encounter, depth_m, radius_m);
+    case SimulatedMotion::Kind::helix: return std::make_unique<Helix>(motion, encounter, depth_m);
+    case SimulatedMotion::Kind::random: break;
+  }
+  return std::make_unique<RandomMotion>(motion, encounter, depth_m, radius_m);
+}
+
+std::unique_ptr<Target> simulated_target(const std::string& description) {
+  return simulated_target(simulated_motion(description));
 }
 
 }  // namespace palpa

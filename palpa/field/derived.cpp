@@ -21,13 +21,14 @@ struct Naming {
   const char* name;
   int taken, given;
 };
-constexpr std::array<Naming, 11> namings{{
+constexpr std::array<Naming, 12> namings{{
     {Derivation::magnitude, "magnitude", 3, 1},
     {Derivation::gradient_magnitude, "gradient_magnitude", 1, 1},
     {Derivation::curl, "curl", 3, 3},
     {Derivation::divergence, "divergence", 3, 1},
     {Derivation::q, "q", 3, 1},
     {Derivation::lambda2, "lambda2", 3, 1},
+    {Derivation::coherence, "coherence", 3, 1},
     {Derivation::component_x, "component_x", 3, 1},
     {Derivation::component_y, "component_y", 3, 1},
     {Derivation::component_z, "component_z", 3, 1},
@@ -117,6 +118,42 @@ class Component final : public Pointwise {
   int axis_;
   const detail::GridBase* grid_;  // what it is a component of; or nullptr
   std::optional<detail::Bricks> bricks_;
+};
+
+/// |u|², to be smoothed.
+class SquaredMagnitude final : public Pointwise {
+ public:
+  using Pointwise::Pointwise;
+  ScalarSample scalar(const Vec3& world_m) const noexcept override {
+    const VectorSample u = of_->vector(world_m);
+    const ScalarSample s{norm_squared(u.value), 2.0 * transposed_times(u.jacobian, u.value), u.inside};
+    return std::isfinite(s.value) && is_finite(s.gradient) ? s : ScalarSample{};
+  }
+  std::vector<Extent> extents() const override {
+    const double longest = magnitudes_within(of_->extents()).max;
+    return {{0.0, std::min(longest * longest, std::numeric_limits<double>::max())}};
+  }
+};
+
+/// |mean of u| / √(mean of |u|²), from both means.
+class Coherence final : public Pointwise {
+ public:
+  Coherence(FieldPtr mean, FieldPtr mean_square) : Pointwise(std::move(mean)), mean_square_(std::move(mean_square)) {}
+  ScalarSample scalar(const Vec3& world_m) const noexcept override {
+    const VectorSample mean = of_->vector(world_m);
+    const ScalarSample square = mean_square_->scalar(world_m);
+    if (!mean.inside || !square.inside) return {};
+    const double length = norm(mean.value), root = std::sqrt(std::max(square.value, 0.0));
+    if (!(length > 0.0) || !(root > 0.0)) return {.inside = true};
+    const double share = length / root;
+    const Vec3 gradient =
+        (1.0 / root) * transposed_times(mean.jacobian, mean.value / length) - (0.5 * share / square.value) * square.gradient;
+    return is_finite(gradient) ? ScalarSample{std::min(share, 1.0), gradient, true} : ScalarSample{.inside = true};
+  }
+  std::vector<Extent> extents() const override { return {{0.0, 1.0}}; }
+
+ private:
+  FieldPtr mean_square_;
 };
 
 /// Magnitude or component of a field that changes with time: of its sample at that moment, so exact there too.
@@ -225,6 +262,12 @@ FieldPtr derive(Derivation derivation, const FieldPtr& of, double smoothing_m, d
     return posed(derive(derivation, moved->field, smoothing_m / scale, factor), moved->pose);
   }
   if (derivation == Derivation::magnitude) return std::make_shared<const Magnitude>(of);
+  if (derivation == Derivation::coherence) {
+    const GridGeometry nodes = nodes_of(*of);
+    return std::make_shared<const Coherence>(
+        detail::derive_on_grid(Derivation::smooth_vector, *of, nodes, smoothing_m, 1.0),
+        detail::derive_on_grid(Derivation::smooth, SquaredMagnitude(of), nodes, smoothing_m, 1.0));
+  }
   return detail::derive_on_grid(derivation, *of, nodes_of(*of), smoothing_m, factor);
 }
 
@@ -250,6 +293,7 @@ std::string unit_of(Derivation derivation, std::string_view unit) {
     case Derivation::divergence: return u == "m/s" ? "1/s" : simple ? u + "/m" : "(" + u + ")/m";
     case Derivation::q:
     case Derivation::lambda2: return u == "m/s" ? "1/s²" : "(" + u + ")²/m²";
+    case Derivation::coherence: return {};
     default: return u;
   }
 }

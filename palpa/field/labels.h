@@ -16,7 +16,7 @@ struct Label {
 
 /// The parts that a grid of whole numbers names, the largest first, without `background`.
 struct LabelMap {
-  double background = 0.0;    ///< what most of the border of the grid is, in the field's own unit
+  double background = 0.0;    ///< in the field's own unit: what most of the border of the grid is
   std::vector<Label> labels;  ///< at least one
 };
 

@@ -36,12 +36,10 @@ TickFrame GuardedSession::tick(std::int64_t number, double t_s, double dt_s, con
   const Guard::Passed passed = guard_.pass(frame.result.force_n);
   frame.guard = passed.state;
   if (usable) frame.command_n = passed.command_n;
-  if (usable && last_probe_usable_) {
-    frame.result.energy.work_on_hand_j = dot(held_command_n_, probe.position_m - last_probe_m_);
-  }
+  frame.result.energy.work_on_hand_j = dot(held_command_n_, frame.result.probe_step_m);
+  frame.result.energy.held_back_j = dot(held_force_n_ - held_command_n_, frame.result.probe_step_m);
+  held_force_n_ = frame.result.force_n;
   held_command_n_ = frame.command_n;
-  last_probe_m_ = probe.position_m;
-  last_probe_usable_ = usable;
   return frame;
 }
 

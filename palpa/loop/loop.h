@@ -59,9 +59,8 @@ class GuardedSession {
  private:
   Session& session_;
   Guard guard_;
+  Vec3 held_force_n_;
   Vec3 held_command_n_;
-  Vec3 last_probe_m_;
-  bool last_probe_usable_ = false;
 };
 
 struct LoopOptions {

@@ -38,7 +38,7 @@ struct SurfaceAndFriction {
 
     static constexpr auto parameters() {
       return std::tuple{
-          param("name", &Level::name, "what the level is called in events and tables"),
+          param("name", &Level::name, "what the level is called in reports and --set; events have its value"),
           level_param("value", &Level::value, "value of the field that is felt as a surface, in the field's own unit"),
           param("strength_n", &Level::strength_n, "force at which the hand presses through"),
           param("friction_n", &Level::friction_n, "force that resists sliding; left out: the mode's", Range{0, 100}),

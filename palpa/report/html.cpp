@@ -71,16 +71,20 @@ std::string table(const std::vector<std::string>& head, const std::vector<std::v
   return out + "</tbody></table></div>\n";
 }
 
-std::string png_address(std::string_view png) {
+std::string base64(std::string_view bytes) {
   constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out = "data:image/png;base64,";
-  for (std::size_t i = 0; i < png.size(); i += 3) {
+  std::string out;
+  out.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
     std::uint32_t bits = 0;
-    for (std::size_t j = 0; j < 3; ++j) bits = bits << 8 | (i + j < png.size() ? static_cast<unsigned char>(png[i + j]) : 0u);
-    for (std::size_t j = 0; j < 4; ++j) out += i + j <= png.size() ? digits[bits >> (18 - 6 * j) & 63] : '=';
+    for (std::size_t j = 0; j < 3; ++j)
+      bits = bits << 8 | (i + j < bytes.size() ? static_cast<unsigned char>(bytes[i + j]) : 0u);
+    for (std::size_t j = 0; j < 4; ++j) out += i + j <= bytes.size() ? digits[bits >> (18 - 6 * j) & 63] : '=';
   }
   return out;
 }
+
+std::string png_address(std::string_view png) { return "data:image/png;base64," + base64(png); }
 
 std::string text(const char* format, ...) {
   char buffer[512];

@@ -14,6 +14,9 @@ std::string escaped(std::string_view text);
 /// A table. The cells are texts, escaped here; the first `left` columns are names, the others numbers.
 std::string table(const std::vector<std::string>& head, const std::vector<std::vector<std::string>>& rows, std::size_t left);
 
+/// Bytes in the letters of base64.
+std::string base64(std::string_view bytes);
+
 /// Bytes as a data address of an image.
 std::string png_address(std::string_view png);
 

@@ -264,9 +264,12 @@ std::vector<Convergence> convergence_in_scalars() {
   SurfaceAndFriction constant = skin(ball, 20.0), coulomb = skin(ball, 20.0);
   constant.friction_n = 0.2;
   coulomb.friction_coefficient = 0.15;
+  const SurfaceAndFriction material{
+      .field = ball, .strength_n = Strength(ball, TransferFunction({{-0.01, 0.2}, {0.05, 0.4}})), .friction_n = 0.1};
   return {converge_in_ball("surface", skin(ball, 20.0)),
           converge_in_ball("surface, friction_n", constant),
           converge_in_ball("surface, coefficient", coulomb),
+          converge_in_ball("material, friction_n", material),
           converge_in_ball("viscosity", Viscosity{.field = ball, .strength_n = 0.5}),
           converge_in_ball("viscosity, drag", Viscosity{.field = ball, .drag_ns_per_m = 1.0}),
           converge_in_ball("gradient_force", GradientForce{.field = ball, .strength_n = 1.0})};
@@ -274,12 +277,15 @@ std::vector<Convergence> convergence_in_scalars() {
 
 std::vector<Convergence> convergence_in_vectors() {
   const FieldRef flow{"flow"};
+  const Strength viscous(FieldRef{"magnitude(flow)"}, TransferFunction({{0.0, 0.1}, {1.0, 3.0}}));
   return {converge_in_vortex("follow", Follow{.field = flow, .strength_n = 0.5}, 0.010),
           converge_in_vortex("follow, drag", Follow{.field = flow, .strength_n = 0.0, .drag_ns_per_m = 1.0}, 0.010),
+          converge_in_vortex("viscosity of field", Viscosity{.strength_n = viscous}, 0.010),
           converge_in_vortex("front_shape", FrontShape{.field = flow, .strength_n = 0.3}, 0.010),
           converge_in_vortex("vector_force", VectorForce{.field = flow, .strength_n = 0.5}, 0.015),
           converge_in_vortex("vortex_force", VortexForce{.field = flow, .strength_n = 0.3}, 0.004),
           converge_in_vortex("vortex_plane", VortexPlane{.field = flow, .strength_n = 0.3}, 0.0),
+          converge_in_vortex("transverse_damping", TransverseDamping{.field = flow, .drag_ns_per_m = 1.0}, 0.010),
           converge_in_vortex("vortex_line", VortexLine{.field = flow, .strength_n = 0.3}, 0.004)};
 }
 
@@ -475,7 +481,9 @@ Plot order_plot(std::string title, const std::vector<Convergence>& modes) {
   slope("order 1", 1, 20.0, Stroke::dashed);
   slope("order 2", 2, 2e-5, Stroke::dotted);
   for (std::size_t i = 0; i < modes.size(); ++i) {
-    Series series{.name = modes[i].mode, .color = colors[i % std::size(colors)]};
+    Series series{.name = modes[i].mode,
+                  .color = colors[i % std::size(colors)],
+                  .stroke = i < std::size(colors) ? Stroke::solid : Stroke::dashed};
     for (std::size_t n = 0; n < modes[i].steps_m.size(); ++n) {
       series.xs.push_back(1e6 * modes[i].steps_m[n]);
       series.ys.push_back(std::max(1e-5, 1e6 * modes[i].differences_m[n]));

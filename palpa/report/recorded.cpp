@@ -201,8 +201,10 @@ Recorded read_recorded(const fs::path& folder) {
   return recorded;
 }
 
-std::vector<PlacedPrimitive> recorded_primitives(const fs::path& folder, const Recorded& recorded, std::int64_t tick) {
-  std::vector<PlacedPrimitive> primitives;
+std::vector<std::vector<PlacedPrimitive>> recorded_primitives(const fs::path& folder, const Recorded& recorded,
+                                                              std::span<const std::int64_t> ticks) {
+  std::vector<std::vector<PlacedPrimitive>> all(ticks.size());
+  std::size_t next = 0;
   std::int64_t sub_step = -1;
   const std::vector<std::string> names{"tick",         "sub_step",     "mode",          "slot",        "kind",
                                        "position_x_m", "position_y_m", "position_z_m",  "direction_x", "direction_y",
@@ -210,15 +212,21 @@ std::vector<PlacedPrimitive> recorded_primitives(const fs::path& folder, const R
                                        "force_z_n",    "state"};
   each_row(folder / "primitives.csv", names, [&](const Row& row) {
     const auto number = row.number<std::int64_t>(0);
-    if (number != tick) return number < tick;
+    while (next < ticks.size() && ticks[next] < number) {
+      ++next;
+      sub_step = -1;
+    }
+    if (next == ticks.size()) return false;
+    if (number != ticks[next]) return true;
+    std::vector<PlacedPrimitive>& primitives = all[next];
     if (row.number<std::int64_t>(1) != sub_step) primitives.clear();
     sub_step = row.number<std::int64_t>(1);
     PlacedPrimitive placed;
     Primitive& primitive = placed.primitive;
     const auto mode = std::find(recorded.modes.begin(), recorded.modes.end(), row.text(2));
     primitive.id = {static_cast<std::uint16_t>(mode - recorded.modes.begin()), row.number<std::uint16_t>(3)};
-    const auto named = [&](auto& value, std::size_t column, std::initializer_list<std::decay_t<decltype(value)>> all) {
-      for (const auto one : all) {
+    const auto named = [&](auto& value, std::size_t column, std::initializer_list<std::decay_t<decltype(value)>> known) {
+      for (const auto one : known) {
         if (row.text(column) == name_of(one)) {
           value = one;
           return;
@@ -236,7 +244,7 @@ std::vector<PlacedPrimitive> recorded_primitives(const fs::path& folder, const R
     primitives.push_back(placed);
     return true;
   });
-  return primitives;
+  return all;
 }
 
 }  // namespace palpa::detail

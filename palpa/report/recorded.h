@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -44,8 +45,8 @@ struct Recorded {
 /// cannot be read.
 Recorded read_recorded(const std::filesystem::path& folder);
 
-/// The primitives of the last sub-step of tick number `tick`, if the trace recorded them.
-std::vector<PlacedPrimitive> recorded_primitives(const std::filesystem::path& folder, const Recorded& recorded,
-                                                 std::int64_t tick);
+/// The primitives of the last sub-step of each of the ticks numbered `ticks`, which ascend, if the trace recorded them.
+std::vector<std::vector<PlacedPrimitive>> recorded_primitives(const std::filesystem::path& folder, const Recorded& recorded,
+                                                              std::span<const std::int64_t> ticks);
 
 }  // namespace palpa::detail

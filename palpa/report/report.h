@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -13,20 +14,21 @@ struct ReportOptions {
   std::vector<std::filesystem::path> data_folders;  ///< looked for the scene's data before where the recording found them
   std::vector<std::filesystem::path> plugins;       ///< shared libraries that bring modes; trusted
   ReadOptions read;
-  /// Folder that also gets the pictures as files: scene.png, moment.png, force.svg, modes.svg, position.svg, energy.svg,
+  /// Folder that also gets the pictures as files: scene.png, moment.png, force.svg, modes.svg, distance.svg, energy.svg,
   /// time.svg. Made where it is not there. Empty: none.
   std::filesystem::path pictures;
+  std::function<void(double)> progress;  ///< is told the share that is done [1]; empty: nobody is
 };
 
-/// The trace as one HTML page, which needs neither network nor scripts: what was felt in words, pictures of
-/// the scene with the path and of the moment in which most modes pushed, plots, tables, the scene's text.
-/// Without the scene's data it has no pictures and says why; an incomplete trace is reported as far as it goes. The
-/// same trace gives the same bytes on one machine. Throws LoadError on a folder that is no trace, and on a
-/// file in it that cannot be read.
+/// The trace as one HTML page, which needs no network: what was felt in words; a view of the scene with the path, events and
+/// primitives that can be turned, at a moment that is chosen; plots that zoom and share that moment; tables; the scene's text.
+/// Without scripts, and on paper, pictures stand in for view and plots. Without the scene's data the view has only what was
+/// recorded, and the page says why; an incomplete trace is reported as far as it goes. The same trace gives the same bytes on
+/// one machine. Throws LoadError on a folder that is no trace, and on a file in it that cannot be read.
 std::string report_html(const std::filesystem::path& trace, const ReportOptions& options = {});
 
-/// Writes it, by default into the trace as report.html, replacing what was there; returns where it is. Throws
-/// LoadError.
+/// Writes it, by default into the trace as report.html, replacing an earlier report and nothing else; returns where it is.
+/// Throws LoadError, also where something else has that name.
 std::filesystem::path write_report(const std::filesystem::path& trace, const std::filesystem::path& out = {},
                                    const ReportOptions& options = {});
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <set>
 
 #include "palpa/report/html.h"
 #include "palpa/trace/csv.h"
@@ -31,7 +33,33 @@ std::string first_of(const Recorded& recorded, const char* kind, const char* wha
   return text("The first %s came at %.3f s: ", what, found->t_s) + level_of(recorded, *found) + ".";
 }
 
+/// What a run or a tick warned of.
+std::string sentence_of(const RecordedEvent& event) {
+  std::string words = event.value.empty() ? event.subject : event.value;
+  if (!words.empty() && words.back() != '.') words += '.';
+  return words;
+}
+
 }  // namespace
+
+std::string subtitle_of(const Recorded& recorded) {
+  const TraceHeader& header = recorded.header;
+  std::string hand;
+  for (std::size_t i = 0; i + 1 < header.arguments.size(); ++i) {
+    if (header.arguments[i] == "--hand") hand = std::filesystem::path(header.arguments[i + 1]).filename().string();
+  }
+  return "Report of a trace" + text(" of %.3g s", recorded.summary.duration_s) +
+         (hand.empty() ? "" : " under the hand " + hand) + ", recorded by palpa " + header.palpa_version + ".";
+}
+
+std::string nothing_felt(const Recorded& recorded) {
+  std::string words = recorded.header.notes.empty() ? "Nothing was felt: no mode pushed the hand." : "";
+  for (const std::string& note : recorded.header.notes) words += (words.empty() ? "" : " ") + note;
+  for (const RecordedEvent& event : recorded.events) {
+    if (event.kind == "warning") words += " " + sentence_of(event);
+  }
+  return words;
+}
 
 std::string level_of(const Recorded& recorded, const RecordedEvent& event) {
   double value = 0.0;
@@ -59,8 +87,15 @@ std::vector<std::string> words_of(const Recorded& recorded) {
     say(text("In %.3f s (", s.duration_s) + counted(s.ticks, "tick", "ticks") + ") the hand felt something for " +
         percent(s.contact_share) + " of the time, with " + newtons(s.force_mean_n) + " on average in contact and " +
         newtons(s.force_max_n) + " at most.");
+    std::set<std::string> said;
+    for (const RecordedEvent& event : recorded.events) {
+      if (event.kind == "warning" && said.insert(event.value).second) say("Warning: " + sentence_of(event));
+    }
   } else {
     say(text("In %.3f s (", s.duration_s) + counted(s.ticks, "tick", "ticks") + ") nothing was felt: no mode pushed.");
+  }
+  if (s.contact_share > 0.0) {
+    for (const std::string& note : recorded.header.notes) say(note);
   }
   for (const ModeSummary& mode : s.modes) {
     if (mode.contact_share <= 0.0) {
@@ -69,14 +104,16 @@ std::vector<std::string> words_of(const Recorded& recorded) {
     }
     std::string sentence = mode.name + " pushed for " + percent(mode.contact_share) + " of the time, with " +
                            newtons(mode.force_mean_n) + " on average and " + newtons(mode.force_max_n) + " at most";
+    if (mode.force_max_n > s.force_max_n && s.guard_limited_ticks > 0) sentence += ", on the proxy, before the guard";
     if (mode.onsets > 0) sentence += "; it set in " + times(mode.onsets);
     if (mode.break_throughs > 0) sentence += " and was broken through " + times(mode.break_throughs);
     say(sentence + ".");
   }
   say(first_of(recorded, "onset", "onset"));
   say(first_of(recorded, "break_through", "break-through"));
-  say("The modes took " + millijoules(s.energy.dissipated_j) + " out of the hand's motion (dissipated) and brought " +
-      millijoules(s.energy.injected_j) + " in (injected).");
+  if (s.contact_share > 0.0)
+    say("The modes took " + millijoules(s.energy.dissipated_j) + " out of the hand's motion (dissipated) and brought " +
+        millijoules(s.energy.injected_j) + " in (injected).");
   if (s.energy.moved_j != 0.0) say("The data's own motion brought in " + millijoules(s.energy.moved_j) + ".");
   const auto share = [&](std::int64_t ticks) {
     return counted(ticks, "tick", "ticks") + " (" + percent(static_cast<double>(ticks) / static_cast<double>(s.ticks)) + ")";

@@ -19,7 +19,7 @@ std::string text(const char* format, auto... values) {
   return words;
 }
 
-/// Whether most of what lies at the border of the data is below a value.
+/// Whether what lies at the border of the data is below a value: most of it, or a third where the scan ends within the body.
 bool border_is_below(const Field& field, double value) {
   const Box box = field.bounds_m();
   std::vector<std::pair<double, double>> found;  // depth, value
@@ -31,7 +31,7 @@ bool border_is_below(const Field& field, double value) {
       static_cast<std::ptrdiff_t>(std::max<std::size_t>(found.size() / 10, std::min<std::size_t>(found.size(), 1)));
   std::nth_element(found.begin(), found.begin() + std::max<std::ptrdiff_t>(border - 1, 0), found.end());
   const auto below = std::count_if(found.begin(), found.begin() + border, [&](const auto& f) { return f.second < value; });
-  return 2 * below >= border;
+  return 3 * below >= border;
 }
 
 /// How much of the contrast of two classes lies within two sample spacings across a level, as a median over places on
@@ -109,7 +109,7 @@ FirstLevels first_levels(const Field& field, const Statistics& values, const std
   first.solid_is_high = border_is_below(field, outer_value);
   first.why_solid = first.solid_is_high ? "most of the border of the data is below the level: what is above it is the object"
                                         : "most of the border of the data is above the level: what is below it is the object";
-  first.levels.push_back(level_between(field, h, "outer", outer_value, bottom, top, 0.4, 1.0));
+  first.levels.push_back(level_between(field, h, "surface", outer_value, bottom, top, 0.4, 1.0));
 
   const double from = first.solid_is_high ? outer_value : bottom, to = first.solid_is_high ? top : outer_value;
   if (const auto inner = dividing_value(h, from, to)) {
@@ -118,10 +118,25 @@ FirstLevels first_levels(const Field& field, const Statistics& values, const std
     const double beyond = first.solid_is_high ? h.share_between(inner_value, to) : h.share_between(from, inner_value);
     // A class of a few voxels, or as good as the first level again, is no surface of its own.
     if (inner_value > from && inner_value < to && beyond > 0.05 * solid && solid - beyond > 0.05 * solid) {
-      first.levels.push_back(level_between(field, h, "inner", inner_value, from, to, 0.8, 1.8));
+      first.levels.push_back(level_between(field, h, "core", inner_value, from, to, 0.8, 1.8));
     }
   }
   return first;
+}
+
+double faint_value(std::vector<double> around, const FirstLevels& first, double wanted) {
+  const double level = first.levels.front().value, sign = first.solid_is_high ? 1.0 : -1.0;
+  if (around.empty()) return level;
+  std::ranges::sort(around, [&](double a, double b) { return sign * a < sign * b; });
+  const double at = around[static_cast<std::size_t>((1.0 - wanted) * static_cast<double>(around.size() - 1))];
+  // What is empty stays silent, and its noise next to: the drag begins at the mean of what is not solid.
+  double sum = 0.0, empty = 0.0;
+  for (const double value : around) {
+    if (sign * value < sign * level) sum += value, ++empty;
+  }
+  const double mean = empty > 0.0 ? sum / empty : level;
+  const double faint = rounded(sign * std::max(sign * at, sign * mean), std::abs(level - mean));
+  return sign * faint < sign * level ? faint : level;
 }
 
 FirstFlow first_flow(const Statistics& speeds) {

@@ -29,6 +29,10 @@ struct FirstLevels {
 /// strengths from the gradients: the sharper an edge, the firmer.
 FirstLevels first_levels(const Field& field, const Statistics& values, const std::string& unit);
 
+/// Where the drag of something sparse begins: the value beyond which lies a share `wanted` [1] of what is around it, between
+/// the mean of what is not solid there and the first level; in the field's own unit. \param around  values of the object's box
+double faint_value(std::vector<double> around, const FirstLevels& first, double wanted);
+
 /// A vector field as a flow.
 struct FirstFlow {
   bool directions = false;  ///< every vector that is not zero has length 1

@@ -10,8 +10,9 @@
 
 namespace palpa {
 
-/// The number of the field that is felt, or looked at, first: the first vector field that is anywhere else than 0, else the
-/// first scalar field that varies. Nothing where no field does. \param values  statistics of each field
+/// The number of the field that is felt, or looked at, first: the first vector field that is anywhere else than 0, one
+/// that is called a velocity before others; else the first scalar field that varies. Nothing where no field does. \param values
+/// statistics of each field
 std::optional<std::size_t> field_to_feel(const Volume& volume, const std::vector<Statistics>& values);
 
 /// A scene file for a volume, as text with a comment for every number: the reason why it is so.

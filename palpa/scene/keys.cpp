@@ -356,11 +356,14 @@ const Keys& volume_keys() {
          "the vectors are axes, whose sign means nothing, as the main direction of diffusion",
          {},
          {"none"}},
+        {"labels", KeyKind::table, "{NAME = whole number}", "",
+         "of a label map: more fields, each 1 where the voxels are this number and 0 elsewhere; its level 0.5 is a surface"},
         {"smoothing_m",
          KeyKind::number,
          {},
          "two sample spacings",
-         "how far what vortex modes, gradient_force, q and lambda2 feel is smoothed first: standard deviation, in the world",
+         "how far what vortex modes, gradient_force, q, lambda2 and coherence feel is smoothed first: standard deviation, in "
+         "the world",
          Bounds{0, unbounded, true}},
     };
     all.insert(all.end(), file_keys().begin(), file_keys().end());
@@ -414,7 +417,7 @@ const Keys& poses_keys() {
 const Keys& mode_keys() {
   static const Keys keys{
       {"name", KeyKind::text, "plain word", "required", "what the mode is called in events, tables and --set; unique"},
-      {"type", KeyKind::text, "type of mode", "required", "one of the types below"},
+      {"type", KeyKind::text, "type of mode", "required", "one of those that `palpa modes` lists"},
       {"enabled", KeyKind::flag, {}, "true", "false: stays silent"},
       {"mask", KeyKind::tables, "[{of, points, outside}, …]", "",
        "factors between 0 and 1 on all strengths and drags of the mode, as functions of a field's value"},
@@ -433,7 +436,15 @@ const Keys& function_keys() {
 }
 
 const Keys& view_keys() {
-  static const Keys keys{{"layer", KeyKind::tables, "[[view.layer]]", "", "what is drawn"}};
+  static const Keys keys{{"layer", KeyKind::tables, "[[view.layer]]", "", "what is drawn"},
+                         {"from",
+                          KeyKind::numbers,
+                          "[x, y, z]",
+                          "chosen for what was felt",
+                          "direction of the world from which pictures look",
+                          {},
+                          {},
+                          3}};
   return keys;
 }
 
@@ -442,6 +453,14 @@ const Keys& view_layer_keys() {
       {"show", KeyKind::text, {}, "required", "how it is drawn", {}, {"surface", "slices", "volume", "streamlines", "glyphs"}},
       {"field", KeyKind::text, "FIELD", "required", "what is drawn"},
       {"level", KeyKind::number, {}, "", "of a surface: the value it is drawn at"},
+      {"name", KeyKind::text, {}, "the level's or the field's", "what the legend calls it"},
+      {"parts",
+       KeyKind::text,
+       {},
+       "\"large\"",
+       "of a surface that is in several parts: those that are not small beside the largest, or all",
+       {},
+       {"large", "all"}},
       {"colors", KeyKind::table, "{points = [[value, \"#rrggbb\", opacity], …]}", "", "colour and opacity by value"},
   };
   return keys;

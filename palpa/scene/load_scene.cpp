@@ -11,6 +11,7 @@
 
 #include "palpa/field/analytic.h"
 #include "palpa/field/grid.h"
+#include "palpa/field/labels.h"
 #include "palpa/field/timed_field.h"
 #include "palpa/scene/keys.h"
 #include "palpa/scene/read_series.h"
@@ -586,7 +587,13 @@ class Loader {
     }
     for (std::size_t i = 0; i < loaded_.scene.modes().size(); ++i) derive_fields(loaded_.scene.modes()[i], i);
     std::vector<Finding> warnings = refuse_first(detail::findings(loaded_.scene));
-    if (options_.thin_parts) std::ranges::move(detail::thin_part_findings(loaded_.scene), std::back_inserter(warnings));
+    if (options_.thin_parts) {
+      std::vector<std::string> chose;
+      for (const VolumePlan& plan : volumes) {
+        if (plan.filter) chose.push_back(plan.name);
+      }
+      std::ranges::move(detail::thin_part_findings(loaded_.scene, chose), std::back_inserter(warnings));
+    }
     for (const Finding& finding : warnings) {
       loaded_.warnings.push_back(detail::one_line(place_of(finding.part) + ": " + finding.text));
     }
@@ -607,6 +614,7 @@ class Loader {
     PoseTrack poses;
     double smoothing_m = 0.0;
     std::optional<Filter> filter;
+    std::vector<std::pair<std::string, double>> labels;  // names of fields, and the number that each shows
     std::string source;
   };
 
@@ -688,6 +696,12 @@ class Loader {
     const toml::table* table = scene.subtable("view");
     if (!table) return;
     const Section view(*table, detail::view_keys(), "[view]");
+    if (const auto from = view.numbers("from", 3)) {
+      loaded_.scene.view_from = Vec3{(*from)[0], (*from)[1], (*from)[2]};
+      if (norm(*loaded_.scene.view_from) == 0.0) {
+        fail(place_of(*view.node("from")), "'from' is [0, 0, 0]; a direction of the world is no zero, such as [1, 0, 0]");
+      }
+    }
     for (const toml::table* layer_table : tables_in(view.node("layer"))) {
       const Section layer(*layer_table, detail::view_layer_keys(), "[[view.layer]]");
       ViewLayer& read = loaded_.scene.layers.emplace_back();
@@ -695,6 +709,8 @@ class Loader {
       read.show = static_cast<ViewLayer::Show>(std::ranges::find(ways, *layer.text("show")) - ways.begin());
       read.field.name = *layer.text("field");
       read.level = layer.number("level");
+      read.name = layer.text("name").value_or("");
+      read.all_parts = layer.text("parts") == "all";
       const toml::table* colors = layer.subtable("colors");
       if (!colors) continue;
       const Section section(*colors, detail::view_colors_keys(), "'colors' of [[view.layer]]");
@@ -758,6 +774,19 @@ class Loader {
     if (const auto filter = section.text("filter")) {
       for (const Filter known : {Filter::trilinear, Filter::smooth, Filter::cubic}) {
         if (*filter == name_of(known)) plan.filter = known;
+      }
+    }
+    if (const toml::table* labels = section.subtable("labels")) {
+      for (const auto& [key, node] : *labels) {
+        const std::string label(key.str());
+        if (!detail::is_plain_word(label)) {
+          fail(place_of(node),
+               "label name " + in_quotes(label) + " is no plain word; use a letter, then letters, digits, '_' or '-'");
+        }
+        if (!node.is_integer()) {
+          fail(place_of(node), "label " + in_quotes(label) + " is " + kind_of(node) + "; it must be a whole number of the map");
+        }
+        plan.labels.emplace_back(label, static_cast<double>(node.as_integer()->get()));
       }
     }
     if (const toml::table* pose = section.subtable("pose")) plan.pose = read_pose(*pose, section.where());
@@ -953,6 +982,15 @@ class Loader {
   void open(const VolumePlan& plan) {
     Scene& scene = loaded_.scene;
     Volume volume = at(*plan.table, plan, [&] { return data_of(plan); });
+    for (const auto& [label, value] : plan.labels) {
+      const toml::node& node = *plan.table->get("labels");
+      if (std::ranges::find(volume.fields, label, &VolumeField::name) != volume.fields.end()) {
+        fail(place_of(node),
+             "volume " + in_quotes(plan.name) + " has a field " + in_quotes(label) + " already; give the label another name");
+      }
+      volume.fields.push_back(
+          {label, "", at(node, plan, [&, v = value] { return label_field(*volume.fields.front().field, v); })});
+    }
     if (const toml::node* sign = plan.table->get("sign")) volume = at(*sign, plan, [&] { return signless(volume); });
     if (const toml::node* node = plan.table->get("filter")) {
       volume = at(*node, plan, [&] { return filtered(volume, plan.filter); });
@@ -1117,7 +1155,8 @@ LoadedScene load_scene(const std::filesystem::path& path, const ReadVolume& read
                        const SceneOptions& options) {
   const std::string name = path.string();
   std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) fail(name, "a folder, no scene; name a scene file (.toml)");
+  const std::string of_data = "; for data, 'palpa info " + name + " --scene first.toml' writes a scene that can be run";
+  if (std::filesystem::is_directory(path, ignored)) fail(name, "a folder, no scene" + of_data);
   std::ifstream file(path, std::ios::binary);
   if (!file) {
     const bool there = std::filesystem::exists(path, ignored);
@@ -1127,7 +1166,82 @@ LoadedScene load_scene(const std::filesystem::path& path, const ReadVolume& read
   std::string text(most_bytes + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(file.gcount()));
+  if (text.size() > most_bytes) fail(name, "longer than 4 MiB" + of_data);
+  if (path.extension() != ".toml") {
+    try {
+      parse_toml(text, name);
+    } catch (const SceneError&) {
+      fail(name, "no scene" + of_data);
+    }
+  }
   return parse_scene(std::move(text), name, path.parent_path(), read_volume, modes, options);
+}
+
+namespace {
+
+void add_paths(const std::string& before, const Keys& keys, std::vector<std::string>& paths) {
+  for (const Key& key : keys) {
+    if (key.name == "name") continue;  // what the path itself says
+    const std::string path = before + key.name;
+    paths.push_back(path);
+    for (const std::string& choice : key.choices) paths.push_back(path + "=" + choice);
+    if (key.kind == KeyKind::flag) paths.insert(paths.end(), {path + "=true", path + "=false"});
+  }
+}
+
+/// The plain words under `name` in the tables of a list.
+std::vector<std::pair<std::string, const toml::table*>> named_in(const toml::table& owner, std::string_view list) {
+  std::vector<std::pair<std::string, const toml::table*>> named;
+  if (const toml::array* items = owner[list].as_array()) {
+    for (const toml::node& item : *items) {
+      const toml::table* table = item.as_table();
+      const auto name = table ? (*table)["name"].value<std::string>() : std::nullopt;
+      if (name && detail::is_plain_word(*name)) named.emplace_back(*name, table);
+    }
+  }
+  return named;
+}
+
+}  // namespace
+
+std::vector<std::string> set_paths(const std::string& text, const ModeCatalog& modes) {
+  std::vector<std::string> paths;
+  add_paths("coupling.", detail::coupling_keys(), paths);
+  add_paths("law.", detail::law_keys(), paths);
+  add_paths("workspace.", detail::workspace_keys(), paths);
+  add_paths("time.", detail::time_keys(), paths);
+  toml::table root;
+  try {
+    root = parse_toml(text, "scene");
+  } catch (const SceneError&) {
+    return paths;
+  }
+  if (const toml::table* volumes = root["volume"].as_table()) {
+    for (const auto& [name, volume] : *volumes) {
+      if (detail::is_plain_word(name.str())) add_paths("volume." + std::string(name.str()) + ".", detail::volume_keys(), paths);
+    }
+  }
+  for (const auto& [name, table] : named_in(root, "mode")) {
+    const std::string before = "mode." + name + ".";
+    add_paths(before, detail::mode_keys(), paths);
+    const Mode* mode = modes.find((*table)["type"].value_or(std::string()));
+    if (!mode) continue;
+    for (const Key& key : detail::parameter_keys(*mode)) {
+      if (key.items.empty()) {
+        add_paths(before, {key}, paths);
+      } else {
+        for (const auto& [item, unused] : named_in(*table, key.name))
+          add_paths(before + key.name + "." + item + ".", key.items, paths);
+      }
+    }
+  }
+  return paths;
+}
+
+std::vector<std::string> how_to_read_paths() {
+  std::vector<std::string> paths;
+  add_paths("", detail::file_keys(), paths);
+  return paths;
 }
 
 VolumeRequest how_to_read(const std::vector<std::pair<std::string, std::string>>& keys) {

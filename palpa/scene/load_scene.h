@@ -32,6 +32,13 @@ LoadedScene load_scene(const std::filesystem::path& path, const ReadVolume& read
 LoadedScene parse_scene(std::string text, const std::string& name, const std::filesystem::path& folder,
                         const ReadVolume& read_volume, const ModeCatalog& modes, const SceneOptions& options = {});
 
+/// The PATHs that `--set` takes in this scene, "coupling.stiffness_n_per_m" or "mode.skin.strength_n", for completion; each
+/// with the values that it may have behind it, "law.method=exact", where these are words. The scene need not be right: of what
+/// cannot be read there are none.
+std::vector<std::string> set_paths(const std::string& text, const ModeCatalog& modes);
+/// The same of the keys that `how_to_read` takes.
+std::vector<std::string> how_to_read_paths();
+
 /// How a file is read with these keys of `[volume.NAME]` (length_unit, as, dims, …), each with its value as `--set` gives it.
 /// Names no file. Throws SceneError.
 VolumeRequest how_to_read(const std::vector<std::pair<std::string, std::string>>& keys);

@@ -79,6 +79,7 @@ std::string scene_reference_markdown(const ModeCatalog& modes) {
     out += "| [`" + type + "`](modes/" + type + ".md) | " + cell(std::string(mode.summary())) + " |\n";
   }
   out += "\n" + section("A function of a field (STRENGTH, `mask`)", detail::function_keys());
+  out += section("`[view]`", detail::view_keys());
   out += section("`[[view.layer]]`", detail::view_layer_keys());
   out += section("`colors` of a layer", detail::view_colors_keys());
   out.pop_back();
@@ -100,7 +101,9 @@ std::string mode_reference_text(const Mode& mode) {
   for (const Key& key : keys) {
     if (!key.items.empty()) out += "\nEach [[mode." + key.name + "]]:\n" + lines(key.items);
   }
-  return out + "\nEvery mode:\n" + lines(detail::mode_keys());
+  return out + "\nEvery mode:\n" + lines(detail::mode_keys()) +
+         "\nFIELD is VOLUME, VOLUME.FIELD or FUNCTION(FIELD), as in magnitude(flow.velocity).\n"
+         "STRENGTH is newtons, or a function of a field's value: {of = FIELD, points = [[value, newtons], ...]}.\n";
 }
 
 }  // namespace palpa

@@ -325,10 +325,12 @@ class LevelChecks final : public CheckingVisitor {
 /// Looks for levels of a mode at which the smoothing filter loses much of what is thin.
 class ThinPartChecks final : public CheckingVisitor {
  public:
-  ThinPartChecks(const Scene& scene, const SceneMode& mode, std::size_t number, std::vector<Finding>& out)
-      : CheckingVisitor(mode, number, out), scene_(scene) {}
+  ThinPartChecks(const Scene& scene, const SceneMode& mode, std::size_t number, const std::vector<std::string>& chose,
+                 std::vector<Finding>& out)
+      : CheckingVisitor(mode, number, out), scene_(scene), chose_(chose) {}
   void field(const ParameterInfo& info, FieldRef& ref) override {
     if (info.name != "field" || ref.name.empty()) return;
+    if (std::ranges::find(chose_, detail::parse_field_name(ref.name).volume()) != chose_.end()) return;
     const FieldPtr field = scene_.field(ref).field;
     const GridView* grid = grid_below(*field);
     if (grid && grid->filter == Filter::smooth && grid->voxels.components == 1) field_ = field;
@@ -338,17 +340,15 @@ class ThinPartChecks final : public CheckingVisitor {
   }
   void number(const ParameterInfo& info, double& value) override {
     if (info.kind != ParameterKind::level || !field_) return;
-    constexpr double much = 0.1;
+    constexpr double much = 0.1, much_of_all = 0.01;
     ThinParts worst;
     for (const auto& [side, left_out] : {std::pair{SolidSide::high, "low"}, std::pair{SolidSide::low, "high"}}) {
       if (solid_ == left_out) continue;
       const ThinParts parts = thin_parts(*field_, value, side);
       if (parts.lost_share() > worst.lost_share()) worst = parts;
     }
-    if (!(worst.lost_share() > much)) return;
-    const auto percent = [](double share) {
-      return share < 1e-3 ? std::string("under 0.1 %") : toml_number(std::round(1000.0 * share) / 10.0) + " %";
-    };
+    if (!(worst.lost_share() > much) || !(worst.thin_share() * worst.lost_share() > much_of_all)) return;
+    const auto percent = [](double share) { return toml_number(std::round(1000.0 * share) / 10.0) + " %"; };
     find(info.name,
          the(info.name) + ": the smooth filter loses " + toml_number(std::round(100.0 * worst.lost_share())) +
              " % of the parts thinner than 2 voxels there, " + percent(worst.thin_share() * worst.lost_share()) +
@@ -358,6 +358,7 @@ class ThinPartChecks final : public CheckingVisitor {
 
  private:
   const Scene& scene_;
+  const std::vector<std::string>& chose_;
   FieldPtr field_;
   std::string_view solid_ = "high";
 };
@@ -466,10 +467,10 @@ std::vector<Finding> findings(const Scene& scene) {
   return found;
 }
 
-std::vector<Finding> thin_part_findings(const Scene& scene) {
+std::vector<Finding> thin_part_findings(const Scene& scene, const std::vector<std::string>& chose) {
   std::vector<Finding> found;
   for (std::size_t i = 0; i < scene.modes().size(); ++i) {
-    ThinPartChecks checks(scene, scene.modes()[i], i, found);
+    ThinPartChecks checks(scene, scene.modes()[i], i, chose, found);
     Mode copy = scene.modes()[i].mode;
     copy.visit(checks);
   }

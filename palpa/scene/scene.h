@@ -70,6 +70,8 @@ struct ViewLayer {
   FieldRef field{};
   std::optional<double> level{};  ///< of a surface: the value it is drawn at, in the field's own unit
   std::vector<ColorPoint> colors{};
+  std::string name{};      ///< what the legend calls it; empty: as the level of a mode, or else the field, is called
+  bool all_parts = false;  ///< of a surface: also parts that are small beside the largest
   friend bool operator==(const ViewLayer&, const ViewLayer&) = default;
 };
 
@@ -94,6 +96,7 @@ class Scene {
   Workspace workspace;
   TimeOptions time;
   std::vector<ViewLayer> layers;
+  std::optional<Vec3> view_from;  ///< [1] direction of the world from which pictures look; none: chosen for what was felt
 
   /// Adds a volume, moved by `pose`; returns the name of its first field. The name is a plain word and
   /// not taken. Its grids are felt through `filter`; without one, trilinear grids of whole numbers become smooth and

@@ -35,8 +35,9 @@ std::vector<Finding> time_findings(const Scene& scene);
 /// Everything about a scene, warnings included.
 std::vector<Finding> findings(const Scene& scene);
 
-/// A warning for each level of a smooth grid at which the filter loses more than a tenth of the thin parts (thin_parts.h).
-std::vector<Finding> thin_part_findings(const Scene& scene);
+/// A warning for each level of a smooth grid at which the filter loses more than a tenth of the thin parts, and with them more
+/// than a hundredth of the whole (thin_parts.h); none of volumes whose filter somebody `chose`.
+std::vector<Finding> thin_part_findings(const Scene& scene, const std::vector<std::string>& chose);
 
 /// "no volume 'hed'; did you mean 'head'?" for a field's name; empty if its volume is among these.
 std::string problem_with_volume_of(const std::string& field, const std::vector<std::string>& volumes);

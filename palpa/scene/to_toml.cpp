@@ -161,11 +161,14 @@ std::string to_toml(const Scene& scene) {
     printed.visit(printer);
     out += printer.keys + printer.lists;
   }
+  if (scene.view_from) out += "\n[view]\n" + line("from", list({scene.view_from->x, scene.view_from->y, scene.view_from->z}));
   for (const ViewLayer& layer : scene.layers) {
     const auto& ways = detail::find(detail::view_layer_keys(), "show")->choices;
     out += "\n[[view.layer]]\n" + line("show", toml_string(ways[static_cast<std::size_t>(layer.show)])) +
            line("field", toml_string(layer.field.name));
     if (layer.level) out += line("level", toml_number(*layer.level));
+    if (!layer.name.empty()) out += line("name", toml_string(layer.name));
+    if (layer.all_parts) out += line("parts", toml_string("all"));
     std::string points;
     for (const ViewLayer::ColorPoint& point : layer.colors) {
       points += (points.empty() ? "[" : ", [") + toml_number(point.value) + ", " + toml_string(point.color) + ", " +

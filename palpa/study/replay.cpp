@@ -1,5 +1,6 @@
 #include <stdlib.h>
 
+#include <algorithm>
 #include <chrono>
 
 #include "palpa/baseline/law.h"
@@ -39,7 +40,8 @@ class TemporaryFolder {
 }  // namespace
 
 ReplayResult replay(const fs::path& trace, const std::vector<fs::path>& data_folders, const ReadOptions& read,
-                    const std::atomic<bool>* stop, const std::vector<fs::path>& plugins) {
+                    const std::atomic<bool>* stop, const std::vector<fs::path>& plugins,
+                    const std::function<void(double)>& progress) {
   const TraceReader reader(trace);
   const TraceHeader& header = reader.header();
   if (plugins.empty() && !header.plugins.empty()) {
@@ -66,6 +68,9 @@ ReplayResult replay(const fs::path& trace, const std::vector<fs::path>& data_fol
     const TickFrame frame = guarded.tick(recorded.tick, recorded.t_s, recorded.dt_s, probe);
     builder.add(frame, session);
     writer->append(frame, session.modes(), session.sub_steps(), session.placed(), session.events());
+    if (progress && recorded.tick % 1000 == 0) {
+      progress(std::min(1.0, static_cast<double>(recorded.tick) / static_cast<double>(ticks.size())));
+    }
     if (stop && stop->load()) break;
   }
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;

@@ -5,6 +5,8 @@
 #include <charconv>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
+#include <limits>
 #include <system_error>
 
 #include "palpa/baseline/law.h"
@@ -44,6 +46,58 @@ void check_out(const fs::path& out) {
   }
 }
 
+/// [N/m] of the arm; infinite: it goes where it wants.
+double stiffness_of(Hold hold) {
+  return hold == Hold::rigid     ? std::numeric_limits<double>::infinity()
+         : hold == Hold::relaxed ? relaxed_arm.stiffness_n_per_m
+                                 : firm_arm.stiffness_n_per_m;
+}
+
+/// How a recording was laid.
+std::string words_of(const Laid& laid) {
+  char text[240];
+  std::string words = "The recording was ";
+  if (laid.scale != 1.0) {
+    std::snprintf(text, sizeof text, "made %.3g times smaller, which brings it into a device's reach, and ", 1.0 / laid.scale);
+    words += text;
+  }
+  std::snprintf(text, sizeof text,
+                "moved by %+.0f, %+.0f, %+.0f mm (right, up, towards the user), to where it feels most; --hand-fit off "
+                "centres it instead.",
+                1e3 * laid.offset_m.x, 1e3 * laid.offset_m.y, 1e3 * laid.offset_m.z);
+  return words + text;
+}
+
+/// The guard held back some of the force in more than a hundredth of the ticks.
+bool often_limited(const Summary& summary) { return 100 * summary.guard_limited_ticks > summary.ticks; }
+std::string words_of_limit(const Summary& summary) {
+  char text[240];
+  std::snprintf(text, sizeof text,
+                "The hand pressed for %.1f N, of which %.1f N reached it: a recording goes its way whatever it meets, which no "
+                "hand does. --hand-hold firm lets the data hold it.",
+                summary.asked_force_max_n, summary.force_max_n);
+  return text;
+}
+
+/// Some places of a path, however long it is: when there are too many every other one goes.
+class ThinnedPath {
+ public:
+  void add(const Vec3& place_m) {
+    if (seen_++ % stride_ != 0) return;
+    places_m_.push_back(place_m);
+    if (places_m_.size() < most) return;
+    for (std::size_t n = 0; n < most / 2; ++n) places_m_[n] = places_m_[2 * n];
+    places_m_.resize(most / 2);
+    stride_ *= 2;
+  }
+  const std::vector<Vec3>& places_m() const { return places_m_; }
+
+ private:
+  static constexpr std::size_t most = 2048;
+  std::vector<Vec3> places_m_;
+  std::int64_t seen_ = 0, stride_ = 1;
+};
+
 /// The seeds of a simulated hand, from its description.
 std::vector<std::uint64_t> seeds_of(const std::string& hand) {
   constexpr std::string_view key = "seed=";
@@ -64,15 +118,58 @@ PreparedRun prepare(const RunOptions& options) {
     throw LoadError("hand: none was named; give a recording or sim:press|stroke|circle|helix|random");
   }
   if (!options.out.empty()) check_out(options.out);
-
-  std::unique_ptr<SimulatedDevice> hand = open_hand(options.hand, options.hold, options.recording);
-  const double hand_s = hand->duration_s();
-  const double duration_s = options.duration_s.value_or(std::isfinite(hand_s) ? hand_s : default_duration_s);
+  std::optional<SimulatedMotion> motion;
+  PreparedRun prepared;
+  if (options.hand.starts_with("sim:")) {
+    motion = simulated_motion(options.hand);
+  } else {
+    prepared.target = recorded_target(options.hand, options.recording);
+  }
   ReadOptions read = options.read;
   read.checksums = !options.out.empty();
-  return {.loaded = load_scene(options.scene, volume_reader(read), modes_with(options.plugins), options.scene_options),
-          .hand = std::move(hand),
-          .duration_s = duration_s};
+  prepared.loaded = load_scene(options.scene, volume_reader(read), modes_with(options.plugins), options.scene_options);
+
+  if (prepared.target) {
+    for (const std::string& warning : prepared.target->warnings())
+      prepared.loaded.warnings.push_back(options.hand + ": " + warning);
+  }
+
+  const Scene& scene = prepared.loaded.scene;
+  const Hold hold = options.hold.value_or(motion ? Hold::relaxed : Hold::rigid);
+  const bool fits = options.fit.value_or(!options.recording.center.has_value());
+  if (motion || (fits && !prepared.target->knows_its_place())) prepared.reach.emplace(scene, options.progress);
+  if (motion) {
+    prepared.target = prepared.reach->is_empty()
+                          ? simulated_target(*motion)
+                          : simulated_target(*motion, prepared.reach->encounter(*motion, stiffness_of(hold)));
+  } else if (prepared.reach && !prepared.reach->is_empty()) {
+    const Laid laid = prepared.reach->lay(prepared.target, hold);
+    prepared.target = displaced(prepared.target, laid.offset_m, laid.scale);
+    prepared.laid = laid;
+    prepared.notes.push_back(words_of(laid));
+  }
+  if (!motion && !prepared.laid && !prepared.target->knows_its_place()) prepared.remedy = "--hand-fit on";
+  prepared.goes_its_own_way = !motion && hold == Hold::rigid;
+  prepared.hand = hand_device(prepared.target, hold);
+  const double hand_s = prepared.target->duration_s();
+  prepared.duration_s = options.duration_s.value_or(std::isfinite(hand_s) ? hand_s : default_duration_s);
+  return prepared;
+}
+
+std::string forecast(const PreparedRun& prepared) {
+  constexpr int most = 2048;
+  std::vector<Vec3> places_m;
+  for (int n = 0; n < most; ++n) {
+    const Target::Point point = prepared.target->at(n * prepared.duration_s / most);
+    if (point.valid) places_m.push_back(point.position_m);
+  }
+  const Reach reach = prepared.reach ? *prepared.reach : Reach(prepared.loaded.scene);
+  const double share = reach.felt_share(places_m);
+  char words[120];
+  std::snprintf(words, sizeof words, "About %.0f %% of the hand's path is where something can be felt.", 100.0 * share);
+  if (share >= little_contact) return words;
+  return (share > 0.0 ? std::string(words) : "Nothing will be felt.") + " " +
+         why_little_is_felt(reach, places_m, prepared.remedy);
 }
 
 RunResult run(const RunOptions& options, const std::atomic<bool>* stop) {
@@ -98,14 +195,17 @@ RunResult run(const RunOptions& options, const std::atomic<bool>* stop) {
     header.data_files = detail::data_files(scene);
     header.seeds = seeds_of(options.hand);
     header.primitives = options.primitives;
+    header.notes = prepared.notes;
     writer = detail::new_trace(options.out, header, prepared.loaded.text, scene);
     recorder = std::make_unique<Recorder>(*writer);
   }
 
   SummaryBuilder builder(scene);
+  ThinnedPath path;
   const LoopOptions loop{.rate_hz = options.rate_hz, .duration_s = prepared.duration_s};
   const TickObserver observer = [&](const TickFrame& frame, const Session& felt) {
     builder.add(frame, felt);
+    if (frame.result.probe_valid && is_finite(frame.result.probe_m)) path.add(frame.result.probe_m);
     if (options.progress && frame.tick % 1000 == 0) options.progress(std::min(1.0, frame.t_s / prepared.duration_s));
   };
   const auto begin = std::chrono::steady_clock::now();
@@ -113,10 +213,21 @@ RunResult run(const RunOptions& options, const std::atomic<bool>* stop) {
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
 
   if (recorder) recorder->finish();
-  if (writer) writer->finish();
-
   RunResult result;
   result.summary = builder.finish(wall.count());
+  result.summary.notes = prepared.notes;
+  const auto note = [&](const std::string& sentence) {
+    result.summary.notes.push_back(sentence);
+    if (writer) writer->add_note(sentence);
+  };
+  if (prepared.goes_its_own_way && often_limited(result.summary)) note(words_of_limit(result.summary));
+  if (const double share = result.summary.contact_share; share < little_contact) {
+    char lead[80] = "Nothing was felt.";
+    if (share > 0.0) std::snprintf(lead, sizeof lead, "Little was felt: in %.1f %% of the ticks.", 100.0 * share);
+    if (!prepared.reach) prepared.reach.emplace(scene);
+    note(lead + (" " + why_little_is_felt(*prepared.reach, path.places_m(), prepared.remedy)));
+  }
+  if (writer) writer->finish();
   result.warnings = std::move(prepared.loaded.warnings);
   result.interrupted = stop && stop->load();
   return result;

@@ -12,6 +12,7 @@
 
 #include "palpa/device/hand.h"
 #include "palpa/scene/load_scene.h"
+#include "palpa/study/reach.h"
 #include "palpa/study/summary.h"
 #include "palpa/trace/trace.h"
 #include "palpa/volume/read_volume.h"
@@ -23,6 +24,7 @@ struct RunOptions {
   std::string hand;  ///< file or sim:…
   std::optional<Hold> hold;
   RecordingOptions recording;
+  std::optional<bool> fit;  ///< lay a recording of unknown origin where it feels most; none: unless `recording.center` is given
   std::optional<double> duration_s;  ///< none: the recording's, or 10
   double rate_hz = 1000.0;           ///< [1, 1e5]
   std::filesystem::path out;         ///< trace folder; empty: none
@@ -39,11 +41,20 @@ struct RunOptions {
 struct PreparedRun {
   LoadedScene loaded;
   std::unique_ptr<SimulatedDevice> hand;
+  std::shared_ptr<const Target> target;  ///< where the hand wants to be: `hand` follows it
   double duration_s = 0.0;
+  std::optional<Reach> reach;       ///< where the hand asked for it
+  std::optional<Laid> laid;          ///< where the recording was laid to feel most
+  bool goes_its_own_way = false;    ///< a recording that no force holds
+  std::string remedy;               ///< the option that would lay it there, where that was not done
+  std::vector<std::string> notes;   ///< what was done with the hand: sentences
 };
-/// Loads scene and hand, checks all options, and that the trace's folder can be made; makes nothing.
-/// Throws LoadError.
+/// Loads scene and hand, lets the hand find the data (`Reach`), checks all options, and that the trace's folder can be made; makes
+/// nothing. Throws LoadError.
 PreparedRun prepare(const RunOptions& options);
+/// What the hand of a run will feel, before it does: how much of its way is where something can be felt or, if that is next to
+/// nothing, why.
+std::string forecast(const PreparedRun& prepared);
 
 struct RunResult {
   Summary summary;
@@ -65,9 +76,9 @@ struct ReplayResult {
 /// compares. A relative path of the scene is looked for in the trace, in `data_folders`, and where the
 /// recording found it; data that are not the recorded ones are an error. Plug-ins are named anew: a trace
 /// may come from others and says only which they were. The new trace goes to a temporary folder that is
-/// removed. Throws LoadError.
+/// removed. `progress` is called about every 1000 ticks with the share that was felt, 0…1; may be empty. Throws LoadError.
 ReplayResult replay(const std::filesystem::path& trace, const std::vector<std::filesystem::path>& data_folders = {},
                     const ReadOptions& read = {}, const std::atomic<bool>* stop = nullptr,
-                    const std::vector<std::filesystem::path>& plugins = {});
+                    const std::vector<std::filesystem::path>& plugins = {}, const std::function<void(double)>& progress = {});
 
 }  // namespace palpa

@@ -6,8 +6,12 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "palpa/study/energy_table.h"
+
 namespace palpa {
 namespace {
+
+constexpr double rounding = 1e-9;  // of what a tick may bring in: as much is nothing
 
 double share(std::int64_t part, std::int64_t whole) {
   return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0;
@@ -101,6 +105,7 @@ void SummaryBuilder::add(const TickFrame& frame, std::span<const ModeTick> modes
   }
   const double command_n = norm(frame.command_n);
   summary_.force_max_n = std::max(summary_.force_max_n, command_n);
+  summary_.asked_force_max_n = std::max(summary_.asked_force_max_n, norm(tick.force_n));
   if (contact) {
     ++contact_ticks_;
     force_sum_n_ += command_n;
@@ -125,6 +130,16 @@ void SummaryBuilder::add(const TickFrame& frame, std::span<const ModeTick> modes
   energy.damper_j += tick.energy.damper_j;
   energy.moved_j += tick.energy.moved_j;
   energy.work_on_hand_j += tick.energy.work_on_hand_j;
+  energy.let_go_j += tick.energy.let_go_j;
+  energy.held_back_j += tick.energy.held_back_j;
+  energy.ticks_j += tick.energy.ticks_j;
+  energy.ticks_bound_j += tick.energy.ticks_bound_j;
+  const bool known = tick.probe_valid && tick.status != TickStatus::bad_input;
+  if (known && last_probe_m_ && tick.energy.ticks_j > rounding * tick.energy.ticks_bound_j) {
+    summary_.ticks_gained_j += tick.energy.ticks_j;
+    summary_.gaining_m2_per_s += norm_squared(tick.probe_m - *last_probe_m_) / frame.dt_s;
+  }
+  last_probe_m_ = known ? std::optional(tick.probe_m) : std::nullopt;
 
   for (const SessionEvent& event : events) {
     const auto m = static_cast<std::size_t>(event.mode);
@@ -172,7 +187,9 @@ std::string to_table(const Summary& s) {
   const auto percent = [](double part) { return text("%.1f %%", 100.0 * part); };
   const auto newtons = [](double force_n) { return text("%.3f N", force_n); };
   const auto count = [](std::int64_t number) { return grouped(static_cast<double>(number)); };
-  const Energy& e = s.energy;
+  const std::string cut = s.guard_limited_ticks > 0 ? text(" (asked %.3f N; the guard limited ", s.asked_force_max_n) +
+                                                          count(s.guard_limited_ticks) + " ticks)"
+                                                    : "";
 
   std::vector<std::vector<std::string>> rows{
       {"ticks", count(s.ticks) + text(" (%.3f s of the hand's time)", s.duration_s)},
@@ -181,7 +198,7 @@ std::string to_table(const Summary& s) {
       {"sub-steps", text("mean %.2f, max %d per tick", s.sub_steps_mean, s.sub_steps_max)},
       {"worst error bound", text("%.2g m", s.error_bound_max_m)},
       {"in contact", percent(s.contact_share) + " of the ticks"},
-      {"force on the hand", text("mean in contact %.3f N, max %.3f N", s.force_mean_n, s.force_max_n)},
+      {"force on the hand", text("mean in contact %.3f N, max %.3f N", s.force_mean_n, s.force_max_n) + cut},
       {"first break-through", s.first_break_through_s < 0.0 ? "none" : text("at %.3f s", s.first_break_through_s)},
   };
   // What should not happen is said only where it did.
@@ -192,23 +209,20 @@ std::string to_table(const Summary& s) {
   say("capped", s.capped_ticks, " ticks with a bound above 1e-9 m");
   say("bad input", s.bad_input_ticks, " ticks");
   say("probe not valid", s.invalid_probe_ticks, " ticks");
-  say("limited", s.guard_limited_ticks, " ticks whose force the guard shortened");
   say("faults", s.faults, "");
   say("refused primitives", s.dropped_primitives, "");
   std::string result = aligned(rows, 2);
 
   std::vector<std::vector<std::string>> modes{
-      {"mode", "type", "in contact", "mean force", "max force", "dissipated", "injected", "onsets", "break-throughs"}};
+      {"mode", "type", "in contact", "mean on proxy", "max on proxy", "dissipated", "injected", "onsets", "break-throughs"}};
   for (const ModeSummary& m : s.modes) {
     modes.push_back({m.name, m.type, percent(m.contact_share), newtons(m.force_mean_n), newtons(m.force_max_n),
                      millijoules(m.dissipated_j), millijoules(m.injected_j), count(m.onsets), count(m.break_throughs)});
   }
   result += '\n' + aligned(modes, 2) + '\n';
 
-  result += aligned({{"energy", "stored", "dissipated", "injected", "path", "damper", "data moved", "work on hand"},
-                     {"", millijoules(e.stored_j), millijoules(e.dissipated_j), millijoules(e.injected_j),
-                      millijoules(e.path_j), millijoules(e.damper_j), millijoules(e.moved_j), millijoules(e.work_on_hand_j)}},
-                    1);
+  result += to_table(energy_table(s));
+  for (const std::string& note : s.notes) result += "\n" + note + "\n";
   return result;
 }
 
@@ -226,7 +240,7 @@ std::string to_json(const Summary& s) {
                      {"onsets", m.onsets},
                      {"break_throughs", m.break_throughs}});
   }
-  const Energy& e = s.energy;
+  const EnergyTable energy = energy_table(s);
   const Json json{
       {"ticks", s.ticks},
       {"duration_s", s.duration_s},
@@ -241,6 +255,7 @@ std::string to_json(const Summary& s) {
       {"contact_share", s.contact_share},
       {"force_mean_n", s.force_mean_n},
       {"force_max_n", s.force_max_n},
+      {"asked_force_max_n", s.asked_force_max_n},
       {"first_break_through_s", s.first_break_through_s < 0.0 ? Json(nullptr) : Json(s.first_break_through_s)},
       {"waiting_ticks", s.waiting_ticks},
       {"capped_ticks", s.capped_ticks},
@@ -249,15 +264,12 @@ std::string to_json(const Summary& s) {
       {"guard_limited_ticks", s.guard_limited_ticks},
       {"faults", s.faults},
       {"dropped_primitives", s.dropped_primitives},
-      {"energy",
-       {{"stored_j", e.stored_j},
-        {"dissipated_j", e.dissipated_j},
-        {"injected_j", e.injected_j},
-        {"path_j", e.path_j},
-        {"damper_j", e.damper_j},
-        {"moved_j", e.moved_j},
-        {"work_on_hand_j", e.work_on_hand_j}}},
+      {"energy_j", Json::parse(to_json(energy))},
+      {"ticks_gained_j", energy.ticks_gained_j},
+      {"ticks_bound_j", energy.ticks_bound_j},
+      {"covering_damping_ns_per_m", energy.covering_damping_ns_per_m},
       {"modes", modes},
+      {"notes", s.notes},
   };
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
 }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -17,7 +18,7 @@ struct ModeSummary {
   std::string name;
   std::string type;
   double contact_share = 0.0;  ///< [1] share of ticks with force above 1 mN
-  double force_mean_n = 0.0;   ///< over its ticks in contact
+  double force_mean_n = 0.0;   ///< on the proxy, over its ticks in contact
   double force_max_n = 0.0;
   double dissipated_j = 0.0;
   double injected_j = 0.0;
@@ -34,15 +35,19 @@ struct Summary {
   double tick_p50_us = 0.0, tick_p99_us = 0.0, tick_max_us = 0.0;
   double contact_share = 0.0;  ///< [1] any mode
   std::vector<ModeSummary> modes;
-  double force_mean_n = 0.0, force_max_n = 0.0;  ///< of the command, mean over ticks in contact
+  double force_mean_n = 0.0, force_max_n = 0.0;  ///< on the hand: of the command, mean over ticks in contact
+  double asked_force_max_n = 0.0;                ///< of the force before the guard
   double sub_steps_mean = 0.0;                   ///< [sub-steps per tick]
   int sub_steps_max = 0;
   std::int64_t waiting_ticks = 0, capped_ticks = 0, bad_input_ticks = 0, invalid_probe_ticks = 0;
   double error_bound_max_m = 0.0;
   Energy energy;                        ///< sums over the run; stored_j: at the end
+  double ticks_gained_j = 0.0;          ///< what ticks brought in, without those that took out (Energy::ticks_j)
+  double gaining_m2_per_s = 0.0;        ///< Σ|Δp|²/dt over those: times a damping what it takes out of them, at least
   double first_break_through_s = -1.0;  ///< -1: none
   std::int64_t dropped_primitives = 0;
   std::int64_t guard_limited_ticks = 0, faults = 0;
+  std::vector<std::string> notes;  ///< what its reader should know besides: how the hand was laid, why nothing was felt
 };
 
 /// A force above this [N] is contact (docs/trace.md, modes.csv).
@@ -75,6 +80,7 @@ class SummaryBuilder {
   std::int64_t sub_steps_ = 0;
   std::vector<double> mode_force_sum_n_;
   std::vector<std::int64_t> mode_contact_ticks_;
+  std::optional<Vec3> last_probe_m_;  ///< none: not known, or not usable
 };
 
 /// The summary as a table for a person.

@@ -110,7 +110,7 @@ bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) no
     watches_.look(modes_.samples());
   }
   modes_.prefetch(c.proxy);
-  ledger.begin(c.proxy);
+  ledger.begin(c.proxy, c.walked);
   joint_.kept().begin_tick();
   if (c.queued == max_queued) --c.queued;  // a path this long is no hand's: its last corner is cut
   path_m_ = distance(probe_m, c.queued > 0 ? c.queue[c.queued - 1].position_m : c.walked);
@@ -506,6 +506,7 @@ void ProxyPath::record(SubStep step, Ledger& ledger) noexcept {
   const std::span<const Vec3> forces = joint_.law().forces_n();
   const Vec3& position_m = step.balance.position_m;
   double held_n = 0.0;
+  double furthest_carried_m = 0.0;
   step.stiffness_n_per_m = k;
   step.first_primitive = static_cast<std::uint32_t>(placed_.size());
   step.primitives = static_cast<std::uint32_t>(joint_.set().size());
@@ -519,7 +520,9 @@ void ProxyPath::record(SubStep step, Ledger& ledger) noexcept {
     if (p.kind == PrimitiveKind::directed) step.directed_n += forces[i];
     if (placed_.back().state == PrimitiveState::stick) held_n += p.strength_n + norm(forces[i]);
     ledger.book(p.id.mode, forces[i], step.proxy_m - step.start_m, step.move_fraction * carried_m);
+    furthest_carried_m = std::max(furthest_carried_m, norm(carried_m));
   }
+  ledger.move(step.start_m, step.proxy_m, position_m, step.probe_m, step.move_fraction * furthest_carried_m);
   const auto energy_j = [&](const Vec3& x) {
     return 0.5 * k * norm_squared(x - step.probe_m) - dot(step.directed_n, x - step.start_m);
   };

@@ -98,7 +98,8 @@ class Session::State {
   std::vector<Vec3> split_n;     // of the last sub-step, as it is shown
   std::vector<Primitive> last_placed;
   Vec3 last_probe;
-  Vec3 damper_force;  // held since the last tick
+  Vec3 damper_force;      // held since the last tick
+  double stored_j = 0.0;  // in the spring since then
 };
 
 void Session::State::reset() noexcept {
@@ -111,6 +112,7 @@ void Session::State::continue_from(const State& other) noexcept {
   damper = other.damper;
   last_probe = other.last_probe;
   damper_force = other.damper_force;
+  stored_j = other.stored_j;
 }
 
 // The main path. Modes place primitives, the law balances them, the coupling pulls the hand.
@@ -127,27 +129,32 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
   const bool velocity_usable = !probe.velocity_m_per_s || is_finite(*probe.velocity_m_per_s);
   if (!probe.valid) {
     reset();
+    result.energy.let_go_j = std::exchange(stored_j, 0.0);
     if (usable(probe.position_m)) result.probe_m = result.proxy_m = probe.position_m;
     path.put(result.proxy_m);
     return result;
   }
   if (!time_usable || !velocity_usable || !usable(probe.position_m)) {
     reset();
+    result.energy.let_go_j = std::exchange(stored_j, 0.0);
     result.status = TickStatus::bad_input;
     return result;
   }
 
   const Vec3 p = probe.position_m;
   const double k = scene.coupling.stiffness_n_per_m;
+  double lost_j = 0.0;
   if (!path.started()) {
     last_probe = p;
     damper.reset({});
+    lost_j = stored_j;
   }
   const Vec3 probe_step = p - last_probe;
   result.status = path.walk(p, dt, ledger) ? TickStatus::resting : TickStatus::waiting;
 
   const Vec3 proxy = path.proxy_m();
   result.probe_m = p;
+  result.probe_step_m = probe_step;
   result.proxy_m = proxy;
   const Vec3 stretch = proxy - p;
   const Vec3 relative = damper.relative_velocity(stretch, path.released_m(), dt, k);
@@ -156,8 +163,10 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
   const Vec3 damping_n = scene.coupling.damping_ns_per_m * relative;
   result.force_n = k * stretch + damping_n;  // Eq. 1
 
-  result.energy = ledger.end(proxy, p, k);
+  result.energy = ledger.end(proxy, p, probe_step, k);
+  result.energy.let_go_j += lost_j;
   result.energy.damper_j = dot(damper_force, probe_step);
+  stored_j = result.energy.stored_j;
   damper_force = damping_n;
   last_probe = p;
   gather(result);

@@ -33,6 +33,7 @@ const char* name_of(TickStatus status) noexcept;
 struct Tick {
   Vec3 probe_m;
   Vec3 probe_velocity_m_per_s;
+  Vec3 probe_step_m;  ///< the way since the last tick, under the force of which; zero where the proxy was put on the probe
   bool probe_valid = true;
   Vec3 proxy_m;
   Vec3 proxy_velocity_m_per_s;
@@ -42,7 +43,7 @@ struct Tick {
   int iterations = 0;  ///< of all sub-steps
   TickStatus status = TickStatus::resting;
   int dropped = 0;  ///< primitives refused
-  Energy energy;    ///< work_on_hand_j is filled in by the loop, which knows the command
+  Energy energy;    ///< work_on_hand_j and held_back_j are filled in by the loop, which knows the command
 };
 
 /// A mode's part in one tick.

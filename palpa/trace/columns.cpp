@@ -121,6 +121,11 @@ const Table<TickFrame>& ticks_table() {
              "work on the hand of the command that was held since the last tick"),
       COLUMN(TickFrame, "guard", "", guard, "pass, limited or fault"),
       COLUMN(TickFrame, "buttons", "", buttons, "pressed buttons, one bit each"),
+      COLUMN(TickFrame, "let_go_j", "", result.energy.let_go_j,
+             "lost by the spring where the proxy went further than hand and data took it"),
+      COLUMN(TickFrame, "held_back_j", "", result.energy.held_back_j, "work on the hand that the guard held back"),
+      COLUMN(TickFrame, "ticks_j", "", result.energy.ticks_j, "brought in by holding the force for a tick"),
+      COLUMN(TickFrame, "ticks_bound_j", "", result.energy.ticks_bound_j, "k/2 of the probe's step, squared"),
   };
   static const Table<TickFrame> table{"ticks.csv", "One row per tick.", columns};
   return table;

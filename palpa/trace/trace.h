@@ -29,6 +29,7 @@ struct TraceHeader {
   double device_encoder_step_m = 0.0;
   std::vector<SourceFile> data_files;
   std::vector<std::uint64_t> seeds;  ///< below 2^63
+  std::vector<std::string> notes;    ///< sentences for who reads of it: how the hand was laid, why little was felt
   bool primitives = false;           ///< balances.csv and primitives.csv are there
 };
 
@@ -58,6 +59,8 @@ class TraceWriter {
   /// An event of the loop: warning, lost_ticks, lost_rows, …
   void append_event(std::int64_t tick, double t_s, const std::string& kind, const std::string& subject,
                     const std::string& value);
+  /// A sentence more for the header's notes, which `finish` writes.
+  void add_note(const std::string& note);
   /// Hands all whole rows to the operating system. Throws LoadError where the disk is full.
   void flush();
   /// Flushes, closes, and marks the trace as complete. Throws LoadError where the disk is, or on the

@@ -24,6 +24,8 @@ namespace {
 
 constexpr Color ink{0.13, 0.13, 0.15};
 constexpr Color paper{1.0, 1.0, 1.0};
+constexpr Color hairline{0.86, 0.86, 0.86};
+constexpr double column_em = 12.0;
 constexpr int dpi = 72;  // a point of type is a pixel
 
 void style(vtkTextProperty& text, double size_px, bool bold) {
@@ -84,7 +86,7 @@ void Canvas::text(std::string_view given, double x_px, double y_px, Side x_is, d
   const double width = width_px_of(words, size_em, bold);
   const double pad = 0.25 * em_px_;
   const double left = x_is == Side::left ? x_px : x_is == Side::middle ? x_px - 0.5 * width : x_px - width;
-  rectangle(left - pad, y_px - 0.62 * size_em * em_px_, width + 2 * pad, 1.24 * size_em * em_px_, paper, 0.72);
+  rectangle(left - pad, y_px - 0.62 * size_em * em_px_, width + 2 * pad, 1.24 * size_em * em_px_, paper);
 
   vtkNew<vtkTextActor> actor;
   actor->SetInput(words.c_str());
@@ -167,76 +169,123 @@ std::string number_words(double value) {
   return text;
 }
 
-void draw_title(Canvas& canvas, std::string_view title) {
+Layout::Layout(const Canvas& canvas, bool titled)
+    : scene_right_px(canvas.width_px() - column_em * canvas.em_px()),
+      scene_top_px(canvas.height_px() - (titled ? 2.8 * canvas.em_px() : 0.0)) {}
+
+void draw_margins(Canvas& canvas, const Layout& layout, std::string_view title) {
   const double em = canvas.em_px();
+  const double right = std::round(layout.scene_right_px);
+  const double top = std::round(layout.scene_top_px);
+  canvas.rectangle(right, 0.0, canvas.width_px() - right, canvas.height_px(), paper);
+  canvas.rectangle(right, 0.0, 1.0, top, hairline);
+  if (title.empty()) return;
+  canvas.rectangle(0.0, top, canvas.width_px(), canvas.height_px() - top, paper);
+  canvas.rectangle(0.0, top, right + 1.0, 1.0, hairline);
   const double room_px = canvas.width_px() - 2 * em;
   // Smaller before shorter.
   const double size_em = std::clamp(1.25 * room_px / canvas.width_px_of(title, 1.25, true), 0.8, 1.25);
   canvas.text(canvas.fitted(title, room_px, size_em, true), em, canvas.height_px() - 1.4 * em, Side::left, size_em, true);
 }
 
-void draw_color_bars(Canvas& canvas, std::span<const ColorBar> bars) {
-  const double em = canvas.em_px();
-  const double height = 8.0 * em;
-  const double width = 1.0 * em;
-  const double right = canvas.width_px() - 1.0 * em;
-  double top = canvas.height_px() - 5.2 * em;
-  for (const ColorBar& bar : bars) {
-    if (top - height < 0.5 * canvas.height_px() && top > 0.5 * canvas.height_px() - em)
-      top = 0.5 * canvas.height_px() - 3.0 * em;
-    canvas.text(bar.title, right, top + 1.3 * em, Side::right);
-    const double bottom = top - height;
-    const double low = bar.map.low();
-    const double span = bar.map.high() - low;
-    canvas.rectangle(right - width - 1, bottom - 1, width + 2, height + 2, ink);
-    constexpr int steps = 96;
-    for (int i = 0; i < steps; ++i) {
-      const Color color = bar.map.at(low + (i + 0.5) / steps * span).color;
-      canvas.rectangle(right - width, bottom + i * height / steps, width, height / steps + 0.5, color);
-    }
-    if (span > 0.0) {
-      const double step = round_length(span / 2.0);
-      for (double value = std::ceil(low / step - 1e-9) * step; value <= bar.map.high() + 1e-9 * span; value += step) {
-        const double y = bottom + (value - low) / span * height;
-        canvas.line({right - width - 0.35 * em, y}, {right - width, y}, 0.08 * em, ink);
-        canvas.text(number_words(std::abs(value) < 1e-9 * step ? 0.0 : value), right - width - 0.7 * em, y, Side::right, 0.9);
-      }
-    }
-    top = bottom - 4.0 * em;
-  }
-}
+namespace {
 
-void draw_legend(Canvas& canvas, std::span<const LegendEntry> entries) {
-  const double em = canvas.em_px();
-  double y = canvas.height_px() - 3.6 * em;
-  for (const LegendEntry& entry : entries) {
-    const double x = em;
-    if (entry.sign == LegendEntry::Sign::line) {
-      canvas.line({x, y}, {x + 1.4 * em, y}, 0.28 * em, entry.color);
+/// The words in lines that are not wider than `width_px`; what is longer than three lines is cut.
+std::vector<std::string> lines_of(const Canvas& canvas, std::string_view words, double width_px, double size_em) {
+  std::vector<std::string> lines{""};
+  while (!words.empty()) {
+    const std::size_t end = std::min(words.find(' '), words.size());
+    const std::string longer = lines.back() + (lines.back().empty() ? "" : " ") + std::string(words.substr(0, end));
+    if (lines.back().empty() || lines.size() == 3 || canvas.width_px_of(longer, size_em) <= width_px) {
+      lines.back() = longer;
     } else {
-      canvas.rectangle(x, y - 0.42 * em, 1.4 * em, 0.84 * em, ink);
-      canvas.rectangle(x + 1, y - 0.42 * em + 1, 1.4 * em - 2, 0.84 * em - 2, paper);
-      canvas.rectangle(x + 1, y - 0.42 * em + 1, 1.4 * em - 2, 0.84 * em - 2, entry.color, std::max(entry.opacity, 0.45));
+      lines.emplace_back(words.substr(0, end));
     }
-    canvas.text(canvas.fitted(entry.words, 0.4 * canvas.width_px(), 0.95, false), x + 1.9 * em, y, Side::left, 0.95);
-    y -= 1.45 * em;
+    words.remove_prefix(std::min(end + 1, words.size()));
+  }
+  for (std::string& line : lines) line = canvas.fitted(line, width_px, size_em, false);
+  return lines;
+}
+
+void draw_sign(Canvas& canvas, const LegendEntry& entry, double x, double y, double width) {
+  const double em = canvas.em_px();
+  const bool line = entry.sign == LegendEntry::Sign::line;
+  const double half = (line ? 0.16 : 0.42) * em;
+  const double edge = line ? 0.0 : entry.rim ? 0.14 * em : 1.0;
+  if (!line) canvas.rectangle(x, y - half, width, 2 * half, entry.rim.value_or(ink));
+  const double part = (width - 2 * edge) / static_cast<double>(entry.colors.size());
+  for (std::size_t i = 0; i < entry.colors.size(); ++i) {
+    canvas.rectangle(x + edge + part * static_cast<double>(i), y - half + edge, part, 2 * (half - edge), entry.colors[i]);
   }
 }
 
-void draw_scale_bar(Canvas& canvas, const View& view, double world_per_hand) {
+/// Returns how far down it reaches.
+double draw_color_bar(Canvas& canvas, const ColorBar& bar, double left, double width, double top) {
+  const double em = canvas.em_px();
+  double y = top;
+  for (const std::string& line : lines_of(canvas, bar.title, width, 1.0)) {
+    canvas.text(line, left, y, Side::left);
+    y -= 1.25 * em;
+  }
+  const double height = 0.9 * em;
+  const double bottom = y - 0.45 * height;
+  const double low = bar.map.low();
+  const double span = bar.map.high() - low;
+  canvas.rectangle(left - 1, bottom - 1, width + 2, height + 2, ink);
+  constexpr int steps = 96;
+  for (int i = 0; i < steps; ++i) {
+    const double from = std::round(left + i * width / steps);
+    canvas.rectangle(from, bottom, std::round(left + (i + 1) * width / steps) - from, height,
+                     bar.map.at(low + (i + 0.5) / steps * span).color);
+  }
+  if (span > 0.0) {
+    const double step = round_length(span / 2.0);
+    for (double value = std::ceil(low / step - 1e-9) * step; value <= bar.map.high() + 1e-9 * span; value += step) {
+      const std::string words = number_words(std::abs(value) < 1e-9 * step ? 0.0 : value);
+      const double x = left + (value - low) / span * width;
+      const double half = 0.5 * canvas.width_px_of(words, 0.9);
+      canvas.line({x, bottom - 0.35 * em}, {x, bottom}, 0.08 * em, ink);
+      canvas.text(words, std::clamp(x, left + half, left + width - half), bottom - 0.95 * em, Side::middle, 0.9);
+    }
+  }
+  return bottom - 1.6 * em;
+}
+
+}  // namespace
+
+void draw_explanations(Canvas& canvas, const Layout& layout, std::span<const LegendEntry> entries,
+                       std::span<const ColorBar> bars) {
+  constexpr double size_em = 0.92;
+  const double em = canvas.em_px();
+  const double left = layout.scene_right_px + em;
+  const double width = canvas.width_px() - left - em;
+  const double sign = 1.5 * em;
+  double y = layout.scene_top_px - 1.3 * em;
+  for (const LegendEntry& entry : entries) {
+    draw_sign(canvas, entry, left, y, sign);
+    for (const std::string& line : lines_of(canvas, entry.words, width - sign - 0.5 * em, size_em)) {
+      canvas.text(line, left + sign + 0.5 * em, y, Side::left, size_em);
+      y -= 1.15 * em;
+    }
+    y -= 0.4 * em;
+  }
+  y -= 0.9 * em;
+  for (const ColorBar& bar : bars) y = draw_color_bar(canvas, bar, left, width, y) - 1.2 * em;
+}
+
+void draw_scale_bar(Canvas& canvas, const Layout& layout, const View& view, double world_per_hand) {
   const double em = canvas.em_px();
   const double world_m_per_px = world_per_hand / view.px_per_m();
-  const double length_m = round_length(0.22 * canvas.width_px() * world_m_per_px);
+  const double left = layout.scene_right_px + em;
+  const double length_m = round_length((canvas.width_px() - left - em) * world_m_per_px);
   const double length_px = length_m / world_m_per_px;
-  const double x = em;
   const double y = 1.2 * em;
-  canvas.rectangle(x - 0.2 * em, y - 0.4 * em, length_px + 0.4 * em, 0.8 * em, paper, 0.72);
-  canvas.line({x, y}, {x + length_px, y}, 0.18 * em, ink);
-  for (const double end : {x, x + length_px}) canvas.line({end, y - 0.35 * em}, {end, y + 0.35 * em}, 0.14 * em, ink);
-  canvas.text(length_words(length_m), x + 0.5 * length_px, y + 1.15 * em, Side::middle);
+  canvas.line({left, y}, {left + length_px, y}, 0.18 * em, ink);
+  for (const double end : {left, left + length_px}) canvas.line({end, y - 0.35 * em}, {end, y + 0.35 * em}, 0.14 * em, ink);
+  canvas.text(length_words(length_m), left + 0.5 * length_px, y + 1.15 * em, Side::middle);
 }
 
-void draw_orientation(Canvas& canvas, const View& view, std::span<const Vec3, 3> axes) {
+void draw_orientation(Canvas& canvas, const Layout& layout, const View& view, std::span<const Vec3, 3> axes) {
   static constexpr char letters[3][2] = {{'L', 'R'}, {'P', 'A'}, {'S', 'I'}};
   // The letters of a direction of the picture, the nearest axis first; what is far off says nothing.
   const auto marks_of = [&](const Vec3& direction) {
@@ -251,18 +300,26 @@ void draw_orientation(Canvas& canvas, const View& view, std::span<const Vec3, 3>
     return marks;
   };
   const double em = canvas.em_px();
-  const double w = canvas.width_px();
-  const double h = canvas.height_px();
-  canvas.text(marks_of(-view.right), 0.8 * em, 0.5 * h, Side::left, 1.3, true);
-  canvas.text(marks_of(view.right), w - 0.8 * em, 0.5 * h, Side::right, 1.3, true);
-  canvas.text(marks_of(view.up), 0.5 * w, h - 3.3 * em, Side::middle, 1.3, true);
-  canvas.text(marks_of(-view.up), 0.5 * w, 1.3 * em, Side::middle, 1.3, true);
+  const double w = layout.scene_right_px;
+  const double h = layout.scene_top_px;
+  canvas.text(marks_of(-view.right), 0.8 * em, 0.5 * canvas.height_px(), Side::left, 1.3, true);
+  canvas.text(marks_of(view.right), w - 0.8 * em, 0.5 * canvas.height_px(), Side::right, 1.3, true);
+  canvas.text(marks_of(view.up), 0.5 * w, h - 1.2 * em, Side::middle, 1.3, true);
+  canvas.text(marks_of(-view.up), 0.5 * w, 1.2 * em, Side::middle, 1.3, true);
 }
 
 void draw_axes(Canvas& canvas, const View& view, std::span<const Vec3, 3> axes) {
   static constexpr const char* names[] = {"x", "y", "z"};
   const double em = canvas.em_px();
-  const PixelPoint origin{canvas.width_px() - 4.2 * em, 3.6 * em};
+  const PixelPoint origin{canvas.width_px() - 5.0 * em, 7.2 * em};
+  std::vector<PixelPoint> taken;
+  const auto name = [&](const char* word, double x, double y) {
+    for (const PixelPoint& other : taken) {
+      if (std::hypot(x - other.x_px, y - other.y_px) < 1.2 * em) y -= 1.3 * em;
+    }
+    taken.push_back({x, y});
+    canvas.text(word, x, y, Side::middle);
+  };
   std::array<int, 3> order{0, 1, 2};  // the farthest first
   std::stable_sort(order.begin(), order.end(),
                    [&](int a, int b) { return dot(axes[a], view.towards) < dot(axes[b], view.towards); });
@@ -272,16 +329,16 @@ void draw_axes(Canvas& canvas, const View& view, std::span<const Vec3, 3> axes) 
     const double length = std::hypot(dx, dy);
     const PixelPoint tip{origin.x_px + 2.6 * em * dx, origin.y_px + 2.6 * em * dy};
     canvas.line(origin, tip, 0.16 * em, ink);
-    if (length > 0.12) {
+    if (length > 0.3) {
       const double ux = dx / length;
       const double uy = dy / length;
       const PixelPoint head[] = {{tip.x_px + 0.5 * em * ux, tip.y_px + 0.5 * em * uy},
                                  {tip.x_px - 0.3 * em * uy, tip.y_px + 0.3 * em * ux},
                                  {tip.x_px + 0.3 * em * uy, tip.y_px - 0.3 * em * ux}};
       canvas.polygon(head, ink);
-      canvas.text(names[i], tip.x_px + 1.1 * em * ux, tip.y_px + 1.1 * em * uy, Side::middle);
+      name(names[i], tip.x_px + 1.1 * em * ux, tip.y_px + 1.1 * em * uy);
     } else {
-      canvas.text(names[i], tip.x_px - 0.9 * em, tip.y_px - 0.9 * em, Side::middle);
+      name(names[i], tip.x_px - 0.9 * em, tip.y_px - 0.9 * em);
     }
   }
 }

@@ -1,7 +1,8 @@
 // Flat drawing over a picture: text and filled shapes, in pixels from the lower left corner; and what
-// explains a picture: colour bars, scale bar, orientation marks, legend.
+// explains a picture, beside it: title, legend, colour bars, scale bar, orientation marks.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -57,9 +58,19 @@ struct ColorBar {
 struct LegendEntry {
   enum class Sign { patch, line };
   std::string words;
-  Color color;
-  double opacity = 1.0;
+  std::vector<Color> colors;  ///< as they are seen on the ground; several: side by side along the sign
   Sign sign = Sign::patch;
+  std::optional<Color> rim{};  ///< of a patch: what its edge is seen in; none: ink
+};
+
+/// Where a picture's parts lie, in pixels from the lower left corner: a strip for the title on top, a column for what
+/// explains the picture on the right, and the scene in the rest. Nothing of the scene is seen beyond that.
+struct Layout {
+  /// \param titled  without a title there is no strip
+  Layout(const Canvas& canvas, bool titled);
+
+  double scene_right_px;
+  double scene_top_px;
 };
 
 /// The words with the letters that VTK's font has, which are those of Latin-1: "rho_inf" for ρ∞, '?' for the rest.
@@ -72,14 +83,16 @@ std::string length_words(double length_m);
 /// A number in as few digits as tell it: "0.25", "-300", "2e-05".
 std::string number_words(double value);
 
-void draw_title(Canvas& canvas, std::string_view title);
-void draw_color_bars(Canvas& canvas, std::span<const ColorBar> bars);
-void draw_legend(Canvas& canvas, std::span<const LegendEntry> entries);
-/// \param world_per_hand  the world's metres in one metre of the hand
-void draw_scale_bar(Canvas& canvas, const View& view, double world_per_hand);
-/// Letters of the patient's directions at the four edges. `axes`: the world's axes in the hand frame, LPS.
-void draw_orientation(Canvas& canvas, const View& view, std::span<const Vec3, 3> axes);
-/// The world's axes as arrows x, y, z in a corner.
+/// Paper where the scene is not, and the title on it.
+void draw_margins(Canvas& canvas, const Layout& layout, std::string_view title);
+/// Legend and colour bars, from the top of the column down.
+void draw_explanations(Canvas& canvas, const Layout& layout, std::span<const LegendEntry> entries,
+                       std::span<const ColorBar> bars);
+/// At the bottom of the column. \param world_per_hand  the world's metres in one metre of the hand
+void draw_scale_bar(Canvas& canvas, const Layout& layout, const View& view, double world_per_hand);
+/// Letters of the patient's directions at the scene's four edges. `axes`: the world's axes in the hand frame, LPS.
+void draw_orientation(Canvas& canvas, const Layout& layout, const View& view, std::span<const Vec3, 3> axes);
+/// The world's axes as arrows x, y, z above the scale bar.
 void draw_axes(Canvas& canvas, const View& view, std::span<const Vec3, 3> axes);
 
 }  // namespace palpa::detail

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <string>
 
 #include "palpa/core/load_error.h"
@@ -45,12 +46,15 @@ ColorMap::Point ColorMap::at(double value) const noexcept {
 }
 
 ColorMap force_colors(double high_n) {
-  static constexpr std::string_view hexes[] = {"#ddd5cb", "#f7b538", "#ee7014", "#c9302c", "#8a1253", "#3b0a45", "#14062b"};
+  // "inferno" from 0.9 down to 0.2 (N. Smith, S. van der Walt, CC0: bids.github.io/colormap).
+  static constexpr std::string_view hexes[] = {"#f6d746", "#fca50a", "#f37819", "#dd513a",
+                                               "#bc3754", "#932667", "#6a176e", "#420a68"};
   return {0.0, high_n, hexes};
 }
 
 ColorMap magnitude_colors(double low, double high) {
-  static constexpr std::string_view hexes[] = {"#c3dbea", "#8dc0dd", "#559fcb", "#2b7bb4", "#0f5796", "#08306b"};
+  // "mako" from 6/7 down to 1/7 (M. Waskom, "seaborn", J. Open Source Softw. 6(60), 3021, 2021).
+  static constexpr std::string_view hexes[] = {"#8ad9b1", "#40b7ad", "#348fa7", "#37659e", "#413d7b", "#2e1e3b"};
   return {low, high, hexes};
 }
 
@@ -59,13 +63,24 @@ ColorMap grey_colors(double low, double high) {
   return {low, high, hexes};
 }
 
+double lightness(const Color& color) noexcept {
+  const auto linear = [](double c) { return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4); };
+  const double y = 0.2126 * linear(color.red) + 0.7152 * linear(color.green) + 0.0722 * linear(color.blue);
+  return y > 0.008856 ? 116.0 * std::cbrt(y) - 16.0 : 903.3 * y;
+}
+
+Color blended(const Color& over, double opacity, const Color& ground) noexcept {
+  const auto mix = [&](double a, double b) { return opacity * a + (1.0 - opacity) * b; };
+  return {mix(over.red, ground.red), mix(over.green, ground.green), mix(over.blue, ground.blue)};
+}
+
 Color mode_color(std::size_t mode) {
   static constexpr std::string_view hexes[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"};
   return color_of(hexes[mode % std::size(hexes)]);
 }
 
 Color surface_color(std::size_t number) {
-  static constexpr std::string_view hexes[] = {"#dcb594", "#f2ead6", "#8fb0a9", "#a9a3c4", "#c9c9c9"};
+  static constexpr std::string_view hexes[] = {"#d99a7e", "#efe6d2", "#8fb0a9", "#a9a3c4", "#c9c9c9"};
   return color_of(hexes[number % std::size(hexes)]);
 }
 

@@ -42,12 +42,18 @@ class ColorMap {
   std::vector<Point> points_;
 };
 
-/// Force on the hand, 0 to `high_n`: pale where nothing is felt, then amber, red, nearly black.
+/// Force on the hand, 0 to `high_n`: yellow where nothing is felt, then red, then violet.
 ColorMap force_colors(double high_n);
-/// Speeds and other magnitudes: pale to dark blue.
+/// Speeds and other magnitudes: from light green over blue to nearly black.
 ColorMap magnitude_colors(double low, double high);
 /// Grey, as scans are read.
 ColorMap grey_colors(double low, double high);
+/// CIE 1976 lightness L*, 0…100.
+double lightness(const Color& color) noexcept;
+/// What is seen of a colour of an opacity [1] over a ground.
+Color blended(const Color& over, double opacity, const Color& ground) noexcept;
+/// What pictures of scenes are drawn on.
+inline constexpr Color ground_color{0.985, 0.985, 0.98};
 /// The colour of mode number `mode`, of Okabe and Ito's set for all kinds of eyes.
 Color mode_color(std::size_t mode);
 /// A surface that names no colours, from the outermost in.

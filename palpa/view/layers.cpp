@@ -6,12 +6,14 @@
 #include <vtkFloatArray.h>
 #include <vtkFlyingEdges3D.h>
 #include <vtkGPUVolumeRayCastMapper.h>
+#include <vtkIdTypeArray.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
 #include <vtkPiecewiseFunction.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
+#include <vtkPolyDataConnectivityFilter.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
 #include <vtkRenderer.h>
@@ -41,6 +43,7 @@ class FieldsRead : public ParameterVisitor {
  public:
   std::vector<std::pair<std::string, ParameterKind>> fields;
   std::vector<double> levels;
+  std::vector<std::string> level_names;  ///< of each level
   bool solid_is_low = false;
 
   void field(const ParameterInfo& info, FieldRef& ref) override {
@@ -49,12 +52,23 @@ class FieldsRead : public ParameterVisitor {
   void number(const ParameterInfo& info, double& value) override {
     if (info.kind == ParameterKind::level) levels.push_back(value);
   }
+  void text(const ParameterInfo& info, std::string& value) override {
+    if (info.name == "name") name_ = value;
+  }
   void choice(const ParameterInfo& info, int& index) override {
     if (info.name == "solid") solid_is_low = info.choices[static_cast<std::size_t>(index)] == "low";
   }
   void list(const ParameterInfo&, ParameterList& items) override {
-    for (std::size_t i = 0; i < items.size(); ++i) items.visit(i, *this);
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      name_.clear();
+      items.visit(i, *this);
+      level_names.resize(levels.size());
+      if (!levels.empty()) level_names.back() = name_;
+    }
   }
+
+ private:
+  std::string name_;
 };
 
 /// A field where only a part of its box is looked at.
@@ -104,6 +118,27 @@ class Images {
  private:
   std::map<std::string, vtkSmartPointer<vtkImageData>> images_;
 };
+
+/// Parts with fewer triangles than this share of the largest part's are left out.
+constexpr double least_part = 0.3;
+
+/// Without the parts that are small beside the largest: tables, rests and specks that a scan sees, too.
+vtkSmartPointer<vtkPolyData> large_parts(vtkPolyData* surface) {
+  vtkNew<vtkPolyDataConnectivityFilter> parts;
+  parts->SetInputData(surface);
+  parts->SetExtractionModeToAllRegions();
+  parts->Update();
+  if (parts->GetNumberOfExtractedRegions() < 2) return surface;
+  vtkIdTypeArray& sizes = *parts->GetRegionSizes();
+  double range[2];
+  sizes.GetRange(range);
+  parts->SetExtractionModeToSpecifiedRegions();
+  for (vtkIdType part = 0; part < sizes.GetNumberOfValues(); ++part) {
+    if (static_cast<double>(sizes.GetValue(part)) >= least_part * range[1]) parts->AddSpecifiedRegion(static_cast<int>(part));
+  }
+  parts->Update();
+  return parts->GetOutput();
+}
 
 Vec3 point_of(vtkPoints& points, vtkIdType i) {
   double p[3];
@@ -208,7 +243,35 @@ vtkSmartPointer<vtkPolyData> surface_of(vtkImageData* image, const Field& field,
   return surface;
 }
 
-std::string title_of(const std::string& name, const std::string& unit) { return unit.empty() ? name : name + " / " + unit; }
+/// What the field is called: by its file, unless that has no word of its own for it and the scene has (first scenes call
+/// their volume "data").
+std::string name_of(const Scene& scene, const FieldRef& ref, const VolumeField& named) {
+  const bool in_file = named.name.find("value") == named.name.npos && named.name != "vector";
+  const bool in_scene = ref.name.find("data") == ref.name.npos;
+  return scene.volumes().size() == 1 && (in_file || !in_scene) ? named.name : ref.name;
+}
+
+std::string title_of(const Scene& scene, const ViewLayer& layer, const VolumeField& named) {
+  const std::string name = layer.name.empty() ? name_of(scene, layer.field, named) : layer.name;
+  return named.unit.empty() ? name : name + " / " + named.unit;
+}
+
+/// What a surface is called: as the layer says, or the level of a mode that is felt there, or else by field and value.
+std::string surface_words(const Scene& scene, const ViewLayer& layer, const VolumeField& named, double level) {
+  if (!layer.name.empty()) return layer.name;
+  for (const SceneMode& mode : scene.modes()) {
+    FieldsRead read;
+    Mode copy = mode.mode;
+    copy.visit(read);
+    if (read.fields.empty() || read.fields.front().first != layer.field.name) continue;
+    for (std::size_t i = 0; i < read.level_names.size(); ++i) {
+      if (read.levels[i] == level && !read.level_names[i].empty()) return read.level_names[i];
+    }
+  }
+  std::string unit = named.unit.empty() ? "" : " " + named.unit;
+  if (named.unit.starts_with("1/")) unit = named.unit.substr(1);  // "3/s", not "3 1/s"
+  return name_of(scene, layer.field, named) + " = " + number_words(level) + unit;
+}
 
 /// Black to white, or pale to dark, over the field's values; or as the layer says.
 ColorMap colors_of(const ViewLayer& layer, const Field& field) {
@@ -280,31 +343,47 @@ void draw_slices(vtkRenderer* renderer, const Field& field, const Box& box, cons
   }
 }
 
-enum class Side { both, far, near };
-
-void draw_side(vtkRenderer* renderer, vtkPolyData* surface, const Color& color, double opacity, Side side) {
+vtkSmartPointer<vtkActor> actor_of(vtkPolyData* surface, const Color& color) {
   vtkNew<vtkPolyDataMapper> mapper;
   mapper->SetInputData(surface);
-  vtkNew<vtkActor> actor;
+  auto actor = vtkSmartPointer<vtkActor>::New();
   actor->SetMapper(mapper);
   vtkProperty& property = *actor->GetProperty();
   property.SetColor(color.red, color.green, color.blue);
-  property.SetAmbient(0.3);
-  property.SetDiffuse(0.75);
-  property.SetSpecular(0.08);
-  property.SetSpecularPower(20);
-  property.SetOpacity(opacity);
-  property.SetFrontfaceCulling(side == Side::far);
-  property.SetBackfaceCulling(side == Side::near);
-  renderer->AddActor(actor);
+  property.SetAmbient(surface_ambient);
+  property.SetDiffuse(1.0 - surface_ambient);
+  property.SetSpecular(0.1);
+  property.SetSpecularPower(30);
+  return actor;
 }
 
-void draw_surface(vtkRenderer* renderer, vtkPolyData* surface, const Color& color, double opacity) {
-  if (opacity >= 1.0) return draw_side(renderer, surface, color, opacity, Side::both);
-  // Translucent things blend in the order in which they are drawn. The far side is a fainter veil: an open
-  // tube shows that it is one, and what lies within stays clear.
-  draw_side(renderer, surface, color, 0.5 * opacity, Side::far);
-  draw_side(renderer, surface, color, opacity, Side::near);
+/// How much denser than face on a thin shell looks where the view grazes it.
+constexpr double rim_opacity = 0.85;
+
+/// The part of a translucent surface that is nearest to the viewer, denser where it turns away, as a shell of glass.
+void draw_shell(vtkRenderer* renderer, vtkPolyData* surface, const Color& color, double opacity, const Vec3& towards) {
+  vtkDataArray* normals = surface->GetPointData()->GetNormals();
+  if (!normals) return;  // nothing there
+  vtkNew<vtkUnsignedCharArray> colors;
+  colors->SetNumberOfComponents(4);
+  colors->SetNumberOfTuples(normals->GetNumberOfTuples());
+  const double rim = std::max(rim_opacity, opacity);
+  for (vtkIdType i = 0; i < normals->GetNumberOfTuples(); ++i) {
+    double n[3];
+    normals->GetTuple(i, n);
+    const double aside = 1.0 - std::min(std::abs(dot({n[0], n[1], n[2]}, towards)), 1.0);
+    colors->SetTuple4(i, 255.0 * color.red, 255.0 * color.green, 255.0 * color.blue,
+                      255.0 * (opacity + (rim - opacity) * aside * aside * aside));
+  }
+  surface->GetPointData()->SetScalars(colors);
+  // Its depths first, without colour; then only what lies in front passes. In VTK's opaque pass actors are drawn in the
+  // order in which they were added.
+  for (const double seen : {0.0, 1.0}) {
+    const vtkSmartPointer<vtkActor> actor = actor_of(surface, color);
+    actor->GetProperty()->SetOpacity(seen);
+    actor->ForceOpaqueOn();
+    renderer->AddActor(actor);
+  }
 }
 
 /// A cloud whose opacity is that of the layer's colours, reached over a fortieth of the box's longest side.
@@ -343,14 +422,18 @@ void draw_volume(vtkRenderer* renderer, vtkImageData* sampled, double side_m, co
   renderer->AddVolume(volume);
 }
 
-/// From rest to the fastest; where nothing is near rest, from the slowest.
-ColorMap speed_colors(const ViewLayer& layer, double slowest, double fastest) {
+/// Over speeds in ascending order, a twentieth at each end left out: from rest to the fastest, or from the slowest where
+/// none are near rest.
+ColorMap speed_colors(const ViewLayer& layer, const std::vector<double>& speeds) {
   if (!layer.colors.empty()) return ColorMap(layer.colors);
-  return magnitude_colors(slowest > 0.4 * fastest ? slowest : 0.0, fastest);
+  if (speeds.empty()) return magnitude_colors(0.0, 0.0);
+  const double slow = speeds[speeds.size() / 20];
+  const double fast = speeds[speeds.size() - 1 - speeds.size() / 20];
+  return magnitude_colors(slow > 0.4 * fast ? slow : 0.0, fast);
 }
 
-void draw_layer(vtkRenderer* renderer, const Scene& scene, const std::vector<ViewLayer>& layers, std::size_t number,
-                const LayerOptions& options, Images& images, LayerSigns& signs) {
+void draw_layer(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, const std::vector<ViewLayer>& layers,
+                std::size_t number, const LayerOptions& options, Images& images, LayerSigns& signs) {
   const ViewLayer& layer = layers[number];
   const VolumeField& named = scene.field(layer.field);
   const FieldPtr field = in_hand_frame(frozen(named.field, options.at), scene.hand_to_world());
@@ -369,32 +452,23 @@ void draw_layer(vtkRenderer* renderer, const Scene& scene, const std::vector<Vie
 
   switch (layer.show) {
     case ViewLayer::Show::surface: {
-      const Extent extent = field->extents()[0];
-      const double level = layer.level.value_or(0.5 * (extent.min + extent.max));
-      std::size_t outer = 0;  // surfaces before this one
-      std::size_t surfaces = 0;
-      for (std::size_t i = 0; i < layers.size(); ++i) {
-        if (layers[i].show != ViewLayer::Show::surface) continue;
-        if (i < number) ++outer;
-        ++surfaces;
+      const SurfaceLook look = surface_look(scene, layers, number, options.see_through);
+      vtkSmartPointer<vtkPolyData> surface = surface_of(images.of(layer.field.name, field, box), *field, look.level);
+      if (!layer.all_parts && surface->GetNumberOfCells() > 0) surface = large_parts(surface);
+      LegendEntry entry{surface_words(scene, layer, named, look.level), {blended(look.color, look.opacity, ground_color)}};
+      if (look.opacity < 1.0) {
+        draw_shell(shells, surface, look.color, look.opacity, options.towards);
+        entry.rim = blended(look.color, rim_opacity, ground_color);
+      } else {
+        solid->AddActor(actor_of(surface, look.color));
       }
-      Color color = surface_color(outer);
-      double opacity = outer + 1 < surfaces ? 0.42 : options.see_through && surfaces == 1 ? 0.62 : 1.0;
-      if (!layer.colors.empty()) {
-        const ColorMap::Point point = ColorMap(layer.colors).at(level);
-        color = point.color;
-        opacity = point.opacity;
-      }
-      draw_surface(renderer, surface_of(images.of(layer.field.name, field, box), *field, level), color, opacity);
-      std::string unit = named.unit.empty() ? "" : " " + named.unit;
-      if (named.unit.starts_with("1/")) unit = named.unit.substr(1);  // "3/s", not "3 1/s"
-      signs.legend.push_back({layer.field.name + " = " + number_words(level) + unit, color, opacity});
+      signs.legend.insert(signs.legend.begin(), std::move(entry));
       break;
     }
     case ViewLayer::Show::slices: {
       const ColorMap map = colors_of(layer, *field);
-      draw_slices(renderer, *field, box, map);
-      signs.bars.push_back({title_of(layer.field.name, named.unit), map});
+      draw_slices(solid, *field, box, map);
+      signs.bars.push_back({title_of(scene, layer, named), map});
       break;
     }
     case ViewLayer::Show::volume: {
@@ -404,28 +478,25 @@ void draw_layer(vtkRenderer* renderer, const Scene& scene, const std::vector<Vie
         map = ColorMap(std::vector<ViewLayer::ColorPoint>{
             {extent.min, "#000000", 0.0}, {0.5 * (extent.min + extent.max), "#8a6a4f", 0.05}, {extent.max, "#fff6e5", 0.8}});
       }
-      draw_volume(renderer, images.of(layer.field.name, field, box), side_m, map);
-      signs.bars.push_back({title_of(layer.field.name, named.unit), map});
+      draw_volume(solid, images.of(layer.field.name, field, box), side_m, map);
+      signs.bars.push_back({title_of(scene, layer, named), map});
       break;
     }
     case ViewLayer::Show::streamlines: {
       const std::vector<Streamline> lines = streamlines(*field, box, 80);
-      double slowest = std::numeric_limits<double>::max();
-      double fastest = 0.0;
+      std::vector<double> speeds;
       for (const Streamline& line : lines) {
-        for (const StreamPoint& point : line) {
-          slowest = std::min(slowest, point.speed);
-          fastest = std::max(fastest, point.speed);
-        }
+        for (const StreamPoint& point : line) speeds.push_back(point.speed);
       }
-      const ColorMap map = speed_colors(layer, slowest, fastest);
+      std::sort(speeds.begin(), speeds.end());
+      const ColorMap map = speed_colors(layer, speeds);
       std::vector<std::vector<TubePoint>> tubes;
       for (const Streamline& line : lines) {
         std::vector<TubePoint>& tube = tubes.emplace_back();
         for (const StreamPoint& point : line) tube.push_back({point.position_m, map.at(point.speed).color});
       }
-      draw_tubes(renderer, tubes, 0.0026 * side_m);
-      signs.bars.push_back({title_of(layer.field.name, named.unit), map});
+      draw_tubes(solid, tubes, 0.0045 * options.unit_m);
+      signs.bars.push_back({title_of(scene, layer, named), map});
       break;
     }
     case ViewLayer::Show::glyphs: {
@@ -442,7 +513,7 @@ void draw_layer(vtkRenderer* renderer, const Scene& scene, const std::vector<Vie
         glyphs.push_back({position, sample.value});
         fastest = std::max(fastest, norm(sample.value));
       }
-      const ColorMap map = speed_colors(layer, 0.0, fastest);
+      const ColorMap map = speed_colors(layer, {0.0, fastest});
       std::vector<Arrow> arrows;
       for (const Glyph& glyph : glyphs) {
         const double share = fastest > 0.0 ? norm(glyph.value) / fastest : 0.0;
@@ -450,8 +521,8 @@ void draw_layer(vtkRenderer* renderer, const Scene& scene, const std::vector<Vie
         const Vec3 half = (0.5 * side_m / longest * std::max(share, 0.25)) * normalized(glyph.value);
         arrows.push_back({glyph.position_m - half, glyph.position_m + half, map.at(norm(glyph.value)).color});
       }
-      draw_arrows(renderer, arrows);
-      signs.bars.push_back({title_of(layer.field.name, named.unit), map});
+      draw_arrows(solid, arrows);
+      signs.bars.push_back({title_of(scene, layer, named), map});
       break;
     }
   }
@@ -506,11 +577,41 @@ FieldPtr in_hand_frame(const FieldPtr& field, const Similarity& map) {
   return posed(field, {transposed(map.rotation), 1.0 / map.scale, map.to_hand({})});
 }
 
-LayerSigns draw_layers(vtkRenderer* renderer, const Scene& scene, const std::vector<ViewLayer>& layers,
+SurfaceLook surface_look(const Scene& scene, const std::vector<ViewLayer>& layers, std::size_t number, bool see_through) {
+  const ViewLayer& layer = layers[number];
+  std::size_t outer = 0;  // surfaces before this one
+  std::size_t surfaces = 0;
+  for (std::size_t i = 0; i < layers.size(); ++i) {
+    if (layers[i].show != ViewLayer::Show::surface) continue;
+    if (i < number) ++outer;
+    ++surfaces;
+  }
+  SurfaceLook look{.level = 0.0, .color = surface_color(outer), .opacity = 1.0};
+  if (layer.level) {
+    look.level = *layer.level;
+  } else {
+    const Extent extent = scene.field(layer.field).field->extents()[0];
+    look.level = 0.5 * (extent.min + extent.max);
+  }
+  if (!layer.colors.empty()) {
+    const ColorMap::Point point = ColorMap(layer.colors).at(look.level);
+    look.color = point.color;
+    look.opacity = point.opacity;
+  } else if (outer + 1 < surfaces) {
+    look.opacity = 0.4;
+  } else if (see_through && surfaces == 1) {
+    look.opacity = 0.6;
+  }
+  return look;
+}
+
+LayerSigns draw_layers(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, const std::vector<ViewLayer>& layers,
                        const LayerOptions& options) {
   Images images;
   LayerSigns signs;
-  for (std::size_t i = 0; i < layers.size(); ++i) draw_layer(renderer, scene, layers, i, options, images, signs);
+  // From the innermost out, as translucent surfaces are drawn.
+  for (std::size_t i = layers.size(); i-- > 0;) draw_layer(solid, shells, scene, layers, i, options, images, signs);
+  std::reverse(signs.bars.begin(), signs.bars.end());
   return signs;
 }
 

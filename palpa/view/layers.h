@@ -24,15 +24,26 @@ struct LayerSigns {
   std::vector<ColorBar> bars;
 };
 
+/// What a layer of surface looks like.
+struct SurfaceLook {
+  double level;  ///< the field's own unit
+  Color color;
+  double opacity;  ///< [1] face on
+};
+/// That of layer `number`, which is a surface. \param see_through  something inside is to be seen
+SurfaceLook surface_look(const Scene& scene, const std::vector<ViewLayer>& layers, std::size_t number, bool see_through);
+
 struct LayerOptions {
   Box near;          ///< hand frame: what is farther is not drawn
   bool see_through;  ///< something inside is to be seen: surfaces let it through
   DataTime at;       ///< data that change are drawn as they are then
+  double unit_m;     ///< half the picture's height
+  Vec3 towards;      ///< [1] to the viewer, hand frame: edges of what is translucent are denser
 };
 
-/// Draws the layers in the hand frame. Throws SceneError on a field that is not there, LoadError on one that
-/// cannot be drawn so.
-LayerSigns draw_layers(vtkRenderer* renderer, const Scene& scene, const std::vector<ViewLayer>& layers,
+/// Draws the layers in the hand frame: what is opaque with `solid`; what is translucent with `shells`, which draws after
+/// it and keeps its depths. Throws SceneError on a field that is not there, LoadError on one that cannot be drawn so.
+LayerSigns draw_layers(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, const std::vector<ViewLayer>& layers,
                        const LayerOptions& options);
 
 }  // namespace palpa::detail

@@ -3,7 +3,6 @@
 #include <vtkActor.h>
 #include <vtkActorCollection.h>
 #include <vtkCamera.h>
-#include <vtkLight.h>
 #include <vtkMapper.h>
 #include <vtkNew.h>
 #include <vtkPolyData.h>
@@ -13,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <set>
 
 #include "palpa/view/canvas.h"
@@ -28,6 +28,7 @@ using detail::Canvas;
 using detail::Color;
 using detail::ColorBar;
 using detail::ColorMap;
+using detail::Layout;
 using detail::LegendEntry;
 using detail::Side;
 using detail::View;
@@ -37,6 +38,7 @@ constexpr double least_felt_m = 0.02;  // a hand that hardly moves is not looked
 constexpr Color probe_color{0.45, 0.45, 0.48};
 constexpr Color proxy_color{0.08, 0.08, 0.10};
 constexpr Color spring_color{0.35, 0.35, 0.38};
+constexpr Color limited_color{0.25, 0.80, 1.0};
 
 /// What was seen along the picture's right, up and towards the viewer.
 struct Seen {
@@ -63,6 +65,11 @@ struct Seen {
   double radius_m() const { return any() ? 0.5 * std::max(high.x - low.x, high.y - low.y) : 0.0; }
   Vec3 centre() const { return 0.5 * (low + high); }
 };
+
+Seen shared(const Seen& a, const Seen& b) {
+  return {{std::max(a.low.x, b.low.x), std::max(a.low.y, b.low.y), std::max(a.low.z, b.low.z)},
+          {std::min(a.high.x, b.high.x), std::min(a.high.y, b.high.y), std::min(a.high.z, b.high.z)}};
+}
 
 /// What the renderer shows, by the points of its shapes.
 Seen seen_in(vtkRenderer& renderer, const View& view) {
@@ -98,12 +105,13 @@ View looking(const ScenePictureOptions& options) {
   return view;
 }
 
-/// Frames `seen` in the part of the picture that title, bars and marks leave free.
-void frame(View& view, const Seen& seen, const ScenePictureOptions& options) {
+/// Frames `seen` in the part of the picture that is the scene's.
+void frame(View& view, const Seen& seen, const ScenePictureOptions& options, const Layout& layout, double margin_px) {
   struct Free {
     double left, right, bottom, top;  // [1] of width and height
   };
-  constexpr Free free{0.06, 0.86, 0.09, 0.85};
+  const Free free{margin_px / view.width_px, (layout.scene_right_px - margin_px) / view.width_px, margin_px / view.height_px,
+                  (layout.scene_top_px - margin_px) / view.height_px};
   const double width_m = std::max(seen.high.x - seen.low.x, 1e-9);
   const double height_m = std::max(seen.high.y - seen.low.y, 1e-9);
   const double aspect = 1.0 * view.width_px / view.height_px;
@@ -130,60 +138,98 @@ void look(vtkRenderer& renderer, const View& view, double reach_m) {
   camera.SetClippingRange(0.5 * reach_m, 3.5 * reach_m);
 }
 
-/// Light from above left of the viewer, and a little from the right, so that shapes show.
-void light(vtkRenderer& renderer) {
-  renderer.AutomaticLightCreationOff();
-  struct Lamp {
-    double x, y, z, strength;
-  };
-  for (const Lamp& lamp : {Lamp{-0.5, 0.7, 1.0, 0.85}, Lamp{0.8, -0.3, 0.7, 0.4}}) {
-    vtkNew<vtkLight> source;
-    source->SetLightTypeToCameraLight();
-    source->SetPosition(lamp.x, lamp.y, lamp.z);
-    source->SetFocalPoint(0, 0, 0);
-    source->SetIntensity(lamp.strength);
-    renderer.AddLight(source);
+/// Whether the guard held back a part of what was asked for.
+bool is_limited(const PathPoint& point) {
+  constexpr double least_n = 1e-3;
+  return norm(point.asked_n) > norm(point.force_n) + least_n;
+}
+
+/// What can be drawn of a path.
+std::vector<PathPoint> usable(std::span<const PathPoint> path) {
+  std::vector<PathPoint> points;
+  for (const PathPoint& point : path) {
+    if (is_finite(point.probe_m) && is_finite(point.proxy_m) && is_finite(point.force_n) && is_finite(point.asked_n)) {
+      points.push_back(point);
+    }
   }
+  return points;
+}
+
+/// The part of a path that leads to a moment and on, as long as it stays within `near_m`.
+std::vector<PathPoint> stretch_about(const std::vector<PathPoint>& path, const Moment& moment, double near_m) {
+  const auto away_m = [&](const PathPoint& point) {
+    return distance(point.probe_m, moment.probe_m) + distance(point.proxy_m, moment.proxy_m);
+  };
+  const auto here =
+      std::min_element(path.begin(), path.end(), [&](const PathPoint& a, const PathPoint& b) { return away_m(a) < away_m(b); });
+  const auto is_far = [&](const PathPoint& point) { return distance(point.proxy_m, moment.proxy_m) > near_m; };
+  const auto begin = std::find_if(std::make_reverse_iterator(here), path.rend(), is_far).base();
+  return {begin, std::find_if(here, path.end(), is_far)};
 }
 
 /// The path as a line of at most `most_path_points` points, each `apart_m` from the last. Where points are
 /// left out, the largest force stands for them.
-struct ThinPath {
-  std::vector<PathPoint> points;
-};
-ThinPath thinned(std::span<const PathPoint> path, double apart_m, Vec3 PathPoint::*place) {
+std::vector<PathPoint> thinned(std::span<const PathPoint> path, double apart_m, Vec3 PathPoint::*place) {
   const std::size_t stride = path.size() / most_path_points + 1;
-  ThinPath thin;
+  std::vector<PathPoint> thin;
   for (std::size_t i = 0; i < path.size(); ++i) {
-    if (!is_finite(path[i].probe_m) || !is_finite(path[i].proxy_m) || !is_finite(path[i].force_n)) continue;
-    const bool far = thin.points.empty() || distance(thin.points.back().*place, path[i].*place) > apart_m;
-    if (thin.points.empty() || (i % stride == 0 && far)) {
-      thin.points.push_back(path[i]);
-    } else if (norm(path[i].force_n) > norm(thin.points.back().force_n)) {
-      thin.points.back().force_n = path[i].force_n;
+    const bool far = thin.empty() || distance(thin.back().*place, path[i].*place) > apart_m;
+    if (thin.empty() || (i % stride == 0 && far)) {
+      thin.push_back(path[i]);
+    } else if (norm(path[i].force_n) > norm(thin.back().force_n)) {
+      thin.back().force_n = path[i].force_n;
+      thin.back().asked_n = path[i].asked_n;
     }
   }
   return thin;
 }
 
-double largest_force_n(std::span<const PathPoint> path) {
-  double largest = 0.0;
-  for (const PathPoint& point : path) {
-    if (is_finite(point.force_n)) largest = std::max(largest, norm(point.force_n));
-  }
-  return largest;
-}
-
 void draw_path(vtkRenderer* renderer, std::span<const PathPoint> path, const ColorMap& colors, double unit_m) {
-  std::vector<std::vector<detail::TubePoint>> proxy(1), probe(1);
-  for (const PathPoint& point : thinned(path, 0.004 * unit_m, &PathPoint::proxy_m).points) {
+  std::vector<std::vector<detail::TubePoint>> proxy(1), probe(1), bands(1);
+  const double radius_m = 0.0115 * unit_m;
+  double gone_m = 0.0;
+  for (const PathPoint& point : thinned(path, 0.004 * unit_m, &PathPoint::proxy_m)) {
+    if (!proxy[0].empty()) gone_m += distance(proxy[0].back().position_m, point.proxy_m);
     proxy[0].push_back({point.proxy_m, colors.at(norm(point.force_n)).color});
+    const bool in_band = is_limited(point) && std::fmod(gone_m, 6.0 * radius_m) < 2.5 * radius_m;
+    if (in_band) {
+      bands.back().push_back({point.proxy_m, limited_color});
+    } else if (!bands.back().empty()) {
+      bands.emplace_back();
+    }
   }
-  for (const PathPoint& point : thinned(path, 0.004 * unit_m, &PathPoint::probe_m).points) {
+  for (const PathPoint& point : thinned(path, 0.004 * unit_m, &PathPoint::probe_m)) {
     probe[0].push_back({point.probe_m, probe_color});
   }
   detail::draw_tubes(renderer, probe, 0.0028 * unit_m);
-  detail::draw_tubes(renderer, proxy, 0.0105 * unit_m, 0.6);
+  detail::draw_tubes(renderer, proxy, radius_m, 0.5);
+  detail::draw_tubes(renderer, bands, 1.2 * radius_m, 0.5);
+}
+
+/// Draws the path and says what its colours mean.
+void show_path(vtkRenderer* renderer, std::span<const PathPoint> path, double unit_m, detail::LayerSigns& signs) {
+  double most_n = 0.0;
+  double cut_n = 0.0;    // the largest force of those that the guard cut
+  double asked_n = 0.0;  // before it did
+  for (const PathPoint& point : path) {
+    most_n = std::max(most_n, norm(point.force_n));
+    if (!is_limited(point)) continue;
+    cut_n = std::max(cut_n, norm(point.force_n));
+    asked_n = std::max(asked_n, norm(point.asked_n));
+  }
+  const ColorMap colors = detail::force_colors(most_n > 1e-9 ? most_n : 1.0);
+  draw_path(renderer, path, colors, unit_m);
+  signs.bars.insert(signs.bars.begin(), ColorBar{"force on hand / N", colors});
+  std::vector<Color> shades;
+  for (const auto& point : colors.points()) shades.push_back(point.color);
+  signs.legend.push_back({"proxy's path", shades, LegendEntry::Sign::line});
+  signs.legend.push_back({"probe's path", {probe_color}, LegendEntry::Sign::line});
+  if (asked_n > 0.0) {
+    const Color top = colors.at(cut_n).color;
+    signs.legend.push_back({"limited to " + detail::number_words(cut_n) + " N (asked " + detail::number_words(asked_n) + " N)",
+                            {top, limited_color, top, limited_color, top},
+                            LegendEntry::Sign::line});
+  }
 }
 
 /// The primitives and the spring, all as large as they are legible.
@@ -248,14 +294,16 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
   const Similarity map = scene.hand_to_world();
   const std::vector<ViewLayer> layers = detail::layers_of(scene);
 
-  Seen felt;
-  for (const PathPoint& point : path) {
-    for (const Vec3& p : {point.probe_m, point.proxy_m}) {
-      if (is_finite(p)) felt.add(view, p);
-    }
+  std::vector<PathPoint> felt_path = usable(path);
+  Seen felt, now;
+  for (const PathPoint& point : felt_path) {
+    felt.add(view, point.probe_m);
+    felt.add(view, point.proxy_m);
   }
   if (moment) {
-    for (const Vec3& p : {moment->probe_m, moment->proxy_m}) felt.add(view, p);
+    now.add(view, moment->probe_m);
+    now.add(view, moment->proxy_m);
+    felt.add(now);
   }
   Seen data;
   for (const ViewLayer& layer : layers) data.add(view, detail::in_hand_frame(scene.field(layer.field).field, map)->bounds_m());
@@ -264,72 +312,79 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
   // All of the data where that leaves what was felt large enough to see, otherwise its surroundings.
   const double felt_m = felt.any() ? std::max(felt.radius_m(), least_felt_m) : 0.0;
   const auto around_felt = [&] {
-    const double radius_m = std::clamp(0.6 * data.radius_m(), 4.0 * felt_m, 8.0 * felt_m);
+    const double radius_m = std::clamp(0.6 * data.radius_m(), 3.0 * felt_m, 5.0 * felt_m);
     const Vec3 centre = felt.centre();
     Seen around = felt;
     around.low = {std::max(data.low.x, centre.x - radius_m), std::max(data.low.y, centre.y - radius_m), felt.low.z};
     around.high = {std::min(data.high.x, centre.x + radius_m), std::min(data.high.y, centre.y + radius_m), felt.high.z};
     return around;
   };
-  const bool all_data = !felt.any() || data.radius_m() <= 8.0 * felt_m;
-  Seen shown = all_data ? data : around_felt();
-  if (felt.any()) shown.add(felt);
-  frame(view, shown, options);
+  const bool close = moment && options.half_height_m > 0.0;
+  const bool all_data = !close && (!felt.any() || data.radius_m() <= 7.0 * felt_m);
+  Seen shown = close ? now : all_data ? data : around_felt();
+  if (felt.any() && !close) shown.add(felt);
 
   detail::OffscreenWindow window(options.width_px, options.height_px);
+  vtkNew<vtkRenderer> front;
+  Canvas canvas(front, options.width_px, options.height_px);
+  const Layout layout(canvas, !scene.title.empty());
+  const double margin_px = 2.2 * canvas.em_px();
+  frame(view, shown, options, layout, margin_px);
+
   const double reach_m = 2.0 * view.half_height_m * std::max(1.0, 1.0 * view.width_px / view.height_px);
   const Vec3 reach{reach_m, reach_m, reach_m};
   vtkNew<vtkRenderer> solid;
-  auto [legend, bars] = detail::draw_layers(
-      solid, scene, layers,
-      {{view.centre_m - reach, view.centre_m + reach}, felt.any(), scene.time.at(moment ? moment->time_s : 0.0)});
-  if (all_data) {
-    Seen drawn = seen_in(*solid, view);  // closer than the boxes of the fields
+  vtkNew<vtkRenderer> shells;
+  detail::LayerSigns signs = detail::draw_layers(solid, shells, scene, layers,
+                                                 {{view.centre_m - reach, view.centre_m + reach},
+                                                  felt.any(),
+                                                  scene.time.at(moment ? moment->time_s : 0.0),
+                                                  view.half_height_m,
+                                                  view.towards});
+  if (!close) {
+    Seen drawn = seen_in(*solid, view);
+    drawn.add(seen_in(*shells, view));
+    drawn = shared(shown, drawn);  // closer than the boxes of the fields
     if (felt.any()) drawn.add(felt);
-    if (drawn.any()) frame(view, drawn, options);
+    if (drawn.any()) frame(view, drawn, options, layout, margin_px);
   }
   const double unit_m = view.half_height_m;
+  if (close) felt_path = stretch_about(felt_path, *moment, 1.6 * unit_m);
+  if (!felt_path.empty()) show_path(solid, felt_path, unit_m, signs);
 
-  if (!path.empty()) {
-    const double most_n = largest_force_n(path);
-    const ColorMap colors = detail::force_colors(most_n > 1e-9 ? most_n : 1.0);
-    draw_path(solid, path, colors, unit_m);
-    bars.insert(bars.begin(), ColorBar{"force / N", colors});
-    legend.push_back({"path of the proxy", colors.at(0.55 * colors.high()).color, 1.0, LegendEntry::Sign::line});
-    legend.push_back({"path of the probe", probe_color, 1.0, LegendEntry::Sign::line});
+  // What is translucent lies over what is opaque; in front of all the moment, and what explains the picture.
+  solid->SetBackground(detail::ground_color.red, detail::ground_color.green, detail::ground_color.blue);
+  shells->PreserveDepthBufferOn();
+  window.vtk()->SetNumberOfLayers(3);
+  int number = 0;
+  for (vtkRenderer* renderer : {solid.Get(), shells.Get(), front.Get()}) {
+    renderer->SetLayer(number++);
+    detail::add_light(renderer);
+    look(*renderer, view, 4.0 * reach_m);
+    window.vtk()->AddRenderer(renderer);
   }
-  solid->SetBackground(0.985, 0.985, 0.98);
-  light(*solid);
-  look(*solid, view, 4.0 * reach_m);
-  window.vtk()->SetNumberOfLayers(2);
-  window.vtk()->AddRenderer(solid);
 
-  // In front of all: the moment, and what explains the picture.
-  vtkNew<vtkRenderer> front;
-  front->SetLayer(1);
-  light(*front);
-  look(*front, view, 4.0 * reach_m);
-  window.vtk()->AddRenderer(front);
-  Canvas canvas(front, options.width_px, options.height_px);
+  detail::draw_margins(canvas, layout, scene.title);
   if (moment) {
     draw_moment(front, *moment, unit_m);
     std::set<std::uint16_t> modes;
     for (const PlacedPrimitive& placed : moment->primitives) modes.insert(placed.primitive.id.mode);
     for (const std::uint16_t mode : modes) {
       const std::string name = mode < moment->mode_names.size() ? moment->mode_names[mode] : "mode " + std::to_string(mode);
-      legend.push_back({name, detail::mode_color(mode)});
+      signs.legend.push_back({name, {detail::mode_color(mode)}});
     }
     name_ends(canvas, view, *moment);
   }
   const std::array<Vec3, 3> axes{map.turned_to_hand({1, 0, 0}), map.turned_to_hand({0, 1, 0}), map.turned_to_hand({0, 0, 1})};
   const bool medical = std::any_of(scene.volumes().begin(), scene.volumes().end(),
                                    [](const SceneVolume& volume) { return volume.volume.medical_frame; });
-  medical ? detail::draw_orientation(canvas, view, axes) : detail::draw_axes(canvas, view, axes);
-  detail::draw_scale_bar(canvas, view, map.scale);
-  detail::draw_color_bars(canvas, bars);
-  detail::draw_legend(canvas, legend);
-  if (!scene.title.empty()) detail::draw_title(canvas, scene.title);
-  return window.draw();
+  medical ? detail::draw_orientation(canvas, layout, view, axes) : detail::draw_axes(canvas, view, axes);
+  detail::draw_scale_bar(canvas, layout, view, map.scale);
+  detail::draw_explanations(canvas, layout, signs.legend, signs.bars);
+  Picture picture = window.draw();
+  // The lowest bit is rounding of light, which nobody sees and which makes a file a quarter larger.
+  for (std::uint8_t& value : picture.rgb) value |= 1U;
+  return picture;
 }
 
 }  // namespace palpa

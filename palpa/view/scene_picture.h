@@ -15,7 +15,8 @@ namespace palpa {
 struct PathPoint {
   Vec3 probe_m;
   Vec3 proxy_m;
-  Vec3 force_n;
+  Vec3 force_n;    ///< that reached the hand: what the guard let through
+  Vec3 asked_n{};  ///< that the coupling asked for; not more than `force_n`: the guard held nothing back
 };
 
 /// The primitives of one sub-step, to be drawn: a plane as a disc with its normal, a line as a rod, a
@@ -36,17 +37,25 @@ struct ScenePictureOptions {
   /// Half the height of the whole picture [hand m]; 0: what was felt, and of the data as much as leaves it
   /// legible. The projection is parallel.
   double half_height_m = 0.0;
-  /// What lies in the picture's middle [hand m]; none: what is shown lies in the part that title, colour
-  /// bars and marks leave free.
+  /// What lies in the picture's middle [hand m]; none: what is shown, or with `half_height_m` the moment, lies in the
+  /// middle of the part beside title and legend.
   std::optional<Vec3> centre_m{};
 };
 
-/// Draws the scene's layers, the path coloured by force (the probe's as a thin grey line), the moment's
-/// primitives in front of all, a legend, a scale bar in millimetres (or what fits) of the data's world, a
-/// colour bar in newtons, and the patient's directions (L R A P S I) at the edges in a medical frame, axes
-/// x y z of the world elsewhere. Data that change with time are drawn as at the moment, without one as at first. A scene that
-/// names no layers shows the levels of its modes as surfaces and their first vector field as streamlines, or else a scalar
-/// field as slices.
+/// How the whole of a path is best seen: from where the scene says; or straight on where the hand stayed in a plane across the
+/// user's sight, or from where most of the path in contact is not hidden and spreads out, not far from where the user sits.
+ScenePictureOptions overview(const Scene& scene, std::span<const PathPoint> path);
+/// How a moment is best seen: its surroundings, from where the proxy is not hidden and the spring lies across.
+ScenePictureOptions close_up(const Scene& scene, const Moment& moment);
+
+/// Draws the scene's layers, the path coloured by the force on the hand and banded where the guard held force back (the
+/// probe's as a thin grey line), the moment's primitives in front of all (with `half_height_m` only
+/// the stretch of the path that leads through it); beside it, where nothing else is drawn, title,
+/// legend, a colour bar in newtons up to the largest force that reached the hand, a scale bar in millimetres (or what
+/// fits) of the data's world, and axes x y z of the world; in a medical frame instead of them the patient's directions
+/// (L R A P S I) at the edges. Legend and colour bars have the colours that are seen on what faces the viewer. Data that change
+/// with time are drawn as at the moment, without one as at first. A scene that names no layers shows the levels of its modes as
+/// surfaces and their first vector field as streamlines, or else a scalar field as slices.
 ///
 /// Needs no X; one picture at a time is drawn in a process, a second thread waits. The same input gives the
 /// same bytes on one machine. Throws LoadError where nothing can be drawn (no EGL), on a layer of the wrong

@@ -7,6 +7,7 @@
 #include <vtkCylinderSource.h>
 #include <vtkDoubleArray.h>
 #include <vtkGlyph3D.h>
+#include <vtkLight.h>
 #include <vtkLineSource.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
@@ -37,13 +38,31 @@ void add(vtkRenderer* renderer, vtkAlgorithmOutput* shape, const Color& color, d
   vtkNew<vtkActor> actor;
   actor->SetMapper(mapper);
   actor->GetProperty()->SetColor(color.red, color.green, color.blue);
-  actor->GetProperty()->SetAmbient(0.3);
-  actor->GetProperty()->SetDiffuse(0.7);
+  actor->GetProperty()->SetAmbient(surface_ambient);
+  actor->GetProperty()->SetDiffuse(1.0 - surface_ambient);
   actor->GetProperty()->SetOpacity(opacity);
   renderer->AddActor(actor);
 }
 
 }  // namespace
+
+void add_light(vtkRenderer* renderer) {
+  renderer->AutomaticLightCreationOff();
+  struct Lamp {
+    Vec3 from;
+    double strength;
+  };
+  // From above left of the viewer, and a little from the right, so that shapes show.
+  constexpr Lamp lamps[] = {{{-0.5, 0.7, 1.0}, 0.7}, {{0.8, -0.3, 0.7}, 0.3}};
+  for (const Lamp& lamp : lamps) {
+    vtkNew<vtkLight> source;
+    source->SetLightTypeToCameraLight();
+    source->SetPosition(lamp.from.x, lamp.from.y, lamp.from.z);
+    source->SetFocalPoint(0, 0, 0);
+    source->SetIntensity(lamp.strength / normalized(lamp.from).z);
+    renderer->AddLight(source);
+  }
+}
 
 void draw_tubes(vtkRenderer* renderer, std::span<const std::vector<TubePoint>> lines, double radius_m, double shine) {
   vtkNew<vtkPoints> points;

@@ -12,6 +12,11 @@ class vtkRenderer;
 
 namespace palpa::detail {
 
+/// Light is such that a patch that faces the viewer has its own colour, so that legends and colour bars show what is
+/// seen; this share [1] of it comes without light.
+inline constexpr double surface_ambient = 0.25;
+void add_light(vtkRenderer* renderer);
+
 struct TubePoint {
   Vec3 position_m;
   Color color;

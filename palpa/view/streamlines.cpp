@@ -1,7 +1,7 @@
 #include "palpa/view/streamlines.h"
 
 #include <algorithm>
-#include <array>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <unordered_set>
@@ -95,15 +95,77 @@ std::vector<Vec3> grid_positions(const Box& box, int longest) {
   return positions;
 }
 
+namespace {
+
+/// How fast the flow turns about its own direction [1/s], where it turns more than it strains; 0 elsewhere. Shear
+/// layers and walls turn about a direction across the flow.
+double swirl(const VectorSample& flow) noexcept {
+  const Mat3& j = flow.jacobian;
+  const double trace = j.row[0].x + j.row[1].y + j.row[2].z;
+  const double squared = j.row[0].x * j.row[0].x + j.row[1].y * j.row[1].y + j.row[2].z * j.row[2].z +
+                         2.0 * (j.row[0].y * j.row[1].x + j.row[0].z * j.row[2].x + j.row[1].z * j.row[2].y);
+  if (trace * trace <= squared) return 0.0;
+  const Vec3 curl{j.row[2].y - j.row[1].z, j.row[0].z - j.row[2].x, j.row[1].x - j.row[0].y};
+  return 0.5 * std::abs(dot(curl, normalized(flow.value)));
+}
+
+struct Seed {
+  Vec3 position_m;
+  double speed;
+  double swirl;
+};
+
+class Grown {
+ public:
+  Grown(const Field& field, const Box& box, double step_m, double least)
+      : field_(field), box_(box), side_m_(largest_component(box.size_m())), step_m_(step_m), least_(least) {}
+
+  /// Adds lines from seeds in their order, none from near another line, until there are `most`; false if there are more.
+  bool grow(std::vector<Streamline>& lines, const std::vector<Seed>& seeds, std::size_t most, double apart_m) const {
+    Lattice lattice(apart_m);
+    for (const Streamline& line : lines) {
+      for (const StreamPoint& point : line) lattice.take(point.position_m);
+    }
+    for (const Seed& seed : seeds) {
+      if (lattice.near(seed.position_m)) continue;
+      const Streamline line = through(seed);
+      lattice.take(seed.position_m);
+      for (const StreamPoint& point : line) lattice.take(point.position_m);
+      if (static_cast<double>(line.size()) * step_m_ < 0.06 * side_m_) continue;  // a speck tells no direction
+      if (lines.size() == most) return false;
+      lines.push_back(line);
+    }
+    return true;
+  }
+
+ private:
+  Streamline through(const Seed& seed) const {
+    const double longest_m = 2.0 * side_m_;
+    bool closed = false;
+    const Streamline ahead = half_line(field_, box_, seed.position_m, step_m_, longest_m, least_, closed);
+    Streamline line;
+    if (!closed) line = half_line(field_, box_, seed.position_m, -step_m_, longest_m, least_, closed);
+    std::reverse(line.begin(), line.end());
+    line.push_back({seed.position_m, seed.speed});
+    line.insert(line.end(), ahead.begin(), ahead.end());
+    if (closed) line.push_back({seed.position_m, seed.speed});
+    return line;
+  }
+
+  const Field& field_;
+  Box box_;
+  double side_m_;
+  double step_m_;
+  double least_;
+};
+
+}  // namespace
+
 std::vector<Streamline> streamlines(const Field& field, const Box& box, std::size_t most) {
-  struct Seed {
-    Vec3 position_m;
-    double speed;
-  };
   std::vector<Seed> seeds;
   for (const Vec3& position : grid_positions(box, 40)) {
     const VectorSample sample = field.vector(position);
-    if (sample.inside && norm(sample.value) > 0.0) seeds.push_back({position, norm(sample.value)});
+    if (sample.inside && norm(sample.value) > 0.0) seeds.push_back({position, norm(sample.value), swirl(sample)});
   }
   std::stable_sort(seeds.begin(), seeds.end(), [](const Seed& a, const Seed& b) { return a.speed > b.speed; });
   if (seeds.empty()) return {};
@@ -112,27 +174,17 @@ std::vector<Streamline> streamlines(const Field& field, const Box& box, std::siz
 
   const double side_m = largest_component(box.size_m());
   const double step_m = std::clamp(0.5 * field.spacing_m(), side_m / 2000.0, side_m / 150.0);
-  const double longest_m = 2.0 * side_m;
-  const double least = 0.05 * fast;
+  const Grown grown(field, box, step_m, 0.05 * fast);
+  constexpr double turns = 3.0;  // [rad] at least, while the flow crosses the box
+  std::vector<Seed> in_vortices = seeds;
+  std::erase_if(in_vortices, [&](const Seed& seed) { return seed.swirl * side_m < turns * fast; });
+  std::stable_sort(in_vortices.begin(), in_vortices.end(), [](const Seed& a, const Seed& b) { return a.swirl > b.swirl; });
+
+  std::vector<Streamline> winding;
+  grown.grow(winding, in_vortices, most / 2, side_m / 60.0);
   for (double apart_m = side_m / 24.0;; apart_m *= 1.25) {
-    Lattice lattice(apart_m);
-    std::vector<Streamline> lines;
-    for (const Seed& seed : seeds) {
-      if (lattice.near(seed.position_m)) continue;
-      bool closed = false;
-      const Streamline ahead = half_line(field, box, seed.position_m, step_m, longest_m, least, closed);
-      Streamline line;
-      if (!closed) line = half_line(field, box, seed.position_m, -step_m, longest_m, least, closed);
-      std::reverse(line.begin(), line.end());
-      line.push_back({seed.position_m, seed.speed});
-      line.insert(line.end(), ahead.begin(), ahead.end());
-      lattice.take(seed.position_m);
-      for (const StreamPoint& point : line) lattice.take(point.position_m);
-      if (static_cast<double>(line.size()) * step_m < 0.03 * side_m) continue;  // a speck tells no direction
-      lines.push_back(std::move(line));
-      if (lines.size() > most) break;
-    }
-    if (lines.size() <= most) return lines;
+    std::vector<Streamline> lines = winding;
+    if (grown.grow(lines, seeds, most, apart_m)) return lines;
   }
 }
 

@@ -45,6 +45,13 @@ TEST_F(Program, SaysItsVersionAndHelpsWithAnExamplePerCommand) {
   }
 }
 
+TEST_F(Program, HelpsWhoeverAsksForNothing) {
+  const Ended bare = palpa({});
+  EXPECT_EQ(bare.code, 0);
+  EXPECT_EQ(bare.out, palpa({"--help"}).out);
+  EXPECT_THAT(bare.err, IsEmpty());
+}
+
 TEST_F(Program, DemoFeelsTheEmbeddedHead) {
   const Ended demo = palpa({"demo"});
   EXPECT_EQ(demo.code, 0) << demo.err;
@@ -127,6 +134,8 @@ TEST_F(Program, RunsRecordsAndReplays) {
   EXPECT_EQ(same.code, 0) << same.err;
   EXPECT_EQ(same.out, "the same in all 1500 ticks\n");
   EXPECT_EQ(json::parse(palpa({"replay", "trace", "--json"}).out)["same"], true);
+  EXPECT_EQ(palpa({"replay", "trace/trace.toml"}).out, same.out) << "a trace by a file in it";
+  EXPECT_THAT(run.out, testing::AllOf(HasSubstr("Recorded in trace\n"), HasSubstr("palpa report trace\n")));
 
   std::string ticks = read(folder / "trace/ticks.csv");
   ticks.replace(ticks.rfind('\n', ticks.size() - 2) + 1, 4, "9999");
@@ -134,6 +143,15 @@ TEST_F(Program, RunsRecordsAndReplays) {
   const Ended differs = palpa({"replay", "trace"});
   EXPECT_EQ(differs.code, 1);
   EXPECT_THAT(differs.out, HasSubstr("differs at "));
+}
+
+TEST_F(Program, EnergyHasTheSameEntriesInRunAndReplay) {
+  write_scene("scene.toml");
+  const json run =
+      json::parse(palpa({"run", "scene.toml", "--hand", "sim:stroke", "--out", "trace", "--json"}).out)["energy_j"];
+  for (const char* entry : {"hand", "guard_held_back", "data", "ticks"}) EXPECT_TRUE(run["in"][entry].is_number()) << entry;
+  for (const char* entry : {"surface", "let_go", "damper", "spring"}) EXPECT_TRUE(run["out"][entry].is_number()) << entry;
+  EXPECT_EQ(json::parse(palpa({"replay", "trace", "--json"}).out)["energy_j"], run);
 }
 
 TEST_F(Program, DryRunChecksAndFeelsNothing) {

@@ -36,7 +36,6 @@ class BadInput : public ProgramTest {
 
 TEST_F(BadInput, CommandLine) {
   write_scene("scene.toml");
-  expect_refusal({}, {"palpa --help"});
   expect_refusal({"replya"}, {"'replya'", "did you mean 'replay'?"});
   expect_refusal({"explore"}, {"'explore'"});
   expect_refusal({"run"}, {"SCENE"});
@@ -63,6 +62,7 @@ TEST_F(BadInput, CommandLine) {
   expect_refusal({"info", "nowhere.nrrd"}, {"nowhere.nrrd"});
   expect_refusal({"replay"}, {"TRACE"});
   expect_refusal({"replay", "nowhere"}, {"nowhere"});
+  expect_refusal({"--print", "nonsense"}, {"'nonsense'", "man, bash"});
 }
 
 TEST_F(BadInput, Scenes) {
@@ -75,6 +75,8 @@ TEST_F(BadInput, Scenes) {
   expect_scene_refused("binary.toml", {"binary.toml"});
   fs::create_directory(folder / "folder.toml");
   expect_scene_refused("folder.toml", {"folder.toml"});
+  write("scan.mhd", "ObjectType = Image\nNDims = 3\n");
+  expect_scene_refused("scan.mhd", {"scan.mhd: no scene", "palpa info scan.mhd --scene"});
 
   const auto expect_change_refused = [&](const std::string& from, const std::string& to,
                                          const std::vector<std::string>& pieces) {

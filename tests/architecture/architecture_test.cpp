@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cctype>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -195,6 +196,47 @@ TEST(Pages, LinkToFilesThatAreThere) {
       EXPECT_TRUE(fs::exists(repository() / fs::path(page).parent_path() / target)) << page << " links to " << target;
     }
   }
+}
+
+/// The anchors of a page's headings, as GitHub makes them.
+std::vector<std::string> anchors_of(const std::string& markdown) {
+  std::vector<std::string> anchors;
+  std::istringstream lines(markdown);
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t begin = line.find_first_not_of('#');
+    if (begin == 0 || begin == std::string::npos || line[begin] != ' ') continue;
+    std::string anchor;
+    for (const char c : line.substr(begin + 1)) {
+      const auto letter = static_cast<unsigned char>(c);
+      if (c == ' ') {
+        anchor += '-';
+      } else if (std::isalnum(letter) || c == '-' || c == '_' || letter >= 0x80) {
+        anchor += static_cast<char>(std::tolower(letter));
+      }
+    }
+    anchors.push_back(anchor);
+  }
+  return anchors;
+}
+
+TEST(Pages, AnchorsAreThoseOfTheirHeadings) {
+  EXPECT_THAT(anchors_of("# VTK's own formats\n## 2. Words\ntext # no\n### `[time]`"),
+              ElementsAre("vtks-own-formats", "2-words", "time"));
+}
+
+TEST(Pages, LinkToHeadingsThatAreThere) {
+  static const std::regex link(R"re(\]\(([^)#:\s]*)#([^)\s]+)\))re");
+  std::vector<std::string> pages = files_under("docs", {".md"});
+  pages.insert(pages.end(), {"README.md", "CONTRIBUTING.md"});
+  int links = 0;
+  for (const std::string& page : pages) {
+    const std::string text = text_of(repository() / page);
+    for (std::sregex_iterator at(text.begin(), text.end(), link), end; at != end; ++at, ++links) {
+      const fs::path target = (*at)[1].length() == 0 ? fs::path(page) : fs::path(page).parent_path() / (*at)[1].str();
+      EXPECT_THAT(anchors_of(text_of(repository() / target)), Contains((*at)[2].str())) << page << ": " << at->str();
+    }
+  }
+  EXPECT_GT(links, 10) << "no links to headings were found";
 }
 
 /// The tests that a page names as [`Suite.Name`](../tests/…) and that are not in the file it links to.

@@ -75,6 +75,19 @@ TEST_F(RecordedHand, WithoutTimeTheRateSaysIt) {
   EXPECT_EQ(hand->at(0.05).position_m.x, 1);
 }
 
+TEST_F(RecordedHand, NamesWithoutUnitsAreSecondsAndMetres) {
+  const std::string rows = "0,1,2,3\n0.05,1,2.5,3\n";
+  for (const char* names : {"time,x,y,z\n", "t,x,y,z\n", "timestamp,x_m,y_m,z_m\n", "time_s,x,y,z\n", "t_s,x,y,z\n"}) {
+    const auto hand = open(names + rows);
+    EXPECT_EQ(hand->at(0.05).position_m, (Vec3{1, 2.5, 3})) << names;
+    EXPECT_EQ(hand->duration_s(), 0.05) << names;
+  }
+  EXPECT_EQ(open("time,x,y,z\n" + rows, {.hand_rate_hz = 100, .center = false})->duration_s(), 0.01) << "a rate goes first";
+  EXPECT_THAT(error("time,x,y,z\n0,1,2,3\n10,1,2,3\n20,1,2,3\n"), HasSubstr("10 s apart; 'time' is in seconds"));
+  EXPECT_THAT(error("time,x,y,z\n0,1,2,3\n0.01,251,2,3\n"), HasSubstr("over 250 m; 'x' is in metres"));
+  EXPECT_EQ(open("t_s,x,y,z\n0,1,2,3\n10,1,2,3\n")->duration_s(), 10) << "the name says seconds";
+}
+
 TEST_F(RecordedHand, OurOwnTicksGiveBackEverySampleToTheBitAndTheirValidity) {
   // Irregular values at the times of a 3 kHz clock, repeated ones among them.
   std::string text = "tick,t_s,probe_x_m,probe_y_m,probe_z_m,probe_valid,buttons\n";
@@ -192,6 +205,13 @@ TEST_F(RecordedHand, AGapOfMoreThan100MsIsNotValid) {
   EXPECT_FALSE(hand->at(-1).valid);
 }
 
+TEST_F(RecordedHand, GapsAreTold) {
+  EXPECT_TRUE(open("t_s,x_m,y_m,z_m\n0,0,0,0\n0.1,1,0,0\n0.2,2,0,0\n")->warnings().empty());
+  const auto told = open("t_s,x_m,y_m,z_m\n0,0,0,0\n0.1,1,0,0\n1.1,2,0,0\n1.2,2,0,0\n2.2,3,0,0\n")->warnings();
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_THAT(told[0], AllOf(HasSubstr("for 2 of 2.2 s"), HasSubstr("first after 0.1 s"), HasSubstr("more than 100 ms apart")));
+}
+
 TEST_F(RecordedHand, ARowWithoutAPositionIsAGap) {
   const auto hand = open("t_s,x_m,y_m,z_m\n0,0,0,0\n0.05,nan,0,0\n0.09,1,0,0\n0.15,inf,nan,nan\n0.2,2,0,0\n");
   EXPECT_TRUE(hand->at(0.05).valid);
@@ -206,6 +226,20 @@ TEST_F(RecordedHand, RowsThatRepeatTheLastPositionAreDropped) {
   const auto hand = open(text);
   for (double t = 0; t < 0.175; t += 0.001) EXPECT_NEAR(hand->at(t).position_m.x, t, 1e-9);
   EXPECT_NEAR(hand->duration_s(), 0.195, 1e-12);
+}
+
+TEST_F(RecordedHand, AtAHapticRateTheStepsOfAnEncoderStay) {
+  // A slow motion in steps of 55 µm at 1 kHz: a device rests in most ticks, and so does its recording.
+  std::string text = "t_s,x_m,y_m,z_m\n";
+  std::vector<double> x_m;
+  char row[100];
+  for (int i = 0; i < 500; ++i) {
+    x_m.push_back(std::round(0.01 * i * 1e-3 / 55e-6) * 55e-6);
+    std::snprintf(row, sizeof row, "%.17g,%.17g,0,0\n", i * 1e-3, x_m.back());
+    text += row;
+  }
+  const auto hand = open(text);
+  for (int i = 0; i < 500; ++i) EXPECT_NEAR(hand->at(i * 1e-3).position_m.x, x_m[static_cast<std::size_t>(i)], 1e-15) << i;
 }
 
 TEST_F(RecordedHand, AHandThatRestsIsNoGap) {

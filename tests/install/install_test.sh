@@ -52,6 +52,9 @@ grep -rl --exclude-dir=doc -e "$source" -e "$build" "$moved" | while read -r fil
   if grep -qI . "$file"; then fail "$file names the folder of the sources"; fi
 done
 
+step "no current folder in any RUNPATH"
+bash "$(dirname "${BASH_SOURCE[0]}")/runpath_test.sh" "$moved"
+
 step "every installed header can be included"
 find "$moved/include" -name '*.h' -printf '#include <%P>\n' | sort -r >"$work/all.cpp"
 g++ -std=c++20 -fsyntax-only -Wall -Wextra "-I$moved/include" "$work/all.cpp"

@@ -1,5 +1,5 @@
 #!/bin/bash
-# The man page and the completion hold every command and every option that --help shows.
+# The man page and the completion hold every command and every option that --help shows, and what these take.
 #   reference_test.sh PALPA
 set -eu
 palpa=$1
@@ -34,6 +34,49 @@ done
 [ $options -gt 25 ] || fail "--help lists no options"
 complete_words run --hand-hold re | grep -qx relaxed || fail "no completion of a word that an option takes"
 [ -z "$(complete_words run nosuchfile)" ] || fail "a scene is completed to a word"
+
+# Hands, settings and types: what is offered, this program takes.
+here=$(mktemp -d)
+trap 'rm -rf "$here"' EXIT
+cat >"$here/scene.toml" <<'TOML'
+palpa = 1
+[volume.ball]
+analytic = "sphere"
+[[mode]]
+name = "wall"
+type = "surface_and_friction"
+field = "ball"
+[[mode.level]]
+name = "outside"
+value = 0.0
+TOML
+touch "$here/hand.csv"
+PATH=$(dirname "$palpa"):$PATH
+taken() { "$palpa" run "$here/scene.toml" --hand sim:press --dry-run "$@" 2>&1 | grep -e 'unknown key' -e 'no such path' && fail "$*" || true; }
+hands=$(complete_words run --hand sim:)
+[ "$(wc -w <<<"$hands")" -ge 5 ] || fail "no completion of hands"
+for hand in $hands; do "$palpa" run "$here/scene.toml" --dry-run --hand "$hand" >/dev/null || fail "$hand is no hand"; done
+keys=$(complete_words run --hand sim:press,)
+[ "$(wc -w <<<"$keys")" -ge 4 ] || fail "no completion of a hand's keys"
+for key in $keys; do "$palpa" run "$here/scene.toml" --dry-run --hand "${key}1" 2>&1 | grep 'unknown key' && fail "$key"; done
+complete_words run --hand "$here/h" | grep -qx "$here/hand.csv" || fail "no completion of recordings"
+complete_words modes vor | grep -qx vortex_plane || fail "no completion of types of modes"
+complete_words info --set length_unit=c | grep -qx length_unit=cm || fail "no completion of how a file is read"
+complete_words run "$here/scene.toml" --set mode. | grep -qx mode.wall. || fail "no completion of a mode's name"
+complete_words run "$here/scene.toml" --set mode.wall.level.outside.str | grep -qx mode.wall.level.outside.strength_n= || fail "no completion of a level's keys"
+complete_words run "$here/scene.toml" --set law.method=no | grep -qx law.method=no-proxy || fail "no completion of a choice"
+complete_words run "$here/nowhere.toml" --set cou | grep -qx coupling. || fail "no completion without a scene"
+settings=$("$palpa" --print-sets "$here/scene.toml")
+[ "$(wc -l <<<"$settings")" -gt 60 ] || fail "few settings"
+while IFS= read -r setting; do taken --set "$setting"; done <<<"$settings"
+# In a real shell a word is cut at ':' and '=', and what is offered goes behind the last of them.
+COMP_LINE="palpa run --hand sim:st" COMP_POINT=23
+COMP_WORDS=(palpa run --hand sim : st)
+COMP_CWORD=5
+_palpa
+[ "${COMPREPLY[*]}" = stroke ] || fail "a cut word is completed to ${COMPREPLY[*]:-nothing}"
+unset COMP_LINE COMP_POINT
+
 if "$palpa" --print nonsense 2>/dev/null; then fail "prints nonsense"; fi
 
 # What the formatter thinks of the page, where there is one.

@@ -11,9 +11,9 @@ namespace palpa {
 
 /// The first thing that is wrong with `text`; empty when nothing is: tags open and close in order, attributes
 /// are in quotes and stand once, `<` and bare `&` are escaped. `html`: a doctype comes first, some elements have
-/// no end, and a style holds plain text.
+/// no end, a style holds plain text, and a script anything up to its end.
 inline std::string markup_error(std::string_view text, bool html) {
-  static const std::set<std::string_view> without_end{"meta", "img", "br", "hr", "link"};
+  static const std::set<std::string_view> without_end{"meta", "img", "br", "hr", "link", "input"};
   std::vector<std::string> open;
   std::size_t at = 0;
   const auto wrong = [&](const std::string& what) { return what + " near byte " + std::to_string(at); };
@@ -33,6 +33,10 @@ inline std::string markup_error(std::string_view text, bool html) {
   }
   bool root_seen = false;
   while (at < text.size()) {
+    if (!open.empty() && open.back() == "script" && text.substr(at, 8) != "</script") {
+      at = std::min(text.find("</script", at), text.size());
+      continue;
+    }
     if (text[at] != '<') {
       const std::size_t end = std::min(text.find('<', at), text.size());
       const std::string_view content = text.substr(at, end - at);

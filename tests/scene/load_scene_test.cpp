@@ -441,6 +441,23 @@ TEST(WrongScene, View) {
              "s.toml:15:10: no key 'points' in 'colors'"}});
 }
 
+TEST(LoadScene, ReadsHowAPictureLooks) {
+  const LoadedScene loaded =
+      parse(with("[view]\nfrom = [1, 0, 2]\n[[view.layer]]\nshow = 'surface'\nfield = 'ball'\n"
+                 "name = 'a ball'\nparts = 'all'\n[[view.layer]]\nshow = 'slices'\nfield = 'ball'\n"));
+  const Scene& scene = loaded.scene;
+  EXPECT_EQ(scene.view_from, (Vec3{1, 0, 2}));
+  ASSERT_EQ(scene.layers.size(), 2u);
+  EXPECT_EQ(scene.layers[0].name, "a ball");
+  EXPECT_TRUE(scene.layers[0].all_parts);
+  EXPECT_EQ(scene.layers[1].name, "");
+  EXPECT_FALSE(scene.layers[1].all_parts);
+  EXPECT_EQ(parse(to_toml(scene)).scene, scene);
+  expect_refused({Wrong{"from nowhere", with("[view]\nfrom = [0, 0, 0]\n"), "s.toml:13:8: 'from' is [0, 0, 0];"},
+                  Wrong{"other parts", layer("show = 'surface'\nfield = 'ball'\nparts = 'some'"),
+                        "s.toml:15:9: 'parts' in [[view.layer]] cannot be 'some'; "}});
+}
+
 TEST(LoadScene, NamesSeveralFieldsOfOneVolume) {
   const Folder folder;
   folder.file("two.vti");

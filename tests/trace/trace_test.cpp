@@ -99,7 +99,7 @@ TickFrame random_frame(AnyDouble& any, std::int64_t tick) {
   r.iterations = static_cast<int>(any.integer());
   r.status = static_cast<TickStatus>(any.integer() % 4);
   r.dropped = static_cast<int>(any.integer() % 100);
-  r.energy = {any(), any(), any(), any(), any(), any(), any()};
+  r.energy = {any(), any(), any(), any(), any(), any(), any(), any(), any(), any(), any()};
   frame.command_n = any.vector();
   frame.guard = static_cast<GuardState>(any.integer() % 3);
   frame.buttons = static_cast<std::uint32_t>(any.integer());
@@ -128,7 +128,8 @@ TEST_F(Trace, FilesHaveTheColumnsThatAreDocumented) {
       "tick,t_s,dt_s,probe_x_m,probe_y_m,probe_z_m,probe_velocity_x_m_per_s,probe_velocity_y_m_per_s,probe_velocity_z_m_per_s,"
       "probe_valid,proxy_x_m,proxy_y_m,proxy_z_m,proxy_velocity_x_m_per_s,proxy_velocity_y_m_per_s,proxy_velocity_z_m_per_s,"
       "force_x_n,force_y_n,force_z_n,command_x_n,command_y_n,command_z_n,error_bound_m,sub_steps,iterations,status,dropped,"
-      "stored_j,dissipated_j,injected_j,path_j,damper_j,moved_j,work_on_hand_j,guard,buttons");
+      "stored_j,dissipated_j,injected_j,path_j,damper_j,moved_j,work_on_hand_j,guard,buttons,"
+      "let_go_j,held_back_j,ticks_j,ticks_bound_j");
   EXPECT_EQ(first_line(folder() / "modes.csv"),
             "tick,mode,force_x_n,force_y_n,force_z_n,dissipated_j,injected_j,primitives,split_shared");
   EXPECT_EQ(
@@ -256,6 +257,8 @@ TEST_F(Trace, TicksReadBackToTheBit) {
     ASSERT_TRUE(same_bits(p.energy.injected_j, q.energy.injected_j) && same_bits(p.energy.path_j, q.energy.path_j));
     ASSERT_TRUE(same_bits(p.energy.damper_j, q.energy.damper_j) && same_bits(p.energy.moved_j, q.energy.moved_j));
     ASSERT_TRUE(same_bits(p.energy.work_on_hand_j, q.energy.work_on_hand_j));
+    ASSERT_TRUE(same_bits(p.energy.let_go_j, q.energy.let_go_j) && same_bits(p.energy.held_back_j, q.energy.held_back_j));
+    ASSERT_TRUE(same_bits(p.energy.ticks_j, q.energy.ticks_j) && same_bits(p.energy.ticks_bound_j, q.energy.ticks_bound_j));
     ASSERT_EQ(a.guard, b.guard);
     ASSERT_EQ(a.buttons, b.buttons);
   }
@@ -359,7 +362,7 @@ TEST_F(Trace, BadRowsAreNamedByFileAndLine) {
   };
   EXPECT_THAT(read_with("\n1,0.001,", "\n1,0.001x,"), AllOf(HasSubstr("ticks.csv:3: "), HasSubstr("'0.001x'")));
   EXPECT_THAT(read_with("\n1,0.001,", "\n1,,"), HasSubstr("ticks.csv:3: "));
-  EXPECT_THAT(read_with("\n1,0.001,", "\n1,7,0.001,"), HasSubstr("ticks.csv:3: has 37 cells; the header has 36"));
+  EXPECT_THAT(read_with("\n1,0.001,", "\n1,7,0.001,"), HasSubstr("ticks.csv:3: has 41 cells; the header has 40"));
   EXPECT_THAT(read_with("resting", "sleeping"), AllOf(HasSubstr("ticks.csv:2: "), HasSubstr("'sleeping'")));
   EXPECT_THAT(read_with("force_y_n", "force_y_lb"), AllOf(HasSubstr("ticks.csv:1: "), HasSubstr("'force_y_n' is missing")));
   EXPECT_THAT(read_with(good, std::string(3'000'000, 'x')), HasSubstr("ticks.csv:1: the line is longer"));

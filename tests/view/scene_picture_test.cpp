@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -15,6 +16,8 @@
 #include "palpa/field/analytic.h"
 #include "palpa/field/grid.h"
 #include "palpa/mode/surface_and_friction.h"
+#include "palpa/view/colors.h"
+#include "palpa/view/streamlines.h"
 
 namespace palpa {
 namespace {
@@ -242,6 +245,183 @@ TEST(ScenePicture, DrawsNoWallWhereDataEnd) {
   for (int y = 120; y < 240; y += 4) {
     for (int x = 160; x < 320; x += 4) EXPECT_TRUE(is_ground(pixel(picture, x, y))) << x << ' ' << y;
   }
+}
+
+/// Balls on a grid: value = how deep a place lies in the nearest of them.
+Scene balls_scene(const std::vector<std::pair<Vec3, double>>& balls) {
+  constexpr int n = 61;
+  const GridGeometry geometry{
+      .dims = {n, n, n}, .index_to_world_m = 0.003 * Mat3::identity(), .origin_m = {-0.09, -0.09, -0.09}};
+  auto values = std::make_shared<std::vector<float>>();
+  for (int k = 0; k < n; ++k) {
+    for (int j = 0; j < n; ++j) {
+      for (int i = 0; i < n; ++i) {
+        double depth_m = -1.0;
+        for (const auto& [centre_m, radius_m] : balls) {
+          depth_m = std::max(depth_m, radius_m - distance(centre_m, geometry.to_world({double(i), double(j), double(k)})));
+        }
+        values->push_back(static_cast<float>(depth_m));
+      }
+    }
+  }
+  Volume volume{.fields = {{"value", "", grid_field(geometry, {VoxelType::float32, 1, {values, values->data()}})}},
+                .format = "grid"};
+  Scene scene = ball_scene(std::move(volume));
+  scene.layers = {{.show = ViewLayer::Show::surface, .field = {"ball"}, .level = 0.0}};
+  return scene;
+}
+
+TEST(ScenePicture, LeavesOutPartsThatAreSmallBesideTheLargest) {
+  const Vec3 left{-0.03, 0, 0}, right{0.05, 0, 0};
+  const auto shows_right = [&](const Scene& scene) {
+    const Place place = projected(right, small());
+    return !is_ground(pixel(scene_picture(scene, {}, {}, small()), place.x, place.y));
+  };
+  Scene scene = balls_scene({{left, 0.03}, {right, 0.01}});
+  EXPECT_FALSE(shows_right(scene)) << "a ninth of the surface";
+  expect_ball_at(scene_picture(scene, {}, {}, small()), left, 0.03, small());
+  scene.layers[0].all_parts = true;
+  EXPECT_TRUE(shows_right(scene));
+  EXPECT_TRUE(shows_right(balls_scene({{left, 0.03}, {right, 0.025}}))) << "a sizeable share";
+  EXPECT_TRUE(shows_right(balls_scene({{right, 0.03}, {left, 0.01}}))) << "the larger stays, wherever it is";
+}
+
+bool is_like(const Rgb& a, const Rgb& b, int tolerance) {
+  return std::abs(a[0] - b[0]) <= tolerance && std::abs(a[1] - b[1]) <= tolerance && std::abs(a[2] - b[2]) <= tolerance;
+}
+
+TEST(ScenePicture, LegendHasTheColourThatIsSeenOfWhatFacesTheViewer) {
+  for (const double opacity : {0.3, 0.6, 1.0}) {
+    Scene scene = ball_scene(plane_field());
+    scene.layers = {{.show = ViewLayer::Show::surface, .field = {"ball"}, .level = 0.0, .colors = {{0.0, "#3070b0", opacity}}}};
+    const Picture picture = scene_picture(scene, {}, {}, small());
+    const Rgb seen = pixel(picture, 190, 200);
+    const auto over_ground = [&](int color) { return static_cast<int>(std::lround(opacity * color + (1.0 - opacity) * 251)); };
+    EXPECT_TRUE(is_like(seen, {over_ground(0x30), over_ground(0x70), over_ground(0xb0)}, 6)) << opacity;
+    int in_legend = 0;
+    for (int y = 0; y < 60; ++y) {
+      for (int x = 390; x < 440; ++x) in_legend += is_like(pixel(picture, x, y), seen, 6);
+    }
+    EXPECT_GT(in_legend, 20) << opacity;
+  }
+}
+
+TEST(ScenePicture, NothingOfTheSceneIsSeenBehindTitleAndLegend) {
+  Scene scene;
+  scene.title = "Round and round";
+  scene.workspace.fit = "wind";
+  scene.add("wind", lamb_oseen_vortex());
+  ScenePictureOptions options = small();
+  options.half_height_m = 0.03;  // the vortex is larger than the picture
+  const Picture picture = scene_picture(scene, {}, {}, options);
+  const auto is_grey = [](const Rgb& rgb) { return std::abs(rgb[0] - rgb[1]) < 12 && std::abs(rgb[1] - rgb[2]) < 12; };
+  int in_scene = 0;
+  for (int y = 0; y < picture.height_px; ++y) {
+    for (int x = 0; x < picture.width_px; ++x) {
+      if (y < 20) EXPECT_TRUE(is_grey(pixel(picture, x, y))) << x << ' ' << y;
+      if (x > 376 && x < 382) EXPECT_TRUE(is_ground(pixel(picture, x, y))) << x << ' ' << y;
+      if (x < 370) in_scene += !is_grey(pixel(picture, x, y));
+    }
+  }
+  EXPECT_GT(in_scene, 1500);
+}
+
+/// A hand that is held on a ball of 50 mm, along a curve about a place on it.
+std::vector<PathPoint> path_on_ball(const Vec3& about) {
+  const Vec3 a = normalized(cross(about, {0.3, 1, 0.2}));
+  const Vec3 b = cross(normalized(about), a);
+  std::vector<PathPoint> path;
+  for (int i = 0; i <= 200; ++i) {
+    const double t = 2.0 * std::numbers::pi * i / 200.0;
+    const Vec3 out = normalized(normalized(about) + 0.25 * std::cos(t) * a + 0.25 * std::sin(2 * t) * b);
+    path.push_back({0.048 * out, 0.0503 * out, 1.0 * out});
+  }
+  return path;
+}
+
+TEST(Overview, SeesWhereTheHandTouched) {
+  Scene scene = ball_scene(sphere_field(0.05));
+  scene.layers = {{.show = ViewLayer::Show::surface, .field = {"ball"}, .level = 0.0, .colors = {{0.0, "#e0e0e0", 1.0}}}};
+  for (const Vec3& about : {Vec3{-1, 0.2, 0.2}, Vec3{1, 0, 0.1}, Vec3{0.2, 1, 0.1}, Vec3{0, -0.6, 1}, Vec3{-0.5, -0.5, 1}}) {
+    const std::vector<PathPoint> path = path_on_ball(about);
+    ScenePictureOptions options = overview(scene, path);
+    EXPECT_GT(normalized(options.from).z, 0.4) << "the viewer stays on the user's side";
+    const ScenePictureOptions at = small(options.from);
+    const Picture picture = scene_picture(scene, path, {}, at);
+    int hidden = 0;
+    for (std::size_t i = 0; i < path.size(); i += 10) {
+      const Place place = projected(path[i].proxy_m, at);
+      const Rgb rgb = pixel(picture, place.x, place.y);
+      hidden += rgb[0] + rgb[1] + rgb[2] > 330;
+    }
+    EXPECT_LE(hidden, 1) << about.x << ' ' << about.y << ' ' << about.z;
+  }
+}
+
+TEST(Overview, LooksStraightAtAPlaneAndWhereTheSceneSays) {
+  Scene scene = ball_scene(sphere_field(0.05));
+  std::vector<PathPoint> square;
+  for (int i = 0; i <= 100; ++i) square.push_back({{0.001 * i, i < 50 ? 0.0 : 0.03, 0.02}, {0.001 * i, 0, 0.03}, {0, 0, 1}});
+  EXPECT_EQ(overview(scene, square).from, (Vec3{0, 0, 1}));
+  scene.view_from = Vec3{1, 0, 0};
+  EXPECT_EQ(overview(scene, square).from, (Vec3{1, 0, 0}));
+  scene.workspace.towards_user = "+x";  // the world's x is the hand's z
+  EXPECT_EQ(overview(scene, square).from, (Vec3{0, 0, 1}));
+}
+
+TEST(ScenePicture, ShowsTheForceThatReachedTheHandAndWhereTheGuardCutIt) {
+  std::vector<PathPoint> path;
+  for (int i = 0; i <= 100; ++i) {
+    const Vec3 p{-0.05 + 0.001 * i, 0, 0};
+    path.push_back({p, p, {0, 0, 2.0}, {0, 0, 2.0}});
+  }
+  const auto banded = [](const Picture& picture) {
+    int blue = 0;
+    for (int y = 150; y < 210; ++y) {
+      for (int x = 100; x < 380; ++x) {
+        const Rgb rgb = pixel(picture, x, y);
+        blue += rgb[2] > rgb[0] + 90 && rgb[1] > rgb[0] + 60;
+      }
+    }
+    return blue;
+  };
+  const Picture whole = scene_picture(Scene(), path, {}, small());
+  EXPECT_EQ(banded(whole), 0);
+  for (PathPoint& point : path) point.asked_n = {};
+  EXPECT_EQ(scene_picture(Scene(), path, {}, small()).rgb, whole.rgb) << "nothing more was asked for";
+  for (std::size_t i = 0; i < 50; ++i) path[i].asked_n = {0, 0, 5.0};
+  const Picture cut = scene_picture(Scene(), path, {}, small());
+  EXPECT_GT(banded(cut), 50);
+  const Place uncut = projected({0.03, 0, 0}, small());
+  EXPECT_EQ(pixel(cut, uncut.x, uncut.y), pixel(whole, uncut.x, uncut.y)) << "colours are of what reached the hand";
+}
+
+TEST(Colors, OfForcesAndSpeedsFallInLightnessAllTheWay) {
+  for (const detail::ColorMap& map : {detail::force_colors(1.0), detail::magnitude_colors(0.0, 1.0)}) {
+    double last = 100.0;
+    for (int i = 0; i <= 100; ++i) {
+      const double now = detail::lightness(map.at(0.01 * i).color);
+      EXPECT_LT(now, last) << i;
+      EXPECT_GT(now, last - 25.0) << i << ": evenly";
+      last = now;
+    }
+    EXPECT_GT(detail::lightness(map.at(0.0).color) - last, 50.0);
+  }
+}
+
+TEST(Streamlines, WindInVortices) {
+  const FieldPtr wind = wing_wake().fields[0].field;
+  const Box box = wind->bounds_m();
+  const std::vector<detail::Streamline> lines = detail::streamlines(*wind, box, 80);
+  EXPECT_LE(lines.size(), 80U);
+  // The core of the tip vortex at y = -1.4 m is a circle of some 0.2 m in a box of 3.8 m by 1.2 m.
+  const auto near_core = [](const detail::Streamline& line) {
+    return std::any_of(line.begin(), line.end(), [](const detail::StreamPoint& point) {
+      return point.position_m.x > 1.5 && std::hypot(point.position_m.y + 1.4, point.position_m.z) < 0.2;
+    });
+  };
+  EXPECT_GT(std::count_if(lines.begin(), lines.end(), near_core), 8);
+  EXPECT_GT(std::count_if(lines.begin(), lines.end(), [&](const auto& line) { return !near_core(line); }), 30);
 }
 
 TEST(ScenePicture, DrawsEveryKindOfLayerAndTheDefaults) {

@@ -1,0 +1,31 @@
+#include "app/hand_words.h"
+
+#include <span>
+
+namespace palpa::app {
+namespace {
+
+std::string table(std::span<const Described> rows) {
+  std::string out;
+  for (const Described& row : rows) {
+    const std::string name = row.name;
+    out += "  " + name + std::string(name.size() < 27 ? 27 - name.size() : 1, ' ') + row.sentence + "\n";
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string hand_words() {
+  return "Simulated hands begin 20 mm before what can be felt, as one that comes from the user meets it, come in\n"
+         "at up to 0.1 m/s until something is felt, and from there on do what they are named for:\n" +
+         table(simulated_hands) +
+         "with any of these keys, as in sim:stroke,depth_m=0.01,speed_m_per_s=0.2 (in brackets: if left out):\n" +
+         table(simulated_hand_keys) +
+         "Recorded hands are CSV files, with a header that decides the form; further columns are skipped:\n" +
+         table(recorded_hands) +
+         "All but ticks.csv leave open where they lie in the scene: they are moved to where the hand spends most of\n"
+         "its time at what can be felt.\n\n";
+}
+
+}  // namespace palpa::app

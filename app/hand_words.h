@@ -1,0 +1,38 @@
+// What `--hand` takes, in words: for the help, the man page and the completion.
+#pragma once
+
+#include <string>
+
+namespace palpa::app {
+
+struct Described {
+  const char* name;
+  const char* sentence;
+};
+
+inline constexpr Described simulated_hands[] = {
+    {"sim:press", "presses in and comes out again, over and over"},
+    {"sim:stroke", "strokes over the surface to both sides, and slowly up and down"},
+    {"sim:circle", "goes round in a circle on the surface"},
+    {"sim:helix", "goes round the whole object, slowly up and down"},
+    {"sim:random", "moves at random beside and behind the surface, now and then out of it"},
+};
+
+inline constexpr Described simulated_hand_keys[] = {
+    {"speed_m_per_s", "speed of the motion, up to 2 (0.1, at most one round a second)"},
+    {"radius_m", "how far it goes to the side of where it met the surface, up to 0.2 (0.03, if there is room)"},
+    {"depth_m", "how far behind the surface it wants to be, up to 0.15 (half of what is borne there)"},
+    {"seed", "a whole number, for sim:random (1)"},
+};
+
+inline constexpr Described recorded_hands[] = {
+    {"t_s,x_m,y_m,z_m[,buttons]", "seconds and metres: x to the right, y up, z towards the user"},
+    {"ticks.csv of a trace", "the hand that was recorded, where it was"},
+    {"Time,Cursor Position X,...", "logs of Haply's Inverse3"},
+    {"x,y,z,...", "without time: --hand-rate-hz says how many rows a second has"},
+};
+
+/// The three tables as text of the help.
+std::string hand_words();
+
+}  // namespace palpa::app

@@ -1,0 +1,53 @@
+// The front of what a simulated hand feels: where the hand comes upon it, and how it runs on beside that place.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "palpa/core/vec3.h"
+
+namespace palpa {
+
+/// A surface that a hand can follow at a depth of its choice. Immutable; sampling allocates nothing.
+class Front {
+ public:
+  virtual ~Front() = default;
+  /// The hand's place [m] at these two coordinates of the front, so deep behind it. Smooth in all three, finite for finite
+  /// arguments.
+  /// \param u, v     [1] or [m], as the front says
+  /// \param depth_m  [m] below zero: before the front
+  virtual Vec3 at(double u, double v, double depth_m) const noexcept = 0;
+};
+
+/// Heights on a lattice, with a uniform cubic B-spline through them that smooths what is finer than the lattice: two
+/// continuous derivatives, never beyond the heights. Beyond the lattice it goes on flat.
+class Relief {
+ public:
+  /// \param heights  [m] `columns` values for each of `rows` rows, u the faster
+  /// \param u_turns  the columns go round: the first follows the last
+  Relief(std::vector<double> heights, int columns, int rows, bool u_turns);
+  /// The height [m] at a place of the lattice.
+  /// \param column, row  [1] 0: the first
+  double at(double column, double row) const noexcept;
+
+ private:
+  std::vector<double> heights_;
+  int columns_, rows_;
+  bool u_turns_;
+};
+
+/// The round front that hands without a scene are made for: a ball of 0.075 m about the origin, seen from the user; u and v are
+/// x and y [m]. Beyond 0.8 of its radius it goes on as the cone that touches it there.
+std::shared_ptr<const Front> ball_facing();
+/// A cylinder about an axis along y through `centre_m` [m], of `radius_m` [m] > 0: u are turns from the user's side, to the
+/// right first, v is the height above the centre [m].
+std::shared_ptr<const Front> cylinder_around(const Vec3& centre_m, double radius_m);
+/// A relief of z [m] that faces the user: u and v are x and y [m] beside `place_m`, whose z is not used and which stands at this
+/// column and row [1]; columns and rows are `spacing_m` [m] apart.
+std::shared_ptr<const Front> relief_facing(const Vec3& place_m, Relief relief, double column, double row, double spacing_m);
+/// As the cylinder, with a relief of its radius [m]: columns are `turns_per_column` [1] apart, rows `spacing_m` [m], and the
+/// centre's height is that of `row` [1].
+std::shared_ptr<const Front> relief_around(const Vec3& centre_m, Relief relief, double turns_per_column, double row,
+                                           double spacing_m);
+
+}  // namespace palpa

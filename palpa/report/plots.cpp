@@ -1,0 +1,212 @@
+#include "palpa/report/plots.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "palpa/report/html.h"
+#include "palpa/report/numbers.h"
+
+namespace palpa::detail {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// Energies below this [mJ] are rounding.
+constexpr double least_mj = 1e-9;
+
+constexpr palpa::Color mode_colors[] = {palpa::Color::blue,   palpa::Color::vermilion, palpa::Color::green,
+                                        palpa::Color::purple, palpa::Color::orange,    palpa::Color::sky,
+                                        palpa::Color::black};
+
+std::vector<Mark> marks_of(const Recorded& recorded) {
+  std::vector<Mark> marks;
+  for (const RecordedEvent& event : recorded.events) {
+    if (event.kind == "onset") marks.push_back({event.t_s, "onset"});
+    if (event.kind == "break_through") marks.push_back({event.t_s, "break-through"});
+    if (event.kind == "fault") marks.push_back({event.t_s, "fault"});
+  }
+  return marks;
+}
+
+template <class Value>
+Series over_time(const Recorded& recorded, std::string name, palpa::Color color, Stroke stroke, Value value) {
+  Series series{.name = std::move(name), .color = color, .stroke = stroke};
+  series.xs.reserve(recorded.ticks.size());
+  series.ys.reserve(recorded.ticks.size());
+  for (std::size_t i = 0; i < recorded.ticks.size(); ++i) {
+    series.xs.push_back(recorded.ticks[i].t_s);
+    series.ys.push_back(value(i));
+  }
+  return series;
+}
+
+TimePlot force_plot(const Recorded& recorded) {
+  const auto& ticks = recorded.ticks;
+  TimePlot made{
+      .id = "force",
+      .plot = {.title = "Force on the hand", .x_label = "time / s", .y_label = "force / N", .marks = marks_of(recorded)},
+      .label = text("Force over time: at most %.3f N on the hand.", recorded.summary.force_max_n),
+      .caption = "What the hand got. Signs on top: where a level set in or was broken through."};
+  if (recorded.summary.guard_limited_ticks > 0) {
+    made.plot.series.push_back(over_time(recorded, "asked (Eq. 1), before the guard", palpa::Color::orange, Stroke::dashed,
+                                         [&](std::size_t i) { return norm(ticks[i].result.force_n); }));
+    made.caption =
+        "What the hand got, and what the coupling asked for where the guard cut it. Signs on top: where a level set in "
+        "or was broken through.";
+  }
+  made.plot.series.push_back(over_time(recorded, "on the hand", palpa::Color::black, Stroke::solid,
+                                       [&](std::size_t i) { return norm(ticks[i].command_n); }));
+  return made;
+}
+
+TimePlot modes_plot(const Recorded& recorded) {
+  TimePlot made{.id = "modes",
+                .plot = {.title = "Force of each mode", .x_label = "time / s", .y_label = "force / N"},
+                .label = "Force of each mode over time.",
+                .caption = "How hard each mode pushed the proxy. Above 1 mN a mode is in contact."};
+  if (recorded.summary.guard_limited_ticks > 0) made.caption += " The guard's limit comes after this.";
+  for (std::size_t m = 0; m < recorded.modes.size(); ++m) {
+    constexpr Stroke strokes[] = {Stroke::solid, Stroke::dashed, Stroke::dotted};
+    made.plot.series.push_back(over_time(recorded, recorded.modes[m], mode_colors[m % std::size(mode_colors)], strokes[m % 3],
+                                         [&](std::size_t i) { return norm(recorded.pushes[m][i].force_n); }));
+  }
+  made.plot.marks = marks_of(recorded);
+  return made;
+}
+
+TimePlot distance_plot(const Recorded& recorded) {
+  double largest_m = 0.0;
+  for (const TickFrame& frame : recorded.ticks) {
+    const double apart_m = distance(frame.result.proxy_m, frame.result.probe_m);
+    if (std::isfinite(apart_m)) largest_m = std::max(largest_m, apart_m);
+  }
+  return {.id = "distance",
+          .plot = {.title = "Distance from probe to proxy",
+                   .x_label = "time / s",
+                   .y_label = "distance / mm",
+                   .series = {over_time(recorded, "|proxy \u2212 probe|", palpa::Color::blue, Stroke::solid,
+                                        [&](std::size_t i) {
+                                          const Tick& tick = recorded.ticks[i].result;
+                                          return 1e3 * distance(tick.proxy_m, tick.probe_m);
+                                        })},
+                   .marks = marks_of(recorded)},
+          .label = text("Distance of proxy and probe over time: at most %.3f mm.", 1e3 * largest_m),
+          .caption =
+              "How far the data held the proxy from the hand's own point, the probe, in the hand's frame. Times the "
+              "stiffness it is the force that the spring asks for."};
+}
+
+TimePlot energy_plot(const Recorded& recorded) {
+  TimePlot made{.id = "energy",
+                .plot = {.title = "Energy", .x_label = "time / s", .y_label = "energy / mJ"},
+                .label = "Energy over time.",
+                .caption =
+                    "The hand's work up to each moment and where it went: into the modes, lost where something let go, "
+                    "and into the coupling's spring, which gives it back."};
+  const auto cumulated = [&](const char* name, palpa::Color color, Stroke stroke, auto of_tick) {
+    double sum_j = 0.0;
+    made.plot.series.push_back(over_time(recorded, name, color, stroke, [&](std::size_t i) {
+      const double sum_mj = 1e3 * (sum_j += of_tick(recorded.ticks[i].result.energy));
+      return std::abs(sum_mj) < least_mj ? 0.0 : sum_mj;
+    }));
+  };
+  cumulated("work of the hand", palpa::Color::black, Stroke::solid, [](const Energy& e) { return -e.work_on_hand_j; });
+  cumulated("into the modes", palpa::Color::green, Stroke::solid,
+            [](const Energy& e) { return e.dissipated_j - e.injected_j; });
+  cumulated("let go", palpa::Color::vermilion, Stroke::dashed, [](const Energy& e) { return e.let_go_j; });
+  made.plot.series.push_back(over_time(recorded, "in the spring", palpa::Color::blue, Stroke::dotted,
+                                       [&](std::size_t i) { return 1e3 * recorded.ticks[i].result.energy.stored_j; }));
+  made.plot.marks = marks_of(recorded);
+  return made;
+}
+
+TimePlot time_plot(const Recorded& recorded) {
+  const Summary& s = recorded.summary;
+  return {
+      .id = "time",
+      .plot = {.title = "Time inside the tick",
+               .x_label = "time / s",
+               .y_label = "tick / \u00b5s",
+               .series = {over_time(recorded, "tick", palpa::Color::blue, Stroke::solid,
+                                    [&](std::size_t i) { return recorded.ticks[i].tick_us; })}},
+      .label = text("Time inside the tick: median %.1f \u00b5s, 99 %% below %.1f \u00b5s.", s.tick_p50_us, s.tick_p99_us),
+      .caption = text("Median %.1f \u00b5s, 99 %% below %.1f \u00b5s, at most %.1f \u00b5s. A tick of 1 kHz has 1000 \u00b5s.",
+                      s.tick_p50_us, s.tick_p99_us, s.tick_max_us)};
+}
+
+/// Rows that stand for all: `always`, and of each part of the time those where a series is lowest or highest, and its first.
+std::vector<std::size_t> rows_kept(const std::vector<Series>& series, std::size_t most_rows,
+                                   const std::vector<std::size_t>& always) {
+  const std::size_t count = series.front().xs.size();
+  std::set<std::size_t> kept(always.begin(), always.end());
+  const std::size_t parts = most_rows <= count ? std::max<std::size_t>(1, most_rows / (2 * series.size() + 1)) : count;
+  for (std::size_t part = 0; part < parts; ++part) {
+    const std::size_t begin = part * count / parts, end = (part + 1) * count / parts;
+    if (begin == end) continue;
+    kept.insert(begin);
+    for (const Series& one : series) {
+      const auto [lowest, highest] = std::minmax_element(one.ys.begin() + static_cast<std::ptrdiff_t>(begin),
+                                                         one.ys.begin() + static_cast<std::ptrdiff_t>(end));
+      kept.insert(static_cast<std::size_t>(lowest - one.ys.begin()));
+      kept.insert(static_cast<std::size_t>(highest - one.ys.begin()));
+    }
+  }
+  if (count > 0) kept.insert(count - 1);
+  return {kept.begin(), kept.end()};
+}
+
+const char* name_of(palpa::Color color) {
+  switch (color) {
+    case palpa::Color::black: return "ink";
+    case palpa::Color::blue: return "blue";
+    case palpa::Color::vermilion: return "vermilion";
+    case palpa::Color::green: return "green";
+    case palpa::Color::purple: return "purple";
+    case palpa::Color::sky: return "sky";
+    case palpa::Color::orange: return "orange";
+    case palpa::Color::grey: break;
+  }
+  return "grey";
+}
+
+const char* name_of(Stroke stroke) {
+  switch (stroke) {
+    case Stroke::solid: break;
+    case Stroke::dashed: return "dashed";
+    case Stroke::dotted: return "dotted";
+  }
+  return "solid";
+}
+
+}  // namespace
+
+std::vector<TimePlot> time_plots(const Recorded& recorded) {
+  std::vector<TimePlot> plots{force_plot(recorded)};
+  if (!recorded.modes.empty()) plots.push_back(modes_plot(recorded));
+  plots.push_back(distance_plot(recorded));
+  plots.push_back(energy_plot(recorded));
+  if (recorded.summary.tick_max_us > 0.0) plots.push_back(time_plot(recorded));
+  return plots;
+}
+
+std::string json_of(const std::vector<TimePlot>& plots, std::size_t most_rows, const std::vector<std::size_t>& always) {
+  Json all = Json::array();
+  for (const TimePlot& one : plots) {
+    const std::vector<Series>& series = one.plot.series;
+    Json curves = Json::array();
+    for (const Series& curve : series)
+      curves.push_back({{"name", curve.name}, {"color", name_of(curve.color)}, {"stroke", name_of(curve.stroke)}});
+    Json rows = Json::array();
+    for (const std::size_t row : rows_kept(series, most_rows, always)) {
+      Json values = Json::array({rounded(series.front().xs[row], 8)});
+      for (const Series& curve : series) values.push_back(rounded(curve.ys[row], 4));
+      rows.push_back(std::move(values));
+    }
+    all.push_back({{"id", one.id}, {"y", one.plot.y_label}, {"curves", curves}, {"rows", rows}});
+  }
+  return all.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace palpa::detail

@@ -1,0 +1,152 @@
+#include "palpa/report/tables.h"
+
+#include <algorithm>
+
+#include "palpa/report/html.h"
+#include "palpa/report/words.h"
+#include "palpa/study/energy_table.h"
+#include "palpa/version.h"
+
+namespace palpa::detail {
+namespace {
+
+constexpr std::size_t most_events = 50;
+
+std::string count(std::int64_t number) { return grouped(number); }
+std::string percent(double share) { return text("%.1f %%", 100.0 * share); }
+std::string newtons(double force_n) { return text("%.3f N", force_n); }
+std::string millijoules(double energy_j) { return text("%.3f mJ", 1e3 * energy_j + 0.0); }
+
+std::string joined(const std::vector<std::string>& words) {
+  std::string all;
+  for (const std::string& word : words) all += (all.empty() ? "" : " ") + word;
+  return all.empty() ? "none" : all;
+}
+
+/// The largest force that the coupling asked for.
+double asked_max_n(const Recorded& recorded) {
+  double most_n = 0.0;
+  for (const TickFrame& frame : recorded.ticks) most_n = std::max(most_n, norm(frame.result.force_n));
+  return most_n;
+}
+
+}  // namespace
+
+std::string summary_markup(const Recorded& recorded) {
+  const Summary& s = recorded.summary;
+  std::vector<std::vector<std::string>> rows{{"recorded", recorded.header.complete ? "completely" : "incomplete"},
+                                             {"duration", text("%.3f s", s.duration_s)},
+                                             {"ticks", count(s.ticks)},
+                                             {"in contact", percent(s.contact_share) + " of the ticks"},
+                                             {"force on the hand, mean in contact", newtons(s.force_mean_n)},
+                                             {"force on the hand, largest", newtons(s.force_max_n)}};
+  if (s.guard_limited_ticks > 0) rows.push_back({"force asked, largest, before the guard", newtons(asked_max_n(recorded))});
+  for (std::vector<std::string> row : std::vector<std::vector<std::string>>{
+           {"first break-through", s.first_break_through_s < 0.0 ? "none" : text("%.3f s", s.first_break_through_s)},
+           {"sub-steps per tick", text("mean %.2f, at most %d", s.sub_steps_mean, s.sub_steps_max)},
+           {"worst proven error of a balance", text("%.2g m", s.error_bound_max_m)},
+           {"tick time, median | 99 % | largest",
+            text("%.1f | %.1f | %.1f \u00b5s", s.tick_p50_us, s.tick_p99_us, s.tick_max_us)},
+           {"ticks waiting | capped | bad input",
+            count(s.waiting_ticks) + " | " + count(s.capped_ticks) + " | " + count(s.bad_input_ticks)},
+           {"ticks limited by the guard | faults", count(s.guard_limited_ticks) + " | " + count(s.faults)},
+           {"primitives refused", count(s.dropped_primitives)}}) {
+    rows.push_back(std::move(row));
+  }
+  return table({"what", "value"}, rows, 1);
+}
+
+std::string energy_markup(const Recorded& recorded) {
+  const EnergyTable energy = energy_table(recorded.summary);
+  std::vector<std::vector<std::string>> rows(std::max(energy.in.size(), energy.out.size()), std::vector<std::string>(4));
+  const auto fill = [&](const std::vector<EnergyEntry>& entries, std::size_t column) {
+    for (std::size_t i = 0; i < entries.size(); ++i) {
+      rows[i][column] = entries[i].label;
+      rows[i][column + 1] = millijoules(entries[i].energy_j);
+    }
+  };
+  fill(energy.in, 0);
+  fill(energy.out, 2);
+  rows.push_back({"sum", millijoules(energy.in_j()), "sum", millijoules(energy.out_j())});
+  std::string out = "<div class=\"sums\">\n" + table({"in", "energy", "out", "energy"}, rows, 0) + "</div>\n";
+  out +=
+      "<p>What the hand put in is what the modes and the damper took out, what was lost where something let go, and what is "
+      "left in the spring.";
+  if (energy.covering_damping_ns_per_m > 0.0) {
+    out += text(
+        " Holding each force for a tick brought in a little, of which the most there can be is %.3f mJ: a hand with "
+        "%.3f N\u00b7s/m of its own damping takes it out again.",
+        1e3 * energy.ticks_bound_j, energy.covering_damping_ns_per_m);
+  }
+  return out + "</p>\n";
+}
+
+std::string modes_markup(const Recorded& recorded) {
+  std::vector<std::vector<std::string>> rows;
+  for (const ModeSummary& mode : recorded.summary.modes) {
+    rows.push_back({mode.name, mode.type, percent(mode.contact_share), newtons(mode.force_mean_n), newtons(mode.force_max_n),
+                    millijoules(mode.dissipated_j), millijoules(mode.injected_j), count(mode.onsets),
+                    count(mode.break_throughs)});
+  }
+  std::string out =
+      table({"mode", "type", "in contact", "mean force", "largest force", "dissipated", "injected", "onsets", "break-throughs"},
+            rows, 2);
+  if (recorded.summary.guard_limited_ticks > 0)
+    out += "<p class=\"soft\">Forces of modes are those on the proxy; the guard's limit comes after them.</p>\n";
+  return out;
+}
+
+std::string events_markup(const Recorded& recorded) {
+  if (recorded.events.empty()) return "<p>None.</p>\n";
+  const std::size_t shown = std::min(most_events, recorded.events.size());
+  std::string out =
+      "<div class=\"wide\"><table class=\"events\">\n<thead><tr><th scope=\"col\">time</th><th scope=\"col\">what</th>"
+      "<th scope=\"col\">where (values in the field's own unit)</th><th scope=\"col\">why</th></tr></thead>\n<tbody>\n";
+  for (std::size_t i = 0; i < shown; ++i) {
+    const RecordedEvent& event = recorded.events[i];
+    const bool at_level = event.kind == "onset" || event.kind == "break_through";
+    out += text("<tr><td><a href=\"#view\" data-time=\"%.6f\">%.3f s</a></td><td>", event.t_s, event.t_s) +
+           escaped(event.kind) + "</td><td>" + escaped(at_level ? level_of(recorded, event) : event.subject) + "</td><td>" +
+           escaped(at_level ? "" : event.value) + "</td></tr>\n";
+  }
+  out += "</tbody></table></div>\n";
+  if (recorded.events.size() > shown) {
+    out += "<p class=\"soft\">The first " + std::to_string(shown) + " of " +
+           escaped(count(static_cast<std::int64_t>(recorded.events.size()))) + " events; all are in events.csv.</p>\n";
+  }
+  return out;
+}
+
+std::string origin_markup(const Recorded& recorded) {
+  const TraceHeader& header = recorded.header;
+  std::string out;
+  std::vector<std::string> sets, seeds;
+  for (const auto& [path, value] : header.sets) sets.push_back(path + "=" + value);
+  for (const std::uint64_t seed : header.seeds) seeds.push_back(std::to_string(seed));
+  out += table({"what", "value"},
+               {{"recorded by", "palpa " + header.palpa_version + ", trace format " + std::to_string(header.format)},
+                {"reported by", std::string("palpa ") + version},
+                {"arguments", joined(header.arguments)},
+                {"settings", joined(sets)},
+                {"plug-ins", joined(header.plugins)},
+                {"seeds", joined(seeds)},
+                {"time step", text("%g ms", 1e3 * header.dt_s)},
+                {"device's limits",
+                 text("%g N, %g N/m, radius %g m, encoder step %g m", header.device_max_force_n,
+                      header.device_max_stiffness_n_per_m, header.device_workspace_radius_m, header.device_encoder_step_m)},
+                {"world per hand", text("%g m per m", header.hand_to_world.scale)}},
+               2);
+  out += "<h3>Data files</h3>\n";
+  if (header.data_files.empty()) {
+    out += "<p>None: the data are formulas.</p>\n";
+  } else {
+    std::vector<std::vector<std::string>> rows;
+    for (const SourceFile& file : header.data_files) {
+      rows.push_back({file.path, file.sha256, grouped(static_cast<long long>(file.bytes)) + " bytes"});
+    }
+    out += table({"file", "sha256", "size"}, rows, 2);
+  }
+  return out;
+}
+
+}  // namespace palpa::detail

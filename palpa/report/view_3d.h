@@ -1,0 +1,24 @@
+// What the 3-D view of a report shows, as JSON for view_3d.js: layers, paths, events, moments.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "palpa/report/moments.h"
+#include "palpa/scene/scene.h"
+
+namespace palpa::detail {
+
+struct ViewOptions {
+  std::size_t most_triangles = 60'000;   ///< of all surfaces
+  std::size_t most_path_points = 3'000;  ///< of probe and proxy each
+  std::size_t most_events = 400;         ///< marks in the view
+};
+
+/// \param scene    nullptr: its data are not there, so no layers
+/// \param moments  in order; may have no primitives
+/// \param from     [1] direction to the viewer at first, hand frame
+std::string json_of_view(const Recorded& recorded, const Scene* scene, const std::vector<RecordedMoment>& moments,
+                         const Vec3& from, const ViewOptions& options = {});
+
+}  // namespace palpa::detail

@@ -1,0 +1,206 @@
+#include "palpa/scene/first_flow.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "palpa/field/derived.h"
+
+namespace palpa::detail {
+namespace {
+
+constexpr double many = 0.15;         // of what moves is noise: clean flows have less than a hundredth
+constexpr double sparse = 0.2;        // of the data flow: the rest may be tissue
+constexpr double enough = 0.9;        // of all that flows is the object
+constexpr double least_vortex = 6.0;  // spacings along a vortex: noise smoothed over two makes blobs of four or five
+
+constexpr double least_swirl = 0.3;  // of the turning: in a shear layer as much is deformed as turns, and Q is 0 of it
+
+double median_of(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+double percentile_of(std::vector<double> values, double share) {
+  if (values.empty()) return 0.0;
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::ranges::nth_element(values, at);
+  return *at;
+}
+
+/// The flow at each cell of a lattice.
+struct Cell {
+  bool inside = false;
+  bool moves = false;
+  double speed = 0.0;
+  double coherence = 1.0;  ///< [1] where it moves
+};
+
+/// The field that is high nearly wherever it flows, and low in much of the rest.
+std::optional<Signal> signal_of(const Lattice& lattice, const Volume& volume, std::size_t flow, const std::vector<Cell>& cells,
+                                const std::vector<char>& flows, bool noisy, const std::vector<Statistics>& values) {
+  std::optional<Signal> best;
+  double best_share = 0.7;  // of the data, at most: else nothing is silenced
+  for (std::size_t f = 0; f < volume.fields.size(); ++f) {
+    const Field& field = *volume.fields[f].field;
+    const Statistics& v = values[f];
+    if (f == flow || field.components() != 1 || !(v.max > v.min) || v.min < 0.0) continue;
+    const auto level = dividing_value(v.histogram, v.min, std::max(v.histogram.percentile(0.999), v.histogram.edge(1)));
+    if (!level) continue;
+    std::size_t all = 0, high = 0, flowing = 0, flowing_high = 0, noise = 0, noise_high = 0;
+    for (std::size_t n = 0; n < cells.size(); ++n) {
+      if (!cells[n].inside) continue;
+      const bool is_high = field.scalar(lattice.middle_m(n)).value >= *level;
+      const bool is_noise = cells[n].moves && cells[n].coherence < coherence_of_noise;
+      ++all, high += is_high;
+      flowing += flows[n] != 0, flowing_high += flows[n] && is_high;
+      noise += is_noise, noise_high += is_noise && is_high;
+    }
+    const double share = static_cast<double>(high) / static_cast<double>(std::max<std::size_t>(all, 1));
+    const bool holds_the_flow = static_cast<double>(flowing_high) >= 0.8 * static_cast<double>(flowing);
+    const bool leaves_noise_out = !noisy || static_cast<double>(noise_high) <= 0.2 * static_cast<double>(noise);
+    if (!(share < best_share) || !holds_the_flow || !leaves_noise_out) continue;
+    best_share = share;
+    const double above = v.histogram.mean_between(*level, v.max);
+    best = {f, rounded(*level, v.max - v.min), rounded(*level + 0.25 * (above - *level), v.max - v.min)};
+  }
+  return best;
+}
+
+/// Cells no further than `way_m` along any axis from one that has no data or where nothing moves faster than `still`.
+std::vector<char> near(const Lattice& lattice, const std::vector<Cell>& cells, double still, double way_m) {
+  std::vector<char> found(lattice.size(), 0);
+  for (std::size_t n = 0; n < cells.size(); ++n) found[n] = !cells[n].inside || cells[n].speed <= still;
+  const int way = static_cast<int>(std::ceil(way_m / lattice.cell_m()));
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::vector<char> before = found;
+    for (std::size_t n = 0; n < before.size(); ++n) {
+      if (!before[n]) continue;
+      std::array<int, 3> at = lattice.indices(n);
+      const int here = at[static_cast<std::size_t>(axis)];
+      for (int i = std::max(here - way, 0); i <= std::min(here + way, lattice.count(axis) - 1); ++i) {
+        at[static_cast<std::size_t>(axis)] = i;
+        found[lattice.number(at[0], at[1], at[2])] = 1;
+      }
+    }
+  }
+  return found;
+}
+
+std::optional<Vortices> vortices_of(const Lattice& lattice, const Field& field, const std::vector<Cell>& cells,
+                                    const FlowPlaces& flow) {
+  const FieldPtr q = derived(Derivation::q, FieldPtr(FieldPtr(), &field));
+  // While the stream crosses the object a vortex turns by more than a quarter: Q of a solid turn is its rate squared.
+  const double length_m = largest_component(flow.object.box_m.size_m()), spacing_m = field.spacing_m();
+  const double rate = 0.5 * std::numbers::pi * flow.speeds.fast / length_m;
+  // What is not mean is noise, or a slope: of white noise with deviation σ, smoothed over two spacings h, each derivative has
+  // 0.0187 σ/h, and one Q in a million is above 17 times that squared.
+  std::vector<double> deviations;
+  for (std::size_t n = 0; n < cells.size(); ++n) {
+    const Cell& c = cells[n];
+    if (flow.object.cells[n]) deviations.push_back(c.speed * std::sqrt(std::max(0.0, 1.0 - c.coherence * c.coherence) / 3.0));
+  }
+  const double steepness = 0.0187 * median_of(std::move(deviations)) / spacing_m;
+  Vortices found;
+  found.from = std::max(rate * rate, 20.0 * steepness * steepness);
+  found.by_noise = found.from > rate * rate;
+
+  // Walls turn a flow, too: a way from them, and from where the data end, there are no vortices to be looked for.
+  const std::vector<char> walls = near(lattice, cells, 1e-6 * flow.speeds.fast, 4.0 * spacing_m);
+  const FieldPtr smoothed = derived(Derivation::smooth_vector, FieldPtr(FieldPtr(), &field));
+  std::vector<char> turns(lattice.size(), 0);
+  std::vector<double> values(lattice.size(), 0.0), at_walls;
+  for (std::size_t n = 0; n < cells.size(); ++n) {
+    if (!flow.object.cells[n]) continue;
+    const Vec3 at_m = lattice.middle_m(n);
+    values[n] = q->scalar(at_m).value;
+    if (walls[n]) {
+      if (values[n] > found.from) at_walls.push_back(cells[n].coherence);
+      continue;
+    }
+    const Mat3 j = smoothed->vector(at_m).jacobian;
+    const Vec3 curl{j.row[2].y - j.row[1].z, j.row[0].z - j.row[2].x, j.row[1].x - j.row[0].y};
+    turns[n] = values[n] > found.from && values[n] > least_swirl * 0.25 * norm_squared(curl);
+  }
+  const Object vortices = largest_parts(lattice, std::move(turns), enough);
+  if (vortices.part.empty()) return std::nullopt;
+  std::vector<double> inside, coherent;
+  Vec3 low_m = lattice.middle_m(vortices.part.front()), high_m = low_m;
+  for (const std::size_t n : vortices.part) {
+    const Vec3 at_m = lattice.middle_m(n);
+    low_m = {std::min(low_m.x, at_m.x), std::min(low_m.y, at_m.y), std::min(low_m.z, at_m.z)};
+    high_m = {std::max(high_m.x, at_m.x), std::max(high_m.y, at_m.y), std::max(high_m.z, at_m.z)};
+    if (values[n] > found.most) found.most = values[n], found.core_m = at_m;
+    inside.push_back(values[n]);
+    coherent.push_back(cells[n].coherence);
+  }
+  if (largest_component(high_m - low_m) + lattice.cell_m() < least_vortex * spacing_m) return std::nullopt;
+  // In the strongest half the pull has all its strength, also where the vortex is hardly stronger than what is left out.
+  found.full = std::min(std::max(2.0 * found.from, median_of(std::move(inside))), 0.5 * (found.from + found.most));
+  if (10 * at_walls.size() > coherent.size()) {
+    const double of_walls = median_of(std::move(at_walls)), of_vortices = percentile_of(std::move(coherent), 0.05);
+    if (of_walls < of_vortices) {
+      found.coherence_from = rounded(0.5 * (of_walls + of_vortices), 1.0);
+      found.coherence_full = rounded(std::max(of_vortices, found.coherence_from + 0.01), 1.0);
+    }
+  }
+  found.from = rounded(found.from, found.from), found.full = rounded(found.full, found.full);
+  found.most = std::max(found.most, q->extents()[0].max);
+  return found;
+}
+
+}  // namespace
+
+FlowPlaces flow_places(const Lattice& lattice, const Volume& volume, std::size_t flow, const FirstFlow& speeds,
+                       const std::vector<Statistics>& values) {
+  const FieldPtr& field = volume.fields[flow].field;
+  FlowPlaces found;
+  found.speeds = speeds;
+  std::vector<Cell> cells(lattice.size());
+  const FieldPtr coherence = speeds.directions ? nullptr : derived(Derivation::coherence, field);
+  std::size_t inside = 0, moving = 0, noise = 0;
+  for (std::size_t n = 0; n < cells.size(); ++n) {
+    const Vec3 at_m = lattice.middle_m(n);
+    const VectorSample u = field->vector(at_m);
+    if (!u.inside) continue;
+    Cell& cell = cells[n];
+    cell.inside = true;
+    cell.speed = norm(u.value);
+    cell.moves = cell.speed > speeds.empty;
+    if (cell.moves && coherence) {
+      const ScalarSample c = coherence->scalar(at_m);
+      if (c.inside) cell.coherence = c.value;  // beside a hole in the data nobody knows
+    }
+    ++inside, moving += cell.moves, noise += cell.moves && cell.coherence < coherence_of_noise;
+  }
+  found.noisy_share = static_cast<double>(noise) / static_cast<double>(std::max<std::size_t>(moving, 1));
+  found.noisy = found.noisy_share > many;
+  if (found.noisy) {  // noise may be faster than what flows
+    std::vector<double> streams;
+    for (const Cell& c : cells) {
+      if (c.moves && c.coherence >= coherence_of_flow) streams.push_back(c.speed);
+    }
+    const double fast = percentile_of(streams, 0.995);
+    if (fast > 0.0) {
+      FirstFlow& s = found.speeds;
+      s.fast = rounded(fast, fast), s.empty = rounded(0.05 * fast, 0.05 * fast);
+      s.moderate = rounded(std::max(median_of(std::move(streams)), 2.0 * s.empty), fast);
+    }
+  }
+  std::vector<char> flows(lattice.size(), 0);
+  std::size_t flowing = 0;
+  for (std::size_t n = 0; n < cells.size(); ++n) {
+    flows[n] = cells[n].speed > found.speeds.empty && (!found.noisy || cells[n].coherence >= coherence_of_flow);
+    flowing += flows[n] != 0;
+  }
+  if (found.noisy || static_cast<double>(flowing) < sparse * static_cast<double>(inside)) {
+    found.signal = signal_of(lattice, volume, flow, cells, flows, found.noisy, values);
+  }
+  found.object = largest_parts(lattice, std::move(flows), enough);
+  if (!speeds.directions) found.vortices = vortices_of(lattice, *field, cells, found);
+  return found;
+}
+
+}  // namespace palpa::detail

@@ -1,0 +1,43 @@
+// Where the energy of a run came from and where it went: two columns with the same sum.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace palpa {
+
+struct Summary;
+
+/// One line of the table.
+struct EnergyEntry {
+  std::string key;    ///< as in JSON: hand, guard_held_back, data, ticks; modes by name, let_go, damper, spring
+  std::string label;  ///< for a person
+  double energy_j = 0.0;
+};
+
+/// The energy of a run. What the hand put in, and with it the little that holding each force for a tick brought in, is what
+/// the modes and the damper took out, what was lost where something let go, and what is left in the spring. Any entry may be
+/// below zero: a wind that drives the hand takes less than nothing. docs/concepts.md reads one, docs/theory.md derives it.
+struct EnergyTable {
+  std::vector<EnergyEntry> in;
+  std::vector<EnergyEntry> out;
+  /// What single ticks brought in. The entry `ticks` is less by what others took out.
+  double ticks_gained_j = 0.0;
+  /// k/2 Σ|Δp|²: the most that ticks bring in where each is one balance (docs/theory.md 7.7).
+  double ticks_bound_j = 0.0;
+  /// [N·s/m] a hand with so much damping of its own takes out, in the ticks that brought something in, all of that.
+  double covering_damping_ns_per_m = 0.0;
+
+  double in_j() const noexcept;
+  /// The same as `in_j`, to rounding.
+  double out_j() const noexcept;
+};
+
+EnergyTable energy_table(const Summary& summary);
+/// The table as text, in millijoules.
+std::string to_table(const EnergyTable& table);
+/// The entries as JSON in joules, by their keys: {"in": {…}, "out": {…}}.
+std::string to_json(const EnergyTable& table);
+
+}  // namespace palpa

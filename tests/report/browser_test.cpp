@@ -1,0 +1,212 @@
+// A report used in a browser: turned, its time moved, its plots zoomed; and without scripts and WebGL.
+#include "tests/report/browser.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "palpa/report/report.h"
+#include "tests/study/study_fixture.h"
+
+namespace palpa {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+/// What the test does in the page: `drag` moves the mouse over an element with a button held down, `tell` leaves numbers in
+/// the document. Each part of `use` has time to be drawn.
+std::string script_that(const std::string& use) {
+  return R"(
+const drag = (element, from, by, steps) => {
+  const edge = element.getBoundingClientRect();
+  const at = (share) => ({bubbles: true, cancelable: true, view: window, button: 0, buttons: 1,
+    clientX: edge.left + from[0] + share * by[0], clientY: edge.top + from[1] + share * by[1]});
+  element.dispatchEvent(new PointerEvent('pointerdown', at(0)));
+  element.dispatchEvent(new MouseEvent('mousedown', at(0)));
+  for (let i = 1; i <= steps; ++i) element.dispatchEvent(new MouseEvent('mousemove', at(i / steps)));
+  element.dispatchEvent(new PointerEvent('pointerup', at(1)));
+  element.dispatchEvent(new MouseEvent('mouseup', at(1)));
+};
+const stage = document.getElementById('stage');
+const canvas = () => stage.querySelector('canvas');
+const cursors = () => [...document.querySelectorAll('.cursor')].map((cursor) => cursor.hidden ? -1 : parseFloat(cursor.style.left));
+const windows = () => Plots.graphs.map((one) => one.graph.xAxisRange());
+const told = {};
+const later = (act) => new Promise((done) => setTimeout(() => { act(); setTimeout(done, 300); }, 300));
+(async () => {
+  )" + use +
+         R"(
+  const edge = stage.getBoundingClientRect();
+  told.stage = [edge.left, edge.top, edge.width, edge.height];
+  const root = document.createElement('pre');
+  root.id = 'told';
+  root.hidden = true;
+  root.textContent = JSON.stringify(told);
+  document.body.append(root);
+})();
+)";
+}
+
+class Browser : public StudyTest {
+ protected:
+  void SetUp() override {
+    if (!has_browser()) GTEST_SKIP() << "no chromium; install the package chromium to look at reports in a browser";
+    run(options("trace", 3.0));
+    html = report_html(folder / "trace");
+  }
+
+  Shown open(const std::string& page, const std::vector<std::string>& options = {}) const {
+    write("page.html", page);
+    Shown shown = open_page(folder / "page.html", folder, options);
+    EXPECT_THAT(shown.console, IsEmpty());
+    return shown;
+  }
+  /// Opens the report and uses it.
+  Shown use(const std::string& how) const { return open(with_script(html, script_that(how), folder)); }
+
+  static bool holds(const Shown& shown, const char* text) { return shown.document.find(text) != std::string::npos; }
+  /// Whether the document's root has the class.
+  static bool became(const Shown& shown, const char* name) {
+    const std::size_t at = shown.document.find("<html");
+    return shown.document.substr(at, shown.document.find('>', at) - at).find(name) != std::string::npos;
+  }
+  static nlohmann::json told(const Shown& shown) {
+    const std::string begin = "<pre id=\"told\" hidden=\"\">";
+    const std::size_t at = shown.document.rfind(begin);
+    if (at == std::string::npos) {
+      ADD_FAILURE() << "the script told nothing";
+      return {};
+    }
+    const std::size_t from = at + begin.size();
+    return nlohmann::json::parse(shown.document.substr(from, shown.document.find("</pre>", from) - from));
+  }
+
+  /// Share of the stage's pixels that `differ` from pixel to pixel.
+  template <class Differ>
+  static double share_of_stage(const Shown& shown, Differ differ) {
+    const std::vector<double> stage = told(shown)["stage"];
+    double all = 0.0, some = 0.0;
+    for (int y = static_cast<int>(stage[1]) + 2; y < static_cast<int>(stage[1] + stage[3]) - 2; ++y) {
+      for (int x = static_cast<int>(stage[0]) + 2; x < static_cast<int>(stage[0] + stage[2]) - 2; ++x) {
+        if (x >= shown.screen.width_px || y >= shown.screen.height_px) continue;
+        all += 1.0;
+        some += differ(x, y);
+      }
+    }
+    EXPECT_GT(all, 1e5) << "the stage is not on the screen";
+    return some / all;
+  }
+  static bool unlike(const std::uint8_t* a, const std::uint8_t* b) {
+    constexpr int eye = 24;  // levels of 256
+    return std::abs(a[0] - b[0]) > eye || std::abs(a[1] - b[1]) > eye || std::abs(a[2] - b[2]) > eye;
+  }
+  static double difference(const Shown& one, const Shown& other) {
+    return share_of_stage(one, [&](int x, int y) { return unlike(one.screen.at(x, y), other.screen.at(x, y)); });
+  }
+
+  std::string html;
+};
+
+TEST_F(Browser, TurnsTheSceneAndBack) {
+  const std::string there = "drag(canvas(), [300, 250], [170, 60], 12)", back = "drag(canvas(), [470, 310], [-170, -60], 12)";
+  const Shown first = use("await later(() => {});");
+  const Shown turned = use("await later(() => " + there + ");");
+  const Shown returned = use("await later(() => " + there + "); await later(() => " + back + ");");
+
+  const std::uint8_t* ground =
+      first.screen.at(static_cast<int>(told(first)["stage"][0]) + 4, static_cast<int>(told(first)["stage"][1]) + 4);
+  EXPECT_GT(share_of_stage(first, [&](int x, int y) { return unlike(first.screen.at(x, y), ground); }), 0.1) << "blank";
+  EXPECT_GT(difference(first, turned), 0.02);
+  EXPECT_LT(difference(first, returned), 0.002);
+}
+
+TEST_F(Browser, OneTimeForAllPlotsAndTheView) {
+  const Shown shown = use(R"(
+    const slider = document.getElementById('time');
+    const move = (to) => { slider.value = to; slider.dispatchEvent(new Event('input', {bubbles: true})); };
+    const places = () => Plots.graphs.map((one) => one.graph.toDomXCoord(Report.moment().t));
+    await later(() => move(0.25 * slider.max));
+    told.early = {time: Report.moment().t, cursors: cursors(), places: places(), now: document.getElementById('now').textContent,
+      moment: document.getElementById('moment').textContent};
+    await later(() => move(0.75 * slider.max));
+    told.late = {time: Report.moment().t, cursors: cursors(), places: places(), now: document.getElementById('now').textContent,
+      moment: document.getElementById('moment').textContent};
+    await later(() => document.querySelector('a[data-time]').click());
+    told.event = {wanted: +document.querySelector('a[data-time]').dataset.time, time: Report.moment().t};
+  )");
+  const nlohmann::json what = told(shown);
+  for (const char* when : {"early", "late"}) {
+    ASSERT_GE(what[when]["cursors"].size(), 4u);
+    for (std::size_t i = 0; i < what[when]["cursors"].size(); ++i)
+      EXPECT_NEAR(what[when]["cursors"][i].get<double>(), what[when]["places"][i].get<double>(), 1.0) << when << i;
+  }
+  for (std::size_t i = 0; i < what["early"]["cursors"].size(); ++i)
+    EXPECT_LT(what["early"]["cursors"][i].get<double>() + 20.0, what["late"]["cursors"][i].get<double>());
+  EXPECT_LT(what["early"]["time"].get<double>(), what["late"]["time"].get<double>());
+  EXPECT_NE(what["early"]["now"], what["late"]["now"]);
+  EXPECT_NE(what["early"]["moment"], what["late"]["moment"]);
+  EXPECT_NEAR(what["event"]["time"].get<double>(), what["event"]["wanted"].get<double>(), 1e-5);
+}
+
+TEST_F(Browser, ZoomsAllPlotsTogether) {
+  const Shown shown = use(R"(
+    told.before = windows();
+    const area = Plots.graphs[0].graph.getArea();
+    const top = document.querySelector('#plot-force canvas:last-of-type');
+    await later(() => drag(top, [area.x + 0.25 * area.w, area.y + 40], [0.5 * area.w, 0], 8));
+    told.after = windows();
+  )");
+  const nlohmann::json what = told(shown);
+  const double before_s = what["before"][0][1].get<double>() - what["before"][0][0].get<double>();
+  for (const nlohmann::json& after : what["after"]) {
+    EXPECT_NEAR(after[1].get<double>() - after[0].get<double>(), 0.5 * before_s, 0.05 * before_s);
+    EXPECT_NEAR(after[0].get<double>(), what["after"][0][0].get<double>(), 1e-9);
+  }
+}
+
+TEST_F(Browser, RunsNothingThatSlippedIn) {
+  std::string page = html;
+  page.insert(page.find("<main>") + 6, "<script>document.documentElement.className = 'slipped-in';</script>");
+  write("page.html", page);
+  const Shown shown = open_page(folder / "page.html", folder);
+  EXPECT_FALSE(became(shown, "slipped-in"));
+  EXPECT_TRUE(became(shown, "with-view"));
+  ASSERT_FALSE(shown.console.empty());
+  EXPECT_THAT(shown.console.front(), HasSubstr("Content Security Policy"));
+}
+
+/// Share of all pixels that are neither grey nor nearly so: those of pictures, not of text.
+double colourful(const Screen& screen) {
+  double some = 0.0;
+  for (std::size_t i = 0; i + 2 < screen.rgb.size(); i += 3) {
+    const auto [low, high] = std::minmax({screen.rgb[i], screen.rgb[i + 1], screen.rgb[i + 2]});
+    some += high - low > 24;
+  }
+  return 3.0 * some / static_cast<double>(screen.rgb.size());
+}
+
+TEST_F(Browser, ShowsThePictureWithoutScripts) {
+  write("page.html", html);
+  write("frame.html",
+        "<!DOCTYPE html><title>frame</title><body style='margin: 0'><iframe sandbox src='page.html' "
+        "style='border: 0; width: 1280px; height: 1600px'></iframe></body>");
+  const Shown shown = open_page(folder / "frame.html", folder);
+  ASSERT_FALSE(shown.console.empty());
+  EXPECT_THAT(shown.console.front(), HasSubstr("sandboxed")) << "scripts ran";
+  EXPECT_GT(colourful(shown.screen), 0.02);
+}
+
+TEST_F(Browser, ShowsThePictureWithoutWebGl) {
+  const Shown shown = open(html, {"--disable-3d-apis"});
+  EXPECT_FALSE(became(shown, "with-view"));
+  EXPECT_TRUE(became(shown, "with-plots"));
+  EXPECT_FALSE(holds(shown, "id=\"no-view\" hidden"));
+  EXPECT_GT(colourful(shown.screen), 0.02);
+}
+
+}  // namespace
+}  // namespace palpa

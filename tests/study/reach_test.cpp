@@ -1,0 +1,179 @@
+// Where a hand meets a scene first, and what follows from it: against a ball, whose front is known in closed form.
+#include "palpa/study/reach.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "palpa/field/analytic.h"
+#include "palpa/loop/loop.h"
+#include "palpa/mode/surface_and_friction.h"
+#include "palpa/mode/viscosity.h"
+#include "palpa/study/summary.h"
+
+namespace palpa {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr double rigid = std::numeric_limits<double>::infinity();
+constexpr double radius_m = 0.05;
+constexpr double stiffness_n_per_m = 500.0;
+
+/// A ball about `centre_m` [m] of the hand, felt as one shell that bears so much, and as syrup within.
+Scene ball(const Vec3& centre_m, double strength_n, double drag_ns_per_m = 0.0) {
+  Scene scene({.stiffness_n_per_m = stiffness_n_per_m, .max_force_n = 3.3});
+  const FieldRef depth = scene.add("ball", sphere_field(radius_m));
+  scene.workspace.scale = 1.0;
+  scene.workspace.center_m = -centre_m;
+  scene.workspace.towards_user = "+z";
+  scene.workspace.up = "+y";
+  scene.add("shell", SurfaceAndFriction{.field = depth, .levels = {{.name = "shell", .strength_n = strength_n}}});
+  if (drag_ns_per_m > 0.0) {
+    scene.add("syrup", Viscosity{.field = depth, .drag_ns_per_m = drag_ns_per_m},
+              {Mask{.of = depth, .curve = TransferFunction({{0.0, 0.0}, {0.001, 1.0}, {1.0, 1.0}})}});
+  }
+  return scene;
+}
+
+double contact_share(const Scene& scene, std::unique_ptr<Target> target, Hold hold) {
+  Session session(scene);
+  SummaryBuilder builder(scene);
+  const auto hand = hand_device(std::move(target), hold);
+  run_simulated(session, *hand, {.duration_s = 8.0, .time_ticks = false}, nullptr,
+                [&](const TickFrame& frame, const Session& felt) { builder.add(frame, felt); });
+  return builder.finish(1.0).contact_share;
+}
+
+TEST(Reach, TheFrontOfABallIsTheBall) {
+  for (const Vec3& centre_m : {Vec3{}, Vec3{0.02, -0.01, -0.015}}) {
+    const Encounter met = Reach(ball(centre_m, 1.0)).encounter(simulated_motion("sim:stroke"), rigid);
+    const Vec3 place_m = met.facing->at(0, 0, 0) - centre_m;
+    // A smoothing spline lies below a ball's crown by about spacing²/(6 R), and a way is felt in steps of 1 mm.
+    EXPECT_NEAR(norm(place_m), radius_m, 1.5e-3);
+    for (double angle = 0; angle < 6.28; angle += 0.7) {
+      const Vec3 on_m = met.facing->at(0.02 * std::cos(angle), 0.02 * std::sin(angle), 0) - centre_m;
+      EXPECT_NEAR(norm(on_m), radius_m, 1.5e-3) << angle;
+    }
+  }
+}
+
+TEST(Reach, ItsHelixGoesRoundTheBall) {
+  const Encounter met = Reach(ball({}, 1.0)).encounter(simulated_motion("sim:helix"), rigid);
+  for (double turns = 0; turns < 1; turns += 0.13) {
+    EXPECT_NEAR(norm(met.around->at(turns, 0.0, 0.0)), radius_m, 2.5e-3) << turns;
+  }
+}
+
+TEST(Reach, AHandGoesAsDeepAsHalfOfWhatALevelBears) {
+  for (const double strength_n : {1.0, 2.0}) {
+    const Reach reach(ball({}, strength_n));
+    const double half_m = 0.5 * strength_n / stiffness_n_per_m;
+    // Felt in steps of 1 mm; on a ball most ways are oblique, and longer by as much.
+    EXPECT_NEAR(reach.encounter(simulated_motion("sim:stroke"), rigid).depth_m, half_m, 1.2e-3);
+    const double arm = relaxed_arm.stiffness_n_per_m;
+    EXPECT_NEAR(reach.encounter(simulated_motion("sim:stroke"), arm).depth_m, half_m + 0.5 * strength_n / arm,
+                1.2e-3 * (1.0 + stiffness_n_per_m / arm));
+  }
+}
+
+TEST(Reach, EveryMotionBegins20MillimetresBeforeItAndFeelsIt) {
+  for (const Vec3& centre_m : {Vec3{}, Vec3{-0.03, 0.02, -0.03}}) {
+    const Scene scene = ball(centre_m, 1.0);
+    const Reach reach(scene);
+    for (const char* path : {"sim:press", "sim:stroke", "sim:circle", "sim:helix", "sim:random"}) {
+      const SimulatedMotion motion = simulated_motion(path);
+      const Encounter met = reach.encounter(motion, relaxed_arm.stiffness_n_per_m);
+      auto target = simulated_target(motion, met);
+      const Vec3 begin_m = target->at(0).position_m;
+      EXPECT_NEAR(norm(begin_m - centre_m), radius_m + 0.02, 3e-3) << path;
+      EXPECT_GE(contact_share(scene, std::move(target), Hold::relaxed), 0.3) << path;
+    }
+  }
+}
+
+TEST(Reach, AWayThatIsMovedWithItsSceneIsTheSame) {
+  const SimulatedMotion motion = simulated_motion("sim:circle");
+  const Vec3 moved_m{0.01, -0.02, 0.0};  // whole cells of the lattice
+  const auto here = simulated_target(motion, Reach(ball({0, 0, -0.02}, 1.0)).encounter(motion, rigid));
+  const auto there = simulated_target(motion, Reach(ball(Vec3{0, 0, -0.02} + moved_m, 1.0)).encounter(motion, rigid));
+  for (double t_s = 0; t_s < 5; t_s += 0.37) {
+    // The place is drawn to the middle of the workspace, so only what both follow is compared: the ball itself.
+    EXPECT_NEAR(norm(here->at(t_s).position_m - Vec3{0, 0, -0.02}), norm(there->at(t_s).position_m - Vec3{0, 0, -0.02} - moved_m),
+                2e-3);
+  }
+}
+
+TEST(Reach, WhereLittleCanBeFeltAMotionStaysThere) {
+  Scene scene({.stiffness_n_per_m = stiffness_n_per_m, .max_force_n = 3.3});
+  const FieldRef depth = scene.add("pea", sphere_field(0.008));
+  scene.workspace.scale = 1.0;
+  scene.workspace.center_m = Vec3{0.013, -0.021, 0.0};
+  scene.add("shell", SurfaceAndFriction{.field = depth, .levels = {{.name = "shell", .strength_n = 1.0}}});
+  const Encounter met = Reach(scene).encounter(simulated_motion("sim:circle"), rigid);
+  EXPECT_LE(met.radius_m, 0.011);
+  EXPECT_NEAR(distance(met.facing->at(0, 0, 0), {-0.013, 0.021, 0.008}), 0.0, 5e-3);
+  // What the description says holds.
+  const SimulatedMotion wide = simulated_motion("sim:circle,radius_m=0.04,depth_m=0.001");
+  const auto target = simulated_target(wide, met);
+  const Vec3 at_m = target->at(4).position_m - met.facing->at(0, 0, 0);
+  EXPECT_NEAR(std::hypot(at_m.x, at_m.y), 0.04, 1e-12);
+}
+
+/// A hand that goes to and fro, far away.
+class ToAndFro final : public Target {
+ public:
+  Point at(double time_s) const noexcept override {
+    return {.position_m = Vec3{5.0, -3.0, 2.0} + 0.02 * Vec3{std::sin(time_s), std::cos(0.7 * time_s), std::sin(2.3 * time_s)}};
+  }
+  double duration_s() const noexcept override { return 8.0; }
+};
+
+TEST(Reach, ARecordingIsLaidWhereItFeelsMost) {
+  const Scene scene = ball({0.01, 0.02, -0.01}, 1.0, 1.0);
+  const Reach reach(scene);
+  const auto recording = std::make_shared<ToAndFro>();
+  const Laid laid = reach.lay(recording, Hold::rigid);
+  EXPECT_GE(laid.contact_share, 0.6);
+  EXPECT_NEAR(contact_share(scene, displaced(recording, laid.offset_m), Hold::rigid), laid.contact_share, 0.05);
+  EXPECT_LE(distance(recording->at(0).position_m + laid.offset_m, {0.01, 0.02, -0.01}), 0.1);
+}
+
+TEST(Reach, TheNearestThingIsWhereItIs) {
+  const Reach reach(ball({0, 0, -0.02}, 1.0, 1.0));
+  const Vec3 places_m[] = {{0.0, 0.0, 0.1}, {0.09, 0.0, -0.02}, {0.0, 0.2, 0.1}};
+  const auto nearest = reach.nearest(places_m);
+  ASSERT_TRUE(nearest);
+  EXPECT_NEAR(nearest->distance_m, 0.04, 0.0125);  // from the second place, to within a cell: 10 x 10 x 5 mm
+  EXPECT_LT(nearest->direction.x, -0.03);
+  EXPECT_NEAR(norm(nearest->direction), nearest->distance_m, 1e-12);
+  EXPECT_THAT(words_of(*nearest), testing::AllOf(HasSubstr("mm away"), HasSubstr("to the left")));
+  EXPECT_EQ(reach.felt_share(places_m), 0.0);
+  const Vec3 within_m[] = {{0.0, 0.0, 0.0}, {0.0, 0.0, 0.1}};
+  EXPECT_EQ(reach.felt_share(within_m), 0.5);
+}
+
+TEST(Reach, WhereNothingCanBeFeltItSaysWhatWouldChangeThat) {
+  Scene far = ball({}, 1.0);
+  far.workspace.center_m = Vec3{1.0, 0.0, 0.0};
+  const Reach reach(far);
+  EXPECT_TRUE(reach.is_empty());
+  EXPECT_FALSE(reach.nearest(std::vector<Vec3>{Vec3{}}));
+  EXPECT_THAT(why_little_is_felt(reach, {}, ""), HasSubstr("fit = \"ball\""));
+
+  Scene bare;
+  EXPECT_THAT(why_little_is_felt(Reach(bare), {}, ""), HasSubstr("[[mode]]"));
+}
+
+TEST(Reach, AsManyThreadsAsThereAreGiveTheSameAnswer) {
+  const Scene scene = ball({0.01, 0.0, 0.0}, 1.0, 0.5);
+  const SimulatedMotion motion = simulated_motion("sim:stroke");
+  const auto once = simulated_target(motion, Reach(scene).encounter(motion, 135.0));
+  const auto again = simulated_target(motion, Reach(scene).encounter(motion, 135.0));
+  for (double t_s = 0; t_s < 10; t_s += 0.3) EXPECT_EQ(once->at(t_s).position_m, again->at(t_s).position_m);
+}
+
+}  // namespace
+}  // namespace palpa
