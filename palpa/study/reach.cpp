@@ -290,7 +290,8 @@ Encounter Reach::encounter(const SimulatedMotion& motion, double arm_stiffness_n
 
   Encounter met;
   met.before_m = before_m;
-  met.retreat_m = 0.002;
+  // A level that has given way is felt again from outside; data that move may have come after the hand.
+  met.retreat_m = scene_.time.play == TimeOptions::Play::hold ? 0.002 : 0.01;
   met.depth_m = depths_m.empty() ? step_m : median(depths_m);
   met.radius_m = middle.radius * spacing_m;
   const double top_m = half_m + before_m;
