@@ -70,15 +70,16 @@ const View3d = (() => {
       mesh.renderOrder = order;
       group.add(mesh);
     };
-    const side = THREE.DoubleSide;
+    // A little behind where it is, so that the path on it, which knows nothing of its triangles, is not lost in it.
+    const place = {side: THREE.DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 4000};
     if (layer.colors) {
-      add(new THREE.MeshBasicMaterial({side, vertexColors: THREE.VertexColors}), 0);
+      add(new THREE.MeshBasicMaterial({...place, vertexColors: THREE.VertexColors}), 0);
       return group;
     }
-    const material = new THREE.MeshPhongMaterial({side, color: layer.color, shininess: 14, specular: 0x161616});
+    const material = new THREE.MeshPhongMaterial({...place, color: layer.color, shininess: 14, specular: 0x161616});
     if (layer.opacity < 1) {
       // Its depths first, without colour; then only what lies in front passes, denser where it turns away.
-      add(new THREE.MeshBasicMaterial({side, colorWrite: false, transparent: true}), 1000 - 10 * number);
+      add(new THREE.MeshBasicMaterial({...place, colorWrite: false, transparent: true}), 1000 - 10 * number);
       Object.assign(material, {transparent: true, opacity: layer.opacity});
       material.onBeforeCompile = (shader) => {
         shader.fragmentShader = shader.fragmentShader.replace('#include <normal_fragment_maps>',
@@ -145,6 +146,8 @@ const View3d = (() => {
       groups[name].visible = seen;
       scene.add(groups[name]);
     }
+    // Where nothing holds the proxy both ways are one: the proxy's is seen.
+    Object.assign(groups.probe.material, {polygonOffset: true, polygonOffsetUnits: 1000});
   };
 
   const makeEvents = () => {

@@ -142,7 +142,8 @@ SceneShapes scene_shapes(const Scene& scene, const Box& near, DataTime at, std::
   QuietVtk quiet;
   vtkNew<vtkRenderer> solid, shells;
   const std::vector<ViewLayer> layers = layers_of(scene);
-  LayerSigns signs = draw_layers(solid, shells, scene, layers, {near, true, at, {0, 0, 1}});
+  LayerSigns signs =
+      draw_layers(solid, shells, scene, layers, {near, true, at, 0.5 * largest_component(near.size_m()), {0, 0, 1}});
   const std::vector<NamedLook> looks = looks_of(scene, layers, signs.legend);
   SceneShapes shapes;
   shapes.bars = std::move(signs.bars);
