@@ -242,12 +242,10 @@ std::vector<RecordedMoment> moments_of(const fs::path& trace, const Recorded& re
 std::string report_html(const fs::path& trace, const ReportOptions& options) {
   const Recorded recorded = read_recorded(trace);
   tell(options, 0.1);
-  const bool felt = recorded.summary.contact_share > 0.0;
   Page page(recorded.title.empty() ? "A trace without a title" : recorded.title);
   page.begin_with("<p class=\"soft\">" + escaped(subtitle_of(recorded)) + "</p>\n");
   if (!recorded.header.complete)
     page.begin_with(notice("This recording is incomplete. What follows is true of what there is."));
-  if (!felt && !recorded.ticks.empty()) page.begin_with(notice(nothing_felt(recorded)));
 
   std::string words = "<ul class=\"felt\">\n";
   for (const std::string& sentence : words_of(recorded)) words += "<li>" + escaped(sentence) + "</li>\n";
@@ -257,6 +255,7 @@ std::string report_html(const fs::path& trace, const ReportOptions& options) {
   const std::optional<LoadedScene> loaded = scene_of(trace, recorded, options, no_scene);
   tell(options, 0.2);
   const Scene* const scene = loaded ? &loaded->scene : nullptr;
+  if (const std::string why = why_little_is_felt(recorded, scene); !why.empty()) page.begin_with(notice(why));
   const std::vector<RecordedMoment> moments = moments_of(trace, recorded, scene, options, no_primitives);
   tell(options, 0.5);
   std::string view = no_scene.empty() ? "" : notice("No picture: " + no_scene);

@@ -328,9 +328,9 @@ const View3d = (() => {
       key.append(bar(one.title, points.map((point) => point[1]), points[0][0], points[points.length - 1][0]));
     }
     if (data.cloud) key.append(Report.element('p', 'hint', 'A cloud is drawn in the picture only.'));
-    entry('way of the proxy', [groups.proxy], {background: '#' + forceColor(0.5 * mostN).getHexString()});
+    entry('path of the proxy', [groups.proxy], {background: '#' + forceColor(0.5 * mostN).getHexString()});
     if (mostN > 0) key.append(bar('force on the hand / N', forceColors(), 0, mostN));
-    entry('way of the probe: the hand', [groups.probe], {background: Report.color('grey')});
+    entry('path of the probe (the hand)', [groups.probe], {background: Report.color('grey')});
     for (const [kind, sign] of Object.entries(eventSigns)) {
       if (!groups[kind]) continue;
       const count = data.events.filter((event) => event.kind === kind).length;

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "palpa/report/html.h"
+#include "palpa/study/reach.h"
 #include "palpa/trace/csv.h"
 
 namespace palpa::detail {
@@ -52,13 +53,32 @@ std::string subtitle_of(const Recorded& recorded) {
          (hand.empty() ? "" : " under the hand " + hand) + ", recorded by palpa " + header.palpa_version + ".";
 }
 
-std::string nothing_felt(const Recorded& recorded) {
-  std::string words = recorded.header.notes.empty() ? "Nothing was felt: no mode pushed the hand." : "";
-  for (const std::string& note : recorded.header.notes) words += (words.empty() ? "" : " ") + note;
+std::string why_little_is_felt(const Recorded& recorded, const Scene* scene) {
+  const double share = recorded.summary.contact_share;
+  if (recorded.ticks.empty() || share >= little_contact) return {};
+  std::string words =
+      share > 0.0 ? "Little was felt: for " + percent(share) + " of the time." : "Nothing was felt: no mode pushed.";
   for (const RecordedEvent& event : recorded.events) {
     if (event.kind == "warning") words += " " + sentence_of(event);
   }
-  return words;
+  // The run has said it, if it came to its end.
+  for (const std::string& note : recorded.header.notes) {
+    if (note.starts_with("Nothing was felt") || note.starts_with("Little was felt")) return note + words.substr(words.find('.') + 1);
+  }
+  if (!scene) return words;
+  constexpr std::size_t most_places = 2048;
+  const std::size_t stride = recorded.ticks.size() / most_places + 1;
+  std::vector<Vec3> places_m;
+  for (std::size_t i = 0; i < recorded.ticks.size(); i += stride) {
+    const Tick& tick = recorded.ticks[i].result;
+    if (tick.probe_valid && is_finite(tick.probe_m)) places_m.push_back(tick.probe_m);
+  }
+  // A recording that was left where it was is laid where it feels most, if that is asked for.
+  const auto& arguments = recorded.header.arguments;
+  const bool left_there = std::any_of(arguments.begin(), arguments.end(), [](const std::string& one) {
+    return one.starts_with("--hand-fit") || one.starts_with("--hand-center");
+  });
+  return words + " " + palpa::why_little_is_felt(Reach(*scene), places_m, left_there ? "--hand-fit on" : "");
 }
 
 std::string level_of(const Recorded& recorded, const RecordedEvent& event) {

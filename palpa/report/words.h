@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "palpa/report/recorded.h"
+#include "palpa/scene/scene.h"
 
 namespace palpa::detail {
 
@@ -14,8 +15,10 @@ std::vector<std::string> words_of(const Recorded& recorded);
 /// Who recorded what, how long: the line under the title.
 std::string subtitle_of(const Recorded& recorded);
 
-/// For a trace in which no mode pushed: that, and what the run had to say of it.
-std::string nothing_felt(const Recorded& recorded);
+/// For a trace in which hardly a mode pushed: that, what the run had to say of it, and, with the scene, where something could
+/// have been felt. Empty: enough was felt.
+/// \param scene  nullptr: its data are not there
+std::string why_little_is_felt(const Recorded& recorded, const Scene* scene);
 
 /// "skin of surface" for the level that an onset or a break-through is about; its value where it has no name.
 std::string level_of(const Recorded& recorded, const RecordedEvent& event);
