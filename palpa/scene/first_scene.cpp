@@ -300,6 +300,7 @@ std::string surface_modes(const std::string& field, const Statistics& values, co
   const double beyond = detail::rounded(extreme + span * towards_solid, span);
   out += "\n[[mode]]\n" + mode_head("inside", "viscosity", field);
   out += line("drag_ns_per_m = 1.0", "a stroke of 0.1 m/s within costs 0.1 N: one feels what is solid and what is not");
+  out += line("strength_n = 0.05", "and a hand that rests within is held a little, too");
   if (faint == level) {
     out += line("mask = [" + ramp(field, level, full, beyond, 1.0) + "]",
                 from_skin ? "none in air, all of it in soft tissue" : "none outside of the first level");
@@ -358,6 +359,7 @@ std::string label_modes(const std::string& volume, const std::string& field, con
   }
   out += "[[mode]]\n" + mode_head("inside", "viscosity", field);
   out += line("drag_ns_per_m = 1.0", "a stroke of 0.1 m/s within costs 0.1 N: one feels what is labelled and what is not");
+  out += line("strength_n = 0.05", "and a hand that rests within is held a little, too");
   const double b = map.background, low = std::min(values.min, b) - 1.0, high = std::max(values.max, b) + 1.0;
   const auto list = points({{low, 1}, {b - 0.75, 1}, {b - 0.25, 0}, {b + 0.25, 0}, {b + 0.75, 1}, {high, 1}});
   out += line("mask = [{of = " + toml_string(field) + ", points = " + list + "}]",
