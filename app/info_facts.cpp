@@ -9,7 +9,6 @@
 
 #include "app/info_kind.h"
 #include "app/info_numbers.h"
-#include "palpa/field/labels.h"
 #include "palpa/scene/read_series.h"
 #include "palpa/volume/components.h"
 #include "palpa/volume/directions.h"
@@ -61,7 +60,7 @@ void find_suspicious_values(const Facts& facts, std::size_t f, std::vector<std::
   const auto say = [&](const std::string& words) { suspicious.push_back("field '" + field.name + "' " + words); };
   if (values.counted == 0) return say("has no finite value at all");
   if (values.max <= values.min) return say(fmt::format("has the value {:g} everywhere", values.min));
-  if (is_label_map(*field.field)) return;
+  if (!labels_in(field, values).labels.empty()) return;
   const auto n = static_cast<double>(values.counted);
   if (const double zeros = static_cast<double>(values.zeros) / n; zeros > 0.3 && zeros < 1.0) {
     say(fmt::format("is exactly 0 in {:.0f} % of the voxels: probably background, without data", 100.0 * zeros));

@@ -9,7 +9,6 @@
 #include <initializer_list>
 
 #include "palpa/field/ct.h"
-#include "palpa/field/labels.h"
 #include "palpa/volume/components.h"
 
 namespace palpa::app {
@@ -184,9 +183,8 @@ std::string field_kind(const Facts& facts, std::size_t f) {
     return *water == 0.0 ? "looks like CT, in Hounsfield units (air near -1000, soft tissue near 0)"
                          : "looks like CT with its numbers 1024 above Hounsfield units (air near 0, soft tissue near 1050)";
   }
-  if (is_label_map(*field.field)) {
-    if (values.max == 1.0) return "looks like a mask (0 and 1)";
-    return fmt::format("looks like a label map (whole numbers up to {:g}, each a part)", values.max);
+  if (const std::size_t count = labels_in(field, values).labels.size(); count > 0) {
+    return count == 1 ? "looks like a mask (two values, in and out)" : fmt::format("looks like a label map of {} parts", count);
   }
   return {};
 }
@@ -204,6 +202,11 @@ std::string plain_kind(const Facts& facts) {
 }
 
 }  // namespace
+
+LabelMap labels_in(const VolumeField& field, const Statistics& values) {
+  const bool whole = values.whole_numbers && values.one_in == 1 && !looks_like_hounsfield(values, field.unit);
+  return whole ? label_map(*field.field) : LabelMap{};
+}
 
 bool looks_like_scan(const Facts& facts) {
   const Volume& volume = facts.file.volume;

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "app/info_facts.h"
+#include "palpa/field/labels.h"
 
 namespace palpa::app {
 
@@ -13,5 +14,8 @@ std::string kind_of(const Facts& facts);
 
 /// Whether it is a scan of a body by what `kind_of` goes by, though the file may not say how a patient lies in it.
 bool looks_like_scan(const Facts& facts);
+
+/// The label map that a scalar field is; without labels where it is none, or too large to be looked at as a whole.
+LabelMap labels_in(const VolumeField& field, const Statistics& values);
 
 }  // namespace palpa::app

@@ -390,8 +390,7 @@ std::vector<ScanFact> DicomFiles::scan(const Slice& slice) const {
   add_words(ScanFactKind::protocol, words_of_protocol(text(DC::ProtocolName)));
   add_words(ScanFactKind::image, words_of_image_type(text(DC::ImageType)));
   if (text(DC::AngioFlag) == "Y") facts.push_back({ScanFactKind::angiogram, "yes"});
-  const std::string agent = text(DC::ContrastBolusAgent);
-  if (!agent.empty() && agent != "NO" && agent != "NONE" && agent != "No") facts.push_back({ScanFactKind::contrast, "yes"});
+  if (names_contrast_agent(text(DC::ContrastBolusAgent))) facts.push_back({ScanFactKind::contrast, "yes"});
   add_words(ScanFactKind::scanner, words_of_scanner(text(DC::Manufacturer), text(DC::ManufacturerModelName)));
   add_words(ScanFactKind::kernel, words_of_kernel(text(DC::ConvolutionKernel)));
   add_words(ScanFactKind::sequence, words_of_sequence(text(DC::ScanningSequence), text(DC::SequenceVariant),

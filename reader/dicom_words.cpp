@@ -43,45 +43,35 @@ std::string joined(const std::vector<std::string>& words, std::string_view betwe
   return all;
 }
 
-/// Words that name a part of the body or a way to look at it, in the languages that scanners are told protocols in.
-bool is_of_radiology(const std::string& word) {
-  return is_among(word, {"abdomen",      "abdominal",    "ankle",     "aorta",     "aortic",     "arm",       "arteries",
-                         "bladder",      "body",         "bone",      "bones",     "bowel",      "brain",     "breast",
-                         "brustkorb",    "calf",         "cardiac",   "carotid",   "carotis",    "cerebral",  "cerebrum",
-                         "cervical",     "chest",        "clavicle",  "colon",     "coronary",   "cranium",   "cspine",
-                         "elbow",        "extremity",    "face",      "facial",    "femur",      "fetal",     "fetus",
-                         "finger",       "foot",         "forearm",   "fuss",      "hals",       "hand",      "head",
-                         "heart",        "herz",         "hip",       "humerus",   "iac",        "jaw",       "joint",
-                         "kidney",       "kidneys",      "knee",      "knie",      "kopf",       "larynx",    "leg",
-                         "liver",        "lower",        "lspine",    "lumbar",    "lung",       "lunge",     "mandible",
-                         "maxilla",      "mouth",        "muscle",    "neck",      "neuro",      "nose",      "orbit",
-                         "orbits",       "pancreas",     "pelvis",    "becken",    "pituitary",  "prostate",  "pulmonary",
-                         "renal",        "rib",          "ribs",      "sacrum",    "schaedel",   "schulter",  "shoulder",
-                         "sinus",        "sinuses",      "skull",     "spine",     "spleen",     "sternum",   "temporal",
-                         "testis",       "thigh",        "thorax",    "throat",    "thyroid",    "tibia",     "tooth",
-                         "teeth",        "trunk",        "tspine",    "upper",     "uterus",     "vessels",   "whole",
-                         "wirbelsaeule", "wrist",        "wholebody", "acute",     "adult",      "angio",     "angiogram",
-                         "angiography",  "arterial",     "asl",       "axial",     "basic",      "bold",      "breathhold",
-                         "child",        "cine",         "contrast",  "cor",       "coronal",    "ct",        "cta",
-                         "delayed",      "diff",         "diffusion", "dti",       "dual",       "dwi",       "dynamic",
-                         "early",        "echo",         "ecg",       "enhanced",  "epi",        "fast",      "fat",
-                         "fatsat",       "field",        "flair",     "flash",     "flow",       "fmri",      "functional",
-                         "gated",        "gradient",     "gre",       "haste",     "helical",    "helix",     "high",
-                         "hires",        "hr",           "infant",    "inversion", "iso",        "ir",        "late",
-                         "localizer",    "low",          "map",       "mip",       "mpr",        "mprage",    "mr",
-                         "mra",          "mri",          "mrcp",      "mrv",       "multi",      "nativ",     "native",
-                         "noncontrast",  "oblique",      "pc",        "pca",       "pd",         "pediatric", "perfusion",
-                         "phase",        "phantom",      "plain",     "portal",    "post",       "pre",       "proton",
-                         "qa",           "quantitative", "recovery",  "rest",      "resting",    "routine",   "sag",
-                         "sagittal",     "satfat",       "scan",      "scout",     "screening",  "se",        "sequential",
-                         "single",       "space",        "spgr",      "spin",      "spiral",     "ssfp",      "standard",
-                         "state",        "std",          "stir",      "stroke",    "survey",     "swi",       "t1",
-                         "t1w",          "t2",           "t2w",       "t2star",    "task",       "tfe",       "tfl",
-                         "thick",        "thin",         "tir",       "tof",       "topogram",   "tra",       "transversal",
-                         "trauma",       "trufi",        "tse",       "turbo",     "unenhanced", "venc",      "velocity",
-                         "venous",       "vessel",       "vibe",      "volume",    "weighted",   "with",      "without",
-                         "2d",           "3d",           "4d",        "4dflow",    "ax"});
-}
+/// Words that name a part of the body or a way to look at it, in the languages that scanners are told protocols in. A space
+/// stands before and behind each.
+constexpr std::string_view words_of_radiology =
+    " abdomen abdominal ankle aorta aortic arm arteries bladder body bone bones bowel brain breast brustkorb calf"
+    " cardiac carotid carotis cerebral cerebrum cervical chest clavicle colon coronary cranium cspine elbow extremity"
+    " face facial femur fetal fetus finger foot forearm fuss hals hand head heart herz hip humerus iac jaw joint"
+    " kidney kidneys knee knie kopf larynx leg liver lower lspine lumbar lung lunge mandible maxilla mouth muscle neck"
+    " neuro nose orbit orbits pancreas pelvis becken pituitary prostate pulmonary renal rib ribs sacrum schaedel"
+    " schulter shoulder sinus sinuses skull spine spleen sternum temporal testis thigh thorax throat thyroid tibia"
+    " tooth teeth trunk tspine upper uterus vessels whole wirbelsaeule wrist wholebody acute adult angio angiogram"
+    " angiography arterial asl axial basic bold breathhold cine contrast cor coronal ct cta delayed diff diffusion dti"
+    " dual dwi dynamic echo ecg enhanced epi fat fatsat flair flash flow fmri functional gated gradient gre haste"
+    " helical helix hires hr infant inversion iso ir late localizer map mip mpr mprage mr mra mri mrcp mrv multi nativ"
+    " native noncontrast oblique pc pca pd pediatric perfusion phase phantom plain portal post pre proton qa"
+    " quantitative recovery resting routine sag sagittal satfat scan scout screening se sequential space spgr spin"
+    " spiral ssfp standard std stir stroke survey swi t1 t1w t2 t2w t2star task tfe tfl thick thin tir tof topogram"
+    " tra transversal trauma trufi tse turbo unenhanced venc velocity venous vessel vibe volume weighted with without"
+    " 2d 3d 4d headneck neckchest chestabdomen abdomenpelvis chestabdpelvis 4dflow ax ";
+
+/// Words of models of scanners, in the same way.
+constexpr std::string_view words_of_models =
+    " achieva aera aquilion artis ascend as avanto biograph brightspeed brilliance ct ct750 definition discovery drive"
+    " edge elition emotion espree excite explorer force gemini genesis hd750 icct ict ingenia ingenuity intera iqon"
+    " lightspeed lumina magnetom mr mr450 mr450w mr750 mr750w mx8000 naeotom optima perspective precision prime prisma"
+    " prismafit pro revolution scope sensation signa skyra sola somatom spectral spirit symphony terra titan trio"
+    " triotim ultra verio vct vision volumezoom premier prodigy cardiac 15t 3t 7t 16 64 128 256 hd hdx hdxt plus x ";
+
+/// Whether a word, of letters and digits alone, is one of such a list.
+bool is_listed(const std::string& word, std::string_view list) { return list.find(" " + word + " ") != std::string_view::npos; }
 
 }  // namespace
 
@@ -91,9 +81,15 @@ std::string words_of_protocol(std::string_view text) {
   for (const std::string& word : words_in(text)) {
     const std::string small = lower(word);
     const bool again = !known.empty() && known.back() == small;
-    if (known.size() < most_words && !again && is_of_radiology(small)) known.push_back(small);
+    if (known.size() < most_words && !again && is_listed(small, words_of_radiology)) known.push_back(small);
   }
   return joined(known, " ");
+}
+
+bool names_contrast_agent(std::string_view text) {
+  const std::vector<std::string> words = words_in(text);
+  return !words.empty() && !is_among(lower(words.front()), {"no", "non", "none", "nil", "without", "w", "wo", "n", "ohne",
+                                                            "kein", "keine", "nativ", "native", "plain", "0"});
 }
 
 std::string words_of_scanner(std::string_view maker, std::string_view model) {
@@ -120,19 +116,7 @@ std::string words_of_scanner(std::string_view maker, std::string_view model) {
   if (known == makers.end()) return {};
   std::vector<std::string> words{std::string(known->second)};
   for (const std::string& word : words_in(model)) {
-    const bool is_model = is_among(
-        lower(word),
-        {"achieva",    "aera",    "aquilion",  "artis",      "ascend",    "as",         "avanto", "biograph",   "brightspeed",
-         "brilliance", "ct",      "ct750",     "definition", "discovery", "drive",      "edge",   "elition",    "emotion",
-         "espree",     "excite",  "explorer",  "force",      "gemini",    "genesis",    "go",     "hd750",      "icct",
-         "ict",        "ingenia", "ingenuity", "intera",     "iqon",      "lightspeed", "lumina", "magnetom",   "mr",
-         "mr450",      "mr450w",  "mr750",     "mr750w",     "mx8000",    "naeotom",    "one",    "optima",     "perspective",
-         "precision",  "prime",   "prisma",    "prismafit",  "pro",       "revolution", "scope",  "sensation",  "signa",
-         "skyra",      "sola",    "somatom",   "spectral",   "spirit",    "symphony",   "terra",  "tim",        "titan",
-         "trio",       "triotim", "ultra",     "verio",      "vida",      "vct",        "vision", "volumezoom", "premier",
-         "prodigy",    "cardiac", "15t",       "3t",         "7t",        "16",         "64",     "128",        "256",
-         "hd",         "hdx",     "hdxt",      "plus",       "x"});
-    if (is_model) words.push_back(word);
+    if (is_listed(lower(word), words_of_models)) words.push_back(word);
   }
   return joined(words, " ");
 }

@@ -10,6 +10,9 @@ namespace palpa::reader {
 /// Words of anatomy and of technique, in lower case: "1A TRAUMA/PLAIN HEAD DM" is "trauma plain head". Empty: none is known.
 std::string words_of_protocol(std::string_view text);
 
+/// Whether the element of the contrast agent names one: "NO" and "w/o" do not.
+bool names_contrast_agent(std::string_view text);
+
 /// Maker and model: "Philips Ingenuity CT". Empty: the maker is not known.
 std::string words_of_scanner(std::string_view maker, std::string_view model);
 

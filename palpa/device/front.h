@@ -14,6 +14,7 @@ class Front {
   virtual ~Front() = default;
   /// The hand's place [m] at these two coordinates of the front, so deep behind it. Smooth in all three, finite for finite
   /// arguments.
+  /// \param u, v     [1] or [m], as the front says
   /// \param depth_m  [m] below zero: before the front
   virtual Vec3 at(double u, double v, double depth_m) const noexcept = 0;
 };
@@ -25,7 +26,8 @@ class Relief {
   /// \param heights  [m] `columns` values for each of `rows` rows, u the faster
   /// \param u_turns  the columns go round: the first follows the last
   Relief(std::vector<double> heights, int columns, int rows, bool u_turns);
-  /// The height [m] at a place in units of the lattice, 0 being its first column and row.
+  /// The height [m] at a place of the lattice.
+  /// \param column, row  [1] 0: the first
   double at(double column, double row) const noexcept;
 
  private:
@@ -41,10 +43,10 @@ std::shared_ptr<const Front> ball_facing();
 /// right first, v is the height above the centre [m].
 std::shared_ptr<const Front> cylinder_around(const Vec3& centre_m, double radius_m);
 /// A relief of z [m] that faces the user: u and v are x and y [m] beside `place_m`, whose z is not used and which stands at this
-/// column and row; columns and rows are `spacing_m` [m] apart.
+/// column and row [1]; columns and rows are `spacing_m` [m] apart.
 std::shared_ptr<const Front> relief_facing(const Vec3& place_m, Relief relief, double column, double row, double spacing_m);
 /// As the cylinder, with a relief of its radius [m]: columns are `turns_per_column` [1] apart, rows `spacing_m` [m], and the
-/// centre's height is that of `row`.
+/// centre's height is that of `row` [1].
 std::shared_ptr<const Front> relief_around(const Vec3& centre_m, Relief relief, double turns_per_column, double row,
                                            double spacing_m);
 

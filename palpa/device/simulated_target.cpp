@@ -162,19 +162,38 @@ class Circle final : public Along {
 class Helix final : public Along {
  public:
   Helix(const SimulatedMotion& motion, const Encounter& encounter, double depth_m)
-      : Along(motion, encounter, motion.radius_m ? cylinder_around(encounter.axis_m, *motion.radius_m) : encounter.around,
-              depth_m, 0.0),
-        half_height_m_(encounter.half_height_m),
-        turns_per_s_(rate_hz(motion, 2.0 * pi * motion.radius_m.value_or(usual_radius_m))) {}
+      : Helix(motion, encounter, depth_m,
+              motion.radius_m ? cylinder_around(encounter.axis_m, *motion.radius_m) : encounter.around) {}
 
  private:
+  Helix(const SimulatedMotion& motion, const Encounter& encounter, double depth_m, const std::shared_ptr<const Front>& front)
+      : Along(motion, encounter, front, depth_m, 0.0), half_height_m_(encounter.half_height_m) {
+    Vec3 last_m = front->at(0.0, 0.0, depth_m);
+    for (int n = 1; n <= pieces; ++n) {
+      const Vec3 next_m = front->at(static_cast<double>(n) / pieces, 0.0, depth_m);
+      ways_m_[n] = ways_m_[n - 1] + distance(last_m, next_m);
+      last_m = next_m;
+    }
+    if (ways_m_[pieces] > 0.0) turns_per_s_ = rate_hz(motion, ways_m_[pieces]);
+  }
   Place along(double time_s) const noexcept override {
     constexpr double climbs_per_turn = 0.1;
-    const double turns = turns_per_s_ * time_s;
-    return {turns, half_height_m_ * sine(climbs_per_turn * turns)};
+    const double even_turns = turns_per_s_ * time_s;
+    return {turns_after(even_turns), half_height_m_ * sine(climbs_per_turn * even_turns)};
   }
-  static constexpr double usual_radius_m = 0.075;
-  double half_height_m_, turns_per_s_;
+  // Round a front that is far from round, at the same speed all the way.
+  double turns_after(double even_turns) const noexcept {
+    const double whole = std::floor(even_turns);
+    const double way_m = (even_turns - whole) * ways_m_[pieces];
+    const double* next = std::upper_bound(ways_m_ + 1, ways_m_ + pieces, way_m);
+    const double piece_m = *next - *(next - 1);
+    const double within = piece_m > 0.0 ? (way_m - *(next - 1)) / piece_m : 0.0;
+    return whole + (static_cast<double>(next - 1 - ways_m_) + within) / pieces;
+  }
+  static constexpr int pieces = 128;  // of a turn
+  double half_height_m_;
+  double turns_per_s_ = 0.0;
+  double ways_m_[pieces + 1] = {};  // from the beginning of a turn, at the middle's height
 };
 
 class RandomMotion final : public Along {

@@ -50,9 +50,9 @@ std::string unit_of(Derivation derivation, std::string_view unit);
 /// `coherence` divides two fields that were smoothed, u and |u|², at the place that is asked for: with smoothing over two
 /// spacings noise comes to 0.06, a stream as wide as the smoothing to 0.6. It is 0 where both are.
 ///
-/// `q`, `lambda2`, `coherence`, `smooth` and `smooth_vector` come from data smoothed first by a Gaussian of the world (so many metres along
-/// every axis), separable along the axes of the grid, cut off at 4 standard deviations and normalised over the finite voxels
-/// within the grid. A voxel without a finite value stays without, and so does what needs it.
+/// `q`, `lambda2`, `coherence`, `smooth` and `smooth_vector` come from data smoothed first by a Gaussian of the world (so many
+/// metres along every axis), separable along the axes of the grid, cut off at 4 standard deviations and normalised over the
+/// finite voxels within the grid. A voxel without a finite value stays without, and so does what needs it.
 ///
 /// A formula is sampled at its own spacing for all that, 256 times at most along its longest side; a rectilinear grid as
 /// often as it has planes, evenly. A posed field is derived below its pose, and the result posed and divided by its scale; only

@@ -10,13 +10,13 @@ namespace palpa {
 
 /// A part of a label map.
 struct Label {
-  double value = 0.0;
+  double value = 0.0;  ///< in the field's own unit
   std::int64_t voxels = 0;
 };
 
 /// The parts that a grid of whole numbers names, the largest first, without `background`.
 struct LabelMap {
-  double background = 0.0;    ///< what most of the border of the grid is
+  double background = 0.0;    ///< in the field's own unit: what most of the border of the grid is
   std::vector<Label> labels;  ///< at least one
 };
 
@@ -24,9 +24,6 @@ struct LabelMap {
 /// most neighbours of a voxel that is not background are the same as it. Nothing else does, for want of noise. Empty `labels`
 /// of other fields. Reads all voxels once.
 LabelMap label_map(const Field& field);
-
-/// Whether it looks like a label map. Reads all voxels once.
-inline bool is_label_map(const Field& field) { return !label_map(field).labels.empty(); }
 
 /// 1 where the voxels of a scalar grid are `label`, and 0 elsewhere, as a grid of whole numbers; between voxels it goes from
 /// one to the other, so its level 0.5 is the surface of that part. Of a series, frame by frame. Throws std::invalid_argument,

@@ -39,6 +39,7 @@ struct Recorded {
   std::vector<std::vector<ModeTick>> pushes;  ///< [mode][tick], as long as `ticks`
   std::vector<RecordedEvent> events;
   Summary summary;
+  bool tells_energy = true;  ///< false: recorded before ticks told all of the energy
 };
 
 /// Reads the trace in `folder`. Throws LoadError on a folder that is no trace, and on a file in it that

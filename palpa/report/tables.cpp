@@ -57,6 +57,10 @@ std::string summary_markup(const Recorded& recorded) {
 }
 
 std::string energy_markup(const Recorded& recorded) {
+  if (!recorded.tells_energy) {
+    return "<p>This recording is from before a tick told all of its energy. <code>palpa replay</code> feels it again; with "
+           "<code>--json</code> it gives the table.</p>\n";
+  }
   const EnergyTable energy = energy_table(recorded.summary);
   std::vector<std::vector<std::string>> rows(std::max(energy.in.size(), energy.out.size()), std::vector<std::string>(4));
   const auto fill = [&](const std::vector<EnergyEntry>& entries, std::size_t column) {

@@ -56,11 +56,16 @@ std::string subtitle_of(const Recorded& recorded) {
 std::string why_little_is_felt(const Recorded& recorded, const Scene* scene) {
   const double share = recorded.summary.contact_share;
   if (recorded.ticks.empty() || share >= little_contact) return {};
-  std::string words =
-      share > 0.0 ? "Little was felt: for " + percent(share) + " of the time." : "Nothing was felt: no mode pushed.";
+  std::string warned;
   for (const RecordedEvent& event : recorded.events) {
-    if (event.kind == "warning") words += " " + sentence_of(event);
+    if (event.kind == "warning") warned += " " + sentence_of(event);
   }
+  // The run has said it, if it came to its end.
+  for (const std::string& note : recorded.header.notes) {
+    if (note.starts_with("Nothing was felt") || note.starts_with("Little was felt")) return note + warned;
+  }
+  const std::string words =
+      (share > 0.0 ? "Little was felt: for " + percent(share) + " of the time." : "Nothing was felt: no mode pushed.") + warned;
   if (!scene) return words;
   constexpr std::size_t most_places = 2048;
   const std::size_t stride = recorded.ticks.size() / most_places + 1;
@@ -109,6 +114,9 @@ std::vector<std::string> words_of(const Recorded& recorded) {
     }
   } else {
     say(text("In %.3f s (", s.duration_s) + counted(s.ticks, "tick", "ticks") + ") nothing was felt: no mode pushed.");
+  }
+  if (s.contact_share > 0.0) {
+    for (const std::string& note : recorded.header.notes) say(note);
   }
   for (const ModeSummary& mode : s.modes) {
     if (mode.contact_share <= 0.0) {

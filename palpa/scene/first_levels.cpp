@@ -129,13 +129,13 @@ double faint_value(std::vector<double> around, const FirstLevels& first, double 
   if (around.empty()) return level;
   std::ranges::sort(around, [&](double a, double b) { return sign * a < sign * b; });
   const double at = around[static_cast<std::size_t>((1.0 - wanted) * static_cast<double>(around.size() - 1))];
-  // What is empty stays silent, noise included: the drag begins above the mean of what is not solid.
+  // What is empty stays silent, and its noise next to: the drag begins at the mean of what is not solid.
   double sum = 0.0, empty = 0.0;
   for (const double value : around) {
     if (sign * value < sign * level) sum += value, ++empty;
   }
-  const double mean = empty > 0.0 ? sum / empty : level, least = mean + 0.1 * (level - mean);
-  const double faint = rounded(sign * std::max(sign * at, sign * least), std::abs(level - mean));
+  const double mean = empty > 0.0 ? sum / empty : level;
+  const double faint = rounded(sign * std::max(sign * at, sign * mean), std::abs(level - mean));
   return sign * faint < sign * level ? faint : level;
 }
 

@@ -146,12 +146,13 @@ std::string volume_table(const Volume& volume, const VolumeRequest& request, con
   if (!request.as.empty()) out += line("as = " + toml_string(request.as), "its three frames are the components of one vector");
 
   std::string entries;
-  bool asked_for = false, renamed = false;
+  bool asked_for = false, joined = false, renamed = false;
   for (const std::size_t f : names.used) {
     const std::string& array = volume.fields[f].name;
     const auto asked =
         std::find_if(request.fields.begin(), request.fields.end(), [&](const auto& field) { return field.name == array; });
     asked_for = asked_for || asked != request.fields.end();
+    joined = joined || (asked != request.fields.end() && !asked->arrays.empty());
     renamed = renamed || names.fields[f] != array;
     entries +=
         (entries.empty() ? "" : ", ") +
@@ -159,7 +160,8 @@ std::string volume_table(const Volume& volume, const VolumeRequest& request, con
   }
   const std::size_t all = volume.fields.size(), used = names.used.size();
   if (asked_for || all > used || renamed) {
-    out += line("fields = {" + entries + "}", asked_for    ? "as asked for"
+    out += line("fields = {" + entries + "}", joined       ? "one vector, whose components the file has as arrays of their own"
+                                              : asked_for  ? "as asked for"
                                               : all > used ? std::to_string(used) + " of " + std::to_string(all) +
                                                                  " in the file: the others need not be in memory"
                                                            : "what the file calls it is no plain word");

@@ -102,8 +102,8 @@ std::string mode_reference_text(const Mode& mode) {
     if (!key.items.empty()) out += "\nEach [[mode." + key.name + "]]:\n" + lines(key.items);
   }
   return out + "\nEvery mode:\n" + lines(detail::mode_keys()) +
-         "\nFIELD is VOLUME, VOLUME.FIELD or FUNCTION(FIELD), as in magnitude(flow.velocity). STRENGTH is newtons, or a function\n"
-         "of a field's value: {of = FIELD, points = [[value, newtons], ...]}.\n";
+         "\nFIELD is VOLUME, VOLUME.FIELD or FUNCTION(FIELD), as in magnitude(flow.velocity).\n"
+         "STRENGTH is newtons, or a function of a field's value: {of = FIELD, points = [[value, newtons], ...]}.\n";
 }
 
 }  // namespace palpa

@@ -192,8 +192,7 @@ Reach::Reach(const Scene& scene, const std::function<void(double)>& progress) : 
 
 namespace {
 
-/// The best of the nodes of a picture of ways as the middle of a motion: where most can be felt about it, and not far from where
-/// the hand already is.
+/// A node of a picture of ways as the middle of a motion.
 struct Middle {
   int column = 0, row = 0;
   double radius = 0.0;  // in nodes
@@ -211,6 +210,20 @@ double share_of_disc(const Ways& ways, int column, int row, double radius) {
   return static_cast<double>(felt) / all;
 }
 
+/// [1] how much the front falls or rises about a way that feels something, on average.
+double slope_of_disc(const Ways& ways, int column, int row, double radius) {
+  const int reach = static_cast<int>(std::ceil(radius));
+  double sum = 0.0, all = 0.0;
+  for (int j = std::max(0, row - reach); j <= std::min(ways.rows - 1, row + reach); ++j)
+    for (int i = std::max(0, column - reach); i <= std::min(ways.columns - 1, column + reach); ++i) {
+      const double away = std::hypot(i - column, j - row);
+      if (away == 0.0 || away > radius || !ways.at(i, j).onset_m) continue;
+      sum += std::min(2.0, std::abs(*ways.at(i, j).onset_m - *ways.at(column, row).onset_m) / (away * cell_m));
+      ++all;
+    }
+  return all > 0.0 ? sum / all : 0.0;
+}
+
 }  // namespace
 
 Encounter Reach::encounter(const SimulatedMotion& motion, double arm_stiffness_n_per_m) const {
@@ -225,7 +238,8 @@ Encounter Reach::encounter(const SimulatedMotion& motion, double arm_stiffness_n
     for (int i = 0; i < across; ++i) {
       if (!coarse.at(i, j).onset_m) continue;
       const double off = std::hypot(i - across / 2, j - across / 2) / across;
-      const double worth = share_of_disc(coarse, i, j, std::clamp(wanted_radius_m, cell_m, usual_radius_m) / cell_m) - 0.5 * off;
+      const double radius = std::clamp(wanted_radius_m, cell_m, usual_radius_m) / cell_m;
+      const double worth = share_of_disc(coarse, i, j, radius) - 0.5 * off - 0.5 * slope_of_disc(coarse, i, j, radius);
       if (worth > best) best = worth, column = i, row = j;
     }
   const Vec3 above_m = Lattice::way_begin_m(column, row);
@@ -276,7 +290,8 @@ Encounter Reach::encounter(const SimulatedMotion& motion, double arm_stiffness_n
 
   Encounter met;
   met.before_m = before_m;
-  met.retreat_m = 0.002;
+  // A level that has given way is felt again from outside; data that move may have come after the hand.
+  met.retreat_m = scene_.time.play == TimeOptions::Play::hold ? 0.002 : 0.01;
   met.depth_m = depths_m.empty() ? step_m : median(depths_m);
   met.radius_m = middle.radius * spacing_m;
   const double top_m = half_m + before_m;
@@ -402,37 +417,41 @@ Laid Reach::lay(const std::shared_ptr<const Target>& recording, Hold hold) const
     double worth;
     int i, j, k;
   };
-  std::vector<Place> places;
-  for (int i = -high.i - i0; i <= across - 1 - low.i - i0; ++i)
-    for (int j = -high.j - j0; j <= across - 1 - low.j - j0; ++j)
-      for (int k = -high.k - k0; k <= along - 1 - low.k - k0; ++k) {
-        double worth = 0.0;
-        for (const Stay& stay : stays) {
-          worth += stay.count * lattice_->worth(stay.i + i + i0, stay.j + j + j0, stay.k + k + k0);
-        }
-        if (worth > 0.0) places.push_back({worth, i, j, k});
-      }
-  std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
-    const auto far = [](const Place& p) { return 4 * p.i * p.i + 4 * p.j * p.j + p.k * p.k; };
-    return a.worth != b.worth ? a.worth > b.worth : far(a) < far(b);
-  });
+  const auto far = [](const Place& p) { return 4 * p.i * p.i + 4 * p.j * p.j + p.k * p.k; };
 
-  // The best of them that are far from each other are tried out.
+  // The best of them that are far from each other are tried out: first with fronts twice as good, for there is most to feel;
+  // where that gives little, by time alone.
   constexpr std::size_t most_tried = 5;
-  constexpr double rarely = 0.002;
-  std::vector<Vec3> offsets_m;
+  constexpr double rarely = 0.002, plenty = 0.4;
   Laid best;
   double best_worth = -1.0;
-  for (const Place& place : places) {
-    const Vec3 offset_m{place.i * cell_m, place.j * cell_m, -place.k * cell_z_m};
-    const bool is_new = std::all_of(offsets_m.begin(), offsets_m.end(),
-                                    [&](const Vec3& other_m) { return distance(other_m, offset_m) > 0.02; });
-    if (!is_new) continue;
-    offsets_m.push_back(offset_m);
-    const Tried there = tried(scene_, recording, hold, offset_m, scale);
-    const double worth = there.contact_share - (there.limited_share > rarely ? there.limited_share + 0.5 : 0.0);
-    if (worth > best_worth) best_worth = worth, best = {scale, offset_m, there.contact_share};
-    if (offsets_m.size() == most_tried) break;
+  for (const int front_worth : {2, 1}) {
+    if (best_worth >= plenty) break;
+    std::vector<Place> places;
+    for (int i = -high.i - i0; i <= across - 1 - low.i - i0; ++i)
+      for (int j = -high.j - j0; j <= across - 1 - low.j - j0; ++j)
+        for (int k = -high.k - k0; k <= along - 1 - low.k - k0; ++k) {
+          double worth = 0.0;
+          for (const Stay& stay : stays) {
+            worth += stay.count * std::min(front_worth, lattice_->worth(stay.i + i + i0, stay.j + j + j0, stay.k + k + k0));
+          }
+          if (worth > 0.0) places.push_back({worth, i, j, k});
+        }
+    std::sort(places.begin(), places.end(), [&](const Place& a, const Place& b) {
+      return a.worth != b.worth ? a.worth > b.worth : far(a) < far(b);
+    });
+    std::vector<Vec3> offsets_m;
+    for (const Place& place : places) {
+      const Vec3 offset_m{place.i * cell_m, place.j * cell_m, -place.k * cell_z_m};
+      const bool is_new = std::all_of(offsets_m.begin(), offsets_m.end(),
+                                      [&](const Vec3& other_m) { return distance(other_m, offset_m) > 0.02; });
+      if (!is_new) continue;
+      offsets_m.push_back(offset_m);
+      const Tried there = tried(scene_, recording, hold, offset_m, scale);
+      const double worth = there.contact_share - (there.limited_share > rarely ? there.limited_share + 0.5 : 0.0);
+      if (worth > best_worth) best_worth = worth, best = {scale, offset_m, there.contact_share};
+      if (offsets_m.size() == most_tried) break;
+    }
   }
   return best;
 }

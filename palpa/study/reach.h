@@ -39,7 +39,7 @@ class Reach {
   /// Nothing was felt along any way.
   bool is_empty() const noexcept { return felt_ways_ == 0; }
   const Scene& scene() const noexcept { return scene_; }
-  /// What a simulated hand comes upon: the place near the middle with most to feel around it, 20 mm before it as the beginning,
+  /// What a simulated hand comes upon: the place near the middle with most to feel around it and the most even front, 20 mm before it as the beginning,
   /// the front around it and as deep as half of what can be borne there: up to where it ends, lets go, or the force
   /// reaches the scene's limit, at most 20 mm. Where less than `radius_m` about the place can be felt, the motion's
   /// radius is less. Feels some hundred ways more. Programming error (assert) where nothing is felt.

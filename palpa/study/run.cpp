@@ -62,10 +62,21 @@ std::string words_of(const Laid& laid) {
     words += text;
   }
   std::snprintf(text, sizeof text,
-                "moved by %+.0f, %+.0f, %+.0f mm (right, up, towards the user), to where it feels most; --hand-fit off leaves it "
-                "as it is, in the middle.",
+                "moved by %+.0f, %+.0f, %+.0f mm (right, up, towards the user), to where it feels most; --hand-fit off "
+                "centres it instead.",
                 1e3 * laid.offset_m.x, 1e3 * laid.offset_m.y, 1e3 * laid.offset_m.z);
   return words + text;
+}
+
+/// The guard held back some of the force in more than a hundredth of the ticks.
+bool often_limited(const Summary& summary) { return 100 * summary.guard_limited_ticks > summary.ticks; }
+std::string words_of_limit(const Summary& summary) {
+  char text[240];
+  std::snprintf(text, sizeof text,
+                "The hand pressed for %.1f N, of which %.1f N reached it: a recording goes its way whatever it meets, which no "
+                "hand does. --hand-hold firm lets the data hold it.",
+                summary.asked_force_max_n, summary.force_max_n);
+  return text;
 }
 
 /// Some places of a path, however long it is: when there are too many every other one goes.
@@ -138,6 +149,7 @@ PreparedRun prepare(const RunOptions& options) {
     prepared.notes.push_back(words_of(laid));
   }
   if (!motion && !prepared.laid && !prepared.target->knows_its_place()) prepared.remedy = "--hand-fit on";
+  prepared.goes_its_own_way = !motion && hold == Hold::rigid;
   prepared.hand = hand_device(prepared.target, hold);
   const double hand_s = prepared.target->duration_s();
   prepared.duration_s = options.duration_s.value_or(std::isfinite(hand_s) ? hand_s : default_duration_s);
@@ -154,7 +166,7 @@ std::string forecast(const PreparedRun& prepared) {
   const Reach reach = prepared.reach ? *prepared.reach : Reach(prepared.loaded.scene);
   const double share = reach.felt_share(places_m);
   char words[120];
-  std::snprintf(words, sizeof words, "About %.0f %% of the hand's way is where something can be felt.", 100.0 * share);
+  std::snprintf(words, sizeof words, "About %.0f %% of the hand's path is where something can be felt.", 100.0 * share);
   if (share >= little_contact) return words;
   return (share > 0.0 ? std::string(words) : "Nothing will be felt.") + " " +
          why_little_is_felt(reach, places_m, prepared.remedy);
@@ -183,6 +195,7 @@ RunResult run(const RunOptions& options, const std::atomic<bool>* stop) {
     header.data_files = detail::data_files(scene);
     header.seeds = seeds_of(options.hand);
     header.primitives = options.primitives;
+    header.notes = prepared.notes;
     writer = detail::new_trace(options.out, header, prepared.loaded.text, scene);
     recorder = std::make_unique<Recorder>(*writer);
   }
@@ -192,7 +205,7 @@ RunResult run(const RunOptions& options, const std::atomic<bool>* stop) {
   const LoopOptions loop{.rate_hz = options.rate_hz, .duration_s = prepared.duration_s};
   const TickObserver observer = [&](const TickFrame& frame, const Session& felt) {
     builder.add(frame, felt);
-    if (frame.result.probe_valid) path.add(frame.result.probe_m);
+    if (frame.result.probe_valid && is_finite(frame.result.probe_m)) path.add(frame.result.probe_m);
     if (options.progress && frame.tick % 1000 == 0) options.progress(std::min(1.0, frame.t_s / prepared.duration_s));
   };
   const auto begin = std::chrono::steady_clock::now();
@@ -200,17 +213,21 @@ RunResult run(const RunOptions& options, const std::atomic<bool>* stop) {
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
 
   if (recorder) recorder->finish();
-  if (writer) writer->finish();
-
   RunResult result;
   result.summary = builder.finish(wall.count());
   result.summary.notes = prepared.notes;
+  const auto note = [&](const std::string& sentence) {
+    result.summary.notes.push_back(sentence);
+    if (writer) writer->add_note(sentence);
+  };
+  if (prepared.goes_its_own_way && often_limited(result.summary)) note(words_of_limit(result.summary));
   if (const double share = result.summary.contact_share; share < little_contact) {
     char lead[80] = "Nothing was felt.";
     if (share > 0.0) std::snprintf(lead, sizeof lead, "Little was felt: in %.1f %% of the ticks.", 100.0 * share);
     if (!prepared.reach) prepared.reach.emplace(scene);
-    result.summary.notes.push_back(lead + (" " + why_little_is_felt(*prepared.reach, path.places_m(), prepared.remedy)));
+    note(lead + (" " + why_little_is_felt(*prepared.reach, path.places_m(), prepared.remedy)));
   }
+  if (writer) writer->finish();
   result.warnings = std::move(prepared.loaded.warnings);
   result.interrupted = stop && stop->load();
   return result;

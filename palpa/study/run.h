@@ -45,6 +45,7 @@ struct PreparedRun {
   double duration_s = 0.0;
   std::optional<Reach> reach;       ///< where the hand asked for it
   std::optional<Laid> laid;          ///< where the recording was laid to feel most
+  bool goes_its_own_way = false;    ///< a recording that no force holds
   std::string remedy;               ///< the option that would lay it there, where that was not done
   std::vector<std::string> notes;   ///< what was done with the hand: sentences
 };

@@ -73,10 +73,18 @@ Column<Row> column(std::string_view name, std::string_view unit, std::string_vie
                    .unit = unit,
                    .meaning = meaning,
                    .cells = std::is_same_v<std::remove_const_t<Value>, Vec3> ? 3 : 1,
+                   .later = false,
                    .write = [](const Row& row, std::string& line) { put(line, Get{}(row)); },
                    .read = nullptr};
   if constexpr (std::is_same_v<Row, TickFrame>) made.read = [](Cells cells, Row& row) { return take(cells, Get{}(row)); };
   return made;
+}
+
+// A scalar column that the first traces do not have.
+template <class Row>
+Column<Row> later(Column<Row> column) {
+  column.later = true;
+  return column;
 }
 
 // A column whose value is `row.MEMBER`.
@@ -121,11 +129,11 @@ const Table<TickFrame>& ticks_table() {
              "work on the hand of the command that was held since the last tick"),
       COLUMN(TickFrame, "guard", "", guard, "pass, limited or fault"),
       COLUMN(TickFrame, "buttons", "", buttons, "pressed buttons, one bit each"),
-      COLUMN(TickFrame, "let_go_j", "", result.energy.let_go_j,
-             "lost by the spring where the proxy went further than hand and data took it"),
-      COLUMN(TickFrame, "held_back_j", "", result.energy.held_back_j, "work on the hand that the guard held back"),
-      COLUMN(TickFrame, "ticks_j", "", result.energy.ticks_j, "brought in by holding the force for a tick"),
-      COLUMN(TickFrame, "ticks_bound_j", "", result.energy.ticks_bound_j, "k/2 of the probe's step, squared"),
+      later(COLUMN(TickFrame, "let_go_j", "", result.energy.let_go_j,
+                   "lost by the spring where the proxy went further than hand and data took it")),
+      later(COLUMN(TickFrame, "held_back_j", "", result.energy.held_back_j, "work on the hand that the guard held back")),
+      later(COLUMN(TickFrame, "ticks_j", "", result.energy.ticks_j, "brought in by holding the force for a tick")),
+      later(COLUMN(TickFrame, "ticks_bound_j", "", result.energy.ticks_bound_j, "k/2 of the probe's step, squared")),
   };
   static const Table<TickFrame> table{"ticks.csv", "One row per tick.", columns};
   return table;

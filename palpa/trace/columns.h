@@ -68,6 +68,7 @@ struct Column {
   std::string_view unit;     ///< of a vector, as its columns' names end; a scalar's is in its name
   std::string_view meaning;  ///< for docs/trace.md
   int cells;                 ///< 1, or 3 for a vector
+  bool later;                ///< came after the first traces: a recording may lack it
   void (*write)(const Row& row, std::string& line);
   /// Reads the column's cells; false when one is no value of this column. Null where no reader asks.
   bool (*read)(std::span<const std::string_view> cells, Row& row);
@@ -90,6 +91,13 @@ struct Table {
       for (std::string& name : cell_names(column.name, column.unit, column.cells)) all.push_back(std::move(name));
     }
     return all;
+  }
+  /// Whether recordings may lack the column that this cell belongs to.
+  bool is_later(std::string_view cell) const {
+    for (const Column<Row>& column : columns) {
+      if (column.later && column.name == cell) return true;
+    }
+    return false;
   }
   /// Appends `row` as one line.
   void write(const Row& row, std::string& out) const {

@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <fstream>
 #include <iterator>
+#include <limits>
 
 #include "palpa/trace/columns.h"
 #include "palpa/trace/csv.h"
@@ -10,15 +12,21 @@ namespace palpa {
 
 namespace {
 
-// Where in a line each column's first cell stands, for a header in any order; every column must be there.
+constexpr std::size_t nowhere = std::numeric_limits<std::size_t>::max();
+
+// Where in a line each column's first cell stands, for a header in any order; of columns that came later, maybe nowhere.
 std::vector<std::size_t> find_columns(const detail::Table<TickFrame>& table, const std::vector<std::string_view>& header,
                                       const std::string& place) {
   std::vector<std::size_t> cells;
   for (const std::string& name : table.names()) {
     const auto found = std::find(header.begin(), header.end(), name);
-    if (found == header.end())
+    if (found != header.end()) {
+      cells.push_back(static_cast<std::size_t>(found - header.begin()));
+    } else if (table.is_later(name)) {
+      cells.push_back(nowhere);
+    } else {
       throw LoadError(place + ": column '" + name + "' is missing; a trace has all columns of docs/trace.md");
-    cells.push_back(static_cast<std::size_t>(found - header.begin()));
+    }
   }
   return cells;
 }
@@ -29,6 +37,17 @@ TraceReader::TraceReader(const std::filesystem::path& folder) : folder_(folder),
   std::ifstream file(folder / "scene.toml", std::ios::binary);
   if (!file) throw LoadError((folder / "scene.toml").string() + ": cannot be read; a trace holds the scene that was felt");
   scene_text_.assign(std::istreambuf_iterator<char>(file), {});
+}
+
+bool TraceReader::tells_energy() const {
+  const detail::Table<TickFrame>& table = detail::ticks_table();
+  detail::LineFile file(folder_ / table.file);
+  std::string_view line;
+  if (!file.next(line)) return true;
+  std::vector<std::string_view> cells;
+  detail::split(line, cells);
+  const std::vector<std::size_t> at = find_columns(table, cells, file.place());
+  return std::find(at.begin(), at.end(), nowhere) == at.end();
 }
 
 std::vector<TraceTick> TraceReader::ticks() const {
@@ -53,6 +72,10 @@ std::vector<TraceTick> TraceReader::ticks() const {
     TickFrame& frame = ticks.emplace_back().frame;
     std::size_t first = 0;
     for (const detail::Column<TickFrame>& column : table.columns) {
+      if (at[first] == nowhere) {
+        ++first;
+        continue;
+      }
       std::string_view own[3];
       for (int i = 0; i < column.cells; ++i) own[i] = cells[at[first + static_cast<std::size_t>(i)]];
       if (!column.read({own, static_cast<std::size_t>(column.cells)}, frame)) {

@@ -29,6 +29,7 @@ struct TraceHeader {
   double device_encoder_step_m = 0.0;
   std::vector<SourceFile> data_files;
   std::vector<std::uint64_t> seeds;  ///< below 2^63
+  std::vector<std::string> notes;    ///< sentences for who reads of it: how the hand was laid, why little was felt
   bool primitives = false;           ///< balances.csv and primitives.csv are there
 };
 
@@ -58,6 +59,8 @@ class TraceWriter {
   /// An event of the loop: warning, lost_ticks, lost_rows, …
   void append_event(std::int64_t tick, double t_s, const std::string& kind, const std::string& subject,
                     const std::string& value);
+  /// A sentence more for the header's notes, which `finish` writes.
+  void add_note(const std::string& note);
   /// Hands all whole rows to the operating system. Throws LoadError where the disk is full.
   void flush();
   /// Flushes, closes, and marks the trace as complete. Throws LoadError where the disk is, or on the
@@ -81,9 +84,12 @@ class TraceReader {
   explicit TraceReader(const std::filesystem::path& folder);
   const TraceHeader& header() const noexcept { return header_; }
   const std::string& scene_text() const noexcept { return scene_text_; }
-  /// The ticks in order. Columns are found by name, those that are not known skipped. Throws LoadError
-  /// with file and line on a missing column or a bad number.
+  /// The ticks in order. Columns are found by name, those that are not known skipped; those that came after the first traces
+  /// read as 0 where a recording lacks them. Throws LoadError with file and line on any other missing column or a bad
+  /// number.
   std::vector<TraceTick> ticks() const;
+  /// Whether its ticks have all that an energy table is summed up from: older recordings do not. Throws as `ticks`.
+  bool tells_energy() const;
 
  private:
   std::filesystem::path folder_;
@@ -99,7 +105,7 @@ struct TraceDifference {
 };
 /// Compares a recording with `again`, which was felt from it. Where the recording is incomplete, its
 /// whole lines are compared, up to its last whole tick, and `again` may go on. Throws LoadError on a
-/// folder that is no trace.
+/// folder that is no trace. Columns that came after the first traces are compared where the recording has them.
 TraceDifference compare_traces(const std::filesystem::path& recorded, const std::filesystem::path& again);
 
 /// The files of a trace and their columns, as docs/trace.md shows them.

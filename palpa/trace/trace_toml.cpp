@@ -107,6 +107,7 @@ std::string header_to_toml(const TraceHeader& header) {
   put("primitives", header.primitives ? "true" : "false");
   put("dt_s", number(header.dt_s));
   put("seeds", list(seeds));
+  put("notes", quoted_list(header.notes));
   const Similarity& map = header.hand_to_world;
   const Mat3 turn = map.scale * map.rotation;
   const double shift[] = {map.translation_m.x, map.translation_m.y, map.translation_m.z};
@@ -158,6 +159,7 @@ TraceHeader read_header(const std::filesystem::path& folder) {
     header.sets.emplace_back(set.substr(0, equals), set.substr(equals + 1));
   }
   header.plugins = texts_of(root["plugins"]);
+  header.notes = texts_of(root["notes"]);
   header.primitives = root["primitives"].value_or(false);
   header.dt_s = root["dt_s"].value_or(0.0);
   if (!(header.dt_s > 0.0 && header.dt_s <= 1.0)) {

@@ -329,7 +329,7 @@ void draw_axes(Canvas& canvas, const View& view, std::span<const Vec3, 3> axes) 
     const double length = std::hypot(dx, dy);
     const PixelPoint tip{origin.x_px + 2.6 * em * dx, origin.y_px + 2.6 * em * dy};
     canvas.line(origin, tip, 0.16 * em, ink);
-    if (length > 0.3) {
+    if (length > 0.45) {
       const double ux = dx / length;
       const double uy = dy / length;
       const PixelPoint head[] = {{tip.x_px + 0.5 * em * ux, tip.y_px + 0.5 * em * uy},

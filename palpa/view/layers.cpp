@@ -483,7 +483,7 @@ void draw_layer(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, con
       break;
     }
     case ViewLayer::Show::streamlines: {
-      const std::vector<Streamline> lines = streamlines(*field, box, 80);
+      const std::vector<Streamline> lines = streamlines(*field, box, 64);
       std::vector<double> speeds;
       for (const Streamline& line : lines) {
         for (const StreamPoint& point : line) speeds.push_back(point.speed);

@@ -25,7 +25,6 @@ std::string png_of(const Picture& picture) {
   vtkNew<vtkPNGWriter> writer;
   writer->SetInputData(image);
   writer->WriteToMemoryOn();
-  writer->SetCompressionLevel(9);
   writer->Write();
   quiet.raise_error();
   const vtkUnsignedCharArray& bytes = *writer->GetResult();

@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <optional>
 
 #include "palpa/core/load_error.h"
@@ -108,18 +109,24 @@ Shades ct_shades(const CtWindow& window, double water) {
 
 constexpr double half_label = 0.4999;  ///< how far its colour reaches to either side
 
-/// A colour for each label: hues a golden angle apart, in turn light and dark; 0 is black.
-ColorMap label_colors(double most) {
-  std::vector<ViewLayer::ColorPoint> points{{-half_label, "#101010", 1.0}, {half_label, "#101010", 1.0}};
-  for (int label = 1; label <= static_cast<int>(most); ++label) {
-    const double hue = std::fmod(0.618034 * label, 1.0), light = label % 2 == 0 ? 0.95 : 0.7;
-    const auto channel = [&](double shift) {
-      const double ramp = std::clamp(std::abs(std::fmod(hue + shift, 1.0) * 6.0 - 3.0) - 1.0, 0.0, 1.0);
-      return static_cast<int>(std::lround(255.0 * light * (0.35 + 0.65 * ramp)));
-    };
-    char hex[8];
-    std::snprintf(hex, sizeof hex, "#%02x%02x%02x", channel(0.0), channel(2.0 / 3.0), channel(1.0 / 3.0));
-    points.push_back({label - half_label, hex, 1.0}), points.push_back({label + half_label, hex, 1.0});
+/// A colour for each label: hues a golden angle apart, in turn light and dark; the background is black.
+ColorMap label_colors(const LabelMap& map) {
+  std::map<double, std::string> colors{{map.background, "#101010"}};
+  for (const Label& label : map.labels) colors[label.value] = {};
+  int number = 0;
+  std::vector<ViewLayer::ColorPoint> points;
+  for (auto& [value, hex] : colors) {
+    if (hex.empty()) {
+      const double hue = std::fmod(0.618034 * ++number, 1.0), light = number % 2 == 0 ? 0.95 : 0.7;
+      const auto channel = [&](double shift) {
+        const double ramp = std::clamp(std::abs(std::fmod(hue + shift, 1.0) * 6.0 - 3.0) - 1.0, 0.0, 1.0);
+        return static_cast<int>(std::lround(255.0 * light * (0.35 + 0.65 * ramp)));
+      };
+      char text[8];
+      std::snprintf(text, sizeof text, "#%02x%02x%02x", channel(0.0), channel(2.0 / 3.0), channel(1.0 / 3.0));
+      hex = text;
+    }
+    points.push_back({value - half_label, hex, 1.0}), points.push_back({value + half_label, hex, 1.0});
   }
   return ColorMap(points);
 }
@@ -146,7 +153,9 @@ Shown shown_as(const Volume& volume, const VolumeField& shown, const Statistics&
   }
   if (field.components() == 3)
     return {{detail::magnitude_colors(0.0, std::max(detail::first_flow(values).fast, 1e-300)), ""}, {}};
-  if (is_label_map(field)) return {{label_colors(values.max), "labels", true}, {}};
+  if (values.whole_numbers && !looks_like_hounsfield(values, shown.unit)) {
+    if (const LabelMap map = label_map(field); !map.labels.empty()) return {{label_colors(map), "labels", true}, {}};
+  }
   if (const auto water = ct_water(values, shown.unit)) {
     std::string body_part;
     for (const ScanFact& fact : volume.scan) {

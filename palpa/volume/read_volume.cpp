@@ -125,10 +125,10 @@ double metres_per_unit(const VolumeRequest& request, const Header& header, Volum
   const double assumed = metres(header.default_unit);
   if (assumed == 0) throw LoadError("cannot be read: palpa-read gave no unit of length; update both programs together");
   const std::string length = assumed == 1 ? "metres" : "millimetres";
-  volume.warnings.push_back(header.length_unit.empty()
-                                ? "says no unit of length: " + length + " are taken (length_unit takes another, in a scene or by --set)"
-                                : "has the unit of length '" + header.length_unit + "', which is unknown: " + length +
-                                      " are taken");
+  volume.warnings.push_back(
+      header.length_unit.empty()
+          ? "says no unit of length: " + length + " are taken (length_unit takes another, in a scene or by --set)"
+          : "has the unit of length '" + header.length_unit + "', which is unknown: " + length + " are taken");
   return assumed;
 }
 
@@ -325,10 +325,15 @@ void add_fields(Volume& volume, const Plan& plan, const std::shared_ptr<const st
       text << std::fixed;
       text.precision(0);
       if (plan.taken.size() > 1) text << "field '" << t.name << "': ";
-      text << lost
-           << (lost == 1 ? " voxel is " : " voxels are ")
-           // Its numbers are whole: none but padding is without a value.
-           << (plan.header.format == "dicom" ? "padding, where nothing was measured" : "not finite") << ": treated as outside";
+      const double percent = 100.0 * lost / static_cast<double>(grid.voxels());
+      if (lost < 10'000.0) {
+        text << lost << (lost == 1 ? " voxel is " : " voxels are ");
+      } else {
+        text.precision(percent < 1.0 ? 2 : percent < 10.0 ? 1 : 0);
+        text << percent << " % of the voxels are ";
+      }
+      // Numbers of DICOM are whole: none but padding is without a value.
+      text << (plan.header.format == "dicom" ? "padding, where nothing was measured" : "not finite") << ": treated as outside";
       volume.warnings.push_back(text.str());
     }
   }

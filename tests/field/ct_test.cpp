@@ -1,12 +1,10 @@
-// Which numbers of a CT are looked at, and what is a label map.
+// Which numbers of a CT are looked at.
 #include "palpa/field/ct.h"
 
 #include <gtest/gtest.h>
 
 #include <random>
 #include <string_view>
-
-#include "palpa/field/labels.h"
 
 namespace palpa {
 namespace {
@@ -58,30 +56,6 @@ TEST(Ct, TheWindowShowsWhatIsThere) {
   EXPECT_EQ(name(of_tissues(belly), 0, "abdomen", 0.4), "soft tissue");
   EXPECT_EQ(name(of_tissues(belly), 0, "spine", 0.4), "bone");
   EXPECT_EQ(name(of_tissues(dry_skull), 0, "head"), "bone") << "where no brain is, its window shows nothing";
-}
-
-TEST(Labels, AreWholeNumbersOfPartsSideBySide) {
-  constexpr std::int64_t side = 32;
-  const GridGeometry grid{{side, side, side}, Mat3::identity(), {}};
-  const auto field = [&](auto value, auto number) {
-    using Number = decltype(number);
-    const auto raw = std::make_shared<std::vector<Number>>();
-    for (std::int64_t k = 0; k < side; ++k)
-      for (std::int64_t j = 0; j < side; ++j)
-        for (std::int64_t i = 0; i < side; ++i) raw->push_back(static_cast<Number>(value(i, j, k)));
-    const VoxelType type = std::is_same_v<Number, std::uint8_t> ? VoxelType::uint8 : VoxelType::float32;
-    return grid_field(grid, {type, 1, {raw, raw->data()}});
-  };
-  const auto labels = [](const FieldPtr& f) { return is_label_map(*f); };
-  const auto octants = [](auto i, auto j, auto k) { return i / 16 + 2 * (j / 16) + 4 * (k / 16); };
-  std::mt19937 random(5);
-  EXPECT_TRUE(labels(field(octants, std::uint8_t{})));
-  EXPECT_TRUE(labels(field(octants, float{}))) << "the type does not matter";
-  EXPECT_TRUE(labels(field([](auto i, auto, auto) { return i > 7 && i < 20 ? 1 : 0; }, std::uint8_t{}))) << "a mask";
-  EXPECT_FALSE(labels(field([&](auto, auto, auto) { return random() % 200; }, std::uint8_t{}))) << "noise";
-  EXPECT_FALSE(labels(field([](auto i, auto j, auto k) { return 2 * i + j + k; }, std::uint8_t{}))) << "a ramp";
-  EXPECT_FALSE(labels(field([&](auto i, auto j, auto k) { return 0.5 + octants(i, j, k); }, float{}))) << "fractions";
-  EXPECT_FALSE(labels(field([](auto, auto, auto) { return 3; }, std::uint8_t{}))) << "one value";
 }
 
 }  // namespace

@@ -65,6 +65,11 @@ TEST_F(DicomScan, SaysHowACtWasMade) {
     EXPECT_NE(words.find(part), std::string::npos) << part << " in\n" << words;
 }
 
+TEST_F(DicomScan, NoContrastAgentIsNone) {
+  for (const char* none : {"", "NO", "none", "W/O", "No contrast", "0"})
+    EXPECT_EQ(facts(series([&](DicomElements& e) { e.set(0x00180010, "LO", none); })).count("contrast"), 0U) << none;
+}
+
 TEST_F(DicomScan, SaysHowAnMrWasMade) {
   const auto mr = [&](const std::function<void(DicomElements&)>& add) {
     return series([&](DicomElements& e) {

@@ -160,6 +160,14 @@ TEST(FirstScene, SaysAllThatTheFileWasReadBy) {
   }
 }
 
+TEST(FirstScene, NamesTheArraysThatAVectorIsMadeOf) {
+  VolumeRequest request;
+  request.fields = {{"velocity", "", "", {"u", "v", "w"}}};
+  Volume volume = ring_vortex();
+  volume.fields.resize(1);
+  EXPECT_THAT(scene_of(volume, request), HasSubstr("fields = {velocity = {arrays = [\"u\", \"v\", \"w\"]}}"));
+}
+
 TEST(FirstScene, OfPartsOfACtAndOfSparseFlowsCanBeLoaded) {
   const auto volume = [](const std::string& unit, int components, const std::function<double(int)>& value) {
     const auto data = std::make_shared<std::vector<float>>();

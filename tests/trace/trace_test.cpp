@@ -368,6 +368,30 @@ TEST_F(Trace, BadRowsAreNamedByFileAndLine) {
   EXPECT_THAT(read_with(good, std::string(3'000'000, 'x')), HasSubstr("ticks.csv:1: the line is longer"));
 }
 
+TEST_F(Trace, RecordingsFromBeforeTheEnergyTableAreStillRead) {
+  fs::create_directories(folder());
+  for (const char* name : {"new", "old"}) {
+    TraceWriter writer(folder() / name, {}, scene, {});
+    write_plain(writer, 0, 5);
+    writer.finish();
+  }
+  const std::string whole = text_of(folder() / "old/ticks.csv");
+  std::string cut;
+  for (std::size_t at = 0; at < whole.size();) {
+    std::string line = whole.substr(at, whole.find('\n', at) - at);
+    at += line.size() + 1;
+    for (int column = 0; column < 4; ++column) line.erase(line.rfind(','));
+    cut += line + "\n";
+  }
+  set_text(folder() / "old/ticks.csv", cut);
+  const TraceReader old(folder() / "old");
+  EXPECT_FALSE(old.tells_energy());
+  EXPECT_TRUE(TraceReader(folder() / "new").tells_energy());
+  ASSERT_EQ(old.ticks().size(), 5u);
+  EXPECT_EQ(old.ticks()[3].frame.result.proxy_m, TraceReader(folder() / "new").ticks()[3].frame.result.proxy_m);
+  EXPECT_TRUE(compare_traces(folder() / "old", folder() / "new").same);
+}
+
 // A limit on file size stands for a full disk: write fails in the same way.
 class SmallFiles {
  public:
