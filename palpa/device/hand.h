@@ -82,12 +82,13 @@ struct Encounter {
   Vec3 axis_m{};                 ///< what the helix goes round, along y
   double before_m = 0.015;       ///< how far before the front the hand begins
   double retreat_m = 0.015;      ///< how far before the front a press goes back to
+  bool lifts = false;            ///< every other second, out to `retreat_m` before the front: what gives way is felt again
   double depth_m = 0.02;         ///< how deep the hand goes where its description does not say it
   double radius_m = 0.03;        ///< how far beside the place it goes where its description does not say it
   double half_height_m = 0.05;   ///< how far up and down the helix goes
 };
 
-/// A simulated hand's path. It begins at rest `before_m` before the front, comes in at up to 0.1 m/s, slowly over the last 4 mm, and
+/// A simulated hand's path. It begins at rest `before_m` before the front, comes in at up to 0.1 m/s, slowly over the last 3 mm, and
 /// from the front on does what it is named for, at a depth behind the front that is the motion's or the encounter's:
 ///   press   in to the depth and back to `retreat_m` before the front
 ///   stroke  sideways and up and down over the front, `radius_m` to either side

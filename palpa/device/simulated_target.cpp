@@ -51,9 +51,8 @@ class Approach {
         near_m_(std::min(std::max(from_m, -slow_before_m), to_m)),
         to_m_(to_m),
         near_s_(smooth_step_slope * (near_m_ - from_m_) / fast_m_per_s),
-        slow_s_(smooth_step_slope * (to_m_ - near_m_) / slow_m_per_s) {}
-  /// When the hand is at the front, or as near to it as it goes.
-  double at_front_s() const noexcept { return near_s_ + (to_m_ > 0.0 ? 0.5 : 1.0) * slow_s_; }
+        slow_s_(smooth_step_slope * (to_m_ - near_m_) /
+                std::clamp(slow_m_per_s * (to_m_ - near_m_) / (2.0 * slow_before_m), slow_m_per_s, fast_m_per_s)) {}
   double end_s() const noexcept { return near_s_ + slow_s_; }
   /// [m] behind the front.
   double depth_m(double time_s) const noexcept {
@@ -63,7 +62,7 @@ class Approach {
   }
 
  private:
-  static constexpr double fast_m_per_s = 0.1, slow_m_per_s = 0.03, slow_before_m = 0.004;
+  static constexpr double fast_m_per_s = 0.1, slow_m_per_s = 0.02, slow_before_m = 0.003;
   double from_m_, near_m_, to_m_, near_s_, slow_s_;
 };
 
@@ -105,9 +104,10 @@ class Press final : public SimulatedTarget {
 class Along : public SimulatedTarget {
  public:
   Point at(double time_s) const noexcept final {
-    const double share = smooth_step((time_s - approach_.at_front_s()) / joining_s_);
+    const double share = smooth_step((time_s - approach_.end_s()) / joining_s_);
     const Place place = along(time_s);
-    return {.position_m = front_->at(share * place.u, share * place.v, approach_.depth_m(time_s) + share * place.further_in_m)};
+    const double depth_m = approach_.depth_m(time_s) + share * place.further_in_m;
+    return {.position_m = front_->at(share * place.u, share * place.v, depth_m - share * lifted(time_s) * (depth_m + lift_m_))};
   }
 
  protected:
@@ -120,13 +120,26 @@ class Along : public SimulatedTarget {
         double aside_m)
       : front_(std::move(front)),
         approach_(-encounter.before_m, depth_m),
-        joining_s_(std::max(0.5, smooth_step_slope * aside_m / motion.speed_m_per_s.value_or(usual_m_per_s))) {}
+        joining_s_(std::max(0.5, smooth_step_slope * aside_m / motion.speed_m_per_s.value_or(usual_m_per_s))),
+        lifts_(encounter.lifts && depth_m > 0.0),
+        lift_m_(encounter.retreat_m) {}
   virtual Place along(double time_s) const noexcept = 0;
 
  private:
   std::shared_ptr<const Front> front_;
+  /// 0: at its depth, 1: before the front.
+  double lifted(double time_s) const noexcept {
+    constexpr double every_s = 2.0, for_share = 0.3;
+    if (!lifts_) return 0.0;
+    const double turns = (time_s - approach_.end_s()) / every_s;
+    const double within = (turns - std::floor(turns) - (1.0 - for_share)) / for_share;
+    return within > 0.0 && turns > 0.0 ? 0.5 * (1.0 - sine_cosine(within).cosine) : 0.0;
+  }
+
   Approach approach_;
   double joining_s_;
+  bool lifts_;
+  double lift_m_;
 };
 
 class Stroke final : public Along {

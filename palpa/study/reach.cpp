@@ -1,9 +1,12 @@
 #include "palpa/study/reach.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <bit>
 #include <cassert>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <limits>
 #include <thread>
@@ -24,7 +27,6 @@ constexpr double cell_z_m = 0.005;    // along the ways
 constexpr int across = 19, along = 40;  // cells
 constexpr double step_m = 1e-3;       // of a way: at 0.1 m/s
 constexpr double step_s = 0.01;
-constexpr double deepest_m = 0.02;    // that a hand goes by itself
 constexpr double usual_radius_m = 0.03;
 
 /// Does `work(worker, n)` for all n below `count`, in as many threads as are good for it; `worker` below that number.
@@ -42,11 +44,14 @@ void in_parallel(std::size_t workers, int count, const Work& work, const std::fu
   run(0);
 }
 
-/// What is felt along one straight way, from its first contact on.
+/// What is felt along one straight way, from the first level that it meets or, where it meets none, from its first contact on.
 struct Way {
   std::optional<double> onset_m;  // from its beginning
   double bears_m = 0.0;           // from there to where it ends, lets go, or the force is at its limit
   double half_force_n = 0.0;      // in the middle of that
+  bool at_level = false;          // it begins at a level
+  bool lets_go = false;           // that is where it ends
+  double deepened_m(double arm_stiffness_n_per_m) const { return 0.5 * bears_m + half_force_n / arm_stiffness_n_per_m; }
 };
 
 /// Sessions that feel ways, each of which begins where no hand has been.
@@ -55,37 +60,46 @@ class Feeler {
   explicit Feeler(const Scene& scene)
       : scene_(scene), fresh_(scene, baseline::law(scene)), session_(scene, baseline::law(scene)) {}
 
-  /// \param whole  goes on to the end of the way after what is met first
-  /// \param at     called with the way [m] and whether something is felt there, step by step
+  /// \param until  how far to go: as far as the first contact lasts, as far as the first level does, or to the end
+  /// \param at     called with the way [m] and the session wherever something is felt, step by step
+  enum class Until { contact, level, end };
   template <class At>
-  Way feel(const Vec3& from_m, const Vec3& direction, double length_m, bool whole, const At& at) {
+  Way feel(const Vec3& from_m, const Vec3& direction, double length_m, Until until, const At& at) {
     session_.continue_from(fresh_);
     Way way;
     forces_n_.clear();
     bool over = false;
     const int steps = static_cast<int>(std::ceil(length_m / step_m));
-    for (int n = 0; n <= steps && (whole || !over); ++n) {
+    const auto enough = [&] { return over && (until == Until::contact || (until == Until::level && way.at_level)); };
+    for (int n = 0; n <= steps && !enough(); ++n) {
       const double way_m = n * step_m;
       const Tick tick = session_.tick({.position_m = from_m + way_m * direction}, step_s);
       const double force_n = scene_.coupling.stiffness_n_per_m * distance(tick.proxy_m, tick.probe_m);
       const bool felt = force_n > contact_force_n;
-      at(way_m, felt);
-      if (felt && !way.onset_m) way.onset_m = way_m;
+      if (felt) at(way_m, session_);
+      const auto happens = [&](SessionEventKind kind) {
+        const auto events = session_.events();
+        return std::any_of(events.begin(), events.end(), [&](const SessionEvent& event) { return event.kind == kind; });
+      };
+      const bool meets_level = !way.at_level && happens(SessionEventKind::onset);
+      if (meets_level || (felt && !way.onset_m)) {
+        way.onset_m = way_m;
+        way.at_level = meets_level;
+        over = false;
+        forces_n_.clear();
+      }
       if (!way.onset_m || over) continue;
-      const auto events = session_.events();
-      const bool lets_go = std::any_of(events.begin(), events.end(), [](const SessionEvent& event) {
-        return event.kind == SessionEventKind::break_through;
-      });
-      over = !felt || lets_go || force_n >= scene_.coupling.max_force_n;
+      way.lets_go = happens(SessionEventKind::break_through);
+      over = (!felt && !forces_n_.empty()) || way.lets_go || force_n >= scene_.coupling.max_force_n;
       if (felt) forces_n_.push_back(force_n);
     }
     if (!way.onset_m) return way;
     way.bears_m = step_m * static_cast<double>(forces_n_.size());
-    way.half_force_n = forces_n_[forces_n_.size() / 2];
+    if (!forces_n_.empty()) way.half_force_n = forces_n_[forces_n_.size() / 2];
     return way;
   }
-  Way feel(const Vec3& from_m, const Vec3& direction, double length_m) {
-    return feel(from_m, direction, length_m, false, [](double, bool) {});
+  Way feel(const Vec3& from_m, const Vec3& direction, double length_m, Until until) {
+    return feel(from_m, direction, length_m, until, [](double, const Session&) {});
   }
 
  private:
@@ -95,10 +109,10 @@ class Feeler {
   std::vector<double> forces_n_;
 };
 
+std::size_t workers() { return std::clamp(std::thread::hardware_concurrency(), 1u, 8u); }
 std::vector<std::unique_ptr<Feeler>> feelers(const Scene& scene) {
   std::vector<std::unique_ptr<Feeler>> all;
-  const std::size_t workers = std::clamp(std::thread::hardware_concurrency(), 1u, 8u);
-  for (std::size_t n = 0; n < workers; ++n) all.push_back(std::make_unique<Feeler>(scene));
+  for (std::size_t n = 0; n < workers(); ++n) all.push_back(std::make_unique<Feeler>(scene));
   return all;
 }
 
@@ -141,6 +155,13 @@ std::vector<double> filled(const Ways& ways, const Value& value) {
   return heights;
 }
 
+/// [N/m] of the arm; infinite: it goes where it wants.
+double stiffness_of(Hold hold) {
+  return hold == Hold::rigid     ? std::numeric_limits<double>::infinity()
+         : hold == Hold::relaxed ? relaxed_arm.stiffness_n_per_m
+                                 : firm_arm.stiffness_n_per_m;
+}
+
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -151,42 +172,70 @@ double median(std::vector<double> values) {
 
 /// What was felt, cell by cell; cell 0 of each axis at the left, at the bottom, next to the user.
 struct Reach::Lattice {
-  static std::size_t number(int i, int j, int k) {
-    return static_cast<std::size_t>((k * across + j) * across + i);
-  }
+  struct Cell {
+    std::uint64_t modes = 0;  // that push here, one bit each: of more than 64 the last bit is that of all others
+    bool front = false;       // something begins in this cell or the one before
+    double worth = 0.0;       // 1 on average: the more, the more modes push here that do elsewhere but rarely
+  };
+  static std::size_t number(int i, int j, int k) { return static_cast<std::size_t>((k * across + j) * across + i); }
   static Vec3 way_begin_m(int i, int j) { return {(i - across / 2) * cell_m, (j - across / 2) * cell_m, half_m + before_m}; }
   static Vec3 middle_m(int i, int j, int k) { return way_begin_m(i, j) - Vec3{0.0, 0.0, (k + 0.5) * cell_z_m}; }
-  /// 0: nothing is felt, 1: something, 2: and it begins in this cell or the one before.
-  int worth(int i, int j, int k) const {
-    if (i < 0 || j < 0 || k < 0 || i >= across || j >= across || k >= along) return 0;
+  Cell at(int i, int j, int k) const {
+    if (i < 0 || j < 0 || k < 0 || i >= across || j >= across || k >= along) return {};
     return cells[number(i, j, k)];
   }
+  bool felt(int i, int j, int k) const { return at(i, j, k).modes != 0; }
+  /// The modes that push anywhere along a way.
+  std::uint64_t modes_along(int i, int j) const {
+    std::uint64_t modes = 0;
+    for (int k = 0; k < along; ++k) modes |= at(i, j, k).modes;
+    return modes;
+  }
+  void set_worth() {
+    std::array<double, 64> cells_of{};
+    for (const Cell& cell : cells) {
+      for (std::size_t m = 0; m < 64; ++m) cells_of[m] += static_cast<double>(cell.modes >> m & 1);
+    }
+    double sum = 0.0, felt_cells = 0.0;
+    for (Cell& cell : cells) {
+      for (std::size_t m = 0; m < 64; ++m) {
+        if (cell.modes >> m & 1) cell.worth += 1.0 / std::sqrt(cells_of[m]);
+      }
+      sum += cell.worth;
+      felt_cells += cell.modes != 0;
+    }
+    for (Cell& cell : cells) cell.worth *= felt_cells / std::max(sum, 1e-300);
+  }
 
-  std::vector<char> cells = std::vector<char>(static_cast<std::size_t>(across * across * along));
+  std::vector<Cell> cells = std::vector<Cell>(static_cast<std::size_t>(across * across * along));
   Ways ways{across, across, false, std::vector<Way>(static_cast<std::size_t>(across * across))};
 };
 
 Reach::Reach(const Scene& scene, const std::function<void(double)>& progress) : scene_(scene) {
   auto lattice = std::make_shared<Lattice>();
-  const auto workers = feelers(scene_);
+  const auto sessions = feelers(scene_);
   in_parallel(
-      workers.size(), across * across,
+      sessions.size(), across * across,
       [&](std::size_t worker, int n) {
         const int i = n % across, j = n / across;
-        int since_onset = 2;
-        int last_felt = -1;
-        const auto note = [&](double way_m, bool felt) {
+        int first_felt = -2, last_felt = -2;
+        const auto note = [&](double way_m, const Session& session) {
           const int k = std::min(along - 1, static_cast<int>(way_m / cell_z_m));
-          if (!felt) return;
-          if (k != last_felt) since_onset = last_felt >= 0 && k == last_felt + 1 ? since_onset + 1 : 0;
+          if (k == last_felt) return;
+          if (k != last_felt + 1) first_felt = k;
           last_felt = k;
-          lattice->cells[Lattice::number(i, j, k)] = since_onset < 2 ? 2 : 1;
+          Lattice::Cell& cell = lattice->cells[Lattice::number(i, j, k)];
+          cell.front = k <= first_felt + 1;
+          for (std::size_t m = 0; m < session.modes().size(); ++m) {
+            if (norm(session.modes()[m].force_n) > contact_force_n) cell.modes |= std::uint64_t{1} << std::min<std::size_t>(m, 63);
+          }
         };
         lattice->ways.way[static_cast<std::size_t>(n)] =
-            workers[worker]->feel(Lattice::way_begin_m(i, j), {0, 0, -1}, along * cell_z_m, true, note);
+            sessions[worker]->feel(Lattice::way_begin_m(i, j), {0, 0, -1}, along * cell_z_m, Feeler::Until::end, note);
       },
       progress);
   for (const Way& way : lattice->ways.way) felt_ways_ += way.onset_m.has_value();
+  lattice->set_worth();
   lattice_ = std::move(lattice);
 }
 
@@ -226,12 +275,46 @@ double slope_of_disc(const Ways& ways, int column, int row, double radius) {
 
 }  // namespace
 
-Encounter Reach::encounter(const SimulatedMotion& motion, double arm_stiffness_n_per_m) const {
+namespace {
+
+/// What a hand feels, tried out for a while.
+Summary tried(const Scene& scene, std::shared_ptr<const Target> target, Hold hold, double longest_s) {
+  const double duration_s = std::min(longest_s, target->duration_s());
+  Session session(scene, baseline::law(scene));
+  SummaryBuilder builder(scene);
+  const auto hand = hand_device(std::move(target), hold);
+  run_simulated(session, *hand, {.duration_s = duration_s, .time_ticks = false}, nullptr,
+                [&](const TickFrame& frame, const Session& felt) { builder.add(frame, felt); });
+  return builder.finish(1.0);
+}
+
+/// How good that is: contact, with all modes that there are, a force that is rarely at its limit, and a proxy that follows.
+double worth_of(const Summary& summary) {
+  constexpr double rarely = 0.002, some_contact = 0.02;
+  const double ticks = static_cast<double>(std::max<std::int64_t>(1, summary.ticks));
+  const double limited = static_cast<double>(summary.guard_limited_ticks) / ticks;
+  const auto met = std::count_if(summary.modes.begin(), summary.modes.end(),
+                                 [](const ModeSummary& mode) { return mode.contact_share > some_contact; });
+  const double kinds = static_cast<double>(met) / static_cast<double>(std::max<std::size_t>(1, summary.modes.size()));
+  return summary.contact_share + kinds - (limited > rarely ? 1.0 + limited : 0.0) - (summary.waiting_ticks > 0 ? 0.1 : 0.0);
+}
+
+}  // namespace
+
+Encounter Reach::encounter(const SimulatedMotion& motion, Hold hold) const {
   assert(!is_empty());
+  const double arm_stiffness_n_per_m = stiffness_of(hold);
   const Ways& coarse = lattice_->ways;
+  const bool has_levels = std::any_of(coarse.way.begin(), coarse.way.end(), [](const Way& way) { return way.at_level; });
+  const Feeler::Until until = has_levels ? Feeler::Until::level : Feeler::Until::contact;
   const double wanted_radius_m = motion.radius_m.value_or(usual_radius_m);
 
-  // The coarse place: most to feel within the radius, and near the middle of the workspace.
+  // The coarse place: most to feel within the radius, of most modes, and near the middle of the workspace.
+  std::vector<std::uint64_t> modes_along;
+  std::uint64_t all_modes = 0;
+  for (int n = 0; n < across * across; ++n) {
+    all_modes |= modes_along.emplace_back(lattice_->modes_along(n % across, n / across));
+  }
   double best = -1.0;
   int column = 0, row = 0;
   for (int j = 0; j < across; ++j)
@@ -239,7 +322,12 @@ Encounter Reach::encounter(const SimulatedMotion& motion, double arm_stiffness_n
       if (!coarse.at(i, j).onset_m) continue;
       const double off = std::hypot(i - across / 2, j - across / 2) / across;
       const double radius = std::clamp(wanted_radius_m, cell_m, usual_radius_m) / cell_m;
-      const double worth = share_of_disc(coarse, i, j, radius) - 0.5 * off - 0.5 * slope_of_disc(coarse, i, j, radius);
+      std::uint64_t modes = 0;
+      for (int b = std::max(0, j - 1); b <= std::min(across - 1, j + 1); ++b)
+        for (int a = std::max(0, i - 1); a <= std::min(across - 1, i + 1); ++a) modes |= modes_along[static_cast<std::size_t>(b * across + a)];
+      const double kinds = static_cast<double>(std::popcount(modes)) / static_cast<double>(std::popcount(all_modes));
+      const double worth =
+          share_of_disc(coarse, i, j, radius) + kinds - 0.5 * off - 0.5 * slope_of_disc(coarse, i, j, radius);
       if (worth > best) best = worth, column = i, row = j;
     }
   const Vec3 above_m = Lattice::way_begin_m(column, row);
@@ -248,13 +336,13 @@ Encounter Reach::encounter(const SimulatedMotion& motion, double arm_stiffness_n
   const double spacing_m = std::max(0.003, wanted_radius_m / 10.0);
   const int side = 2 * static_cast<int>(std::ceil(wanted_radius_m / spacing_m)) + 5;
   Ways fine{side, side, false, std::vector<Way>(static_cast<std::size_t>(side * side))};
-  const auto workers = feelers(scene_);
+  const auto sessions = feelers(scene_);
   const auto begin_m = [&](int i, int j) {
     return above_m + Vec3{(i - side / 2) * spacing_m, (j - side / 2) * spacing_m, 0.0};
   };
-  in_parallel(workers.size(), side * side, [&](std::size_t worker, int n) {
+  in_parallel(sessions.size(), side * side, [&](std::size_t worker, int n) {
     fine.way[static_cast<std::size_t>(n)] =
-        workers[worker]->feel(begin_m(n % side, n / side), {0, 0, -1}, along * cell_z_m);
+        sessions[worker]->feel(begin_m(n % side, n / side), {0, 0, -1}, along * cell_z_m, until);
   });
 
   // The motion's radius: the largest, up to the wanted one, of a disc that can mostly be felt.
@@ -281,11 +369,13 @@ Encounter Reach::encounter(const SimulatedMotion& motion, double arm_stiffness_n
 
   // As deep as half of what most of these ways can bear; the arm has to want more than it gets.
   std::vector<double> depths_m;
+  std::size_t lets_go = 0;
   for (int j = 0; j < side; ++j)
     for (int i = 0; i < side; ++i) {
       const Way& way = fine.at(i, j);
       if (!way.onset_m || std::hypot(i - middle.column, j - middle.row) > middle.radius + 0.5) continue;
-      depths_m.push_back(std::min(0.5 * way.bears_m + way.half_force_n / arm_stiffness_n_per_m, deepest_m));
+      depths_m.push_back(way.deepened_m(arm_stiffness_n_per_m));
+      lets_go += way.lets_go;
     }
 
   Encounter met;
@@ -293,13 +383,14 @@ Encounter Reach::encounter(const SimulatedMotion& motion, double arm_stiffness_n
   // A level that has given way is felt again from outside; data that move may have come after the hand.
   met.retreat_m = scene_.time.play == TimeOptions::Play::hold ? 0.002 : 0.01;
   met.depth_m = depths_m.empty() ? step_m : median(depths_m);
+  met.lifts = 2 * lets_go > depths_m.size();
   met.radius_m = middle.radius * spacing_m;
   const double top_m = half_m + before_m;
   const Vec3 place_m = begin_m(middle.column, middle.row);
   const auto height_m = [&](const Way& way) { return top_m - *way.onset_m; };
   met.facing = relief_facing({place_m.x, place_m.y, 0.0}, Relief(filled(fine, height_m), side, side, false), middle.column,
                              middle.row, spacing_m);
-  if (motion.kind != SimulatedMotion::Kind::helix) return met;
+  if (motion.kind != SimulatedMotion::Kind::helix) return motion.depth_m ? met : deeper_if_better(met, motion, hold, place_m);
 
   // Around: the axis goes through the middle of what is felt at the place's height.
   const int level = std::clamp(static_cast<int>(std::lround(place_m.y / cell_m)) + across / 2, 0, across - 1);
@@ -308,57 +399,58 @@ Encounter Reach::encounter(const SimulatedMotion& motion, double arm_stiffness_n
   for (int k = 0; k < along; ++k)
     for (int j = std::max(0, level - 1); j <= std::min(across - 1, level + 1); ++j)
       for (int i = 0; i < across; ++i) {
-        if (lattice_->worth(i, j, k) > 0) sum_m += Lattice::middle_m(i, j, k), ++count;
+        if (lattice_->felt(i, j, k)) sum_m += Lattice::middle_m(i, j, k), ++count;
       }
   met.axis_m = count > 0 ? sum_m / count : place_m;
   met.axis_m.y = place_m.y;
   constexpr int angles = 32, heights = 9;
-  met.half_height_m = std::min(met.half_height_m, met.radius_m * met.half_height_m / usual_radius_m);
+  // Not up to where the object ends, where it is narrow.
+  int up = level, down = level;
+  while (up + 1 < across && coarse.at(column, up + 1).onset_m) ++up;
+  while (down > 0 && coarse.at(column, down - 1).onset_m) --down;
+  met.half_height_m = std::min(met.half_height_m, 0.5 * cell_m * std::max(1, std::min(up - level, level - down)));
   const double height_spacing_m = 2.0 * met.half_height_m / (heights - 1);
   Ways around{angles, heights, true, std::vector<Way>(angles * heights)};
-  in_parallel(workers.size(), angles * heights, [&](std::size_t worker, int n) {
+  in_parallel(sessions.size(), angles * heights, [&](std::size_t worker, int n) {
     const double turns = static_cast<double>(n % angles) / angles;
     const double y_m = (n / angles - heights / 2) * height_spacing_m;
     const Vec3 from_m = cylinder_around(met.axis_m, top_m)->at(turns, y_m, 0.0);
     const Vec3 to_m = met.axis_m + Vec3{0.0, y_m, 0.0};
-    around.way[static_cast<std::size_t>(n)] = workers[worker]->feel(from_m, normalized(to_m - from_m), top_m);
+    around.way[static_cast<std::size_t>(n)] = sessions[worker]->feel(from_m, normalized(to_m - from_m), top_m, until);
   });
   if (std::none_of(around.way.begin(), around.way.end(), [](const Way& way) { return way.onset_m; })) return met;
   met.around = relief_around(met.axis_m, Relief(filled(around, height_m), angles, heights, true), 1.0 / angles,
                              0.5 * (heights - 1), height_spacing_m);
   depths_m.clear();
   for (const Way& way : around.way) {
-    if (way.onset_m) depths_m.push_back(std::min(0.5 * way.bears_m + way.half_force_n / arm_stiffness_n_per_m, deepest_m));
+    if (way.onset_m) depths_m.push_back(way.deepened_m(arm_stiffness_n_per_m));
   }
   met.depth_m = median(depths_m);
   return met;
 }
 
-namespace {
-
-/// What becomes of a hand that is laid somewhere.
-struct Tried {
-  double contact_share = 0.0;
-  double limited_share = 0.0;
-};
-Tried tried(const Scene& scene, const std::shared_ptr<const Target>& recording, Hold hold, const Vec3& offset_m,
-            double scale) {
-  constexpr double rate_hz = 250.0, longest_s = 20.0;
-  Session session(scene, baseline::law(scene));
-  const auto hand = hand_device(displaced(recording, offset_m, scale), hold);
-  std::int64_t contact = 0, limited = 0;
-  const std::int64_t ticks = run_simulated(
-      session, *hand, {.rate_hz = rate_hz, .duration_s = std::min(longest_s, recording->duration_s()), .time_ticks = false},
-      nullptr, [&](const TickFrame& frame, const Session&) {
-        const Tick& tick = frame.result;
-        contact += scene.coupling.stiffness_n_per_m * distance(tick.proxy_m, tick.probe_m) > contact_force_n;
-        limited += frame.guard != GuardState::pass;
-      });
-  const double all = static_cast<double>(std::max<std::int64_t>(1, ticks));
-  return {static_cast<double>(contact) / all, static_cast<double>(limited) / all};
+// Where what is rare lies behind the front, a hand that goes there meets more of what there is.
+Encounter Reach::deeper_if_better(const Encounter& met, const SimulatedMotion& motion, Hold hold, const Vec3& place_m) const {
+  const double radius = met.radius_m / cell_m + 0.5;
+  const double i0 = place_m.x / cell_m + across / 2, j0 = place_m.y / cell_m + across / 2;
+  std::array<double, along> worth{};
+  for (int j = 0; j < across; ++j)
+    for (int i = 0; i < across; ++i) {
+      const Way& way = lattice_->ways.at(i, j);
+      if (!way.onset_m || std::hypot(i - i0, j - j0) > radius) continue;
+      const int front = static_cast<int>(*way.onset_m / cell_z_m);
+      for (int k = front; k < along; ++k) worth[static_cast<std::size_t>(k - front)] += lattice_->at(i, j, k).worth;
+    }
+  Encounter deeper = met;
+  deeper.lifts = false;
+  deeper.depth_m = cell_z_m * (0.5 + static_cast<double>(std::max_element(worth.begin(), worth.end()) - worth.begin()));
+  if (deeper.depth_m < met.depth_m + cell_z_m) return met;
+  constexpr double for_s = 10.0, clearly = 0.1;
+  const Encounter* const both[] = {&met, &deeper};
+  double worths[2];
+  in_parallel(2, 2, [&](std::size_t, int n) { worths[n] = worth_of(tried(scene_, simulated_target(motion, *both[n]), hold, for_s)); });
+  return worths[1] > worths[0] + clearly ? deeper : met;
 }
-
-}  // namespace
 
 Laid Reach::lay(const std::shared_ptr<const Target>& recording, Hold hold) const {
   assert(!is_empty());
@@ -422,18 +514,19 @@ Laid Reach::lay(const std::shared_ptr<const Target>& recording, Hold hold) const
   // The best of them that are far from each other are tried out: first with fronts twice as good, for there is most to feel;
   // where that gives little, by time alone.
   constexpr std::size_t most_tried = 5;
-  constexpr double rarely = 0.002, plenty = 0.4;
+  constexpr double plenty = 0.4, for_s = 30.0;
   Laid best;
-  double best_worth = -1.0;
+  double best_worth = -10.0;
   for (const int front_worth : {2, 1}) {
-    if (best_worth >= plenty) break;
+    if (best.contact_share >= plenty) break;
     std::vector<Place> places;
     for (int i = -high.i - i0; i <= across - 1 - low.i - i0; ++i)
       for (int j = -high.j - j0; j <= across - 1 - low.j - j0; ++j)
         for (int k = -high.k - k0; k <= along - 1 - low.k - k0; ++k) {
           double worth = 0.0;
           for (const Stay& stay : stays) {
-            worth += stay.count * std::min(front_worth, lattice_->worth(stay.i + i + i0, stay.j + j + j0, stay.k + k + k0));
+            const Lattice::Cell cell = lattice_->at(stay.i + i + i0, stay.j + j + j0, stay.k + k + k0);
+            worth += stay.count * cell.worth * (cell.front ? front_worth : 1);
           }
           if (worth > 0.0) places.push_back({worth, i, j, k});
         }
@@ -445,12 +538,17 @@ Laid Reach::lay(const std::shared_ptr<const Target>& recording, Hold hold) const
       const Vec3 offset_m{place.i * cell_m, place.j * cell_m, -place.k * cell_z_m};
       const bool is_new = std::all_of(offsets_m.begin(), offsets_m.end(),
                                       [&](const Vec3& other_m) { return distance(other_m, offset_m) > 0.02; });
-      if (!is_new) continue;
-      offsets_m.push_back(offset_m);
-      const Tried there = tried(scene_, recording, hold, offset_m, scale);
-      const double worth = there.contact_share - (there.limited_share > rarely ? there.limited_share + 0.5 : 0.0);
-      if (worth > best_worth) best_worth = worth, best = {scale, offset_m, there.contact_share};
+      if (is_new) offsets_m.push_back(offset_m);
       if (offsets_m.size() == most_tried) break;
+    }
+    std::vector<Summary> summaries(offsets_m.size());
+    in_parallel(workers(), static_cast<int>(offsets_m.size()), [&](std::size_t, int n) {
+      const auto at = static_cast<std::size_t>(n);
+      summaries[at] = tried(scene_, displaced(recording, offsets_m[at], scale), hold, for_s);
+    });
+    for (std::size_t n = 0; n < summaries.size(); ++n) {
+      const double worth = worth_of(summaries[n]);
+      if (worth > best_worth) best_worth = worth, best = {scale, offsets_m[n], summaries[n].contact_share};
     }
   }
   return best;
@@ -461,8 +559,8 @@ double Reach::felt_share(std::span<const Vec3> places_m) const noexcept {
   for (const Vec3& place_m : places_m) {
     const auto cell = [](double m, double size_m) { return static_cast<int>(std::lround(std::clamp(m / size_m, -1e6, 1e6))); };
     const double before_lattice_m = half_m + before_m - place_m.z;
-    felt += lattice_->worth(cell(place_m.x, cell_m) + across / 2, cell(place_m.y, cell_m) + across / 2,
-                            cell(before_lattice_m - 0.5 * cell_z_m, cell_z_m)) > 0;
+    felt += lattice_->felt(cell(place_m.x, cell_m) + across / 2, cell(place_m.y, cell_m) + across / 2,
+                           cell(before_lattice_m - 0.5 * cell_z_m, cell_z_m));
   }
   return places_m.empty() ? 0.0 : static_cast<double>(felt) / static_cast<double>(places_m.size());
 }
@@ -473,7 +571,7 @@ std::optional<Nearest> Reach::nearest(std::span<const Vec3> places_m) const {
   for (int k = 0; k < along; ++k)
     for (int j = 0; j < across; ++j)
       for (int i = 0; i < across; ++i) {
-        if (lattice_->worth(i, j, k) == 0) continue;
+        if (!lattice_->felt(i, j, k)) continue;
         const Vec3 felt_m = Lattice::middle_m(i, j, k);
         for (const Vec3& place_m : places_m) {
           const double away = norm_squared(felt_m - place_m);

@@ -23,7 +23,7 @@ struct Nearest {
 struct Laid {
   double scale = 1.0;          ///< [1] what all its positions are multiplied by
   Vec3 offset_m;               ///< and then moved by
-  double contact_share = 0.0;  ///< [1] of its ticks that feel something there, tried at 250 Hz over its first 20 s
+  double contact_share = 0.0;  ///< [1] of its ticks that feel something there, tried over its first 30 s
 };
 
 /// What can be felt within the hand's reach, asked of the scene itself: a session feels it along straight ways that come from the
@@ -39,15 +39,17 @@ class Reach {
   /// Nothing was felt along any way.
   bool is_empty() const noexcept { return felt_ways_ == 0; }
   const Scene& scene() const noexcept { return scene_; }
-  /// What a simulated hand comes upon: the place near the middle with most to feel around it and the most even front, 20 mm before it as the beginning,
-  /// the front around it and as deep as half of what can be borne there: up to where it ends, lets go, or the force
-  /// reaches the scene's limit, at most 20 mm. Where less than `radius_m` about the place can be felt, the motion's
-  /// radius is less. Feels some hundred ways more. Programming error (assert) where nothing is felt.
-  /// \param arm_stiffness_n_per_m  [N/m] of the arm that wants to be so deep; infinite: the hand is rigid
-  Encounter encounter(const SimulatedMotion& motion, double arm_stiffness_n_per_m) const;
-  /// Where a recording feels most: of all displacements by whole cells of 10 x 10 x 5 mm the few with most time at what was felt,
-  /// fronts twice as good, tried out; the one with the longest contact whose force stays below the limit. A motion
-  /// wider than 0.25 m, which no desktop device could make, is first made 0.15 m wide. Programming error where nothing is felt.
+  /// What a simulated hand comes upon: the place near the middle with most to feel around it, of most modes, and the most even
+  /// front; 20 mm before it as the beginning; the front around it; and half of what can be borne there as the depth: from
+  /// the first level, or from the first contact where there is none, up to where it ends, lets go, or the force reaches
+  /// the scene's limit; deeper where, tried out, more of the modes are felt. Where less than `radius_m` about the place can be felt, the motion's radius is less. Feels some
+  /// hundred ways more. Programming error (assert) where nothing is felt.
+  /// \param hold  what wants to be so deep: an arm has to want more than it gets
+  Encounter encounter(const SimulatedMotion& motion, Hold hold) const;
+  /// Where a recording feels most: of all displacements by whole cells of 10 x 10 x 5 mm the few with most time at what was
+  /// felt, where fronts and what is rare count for more, tried out; the one with the longest contact with the most modes
+  /// whose force stays below the limit. A motion wider than 0.25 m, which no desktop device could make, is first made
+  /// 0.15 m wide. Programming error where nothing is felt.
   Laid lay(const std::shared_ptr<const Target>& recording, Hold hold) const;
   /// The share [1] of these places of a hand [m] at which something was felt.
   double felt_share(std::span<const Vec3> places_m) const noexcept;
@@ -55,6 +57,7 @@ class Reach {
   std::optional<Nearest> nearest(std::span<const Vec3> places_m) const;
 
  private:
+  Encounter deeper_if_better(const Encounter& met, const SimulatedMotion& motion, Hold hold, const Vec3& place_m) const;
   struct Lattice;
   Scene scene_;
   std::shared_ptr<const Lattice> lattice_;

@@ -21,6 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double default_duration_s = 10.0;
+constexpr double reach_share = 0.3;  // of a run's progress
 
 void check_numbers(const RunOptions& options) {
   if (!(options.rate_hz >= 1.0 && options.rate_hz <= 1e5)) {
@@ -44,13 +45,6 @@ void check_out(const fs::path& out) {
   if (::access(parent.c_str(), W_OK | X_OK) != 0) {
     throw LoadError(out.string() + ": the folder " + parent.string() + " cannot be written; choose another");
   }
-}
-
-/// [N/m] of the arm; infinite: it goes where it wants.
-double stiffness_of(Hold hold) {
-  return hold == Hold::rigid     ? std::numeric_limits<double>::infinity()
-         : hold == Hold::relaxed ? relaxed_arm.stiffness_n_per_m
-                                 : firm_arm.stiffness_n_per_m;
 }
 
 /// How a recording was laid.
@@ -137,11 +131,15 @@ PreparedRun prepare(const RunOptions& options) {
   const Scene& scene = prepared.loaded.scene;
   const Hold hold = options.hold.value_or(motion ? Hold::relaxed : Hold::rigid);
   const bool fits = options.fit.value_or(!options.recording.center.has_value());
-  if (motion || (fits && !prepared.target->knows_its_place())) prepared.reach.emplace(scene, options.progress);
+  if (motion || (fits && !prepared.target->knows_its_place())) {
+    prepared.reach.emplace(scene, [&](double share) {
+      if (options.progress) options.progress(reach_share * share);
+    });
+  }
   if (motion) {
     prepared.target = prepared.reach->is_empty()
                           ? simulated_target(*motion)
-                          : simulated_target(*motion, prepared.reach->encounter(*motion, stiffness_of(hold)));
+                          : simulated_target(*motion, prepared.reach->encounter(*motion, hold));
   } else if (prepared.reach && !prepared.reach->is_empty()) {
     const Laid laid = prepared.reach->lay(prepared.target, hold);
     prepared.target = displaced(prepared.target, laid.offset_m, laid.scale);
@@ -206,7 +204,10 @@ RunResult run(const RunOptions& options, const std::atomic<bool>* stop) {
   const TickObserver observer = [&](const TickFrame& frame, const Session& felt) {
     builder.add(frame, felt);
     if (frame.result.probe_valid && is_finite(frame.result.probe_m)) path.add(frame.result.probe_m);
-    if (options.progress && frame.tick % 1000 == 0) options.progress(std::min(1.0, frame.t_s / prepared.duration_s));
+    if (options.progress && frame.tick % 1000 == 0) {
+      const double before = prepared.reach ? reach_share : 0.0;
+      options.progress(before + (1.0 - before) * std::min(1.0, frame.t_s / prepared.duration_s));
+    }
   };
   const auto begin = std::chrono::steady_clock::now();
   run_simulated(session, *prepared.hand, loop, recorder.get(), observer, stop);

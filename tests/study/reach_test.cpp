@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 
 #include "palpa/field/analytic.h"
 #include "palpa/loop/loop.h"
@@ -18,7 +17,6 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr double rigid = std::numeric_limits<double>::infinity();
 constexpr double radius_m = 0.05;
 constexpr double stiffness_n_per_m = 500.0;
 
@@ -49,7 +47,7 @@ double contact_share(const Scene& scene, std::unique_ptr<Target> target, Hold ho
 
 TEST(Reach, TheFrontOfABallIsTheBall) {
   for (const Vec3& centre_m : {Vec3{}, Vec3{0.02, -0.01, -0.015}}) {
-    const Encounter met = Reach(ball(centre_m, 1.0)).encounter(simulated_motion("sim:stroke"), rigid);
+    const Encounter met = Reach(ball(centre_m, 1.0)).encounter(simulated_motion("sim:stroke"), Hold::rigid);
     const Vec3 place_m = met.facing->at(0, 0, 0) - centre_m;
     // A smoothing spline lies below a ball's crown by about spacing²/(6 R), and a way is felt in steps of 1 mm.
     EXPECT_NEAR(norm(place_m), radius_m, 1.5e-3);
@@ -61,7 +59,7 @@ TEST(Reach, TheFrontOfABallIsTheBall) {
 }
 
 TEST(Reach, ItsHelixGoesRoundTheBall) {
-  const Encounter met = Reach(ball({}, 1.0)).encounter(simulated_motion("sim:helix"), rigid);
+  const Encounter met = Reach(ball({}, 1.0)).encounter(simulated_motion("sim:helix"), Hold::rigid);
   for (double turns = 0; turns < 1; turns += 0.13) {
     EXPECT_NEAR(norm(met.around->at(turns, 0.0, 0.0)), radius_m, 2.5e-3) << turns;
   }
@@ -72,9 +70,9 @@ TEST(Reach, AHandGoesAsDeepAsHalfOfWhatALevelBears) {
     const Reach reach(ball({}, strength_n));
     const double half_m = 0.5 * strength_n / stiffness_n_per_m;
     // Felt in steps of 1 mm; on a ball most ways are oblique, and longer by as much.
-    EXPECT_NEAR(reach.encounter(simulated_motion("sim:stroke"), rigid).depth_m, half_m, 1.2e-3);
+    EXPECT_NEAR(reach.encounter(simulated_motion("sim:stroke"), Hold::rigid).depth_m, half_m, 1.2e-3);
     const double arm = relaxed_arm.stiffness_n_per_m;
-    EXPECT_NEAR(reach.encounter(simulated_motion("sim:stroke"), arm).depth_m, half_m + 0.5 * strength_n / arm,
+    EXPECT_NEAR(reach.encounter(simulated_motion("sim:stroke"), Hold::relaxed).depth_m, half_m + 0.5 * strength_n / arm,
                 1.2e-3 * (1.0 + stiffness_n_per_m / arm));
   }
 }
@@ -85,7 +83,7 @@ TEST(Reach, EveryMotionBegins20MillimetresBeforeItAndFeelsIt) {
     const Reach reach(scene);
     for (const char* path : {"sim:press", "sim:stroke", "sim:circle", "sim:helix", "sim:random"}) {
       const SimulatedMotion motion = simulated_motion(path);
-      const Encounter met = reach.encounter(motion, relaxed_arm.stiffness_n_per_m);
+      const Encounter met = reach.encounter(motion, Hold::relaxed);
       auto target = simulated_target(motion, met);
       const Vec3 begin_m = target->at(0).position_m;
       EXPECT_NEAR(norm(begin_m - centre_m), radius_m + 0.02, 3e-3) << path;
@@ -97,8 +95,8 @@ TEST(Reach, EveryMotionBegins20MillimetresBeforeItAndFeelsIt) {
 TEST(Reach, AWayThatIsMovedWithItsSceneIsTheSame) {
   const SimulatedMotion motion = simulated_motion("sim:circle");
   const Vec3 moved_m{0.01, -0.02, 0.0};  // whole cells of the lattice
-  const auto here = simulated_target(motion, Reach(ball({0, 0, -0.02}, 1.0)).encounter(motion, rigid));
-  const auto there = simulated_target(motion, Reach(ball(Vec3{0, 0, -0.02} + moved_m, 1.0)).encounter(motion, rigid));
+  const auto here = simulated_target(motion, Reach(ball({0, 0, -0.02}, 1.0)).encounter(motion, Hold::rigid));
+  const auto there = simulated_target(motion, Reach(ball(Vec3{0, 0, -0.02} + moved_m, 1.0)).encounter(motion, Hold::rigid));
   for (double t_s = 0; t_s < 5; t_s += 0.37) {
     // The place is drawn to the middle of the workspace, so only what both follow is compared: the ball itself.
     EXPECT_NEAR(norm(here->at(t_s).position_m - Vec3{0, 0, -0.02}), norm(there->at(t_s).position_m - Vec3{0, 0, -0.02} - moved_m),
@@ -112,7 +110,7 @@ TEST(Reach, WhereLittleCanBeFeltAMotionStaysThere) {
   scene.workspace.scale = 1.0;
   scene.workspace.center_m = Vec3{0.013, -0.021, 0.0};
   scene.add("shell", SurfaceAndFriction{.field = depth, .levels = {{.name = "shell", .strength_n = 1.0}}});
-  const Encounter met = Reach(scene).encounter(simulated_motion("sim:circle"), rigid);
+  const Encounter met = Reach(scene).encounter(simulated_motion("sim:circle"), Hold::rigid);
   EXPECT_LE(met.radius_m, 0.011);
   EXPECT_NEAR(distance(met.facing->at(0, 0, 0), {-0.013, 0.021, 0.008}), 0.0, 5e-3);
   // What the description says holds.
@@ -170,8 +168,8 @@ TEST(Reach, WhereNothingCanBeFeltItSaysWhatWouldChangeThat) {
 TEST(Reach, AsManyThreadsAsThereAreGiveTheSameAnswer) {
   const Scene scene = ball({0.01, 0.0, 0.0}, 1.0, 0.5);
   const SimulatedMotion motion = simulated_motion("sim:stroke");
-  const auto once = simulated_target(motion, Reach(scene).encounter(motion, 135.0));
-  const auto again = simulated_target(motion, Reach(scene).encounter(motion, 135.0));
+  const auto once = simulated_target(motion, Reach(scene).encounter(motion, Hold::relaxed));
+  const auto again = simulated_target(motion, Reach(scene).encounter(motion, Hold::relaxed));
   for (double t_s = 0; t_s < 10; t_s += 0.3) EXPECT_EQ(once->at(t_s).position_m, again->at(t_s).position_m);
 }
 
