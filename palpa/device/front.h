@@ -14,7 +14,8 @@ class Front {
   virtual ~Front() = default;
   /// The hand's place [m] at these two coordinates of the front, so deep behind it. Smooth in all three, finite for finite
   /// arguments.
-  /// \param u, v     [1] or [m], as the front says
+  /// \param u        [1] or [m], as the front says
+  /// \param v        [m]
   /// \param depth_m  [m] below zero: before the front
   virtual Vec3 at(double u, double v, double depth_m) const noexcept = 0;
 };
@@ -27,7 +28,8 @@ class Relief {
   /// \param u_turns  the columns go round: the first follows the last
   Relief(std::vector<double> heights, int columns, int rows, bool u_turns);
   /// The height [m] at a place of the lattice.
-  /// \param column, row  [1] 0: the first
+  /// \param column  [1] 0: the first
+  /// \param row     [1] 0: the first
   double at(double column, double row) const noexcept;
 
  private:
@@ -42,8 +44,10 @@ std::shared_ptr<const Front> ball_facing();
 /// A cylinder about an axis along y through `centre_m` [m], of `radius_m` [m] > 0: u are turns from the user's side, to the
 /// right first, v is the height above the centre [m].
 std::shared_ptr<const Front> cylinder_around(const Vec3& centre_m, double radius_m);
-/// A relief of z [m] that faces the user: u and v are x and y [m] beside `place_m`, whose z is not used and which stands at this
-/// column and row [1]; columns and rows are `spacing_m` [m] apart.
+/// A relief of z [m] that faces the user: u and v are x and y [m] beside `place_m`, whose z is not used.
+/// \param column     [1] where `place_m` stands in the relief
+/// \param row        [1] where `place_m` stands in the relief
+/// \param spacing_m  [m] between columns, and between rows
 std::shared_ptr<const Front> relief_facing(const Vec3& place_m, Relief relief, double column, double row, double spacing_m);
 /// As the cylinder, with a relief of its radius [m]: columns are `turns_per_column` [1] apart, rows `spacing_m` [m], and the
 /// centre's height is that of `row` [1].

@@ -296,7 +296,7 @@ double worth_of(const Summary& summary) {
   const auto met = std::count_if(summary.modes.begin(), summary.modes.end(),
                                  [](const ModeSummary& mode) { return mode.contact_share > some_contact; });
   const double kinds = static_cast<double>(met) / static_cast<double>(std::max<std::size_t>(1, summary.modes.size()));
-  return summary.contact_share + kinds - (limited > rarely ? 1.0 + limited : 0.0) - (summary.waiting_ticks > 0 ? 0.1 : 0.0);
+  return summary.contact_share + kinds - (limited > rarely ? 1.0 + limited : 0.0) - (summary.waiting_ticks > 0 ? 0.5 : 0.0);
 }
 
 }  // namespace
