@@ -515,10 +515,13 @@ Laid Reach::lay(const std::shared_ptr<const Target>& recording, Hold hold) const
   // where that gives little, by time alone.
   constexpr std::size_t most_tried = 5;
   constexpr double plenty = 0.4, for_s = 30.0;
-  Laid best;
-  double best_worth = -10.0;
+  struct Try {
+    double worth;
+    Laid laid;
+  };
+  std::vector<Try> tried_out;
   for (const int front_worth : {2, 1}) {
-    if (best.contact_share >= plenty) break;
+    if (!tried_out.empty() && tried_out.front().laid.contact_share >= plenty) break;
     std::vector<Place> places;
     for (int i = -high.i - i0; i <= across - 1 - low.i - i0; ++i)
       for (int j = -high.j - j0; j <= across - 1 - low.j - j0; ++j)
@@ -547,11 +550,17 @@ Laid Reach::lay(const std::shared_ptr<const Target>& recording, Hold hold) const
       summaries[at] = tried(scene_, displaced(recording, offsets_m[at], scale), hold, for_s);
     });
     for (std::size_t n = 0; n < summaries.size(); ++n) {
-      const double worth = worth_of(summaries[n]);
-      if (worth > best_worth) best_worth = worth, best = {scale, offsets_m[n], summaries[n].contact_share};
+      tried_out.push_back({worth_of(summaries[n]), {scale, offsets_m[n], summaries[n].contact_share}});
     }
+    std::stable_sort(tried_out.begin(), tried_out.end(), [](const Try& a, const Try& b) { return a.worth > b.worth; });
   }
-  return best;
+  // What was tried for a while may still be stuck later on.
+  for (const Try& one : tried_out) {
+    if (duration_s <= for_s) break;
+    const Summary all = tried(scene_, displaced(recording, one.laid.offset_m, scale), hold, longest_s);
+    if (200 * all.guard_limited_ticks <= all.ticks) return one.laid;
+  }
+  return tried_out.empty() ? Laid{} : tried_out.front().laid;
 }
 
 double Reach::felt_share(std::span<const Vec3> places_m) const noexcept {
