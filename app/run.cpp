@@ -76,8 +76,8 @@ void print(const Json& d) {
     std::printf("  mode       %s: %s%s\n", text(mode["name"]).c_str(), text(mode["type"]).c_str(),
                 mode["enabled"].get<bool>() ? "" : " (not enabled)");
   }
-  for (const Json& note : d["notes"]) std::printf("%s\n", text(note).c_str());
   std::puts("All of it fits together; nothing was felt yet.");
+  for (const Json& note : d["notes"]) std::printf("%s\n", text(note).c_str());
 }
 
 }  // namespace

@@ -16,6 +16,7 @@ int run_with_arguments(int argc, char** argv, const char* name, Measure measure)
   palpa::RunOptions options;
   options.scene = argv[1];
   options.hand = argv[2];
+  options.recording.center = true;  // the same place whatever the scene: figures are compared over versions
   if (argc > 3) {
     const std::string_view hold = argv[3];
     options.hold = hold == "firm" ? palpa::Hold::firm : hold == "relaxed" ? palpa::Hold::relaxed : palpa::Hold::rigid;
