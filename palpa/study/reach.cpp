@@ -288,15 +288,19 @@ Summary tried(const Scene& scene, std::shared_ptr<const Target> target, Hold hol
   return builder.finish(1.0);
 }
 
-/// How good that is: contact, with all modes that there are, a force that is rarely at its limit, and a proxy that follows.
-double worth_of(const Summary& summary) {
-  constexpr double rarely = 0.002, some_contact = 0.02;
-  const double ticks = static_cast<double>(std::max<std::int64_t>(1, summary.ticks));
-  const double limited = static_cast<double>(summary.guard_limited_ticks) / ticks;
+/// The share of the modes that were met for more than a moment.
+double kinds_met(const Summary& summary) {
+  constexpr double some_contact = 0.02;
   const auto met = std::count_if(summary.modes.begin(), summary.modes.end(),
                                  [](const ModeSummary& mode) { return mode.contact_share > some_contact; });
-  const double kinds = static_cast<double>(met) / static_cast<double>(std::max<std::size_t>(1, summary.modes.size()));
-  return summary.contact_share + kinds - (limited > rarely ? 1.0 + limited : 0.0) - (summary.waiting_ticks > 0 ? 0.5 : 0.0);
+  return static_cast<double>(met) / static_cast<double>(std::max<std::size_t>(1, summary.modes.size()));
+}
+/// How good that is: contact, with all modes that there are, a force that is rarely at its limit, and a proxy that follows.
+double worth_of(const Summary& summary) {
+  constexpr double rarely = 0.002;
+  const double ticks = static_cast<double>(std::max<std::int64_t>(1, summary.ticks));
+  const double limited = static_cast<double>(summary.guard_limited_ticks) / ticks;
+  return summary.contact_share + kinds_met(summary) - (limited > rarely ? 1.0 + limited : 0.0) - (summary.waiting_ticks > 0 ? 0.5 : 0.0);
 }
 
 }  // namespace
@@ -390,7 +394,7 @@ Encounter Reach::encounter(const SimulatedMotion& motion, Hold hold) const {
   const auto height_m = [&](const Way& way) { return top_m - *way.onset_m; };
   met.facing = relief_facing({place_m.x, place_m.y, 0.0}, Relief(filled(fine, height_m), side, side, false), middle.column,
                              middle.row, spacing_m);
-  if (motion.kind != SimulatedMotion::Kind::helix) return motion.depth_m ? met : deeper_if_better(met, motion, hold, place_m);
+  if (motion.kind != SimulatedMotion::Kind::helix) return best_of(variants(met, motion, place_m), motion, hold);
 
   // Around: the axis goes through the middle of what is felt at the place's height.
   const int level = std::clamp(static_cast<int>(std::lround(place_m.y / cell_m)) + across / 2, 0, across - 1);
@@ -426,11 +430,25 @@ Encounter Reach::encounter(const SimulatedMotion& motion, Hold hold) const {
     if (way.onset_m) depths_m.push_back(way.deepened_m(arm_stiffness_n_per_m));
   }
   met.depth_m = median(depths_m);
-  return met;
+  return best_of(variants(met, motion, place_m), motion, hold);
 }
 
-// Where what is rare lies behind the front, a hand that goes there meets more of what there is.
-Encounter Reach::deeper_if_better(const Encounter& met, const SimulatedMotion& motion, Hold hold, const Vec3& place_m) const {
+// What else a description leaves open: nearer to where it is met, where the front is more even; less deep, where it gives way
+// easily; deeper, where the front has gaps; and as deep as what is rare lies behind it.
+std::vector<Encounter> Reach::variants(const Encounter& met, const SimulatedMotion& motion, const Vec3& place_m) const {
+  std::vector<Encounter> all{met};
+  constexpr double nearer = 0.4;
+  if (!motion.radius_m) {
+    all.push_back(met);
+    all.back().radius_m *= nearer;
+    all.back().half_height_m *= nearer;
+  }
+  if (motion.depth_m) return all;
+  for (const double times : {0.5, 4.0}) {
+    all.push_back(met);
+    all.back().depth_m *= times;
+  }
+  if (motion.kind == SimulatedMotion::Kind::helix) return all;
   const double radius = met.radius_m / cell_m + 0.5;
   const double i0 = place_m.x / cell_m + across / 2, j0 = place_m.y / cell_m + across / 2;
   std::array<double, along> worth{};
@@ -444,12 +462,24 @@ Encounter Reach::deeper_if_better(const Encounter& met, const SimulatedMotion& m
   Encounter deeper = met;
   deeper.lifts = false;
   deeper.depth_m = cell_z_m * (0.5 + static_cast<double>(std::max_element(worth.begin(), worth.end()) - worth.begin()));
-  if (deeper.depth_m < met.depth_m + cell_z_m) return met;
+  if (deeper.depth_m > met.depth_m + cell_z_m) all.push_back(deeper);
+  return all;
+}
+
+// The first, or one that is clearly better when it is tried out.
+Encounter Reach::best_of(const std::vector<Encounter>& all, const SimulatedMotion& motion, Hold hold) const {
   constexpr double for_s = 10.0, clearly = 0.1;
-  const Encounter* const both[] = {&met, &deeper};
-  double worths[2];
-  in_parallel(2, 2, [&](std::size_t, int n) { worths[n] = worth_of(tried(scene_, simulated_target(motion, *both[n]), hold, for_s)); });
-  return worths[1] > worths[0] + clearly ? deeper : met;
+  constexpr double plenty = 0.5;
+  const auto felt = [&](const Encounter& one) { return tried(scene_, simulated_target(motion, one), hold, for_s); };
+  const Summary first = felt(all.front());
+  if (first.contact_share >= plenty && kinds_met(first) == 1.0) return all.front();
+  std::vector<double> worths(all.size(), worth_of(first));
+  in_parallel(workers(), static_cast<int>(all.size()) - 1, [&](std::size_t, int n) {
+    const auto at = static_cast<std::size_t>(n) + 1;
+    worths[at] = worth_of(felt(all[at]));
+  });
+  const auto best = std::max_element(worths.begin(), worths.end());
+  return *best > worths.front() + clearly ? all[static_cast<std::size_t>(best - worths.begin())] : all.front();
 }
 
 Laid Reach::lay(const std::shared_ptr<const Target>& recording, Hold hold) const {

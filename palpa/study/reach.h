@@ -42,7 +42,7 @@ class Reach {
   /// What a simulated hand comes upon: the place near the middle with most to feel around it, of most modes, and the most even
   /// front; 20 mm before it as the beginning; the front around it; and half of what can be borne there as the depth: from
   /// the first level, or from the first contact where there is none, up to where it ends, lets go, or the force reaches
-  /// the scene's limit; deeper where, tried out, more of the modes are felt. Where less than `radius_m` about the place can be felt, the motion's radius is less. Feels some
+  /// the scene's limit. Nearer to the place, or deeper, where that is clearly better when it is tried out. Where less than `radius_m` about the place can be felt, the motion's radius is less. Feels some
   /// hundred ways more. Programming error (assert) where nothing is felt.
   /// \param hold  what wants to be so deep: an arm has to want more than it gets
   Encounter encounter(const SimulatedMotion& motion, Hold hold) const;
@@ -57,7 +57,8 @@ class Reach {
   std::optional<Nearest> nearest(std::span<const Vec3> places_m) const;
 
  private:
-  Encounter deeper_if_better(const Encounter& met, const SimulatedMotion& motion, Hold hold, const Vec3& place_m) const;
+  std::vector<Encounter> variants(const Encounter& met, const SimulatedMotion& motion, const Vec3& place_m) const;
+  Encounter best_of(const std::vector<Encounter>& all, const SimulatedMotion& motion, Hold hold) const;
   struct Lattice;
   Scene scene_;
   std::shared_ptr<const Lattice> lattice_;
