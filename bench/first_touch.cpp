@@ -1,5 +1,5 @@
-// What a new user does, on every set of a folder of data: a first scene, then each simulated hand and each recording, by the program
-// itself. Prints the table of docs/data.md; exit status 1 where a figure that it promises is missed.
+// What a new user does, on every set of a folder of data: a first scene, then each simulated hand and each recording, by the
+// program itself. Prints the table of docs/data.md; exit status 1 where a figure that it promises is missed.
 //
 //   bench_first_touch PALPA DATA [FILE…]
 //
@@ -53,9 +53,8 @@ Touch touch(const std::string& palpa, const std::string& scene, const std::vecto
   Touch touched{.ran = true, .contact_share = summary["contact_share"]};
   touched.below_share = 1.0 - summary["guard_limited_ticks"].get<double>() / std::max(1.0, summary["ticks"].get<double>());
   if (touched.contact_share < 0.05) {
-    touched.said = std::any_of(summary["notes"].begin(), summary["notes"].end(), [](const json& note) {
-      return note.get<std::string>().find(" was felt") != std::string::npos;
-    });
+    touched.said = std::any_of(summary["notes"].begin(), summary["notes"].end(),
+                               [](const json& note) { return note.get<std::string>().find(" was felt") != std::string::npos; });
   }
   return touched;
 }
@@ -79,7 +78,8 @@ int main(int argc, char** argv) {
   for (const fs::directory_entry& entry : fs::directory_iterator(data / "trajectories")) {
     const std::string name = entry.path().filename().string();
     if (name.find("inverse3") != std::string::npos) recordings.push_back({"--hand", entry.path().string()});
-    if (name.find("pose") != std::string::npos) recordings.push_back({"--hand", entry.path().string(), "--hand-rate-hz", "120"});
+    if (name.find("pose") != std::string::npos)
+      recordings.push_back({"--hand", entry.path().string(), "--hand-rate-hz", "120"});
   }
   std::sort(recordings.begin(), recordings.end());
 

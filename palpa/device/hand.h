@@ -66,30 +66,32 @@ inline constexpr std::uint64_t default_hand_seed = 1;
 struct SimulatedMotion {
   enum class Kind : std::uint8_t { press, stroke, circle, helix, random };
   Kind kind = Kind::press;
-  std::optional<double> speed_m_per_s;  ///< press: the largest; random: mean square root. None: 0.1, but at most one round a second
-  std::optional<double> radius_m;  ///< how far beside the place the hand goes; helix: about the axis. None: what the place has room for
-  std::optional<double> depth_m;   ///< how far behind the front the hand wants to be; none: half of what can be borne there
+  std::optional<double>
+      speed_m_per_s;  ///< press: the largest; random: mean square root. None: 0.1, but at most one round a second
+  std::optional<double>
+      radius_m;  ///< how far beside the place the hand goes; helix: about the axis. None: what the place has room for
+  std::optional<double> depth_m;  ///< how far behind the front the hand wants to be; none: half of what can be borne there
   std::uint64_t seed = default_hand_seed;
 };
 /// Throws LoadError that says what would be right.
 SimulatedMotion simulated_motion(const std::string& description);
 
-/// What a simulated hand comes upon. `Reach::encounter` (study/reach.h) makes it of a scene; this one is a ball of 0.075 m about
-/// the middle of the workspace.
+/// What a simulated hand comes upon. `Reach::encounter` (study/reach.h) makes it of a scene; this one is a ball of 0.075 m
+/// about the middle of the workspace.
 struct Encounter {
   std::shared_ptr<const Front> facing = ball_facing();  ///< u and v: x and y [m] beside the place where the hand meets it
   std::shared_ptr<const Front> around = cylinder_around({}, 0.075);  ///< u and v: turns and height [m]; for the helix
-  Vec3 axis_m{};                 ///< what the helix goes round, along y
-  double before_m = 0.015;       ///< how far before the front the hand begins
-  double retreat_m = 0.015;      ///< how far before the front a press goes back to
-  bool lifts = false;            ///< every other second, out to `retreat_m` before the front: what gives way is felt again
-  double depth_m = 0.02;         ///< how deep the hand goes where its description does not say it
-  double radius_m = 0.03;        ///< how far beside the place it goes where its description does not say it
-  double half_height_m = 0.05;   ///< how far up and down the helix goes
+  Vec3 axis_m{};                                                     ///< what the helix goes round, along y
+  double before_m = 0.015;                                           ///< how far before the front the hand begins
+  double retreat_m = 0.015;                                          ///< how far before the front a press goes back to
+  bool lifts = false;           ///< every other second, out to `retreat_m` before the front: what gives way is felt again
+  double depth_m = 0.02;        ///< how deep the hand goes where its description does not say it
+  double radius_m = 0.03;       ///< how far beside the place it goes where its description does not say it
+  double half_height_m = 0.05;  ///< how far up and down the helix goes
 };
 
-/// A simulated hand's path. It begins at rest `before_m` before the front, comes in at up to 0.1 m/s, slowly over the last 3 mm, and
-/// from the front on does what it is named for, at a depth behind the front that is the motion's or the encounter's:
+/// A simulated hand's path. It begins at rest `before_m` before the front, comes in at up to 0.1 m/s, slowly over the last 3
+/// mm, and from the front on does what it is named for, at a depth behind the front that is the motion's or the encounter's:
 ///   press   in to the depth and back to `retreat_m` before the front
 ///   stroke  sideways and up and down over the front, `radius_m` to either side
 ///   circle  round a circle of `radius_m` on the front

@@ -12,8 +12,8 @@ namespace palpa {
 
 namespace {
 
-using detail::SineCosine;
 using detail::sine_cosine;
+using detail::SineCosine;
 
 constexpr double pi = 3.141592653589793;
 double sine(double turns) noexcept { return sine_cosine(turns).sine; }
@@ -41,8 +41,8 @@ class Random {
   std::uint64_t state_;
 };
 
-// How a hand comes in from before the front: at up to 0.1 m/s until just before it, then slowly on to its depth. An arm of half a
-// kilogram lags behind and swings; faster it would break through a thin skin before it has felt it.
+// How a hand comes in from before the front: at up to 0.1 m/s until just before it, then slowly on to its depth. An arm of half
+// a kilogram lags behind and swings; faster it would break through a thin skin before it has felt it.
 class Approach {
  public:
   /// \param from_m, to_m  [m] depths behind the front, below zero before it; from < to
@@ -292,16 +292,19 @@ SimulatedMotion simulated_motion(const std::string& description) {
                                                          {"random", Kind::random}};
   SimulatedMotion motion;
   const std::string_view name = next();
-  const auto* const known = std::find_if(std::begin(kinds), std::end(kinds), [&](const auto& kind) { return kind.first == name; });
+  const auto* const known =
+      std::find_if(std::begin(kinds), std::end(kinds), [&](const auto& kind) { return kind.first == name; });
   while (!rest.empty()) {
     const std::string_view word = next();
     const std::size_t equals = std::min(word.find('='), word.size());
     const std::string_view key = word.substr(0, equals);
     const std::string_view value = word.substr(std::min(equals + 1, word.size()));
     if (key == "speed_m_per_s") {
-      motion.speed_m_per_s = number_of(description, key, value, 0.0, 2.0, "it is a number of m/s above 0, at most 2, as in 0.1");
+      motion.speed_m_per_s =
+          number_of(description, key, value, 0.0, 2.0, "it is a number of m/s above 0, at most 2, as in 0.1");
     } else if (key == "radius_m") {
-      motion.radius_m = number_of(description, key, value, 0.0, 0.2, "it is a number of metres above 0, at most 0.2, as in 0.03");
+      motion.radius_m =
+          number_of(description, key, value, 0.0, 0.2, "it is a number of metres above 0, at most 0.2, as in 0.03");
     } else if (key == "depth_m") {
       motion.depth_m =
           number_of(description, key, value, -0.015, 0.15, "it is a number of metres above -0.015, at most 0.15, as in 0.05");

@@ -20,12 +20,12 @@
 namespace palpa {
 namespace {
 
-constexpr double half_m = 0.09;       // of the cube that is looked at
-constexpr double before_m = 0.02;     // how far before it a way begins, and before the front a hand does
-constexpr double cell_m = 0.01;       // across
-constexpr double cell_z_m = 0.005;    // along the ways
+constexpr double half_m = 0.09;         // of the cube that is looked at
+constexpr double before_m = 0.02;       // how far before it a way begins, and before the front a hand does
+constexpr double cell_m = 0.01;         // across
+constexpr double cell_z_m = 0.005;      // along the ways
 constexpr int across = 19, along = 40;  // cells
-constexpr double step_m = 1e-3;       // of a way: at 0.1 m/s
+constexpr double step_m = 1e-3;         // of a way: at 0.1 m/s
 constexpr double step_s = 0.01;
 constexpr double usual_radius_m = 0.03;
 
@@ -208,7 +208,7 @@ struct Reach::Lattice {
   }
 
   std::vector<Cell> cells = std::vector<Cell>(static_cast<std::size_t>(across * across * along));
-  Ways ways{across, across, false, std::vector<Way>(static_cast<std::size_t>(across * across))};
+  Ways ways{across, across, false, std::vector<Way>(static_cast<std::size_t>(across* across))};
 };
 
 Reach::Reach(const Scene& scene, const std::function<void(double)>& progress) : scene_(scene) {
@@ -227,7 +227,8 @@ Reach::Reach(const Scene& scene, const std::function<void(double)>& progress) : 
           Lattice::Cell& cell = lattice->cells[Lattice::number(i, j, k)];
           cell.front = k <= first_felt + 1;
           for (std::size_t m = 0; m < session.modes().size(); ++m) {
-            if (norm(session.modes()[m].force_n) > contact_force_n) cell.modes |= std::uint64_t{1} << std::min<std::size_t>(m, 63);
+            if (norm(session.modes()[m].force_n) > contact_force_n)
+              cell.modes |= std::uint64_t{1} << std::min<std::size_t>(m, 63);
           }
         };
         lattice->ways.way[static_cast<std::size_t>(n)] =
@@ -300,7 +301,8 @@ double worth_of(const Summary& summary) {
   constexpr double rarely = 0.002;
   const double ticks = static_cast<double>(std::max<std::int64_t>(1, summary.ticks));
   const double limited = static_cast<double>(summary.guard_limited_ticks) / ticks;
-  return summary.contact_share + kinds_met(summary) - (limited > rarely ? 1.0 + limited : 0.0) - (summary.waiting_ticks > 0 ? 0.5 : 0.0);
+  return summary.contact_share + kinds_met(summary) - (limited > rarely ? 1.0 + limited : 0.0) -
+         (summary.waiting_ticks > 0 ? 0.5 : 0.0);
 }
 
 }  // namespace
@@ -328,10 +330,10 @@ Encounter Reach::encounter(const SimulatedMotion& motion, Hold hold) const {
       const double radius = std::clamp(wanted_radius_m, cell_m, usual_radius_m) / cell_m;
       std::uint64_t modes = 0;
       for (int b = std::max(0, j - 1); b <= std::min(across - 1, j + 1); ++b)
-        for (int a = std::max(0, i - 1); a <= std::min(across - 1, i + 1); ++a) modes |= modes_along[static_cast<std::size_t>(b * across + a)];
+        for (int a = std::max(0, i - 1); a <= std::min(across - 1, i + 1); ++a)
+          modes |= modes_along[static_cast<std::size_t>(b * across + a)];
       const double kinds = static_cast<double>(std::popcount(modes)) / static_cast<double>(std::popcount(all_modes));
-      const double worth =
-          share_of_disc(coarse, i, j, radius) + kinds - 0.5 * off - 0.5 * slope_of_disc(coarse, i, j, radius);
+      const double worth = share_of_disc(coarse, i, j, radius) + kinds - 0.5 * off - 0.5 * slope_of_disc(coarse, i, j, radius);
       if (worth > best) best = worth, column = i, row = j;
     }
   const Vec3 above_m = Lattice::way_begin_m(column, row);
@@ -563,9 +565,8 @@ Laid Reach::lay(const std::shared_ptr<const Target>& recording, Hold hold) const
           }
           if (worth > 0.0) places.push_back({worth, i, j, k});
         }
-    std::sort(places.begin(), places.end(), [&](const Place& a, const Place& b) {
-      return a.worth != b.worth ? a.worth > b.worth : far(a) < far(b);
-    });
+    std::sort(places.begin(), places.end(),
+              [&](const Place& a, const Place& b) { return a.worth != b.worth ? a.worth > b.worth : far(a) < far(b); });
     std::vector<Vec3> offsets_m;
     for (const Place& place : places) {
       const Vec3 offset_m{place.i * cell_m, place.j * cell_m, -place.k * cell_z_m};
@@ -627,8 +628,9 @@ namespace {
 /// Why a whole scene cannot be felt, and the one setting that would change it, where that was tried and helps.
 std::string why_empty(const Scene& scene) {
   if (std::none_of(scene.modes().begin(), scene.modes().end(), [](const SceneMode& mode) { return mode.enabled; })) {
-    return scene.modes().empty() ? "The scene has no mode: add a [[mode]]; palpa modes lists what there is."
-                                 : "All modes are off: --set mode." + scene.modes().front().name + ".enabled=true turns one on.";
+    return scene.modes().empty()
+               ? "The scene has no mode: add a [[mode]]; palpa modes lists what there is."
+               : "All modes are off: --set mode." + scene.modes().front().name + ".enabled=true turns one on.";
   }
   const std::string nowhere = "Nothing in reach of the hand, 9 cm about the middle of the workspace, can be felt.";
   for (const SceneVolume& volume : scene.volumes()) {

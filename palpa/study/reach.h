@@ -26,8 +26,8 @@ struct Laid {
   double contact_share = 0.0;  ///< [1] of its ticks that feel something there, tried over its first 30 s
 };
 
-/// What can be felt within the hand's reach, asked of the scene itself: a session feels it along straight ways that come from the
-/// user, at 0.1 m/s, as the moment of its data's beginning. So whatever modes, masks and plug-ins do, it is what a hand
+/// What can be felt within the hand's reach, asked of the scene itself: a session feels it along straight ways that come from
+/// the user, at 0.1 m/s, as the moment of its data's beginning. So whatever modes, masks and plug-ins do, it is what a hand
 /// will feel. Not for the tick: makes sessions, threads and memory, and takes tenths of a second. Immutable; any thread.
 class Reach {
  public:
@@ -42,9 +42,9 @@ class Reach {
   /// What a simulated hand comes upon: the place near the middle with most to feel around it, of most modes, and the most even
   /// front; 20 mm before it as the beginning; the front around it; and half of what can be borne there as the depth: from
   /// the first level, or from the first contact where there is none, up to where it ends, lets go, or the force reaches
-  /// the scene's limit. Nearer to the place, or deeper, where that is clearly better when it is tried out. Where less than `radius_m` about the place can be felt, the motion's radius is less. Feels some
-  /// hundred ways more. Programming error (assert) where nothing is felt.
-  /// \param hold  what wants to be so deep: an arm has to want more than it gets
+  /// the scene's limit. Nearer to the place, or deeper, where that is clearly better when it is tried out. Where less than
+  /// `radius_m` about the place can be felt, the motion's radius is less. Feels some hundred ways more. Programming error
+  /// (assert) where nothing is felt. \param hold  what wants to be so deep: an arm has to want more than it gets
   Encounter encounter(const SimulatedMotion& motion, Hold hold) const;
   /// Where a recording feels most: of all displacements by whole cells of 10 x 10 x 5 mm the few with most time at what was
   /// felt, where fronts and what is rare count for more, tried out; the one with the longest contact with the most modes

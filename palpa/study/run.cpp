@@ -137,9 +137,8 @@ PreparedRun prepare(const RunOptions& options) {
     });
   }
   if (motion) {
-    prepared.target = prepared.reach->is_empty()
-                          ? simulated_target(*motion)
-                          : simulated_target(*motion, prepared.reach->encounter(*motion, hold));
+    prepared.target = prepared.reach->is_empty() ? simulated_target(*motion)
+                                                 : simulated_target(*motion, prepared.reach->encounter(*motion, hold));
   } else if (prepared.reach && !prepared.reach->is_empty()) {
     const Laid laid = prepared.reach->lay(prepared.target, hold);
     prepared.target = displaced(prepared.target, laid.offset_m, laid.scale);

@@ -43,14 +43,14 @@ struct PreparedRun {
   std::unique_ptr<SimulatedDevice> hand;
   std::shared_ptr<const Target> target;  ///< where the hand wants to be: `hand` follows it
   double duration_s = 0.0;
-  std::optional<Reach> reach;       ///< where the hand asked for it
-  std::optional<Laid> laid;          ///< where the recording was laid to feel most
-  bool goes_its_own_way = false;    ///< a recording that no force holds
-  std::string remedy;               ///< the option that would lay it there, where that was not done
-  std::vector<std::string> notes;   ///< what was done with the hand: sentences
+  std::optional<Reach> reach;      ///< where the hand asked for it
+  std::optional<Laid> laid;        ///< where the recording was laid to feel most
+  bool goes_its_own_way = false;   ///< a recording that no force holds
+  std::string remedy;              ///< the option that would lay it there, where that was not done
+  std::vector<std::string> notes;  ///< what was done with the hand: sentences
 };
-/// Loads scene and hand, lets the hand find the data (`Reach`), checks all options, and that the trace's folder can be made; makes
-/// nothing. Throws LoadError.
+/// Loads scene and hand, lets the hand find the data (`Reach`), checks all options, and that the trace's folder can be made;
+/// makes nothing. Throws LoadError.
 PreparedRun prepare(const RunOptions& options);
 /// What the hand of a run will feel, before it does: how much of its way is where something can be felt or, if that is next to
 /// nothing, why.

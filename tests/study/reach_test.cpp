@@ -99,8 +99,8 @@ TEST(Reach, AWayThatIsMovedWithItsSceneIsTheSame) {
   const auto there = simulated_target(motion, Reach(ball(Vec3{0, 0, -0.02} + moved_m, 1.0)).encounter(motion, Hold::rigid));
   for (double t_s = 0; t_s < 5; t_s += 0.37) {
     // The place is drawn to the middle of the workspace, so only what both follow is compared: the ball itself.
-    EXPECT_NEAR(norm(here->at(t_s).position_m - Vec3{0, 0, -0.02}), norm(there->at(t_s).position_m - Vec3{0, 0, -0.02} - moved_m),
-                2e-3);
+    EXPECT_NEAR(norm(here->at(t_s).position_m - Vec3{0, 0, -0.02}),
+                norm(there->at(t_s).position_m - Vec3{0, 0, -0.02} - moved_m), 2e-3);
   }
 }
 
