@@ -2,7 +2,7 @@
 #include <benchmark/benchmark.h>
 #include <palpa/field/smooth_grid.h>
 #include <palpa/palpa.h>
-#include <palpa/tick/watch.h>
+#include <palpa/tick/crossings.h>
 
 #include <cmath>
 #include <cstdint>
@@ -96,12 +96,10 @@ void first_crossing(benchmark::State& state, bool smooth, double voxels, bool br
   Samples samples(fields, {});
   const double near = smooth ? 12.0 : 29.9;
   const Watch levels[] = {{0, bricks ? 300.0 : 1000.0 - near}, {0, bricks ? 2000.0 : 1000.0 + near}};
-  Watches watches(levels);
-  std::vector<Crossing> crossings;
-  crossings.reserve(8);
+  Crossings sides(levels, fields.size());
+  const EventPolicy policy = sides.policy();
+  Event event = sides.event();
   const Vec3 centre{0.128, 0.128, 0.128};
-  samples.move_to(centre);
-  watches.look(samples);
   const std::vector<Vec3> ends = positions_in({{-1, -1, -1}, {1, 1, 1}}, 4096);
   std::size_t i = 0;
   std::int64_t stopped = 0;
@@ -109,8 +107,10 @@ void first_crossing(benchmark::State& state, bool smooth, double voxels, bool br
     const Vec3 half_m = 0.5e-3 * voxels * normalized(ends[i % ends.size()]);
     const Vec3 middle = centre + 0.003 * ends[(i + 7) % ends.size()];
     ++i;
-    crossings.clear();
-    stopped += watches.first_crossing(samples, middle - half_m, middle + half_m, crossings).stopped;
+    int pieces_left = 512;
+    sides.first_event(middle - half_m, middle + half_m, policy, samples, pieces_left, event);
+    sides.apply(event);
+    stopped += event.kind != Event::Kind::none;
   }
   state.counters["stopped"] = benchmark::Counter(static_cast<double>(stopped), benchmark::Counter::kAvgIterations);
 }

@@ -36,13 +36,16 @@ void follow(const PathOptions&) {
 }
 
 void order(const PathOptions&) {
-  std::printf("0.3 mm a tick in 1, 2, 4, 8 steps against 16; order: binary logarithm of how the difference of two shrinks\n");
-  std::printf("%-22s | %10s %10s %10s %10s um | %6s %6s %6s | %s\n", "mode", "1", "2", "4", "8", "1-2-4", "2-4-8", "4-8-16",
-              "");
+  std::printf(
+      "steps of the hand felt in 1, 2, 4, 8 ticks, against 16; order: binary logarithm of how the difference of two "
+      "shrinks; settled: within what a proxy may rest anywhere\n");
+  std::printf("%-22s %7s %8s | %10s %10s %10s %10s um | %6s %6s %6s |\n", "mode", "step mm", "settled", "1", "2", "4", "8",
+              "1-2-4", "2-4-8", "4-8-16");
   for (const OrderCase& one : order_cases()) {
     const Order o = measure_order(one);
-    std::printf("%-22s | %10.4g %10.4g %10.4g %10.4g    | %6.2f %6.2f %6.2f |", one.name.c_str(), 1e6 * o.errors_m[0],
-                1e6 * o.errors_m[1], 1e6 * o.errors_m[2], 1e6 * o.errors_m[3], o.orders[0], o.orders[1], o.orders[2]);
+    std::printf("%-22s %7.1f %8.3f | %10.4g %10.4g %10.4g %10.4g    | %6.2f %6.2f %6.2f |", one.name.c_str(), 1e3 * one.step_m,
+                1e6 * o.settled_m, 1e6 * o.errors_m[0], 1e6 * o.errors_m[1], 1e6 * o.errors_m[2], 1e6 * o.errors_m[3],
+                o.orders[0], o.orders[1], o.orders[2]);
     if (o.events > 0) std::printf(" %d events", o.events);
     if (!o.slides) std::printf(" does not slide");
     std::printf("\n");

@@ -43,18 +43,20 @@ void bumpy(const PathOptions&) {
 }
 
 void grooves(const PathOptions& options) {
-  std::printf("%-9s %-7s %7s | %6s %12s %12s %9s %12s %12s %6s\n", "filter", "edge", "opening", "ticks", "never rest",
-              "…, still", "steps p99", "jump p99 N", "jump max N", "lost");
+  std::printf("%-9s %-7s %7s | %6s %12s %12s %9s %12s %12s %6s | %17s | %s\n", "filter", "edge", "opening", "ticks",
+              "never rest", "…, still", "steps p99", "jump p99 N", "jump max N", "lost", "false rests",
+              "break-throughs, false");
   for (const Filter filter : {Filter::trilinear, Filter::smooth}) {
     for (const bool binary : {false, true}) {
-      for (const double opening : {20.0, 30.0, 40.0, 50.0, 60.0}) {
+      for (const double opening : {20.0, 30.0, 40.0, 50.0, 60.0, 90.0, 120.0}) {
         const Groove g = measure_groove({.opening_deg = opening,
                                          .binary = binary,
                                          .filter = filter,
                                          .orientations = options.count > 0 ? options.count : 20});
-        std::printf("%-9s %-7s %5.0f ° | %6d %10.2f %% %10.2f %% %9.0f %12.4f %12.4f %6d\n", name_of(filter),
-                    binary ? "binary" : "smooth", opening, g.ticks, 100 * g.never_rest_share, 100 * g.restless_still_share,
-                    g.sub_steps_p99, g.force_jump_p99_n, g.force_jump_max_n, g.lost_ticks);
+        std::printf("%-9s %-7s %5.0f ° | %6d %10.2f %% %10.2f %% %9.0f %12.4f %12.4f %6d | %6d of %7d | %6d %6d\n",
+                    name_of(filter), binary ? "binary" : "smooth", opening, g.ticks, 100 * g.never_rest_share,
+                    100 * g.restless_still_share, g.sub_steps_p99, g.force_jump_p99_n, g.force_jump_max_n, g.lost_ticks,
+                    g.false_rests, g.audited, g.break_throughs, g.false_break_throughs);
       }
     }
   }

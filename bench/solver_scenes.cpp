@@ -41,6 +41,12 @@ class Placed {
     p.strength_n = strength_n;
     problem_.primitives.push_back(p);
   }
+  /// A corner of two facets.
+  void groove(const Vec3& one, const Vec3& other, double strength_n) {
+    add(PrimitiveKind::corner, one, strength_n);
+    add(PrimitiveKind::corner, other, strength_n, 1.0);
+    problem_.primitives.back().id = problem_.primitives[problem_.primitives.size() - 2].id;
+  }
   /// A plane and the line of its friction.
   void surface(const Vec3& normal, double strength_n, double friction_n, double phase) {
     add(PrimitiveKind::plane, normal, strength_n, phase);
@@ -108,6 +114,11 @@ std::vector<Scene> scenes() {
                  for (std::size_t i = 0; i < many.size(); ++i) {
                    p.add(many[i].kind, many[i].direction, many[i].strength_n, static_cast<double>(i));
                  }
+               }),
+      recorded("groove with friction: 2 facets + line", false,
+               [&](Placed& p) {
+                 p.groove(up, leaning, 3.0);
+                 p.add(PrimitiveKind::line, normalized(up + leaning), 0.6, 0.5);
                }),
   };
 }

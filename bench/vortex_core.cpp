@@ -100,9 +100,8 @@ class Line {
   }
   /// The core from x; false where nothing is placed.
   bool from(const Vec3& x, CorePoint& core) {
-    samples_.move_to(x);
-    Here here(samples_, {}, {});
-    here.proxy_m = here.probe_m = here.at_m = x;
+    Here here(samples_, x, {}, {});
+    here.proxy_m = here.probe_m = x;
     here.time_step_s = 1e-3;
     here.stiffness_n_per_m = 500;
     out_.clear(x);

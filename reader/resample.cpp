@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <thread>
+
+#include "palpa/field/parallel.h"
 
 namespace palpa::reader {
 namespace {
@@ -90,11 +91,8 @@ std::vector<Resampled> Resampler::sample(const std::vector<ArrayName>& arrays, c
   }
 
   std::vector<std::uint8_t> done(static_cast<std::size_t>(grid_.voxels()));
-  const std::int64_t middle = grid_.dims[2] / 2;
-  {
-    const std::jthread other([&] { fill(values, to, done, 0, middle); });
-    fill(values, to, done, middle, grid_.dims[2]);
-  }
+  palpa::detail::in_parts(grid_.dims[2], 1,
+                          [&](std::int64_t first, std::int64_t last) { fill(values, to, done, first, last); });
   look(values, to, crop_, false, out);
   look(values, to, crop_, true, out);
   return out;

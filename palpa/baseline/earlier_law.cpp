@@ -9,7 +9,6 @@ namespace {
 
 // As the exact law has it.
 constexpr double stiffest_n_per_m = 1e12;
-constexpr double shortest_time_s = 1e-15;
 
 bool usable(const Vec3& position_m) noexcept {
   return is_finite(position_m) && largest_component(position_m) <= largest_position_m;
@@ -35,13 +34,14 @@ Balance EarlierLaw::solve(const PrimitiveSet& set, const Vec3& start_m, const Ve
     directed_n += forces[i];
     drags = drags || p.drag_ns_per_m > 0.0;
   }
-  const bool time_usable = !drags || (std::isfinite(T) && T >= shortest_time_s);
+  const bool time_usable = !drags || (std::isfinite(T) && T > 0.0);
   if (!(k > 0.0) || !(k <= stiffest_n_per_m) || !time_usable || !usable(start_m) || !usable(probe_m)) {
     std::fill(forces.begin(), forces.end(), Vec3{});
     return {usable(start_m) ? start_m : Vec3{}, std::numeric_limits<double>::max(), BalanceStatus::bad_input, 0, 0};
   }
   if (primitives.empty()) return {probe_m, 0.0, BalanceStatus::baseline, 0, 0};
 
+  if (drags) T = std::max(T, shortest_time_s);
   const Moved moved = move({primitives, start_m, probe_m, k, T, probe_m + directed_n / k}, forces);
   Vec3 x_m = start_m;
   if (is_finite(moved.proxy_m)) {
@@ -58,7 +58,8 @@ Vec3 part_in_span(const Primitive& primitive, const Vec3& v) noexcept {
   switch (primitive.kind) {
     case PrimitiveKind::point: return v;
     case PrimitiveKind::line: return v - dot(q, v) * q;
-    case PrimitiveKind::plane: return dot(q, v) * q;
+    case PrimitiveKind::plane:
+    case PrimitiveKind::corner: return dot(q, v) * q;
     case PrimitiveKind::directed: return {};
   }
   return {};
@@ -66,7 +67,8 @@ Vec3 part_in_span(const Primitive& primitive, const Vec3& v) noexcept {
 
 Vec3 answer_n(const Primitive& primitive, const Vec3& pull_n, double k, double T) noexcept {
   const Vec3 pull = part_in_span(primitive, pull_n);
-  if (primitive.kind == PrimitiveKind::plane && dot(primitive.direction, pull) <= 0.0) return {};
+  const bool is_plane = primitive.kind == PrimitiveKind::plane || primitive.kind == PrimitiveKind::corner;
+  if (is_plane && dot(primitive.direction, pull) <= 0.0) return {};
   const double demanded = norm(pull);
   if (demanded <= primitive.strength_n) return pull;
   const double C = primitive.drag_ns_per_m > 0.0 ? primitive.drag_ns_per_m / T : 0.0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "palpa/core/double2.h"
 #include "palpa/core/newton_form.h"
 
 namespace palpa {
@@ -17,19 +18,67 @@ const char* name_of(BalanceStatus status) noexcept {
   return "?";
 }
 
+namespace {
+
+// How near counts as on it [m].
+double nearness_m(const Primitive& primitive, const Balance& balance) noexcept {
+  return balance.error_bound_m +
+         8.0 * detail::epsilon * (largest_component(primitive.position_m) + largest_component(balance.position_m));
+}
+
+}  // namespace
+
 PrimitiveState state_at(const Primitive& primitive, const Balance& balance) noexcept {
   if (primitive.kind == PrimitiveKind::directed) return PrimitiveState::off;
   const Vec3 d = primitive.position_m - balance.position_m;
-  const double tolerance =
-      balance.error_bound_m +
-      8.0 * detail::epsilon * (largest_component(primitive.position_m) + largest_component(balance.position_m));
-  if (primitive.kind == PrimitiveKind::plane) {
+  const double tolerance = nearness_m(primitive, balance);
+  if (primitive.kind == PrimitiveKind::plane || primitive.kind == PrimitiveKind::corner) {
     const double behind = dot(primitive.direction, d);
     if (behind > tolerance) return PrimitiveState::slip;
     return behind < -tolerance ? PrimitiveState::off : PrimitiveState::stick;
   }
   return norm(residual(primitive, balance.position_m)) > tolerance ? PrimitiveState::slip : PrimitiveState::stick;
 }
+
+PrimitiveState state_at(std::span<const Primitive> primitives, std::size_t i, const Balance& balance) noexcept {
+  const std::span<const Primitive> facets = whole_of(primitives, i);
+  if (facets.size() == 1 || facets.size() > most_facets) return state_at(primitives[i], balance);
+  double tolerance = 0.0;
+  for (const Primitive& facet : facets) tolerance = std::max(tolerance, nearness_m(facet, balance));
+  if (norm(detail::way_out(facets, balance.position_m)) > tolerance) return PrimitiveState::slip;
+  for (const Primitive& facet : facets) {
+    if (state_at(facet, balance) != PrimitiveState::off) return PrimitiveState::stick;
+  }
+  return PrimitiveState::off;
+}
+
+namespace {
+
+// The corner of these facets about x, with the forces of a face of it.
+struct PosedCorner {
+  PosedCorner(std::span<const Primitive> facets, std::span<const Vec3> forces_n, const Vec3& x_m, double k) noexcept {
+    double t[most_facets];
+    for (std::size_t i = 0; i < facets.size(); ++i) {
+      normals[i] = facets[i].direction;
+      b[i] = k * detail::slide(normals[i], facets[i].position_m, x_m).along;
+      t[i] = std::max(0.0, dot(normals[i], forces_n[i]));
+    }
+    corner.normals = {normals, facets.size()};
+    corner.b = b;
+    corner.s = facets[0].strength_n;
+    for (std::size_t i = 0; i < facets.size(); ++i) {
+      if (t[i] > 0.0 && corner.face.take(static_cast<int>(i), normals[i])) corner.t[corner.face.size - 1] = t[i];
+    }
+    corner.gather(false);
+  }
+  PosedCorner(const PosedCorner&) = delete;
+
+  Vec3 normals[most_facets];
+  double b[most_facets];
+  detail::Corner corner;
+};
+
+}  // namespace
 
 double error_bound_m(std::span<const Primitive> primitives, std::span<const Vec3> forces_n, const Vec3& x_m,
                      const Vec3& probe_m, double stiffness_n_per_m, double time_step_s) noexcept {
@@ -55,7 +104,15 @@ double error_bound_m(std::span<const Primitive> primitives, std::span<const Vec3
     const Vec3 B = k * (p.position_m - x_m);
     const double gamma = gamma_of(p, k, time_step_s);
     const double longest = gamma > 0.0 ? std::numeric_limits<double>::infinity() : p.strength_n;
-    if (p.kind == PrimitiveKind::plane) {
+    const std::span<const Primitive> facets = whole_of(primitives, i);
+    if (facets.size() > most_facets) return std::numeric_limits<double>::max();
+    if (facets.size() > 1) {
+      const PosedCorner posed(facets, forces_n.subspan(i, facets.size()), x_m, k);
+      proof.add(gap(posed.corner, {}), posed.corner.u);
+      i += facets.size() - 1;
+      continue;
+    }
+    if (p.kind == PrimitiveKind::plane || p.kind == PrimitiveKind::corner) {
       const double t = std::clamp(dot(p.direction, forces_n[i]), 0.0, longest);
       const Plane plane{p.direction, dot(p.direction, B), t, p.strength_n, gamma, size_of(B)};
       proof.add(gap(plane, {}, 0.0), t * p.direction);

@@ -62,9 +62,11 @@ class Law {
   virtual void reset() noexcept = 0;
 };
 
-/// What the proxy does at primitive `i` given the balance. Read from the residual, which is unique,
-/// never from a split of force, which is not; within `error_bound_m` of the primitive counts as on it.
+/// What the proxy does at a primitive (a facet by itself is a plane) given the balance. Read from the residual, which is
+/// unique, never from a split of force, which is not; within `error_bound_m` of the primitive counts as on it.
 PrimitiveState state_at(const Primitive& primitive, const Balance& balance) noexcept;
+/// The same of `primitives[i]`, or of the whole corner that it is a facet of.
+PrimitiveState state_at(std::span<const Primitive> primitives, std::size_t i, const Balance& balance) noexcept;
 
 /// A proven bound [m] of |x − x*| for any x and any forces, where x* is the exact balance, by the
 /// duality gap (strong convexity of E): (ρ + √(ρ² + 4kε))/(2k) with ρ the force left over and ε the

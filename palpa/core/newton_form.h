@@ -11,7 +11,7 @@
 
 #include <limits>
 
-#include "palpa/core/primitives.h"
+#include "palpa/core/corner.h"
 
 namespace palpa::detail {
 
@@ -23,7 +23,7 @@ inline double size_of(const Vec3& v) noexcept { return std::abs(v.x) + std::abs(
 inline constexpr double smallest_gamma = 1e-20;
 
 inline double gamma_of(const Primitive& p, double k, double T) noexcept {
-  const double gamma = p.drag_ns_per_m > 0.0 ? p.drag_ns_per_m / (k * T) : 0.0;
+  const double gamma = p.drag_ns_per_m > 0.0 ? p.drag_ns_per_m / (k * std::max(T, shortest_time_s)) : 0.0;
   return gamma < smallest_gamma ? 0.0 : gamma;
 }
 
@@ -169,6 +169,37 @@ inline Gap gap(const Span& p, const Vec3& Z) noexcept {
   }
   return gap;
 }
+
+/// A corner of two facets or more, each with b and r as a plane's. What it does it does within the span of a face,
+/// like a plane, a line or a point, with forces t of that face's facets: u = Σ t n, not longer than s.
+struct Corner {
+  std::span<const Vec3> normals;
+  const double* b = nullptr;
+  double s = 0.0;
+  std::uint32_t index = 0;  // in the set, of its first facet
+  Face face;
+  double t[3] = {};
+  Vec3 u;
+  State state = State::off;
+  Vec3 R = {};
+
+  double residual(std::size_t i, const Vec3& Z) const noexcept { return b[i] - dot(normals[i], Z); }
+  /// The pull that it answers through a spring of stiffness τ which starts from u: the foot for c = τ r + n·u.
+  Foot pull(const Vec3& Z, double tau) const noexcept;
+  /// The force that answers `foot`: w itself up to s, else s along w.
+  void answer(const Foot& foot) noexcept;
+  /// Takes the t of the face from u, back into what it can exert; to the full strength where `slips`.
+  void confine(bool slips) noexcept;
+  /// Makes u the sum of t n, not longer than s: exactly as long where it is `full`.
+  void gather(bool full) noexcept;
+  /// Writes each facet's force t n, in the order of the set.
+  void give(Vec3* forces_n) const noexcept;
+};
+
+/// A corner's part. For any w, with v = max [r − n·w]₊ what Z + w lacks of being free and σ the corner's width,
+///     g ≤ (s|w| − u·w) + Σ t [n·w − r]₊ + (s/σ) v
+/// and w is chosen, so it has no rounding of its own: the hull of the corner's face, or of the face that is seen from Z.
+Gap gap(const Corner& p, const Vec3& Z) noexcept;
 
 /// The duality gap of one point and one set of forces, gathered primitive by primitive, and what it proves:
 ///     |Z − Z*| ≤ (ρ + √(ρ² + 4ε))/2,   ρ = |Z − C − Σu|,   ε = Σ g.

@@ -3,6 +3,8 @@
 #include <cassert>
 #include <limits>
 
+#include "palpa/core/corner.h"
+
 namespace palpa {
 
 namespace {
@@ -14,6 +16,10 @@ constexpr double unit_tolerance = 1e-12;
 // A drag's residual at the start counts as zero within this: rounding of the arithmetic that put the
 // primitive at the proxy, at any workspace size.
 constexpr double start_tolerance_m = 1e-14;
+
+bool is_usable(const Vec3& position_m) noexcept {
+  return is_finite(position_m) && largest_component(position_m) <= largest_position_m;
+}
 
 bool is_unit(const Vec3& q) noexcept { return is_finite(q) && std::abs(norm_squared(q) - 1.0) <= 2.0 * unit_tolerance; }
 
@@ -32,6 +38,7 @@ const char* name_of(PrimitiveKind kind) noexcept {
     case PrimitiveKind::line: return "line";
     case PrimitiveKind::plane: return "plane";
     case PrimitiveKind::directed: return "directed";
+    case PrimitiveKind::corner: return "facet";
   }
   return "?";
 }
@@ -56,6 +63,10 @@ const char* sentence_of(Refusal refusal) noexcept {
     case Refusal::drag_away_from_start: return "drag is placed away from the start of the sub-step";
     case Refusal::slot_used_twice: return "slot is used twice";
     case Refusal::friction_without_plane: return "friction names no plane of its mode";
+    case Refusal::facet_without_plane: return "facet belongs to no plane";
+    case Refusal::facet_with_drag: return "facet is of a corner with drag";
+    case Refusal::facets_full: return "corner has eight facets already";
+    case Refusal::corner_too_narrow: return "corner is narrower than 0.12 degrees";
     case Refusal::full: return "the set of primitives is full";
   }
   return "?";
@@ -67,10 +78,27 @@ Vec3 residual(const Primitive& primitive, const Vec3& x_m) noexcept {
   switch (primitive.kind) {
     case PrimitiveKind::point: return r;
     case PrimitiveKind::line: return r - dot(q, r) * q;
-    case PrimitiveKind::plane: return std::max(0.0, dot(q, r)) * q;
+    case PrimitiveKind::plane:
+    case PrimitiveKind::corner: return std::max(0.0, dot(q, r)) * q;
     case PrimitiveKind::directed: return {};
   }
   return {};
+}
+
+std::span<const Primitive> whole_of(std::span<const Primitive> primitives, std::size_t i) noexcept {
+  const auto is_facet_beside = [&](std::size_t j) {
+    const Primitive &a = primitives[i], &b = primitives[j];
+    return a.kind == PrimitiveKind::corner && b.kind == a.kind && b.id == a.id && b.strength_n == a.strength_n;
+  };
+  std::size_t first = i, end = i + 1;
+  while (first > 0 && is_facet_beside(first - 1)) --first;
+  while (end < primitives.size() && is_facet_beside(end)) ++end;
+  return primitives.subspan(first, end - first);
+}
+
+Vec3 residual(std::span<const Primitive> primitives, std::size_t i, const Vec3& x_m) noexcept {
+  const std::span<const Primitive> whole = whole_of(primitives, i);
+  return whole.size() > 1 && whole.size() <= most_facets ? detail::way_out(whole, x_m) : residual(primitives[i], x_m);
 }
 
 PrimitiveSet::PrimitiveSet(std::size_t capacity)
@@ -110,7 +138,8 @@ void PrimitiveSet::directed(std::uint16_t slot, const Vec3& direction, double st
 void PrimitiveSet::friction(std::uint16_t slot, std::uint16_t plane_slot, const Vec3& position_m, double coefficient) noexcept {
   const PrimitiveId plane_id{mode_, plane_slot};
   for (std::size_t i = 0; i < size_; ++i) {
-    if (primitives_[i].id == plane_id && primitives_[i].kind == PrimitiveKind::plane) {
+    if (primitives_[i].id == plane_id &&
+        (primitives_[i].kind == PrimitiveKind::plane || primitives_[i].kind == PrimitiveKind::corner)) {
       // The strength waits for the plane's force; the coefficient is checked where a strength would be.
       Primitive line{PrimitiveKind::line, {mode_, slot}, position_m, primitives_[i].direction, coefficient, 0.0};
       add(line, {}, {static_cast<std::int32_t>(i), coefficient});
@@ -128,7 +157,7 @@ void PrimitiveSet::add(Primitive p, Captured captured, Friction friction) noexce
   if (p.drag_ns_per_m < 0.0) return refuse(p.id, Refusal::drag_negative);
   if (p.kind == PrimitiveKind::directed) {
     p.position_m = {};
-  } else if (!is_finite(p.position_m) || largest_component(p.position_m) > largest_position_m) {
+  } else if (!is_usable(p.position_m)) {
     return refuse(p.id, Refusal::position_not_finite);
   }
   if (p.kind == PrimitiveKind::point) {
@@ -139,19 +168,76 @@ void PrimitiveSet::add(Primitive p, Captured captured, Friction friction) noexce
     p.direction = unit_to_rounding(p.direction);
   }
   if (p.drag_ns_per_m > 0.0) {
+    if (p.kind == PrimitiveKind::corner) return refuse(p.id, Refusal::facet_with_drag);
     const double allowed_m = start_tolerance_m * (1.0 + largest_component(carried_start_m_));
     if (p.kind == PrimitiveKind::directed || norm(residual(p, carried_start_m_)) > allowed_m) {
       return refuse(p.id, Refusal::drag_away_from_start);
     }
   }
-  for (std::size_t i = size_; i-- > 0 && primitives_[i].id.mode == p.id.mode;) {
-    if (primitives_[i].id.slot == p.id.slot) return refuse(p.id, Refusal::slot_used_twice);
+  const bool is_further_facet = p.kind == PrimitiveKind::corner && size_ > 0 && primitives_[size_ - 1].kind == p.kind &&
+                                primitives_[size_ - 1].id == p.id && primitives_[size_ - 1].strength_n == p.strength_n;
+  if (is_further_facet) {
+    const std::size_t count = whole_of(primitives(), size_ - 1).size();
+    if (!takes_facet(size_ - count, count, p.direction)) return;
+  } else {
+    for (std::size_t i = size_; i-- > 0 && primitives_[i].id.mode == p.id.mode;) {
+      if (primitives_[i].id.slot == p.id.slot) return refuse(p.id, Refusal::slot_used_twice);
+    }
   }
   if (size_ == capacity_) return refuse(p.id, Refusal::full);
   primitives_[size_] = p;
   captured_[size_] = captured;
   friction_[size_] = friction;
   ++size_;
+}
+
+bool PrimitiveSet::add_facet(std::size_t i, const Vec3& position_m, const Vec3& normal) noexcept {
+  Primitive facet = primitives_[i];
+  const auto refused = [&](Refusal reason) { return refuse(facet.id, reason), false; };
+  if (facet.kind != PrimitiveKind::plane && facet.kind != PrimitiveKind::corner) return refused(Refusal::facet_without_plane);
+  if (facet.drag_ns_per_m > 0.0) return refused(Refusal::facet_with_drag);
+  if (!is_usable(position_m)) return refused(Refusal::position_not_finite);
+  if (!is_unit(normal)) return refused(Refusal::direction_not_unit);
+  facet.kind = PrimitiveKind::corner;
+  facet.position_m = position_m;
+  facet.direction = unit_to_rounding(normal);
+  const std::size_t count = whole_of(primitives(), i).size();
+  if (!takes_facet(i, count, facet.direction)) return false;
+  if (size_ == capacity_) return refused(Refusal::full);
+
+  primitives_[i].kind = PrimitiveKind::corner;
+  const std::size_t at = i + count;
+  std::copy_backward(&primitives_[at], &primitives_[size_], &primitives_[size_ + 1]);
+  std::copy_backward(&captured_[at], &captured_[size_], &captured_[size_ + 1]);
+  std::copy_backward(&friction_[at], &friction_[size_], &friction_[size_ + 1]);
+  ++size_;
+  primitives_[at] = facet;
+  captured_[at] = captured_[i];
+  friction_[at] = {};
+  for (std::size_t j = 0; j < size_; ++j) {
+    if (friction_[j].plane >= static_cast<std::int32_t>(at)) ++friction_[j].plane;
+  }
+  return true;
+}
+
+// Whether the `count` facets from `first` on, one or more, can have another one.
+bool PrimitiveSet::takes_facet(std::size_t first, std::size_t count, const Vec3& normal) noexcept {
+  const auto refused = [&](Refusal reason) { return refuse(primitives_[first].id, reason), false; };
+  if (count >= most_facets) return refused(Refusal::facets_full);
+  Vec3 normals[most_facets];
+  for (std::size_t j = 0; j < count; ++j) normals[j] = primitives_[first + j].direction;
+  normals[count] = normal;
+  return detail::width_of({normals, count + 1}) >= narrowest_corner || refused(Refusal::corner_too_narrow);
+}
+
+void PrimitiveSet::remove(std::size_t i) noexcept {
+  for (std::size_t j = i + 1; j < size_; ++j) {
+    primitives_[j - 1] = primitives_[j];
+    captured_[j - 1] = captured_[j];
+    friction_[j - 1] = friction_[j];
+  }
+  --size_;
+  for (std::size_t j = 0; j < size_; ++j) friction_[j].plane -= friction_[j].plane > static_cast<std::int32_t>(i);
 }
 
 void PrimitiveSet::set_directed(std::size_t i, const Vec3& force_n) noexcept {

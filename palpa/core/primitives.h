@@ -1,4 +1,4 @@
-// The four haptic primitives of the paper (Eqs. 2–7) and the set that modes place them in.
+// The four haptic primitives of the paper (Eqs. 2–7), the corner of several planes, and the set that modes place them in.
 #pragma once
 
 #include <cstddef>
@@ -10,15 +10,16 @@
 
 namespace palpa {
 
-enum class PrimitiveKind : std::uint8_t { point, line, plane, directed };
+enum class PrimitiveKind : std::uint8_t { point, line, plane, directed, corner };
 
 /// What the proxy does at a primitive, read from the residual at the unique balance.
 enum class PrimitiveState : std::uint8_t {
   stick,  ///< the proxy lies on it; the force is whatever balance asks, up to the strength
   slip,   ///< the proxy was pulled off it; the force is the full strength (plus drag)
-  off,    ///< a plane that the proxy has left on its free side, and every directed force: no residual
+  off,    ///< a plane or corner that the proxy has left on its free side, and every directed force: no residual
 };
 
+/// A corner's is "facet", which is what one primitive of that kind is.
 const char* name_of(PrimitiveKind kind) noexcept;
 const char* name_of(PrimitiveState state) noexcept;
 
@@ -42,6 +43,11 @@ struct PrimitiveId {
 /// At r = 0 the printed equations have a jump; there the force is any vector of the primitive's span
 /// not longer than s (a plane: t q with 0 ≤ t ≤ s), and balance picks which: a proxy can rest *on* a
 /// plane. The drag term is viscosity, which the paper's strengths alone cannot express.
+///
+/// A corner is one strength for several planes: R(r) = s|r| with r the shortest way from x to where all of
+/// them leave it free. It is a run of consecutive primitives of kind corner with one id and one strength,
+/// each of them a facet: a plane through its position whose direction points out of the solid. Its force is
+/// Σ tᵢ qᵢ over the facets, tᵢ ≥ 0, not longer than s. A corner of one facet is a plane; none has a drag.
 struct Primitive {
   PrimitiveKind kind = PrimitiveKind::point;
   PrimitiveId id;
@@ -52,8 +58,13 @@ struct Primitive {
 };
 
 /// The residual r of `primitive` at `x_m` [m]: the vector from the proxy to the primitive within the
-/// primitive's span; zero for directed and on a plane's free side. Reads only its arguments.
+/// primitive's span; zero for directed and on a plane's free side; of a facet as of a plane. Reads only its arguments.
 Vec3 residual(const Primitive& primitive, const Vec3& x_m) noexcept;
+/// The same of `primitives[i]`, or of the whole corner that it is a facet of.
+Vec3 residual(std::span<const Primitive> primitives, std::size_t i, const Vec3& x_m) noexcept;
+
+/// The primitives that stand for one with `primitives[i]`: all facets of its corner, or itself alone.
+std::span<const Primitive> whole_of(std::span<const Primitive> primitives, std::size_t i) noexcept;
 
 /// The level of a field that a plane stands on. `field` is the session's number of the field.
 struct Captured {
@@ -76,6 +87,15 @@ inline constexpr double largest_position_m = 1e6;
 inline constexpr double largest_strength_n = 1e9;
 inline constexpr double largest_drag_ns_per_m = 1e9;
 
+/// [s] A shorter sub-step counts as so long where there is a drag, which holds like a wall in either.
+inline constexpr double shortest_time_s = 1e-15;
+
+/// How many facets a corner may have.
+inline constexpr std::size_t most_facets = 8;
+/// [1] Least σ of a corner, σ the largest e·qᵢ that a unit vector e has with all its facets: sin of half the opening
+/// of a groove. A narrower one could be empty.
+inline constexpr double narrowest_corner = 1e-3;
+
 enum class Refusal : std::uint8_t {
   position_not_finite,
   direction_not_unit,
@@ -86,6 +106,10 @@ enum class Refusal : std::uint8_t {
   drag_away_from_start,
   slot_used_twice,
   friction_without_plane,
+  facet_without_plane,
+  facet_with_drag,
+  facets_full,
+  corner_too_narrow,
   full,
 };
 
@@ -137,7 +161,13 @@ class PrimitiveSet {
   /// at `position_m`, along that plane's normal, as strong as `coefficient` [1] times the plane's force
   /// in this very sub-step.
   void friction(std::uint16_t slot, std::uint16_t plane_slot, const Vec3& position_m, double coefficient) noexcept;
-  /// Any primitive; its id is replaced by the current mode's.
+  /// Gives the plane or corner that begins at index `i` one more facet: the plane through `position_m` with the unit
+  /// vector `normal` [1] out of the solid, on the corner's level. It is inserted behind the last facet: what stands behind it
+  /// moves up by one. False, and refused, where the set is full, there are `most_facets`, the corner would be narrower
+  /// than `narrowest_corner`, or it has a drag.
+  bool add_facet(std::size_t i, const Vec3& position_m, const Vec3& normal) noexcept;
+  /// Any primitive; its id's mode is replaced by the current one. A facet with the slot of the corner before it is one
+  /// facet more of that.
   void add(Primitive primitive, Captured captured = {}, Friction friction = {}) noexcept;
 
   std::size_t size() const noexcept { return size_; }
@@ -151,6 +181,9 @@ class PrimitiveSet {
 
   /// Drops all but the first `count`: the tick's own business.
   void truncate(std::size_t count) noexcept { size_ = count < size_ ? count : size_; }
+
+  /// Takes the i-th out, no plane that friction belongs to: the tick's own business.
+  void remove(std::size_t i) noexcept;
 
   /// Puts another primitive in the place of the i-th, which has its id: the tick's own business.
   void replace(std::size_t i, const Primitive& primitive, Captured captured) noexcept {
@@ -176,6 +209,7 @@ class PrimitiveSet {
 
  private:
   void refuse(PrimitiveId id, Refusal reason) noexcept;
+  bool takes_facet(std::size_t first, std::size_t count, const Vec3& normal) noexcept;
 
   static constexpr std::size_t max_refused = 16;
 

@@ -8,7 +8,9 @@
 
 namespace palpa {
 
+using detail::Corner;
 using detail::epsilon;
+using detail::Foot;
 using detail::gap;
 using detail::Plane;
 using detail::Proof;
@@ -22,21 +24,36 @@ namespace {
 // nearly parallel lines a little above it.
 constexpr double wanted_bound_m = 2e-10;
 
-// The caps. Nearly all balances need one choice; what needs the multipliers is done within five penalties,
+// Shares of the force that moves the proxy by the wanted bound: a force left over that no refinement need take away, one
+// that people who add up the forces would see, and how near counts as at the balance.
+constexpr double refined_share = 8e-6;
+constexpr double seen_share = 1e-3;
+constexpr double near_share = 100.0;
+
+// The caps. Nearly all balances need one round; what needs the multipliers is done within five penalties,
 // the rest are problems in which only the bound is slow.
-constexpr int max_choices = 10;
-constexpr int max_choices_in_vain = 2;
-constexpr std::size_t many = 12;  // primitives: among so many, one choice in vain is enough
-constexpr int max_choices_at_once = 3;
+constexpr int max_rounds = 10;
+constexpr int max_rounds_in_vain = 2;
+constexpr std::size_t many = 12;  // primitives: among so many, one round in vain is enough
+constexpr int max_steps_in_a_round = 3;
 constexpr int max_refinements = 8;
 constexpr int max_penalties = 20;
 constexpr int max_newton_steps = 30;
 constexpr int max_search_steps = 60;
 
-// What k and T may be, far beyond any device: with the limits of PrimitiveSet nothing overflows.
+// Refinements that leave more of the force than this are slow.
+constexpr double slow_share = 0.05;
+
+// The penalties: from the first by tenfolds to the largest. Up to `unsteady` Newton's method may zigzag, and goes on with a
+// hundredth; from `steady` on the sides are clear enough for the active set to try again.
+constexpr double first_penalty = 1e3;
+constexpr double unsteady_penalty = 1e6;
+constexpr double steady_penalty = 1e8;
+constexpr double largest_penalty = 1e14;
+
+// What k may be, far beyond any device: with the limits of PrimitiveSet nothing overflows.
 constexpr double softest_n_per_m = 1e-12;
 constexpr double stiffest_n_per_m = 1e12;
-constexpr double shortest_time_s = 1e-15;
 
 bool usable(const Vec3& position_m) noexcept {
   return is_finite(position_m) && largest_component(position_m) <= largest_position_m;
@@ -49,6 +66,9 @@ struct Stiffness {
   void add(double along, const Vec3& e) noexcept {
     const Vec3 f = along * e;
     xx += f.x * e.x, xy += f.x * e.y, xz += f.x * e.z, yy += f.y * e.y, yz += f.y * e.z, zz += f.z * e.z;
+  }
+  void add(double along, const detail::Face& face) noexcept {
+    for (int i = 0; i < face.size; ++i) add(along, face.q[i]);
   }
   void add_everywhere(double f) noexcept { xx += f, yy += f, zz += f; }
 };
@@ -97,8 +117,12 @@ class Solver::Work {
   explicit Work(std::size_t capacity)
       : planes_(std::make_unique<Plane[]>(capacity)),
         spans_(std::make_unique<Span[]>(capacity)),
+        corners_(std::make_unique<Corner[]>(capacity / 2)),
+        normals_(std::make_unique<Vec3[]>(capacity)),
+        offsets_n_(std::make_unique<double[]>(capacity)),
         kept_planes_n_(std::make_unique<double[]>(capacity)),
         kept_spans_n_(std::make_unique<Vec3[]>(capacity)),
+        kept_corners_(std::make_unique<Corner[]>(capacity / 2)),
         best_forces_n_(std::make_unique<Vec3[]>(capacity)) {}
 
   /// Takes a problem and the forces to start from, in the order of the set.
@@ -115,20 +139,33 @@ class Solver::Work {
  private:
   void anchor(Plane& plane) const noexcept;
   void anchor(Span& span) const noexcept;
+  void anchor(const Corner& corner) noexcept;
+  void pose_corner(std::size_t first, std::size_t facets, const Vec3* warm_n) noexcept;
   void recentre() noexcept;
   Vec3 sum() const noexcept;
-  bool prove(int stage) noexcept;
+  bool certify(int stage) noexcept;
 
   bool in_closed_form() noexcept;
+  bool corner_in_closed_form() noexcept;
   void sweep() noexcept;
   void add_common_points() noexcept;
 
-  bool choose() noexcept;
-  Vec3 take_sides(Stiffness& M) noexcept;
-  Vec3 move(const Vec3& dZ, Vec3& held) noexcept;
-  void confine() noexcept;
+  enum class Step { settled, slow, cut };
+  Step active_set_step() noexcept;
+  struct Sides {
+    Stiffness M;
+    Vec3 g;
+  };
+  Sides take_sides() noexcept;
+  void take_side(Corner& corner, Stiffness& M, Vec3& g) const noexcept;
+  struct Moved {
+    Vec3 left;  // the force that balances nothing
+    Vec3 held;  // what sticks still has of τR
+  };
+  Moved move(const Vec3& dZ) noexcept;
+  bool confine() noexcept;
 
-  void multiply() noexcept;
+  void augmented_lagrangian() noexcept;
   bool minimise(double tau) noexcept;
   double search(const Vec3& d, double slope_at_start, double tau) const noexcept;
   double slope(const Vec3& at, const Vec3& d, double tau) const noexcept;
@@ -149,7 +186,10 @@ class Solver::Work {
   double C_size_ = 0.0;
   std::unique_ptr<Plane[]> planes_;
   std::unique_ptr<Span[]> spans_;  // lines first, then points
-  std::size_t plane_count_ = 0, line_count_ = 0, all_spans_ = 0;
+  std::unique_ptr<Corner[]> corners_;
+  std::unique_ptr<Vec3[]> normals_;      // of all corners' facets …
+  std::unique_ptr<double[]> offsets_n_;  // … and their b
+  std::size_t plane_count_ = 0, line_count_ = 0, all_spans_ = 0, corner_count_ = 0, facet_count_ = 0;
   std::size_t span_count_ = 0;  // in the balance now: all, or the lines alone while `common_`
   bool common_ = false;         // points among others at one anchor: added in closed form
   bool warm_ = false;
@@ -158,6 +198,7 @@ class Solver::Work {
 
   std::unique_ptr<double[]> kept_planes_n_;
   std::unique_ptr<Vec3[]> kept_spans_n_;
+  std::unique_ptr<Corner[]> kept_corners_;
   Vec3 kept_Z_;
 
   std::unique_ptr<Vec3[]> best_forces_n_;
@@ -173,7 +214,7 @@ void Solver::Work::pose(std::span<const Primitive> primitives, const Vec3* warm_
   probe_m_ = probe_m;
   k_ = k, by_k_ = 1.0 / k;
   wanted_n_ = k * wanted_bound_m;
-  balanced_n_ = 8e-6 * wanted_n_;
+  balanced_n_ = refined_share * wanted_n_;
   shown_n2_ = 0.1 * wanted_n_ * wanted_n_;
   precise_ = anchored_precisely_ = false;
   best_bound_n_ = std::numeric_limits<double>::max();
@@ -199,7 +240,7 @@ void Solver::Work::pose(std::span<const Primitive> primitives, const Vec3* warm_
   const Vec3 way_n = k * (probe_m - start_m);
   C_ = way_n + directed_n_;
   C_size_ = 2.0 * size_of(way_n) + directed_size_n_;
-  plane_count_ = 0;
+  plane_count_ = corner_count_ = facet_count_ = 0;
   std::size_t line = 0, point = line_count_;
   const Vec3* first_m = nullptr;
   common_ = points > 0;
@@ -211,7 +252,16 @@ void Solver::Work::pose(std::span<const Primitive> primitives, const Vec3* warm_
     if (!first_m) first_m = &p.position_m;
     common_ = common_ && p.position_m == *first_m && (gamma == 0.0 || p.kind == PrimitiveKind::point);
     const double longest = gamma > 0.0 ? std::numeric_limits<double>::infinity() : p.strength_n;
-    if (p.kind == PrimitiveKind::plane) {
+    if (p.kind == PrimitiveKind::corner) {
+      const std::span<const Primitive> facets = whole_of(primitives, i);
+      for (const Primitive& facet : facets) common_ = common_ && facet.position_m == *first_m;
+      if (facets.size() > 1) {
+        pose_corner(i, facets.size(), warm_n);
+        i += facets.size() - 1;
+        continue;
+      }
+    }
+    if (p.kind == PrimitiveKind::plane || p.kind == PrimitiveKind::corner) {
       Plane& plane = planes_[plane_count_++];
       plane.q = p.direction, plane.s = p.strength_n, plane.gamma = gamma, plane.index = static_cast<std::uint32_t>(i);
       plane.t = std::clamp(dot(p.direction, warm_n[i]), 0.0, longest);
@@ -226,8 +276,25 @@ void Solver::Work::pose(std::span<const Primitive> primitives, const Vec3* warm_
       anchor(span);
     }
   }
-  common_ = common_ && plane_count_ + line_count_ > 0;
+  common_ = common_ && plane_count_ + line_count_ + corner_count_ > 0;
   span_count_ = common_ ? line_count_ : all_spans_;
+}
+
+void Solver::Work::pose_corner(std::size_t first, std::size_t facets, const Vec3* warm_n) noexcept {
+  Corner& corner = corners_[corner_count_++];
+  corner.normals = {&normals_[facet_count_], facets};
+  corner.b = &offsets_n_[facet_count_];
+  corner.s = primitives_[first].strength_n;
+  corner.index = static_cast<std::uint32_t>(first);
+  corner.face.size = 0;
+  corner.u = {};
+  for (std::size_t i = first; i < first + facets; ++i) {
+    normals_[facet_count_++] = primitives_[i].direction;
+    corner.u += std::max(0.0, dot(primitives_[i].direction, warm_n[i])) * primitives_[i].direction;
+  }
+  corner.u = shortened(corner.u, corner.s);
+  warm_ = warm_ || corner.u != Vec3{};
+  anchor(corner);
 }
 
 // Anchors against the origin. What rounding takes from B is a shift of the anchor: where the proxy rests
@@ -235,6 +302,10 @@ void Solver::Work::pose(std::span<const Primitive> primitives, const Vec3* warm_
 // along q are taken in twice the precision.
 void Solver::Work::anchor(Plane& p) const noexcept {
   const Vec3& a = primitives_[p.index].position_m;
+  if (a == origin_m_) {
+    p.b = p.size = 0.0;
+    return;
+  }
   const Vec3 B = k_ * (a - origin_m_);
   p.b = dot(p.q, B);
   p.size = size_of(B);
@@ -246,6 +317,10 @@ void Solver::Work::anchor(Plane& p) const noexcept {
 
 void Solver::Work::anchor(Span& p) const noexcept {
   const Primitive& primitive = primitives_[p.index];
+  if (primitive.position_m == origin_m_) {
+    p.B = {}, p.size = 0.0;
+    return;
+  }
   p.B = k_ * (primitive.position_m - origin_m_);
   p.size = size_of(p.B);
   if (primitive.kind == PrimitiveKind::point) return;
@@ -254,6 +329,14 @@ void Solver::Work::anchor(Span& p) const noexcept {
     p.size = size_of(p.B);
   } else {
     p.B = p.across(p.B);
+  }
+}
+
+// A shift of a facet is one of the edges that it ends in, times the inverse of their angle: always precisely.
+void Solver::Work::anchor(const Corner& corner) noexcept {
+  double* const b = &offsets_n_[static_cast<std::size_t>(corner.b - offsets_n_.get())];
+  for (std::size_t i = 0; i < corner.normals.size(); ++i) {
+    b[i] = k_ * detail::slide(corner.normals[i], primitives_[corner.index + i].position_m, origin_m_).along;
   }
 }
 
@@ -270,6 +353,7 @@ void Solver::Work::recentre() noexcept {
   anchored_precisely_ = precise_;
   for (std::size_t i = 0; i < plane_count_; ++i) anchor(planes_[i]);
   for (std::size_t i = 0; i < all_spans_; ++i) anchor(spans_[i]);
+  for (std::size_t i = 0; i < corner_count_; ++i) anchor(corners_[i]);
 }
 
 // The Z at which these forces balance.
@@ -277,11 +361,12 @@ Vec3 Solver::Work::sum() const noexcept {
   Vec3 sum = C_;
   for (std::size_t i = 0; i < plane_count_; ++i) sum += planes_[i].t * planes_[i].q;
   for (std::size_t i = 0; i < span_count_; ++i) sum += spans_[i].u;
+  for (std::size_t i = 0; i < corner_count_; ++i) sum += corners_[i].u;
   return sum;
 }
 
 // Says whether the iterate is good enough, and keeps it if its bound is the best so far.
-bool Solver::Work::prove(int stage) noexcept {
+bool Solver::Work::certify(int stage) noexcept {
   const Vec3 rest = Z_;
   if (common_) add_common_points();
 
@@ -289,6 +374,7 @@ bool Solver::Work::prove(int stage) noexcept {
   const double size_of_Z = size_of(Z_);
   for (std::size_t i = 0; i < plane_count_; ++i) proof.add(gap(planes_[i], Z_, size_of_Z), planes_[i].t * planes_[i].q);
   for (std::size_t i = 0; i < span_count_; ++i) proof.add(gap(spans_[i], Z_), spans_[i].u);
+  for (std::size_t i = 0; i < corner_count_; ++i) proof.add(gap(corners_[i], Z_), corners_[i].u);
   ++iterations_;
 
   const double bound_n = proof.bound();
@@ -300,7 +386,7 @@ bool Solver::Work::prove(int stage) noexcept {
     precise_ = true;
   }
   // A force left over costs little in the bound; people who add up the forces see it.
-  const bool done = proven && proof.left() <= 1e-3 * wanted_n_ + proof.rounding();
+  const bool done = proven && proof.left() <= seen_share * wanted_n_ + proof.rounding();
 
   done_ = done;
   if (done || bound_n < best_bound_n_) {
@@ -310,11 +396,12 @@ bool Solver::Work::prove(int stage) noexcept {
     if (!done) {
       for (std::size_t i = 0; i < plane_count_; ++i) best_forces_n_[planes_[i].index] = planes_[i].t * planes_[i].q;
       for (std::size_t i = 0; i < span_count_; ++i) best_forces_n_[spans_[i].index] = spans_[i].u;
+      for (std::size_t i = 0; i < corner_count_; ++i) corners_[i].give(best_forces_n_.get());
     }
   }
   if (common_ && !done) {
     // So near, rounding tells, and that is least with the origin at the whole's balance, not at the rest's.
-    common_ = plain_n > 100.0 * wanted_n_;
+    common_ = plain_n > near_share * wanted_n_;
     if (common_) span_count_ = line_count_, Z_ = rest;
   }
   return done;
@@ -323,19 +410,26 @@ bool Solver::Work::prove(int stage) noexcept {
 // 1. Sweeps: block coordinate descent of the dual. With all forces but u held, Z without it is Z − u, and
 // u answers the pull P(B − (Z − u)) = R + u of the coupling itself.
 void Solver::Work::sweep() noexcept {
+  Vec3 Z = Z_;
   for (std::size_t i = 0; i < plane_count_; ++i) {
     Plane& p = planes_[i];
-    const double t = answer(p, p.residual(Z_) + p.t, 1.0);
-    Z_ += (t - p.t) * p.q;
+    const double t = answer(p, p.residual(Z) + p.t, 1.0);
+    Z += (t - p.t) * p.q;
     p.t = t;
   }
   for (std::size_t i = 0; i < span_count_; ++i) {
     Span& p = spans_[i];
-    const Vec3 u = answer(p, p.across(p.B - Z_ + p.u), 1.0);
-    Z_ += u - p.u;
+    const Vec3 u = answer(p, p.across(p.B - Z + p.u), 1.0);
+    Z += u - p.u;
     p.u = u;
   }
-  Z_ = sum();
+  for (std::size_t i = 0; i < corner_count_; ++i) {
+    Corner& p = corners_[i];
+    const Vec3 before = p.u;
+    p.answer(p.pull(Z, 1.0));
+    Z += p.u - before;
+  }
+  Z_ = Z;
 }
 
 // Points among others at one anchor, these without drag: φ of the points together is a function of |R|
@@ -366,34 +460,36 @@ void Solver::Work::add_common_points() noexcept {
 //     M dZ = C + Σ(force at dZ = 0) − Z,   M = I + ΣK.
 // The spring leaves R = (u⁺ − u)/τ, and the turn of the slipping forces leaves a force. Solving again with
 // the same M, for that force and for that R (known so, not as a difference of large numbers), takes both
-// to rounding. Returns true if that went so slowly that a new M is the better way.
+// to rounding. Where that goes slowly a new M is the better way, and where a force had to be cut to what its primitive
+// can exert, new sides are, from a sweep.
 constexpr double spring = 1e8;  // τ
 
-bool Solver::Work::choose() noexcept {
-  Stiffness M;
-  Vec3 g = take_sides(M);
-  const Factor factor(M);
+Solver::Work::Step Solver::Work::active_set_step() noexcept {
+  const Sides sides = take_sides();
+  const Factor factor(sides.M);
+  Vec3 g = sides.g;
   bool slow = false;
   double before = std::numeric_limits<double>::infinity();
   for (int i = 0; i < max_refinements && !slow; ++i) {
-    Vec3 held;
-    const Vec3 left = move(factor.solve(g), held);
-    const double size = size_of(left);
+    const Moved moved = move(factor.solve(g));
+    const double size = size_of(moved.left);
     if ((i > 0 && size <= balanced_n_) || !(size < 0.5 * before)) break;
-    slow = i > 0 && size > 0.05 * before;
+    slow = i > 0 && size > slow_share * before;
     before = size;
-    g = left + held;
+    g = moved.left + moved.held;
   }
-  confine();
-  return slow;
+  if (confine()) return Step::cut;
+  return slow ? Step::slow : Step::settled;
 }
 
 // Who sticks and who slips, and the system that follows: M, and its right side. What sticks keeps τR.
-Vec3 Solver::Work::take_sides(Stiffness& M) noexcept {
-  Vec3 g = C_ - Z_;
+Solver::Work::Sides Solver::Work::take_sides() noexcept {
+  const Vec3 Z = Z_;
+  Stiffness M;
+  Vec3 g = C_ - Z;
   for (std::size_t i = 0; i < plane_count_; ++i) {
     Plane& p = planes_[i];
-    const double r = p.residual(Z_);
+    const double r = p.residual(Z);
     const double w = r + p.t;
     if (w <= 0.0) {
       p.state = State::off, p.t = 0.0;
@@ -409,7 +505,7 @@ Vec3 Solver::Work::take_sides(Stiffness& M) noexcept {
   }
   for (std::size_t i = 0; i < span_count_; ++i) {
     Span& p = spans_[i];
-    const Vec3 R = p.residual(Z_);
+    const Vec3 R = p.residual(Z);
     const Vec3 w = R + p.u;
     const double squared = norm_squared(w);
     double across = spring;
@@ -429,14 +525,40 @@ Vec3 Solver::Work::take_sides(Stiffness& M) noexcept {
     M.add_everywhere(across);
     M.add(-across, p.q);
   }
-  return g;
+  for (std::size_t i = 0; i < corner_count_; ++i) take_side(corners_[i], M, g);
+  return {M, g};
 }
 
-// Moves Z by dZ, and every force as it takes its side. Returns the force left over, and what sticks still
-// has of τR.
-Vec3 Solver::Work::move(const Vec3& dZ, Vec3& held) noexcept {
+// A corner does so within the span of the face that a sweep sees: of R it has the way to that face's hull.
+void Solver::Work::take_side(Corner& p, Stiffness& M, Vec3& g) const noexcept {
+  const Foot foot = p.pull(Z_, 1.0);
+  double r[most_facets];
+  for (std::size_t i = 0; i < p.normals.size(); ++i) r[i] = p.residual(i, Z_);
+  p.face = foot.face;
+  p.u = p.face.across(p.u);
+  const Vec3 R = p.face.hull(r);
+  const double squared = norm_squared(foot.w);
+  if (p.face.size == 0) {
+    p.state = State::off;
+  } else if (squared <= p.s * p.s) {
+    p.state = State::stick, p.R = spring * R;
+    g += p.u + p.R;
+    M.add(spring, p.face);
+  } else {
+    p.state = State::slip, p.R = R;
+    const double asked = std::sqrt(squared);
+    const Vec3 e = (1.0 / asked) * foot.w;
+    const double across = std::min(spring, p.s / (asked - p.s));
+    g += (p.s - across * dot(e, R)) * e + across * R;
+    M.add(across, p.face);
+    M.add(-across, e);
+  }
+}
+
+// Moves Z by dZ, and every force as it takes its side.
+Solver::Work::Moved Solver::Work::move(const Vec3& dZ) noexcept {
   Z_ += dZ;
-  Vec3 left = C_ - Z_;
+  Vec3 left = C_ - Z_, held;
   for (std::size_t i = 0; i < plane_count_; ++i) {
     Plane& p = planes_[i];
     if (p.state == State::off) continue;
@@ -466,31 +588,59 @@ Vec3 Solver::Work::move(const Vec3& dZ, Vec3& held) noexcept {
     }
     left += p.u;
   }
-  return left;
+  for (std::size_t i = 0; i < corner_count_; ++i) {
+    Corner& p = corners_[i];
+    if (p.state == State::stick) {
+      p.R = p.face.across(p.R - spring * dZ);
+      p.u += p.R;
+      held += p.R;
+    } else if (p.state == State::slip) {
+      const Vec3 R = p.R - p.face.across(dZ);
+      const double reach = std::sqrt(norm_squared(R));
+      if (reach > 0.0 && dot(p.R + p.u, R) > 0.0) p.u = (p.s / reach) * R;
+      p.R = R;
+    }
+    left += p.u;
+  }
+  return {left, held};
 }
 
 // Back into their sets with the forces: what was taken to stick and could not, and what rounding left along
-// a line.
-void Solver::Work::confine() noexcept {
+// a line. Whether any was cut by more than rounding.
+bool Solver::Work::confine() noexcept {
+  bool cut = false;
   for (std::size_t i = 0; i < plane_count_; ++i) {
     Plane& p = planes_[i];
-    if (p.state == State::stick) p.t = std::clamp(p.t, 0.0, p.s);
+    if (p.state != State::stick) continue;
+    const double t = std::clamp(p.t, 0.0, p.s);
+    cut = cut || std::abs(t - p.t) > balanced_n_;
+    p.t = t;
   }
   for (std::size_t i = 0; i < span_count_; ++i) {
     Span& p = spans_[i];
     p.u = p.across(p.u);
     if (p.state != State::stick) continue;
     const double squared = norm_squared(p.u);
-    if (squared > p.s * p.s) p.u *= p.s / std::sqrt(squared);
+    if (squared > p.s * p.s) {
+      const double length = std::sqrt(squared);
+      cut = cut || length - p.s > balanced_n_;
+      p.u *= p.s / length;
+    }
   }
+  for (std::size_t i = 0; i < corner_count_; ++i) {
+    const Vec3 before = corners_[i].u;
+    corners_[i].confine(corners_[i].state == State::slip);
+    cut = cut || size_of(corners_[i].u - before) > balanced_n_;
+  }
+  return cut;
 }
 
 // 3. Method of multipliers. For a penalty τ the convex, once differentiable
 //     Ψ(Z) = ½|Z − C|² + Σ max_v [v·R − φ*(v) − |v − u|²/(2τ)],   ∇Ψ = Z − C − Σ answer(u + τR)
 // is minimised; the forces that answer there are the next u. From any forces this leads to balanced ones,
-// the faster the greater τ. Once the sides are clear, a choice is the shorter way to the last digits.
-void Solver::Work::multiply() noexcept {
-  // What choices in vain left of a great drag is nothing to start from.
+// the faster the greater τ. Once the sides are clear, an active-set step is the shorter way to the last digits.
+void Solver::Work::augmented_lagrangian() noexcept {
+  // What steps in vain left of a great drag is nothing to start from.
   bool too_long = false;
   for (std::size_t i = 0; i < plane_count_; ++i) {
     Plane& p = planes_[i];
@@ -503,10 +653,10 @@ void Solver::Work::multiply() noexcept {
     p.u = shortened(p.u, p.s), too_long = true;
   }
   if (too_long) Z_ = sum();
-  double tau = 1e3;
+  double tau = first_penalty;
   for (int i = 0; i < max_penalties; ++i) {
     recentre();
-    if (!minimise(tau) && tau <= 1e6) {
+    if (!minimise(tau) && tau <= unsteady_penalty) {
       tau = std::max(1.0, 1e-2 * tau);
       continue;
     }
@@ -518,15 +668,16 @@ void Solver::Work::multiply() noexcept {
       Span& p = spans_[j];
       p.u = p.across(answer(p, p.u + tau * p.residual(Z_), tau));
     }
-    if (prove(3)) return;
-    if (i == 0 || tau > 1e8) {
+    for (std::size_t j = 0; j < corner_count_; ++j) corners_[j].answer(corners_[j].pull(Z_, tau));
+    if (certify(3)) return;
+    if (i == 0 || tau > steady_penalty) {
       recentre();
       keep();
-      choose();
-      if (prove(3)) return;
+      active_set_step();
+      if (certify(3)) return;
       restore();
     }
-    tau = std::min(1e14, 10.0 * tau);
+    tau = std::min(largest_penalty, 10.0 * tau);
   }
 }
 
@@ -561,6 +712,17 @@ bool Solver::Work::minimise(double tau) noexcept {
       size += size_of(p.u);
       M.add_everywhere(across);
       M.add(-across, p.q);
+    }
+    for (std::size_t i = 0; i < corner_count_; ++i) {
+      const Corner& p = corners_[i];
+      const Foot foot = p.pull(Z_, tau);
+      const double squared = norm_squared(foot.w);
+      const bool slips = squared > p.s * p.s;
+      const double share = slips ? p.s / std::sqrt(squared) : 1.0;
+      g += share * foot.w;
+      size += size_of(p.u);
+      M.add(tau * share, foot.face);
+      if (slips) M.add(-tau * share, (1.0 / std::sqrt(squared)) * foot.w);
     }
     ++iterations_;
     if (size_of(g) <= std::max(4.0 * epsilon, 1e-6 / tau) * size) return true;
@@ -605,6 +767,7 @@ double Solver::Work::slope(const Vec3& at, const Vec3& d, double tau) const noex
     const Span& p = spans_[i];
     slope -= dot(answer(p, p.u + tau * p.residual(at), tau), d);
   }
+  for (std::size_t i = 0; i < corner_count_; ++i) slope -= dot(shortened(corners_[i].pull(at, tau).w, corners_[i].s), d);
   return slope;
 }
 
@@ -612,12 +775,14 @@ void Solver::Work::keep() noexcept {
   kept_Z_ = Z_;
   for (std::size_t i = 0; i < plane_count_; ++i) kept_planes_n_[i] = planes_[i].t;
   for (std::size_t i = 0; i < all_spans_; ++i) kept_spans_n_[i] = spans_[i].u;
+  std::copy_n(corners_.get(), corner_count_, kept_corners_.get());
 }
 
 void Solver::Work::restore() noexcept {
   Z_ = kept_Z_;
   for (std::size_t i = 0; i < plane_count_; ++i) planes_[i].t = kept_planes_n_[i];
   for (std::size_t i = 0; i < all_spans_; ++i) spans_[i].u = kept_spans_n_[i];
+  std::copy_n(kept_corners_.get(), corner_count_, corners_.get());
 }
 
 // One primitive alone, or a plane and a line with one direction (a surface and its friction), whose spans are
@@ -625,6 +790,7 @@ void Solver::Work::restore() noexcept {
 // do, so nothing but their rounding and the sweep's own is between it and the exact one. Where rounding would
 // show in the duality gap, with its root, the stages look closer.
 bool Solver::Work::in_closed_form() noexcept {
+  if (corner_count_ > 0) return corner_in_closed_form();
   const bool one = plane_count_ + all_spans_ == 1;
   const bool surface = plane_count_ == 1 && line_count_ == 1 && all_spans_ == 1 && planes_[0].q == spans_[0].q;
   if (!one && !surface) return false;
@@ -645,37 +811,79 @@ bool Solver::Work::in_closed_form() noexcept {
   return true;
 }
 
+// A corner of which one facet alone holds, with a line along that facet's normal or without, is that plane: at the
+// nearest place that it leaves free, all its other facets are left behind. The newest is asked first.
+bool Solver::Work::corner_in_closed_form() noexcept {
+  if (corner_count_ > 1 || plane_count_ > 0 || all_spans_ > 1 || line_count_ != all_spans_) return false;
+  Corner& corner = corners_[0];
+  for (std::size_t j = corner.normals.size(); j-- > 0;) {
+    const Vec3& n = corner.normals[j];
+    if (all_spans_ == 1 && spans_[0].q != n) continue;
+    const double longest = std::max(corner.s, all_spans_ == 1 ? spans_[0].s : 0.0);
+    double size = C_size_ + directed_size_n_ + std::abs(corner.b[j]) + corner.s;
+    if (all_spans_ == 1) size += spans_[0].size + spans_[0].s;
+    if (!(longest * epsilon * size <= 4.0 * wanted_n_ * wanted_n_)) return false;
+    const double behind = std::max(0.0, corner.residual(j, C_));
+    const double t = std::min(behind, corner.s);
+    const Vec3 u = all_spans_ == 1 ? answer(spans_[0], spans_[0].residual(C_), 1.0) : Vec3{};
+    const Vec3 Z = C_ + t * n + u;
+    const Vec3 foot = C_ + behind * n + u;
+    const double rounding = (16.0 + directed_terms_) * epsilon * size;
+    bool left = true;
+    for (std::size_t i = 0; i < corner.normals.size(); ++i) {
+      left = left && (i == j || corner.residual(i, foot) < -(rounding + detail::plane_rounding * std::abs(corner.b[i])));
+    }
+    if (!left) continue;
+    corner.face.size = 0;
+    corner.face.take(static_cast<int>(j), n);
+    corner.u = t * n, corner.t[0] = t;
+    if (all_spans_ == 1) spans_[0].u = u;
+    best_Z_ = Z;
+    best_bound_n_ = rounding;
+    best_stage_ = 1, iterations_ = 1;
+    done_ = true;
+    return true;
+  }
+  return false;
+}
+
 void Solver::Work::solve() noexcept {
   if (in_closed_form()) return;
   Z_ = sum();
   sweep();
   // More than three at once are hardly ever done after a sweep, and looking costs as much as it.
-  if (plane_count_ + span_count_ <= 3) {
-    if (prove(1)) return;
+  if (plane_count_ + span_count_ + corner_count_ <= 3) {
+    Z_ = sum();
+    if (certify(1)) return;
   } else if (!warm_) {
     sweep();
   }
-  // A choice that is not confirmed is made anew, from where it led, with a sweep between the two. It finds
+  // A step that is not confirmed is made anew, from where it led, with a sweep between the two. It finds
   // the balance in a few rounds or goes round in circles.
-  int in_vain = plane_count_ + span_count_ > many ? 1 : 0;
-  for (int i = 0; i < max_choices && in_vain < max_choices_in_vain; ++i) {
+  int in_vain = plane_count_ + span_count_ + corner_count_ > many ? 1 : 0;
+  for (int i = 0; i < max_rounds && in_vain < max_rounds_in_vain; ++i) {
     if (i > 0) {
       recentre();
       Z_ = sum();
       sweep();
     }
     const double before = best_bound_n_;
-    for (int j = 0; j < max_choices_at_once && choose(); ++j) continue;
-    if (prove(2)) return;
+    for (int j = 0; j < max_steps_in_a_round; ++j) {
+      const Step step = active_set_step();
+      if (step == Step::settled) break;
+      if (step == Step::cut && j + 1 < max_steps_in_a_round) Z_ = sum(), sweep();
+    }
+    if (certify(2)) return;
     if (!(best_bound_n_ < 0.5 * before)) ++in_vain;
   }
-  multiply();
+  augmented_lagrangian();
 }
 
 void Solver::Work::give(Balance& balance, Vec3& remainder_m, Vec3* forces_n) const noexcept {
   if (done_) {
     for (std::size_t i = 0; i < plane_count_; ++i) forces_n[planes_[i].index] = planes_[i].t * planes_[i].q;
     for (std::size_t i = 0; i < all_spans_; ++i) forces_n[spans_[i].index] = spans_[i].across(spans_[i].u);
+    for (std::size_t i = 0; i < corner_count_; ++i) corners_[i].give(forces_n);
   }
   const bool any = best_bound_n_ < std::numeric_limits<double>::max();
   bool free = true;
@@ -720,7 +928,7 @@ Balance Solver::solve(const PrimitiveSet& set, const Vec3& start_m, const Vec3& 
   }
   if (!same) match(primitives);
 
-  const bool time_usable = !drags || (std::isfinite(T) && T >= shortest_time_s);
+  const bool time_usable = !drags || (std::isfinite(T) && T > 0.0);
   if (!fits || !(k >= softest_n_per_m && k <= stiffest_n_per_m) || !time_usable || !usable(start_m) || !usable(probe_m)) {
     std::fill_n(forces_.get(), size_, Vec3{});
     return {usable(start_m) ? start_m : Vec3{}, std::numeric_limits<double>::max(), BalanceStatus::bad_input, 0, 0};

@@ -14,12 +14,13 @@ namespace palpa {
 /// above each in solver.cpp, the theory in docs/theory.md:
 ///   1. sweeps: each force in turn becomes the best one, all others held. One sweep is the closed form of
 ///      mutually orthogonal primitives, and points among others at one anchor are added in closed form.
-///      A single primitive and a surface with its friction end here, with rounding as their only bound;
+///      A single primitive and a surface with its friction end here, with rounding as their only bound, and so does
+///      a corner of which one facet holds;
 ///   2. active set: which primitives stick and which slip is taken from the forces, the balance of that
 ///      choice comes from a 3×3 system, and it says who sticks and slips next;
 ///   3. multipliers: the fallback, convergent from anywhere but for its cap.
 /// All counts are capped; at the cap the best balance met is returned with its bound. `bad_input`, the start
-/// and zero forces are the answer to k outside of 1e-12 to 1e12 N/m, T below 1e-15 s where there is a drag,
+/// and zero forces are the answer to k outside of 1e-12 to 1e12 N/m, T <= 0 or not finite where there is a drag,
 /// positions that are not finite or beyond `largest_position_m`, and sets beyond the capacity (which asserts).
 class Solver final : public Law {
  public:

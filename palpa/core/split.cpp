@@ -4,12 +4,16 @@
 #include <limits>
 #include <utility>
 
+#include "palpa/core/corner.h"
+#include "palpa/core/double2.h"
+
 namespace palpa {
 
 // The least split
 //
 // Primitives that stick may exert any force u_i of a set U_i = s_i B_i: s its strength, B_i the unit ball
-// (point), the unit disc across q (line), the segment from 0 to q (plane). What is shown is
+// (point), the unit disc across q (line), the segment from 0 to q (plane), what the unit ball has of the cone of the
+// normals that the proxy lies on (corner). What is shown is
 //     minimise ½ Σ |u_i|²/s_i   over u_i ∈ U_i with Σ u_i = F,
 // F the total of the split that is given. (A drag is zero where nothing moves: φ*(u) = (T/2c)(|u| − s)₊² says nothing
 // of forces within the strength, so such a primitive shares like any other.) With a multiplier λ for the total, each force is
@@ -24,11 +28,13 @@ namespace palpa {
 //        point, line  inside |v| ≤ 1 (v = the part of λ in its span): every direction of its span, w
 //                     outside: those across v, w/|v|
 //        plane        0 ≤ q·λ ≤ 1: q, w; else none
+//        corner       as a point within the span of the cone's face that is next to λ
 //   2. δ = Σ_j v_j (v_j·e)/(σ_j² + ρ_j) over the principal directions v_j of D. Directions in which e is rounding are
 //      left out: nobody may hold them. ρ_j = 1e-4 (v_j·e)² bounds steps where all are at their limits (D = 0), and
 //      vanishes faster than e.
-//   3. g is concave along δ, so its slope δ·e only falls. Where it has fallen far below 0, shorten δ to where it
-//      is about 0: nearer, and a plane that sets in on the way would be overlooked again.
+//   3. g is concave along δ, so its slope δ·e only falls. Where it has fallen below 0, shorten δ to where it is
+//      about 0: nearer, and a plane that sets in on the way would be overlooked again; further, and cones that are
+//      at their limits send λ round in circles.
 // Where F is on the border of ΣU_i, λ may be at infinity (a plane that pushes across the way in which a
 // point is at its limit). Then e shrinks by about a third with each step, to rounding or until the steps end at
 // their cap: what was not reached is returned.
@@ -46,43 +52,39 @@ constexpr double ridge_per_error_squared = 1e-4;
 constexpr double least_ridge = 1e-30;  // below it R is rounding
 constexpr int jacobi_sweeps = 8;       // six are enough for any 3×3 matrix
 
-// The unevaluated sum of two doubles.
-struct Wide {
-  double high = 0.0;
-  double low = 0.0;
-};
-
-Wide sum(const Wide& a, double b) noexcept {
-  const double high = a.high + b;
-  const double part = high - a.high;
-  return {high, a.low + ((a.high - (high - part)) + (b - part))};
-}
+using detail::Double2;
 
 // a + b c
-Wide sum_with_product(const Wide& a, const Wide& b, double c) noexcept {
-  const double product = b.high * c;
-  Wide all = sum(a, product);
-  all.low += std::fma(b.high, c, -product) + b.low * c;
-  return all;
-}
+Double2 sum_with_product(const Double2& a, const Double2& b, double c) noexcept { return sum(a, product(b, c)); }
 
 struct WideVec3 {
-  Wide x, y, z;
+  Double2 x, y, z;
 };
 
-WideVec3 sum(const WideVec3& a, const Vec3& b) noexcept { return {sum(a.x, b.x), sum(a.y, b.y), sum(a.z, b.z)}; }
+WideVec3 sum(const WideVec3& a, const Vec3& b) noexcept {
+  return {sum(a.x, Double2{b.x}), sum(a.y, Double2{b.y}), sum(a.z, Double2{b.z})};
+}
 
-double value(const Wide& a) noexcept { return a.high + a.low; }
-Vec3 value(const WideVec3& a) noexcept { return {value(a.x), value(a.y), value(a.z)}; }
+Vec3 value(const WideVec3& a) noexcept { return {rounded(a.x), rounded(a.y), rounded(a.z)}; }
 
 double dot(const WideVec3& a, const Vec3& b) noexcept {
-  return value(sum_with_product(sum_with_product(sum_with_product({}, a.x, b.x), a.y, b.y), a.z, b.z));
+  return rounded(sum_with_product(sum_with_product(product(a.x, b.x), a.y, b.y), a.z, b.z));
 }
 Vec3 cross(const WideVec3& a, const Vec3& b) noexcept {
-  return {value(sum_with_product(sum_with_product({}, a.y, b.z), a.z, -b.y)),
-          value(sum_with_product(sum_with_product({}, a.z, b.x), a.x, -b.z)),
-          value(sum_with_product(sum_with_product({}, a.x, b.y), a.y, -b.x))};
+  return {rounded(sum_with_product(product(a.y, b.z), a.z, -b.y)), rounded(sum_with_product(product(a.z, b.x), a.x, -b.z)),
+          rounded(sum_with_product(product(a.x, b.y), a.y, -b.x))};
 }
+
+// A primitive, or a corner with all of its facets, that can share.
+struct Sharer {
+  std::span<const Primitive> whole;
+  std::span<Vec3> forces_n;
+  const Balance& balance;
+  double s = 0.0;  // [N] the most that it exerts here
+
+  const Primitive& first() const noexcept { return whole[0]; }
+  bool is_corner() const noexcept { return whole.size() > 1; }
+};
 
 // The part of λ in a primitive's span, q taken as exactly of unit length; a plane's is q·λ, a number.
 struct Demand {
@@ -95,11 +97,32 @@ Demand demand(const Primitive& p, const WideVec3& lambda) noexcept {
   switch (p.kind) {
     case PrimitiveKind::point: return {value(lambda)};
     case PrimitiveKind::line: return {cross(q, cross(lambda, q)) / norm_squared(q)};
-    case PrimitiveKind::plane: return {{}, dot(lambda, q) / norm(q)};
+    case PrimitiveKind::plane:
+    case PrimitiveKind::corner: return {{}, dot(lambda, q) / norm(q)};
     case PrimitiveKind::directed: break;
   }
   return {};
 }
+
+bool is_plane(const Primitive& p) noexcept { return p.kind == PrimitiveKind::plane || p.kind == PrimitiveKind::corner; }
+
+// The point of a corner's cone next to λ: the least v with n·v ≥ n·λ for all normals that the proxy lies on.
+struct ConePoint {
+  ConePoint(const Sharer& corner, const WideVec3& lambda) noexcept {
+    std::array<Vec3, most_facets> normals;
+    double c[most_facets];
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < corner.whole.size(); ++i) {
+      if (state_at(corner.whole[i], corner.balance) == PrimitiveState::off) continue;
+      normals[count] = corner.whole[i].direction;
+      c[count] = dot(lambda, normals[count]);
+      facets[count++] = i;
+    }
+    foot = detail::foot_of({normals.data(), count}, c);
+  }
+  detail::Foot foot;
+  std::array<std::size_t, most_facets> facets;  // of the corner, as the foot counts them
+};
 
 // The most that a primitive exerts here. A drag that stands still to within the balance's bound may add a little to
 // its strength; that is not lost.
@@ -107,11 +130,26 @@ double limit_n(const Primitive& p, const Vec3& force_n) noexcept {
   return p.drag_ns_per_m > 0.0 ? std::clamp(norm(force_n), p.strength_n, largest_strength_n) : p.strength_n;
 }
 
-// b(λ): the point of the primitive's unit set next to λ.
-Vec3 nearest(const Primitive& p, const WideVec3& lambda) noexcept {
+// b(λ): the point of the unit set next to λ.
+Vec3 nearest(const Sharer& sharer, const WideVec3& lambda) noexcept {
+  if (sharer.is_corner()) return shortened(ConePoint(sharer, lambda).foot.w, 1.0);
+  const Primitive& p = sharer.first();
   const Demand d = demand(p, lambda);
-  if (p.kind == PrimitiveKind::plane) return (std::clamp(d.along_normal, 0.0, 1.0) / norm(p.direction)) * p.direction;
-  return shortened(d.v, 1.0);
+  return is_plane(p) ? (std::clamp(d.along_normal, 0.0, 1.0) / norm(p.direction)) * p.direction : shortened(d.v, 1.0);
+}
+
+// Writes s b(λ), a corner's by its facets. Returns their sum.
+Vec3 exert(const Sharer& sharer, const WideVec3& lambda) noexcept {
+  if (!sharer.is_corner()) return sharer.forces_n[0] = sharer.s * nearest(sharer, lambda);
+  const ConePoint point(sharer, lambda);
+  const double share = sharer.s / std::max(1.0, norm(point.foot.w));
+  std::fill(sharer.forces_n.begin(), sharer.forces_n.end(), Vec3{});
+  Vec3 sum_n;
+  for (int a = 0; a < point.foot.face.size; ++a) {
+    const std::size_t i = point.facets[static_cast<std::size_t>(point.foot.face.facet[a])];
+    sum_n += sharer.forces_n[i] = share * point.foot.t[a] * sharer.whole[i].direction;
+  }
+  return sum_n;
 }
 
 WideVec3 wide(const Vec3& a) noexcept { return sum(WideVec3{}, a); }
@@ -174,10 +212,23 @@ class Root {
   double r_[3][3] = {};
 };
 
-// Adds w ∂b/∂λ of one primitive.
-void add_derivative(Root& root, const Primitive& p, double weight, const WideVec3& lambda) noexcept {
+// Adds w ∂b/∂λ of a corner: of a point, within the span of its face.
+void add_derivative_of_corner(Root& root, const Sharer& corner, double weight, const WideVec3& lambda) noexcept {
+  const detail::Foot foot = ConePoint(corner, lambda).foot;
+  const double length = norm(foot.w);
+  detail::Face left;  // of the span, behind v itself where that is too long
+  const bool inside = length <= 1.0;
+  if (!inside) left.take(0, foot.w / length);
+  for (int i = 0; i < foot.face.size && left.size < foot.face.size; ++i) left.take(0, foot.face.q[i]);
+  for (int i = inside ? 0 : 1; i < left.size; ++i) root.add(std::sqrt(inside ? weight : weight / length), left.q[i]);
+}
+
+// Adds w ∂b/∂λ.
+void add_derivative(Root& root, const Sharer& sharer, double weight, const WideVec3& lambda) noexcept {
+  if (sharer.is_corner()) return add_derivative_of_corner(root, sharer, weight, lambda);
+  const Primitive& p = sharer.first();
   const Demand d = demand(p, lambda);
-  if (p.kind == PrimitiveKind::plane) {
+  if (is_plane(p)) {
     if (d.along_normal >= 0.0 && d.along_normal <= 1.0) root.add(std::sqrt(weight), normalized(p.direction));
     return;
   }
@@ -193,12 +244,40 @@ void add_derivative(Root& root, const Primitive& p, double weight, const WideVec
   if (inside) root.add(weight_root, {1, 0, 0});
 }
 
+struct Rest {
+  Vec3 e;             // of what is wanted and not yet exerted
+  double size = 0.0;  // of all terms: what the rounding of their sum goes with
+};
+
+bool is_sound(const Primitive& p) noexcept {
+  return p.strength_n > 0.0 && p.strength_n <= largest_strength_n && is_finite(p.position_m) &&
+         (p.kind == PrimitiveKind::point || std::abs(norm_squared(p.direction) - 1.0) < 1e-6);
+}
+
+// Calls `visit` with each primitive, or whole corner, that can share.
+template <class Visit>
+void for_each_sharer(std::span<const Primitive> primitives, const Balance& balance, std::span<Vec3> forces_n, Visit visit) {
+  for (std::size_t i = 0; i < primitives.size();) {
+    const bool corner = primitives[i].kind == PrimitiveKind::corner;
+    const std::size_t size = corner ? whole_of(primitives, i).size() : 1;
+    const std::span<Vec3> own_n = forces_n.empty() ? forces_n : forces_n.subspan(i, size);
+    if (corner ? is_exchangeable(primitives, i, balance) : is_exchangeable(primitives[i], balance)) {
+      visit(Sharer{primitives.subspan(i, size), own_n, balance, own_n.empty() ? 0.0 : limit_n(primitives[i], own_n[0])});
+    }
+    i += size;
+  }
+}
+
 }  // namespace
 
 bool is_exchangeable(const Primitive& p, const Balance& balance) noexcept {
-  const bool sound = p.strength_n > 0.0 && p.strength_n <= largest_strength_n && is_finite(p.position_m) &&
-                     (p.kind == PrimitiveKind::point || std::abs(norm_squared(p.direction) - 1.0) < 1e-6);
-  return sound && state_at(p, balance) == PrimitiveState::stick;
+  return is_sound(p) && state_at(p, balance) == PrimitiveState::stick;
+}
+
+bool is_exchangeable(std::span<const Primitive> primitives, std::size_t i, const Balance& balance) noexcept {
+  const std::span<const Primitive> whole = whole_of(primitives, i);
+  return whole.size() <= most_facets && std::all_of(whole.begin(), whole.end(), is_sound) &&
+         state_at(primitives, i, balance) == PrimitiveState::stick;
 }
 
 bool split_is_shared(std::span<const Primitive> primitives, const Balance& balance) noexcept {
@@ -211,45 +290,44 @@ bool split_is_shared(std::span<const Primitive> primitives, const Balance& balan
     for (std::size_t b = 0; b < rank; ++b) direction -= dot(direction, basis[b]) * basis[b];
     if (rank < 3 && norm(direction) > 1e-6) basis[rank++] = normalized(direction);
   };
-  for (const Primitive& p : primitives) {
-    if (!is_exchangeable(p, balance)) continue;
-    if (p.kind == PrimitiveKind::plane) {
-      take(p.direction);
-      continue;
+  for_each_sharer(primitives, balance, {}, [&](const Sharer& sharer) {
+    const Primitive& p = sharer.first();
+    if (sharer.is_corner()) {
+      detail::Face span;
+      for (const Primitive& facet : sharer.whole) {
+        if (state_at(facet, balance) != PrimitiveState::off) span.take(0, facet.direction);
+      }
+      for (int i = 0; i < span.size; ++i) take(span.q[i]);
+      return;
     }
+    if (is_plane(p)) return take(p.direction);
     for (const Vec3& a : across(p.kind == PrimitiveKind::line ? p.direction : Vec3{1, 0, 0})) take(a);
     if (p.kind == PrimitiveKind::point) take({1, 0, 0});
-  }
+  });
   return held > rank;
 }
 
 double least_split(std::span<const Primitive> primitives, const Balance& balance, std::span<Vec3> forces_n) noexcept {
   const std::size_t n = primitives.size();
-  const auto for_each_exchangeable = [&](auto&& visit) {
-    for (std::size_t i = 0; i < n; ++i) {
-      if (is_exchangeable(primitives[i], balance)) visit(primitives[i], limit_n(primitives[i], forces_n[i]), forces_n[i]);
-    }
-  };
+  const auto for_each_exchangeable = [&](auto&& visit) { for_each_sharer(primitives, balance, forces_n.first(n), visit); };
 
   double all_n = 0.0;  // Σs
   Vec3 total_n;        // F, of what the primitives can exert
   for (Vec3& force_n : forces_n.first(n)) {
     if (!is_finite(force_n)) force_n = {};
   }
-  for_each_exchangeable([&](const Primitive& p, double s, const Vec3& force_n) {
-    all_n += s;
-    total_n += s * nearest(p, wide(shortened(force_n, s) / s));
+  for_each_exchangeable([&](const Sharer& sharer) {
+    Vec3 own_n;
+    for (const Vec3& force_n : sharer.forces_n) own_n += force_n;
+    all_n += sharer.s;
+    total_n += sharer.s * nearest(sharer, wide(shortened(own_n, sharer.s) / sharer.s));
   });
   if (!(all_n > 0.0)) return 0.0;
 
-  struct Rest {
-    Vec3 e;             // of what is wanted and not yet exerted
-    double size = 0.0;  // of all terms: what the rounding of their sum goes with
-  };
   const auto rest_at = [&](const WideVec3& lambda) {
     Rest rest{total_n / all_n, norm(total_n) / all_n};
-    for_each_exchangeable([&](const Primitive& p, double s, const Vec3&) {
-      const Vec3 u = (s / all_n) * nearest(p, lambda);
+    for_each_exchangeable([&](const Sharer& sharer) {
+      const Vec3 u = (sharer.s / all_n) * nearest(sharer, lambda);
       rest.e -= u;
       rest.size += norm(u);
     });
@@ -262,14 +340,14 @@ double least_split(std::span<const Primitive> primitives, const Balance& balance
   double least = norm(rest.e);
   for (int step = 0; step < max_steps && norm(rest.e) > few_ulp * rest.size; ++step) {
     Root root;
-    for_each_exchangeable([&](const Primitive& p, double s, const Vec3&) { add_derivative(root, p, s / all_n, lambda); });
+    for_each_exchangeable([&](const Sharer& sharer) { add_derivative(root, sharer, sharer.s / all_n, lambda); });
     const Vec3 delta = root.newton_step(rest.e, few_ulp * rest.size);
     const double slope = dot(delta, rest.e);
     if (!is_finite(delta) || !(slope > 0.0)) break;
     double low = 0.0, high = 1.0, share = 1.0;
     Rest next = rest_at(sum(lambda, delta));
     double next_slope = dot(delta, next.e);
-    for (int i = 0; i < max_shortenings && (next_slope < -0.5 * slope || (share < 1.0 && next_slope > 0.5 * slope)); ++i) {
+    for (int i = 0; i < max_shortenings && (next_slope < -0.1 * slope || (share < 1.0 && next_slope > 0.5 * slope)); ++i) {
       (next_slope < 0.0 ? high : low) = share;
       share = 0.5 * (low + high);
       next = rest_at(sum(lambda, share * delta));
@@ -284,10 +362,7 @@ double least_split(std::span<const Primitive> primitives, const Balance& balance
   }
 
   Vec3 left_n = total_n;
-  for_each_exchangeable([&](const Primitive& p, double s, Vec3& force_n) {
-    force_n = s * nearest(p, best);
-    left_n -= force_n;
-  });
+  for_each_exchangeable([&](const Sharer& sharer) { left_n -= exert(sharer, best); });
   return norm(left_n);
 }
 

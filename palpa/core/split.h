@@ -11,6 +11,8 @@ namespace palpa {
 /// force is whatever keeps balance. The forces of all others are unique: slip says the force, a plane that was
 /// left has none. A drag makes no difference: it does nothing where nothing moves.
 bool is_exchangeable(const Primitive& primitive, const Balance& balance) noexcept;
+/// The same of `primitives[i]`, or of the whole corner that it is a facet of.
+bool is_exchangeable(std::span<const Primitive> primitives, std::size_t i, const Balance& balance) noexcept;
 
 /// True when the forces of these primitives can be exchanged between them: more directions are held
 /// than their spans have dimensions.

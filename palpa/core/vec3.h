@@ -51,6 +51,8 @@ inline double distance(const Vec3& a, const Vec3& b) noexcept { return norm(a - 
 
 /// Unit vector along `a`; zero where `a` is zero or not finite.
 inline Vec3 normalized(const Vec3& a) noexcept {
+  const double squared = norm_squared(a);
+  if (squared > 1e-280 && squared < 1e280) return a / std::sqrt(squared);
   const double largest = largest_component(a);
   if (!(largest > 0.0) || !is_finite(a)) return {};
   const int exponent = std::ilogb(largest);

@@ -140,9 +140,9 @@ class AxisGrid final : public detail::GridBase {
 
   std::vector<Extent> extents() const override { return extents_; }
 
-  VectorSample vector(const Vec3& world_m) const noexcept override {
-    Cell cells[3];
-    if (!locate(world_m, cells)) return {};
+  VectorSample vector_in(Place& place) const noexcept override {
+    if (!place.inside) return {};
+    const Cell(&cells)[3] = place.cells;
     Sums value, slopes[3];
     interpolate(cells, value, slopes);
     if (!std::isfinite(value[0] + value[1] + value[2])) return {};  // a voxel that is not finite, whatever its weight

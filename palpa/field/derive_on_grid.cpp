@@ -5,14 +5,14 @@
 #include <limits>
 #include <memory>
 #include <stdexcept>
-#include <thread>
 #include <utility>
 #include <vector>
 
 #include "palpa/field/grid_base.h"
+#include "palpa/field/parallel.h"
 #include "palpa/field/smooth_grid.h"
 
-// Slices stream through: each of two threads reads a slice, smooths it along i and j into a ring that holds
+// Slices stream through: each thread reads a slice, smooths it along i and j into a ring that holds
 // what the Gaussian reaches along k, keeps three slices that are smoothed altogether, and takes the
 // derivatives of the middle one. Rows are contiguous floats, one plane for each component, so that every
 // loop over i is one of vector instructions.
@@ -449,12 +449,9 @@ FieldPtr derive_on_grid(Derivation derivation, const Field& of, const GridGeomet
     plan.index_to_world[3 * a + 1] = static_cast<float>(row.y);
     plan.index_to_world[3 * a + 2] = static_cast<float>(row.z);
   }
-  const std::int64_t middle = geometry.dims[2] / 2;
-  {
-    Pass low(plan), high(plan);
-    const std::jthread other([&] { low.run(0, middle); });
-    high.run(middle, geometry.dims[2]);
-  }
+  // What the Gaussian reaches beyond a part is smoothed for that part as well.
+  in_parts(geometry.dims[2], 4 * plan.blur[2].radius + 1,
+           [&](std::int64_t first, std::int64_t last) { Pass(plan).run(first, last); });
   const double per_spacing = plan.normal.unit / spacing_m;
   const bool squared = derivation == Derivation::q || derivation == Derivation::lambda2;
   if (only_smooths(derivation)) {

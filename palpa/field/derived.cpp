@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <mutex>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -11,6 +12,8 @@
 #include "palpa/field/axis_grid.h"
 #include "palpa/field/derive_on_grid.h"
 #include "palpa/field/grid_base.h"
+#include "palpa/field/parallel.h"
+#include "palpa/field/pointwise.h"
 #include "palpa/field/timed_field.h"
 
 namespace palpa {
@@ -38,31 +41,19 @@ constexpr std::array<Naming, 12> namings{{
 const Naming& naming_of(Derivation derivation) noexcept { return namings[static_cast<std::size_t>(derivation)]; }
 
 /// What magnitude and components share: all but the sample is the source's.
-class Pointwise : public Field {
+class OfSample : public Field {
  public:
-  explicit Pointwise(FieldPtr of) : of_(std::move(of)) {}
-  const Field& of() const noexcept { return *of_; }
+  explicit OfSample(FieldPtr of) : of_(std::move(of)) {}
+  const FieldPtr& of() const noexcept { return of_; }
   int components() const noexcept override { return 1; }
   double spacing_m() const noexcept override { return of_->spacing_m(); }
   Box bounds_m() const noexcept override { return of_->bounds_m(); }
+  double local_spacing_m(const Vec3& world_m) const noexcept override { return of_->local_spacing_m(world_m); }
   double depth_m(const Vec3& world_m) const noexcept override { return of_->depth_m(world_m); }
 
  protected:
   FieldPtr of_;
 };
-
-/// |u|, with gradient Jᵀu/|u|; 0 where u is, the kink of |u|.
-ScalarSample magnitude_of(const VectorSample& u) noexcept {
-  if (!u.inside) return {};
-  const ScalarSample s{norm(u.value), transposed_times(u.jacobian, normalized(u.value)), true};
-  return std::isfinite(s.value) && is_finite(s.gradient) ? s : ScalarSample{};
-}
-
-ScalarSample component_of(const VectorSample& u, int axis) noexcept {
-  if (!u.inside) return {};
-  const double values[3] = {u.value.x, u.value.y, u.value.z};
-  return {values[axis], u.jacobian.row[axis], true};
-}
 
 /// From 0 to the farthest corner of the ranges of a vector's components.
 Extent magnitudes_within(const std::vector<Extent>& e) noexcept {
@@ -70,10 +61,14 @@ Extent magnitudes_within(const std::vector<Extent>& e) noexcept {
   return {0.0, std::min(norm({reach(e[0]), reach(e[1]), reach(e[2])}), std::numeric_limits<double>::max())};
 }
 
-class Magnitude final : public Pointwise {
+class Magnitude final : public OfSample {
  public:
-  explicit Magnitude(FieldPtr of) : Pointwise(std::move(of)), extents_(find_extents()) {}
-  ScalarSample scalar(const Vec3& world_m) const noexcept override { return magnitude_of(of_->vector(world_m)); }
+  explicit Magnitude(FieldPtr of) : OfSample(std::move(of)), extents_(find_extents()) {}
+  ScalarSample scalar(const Vec3& world_m) const noexcept override {
+    return detail::taken_of(of_->vector(world_m), detail::Pointwise::magnitude);
+  }
+  /// A length changes by no more than the vector does.
+  Certificate certificate(const Vec3& world_m) const noexcept override { return of_->certificate(world_m); }
   std::vector<Extent> extents() const override { return {extents_}; }
 
  private:
@@ -85,14 +80,20 @@ class Magnitude final : public Pointwise {
 
   static Extent voxel_extent(const GridView& grid) {
     Extent extent{std::numeric_limits<double>::max(), 0.0};
-    detail::with_values_of(grid.voxels, [&](const auto* v) {
-      for (const auto* last = v + 3 * grid.geometry.voxels(); v != last; v += 3) {
-        const double length =
-            norm({static_cast<double>(v[0]) * grid.scale + grid.offset, static_cast<double>(v[1]) * grid.scale + grid.offset,
-                  static_cast<double>(v[2]) * grid.scale + grid.offset});
-        if (!std::isfinite(length)) continue;
-        extent = {std::min(extent.min, length), std::max(extent.max, length)};
-      }
+    std::mutex joining;
+    constexpr std::int64_t worth_a_thread = 1 << 16;
+    detail::with_values_of(grid.voxels, [&](const auto* voxels) {
+      detail::in_parts(grid.geometry.voxels(), worth_a_thread, [&](std::int64_t first, std::int64_t last) {
+        Extent part{std::numeric_limits<double>::max(), 0.0};
+        for (const auto* v = voxels + 3 * first; v != voxels + 3 * last; v += 3) {
+          const double length =
+              norm({static_cast<double>(v[0]) * grid.scale + grid.offset, static_cast<double>(v[1]) * grid.scale + grid.offset,
+                    static_cast<double>(v[2]) * grid.scale + grid.offset});
+          if (std::isfinite(length)) part = {std::min(part.min, length), std::max(part.max, length)};
+        }
+        const std::lock_guard lock(joining);
+        extent = {std::min(extent.min, part.min), std::max(extent.max, part.max)};
+      });
     });
     return extent.min <= extent.max ? extent : Extent{};
   }
@@ -100,30 +101,30 @@ class Magnitude final : public Pointwise {
   Extent extents_;
 };
 
-class Component final : public Pointwise {
+class Component final : public OfSample {
  public:
   Component(FieldPtr of, int axis)
-      : Pointwise(std::move(of)), axis_(axis), grid_(dynamic_cast<const detail::GridBase*>(of_.get())) {
-    // Bricks know one component; a hole in another is a hole here as well.
-    if (grid_ && grid_->view().valid_share == 1.0) bricks_ = grid_->bricks_of(axis);
-  }
-  ScalarSample scalar(const Vec3& world_m) const noexcept override { return component_of(of_->vector(world_m), axis_); }
+      : OfSample(std::move(of)), axis_(axis), grid_(dynamic_cast<const detail::GridBase*>(of_.get())) {}
+  ScalarSample scalar(const Vec3& world_m) const noexcept override { return detail::taken_of(of_->vector(world_m), axis_); }
   Stretch stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept override {
-    if (!grid_) return Pointwise::stretch(from_m, to_m, begin, quiet);
-    return grid_->stretch_of(axis_, bricks_ ? &*bricks_ : nullptr, from_m, to_m, begin, quiet);
+    if (!grid_) return OfSample::stretch(from_m, to_m, begin, quiet);
+    return grid_->stretch_of(axis_, from_m, to_m, begin, quiet);
+  }
+  Certificate certificate(const Vec3& world_m) const noexcept override {
+    return grid_ ? grid_->certificate_in(grid_->place_of(world_m), axis_, 1) : Certificate{};
   }
   std::vector<Extent> extents() const override { return {of_->extents()[axis_]}; }
+  int axis() const noexcept { return axis_; }
 
  private:
   int axis_;
   const detail::GridBase* grid_;  // what it is a component of; or nullptr
-  std::optional<detail::Bricks> bricks_;
 };
 
 /// |u|², to be smoothed.
-class SquaredMagnitude final : public Pointwise {
+class SquaredMagnitude final : public OfSample {
  public:
-  using Pointwise::Pointwise;
+  using OfSample::OfSample;
   ScalarSample scalar(const Vec3& world_m) const noexcept override {
     const VectorSample u = of_->vector(world_m);
     const ScalarSample s{norm_squared(u.value), 2.0 * transposed_times(u.jacobian, u.value), u.inside};
@@ -136,9 +137,9 @@ class SquaredMagnitude final : public Pointwise {
 };
 
 /// |mean of u| / √(mean of |u|²), from both means.
-class Coherence final : public Pointwise {
+class Coherence final : public OfSample {
  public:
-  Coherence(FieldPtr mean, FieldPtr mean_square) : Pointwise(std::move(mean)), mean_square_(std::move(mean_square)) {}
+  Coherence(FieldPtr mean, FieldPtr mean_square) : OfSample(std::move(mean)), mean_square_(std::move(mean_square)) {}
   ScalarSample scalar(const Vec3& world_m) const noexcept override {
     const VectorSample mean = of_->vector(world_m);
     const ScalarSample square = mean_square_->scalar(world_m);
@@ -159,7 +160,6 @@ class Coherence final : public Pointwise {
 /// Magnitude or component of a field that changes with time: of its sample at that moment, so exact there too.
 class TimedPointwise final : public TimedField {
  public:
-  static constexpr int no_axis = -1;  ///< the magnitude
   TimedPointwise(FieldPtr of, int axis) : of_(std::move(of)), timed_(*timed(*of_)), axis_(axis) {}
   int components() const noexcept override { return 1; }
   double spacing_m() const noexcept override { return of_->spacing_m(); }
@@ -169,14 +169,14 @@ class TimedPointwise final : public TimedField {
   double depth_at(const Vec3& world_m, DataTime at) const noexcept override { return timed_.depth_at(world_m, at); }
   ScalarSample scalar_at(const Vec3& world_m, DataTime at) const noexcept override {
     const VectorSample u = timed_.vector_at(world_m, at);
-    return axis_ == no_axis ? magnitude_of(u) : component_of(u, axis_);
+    return detail::taken_of(u, axis_);
   }
   Carried carried(const Vec3& world_m, DataTime from, DataTime to) const noexcept override {
     return carried_with_level(world_m, from, to, 0.0);
   }
   std::vector<Extent> extents() const override {
     const std::vector<Extent> e = of_->extents();
-    return {axis_ == no_axis ? magnitudes_within(e) : e[static_cast<std::size_t>(axis_)]};
+    return {axis_ == detail::Pointwise::magnitude ? magnitudes_within(e) : e[static_cast<std::size_t>(axis_)]};
   }
 
  private:
@@ -193,7 +193,7 @@ GridGeometry nodes_of(const Field& field) {
     geometry.planes = {};
     return geometry;
   }
-  if (const auto* pointwise = dynamic_cast<const Pointwise*>(&field)) return nodes_of(pointwise->of());
+  if (const auto* pointwise = dynamic_cast<const OfSample*>(&field)) return nodes_of(*pointwise->of());
   if (const PosedView* moved = posed_of(field)) {
     GridGeometry geometry = nodes_of(*moved->field);
     geometry.origin_m = moved->pose.to_world(geometry.origin_m);
@@ -233,7 +233,7 @@ FieldPtr derive_timed(Derivation derivation, const FieldPtr& of, double smoothin
     return moving(derive(derivation, moved->field, smoothing_m / scale, factor), moved->track,
                   moved->per_length + powers_of_length(derivation));
   }
-  if (derivation == Derivation::magnitude) return std::make_shared<const TimedPointwise>(of, TimedPointwise::no_axis);
+  if (derivation == Derivation::magnitude) return std::make_shared<const TimedPointwise>(of, detail::Pointwise::magnitude);
   std::vector<FieldPtr> frames;
   if (const SeriesView* series = series_of(*of)) {
     for (const FieldPtr& frame : series->frames) frames.push_back(derive(derivation, frame, smoothing_m, factor));
@@ -272,6 +272,26 @@ FieldPtr derive(Derivation derivation, const FieldPtr& of, double smoothing_m, d
 }
 
 }  // namespace
+
+namespace detail {
+
+std::optional<Pointwise> pointwise_of(const Field& field) noexcept {
+  if (const auto* length = dynamic_cast<const Magnitude*>(&field)) return Pointwise{length->of()};
+  if (const auto* component = dynamic_cast<const Component*>(&field)) return Pointwise{component->of(), component->axis()};
+  return std::nullopt;
+}
+
+ScalarSample taken_of(const VectorSample& u, int axis) noexcept {
+  if (!u.inside) return {};
+  if (axis != Pointwise::magnitude) {
+    const double values[3] = {u.value.x, u.value.y, u.value.z};
+    return {values[axis], u.jacobian.row[axis], true};
+  }
+  const ScalarSample s{norm(u.value), transposed_times(u.jacobian, normalized(u.value)), true};
+  return std::isfinite(s.value) && is_finite(s.gradient) ? s : ScalarSample{};
+}
+
+}  // namespace detail
 
 std::optional<Derivation> derivation_named(std::string_view name) noexcept {
   for (const Naming& n : namings) {

@@ -64,9 +64,9 @@ std::string unit_of(Derivation derivation, std::string_view unit);
 ///
 /// \param of           the field; its number of components is `components_taken`
 /// \param smoothing_m  [m] standard deviation of that Gaussian in the field's own world; 0: two sample spacings
-/// Two threads; memory beyond the result's own is what the Gaussian reaches of slices, as floats. Throws
-/// std::invalid_argument, with a sentence, on a field of the other kind, on axes (axis_grid.h) for all but the
-/// magnitude, or a smoothing that is negative or not finite.
+/// As many threads as there are cores; memory beyond the result's own is what the Gaussian reaches of slices, as floats, for
+/// each of them. Throws std::invalid_argument, with a sentence, on a field of the other kind, on axes (axis_grid.h) for all but
+/// the magnitude, or a smoothing that is negative or not finite.
 FieldPtr derived(Derivation derivation, const FieldPtr& of, double smoothing_m = 0.0);
 
 }  // namespace palpa

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -32,8 +33,6 @@ class Posed final : public Field {
 
   int components() const noexcept override { return view_.field->components(); }
 
-  void prefetch(const Vec3& world_m) const noexcept override { view_.field->prefetch(view_.pose.to_hand(world_m)); }
-
   ScalarSample scalar(const Vec3& world_m) const noexcept override {
     ScalarSample s = view_.field->scalar(view_.pose.to_hand(world_m));
     s.gradient = view_.pose.rotation * s.gradient / view_.pose.scale;
@@ -58,7 +57,16 @@ class Posed final : public Field {
     return view_.field->stretch(view_.pose.to_hand(from_m), view_.pose.to_hand(to_m), begin, quiet);
   }
 
+  Certificate certificate(const Vec3& world_m) const noexcept override {
+    const double shift_m =
+        16.0 * std::numeric_limits<double>::epsilon() * (norm(world_m) + norm(view_.pose.translation_m)) / view_.pose.scale;
+    return view_.field->certificate(view_.pose.to_hand(world_m)).scaled(view_.pose.scale, shift_m);
+  }
+
   double spacing_m() const noexcept override { return view_.pose.scale * view_.field->spacing_m(); }
+  double local_spacing_m(const Vec3& world_m) const noexcept override {
+    return view_.pose.scale * view_.field->local_spacing_m(view_.pose.to_hand(world_m));
+  }
   Box bounds_m() const noexcept override { return bounds_m_; }
   double depth_m(const Vec3& world_m) const noexcept override {
     const double depth = view_.pose.scale * view_.field->depth_m(view_.pose.to_hand(world_m));
@@ -87,6 +95,13 @@ class Posed final : public Field {
 };
 
 }  // namespace
+
+Certificate Certificate::scaled(double scale, double shift_m) const noexcept {
+  const Certificate seen{((1.0 - 1e-12) * radius_m - 2.0 * shift_m) * scale, slope_per_m / scale,
+                         rounding + 2.0 * slope_per_m * shift_m};
+  const bool usable = seen.radius_m > 0.0 && std::isfinite(seen.radius_m + seen.slope_per_m + seen.rounding);
+  return usable ? seen : Certificate{};
+}
 
 ScalarSample Field::scalar(const Vec3&) const noexcept { return {}; }
 VectorSample Field::vector(const Vec3&) const noexcept { return {}; }

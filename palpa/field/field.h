@@ -44,6 +44,20 @@ struct Extent {
   friend bool operator==(const Extent&, const Extent&) = default;
 };
 
+/// What bounds a field around a position: at a distance of at most `radius_m` the value differs from the one at the position by
+/// at most `change(distance)`, and there are data if and only if there are some at the position. Proven, but often far from
+/// sharp.
+struct Certificate {
+  double radius_m = 0.0;     ///< [m] 0: nothing is known
+  double slope_per_m = 0.0;  ///< [unit/m]
+  double rounding = 0.0;     ///< the field's own unit: by which two samples may differ besides
+
+  /// The most, in the field's own unit, that the value changes over a distance [m] of at most `radius_m`.
+  double change(double distance_m) const noexcept { return slope_per_m * distance_m + rounding; }
+  /// The same where lengths are `scale` [1] times as long, and positions are rounded by up to `shift_m` [m] on their way here.
+  Certificate scaled(double scale, double shift_m) const noexcept;
+};
+
 /// Data over the world. Immutable, so any number of threads may sample one field at once; sampling
 /// never allocates, throws or returns a value that is not finite, for any position at all.
 ///
@@ -80,12 +94,15 @@ class Field {
   /// only.
   virtual Stretch stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept;
 
-  /// Begins to bring what a sample at a world position [m] reads into the caches, without waiting for it. Here: nothing.
-  virtual void prefetch(const Vec3& world_m) const noexcept { static_cast<void>(world_m); }
+  /// How far the field goes on without surprise around a world position [m]: on grids about one cell, of a vector field for
+  /// the length of the value's change. Here, and for what changes with time: not at all. Takes a fraction of a sample's time.
+  virtual Certificate certificate(const Vec3& world_m) const noexcept { return static_cast<void>(world_m), Certificate{}; }
 
   /// The length [m] over which the field may change its course, > 0 and finite: the least distance
   /// between neighbouring planes of samples of a grid, the size of the finest feature of a formula.
   virtual double spacing_m() const noexcept = 0;
+  /// The same [m] where a world position [m] is: of a rectilinear grid that of the cell, of others `spacing_m()`.
+  virtual double local_spacing_m(const Vec3& world_m) const noexcept { return static_cast<void>(world_m), spacing_m(); }
   /// A box [m] outside which the field has no data. Formulas state the box they are meant for.
   virtual Box bounds_m() const noexcept = 0;
   /// How deep [m] a position lies within the data: distance to the nearest face of the grid (or of the

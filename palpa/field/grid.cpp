@@ -6,10 +6,10 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
-#include <thread>
 #include <utility>
 
 #include "palpa/field/grid_base.h"
+#include "palpa/field/parallel.h"
 
 namespace palpa {
 namespace {
@@ -95,18 +95,18 @@ class TypedGrid final : public Grid {
   TypedGrid(const GridGeometry& geometry, Voxels voxels, double scale, double offset, std::int64_t one_row_in)
       : Grid(geometry, std::move(voxels), scale, offset, one_row_in), data_(static_cast<const T*>(view_.voxels.data.get())) {}
 
-  ScalarSample scalar(const Vec3& world_m) const noexcept override {
-    Cell cells[3];
-    if (view_.voxels.components != 1 || !locate(world_m, cells)) return {};
+  ScalarSample scalar_in(Place& place) const noexcept override {
+    if (view_.voxels.components != 1 || !place.inside) return {};
+    const Cell(&cells)[3] = place.cells;
     Vec3 derivative;
     const double raw = interpolate(data_, cells, derivative);
     const ScalarSample sample{raw * view_.scale + view_.offset, gradient_of(derivative, cells), true};
     return std::isfinite(sample.value) && is_finite(sample.gradient) ? sample : ScalarSample{};
   }
 
-  VectorSample vector(const Vec3& world_m) const noexcept override {
-    Cell cells[3];
-    if (view_.voxels.components != 3 || !locate(world_m, cells)) return {};
+  VectorSample vector_in(Place& place) const noexcept override {
+    if (view_.voxels.components != 3 || !place.inside) return {};
+    const Cell(&cells)[3] = place.cells;
     VectorSample sample;
     double value[3];
     for (int c = 0; c < 3; ++c) {
@@ -295,11 +295,7 @@ FieldPtr sampled(const Field& field, int longest) {
       }
     }
   };
-  const std::int64_t middle = geometry.dims[2] / 2;
-  {
-    const std::jthread other(fill, 0, middle);
-    fill(middle, geometry.dims[2]);
-  }
+  detail::in_parts(geometry.dims[2], 2, fill);
   return grid_field(geometry, {VoxelType::float32, components, data});
 }
 

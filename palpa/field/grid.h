@@ -10,6 +10,10 @@
 
 namespace palpa {
 
+namespace detail {
+struct VoxelFacts;
+}
+
 enum class VoxelType : std::uint8_t { uint8, int16, uint16, int32, float32, float64 };
 
 const char* name_of(VoxelType type) noexcept;  ///< "uint8", …
@@ -59,6 +63,9 @@ struct Voxels {
   VoxelType type = VoxelType::float32;
   int components = 1;  ///< 1 or 3
   std::shared_ptr<const void> data;
+  /// Their range and that of their bricks, as a grid that has read them found it: another grid of the same voxels need not
+  /// read them again. Made by grids alone.
+  std::shared_ptr<const detail::VoxelFacts> facts{};
 };
 
 /// What lies between the voxels of a grid.
@@ -76,9 +83,9 @@ const char* name_of(Filter filter) noexcept;  ///< "trilinear", …
 /// voxel has no extent: the field is constant across it, half a voxel to either side. Between uneven planes
 /// every filter works in index space, cell by cell, so that the derivative steps where distances do.
 ///
-/// Reads all voxels once for the range; throws std::invalid_argument, with a sentence, where geometry,
-/// voxels, `scale` [unit] or `offset` [unit] cannot be used. `voxels.data` must hold geometry.voxels() × components
-/// values: nothing here can check that.
+/// Reads all voxels once for their range, by as many threads as there are cores; throws std::invalid_argument, with a sentence,
+/// where geometry, voxels, `scale` [unit] or `offset` [unit] cannot be used. `voxels.data` must hold geometry.voxels() ×
+/// components values: nothing here can check that.
 FieldPtr grid_field(const GridGeometry& geometry, Voxels voxels, double scale = 1.0, double offset = 0.0);
 
 /// The same for whoever only looks at a large grid: reads one row along i in `one_row_in` (1 or more), so that the range is
@@ -88,8 +95,8 @@ FieldPtr grid_field_to_look_at(const GridGeometry& geometry, Voxels voxels, doub
 
 /// Any field as a grid of float32 over its box, `longest` (2 to 1024) samples along the longest side, so
 /// that data without a file go the same way as data from one. A sample where the field has no data is
-/// NaN, so that its cells are outside. Two threads. A timed field as it is at its first moment (timed_field.h samples its
-/// frames). Throws std::invalid_argument on another `longest`.
+/// NaN, so that its cells are outside. As many threads as there are cores. A timed field as it is at its first moment
+/// (timed_field.h samples its frames). Throws std::invalid_argument on another `longest`.
 FieldPtr sampled(const Field& field, int longest);
 /// Every field of a volume as a grid.
 Volume sampled(const Volume& volume, int longest);

@@ -1,10 +1,13 @@
 #include "palpa/field/grid_base.h"
 
 #include <array>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <type_traits>
 #include <utility>
+
+#include "palpa/field/parallel.h"
 
 namespace palpa::detail {
 namespace {
@@ -12,36 +15,82 @@ namespace {
 struct Found {
   std::array<Extent, 3> ranges;  ///< raw; min > max where nothing is finite
   std::int64_t valid = 0;        ///< voxels that are finite altogether
+
+  void join(const Found& other) noexcept {
+    for (std::size_t c = 0; c < 3; ++c) {
+      ranges[c] = {std::min(ranges[c].min, other.ranges[c].min), std::max(ranges[c].max, other.ranges[c].max)};
+    }
+    valid += other.valid;
+  }
 };
 
-/// Of one row in `step`.
+/// Of one row in `step`, from one to before another.
 template <int Components, class T>
-Found find_range(const T* first, std::int64_t width, std::int64_t rows, std::int64_t step) noexcept {
+Found find_range(const T* voxels, std::int64_t width, std::int64_t from, std::int64_t to, std::int64_t step) noexcept {
   T least[Components], greatest[Components];
   for (int c = 0; c < Components; ++c) {
     least[c] = std::numeric_limits<T>::max();
     greatest[c] = std::numeric_limits<T>::lowest();
   }
   Found found;
-  for (std::int64_t row = 0; row < rows; row += step) {
-    const T* voxels = first + row * width * Components;
-    for (std::int64_t v = 0; v < width; ++v, voxels += Components) {
+  for (std::int64_t row = from; row < to; row += step) {
+    const T* voxel = voxels + row * width * Components;
+    for (std::int64_t v = 0; v < width; ++v, voxel += Components) {
       bool finite = true;
       for (int c = 0; c < Components; ++c) {
         if constexpr (std::is_floating_point_v<T>) {
-          if (!std::isfinite(voxels[c])) {
+          if (!std::isfinite(voxel[c])) {
             finite = false;
             continue;
           }
         }
-        least[c] = std::min(least[c], voxels[c]);
-        greatest[c] = std::max(greatest[c], voxels[c]);
+        least[c] = std::min(least[c], voxel[c]);
+        greatest[c] = std::max(greatest[c], voxel[c]);
       }
       found.valid += finite;
     }
   }
   for (int c = 0; c < Components; ++c) found.ranges[c] = {static_cast<double>(least[c]), static_cast<double>(greatest[c])};
   return found;
+}
+
+/// Of all components, by all cores.
+template <class T>
+Found find_ranges(const T* voxels, int components, std::int64_t width, std::int64_t rows, std::int64_t step) {
+  constexpr std::int64_t worth_a_thread = 1 << 16;
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  Found all;
+  all.ranges.fill({infinity, -infinity});
+  std::mutex joining;
+  in_parts((rows + step - 1) / step, worth_a_thread / width + 1, [&](std::int64_t first, std::int64_t last) {
+    const std::int64_t from = first * step, to = std::min(last * step, rows);
+    const Found found =
+        components == 1 ? find_range<1>(voxels, width, from, to, step) : find_range<3>(voxels, width, from, to, step);
+    const std::lock_guard lock(joining);
+    all.join(found);
+  });
+  return all;
+}
+
+/// \param one_row_in  as of grid_field_to_look_at; without bricks where it is not 1
+VoxelFacts facts_of(const GridGeometry& geometry, const Voxels& voxels, std::int64_t one_row_in) {
+  VoxelFacts facts{geometry.dims, {}, 1.0, {}};
+  if (one_row_in == 1) facts.bricks = Bricks(geometry, voxels);
+  with_values_of(voxels, [&]<class T>(const T* values) {
+    constexpr bool held_by_bricks = std::is_same_v<T, float> || sizeof(T) <= 2;  // exactly
+    if (held_by_bricks && !facts.bricks.empty() && facts.bricks.whole(0)) {
+      for (int c = 0; c < voxels.components; ++c) {
+        const Bricks::Range whole = *facts.bricks.whole(c);
+        facts.ranges[static_cast<std::size_t>(c)] = {whole.min, whole.max};
+      }
+      return;
+    }
+    const std::int64_t width = geometry.dims[0], rows = geometry.dims[1] * geometry.dims[2];
+    const Found found = find_ranges(values, voxels.components, width, rows, one_row_in);
+    facts.ranges = found.ranges;
+    facts.valid_share = static_cast<double>(found.valid) / static_cast<double>((rows + one_row_in - 1) / one_row_in * width);
+  });
+  return facts;
 }
 
 }  // namespace
@@ -91,7 +140,25 @@ GridBase::GridBase(const GridGeometry& geometry, Voxels voxels, double scale, do
     : view_{geometry, std::move(voxels), scale, offset, 1.0, filter, signless},
       coefficients_(coefficients ? std::move(coefficients) : view_.voxels.data),
       world_to_steps_(scaled_inverse(geometry.index_to_world_m)) {
-  std::int64_t stride = view_.voxels.components;
+  find_place();
+  find_steepest();
+  if (one_row_in != 1) {
+    find_extents(facts_of(geometry, view_.voxels, one_row_in));
+    return;
+  }
+  std::shared_ptr<const VoxelFacts>& facts = view_.voxels.facts;
+  if (!facts || facts->dims != geometry.dims) facts = std::make_shared<const VoxelFacts>(facts_of(geometry, view_.voxels, 1));
+  find_extents(*facts);
+  bricks_ = {facts, &facts->bricks};
+  if (coefficients_ != view_.voxels.data) {
+    bricks_ = std::make_shared<const Bricks>(geometry, Voxels{view_.voxels.type, components(), coefficients_});
+  }
+}
+
+void GridBase::find_place() {
+  const GridGeometry& geometry = view_.geometry;
+  is_rectilinear_ = geometry.is_rectilinear();
+  std::int64_t stride = components();
   for (int a = 0; a < 3; ++a) {
     const std::int64_t n = geometry.dims[a];
     last_[a] = static_cast<double>(n - 1);
@@ -100,8 +167,9 @@ GridBase::GridBase(const GridGeometry& geometry, Voxels voxels, double scale, do
     cells_[a] = std::max<std::int64_t>(n - 1, 1);
     stride_[a] = stride;
     stride *= n;
-    plane_distance_m_[a] = 1.0 / norm(world_to_steps_.row[a]);
-    const std::vector<double>& planes = view_.geometry.planes[static_cast<std::size_t>(a)];
+    planes_per_m_[a] = norm(world_to_steps_.row[a]);
+    plane_distance_m_[a] = 1.0 / planes_per_m_[a];
+    const std::vector<double>& planes = geometry.planes[static_cast<std::size_t>(a)];
     planes_[a] = planes.empty() ? nullptr : planes.data();
     double least = 1.0;
     for (std::size_t i = 1; i < planes.size(); ++i) least = std::min(least, planes[i] - planes[i - 1]);
@@ -116,23 +184,15 @@ GridBase::GridBase(const GridGeometry& geometry, Voxels voxels, double scale, do
     bounds_m_.high_m = {std::max(bounds_m_.high_m.x, world.x), std::max(bounds_m_.high_m.y, world.y),
                         std::max(bounds_m_.high_m.z, world.z)};
   }
+}
 
-  if (components() == 1 && one_row_in == 1) bricks_ = bricks_of(0);
-  const std::int64_t width = geometry.dims[0], rows = geometry.dims[1] * geometry.dims[2];
-  const std::int64_t count = (rows + one_row_in - 1) / one_row_in * width;
-  const Found found = with_values_of(view_.voxels, [&]<class T>(const T* values) {
-    if constexpr (std::is_same_v<T, float> || sizeof(T) <= 2) {  // what bricks hold exactly
-      const bool of_voxels = !bricks_.empty() && coefficients_ == view_.voxels.data;
-      if (const auto whole = of_voxels ? bricks_.whole() : std::nullopt) return Found{{{{whole->min, whole->max}}}, count};
-    }
-    return components() == 1 ? find_range<1>(values, width, rows, one_row_in) : find_range<3>(values, width, rows, one_row_in);
-  });
-  view_.valid_share = static_cast<double>(found.valid) / static_cast<double>(count);
+void GridBase::find_extents(const VoxelFacts& facts) {
+  view_.valid_share = facts.valid_share;
   for (int c = 0; c < components(); ++c) {
     extents_.push_back({});
-    const Extent& raw = found.ranges[c];
+    const Extent& raw = facts.ranges[static_cast<std::size_t>(c)];
     if (!(raw.min <= raw.max)) continue;
-    const auto [min, max] = std::minmax({raw.min * scale + offset, raw.max * scale + offset});
+    const auto [min, max] = std::minmax({raw.min * view_.scale + view_.offset, raw.max * view_.scale + view_.offset});
     if (!std::isfinite(min) || !std::isfinite(max)) {
       throw std::invalid_argument("scale and offset take the grid's values beyond the largest number; use smaller ones");
     }
@@ -248,10 +308,10 @@ struct GridBase::Way {
   }
 };
 
-bool GridBase::cross_bricks(const Bricks& bricks, const Way& way, const Extent& quiet, Stretch& piece) const noexcept {
+bool GridBase::cross_bricks(int component, const Way& way, const Extent& quiet, Stretch& piece) const noexcept {
   enum class Kind { mixed, still, none };
   const auto kind_of = [&](const std::int64_t(&b)[3]) {
-    const Bricks::Range& range = bricks.at(b);
+    const Bricks::Range& range = bricks_->at(component, b);
     if (range.min > range.max) return Kind::none;
     return is_quiet(range.min, range.max, quiet) ? Kind::still : Kind::mixed;
   };
@@ -281,14 +341,14 @@ bool GridBase::is_finite_on(int component, const Passage& cell) const noexcept {
   return std::all_of(piece.control, piece.control + piece.degree + 1, [](double c) { return std::isfinite(c); });
 }
 
-Stretch GridBase::stretch_of(int component, const Bricks* bricks, const Vec3& from_m, const Vec3& to_m, double begin,
+Stretch GridBase::stretch_of(int component, const Vec3& from_m, const Vec3& to_m, double begin,
                              const Extent& quiet) const noexcept {
   Way way(steps_of(from_m), steps_of(to_m), *this);
   if (!(begin >= 0.0) || !way.has_data_after(begin)) return {};
   if (begin < way.enters) return {.end = way.enters};
   way.enter(begin);
   Stretch piece;
-  if (bricks && cross_bricks(*bricks, way, quiet, piece)) return piece;
+  if (bricks_ && cross_bricks(component, way, quiet, piece)) return piece;
 
   const Passage cell = way.pass(begin, piece.end);
   polynomial(component, cell, quiet, piece);
@@ -304,41 +364,18 @@ Stretch GridBase::stretch_of(int component, const Bricks* bricks, const Vec3& fr
 }
 
 Stretch GridBase::stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept {
-  if (components() == 1) return stretch_of(0, bricks_.empty() ? nullptr : &bricks_, from_m, to_m, begin, quiet);
+  if (components() == 1) return stretch_of(0, from_m, to_m, begin, quiet);
   if (view_.valid_share == 1.0) {
     const Way way(steps_of(from_m), steps_of(to_m), *this);
     if (!(begin >= 0.0) || !way.has_data_after(begin)) return {};
     return {.end = begin < way.enters ? way.enters : way.leaves, .inside = begin >= way.enters};
   }
-  const Stretch piece = stretch_of(0, nullptr, from_m, to_m, begin, polynomials);
+  const Stretch piece = stretch_of(0, from_m, to_m, begin, polynomials);
   return {.end = piece.end, .inside = piece.inside};
 }
 
-// The rows of values along i that the interpolant reads: one or two lines of the cache each.
-void GridBase::prefetch(const Vec3& world_m) const noexcept {
-  Cell cells[3];
-  if (!locate(world_m, cells)) return;
-  const std::int64_t reach = view_.filter == Filter::trilinear ? 0 : 1;
-  const auto bytes = static_cast<std::int64_t>(size_of(view_.voxels.type));
-  std::int64_t first[3], last[3];
-  for (int a = 0; a < 3; ++a) {
-    first[a] = std::max<std::int64_t>(cells[a].first - reach, 0);
-    last[a] = std::min(cells[a].first + 1 + reach, view_.geometry.dims[a] - 1);
-  }
-  const auto* values = static_cast<const char*>(coefficients_.get()) + bytes * first[0] * stride_[0];
-  const std::int64_t length = bytes * ((last[0] - first[0] + 1) * stride_[0]) - 1;
-  for (std::int64_t k = first[2]; k <= last[2]; ++k) {
-    for (std::int64_t j = first[1]; j <= last[1]; ++j) {
-      const char* row = values + bytes * (k * stride_[2] + j * stride_[1]);
-      __builtin_prefetch(row);
-      __builtin_prefetch(row + length);
-    }
-  }
-}
-
-double GridBase::depth_m(const Vec3& world_m) const noexcept {
-  const Vec3 p = steps_of(world_m);
-  const double at[3] = {p.x, p.y, p.z};
+double GridBase::depth_at(const Vec3& steps) const noexcept {
+  const double at[3] = {steps.x, steps.y, steps.z};
   double depth = std::numeric_limits<double>::max();
   for (int a = 0; a < 3; ++a) {
     const double low = at[a] + half_[a];
@@ -347,6 +384,91 @@ double GridBase::depth_m(const Vec3& world_m) const noexcept {
     depth = std::min(depth, std::min(low, high) * plane_distance_m_[a]);
   }
   return std::isfinite(depth) ? depth : 0.0;
+}
+
+double GridBase::depth_m(const Vec3& world_m) const noexcept { return depth_at(steps_of(world_m)); }
+
+double GridBase::local_spacing_m(const Vec3& world_m) const noexcept {
+  if (!is_rectilinear_) return spacing_m_;
+  const Vec3 steps = steps_of(world_m);
+  const double at[3] = {steps.x, steps.y, steps.z};
+  double least_m = std::numeric_limits<double>::max();
+  for (int a = 0; a < 3; ++a) {
+    // A place that is not finite is on the first plane, as good as any.
+    const std::int64_t cell = planes_[a] ? cell_at(a, at[a]) : 0;
+    least_m = std::min(least_m, (planes_[a] ? planes_[a][cell + 1] - planes_[a][cell] : 1.0) * plane_distance_m_[a]);
+  }
+  return least_m;
+}
+
+void GridBase::find_steepest() {
+  for (int a = 0; a < 3; ++a) {
+    for (std::int64_t cell = 0; planes_[a] && cell < cells_[a]; ++cell) {
+      if (cell % Bricks::cells == 0) finest_in_[a].push_back(0.0);
+      finest_in_[a].back() = std::max(finest_in_[a].back(), 1.0 / (planes_[a][cell + 1] - planes_[a][cell]));
+    }
+  }
+  const std::int64_t first[3]{};
+  steepest_per_m_ = steepest(first, first);
+}
+
+double GridBase::steepest(const std::int64_t (&low)[3], const std::int64_t (&high)[3]) const noexcept {
+  Vec3 per_m[3];
+  for (int a = 0; a < 3; ++a) {
+    double most = planes_[a] ? 0.0 : 1.0;
+    for (std::int64_t b = low[a]; planes_[a] && b <= high[a]; ++b)
+      most = std::max(most, finest_in_[a][static_cast<std::size_t>(b)]);
+    per_m[a] = most * world_to_steps_.row[a];
+  }
+  // |s₀ r₀·v| + |r₁·v| + |r₂·v| over unit vectors v is the longest of the sums r₀ ± r₁ ± r₂.
+  double squared = 0.0;
+  for (const double j : {1.0, -1.0}) {
+    for (const double k : {1.0, -1.0}) squared = std::max(squared, norm_squared(per_m[0] + j * per_m[1] + k * per_m[2]));
+  }
+  return std::sqrt(squared);
+}
+
+// An index derivative of either interpolant is a mean of differences of neighbouring voxels, so none is more than the largest
+// in the bricks that the ball reaches; and a value moves by no more than that times the indices passed, added up over the axes.
+Certificate GridBase::certificate_in(const Place& place, int component, int count) const noexcept {
+  const double depth = depth_in(place), hair_m = 2.0 * face_tolerance_voxels * spacing_m_;
+  if (!bricks_ || view_.signless) return {};  // an axis, of which dyads are interpolated, may turn at once
+  if (!place.inside) return {std::max(0.0, -depth - hair_m)};
+  Certificate c{std::min(is_rectilinear_ ? cell_spacing_m(place.cells) : spacing_m_, depth - hair_m)};
+  if (!(c.radius_m > 0.0)) return {};
+
+  const double at[3] = {place.steps.x, place.steps.y, place.steps.z};
+  const double furthest_m = largest_component(place.world_m) + largest_component(view_.geometry.origin_m);
+  constexpr double eps = std::numeric_limits<double>::epsilon();
+  std::int64_t low[3], high[3];
+  double steps_m = 0.0;
+  for (int a = 0; a < 3; ++a) {
+    const double reach = c.radius_m * planes_per_m_[a];
+    low[a] = cell_at(a, at[a] - reach) >> Bricks::shift;
+    high[a] = cell_at(a, at[a] + reach) >> Bricks::shift;
+    steps_m = std::max(steps_m, std::abs(at[a]) * plane_distance_m_[a]);
+  }
+  double squared = 0.0, largest = 0.0;
+  for (int n = component; n < component + count; ++n) {
+    Bricks::Range all = bricks_->at(n, low);
+    std::int64_t b[3];
+    for (b[2] = low[2]; b[2] <= high[2]; ++b[2]) {
+      for (b[1] = low[1]; b[1] <= high[1]; ++b[1]) {
+        for (b[0] = low[0]; b[0] <= high[0]; ++b[0]) {
+          const Bricks::Range& range = bricks_->at(n, b);
+          if (!(range.min <= range.max)) return {};
+          all = {std::min(all.min, range.min), std::max(all.max, range.max), std::max(all.step, range.step)};
+        }
+      }
+    }
+    const double step = std::min(static_cast<double>(all.max) - all.min, static_cast<double>(all.step));
+    squared += step * step;
+    largest = std::max(largest, std::max(std::abs(static_cast<double>(all.min)), std::abs(static_cast<double>(all.max))));
+  }
+  c.slope_per_m = std::abs(view_.scale) * std::sqrt(squared) * (is_rectilinear_ ? steepest(low, high) : steepest_per_m_);
+  const double shift_m = 32.0 * eps * (furthest_m + steps_m);  // by which positions are rounded
+  c.rounding = 128.0 * eps * (std::abs(view_.scale) * largest + std::abs(view_.offset)) + c.slope_per_m * shift_m;
+  return std::isfinite(c.slope_per_m + c.rounding) ? c : Certificate{};
 }
 
 }  // namespace palpa::detail

@@ -2,15 +2,18 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <type_traits>
 #include <vector>
 
 #include "palpa/field/bricks.h"
 #include "palpa/field/grid.h"
+#include "palpa/field/spline.h"
 
 namespace palpa::detail {
 
@@ -51,7 +54,15 @@ auto with_values_of(const Voxels& voxels, Act&& act) {
   throw std::invalid_argument("the grid's type of voxel is unknown");
 }
 
-/// All of a grid but the sampling. Reads the voxels for their range and, of a scalar field, that of its bricks.
+/// What reading all voxels of a grid tells.
+struct VoxelFacts {
+  std::array<std::int64_t, 3> dims;  ///< of that grid
+  std::array<Extent, 3> ranges;      ///< raw, of each component; min > max where nothing is finite
+  double valid_share = 0.0;          ///< [1] of the voxels, that are finite altogether
+  Bricks bricks;
+};
+
+/// All of a grid but the sampling. Reads the voxels for their range and that of its bricks, unless they are known.
 class GridBase : public Field {
  public:
   /// \param coefficients  of a spline that meets the voxels, as many and of their type; empty: the voxels are what is
@@ -62,22 +73,74 @@ class GridBase : public Field {
 
   const GridView& view() const noexcept { return view_; }
 
+  /// The cell of a position along one axis: its first voxel, the fraction [1] across it.
+  struct Cell {
+    std::int64_t first = 0;  ///< [voxels]
+    double f = 0.0;          ///< [1] 0…1
+    double per_step = 1.0;   ///< [voxels/step of the affine] indices passed; 1 but between the planes of a rectilinear axis
+  };
+
+  /// A place of a grid: the same for all grids of one geometry.
+  struct Place {
+    Vec3 world_m;
+    Vec3 steps;           ///< [steps] of the affine: of an axis without planes of its own, voxels
+    bool inside = false;  ///< also false for positions that are not finite
+    Cell cells[3];
+    std::optional<SplineStencil> stencil{};  ///< once a spline has been asked
+
+    const SplineStencil& stencil_of(const std::array<std::int64_t, 3>& dims) noexcept {
+      if (!stencil) {
+        const std::int64_t first[3] = {cells[0].first, cells[1].first, cells[2].first};
+        const double f[3] = {cells[0].f, cells[1].f, cells[2].f};
+        stencil.emplace(dims, first, f);
+      }
+      return *stencil;
+    }
+  };
+  void locate(const Vec3& world_m, Place& place) const noexcept {
+    place.world_m = world_m;
+    place.steps = steps_of(world_m);
+    place.inside = enter<0>(place.steps.x, place.cells[0]) && enter<1>(place.steps.y, place.cells[1]) &&
+                   enter<2>(place.steps.z, place.cells[2]);
+    place.stencil.reset();
+  }
+  Place place_of(const Vec3& world_m) const noexcept {
+    Place place;
+    locate(world_m, place);
+    return place;
+  }
+  /// Samples at a place of this geometry; the second derivative with the value, where `has_curvature`.
+  virtual ScalarSample scalar_in(Place&) const noexcept { return {}; }
+  virtual VectorSample vector_in(Place&) const noexcept { return {}; }
+  virtual ScalarSample scalar_in(Place& place, Mat3& hessian) const noexcept { return hessian = {}, scalar_in(place); }
+  virtual bool has_curvature() const noexcept { return false; }
+  double depth_in(const Place& place) const noexcept { return depth_at(place.steps); }
+  /// Of so many components from one on, for the length of their change together.
+  Certificate certificate_in(const Place& place, int component, int count) const noexcept;
+
+  ScalarSample scalar(const Vec3& world_m) const noexcept override {
+    Place place = place_of(world_m);
+    return scalar_in(place);
+  }
+  VectorSample vector(const Vec3& world_m) const noexcept override {
+    Place place = place_of(world_m);
+    return vector_in(place);
+  }
+  Certificate certificate(const Vec3& world_m) const noexcept override {
+    return certificate_in(place_of(world_m), 0, components());
+  }
+
   int components() const noexcept override { return view_.voxels.components; }
   double spacing_m() const noexcept override { return spacing_m_; }
+  double local_spacing_m(const Vec3& world_m) const noexcept override;
   Box bounds_m() const noexcept override { return bounds_m_; }
   double depth_m(const Vec3& world_m) const noexcept override;
-  void prefetch(const Vec3& world_m) const noexcept override;
   std::vector<Extent> extents() const override { return extents_; }
 
   /// Of a vector field: where there are data, without values (degree −1).
   Stretch stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept override;
-  /// The same of one component, with its bricks; without them, cell by cell.
-  Stretch stretch_of(int component, const Bricks* bricks, const Vec3& from_m, const Vec3& to_m, double begin,
-                     const Extent& quiet) const noexcept;
-  Bricks bricks_of(int component) const {
-    const int reach = view_.filter == Filter::trilinear ? 0 : 1;
-    return {view_.geometry, {view_.voxels.type, view_.voxels.components, coefficients_}, component, reach};
-  }
+  /// The same of one component.
+  Stretch stretch_of(int component, const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept;
 
  protected:
   /// A straight piece across one cell: its first voxel, and where in the cell the piece begins and ends.
@@ -95,21 +158,7 @@ class GridBase : public Field {
     return std::min(one, other) >= quiet.min && std::max(one, other) < quiet.max;
   }
 
-  /// The cell of a position along one axis: its first voxel, the fraction [1] across it.
-  struct Cell {
-    std::int64_t first = 0;  ///< [voxels]
-    double f = 0.0;          ///< [1] 0…1
-    double per_step = 1.0;   ///< [voxels/step of the affine] indices passed; 1 but between the planes of a rectilinear axis
-  };
-
-  /// In steps of the affine: of an axis without planes of its own, voxels.
   Vec3 steps_of(const Vec3& world_m) const noexcept { return world_to_steps_ * (world_m - view_.geometry.origin_m); }
-
-  /// False outside; also for positions that are not finite, because every comparison with NaN fails.
-  bool locate(const Vec3& world_m, Cell (&cells)[3]) const noexcept {
-    const Vec3 at = steps_of(world_m);
-    return enter<0>(at.x, cells[0]) && enter<1>(at.y, cells[1]) && enter<2>(at.z, cells[2]);
-  }
 
   Vec3 gradient_of(const Vec3& d, const Cell (&cells)[3]) const noexcept {
     const Vec3 by_step{d.x * cells[0].per_step, d.y * cells[1].per_step, d.z * cells[2].per_step};
@@ -137,6 +186,23 @@ class GridBase : public Field {
     return true;
   }
 
+  /// The cell along an axis that a place [steps] within the data is in.
+  std::int64_t cell_at(int axis, double at) const noexcept {
+    const double clamped = std::min(std::max(at, 0.0), last_[axis]);
+    const auto before = planes_[axis] ? plane_before(planes_[axis], cells_[axis], clamped) : static_cast<std::int64_t>(clamped);
+    return std::min(before, cells_[axis] - 1);
+  }
+  double cell_spacing_m(const Cell (&cells)[3]) const noexcept {
+    return std::min({plane_distance_m_[0] / cells[0].per_step, plane_distance_m_[1] / cells[1].per_step,
+                     plane_distance_m_[2] / cells[2].per_step});
+  }
+  double depth_at(const Vec3& steps) const noexcept;
+  void find_place();
+  void find_steepest();
+  void find_extents(const VoxelFacts& facts);
+  /// The most that indices change over a length [voxels/m], added up over the axes, in the bricks from `low` to `high`.
+  double steepest(const std::int64_t (&low)[3], const std::int64_t (&high)[3]) const noexcept;
+
   /// The last of the planes 0…last that lies at or before a place [steps], which is at 0 or behind it.
   static std::int64_t plane_before(const double* planes, std::int64_t last, double at) noexcept {
     return std::upper_bound(planes + 1, planes + last + 1, at) - planes - 1;
@@ -144,21 +210,25 @@ class GridBase : public Field {
 
   const double* planes_[3];  ///< [steps] places of the planes of a rectilinear axis; nullptr of another
   double spacing_m_ = 0.0;
-  double last_[3];              ///< [steps] of the last voxel, its index too
-  double half_[3];              ///< [steps] data beyond the first and last centre
-  double beyond_[3];            ///< [steps] the same, with the tolerance
-  std::int64_t cells_[3];       ///< cells along each axis, at least one
+  double last_[3];         ///< [steps] of the last voxel, its index too
+  double half_[3];         ///< [steps] data beyond the first and last centre
+  double beyond_[3];       ///< [steps] the same, with the tolerance
+  std::int64_t cells_[3];  ///< cells along each axis, at least one
+  bool is_rectilinear_ = false;
+  double planes_per_m_[3];      ///< [1/m] of the affine
   double plane_distance_m_[3];  ///< between neighbouring planes of voxels, their mean on a rectilinear axis
   Box bounds_m_;
   struct Way;
   /// Crosses whole bricks from where the way was entered that are quiet, or without data; false where it was entered in
   /// another.
-  bool cross_bricks(const Bricks& bricks, const Way& way, const Extent& quiet, Stretch& piece) const noexcept;
+  bool cross_bricks(int component, const Way& way, const Extent& quiet, Stretch& piece) const noexcept;
 
   bool is_finite_on(int component, const Passage& cell) const noexcept;
 
   std::vector<Extent> extents_;
-  Bricks bricks_;  ///< of a scalar field whose voxels have all been read
+  std::shared_ptr<const Bricks> bricks_;  ///< of a field whose voxels have all been read
+  std::vector<double> finest_in_[3];      ///< [1] the most indices per step in each brick along a rectilinear axis
+  double steepest_per_m_ = 0.0;           ///< `steepest` of a grid without such axes
 };
 
 }  // namespace palpa::detail

@@ -21,7 +21,7 @@ namespace palpa {
 FieldPtr smooth_grid_field(const GridGeometry& geometry, Voxels voxels, double scale = 1.0, double offset = 0.0);
 
 /// The cubic B-spline that meets the voxels, with value, gradient and Hessian of that one function: its coefficients are
-/// computed here, once, in the voxels' own type and beside the voxels, two threads. At every voxel within data it gives
+/// computed here, once, in the voxels' own type and beside the voxels, by all cores. At every voxel within data it gives
 /// the voxel, to the rounding of that type; away from borders, where its slope along the axis is 0, cubics are
 /// reproduced. Inside as above. Only for voxels of a floating-point type: with whole numbers it would
 /// amplify the steps (the direction of the gradient is 4 to 5° wrong at p99 on 8 bits, 1.5° with the smoothing spline),

@@ -2,18 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
-#include <thread>
 
 #include "palpa/field/grid_base.h"
 #include "palpa/field/halton.h"
+#include "palpa/field/parallel.h"
 
 namespace palpa {
 namespace {
 
 constexpr std::size_t classes = 4096;
 constexpr int places_without_voxels = 1 << 18;
+constexpr std::int64_t parts = 16;  // of the values
 
 /// Values of rows of a grid, or of a list of places, one after the other.
 struct Part {
@@ -64,25 +66,28 @@ void for_each_value(const GridView& grid, const T* voxels, const Part& part, Eac
   }
 }
 
-/// `act(part, sums)` on two halves of the rows at once.
+/// `act(part, sums)` on sixteen parts of the rows, so many at once as there are cores: sums do not depend on how many there
+/// are.
 template <class Act>
-void in_two_threads(const Part& all, Sums (&sums)[2], const Act& act) {
+void in_all_parts(const Part& all, std::vector<Sums>& sums, const Act& act) {
   const std::int64_t steps = (all.last - all.first + all.step - 1) / all.step;
-  const std::int64_t middle = all.first + steps / 2 * all.step;
-  std::thread second([&] { act(Part{middle, all.last, all.step}, sums[1]); });
-  act(Part{all.first, middle, all.step}, sums[0]);
-  second.join();
+  const auto row = [&](std::int64_t part) { return std::min(all.last, all.first + steps * part / parts * all.step); };
+  detail::in_parts(parts, 1, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t part = first; part < last; ++part) {
+      act(Part{row(part), row(part + 1), all.step}, sums[static_cast<std::size_t>(part)]);
+    }
+  });
 }
 
 /// Both looks at the values; `for_values(part, each)` goes through some of them.
 template <class ForValues>
 Statistics looked_at(const Part& all, const ForValues& for_values) {
-  Sums sums[2];
-  in_two_threads(all, sums, [&](const Part& part, Sums& to) {
+  std::vector<Sums> sums(parts);
+  in_all_parts(all, sums, [&](const Part& part, Sums& to) {
     for_values(part, [&](double value, std::int64_t at) { to.look(value, at); });
   });
-  Sums whole = sums[0];
-  whole.join(sums[1]);
+  Sums whole = sums.front();
+  for (auto part = sums.begin() + 1; part != sums.end(); ++part) whole.join(*part);
   Statistics result;
   result.one_in = all.step;
   if (whole.counted == 0) {
@@ -100,7 +105,7 @@ Statistics looked_at(const Part& all, const ForValues& for_values) {
   const double middle = 0.5 * whole.min + 0.5 * whole.max;
   const double per_unit = whole.max > whole.min ? static_cast<double>(histogram.counts.size()) / (whole.max - whole.min) : 0.0;
   const auto last = static_cast<double>(histogram.counts.size() - 1);
-  in_two_threads(all, sums, [&](const Part& part, Sums& to) {
+  in_all_parts(all, sums, [&](const Part& part, Sums& to) {
     to.counts.assign(histogram.counts.size(), 0);
     double sum = 0.0, squares = 0.0;
     for_values(part, [&](double value, std::int64_t) {
@@ -112,10 +117,14 @@ Statistics looked_at(const Part& all, const ForValues& for_values) {
     to.mean = sum, to.squares = squares;
   });
   const auto n = static_cast<double>(whole.counted);
-  const double apart = (sums[0].mean + sums[1].mean) / n;
+  double sum = 0.0, squares = 0.0;
+  for (const Sums& part : sums) {
+    sum += part.mean, squares += part.squares;
+    std::transform(part.counts.begin(), part.counts.end(), histogram.counts.begin(), histogram.counts.begin(), std::plus());
+  }
+  const double apart = sum / n;
   result.mean = middle + apart;
-  result.deviation = std::sqrt(std::max(0.0, (sums[0].squares + sums[1].squares) / n - apart * apart));
-  for (std::size_t c = 0; c < histogram.counts.size(); ++c) histogram.counts[c] = sums[0].counts[c] + sums[1].counts[c];
+  result.deviation = std::sqrt(std::max(0.0, squares / n - apart * apart));
   return result;
 }
 

@@ -53,7 +53,8 @@ struct Statistics {
 };
 
 /// Looks at all voxels of the grid behind the field (grid_behind), or, where they are more than `most`, at that many in rows
-/// spread evenly; of a field without voxels at places spread evenly over its box. Two threads. Throws nothing but bad_alloc.
+/// spread evenly; of a field without voxels at places spread evenly over its box. As many threads as there are cores. Throws
+/// nothing but bad_alloc.
 Statistics statistics(const Field& field, std::int64_t most = std::int64_t{1} << 24);
 
 /// The value that parts what lies between `from` and `to` (the field's own unit) into two classes as far apart as can be, with

@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <stdexcept>
-#include <thread>
 #include <vector>
 
 #include "palpa/field/filter.h"
 #include "palpa/field/grid_base.h"
+#include "palpa/field/parallel.h"
 
 // Slices stream through: three of them are kept, as solid or not, and as smoothed along i and j. Values are counted from
 // the level and towards the solid: solid means >= 0.
@@ -133,15 +134,15 @@ ThinParts thin_parts(const Field& field, double level, SolidSide solid) {
   if (!grid) throw std::invalid_argument("a field without voxels has no thin parts; sample it first");
   if (grid->voxels.components != 1) throw std::invalid_argument("a vector field has no levels; take its magnitude");
   return detail::with_values_of(grid->voxels, [&]<class T>(const T* voxels) {
-    Counter<T> low(*grid, voxels, level, solid), high(*grid, voxels, level, solid);
-    const std::int64_t middle = grid->geometry.dims[2] / 2;
-    ThinParts below;
-    ThinParts above;
-    {
-      const std::jthread other([&] { below = low.count(0, middle); });
-      above = high.count(middle, grid->geometry.dims[2]);
-    }
-    return ThinParts{below.solid + above.solid, below.thin + above.thin, below.lost + above.lost};
+    ThinParts all;
+    std::mutex joining;
+    constexpr std::int64_t worth_a_thread = 8;  // slices
+    detail::in_parts(grid->geometry.dims[2], worth_a_thread, [&](std::int64_t first, std::int64_t last) {
+      const ThinParts part = Counter<T>(*grid, voxels, level, solid).count(first, last);
+      const std::lock_guard lock(joining);
+      all = {all.solid + part.solid, all.thin + part.thin, all.lost + part.lost};
+    });
+    return all;
   });
 }
 

@@ -1,58 +1,101 @@
 #include "palpa/mode/here.h"
 
+#include <algorithm>
 #include <limits>
+
+#include "palpa/field/grid_base.h"
+#include "palpa/field/pointwise.h"
 
 namespace palpa {
 
-// The samples of one kind at the places that are remembered.
-template <class Sample>
-struct Samples::Memory {
-  std::array<Sample, remembered> samples{};
-  std::array<std::uint64_t, remembered> visits{};
-
-  template <class Take>
-  const Sample& at(std::size_t place, std::uint64_t visit, Take&& take) {
-    if (visits[place] != visit) {
-      visits[place] = visit;
-      samples[place] = take();
-    }
-    return samples[place];
-  }
-};
-
+// What a field is evaluated by.
 struct Samples::Slot {
   const Field* field = nullptr;
-  const TimedField* timed = nullptr;  // the same one, if it changes with time
-  Memory<ScalarSample> scalar;
-  Memory<VectorSample> vector;
-  Memory<Mat3> hessian;
-  Memory<double> depth_m;
+  const TimedField* timed = nullptr;       // the same one, if it changes with time
+  const detail::GridBase* grid = nullptr;  // the same one, if it is a grid
+  int lattice = -1;                        // of it, or of what it is taken of
+  int of = -1;                             // the slot of the vector field that it is taken of …
+  int axis = 0;                            // … and what is taken of it
+  bool with_hessian = false;
+  Memory<VectorSample> vector{};
+  Memory<VectorSample> world_vector{};  // as it is in the world
+  Memory<Mat3> world_hessian{};
+  Memory<double> depth_m{};
+};
+
+// What fields have in common.
+class Samples::Plan {
+ public:
+  explicit Plan(std::span<const FieldPtr> fields) {
+    for (const FieldPtr& field : fields) add(*field);
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+      const auto taken = detail::pointwise_of(*fields[i]);
+      if (!taken) continue;
+      auto of = std::find_if(slots_.begin(), slots_.end(), [&](const Slot& slot) { return slot.field == taken->of.get(); });
+      if (of == slots_.end()) {
+        add(*taken->of);
+        of = slots_.end() - 1;
+      }
+      slots_[i].of = static_cast<int>(of - slots_.begin());
+      slots_[i].axis = taken->axis;
+      slots_[i].lattice = of->lattice;
+    }
+  }
+
+  Slot& operator[](std::int32_t field) noexcept { return slots_[static_cast<std::size_t>(field)]; }
+  // Grids of one geometry, each of them able to look a position up for all.
+  struct Lattice {
+    const detail::GridBase* grid;
+    Memory<detail::GridBase::Place> places{};
+    Memory<double> depth_m{};
+
+    detail::GridBase::Place& at(std::size_t place, const Place& position) noexcept {
+      detail::GridBase::Place& at = places.samples[place];
+      if (!places.knows(place, position.visit)) grid->locate(position.world_m, at);
+      places.visits[place] = position.visit;
+      return at;
+    }
+  };
+  Lattice& lattice_of(const Slot& slot) noexcept { return lattices_[static_cast<std::size_t>(slot.lattice)]; }
+
+ private:
+  void add(const Field& field) {
+    Slot slot{&field, timed(field), dynamic_cast<const detail::GridBase*>(&field)};
+    if (slot.grid) {
+      const GridGeometry& geometry = slot.grid->view().geometry;
+      const auto known = std::find_if(lattices_.begin(), lattices_.end(),
+                                      [&](const Lattice& lattice) { return lattice.grid->view().geometry == geometry; });
+      slot.lattice = static_cast<int>(known - lattices_.begin());
+      if (known == lattices_.end()) lattices_.push_back({slot.grid});
+    }
+    slots_.push_back(slot);
+  }
+
+  std::vector<Slot> slots_;  // of the fields, then of what they are taken of
+  std::vector<Lattice> lattices_;
 };
 
 Samples::Samples(std::span<const FieldPtr> fields, const Similarity& map)
-    : fields_(fields), map_(map), slots_(new Slot[fields.size() + 1]) {
-  for (std::size_t i = 0; i < fields.size(); ++i) {
-    ranges_.push_back(fields[i]->components() == 1 ? fields[i]->extents().front() : Extent{});
-    slots_[i].field = fields[i].get();
-    slots_[i].timed = timed(*fields[i]);
-    any_timed_ = any_timed_ || slots_[i].timed;
+    : fields_(fields), map_(map), scalars_(fields.size()), plan_(new Plan(fields)) {
+  for (const FieldPtr& field : fields) {
+    ranges_.push_back(field->components() == 1 ? field->extents().front() : Extent{});
+    spacings_m_.push_back(map_.length_to_hand(field->spacing_m()));
+    any_timed_ = any_timed_ || timed(*field);
   }
 }
 
-void Samples::prefetch(std::int32_t field, const Vec3& hand_m) const noexcept {
-  if (field < 0 || static_cast<std::size_t>(field) >= fields_.size()) return;
-  slots_[static_cast<std::size_t>(field)].field->prefetch(map_.to_world(hand_m));
-}
-
-void Samples::move_to(const Vec3& hand_m) noexcept {
+// Where it is new, instead of the one that has not been asked for the longest.
+std::size_t Samples::find_place(const Vec3& hand_m) noexcept {
+  last_ = 0;
   for (std::size_t i = 0; i < remembered; ++i) {
     if (places_[i].visit > 0 && places_[i].hand_m == hand_m) {
-      here_ = i;
-      return;
+      places_[i].asked = ++asked_;
+      return last_ = i;
     }
+    if (places_[i].asked < places_[last_].asked) last_ = i;
   }
-  here_ = (here_ + 1) % remembered;
-  places_[here_] = {hand_m, map_.to_world(hand_m), ++visits_};
+  places_[last_] = {hand_m, map_.to_world(hand_m), ++visits_, ++asked_};
+  return last_;
 }
 
 void Samples::set_time(DataTime at, DataTime came_from) noexcept {
@@ -65,56 +108,89 @@ void Samples::set_time(DataTime at, DataTime came_from) noexcept {
   }
 }
 
-const ScalarSample& Samples::scalar(std::int32_t field) noexcept {
-  static constexpr ScalarSample outside;
-  if (field < 0 || static_cast<std::size_t>(field) >= fields_.size()) return outside;
-  Slot& slot = slots_[static_cast<std::size_t>(field)];
-  return slot.scalar.at(here_, place().visit, [&] {
-    const Vec3& world_m = place().world_m;
-    ScalarSample sample = slot.timed ? slot.timed->scalar_at(world_m, at_) : slot.field->scalar(world_m);
-    sample.gradient = map_.gradient_to_hand(sample.gradient);
-    // A gradient per hand metre can overflow where the one per world metre did not.
-    return is_finite(sample.gradient) ? sample : ScalarSample{};
-  });
+// A derivative per hand metre can overflow where the one per world metre did not.
+const ScalarSample& Samples::take_scalar(std::size_t field, std::size_t place) noexcept {
+  ScalarSample sample = scalar_in_world((*plan_)[static_cast<std::int32_t>(field)], place);
+  sample.gradient = map_.gradient_to_hand(sample.gradient);
+  return scalars_[field].keep(place, places_[place].visit, is_finite(sample.gradient) ? sample : ScalarSample{});
 }
 
-const VectorSample& Samples::vector(std::int32_t field) noexcept {
+ScalarSample Samples::scalar_in_world(Slot& slot, std::size_t place) noexcept {
+  const Vec3& world_m = places_[place].world_m;
+  if (slot.timed) return slot.timed->scalar_at(world_m, at_);
+  if (slot.of >= 0) return detail::taken_of(vector_in_world((*plan_)[slot.of], place), slot.axis);
+  if (!slot.grid) return slot.field->scalar(world_m);
+  detail::GridBase::Place& at = plan_->lattice_of(slot).at(place, places_[place]);
+  if (!slot.with_hessian) return slot.grid->scalar_in(at);
+  slot.world_hessian.visits[place] = places_[place].visit;
+  return slot.grid->scalar_in(at, slot.world_hessian.samples[place]);
+}
+
+const VectorSample& Samples::vector_in_world(Slot& slot, std::size_t place) noexcept {
+  const std::uint64_t visit = places_[place].visit;
+  if (slot.world_vector.knows(place, visit)) return slot.world_vector.samples[place];
+  const Vec3& world_m = places_[place].world_m;
+  return slot.world_vector.keep(place, visit,
+                                slot.timed  ? slot.timed->vector_at(world_m, at_)
+                                : slot.grid ? slot.grid->vector_in(plan_->lattice_of(slot).at(place, places_[place]))
+                                            : slot.field->vector(world_m));
+}
+
+const VectorSample& Samples::vector(std::int32_t field, const Vec3& hand_m) noexcept {
   static constexpr VectorSample outside;
-  if (field < 0 || static_cast<std::size_t>(field) >= fields_.size()) return outside;
-  Slot& slot = slots_[static_cast<std::size_t>(field)];
-  return slot.vector.at(here_, place().visit, [&] {
-    const Vec3& world_m = place().world_m;
-    VectorSample sample = slot.timed ? slot.timed->vector_at(world_m, at_) : slot.field->vector(world_m);
-    sample.value = map_.turned_to_hand(sample.value);
-    sample.jacobian = map_.jacobian_to_hand(sample.jacobian);
-    return is_finite(sample.value) && is_finite(sample.jacobian) ? sample : VectorSample{};
-  });
+  if (!is_field(field)) return outside;
+  Slot& slot = (*plan_)[field];
+  const std::size_t place = place_at(hand_m);
+  const std::uint64_t visit = places_[place].visit;
+  if (slot.vector.knows(place, visit)) return slot.vector.samples[place];
+  VectorSample sample = vector_in_world(slot, place);
+  sample.value = map_.turned_to_hand(sample.value);
+  sample.jacobian = map_.jacobian_to_hand(sample.jacobian);
+  return slot.vector.keep(place, visit, is_finite(sample.value) && is_finite(sample.jacobian) ? sample : VectorSample{});
 }
 
-const Mat3& Samples::hessian(std::int32_t field) noexcept {
-  static constexpr Mat3 none{};
-  if (field < 0 || static_cast<std::size_t>(field) >= fields_.size()) return none;
-  Slot& slot = slots_[static_cast<std::size_t>(field)];
-  return slot.hessian.at(here_, place().visit, [&] {
-    const Vec3& world_m = place().world_m;
-    // The gradient per hand metre is the turned gradient times the scale; so is its derivative once more.
-    const Mat3 hessian =
-        map_.scale * map_.jacobian_to_hand(slot.timed ? slot.timed->hessian_at(world_m, at_) : slot.field->hessian(world_m));
-    return is_finite(hessian) ? hessian : Mat3{};
-  });
+Mat3 Samples::hessian(std::int32_t field, const Vec3& hand_m) noexcept {
+  if (!is_field(field)) return {};
+  Slot& slot = (*plan_)[field];
+  const std::size_t place = place_at(hand_m);
+  const std::uint64_t visit = places_[place].visit;
+  if (!slot.world_hessian.knows(place, visit)) {
+    slot.with_hessian = slot.grid && slot.grid->has_curvature();
+    const Vec3& world_m = places_[place].world_m;
+    if (slot.with_hessian) {
+      take_scalar(static_cast<std::size_t>(field), place);
+    } else {
+      slot.world_hessian.keep(place, visit, slot.timed ? slot.timed->hessian_at(world_m, at_) : slot.field->hessian(world_m));
+    }
+  }
+  // The gradient per hand metre is the turned gradient times the scale; so is its derivative once more.
+  const Mat3 hessian = map_.scale * map_.jacobian_to_hand(slot.world_hessian.samples[place]);
+  return is_finite(hessian) ? hessian : Mat3{};
 }
 
 Stretch Samples::stretch(std::int32_t field, const Vec3& from_hand_m, const Vec3& to_hand_m, double begin,
                          const Extent& quiet) const noexcept {
-  if (field < 0 || static_cast<std::size_t>(field) >= fields_.size()) return {};
+  if (!is_field(field)) return {};
   const Vec3 from_m = map_.to_world(from_hand_m), to_m = map_.to_world(to_hand_m);
-  const Slot& slot = slots_[static_cast<std::size_t>(field)];
+  const Slot& slot = (*plan_)[field];
   return slot.timed ? slot.timed->stretch_at(from_m, to_m, begin, quiet, at_) : slot.field->stretch(from_m, to_m, begin, quiet);
 }
 
-double Samples::spacing_m(std::int32_t field) const noexcept {
-  if (field < 0 || static_cast<std::size_t>(field) >= fields_.size()) return 0.0;
-  return map_.length_to_hand(fields_[static_cast<std::size_t>(field)]->spacing_m());
+double Samples::spacing_m(std::int32_t field, const Vec3& hand_m) const noexcept {
+  if (!is_field(field)) return 0.0;
+  return map_.length_to_hand(fields_[static_cast<std::size_t>(field)]->local_spacing_m(map_.to_world(hand_m)));
+}
+
+Certificate Samples::certificate(std::int32_t field, const Vec3& hand_m) noexcept {
+  if (!is_field(field)) return {};
+  const Slot& slot = (*plan_)[field];
+  const std::size_t place = place_at(hand_m);
+  const Vec3& world_m = places_[place].world_m;
+  const Certificate found =
+      slot.grid ? slot.grid->certificate_in(plan_->lattice_of(slot).at(place, places_[place]), 0, slot.grid->components())
+                : slot.field->certificate(world_m);
+  const double shift_m = 16.0 * std::numeric_limits<double>::epsilon() * (norm(world_m) + norm(map_.translation_m));
+  return found.scaled(1.0 / map_.scale, shift_m);
 }
 
 const Extent& Samples::range(std::int32_t field) const noexcept {
@@ -123,18 +199,24 @@ const Extent& Samples::range(std::int32_t field) const noexcept {
   return ranges_[static_cast<std::size_t>(field)];
 }
 
-double Samples::depth_m(std::int32_t field) noexcept {
-  if (field < 0 || static_cast<std::size_t>(field) >= fields_.size()) return 0.0;
-  Slot& slot = slots_[static_cast<std::size_t>(field)];
-  return slot.depth_m.at(here_, place().visit, [&] {
-    const Vec3& world_m = place().world_m;
-    return map_.length_to_hand(slot.timed ? slot.timed->depth_at(world_m, at_) : slot.field->depth_m(world_m));
-  });
+double Samples::depth_m(std::int32_t field, const Vec3& hand_m) noexcept {
+  if (!is_field(field)) return 0.0;
+  Slot& slot = (*plan_)[field];
+  const std::size_t place = place_at(hand_m);
+  const std::uint64_t visit = places_[place].visit;
+  Memory<double>& known = slot.lattice >= 0 ? plan_->lattice_of(slot).depth_m : slot.depth_m;
+  if (known.knows(place, visit)) return known.samples[place];
+  const Vec3& world_m = places_[place].world_m;
+  const double depth = slot.lattice >= 0
+                           ? plan_->lattice_of(slot).grid->depth_in(plan_->lattice_of(slot).at(place, places_[place]))
+                       : slot.timed ? slot.timed->depth_at(world_m, at_)
+                                    : slot.field->depth_m(world_m);
+  return known.keep(place, visit, map_.length_to_hand(depth));
 }
 
 Carried Samples::carried(std::int32_t field, const Vec3& hand_m, DataTime from, DataTime to) const noexcept {
-  if (field < 0 || static_cast<std::size_t>(field) >= fields_.size()) return {hand_m};
-  const TimedField* timed = slots_[static_cast<std::size_t>(field)].timed;
+  if (!is_field(field)) return {hand_m};
+  const TimedField* timed = (*plan_)[field].timed;
   if (!timed || from == to) return {hand_m};
   const Carried world = timed->carried(map_.to_world(hand_m), from, to);
   const Vec3 moved_m = map_.to_hand(world.position_m);
@@ -142,17 +224,14 @@ Carried Samples::carried(std::int32_t field, const Vec3& hand_m, DataTime from, 
 }
 
 double Here::value_at_start(const FieldRef& field) const noexcept {
-  const Vec3 here_m = samples_->position_m();
-  samples_->move_to(proxy_m);
-  const ScalarSample& start = samples_->scalar(field.index);
-  samples_->move_to(here_m);
-  return start.inside ? start.value : samples_->scalar(field.index).value;
+  const ScalarSample& start = samples_->scalar(field.index, proxy_m);
+  return start.inside ? start.value : scalar(field).value;
 }
 
 double Here::mask() const noexcept {
   double factor = 1.0;
   for (const Mask& mask : masks_) {
-    const ScalarSample& sample = samples_->scalar(mask.of.index);
+    const ScalarSample& sample = scalar(mask.of);
     factor *= sample.inside ? mask.curve.at(sample.value) : 0.0;
   }
   return factor;
@@ -160,7 +239,7 @@ double Here::mask() const noexcept {
 
 double Here::depth_m() const noexcept {
   double least_m = std::numeric_limits<double>::infinity();
-  for (const std::int32_t field : fields_) least_m = std::min(least_m, samples_->depth_m(field));
+  for (const std::int32_t field : fields_) least_m = std::min(least_m, samples_->depth_m(field, at_m));
   return least_m;
 }
 
@@ -177,7 +256,7 @@ double Here::newtons(const Strength& strength) const noexcept { return newtons(s
 double Here::newtons(const Strength& strength, const Captured& level, TransferFunction::Side side) const noexcept {
   if (strength.is_constant()) return limited_n(strength.constant_n);
   if (level.any() && level.field == strength.of.index) return limited_n(strength.curve.at(level.value, side));
-  const ScalarSample& sample = samples_->scalar(strength.of.index);
+  const ScalarSample& sample = scalar(strength.of);
   return sample.inside ? limited_n(strength.curve.at(sample.value, side)) : 0.0;
 }
 

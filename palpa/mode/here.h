@@ -13,20 +13,19 @@
 
 namespace palpa {
 
-/// The fields of a session at one position, each sampled at most once; samples of the last few positions are remembered, since
-/// a sub-step comes back to its start and its end. Takes its memory at construction; then never allocates. One thread.
+/// The fields of a session, sampled at positions of the hand frame. Samples at the last few positions are remembered, since a
+/// tick comes back to the same ones again and again; beyond that a query changes nothing. Takes its memory at construction;
+/// then never allocates. One thread.
+///
+/// What fields have in common is found at construction: a position is looked up once in all grids of one geometry, with the
+/// weights that a spline gives the voxels there; a magnitude or a component is taken of the sample of its vector; and a field
+/// whose second derivative has ever been asked for gives it with the value, from the same voxels.
 class Samples {
  public:
   /// \param fields  the session's fields, by index; they outlive this
   /// \param map     hand to world
   Samples(std::span<const FieldPtr> fields, const Similarity& map);
 
-  /// Begins to bring what samples of a field at a position of the hand frame [m] read into the caches (Field::prefetch).
-  void prefetch(std::int32_t field, const Vec3& hand_m) const noexcept;
-
-  /// Moves to a position of the hand frame [m].
-  void move_to(const Vec3& hand_m) noexcept;
-  const Vec3& position_m() const noexcept { return places_[here_].hand_m; }
   /// From here on everything is sampled as it is at this moment of the data; `came_from` is the one that the sub-step began at.
   /// Forgets what was sampled where it changes.
   void set_time(DataTime at, DataTime came_from) noexcept;
@@ -36,22 +35,36 @@ class Samples {
   /// Any of the fields changes with time.
   bool any_timed() const noexcept { return any_timed_; }
 
-  /// Value, and gradient per hand metre. Outside for an index that is no scalar field.
-  const ScalarSample& scalar(std::int32_t field) noexcept;
+  /// Value at a position of the hand frame [m], and gradient per hand metre. Outside for an index that is no scalar field. This
+  /// reference and those below hold until `remembered` other positions have been asked for.
+  const ScalarSample& scalar(std::int32_t field, const Vec3& hand_m) noexcept {
+    static constexpr ScalarSample outside;
+    if (!is_field(field)) return outside;
+    const auto index = static_cast<std::size_t>(field);
+    const std::size_t place = place_at(hand_m);
+    const Memory<ScalarSample>& known = scalars_[index];
+    return known.knows(place, places_[place].visit) ? known.samples[place] : take_scalar(index, place);
+  }
   /// Value turned into the hand frame, and Jacobian per hand metre. Outside for an index that is no vector field.
-  const VectorSample& vector(std::int32_t field) noexcept;
+  const VectorSample& vector(std::int32_t field, const Vec3& hand_m) noexcept;
   /// Second derivative of a scalar field [unit per hand metre²]; zero outside.
-  const Mat3& hessian(std::int32_t field) noexcept;
+  Mat3 hessian(std::int32_t field, const Vec3& hand_m) noexcept;
+  /// Depth within the field's data [hand m].
+  double depth_m(std::int32_t field, const Vec3& hand_m) noexcept;
   /// The piece of the straight way between two positions of the hand frame [m] that begins at the share `begin` [1]
-  /// (Field::stretch). No data as far as the end for an index that is no scalar field. Leaves the position as it is.
+  /// (Field::stretch). No data as far as the end for an index that is no scalar field.
   Stretch stretch(std::int32_t field, const Vec3& from_hand_m, const Vec3& to_hand_m, double begin,
                   const Extent& quiet) const noexcept;
+  /// What bounds a field around a position of the hand frame [m] (Field::certificate), per hand metre.
+  Certificate certificate(std::int32_t field, const Vec3& hand_m) noexcept;
   /// Sample spacing of a field [hand m]; 0 for an index that is none.
-  double spacing_m(std::int32_t field) const noexcept;
+  double spacing_m(std::int32_t field) const noexcept {
+    return is_field(field) ? spacings_m_[static_cast<std::size_t>(field)] : 0.0;
+  }
+  /// The same where a position of the hand frame [m] is (Field::local_spacing_m).
+  double spacing_m(std::int32_t field, const Vec3& hand_m) const noexcept;
   /// The range of a scalar field's values; 0 to 0 for others.
   const Extent& range(std::int32_t field) const noexcept;
-  /// Depth within the field's data [hand m].
-  double depth_m(std::int32_t field) noexcept;
   /// Where the data's point of a field that is at `hand_m` [m] at one moment is at another (TimedField::carried). The position
   /// itself for an index that is no field, or a field that stays as it is.
   Carried carried(std::int32_t field, const Vec3& hand_m, DataTime from, DataTime to) const noexcept;
@@ -60,28 +73,51 @@ class Samples {
   }
   const Similarity& hand_to_world() const noexcept { return map_; }
 
+  static constexpr std::size_t remembered = 4;  ///< positions
+
  private:
-  static constexpr std::size_t remembered = 4;
   struct Place {
     Vec3 hand_m;
     Vec3 world_m;
     std::uint64_t visit = 0;  // 0: never
+    std::uint64_t asked = 0;  // for the last time
   };
+  // What is known at the places that are remembered.
   template <class Sample>
-  struct Memory;
+  struct Memory {
+    std::array<Sample, remembered> samples{};
+    std::array<std::uint64_t, remembered> visits{};
+
+    bool knows(std::size_t place, std::uint64_t visit) const noexcept { return visits[place] == visit; }
+    Sample& keep(std::size_t place, std::uint64_t visit, const Sample& sample) noexcept {
+      visits[place] = visit;
+      return samples[place] = sample;
+    }
+  };
   struct Slot;
-  const Place& place() const noexcept { return places_[here_]; }
+  bool is_field(std::int32_t field) const noexcept { return static_cast<std::size_t>(field) < fields_.size() && field >= 0; }
+  std::size_t place_at(const Vec3& hand_m) noexcept {
+    return places_[last_].hand_m == hand_m && places_[last_].visit > 0 ? last_ : find_place(hand_m);
+  }
+  std::size_t find_place(const Vec3& hand_m) noexcept;
+  const ScalarSample& take_scalar(std::size_t field, std::size_t place) noexcept;
+  ScalarSample scalar_in_world(Slot& slot, std::size_t place) noexcept;
+  const VectorSample& vector_in_world(Slot& slot, std::size_t place) noexcept;
 
   std::span<const FieldPtr> fields_;
   Similarity map_;
   std::array<Place, remembered> places_;
-  std::size_t here_ = 0;
+  std::size_t last_ = 0;  // place asked for
   DataTime at_;
   DataTime came_from_;
   bool any_timed_ = false;
   std::uint64_t visits_ = 0;
-  std::shared_ptr<Slot[]> slots_;
+  std::uint64_t asked_ = 0;
+  std::vector<Memory<ScalarSample>> scalars_;  // by field
+  std::vector<double> spacings_m_;             // [hand m]
   std::vector<Extent> ranges_;
+  class Plan;
+  std::shared_ptr<Plan> plan_;
 };
 
 /// Everything a mode may look at when it places primitives. All of it is in the hand frame: metres,
@@ -100,13 +136,13 @@ class Here {
   double finest_m = 0.0;           ///< [m] finest sample spacing of the session's fields
 
   /// The field's sample at `at_m`. `inside` is false for a field without data there.
-  const ScalarSample& scalar(const FieldRef& field) const noexcept { return samples_->scalar(field.index); }
-  const VectorSample& vector(const FieldRef& field) const noexcept { return samples_->vector(field.index); }
+  const ScalarSample& scalar(const FieldRef& field) const noexcept { return samples_->scalar(field.index, at_m); }
+  const VectorSample& vector(const FieldRef& field) const noexcept { return samples_->vector(field.index, at_m); }
   /// A scalar field's value, in its own unit, at `proxy_m`, where the sub-step starts: the level that a material holds the
   /// proxy on, wherever the data are looked at. That at `at_m` where there are no data.
   double value_at_start(const FieldRef& field) const noexcept;
   /// How a scalar field's gradient changes at `at_m` [unit per hand metre²].
-  const Mat3& hessian(const FieldRef& field) const noexcept { return samples_->hessian(field.index); }
+  Mat3 hessian(const FieldRef& field) const noexcept { return samples_->hessian(field.index, at_m); }
   /// The smallest and the largest value of a scalar field, wherever they are.
   const Extent& range(const FieldRef& field) const noexcept { return samples_->range(field.index); }
 
@@ -129,9 +165,9 @@ class Here {
   /// `world`, a vector along the axes of the world in its own unit, as a scene gives it, turned into the hand frame.
   Vec3 turned_to_hand(const Vec3& world) const noexcept { return samples_->hand_to_world().turned_to_hand(world); }
 
-  /// For the tick: the shared samples, and the masks and fields of the mode that looks.
-  Here(Samples& samples, std::span<const Mask> masks, std::span<const std::int32_t> fields) noexcept
-      : at_m(samples.position_m()), samples_(&samples), masks_(masks), fields_(fields) {}
+  /// For the tick: the shared samples, and the masks and fields of the mode that looks at the data at `seen_m` [m].
+  Here(Samples& samples, const Vec3& seen_m, std::span<const Mask> masks, std::span<const std::int32_t> fields) noexcept
+      : at_m(seen_m), samples_(&samples), masks_(masks), fields_(fields) {}
 
  private:
   double limited_n(double strength_n) const noexcept;

@@ -152,7 +152,8 @@ Drawing sketch_of(PrimitiveKind kind) {
   switch (kind) {
     case PrimitiveKind::point: drawing.title = "(a) point: back to one place"; break;
     case PrimitiveKind::line: drawing.title = "(b) line: back across it"; break;
-    case PrimitiveKind::plane: drawing.title = "(c) plane: out of one side"; break;
+    case PrimitiveKind::plane:
+    case PrimitiveKind::corner: drawing.title = "(c) plane: out of one side"; break;
     case PrimitiveKind::directed: drawing.title = "(d) directed: everywhere the same"; break;
   }
   if (kind == PrimitiveKind::line) drawing.path({{0, -5.5}, {0, 5.5}}, Color::black, Stroke::solid, 2.2f);

@@ -235,7 +235,8 @@ std::vector<std::vector<PlacedPrimitive>> recorded_primitives(const fs::path& fo
       }
       row.refuse(column);
     };
-    named(primitive.kind, 4, {PrimitiveKind::point, PrimitiveKind::line, PrimitiveKind::plane, PrimitiveKind::directed});
+    named(primitive.kind, 4,
+          {PrimitiveKind::point, PrimitiveKind::line, PrimitiveKind::plane, PrimitiveKind::directed, PrimitiveKind::corner});
     primitive.position_m = row.vector(5);
     primitive.direction = row.vector(8);
     primitive.strength_n = row.number<double>(11);

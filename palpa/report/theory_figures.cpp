@@ -247,7 +247,8 @@ Vec3 furthest(const Primitive& p, const Vec3& e) {
   switch (p.kind) {
     case PrimitiveKind::point: return p.strength_n * e;
     case PrimitiveKind::line: return p.strength_n * normalized(e - dot(p.direction, e) * p.direction);
-    case PrimitiveKind::plane: return (dot(p.direction, e) > 0.0 ? p.strength_n : 0.0) * p.direction;
+    case PrimitiveKind::plane:
+    case PrimitiveKind::corner: return (dot(p.direction, e) > 0.0 ? p.strength_n : 0.0) * p.direction;
     case PrimitiveKind::directed: break;
   }
   return p.strength_n * p.direction;

@@ -229,7 +229,7 @@ const View3d = (() => {
         const color = data.modes[primitive.mode] ? data.modes[primitive.mode].color : Report.color('grey');
         const at = vector(primitive.at), q = vector(primitive.along);
         const share = primitive.force / most;
-        if (primitive.kind === 'plane') {
+        if (primitive.kind === 'plane' || primitive.kind === 'facet') {
           moment.add(disc(at, q, 0.13 * unit, color, primitive.force < 1e-3 ? 0.18 : 0.42));
           moment.add(arrow(at, at.clone().addScaledVector(q, (0.06 + 0.14 * share) * unit), 0.006 * unit, color));
         } else if (primitive.kind === 'line') {

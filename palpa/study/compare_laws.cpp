@@ -6,7 +6,6 @@
 
 #include "palpa/baseline/law.h"
 #include "palpa/loop/loop.h"
-#include "palpa/tick/felt_modes.h"
 
 namespace palpa {
 
@@ -57,7 +56,7 @@ struct Asked {
 void pose(PrimitiveSet& set, const SubStep& step, std::span<const PlacedPrimitive> placed) {
   set.clear(step.start_m);
   for (const PlacedPrimitive& p : placed) {
-    set.begin_mode(p.primitive.id.mode);
+    set.begin_mode(p.primitive.id.mode, p.primitive.position_m);  // where the step began, which a sub-step may go on with
     set.add(p.primitive);
   }
 }
@@ -91,9 +90,8 @@ LawComparison compare_laws(const Scene& scene, std::span<const Probe> probes, do
     for (const SubStep& step : session.sub_steps()) {
       if (step.primitives == 0) continue;
       const auto placed = session.placed().subspan(step.first_primitive, step.primitives);
-      const bool in_hollow = std::any_of(placed.begin(), placed.end(), [](const PlacedPrimitive& p) {
-        return p.primitive.id.slot >= FeltModes::first_slot_of_the_tick;
-      });
+      const bool in_hollow = std::any_of(
+          placed.begin(), placed.end(), [](const PlacedPrimitive& p) { return p.primitive.kind == PrimitiveKind::corner; });
       if (step.balance.status != BalanceStatus::exact || in_hollow) {
         ++result.left_out;
         continue;

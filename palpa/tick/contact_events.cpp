@@ -41,22 +41,22 @@ void ContactEvents::tell_held_back(std::size_t mode) noexcept {
   warn(mode, "a directed force changes faster than half the coupling's stiffness and is held back");
 }
 
-void ContactEvents::stop_at_bound(const JointBalance& joint) noexcept {
-  for (std::size_t m = 0; m < told_.size(); ++m) told_[m].at_bound = joint.gives_way(m);
+void ContactEvents::stop_at_bound(const LocalModel& model) noexcept {
+  for (const LevelContact& contact : model.contacts()) {
+    if (contact.state == PrimitiveState::slip) told_[contact.id.mode].at_bound = true;
+  }
 }
 
-void ContactEvents::tell(const JointBalance& joint, const FeltModes& modes, const Balance& at, double depth_m) noexcept {
-  const PrimitiveSet& set = joint.set();
+void ContactEvents::tell(const LocalModel& model, double depth_m) noexcept {
+  const PrimitiveSet& set = model.set();
   for (std::size_t m = 0; m < told_.size(); ++m) {
     Told& told = told_[m];
     Captured standing;
     bool through = false;
-    for (std::size_t i = 0; i < joint.own() && !standing.any(); ++i) {
-      if (set[i].id.mode != m || !set.captured(i).any() || !(set[i].strength_n > 0.0)) continue;
-      const PrimitiveState state = joint.state_of(i, at);
-      if (state == PrimitiveState::off) continue;
-      standing = set.captured(i);
-      through = (state == PrimitiveState::slip || told.at_bound) && !modes.fades(m);
+    for (const LevelContact& contact : model.contacts()) {
+      if (contact.id.mode != m || contact.state == PrimitiveState::off || standing.any()) continue;
+      standing = contact.level;
+      through = (contact.state == PrimitiveState::slip || told.at_bound) && contact.bounds;
     }
     told.at_bound = false;
     through = through || (told.through && standing == told.standing);

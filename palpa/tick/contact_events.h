@@ -5,8 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "palpa/tick/felt_modes.h"
-#include "palpa/tick/joint_balance.h"
+#include "palpa/tick/local_model.h"
 #include "palpa/tick/session.h"
 
 namespace palpa {
@@ -29,9 +28,9 @@ class ContactEvents {
   /// Tells, once, that a directed force of a mode changes too fast.
   void tell_held_back(std::size_t mode) noexcept;
   /// From here on the levels that give way in the last balance hold to the end of the sub-step, and give way beyond it.
-  void stop_at_bound(const JointBalance& joint) noexcept;
+  void stop_at_bound(const LocalModel& model) noexcept;
   /// Tells what a sub-step that ended in a balance, with the proxy `depth_m` [m] from the probe, has met and broken through.
-  void tell(const JointBalance& joint, const FeltModes& modes, const Balance& at, double depth_m) noexcept;
+  void tell(const LocalModel& model, double depth_m) noexcept;
 
  private:
   struct Told {

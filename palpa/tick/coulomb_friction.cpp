@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 namespace palpa {
@@ -10,14 +11,30 @@ namespace {
 
 constexpr double holding_share = 0.999;  // of its strength: a line with less force than this holds the proxy
 
-// How strong the friction of a line is by the forces of its plane, or planes, in the last balance [N].
-double wanted_by_plane_n(const Law& law, const PrimitiveSet& set, std::size_t own, const Friction& friction) noexcept {
+// How strong the friction of a line is by the force of its plane, or the forces of its corner's facets, in the last balance
+// [N].
+double wanted_n(const Law& law, const PrimitiveSet& set, const Friction& friction) noexcept {
+  double pressed_n = 0.0;
   const auto plane = static_cast<std::size_t>(friction.plane);
-  double pressed_n = norm(law.forces_n()[plane]);
-  for (std::size_t j = own; j < set.size(); ++j) {
-    if (set[j].id.mode == set[plane].id.mode && set.captured(j) == set.captured(plane)) pressed_n += norm(law.forces_n()[j]);
-  }
+  for (std::size_t i = plane; i < set.size() && set[i].id == set[plane].id; ++i) pressed_n += norm(law.forces_n()[i]);
   return friction.coefficient * pressed_n;
+}
+
+// What a plane presses with where nothing else but lines along its normal and directed forces act: these lines act across it,
+// so its force is known before the balance [N]. None where that is not so.
+std::optional<double> pressed_alone_n(const PrimitiveSet& set, std::size_t plane, const Vec3& probe_m,
+                                      double stiffness_n_per_m) {
+  const Primitive& p = set[plane];
+  Vec3 pull_n = stiffness_n_per_m * (probe_m - p.position_m);
+  for (std::size_t i = 0; i < set.size(); ++i) {
+    if (set[i].kind == PrimitiveKind::directed) {
+      pull_n += set[i].strength_n * set[i].direction;
+    } else if (i != plane && (set[i].kind != PrimitiveKind::line || set[i].direction != p.direction)) {
+      return {};
+    }
+  }
+  if (p.kind != PrimitiveKind::plane || p.drag_ns_per_m > 0.0) return {};
+  return std::clamp(-dot(p.direction, pull_n), 0.0, p.strength_n);
 }
 
 }  // namespace
@@ -27,14 +44,17 @@ CoulombFriction::CoulombFriction(std::size_t capacity) {
   lines_.reserve(capacity);
 }
 
-Balance CoulombFriction::solve(Law& law, PrimitiveSet& set, std::size_t own, const Vec3& probe_m, double stiffness_n_per_m,
+Balance CoulombFriction::solve(Law& law, PrimitiveSet& set, const Vec3& probe_m, double stiffness_n_per_m,
                                double time_step_s) noexcept {
   lines_.clear();
-  for (std::size_t i = 0; i < own; ++i) {
+  for (std::size_t i = 0; i < set.size(); ++i) {
     if (!set.friction_of(i).any()) continue;
     const PrimitiveId& id = set[i].id;
+    const Friction& friction = set.friction_of(i);
+    const auto alone_n = pressed_alone_n(set, static_cast<std::size_t>(friction.plane), probe_m, stiffness_n_per_m);
     const auto before = std::find_if(last_.begin(), last_.end(), [&](const Line& line) { return line.id == id; });
     lines_.push_back(before == last_.end() ? Line{id, i} : Line{id, i, before->strength_n, before->slope});
+    if (alone_n) lines_.back().strength_n = friction.coefficient * *alone_n;
     set.set_strength(i, lines_.back().strength_n);
   }
   const auto balance = [&] { return law.solve(set, set.start_m(), probe_m, stiffness_n_per_m, time_step_s); };
@@ -44,8 +64,9 @@ Balance CoulombFriction::solve(Law& law, PrimitiveSet& set, std::size_t own, con
   for (int pass = 0; pass < max_passes; ++pass) {
     bool changed = false;
     for (Line& line : lines_) {
-      const double wanted_n = wanted_by_plane_n(law, set, own, set.friction_of(line.index));
-      changed = correct(line, wanted_n, norm(law.forces_n()[line.index]), tolerance_n, pass == 0) || changed;
+      changed = correct(line, wanted_n(law, set, set.friction_of(line.index)), norm(law.forces_n()[line.index]), tolerance_n,
+                        pass == 0) ||
+                changed;
       set.set_strength(line.index, line.strength_n);
     }
     if (!changed) break;

@@ -19,10 +19,9 @@ class CoulombFriction {
   void clear() noexcept { last_.clear(); }
 
   /// Balances the set about its start, its lines of friction as strong as their planes, to what shifts the proxy by less than
-  /// counts as exact. Where a plane shares its load with others, its force is that of one split of several, the law's; planes
-  /// of its level from `own` on, the number of the modes' own primitives, press with it.
-  Balance solve(Law& law, PrimitiveSet& set, std::size_t own, const Vec3& probe_m, double stiffness_n_per_m,
-                double time_step_s) noexcept;
+  /// counts as exact. Where a plane shares its load with others, its force is that of one split of several, the law's; the
+  /// facets of a corner press together.
+  Balance solve(Law& law, PrimitiveSet& set, const Vec3& probe_m, double stiffness_n_per_m, double time_step_s) noexcept;
 
  private:
   static constexpr int max_passes = 4;

@@ -3,11 +3,13 @@
 
 namespace palpa::path_tolerances {
 
-inline constexpr double still = 1e-6;     ///< [1] no move at all
-inline constexpr double rest = 5e-4;      ///< [1] a move that does not change by more is settled
-inline constexpr double trial = 1e-3;     ///< [1] below, directions have not changed
-inline constexpr double hovering = 1e-2;  ///< [1] between the proxy and the level that a kept plane stands on
-inline constexpr double halted = 2e-2;    ///< [1] a move shortened below this is rest
-inline constexpr double piercing = 5e-2;  ///< [1] how deep a straight move may lead into what holds it
+inline constexpr double hair = 1e-9;      ///< [1] to which a place is on a level, by rounding
+inline constexpr double novel = 1e-7;     ///< [1] what shuts out less of a level is known already
+inline constexpr double still = 1e-6;     ///< [1] no move at all; as deep as rounding may lead into a level
+inline constexpr double rest = 1e-4;      ///< [1] a step that would go on by no more is settled
+inline constexpr double turned = 5e-4;    ///< [1] a move whose end changes by less has the same directions
+inline constexpr double shallow = 1e-3;   ///< [1] as deep as a place may be in a level of which it shows nothing new
+inline constexpr double piercing = 2e-2;  ///< [1] how deep a straight move may lead into what holds it before it is stopped
+inline constexpr double earnest = 0.9;    ///< [1] of what a move into a level promises: it must really bring so much
 
 }  // namespace palpa::path_tolerances

@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
-#include "palpa/tick/move_limits.h"
 #include "palpa/tick/path_tolerances.h"
 
 namespace palpa {
@@ -14,22 +12,13 @@ using namespace path_tolerances;
 
 namespace {
 
-constexpr int most_refined = 16;
 constexpr double unbounded = std::numeric_limits<double>::infinity();
-constexpr double arrived_m = 1e-6;          // an event this close to the balance, or a trial move's length, is no stop
-constexpr int max_passes = 8;               // of looking where a move ends
-constexpr double straight_on = 0.99;        // cosine between two pieces of the probe's path, up to which moves are alike …
-constexpr double expected_spacings = 0.25;  // … if they are no longer than this
-constexpr int most_still_steps = 4;         // a tick, in which a still hand is settled further than a moving one
-constexpr int max_located = 4;              // places a tick where levels give way; beyond, they let go a sub-step early
-constexpr int max_attempts = 3;             // of taking what a move runs into into the balance
-constexpr double local_reach = 4.0;         // of a move that fails: planes beyond are not of its place
-constexpr int max_halvings = 6;             // of a move that ends on the other sheet of a wall
+constexpr int max_moves = 128;              // a tick
+constexpr int max_trials = 24;              // balances of a move
+constexpr int most_pieces = 1024;           // of straight ways a tick, that are looked at for events
 constexpr double bound_m = 1e-9;            // to which the place where a level gives way is located on the probe's path
-constexpr double hair_m = 1e-8;             // before that place no rounding of forces decides
-constexpr double rounding = 1e-9;           // of a length: a piece as long as the longest move is not longer
+constexpr double hair_m = 10.0 * bound_m;   // before that place no rounding of forces decides
 constexpr double directed_n_per_s = 100.0;  // directed forces may change so fast because the data do
-constexpr double least_time_share = 1e-6;   // of a sub-step's time: a drag is never posed with none
 
 // The part of the proxy's motion that is more than that of the probe and the data: a release, no motion of the hand.
 Vec3 released(const Vec3& step_m, double moved_m) noexcept {
@@ -45,17 +34,13 @@ ProxyPath::ProxyPath(const Scene& scene, const Similarity& map, std::unique_ptr<
       in_steps_(law->walk() == Law::Walk::steps),
       at_probe_(law->placement() == Law::Placement::at_probe),
       modes_(scene, map),
-      watches_(modes_.watches()),
-      joint_(std::move(law), modes_.size(), scene.coupling.stiffness_n_per_m, modes_.samples()),
-      held_(max_primitives),
+      crossings_(modes_.watches(), modes_.fields()),
+      policy_(crossings_.policy()),
+      event_(crossings_.event()),
+      model_(std::move(law), modes_, scene.coupling.stiffness_n_per_m),
       events_(modes_.size()) {
-  first_.reserve(max_primitives);
   entered_.reserve(modes_.size());
-  crossings_.reserve(8 * watches_.size() + 8);
-  std::vector<std::int32_t> every_field(modes_.fields());
-  std::iota(every_field.begin(), every_field.end(), 0);
-  watches_.attend_edges(every_field);  // known from now on: later calls do not allocate
-  watches_.attend_edges({});
+  crossed_.reserve(event_.crossings.capacity());
   playing_ = modes_.samples().any_timed() && time_.play != TimeOptions::Play::hold;
   modes_.samples().set_time(time_.at(0.0));
   refine(1);
@@ -63,67 +48,64 @@ ProxyPath::ProxyPath(const Scene& scene, const Similarity& map, std::unique_ptr<
 }
 
 void ProxyPath::reset() noexcept {
-  course_.started = false;
-  course_.queued = 0;
-  course_.unfinished = false;
-  course_.settling = false;
-  course_.move_m = course_.probe_way_m = {};
-  held_.clear();
-  joint_.clear();
-  watches_.reset();
+  const PathState fresh{
+      .proxy = state_.proxy, .elapsed_s = state_.elapsed_s, .view_s = state_.view_s, .followed_s = state_.followed_s};
+  state_ = fresh;
+  queue_.start({});
+  model_.clear();
+  crossings_.reset();
   modes_.start();
   events_.clear();
-  sub_steps_.clear();
-  placed_.clear();
+  record_.clear();
 }
 
 void ProxyPath::refine(int times) {
-  refined_ = std::clamp(times, 1, most_refined);
-  const auto steps = static_cast<std::size_t>(Session::max_sub_steps * refined_);
-  sub_steps_.reserve(steps);
-  placed_.reserve(steps * max_primitives);
+  refined_ = std::clamp(times, 1, 16);
+  record_.reserve(static_cast<std::size_t>(Session::max_sub_steps * refined_));
 }
 
 void ProxyPath::continue_from(const ProxyPath& other) noexcept {
   modes_.continue_from(other.modes_);
-  watches_ = other.watches_;
-  held_ = other.held_;
-  joint_.continue_from(other.joint_);
-  course_ = other.course_;
+  crossings_ = other.crossings_;
+  model_.continue_from(other.model_);
+  queue_ = other.queue_;
+  state_ = other.state_;
   events_.continue_from(other.events_);
 }
 
 bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) noexcept {
-  sub_steps_.clear();
-  placed_.clear();
+  record_.clear();
   events_.begin_tick();
   released_m_ = {};
   dropped_ = 0;
-  located_ = 0;
-  Course& c = course_;
+  pieces_left_ = most_pieces;
+  PathState& c = state_;
   if (!c.started) {
     c.started = true;
-    c.proxy = c.walked = probe_m;
+    c.proxy = probe_m;
+    queue_.start(probe_m);
     c.view_s = c.followed_s = c.elapsed_s - time_step_s;
     modes_.samples().set_time(time_.at(c.view_s));
-    modes_.samples().move_to(c.proxy);
-    watches_.look(modes_.samples());
   }
-  modes_.prefetch(c.proxy);
-  ledger.begin(c.proxy, c.walked);
-  joint_.kept().begin_tick();
-  if (c.queued == max_queued) --c.queued;  // a path this long is no hand's: its last corner is cut
-  path_m_ = distance(probe_m, c.queued > 0 ? c.queue[c.queued - 1].position_m : c.walked);
+  ledger.begin(c.proxy, queue_.walked_m());
+  path_m_ = queue_.push(probe_m, time_step_s);
   if (playing_) path_m_ = std::max(path_m_, modes_.motion_m(c.proxy, time_.at(c.followed_s), time_.at(c.elapsed_s)));
-  c.queue[c.queued++] = {probe_m, time_step_s};
 
-  Piece piece;
-  while (next_piece(piece)) {
-    if (static_cast<int>(sub_steps_.size()) == Session::max_sub_steps * refined_) {
-      sub_steps_.back().stop = Stop::cap;
+  const bool is_there = follow();
+  record_.book(ledger);
+  return is_there;
+}
+
+// Sub-step by sub-step up to the probe, or to the cap.
+bool ProxyPath::follow() noexcept {
+  ProbeSegment segment;
+  for (moves_ = 0; next_segment(segment); ++moves_) {
+    const auto steps = static_cast<int>(record_.sub_steps().size());
+    if (steps == Session::max_sub_steps * refined_ || moves_ == max_moves * refined_) {
+      record_.cut();
       return false;
     }
-    sub_step(piece, ledger);
+    sub_step(segment);
   }
   return true;
 }
@@ -133,271 +115,253 @@ double ProxyPath::step_m(const Vec3& from_m, const Vec3& to_m) noexcept {
   return in_steps_ ? 0.5 * modes_.finest_m(from_m, to_m) / refined_ : unbounded;
 }
 
-bool ProxyPath::silent_at(const Vec3& at_m) noexcept {
-  const bool silent = modes_.silent_at({at_m, at_m, 1.0, stiffness_n_per_m_}, at_m, joint_.set(), entered_);
-  joint_.pose({spacing_m_, at_m, false});
-  if (!silent) entered_.clear();
-  return silent;
+bool ProxyPath::is_free_at(const Vec3& at_m) noexcept {
+  const bool is_free = modes_.is_free_at({at_m, at_m, 1.0, stiffness_n_per_m_}, entered_);
+  if (!is_free) entered_.clear();
+  return is_free;
 }
 
-// Cuts the next piece off the probe's path, short enough that nothing in the data is jumped over. It stays in the
-// queue until it is walked.
-bool ProxyPath::next_piece(Piece& piece) noexcept {
-  Course& c = course_;
+// Cuts the next segment off the probe's path, short enough that nothing in the data is jumped over. It stays in the queue
+// until it is walked.
+bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
+  const PathState& c = state_;
   if (c.unfinished) {
-    piece = {c.walked, c.walked, c.left_s, false};
+    segment = {queue_.walked_m(), queue_.walked_m(), c.left_s, false};
     return true;
   }
-  if (c.queued == 0) return false;
-  const Waypoint& next = c.queue[0];
-  const double length = distance(next.position_m, c.walked);
-  double longest = step_m(c.walked, next.position_m);
+  if (queue_.empty()) return false;
+  segment = queue_.front();
+  const double length = distance(segment.to_m, segment.from_m);
+  double longest = step_m(segment.from_m, segment.to_m);
   if (refined_ > 1) longest = std::min(longest, path_m_ / refined_);
-  piece = {c.walked, next.position_m, next.time_s, true};
   // Neither the probe nor the data may go further.
   const double furthest =
-      playing_ ? std::max(length, modes_.motion_m(c.proxy, time_.at(c.followed_s), time_.at(time_at_end_of(piece)))) : length;
-  if (furthest > longest && !(c.proxy == c.walked && silent_at(c.proxy))) {
-    const double share = (1.0 - rounding) * longest / furthest;
-    piece.to_m = c.walked + share * (next.position_m - c.walked);
-    piece.time_s = share * next.time_s;
+      playing_ ? std::max(length, modes_.motion_m(c.proxy, time_.at(c.followed_s), time_.at(time_at_end_of(segment)))) : length;
+  if (furthest > (1.0 + hair) * longest && !(c.proxy == segment.from_m && is_free_at(c.proxy))) {
+    const double share = longest / furthest;
+    segment.to_m = segment.from_m + share * (segment.to_m - segment.from_m);
+    segment.time_s = share * segment.time_s;
   }
   return true;
 }
 
-// Seconds since the session began when the probe was at the end of a piece: what waits behind it is still to come.
-double ProxyPath::time_at_end_of(const Piece& piece) const noexcept {
-  const Course& c = course_;
-  double to_come_s = 0.0;
-  for (std::size_t i = c.queued; i-- > 1;) to_come_s += c.queue[i].time_s;
-  return c.elapsed_s - (to_come_s + (c.queue[0].time_s - piece.time_s));
-}
-
-// Sees the data as they are at the end of a piece. Returns for how long they go on in it [s].
-double ProxyPath::see(const Piece& piece, const Vec3& start_m) noexcept {
-  Course& c = course_;
-  const double view_s = piece.fresh ? std::max(c.view_s, time_at_end_of(piece)) : c.view_s;
+// Sees the data as they are at the end of a segment. Returns for how long they go on in it [s].
+double ProxyPath::see(const ProbeSegment& segment) noexcept {
+  PathState& c = state_;
+  const double view_s = segment.fresh ? std::max(c.view_s, time_at_end_of(segment)) : c.view_s;
   const double passed_s = view_s - c.view_s;
-  joint_.keep_own();
-  if (passed_s > 0.0) {
-    modes_.samples().set_time(time_.at(view_s), time_.at(c.view_s));
-    joint_.kept().carry(modes_.samples());
-  }
-  modes_.go_on(start_m, time_.at(c.followed_s), time_.at(view_s), time_.at(c.elapsed_s), passed_s, joint_.set(),
-               [&](std::size_t m) {
-                 events_.warn(m, "a level jumps between two frames instead of moving: its strength fades out and in");
-               });
+  modes_.advance(c.proxy, time_.at(c.followed_s), time_.at(view_s), time_.at(c.elapsed_s), passed_s, model_.set(),
+                 [&](std::size_t m) {
+                   events_.warn(m, "a level jumps between two frames instead of moving: its strength fades out and in");
+                 });
   c.view_s = view_s;
   moved_n_ = 0.5 * stiffness_n_per_m_ * modes_.furthest_carried_m() + directed_n_per_s * passed_s;
   return view_s - c.followed_s;
 }
 
-// One balance along the path: place, balance, move towards it or to the first event, settle.
-void ProxyPath::sub_step(Piece piece, Ledger& ledger) noexcept {
-  const Vec3 start = course_.proxy;
-  Situation situation{start, piece.to_m, piece.time_s, stiffness_n_per_m_};
-  spacing_m_ = std::min(modes_.finest_m(start, piece.to_m), 1.0);  // without data any length will do
-  const double follows_s = playing_ ? see(piece, start) : 0.0;
-  relaxed_ = false;
-  crossings_.clear();
-  const Move move = in_steps_ ? step(piece, situation) : leap(piece, situation);
+// One move along the path: place, balance, move towards it as far as the data let it, tell what became of that.
+void ProxyPath::sub_step(ProbeSegment segment) noexcept {
+  const Vec3 start = state_.proxy;
+  const bool settles = !segment.fresh && state_.settling;
+  StepContext context{start, segment.to_m, segment.time_s, stiffness_n_per_m_};
+  spacing_m_ = std::min(modes_.finest_m(start, segment.to_m), 1.0);  // without data any length will do
+  const double follows_s = playing_ ? see(segment) : 0.0;
+  if (!settles) modes_.begin_step(state_.step_start_m = start);
+  const Move made = in_steps_ ? move(segment, context, settles) : leap(segment, context);
 
-  // A hand that moves is followed by the next tick anyway; a still one is to feel the end of it.
-  const bool is_still = path_m_ == 0.0 && !joint_.any_kept() && static_cast<int>(sub_steps_.size()) < most_still_steps;
-  const double rest_m = (is_still ? still : rest) * spacing_m_;
+  const double went_m = distance(made.end_from(start), start);
+  const double rest_m = rest * spacing_m_;
   // Whether a finished move would be followed by another is only asked; the answer no is not worth a sub-step.
-  if (course_.settling && move.stop == Stop::full && distance(move.to.position_m, start) <= rest_m) {
-    course_.unfinished = course_.settling = false;
-    modes_.arrive();
-    return;
+  if (settles && (made.fraction == 0.0 || (made.stop == Stop::full && went_m <= rest_m))) {
+    state_.unfinished = state_.settling = false;
+  } else {
+    // Where a level holds, only the next balance says whether the proxy rests: an end that is free is not yet the best one.
+    const bool is_settled = !model_.any_holds() ? made.change_m <= turned * spacing_m_ : went_m <= rest_m;
+    // A level that lets go leaves the proxy where it was pressed to: only the next balance is without it.
+    const bool lets_go = model_.any_gives_way(crossings_) && went_m > rest_m;
+    advance(segment, made, follows_s, is_settled && !lets_go);
+    accept(segment, made, context, settles);
   }
-  // The last sub-step of a tick is followed by another while directions may still change.
-  // So is one that a plane from further back on the way holds.
-  const double went_m = distance(move.end_from(start), start);
-  const bool held_by_kept = joint_.any_kept() && went_m > rest * spacing_m_;
-  const bool settled = !held_by_kept && (course_.settling || is_still ? went_m : move.change_m) <= rest_m;
-  // A level that lets go leaves the proxy where it was pressed to: only the next balance is without it.
-  const bool lets_go = a_shell_yields() && went_m > rest * spacing_m_;
-  go_on(piece, move, follows_s, settled && !lets_go);
-
-  SubStep recorded;
-  recorded.time_step_s = piece.time_s;
-  recorded.start_m = start;
-  recorded.probe_m = piece.to_m;
-  recorded.balance = move.to;
-  recorded.move_fraction = move.fraction;
-  recorded.stop = move.stop;
-  recorded.proxy_m = course_.proxy;
-  record(recorded, ledger);
-  held_.keep(joint_.set(), placed_at_m_);
-  events_.tell(joint_, modes_, move.to, distance(move.to.position_m, piece.to_m));
-  situation.probe_m = piece.to_m;
-  situation.time_step_s = piece.time_s;
-  situation.gone = move.fraction;
-  modes_.settle(situation, course_.proxy, joint_.set(), crossings_, [&](std::size_t i) { return joint_.state_of(i, move.to); });
-  press_through();
-  watches_.look(modes_.samples());
-  joint_.kept().meet(joint_.set());
-  joint_.kept().end_step(joint_.set(), move.to, course_.proxy, spacing_m_);
   modes_.arrive();
 }
 
-// The proxy has moved; what is left of the piece is taken up again where the move was stopped.
-void ProxyPath::go_on(const Piece& piece, const Move& move, double follows_s, bool settled) noexcept {
-  Course& c = course_;
+// The move is made: it is recorded, and all who have a stake in it are told.
+void ProxyPath::accept(const ProbeSegment& segment, const Move& made, StepContext& context, bool settles) noexcept {
+  SubStep step;
+  step.time_step_s = segment.time_s;
+  step.start_m = context.start_m;
+  step.probe_m = segment.to_m;
+  step.stiffness_n_per_m = stiffness_n_per_m_;
+  step.balance = made.to;
+  step.move_fraction = made.fraction;
+  step.stop = made.stop;
+  step.proxy_m = state_.proxy;
+  record_.add(step, settles, spacing_m_, model_, modes_);
+  dropped_ += model_.set().dropped();
+  if (in_steps_ && made.fraction > 0.0) crossings_.apply(event_);
+  model_.end_move();
+  events_.tell(model_, distance(made.to.position_m, segment.to_m));
+  context.data_fraction = made.fraction;
+  modes_.on_step_accepted(context, state_.proxy, model_.set(), in_steps_ ? event_.crossings : crossed_, [&](std::size_t i) {
+    const LevelContact* contact = model_.contact_of(i);
+    return contact ? contact->state : state_at(model_.set()[i], made.to);
+  });
+  press_through();
+}
+
+// The proxy has moved; what is left of the segment is taken up again where the move was stopped.
+void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double follows_s, bool settled) noexcept {
+  PathState& c = state_;
   const Vec3 start = c.proxy;
   c.proxy = move.end_from(start);
-  c.move_m = c.proxy - start;
-  c.probe_way_m = piece.to_m - piece.from_m;
+  const Vec3 before_m = std::exchange(c.move_m, c.proxy - start);
+  // Directions that turn faster than the spring can follow throw the proxy to and fro: each time half as far.
+  const bool turns_back = !segment.fresh && model_.has_directions() && dot(c.move_m, before_m) < 0.0;
+  if (turns_back) c.reach_m = std::min(c.reach_m, 0.5 * norm(before_m));
+  c.probe_way_m = segment.to_m - segment.from_m;
   released_m_ += released(c.move_m, norm(c.probe_way_m) + move.fraction * modes_.furthest_carried_m());
-
-  // The probe's path is walked up to the piece's end; its rest stays in the queue.
-  if (piece.fresh) {
-    Waypoint& next = c.queue[0];
-    c.walked = piece.to_m;
-    c.whole_s = piece.time_s;
-    next.time_s -= piece.time_s;
-    if (piece.to_m == next.position_m) {
-      std::copy(c.queue.begin() + 1, c.queue.begin() + static_cast<std::ptrdiff_t>(c.queued), c.queue.begin());
-      --c.queued;
-    }
+  if (segment.fresh) {
+    c.whole_s = segment.time_s;
+    queue_.pop(segment);
   }
   const bool stays = move.stop == Stop::full || (move.bound_met && move.stop == Stop::event && move.fraction == 1.0);
-  c.settling = stays && in_steps_ && c.queued == 0 && !joint_.set().empty() && !settled;
-  c.unfinished = c.settling || (move.stop == Stop::energy ? norm(c.move_m) > halted * spacing_m_ : !stays);
+  c.settling = stays && in_steps_ && !model_.set().empty() && !settled;
+  const bool is_over = move.fraction == 0.0 || (move.stop == Stop::release && norm(c.move_m) <= rest * spacing_m_);
+  c.unfinished = c.settling || (!stays && !is_over);
+  c.settling = c.settling || (c.unfinished && move.stop == Stop::energy && !playing_);
   c.followed_s = c.unfinished ? c.view_s - (1.0 - move.fraction) * follows_s : c.view_s;
-  c.left_s = std::max(least_time_share * c.whole_s, (1.0 - move.fraction) * piece.time_s);
+  c.left_s = c.settling ? segment.time_s : std::max(hair * c.whole_s, (1.0 - move.fraction) * segment.time_s);
 }
 
-// Moves towards the balance as far as the data let it, at most half a sample spacing.
-ProxyPath::Move ProxyPath::step(Piece& piece, Situation& situation) noexcept {
-  const Vec3& start = situation.start_m;
-  double longest = step_m(start, piece.to_m);
+// Lets the modes place primitives for a move that is thought to end at `end_m`, on a way `whole_m` long.
+void ProxyPath::place(const StepContext& context, const Vec3& end_m, double whole_m) noexcept {
+  StepContext middle = context;
+  middle.data_fraction = whole_m > 0.0 ? 0.5 * std::min(1.0, distance(end_m, context.start_m) / whole_m) : 0.0;
+  const std::int32_t held_back = model_.place(middle, 0.5 * (state_.step_start_m + end_m), moved_n_);
+  if (held_back >= 0) events_.tell_held_back(static_cast<std::size_t>(held_back));
+}
+
+// One move towards the balance, at most half a sample spacing, to the first place that is free. A balance that cannot be
+// moved to says of a level what was not known: that joins it, and all is balanced again. Directions are those of the middle
+// of the move: a line looked up where it begins would let the proxy leave every curve on its outside.
+ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, bool settles) noexcept {
+  const Vec3& start = context.start_m;
+  if (segment.fresh) state_.reach_m = unbounded;
+  double longest = std::min(step_m(start, segment.to_m), state_.reach_m);
   // A long way is gone at once where nothing is felt and nothing sets in unseen.
-  const bool free = distance(piece.to_m, start) > longest && silent_at(start);
-  if (free) longest = unbounded;
+  const bool flies = distance(segment.to_m, start) > longest && is_free_at(start);
+  if (flies) longest = unbounded;
+  const auto end_of = [&](const Vec3& to_m) {
+    const double length = distance(to_m, start);
+    return length > longest ? start + longest / length * (to_m - start) : to_m;
+  };
 
-  Move move;
-  if (at_probe_) {
-    situation.gone = 1.0;
-    move.to = look(situation, piece.to_m, piece.to_m);
-  } else {
-    move.change_m = approach(situation, expected_m(piece), longest, move.to);
+  Move made;
+  bool rests = false;
+  Vec3 end = end_of(start + expected_m(segment));
+  model_.begin_move(context, spacing_m_);
+  place(context, end, distance(end, start));
+  for (int trial = 0; trial < max_trials; ++trial) {
+    made.to = model_.balance(context.probe_m, context.time_step_s);
+    made.bound_met = made.bound_met || (trial == 0 && segment.fresh && meet_bound(segment, context, made.to));
+    context.probe_m = segment.to_m;
+    context.time_step_s = segment.time_s;
+    const double length = distance(made.to.position_m, start);
+    const Vec3 before = std::exchange(end, end_of(made.to.position_m));
+    made.change_m = model_.has_directions() ? distance(end, before) : 0.0;
+    if (made.change_m > turned * spacing_m_ && trial + 1 < max_trials && !made.bound_met &&
+        (before != start || distance(end, start) > turned * spacing_m_)) {
+      place(context, end, length);
+      continue;
+    }
+    rests = settles && std::min(length, state_.reach_m) <= rest * spacing_m_;
+    if (rests) break;
+    made.fraction = length > longest ? longest / length : 1.0;
+    made.stop = made.bound_met ? Stop::event : made.fraction == 1.0 ? Stop::full : settles ? Stop::energy : Stop::release;
+    if (end_is_free(segment, context, flies, made)) return made;
+    if (!(made.fraction > 0.0)) break;
   }
-  move.bound_met = piece.fresh && meet_bound(piece, situation, move.to);
-  limit(piece, situation, longest, move);
-
-  const Vec3 end = move.end_from(start);
-  if (free) watches_.attend_edges(entered_);
-  const Watches::Met met = watches_.first_crossing(modes_.samples(), start, end, crossings_);
-  if (free) watches_.attend_edges({});
-  const double left_m = (1.0 - met.share) * (distance(end, start) + modes_.furthest_carried_m());
-  // Where the balance is all but reached, what sets in is placed in the next sub-step anyway; to stop
-  // would only divide the rest of the time without end.
-  if (met.stopped && left_m > std::min(arrived_m, trial * spacing_m_)) {
-    move.fraction *= met.share;
-    move.stop = Stop::event;
-  }
-  return move;
+  if (!rests) made.to = model_.balance(context.probe_m, context.time_step_s);  // with all that was learnt
+  made.fraction = 0.0;
+  made.stop = Stop::energy;
+  return made;
 }
 
-// How much of the way to the balance may be gone: not beyond the longest move, not uphill, not into what holds the proxy.
-// What the move runs into belongs into the balance, which is then another one.
-void ProxyPath::limit(const Piece& piece, const Situation& situation, double longest, Move& move) noexcept {
-  const Vec3& start = situation.start_m;
-  const bool again = !joint_.set().empty() && !at_probe_ && !move.bound_met;
-  for (int attempt = 0;; ++attempt) {
-    const double length = distance(move.to.position_m, start);
-    const double wanted = length > longest ? longest / length : 1.0;
-    attend_levels(move.to);
-    const MoveLimits limits(joint_, modes_, start, piece.to_m, stiffness_n_per_m_, move.to);
-    move.fraction = move.bound_met ? wanted : limits.descending_share(wanted);
-    move.stop = move.bound_met ? Stop::event : wanted < 1.0 ? Stop::release : Stop::full;
-    if (move.fraction < wanted) move.stop = Stop::energy;
+// Whether the move may end where `move` says, which is shortened to the first event on the way. False where its end showed
+// something new of a level, or, with no fraction left, where nothing nearer is free either.
+bool ProxyPath::end_is_free(const ProbeSegment& segment, const StepContext& context, bool flies, Move& move) noexcept {
+  const Vec3& start = context.start_m;
+  do {
     const Vec3 end = move.end_from(start);
-    const double outside = limits.share_outside(end);
-    if (move.fraction == wanted && outside == 1.0) return;
-    if (attempt == max_attempts || !again) {
-      if (outside < 1.0) move.stop = Stop::event;
-      move.fraction *= outside;
-      return;
+    attend(end, flies);
+    crossings_.first_event(start, end, policy_, modes_.samples(), pieces_left_, event_);
+    // Where the balance is all but reached, what sets in is placed in the next sub-step anyway; to stop would only divide the
+    // rest of the time without end.
+    const double left_m = (1.0 - event_.share) * (distance(end, start) + modes_.furthest_carried_m());
+    if (event_.kind != Event::Kind::none && left_m > rest * spacing_m_) {
+      move.fraction *= event_.share;
+      move.stop = Stop::event;
     }
-    relaxed_ = attempt > 0;
-    const Vec3 met_m = outside < 1.0 ? start + outside * (end - start) : start + wanted * (move.to.position_m - start);
-    joint_.kept().meet(joint_.set());
-    // Planes from further back than the move is long say nothing about what it meets.
-    joint_.kept().forget_beyond(start, local_reach * distance(met_m, start));
-    move.to = look(situation, 0.5 * (start + met_m), met_m);
-    if (outside == 1.0) move.change_m = approach(situation, move.to.position_m - start, longest, move.to);
-  }
+    const Vec3 reached = move.end_from(start);
+    const auto accepts = [&](double deepest) {
+      return model_.accepts(reached, deepest, move.to.position_m, move.fraction, segment.to_m, context.time_step_s);
+    };
+    if (accepts(still)) return true;
+    if (model_.learn(reached)) return event_.crossings.clear(), false;
+    if (accepts(shallow)) return true;
+    event_.crossings.clear();
+    move.fraction *= 0.5;
+    move.stop = Stop::energy;
+  } while (distance(move.end_from(start), start) > rest * spacing_m_);
+  move.fraction = 0.0;
+  return false;
 }
 
 // One step per tick stops nowhere; modes are told afterwards what it went through.
-ProxyPath::Move ProxyPath::leap(const Piece& piece, Situation& situation) noexcept {
-  const Vec3& start = situation.start_m;
-  situation.gone = at_probe_ ? 1.0 : 0.0;
-  const Vec3& at_m = at_probe_ ? piece.to_m : start;
+ProxyPath::Move ProxyPath::leap(const ProbeSegment& segment, StepContext& context) noexcept {
+  const Vec3& start = context.start_m;
+  context.data_fraction = at_probe_ ? 1.0 : 0.0;
+  model_.begin_move(context, spacing_m_);
+  model_.place_all(context, at_probe_ ? segment.to_m : start);
   Move move;
-  move.to = look(situation, at_m, at_m);
-  attend_levels(move.to);
+  move.to = model_.balance(context.probe_m, context.time_step_s);
+  attend(start, false);
+  crossed_.clear();
   Vec3 from = start;
-  for (std::size_t i = 0; i < watches_.size(); ++i) {
-    const Watches::Met met = watches_.first_crossing(modes_.samples(), from, move.to.position_m, crossings_);
-    if (!met.stopped) break;
-    from += met.share * (move.to.position_m - from);
+  for (std::size_t i = 0; i < policy_.passing.size(); ++i) {
+    crossings_.first_event(from, move.to.position_m, policy_, modes_.samples(), pieces_left_, event_);
+    crossings_.apply(event_);
+    for (const Crossing& crossing : event_.crossings) {
+      if (crossed_.size() < crossed_.capacity()) crossed_.push_back(crossing);
+    }
+    if (event_.kind == Event::Kind::none) break;
+    from += event_.share * (move.to.position_m - from);
   }
   return move;
-}
-
-// What the data say at a place, balanced; of levels, what they say at the end of the move.
-Balance ProxyPath::look(const Situation& situation, const Vec3& at_m, const Vec3& end_m) noexcept {
-  modes_.place(situation, at_m, end_m, joint_.set());
-  placed_at_m_ = at_m;
-  if (in_steps_) {
-    const std::int32_t fastest = held_.hold_back(joint_.set(), at_m, stiffness_n_per_m_, moved_n_);
-    if (fastest >= 0) events_.tell_held_back(static_cast<std::size_t>(fastest));
-  }
-  joint_.pose({spacing_m_, end_m, relaxed_});
-  return joint_.balance(situation.probe_m, situation.time_step_s);
-}
-
-// A shell that gives way lets the proxy go; a material is met again at once, where the proxy has got to.
-bool ProxyPath::a_shell_yields() const noexcept {
-  for (std::size_t i = 0; i < joint_.own(); ++i) {
-    const Captured& level = joint_.set().captured(i);
-    if (level.any() && joint_.gives_way(joint_.set()[i].id.mode) && watches_.is_watched({level.field, level.value}))
-      return true;
-  }
-  return false;
 }
 
 // A shell that gives way counts as crossed, wherever the proxy is: on an edge of the surface its planes may lead back out of
 // it, and it would be met, and give way, in every sub-step.
 void ProxyPath::press_through() noexcept {
-  for (std::size_t i = 0; i < joint_.own(); ++i) {
-    const Captured& level = joint_.set().captured(i);
-    if (!level.any() || !joint_.gives_way(joint_.set()[i].id.mode)) continue;
-    Samples& samples = modes_.samples();
-    samples.move_to(joint_.terms().levels_at_m);
-    const bool solid_is_high = dot(samples.scalar(level.field).gradient, joint_.set()[i].direction) < 0.0;
-    watches_.take_side({level.field, level.value}, solid_is_high);
-    samples.move_to(course_.proxy);
+  for (const LevelContact& contact : model_.contacts()) {
+    if (contact.state == PrimitiveState::slip)
+      crossings_.take_side({contact.level.field, contact.level.value}, contact.solid_is_high);
   }
 }
 
-// Where a shell that held gives way within the piece, the piece ends there: found by halving the probe's path.
-bool ProxyPath::meet_bound(Piece& piece, const Situation& situation, Balance& to) noexcept {
-  const double length = distance(piece.to_m, piece.from_m);
-  if (!a_shell_yields() || !(length > bound_m) || located_ == max_located) return false;
-  const auto probe_at = [&](double share) { return piece.from_m + share * (piece.to_m - piece.from_m); };
+// Where a shell that held gives way within the segment, the segment ends there: found by halving the probe's path.
+bool ProxyPath::meet_bound(ProbeSegment& segment, const StepContext& context, Balance& to) noexcept {
+  const double length = distance(segment.to_m, segment.from_m);
+  if (!model_.any_gives_way(crossings_) || !(length > bound_m)) return false;
+  const auto probe_at = [&](double share) { return segment.from_m + share * (segment.to_m - segment.from_m); };
   const auto holds_at = [&](double share) {
-    to = joint_.balance(probe_at(share), std::max(share, least_time_share) * situation.time_step_s);
-    return !a_shell_yields();
+    to = model_.balance(probe_at(share), std::max(share, hair) * context.time_step_s);
+    return !model_.any_gives_way(crossings_);
   };
   // Nearly all levels that give way have done so before: then it is there already.
   const double near = std::min(1.0, 2.0 * hair_m / length);
   if (!holds_at(near) || !holds_at(0.0)) {
-    to = joint_.balance(piece.to_m, situation.time_step_s);
+    to = model_.balance(segment.to_m, context.time_step_s);
     return false;
   }
   double held = near, gone = 1.0;
@@ -408,136 +372,31 @@ bool ProxyPath::meet_bound(Piece& piece, const Situation& situation, Balance& to
   // A hair before it: there no rounding of forces decides whether the level holds.
   held -= hair_m / length;
   if (held * length <= hair_m) {  // it is there already: now it lets go
-    to = joint_.balance(piece.to_m, situation.time_step_s);
+    to = model_.balance(segment.to_m, context.time_step_s);
     return false;
   }
   holds_at(gone);
-  ++located_;
-  events_.stop_at_bound(joint_);
-  piece.to_m = probe_at(held);
-  piece.time_s = held * situation.time_step_s;
-  to = joint_.balance(piece.to_m, piece.time_s);
+  events_.stop_at_bound(model_);
+  segment.to_m = probe_at(held);
+  segment.time_s = held * context.time_step_s;
+  to = model_.balance(segment.to_m, segment.time_s);
   return true;
 }
 
 // Where the proxy would get to if it moved on as it did in the last sub-step, by as much more or less as the probe does.
-Vec3 ProxyPath::expected_m(const Piece& piece) const noexcept {
-  const Vec3 way_m = piece.to_m - piece.from_m;
-  const double straight = dot(way_m, course_.probe_way_m);
-  const double before_m2 = norm_squared(course_.probe_way_m);
-  const bool goes_on =
-      piece.fresh && !playing_ && before_m2 > 0.0 && straight > straight_on * std::sqrt(norm_squared(way_m) * before_m2);
-  if (!goes_on) return {};
-  const Vec3 move_m = straight / before_m2 * course_.move_m;
-  return norm(move_m) <= expected_spacings * spacing_m_ ? move_m : Vec3{};
+Vec3 ProxyPath::expected_m(const ProbeSegment& segment) const noexcept {
+  const double before_m2 = norm_squared(state_.probe_way_m);
+  if (!segment.fresh || playing_ || !(before_m2 > 0.0)) return {};
+  const double share = dot(segment.to_m - segment.from_m, state_.probe_way_m) / before_m2;
+  return std::clamp(share, 0.0, 1.0) * state_.move_m;
 }
 
-// Looks until that changes nothing: at the middle of the move for directions, since a line looked up where it
-// begins would let the proxy leave every curve on its outside; at its end for levels, which hold the proxy there. In a
-// hollow each look meets another plane of it, as in the method of cutting planes. The first look is where the move is
-// expected to go. Returns how far the last look moved the end [m].
-double ProxyPath::approach(const Situation& situation, const Vec3& expected_m, double longest, Balance& to) noexcept {
-  const Vec3& start = situation.start_m;
-  const auto end_of = [&](const Vec3& to_m) {
-    const Vec3 move = to_m - start;
-    const double length = norm(move);
-    return length > longest ? start + longest / length * move : to_m;
-  };
-  first_.clear();
-  for (std::size_t i = 0; i < joint_.own(); ++i) first_.push_back(joint_.set()[i]);
-  double whole_m = norm(expected_m);
-  Vec3 end = end_of(start + expected_m);
-  for (int pass = 0;; ++pass) {
-    for (int halving = 0;; ++halving) {
-      Situation middle = situation;
-      middle.gone = whole_m > 0.0 ? 0.5 * std::min(1.0, distance(end, start) / whole_m) : 0.0;
-      // A clipped move is a chord: as long as it is parallel to the level at its middle, both ends lie on the level.
-      to = look(middle, 0.5 * (start + end), whole_m > longest ? 0.5 * (start + end) : end);
-      if (halving == max_halvings || end == start || relaxed_ || !is_other_sheet(start)) break;
-      end = 0.5 * (start + end);
-    }
-    if (joint_.set().empty()) return 0.0;
-    if (end == start) {
-      first_.clear();
-      for (std::size_t i = 0; i < joint_.own(); ++i) first_.push_back(joint_.set()[i]);
-    }
-    const Vec3 before = end;
-    whole_m = distance(to.position_m, start);
-    end = end_of(to.position_m);
-    const double change_m = distance(end, before);
-    if (before != start && (change_m <= rest * spacing_m_ || pass >= max_passes)) return change_m;
-    if (distance(end, start) <= trial * spacing_m_) return 0.0;
-    joint_.kept().meet(joint_.set());
-  }
-}
-
-// Whether a level was looked for on the far side of a thin wall: the plane found there faces away from the one at the
-// start, and the start is behind it.
-bool ProxyPath::is_other_sheet(const Vec3& start_m) const noexcept {
-  for (std::size_t i = 0; i < std::min(joint_.own(), first_.size()); ++i) {
-    const Primitive& p = joint_.set()[i];
-    if (p.id == first_[i].id && joint_.set().captured(i).any() && dot(p.direction, first_[i].direction) < 0.0 &&
-        dot(p.direction, p.position_m - start_m) > 0.0) {
-      return true;
-    }
-  }
-  return false;
-}
-
-// How levels count while the proxy moves, by the planes that stand on them.
-void ProxyPath::attend_levels(const Balance& to) noexcept {
-  using Attention = Watches::Attention;
-  watches_.attend_all();
-  if (playing_) modes_.attend(watches_, course_.proxy);
-  for (std::size_t i = 0; i < joint_.own(); ++i) {
-    const Captured& level = joint_.set().captured(i);
-    if (!level.any() || !(joint_.own_n(i) > 0.0)) continue;
-    const PrimitiveState state = joint_.state_of(i, to);
-    if (state == PrimitiveState::stick) watches_.attend({level.field, level.value}, Attention::held);
-    if (state != PrimitiveState::off) continue;
-    modes_.samples().move_to(joint_.terms().levels_at_m);
-    const bool up = dot(modes_.samples().scalar(level.field).gradient, joint_.set()[i].direction) > 0.0;
-    watches_.attend({level.field, level.value}, up ? Attention::leave_up : Attention::leave_down);
-  }
-}
-
-void ProxyPath::record(SubStep step, Ledger& ledger) noexcept {
-  const double k = stiffness_n_per_m_;
-  const std::span<const Vec3> forces = joint_.law().forces_n();
-  const Vec3& position_m = step.balance.position_m;
-  double held_n = 0.0;
-  double furthest_carried_m = 0.0;
-  step.stiffness_n_per_m = k;
-  step.first_primitive = static_cast<std::uint32_t>(placed_.size());
-  step.primitives = static_cast<std::uint32_t>(joint_.set().size());
-  for (std::size_t i = 0; i < joint_.set().size(); ++i) {
-    Primitive p = joint_.set()[i];
-    // A side of a wedge was given more than it needed. With any strength that is not below its force it holds the same.
-    if (joint_.set().captured(i).any() && joint_.any_kept())
-      p.strength_n = std::min(p.strength_n, std::max(p.strength_n / KeptPlanes::wedge, (1.0 + 1e-12) * norm(forces[i])));
-    const Vec3& carried_m = modes_.carried_m(p.id.mode);
-    placed_.push_back({p, joint_.set().captured(i), forces[i], state_at(p, step.balance), carried_m});
-    if (p.kind == PrimitiveKind::directed) step.directed_n += forces[i];
-    if (placed_.back().state == PrimitiveState::stick) held_n += p.strength_n + norm(forces[i]);
-    ledger.book(p.id.mode, forces[i], step.proxy_m - step.start_m, step.move_fraction * carried_m);
-    furthest_carried_m = std::max(furthest_carried_m, norm(carried_m));
-  }
-  ledger.move(step.start_m, step.proxy_m, position_m, step.probe_m, step.move_fraction * furthest_carried_m);
-  const auto energy_j = [&](const Vec3& x) {
-    return 0.5 * k * norm_squared(x - step.probe_m) - dot(step.directed_n, x - step.start_m);
-  };
-  // The law's bound is about the balance before its position was rounded to what is recorded. Whoever checks
-  // the record by the duality gap pays a root for that rounding where the proxy rests on something.
-  const double rounding_m =
-      0.5 * std::numeric_limits<double>::epsilon() * (std::abs(position_m.x) + std::abs(position_m.y) + std::abs(position_m.z));
-  // A bound b = (ρ + √(ρ² + 4kε)) / 2k has ρ ≤ kb; with e more of gap it is at most (b + √(b² + 4e/k)) / 2.
-  double& bound_m = step.balance.error_bound_m;
-  bound_m = 0.5 * (bound_m + std::sqrt(bound_m * bound_m + 4.0 * held_n * rounding_m / k));
-  if (step.balance.status == BalanceStatus::exact && bound_m > exact_bound_m) step.balance.status = BalanceStatus::capped;
-  dropped_ += joint_.set().dropped();
-  step.energy_before_j = energy_j(step.start_m);
-  step.energy_after_j = energy_j(step.proxy_m);
-  sub_steps_.push_back(step);
+// What is to stop the proxy on its way.
+void ProxyPath::attend(const Vec3& end_m, bool flies) noexcept {
+  policy_.clear();
+  if (playing_) modes_.attend(crossings_, policy_, state_.proxy);
+  model_.attend(crossings_, end_m, policy_);
+  for (const std::int32_t field : entered_) policy_.fields[static_cast<std::size_t>(field)].stops_at_edges = flies;
 }
 
 }  // namespace palpa

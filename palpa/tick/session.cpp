@@ -208,7 +208,7 @@ std::span<const ModeTick> Session::State::who_pushed() noexcept {
   const bool shared = balanced && split_is_shared(last_placed, last.balance);
   for (std::size_t i = 0; shared && i < split_n.size(); ++i) {
     ModeTick& mode = mode_ticks[last_placed[i].id.mode];
-    mode.split_shared = mode.split_shared || is_exchangeable(last_placed[i], last.balance);
+    mode.split_shared = mode.split_shared || is_exchangeable(last_placed, i, last.balance);
   }
   if (shared) least_split(last_placed, last.balance, split_n);
   for (std::size_t i = 0; i < split_n.size(); ++i) {

@@ -27,6 +27,11 @@ LoadError cannot_write(const fs::path& path, int error) {
                    (full ? "make room, or choose another folder" : "choose a folder that can be written"));
 }
 
+// A facet without force is no part of a balance: it could be left out.
+bool is_idle_facet(const PlacedPrimitive& placed) {
+  return placed.primitive.kind == PrimitiveKind::corner && placed.force_n == Vec3{};
+}
+
 // A file that is written row by row through a buffer. Its destructor closes and says nothing.
 class OutputFile {
  public:
@@ -215,10 +220,13 @@ void TraceWriter::append(const TickFrame& frame, std::span<const ModeTick> modes
     }
     if (files.header.primitives) {
       for (std::size_t i = 0; i < sub_steps.size(); ++i) {
-        const SubStep& step = sub_steps[i];
+        SubStep step = sub_steps[i];
+        const auto own = placed.subspan(step.first_primitive, step.primitives);
         const auto number = static_cast<std::int64_t>(i);
+        step.primitives -= static_cast<std::uint32_t>(std::count_if(own.begin(), own.end(), is_idle_facet));
         Files::add(*files.balances, detail::balances_table(), {frame.tick, number, step});
-        for (const PlacedPrimitive& one : placed.subspan(step.first_primitive, step.primitives)) {
+        for (const PlacedPrimitive& one : own) {
+          if (is_idle_facet(one)) continue;
           const std::optional<double> captured = one.captured.any() ? std::optional(one.captured.value) : std::nullopt;
           const std::string_view mode = files.mode_name(one.primitive.id.mode);
           Files::add(*files.primitives, detail::primitives_table(), {frame.tick, number, mode, one, captured});

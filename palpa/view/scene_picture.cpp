@@ -244,6 +244,7 @@ void draw_moment(vtkRenderer* renderer, const Moment& moment, double unit_m) {
     const bool idle = norm(placed.force_n) < 1e-3;
     switch (primitive.kind) {
       case PrimitiveKind::plane:
+      case PrimitiveKind::corner:
         detail::draw_disc(renderer, at, q, 0.2 * unit_m, color, idle ? 0.2 : 0.45);
         detail::draw_arrow(renderer, at, at + (0.1 + 0.2 * norm(placed.force_n) / most_n) * unit_m * q, 0.009 * unit_m, color);
         break;

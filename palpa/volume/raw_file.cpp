@@ -7,10 +7,11 @@
 
 #include <bit>
 #include <cerrno>
+#include <cstdint>
 #include <cstring>
-#include <thread>
 
 #include "palpa/core/load_error.h"
+#include "palpa/field/parallel.h"
 
 namespace palpa::detail {
 namespace {
@@ -100,11 +101,13 @@ bool RawFile::kept_in_place() const noexcept {
 std::shared_ptr<const std::byte> RawFile::mapped() const { return {file_, first()}; }
 
 std::shared_ptr<const std::byte> RawFile::copied() const {
-  const std::uint64_t bytes = protocol::voxel_bytes(header.fields[0]).value(), half = bytes / 2;
+  const std::uint64_t bytes = protocol::voxel_bytes(header.fields[0]).value();
   const std::shared_ptr<std::byte> voxels = fresh_memory(bytes);
   if (kept_as_they_are(raw_, {}, header.fields[0])) {
-    const std::jthread other([&] { std::memcpy(voxels.get(), first(), half); });
-    std::memcpy(voxels.get() + half, first() + half, bytes - half);
+    constexpr std::int64_t worth_a_thread = 1 << 20;
+    in_parts(static_cast<std::int64_t>(bytes), worth_a_thread, [&](std::int64_t from, std::int64_t to) {
+      std::memcpy(voxels.get() + from, first() + from, static_cast<std::size_t>(to - from));
+    });
     return voxels;
   }
   copy_voxels(first(), raw_, {}, header.fields[0], voxels.get());

@@ -13,6 +13,7 @@
 
 #include "include_arrows.h"
 #include "number_names.h"
+#include "source_sizes.h"
 
 namespace palpa::architecture {
 namespace {
@@ -172,6 +173,61 @@ TEST(Units, AreSaidInThePublicHeaders) {
     ++headers;
   }
   EXPECT_GT(headers, 25) << "the headers were not found";
+}
+
+std::vector<std::string> names_of(const std::vector<FunctionLength>& functions) {
+  std::vector<std::string> names;
+  for (const FunctionLength& function : functions) names.push_back(function.name);
+  return names;
+}
+
+TEST(Sizes, FunctionsAreFoundWithTheirLines) {
+  const char* source = R"(namespace n {
+struct A {
+  int a() const {
+    return 1;
+  }
+  double b = f({1.0});
+  enum class C { d, e };
+ private:
+  std::vector<int> g{1, 2};
+};
+template <class T>
+A::A(int x)
+    : x_(x) {
+  const auto inner = [&](int y) { return y; };
+  if (x > 0) { inner(1); }
+}
+constexpr int table[] = {f(1), 2};
+}  // namespace n
+)";
+  const std::vector<FunctionLength> functions = functions_of(source);
+  EXPECT_THAT(names_of(functions), ElementsAre("a", "A"));
+  EXPECT_EQ(functions.at(0).line, 3);
+  EXPECT_EQ(functions.at(0).lines, 3);
+  EXPECT_EQ(functions.at(1).lines, 6);
+}
+
+TEST(Sizes, NamedNumbersAreFound) {
+  EXPECT_THAT(named_constants("constexpr double a = 1e-3;\nclass B { static constexpr std::size_t c{64}; };\n"
+                              "void d() { constexpr int e = 2 * 3; if constexpr (f) { } }\nconstexpr double g[] = {1, 2};"),
+              ElementsAre("a", "c", "e", "g"));
+  EXPECT_THAT(named_constants("constexpr double a = std::numeric_limits<double>::infinity();\n"
+                              "static constexpr auto type = \"b\";\nconstexpr std::size_t c = D::most;\n"
+                              "constexpr int e(int f) { return 2 * f; }"),
+              IsEmpty());
+}
+
+// What whoever opens the tick has to read.
+TEST(Tick, HasShortFunctions) {
+  int functions = 0;
+  for (const std::string& file : files_under("palpa/tick", {".h", ".cpp"})) {
+    for (const FunctionLength& function : functions_of(text_of(repository() / file))) {
+      EXPECT_LE(function.lines, 60) << file << ':' << function.line << ": " << function.name;
+      ++functions;
+    }
+  }
+  EXPECT_GT(functions, 100) << "the sources were not found";
 }
 
 /// Targets of the links of a page that lead to a file, without the part behind '#'.

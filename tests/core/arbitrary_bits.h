@@ -125,7 +125,8 @@ inline const char* wrong_with(const Balance& balance, const Solver& solver, cons
 
 /// Solves `problems` problems of up to 8 primitives made of arbitrary bits, one after another with one
 /// solver, and checks each answer; stops at the first that is wrong.
-inline ArbitraryBits solve_arbitrary_bits(long long problems, std::uint64_t seed) {
+/// \param corners  half of the primitives are facets
+inline ArbitraryBits solve_arbitrary_bits(long long problems, std::uint64_t seed, bool corners = false) {
   using namespace arbitrary;
   constexpr int most = 8;
   Random random(seed);
@@ -150,6 +151,12 @@ inline ArbitraryBits solve_arbitrary_bits(long long problems, std::uint64_t seed
       p.direction = direction(random, one_in);
       p.strength_n = number(random, one_in, 0, 5);
       p.drag_ns_per_m = random.below(2) == 0 ? 0.0 : number(random, one_in, 0, 20);
+      if (corners && random.below(2) == 0) {
+        p.kind = PrimitiveKind::corner;
+        if (random.below(one_in * 4) != 0) p.drag_ns_per_m = 0.0;
+        const bool further = !set.empty() && set[set.size() - 1].kind == p.kind && random.below(4) != 0;
+        if (further) p.id = set[set.size() - 1].id, p.strength_n = set[set.size() - 1].strength_n;
+      }
       set.add(p);
     }
     run.wrong = wrong_with(set, n);

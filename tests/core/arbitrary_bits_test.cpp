@@ -17,5 +17,14 @@ TEST(ArbitraryBits, GetAFiniteAndHonestAnswer) {
   EXPECT_GT(run.refused, 10'000);
 }
 
+TEST(ArbitraryBits, OfCornersGetAFiniteAndHonestAnswer) {
+  const ArbitraryBits run = solve_arbitrary_bits(300'000, 3, true);
+  ASSERT_EQ(run.wrong, nullptr) << run.wrong << " in problem " << run.wrong_at;
+  EXPECT_EQ(run.problems, 300'000);
+  EXPECT_GT(run.bad_input, 10'000);
+  EXPECT_GT(run.exact, 10'000);
+  EXPECT_GT(run.refused, 10'000);
+}
+
 }  // namespace
 }  // namespace palpa::test

@@ -8,6 +8,7 @@
 #include <string>
 #include <tuple>
 
+#include "tests/core/all_faces.h"
 #include "tests/core/counted_allocations.h"
 #include "tests/core/reference.h"
 #include "tests/core/solved.h"
@@ -22,6 +23,7 @@ double allowed_share(const Family& family) {
   if (std::strcmp(family.name, "nearly_parallel_lines") == 0) return 0.01;
   if (std::strcmp(family.name, "wide_strengths") == 0) return 0.04;
   if (std::strcmp(family.name, "mixture") == 0) return 0.05;
+  if (std::strcmp(family.name, "corner_mixture") == 0) return 0.01;
   return 0.001;
 }
 
@@ -151,6 +153,24 @@ TEST(Reference, IsTheClosedFormOfOnePrimitive) {
     const double k = problem.stiffness_n_per_m;
     const double out_m = std::max(0.0, k * depth_m - s) / (k + c / problem.time_step_s);
     EXPECT_NEAR(error_m(reference, problem.start_m + out_m * away), 0.0, 1e-16);
+  }
+}
+
+TEST(Reference, IsTheClosedFormOfOneCorner) {
+  Random random(2);
+  for (int i = 0; i < 500; ++i) {
+    Problem problem;
+    problem.start_m = random.in_cube(0.05);
+    problem.probe_m = problem.start_m + random.in_cube(0.004);
+    const Facets facets = some_facets(random, problem.start_m, random.below(2) == 0 ? 0.0 : 0.002, 1 + random.below(8));
+    const Vec3 way_m = way_out_by_all_faces(facets, problem.probe_m);
+    const double gone_m = random.uniform(0.3, 2.0) * norm(way_m);
+    add_corner(problem, facets, gone_m * problem.stiffness_n_per_m);
+    const Reference reference = reference_balance(problem);
+    ASSERT_TRUE(reference.certified) << i;
+    EXPECT_LE(error_m(reference, problem.probe_m + (norm(way_m) > 0.0 ? std::min(1.0, gone_m / norm(way_m)) : 0.0) * way_m),
+              1e-15)
+        << i;
   }
 }
 

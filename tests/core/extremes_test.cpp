@@ -36,6 +36,23 @@ TEST(Extremes, GreatDragsAreBalanced) {
   }
 }
 
+// A sub-step of no length at all is bad input; the shortest that a double can say is not.
+TEST(Extremes, AStepTooShortForADragIsAsGoodAsTheShortest) {
+  Random random(33);
+  Solver solver(8);
+  for (int i = 0; i < 200; ++i) {
+    Problem problem = test::random_problem(random, 1 + random.below(4), true);
+    problem.time_step_s = shortest_time_s;
+    const Balance shortest = solve(solver, problem);
+    for (const double shorter_s : {1e-16, 1e-100, 5e-324}) {
+      problem.time_step_s = shorter_s;
+      const Balance balance = solve(solver, problem);
+      EXPECT_EQ(balance.status, shortest.status);
+      EXPECT_LE(distance(balance.position_m, shortest.position_m), balance.error_bound_m + shortest.error_bound_m);
+    }
+  }
+}
+
 TEST(Extremes, StrengthsThatVanishPullNothing) {
   Problem problem{{}, {}, {0.001, 0.002, -0.003}, 800, 1e-3};
   for (const PrimitiveKind kind : {PrimitiveKind::point, PrimitiveKind::line, PrimitiveKind::plane, PrimitiveKind::point}) {

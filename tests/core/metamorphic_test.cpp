@@ -4,6 +4,7 @@
 
 #include <array>
 
+#include "palpa/core/corner.h"
 #include "tests/core/solved.h"
 
 namespace palpa::test {
@@ -11,23 +12,53 @@ namespace {
 
 constexpr double half_ulp = 0x1p-53;
 
-void number_slots(Problem& problem) {
-  for (std::size_t i = 0; i < problem.primitives.size(); ++i) problem.primitives[i].id.slot = static_cast<std::uint16_t>(i);
+// What the law knows as one: a primitive, or all facets of a corner.
+using Wholes = std::vector<std::vector<Primitive>>;
+Wholes wholes_of(const Problem& problem) {
+  Wholes wholes;
+  for (std::size_t i = 0; i < problem.primitives.size(); i += wholes.back().size()) {
+    const std::span<const Primitive> whole = whole_of(problem.primitives, i);
+    wholes.emplace_back(whole.begin(), whole.end());
+  }
+  return wholes;
+}
+void put(Problem& problem, const Wholes& wholes) {
+  problem.primitives.clear();
+  for (std::size_t i = 0; i < wholes.size(); ++i) {
+    for (Primitive p : wholes[i]) {
+      p.id.slot = static_cast<std::uint16_t>(i);
+      problem.primitives.push_back(p);
+    }
+  }
+}
+
+template <class Value>
+void shuffle(std::vector<Value>& values, Random& random) {
+  for (std::size_t i = values.size(); i-- > 1;)
+    std::swap(values[i], values[static_cast<std::size_t>(random.below(static_cast<int>(i) + 1))]);
 }
 
 double drag_n_per_m(const Problem& problem, const Primitive& p) {
   return p.drag_ns_per_m > 0.0 ? p.drag_ns_per_m / problem.time_step_s : 0.0;
 }
 
+double width_of(std::span<const Primitive> whole) {
+  if (whole.size() == 1) return 1.0;
+  std::vector<Vec3> normals;
+  for (const Primitive& facet : whole) normals.push_back(facet.direction);
+  return detail::width_of(normals);
+}
+
 // How far the balance can go [m] when the residual of every primitive changes by up to `change_m(p)`: E then
-// changes by (s + C(|r| + δ))δ each. Both balances are minimisers of a function of convexity k, so
-// k|Δx|² is at most the sum of those changes at the two.
+// changes by (s + C(|r| + δ))δ each, a corner's by s δ/σ with σ its width. Both balances are minimisers of a function of
+// convexity k, so k|Δx|² is at most the sum of those changes at the two.
 template <class Change>
 double moved_by_m(const Problem& problem, const Vec3& x1_m, const Vec3& x2_m, Change change_m) {
   double change_j = 0.0;
-  for (const Primitive& p : problem.primitives) {
+  for (std::size_t i = 0; i < problem.primitives.size(); ++i) {
+    const Primitive& p = problem.primitives[i];
     if (p.kind == PrimitiveKind::directed) continue;
-    const double delta_m = change_m(p);
+    const double delta_m = change_m(p) / width_of(whole_of(problem.primitives, i));
     const double reach_m = norm(residual(p, x1_m)) + norm(residual(p, x2_m)) + delta_m;
     change_j += (2.0 * p.strength_n + drag_n_per_m(problem, p) * reach_m) * delta_m;
   }
@@ -58,8 +89,10 @@ void expect_same(const Balance& a, const Balance& b, double rounding_m = 0.0) {
 TEST(Metamorphic, OrderDoesNotMatter) {
   over_problems([&](const Problem& problem, Random& random) {
     Problem permuted = problem;
-    for (std::size_t i = permuted.primitives.size(); i-- > 1;)
-      std::swap(permuted.primitives[i], permuted.primitives[static_cast<std::size_t>(random.below(static_cast<int>(i) + 1))]);
+    Wholes wholes = wholes_of(problem);
+    for (std::vector<Primitive>& whole : wholes) shuffle(whole, random);
+    shuffle(wholes, random);
+    put(permuted, wholes);
     expect_same(solved(problem).balance, solved(permuted).balance);
   });
 }
@@ -67,16 +100,15 @@ TEST(Metamorphic, OrderDoesNotMatter) {
 TEST(Metamorphic, PartsOfAPrimitiveAreThePrimitive) {
   over_problems([&](const Problem& problem, Random& random) {
     Problem split = problem;
-    split.primitives.clear();
-    for (const Primitive& p : problem.primitives) {
+    Wholes parts;
+    for (const std::vector<Primitive>& whole : wholes_of(problem)) {
       const bool three = random.below(2) == 0;
       for (const double share : three ? std::vector{0.5, 0.25, 0.25} : std::vector{0.5, 0.5}) {  // without rounding
-        split.primitives.push_back(p);
-        split.primitives.back().strength_n *= share;
-        split.primitives.back().drag_ns_per_m *= share;
+        parts.push_back(whole);
+        for (Primitive& p : parts.back()) p.strength_n *= share, p.drag_ns_per_m *= share;
       }
     }
-    number_slots(split);
+    put(split, parts);
     expect_same(solved(problem).balance, solved(split).balance);
   });
 }
@@ -107,7 +139,8 @@ TEST(Metamorphic, WhereOnALineOrPlaneItsAnchorIsDoesNotMatter) {
     for (Primitive& p : slid.primitives) {
       const double slide_m = random.uniform(-far_m, far_m);
       if (p.kind == PrimitiveKind::line) p.position_m += slide_m * p.direction;
-      if (p.kind == PrimitiveKind::plane) p.position_m += slide_m * normalized(cross(p.direction, random.direction()));
+      if (p.kind == PrimitiveKind::plane || p.kind == PrimitiveKind::corner)
+        p.position_m += slide_m * normalized(cross(p.direction, random.direction()));
     }
     const Balance a = solved(problem).balance;
     const Balance b = solved(slid).balance;
@@ -132,16 +165,18 @@ TEST(Metamorphic, TheSenseOfALineDoesNotMatter) {
 TEST(Metamorphic, AChangeOfStrengthMovesByNoMoreThanItOverTheStiffness) {
   over_problems([&](const Problem& problem, Random& random) {
     Problem changed = problem;
+    Wholes wholes = wholes_of(problem);
     const bool one = random.below(2) == 0;
-    const std::size_t which = static_cast<std::size_t>(random.below(static_cast<int>(problem.primitives.size())));
+    const std::size_t which = static_cast<std::size_t>(random.below(static_cast<int>(wholes.size())));
     double change_n = 0.0;
-    for (std::size_t i = 0; i < changed.primitives.size(); ++i) {
+    for (std::size_t i = 0; i < wholes.size(); ++i) {
       if (one && i != which) continue;
-      double& s = changed.primitives[i].strength_n;
-      const double before = s;
-      s = std::max(0.0, s + std::exp(random.uniform(-25, 0)) * (random.below(2) == 0 ? 1.0 : -1.0));
+      const double before = wholes[i][0].strength_n;
+      const double s = std::max(0.0, before + std::exp(random.uniform(-25, 0)) * (random.below(2) == 0 ? 1.0 : -1.0));
+      for (Primitive& p : wholes[i]) p.strength_n = s;
       change_n += std::abs(s - before);
     }
+    put(changed, wholes);
     expect_same(solved(problem).balance, solved(changed).balance, change_n / problem.stiffness_n_per_m);
   });
 }
@@ -218,11 +253,12 @@ TEST(Metamorphic, PointsAtTheCommonAnchorCompose) {
     for (Primitive& p : all.primitives) {
       p.drag_ns_per_m = 0.0;
       if (p.kind != PrimitiveKind::directed) p.position_m = problem.start_m;
-      if (random.below(4) == 0 && p.kind != PrimitiveKind::directed) p.kind = PrimitiveKind::point, p.direction = {};
+      const bool turns = p.kind != PrimitiveKind::directed && p.kind != PrimitiveKind::corner;
+      if (random.below(4) == 0 && turns) p.kind = PrimitiveKind::point, p.direction = {};
     }
     Problem rest = all;
     std::erase_if(rest.primitives, [](const Primitive& p) { return p.kind == PrimitiveKind::point; });
-    number_slots(rest);
+    put(rest, wholes_of(rest));
     double points_n = 0.0;
     for (const Primitive& p : all.primitives) points_n += p.kind == PrimitiveKind::point ? p.strength_n : 0.0;
 

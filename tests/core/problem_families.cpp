@@ -1,5 +1,9 @@
 #include "tests/core/problem_families.h"
 
+#include <algorithm>
+
+#include "palpa/core/corner.h"
+
 namespace palpa::test {
 
 namespace {
@@ -284,6 +288,131 @@ Problem make_slipping(Random& random, int n, bool drags) {
   return problem;
 }
 
+// Corners. Each way of adding one gets how many facets it may have, and leaves out those that would make it too narrow.
+class CornerMaker {
+ public:
+  CornerMaker(Maker& m, int most, double strength_n)
+      : problem_(m.problem),
+        most_(std::min<std::size_t>(static_cast<std::size_t>(most), most_facets)),
+        slot_(static_cast<std::uint16_t>(m.problem.primitives.size())),
+        strength_n_(strength_n) {}
+
+  void add(const Vec3& position_m, const Vec3& normal) {
+    if (normals_.size() == most_) return;
+    normals_.push_back(normal);
+    if (detail::width_of(normals_) < 1.001 * narrowest_corner) return normals_.pop_back();
+    problem_.primitives.push_back({PrimitiveKind::corner, {0, slot_}, position_m, normal, strength_n_, 0.0});
+  }
+  const std::vector<Vec3>& normals() const { return normals_; }
+
+ private:
+  Problem& problem_;
+  std::size_t most_;
+  std::uint16_t slot_;
+  double strength_n_;
+  std::vector<Vec3> normals_;
+};
+
+Vec3 about(Maker& m, const Vec3& axis) { return normalized(axis + log_uniform(m.random, 0.3, 10.0) * m.random.direction()); }
+int facets_of(Maker& m, int least) { return least + m.random.below(static_cast<int>(most_facets) + 1 - least); }
+
+void add_random_corner_of(Maker& m, int most, double strength_n) {
+  CornerMaker corner(m, most, strength_n);
+  const Vec3 axis = m.random.direction();
+  for (int i = facets_of(m, 1); i > 0; --i) corner.add(near_start(m, 0.001), about(m, axis));
+}
+void add_random_corner(Maker& m, int most) { add_random_corner_of(m, most, strength(m.random)); }
+void add_wide_corner(Maker& m, int most) { add_random_corner_of(m, most, log_uniform(m.random, 1e-5, 1e3)); }
+
+void add_groove_of(Maker& m, int most, double opening_rad) {
+  CornerMaker corner(m, most, strength(m.random));
+  const Vec3 out = m.random.direction();
+  const Vec3 side = normalized(cross(out, m.random.direction()));
+  const Vec3 edge_m = near_start(m, 0.001);
+  for (const double sign : {1.0, -1.0}) {
+    corner.add(edge_m, normalized(std::sin(0.5 * opening_rad) * out + sign * std::cos(0.5 * opening_rad) * side));
+  }
+}
+constexpr double degree = 3.14159265358979323846 / 180.0;
+void add_groove(Maker& m, int most) { add_groove_of(m, most, m.random.uniform(1.0, 150.0) * degree); }
+void add_narrow(Maker& m, int most) { add_groove_of(m, most, log_uniform(m.random, 0.12, 3.0) * degree); }
+
+void add_pit(Maker& m, int most) {
+  CornerMaker corner(m, most, strength(m.random));
+  const Vec3 axis = m.random.direction(), apex_m = near_start(m, 0.001);
+  for (int i = facets_of(m, 3); i > 0; --i) corner.add(apex_m, about(m, axis));
+}
+void add_nearly_parallel_facets(Maker& m, int most) {
+  CornerMaker corner(m, most, strength(m.random));
+  for (int i = facets_of(m, 2); i > 0; --i) corner.add(near_start(m, 0.001), nearly_along_axis(m));
+}
+void add_corner_at_start(Maker& m, int most) {
+  CornerMaker corner(m, std::max(1, most - 1), strength(m.random));
+  const Vec3 axis = m.random.direction();
+  for (int i = facets_of(m, 1); i > 0; --i) corner.add(m.problem.start_m, about(m, axis));
+  if (most == 1) return;
+  // Its friction, along a facet's normal or one between.
+  const Vec3 q = m.random.below(2) == 0 ? corner.normals().back() : normalized(corner.normals().front() + 0.5 * axis);
+  add(m, PrimitiveKind::line, m.problem.start_m, q, 0.3 * strength(m.random));
+}
+void add_duplicated_corner(Maker& m, int most) {
+  CornerMaker corner(m, most, strength(m.random));
+  const Vec3 axis = m.random.direction();
+  for (int i = facets_of(m, 1); i > 0; --i) {
+    const Vec3 position_m = near_start(m, 0.001), normal = about(m, axis);
+    for (int twice = 0; twice < 1 + m.random.below(2); ++twice) corner.add(position_m, normal);
+  }
+  const auto added = static_cast<std::ptrdiff_t>(corner.normals().size());
+  if (2 * added > most || m.random.below(2) == 0) return;
+  std::vector<Primitive> again(m.problem.primitives.end() - added, m.problem.primitives.end());
+  for (Primitive& facet : again) facet.id.slot = static_cast<std::uint16_t>(m.problem.primitives.size());
+  m.problem.primitives.insert(m.problem.primitives.end(), again.begin(), again.end());
+}
+
+// A corner with its vertex at the balance, where it exerts `share` of its strength: along a facet's normal, on the border
+// of the faces beside it, or between up to three.
+void add_holding_corner(Maker& m, int most, double share, bool on_border) {
+  const double s = strength(m.random);
+  CornerMaker corner(m, most, s);
+  const Vec3 axis = m.random.direction();
+  for (int i = facets_of(m, 2); i > 0; --i) corner.add(m.balance_m, about(m, axis));
+  Vec3 along;
+  for (std::size_t i = 0; i < std::min<std::size_t>(corner.normals().size(), on_border ? 1 : 3); ++i) {
+    along += m.random.uniform(0.1, 1.0) * corner.normals()[i];
+  }
+  m.held_n += share * s * normalized(along);
+}
+void add_corner_at_yield(Maker& m, int most) {
+  constexpr double offs[] = {0.0, 1e-12, -1e-12};
+  add_holding_corner(m, most, 1.0 + offs[m.random.below(3)], m.random.below(2) == 0);
+}
+void add_corner_on_border(Maker& m, int most) { add_holding_corner(m, most, m.random.uniform(0.1, 1.5), true); }
+
+using AddCorner = void (*)(Maker&, int most);
+void add_any_corner(Maker& m, int most) {
+  constexpr AddCorner ways[] = {
+      add_random_corner,   add_wide_corner,       add_groove,          add_narrow,          add_pit, add_nearly_parallel_facets,
+      add_corner_at_start, add_duplicated_corner, add_corner_at_yield, add_corner_on_border};
+  ways[m.random.below(std::size(ways))](m, most);
+}
+
+// Up to `corners` corners, each with at most what the others leave of the n primitives, which fill up with others.
+template <void (*start)(Maker&), AddCorner add_corner, int corners, void (*add_other)(Maker&), int others>
+Problem make_corners(Random& random, int n, bool drags) {
+  Maker m{random, drags, {}};
+  start(m);
+  const std::vector<Primitive>& made = m.problem.primitives;
+  const int few = std::min(random.below(others + 1), n / 2);
+  const auto left = [&] { return n - few - static_cast<int>(made.size()); };
+  for (int i = 0; i < corners && left() > 0; ++i) add_corner(m, std::max(1, left() / (corners - i)));
+  // Beyond what is asked for at most, the rest of a large n is of any kind.
+  const bool large = n > static_cast<int>(most_facets) * corners + others;
+  const int wanted = large ? n : static_cast<int>(made.size()) + few;
+  while (static_cast<int>(made.size()) < std::min(n, wanted)) add_other(m);
+  if (m.from_balance) m.problem.probe_m = m.balance_m - m.held_n / m.problem.stiffness_n_per_m;
+  return m.problem;
+}
+
 constexpr Family all[] = {
     {"random", false, make<begin_random, add_random>},
     {"haptic", false, make<begin_haptic, add_haptic>},
@@ -309,6 +438,19 @@ constexpr Family all[] = {
     {"opposed_planes", false, make<begin_haptic, add_opposed>},
     {"duplicated", false, make<begin_haptic, add_twice>},
     {"resting_corner", true, make<begin_from_balance_at_start, add_in_corner>},
+    {"corner", false, make_corners<begin_haptic, add_random_corner, 1, add_haptic, 4>, true},
+    {"groove", false, make_corners<begin_haptic, add_groove, 1, add_haptic, 2>, true},
+    {"pit", false, make_corners<begin_haptic, add_pit, 1, add_haptic, 2>, true},
+    {"corner_at_yield", false, make_corners<begin_from_balance, add_corner_at_yield, 1, add_at_threshold, 2>, true},
+    {"nearly_parallel_facets", false, make_corners<begin_haptic, add_nearly_parallel_facets, 1, add_haptic, 2>, true},
+    {"narrow_groove", false, make_corners<begin_haptic, add_narrow, 1, add_haptic, 2>, true},
+    {"duplicated_facets", false, make_corners<begin_haptic, add_duplicated_corner, 1, add_twice, 2>, true},
+    {"corner_at_proxy", true, make_corners<begin_haptic, add_corner_at_start, 1, add_at_start, 2>, true},
+    {"corner_on_border", false, make_corners<begin_from_balance, add_corner_on_border, 1, add_sticking, 2>, true},
+    {"two_corners", false, make_corners<begin_haptic, add_random_corner, 2, add_haptic, 3>, true},
+    {"wide_strength_corner", false, make_corners<begin_haptic, add_wide_corner, 1, add_wide, 3>, true},
+    {"soft_coupling_corner", false, make_corners<begin_soft, add_random_corner, 1, add_soft, 3>, true},
+    {"corner_mixture", false, make_corners<begin_mixture, add_any_corner, 2, add_any, 3>, true},
 };
 
 }  // namespace

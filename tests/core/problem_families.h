@@ -42,10 +42,25 @@ namespace palpa::test {
 ///   opposed_planes          pairs of opposed planes with equal strength
 ///   duplicated              every primitive twice
 ///   resting_corner          at rest at the start between facing planes, lines, a point: all stick
+/// Corners of up to eight facets, with up to four others of the first families; at most n primitives, facets counted:
+///   corner                  normals about an axis, anchors at the start or within a millimetre
+///   groove                  two facets, 1 to 150 degrees open
+///   pit                     three facets or more through one place
+///   corner_at_yield         holds with its full strength, to 1e-12 of it
+///   nearly_parallel_facets  normals 1e-9 to 1e-2 rad apart
+///   narrow_groove           two facets, 0.12 to 3 degrees open
+///   duplicated_facets       facets twice, whole corners twice
+///   corner_at_proxy         all at the start, exactly, with friction
+///   corner_on_border        its pull is on the border of two faces
+///   two_corners             two of the first
+///   wide_strength_corner    strengths of 1e-5 to 1e3 N, log-uniform
+///   soft_coupling_corner    k of 1 to 30 N/m
+///   corner_mixture          two of all these, with others of all families
 struct Family {
   const char* name;
   bool at_proxy;  ///< all anchors are exactly at the start
   Problem (*make)(Random& random, int n, bool drags);
+  bool corners = false;  ///< earlier laws know none
 };
 
 std::span<const Family> families();

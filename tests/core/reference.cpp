@@ -62,11 +62,153 @@ T positive(T a) {
   return a > T(0) ? a : T(0);
 }
 
+template <class T>
+V<T> unit(const Primitive& p) {
+  const V<T> q(p.direction);
+  return p.kind == PrimitiveKind::point ? V<T>{} : (T(1) / length(q)) * q;
+}
+
+// The least w with n·w ≥ c for all facets, w = Σ t n, t ≥ 0, by a dual active set whose faces are orthonormal bases:
+// what q spans, n_A = q T.
+template <class T>
+struct Foot {
+  V<T> w;
+  std::vector<T> t;
+  std::vector<std::size_t> face;
+  std::vector<V<T>> q;
+};
+
+template <class T>
+T rounding_of();
+template <>
+double rounding_of<double>() {
+  return 0x1p-52;
+}
+template <>
+Quad rounding_of<Quad>() {
+  return Quad(0x1p-112);
+}
+
+template <class T>
+class Projection {
+ public:
+  Projection(const std::vector<V<T>>& normals, const std::vector<T>& c) : n_(normals), c_(c), t_(normals.size(), T(0)) {}
+
+  Foot<T> foot() {
+    for (int round = 0; round < 100; ++round) {
+      const std::size_t j = furthest_behind();
+      if (j == n_.size() || !press(j)) break;
+    }
+    settle();
+    return {w_, t_, face_, q_};
+  }
+
+ private:
+  std::size_t furthest_behind() const {
+    T scale = length(w_);
+    for (const T& c : c_) scale = std::max(scale, c > T(0) ? c : -c);
+    T most = T(16) * rounding_of<T>() * scale;
+    std::size_t worst = n_.size();
+    for (std::size_t i = 0; i < n_.size(); ++i) {
+      const T behind = c_[i] - dot(n_[i], w_);
+      if (behind > most && std::find(face_.begin(), face_.end(), i) == face_.end()) most = behind, worst = i;
+    }
+    return worst;
+  }
+
+  // What `v` has along the basis, and beyond it.
+  std::vector<T> parts(V<T>& v) const {
+    std::vector<T> along(q_.size(), T(0));
+    for (int pass = 0; pass < 2; ++pass) {
+      for (std::size_t i = 0; i < q_.size(); ++i) {
+        const T part = dot(q_[i], v);
+        along[i] += part;
+        v = v - part * q_[i];
+      }
+    }
+    return along;
+  }
+  std::vector<T> shares(std::vector<T> along) const {
+    for (std::size_t i = along.size(); i-- > 0;) {
+      for (std::size_t j = i + 1; j < along.size(); ++j) along[i] -= columns_[j][i] * along[j];
+      along[i] /= columns_[i][i];
+    }
+    return along;
+  }
+  bool span(std::size_t j) {
+    V<T> z = n_[j];
+    std::vector<T> column = parts(z);
+    const T beyond = length(z);
+    if (face_.size() == 3 || !(beyond > independent())) return false;
+    column.push_back(beyond);
+    columns_.push_back(column);
+    q_.push_back((T(1) / beyond) * z);
+    face_.push_back(j);
+    return true;
+  }
+  static T independent() { return T(1e4) * rounding_of<T>(); }
+
+  // Presses facet j until it is reached, letting go of what would have to pull; false where nothing reaches it.
+  bool press(std::size_t j) {
+    T pressed(0);
+    for (int round = 0; round < 20; ++round) {
+      V<T> z = n_[j];
+      const std::vector<T> r = shares(parts(z));
+      const bool moves = face_.size() < 3 && length(z) > independent();
+      std::size_t blocking = face_.size();
+      for (std::size_t a = 0; a < face_.size(); ++a) {
+        if (!(r[a] > T(0))) continue;
+        if (blocking == face_.size() || t_[face_[a]] * r[blocking] < t_[face_[blocking]] * r[a]) blocking = a;
+      }
+      const bool blocked = blocking < face_.size();
+      if (!moves && !blocked) return false;
+      T step = moves ? (c_[j] - dot(n_[j], w_)) / dot(z, z) : t_[face_[blocking]] / r[blocking];
+      const bool reaches = moves && !(blocked && t_[face_[blocking]] < step * r[blocking]);
+      if (!reaches) step = t_[face_[blocking]] / r[blocking];
+      for (std::size_t a = 0; a < face_.size(); ++a) t_[face_[a]] -= step * r[a];
+      pressed += step;
+      if (moves) w_ = w_ + step * z;
+      if (reaches) {
+        t_[j] = pressed;
+        return span(j);
+      }
+      std::vector<std::size_t> rest = face_;
+      t_[rest[blocking]] = T(0);
+      rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(blocking));
+      face_.clear(), q_.clear(), columns_.clear();
+      for (const std::size_t i : rest) span(i);
+    }
+    return false;
+  }
+
+  void settle() {
+    std::vector<T> y;
+    w_ = {};
+    for (std::size_t j = 0; j < face_.size(); ++j) {
+      T rest = c_[face_[j]];
+      for (std::size_t i = 0; i < j; ++i) rest -= columns_[j][i] * y[i];
+      y.push_back(rest / columns_[j][j]);
+      w_ = w_ + y[j] * q_[j];
+    }
+    const std::vector<T> t = shares(y);
+    std::fill(t_.begin(), t_.end(), T(0));
+    for (std::size_t a = 0; a < face_.size(); ++a) t_[face_[a]] = positive(t[a]);
+  }
+
+  const std::vector<V<T>>& n_;
+  const std::vector<T>& c_;
+  std::vector<T> t_;
+  V<T> w_;
+  std::vector<std::size_t> face_;
+  std::vector<V<T>> q_;
+  std::vector<std::vector<T>> columns_;
+};
+
 // One primitive about the current point, all lengths multiplied by k so that they are forces: the energy
 // times k is 1/2|Z − C|² + Σ s|R| + γ/2 |R|² with R the residual, γ = c/(kT).
 //
 // A plane keeps its residual and its force as numbers along its normal, with sign, in R.x and u.x; a
-// line's vectors have no part along it.
+// line's vectors have no part along it. A corner has the residuals r of its facets instead of R.
 template <class T>
 struct Item {
   PrimitiveKind kind;
@@ -75,6 +217,9 @@ struct Item {
   T gamma;
   V<T> R;
   V<T> u;
+  std::vector<V<T>> normals{};
+  std::vector<T> r{};
+  std::vector<T> t{};
 };
 
 template <class T>
@@ -86,10 +231,17 @@ V<T> across(const V<T>& q, const V<T>& a) {
 template <class T>
 V<T> seen(const Item<T>& item, const V<T>& dz) {
   switch (item.kind) {
+    case PrimitiveKind::corner: return {};
     case PrimitiveKind::plane: return {dot(item.q, dz), T(0), T(0)};
     case PrimitiveKind::line: return across(item.q, dz);
     default: return dz;
   }
+}
+
+std::size_t end_of_corner(const Problem& problem, std::size_t i) {
+  const Primitive& first = problem.primitives[i];
+  while (i < problem.primitives.size() && problem.primitives[i].kind == first.kind && problem.primitives[i].id == first.id) ++i;
+  return i;
 }
 
 template <class T>
@@ -107,14 +259,26 @@ State<T> state_at(const Problem& problem, const V<T>& x_m) {
   state.x_m = x_m;
   state.C = state.k * (V<T>(problem.probe_m) - x_m);
   state.items.reserve(problem.primitives.size());
-  for (const Primitive& p : problem.primitives) {
-    V<T> q(p.direction);
-    if (p.kind != PrimitiveKind::point) q = (T(1) / length(q)) * q;
+  for (std::size_t i = 0; i < problem.primitives.size(); ++i) {
+    const Primitive& p = problem.primitives[i];
+    const V<T> q = unit<T>(p);
     if (p.kind == PrimitiveKind::directed) {
       state.C = state.C + T(p.strength_n) * q;
       continue;
     }
     Item<T> item{p.kind, q, T(p.strength_n), T(0), {}, {}};
+    if (p.kind == PrimitiveKind::corner) {
+      const std::size_t end = end_of_corner(problem, i);
+      for (; i < end; ++i) {
+        const Primitive& facet = problem.primitives[i];
+        item.normals.push_back(unit<T>(facet));
+        item.r.push_back(state.k * dot(item.normals.back(), V<T>(facet.position_m) - x_m));
+        item.t.push_back(T(0));
+      }
+      --i;
+      state.items.push_back(item);
+      continue;
+    }
     if (p.drag_ns_per_m > 0.0) item.gamma = T(p.drag_ns_per_m) / (state.k * T(problem.time_step_s));
     item.R = seen(item, state.k * (V<T>(p.position_m) - x_m));
     state.items.push_back(item);
@@ -130,11 +294,34 @@ struct Answer {
   V<T> e;
   T along{};
   T side{};
+  Foot<T> foot{};  // of a corner: e is within what its q span, and so is `side`
 };
 
 template <class T>
-Answer<T> answer(const Item<T>& item, const V<T>& residual, T tau) {
-  V<T> v = item.u + tau * residual;
+Answer<T> answer_of_corner(const Item<T>& item, const V<T>& dz, T tau) {
+  std::vector<T> c;
+  for (std::size_t i = 0; i < item.normals.size(); ++i) {
+    c.push_back(tau * (item.r[i] - dot(item.normals[i], dz)) + dot(item.normals[i], item.u));
+  }
+  Answer<T> a;
+  a.foot = Projection<T>(item.normals, c).foot();
+  for (std::size_t i = 0; i < item.normals.size(); ++i) a.u = a.u + a.foot.t[i] * item.normals[i];
+  const T squared = dot(a.u, a.u);
+  a.along = a.side = tau;
+  if (squared > item.s * item.s) {
+    const T demanded = root(squared), share = item.s / demanded;
+    a.e = (T(1) / demanded) * a.u;
+    a.u = share * a.u;
+    for (T& t : a.foot.t) t = share * t;
+    a.along = T(0), a.side = tau * share;
+  }
+  return a;
+}
+
+template <class T>
+Answer<T> answer(const Item<T>& item, const V<T>& dz, T tau) {
+  if (item.kind == PrimitiveKind::corner) return answer_of_corner(item, dz, tau);
+  V<T> v = item.u + tau * (item.R - seen(item, dz));
   const T drag = item.gamma > T(0) ? item.gamma / (tau + item.gamma) : T(0);
   if (item.kind == PrimitiveKind::plane) {
     if (!(v.x > T(0))) return {};
@@ -186,6 +373,11 @@ void add_stiffness(Stiffness<T>& H, const Item<T>& item, const Answer<T>& a) {
     return;
   }
   if (!(a.side > T(0))) return;
+  if (item.kind == PrimitiveKind::corner) {
+    for (const V<T>& q : a.foot.q) H.add_outer(a.side, q);
+    if (a.along != a.side) H.add_outer(a.along - a.side, a.e);
+    return;
+  }
   H.xx += a.side, H.yy += a.side, H.zz += a.side;
   if (item.kind == PrimitiveKind::line) H.add_outer(-a.side, item.q);
   if (a.along != a.side) H.add_outer(a.along - a.side, a.e);
@@ -201,13 +393,16 @@ bool finite(const V<T>& a) {
 template <class T>
 V<T> left_over(const State<T>& state, const V<T>& dz, T tau) {
   V<T> f = state.C - dz;
-  for (const Item<T>& item : state.items) f = f + on_proxy(item, answer(item, item.R - seen(item, dz), tau).u);
+  for (const Item<T>& item : state.items) f = f + on_proxy(item, answer(item, dz, tau).u);
   return f;
 }
 
 template <class T>
 void shift(State<T>& state, const V<T>& dz) {
-  for (Item<T>& item : state.items) item.R = item.R - seen(item, dz);
+  for (Item<T>& item : state.items) {
+    item.R = item.R - seen(item, dz);
+    for (std::size_t i = 0; i < item.r.size(); ++i) item.r[i] -= dot(item.normals[i], dz);
+  }
   state.C = state.C - dz;
   state.x_m = state.x_m + (T(1) / state.k) * dz;
 }
@@ -223,7 +418,7 @@ int minimise(State<T>& state, T tau, T relative, int most_steps) {
     V<T> f = state.C;
     T size = length(state.C);
     for (const Item<T>& item : state.items) {
-      const Answer<T> a = answer(item, item.R, tau);
+      const Answer<T> a = answer(item, V<T>{}, tau);
       f = f + on_proxy(item, a.u);
       size += item.s;
       add_stiffness(H, item, a);
@@ -258,7 +453,11 @@ int minimise(State<T>& state, T tau, T relative, int most_steps) {
 
 template <class T>
 void take_forces(State<T>& state, T tau) {
-  for (Item<T>& item : state.items) item.u = answer(item, item.R, tau).u;
+  for (Item<T>& item : state.items) {
+    const Answer<T> a = answer(item, V<T>{}, tau);
+    item.u = a.u;
+    item.t = a.foot.t;
+  }
 }
 
 // One primitive's share of the duality gap [N m], in the form without cancellation: with l = min(|u|, s),
@@ -302,39 +501,84 @@ Quad gap_of(const Primitive& p, const V<Quad>& q, const V<Quad>& x_m, Quad T, V<
   return gap;
 }
 
-V<Quad> unit(const Primitive& p) {
-  const V<Quad> q(p.direction);
-  return p.kind == PrimitiveKind::point ? V<Quad>{} : (1 / length(q)) * q;
+// A corner's share for the forces `u` of its facets, which are projected first: with w the way from x to the nearest free
+// place, (s|w| − u·w) + Σ t (n·w − n·(a − x))₊ + (s/σ) v, v what x + w lacks of being free.
+Quad gap_of_corner(std::span<const Primitive> facets, const V<Quad>& x_m, std::span<V<Quad>> u) {
+  const Quad s = facets[0].strength_n;
+  std::vector<V<Quad>> normals;
+  std::vector<Quad> c, t;
+  V<Quad> sum;
+  for (std::size_t i = 0; i < facets.size(); ++i) {
+    normals.push_back(unit<Quad>(facets[i]));
+    c.push_back(dot(normals[i], V<Quad>(facets[i].position_m) - x_m));
+    t.push_back(positive(dot(normals[i], u[i])));
+    sum = sum + t[i] * normals[i];
+  }
+  const Quad size = length(sum), share = size > s ? s / size : Quad(1);
+  sum = share * sum;
+  for (std::size_t i = 0; i < facets.size(); ++i) t[i] *= share, u[i] = t[i] * normals[i];
+  const V<Quad> w = Projection<Quad>(normals, c).foot().w;
+  const Quad reach = length(w), l = share * size;
+  // Off the corner its force is s w/|w|. The t of doubles add up to that but for rounding, which counts as it: the rest of
+  // it is left over.
+  const V<Quad> full = reach > 0 ? (s / reach) * w : sum;
+  Quad sizes = s;
+  for (const Quad& one : t) sizes += one;
+  if (length(full - sum) <= Quad(2e-15) * sizes) {
+    std::fill(u.begin(), u.end(), V<Quad>{});
+    u[0] = full;
+    return 0;
+  }
+  Quad gap = (s - l) * reach, lacking = 0;
+  if (l > 0 && reach > 0) {
+    const V<Quad> chord = (1 / l) * sum - (1 / reach) * w;
+    gap += l * reach * dot(chord, chord) / 2;
+  }
+  for (std::size_t i = 0; i < facets.size(); ++i) {
+    gap += t[i] * positive(dot(normals[i], w) - c[i]);
+    lacking = std::max(lacking, c[i] - dot(normals[i], w));
+  }
+  const std::vector<Quad> ones(facets.size(), Quad(1));
+  return gap + s * length(Projection<Quad>(normals, ones).foot().w) * lacking;
 }
 
-// (ρ + √(ρ² + 4kε))/(2k), with `force(i)` the force of primitive i.
-template <class Force>
-Quad bound_of(const Problem& problem, const V<Quad>& x_m, Force force) {
+// (ρ + √(ρ² + 4kε))/(2k) for the forces of the primitives, in their order; those of directed ones are not read.
+Quad bound_of(const Problem& problem, const V<Quad>& x_m, std::vector<V<Quad>> forces) {
   const Quad k = problem.stiffness_n_per_m;
   V<Quad> left = k * (x_m - V<Quad>(problem.probe_m));
   Quad gap = 0;
   for (std::size_t i = 0; i < problem.primitives.size(); ++i) {
     const Primitive& p = problem.primitives[i];
-    const V<Quad> q = unit(p);
-    V<Quad> u;
+    std::size_t end = i + 1;
     if (p.kind == PrimitiveKind::directed) {
-      u = Quad(p.strength_n) * q;
+      forces[i] = Quad(p.strength_n) * unit<Quad>(p);
+    } else if (p.kind == PrimitiveKind::corner) {
+      end = end_of_corner(problem, i);
+      gap += gap_of_corner(std::span(problem.primitives).subspan(i, end - i), x_m, std::span(forces).subspan(i, end - i));
     } else {
-      u = force(i);
-      gap += gap_of(p, q, x_m, problem.time_step_s, u);
+      gap += gap_of(p, unit<Quad>(p), x_m, problem.time_step_s, forces[i]);
     }
-    left = left - u;
+    for (; i < end; ++i) left = left - forces[i];
+    --i;
   }
   const Quad squared = dot(left, left);
   return (root(squared) + root(squared + 4 * k * gap)) / (2 * k);
 }
 
 Quad bound_of(const Problem& problem, const State<Quad>& state) {
+  std::vector<V<Quad>> forces;
   std::size_t next = 0;
-  return bound_of(problem, state.x_m, [&](std::size_t) {
+  for (std::size_t i = 0; i < problem.primitives.size(); ++i) {
+    if (problem.primitives[i].kind == PrimitiveKind::directed) {
+      forces.emplace_back();
+      continue;
+    }
     const Item<Quad>& item = state.items[next++];
-    return on_proxy(item, item.u);
-  });
+    if (item.kind != PrimitiveKind::corner) forces.push_back(on_proxy(item, item.u));
+    for (std::size_t j = 0; j < item.normals.size(); ++j) forces.push_back(item.t[j] * item.normals[j]);
+    i += std::max<std::size_t>(1, item.normals.size()) - 1;
+  }
+  return bound_of(problem, state.x_m, forces);
 }
 
 // Raises τ from one power of ten to another, keeps the best point that was proven.
@@ -393,13 +637,19 @@ double error_m(const Reference& reference, const Vec3& position_m) {
 double plain_bound_m(const Problem& problem, std::span<const Vec3> forces_n, const Vec3& position_m, const Vec3& remainder_m) {
   // A double can say s e only to a few ulp, which would cost s|R| ulp in the gap however good the answer is: a
   // force that is as long as its strength but for rounding counts as exactly so long.
-  return static_cast<double>(bound_of(problem, V<Quad>(position_m) + V<Quad>(remainder_m), [&](std::size_t i) {
+  std::vector<V<Quad>> forces(forces_n.begin(), forces_n.end());
+  for (std::size_t i = 0; i < forces.size(); ++i) {
     const Primitive& p = problem.primitives[i];
-    const V<Quad> u(forces_n[i]);
-    const Quad length = root(dot(u, u)), s = p.strength_n;
-    const bool full = p.drag_ns_per_m == 0.0 && length > 0 && length - s < Quad(2e-15) * s && s - length < Quad(2e-15) * s;
-    return full ? (s / length) * u : u;
-  }));
+    const std::size_t end = p.kind == PrimitiveKind::corner ? end_of_corner(problem, i) : i + 1;
+    V<Quad> sum;
+    Quad sizes = 0;
+    for (std::size_t j = i; j < end; ++j) sum = sum + forces[j], sizes += root(dot(forces[j], forces[j]));
+    const Quad length = root(dot(sum, sum)), s = p.strength_n, rounding = Quad(2e-15) * std::max(s, sizes);
+    const bool full = p.drag_ns_per_m == 0.0 && length > 0 && length - s < rounding && s - length < rounding;
+    for (; i < end; ++i) forces[i] = full ? (s / length) * forces[i] : forces[i];
+    --i;
+  }
+  return static_cast<double>(bound_of(problem, V<Quad>(position_m) + V<Quad>(remainder_m), forces));
 }
 
 }  // namespace palpa::test

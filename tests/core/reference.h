@@ -34,7 +34,8 @@ double error_m(const Reference& reference, const Vec3& position_m);
 
 /// The check formula of a trace (plain bound [m]) for x = position_m + remainder_m and any forces [N], in
 /// 113 bits: forces are projected on what each primitive can exert, slipping terms have no cancellation, and a
-/// force without drag that is as long as its strength but for 1e-15 of it counts as exactly so.
+/// force without drag that is as long as its strength but for 1e-15 of it counts as exactly so, and so does a corner's
+/// that is off the way out by no more than 1e-15 of its t.
 double plain_bound_m(const Problem& problem, std::span<const Vec3> forces_n, const Vec3& position_m, const Vec3& remainder_m);
 
 }  // namespace palpa::test

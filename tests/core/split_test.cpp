@@ -313,6 +313,85 @@ TEST(LeastSplit, SharesWithADragThatStandsStill) {
   }
 }
 
+// Facets about an axis, with forces that the corner can exert.
+void add_corner(Random& random, Stuck& stuck, double strength_n) {
+  const Vec3 axis = random.direction();
+  const auto first = stuck.primitives.size();
+  Vec3 sum_n;
+  for (int i = 2 + random.below(4); i > 0; --i) {
+    const Vec3 normal = normalized(axis + 0.8 * random.direction());
+    stuck.add(PrimitiveKind::corner, normal, strength_n, random.uniform(0.0, 0.5) * strength_n * normal);
+    stuck.primitives.back().id.slot = static_cast<std::uint16_t>(first);
+    sum_n += stuck.forces_n.back();
+  }
+  const double share = std::min(1.0, 0.9 * strength_n / std::max(1e-300, norm(sum_n)));
+  for (std::size_t i = first; i < stuck.forces_n.size(); ++i) stuck.forces_n[i] *= share;
+}
+
+// A corner shares as one, and its least sum is found from any split: no other that its facets can exert costs less.
+TEST(LeastSplit, OfCornersSharesAsOneAndLeavesNoOtherDownhill) {
+  Random random(10);
+  for (int i = 0; i < 2000; ++i) {
+    Stuck stuck = random_stuck(random, 1 + random.below(3), Shape::any);
+    const std::size_t corner = stuck.primitives.size();
+    const double s = random.uniform(0.1, 5.0);
+    add_corner(random, stuck, s);
+    const Vec3 before_n = total_n(stuck.forces_n);
+    const double left_n = stuck.split();
+    const double all_n = strengths_n(stuck);
+    EXPECT_LE(left_n, 1e-12 * all_n) << i;
+    EXPECT_LE(distance(before_n, total_n(stuck.forces_n)), 1e-12 * all_n);
+    Vec3 own_n;
+    int pressed = 0;
+    for (std::size_t j = corner; j < stuck.primitives.size(); ++j) {
+      EXPECT_GE(dot(stuck.forces_n[j], stuck.primitives[j].direction), 0.0);
+      pressed += norm(stuck.forces_n[j]) > 0.0;
+      own_n += stuck.forces_n[j];
+    }
+    EXPECT_LE(pressed, 3);
+    EXPECT_LE(norm(own_n), s * (1.0 + 1e-12));
+    // Handing some of the corner's force to the first primitive, or back, costs no less.
+    const Primitive& other = stuck.primitives[0];
+    if (!(other.strength_n > 0.0)) continue;
+    const auto cost_of = [&](const Vec3& corner_n, const Vec3& other_n) {
+      return norm_squared(corner_n) / s + norm_squared(other_n) / other.strength_n;
+    };
+    for (int k = 0; k < 20; ++k) {
+      const Vec3 other_n = allowed(other, stuck.forces_n[0] + std::exp(random.uniform(-12, 0)) * random.in_cube(1.0));
+      const Vec3 corner_n = own_n + stuck.forces_n[0] - other_n;
+      Stuck one;
+      one.balance = stuck.balance;
+      for (std::size_t j = corner; j < stuck.primitives.size(); ++j) {
+        one.primitives.push_back(stuck.primitives[j]);
+        one.forces_n.push_back(j == corner ? corner_n : Vec3{});
+      }
+      one.split();  // what of it the corner can exert
+      if (distance(total_n(one.forces_n), corner_n) > 1e-13 * s) continue;
+      EXPECT_GE(cost_of(corner_n, other_n), cost_of(own_n, stuck.forces_n[0]) * (1.0 - 1e-9) - 1e-9 * all_n) << i;
+    }
+  }
+}
+
+TEST(LeastSplit, OfACornerAloneIsItsOwn) {
+  Random random(11);
+  for (int i = 0; i < 500; ++i) {
+    Stuck stuck;
+    add_corner(random, stuck, 2.0);
+    EXPECT_FALSE(split_is_shared(stuck.primitives, stuck.balance));
+    const Vec3 before_n = total_n(stuck.forces_n);
+    stuck.split();
+    EXPECT_LE(distance(before_n, total_n(stuck.forces_n)), 1e-13);
+    // A plane along one of its facets shares with it: as their strengths, where the corner's force is along that, too.
+    stuck.add(PrimitiveKind::plane, stuck.primitives[0].direction, 1.0, {});
+    EXPECT_TRUE(split_is_shared(stuck.primitives, stuck.balance));
+    for (std::size_t j = 1; j + 1 < stuck.forces_n.size(); ++j) stuck.forces_n[j] = {};
+    stuck.forces_n[0] = 0.9 * stuck.primitives[0].direction;
+    stuck.split();
+    EXPECT_LE(distance(stuck.forces_n.back(), 0.3 * stuck.primitives[0].direction), 1e-13);
+    EXPECT_LE(distance(stuck.forces_n[0], 0.6 * stuck.primitives[0].direction), 1e-13);
+  }
+}
+
 // A plane that pushes across the way in which a point is at its limit: the multiplier is at infinity.
 TEST(LeastSplit, ReachesTheBorderOfWhatCanBeExerted) {
   Random random(8);
@@ -350,6 +429,7 @@ TEST(LeastSplit, IsFiniteForArbitraryBitsAndAllocatesNothing) {
     const Balance balance{.position_m = random.below(2) ? Vec3{} : any_vector(), .error_bound_m = std::abs(any())};
     for (std::size_t j = 0; j < 6; ++j) {
       primitives[j] = {test::random_kind(random), {}, random.below(2) ? Vec3{} : any_vector(), any_vector(), any(), any()};
+      if (i % 2 == 1 && random.below(2)) primitives[j].kind = PrimitiveKind::corner, primitives[j].strength_n = 1.0;
       forces_n[j] = any_vector();
     }
     const double left_n = least_split(primitives, balance, forces_n);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "palpa/palpa.h"
+#include "tests/core/all_faces.h"
 #include "tests/tick/hands.h"
 
 namespace palpa {
@@ -94,7 +95,7 @@ class Table {
 };
 
 struct Row {
-  Primitive primitive;
+  Primitive primitive;  // its id has the slot alone
   std::string mode;
   Vec3 force_n;
 };
@@ -110,11 +111,33 @@ Recomputed recomputed_bound(const std::vector<Row>& rows, const Vec3& x, const V
   Vec3 sum;
   long double eps = 0;
   double size = 0;
-  for (const Row& row : rows) {
-    const Primitive& p = row.primitive;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Primitive& p = rows[i].primitive;
     if (p.kind == PrimitiveKind::directed) continue;
+    if (p.kind == PrimitiveKind::corner) {
+      test::Facets facets;
+      Vec3 whole;
+      long double uR = 0;
+      double away = 0;
+      const std::size_t first = i;
+      for (; i < rows.size() && rows[i].primitive.kind == p.kind && rows[i].primitive.id == p.id &&
+             rows[i].mode == rows[first].mode;
+           ++i) {
+        const Primitive& facet = rows[i].primitive;
+        facets.push_back({facet.position_m, facet.direction});
+        whole += rows[i].force_n;
+        uR += dot(rows[i].force_n, facet.position_m - x);
+        away = std::max(away, norm(facet.position_m - x));
+        size += norm(rows[i].force_n) * norm(facet.position_m - x);
+      }
+      --i;
+      size += p.strength_n * away;
+      sum += whole;
+      eps += p.strength_n * norm(test::way_out_by_all_faces(facets, x)) - uR;
+      continue;
+    }
     const Vec3& q = p.direction;
-    Vec3 u = row.force_n;
+    Vec3 u = rows[i].force_n;
     if (p.kind == PrimitiveKind::line) u -= dot(q, u) * q;
     if (p.kind == PrimitiveKind::plane) u = std::max(0.0, dot(q, u)) * q;
     if (p.drag_ns_per_m == 0.0 && norm(u) > p.strength_n) u *= p.strength_n / norm(u);
@@ -136,7 +159,8 @@ Recomputed recomputed_bound(const std::vector<Row>& rows, const Vec3& x, const V
 
 TEST(Trace, ProvesItsBalancesAndItsLedgerWithoutOurSolver) {
   test::Random random(2026);
-  int balances = 0, capped = 0, capped_injections = 0, primitives_checked = 0, friction_rows = 0, drag_rows = 0, directed_rows = 0;
+  int balances = 0, capped = 0, capped_injections = 0, primitives_checked = 0, friction_rows = 0, drag_rows = 0,
+      directed_rows = 0;
   double worst_bound = 0.0, worst_ledger_j = 0.0, worst_injection_j = 0.0, worst_path_j = 0.0;
   for (int number = 0; number < scenes; ++number) {
     const Scene scene = random_scene(random, number);
@@ -199,7 +223,9 @@ TEST(Trace, ProvesItsBalancesAndItsLedgerWithoutOurSolver) {
           row.primitive.kind = kind == "point"   ? PrimitiveKind::point
                                : kind == "line"  ? PrimitiveKind::line
                                : kind == "plane" ? PrimitiveKind::plane
+                               : kind == "facet" ? PrimitiveKind::corner
                                                  : PrimitiveKind::directed;
+          row.primitive.id.slot = static_cast<std::uint16_t>(placed.number("slot"));
           row.primitive.position_m = placed.vector("position", "m");
           row.primitive.direction = placed.vector("direction", "");
           row.primitive.strength_n = placed.number("strength_n");

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "palpa/core/load_error.h"
+#include "tests/core/all_faces.h"
 
 namespace palpa::test {
 
@@ -19,6 +20,7 @@ struct Quad3 {
   Quad x = 0, y = 0, z = 0;
 };
 Quad3 wide(const Vec3& a) { return {a.x, a.y, a.z}; }
+Quad3 operator+(const Quad3& a, const Quad3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 Quad3 operator-(const Quad3& a, const Quad3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 Quad3 operator*(Quad f, const Quad3& a) { return {f * a.x, f * a.y, f * a.z}; }
 Quad dot(const Quad3& a, const Quad3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
@@ -71,6 +73,28 @@ class Formula {
     epsilon_rounding_ += size_n * (position_ulp_m_ + 8.0 * ulp * static_cast<double>(length(R)));
   }
 
+  // The facets of a corner; `forces_n` point along their normals.
+  void add_corner(const Facets& facets, double s, const std::vector<Vec3>& forces_n) {
+    Quad3 u;
+    Quad held = 0, largest_m = 0, sizes = 0;
+    for (std::size_t i = 0; i < facets.size(); ++i) {
+      const Quad3 n = (1 / length(wide(facets[i].normal))) * wide(facets[i].normal);
+      const Quad3 d = wide(facets[i].position_m) - x_;
+      const Quad t = largest(0, dot(n, wide(forces_n[i])));
+      u = u + t * n;
+      held = held + t * dot(n, d);
+      largest_m = largest(largest_m, length(d));
+      sizes = sizes + t;
+    }
+    const Quad share = length(u) > s ? s / length(u) : Quad(1);
+    const Vec3 x{static_cast<double>(x_.x), static_cast<double>(x_.y), static_cast<double>(x_.z)};
+    left_ = left_ - share * u;
+    epsilon_ = epsilon_ + s * Quad(norm(way_out_by_all_faces(facets, x))) - share * held;
+    const double size_n = s + static_cast<double>(sizes);
+    rho_rounding_ += 4.0 * ulp * size_n;
+    epsilon_rounding_ += size_n * (position_ulp_m_ + 8.0 * ulp * static_cast<double>(largest_m));
+  }
+
   double bound_m() const {
     const Quad rho = length(left_);
     return static_cast<double>((rho + root(rho * rho + 4 * k_ * largest(0, epsilon_))) / (2 * k_));
@@ -84,6 +108,19 @@ class Formula {
   Quad3 x_, left_;
   Quad k_, T_, epsilon_ = 0;
   double position_ulp_m_ = 0.0, rho_rounding_ = 0.0, epsilon_rounding_ = 0.0;
+};
+
+// The rows of one corner, as they are met.
+struct Corner {
+  std::string owner;
+  Facets facets;
+  std::vector<Vec3> forces_n;
+  double strength_n = 0.0;
+
+  void put_into(Formula& formula) {
+    if (!facets.empty()) formula.add_corner(facets, strength_n, forces_n);
+    facets.clear(), forces_n.clear();
+  }
 };
 
 }  // namespace
@@ -149,6 +186,7 @@ void check_balances(const std::filesystem::path& trace, const std::function<void
     Formula formula(balances.vector("balance", "m"), balances.vector("probe", "m"), balances.vector("directed", "n"),
                     balances.number("k_n_per_m"), balances.number("dt_s"));
     const std::int64_t expected = balances.integer("primitives");
+    Corner corner;
     for (std::int64_t i = 0; i < expected; ++i, more = primitives.next()) {
       if (!more || primitives.integer("tick") != checked.tick || primitives.integer("sub_step") != checked.sub_step) {
         throw LoadError(primitives.place() + (more ? ": does not belong to" : ": is the last row, before those of") +
@@ -156,12 +194,22 @@ void check_balances(const std::filesystem::path& trace, const std::function<void
       }
       const std::string_view kind = primitives.text("kind");
       if (kind == "directed") continue;
+      if (kind == "facet") {
+        const std::string owner = std::string(primitives.text("mode")) + ',' + std::string(primitives.text("slot"));
+        if (owner != corner.owner) corner.put_into(formula), corner.owner = owner;
+        corner.strength_n = primitives.number("strength_n");
+        corner.facets.push_back({primitives.vector("position", "m"), primitives.vector("direction", "")});
+        corner.forces_n.push_back(primitives.vector("force", "n"));
+        continue;
+      }
       if (kind != "point" && kind != "line" && kind != "plane") {
-        throw LoadError(primitives.place() + ": unknown kind '" + std::string(kind) + "'; point, line, plane or directed");
+        throw LoadError(primitives.place() + ": unknown kind '" + std::string(kind) +
+                        "'; point, line, plane, facet or directed");
       }
       formula.add(kind, primitives.vector("position", "m"), primitives.vector("direction", ""), primitives.number("strength_n"),
                   primitives.number("drag_ns_per_m"), primitives.vector("force", "n"));
     }
+    corner.put_into(formula);
     checked.bound_m = formula.bound_m();
     checked.rounding_m = formula.rounding_m();
     visit(checked);

@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "palpa/palpa.h"
+#include "tests/core/all_faces.h"
 #include "tests/laws/shipped_scenes.h"
 
 namespace palpa {
@@ -92,6 +93,45 @@ TEST(TraceCheck, SeesWhatIsMadeUp) {
   EXPECT_THROW(checked("zero", "1"), LoadError);
   fs::remove(folder / "primitives.csv");
   EXPECT_THROW(test::check_balances(folder, [](const test::CheckedBalance&) {}), LoadError);
+  fs::remove_all(folder);
+}
+
+// Corners among others, recorded by their facets that carry force.
+TEST(TraceCheck, ProvesCornersFromTheirRows) {
+  const fs::path folder = fs::temp_directory_path() / ("palpa-trace-corners-" + std::to_string(::getpid()));
+  fs::remove_all(folder);
+  test::Random random(12);
+  TraceWriter writer(folder, {.primitives = true}, "", {"one"});
+  constexpr int problems = 500;
+  for (int i = 0; i < problems; ++i) {
+    test::Problem problem = test::random_problem(random, random.below(4), false);
+    const double within_m = random.below(2) == 0 ? 0.0 : 0.001;
+    test::add_corner(problem, test::some_facets(random, problem.start_m, within_m, 2 + random.below(7)),
+                     random.uniform(0.1, 5));
+    PrimitiveSet set;
+    test::fill(set, problem);
+    Solver solver;
+    SubStep step{
+        .time_step_s = problem.time_step_s, .probe_m = problem.probe_m, .stiffness_n_per_m = problem.stiffness_n_per_m};
+    step.balance = solver.solve(set, problem.start_m, problem.probe_m, problem.stiffness_n_per_m, problem.time_step_s);
+    step.primitives = static_cast<std::uint32_t>(set.size());
+    std::vector<PlacedPrimitive> placed;
+    for (std::size_t j = 0; j < set.size(); ++j) {
+      placed.push_back({.primitive = set[j], .force_n = solver.forces_n()[j]});
+      if (set[j].kind == PrimitiveKind::directed) step.directed_n += solver.forces_n()[j];
+    }
+    TickFrame frame;
+    frame.tick = i;
+    writer.append(frame, {}, {&step, 1}, placed, {});
+  }
+  writer.finish();
+  int balances = 0;
+  test::check_balances(folder, [&](const test::CheckedBalance& b) {
+    ++balances;
+    EXPECT_LE(b.bound_m, b.claimed_m + b.rounding_m) << b.tick;
+    EXPECT_LE(b.bound_m, 1e-8) << b.tick;
+  });
+  EXPECT_EQ(balances, problems);
   fs::remove_all(folder);
 }
 

@@ -44,7 +44,6 @@ FieldPtr slope(double steepness) {
 class Place {
  public:
   Place(FieldPtr field, const Vec3& at, const Similarity& map = {}) : fields_{std::move(field)}, samples_(fields_, map) {
-    samples_.move_to(at);
     here_.proxy_m = here_.probe_m = here_.at_m = at;
     here_.time_step_s = 1e-3;
     here_.stiffness_n_per_m = 500;
@@ -61,7 +60,7 @@ class Place {
  private:
   std::vector<FieldPtr> fields_;
   Samples samples_;
-  Here here_{samples_, {}, {}};
+  Here here_{samples_, {}, {}, {}};
   PrimitiveSet out_;
 };
 

@@ -19,7 +19,6 @@ constexpr double k = 800;
 class Place {
  public:
   Place(FieldPtr field, const Similarity& map, const Vec3& proxy) : fields_{std::move(field)}, samples_(fields_, map) {
-    samples_.move_to(proxy);
     here_.proxy_m = here_.probe_m = here_.at_m = proxy;
     here_.time_step_s = 1e-3;
     here_.stiffness_n_per_m = k;
@@ -36,7 +35,7 @@ class Place {
  private:
   std::vector<FieldPtr> fields_;
   Samples samples_;
-  Here here_{samples_, {}, {}};
+  Here here_{samples_, {}, {}, {}};
   PrimitiveSet out_;
 };
 

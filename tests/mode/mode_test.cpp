@@ -24,8 +24,7 @@ class AtHand : public testing::Test {
   template <class M>
   void place(const M& mode, const Vec3& proxy, const Similarity& map, const std::byte* memory = nullptr) {
     samples_ = std::make_unique<Samples>(fields_, map);
-    samples_->move_to(proxy);
-    Here here(*samples_, masks_, read_);
+    Here here(*samples_, proxy, masks_, read_);
     here.proxy_m = here.probe_m = proxy;
     here.time_step_s = 1e-3;
     here.stiffness_n_per_m = 800;
@@ -53,17 +52,10 @@ TEST_F(AtHand, SamplesAreOfTheHandFrame) {
     const Similarity map{random.rotation(), random.uniform(0.1, 10), random.in_cube(0.01)};
     Samples samples(fields_, map);
     const Vec3 x = map.to_hand(random.in_cube(0.03));
-    const auto value = [&](const Vec3& at) {
-      samples.move_to(at);
-      return samples.scalar(0).value;
-    };
-    const auto vector = [&](const Vec3& at) {
-      samples.move_to(at);
-      return samples.vector(1).value;
-    };
-    samples.move_to(x);
-    const ScalarSample s = samples.scalar(0);
-    const VectorSample v = samples.vector(1);
+    const auto value = [&](const Vec3& at) { return samples.scalar(0, at).value; };
+    const auto vector = [&](const Vec3& at) { return samples.vector(1, at).value; };
+    const ScalarSample s = samples.scalar(0, x);
+    const VectorSample v = samples.vector(1, x);
     ASSERT_TRUE(s.inside && v.inside);
     const double h = 1e-6 / map.scale;
     const Vec3 d = random.direction();

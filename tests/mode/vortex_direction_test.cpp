@@ -27,9 +27,8 @@ class Looker {
       : fields_{derived(Derivation::q, velocity), derived(Derivation::smooth_vector, velocity)}, samples_(fields_, {}) {}
   template <class M, class... Memory>
   const PrimitiveSet& at(const Vec3& x, const M& mode, const Memory&... memory) {
-    samples_.move_to(x);
-    Here here(samples_, {}, {});
-    here.proxy_m = here.probe_m = here.at_m = x;
+    Here here(samples_, x, {}, {});
+    here.proxy_m = here.probe_m = x;
     here.time_step_s = 1e-3;
     here.stiffness_n_per_m = 800;
     here.finest_m = 1e-3;

@@ -67,7 +67,9 @@ FollowDrift measure_follow(const FieldPtr& field, double radius_m, double rise_m
   return drift;
 }
 
-Scene scene_of(const std::string& toml) { return parse_scene(toml, "scene", ".", volume_reader(), standard_modes()).scene; }
+Scene scene_of(const std::string& toml, const ModeCatalog& modes) {
+  return parse_scene(toml, "scene", ".", volume_reader(), modes).scene;
+}
 
 std::vector<OrderCase> order_cases() {
   const std::string head =
@@ -103,7 +105,7 @@ std::vector<OrderCase> order_cases() {
       {"vector_force", flow + mode("vector_force", "field = \"flow\"\nstrength_n = 0.5\n"), {0.015, 0, 0}, 0.006},
       {"vortex_force", flow + mode("vortex_force", "field = \"flow\"\nstrength_n = 0.3\n"), in_core, 0.005},
       // Round the core: a hand that comes nearer and goes away is taken hold of where it turns, within a step.
-      {"vortex_plane", flow + mode("vortex_plane", "field = \"flow\"\nstrength_n = 0.3\n"), {}, 0.005},
+      {"vortex_plane", flow + mode("vortex_plane", "field = \"flow\"\nstrength_n = 0.3\n"), {}, 0.005, 6e-4},
       {"front_shape", flow + mode("front_shape", "field = \"flow\"\nstrength_n = 0.3\n"), {0.010, 0, 0}, 0.006},
       {"transverse_damping", flow + mode("transverse_damping", "field = \"flow\"\ndrag_ns_per_m = 1\n"), {0.010, 0, 0}, 0.006},
       {"vortex_line", flow + mode("vortex_line", "field = \"flow\"\nstrength_n = 0.3\n"), in_core, 0.005},
@@ -115,39 +117,47 @@ std::vector<OrderCase> order_cases() {
   return all;
 }
 
-Order measure_order(const OrderCase& wanted) {
-  constexpr int warm_up = 200, ticks = 150;
-  const Scene scene = scene_of(wanted.scene);
-  // A circle that tilts and breathes: curved in space everywhere, 0.3 mm a tick.
-  const double rate = 3e-4 / wanted.radius_m;
+Order measure_order(const OrderCase& wanted, const ModeCatalog& modes) {
+  constexpr int warm_up = 200, ticks = 150;  // steps of the hand
+  const Scene scene = scene_of(wanted.scene, modes);
+  // A circle that tilts and breathes: curved in space everywhere.
+  const double rate = wanted.step_m / wanted.radius_m;
   const auto hand = [&](int tick) {
     const double a = rate * tick;
     const double r = wanted.radius_m * (1.0 + 0.1 * std::sin(0.7 * a));
     return wanted.centre_m + Vec3{r * std::cos(a), r * std::sin(a), 0.1 * wanted.radius_m * std::sin(1.3 * a)};
   };
+  // From where the hand was to where it is a step later, straight, in so many ticks.
+  const auto follow = [&](Session& session, const Vec3& from_m, const Vec3& to_m, int parts) {
+    Tick tick;
+    for (int part = 1; part <= parts; ++part) {
+      const double share = static_cast<double>(part) / parts;
+      tick = session.tick({.position_m = from_m + share * (to_m - from_m)}, dt / parts);
+    }
+    return tick.proxy_m;
+  };
   Session begun(scene);
-  begun.refine_path(16);
   // From outside, so that surfaces are met.
-  for (double above_m = 0.012; above_m > 0.0; above_m -= 1e-4) begun.tick({.position_m = hand(0) + Vec3{0, 0, above_m}}, dt);
-  for (int i = 0; i < warm_up; ++i) begun.tick({.position_m = hand(i)}, dt);
+  const Vec3 outside_m = hand(0) + Vec3{0, 0, 0.012};
+  begun.tick({.position_m = outside_m}, dt);
+  follow(begun, outside_m, hand(0), 200);
+  for (int i = 1; i < warm_up; ++i) follow(begun, hand(i - 1), hand(i), Order::steps.back());
 
   Order order;
   std::array<std::vector<Vec3>, Order::steps.size()> paths;
   double way_m = 0.0;
   for (std::size_t s = 0; s < Order::steps.size(); ++s) {
     Session session(scene);
-    session.refine_path(Order::steps[s]);
     session.continue_from(begun);
     for (int i = warm_up; i < warm_up + ticks; ++i) {
-      const Tick tick = session.tick({.position_m = hand(i)}, dt);
-      if (!paths[s].empty()) way_m += distance(paths[s].back(), tick.proxy_m);
-      paths[s].push_back(tick.proxy_m);
-      for (const SessionEvent& event : session.events()) {
-        order.events += of_a_shell(scene, event);
-      }
+      const Vec3 proxy_m = follow(session, hand(i - 1), hand(i), Order::steps[s]);
+      if (!paths[s].empty()) way_m += distance(paths[s].back(), proxy_m);
+      paths[s].push_back(proxy_m);
+      for (const SessionEvent& event : session.events()) order.events += of_a_shell(scene, event);
     }
   }
-  order.slides = way_m > 0.1 * 3e-4 * ticks * static_cast<double>(Order::steps.size());
+  order.settled_m = 5e-4 * finest_spacing_m(scene);
+  order.slides = way_m > 0.1 * wanted.step_m * ticks * static_cast<double>(Order::steps.size());
   const auto apart_m = [&](std::size_t a, std::size_t b) {
     double most = 0.0;
     for (int i = 0; i < ticks; ++i) {

@@ -24,26 +24,27 @@ FollowDrift measure_follow(const FieldPtr& field, double radius_m, double rise_m
 /// u = (−y, x, rise), in m/s for a turn of 1 rad/s.
 FieldPtr helical_field(double rise_m, double sign = 1.0);
 
-/// Errors of the path that shrink with the step: one scene, one curved hand path of 0.3 mm a tick on which nothing sets in
-/// or lets go.
+/// Errors of the path that shrink with the step: one scene, one curved hand path on which nothing sets in or lets go.
 struct OrderCase {
   std::string name;
   std::string scene;  ///< TOML
   Vec3 centre_m;      ///< of the hand's path
   double radius_m = 0.0;
+  double step_m = 3e-4;  ///< of the hand, straight; felt in one tick or several
   friend std::ostream& operator<<(std::ostream& out, const OrderCase& one) { return out << one.name; }
 };
 struct Order {
-  static constexpr std::array<int, 5> steps{1, 2, 4, 8, 16};
-  std::array<double, 4> errors_m{};       ///< largest distance to the path in 16 steps, of 1, 2, 4, 8
-  std::array<double, 4> differences_m{};  ///< largest distance between the paths in 1 and 2, 2 and 4, … steps
-  std::array<double, 3> orders{};         ///< binary logarithm of how the differences shrink
-  int events = 0;                         ///< there should be none
-  bool slides = false;                    ///< the proxy went a tenth of the hand's way, at least
+  static constexpr std::array<int, 5> steps{1, 2, 4, 8, 16};  ///< ticks that each step of the hand is felt in
+  std::array<double, 4> errors_m{};                           ///< largest distance to the path in 16, of 1, 2, 4, 8
+  std::array<double, 4> differences_m{};                      ///< largest distance between the paths in 1 and 2, 2 and 4, …
+  std::array<double, 3> orders{};                             ///< binary logarithm of how the differences shrink
+  double settled_m = 0.0;  ///< a proxy that rests may be anywhere within it: 5e-4 of the finest spacing
+  int events = 0;          ///< there should be none
+  bool slides = false;     ///< the proxy went a tenth of the hand's way, at least
 };
 /// The cases that the modes of this build allow.
 std::vector<OrderCase> order_cases();
-Order measure_order(const OrderCase& wanted);
+Order measure_order(const OrderCase& wanted, const ModeCatalog& modes = standard_modes());
 
 /// One path of the hand, felt at other speeds.
 struct RateCase {
@@ -68,6 +69,6 @@ bool of_a_shell(const Scene& scene, const SessionEvent& event);
 /// The finest sample spacing [hand m] of the scene's volumes.
 double finest_spacing_m(const Scene& scene);
 /// A scene from TOML text without files.
-Scene scene_of(const std::string& toml);
+Scene scene_of(const std::string& toml, const ModeCatalog& modes = standard_modes());
 
 }  // namespace palpa::test

@@ -1,5 +1,6 @@
 #include "tests/path/surfaces.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <numbers>
@@ -29,6 +30,14 @@ double seconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
+// The sub-step of the last tick that a break-through tells of.
+const SubStep& letting_go(const Session& session, const SessionEvent& event) {
+  const auto off_m = [&](const SubStep& step) {
+    return std::abs(distance(step.balance.position_m, step.probe_m) - event.depth_m);
+  };
+  return *std::ranges::min_element(session.sub_steps(), {}, off_m);
+}
+
 }  // namespace
 
 double restless_m(const Session& session, Session& spare, const Vec3& probe_m) {
@@ -38,6 +47,26 @@ double restless_m(const Session& session, Session& spare, const Vec3& probe_m) {
   const SubStep& next = spare.sub_steps().front();
   const double moved_m = distance(next.proxy_m, next.start_m);
   return next.stop == Stop::full ? moved_m : std::max(moved_m, distance(next.balance.position_m, next.start_m));
+}
+
+bool could_be_nearer(const Field& solid, double voxel_m, const Vec3& proxy_m, const Vec3& probe_m, Random& random) {
+  constexpr int tries = 1600;
+  const double near_m = distance(proxy_m, probe_m) - 0.01 * voxel_m;
+  const double deepest = std::max(0.0, solid.scalar(proxy_m).value);  // the proxy itself may be inside by rounding
+  for (int i = 0; i < tries; ++i) {
+    Vec3 ahead = random.direction();
+    if (dot(ahead, probe_m - proxy_m) < 0.0) ahead = -ahead;
+    const double length_m = random.uniform(0.01, 0.45) * voxel_m;
+    const Vec3 place = proxy_m + length_m * ahead;
+    if (distance(place, probe_m) >= near_m || solid.scalar(place).value > 0.0) continue;
+    const int pieces = static_cast<int>(std::ceil(length_m / (0.02 * voxel_m)));
+    bool free = true;
+    for (int piece = 1; piece < pieces && free; ++piece) {
+      free = solid.scalar(proxy_m + static_cast<double>(piece) / pieces * (place - proxy_m)).value <= deepest;
+    }
+    if (free) return true;
+  }
+  return false;
 }
 
 FieldPtr sampled_sphere(Filter filter) {
@@ -146,77 +175,130 @@ Bumpy measure_bumpy(const BumpyCase& wanted) {
   return bumpy;
 }
 
-Groove measure_groove(const GrooveCase& wanted) {
-  constexpr double voxel_m = 1e-3, k = 800.0, strength_n = 4.0;
-  const double opening = wanted.opening_deg * degree;
-  const double press_m = 0.85 * strength_n * std::sin(0.5 * opening) / k;
-  Random random(wanted.seed);
-  Groove groove_found;
-  std::vector<double> jumps, sub_steps;
-  int restless = 0, restless_still = 0, still_ticks = 0;
-  for (int o = 0; o < wanted.orientations; ++o) {
-    // The groove lies anyhow in the grid: its bottom along `along`, through `bottom`.
-    const Mat3 turn = random.rotation();
-    const Vec3 bottom = random.in_cube(0.5 * voxel_m);
-    const Depth upright = groove(opening);
-    const Depth depth = [&](const Vec3& x) { return upright(transposed(turn) * (x - bottom)); };
-    const FieldPtr field =
-        sampled_depth(depth, cube_of(44, voxel_m), {.bits = 12, .ramp_voxels = wanted.binary ? 0.0 : 3.0}, wanted.filter);
-    const Scene scene = surface_scene(field, strength_n, k);
-    Session session(scene), spare(scene);
+namespace {
 
-    Vec3 force_before;
-    Vec3 probe;
-    const auto go_to = [&](const Vec3& in_groove, bool pressed, bool still) {
-      probe = bottom + turn * in_groove;
-      const Tick tick = session.tick({.position_m = probe}, dt);
-      if (!pressed) {
-        force_before = tick.force_n;
-        return;
-      }
-      ++groove_found.ticks;
-      sub_steps.push_back(tick.sub_steps);
-      jumps.push_back(norm(tick.force_n - force_before));
-      force_before = tick.force_n;
-      const ScalarSample under = field->scalar(probe);
-      groove_found.lost_ticks += norm(tick.force_n) < 1e-3 && under.value > 0.05 * voxel_m * norm(under.gradient);
-      const bool moves = tick.status == TickStatus::waiting || restless_m(session, spare, probe) > 1e-3 * voxel_m;
-      restless += moves;
-      restless_still += still && moves;
-      still_ticks += still;
-    };
-    // Where the level's bottom really is: filters and voxels raise it, more the narrower the groove.
-    const auto bottom_at = [&](double z) {
-      double highest = -1e-2;
-      for (double around = -voxel_m; around <= voxel_m; around += 0.25 * voxel_m) {
-        double y = 8e-3;
-        while (y > highest && field->scalar(bottom + turn * Vec3{0, y, z + around}).value < 0.0) y -= 0.02 * voxel_m;
-        highest = std::max(highest, y);
-      }
-      return highest;
-    };
-    // In from above at 5 cm/s, a little to one side, until the bottom is pressed.
-    const double aside_m = random.uniform(-0.1, 0.1) * voxel_m;
+constexpr double groove_voxel_m = 1e-3, groove_n_per_m = 800.0, groove_strength_n = 4.0;
+
+// What is gathered over all orientations of a groove.
+struct GrooveTicks {
+  Groove groove;
+  std::vector<double> jumps, sub_steps;
+  int restless = 0, restless_still = 0, still = 0;
+};
+
+// A groove that lies anyhow in the grid: its bottom along `turn_`'s third column, through `bottom_`. And a hand in it.
+class GrooveRun {
+ public:
+  GrooveRun(const GrooveCase& wanted, Random& random, Random& tries, GrooveTicks& ticks)
+      : press_m_(0.85 * groove_strength_n * std::sin(0.5 * wanted.opening_deg * degree) / groove_n_per_m),
+        turn_(random.rotation()),
+        bottom_(random.in_cube(0.5 * groove_voxel_m)),
+        field_(sampled(wanted)),
+        session_(surface_scene(field_, groove_strength_n, groove_n_per_m)),
+        spare_(session_.scene()),
+        aside_m_(random.uniform(-0.1, 0.1) * groove_voxel_m),
+        tries_(&tries),
+        ticks_(&ticks) {}
+
+  void feel() {
+    constexpr double step_m = 0.05 * dt;  // 5 cm/s
+    constexpr int hold = 100;
+    // In from above, a little to one side, until the bottom is pressed.
     const double first_bottom_m = bottom_at(0.0);
-    for (double y = 8e-3; y > first_bottom_m - press_m; y -= 0.05 * dt) {
-      go_to({aside_m, y, 0}, y < first_bottom_m - 0.5 * press_m, false);
+    for (double y = 8e-3; y > first_bottom_m - press_m_; y -= step_m) {
+      go_to({aside_m_, y, 0}, y < first_bottom_m - 0.5 * press_m_, false);
     }
-    const int hold = 100;
-    for (int i = 0; i < hold; ++i) go_to({aside_m, first_bottom_m - press_m, 0}, true, true);
-    // Along the groove at 5 cm/s, swaying across it.
+    Vec3 last{aside_m_, first_bottom_m - press_m_, 0};
+    for (int i = 0; i < hold; ++i) go_to(last, true, true);
+    // Along the groove, swaying across it.
     for (int i = 1; i <= 240; ++i) {
-      const double z = 0.05 * dt * i;
-      const double x = aside_m + 0.1 * voxel_m * std::sin(2.0 * std::numbers::pi * z / 5e-3);
-      go_to({x, bottom_at(z) - press_m * (1.0 - 1e-3 * i), z}, true, false);
+      const double z = step_m * i;
+      const double x = aside_m_ + 0.1 * groove_voxel_m * std::sin(2.0 * std::numbers::pi * z / 5e-3);
+      last = {x, bottom_at(z) - press_m_ * (1.0 - 1e-3 * i), z};
+      go_to(last, true, false);
     }
-    for (int i = 0; i < hold; ++i) go_to(transposed(turn) * (probe - bottom), true, true);
+    for (int i = 0; i < hold; ++i) go_to(last, true, true);
   }
-  groove_found.never_rest_share = static_cast<double>(restless) / groove_found.ticks;
-  groove_found.restless_still_share = static_cast<double>(restless_still) / still_ticks;
-  groove_found.sub_steps_p99 = quantile(sub_steps, 0.99);
-  groove_found.force_jump_p99_n = quantile(jumps, 0.99);
-  groove_found.force_jump_max_n = quantile(jumps, 1.0);
-  return groove_found;
+
+ private:
+  FieldPtr sampled(const GrooveCase& wanted) const {
+    const Depth upright = groove(wanted.opening_deg * degree);
+    const Depth depth = [&](const Vec3& x) { return upright(transposed(turn_) * (x - bottom_)); };
+    const Sampling sampling{.bits = 12, .ramp_voxels = wanted.binary ? 0.0 : 3.0};
+    return sampled_depth(depth, cube_of(44, groove_voxel_m), sampling, wanted.filter);
+  }
+
+  // Where the level's bottom really is: filters and voxels raise it, more the narrower the groove.
+  double bottom_at(double z) const {
+    double highest = -1e-2;
+    for (double around = -groove_voxel_m; around <= groove_voxel_m; around += 0.25 * groove_voxel_m) {
+      double y = 8e-3;
+      while (y > highest && field_->scalar(bottom_ + turn_ * Vec3{0, y, z + around}).value < 0.0) y -= 0.02 * groove_voxel_m;
+      highest = std::max(highest, y);
+    }
+    return highest;
+  }
+
+  void go_to(const Vec3& in_groove, bool pressed, bool still) {
+    const Vec3 probe = bottom_ + turn_ * in_groove;
+    const Tick tick = session_.tick({.position_m = probe}, dt);
+    if (pressed) {
+      ++ticks_->groove.ticks;
+      ticks_->sub_steps.push_back(tick.sub_steps);
+      ticks_->jumps.push_back(norm(tick.force_n - force_before_n_));
+      const ScalarSample under = field_->scalar(probe);
+      const bool inside = under.value > 0.05 * groove_voxel_m * norm(under.gradient);
+      ticks_->groove.lost_ticks += norm(tick.force_n) < felt_n && inside;
+      const bool moves = tick.status == TickStatus::waiting || restless_m(session_, spare_, probe) > 1e-3 * groove_voxel_m;
+      ticks_->restless += moves;
+      ticks_->restless_still += still && moves;
+      ticks_->still += still;
+      audit(tick);
+    }
+    force_before_n_ = tick.force_n;
+  }
+
+  void audit(const Tick& tick) {
+    Groove& found = ticks_->groove;
+    if (tick.status == TickStatus::resting && found.ticks % 5 == 0 && norm(tick.force_n) > felt_n) {
+      ++found.audited;
+      found.false_rests += could_be_nearer(*field_, groove_voxel_m, tick.proxy_m, tick.probe_m, *tries_);
+    }
+    for (const SessionEvent& event : session_.events()) {
+      if (event.kind != SessionEventKind::break_through) continue;
+      ++found.break_throughs;
+      const SubStep& step = letting_go(session_, event);
+      const bool still_on_it = field_->scalar(step.proxy_m).value < 0.02 * groove_voxel_m;
+      const Vec3& stood_m = still_on_it ? step.proxy_m : step.start_m;
+      found.false_break_throughs += could_be_nearer(*field_, groove_voxel_m, stood_m, step.probe_m, *tries_);
+    }
+  }
+
+  static constexpr double felt_n = 1e-3;
+  double press_m_;
+  Mat3 turn_;
+  Vec3 bottom_;
+  FieldPtr field_;
+  Session session_, spare_;
+  double aside_m_;
+  Vec3 force_before_n_;
+  Random* tries_;
+  GrooveTicks* ticks_;
+};
+
+}  // namespace
+
+Groove measure_groove(const GrooveCase& wanted) {
+  Random random(wanted.seed), tries(wanted.seed + 1);
+  GrooveTicks ticks;
+  for (int o = 0; o < wanted.orientations; ++o) GrooveRun(wanted, random, tries, ticks).feel();
+  Groove& found = ticks.groove;
+  found.never_rest_share = static_cast<double>(ticks.restless) / found.ticks;
+  found.restless_still_share = static_cast<double>(ticks.restless_still) / ticks.still;
+  found.sub_steps_p99 = quantile(ticks.sub_steps, 0.99);
+  found.force_jump_p99_n = quantile(ticks.jumps, 0.99);
+  found.force_jump_max_n = quantile(ticks.jumps, 1.0);
+  return found;
 }
 
 }  // namespace palpa::test

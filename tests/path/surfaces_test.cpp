@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
+
 #include "palpa/field/analytic.h"
 
 namespace palpa::test {
@@ -45,9 +48,29 @@ TEST_P(BumpySphereIsFelt, WhereItIsWithItsOwnNormal) {
   }
 }
 
+// A groove of 60° with 1 mm voxels: nearest to a probe straight below the bottom is the bottom, on a flank it is not.
+TEST(Audit, FindsANearerPlaceWhereThereIsOne) {
+  constexpr double voxel_m = 1e-3;
+  const Depth solid = groove(std::numbers::pi / 3.0);
+  const FieldPtr field = formula([&](const Vec3& x) { return ScalarSample{solid(x), {}, true}; }, 0.04, voxel_m);
+  const Vec3 probe{0, -2e-3, 0};
+  Random random(1);
+  for (int i = 0; i < 100; ++i) {
+    EXPECT_FALSE(could_be_nearer(*field, voxel_m, {}, probe, random));
+    const double up_m = random.uniform(0.1, 3.0) * voxel_m;
+    const Vec3 on_flank{up_m * std::tan(std::numbers::pi / 6.0), up_m, 0};
+    EXPECT_TRUE(could_be_nearer(*field, voxel_m, on_flank, probe, random)) << up_m;
+    const Vec3 into_flank = on_flank + 2e-3 * Vec3{std::cos(std::numbers::pi / 6.0), -0.5, 0};
+    EXPECT_FALSE(could_be_nearer(*field, voxel_m, on_flank, into_flank, random)) << up_m;
+  }
+}
+
 struct GrooveKind {
   Filter filter;
   bool binary;
+  // With `trilinear` over an edge that is a ramp some ticks still end on their way, of one orientation a few with the hand
+  // still: docs/path.md, section 9.
+  bool always_rests() const { return filter != Filter::trilinear || binary; }
   friend std::ostream& operator<<(std::ostream& out, const GrooveKind& kind) {
     return out << name_of(kind.filter) << (kind.binary ? ", binary" : ", smooth edge");
   }
@@ -60,8 +83,26 @@ TEST_P(Grooves, LetAHandRestAndHoldIt) {
         measure_groove({.opening_deg = opening, .binary = GetParam().binary, .filter = GetParam().filter, .orientations = 3});
     EXPECT_LT(groove.never_rest_share, 0.01) << opening << "°";
     EXPECT_LE(groove.sub_steps_p99, 10) << opening << "°";
-    EXPECT_EQ(groove.lost_ticks, 0) << opening << "°";
+    // The trilinear's own facets make pits, in which a hand may press a proxy through that is as near as it can be.
+    if (GetParam().filter != Filter::trilinear) {
+      EXPECT_EQ(groove.lost_ticks, 0) << opening << "°";
+    }
   }
+}
+
+TEST_P(Grooves, RestIsRest) {
+  int audited = 0, false_rests = 0;
+  for (const double opening : {20.0, 30.0, 40.0, 50.0, 60.0, 90.0, 120.0}) {
+    const Groove groove =
+        measure_groove({.opening_deg = opening, .binary = GetParam().binary, .filter = GetParam().filter, .orientations = 5});
+    EXPECT_LE(groove.never_rest_share, GetParam().always_rests() ? 0.003 : 0.03) << opening << "°";
+    EXPECT_LE(groove.restless_still_share, GetParam().always_rests() ? 0.0 : 0.05) << opening << "°";
+    EXPECT_EQ(groove.false_break_throughs, 0) << opening << "°, of " << groove.break_throughs;
+    audited += groove.audited;
+    false_rests += groove.false_rests;
+  }
+  EXPECT_GT(audited, 2000);
+  EXPECT_LT(false_rests, 1e-3 * audited);
 }
 
 INSTANTIATE_TEST_SUITE_P(Filters, SampledSphere, testing::Values(Filter::trilinear, Filter::smooth, Filter::cubic),
@@ -69,8 +110,8 @@ INSTANTIATE_TEST_SUITE_P(Filters, SampledSphere, testing::Values(Filter::triline
 INSTANTIATE_TEST_SUITE_P(Voxels, BumpySphereIsFelt, testing::Values(128, 256),
                          [](const auto& one) { return "of" + std::to_string(one.param); });
 INSTANTIATE_TEST_SUITE_P(Kinds, Grooves,
-                         // The trilinear's own facets make hollows of every groove: docs/path.md says how it does there.
-                         testing::Values(GrooveKind{Filter::smooth, false}, GrooveKind{Filter::smooth, true}),
+                         testing::Values(GrooveKind{Filter::trilinear, false}, GrooveKind{Filter::trilinear, true},
+                                         GrooveKind{Filter::smooth, false}, GrooveKind{Filter::smooth, true}),
                          [](const auto& one) {
                            return std::string(name_of(one.param.filter)) + (one.param.binary ? "_binary" : "_smooth_edge");
                          });

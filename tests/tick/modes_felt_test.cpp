@@ -2,10 +2,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <memory>
+#include <vector>
 
 #include "palpa/field/analytic.h"
 #include "palpa/field/grid.h"
+#include "palpa/mode/follow.h"
 #include "palpa/mode/front_shape.h"
 #include "palpa/mode/transverse_damping.h"
 #include "palpa/mode/viscosity.h"
@@ -46,6 +50,27 @@ Tick led(Session& session, const Vec3& velocity_m_per_s, int ticks) {
   Tick t;
   for (int i = 0; i <= ticks; ++i) t = session.tick({.position_m = tick_s * i * velocity_m_per_s}, tick_s);
   return t;
+}
+
+/// A channel whose cells at the wall are a thousand times as thin as the others: how far the proxy goes in a sub-step is a
+/// matter of the cells where it is.
+TEST(Follow, KeepsUpWithAHandFarFromThinCells) {
+  std::array<std::vector<double>, 3> planes_m;
+  for (int i = 0; i < 33; ++i) {
+    planes_m[0].push_back(0.004 * i);
+    planes_m[1].push_back(0.004 * i);
+    planes_m[2].push_back(i == 0 ? 0.0 : 0.004 * (i - 1) + 4e-6);
+  }
+  const auto voxels = std::make_shared<std::vector<float>>();
+  for (int i = 0; i < 33 * 33 * 33; ++i) voxels->insert(voxels->end(), {1.0f, 0.0f, 0.0f});
+  const FieldPtr flow = grid_field(rectilinear_geometry(planes_m), {VoxelType::float32, 3, {voxels, voxels->data()}});
+  Session session(scene_of(flow, Follow{.strength_n = 0.4}));
+  for (int i = 0; i < 200; ++i) {
+    const Tick t = session.tick({.position_m = {0.06, 0.02 + 0.4 * tick_s * i, 0.06}}, tick_s);
+    EXPECT_EQ(t.status, TickStatus::resting) << i;
+    EXPECT_LE(norm(t.force_n), 0.4 + 1e-9);
+    EXPECT_NEAR(norm(t.proxy_m - t.probe_m), std::min(0.4 / 500, 0.4 * tick_s * i), 1e-9);
+  }
 }
 
 TEST(FrontShape, LetsGoWithTheFlowAndHoldsAgainstIt) {

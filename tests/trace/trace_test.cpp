@@ -19,6 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::AllOf;
+using testing::EndsWith;
 using testing::HasSubstr;
 
 std::string text_of(const fs::path& file) {
@@ -194,6 +195,22 @@ TEST_F(Trace, RowsOfModesBalancesPrimitivesAndEvents) {
             "tick,t_s,kind,subject,value\n5,0.005,onset,skin,-300\n5,0.005,fault,\"with,comma\",\"strength is negative, "
             "\"\"so\"\"\"\n"
             "6,0.006,warning,session,two lines\n");
+}
+
+TEST_F(Trace, ACornerIsTheRowsOfItsFacetsThatCarryForce) {
+  PlacedPrimitive facet{.primitive = {.kind = PrimitiveKind::corner, .id = {0, 3}, .direction = {0, 0, 1}, .strength_n = 0.8},
+                        .force_n = {0, 0, 0.5},
+                        .state = PrimitiveState::stick};
+  PlacedPrimitive idle = facet;
+  idle.force_n = {};
+  const PlacedPrimitive placed[] = {facet, idle, facet, facet};
+  const SubStep steps[] = {{.first_primitive = 0, .primitives = 3}, {.first_primitive = 3, .primitives = 1}};
+  TraceWriter writer(folder(), {.primitives = true}, scene, {"skin"});
+  writer.append(plain_frame(5), {}, steps, placed, {});
+  writer.finish();
+  const std::string row = "skin,3,facet,0,0,0,0,0,1,0.8,0,,0,0,0.5,stick\n";
+  EXPECT_THAT(text_of(folder() / "primitives.csv"), EndsWith("\n5,0," + row + "5,0," + row + "5,1," + row));
+  EXPECT_THAT(text_of(folder() / "balances.csv"), AllOf(HasSubstr(",exact,2,"), HasSubstr(",exact,1,")));
 }
 
 TEST_F(Trace, RowsOfWorksAndBreakThroughs) {

@@ -1,5 +1,5 @@
 // Where a straight way passes a level: found whatever lies between two samples, beside brute force.
-#include "palpa/tick/watch.h"
+#include "palpa/tick/crossings.h"
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,9 @@
 namespace palpa {
 namespace {
 
-using Attention = Watches::Attention;
+using Passing = EventPolicy::Passing;
+
+constexpr int most_pieces = 512;  // that one search may look at
 
 double uniform(std::mt19937& random, double low, double high) {
   return low + (high - low) * (static_cast<double>(random()) / 4294967296.0);
@@ -46,22 +48,43 @@ FieldPtr grid_with(MakeGrid make, const std::array<std::int64_t, 3>& dims, Value
 struct Searched {
   std::vector<FieldPtr> fields;
   Samples samples;
-  Watches watches;
+  Crossings sides;
+  EventPolicy policy;
+  Event event;
   std::vector<Crossing> crossings;
+  std::vector<std::int32_t> edges;  // fields whose edges stop the way
+
+  struct Met {
+    double share = 1.0;
+    bool stopped = false;
+    bool edge = false;
+    bool out_of_work = false;
+  };
 
   Searched(std::vector<FieldPtr> given, std::vector<Watch> watched, const Similarity& map = {})
-      : fields(std::move(given)), samples(fields, map), watches(watched) {
-    crossings.reserve(2 * watched.size() + 2);
+      : fields(std::move(given)),
+        samples(fields, map),
+        sides(watched, fields.size()),
+        policy(sides.policy()),
+        event(sides.event()) {}
+  /// The sides are those that the next search sets out from.
+  void forget() { sides.reset(); }
+  void stand(const Vec3& at_m) {
+    sides.reset();
+    search(at_m, at_m + Vec3{1e-6, 0.0, 0.0});
   }
-  void look(const Vec3& at_m) {
-    watches.reset();
-    samples.move_to(at_m);
-    watches.look(samples);
+  Met search(const Vec3& from_m, const Vec3& to_m) {
+    policy.clear();
+    return search_as_told(from_m, to_m);
   }
-  Watches::Met search(const Vec3& from_m, const Vec3& to_m) {
-    crossings.clear();
-    watches.attend_all();
-    return watches.first_crossing(samples, from_m, to_m, crossings);
+  Met search_as_told(const Vec3& from_m, const Vec3& to_m) {
+    for (const std::int32_t field : edges) policy.fields[static_cast<std::size_t>(field)].stops_at_edges = true;
+    int pieces_left = most_pieces;
+    sides.first_event(from_m, to_m, policy, samples, pieces_left, event);
+    sides.apply(event);
+    crossings = event.crossings;
+    const bool stopped = event.kind != Event::Kind::none;
+    return {event.share, stopped, event.kind == Event::Kind::edge, event.kind == Event::Kind::out_of_work};
   }
   bool above(const Vec3& at_m, double level) {
     const ScalarSample s = fields[0]->scalar(at_m);
@@ -87,8 +110,8 @@ TEST(FirstCrossing, IsWhatManySamplesShow) {
         Vec3 to = in_box(random, field->bounds_m());
         if (n % 5 == 1) to = {to.x, from.y, from.z};
         if (n % 5 == 2) to = from + uniform(random, 0.0, 0.05) * (to - from);
-        s.look(from);
-        const Watches::Met met = s.search(from, to);
+        s.forget();
+        const Searched::Met met = s.search(from, to);
         ASSERT_FALSE(met.out_of_work);
         ++ways;
         const auto sides = [&](double share) {
@@ -123,12 +146,12 @@ TEST(FirstCrossing, OneAfterTheOtherTheyAddUp) {
     for (int n = 0; n < 500; ++n) {
       Searched s({field}, {{0, 0.1}});
       const Vec3 from = in_box(random, field->bounds_m()), to = in_box(random, field->bounds_m());
-      s.look(from);
+      s.forget();
       bool above = s.above(from, 0.1);
       Vec3 at = from;
       int stops = 0;
       while (true) {
-        const Watches::Met met = s.search(at, to);
+        const Searched::Met met = s.search(at, to);
         if (!met.stopped) break;
         ASSERT_EQ(s.crossings.size(), 1u);
         ASSERT_EQ(s.crossings[0].up, !above);
@@ -154,8 +177,8 @@ TEST(FirstCrossing, NoWallIsTooThin) {
       Searched s({field}, {{0, level}});
       const Vec3 from{uniform(random, 0, 0.063), uniform(random, 0, 0.063), uniform(random, 0, 0.0285)};
       const Vec3 to{uniform(random, 0, 0.063), uniform(random, 0, 0.063), uniform(random, 0.0335, 0.063)};
-      s.look(from);
-      const Watches::Met met = s.search(from, to);
+      s.forget();
+      const Searched::Met met = s.search(from, to);
       ASSERT_TRUE(met.stopped) << level;
       const double z = from.z + met.share * (to.z - from.z);
       ASSERT_LE(z, 0.031 + 1e-12);
@@ -163,7 +186,7 @@ TEST(FirstCrossing, NoWallIsTooThin) {
         ASSERT_NEAR(z, 0.030 + level / 1000.0 * 1e-3, 1e-14);
       }
       ASSERT_TRUE(s.crossings[0].up);
-      const Watches::Met out = s.search(from + met.share * (to - from), to);
+      const Searched::Met out = s.search(from + met.share * (to - from), to);
       ASSERT_TRUE(out.stopped && !s.crossings[0].up);
     }
   }
@@ -176,18 +199,18 @@ TEST(FirstCrossing, FindsTwoWithinACell) {
   const Vec3 from{}, to{1e-3, 1e-3, 1e-3};
   for (const double below : {0.1, 1e-2, 1e-4, 1e-6, 1e-8, 1e-10}) {
     Searched s({field}, {{0, 0.75 - below}});
-    s.look(from);
-    const Watches::Met up = s.search(from, to);
+    s.forget();
+    const Searched::Met up = s.search(from, to);
     ASSERT_TRUE(up.stopped) << below;
     const double half = std::sqrt(below / 3.0);
     EXPECT_NEAR(up.share, 0.5 - half, 1e-9 + 1e-15 / half) << below;
     const Vec3 at = from + up.share * (to - from);
-    const Watches::Met down = s.search(at, to);
+    const Searched::Met down = s.search(at, to);
     ASSERT_TRUE(down.stopped && !s.crossings[0].up) << below;
     EXPECT_NEAR(norm(at + down.share * (to - at)) / norm(to), 0.5 + half, 1e-9 + 1e-15 / half);
   }
   Searched past({field}, {{0, 0.75 + 1e-12}});
-  past.look(from);
+  past.forget();
   EXPECT_FALSE(past.search(from, to).stopped);
 }
 
@@ -204,11 +227,10 @@ TEST(FirstCrossing, RoundingOnTheLevelStopsNothing) {
       const double slope = dot(here.gradient, to - from) / 3e-4;
       if (!(slope > 0.01 * norm(here.gradient))) continue;
       Searched s({field}, {{0, here.value}});
-      s.look(from);
-      s.crossings.clear();
-      s.watches.attend_all();
-      s.watches.attend({0, here.value}, Attention::leave_down);
-      const Watches::Met met = s.watches.first_crossing(s.samples, from, to, s.crossings);
+      s.forget();
+      s.policy.clear();
+      s.sides.attend(s.policy, {0, here.value}, Passing::leaves_down);
+      const Searched::Met met = s.search_as_told(from, to);
       ASSERT_TRUE(!met.stopped || met.share > 1e-6) << n << ": " << met.share;
     }
   }
@@ -221,8 +243,8 @@ TEST(FirstCrossing, AFormulasLevelIsLocatedAsWell) {
     Searched s({ball}, {{0, 0.0}});
     const Vec3 from = in_box(random, {{-0.07, -0.07, -0.07}, {0.07, 0.07, 0.07}});
     const Vec3 to = in_box(random, {{-0.07, -0.07, -0.07}, {0.07, 0.07, 0.07}});
-    s.look(from);
-    const Watches::Met met = s.search(from, to);
+    s.forget();
+    const Searched::Met met = s.search(from, to);
     // |from + t d| = R
     const Vec3 d = to - from;
     const double a = dot(d, d), b = dot(from, d), c = dot(from, from) - 0.05 * 0.05, under = b * b - a * c;
@@ -243,14 +265,14 @@ TEST(FirstCrossing, TouchingIsNotCrossing) {
   const FieldPtr flat = grid_with(grid_field, {5, 5, 5}, [](auto, auto, auto k) { return double(k); });
   // Over the ridge just under the level; along the level's face on the near side; turning back at the level's far side.
   Searched ridge({hill}, {{0, 1.0 + 1e-15}});
-  ridge.look({0, 5e-4, 5e-4});
+  ridge.forget();
   EXPECT_FALSE(ridge.search({0, 5e-4, 5e-4}, {2e-3, 5e-4, 5e-4}).stopped);
   const double on_face = flat->scalar({1e-3, 1e-3, 2e-3}).value;  // 2, as rounding has it
   Searched face({flat}, {{0, on_face}});
-  face.look({1e-3, 1e-3, 2e-3});  // on the level: counts as above
+  face.forget();  // on the level: counts as above
   EXPECT_FALSE(face.search({1e-3, 1e-3, 2e-3}, {3e-3, 3e-3, 2e-3}).stopped);
   EXPECT_FALSE(face.search({3e-3, 3e-3, 2e-3}, {3e-3, 1e-3, 3e-3}).stopped);
-  const Watches::Met down = face.search({3e-3, 1e-3, 3e-3}, {3e-3, 1e-3, 1e-3});
+  const Searched::Met down = face.search({3e-3, 1e-3, 3e-3}, {3e-3, 1e-3, 1e-3});
   EXPECT_TRUE(down.stopped);
   EXPECT_NEAR(down.share, 0.5, 1e-12);
 }
@@ -261,49 +283,47 @@ TEST(FirstCrossing, PlateausAtTheLevelAreReached) {
     const FieldPtr mask = grid_with(grid_field, {40, 9, 9}, [](auto i, auto, auto) { return i >= 20 ? 1.0 : 0.0; });
     Searched s({mask}, {{0, 0.0}, {0, 1.0}});
     const Vec3 from{1e-3, 1e-3, 1e-3}, to{38.9e-3, 1e-3 + 6e-3 * slope, 2e-3};
-    s.look(from);
-    const Watches::Met in = s.search(from, to);
+    s.forget();
+    const Searched::Met in = s.search(from, to);
     ASSERT_TRUE(in.stopped);
     EXPECT_NEAR(from.x + in.share * (to.x - from.x), 20e-3, 1e-12);
     const Vec3 at = from + in.share * (to - from);
     EXPECT_FALSE(s.search(at, to).stopped);
-    const Watches::Met out = s.search(to, from);
+    const Searched::Met out = s.search(to, from);
     ASSERT_TRUE(out.stopped);
     EXPECT_NEAR(to.x + out.share * (from.x - to.x), 20e-3, 2e-12);
   }
 }
 
-TEST(Attention, HeldCrossesNothingAndLeaveOnlyOnce) {
+TEST(Passing, HeldCrossesNothingAndLeaveOnlyOnce) {
   // Up through 2 at x = 2 mm, down again at 6 mm, up at 10 mm.
   const FieldPtr waves =
       grid_with(grid_field, {13, 2, 2}, [](auto i, auto, auto) { return double(i % 8 <= 4 ? i % 8 : 8 - i % 8); });
   const Vec3 from{0.5e-3, 5e-4, 5e-4}, to{11.5e-3, 5e-4, 5e-4};
-  const auto x = [&](const Watches::Met& met) { return (from + met.share * (to - from)).x; };
+  const auto x = [&](const Searched::Met& met) { return (from + met.share * (to - from)).x; };
   Searched s({waves}, {{0, 2.0}, {0, 3.5}});
 
-  s.look(from);
-  s.watches.attend_all();
-  s.watches.attend({0, 2.0}, Attention::held);
-  Watches::Met met = s.watches.first_crossing(s.samples, from, to, s.crossings);
+  s.forget();
+  s.policy.clear();
+  s.sides.attend(s.policy, {0, 2.0}, Passing::held);
+  Searched::Met met = s.search_as_told(from, to);
   EXPECT_NEAR(x(met), 3.5e-3, 1e-12);
   ASSERT_EQ(s.crossings.size(), 1u);
   EXPECT_EQ(s.crossings[0].value, 3.5);
 
-  s.look(from);
-  s.crossings.clear();
-  s.watches.attend_all();
-  s.watches.attend({0, 2.0}, Attention::leave_up);
-  met = s.watches.first_crossing(s.samples, from, {3e-3, 5e-4, 5e-4}, s.crossings);
+  s.forget();
+  s.policy.clear();
+  s.sides.attend(s.policy, {0, 2.0}, Passing::leaves_up);
+  met = s.search_as_told(from, {3e-3, 5e-4, 5e-4});
   EXPECT_FALSE(met.stopped);
   ASSERT_EQ(s.crossings.size(), 1u);
   EXPECT_TRUE(s.crossings[0].up);
 
-  s.look(from);
-  s.crossings.clear();
-  s.watches.attend_all();
-  s.watches.attend({0, 2.0}, Attention::leave_up);
-  s.watches.attend({0, 3.5}, Attention::held);
-  met = s.watches.first_crossing(s.samples, from, to, s.crossings);
+  s.forget();
+  s.policy.clear();
+  s.sides.attend(s.policy, {0, 2.0}, Passing::leaves_up);
+  s.sides.attend(s.policy, {0, 3.5}, Passing::held);
+  met = s.search_as_told(from, to);
   EXPECT_NEAR(x(met), 6e-3, 1e-12) << "what was left is met again";
   ASSERT_EQ(s.crossings.size(), 2u);
   EXPECT_TRUE(s.crossings[0].up);
@@ -314,14 +334,14 @@ TEST(FirstCrossing, ADisplacedProxyThatGoesBackHasCrossedNothing) {
   const FieldPtr ramp = grid_with(grid_field, {9, 9, 9}, [](auto, auto, auto k) { return double(k); });
   Searched s({ramp}, {{0, 4.0}});
   const Vec3 outside{4e-3, 4e-3, 3.9e-3}, inside{4e-3, 4e-3, 4.001e-3};
-  s.look(outside);
+  s.stand(outside);
   EXPECT_FALSE(s.search(inside, {4e-3, 4e-3, 3.5e-3}).stopped) << "it stands on the level, a little inside, and leaves";
   EXPECT_TRUE(s.crossings.empty());
-  s.look(outside);
-  const Watches::Met met = s.search(inside, {4e-3, 4e-3, 4.5e-3});
+  s.stand(outside);
+  const Searched::Met met = s.search(inside, {4e-3, 4e-3, 4.5e-3});
   EXPECT_TRUE(met.stopped) << "it goes on in";
   EXPECT_LT(met.share, 1e-9);
-  s.look(outside);
+  s.stand(outside);
   // Out, along, and in again in the next cell: that is a crossing.
   EXPECT_FALSE(s.search(inside, {4e-3, 4e-3, 3.9e-3}).stopped);
   EXPECT_TRUE(s.search({4e-3, 4e-3, 3.9e-3}, {4e-3, 4e-3, 7e-3}).stopped);
@@ -336,15 +356,14 @@ TEST(Edges, StopOnlyWhereAskedTo) {
     const Vec3 from{-0.01, 4e-3, 4e-3}, to{0.07, 4.3e-3, 4.1e-3};
     const double margin = make == grid_field ? 0.0 : 1e-3;  // the spline reaches one voxel further
     Searched s({field, lamb_oseen_vortex().fields[0].field}, {{0, 3.0}});
-    s.look(from);
+    s.forget();
     EXPECT_FALSE(s.search(from, to).stopped) << "beyond the hole the watch takes its side anew";
-    const std::int32_t edges[] = {0};
-    s.watches.attend_edges(edges);
-    s.look(from);
+    s.edges = {0};
+    s.forget();
     Vec3 at = from;
     std::vector<double> met_at;
     for (int n = 0; n < 10; ++n) {
-      const Watches::Met met = s.search(at, to);
+      const Searched::Met met = s.search(at, to);
       if (!met.stopped) break;
       ASSERT_TRUE(met.edge);
       at = at + met.share * (to - at);
@@ -354,14 +373,13 @@ TEST(Edges, StopOnlyWhereAskedTo) {
     ASSERT_EQ(met_at.size(), 4u);
     const double expected[] = {0.0, 19e-3 - margin, 30e-3 + margin, 49e-3};
     for (int n = 0; n < 4; ++n) EXPECT_NEAR(met_at[static_cast<std::size_t>(n)], expected[n], 2e-9);
-    const std::int32_t vectors[] = {1};
-    s.watches.attend_edges(vectors);
-    s.look({-0.07, 0, 0});
-    const Watches::Met met = s.search({-0.07, 0, 0}, {0, 0, 0});
+    s.edges = {1};
+    s.forget();
+    const Searched::Met met = s.search({-0.07, 0, 0}, {0, 0, 0});
     EXPECT_TRUE(met.edge);
     EXPECT_NEAR(-0.07 + met.share * 0.07, -0.06, 1e-9);
-    s.watches.attend_edges({});
-    s.look(from);
+    s.edges.clear();
+    s.forget();
     EXPECT_FALSE(s.search(from, to).stopped);
   }
 }
@@ -374,8 +392,8 @@ TEST(FirstCrossing, BehindAHoleSidesAreTakenAnew) {
   const FieldPtr field = grid_with(grid_field, {50, 4, 4}, value);
   Searched s({field}, {{0, 3.0}});
   const Vec3 from{1e-3, 1.2e-3, 1.3e-3}, to{45e-3, 2e-3, 2e-3};
-  s.look(from);
-  const Watches::Met met = s.search(from, to);
+  s.forget();
+  const Searched::Met met = s.search(from, to);
   ASSERT_TRUE(met.stopped);
   EXPECT_NEAR(from.x + met.share * (to.x - from.x), 29.5e-3, 1e-12);
   EXPECT_FALSE(s.crossings[0].up);
@@ -387,9 +405,9 @@ TEST(FirstCrossing, WorkIsBoundedAndGoesOn) {
   Searched s({plane}, {{0, 0.0}});
   Vec3 at{0, 0, 4.9};
   const Vec3 to{0, 0, -4.9};
-  s.look(at);
+  s.forget();
   int searches = 0;
-  Watches::Met met;
+  Searched::Met met;
   do {
     met = s.search(at, to);
     ASSERT_GT(met.share, 0.0);
@@ -402,11 +420,106 @@ TEST(FirstCrossing, WorkIsBoundedAndGoesOn) {
   std::mt19937 random(5);
   const FieldPtr noise = grid_with(grid_field, {400, 20, 20}, [&](auto, auto, auto) { return uniform(random, -1, 1); });
   Searched long_way({noise}, {{0, 2.0}, {0, -2.0}, {0, 0.999}, {0, -0.999}});
-  long_way.watches.attend_all();
   const Vec3 from{0, 0.1e-3, 0.2e-3}, far{0.399, 18e-3, 17e-3};
-  long_way.look(from);
-  const Watches::Met whole = long_way.search(from, far);
+  long_way.forget();
+  const Searched::Met whole = long_way.search(from, far);
   EXPECT_TRUE(!whole.stopped || !long_way.crossings.empty() || whole.out_of_work);
+}
+
+// One walk of many short ways, whose search remembers what bounds the fields, beside searches that remember nothing: the same
+// events. And where the bounds leave no room for one, no piece is looked at.
+TEST(FirstEvent, IsTheSameWhateverIsRemembered) {
+  std::mt19937 random(12);
+  for (const MakeGrid make : both) {
+    const auto wave = [&](auto i, auto j, auto k) {
+      const bool hole = i > 20 && i < 26 && j > 10 && j < 24;
+      return hole ? std::numeric_limits<double>::quiet_NaN()
+                  : std::sin(0.3 * double(i)) + std::cos(0.4 * double(j)) + std::sin(0.2 * double(k)) +
+                        uniform(random, -0.02, 0.02);
+    };
+    const FieldPtr one = grid_with(make, {32, 32, 32}, wave), other = grid_with(make, {32, 32, 32}, wave);
+    Searched s({one, other}, {{0, 0.5}, {0, -0.5}, {1, 0.0}, {1, 0.02}});
+    const auto hand_m = [](double t) {
+      return 0.0155 * Vec3{1 + 0.9 * std::sin(t), 1 + 0.9 * std::sin(1.3 * t), 1 + 0.9 * std::cos(0.7 * t)};
+    };
+    Vec3 at = hand_m(0.0);
+    int quiet = 0, crossed = 0, edges = 0;
+    for (int n = 0; n < 20000; ++n) {
+      const Vec3 to = hand_m(1e-3 * n);
+      s.edges = n % 3 != 0 ? std::vector<std::int32_t>{0} : std::vector<std::int32_t>{};
+      s.policy.clear();
+      s.policy.fields[1].allowed = n % 2 == 0 ? Extent{-1.0, 1.0} : s.policy.fields[1].allowed;
+      for (const std::int32_t field : s.edges) s.policy.fields[static_cast<std::size_t>(field)].stops_at_edges = true;
+      Event fresh = s.sides.event();
+      int enough = most_pieces, left = most_pieces;
+      s.sides.first_event(at, to, s.policy, s.samples, enough, fresh);
+      s.sides.first_event(at, to, s.policy, s.samples, left, s.event);
+      ASSERT_EQ(s.event.kind, fresh.kind) << n;
+      ASSERT_EQ(s.event.share, fresh.share) << n;
+      ASSERT_EQ(s.event.crossings.size(), fresh.crossings.size());
+      quiet += left == most_pieces;
+      crossed += s.event.kind == Event::Kind::crossing;
+      edges += s.event.kind == Event::Kind::edge;
+      s.sides.apply(s.event);
+      at = at + s.event.share * (to - at);
+    }
+    EXPECT_GT(quiet, 5000);
+    EXPECT_GT(crossed, 50);
+    EXPECT_GE(edges, 3);
+  }
+}
+
+TEST(FirstEvent, IsWhereAValueIsNotAllowed) {
+  const FieldPtr ramp = grid_with(grid_field, {9, 9, 9}, [](auto, auto, auto k) { return double(k); });
+  Searched s({ramp}, {{0, 3.0}, {0, 5.0}});
+  const Vec3 from{4e-3, 4e-3, 2e-3}, to{4e-3, 4e-3, 7e-3};
+  for (const double most : {2.5, 3.5, 4.0, 6.5, 8.0}) {
+    s.forget();
+    s.policy.clear();
+    s.sides.attend(s.policy, {0, 3.0}, Passing::leaves_up);
+    s.sides.attend(s.policy, {0, 5.0}, Passing::held);
+    s.policy.fields[0].allowed.max = most;
+    const Searched::Met met = s.search_as_told(from, to);
+    EXPECT_EQ(s.event.kind, most < 7.0 ? Event::Kind::pierced : Event::Kind::none);
+    EXPECT_NEAR(met.share, std::min(1.0, (most - 2.0) / 5.0), 1e-12);
+    EXPECT_EQ(s.crossings.size(), most > 3.0 ? 1u : 0u);
+    s.forget();
+    s.policy.clear();
+    for (const double level : {3.0, 5.0}) s.sides.attend(s.policy, {0, level}, Passing::held);
+    s.policy.fields[0].allowed.min = most;
+    EXPECT_NEAR(s.search_as_told(to, from).share, std::clamp((7.0 - most) / 5.0, 0.0, 1.0), 1e-12);
+  }
+}
+
+// However little may be looked at, the same events are found, one search after the other; and no search looks at more than it
+// may, but for the first piece of each field, and slivers before it.
+TEST(FirstEvent, IsFoundWithAnyBudget) {
+  std::mt19937 random(13);
+  const auto noise = [&](auto, auto, auto) { return uniform(random, -1, 1); };
+  const std::vector<FieldPtr> fields{grid_with(grid_field, {30, 30, 30}, noise),
+                                     grid_with(smooth_grid_field, {30, 30, 30}, noise)};
+  for (int n = 0; n < 200; ++n) {
+    const Vec3 from = in_box(random, fields[0]->bounds_m()), to = in_box(random, fields[0]->bounds_m());
+    std::vector<double> found[2];
+    for (const int budget : {1000, n % 7}) {
+      Searched s(fields, {{0, 0.3}, {1, 0.1}, {1, -0.2}});
+      s.policy.clear();
+      double gone = 0.0;
+      for (int searches = 0; gone < 1.0 && searches < 2000; ++searches) {
+        int left = budget;
+        const Vec3 at = from + gone * (to - from);
+        s.sides.first_event(at, to, s.policy, s.samples, left, s.event);
+        s.sides.apply(s.event);
+        ASSERT_GE(left, -16);
+        gone += s.event.share * (1.0 - gone);
+        if (s.event.kind == Event::Kind::none) gone = 1.0;
+        if (s.event.kind == Event::Kind::crossing) found[budget == 1000 ? 0 : 1].push_back(gone);
+      }
+      ASSERT_EQ(gone, 1.0);
+    }
+    ASSERT_EQ(found[0].size(), found[1].size()) << n;
+    for (std::size_t i = 0; i < found[0].size(); ++i) ASSERT_NEAR(found[0][i], found[1][i], 1e-9);
+  }
 }
 
 TEST(FirstCrossing, TakesAnything) {
@@ -415,15 +528,13 @@ TEST(FirstCrossing, TakesAnything) {
   const FieldPtr noise = grid_with(smooth_grid_field, {9, 9, 9}, [&](auto, auto, auto) { return uniform(random, -1, 1); });
   Searched s({noise, head_phantom().fields[0].field, lamb_oseen_vortex().fields[0].field},
              {{0, 0.1}, {1, 300.0}, {2, 0.0}, {7, 1.0}, {-1, 1.0}, {0, nan}, {0, infinity}, {0, -infinity}});
-  const std::int32_t edges[] = {0, 1, 2, 7, -1};
-  s.watches.attend_edges(edges);
+  s.edges = {0, 1, 2};
   const double numbers[] = {nan, infinity, -infinity, 1e308, -1e308, 1e20, 1e-300, 0.0, 4e-3, -0.1, 1e3};
   for (int n = 0; n < 20000; ++n) {
     const auto any = [&] { return numbers[random() % std::size(numbers)]; };
     const Vec3 from{any(), any(), any()}, to{any(), any(), any()};
-    s.samples.move_to(from);
-    s.watches.look(s.samples);
-    const Watches::Met met = s.search(from, to);
+    s.forget();
+    const Searched::Met met = s.search(from, to);
     ASSERT_GE(met.share, 0.0);
     ASSERT_LE(met.share, 1.0);
     ASSERT_LE(s.crossings.size(), 18u);
@@ -437,9 +548,9 @@ TEST(FirstCrossing, DoesNotDependOnTheScale) {
   Searched plain({noise}, {{0, 0.2}}), scaled({posed(noise, {.scale = 1024.0})}, {{0, 0.2}}, {.scale = 1024.0});
   for (int n = 0; n < 500; ++n) {
     const Vec3 from = in_box(random, noise->bounds_m()), to = in_box(random, noise->bounds_m());
-    plain.look(from);
-    scaled.look(from);
-    const Watches::Met a = plain.search(from, to), b = scaled.search(from, to);
+    plain.forget();
+    scaled.forget();
+    const Searched::Met a = plain.search(from, to), b = scaled.search(from, to);
     ASSERT_EQ(a.stopped, b.stopped);
     ASSERT_EQ(a.share, b.share);
   }

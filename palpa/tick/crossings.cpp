@@ -1,0 +1,333 @@
+#include "palpa/tick/crossings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "palpa/field/roots.h"
+
+namespace palpa {
+
+namespace {
+constexpr double hair_share = 1e-9;  // of a sample spacing: changes are located to this, data gaps this short are rounding
+constexpr double back_share = 0.25;  // of a sample spacing: within it a displaced proxy must be back on its side
+constexpr double infinity = std::numeric_limits<double>::infinity();
+}  // namespace
+
+// One field along the way, piece by piece, up to what happens first in it.
+struct Crossings::FieldOnWay {
+  struct Change {
+    double share = no_passage;  // [1] of the way
+    Event::Kind kind = Event::Kind::none;
+    std::int32_t field = -1;
+    std::int32_t watch = -1;  // that is crossed
+  };
+
+  const Crossings& all_;
+  const EventPolicy& policy_;
+  Samples& samples_;
+  const std::int32_t field_;
+  std::vector<Side>& sides_;
+  const Vec3 start_m_, end_m_;  // as its data see them
+  // What positions are rounded by, and a hair [1] of the way.
+  const double length_m_ = distance(start_m_, end_m_);
+  const double rounding_ = std::numeric_limits<double>::epsilon() *
+                           std::max(1.0, std::max(largest_component(start_m_), largest_component(end_m_)) / length_m_);
+  const double hair_ = hair_share * samples_.spacing_m(field_) / length_m_;
+  double from_ = 0.0;   // [1] of the way
+  double begin_ = 0.0;  // [1] of the way, of the piece
+  Stretch piece_{};
+  std::int32_t displaced_ = -1;  // the value is beyond this watch, and on its way back
+
+  Vec3 at(double share) const noexcept { return share < 1.0 ? start_m_ + share * (end_m_ - start_m_) : end_m_; }
+
+  // The first change from the share `from` of the way on, if it is earlier than `first`, which it then becomes.
+  void find(double from, int most_pieces, int& pieces_left, Change& first) noexcept {
+    from_ = begin_ = from;
+    bool begins = true, has_data = true;
+    for (int pieces = 0; begin_ < std::min(1.0, first.share); ++pieces, begin_ = piece_.end) {
+      if (pieces >= most_pieces && begin_ > std::max(hair_, 2.0 * rounding_)) {
+        first = {begin_, Event::Kind::out_of_work, field_};
+        return;
+      }
+      --pieces_left;
+      // Between the watched values on either side of the present one nothing happens.
+      piece_ = samples_.stretch(field_, start_m_, end_m_, begin_, all_.quiet(policy_, field_, sides_));
+      // Whatever a field answers, the search goes on.
+      piece_.end = std::min(1.0, std::max(piece_.end, std::nextafter(begin_, 2.0)));
+      const bool is_short = piece_.end - begin_ <= hair_ && piece_.end < 1.0;
+      if (begins && !is_short) has_data = piece_.inside;
+      if (!has_data) all_.forget(field_, sides_);
+      if (piece_.inside != has_data) {
+        if (is_short) continue;
+        const auto shows_edge = [&](double share) {
+          const Vec3 at_m = at(share);
+          return (samples_.scalar(field_, at_m).inside || samples_.vector(field_, at_m).inside) == piece_.inside;
+        };
+        const bool stops = policy_.fields[field_].stops_at_edges;
+        first = {stops ? just_beyond(begin_, shows_edge) : begin_, Event::Kind::edge, field_};
+        return;
+      }
+      if (has_data && piece_.degree >= 0) {
+        if (begins) set_out();
+        search(first);
+      }
+      begins = begins && is_short;
+    }
+  }
+
+  double value_of_watch(std::int32_t watch) const noexcept { return all_.watches_[watch].value; }
+  bool is_above(std::int32_t watch) const noexcept { return sides_[watch] == Side::above; }
+
+  // Whether samples at a share of the way see the other side of a watched value.
+  bool is_beyond(std::int32_t watch, double share) const noexcept {
+    const ScalarSample& sample = samples_.scalar(field_, at(share));
+    return sample.inside && (sample.value >= value_of_watch(watch)) != is_above(watch);
+  }
+
+  // Where the way begins the value may be on another side than it counts.
+  void set_out() noexcept {
+    if (!all_.has_sides(field_, sides_)) {
+      const ScalarSample& sample = samples_.scalar(field_, at(begin_));
+      const double value = sample.inside ? sample.value : piece_.control[0];
+      for (std::int32_t i = all_.ranges_[field_].first; i < all_.ranges_[field_].last; ++i)
+        sides_[i] = value >= value_of_watch(i) ? Side::above : Side::below;
+    }
+    for (const bool up : {false, true}) {
+      const std::int32_t watch = all_.border(policy_, field_, sides_, up);
+      if (watch < 0 || (piece_.control[0] >= value_of_watch(watch)) != up) continue;
+      const double back = std::min(1.0, from_ + back_share / hair_share * hair_);
+      if (!is_beyond(watch, back) && samples_.scalar(field_, at(back)).inside) displaced_ = watch;
+    }
+  }
+
+  // The share, or the first one just beyond, at which samples show something; a hair beyond where they do not.
+  template <class Shows>
+  double just_beyond(double share, Shows&& shows) const noexcept {
+    double at = share;
+    for (double step = rounding_; !shows(at); step *= 8.0) {
+      const double next = std::min(1.0, share + std::min(step, std::max(hair_, rounding_)));
+      if (next == at) break;
+      at = next;
+    }
+    return at;
+  }
+
+  void search(Change& first) noexcept {
+    const Extent& allowed = policy_.fields[field_].allowed;
+    for (const bool up : {false, true}) {
+      const double root = first_passage(piece_.control, piece_.degree, up ? allowed.max : allowed.min, up);
+      const double depth = std::min(1.0, begin_ + root * (piece_.end - begin_));
+      if (root <= 1.0 && depth < first.share) first = {depth, Event::Kind::pierced, field_};
+      const std::int32_t watch = all_.border(policy_, field_, sides_, up);
+      const double share = watch >= 0 ? passage(watch, up, first.share) : no_passage;
+      if (share < first.share) first = {share, Event::Kind::crossing, field_, watch};
+    }
+  }
+
+  // The share of the way just beyond the first place on the piece at which a watched value is passed; `no_passage` where there
+  // is none before the share `before`.
+  double passage(std::int32_t watch, bool up, double before) noexcept {
+    const double value = value_of_watch(watch);
+    const double length = piece_.end - begin_;
+    const auto is_across = [&](double control) { return (control >= value) == up; };
+    const double* end = piece_.control + piece_.degree + 1;
+    if (displaced_ != watch && std::none_of<const double*>(piece_.control, end, is_across)) return no_passage;
+    double root = 0.0;
+    while (root <= 1.0) {
+      if (displaced_ == watch) {  // it has to be back on its side first
+        root = first_passage(piece_.control, piece_.degree, value, !up, root);
+        if (root > 1.0) break;
+        displaced_ = -1;
+      }
+      root = first_passage(piece_.control, piece_.degree, value, up, root);
+      const double share = begin_ + root * length;
+      if (root > 1.0 || share >= before) break;
+      const double found = located(watch, share);
+      // Of a proxy that stands on the level rounding alone may see it on either side, where the way begins. Further on walls
+      // may be thinner than that.
+      const bool is_rounding = found <= from_ + hair_ && !is_beyond(watch, std::min(1.0, found + hair_));
+      if (found <= 1.0 && !is_rounding) return found;
+      // Touched, for all that samples can tell.
+      root = std::max(root + hair_ / length, std::nextafter(root, 2.0));
+      displaced_ = watch;
+    }
+    return no_passage;
+  }
+
+  // The share just beyond a change at the root `share`, as samples see it; `no_passage` where they see none. The polynomial is
+  // the interpolant to within rounding, or, of a formula, close to it.
+  double located(std::int32_t watch, double share) const noexcept {
+    const auto shows = [&](double there) { return is_beyond(watch, there); };
+    double near = begin_, far = std::max(begin_, share - hair_);
+    if (!shows(far)) {  // else the formula's own root is earlier
+      near = just_beyond(share, shows);
+      if (shows(near)) return near;
+      far = piece_.end;  // or later, if it has any there
+      if (far <= near || !shows(far)) return no_passage;
+    }
+    while (far - near > std::max(hair_, rounding_)) {
+      const double middle = 0.5 * (near + far);
+      (shows(middle) ? far : near) = middle;
+    }
+    return far;
+  }
+};
+
+void EventPolicy::clear() noexcept {
+  std::fill(passing.begin(), passing.end(), Passing::stops);
+  std::fill(fields.begin(), fields.end(), OfField{.allowed = {-infinity, infinity}});
+}
+
+Crossings::Crossings(std::span<const Watch> watches, std::size_t fields) : ranges_(fields) {
+  for (const Watch& watch : watches) {
+    const bool can_pass = watch.field >= 0 && watch.field < static_cast<std::int64_t>(fields) && !std::isnan(watch.value);
+    if (can_pass && !is_watched(watch)) watches_.push_back(watch);
+  }
+  std::sort(watches_.begin(), watches_.end(),
+            [](const Watch& a, const Watch& b) { return a.field != b.field ? a.field < b.field : a.value < b.value; });
+  for (std::int32_t i = 0; i < static_cast<std::int32_t>(watches_.size()); ++i) {
+    Range& range = ranges_[watches_[i].field];
+    if (range.last == 0) range.first = i;
+    range.last = i + 1;
+  }
+  sides_.resize(watches_.size());
+}
+
+EventPolicy Crossings::policy() const {
+  EventPolicy policy;
+  policy.passing.resize(watches_.size());
+  policy.fields.resize(ranges_.size());
+  policy.clear();
+  return policy;
+}
+
+Event Crossings::event() const {
+  Event event;
+  event.crossings.reserve(2 * watches_.size());
+  event.balls_.resize(ranges_.size());
+  event.sides_.resize(watches_.size());
+  event.on_way_.reserve(ranges_.size());
+  return event;
+}
+
+std::int32_t Crossings::index_of(const Watch& watch) const noexcept {
+  const auto found = std::find(watches_.begin(), watches_.end(), watch);
+  return found != watches_.end() ? static_cast<std::int32_t>(found - watches_.begin()) : -1;
+}
+
+bool Crossings::has_sides(std::int32_t field, const std::vector<Side>& sides) const noexcept {
+  return ranges_[field].first < ranges_[field].last && sides[ranges_[field].first] != Side::none;
+}
+
+void Crossings::forget(std::int32_t field, std::vector<Side>& sides) const noexcept {
+  std::fill(sides.begin() + ranges_[field].first, sides.begin() + ranges_[field].last, Side::none);
+}
+
+void Crossings::attend(EventPolicy& policy, const Watch& watch, EventPolicy::Passing passing) const noexcept {
+  const std::int32_t i = index_of(watch);
+  if (i >= 0 && policy.passing[i] != EventPolicy::Passing::held) policy.passing[i] = passing;
+}
+
+void Crossings::reset() noexcept { std::fill(sides_.begin(), sides_.end(), Side::none); }
+
+void Crossings::take_side(const Watch& watch, bool above) noexcept {
+  const std::int32_t i = index_of(watch);
+  if (i >= 0 && sides_[i] != Side::none) sides_[i] = above ? Side::above : Side::below;
+}
+
+// The watch of a field that is crossed next on the way up, or down; -1 where there is none.
+std::int32_t Crossings::border(const EventPolicy& policy, std::int32_t field, const std::vector<Side>& sides,
+                               bool up) const noexcept {
+  const Range& range = ranges_[field];
+  const Side before = up ? Side::below : Side::above;
+  std::int32_t next = -1;
+  for (std::int32_t i = range.first; i < range.last && !policy.fields[field].is_ignored; ++i) {
+    if (sides[i] == before && policy.passing[i] != EventPolicy::Passing::held && (next < 0 || !up)) next = i;
+  }
+  return next;
+}
+
+// The values that a field may take while nothing happens; none where that is not known.
+Extent Crossings::quiet(const EventPolicy& policy, std::int32_t field, const std::vector<Side>& sides) const noexcept {
+  Extent quiet = policy.fields[field].allowed;
+  for (std::int32_t i = ranges_[field].first; i < ranges_[field].last; ++i) {
+    if (sides[i] == Side::none) return {infinity, -infinity};
+    if (policy.passing[i] == EventPolicy::Passing::held || policy.fields[field].is_ignored) continue;
+    if (sides[i] == Side::above) quiet.min = std::max(quiet.min, watches_[i].value);
+    if (sides[i] == Side::below) quiet.max = std::min(quiet.max, watches_[i].value);
+  }
+  return quiet;
+}
+
+// Whether the whole way lies so near to where the field is known that nothing happens on it.
+bool Crossings::is_safe(std::int32_t field, const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy, Samples& samples,
+                        Event& event) const noexcept {
+  const Extent quiet = this->quiet(policy, field, sides_);
+  const bool any_watched = ranges_[field].first < ranges_[field].last;
+  const bool is_any_value = quiet.min == -infinity && quiet.max == infinity;
+  if (!any_watched && is_any_value && !policy.fields[field].stops_at_edges) return true;
+  Event::Ball& ball = event.balls_[field];
+  const auto holds = [&] {
+    const double reach_m = std::max(distance(start_m, ball.center_m), distance(end_m, ball.center_m));
+    if (!(reach_m < ball.certificate.radius_m)) return false;
+    if (!ball.inside) return !has_sides(field, sides_);
+    const double change = is_any_value ? 0.0 : ball.certificate.change(reach_m);
+    return ball.value - change > quiet.min && ball.value + change < quiet.max;
+  };
+  if (holds()) return true;
+  const ScalarSample& sample = samples.scalar(field, start_m);
+  const bool inside = sample.inside || samples.vector(field, start_m).inside;
+  ball = {start_m, sample.value, inside, samples.certificate(field, start_m)};
+  return holds();
+}
+
+void Crossings::first_event(const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy, Samples& samples,
+                            int& pieces_left, Event& event) const noexcept {
+  event.kind = Event::Kind::none;
+  event.share = 0.0;
+  event.crossings.clear();
+  event.sides_ = sides_;
+  event.on_way_.clear();
+  const auto on_way = [&](std::int32_t field) {
+    const Vec3 from_m = start_m + policy.fields[field].carried_m;
+    return FieldOnWay{*this, policy, samples, field, event.sides_, from_m, end_m};
+  };
+  for (std::int32_t field = 0; field < static_cast<std::int32_t>(ranges_.size()); ++field) {
+    const Vec3 from_m = start_m + policy.fields[field].carried_m;
+    const double length_m = distance(from_m, end_m);
+    if (!(length_m > 0.0) || !std::isfinite(length_m)) continue;
+    if (!is_safe(field, from_m, end_m, policy, samples, event)) event.on_way_.push_back(field);
+  }
+  const auto cross = [&](std::int32_t watch, bool up) {
+    event.sides_[watch] = up ? Side::above : Side::below;
+    if (event.crossings.size() < event.crossings.capacity())
+      event.crossings.push_back({watches_[watch].field, watches_[watch].value, up});
+  };
+  // What changes without stopping the way is gone beyond.
+  while (event.kind == Event::Kind::none) {
+    FieldOnWay::Change first;
+    int fields_left = static_cast<int>(event.on_way_.size());
+    for (const std::int32_t field : event.on_way_) {
+      on_way(field).find(event.share, pieces_left / fields_left--, pieces_left, first);
+    }
+    event.share = std::min(1.0, first.share);
+    if (first.kind == Event::Kind::none) break;
+    if (first.kind == Event::Kind::edge) forget(first.field, event.sides_);
+    if (first.kind == Event::Kind::edge && !policy.fields[first.field].stops_at_edges) continue;
+    if (first.kind == Event::Kind::crossing) {
+      const bool up = event.sides_[first.watch] == Side::below;
+      cross(first.watch, up);
+      using Passing = EventPolicy::Passing;
+      if (policy.passing[first.watch] == (up ? Passing::leaves_up : Passing::leaves_down)) continue;
+      // Levels may be so close to one another that they are passed in one step.
+      std::int32_t next = border(policy, first.field, event.sides_, up);
+      for (; next >= 0 && on_way(first.field).is_beyond(next, event.share);
+           next = border(policy, first.field, event.sides_, up))
+        cross(next, up);
+    }
+    event.kind = first.kind;
+  }
+}
+
+}  // namespace palpa

@@ -1,0 +1,42 @@
+// What becomes of a mode's plane whose level jumps between two frames of the data instead of moving.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "palpa/core/primitives.h"
+#include "palpa/tick/crossings.h"
+
+namespace palpa {
+
+/// Such a level carries nothing along: its mode lets go of it in 50 ms, and takes hold again in 50 ms of where it is then.
+/// Takes its memory at construction. One thread.
+class JumpFade {
+ public:
+  JumpFade() { last_.reserve(most_primitives); }
+  /// The mode is felt in full.
+  void clear() noexcept;
+
+  double share() const noexcept { return share_; }          ///< [1] of the mode's strengths
+  bool is_leaving() const noexcept { return is_leaving_; }  ///< what the mode had placed fades; it places nothing else
+
+  /// Goes on by `time_step_s` [s]; `is_known`: where the data have carried the proxy. True where the mode is to begin anew.
+  bool advance(bool is_known, double time_step_s) noexcept;
+  /// Begins to let go of what the mode has in `placed`; false where none of it stands on a level.
+  bool let_go(std::size_t mode, const PrimitiveSet& placed, Samples& samples) noexcept;
+  /// Places what fades, of a sub-step that begins at `start_m` [m].
+  void place(const Vec3& start_m, PrimitiveSet& out) const noexcept;
+  /// While it fades nothing is crossed in the mode's field; whoever is beyond the level afterwards has crossed it.
+  void attend(std::int32_t field, Crossings& crossings, EventPolicy& policy) noexcept;
+
+ private:
+  static constexpr std::size_t most_primitives = 16;
+  double share_ = 1.0;
+  bool is_leaving_ = false;
+  bool returns_ = false;
+  Watch level_;
+  bool is_free_above_ = false;  // the free side of that level
+  std::vector<Primitive> last_;
+};
+
+}  // namespace palpa

@@ -1,0 +1,294 @@
+#include "palpa/tick/local_model.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "palpa/tick/path_tolerances.h"
+
+namespace palpa {
+
+using namespace path_tolerances;
+
+LocalModel::LocalModel(std::unique_ptr<Law> law, ModeRuntime& modes, double stiffness_n_per_m)
+    : law_(std::move(law)),
+      modes_(modes),
+      stiffness_n_per_m_(stiffness_n_per_m),
+      set_(max_primitives),
+      friction_(max_primitives),
+      held_(max_primitives) {
+  contacts_.reserve(max_primitives);
+  before_.reserve(max_primitives);
+  learnt_.reserve(max_primitives);
+}
+
+void LocalModel::clear() noexcept {
+  law_->reset();
+  friction_.clear();
+  held_.clear();
+}
+
+void LocalModel::continue_from(const LocalModel& other) noexcept {
+  law_->reset();
+  friction_ = other.friction_;
+  held_ = other.held_;
+}
+
+const LevelContact* LocalModel::contact_of(std::size_t row) const noexcept {
+  for (const LevelContact& contact : contacts_) {
+    if (row >= contact.first && row < contact.first + contact.facets) return &contact;
+  }
+  return nullptr;
+}
+
+void LocalModel::begin_move(const StepContext& context, double spacing_m) noexcept {
+  start_m_ = context.start_m;
+  spacing_m_ = spacing_m;
+  witnessed_ = false;
+  contacts_.clear();
+  learnt_.clear();
+}
+
+std::int32_t LocalModel::place(const StepContext& context, const Vec3& middle_m, double moved_n) noexcept {
+  modes_.place(context, middle_m, start_m_, set_);
+  placed_at_m_ = middle_m;
+  const std::int32_t held_back = held_.hold_back(set_, middle_m, stiffness_n_per_m_, moved_n);
+  before_.swap(contacts_);
+  find_contacts();
+  add_learnt();
+  return held_back;
+}
+
+void LocalModel::add_learnt() noexcept {
+  for (LevelContact& contact : contacts_) {
+    for (const Facet& facet : learnt_) {
+      if (contact.id == facet.id && contact.level == facet.level) add_facet(contact, facet.position_m, facet.normal);
+    }
+    for (const LevelContact& before : before_) {
+      if (contact.id == before.id && contact.level == before.level) contact.pressed = before.pressed;
+    }
+  }
+}
+
+void LocalModel::place_all(const StepContext& context, const Vec3& at_m) noexcept {
+  modes_.place(context, at_m, at_m, set_);
+  placed_at_m_ = at_m;
+  find_contacts();
+}
+
+void LocalModel::find_contacts() noexcept {
+  contacts_.clear();
+  has_directions_ = false;
+  for (std::size_t i = 0; i < set_.size(); ++i) {
+    const Primitive& p = set_[i];
+    LevelContact* stands = nullptr;
+    for (LevelContact& contact : contacts_) {
+      const bool rubs =
+          p.kind == PrimitiveKind::line && contact.id.mode == p.id.mode && set_[contact.first].direction == p.direction;
+      if (rubs) stands = &contact;
+    }
+    if (stands) {
+      stands->line = static_cast<std::int32_t>(i);
+    } else if (set_.captured(i).any() && p.strength_n > 0.0) {
+      LevelContact contact{p.id, set_.captured(i), i};
+      contact.solid_is_high =
+          dot(modes_.samples().scalar(contact.level.field, start_m_ + modes_.carried_m(p.id.mode)).gradient, p.direction) < 0.0;
+      contact.bounds = !modes_.fades(p.id.mode);
+      contacts_.push_back(contact);
+    } else {
+      has_directions_ = true;
+    }
+  }
+}
+
+// Friction is across what the surface presses with, the sum of its facets. False where it is so already.
+bool LocalModel::turn_friction() noexcept {
+  bool turned = false;
+  for (const LevelContact& contact : contacts_) {
+    if (contact.line < 0 || contact.facets == 1 || contact.pressed == Vec3{}) continue;
+    Primitive line = set_[static_cast<std::size_t>(contact.line)];
+    turned = turned || line.direction != contact.pressed;
+    line.direction = contact.pressed;
+    set_.replace(static_cast<std::size_t>(contact.line), line, {});
+  }
+  return turned;
+}
+
+// Of one facet its normal, to the bit: then it and the line are orthogonal.
+Vec3 LocalModel::pressed_by(const LevelContact& contact) const noexcept {
+  Vec3 force_n, normal;
+  int pressing = 0;
+  for (std::size_t row = contact.first; row < contact.first + contact.facets; ++row) {
+    if (law_->forces_n()[row] == Vec3{}) continue;
+    force_n += law_->forces_n()[row];
+    normal = set_[row].direction;
+    ++pressing;
+  }
+  if (pressing <= 1) return normal;
+  return norm(force_n) > 0.0 ? normalized(force_n) : Vec3{};
+}
+
+Balance LocalModel::solve(const Vec3& probe_m, double time_step_s) noexcept {
+  const Balance found = friction_.solve(*law_, set_, probe_m, stiffness_n_per_m_, time_step_s);
+  for (LevelContact& contact : contacts_) {
+    contact.state = state_at(set_.primitives(), contact.first, found);
+    contact.pressed = pressed_by(contact);
+  }
+  return found;
+}
+
+Balance LocalModel::balance(const Vec3& probe_m, double time_step_s) noexcept {
+  turn_friction();
+  const Balance found = solve(probe_m, time_step_s);
+  return turn_friction() ? solve(probe_m, time_step_s) : found;
+}
+
+bool LocalModel::any_gives_way(const Crossings& crossings) const noexcept {
+  return std::any_of(contacts_.begin(), contacts_.end(), [&](const LevelContact& contact) {
+    return contact.state == PrimitiveState::slip && crossings.is_watched({contact.level.field, contact.level.value});
+  });
+}
+
+// The level as one Newton step from a place sees it.
+LocalModel::Look LocalModel::look(const LevelContact& contact, const Vec3& x_m) noexcept {
+  const ScalarSample& sample = modes_.samples().scalar(contact.level.field, x_m);
+  const double steepness = norm(sample.gradient);
+  if (!sample.inside || !(steepness > 0.0)) return {};
+  const Vec3 uphill = normalized(sample.gradient);
+  const double up_m = std::clamp((contact.level.value - sample.value) / steepness, -spacing_m_, spacing_m_);
+  return {true, contact.solid_is_high ? up_m : -up_m, x_m + up_m * uphill, contact.solid_is_high ? -uphill : uphill};
+}
+
+Vec3 LocalModel::put_back(const Vec3& x_m) noexcept {
+  Vec3 on_levels = x_m;
+  for (const LevelContact& contact : contacts_) {
+    if (!holds(contact)) continue;
+    const Look at = look(contact, on_levels);
+    if (at.known && at.free_m < 0.0) on_levels = at.foot_m;
+  }
+  return on_levels;
+}
+
+// The proxy's own place, where the data have carried it, in front of every level that bounds it.
+void LocalModel::find_witness() noexcept {
+  if (witnessed_) return;
+  witnessed_ = true;
+  start_depth_m_ = 0.0;
+  Vec3 carried_m;
+  for (const LevelContact& contact : contacts_) {
+    if (!holds(contact)) continue;
+    if (carried_m == Vec3{}) carried_m = modes_.carried_m(contact.id.mode);
+    const Look at = look(contact, start_m_);
+    if (at.known) start_depth_m_ = std::max(start_depth_m_, -at.free_m);
+  }
+  witness_m_ = put_back(start_m_ + carried_m);
+}
+
+// What the energy of everything but the levels falls by on a straight way. A product: the difference of two squares would lose
+// its digits.
+double LocalModel::gain_j(const Vec3& from_m, const Vec3& to_m, const Vec3& probe_m, double time_step_s) const noexcept {
+  double gain_j = stiffness_n_per_m_ * dot(from_m - to_m, 0.5 * (from_m + to_m) - probe_m);
+  for (std::size_t i = 0; i < set_.size(); ++i) {
+    const Primitive& p = set_[i];
+    const LevelContact* contact = contact_of(i);
+    if (contact && holds(*contact)) continue;
+    if (p.kind == PrimitiveKind::directed) {
+      gain_j += p.strength_n * dot(p.direction, to_m - from_m);
+      continue;
+    }
+    const auto loss_j = [&](const Vec3& x_m) {
+      const double off_m = norm(residual(p, x_m));
+      return p.strength_n * off_m + (p.drag_ns_per_m > 0.0 ? 0.5 * p.drag_ns_per_m / time_step_s * off_m * off_m : 0.0);
+    };
+    gain_j += loss_j(from_m) - loss_j(to_m);
+  }
+  return gain_j;
+}
+
+bool LocalModel::accepts(const Vec3& end_m, double deepest, const Vec3& balance_m, double fraction, const Vec3& probe_m,
+                         double time_step_s) noexcept {
+  double deepest_m = 0.0;
+  for (const LevelContact& contact : contacts_) {
+    if (!holds(contact)) continue;
+    const Look at = look(contact, end_m);
+    if (!at.known) continue;
+    deepest_m = std::max(deepest_m, -at.free_m);
+  }
+  if (deepest_m <= hair * spacing_m_) return true;
+  find_witness();
+  // A proxy that the data have left deep in a level has to come back, whatever that costs.
+  if (start_depth_m_ > piercing * spacing_m_) return deepest_m < start_depth_m_;
+  if (!(deepest_m <= deepest * spacing_m_)) return false;
+  // What the model promises from the witness on, which is on no level's wrong side: to be inside must bring nothing.
+  const Vec3 promised_m = witness_m_ + fraction * (balance_m - witness_m_);
+  const double promised_j = gain_j(witness_m_, promised_m, probe_m, time_step_s);
+  return gain_j(witness_m_, put_back(end_m), probe_m, time_step_s) >= earnest * promised_j;
+}
+
+bool LocalModel::learn(const Vec3& end_m) noexcept {
+  find_witness();
+  bool any = false;
+  for (std::size_t c = contacts_.size(); c-- > 0;) {  // the last first: rows before it stay where the law's forces have them
+    LevelContact& contact = contacts_[c];
+    if (!holds(contact)) continue;
+    const Look at = look(contact, end_m);
+    if (!at.known || at.free_m >= 0.0) continue;
+    // Where it would have to be put back further than it reaches, a place nearer to the witness says more.
+    const Vec3 position_m = at.foot_m - std::max(0.0, dot(at.normal, at.foot_m - witness_m_)) * at.normal;
+    if (!(dot(at.normal, position_m - end_m) >= std::max(novel * spacing_m_, -0.5 * at.free_m))) continue;
+    if (contact.facets == most_facets) forget_idle(contact);
+    if (!add_facet(contact, position_m, at.normal)) continue;
+    learnt_.push_back({contact.id, contact.level, position_m, at.normal});
+    any = true;
+  }
+  return any;
+}
+
+bool LocalModel::add_facet(LevelContact& contact, const Vec3& position_m, const Vec3& normal) noexcept {
+  if (!set_.add_facet(contact.first, position_m, normal)) return false;
+  const std::size_t last = contact.first + contact.facets++;
+  for (LevelContact& other : contacts_) {
+    if (other.first >= last) ++other.first;
+    if (other.line >= static_cast<std::int32_t>(last)) ++other.line;
+  }
+  return true;
+}
+
+// Facets without force may go at any time (theory.md); the first one is the mode's own.
+void LocalModel::forget_idle(LevelContact& contact) noexcept {
+  std::erase_if(learnt_, [&](const Facet& facet) {
+    if (!(facet.id == contact.id) || facet.level != contact.level) return false;
+    for (std::size_t row = contact.first + 1; row < contact.first + contact.facets; ++row) {
+      if (set_[row].position_m != facet.position_m || set_[row].direction != facet.normal) continue;
+      return law_->forces_n()[row] == Vec3{};
+    }
+    return false;
+  });
+  for (std::size_t row = contact.first + contact.facets; row-- > contact.first + 1;) {
+    if (law_->forces_n()[row] != Vec3{}) continue;
+    set_.remove(row);
+    --contact.facets;
+    for (LevelContact& other : contacts_) {
+      if (other.first > row) --other.first;
+      if (other.line > static_cast<std::int32_t>(row)) --other.line;
+    }
+  }
+}
+
+void LocalModel::attend(const Crossings& crossings, const Vec3& end_m, EventPolicy& policy) noexcept {
+  using Passing = EventPolicy::Passing;
+  const bool is_short = distance(start_m_, end_m) <= piercing * spacing_m_;
+  for (const LevelContact& contact : contacts_) {
+    const Watch level{contact.level.field, contact.level.value};
+    const bool high = contact.solid_is_high;
+    if (contact.state == PrimitiveState::stick) crossings.attend(policy, level, Passing::held);
+    if (contact.state == PrimitiveState::off) crossings.attend(policy, level, high ? Passing::leaves_down : Passing::leaves_up);
+    if (is_short || !holds(contact)) continue;
+    const ScalarSample& here = modes_.samples().scalar(level.field, start_m_);
+    const double margin = piercing * spacing_m_ * norm(here.gradient);
+    Extent& allowed = policy.fields[static_cast<std::size_t>(level.field)].allowed;
+    if (high) allowed.max = std::min(allowed.max, std::max(level.value, here.value) + margin);
+    if (!high) allowed.min = std::max(allowed.min, std::min(level.value, here.value) - margin);
+  }
+}
+
+}  // namespace palpa

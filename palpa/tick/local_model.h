@@ -1,0 +1,125 @@
+// What one move of the proxy is solved with: primitives that stand for the data near by.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "palpa/core/law.h"
+#include "palpa/tick/coulomb_friction.h"
+#include "palpa/tick/held_forces.h"
+#include "palpa/tick/mode_runtime.h"
+
+namespace palpa {
+
+/// A level that a mode holds the proxy on, in one move: the rows of a set that stand on it, a plane or the facets of a corner.
+struct LevelContact {
+  PrimitiveId id;
+  Captured level;
+  std::size_t first = 0;   ///< row of the set
+  std::size_t facets = 1;  ///< rows
+  std::int32_t line = -1;  ///< row of the line that is friction on it; -1: none
+  bool solid_is_high = true;
+  bool bounds = true;  ///< the proxy is to stay out of it; false where its mode fades, which is not where the proxy is yet
+  PrimitiveState state = PrimitiveState::stick;  ///< in the last balance
+  Vec3 pressed{};                                ///< [1] direction of its force there; zero: none
+};
+
+/// The primitives of a move and their balance. What the modes place is frozen; a level is looked up again wherever a move
+/// would end, and what is found there joins it as another facet of its corner: the polyhedron of places that are known to be
+/// free. Facets live for one move; P always contains the *witness*, the proxy's own place, so no facet, however wrong, can
+/// press the proxy through a level (docs/theory.md). Takes its memory at construction; one thread.
+class LocalModel {
+ public:
+  static constexpr std::size_t max_primitives = 64;
+
+  LocalModel(std::unique_ptr<Law> law, ModeRuntime& modes, double stiffness_n_per_m);
+
+  void clear() noexcept;
+  void continue_from(const LocalModel& other) noexcept;
+
+  /// A move begins: no facets are known.
+  void begin_move(const StepContext& context, double spacing_m) noexcept;
+  /// Lets the modes place primitives, looking at the data at `middle_m` [m]; what stands on a level looks where the proxy is.
+  /// Facets that were learnt in this move stay. `moved_n` [N]: see HeldForces. Returns the mode whose directed force had to be
+  /// held back, or -1.
+  std::int32_t place(const StepContext& context, const Vec3& middle_m, double moved_n) noexcept;
+  /// The same for one step a tick: all at one place, nothing held back.
+  void place_all(const StepContext& context, const Vec3& at_m) noexcept;
+  /// Balances what was placed.
+  Balance balance(const Vec3& probe_m, double time_step_s) noexcept;
+
+  /// A level that keeps its value, not a material, gives way in the last balance.
+  bool any_gives_way(const Crossings& crossings) const noexcept;
+  /// A level holds the proxy in the last balance.
+  bool any_holds() const noexcept {
+    return std::any_of(contacts_.begin(), contacts_.end(),
+                       [](const LevelContact& contact) { return contact.state != PrimitiveState::off; });
+  }
+  /// Whether the proxy may end its move at `end_m` [m], a `fraction` [1] of the way to the balance at `balance_m` [m]: in
+  /// front of every level that bounds it; or, no deeper in one than the share `deepest` [1] of the spacing, where the energy
+  /// has fallen as the balance promised, both ends put back on their levels. Samples.
+  bool accepts(const Vec3& end_m, double deepest, const Vec3& balance_m, double fraction, const Vec3& probe_m,
+               double time_step_s) noexcept;
+  /// Learns from an end that was not accepted what shuts it out. False where that is nothing new.
+  bool learn(const Vec3& end_m) noexcept;
+  /// Says of the levels how a search for events on the way from the start to `end_m` [m] is to take them: what holds the
+  /// proxy is not crossed, but no deeper in it may it be than a little, or than it is. Samples.
+  void attend(const Crossings& crossings, const Vec3& end_m, EventPolicy& policy) noexcept;
+
+  /// Keeps the directed forces: the move is made.
+  void end_move() noexcept { held_.keep(set_, placed_at_m_); }
+
+  const Law& law() const noexcept { return *law_; }
+  const PrimitiveSet& set() const noexcept { return set_; }
+  std::span<const LevelContact> contacts() const noexcept { return contacts_; }
+  /// The contact that a row of the set belongs to; nullptr if none.
+  const LevelContact* contact_of(std::size_t row) const noexcept;
+  /// Something was placed that stands on no level: its direction is that of the middle of the move.
+  bool has_directions() const noexcept { return has_directions_; }
+
+ private:
+  struct Facet {
+    PrimitiveId id;
+    Captured level;
+    Vec3 position_m;
+    Vec3 normal;
+  };
+  struct Look {
+    bool known = false;  // there are data, and a gradient
+    double free_m = 0.0;
+    Vec3 foot_m;
+    Vec3 normal;
+  };
+  Look look(const LevelContact& contact, const Vec3& x_m) noexcept;
+  bool holds(const LevelContact& contact) const noexcept { return contact.bounds && contact.state != PrimitiveState::slip; }
+  Vec3 put_back(const Vec3& x_m) noexcept;
+  void find_witness() noexcept;
+  void find_contacts() noexcept;
+  void add_learnt() noexcept;
+  bool add_facet(LevelContact& contact, const Vec3& position_m, const Vec3& normal) noexcept;
+  void forget_idle(LevelContact& contact) noexcept;
+  Vec3 pressed_by(const LevelContact& contact) const noexcept;
+  bool turn_friction() noexcept;
+  Balance solve(const Vec3& probe_m, double time_step_s) noexcept;
+  double gain_j(const Vec3& from_m, const Vec3& to_m, const Vec3& probe_m, double time_step_s) const noexcept;
+
+  std::unique_ptr<Law> law_;
+  ModeRuntime& modes_;
+  double stiffness_n_per_m_;
+  PrimitiveSet set_;
+  CoulombFriction friction_;
+  HeldForces held_;
+  std::vector<LevelContact> contacts_;
+  std::vector<LevelContact> before_;  // those of the placing before
+  std::vector<Facet> learnt_;         // in this move
+  Vec3 start_m_, witness_m_, placed_at_m_;
+  double spacing_m_ = 0.0;
+  double start_depth_m_ = 0.0;
+  bool witnessed_ = false;
+  bool has_directions_ = false;
+};
+
+}  // namespace palpa

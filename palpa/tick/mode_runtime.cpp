@@ -1,0 +1,198 @@
+#include "palpa/tick/mode_runtime.h"
+
+#include <algorithm>
+#include <cassert>
+#include <limits>
+
+namespace palpa {
+
+namespace {
+
+// Zero here, and on both sides of here: between two points of the function it stays so.
+bool stays_zero(const TransferFunction& curve, double value) noexcept {
+  using Side = TransferFunction::Side;
+  return curve.at(value, Side::below) == 0.0 && curve.at(value, Side::above) == 0.0 &&
+         curve.slope_at(value, Side::below) == 0.0 && curve.slope_at(value, Side::above) == 0.0;
+}
+
+bool is_met(const Box& box, const Vec3& a, const Vec3& b) noexcept {
+  return std::max(a.x, b.x) >= box.low_m.x && std::min(a.x, b.x) <= box.high_m.x && std::max(a.y, b.y) >= box.low_m.y &&
+         std::min(a.y, b.y) <= box.high_m.y && std::max(a.z, b.z) >= box.low_m.z && std::min(a.z, b.z) <= box.high_m.z;
+}
+
+Box common(const Box& a, const Box& b) noexcept {
+  return {{std::max(a.low_m.x, b.low_m.x), std::max(a.low_m.y, b.low_m.y), std::max(a.low_m.z, b.low_m.z)},
+          {std::min(a.high_m.x, b.high_m.x), std::min(a.high_m.y, b.high_m.y), std::min(a.high_m.z, b.high_m.z)}};
+}
+
+}  // namespace
+
+ModeRuntime::ModeRuntime(const Scene& scene, const Similarity& map) : map_(map), modes_(scene.modes()) {
+  for (const SceneVolume& volume : scene.volumes()) {
+    for (const VolumeField& field : volume.volume.fields) fields_.push_back(field.field);
+  }
+  parts_.resize(modes_.size());
+  finest_m_ = std::numeric_limits<double>::infinity();
+  std::size_t memory_bytes = 0;
+  for (std::size_t m = 0; m < modes_.size(); ++m) {
+    Part& part = parts_[m];
+    part.inputs = resolve(modes_[m], scene, fields_);
+    part.memory = memory_bytes;
+    memory_bytes += (modes_[m].mode.memory_bytes() + 15) / 16 * 16;
+    if (!enabled(m)) continue;
+    watches_.insert(watches_.end(), part.inputs.watches.begin(), part.inputs.watches.end());
+    for (const std::int32_t f : part.inputs.fields) {
+      part.finest_m = std::min(part.finest_m, map_.length_to_hand(fields_[f]->spacing_m()));
+      part.box_m = f == part.inputs.fields.front() ? fields_[f]->bounds_m() : common(part.box_m, fields_[f]->bounds_m());
+    }
+    finest_m_ = std::min(finest_m_, part.finest_m);
+  }
+  samples_ = std::make_unique<Samples>(fields_, map_);
+  memories_.resize(memory_bytes);
+  slots_.reserve(scratch_.capacity());
+  start();
+}
+
+void ModeRuntime::start() noexcept {
+  for (std::size_t m = 0; m < modes_.size(); ++m) {
+    modes_[m].mode.start(memory(m));
+    parts_[m].fade.clear();
+    parts_[m].stands = false;
+  }
+}
+
+void ModeRuntime::continue_from(const ModeRuntime& other) noexcept {
+  assert(modes_.size() == other.modes_.size() && memories_.size() == other.memories_.size());
+  std::copy(other.memories_.begin(), other.memories_.end(), memories_.begin());
+  for (std::size_t m = 0; m < modes_.size(); ++m) {
+    parts_[m].fade = other.parts_[m].fade;  // within what is reserved
+    parts_[m].stands = other.parts_[m].stands;
+  }
+  samples_->set_time(other.samples_->time());
+}
+
+void ModeRuntime::arrive() noexcept {
+  for (Part& part : parts_) part.carried_m = {};
+}
+
+double ModeRuntime::furthest_carried_m() const noexcept {
+  double furthest_m = 0.0;
+  for (const Part& part : parts_) furthest_m = std::max(furthest_m, norm(part.carried_m));
+  return furthest_m;
+}
+
+double ModeRuntime::motion_m(const Vec3& at_m, DataTime from, DataTime to) const noexcept {
+  double furthest_m = 0.0;
+  for (std::size_t m = 0; m < modes_.size(); ++m) {
+    if (enabled(m))
+      furthest_m = std::max(furthest_m, distance(samples_->carried_m(parts_[m].inputs.main_field, at_m, from, to), at_m));
+  }
+  return furthest_m;
+}
+
+void ModeRuntime::attend(Crossings& crossings, EventPolicy& policy, const Vec3& start_m) noexcept {
+  for (Part& part : parts_) {
+    if (part.inputs.main_field >= 0) part.fade.attend(part.inputs.main_field, crossings, policy);
+  }
+  const DataTime now = samples_->time(), before = samples_->came_from();
+  for (std::int32_t f = 0; now != before && f < static_cast<std::int32_t>(fields_.size()); ++f)
+    policy.fields[f].carried_m = samples_->carried_m(f, start_m, before, now) - start_m;
+}
+
+Here ModeRuntime::here_at(std::size_t m, const StepContext& context, const Vec3& start_m, const Vec3& at_m) noexcept {
+  Here here(*samples_, at_m, modes_[m].masks, parts_[m].inputs.fields);
+  here.proxy_m = start_m;
+  here.probe_m = context.probe_m;
+  here.time_step_s = context.time_step_s;
+  here.stiffness_n_per_m = context.stiffness_n_per_m;
+  here.finest_m = finest_m_;
+  return here;
+}
+
+void ModeRuntime::place(const StepContext& context, const Vec3& at_m, const Vec3& level_m, PrimitiveSet& out) noexcept {
+  out.clear(context.start_m);
+  StepContext at_level = context;
+  at_level.data_fraction = 0.0;  // where the data carry what the proxy stands on
+  for (std::size_t m = 0; m < modes_.size(); ++m) {
+    if (!enabled(m)) continue;
+    const std::size_t first = out.size();
+    const auto stands_at = [&](bool is_level) {
+      out.truncate(first);
+      is_level ? place_mode(m, at_level, parts_[m].origin_m, level_m, out)
+               : place_mode(m, context, parts_[m].origin_m, at_m, out);
+      bool stands = false;
+      for (std::size_t i = first; i < out.size(); ++i) stands = stands || out.captured(i).any();
+      return stands;
+    };
+    // Nearly always it stands where it stood, or does not.
+    const bool stood = parts_[m].stands;
+    const bool stands = parts_[m].stands = stands_at(stood);
+    if (stands != stood && (level_m != at_m || context.data_fraction > 0.0)) stands_at(stands);
+  }
+}
+
+void ModeRuntime::place_mode(std::size_t m, const StepContext& context, const Vec3& origin_m, const Vec3& at_m,
+                             PrimitiveSet& out) noexcept {
+  const JumpFade& fade = parts_[m].fade;
+  const std::size_t first = out.size();
+  out.begin_mode(static_cast<std::uint16_t>(m), origin_m);
+  if (fade.is_leaving()) {
+    fade.place(origin_m, out);
+  } else {
+    modes_[m].mode.place(here_at(m, context, origin_m, seen_by(m, at_m, context.data_fraction)), memory(m), out);
+  }
+  for (std::size_t i = first; fades(m) && i < out.size(); ++i) out.fade(i, fade.share());
+}
+
+bool ModeRuntime::is_free_at(const StepContext& context, std::vector<std::int32_t>& entered) noexcept {
+  entered.clear();
+  scratch_.clear(context.start_m);
+  for (std::size_t m = 0; m < modes_.size(); ++m) {
+    if (enabled(m)) place_mode(m, context, context.start_m + parts_[m].carried_m, context.start_m, scratch_);
+  }
+  for (std::size_t i = 0; i < scratch_.size(); ++i) {
+    if (scratch_[i].strength_n > 0.0 || scratch_[i].drag_ns_per_m > 0.0 || scratch_.friction_of(i).any()) return false;
+  }
+  for (std::size_t m = 0; m < modes_.size(); ++m) {
+    if (enabled(m) && !silence_is_watched(m, context.start_m, entered)) return false;
+  }
+  return true;
+}
+
+// A mode that places nothing goes on placing nothing until one of its fields begins, until a mask or a strength
+// leaves a piece on which it is zero, or until a level is met.
+bool ModeRuntime::silence_is_watched(std::size_t m, const Vec3& at_m, std::vector<std::int32_t>& entered) noexcept {
+  const ModeInputs& inputs = parts_[m].inputs;
+  const auto has_no_data = [&](std::int32_t f) {
+    return !samples_->scalar(f, at_m).inside && !samples_->vector(f, at_m).inside;
+  };
+  const auto stays_zero_at = [&](const FieldRef& of, const TransferFunction& curve) {
+    return stays_zero(curve, samples_->scalar(of.index, at_m).value);
+  };
+  const auto outside = std::find_if(inputs.fields.begin(), inputs.fields.end(), has_no_data);
+  if (outside != inputs.fields.end()) {
+    entered.push_back(*outside);
+    return true;
+  }
+  for (const Mask& mask : modes_[m].masks) {
+    if (stays_zero_at(mask.of, mask.curve)) return true;
+  }
+  return inputs.onset_is_watched &&
+         std::all_of(inputs.strengths.begin(), inputs.strengths.end(),
+                     [&](const Strength* strength) { return stays_zero_at(strength->of, strength->curve); });
+}
+
+double ModeRuntime::finest_m(const Vec3& from_m, const Vec3& to_m) const noexcept {
+  const Vec3 a = map_.to_world(from_m), b = map_.to_world(to_m);
+  double finest = std::numeric_limits<double>::infinity();
+  for (std::size_t m = 0; m < modes_.size(); ++m) {
+    if (!enabled(m) || !is_met(parts_[m].box_m, a, b)) continue;
+    for (const std::int32_t f : parts_[m].inputs.fields) {
+      if (finest <= parts_[m].finest_m) break;
+      finest = std::min(finest, samples_->spacing_m(f, from_m));
+    }
+  }
+  return finest;
+}
+
+}  // namespace palpa

@@ -1,0 +1,150 @@
+// The modes of a session as the tick uses them: their memories, what they place, what they are told.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "palpa/scene/mode_inputs.h"
+#include "palpa/tick/crossings.h"
+#include "palpa/tick/jump_fade.h"
+
+namespace palpa {
+
+/// What a mode is told about a sub-step besides its data.
+struct StepContext {
+  Vec3 start_m;  ///< [m] the proxy where the sub-step begins
+  Vec3 probe_m;  ///< [m]
+  double time_step_s = 0.0;
+  double stiffness_n_per_m = 0.0;
+  double data_fraction = 0.0;  ///< [1] of the data's motion in the sub-step, over where they are looked at
+};
+
+/// The modes of a session with their fields, memories and samples. Construction allocates and throws SceneError; nothing else
+/// does. One thread.
+class ModeRuntime {
+ public:
+  /// \param map  hand to world
+  ModeRuntime(const Scene& scene, const Similarity& map);
+  ModeRuntime(const ModeRuntime&) = delete;
+  ModeRuntime& operator=(const ModeRuntime&) = delete;
+
+  std::size_t size() const noexcept { return modes_.size(); }
+  std::size_t fields() const noexcept { return fields_.size(); }
+  bool enabled(std::size_t m) const noexcept { return modes_[m].enabled; }
+  Samples& samples() noexcept { return *samples_; }
+  /// Where a strength, a mask or a level may set in, over all enabled modes.
+  const std::vector<Watch>& watches() const noexcept { return watches_; }
+
+  /// Fresh memories.
+  void start() noexcept;
+  /// Takes over the memories of the same modes of another session.
+  void continue_from(const ModeRuntime& other) noexcept;
+
+  /// Advances the data to `to`, `time_step_s` [s] later; they carry the proxy, at `start_m` [m] when they were as at `from`.
+  /// Where a mode's plane in `placed` stands on a level that jumps before the tick ends, as at `tick_end`, nothing is carried:
+  /// it fades (JumpFade). Calls `jumped(m)` for each mode with which that begins.
+  template <class Jumped>
+  void advance(const Vec3& start_m, DataTime from, DataTime to, DataTime tick_end, double time_step_s,
+               const PrimitiveSet& placed, Jumped&& jumped) noexcept {
+    samples_->set_time(to, from);
+    for (std::size_t m = 0; m < modes_.size(); ++m) {
+      Part& part = parts_[m];
+      if (!enabled(m)) continue;
+      const Carried carried = samples_->carried(part.inputs.main_field, start_m, from, to);
+      const bool is_known = carried.known && samples_->carried(part.inputs.main_field, start_m, from, tick_end).known;
+      if (part.fade.advance(is_known, time_step_s)) modes_[m].mode.start(memory(m));
+      if (!is_known && !part.fade.is_leaving() && part.fade.let_go(m, placed, *samples_)) jumped(m);
+      part.carried_m = is_known && !part.fade.is_leaving() ? carried.position_m - start_m : Vec3{};
+    }
+  }
+  /// A step begins at `start_m` [m], which data have carried along: there the modes place what resists motion. The moves that
+  /// settle it go on from other places, but resist from here on.
+  void begin_step(const Vec3& start_m) noexcept {
+    for (Part& part : parts_) part.origin_m = start_m + part.carried_m;
+  }
+  /// Where the step of a mode began [m], carried along.
+  const Vec3& origin_m(std::size_t m) const noexcept { return parts_[m].origin_m; }
+  /// The sub-step is over: nothing is carried.
+  void arrive() noexcept;
+  /// How far the data of a mode have carried the proxy in this sub-step [m], and the longest of those ways [m].
+  const Vec3& carried_m(std::size_t m) const noexcept { return parts_[m].carried_m; }
+  double furthest_carried_m() const noexcept;
+  /// A mode's strengths are less than they will be, because its level has jumped.
+  bool fades(std::size_t m) const noexcept { return parts_[m].fade.share() < 1.0; }
+  /// The furthest that the data of a mode would carry a position [m] between two moments [m].
+  double motion_m(const Vec3& at_m, DataTime from, DataTime to) const noexcept;
+  /// Tells a search how far data have gone since the sub-step began at `start_m` [m], and where levels have jumped.
+  void attend(Crossings& crossings, EventPolicy& policy, const Vec3& start_m) noexcept;
+
+  /// Empties the set and lets every enabled mode place its primitives, looking at the data at `at_m` [m]; a mode one of whose
+  /// planes stands on a level looks at `level_m` [m], where that is to hold the proxy.
+  void place(const StepContext& context, const Vec3& at_m, const Vec3& level_m, PrimitiveSet& out) noexcept;
+  /// Tells the modes what became of a sub-step that ended with the proxy at `proxy_m` [m]. `state(i)` is that of primitive i
+  /// of `placed`; of those with one id it is asked once.
+  template <class State>
+  void on_step_accepted(const StepContext& context, const Vec3& proxy_m, const PrimitiveSet& placed,
+                        std::span<const Crossing> crossings, State&& state) noexcept {
+    for (std::size_t m = 0; m < modes_.size(); ++m) {
+      if (!enabled(m) || modes_[m].mode.memory_bytes() == 0 || parts_[m].fade.is_leaving()) continue;
+      slots_.clear();
+      for (std::size_t i = 0; i < placed.size(); ++i) {
+        const PrimitiveId id = placed[i].id;
+        if (id.mode != m || (i > 0 && placed[i - 1].id == id)) continue;
+        PrimitiveState told = state(i);
+        // A level that is weak only because it has jumped does not let go.
+        if (fades(m) && placed.captured(i).any() && told == PrimitiveState::slip) told = PrimitiveState::stick;
+        slots_.push_back({id.slot, told, placed.captured(i)});
+      }
+      const Here here = here_at(m, context, proxy_m, seen_by(m, proxy_m, context.data_fraction));
+      modes_[m].mode.settle({here, slots_, crossings}, memory(m));
+    }
+  }
+
+  /// Whether nothing is felt at the start of a step and nothing can set in before a watch is crossed or data of a field in
+  /// `entered` begin: then any way up to there is free.
+  bool is_free_at(const StepContext& context, std::vector<std::int32_t>& entered) noexcept;
+
+  /// The finest sample spacing at `from_m` [hand m] of the modes whose data the way to `to_m` [m] can meet; infinity where
+  /// there are none.
+  double finest_m(const Vec3& from_m, const Vec3& to_m) const noexcept;
+
+ private:
+  // What a mode reads, and what is remembered of it.
+  struct Part {
+    ModeInputs inputs;
+    Box box_m;                                                  // of the world: where all that it reads may have data
+    double finest_m = std::numeric_limits<double>::infinity();  // [hand m] sample spacing of that, anywhere
+    std::size_t memory = 0;                                     // offset in the memories
+    Vec3 carried_m;
+    Vec3 origin_m;  // of the step
+    JumpFade fade;
+    bool stands = false;  // on a level, when it placed its primitives last
+  };
+
+  std::byte* memory(std::size_t m) noexcept { return memories_.data() + parts_[m].memory; }
+  Here here_at(std::size_t m, const StepContext& context, const Vec3& start_m, const Vec3& at_m) noexcept;
+  void place_mode(std::size_t m, const StepContext& context, const Vec3& origin_m, const Vec3& at_m,
+                  PrimitiveSet& out) noexcept;
+  // Where a mode looks for what is at `at_m` when its data have come to the end of the sub-step.
+  Vec3 seen_by(std::size_t m, const Vec3& at_m, double data_fraction) const noexcept {
+    return at_m + (1.0 - data_fraction) * parts_[m].carried_m;
+  }
+  bool silence_is_watched(std::size_t m, const Vec3& at_m, std::vector<std::int32_t>& entered) noexcept;
+
+  Similarity map_;
+  std::vector<FieldPtr> fields_;
+  std::unique_ptr<Samples> samples_;
+  std::vector<SceneMode> modes_;  // with their references resolved
+  std::vector<Part> parts_;       // by mode
+  std::vector<std::byte> memories_;
+  std::vector<Watch> watches_;
+  std::vector<SlotState> slots_;
+  PrimitiveSet scratch_;
+  double finest_m_ = 0.0;
+};
+
+}  // namespace palpa

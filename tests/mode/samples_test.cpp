@@ -1,0 +1,124 @@
+// Samples: what is remembered and shared between fields is what each field says by itself, whatever was asked for before.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdint>
+
+#include "palpa/field/analytic.h"
+#include "palpa/field/derived.h"
+#include "palpa/field/smooth_grid.h"
+#include "palpa/mode/here.h"
+#include "tests/core/random_problems.h"
+
+namespace palpa {
+namespace {
+
+/// Two scalar fields and a vector field on one grid with what is taken of it, one on another grid, a posed one, a formula.
+std::vector<FieldPtr> any_fields() {
+  const FieldPtr flow = sampled(*lamb_oseen_vortex(0.02, 0.01).fields[0].field, 24);
+  const FieldPtr q = derived(Derivation::q, flow), ball = sphere_field(0.05).fields[0].field;
+  const GridView grid = *grid_behind(*sampled(*ball, 20));
+  return {q,
+          derived(Derivation::lambda2, flow),
+          derived(Derivation::magnitude, flow),
+          derived(Derivation::component_y, flow),
+          flow,
+          smooth_grid_field(grid.geometry, grid.voxels),
+          posed(q, {test::Random(5).rotation(), 1.5, {0.001, 0, 0}}),
+          ball,
+          grid_field(grid.geometry, grid.voxels)};
+}
+
+/// What is asked of one field at one position.
+struct Asked {
+  std::int32_t field;
+  Vec3 hand_m;
+  int what;
+};
+
+class SamplesOfFields : public testing::Test {
+ protected:
+  void expect_as_by_itself(Samples& samples, const Asked& asked) const {
+    const Field& field = *fields_[static_cast<std::size_t>(asked.field)];
+    const Vec3 world_m = map_.to_world(asked.hand_m);
+    switch (asked.what) {
+      case 0: {
+        const ScalarSample own = field.scalar(world_m), seen = samples.scalar(asked.field, asked.hand_m);
+        EXPECT_EQ(seen.inside, own.inside);
+        EXPECT_EQ(seen.value, own.value);
+        EXPECT_EQ(seen.gradient, map_.gradient_to_hand(own.gradient));
+        return;
+      }
+      case 1: {
+        const VectorSample own = field.vector(world_m), seen = samples.vector(asked.field, asked.hand_m);
+        EXPECT_EQ(seen.inside, own.inside);
+        EXPECT_EQ(seen.value, map_.turned_to_hand(own.value));
+        EXPECT_EQ(seen.jacobian, map_.jacobian_to_hand(own.jacobian));
+        return;
+      }
+      case 2:
+        EXPECT_EQ(samples.hessian(asked.field, asked.hand_m), map_.scale * map_.jacobian_to_hand(field.hessian(world_m)));
+        return;
+      default: EXPECT_EQ(samples.depth_m(asked.field, asked.hand_m), map_.length_to_hand(field.depth_m(world_m)));
+    }
+  }
+  Asked any(test::Random& random, const std::array<Vec3, 6>& places) const {
+    return {static_cast<std::int32_t>(random.uniform(0, static_cast<double>(fields_.size()) - 0.01)),
+            places[static_cast<std::size_t>(random.uniform(0, 5.99))], static_cast<int>(random.uniform(0, 3.99))};
+  }
+
+  std::vector<FieldPtr> fields_ = any_fields();
+  Similarity map_{test::Random(3).rotation(), 0.5, {0.002, -0.001, 0}};
+};
+
+TEST_F(SamplesOfFields, AreThoseOfEachFieldInAnyOrder) {
+  test::Random random(11);
+  Samples samples(fields_, map_);
+  for (int round = 0; round < 200; ++round) {
+    std::array<Vec3, 6> places;
+    for (Vec3& place : places) place = map_.to_hand(random.in_cube(0.03));
+    for (int n = 0; n < 40; ++n) expect_as_by_itself(samples, any(random, places));
+  }
+}
+
+TEST_F(SamplesOfFields, HoldUntilThreeOtherPositionsWereAskedFor) {
+  test::Random random(12);
+  Samples samples(fields_, map_);
+  for (int n = 0; n < 100; ++n) {
+    const auto place = [&] { return map_.to_hand(random.in_cube(0.02)); };
+    const ScalarSample& held = samples.scalar(0, place());
+    const ScalarSample copy = held;
+    for (std::size_t other = 1; other < Samples::remembered; ++other) samples.scalar(0, place());
+    EXPECT_EQ(held.value, copy.value);
+    EXPECT_EQ(held.gradient, copy.gradient);
+  }
+}
+
+TEST_F(SamplesOfFields, CertificatesBoundThemInTheHandFrame) {
+  test::Random random(13);
+  Samples samples(fields_, map_);
+  int certified = 0;
+  for (int n = 0; n < 2000; ++n) {
+    const auto field = static_cast<std::int32_t>(n % 4);
+    const Vec3 x = map_.to_hand(random.in_cube(0.02));
+    const Certificate c = samples.certificate(field, x);
+    if (c.radius_m == 0.0) continue;
+    ++certified;
+    const Vec3 y = x + random.uniform(0, 0.999) * c.radius_m * random.direction();
+    const ScalarSample at_x = samples.scalar(field, x), at_y = samples.scalar(field, y);
+    EXPECT_EQ(at_x.inside, at_y.inside);
+    EXPECT_LE(std::abs(at_y.value - at_x.value), c.change(distance(x, y)));
+  }
+  EXPECT_GT(certified, 1000);
+}
+
+TEST_F(SamplesOfFields, SpacingsAreOfTheHandFrame) {
+  const Samples samples(fields_, map_);
+  EXPECT_EQ(samples.spacing_m(0), map_.length_to_hand(fields_[0]->spacing_m()));
+  EXPECT_EQ(samples.spacing_m(0, Vec3{}), samples.spacing_m(0));
+  EXPECT_EQ(samples.spacing_m(-1), 0.0);
+  EXPECT_EQ(samples.spacing_m(99, Vec3{}), 0.0);
+}
+
+}  // namespace
+}  // namespace palpa
