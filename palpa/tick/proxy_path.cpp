@@ -199,6 +199,8 @@ void ProxyPath::accept(const ProbeSegment& segment, const Move& made, StepContex
   record_.add(step, settles, spacing_m_, model_, modes_);
   dropped_ += model_.set().dropped();
   if (in_steps_ && made.fraction > 0.0) crossings_.apply(event_);
+  const bool is_stopped = made.stop == Stop::event && in_steps_ && !event_.crossings.empty();
+  state_.stopped_by = is_stopped ? event_.crossings.back() : Crossing{};
   model_.end_move();
   events_.tell(model_, distance(made.to.position_m, segment.to_m));
   context.data_fraction = made.fraction;
@@ -294,7 +296,7 @@ bool ProxyPath::end_is_free(const ProbeSegment& segment, const StepContext& cont
   do {
     const Vec3 end = move.end_from(start);
     attend(end, flies);
-    crossings_.first_event(start, end, policy_, modes_.samples(), pieces_left_, event_);
+    find_event(start, end);
     // Where the balance is all but reached, what sets in is placed in the next sub-step anyway; to stop would only divide the
     // rest of the time without end.
     const double left_m = (1.0 - event_.share) * (distance(end, start) + modes_.furthest_carried_m());
@@ -315,6 +317,21 @@ bool ProxyPath::end_is_free(const ProbeSegment& segment, const StepContext& cont
   } while (distance(move.end_from(start), start) > rest * spacing_m_);
   move.fraction = 0.0;
   return false;
+}
+
+// The first event on the way. Where a value jumps, both sides may drive the proxy over: crossed back at once, it does not stop
+// the proxy a second time, which would not get on between the two.
+void ProxyPath::find_event(const Vec3& start_m, const Vec3& end_m) noexcept {
+  crossings_.first_event(start_m, end_m, policy_, modes_.samples(), pieces_left_, event_);
+  if (event_.kind != Event::Kind::crossing || event_.share * distance(start_m, end_m) > rest * spacing_m_) return;
+  const Crossing& first = event_.crossings.front();
+  const Crossing& last = state_.stopped_by;
+  if (first.field != last.field || first.value != last.value || first.up == last.up) return;
+  for (const Crossing& crossing : event_.crossings) {
+    crossings_.attend(policy_, {crossing.field, crossing.value},
+                      crossing.up ? EventPolicy::Passing::leaves_up : EventPolicy::Passing::leaves_down);
+  }
+  crossings_.first_event(start_m, end_m, policy_, modes_.samples(), pieces_left_, event_);
 }
 
 // One step per tick stops nowhere; modes are told afterwards what it went through.

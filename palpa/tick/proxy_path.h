@@ -81,6 +81,7 @@ class ProxyPath {
     double elapsed_s = 0.0;   // since the session began
     double view_s = 0.0;      // data time used for sampling
     double followed_s = 0.0;  // up to which the proxy is advected
+    Crossing stopped_by;      // the last move; of no field where nothing was crossed
   };
 
   // What becomes of a sub-step.
@@ -102,6 +103,7 @@ class ProxyPath {
   void sub_step(ProbeSegment segment) noexcept;
   void accept(const ProbeSegment& segment, const Move& made, StepContext& context, bool settles) noexcept;
   Move move(ProbeSegment& segment, StepContext& context, bool settles) noexcept;
+  void find_event(const Vec3& start_m, const Vec3& end_m) noexcept;
   Move leap(const ProbeSegment& segment, StepContext& context) noexcept;
   void place(const StepContext& context, const Vec3& end_m, double whole_m) noexcept;
   bool end_is_free(const ProbeSegment& segment, const StepContext& context, bool flies, Move& move) noexcept;

@@ -21,9 +21,10 @@ std::string content(const fs::path& file) {
   return text.str();
 }
 
-double children_peak_bytes() {
+// The most resident memory of this process, or of a child.
+double peak_bytes_of(int who) {
   rusage usage{};
-  ::getrusage(RUSAGE_CHILDREN, &usage);
+  ::getrusage(who, &usage);
   return 1024.0 * static_cast<double>(usage.ru_maxrss);
 }
 
@@ -165,7 +166,7 @@ MutationResult read_mutations(const SetToDamage& set, int count, std::uint32_t s
   const Outcome undamaged = look_at(request, set.frames, options, result);
   result = {};
   result.refused_undamaged = undamaged.refusal;
-  result.true_peak_bytes = children_peak_bytes();
+  result.true_peak_bytes = peak_bytes_of(RUSAGE_CHILDREN);
   Damage damage(seed);
   for (int n = 0; n < count; ++n) {
     const fs::path& chosen = targets[damage.below(targets.size())];
@@ -174,6 +175,8 @@ MutationResult read_mutations(const SetToDamage& set, int count, std::uint32_t s
     fs::remove_all(target);
     damage.put(target, bytes);
     const std::size_t said = result.wrong.size() + result.ended.size();
+    // Until it becomes another program a child counts with the memory of this one, which has held larger volumes before.
+    const double own_bytes = peak_bytes_of(RUSAGE_SELF);
     Outcome outcome = look_at(request, set.frames, options, result);
     // What takes long takes long again; where the machine was busy with others it does not.
     if (outcome.spent_s > options.idle_limit_s + 1.0) {
@@ -184,9 +187,9 @@ MutationResult read_mutations(const SetToDamage& set, int count, std::uint32_t s
     if (outcome.spent_s > options.idle_limit_s + 1.0)
       result.wrong.push_back("a file kept it for " + std::to_string(outcome.spent_s) + " s");
     // What is refused undamaged, too, needs no memory but that of the program; damaged to a larger volume, that of its voxels.
-    const double before_bytes = std::max(result.peak_bytes, result.true_peak_bytes);
+    const double before_bytes = std::max({result.peak_bytes, result.true_peak_bytes, own_bytes});
     const double need_bytes = result.true_peak_bytes + std::max(outcome.voxel_bytes - undamaged.voxel_bytes, 0.0);
-    result.peak_bytes = children_peak_bytes();
+    result.peak_bytes = peak_bytes_of(RUSAGE_CHILDREN);
     if (undamaged.refusal.empty() && result.peak_bytes > std::max(before_bytes, 3.0 * need_bytes)) {
       result.wrong.push_back("more than 3 times the memory of the undamaged file: " +
                              std::to_string(std::lround(result.peak_bytes / 1e6)) + " MB");
