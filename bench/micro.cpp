@@ -2,7 +2,7 @@
 #include <benchmark/benchmark.h>
 #include <palpa/field/smooth_grid.h>
 #include <palpa/palpa.h>
-#include <palpa/tick/crossings.h>
+#include <palpa/mode/crossings.h>
 
 #include <cmath>
 #include <cstdint>

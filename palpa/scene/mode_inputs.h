@@ -4,16 +4,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "palpa/mode/crossings.h"
 #include "palpa/scene/scene.h"
 
 namespace palpa {
-
-/// A value of a scalar field at which a mode's behaviour may set in or jump.
-struct Watch {
-  std::int32_t field = -1;
-  double value = 0.0;  ///< the field's own unit
-  friend bool operator==(const Watch&, const Watch&) = default;
-};
 
 /// The fields that a mode reads, by number, and where in their values it may set in.
 struct ModeInputs {

@@ -48,8 +48,8 @@ void LocalModel::begin_move(const StepContext& context, double spacing_m) noexce
   learnt_.clear();
 }
 
-std::int32_t LocalModel::place(const StepContext& context, const Vec3& middle_m, double moved_n) noexcept {
-  modes_.place(context, middle_m, start_m_, set_);
+std::int32_t LocalModel::place(const StepContext& context, const Vec3& middle_m, const Vec3& level_m, double moved_n) noexcept {
+  modes_.place(context, middle_m, level_m, set_);
   placed_at_m_ = middle_m;
   const std::int32_t held_back = held_.hold_back(set_, middle_m, stiffness_n_per_m_, moved_n);
   before_.swap(contacts_);
@@ -67,12 +67,6 @@ void LocalModel::add_learnt() noexcept {
       if (contact.id == before.id && contact.level == before.level) contact.pressed = before.pressed;
     }
   }
-}
-
-void LocalModel::place_all(const StepContext& context, const Vec3& at_m) noexcept {
-  modes_.place(context, at_m, at_m, set_);
-  placed_at_m_ = at_m;
-  find_contacts();
 }
 
 void LocalModel::find_contacts() noexcept {
@@ -143,7 +137,7 @@ Balance LocalModel::balance(const Vec3& probe_m, double time_step_s) noexcept {
 }
 
 bool LocalModel::any_gives_way(const Crossings& crossings) const noexcept {
-  return std::any_of(contacts_.begin(), contacts_.end(), [&](const LevelContact& contact) {
+  return std::ranges::any_of(contacts_, [&](const LevelContact& contact) {
     return contact.state == PrimitiveState::slip && crossings.is_watched({contact.level.field, contact.level.value});
   });
 }
@@ -155,7 +149,16 @@ LocalModel::Look LocalModel::look(const LevelContact& contact, const Vec3& x_m) 
   if (!sample.inside || !(steepness > 0.0)) return {};
   const Vec3 uphill = normalized(sample.gradient);
   const double up_m = std::clamp((contact.level.value - sample.value) / steepness, -spacing_m_, spacing_m_);
-  return {true, contact.solid_is_high ? up_m : -up_m, x_m + up_m * uphill, contact.solid_is_high ? -uphill : uphill};
+  return {contact.solid_is_high ? up_m : -up_m, x_m + up_m * uphill, contact.solid_is_high ? -uphill : uphill};
+}
+
+// How deep a place is in what holds the proxy.
+double LocalModel::depth_m(const Vec3& x_m) noexcept {
+  double deepest_m = 0.0;
+  for (const LevelContact& contact : contacts_) {
+    if (holds(contact)) deepest_m = std::max(deepest_m, -look(contact, x_m).free_m);
+  }
+  return deepest_m;
 }
 
 Vec3 LocalModel::put_back(const Vec3& x_m) noexcept {
@@ -163,7 +166,7 @@ Vec3 LocalModel::put_back(const Vec3& x_m) noexcept {
   for (const LevelContact& contact : contacts_) {
     if (!holds(contact)) continue;
     const Look at = look(contact, on_levels);
-    if (at.known && at.free_m < 0.0) on_levels = at.foot_m;
+    if (at.free_m < 0.0) on_levels = at.foot_m;
   }
   return on_levels;
 }
@@ -172,13 +175,10 @@ Vec3 LocalModel::put_back(const Vec3& x_m) noexcept {
 void LocalModel::find_witness() noexcept {
   if (witnessed_) return;
   witnessed_ = true;
-  start_depth_m_ = 0.0;
+  start_depth_m_ = depth_m(start_m_);
   Vec3 carried_m;
   for (const LevelContact& contact : contacts_) {
-    if (!holds(contact)) continue;
-    if (carried_m == Vec3{}) carried_m = modes_.carried_m(contact.id.mode);
-    const Look at = look(contact, start_m_);
-    if (at.known) start_depth_m_ = std::max(start_depth_m_, -at.free_m);
+    if (holds(contact) && carried_m == Vec3{}) carried_m = modes_.carried_m(contact.id.mode);
   }
   witness_m_ = put_back(start_m_ + carried_m);
 }
@@ -206,13 +206,7 @@ double LocalModel::gain_j(const Vec3& from_m, const Vec3& to_m, const Vec3& prob
 
 bool LocalModel::accepts(const Vec3& end_m, double deepest, const Vec3& balance_m, double fraction, const Vec3& probe_m,
                          double time_step_s) noexcept {
-  double deepest_m = 0.0;
-  for (const LevelContact& contact : contacts_) {
-    if (!holds(contact)) continue;
-    const Look at = look(contact, end_m);
-    if (!at.known) continue;
-    deepest_m = std::max(deepest_m, -at.free_m);
-  }
+  const double deepest_m = depth_m(end_m);
   if (deepest_m <= hair * spacing_m_) return true;
   find_witness();
   // A proxy that the data have left deep in a level has to come back, whatever that costs.
@@ -231,7 +225,7 @@ bool LocalModel::learn(const Vec3& end_m) noexcept {
     LevelContact& contact = contacts_[c];
     if (!holds(contact)) continue;
     const Look at = look(contact, end_m);
-    if (!at.known || at.free_m >= 0.0) continue;
+    if (at.free_m >= 0.0) continue;
     // Where it would have to be put back further than it reaches, a place nearer to the witness says more.
     const Vec3 position_m = at.foot_m - std::max(0.0, dot(at.normal, at.foot_m - witness_m_)) * at.normal;
     if (!(dot(at.normal, position_m - end_m) >= std::max(novel * spacing_m_, -0.5 * at.free_m))) continue;

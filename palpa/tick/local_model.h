@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
+#include "palpa/core/coulomb_friction.h"
+#include "palpa/core/held_forces.h"
 #include "palpa/core/law.h"
-#include "palpa/tick/coulomb_friction.h"
-#include "palpa/tick/held_forces.h"
 #include "palpa/tick/mode_runtime.h"
 
 namespace palpa {
@@ -42,12 +42,10 @@ class LocalModel {
 
   /// A move begins: no facets are known.
   void begin_move(const StepContext& context, double spacing_m) noexcept;
-  /// Lets the modes place primitives, looking at the data at `middle_m` [m]; what stands on a level looks where the proxy is.
+  /// Lets the modes place primitives, looking at the data at `middle_m` [m]; what stands on a level looks at `level_m` [m].
   /// Facets that were learnt in this move stay. `moved_n` [N]: see HeldForces. Returns the mode whose directed force had to be
   /// held back, or -1.
-  std::int32_t place(const StepContext& context, const Vec3& middle_m, double moved_n) noexcept;
-  /// The same for one step a tick: all at one place, nothing held back.
-  void place_all(const StepContext& context, const Vec3& at_m) noexcept;
+  std::int32_t place(const StepContext& context, const Vec3& middle_m, const Vec3& level_m, double moved_n) noexcept;
   /// Balances what was placed.
   Balance balance(const Vec3& probe_m, double time_step_s) noexcept;
 
@@ -55,8 +53,7 @@ class LocalModel {
   bool any_gives_way(const Crossings& crossings) const noexcept;
   /// A level holds the proxy in the last balance.
   bool any_holds() const noexcept {
-    return std::any_of(contacts_.begin(), contacts_.end(),
-                       [](const LevelContact& contact) { return contact.state != PrimitiveState::off; });
+    return std::ranges::any_of(contacts_, [](const LevelContact& c) { return c.state != PrimitiveState::off; });
   }
   /// Whether the proxy may end its move at `end_m` [m], a `fraction` [1] of the way to the balance at `balance_m` [m]: in
   /// front of every level that bounds it; or, no deeper in one than the share `deepest` [1] of the spacing, where the energy
@@ -69,7 +66,7 @@ class LocalModel {
   /// proxy is not crossed, but no deeper in it may it be than a little, or than it is. Samples.
   void attend(const Crossings& crossings, const Vec3& end_m, EventPolicy& policy) noexcept;
 
-  /// Keeps the directed forces: the move is made.
+  /// The move is made: from its directed forces on the next ones are limited.
   void end_move() noexcept { held_.keep(set_, placed_at_m_); }
 
   const Law& law() const noexcept { return *law_; }
@@ -88,13 +85,13 @@ class LocalModel {
     Vec3 normal;
   };
   struct Look {
-    bool known = false;  // there are data, and a gradient
-    double free_m = 0.0;
+    double free_m = 0.0;  // without data, or a gradient, it counts as on the level
     Vec3 foot_m;
     Vec3 normal;
   };
   Look look(const LevelContact& contact, const Vec3& x_m) noexcept;
   bool holds(const LevelContact& contact) const noexcept { return contact.bounds && contact.state != PrimitiveState::slip; }
+  double depth_m(const Vec3& x_m) noexcept;
   Vec3 put_back(const Vec3& x_m) noexcept;
   void find_witness() noexcept;
   void find_contacts() noexcept;

@@ -4,6 +4,8 @@
 #include <cassert>
 #include <limits>
 
+#include "palpa/field/box.h"
+
 namespace palpa {
 
 namespace {
@@ -13,16 +15,6 @@ bool stays_zero(const TransferFunction& curve, double value) noexcept {
   using Side = TransferFunction::Side;
   return curve.at(value, Side::below) == 0.0 && curve.at(value, Side::above) == 0.0 &&
          curve.slope_at(value, Side::below) == 0.0 && curve.slope_at(value, Side::above) == 0.0;
-}
-
-bool is_met(const Box& box, const Vec3& a, const Vec3& b) noexcept {
-  return std::max(a.x, b.x) >= box.low_m.x && std::min(a.x, b.x) <= box.high_m.x && std::max(a.y, b.y) >= box.low_m.y &&
-         std::min(a.y, b.y) <= box.high_m.y && std::max(a.z, b.z) >= box.low_m.z && std::min(a.z, b.z) <= box.high_m.z;
-}
-
-Box common(const Box& a, const Box& b) noexcept {
-  return {{std::max(a.low_m.x, b.low_m.x), std::max(a.low_m.y, b.low_m.y), std::max(a.low_m.z, b.low_m.z)},
-          {std::min(a.high_m.x, b.high_m.x), std::min(a.high_m.y, b.high_m.y), std::min(a.high_m.z, b.high_m.z)}};
 }
 
 }  // namespace
@@ -43,7 +35,7 @@ ModeRuntime::ModeRuntime(const Scene& scene, const Similarity& map) : map_(map),
     watches_.insert(watches_.end(), part.inputs.watches.begin(), part.inputs.watches.end());
     for (const std::int32_t f : part.inputs.fields) {
       part.finest_m = std::min(part.finest_m, map_.length_to_hand(fields_[f]->spacing_m()));
-      part.box_m = f == part.inputs.fields.front() ? fields_[f]->bounds_m() : common(part.box_m, fields_[f]->bounds_m());
+      part.box_m = f == part.inputs.fields.front() ? fields_[f]->bounds_m() : intersection(part.box_m, fields_[f]->bounds_m());
     }
     finest_m_ = std::min(finest_m_, part.finest_m);
   }
@@ -154,7 +146,7 @@ bool ModeRuntime::is_free_at(const StepContext& context, std::vector<std::int32_
     if (scratch_[i].strength_n > 0.0 || scratch_[i].drag_ns_per_m > 0.0 || scratch_.friction_of(i).any()) return false;
   }
   for (std::size_t m = 0; m < modes_.size(); ++m) {
-    if (enabled(m) && !silence_is_watched(m, context.start_m, entered)) return false;
+    if (enabled(m) && !silence_is_watched(m, context.start_m, entered)) return entered.clear(), false;
   }
   return true;
 }
@@ -186,7 +178,7 @@ double ModeRuntime::finest_m(const Vec3& from_m, const Vec3& to_m) const noexcep
   const Vec3 a = map_.to_world(from_m), b = map_.to_world(to_m);
   double finest = std::numeric_limits<double>::infinity();
   for (std::size_t m = 0; m < modes_.size(); ++m) {
-    if (!enabled(m) || !is_met(parts_[m].box_m, a, b)) continue;
+    if (!enabled(m) || !may_meet(parts_[m].box_m, a, b)) continue;
     for (const std::int32_t f : parts_[m].inputs.fields) {
       if (finest <= parts_[m].finest_m) break;
       finest = std::min(finest, samples_->spacing_m(f, from_m));

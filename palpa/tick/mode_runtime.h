@@ -8,9 +8,9 @@
 #include <span>
 #include <vector>
 
+#include "palpa/mode/crossings.h"
+#include "palpa/mode/jump_fade.h"
 #include "palpa/scene/mode_inputs.h"
-#include "palpa/tick/crossings.h"
-#include "palpa/tick/jump_fade.h"
 
 namespace palpa {
 

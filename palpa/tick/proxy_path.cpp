@@ -16,8 +16,7 @@ constexpr double unbounded = std::numeric_limits<double>::infinity();
 constexpr int max_moves = 128;              // a tick
 constexpr int max_trials = 24;              // balances of a move
 constexpr int most_pieces = 1024;           // of straight ways a tick, that are looked at for events
-constexpr double bound_m = 1e-9;            // to which the place where a level gives way is located on the probe's path
-constexpr double hair_m = 10.0 * bound_m;   // before that place no rounding of forces decides
+constexpr double bound_m = 5e-9;            // to which the place where a level gives way is located; so far before it one stops
 constexpr double directed_n_per_s = 100.0;  // directed forces may change so fast because the data do
 
 // The part of the proxy's motion that is more than that of the probe and the data: a release, no motion of the hand.
@@ -38,9 +37,8 @@ ProxyPath::ProxyPath(const Scene& scene, const Similarity& map, std::unique_ptr<
       policy_(crossings_.policy()),
       event_(crossings_.event()),
       model_(std::move(law), modes_, scene.coupling.stiffness_n_per_m),
-      events_(modes_.size()) {
+      contacts_(modes_.size()) {
   entered_.reserve(modes_.size());
-  crossed_.reserve(event_.crossings.capacity());
   playing_ = modes_.samples().any_timed() && time_.play != TimeOptions::Play::hold;
   modes_.samples().set_time(time_.at(0.0));
   refine(1);
@@ -55,7 +53,7 @@ void ProxyPath::reset() noexcept {
   model_.clear();
   crossings_.reset();
   modes_.start();
-  events_.clear();
+  contacts_.clear();
   record_.clear();
 }
 
@@ -70,12 +68,12 @@ void ProxyPath::continue_from(const ProxyPath& other) noexcept {
   model_.continue_from(other.model_);
   queue_ = other.queue_;
   state_ = other.state_;
-  events_.continue_from(other.events_);
+  contacts_.continue_from(other.contacts_);
 }
 
 bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) noexcept {
   record_.clear();
-  events_.begin_tick();
+  contacts_.begin_tick();
   released_m_ = {};
   dropped_ = 0;
   pieces_left_ = most_pieces;
@@ -91,34 +89,20 @@ bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) no
   path_m_ = queue_.push(probe_m, time_step_s);
   if (playing_) path_m_ = std::max(path_m_, modes_.motion_m(c.proxy, time_.at(c.followed_s), time_.at(c.elapsed_s)));
 
-  const bool is_there = follow();
+  ProbeSegment segment;
+  bool is_there = true;
+  for (int moves = 0; is_there && next_segment(segment); ++moves) {
+    const auto steps = static_cast<int>(record_.sub_steps().size());
+    is_there = steps < Session::max_sub_steps * refined_ && moves < max_moves * refined_;
+    is_there ? sub_step(segment) : record_.cut();
+  }
   record_.book(ledger);
   return is_there;
-}
-
-// Sub-step by sub-step up to the probe, or to the cap.
-bool ProxyPath::follow() noexcept {
-  ProbeSegment segment;
-  for (moves_ = 0; next_segment(segment); ++moves_) {
-    const auto steps = static_cast<int>(record_.sub_steps().size());
-    if (steps == Session::max_sub_steps * refined_ || moves_ == max_moves * refined_) {
-      record_.cut();
-      return false;
-    }
-    sub_step(segment);
-  }
-  return true;
 }
 
 // The longest step between two positions: half the finest sample spacing of what may be met there.
 double ProxyPath::step_m(const Vec3& from_m, const Vec3& to_m) noexcept {
   return in_steps_ ? 0.5 * modes_.finest_m(from_m, to_m) / refined_ : unbounded;
-}
-
-bool ProxyPath::is_free_at(const Vec3& at_m) noexcept {
-  const bool is_free = modes_.is_free_at({at_m, at_m, 1.0, stiffness_n_per_m_}, entered_);
-  if (!is_free) entered_.clear();
-  return is_free;
 }
 
 // Cuts the next segment off the probe's path, short enough that nothing in the data is jumped over. It stays in the queue
@@ -137,7 +121,8 @@ bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
   // Neither the probe nor the data may go further.
   const double furthest =
       playing_ ? std::max(length, modes_.motion_m(c.proxy, time_.at(c.followed_s), time_.at(time_at_end_of(segment)))) : length;
-  if (furthest > (1.0 + hair) * longest && !(c.proxy == segment.from_m && is_free_at(c.proxy))) {
+  if (furthest > (1.0 + hair) * longest &&
+      !(c.proxy == segment.from_m && modes_.is_free_at({c.proxy, c.proxy, 1.0, stiffness_n_per_m_}, entered_))) {
     const double share = longest / furthest;
     segment.to_m = segment.from_m + share * (segment.to_m - segment.from_m);
     segment.time_s = share * segment.time_s;
@@ -152,7 +137,7 @@ double ProxyPath::see(const ProbeSegment& segment) noexcept {
   const double passed_s = view_s - c.view_s;
   modes_.advance(c.proxy, time_.at(c.followed_s), time_.at(view_s), time_.at(c.elapsed_s), passed_s, model_.set(),
                  [&](std::size_t m) {
-                   events_.warn(m, "a level jumps between two frames instead of moving: its strength fades out and in");
+                   contacts_.warn(m, "a level jumps between two frames instead of moving: its strength fades out and in");
                  });
   c.view_s = view_s;
   moved_n_ = 0.5 * stiffness_n_per_m_ * modes_.furthest_carried_m() + directed_n_per_s * passed_s;
@@ -198,17 +183,16 @@ void ProxyPath::accept(const ProbeSegment& segment, const Move& made, StepContex
   step.proxy_m = state_.proxy;
   record_.add(step, settles, spacing_m_, model_, modes_);
   dropped_ += model_.set().dropped();
-  if (in_steps_ && made.fraction > 0.0) crossings_.apply(event_);
-  const bool is_stopped = made.stop == Stop::event && in_steps_ && !event_.crossings.empty();
+  if (made.fraction > 0.0) crossings_.apply(event_);
+  const bool is_stopped = made.stop == Stop::event && !event_.crossings.empty();
   state_.stopped_by = is_stopped ? event_.crossings.back() : Crossing{};
-  model_.end_move();
-  events_.tell(model_, distance(made.to.position_m, segment.to_m));
+  if (in_steps_) model_.end_move();
+  contacts_.update(model_, distance(made.to.position_m, segment.to_m), crossings_);
   context.data_fraction = made.fraction;
-  modes_.on_step_accepted(context, state_.proxy, model_.set(), in_steps_ ? event_.crossings : crossed_, [&](std::size_t i) {
+  modes_.on_step_accepted(context, state_.proxy, model_.set(), event_.crossings, [&](std::size_t i) {
     const LevelContact* contact = model_.contact_of(i);
     return contact ? contact->state : state_at(model_.set()[i], made.to);
   });
-  press_through();
 }
 
 // The proxy has moved; what is left of the segment is taken up again where the move was stopped.
@@ -217,9 +201,9 @@ void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double fo
   const Vec3 start = c.proxy;
   c.proxy = move.end_from(start);
   const Vec3 before_m = std::exchange(c.move_m, c.proxy - start);
-  // Directions that turn faster than the spring can follow throw the proxy to and fro: each time half as far.
+  // Directions that turn faster than the spring can follow throw the proxy to and fro: each time half as far, until it gets on.
   const bool turns_back = !segment.fresh && model_.has_directions() && dot(c.move_m, before_m) < 0.0;
-  if (turns_back) c.reach_m = std::min(c.reach_m, 0.5 * norm(before_m));
+  c.reach_m = turns_back ? std::min(c.reach_m, 0.5 * norm(before_m)) : 2.0 * c.reach_m;
   c.probe_way_m = segment.to_m - segment.from_m;
   released_m_ += released(c.move_m, norm(c.probe_way_m) + move.fraction * modes_.furthest_carried_m());
   if (segment.fresh) {
@@ -239,8 +223,8 @@ void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double fo
 void ProxyPath::place(const StepContext& context, const Vec3& end_m, double whole_m) noexcept {
   StepContext middle = context;
   middle.data_fraction = whole_m > 0.0 ? 0.5 * std::min(1.0, distance(end_m, context.start_m) / whole_m) : 0.0;
-  const std::int32_t held_back = model_.place(middle, 0.5 * (state_.step_start_m + end_m), moved_n_);
-  if (held_back >= 0) events_.tell_held_back(static_cast<std::size_t>(held_back));
+  const std::int32_t held_back = model_.place(middle, 0.5 * (state_.step_start_m + end_m), context.start_m, moved_n_);
+  if (held_back >= 0) contacts_.tell_held_back(static_cast<std::size_t>(held_back));
 }
 
 // One move towards the balance, at most half a sample spacing, to the first place that is free. A balance that cannot be
@@ -251,7 +235,8 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
   if (segment.fresh) state_.reach_m = unbounded;
   double longest = std::min(step_m(start, segment.to_m), state_.reach_m);
   // A long way is gone at once where nothing is felt and nothing sets in unseen.
-  const bool flies = distance(segment.to_m, start) > longest && is_free_at(start);
+  const bool flies =
+      distance(segment.to_m, start) > longest && modes_.is_free_at({start, start, 1.0, stiffness_n_per_m_}, entered_);
   if (flies) longest = unbounded;
   const auto end_of = [&](const Vec3& to_m) {
     const double length = distance(to_m, start);
@@ -327,10 +312,8 @@ void ProxyPath::find_event(const Vec3& start_m, const Vec3& end_m) noexcept {
   const Crossing& first = event_.crossings.front();
   const Crossing& last = state_.stopped_by;
   if (first.field != last.field || first.value != last.value || first.up == last.up) return;
-  for (const Crossing& crossing : event_.crossings) {
-    crossings_.attend(policy_, {crossing.field, crossing.value},
-                      crossing.up ? EventPolicy::Passing::leaves_up : EventPolicy::Passing::leaves_down);
-  }
+  for (const Crossing& crossing : event_.crossings)
+    crossings_.attend(policy_, {crossing.field, crossing.value}, EventPolicy::Passing::passes);
   crossings_.first_event(start_m, end_m, policy_, modes_.samples(), pieces_left_, event_);
 }
 
@@ -339,31 +322,13 @@ ProxyPath::Move ProxyPath::leap(const ProbeSegment& segment, StepContext& contex
   const Vec3& start = context.start_m;
   context.data_fraction = at_probe_ ? 1.0 : 0.0;
   model_.begin_move(context, spacing_m_);
-  model_.place_all(context, at_probe_ ? segment.to_m : start);
-  Move move;
-  move.to = model_.balance(context.probe_m, context.time_step_s);
+  const Vec3& at = at_probe_ ? segment.to_m : start;
+  model_.place(context, at, at, unbounded);
+  const Move move{.to = model_.balance(context.probe_m, context.time_step_s)};
   attend(start, false);
-  crossed_.clear();
-  Vec3 from = start;
-  for (std::size_t i = 0; i < policy_.passing.size(); ++i) {
-    crossings_.first_event(from, move.to.position_m, policy_, modes_.samples(), pieces_left_, event_);
-    crossings_.apply(event_);
-    for (const Crossing& crossing : event_.crossings) {
-      if (crossed_.size() < crossed_.capacity()) crossed_.push_back(crossing);
-    }
-    if (event_.kind == Event::Kind::none) break;
-    from += event_.share * (move.to.position_m - from);
-  }
+  std::fill(policy_.passing.begin(), policy_.passing.end(), EventPolicy::Passing::passes);
+  crossings_.first_event(start, move.to.position_m, policy_, modes_.samples(), pieces_left_, event_);
   return move;
-}
-
-// A shell that gives way counts as crossed, wherever the proxy is: on an edge of the surface its planes may lead back out of
-// it, and it would be met, and give way, in every sub-step.
-void ProxyPath::press_through() noexcept {
-  for (const LevelContact& contact : model_.contacts()) {
-    if (contact.state == PrimitiveState::slip)
-      crossings_.take_side({contact.level.field, contact.level.value}, contact.solid_is_high);
-  }
 }
 
 // Where a shell that held gives way within the segment, the segment ends there: found by halving the probe's path.
@@ -376,24 +341,18 @@ bool ProxyPath::meet_bound(ProbeSegment& segment, const StepContext& context, Ba
     return !model_.any_gives_way(crossings_);
   };
   // Nearly all levels that give way have done so before: then it is there already.
-  const double near = std::min(1.0, 2.0 * hair_m / length);
-  if (!holds_at(near) || !holds_at(0.0)) {
+  double held = std::min(1.0, 2.0 * bound_m / length), gone = 1.0;
+  if (!holds_at(held)) {
     to = model_.balance(segment.to_m, context.time_step_s);
     return false;
   }
-  double held = near, gone = 1.0;
   while ((gone - held) * length > bound_m) {
     const double middle = 0.5 * (held + gone);
     (holds_at(middle) ? held : gone) = middle;
   }
-  // A hair before it: there no rounding of forces decides whether the level holds.
-  held -= hair_m / length;
-  if (held * length <= hair_m) {  // it is there already: now it lets go
-    to = model_.balance(segment.to_m, context.time_step_s);
-    return false;
-  }
+  held -= bound_m / length;  // there no rounding of forces decides whether the level holds
   holds_at(gone);
-  events_.stop_at_bound(model_);
+  contacts_.stop_at_bound(model_);
   segment.to_m = probe_at(held);
   segment.time_s = held * context.time_step_s;
   to = model_.balance(segment.to_m, segment.time_s);

@@ -1,7 +1,6 @@
 // The proxy's path through the data: from one probe position to the next.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -10,8 +9,8 @@
 
 #include "palpa/core/law.h"
 #include "palpa/core/ledger.h"
-#include "palpa/tick/contact_events.h"
-#include "palpa/tick/crossings.h"
+#include "palpa/mode/crossings.h"
+#include "palpa/tick/contacts.h"
 #include "palpa/tick/local_model.h"
 #include "palpa/tick/mode_runtime.h"
 #include "palpa/tick/probe_queue.h"
@@ -21,20 +20,8 @@
 namespace palpa {
 
 /// Walks the proxy after the probe. One tick of the paper is one step of incremental minimisation of a continuous,
-/// rate-independent law (docs/path.md); here the step is refined until the path is that of the law:
-///
-/// - the probe's path is cut into pieces of at most half the finest sample spacing of the data that it can meet, and no
-///   move of the proxy is longer; where nothing is felt and nothing can set in, it goes all the way;
-/// - directions are those at the middle of a move;
-/// - a move stops where a level is met, a strength sets in or data begin (Crossings), and the probe's piece
-///   where a level gives way;
-/// - of a level that holds the proxy, each place where a move would end inside it becomes a facet of its corner, and the
-///   balance is solved again; a move ends at the first place that is free (LocalModel);
-/// - at the end the proxy is settled: one more sub-step would not move it;
-/// - of data that change with time a sub-step sees the moment of its end, and each mode's primitives start where its data
-///   have carried the proxy; where a level jumps instead, the mode lets go of it in 50 ms and takes hold again.
-///
-/// The cap on sub-steps bounds a tick; what is left of the probe's path waits in a queue.
+/// rate-independent law; here the step is refined until the path is that of the law. docs/path.md, section 2, is what this
+/// does, in its order. The cap on sub-steps bounds a tick; what is left of the probe's path waits in a queue.
 /// Construction allocates and throws SceneError; walking does neither. One thread.
 class ProxyPath {
  public:
@@ -61,7 +48,7 @@ class ProxyPath {
 
   std::span<const SubStep> sub_steps() const noexcept { return record_.sub_steps(); }
   std::span<const PlacedPrimitive> placed() const noexcept { return record_.placed(); }
-  std::span<const SessionEvent> events() const noexcept { return events_.events(); }
+  std::span<const SessionEvent> events() const noexcept { return contacts_.events(); }
   static constexpr std::size_t max_primitives = LocalModel::max_primitives;
 
  private:
@@ -99,7 +86,6 @@ class ProxyPath {
   bool next_segment(ProbeSegment& segment) noexcept;
   double time_at_end_of(const ProbeSegment& segment) const noexcept { return state_.elapsed_s - queue_.time_behind_s(segment); }
   double see(const ProbeSegment& segment) noexcept;
-  bool follow() noexcept;
   void sub_step(ProbeSegment segment) noexcept;
   void accept(const ProbeSegment& segment, const Move& made, StepContext& context, bool settles) noexcept;
   Move move(ProbeSegment& segment, StepContext& context, bool settles) noexcept;
@@ -109,10 +95,8 @@ class ProxyPath {
   bool end_is_free(const ProbeSegment& segment, const StepContext& context, bool flies, Move& move) noexcept;
   void advance(const ProbeSegment& segment, const Move& move, double follows_s, bool settled) noexcept;
   Vec3 expected_m(const ProbeSegment& segment) const noexcept;
-  void press_through() noexcept;
   bool meet_bound(ProbeSegment& segment, const StepContext& context, Balance& to) noexcept;
   void attend(const Vec3& end_m, bool flies) noexcept;
-  bool is_free_at(const Vec3& at_m) noexcept;
   double step_m(const Vec3& from_m, const Vec3& to_m) noexcept;
 
   double stiffness_n_per_m_;
@@ -125,7 +109,7 @@ class ProxyPath {
   EventPolicy policy_;
   Event event_;
   LocalModel model_;
-  ContactEvents events_;
+  Contacts contacts_;
   ProbeQueue queue_;
   PathState state_;
   int refined_ = 1;
@@ -135,9 +119,7 @@ class ProxyPath {
   Vec3 released_m_;
   int dropped_ = 0;
   std::vector<std::int32_t> entered_;
-  std::vector<Crossing> crossed_;  // by a step of its whole way at once
-  int pieces_left_ = 0;            // of straight ways, to be looked at for events in this tick
-  int moves_ = 0;                  // in this tick
+  int pieces_left_ = 0;  // of straight ways, to be looked at for events in this tick
   StepRecord record_;
 };
 

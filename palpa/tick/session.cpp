@@ -23,13 +23,8 @@ bool usable(const Vec3& position_m) noexcept {
 }  // namespace
 
 const char* name_of(TickStatus status) noexcept {
-  switch (status) {
-    case TickStatus::resting: return "resting";
-    case TickStatus::waiting: return "waiting";
-    case TickStatus::capped: return "capped";
-    case TickStatus::bad_input: return "bad_input";
-  }
-  return "?";
+  constexpr const char* names[] = {"resting", "waiting", "capped", "bad_input"};
+  return names[static_cast<std::size_t>(status)];
 }
 
 double work_j(const SubStep& step, const PlacedPrimitive& placed) noexcept {
@@ -37,24 +32,13 @@ double work_j(const SubStep& step, const PlacedPrimitive& placed) noexcept {
 }
 
 const char* name_of(Stop stop) noexcept {
-  switch (stop) {
-    case Stop::full: return "full";
-    case Stop::event: return "event";
-    case Stop::release: return "release";
-    case Stop::energy: return "energy";
-    case Stop::cap: return "cap";
-  }
-  return "?";
+  constexpr const char* names[] = {"full", "event", "release", "energy", "cap"};
+  return names[static_cast<std::size_t>(stop)];
 }
 
 const char* name_of(SessionEventKind kind) noexcept {
-  switch (kind) {
-    case SessionEventKind::onset: return "onset";
-    case SessionEventKind::break_through: return "break_through";
-    case SessionEventKind::fault: return "fault";
-    case SessionEventKind::warning: return "warning";
-  }
-  return "?";
+  constexpr const char* names[] = {"onset", "break_through", "fault", "warning"};
+  return names[static_cast<std::size_t>(kind)];
 }
 
 class Session::State {
@@ -127,17 +111,12 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
   const bool time_usable = std::isfinite(dt) && dt > 0.0 && dt <= largest_time_step_s;
   if (time_usable) path.pass(dt);
   const bool velocity_usable = !probe.velocity_m_per_s || is_finite(*probe.velocity_m_per_s);
-  if (!probe.valid) {
+  if (!probe.valid || !time_usable || !velocity_usable || !usable(probe.position_m)) {
     reset();
     result.energy.let_go_j = std::exchange(stored_j, 0.0);
-    if (usable(probe.position_m)) result.probe_m = result.proxy_m = probe.position_m;
+    if (probe.valid) result.status = TickStatus::bad_input;
+    if (!probe.valid && usable(probe.position_m)) result.probe_m = result.proxy_m = probe.position_m;
     path.put(result.proxy_m);
-    return result;
-  }
-  if (!time_usable || !velocity_usable || !usable(probe.position_m)) {
-    reset();
-    result.energy.let_go_j = std::exchange(stored_j, 0.0);
-    result.status = TickStatus::bad_input;
     return result;
   }
 
@@ -206,13 +185,10 @@ std::span<const ModeTick> Session::State::who_pushed() noexcept {
   }
   const bool balanced = last.balance.status == BalanceStatus::exact || last.balance.status == BalanceStatus::capped;
   const bool shared = balanced && split_is_shared(last_placed, last.balance);
-  for (std::size_t i = 0; shared && i < split_n.size(); ++i) {
-    ModeTick& mode = mode_ticks[last_placed[i].id.mode];
-    mode.split_shared = mode.split_shared || is_exchangeable(last_placed, i, last.balance);
-  }
   if (shared) least_split(last_placed, last.balance, split_n);
   for (std::size_t i = 0; i < split_n.size(); ++i) {
     ModeTick& mode = mode_ticks[last_placed[i].id.mode];
+    mode.split_shared = mode.split_shared || (shared && is_exchangeable(last_placed, i, last.balance));
     mode.force_n += split_n[i];
     ++mode.primitives;
   }

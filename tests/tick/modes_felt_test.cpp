@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "palpa/field/analytic.h"
+#include "palpa/field/filter.h"
 #include "palpa/field/grid.h"
 #include "palpa/mode/follow.h"
 #include "palpa/mode/front_shape.h"
@@ -71,6 +72,37 @@ TEST(Follow, KeepsUpWithAHandFarFromThinCells) {
     EXPECT_LE(norm(t.force_n), 0.4 + 1e-9);
     EXPECT_NEAR(norm(t.proxy_m - t.probe_m), std::min(0.4 / 500, 0.4 * tick_s * i), 1e-9);
   }
+}
+
+/// Directions without a sign that neighbours do not agree about: from cell to cell the field jumps, and a rail may drive the
+/// proxy over such a jump while the viscosity beyond drives it back. It goes on between them; no hand waits for it.
+TEST(Follow, GetsOnAlongJumpsOfTheData) {
+  test::Random random(5);
+  int jumps = 0;
+  for (int stroke = 0; stroke < 40; ++stroke) {
+    const auto voxels = std::make_shared<std::vector<float>>();
+    for (int i = 0; i < 41 * 41 * 41; ++i) {
+      const Vec3 v = random.direction();
+      voxels->insert(voxels->end(), {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)});
+    }
+    const GridGeometry grid{{41, 41, 41}, 0.0015 * Mat3::identity(), {-0.03, -0.03, -0.03}};
+    const FieldPtr directions = signless(grid_field(grid, {VoxelType::float32, 3, {voxels, voxels->data()}}));
+    Scene scene({.stiffness_n_per_m = 500});
+    const FieldRef flow = scene.add("flow", volume_of(directions));
+    const FieldRef length{"magnitude(flow)"};
+    scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
+    scene.add("rail", Follow{.field = flow, .strength_n = {length, TransferFunction({{0.3, 0.0}, {0.7, 1.2}, {2.0, 1.2}})}});
+    scene.add("fluid", Viscosity{.field = flow, .strength_n = 0.0, .drag_ns_per_m = 1.0},
+              {{length, TransferFunction({{0.15, 0.0}, {0.3, 1.0}, {2.0, 1.0}})}});
+    Session session(scene);
+    const Vec3 from_m = 0.025 * random.direction();
+    for (int i = 0; i < 1000; ++i) {
+      const Tick t = session.tick({.position_m = (1.0 - i / 500.0) * from_m}, tick_s);
+      EXPECT_EQ(t.status, TickStatus::resting) << stroke << ' ' << i;
+      for (const SubStep& step : session.sub_steps()) jumps += step.stop == Stop::event;
+    }
+  }
+  EXPECT_GT(jumps, 1000) << "nothing sets in";
 }
 
 TEST(FrontShape, LetsGoWithTheFlowAndHoldsAgainstIt) {

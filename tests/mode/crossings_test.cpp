@@ -1,5 +1,5 @@
 // Where a straight way passes a level: found whatever lies between two samples, beside brute force.
-#include "palpa/tick/crossings.h"
+#include "palpa/mode/crossings.h"
 
 #include <gtest/gtest.h>
 

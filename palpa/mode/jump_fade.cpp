@@ -1,4 +1,4 @@
-#include "palpa/tick/jump_fade.h"
+#include "palpa/mode/jump_fade.h"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "palpa/tick/coulomb_friction.h"
+#include "palpa/core/coulomb_friction.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,9 +5,16 @@
 #include <span>
 #include <vector>
 
-#include "palpa/scene/mode_inputs.h"
+#include "palpa/mode/mode.h"
 
 namespace palpa {
+
+/// A value of a scalar field at which a mode's behaviour may set in or jump.
+struct Watch {
+  std::int32_t field = -1;
+  double value = 0.0;  ///< the field's own unit
+  friend bool operator==(const Watch&, const Watch&) = default;
+};
 
 /// What stops a search. Made by Crossings::policy; filled anew for each search.
 struct EventPolicy {
@@ -17,6 +24,7 @@ struct EventPolicy {
     held,         ///< the plane holds the proxy: it is on the level, to within rounding, and crosses nothing
     leaves_up,    ///< the proxy lifts off the plane towards higher values: that is a crossing, but nothing sets in there
     leaves_down,  ///< the same towards lower values
+    passes,       ///< it is crossed, either way, and the search goes on
   };
   struct OfField {
     Vec3 carried_m;               ///< [m] so far its data have carried what was under the proxy: there the proxy sets out

@@ -1,4 +1,4 @@
-#include "palpa/tick/held_forces.h"
+#include "palpa/core/held_forces.h"
 
 #include <algorithm>
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "palpa/core/primitives.h"
-#include "palpa/tick/crossings.h"
+#include "palpa/mode/crossings.h"
 
 namespace palpa {
 

@@ -1,4 +1,4 @@
-#include "palpa/tick/crossings.h"
+#include "palpa/mode/crossings.h"
 
 #include <algorithm>
 #include <cmath>
@@ -319,7 +319,8 @@ void Crossings::first_event(const Vec3& start_m, const Vec3& end_m, const EventP
       const bool up = event.sides_[first.watch] == Side::below;
       cross(first.watch, up);
       using Passing = EventPolicy::Passing;
-      if (policy.passing[first.watch] == (up ? Passing::leaves_up : Passing::leaves_down)) continue;
+      const Passing passing = policy.passing[first.watch];
+      if (passing == Passing::passes || passing == (up ? Passing::leaves_up : Passing::leaves_down)) continue;
       // Levels may be so close to one another that they are passed in one step.
       std::int32_t next = border(policy, first.field, event.sides_, up);
       for (; next >= 0 && on_way(first.field).is_beyond(next, event.share);

@@ -1,0 +1,63 @@
+// What each mode holds the proxy on, and what is told of it.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "palpa/mode/crossings.h"
+#include "palpa/tick/local_model.h"
+#include "palpa/tick/session.h"
+
+namespace palpa {
+
+/// The level that a mode holds the proxy on: free → held → yielding → free.
+struct Contact {
+  enum class State : std::uint8_t { free, held, yielding };
+  State state = State::free;
+  Captured level;  ///< none while free
+};
+
+/// The contacts of a session and the events of a tick. Here alone contacts change. Onsets and break-throughs are told once a
+/// tick for each mode, a break-through after the onset of its level; refusals and warnings once a session. Takes its memory at
+/// construction; one thread.
+class Contacts {
+ public:
+  /// \param modes  their number
+  explicit Contacts(std::size_t modes);
+
+  /// All are free; what was refused stays told.
+  void clear() noexcept;
+  void continue_from(const Contacts& other) noexcept;
+  void begin_tick() noexcept;
+  std::span<const SessionEvent> events() const noexcept { return events_; }
+
+  /// Tells, each time, what a mode's data did.
+  void warn(std::size_t mode, const char* sentence) noexcept;
+  /// Tells, once, that a directed force of a mode changes too fast.
+  void tell_held_back(std::size_t mode) noexcept;
+  /// The levels that give way in the last balance hold up to the end of the sub-step, where they yield.
+  void stop_at_bound(const LocalModel& model) noexcept;
+  /// Takes over what a sub-step that ended in a balance, with the proxy `depth_m` [m] from the probe, has met and broken
+  /// through. What has given way counts as crossed, wherever the proxy is: on an edge of the surface its planes may lead back
+  /// out of it, and it would be met, and give way, in every sub-step.
+  void update(const LocalModel& model, double depth_m, Crossings& crossings) noexcept;
+
+ private:
+  static constexpr std::size_t max_events = 16;  // a tick
+  struct Told {
+    Contact contact;
+    bool met = false;            // an onset, in this tick …
+    bool broken = false;         // … and a break-through
+    bool at_bound = false;       // it holds here, and yields beyond
+    bool held_back = false;      // told that a directed force of it changes too fast
+    std::uint32_t refusals = 0;  // a bit each
+  };
+  void emit(const SessionEvent& event) noexcept;
+  void change(std::size_t mode, Contact now, double depth_m) noexcept;
+
+  std::vector<Told> told_;  // by mode
+  std::vector<SessionEvent> events_;
+};
+
+}  // namespace palpa
