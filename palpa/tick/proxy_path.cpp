@@ -203,7 +203,7 @@ void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double fo
   const Vec3 before_m = std::exchange(c.move_m, c.proxy - start);
   // Directions that turn faster than the spring can follow throw the proxy to and fro: each time half as far, until it gets on.
   const bool turns_back = !segment.fresh && model_.has_directions() && dot(c.move_m, before_m) < 0.0;
-  c.reach_m = turns_back ? std::min(c.reach_m, 0.5 * norm(before_m)) : 2.0 * c.reach_m;
+  c.reach_m = turns_back ? std::min(c.reach_m, 0.5 * norm(before_m)) : 1.25 * c.reach_m;
   c.probe_way_m = segment.to_m - segment.from_m;
   released_m_ += released(c.move_m, norm(c.probe_way_m) + move.fraction * modes_.furthest_carried_m());
   if (segment.fresh) {

@@ -20,11 +20,14 @@ bool usable(const Vec3& position_m) noexcept {
   return is_finite(position_m) && largest_component(position_m) <= largest_probe_m;
 }
 
+const char* name_in(std::initializer_list<const char*> names, std::size_t i) noexcept {
+  return i < names.size() ? names.begin()[i] : "?";
+}
+
 }  // namespace
 
 const char* name_of(TickStatus status) noexcept {
-  constexpr const char* names[] = {"resting", "waiting", "capped", "bad_input"};
-  return names[static_cast<std::size_t>(status)];
+  return name_in({"resting", "waiting", "capped", "bad_input"}, static_cast<std::size_t>(status));
 }
 
 double work_j(const SubStep& step, const PlacedPrimitive& placed) noexcept {
@@ -32,13 +35,11 @@ double work_j(const SubStep& step, const PlacedPrimitive& placed) noexcept {
 }
 
 const char* name_of(Stop stop) noexcept {
-  constexpr const char* names[] = {"full", "event", "release", "energy", "cap"};
-  return names[static_cast<std::size_t>(stop)];
+  return name_in({"full", "event", "release", "energy", "cap"}, static_cast<std::size_t>(stop));
 }
 
 const char* name_of(SessionEventKind kind) noexcept {
-  constexpr const char* names[] = {"onset", "break_through", "fault", "warning"};
-  return names[static_cast<std::size_t>(kind)];
+  return name_in({"onset", "break_through", "fault", "warning"}, static_cast<std::size_t>(kind));
 }
 
 class Session::State {
