@@ -1,6 +1,7 @@
 #include "palpa/tick/local_model.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "palpa/tick/path_tolerances.h"
@@ -43,7 +44,7 @@ const LevelContact* LocalModel::contact_of(std::size_t row) const noexcept {
 void LocalModel::begin_move(const StepContext& context, double spacing_m) noexcept {
   start_m_ = context.start_m;
   spacing_m_ = spacing_m;
-  witnessed_ = false;
+  witnessed_ = is_foreseen_ = is_recanted_ = false;
   contacts_.clear();
   learnt_.clear();
 }
@@ -84,6 +85,7 @@ void LocalModel::find_contacts() noexcept {
       stands->line = static_cast<std::int32_t>(i);
     } else if (set_.captured(i).any() && p.strength_n > 0.0) {
       LevelContact contact{p.id, set_.captured(i), i};
+      contact.own = p;
       contact.solid_is_high =
           dot(modes_.samples().scalar(contact.level.field, start_m_ + modes_.carried_m(p.id.mode)).gradient, p.direction) < 0.0;
       contact.bounds = !modes_.fades(p.id.mode);
@@ -218,6 +220,58 @@ bool LocalModel::accepts(const Vec3& end_m, double deepest, const Vec3& balance_
   return gain_j(witness_m_, put_back(end_m), probe_m, time_step_s) >= earnest * promised_j;
 }
 
+// The place of a facet: where it would have to be put back further than it reaches, a place nearer to the witness says more.
+Vec3 LocalModel::before_witness(const Look& at) noexcept {
+  find_witness();
+  return at.foot_m - std::max(0.0, dot(at.normal, at.foot_m - witness_m_)) * at.normal;
+}
+
+// Friction is across the plane.
+void LocalModel::stand_on(const LevelContact& contact, const Primitive& plane) noexcept {
+  set_.replace(contact.first, plane, contact.level);
+  if (contact.line < 0) return;
+  Primitive line = set_[static_cast<std::size_t>(contact.line)];
+  line.direction = plane.direction;
+  set_.replace(static_cast<std::size_t>(contact.line), line, {});
+}
+
+void LocalModel::foresee(const Vec3& end_m) noexcept {
+  if (is_recanted_ || !learnt_.empty()) return;
+  for (const LevelContact& contact : contacts_) {
+    if (!holds(contact)) continue;
+    const Look there = look(contact, end_m);
+    const Vec3 turn = there.normal - look(contact, start_m_ + modes_.carried_m(contact.id.mode)).normal;
+    if (!(norm(turn) * spacing_m_ <= distance(end_m, start_m_))) continue;
+    Primitive plane = contact.own;
+    plane.direction = normalized(plane.direction + turn);
+    plane.position_m = before_witness({there.free_m, there.foot_m, plane.direction});
+    stand_on(contact, plane);
+    is_foreseen_ = true;
+  }
+}
+
+bool LocalModel::recant() noexcept {
+  if (!is_foreseen_ || is_recanted_) return false;
+  for (const LevelContact& contact : contacts_) stand_on(contact, contact.own);
+  return is_recanted_ = true;
+}
+
+bool LocalModel::foresaw(const Vec3& end_m) noexcept {
+  return is_foreseen_ && !is_recanted_ && depth_m(end_m) <= rest * spacing_m_ && unsettled_m(end_m) <= turned * spacing_m_;
+}
+
+double LocalModel::unsettled_m(const Vec3& end_m) noexcept {
+  double furthest_m = 0.0;
+  for (const LevelContact& contact : contacts_) {
+    if (!holds(contact) || contact.state == PrimitiveState::off) continue;
+    const Look at = look(contact, end_m);
+    furthest_m += std::abs(at.free_m);
+    for (std::size_t row = contact.first; row < contact.first + contact.facets; ++row)
+      furthest_m += norm(law_->forces_n()[row]) / stiffness_n_per_m_ * distance(at.normal, set_[row].direction);
+  }
+  return furthest_m;
+}
+
 bool LocalModel::learn(const Vec3& end_m) noexcept {
   find_witness();
   bool any = false;
@@ -226,8 +280,7 @@ bool LocalModel::learn(const Vec3& end_m) noexcept {
     if (!holds(contact)) continue;
     const Look at = look(contact, end_m);
     if (at.free_m >= 0.0) continue;
-    // Where it would have to be put back further than it reaches, a place nearer to the witness says more.
-    const Vec3 position_m = at.foot_m - std::max(0.0, dot(at.normal, at.foot_m - witness_m_)) * at.normal;
+    const Vec3 position_m = before_witness(at);
     if (!(dot(at.normal, position_m - end_m) >= std::max(novel * spacing_m_, -0.5 * at.free_m))) continue;
     if (contact.facets == most_facets) forget_idle(contact);
     if (!add_facet(contact, position_m, at.normal)) continue;

@@ -16,7 +16,7 @@ constexpr double unbounded = std::numeric_limits<double>::infinity();
 constexpr int max_moves = 128;              // a tick
 constexpr int max_trials = 24;              // balances of a move
 constexpr int most_pieces = 1024;           // of straight ways a tick, that are looked at for events
-constexpr double bound_m = 5e-9;            // to which the place where a level gives way is located; so far before it one stops
+constexpr double bound_m = 1e-8;            // to which the place where a level gives way is located; so far before it one stops
 constexpr double directed_n_per_s = 100.0;  // directed forces may change so fast because the data do
 
 // The part of the proxy's motion that is more than that of the probe and the data: a release, no motion of the hand.
@@ -160,8 +160,11 @@ void ProxyPath::sub_step(ProbeSegment segment) noexcept {
   if (settles && (made.fraction == 0.0 || (made.stop == Stop::full && went_m <= rest_m))) {
     state_.unfinished = state_.settling = false;
   } else {
-    // Where a level holds, only the next balance says whether the proxy rests: an end that is free is not yet the best one.
-    const bool is_settled = !model_.any_holds() ? made.change_m <= turned * spacing_m_ : went_m <= rest_m;
+    // A hand that moves is followed by the next tick anyway; a still one is to feel the end of it, and so is what was begun.
+    const bool to_the_end = settles || path_m_ == 0.0;
+    const bool is_settled = !model_.any_holds() ? made.change_m <= turned * spacing_m_
+                            : to_the_end        ? went_m <= rest_m
+                                                : model_.unsettled_m(made.end_from(start)) <= turned * spacing_m_;
     // A level that lets go leaves the proxy where it was pressed to: only the next balance is without it.
     const bool lets_go = model_.any_gives_way(crossings_) && went_m > rest_m;
     advance(segment, made, follows_s, is_settled && !lets_go);
@@ -204,8 +207,9 @@ void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double fo
   // Directions that turn faster than the spring can follow throw the proxy to and fro: each time half as far, until it gets on.
   const bool turns_back = !segment.fresh && model_.has_directions() && dot(c.move_m, before_m) < 0.0;
   c.reach_m = turns_back ? std::min(c.reach_m, 0.5 * norm(before_m)) : 1.25 * c.reach_m;
-  c.probe_way_m = segment.to_m - segment.from_m;
-  released_m_ += released(c.move_m, norm(c.probe_way_m) + move.fraction * modes_.furthest_carried_m());
+  if (segment.fresh) c.segment_start_m = start;
+  if (segment.fresh) c.probe_way_m = segment.to_m - segment.from_m;
+  released_m_ += released(c.move_m, distance(segment.to_m, segment.from_m) + move.fraction * modes_.furthest_carried_m());
   if (segment.fresh) {
     c.whole_s = segment.time_s;
     queue_.pop(segment);
@@ -225,6 +229,7 @@ void ProxyPath::place(const StepContext& context, const Vec3& end_m, double whol
   middle.data_fraction = whole_m > 0.0 ? 0.5 * std::min(1.0, distance(end_m, context.start_m) / whole_m) : 0.0;
   const std::int32_t held_back = model_.place(middle, 0.5 * (state_.step_start_m + end_m), context.start_m, moved_n_);
   if (held_back >= 0) contacts_.tell_held_back(static_cast<std::size_t>(held_back));
+  if (end_m != context.start_m) model_.foresee(end_m);
 }
 
 // One move towards the balance, at most half a sample spacing, to the first place that is free. A balance that cannot be
@@ -246,6 +251,8 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
   Move made;
   bool rests = false;
   Vec3 end = end_of(start + expected_m(segment));
+  // What settles a step is a small part of it.
+  const double same_m = (settles ? piercing : turned) * spacing_m_;
   model_.begin_move(context, spacing_m_);
   place(context, end, distance(end, start));
   for (int trial = 0; trial < max_trials; ++trial) {
@@ -256,8 +263,8 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
     const double length = distance(made.to.position_m, start);
     const Vec3 before = std::exchange(end, end_of(made.to.position_m));
     made.change_m = model_.has_directions() ? distance(end, before) : 0.0;
-    if (made.change_m > turned * spacing_m_ && trial + 1 < max_trials && !made.bound_met &&
-        (before != start || distance(end, start) > turned * spacing_m_)) {
+    if (made.change_m > same_m && trial + 1 < max_trials && !made.bound_met &&
+        (before != start || distance(end, start) > same_m)) {
       place(context, end, length);
       continue;
     }
@@ -294,7 +301,8 @@ bool ProxyPath::end_is_free(const ProbeSegment& segment, const StepContext& cont
       return model_.accepts(reached, deepest, move.to.position_m, move.fraction, segment.to_m, context.time_step_s);
     };
     if (accepts(still)) return true;
-    if (model_.learn(reached)) return event_.crossings.clear(), false;
+    if (move.fraction == 1.0 && model_.foresaw(reached)) return true;
+    if (model_.recant() || model_.learn(reached)) return event_.crossings.clear(), false;
     if (accepts(shallow)) return true;
     event_.crossings.clear();
     move.fraction *= 0.5;
@@ -359,12 +367,12 @@ bool ProxyPath::meet_bound(ProbeSegment& segment, const StepContext& context, Ba
   return true;
 }
 
-// Where the proxy would get to if it moved on as it did in the last sub-step, by as much more or less as the probe does.
+// Where the proxy would get to if it moved on as it did in the last segment, by as much more or less as the probe does.
 Vec3 ProxyPath::expected_m(const ProbeSegment& segment) const noexcept {
   const double before_m2 = norm_squared(state_.probe_way_m);
   if (!segment.fresh || playing_ || !(before_m2 > 0.0)) return {};
   const double share = dot(segment.to_m - segment.from_m, state_.probe_way_m) / before_m2;
-  return std::clamp(share, 0.0, 1.0) * state_.move_m;
+  return std::clamp(share, 0.0, 1.0) * (state_.proxy - state_.segment_start_m);
 }
 
 // What is to stop the proxy on its way.

@@ -9,11 +9,11 @@
 
 #include "palpa/core/law.h"
 #include "palpa/core/ledger.h"
+#include "palpa/core/probe_queue.h"
 #include "palpa/mode/crossings.h"
 #include "palpa/tick/contacts.h"
 #include "palpa/tick/local_model.h"
 #include "palpa/tick/mode_runtime.h"
-#include "palpa/tick/probe_queue.h"
 #include "palpa/tick/session.h"
 #include "palpa/tick/step_record.h"
 
@@ -56,8 +56,9 @@ class ProxyPath {
   struct PathState {
     bool started = false;
     Vec3 proxy;
-    Vec3 move_m;       // of the proxy in the last sub-step …
-    Vec3 probe_way_m;  // … and of the probe
+    Vec3 move_m;           // of the proxy in the last move
+    Vec3 segment_start_m;  // where the proxy was before the last segment …
+    Vec3 probe_way_m;      // … of the probe's path
     // A sub-step that was stopped on its way is taken up again at the same probe.
     bool unfinished = false;
     bool settling = false;    // it has ended; whether the proxy rests there is being asked

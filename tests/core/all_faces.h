@@ -46,7 +46,10 @@ inline Vec3 way_out_by_all_faces(const Facets& facets, const Vec3& x_m) {
   const std::size_t m = facets.size();
   const auto product = [](const Vec3& a, const Vec3& b) { return Real(a.x) * b.x + Real(a.y) * b.y + Real(a.z) * b.z; };
   std::vector<Real> c;
-  for (const Facet& f : facets) c.push_back(product(f.normal, f.position_m) - product(f.normal, x_m));
+  for (const Facet& f : facets) {
+    const Vec3 &n = f.normal, &a_m = f.position_m;
+    c.push_back(n.x * (Real(a_m.x) - x_m.x) + n.y * (Real(a_m.y) - x_m.y) + n.z * (Real(a_m.z) - x_m.z));
+  }
   Real best = 0.0L;
   Vec3 way_m;
   for (std::size_t mask = 1; mask < (std::size_t{1} << m); ++mask) {

@@ -1,4 +1,4 @@
-#include "palpa/tick/probe_queue.h"
+#include "palpa/core/probe_queue.h"
 
 #include <algorithm>
 
