@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "palpa/tick/path_tolerances.h"
@@ -220,12 +221,6 @@ bool LocalModel::accepts(const Vec3& end_m, double deepest, const Vec3& balance_
   return gain_j(witness_m_, put_back(end_m), probe_m, time_step_s) >= earnest * promised_j;
 }
 
-// The place of a facet: where it would have to be put back further than it reaches, a place nearer to the witness says more.
-Vec3 LocalModel::before_witness(const Look& at) noexcept {
-  find_witness();
-  return at.foot_m - std::max(0.0, dot(at.normal, at.foot_m - witness_m_)) * at.normal;
-}
-
 // Friction is across the plane.
 void LocalModel::stand_on(const LevelContact& contact, const Primitive& plane) noexcept {
   set_.replace(contact.first, plane, contact.level);
@@ -241,10 +236,12 @@ void LocalModel::foresee(const Vec3& end_m) noexcept {
     if (!holds(contact)) continue;
     const Look there = look(contact, end_m);
     const Vec3 turn = there.normal - look(contact, start_m_ + modes_.carried_m(contact.id.mode)).normal;
-    if (!(norm(turn) * spacing_m_ <= distance(end_m, start_m_))) continue;
     Primitive plane = contact.own;
     plane.direction = normalized(plane.direction + turn);
-    plane.position_m = before_witness({there.free_m, there.foot_m, plane.direction});
+    plane.position_m = there.foot_m;
+    find_witness();
+    const bool shuts_out = dot(plane.direction, there.foot_m - witness_m_) > rest * spacing_m_;
+    if (shuts_out || !(norm(turn) * spacing_m_ <= distance(end_m, start_m_))) continue;
     stand_on(contact, plane);
     is_foreseen_ = true;
   }
@@ -256,16 +253,12 @@ bool LocalModel::recant() noexcept {
   return is_recanted_ = true;
 }
 
-bool LocalModel::foresaw(const Vec3& end_m) noexcept {
-  return is_foreseen_ && !is_recanted_ && depth_m(end_m) <= rest * spacing_m_ && unsettled_m(end_m) <= turned * spacing_m_;
-}
-
 double LocalModel::unsettled_m(const Vec3& end_m) noexcept {
   double furthest_m = 0.0;
   for (const LevelContact& contact : contacts_) {
     if (!holds(contact) || contact.state == PrimitiveState::off) continue;
     const Look at = look(contact, end_m);
-    furthest_m += std::abs(at.free_m);
+    if (std::abs(at.free_m) > still * spacing_m_) return std::numeric_limits<double>::infinity();
     for (std::size_t row = contact.first; row < contact.first + contact.facets; ++row)
       furthest_m += norm(law_->forces_n()[row]) / stiffness_n_per_m_ * distance(at.normal, set_[row].direction);
   }
@@ -280,7 +273,8 @@ bool LocalModel::learn(const Vec3& end_m) noexcept {
     if (!holds(contact)) continue;
     const Look at = look(contact, end_m);
     if (at.free_m >= 0.0) continue;
-    const Vec3 position_m = before_witness(at);
+    // Where it would have to be put back further than it reaches, a place nearer to the witness says more.
+    const Vec3 position_m = at.foot_m - std::max(0.0, dot(at.normal, at.foot_m - witness_m_)) * at.normal;
     if (!(dot(at.normal, position_m - end_m) >= std::max(novel * spacing_m_, -0.5 * at.free_m))) continue;
     if (contact.facets == most_facets) forget_idle(contact);
     if (!add_facet(contact, position_m, at.normal)) continue;

@@ -48,13 +48,10 @@ class LocalModel {
   /// held back, or -1.
   std::int32_t place(const StepContext& context, const Vec3& middle_m, const Vec3& level_m, double moved_n) noexcept;
   /// Sees the levels as they are where the move is thought to end, at `end_m` [m], instead of where the proxy is: then the next
-  /// move would not lead on. Not where they turn fast.
+  /// move would not lead on. Not where they turn fast, or shut the witness out by more than what counts as rest.
   void foresee(const Vec3& end_m) noexcept;
   /// Sees them from the proxy again, for the rest of the move, since its end is not free. False where that is so already.
   bool recant() noexcept;
-  /// Whether the levels at an end are as they were foreseen, so that the next move would not lead on; it may be as deep in one
-  /// as the witness has put the plane there back, no more than what counts as rest. Samples.
-  bool foresaw(const Vec3& end_m) noexcept;
   /// Balances what was placed.
   Balance balance(const Vec3& probe_m, double time_step_s) noexcept;
 
@@ -71,7 +68,8 @@ class LocalModel {
                double time_step_s) noexcept;
   /// Learns from an end that was not accepted what shuts it out. False where that is nothing new.
   bool learn(const Vec3& end_m) noexcept;
-  /// How far the proxy would at most go on from an accepted end if the levels that hold it were looked at again there [m].
+  /// How far the proxy would at most go on from an accepted end if the levels that hold it were looked at again there [m];
+  /// infinity where it is not on one.
   double unsettled_m(const Vec3& end_m) noexcept;
   /// Says of the levels how a search for events on the way from the start to `end_m` [m] is to take them: what holds the
   /// proxy is not crossed, but no deeper in it may it be than a little, or than it is. Samples.
@@ -102,7 +100,6 @@ class LocalModel {
   };
   Look look(const LevelContact& contact, const Vec3& x_m) noexcept;
   bool holds(const LevelContact& contact) const noexcept { return contact.bounds && contact.state != PrimitiveState::slip; }
-  Vec3 before_witness(const Look& at) noexcept;
   void stand_on(const LevelContact& contact, const Primitive& plane) noexcept;
   double depth_m(const Vec3& x_m) noexcept;
   Vec3 put_back(const Vec3& x_m) noexcept;

@@ -257,6 +257,8 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
   place(context, end, distance(end, start));
   for (int trial = 0; trial < max_trials; ++trial) {
     made.to = model_.balance(context.probe_m, context.time_step_s);
+    // No level lets go because of what was foreseen.
+    if (model_.any_gives_way(crossings_) && model_.recant()) made.to = model_.balance(context.probe_m, context.time_step_s);
     made.bound_met = made.bound_met || (trial == 0 && segment.fresh && meet_bound(segment, context, made.to));
     context.probe_m = segment.to_m;
     context.time_step_s = segment.time_s;
@@ -301,7 +303,6 @@ bool ProxyPath::end_is_free(const ProbeSegment& segment, const StepContext& cont
       return model_.accepts(reached, deepest, move.to.position_m, move.fraction, segment.to_m, context.time_step_s);
     };
     if (accepts(still)) return true;
-    if (move.fraction == 1.0 && model_.foresaw(reached)) return true;
     if (model_.recant() || model_.learn(reached)) return event_.crossings.clear(), false;
     if (accepts(shallow)) return true;
     event_.crossings.clear();

@@ -128,7 +128,9 @@ TEST(Figure6, OursIsProvenEarlierOnesAreOffWhereConstraintsAreObliqueAndExactWhe
       ASSERT_EQ(signs.xs.size(), 2u);
       for (std::size_t i = 0; i < 2; ++i) {
         if (signs.xs[i] < plot.x_range->first) continue;
-        EXPECT_NEAR(share_at(curve, signs.xs[i]), signs.ys[i], 0.1) << plot.title << law << ": signs lie on the curve";
+        // Where many values are the same the curve goes straight up.
+        EXPECT_GE(share_at(curve, signs.xs[i]), signs.ys[i] - 0.1) << plot.title << law << ": signs lie on the curve";
+        EXPECT_LE(share_at(curve, (1.0 - 1e-12) * signs.xs[i]), signs.ys[i] + 0.1) << plot.title << law;
       }
     }
   }
