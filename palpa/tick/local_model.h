@@ -31,7 +31,8 @@ struct LevelContact {
 /// The primitives of a move and their balance. What the modes place is frozen; a level is looked up again wherever a move
 /// would end, and what is found there joins it as another facet of its corner: the polyhedron of places that are known to be
 /// free. Facets live for one move; P always contains the *witness*, the proxy's own place, so no facet, however wrong, can
-/// press the proxy through a level (docs/theory.md). Takes its memory at construction; one thread.
+/// press the proxy through a level (docs/theory.md); a foreseen plane may miss it by a rest, and is recanted before it lets go.
+/// Takes its memory at construction; one thread.
 class LocalModel {
  public:
   static constexpr std::size_t max_primitives = 64;
@@ -69,7 +70,7 @@ class LocalModel {
   /// Learns from an end that was not accepted what shuts it out. False where that is nothing new.
   bool learn(const Vec3& end_m) noexcept;
   /// How far the proxy would at most go on from an accepted end if the levels that hold it were looked at again there [m];
-  /// infinity where it is not on one.
+  /// infinity where it is not on one. Samples.
   double unsettled_m(const Vec3& end_m) noexcept;
   /// Says of the levels how a search for events on the way from the start to `end_m` [m] is to take them: what holds the
   /// proxy is not crossed, but no deeper in it may it be than a little, or than it is. Samples.
