@@ -29,13 +29,19 @@ Damper::Damper(double damping_ns_per_m, double encoder_step_m) noexcept
 
 Vec3 Damper::relative_velocity(const Vec3& stretch_m, const Vec3& released_m, double time_step_s,
                                double stiffness_n_per_m) noexcept {
+  // In free space the filter would only decay towards zero; there the force is to be exactly zero.
+  if (stretch_m == Vec3{}) {
+    reset({});
+    return {};
+  }
   const Vec3 rate = (stretch_m - last_stretch_m_ - released_m) / time_step_s;
   last_stretch_m_ = stretch_m;
-  const double weight = -std::expm1(-2.0 * std::numbers::pi * cut_off_hz_ * time_step_s);
-  filtered_m_per_s_ += weight * (rate - filtered_m_per_s_);
+  if (time_step_s != time_step_s_) {
+    time_step_s_ = time_step_s;
+    weight_ = -std::expm1(-2.0 * std::numbers::pi * cut_off_hz_ * time_step_s);
+  }
+  filtered_m_per_s_ += weight_ * (rate - filtered_m_per_s_);
   if (!is_finite(filtered_m_per_s_)) filtered_m_per_s_ = {};
-  // In free space the filter would only decay towards zero; there the force is to be exactly zero.
-  if (stretch_m == Vec3{}) filtered_m_per_s_ = {};
   if (damping_ns_per_m_ == 0.0) return filtered_m_per_s_;
   const double limit_n = std::max(always_allowed_n, share_of_spring * stiffness_n_per_m * norm(stretch_m));
   return shortened(filtered_m_per_s_, limit_n / damping_ns_per_m_);

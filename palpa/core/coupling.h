@@ -40,6 +40,8 @@ class Damper {
  private:
   double damping_ns_per_m_;
   double cut_off_hz_;
+  double time_step_s_ = 0.0;  // of the last tick …
+  double weight_ = 0.0;       // … and what the filter takes of what is new in so long
   Vec3 last_stretch_m_;
   Vec3 filtered_m_per_s_;
 };

@@ -19,7 +19,7 @@ void HeldForces::clear() noexcept {
 
 std::int32_t HeldForces::hold_back(PrimitiveSet& set, const Vec3& at_m, double stiffness_n_per_m,
                                    double moved_n) const noexcept {
-  if (!any_) return -1;
+  if (!any_ || (held_.empty() && set.empty())) return -1;
   const auto is_placed = [&](const Force& before) {
     for (const Primitive& p : set.primitives()) {
       if (p.kind == PrimitiveKind::directed && p.id == before.id) return true;

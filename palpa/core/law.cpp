@@ -28,6 +28,15 @@ double nearness_m(const Primitive& primitive, const Balance& balance) noexcept {
 
 }  // namespace
 
+double fall_j(const Primitive& p, const Vec3& from_m, const Vec3& to_m, double time_step_s) noexcept {
+  if (p.kind == PrimitiveKind::directed) return p.strength_n * dot(p.direction, to_m - from_m);
+  const auto term_j = [&](const Vec3& x_m) {
+    const double off_m = norm(residual(p, x_m));
+    return p.strength_n * off_m + (p.drag_ns_per_m > 0.0 ? 0.5 * p.drag_ns_per_m / time_step_s * off_m * off_m : 0.0);
+  };
+  return term_j(from_m) - term_j(to_m);
+}
+
 PrimitiveState state_at(const Primitive& primitive, const Balance& balance) noexcept {
   if (primitive.kind == PrimitiveKind::directed) return PrimitiveState::off;
   const Vec3 d = primitive.position_m - balance.position_m;

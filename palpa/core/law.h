@@ -62,6 +62,10 @@ class Law {
   virtual void reset() noexcept = 0;
 };
 
+/// By how much E's term of one primitive (a facet by itself is a plane) falls on the way between two positions [m], with T as
+/// above [J].
+double fall_j(const Primitive& primitive, const Vec3& from_m, const Vec3& to_m, double time_step_s) noexcept;
+
 /// What the proxy does at a primitive (a facet by itself is a plane) given the balance. Read from the residual, which is
 /// unique, never from a split of force, which is not; within `error_bound_m` of the primitive counts as on it.
 PrimitiveState state_at(const Primitive& primitive, const Balance& balance) noexcept;

@@ -191,6 +191,13 @@ void PrimitiveSet::add(Primitive p, Captured captured, Friction friction) noexce
   ++size_;
 }
 
+bool PrimitiveSet::can_pull() const noexcept {
+  for (std::size_t i = 0; i < size_; ++i) {
+    if (primitives_[i].strength_n > 0.0 || primitives_[i].drag_ns_per_m > 0.0 || friction_[i].any()) return true;
+  }
+  return false;
+}
+
 bool PrimitiveSet::add_facet(std::size_t i, const Vec3& position_m, const Vec3& normal) noexcept {
   Primitive facet = primitives_[i];
   const auto refused = [&](Refusal reason) { return refuse(facet.id, reason), false; };

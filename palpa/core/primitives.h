@@ -178,6 +178,8 @@ class PrimitiveSet {
   const Captured& captured(std::size_t i) const noexcept { return captured_[i]; }
   const Friction& friction_of(std::size_t i) const noexcept { return friction_[i]; }
   const Vec3& start_m() const noexcept { return start_m_; }
+  /// Whether any of it has a strength, a drag or friction. Not where all have faded away.
+  bool can_pull() const noexcept;
 
   /// Drops all but the first `count`: the tick's own business.
   void truncate(std::size_t count) noexcept { size_ = count < size_ ? count : size_; }

@@ -36,6 +36,7 @@ constexpr int max_rounds = 10;
 constexpr int max_rounds_in_vain = 2;
 constexpr std::size_t many = 12;  // primitives: among so many, one round in vain is enough
 constexpr int max_steps_in_a_round = 3;
+constexpr int max_rounds_from_before = 2;
 constexpr int max_refinements = 8;
 constexpr int max_penalties = 20;
 constexpr int max_newton_steps = 30;
@@ -131,7 +132,7 @@ class Solver::Work {
   /// Finds its balance.
   void solve() noexcept;
   /// Writes the best balance met and its forces, in the order of the set.
-  void give(Balance& balance, Vec3& remainder_m, Vec3* forces_n) const noexcept;
+  void give(Balance& balance, Vec3& remainder_m, Vec3* forces_n) noexcept;
 
   /// Room for forces in the order of the set, free until `solve`.
   Vec3* spare_forces() noexcept { return best_forces_n_.get(); }
@@ -145,6 +146,8 @@ class Solver::Work {
   Vec3 sum() const noexcept;
   bool certify(int stage) noexcept;
 
+  bool solve_from_before() noexcept;
+  bool round() noexcept;
   bool in_closed_form() noexcept;
   bool corner_in_closed_form() noexcept;
   void sweep() noexcept;
@@ -172,9 +175,11 @@ class Solver::Work {
   void keep() noexcept;
   void restore() noexcept;
 
+  Vec3 moved_m_;  // from the start to the balance before, which the warm start is from
+
   // What was posed.
   std::span<const Primitive> primitives_;
-  Vec3 probe_m_, directed_n_;
+  Vec3 start_m_, probe_m_, directed_n_;
   double directed_size_n_ = 0.0, directed_terms_ = 0.0;
   double k_ = 1.0, by_k_ = 1.0;
   double wanted_n_ = 0.0;    // k times the wanted bound
@@ -211,7 +216,7 @@ class Solver::Work {
 void Solver::Work::pose(std::span<const Primitive> primitives, const Vec3* warm_n, const Vec3& start_m, const Vec3& probe_m,
                         double k, double T) noexcept {
   primitives_ = primitives;
-  probe_m_ = probe_m;
+  start_m_ = start_m, probe_m_ = probe_m;
   k_ = k, by_k_ = 1.0 / k;
   wanted_n_ = k * wanted_bound_m;
   balanced_n_ = refined_share * wanted_n_;
@@ -848,7 +853,9 @@ bool Solver::Work::corner_in_closed_form() noexcept {
 }
 
 void Solver::Work::solve() noexcept {
+  const bool swept_before = best_stage_ <= 1;
   if (in_closed_form()) return;
+  if (warm_ && !swept_before && solve_from_before()) return;
   Z_ = sum();
   sweep();
   // More than three at once are hardly ever done after a sweep, and looking costs as much as it.
@@ -868,18 +875,33 @@ void Solver::Work::solve() noexcept {
       sweep();
     }
     const double before = best_bound_n_;
-    for (int j = 0; j < max_steps_in_a_round; ++j) {
-      const Step step = active_set_step();
-      if (step == Step::settled) break;
-      if (step == Step::cut && j + 1 < max_steps_in_a_round) Z_ = sum(), sweep();
-    }
-    if (certify(2)) return;
+    if (round()) return;
     if (!(best_bound_n_ < 0.5 * before)) ++in_vain;
   }
   augmented_lagrangian();
 }
 
-void Solver::Work::give(Balance& balance, Vec3& remainder_m, Vec3* forces_n) const noexcept {
+// The forces and the way of the proxy are nearly those of the balance before. Newton's method that begins with both sees who
+// slips, and where to, however little that is; where forces that are a little out of date would balance says nothing of it.
+bool Solver::Work::solve_from_before() noexcept {
+  Z_ = k_ * moved_m_;
+  for (int i = 0; i < max_rounds_from_before; ++i) {
+    if (round()) return true;
+  }
+  return false;
+}
+
+// Steps of the active set until one settles, and the proof.
+bool Solver::Work::round() noexcept {
+  for (int i = 0; i < max_steps_in_a_round; ++i) {
+    const Step step = active_set_step();
+    if (step == Step::settled) break;
+    if (step == Step::cut && i + 1 < max_steps_in_a_round) Z_ = sum(), sweep();
+  }
+  return certify(2);
+}
+
+void Solver::Work::give(Balance& balance, Vec3& remainder_m, Vec3* forces_n) noexcept {
   if (done_) {
     for (std::size_t i = 0; i < plane_count_; ++i) forces_n[planes_[i].index] = planes_[i].t * planes_[i].q;
     for (std::size_t i = 0; i < all_spans_; ++i) forces_n[spans_[i].index] = spans_[i].across(spans_[i].u);
@@ -898,6 +920,7 @@ void Solver::Work::give(Balance& balance, Vec3& remainder_m, Vec3* forces_n) con
   const Vec3 z_m = by_k_ * best_Z_;
   // Where nothing pulls the proxy is the probe, to the last bit: the damper knows free space by that.
   balance.position_m = free && any ? probe_m_ : best_origin_m_ + z_m;
+  moved_m_ = balance.position_m - start_m_;
   remainder_m = (best_origin_m_ - balance.position_m) + z_m;
   // The last term is for by_k_ and for the remainder, which rounds where the proxy is far from the origin.
   const double bound_m = best_bound_n_ * by_k_ * (1.0 + 2.0 * epsilon) + size_of(remainder_m) + 2.0 * epsilon * size_of(z_m);

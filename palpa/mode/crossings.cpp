@@ -264,9 +264,7 @@ Extent Crossings::quiet(const EventPolicy& policy, std::int32_t field, const std
 bool Crossings::is_safe(std::int32_t field, const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy, Samples& samples,
                         Event& event) const noexcept {
   const Extent quiet = this->quiet(policy, field, sides_);
-  const bool any_watched = ranges_[field].first < ranges_[field].last;
   const bool is_any_value = quiet.min == -infinity && quiet.max == infinity;
-  if (!any_watched && is_any_value && !policy.fields[field].stops_at_edges) return true;
   Event::Ball& ball = event.balls_[field];
   const auto holds = [&] {
     const double reach_m = std::max(distance(start_m, ball.center_m), distance(end_m, ball.center_m));
@@ -294,7 +292,10 @@ void Crossings::first_event(const Vec3& start_m, const Vec3& end_m, const EventP
     return FieldOnWay{*this, policy, samples, field, event.sides_, from_m, end_m};
   };
   for (std::int32_t field = 0; field < static_cast<std::int32_t>(ranges_.size()); ++field) {
-    const Vec3 from_m = start_m + policy.fields[field].carried_m;
+    const EventPolicy::OfField& of = policy.fields[field];
+    if (ranges_[field].first == ranges_[field].last && !of.stops_at_edges && of.allowed == Extent{-infinity, infinity})
+      continue;
+    const Vec3 from_m = start_m + of.carried_m;
     const double length_m = distance(from_m, end_m);
     if (!(length_m > 0.0) || !std::isfinite(length_m)) continue;
     if (!is_safe(field, from_m, end_m, policy, samples, event)) event.on_way_.push_back(field);

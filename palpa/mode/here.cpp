@@ -186,9 +186,13 @@ Certificate Samples::certificate(std::int32_t field, const Vec3& hand_m) noexcep
   const Slot& slot = (*plan_)[field];
   const std::size_t place = place_at(hand_m);
   const Vec3& world_m = places_[place].world_m;
+  // No magnitude changes faster than its vector.
+  const Slot& by = slot.of >= 0 ? (*plan_)[slot.of] : slot;
+  const bool is_component = slot.of >= 0 && slot.axis != detail::Pointwise::magnitude;
   const Certificate found =
-      slot.grid ? slot.grid->certificate_in(plan_->lattice_of(slot).at(place, places_[place]), 0, slot.grid->components())
-                : slot.field->certificate(world_m);
+      by.grid ? by.grid->certificate_in(plan_->lattice_of(by).at(place, places_[place]), is_component ? slot.axis : 0,
+                                        is_component ? 1 : by.grid->components())
+              : slot.field->certificate(world_m);
   const double shift_m = 16.0 * std::numeric_limits<double>::epsilon() * (norm(world_m) + norm(map_.translation_m));
   return found.scaled(1.0 / map_.scale, shift_m);
 }

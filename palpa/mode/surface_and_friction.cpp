@@ -41,6 +41,7 @@ std::string SurfaceAndFriction::problem() const {
 }
 
 void SurfaceAndFriction::place(const Here& here, const Memory& memory, PrimitiveSet& out) const noexcept {
+  if (!levels.empty() && !memory.captured && noise_per_m == 0.0) return;  // nothing is met, and nothing is flat
   const ScalarSample& sample = here.scalar(field);
   if (!sample.inside) return;
   const double weight = detail::gradient_weight(here, sample.gradient, noise_per_m);
@@ -78,6 +79,7 @@ bool SurfaceAndFriction::is_solid(double value) const noexcept {
 }
 
 void SurfaceAndFriction::settle(const Settled& settled, Memory& memory) const noexcept {
+  if (!levels.empty() && !memory.captured && settled.crossings.empty()) return;
   const ScalarSample& sample = settled.here.scalar(field);
   if (!sample.inside) {
     memory = {};

@@ -57,6 +57,7 @@ class Contacts {
   void change(std::size_t mode, Contact now, double depth_m) noexcept;
 
   std::vector<Told> told_;  // by mode
+  bool all_free_ = true;
   std::vector<SessionEvent> events_;
 };
 

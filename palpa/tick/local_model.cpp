@@ -87,8 +87,9 @@ void LocalModel::find_contacts() noexcept {
     } else if (set_.captured(i).any() && p.strength_n > 0.0) {
       LevelContact contact{p.id, set_.captured(i), i};
       contact.own = p;
-      contact.solid_is_high =
-          dot(modes_.samples().scalar(contact.level.field, start_m_ + modes_.carried_m(p.id.mode)).gradient, p.direction) < 0.0;
+      const Vec3 from_m = start_m_ + modes_.carried_m(p.id.mode);
+      contact.solid_is_high = dot(modes_.samples().scalar(contact.level.field, from_m).gradient, p.direction) < 0.0;
+      contact.start = contact.last = seen_from(contact, from_m);
       contact.bounds = !modes_.fades(p.id.mode);
       contacts_.push_back(contact);
     } else {
@@ -145,20 +146,25 @@ bool LocalModel::any_gives_way(const Crossings& crossings) const noexcept {
   });
 }
 
-// The level as one Newton step from a place sees it.
-LocalModel::Look LocalModel::look(const LevelContact& contact, const Vec3& x_m) noexcept {
+const LevelLook& LocalModel::look(LevelContact& contact, const Vec3& x_m) noexcept {
+  if (x_m == contact.start.at_m) return contact.start;
+  if (x_m != contact.last.at_m) contact.last = seen_from(contact, x_m);
+  return contact.last;
+}
+
+LevelLook LocalModel::seen_from(const LevelContact& contact, const Vec3& x_m) noexcept {
   const ScalarSample& sample = modes_.samples().scalar(contact.level.field, x_m);
   const double steepness = norm(sample.gradient);
-  if (!sample.inside || !(steepness > 0.0)) return {};
+  if (!sample.inside || !(steepness > 0.0)) return {x_m};
   const Vec3 uphill = normalized(sample.gradient);
   const double up_m = std::clamp((contact.level.value - sample.value) / steepness, -spacing_m_, spacing_m_);
-  return {contact.solid_is_high ? up_m : -up_m, x_m + up_m * uphill, contact.solid_is_high ? -uphill : uphill};
+  return {x_m, contact.solid_is_high ? up_m : -up_m, x_m + up_m * uphill, contact.solid_is_high ? -uphill : uphill};
 }
 
 // How deep a place is in what holds the proxy.
 double LocalModel::depth_m(const Vec3& x_m) noexcept {
   double deepest_m = 0.0;
-  for (const LevelContact& contact : contacts_) {
+  for (LevelContact& contact : contacts_) {
     if (holds(contact)) deepest_m = std::max(deepest_m, -look(contact, x_m).free_m);
   }
   return deepest_m;
@@ -166,9 +172,9 @@ double LocalModel::depth_m(const Vec3& x_m) noexcept {
 
 Vec3 LocalModel::put_back(const Vec3& x_m) noexcept {
   Vec3 on_levels = x_m;
-  for (const LevelContact& contact : contacts_) {
+  for (LevelContact& contact : contacts_) {
     if (!holds(contact)) continue;
-    const Look at = look(contact, on_levels);
+    const LevelLook at = look(contact, on_levels);
     if (at.free_m < 0.0) on_levels = at.foot_m;
   }
   return on_levels;
@@ -191,18 +197,8 @@ void LocalModel::find_witness() noexcept {
 double LocalModel::gain_j(const Vec3& from_m, const Vec3& to_m, const Vec3& probe_m, double time_step_s) const noexcept {
   double gain_j = stiffness_n_per_m_ * dot(from_m - to_m, 0.5 * (from_m + to_m) - probe_m);
   for (std::size_t i = 0; i < set_.size(); ++i) {
-    const Primitive& p = set_[i];
     const LevelContact* contact = contact_of(i);
-    if (contact && holds(*contact)) continue;
-    if (p.kind == PrimitiveKind::directed) {
-      gain_j += p.strength_n * dot(p.direction, to_m - from_m);
-      continue;
-    }
-    const auto loss_j = [&](const Vec3& x_m) {
-      const double off_m = norm(residual(p, x_m));
-      return p.strength_n * off_m + (p.drag_ns_per_m > 0.0 ? 0.5 * p.drag_ns_per_m / time_step_s * off_m * off_m : 0.0);
-    };
-    gain_j += loss_j(from_m) - loss_j(to_m);
+    if (!contact || !holds(*contact)) gain_j += fall_j(set_[i], from_m, to_m, time_step_s);
   }
   return gain_j;
 }
@@ -232,15 +228,15 @@ void LocalModel::stand_on(const LevelContact& contact, const Primitive& plane) n
 
 void LocalModel::foresee(const Vec3& end_m) noexcept {
   if (is_recanted_ || !learnt_.empty()) return;
-  for (const LevelContact& contact : contacts_) {
+  for (LevelContact& contact : contacts_) {
     if (!holds(contact)) continue;
-    const Look there = look(contact, end_m);
-    const Vec3 turn = there.normal - look(contact, start_m_ + modes_.carried_m(contact.id.mode)).normal;
+    const LevelLook there = look(contact, end_m);
+    const Vec3 turn = there.normal - contact.start.normal;
     Primitive plane = contact.own;
     plane.direction = normalized(plane.direction + turn);
     plane.position_m = there.foot_m;
     find_witness();
-    const bool shuts_out = dot(plane.direction, there.foot_m - witness_m_) > rest * spacing_m_;
+    const bool shuts_out = dot(plane.direction, there.foot_m - witness_m_) > shallow * spacing_m_;
     if (shuts_out || !(norm(turn) * spacing_m_ <= distance(end_m, start_m_))) continue;
     stand_on(contact, plane);
     is_foreseen_ = true;
@@ -255,9 +251,9 @@ bool LocalModel::recant() noexcept {
 
 double LocalModel::unsettled_m(const Vec3& end_m) noexcept {
   double furthest_m = 0.0;
-  for (const LevelContact& contact : contacts_) {
+  for (LevelContact& contact : contacts_) {
     if (!holds(contact) || contact.state == PrimitiveState::off) continue;
-    const Look at = look(contact, end_m);
+    const LevelLook at = look(contact, end_m);
     if (std::abs(at.free_m) > still * spacing_m_) return std::numeric_limits<double>::infinity();
     for (std::size_t row = contact.first; row < contact.first + contact.facets; ++row)
       furthest_m += norm(law_->forces_n()[row]) / stiffness_n_per_m_ * distance(at.normal, set_[row].direction);
@@ -271,7 +267,7 @@ bool LocalModel::learn(const Vec3& end_m) noexcept {
   for (std::size_t c = contacts_.size(); c-- > 0;) {  // the last first: rows before it stay where the law's forces have them
     LevelContact& contact = contacts_[c];
     if (!holds(contact)) continue;
-    const Look at = look(contact, end_m);
+    const LevelLook at = look(contact, end_m);
     if (at.free_m >= 0.0) continue;
     // Where it would have to be put back further than it reaches, a place nearer to the witness says more.
     const Vec3 position_m = at.foot_m - std::max(0.0, dot(at.normal, at.foot_m - witness_m_)) * at.normal;
@@ -317,7 +313,8 @@ void LocalModel::forget_idle(LevelContact& contact) noexcept {
 
 void LocalModel::attend(const Crossings& crossings, const Vec3& end_m, EventPolicy& policy) noexcept {
   using Passing = EventPolicy::Passing;
-  const bool is_short = distance(start_m_, end_m) <= piercing * spacing_m_;
+  // From a place on a straight way both of whose ends are free one of them is no further than half of it.
+  const bool is_short = 0.5 * distance(start_m_, end_m) <= piercing * spacing_m_;
   for (const LevelContact& contact : contacts_) {
     const Watch level{contact.level.field, contact.level.value};
     const bool high = contact.solid_is_high;

@@ -14,6 +14,13 @@
 
 namespace palpa {
 
+/// A level as one Newton step from a place sees it.
+struct LevelLook {
+  Vec3 at_m;            ///< the place; that and the rest in the hand frame
+  double free_m = 0.0;  ///< how far in front of the level it is; without data, or a gradient, it counts as on it
+  Vec3 foot_m, normal;
+};
+
 /// A level that a mode holds the proxy on, in one move: the rows of a set that stand on it, a plane or the facets of a corner.
 struct LevelContact {
   PrimitiveId id;
@@ -26,6 +33,8 @@ struct LevelContact {
   PrimitiveState state = PrimitiveState::stick;  ///< in the last balance
   Vec3 pressed{};                                ///< [1] direction of its force there; zero: none
   Primitive own{};                               ///< its plane as the mode placed it
+  LevelLook start{};                             ///< from where the move begins
+  LevelLook last{};                              ///< from where it was looked at last
 };
 
 /// The primitives of a move and their balance. What the modes place is frozen; a level is looked up again wherever a move
@@ -94,12 +103,8 @@ class LocalModel {
     Vec3 position_m;
     Vec3 normal;
   };
-  struct Look {
-    double free_m = 0.0;  // without data, or a gradient, it counts as on the level
-    Vec3 foot_m;
-    Vec3 normal;
-  };
-  Look look(const LevelContact& contact, const Vec3& x_m) noexcept;
+  const LevelLook& look(LevelContact& contact, const Vec3& x_m) noexcept;
+  LevelLook seen_from(const LevelContact& contact, const Vec3& x_m) noexcept;
   bool holds(const LevelContact& contact) const noexcept { return contact.bounds && contact.state != PrimitiveState::slip; }
   void stand_on(const LevelContact& contact, const Primitive& plane) noexcept;
   double depth_m(const Vec3& x_m) noexcept;
@@ -124,11 +129,8 @@ class LocalModel {
   std::vector<LevelContact> before_;  // those of the placing before
   std::vector<Facet> learnt_;         // in this move
   Vec3 start_m_, witness_m_, placed_at_m_;
-  double spacing_m_ = 0.0;
-  double start_depth_m_ = 0.0;
-  bool is_foreseen_ = false, is_recanted_ = false;
-  bool witnessed_ = false;
-  bool has_directions_ = false;
+  double spacing_m_ = 0.0, start_depth_m_ = 0.0;
+  bool witnessed_ = false, is_foreseen_ = false, is_recanted_ = false, has_directions_ = false;
 };
 
 }  // namespace palpa

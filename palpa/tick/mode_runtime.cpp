@@ -64,13 +64,9 @@ void ModeRuntime::continue_from(const ModeRuntime& other) noexcept {
 }
 
 void ModeRuntime::arrive() noexcept {
+  if (furthest_carried_m_ == 0.0) return;
+  furthest_carried_m_ = 0.0;
   for (Part& part : parts_) part.carried_m = {};
-}
-
-double ModeRuntime::furthest_carried_m() const noexcept {
-  double furthest_m = 0.0;
-  for (const Part& part : parts_) furthest_m = std::max(furthest_m, norm(part.carried_m));
-  return furthest_m;
 }
 
 double ModeRuntime::motion_m(const Vec3& at_m, DataTime from, DataTime to) const noexcept {
@@ -142,9 +138,7 @@ bool ModeRuntime::is_free_at(const StepContext& context, std::vector<std::int32_
   for (std::size_t m = 0; m < modes_.size(); ++m) {
     if (enabled(m)) place_mode(m, context, context.start_m + parts_[m].carried_m, context.start_m, scratch_);
   }
-  for (std::size_t i = 0; i < scratch_.size(); ++i) {
-    if (scratch_[i].strength_n > 0.0 || scratch_[i].drag_ns_per_m > 0.0 || scratch_.friction_of(i).any()) return false;
-  }
+  if (scratch_.can_pull()) return false;
   for (std::size_t m = 0; m < modes_.size(); ++m) {
     if (enabled(m) && !silence_is_watched(m, context.start_m, entered)) return entered.clear(), false;
   }
@@ -178,7 +172,7 @@ double ModeRuntime::finest_m(const Vec3& from_m, const Vec3& to_m) const noexcep
   const Vec3 a = map_.to_world(from_m), b = map_.to_world(to_m);
   double finest = std::numeric_limits<double>::infinity();
   for (std::size_t m = 0; m < modes_.size(); ++m) {
-    if (!enabled(m) || !may_meet(parts_[m].box_m, a, b)) continue;
+    if (finest <= parts_[m].finest_m || !may_meet(parts_[m].box_m, a, b)) continue;
     for (const std::int32_t f : parts_[m].inputs.fields) {
       if (finest <= parts_[m].finest_m) break;
       finest = std::min(finest, samples_->spacing_m(f, from_m));

@@ -51,6 +51,7 @@ class ModeRuntime {
   void advance(const Vec3& start_m, DataTime from, DataTime to, DataTime tick_end, double time_step_s,
                const PrimitiveSet& placed, Jumped&& jumped) noexcept {
     samples_->set_time(to, from);
+    furthest_carried_m_ = 0.0;
     for (std::size_t m = 0; m < modes_.size(); ++m) {
       Part& part = parts_[m];
       if (!enabled(m)) continue;
@@ -59,6 +60,7 @@ class ModeRuntime {
       if (part.fade.advance(is_known, time_step_s)) modes_[m].mode.start(memory(m));
       if (!is_known && !part.fade.is_leaving() && part.fade.let_go(m, placed, *samples_)) jumped(m);
       part.carried_m = is_known && !part.fade.is_leaving() ? carried.position_m - start_m : Vec3{};
+      furthest_carried_m_ = std::max(furthest_carried_m_, norm(part.carried_m));
     }
   }
   /// A step begins at `start_m` [m], which data have carried along: there the modes place what resists motion. The moves that
@@ -72,7 +74,7 @@ class ModeRuntime {
   void arrive() noexcept;
   /// How far the data of a mode have carried the proxy in this sub-step [m], and the longest of those ways [m].
   const Vec3& carried_m(std::size_t m) const noexcept { return parts_[m].carried_m; }
-  double furthest_carried_m() const noexcept;
+  double furthest_carried_m() const noexcept { return furthest_carried_m_; }
   /// A mode's strengths are less than they will be, because its level has jumped.
   bool fades(std::size_t m) const noexcept { return parts_[m].fade.share() < 1.0; }
   /// The furthest that the data of a mode would carry a position [m] between two moments [m].
@@ -108,6 +110,8 @@ class ModeRuntime {
   /// `entered` begin: then any way up to there is free.
   bool is_free_at(const StepContext& context, std::vector<std::int32_t>& entered) noexcept;
 
+  /// The finest sample spacing of any enabled mode's data [hand m]; infinity without any.
+  double finest_m() const noexcept { return finest_m_; }
   /// The finest sample spacing at `from_m` [hand m] of the modes whose data the way to `to_m` [m] can meet; infinity where
   /// there are none.
   double finest_m(const Vec3& from_m, const Vec3& to_m) const noexcept;
@@ -145,6 +149,7 @@ class ModeRuntime {
   std::vector<SlotState> slots_;
   PrimitiveSet scratch_;
   double finest_m_ = 0.0;
+  double furthest_carried_m_ = 0.0;
 };
 
 }  // namespace palpa

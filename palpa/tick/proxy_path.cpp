@@ -59,6 +59,7 @@ void ProxyPath::reset() noexcept {
 
 void ProxyPath::refine(int times) {
   refined_ = std::clamp(times, 1, 16);
+  step_share_ = in_steps_ ? 0.5 / refined_ : unbounded;
   record_.reserve(static_cast<std::size_t>(Session::max_sub_steps * refined_));
 }
 
@@ -100,11 +101,6 @@ bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) no
   return is_there;
 }
 
-// The longest step between two positions: half the finest sample spacing of what may be met there.
-double ProxyPath::step_m(const Vec3& from_m, const Vec3& to_m) noexcept {
-  return in_steps_ ? 0.5 * modes_.finest_m(from_m, to_m) / refined_ : unbounded;
-}
-
 // Cuts the next segment off the probe's path, short enough that nothing in the data is jumped over. It stays in the queue
 // until it is walked.
 bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
@@ -116,18 +112,24 @@ bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
   if (queue_.empty()) return false;
   segment = queue_.front();
   const double length = distance(segment.to_m, segment.from_m);
-  double longest = step_m(segment.from_m, segment.to_m);
-  if (refined_ > 1) longest = std::min(longest, path_m_ / refined_);
   // Neither the probe nor the data may go further.
   const double furthest =
       playing_ ? std::max(length, modes_.motion_m(c.proxy, time_.at(c.followed_s), time_.at(time_at_end_of(segment)))) : length;
-  if (furthest > (1.0 + hair) * longest &&
-      !(c.proxy == segment.from_m && modes_.is_free_at({c.proxy, c.proxy, 1.0, stiffness_n_per_m_}, entered_))) {
+  if (refined_ == 1 && furthest <= step_share_ * modes_.finest_m()) return true;
+  double longest = step_share_ * modes_.finest_m(segment.from_m, segment.to_m);
+  if (refined_ > 1) longest = std::min(longest, path_m_ / refined_);
+  if (furthest > (1.0 + hair) * longest && !(c.proxy == segment.from_m && is_free())) {
     const double share = longest / furthest;
     segment.to_m = segment.from_m + share * (segment.to_m - segment.from_m);
     segment.time_s = share * segment.time_s;
   }
   return true;
+}
+
+// Nothing is felt, and nothing sets in unseen: a long way is gone at once. Not asked where something could pull a moment ago.
+bool ProxyPath::is_free() noexcept {
+  const Vec3& here = state_.proxy;
+  return !state_.felt && modes_.is_free_at({here, here, 1.0, stiffness_n_per_m_}, entered_);
 }
 
 // Sees the data as they are at the end of a segment. Returns for how long they go on in it [s].
@@ -149,7 +151,9 @@ void ProxyPath::sub_step(ProbeSegment segment) noexcept {
   const Vec3 start = state_.proxy;
   const bool settles = !segment.fresh && state_.settling;
   StepContext context{start, segment.to_m, segment.time_s, stiffness_n_per_m_};
-  spacing_m_ = std::min(modes_.finest_m(start, segment.to_m), 1.0);  // without data any length will do
+  const double finest_m = modes_.finest_m(start, segment.to_m);
+  step_m_ = step_share_ * finest_m;
+  spacing_m_ = std::min(finest_m, 1.0);  // without data any length will do
   const double follows_s = playing_ ? see(segment) : 0.0;
   if (!settles) modes_.begin_step(state_.step_start_m = start);
   const Move made = in_steps_ ? move(segment, context, settles) : leap(segment, context);
@@ -186,6 +190,7 @@ void ProxyPath::accept(const ProbeSegment& segment, const Move& made, StepContex
   step.proxy_m = state_.proxy;
   record_.add(step, settles, spacing_m_, model_, modes_);
   dropped_ += model_.set().dropped();
+  state_.felt = model_.set().can_pull();
   if (made.fraction > 0.0) crossings_.apply(event_);
   const bool is_stopped = made.stop == Stop::event && !event_.crossings.empty();
   state_.stopped_by = is_stopped ? event_.crossings.back() : Crossing{};
@@ -238,10 +243,8 @@ void ProxyPath::place(const StepContext& context, const Vec3& end_m, double whol
 ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, bool settles) noexcept {
   const Vec3& start = context.start_m;
   if (segment.fresh) state_.reach_m = unbounded;
-  double longest = std::min(step_m(start, segment.to_m), state_.reach_m);
-  // A long way is gone at once where nothing is felt and nothing sets in unseen.
-  const bool flies =
-      distance(segment.to_m, start) > longest && modes_.is_free_at({start, start, 1.0, stiffness_n_per_m_}, entered_);
+  double longest = std::min(step_m_, state_.reach_m);
+  const bool flies = distance(segment.to_m, start) > longest && is_free();
   if (flies) longest = unbounded;
   const auto end_of = [&](const Vec3& to_m) {
     const double length = distance(to_m, start);
@@ -250,6 +253,7 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
 
   Move made;
   bool rests = false;
+  double change_before_m = unbounded;
   Vec3 end = end_of(start + expected_m(segment));
   // What settles a step is a small part of it.
   const double same_m = (settles ? piercing : turned) * spacing_m_;
@@ -265,11 +269,14 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
     const double length = distance(made.to.position_m, start);
     const Vec3 before = std::exchange(end, end_of(made.to.position_m));
     made.change_m = model_.has_directions() ? distance(end, before) : 0.0;
-    if (made.change_m > same_m && trial + 1 < max_trials && !made.bound_met &&
+    // Looked up again as long as that draws nearer.
+    if (made.change_m > same_m && made.change_m < change_before_m && trial + 1 < max_trials && !made.bound_met &&
         (before != start || distance(end, start) > same_m)) {
+      change_before_m = made.change_m;
       place(context, end, length);
       continue;
     }
+    change_before_m = unbounded;
     rests = settles && std::min(length, state_.reach_m) <= rest * spacing_m_;
     if (rests) break;
     made.fraction = length > longest ? longest / length : 1.0;
@@ -376,7 +383,6 @@ Vec3 ProxyPath::expected_m(const ProbeSegment& segment) const noexcept {
   return std::clamp(share, 0.0, 1.0) * (state_.proxy - state_.segment_start_m);
 }
 
-// What is to stop the proxy on its way.
 void ProxyPath::attend(const Vec3& end_m, bool flies) noexcept {
   policy_.clear();
   if (playing_) modes_.attend(crossings_, policy_, state_.proxy);

@@ -56,7 +56,8 @@ class ProxyPath {
   struct PathState {
     bool started = false;
     Vec3 proxy;
-    Vec3 move_m;           // of the proxy in the last move
+    Vec3 move_m;           // of the proxy in the last move …
+    bool felt = false;     // … in which something could pull at it
     Vec3 segment_start_m;  // where the proxy was before the last segment …
     Vec3 probe_way_m;      // … of the probe's path
     // A sub-step that was stopped on its way is taken up again at the same probe.
@@ -85,6 +86,7 @@ class ProxyPath {
   };
 
   bool next_segment(ProbeSegment& segment) noexcept;
+  bool is_free() noexcept;
   double time_at_end_of(const ProbeSegment& segment) const noexcept { return state_.elapsed_s - queue_.time_behind_s(segment); }
   double see(const ProbeSegment& segment) noexcept;
   void sub_step(ProbeSegment segment) noexcept;
@@ -98,7 +100,6 @@ class ProxyPath {
   Vec3 expected_m(const ProbeSegment& segment) const noexcept;
   bool meet_bound(ProbeSegment& segment, const StepContext& context, Balance& to) noexcept;
   void attend(const Vec3& end_m, bool flies) noexcept;
-  double step_m(const Vec3& from_m, const Vec3& to_m) noexcept;
 
   double stiffness_n_per_m_;
   TimeOptions time_;
@@ -114,9 +115,11 @@ class ProxyPath {
   ProbeQueue queue_;
   PathState state_;
   int refined_ = 1;
-  double path_m_ = 0.0;     // length of the probe's path in this tick, or of the data's
-  double moved_n_ = 0.0;    // by which directed forces may change in this sub-step because the data do
-  double spacing_m_ = 0.0;  // finest, of the data near this sub-step
+  double step_share_ = 0.5;  // of the finest spacing: no move is longer
+  double path_m_ = 0.0;      // length of the probe's path in this tick, or of the data's
+  double moved_n_ = 0.0;     // by which directed forces may change in this sub-step because the data do
+  double spacing_m_ = 0.0;   // finest, of the data near this sub-step …
+  double step_m_ = 0.0;      // … and the longest move there
   Vec3 released_m_;
   int dropped_ = 0;
   std::vector<std::int32_t> entered_;

@@ -2,8 +2,10 @@
 
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
 
+#include "palpa/core/solver.h"
 #include "palpa/mode/follow.h"
 #include "palpa/mode/surface_and_friction.h"
 #include "palpa/scene/load_scene.h"
@@ -117,9 +119,29 @@ std::vector<OrderCase> order_cases() {
   return all;
 }
 
-Order measure_order(const OrderCase& wanted, const ModeCatalog& modes) {
+namespace {
+
+// The exact law where the proxy is, without a path.
+class OneStep final : public Law {
+ public:
+  Walk walk() const noexcept override { return Walk::one; }
+  Balance solve(const PrimitiveSet& primitives, const Vec3& start_m, const Vec3& probe_m, double stiffness_n_per_m,
+                double time_step_s) noexcept override {
+    return exact_.solve(primitives, start_m, probe_m, stiffness_n_per_m, time_step_s);
+  }
+  std::span<const Vec3> forces_n() const noexcept override { return exact_.forces_n(); }
+  void reset() noexcept override { exact_.reset(); }
+
+ private:
+  Solver exact_;
+};
+
+}  // namespace
+
+Order measure_order(const OrderCase& wanted, bool in_steps) {
   constexpr int warm_up = 200, ticks = 150;  // steps of the hand
-  const Scene scene = scene_of(wanted.scene, modes);
+  const Scene scene = scene_of(wanted.scene);
+  const auto session_of = [&] { return in_steps ? Session(scene) : Session(scene, std::make_unique<OneStep>()); };
   // A circle that tilts and breathes: curved in space everywhere.
   const double rate = wanted.step_m / wanted.radius_m;
   const auto hand = [&](int tick) {
@@ -136,7 +158,7 @@ Order measure_order(const OrderCase& wanted, const ModeCatalog& modes) {
     }
     return tick.proxy_m;
   };
-  Session begun(scene);
+  Session begun = session_of();
   // From outside, so that surfaces are met.
   const Vec3 outside_m = hand(0) + Vec3{0, 0, 0.012};
   begun.tick({.position_m = outside_m}, dt);
@@ -147,7 +169,7 @@ Order measure_order(const OrderCase& wanted, const ModeCatalog& modes) {
   std::array<std::vector<Vec3>, Order::steps.size()> paths;
   double way_m = 0.0;
   for (std::size_t s = 0; s < Order::steps.size(); ++s) {
-    Session session(scene);
+    Session session = session_of();
     session.continue_from(begun);
     for (int i = warm_up; i < warm_up + ticks; ++i) {
       const Vec3 proxy_m = follow(session, hand(i - 1), hand(i), Order::steps[s]);

@@ -44,7 +44,8 @@ struct Order {
 };
 /// The cases that the modes of this build allow.
 std::vector<OrderCase> order_cases();
-Order measure_order(const OrderCase& wanted, const ModeCatalog& modes = standard_modes());
+/// \param in_steps  false: the exact law in one step a tick, as an earlier law walks
+Order measure_order(const OrderCase& wanted, bool in_steps = true);
 
 /// One path of the hand, felt at other speeds.
 struct RateCase {
