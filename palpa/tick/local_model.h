@@ -18,7 +18,7 @@ namespace palpa {
 struct LevelLook {
   Vec3 at_m;            ///< the place; that and the rest in the hand frame
   double free_m = 0.0;  ///< how far in front of the level it is; without data, or a gradient, it counts as on it
-  Vec3 foot_m, normal;
+  Vec3 foot_m, normal;  ///< the nearest place on it, and its direction out of the solid [1]
 };
 
 /// A level that a mode holds the proxy on, in one move: the rows of a set that stand on it, a plane or the facets of a corner.

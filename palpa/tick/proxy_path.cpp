@@ -101,8 +101,7 @@ bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) no
   return is_there;
 }
 
-// Cuts the next segment off the probe's path, short enough that nothing in the data is jumped over. It stays in the queue
-// until it is walked.
+// The next segment of the probe's path, so short that nothing in the data is jumped over. It stays queued until it is walked.
 bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
   const PathState& c = state_;
   if (c.unfinished) {

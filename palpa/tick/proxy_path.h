@@ -115,11 +115,10 @@ class ProxyPath {
   ProbeQueue queue_;
   PathState state_;
   int refined_ = 1;
-  double step_share_ = 0.5;  // of the finest spacing: no move is longer
-  double path_m_ = 0.0;      // length of the probe's path in this tick, or of the data's
-  double moved_n_ = 0.0;     // by which directed forces may change in this sub-step because the data do
-  double spacing_m_ = 0.0;   // finest, of the data near this sub-step …
-  double step_m_ = 0.0;      // … and the longest move there
+  double step_share_ = 0.5;                // of the finest spacing: no move is longer
+  double path_m_ = 0.0;                    // length of the probe's path in this tick, or of the data's
+  double moved_n_ = 0.0;                   // by which directed forces may change in this sub-step because the data do
+  double spacing_m_ = 0.0, step_m_ = 0.0;  // finest, of the data near this sub-step, and the longest move there
   Vec3 released_m_;
   int dropped_ = 0;
   std::vector<std::int32_t> entered_;

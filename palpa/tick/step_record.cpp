@@ -34,19 +34,21 @@ void StepRecord::add(SubStep step, bool settles, double spacing_m, const LocalMo
   const double k = step.stiffness_n_per_m;
   const Vec3& position_m = step.balance.position_m;
   add_rows(step, model, modes);
+  const double rounding_m =
+      0.5 * std::numeric_limits<double>::epsilon() * (std::abs(position_m.x) + std::abs(position_m.y) + std::abs(position_m.z));
   double held_n = 0.0;
   Vec3 corner_n;  // its facets press together, with one strength
   for (std::size_t i = step.first_primitive; i < placed_.size(); ++i) {
     const PlacedPrimitive& row = placed_[i];
     corner_n += row.force_n;
     if (i + 1 < placed_.size() && placed_[i + 1].primitive.id == row.primitive.id) continue;
-    if (row.state == PrimitiveState::stick) held_n += row.primitive.strength_n + norm(corner_n);
+    const bool slips = row.state == PrimitiveState::slip;  // in a direction that is known as well as the way is long
+    const double share = slips ? std::min(1.0, rounding_m / norm(residual(row.primitive, position_m))) : 1.0;
+    if (row.state != PrimitiveState::off) held_n += share * (row.primitive.strength_n + norm(corner_n));
     corner_n = {};
   }
-  // The law's bound is about the balance before its position was rounded to what is recorded. Whoever checks
-  // the record by the duality gap pays a root for that rounding where the proxy rests on something.
-  const double rounding_m =
-      0.5 * std::numeric_limits<double>::epsilon() * (std::abs(position_m.x) + std::abs(position_m.y) + std::abs(position_m.z));
+  // The law's bound is that of the balance before its position was rounded. Whoever checks what is recorded by the duality gap
+  // pays a root for that rounding where the proxy rests on something, or slips by little.
   // A bound b = (ρ + √(ρ² + 4kε)) / 2k has ρ ≤ kb; with e more of gap it is at most (b + √(b² + 4e/k)) / 2.
   double& bound_m = step.balance.error_bound_m;
   bound_m = 0.5 * (bound_m + std::sqrt(bound_m * bound_m + 4.0 * held_n * rounding_m / k));
