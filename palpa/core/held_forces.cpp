@@ -19,7 +19,8 @@ void HeldForces::clear() noexcept {
 
 std::int32_t HeldForces::hold_back(PrimitiveSet& set, const Vec3& at_m, double stiffness_n_per_m,
                                    double moved_n) const noexcept {
-  if (!any_ || (held_.empty() && set.empty())) return -1;
+  const auto is_directed = [](const Primitive& p) { return p.kind == PrimitiveKind::directed; };
+  if (!any_ || (held_.empty() && std::ranges::none_of(set.primitives(), is_directed))) return -1;
   const auto is_placed = [&](const Force& before) {
     for (const Primitive& p : set.primitives()) {
       if (p.kind == PrimitiveKind::directed && p.id == before.id) return true;

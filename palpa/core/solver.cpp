@@ -30,6 +30,9 @@ constexpr double refined_share = 8e-6;
 constexpr double seen_share = 1e-3;
 constexpr double near_share = 100.0;
 
+// Squares of wanted bounds: what rounding may add to the gap of a closed form, whose root people see who check by the gap.
+constexpr double shown_by_root = 9.0;
+
 // The caps. Nearly all balances need one round; what needs the multipliers is done within five penalties,
 // the rest are problems in which only the bound is slow.
 constexpr int max_rounds = 10;
@@ -803,7 +806,7 @@ bool Solver::Work::in_closed_form() noexcept {
   if (plane_count_ == 1) size += planes_[0].size + planes_[0].s, longest = planes_[0].s;
   if (all_spans_ == 1) size += spans_[0].size + spans_[0].s, longest = std::max(longest, spans_[0].s);
   const double rounding = (16.0 + directed_terms_) * epsilon * size;
-  if (!(longest * epsilon * size <= 4.0 * wanted_n_ * wanted_n_)) return false;
+  if (!(longest * epsilon * size <= shown_by_root * wanted_n_ * wanted_n_)) return false;
   // From no forces: those of a warm start, a drag's above all, can be far longer and would leave their rounding.
   Z_ = C_;
   if (plane_count_ == 1) planes_[0].t = 0.0;
@@ -827,7 +830,7 @@ bool Solver::Work::corner_in_closed_form() noexcept {
     const double longest = std::max(corner.s, all_spans_ == 1 ? spans_[0].s : 0.0);
     double size = C_size_ + directed_size_n_ + std::abs(corner.b[j]) + corner.s;
     if (all_spans_ == 1) size += spans_[0].size + spans_[0].s;
-    if (!(longest * epsilon * size <= 4.0 * wanted_n_ * wanted_n_)) return false;
+    if (!(longest * epsilon * size <= shown_by_root * wanted_n_ * wanted_n_)) return false;
     const double behind = std::max(0.0, corner.residual(j, C_));
     const double t = std::min(behind, corner.s);
     const Vec3 u = all_spans_ == 1 ? answer(spans_[0], spans_[0].residual(C_), 1.0) : Vec3{};

@@ -283,9 +283,7 @@ bool Crossings::is_safe(std::int32_t field, const Vec3& start_m, const Vec3& end
 void Crossings::first_event(const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy, Samples& samples,
                             int& pieces_left, Event& event) const noexcept {
   event.kind = Event::Kind::none;
-  event.share = 0.0;
   event.crossings.clear();
-  event.sides_ = sides_;
   event.on_way_.clear();
   const auto on_way = [&](std::int32_t field) {
     const Vec3 from_m = start_m + policy.fields[field].carried_m;
@@ -300,6 +298,10 @@ void Crossings::first_event(const Vec3& start_m, const Vec3& end_m, const EventP
     if (!(length_m > 0.0) || !std::isfinite(length_m)) continue;
     if (!is_safe(field, from_m, end_m, policy, samples, event)) event.on_way_.push_back(field);
   }
+  event.share = 1.0;
+  if (event.on_way_.empty()) return;
+  event.share = 0.0;
+  event.sides_ = sides_;
   const auto cross = [&](std::int32_t watch, bool up) {
     event.sides_[watch] = up ? Side::above : Side::below;
     if (event.crossings.size() < event.crossings.capacity())

@@ -97,7 +97,9 @@ class Crossings {
   void first_event(const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy, Samples& samples, int& pieces_left,
                    Event& event) const noexcept;
   /// The proxy goes the way up to the event: the sides follow.
-  void apply(const Event& event) noexcept { sides_ = event.sides_; }
+  void apply(const Event& event) noexcept {
+    if (!event.on_way_.empty()) sides_ = event.sides_;
+  }
 
  private:
   using Side = Event::Side;

@@ -348,8 +348,9 @@ ProxyPath::Move ProxyPath::leap(const ProbeSegment& segment, StepContext& contex
 
 // Where a shell that held gives way within the segment, the segment ends there: found by halving the probe's path.
 bool ProxyPath::meet_bound(ProbeSegment& segment, const StepContext& context, Balance& to) noexcept {
+  if (!model_.any_gives_way(crossings_)) return false;
   const double length = distance(segment.to_m, segment.from_m);
-  if (!model_.any_gives_way(crossings_) || !(length > bound_m)) return false;
+  if (!(length > bound_m)) return false;
   const auto probe_at = [&](double share) { return segment.from_m + share * (segment.to_m - segment.from_m); };
   const auto holds_at = [&](double share) {
     to = model_.balance(probe_at(share), std::max(share, hair) * context.time_step_s);

@@ -18,7 +18,8 @@ void StepRecord::clear() noexcept {
   placed_.clear();
 }
 
-void StepRecord::add(SubStep step, bool settles, double spacing_m, const LocalModel& model, const ModeRuntime& modes) noexcept {
+void StepRecord::add(SubStep& step, bool settles, double spacing_m, const LocalModel& model,
+                     const ModeRuntime& modes) noexcept {
   // Straight from its start to its end a sub-step must be the way that the proxy went.
   const bool is_one = settles && !sub_steps_.empty() && sub_steps_.back().stop == Stop::full && step.stop == Stop::full &&
                       distance(step.proxy_m, first_end_m_) <= path_tolerances::piercing * spacing_m;
@@ -88,7 +89,7 @@ void StepRecord::book(Ledger& ledger) const noexcept {
     double furthest_carried_m = 0.0;
     for (const PlacedPrimitive& row : placed().subspan(step.first_primitive, step.primitives)) {
       ledger.book(row.primitive.id.mode, row.force_n, step.proxy_m - step.start_m, step.move_fraction * row.carried_m);
-      furthest_carried_m = std::max(furthest_carried_m, norm(row.carried_m));
+      if (row.carried_m != Vec3{}) furthest_carried_m = std::max(furthest_carried_m, norm(row.carried_m));
     }
     ledger.move(step.start_m, step.proxy_m, step.balance.position_m, step.probe_m, step.move_fraction * furthest_carried_m);
   }

@@ -21,9 +21,8 @@ class StepRecord {
   void clear() noexcept;
 
   /// Records a move that the model was solved for; `settles`: of the same step as the one before. `spacing_m` [m] is
-  /// that of the data near by. Fills in what is not given:
-  /// stiffness, directed forces, energies, primitives.
-  void add(SubStep step, bool settles, double spacing_m, const LocalModel& model, const ModeRuntime& modes) noexcept;
+  /// that of the data near by. Fills in what is not given: directed forces, energies, primitives.
+  void add(SubStep& step, bool settles, double spacing_m, const LocalModel& model, const ModeRuntime& modes) noexcept;
   /// The cap was reached.
   void cut() noexcept { sub_steps_.back().stop = Stop::cap; }
   /// Books the work of all sub-steps.
