@@ -254,8 +254,7 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
   bool rests = false;
   double change_before_m = unbounded;
   Vec3 end = end_of(start + expected_m(segment));
-  // What settles a step is a small part of it.
-  const double same_m = (settles ? piercing : turned) * spacing_m_;
+  const double same_m = (settles ? piercing : turned) * spacing_m_;  // what settles a step is a small part of it
   model_.begin_move(context, spacing_m_);
   place(context, end, distance(end, start));
   for (int trial = 0; trial < max_trials; ++trial) {
