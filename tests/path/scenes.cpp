@@ -196,18 +196,23 @@ void measure_booked(const Scene& scene, int ticks, double reach_m, Random& rando
       path_limit_j += k * distance(step.start_m, x0) * distance(step.probe_m, walked);
       walked = step.probe_m;
       spring_work_j += k * dot(step.balance.position_m - step.probe_m, moved);
+      double beyond = 0.0;
       for (std::uint32_t p = 0; p < step.primitives; ++p) {
         const PlacedPrimitive& placed = session.placed()[step.first_primitive + p];
         const double work = work_j(step, placed);
         works[placed.primitive.id.mode] += work;
         forces_j += norm(placed.force_n) * norm(moved);
         if (placed.primitive.kind == PrimitiveKind::directed) continue;
+        // Of a corner that slips no facet by itself: the proxy may be in front of one that its way back to P ends on.
+        beyond += work - norm(placed.force_n) * distance(placed.primitive.position_m, step.start_m + placed.carried_m);
+        const bool goes_on = placed.primitive.kind == PrimitiveKind::corner && p + 1 < step.primitives &&
+                             session.placed()[step.first_primitive + p + 1].primitive.id == placed.primitive.id;
+        if (goes_on) continue;
         ++booked.primitives;
-        const Vec3 carried_start = step.start_m + placed.carried_m;
-        double beyond = work - norm(placed.force_n) * distance(placed.primitive.position_m, carried_start);
         if (step.balance.status != BalanceStatus::exact) beyond -= k * step.balance.error_bound_m * step.balance.error_bound_m;
         booked.primitive_beyond_j = std::max(booked.primitive_beyond_j, beyond);
         booked.primitives_beyond += beyond > 1e-15;
+        beyond = 0.0;
       }
     }
     path_limit_j += k * distance(tick.proxy_m, x0) * distance(probe, walked);
