@@ -143,8 +143,8 @@ void energy(const PathOptions& options) {
     if (found != known.end()) return found->second;
     return known.emplace(key, read(request)).first->second;
   };
-  std::printf("%-14s %9s %10s %10s | %11s %7s | %11s %11s %11s %11s | %11s\n", "data", "ticks", "sub-steps", "primitives",
-              "brought in J", "beyond", "works J", "path J", "path > lim", "identity", "largest path");
+  std::printf("%-14s %9s %7s %10s %10s | %11s %7s | %11s %11s %11s %11s | %11s\n", "data", "ticks", "waiting", "sub-steps",
+              "primitives", "brought in J", "beyond", "works J", "path J", "path > lim", "identity", "largest path");
   Random random(2026);
   for (const Base& base : all) {
     Booked booked;
@@ -156,9 +156,9 @@ void energy(const PathOptions& options) {
       measure_booked(scene, each, 0.06, random, booked);
       measure_closed_loop(scene, each / 2, 0.06, random, loop);
     }
-    std::printf("%-14s %9lld %10lld %10lld | %11.3g %7lld | %11.3g %11.3g %11.3g %11.3g | %11.3g\n", base.name.c_str(),
-                static_cast<long long>(booked.ticks), static_cast<long long>(booked.sub_steps),
-                static_cast<long long>(booked.primitives), booked.primitive_beyond_j,
+    std::printf("%-14s %9lld %7lld %10lld %10lld | %11.3g %7lld | %11.3g %11.3g %11.3g %11.3g | %11.3g\n", base.name.c_str(),
+                static_cast<long long>(booked.ticks), static_cast<long long>(booked.waiting),
+                static_cast<long long>(booked.sub_steps), static_cast<long long>(booked.primitives), booked.primitive_beyond_j,
                 static_cast<long long>(booked.primitives_beyond), booked.works_differ_j, booked.path_differs_j,
                 booked.path_beyond_j, booked.identity_differs_j, booked.largest_path_j);
     std::printf(

@@ -125,9 +125,8 @@ class LocalModel {
   PrimitiveSet set_;
   CoulombFriction friction_;
   HeldForces held_;
-  std::vector<LevelContact> contacts_;
-  std::vector<LevelContact> before_;  // those of the placing before
-  std::vector<Facet> learnt_;         // in this move
+  std::vector<LevelContact> contacts_, before_;  // of this placing, and of the one before
+  std::vector<Facet> learnt_;                    // in this move
   Vec3 start_m_, witness_m_, placed_at_m_;
   double spacing_m_ = 0.0, start_depth_m_ = 0.0;
   bool witnessed_ = false, is_foreseen_ = false, is_recanted_ = false, has_directions_ = false;

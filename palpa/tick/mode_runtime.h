@@ -148,8 +148,7 @@ class ModeRuntime {
   std::vector<Watch> watches_;
   std::vector<SlotState> slots_;
   PrimitiveSet scratch_;
-  double finest_m_ = 0.0;
-  double furthest_carried_m_ = 0.0;
+  double finest_m_ = 0.0, furthest_carried_m_ = 0.0;
 };
 
 }  // namespace palpa

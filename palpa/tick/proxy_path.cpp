@@ -209,8 +209,11 @@ void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double fo
   c.proxy = move.end_from(start);
   const Vec3 before_m = std::exchange(c.move_m, c.proxy - start);
   // Directions that turn faster than the spring can follow throw the proxy to and fro: each time half as far, until it gets on.
+  // Where it does not, a quarter of a tick is spent on one probe, or it would lag behind the hand for ever.
   const bool turns_back = !segment.fresh && model_.has_directions() && dot(c.move_m, before_m) < 0.0;
   c.reach_m = turns_back ? std::min(c.reach_m, 0.5 * norm(before_m)) : 1.25 * c.reach_m;
+  c.turns = segment.fresh ? 0 : c.turns + turns_back;
+  const bool gives_up = 4 * c.turns >= Session::max_sub_steps * refined_;
   if (segment.fresh) c.segment_start_m = start;
   if (segment.fresh) c.probe_way_m = segment.to_m - segment.from_m;
   released_m_ += released(c.move_m, distance(segment.to_m, segment.from_m) + move.fraction * modes_.furthest_carried_m());
@@ -219,8 +222,8 @@ void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double fo
     queue_.pop(segment);
   }
   const bool stays = move.stop == Stop::full || (move.bound_met && move.stop == Stop::event && move.fraction == 1.0);
-  c.settling = stays && in_steps_ && !model_.set().empty() && !settled;
-  const bool is_over = move.fraction == 0.0 || (move.stop == Stop::release && norm(c.move_m) <= rest * spacing_m_);
+  c.settling = stays && in_steps_ && !model_.set().empty() && !settled && !gives_up;
+  const bool is_over = gives_up || move.fraction == 0.0 || (move.stop == Stop::release && norm(c.move_m) <= rest * spacing_m_);
   c.unfinished = c.settling || (!stays && !is_over);
   c.settling = c.settling || (c.unfinished && move.stop == Stop::energy && !playing_);
   c.followed_s = c.unfinished ? c.view_s - (1.0 - move.fraction) * follows_s : c.view_s;

@@ -62,15 +62,14 @@ class ProxyPath {
     Vec3 probe_way_m;      // … of the probe's path
     // A sub-step that was stopped on its way is taken up again at the same probe.
     bool unfinished = false;
-    bool settling = false;    // it has ended; whether the proxy rests there is being asked
-    Vec3 step_start_m;        // of the moves that settle one step
-    double reach_m = 0.0;     // no move at this probe may be longer
-    double left_s = 0.0;      // of its time
-    double whole_s = 0.0;     // its time before it was stopped
-    double elapsed_s = 0.0;   // since the session began
-    double view_s = 0.0;      // data time used for sampling
-    double followed_s = 0.0;  // up to which the proxy is advected
-    Crossing stopped_by;      // the last move; of no field where nothing was crossed
+    bool settling = false;                  // it has ended; whether the proxy rests there is being asked
+    Vec3 step_start_m;                      // of the moves that settle one step
+    double reach_m = 0.0;                   // no move at this probe may be longer …
+    int turns = 0;                          // … since so often the proxy turned back
+    double left_s = 0.0, whole_s = 0.0;     // of its time, and that before it was stopped
+    double elapsed_s = 0.0;                 // since the session began
+    double view_s = 0.0, followed_s = 0.0;  // data time used for sampling, and up to which the proxy is advected
+    Crossing stopped_by;                    // the last move; of no field where nothing was crossed
   };
 
   // What becomes of a sub-step.

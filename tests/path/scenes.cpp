@@ -186,6 +186,7 @@ void measure_booked(const Scene& scene, int ticks, double reach_m, Random& rando
     const Vec3 probe = hand.at(i * dt) + jump;
     const Tick tick = session.tick({.position_m = probe}, dt);
     ++booked.ticks;
+    booked.waiting += tick.status == TickStatus::waiting;
     std::vector<double> works(scene.modes().size());
     const Vec3 x0 = session.sub_steps().empty() ? tick.proxy_m : session.sub_steps().front().start_m;
     double spring_work_j = 0.0, path_limit_j = 0.0, forces_j = 0.0;

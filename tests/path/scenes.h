@@ -57,6 +57,7 @@ struct Booked {
   std::int64_t primitives = 0;
   double primitive_beyond_j =
       0.0;  ///< most that a primitive brought in beyond |u||position − start − carried|, of a corner in all
+  std::int64_t waiting = 0;            ///< ticks that reached the cap
   std::int64_t primitives_beyond = 0;  ///< of exact balances, by more than 1e-15 J
   double works_differ_j = 0.0;         ///< a mode's work, and the sum over its primitives
   double path_differs_j = 0.0;         ///< path_j, and what the recorded balances make of it

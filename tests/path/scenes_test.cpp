@@ -88,6 +88,7 @@ TEST(Energy, IsBookedAndAHandGainsNoneBeyondIt) {
     measure_closed_loop(scene, 2000, 0.06, random, loop);
   }
   EXPECT_GT(booked.primitives, 10000);
+  EXPECT_LE(1000 * booked.waiting, booked.ticks) << "the proxy lags behind the hand in " << booked.waiting << " ticks";
   EXPECT_EQ(booked.primitives_beyond, 0) << booked.primitive_beyond_j << " J";
   EXPECT_LT(booked.works_differ_j, 1e-15);
   EXPECT_LT(booked.path_differs_j, 1e-15);
