@@ -856,9 +856,8 @@ bool Solver::Work::corner_in_closed_form() noexcept {
 }
 
 void Solver::Work::solve() noexcept {
-  const bool swept_before = best_stage_ <= 1;
   if (in_closed_form()) return;
-  if (warm_ && !swept_before && solve_from_before()) return;
+  if (warm_) keep();
   Z_ = sum();
   sweep();
   // More than three at once are hardly ever done after a sweep, and looking costs as much as it.
@@ -879,6 +878,7 @@ void Solver::Work::solve() noexcept {
     }
     const double before = best_bound_n_;
     if (round()) return;
+    if (i == 0 && warm_ && solve_from_before()) return;
     if (!(best_bound_n_ < 0.5 * before)) ++in_vain;
   }
   augmented_lagrangian();
@@ -887,6 +887,7 @@ void Solver::Work::solve() noexcept {
 // The forces and the way of the proxy are nearly those of the balance before. Newton's method that begins with both sees who
 // slips, and where to, however little that is; where forces that are a little out of date would balance says nothing of it.
 bool Solver::Work::solve_from_before() noexcept {
+  restore();
   Z_ = k_ * moved_m_;
   for (int i = 0; i < max_rounds_from_before; ++i) {
     if (round()) return true;
