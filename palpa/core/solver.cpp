@@ -134,7 +134,7 @@ class Solver::Work {
             double T) noexcept;
   /// Finds its balance.
   void solve() noexcept;
-  /// Writes the best balance met and its forces, in the order of the set.
+  /// Writes the best balance met and its forces, in the order of the set; remembers the way to it for the next.
   void give(Balance& balance, Vec3& remainder_m, Vec3* forces_n) noexcept;
 
   /// Room for forces in the order of the set, free until `solve`.

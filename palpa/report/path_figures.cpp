@@ -5,7 +5,7 @@
 #include <memory>
 #include <numbers>
 
-#include "palpa/core/solver.h"
+#include "palpa/baseline/one_step.h"
 #include "palpa/field/analytic.h"
 #include "palpa/field/grid.h"
 #include "palpa/mode/follow.h"
@@ -27,23 +27,8 @@ namespace {
 constexpr double tick_s = 1e-3;
 constexpr double pi = std::numbers::pi;
 
-/// The exact balance once per tick: what is left of an earlier system when its solver is blameless.
-class OneStep final : public Law {
- public:
-  Walk walk() const noexcept override { return Walk::one; }
-  Balance solve(const PrimitiveSet& primitives, const Vec3& start_m, const Vec3& probe_m, double stiffness_n_per_m,
-                double time_step_s) noexcept override {
-    return solver_.solve(primitives, start_m, probe_m, stiffness_n_per_m, time_step_s);
-  }
-  std::span<const Vec3> forces_n() const noexcept override { return solver_.forces_n(); }
-  void reset() noexcept override { solver_.reset(); }
-
- private:
-  Solver solver_;
-};
-
 Session session_of(const Scene& scene, Walked walked) {
-  return walked == Walked::path ? Session(scene) : Session(scene, std::make_unique<OneStep>());
+  return walked == Walked::path ? Session(scene) : Session(scene, std::make_unique<baseline::OneStep>());
 }
 
 /// A plane through the proxy, wherever it is: Eq. 7 of the paper with the local normal.

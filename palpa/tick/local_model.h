@@ -40,8 +40,8 @@ struct LevelContact {
 /// The primitives of a move and their balance. What the modes place is frozen; a level is looked up again wherever a move
 /// would end, and what is found there joins it as another facet of its corner: the polyhedron of places that are known to be
 /// free. Facets live for one move; P always contains the *witness*, the proxy's own place, so no facet, however wrong, can
-/// press the proxy through a level (docs/theory.md); a foreseen plane may miss it by a rest, and is recanted before it lets go.
-/// Takes its memory at construction; one thread.
+/// press the proxy through a level (docs/theory.md); a foreseen plane may shut it out by `shallow`, and is recanted before it
+/// lets go. Takes its memory at construction; one thread.
 class LocalModel {
  public:
   static constexpr std::size_t max_primitives = 64;
@@ -58,7 +58,7 @@ class LocalModel {
   /// held back, or -1.
   std::int32_t place(const StepContext& context, const Vec3& middle_m, const Vec3& level_m, double moved_n) noexcept;
   /// Sees the levels as they are where the move is thought to end, at `end_m` [m], instead of where the proxy is: then the next
-  /// move would not lead on. Not where they turn fast, or shut the witness out by more than what counts as rest.
+  /// move would not lead on. Not where they turn fast, or would shut the witness out by more than `shallow`.
   void foresee(const Vec3& end_m) noexcept;
   /// Sees them from the proxy again, for the rest of the move, since its end is not free. False where that is so already.
   bool recant() noexcept;

@@ -5,7 +5,7 @@
 #include <memory>
 #include <numbers>
 
-#include "palpa/core/solver.h"
+#include "palpa/baseline/one_step.h"
 #include "palpa/mode/follow.h"
 #include "palpa/mode/surface_and_friction.h"
 #include "palpa/scene/load_scene.h"
@@ -119,29 +119,10 @@ std::vector<OrderCase> order_cases() {
   return all;
 }
 
-namespace {
-
-// The exact law where the proxy is, without a path.
-class OneStep final : public Law {
- public:
-  Walk walk() const noexcept override { return Walk::one; }
-  Balance solve(const PrimitiveSet& primitives, const Vec3& start_m, const Vec3& probe_m, double stiffness_n_per_m,
-                double time_step_s) noexcept override {
-    return exact_.solve(primitives, start_m, probe_m, stiffness_n_per_m, time_step_s);
-  }
-  std::span<const Vec3> forces_n() const noexcept override { return exact_.forces_n(); }
-  void reset() noexcept override { exact_.reset(); }
-
- private:
-  Solver exact_;
-};
-
-}  // namespace
-
 Order measure_order(const OrderCase& wanted, bool in_steps) {
   constexpr int warm_up = 200, ticks = 150;  // steps of the hand
   const Scene scene = scene_of(wanted.scene);
-  const auto session_of = [&] { return in_steps ? Session(scene) : Session(scene, std::make_unique<OneStep>()); };
+  const auto session_of = [&] { return in_steps ? Session(scene) : Session(scene, std::make_unique<baseline::OneStep>()); };
   // A circle that tilts and breathes: curved in space everywhere.
   const double rate = wanted.step_m / wanted.radius_m;
   const auto hand = [&](int tick) {

@@ -55,8 +55,8 @@ struct Booked {
   std::int64_t ticks = 0;
   std::int64_t sub_steps = 0;
   std::int64_t primitives = 0;
-  double primitive_beyond_j =
-      0.0;  ///< most that a primitive brought in beyond |u||position − start − carried|, of a corner in all
+  /// Most that a primitive brought in beyond |u||position − start − carried|; of a corner in all, Σ over its facets.
+  double primitive_beyond_j = 0.0;
   std::int64_t waiting = 0;            ///< ticks that reached the cap
   std::int64_t primitives_beyond = 0;  ///< of exact balances, by more than 1e-15 J
   double works_differ_j = 0.0;         ///< a mode's work, and the sum over its primitives
