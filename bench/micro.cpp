@@ -1,13 +1,14 @@
 // The parts of a tick, one at a time. Positions change from call to call, so nothing is predicted away.
 #include <benchmark/benchmark.h>
 #include <palpa/field/smooth_grid.h>
-#include <palpa/palpa.h>
 #include <palpa/mode/crossings.h>
+#include <palpa/palpa.h>
 
 #include <cmath>
 #include <cstdint>
 #include <memory>
 #include <random>
+#include <string>
 #include <vector>
 
 namespace {
@@ -96,7 +97,8 @@ void first_crossing(benchmark::State& state, bool smooth, double voxels, bool br
   Samples samples(fields, {});
   const double near = smooth ? 12.0 : 29.9;
   const Watch levels[] = {{0, bricks ? 300.0 : 1000.0 - near}, {0, bricks ? 2000.0 : 1000.0 + near}};
-  Crossings sides(levels, fields.size());
+  LiveBlock block;
+  Crossings sides(block, levels, fields.size());
   const EventPolicy policy = sides.policy();
   Event event = sides.event();
   const Vec3 centre{0.128, 0.128, 0.128};
@@ -166,5 +168,18 @@ void tick(benchmark::State& state, double depth_m) {
 }
 BENCHMARK_CAPTURE(tick, free_space, -1e-3);
 BENCHMARK_CAPTURE(tick, surface_and_friction_on_a_formula, 1e-3);
+
+/// A session goes on from where another one is, as a loop does that rehearses the next tick.
+void continue_from(benchmark::State& state) {
+  Scene scene;
+  const FieldRef wall = scene.add("wall", plane_field());
+  for (std::int64_t mode = 0; mode < state.range(0); ++mode)
+    scene.add("surface_" + std::to_string(mode),
+              SurfaceAndFriction{.field = wall, .levels = {{.value = 1e-3 * static_cast<double>(mode)}}});
+  Session session(scene), other(scene);
+  session.tick({}, 1e-3);
+  for (auto _ : state) other.continue_from(session);
+}
+BENCHMARK(continue_from)->Arg(1)->Arg(5)->Arg(20)->ArgName("modes");
 
 }  // namespace

@@ -39,8 +39,8 @@ std::optional<double> pressed_alone_n(const PrimitiveSet& set, std::size_t plane
 
 }  // namespace
 
-CoulombFriction::CoulombFriction(std::size_t capacity) {
-  last_.reserve(capacity);
+CoulombFriction::CoulombFriction(LiveBlock& live, std::size_t capacity)
+    : known_(live.add<std::size_t>()), last_(live.add<Line>(capacity)) {
   lines_.reserve(capacity);
 }
 
@@ -52,8 +52,9 @@ Balance CoulombFriction::solve(Law& law, PrimitiveSet& set, const Vec3& probe_m,
     const PrimitiveId& id = set[i].id;
     const Friction& friction = set.friction_of(i);
     const auto alone_n = pressed_alone_n(set, static_cast<std::size_t>(friction.plane), probe_m, stiffness_n_per_m);
-    const auto before = std::find_if(last_.begin(), last_.end(), [&](const Line& line) { return line.id == id; });
-    lines_.push_back(before == last_.end() ? Line{id, i} : Line{id, i, before->strength_n, before->slope});
+    const auto last = last_.all().first(*known_);
+    const auto before = std::ranges::find(last, id, &Line::id);
+    lines_.push_back(before == last.end() ? Line{id, i} : Line{id, i, before->strength_n, before->slope});
     if (alone_n) lines_.back().strength_n = friction.coefficient * *alone_n;
     set.set_strength(i, lines_.back().strength_n);
   }
@@ -74,7 +75,8 @@ Balance CoulombFriction::solve(Law& law, PrimitiveSet& set, const Vec3& probe_m,
     found = balance();
     found.iterations += iterations;
   }
-  std::swap(last_, lines_);
+  std::ranges::copy(lines_, last_.begin());
+  *known_ = lines_.size();
   return found;
 }
 

@@ -5,18 +5,20 @@
 #include <vector>
 
 #include "palpa/core/law.h"
+#include "palpa/core/live_block.h"
 #include "palpa/core/primitives.h"
 
 namespace palpa {
 
 /// Finds the balance in which every line of Coulomb friction is as strong as its plane presses in it: a fixed point, looked
 /// for by a secant from where it was last, which takes one or two balances. Not variational (docs/theory.md): at most
-/// `max_passes` are made, and what is still missing then is the caller's to see, in forces and strengths. Takes its memory
-/// at construction; one thread.
+/// `max_passes` are made, and what is still missing then is the caller's to see, in forces and strengths. Keeps in a block
+/// how strong they were; takes its memory at construction; one thread.
 class CoulombFriction {
  public:
-  explicit CoulombFriction(std::size_t capacity);
-  void clear() noexcept { last_.clear(); }
+  /// \param capacity  [1] of lines
+  CoulombFriction(LiveBlock& live, std::size_t capacity);
+  void clear() noexcept { *known_ = 0; }
 
   /// Balances the set about its start, its lines of friction as strong as their planes, to what shifts the proxy by less than
   /// counts as exact. Where a plane shares its load with others, its force is that of one split of several, the law's; the
@@ -35,7 +37,8 @@ class CoulombFriction {
   };
   bool correct(Line& line, double wanted_n, double held_n, double tolerance_n, bool first) const noexcept;
 
-  std::vector<Line> last_;
+  LiveBlock::Part<std::size_t> known_;  // of the last balance's lines
+  LiveBlock::Part<Line> last_;
   std::vector<Line> lines_;
 };
 

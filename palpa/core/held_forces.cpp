@@ -12,15 +12,12 @@ Vec3 force_of(const Primitive& p) noexcept { return p.strength_n * p.direction; 
 
 }  // namespace
 
-void HeldForces::clear() noexcept {
-  held_.clear();
-  any_ = false;
-}
+void HeldForces::clear() noexcept { *last_ = {}; }
 
 std::int32_t HeldForces::hold_back(PrimitiveSet& set, const Vec3& at_m, double stiffness_n_per_m,
                                    double moved_n) const noexcept {
   const auto is_directed = [](const Primitive& p) { return p.kind == PrimitiveKind::directed; };
-  if (!any_ || (held_.empty() && std::ranges::none_of(set.primitives(), is_directed))) return -1;
+  if (!last_->any || (held().empty() && std::ranges::none_of(set.primitives(), is_directed))) return -1;
   const auto is_placed = [&](const Force& before) {
     for (const Primitive& p : set.primitives()) {
       if (p.kind == PrimitiveKind::directed && p.id == before.id) return true;
@@ -28,14 +25,14 @@ std::int32_t HeldForces::hold_back(PrimitiveSet& set, const Vec3& at_m, double s
     return false;
   };
   // A mode that has fallen silent wants no force: it is let go along the path like any other.
-  for (const Force& before : held_) {
+  for (const Force& before : held()) {
     if (before.force_n == Vec3{} || is_placed(before)) continue;
     set.begin_mode(before.id.mode);
     set.directed(before.id.slot, normalized(before.force_n), 0.0);
   }
   const auto held_n = [&](const PrimitiveId& id) {
-    const auto before = std::find_if(held_.begin(), held_.end(), [&](const Force& h) { return h.id == id; });
-    return before == held_.end() ? Vec3{} : before->force_n;
+    const auto before = std::ranges::find(held(), id, &Force::id);
+    return before == held().end() ? Vec3{} : before->force_n;
   };
 
   Vec3 change_n;
@@ -52,7 +49,7 @@ std::int32_t HeldForces::hold_back(PrimitiveSet& set, const Vec3& at_m, double s
       fastest = p.id.mode;
     }
   }
-  const double most_n = 0.5 * stiffness_n_per_m * distance(at_m, at_m_) + moved_n;
+  const double most_n = 0.5 * stiffness_n_per_m * distance(at_m, last_->at_m) + moved_n;
   if (norm(change_n) <= most_n + rounding * all_n) return -1;
 
   const double share = most_n / norm(change_n);
@@ -65,12 +62,10 @@ std::int32_t HeldForces::hold_back(PrimitiveSet& set, const Vec3& at_m, double s
 }
 
 void HeldForces::keep(const PrimitiveSet& set, const Vec3& at_m) noexcept {
-  held_.clear();
+  *last_ = {.at_m = at_m, .any = true};
   for (const Primitive& p : set.primitives()) {
-    if (p.kind == PrimitiveKind::directed && held_.size() < held_.capacity()) held_.push_back({p.id, force_of(p)});
+    if (p.kind == PrimitiveKind::directed && last_->size < forces_.size()) forces_[last_->size++] = {p.id, force_of(p)};
   }
-  at_m_ = at_m;
-  any_ = true;
 }
 
 }  // namespace palpa

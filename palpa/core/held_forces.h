@@ -1,9 +1,11 @@
 // Directed forces along the proxy's path.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
-#include <vector>
+#include <span>
 
+#include "palpa/core/live_block.h"
 #include "palpa/core/primitives.h"
 
 namespace palpa {
@@ -11,10 +13,11 @@ namespace palpa {
 /// A directed force d moves the proxy by d/k, where it is looked up again: with |∂d/∂x| ≥ k the proxy of a
 /// still hand would jump to and fro for ever. So along the proxy's path all directed forces together change
 /// by at most k/2 per metre, whatever modes and data say; then every jump is followed by one of at most 7/8 its
-/// length, trial points included, and a still hand comes to rest. Takes its memory at construction.
+/// length, trial points included, and a still hand comes to rest. Keeps them in a block; one thread.
 class HeldForces {
  public:
-  explicit HeldForces(std::size_t capacity) { held_.reserve(capacity); }
+  /// \param capacity  [1] of directed forces
+  HeldForces(LiveBlock& live, std::size_t capacity) : last_(live.add<Last>()), forces_(live.add<Force>(capacity)) {}
   void clear() noexcept;
   /// Limits the directed forces of the set, looked up at `at_m` [m], against those kept last; `moved_n` [N] of change are the
   /// data's own, which have moved since. Returns the mode whose force
@@ -28,9 +31,15 @@ class HeldForces {
     PrimitiveId id;
     Vec3 force_n;
   };
-  std::vector<Force> held_;
-  Vec3 at_m_;
-  bool any_ = false;
+  struct Last {
+    Vec3 at_m;
+    std::uint32_t size = 0;  // forces
+    bool any = false;
+  };
+  std::span<const Force> held() const noexcept { return forces_.all().first(last_->size); }
+
+  LiveBlock::Part<Last> last_;
+  LiveBlock::Part<Force> forces_;
 };
 
 }  // namespace palpa

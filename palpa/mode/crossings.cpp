@@ -27,7 +27,7 @@ struct Crossings::FieldOnWay {
   const EventPolicy& policy_;
   Samples& samples_;
   const std::int32_t field_;
-  std::vector<Side>& sides_;
+  const std::span<Side> sides_;
   const Vec3 start_m_, end_m_;  // as its data see them
   // What positions are rounded by, and a hair [1] of the way.
   const double length_m_ = distance(start_m_, end_m_);
@@ -179,7 +179,7 @@ void EventPolicy::clear() noexcept {
   std::fill(fields.begin(), fields.end(), OfField{.allowed = {-infinity, infinity}});
 }
 
-Crossings::Crossings(std::span<const Watch> watches, std::size_t fields) : ranges_(fields) {
+Crossings::Crossings(LiveBlock& live, std::span<const Watch> watches, std::size_t fields) : ranges_(fields) {
   for (const Watch& watch : watches) {
     const bool can_pass = watch.field >= 0 && watch.field < static_cast<std::int64_t>(fields) && !std::isnan(watch.value);
     if (can_pass && !is_watched(watch)) watches_.push_back(watch);
@@ -191,7 +191,7 @@ Crossings::Crossings(std::span<const Watch> watches, std::size_t fields) : range
     if (range.last == 0) range.first = i;
     range.last = i + 1;
   }
-  sides_.resize(watches_.size());
+  sides_ = live.add<Side>(watches_.size());
 }
 
 EventPolicy Crossings::policy() const {
@@ -216,11 +216,11 @@ std::int32_t Crossings::index_of(const Watch& watch) const noexcept {
   return found != watches_.end() ? static_cast<std::int32_t>(found - watches_.begin()) : -1;
 }
 
-bool Crossings::has_sides(std::int32_t field, const std::vector<Side>& sides) const noexcept {
+bool Crossings::has_sides(std::int32_t field, std::span<const Side> sides) const noexcept {
   return ranges_[field].first < ranges_[field].last && sides[ranges_[field].first] != Side::none;
 }
 
-void Crossings::forget(std::int32_t field, std::vector<Side>& sides) const noexcept {
+void Crossings::forget(std::int32_t field, std::span<Side> sides) const noexcept {
   std::fill(sides.begin() + ranges_[field].first, sides.begin() + ranges_[field].last, Side::none);
 }
 
@@ -237,7 +237,7 @@ void Crossings::take_side(const Watch& watch, bool above) noexcept {
 }
 
 // The watch of a field that is crossed next on the way up, or down; -1 where there is none.
-std::int32_t Crossings::border(const EventPolicy& policy, std::int32_t field, const std::vector<Side>& sides,
+std::int32_t Crossings::border(const EventPolicy& policy, std::int32_t field, std::span<const Side> sides,
                                bool up) const noexcept {
   const Range& range = ranges_[field];
   const Side before = up ? Side::below : Side::above;
@@ -249,7 +249,7 @@ std::int32_t Crossings::border(const EventPolicy& policy, std::int32_t field, co
 }
 
 // The values that a field may take while nothing happens; none where that is not known.
-Extent Crossings::quiet(const EventPolicy& policy, std::int32_t field, const std::vector<Side>& sides) const noexcept {
+Extent Crossings::quiet(const EventPolicy& policy, std::int32_t field, std::span<const Side> sides) const noexcept {
   Extent quiet = policy.fields[field].allowed;
   for (std::int32_t i = ranges_[field].first; i < ranges_[field].last; ++i) {
     if (sides[i] == Side::none) return {infinity, -infinity};
@@ -263,13 +263,13 @@ Extent Crossings::quiet(const EventPolicy& policy, std::int32_t field, const std
 // Whether the whole way lies so near to where the field is known that nothing happens on it.
 bool Crossings::is_safe(std::int32_t field, const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy, Samples& samples,
                         Event& event) const noexcept {
-  const Extent quiet = this->quiet(policy, field, sides_);
+  const Extent quiet = this->quiet(policy, field, sides_.all());
   const bool is_any_value = quiet.min == -infinity && quiet.max == infinity;
   Event::Ball& ball = event.balls_[field];
   const auto holds = [&] {
     const double reach_m = std::max(distance(start_m, ball.center_m), distance(end_m, ball.center_m));
     if (!(reach_m < ball.certificate.radius_m)) return false;
-    if (!ball.inside) return !has_sides(field, sides_);
+    if (!ball.inside) return !has_sides(field, sides_.all());
     const double change = is_any_value ? 0.0 : ball.certificate.change(reach_m);
     return ball.value - change > quiet.min && ball.value + change < quiet.max;
   };
@@ -301,7 +301,7 @@ void Crossings::first_event(const Vec3& start_m, const Vec3& end_m, const EventP
   event.share = 1.0;
   if (event.on_way_.empty()) return;
   event.share = 0.0;
-  event.sides_ = sides_;
+  std::ranges::copy(sides_, event.sides_.begin());
   const auto cross = [&](std::int32_t watch, bool up) {
     event.sides_[watch] = up ? Side::above : Side::below;
     if (event.crossings.size() < event.crossings.capacity())

@@ -1,10 +1,12 @@
 // On which side of levels and breakpoints the proxy is, and what happens first along a straight way.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "palpa/core/live_block.h"
 #include "palpa/mode/mode.h"
 
 namespace palpa {
@@ -71,9 +73,10 @@ struct Event {
 /// level can neither lose nor invent a contact. Construction, `policy` and `event` allocate; nothing else does. One thread.
 class Crossings {
  public:
+  /// \param live     keeps the sides
   /// \param watches  duplicates are watched once, and what no field has not at all
   /// \param fields   the number of the session's
-  Crossings(std::span<const Watch> watches, std::size_t fields);
+  Crossings(LiveBlock& live, std::span<const Watch> watches, std::size_t fields);
   EventPolicy policy() const;
   Event event() const;
 
@@ -98,7 +101,7 @@ class Crossings {
                    Event& event) const noexcept;
   /// The proxy goes the way up to the event: the sides follow.
   void apply(const Event& event) noexcept {
-    if (!event.on_way_.empty()) sides_ = event.sides_;
+    if (!event.on_way_.empty()) std::ranges::copy(event.sides_, sides_.begin());
   }
 
  private:
@@ -108,16 +111,16 @@ class Crossings {
     std::int32_t first = 0, last = 0;  // watches of a field
   };
   std::int32_t index_of(const Watch& watch) const noexcept;
-  bool has_sides(std::int32_t field, const std::vector<Side>& sides) const noexcept;
-  void forget(std::int32_t field, std::vector<Side>& sides) const noexcept;
-  std::int32_t border(const EventPolicy& policy, std::int32_t field, const std::vector<Side>& sides, bool up) const noexcept;
-  Extent quiet(const EventPolicy& policy, std::int32_t field, const std::vector<Side>& sides) const noexcept;
+  bool has_sides(std::int32_t field, std::span<const Side> sides) const noexcept;
+  void forget(std::int32_t field, std::span<Side> sides) const noexcept;
+  std::int32_t border(const EventPolicy& policy, std::int32_t field, std::span<const Side> sides, bool up) const noexcept;
+  Extent quiet(const EventPolicy& policy, std::int32_t field, std::span<const Side> sides) const noexcept;
   bool is_safe(std::int32_t field, const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy, Samples& samples,
                Event& event) const noexcept;
 
-  std::vector<Watch> watches_;  // by field, then by value
-  std::vector<Range> ranges_;   // by field
-  std::vector<Side> sides_;     // by watch; none where its field has no data
+  std::vector<Watch> watches_;   // by field, then by value
+  std::vector<Range> ranges_;    // by field
+  LiveBlock::Part<Side> sides_;  // by watch; none where its field has no data
 };
 
 }  // namespace palpa

@@ -1,6 +1,7 @@
 #include "palpa/mode/jump_fade.h"
 
 #include <algorithm>
+#include <span>
 
 namespace palpa {
 
@@ -8,10 +9,7 @@ namespace {
 constexpr double fade_s = 0.05;  // out, and in again
 }  // namespace
 
-void JumpFade::clear() noexcept {
-  share_ = 1.0;
-  is_leaving_ = returns_ = false;
-}
+void JumpFade::clear() noexcept { *this = {}; }
 
 bool JumpFade::advance(bool is_known, double time_step_s) noexcept {
   const double change = time_step_s / fade_s;
@@ -22,30 +20,36 @@ bool JumpFade::advance(bool is_known, double time_step_s) noexcept {
   return returns_ = true;
 }
 
-bool JumpFade::let_go(std::size_t mode, const PrimitiveSet& placed, Samples& samples) noexcept {
-  last_.clear();
-  for (std::size_t i = 0; i < placed.size(); ++i) {
+void JumpFade::keep(std::size_t mode, const PrimitiveSet& placed) noexcept {
+  level_ = {};
+  size_ = 0;
+  for (std::size_t i = 0; i < placed.size() && size_ < static_cast<std::int32_t>(most_primitives); ++i) {
     Primitive p = placed[i];
     if (p.id.mode != mode) continue;
     if (placed.captured(i).any() && p.strength_n > 0.0) {
-      is_leaving_ = true;
       level_ = {placed.captured(i).field, placed.captured(i).value};
-      const DataTime now = samples.time(), before = samples.came_from();
-      samples.set_time(before);
-      is_free_above_ = dot(p.direction, samples.scalar(level_.field, p.position_m).gradient) > 0.0;
-      samples.set_time(now, before);
+      plane_ = size_;
     }
     if (share_ > 0.0) {  // as it is without the fade
       p.strength_n /= share_;
       p.drag_ns_per_m /= share_;
     }
-    if (last_.size() < most_primitives) last_.push_back(p);
+    last_[static_cast<std::size_t>(size_++)] = p;
   }
-  return is_leaving_;
+}
+
+bool JumpFade::let_go(Samples& samples) noexcept {
+  if (level_.field < 0) return false;
+  const Primitive& plane = last_[static_cast<std::size_t>(plane_)];
+  const DataTime now = samples.time(), before = samples.came_from();
+  samples.set_time(before);
+  is_free_above_ = dot(plane.direction, samples.scalar(level_.field, plane.position_m).gradient) > 0.0;
+  samples.set_time(now, before);
+  return is_leaving_ = true;
 }
 
 void JumpFade::place(const Vec3& start_m, PrimitiveSet& out) const noexcept {
-  for (Primitive p : last_) {
+  for (Primitive p : std::span(last_).first(static_cast<std::size_t>(size_))) {
     const bool is_at_proxy = p.kind == PrimitiveKind::point || p.kind == PrimitiveKind::line;
     if (is_at_proxy) p.position_m = start_m;
     out.add(p);

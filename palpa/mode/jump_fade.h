@@ -1,8 +1,9 @@
 // What becomes of a mode's plane whose level jumps between two frames of the data instead of moving.
 #pragma once
 
+#include <array>
 #include <cstddef>
-#include <vector>
+#include <cstdint>
 
 #include "palpa/core/primitives.h"
 #include "palpa/mode/crossings.h"
@@ -10,10 +11,9 @@
 namespace palpa {
 
 /// Such a level carries nothing along: its mode lets go of it in 50 ms, and takes hold again in 50 ms of where it is then.
-/// Takes its memory at construction. One thread.
+/// Trivially copyable. One thread.
 class JumpFade {
  public:
-  JumpFade() { last_.reserve(most_primitives); }
   /// The mode is felt in full.
   void clear() noexcept;
 
@@ -22,8 +22,10 @@ class JumpFade {
 
   /// Goes on by `time_step_s` [s]; `is_known`: where the data have carried the proxy. True where the mode is to begin anew.
   bool advance(bool is_known, double time_step_s) noexcept;
-  /// Begins to let go of what the mode has in `placed`; false where none of it stands on a level.
-  bool let_go(std::size_t mode, const PrimitiveSet& placed, Samples& samples) noexcept;
+  /// The mode has placed what it has in `placed`.
+  void keep(std::size_t mode, const PrimitiveSet& placed) noexcept;
+  /// Begins to let go of that; false where none of it stands on a level.
+  bool let_go(Samples& samples) noexcept;
   /// Places what fades, of a sub-step that begins at `start_m` [m].
   void place(const Vec3& start_m, PrimitiveSet& out) const noexcept;
   /// While it fades nothing is crossed in the mode's field; whoever is beyond the level afterwards has crossed it.
@@ -34,9 +36,11 @@ class JumpFade {
   double share_ = 1.0;
   bool is_leaving_ = false;
   bool returns_ = false;
-  Watch level_;
-  bool is_free_above_ = false;  // the free side of that level
-  std::vector<Primitive> last_;
+  bool is_free_above_ = false;  // the free side of the level …
+  Watch level_;                 // … on which a plane of the mode stands; of no field where none does
+  std::int32_t plane_ = 0;      // that plane, among what was kept
+  std::int32_t size_ = 0;
+  std::array<Primitive, most_primitives> last_;
 };
 
 }  // namespace palpa

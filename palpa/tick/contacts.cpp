@@ -1,18 +1,14 @@
 #include "palpa/tick/contacts.h"
 
+#include <algorithm>
+
 namespace palpa {
 
-Contacts::Contacts(std::size_t modes) : told_(modes) { events_.reserve(max_events); }
+Contacts::Contacts(LiveBlock& live, std::size_t modes) : told_(live.add<Told>(modes)) { events_.reserve(max_events); }
 
 void Contacts::clear() noexcept {
   events_.clear();
   for (Told& told : told_) told.contact = {};
-  all_free_ = true;
-}
-
-void Contacts::continue_from(const Contacts& other) noexcept {
-  for (std::size_t m = 0; m < told_.size(); ++m) told_[m] = other.told_[m];
-  all_free_ = other.all_free_;
 }
 
 void Contacts::begin_tick() noexcept {
@@ -40,8 +36,8 @@ void Contacts::stop_at_bound(const LocalModel& model) noexcept {
 }
 
 void Contacts::update(const LocalModel& model, double depth_m, Crossings& crossings) noexcept {
-  if (all_free_ && model.contacts().empty() && model.set().dropped() == 0) return;
-  all_free_ = true;
+  const auto is_free = [](const Told& told) { return told.contact.state == Contact::State::free; };
+  if (model.contacts().empty() && model.set().dropped() == 0 && std::ranges::all_of(told_.all(), is_free)) return;
   for (std::size_t m = 0; m < told_.size(); ++m) {
     Contact now;
     for (const LevelContact& held : model.contacts()) {
@@ -51,7 +47,6 @@ void Contacts::update(const LocalModel& model, double depth_m, Crossings& crossi
     }
     told_[m].at_bound = false;
     change(m, now, depth_m);
-    all_free_ = all_free_ && told_[m].contact.state == Contact::State::free;
   }
   for (const LevelContact& held : model.contacts()) {
     if (held.state == PrimitiveState::slip) crossings.take_side({held.level.field, held.level.value}, held.solid_is_high);

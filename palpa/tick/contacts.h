@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "palpa/core/live_block.h"
 #include "palpa/mode/crossings.h"
 #include "palpa/tick/local_model.h"
 #include "palpa/tick/session.h"
@@ -19,16 +20,15 @@ struct Contact {
 };
 
 /// The contacts of a session and the events of a tick. Here alone contacts change. Onsets and break-throughs are told once a
-/// tick for each mode, a break-through after the onset of its level; refusals and warnings once a session. Takes its memory at
-/// construction; one thread.
+/// tick for each mode, a break-through after the onset of its level; refusals and warnings once a session. Keeps the
+/// contacts in a block; one thread.
 class Contacts {
  public:
   /// \param modes  their number
-  explicit Contacts(std::size_t modes);
+  Contacts(LiveBlock& live, std::size_t modes);
 
   /// All are free; what was refused stays told.
   void clear() noexcept;
-  void continue_from(const Contacts& other) noexcept;
   void begin_tick() noexcept;
   std::span<const SessionEvent> events() const noexcept { return events_; }
 
@@ -56,8 +56,7 @@ class Contacts {
   void emit(const SessionEvent& event) noexcept;
   void change(std::size_t mode, Contact now, double depth_m) noexcept;
 
-  std::vector<Told> told_;  // by mode
-  bool all_free_ = true;
+  LiveBlock::Part<Told> told_;  // by mode
   std::vector<SessionEvent> events_;
 };
 

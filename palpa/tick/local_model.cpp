@@ -11,13 +11,13 @@ namespace palpa {
 
 using namespace path_tolerances;
 
-LocalModel::LocalModel(std::unique_ptr<Law> law, ModeRuntime& modes, double stiffness_n_per_m)
+LocalModel::LocalModel(LiveBlock& live, std::unique_ptr<Law> law, ModeRuntime& modes, double stiffness_n_per_m)
     : law_(std::move(law)),
       modes_(modes),
       stiffness_n_per_m_(stiffness_n_per_m),
       set_(max_primitives),
-      friction_(max_primitives),
-      held_(max_primitives) {
+      friction_(live, max_primitives),
+      held_(live, max_primitives) {
   contacts_.reserve(max_primitives);
   before_.reserve(max_primitives);
   learnt_.reserve(max_primitives);
@@ -27,12 +27,6 @@ void LocalModel::clear() noexcept {
   law_->reset();
   friction_.clear();
   held_.clear();
-}
-
-void LocalModel::continue_from(const LocalModel& other) noexcept {
-  law_->reset();
-  friction_ = other.friction_;
-  held_ = other.held_;
 }
 
 const LevelContact* LocalModel::contact_of(std::size_t row) const noexcept {

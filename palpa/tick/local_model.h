@@ -41,15 +41,16 @@ struct LevelContact {
 /// would end, and what is found there joins it as another facet of its corner: the polyhedron of places that are known to be
 /// free. Facets live for one move; P always contains the *witness*, the proxy's own place, so no facet, however wrong, can
 /// press the proxy through a level (docs/theory.md); a foreseen plane may shut it out by `shallow`, and is recanted before it
-/// lets go. Takes its memory at construction; one thread.
+/// lets go. Keeps in a block what the next balance depends on; takes its memory at construction; one thread.
 class LocalModel {
  public:
   static constexpr std::size_t max_primitives = 64;
 
-  LocalModel(std::unique_ptr<Law> law, ModeRuntime& modes, double stiffness_n_per_m);
+  LocalModel(LiveBlock& live, std::unique_ptr<Law> law, ModeRuntime& modes, double stiffness_n_per_m);
 
   void clear() noexcept;
-  void continue_from(const LocalModel& other) noexcept;
+  /// The next balance is looked for from nothing.
+  void forget_warm_start() noexcept { law_->reset(); }
 
   /// A move begins: no facets are known.
   void begin_move(const StepContext& context, double spacing_m) noexcept;

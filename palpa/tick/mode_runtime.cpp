@@ -1,7 +1,6 @@
 #include "palpa/tick/mode_runtime.h"
 
 #include <algorithm>
-#include <cassert>
 #include <limits>
 
 #include "palpa/field/box.h"
@@ -19,18 +18,18 @@ bool stays_zero(const TransferFunction& curve, double value) noexcept {
 
 }  // namespace
 
-ModeRuntime::ModeRuntime(const Scene& scene, const Similarity& map) : map_(map), modes_(scene.modes()) {
+ModeRuntime::ModeRuntime(LiveBlock& live, const Scene& scene, const Similarity& map) : map_(map), modes_(scene.modes()) {
   for (const SceneVolume& volume : scene.volumes()) {
     for (const VolumeField& field : volume.volume.fields) fields_.push_back(field.field);
   }
   parts_.resize(modes_.size());
   finest_m_ = std::numeric_limits<double>::infinity();
-  std::size_t memory_bytes = 0;
+  std::size_t memory_units = 0;
   for (std::size_t m = 0; m < modes_.size(); ++m) {
     Part& part = parts_[m];
     part.inputs = resolve(modes_[m], scene, fields_);
-    part.memory = memory_bytes;
-    memory_bytes += (modes_[m].mode.memory_bytes() + 15) / 16 * 16;
+    part.memory = memory_units;
+    memory_units += (modes_[m].mode.memory_bytes() + sizeof(MemoryUnit) - 1) / sizeof(MemoryUnit);
     if (!enabled(m)) continue;
     watches_.insert(watches_.end(), part.inputs.watches.begin(), part.inputs.watches.end());
     for (const std::int32_t f : part.inputs.fields) {
@@ -40,7 +39,8 @@ ModeRuntime::ModeRuntime(const Scene& scene, const Similarity& map) : map_(map),
     finest_m_ = std::min(finest_m_, part.finest_m);
   }
   samples_ = std::make_unique<Samples>(fields_, map_);
-  memories_.resize(memory_bytes);
+  live_ = live.add<Live>(modes_.size());
+  memories_ = live.add<MemoryUnit>(memory_units);
   slots_.reserve(scratch_.capacity());
   start();
 }
@@ -48,19 +48,8 @@ ModeRuntime::ModeRuntime(const Scene& scene, const Similarity& map) : map_(map),
 void ModeRuntime::start() noexcept {
   for (std::size_t m = 0; m < modes_.size(); ++m) {
     modes_[m].mode.start(memory(m));
-    parts_[m].fade.clear();
-    parts_[m].stands = false;
+    live_[m] = {};
   }
-}
-
-void ModeRuntime::continue_from(const ModeRuntime& other) noexcept {
-  assert(modes_.size() == other.modes_.size() && memories_.size() == other.memories_.size());
-  std::copy(other.memories_.begin(), other.memories_.end(), memories_.begin());
-  for (std::size_t m = 0; m < modes_.size(); ++m) {
-    parts_[m].fade = other.parts_[m].fade;  // within what is reserved
-    parts_[m].stands = other.parts_[m].stands;
-  }
-  samples_->set_time(other.samples_->time());
 }
 
 void ModeRuntime::arrive() noexcept {
@@ -79,8 +68,8 @@ double ModeRuntime::motion_m(const Vec3& at_m, DataTime from, DataTime to) const
 }
 
 void ModeRuntime::attend(Crossings& crossings, EventPolicy& policy, const Vec3& start_m) noexcept {
-  for (Part& part : parts_) {
-    if (part.inputs.main_field >= 0) part.fade.attend(part.inputs.main_field, crossings, policy);
+  for (std::size_t m = 0; m < modes_.size(); ++m) {
+    if (parts_[m].inputs.main_field >= 0) live_[m].fade.attend(parts_[m].inputs.main_field, crossings, policy);
   }
   const DataTime now = samples_->time(), before = samples_->came_from();
   for (std::int32_t f = 0; now != before && f < static_cast<std::int32_t>(fields_.size()); ++f)
@@ -106,22 +95,22 @@ void ModeRuntime::place(const StepContext& context, const Vec3& at_m, const Vec3
     const std::size_t first = out.size();
     const auto stands_at = [&](bool is_level) {
       out.truncate(first);
-      is_level ? place_mode(m, at_level, parts_[m].origin_m, level_m, out)
-               : place_mode(m, context, parts_[m].origin_m, at_m, out);
+      is_level ? place_mode(m, at_level, live_[m].origin_m, level_m, out)
+               : place_mode(m, context, live_[m].origin_m, at_m, out);
       bool stands = false;
       for (std::size_t i = first; i < out.size(); ++i) stands = stands || out.captured(i).any();
       return stands;
     };
     // Nearly always it stands where it stood, or does not.
-    const bool stood = parts_[m].stands;
-    const bool stands = parts_[m].stands = stands_at(stood);
+    const bool stood = live_[m].stands;
+    const bool stands = live_[m].stands = stands_at(stood);
     if (stands != stood && (level_m != at_m || context.data_fraction > 0.0)) stands_at(stands);
   }
 }
 
 void ModeRuntime::place_mode(std::size_t m, const StepContext& context, const Vec3& origin_m, const Vec3& at_m,
                              PrimitiveSet& out) noexcept {
-  const JumpFade& fade = parts_[m].fade;
+  const JumpFade& fade = live_[m].fade;
   const std::size_t first = out.size();
   out.begin_mode(static_cast<std::uint16_t>(m), origin_m);
   if (fade.is_leaving()) {

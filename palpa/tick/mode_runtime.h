@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "palpa/core/live_block.h"
 #include "palpa/mode/crossings.h"
 #include "palpa/mode/jump_fade.h"
 #include "palpa/scene/mode_inputs.h"
@@ -23,12 +24,12 @@ struct StepContext {
   double data_fraction = 0.0;  ///< [1] of the data's motion in the sub-step, over where they are looked at
 };
 
-/// The modes of a session with their fields, memories and samples. Construction allocates and throws SceneError; nothing else
-/// does. One thread.
+/// The modes of a session with their fields, samples, and memories, which are kept in a block. Construction allocates and
+/// throws SceneError; nothing else does. One thread.
 class ModeRuntime {
  public:
   /// \param map  hand to world
-  ModeRuntime(const Scene& scene, const Similarity& map);
+  ModeRuntime(LiveBlock& live, const Scene& scene, const Similarity& map);
   ModeRuntime(const ModeRuntime&) = delete;
   ModeRuntime& operator=(const ModeRuntime&) = delete;
 
@@ -41,42 +42,41 @@ class ModeRuntime {
 
   /// Fresh memories.
   void start() noexcept;
-  /// Takes over the memories of the same modes of another session.
-  void continue_from(const ModeRuntime& other) noexcept;
 
   /// Advances the data to `to`, `time_step_s` [s] later; they carry the proxy, at `start_m` [m] when they were as at `from`.
-  /// Where a mode's plane in `placed` stands on a level that jumps before the tick ends, as at `tick_end`, nothing is carried:
-  /// it fades (JumpFade). Calls `jumped(m)` for each mode with which that begins.
+  /// Where a mode's plane stands on a level that jumps before the tick ends, as at `tick_end`, nothing is carried: it fades
+  /// (JumpFade). Calls `jumped(m)` for each mode with which that begins.
   template <class Jumped>
   void advance(const Vec3& start_m, DataTime from, DataTime to, DataTime tick_end, double time_step_s,
-               const PrimitiveSet& placed, Jumped&& jumped) noexcept {
+               Jumped&& jumped) noexcept {
     samples_->set_time(to, from);
     furthest_carried_m_ = 0.0;
     for (std::size_t m = 0; m < modes_.size(); ++m) {
       Part& part = parts_[m];
+      JumpFade& fade = live_[m].fade;
       if (!enabled(m)) continue;
       const Carried carried = samples_->carried(part.inputs.main_field, start_m, from, to);
       const bool is_known = carried.known && samples_->carried(part.inputs.main_field, start_m, from, tick_end).known;
-      if (part.fade.advance(is_known, time_step_s)) modes_[m].mode.start(memory(m));
-      if (!is_known && !part.fade.is_leaving() && part.fade.let_go(m, placed, *samples_)) jumped(m);
-      part.carried_m = is_known && !part.fade.is_leaving() ? carried.position_m - start_m : Vec3{};
+      if (fade.advance(is_known, time_step_s)) modes_[m].mode.start(memory(m));
+      if (!is_known && !fade.is_leaving() && fade.let_go(*samples_)) jumped(m);
+      part.carried_m = is_known && !fade.is_leaving() ? carried.position_m - start_m : Vec3{};
       furthest_carried_m_ = std::max(furthest_carried_m_, norm(part.carried_m));
     }
   }
   /// A step begins at `start_m` [m], which data have carried along: there the modes place what resists motion. The moves that
   /// settle it go on from other places, but resist from here on.
   void begin_step(const Vec3& start_m) noexcept {
-    for (Part& part : parts_) part.origin_m = start_m + part.carried_m;
+    for (std::size_t m = 0; m < size(); ++m) live_[m].origin_m = start_m + parts_[m].carried_m;
   }
   /// Where the step of a mode began [m], carried along.
-  const Vec3& origin_m(std::size_t m) const noexcept { return parts_[m].origin_m; }
+  const Vec3& origin_m(std::size_t m) const noexcept { return live_[m].origin_m; }
   /// The sub-step is over: nothing is carried.
   void arrive() noexcept;
   /// How far the data of a mode have carried the proxy in this sub-step [m], and the longest of those ways [m].
   const Vec3& carried_m(std::size_t m) const noexcept { return parts_[m].carried_m; }
   double furthest_carried_m() const noexcept { return furthest_carried_m_; }
   /// A mode's strengths are less than they will be, because its level has jumped.
-  bool fades(std::size_t m) const noexcept { return parts_[m].fade.share() < 1.0; }
+  bool fades(std::size_t m) const noexcept { return live_[m].fade.share() < 1.0; }
   /// The furthest that the data of a mode would carry a position [m] between two moments [m].
   double motion_m(const Vec3& at_m, DataTime from, DataTime to) const noexcept;
   /// Tells a search how far data have gone since the sub-step began at `start_m` [m], and where levels have jumped.
@@ -91,7 +91,9 @@ class ModeRuntime {
   void on_step_accepted(const StepContext& context, const Vec3& proxy_m, const PrimitiveSet& placed,
                         std::span<const Crossing> crossings, State&& state) noexcept {
     for (std::size_t m = 0; m < modes_.size(); ++m) {
-      if (!enabled(m) || modes_[m].mode.memory_bytes() == 0 || parts_[m].fade.is_leaving()) continue;
+      if (!enabled(m) || live_[m].fade.is_leaving()) continue;
+      if (samples_->any_timed()) live_[m].fade.keep(m, placed);
+      if (modes_[m].mode.memory_bytes() == 0) continue;
       slots_.clear();
       for (std::size_t i = 0; i < placed.size(); ++i) {
         const PrimitiveId id = placed[i].id;
@@ -122,14 +124,17 @@ class ModeRuntime {
     ModeInputs inputs;
     Box box_m;                                                  // of the world: where all that it reads may have data
     double finest_m = std::numeric_limits<double>::infinity();  // [hand m] sample spacing of that, anywhere
-    std::size_t memory = 0;                                     // offset in the memories
+    std::size_t memory = 0;                                     // where in the memories its own begins
     Vec3 carried_m;
+  };
+  struct Live {
     Vec3 origin_m;  // of the step
     JumpFade fade;
     bool stands = false;  // on a level, when it placed its primitives last
   };
+  using MemoryUnit = std::max_align_t;
 
-  std::byte* memory(std::size_t m) noexcept { return memories_.data() + parts_[m].memory; }
+  std::byte* memory(std::size_t m) noexcept { return reinterpret_cast<std::byte*>(memories_.begin() + parts_[m].memory); }
   Here here_at(std::size_t m, const StepContext& context, const Vec3& start_m, const Vec3& at_m) noexcept;
   void place_mode(std::size_t m, const StepContext& context, const Vec3& origin_m, const Vec3& at_m,
                   PrimitiveSet& out) noexcept;
@@ -144,7 +149,8 @@ class ModeRuntime {
   std::unique_ptr<Samples> samples_;
   std::vector<SceneMode> modes_;  // with their references resolved
   std::vector<Part> parts_;       // by mode
-  std::vector<std::byte> memories_;
+  LiveBlock::Part<Live> live_;    // by mode
+  LiveBlock::Part<MemoryUnit> memories_;
   std::vector<Watch> watches_;
   std::vector<SlotState> slots_;
   PrimitiveSet scratch_;

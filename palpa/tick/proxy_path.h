@@ -9,6 +9,7 @@
 
 #include "palpa/core/law.h"
 #include "palpa/core/ledger.h"
+#include "palpa/core/live_block.h"
 #include "palpa/core/probe_queue.h"
 #include "palpa/mode/crossings.h"
 #include "palpa/tick/contacts.h"
@@ -25,23 +26,25 @@ namespace palpa {
 /// Construction allocates and throws SceneError; walking does neither. One thread.
 class ProxyPath {
  public:
-  ProxyPath(const Scene& scene, const Similarity& map, std::unique_ptr<Law> law);
+  /// \param live  keeps all that the next walk depends on
+  ProxyPath(LiveBlock& live, const Scene& scene, const Similarity& map, std::unique_ptr<Law> law);
 
   /// Forgets everything; the next walk begins at its probe.
   void reset() noexcept;
   /// Where the proxy is while it is not walked [m].
-  void put(const Vec3& proxy_m) noexcept { state_.proxy = proxy_m; }
+  void put(const Vec3& proxy_m) noexcept { state_->proxy = proxy_m; }
   /// See Session.
   void refine(int times);
-  void continue_from(const ProxyPath& other) noexcept;
+  /// Goes on from what the block has taken over.
+  void goes_on() noexcept;
 
   /// The data's time goes on by so much [s], whether the proxy is walked or not.
-  void pass(double time_step_s) noexcept { state_.elapsed_s += time_step_s; }
+  void pass(double time_step_s) noexcept { state_->elapsed_s += time_step_s; }
   /// Goes on to the next probe position [m], `time_step_s` later. False where the cap was reached.
   bool walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) noexcept;
 
-  const Vec3& proxy_m() const noexcept { return state_.proxy; }
-  bool started() const noexcept { return state_.started; }
+  const Vec3& proxy_m() const noexcept { return state_->proxy; }
+  bool started() const noexcept { return state_->started; }
   /// Of the last walk: the part of the proxy's motion that was a release [m], and primitives refused.
   const Vec3& released_m() const noexcept { return released_m_; }
   int dropped() const noexcept { return dropped_; }
@@ -52,6 +55,9 @@ class ProxyPath {
   static constexpr std::size_t max_primitives = LocalModel::max_primitives;
 
  private:
+  // What a probe position still wants of the proxy: the rest of a move that was stopped; or to know that it rests there.
+  enum class Left : std::uint8_t { nothing, way, rest };
+
   // Where the session is on its way.
   struct PathState {
     bool started = false;
@@ -60,9 +66,7 @@ class ProxyPath {
     bool felt = false;     // … in which something could pull at it
     Vec3 segment_start_m;  // where the proxy was before the last segment …
     Vec3 probe_way_m;      // … of the probe's path
-    // A sub-step that was stopped on its way is taken up again at the same probe.
-    bool unfinished = false;
-    bool settling = false;                  // it has ended; whether the proxy rests there is being asked
+    Left left = Left::nothing;
     Vec3 step_start_m;                      // of the moves that settle one step
     double reach_m = 0.0;                   // no move at this probe may be longer …
     int turns = 0;                          // … since so often the proxy turned back
@@ -86,7 +90,9 @@ class ProxyPath {
 
   bool next_segment(ProbeSegment& segment) noexcept;
   bool is_free() noexcept;
-  double time_at_end_of(const ProbeSegment& segment) const noexcept { return state_.elapsed_s - queue_.time_behind_s(segment); }
+  double time_at_end_of(const ProbeSegment& segment) const noexcept {
+    return state_->elapsed_s - queue_->time_behind_s(segment);
+  }
   double see(const ProbeSegment& segment) noexcept;
   void sub_step(ProbeSegment segment) noexcept;
   void accept(const ProbeSegment& segment, const Move& made, StepContext& context, bool settles) noexcept;
@@ -96,6 +102,7 @@ class ProxyPath {
   void place(const StepContext& context, const Vec3& end_m, double whole_m) noexcept;
   bool end_is_free(const ProbeSegment& segment, const StepContext& context, bool flies, Move& move) noexcept;
   void advance(const ProbeSegment& segment, const Move& move, double follows_s, bool settled) noexcept;
+  Left left_by(const Move& move, bool settled) const noexcept;
   Vec3 expected_m(const ProbeSegment& segment) const noexcept;
   bool meet_bound(ProbeSegment& segment, const StepContext& context, Balance& to) noexcept;
   void attend(const Vec3& end_m, bool flies) noexcept;
@@ -111,8 +118,8 @@ class ProxyPath {
   Event event_;
   LocalModel model_;
   Contacts contacts_;
-  ProbeQueue queue_;
-  PathState state_;
+  LiveBlock::Part<PathState> state_;
+  LiveBlock::Part<ProbeQueue> queue_;
   int refined_ = 1;
   double step_share_ = 0.5;                // of the finest spacing: no move is longer
   double path_m_ = 0.0;                    // length of the probe's path in this tick, or of the data's

@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "palpa/core/coupling.h"
+#include "palpa/core/live_block.h"
 #include "palpa/core/solver.h"
 #include "palpa/core/split.h"
 #include "palpa/tick/proxy_path.h"
@@ -47,10 +49,11 @@ class Session::State {
   State(const Scene& given, std::unique_ptr<Law> law, double encoder_step_m)
       : scene(checked(given)),
         map(scene.hand_to_world()),
-        path(scene, usable_map(map), std::move(law)),
-        damper(scene.coupling.damping_ns_per_m, encoder_step_m),
+        path(live, scene, usable_map(map), std::move(law)),
+        coupling(live.add<CouplingState>()),
         ledger(scene.modes().size()),
         mode_ticks(scene.modes().size()) {
+    coupling->damper = Damper(scene.coupling.damping_ns_per_m, encoder_step_m);
     split_n.reserve(ProxyPath::max_primitives);
     last_placed.reserve(ProxyPath::max_primitives);
   }
@@ -62,6 +65,7 @@ class Session::State {
 
   Scene scene;
   Similarity map;
+  LiveBlock live;
   ProxyPath path;
 
  private:
@@ -76,32 +80,35 @@ class Session::State {
   }
   void gather(Tick& result) noexcept;
 
-  Damper damper;
+  // What the next tick depends on besides the path.
+  struct CouplingState {
+    Damper damper{0.0};
+    Vec3 last_probe;
+    Vec3 damper_force;      // held since the last tick
+    double stored_j = 0.0;  // in the spring since then
+  };
+
+  LiveBlock::Part<CouplingState> coupling;
   Ledger ledger;
   std::vector<ModeTick> mode_ticks;
   bool who_pushed_known = true;  // mode_ticks hold the forces of the last sub-step
   std::vector<Vec3> split_n;     // of the last sub-step, as it is shown
   std::vector<Primitive> last_placed;
-  Vec3 last_probe;
-  Vec3 damper_force;      // held since the last tick
-  double stored_j = 0.0;  // in the spring since then
 };
 
 void Session::State::reset() noexcept {
   path.reset();
-  damper_force = {};
+  coupling->damper_force = {};
 }
 
 void Session::State::continue_from(const State& other) noexcept {
-  path.continue_from(other.path);
-  damper = other.damper;
-  last_probe = other.last_probe;
-  damper_force = other.damper_force;
-  stored_j = other.stored_j;
+  live.copy(other.live);
+  path.goes_on();
 }
 
 // The main path. Modes place primitives, the law balances them, the coupling pulls the hand.
 Tick Session::State::tick(const Probe& probe, double dt) noexcept {
+  CouplingState& c = *coupling;
   std::fill(mode_ticks.begin(), mode_ticks.end(), ModeTick{});
   who_pushed_known = true;
   Tick result;
@@ -114,7 +121,7 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
   const bool velocity_usable = !probe.velocity_m_per_s || is_finite(*probe.velocity_m_per_s);
   if (!probe.valid || !time_usable || !velocity_usable || !usable(probe.position_m)) {
     reset();
-    result.energy.let_go_j = std::exchange(stored_j, 0.0);
+    result.energy.let_go_j = std::exchange(c.stored_j, 0.0);
     if (probe.valid) result.status = TickStatus::bad_input;
     if (!probe.valid && usable(probe.position_m)) result.probe_m = result.proxy_m = probe.position_m;
     path.put(result.proxy_m);
@@ -125,11 +132,11 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
   const double k = scene.coupling.stiffness_n_per_m;
   double lost_j = 0.0;
   if (!path.started()) {
-    last_probe = p;
-    damper.reset({});
-    lost_j = stored_j;
+    c.last_probe = p;
+    c.damper.reset({});
+    lost_j = c.stored_j;
   }
-  const Vec3 probe_step = p - last_probe;
+  const Vec3 probe_step = p - c.last_probe;
   result.status = path.walk(p, dt, ledger) ? TickStatus::resting : TickStatus::waiting;
 
   const Vec3 proxy = path.proxy_m();
@@ -137,7 +144,7 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
   result.probe_step_m = probe_step;
   result.proxy_m = proxy;
   const Vec3 stretch = proxy - p;
-  const Vec3 relative = damper.relative_velocity(stretch, path.released_m(), dt, k);
+  const Vec3 relative = c.damper.relative_velocity(stretch, path.released_m(), dt, k);
   result.probe_velocity_m_per_s = probe.velocity_m_per_s.value_or(probe_step / dt);
   result.proxy_velocity_m_per_s = result.probe_velocity_m_per_s + relative;
   const Vec3 damping_n = scene.coupling.damping_ns_per_m * relative;
@@ -145,10 +152,10 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
 
   result.energy = ledger.end(proxy, p, probe_step, k);
   result.energy.let_go_j += lost_j;
-  result.energy.damper_j = dot(damper_force, probe_step);
-  stored_j = result.energy.stored_j;
-  damper_force = damping_n;
-  last_probe = p;
+  result.energy.damper_j = dot(c.damper_force, probe_step);
+  c.stored_j = result.energy.stored_j;
+  c.damper_force = damping_n;
+  c.last_probe = p;
   gather(result);
   return result;
 }

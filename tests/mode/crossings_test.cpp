@@ -48,6 +48,7 @@ FieldPtr grid_with(MakeGrid make, const std::array<std::int64_t, 3>& dims, Value
 struct Searched {
   std::vector<FieldPtr> fields;
   Samples samples;
+  LiveBlock live;
   Crossings sides;
   EventPolicy policy;
   Event event;
@@ -64,7 +65,7 @@ struct Searched {
   Searched(std::vector<FieldPtr> given, std::vector<Watch> watched, const Similarity& map = {})
       : fields(std::move(given)),
         samples(fields, map),
-        sides(watched, fields.size()),
+        sides(live, watched, fields.size()),
         policy(sides.policy()),
         event(sides.event()) {}
   /// The sides are those that the next search sets out from.

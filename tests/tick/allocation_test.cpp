@@ -4,38 +4,18 @@
 #include <cstdlib>
 #include <limits>
 
-#include "palpa/field/analytic.h"
-#include "palpa/field/grid.h"
-#include "palpa/mode/follow.h"
-#include "palpa/mode/surface_and_friction.h"
-#include "palpa/mode/viscosity.h"
 #include "palpa/tick/session.h"
 #include "tests/core/counted_allocations.h"
+#include "tests/tick/busy_scene.h"
 #include "tests/tick/hands.h"
 
 namespace palpa {
 namespace {
 
-Scene busy_scene(bool as_grid) {
-  Scene scene({.stiffness_n_per_m = 800, .damping_ns_per_m = 0.5});
-  const auto data = [&](const Volume& volume) { return as_grid ? sampled(volume, 48) : volume; };
-  const FieldRef head = scene.add("head", data(head_phantom()));
-  const FieldRef flow = scene.add("flow", data(burgers_vortex()), {.scale = 4.0});
-  scene.add("skin",
-            SurfaceAndFriction{.field = head,
-                               .levels = {{.name = "skin", .value = -300, .strength_n = 0.8, .friction_coefficient = 0.3},
-                                          {.name = "bone", .value = 300, .strength_n = 4.0, .friction_n = 0.2}}});
-  scene.add("rail", Follow{.field = flow, .strength_n = 0.4, .drag_ns_per_m = 1.0});
-  scene.add(
-      "air",
-      Viscosity{.field = head, .strength_n = {head, TransferFunction({{-1100, 0.1}, {-500, 0.0}})}, .drag_ns_per_m = 0.5});
-  return scene;
-}
-
 class Allocation : public testing::TestWithParam<bool> {};
 
 TEST_P(Allocation, NoneInATick) {
-  Session session(busy_scene(GetParam()));
+  Session session(test::busy_scene(GetParam()));
   test::Random random(1);
   const test::Wander hand(random, 0.09);
   const long before = test::allocations;
@@ -49,7 +29,7 @@ TEST_P(Allocation, NoneInATick) {
 }
 
 TEST_P(Allocation, NoneInABadTickEither) {
-  Session session(busy_scene(GetParam()));
+  Session session(test::busy_scene(GetParam()));
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   constexpr double inf = std::numeric_limits<double>::infinity();
   const long before = test::allocations;
@@ -67,20 +47,8 @@ TEST_P(Allocation, NoneInABadTickEither) {
   EXPECT_EQ(test::allocations, before);
 }
 
-// A head that moves and jumps back where its loop begins again, and a heart that beats: levels are carried, fade out and in.
 TEST_P(Allocation, NoneInATickOfDataThatMove) {
-  Scene scene = busy_scene(GetParam());
-  const FieldRef other = scene.add_moving("other", GetParam() ? sampled(head_phantom(), 48) : head_phantom(),
-                                          {{0.0, {}}, {0.03, {Mat3::identity(), 1.01, {0.001, 0.002, 0.0}}}});
-  scene.add("heart", sampled(beating_chamber(), 33, 10), {.scale = 3.0});
-  scene.add("moving_skin",
-            SurfaceAndFriction{
-                .field = other, .levels = {{.name = "skin", .value = -300, .strength_n = 20.0}}, .friction_coefficient = 0.3});
-  scene.add("wall",
-            SurfaceAndFriction{
-                .field = {"heart.signal"}, .levels = {{.name = "wall", .value = 0.5, .strength_n = 0.8}}, .friction_n = 0.2});
-  scene.time.play = TimeOptions::Play::loop;
-  Session session(scene);
+  Session session(test::busy_moving_scene(GetParam())), other(session.scene());
   test::Random random(1);
   const test::Wander hand(random, 0.09);
   const long before = test::allocations;
@@ -92,6 +60,8 @@ TEST_P(Allocation, NoneInATickOfDataThatMove) {
     for (const SessionEvent& e : session.events()) jumps += e.kind == SessionEventKind::warning;
     ASSERT_TRUE(is_finite(tick.force_n));
   }
+  EXPECT_EQ(test::allocations, before);
+  other.continue_from(session);
   EXPECT_EQ(test::allocations, before);
   EXPECT_GT(moved_j, 1e-4);
   EXPECT_GT(jumps, 0);
