@@ -52,7 +52,7 @@ Balance CoulombFriction::solve(Law& law, PrimitiveSet& set, const Vec3& probe_m,
     const PrimitiveId& id = set[i].id;
     const Friction& friction = set.friction_of(i);
     const auto alone_n = pressed_alone_n(set, static_cast<std::size_t>(friction.plane), probe_m, stiffness_n_per_m);
-    const auto last = last_.all().first(*known_);
+    const auto last = last_.first(known_);
     const auto before = std::ranges::find(last, id, &Line::id);
     lines_.push_back(before == last.end() ? Line{id, i} : Line{id, i, before->strength_n, before->slope});
     if (alone_n) lines_.back().strength_n = friction.coefficient * *alone_n;
@@ -76,7 +76,7 @@ Balance CoulombFriction::solve(Law& law, PrimitiveSet& set, const Vec3& probe_m,
     found.iterations += iterations;
   }
   std::ranges::copy(lines_, last_.begin());
-  *known_ = lines_.size();
+  known_ = lines_.size();
   return found;
 }
 

@@ -18,7 +18,7 @@ class CoulombFriction {
  public:
   /// \param capacity  [1] of lines
   CoulombFriction(LiveBlock& live, std::size_t capacity);
-  void clear() noexcept { *known_ = 0; }
+  void clear() noexcept { known_ = 0; }
 
   /// Balances the set about its start, its lines of friction as strong as their planes, to what shifts the proxy by less than
   /// counts as exact. Where a plane shares its load with others, its force is that of one split of several, the law's; the
@@ -37,8 +37,8 @@ class CoulombFriction {
   };
   bool correct(Line& line, double wanted_n, double held_n, double tolerance_n, bool first) const noexcept;
 
-  LiveBlock::Part<std::size_t> known_;  // of the last balance's lines
-  LiveBlock::Part<Line> last_;
+  std::size_t& known_;  // of the last balance's lines
+  std::span<Line> last_;
   std::vector<Line> lines_;
 };
 

@@ -12,12 +12,12 @@ Vec3 force_of(const Primitive& p) noexcept { return p.strength_n * p.direction; 
 
 }  // namespace
 
-void HeldForces::clear() noexcept { *last_ = {}; }
+void HeldForces::clear() noexcept { last_ = {}; }
 
 std::int32_t HeldForces::hold_back(PrimitiveSet& set, const Vec3& at_m, double stiffness_n_per_m,
                                    double moved_n) const noexcept {
   const auto is_directed = [](const Primitive& p) { return p.kind == PrimitiveKind::directed; };
-  if (!last_->any || (held().empty() && std::ranges::none_of(set.primitives(), is_directed))) return -1;
+  if (!last_.any || (held().empty() && std::ranges::none_of(set.primitives(), is_directed))) return -1;
   const auto is_placed = [&](const Force& before) {
     for (const Primitive& p : set.primitives()) {
       if (p.kind == PrimitiveKind::directed && p.id == before.id) return true;
@@ -49,7 +49,7 @@ std::int32_t HeldForces::hold_back(PrimitiveSet& set, const Vec3& at_m, double s
       fastest = p.id.mode;
     }
   }
-  const double most_n = 0.5 * stiffness_n_per_m * distance(at_m, last_->at_m) + moved_n;
+  const double most_n = 0.5 * stiffness_n_per_m * distance(at_m, last_.at_m) + moved_n;
   if (norm(change_n) <= most_n + rounding * all_n) return -1;
 
   const double share = most_n / norm(change_n);
@@ -62,9 +62,9 @@ std::int32_t HeldForces::hold_back(PrimitiveSet& set, const Vec3& at_m, double s
 }
 
 void HeldForces::keep(const PrimitiveSet& set, const Vec3& at_m) noexcept {
-  *last_ = {.at_m = at_m, .any = true};
+  last_ = {.at_m = at_m, .any = true};
   for (const Primitive& p : set.primitives()) {
-    if (p.kind == PrimitiveKind::directed && last_->size < forces_.size()) forces_[last_->size++] = {p.id, force_of(p)};
+    if (p.kind == PrimitiveKind::directed && last_.size < forces_.size()) forces_[last_.size++] = {p.id, force_of(p)};
   }
 }
 

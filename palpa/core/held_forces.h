@@ -36,10 +36,10 @@ class HeldForces {
     std::uint32_t size = 0;  // forces
     bool any = false;
   };
-  std::span<const Force> held() const noexcept { return forces_.all().first(last_->size); }
+  std::span<const Force> held() const noexcept { return forces_.first(last_.size); }
 
-  LiveBlock::Part<Last> last_;
-  LiveBlock::Part<Force> forces_;
+  Last& last_;
+  std::span<Force> forces_;
 };
 
 }  // namespace palpa

@@ -1,9 +1,11 @@
 // What a session remembers from tick to tick, in one block of bytes.
 #pragma once
 
+#include <algorithm>
 #include <cassert>
 #include <cstddef>
 #include <cstring>
+#include <memory>
 #include <new>
 #include <span>
 #include <type_traits>
@@ -13,55 +15,55 @@ namespace palpa {
 
 /// Memory in which the parts of a session keep, side by side, what the next tick depends on. What a part keeps is trivially
 /// copyable and has no pointer into the block, so the whole is copied as bytes: a rehearsal begins, and is thrown away, by one
-/// copy. What may be forgotten, such as where a search begins, is kept elsewhere. A block stays where it is; one thread.
+/// copy. What may be forgotten, such as where a search begins, is kept elsewhere. One thread.
 class LiveBlock {
  public:
   LiveBlock() = default;
   LiveBlock(const LiveBlock&) = delete;
   LiveBlock& operator=(const LiveBlock&) = delete;
 
-  /// An array in a block, which must outlive it.
+  /// Gives room for so many values, which are fresh ones and stay where they are as long as the block. Allocates.
   template <class T>
-  class Part {
-   public:
-    std::size_t size() const noexcept { return size_; }
-    T* begin() const noexcept { return reinterpret_cast<T*>(block_->bytes_.data() + offset_); }
-    T* end() const noexcept { return begin() + size_; }
-    T& operator[](std::size_t i) const noexcept { return begin()[i]; }
-    T& operator*() const noexcept { return *begin(); }
-    T* operator->() const noexcept { return begin(); }
-    std::span<T> all() const noexcept { return {begin(), size_}; }
-
-   private:
-    friend class LiveBlock;
-    LiveBlock* block_ = nullptr;
-    std::size_t offset_ = 0, size_ = 0;
-  };
-
-  /// Gives room for so many values, which are fresh ones. Before the first tick: it allocates, and references into other parts
-  /// are no longer valid.
+  std::span<T> add(std::size_t size) {
+    static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= alignment);
+    T* first = reinterpret_cast<T*>(room_for(size * sizeof(T)));
+    std::uninitialized_value_construct_n(first, size);
+    return {first, size};
+  }
+  /// The same for one.
   template <class T>
-  Part<T> add(std::size_t size = 1) {
-    static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= __STDCPP_DEFAULT_NEW_ALIGNMENT__);
-    Part<T> part;
-    part.block_ = this;
-    part.offset_ = (bytes_.size() + alignof(T) - 1) / alignof(T) * alignof(T);
-    part.size_ = size;
-    bytes_.resize(part.offset_ + size * sizeof(T));
-    for (T& value : part) ::new (&value) T{};
-    return part;
+  T& add() {
+    return add<T>(1).front();
   }
 
-  /// [1] of bytes that a copy moves.
-  std::size_t size() const noexcept { return bytes_.size(); }
   /// Takes over what another block holds. Programming error (assert) if its parts are others.
   void copy(const LiveBlock& other) noexcept {
-    assert(bytes_.size() == other.bytes_.size());
-    if (!bytes_.empty()) std::memcpy(bytes_.data(), other.bytes_.data(), bytes_.size());
+    assert(chunks_.size() == other.chunks_.size());
+    for (std::size_t i = 0; i < chunks_.size(); ++i) {
+      assert(chunks_[i].used == other.chunks_[i].used);
+      std::memcpy(chunks_[i].bytes.get(), other.chunks_[i].bytes.get(), chunks_[i].used);
+    }
   }
 
  private:
-  std::vector<std::byte> bytes_;
+  static constexpr std::size_t alignment = __STDCPP_DEFAULT_NEW_ALIGNMENT__;
+  static constexpr std::size_t chunk_bytes = 1 << 16;  // all of a usual scene's; what is not used is never touched
+  struct Chunk {
+    std::unique_ptr<std::byte[]> bytes;
+    std::size_t used = 0, size = 0;
+  };
+
+  std::byte* room_for(std::size_t bytes) {
+    bytes = (bytes + alignment - 1) / alignment * alignment;
+    if (chunks_.empty() || chunks_.back().size - chunks_.back().used < bytes) {
+      const std::size_t size = std::max(bytes, chunk_bytes);
+      chunks_.push_back({std::unique_ptr<std::byte[]>(new std::byte[size]), 0, size});
+    }
+    chunks_.back().used += bytes;
+    return chunks_.back().bytes.get() + chunks_.back().used - bytes;
+  }
+
+  std::vector<Chunk> chunks_;  // nearly always one
 };
 
 }  // namespace palpa

@@ -263,13 +263,13 @@ Extent Crossings::quiet(const EventPolicy& policy, std::int32_t field, std::span
 // Whether the whole way lies so near to where the field is known that nothing happens on it.
 bool Crossings::is_safe(std::int32_t field, const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy, Samples& samples,
                         Event& event) const noexcept {
-  const Extent quiet = this->quiet(policy, field, sides_.all());
+  const Extent quiet = this->quiet(policy, field, sides_);
   const bool is_any_value = quiet.min == -infinity && quiet.max == infinity;
   Event::Ball& ball = event.balls_[field];
   const auto holds = [&] {
     const double reach_m = std::max(distance(start_m, ball.center_m), distance(end_m, ball.center_m));
     if (!(reach_m < ball.certificate.radius_m)) return false;
-    if (!ball.inside) return !has_sides(field, sides_.all());
+    if (!ball.inside) return !has_sides(field, sides_);
     const double change = is_any_value ? 0.0 : ball.certificate.change(reach_m);
     return ball.value - change > quiet.min && ball.value + change < quiet.max;
   };

@@ -118,9 +118,9 @@ class Crossings {
   bool is_safe(std::int32_t field, const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy, Samples& samples,
                Event& event) const noexcept;
 
-  std::vector<Watch> watches_;   // by field, then by value
-  std::vector<Range> ranges_;    // by field
-  LiveBlock::Part<Side> sides_;  // by watch; none where its field has no data
+  std::vector<Watch> watches_;  // by field, then by value
+  std::vector<Range> ranges_;   // by field
+  std::span<Side> sides_;       // by watch; none where its field has no data
 };
 
 }  // namespace palpa

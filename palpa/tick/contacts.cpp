@@ -37,7 +37,7 @@ void Contacts::stop_at_bound(const LocalModel& model) noexcept {
 
 void Contacts::update(const LocalModel& model, double depth_m, Crossings& crossings) noexcept {
   const auto is_free = [](const Told& told) { return told.contact.state == Contact::State::free; };
-  if (model.contacts().empty() && model.set().dropped() == 0 && std::ranges::all_of(told_.all(), is_free)) return;
+  if (model.contacts().empty() && model.set().dropped() == 0 && std::ranges::all_of(told_, is_free)) return;
   for (std::size_t m = 0; m < told_.size(); ++m) {
     Contact now;
     for (const LevelContact& held : model.contacts()) {

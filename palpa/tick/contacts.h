@@ -56,7 +56,7 @@ class Contacts {
   void emit(const SessionEvent& event) noexcept;
   void change(std::size_t mode, Contact now, double depth_m) noexcept;
 
-  LiveBlock::Part<Told> told_;  // by mode
+  std::span<Told> told_;  // by mode
   std::vector<SessionEvent> events_;
 };
 

@@ -134,7 +134,7 @@ class ModeRuntime {
   };
   using MemoryUnit = std::max_align_t;
 
-  std::byte* memory(std::size_t m) noexcept { return reinterpret_cast<std::byte*>(memories_.begin() + parts_[m].memory); }
+  std::byte* memory(std::size_t m) noexcept { return reinterpret_cast<std::byte*>(memories_.data() + parts_[m].memory); }
   Here here_at(std::size_t m, const StepContext& context, const Vec3& start_m, const Vec3& at_m) noexcept;
   void place_mode(std::size_t m, const StepContext& context, const Vec3& origin_m, const Vec3& at_m,
                   PrimitiveSet& out) noexcept;
@@ -149,8 +149,8 @@ class ModeRuntime {
   std::unique_ptr<Samples> samples_;
   std::vector<SceneMode> modes_;  // with their references resolved
   std::vector<Part> parts_;       // by mode
-  LiveBlock::Part<Live> live_;    // by mode
-  LiveBlock::Part<MemoryUnit> memories_;
+  std::span<Live> live_;          // by mode
+  std::span<MemoryUnit> memories_;
   std::vector<Watch> watches_;
   std::vector<SlotState> slots_;
   PrimitiveSet scratch_;

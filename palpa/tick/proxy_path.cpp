@@ -49,9 +49,9 @@ ProxyPath::ProxyPath(LiveBlock& live, const Scene& scene, const Similarity& map,
 
 void ProxyPath::reset() noexcept {
   const PathState fresh{
-      .proxy = state_->proxy, .elapsed_s = state_->elapsed_s, .view_s = state_->view_s, .followed_s = state_->followed_s};
-  *state_ = fresh;
-  queue_->start({});
+      .proxy = state_.proxy, .elapsed_s = state_.elapsed_s, .view_s = state_.view_s, .followed_s = state_.followed_s};
+  state_ = fresh;
+  queue_.start({});
   model_.clear();
   crossings_.reset();
   modes_.start();
@@ -67,7 +67,7 @@ void ProxyPath::refine(int times) {
 
 void ProxyPath::goes_on() noexcept {
   model_.forget_warm_start();
-  modes_.samples().set_time(time_.at(state_->view_s));
+  modes_.samples().set_time(time_.at(state_.view_s));
 }
 
 bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) noexcept {
@@ -76,16 +76,16 @@ bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) no
   released_m_ = {};
   dropped_ = 0;
   pieces_left_ = most_pieces;
-  PathState& c = *state_;
+  PathState& c = state_;
   if (!c.started) {
     c.started = true;
     c.proxy = probe_m;
-    queue_->start(probe_m);
+    queue_.start(probe_m);
     c.view_s = c.followed_s = c.elapsed_s - time_step_s;
     modes_.samples().set_time(time_.at(c.view_s));
   }
-  ledger.begin(c.proxy, queue_->walked_m());
-  path_m_ = queue_->push(probe_m, time_step_s);
+  ledger.begin(c.proxy, queue_.walked_m());
+  path_m_ = queue_.push(probe_m, time_step_s);
   if (playing_) path_m_ = std::max(path_m_, modes_.motion_m(c.proxy, time_.at(c.followed_s), time_.at(c.elapsed_s)));
 
   ProbeSegment segment;
@@ -101,13 +101,13 @@ bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) no
 
 // The next segment of the probe's path, so short that nothing in the data is jumped over. It stays queued until it is walked.
 bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
-  const PathState& c = *state_;
+  const PathState& c = state_;
   if (c.left != Left::nothing) {
-    segment = {queue_->walked_m(), queue_->walked_m(), c.left_s, false};
+    segment = {queue_.walked_m(), queue_.walked_m(), c.left_s, false};
     return true;
   }
-  if (queue_->empty()) return false;
-  segment = queue_->front();
+  if (queue_.empty()) return false;
+  segment = queue_.front();
   const double length = distance(segment.to_m, segment.from_m);
   // Neither the probe nor the data may go further.
   const double furthest =
@@ -125,13 +125,13 @@ bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
 
 // Nothing is felt, and nothing sets in unseen: a long way is gone at once. Not asked where something could pull a moment ago.
 bool ProxyPath::is_free() noexcept {
-  const Vec3& here = state_->proxy;
-  return !state_->felt && modes_.is_free_at({here, here, 1.0, stiffness_n_per_m_}, entered_);
+  const Vec3& here = state_.proxy;
+  return !state_.felt && modes_.is_free_at({here, here, 1.0, stiffness_n_per_m_}, entered_);
 }
 
 // Sees the data as they are at the end of a segment. Returns for how long they go on in it [s].
 double ProxyPath::see(const ProbeSegment& segment) noexcept {
-  PathState& c = *state_;
+  PathState& c = state_;
   const double view_s = segment.fresh ? std::max(c.view_s, time_at_end_of(segment)) : c.view_s;
   const double passed_s = view_s - c.view_s;
   modes_.advance(c.proxy, time_.at(c.followed_s), time_.at(view_s), time_.at(c.elapsed_s), passed_s, [&](std::size_t m) {
@@ -144,21 +144,21 @@ double ProxyPath::see(const ProbeSegment& segment) noexcept {
 
 // One move along the path: place, balance, move towards it as far as the data let it, tell what became of that.
 void ProxyPath::sub_step(ProbeSegment segment) noexcept {
-  const Vec3 start = state_->proxy;
-  const bool settles = !segment.fresh && state_->left == Left::rest;
+  const Vec3 start = state_.proxy;
+  const bool settles = !segment.fresh && state_.left == Left::rest;
   StepContext context{start, segment.to_m, segment.time_s, stiffness_n_per_m_};
   const double finest_m = modes_.finest_m(start, segment.to_m);
   step_m_ = step_share_ * finest_m;
   spacing_m_ = std::min(finest_m, 1.0);  // without data any length will do
   const double follows_s = playing_ ? see(segment) : 0.0;
-  if (!settles) modes_.begin_step(state_->step_start_m = start);
+  if (!settles) modes_.begin_step(state_.step_start_m = start);
   const Move made = in_steps_ ? move(segment, context, settles) : leap(segment, context);
 
   const double went_m = distance(made.end_from(start), start);
   const double rest_m = rest * spacing_m_;
   // Whether a finished move would be followed by another is only asked; the answer no is not worth a sub-step.
   if (settles && (made.fraction == 0.0 || (made.stop == Stop::full && went_m <= rest_m))) {
-    state_->left = Left::nothing;
+    state_.left = Left::nothing;
   } else {
     // A hand that moves is followed by the next tick anyway; a still one is to feel the end of it, and so is what was begun.
     const bool to_the_end = settles || path_m_ == 0.0;
@@ -183,17 +183,17 @@ void ProxyPath::accept(const ProbeSegment& segment, const Move& made, StepContex
   step.balance = made.to;
   step.move_fraction = made.fraction;
   step.stop = made.stop;
-  step.proxy_m = state_->proxy;
+  step.proxy_m = state_.proxy;
   record_.add(step, settles, spacing_m_, model_, modes_);
   dropped_ += model_.set().dropped();
-  state_->felt = model_.set().can_pull();
+  state_.felt = model_.set().can_pull();
   if (made.fraction > 0.0) crossings_.apply(event_);
   const bool is_stopped = made.stop == Stop::event && !event_.crossings.empty();
-  state_->stopped_by = is_stopped ? event_.crossings.back() : Crossing{};
+  state_.stopped_by = is_stopped ? event_.crossings.back() : Crossing{};
   if (in_steps_) model_.end_move();
   contacts_.update(model_, distance(made.to.position_m, segment.to_m), crossings_);
   context.data_fraction = made.fraction;
-  modes_.on_step_accepted(context, state_->proxy, model_.set(), event_.crossings, [&](std::size_t i) {
+  modes_.on_step_accepted(context, state_.proxy, model_.set(), event_.crossings, [&](std::size_t i) {
     const LevelContact* contact = model_.contact_of(i);
     return contact ? contact->state : state_at(model_.set()[i], made.to);
   });
@@ -201,7 +201,7 @@ void ProxyPath::accept(const ProbeSegment& segment, const Move& made, StepContex
 
 // The proxy has moved; what is left of the segment is taken up again where the move was stopped.
 void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double follows_s, bool settled) noexcept {
-  PathState& c = *state_;
+  PathState& c = state_;
   const Vec3 start = c.proxy;
   c.proxy = move.end_from(start);
   const Vec3 before_m = std::exchange(c.move_m, c.proxy - start);
@@ -215,7 +215,7 @@ void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double fo
   released_m_ += released(c.move_m, distance(segment.to_m, segment.from_m) + move.fraction * modes_.furthest_carried_m());
   if (segment.fresh) {
     c.whole_s = segment.time_s;
-    queue_->pop(segment);
+    queue_.pop(segment);
   }
   c.left = left_by(move, settled);
   c.followed_s = c.left != Left::nothing ? c.view_s - (1.0 - move.fraction) * follows_s : c.view_s;
@@ -223,7 +223,7 @@ void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double fo
 }
 
 ProxyPath::Left ProxyPath::left_by(const Move& move, bool settled) const noexcept {
-  const PathState& c = *state_;
+  const PathState& c = state_;
   if (4 * c.turns >= Session::max_sub_steps * refined_) return Left::nothing;  // it gives up
   const bool is_whole = move.stop == Stop::full || (move.bound_met && move.stop == Stop::event && move.fraction == 1.0);
   if (is_whole) return in_steps_ && !model_.set().empty() && !settled ? Left::rest : Left::nothing;
@@ -236,7 +236,7 @@ ProxyPath::Left ProxyPath::left_by(const Move& move, bool settled) const noexcep
 void ProxyPath::place(const StepContext& context, const Vec3& end_m, double whole_m) noexcept {
   StepContext middle = context;
   middle.data_fraction = whole_m > 0.0 ? 0.5 * std::min(1.0, distance(end_m, context.start_m) / whole_m) : 0.0;
-  const std::int32_t held_back = model_.place(middle, 0.5 * (state_->step_start_m + end_m), context.start_m, moved_n_);
+  const std::int32_t held_back = model_.place(middle, 0.5 * (state_.step_start_m + end_m), context.start_m, moved_n_);
   if (held_back >= 0) contacts_.tell_held_back(static_cast<std::size_t>(held_back));
   if (end_m != context.start_m) model_.foresee(end_m);
 }
@@ -246,8 +246,8 @@ void ProxyPath::place(const StepContext& context, const Vec3& end_m, double whol
 // of the move: a line looked up where it begins would let the proxy leave every curve on its outside.
 ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, bool settles) noexcept {
   const Vec3& start = context.start_m;
-  if (segment.fresh) state_->reach_m = unbounded;
-  double longest = std::min(step_m_, state_->reach_m);
+  if (segment.fresh) state_.reach_m = unbounded;
+  double longest = std::min(step_m_, state_.reach_m);
   const bool flies = distance(segment.to_m, start) > longest && is_free();
   if (flies) longest = unbounded;
   const auto end_of = [&](const Vec3& to_m) {
@@ -280,7 +280,7 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
       continue;
     }
     change_before_m = unbounded;
-    rests = settles && std::min(length, state_->reach_m) <= rest * spacing_m_;
+    rests = settles && std::min(length, state_.reach_m) <= rest * spacing_m_;
     if (rests) break;
     made.fraction = length > longest ? longest / length : 1.0;
     made.stop = made.bound_met ? Stop::event : made.fraction == 1.0 ? Stop::full : settles ? Stop::energy : Stop::release;
@@ -329,7 +329,7 @@ void ProxyPath::find_event(const Vec3& start_m, const Vec3& end_m) noexcept {
   crossings_.first_event(start_m, end_m, policy_, modes_.samples(), pieces_left_, event_);
   if (event_.kind != Event::Kind::crossing || event_.share * distance(start_m, end_m) > rest * spacing_m_) return;
   const Crossing& first = event_.crossings.front();
-  const Crossing& last = state_->stopped_by;
+  const Crossing& last = state_.stopped_by;
   if (first.field != last.field || first.value != last.value || first.up == last.up) return;
   for (const Crossing& crossing : event_.crossings)
     crossings_.attend(policy_, {crossing.field, crossing.value}, EventPolicy::Passing::passes);
@@ -381,15 +381,15 @@ bool ProxyPath::meet_bound(ProbeSegment& segment, const StepContext& context, Ba
 
 // Where the proxy would get to if it moved on as it did in the last segment, by as much more or less as the probe does.
 Vec3 ProxyPath::expected_m(const ProbeSegment& segment) const noexcept {
-  const double before_m2 = norm_squared(state_->probe_way_m);
+  const double before_m2 = norm_squared(state_.probe_way_m);
   if (!segment.fresh || playing_ || !(before_m2 > 0.0)) return {};
-  const double share = dot(segment.to_m - segment.from_m, state_->probe_way_m) / before_m2;
-  return std::clamp(share, 0.0, 1.0) * (state_->proxy - state_->segment_start_m);
+  const double share = dot(segment.to_m - segment.from_m, state_.probe_way_m) / before_m2;
+  return std::clamp(share, 0.0, 1.0) * (state_.proxy - state_.segment_start_m);
 }
 
 void ProxyPath::attend(const Vec3& end_m, bool flies) noexcept {
   policy_.clear();
-  if (playing_) modes_.attend(crossings_, policy_, state_->proxy);
+  if (playing_) modes_.attend(crossings_, policy_, state_.proxy);
   model_.attend(crossings_, end_m, policy_);
   for (const std::int32_t field : entered_) policy_.fields[static_cast<std::size_t>(field)].stops_at_edges = flies;
 }

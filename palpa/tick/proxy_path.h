@@ -32,19 +32,19 @@ class ProxyPath {
   /// Forgets everything; the next walk begins at its probe.
   void reset() noexcept;
   /// Where the proxy is while it is not walked [m].
-  void put(const Vec3& proxy_m) noexcept { state_->proxy = proxy_m; }
+  void put(const Vec3& proxy_m) noexcept { state_.proxy = proxy_m; }
   /// See Session.
   void refine(int times);
   /// Goes on from what the block has taken over.
   void goes_on() noexcept;
 
   /// The data's time goes on by so much [s], whether the proxy is walked or not.
-  void pass(double time_step_s) noexcept { state_->elapsed_s += time_step_s; }
+  void pass(double time_step_s) noexcept { state_.elapsed_s += time_step_s; }
   /// Goes on to the next probe position [m], `time_step_s` later. False where the cap was reached.
   bool walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) noexcept;
 
-  const Vec3& proxy_m() const noexcept { return state_->proxy; }
-  bool started() const noexcept { return state_->started; }
+  const Vec3& proxy_m() const noexcept { return state_.proxy; }
+  bool started() const noexcept { return state_.started; }
   /// Of the last walk: the part of the proxy's motion that was a release [m], and primitives refused.
   const Vec3& released_m() const noexcept { return released_m_; }
   int dropped() const noexcept { return dropped_; }
@@ -90,9 +90,7 @@ class ProxyPath {
 
   bool next_segment(ProbeSegment& segment) noexcept;
   bool is_free() noexcept;
-  double time_at_end_of(const ProbeSegment& segment) const noexcept {
-    return state_->elapsed_s - queue_->time_behind_s(segment);
-  }
+  double time_at_end_of(const ProbeSegment& segment) const noexcept { return state_.elapsed_s - queue_.time_behind_s(segment); }
   double see(const ProbeSegment& segment) noexcept;
   void sub_step(ProbeSegment segment) noexcept;
   void accept(const ProbeSegment& segment, const Move& made, StepContext& context, bool settles) noexcept;
@@ -118,8 +116,8 @@ class ProxyPath {
   Event event_;
   LocalModel model_;
   Contacts contacts_;
-  LiveBlock::Part<PathState> state_;
-  LiveBlock::Part<ProbeQueue> queue_;
+  PathState& state_;
+  ProbeQueue& queue_;
   int refined_ = 1;
   double step_share_ = 0.5;                // of the finest spacing: no move is longer
   double path_m_ = 0.0;                    // length of the probe's path in this tick, or of the data's

@@ -53,7 +53,7 @@ class Session::State {
         coupling(live.add<CouplingState>()),
         ledger(scene.modes().size()),
         mode_ticks(scene.modes().size()) {
-    coupling->damper = Damper(scene.coupling.damping_ns_per_m, encoder_step_m);
+    coupling.damper = Damper(scene.coupling.damping_ns_per_m, encoder_step_m);
     split_n.reserve(ProxyPath::max_primitives);
     last_placed.reserve(ProxyPath::max_primitives);
   }
@@ -88,7 +88,7 @@ class Session::State {
     double stored_j = 0.0;  // in the spring since then
   };
 
-  LiveBlock::Part<CouplingState> coupling;
+  CouplingState& coupling;
   Ledger ledger;
   std::vector<ModeTick> mode_ticks;
   bool who_pushed_known = true;  // mode_ticks hold the forces of the last sub-step
@@ -98,7 +98,7 @@ class Session::State {
 
 void Session::State::reset() noexcept {
   path.reset();
-  coupling->damper_force = {};
+  coupling.damper_force = {};
 }
 
 void Session::State::continue_from(const State& other) noexcept {
@@ -108,7 +108,7 @@ void Session::State::continue_from(const State& other) noexcept {
 
 // The main path. Modes place primitives, the law balances them, the coupling pulls the hand.
 Tick Session::State::tick(const Probe& probe, double dt) noexcept {
-  CouplingState& c = *coupling;
+  CouplingState& c = coupling;
   std::fill(mode_ticks.begin(), mode_ticks.end(), ModeTick{});
   who_pushed_known = true;
   Tick result;
