@@ -359,7 +359,7 @@ void measure_families(Bench& bench, const Options& options, Figures& figures) {
     for (const bool drags : {false, true}) {
       const char* with = drags ? "with drags" : "without drags";
       Row easy{std::string("ordinary families, ") + with, n, {}}, hard{std::string("degenerate families, ") + with, n, {}},
-          corners{std::string("families of corners, ") + with, n, {}};
+          corners{std::string("families of corners and elastic, ") + with, n, {}};
       for (const Family& family : test::families()) {
         if (!options.family.empty() && options.family != family.name) continue;
         const Cell cell = bench.measure(problems_of(family, n, std::max(2, count_for(options, n) / 2), drags));
@@ -367,7 +367,7 @@ void measure_families(Bench& bench, const Options& options, Figures& figures) {
             std::find_if(rows.begin(), rows.end(), [&](const Row& r) { return r.name == family.name && r.n == n; });
         Row& row = same != rows.end() ? *same : rows.emplace_back(Row{family.name, n, {}});
         row.cell.add(cell);
-        (family.corners ? corners : is_ordinary(family) ? easy : hard).cell.add(cell);
+        (family.is_new ? corners : is_ordinary(family) ? easy : hard).cell.add(cell);
       }
       pooled.push_back(easy);
       pooled.push_back(hard);
@@ -384,7 +384,7 @@ void measure_families(Bench& bench, const Options& options, Figures& figures) {
   print_rows("family", rows);
   if (!options.family.empty()) return;
   std::stable_sort(pooled.begin(), pooled.end(), [](const Row& a, const Row& b) { return a.name > b.name; });
-  std::printf("\nordinary: random, haptic, haptic_slipping; of corners: those with one or more; degenerate: all others\n");
+  std::printf("\nordinary: random, haptic, haptic_slipping; of corners and elastic: those with one or more; degenerate: all others\n");
   print_rows("", pooled);
 }
 
@@ -421,7 +421,7 @@ void measure_baselines(Bench& bench, const Options& options, const char* title,
     std::array<Compared, std::size(laws)> all;
     int uncertified = 0;
     for (const Family& family : test::families()) {
-      if (family.corners || !pick(family)) continue;
+      if (family.is_new || !pick(family)) continue;
       std::vector<Problem> problems = problems_of(family, n, std::max(1, count_for(options, n) / 8), false);
       for (Problem& problem : problems_of(family, n, std::max(1, count_for(options, n) / 8), true)) {
         problems.push_back(std::move(problem));

@@ -350,8 +350,8 @@ double wanted_share(const Family& family) {
   if (family.at_proxy) return 1.0;
   if (name == "nearly_parallel_lines") return 0.99;
   if (name == "wide_strengths") return 0.96;
-  if (name == "mixture") return 0.95;
-  if (name == "corner_mixture") return 0.99;
+  if (name == "mixture" || name == "elastic_mixture") return 0.95;
+  if (name == "corner_mixture" || name == "elastic_corner_mixture") return 0.99;
   return 0.999;
 }
 
@@ -411,6 +411,7 @@ void print(const Problem& problem) {
   std::printf("k [N/m] %.17g   T [s] %.17g\n", problem.stiffness_n_per_m, problem.time_step_s);
   for (const Primitive& p : problem.primitives) {
     std::printf("%-8s strength %.17g N, drag %.17g N s/m", name_of(p.kind), p.strength_n, p.drag_ns_per_m);
+    if (p.is_elastic()) std::printf(", stiffness %.17g N/m", p.stiffness_n_per_m);
     print(", at [m]", p.position_m);
     print("         direction", p.direction);
   }

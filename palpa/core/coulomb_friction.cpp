@@ -34,7 +34,8 @@ std::optional<double> pressed_alone_n(const PrimitiveSet& set, std::size_t plane
     }
   }
   if (p.kind != PrimitiveKind::plane || p.drag_ns_per_m > 0.0) return {};
-  return std::clamp(-dot(p.direction, pull_n), 0.0, p.strength_n);
+  // An elastic one gives way, which takes its share of the pull.
+  return std::clamp(-dot(p.direction, pull_n) / (1.0 + stiffness_n_per_m / p.stiffness_n_per_m), 0.0, p.strength_n);
 }
 
 }  // namespace

@@ -26,12 +26,19 @@ double nearness_m(const Primitive& primitive, const Balance& balance) noexcept {
          8.0 * detail::epsilon * (largest_component(primitive.position_m) + largest_component(balance.position_m));
 }
 
+// How far it gives way while it holds [m].
+double given_way_m(const Primitive& primitive) noexcept { return primitive.strength_n / primitive.stiffness_n_per_m; }
+
 }  // namespace
 
 double fall_j(const Primitive& p, const Vec3& from_m, const Vec3& to_m, double time_step_s) noexcept {
   if (p.kind == PrimitiveKind::directed) return p.strength_n * dot(p.direction, to_m - from_m);
   const auto term_j = [&](const Vec3& x_m) {
     const double off_m = norm(residual(p, x_m));
+    if (p.is_elastic()) {
+      const double given_n = std::min(p.stiffness_n_per_m * off_m, p.strength_n);
+      return given_n * (off_m - 0.5 * given_n / p.stiffness_n_per_m);
+    }
     return p.strength_n * off_m + (p.drag_ns_per_m > 0.0 ? 0.5 * p.drag_ns_per_m / time_step_s * off_m * off_m : 0.0);
   };
   return term_j(from_m) - term_j(to_m);
@@ -43,7 +50,7 @@ PrimitiveState state_at(const Primitive& primitive, const Balance& balance) noex
   const double tolerance = nearness_m(primitive, balance);
   if (primitive.kind == PrimitiveKind::plane || primitive.kind == PrimitiveKind::corner) {
     const double behind = dot(primitive.direction, d);
-    if (behind > tolerance) return PrimitiveState::slip;
+    if (behind > tolerance + given_way_m(primitive)) return PrimitiveState::slip;
     return behind < -tolerance ? PrimitiveState::off : PrimitiveState::stick;
   }
   return norm(residual(primitive, balance.position_m)) > tolerance ? PrimitiveState::slip : PrimitiveState::stick;
@@ -54,7 +61,7 @@ PrimitiveState state_at(std::span<const Primitive> primitives, std::size_t i, co
   if (facets.size() == 1 || facets.size() > most_facets) return state_at(primitives[i], balance);
   double tolerance = 0.0;
   for (const Primitive& facet : facets) tolerance = std::max(tolerance, nearness_m(facet, balance));
-  if (norm(detail::way_out(facets, balance.position_m)) > tolerance) return PrimitiveState::slip;
+  if (norm(detail::way_out(facets, balance.position_m)) > tolerance + given_way_m(facets[0])) return PrimitiveState::slip;
   for (const Primitive& facet : facets) {
     if (state_at(facet, balance) != PrimitiveState::off) return PrimitiveState::stick;
   }
@@ -75,6 +82,7 @@ struct PosedCorner {
     corner.normals = {normals, facets.size()};
     corner.b = b;
     corner.s = facets[0].strength_n;
+    corner.compliance = detail::compliance_of(facets[0], k);
     for (std::size_t i = 0; i < facets.size(); ++i) {
       if (t[i] > 0.0 && corner.face.take(static_cast<int>(i), normals[i])) corner.t[corner.face.size - 1] = t[i];
     }
@@ -123,7 +131,8 @@ double error_bound_m(std::span<const Primitive> primitives, std::span<const Vec3
     }
     if (p.kind == PrimitiveKind::plane || p.kind == PrimitiveKind::corner) {
       const double t = std::clamp(dot(p.direction, forces_n[i]), 0.0, longest);
-      const Plane plane{p.direction, dot(p.direction, B), t, p.strength_n, gamma, size_of(B)};
+      Plane plane{p.direction, dot(p.direction, B), t, p.strength_n, gamma, size_of(B)};
+      plane.compliance = compliance_of(p, k);
       proof.add(gap(plane, {}, 0.0), t * p.direction);
     } else {
       const Vec3 q = p.kind == PrimitiveKind::line ? p.direction : Vec3{};

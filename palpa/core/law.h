@@ -31,6 +31,7 @@ struct Balance {
 
 /// Finds the balance: the minimiser over x of
 ///     E(x) = k/2 |x − probe|² − Σ directed·x + Σ s|r(x)| + c/(2T) |r(x)|²   (sum over the primitives)
+/// with Huber's function of |r(x)| in place of the last two terms where a primitive is elastic,
 /// which is the paper's zero of the residual force (Eq. 8), kinks included.
 ///
 /// A law keeps the forces of the last balance for a warm start, so one law serves one session and one
@@ -66,8 +67,9 @@ class Law {
 /// above [J].
 double fall_j(const Primitive& primitive, const Vec3& from_m, const Vec3& to_m, double time_step_s) noexcept;
 
-/// What the proxy does at a primitive (a facet by itself is a plane) given the balance. Read from the residual, which is
-/// unique, never from a split of force, which is not; within `error_bound_m` of the primitive counts as on it.
+/// What the proxy does at a primitive (a facet by itself is a plane) given the balance; what is elastic slips where it has
+/// given way by its strength over its stiffness. Read from the residual, which is unique, never from a split of force, which is
+/// not; within `error_bound_m` of the primitive counts as on it.
 PrimitiveState state_at(const Primitive& primitive, const Balance& balance) noexcept;
 /// The same of `primitives[i]`, or of the whole corner that it is a facet of.
 PrimitiveState state_at(std::span<const Primitive> primitives, std::size_t i, const Balance& balance) noexcept;

@@ -8,9 +8,9 @@ Foot Corner::pull(const Vec3& Z, double tau) const noexcept {
   return foot_of(normals, c);
 }
 
-void Corner::answer(const Foot& foot) noexcept {
+void Corner::answer(const Foot& foot, double tau) noexcept {
   face = foot.face;
-  u = foot.w;
+  u = compliance > 0.0 ? foot.w / (1.0 + compliance * tau) : foot.w;
   confine(norm_squared(u) > s * s);
 }
 
@@ -46,12 +46,33 @@ struct CornerGap {
   bool clear = false;  // the hull of the face is free of all other facets, rounding included
 };
 
+// Of φ(|w|) + c|u|²/2 − u·w of an elastic corner: where it holds |w − cu|²/2c, beyond as in `elastic_gap`, and the angle.
+void add_elastic(Gap& gap, const Corner& p, const Vec3& w, double off) noexcept {
+  const double c = p.compliance;
+  const double reach = std::sqrt(norm_squared(w)), length = std::sqrt(norm_squared(p.u));
+  const double v = std::min(reach / c, p.s);
+  off += 8.0 * epsilon * (reach + c * (v + length));
+  const Vec3 should = reach > 0.0 ? (v / reach) * w : Vec3{};
+  const double miss = norm(should - p.u) + 8.0 * epsilon * (v + length);
+  double plain = 0.0;
+  if (v < p.s) {
+    plain = 0.5 * norm_squared(w - c * p.u) / c;
+  } else {
+    const double pull = dot(p.u, w);
+    const double turned = pull > 0.0 ? norm_squared(cross(p.u, w)) / (length * reach + pull) : length * reach - pull;
+    plain = std::max(0.0, (v - length) * (reach - 0.5 * c * (v + length))) + turned;
+  }
+  gap.plain += plain;
+  gap.rounded += plain * (1.0 + 16.0 * epsilon) + off * std::min(miss + 0.5 * off / c, p.s + length + miss);
+}
+
 // Of s|w| − u·w, with w off by `off` at most and Σ t `pressed`; and how far u is from what the corner exerts exactly.
 void add_direction(Gap& gap, const Corner& p, const Vec3& w, double off, double pressed) noexcept {
   const double reach = std::sqrt(norm_squared(w));
   const double pull = dot(p.u, w);
   const double length = std::sqrt(norm_squared(p.u));
   gap.slack = 6.0 * epsilon * (p.s + pressed) + std::max(0.0, length - p.s);
+  if (p.compliance > 0.0) return add_elastic(gap, p, w, off);
   if (std::abs(length - p.s) <= 16.0 * epsilon * (p.s + pressed)) {
     // As long as s exactly: what is left is the angle between the force and w.
     gap.slack += std::abs(length - p.s) + 12.0 * epsilon * (p.s + pressed);
@@ -141,9 +162,9 @@ double most_moved(std::span<const Vec3> normals, const bool* among) noexcept {
   return most;
 }
 
-// Where the proxy is off the corner, whose force is then s w*/|w*| with w* the exact foot: a force that is not far from
-// that stands for it. w = Σ t n is the exact foot for c that are off by `shift` at most; the foot is continuous in c and
-// linear in each face, so w* is within `reach` of it.
+// Where the proxy is off the corner, beyond all that it gives way, its force is s w*/|w*| with w* the exact foot: a force that
+// is not far from that stands for it. w = Σ t n is the exact foot for c that are off by `shift` at most; the foot is continuous
+// in c and linear in each face, so w* is within `reach` of it.
 Gap gap_off(const Corner& p, const Vec3& Z, const Foot& foot) noexcept {
   const std::size_t m = p.normals.size();
   Vec3 w;
@@ -170,7 +191,8 @@ Gap gap_off(const Corner& p, const Vec3& Z, const Foot& foot) noexcept {
   }
   const double length = std::sqrt(norm_squared(w));
   Gap gap;
-  gap.slack = reach + rounding < 0.25 * length
+  const bool is_off = p.compliance * p.s + reach + rounding < length;
+  gap.slack = is_off && reach + rounding < 0.25 * length
                   ? norm((p.s / length) * w - p.u) + 2.0 * p.s * (reach + rounding) / length + 16.0 * epsilon * p.s
                   : std::numeric_limits<double>::infinity();
   return gap;

@@ -6,7 +6,9 @@
 // and the energy of law.h, times k, is free of parameters (docs/theory.md):
 //     ½|Z − C|² + Σ φ(R),   φ(R) = s|R| + γ/2 |R|²,   R = P (B − Z),
 // P the projection on the primitive's span: all directions (point), those across q (line), q alone and
-// one-sided (plane). At the balance Z = C + Σu, with u the forces, each in the subdifferential of φ at R.
+// one-sided (plane). Of an elastic plane or corner, with its compliance c = k/κ, φ is |R|²/2c up to |R| = cs and
+// s|R| − cs²/2 beyond, and φ*(u) = c|u|²/2 for |u| ≤ s. At the balance Z = C + Σu, with u the forces, each in the
+// subdifferential of φ at R.
 #pragma once
 
 #include <limits>
@@ -26,6 +28,8 @@ inline double gamma_of(const Primitive& p, double k, double T) noexcept {
   const double gamma = p.drag_ns_per_m > 0.0 ? p.drag_ns_per_m / (k * std::max(T, shortest_time_s)) : 0.0;
   return gamma < smallest_gamma ? 0.0 : gamma;
 }
+
+inline double compliance_of(const Primitive& p, double k) noexcept { return p.is_elastic() ? k / p.stiffness_n_per_m : 0.0; }
 
 enum class State : std::uint8_t { stick, slip, off };
 
@@ -51,6 +55,8 @@ struct Plane {
   std::uint32_t index = 0;
   State state = State::off;
   double r = 0.0;
+  double compliance = 0.0;
+  double rest = 1.0;  // 1/(1 + cτ) of the active set's τ
 
   double residual(const Vec3& Z) const noexcept { return b - dot(q, Z); }
 };
@@ -67,6 +73,7 @@ inline constexpr double span_rounding = 8.0 * epsilon;
 /// m = (|u| − s)₊/γ and e = u/|u| it is a sum of products of non-negative factors:
 ///   point, line:  (s − l)|R| + l (|R| − e·R) + γ/2 |R − m e|²,   |R| − e·R = |e × R|²/(|R| + e·R)
 ///   plane:        (s − l) r₊ + |u| r₋ + γ/2 (r₊ − m)²
+///   elastic, with v = min(|R|/c, s) what it should give:  (v − |u|) (|R| − c (v + |u|)/2) + (|u||R| − u·R)
 /// and each factor is raised by its rounding. What is proven is about a force that lies within the set
 /// exactly, and is exactly as long as s + γ|R| where it is so but for rounding: `slack` away from u.
 struct Gap {
@@ -78,9 +85,24 @@ struct Gap {
 // Above this the miss of the last term is small enough by itself, and γ times a rounding of R is not.
 inline constexpr double largest_exact_gamma = 1.0;
 
+// Of what is elastic: |R| = `reach`, off by `delta`, and a force of length `t` along R. φ has a slope of at most s and a
+// curvature of at most 1/c, which says what rounding can have done.
+inline Gap elastic_gap(double reach, double delta, double t, double s, double c) noexcept {
+  const double v = std::min(std::max(0.0, reach) / c, s);
+  delta += 4.0 * epsilon * (std::abs(reach) + c * (v + t));
+  const double miss = std::abs(v - t) + 2.0 * epsilon * (v + t);
+  Gap gap;
+  gap.plain = v < s && reach >= 0.0 ? 0.5 * (reach - c * t) * ((reach - c * t) / c) : (v - t) * (reach - 0.5 * c * (v + t));
+  gap.plain = std::max(0.0, gap.plain);
+  gap.rounded = gap.plain * (1.0 + 8.0 * epsilon) + delta * std::min(miss + 0.5 * delta / c, std::max(s, t) + miss);
+  gap.slack = 3.0 * epsilon * t;
+  return gap;
+}
+
 inline Gap gap(const Plane& p, const Vec3& Z, double size_of_Z) noexcept {
   const double r = p.residual(Z);
   const double delta = plane_rounding * (p.size + size_of_Z);
+  if (p.compliance > 0.0) return elastic_gap(r, delta, p.t, p.s, p.compliance);
   const double behind = std::max(0.0, r), before = std::max(0.0, -r);
   const double raised_behind = std::max(0.0, r + delta), raised_before = std::max(0.0, delta - r);
   const double given = p.s + p.gamma * behind;
@@ -176,6 +198,8 @@ struct Corner {
   std::span<const Vec3> normals;
   const double* b = nullptr;
   double s = 0.0;
+  double compliance = 0.0;
+  double rest = 1.0;        // as a plane's
   std::uint32_t index = 0;  // in the set, of its first facet
   Face face;
   double t[3] = {};
@@ -186,8 +210,8 @@ struct Corner {
   double residual(std::size_t i, const Vec3& Z) const noexcept { return b[i] - dot(normals[i], Z); }
   /// The pull that it answers through a spring of stiffness τ which starts from u: the foot for c = τ r + n·u.
   Foot pull(const Vec3& Z, double tau) const noexcept;
-  /// The force that answers `foot`: w itself up to s, else s along w.
-  void answer(const Foot& foot) noexcept;
+  /// The force that answers the `foot` of such a pull: w/(1 + cτ) up to s, else s along w.
+  void answer(const Foot& foot, double tau) noexcept;
   /// Takes the t of the face from u, back into what it can exert; to the full strength where `slips`.
   void confine(bool slips) noexcept;
   /// Makes u the sum of t n, not longer than s: exactly as long where it is `full`.
@@ -197,7 +221,7 @@ struct Corner {
 };
 
 /// A corner's part. For any w, with v = max [r − n·w]₊ what Z + w lacks of being free and σ the corner's width,
-///     g ≤ (s|w| − u·w) + Σ t [n·w − r]₊ + (s/σ) v
+///     g ≤ (φ(|w|) + φ*(u) − u·w) + Σ t [n·w − r]₊ + (s/σ) v
 /// and w is chosen, so it has no rounding of its own: the hull of the corner's face, or of the face that is seen from Z.
 Gap gap(const Corner& p, const Vec3& Z) noexcept;
 

@@ -62,6 +62,9 @@ const char* sentence_of(Refusal refusal) noexcept {
     case Refusal::drag_negative: return "drag is negative";
     case Refusal::drag_away_from_start: return "drag is placed away from the start of the sub-step";
     case Refusal::slot_used_twice: return "slot is used twice";
+    case Refusal::stiffness_not_positive: return "stiffness is not above 1e-12 N/m";
+    case Refusal::elastic_without_plane: return "stiffness is of what is no plane";
+    case Refusal::elastic_with_drag: return "stiffness is of a plane with drag";
     case Refusal::friction_without_plane: return "friction names no plane of its mode";
     case Refusal::facet_without_plane: return "facet belongs to no plane";
     case Refusal::facet_with_drag: return "facet is of a corner with drag";
@@ -88,7 +91,8 @@ Vec3 residual(const Primitive& primitive, const Vec3& x_m) noexcept {
 std::span<const Primitive> whole_of(std::span<const Primitive> primitives, std::size_t i) noexcept {
   const auto is_facet_beside = [&](std::size_t j) {
     const Primitive &a = primitives[i], &b = primitives[j];
-    return a.kind == PrimitiveKind::corner && b.kind == a.kind && b.id == a.id && b.strength_n == a.strength_n;
+    return a.kind == PrimitiveKind::corner && b.kind == a.kind && b.id == a.id && b.strength_n == a.strength_n &&
+           b.stiffness_n_per_m == a.stiffness_n_per_m;
   };
   std::size_t first = i, end = i + 1;
   while (first > 0 && is_facet_beside(first - 1)) --first;
@@ -131,6 +135,11 @@ void PrimitiveSet::plane(std::uint16_t slot, const Vec3& position_m, const Vec3&
   add({PrimitiveKind::plane, {mode_, slot}, position_m, normal, strength_n, drag_ns_per_m}, captured);
 }
 
+void PrimitiveSet::elastic_plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n,
+                                 double stiffness_n_per_m, Captured captured) noexcept {
+  add({PrimitiveKind::plane, {mode_, slot}, position_m, normal, strength_n, 0.0, stiffness_n_per_m}, captured);
+}
+
 void PrimitiveSet::directed(std::uint16_t slot, const Vec3& direction, double strength_n) noexcept {
   add({PrimitiveKind::directed, {mode_, slot}, {}, direction, strength_n, 0.0});
 }
@@ -155,6 +164,11 @@ void PrimitiveSet::add(Primitive p, Captured captured, Friction friction) noexce
   if (p.strength_n < 0.0) return refuse(p.id, Refusal::strength_negative);
   if (!(std::abs(p.drag_ns_per_m) <= largest_drag_ns_per_m)) return refuse(p.id, Refusal::drag_not_finite);
   if (p.drag_ns_per_m < 0.0) return refuse(p.id, Refusal::drag_negative);
+  if (!(p.stiffness_n_per_m >= softest_level_n_per_m)) return refuse(p.id, Refusal::stiffness_not_positive);
+  if (p.is_elastic()) {
+    if (p.kind != PrimitiveKind::plane && p.kind != PrimitiveKind::corner) return refuse(p.id, Refusal::elastic_without_plane);
+    if (p.drag_ns_per_m > 0.0) return refuse(p.id, Refusal::elastic_with_drag);
+  }
   if (p.kind == PrimitiveKind::directed) {
     p.position_m = {};
   } else if (!is_usable(p.position_m)) {
@@ -175,7 +189,8 @@ void PrimitiveSet::add(Primitive p, Captured captured, Friction friction) noexce
     }
   }
   const bool is_further_facet = p.kind == PrimitiveKind::corner && size_ > 0 && primitives_[size_ - 1].kind == p.kind &&
-                                primitives_[size_ - 1].id == p.id && primitives_[size_ - 1].strength_n == p.strength_n;
+                                primitives_[size_ - 1].id == p.id && primitives_[size_ - 1].strength_n == p.strength_n &&
+                                primitives_[size_ - 1].stiffness_n_per_m == p.stiffness_n_per_m;
   if (is_further_facet) {
     const std::size_t count = whole_of(primitives(), size_ - 1).size();
     if (!takes_facet(size_ - count, count, p.direction)) return;

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <span>
 
@@ -48,6 +49,10 @@ struct PrimitiveId {
 /// them leave it free. It is a run of consecutive primitives of kind corner with one id and one strength,
 /// each of them a facet: a plane through its position whose direction points out of the solid. Its force is
 /// Σ tᵢ qᵢ over the facets, tᵢ ≥ 0, not longer than s. A corner of one facet is a plane; none has a drag.
+///
+/// A plane or a corner may be elastic, of a stiffness κ: it gives way by |r|, and answers with κ|r| until that is s, which is
+/// then all it has. Its R is Huber's function of |r| (1964): κ|r|²/2 up to |r| = s/κ, s|r| − s²/2κ beyond. Such a spring
+/// gives back what it took, so it has no drag.
 struct Primitive {
   PrimitiveKind kind = PrimitiveKind::point;
   PrimitiveId id;
@@ -55,6 +60,10 @@ struct Primitive {
   Vec3 direction;              ///< [1] unit length; unused by point
   double strength_n = 0.0;     ///< >= 0
   double drag_ns_per_m = 0.0;  ///< >= 0; 0 for directed
+  /// Of an elastic plane or corner, > 0; infinity: rigid, as all others are.
+  double stiffness_n_per_m = std::numeric_limits<double>::infinity();
+
+  bool is_elastic() const noexcept { return stiffness_n_per_m < std::numeric_limits<double>::infinity(); }
 };
 
 /// The residual r of `primitive` at `x_m` [m]: the vector from the proxy to the primitive within the
@@ -86,6 +95,8 @@ struct Friction {
 inline constexpr double largest_position_m = 1e6;
 inline constexpr double largest_strength_n = 1e9;
 inline constexpr double largest_drag_ns_per_m = 1e9;
+/// And the least stiffness of what is elastic: softer than any breath.
+inline constexpr double softest_level_n_per_m = 1e-12;
 
 /// [s] A shorter sub-step counts as so long where there is a drag, which holds like a wall in either.
 inline constexpr double shortest_time_s = 1e-15;
@@ -105,6 +116,9 @@ enum class Refusal : std::uint8_t {
   drag_negative,
   drag_away_from_start,
   slot_used_twice,
+  stiffness_not_positive,
+  elastic_without_plane,
+  elastic_with_drag,
   friction_without_plane,
   facet_without_plane,
   facet_with_drag,
@@ -155,6 +169,9 @@ class PrimitiveSet {
   /// behind it. `captured` names the level it stands on, so that the tick lets no step cross that level.
   void plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n, Captured captured = {},
              double drag_ns_per_m = 0.0) noexcept;
+  /// An elastic one, with the unit vector `normal` [1]: it gives way by its force over `stiffness_n_per_m`, > 0.
+  void elastic_plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n,
+                     double stiffness_n_per_m, Captured captured = {}) noexcept;
   /// A directed force of `strength_n` along the unit vector `direction` [1].
   void directed(std::uint16_t slot, const Vec3& direction, double strength_n) noexcept;
   /// Coulomb friction: a line through the plane of slot `plane_slot` (placed before by the same mode)

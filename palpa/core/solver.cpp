@@ -48,6 +48,11 @@ constexpr int max_search_steps = 60;
 // Refinements that leave more of the force than this are slow.
 constexpr double slow_share = 0.05;
 
+// τ of the active set. What is elastic asks for R = cu in place of R = 0: of such a spring it leaves τ/(1 + cτ), and of what is
+// still asked after a move 1/(1 + cτ).
+constexpr double spring = 1e8;
+double rest_of_spring(double compliance) noexcept { return compliance > 0.0 ? 1.0 / (1.0 + compliance * spring) : 1.0; }
+
 // The penalties: from the first by tenfolds to the largest. Up to `unsteady` Newton's method may zigzag, and goes on with a
 // hundredth; from `steady` on the sides are clear enough for the active set to try again.
 constexpr double first_penalty = 1e3;
@@ -110,6 +115,7 @@ Vec3 answer(const Span& p, const Vec3& w, double tau) noexcept {
   return (length_given(asked, p.s, p.gamma, tau) / asked) * w;
 }
 double answer(const Plane& p, double w, double tau) noexcept {
+  if (p.compliance > 0.0) w /= 1.0 + p.compliance * tau;
   return w <= p.s ? std::max(0.0, w) : length_given(w, p.s, p.gamma, tau);
 }
 
@@ -258,7 +264,7 @@ void Solver::Work::pose(std::span<const Primitive> primitives, const Vec3* warm_
     if (p.kind == PrimitiveKind::directed) continue;
     const double gamma = detail::gamma_of(p, k, T);
     if (!first_m) first_m = &p.position_m;
-    common_ = common_ && p.position_m == *first_m && (gamma == 0.0 || p.kind == PrimitiveKind::point);
+    common_ = common_ && p.position_m == *first_m && (gamma == 0.0 || p.kind == PrimitiveKind::point) && !p.is_elastic();
     const double longest = gamma > 0.0 ? std::numeric_limits<double>::infinity() : p.strength_n;
     if (p.kind == PrimitiveKind::corner) {
       const std::span<const Primitive> facets = whole_of(primitives, i);
@@ -272,6 +278,8 @@ void Solver::Work::pose(std::span<const Primitive> primitives, const Vec3* warm_
     if (p.kind == PrimitiveKind::plane || p.kind == PrimitiveKind::corner) {
       Plane& plane = planes_[plane_count_++];
       plane.q = p.direction, plane.s = p.strength_n, plane.gamma = gamma, plane.index = static_cast<std::uint32_t>(i);
+      plane.compliance = detail::compliance_of(p, k);
+      plane.rest = rest_of_spring(plane.compliance);
       plane.t = std::clamp(dot(p.direction, warm_n[i]), 0.0, longest);
       warm_ = warm_ || plane.t > 0.0;
       anchor(plane);
@@ -293,6 +301,8 @@ void Solver::Work::pose_corner(std::size_t first, std::size_t facets, const Vec3
   corner.normals = {&normals_[facet_count_], facets};
   corner.b = &offsets_n_[facet_count_];
   corner.s = primitives_[first].strength_n;
+  corner.compliance = detail::compliance_of(primitives_[first], k_);
+  corner.rest = rest_of_spring(corner.compliance);
   corner.index = static_cast<std::uint32_t>(first);
   corner.face.size = 0;
   corner.u = {};
@@ -434,7 +444,7 @@ void Solver::Work::sweep() noexcept {
   for (std::size_t i = 0; i < corner_count_; ++i) {
     Corner& p = corners_[i];
     const Vec3 before = p.u;
-    p.answer(p.pull(Z, 1.0));
+    p.answer(p.pull(Z, 1.0), 1.0);
     Z += p.u - before;
   }
   Z_ = Z;
@@ -470,8 +480,6 @@ void Solver::Work::add_common_points() noexcept {
 // the same M, for that force and for that R (known so, not as a difference of large numbers), takes both
 // to rounding. Where that goes slowly a new M is the better way, and where a force had to be cut to what its primitive
 // can exert, new sides are, from a sweep.
-constexpr double spring = 1e8;  // τ
-
 Solver::Work::Step Solver::Work::active_set_step() noexcept {
   const Sides sides = take_sides();
   const Factor factor(sides.M);
@@ -501,10 +509,11 @@ Solver::Work::Sides Solver::Work::take_sides() noexcept {
     const double w = r + p.t;
     if (w <= 0.0) {
       p.state = State::off, p.t = 0.0;
-    } else if (w <= p.s) {
-      p.state = State::stick, p.r = spring * r;
+    } else if (w <= p.s * (1.0 + p.compliance)) {
+      const double stiffness = spring * p.rest;
+      p.state = State::stick, p.r = stiffness * (r - p.compliance * p.t);
       g += (p.t + p.r) * p.q;
-      M.add(spring, p.q);
+      M.add(stiffness, p.q);
     } else {
       p.state = State::slip, p.r = r;
       g += (p.s + p.gamma * r) * p.q;
@@ -548,10 +557,11 @@ void Solver::Work::take_side(Corner& p, Stiffness& M, Vec3& g) const noexcept {
   const double squared = norm_squared(foot.w);
   if (p.face.size == 0) {
     p.state = State::off;
-  } else if (squared <= p.s * p.s) {
-    p.state = State::stick, p.R = spring * R;
+  } else if (std::sqrt(squared) <= p.s * (1.0 + p.compliance)) {
+    const double stiffness = spring * p.rest;
+    p.state = State::stick, p.R = stiffness * (R - p.compliance * p.u);
     g += p.u + p.R;
-    M.add(spring, p.face);
+    M.add(stiffness, p.face);
   } else {
     p.state = State::slip, p.R = R;
     const double asked = std::sqrt(squared);
@@ -571,8 +581,9 @@ Solver::Work::Moved Solver::Work::move(const Vec3& dZ) noexcept {
     Plane& p = planes_[i];
     if (p.state == State::off) continue;
     if (p.state == State::stick) {
-      p.r -= spring * dot(p.q, dZ);
+      p.r -= spring * p.rest * dot(p.q, dZ);
       p.t += p.r;
+      p.r *= p.rest;
       held += p.r * p.q;
     } else {
       p.r -= dot(p.q, dZ);
@@ -599,8 +610,9 @@ Solver::Work::Moved Solver::Work::move(const Vec3& dZ) noexcept {
   for (std::size_t i = 0; i < corner_count_; ++i) {
     Corner& p = corners_[i];
     if (p.state == State::stick) {
-      p.R = p.face.across(p.R - spring * dZ);
+      p.R = p.face.across(p.R - spring * p.rest * dZ);
       p.u += p.R;
+      p.R *= p.rest;
       held += p.R;
     } else if (p.state == State::slip) {
       const Vec3 R = p.R - p.face.across(dZ);
@@ -676,7 +688,7 @@ void Solver::Work::augmented_lagrangian() noexcept {
       Span& p = spans_[j];
       p.u = p.across(answer(p, p.u + tau * p.residual(Z_), tau));
     }
-    for (std::size_t j = 0; j < corner_count_; ++j) corners_[j].answer(corners_[j].pull(Z_, tau));
+    for (std::size_t j = 0; j < corner_count_; ++j) corners_[j].answer(corners_[j].pull(Z_, tau), tau);
     if (certify(3)) return;
     if (i == 0 || tau > steady_penalty) {
       recentre();
@@ -701,7 +713,8 @@ bool Solver::Work::minimise(double tau) noexcept {
       const double t = answer(p, w, tau);
       g += t * p.q;
       size += t;
-      if (w > 0.0) M.add(w <= p.s ? tau : tau * (p.gamma / (tau + p.gamma)), p.q);
+      const double yields = 1.0 + p.compliance * tau;
+      if (w > 0.0) M.add(w <= p.s * yields ? tau / yields : tau * (p.gamma / (tau + p.gamma)), p.q);
     }
     for (std::size_t i = 0; i < span_count_; ++i) {
       const Span& p = spans_[i];
@@ -725,8 +738,9 @@ bool Solver::Work::minimise(double tau) noexcept {
       const Corner& p = corners_[i];
       const Foot foot = p.pull(Z_, tau);
       const double squared = norm_squared(foot.w);
-      const bool slips = squared > p.s * p.s;
-      const double share = slips ? p.s / std::sqrt(squared) : 1.0;
+      const double yields = 1.0 + p.compliance * tau;
+      const bool slips = std::sqrt(squared) > p.s * yields;
+      const double share = slips ? p.s / std::sqrt(squared) : 1.0 / yields;
       g += share * foot.w;
       size += size_of(p.u);
       M.add(tau * share, foot.face);
@@ -775,7 +789,10 @@ double Solver::Work::slope(const Vec3& at, const Vec3& d, double tau) const noex
     const Span& p = spans_[i];
     slope -= dot(answer(p, p.u + tau * p.residual(at), tau), d);
   }
-  for (std::size_t i = 0; i < corner_count_; ++i) slope -= dot(shortened(corners_[i].pull(at, tau).w, corners_[i].s), d);
+  for (std::size_t i = 0; i < corner_count_; ++i) {
+    const Corner& p = corners_[i];
+    slope -= dot(shortened(p.pull(at, tau).w / (1.0 + p.compliance * tau), p.s), d);
+  }
   return slope;
 }
 
@@ -832,7 +849,7 @@ bool Solver::Work::corner_in_closed_form() noexcept {
     if (all_spans_ == 1) size += spans_[0].size + spans_[0].s;
     if (!(longest * epsilon * size <= shown_by_root * wanted_n_ * wanted_n_)) return false;
     const double behind = std::max(0.0, corner.residual(j, C_));
-    const double t = std::min(behind, corner.s);
+    const double t = std::min(behind / (1.0 + corner.compliance), corner.s);
     const Vec3 u = all_spans_ == 1 ? answer(spans_[0], spans_[0].residual(C_), 1.0) : Vec3{};
     const Vec3 Z = C_ + t * n + u;
     const Vec3 foot = C_ + behind * n + u;

@@ -16,7 +16,8 @@ namespace palpa {
 // normals that the proxy lies on (corner). What is shown is
 //     minimise ½ Σ |u_i|²/s_i   over u_i ∈ U_i with Σ u_i = F,
 // F the total of the split that is given. (A drag is zero where nothing moves: φ*(u) = (T/2c)(|u| − s)₊² says nothing
-// of forces within the strength, so such a primitive shares like any other.) With a multiplier λ for the total, each force is
+// of forces within the strength, so such a primitive shares like any other. An elastic one shares nothing: how far it has
+// given way says its force.) With a multiplier λ for the total, each force is
 // on its own:
 //     u_i(λ) = s_i b_i(λ),   b_i(λ) = the point of B_i next to λ,
 // and λ maximises the concave, once differentiable dual
@@ -271,12 +272,12 @@ void for_each_sharer(std::span<const Primitive> primitives, const Balance& balan
 }  // namespace
 
 bool is_exchangeable(const Primitive& p, const Balance& balance) noexcept {
-  return is_sound(p) && state_at(p, balance) == PrimitiveState::stick;
+  return is_sound(p) && !p.is_elastic() && state_at(p, balance) == PrimitiveState::stick;
 }
 
 bool is_exchangeable(std::span<const Primitive> primitives, std::size_t i, const Balance& balance) noexcept {
   const std::span<const Primitive> whole = whole_of(primitives, i);
-  return whole.size() <= most_facets && std::all_of(whole.begin(), whole.end(), is_sound) &&
+  return whole.size() <= most_facets && std::all_of(whole.begin(), whole.end(), is_sound) && !whole[0].is_elastic() &&
          state_at(primitives, i, balance) == PrimitiveState::stick;
 }
 

@@ -105,7 +105,7 @@ TEST(Metamorphic, PartsOfAPrimitiveAreThePrimitive) {
       const bool three = random.below(2) == 0;
       for (const double share : three ? std::vector{0.5, 0.25, 0.25} : std::vector{0.5, 0.5}) {  // without rounding
         parts.push_back(whole);
-        for (Primitive& p : parts.back()) p.strength_n *= share, p.drag_ns_per_m *= share;
+        for (Primitive& p : parts.back()) p.strength_n *= share, p.drag_ns_per_m *= share, p.stiffness_n_per_m *= share;
       }
     }
     put(split, parts);
@@ -124,6 +124,7 @@ TEST(Metamorphic, TheScaleOfAllForcesDoesNotMatter) {
         forces_n += p.strength_n + drag_n_per_m(problem, p) * norm(residual(p, balance.position_m));
         p.strength_n *= factor;
         p.drag_ns_per_m *= factor;
+        p.stiffness_n_per_m *= factor;
       }
       // Each of k, s and c is rounded once; what force that adds moves the balance by a k-th of it.
       const double rounding_m = 2.0 * half_ulp * forces_n / problem.stiffness_n_per_m;
@@ -245,13 +246,14 @@ TEST(Metamorphic, MovesWithTheWorld) {
   });
 }
 
-// Where all anchors are one place a and nothing has a drag: x of all is x of all but the points, drawn
+// Where all anchors are one place a and nothing has a drag or gives way: x of all is x of all but the points, drawn
 // towards a by the points' strengths over k.
 TEST(Metamorphic, PointsAtTheCommonAnchorCompose) {
   over_problems([&](const Problem& problem, Random& random) {
     Problem all = problem;
     for (Primitive& p : all.primitives) {
       p.drag_ns_per_m = 0.0;
+      p.stiffness_n_per_m = std::numeric_limits<double>::infinity();
       if (p.kind != PrimitiveKind::directed) p.position_m = problem.start_m;
       const bool turns = p.kind != PrimitiveKind::directed && p.kind != PrimitiveKind::corner;
       if (random.below(4) == 0 && turns) p.kind = PrimitiveKind::point, p.direction = {};

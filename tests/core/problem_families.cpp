@@ -413,6 +413,37 @@ Problem make_corners(Random& random, int n, bool drags) {
   return m.problem;
 }
 
+// A plane that gives way by as much as it can, to 1e-12 of it, and exerts all that it has.
+void add_elastic_at_yield(Maker& m) {
+  if (m.random.below(2) == 0) return add_sticking(m);
+  constexpr double offs[] = {-1e-12, 0.0, 1e-12};
+  const Vec3 direction = m.random.direction();
+  const double s = strength(m.random), stiffness_n_per_m = m.problem.stiffness_n_per_m * log_uniform(m.random, 0.05, 20.0);
+  const double way_m = s / stiffness_n_per_m * (1.0 + offs[m.random.below(3)]);
+  add_holding(m, PrimitiveKind::plane, direction, s, s * direction, way_m * direction);
+  Primitive& plane = m.problem.primitives.back();
+  if (plane.drag_ns_per_m == 0.0) plane.stiffness_n_per_m = stiffness_n_per_m;
+}
+
+// The same problems with most of their planes and corners elastic: mostly about as stiff as the coupling.
+template <Problem (*rigid)(Random&, int, bool)>
+Problem make_elastic(Random& random, int n, bool drags) {
+  Problem problem = rigid(random, n, drags);
+  for (std::size_t i = 0; i < problem.primitives.size();) {
+    const bool is_soft = random.below(4) > 0;
+    const double reach = random.below(5) == 0 ? 1e9 : 20.0;
+    const double stiffness_n_per_m = problem.stiffness_n_per_m * log_uniform(random, 1.0 / reach, reach);
+    const PrimitiveKind kind = problem.primitives[i].kind;
+    const std::size_t end = kind == PrimitiveKind::corner ? i + whole_of(problem.primitives, i).size() : i + 1;
+    for (; i < end; ++i) {
+      Primitive& p = problem.primitives[i];
+      const bool can_be = (kind == PrimitiveKind::plane || kind == PrimitiveKind::corner) && p.drag_ns_per_m == 0.0;
+      if (is_soft && can_be) p.stiffness_n_per_m = std::max(softest_level_n_per_m, stiffness_n_per_m);
+    }
+  }
+  return problem;
+}
+
 constexpr Family all[] = {
     {"random", false, make<begin_random, add_random>},
     {"haptic", false, make<begin_haptic, add_haptic>},
@@ -451,6 +482,25 @@ constexpr Family all[] = {
     {"wide_strength_corner", false, make_corners<begin_haptic, add_wide_corner, 1, add_wide, 3>, true},
     {"soft_coupling_corner", false, make_corners<begin_soft, add_random_corner, 1, add_soft, 3>, true},
     {"corner_mixture", false, make_corners<begin_mixture, add_any_corner, 2, add_any, 3>, true},
+    {"elastic_random", false, make_elastic<make<begin_random, add_random>>, true},
+    {"elastic_haptic", false, make_elastic<make<begin_haptic, add_haptic>>, true},
+    {"elastic_slipping", false, make_elastic<make_slipping>, true},
+    {"elastic_parallel_planes", false, make_elastic<make<begin_haptic, add_parallel_plane>>, true},
+    {"elastic_nearly_parallel", false, make_elastic<make<begin_haptic, add_nearly_parallel_plane>>, true},
+    {"elastic_wide_strengths", false, make_elastic<make<begin_haptic, add_wide>>, true},
+    {"elastic_stiff_coupling", false, make_elastic<make<begin_stiff, add_stiff>>, true},
+    {"elastic_soft_coupling", false, make_elastic<make<begin_soft, add_soft>>, true},
+    {"elastic_far_anchors", false, make_elastic<make<begin_haptic, add_far>>, true},
+    {"elastic_at_yield", false, make<begin_from_balance, add_elastic_at_yield>, true},
+    {"elastic_slab_and_wedge", false, make_elastic<make<begin_haptic, add_conflicting>>, true},
+    {"elastic_mixture", false, make_elastic<make<begin_mixture, add_any>>, true},
+    {"elastic_corner", false, make_elastic<make_corners<begin_haptic, add_random_corner, 1, add_haptic, 4>>, true},
+    {"elastic_groove", false, make_elastic<make_corners<begin_haptic, add_groove, 1, add_haptic, 2>>, true},
+    {"elastic_pit", false, make_elastic<make_corners<begin_haptic, add_pit, 1, add_haptic, 2>>, true},
+    {"elastic_duplicated_facets", false, make_elastic<make_corners<begin_haptic, add_duplicated_corner, 1, add_twice, 2>>,
+     true},
+    {"elastic_two_corners", false, make_elastic<make_corners<begin_haptic, add_random_corner, 2, add_haptic, 3>>, true},
+    {"elastic_corner_mixture", false, make_elastic<make_corners<begin_mixture, add_any_corner, 2, add_any, 3>>, true},
 };
 
 }  // namespace

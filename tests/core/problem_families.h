@@ -56,11 +56,14 @@ namespace palpa::test {
 ///   wide_strength_corner    strengths of 1e-5 to 1e3 N, log-uniform
 ///   soft_coupling_corner    k of 1 to 30 N/m
 ///   corner_mixture          two of all these, with others of all families
+/// Elastic ones, most of their planes and corners of a stiffness about that of the coupling, some 1e-9 or 1e9 times that:
+///   elastic_NAME            the families above
+///   elastic_at_yield        planes that give way by all they can, to 1e-12 of it, among primitives that stick
 struct Family {
   const char* name;
   bool at_proxy;  ///< all anchors are exactly at the start
   Problem (*make)(Random& random, int n, bool drags);
-  bool corners = false;  ///< earlier laws know none
+  bool is_new = false;  ///< corners or elastic: earlier laws know none
 };
 
 std::span<const Family> families();

@@ -220,6 +220,7 @@ struct Item {
   std::vector<V<T>> normals{};
   std::vector<T> r{};
   std::vector<T> t{};
+  T compliance{};  // k over the stiffness of what is elastic
 };
 
 template <class T>
@@ -267,6 +268,7 @@ State<T> state_at(const Problem& problem, const V<T>& x_m) {
       continue;
     }
     Item<T> item{p.kind, q, T(p.strength_n), T(0), {}, {}};
+    if (p.is_elastic()) item.compliance = state.k / T(p.stiffness_n_per_m);
     if (p.kind == PrimitiveKind::corner) {
       const std::size_t end = end_of_corner(problem, i);
       for (; i < end; ++i) {
@@ -305,15 +307,17 @@ Answer<T> answer_of_corner(const Item<T>& item, const V<T>& dz, T tau) {
   }
   Answer<T> a;
   a.foot = Projection<T>(item.normals, c).foot();
+  const T yields = T(1) + item.compliance * tau;
+  for (T& t : a.foot.t) t = t / yields;
   for (std::size_t i = 0; i < item.normals.size(); ++i) a.u = a.u + a.foot.t[i] * item.normals[i];
   const T squared = dot(a.u, a.u);
-  a.along = a.side = tau;
+  a.along = a.side = tau / yields;
   if (squared > item.s * item.s) {
     const T demanded = root(squared), share = item.s / demanded;
     a.e = (T(1) / demanded) * a.u;
     a.u = share * a.u;
     for (T& t : a.foot.t) t = share * t;
-    a.along = T(0), a.side = tau * share;
+    a.along = T(0), a.side = tau / yields * share;
   }
   return a;
 }
@@ -325,7 +329,9 @@ Answer<T> answer(const Item<T>& item, const V<T>& dz, T tau) {
   const T drag = item.gamma > T(0) ? item.gamma / (tau + item.gamma) : T(0);
   if (item.kind == PrimitiveKind::plane) {
     if (!(v.x > T(0))) return {};
-    if (v.x <= item.s) return {v, {}, tau, {}};
+    const T yields = T(1) + item.compliance * tau;
+    v.x = v.x / yields;
+    if (v.x <= item.s) return {v, {}, tau / yields, {}};
     return {{item.s + drag * (v.x - item.s), T(0), T(0)}, {}, tau * drag, {}};
   }
   if (item.kind == PrimitiveKind::line) v = across(item.q, v);
@@ -460,6 +466,13 @@ void take_forces(State<T>& state, T tau) {
   }
 }
 
+// Of what is elastic, with |r| = `reach` and a force of length t along r: φ + φ* − t|r| with v = min(κ|r|, s) what it should
+// give, (v − t)(|r| − (v + t)/2κ), which where it holds is (κ|r| − t)²/2κ.
+Quad elastic_gap(Quad reach, Quad t, Quad s, Quad stiffness) {
+  const Quad v = stiffness * reach < s ? stiffness * reach : s;
+  return v < s ? (v - t) * (v - t) / (2 * stiffness) : (v - t) * (reach - (v + t) / (2 * stiffness));
+}
+
 // One primitive's share of the duality gap [N m], in the form without cancellation: with l = min(|u|, s),
 // m = (|u| − s)₊ T/c, e = u/|u|
 //   point, line:  (s − l)|r| + l|r|/2 |e − r/|r||² + c/2T |r − m e|²
@@ -474,6 +487,7 @@ Quad gap_of(const Primitive& p, const V<Quad>& q, const V<Quad>& x_m, Quad T, V<
     if (c == 0 && t > s) t = s;
     u = t * q;
     const Quad r = dot(q, d);
+    if (p.is_elastic()) return elastic_gap(positive(r), t, s, p.stiffness_n_per_m) + t * positive(-r);
     const Quad l = t < s ? t : s;
     Quad gap = (s - l) * positive(r) + t * positive(-r);
     if (c > 0) {
@@ -521,7 +535,10 @@ Quad gap_of_corner(std::span<const Primitive> facets, const V<Quad>& x_m, std::s
   const Quad reach = length(w), l = share * size;
   // Off the corner its force is s w/|w|. The t of doubles add up to that but for rounding, which counts as it: the rest of
   // it is left over.
-  const V<Quad> full = reach > 0 ? (s / reach) * w : sum;
+  const bool elastic = facets[0].is_elastic();
+  const Quad stiffness = elastic ? Quad(facets[0].stiffness_n_per_m) : Quad(0);
+  const Quad given = elastic && stiffness * reach < s ? stiffness * reach : s;
+  const V<Quad> full = reach > 0 ? (given / reach) * w : sum;
   Quad sizes = s;
   for (const Quad& one : t) sizes += one;
   if (length(full - sum) <= Quad(2e-15) * sizes) {
@@ -529,7 +546,7 @@ Quad gap_of_corner(std::span<const Primitive> facets, const V<Quad>& x_m, std::s
     u[0] = full;
     return 0;
   }
-  Quad gap = (s - l) * reach, lacking = 0;
+  Quad gap = elastic ? elastic_gap(reach, l, s, stiffness) : (s - l) * reach, lacking = 0;
   if (l > 0 && reach > 0) {
     const V<Quad> chord = (1 / l) * sum - (1 / reach) * w;
     gap += l * reach * dot(chord, chord) / 2;
