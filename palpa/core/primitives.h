@@ -210,7 +210,7 @@ class PrimitiveSet {
     captured_[i] = captured;
   }
 
-  /// Sets the strength of a friction line from its plane's force: the tick's own business.
+  /// Sets the strength of the i-th, of a friction line from its plane's force: the tick's own business.
   void set_strength(std::size_t i, double strength_n) noexcept { primitives_[i].strength_n = strength_n; }
 
   /// Multiplies strength and drag of the i-th by `share` [1], 0…1: the tick's own business.

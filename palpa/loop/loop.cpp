@@ -24,8 +24,14 @@ void record(Recorder& recorder, const TickFrame& frame, const Session& session) 
 
 }  // namespace
 
+double let_through_n(const Scene& scene, double device_max_force_n) noexcept {
+  return std::min(scene.coupling.max_force_n, device_max_force_n);
+}
+
 GuardedSession::GuardedSession(Session& session, double device_max_force_n) noexcept
-    : session_(session), guard_(std::min(session.scene().coupling.max_force_n, device_max_force_n)) {}
+    : session_(session), guard_(let_through_n(session.scene(), device_max_force_n)) {
+  session.let_through(let_through_n(session.scene(), device_max_force_n));
+}
 
 TickFrame GuardedSession::tick(std::int64_t number, double t_s, double dt_s, const Probe& probe) noexcept {
   TickFrame frame{.tick = number, .t_s = t_s, .dt_s = dt_s, .result = session_.tick(probe, dt_s), .buttons = probe.buttons};
@@ -35,7 +41,10 @@ TickFrame GuardedSession::tick(std::int64_t number, double t_s, double dt_s, con
   const bool usable = probe.valid && frame.result.status != TickStatus::bad_input;
   const Guard::Passed passed = guard_.pass(frame.result.force_n);
   frame.guard = passed.state;
-  if (usable) frame.command_n = passed.command_n;
+  const bool is_released = std::ranges::any_of(
+      session_.events(), [](const SessionEvent& event) { return event.kind == SessionEventKind::break_through; });
+  if (usable) frame.command_n = guard_.pass(release_.shape(passed.command_n, is_released, dt_s)).command_n;
+  if (!usable || passed.state == GuardState::fault) release_.reset();
   frame.result.energy.work_on_hand_j = dot(held_command_n_, frame.result.probe_step_m);
   frame.result.energy.held_back_j = dot(held_force_n_ - held_command_n_, frame.result.probe_step_m);
   held_force_n_ = frame.result.force_n;

@@ -8,6 +8,7 @@
 
 #include "palpa/device/device.h"
 #include "palpa/loop/guard.h"
+#include "palpa/loop/release.h"
 #include "palpa/tick/session.h"
 #include "palpa/trace/record.h"
 #include "palpa/trace/trace.h"
@@ -43,10 +44,14 @@ class Recorder {
   std::unique_ptr<Ring> ring_;
 };
 
-/// One turn of the loop without its device: tick → guard. Both a live loop and a replay go through it,
+/// The most that reaches a hand [N]: the smaller of the scene's limit and the device's [N].
+double let_through_n(const Scene& scene, double device_max_force_n) noexcept;
+
+/// One turn of the loop without its device: tick → guard → release. Both a live loop and a replay go through it,
 /// so that the same probes give the same frames. Allocates nothing after construction; one thread.
 class GuardedSession {
  public:
+  /// Tells the session what it lets through.
   /// \param device_max_force_n  [N] the device's limit; the scene's holds as well
   GuardedSession(Session& session, double device_max_force_n) noexcept;
 
@@ -59,6 +64,7 @@ class GuardedSession {
  private:
   Session& session_;
   Guard guard_;
+  Release release_;
   Vec3 held_force_n_;
   Vec3 held_command_n_;
 };

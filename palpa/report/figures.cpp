@@ -443,7 +443,7 @@ Plot error_plot(std::string title, const LawComparison& comparison, bool alone, 
     if (legend) curve.name = law_looks[i].legend;
     curve.color = law_looks[i].color;
     curve.stroke = law_looks[i].stroke;
-    curve.xs.push_back(high);
+    curve.xs.push_back(curve.xs.empty() ? high : std::max(high, curve.xs.back()));
     curve.ys.push_back(100.0);
     plot.series.push_back(std::move(curve));
     const double p50 = alone ? law.alone_n.p50 : 1e3 * law.posed_m.p50, p99 = alone ? law.alone_n.p99 : 1e3 * law.posed_m.p99;

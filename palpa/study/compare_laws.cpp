@@ -83,6 +83,7 @@ LawComparison compare_laws(const Scene& scene, std::span<const Probe> probes, do
   exact.reserve(probes.size());
   PrimitiveSet set;
   Session session(with_law(scene, "exact"));
+  session.let_through(scene.coupling.max_force_n);
   for (const Probe& probe : probes) {
     const Tick tick = session.tick(probe, time_step_s);
     exact.push_back({tick.probe_valid && tick.status != TickStatus::bad_input, tick.proxy_m, tick.force_n});
@@ -114,6 +115,7 @@ LawComparison compare_laws(const Scene& scene, std::span<const Probe> probes, do
 
     const Scene own = with_law(scene, laws[i]);
     Session alone(own, baseline::law(own));
+    alone.let_through(scene.coupling.max_force_n);
     std::vector<double> apart_m, apart_n;
     for (std::size_t t = 0; t < probes.size(); ++t) {
       const Tick tick = alone.tick(probes[t], time_step_s);

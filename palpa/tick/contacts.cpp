@@ -46,7 +46,8 @@ void Contacts::update(const LocalModel& model, double depth_m, Crossings& crossi
       now = {yields ? Contact::State::yielding : Contact::State::held, held.level};
     }
     told_[m].at_bound = false;
-    change(m, now, depth_m);
+    // Material that yields goes on bearing: nothing is broken through.
+    change(m, now, depth_m, crossings.is_watched({now.level.field, now.level.value}));
   }
   for (const LevelContact& held : model.contacts()) {
     if (held.state == PrimitiveState::slip) crossings.take_side({held.level.field, held.level.value}, held.solid_is_high);
@@ -59,13 +60,13 @@ void Contacts::update(const LocalModel& model, double depth_m, Crossings& crossi
   }
 }
 
-void Contacts::change(std::size_t mode, Contact now, double depth_m) noexcept {
+void Contacts::change(std::size_t mode, Contact now, double depth_m, bool is_shell) noexcept {
   using State = Contact::State;
   Told& told = told_[mode];
   const Contact& before = told.contact;
   if (before.state == State::yielding && now.level == before.level) now.state = State::yielding;
   const bool meets = now.state != State::free && before.state == State::free && !told.met;
-  const bool breaks = now.state == State::yielding && before.state != State::yielding && !told.broken;
+  const bool breaks = is_shell && now.state == State::yielding && before.state != State::yielding && !told.broken;
   told.met = told.met || meets;
   told.broken = told.broken || breaks;
   const auto m = static_cast<std::int32_t>(mode);

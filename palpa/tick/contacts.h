@@ -54,7 +54,7 @@ class Contacts {
     std::uint32_t refusals = 0;  // a bit each
   };
   void emit(const SessionEvent& event) noexcept;
-  void change(std::size_t mode, Contact now, double depth_m) noexcept;
+  void change(std::size_t mode, Contact now, double depth_m, bool is_shell) noexcept;
 
   std::span<Told> told_;  // by mode
   std::vector<SessionEvent> events_;

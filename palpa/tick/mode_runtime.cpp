@@ -118,7 +118,13 @@ void ModeRuntime::place_mode(std::size_t m, const StepContext& context, const Ve
   } else {
     modes_[m].mode.place(here_at(m, context, origin_m, seen_by(m, at_m, context.data_fraction)), memory(m), out);
   }
-  for (std::size_t i = first; fades(m) && i < out.size(); ++i) out.fade(i, fade.share());
+  for (std::size_t i = first; i < out.size(); ++i) {
+    if (fades(m)) out.fade(i, fade.share());
+    const Watch level{out.captured(i).field, out.captured(i).value};
+    const bool holds = out[i].strength_n > most_n_ && std::ranges::find(watches_, level) != watches_.end();
+    const double pull_n = 2.0 * context.stiffness_n_per_m * distance(context.probe_m, at_m);
+    if (holds) out.set_strength(i, out[i].strength_n + pull_n);  // more than the spring can pull with now
+  }
 }
 
 bool ModeRuntime::is_free_at(const StepContext& context, std::vector<std::int32_t>& entered) noexcept {

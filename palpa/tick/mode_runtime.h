@@ -40,6 +40,9 @@ class ModeRuntime {
   /// Where a strength, a mask or a level may set in, over all enabled modes.
   const std::vector<Watch>& watches() const noexcept { return watches_; }
 
+  /// See Session.
+  void let_through(double most_n) noexcept { most_n_ = most_n; }
+
   /// Fresh memories.
   void start() noexcept;
 
@@ -155,6 +158,7 @@ class ModeRuntime {
   std::vector<SlotState> slots_;
   PrimitiveSet scratch_;
   double finest_m_ = 0.0, furthest_carried_m_ = 0.0;
+  double most_n_ = std::numeric_limits<double>::infinity();  // that reaches the hand
 };
 
 }  // namespace palpa

@@ -34,6 +34,7 @@ class ProxyPath {
   /// Where the proxy is while it is not walked [m].
   void put(const Vec3& proxy_m) noexcept { state_.proxy = proxy_m; }
   /// See Session.
+  void let_through(double most_n) noexcept { modes_.let_through(most_n); }
   void refine(int times);
   /// Goes on from what the block has taken over.
   void goes_on() noexcept;

@@ -22,26 +22,10 @@ bool usable(const Vec3& position_m) noexcept {
   return is_finite(position_m) && largest_component(position_m) <= largest_probe_m;
 }
 
-const char* name_in(std::initializer_list<const char*> names, std::size_t i) noexcept {
-  return i < names.size() ? names.begin()[i] : "?";
-}
-
 }  // namespace
-
-const char* name_of(TickStatus status) noexcept {
-  return name_in({"resting", "waiting", "capped", "bad_input"}, static_cast<std::size_t>(status));
-}
 
 double work_j(const SubStep& step, const PlacedPrimitive& placed) noexcept {
   return dot(placed.force_n, step.proxy_m - step.start_m - step.move_fraction * placed.carried_m);
-}
-
-const char* name_of(Stop stop) noexcept {
-  return name_in({"full", "event", "release", "energy", "cap"}, static_cast<std::size_t>(stop));
-}
-
-const char* name_of(SessionEventKind kind) noexcept {
-  return name_in({"onset", "break_through", "fault", "warning"}, static_cast<std::size_t>(kind));
 }
 
 class Session::State {
@@ -215,6 +199,7 @@ Session& Session::operator=(Session&&) noexcept = default;
 
 Tick Session::tick(const Probe& probe, double time_step_s) noexcept { return state_->tick(probe, time_step_s); }
 void Session::reset() noexcept { state_->reset(); }
+void Session::let_through(double most_n) noexcept { state_->path.let_through(most_n); }
 void Session::refine_path(int times) { state_->path.refine(times); }
 void Session::continue_from(const Session& other) noexcept { state_->continue_from(*other.state_); }
 const Scene& Session::scene() const noexcept { return state_->scene; }

@@ -27,7 +27,6 @@ enum class TickStatus : std::uint8_t {
   capped,     ///< resting, but a balance's bound is above `exact_bound_m`
   bad_input,  ///< the probe or the time step could not be used; the proxy stayed, the force is zero
 };
-const char* name_of(TickStatus status) noexcept;
 
 /// One tick's answer. `force_n` is Eq. 1 before any limit: what reaches a hand is the guard's business.
 struct Tick {
@@ -56,7 +55,6 @@ struct ModeTick {
 };
 
 enum class Stop : std::uint8_t { full, event, release, energy, cap };
-const char* name_of(Stop stop) noexcept;
 
 /// One sub-step, for those who want to check it (formats.md §3, balances.csv).
 struct SubStep {
@@ -87,7 +85,6 @@ struct PlacedPrimitive {
 double work_j(const SubStep& step, const PlacedPrimitive& placed) noexcept;
 
 enum class SessionEventKind : std::uint8_t { onset, break_through, fault, warning };
-const char* name_of(SessionEventKind kind) noexcept;
 
 /// Something that happened in a tick. Texts are literals: no event allocates.
 struct SessionEvent {
@@ -120,12 +117,17 @@ class Session {
   /// Puts the proxy on the next probe position and forgets all memories: after a gap or a clutch.
   void reset() noexcept;
 
+  /// Says that no more than `most_n` [N] of the force reaches the hand, because of guard and device: a level that is stronger
+  /// than that never yields. It could only be pressed through unfelt. At first infinity.
+  void let_through(double most_n) noexcept;
+
   /// Walks the path in sub-steps `times` [1] (1…16) as short as usual, and in at least that many per tick; the cap on
   /// sub-steps is so much higher. For studies of convergence: the paths agree as the steps shrink.
   /// Allocates.
   void refine_path(int times);
-  /// Goes on from where another session of the same scene is: proxy, queue, memories, damper, time. The warm start
-  /// is forgotten. Programming error (assert) if the scenes differ in number of modes or memories.
+  /// Goes on from where another session of the same scene is: proxy, queue, memories, damper, time; what it was told to let
+  /// through is not among that. The warm start is forgotten. Programming error (assert) if the scenes differ in number of
+  /// modes or memories.
   void continue_from(const Session& other) noexcept;
 
   const Scene& scene() const noexcept;

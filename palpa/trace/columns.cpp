@@ -7,13 +7,23 @@
 
 namespace palpa {
 
+namespace {
+const char* name_in(std::initializer_list<const char*> names, std::size_t i) noexcept {
+  return i < names.size() ? names.begin()[i] : "?";
+}
+}  // namespace
+
 const char* name_of(GuardState state) noexcept {
-  switch (state) {
-    case GuardState::pass: return "pass";
-    case GuardState::limited: return "limited";
-    case GuardState::fault: return "fault";
-  }
-  return "?";
+  return name_in({"pass", "limited", "fault"}, static_cast<std::size_t>(state));
+}
+const char* name_of(TickStatus status) noexcept {
+  return name_in({"resting", "waiting", "capped", "bad_input"}, static_cast<std::size_t>(status));
+}
+const char* name_of(Stop stop) noexcept {
+  return name_in({"full", "event", "release", "energy", "cap"}, static_cast<std::size_t>(stop));
+}
+const char* name_of(SessionEventKind kind) noexcept {
+  return name_in({"onset", "break_through", "fault", "warning"}, static_cast<std::size_t>(kind));
 }
 
 namespace detail {

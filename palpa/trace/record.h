@@ -13,7 +13,12 @@ enum class GuardState : std::uint8_t {
   limited,  ///< shortened it to the limit
   fault,    ///< it was not finite: nothing went out
 };
+
+/// What these are called in files.
 const char* name_of(GuardState state) noexcept;
+const char* name_of(TickStatus status) noexcept;
+const char* name_of(Stop stop) noexcept;
+const char* name_of(SessionEventKind kind) noexcept;
 
 /// What the loop knows of a tick: the session's answer and what became of it.
 struct TickFrame {

@@ -1,0 +1,148 @@
+// A level that lets go is felt as a fall, not as a knock; one that is stronger than what reaches the hand never lets go.
+#include "palpa/loop/release.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "palpa/field/analytic.h"
+#include "palpa/loop/loop.h"
+#include "palpa/mode/surface_and_friction.h"
+#include "tests/core/random_problems.h"
+
+namespace palpa {
+namespace {
+
+using test::Random;
+
+constexpr double dt_s = 1e-3;
+
+TEST(Release, LeavesACommandAsItIsWhileNothingLetsGo) {
+  Random random(1);
+  Release release;
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3 command_n = random.in_cube(5.0);
+    EXPECT_EQ(release.shape(command_n, false, dt_s), command_n);
+  }
+}
+
+// From any force to any other, at any rate: in a straight line, in 5 to 20 ms, at 0.5 N/ms where that allows it.
+TEST(Release, FallsInAStraightLineInItsTime) {
+  Random random(2);
+  for (int run = 0; run < 500; ++run) {
+    const double step_s = random.uniform(1e-4, 2e-3);
+    const Vec3 before_n = random.in_cube(8.0), after_n = random.below(2) == 0 ? Vec3{} : random.in_cube(2.0);
+    const double apart_n = distance(before_n, after_n);
+    const double whole_s = std::clamp(apart_n / 500.0, 0.005, 0.020);
+    Release release;
+    release.shape(before_n, false, step_s);
+    Vec3 last_n = before_n;
+    double t_s = 0.0;
+    for (bool first = true; t_s < 0.03; first = false) {
+      const Vec3 sent_n = release.shape(after_n, first, step_s);
+      t_s += step_s;
+      EXPECT_LE(distance(sent_n, last_n), apart_n * step_s / whole_s + 1e-12);
+      EXPECT_NEAR(distance(sent_n, after_n), apart_n * std::max(0.0, 1.0 - t_s / whole_s), 1e-9);
+      if (t_s > whole_s + 1e-9) {
+        EXPECT_EQ(sent_n, after_n);
+      }
+      last_n = sent_n;
+    }
+  }
+}
+
+TEST(Release, BeginsAnewWhereTheNextLevelLetsGo) {
+  Release release;
+  release.shape({0, 0, 5}, false, dt_s);
+  Vec3 last_n{0, 0, 5};
+  for (int i = 0; i < 40; ++i) {
+    const Vec3 sent_n = release.shape({}, i == 0 || i == 4, dt_s);
+    EXPECT_LE(last_n.z - sent_n.z, 0.5 + 1e-9);
+    last_n = sent_n;
+  }
+  EXPECT_EQ(last_n, Vec3{});
+  release.shape({0, 0, 5}, false, dt_s);
+  release.shape({}, true, dt_s);
+  release.reset();
+  EXPECT_EQ(release.shape({0, 0, 1}, false, dt_s), (Vec3{0, 0, 1}));
+}
+
+/// A half space below z = 0 with one level there.
+Scene wall(double strength_n, double max_force_n, bool material = false) {
+  Scene scene({.stiffness_n_per_m = 500.0, .damping_ns_per_m = 0.0, .max_force_n = max_force_n});
+  const FieldRef field = scene.add("wall", plane_field());
+  SurfaceAndFriction surface{.field = field};
+  if (material) {
+    surface.strength_n = Strength{strength_n};
+  } else {
+    surface.levels = {{.name = "wall", .value = 0.0, .strength_n = Strength{strength_n}}};
+  }
+  scene.add("surface", surface);
+  scene.workspace.scale = 1.0;
+  scene.workspace.center_m = Vec3{};
+  return scene;
+}
+
+/// A hand that goes straight down to `depth_m` and up again.
+struct Pressed {
+  int breaks = 0;
+  double deepest_proxy_m = 0.0;
+  double largest_command_n = 0.0;
+  double fastest_fall_n = 0.0;  ///< of the command in a tick, besides what the spring does
+  double unbooked_j = 0.0;      ///< most that work on the hand, held back and force × way differ by
+};
+Pressed press(const Scene& scene, double depth_m, double device_max_force_n) {
+  Session session(scene);
+  GuardedSession guarded(session, device_max_force_n);
+  Pressed pressed;
+  constexpr int ticks = 2000;
+  TickFrame before{};
+  for (int i = 0; i <= ticks; ++i) {
+    const double share = 1.0 - std::abs(2.0 * i / ticks - 1.0);
+    const Probe probe{.position_m = {0.001, 0.0, 0.002 - share * (depth_m + 0.002)}};
+    const TickFrame frame = guarded.tick(i, dt_s * i, dt_s, probe);
+    for (const SessionEvent& event : session.events()) pressed.breaks += event.kind == SessionEventKind::break_through;
+    pressed.deepest_proxy_m = std::max(pressed.deepest_proxy_m, -frame.result.proxy_m.z);
+    pressed.largest_command_n = std::max(pressed.largest_command_n, norm(frame.command_n));
+    const double by_spring_n = 500.0 * std::abs(frame.result.probe_step_m.z);
+    pressed.fastest_fall_n = std::max(pressed.fastest_fall_n, before.command_n.z - frame.command_n.z - by_spring_n);
+    const Energy& e = frame.result.energy;
+    const double given_j = dot(before.result.force_n, frame.result.probe_step_m);
+    pressed.unbooked_j = std::max(pressed.unbooked_j, std::abs(given_j - e.work_on_hand_j - e.held_back_j));
+    before = frame;
+  }
+  return pressed;
+}
+
+TEST(Release, OfALevelIsAFallOfHalfANewtonAMillisecondAndBooked) {
+  for (const double strength_n : {0.5, 2.0, 5.0, 9.0}) {
+    const Pressed pressed = press(wall(strength_n, 10.0), 0.025, 20.0);
+    EXPECT_EQ(pressed.breaks, 1) << strength_n;
+    EXPECT_LE(pressed.fastest_fall_n, 0.5 + 1e-9) << strength_n;
+    EXPECT_NEAR(pressed.largest_command_n, strength_n, 0.05) << strength_n;
+    EXPECT_LE(pressed.unbooked_j, 1e-15);
+  }
+}
+
+// It could only be broken unfelt: the hand would feel the limit before, and the limit after.
+TEST(Release, NeverIsOfALevelStrongerThanWhatReachesTheHand) {
+  for (const double strength_n : {3.5, 5.0, 12.0, 60.0}) {
+    for (const bool by_device : {false, true}) {
+      const Pressed pressed = press(wall(strength_n, by_device ? 20.0 : 3.3), 0.20, by_device ? 3.3 : 20.0);
+      EXPECT_EQ(pressed.breaks, 0) << strength_n;
+      EXPECT_LE(pressed.deepest_proxy_m, 1e-9);
+      EXPECT_LE(pressed.largest_command_n, 3.3);
+    }
+  }
+  EXPECT_EQ(press(wall(3.2, 3.3), 0.20, 20.0).breaks, 1);
+}
+
+TEST(Release, IsOfNoMaterialThatYields) {
+  const Pressed pressed = press(wall(1.0, 10.0, true), 0.02, 20.0);
+  EXPECT_EQ(pressed.breaks, 0);
+  EXPECT_GT(pressed.deepest_proxy_m, 0.01);
+  EXPECT_NEAR(pressed.largest_command_n, 1.0, 1e-3);
+}
+
+}  // namespace
+}  // namespace palpa
