@@ -1,0 +1,140 @@
+// The pictures of bench_felt: one sheet for each scene.
+#include <palpa/study/spectrum.h>
+#include <palpa/view/plot.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "bench/felt.h"
+#include "bench/felt_words.h"
+
+namespace palpa::bench {
+namespace {
+
+/// Length of the command over time, from a moment on, which becomes 0.
+Series force_over_time(const FeltRun& run, const std::string& name, Color color, double from_s) {
+  Series series{.name = name, .color = color};
+  for (const FeltTick& tick : run.ticks) {
+    if (tick.t_s < from_s) continue;
+    series.xs.push_back(tick.t_s - from_s);
+    series.ys.push_back(norm(tick.command_n));
+  }
+  return series;
+}
+
+/// Of the slides through the place the one that stays longest on what it has met.
+Slide steadiest_slide(const FeltScene& felt) {
+  constexpr int directions = 8;
+  Slide best;
+  std::size_t most = 0;
+  for (int d = 0; d < directions; ++d) {
+    const Slide slide = slide_over(felt.held, d / static_cast<double>(directions), 0.0, felt.held.depth_m);
+    const auto hand = hand_device(slide.target, Hold::relaxed);
+    std::size_t quiet = 0;
+    for (const auto& stretch : quiet_signals_of(feel(felt.scene, *hand, slide.to_s), slide.from_s, slide.to_s).command_n)
+      quiet += stretch.size();
+    if (quiet < most || (most > 0 && quiet == most)) continue;
+    most = quiet;
+    best = slide;
+  }
+  return best;
+}
+
+/// Events, and steps that no event tells of.
+std::vector<Mark> marks_of(const FeltRun& run, const EdgesOfData& edges, double from_s) {
+  std::vector<Mark> marks;
+  for (const FeltTick& tick : run.ticks) {
+    if (tick.t_s < from_s) continue;
+    if (tick.broke_through)
+      marks.push_back({tick.t_s - from_s, "break-through"});
+    else if (tick.onset)
+      marks.push_back({tick.t_s - from_s, "level met"});
+  }
+  for (const ExcessStep& step : excess_steps(run, &edges)) {
+    if (step.t_s >= from_s && !is_told(step.cause)) marks.push_back({step.t_s - from_s, "step without event"});
+  }
+  return marks;
+}
+
+/// The root of the power, so that a line's height is a force; from 2 Hz on.
+Series density(const Spectrum& spectrum, const std::string& name, Color color, Stroke stroke) {
+  Series series{.name = name, .color = color, .stroke = stroke};
+  for (std::size_t i = 1; i < spectrum.power_per_hz.size(); ++i) {
+    series.xs.push_back(static_cast<double>(i) * spectrum.step_hz);
+    series.ys.push_back(1e3 * std::sqrt(spectrum.power_per_hz[i]));
+  }
+  return series;
+}
+
+Plot spectra(const FeltScene& felt, const Slide& slide, const FeltRun& smooth, const FeltRun& stepped) {
+  const FeltSignals own = signals_of(smooth, slide.from_s, slide.to_s), device = signals_of(stepped, slide.from_s, slide.to_s);
+  const Spectrum own_spectrum = spectrum_of(own.command_n, rate_hz);
+  const double voxel_hz = slide_m_per_s / felt.spacing_m;
+  Plot plot{
+      .title = "Its spectrum: what skin feels as rough lies between 20 and 500 Hz",
+      .x_label = "frequency / Hz",
+      .y_label = "force / (mN/\u221aHz)",
+      .series = {density(spectrum_of(device.spring_n, rate_hz), "k \u00b7 probe, encoder 55 \u00b5m", Color::orange,
+                         Stroke::dashed),
+                 density(spectrum_of(device.command_n, rate_hz), "force, encoder 55 \u00b5m", Color::vermilion, Stroke::solid),
+                 density(own_spectrum, "force, no encoder", Color::blue, Stroke::solid)},
+      .marks = {{tactile_low_hz, "tactile band"}, {tactile_high_hz, "tactile band"}},
+      .x_range = std::pair{1.0, 1000.0},
+      .y_range = std::pair{1e-3, 1e2},
+      .x_log = true,
+      .y_log = true};
+  if (voxel_hz > 4.0 && voxel_hz < tactile_high_hz) plot.marks.push_back({voxel_hz, text("voxels, %.0f Hz", voxel_hz)});
+  return plot;
+}
+
+Plot press(const FeltScene& felt) {
+  constexpr double press_m_per_s = 0.02;
+  const FeltRun run =
+      feel(felt.scene, press_at(felt.rigid, 0.0, 0.0, press_m_per_s), press_duration_s(felt.rigid, press_m_per_s));
+  return {.title = text("Pressed in at 2 cm/s; the steepest fall at a break-through: %.2f N/ms", steepest_fall_n_per_ms(run)),
+          .x_label = "time / s",
+          .y_label = "force on the hand / N",
+          .series = {force_over_time(run, "", Color::black, 0.0)},
+          .marks = marks_of(run, felt.edges, 0.0)};
+}
+
+Plot held_still(const FeltScene& felt) {
+  constexpr double shown_s = 1.0, duration_s = 1.5;
+  Plot plot{.title = "Held still by a relaxed hand, without Coulomb friction: force less its mean",
+            .x_label = "time / s",
+            .y_label = "force / mN"};
+  constexpr Color colors[] = {Color::blue, Color::vermilion, Color::green, Color::purple, Color::orange};
+  std::size_t next = 0;
+  for (DevicePlant plant : device_plants()) {
+    plant.coulomb_friction_n = 0.0;
+    const auto hand = hand_device(hold_at(felt.held, 0.0, felt.held.depth_m, {}, duration_s), Hold::relaxed, plant);
+    Series series = force_over_time(feel(felt.scene, *hand, duration_s), plant.name, colors[next++], shown_s);
+    double mean_n = 0.0;
+    for (const double force_n : series.ys) mean_n += force_n / static_cast<double>(series.ys.size());
+    for (double& force_n : series.ys) force_n = 1e3 * (force_n - mean_n);
+    plot.series.push_back(std::move(series));
+  }
+  return plot;
+}
+
+}  // namespace
+
+void save_felt_picture(const FeltScene& felt, const std::filesystem::path& file) {
+  constexpr int width_px = 1800, height_px = 1100;
+  constexpr double encoder_step_m = 55e-6;
+  DevicePlant encoder{.name = "encoder"};
+  encoder.limits.encoder_step_m = encoder_step_m;
+  const Slide slide = steadiest_slide(felt);
+  const auto hand = hand_device(slide.target, Hold::relaxed), in_device = hand_device(slide.target, Hold::relaxed, encoder);
+  const FeltRun smooth = feel(felt.scene, *hand, slide.to_s), stepped = feel(felt.scene, *in_device, slide.to_s);
+  Plot slid{.title = felt.name + ": a relaxed hand slides at 5 cm/s",
+            .x_label = "time / s",
+            .y_label = "force on the hand / N",
+            .series = {force_over_time(stepped, "encoder 55 \u00b5m", Color::vermilion, slide.from_s),
+                       force_over_time(smooth, "no encoder", Color::blue, slide.from_s)},
+            .marks = marks_of(smooth, felt.edges, slide.from_s)};
+  const Sheet sheet{.columns = 2, .panels = {slid, spectra(felt, slide, smooth, stepped), press(felt), held_still(felt)}};
+  save_png(picture_of(sheet, width_px, height_px), file);
+}
+
+}  // namespace palpa::bench
