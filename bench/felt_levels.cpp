@@ -188,8 +188,9 @@ std::vector<Figure> normals(const FeltScene& felt) {
     const FieldPtr field = bare.field(surface->field).field;
     const Similarity map = bare.hand_to_world();
     for (int d = 0; d < directions; ++d) {
-      const Slide slide = slide_over(felt.rigid, d / static_cast<double>(directions), 0.0, felt.rigid.depth_m);
-      for (const FeltTick& tick : feel(bare, slide.target, slide.to_s).ticks) {
+      const Slide slide = slide_over(felt.held, d / static_cast<double>(directions), 0.0, felt.held.depth_m);
+      const auto hand = hand_device(slide.target, Hold::relaxed);  // one that stays on the surface
+      for (const FeltTick& tick : feel(bare, *hand, slide.to_s).ticks) {
         const Vec3 normal = map.gradient_to_hand(field->scalar(map.to_world(tick.proxy_m)).gradient);
         if (tick.t_s < slide.from_s || norm(tick.command_n) < least_n || !(norm(normal) > 0.0)) continue;
         const double across = norm(cross(normalized(tick.command_n), normalized(normal)));

@@ -1,9 +1,7 @@
 // The pictures of bench_felt: one sheet for each scene.
+#include <palpa/report/signal.h>
 #include <palpa/study/spectrum.h>
 #include <palpa/view/plot.h>
-
-#include <algorithm>
-#include <cmath>
 
 #include "bench/felt.h"
 #include "bench/felt_words.h"
@@ -56,34 +54,17 @@ std::vector<Mark> marks_of(const FeltRun& run, const EdgesOfData& edges, double 
   return marks;
 }
 
-/// The root of the power, so that a line's height is a force; from 2 Hz on.
-Series density(const Spectrum& spectrum, const std::string& name, Color color, Stroke stroke) {
-  Series series{.name = name, .color = color, .stroke = stroke};
-  for (std::size_t i = 1; i < spectrum.power_per_hz.size(); ++i) {
-    series.xs.push_back(static_cast<double>(i) * spectrum.step_hz);
-    series.ys.push_back(1e3 * std::sqrt(spectrum.power_per_hz[i]));
-  }
-  return series;
-}
-
 Plot spectra(const FeltScene& felt, const Slide& slide, const FeltRun& smooth, const FeltRun& stepped) {
   const FeltSignals own = signals_of(smooth, slide.from_s, slide.to_s), device = signals_of(stepped, slide.from_s, slide.to_s);
-  const Spectrum own_spectrum = spectrum_of(own.command_n, rate_hz);
+  Plot plot = detail::spectrum_plot(
+      "Its spectrum: what skin feels as rough lies between 20 and 500 Hz",
+      {detail::amplitudes(spectrum_of(device.spring_n, rate_hz), "k \u00b7 probe, encoder 55 \u00b5m", Color::orange,
+                          Stroke::dashed),
+       detail::amplitudes(spectrum_of(device.command_n, rate_hz), "force, encoder 55 \u00b5m", Color::vermilion, Stroke::solid),
+       detail::amplitudes(spectrum_of(own.command_n, rate_hz), "force, no encoder", Color::blue, Stroke::solid)});
+  constexpr double seen_hz = 4.0;  // from the spectrum's second point on
   const double voxel_hz = slide_m_per_s / felt.spacing_m;
-  Plot plot{
-      .title = "Its spectrum: what skin feels as rough lies between 20 and 500 Hz",
-      .x_label = "frequency / Hz",
-      .y_label = "force / (mN/\u221aHz)",
-      .series = {density(spectrum_of(device.spring_n, rate_hz), "k \u00b7 probe, encoder 55 \u00b5m", Color::orange,
-                         Stroke::dashed),
-                 density(spectrum_of(device.command_n, rate_hz), "force, encoder 55 \u00b5m", Color::vermilion, Stroke::solid),
-                 density(own_spectrum, "force, no encoder", Color::blue, Stroke::solid)},
-      .marks = {{tactile_low_hz, "tactile band"}, {tactile_high_hz, "tactile band"}},
-      .x_range = std::pair{1.0, 1000.0},
-      .y_range = std::pair{1e-3, 1e2},
-      .x_log = true,
-      .y_log = true};
-  if (voxel_hz > 4.0 && voxel_hz < tactile_high_hz) plot.marks.push_back({voxel_hz, text("voxels, %.0f Hz", voxel_hz)});
+  if (voxel_hz > seen_hz && voxel_hz < tactile_high_hz) plot.marks.push_back({voxel_hz, text("voxels, %.0f Hz", voxel_hz)});
   return plot;
 }
 
@@ -91,7 +72,9 @@ Plot press(const FeltScene& felt) {
   constexpr double press_m_per_s = 0.02;
   const FeltRun run =
       feel(felt.scene, press_at(felt.rigid, 0.0, 0.0, press_m_per_s), press_duration_s(felt.rigid, press_m_per_s));
-  return {.title = text("Pressed in at 2 cm/s; the steepest fall at a break-through: %.2f N/ms", steepest_fall_n_per_ms(run)),
+  const double fall = steepest_fall_n_per_ms(run);
+  return {.title = "Pressed in at 2 cm/s; " +
+                   (fall > 0.0 ? text("the steepest fall at a break-through: %.2f N/ms", fall) : std::string("nothing breaks")),
           .x_label = "time / s",
           .y_label = "force on the hand / N",
           .series = {force_over_time(run, "", Color::black, 0.0)},
