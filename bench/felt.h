@@ -51,12 +51,13 @@ struct Slide {
 /// In to a depth behind the front, and over it along a direction that is `turn` [1] of a full turn from the right, `beside_m`
 /// to the left of the place.
 Slide slide_over(const Encounter& met, double turn, double beside_m, double depth_m);
+inline constexpr double even_s = 2.4;
 struct Tremor {
   double amplitude_m = 0.0;
   double frequency_hz = 10.0;
 };
-/// To the depth, `beside_m` to the right of the place, and there at rest but for a tremor along the user's axis; from 1 s on it
-/// is even.
+/// To the depth, `beside_m` to the right of the place, and there at rest but for a tremor along the user's axis; from
+/// `even_s` on it is even.
 std::shared_ptr<const Target> hold_at(const Encounter& met, double beside_m, double depth_m, const Tremor& tremor,
                                       double duration_s);
 /// In along the user's axis beside the place of the front, to 50 mm behind it.

@@ -15,16 +15,20 @@ constexpr const char* hands[] = {"let go", "relaxed", "firm"};
 
 /// The hand's force in the tactile band once it is still.
 double still_rms_n(const FeltScene& felt, const DevicePlant& plant, int hand, double beside_m) {
-  constexpr double settled_s = 1.2, duration_s = 2.3;
-  constexpr double push_n = 0.3;  // less than any level of the scenes bears
+  constexpr double duration_s = 1.1;  // of what is looked at
+  constexpr double landed_s = 1.2;    // it has landed, and has not yet slid away
+  constexpr double push_n = 0.3;      // less than any level of the scenes bears
+  double from_s = even_s;
   std::unique_ptr<SimulatedDevice> device;
   if (hand == 0) {
+    from_s = landed_s;
     device = let_go(plant, felt.held.facing->at(beside_m, 0.0, -0.001), {0.0, 0.0, -push_n});
   } else {
-    device = hand_device(hold_at(felt.held, beside_m, felt.held.depth_m, {}, duration_s),
-                         hand == 1 ? Hold::relaxed : Hold::firm, plant);
+    const auto target = hold_at(felt.held, beside_m, felt.held.depth_m, {}, from_s + duration_s);
+    device = hand_device(target, hand == 1 ? Hold::relaxed : Hold::firm, plant);
   }
-  const FeltSignals signals = signals_of(feel(felt.scene, *device, duration_s), settled_s, duration_s);
+  const FeltRun run = feel(felt.scene, *device, from_s + duration_s);
+  const FeltSignals signals = signals_of(run, from_s, from_s + duration_s);
   return spectrum_of(signals.command_n, rate_hz).band_rms(tactile_low_hz, tactile_high_hz);
 }
 

@@ -20,19 +20,20 @@ Series force_over_time(const FeltRun& run, const std::string& name, Color color,
   return series;
 }
 
-/// Of the slides through the place the one that stays longest on what it has met.
-Slide steadiest_slide(const FeltScene& felt) {
+/// Of the slides through the place the one that presses most while it stays on what it has met.
+Slide firmest_slide(const FeltScene& felt) {
   constexpr int directions = 8;
-  Slide best;
-  std::size_t most = 0;
+  Slide best = slide_over(felt.held, 0.0, 0.0, felt.held.depth_m);
+  double most = 0.0;
   for (int d = 0; d < directions; ++d) {
     const Slide slide = slide_over(felt.held, d / static_cast<double>(directions), 0.0, felt.held.depth_m);
     const auto hand = hand_device(slide.target, Hold::relaxed);
-    std::size_t quiet = 0;
-    for (const auto& stretch : quiet_signals_of(feel(felt.scene, *hand, slide.to_s), slide.from_s, slide.to_s).command_n)
-      quiet += stretch.size();
-    if (quiet < most || (most > 0 && quiet == most)) continue;
-    most = quiet;
+    double sum = 0.0;
+    for (const auto& stretch : quiet_signals_of(feel(felt.scene, *hand, slide.to_s), slide.from_s, slide.to_s).command_n) {
+      for (const Vec3& force_n : stretch) sum += norm(force_n);
+    }
+    if (sum <= most) continue;
+    most = sum;
     best = slide;
   }
   return best;
@@ -68,21 +69,31 @@ Plot spectra(const FeltScene& felt, const Slide& slide, const FeltRun& smooth, c
   return plot;
 }
 
+/// Of five presses the one that meets most.
 Plot press(const FeltScene& felt) {
   constexpr double press_m_per_s = 0.02;
-  const FeltRun run =
-      feel(felt.scene, press_at(felt.rigid, 0.0, 0.0, press_m_per_s), press_duration_s(felt.rigid, press_m_per_s));
-  const double fall = steepest_fall_n_per_ms(run);
+  const double beside_m = 0.5 * felt.rigid.radius_m, duration_s = press_duration_s(felt.rigid, press_m_per_s);
+  FeltRun best;
+  double most = -1.0;
+  for (const auto& [u_m, v_m] : {std::pair{0.0, 0.0}, {beside_m, 0.0}, {-beside_m, 0.0}, {0.0, beside_m}, {0.0, -beside_m}}) {
+    FeltRun run = feel(felt.scene, press_at(felt.rigid, u_m, v_m, press_m_per_s), duration_s);
+    double sum = 0.0;
+    for (const FeltTick& tick : run.ticks) sum += norm(tick.command_n);
+    if (sum <= most) continue;
+    most = sum;
+    best = std::move(run);
+  }
+  const double fall = steepest_fall_n_per_ms(best);
   return {.title = "Pressed in at 2 cm/s; " +
                    (fall > 0.0 ? text("the steepest fall at a break-through: %.2f N/ms", fall) : std::string("nothing breaks")),
           .x_label = "time / s",
           .y_label = "force on the hand / N",
-          .series = {force_over_time(run, "", Color::black, 0.0)},
-          .marks = marks_of(run, felt.edges, 0.0)};
+          .series = {force_over_time(best, "", Color::black, 0.0)},
+          .marks = marks_of(best, felt.edges, 0.0)};
 }
 
 Plot held_still(const FeltScene& felt) {
-  constexpr double shown_s = 1.0, duration_s = 1.5;
+  constexpr double duration_s = even_s + 0.5;
   Plot plot{.title = "Held still by a relaxed hand, without Coulomb friction: force less its mean",
             .x_label = "time / s",
             .y_label = "force / mN"};
@@ -91,7 +102,7 @@ Plot held_still(const FeltScene& felt) {
   for (DevicePlant plant : device_plants()) {
     plant.coulomb_friction_n = 0.0;
     const auto hand = hand_device(hold_at(felt.held, 0.0, felt.held.depth_m, {}, duration_s), Hold::relaxed, plant);
-    Series series = force_over_time(feel(felt.scene, *hand, duration_s), plant.name, colors[next++], shown_s);
+    Series series = force_over_time(feel(felt.scene, *hand, duration_s), plant.name, colors[next++], even_s);
     double mean_n = 0.0;
     for (const double force_n : series.ys) mean_n += force_n / static_cast<double>(series.ys.size());
     for (double& force_n : series.ys) force_n = 1e3 * (force_n - mean_n);
@@ -107,7 +118,7 @@ void save_felt_picture(const FeltScene& felt, const std::filesystem::path& file)
   constexpr double encoder_step_m = 55e-6;
   DevicePlant encoder{.name = "encoder"};
   encoder.limits.encoder_step_m = encoder_step_m;
-  const Slide slide = steadiest_slide(felt);
+  const Slide slide = firmest_slide(felt);
   const auto hand = hand_device(slide.target, Hold::relaxed), in_device = hand_device(slide.target, Hold::relaxed, encoder);
   const FeltRun smooth = feel(felt.scene, *hand, slide.to_s), stepped = feel(felt.scene, *in_device, slide.to_s);
   Plot slid{.title = felt.name + ": a relaxed hand slides at 5 cm/s",

@@ -56,10 +56,11 @@ double ease(double share) {
   return s * s * s * (10.0 - 15.0 * s + 6.0 * s * s);
 }
 
-// Of every hand here: in to the front, and a rest there.
-constexpr double approach_s = 0.4, rest_s = 0.2;
+// Of every hand here: in to the front, and a rest there. Slowly at the end, so that no arm runs through a level.
+constexpr double approach_s = 1.6, rest_s = 0.6;
 double depth_at(const Encounter& met, double depth_m, double t_s) {
-  return -met.before_m + (depth_m + met.before_m) * ease(t_s / approach_s);
+  const double left = 1.0 - ease(t_s / approach_s);
+  return depth_m - (depth_m + met.before_m) * left * left;
 }
 
 }  // namespace
@@ -92,7 +93,7 @@ std::shared_ptr<const Target> path_target(std::function<Vec3(double)> at, double
 }
 
 Slide slide_over(const Encounter& met, double turn, double beside_m, double depth_m) {
-  constexpr double begin_s = approach_s + rest_s, ramp_s = 0.1, even_s = 0.05, least_half_m = 0.02;
+  constexpr double begin_s = approach_s + rest_s, ramp_s = 0.1, settle_s = 0.05, least_half_m = 0.02;
   const double half_m = std::max(met.radius_m, least_half_m);
   const double to_s = begin_s + ramp_s / 2.0 + 2.0 * half_m / slide_m_per_s;
   const double u = std::cos(2.0 * std::numbers::pi * turn), v = std::sin(2.0 * std::numbers::pi * turn);
@@ -104,7 +105,7 @@ Slide slide_over(const Encounter& met, double turn, double beside_m, double dept
                 return front->at(u * along_m - v * beside_m, v * along_m + u * beside_m, depth_at(met, depth_m, t_s));
               },
               to_s),
-          .from_s = begin_s + ramp_s + even_s,
+          .from_s = begin_s + ramp_s + settle_s,
           .to_s = to_s};
 }
 

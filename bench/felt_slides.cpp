@@ -144,7 +144,7 @@ std::vector<Figure> slides(const FeltScene& felt) {
 }
 
 std::vector<Figure> tremor(const FeltScene& felt) {
-  constexpr double even_s = 1.0, duration_s = 3.1, encoder_step_m = 55e-6;
+  constexpr double duration_s = even_s + 2.1, encoder_step_m = 55e-6;
   DevicePlant encoder{.name = "encoder"};
   encoder.limits.encoder_step_m = encoder_step_m;
   const auto band_n = [](const std::vector<std::vector<Vec3>>& forces_n) {

@@ -53,7 +53,7 @@ Plot spectrum_plot(std::string title, std::vector<Series> curves) {
           .series = std::move(curves),
           .marks = {{tactile_low_hz, "tactile band"}, {tactile_high_hz, "tactile band"}},
           .x_range = std::pair{1.0, 1000.0},
-          .y_range = std::pair{1e-3, 1e2},
+          .y_range = std::pair{1e-3, 1e3},
           .x_log = true,
           .y_log = true};
 }

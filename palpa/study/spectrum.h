@@ -26,9 +26,11 @@ struct Spectrum {
 
 /// Welch's estimate (1967): windows of about a quarter of a second that overlap by half, each without its straight line,
 /// weighed by Hann's window; over all stretches together. The sum over all frequencies is the signal's mean square (Parseval).
-/// \param stretches  signals that do not follow one another, in any unit; those shorter than a window do not count
+/// \param stretches  in the signal's own unit; they do not follow one another, and those shorter than a window do not count
 /// \param rate_hz    [Hz] > 0: samples per second
 Spectrum spectrum_of(std::span<const std::vector<Vec3>> stretches, double rate_hz);
+/// The same of one.
+/// \param signal  in its own unit
 Spectrum spectrum_of(const std::vector<Vec3>& signal, double rate_hz);
 
 }  // namespace palpa
