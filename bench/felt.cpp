@@ -8,8 +8,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <cstring>
-#include <map>
 
 namespace {
 
@@ -151,6 +149,9 @@ int main(int argc, char** argv) {
   Wanted wanted;
   if (!read_arguments(argc, argv, wanted)) return usage();
   try {
+#ifndef PALPA_BENCH_PICTURES
+    if (!wanted.pictures.empty()) throw LoadError("--pictures: was built without pictures; configure with PALPA_VIEW");
+#endif
     if (!wanted.pictures.empty()) std::filesystem::create_directories(wanted.pictures);
     measure(wanted);
   } catch (const std::exception& error) {

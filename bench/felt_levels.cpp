@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <optional>
 
 #include "bench/felt.h"
 #include "bench/felt_words.h"

@@ -76,7 +76,7 @@ Figure with_friction(const FeltScene& felt, const std::string& name, std::span<c
 std::vector<Figure> held(const FeltScene& felt) {
   constexpr int alone[] = {0}, in_hands[] = {1, 2};
   return {without_friction(felt, "held still, 5 devices, 2 hands, 20-500 Hz", in_hands),
-          with_friction(felt, "the same with Coulomb friction", in_hands),
+          with_friction(felt, "held still, with Coulomb friction", in_hands),
           without_friction(felt, "let go, 5 devices, 20-500 Hz", alone),
           with_friction(felt, "let go, with Coulomb friction", alone)};
 }

@@ -123,7 +123,7 @@ std::vector<Figure> slides(const FeltScene& felt) {
            .met = rough_n <= 0.5e-3,
            .badness = rough_n,
            .applies = measured},
-          {.name = "the same at the voxel frequency",
+          {.name = "slide, at the voxel frequency",
            .measured = measured ? text("%.2f mN at %.0f Hz", 1e3 * voxel_n, voxel_hz) : nothing,
            .asked = "<= 3 mN",
            .met = voxel_n <= 3e-3,

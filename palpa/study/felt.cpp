@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "palpa/mode/gradient_force.h"
 #include "palpa/mode/vector_force.h"

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <vector>
 
 #include "palpa/field/analytic.h"
 #include "palpa/loop/loop.h"
