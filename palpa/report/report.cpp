@@ -16,6 +16,7 @@
 #include "palpa/report/page.h"
 #include "palpa/report/plots.h"
 #include "palpa/report/recorded.h"
+#include "palpa/report/signal.h"
 #include "palpa/report/tables.h"
 #include "palpa/report/view_3d.h"
 #include "palpa/report/words.h"
@@ -107,6 +108,26 @@ std::string plots(const std::vector<TimePlot>& plots, const ReportOptions& optio
            "</figcaption>\n</figure>\n";
   }
   return out + "</div>\n";
+}
+
+/// What the hand got of it, as fingers tell it apart: bands, spectrum, steps.
+std::string felt_signal(const Recorded& recorded, const Scene* scene, const ReportOptions& options) {
+  const Signal signal = signal_of(recorded, scene);
+  if (signal.run.stiffness_n_per_m == 0.0 || recorded.summary.force_max_n <= contact_force_n)
+    return "<p class=\"soft\">Nothing was touched, so there is nothing to measure.</p>\n";
+  std::string out = signal_markup(signal);
+  if (signal.command.step_hz > 0.0) {
+    const Plot plot = spectrum_plot("Spectrum of the force on the hand",
+                                    {amplitudes(signal.spring, "k \u00b7 probe", Color::orange, Stroke::dashed),
+                                     amplitudes(signal.command, "on the hand", Color::black, Stroke::solid)});
+    std::string svg = svg_of(plot, 760, 320, "spectrum-");
+    keep(options, "spectrum.svg", svg);
+    svg.insert(4, " role=\"img\" aria-label=\"Spectrum of the force on the hand, and of k times the probe.\"");
+    out += figure(svg,
+                  "In contact and away from events. Skin feels what lies between 20 and 500 Hz as rough. What the force has "
+                  "there beyond k times the probe does not come from the hand, its device included.");
+  }
+  return out + steps_markup(signal);
 }
 
 /// A close-up of the busiest moment.
@@ -278,6 +299,7 @@ std::string report_html(const fs::path& trace, const ReportOptions& options) {
     page.data("plots-data", json_of(over_time, most_plot_rows, looked_at));
   }
   tell(options, 0.9);
+  if (!recorded.ticks.empty()) page.section("signal", "What the hand feels", felt_signal(recorded, scene, options));
   page.section("summary", "Summary", summary_markup(recorded));
   page.section("energy", "Energy", energy_markup(recorded));
   page.section("modes", "Modes", modes_markup(recorded));

@@ -15,13 +15,13 @@ struct ReportOptions {
   std::vector<std::filesystem::path> plugins;       ///< shared libraries that bring modes; trusted
   ReadOptions read;
   /// Folder that also gets the pictures as files: scene.png, moment.png, force.svg, modes.svg, distance.svg, energy.svg,
-  /// time.svg. Made where it is not there. Empty: none.
+  /// time.svg, spectrum.svg. Made where it is not there. Empty: none.
   std::filesystem::path pictures;
   std::function<void(double)> progress;  ///< is told the share that is done [1]; empty: nobody is
 };
 
 /// The trace as one HTML page, which needs no network: what was felt in words; a view of the scene with the path, events and
-/// primitives that can be turned, at a moment that is chosen; plots that zoom and share that moment; tables; the scene's text.
+/// primitives that can be turned, at a moment that is chosen; plots that zoom and share that moment; how rough the signal is and where it steps; tables; the scene's text.
 /// Without scripts, and on paper, pictures stand in for view and plots. Without the scene's data the view has only what was
 /// recorded, and the page says why; an incomplete trace is reported as far as it goes. The same trace gives the same bytes on
 /// one machine. Throws LoadError on a folder that is no trace, and on a file in it that cannot be read.

@@ -1,0 +1,213 @@
+// What levels feel like: how they break, how stiff they are, where they push.
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <optional>
+
+#include "bench/felt.h"
+#include "bench/felt_words.h"
+
+namespace palpa::bench {
+namespace {
+
+const SurfaceAndFriction* surface_of(const SceneMode& mode) {
+  return mode.enabled ? mode.mode.as<SurfaceAndFriction>() : nullptr;
+}
+
+/// A level of a mode while a press lies on it.
+struct Held {
+  std::vector<double> depths_m, forces_n;
+};
+
+/// A straight line through points (least squares), and how well it fits.
+struct Line {
+  double slope_n_per_m = 0.0;
+  double correlation = 0.0;  ///< [1]
+};
+Line line_through(const Held& held) {
+  const double count = static_cast<double>(held.forces_n.size());
+  double x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, yy = 0.0;
+  for (std::size_t i = 0; i < held.forces_n.size(); ++i) {
+    x += held.depths_m[i] / count;
+    y += held.forces_n[i] / count;
+  }
+  for (std::size_t i = 0; i < held.forces_n.size(); ++i) {
+    const double dx = held.depths_m[i] - x, dy = held.forces_n[i] - y;
+    xx += dx * dx;
+    xy += dx * dy;
+    yy += dy * dy;
+  }
+  return xx > 0.0 && yy > 0.0 ? Line{xy / xx, xy / std::sqrt(xx * yy)} : Line{};
+}
+
+/// A slow press, level by level: the value of each that was met, with the longest stay on it. The depth is what the probe went
+/// against the force, so that a wall that stands aslant counts for what it is.
+std::map<double, Held> levels_pressed(const FeltScene& felt, double u_m, double v_m) {
+  constexpr double slow_m_per_s = 0.01;
+  const auto hand = hand_device(press_at(felt.rigid, u_m, v_m, slow_m_per_s), Hold::rigid, {});
+  Session session(felt.scene, baseline::law(felt.scene));
+  std::map<double, Held> all;
+  std::optional<double> level;
+  Held now;
+  const auto leave = [&] {
+    if (level && now.depths_m.size() > all[*level].depths_m.size()) all[*level] = now;
+    now = {};
+    level.reset();
+  };
+  Vec3 last_probe_m;
+  run_simulated(session, *hand,
+                {.rate_hz = rate_hz, .duration_s = press_duration_s(felt.rigid, slow_m_per_s), .time_ticks = false}, nullptr,
+                [&](const TickFrame& frame, const Session& pressed) {
+                  const double force_n = norm(frame.command_n);
+                  for (const SessionEvent& event : pressed.events()) {
+                    if (event.kind != SessionEventKind::onset && event.kind != SessionEventKind::break_through) continue;
+                    const SurfaceAndFriction* surface = surface_of(felt.scene.modes()[static_cast<std::size_t>(event.mode)]);
+                    if (!surface || surface->levels.empty()) continue;
+                    leave();
+                    if (event.kind == SessionEventKind::onset) level = event.value;
+                  }
+                  if (level && frame.guard == GuardState::pass && force_n > contact_force_n) {
+                    const double gone_m = -dot(frame.result.probe_m - last_probe_m, frame.command_n) / force_n;
+                    now.depths_m.push_back((now.depths_m.empty() ? 0.0 : now.depths_m.back()) + gone_m);
+                    now.forces_n.push_back(force_n);
+                  }
+                  last_probe_m = frame.result.probe_m;
+                });
+  leave();
+  return all;
+}
+
+/// The stiffness [N/m] of a stay between a tenth and nine tenths of its largest force; 0 where it is too short or too bent to
+/// tell.
+double stiffness_n_per_m(const Held& held) {
+  constexpr std::size_t least = 20;
+  constexpr double straight = 0.99;
+  if (held.forces_n.empty()) return 0.0;
+  const double most_n = *std::max_element(held.forces_n.begin(), held.forces_n.end());
+  Held middle;
+  for (std::size_t i = 0; i < held.forces_n.size(); ++i) {
+    if (held.forces_n[i] < 0.1 * most_n || held.forces_n[i] > 0.9 * most_n) continue;
+    middle.depths_m.push_back(held.depths_m[i]);
+    middle.forces_n.push_back(held.forces_n[i]);
+  }
+  const Line line = middle.forces_n.size() < least ? Line{} : line_through(middle);
+  return line.correlation >= straight ? line.slope_n_per_m : 0.0;
+}
+
+/// The scene with nothing but one surface mode, without friction and damper: its force is the surface's normal.
+Scene bare_surface(const Scene& scene, const SceneMode& wanted) {
+  Scene bare = scene;
+  bare.coupling.damping_ns_per_m = 0.0;
+  for (const SceneMode& mode : scene.modes()) bare.find_mode(mode.name)->enabled = mode.name == wanted.name;
+  SurfaceAndFriction surface = *surface_of(wanted);
+  surface.friction_n = surface.friction_coefficient = 0.0;
+  surface.flat_strength_n = Strength{0.0};
+  for (SurfaceAndFriction::Level& level : surface.levels) level.friction_n = level.friction_coefficient = std::nullopt;
+  bare.find_mode(wanted.name)->mode = Mode(surface);
+  return bare;
+}
+
+}  // namespace
+
+std::vector<Figure> breaks(const FeltScene& felt) {
+  constexpr double press_m_per_s = 0.02;
+  double fall = 0.0, strongest_n = 0.0, limit_n = 0.0;
+  int broken = 0, too_strong = 0;
+  DevicePlant weak = device_plants().front();
+  weak.limits.encoder_step_m = 0.0;
+  const double beside_m = 0.5 * felt.rigid.radius_m;
+  for (const DevicePlant& plant : {DevicePlant{}, weak}) {
+    const double guard_n = std::min(felt.scene.coupling.max_force_n, plant.limits.max_force_n);
+    for (const auto& [u_m, v_m] : {std::pair{0.0, 0.0}, {beside_m, 0.0}, {-beside_m, 0.0}, {0.0, beside_m}, {0.0, -beside_m}}) {
+      const FeltRun run =
+          feel(felt.scene, press_at(felt.rigid, u_m, v_m, press_m_per_s), press_duration_s(felt.rigid, press_m_per_s), plant);
+      fall = std::max(fall, steepest_fall_n_per_ms(run));
+      for (const FeltTick& tick : run.ticks) {
+        broken += tick.broke_through;
+        if (!tick.broke_through || tick.broke_force_n <= guard_n + felt_step_n) continue;
+        ++too_strong;
+        if (tick.broke_force_n > strongest_n) {
+          strongest_n = tick.broke_force_n;
+          limit_n = guard_n;
+        }
+      }
+    }
+  }
+  return {{.name = "fall of the command at a break-through",
+           .measured = broken > 0 ? text("%.2f N/ms, worst of %d", fall, broken) : "nothing breaks",
+           .asked = "<= 0.5 N/ms",
+           .met = fall <= 0.5,
+           .badness = fall,
+           .applies = broken > 0},
+          {.name = "levels stronger than the guard that break",
+           .measured =
+               too_strong > 0 ? text("%d, at %.1f N, the guard lets %.1f N through", too_strong, strongest_n, limit_n) : "none",
+           .asked = "none",
+           .met = too_strong == 0,
+           .badness = strongest_n,
+           .applies = broken > 0}};
+}
+
+std::vector<Figure> stiffness(const FeltScene& felt) {
+  std::map<double, std::vector<double>> found;
+  const double beside_m = 0.5 * felt.rigid.radius_m;
+  for (const double u_m : {0.0, beside_m, -beside_m}) {
+    for (const double v_m : {0.0, beside_m, -beside_m}) {
+      for (const auto& [value, held] : levels_pressed(felt, u_m, v_m)) {
+        if (const double k = stiffness_n_per_m(held); k > 0.0) found[value].push_back(k);
+      }
+    }
+  }
+  Figure figure{.name = "stiffness, last level : first", .asked = ">= 2"};
+  std::string words;
+  double first = 0.0, last = 0.0;
+  for (auto& [value, all] : found) {
+    std::sort(all.begin(), all.end());
+    last = all[all.size() / 2];
+    if (first == 0.0) first = last;
+    words += text("%s%.0f N/m at %g", words.empty() ? "" : ", ", last, value);
+  }
+  figure.applies = found.size() >= 2;
+  const double ratio = figure.applies ? last / first : 0.0;
+  figure.measured = figure.applies  ? text("%.2f: ", ratio) + words
+                    : found.empty() ? "no level was pressed"
+                                    : "one level was pressed: " + words;
+  figure.met = ratio >= 2.0;
+  figure.badness = -ratio;
+  return {figure};
+}
+
+std::vector<Figure> normals(const FeltScene& felt) {
+  constexpr double least_n = 0.05;
+  constexpr int directions = 8;
+  std::vector<double> angles_deg;
+  for (const SceneMode& mode : felt.scene.modes()) {
+    const SurfaceAndFriction* surface = surface_of(mode);
+    if (!surface) continue;
+    const Scene bare = bare_surface(felt.scene, mode);
+    const FieldPtr field = bare.field(surface->field).field;
+    const Similarity map = bare.hand_to_world();
+    for (int d = 0; d < directions; ++d) {
+      const Slide slide = slide_over(felt.held, d / static_cast<double>(directions), 0.0, felt.held.depth_m);
+      const auto hand = hand_device(slide.target, Hold::relaxed);  // one that stays on the surface
+      for (const FeltTick& tick : feel(bare, *hand, slide.to_s).ticks) {
+        const Vec3 normal = map.gradient_to_hand(field->scalar(map.to_world(tick.proxy_m)).gradient);
+        if (tick.t_s < slide.from_s || norm(tick.command_n) < least_n || !(norm(normal) > 0.0)) continue;
+        const double across = norm(cross(normalized(tick.command_n), normalized(normal)));
+        angles_deg.push_back(std::asin(std::min(1.0, across)) * 180.0 / std::numbers::pi);
+      }
+    }
+  }
+  std::sort(angles_deg.begin(), angles_deg.end());
+  const bool any = !angles_deg.empty();
+  const double p99 = any ? angles_deg[static_cast<std::size_t>(0.99 * static_cast<double>(angles_deg.size() - 1))] : 0.0;
+  return {{.name = "force against the normal, 99 %",
+           .measured = any ? text("%.2f deg, half below %.2f", p99, angles_deg[angles_deg.size() / 2]) : "no surface is felt",
+           .asked = "<= 1 deg",
+           .met = p99 <= 1.0,
+           .badness = p99,
+           .applies = any}};
+}
+
+}  // namespace palpa::bench

@@ -1,0 +1,36 @@
+// How strong a signal is at which frequencies: what fingers feel as rough is a matter of frequency.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "palpa/core/vec3.h"
+
+namespace palpa {
+
+/// Where skin feels vibration: below, motion is felt; above 500 Hz little is left, and a loop of 1 kHz has no more.
+/// (The Pacinian channel answers from 40 to 500 Hz, best at 250; Meissner's from 10 to 60: Johansson and Flanagan 2009.)
+inline constexpr double tactile_low_hz = 20.0;
+inline constexpr double tactile_high_hz = 500.0;
+/// From here on nothing that a hand does at 5 cm/s over smooth data is left: what is above is noise of the rendering.
+inline constexpr double rough_low_hz = 100.0;
+
+/// The power of a signal of vectors over frequency: the sum of its three components', one-sided.
+struct Spectrum {
+  double step_hz = 0.0;              ///< between neighbouring frequencies; 0: the signal was too short for any
+  std::vector<double> power_per_hz;  ///< [unit²/Hz] with the signal's own unit; of the frequencies i · `step_hz`
+
+  /// Root mean square of what lies in a band [Hz], in the signal's own unit; 0 where nothing was measured.
+  double band_rms(double low_hz, double high_hz) const noexcept;
+};
+
+/// Welch's estimate (1967): windows of about a quarter of a second that overlap by half, each without its straight line,
+/// weighed by Hann's window; over all stretches together. The sum over all frequencies is the signal's mean square (Parseval).
+/// \param stretches  in the signal's own unit; they do not follow one another, and those shorter than a window do not count
+/// \param rate_hz    [Hz] > 0: samples per second
+Spectrum spectrum_of(std::span<const std::vector<Vec3>> stretches, double rate_hz);
+/// The same of one.
+/// \param signal  in its own unit
+Spectrum spectrum_of(const std::vector<Vec3>& signal, double rate_hz);
+
+}  // namespace palpa

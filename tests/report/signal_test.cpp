@@ -1,0 +1,86 @@
+// What a report says of the signal is what was recorded: the stiffness, the band of a known shaking, and where a wall broke.
+#include "palpa/report/signal.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "palpa/report/report.h"
+#include "tests/report/markup.h"
+#include "tests/study/study_fixture.h"
+
+namespace palpa::detail {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr double stiffness_n_per_m = 600.0;
+
+/// Two seconds on a wall; the probe shakes at 120 Hz, and the force is the spring's.
+Recorded shaking() {
+  Recorded recorded;
+  recorded.header.dt_s = 1e-3;
+  recorded.modes = {"wall"};
+  recorded.pushes.resize(1);
+  recorded.summary.modes = {{.name = "wall", .type = "surface_and_friction"}};
+  for (int i = 0; i < 2000; ++i) {
+    TickFrame frame{.tick = i, .t_s = 1e-3 * i, .dt_s = 1e-3};
+    const double depth_m = 2e-3 + 1e-5 * std::sin(2.0 * std::numbers::pi * 120.0 * frame.t_s);
+    frame.result.probe_m = {0, 0, -depth_m};
+    frame.result.energy.stored_j = 0.5 * stiffness_n_per_m * depth_m * depth_m;
+    frame.command_n = frame.result.force_n = {0, 0, stiffness_n_per_m * depth_m};
+    recorded.ticks.push_back(frame);
+    recorded.pushes[0].push_back({.force_n = frame.command_n});
+  }
+  return recorded;
+}
+
+TEST(Signal, KnowsTheStiffnessFromTheRecording) {
+  EXPECT_NEAR(felt_run_of(shaking()).stiffness_n_per_m, stiffness_n_per_m, 1e-6);
+}
+
+TEST(Signal, HasTheBandOfAKnownShaking) {
+  const Signal signal = signal_of(shaking(), nullptr);
+  const double rms_n = stiffness_n_per_m * 1e-5 / std::numbers::sqrt2;
+  EXPECT_NEAR(signal.command.band_rms(tactile_low_hz, tactile_high_hz), rms_n, 1e-5);
+  EXPECT_NEAR(signal.spring.band_rms(tactile_low_hz, tactile_high_hz), rms_n, 1e-5);
+  EXPECT_THAT(signal_markup(signal), HasSubstr("4.24 mN"));
+  EXPECT_THAT(signal_markup(signal), HasSubstr("the data are not there"));
+  EXPECT_THAT(steps_markup(signal), HasSubstr("There is none"));
+}
+
+TEST(Signal, ListsStepsWithTheirCauseAndMode) {
+  Recorded recorded = shaking();
+  for (std::size_t i = 1000; i < recorded.ticks.size(); ++i)
+    recorded.ticks[i].command_n = recorded.pushes[0][i].force_n = {0, 0, 0.5};
+  recorded.modes[0] = "wall <b>";
+  const std::string untold = steps_markup(signal_of(recorded, nullptr));
+  for (const char* words : {"strength", "wall &lt;b&gt;", "data-time=\"1.000000\""}) EXPECT_THAT(untold, HasSubstr(words));
+  recorded.events.push_back({.tick = 1000, .t_s = 1.0, .kind = "break_through", .subject = "wall", .value = "0"});
+  const std::string told = steps_markup(signal_of(recorded, nullptr));
+  EXPECT_THAT(told, HasSubstr("break-through"));
+  EXPECT_THAT(told, Not(HasSubstr("data-time"))) << "an event tells of it";
+}
+
+class FeltSignal : public StudyTest {};
+
+TEST_F(FeltSignal, IsASectionOfAReport) {
+  run(options("trace", 3.0));
+  const std::string html = report_html(folder / "trace");
+  EXPECT_EQ(markup_error(html, true), "");
+  for (const char* words : {"What the hand feels", "of it, 100 to 500 Hz", "held back by the guard", "id=\"spectrum-",
+                            "steepest fall at a break-through", "<h3>Steps</h3>"}) {
+    EXPECT_THAT(html, HasSubstr(words));
+  }
+}
+
+TEST_F(FeltSignal, OfAHandThatTouchesNothingIsSaidToBeNone) {
+  run(options("trace", 0.05));  // the hand is still on its way
+  EXPECT_THAT(report_html(folder / "trace"), HasSubstr("nothing to measure"));
+}
+
+}  // namespace
+}  // namespace palpa::detail
