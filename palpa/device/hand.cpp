@@ -186,6 +186,11 @@ DevicePlant device_plant(const std::string& name) {
        .damping_ns_per_m = 0.1,
        .coulomb_friction_n = 0.2,
        .limits = {.max_force_n = 10, .max_stiffness_n_per_m = 2000, .workspace_radius_m = 0.1, .encoder_step_m = 10e-6}},
+      {.name = "desktop",
+       .mass_kg = 0.045,
+       .damping_ns_per_m = 0.02,
+       .coulomb_friction_n = 0.06,
+       .limits = {.max_force_n = 7.9, .max_stiffness_n_per_m = 1000, .workspace_radius_m = 0.1, .encoder_step_m = 23e-6}},
   };
   std::string names;
   for (const DevicePlant& preset : presets) {
