@@ -10,11 +10,12 @@ namespace palpa {
 namespace {
 constexpr double cut_off_hz = 150.0;
 constexpr double ripple_share = 1.0 / 3.0;  // of the spring's own ripple under an encoder: the damper's
-constexpr double shortest_window_s = 2e-3;
+constexpr double shortest_window_s = 3e-3;
 constexpr double longest_window_s = 24e-3;
 // How far from a steady motion's line through two of its positions the others can be, in encoder steps: 1 along an axis,
 // (1 + √3)/2 across a plane that all three encoders move; a little more for rounding.
 constexpr double line_tolerance = 1.4;
+constexpr double rounding = 1e-9;  // of times that are sums of ticks; a share
 constexpr double always_allowed_n = 0.2;
 constexpr double share_of_spring = 0.5;
 
@@ -62,20 +63,27 @@ namespace {
 
 // The slope of the longest line from the past to now, for one component: walked back from now, each position leaves the
 // slopes of the lines that pass it closely enough, and a position that lies within all of those before it ends such a line.
+// The shortest line is taken as it is.
 class LongestLine {
  public:
   explicit LongestLine(double tolerance_m) noexcept : tolerance_m_(tolerance_m) {}
   /// \param rise_m  [m] now − then
   void look_back(double rise_m, double age_s) noexcept {
     const double slope = rise_m / age_s, slack = tolerance_m_ / age_s;
-    if (slope >= least_ && slope <= most_) slope_ = slope;
+    const bool close = slope >= least_ && slope <= most_;
+    if (is_long_enough(age_s) && (close || !found_)) {
+      slope_ = slope;
+      found_ = true;
+    }
     least_ = std::max(least_, slope - slack);
     most_ = std::min(most_, slope + slack);
   }
   double slope() const noexcept { return slope_; }
+  static bool is_long_enough(double age_s) noexcept { return age_s >= shortest_window_s * (1.0 - rounding); }
 
  private:
   double tolerance_m_;
+  bool found_ = false;
   double slope_ = 0.0;
   double least_ = -std::numeric_limits<double>::infinity();
   double most_ = std::numeric_limits<double>::infinity();
@@ -99,23 +107,24 @@ Vec3 Damper::windowed(const Vec3& stretch_m, const Vec3& released_m, double time
     y.look_back(rise_m.y, age_s);
     z.look_back(rise_m.z, age_s);
   };
-  // Ages are sums of ticks: one that is the window's but for rounding counts.
-  const double oldest_s = window_s * (1.0 + 1e-9);
-  int i = 0;
-  for (; i < kept_; ++i) {
+  bool reached = false;
+  for (int i = 0; i < kept_; ++i) {
     const Kept& kept = past_[static_cast<std::size_t>((newest_ - i + most_kept) % most_kept)];
     const double age_s = time_s_ - kept.time_s;
-    if (age_s > oldest_s && i > 0) break;
+    if (reached && age_s > window_s * (1.0 + rounding)) break;
     look_back(kept.stretch_m, age_s);
+    reached = LongestLine::is_long_enough(age_s);
   }
-  // Before what is kept nothing moved.
-  if (i == kept_ && kept_ < most_kept) {
+  // Before the first that is kept nothing moved.
+  if (kept_ < most_kept) {
     const Kept& first = past_[static_cast<std::size_t>((newest_ - kept_ + 1 + most_kept) % most_kept)];
-    if (time_s_ - first.time_s < window_s) look_back(first.stretch_m, window_s);
+    for (const double age_s : {shortest_window_s, window_s}) {
+      if (age_s > (time_s_ - first.time_s) * (1.0 + rounding)) look_back(first.stretch_m, age_s);
+    }
   }
 
   // So many a window are enough, however fast the ticks are.
-  if (time_s_ - past_[static_cast<std::size_t>(newest_)].time_s > window_s / (most_kept - 1) * (1.0 - 1e-9)) {
+  if (time_s_ - past_[static_cast<std::size_t>(newest_)].time_s > window_s / (most_kept - 1) * (1.0 - rounding)) {
     newest_ = (newest_ + 1) % most_kept;
     kept_ = std::min(kept_ + 1, most_kept);
     past_[static_cast<std::size_t>(newest_)] = {time_s_, stretch_m};

@@ -29,8 +29,8 @@ const char* problem_with(const CouplingOptions& options) noexcept;
 /// estimate is, component by component, the slope of the longest straight line from the past to now that
 /// no position in between is further from than positions rounded to the step can be from a steady motion
 /// (first-order adaptive windowing: Janabi-Sharifi, Hayward and Chen, IEEE Trans. Control Syst. Technol. 8(6),
-/// 2000). A fast change is seen within a tick or two, a slow motion over up to W = 3D/k, at least 2 and at
-/// most 24 ms. Such a motion ripples by q/W in the estimate, so by k q/3 in the force, where the spring itself
+/// 2000). A fast change is seen over 3 ms, as late as that low-pass, a slow motion over up to W = 3D/k,
+/// at most 24 ms. Such a motion ripples by q/W in the estimate, so by k q/3 in the force, where the spring itself
 /// ripples by k q. It costs a delay of W/2 at most (docs/theory.md, 7.8).
 class Damper {
  public:
