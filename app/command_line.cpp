@@ -38,6 +38,14 @@ void add_reader(CLI::App* command, ReadOptions& read) {
   command->add_option("--reader", read.reader, "the program palpa-read, if it is not found by itself")->type_name("FILE");
 }
 
+void add_device(CLI::App* command, std::string& device) {
+  command
+      ->add_option("--device", device,
+                   "the device that the hand holds: touch, omega, falcon, inverse3 or desktop, with values changed as in "
+                   "touch,delay_ticks=2 (an ideal one: no mass, friction, encoder or delay)")
+      ->type_name("DEVICE");
+}
+
 /// A trace by its folder, or by a file in it, as a shell completes one.
 std::filesystem::path trace_folder(const std::filesystem::path& named) {
   std::error_code unknown;
@@ -144,6 +152,7 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
           "folder of real data, felt by a recorded hand; left out: embedded data, or the head that tools/get-ct-head brought")
       ->type_name("DIR");
   demo_command->add_option("--out", demo.out, "folder for recording, report and pictures (palpa-demo)")->type_name("DIR");
+  add_device(demo_command, demo.device);
   demo_command->add_flag("--json", demo.json, "print the summary as JSON; records only with --out");
   add_reader(demo_command, demo.read);
   demo_command->footer("Example:\n  palpa demo head");
@@ -164,6 +173,7 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
           "simulated hands) or firm")
       ->check(CLI::IsMember({"rigid", "relaxed", "firm"}))
       ->type_name("HOLD");
+  add_device(run_command, run.options.device);
   run_command->add_option("--hand-rate-hz", run.options.recording.hand_rate_hz, "rate of a recording without time")
       ->type_name("HZ");
   run_command

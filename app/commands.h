@@ -23,6 +23,7 @@ struct DemoArguments {
   std::string name = "head";   ///< head, flow or wing
   std::filesystem::path data;  ///< folder of the real data; empty: embedded data, or a head where one was brought
   std::filesystem::path out;   ///< folder that the recording goes into; empty: palpa-demo here
+  std::string device;          ///< what the hand holds, as `device_plant` reads it; empty: an ideal device
   bool json = false;
   ReadOptions read;
 };

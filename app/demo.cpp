@@ -85,6 +85,8 @@ int run_demo(const DemoArguments& arguments, const std::atomic<bool>& stop) {
   const fs::path scenes = scenes_folder();
   RunOptions options;
   options.read = arguments.read;
+  options.device = arguments.device;
+  if (!options.device.empty()) device_plant(options.device);  // refused before a folder is made
   const fs::path data = data_folder(arguments);
   const bool recorded = !arguments.data.empty() || fs::exists(data / recording);
   if (data.empty()) {
@@ -100,6 +102,7 @@ int run_demo(const DemoArguments& arguments, const std::atomic<bool>& stop) {
   options.out = trace_folder(arguments);
   const std::string palpa = program_invocation_name;  // as the user would have to type it
   options.arguments = {"demo", arguments.name};
+  if (!options.device.empty()) options.arguments.insert(options.arguments.end(), {"--device", options.device});
 
   RunResult result;
   {
@@ -118,6 +121,7 @@ int run_demo(const DemoArguments& arguments, const std::atomic<bool>& stop) {
 
   std::string next = palpa + " run " + options.scene.string() + " --hand " + options.hand;
   if (options.hold) next += " --hand-hold firm";
+  if (!options.device.empty()) next += " --device " + options.device;
   if (!data.empty()) next += " --data " + data.string();
   const std::string trace = options.out.empty() ? "first-trace" : options.out.string();
   std::printf("Try next:\n  %s --out first-trace --primitives\n  %s replay %s\n  %s modes %s\n", next.c_str(), palpa.c_str(),

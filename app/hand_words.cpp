@@ -2,6 +2,8 @@
 
 #include <span>
 
+#include "palpa/device/hand.h"
+
 namespace palpa::app {
 namespace {
 
@@ -11,6 +13,13 @@ std::string table(std::span<const Described> rows) {
     const std::string name = row.name;
     out += "  " + name + std::string(name.size() < 27 ? 27 - name.size() : 1, ' ') + row.sentence + "\n";
   }
+  return out;
+}
+
+std::string devices() {
+  std::string out;
+  for (const DevicePlant& plant : device_presets())
+    out += "  " + plant.name + std::string(27 - plant.name.size(), ' ') + words_of(plant) + "\n";
   return out;
 }
 
@@ -25,7 +34,9 @@ std::string hand_words() {
          "Recorded hands are CSV files, with a header that decides the form; further columns are skipped:\n" +
          table(recorded_hands) +
          "All but ticks.csv leave open where they lie in the scene: they are moved to where the hand spends most of\n"
-         "its time at what can be felt.\n\n";
+         "its time at what can be felt.\n"
+         "A hand holds a device (--device), which adds to its mass and reads its place in steps:\n" +
+         devices() + "with any of these keys, as in touch,encoder_step_m=2e-5,delay_ticks=2:\n" + table(device_keys) + "\n";
 }
 
 }  // namespace palpa::app

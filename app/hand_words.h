@@ -32,7 +32,18 @@ inline constexpr Described recorded_hands[] = {
     {"x,y,z,...", "without time: --hand-rate-hz says how many rows a second has"},
 };
 
-/// The three tables as text of the help.
+inline constexpr Described device_keys[] = {
+    {"encoder_step_m", "step in which positions are read"},
+    {"max_force_n", "largest force"},
+    {"delay_ticks", "ticks between a force's writing and its acting, up to 64"},
+    {"mass_kg", "mass that the hand moves along"},
+    {"damping_ns_per_m", "damping of its mechanics"},
+    {"coulomb_friction_n", "friction of its mechanics"},
+    {"max_stiffness_n_per_m", "stiffness that it is made for; a warning says where the scene asks for more"},
+    {"workspace_radius_m", "how far it reaches"},
+};
+
+/// The tables as text of the help.
 std::string hand_words();
 
 }  // namespace palpa::app

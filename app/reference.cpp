@@ -2,10 +2,12 @@
 
 #include <CLI/CLI.hpp>
 #include <fstream>
+#include <span>
 #include <sstream>
 #include <vector>
 
 #include "app/hand_words.h"
+#include "palpa/device/hand.h"
 #include "palpa/mode/mode.h"
 #include "palpa/scene/load_scene.h"
 #include "palpa/version.h"
@@ -99,6 +101,13 @@ std::string quoted_lines(const Words& words) {
   return "'" + out + "'";
 }
 
+/// The names with blanks between.
+std::string names_of(std::span<const Described> rows) {
+  std::string names;
+  for (const Described& row : rows) names += (names.empty() ? "" : " ") + std::string(row.name);
+  return names;
+}
+
 /// Paths of settings as they are typed, with the '=' that a value follows.
 std::vector<std::string> with_equals(std::vector<std::string> paths) {
   for (std::string& path : paths) {
@@ -113,6 +122,7 @@ std::string offer_of(const CLI::App& command, const CLI::Option& option) {
   if (!words.empty()) return "_palpa_offer " + quoted_lines(words);
   const std::string name = option.get_positional() ? option.get_name(true) : option.get_lnames().front();
   if (name == "hand") return "_palpa_offer_hands";
+  if (name == "device") return "_palpa_offer_devices";
   if (name == "set") return command.get_name() == "run" ? "_palpa_offer_settings" : "_palpa_offer_parts \"$_palpa_reading\"";
   if (name == "SCENE") return "_palpa_offer_files .toml";
   if (name == "plugin") return "_palpa_offer_files .so";
@@ -155,12 +165,18 @@ _palpa_offer_settings() {  # those of the scene on the line
   done
   _palpa_offer_parts "$($program --print-sets "$scene" 2>/dev/null)"
 }
+_palpa_offer_keys() {  # _palpa_offer_keys KEYS: behind the last comma
+  local given=${word%,*}, key lines=
+  for key in $1; do lines+=$given$key=$'\n'; done
+  compopt -o nospace 2>/dev/null || true
+  _palpa_offer "$lines"
+}
+_palpa_offer_devices() {
+  if [[ $word == *,* ]]; then _palpa_offer_keys "$_palpa_device_keys"; else _palpa_offer "$_palpa_devices"; fi
+}
 _palpa_offer_hands() {
   if [[ $word == sim:*,* ]]; then
-    local given=${word%,*}, key lines=
-    for key in $_palpa_hand_keys; do lines+=$given$key=$'\n'; done
-    compopt -o nospace 2>/dev/null || true
-    _palpa_offer "$lines"
+    _palpa_offer_keys "$_palpa_hand_keys"
   else
     _palpa_offer "$_palpa_hands"
     _palpa_offer_files .csv
@@ -238,13 +254,16 @@ std::string bash_completion(const CLI::App& app) {
   std::vector<std::string> hands;
   for (const Described& hand : simulated_hands) hands.emplace_back(hand.name);
 
+  std::vector<std::string> devices;
+  for (const DevicePlant& plant : device_presets()) devices.push_back(plant.name);
+
   std::ostringstream out;
   out << "# Completion of palpa " << version << " for bash; written by palpa itself.\n"
       << "_palpa_reading=" << quoted_lines(with_equals(how_to_read_paths())) << "\n"
       << "_palpa_hands=" << quoted_lines(hands) << "\n"
-      << "_palpa_hand_keys='";
-  for (const Described& key : simulated_hand_keys) out << (&key == simulated_hand_keys ? "" : " ") << key.name;
-  out << "'" << completion_functions;
+      << "_palpa_hand_keys='" << names_of(simulated_hand_keys) << "'\n"
+      << "_palpa_devices=" << quoted_lines(devices) << "\n"
+      << "_palpa_device_keys='" << names_of(device_keys) << "'" << completion_functions;
 
   // First what the value of an option may be, then the options, commands and arguments themselves.
   out << "  case $command:$before in\n";

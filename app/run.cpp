@@ -45,6 +45,7 @@ Json description(const PreparedRun& prepared, double rate_hz) {
           {"max_force_n", scene.coupling.max_force_n},
           {"world_m_per_hand_m", scene.hand_to_world().scale},
           {"hand", prepared.hand->name()},
+          {"device", prepared.device},
           {"duration_s", prepared.duration_s},
           {"rate_hz", rate_hz},
           {"volumes", volumes},

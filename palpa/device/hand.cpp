@@ -7,20 +7,17 @@
 #include <string_view>
 #include <utility>
 
-#include "palpa/core/load_error.h"
-
 namespace palpa {
 
 namespace {
 
 constexpr int least_sub_steps = 20;
 constexpr double longest_sub_step_s = 50e-6;
-constexpr int longest_delay_ticks = 64;
 
 // The force of some advances ago.
 class Delay {
  public:
-  explicit Delay(int ticks) : ticks_(std::clamp(ticks, 0, longest_delay_ticks)) {}
+  explicit Delay(int ticks) : ticks_(std::clamp(ticks, 0, DevicePlant::longest_delay_ticks)) {}
   /// Takes the newest force, gives the one that acts now.
   Vec3 pass(const Vec3& force_n) noexcept {
     if (ticks_ == 0) return force_n;
@@ -31,7 +28,7 @@ class Delay {
  private:
   int ticks_;
   int next_ = 0;
-  std::array<Vec3, longest_delay_ticks> waiting_n_{};
+  std::array<Vec3, DevicePlant::longest_delay_ticks> waiting_n_{};
 };
 
 double rounded(double value_m, double step_m) noexcept {
@@ -162,37 +159,6 @@ class Displaced final : public Target {
 std::unique_ptr<Target> displaced(std::shared_ptr<const Target> target, const Vec3& offset_m, double scale) {
   assert(target && scale > 0.0);
   return std::make_unique<Displaced>(std::move(target), offset_m, scale);
-}
-
-DevicePlant device_plant(const std::string& name) {
-  const DevicePlant presets[] = {
-      {.name = "touch",
-       .mass_kg = 0.045,
-       .damping_ns_per_m = 0.005,
-       .coulomb_friction_n = 0.26,
-       .limits = {.max_force_n = 3.3, .max_stiffness_n_per_m = 400, .workspace_radius_m = 0.075, .encoder_step_m = 55e-6}},
-      {.name = "omega",
-       .mass_kg = 0.2,
-       .damping_ns_per_m = 0.1,
-       .coulomb_friction_n = 0.1,
-       .limits = {.max_force_n = 12, .max_stiffness_n_per_m = 5000, .workspace_radius_m = 0.075, .encoder_step_m = 10e-6}},
-      {.name = "falcon",
-       .mass_kg = 0.2,
-       .damping_ns_per_m = 0.5,
-       .coulomb_friction_n = 0.3,
-       .limits = {.max_force_n = 8, .max_stiffness_n_per_m = 3000, .workspace_radius_m = 0.04, .encoder_step_m = 60e-6}},
-      {.name = "inverse3",
-       .mass_kg = 0.2,
-       .damping_ns_per_m = 0.1,
-       .coulomb_friction_n = 0.2,
-       .limits = {.max_force_n = 10, .max_stiffness_n_per_m = 2000, .workspace_radius_m = 0.1, .encoder_step_m = 10e-6}},
-  };
-  std::string names;
-  for (const DevicePlant& preset : presets) {
-    if (preset.name == name) return preset;
-    names += (names.empty() ? "" : ", ") + preset.name;
-  }
-  throw LoadError("device: no preset '" + name + "'; there are " + names);
 }
 
 std::unique_ptr<SimulatedDevice> hand_device(std::shared_ptr<const Target> target, Hold hold, const DevicePlant& plant) {

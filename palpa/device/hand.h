@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,7 @@ inline constexpr Arm firm_arm{.stiffness_n_per_m = 500.0};
 
 /// What a device adds to the arm. The default is an ideal device: nothing.
 struct DevicePlant {
+  static constexpr int longest_delay_ticks = 64;
   std::string name;  ///< empty: ideal
   double mass_kg = 0.0;
   double damping_ns_per_m = 0.0;    ///< of its mechanics
@@ -32,9 +34,14 @@ struct DevicePlant {
   int delay_ticks = 0;              ///< between a write and its force; 0 … 64
   DeviceLimits limits;  ///< no force goes beyond its limit; every position that is read is rounded to its encoder step
 };
-/// A preset: touch, omega, falcon or inverse3; throws LoadError that lists them. Mass, damping and
-/// friction are of the right size, not measurements of one device.
-DevicePlant device_plant(const std::string& name);
+/// Devices that can be had: touch, omega, falcon, inverse3 and desktop. Mass, damping and friction are of the right size, not
+/// measurements of one device.
+std::span<const DevicePlant> device_presets();
+/// A preset by its name, with single values changed: `touch`, or `touch,encoder_step_m=2e-5,delay_ticks=2`. The keys are the
+/// members of DevicePlant and of its limits. Its name is the whole description. Throws LoadError that says what would be right.
+DevicePlant device_plant(const std::string& description);
+/// Its values with their units, for a person.
+std::string words_of(const DevicePlant& plant);
 
 /// Where a hand wants to be at a time.
 class Target {

@@ -1,10 +1,10 @@
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <string_view>
 
 #include "palpa/core/load_error.h"
+#include "palpa/device/described.h"
 #include "palpa/device/hand.h"
 #include "palpa/device/sine_cosine.h"
 
@@ -257,17 +257,11 @@ constexpr std::string_view right_form =
   throw LoadError(description + ": " + what + "; " + std::string(right));
 }
 
-template <class Number>
-bool read_number(std::string_view text, Number& value) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc{} && end == text.data() + text.size();
-}
-
 /// A number of SI units in a range of the form (above, at_most].
 double number_of(const std::string& description, std::string_view key, std::string_view text, double above, double at_most,
                  const char* range) {
   double value = 0.0;
-  if (read_number(text, value) && value > above && value <= at_most) return value;
+  if (detail::read_number(text, value) && value > above && value <= at_most) return value;
   refuse(description, "'" + std::string(text) + "' cannot be used for " + std::string(key), range);
 }
 
@@ -278,12 +272,6 @@ SimulatedMotion simulated_motion(const std::string& description) {
   constexpr std::string_view prefix = "sim:";
   if (!rest.starts_with(prefix)) refuse(description, "does not begin with sim:");
   rest.remove_prefix(prefix.size());
-  const auto next = [&rest] {
-    const std::size_t end = std::min(rest.find(','), rest.size());
-    const std::string_view word = rest.substr(0, end);
-    rest.remove_prefix(std::min(end + 1, rest.size()));
-    return word;
-  };
   using Kind = SimulatedMotion::Kind;
   constexpr std::pair<std::string_view, Kind> kinds[] = {{"press", Kind::press},
                                                          {"stroke", Kind::stroke},
@@ -291,14 +279,11 @@ SimulatedMotion simulated_motion(const std::string& description) {
                                                          {"helix", Kind::helix},
                                                          {"random", Kind::random}};
   SimulatedMotion motion;
-  const std::string_view name = next();
+  const std::string_view name = detail::next_word(rest);
   const auto* const known =
       std::find_if(std::begin(kinds), std::end(kinds), [&](const auto& kind) { return kind.first == name; });
   while (!rest.empty()) {
-    const std::string_view word = next();
-    const std::size_t equals = std::min(word.find('='), word.size());
-    const std::string_view key = word.substr(0, equals);
-    const std::string_view value = word.substr(std::min(equals + 1, word.size()));
+    const auto [key, value] = detail::key_and_value(detail::next_word(rest));
     if (key == "speed_m_per_s") {
       motion.speed_m_per_s =
           number_of(description, key, value, 0.0, 2.0, "it is a number of m/s above 0, at most 2, as in 0.1");
@@ -309,7 +294,7 @@ SimulatedMotion simulated_motion(const std::string& description) {
       motion.depth_m =
           number_of(description, key, value, -0.015, 0.15, "it is a number of metres above -0.015, at most 0.15, as in 0.05");
     } else if (key == "seed") {
-      if (!read_number(value, motion.seed) || motion.seed >= (std::uint64_t{1} << 63)) {
+      if (!detail::read_number(value, motion.seed) || motion.seed >= (std::uint64_t{1} << 63)) {
         refuse(description, "'" + std::string(value) + "' cannot be used for seed", "it is a whole number from 0 to 2^63 - 1");
       }
     } else {

@@ -135,6 +135,7 @@ std::string origin_markup(const Recorded& recorded) {
                 {"plug-ins", joined(header.plugins)},
                 {"seeds", joined(seeds)},
                 {"time step", text("%g ms", 1e3 * header.dt_s)},
+                {"device", header.device_name.empty() ? "ideal" : header.device_name},
                 {"device's limits",
                  text("%g N, %g N/m, radius %g m, encoder step %g m", header.device_max_force_n,
                       header.device_max_stiffness_n_per_m, header.device_workspace_radius_m, header.device_encoder_step_m)},

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <charconv>
 #include <chrono>
 #include <cmath>
@@ -62,6 +63,21 @@ std::string words_of(const Laid& laid) {
   return words + text;
 }
 
+/// The scene as a hand on this device feels it: no force goes beyond the device's.
+Scene within(Scene scene, const DevicePlant& plant) {
+  if (!plant.name.empty()) scene.coupling.max_force_n = std::min(scene.coupling.max_force_n, plant.limits.max_force_n);
+  return scene;
+}
+
+std::string words_of_stiffness(const Scene& scene, const DevicePlant& plant) {
+  char text[240];
+  std::snprintf(text, sizeof text,
+                "device: %s is made for up to %g N/m, the scene couples with %g N/m; --set coupling.stiffness_n_per_m=%g",
+                plant.name.substr(0, 60).c_str(), plant.limits.max_stiffness_n_per_m, scene.coupling.stiffness_n_per_m,
+                plant.limits.max_stiffness_n_per_m);
+  return text;
+}
+
 /// The guard held back some of the force in more than a hundredth of the ticks.
 bool often_limited(const Summary& summary) { return 100 * summary.guard_limited_ticks > summary.ticks; }
 std::string words_of_limit(const Summary& summary) {
@@ -112,8 +128,10 @@ PreparedRun prepare(const RunOptions& options) {
     throw LoadError("hand: none was named; give a recording or sim:press|stroke|circle|helix|random");
   }
   if (!options.out.empty()) check_out(options.out);
+  const DevicePlant plant = options.device.empty() ? DevicePlant{} : device_plant(options.device);
   std::optional<SimulatedMotion> motion;
   PreparedRun prepared;
+  prepared.device = plant.name;
   if (options.hand.starts_with("sim:")) {
     motion = simulated_motion(options.hand);
   } else {
@@ -132,7 +150,7 @@ PreparedRun prepare(const RunOptions& options) {
   const Hold hold = options.hold.value_or(motion ? Hold::relaxed : Hold::rigid);
   const bool fits = options.fit.value_or(!options.recording.center.has_value());
   if (motion || (fits && !prepared.target->knows_its_place())) {
-    prepared.reach.emplace(scene, [&](double share) {
+    prepared.reach.emplace(within(scene, plant), [&](double share) {
       if (options.progress) options.progress(reach_share * share);
     });
   }
@@ -147,7 +165,12 @@ PreparedRun prepare(const RunOptions& options) {
   }
   if (!motion && !prepared.laid && !prepared.target->knows_its_place()) prepared.remedy = "--hand-fit on";
   prepared.goes_its_own_way = !motion && hold == Hold::rigid;
-  prepared.hand = hand_device(prepared.target, hold);
+  prepared.hand = hand_device(prepared.target, hold, plant);
+  if (!plant.name.empty()) {
+    prepared.notes.push_back("The hand holds a device, " + plant.name + ": " + words_of(plant) + ".");
+    if (scene.coupling.stiffness_n_per_m > plant.limits.max_stiffness_n_per_m)
+      prepared.loaded.warnings.push_back(words_of_stiffness(scene, plant));
+  }
   const double hand_s = prepared.target->duration_s();
   prepared.duration_s = options.duration_s.value_or(std::isfinite(hand_s) ? hand_s : default_duration_s);
   return prepared;
@@ -185,6 +208,7 @@ RunResult run(const RunOptions& options, const std::atomic<bool>* stop) {
     for (const fs::path& plugin : options.plugins) header.plugins.push_back(fs::absolute(plugin).lexically_normal().string());
     header.hand_to_world = session.hand_to_world();
     header.dt_s = 1.0 / options.rate_hz;
+    header.device_name = prepared.device;
     header.device_max_force_n = limits.max_force_n;
     header.device_max_stiffness_n_per_m = limits.max_stiffness_n_per_m;
     header.device_workspace_radius_m = limits.workspace_radius_m;

@@ -23,6 +23,7 @@ struct RunOptions {
   std::filesystem::path scene;
   std::string hand;  ///< file or sim:…
   std::optional<Hold> hold;
+  std::string device;  ///< what the hand holds, as `device_plant` reads it; empty: an ideal device
   RecordingOptions recording;
   std::optional<bool> fit;  ///< lay a recording of unknown origin where it feels most; none: unless `recording.center` is given
   std::optional<double> duration_s;  ///< none: the recording's, or 10
@@ -40,6 +41,7 @@ struct RunOptions {
 /// A run that is ready to be felt: everything was loaded and fits together.
 struct PreparedRun {
   LoadedScene loaded;
+  std::string device;  ///< what it holds, as it was described; empty: an ideal device
   std::unique_ptr<SimulatedDevice> hand;
   std::shared_ptr<const Target> target;  ///< where the hand wants to be: `hand` follows it
   double duration_s = 0.0;

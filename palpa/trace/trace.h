@@ -23,6 +23,7 @@ struct TraceHeader {
   std::vector<std::string> plugins;
   Similarity hand_to_world;  ///< read back to rounding: the file holds its 4×4 matrix
   double dt_s = 1e-3;        ///< nominal; every tick has its own
+  std::string device_name;   ///< as it was described; empty: an ideal device
   double device_max_force_n = 10.0;
   double device_max_stiffness_n_per_m = 1e5;
   double device_workspace_radius_m = 0.15;

@@ -116,6 +116,7 @@ std::string header_to_toml(const TraceHeader& header) {
     out += "  " + list({number(turn.row[i].x), number(turn.row[i].y), number(turn.row[i].z), number(shift[i])}) + ",\n";
   }
   out += "  [0.0, 0.0, 0.0, 1.0],\n]\n\n[device]\n";
+  put("name", toml_string(header.device_name));
   put("max_force_n", number(header.device_max_force_n));
   put("max_stiffness_n_per_m", number(header.device_max_stiffness_n_per_m));
   put("workspace_radius_m", number(header.device_workspace_radius_m));
@@ -168,6 +169,7 @@ TraceHeader read_header(const std::filesystem::path& folder) {
   header.hand_to_world = similarity_of(root["hand_to_world"]);
   const TraceHeader usual;
   const auto device = root["device"];
+  header.device_name = device["name"].value_or(std::string());
   header.device_max_force_n = device["max_force_n"].value_or(usual.device_max_force_n);
   header.device_max_stiffness_n_per_m = device["max_stiffness_n_per_m"].value_or(usual.device_max_stiffness_n_per_m);
   header.device_workspace_radius_m = device["workspace_radius_m"].value_or(usual.device_workspace_radius_m);

@@ -181,6 +181,37 @@ TEST_F(Program, ReadsARecordedHandInEveryWayItIsHeld) {
   }
 }
 
+TEST_F(Program, FeelsWithADeviceInTheHandAndReplaysIt) {
+  write_scene("scene.toml");
+  const Ended run = palpa(
+      {"run", "scene.toml", "--hand", "sim:press", "--device", "touch,delay_ticks=1", "--duration-s", "1", "--out", "trace"});
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("touch,delay_ticks=1: at most 3.3 N and 400 N/m, encoder step 55 um"));
+  EXPECT_THAT(run.err, HasSubstr("--set coupling.stiffness_n_per_m=400"));
+  EXPECT_EQ(palpa({"replay", "trace"}).code, 0);
+  const json dry =
+      json::parse(palpa({"run", "scene.toml", "--hand", "sim:press", "--device", "omega", "--dry-run", "--json"}).out);
+  EXPECT_EQ(dry["device"], "omega");
+}
+
+// What the help says of devices is what can be given.
+TEST_F(Program, HelpNamesEveryDeviceAndEveryKeyOfIt) {
+  write_scene("scene.toml");
+  const std::string help = palpa({"run", "--help"}).out;
+  for (const char* device : {"touch", "omega", "falcon", "inverse3", "desktop"}) {
+    EXPECT_THAT(help, HasSubstr(std::string("\n  ") + device + " "));
+    const Ended dry = palpa({"run", "scene.toml", "--hand", "sim:press", "--device", device, "--dry-run"});
+    EXPECT_EQ(dry.code, 0) << dry.err;
+  }
+  for (const char* key : {"encoder_step_m", "max_force_n", "delay_ticks", "mass_kg", "damping_ns_per_m", "coulomb_friction_n",
+                          "max_stiffness_n_per_m", "workspace_radius_m"}) {
+    EXPECT_THAT(help, HasSubstr(std::string("\n  ") + key + " "));
+    const Ended dry =
+        palpa({"run", "scene.toml", "--hand", "sim:press", "--device", std::string("touch,") + key + "=?", "--dry-run"});
+    EXPECT_THAT(dry.err, HasSubstr(std::string("cannot be used for ") + key));
+  }
+}
+
 TEST_F(Program, ListsModesAndTheirParameters) {
   const Ended list = palpa({"modes"});
   EXPECT_EQ(list.code, 0);

@@ -43,7 +43,10 @@ TEST_F(BadInput, CommandLine) {
   expect_refusal({"run", "scene.toml", "--hnad", "sim:press"}, {"palpa run --help"});
   expect_refusal({"run", "scene.toml", "--hand", "sim:press", "--duratoin-s", "3"},
                  {"'--duratoin-s'", "did you mean '--duration-s'?"});
-  expect_refusal({"run", "scene.toml", "--hand", "sim:press", "--device", "touch"}, {"'--device'"});
+  expect_refusal({"run", "scene.toml", "--hand", "sim:press", "--device", "phantom"}, {"device: no preset 'phantom'", "touch"});
+  expect_refusal({"run", "scene.toml", "--hand", "sim:press", "--device", "touch,step=1"}, {"'step'", "encoder_step_m"});
+  expect_refusal({"run", "scene.toml", "--hand", "sim:press", "--device", "touch,encoder_step_m=55um"}, {"'55um'", "metres"});
+  expect_refusal({"demo", "--device", "phantom"}, {"device: no preset 'phantom'"});
   expect_refusal({"run", "scene.toml", "other.toml", "--hand", "sim:press"}, {"'other.toml'", "one argument too many"});
   expect_refusal({"run", "scene.toml", "--hand", "sim:press", "--rate-hz", "fast"}, {"--rate-hz", "fast"});
   expect_refusal({"run", "scene.toml", "--hand", "sim:press", "--rate-hz", "0"}, {"rate"});

@@ -223,6 +223,41 @@ TEST(SimulatedHand, AnUnknownPresetIsToldTheNames) {
   }
 }
 
+TEST(DevicePlant, ADescriptionChangesSingleValuesOfAPreset) {
+  const DevicePlant touch = device_plant("touch");
+  const DevicePlant changed = device_plant("touch,encoder_step_m=2e-5,delay_ticks=2,max_force_n=2,mass_kg=0.1");
+  EXPECT_EQ(changed.name, "touch,encoder_step_m=2e-5,delay_ticks=2,max_force_n=2,mass_kg=0.1");
+  EXPECT_EQ(changed.limits.encoder_step_m, 2e-5);
+  EXPECT_EQ(changed.delay_ticks, 2);
+  EXPECT_EQ(changed.limits.max_force_n, 2);
+  EXPECT_EQ(changed.mass_kg, 0.1);
+  EXPECT_EQ(changed.coulomb_friction_n, touch.coulomb_friction_n);
+  EXPECT_EQ(changed.limits.max_stiffness_n_per_m, touch.limits.max_stiffness_n_per_m);
+  EXPECT_EQ(device_plant("omega,encoder_step_m=0").limits.encoder_step_m, 0);
+  for (const DevicePlant& preset : device_presets())
+    EXPECT_EQ(device_plant(preset.name).limits.max_force_n, preset.limits.max_force_n);
+}
+
+TEST(DevicePlant, BadDescriptionsAreRefusedWithTheRightForm) {
+  const auto error = [](const std::string& text) {
+    try {
+      device_plant(text);
+    } catch (const LoadError& refused) {
+      return std::string(refused.what());
+    }
+    return std::string("(no error)");
+  };
+  EXPECT_THAT(error(""), HasSubstr("device: no preset ''; there are touch"));
+  EXPECT_THAT(error("touch,step=1"), AllOf(HasSubstr("device: unknown key 'step'; there are"), HasSubstr("encoder_step_m")));
+  EXPECT_THAT(error("touch,"), testing::StrEq("(no error)"));
+  EXPECT_THAT(error("touch,encoder_step_m"), HasSubstr("'' cannot be used for encoder_step_m; it is a number of metres"));
+  for (const char* bad :
+       {"mass_kg=-1", "mass_kg=nan", "max_force_n=0", "max_force_n=2N", "encoder_step_m=inf", "delay_ticks=1.5",
+        "delay_ticks=65", "delay_ticks=-1", "damping_ns_per_m=", "coulomb_friction_n=1e3"}) {
+    EXPECT_THAT(error(std::string("falcon,") + bad), HasSubstr("cannot be used for")) << bad;
+  }
+}
+
 // ---- the paths ----
 
 const char* const all_paths[] = {"sim:press",

@@ -60,6 +60,8 @@ keys=$(complete_words run --hand sim:press,)
 [ "$(wc -w <<<"$keys")" -ge 4 ] || fail "no completion of a hand's keys"
 for key in $keys; do "$palpa" run "$here/scene.toml" --dry-run --hand "${key}1" 2>&1 | grep 'unknown key' && fail "$key"; done
 complete_words run --hand "$here/h" | grep -qx "$here/hand.csv" || fail "no completion of recordings"
+complete_words run --device om | grep -qx omega || fail "no completion of devices"
+complete_words run --device touch,en | grep -qx touch,encoder_step_m= || fail "no completion of a device's keys"
 complete_words modes vor | grep -qx vortex_plane || fail "no completion of types of modes"
 complete_words info --set length_unit=c | grep -qx length_unit=cm || fail "no completion of how a file is read"
 complete_words run "$here/scene.toml" --set mode. | grep -qx mode.wall. || fail "no completion of a mode's name"

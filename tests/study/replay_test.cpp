@@ -51,6 +51,20 @@ TEST_F(Replay, IsTheSameForEveryKindOfHand) {
   }
 }
 
+TEST_F(Replay, IsTheSameWithADeviceInTheHand) {
+  int n = 0;
+  for (const char* device : {"touch", "omega,delay_ticks=2", "desktop,encoder_step_m=1e-4,max_force_n=0.7"}) {
+    RunOptions o = options("trace" + std::to_string(n++), 1.5);
+    o.primitives = true;
+    o.device = device;
+    o.scene_options.sets = {{"coupling.damping_ns_per_m", "1"}};
+    run(o);
+    const ReplayResult again = replay(o.out);
+    EXPECT_TRUE(again.difference.same) << device << ": " << again.difference.where;
+    EXPECT_EQ(again.difference.ticks, 1500);
+  }
+}
+
 TEST_F(Replay, IsTheSameAtRatesWhosePeriodIsNoRoundNumber) {
   int n = 0;
   for (const double rate_hz : {49.0, 333.0, 1234.5, 3000.0}) {

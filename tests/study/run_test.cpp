@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
+
 #include "study_fixture.h"
 
 namespace palpa {
@@ -51,6 +53,32 @@ TEST_F(Run, RecordsTheSeedAlsoWhereNoneWasNamed) {
   named.hand = "sim:random,seed=" + std::to_string(seeds.front());
   run(named);
   EXPECT_TRUE(compare_traces(named.out, unnamed.out).same);
+}
+
+// The device limits the force, rounds what is read of either hand, and is named where someone looks.
+TEST_F(Run, IsFeltThroughTheDeviceThatTheHandHolds) {
+  int n = 0;
+  for (const Hold hold : {Hold::rigid, Hold::relaxed}) {
+    RunOptions o = options("trace" + std::to_string(n++), 1.5);
+    o.hold = hold;
+    o.device = "touch,max_force_n=0.7,encoder_step_m=1e-4";
+    const RunResult felt = run(o);
+    const TraceReader reader(o.out);
+    EXPECT_EQ(reader.header().device_name, o.device);
+    EXPECT_EQ(reader.header().device_max_force_n, 0.7);
+    EXPECT_EQ(reader.header().device_encoder_step_m, 1e-4);
+    EXPECT_LE(felt.summary.force_max_n, 0.7 * (1 + 1e-12));
+    EXPECT_GT(felt.summary.force_max_n, 0.0);
+    EXPECT_THAT(felt.summary.notes, testing::Contains(HasSubstr(o.device)));
+    EXPECT_THAT(felt.warnings, testing::Contains(HasSubstr("is made for up to 400 N/m")));
+    for (const TraceTick& tick : reader.ticks()) {
+      const Vec3 steps = tick.frame.result.probe_m / 1e-4;
+      EXPECT_NEAR(steps.z, std::round(steps.z), 1e-6);
+    }
+  }
+  RunOptions wrong = options("", 0.1);
+  wrong.device = "phantom";
+  EXPECT_THAT(error_of(wrong), HasSubstr("device: no preset 'phantom'; there are touch"));
 }
 
 TEST_F(Run, LeavesACompleteTraceThatSaysWhatWasFelt) {

@@ -289,6 +289,7 @@ TEST_F(Trace, TheHeaderReadsBack) {
   header.plugins = {"./ridge.so"};
   header.hand_to_world = {.rotation = {{{0, 0, 1}, {1, 0, 0}, {0, 1, 0}}}, .scale = 1.6, .translation_m = {0.1, -2, 1e6}};
   header.dt_s = 1.0 / 3000.0;
+  header.device_name = "touch,max_force_n=3.3";
   header.device_max_force_n = 3.3;
   header.device_encoder_step_m = 55e-6;
   header.data_files = {{.path = "/data/head.nrrd", .bytes = 123456789012, .sha256 = "00ff"}, {.path = "b"}};
@@ -307,6 +308,7 @@ TEST_F(Trace, TheHeaderReadsBack) {
   EXPECT_NEAR(read.hand_to_world.scale, 1.6, 1e-15);
   EXPECT_NEAR(distance(read.hand_to_world.to_world({1, 2, 3}), header.hand_to_world.to_world({1, 2, 3})), 0, 1e-9);
   EXPECT_EQ(read.dt_s, header.dt_s);
+  EXPECT_EQ(read.device_name, "touch,max_force_n=3.3");
   EXPECT_EQ(read.device_max_force_n, 3.3);
   EXPECT_EQ(read.device_encoder_step_m, 55e-6);
   ASSERT_EQ(read.data_files.size(), 2u);

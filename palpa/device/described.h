@@ -1,0 +1,33 @@
+// Descriptions of the form NAME[,KEY=VALUE…], word by word.
+#pragma once
+
+#include <algorithm>
+#include <charconv>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+namespace palpa::detail {
+
+/// What stands before the first comma; takes it off `rest`, comma included.
+inline std::string_view next_word(std::string_view& rest) noexcept {
+  const std::size_t end = std::min(rest.find(','), rest.size());
+  const std::string_view word = rest.substr(0, end);
+  rest.remove_prefix(std::min(end + 1, rest.size()));
+  return word;
+}
+
+/// The two sides of the first '='; without one there is no value.
+inline std::pair<std::string_view, std::string_view> key_and_value(std::string_view word) noexcept {
+  const std::size_t equals = std::min(word.find('='), word.size());
+  return {word.substr(0, equals), word.substr(std::min(equals + 1, word.size()))};
+}
+
+/// The whole text as a number.
+template <class Number>
+bool read_number(std::string_view text, Number& value) noexcept {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc{} && end == text.data() + text.size();
+}
+
+}  // namespace palpa::detail

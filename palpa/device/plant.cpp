@@ -1,0 +1,130 @@
+#include <array>
+#include <cstdio>
+#include <string_view>
+#include <utility>
+
+#include "palpa/core/load_error.h"
+#include "palpa/device/described.h"
+#include "palpa/device/hand.h"
+
+namespace palpa {
+
+namespace {
+
+// Of each key the range that a device can be in.
+struct Key {
+  const char* name;
+  const char* right;
+  double least, most;
+  double& (*of)(DevicePlant&);
+};
+constexpr std::array keys{
+    Key{"mass_kg", "it is a number of kilograms from 0 to 10, as in 0.045", 0.0, 10.0,
+        [](DevicePlant& plant) -> double& { return plant.mass_kg; }},
+    Key{"damping_ns_per_m", "it is a number of N·s/m from 0 to 100, as in 0.1", 0.0, 100.0,
+        [](DevicePlant& plant) -> double& { return plant.damping_ns_per_m; }},
+    Key{"coulomb_friction_n", "it is a number of newtons from 0 to 100, as in 0.26", 0.0, 100.0,
+        [](DevicePlant& plant) -> double& { return plant.coulomb_friction_n; }},
+    Key{"max_force_n", "it is a number of newtons from 0.001 to 100, as in 3.3", 1e-3, 100.0,
+        [](DevicePlant& plant) -> double& { return plant.limits.max_force_n; }},
+    Key{"max_stiffness_n_per_m", "it is a number of N/m from 1 to 100000, as in 400", 1.0, 1e5,
+        [](DevicePlant& plant) -> double& { return plant.limits.max_stiffness_n_per_m; }},
+    Key{"workspace_radius_m", "it is a number of metres from 0.001 to 10, as in 0.075", 1e-3, 10.0,
+        [](DevicePlant& plant) -> double& { return plant.limits.workspace_radius_m; }},
+    Key{"encoder_step_m", "it is a number of metres from 0 to 0.01, as in 55e-6", 0.0, 0.01,
+        [](DevicePlant& plant) -> double& { return plant.limits.encoder_step_m; }},
+};
+constexpr std::string_view delay_key = "delay_ticks";
+
+std::string known_keys() {
+  std::string names;
+  for (const Key& key : keys) names += std::string(key.name) + ", ";
+  return names + std::string(delay_key);
+}
+
+[[noreturn]] void refuse(const std::string& what, const std::string& right) {
+  throw LoadError("device: " + what + "; " + right);
+}
+
+void change(DevicePlant& plant, std::string_view name, std::string_view value) {
+  const auto refuse_value = [&](const std::string& right) {
+    refuse("'" + std::string(value) + "' cannot be used for " + std::string(name), right);
+  };
+  if (name == delay_key) {
+    int ticks = 0;
+    if (!detail::read_number(value, ticks) || ticks < 0 || ticks > DevicePlant::longest_delay_ticks)
+      refuse_value("it is a whole number from 0 to " + std::to_string(DevicePlant::longest_delay_ticks));
+    plant.delay_ticks = ticks;
+    return;
+  }
+  for (const Key& key : keys) {
+    if (name != key.name) continue;
+    double number = 0.0;
+    if (!detail::read_number(value, number) || !(number >= key.least && number <= key.most)) refuse_value(key.right);
+    key.of(plant) = number;
+    return;
+  }
+  refuse("unknown key '" + std::string(name) + "'", "there are " + known_keys());
+}
+
+}  // namespace
+
+std::span<const DevicePlant> device_presets() {
+  static const DevicePlant presets[] = {
+      {.name = "touch",
+       .mass_kg = 0.045,
+       .damping_ns_per_m = 0.005,
+       .coulomb_friction_n = 0.26,
+       .limits = {.max_force_n = 3.3, .max_stiffness_n_per_m = 400, .workspace_radius_m = 0.075, .encoder_step_m = 55e-6}},
+      {.name = "omega",
+       .mass_kg = 0.2,
+       .damping_ns_per_m = 0.1,
+       .coulomb_friction_n = 0.1,
+       .limits = {.max_force_n = 12, .max_stiffness_n_per_m = 5000, .workspace_radius_m = 0.075, .encoder_step_m = 10e-6}},
+      {.name = "falcon",
+       .mass_kg = 0.2,
+       .damping_ns_per_m = 0.5,
+       .coulomb_friction_n = 0.3,
+       .limits = {.max_force_n = 8, .max_stiffness_n_per_m = 3000, .workspace_radius_m = 0.04, .encoder_step_m = 60e-6}},
+      {.name = "inverse3",
+       .mass_kg = 0.2,
+       .damping_ns_per_m = 0.1,
+       .coulomb_friction_n = 0.2,
+       .limits = {.max_force_n = 10, .max_stiffness_n_per_m = 2000, .workspace_radius_m = 0.1, .encoder_step_m = 10e-6}},
+      {.name = "desktop",
+       .mass_kg = 0.045,
+       .damping_ns_per_m = 0.02,
+       .coulomb_friction_n = 0.06,
+       .limits = {.max_force_n = 7.9, .max_stiffness_n_per_m = 1000, .workspace_radius_m = 0.1, .encoder_step_m = 23e-6}},
+  };
+  return presets;
+}
+
+DevicePlant device_plant(const std::string& description) {
+  std::string_view rest = description;
+  const std::string_view name = detail::next_word(rest);
+  std::string names;
+  for (const DevicePlant& preset : device_presets()) {
+    names += (names.empty() ? "" : ", ") + preset.name;
+    if (preset.name != name) continue;
+    DevicePlant plant = preset;
+    plant.name = description;
+    while (!rest.empty()) {
+      const auto [key, value] = detail::key_and_value(detail::next_word(rest));
+      change(plant, key, value);
+    }
+    return plant;
+  }
+  refuse("no preset '" + std::string(name) + "'", "there are " + names);
+}
+
+std::string words_of(const DevicePlant& plant) {
+  char words[320];
+  std::snprintf(words, sizeof words,
+                "at most %g N and %g N/m, encoder step %g um, %g kg, %g N·s/m, friction %g N, delay %d tick%s",
+                plant.limits.max_force_n, plant.limits.max_stiffness_n_per_m, 1e6 * plant.limits.encoder_step_m, plant.mass_kg,
+                plant.damping_ns_per_m, plant.coulomb_friction_n, plant.delay_ticks, plant.delay_ticks == 1 ? "" : "s");
+  return words;
+}
+
+}  // namespace palpa
