@@ -75,11 +75,20 @@ class Samples::Plan {
   std::vector<Lattice> lattices_;
 };
 
+namespace {
+// Of a grid's largest value over its spacing: what the sum over a stencil's voxels can be off. Where voxels are equal a
+// spline's gradient is nothing else, and its direction is no direction.
+constexpr double slope_rounding = 64.0 * std::numeric_limits<double>::epsilon();
+}  // namespace
+
 Samples::Samples(std::span<const FieldPtr> fields, const Similarity& map)
     : fields_(fields), map_(map), scalars_(fields.size()), plan_(new Plan(fields)) {
   for (const FieldPtr& field : fields) {
     ranges_.push_back(field->components() == 1 ? field->extents().front() : Extent{});
     spacings_m_.push_back(map_.length_to_hand(field->spacing_m()));
+    const double largest = std::max(std::abs(ranges_.back().min), std::abs(ranges_.back().max));
+    const bool is_grid = dynamic_cast<const detail::GridBase*>(field.get()) && std::isfinite(largest);
+    least_slopes_.push_back(is_grid ? slope_rounding * largest / spacings_m_.back() : 0.0);
     any_timed_ = any_timed_ || timed(*field);
   }
 }
@@ -112,6 +121,7 @@ void Samples::set_time(DataTime at, DataTime came_from) noexcept {
 const ScalarSample& Samples::take_scalar(std::size_t field, std::size_t place) noexcept {
   ScalarSample sample = scalar_in_world((*plan_)[static_cast<std::int32_t>(field)], place);
   sample.gradient = map_.gradient_to_hand(sample.gradient);
+  if (largest_component(sample.gradient) <= least_slopes_[field]) sample.gradient = {};
   return scalars_[field].keep(place, places_[place].visit, is_finite(sample.gradient) ? sample : ScalarSample{});
 }
 

@@ -115,6 +115,7 @@ class Samples {
   std::uint64_t asked_ = 0;
   std::vector<Memory<ScalarSample>> scalars_;  // by field
   std::vector<double> spacings_m_;             // [hand m]
+  std::vector<double> least_slopes_;           // [unit per hand metre] what is not steeper is flat, but for rounding
   std::vector<Extent> ranges_;
   class Plan;
   std::shared_ptr<Plan> plan_;

@@ -509,5 +509,31 @@ TEST(Energy, AClosedLoopWithEnoughDampingNeverGains) {
   }
 }
 
+// Where voxels are equal a spline through them is so but for its rounding, and that is no level to be held on.
+TEST(FlatData, DoNotHoldTheProxyForEver) {
+  const GridGeometry geometry{{32, 32, 32}, 1e-3 * Mat3::identity(), {-0.016, -0.016, -0.016}};
+  for (const Filter filter : {Filter::trilinear, Filter::smooth, Filter::cubic}) {
+    for (const double base : {40.0, -1000.1, 1e5 / 3.0}) {
+      auto voxels = std::make_shared<std::vector<float>>(32 * 32 * 32, static_cast<float>(base));
+      for (std::size_t i = 0; i < 64; ++i) (*voxels)[i] += 500.0f;  // far from the hand, so that there is a range
+      const FieldPtr flat = grid_field(geometry, {VoxelType::float32, 1, std::shared_ptr<const void>(voxels, voxels->data())});
+      Volume volume;
+      volume.fields.push_back({"signal", "", flat});
+      Scene scene({.stiffness_n_per_m = 1200.0, .damping_ns_per_m = 0.0});
+      const FieldRef field = scene.add("flat", volume, {}, filter);
+      scene.add("material", SurfaceAndFriction{.field = field, .strength_n = Strength{0.4}, .friction_coefficient = 0.2});
+      scene.workspace.scale = 1.0;
+      scene.workspace.center_m = Vec3{};
+      Session session(scene);
+      test::Random random(3);
+      const test::Wander hand(random, 0.01);
+      int waiting = 0;
+      for (int i = 0; i < 3000; ++i)
+        waiting += session.tick({.position_m = hand.at(1e-3 * i)}, 1e-3).status == TickStatus::waiting;
+      EXPECT_EQ(waiting, 0) << static_cast<int>(filter) << ", " << base;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace palpa
