@@ -151,6 +151,9 @@ class Coherence final : public OfSample {
         (1.0 / root) * transposed_times(mean.jacobian, mean.value / length) - (0.5 * share / square.value) * square.gradient;
     return is_finite(gradient) ? ScalarSample{std::min(share, 1.0), gradient, true} : ScalarSample{.inside = true};
   }
+  double depth_m(const Vec3& world_m) const noexcept override {
+    return std::min(of_->depth_m(world_m), mean_square_->depth_m(world_m));
+  }
   std::vector<Extent> extents() const override { return {{0.0, 1.0}}; }
 
  private:

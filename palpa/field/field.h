@@ -106,7 +106,10 @@ class Field {
   /// A box [m] outside which the field has no data. Formulas state the box they are meant for.
   virtual Box bounds_m() const noexcept = 0;
   /// How deep [m] a position lies within the data: distance to the nearest face of the grid (or of the
-  /// formula's box); zero or less outside. Finite whatever the position. Strengths fade with it.
+  /// formula's box), or, where that is less, a distance to the nearest cell of a grid that cannot be sampled because
+  /// of voxels that are not finite: the true one or less, down to 1/√3 of it (less on sheared grids). Zero or less outside,
+  /// zero where voxels are missing; changes by no more than the position moves. Finite whatever the position. Strengths
+  /// fade with it.
   virtual double depth_m(const Vec3& world_m) const noexcept = 0;
   /// Range of each component over the finite samples of a grid; of a formula, or of vectors turned by a
   /// pose, a range that holds all its values. 0 to 0 where no sample is finite. Allocates.

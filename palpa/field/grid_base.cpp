@@ -153,6 +153,10 @@ GridBase::GridBase(const GridGeometry& geometry, Voxels voxels, double scale, do
   if (coefficients_ != view_.voxels.data) {
     bricks_ = std::make_shared<const Bricks>(geometry, Voxels{view_.voxels.type, components(), coefficients_});
   }
+  if (!bricks_->whole(0)) {
+    const Voxels values{view_.voxels.type, components(), coefficients_};
+    holes_ = Holes(geometry, values, world_to_steps_, filter == Filter::trilinear ? 1 : 2);
+  }
 }
 
 void GridBase::find_place() {
@@ -386,7 +390,9 @@ double GridBase::depth_at(const Vec3& steps) const noexcept {
   return std::isfinite(depth) ? depth : 0.0;
 }
 
-double GridBase::depth_m(const Vec3& world_m) const noexcept { return depth_at(steps_of(world_m)); }
+double GridBase::depth_m(const Vec3& world_m) const noexcept {
+  return holes_.empty() ? depth_at(steps_of(world_m)) : depth_in(place_of(world_m));
+}
 
 double GridBase::local_spacing_m(const Vec3& world_m) const noexcept {
   if (!is_rectilinear_) return spacing_m_;
@@ -431,7 +437,7 @@ double GridBase::steepest(const std::int64_t (&low)[3], const std::int64_t (&hig
 // An index derivative of either interpolant is a mean of differences of neighbouring voxels, so none is more than the largest
 // in the bricks that the ball reaches; and a value moves by no more than that times the indices passed, added up over the axes.
 Certificate GridBase::certificate_in(const Place& place, int component, int count) const noexcept {
-  const double depth = depth_in(place), hair_m = 2.0 * face_tolerance_voxels * spacing_m_;
+  const double depth = depth_at(place.steps), hair_m = 2.0 * face_tolerance_voxels * spacing_m_;
   if (!bricks_ || view_.signless) return {};  // an axis, of which dyads are interpolated, may turn at once
   if (!place.inside) return {std::max(0.0, -depth - hair_m)};
   Certificate c{std::min(is_rectilinear_ ? cell_spacing_m(place.cells) : spacing_m_, depth - hair_m)};

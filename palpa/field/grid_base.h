@@ -13,6 +13,7 @@
 
 #include "palpa/field/bricks.h"
 #include "palpa/field/grid.h"
+#include "palpa/field/holes.h"
 #include "palpa/field/spline.h"
 
 namespace palpa::detail {
@@ -114,7 +115,16 @@ class GridBase : public Field {
   virtual VectorSample vector_in(Place&) const noexcept { return {}; }
   virtual ScalarSample scalar_in(Place& place, Mat3& hessian) const noexcept { return hessian = {}, scalar_in(place); }
   virtual bool has_curvature() const noexcept { return false; }
-  double depth_in(const Place& place) const noexcept { return depth_at(place.steps); }
+  /// Of the box and of what is finite in it.
+  double depth_in(const Place& place) const noexcept {
+    const double of_box_m = depth_at(place.steps);
+    if (holes_.empty() || !place.inside) return of_box_m;
+    const std::int64_t first[3] = {place.cells[0].first, place.cells[1].first, place.cells[2].first};
+    const double f[3] = {place.cells[0].f, place.cells[1].f, place.cells[2].f};
+    return std::min(of_box_m, holes_.depth_m(first, f));
+  }
+  /// Some values are not finite: the depth is that of this grid alone, not of its geometry.
+  bool has_holes() const noexcept { return !holes_.empty(); }
   /// Of so many components from one on, for the length of their change together.
   Certificate certificate_in(const Place& place, int component, int count) const noexcept;
 
@@ -196,7 +206,7 @@ class GridBase : public Field {
     return std::min({plane_distance_m_[0] / cells[0].per_step, plane_distance_m_[1] / cells[1].per_step,
                      plane_distance_m_[2] / cells[2].per_step});
   }
-  double depth_at(const Vec3& steps) const noexcept;
+  double depth_at(const Vec3& steps) const noexcept;  ///< [m] within the box
   void find_place();
   void find_steepest();
   void find_extents(const VoxelFacts& facts);
@@ -226,6 +236,7 @@ class GridBase : public Field {
   bool is_finite_on(int component, const Passage& cell) const noexcept;
 
   std::vector<Extent> extents_;
+  Holes holes_;
   std::shared_ptr<const Bricks> bricks_;  ///< of a field whose voxels have all been read
   std::vector<double> finest_in_[3];      ///< [1] the most indices per step in each brick along a rectilinear axis
   double steepest_per_m_ = 0.0;           ///< `steepest` of a grid without such axes

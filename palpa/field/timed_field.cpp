@@ -146,7 +146,11 @@ class Series final : public TimedField {
     if (!scalar_at(world_m, at).inside) return {};
     return blend(a, view_.frames[t.b]->hessian(world_m), t.u);
   }
-  double depth_at(const Vec3& world_m, DataTime) const noexcept override { return first().depth_m(world_m); }
+  double depth_at(const Vec3& world_m, DataTime at) const noexcept override {
+    const Between t = between(at);
+    const double a = view_.frames[t.a]->depth_m(world_m);
+    return t.u == 0.0 ? a : std::min(a, view_.frames[t.b]->depth_m(world_m));
+  }
 
   Stretch stretch_at(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet,
                      DataTime at) const noexcept override {

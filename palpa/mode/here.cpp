@@ -205,14 +205,14 @@ const Extent& Samples::range(std::int32_t field) const noexcept {
 
 double Samples::depth_m(std::int32_t field, const Vec3& hand_m) noexcept {
   if (!is_field(field)) return 0.0;
-  Slot& slot = (*plan_)[field];
+  // What is taken of a vector lies as deep in the data as that. Grids of one geometry do, but for holes.
+  Slot& slot = (*plan_)[(*plan_)[field].of >= 0 ? (*plan_)[field].of : field];
   const std::size_t place = place_at(hand_m);
   const std::uint64_t visit = places_[place].visit;
-  Memory<double>& known = slot.lattice >= 0 ? plan_->lattice_of(slot).depth_m : slot.depth_m;
+  Memory<double>& known = slot.grid && !slot.grid->has_holes() ? plan_->lattice_of(slot).depth_m : slot.depth_m;
   if (known.knows(place, visit)) return known.samples[place];
   const Vec3& world_m = places_[place].world_m;
-  const double depth = slot.lattice >= 0
-                           ? plan_->lattice_of(slot).grid->depth_in(plan_->lattice_of(slot).at(place, places_[place]))
+  const double depth = slot.grid    ? slot.grid->depth_in(plan_->lattice_of(slot).at(place, places_[place]))
                        : slot.timed ? slot.timed->depth_at(world_m, at_)
                                     : slot.field->depth_m(world_m);
   return known.keep(place, visit, map_.length_to_hand(depth));
