@@ -251,6 +251,7 @@ double Here::depth_m() const noexcept {
 double Here::limited_n(double strength_n) const noexcept {
   if (!(strength_n > 0.0)) return strength_n;
   const double depth = depth_m();
+  is_faded_ = is_faded_ || !(0.5 * stiffness_n_per_m * depth >= strength_n);
   if (!(depth > 0.0)) return 0.0;
   return std::min(strength_n * mask(), 0.5 * stiffness_n_per_m * depth);
 }

@@ -165,6 +165,9 @@ class Here {
   /// `world`, a vector along the axes of the world in its own unit, as a scene gives it, turned into the hand frame.
   Vec3 turned_to_hand(const Vec3& world) const noexcept { return samples_->hand_to_world().turned_to_hand(world); }
 
+  /// For the tick: a strength that was asked for is less than it would be deeper in the data.
+  bool is_faded() const noexcept { return is_faded_; }
+
   /// For the tick: the shared samples, and the masks and fields of the mode that looks at the data at `seen_m` [m].
   Here(Samples& samples, const Vec3& seen_m, std::span<const Mask> masks, std::span<const std::int32_t> fields) noexcept
       : at_m(seen_m), samples_(&samples), masks_(masks), fields_(fields) {}
@@ -177,6 +180,7 @@ class Here {
   Samples* samples_;
   std::span<const Mask> masks_;
   std::span<const std::int32_t> fields_;
+  mutable bool is_faded_ = false;
 };
 
 }  // namespace palpa

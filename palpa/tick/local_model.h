@@ -29,7 +29,8 @@ struct LevelContact {
   std::size_t facets = 1;  ///< rows
   std::int32_t line = -1;  ///< row of the line that is friction on it; -1: none
   bool solid_is_high = true;
-  bool bounds = true;  ///< the proxy is to stay out of it; false where its mode fades, which is not where the proxy is yet
+  bool bounds = true;     ///< the proxy is to stay out of it; false where its mode fades, which is not where the proxy is yet
+  bool can_break = true;  ///< gives way by breaking; false where it does so because data end nearby
   PrimitiveState state = PrimitiveState::stick;  ///< in the last balance
   Vec3 pressed{};                                ///< [1] direction of its force there; zero: none
   Primitive own{};                               ///< its plane as the mode placed it
@@ -55,8 +56,8 @@ class LocalModel {
   /// A move begins: no facets are known.
   void begin_move(const StepContext& context, double spacing_m) noexcept;
   /// Lets the modes place primitives, looking at the data at `middle_m` [m]; what stands on a level looks at `level_m` [m].
-  /// Facets that were learnt in this move stay. `moved_n` [N]: see HeldForces. Returns the mode whose directed force had to be
-  /// held back, or -1.
+  /// Facets that were learnt in this move stay. `moved_n` [N]: see HeldForces. Returns the mode that had to be held back, or
+  /// -1.
   std::int32_t place(const StepContext& context, const Vec3& middle_m, const Vec3& level_m, double moved_n) noexcept;
   /// Sees the levels as they are where the move is thought to end, at `end_m` [m], instead of where the proxy is: then the next
   /// move would not lead on. Not where they turn fast, or would shut the witness out by more than `shallow`.

@@ -77,6 +77,8 @@ class ModeRuntime {
   double furthest_carried_m() const noexcept { return furthest_carried_m_; }
   /// A mode's strengths are less than they will be, because its level has jumped.
   bool fades(std::size_t m) const noexcept { return live_[m].fade.share() < 1.0; }
+  /// What is too weak lets the proxy through, but is not broken: its level has jumped, or data end nearby.
+  bool only_yields(std::size_t m) const noexcept { return fades(m) || live_[m].at_edge; }
   /// The furthest that the data of a mode would carry a position [m] between two moments [m].
   double motion_m(const Vec3& at_m, DataTime from, DataTime to) const noexcept;
   /// Tells a search how far data have gone since the sub-step began at `start_m` [m], and where levels have jumped.
@@ -99,8 +101,8 @@ class ModeRuntime {
         const PrimitiveId id = placed[i].id;
         if (id.mode != m || (i > 0 && placed[i - 1].id == id)) continue;
         PrimitiveState told = state(i);
-        // A level that is weak only because it has jumped does not let go.
-        if (fades(m) && placed.captured(i).any() && told == PrimitiveState::slip) told = PrimitiveState::stick;
+        // A level that is weak only because of that does not let go.
+        if (only_yields(m) && placed.captured(i).any() && told == PrimitiveState::slip) told = PrimitiveState::stick;
         slots_.push_back({id.slot, told, placed.captured(i)});
       }
       const Here here = here_at(m, context, proxy_m, seen_by(m, proxy_m, context.data_fraction));
@@ -114,8 +116,7 @@ class ModeRuntime {
 
   /// The finest sample spacing of any enabled mode's data [hand m]; infinity without any.
   double finest_m() const noexcept { return finest_m_; }
-  /// The finest sample spacing at `from_m` [hand m] of the modes whose data the way to `to_m` [m] can meet; infinity where
-  /// there are none.
+  /// The finest sample spacing at `from_m` [hand m] of the modes whose data the way to `to_m` [m] can meet, or infinity.
   double finest_m(const Vec3& from_m, const Vec3& to_m) const noexcept;
 
  private:
@@ -130,7 +131,8 @@ class ModeRuntime {
   struct Live {
     Vec3 origin_m;  // of the step
     JumpFade fade;
-    bool stands = false;  // on a level, when it placed its primitives last
+    bool stands = false;   // on a level, when it placed its primitives last
+    bool at_edge = false;  // strengths were less for it
   };
   using MemoryUnit = std::max_align_t;
 

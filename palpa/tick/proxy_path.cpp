@@ -301,8 +301,7 @@ bool ProxyPath::end_is_free(const ProbeSegment& segment, const StepContext& cont
     const Vec3 end = move.end_from(start);
     attend(end, flies);
     find_event(start, end);
-    // Where the balance is all but reached, what sets in is placed in the next sub-step anyway; to stop would only divide the
-    // rest of the time without end.
+    // Where the balance is all but reached, what sets in is placed in the next sub-step; a stop would only divide the time.
     const double left_m = (1.0 - event_.share) * (distance(end, start) + modes_.furthest_carried_m());
     if (event_.kind != Event::Kind::none && left_m > rest * spacing_m_) {
       move.fraction *= event_.share;

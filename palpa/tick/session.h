@@ -138,8 +138,7 @@ class Session {
   std::span<const PlacedPrimitive> placed() const noexcept;
   std::span<const SessionEvent> events() const noexcept;
 
-  /// Sub-steps per tick are capped at this; at the cap the rest of the probe's path is queued. `refine_path`
-  /// multiplies it.
+  /// Sub-steps per tick are capped at this; the rest of the probe's path is queued. `refine_path` multiplies it.
   static constexpr int max_sub_steps = 32;
 
  private:
