@@ -6,6 +6,7 @@
 
 #include "app/info_numbers.h"
 #include "app/info_text.h"
+#include "palpa/field/filter.h"
 #include "palpa/field/thin_parts.h"
 #include "palpa/volume/protocol.h"
 
@@ -136,6 +137,12 @@ void print_fields(const Facts& facts) {
     const std::string type = std::string(name_of(grid_of(*field.field)->voxels.type)) + (extents.size() == 3 ? "×3" : "");
     fmt::print("  {:<{}}  {:<8}  {:<9}  {:<26}  {}\n", field.name, width, field.unit.empty() ? "–" : field.unit, type,
                text_of(extents, &Extent::min), text_of(extents, &Extent::max));
+  }
+  fmt::print("\n");
+  for (const VolumeField& field : fields) {
+    const FilterChoice felt = default_filter(*grid_of(*field.field));
+    fmt::print("  {:<{}}  felt through the {} filter: {}{}\n", field.name, width, name_of(felt.filter), felt.why,
+               felt.roughness ? fmt::format(" (roughness {:.2g})", *felt.roughness) : "");
   }
   fmt::print("\n");
   for (std::size_t f = 0; f < fields.size(); ++f) {

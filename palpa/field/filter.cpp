@@ -1,11 +1,17 @@
 #include "palpa/field/filter.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "palpa/field/axis_grid.h"
+#include "palpa/field/grid_base.h"
+#include "palpa/field/halton.h"
 #include "palpa/field/smooth_grid.h"
 #include "palpa/field/timed_field.h"
 
@@ -50,9 +56,65 @@ FieldPtr changed(const VolumeField& field, Change change) {
 
 }  // namespace
 
-Filter default_filter(VoxelType type) noexcept {
-  const bool fractions = type == VoxelType::float32 || type == VoxelType::float64;
-  return fractions ? Filter::trilinear : Filter::smooth;
+namespace {
+constexpr std::int64_t roughness_reach = 2;  // voxels to either side of a fourth difference
+}  // namespace
+
+double roughness(const GridView& grid) noexcept {
+  constexpr std::int64_t places = 8192, reach = roughness_reach;
+  const auto& dims = grid.geometry.dims;
+  const std::int64_t components = grid.voxels.components;
+  const std::int64_t stride[3] = {components, components * dims[0], components * dims[0] * dims[1]};
+  double roughest = 0.0;
+  detail::with_values_of(grid.voxels, [&]<class T>(const T* values) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (dims[a] < 2 * reach + 1) continue;
+      double second = 0.0, fourth = 0.0, largest = 0.0;
+      int used = 0;
+      for (std::int64_t n = 1; n <= std::min(places, grid.geometry.voxels()); ++n) {
+        std::int64_t first = 0;
+        for (std::size_t b = 0; b < 3; ++b) {
+          const double share = detail::radical_inverse(static_cast<int>(n), b == 0 ? 2 : b == 1 ? 3 : 5);
+          const std::int64_t begin = b == a ? reach : 0, count = dims[b] - 2 * begin;
+          first +=
+              stride[b] * std::min(begin + static_cast<std::int64_t>(share * static_cast<double>(count)), begin + count - 1);
+        }
+        for (std::int64_t c = 0; c < components; ++c) {
+          const T* v = values + first + c;
+          const auto at = [&](std::int64_t m) { return static_cast<double>(v[m * stride[a]]); };
+          const double two = at(-1) - 2.0 * at(0) + at(1);
+          const double four = at(-2) - 4.0 * at(-1) + 6.0 * at(0) - 4.0 * at(1) + at(2);
+          if (!std::isfinite(two * two + four * four)) continue;
+          second += two * two;
+          fourth += four * four;
+          largest = std::max(largest, std::abs(at(0)));
+          ++used;
+        }
+      }
+      const double rounding =
+          16.0 * largest * std::numeric_limits<std::conditional_t<std::is_integral_v<T>, double, T>>::epsilon();
+      if (fourth > used * rounding * rounding) roughest = std::max(roughest, fourth / second);
+    }
+  });
+  return roughest;
+}
+
+FilterChoice default_filter(const GridView& grid) noexcept {
+  const VoxelType type = grid.voxels.type;
+  const auto& dims = grid.geometry.dims;
+  if (type != VoxelType::float32 && type != VoxelType::float64) return {Filter::smooth, "evens out the steps of whole numbers"};
+  if (grid.voxels.components == 3) return {Filter::trilinear, "directions are values, which do not jump between voxels"};
+  if (grid.geometry.is_rectilinear())
+    return {Filter::trilinear, "planes lie at uneven distances, between which a spline would bend what is straight"};
+  if (std::max({dims[0], dims[1], dims[2]}) < 2 * roughness_reach + 1)
+    return {Filter::trilinear, "there are too few voxels to tell what lies between them"};
+  constexpr double rough = 1.0;
+  constexpr std::int64_t most_voxels = std::int64_t{1} << 27;
+  const double found = roughness(grid);
+  if (found >= rough) return {Filter::smooth, "evens out noise, and edges too sharp for the voxels", found};
+  if (grid.geometry.voxels() > most_voxels)
+    return {Filter::smooth, "has no facets, and needs no second copy of so many voxels", found};
+  return {Filter::cubic, "meets the voxels, which are smooth, and has no facets", found};
 }
 
 const GridView* grid_below(const Field& field) noexcept {
@@ -74,7 +136,7 @@ Volume filtered(Volume volume, std::optional<Filter> filter) {
     const GridView* grid = filter ? nullptr : grid_below(*field.field);
     if (!filter && !(grid && grid->filter == Filter::trilinear)) continue;
     field.field =
-        changed(field, [&](const FieldPtr& f) { return filtered(f, filter ? *filter : default_filter(grid->voxels.type)); });
+        changed(field, [&](const FieldPtr& f) { return filtered(f, filter ? *filter : default_filter(*grid).filter); });
   }
   return volume;
 }

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "palpa/core/load_error.h"
+#include "palpa/field/filter.h"
 #include "palpa/field/labels.h"
 #include "palpa/field/thin_parts.h"
 #include "palpa/scene/field_name.h"
@@ -112,19 +113,32 @@ Names names_of(const Volume& volume, const VolumeRequest& request, std::size_t f
   return names;
 }
 
-/// What lies between the voxels of a scan: of whole numbers a spline, which tells what that costs.
+/// What lies between the voxels of a scan, and what that costs.
 std::string filter_line(const Field& field, const std::vector<detail::FirstLevel>& levels, bool solid_is_high) {
   const GridView* grid = grid_behind(field);
-  if (!grid || grid->voxels.type == VoxelType::float32 || grid->voxels.type == VoxelType::float64) return {};
+  if (!grid) return {};
+  const FilterChoice felt = default_filter(*grid);
+  if (felt.filter != Filter::smooth) return line("filter = \"" + std::string(name_of(felt.filter)) + "\"", felt.why);
   double lost = 0.0;
   for (const detail::FirstLevel& level : levels) {
     const ThinParts parts = thin_parts(field, level.value, solid_is_high ? SolidSide::high : SolidSide::low);
     lost = std::max(lost, parts.thin_share() * parts.lost_share());
   }
   return line("filter = \"smooth\"",
-              "evens out the steps of whole numbers, and loses " +
+              felt.why + std::string("; loses ") +
                   (lost < 1e-3 ? std::string("next to nothing") : percent(lost) + " of what is solid, thinner than 2 voxels") +
-                  "; \"trilinear\" keeps all, steps too");
+                  "; \"trilinear\" keeps all, with facets");
+}
+
+/// Of a flow whose numbers are fractions: what masks read is not to be smeared over its edge.
+std::string flow_filter_line(const Volume& volume) {
+  const bool any_scalar = std::ranges::any_of(volume.fields, [](const VolumeField& f) { return f.field->components() == 1; });
+  const auto of_fractions = [](const VolumeField& f) {
+    const GridView* grid = grid_behind(*f.field);
+    return grid && (grid->voxels.type == VoxelType::float32 || grid->voxels.type == VoxelType::float64);
+  };
+  if (!any_scalar || !std::ranges::all_of(volume.fields, of_fractions)) return {};
+  return line("filter = \"trilinear\"", "rails follow directions, which do not jump between voxels; masks keep their edges");
 }
 
 std::string volume_table(const Volume& volume, const VolumeRequest& request, const Names& names) {
@@ -481,6 +495,7 @@ std::string first_scene(const Volume& volume, const VolumeRequest& request) {
             : flow.vortices ? "A first touch: a flow as rails, thick where it flows, its vortices as rails along their cores"
                             : "A first touch: a flow as rails, thick where it flows";
     modes = flow_modes(volume, names, values, flow);
+    filter = flow_filter_line(volume);
     object = flow.object;
     if (flow.vortices) close = {flow.vortices->core_m, 0.0, "the strongest vortex"};
   } else if (const LabelMap map = scan_of_labels(field, values[*number], volume.fields[*number].unit); !map.labels.empty()) {

@@ -344,7 +344,7 @@ const Keys& volume_keys() {
         {"filter",
          KeyKind::text,
          {},
-         "smooth for whole numbers, trilinear for others",
+         "smooth for whole numbers and rough scalars, cubic for smooth ones, trilinear for vectors",
          "what lies between the voxels: straight lines, a cubic spline that smooths (whole numbers lose their steps), or "
          "one that meets the voxels (not of whole numbers)",
          {},

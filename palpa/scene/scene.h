@@ -99,7 +99,7 @@ class Scene {
   std::optional<Vec3> view_from;  ///< [1] direction of the world from which pictures look; none: chosen for what was felt
 
   /// Adds a volume, moved by `pose`; returns the name of its first field. The name is a plain word and
-  /// not taken. Its grids are felt through `filter`; without one, trilinear grids of whole numbers become smooth and
+  /// not taken. Its grids are felt through `filter`; without one, trilinear grids get the default of their voxels and
   /// all else stays (`filtered`, filter.h).
   FieldRef add(std::string name, Volume volume, const Similarity& pose = {}, std::optional<Filter> filter = {});
   /// Adds a volume that moves from pose to pose.

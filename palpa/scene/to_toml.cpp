@@ -73,7 +73,7 @@ std::string volume_body(const SceneVolume& volume) {
   for (const VolumeField& field : volume.volume.fields) {
     const GridView* grid = grid_below(*field.field);
     if (!grid) continue;
-    if (grid->filter != default_filter(grid->voxels.type)) filter = line("filter", toml_string(name_of(grid->filter)));
+    if (grid->filter != default_filter(*grid).filter) filter = line("filter", toml_string(name_of(grid->filter)));
     if (grid->signless) sign = line("sign", toml_string("none"));
   }
   body += filter + sign;

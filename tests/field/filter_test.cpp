@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
+#include <numbers>
 
 #include "palpa/field/analytic.h"
 #include "palpa/field/derived.h"
@@ -220,7 +222,7 @@ TEST(Filtered, goes_into_the_frames_of_a_series_that_moves) {
   EXPECT_EQ(grid_below(*found)->filter, Filter::smooth);
 }
 
-TEST(Filtered, by_default_whole_numbers_are_smooth_and_all_else_stays) {
+TEST(Filtered, by_default_whole_numbers_are_smooth_and_what_is_too_small_to_tell_stays) {
   const GridGeometry g{{3, 3, 3}, Mat3::identity(), {}};
   const auto filter_of = [&](auto value) {
     Volume volume;
@@ -238,6 +240,70 @@ TEST(Filtered, by_default_whole_numbers_are_smooth_and_all_else_stays) {
   kept.fields.push_back({"smooth", "", smooth_grid_field(g, voxels_of(std::vector<float>(27, 1.0F)))});
   const Volume same = filtered(kept);
   for (std::size_t f = 0; f < kept.fields.size(); ++f) EXPECT_EQ(same.fields[f].field, kept.fields[f].field);
+}
+
+/// A wave of so many voxels along each axis, with noise as a share of it.
+GridView wave_of(double length_voxels, double noise, std::int64_t n = 32) {
+  std::mt19937 random(9);
+  std::vector<float> values;
+  for (std::int64_t v = 0; v < n * n * n; ++v) {
+    const auto phase = [&](std::int64_t at) { return 2.0 * std::numbers::pi * static_cast<double>(at) / length_voxels; };
+    const double wave = std::sin(phase(v % n)) + std::sin(phase(v / n % n)) + std::sin(phase(v / n / n));
+    double normal = 0.0;
+    for (int i = 0; i < 12; ++i) normal += uniform(random, -0.5, 0.5);
+    values.push_back(static_cast<float>(100.0 + wave + noise * normal));
+  }
+  return *grid_behind(*grid_field({{n, n, n}, 0.001 * Mat3::identity(), {}}, voxels_of(values)));
+}
+
+TEST(DefaultFilter, roughness_is_that_of_waves_and_of_noise) {
+  for (const double length : {16.0, 11.0, 6.0, 4.0}) {
+    const double wanted = std::pow(2.0 * std::sin(std::numbers::pi / length), 4);
+    EXPECT_NEAR(roughness(wave_of(length, 0.0)), wanted, 0.03 * wanted) << length;
+  }
+  EXPECT_NEAR(roughness(wave_of(1e9, 0.1)), 70.0 / 6.0, 0.4);
+  EXPECT_EQ(roughness(wave_of(1e9, 0.0)), 0.0) << "nothing but rounding";
+}
+
+TEST(DefaultFilter, meets_smooth_voxels_and_smooths_rough_ones) {
+  EXPECT_EQ(default_filter(wave_of(12.0, 0.0)).filter, Filter::cubic);
+  EXPECT_EQ(default_filter(wave_of(12.0, 0.005)).filter, Filter::cubic);
+  EXPECT_EQ(default_filter(wave_of(12.0, 0.2)).filter, Filter::smooth);
+  EXPECT_EQ(default_filter(wave_of(4.0, 0.0)).filter, Filter::smooth) << "too short a wave for the voxels";
+  const GridGeometry g{{9, 9, 9}, Mat3::identity(), {}};
+  const auto ball = [](std::int64_t v) { return std::hypot(v % 9 - 4.0, v / 9 % 9 - 4.0, v / 81 - 4.0) < 3.0 ? 1.0F : 0.0F; };
+  std::vector<float> sharp, vectors(3 * 729, 1.0F);
+  for (std::int64_t v = 0; v < 729; ++v) sharp.push_back(ball(v));
+  EXPECT_EQ(default_filter(*grid_behind(*grid_field(g, voxels_of(sharp)))).filter, Filter::smooth);
+  EXPECT_EQ(default_filter(*grid_behind(*grid_field(g, voxels_of(vectors, 3)))).filter, Filter::trilinear);
+  GridGeometry uneven = g;
+  uneven.planes[0] = {0, 0.5, 1, 2, 3, 4, 5, 6.5, 8};
+  EXPECT_EQ(default_filter(*grid_behind(*grid_field(uneven, voxels_of(sharp)))).filter, Filter::trilinear);
+  // Voxels that are not finite tell nothing.
+  std::vector<float> holes(32 * 32 * 32);
+  const GridView wave = wave_of(12.0, 0.0);
+  for (std::size_t v = 0; v < holes.size(); ++v)
+    holes[v] = v % 97 == 0 ? std::numeric_limits<float>::quiet_NaN() : static_cast<const float*>(wave.voxels.data.get())[v];
+  EXPECT_EQ(default_filter(*grid_behind(*grid_field(wave.geometry, voxels_of(holes)))).filter, Filter::cubic);
+}
+
+// Between any two places near to one another; the steepest change of a trilinear gradient has no bound.
+TEST(DefaultFilter, has_gradients_that_do_not_jump) {
+  std::mt19937 random(11);
+  for (const double noise : {0.0, 0.3}) {
+    const GridView grid = wave_of(12.0, noise);
+    Volume volume;
+    volume.fields = {{"f", "", grid_field(grid.geometry, grid.voxels)}};
+    const FieldPtr plain = volume.fields[0].field, felt = filtered(volume).fields[0].field;
+    double jump = 0.0, plain_jump = 0.0;
+    for (int i = 0; i < 20000; ++i) {
+      const Vec3 at = within(random, {{0.003, 0.003, 0.003}, {0.028, 0.028, 0.028}});
+      const Vec3 step = 1e-3 * felt->spacing_m() * normalized({uniform(random, -1, 1), uniform(random, -1, 1), 0.5});
+      jump = std::max(jump, norm(felt->scalar(at + step).gradient - felt->scalar(at).gradient));
+      plain_jump = std::max(plain_jump, norm(plain->scalar(at + step).gradient - plain->scalar(at).gradient));
+    }
+    EXPECT_LT(jump, 0.02 * plain_jump) << noise;
+  }
 }
 
 TEST(Filtered, a_formula_has_no_voxels) {

@@ -61,12 +61,13 @@ class FilterKey : public testing::Test {
   std::filesystem::path folder_ = testing::TempDir();
 };
 
-TEST_F(FilterKey, IsSmoothForWholeNumbersAndTrilinearForOthersByDefault) {
+TEST_F(FilterKey, IsSmoothForScansCubicForFormulasAndTrilinearForVectorsByDefault) {
   EXPECT_EQ(filter_of(load("file = 'ct'").scene), Filter::smooth);
-  EXPECT_EQ(filter_of(load("file = 'mr'").scene), Filter::trilinear);
+  EXPECT_EQ(filter_of(load("file = 'mr'").scene), Filter::smooth);
   EXPECT_EQ(filter_of(load("file = 'both'").scene, 0), Filter::smooth);
-  EXPECT_EQ(filter_of(load("file = 'both'").scene, 1), Filter::trilinear);
-  EXPECT_EQ(filter_of(load("analytic = 'sphere'\nsampled = 8").scene), Filter::trilinear);
+  EXPECT_EQ(filter_of(load("file = 'both'").scene, 1), Filter::smooth);
+  EXPECT_EQ(filter_of(load("file = 'dti'").scene), Filter::trilinear);
+  EXPECT_EQ(filter_of(load("analytic = 'sphere'\nsampled = 8").scene), Filter::cubic);
   Scene scene;
   scene.add("ct", read_grids({.files = {"ct"}}));
   EXPECT_EQ(filter_of(scene), Filter::smooth);
@@ -124,7 +125,8 @@ TEST_F(FilterKey, SurvivesBeingPrinted) {
   EXPECT_THAT(printed("ct", {}, false), testing::Not(HasSubstr("filter")));
   EXPECT_THAT(printed("ct", Filter::smooth, false), testing::Not(HasSubstr("filter")));
   EXPECT_THAT(printed("ct", Filter::trilinear, false), HasSubstr("filter = \"trilinear\"\n"));
-  EXPECT_THAT(printed("both", Filter::smooth, false), HasSubstr("filter = \"smooth\"\n"));
+  EXPECT_THAT(printed("both", Filter::smooth, false), testing::Not(HasSubstr("filter")));
+  EXPECT_THAT(printed("both", Filter::trilinear, false), HasSubstr("filter = \"trilinear\"\n"));
   EXPECT_THAT(printed("mr", Filter::cubic, false), HasSubstr("filter = \"cubic\"\n"));
   EXPECT_THAT(printed("dti", {}, true), HasSubstr("sign = \"none\"\n"));
 }
