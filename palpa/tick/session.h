@@ -121,8 +121,7 @@ class Session {
   void reset() noexcept;
 
   /// Walks the path in sub-steps `times` [1] (1…16) as short as usual, and in at least that many per tick; the cap on
-  /// sub-steps is so much higher. For studies of convergence: the paths agree as the steps shrink.
-  /// Allocates.
+  /// sub-steps is so much higher. For studies of convergence: the paths agree as the steps shrink. Allocates.
   void refine_path(int times);
   /// Goes on from where another session of the same scene is: proxy, queue, memories, damper, time. The warm start
   /// is forgotten. Programming error (assert) if the scenes differ in number of modes or memories.
