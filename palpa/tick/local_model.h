@@ -72,9 +72,8 @@ class LocalModel {
   bool any_holds() const noexcept {
     return std::ranges::any_of(contacts_, [](const LevelContact& c) { return c.state != PrimitiveState::off; });
   }
-  /// Whether the proxy may end its move at `end_m` [m], a `fraction` [1] of the way to the balance at `balance_m` [m]: in
-  /// front of every level that bounds it; or, no deeper in one than the share `deepest` [1] of the spacing, where the energy
-  /// has fallen as the balance promised, both ends put back on their levels. Samples.
+  /// Whether the proxy may end its move at `end_m` [m], a `fraction` [1] of the way to the balance at `balance_m` [m]: in front
+  /// of all that bounds it, or up to `deepest` [1] spacings in where the energy fell as promised from level to level. Samples.
   bool accepts(const Vec3& end_m, double deepest, const Vec3& balance_m, double fraction, const Vec3& probe_m,
                double time_step_s) noexcept;
   /// Learns from an end that was not accepted what shuts it out. False where that is nothing new.

@@ -1,6 +1,7 @@
 // The modes of a session as the tick uses them: their memories, what they place, what they are told.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -45,8 +46,7 @@ class ModeRuntime {
   void start() noexcept;
 
   /// Advances the data to `to`, `time_step_s` [s] later; they carry the proxy, at `start_m` [m] when they were as at `from`.
-  /// Where a mode's plane stands on a level that jumps before the tick ends, as at `tick_end`, nothing is carried: it fades
-  /// (JumpFade). Calls `jumped(m)` for each mode with which that begins.
+  /// Where a mode's level jumps before `tick_end` nothing is carried: it fades (JumpFade), and `jumped(m)` tells once.
   template <class Jumped>
   void advance(const Vec3& start_m, DataTime from, DataTime to, DataTime tick_end, double time_step_s,
                Jumped&& jumped) noexcept {
@@ -101,8 +101,9 @@ class ModeRuntime {
         const PrimitiveId id = placed[i].id;
         if (id.mode != m || (i > 0 && placed[i - 1].id == id)) continue;
         PrimitiveState told = state(i);
-        // A level that is weak only because of that does not let go.
-        if (only_yields(m) && placed.captured(i).any() && told == PrimitiveState::slip) told = PrimitiveState::stick;
+        // A level that is weak only because of that does not let go; material does, which is felt as no jerk.
+        const bool lets_go = !fades(m) && !(live_[m].at_edge && is_level(placed.captured(i)));
+        if (!lets_go && placed.captured(i).any() && told == PrimitiveState::slip) told = PrimitiveState::stick;
         slots_.push_back({id.slot, told, placed.captured(i)});
       }
       const Here here = here_at(m, context, proxy_m, seen_by(m, proxy_m, context.data_fraction));
@@ -144,6 +145,7 @@ class ModeRuntime {
   Vec3 seen_by(std::size_t m, const Vec3& at_m, double data_fraction) const noexcept {
     return at_m + (1.0 - data_fraction) * parts_[m].carried_m;
   }
+  bool is_level(const Captured& at) const noexcept { return std::ranges::count(watches_, Watch{at.field, at.value}) > 0; }
   bool silence_is_watched(std::size_t m, const Vec3& at_m, std::vector<std::int32_t>& entered) noexcept;
 
   Similarity map_;

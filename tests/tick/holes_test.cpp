@@ -90,7 +90,8 @@ std::vector<OneMode> modes() {
           {"rough",
            SurfaceAndFriction{
                .field = {"s"}, .levels = {{.name = "skin", .value = 0.0, .strength_n = 3.0}}, .friction_coefficient = 0.3}},
-          {"material", SurfaceAndFriction{.field = {"s"}, .strength_n = {{"s"}, TransferFunction{{{0.0, 0.0}, {1.0, 3.0}}}}}},
+          {"material",
+           SurfaceAndFriction{.field = {"s"}, .strength_n = {{"s"}, TransferFunction{{{0.0, 0.0}, {1.0, 3.0}, {100.0, 3.0}}}}}},
           {"gradient", GradientForce{.field = {"s"}, .strength_n = 1.0}},
           {"vector", VectorForce{.field = {"v"}, .strength_n = 1.0}},
           {"follow", Follow{.field = {"v"}, .strength_n = 1.0}},
