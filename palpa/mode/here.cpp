@@ -218,6 +218,14 @@ double Samples::depth_m(std::int32_t field, const Vec3& hand_m) noexcept {
   return known.keep(place, visit, map_.length_to_hand(depth));
 }
 
+bool Samples::any_holes(std::span<const std::int32_t> fields) const noexcept {
+  return std::ranges::any_of(fields, [&](std::int32_t field) {
+    if (!is_field(field)) return false;
+    const Slot& slot = (*plan_)[(*plan_)[field].of >= 0 ? (*plan_)[field].of : field];
+    return slot.grid && slot.grid->has_holes();
+  });
+}
+
 Carried Samples::carried(std::int32_t field, const Vec3& hand_m, DataTime from, DataTime to) const noexcept {
   if (!is_field(field)) return {hand_m};
   const TimedField* timed = (*plan_)[field].timed;
@@ -265,7 +273,7 @@ void Here::note_steepness(double strength_n, double steepness_n_per_m) const noe
 double Here::limited_n(double strength_n, double steepness_n_per_m) const noexcept {
   if (!(strength_n > 0.0)) return strength_n;
   const double depth = depth_m();
-  is_faded_ = is_faded_ || !(0.5 * stiffness_n_per_m * depth >= strength_n);
+  if (!(0.5 * stiffness_n_per_m * depth >= strength_n)) is_faded_ = is_faded_ || samples_->any_holes(fields_);
   if (!(depth > 0.0)) return 0.0;
   if (!masks_.empty() || steepness_n_per_m > 0.0) note_steepness(strength_n, steepness_n_per_m);
   return std::min(strength_n * mask(), 0.5 * stiffness_n_per_m * depth);

@@ -74,7 +74,7 @@ TEST(FirstScene, LeavesNoRecordedHandWaiting) {
 
 TEST(Energy, IsBookedAndAHandGainsNoneBeyondIt) {
   const std::string base =
-      "palpa = 1\n[volume.head]\nanalytic = \"head_phantom\"\nsampled = 64\n[workspace]\nscale = 1.5\n"
+      "palpa = 1\n[volume.head]\nanalytic = \"head_phantom\"\nsampled = 64\nfilter = \"trilinear\"\n[workspace]\nscale = 1.5\n"
       "center = \"head\"\n[volume.swirl]\nanalytic = \"lamb_oseen_vortex\"\nsampled = 48\n[coupling]\n"
       "stiffness_n_per_m = ";
   Random random(2026);

@@ -98,6 +98,11 @@ Volume volume_of(FieldPtr field, const char* unit) {
   return volume;
 }
 
+std::optional<Filter> filter_of(const Field& field) {
+  const GridView* grid = grid_behind(field);
+  return grid ? std::optional(grid->filter) : std::nullopt;
+}
+
 Workspace plain_workspace() {
   Workspace workspace;
   workspace.scale = 1.0;

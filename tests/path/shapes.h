@@ -34,6 +34,8 @@ FieldPtr vector_formula(std::function<VectorSample(const Vec3&)> at, double size
 
 /// A volume of that one field.
 Volume volume_of(FieldPtr field, const char* unit = "m");
+/// A grid's own filter, to be felt through that and not through the default of its voxels.
+std::optional<Filter> filter_of(const Field& field);
 
 /// One hand metre is one world metre, origins and axes together.
 Workspace plain_workspace();

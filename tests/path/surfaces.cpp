@@ -18,7 +18,7 @@ constexpr double degree = std::numbers::pi / 180.0;
 
 Scene surface_scene(const FieldPtr& field, double strength_n, double stiffness_n_per_m = 800.0) {
   Scene scene = plain_scene({.stiffness_n_per_m = stiffness_n_per_m});
-  const FieldRef solid = scene.add("solid", volume_of(field));
+  const FieldRef solid = scene.add("solid", volume_of(field), {}, filter_of(*field));
   scene.add("surface",
             SurfaceAndFriction{.field = solid, .levels = {{.name = "skin", .value = 0.0, .strength_n = strength_n}}});
   return scene;

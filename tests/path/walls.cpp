@@ -67,7 +67,7 @@ FieldPtr field_of(const Wall& wall, WallKind kind) {
 
 Scene wall_scene(const FieldPtr& field, double strength_n, double level = 0.0) {
   Scene scene = plain_scene({.stiffness_n_per_m = k});
-  const FieldRef solid = scene.add("wall", volume_of(field));
+  const FieldRef solid = scene.add("wall", volume_of(field), {}, filter_of(*field));
   scene.add("surface",
             SurfaceAndFriction{.field = solid, .levels = {{.name = "wall", .value = level, .strength_n = strength_n}}});
   return scene;

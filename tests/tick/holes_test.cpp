@@ -99,13 +99,13 @@ std::vector<OneMode> modes() {
           {"viscosity", Viscosity{.field = {"s"}, .drag_ns_per_m = 4.0}}};
 }
 
-// Of a hole of one voxel, some, and many; the last slide leaves the box instead.
-TEST(Holes, AndTheEdgesOfTheBoxAreSlidThroughWithoutAKick) {
-  for (const double hole_voxels : {0.5, 3.0, 9.0, 0.0}) {
+// Of a hole of one voxel, some, and many.
+TEST(Holes, AreSlidThroughWithoutAKick) {
+  for (const double hole_voxels : {0.5, 3.0, 9.0}) {
     for (const OneMode& one : modes()) {
       Scene scene = scene_with(hole_voxels);
       scene.add(one.name, one.mode);
-      const Slide slid = slide(scene, hole_voxels > 0.0 ? -0.028 : 0.02, hole_voxels > 0.0 ? 0.028 : 0.035);
+      const Slide slid = slide(scene);
       EXPECT_LE(slid.worst_n, most_n_per_ms) << one.name << ", " << hole_voxels << ", at " << slid.at_m;
       EXPECT_GT(slid.largest_n, 0.1) << one.name;
       EXPECT_EQ(slid.breaks, 0) << one.name << ": what data end is no break-through";
