@@ -228,6 +228,14 @@ double Samples::depth_m(std::int32_t field, const Vec3& hand_m) noexcept {
   return known.keep(place, visit, map_.length_to_hand(depth));
 }
 
+bool Samples::any_holes(std::span<const std::int32_t> fields) const noexcept {
+  return std::ranges::any_of(fields, [&](std::int32_t field) {
+    if (!is_field(field)) return false;
+    const Slot& slot = (*plan_)[(*plan_)[field].of >= 0 ? (*plan_)[field].of : field];
+    return slot.grid && slot.grid->has_holes();
+  });
+}
+
 Carried Samples::carried(std::int32_t field, const Vec3& hand_m, DataTime from, DataTime to) const noexcept {
   if (!is_field(field)) return {hand_m};
   const TimedField* timed = (*plan_)[field].timed;
@@ -257,11 +265,27 @@ double Here::depth_m() const noexcept {
   return least_m;
 }
 
+// By the rule for products; where a function or a mask jumps, the path stops anyway.
+void Here::note_steepness(double strength_n, double steepness_n_per_m) const noexcept {
+  constexpr double felt_n = 0.1;
+  if (is_steep_ || strength_n < felt_n) return;
+  double steepness = steepness_n_per_m;
+  for (const Mask& mask : masks_) {
+    const ScalarSample& sample = scalar(mask.of);
+    if (!sample.inside) continue;
+    const double slope = std::abs(mask.curve.slope_at(sample.value, TransferFunction::Side::above)) * norm(sample.gradient);
+    steepness = steepness * mask.curve.at(sample.value) + strength_n * slope;
+  }
+  is_steep_ = steepness > 0.5 * stiffness_n_per_m;
+}
+
 // What is negative or not a number goes through as it is: the set of primitives refuses it by name.
-double Here::limited_n(double strength_n) const noexcept {
+double Here::limited_n(double strength_n, double steepness_n_per_m) const noexcept {
   if (!(strength_n > 0.0)) return strength_n;
   const double depth = depth_m();
+  if (!(0.5 * stiffness_n_per_m * depth >= strength_n)) is_faded_ = is_faded_ || samples_->any_holes(fields_);
   if (!(depth > 0.0)) return 0.0;
+  if (!masks_.empty() || steepness_n_per_m > 0.0) note_steepness(strength_n, steepness_n_per_m);
   return std::min(strength_n * mask(), 0.5 * stiffness_n_per_m * depth);
 }
 
@@ -271,7 +295,9 @@ double Here::newtons(const Strength& strength, const Captured& level, TransferFu
   if (strength.is_constant()) return limited_n(strength.constant_n);
   if (level.any() && level.field == strength.of.index) return limited_n(strength.curve.at(level.value, side));
   const ScalarSample& sample = scalar(strength.of);
-  return sample.inside ? limited_n(strength.curve.at(sample.value, side)) : 0.0;
+  if (!sample.inside) return 0.0;
+  return limited_n(strength.curve.at(sample.value, side),
+                   std::abs(strength.curve.slope_at(sample.value, side)) * norm(sample.gradient));
 }
 
 double Here::drag(double drag_ns_per_m) const noexcept {

@@ -51,6 +51,8 @@ class Samples {
   Mat3 hessian(std::int32_t field, const Vec3& hand_m) noexcept;
   /// Depth within the field's data [hand m].
   double depth_m(std::int32_t field, const Vec3& hand_m) noexcept;
+  /// Whether one of these fields is on a grid with voxels that are not finite.
+  bool any_holes(std::span<const std::int32_t> fields) const noexcept;
   /// The piece of the straight way between two positions of the hand frame [m] that begins at the share `begin` [1]
   /// (Field::stretch). No data as far as the end for an index that is no scalar field.
   Stretch stretch(std::int32_t field, const Vec3& from_hand_m, const Vec3& to_hand_m, double begin,
@@ -166,18 +168,25 @@ class Here {
   /// `world`, a vector along the axes of the world in its own unit, as a scene gives it, turned into the hand frame.
   Vec3 turned_to_hand(const Vec3& world) const noexcept { return samples_->hand_to_world().turned_to_hand(world); }
 
+  /// For the tick: of a strength above 0.1 N that was asked for, function or masks change by more than k/2 per metre here.
+  bool is_steep() const noexcept { return is_steep_; }
+  /// For the tick: a strength that was asked for is less than it would be deeper in the data, which have holes.
+  bool is_faded() const noexcept { return is_faded_; }
+
   /// For the tick: the shared samples, and the masks and fields of the mode that looks at the data at `seen_m` [m].
   Here(Samples& samples, const Vec3& seen_m, std::span<const Mask> masks, std::span<const std::int32_t> fields) noexcept
       : at_m(seen_m), samples_(&samples), masks_(masks), fields_(fields) {}
 
  private:
-  double limited_n(double strength_n) const noexcept;
+  double limited_n(double strength_n, double steepness_n_per_m = 0.0) const noexcept;
+  void note_steepness(double strength_n, double steepness_n_per_m) const noexcept;
   double mask() const noexcept;
   double depth_m() const noexcept;
 
   Samples* samples_;
   std::span<const Mask> masks_;
   std::span<const std::int32_t> fields_;
+  mutable bool is_faded_ = false, is_steep_ = false;
 };
 
 }  // namespace palpa

@@ -42,7 +42,7 @@ void Contacts::update(const LocalModel& model, double depth_m, Crossings& crossi
     Contact now;
     for (const LevelContact& held : model.contacts()) {
       if (held.id.mode != m || held.state == PrimitiveState::off || now.state != Contact::State::free) continue;
-      const bool yields = (held.state == PrimitiveState::slip || told_[m].at_bound) && held.bounds;
+      const bool yields = (held.state == PrimitiveState::slip || told_[m].at_bound) && held.can_break;
       now = {yields ? Contact::State::yielding : Contact::State::held, held.level};
     }
     told_[m].at_bound = false;

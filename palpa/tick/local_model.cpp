@@ -85,6 +85,7 @@ void LocalModel::find_contacts() noexcept {
       contact.solid_is_high = dot(modes_.samples().scalar(contact.level.field, from_m).gradient, p.direction) < 0.0;
       contact.start = contact.last = seen_from(contact, from_m);
       contact.bounds = !modes_.fades(p.id.mode);
+      contact.can_break = !modes_.only_yields(p.id.mode);
       contacts_.push_back(contact);
     } else {
       has_directions_ = true;
@@ -136,7 +137,8 @@ Balance LocalModel::balance(const Vec3& probe_m, double time_step_s) noexcept {
 
 bool LocalModel::any_gives_way(const Crossings& crossings) const noexcept {
   return std::ranges::any_of(contacts_, [&](const LevelContact& contact) {
-    return contact.state == PrimitiveState::slip && crossings.is_watched({contact.level.field, contact.level.value});
+    return contact.state == PrimitiveState::slip && contact.can_break &&
+           crossings.is_watched({contact.level.field, contact.level.value});
   });
 }
 
@@ -186,8 +188,7 @@ void LocalModel::find_witness() noexcept {
   witness_m_ = put_back(start_m_ + carried_m);
 }
 
-// What the energy of everything but the levels falls by on a straight way. A product: the difference of two squares would lose
-// its digits.
+// What the energy of all but the levels falls by on a straight way. A product: a difference of squares would lose its digits.
 double LocalModel::gain_j(const Vec3& from_m, const Vec3& to_m, const Vec3& probe_m, double time_step_s) const noexcept {
   double gain_j = stiffness_n_per_m_ * dot(from_m - to_m, 0.5 * (from_m + to_m) - probe_m);
   for (std::size_t i = 0; i < set_.size(); ++i) {

@@ -29,7 +29,8 @@ struct LevelContact {
   std::size_t facets = 1;  ///< rows
   std::int32_t line = -1;  ///< row of the line that is friction on it; -1: none
   bool solid_is_high = true;
-  bool bounds = true;  ///< the proxy is to stay out of it; false where its mode fades, which is not where the proxy is yet
+  bool bounds = true;     ///< the proxy is to stay out of it; false where its mode fades, which is not where the proxy is yet
+  bool can_break = true;  ///< gives way by breaking; false where it does so because data end nearby
   PrimitiveState state = PrimitiveState::stick;  ///< in the last balance
   Vec3 pressed{};                                ///< [1] direction of its force there; zero: none
   Primitive own{};                               ///< its plane as the mode placed it
@@ -55,8 +56,7 @@ class LocalModel {
   /// A move begins: no facets are known.
   void begin_move(const StepContext& context, double spacing_m) noexcept;
   /// Lets the modes place primitives, looking at the data at `middle_m` [m]; what stands on a level looks at `level_m` [m].
-  /// Facets that were learnt in this move stay. `moved_n` [N]: see HeldForces. Returns the mode whose directed force had to be
-  /// held back, or -1.
+  /// Facets that were learnt in this move stay. `moved_n` [N]: see HeldForces. Returns a mode held back, or -1.
   std::int32_t place(const StepContext& context, const Vec3& middle_m, const Vec3& level_m, double moved_n) noexcept;
   /// Sees the levels as they are where the move is thought to end, at `end_m` [m], instead of where the proxy is: then the next
   /// move would not lead on. Not where they turn fast, or would shut the witness out by more than `shallow`.
@@ -72,18 +72,15 @@ class LocalModel {
   bool any_holds() const noexcept {
     return std::ranges::any_of(contacts_, [](const LevelContact& c) { return c.state != PrimitiveState::off; });
   }
-  /// Whether the proxy may end its move at `end_m` [m], a `fraction` [1] of the way to the balance at `balance_m` [m]: in
-  /// front of every level that bounds it; or, no deeper in one than the share `deepest` [1] of the spacing, where the energy
-  /// has fallen as the balance promised, both ends put back on their levels. Samples.
+  /// Whether the proxy may end its move at `end_m` [m], a `fraction` [1] of the way to the balance at `balance_m` [m]: in front
+  /// of all that bounds it, or up to `deepest` [1] spacings in where the energy fell as promised from level to level. Samples.
   bool accepts(const Vec3& end_m, double deepest, const Vec3& balance_m, double fraction, const Vec3& probe_m,
                double time_step_s) noexcept;
   /// Learns from an end that was not accepted what shuts it out. False where that is nothing new.
   bool learn(const Vec3& end_m) noexcept;
-  /// How far the proxy would at most go on from an accepted end if the levels that hold it were looked at again there [m];
-  /// infinity where it is not on one. Samples.
+  /// How far the proxy would at most go on from an accepted end with levels looked up there [m]; infinity off them. Samples.
   double unsettled_m(const Vec3& end_m) noexcept;
-  /// Says of the levels how a search for events on the way from the start to `end_m` [m] is to take them: what holds the
-  /// proxy is not crossed, but no deeper in it may it be than a little, or than it is. Samples.
+  /// For a search for events on the way to `end_m` [m]: what holds is not crossed, nor entered deeper than a little. Samples.
   void attend(const Crossings& crossings, const Vec3& end_m, EventPolicy& policy) noexcept;
 
   /// The move is made: from its directed forces on the next ones are limited.

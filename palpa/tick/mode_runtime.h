@@ -1,11 +1,13 @@
 // The modes of a session as the tick uses them: their memories, what they place, what they are told.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "palpa/core/live_block.h"
@@ -47,8 +49,7 @@ class ModeRuntime {
   void start() noexcept;
 
   /// Advances the data to `to`, `time_step_s` [s] later; they carry the proxy, at `start_m` [m] when they were as at `from`.
-  /// Where a mode's plane stands on a level that jumps before the tick ends, as at `tick_end`, nothing is carried: it fades
-  /// (JumpFade). Calls `jumped(m)` for each mode with which that begins.
+  /// Where a mode's level jumps before `tick_end` nothing is carried: it fades (JumpFade), and `jumped(m)` tells once.
   template <class Jumped>
   void advance(const Vec3& start_m, DataTime from, DataTime to, DataTime tick_end, double time_step_s,
                Jumped&& jumped) noexcept {
@@ -66,8 +67,7 @@ class ModeRuntime {
       furthest_carried_m_ = std::max(furthest_carried_m_, norm(part.carried_m));
     }
   }
-  /// A step begins at `start_m` [m], which data have carried along: there the modes place what resists motion. The moves that
-  /// settle it go on from other places, but resist from here on.
+  /// A step begins at `start_m` [m], which data have carried along: from there on modes resist, in moves that settle it too.
   void begin_step(const Vec3& start_m) noexcept {
     for (std::size_t m = 0; m < size(); ++m) live_[m].origin_m = start_m + parts_[m].carried_m;
   }
@@ -80,16 +80,18 @@ class ModeRuntime {
   double furthest_carried_m() const noexcept { return furthest_carried_m_; }
   /// A mode's strengths are less than they will be, because its level has jumped.
   bool fades(std::size_t m) const noexcept { return live_[m].fade.share() < 1.0; }
+  /// A strength of a mode changes by more than k/2 per metre in the data; told once.
+  bool begins_to_be_steep(std::size_t m) noexcept { return live_[m].is_steep && !std::exchange(live_[m].told_steep, true); }
+  /// What is too weak lets the proxy through, but is not broken: its level has jumped, or data end nearby.
+  bool only_yields(std::size_t m) const noexcept { return fades(m) || live_[m].at_edge; }
   /// The furthest that the data of a mode would carry a position [m] between two moments [m].
   double motion_m(const Vec3& at_m, DataTime from, DataTime to) const noexcept;
   /// Tells a search how far data have gone since the sub-step began at `start_m` [m], and where levels have jumped.
   void attend(Crossings& crossings, EventPolicy& policy, const Vec3& start_m) noexcept;
 
-  /// Empties the set and lets every enabled mode place its primitives, looking at the data at `at_m` [m]; a mode one of whose
-  /// planes stands on a level looks at `level_m` [m], where that is to hold the proxy.
+  /// Lets every enabled mode place its primitives anew, looking at `at_m` [m]; or, with a plane on a level, at `level_m` [m].
   void place(const StepContext& context, const Vec3& at_m, const Vec3& level_m, PrimitiveSet& out) noexcept;
-  /// Tells the modes what became of a sub-step that ended with the proxy at `proxy_m` [m]. `state(i)` is that of primitive i
-  /// of `placed`; of those with one id it is asked once.
+  /// Tells the modes of a sub-step that ended with the proxy at `proxy_m` [m]. `state(i)`, of `placed`, is asked once an id.
   template <class State>
   void on_step_accepted(const StepContext& context, const Vec3& proxy_m, const PrimitiveSet& placed,
                         std::span<const Crossing> crossings, State&& state) noexcept {
@@ -102,8 +104,9 @@ class ModeRuntime {
         const PrimitiveId id = placed[i].id;
         if (id.mode != m || (i > 0 && placed[i - 1].id == id)) continue;
         PrimitiveState told = state(i);
-        // A level that is weak only because it has jumped does not let go.
-        if (fades(m) && placed.captured(i).any() && told == PrimitiveState::slip) told = PrimitiveState::stick;
+        // A level that is weak only because of that does not let go; material does, which is felt as no jerk.
+        const bool lets_go = !fades(m) && !(live_[m].at_edge && is_level(placed.captured(i)));
+        if (!lets_go && placed.captured(i).any() && told == PrimitiveState::slip) told = PrimitiveState::stick;
         slots_.push_back({id.slot, told, placed.captured(i)});
       }
       const Here here = here_at(m, context, proxy_m, seen_by(m, proxy_m, context.data_fraction));
@@ -111,14 +114,12 @@ class ModeRuntime {
     }
   }
 
-  /// Whether nothing is felt at the start of a step and nothing can set in before a watch is crossed or data of a field in
-  /// `entered` begin: then any way up to there is free.
+  /// Nothing is felt at the start of a step, or can be before a watch is crossed or data of a field in `entered` begin.
   bool is_free_at(const StepContext& context, std::vector<std::int32_t>& entered) noexcept;
 
   /// The finest sample spacing of any enabled mode's data [hand m]; infinity without any.
   double finest_m() const noexcept { return finest_m_; }
-  /// The finest sample spacing at `from_m` [hand m] of the modes whose data the way to `to_m` [m] can meet; infinity where
-  /// there are none.
+  /// The finest sample spacing at `from_m` [hand m] of the modes whose data the way to `to_m` [m] can meet, or infinity.
   double finest_m(const Vec3& from_m, const Vec3& to_m) const noexcept;
 
  private:
@@ -133,7 +134,9 @@ class ModeRuntime {
   struct Live {
     Vec3 origin_m;  // of the step
     JumpFade fade;
-    bool stands = false;  // on a level, when it placed its primitives last
+    bool stands = false;                        // on a level, when it placed its primitives last
+    bool at_edge = false;                       // strengths were less for it
+    bool is_steep = false, told_steep = false;  // a strength changed fast somewhere
   };
   using MemoryUnit = std::max_align_t;
 
@@ -145,6 +148,7 @@ class ModeRuntime {
   Vec3 seen_by(std::size_t m, const Vec3& at_m, double data_fraction) const noexcept {
     return at_m + (1.0 - data_fraction) * parts_[m].carried_m;
   }
+  bool is_level(const Captured& at) const noexcept { return std::ranges::count(watches_, Watch{at.field, at.value}) > 0; }
   bool silence_is_watched(std::size_t m, const Vec3& at_m, std::vector<std::int32_t>& entered) noexcept;
 
   Similarity map_;

@@ -192,6 +192,8 @@ void ProxyPath::accept(const ProbeSegment& segment, const Move& made, StepContex
   state_.stopped_by = is_stopped ? event_.crossings.back() : Crossing{};
   if (in_steps_) model_.end_move();
   contacts_.update(model_, distance(made.to.position_m, segment.to_m), crossings_);
+  for (std::size_t m = 0; m < modes_.size(); ++m)
+    if (modes_.begins_to_be_steep(m)) contacts_.warn(m, "a strength changes by more than k/2 per metre of the data");
   context.data_fraction = made.fraction;
   modes_.on_step_accepted(context, state_.proxy, model_.set(), event_.crossings, [&](std::size_t i) {
     const LevelContact* contact = model_.contact_of(i);
@@ -301,8 +303,7 @@ bool ProxyPath::end_is_free(const ProbeSegment& segment, const StepContext& cont
     const Vec3 end = move.end_from(start);
     attend(end, flies);
     find_event(start, end);
-    // Where the balance is all but reached, what sets in is placed in the next sub-step anyway; to stop would only divide the
-    // rest of the time without end.
+    // Where the balance is all but reached, what sets in is placed in the next sub-step; a stop would only divide the time.
     const double left_m = (1.0 - event_.share) * (distance(end, start) + modes_.furthest_carried_m());
     if (event_.kind != Event::Kind::none && left_m > rest * spacing_m_) {
       move.fraction *= event_.share;

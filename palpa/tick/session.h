@@ -122,8 +122,7 @@ class Session {
   void let_through(double most_n) noexcept;
 
   /// Walks the path in sub-steps `times` [1] (1…16) as short as usual, and in at least that many per tick; the cap on
-  /// sub-steps is so much higher. For studies of convergence: the paths agree as the steps shrink.
-  /// Allocates.
+  /// sub-steps is so much higher. For studies of convergence: the paths agree as the steps shrink. Allocates.
   void refine_path(int times);
   /// Goes on from where another session of the same scene is: proxy, queue, memories, damper, time; what it was told to let
   /// through is not among that. The warm start is forgotten. Programming error (assert) if the scenes differ in number of
@@ -140,8 +139,7 @@ class Session {
   std::span<const PlacedPrimitive> placed() const noexcept;
   std::span<const SessionEvent> events() const noexcept;
 
-  /// Sub-steps per tick are capped at this; at the cap the rest of the probe's path is queued. `refine_path`
-  /// multiplies it.
+  /// Sub-steps per tick are capped at this; the rest of the probe's path is queued. `refine_path` multiplies it.
   static constexpr int max_sub_steps = 32;
 
  private:

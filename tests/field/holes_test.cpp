@@ -52,8 +52,12 @@ std::vector<float> with_holes(std::mt19937& random, const GridGeometry& geometry
 std::vector<FieldPtr> fields_with_holes(std::mt19937& random, const GridGeometry& geometry) {
   const Voxels scalars = voxels_of(with_holes(random, geometry, 1, 10));
   const Voxels vectors = voxels_of(with_holes(random, geometry, 3, 10), 3);
-  return {grid_field(geometry, scalars),        smooth_grid_field(geometry, scalars), cubic_grid_field(geometry, scalars),
-          grid_field(geometry, vectors),        smooth_grid_field(geometry, vectors), axis_grid_field(geometry, vectors),
+  return {grid_field(geometry, scalars),
+          smooth_grid_field(geometry, scalars),
+          cubic_grid_field(geometry, scalars),
+          grid_field(geometry, vectors),
+          smooth_grid_field(geometry, vectors),
+          axis_grid_field(geometry, vectors),
           axis_grid_field(geometry, vectors, 1, 0, Filter::smooth)};
 }
 

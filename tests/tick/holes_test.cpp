@@ -56,6 +56,7 @@ Scene scene_with(double hole_voxels) {
 
 struct Slide {
   double worst_n = 0.0, largest_n = 0.0, at_m = 0.0;
+  int breaks = 0;
 };
 
 /// Slides along x through the hole, pressed into the plane, and a little beside its middle.
@@ -72,6 +73,7 @@ Slide slide(const Scene& scene, double from_m = -0.028, double to_m = 0.028) {
     const Tick tick = session.tick({.position_m = {x, 1.3e-3, -pressed_m}}, dt);
     const double step_n = norm(tick.force_n - last_n);
     if (step_n > slid.worst_n) slid.worst_n = step_n, slid.at_m = x;
+    for (const SessionEvent& event : session.events()) slid.breaks += event.kind == SessionEventKind::break_through;
     slid.largest_n = std::max(slid.largest_n, norm(tick.force_n));
     last_n = tick.force_n;
   }
@@ -85,10 +87,11 @@ struct OneMode {
 
 std::vector<OneMode> modes() {
   return {{"surface", SurfaceAndFriction{.field = {"s"}, .levels = {{.name = "skin", .value = 0.0, .strength_n = 3.0}}}},
-          {"rough", SurfaceAndFriction{.field = {"s"},
-                                       .levels = {{.name = "skin", .value = 0.0, .strength_n = 3.0}},
-                                       .friction_coefficient = 0.3}},
-          {"material", SurfaceAndFriction{.field = {"s"}, .strength_n = {{"s"}, TransferFunction{{{0.0, 0.0}, {1.0, 3.0}}}}}},
+          {"rough",
+           SurfaceAndFriction{
+               .field = {"s"}, .levels = {{.name = "skin", .value = 0.0, .strength_n = 3.0}}, .friction_coefficient = 0.3}},
+          {"material",
+           SurfaceAndFriction{.field = {"s"}, .strength_n = {{"s"}, TransferFunction{{{0.0, 0.0}, {1.0, 3.0}, {100.0, 3.0}}}}}},
           {"gradient", GradientForce{.field = {"s"}, .strength_n = 1.0}},
           {"vector", VectorForce{.field = {"v"}, .strength_n = 1.0}},
           {"follow", Follow{.field = {"v"}, .strength_n = 1.0}},
@@ -96,16 +99,40 @@ std::vector<OneMode> modes() {
           {"viscosity", Viscosity{.field = {"s"}, .drag_ns_per_m = 4.0}}};
 }
 
+// Of a hole of one voxel, some, and many.
 TEST(Holes, AreSlidThroughWithoutAKick) {
   for (const double hole_voxels : {0.5, 3.0, 9.0}) {
     for (const OneMode& one : modes()) {
       Scene scene = scene_with(hole_voxels);
       scene.add(one.name, one.mode);
       const Slide slid = slide(scene);
-      std::printf("%s %g: %.4f N at %.4f of %.3f\n", one.name, hole_voxels, slid.worst_n, slid.at_m, slid.largest_n);
       EXPECT_LE(slid.worst_n, most_n_per_ms) << one.name << ", " << hole_voxels << ", at " << slid.at_m;
       EXPECT_GT(slid.largest_n, 0.1) << one.name;
+      EXPECT_EQ(slid.breaks, 0) << one.name << ": what data end is no break-through";
     }
+  }
+}
+
+// A strength that follows the data up a slope: steep by the data, and by a mask.
+TEST(Steepness, OfAStrengthIsToldOnce) {
+  const auto warnings = [](double newtons_per_unit, bool by_mask) {
+    Scene scene = scene_with(0.0);
+    const TransferFunction ramp({{0.0, 0.0}, {by_mask ? 1.0 / newtons_per_unit : 2.0, by_mask ? 1.0 : 2.0 * newtons_per_unit}});
+    std::vector<Mask> masks;
+    if (by_mask) masks.push_back({{"s"}, ramp});
+    scene.add("drag", Viscosity{.field = {"s"}, .strength_n = by_mask ? Strength{1.0} : Strength{{"s"}, ramp}}, masks);
+    Session session(scene);
+    int told = 0;
+    for (int i = 0; i < 200; ++i) {
+      session.tick({.position_m = {0.0, 0.0, -1e-5 * i}}, dt);
+      for (const SessionEvent& event : session.events()) told += event.kind == SessionEventKind::warning;
+    }
+    return told;
+  };
+  // The value rises by 1 per voxel of 1 mm; half of k is 250 N/m.
+  for (const bool by_mask : {false, true}) {
+    EXPECT_EQ(warnings(0.2, by_mask), 0);
+    EXPECT_EQ(warnings(0.4, by_mask), 1);
   }
 }
 
