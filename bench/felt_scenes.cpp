@@ -146,14 +146,7 @@ FeltRun feel(const Scene& scene, const std::shared_ptr<const Target>& target, do
 
 std::vector<DevicePlant> device_plants() {
   std::vector<DevicePlant> plants;
-  for (const char* name : {"touch", "omega", "falcon", "inverse3"}) plants.push_back(device_plant(name));
-  // The Phantom Desktop by its maker's data sheet: 1100 dots per inch, 45 g at the tip, 0.06 N to move it.
-  plants.push_back(
-      {.name = "desktop",
-       .mass_kg = 0.045,
-       .damping_ns_per_m = 0.005,
-       .coulomb_friction_n = 0.06,
-       .limits = {.max_force_n = 7.9, .max_stiffness_n_per_m = 1000, .workspace_radius_m = 0.1, .encoder_step_m = 23e-6}});
+  for (const char* name : {"touch", "omega", "falcon", "inverse3", "desktop"}) plants.push_back(device_plant(name));
   for (DevicePlant& plant : plants) plant.delay_ticks = 1;
   return plants;
 }
