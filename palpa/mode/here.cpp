@@ -265,27 +265,12 @@ double Here::depth_m() const noexcept {
   return least_m;
 }
 
-// By the rule for products; where a function or a mask jumps, the path stops anyway.
-void Here::note_steepness(double strength_n, double steepness_n_per_m) const noexcept {
-  constexpr double felt_n = 0.1;
-  if (is_steep_ || strength_n < felt_n) return;
-  double steepness = steepness_n_per_m;
-  for (const Mask& mask : masks_) {
-    const ScalarSample& sample = scalar(mask.of);
-    if (!sample.inside) continue;
-    const double slope = std::abs(mask.curve.slope_at(sample.value, TransferFunction::Side::above)) * norm(sample.gradient);
-    steepness = steepness * mask.curve.at(sample.value) + strength_n * slope;
-  }
-  is_steep_ = steepness > 0.5 * stiffness_n_per_m;
-}
-
 // What is negative or not a number goes through as it is: the set of primitives refuses it by name.
-double Here::limited_n(double strength_n, double steepness_n_per_m) const noexcept {
+double Here::limited_n(double strength_n) const noexcept {
   if (!(strength_n > 0.0)) return strength_n;
   const double depth = depth_m();
   if (!(0.5 * stiffness_n_per_m * depth >= strength_n)) is_faded_ = is_faded_ || samples_->any_holes(fields_);
   if (!(depth > 0.0)) return 0.0;
-  if (!masks_.empty() || steepness_n_per_m > 0.0) note_steepness(strength_n, steepness_n_per_m);
   return std::min(strength_n * mask(), 0.5 * stiffness_n_per_m * depth);
 }
 
@@ -295,9 +280,7 @@ double Here::newtons(const Strength& strength, const Captured& level, TransferFu
   if (strength.is_constant()) return limited_n(strength.constant_n);
   if (level.any() && level.field == strength.of.index) return limited_n(strength.curve.at(level.value, side));
   const ScalarSample& sample = scalar(strength.of);
-  if (!sample.inside) return 0.0;
-  return limited_n(strength.curve.at(sample.value, side),
-                   std::abs(strength.curve.slope_at(sample.value, side)) * norm(sample.gradient));
+  return sample.inside ? limited_n(strength.curve.at(sample.value, side)) : 0.0;
 }
 
 double Here::drag(double drag_ns_per_m) const noexcept {

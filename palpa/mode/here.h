@@ -168,8 +168,6 @@ class Here {
   /// `world`, a vector along the axes of the world in its own unit, as a scene gives it, turned into the hand frame.
   Vec3 turned_to_hand(const Vec3& world) const noexcept { return samples_->hand_to_world().turned_to_hand(world); }
 
-  /// For the tick: of a strength above 0.1 N that was asked for, function or masks change by more than k/2 per metre here.
-  bool is_steep() const noexcept { return is_steep_; }
   /// For the tick: a strength that was asked for is less than it would be deeper in the data, which have holes.
   bool is_faded() const noexcept { return is_faded_; }
 
@@ -178,15 +176,14 @@ class Here {
       : at_m(seen_m), samples_(&samples), masks_(masks), fields_(fields) {}
 
  private:
-  double limited_n(double strength_n, double steepness_n_per_m = 0.0) const noexcept;
-  void note_steepness(double strength_n, double steepness_n_per_m) const noexcept;
+  double limited_n(double strength_n) const noexcept;
   double mask() const noexcept;
   double depth_m() const noexcept;
 
   Samples* samples_;
   std::span<const Mask> masks_;
   std::span<const std::int32_t> fields_;
-  mutable bool is_faded_ = false, is_steep_ = false;
+  mutable bool is_faded_ = false;
 };
 
 }  // namespace palpa

@@ -19,8 +19,9 @@ struct Contact {
   Captured level;  ///< none while free
 };
 
-/// The contacts of a session, kept in a block, and the events of a tick. Here alone contacts change. Of each mode onsets and
-/// break-throughs are told once a tick, in this order for a level; refusals and warnings once a session. One thread.
+/// The contacts of a session and the events of a tick. Here alone contacts change. Onsets and break-throughs are told once a
+/// tick for each mode, a break-through after the onset of its level; refusals and warnings once a session. Keeps the
+/// contacts in a block; one thread.
 class Contacts {
  public:
   /// \param modes  their number

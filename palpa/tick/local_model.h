@@ -56,7 +56,8 @@ class LocalModel {
   /// A move begins: no facets are known.
   void begin_move(const StepContext& context, double spacing_m) noexcept;
   /// Lets the modes place primitives, looking at the data at `middle_m` [m]; what stands on a level looks at `level_m` [m].
-  /// Facets that were learnt in this move stay. `moved_n` [N]: see HeldForces. Returns a mode held back, or -1.
+  /// Facets that were learnt in this move stay. `moved_n` [N]: see HeldForces. Returns the mode that had to be held back, or
+  /// -1.
   std::int32_t place(const StepContext& context, const Vec3& middle_m, const Vec3& level_m, double moved_n) noexcept;
   /// Sees the levels as they are where the move is thought to end, at `end_m` [m], instead of where the proxy is: then the next
   /// move would not lead on. Not where they turn fast, or would shut the witness out by more than `shallow`.
@@ -78,9 +79,11 @@ class LocalModel {
                double time_step_s) noexcept;
   /// Learns from an end that was not accepted what shuts it out. False where that is nothing new.
   bool learn(const Vec3& end_m) noexcept;
-  /// How far the proxy would at most go on from an accepted end with levels looked up there [m]; infinity off them. Samples.
+  /// How far the proxy would at most go on from an accepted end if the levels that hold it were looked at again there [m];
+  /// infinity where it is not on one. Samples.
   double unsettled_m(const Vec3& end_m) noexcept;
-  /// For a search for events on the way to `end_m` [m]: what holds is not crossed, nor entered deeper than a little. Samples.
+  /// Says of the levels how a search for events on the way from the start to `end_m` [m] is to take them: what holds the
+  /// proxy is not crossed, but no deeper in it may it be than a little, or than it is. Samples.
   void attend(const Crossings& crossings, const Vec3& end_m, EventPolicy& policy) noexcept;
 
   /// The move is made: from its directed forces on the next ones are limited.

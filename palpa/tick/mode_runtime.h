@@ -7,7 +7,6 @@
 #include <limits>
 #include <memory>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "palpa/core/live_block.h"
@@ -67,7 +66,8 @@ class ModeRuntime {
       furthest_carried_m_ = std::max(furthest_carried_m_, norm(part.carried_m));
     }
   }
-  /// A step begins at `start_m` [m], which data have carried along: from there on modes resist, in moves that settle it too.
+  /// A step begins at `start_m` [m], which data have carried along: there the modes place what resists motion. The moves that
+  /// settle it go on from other places, but resist from here on.
   void begin_step(const Vec3& start_m) noexcept {
     for (std::size_t m = 0; m < size(); ++m) live_[m].origin_m = start_m + parts_[m].carried_m;
   }
@@ -80,8 +80,6 @@ class ModeRuntime {
   double furthest_carried_m() const noexcept { return furthest_carried_m_; }
   /// A mode's strengths are less than they will be, because its level has jumped.
   bool fades(std::size_t m) const noexcept { return live_[m].fade.share() < 1.0; }
-  /// A strength of a mode changes by more than k/2 per metre in the data; told once.
-  bool begins_to_be_steep(std::size_t m) noexcept { return live_[m].is_steep && !std::exchange(live_[m].told_steep, true); }
   /// What is too weak lets the proxy through, but is not broken: its level has jumped, or data end nearby.
   bool only_yields(std::size_t m) const noexcept { return fades(m) || live_[m].at_edge; }
   /// The furthest that the data of a mode would carry a position [m] between two moments [m].
@@ -89,9 +87,11 @@ class ModeRuntime {
   /// Tells a search how far data have gone since the sub-step began at `start_m` [m], and where levels have jumped.
   void attend(Crossings& crossings, EventPolicy& policy, const Vec3& start_m) noexcept;
 
-  /// Lets every enabled mode place its primitives anew, looking at `at_m` [m]; or, with a plane on a level, at `level_m` [m].
+  /// Empties the set and lets every enabled mode place its primitives, looking at the data at `at_m` [m]; a mode one of whose
+  /// planes stands on a level looks at `level_m` [m], where that is to hold the proxy.
   void place(const StepContext& context, const Vec3& at_m, const Vec3& level_m, PrimitiveSet& out) noexcept;
-  /// Tells the modes of a sub-step that ended with the proxy at `proxy_m` [m]. `state(i)`, of `placed`, is asked once an id.
+  /// Tells the modes what became of a sub-step that ended with the proxy at `proxy_m` [m]. `state(i)` is that of primitive i
+  /// of `placed`; of those with one id it is asked once.
   template <class State>
   void on_step_accepted(const StepContext& context, const Vec3& proxy_m, const PrimitiveSet& placed,
                         std::span<const Crossing> crossings, State&& state) noexcept {
@@ -114,7 +114,8 @@ class ModeRuntime {
     }
   }
 
-  /// Nothing is felt at the start of a step, or can be before a watch is crossed or data of a field in `entered` begin.
+  /// Whether nothing is felt at the start of a step and nothing can set in before a watch is crossed or data of a field in
+  /// `entered` begin: then any way up to there is free.
   bool is_free_at(const StepContext& context, std::vector<std::int32_t>& entered) noexcept;
 
   /// The finest sample spacing of any enabled mode's data [hand m]; infinity without any.
@@ -134,9 +135,8 @@ class ModeRuntime {
   struct Live {
     Vec3 origin_m;  // of the step
     JumpFade fade;
-    bool stands = false;                        // on a level, when it placed its primitives last
-    bool at_edge = false;                       // strengths were less for it
-    bool is_steep = false, told_steep = false;  // a strength changed fast somewhere
+    bool stands = false;   // on a level, when it placed its primitives last
+    bool at_edge = false;  // strengths were less for it
   };
   using MemoryUnit = std::max_align_t;
 

@@ -192,8 +192,6 @@ void ProxyPath::accept(const ProbeSegment& segment, const Move& made, StepContex
   state_.stopped_by = is_stopped ? event_.crossings.back() : Crossing{};
   if (in_steps_) model_.end_move();
   contacts_.update(model_, distance(made.to.position_m, segment.to_m), crossings_);
-  for (std::size_t m = 0; m < modes_.size(); ++m)
-    if (modes_.begins_to_be_steep(m)) contacts_.warn(m, "a strength changes by more than k/2 per metre of the data");
   context.data_fraction = made.fraction;
   modes_.on_step_accepted(context, state_.proxy, model_.set(), event_.crossings, [&](std::size_t i) {
     const LevelContact* contact = model_.contact_of(i);

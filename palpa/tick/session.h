@@ -117,16 +117,15 @@ class Session {
   /// Puts the proxy on the next probe position and forgets all memories: after a gap or a clutch.
   void reset() noexcept;
 
-  /// Says that no more than `most_n` [N] of the force reaches the hand, because of guard and device: a level that is stronger
-  /// than that never yields. It could only be pressed through unfelt. At first infinity.
+  /// Guard and device let no more than `most_n` [N] reach the hand, at first infinity: a level that is stronger never yields.
   void let_through(double most_n) noexcept;
 
   /// Walks the path in sub-steps `times` [1] (1…16) as short as usual, and in at least that many per tick; the cap on
-  /// sub-steps is so much higher. For studies of convergence: the paths agree as the steps shrink. Allocates.
+  /// sub-steps is so much higher. For studies of convergence: the paths agree as the steps shrink.
+  /// Allocates.
   void refine_path(int times);
-  /// Goes on from where another session of the same scene is: proxy, queue, memories, damper, time; what it was told to let
-  /// through is not among that. The warm start is forgotten. Programming error (assert) if the scenes differ in number of
-  /// modes or memories.
+  /// Goes on from where another session of the same scene is, but for what it lets through; the warm start is forgotten.
+  /// Programming error (assert) if the scenes differ in number of modes or memories.
   void continue_from(const Session& other) noexcept;
 
   const Scene& scene() const noexcept;

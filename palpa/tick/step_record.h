@@ -12,7 +12,8 @@
 namespace palpa {
 
 /// The sub-steps of a tick, each a balance that anyone can check. Moves that settle one step are one sub-step as long as they
-/// stay near the end of its first one: its balance is the last one, with all that was learnt. Allocates when it is made.
+/// stay near the end of its first one: its balance is the last one, in which all that was learnt takes part. Takes its memory
+/// at construction; one thread.
 class StepRecord {
  public:
   /// Room for so many sub-steps. Allocates.

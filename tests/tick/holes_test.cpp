@@ -113,28 +113,5 @@ TEST(Holes, AreSlidThroughWithoutAKick) {
   }
 }
 
-// A strength that follows the data up a slope: steep by the data, and by a mask.
-TEST(Steepness, OfAStrengthIsToldOnce) {
-  const auto warnings = [](double newtons_per_unit, bool by_mask) {
-    Scene scene = scene_with(0.0);
-    const TransferFunction ramp({{0.0, 0.0}, {by_mask ? 1.0 / newtons_per_unit : 2.0, by_mask ? 1.0 : 2.0 * newtons_per_unit}});
-    std::vector<Mask> masks;
-    if (by_mask) masks.push_back({{"s"}, ramp});
-    scene.add("drag", Viscosity{.field = {"s"}, .strength_n = by_mask ? Strength{1.0} : Strength{{"s"}, ramp}}, masks);
-    Session session(scene);
-    int told = 0;
-    for (int i = 0; i < 200; ++i) {
-      session.tick({.position_m = {0.0, 0.0, -1e-5 * i}}, dt);
-      for (const SessionEvent& event : session.events()) told += event.kind == SessionEventKind::warning;
-    }
-    return told;
-  };
-  // The value rises by 1 per voxel of 1 mm; half of k is 250 N/m.
-  for (const bool by_mask : {false, true}) {
-    EXPECT_EQ(warnings(0.2, by_mask), 0);
-    EXPECT_EQ(warnings(0.4, by_mask), 1);
-  }
-}
-
 }  // namespace
 }  // namespace palpa
