@@ -43,8 +43,11 @@ TickFrame GuardedSession::tick(std::int64_t number, double t_s, double dt_s, con
   frame.guard = passed.state;
   const bool is_released = std::ranges::any_of(
       session_.events(), [](const SessionEvent& event) { return event.kind == SessionEventKind::break_through; });
-  if (usable) frame.command_n = guard_.pass(release_.shape(passed.command_n, is_released, dt_s)).command_n;
-  if (!usable || passed.state == GuardState::fault) release_.reset();
+  if (usable && passed.state != GuardState::fault) {
+    frame.command_n = guard_.pass(release_.shape(passed.command_n, is_released, dt_s)).command_n;
+  } else {
+    release_.reset();
+  }
   frame.result.energy.work_on_hand_j = dot(held_command_n_, frame.result.probe_step_m);
   frame.result.energy.held_back_j = dot(held_force_n_ - held_command_n_, frame.result.probe_step_m);
   held_force_n_ = frame.result.force_n;

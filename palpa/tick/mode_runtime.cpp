@@ -122,10 +122,9 @@ void ModeRuntime::place_mode(std::size_t m, const StepContext& context, const Ve
   }
   for (std::size_t i = first; i < out.size(); ++i) {
     if (fades(m)) out.fade(i, fade.share());
-    const Watch level{out.captured(i).field, out.captured(i).value};
-    const bool holds = out[i].strength_n > most_n_ && std::ranges::find(watches_, level) != watches_.end();
-    const double pull_n = 2.0 * context.stiffness_n_per_m * distance(context.probe_m, at_m);
-    if (holds) out.set_strength(i, out[i].strength_n + pull_n);  // more than the spring can pull with now
+    if (!(out[i].strength_n > most_n_) || !is_level(out.captured(i))) continue;
+    // More than the spring can pull with now.
+    out.set_strength(i, out[i].strength_n + 2.0 * context.stiffness_n_per_m * distance(context.probe_m, at_m));
   }
 }
 

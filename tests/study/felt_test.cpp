@@ -125,8 +125,9 @@ TEST(FeltRun, QuietSignalsLeaveOutEventsAndWhatIsNotTouched) {
 }
 
 // A wall of 1 N under a rigid hand: met, broken, and the command falls from there to nothing.
-TEST(FeltRun, OfAWallThatBreaksTellsItsForceAndItsFall) {
-  Scene scene({.stiffness_n_per_m = 500.0, .damping_ns_per_m = 0.0, .max_force_n = 1.2});
+/// A wall that gives way at 1 N, pressed from 1 mm before it with 10 N/s.
+FeltRun run_into_a_wall(double max_force_n) {
+  Scene scene({.stiffness_n_per_m = 500.0, .damping_ns_per_m = 0.0, .max_force_n = max_force_n});
   const FieldRef wall = scene.add("wall", plane_field());
   scene.add("wall", SurfaceAndFriction{.field = wall, .levels = {{.value = 0.0, .strength_n = 1.0}}});
   Session session(scene);
@@ -136,6 +137,11 @@ TEST(FeltRun, OfAWallThatBreaksTellsItsForceAndItsFall) {
     const double t_s = 1e-3 * i;
     add_tick(run, guarded.tick(i, t_s, 1e-3, {.position_m = {0, 0, 1e-3 - 0.02 * t_s}}), session);
   }
+  return run;
+}
+
+TEST(FeltRun, OfAWallThatBreaksTellsItsForceAndItsFall) {
+  const FeltRun run = run_into_a_wall(1.2);
   int onsets = 0, breaks = 0;
   double broke_n = 0.0;
   for (const FeltTick& tick : run.ticks) {
@@ -155,16 +161,7 @@ TEST(FeltRun, OfAWallThatBreaksTellsItsForceAndItsFall) {
 
 // A level beyond the limit holds: the command stays at the limit as long as the hand presses that far.
 TEST(FeltRun, OfAWallBeyondTheLimitTellsHowLongItWasCut) {
-  Scene scene({.stiffness_n_per_m = 500.0, .damping_ns_per_m = 0.0, .max_force_n = 0.8});
-  const FieldRef wall = scene.add("wall", plane_field());
-  scene.add("wall", SurfaceAndFriction{.field = wall, .levels = {{.value = 0.0, .strength_n = 1.0}}});
-  Session session(scene);
-  GuardedSession guarded(session, 10.0);
-  FeltRun run = felt_run(scene);
-  for (int i = 0; i < 200; ++i) {
-    const double t_s = 1e-3 * i;
-    add_tick(run, guarded.tick(i, t_s, 1e-3, {.position_m = {0, 0, 1e-3 - 0.02 * t_s}}), session);
-  }
+  const FeltRun run = run_into_a_wall(0.8);
   EXPECT_EQ(std::ranges::count_if(run.ticks, [](const FeltTick& tick) { return tick.broke_through; }), 0);
   EXPECT_NEAR(saturated_share(run), 0.07 / 0.2, 0.006) << "from 0.8 N, after 0.13 s, on";
 }
