@@ -11,7 +11,7 @@ Ledger::Ledger(std::size_t modes) : modes_(modes), works_j_(std::make_unique<dou
 void Ledger::begin(const Vec3& proxy_m, const Vec3& walked_m) noexcept {
   std::fill_n(works_j_.get(), modes_, 0.0);
   start_m_ = proxy_m;
-  moved_j_ = 0.0;
+  moved_j_ = elastic_j_ = elastic_before_j_ = 0.0;
   probe_m_ = walked_m;
   left_m2_ = let_go_m2_ = 0.0;
 }
@@ -20,6 +20,13 @@ void Ledger::book(std::size_t mode, const Vec3& force_n, const Vec3& step_m, con
   assert(mode < modes_);
   works_j_[mode] += dot(force_n, step_m - carried_m);
   moved_j_ += dot(force_n, carried_m);
+}
+
+void Ledger::book_elastic(std::size_t mode, double before_j, double after_j) noexcept {
+  assert(mode < modes_);
+  works_j_[mode] += after_j - before_j;
+  elastic_before_j_ += before_j;
+  elastic_j_ += after_j;
 }
 
 // With the probe where it is, the spring loses k Δx·(probe − middle of the move) and the forces of the balance do the work
@@ -40,6 +47,7 @@ Energy Ledger::end(const Vec3& proxy_m, const Vec3& probe_m, const Vec3& probe_s
   const double k = stiffness_n_per_m;
   Energy energy;
   energy.stored_j = 0.5 * k * norm_squared(proxy_m - probe_m);
+  energy.elastic_j = elastic_j_;
   energy.moved_j = moved_j_;
   double sum_j = 0.0;
   for (const double work_j : works_j()) {
@@ -48,7 +56,7 @@ Energy Ledger::end(const Vec3& proxy_m, const Vec3& probe_m, const Vec3& probe_s
   }
   // I = S_m − k/2 |x₀ − p⁺|², written as a product: the difference of squares would lose its digits.
   const double gained_j = k * dot(proxy_m - start_m_, 0.5 * (proxy_m + start_m_) - probe_m);
-  energy.path_j = gained_j - sum_j - moved_j_;
+  energy.path_j = gained_j - sum_j + (elastic_j_ - elastic_before_j_) - moved_j_;
   energy.let_go_j = 0.5 * k * let_go_m2_;
   energy.ticks_bound_j = 0.5 * k * norm_squared(probe_step_m);
   energy.ticks_j = energy.path_j + energy.ticks_bound_j + energy.let_go_j;

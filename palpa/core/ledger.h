@@ -15,17 +15,19 @@ namespace palpa {
 /// inside the tick,
 ///     f₀·Δp = S₀ − S_m + k/2 |Δp|² + I,     I = S_m − k/2 |x₀ − p⁺|²
 /// As an equation of I this holds for any x; what can be wrong, and is checked by the tests, is how I
-/// is split over the modes and the path. Summed over ticks, with −Δp·force as what the hand put in, it is the
+/// is split over the modes and the path. What elastic levels store, V, is of no mode: of the work of their forces only what is
+/// not found again in V is. Summed over ticks, with −Δp·force as what the hand put in, it is the
 /// table of a run (energy_table.h); docs/theory.md 7.7.
 struct Energy {
   double stored_j = 0.0;        ///< S_m, in the spring after the tick
+  double elastic_j = 0.0;       ///< V, in elastic levels after the tick
   double dissipated_j = 0.0;    ///< taken out by modes: −Σ of the modes' works below zero
   double injected_j = 0.0;      ///< brought in by modes: Σ of the modes' works above zero
-  double path_j = 0.0;          ///< I − ΣW − moved: the price of walking the path in sub-steps
+  double path_j = 0.0;          ///< I − ΣW + V − V₀ − moved: the price of walking the path in sub-steps
   double damper_j = 0.0;        ///< work of the held damper force on the hand
   double moved_j = 0.0;         ///< work of the data's own motion
   double work_on_hand_j = 0.0;  ///< work of the command that was held since the last tick
-  double let_go_j = 0.0;        ///< lost by the spring where the proxy went further than the hand and the data took it
+  double let_go_j = 0.0;        ///< lost by the springs where the proxy went further than the hand and the data took it
   double held_back_j = 0.0;     ///< work on the hand that the guard held back: of the force less the command
   double ticks_j = 0.0;         ///< brought in by holding the force for a tick: path + k/2 |Δp|² + let go
   double ticks_bound_j = 0.0;   ///< k/2 |Δp|²: the most that one balance can have brought in so
@@ -42,6 +44,8 @@ class Ledger {
   /// Books the force [N] of one primitive of mode `mode` over one sub-step: the proxy went by `step_m`
   /// [m], of which the data themselves carried it `carried_m` [m]. W = F·(step − carried).
   void book(std::size_t mode, const Vec3& force_n, const Vec3& step_m, const Vec3& carried_m) noexcept;
+  /// Books what an elastic level of mode `mode` held before the tick and holds after it [J].
+  void book_elastic(std::size_t mode, double before_j, double after_j) noexcept;
   /// Books one move of the proxy, from `from_m` to `to_m` [m], towards the balance at `balance_m` for the probe at
   /// `probe_m`; the data took it at most `carried_m` [m] of the way.
   void move(const Vec3& from_m, const Vec3& to_m, const Vec3& balance_m, const Vec3& probe_m, double carried_m) noexcept;
@@ -57,6 +61,7 @@ class Ledger {
   std::unique_ptr<double[]> works_j_;
   Vec3 start_m_;
   double moved_j_ = 0.0;
+  double elastic_j_ = 0.0, elastic_before_j_ = 0.0;
   Vec3 probe_m_;            // that the last move was for
   double left_m2_ = 0.0;    // the square of the way of probe and data that the proxy has not gone yet
   double let_go_m2_ = 0.0;  // twice over the stiffness

@@ -123,6 +123,14 @@ class Samples {
   std::shared_ptr<Plan> plan_;
 };
 
+/// Where an elastic level that holds the proxy would be touched: its *foot*, the place on the level that the proxy is pressed
+/// in from (docs/theory.md 8.11).
+struct Foot {
+  PrimitiveId id;       ///< of the plane
+  Vec3 way_m;           ///< [hand m] from the proxy to it
+  double held_j = 0.0;  ///< what is stored in the level
+};
+
 /// Everything a mode may look at when it places primitives. All of it is in the hand frame: metres,
 /// directions turned, derivatives per hand metre; but values keep the data's own unit.
 ///
@@ -137,10 +145,22 @@ class Here {
   double time_step_s = 0.0;        ///< [s] of the sub-step
   double stiffness_n_per_m = 0.0;  ///< [N/m] k of Eq. 1
   double finest_m = 0.0;           ///< [m] finest sample spacing of the session's fields
+  std::span<const Foot> feet;      ///< of the mode's elastic levels that hold the proxy
 
   /// The field's sample at `at_m`. `inside` is false for a field without data there.
   const ScalarSample& scalar(const FieldRef& field) const noexcept { return samples_->scalar(field.index, at_m); }
   const VectorSample& vector(const FieldRef& field) const noexcept { return samples_->vector(field.index, at_m); }
+  /// The same at a position of the hand frame [m].
+  const ScalarSample& scalar(const FieldRef& field, const Vec3& x_m) const noexcept {
+    return samples_->scalar(field.index, x_m);
+  }
+  /// Where the plane of `slot` is to look at its level [m]: at its foot. `at_m` where it is not pressed in.
+  Vec3 foot_m(std::uint16_t slot) const noexcept {
+    for (const Foot& foot : feet) {
+      if (foot.id.slot == slot) return at_m + foot.way_m;
+    }
+    return at_m;
+  }
   /// A scalar field's value, in its own unit, at `proxy_m`, where the sub-step starts: the level that a material holds the
   /// proxy on, wherever the data are looked at. That at `at_m` where there are no data.
   double value_at_start(const FieldRef& field) const noexcept;

@@ -42,6 +42,13 @@ struct Settled {
     }
     return PrimitiveState::off;
   }
+  /// The level that the primitive of a slot was placed on; none where nothing was placed there.
+  Captured captured(std::uint16_t slot) const noexcept {
+    for (const SlotState& s : slots) {
+      if (s.slot == slot) return s.captured;
+    }
+    return {};
+  }
   bool placed(std::uint16_t slot) const noexcept {
     for (const SlotState& s : slots) {
       if (s.slot == slot) return true;

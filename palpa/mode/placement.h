@@ -21,11 +21,11 @@ inline double steady_strength_n(double stiffness_n_per_m, double length, const M
   return turning > 0.0 && std::isfinite(limit_n) ? limit_n : largest_strength_n;
 }
 
-/// The point next to the proxy where the field has `value` [field's unit], by one Newton step along the gradient; never
-/// further than a sample spacing: beyond, the gradient says nothing about where the level is.
-inline Vec3 foot_on_level_m(const Here& here, const ScalarSample& sample, double value) noexcept {
+/// The point next to `x_m` [m], where the field is as `sample` says, at which it has `value` [field's unit], by one Newton step
+/// along the gradient; never further than a sample spacing: beyond, the gradient says nothing about where the level is.
+inline Vec3 foot_on_level_m(const Here& here, const Vec3& x_m, const ScalarSample& sample, double value) noexcept {
   const double step_m = (value - sample.value) / norm(sample.gradient);
-  return here.at_m + std::clamp(step_m, -here.finest_m, here.finest_m) * normalized(sample.gradient);
+  return x_m + std::clamp(step_m, -here.finest_m, here.finest_m) * normalized(sample.gradient);
 }
 
 /// 0 up to `low`, 1 from `high` on, between them a cubic without a kink; any unit, low < high.

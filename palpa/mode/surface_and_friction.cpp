@@ -7,18 +7,23 @@
 namespace palpa {
 
 namespace {
-constexpr std::uint16_t surface_slot = 0;
-constexpr std::uint16_t friction_slot = 1;
+
+// Of the levels that hold the proxy each has a plane and a line; of material it is the first.
+constexpr std::uint16_t surface_slot(std::size_t held) noexcept {
+  return static_cast<std::uint16_t>(held == 0 ? 0 : 2 * held + 1);
+}
+constexpr std::uint16_t friction_slot(std::size_t held) noexcept { return surface_slot(held) + 1; }
 constexpr std::uint16_t flat_slot = 2;
 
-// The level that the surface's plane was placed on.
-double captured_value(const Settled& settled) noexcept {
-  for (const SlotState& slot : settled.slots) {
-    if (slot.slot == surface_slot) return slot.captured.value;
-  }
-  return 0.0;
-}
 }  // namespace
+
+// What a plane is placed on.
+struct SurfaceAndFriction::Standing {
+  std::size_t held = 0;          // in the memory
+  const Level* shell = nullptr;  // none: material
+  double value = 0.0;
+  bool from_low = true;
+};
 
 std::string SurfaceAndFriction::problem() const {
   const bool material = !strength_n.is_constant() || strength_n.constant_n != 0.0;
@@ -41,33 +46,53 @@ std::string SurfaceAndFriction::problem() const {
 }
 
 void SurfaceAndFriction::place(const Here& here, const Memory& memory, PrimitiveSet& out) const noexcept {
-  if (!levels.empty() && !memory.captured && noise_per_m == 0.0) return;  // nothing is met, and nothing is flat
+  const auto is_held = [](const Memory::Held& held) { return held.level >= 0; };
+  const bool material = levels.empty();
+  if (!material && noise_per_m == 0.0 && std::ranges::none_of(memory.held, is_held)) return;  // nothing is met, nothing flat
   const ScalarSample& sample = here.scalar(field);
   if (!sample.inside) return;
+  if (noise_per_m > 0.0) {
+    const double weight = detail::gradient_weight(here, sample.gradient, noise_per_m);
+    if (weight < 1.0 && is_solid(sample.value))
+      out.point(flat_slot, here.proxy_m, (1.0 - weight) * here.newtons(flat_strength_n));
+  }
+  if (material) {
+    stand(here, {0, nullptr, memory.captured ? memory.value : here.value_at_start(field), solid != Solid::low}, out);
+  }
+  for (std::size_t i = 0; i < memory.held.size(); ++i) {
+    const Memory::Held& held = memory.held[i];
+    if (!is_held(held)) continue;
+    const Level& shell = levels[static_cast<std::size_t>(held.level)];
+    stand(here, {i, &shell, shell.value, held.from_low}, out);
+  }
+}
+
+void SurfaceAndFriction::stand(const Here& here, const Standing& on, PrimitiveSet& out) const noexcept {
+  const std::uint16_t slot = surface_slot(on.held);
+  const Vec3 x_m = here.foot_m(slot);
+  const ScalarSample& sample = here.scalar(field, x_m);
+  if (!sample.inside || !(norm(sample.gradient) > 0.0)) return;
   const double weight = detail::gradient_weight(here, sample.gradient, noise_per_m);
-  if (weight < 1.0 && is_solid(sample.value))
-    out.point(flat_slot, here.proxy_m, (1.0 - weight) * here.newtons(flat_strength_n));
-  const bool material = levels.empty();
-  if (!(norm(sample.gradient) > 0.0) || (!memory.captured && !material)) return;
-
-  const Captured level{field.index, memory.captured ? memory.value : here.value_at_start(field)};
-  const bool from_low = memory.captured ? memory.from_low : solid != Solid::low;
+  const Captured level{field.index, on.value};
   const Vec3 uphill = normalized(sample.gradient);
-  const Vec3 normal = from_low ? -uphill : uphill;
-  const auto solid_side = from_low ? TransferFunction::Side::above : TransferFunction::Side::below;
-
-  const Level* shell = material ? nullptr : &levels[static_cast<std::size_t>(memory.level)];
-  out.plane(surface_slot, detail::foot_on_level_m(here, sample, level.value), normal,
-            weight * here.newtons(shell ? shell->strength_n : strength_n, level, solid_side), level);
+  const Vec3 normal = on.from_low ? -uphill : uphill;
+  const Vec3 foot_m = detail::foot_on_level_m(here, x_m, sample, on.value);
+  const auto solid_side = on.from_low ? TransferFunction::Side::above : TransferFunction::Side::below;
+  const double strength = weight * here.newtons(on.shell ? on.shell->strength_n : strength_n, level, solid_side);
+  if (on.shell && on.shell->stiffness_n_per_m) {
+    out.elastic_plane(slot, foot_m, normal, strength, *on.shell->stiffness_n_per_m, level);
+  } else {
+    out.plane(slot, foot_m, normal, strength, level);
+  }
 
   // Through the proxy itself, so that friction is dissipation and nothing else.
-  const bool own_friction = shell && (shell->friction_n || shell->friction_coefficient);
-  const double coefficient = own_friction ? shell->friction_coefficient.value_or(0.0) : friction_coefficient;
-  const double constant_n = own_friction ? shell->friction_n.value_or(0.0) : friction_n;
+  const bool own_friction = on.shell && (on.shell->friction_n || on.shell->friction_coefficient);
+  const double coefficient = own_friction ? on.shell->friction_coefficient.value_or(0.0) : friction_coefficient;
+  const double constant_n = own_friction ? on.shell->friction_n.value_or(0.0) : friction_n;
   if (coefficient > 0.0) {
-    out.friction(friction_slot, surface_slot, here.proxy_m, coefficient);
+    out.friction(friction_slot(on.held), slot, here.proxy_m, coefficient);
   } else if (constant_n > 0.0) {
-    out.line(friction_slot, here.proxy_m, normal, weight * here.newtons(constant_n));
+    out.line(friction_slot(on.held), here.proxy_m, normal, weight * here.newtons(constant_n));
   }
 }
 
@@ -79,33 +104,48 @@ bool SurfaceAndFriction::is_solid(double value) const noexcept {
 }
 
 void SurfaceAndFriction::settle(const Settled& settled, Memory& memory) const noexcept {
-  if (!levels.empty() && !memory.captured && settled.crossings.empty()) return;
+  const auto is_held = [](const Memory::Held& held) { return held.level >= 0; };
+  if (!levels.empty() && settled.crossings.empty() && std::ranges::none_of(memory.held, is_held)) return;
   const ScalarSample& sample = settled.here.scalar(field);
   if (!sample.inside) {
     memory = {};
     return;
   }
-  const PrimitiveState state = settled.state(surface_slot);
-
   if (levels.empty()) {
-    memory.from_low = solid != Solid::low;
-    memory.captured = settled.placed(surface_slot) && state != PrimitiveState::off;
+    const PrimitiveState state = settled.state(surface_slot(0));
+    memory.captured = settled.placed(surface_slot(0)) && state != PrimitiveState::off;
     if (state == PrimitiveState::slip) memory.value = sample.value;  // pressed through: the next value carries
-    if (state == PrimitiveState::stick) memory.value = captured_value(settled);
+    if (state == PrimitiveState::stick) memory.value = settled.captured(surface_slot(0)).value;
     return;
   }
 
-  if (memory.captured && state == PrimitiveState::slip) memory.captured = false;  // the shell lets go
+  for (std::size_t i = 0; i < memory.held.size(); ++i) {
+    if (is_held(memory.held[i]) && settled.state(surface_slot(i)) == PrimitiveState::slip) memory.held[i] = {};  // it lets go
+  }
   for (const Crossing& crossing : settled.crossings) {
     if (crossing.field != field.index) continue;
     const bool inwards = solid == Solid::both || crossing.up == (solid == Solid::high);
     for (std::size_t i = 0; i < levels.size(); ++i) {
       if (levels[i].value != crossing.value) continue;
-      const bool leaves = memory.captured && memory.value == crossing.value && memory.from_low != crossing.up;
-      if (leaves) memory.captured = false;
-      if (inwards && !leaves) memory = {true, crossing.up, static_cast<std::int32_t>(i), crossing.value};
+      const auto level = static_cast<std::int32_t>(i);
+      const auto on = std::ranges::find(memory.held, level, &Memory::Held::level);
+      if (on != memory.held.end() && on->from_low != crossing.up) {
+        *on = {};
+      } else if (inwards) {
+        meet(memory, level, crossing.up);
+      }
     }
   }
+}
+
+// What is rigid and yet lies behind the proxy holds it no more. What gives way does.
+void SurfaceAndFriction::meet(Memory& memory, std::int32_t level, bool from_low) const noexcept {
+  for (Memory::Held& held : memory.held) {
+    const bool gives_way = held.level >= 0 && levels[static_cast<std::size_t>(held.level)].stiffness_n_per_m.has_value();
+    if (!gives_way || held.level == level) held = {};
+  }
+  const auto room = std::ranges::find(memory.held, -1, &Memory::Held::level);
+  (room != memory.held.end() ? *room : memory.held.back()) = {level, from_low};
 }
 
 }  // namespace palpa

@@ -1,6 +1,8 @@
 // Surfaces of a scalar field, with friction.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <string>
@@ -14,7 +16,8 @@ namespace palpa {
 /// normal that resists sliding.
 ///
 /// The surface is either one of the levels (shells: one stands on them until k·depth reaches the
-/// level's strength, then the shell lets go), or, with `strength_n` as a transfer function of the field
+/// level's strength, then the shell lets go; one with a stiffness of its own gives way before, and what lies below is felt
+/// through it), or, with `strength_n` as a transfer function of the field
 /// (material), wherever the proxy is: every value is a surface that yields at its own strength.
 ///
 /// With φ the field, g = ∇φ, σ = +1 where high values are solid: normal n = −σ g/|g|, and the plane
@@ -33,6 +36,7 @@ struct SurfaceAndFriction {
     std::string name{};
     double value = 0.0;  ///< the field's own unit
     Strength strength_n{1.0};
+    std::optional<double> stiffness_n_per_m{};  ///< none: rigid
     std::optional<double> friction_n{};
     std::optional<double> friction_coefficient{};  ///< [1]
 
@@ -41,6 +45,8 @@ struct SurfaceAndFriction {
           param("name", &Level::name, "what the level is called in reports and --set; events have its value"),
           level_param("value", &Level::value, "value of the field that is felt as a surface, in the field's own unit"),
           param("strength_n", &Level::strength_n, "force at which the hand presses through"),
+          param("stiffness_n_per_m", &Level::stiffness_n_per_m,
+                "stiffness of its own, in series with the coupling's: how it gives way before; left out: rigid", Range{1, 1e6}),
           param("friction_n", &Level::friction_n, "force that resists sliding; left out: the mode's", Range{0, 100}),
           param("friction_coefficient", &Level::friction_coefficient,
                 "friction as a share of the force on the surface; left out: the mode's", Range{0, 10})};
@@ -63,7 +69,8 @@ struct SurfaceAndFriction {
         param("field", &S::field, "scalar field whose surfaces are felt"),
         choice_param("solid", &S::solid, "which side of a level is solid: one is held on the other side", "high", "low",
                      "both"),
-        list_param("level", &S::levels, "surfaces at given values; the first that is met holds until it is pressed through"),
+        list_param("level", &S::levels,
+                   "surfaces at given values; each holds from where it is met until it is left or pressed through"),
         param("strength_n", &S::strength_n, "material, instead of levels: strength as a function of the field's value"),
         param("friction_n", &S::friction_n, "force that resists sliding on a surface", Range{0, 100}),
         param("friction_coefficient", &S::friction_coefficient,
@@ -79,16 +86,24 @@ struct SurfaceAndFriction {
   /// side that is solid.
   std::string problem() const;
 
+  /// So many levels can hold the proxy at once: one that is rigid, below others that give way.
+  static constexpr std::size_t most_held = 4;
   struct Memory {
-    bool captured = false;
-    bool from_low = true;     ///< met from lower values: the low side is free
-    std::int32_t level = -1;  ///< index of the captured level; -1: material
-    double value = 0.0;       ///< φ_c, in the field's own unit
+    struct Held {
+      std::int32_t level = -1;  ///< its index; -1: none
+      bool from_low = true;     ///< met from lower values: the low side is free
+    };
+    std::array<Held, most_held> held;  ///< levels, in any order
+    bool captured = false;             ///< by material, that gives way
+    double value = 0.0;                ///< of it, in the field's own unit
   };
   void place(const Here& here, const Memory& memory, PrimitiveSet& out) const noexcept;
   void settle(const Settled& settled, Memory& memory) const noexcept;
 
  private:
+  struct Standing;
+  void stand(const Here& here, const Standing& on, PrimitiveSet& out) const noexcept;
+  void meet(Memory& memory, std::int32_t level, bool from_low) const noexcept;
   bool is_solid(double value) const noexcept;
 };
 

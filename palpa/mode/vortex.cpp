@@ -78,8 +78,8 @@ void VortexPlane::place(const Here& here, const Memory& memory, PrimitiveSet& ou
   const double strength =
       std::min(in_vortex_n(here, *this, here.newtons(strength_n, level, TransferFunction::Side::above)), core.steady_n);
   if (!(strength > 0.0)) return;
-  out.plane(tube_slot, on_level ? detail::foot_on_level_m(here, q, level.value) : here.proxy_m, core.direction, strength,
-            level);
+  out.plane(tube_slot, on_level ? detail::foot_on_level_m(here, here.at_m, q, level.value) : here.proxy_m, core.direction,
+            strength, level);
 }
 
 void VortexPlane::settle(const Settled& settled, Memory& memory) const noexcept {

@@ -19,7 +19,7 @@ double sum_of(const std::vector<EnergyEntry>& entries) noexcept {
 
 /// A mode's key: its name, unless another entry is called that.
 std::string key_of_mode(const std::string& name) {
-  const bool taken = name == "let_go" || name == "damper" || name == "spring";
+  const bool taken = name == "let_go" || name == "damper" || name == "spring" || name == "elastic_levels";
   return taken ? "mode." + name : name;
 }
 
@@ -52,6 +52,7 @@ EnergyTable energy_table(const Summary& s) {
   table.out.push_back({"let_go", "let go" + times, e.let_go_j});
   table.out.push_back({"damper", "damper", 0.0 - e.damper_j});
   table.out.push_back({"spring", "left in the spring", e.stored_j});
+  if (e.elastic_j > 0.0) table.out.push_back({"elastic_levels", "left in elastic levels", e.elastic_j});
   table.ticks_gained_j = s.ticks_gained_j;
   table.ticks_bound_j = e.ticks_bound_j;
   if (s.gaining_m2_per_s > 0.0) table.covering_damping_ns_per_m = s.ticks_gained_j / s.gaining_m2_per_s;

@@ -124,6 +124,7 @@ void SummaryBuilder::add(const TickFrame& frame, std::span<const ModeTick> modes
 
   Energy& energy = summary_.energy;
   energy.stored_j = tick.energy.stored_j;
+  energy.elastic_j = tick.energy.elastic_j;
   energy.dissipated_j += tick.energy.dissipated_j;
   energy.injected_j += tick.energy.injected_j;
   energy.path_j += tick.energy.path_j;

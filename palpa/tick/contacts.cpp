@@ -4,16 +4,20 @@
 
 namespace palpa {
 
-Contacts::Contacts(LiveBlock& live, std::size_t modes) : told_(live.add<Told>(modes)) { events_.reserve(max_events); }
+Contacts::Contacts(LiveBlock& live, std::size_t modes) : modes_(live.add<OfMode>(modes)) { events_.reserve(max_events); }
 
 void Contacts::clear() noexcept {
   events_.clear();
-  for (Told& told : told_) told.contact = {};
+  for (OfMode& mode : modes_) {
+    for (Told& told : mode.levels) told.contact = {};
+  }
 }
 
 void Contacts::begin_tick() noexcept {
   events_.clear();
-  for (Told& told : told_) told.met = told.broken = false;
+  for (OfMode& mode : modes_) {
+    for (Told& told : mode.levels) told.met = told.broken = false;
+  }
 }
 
 void Contacts::emit(const SessionEvent& event) noexcept {
@@ -25,44 +29,50 @@ void Contacts::warn(std::size_t mode, const char* sentence) noexcept {
 }
 
 void Contacts::tell_held_back(std::size_t mode) noexcept {
-  if (!told_[mode].held_back) warn(mode, "a directed force changes faster than half the coupling's stiffness and is held back");
-  told_[mode].held_back = true;
-}
-
-void Contacts::stop_at_bound(const LocalModel& model) noexcept {
-  for (const LevelContact& held : model.contacts()) {
-    if (held.state == PrimitiveState::slip) told_[held.id.mode].at_bound = true;
-  }
+  if (!modes_[mode].held_back)
+    warn(mode, "a directed force changes faster than half the coupling's stiffness and is held back");
+  modes_[mode].held_back = true;
 }
 
 void Contacts::update(const LocalModel& model, double depth_m, Crossings& crossings) noexcept {
   const auto is_free = [](const Told& told) { return told.contact.state == Contact::State::free; };
-  if (model.contacts().empty() && model.set().dropped() == 0 && std::ranges::all_of(told_, is_free)) return;
-  for (std::size_t m = 0; m < told_.size(); ++m) {
-    Contact now;
-    for (const LevelContact& held : model.contacts()) {
-      if (held.id.mode != m || held.state == PrimitiveState::off || now.state != Contact::State::free) continue;
-      const bool yields = (held.state == PrimitiveState::slip || told_[m].at_bound) && held.can_break;
-      now = {yields ? Contact::State::yielding : Contact::State::held, held.level};
+  const auto all_free = [&](const OfMode& mode) { return std::ranges::all_of(mode.levels, is_free); };
+  if (model.contacts().empty() && model.set().dropped() == 0 && std::ranges::all_of(modes_, all_free)) return;
+  for (std::size_t m = 0; m < modes_.size(); ++m) {
+    std::array<Contact, std::tuple_size_v<decltype(OfMode::levels)>> now;
+    const auto place_of = [&](const Captured& level) {
+      const auto before = std::ranges::find(modes_[m].levels, level, [](const Told& told) { return told.contact.level; });
+      return static_cast<std::size_t>(before - modes_[m].levels.begin());
+    };
+    // What was held keeps its place, what is new takes the first that is left.
+    for (const bool is_new : {false, true}) {
+      for (const LevelContact& held : model.contacts()) {
+        if (held.id.mode != m || held.state == PrimitiveState::off) continue;
+        std::size_t place = place_of(held.level);
+        if ((place == now.size()) != is_new) continue;
+        if (is_new) place = std::ranges::find(now, Contact::State::free, &Contact::state) - now.begin();
+        if (place == now.size() || now[place].state != Contact::State::free) continue;
+        const bool yields = (held.state == PrimitiveState::slip || held.at_bound) && held.can_break;
+        now[place] = {yields ? Contact::State::yielding : Contact::State::held, held.level};
+      }
     }
-    told_[m].at_bound = false;
     // Material that yields goes on bearing: nothing is broken through.
-    change(m, now, depth_m, crossings.is_watched({now.level.field, now.level.value}));
+    for (std::size_t i = 0; i < now.size(); ++i)
+      change(m, modes_[m].levels[i], now[i], depth_m, crossings.is_watched({now[i].level.field, now[i].level.value}));
   }
   for (const LevelContact& held : model.contacts()) {
     if (held.state == PrimitiveState::slip) crossings.take_side({held.level.field, held.level.value}, held.solid_is_high);
   }
   for (const Refused& refused : model.set().refused()) {
-    std::uint32_t& refusals = told_[refused.id.mode].refusals;
+    std::uint32_t& refusals = modes_[refused.id.mode].refusals;
     const std::uint32_t bit = 1u << static_cast<unsigned>(refused.reason);
     if ((refusals & bit) == 0) emit({SessionEventKind::fault, refused.id.mode, 0.0, sentence_of(refused.reason)});
     refusals |= bit;
   }
 }
 
-void Contacts::change(std::size_t mode, Contact now, double depth_m, bool is_shell) noexcept {
+void Contacts::change(std::size_t mode, Told& told, Contact now, double depth_m, bool is_shell) noexcept {
   using State = Contact::State;
-  Told& told = told_[mode];
   const Contact& before = told.contact;
   if (before.state == State::yielding && now.level == before.level) now.state = State::yielding;
   const bool meets = now.state != State::free && before.state == State::free && !told.met;

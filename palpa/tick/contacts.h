@@ -1,6 +1,7 @@
 // What each mode holds the proxy on, and what is told of it.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -20,7 +21,7 @@ struct Contact {
 };
 
 /// The contacts of a session and the events of a tick. Here alone contacts change. Onsets and break-throughs are told once a
-/// tick for each mode, a break-through after the onset of its level; refusals and warnings once a session. Keeps the
+/// tick for each contact, a break-through after the onset of its level; refusals and warnings once a session. Keeps the
 /// contacts in a block; one thread.
 class Contacts {
  public:
@@ -36,8 +37,6 @@ class Contacts {
   void warn(std::size_t mode, const char* sentence) noexcept;
   /// Tells, once, that a directed force of a mode changes too fast.
   void tell_held_back(std::size_t mode) noexcept;
-  /// The levels that give way in the last balance hold up to the end of the sub-step, where they yield.
-  void stop_at_bound(const LocalModel& model) noexcept;
   /// Takes over what a sub-step that ended in a balance, with the proxy `depth_m` [m] from the probe, has met and broken
   /// through. What has given way counts as crossed, wherever the proxy is: on an edge of the surface its planes may lead back
   /// out of it, and it would be met, and give way, in every sub-step.
@@ -47,16 +46,18 @@ class Contacts {
   static constexpr std::size_t max_events = 16;  // a tick
   struct Told {
     Contact contact;
-    bool met = false;            // an onset, in this tick …
-    bool broken = false;         // … and a break-through
-    bool at_bound = false;       // it holds here, and yields beyond
+    bool met = false;     // an onset, in this tick …
+    bool broken = false;  // … and a break-through
+  };
+  struct OfMode {
+    std::array<Told, 4> levels;  // elastic ones, and one below; the first is that of a mode that stands on one alone
     bool held_back = false;      // told that a directed force of it changes too fast
     std::uint32_t refusals = 0;  // a bit each
   };
   void emit(const SessionEvent& event) noexcept;
-  void change(std::size_t mode, Contact now, double depth_m, bool is_shell) noexcept;
+  void change(std::size_t mode, Told& told, Contact now, double depth_m, bool is_shell) noexcept;
 
-  std::span<Told> told_;  // by mode
+  std::span<OfMode> modes_;
   std::vector<SessionEvent> events_;
 };
 

@@ -81,7 +81,7 @@ void LocalModel::find_contacts() noexcept {
     } else if (set_.captured(i).any() && p.strength_n > 0.0) {
       LevelContact contact{p.id, set_.captured(i), i};
       contact.own = p;
-      const Vec3 from_m = start_m_ + modes_.carried_m(p.id.mode);
+      const Vec3 from_m = start_m_ + modes_.carried_m(p.id.mode) + modes_.sunk_m(p.id);
       contact.solid_is_high = dot(modes_.samples().scalar(contact.level.field, from_m).gradient, p.direction) < 0.0;
       contact.start = contact.last = seen_from(contact, from_m);
       contact.bounds = !modes_.fades(p.id.mode);
@@ -148,20 +148,24 @@ const LevelLook& LocalModel::look(LevelContact& contact, const Vec3& x_m) noexce
   return contact.last;
 }
 
-LevelLook LocalModel::seen_from(const LevelContact& contact, const Vec3& x_m) noexcept {
-  const ScalarSample& sample = modes_.samples().scalar(contact.level.field, x_m);
-  const double steepness = norm(sample.gradient);
-  if (!sample.inside || !(steepness > 0.0)) return {x_m};
-  const Vec3 uphill = normalized(sample.gradient);
-  const double up_m = std::clamp((contact.level.value - sample.value) / steepness, -spacing_m_, spacing_m_);
-  return {x_m, contact.solid_is_high ? up_m : -up_m, x_m + up_m * uphill, contact.solid_is_high ? -uphill : uphill};
+// What of a proxy a level must leave free: its foot, if it is elastic.
+Vec3 LocalModel::foot_m(const LevelContact& contact, const Vec3& x_m) const noexcept {
+  if (contact.is_rigid()) return x_m;
+  const Vec3 way_m = residual(set_.primitives(), contact.first, x_m);
+  const double longest_m = contact.own.strength_n / contact.own.stiffness_n_per_m;  // further it slips
+  return x_m + std::min(1.0, longest_m / norm(way_m)) * way_m;
+}
+
+Vec3 LocalModel::witness_of(const LevelContact& contact) const noexcept {
+  if (contact.is_rigid()) return witness_m_;
+  return contact.start.free_m < 0.0 ? contact.start.foot_m : contact.start.at_m;
 }
 
 // How deep a place is in what holds the proxy.
 double LocalModel::depth_m(const Vec3& x_m) noexcept {
   double deepest_m = 0.0;
   for (LevelContact& contact : contacts_) {
-    if (holds(contact)) deepest_m = std::max(deepest_m, -look(contact, x_m).free_m);
+    if (holds(contact)) deepest_m = std::max(deepest_m, -look(contact, foot_m(contact, x_m)).free_m);
   }
   return deepest_m;
 }
@@ -169,7 +173,7 @@ double LocalModel::depth_m(const Vec3& x_m) noexcept {
 Vec3 LocalModel::put_back(const Vec3& x_m) noexcept {
   Vec3 on_levels = x_m;
   for (LevelContact& contact : contacts_) {
-    if (!holds(contact)) continue;
+    if (!holds(contact) || !contact.is_rigid()) continue;
     const LevelLook at = look(contact, on_levels);
     if (at.free_m < 0.0) on_levels = at.foot_m;
   }
@@ -188,12 +192,24 @@ void LocalModel::find_witness() noexcept {
   witness_m_ = put_back(start_m_ + carried_m);
 }
 
-// What the energy of all but the levels falls by on a straight way. A product: a difference of squares would lose its digits.
-double LocalModel::gain_j(const Vec3& from_m, const Vec3& to_m, const Vec3& probe_m, double time_step_s) const noexcept {
+// What the energy of all but the levels falls by on the way from the witness, what elastic ones store included; `on_levels`:
+// their feet are put back on them. Products: a difference of squares would lose its digits.
+double LocalModel::gain_j(const Vec3& to_m, bool on_levels, const Vec3& probe_m, double time_step_s) noexcept {
+  const Vec3& from_m = witness_m_;
   double gain_j = stiffness_n_per_m_ * dot(from_m - to_m, 0.5 * (from_m + to_m) - probe_m);
   for (std::size_t i = 0; i < set_.size(); ++i) {
     const LevelContact* contact = contact_of(i);
     if (!contact || !holds(*contact)) gain_j += fall_j(set_[i], from_m, to_m, time_step_s);
+  }
+  for (LevelContact& contact : contacts_) {
+    if (!holds(contact) || contact.is_rigid()) continue;
+    Vec3 foot = foot_m(contact, to_m);
+    if (on_levels) {
+      const LevelLook& at = look(contact, foot);
+      if (at.free_m < 0.0) foot = at.foot_m;
+    }
+    const Vec3 before_m = witness_of(contact) - from_m, after_m = foot - to_m;
+    gain_j += 0.5 * contact.own.stiffness_n_per_m * dot(before_m - after_m, before_m + after_m);
   }
   return gain_j;
 }
@@ -208,8 +224,8 @@ bool LocalModel::accepts(const Vec3& end_m, double deepest, const Vec3& balance_
   if (!(deepest_m <= deepest * spacing_m_)) return false;
   // What the model promises from the witness on, which is on no level's wrong side: to be inside must bring nothing.
   const Vec3 promised_m = witness_m_ + fraction * (balance_m - witness_m_);
-  const double promised_j = gain_j(witness_m_, promised_m, probe_m, time_step_s);
-  return gain_j(witness_m_, put_back(end_m), probe_m, time_step_s) >= earnest * promised_j;
+  const double promised_j = gain_j(promised_m, false, probe_m, time_step_s);
+  return gain_j(put_back(end_m), true, probe_m, time_step_s) >= earnest * promised_j;
 }
 
 // Friction is across the plane.
@@ -225,16 +241,26 @@ void LocalModel::foresee(const Vec3& end_m) noexcept {
   if (is_recanted_ || !learnt_.empty()) return;
   for (LevelContact& contact : contacts_) {
     if (!holds(contact)) continue;
-    const LevelLook there = look(contact, end_m);
+    const LevelLook there = look(contact, foot_m(contact, end_m));
     const Vec3 turn = there.normal - contact.start.normal;
     Primitive plane = contact.own;
     plane.direction = normalized(plane.direction + turn);
     plane.position_m = there.foot_m;
     find_witness();
-    const bool shuts_out = dot(plane.direction, there.foot_m - witness_m_) > shallow * spacing_m_;
+    const bool shuts_out = dot(plane.direction, there.foot_m - witness_of(contact)) > shallow * spacing_m_;
     if (shuts_out || !(norm(turn) * spacing_m_ <= distance(end_m, start_m_))) continue;
     stand_on(contact, plane);
     is_foreseen_ = true;
+  }
+}
+
+void LocalModel::keep_feet(const Vec3& proxy_m) noexcept {
+  modes_.lift_feet();
+  for (const LevelContact& contact : contacts_) {
+    const bool breaks = contact.state == PrimitiveState::slip && contact.can_break;
+    if (contact.is_rigid() || contact.state == PrimitiveState::off || breaks) continue;
+    const Vec3 way_m = foot_m(contact, proxy_m) - proxy_m;
+    modes_.put_foot({contact.id, way_m, 0.5 * contact.own.stiffness_n_per_m * norm_squared(way_m)});
   }
 }
 
@@ -248,7 +274,7 @@ double LocalModel::unsettled_m(const Vec3& end_m) noexcept {
   double furthest_m = 0.0;
   for (LevelContact& contact : contacts_) {
     if (!holds(contact) || contact.state == PrimitiveState::off) continue;
-    const LevelLook at = look(contact, end_m);
+    const LevelLook at = look(contact, foot_m(contact, end_m));
     if (std::abs(at.free_m) > still * spacing_m_) return std::numeric_limits<double>::infinity();
     for (std::size_t row = contact.first; row < contact.first + contact.facets; ++row)
       furthest_m += norm(law_->forces_n()[row]) / stiffness_n_per_m_ * distance(at.normal, set_[row].direction);
@@ -262,11 +288,11 @@ bool LocalModel::learn(const Vec3& end_m) noexcept {
   for (std::size_t c = contacts_.size(); c-- > 0;) {  // the last first: rows before it stay where the law's forces have them
     LevelContact& contact = contacts_[c];
     if (!holds(contact)) continue;
-    const LevelLook at = look(contact, end_m);
+    const LevelLook at = look(contact, foot_m(contact, end_m));
     if (at.free_m >= 0.0) continue;
     // Where it would have to be put back further than it reaches, a place nearer to the witness says more.
-    const Vec3 position_m = at.foot_m - std::max(0.0, dot(at.normal, at.foot_m - witness_m_)) * at.normal;
-    if (!(dot(at.normal, position_m - end_m) >= std::max(novel * spacing_m_, -0.5 * at.free_m))) continue;
+    const Vec3 position_m = at.foot_m - std::max(0.0, dot(at.normal, at.foot_m - witness_of(contact))) * at.normal;
+    if (!(dot(at.normal, position_m - at.at_m) >= std::max(novel * spacing_m_, -0.5 * at.free_m))) continue;
     if (contact.facets == most_facets) forget_idle(contact);
     if (!add_facet(contact, position_m, at.normal)) continue;
     learnt_.push_back({contact.id, contact.level, position_m, at.normal});
@@ -315,7 +341,7 @@ void LocalModel::attend(const Crossings& crossings, const Vec3& end_m, EventPoli
     const bool high = contact.solid_is_high;
     if (contact.state == PrimitiveState::stick) crossings.attend(policy, level, Passing::held);
     if (contact.state == PrimitiveState::off) crossings.attend(policy, level, high ? Passing::leaves_down : Passing::leaves_up);
-    if (is_short || !holds(contact)) continue;
+    if (is_short || !holds(contact) || !contact.is_rigid()) continue;
     const ScalarSample& here = modes_.samples().scalar(level.field, start_m_);
     const double margin = piercing * spacing_m_ * norm(here.gradient);
     Extent& allowed = policy.fields[static_cast<std::size_t>(level.field)].allowed;

@@ -10,16 +10,10 @@
 #include "palpa/core/coulomb_friction.h"
 #include "palpa/core/held_forces.h"
 #include "palpa/core/law.h"
+#include "palpa/mode/level_look.h"
 #include "palpa/tick/mode_runtime.h"
 
 namespace palpa {
-
-/// A level as one Newton step from a place sees it.
-struct LevelLook {
-  Vec3 at_m;            ///< the place; that and the rest in the hand frame
-  double free_m = 0.0;  ///< how far in front of the level it is; without data, or a gradient, it counts as on it
-  Vec3 foot_m, normal;  ///< the nearest place on it, and its direction out of the solid [1]
-};
 
 /// A level that a mode holds the proxy on, in one move: the rows of a set that stand on it, a plane or the facets of a corner.
 struct LevelContact {
@@ -31,18 +25,22 @@ struct LevelContact {
   bool solid_is_high = true;
   bool bounds = true;     ///< the proxy is to stay out of it; false where its mode fades, which is not where the proxy is yet
   bool can_break = true;  ///< gives way by breaking; false where it does so because data end nearby
+  bool at_bound = false;  ///< holds up to the end of the sub-step and yields beyond
   PrimitiveState state = PrimitiveState::stick;  ///< in the last balance
   Vec3 pressed{};                                ///< [1] direction of its force there; zero: none
   Primitive own{};                               ///< its plane as the mode placed it
-  LevelLook start{};                             ///< from where the move begins
+  LevelLook start{};                             ///< from where the move begins: the proxy, or its foot if it is elastic
   LevelLook last{};                              ///< from where it was looked at last
+  bool is_rigid() const noexcept { return !own.is_elastic(); }
 };
 
 /// The primitives of a move and their balance. What the modes place is frozen; a level is looked up again wherever a move
 /// would end, and what is found there joins it as another facet of its corner: the polyhedron of places that are known to be
 /// free. Facets live for one move; P always contains the *witness*, the proxy's own place, so no facet, however wrong, can
 /// press the proxy through a level (docs/theory.md); a foreseen plane may shut it out by `shallow`, and is recanted before it
-/// lets go. Keeps in a block what the next balance depends on; takes its memory at construction; one thread.
+/// lets go. An elastic level knows nothing of the proxy, which it lets in, but of its *foot*: that is its witness, and what
+/// must be free where a move ends. Keeps in a block what the next balance depends on; takes its memory at construction; one
+/// thread.
 class LocalModel {
  public:
   static constexpr std::size_t max_primitives = 64;
@@ -86,8 +84,14 @@ class LocalModel {
   /// proxy is not crossed, but no deeper in it may it be than a little, or than it is. Samples.
   void attend(const Crossings& crossings, const Vec3& end_m, EventPolicy& policy) noexcept;
 
+  /// The levels that give way in the last balance hold up to the end of the sub-step, where they yield.
+  void stop_at_bound() noexcept {
+    for (LevelContact& contact : contacts_) contact.at_bound = contact.state == PrimitiveState::slip;
+  }
   /// The move is made: from its directed forces on the next ones are limited.
   void end_move() noexcept { held_.keep(set_, placed_at_m_); }
+  /// The feet on elastic levels are where the proxy at `proxy_m` [m] has them.
+  void keep_feet(const Vec3& proxy_m) noexcept;
 
   const Law& law() const noexcept { return *law_; }
   const PrimitiveSet& set() const noexcept { return set_; }
@@ -105,7 +109,11 @@ class LocalModel {
     Vec3 normal;
   };
   const LevelLook& look(LevelContact& contact, const Vec3& x_m) noexcept;
-  LevelLook seen_from(const LevelContact& contact, const Vec3& x_m) noexcept;
+  LevelLook seen_from(const LevelContact& contact, const Vec3& x_m) noexcept {
+    return look_at_level(modes_.samples(), contact.level, contact.solid_is_high, x_m, spacing_m_);
+  }
+  Vec3 foot_m(const LevelContact& contact, const Vec3& x_m) const noexcept;
+  Vec3 witness_of(const LevelContact& contact) const noexcept;
   bool holds(const LevelContact& contact) const noexcept { return contact.bounds && contact.state != PrimitiveState::slip; }
   void stand_on(const LevelContact& contact, const Primitive& plane) noexcept;
   double depth_m(const Vec3& x_m) noexcept;
@@ -118,7 +126,7 @@ class LocalModel {
   Vec3 pressed_by(const LevelContact& contact) const noexcept;
   bool turn_friction() noexcept;
   Balance solve(const Vec3& probe_m, double time_step_s) noexcept;
-  double gain_j(const Vec3& from_m, const Vec3& to_m, const Vec3& probe_m, double time_step_s) const noexcept;
+  double gain_j(const Vec3& to_m, bool on_levels, const Vec3& probe_m, double time_step_s) noexcept;
 
   std::unique_ptr<Law> law_;
   ModeRuntime& modes_;

@@ -18,7 +18,8 @@ bool stays_zero(const TransferFunction& curve, double value) noexcept {
 
 }  // namespace
 
-ModeRuntime::ModeRuntime(LiveBlock& live, const Scene& scene, const Similarity& map) : map_(map), modes_(scene.modes()) {
+ModeRuntime::ModeRuntime(LiveBlock& live, const Scene& scene, const Similarity& map)
+    : map_(map), modes_(scene.modes()), feet_(live.add<Feet>()) {
   for (const SceneVolume& volume : scene.volumes()) {
     for (const VolumeField& field : volume.volume.fields) fields_.push_back(field.field);
   }
@@ -50,6 +51,7 @@ void ModeRuntime::start() noexcept {
     modes_[m].mode.start(memory(m));
     live_[m] = {};
   }
+  lift_feet();
 }
 
 void ModeRuntime::arrive() noexcept {
@@ -83,6 +85,7 @@ Here ModeRuntime::here_at(std::size_t m, const StepContext& context, const Vec3&
   here.time_step_s = context.time_step_s;
   here.stiffness_n_per_m = context.stiffness_n_per_m;
   here.finest_m = finest_m_;
+  here.feet = std::ranges::equal_range(feet(), m, {}, [](const Foot& foot) { return std::size_t{foot.id.mode}; });
   return here;
 }
 
@@ -124,7 +127,7 @@ void ModeRuntime::place_mode(std::size_t m, const StepContext& context, const Ve
     if (fades(m)) out.fade(i, fade.share());
     if (!(out[i].strength_n > most_n_) || !is_level(out.captured(i))) continue;
     // More than the spring can pull with now.
-    out.set_strength(i, out[i].strength_n + 2.0 * context.stiffness_n_per_m * distance(context.probe_m, at_m));
+    out.set_strength(i, out[i].strength_n + context.stiffness_n_per_m * distance(context.probe_m, at_m));
   }
 }
 

@@ -85,6 +85,7 @@ bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) no
     modes_.samples().set_time(time_.at(c.view_s));
   }
   ledger.begin(c.proxy, queue_.walked_m());
+  for (const Foot& foot : modes_.feet()) ledger.book_elastic(foot.id.mode, foot.held_j, 0.0);
   path_m_ = queue_.push(probe_m, time_step_s);
   if (playing_) path_m_ = std::max(path_m_, modes_.motion_m(c.proxy, time_.at(c.followed_s), time_.at(c.elapsed_s)));
 
@@ -96,6 +97,7 @@ bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) no
     is_there ? sub_step(segment) : record_.cut();
   }
   record_.book(ledger);
+  for (const Foot& foot : modes_.feet()) ledger.book_elastic(foot.id.mode, 0.0, foot.held_j);
   return is_there;
 }
 
@@ -191,6 +193,7 @@ void ProxyPath::accept(const ProbeSegment& segment, const Move& made, StepContex
   const bool is_stopped = made.stop == Stop::event && !event_.crossings.empty();
   state_.stopped_by = is_stopped ? event_.crossings.back() : Crossing{};
   if (in_steps_) model_.end_move();
+  model_.keep_feet(state_.proxy);
   contacts_.update(model_, distance(made.to.position_m, segment.to_m), crossings_);
   context.data_fraction = made.fraction;
   modes_.on_step_accepted(context, state_.proxy, model_.set(), event_.crossings, [&](std::size_t i) {
@@ -371,7 +374,7 @@ bool ProxyPath::meet_bound(ProbeSegment& segment, const StepContext& context, Ba
   }
   held -= bound_m / length;  // there no rounding of forces decides whether the level holds
   holds_at(gone);
-  contacts_.stop_at_bound(model_);
+  model_.stop_at_bound();
   segment.to_m = probe_at(held);
   segment.time_s = held * context.time_step_s;
   to = model_.balance(segment.to_m, segment.time_s);

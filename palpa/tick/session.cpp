@@ -69,7 +69,7 @@ class Session::State {
     Damper damper{0.0};
     Vec3 last_probe;
     Vec3 damper_force;      // held since the last tick
-    double stored_j = 0.0;  // in the spring since then
+    double stored_j = 0.0;  // in the spring and in elastic levels since then
   };
 
   CouplingState& coupling;
@@ -137,7 +137,7 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
   result.energy = ledger.end(proxy, p, probe_step, k);
   result.energy.let_go_j += lost_j;
   result.energy.damper_j = dot(c.damper_force, probe_step);
-  c.stored_j = result.energy.stored_j;
+  c.stored_j = result.energy.stored_j + result.energy.elastic_j;
   c.damper_force = damping_n;
   c.last_probe = p;
   gather(result);

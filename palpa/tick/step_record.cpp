@@ -45,7 +45,14 @@ void StepRecord::add(SubStep& step, bool settles, double spacing_m, const LocalM
     if (i + 1 < placed_.size() && placed_[i + 1].primitive.id == row.primitive.id) continue;
     const bool slips = row.state == PrimitiveState::slip;  // in a direction that is known as well as the way is long
     const double share = slips ? std::min(1.0, rounding_m / norm(residual(row.primitive, position_m))) : 1.0;
-    if (row.state != PrimitiveState::off) held_n += share * (row.primitive.strength_n + norm(corner_n));
+    // Of a plane, behind it, what the force lacks is wrong, before it all of the force is.
+    const double s = row.primitive.strength_n, u = norm(corner_n);
+    double moved_n = row.primitive.kind == PrimitiveKind::plane ? std::max(s - u, u) : s + u;
+    // Elastic, its force is wrong by no more than its bound and that rounding make it (theory.md 8.12).
+    const double stiffness = row.primitive.stiffness_n_per_m;
+    if (row.primitive.is_elastic())
+      moved_n = std::min(moved_n, std::sqrt(2.0 * stiffness * k) * step.balance.error_bound_m + stiffness * rounding_m);
+    if (row.state != PrimitiveState::off) held_n += share * moved_n;
     corner_n = {};
   }
   // The law's bound is that of the balance before its position was rounded. Whoever checks what is recorded by the duality gap

@@ -144,6 +144,7 @@ const Table<TickFrame>& ticks_table() {
       later(COLUMN(TickFrame, "held_back_j", "", result.energy.held_back_j, "work on the hand that the guard held back")),
       later(COLUMN(TickFrame, "ticks_j", "", result.energy.ticks_j, "brought in by holding the force for a tick")),
       later(COLUMN(TickFrame, "ticks_bound_j", "", result.energy.ticks_bound_j, "k/2 of the probe's step, squared")),
+      later(COLUMN(TickFrame, "elastic_j", "", result.energy.elastic_j, "energy in elastic levels after the tick")),
   };
   static const Table<TickFrame> table{"ticks.csv", "One row per tick.", columns};
   return table;
@@ -204,6 +205,7 @@ const Table<PrimitiveRow>& primitives_table() {
       COLUMN(PrimitiveRow, "captured_value", "", captured_value, "the level that a plane stands on; empty: none"),
       COLUMN(PrimitiveRow, "force", "n", placed.force_n, "on the proxy; the law's split, where several share one of many"),
       COLUMN(PrimitiveRow, "state", "", placed.state, "stick, slip or off"),
+      COLUMN(PrimitiveRow, "stiffness_n_per_m", "", stiffness_n_per_m, "of an elastic level; empty: rigid"),
   };
   static const Table<PrimitiveRow> table{"primitives.csv", "With `--primitives`: one row per tick, sub-step and primitive.",
                                          columns};

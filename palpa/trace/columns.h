@@ -33,6 +33,7 @@ struct PrimitiveRow {
   std::string_view mode;
   const PlacedPrimitive& placed;
   std::optional<double> captured_value;
+  std::optional<double> stiffness_n_per_m;
 };
 
 /// A row of works.csv.

@@ -227,9 +227,11 @@ void TraceWriter::append(const TickFrame& frame, std::span<const ModeTick> modes
         Files::add(*files.balances, detail::balances_table(), {frame.tick, number, step});
         for (const PlacedPrimitive& one : own) {
           if (is_idle_facet(one)) continue;
+          const Primitive& row = one.primitive;
+          const auto stiffness = row.is_elastic() ? std::optional(row.stiffness_n_per_m) : std::nullopt;
           const std::optional<double> captured = one.captured.any() ? std::optional(one.captured.value) : std::nullopt;
           const std::string_view mode = files.mode_name(one.primitive.id.mode);
-          Files::add(*files.primitives, detail::primitives_table(), {frame.tick, number, mode, one, captured});
+          Files::add(*files.primitives, detail::primitives_table(), {frame.tick, number, mode, one, captured, stiffness});
           if (one.carried_m == Vec3{}) continue;
           files.add_to(files.works, detail::works_table(), {frame.tick, number, mode, one, work_j(step, one)});
         }

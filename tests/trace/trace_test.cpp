@@ -130,7 +130,7 @@ TEST_F(Trace, FilesHaveTheColumnsThatAreDocumented) {
       "probe_valid,proxy_x_m,proxy_y_m,proxy_z_m,proxy_velocity_x_m_per_s,proxy_velocity_y_m_per_s,proxy_velocity_z_m_per_s,"
       "force_x_n,force_y_n,force_z_n,command_x_n,command_y_n,command_z_n,error_bound_m,sub_steps,iterations,status,dropped,"
       "stored_j,dissipated_j,injected_j,path_j,damper_j,moved_j,work_on_hand_j,guard,buttons,"
-      "let_go_j,held_back_j,ticks_j,ticks_bound_j");
+      "let_go_j,held_back_j,ticks_j,ticks_bound_j,elastic_j");
   EXPECT_EQ(first_line(folder() / "modes.csv"),
             "tick,mode,force_x_n,force_y_n,force_z_n,dissipated_j,injected_j,primitives,split_shared");
   EXPECT_EQ(
@@ -141,7 +141,8 @@ TEST_F(Trace, FilesHaveTheColumnsThatAreDocumented) {
   EXPECT_EQ(
       first_line(folder() / "primitives.csv"),
       "tick,sub_step,mode,slot,kind,position_x_m,position_y_m,position_z_m,direction_x,direction_y,direction_z,strength_n,"
-      "drag_ns_per_m,captured_value,force_x_n,force_y_n,force_z_n,state");
+      "drag_ns_per_m,captured_value,force_x_n,force_y_n,force_z_n,state,"
+      "stiffness_n_per_m");
   EXPECT_EQ(first_line(folder() / "events.csv"), "tick,t_s,kind,subject,value");
   EXPECT_EQ(first_line(folder() / "timing.csv"), "tick,late_us,tick_us,device_us");
   EXPECT_EQ(text_of(folder() / "scene.toml"), scene);
@@ -186,8 +187,8 @@ TEST_F(Trace, RowsOfModesBalancesPrimitivesAndEvents) {
   writer.append_event(6, 0.006, "warning", "session", "two\nlines");
   writer.finish();
   EXPECT_THAT(text_of(folder() / "modes.csv"), HasSubstr("\n5,skin,0.25,0,-1,1e-05,0,2,0\n5,\"with,comma\",0,0,0,0,0,0,1\n"));
-  EXPECT_THAT(text_of(folder() / "primitives.csv"), HasSubstr("\n5,0,skin,3,plane,0,0,0.5,0,0,1,0.8,0,-300,0,0,0.5,stick\n"
-                                                              "5,0,\"with,comma\",0,point,0,0,0,0,0,0,1,0,,0,0,0,off\n"
+  EXPECT_THAT(text_of(folder() / "primitives.csv"), HasSubstr("\n5,0,skin,3,plane,0,0,0.5,0,0,1,0.8,0,-300,0,0,0.5,stick,\n"
+                                                              "5,0,\"with,comma\",0,point,0,0,0,0,0,0,1,0,,0,0,0,off,\n"
                                                               "5,1,skin,3,plane,"));
   EXPECT_THAT(text_of(folder() / "balances.csv"),
               AllOf(HasSubstr("\n5,0,0.001,"), HasSubstr("\n5,1,0.25,"), HasSubstr(",event,")));
@@ -208,7 +209,7 @@ TEST_F(Trace, ACornerIsTheRowsOfItsFacetsThatCarryForce) {
   TraceWriter writer(folder(), {.primitives = true}, scene, {"skin"});
   writer.append(plain_frame(5), {}, steps, placed, {});
   writer.finish();
-  const std::string row = "skin,3,facet,0,0,0,0,0,1,0.8,0,,0,0,0.5,stick\n";
+  const std::string row = "skin,3,facet,0,0,0,0,0,1,0.8,0,,0,0,0.5,stick,\n";
   EXPECT_THAT(text_of(folder() / "primitives.csv"), EndsWith("\n5,0," + row + "5,0," + row + "5,1," + row));
   EXPECT_THAT(text_of(folder() / "balances.csv"), AllOf(HasSubstr(",exact,2,"), HasSubstr(",exact,1,")));
 }
@@ -381,7 +382,7 @@ TEST_F(Trace, BadRowsAreNamedByFileAndLine) {
   };
   EXPECT_THAT(read_with("\n1,0.001,", "\n1,0.001x,"), AllOf(HasSubstr("ticks.csv:3: "), HasSubstr("'0.001x'")));
   EXPECT_THAT(read_with("\n1,0.001,", "\n1,,"), HasSubstr("ticks.csv:3: "));
-  EXPECT_THAT(read_with("\n1,0.001,", "\n1,7,0.001,"), HasSubstr("ticks.csv:3: has 41 cells; the header has 40"));
+  EXPECT_THAT(read_with("\n1,0.001,", "\n1,7,0.001,"), HasSubstr("ticks.csv:3: has 42 cells; the header has 41"));
   EXPECT_THAT(read_with("resting", "sleeping"), AllOf(HasSubstr("ticks.csv:2: "), HasSubstr("'sleeping'")));
   EXPECT_THAT(read_with("force_y_n", "force_y_lb"), AllOf(HasSubstr("ticks.csv:1: "), HasSubstr("'force_y_n' is missing")));
   EXPECT_THAT(read_with(good, std::string(3'000'000, 'x')), HasSubstr("ticks.csv:1: the line is longer"));

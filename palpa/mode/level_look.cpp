@@ -1,0 +1,17 @@
+#include "palpa/mode/level_look.h"
+
+#include <algorithm>
+
+namespace palpa {
+
+LevelLook look_at_level(Samples& samples, const Captured& level, bool solid_is_high, const Vec3& x_m,
+                        double spacing_m) noexcept {
+  const ScalarSample& sample = samples.scalar(level.field, x_m);
+  const double steepness = norm(sample.gradient);
+  if (!sample.inside || !(steepness > 0.0)) return {x_m};
+  const Vec3 uphill = normalized(sample.gradient);
+  const double up_m = std::clamp((level.value - sample.value) / steepness, -spacing_m, spacing_m);
+  return {x_m, solid_is_high ? up_m : -up_m, x_m + up_m * uphill, solid_is_high ? -uphill : uphill};
+}
+
+}  // namespace palpa
