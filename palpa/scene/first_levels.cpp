@@ -96,6 +96,7 @@ FirstLevels first_levels(const Field& field, const Statistics& values, const std
         "gives way to a light press, so that one gets to the bone");
     add("bone", bone_hu, 2.0, "above soft tissue (40 HU) and most contrast agent",
         "as firm as leaves room below max_force_n for skin, friction and drag");
+    for (FirstLevel& level : first.levels) level.soft = level.value == skin_hu;
     if (!first.levels.empty()) return first;
   }
 
@@ -118,6 +119,7 @@ FirstLevels first_levels(const Field& field, const Statistics& values, const std
     const double beyond = first.solid_is_high ? h.share_between(inner_value, to) : h.share_between(from, inner_value);
     // A class of a few voxels, or as good as the first level again, is no surface of its own.
     if (inner_value > from && inner_value < to && beyond > 0.05 * solid && solid - beyond > 0.05 * solid) {
+      first.levels.back().soft = true;
       first.levels.push_back(level_between(field, h, "core", inner_value, from, to, 0.8, 1.8));
     }
   }

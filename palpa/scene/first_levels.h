@@ -15,6 +15,7 @@ struct FirstLevel {
   double strength_n = 0.0;
   std::string why_value;  ///< half sentences, for comments
   std::string why_strength;
+  bool soft = false;  ///< gives way, so that what is below is felt through it
 };
 
 /// A scalar field as surfaces: what is solid lies on one side of all levels, the outermost first.
@@ -26,7 +27,7 @@ struct FirstLevels {
 };
 
 /// Levels from the histogram: skin and bone of CT, else where it parts best, once, and again within what is solid. Their
-/// strengths from the gradients: the sharper an edge, the firmer.
+/// strengths from the gradients: the sharper an edge, the firmer. What lies over another is soft.
 FirstLevels first_levels(const Field& field, const Statistics& values, const std::string& unit);
 
 /// Where the drag of something sparse begins: the value beyond which lies a share `wanted` [1] of what is around it, between

@@ -305,6 +305,9 @@ std::string surface_modes(const std::string& field, const Statistics& values, co
     out += "\n[[mode.level]]\nname = " + toml_string(level.name) + "\n";
     out += line("value = " + toml_number(level.value), level.why_value);
     out += line("strength_n = " + toml_number(level.strength_n), level.why_strength);
+    if (level.soft)
+      out += line("stiffness_n_per_m = 300",
+                  "and gives way before, like flesh under a finger: what is harder below is felt through it");
   }
   const double level = first.levels.front().value;
   const double towards_solid = first.solid_is_high ? 1.0 : -1.0;

@@ -148,12 +148,16 @@ const LevelLook& LocalModel::look(LevelContact& contact, const Vec3& x_m) noexce
   return contact.last;
 }
 
+// From a place to the foot that an elastic primitive has there.
+Vec3 LocalModel::way_to_foot_m(std::size_t row, const Vec3& x_m) const noexcept {
+  const Vec3 way_m = residual(set_.primitives(), row, x_m);
+  const double longest_m = set_[row].strength_n / set_[row].stiffness_n_per_m;  // further it slips
+  return std::min(1.0, longest_m / norm(way_m)) * way_m;
+}
+
 // What of a proxy a level must leave free: its foot, if it is elastic.
 Vec3 LocalModel::foot_m(const LevelContact& contact, const Vec3& x_m) const noexcept {
-  if (contact.is_rigid()) return x_m;
-  const Vec3 way_m = residual(set_.primitives(), contact.first, x_m);
-  const double longest_m = contact.own.strength_n / contact.own.stiffness_n_per_m;  // further it slips
-  return x_m + std::min(1.0, longest_m / norm(way_m)) * way_m;
+  return contact.is_rigid() ? x_m : x_m + way_to_foot_m(contact.first, x_m);
 }
 
 Vec3 LocalModel::witness_of(const LevelContact& contact) const noexcept {
@@ -256,11 +260,13 @@ void LocalModel::foresee(const Vec3& end_m) noexcept {
 
 void LocalModel::keep_feet(const Vec3& proxy_m) noexcept {
   modes_.lift_feet();
-  for (const LevelContact& contact : contacts_) {
-    const bool breaks = contact.state == PrimitiveState::slip && contact.can_break;
-    if (contact.is_rigid() || contact.state == PrimitiveState::off || breaks) continue;
-    const Vec3 way_m = foot_m(contact, proxy_m) - proxy_m;
-    modes_.put_foot({contact.id, way_m, 0.5 * contact.own.stiffness_n_per_m * norm_squared(way_m)});
+  for (std::size_t row = 0; row < set_.size(); ++row) {
+    const LevelContact* contact = contact_of(row);  // none: a level that jumped away and fades
+    const bool breaks = contact && contact->state == PrimitiveState::slip && contact->can_break;
+    if (!set_[row].is_elastic() || breaks || (contact && contact->first != row)) continue;
+    const Vec3 way_m = way_to_foot_m(row, proxy_m);
+    if (way_m == Vec3{}) continue;
+    modes_.put_foot({set_[row].id, way_m, 0.5 * set_[row].stiffness_n_per_m * norm_squared(way_m)});
   }
 }
 

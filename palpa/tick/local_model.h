@@ -112,6 +112,7 @@ class LocalModel {
   LevelLook seen_from(const LevelContact& contact, const Vec3& x_m) noexcept {
     return look_at_level(modes_.samples(), contact.level, contact.solid_is_high, x_m, spacing_m_);
   }
+  Vec3 way_to_foot_m(std::size_t row, const Vec3& x_m) const noexcept;
   Vec3 foot_m(const LevelContact& contact, const Vec3& x_m) const noexcept;
   Vec3 witness_of(const LevelContact& contact) const noexcept;
   bool holds(const LevelContact& contact) const noexcept { return contact.bounds && contact.state != PrimitiveState::slip; }

@@ -45,7 +45,7 @@ double largest_of(const Table& table) {
 struct Row {
   bool usable = false;
   Vec3 probe_m, proxy_m, force_n, command_n;
-  double stored_j = 0.0;
+  double stored_j = 0.0, elastic_j = 0.0;
 
   explicit Row(const test::CsvRows& ticks)
       : usable(ticks.integer("probe_valid") == 1 && ticks.text("status") != "bad_input"),
@@ -53,7 +53,8 @@ struct Row {
         proxy_m(ticks.vector("proxy", "m")),
         force_n(ticks.vector("force", "n")),
         command_n(ticks.vector("command", "n")),
-        stored_j(ticks.number("stored_j")) {}
+        stored_j(ticks.number("stored_j")),
+        elastic_j(ticks.number("elastic_j")) {}
 };
 
 /// The spring's stiffness, where it was pressed most; 0 where it never was.
@@ -119,9 +120,10 @@ Table worked_out(const fs::path& trace) {
   for (test::CsvRows ticks(trace / "ticks.csv"); ticks.next();) {
     const std::int64_t tick = ticks.integer("tick");
     const Row row(ticks);
-    const double stored_before_j = last ? last->stored_j : 0.0;
     const bool goes_on = row.usable && last && last->usable;
-    const double lost_j = goes_on ? 0.0 : stored_before_j;  // the proxy was put on the probe
+    // What spring and elastic levels held is gone where the proxy was put on the probe.
+    const double lost_j = goes_on || !last ? 0.0 : last->stored_j + last->elastic_j;
+    const double took_j = row.elastic_j - (goes_on ? last->elastic_j : 0.0);
     double snapped_j = ticks.number("let_go_j") - lost_j;
     if (primitives) {
       EXPECT_NEAR(snapped_j, let_go[tick], 1e-15) << ticks.place();
@@ -129,6 +131,7 @@ Table worked_out(const fs::path& trace) {
     }
     table.out["let_go"] += lost_j + snapped_j;
     table.out["spring"] = row.stored_j;
+    table.out["elastic_levels"] = row.elastic_j;
     table.in["data"] += ticks.number("moved_j");
     if (row.usable) {
       const Vec3 step_m = goes_on ? row.probe_m - last->probe_m : Vec3{};
@@ -139,10 +142,12 @@ Table worked_out(const fs::path& trace) {
         table.out["damper"] -= dot(last->force_n - k * (last->proxy_m - last->probe_m), step_m);
       }
       const double gained_j = k * dot(row.proxy_m - from_m, 0.5 * (row.proxy_m + from_m) - row.probe_m);
-      table.in["ticks"] += gained_j - works_j[tick] - ticks.number("moved_j") + 0.5 * k * norm_squared(step_m) + snapped_j;
+      table.in["ticks"] +=
+          gained_j - works_j[tick] + took_j - ticks.number("moved_j") + 0.5 * k * norm_squared(step_m) + snapped_j;
     }
     last = row;
   }
+  if (table.out["elastic_levels"] == 0.0) table.out.erase("elastic_levels");
   return table;
 }
 

@@ -48,6 +48,7 @@ Scene random_scene(test::Random& random, int number) {
   } else {
     surface.levels = {{.name = "skin", .value = -300, .strength_n = random.uniform(0.3, 1.5)},
                       {.name = "bone", .value = 300, .strength_n = random.uniform(2.0, 6.0)}};
+    if (number % 3 == 1) surface.levels[0].stiffness_n_per_m = random.uniform(50, 1000);
   }
   (number % 2 ? surface.friction_n : surface.friction_coefficient) = random.uniform(0.05, 0.4);
   scene.add("surface", surface);
@@ -95,7 +96,7 @@ class Table {
 };
 
 struct Row {
-  Primitive primitive;  // its id has the slot alone
+  Primitive primitive;  // its id has the slot alone; of stiffness 0: rigid
   std::string mode;
   Vec3 force_n;
 };
@@ -104,6 +105,16 @@ struct Recomputed {
   double bound_m = 0.0;
   double rounding_m = 0.0;  // of this formula on numbers of 53 bits: |u| is s only to an ulp, and ε has a root over it
 };
+
+// What a surface of strength s holds that one is d deep in: Huber's function of d if it is elastic.
+long double held_j(const Primitive& p, long double d) {
+  const long double s = p.strength_n, stiffness = p.stiffness_n_per_m;
+  if (!(stiffness > 0)) return s * d;
+  return stiffness * d <= s ? stiffness / 2 * d * d : s * d - s * s / (2 * stiffness);
+}
+long double conjugate_j(const Primitive& p, const Vec3& u) {
+  return p.stiffness_n_per_m > 0 ? norm_squared(u) / (2.0L * p.stiffness_n_per_m) : 0.0L;
+}
 
 // The check formula of a trace (docs/trace.md), as anyone would write it down.
 Recomputed recomputed_bound(const std::vector<Row>& rows, const Vec3& x, const Vec3& probe, const Vec3& directed, double k,
@@ -133,7 +144,7 @@ Recomputed recomputed_bound(const std::vector<Row>& rows, const Vec3& x, const V
       --i;
       size += p.strength_n * away;
       sum += whole;
-      eps += p.strength_n * norm(test::way_out_by_all_faces(facets, x)) - uR;
+      eps += held_j(p, norm(test::way_out_by_all_faces(facets, x))) + conjugate_j(p, whole) - uR;
       continue;
     }
     const Vec3& q = p.direction;
@@ -150,7 +161,8 @@ Recomputed recomputed_bound(const std::vector<Row>& rows, const Vec3& x, const V
     const long double s = p.strength_n, C = p.drag_ns_per_m / T;
     const long double over = std::max(0.0L, static_cast<long double>(norm(u)) - s);
     size += std::max(p.strength_n, norm(u)) * norm(d);
-    eps += s * reach + C / 2 * reach * reach + (p.drag_ns_per_m > 0 ? over * over / (2 * C) : 0.0L) - uR;
+    eps += held_j(p, reach) + conjugate_j(p, u) + C / 2 * reach * reach + (p.drag_ns_per_m > 0 ? over * over / (2 * C) : 0.0L) -
+           uR;
   }
   const long double rho = norm(k * (x - probe) - directed - sum);
   return {static_cast<double>((rho + std::sqrt(rho * rho + 4 * k * std::max(0.0L, eps))) / (2 * k)),
@@ -160,7 +172,7 @@ Recomputed recomputed_bound(const std::vector<Row>& rows, const Vec3& x, const V
 TEST(Trace, ProvesItsBalancesAndItsLedgerWithoutOurSolver) {
   test::Random random(2026);
   int balances = 0, capped = 0, capped_injections = 0, primitives_checked = 0, friction_rows = 0, drag_rows = 0,
-      directed_rows = 0;
+      directed_rows = 0, elastic_rows = 0;
   double worst_bound = 0.0, worst_ledger_j = 0.0, worst_injection_j = 0.0, worst_path_j = 0.0;
   for (int number = 0; number < scenes; ++number) {
     const Scene scene = random_scene(random, number);
@@ -193,6 +205,7 @@ TEST(Trace, ProvesItsBalancesAndItsLedgerWithoutOurSolver) {
     bool more_steps = steps.next(), more_placed = placed.next(), more_modes = modes.next();
     const double k = scene.coupling.stiffness_n_per_m;
     Vec3 proxy_before, probe_before;
+    double elastic_before_j = 0.0;
     bool first = true;
     while (ticks.next()) {
       const std::string tick = ticks.text("tick");
@@ -230,6 +243,7 @@ TEST(Trace, ProvesItsBalancesAndItsLedgerWithoutOurSolver) {
           row.primitive.direction = placed.vector("direction", "");
           row.primitive.strength_n = placed.number("strength_n");
           row.primitive.drag_ns_per_m = placed.number("drag_ns_per_m");
+          row.primitive.stiffness_n_per_m = placed.number("stiffness_n_per_m");
           row.force_n = placed.vector("force", "n");
           rows.push_back(row);
           more_placed = placed.next();
@@ -253,6 +267,7 @@ TEST(Trace, ProvesItsBalancesAndItsLedgerWithoutOurSolver) {
           directed_rows += row.primitive.kind == PrimitiveKind::directed;
           drag_rows += row.primitive.drag_ns_per_m > 0;
           friction_rows += row.primitive.kind == PrimitiveKind::line;
+          elastic_rows += row.primitive.stiffness_n_per_m > 0;
           if (row.primitive.kind == PrimitiveKind::directed) {
             push += row.force_n;
             continue;
@@ -279,10 +294,14 @@ TEST(Trace, ProvesItsBalancesAndItsLedgerWithoutOurSolver) {
       path_limit += k * distance(x, x0) * distance(probe, walked);
 
       // The ledger: per mode, and the path's share of the identity of the tick.
+      const double elastic_j = ticks.number("elastic_j") - elastic_before_j;
+      elastic_before_j = ticks.number("elastic_j");
       double injected = 0.0, dissipated = 0.0;
       while (more_modes && modes.text("tick") == tick) {
         const double work = modes.number("injected_j") - modes.number("dissipated_j");
-        worst_ledger_j = std::max(worst_ledger_j, std::abs(work - works[modes.text("mode")]));
+        double books = works[modes.text("mode")];
+        if (modes.text("mode") == "surface") books += elastic_j;  // the one mode with levels
+        worst_ledger_j = std::max(worst_ledger_j, std::abs(work - books));
         injected += modes.number("injected_j");
         dissipated += modes.number("dissipated_j");
         more_modes = modes.next();
@@ -296,7 +315,7 @@ TEST(Trace, ProvesItsBalancesAndItsLedgerWithoutOurSolver) {
       worst_path_j = std::max(worst_path_j, std::abs(ticks.number("path_j") - path));
       if (!first) {
         // f₀·Δp = S₀ − S_m + k/2 |Δp|² + I with I = ΣW + path (nothing moves here).
-        const double I = injected - dissipated + ticks.number("path_j");
+        const double I = injected - dissipated - elastic_j + ticks.number("path_j");
         const double left = k * dot(proxy_before - probe_before, probe - probe_before);
         const double right = 0.5 * k * norm_squared(proxy_before - probe_before) - ticks.number("stored_j") +
                              0.5 * k * norm_squared(probe - probe_before) + I;
@@ -318,6 +337,7 @@ TEST(Trace, ProvesItsBalancesAndItsLedgerWithoutOurSolver) {
   EXPECT_GT(friction_rows, 10000);
   EXPECT_GT(drag_rows, 10000);
   EXPECT_GT(directed_rows, 1000);
+  EXPECT_GT(elastic_rows, 1000);
 }
 
 }  // namespace

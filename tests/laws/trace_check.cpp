@@ -36,6 +36,13 @@ Quad root(Quad a) {
 Quad length(const Quad3& a) { return root(dot(a, a)); }
 Quad largest(Quad a, Quad b) { return a > b ? a : b; }
 
+// What a primitive holds of strength `s` that is `d` away: Huber's function of d if it has a stiffness, of none s d.
+Quad held_j(double s, double stiffness_n_per_m, Quad d) {
+  const Quad stiffness = stiffness_n_per_m;
+  if (!(stiffness > 0)) return s * d;
+  return stiffness * d <= s ? stiffness / 2 * d * d : s * d - Quad(s) * s / (2 * stiffness);
+}
+
 // ρ and ε of the formula, summed up primitive by primitive, and how far rounding may have raised each.
 class Formula {
  public:
@@ -45,7 +52,8 @@ class Formula {
     rho_rounding_ = k * position_ulp_m_;
   }
 
-  void add(std::string_view kind, const Vec3& position_m, const Vec3& direction, double s, double c, const Vec3& force_n) {
+  void add(std::string_view kind, const Vec3& position_m, const Vec3& direction, double s, double c, double stiffness_n_per_m,
+           const Vec3& force_n) {
     Quad3 q = wide(direction);
     if (kind != "point") q = (1 / length(q)) * q;
     const Quad3 d = wide(position_m) - x_;
@@ -63,7 +71,8 @@ class Formula {
     const Quad reach = kind == "plane" ? largest(0, dot(q, d)) : length(R);
     const Quad force = length(u);
     left_ = left_ - u;
-    epsilon_ = epsilon_ + s * reach + Quad(c) / (2 * Quad(T_)) * reach * reach - dot(u, R);
+    epsilon_ = epsilon_ + held_j(s, stiffness_n_per_m, reach) + Quad(c) / (2 * Quad(T_)) * reach * reach - dot(u, R);
+    if (stiffness_n_per_m > 0.0) epsilon_ = epsilon_ + force * force / (2 * Quad(stiffness_n_per_m));
     if (c > 0.0) {
       const Quad over = largest(0, force - s);
       epsilon_ = epsilon_ + Quad(T_) / (2 * Quad(c)) * over * over;
@@ -73,8 +82,8 @@ class Formula {
     epsilon_rounding_ += size_n * (position_ulp_m_ + 8.0 * ulp * static_cast<double>(length(R)));
   }
 
-  // The facets of a corner; `forces_n` point along their normals.
-  void add_corner(const Facets& facets, double s, const std::vector<Vec3>& forces_n) {
+  // The facets of a corner of strength `s`, elastic if it has a stiffness; `forces_n` point along their normals.
+  void add_corner(const Facets& facets, double s, double stiffness_n_per_m, const std::vector<Vec3>& forces_n) {
     Quad3 u;
     Quad held = 0, largest_m = 0, sizes = 0;
     for (std::size_t i = 0; i < facets.size(); ++i) {
@@ -89,7 +98,8 @@ class Formula {
     const Quad share = length(u) > s ? s / length(u) : Quad(1);
     const Vec3 x{static_cast<double>(x_.x), static_cast<double>(x_.y), static_cast<double>(x_.z)};
     left_ = left_ - share * u;
-    epsilon_ = epsilon_ + s * Quad(norm(way_out_by_all_faces(facets, x))) - share * held;
+    epsilon_ = epsilon_ + held_j(s, stiffness_n_per_m, Quad(norm(way_out_by_all_faces(facets, x)))) - share * held;
+    if (stiffness_n_per_m > 0.0) epsilon_ = epsilon_ + share * share * dot(u, u) / (2 * Quad(stiffness_n_per_m));
     const double size_n = s + static_cast<double>(sizes);
     rho_rounding_ += 4.0 * ulp * size_n;
     epsilon_rounding_ += size_n * (position_ulp_m_ + 8.0 * ulp * static_cast<double>(largest_m));
@@ -110,15 +120,21 @@ class Formula {
   double position_ulp_m_ = 0.0, rho_rounding_ = 0.0, epsilon_rounding_ = 0.0;
 };
 
+// Traces from before levels had one are of rigid ones.
+double stiffness_of(const CsvRows& primitives) {
+  const std::string column = "stiffness_n_per_m";
+  return primitives.has(column) && !primitives.text(column).empty() ? primitives.number(column) : 0.0;
+}
+
 // The rows of one corner, as they are met.
 struct Corner {
   std::string owner;
   Facets facets;
   std::vector<Vec3> forces_n;
-  double strength_n = 0.0;
+  double strength_n = 0.0, stiffness_n_per_m = 0.0;
 
   void put_into(Formula& formula) {
-    if (!facets.empty()) formula.add_corner(facets, strength_n, forces_n);
+    if (!facets.empty()) formula.add_corner(facets, strength_n, stiffness_n_per_m, forces_n);
     facets.clear(), forces_n.clear();
   }
 };
@@ -198,6 +214,7 @@ void check_balances(const std::filesystem::path& trace, const std::function<void
         const std::string owner = std::string(primitives.text("mode")) + ',' + std::string(primitives.text("slot"));
         if (owner != corner.owner) corner.put_into(formula), corner.owner = owner;
         corner.strength_n = primitives.number("strength_n");
+        corner.stiffness_n_per_m = stiffness_of(primitives);
         corner.facets.push_back({primitives.vector("position", "m"), primitives.vector("direction", "")});
         corner.forces_n.push_back(primitives.vector("force", "n"));
         continue;
@@ -207,7 +224,7 @@ void check_balances(const std::filesystem::path& trace, const std::function<void
                         "'; point, line, plane, facet or directed");
       }
       formula.add(kind, primitives.vector("position", "m"), primitives.vector("direction", ""), primitives.number("strength_n"),
-                  primitives.number("drag_ns_per_m"), primitives.vector("force", "n"));
+                  primitives.number("drag_ns_per_m"), stiffness_of(primitives), primitives.vector("force", "n"));
     }
     corner.put_into(formula);
     checked.bound_m = formula.bound_m();
@@ -247,6 +264,39 @@ void check_works(const std::filesystem::path& trace, const std::function<void(co
   }
   if (primitives.next()) throw LoadError(primitives.place() + ": belongs to no row of balances.csv");
   if (more) throw LoadError(works->place() + ": belongs to no row of primitives.csv");
+}
+
+std::map<std::int64_t, ElasticEnergy> elastic_energies(const std::filesystem::path& trace) {
+  struct Level {
+    double stiffness_n_per_m = 0.0, strength_n = 0.0;
+    bool slips = false;
+    Facets planes;
+  };
+  std::map<std::int64_t, ElasticEnergy> all;
+  CsvRows balances(trace / "balances.csv"), primitives(trace / "primitives.csv");
+  while (balances.next()) {
+    ElasticEnergy& held = all[balances.integer("tick")];
+    held = {};                            // what earlier sub-steps had is gone
+    std::map<std::string, Level> levels;  // by mode and slot
+    for (std::int64_t i = balances.integer("primitives"); i > 0; --i) {
+      if (!primitives.next()) throw LoadError(balances.place() + ": its primitives are missing");
+      if (!(stiffness_of(primitives) > 0.0)) continue;
+      held.mode = primitives.text("mode");
+      Level& level = levels[held.mode + ',' + std::string(primitives.text("slot"))];
+      level.stiffness_n_per_m = stiffness_of(primitives);
+      level.strength_n = primitives.number("strength_n");
+      level.slips = primitives.text("state") == "slip";
+      level.planes.push_back({primitives.vector("position", "m"), primitives.vector("direction", "")});
+    }
+    for (const auto& [owner, level] : levels) {
+      const double way_m = norm(way_out_by_all_faces(level.planes, balances.vector("proxy", "m")));
+      const double longest_m = std::min(way_m, level.strength_n / level.stiffness_n_per_m);
+      const double level_j = 0.5 * level.stiffness_n_per_m * longest_m * longest_m;
+      held.most_j += level_j;
+      if (!level.slips) held.least_j += level_j;
+    }
+  }
+  return all;
 }
 
 }  // namespace palpa::test

@@ -8,6 +8,7 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "palpa/core/vec3.h"
@@ -23,6 +24,7 @@ class CsvRows {
 
   /// Goes to the next whole row; false after the last. Throws LoadError where a row has too few cells.
   bool next();
+  bool has(const std::string& column) const { return columns_.contains(column); }
   /// Cells of the row. They throw LoadError with file and line on a missing column and on what is no number.
   std::string_view text(const std::string& column) const;
   double number(const std::string& column) const;
@@ -72,5 +74,15 @@ struct CheckedWork {
 
 /// Visits the work of every primitive of a trace that was recorded with them, in order. Throws as check_balances.
 void check_works(const std::filesystem::path& trace, const std::function<void(const CheckedWork&)>& visit);
+
+/// What elastic levels hold after a tick: of each half its stiffness times the square of how far the proxy is behind its
+/// planes, up to its strength. One that slips holds that if it yields, nothing if it breaks, which the files do not say.
+struct ElasticEnergy {
+  double least_j = 0.0, most_j = 0.0;
+  std::string mode;  ///< whose the last of them is
+};
+
+/// By tick, of those with balances. Throws as check_balances.
+std::map<std::int64_t, ElasticEnergy> elastic_energies(const std::filesystem::path& trace);
 
 }  // namespace palpa::test

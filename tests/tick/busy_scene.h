@@ -10,16 +10,18 @@
 
 namespace palpa::test {
 
-/// A head with skin and bone, in a flow that is followed.
+/// A head with skin that gives way and bone that does not, in a flow that is followed.
 inline Scene busy_scene(bool as_grid) {
   Scene scene({.stiffness_n_per_m = 800, .damping_ns_per_m = 0.5});
   const auto data = [&](const Volume& volume) { return as_grid ? sampled(volume, 48) : volume; };
   const FieldRef head = scene.add("head", data(head_phantom()));
   const FieldRef flow = scene.add("flow", data(burgers_vortex()), {.scale = 4.0});
-  scene.add("skin",
-            SurfaceAndFriction{.field = head,
-                               .levels = {{.name = "skin", .value = -300, .strength_n = 0.8, .friction_coefficient = 0.3},
-                                          {.name = "bone", .value = 300, .strength_n = 4.0, .friction_n = 0.2}}});
+  scene.add(
+      "skin",
+      SurfaceAndFriction{
+          .field = head,
+          .levels = {{.name = "skin", .value = -300, .strength_n = 0.8, .stiffness_n_per_m = 300, .friction_coefficient = 0.3},
+                     {.name = "bone", .value = 300, .strength_n = 4.0, .friction_n = 0.2}}});
   scene.add("rail", Follow{.field = flow, .strength_n = 0.4, .drag_ns_per_m = 1.0});
   scene.add(
       "air",
@@ -37,9 +39,9 @@ inline Scene busy_moving_scene(bool as_grid) {
   scene.add("moving_skin",
             SurfaceAndFriction{
                 .field = other, .levels = {{.name = "skin", .value = -300, .strength_n = 20.0}}, .friction_coefficient = 0.3});
-  scene.add("wall",
-            SurfaceAndFriction{
-                .field = {"heart.signal"}, .levels = {{.name = "wall", .value = 0.5, .strength_n = 0.8}}, .friction_n = 0.2});
+  scene.add("wall", SurfaceAndFriction{.field = {"heart.signal"},
+                                       .levels = {{.name = "wall", .value = 0.5, .strength_n = 0.8, .stiffness_n_per_m = 500}},
+                                       .friction_n = 0.2});
   scene.time.play = TimeOptions::Play::loop;
   return scene;
 }
