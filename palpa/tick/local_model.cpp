@@ -39,7 +39,7 @@ const LevelContact* LocalModel::contact_of(std::size_t row) const noexcept {
 void LocalModel::begin_move(const StepContext& context, double spacing_m) noexcept {
   start_m_ = context.start_m;
   spacing_m_ = spacing_m;
-  witnessed_ = is_foreseen_ = is_recanted_ = false;
+  witnessed_ = is_foreseen_ = is_refined_ = is_recanted_ = false;
   contacts_.clear();
   learnt_.clear();
 }
@@ -245,10 +245,17 @@ void LocalModel::foresee(const Vec3& end_m) noexcept {
   if (is_recanted_ || !learnt_.empty()) return;
   for (LevelContact& contact : contacts_) {
     if (!holds(contact)) continue;
-    const LevelLook there = look(contact, foot_m(contact, end_m));
-    const Vec3 turn = there.normal - contact.start.normal;
     Primitive plane = contact.own;
+    LevelLook there = look(contact, foot_m(contact, end_m));
+    Vec3 turn = there.normal - contact.start.normal;
     plane.direction = normalized(plane.direction + turn);
+    // A foot is where the normal is that of the place it is at.
+    const Vec3 foot_m = end_m + dot(plane.direction, there.foot_m - end_m) * plane.direction;
+    if (!contact.is_rigid() && distance(foot_m, there.at_m) > turned * spacing_m_) {
+      there = look(contact, foot_m);
+      turn = there.normal - contact.start.normal;
+      plane.direction = normalized(contact.own.direction + turn);
+    }
     plane.position_m = there.foot_m;
     find_witness();
     const bool shuts_out = dot(plane.direction, there.foot_m - witness_of(contact)) > shallow * spacing_m_;
@@ -268,6 +275,14 @@ void LocalModel::keep_feet(const Vec3& proxy_m) noexcept {
     if (way_m == Vec3{}) continue;
     modes_.put_foot({set_[row].id, way_m, 0.5 * set_[row].stiffness_n_per_m * norm_squared(way_m)});
   }
+}
+
+bool LocalModel::refine(const Vec3& end_m) noexcept {
+  const auto gives_way = [this](const LevelContact& contact) { return !contact.is_rigid() && holds(contact); };
+  if (!is_foreseen_ || is_refined_ || std::ranges::none_of(contacts_, gives_way)) return false;
+  is_refined_ = true;
+  foresee(end_m);
+  return true;
 }
 
 bool LocalModel::recant() noexcept {

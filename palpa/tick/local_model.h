@@ -61,6 +61,8 @@ class LocalModel {
   /// move would not lead on. Not where they turn fast, or would shut the witness out by more than `shallow`.
   void foresee(const Vec3& end_m) noexcept;
   /// Sees them from the proxy again, for the rest of the move, since its end is not free. False where that is so already.
+  /// Foresees once more, from where it has led to: what of an elastic level was foreseen wrongly. False where nothing was.
+  bool refine(const Vec3& end_m) noexcept;
   bool recant() noexcept;
   /// Balances what was placed.
   Balance balance(const Vec3& probe_m, double time_step_s) noexcept;
@@ -139,7 +141,7 @@ class LocalModel {
   std::vector<Facet> learnt_;                    // in this move
   Vec3 start_m_, witness_m_, placed_at_m_;
   double spacing_m_ = 0.0, start_depth_m_ = 0.0;
-  bool witnessed_ = false, is_foreseen_ = false, is_recanted_ = false, has_directions_ = false;
+  bool witnessed_ = false, is_foreseen_ = false, is_refined_ = false, is_recanted_ = false, has_directions_ = false;
 };
 
 }  // namespace palpa
