@@ -46,7 +46,7 @@ Line line_through(const Held& held) {
 std::map<double, Held> levels_pressed(const FeltScene& felt, double u_m, double v_m) {
   constexpr double slow_m_per_s = 0.01;
   const auto hand = hand_device(press_at(felt.rigid, u_m, v_m, slow_m_per_s), Hold::rigid, {});
-  Session session(felt.scene, baseline::law(felt.scene));
+  Session session(felt.scene, baseline::path);
   std::map<double, Held> all;
   std::optional<double> level;
   Held now;

@@ -132,7 +132,7 @@ std::shared_ptr<const Target> press_at(const Encounter& met, double u_m, double 
 }
 
 FeltRun feel(const Scene& scene, SimulatedDevice& device, double duration_s) {
-  Session session(scene, baseline::law(scene), device.limits().encoder_step_m);
+  Session session(scene, baseline::path, device.limits().encoder_step_m);
   FeltRun run = felt_run(scene);
   run_simulated(session, device, {.rate_hz = rate_hz, .duration_s = duration_s, .time_ticks = false}, nullptr,
                 [&](const TickFrame& frame, const Session& felt) { add_tick(run, frame, felt); });

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "palpa/baseline/law.h"
+#include "palpa/baseline/path.h"
 #include "palpa/core/solver.h"
 #include "palpa/device/hand.h"
 #include "palpa/field/analytic.h"

@@ -9,11 +9,10 @@ namespace palpa::baseline {
 
 /// A law of an earlier system. It says where the proxy goes and which forces that stands for; whatever it
 /// says, the answer is finite, within `largest_position_m`, and carries the proven distance to the exact
-/// balance (`error_bound_m`, from those forces). Bad input is answered as the exact law answers it. All of
-/// these systems moved the proxy once per frame, so the path is walked in one step per tick.
+/// balance (`error_bound_m`, from those forces). Bad input is answered as the exact law answers it. How these
+/// systems walked the proxy is another matter: path.h.
 class EarlierLaw : public Law {
  public:
-  Walk walk() const noexcept final { return Walk::one; }
   Balance solve(const PrimitiveSet& primitives, const Vec3& start_m, const Vec3& probe_m, double stiffness_n_per_m,
                 double time_step_s) noexcept final;
   std::span<const Vec3> forces_n() const noexcept final { return {forces_.get(), size_}; }

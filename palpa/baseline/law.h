@@ -8,8 +8,8 @@
 
 namespace palpa::baseline {
 
-/// The law that a scene names in `[law] method`, the exact one included. Throws SceneError on a name that
-/// is none.
+/// The law that a scene names in `[law] method`, the exact one included, to pose it balances. A session takes it by
+/// `baseline::path`. Allocates; throws SceneError on a name that is none.
 std::unique_ptr<Law> law(const Scene& scene);
 
 }  // namespace palpa::baseline

@@ -8,7 +8,7 @@
 namespace palpa::baseline {
 
 /// The force is a function of the data at the probe and of the probe's velocity v. The data are looked up at
-/// the probe, and the balance is probe + force/k, so that the coupling (Eq. 1, D = 0) gives that force exactly.
+/// the probe (path.h), and the balance is probe + force/k, so that the coupling (Eq. 1, D = 0) gives that force exactly.
 ///
 ///   directed  s q: the vector or gradient as a force (Iwata & Noma 1993; Pao & Lawrence 1998)
 ///   point     −s v/|v| − c v: retarding force and viscosity (Avila & Sobierajski 1996; Iwata & Noma 1993)
@@ -26,7 +26,6 @@ namespace palpa::baseline {
 class NoProxy final : public EarlierLaw {
  public:
   explicit NoProxy(std::size_t capacity = 64) : EarlierLaw(capacity) {}
-  Placement placement() const noexcept override { return Placement::at_probe; }
   void reset() noexcept override;
 
  private:

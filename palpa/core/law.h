@@ -39,12 +39,7 @@ struct Balance {
 /// not finite.
 class Law {
  public:
-  enum class Placement { at_proxy, at_probe };  ///< where modes look at the data and place primitives
-  enum class Walk { steps, one };               ///< the path in sub-steps, or one step per tick
-
   virtual ~Law() = default;
-  virtual Placement placement() const noexcept { return Placement::at_proxy; }
-  virtual Walk walk() const noexcept { return Walk::steps; }
 
   /// Solves for the proxy.
   /// \param primitives        what pulls at the proxy

@@ -14,6 +14,9 @@ struct ProbeSegment {
   Vec3 to_m;
   double time_s = 0.0;
   bool fresh = true;  ///< false: the probe stays at `to_m`, and what is left of a move towards it goes on
+
+  /// Its beginning: `share` [1] of it.
+  ProbeSegment first(double share) const noexcept { return {from_m, from_m + share * (to_m - from_m), share * time_s, fresh}; }
 };
 
 /// The probe's path from where the proxy has followed it to where the probe is: what a tick cannot finish waits here. Fixed

@@ -5,7 +5,7 @@
 #include <memory>
 #include <numbers>
 
-#include "palpa/baseline/one_step.h"
+#include "palpa/baseline/path.h"
 #include "palpa/field/analytic.h"
 #include "palpa/field/grid.h"
 #include "palpa/mode/follow.h"
@@ -28,7 +28,7 @@ constexpr double tick_s = 1e-3;
 constexpr double pi = std::numbers::pi;
 
 Session session_of(const Scene& scene, Walked walked) {
-  return walked == Walked::path ? Session(scene) : Session(scene, std::make_unique<baseline::OneStep>());
+  return walked == Walked::path ? Session(scene) : Session(scene, baseline::one_step);
 }
 
 /// A plane through the proxy, wherever it is: Eq. 7 of the paper with the local normal.

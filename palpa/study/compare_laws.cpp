@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "palpa/baseline/law.h"
+#include "palpa/baseline/path.h"
 #include "palpa/loop/loop.h"
 
 namespace palpa {
@@ -114,7 +115,7 @@ LawComparison compare_laws(const Scene& scene, std::span<const Probe> probes, do
     errors.posed_errors_m = std::move(asked[i].errors_m);
 
     const Scene own = with_law(scene, laws[i]);
-    Session alone(own, baseline::law(own));
+    Session alone(own, baseline::path);
     alone.let_through(scene.coupling.max_force_n);
     std::vector<double> apart_m, apart_n;
     for (std::size_t t = 0; t < probes.size(); ++t) {

@@ -12,7 +12,7 @@
 #include <thread>
 #include <tuple>
 
-#include "palpa/baseline/law.h"
+#include "palpa/baseline/path.h"
 #include "palpa/loop/loop.h"
 #include "palpa/study/summary.h"
 #include "palpa/tick/session.h"
@@ -57,8 +57,7 @@ struct Way {
 /// Sessions that feel ways, each of which begins where no hand has been.
 class Feeler {
  public:
-  explicit Feeler(const Scene& scene)
-      : scene_(scene), fresh_(scene, baseline::law(scene)), session_(scene, baseline::law(scene)) {}
+  explicit Feeler(const Scene& scene) : scene_(scene), fresh_(scene, baseline::path), session_(scene, baseline::path) {}
 
   /// \param until  how far to go: as far as the first contact lasts, as far as the first level does, or to the end
   /// \param at     called with the way [m] and the session wherever something is felt, step by step
@@ -281,7 +280,7 @@ namespace {
 /// What a hand feels, tried out for a while.
 Summary tried(const Scene& scene, std::shared_ptr<const Target> target, Hold hold, double longest_s) {
   const double duration_s = std::min(longest_s, target->duration_s());
-  Session session(scene, baseline::law(scene));
+  Session session(scene, baseline::path);
   SummaryBuilder builder(scene);
   const auto hand = hand_device(std::move(target), hold);
   run_simulated(session, *hand, {.duration_s = duration_s, .time_ticks = false}, nullptr,

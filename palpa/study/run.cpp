@@ -10,7 +10,7 @@
 #include <limits>
 #include <system_error>
 
-#include "palpa/baseline/law.h"
+#include "palpa/baseline/path.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/plugin.h"
 #include "palpa/study/recording.h"
@@ -196,7 +196,7 @@ RunResult run(const RunOptions& options, const std::atomic<bool>* stop) {
   PreparedRun prepared = prepare(options);
   const Scene& scene = prepared.loaded.scene;
   const DeviceLimits limits = prepared.hand->limits();
-  Session session(scene, baseline::law(scene), limits.encoder_step_m);
+  Session session(scene, baseline::path, limits.encoder_step_m);
 
   std::unique_ptr<TraceWriter> writer;
   std::unique_ptr<Recorder> recorder;

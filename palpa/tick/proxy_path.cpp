@@ -27,11 +27,9 @@ Vec3 released(const Vec3& step_m, double moved_m) noexcept {
 
 }  // namespace
 
-ProxyPath::ProxyPath(LiveBlock& live, const Scene& scene, const Similarity& map, std::unique_ptr<Law> law)
+ProxyPath::ProxyPath(LiveBlock& live, const Scene& scene, const Similarity& map, std::unique_ptr<Law> law, double step_share)
     : stiffness_n_per_m_(scene.coupling.stiffness_n_per_m),
       time_(scene.time),
-      in_steps_(law->walk() == Law::Walk::steps),
-      at_probe_(law->placement() == Law::Placement::at_probe),
       modes_(live, scene, map),
       crossings_(live, modes_.watches(), modes_.fields()),
       policy_(crossings_.policy()),
@@ -39,7 +37,8 @@ ProxyPath::ProxyPath(LiveBlock& live, const Scene& scene, const Similarity& map,
       model_(live, std::move(law), modes_, scene.coupling.stiffness_n_per_m),
       contacts_(live, modes_.size()),
       state_(live.add<PathState>()),
-      queue_(live.add<ProbeQueue>()) {
+      queue_(live.add<ProbeQueue>()),
+      step_share_(step_share) {
   entered_.reserve(modes_.size());
   playing_ = modes_.samples().any_timed() && time_.play != TimeOptions::Play::hold;
   modes_.samples().set_time(time_.at(0.0));
@@ -61,7 +60,6 @@ void ProxyPath::reset() noexcept {
 
 void ProxyPath::refine(int times) {
   refined_ = std::clamp(times, 1, 16);
-  step_share_ = in_steps_ ? 0.5 / refined_ : unbounded;
   record_.reserve(static_cast<std::size_t>(Session::max_sub_steps * refined_));
 }
 
@@ -115,13 +113,10 @@ bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
   const double furthest =
       playing_ ? std::max(length, modes_.motion_m(c.proxy, time_.at(c.followed_s), time_.at(time_at_end_of(segment)))) : length;
   if (refined_ == 1 && furthest <= step_share_ * modes_.finest_m()) return true;
-  double longest = step_share_ * modes_.finest_m(segment.from_m, segment.to_m);
+  double longest = step_share_ / refined_ * modes_.finest_m(segment.from_m, segment.to_m);
   if (refined_ > 1) longest = std::min(longest, path_m_ / refined_);
-  if (furthest > (1.0 + hair) * longest && !(c.proxy == segment.from_m && is_free())) {
-    const double share = longest / furthest;
-    segment.to_m = segment.from_m + share * (segment.to_m - segment.from_m);
-    segment.time_s = share * segment.time_s;
-  }
+  const bool is_long = furthest > (1.0 + hair) * longest && !(c.proxy == segment.from_m && is_free());
+  if (is_long) segment = segment.first(longest / furthest);
   return true;
 }
 
@@ -150,11 +145,11 @@ void ProxyPath::sub_step(ProbeSegment segment) noexcept {
   const bool settles = !segment.fresh && state_.left == Left::rest;
   StepContext context{start, segment.to_m, segment.time_s, stiffness_n_per_m_};
   const double finest_m = modes_.finest_m(start, segment.to_m);
-  step_m_ = step_share_ * finest_m;
+  step_m_ = step_share_ / refined_ * finest_m;
   spacing_m_ = std::min(finest_m, 1.0);  // without data any length will do
   const double follows_s = playing_ ? see(segment) : 0.0;
   if (!settles) modes_.begin_step(state_.step_start_m = start);
-  const Move made = in_steps_ ? move(segment, context, settles) : leap(segment, context);
+  const Move made = move(segment, context, settles);
 
   const double went_m = distance(made.end_from(start), start);
   const double rest_m = rest * spacing_m_;
@@ -171,6 +166,7 @@ void ProxyPath::sub_step(ProbeSegment segment) noexcept {
     const bool lets_go = model_.any_gives_way(crossings_) && went_m > rest_m;
     advance(segment, made, follows_s, is_settled && !lets_go);
     accept(segment, made, context, settles);
+    model_.end_move();
   }
   modes_.arrive();
 }
@@ -192,7 +188,6 @@ void ProxyPath::accept(const ProbeSegment& segment, const Move& made, StepContex
   if (made.fraction > 0.0) crossings_.apply(event_);
   const bool is_stopped = made.stop == Stop::event && !event_.crossings.empty();
   state_.stopped_by = is_stopped ? event_.crossings.back() : Crossing{};
-  if (in_steps_) model_.end_move();
   model_.keep_feet(state_.proxy);
   contacts_.update(model_, distance(made.to.position_m, segment.to_m), crossings_);
   context.data_fraction = made.fraction;
@@ -229,7 +224,7 @@ ProxyPath::Left ProxyPath::left_by(const Move& move, bool settled) const noexcep
   const PathState& c = state_;
   if (4 * c.turns >= Session::max_sub_steps * refined_) return Left::nothing;  // it gives up
   const bool is_whole = move.stop == Stop::full || (move.bound_met && move.stop == Stop::event && move.fraction == 1.0);
-  if (is_whole) return in_steps_ && !model_.set().empty() && !settled ? Left::rest : Left::nothing;
+  if (is_whole) return !model_.set().empty() && !settled ? Left::rest : Left::nothing;
   const bool gets_on = move.fraction > 0.0 && (move.stop != Stop::release || norm(c.move_m) > rest * spacing_m_);
   if (!gets_on) return Left::nothing;
   return move.stop == Stop::energy && !playing_ ? Left::rest : Left::way;
@@ -338,28 +333,13 @@ void ProxyPath::find_event(const Vec3& start_m, const Vec3& end_m) noexcept {
   crossings_.first_event(start_m, end_m, policy_, modes_.samples(), pieces_left_, event_);
 }
 
-// One step per tick stops nowhere; modes are told afterwards what it went through.
-ProxyPath::Move ProxyPath::leap(const ProbeSegment& segment, StepContext& context) noexcept {
-  const Vec3& start = context.start_m;
-  context.data_fraction = at_probe_ ? 1.0 : 0.0;
-  model_.begin_move(context, spacing_m_);
-  const Vec3& at = at_probe_ ? segment.to_m : start;
-  model_.place(context, at, at, unbounded);
-  const Move move{.to = model_.balance(context.probe_m, context.time_step_s)};
-  attend(start, false);
-  std::fill(policy_.passing.begin(), policy_.passing.end(), EventPolicy::Passing::passes);
-  crossings_.first_event(start, move.to.position_m, policy_, modes_.samples(), pieces_left_, event_);
-  return move;
-}
-
 // Where a shell that held gives way within the segment, the segment ends there: found by halving the probe's path.
 bool ProxyPath::meet_bound(ProbeSegment& segment, const StepContext& context, Balance& to) noexcept {
   if (!model_.any_gives_way(crossings_)) return false;
   const double length = distance(segment.to_m, segment.from_m);
   if (!(length > bound_m)) return false;
-  const auto probe_at = [&](double share) { return segment.from_m + share * (segment.to_m - segment.from_m); };
   const auto holds_at = [&](double share) {
-    to = model_.balance(probe_at(share), std::max(share, hair) * context.time_step_s);
+    to = model_.balance(segment.first(share).to_m, std::max(share, hair) * context.time_step_s);
     return !model_.any_gives_way(crossings_);
   };
   // Nearly all levels that give way have done so before: then it is there already.
@@ -375,8 +355,7 @@ bool ProxyPath::meet_bound(ProbeSegment& segment, const StepContext& context, Ba
   held -= bound_m / length;  // there no rounding of forces decides whether the level holds
   holds_at(gone);
   model_.stop_at_bound();
-  segment.to_m = probe_at(held);
-  segment.time_s = held * context.time_step_s;
+  segment = segment.first(held);
   to = model_.balance(segment.to_m, segment.time_s);
   return true;
 }

@@ -26,8 +26,10 @@ namespace palpa {
 /// Construction allocates and throws SceneError; walking does neither. One thread.
 class ProxyPath {
  public:
-  /// \param live  keeps all that the next walk depends on
-  ProxyPath(LiveBlock& live, const Scene& scene, const Similarity& map, std::unique_ptr<Law> law);
+  /// \param live        keeps all that the next walk depends on
+  /// \param step_share  [1] of the finest sample spacing: no segment is longer, nor a move of the proxy
+  ProxyPath(LiveBlock& live, const Scene& scene, const Similarity& map, std::unique_ptr<Law> law, double step_share = 0.5);
+  virtual ~ProxyPath() = default;
 
   /// Forgets everything; the next walk begins at its probe.
   void reset() noexcept;
@@ -55,7 +57,10 @@ class ProxyPath {
   std::span<const SessionEvent> events() const noexcept { return contacts_.events(); }
   static constexpr std::size_t max_primitives = LocalModel::max_primitives;
 
- private:
+ protected:
+  // One move along the path: place, balance, move towards it as far as the data let it, tell what became of that.
+  virtual void sub_step(ProbeSegment segment) noexcept;
+
   // What a probe position still wants of the proxy: the rest of a move that was stopped; or to know that it rests there.
   enum class Left : std::uint8_t { nothing, way, rest };
 
@@ -93,11 +98,9 @@ class ProxyPath {
   bool is_free() noexcept;
   double time_at_end_of(const ProbeSegment& segment) const noexcept { return state_.elapsed_s - queue_.time_behind_s(segment); }
   double see(const ProbeSegment& segment) noexcept;
-  void sub_step(ProbeSegment segment) noexcept;
   void accept(const ProbeSegment& segment, const Move& made, StepContext& context, bool settles) noexcept;
   Move move(ProbeSegment& segment, StepContext& context, bool settles) noexcept;
   void find_event(const Vec3& start_m, const Vec3& end_m) noexcept;
-  Move leap(const ProbeSegment& segment, StepContext& context) noexcept;
   void place(const StepContext& context, const Vec3& end_m, double whole_m) noexcept;
   bool end_is_free(const ProbeSegment& segment, const StepContext& context, bool flies, Move& move) noexcept;
   void advance(const ProbeSegment& segment, const Move& move, double follows_s, bool settled) noexcept;
@@ -109,8 +112,6 @@ class ProxyPath {
   double stiffness_n_per_m_;
   TimeOptions time_;
   bool playing_ = false;  // the data's time goes on
-  bool in_steps_;
-  bool at_probe_;
   ModeRuntime modes_;
   Crossings crossings_;
   EventPolicy policy_;
@@ -119,8 +120,8 @@ class ProxyPath {
   Contacts contacts_;
   PathState& state_;
   ProbeQueue& queue_;
+  double step_share_;  // of the finest spacing: no move is longer, but for being refined
   int refined_ = 1;
-  double step_share_ = 0.5;                // of the finest spacing: no move is longer
   double path_m_ = 0.0;                    // length of the probe's path in this tick, or of the data's
   double moved_n_ = 0.0;                   // by which directed forces may change in this sub-step because the data do
   double spacing_m_ = 0.0, step_m_ = 0.0;  // finest, of the data near this sub-step, and the longest move there

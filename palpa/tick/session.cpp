@@ -22,6 +22,10 @@ bool usable(const Vec3& position_m) noexcept {
   return is_finite(position_m) && largest_component(position_m) <= largest_probe_m;
 }
 
+std::unique_ptr<ProxyPath> exact_path(LiveBlock& live, const Scene& scene, const Similarity& map) {
+  return std::make_unique<ProxyPath>(live, scene, map, std::make_unique<Solver>(ProxyPath::max_primitives));
+}
+
 }  // namespace
 
 double work_j(const SubStep& step, const PlacedPrimitive& placed) noexcept {
@@ -30,10 +34,10 @@ double work_j(const SubStep& step, const PlacedPrimitive& placed) noexcept {
 
 class Session::State {
  public:
-  State(const Scene& given, std::unique_ptr<Law> law, double encoder_step_m)
+  State(const Scene& given, PathMaker make_path, double encoder_step_m)
       : scene(checked(given)),
         map(scene.hand_to_world()),
-        path(live, scene, usable_map(map), std::move(law)),
+        path(make_path(live, scene, map)),
         coupling(live.add<CouplingState>()),
         ledger(scene.modes().size()),
         mode_ticks(scene.modes().size()) {
@@ -43,24 +47,25 @@ class Session::State {
   }
 
   Tick tick(const Probe& probe, double dt) noexcept;
-  void reset() noexcept;
-  void continue_from(const State& other) noexcept;
+  void reset() noexcept {
+    path->reset();
+    coupling.damper_force = {};
+  }
+  void continue_from(const State& other) noexcept {
+    live.copy(other.live);
+    path->goes_on();
+  }
   std::span<const ModeTick> who_pushed() noexcept;
 
   Scene scene;
   Similarity map;
   LiveBlock live;
-  ProxyPath path;
+  std::unique_ptr<ProxyPath> path;
 
  private:
   static const Scene& checked(const Scene& scene) {
     scene.check();
     return scene;
-  }
-  static const Similarity& usable_map(const Similarity& map) {
-    if (!is_usable(map))
-      throw SceneError("workspace: the map from the hand to the world is not a similarity; give a positive scale");
-    return map;
   }
   void gather(Tick& result) noexcept;
 
@@ -80,16 +85,6 @@ class Session::State {
   std::vector<Primitive> last_placed;
 };
 
-void Session::State::reset() noexcept {
-  path.reset();
-  coupling.damper_force = {};
-}
-
-void Session::State::continue_from(const State& other) noexcept {
-  live.copy(other.live);
-  path.goes_on();
-}
-
 // The main path. Modes place primitives, the law balances them, the coupling pulls the hand.
 Tick Session::State::tick(const Probe& probe, double dt) noexcept {
   CouplingState& c = coupling;
@@ -97,38 +92,38 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
   who_pushed_known = true;
   Tick result;
   result.probe_valid = probe.valid;
-  result.probe_m = path.proxy_m();
-  result.proxy_m = path.proxy_m();
+  result.probe_m = path->proxy_m();
+  result.proxy_m = path->proxy_m();
 
   const bool time_usable = std::isfinite(dt) && dt > 0.0 && dt <= largest_time_step_s;
-  if (time_usable) path.pass(dt);
+  if (time_usable) path->pass(dt);
   const bool velocity_usable = !probe.velocity_m_per_s || is_finite(*probe.velocity_m_per_s);
   if (!probe.valid || !time_usable || !velocity_usable || !usable(probe.position_m)) {
     reset();
     result.energy.let_go_j = std::exchange(c.stored_j, 0.0);
     if (probe.valid) result.status = TickStatus::bad_input;
     if (!probe.valid && usable(probe.position_m)) result.probe_m = result.proxy_m = probe.position_m;
-    path.put(result.proxy_m);
+    path->put(result.proxy_m);
     return result;
   }
 
   const Vec3 p = probe.position_m;
   const double k = scene.coupling.stiffness_n_per_m;
   double lost_j = 0.0;
-  if (!path.started()) {
+  if (!path->started()) {
     c.last_probe = p;
     c.damper.reset({});
     lost_j = c.stored_j;
   }
   const Vec3 probe_step = p - c.last_probe;
-  result.status = path.walk(p, dt, ledger) ? TickStatus::resting : TickStatus::waiting;
+  result.status = path->walk(p, dt, ledger) ? TickStatus::resting : TickStatus::waiting;
 
-  const Vec3 proxy = path.proxy_m();
+  const Vec3 proxy = path->proxy_m();
   result.probe_m = p;
   result.probe_step_m = probe_step;
   result.proxy_m = proxy;
   const Vec3 stretch = proxy - p;
-  const Vec3 relative = c.damper.relative_velocity(stretch, path.released_m(), dt, k);
+  const Vec3 relative = c.damper.relative_velocity(stretch, path->released_m(), dt, k);
   result.probe_velocity_m_per_s = probe.velocity_m_per_s.value_or(probe_step / dt);
   result.proxy_velocity_m_per_s = result.probe_velocity_m_per_s + relative;
   const Vec3 damping_n = scene.coupling.damping_ns_per_m * relative;
@@ -146,20 +141,20 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
 
 // The tick's totals. Who pushed is worked out when someone asks.
 void Session::State::gather(Tick& result) noexcept {
-  result.sub_steps = static_cast<int>(path.sub_steps().size());
-  for (const SubStep& step : path.sub_steps()) {
+  result.sub_steps = static_cast<int>(path->sub_steps().size());
+  for (const SubStep& step : path->sub_steps()) {
     result.error_bound_m = std::max(result.error_bound_m, step.balance.error_bound_m);
     result.iterations += step.balance.iterations;
     if (step.balance.status == BalanceStatus::capped && result.status == TickStatus::resting)
       result.status = TickStatus::capped;
     if (step.balance.status == BalanceStatus::bad_input) result.status = TickStatus::bad_input;
   }
-  result.dropped = path.dropped();
+  result.dropped = path->dropped();
   for (std::size_t m = 0; m < mode_ticks.size(); ++m) {
     const double work_j = ledger.works_j()[m];
     (work_j >= 0.0 ? mode_ticks[m].injected_j : mode_ticks[m].dissipated_j) = std::abs(work_j);
   }
-  who_pushed_known = path.sub_steps().empty();
+  who_pushed_known = path->sub_steps().empty();
 }
 
 // The modes' forces in the last sub-step. Where several primitives can hold the same load the law's split is one of
@@ -168,10 +163,10 @@ void Session::State::gather(Tick& result) noexcept {
 std::span<const ModeTick> Session::State::who_pushed() noexcept {
   if (who_pushed_known) return mode_ticks;
   who_pushed_known = true;
-  const SubStep& last = path.sub_steps().back();
+  const SubStep& last = path->sub_steps().back();
   split_n.clear();
   last_placed.clear();
-  for (const PlacedPrimitive& placed : path.placed().subspan(last.first_primitive, last.primitives)) {
+  for (const PlacedPrimitive& placed : path->placed().subspan(last.first_primitive, last.primitives)) {
     last_placed.push_back(placed.primitive);
     split_n.push_back(placed.force_n);
   }
@@ -187,11 +182,10 @@ std::span<const ModeTick> Session::State::who_pushed() noexcept {
   return mode_ticks;
 }
 
-Session::Session(const Scene& scene, double encoder_step_m)
-    : Session(scene, std::make_unique<Solver>(ProxyPath::max_primitives), encoder_step_m) {}
+Session::Session(const Scene& scene, double encoder_step_m) : Session(scene, exact_path, encoder_step_m) {}
 
-Session::Session(const Scene& scene, std::unique_ptr<Law> law, double encoder_step_m)
-    : state_(std::make_unique<State>(scene, std::move(law), encoder_step_m)) {}
+Session::Session(const Scene& scene, PathMaker path, double encoder_step_m)
+    : state_(std::make_unique<State>(scene, path, encoder_step_m)) {}
 
 Session::~Session() = default;
 Session::Session(Session&&) noexcept = default;
@@ -199,14 +193,14 @@ Session& Session::operator=(Session&&) noexcept = default;
 
 Tick Session::tick(const Probe& probe, double time_step_s) noexcept { return state_->tick(probe, time_step_s); }
 void Session::reset() noexcept { state_->reset(); }
-void Session::let_through(double most_n) noexcept { state_->path.let_through(most_n); }
-void Session::refine_path(int times) { state_->path.refine(times); }
+void Session::let_through(double most_n) noexcept { state_->path->let_through(most_n); }
+void Session::refine_path(int times) { state_->path->refine(times); }
 void Session::continue_from(const Session& other) noexcept { state_->continue_from(*other.state_); }
 const Scene& Session::scene() const noexcept { return state_->scene; }
 const Similarity& Session::hand_to_world() const noexcept { return state_->map; }
 std::span<const ModeTick> Session::modes() const noexcept { return state_->who_pushed(); }
-std::span<const SubStep> Session::sub_steps() const noexcept { return state_->path.sub_steps(); }
-std::span<const PlacedPrimitive> Session::placed() const noexcept { return state_->path.placed(); }
-std::span<const SessionEvent> Session::events() const noexcept { return state_->path.events(); }
+std::span<const SubStep> Session::sub_steps() const noexcept { return state_->path->sub_steps(); }
+std::span<const PlacedPrimitive> Session::placed() const noexcept { return state_->path->placed(); }
+std::span<const SessionEvent> Session::events() const noexcept { return state_->path->events(); }
 
 }  // namespace palpa

@@ -13,6 +13,9 @@
 
 namespace palpa {
 
+class LiveBlock;
+class ProxyPath;
+
 /// The hand's point as the device reports it.
 struct Probe {
   Vec3 position_m;
@@ -95,6 +98,10 @@ struct SessionEvent {
   double depth_m = 0.0;        ///< [m] of break_through: |proxy − probe| where the strength was reached
 };
 
+/// Makes the path on which a session walks the proxy (proxy_path.h); what its next tick depends on is kept in the block.
+/// Allocates and throws SceneError.
+using PathMaker = std::unique_ptr<ProxyPath> (*)(LiveBlock& live, const Scene& scene, const Similarity& hand_to_world);
+
 /// A scene being felt: the proxy, the modes' memories, the ledger. It holds a snapshot of the scene
 /// (voxels shared). Construction allocates and throws SceneError; `tick` does neither, takes no lock,
 /// does no input or output, and answers with finite numbers whatever it is given. One thread.
@@ -102,8 +109,8 @@ class Session {
  public:
   /// \param encoder_step_m  [m] position step of the device, 0 if none (see Damper)
   explicit Session(const Scene& scene, double encoder_step_m = 0.0);
-  /// With another law than the exact one.
-  Session(const Scene& scene, std::unique_ptr<Law> law, double encoder_step_m = 0.0);
+  /// On another path than that of the exact law, such as that of the law that the scene names (baseline/path.h).
+  Session(const Scene& scene, PathMaker path, double encoder_step_m = 0.0);
   ~Session();
   Session(Session&&) noexcept;
   Session& operator=(Session&&) noexcept;

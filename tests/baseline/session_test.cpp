@@ -5,10 +5,11 @@
 
 #include <limits>
 
-#include "palpa/baseline/law.h"
+#include "palpa/baseline/path.h"
 #include "palpa/field/analytic.h"
 #include "palpa/mode/follow.h"
 #include "palpa/mode/surface_and_friction.h"
+#include "palpa/mode/vector_force.h"
 #include "palpa/mode/viscosity.h"
 #include "tests/tick/hands.h"
 
@@ -32,7 +33,7 @@ class BaselineSession : public testing::TestWithParam<const char*> {};
 
 TEST_P(BaselineSession, TicksStayFiniteUnderEveryHand) {
   const Scene scene = scene_of_many(GetParam());
-  Session session(scene, baseline::law(scene));
+  Session session(scene, baseline::path);
   test::Random random(1);
   const test::Wander hand(random, 0.09);
   for (int i = 0; i < 20000; ++i) {
@@ -51,7 +52,7 @@ TEST_P(BaselineSession, TicksStayFiniteUnderEveryHand) {
 
 TEST_P(BaselineSession, IsFelt) {
   const Scene scene = scene_of_many(GetParam());
-  Session session(scene, baseline::law(scene));
+  Session session(scene, baseline::path);
   test::Random random(2);
   const test::Wander hand(random, 0.05);
   double felt_n[3] = {};
@@ -60,6 +61,76 @@ TEST_P(BaselineSession, IsFelt) {
     for (int m = 0; m < 3; ++m) felt_n[m] += norm(session.modes()[m].force_n) / 5000;
   }
   for (int m = 0; m < 3; ++m) EXPECT_GT(felt_n[m], 0.01) << scene.modes()[m].name;
+}
+
+// Straight to the balance, however far that is and whatever is on the way, from data looked up where the proxy is, or the
+// probe.
+TEST_P(BaselineSession, WalksOneStepPerTick) {
+  Scene scene = scene_of_many(GetParam());
+  const Volume vortex = burgers_vortex();
+  scene.add("push", VectorForce{.field = scene.add("vortex", vortex)});
+  Session session(scene, baseline::path);
+  test::Random random(3);
+  Vec3 proxy_m = random.in_cube(0.08);
+  session.tick({.position_m = proxy_m}, 1e-3);
+  proxy_m = session.tick({.position_m = proxy_m}, 1e-3).proxy_m;
+  int seen = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3 probe_m = random.in_cube(0.08);
+    const Tick tick = session.tick({.position_m = probe_m}, 1e-3);
+    ASSERT_EQ(session.sub_steps().size(), 1u);
+    const SubStep& step = session.sub_steps()[0];
+    EXPECT_EQ(step.start_m, proxy_m);
+    EXPECT_EQ(step.probe_m, probe_m);
+    EXPECT_EQ(step.move_fraction, 1.0);
+    EXPECT_EQ(step.balance.status, BalanceStatus::baseline);
+    EXPECT_EQ(tick.proxy_m, step.balance.position_m);
+    for (const PlacedPrimitive& placed : session.placed()) {
+      if (placed.primitive.kind != PrimitiveKind::directed) continue;
+      const Vec3 at_m = session.hand_to_world().to_world(std::string(GetParam()) == "no-proxy" ? probe_m : proxy_m);
+      EXPECT_LT(distance(placed.primitive.direction, normalized(vortex.fields[0].field->vector(at_m).value)), 1e-9) << i;
+      ++seen;
+    }
+    proxy_m = tick.proxy_m;
+  }
+  EXPECT_GT(seen, 100);
+}
+
+// What remains of an earlier system when its solver is blameless.
+TEST(OneStep, IsTheExactBalanceOncePerTick) {
+  const Scene scene = scene_of_many("exact");
+  Session one(scene, baseline::one_step), exact(scene);
+  test::Random random(4);
+  const test::Wander hand(random, 0.05);
+  int apart = 0, sub_steps = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Probe probe{.position_m = hand.at(i * 1e-3)};
+    const Tick tick = one.tick(probe, 1e-3);
+    ASSERT_EQ(tick.sub_steps, 1);
+    EXPECT_EQ(one.sub_steps()[0].balance.status, BalanceStatus::exact);
+    EXPECT_EQ(tick.proxy_m, one.sub_steps()[0].balance.position_m);
+    const Tick on_path = exact.tick(probe, 1e-3);
+    apart += tick.proxy_m != on_path.proxy_m;
+    sub_steps = std::max(sub_steps, on_path.sub_steps);
+  }
+  EXPECT_GT(apart, 100);
+  EXPECT_GT(sub_steps, 1);
+}
+
+TEST(BaselinePath, OfTheExactLawIsThatOfASessionWithoutOne) {
+  const Scene scene = scene_of_many("exact");
+  Session named(scene, baseline::path), plain(scene);
+  test::Random random(5);
+  const test::Wander hand(random, 0.05);
+  for (int i = 0; i < 2000; ++i) {
+    const Probe probe{.position_m = hand.at(i * 1e-3)};
+    EXPECT_EQ(named.tick(probe, 1e-3).force_n, plain.tick(probe, 1e-3).force_n);
+  }
+}
+
+TEST(BaselinePath, OfALawThatThereIsNotIsRefused) {
+  Scene scene = scene_of_many("ikits-2004");
+  EXPECT_THROW(Session(scene, baseline::path), SceneError);
 }
 
 INSTANTIATE_TEST_SUITE_P(Laws, BaselineSession,

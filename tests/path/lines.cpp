@@ -5,7 +5,7 @@
 #include <memory>
 #include <numbers>
 
-#include "palpa/baseline/one_step.h"
+#include "palpa/baseline/path.h"
 #include "palpa/mode/follow.h"
 #include "palpa/mode/surface_and_friction.h"
 #include "palpa/scene/load_scene.h"
@@ -122,7 +122,7 @@ std::vector<OrderCase> order_cases() {
 Order measure_order(const OrderCase& wanted, bool in_steps) {
   constexpr int warm_up = 200, ticks = 150;  // steps of the hand
   const Scene scene = scene_of(wanted.scene);
-  const auto session_of = [&] { return in_steps ? Session(scene) : Session(scene, std::make_unique<baseline::OneStep>()); };
+  const auto session_of = [&] { return in_steps ? Session(scene) : Session(scene, baseline::one_step); };
   // A circle that tilts and breathes: curved in space everywhere.
   const double rate = wanted.step_m / wanted.radius_m;
   const auto hand = [&](int tick) {

@@ -4,7 +4,7 @@
 #include <numbers>
 #include <sstream>
 
-#include "palpa/baseline/law.h"
+#include "palpa/baseline/path.h"
 #include "palpa/loop/loop.h"
 #include "tests/path/lines.h"
 #include "tests/tick/hands.h"
@@ -51,7 +51,7 @@ struct EventList {
 
 std::vector<Probe> felt_probes(const RunOptions& options) {
   PreparedRun prepared = prepare(options);
-  Session session(prepared.loaded.scene, baseline::law(prepared.loaded.scene));
+  Session session(prepared.loaded.scene, baseline::path);
   std::vector<Probe> probes;
   run_simulated(session, *prepared.hand, {.rate_hz = options.rate_hz, .duration_s = prepared.duration_s}, nullptr,
                 [&](const TickFrame& frame, const Session&) {

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "palpa/baseline/law.h"
+#include "palpa/baseline/path.h"
 #include "palpa/field/analytic.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/surface_and_friction.h"
@@ -70,7 +70,7 @@ struct Felt {
 /// `each` sees every tick, and may disturb the session before the next.
 Felt feel(const Scene& scene, const Hand& hand, double duration_s, double rate_hz = 1000.0,
           const std::function<void(const TickFrame&, Session&)>& each = {}) {
-  Session session(scene, baseline::law(scene));
+  Session session(scene, baseline::path);
   GuardedSession guarded(session, std::numeric_limits<double>::infinity());
   SummaryBuilder builder(scene);
   const auto ticks = static_cast<std::int64_t>(duration_s * rate_hz);

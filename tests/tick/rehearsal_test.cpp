@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "palpa/core/solver.h"
+#include "palpa/tick/proxy_path.h"
 #include "tests/tick/busy_scene.h"
 #include "tests/tick/hands.h"
 
@@ -26,6 +27,10 @@ class Forgetful : public Law {
   Solver solver_;
 };
 
+std::unique_ptr<ProxyPath> path_by_forgetful(LiveBlock& live, const Scene& scene, const Similarity& hand_to_world) {
+  return std::make_unique<ProxyPath>(live, scene, hand_to_world, std::make_unique<Forgetful>());
+}
+
 struct Case {
   bool moves;
   bool as_grid;
@@ -35,8 +40,7 @@ class Rehearsal : public testing::TestWithParam<Case> {
  protected:
   Session session(double encoder_step_m = 1e-5) const {
     const auto [moves, as_grid] = GetParam();
-    return {moves ? test::busy_moving_scene(as_grid) : test::busy_scene(as_grid), std::make_unique<Forgetful>(),
-            encoder_step_m};
+    return {moves ? test::busy_moving_scene(as_grid) : test::busy_scene(as_grid), path_by_forgetful, encoder_step_m};
   }
   // A hand that jerks now and then, so that ticks wait and steps are left unfinished, and is lost once in a while.
   Probe probe(int tick) const {
