@@ -28,10 +28,6 @@ std::unique_ptr<ProxyPath> exact_path(LiveBlock& live, const Scene& scene, const
 
 }  // namespace
 
-double work_j(const SubStep& step, const PlacedPrimitive& placed) noexcept {
-  return dot(placed.force_n, step.proxy_m - step.start_m - step.move_fraction * placed.carried_m);
-}
-
 class Session::State {
  public:
   State(const Scene& given, PathMaker make_path, double encoder_step_m)

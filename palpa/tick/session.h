@@ -9,6 +9,7 @@
 
 #include "palpa/core/law.h"
 #include "palpa/core/ledger.h"
+#include "palpa/core/sub_step.h"
 #include "palpa/scene/scene.h"
 
 namespace palpa {
@@ -56,36 +57,6 @@ struct ModeTick {
   int primitives = 0;         ///< in the last sub-step
   bool split_shared = false;  ///< redundant with other primitives: another split would balance too
 };
-
-enum class Stop : std::uint8_t { full, event, release, energy, cap };
-
-/// One sub-step, for those who want to check it (formats.md §3, balances.csv).
-struct SubStep {
-  double time_step_s = 0.0;
-  Vec3 start_m;
-  Vec3 probe_m;
-  double stiffness_n_per_m = 0.0;
-  Vec3 directed_n;
-  Balance balance;
-  double move_fraction = 0.0;  ///< [1] proxy = start + move_fraction · (balance − start)
-  Stop stop = Stop::full;
-  Vec3 proxy_m;
-  double energy_before_j = 0.0;  ///< S − directed·x at the start
-  double energy_after_j = 0.0;
-  std::uint32_t first_primitive = 0;  ///< in `Session::placed()`
-  std::uint32_t primitives = 0;
-};
-
-/// A primitive as it was placed in a sub-step, and what it did.
-struct PlacedPrimitive {
-  Primitive primitive;
-  Captured captured;
-  Vec3 force_n;  ///< in the law's split: valid, but where several share a load one of many
-  PrimitiveState state = PrimitiveState::off;
-  Vec3 carried_m;  ///< how far the data of its mode carry the proxy in the whole sub-step
-};
-/// What a primitive brought in over its sub-step [J], below zero took out: F·(proxy − start − move_fraction · carried).
-double work_j(const SubStep& step, const PlacedPrimitive& placed) noexcept;
 
 enum class SessionEventKind : std::uint8_t { onset, break_through, fault, warning };
 

@@ -1,8 +1,6 @@
 #include "palpa/tick/step_record.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
 #include "palpa/tick/path_tolerances.h"
 
@@ -32,40 +30,8 @@ void StepRecord::add(SubStep& step, bool settles, double spacing_m, const LocalM
     begins_ = !settles;
     first_end_m_ = step.proxy_m;
   }
-  const double k = step.stiffness_n_per_m;
-  const Vec3& position_m = step.balance.position_m;
   add_rows(step, model, modes);
-  const double rounding_m =
-      0.5 * std::numeric_limits<double>::epsilon() * (std::abs(position_m.x) + std::abs(position_m.y) + std::abs(position_m.z));
-  double held_n = 0.0;
-  Vec3 corner_n;  // its facets press together, with one strength
-  for (std::size_t i = step.first_primitive; i < placed_.size(); ++i) {
-    const PlacedPrimitive& row = placed_[i];
-    corner_n += row.force_n;
-    if (i + 1 < placed_.size() && placed_[i + 1].primitive.id == row.primitive.id) continue;
-    const bool slips = row.state == PrimitiveState::slip;  // in a direction that is known as well as the way is long
-    const double share = slips ? std::min(1.0, rounding_m / norm(residual(row.primitive, position_m))) : 1.0;
-    // Of a plane, behind it, what the force lacks is wrong, before it all of the force is.
-    const double s = row.primitive.strength_n, u = norm(corner_n);
-    double moved_n = row.primitive.kind == PrimitiveKind::plane ? std::max(s - u, u) : s + u;
-    // Elastic, its force is wrong by no more than its bound and that rounding make it (theory.md 8.12).
-    const double stiffness = row.primitive.stiffness_n_per_m;
-    if (row.primitive.is_elastic())
-      moved_n = std::min(moved_n, std::sqrt(2.0 * stiffness * k) * step.balance.error_bound_m + stiffness * rounding_m);
-    if (row.state != PrimitiveState::off) held_n += share * moved_n;
-    corner_n = {};
-  }
-  // The law's bound is that of the balance before its position was rounded. Whoever checks what is recorded by the duality gap
-  // pays a root for that rounding where the proxy rests on something, or slips by little.
-  // A bound b = (ρ + √(ρ² + 4kε)) / 2k has ρ ≤ kb; with e more of gap it is at most (b + √(b² + 4e/k)) / 2.
-  double& bound_m = step.balance.error_bound_m;
-  bound_m = 0.5 * (bound_m + std::sqrt(bound_m * bound_m + 4.0 * held_n * rounding_m / k));
-  if (step.balance.status == BalanceStatus::exact && bound_m > exact_bound_m) step.balance.status = BalanceStatus::capped;
-  const auto energy_j = [&](const Vec3& x) {
-    return 0.5 * k * norm_squared(x - step.probe_m) - dot(step.directed_n, x - step.start_m);
-  };
-  step.energy_before_j = energy_j(step.start_m);
-  step.energy_after_j = energy_j(step.proxy_m);
+  complete(step, placed().subspan(step.first_primitive));
   sub_steps_.push_back(step);
 }
 
