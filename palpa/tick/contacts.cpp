@@ -35,30 +35,29 @@ void Contacts::tell_held_back(std::size_t mode) noexcept {
 }
 
 void Contacts::update(const LocalModel& model, double depth_m, Crossings& crossings) noexcept {
-  const auto is_free = [](const Told& told) { return told.contact.state == Contact::State::free; };
+  using State = Contact::State;
+  const auto is_free = [](const Told& told) { return told.contact.is_free(); };
   const auto all_free = [&](const OfMode& mode) { return std::ranges::all_of(mode.levels, is_free); };
   if (model.contacts().empty() && model.set().dropped() == 0 && std::ranges::all_of(modes_, all_free)) return;
   for (std::size_t m = 0; m < modes_.size(); ++m) {
+    auto& levels = modes_[m].levels;
     std::array<Contact, std::tuple_size_v<decltype(OfMode::levels)>> now;
-    const auto place_of = [&](const Captured& level) {
-      const auto before = std::ranges::find(modes_[m].levels, level, [](const Told& told) { return told.contact.level; });
-      return static_cast<std::size_t>(before - modes_[m].levels.begin());
-    };
     // What was held keeps its place, what is new takes the first that is left.
     for (const bool is_new : {false, true}) {
       for (const LevelContact& held : model.contacts()) {
         if (held.id.mode != m || held.state == PrimitiveState::off) continue;
-        std::size_t place = place_of(held.level);
-        if ((place == now.size()) != is_new) continue;
-        if (is_new) place = std::ranges::find(now, Contact::State::free, &Contact::state) - now.begin();
-        if (place == now.size() || now[place].state != Contact::State::free) continue;
+        const auto before = std::ranges::find(levels, held.level, [](const Told& told) { return told.contact.level; });
+        if ((before == levels.end()) != is_new) continue;
+        auto place = now.begin() + (before - levels.begin());
+        if (is_new) place = std::ranges::find(now, State::free, &Contact::state);
+        if (place == now.end() || !place->is_free()) continue;
         const bool yields = (held.state == PrimitiveState::slip || held.at_bound) && held.can_break;
-        now[place] = {yields ? Contact::State::yielding : Contact::State::held, held.level};
+        *place = {yields ? State::yielding : State::held, held.level};
       }
     }
     // Material that yields goes on bearing: nothing is broken through.
     for (std::size_t i = 0; i < now.size(); ++i)
-      change(m, modes_[m].levels[i], now[i], depth_m, crossings.is_watched({now[i].level.field, now[i].level.value}));
+      change(m, levels[i], now[i], depth_m, crossings.is_watched({now[i].level.field, now[i].level.value}));
   }
   for (const LevelContact& held : model.contacts()) {
     if (held.state == PrimitiveState::slip) crossings.take_side({held.level.field, held.level.value}, held.solid_is_high);
@@ -75,7 +74,7 @@ void Contacts::change(std::size_t mode, Told& told, Contact now, double depth_m,
   using State = Contact::State;
   const Contact& before = told.contact;
   if (before.state == State::yielding && now.level == before.level) now.state = State::yielding;
-  const bool meets = now.state != State::free && before.state == State::free && !told.met;
+  const bool meets = !now.is_free() && before.is_free() && !told.met;
   const bool breaks = is_shell && now.state == State::yielding && before.state != State::yielding && !told.broken;
   told.met = told.met || meets;
   told.broken = told.broken || breaks;

@@ -18,6 +18,7 @@ struct Contact {
   enum class State : std::uint8_t { free, held, yielding };
   State state = State::free;
   Captured level;  ///< none while free
+  bool is_free() const noexcept { return state == State::free; }
 };
 
 /// The contacts of a session and the events of a tick. Here alone contacts change. Onsets and break-throughs are told once a
