@@ -68,6 +68,19 @@ PrimitiveState state_at(std::span<const Primitive> primitives, std::size_t i, co
   return PrimitiveState::off;
 }
 
+Vec3 pressed_direction(std::span<const Primitive> facets, std::span<const Vec3> forces_n) noexcept {
+  Vec3 force_n, normal;
+  int pressing = 0;
+  for (std::size_t i = 0; i < facets.size(); ++i) {
+    if (forces_n[i] == Vec3{}) continue;
+    force_n += forces_n[i];
+    normal = facets[i].direction;
+    ++pressing;
+  }
+  if (pressing <= 1) return normal;
+  return norm(force_n) > 0.0 ? normalized(force_n) : Vec3{};
+}
+
 namespace {
 
 // The corner of these facets about x, with the forces of a face of it.

@@ -69,6 +69,10 @@ PrimitiveState state_at(const Primitive& primitive, const Balance& balance) noex
 /// The same of `primitives[i]`, or of the whole corner that it is a facet of.
 PrimitiveState state_at(std::span<const Primitive> primitives, std::size_t i, const Balance& balance) noexcept;
 
+/// The direction [1] in which the facets of a corner press together, with forces [N] along their normals; of one that presses
+/// alone its normal, to the bit. Zero where none does, or they cancel. Reads only its arguments.
+Vec3 pressed_direction(std::span<const Primitive> facets, std::span<const Vec3> forces_n) noexcept;
+
 /// A proven bound [m] of |x − x*| for any x and any forces, where x* is the exact balance, by the
 /// duality gap (strong convexity of E): (ρ + √(ρ² + 4kε))/(2k) with ρ the force left over and ε the
 /// sum of φ(r) + φ*(u) − u·r. Rounding of this computation itself is inside the bound.

@@ -105,6 +105,12 @@ Vec3 residual(std::span<const Primitive> primitives, std::size_t i, const Vec3& 
   return whole.size() > 1 && whole.size() <= most_facets ? detail::way_out(whole, x_m) : residual(primitives[i], x_m);
 }
 
+Vec3 way_to_foot_m(std::span<const Primitive> primitives, std::size_t i, const Vec3& x_m) noexcept {
+  const Vec3 way_m = residual(primitives, i, x_m);
+  const double longest_m = primitives[i].strength_n / primitives[i].stiffness_n_per_m;
+  return std::min(1.0, longest_m / norm(way_m)) * way_m;
+}
+
 PrimitiveSet::PrimitiveSet(std::size_t capacity)
     : capacity_(capacity),
       primitives_(std::make_unique<Primitive[]>(capacity)),

@@ -72,6 +72,11 @@ Vec3 residual(const Primitive& primitive, const Vec3& x_m) noexcept;
 /// The same of `primitives[i]`, or of the whole corner that it is a facet of.
 Vec3 residual(std::span<const Primitive> primitives, std::size_t i, const Vec3& x_m) noexcept;
 
+/// From `x_m` [m] to the foot of the elastic `primitives[i]`, or of the whole corner that it is a facet of: to the place on it
+/// from where it was pressed in (docs/theory.md 8.11) [m]. No longer than strength over stiffness, beyond which it slips; zero
+/// of a rigid one. Reads only its arguments.
+Vec3 way_to_foot_m(std::span<const Primitive> primitives, std::size_t i, const Vec3& x_m) noexcept;
+
 /// The primitives that stand for one with `primitives[i]`: all facets of its corner, or itself alone.
 std::span<const Primitive> whole_of(std::span<const Primitive> primitives, std::size_t i) noexcept;
 

@@ -64,4 +64,9 @@ double TransferFunction::slope_at(double value, Side side) const noexcept {
   return std::clamp((b.result - a.result) / (b.value - a.value), -largest, largest);
 }
 
+bool TransferFunction::stays_zero_at(double value) const noexcept {
+  return at(value, Side::below) == 0.0 && at(value, Side::above) == 0.0 && slope_at(value, Side::below) == 0.0 &&
+         slope_at(value, Side::above) == 0.0;
+}
+
 }  // namespace palpa

@@ -32,6 +32,9 @@ class TransferFunction {
   /// dresult/dvalue [N/unit] at `value`, in the field's own unit; at a point that of the piece on `side`; 0 beyond the points,
   /// for an empty function or a NaN.
   double slope_at(double value, Side side = Side::above) const noexcept;
+  /// Whether it is zero at `value`, in the field's own unit, and on both sides of it, up to the points next to it. At the first
+  /// and the last point what is beyond does not count.
+  bool stays_zero_at(double value) const noexcept;
 
   const std::vector<Point>& points() const noexcept { return points_; }
   double outside() const noexcept { return outside_; }  ///< [N] or [1] as the results

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "palpa/core/primitives.h"
+#include "palpa/core/feet.h"
 #include "palpa/field/field.h"
 #include "palpa/field/timed_field.h"
 #include "palpa/mode/parameters.h"
@@ -121,14 +121,6 @@ class Samples {
   std::vector<Extent> ranges_;
   class Plan;
   std::shared_ptr<Plan> plan_;
-};
-
-/// Where an elastic level that holds the proxy would be touched: its *foot*, the place on the level that the proxy is pressed
-/// in from (docs/theory.md 8.11).
-struct Foot {
-  PrimitiveId id;       ///< of the plane
-  Vec3 way_m;           ///< [hand m] from the proxy to it
-  double held_j = 0.0;  ///< what is stored in the level
 };
 
 /// Everything a mode may look at when it places primitives. All of it is in the hand frame: metres,

@@ -81,7 +81,7 @@ void LocalModel::find_contacts() noexcept {
     } else if (set_.captured(i).any() && p.strength_n > 0.0) {
       LevelContact contact{p.id, set_.captured(i), i};
       contact.own = p;
-      const Vec3 from_m = start_m_ + modes_.carried_m(p.id.mode) + modes_.sunk_m(p.id);
+      const Vec3 from_m = start_m_ + modes_.carried_m(p.id.mode) + modes_.feet().way_m(p.id);
       contact.solid_is_high = dot(modes_.samples().scalar(contact.level.field, from_m).gradient, p.direction) < 0.0;
       contact.start = contact.last = seen_from(contact, from_m);
       contact.bounds = !modes_.fades(p.id.mode);
@@ -106,25 +106,12 @@ bool LocalModel::turn_friction() noexcept {
   return turned;
 }
 
-// Of one facet its normal, to the bit: then it and the line are orthogonal.
-Vec3 LocalModel::pressed_by(const LevelContact& contact) const noexcept {
-  Vec3 force_n, normal;
-  int pressing = 0;
-  for (std::size_t row = contact.first; row < contact.first + contact.facets; ++row) {
-    if (law_->forces_n()[row] == Vec3{}) continue;
-    force_n += law_->forces_n()[row];
-    normal = set_[row].direction;
-    ++pressing;
-  }
-  if (pressing <= 1) return normal;
-  return norm(force_n) > 0.0 ? normalized(force_n) : Vec3{};
-}
-
 Balance LocalModel::solve(const Vec3& probe_m, double time_step_s) noexcept {
   const Balance found = friction_.solve(*law_, set_, probe_m, stiffness_n_per_m_, time_step_s);
   for (LevelContact& contact : contacts_) {
     contact.state = state_at(set_.primitives(), contact.first, found);
-    contact.pressed = pressed_by(contact);
+    contact.pressed = pressed_direction(set_.primitives().subspan(contact.first, contact.facets),
+                                        law_->forces_n().subspan(contact.first, contact.facets));
   }
   return found;
 }
@@ -148,16 +135,9 @@ const LevelLook& LocalModel::look(LevelContact& contact, const Vec3& x_m) noexce
   return contact.last;
 }
 
-// From a place to the foot that an elastic primitive has there.
-Vec3 LocalModel::way_to_foot_m(std::size_t row, const Vec3& x_m) const noexcept {
-  const Vec3 way_m = residual(set_.primitives(), row, x_m);
-  const double longest_m = set_[row].strength_n / set_[row].stiffness_n_per_m;  // further it slips
-  return std::min(1.0, longest_m / norm(way_m)) * way_m;
-}
-
 // What of a proxy a level must leave free: its foot, if it is elastic.
 Vec3 LocalModel::foot_m(const LevelContact& contact, const Vec3& x_m) const noexcept {
-  return contact.is_rigid() ? x_m : x_m + way_to_foot_m(contact.first, x_m);
+  return contact.is_rigid() ? x_m : x_m + way_to_foot_m(set_.primitives(), contact.first, x_m);
 }
 
 Vec3 LocalModel::witness_of(const LevelContact& contact) const noexcept {
@@ -266,14 +246,14 @@ void LocalModel::foresee(const Vec3& end_m) noexcept {
 }
 
 void LocalModel::keep_feet(const Vec3& proxy_m) noexcept {
-  modes_.lift_feet();
+  modes_.feet().clear();
   for (std::size_t row = 0; row < set_.size(); ++row) {
     const LevelContact* contact = contact_of(row);  // none: a level that jumped away and fades
     const bool breaks = contact && contact->state == PrimitiveState::slip && contact->can_break;
     if (!set_[row].is_elastic() || breaks || (contact && contact->first != row)) continue;
-    const Vec3 way_m = way_to_foot_m(row, proxy_m);
+    const Vec3 way_m = way_to_foot_m(set_.primitives(), row, proxy_m);
     if (way_m == Vec3{}) continue;
-    modes_.put_foot({set_[row].id, way_m, 0.5 * set_[row].stiffness_n_per_m * norm_squared(way_m)});
+    modes_.feet().put({set_[row].id, way_m, 0.5 * set_[row].stiffness_n_per_m * norm_squared(way_m)});
   }
 }
 

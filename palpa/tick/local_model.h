@@ -60,9 +60,9 @@ class LocalModel {
   /// Sees the levels as they are where the move is thought to end, at `end_m` [m], instead of where the proxy is: then the next
   /// move would not lead on. Not where they turn fast, or would shut the witness out by more than `shallow`.
   void foresee(const Vec3& end_m) noexcept;
-  /// Sees them from the proxy again, for the rest of the move, since its end is not free. False where that is so already.
   /// Foresees once more, from where it has led to: what of an elastic level was foreseen wrongly. False where nothing was.
   bool refine(const Vec3& end_m) noexcept;
+  /// Sees them from the proxy again, for the rest of the move, since its end is not free. False where that is so already.
   bool recant() noexcept;
   /// Balances what was placed.
   Balance balance(const Vec3& probe_m, double time_step_s) noexcept;
@@ -114,7 +114,6 @@ class LocalModel {
   LevelLook seen_from(const LevelContact& contact, const Vec3& x_m) noexcept {
     return look_at_level(modes_.samples(), contact.level, contact.solid_is_high, x_m, spacing_m_);
   }
-  Vec3 way_to_foot_m(std::size_t row, const Vec3& x_m) const noexcept;
   Vec3 foot_m(const LevelContact& contact, const Vec3& x_m) const noexcept;
   Vec3 witness_of(const LevelContact& contact) const noexcept;
   bool holds(const LevelContact& contact) const noexcept { return contact.bounds && contact.state != PrimitiveState::slip; }
@@ -126,7 +125,6 @@ class LocalModel {
   void add_learnt() noexcept;
   bool add_facet(LevelContact& contact, const Vec3& position_m, const Vec3& normal) noexcept;
   void forget_idle(LevelContact& contact) noexcept;
-  Vec3 pressed_by(const LevelContact& contact) const noexcept;
   bool turn_friction() noexcept;
   Balance solve(const Vec3& probe_m, double time_step_s) noexcept;
   double gain_j(const Vec3& to_m, bool on_levels, const Vec3& probe_m, double time_step_s) noexcept;

@@ -7,17 +7,6 @@
 
 namespace palpa {
 
-namespace {
-
-// Zero here, and on both sides of here: between two points of the function it stays so.
-bool stays_zero(const TransferFunction& curve, double value) noexcept {
-  using Side = TransferFunction::Side;
-  return curve.at(value, Side::below) == 0.0 && curve.at(value, Side::above) == 0.0 &&
-         curve.slope_at(value, Side::below) == 0.0 && curve.slope_at(value, Side::above) == 0.0;
-}
-
-}  // namespace
-
 ModeRuntime::ModeRuntime(LiveBlock& live, const Scene& scene, const Similarity& map)
     : map_(map), modes_(scene.modes()), feet_(live.add<Feet>()) {
   for (const SceneVolume& volume : scene.volumes()) {
@@ -51,7 +40,7 @@ void ModeRuntime::start() noexcept {
     modes_[m].mode.start(memory(m));
     live_[m] = {};
   }
-  lift_feet();
+  feet_.clear();
 }
 
 void ModeRuntime::arrive() noexcept {
@@ -85,7 +74,7 @@ Here ModeRuntime::here_at(std::size_t m, const StepContext& context, const Vec3&
   here.time_step_s = context.time_step_s;
   here.stiffness_n_per_m = context.stiffness_n_per_m;
   here.finest_m = finest_m_;
-  here.feet = std::ranges::equal_range(feet(), m, {}, [](const Foot& foot) { return std::size_t{foot.id.mode}; });
+  here.feet = feet_.of(m);
   return here;
 }
 
@@ -152,7 +141,7 @@ bool ModeRuntime::silence_is_watched(std::size_t m, const Vec3& at_m, std::vecto
     return !samples_->scalar(f, at_m).inside && !samples_->vector(f, at_m).inside;
   };
   const auto stays_zero_at = [&](const FieldRef& of, const TransferFunction& curve) {
-    return stays_zero(curve, samples_->scalar(of.index, at_m).value);
+    return curve.stays_zero_at(samples_->scalar(of.index, at_m).value);
   };
   const auto outside = std::find_if(inputs.fields.begin(), inputs.fields.end(), has_no_data);
   if (outside != inputs.fields.end()) {

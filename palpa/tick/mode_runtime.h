@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -79,16 +78,8 @@ class ModeRuntime {
   /// How far the data of a mode have carried the proxy in this sub-step [m], and the longest of those ways [m].
   const Vec3& carried_m(std::size_t m) const noexcept { return parts_[m].carried_m; }
   double furthest_carried_m() const noexcept { return furthest_carried_m_; }
-  /// The feet on elastic levels, in the order of modes; and of one the way to it from the proxy [m], zero if it has none.
-  std::span<const Foot> feet() const noexcept { return {feet_.all.data(), feet_.size}; }
-  Vec3 sunk_m(const PrimitiveId& id) const noexcept {
-    const auto foot = std::ranges::find(feet(), id, &Foot::id);
-    return foot == feet().end() ? Vec3{} : foot->way_m;
-  }
-  void lift_feet() noexcept { feet_.size = 0; }
-  void put_foot(const Foot& foot) noexcept {
-    if (feet_.size < feet_.all.size()) feet_.all[feet_.size++] = foot;
-  }
+  /// The feet on elastic levels.
+  Feet& feet() noexcept { return feet_; }
   /// A mode's strengths are less than they will be, because its level has jumped.
   bool fades(std::size_t m) const noexcept { return live_[m].fade.share() < 1.0; }
   /// What is too weak lets the proxy through, but is not broken: its level has jumped, or data end nearby.
@@ -148,10 +139,6 @@ class ModeRuntime {
     JumpFade fade;
     bool stands = false;   // on a level, when it placed its primitives last
     bool at_edge = false;  // strengths were less for it
-  };
-  struct Feet {
-    std::array<Foot, 16> all;
-    std::size_t size = 0;
   };
   using MemoryUnit = std::max_align_t;
 

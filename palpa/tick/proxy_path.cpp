@@ -83,7 +83,7 @@ bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) no
     modes_.samples().set_time(time_.at(c.view_s));
   }
   ledger.begin(c.proxy, queue_.walked_m());
-  for (const Foot& foot : modes_.feet()) ledger.book_elastic(foot.id.mode, foot.held_j, 0.0);
+  for (const Foot& foot : modes_.feet().all()) ledger.book_elastic(foot.id.mode, foot.held_j, 0.0);
   path_m_ = queue_.push(probe_m, time_step_s);
   if (playing_) path_m_ = std::max(path_m_, modes_.motion_m(c.proxy, time_.at(c.followed_s), time_.at(c.elapsed_s)));
 
@@ -95,7 +95,7 @@ bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) no
     is_there ? sub_step(segment) : record_.cut();
   }
   record_.book(ledger);
-  for (const Foot& foot : modes_.feet()) ledger.book_elastic(foot.id.mode, 0.0, foot.held_j);
+  for (const Foot& foot : modes_.feet().all()) ledger.book_elastic(foot.id.mode, 0.0, foot.held_j);
   return is_there;
 }
 

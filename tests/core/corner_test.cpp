@@ -217,6 +217,29 @@ TEST(Corner, IsOffStuckOrSlippingAsAWhole) {
 }
 
 // The line along the newest facet's normal stands beside it as with a plane, in closed form.
+TEST(Corner, ItsFacetsPressTogetherInOneDirection) {
+  Random random(13);
+  for (int i = 0; i < 2000; ++i) {
+    Problem problem;
+    add_corner(problem, some_facets(random, {}, 0.0, 1 + random.below(8)), 1.0);
+    std::vector<Vec3> forces_n(problem.primitives.size());
+    EXPECT_EQ(pressed_direction(problem.primitives, forces_n), Vec3{});
+    const std::size_t alone = static_cast<std::size_t>(random.below(static_cast<int>(forces_n.size())));
+    forces_n[alone] = random.uniform(1e-6, 1.0) * problem.primitives[alone].direction;
+    EXPECT_EQ(pressed_direction(problem.primitives, forces_n), problem.primitives[alone].direction);
+    Vec3 sum_n;
+    for (std::size_t j = 0; j < forces_n.size(); ++j)
+      sum_n += forces_n[j] = random.uniform(0.1, 1.0) * problem.primitives[j].direction;
+    const Vec3 together = pressed_direction(problem.primitives, forces_n);
+    EXPECT_NEAR(norm(together), 1.0, 1e-15);
+    EXPECT_LE(distance(norm(sum_n) * together, sum_n), 1e-14);
+  }
+  const Primitive facing[] = {{PrimitiveKind::corner, {}, {}, {0, 0, 1}, 1.0},
+                              {PrimitiveKind::corner, {}, {}, {0, 0, -1}, 1.0}};
+  const Vec3 cancelling_n[] = {{0, 0, 0.5}, {0, 0, -0.5}};
+  EXPECT_EQ(pressed_direction(facing, cancelling_n), Vec3{});
+}
+
 TEST(Corner, WithFrictionWhereOneFacetHoldsIsAPlaneWithFriction) {
   Random random(8);
   for (int i = 0; i < 2000; ++i) {

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "palpa/core/coulomb_friction.h"
+#include "palpa/core/feet.h"
 #include "palpa/core/split.h"
 #include "tests/core/solved.h"
 
@@ -174,6 +175,57 @@ TEST(Elastic, BringsNothingInWhereEveryPlaneLeavesTheOldFootFree) {
       probe_m = problem.probe_m;
     }
   }
+}
+
+// The foot is where its force has pressed it in from, and no further off than it can give way.
+TEST(Elastic, ItsFootIsAsFarOffAsItsForceOverItsStiffness) {
+  for (const char* name : {"elastic_random", "elastic_haptic", "elastic_corner", "elastic_groove"}) {
+    int sunk = 0;
+    test::for_each_problem(*test::family_named(name), false, {1, 3, 8}, 100, [&](const test::Recipe& recipe) {
+      const Problem problem = recipe.problem();
+      const test::Solved found = test::solved(problem);
+      for (std::size_t i = 0; i < problem.primitives.size(); ++i) {
+        const Primitive& p = problem.primitives[i];
+        const std::span<const Primitive> whole = whole_of(problem.primitives, i);
+        if (whole.data() != &p) continue;
+        const Vec3 way_m = way_to_foot_m(problem.primitives, i, found.balance.position_m);
+        if (!p.is_elastic()) {
+          EXPECT_EQ(way_m, Vec3{}) << recipe;
+          continue;
+        }
+        Vec3 force_n;
+        for (std::size_t facet = 0; facet < whole.size(); ++facet) force_n += found.forces_n[i + facet];
+        const double longest_m = p.strength_n / p.stiffness_n_per_m;
+        EXPECT_LE(norm(way_m), longest_m * (1.0 + 1e-12)) << recipe;
+        // Forces are known as well as the proxy is, softly as a spring, and up to a direction where it slips.
+        const double off_n = p.stiffness_n_per_m * (found.balance.error_bound_m + 1e-12) + 1e-9 * p.strength_n;
+        if (norm(force_n) > 0.999 * p.strength_n || off_n > 0.01 * p.strength_n) continue;
+        EXPECT_LE(distance(p.stiffness_n_per_m * way_m, force_n), 3.0 * off_n) << recipe;
+        sunk += norm(force_n) > 0.0;
+      }
+    });
+    EXPECT_GT(sunk, 20) << name;
+  }
+}
+
+TEST(Elastic, FeetAreKeptByPrimitiveAndFoundByMode) {
+  Feet feet;
+  EXPECT_EQ(feet.way_m({3, 0}), Vec3{});
+  for (std::uint16_t mode = 0; mode < 5; ++mode) {
+    for (std::uint16_t slot = 0; slot < mode; ++slot) feet.put({{mode, slot}, {1.0 * mode, 1.0 * slot, 0.0}, 0.5});
+  }
+  EXPECT_EQ(feet.all().size(), 10u);
+  for (std::uint16_t mode = 0; mode < 6; ++mode) {
+    EXPECT_EQ(feet.of(mode).size(), mode < 5 ? mode : 0u);
+    for (const Foot& foot : feet.of(mode)) EXPECT_EQ(foot.id.mode, mode);
+  }
+  EXPECT_EQ(feet.way_m({4, 2}), (Vec3{4.0, 2.0, 0.0}));
+  EXPECT_EQ(feet.way_m({2, 2}), Vec3{});
+  for (std::uint16_t slot = 0; slot < 100; ++slot) feet.put({{9, slot}, {1.0, 1.0, 1.0}, 0.5});
+  EXPECT_EQ(feet.of(4).size(), 4u);  // those behind are left out
+  EXPECT_LT(feet.of(9).size(), 100u);
+  feet.clear();
+  EXPECT_TRUE(feet.all().empty());
 }
 
 TEST(Elastic, LetsFrictionKnowWhatItBears) {

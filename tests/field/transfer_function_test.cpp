@@ -92,6 +92,31 @@ TEST(TransferFunction, scaling_values_by_a_power_of_two_changes_no_bit_of_the_re
   }
 }
 
+// Zero in all of a neighbourhood or not: at points, between and beyond them; with a ramp, a step or a plateau beside it.
+TEST(TransferFunction, stays_zero_where_no_value_nearby_has_another_result) {
+  unsigned bits = 1;
+  const auto is_drawn = [&] { return (bits = bits * 1664525u + 1013904223u) >> 31 == 0; };
+  int zero = 0, other = 0;
+  for (int i = 0; i < 2000; ++i) {
+    std::vector<TransferFunction::Point> points;
+    for (int value = 0; value < 4; ++value) {
+      points.push_back({static_cast<double>(value), is_drawn() || is_drawn() ? 0.0 : 1.0});
+      if (is_drawn()) points.push_back({static_cast<double>(value), is_drawn() ? 0.0 : 2.0});
+    }
+    const double outside = is_drawn() ? 0.0 : 0.5;
+    const TransferFunction f(points, outside);
+    for (double v = -0.5; v <= 3.5; v += 0.5) {
+      if (outside != 0.0 && (v == 0.0 || v == 3.0)) continue;
+      const bool is_zero =
+          f.at(v, Side::below) == 0.0 && f.at(v, Side::above) == 0.0 && f.at(v - 0.01) == 0.0 && f.at(v + 0.01) == 0.0;
+      EXPECT_EQ(f.stays_zero_at(v), is_zero) << v;
+      ++(is_zero ? zero : other);
+    }
+  }
+  EXPECT_GT(zero, 1000);
+  EXPECT_GT(other, 1000);
+}
+
 void expect_refused(std::vector<TransferFunction::Point> points, double outside, const char* word) {
   try {
     const TransferFunction f(std::move(points), outside);
