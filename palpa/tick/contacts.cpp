@@ -40,6 +40,8 @@ void Contacts::update(const LocalModel& model, double depth_m, Crossings& crossi
   const auto all_free = [&](const OfMode& mode) { return std::ranges::all_of(mode.levels, is_free); };
   if (model.contacts().empty() && model.set().dropped() == 0 && std::ranges::all_of(modes_, all_free)) return;
   for (std::size_t m = 0; m < modes_.size(); ++m) {
+    const auto is_of_mode = [m](const LevelContact& held) { return held.id.mode == m; };
+    if (all_free(modes_[m]) && std::ranges::none_of(model.contacts(), is_of_mode)) continue;
     auto& levels = modes_[m].levels;
     std::array<Contact, std::tuple_size_v<decltype(OfMode::levels)>> now;
     // What was held keeps its place, what is new takes the first that is left.
@@ -55,9 +57,9 @@ void Contacts::update(const LocalModel& model, double depth_m, Crossings& crossi
         *place = {yields ? State::yielding : State::held, held.level};
       }
     }
-    // Material that yields goes on bearing: nothing is broken through.
-    for (std::size_t i = 0; i < now.size(); ++i)
-      change(m, levels[i], now[i], depth_m, crossings.is_watched({now[i].level.field, now[i].level.value}));
+    for (std::size_t i = 0; i < now.size(); ++i) {
+      if (!levels[i].contact.is_free() || !now[i].is_free()) change(m, levels[i], now[i], depth_m, crossings);
+    }
   }
   for (const LevelContact& held : model.contacts()) {
     if (held.state == PrimitiveState::slip) crossings.take_side({held.level.field, held.level.value}, held.solid_is_high);
@@ -70,12 +72,14 @@ void Contacts::update(const LocalModel& model, double depth_m, Crossings& crossi
   }
 }
 
-void Contacts::change(std::size_t mode, Told& told, Contact now, double depth_m, bool is_shell) noexcept {
+void Contacts::change(std::size_t mode, Told& told, Contact now, double depth_m, const Crossings& crossings) noexcept {
   using State = Contact::State;
   const Contact& before = told.contact;
   if (before.state == State::yielding && now.level == before.level) now.state = State::yielding;
   const bool meets = !now.is_free() && before.is_free() && !told.met;
-  const bool breaks = is_shell && now.state == State::yielding && before.state != State::yielding && !told.broken;
+  const bool yields = now.state == State::yielding && before.state != State::yielding;
+  // Material that yields goes on bearing: nothing is broken through.
+  const bool breaks = yields && !told.broken && crossings.is_watched({now.level.field, now.level.value});
   told.met = told.met || meets;
   told.broken = told.broken || breaks;
   const auto m = static_cast<std::int32_t>(mode);

@@ -56,7 +56,7 @@ class Contacts {
     std::uint32_t refusals = 0;  // a bit each
   };
   void emit(const SessionEvent& event) noexcept;
-  void change(std::size_t mode, Told& told, Contact now, double depth_m, bool is_shell) noexcept;
+  void change(std::size_t mode, Told& told, Contact now, double depth_m, const Crossings& crossings) noexcept;
 
   std::span<OfMode> modes_;
   std::vector<SessionEvent> events_;
