@@ -30,6 +30,7 @@ class Feet {
   std::span<const Foot> all() const noexcept { return {feet_.data(), size_}; }
   /// Those of one mode.
   std::span<const Foot> of(std::size_t mode) const noexcept {
+    if (size_ == 0) return {};
     return std::ranges::equal_range(all(), mode, {}, [](const Foot& foot) { return std::size_t{foot.id.mode}; });
   }
   /// The way from the proxy to the foot on one primitive [m], zero if it has none there.

@@ -248,9 +248,10 @@ void LocalModel::foresee(const Vec3& end_m) noexcept {
 void LocalModel::keep_feet(const Vec3& proxy_m) noexcept {
   modes_.feet().clear();
   for (std::size_t row = 0; row < set_.size(); ++row) {
+    if (!set_[row].is_elastic()) continue;
     const LevelContact* contact = contact_of(row);  // none: a level that jumped away and fades
     const bool breaks = contact && contact->state == PrimitiveState::slip && contact->can_break;
-    if (!set_[row].is_elastic() || breaks || (contact && contact->first != row)) continue;
+    if (breaks || (contact && contact->first != row)) continue;
     const Vec3 way_m = way_to_foot_m(set_.primitives(), row, proxy_m);
     if (way_m == Vec3{}) continue;
     modes_.feet().put({set_[row].id, way_m, 0.5 * set_[row].stiffness_n_per_m * norm_squared(way_m)});
