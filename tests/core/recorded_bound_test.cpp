@@ -171,5 +171,16 @@ TEST(RecordedBound, HoldsTheGapOfEveryKnownBalanceAtItsPlaceAsADouble) {
                  [&] { return on_line(random, std::exp(random.uniform(std::log(1e-18), std::log(1e-3)))); });
 }
 
+TEST(RecordedBound, TakesTheFacetsOfACornerForOne) {
+  Random random(3);
+  for (int i = 0; i < 1000; ++i) {
+    const Known known = on_two(random, PrimitiveKind::corner);
+    std::vector<PlacedPrimitive> rows = known.placed();
+    const double bound_m = recorded_bound_m(rows, known.balance(), known.stiffness_n_per_m);
+    rows[1].force_n += rows[0].force_n;
+    EXPECT_EQ(bound_m, recorded_bound_m({&rows[1], 1}, known.balance(), known.stiffness_n_per_m));
+  }
+}
+
 }  // namespace
 }  // namespace palpa::test
