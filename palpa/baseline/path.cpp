@@ -34,7 +34,10 @@ class OneStepPath final : public ProxyPath {
     model_.place(context, at, at, unbounded);
     const Move made{.to = model_.balance(context.probe_m, context.time_step_s)};
     attend(start, false);
-    std::fill(policy_.passing.begin(), policy_.passing.end(), EventPolicy::Passing::passes);
+    // It stops nowhere; but what holds the proxy is not left because the plane at it leads off a round surface.
+    using Passing = EventPolicy::Passing;
+    std::ranges::replace_if(
+        policy_.passing, [](Passing passing) { return passing != Passing::held; }, Passing::passes);
     crossings_.first_event(start, made.to.position_m, policy_, modes_.samples(), pieces_left_, event_);
 
     advance(segment, made, follows_s, true);

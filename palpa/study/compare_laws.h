@@ -36,7 +36,7 @@ struct LawErrors {
 
 struct LawComparison {
   std::int64_t ticks = 0;     ///< with a valid probe
-  std::int64_t balances = 0;  ///< posed: sub-steps with at least one primitive
+  std::int64_t balances = 0;  ///< posed: sub-steps with at least one primitive, elastic ones as rigid ones to all laws
   std::int64_t left_out = 0;  ///< sub-steps whose exact balance is not proven to 1e-9 m, or holds planes of a hollow that
                               ///< the tick keeps and no earlier law knows
   std::int64_t oblique_balances = 0;  ///< of `balances`, with planes or lines that are not orthogonal to each other

@@ -97,6 +97,32 @@ TEST_P(BaselineSession, WalksOneStepPerTick) {
 }
 
 // What remains of an earlier system when its solver is blameless.
+// The plane where a step begins leads off a ball: by that a level is not left, and met again, every few ticks.
+TEST_P(BaselineSession, StaysOnALevelThatItSlidesOver) {
+  if (std::string(GetParam()) == "no-proxy") return;  // it has no proxy that could stay anywhere
+  Scene scene({.stiffness_n_per_m = 800});
+  scene.workspace.scale = 1.0;
+  scene.workspace.center_m = Vec3{};
+  scene.workspace.towards_user = "+z";
+  scene.workspace.up = "+y";
+  const double radius_m = 0.05, depth_m = 1e-3;
+  scene.add("surface", SurfaceAndFriction{.field = scene.add("ball", sphere_field(radius_m)),
+                                          .levels = {{.value = 0.0, .strength_n = 5.0}},
+                                          .friction_coefficient = 0.1});
+  scene.law = GetParam();
+  Session session(scene, baseline::path);
+  int onsets = 0;
+  for (int i = -20; i < 3000; ++i) {
+    const double angle = 0.002 * i, at_m = radius_m - (i < 0 ? -1e-3 : std::min(1.0, 0.02 * i) * depth_m);
+    const Tick tick = session.tick({.position_m = at_m * Vec3{std::sin(angle), 0.0, std::cos(angle)}}, 1e-3);
+    for (const SessionEvent& event : session.events()) onsets += event.kind == SessionEventKind::onset;
+    if (i > 100) {
+      ASSERT_GT(norm(tick.force_n), 0.5 * 800 * depth_m) << i;
+    }
+  }
+  EXPECT_EQ(onsets, 1);
+}
+
 TEST(OneStep, IsTheExactBalanceOncePerTick) {
   const Scene scene = scene_of_many("exact");
   Session one(scene, baseline::one_step), exact(scene);
