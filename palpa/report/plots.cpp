@@ -50,8 +50,11 @@ TimePlot force_plot(const Recorded& recorded) {
       .label = text("Force over time: at most %.3f N on the hand.", recorded.summary.force_max_n),
       .caption = "What the hand got. Signs on top: where a level set in or was broken through."};
   if (recorded.summary.guard_limited_ticks > 0) {
-    made.plot.series.push_back(over_time(recorded, "asked (Eq. 1), before the guard", palpa::Color::orange, Stroke::dashed,
-                                         [&](std::size_t i) { return norm(ticks[i].result.force_n); }));
+    made.plot.series.push_back(
+        over_time(recorded, "asked (Eq. 1), before the guard", palpa::Color::orange, Stroke::dashed, [&](std::size_t i) {
+          const bool limited = ticks[i].guard == GuardState::limited;
+          return norm(limited ? ticks[i].result.force_n : ticks[i].command_n);
+        }));
     made.caption =
         "What the hand got, and what the coupling asked for where the guard cut it. Signs on top: where a level set in "
         "or was broken through.";

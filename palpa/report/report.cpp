@@ -152,7 +152,7 @@ std::string picture_of_moment(const Recorded& recorded, const Scene& scene, cons
     if (force_n > contact_force_n) who += (who.empty() ? "" : ", ") + recorded.modes[m] + text(" %.2f N", force_n);
   }
   const double hand_n = norm(frame.command_n), asked_n = norm(frame.result.force_n);
-  const std::string cut = frame.guard == GuardState::pass ? "" : text(" (%.2f N asked, before the guard)", asked_n);
+  const std::string cut = frame.guard != GuardState::limited ? "" : text(" (%.2f N asked, before the guard)", asked_n);
   const std::string caption =
       text("The moment at %.3f s, in which most modes pushed and the force was largest: ", frame.t_s) + who +
       text("; the hand got %.2f N", hand_n) + cut + text(", the proxy is %.2f mm from the probe. ", 1e3 * reach_m) +
@@ -180,7 +180,8 @@ std::vector<PathPoint> path_of(const Recorded& recorded) {
   std::vector<PathPoint> path;
   for (const TickFrame& frame : recorded.ticks) {
     if (frame.result.probe_valid && is_finite(frame.result.probe_m))
-      path.push_back({frame.result.probe_m, frame.result.proxy_m, frame.command_n, frame.result.force_n});
+      path.push_back({frame.result.probe_m, frame.result.proxy_m, frame.command_n, frame.result.force_n,
+                      frame.guard == GuardState::limited});
   }
   return path;
 }

@@ -120,14 +120,12 @@ Json json_of(const Recorded& recorded, const RecordedMoment& moment) {
     if (primitive.drag_ns_per_m > 0.0) primitives.back()["drag"] = rounded(primitive.drag_ns_per_m, 4);
   }
   const auto newtons = [](const Vec3& f_n) -> Json { return {rounded(f_n.x, 4), rounded(f_n.y, 4), rounded(f_n.z, 4)}; };
-  return {{"t", rounded(frame.t_s, 8)},
-          {"valid", usable(frame)},
-          {"probe", mm(frame.result.probe_m)},
-          {"proxy", mm(frame.result.proxy_m)},
-          {"force", newtons(frame.command_n)},
-          {"asked", rounded(norm(frame.result.force_n), 4)},
-          {"modes", modes},
-          {"primitives", primitives}};
+  Json told = {{"t", rounded(frame.t_s, 8)},        {"valid", usable(frame)},
+               {"probe", mm(frame.result.probe_m)}, {"proxy", mm(frame.result.proxy_m)},
+               {"force", newtons(frame.command_n)}, {"modes", modes},
+               {"primitives", primitives}};
+  if (frame.guard == GuardState::limited) told["asked"] = rounded(norm(frame.result.force_n), 4);
+  return told;
 }
 
 /// Marks of onsets, break-throughs, limits and faults, each where the proxy was.

@@ -269,7 +269,7 @@ const View3d = (() => {
     const got = vector(now.force).length();
     row('time', now.t.toFixed(3) + ' s');
     row('force on the hand', Report.digits(got) + ' N');
-    if (now.asked > got + 1e-3) row('asked, before the guard', Report.digits(now.asked) + ' N');
+    if (now.asked !== undefined) row('asked, before the guard', Report.digits(now.asked) + ' N');
     row('proxy from probe', Report.digits(vector(now.proxy).distanceTo(vector(now.probe))) + ' mm');
     for (const primitive of now.primitives) {
       const mode = data.modes[primitive.mode] || {name: 'mode ' + primitive.mode, color: Report.color('grey')};

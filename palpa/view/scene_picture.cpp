@@ -138,12 +138,6 @@ void look(vtkRenderer& renderer, const View& view, double reach_m) {
   camera.SetClippingRange(0.5 * reach_m, 3.5 * reach_m);
 }
 
-/// Whether the guard held back a part of what was asked for.
-bool is_limited(const PathPoint& point) {
-  constexpr double least_n = 1e-3;
-  return norm(point.asked_n) > norm(point.force_n) + least_n;
-}
-
 /// What can be drawn of a path.
 std::vector<PathPoint> usable(std::span<const PathPoint> path) {
   std::vector<PathPoint> points;
@@ -179,6 +173,7 @@ std::vector<PathPoint> thinned(std::span<const PathPoint> path, double apart_m, 
     } else if (norm(path[i].force_n) > norm(thin.back().force_n)) {
       thin.back().force_n = path[i].force_n;
       thin.back().asked_n = path[i].asked_n;
+      thin.back().limited = path[i].limited;
     }
   }
   return thin;
@@ -191,7 +186,7 @@ void draw_path(vtkRenderer* renderer, std::span<const PathPoint> path, const Col
   for (const PathPoint& point : thinned(path, 0.004 * unit_m, &PathPoint::proxy_m)) {
     if (!proxy[0].empty()) gone_m += distance(proxy[0].back().position_m, point.proxy_m);
     proxy[0].push_back({point.proxy_m, colors.at(norm(point.force_n)).color});
-    const bool in_band = is_limited(point) && std::fmod(gone_m, 6.0 * radius_m) < 2.5 * radius_m;
+    const bool in_band = point.limited && std::fmod(gone_m, 6.0 * radius_m) < 2.5 * radius_m;
     if (in_band) {
       bands.back().push_back({point.proxy_m, limited_color});
     } else if (!bands.back().empty()) {
@@ -213,7 +208,7 @@ void show_path(vtkRenderer* renderer, std::span<const PathPoint> path, double un
   double asked_n = 0.0;  // before it did
   for (const PathPoint& point : path) {
     most_n = std::max(most_n, norm(point.force_n));
-    if (!is_limited(point)) continue;
+    if (!point.limited) continue;
     cut_n = std::max(cut_n, norm(point.force_n));
     asked_n = std::max(asked_n, norm(point.asked_n));
   }

@@ -15,8 +15,9 @@ namespace palpa {
 struct PathPoint {
   Vec3 probe_m;
   Vec3 proxy_m;
-  Vec3 force_n;    ///< that reached the hand: what the guard let through
-  Vec3 asked_n{};  ///< that the coupling asked for; not more than `force_n`: the guard held nothing back
+  Vec3 force_n;          ///< that reached the hand
+  Vec3 asked_n{};        ///< that the coupling asked for
+  bool limited = false;  ///< the guard shortened it; where a level was broken the two differ without that
 };
 
 /// The primitives of one sub-step, to be drawn: a plane as a disc with its normal, a line as a rod, a

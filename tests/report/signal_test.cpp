@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "palpa/report/report.h"
+#include "palpa/report/view_3d.h"
 #include "tests/report/markup.h"
 #include "tests/study/study_fixture.h"
 
@@ -63,6 +64,20 @@ TEST(Signal, ListsStepsWithTheirCauseAndMode) {
   const std::string told = steps_markup(signal_of(recorded, nullptr));
   EXPECT_THAT(told, HasSubstr("break-through"));
   EXPECT_THAT(told, Not(HasSubstr("data-time"))) << "an event tells of it";
+}
+
+// While the force of a broken level falls, command and force differ: no guard cut anything then.
+TEST(View, SaysWhatWasAskedWhereTheGuardShortenedIt) {
+  Recorded recorded = shaking();
+  std::vector<RecordedMoment> moments(1);
+  for (const double asked_share : {0.5, 1.0, 1.5}) {
+    for (const GuardState guard : {GuardState::pass, GuardState::limited, GuardState::fault}) {
+      recorded.ticks[0].guard = guard;
+      recorded.ticks[0].result.force_n = asked_share * recorded.ticks[0].command_n;
+      const bool says = json_of_view(recorded, nullptr, moments, {0, 0, 1}).find("\"asked\"") != std::string::npos;
+      EXPECT_EQ(says, guard == GuardState::limited) << asked_share;
+    }
+  }
 }
 
 class FeltSignal : public StudyTest {};

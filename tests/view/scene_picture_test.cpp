@@ -390,6 +390,8 @@ TEST(ScenePicture, ShowsTheForceThatReachedTheHandAndWhereTheGuardCutIt) {
   for (PathPoint& point : path) point.asked_n = {};
   EXPECT_EQ(scene_picture(Scene(), path, {}, small()).rgb, whole.rgb) << "nothing more was asked for";
   for (std::size_t i = 0; i < 50; ++i) path[i].asked_n = {0, 0, 5.0};
+  EXPECT_EQ(scene_picture(Scene(), path, {}, small()).rgb, whole.rgb) << "a force on its way up to what is asked was not cut";
+  for (std::size_t i = 0; i < 50; ++i) path[i].limited = true;
   const Picture cut = scene_picture(Scene(), path, {}, small());
   EXPECT_GT(banded(cut), 50);
   const Place uncut = projected({0.03, 0, 0}, small());
