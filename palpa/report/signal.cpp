@@ -69,14 +69,7 @@ FeltRun felt_run_of(const Recorded& recorded) {
   }
   std::size_t next_event = 0;
   for (const TickFrame& frame : recorded.ticks) {
-    const Tick& result = frame.result;
-    FeltTick tick{.t_s = frame.t_s,
-                  .dt_s = frame.dt_s,
-                  .probe_m = result.probe_m,
-                  .proxy_m = result.proxy_m,
-                  .command_n = frame.command_n,
-                  .usable = result.probe_valid && is_finite(result.probe_m) && result.status != TickStatus::bad_input,
-                  .limited = frame.guard == GuardState::limited};
+    FeltTick tick = felt_tick(frame);
     add_events(recorded, next_event, frame.tick, tick);
     run.ticks.push_back(tick);
   }

@@ -55,15 +55,19 @@ FeltRun felt_run(const Scene& scene) {
   return run;
 }
 
-void add_tick(FeltRun& run, const TickFrame& frame, const Session& session) {
+FeltTick felt_tick(const TickFrame& frame) noexcept {
   const Tick& result = frame.result;
-  FeltTick tick{.t_s = frame.t_s,
-                .dt_s = frame.dt_s,
-                .probe_m = result.probe_m,
-                .proxy_m = result.proxy_m,
-                .command_n = frame.command_n,
-                .usable = result.probe_valid && result.status != TickStatus::bad_input,
-                .limited = frame.guard == GuardState::limited};
+  return {.t_s = frame.t_s,
+          .dt_s = frame.dt_s,
+          .probe_m = result.probe_m,
+          .proxy_m = result.proxy_m,
+          .command_n = frame.command_n,
+          .usable = result.probe_valid && is_finite(result.probe_m) && result.status != TickStatus::bad_input,
+          .limited = frame.guard == GuardState::limited};
+}
+
+void add_tick(FeltRun& run, const TickFrame& frame, const Session& session) {
+  FeltTick tick = felt_tick(frame);
   for (const SessionEvent& event : session.events()) {
     const bool broke = event.kind == SessionEventKind::break_through;
     tick.onset |= event.kind == SessionEventKind::onset;

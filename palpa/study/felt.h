@@ -27,6 +27,9 @@ struct FeltTick {
   bool told = false;           ///< another event: what happens here is known to the one who reads of it
 };
 
+/// A tick without its events, live or from a recording: what was recorded of a probe that nobody knew need not be finite.
+FeltTick felt_tick(const TickFrame& frame) noexcept;
+
 /// A mode of a run.
 struct FeltMode {
   std::string name;

@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "palpa/field/analytic.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/surface_and_friction.h"
@@ -101,6 +103,24 @@ TEST(ExcessSteps, AtTheEndOfDataSaySo) {
   EXPECT_NEAR(steepest_at_edges_n_per_ms(run, edges), 1.0, 1e-12);
   EXPECT_TRUE(edges.has_data(centre_m));
   EXPECT_FALSE(edges.has_data(scene.hand_to_world().to_hand({0.2, 0, 0})));
+}
+
+TEST(FeltRun, ATickIsUsableOnlyWhereItsProbeIs) {
+  TickFrame frame{.dt_s = 1e-3, .command_n = {1, 2, 3}, .guard = GuardState::limited};
+  frame.result.probe_m = {1, 2, 3};
+  EXPECT_TRUE(felt_tick(frame).usable);
+  EXPECT_TRUE(felt_tick(frame).limited);
+  EXPECT_EQ(felt_tick(frame).command_n, frame.command_n);
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    TickFrame lost = frame;
+    lost.result.probe_m.y = bad;
+    EXPECT_FALSE(felt_tick(lost).usable);
+  }
+  frame.result.probe_valid = false;
+  EXPECT_FALSE(felt_tick(frame).usable);
+  frame.result.probe_valid = true;
+  frame.result.status = TickStatus::bad_input;
+  EXPECT_FALSE(felt_tick(frame).usable);
 }
 
 TEST(FeltRun, SignalsEndWhereTheProbeIsLost) {
