@@ -193,8 +193,9 @@ std::vector<Figure> normals(const FeltScene& felt) {
       const auto hand = hand_device(slide.target, Hold::relaxed);  // one that stays on the surface
       for (const FeltTick& tick : feel(bare, *hand, slide.to_s).ticks) {
         const Vec3 normal = map.gradient_to_hand(field->scalar(map.to_world(tick.proxy_m)).gradient);
-        if (tick.t_s < slide.from_s || norm(tick.command_n) < least_n || !(norm(normal) > 0.0)) continue;
-        const double across = norm(cross(normalized(tick.command_n), normalized(normal)));
+        if (tick.t_s < slide.from_s || norm(tick.force_n) < least_n || !(norm(normal) > 0.0)) continue;
+        // What is left of a broken level's force falls for milliseconds, and keeps its direction: no surface makes it.
+        const double across = norm(cross(normalized(tick.force_n), normalized(normal)));
         angles_deg.push_back(std::asin(std::min(1.0, across)) * 180.0 / std::numbers::pi);
       }
     }

@@ -44,7 +44,8 @@ TickFrame GuardedSession::tick(std::int64_t number, double t_s, double dt_s, con
   const bool is_released = std::ranges::any_of(
       session_.events(), [](const SessionEvent& event) { return event.kind == SessionEventKind::break_through; });
   if (usable && passed.state != GuardState::fault) {
-    frame.command_n = guard_.pass(release_.shape(passed.command_n, is_released, dt_s)).command_n;
+    const double by_hand_n = session_.scene().coupling.stiffness_n_per_m * norm(frame.result.probe_step_m);
+    frame.command_n = guard_.pass(release_.shape(passed.command_n, is_released, by_hand_n, dt_s)).command_n;
   } else {
     release_.reset();
   }

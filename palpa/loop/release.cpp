@@ -10,13 +10,22 @@ constexpr double shortest_s = 0.005;
 constexpr double longest_s = 0.020;
 }  // namespace
 
-Vec3 Release::shape(const Vec3& command_n, bool is_released, double time_step_s) noexcept {
+Vec3 Release::shape(const Vec3& command_n, bool is_released, double by_hand_n, double time_step_s) noexcept {
   if (is_released) {
-    falling_n_ = sent_n_ - command_n;
-    whole_s_ = left_s_ = std::clamp(norm(falling_n_) / fall_n_per_s, shortest_s, longest_s);
+    left_s_ = longest_s;
+    furthest_n_ = 0.0;
   }
+  const Vec3 rest_n = command_n - sent_n_;
+  const double apart_n = norm(rest_n);
+  furthest_n_ = std::max(furthest_n_, apart_n);
+  double step_n = apart_n;
+  if (left_s_ > time_step_s) {
+    const double steady_n = std::min(furthest_n_ / shortest_s, fall_n_per_s) * time_step_s;
+    step_n = std::max({steady_n, apart_n * time_step_s / left_s_, by_hand_n});
+  }
+  // Drags may hold the proxy when the level has let go, so that a fall begins late: its time is not over when it has caught up.
   left_s_ = std::max(0.0, left_s_ - time_step_s);
-  sent_n_ = left_s_ > 0.0 ? command_n + (left_s_ / whole_s_) * falling_n_ : command_n;
+  sent_n_ = step_n >= apart_n ? command_n : sent_n_ + (step_n / apart_n) * rest_n;
   return sent_n_;
 }
 

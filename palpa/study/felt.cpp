@@ -62,6 +62,7 @@ FeltTick felt_tick(const TickFrame& frame) noexcept {
           .probe_m = result.probe_m,
           .proxy_m = result.proxy_m,
           .command_n = frame.command_n,
+          .force_n = result.force_n,
           .usable = result.probe_valid && is_finite(result.probe_m) && result.status != TickStatus::bad_input,
           .limited = frame.guard == GuardState::limited};
 }

@@ -19,6 +19,7 @@ struct FeltTick {
   Vec3 probe_m;
   Vec3 proxy_m;
   Vec3 command_n;              ///< what reached the hand: after the guard
+  Vec3 force_n;                ///< what the coupling asked for: before the guard, and before what a level leaves behind falls
   bool usable = false;         ///< the device knew where it is
   bool limited = false;        ///< the guard held some of the force back
   bool onset = false;          ///< a level was met

@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "palpa/field/analytic.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/surface_and_friction.h"
+#include "palpa/mode/viscosity.h"
 #include "tests/core/random_problems.h"
 
 namespace palpa {
@@ -22,7 +24,7 @@ TEST(Release, LeavesACommandAsItIsWhileNothingLetsGo) {
   Release release;
   for (int i = 0; i < 1000; ++i) {
     const Vec3 command_n = random.in_cube(5.0);
-    EXPECT_EQ(release.shape(command_n, false, dt_s), command_n);
+    EXPECT_EQ(release.shape(command_n, false, 0.0, dt_s), command_n);
   }
 }
 
@@ -35,11 +37,11 @@ TEST(Release, FallsInAStraightLineInItsTime) {
     const double apart_n = distance(before_n, after_n);
     const double whole_s = std::clamp(apart_n / 500.0, 0.005, 0.020);
     Release release;
-    release.shape(before_n, false, step_s);
+    release.shape(before_n, false, 0.0, step_s);
     Vec3 last_n = before_n;
     double t_s = 0.0;
     for (bool first = true; t_s < 0.03; first = false) {
-      const Vec3 sent_n = release.shape(after_n, first, step_s);
+      const Vec3 sent_n = release.shape(after_n, first, 0.0, step_s);
       t_s += step_s;
       EXPECT_LE(distance(sent_n, last_n), apart_n * step_s / whole_s + 1e-12);
       EXPECT_NEAR(distance(sent_n, after_n), apart_n * std::max(0.0, 1.0 - t_s / whole_s), 1e-9);
@@ -51,20 +53,63 @@ TEST(Release, FallsInAStraightLineInItsTime) {
   }
 }
 
+// As where drags hold the proxy after a level has let go: the spring's own fall is a part of the half newton.
+TEST(Release, IsAllOfTheChangeOfATickWhateverTheSpringDoesMeanwhile) {
+  Random random(3);
+  for (int run = 0; run < 500; ++run) {
+    const Vec3 before_n = random.in_cube(3.0);
+    const double relaxes_s = random.uniform(2e-4, 5e-3);
+    Release release;
+    release.shape(before_n, false, 0.0, dt_s);
+    Vec3 last_n = before_n;
+    for (int i = 0; i < 25; ++i) {
+      const Vec3 command_n = std::exp(-dt_s * (i + 1) / relaxes_s) * before_n;
+      const Vec3 sent_n = release.shape(command_n, i == 0, 0.0, dt_s);
+      EXPECT_LE(distance(sent_n, last_n), 0.5 + 1e-9) << "N in a millisecond";
+      EXPECT_GE(norm(sent_n), norm(command_n) - 1e-12);
+      last_n = sent_n;
+    }
+  }
+}
+
+// Whatever is asked of it: never longer than what was there, over in 20 ms, and no further behind than the spring went beyond
+// what the hand made of it.
+TEST(Release, AddsNoForceOfItsOwnAndEnds) {
+  Random random(4);
+  for (int run = 0; run < 500; ++run) {
+    Release release;
+    Vec3 last_n = random.in_cube(8.0), last_command_n = last_n;
+    release.shape(last_n, false, 0.0, dt_s);
+    for (int i = 0; i < 40; ++i) {
+      const Vec3 command_n = random.below(3) == 0 ? random.in_cube(8.0) : last_command_n + random.in_cube(0.3);
+      const double by_hand_n = random.below(2) == 0 ? 0.0 : random.uniform(0.0, 2.0);
+      const Vec3 sent_n = release.shape(command_n, i == 0, by_hand_n, dt_s);
+      EXPECT_LE(norm(sent_n), std::max(norm(last_n), norm(command_n)) + 1e-12);
+      EXPECT_LE(distance(sent_n, command_n),
+                std::max(0.0, distance(last_n, last_command_n) + distance(command_n, last_command_n) - by_hand_n) + 1e-12);
+      if (i >= 20) {
+        EXPECT_EQ(sent_n, command_n);
+      }
+      last_n = sent_n;
+      last_command_n = command_n;
+    }
+  }
+}
+
 TEST(Release, BeginsAnewWhereTheNextLevelLetsGo) {
   Release release;
-  release.shape({0, 0, 5}, false, dt_s);
+  release.shape({0, 0, 5}, false, 0.0, dt_s);
   Vec3 last_n{0, 0, 5};
   for (int i = 0; i < 40; ++i) {
-    const Vec3 sent_n = release.shape({}, i == 0 || i == 4, dt_s);
+    const Vec3 sent_n = release.shape({}, i == 0 || i == 4, 0.0, dt_s);
     EXPECT_LE(last_n.z - sent_n.z, 0.5 + 1e-9);
     last_n = sent_n;
   }
   EXPECT_EQ(last_n, Vec3{});
-  release.shape({0, 0, 5}, false, dt_s);
-  release.shape({}, true, dt_s);
+  release.shape({0, 0, 5}, false, 0.0, dt_s);
+  release.shape({}, true, 0.0, dt_s);
   release.reset();
-  EXPECT_EQ(release.shape({0, 0, 1}, false, dt_s), (Vec3{0, 0, 1}));
+  EXPECT_EQ(release.shape({0, 0, 1}, false, 0.0, dt_s), (Vec3{0, 0, 1}));
 }
 
 /// A half space below z = 0 with one level there.
@@ -88,7 +133,7 @@ struct Pressed {
   int breaks = 0;
   double deepest_proxy_m = 0.0;
   double largest_command_n = 0.0;
-  double fastest_fall_n = 0.0;  ///< of the command in a tick, besides what the spring does
+  double fastest_fall_n = 0.0;  ///< of the command in a tick
   double unbooked_j = 0.0;      ///< most that work on the hand, held back and force × way differ by
 };
 Pressed press(const Scene& scene, double depth_m, double device_max_force_n) {
@@ -104,8 +149,7 @@ Pressed press(const Scene& scene, double depth_m, double device_max_force_n) {
     for (const SessionEvent& event : session.events()) pressed.breaks += event.kind == SessionEventKind::break_through;
     pressed.deepest_proxy_m = std::max(pressed.deepest_proxy_m, -frame.result.proxy_m.z);
     pressed.largest_command_n = std::max(pressed.largest_command_n, norm(frame.command_n));
-    const double by_spring_n = 500.0 * std::abs(frame.result.probe_step_m.z);
-    pressed.fastest_fall_n = std::max(pressed.fastest_fall_n, before.command_n.z - frame.command_n.z - by_spring_n);
+    pressed.fastest_fall_n = std::max(pressed.fastest_fall_n, before.command_n.z - frame.command_n.z);
     const Energy& e = frame.result.energy;
     const double given_j = dot(before.result.force_n, frame.result.probe_step_m);
     pressed.unbooked_j = std::max(pressed.unbooked_j, std::abs(given_j - e.work_on_hand_j - e.held_back_j));
@@ -116,11 +160,15 @@ Pressed press(const Scene& scene, double depth_m, double device_max_force_n) {
 
 TEST(Release, OfALevelIsAFallOfHalfANewtonAMillisecondAndBooked) {
   for (const double strength_n : {0.5, 2.0, 5.0, 9.0}) {
-    const Pressed pressed = press(wall(strength_n, 10.0), 0.025, 20.0);
-    EXPECT_EQ(pressed.breaks, 1) << strength_n;
-    EXPECT_LE(pressed.fastest_fall_n, 0.5 + 1e-9) << strength_n;
-    EXPECT_NEAR(pressed.largest_command_n, strength_n, 0.05) << strength_n;
-    EXPECT_LE(pressed.unbooked_j, 1e-15);
+    for (const double drag_ns_per_m : {0.0, 0.2, 1.0, 3.0}) {  // what is behind the level
+      Scene scene = wall(strength_n, 10.0);
+      if (drag_ns_per_m > 0.0) scene.add("syrup", Viscosity{.drag_ns_per_m = drag_ns_per_m});
+      const Pressed pressed = press(scene, 0.025, 20.0);
+      EXPECT_EQ(pressed.breaks, 1) << strength_n;
+      EXPECT_LE(pressed.fastest_fall_n, 0.5 + 1e-9) << strength_n << " N, " << drag_ns_per_m << " N·s/m";
+      EXPECT_NEAR(pressed.largest_command_n, strength_n, 0.05 + drag_ns_per_m * 0.05) << strength_n;
+      EXPECT_LE(pressed.unbooked_j, 1e-15);
+    }
   }
 }
 
