@@ -93,6 +93,20 @@ std::string words_of_steps(const Slides& slides) {
   return untold + (told.empty() ? "" : "; with an event: " + told);
 }
 
+/// What is near an event of one of two runs counts in neither.
+void leave_out_events(FeltRun& one, FeltRun& other) {
+  const auto has_event = [](const FeltTick& tick) { return tick.onset || tick.broke_through || tick.told; };
+  const auto near = static_cast<std::size_t>(after_break_through_s * rate_hz);
+  std::size_t quiet_from = 0;  // ticks before it are known
+  for (std::size_t i = 0; i < one.ticks.size(); ++i) {
+    if (!has_event(one.ticks[i]) && !has_event(other.ticks[i])) continue;
+    const std::size_t end = std::min(i + near + 1, one.ticks.size());
+    for (std::size_t j = std::max(quiet_from, i - std::min(i, near)); j < end; ++j)
+      one.ticks[j].usable = other.ticks[j].usable = false;
+    quiet_from = end;
+  }
+}
+
 }  // namespace
 
 std::vector<Figure> slides(const FeltScene& felt) {
@@ -154,9 +168,11 @@ std::vector<Figure> tremor(const FeltScene& felt) {
   for (const double tremor_m : {1e-4, 3e-4, 5e-4}) {
     for (const double tremor_hz : {8.3, 10.1, 11.7}) {
       const auto target = hold_at(felt.rigid, 0.0, felt.rigid.depth_m, {tremor_m, tremor_hz}, duration_s);
-      // Only while it stays on what it holds: a tremor that lifts off, or breaks through, tells nothing of encoders.
-      const FeltSignals smooth = quiet_signals_of(feel(felt.scene, target, duration_s), even_s, duration_s);
-      const FeltSignals stepped = quiet_signals_of(feel(felt.scene, target, duration_s, encoder), even_s, duration_s);
+      FeltRun without = feel(felt.scene, target, duration_s), with = feel(felt.scene, target, duration_s, encoder);
+      // Where friction turns round its force goes through zero, which is no lifting off: both runs count as far as nothing is
+      // met or broken.
+      leave_out_events(without, with);
+      const FeltSignals smooth = signals_of(without, even_s, duration_s), stepped = signals_of(with, even_s, duration_s);
       own_n = std::max(own_n, band_n(smooth.command_n));
       // What the tremor makes by itself, where friction turns it round, is no doing of the encoder.
       const double force_n = band_n(stepped.command_n), of_tremor_n = band_n(smooth.command_n);
