@@ -43,10 +43,10 @@ Line line_through(const Held& held) {
 
 /// A slow press, level by level: the value of each that was met, with the longest stay on it. The depth is what the probe went
 /// against the force, so that a wall that stands aslant counts for what it is.
-std::map<double, Held> levels_pressed(const FeltScene& felt, double u_m, double v_m) {
+std::map<double, Held> levels_pressed(const Scene& scene, const FeltScene& felt, double u_m, double v_m) {
   constexpr double slow_m_per_s = 0.01;
   const auto hand = hand_device(press_at(felt.rigid, u_m, v_m, slow_m_per_s), Hold::rigid, {});
-  Session session(felt.scene, baseline::path);
+  Session session(scene, baseline::path);
   std::map<double, Held> all;
   std::optional<double> level;
   Held now;
@@ -62,7 +62,7 @@ std::map<double, Held> levels_pressed(const FeltScene& felt, double u_m, double 
                   const double force_n = norm(frame.command_n);
                   for (const SessionEvent& event : pressed.events()) {
                     if (event.kind != SessionEventKind::onset && event.kind != SessionEventKind::break_through) continue;
-                    const SurfaceAndFriction* surface = surface_of(felt.scene.modes()[static_cast<std::size_t>(event.mode)]);
+                    const SurfaceAndFriction* surface = surface_of(scene.modes()[static_cast<std::size_t>(event.mode)]);
                     if (!surface || surface->levels.empty()) continue;
                     leave();
                     if (event.kind == SessionEventKind::onset) level = event.value;
@@ -95,17 +95,62 @@ double stiffness_n_per_m(const Held& held) {
   return line.correlation >= straight ? line.slope_n_per_m : 0.0;
 }
 
-/// The scene with nothing but one surface mode, without friction and damper: its force is the surface's normal.
-Scene bare_surface(const Scene& scene, const SceneMode& wanted) {
+/// Presses in at nine places: the slopes [N/m] for each level that was met.
+std::map<double, std::vector<double>> slopes_pressed(const Scene& scene, const FeltScene& felt) {
+  std::map<double, std::vector<double>> found;
+  const double beside_m = 0.5 * felt.rigid.radius_m;
+  for (const double u_m : {0.0, beside_m, -beside_m}) {
+    for (const double v_m : {0.0, beside_m, -beside_m}) {
+      for (const auto& [value, held] : levels_pressed(scene, felt, u_m, v_m)) {
+        if (const double k = stiffness_n_per_m(held); k > 0.0) found[value].push_back(k);
+      }
+    }
+  }
+  return found;
+}
+
+/// The scene with nothing but one surface mode and these levels of it, without friction and damper: its force is the surface's.
+Scene bare_surface(const Scene& scene, const SceneMode& wanted, std::vector<SurfaceAndFriction::Level> levels) {
   Scene bare = scene;
   bare.coupling.damping_ns_per_m = 0.0;
   for (const SceneMode& mode : scene.modes()) bare.find_mode(mode.name)->enabled = mode.name == wanted.name;
   SurfaceAndFriction surface = *surface_of(wanted);
   surface.friction_n = surface.friction_coefficient = 0.0;
   surface.flat_strength_n = Strength{0.0};
+  surface.levels = std::move(levels);
   for (SurfaceAndFriction::Level& level : surface.levels) level.friction_n = level.friction_coefficient = std::nullopt;
   bare.find_mode(wanted.name)->mode = Mode(surface);
   return bare;
+}
+
+/// Each level alone, as rigid as the coupling and with two stiffnesses of its own: what is felt over what is given.
+Figure felt_by_given(const FeltScene& felt) {
+  const double k = felt.scene.coupling.stiffness_n_per_m;
+  Figure figure{.name = "stiffness felt : given, each level alone", .asked = "1 +- 1 %", .applies = false};
+  int presses = 0;
+  double low = 1.0, high = 1.0;
+  for (const SceneMode& mode : felt.scene.modes()) {
+    const SurfaceAndFriction* surface = surface_of(mode);
+    if (!surface) continue;
+    for (SurfaceAndFriction::Level level : surface->levels) {
+      for (const std::optional<double> own_n_per_m : {std::optional<double>{}, {0.5 * k}, {2.0 * k}}) {
+        level.stiffness_n_per_m = own_n_per_m;
+        const double given_n_per_m = own_n_per_m ? 1.0 / (1.0 / k + 1.0 / *own_n_per_m) : k;
+        for (const auto& [value, slopes] : slopes_pressed(bare_surface(felt.scene, mode, {level}), felt)) {
+          for (const double slope_n_per_m : slopes) {
+            low = std::min(low, slope_n_per_m / given_n_per_m);
+            high = std::max(high, slope_n_per_m / given_n_per_m);
+            ++presses;
+          }
+        }
+      }
+    }
+  }
+  figure.applies = presses > 0;
+  figure.measured = presses > 0 ? text("%.4f to %.4f, %d presses", low, high, presses) : "no level was pressed";
+  figure.badness = std::max(high - 1.0, 1.0 - low);
+  figure.met = figure.badness <= 0.01;
+  return figure;
 }
 
 }  // namespace
@@ -150,15 +195,7 @@ std::vector<Figure> breaks(const FeltScene& felt) {
 }
 
 std::vector<Figure> stiffness(const FeltScene& felt) {
-  std::map<double, std::vector<double>> found;
-  const double beside_m = 0.5 * felt.rigid.radius_m;
-  for (const double u_m : {0.0, beside_m, -beside_m}) {
-    for (const double v_m : {0.0, beside_m, -beside_m}) {
-      for (const auto& [value, held] : levels_pressed(felt, u_m, v_m)) {
-        if (const double k = stiffness_n_per_m(held); k > 0.0) found[value].push_back(k);
-      }
-    }
-  }
+  std::map<double, std::vector<double>> found = slopes_pressed(felt.scene, felt);
   Figure figure{.name = "stiffness, last level : first", .asked = ">= 2"};
   std::string words;
   double first = 0.0, last = 0.0;
@@ -175,7 +212,7 @@ std::vector<Figure> stiffness(const FeltScene& felt) {
                                     : "one level was pressed: " + words;
   figure.met = ratio >= 2.0;
   figure.badness = -ratio;
-  return {figure};
+  return {figure, felt_by_given(felt)};
 }
 
 std::vector<Figure> normals(const FeltScene& felt) {
@@ -185,7 +222,10 @@ std::vector<Figure> normals(const FeltScene& felt) {
   for (const SceneMode& mode : felt.scene.modes()) {
     const SurfaceAndFriction* surface = surface_of(mode);
     if (!surface) continue;
-    const Scene bare = bare_surface(felt.scene, mode);
+    // Rigid: one that gives way pushes along the normal at its foot, not at the proxy.
+    std::vector<SurfaceAndFriction::Level> levels = surface->levels;
+    for (SurfaceAndFriction::Level& level : levels) level.stiffness_n_per_m = std::nullopt;
+    const Scene bare = bare_surface(felt.scene, mode, levels);
     const FieldPtr field = bare.field(surface->field).field;
     const Similarity map = bare.hand_to_world();
     for (int d = 0; d < directions; ++d) {
