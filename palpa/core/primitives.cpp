@@ -150,13 +150,14 @@ void PrimitiveSet::directed(std::uint16_t slot, const Vec3& direction, double st
   add({PrimitiveKind::directed, {mode_, slot}, {}, direction, strength_n, 0.0});
 }
 
-void PrimitiveSet::friction(std::uint16_t slot, std::uint16_t plane_slot, const Vec3& position_m, double coefficient) noexcept {
+void PrimitiveSet::friction(std::uint16_t slot, std::uint16_t plane_slot, const Vec3& position_m, double coefficient,
+                            double drag_ns_per_m) noexcept {
   const PrimitiveId plane_id{mode_, plane_slot};
   for (std::size_t i = 0; i < size_; ++i) {
     if (primitives_[i].id == plane_id &&
         (primitives_[i].kind == PrimitiveKind::plane || primitives_[i].kind == PrimitiveKind::corner)) {
       // The strength waits for the plane's force; the coefficient is checked where a strength would be.
-      Primitive line{PrimitiveKind::line, {mode_, slot}, position_m, primitives_[i].direction, coefficient, 0.0};
+      Primitive line{PrimitiveKind::line, {mode_, slot}, position_m, primitives_[i].direction, coefficient, drag_ns_per_m};
       add(line, {}, {static_cast<std::int32_t>(i), coefficient});
       return;
     }

@@ -181,8 +181,9 @@ class PrimitiveSet {
   void directed(std::uint16_t slot, const Vec3& direction, double strength_n) noexcept;
   /// Coulomb friction: a line through the plane of slot `plane_slot` (placed before by the same mode)
   /// at `position_m`, along that plane's normal, as strong as `coefficient` [1] times the plane's force
-  /// in this very sub-step.
-  void friction(std::uint16_t slot, std::uint16_t plane_slot, const Vec3& position_m, double coefficient) noexcept;
+  /// in this very sub-step. Its drag is what it is, however hard the plane presses.
+  void friction(std::uint16_t slot, std::uint16_t plane_slot, const Vec3& position_m, double coefficient,
+                double drag_ns_per_m = 0.0) noexcept;
   /// Gives the plane or corner that begins at index `i` one more facet: the plane through `position_m` with the unit
   /// vector `normal` [1] out of the solid, on the corner's level. It is inserted behind the last facet: what stands behind it
   /// moves up by one. False, and refused, where the set is full, there are `most_facets`, the corner would be narrower

@@ -15,6 +15,9 @@ constexpr std::uint16_t surface_slot(std::size_t held) noexcept {
 constexpr std::uint16_t friction_slot(std::size_t held) noexcept { return surface_slot(held) + 1; }
 constexpr std::uint16_t flat_slot = 2;
 
+// So long friction that slid has to hold to grip again: a hand of 3 mm/s is not still to an encoder of 55 um.
+constexpr double grips_after_s = 0.020;
+
 }  // namespace
 
 // What a plane is placed on.
@@ -23,6 +26,7 @@ struct SurfaceAndFriction::Standing {
   const Level* shell = nullptr;  // none: material
   double value = 0.0;
   bool from_low = true;
+  bool grips = true;  // by static friction
 };
 
 std::string SurfaceAndFriction::problem() const {
@@ -57,13 +61,17 @@ void SurfaceAndFriction::place(const Here& here, const Memory& memory, Primitive
       out.point(flat_slot, here.proxy_m, (1.0 - weight) * here.newtons(flat_strength_n));
   }
   if (material) {
-    stand(here, {0, nullptr, memory.captured ? memory.value : here.value_at_start(field), solid != Solid::low}, out);
+    stand(here,
+          {.value = memory.captured ? memory.value : here.value_at_start(field),
+           .from_low = solid != Solid::low,
+           .grips = !(memory.held[0].kinetic_s > 0.0)},
+          out);
   }
   for (std::size_t i = 0; i < memory.held.size(); ++i) {
     const Memory::Held& held = memory.held[i];
     if (!is_held(held)) continue;
     const Level& shell = levels[static_cast<std::size_t>(held.level)];
-    stand(here, {i, &shell, shell.value, held.from_low}, out);
+    stand(here, {i, &shell, shell.value, held.from_low, !(held.kinetic_s > 0.0)}, out);
   }
 }
 
@@ -89,10 +97,12 @@ void SurfaceAndFriction::stand(const Here& here, const Standing& on, PrimitiveSe
   const bool own_friction = on.shell && (on.shell->friction_n || on.shell->friction_coefficient);
   const double coefficient = own_friction ? on.shell->friction_coefficient.value_or(0.0) : friction_coefficient;
   const double constant_n = own_friction ? on.shell->friction_n.value_or(0.0) : friction_n;
+  const double ratio = on.grips ? static_friction_ratio : 1.0;
+  const double drag_ns_per_m = strength > 0.0 ? weight * here.drag(friction_ns_per_m) : 0.0;
   if (coefficient > 0.0) {
-    out.friction(friction_slot(on.held), slot, here.proxy_m, coefficient);
-  } else if (constant_n > 0.0) {
-    out.line(friction_slot(on.held), here.proxy_m, normal, weight * here.newtons(constant_n));
+    out.friction(friction_slot(on.held), slot, here.proxy_m, ratio * coefficient, drag_ns_per_m);
+  } else if (constant_n > 0.0 || drag_ns_per_m > 0.0) {
+    out.line(friction_slot(on.held), here.proxy_m, normal, ratio * (weight * here.newtons(constant_n)), drag_ns_per_m);
   }
 }
 
@@ -111,6 +121,7 @@ void SurfaceAndFriction::settle(const Settled& settled, Memory& memory) const no
     memory = {};
     return;
   }
+  rub(settled, memory);
   if (levels.empty()) {
     const PrimitiveState state = settled.state(surface_slot(0));
     memory.captured = settled.placed(surface_slot(0)) && state != PrimitiveState::off;
@@ -135,6 +146,16 @@ void SurfaceAndFriction::settle(const Settled& settled, Memory& memory) const no
         meet(memory, level, crossing.up);
       }
     }
+  }
+}
+
+// Once it slides, friction is the kinetic one until it has held for a while.
+void SurfaceAndFriction::rub(const Settled& settled, Memory& memory) const noexcept {
+  if (static_friction_ratio == 1.0) return;
+  for (std::size_t i = 0; i < memory.held.size(); ++i) {
+    double& kinetic_s = memory.held[i].kinetic_s;
+    const bool slides = settled.state(friction_slot(i)) == PrimitiveState::slip;
+    kinetic_s = slides ? grips_after_s : std::max(0.0, kinetic_s - settled.here.time_step_s);
   }
 }
 

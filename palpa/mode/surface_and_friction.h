@@ -24,6 +24,11 @@ namespace palpa {
 /// stands on the captured level φ_c, one Newton step from the proxy: a = x + g (φ_c − φ)/|g|². A plane
 /// left at the proxy instead would drift off a sphere by π·speed·T per turn.
 ///
+/// Friction grips harder while it holds than while it slides, by a ratio, and has a viscous part, both switched off at first:
+/// the paper's law. It grips again where it has held for 20 ms, not at the first position that is the one before: to an
+/// encoder a slow hand stands still most of the time (the band of velocity that counts as none: Karnopp, Computer simulation
+/// of stick-slip friction in mechanical dynamic systems, J. Dyn. Syst. Meas. Control 107(1), 1985).
+///
 /// Where the field is as flat as its noise a gradient has a random direction: there the surface fades, and in
 /// the solid a point at the proxy may stand in, so that one feels that something is there without a wrong direction.
 struct SurfaceAndFriction {
@@ -59,8 +64,10 @@ struct SurfaceAndFriction {
   std::vector<Level> levels{};
   Strength strength_n{0.0};
   double friction_n = 0.0;
-  double friction_coefficient = 0.0;  ///< [1]
-  double noise_per_m = 0.0;           ///< [unit of the field per world metre]
+  double friction_coefficient = 0.0;   ///< [1]
+  double static_friction_ratio = 1.0;  ///< [1]
+  double friction_ns_per_m = 0.0;
+  double noise_per_m = 0.0;  ///< [unit of the field per world metre]
   Strength flat_strength_n{0.0};
 
   static constexpr auto parameters() {
@@ -75,6 +82,11 @@ struct SurfaceAndFriction {
         param("friction_n", &S::friction_n, "force that resists sliding on a surface", Range{0, 100}),
         param("friction_coefficient", &S::friction_coefficient,
               "friction as a share of the force on the surface, instead of friction_n", Range{0, 10}),
+        param("static_friction_ratio", &S::static_friction_ratio,
+              "static over kinetic friction: so many times as strong until it slides, and again once it has held for 20 ms",
+              Range{1, 10}),
+        param("friction_ns_per_m", &S::friction_ns_per_m, "viscous part of friction: force per speed along the surface",
+              Range{0, 100}),
         param("noise_per_m", &S::noise_per_m,
               "steepness of noise, in the field's unit per metre of the world: no surface where the field is not steeper, the "
               "whole of it from three times that on",
@@ -92,8 +104,9 @@ struct SurfaceAndFriction {
     struct Held {
       std::int32_t level = -1;  ///< its index; -1: none
       bool from_low = true;     ///< met from lower values: the low side is free
+      double kinetic_s = 0.0;   ///< for so long yet its friction is the kinetic one
     };
-    std::array<Held, most_held> held;  ///< levels, in any order
+    std::array<Held, most_held> held;  ///< levels, in any order; of material the friction of the first
     bool captured = false;             ///< by material, that gives way
     double value = 0.0;                ///< of it, in the field's own unit
   };
@@ -103,6 +116,7 @@ struct SurfaceAndFriction {
  private:
   struct Standing;
   void stand(const Here& here, const Standing& on, PrimitiveSet& out) const noexcept;
+  void rub(const Settled& settled, Memory& memory) const noexcept;
   void meet(Memory& memory, std::int32_t level, bool from_low) const noexcept;
   bool is_solid(double value) const noexcept;
 };

@@ -173,7 +173,7 @@ TEST(Parameters, OfEveryModeAreNamedExplainedAndCarryTheirUnit) {
     }
     static bool has_unit(std::string_view name) {
       return name.ends_with("_n") || name.ends_with("_m") || name.ends_with("_s") || name.ends_with("_ns_per_m") ||
-             name.ends_with("_coefficient");
+             name.ends_with("_coefficient") || name.ends_with("_ratio");
     }
     void number(const ParameterInfo& info, double&) override {
       check(info);
