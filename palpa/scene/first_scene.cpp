@@ -295,12 +295,19 @@ bool contains(const Box& box, const Vec3& x) {
          x.z <= box.high_m.z;
 }
 
+/// Between the lining of a bowel (0.007 to 0.054 under steel: Lyle et al. 2013) and dry skin (above 0.2, 0.5 as a rule: Derler
+/// and Gerhardt 2012): one goes over a surface to find its shape, and friction hides it.
+std::string friction_line() {
+  return line("friction_coefficient = 0.1",
+              "a smooth wall: sliding costs a tenth of the pressure; wet tissue 0.01 to 0.05, dry skin 0.2 to 0.5");
+}
+
 /// \param faint  a value that half of the object's box is beyond, where so much of it is not solid; else the first level
 std::string surface_modes(const std::string& field, const Statistics& values, const detail::FirstLevels& first, double faint) {
   const double span = values.max - values.min;
   std::string out = "[[mode]]\n" + mode_head("surface", "surface_and_friction", field);
   out += line(std::string("solid = ") + (first.solid_is_high ? "\"high\"" : "\"low\""), first.why_solid);
-  out += line("friction_coefficient = 0.1", "a smooth wall: sliding costs a tenth of the pressure");
+  out += friction_line();
   for (const detail::FirstLevel& level : first.levels) {
     out += "\n[[mode.level]]\nname = " + toml_string(level.name) + "\n";
     out += line("value = " + toml_number(level.value), level.why_value);
@@ -367,7 +374,7 @@ std::string label_modes(const std::string& volume, const std::string& field, con
     const Label& label = map.labels[n];
     const std::string name = label_name(label.value), of = volume + "." + name;
     out += "[[mode]]\n" + mode_head(name.c_str(), "surface_and_friction", of);
-    out += line("friction_coefficient = 0.1", "a smooth wall: sliding costs a tenth of the pressure");
+    out += friction_line();
     out += "\n[[mode.level]]\nname = " + toml_string(name) + "\n";
     out += line("value = 0.5", "half way from what is outside (0) to the label (1), which is " +
                                    percent(static_cast<double>(label.voxels) / static_cast<double>(all)) + " of all labels");
