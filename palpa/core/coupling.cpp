@@ -27,6 +27,7 @@ const char* problem_with(const CouplingOptions& options) noexcept {
   if (!(options.damping_ns_per_m >= 0.0 && options.damping_ns_per_m <= 100.0))
     return "damping_ns_per_m must be between 0 and 100";
   if (!in_range(options.max_force_n, 0.0, 100.0)) return "max_force_n must be above 0 and at most 100";
+  if (!(options.impact_ns_per_m >= 0.0 && options.impact_ns_per_m <= 100.0)) return "impact_ns_per_m must be between 0 and 100";
   return nullptr;
 }
 

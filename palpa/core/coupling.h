@@ -11,6 +11,7 @@ struct CouplingOptions {
   double stiffness_n_per_m = 500.0;  ///< k of Eq. 1; (0, 1e5]
   double damping_ns_per_m = 0.0;     ///< D of Eq. 1; [0, 100]
   double max_force_n = 3.3;          ///< length limit of what the guard lets out; (0, 100]
+  double impact_ns_per_m = 0.0;      ///< pulse on hitting something hard, by the speed of the impact; [0, 100]; 0: none
 
   friend bool operator==(const CouplingOptions&, const CouplingOptions&) = default;
 };

@@ -29,7 +29,9 @@ double let_through_n(const Scene& scene, double device_max_force_n) noexcept {
 }
 
 GuardedSession::GuardedSession(Session& session, double device_max_force_n) noexcept
-    : session_(session), guard_(let_through_n(session.scene(), device_max_force_n)) {
+    : session_(session),
+      guard_(let_through_n(session.scene(), device_max_force_n)),
+      impact_(session.scene().coupling.impact_ns_per_m) {
   session.let_through(let_through_n(session.scene(), device_max_force_n));
 }
 
@@ -45,9 +47,11 @@ TickFrame GuardedSession::tick(std::int64_t number, double t_s, double dt_s, con
       session_.events(), [](const SessionEvent& event) { return event.kind == SessionEventKind::break_through; });
   if (usable && passed.state != GuardState::fault) {
     const double by_hand_n = session_.scene().coupling.stiffness_n_per_m * norm(frame.result.probe_step_m);
-    frame.command_n = guard_.pass(release_.shape(passed.command_n, is_released, by_hand_n, dt_s)).command_n;
+    const Vec3 falling_n = release_.shape(passed.command_n, is_released, by_hand_n, dt_s);
+    frame.command_n = guard_.pass(impact_.shape(falling_n, session_, frame.result.probe_step_m, dt_s)).command_n;
   } else {
     release_.reset();
+    impact_.reset();
   }
   frame.result.energy.work_on_hand_j = dot(held_command_n_, frame.result.probe_step_m);
   frame.result.energy.held_back_j = dot(held_force_n_ - held_command_n_, frame.result.probe_step_m);

@@ -8,6 +8,7 @@
 
 #include "palpa/device/device.h"
 #include "palpa/loop/guard.h"
+#include "palpa/loop/impact.h"
 #include "palpa/loop/release.h"
 #include "palpa/tick/session.h"
 #include "palpa/trace/record.h"
@@ -47,7 +48,7 @@ class Recorder {
 /// The most that reaches a hand [N]: the smaller of the scene's limit and the device's [N].
 double let_through_n(const Scene& scene, double device_max_force_n) noexcept;
 
-/// One turn of the loop without its device: tick → guard → release. Both a live loop and a replay go through it,
+/// One turn of the loop without its device: tick → guard → release → impact. Both a live loop and a replay go through it,
 /// so that the same probes give the same frames. Allocates nothing after construction; one thread.
 class GuardedSession {
  public:
@@ -65,6 +66,7 @@ class GuardedSession {
   Session& session_;
   Guard guard_;
   Release release_;
+  Impact impact_;
   Vec3 held_force_n_;
   Vec3 held_command_n_;
 };

@@ -16,10 +16,11 @@ constexpr double unbounded = std::numeric_limits<double>::infinity();
 constexpr double most_samples = 512;
 constexpr double most_frames = 1000;
 
-constexpr std::array<std::pair<std::string_view, double CouplingOptions::*>, 3> coupling_members{{
+constexpr std::array<std::pair<std::string_view, double CouplingOptions::*>, 4> coupling_members{{
     {"stiffness_n_per_m", &CouplingOptions::stiffness_n_per_m},
     {"damping_ns_per_m", &CouplingOptions::damping_ns_per_m},
     {"max_force_n", &CouplingOptions::max_force_n},
+    {"impact_ns_per_m", &CouplingOptions::impact_ns_per_m},
 }};
 
 Key coupling_key(std::string_view name, std::string_view sentence, Bounds bounds) {
@@ -174,6 +175,9 @@ const Keys& coupling_keys() {
                    {0, 1e5, true}),
       coupling_key("damping_ns_per_m", "damping of that spring (D of Eq. 1)", {0, 100}),
       coupling_key("max_force_n", "the guard lets out no longer force than this", {0, 100, true}),
+      coupling_key("impact_ns_per_m",
+                   "pulse of 20 ms as a hard level is hit, by the speed of the impact; added to what the data say; 0: none",
+                   {0, 100}),
   };
   return keys;
 }

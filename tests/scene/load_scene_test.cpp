@@ -746,9 +746,10 @@ TEST(ToToml, IsReadBackAsTheSameScene) {
 TEST(ToToml, DiffersWhereScenesDiffer) {
   const Scene scene = parse(ball).scene;
   const std::pair<const char*, const char*> changes[] = {
-      {"coupling.max_force_n", "1"},    {"workspace.scale", "1"},       {"volume.ball.analytic", "plane"},
-      {"volume.ball.sampled", "9"},     {"mode.skin.enabled", "false"}, {"mode.skin.level.outside.value", "0.001"},
-      {"mode.skin.friction_n", "0.125"}};
+      {"coupling.max_force_n", "1"},         {"workspace.scale", "1"},          {"volume.ball.analytic", "plane"},
+      {"volume.ball.sampled", "9"},          {"mode.skin.enabled", "false"},    {"mode.skin.level.outside.value", "0.001"},
+      {"mode.skin.friction_n", "0.125"},     {"coupling.impact_ns_per_m", "5"}, {"mode.skin.static_friction_ratio", "1.5"},
+      {"mode.skin.friction_ns_per_m", "0.5"}};
   for (const auto& [path, value] : changes) EXPECT_FALSE(parse(ball, set(path, value)).scene == scene) << path;
 }
 

@@ -285,8 +285,8 @@ TEST(Scene, AcceptsTheCouplingsThatTheCouplingAccepts) {
   const double values[] = {
       -1,  0,  std::numeric_limits<double>::denorm_min(), 1, 100, std::nextafter(100, 200), 1e5, std::nextafter(1e5, 2e5),
       nan, inf};
-  for (double CouplingOptions::*member :
-       {&CouplingOptions::stiffness_n_per_m, &CouplingOptions::damping_ns_per_m, &CouplingOptions::max_force_n}) {
+  for (double CouplingOptions::*member : {&CouplingOptions::stiffness_n_per_m, &CouplingOptions::damping_ns_per_m,
+                                          &CouplingOptions::max_force_n, &CouplingOptions::impact_ns_per_m}) {
     for (const double value : values) {
       Scene scene;
       scene.coupling.*member = value;
