@@ -47,7 +47,9 @@ TickFrame GuardedSession::tick(std::int64_t number, double t_s, double dt_s, con
       session_.events(), [](const SessionEvent& event) { return event.kind == SessionEventKind::break_through; });
   if (usable && passed.state != GuardState::fault) {
     const double by_hand_n = session_.scene().coupling.stiffness_n_per_m * norm(frame.result.probe_step_m);
-    const Vec3 falling_n = release_.shape(passed.command_n, is_released, by_hand_n, dt_s);
+    const bool has_let_go = frame.result.energy.let_go_j > 0.0;
+    const Vec3 falling_n = release_.shape(passed.command_n, is_released, by_hand_n, dt_s, has_let_go);
+    frame.snap_n = release_.snap_n();
     frame.command_n = guard_.pass(impact_.shape(falling_n, session_, frame.result.probe_step_m, dt_s)).command_n;
   } else {
     release_.reset();

@@ -8,19 +8,24 @@ namespace {
 constexpr double fall_n_per_s = 500.0;  // slower than a knock, faster than anyone would call soft
 constexpr double shortest_s = 0.005;
 constexpr double longest_s = 0.020;
+constexpr double told_n = 0.05;  // fingers tell steps of some 30 mN
 }  // namespace
 
-Vec3 Release::shape(const Vec3& command_n, bool is_released, double by_hand_n, double time_step_s) noexcept {
-  if (is_released) {
-    left_s_ = longest_s;
-    furthest_n_ = 0.0;
-  }
+Vec3 Release::shape(const Vec3& command_n, bool is_released, double by_hand_n, double time_step_s, bool has_let_go) noexcept {
   const Vec3 rest_n = command_n - sent_n_;
   const double apart_n = norm(rest_n);
+  const double step_of_snap_n = left_s_ > time_step_s ? apart_n * time_step_s / left_s_ : apart_n;
+  const bool snaps = has_let_go && !is_released && (left_s_ == 0.0 || is_snap_) && step_of_snap_n > by_hand_n + told_n;
+  snap_n_ = snaps ? apart_n : 0.0;
+  if (is_released || snaps) {
+    left_s_ = longest_s;
+    furthest_n_ = 0.0;
+    is_snap_ = snaps;
+  }
   furthest_n_ = std::max(furthest_n_, apart_n);
   double step_n = apart_n;
   if (left_s_ > time_step_s) {
-    const double steady_n = std::min(furthest_n_ / shortest_s, fall_n_per_s) * time_step_s;
+    const double steady_n = is_snap_ ? 0.0 : std::min(furthest_n_ / shortest_s, fall_n_per_s) * time_step_s;
     step_n = std::max({steady_n, apart_n * time_step_s / left_s_, by_hand_n});
   }
   // Drags may hold the proxy when the level has let go, so that a fall begins late: its time is not over when it has caught up.

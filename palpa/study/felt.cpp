@@ -69,6 +69,7 @@ FeltTick felt_tick(const TickFrame& frame) noexcept {
 
 void add_tick(FeltRun& run, const TickFrame& frame, const Session& session) {
   FeltTick tick = felt_tick(frame);
+  tick.told = frame.snap_n > 0.0;
   for (const SessionEvent& event : session.events()) {
     const bool broke = event.kind == SessionEventKind::break_through;
     tick.onset |= event.kind == SessionEventKind::onset;

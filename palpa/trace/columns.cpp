@@ -233,9 +233,10 @@ const Table<EventRow>& events_table() {
       COLUMN(EventRow, "tick", "", tick, "the first tick that it holds for"),
       COLUMN(EventRow, "t_s", "", t_s, "time of that tick"),
       COLUMN(EventRow, "kind", "", kind,
-             "set, enable, swap, map, clutch, onset, break_through, fault, guard, lost_ticks, lost_rows or warning"),
+             "set, enable, swap, map, clutch, onset, break_through, snap, fault, guard, lost_ticks, lost_rows or warning"),
       COLUMN(EventRow, "subject", "", subject, "who: a mode's name, `session`, or the guard's new state"),
-      COLUMN(EventRow, "value", "", value, "onset, break_through: the level; else what happened"),
+      COLUMN(EventRow, "value", "", value,
+             "onset, break_through: the level; snap: by how many newtons the force would have stepped; else what happened"),
   };
   static const Table<EventRow> table{"events.csv", "What happened: one row per event.", columns};
   return table;

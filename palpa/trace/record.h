@@ -28,6 +28,7 @@ struct TickFrame {
   Tick result;
   Vec3 command_n;  ///< what was sent to the device: after the guard
   GuardState guard = GuardState::pass;
+  double snap_n = 0.0;  ///< the step of the force as the proxy let go of something other than a level, if that is spread out
   std::uint32_t buttons = 0;
   double late_us = 0.0;    ///< how late the tick began; 0 on a simulated clock
   double tick_us = 0.0;    ///< time inside `Session::tick`; 0 where it was not measured

@@ -250,6 +250,11 @@ void TraceWriter::append(const TickFrame& frame, std::span<const ModeTick> modes
         files.add_to(files.break_throughs, detail::break_throughs_table(), {frame.tick, frame.t_s, mode, event});
       }
     }
+    if (frame.snap_n > 0.0) {
+      std::string value;
+      detail::put_number(value, frame.snap_n);
+      files.put_event(frame.tick, frame.t_s, "snap", "proxy", value);
+    }
     if (frame.guard != files.last_guard) {
       const bool fault = frame.guard == GuardState::fault;
       files.put_event(frame.tick, frame.t_s, fault ? "fault" : "guard", fault ? "guard" : name_of(frame.guard),

@@ -53,6 +53,51 @@ TEST(Release, FallsInAStraightLineInItsTime) {
   }
 }
 
+// A proxy that snaps over an edge: what fingers would feel as a step takes 20 ms, what they would not is left alone.
+TEST(Release, SpreadsWhatAProxyLetsGo) {
+  Random random(11);
+  for (int run = 0; run < 500; ++run) {
+    const Vec3 before_n = random.in_cube(2.0), after_n = before_n + random.uniform(0.0, 1.0) * random.direction();
+    const double apart_n = distance(before_n, after_n), by_hand_n = random.below(2) ? 0.0 : random.uniform(0.0, 0.02);
+    Release release;
+    release.shape(before_n, false, 0.0, dt_s);
+    Vec3 last_n = before_n;
+    for (int i = 0; i < 25; ++i) {
+      const Vec3 sent_n = release.shape(after_n, false, by_hand_n, dt_s, i == 0);
+      EXPECT_EQ(release.snap_n(), i == 0 && apart_n > by_hand_n + 0.05 ? apart_n : 0.0);
+      if (apart_n <= by_hand_n + 0.05) {
+        ASSERT_EQ(sent_n, after_n);
+      } else {
+        EXPECT_LE(distance(sent_n, last_n), std::max(by_hand_n, apart_n / 20) + 1e-12);
+      }
+      last_n = sent_n;
+    }
+    EXPECT_EQ(last_n, after_n) << "it has arrived";
+  }
+}
+
+// Whatever the hand does meanwhile: it gets no more than a spring lets go that loses this step, and holds its force for a tick.
+TEST(Release, GivesNoMoreThanTheSpringLetGo) {
+  Random random(12);
+  for (int run = 0; run < 2000; ++run) {
+    const double k = random.uniform(200.0, 2000.0), speed = random.uniform(0.0, 0.3);
+    const Vec3 before_n = random.in_cube(2.0), after_n = random.in_cube(2.0);
+    const bool is_level = random.below(2);
+    Release release;
+    release.shape(before_n, false, 0.0, dt_s);
+    double given_j = 0.0, held_j = 0.0;
+    Vec3 lag_n = before_n - after_n;  // what was sent in the tick before is felt until this one
+    const Vec3 along = normalized(lag_n);
+    for (int i = 0; i < 25; ++i) {
+      const Vec3 step_m = dt_s * speed * (random.below(4) ? along : random.direction());
+      if (i > 0) given_j += dot(lag_n, step_m);
+      held_j += 0.5 * k * norm_squared(step_m);
+      lag_n = release.shape(after_n, is_level && i == 0, k * norm(step_m), dt_s, i == 0) - after_n;
+    }
+    EXPECT_LE(given_j, norm_squared(before_n - after_n) / (2.0 * k) + held_j) << speed;
+  }
+}
+
 // As where drags hold the proxy after a level has let go: the spring's own fall is a part of the half newton.
 TEST(Release, IsAllOfTheChangeOfATickWhateverTheSpringDoesMeanwhile) {
   Random random(3);

@@ -243,6 +243,17 @@ TEST_F(Trace, AnEventStandsWhereTheGuardChangesItsMind) {
             "3,0.003,fault,guard,the force is not finite\n4,0.004,guard,pass,\n");
 }
 
+TEST_F(Trace, AnEventSaysBySoMuchTheForceWouldHaveStepped) {
+  TraceWriter writer(folder(), {}, scene, {});
+  for (const double snap_n : {0.0, 0.25, 0.0}) {
+    TickFrame frame = plain_frame(snap_n > 0.0);
+    frame.snap_n = snap_n;
+    writer.append(frame, {}, {}, {}, {});
+  }
+  writer.finish();
+  EXPECT_EQ(text_of(folder() / "events.csv"), "tick,t_s,kind,subject,value\n1,0.001,snap,proxy,0.25\n");
+}
+
 // ---- round trips ----
 
 TEST_F(Trace, TicksReadBackToTheBit) {
