@@ -13,6 +13,7 @@
 #include "palpa/baseline/path.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/plugin.h"
+#include "palpa/mode/surface_and_friction.h"
 #include "palpa/study/recording.h"
 #include "palpa/version.h"
 
@@ -76,6 +77,38 @@ std::string words_of_stiffness(const Scene& scene, const DevicePlant& plant) {
                 plant.name.substr(0, 60).c_str(), plant.limits.max_stiffness_n_per_m, scene.coupling.stiffness_n_per_m,
                 plant.limits.max_stiffness_n_per_m);
   return text;
+}
+
+/// What a level bears at the least [N] wherever it is whole: of a function of its own field, what it says at the level.
+double least_n(const Strength& strength, const FieldRef& field, double value) {
+  if (strength.is_constant()) return strength.constant_n;
+  if (strength.of == field) return std::min(strength.curve.at(value, TransferFunction::Side::below), strength.curve.at(value));
+  double least = strength.curve.outside();
+  for (const TransferFunction::Point& point : strength.curve.points()) least = std::min(least, point.result);
+  return least;
+}
+
+/// A sentence for each level that bears more than all that can reach the hand, so that it never lets go.
+std::vector<std::string> words_of_unyielding(const Scene& scene, double device_max_force_n) {
+  const double most_n = let_through_n(scene, device_max_force_n);
+  const char* whose = device_max_force_n < scene.coupling.max_force_n ? "the device's limit" : "coupling.max_force_n";
+  std::vector<std::string> sentences;
+  for (const SceneMode& mode : scene.modes()) {
+    const SurfaceAndFriction* surface = mode.mode.as<SurfaceAndFriction>();
+    if (!mode.enabled || !surface) continue;
+    for (const SurfaceAndFriction::Level& level : surface->levels) {
+      const double bears_n = least_n(level.strength_n, surface->field, level.value);
+      if (!(bears_n > most_n)) continue;
+      char name[40], text[280];
+      std::snprintf(name, sizeof name, "%g", level.value);
+      std::snprintf(text, sizeof text,
+                    "The level %.60s of '%.60s' bears %g N, of which no more than %g N reach the hand (%s): where it is whole "
+                    "it never lets go.",
+                    level.name.empty() ? name : level.name.c_str(), mode.name.c_str(), bears_n, most_n, whose);
+      sentences.push_back(text);
+    }
+  }
+  return sentences;
 }
 
 /// The guard held back some of the force in more than a hundredth of the ticks.
@@ -171,6 +204,8 @@ PreparedRun prepare(const RunOptions& options) {
     if (scene.coupling.stiffness_n_per_m > plant.limits.max_stiffness_n_per_m)
       prepared.loaded.warnings.push_back(words_of_stiffness(scene, plant));
   }
+  for (std::string& sentence : words_of_unyielding(scene, prepared.hand->limits().max_force_n))
+    prepared.notes.push_back(std::move(sentence));
   const double hand_s = prepared.target->duration_s();
   prepared.duration_s = options.duration_s.value_or(std::isfinite(hand_s) ? hand_s : default_duration_s);
   return prepared;

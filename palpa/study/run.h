@@ -49,7 +49,7 @@ struct PreparedRun {
   std::optional<Laid> laid;        ///< where the recording was laid to feel most
   bool goes_its_own_way = false;   ///< a recording that no force holds
   std::string remedy;              ///< the option that would lay it there, where that was not done
-  std::vector<std::string> notes;  ///< what was done with the hand: sentences
+  std::vector<std::string> notes;  ///< what was done with the hand, and which levels it cannot press through: sentences
 };
 /// Loads scene and hand, lets the hand find the data (`Reach`), checks all options, and that the trace's folder can be made;
 /// makes nothing. Throws LoadError.

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "study_fixture.h"
@@ -79,6 +80,40 @@ TEST_F(Run, IsFeltThroughTheDeviceThatTheHandHolds) {
   RunOptions wrong = options("", 0.1);
   wrong.device = "phantom";
   EXPECT_THAT(error_of(wrong), HasSubstr("device: no preset 'phantom'; there are touch"));
+}
+
+// One sentence for each level that bears more than what reaches the hand: what is named never lets go, what is not does.
+TEST_F(Run, NamesTheLevelsThatAreStrongerThanWhatReachesTheHand) {
+  const auto named = [](const std::vector<std::string>& notes, const std::string& level) {
+    return std::ranges::count_if(notes, [&](const std::string& note) {
+      return note.starts_with("The level " + level + " of 'skin'") && note.find("never lets go") != std::string::npos;
+    });
+  };
+  RunOptions o = options("");
+  const std::vector<std::string> notes = prepare(o).notes;
+  EXPECT_EQ(named(notes, "skin"), 0);
+  EXPECT_EQ(named(notes, "bone"), 1);
+  EXPECT_THAT(notes,
+              testing::Contains(testing::AllOf(HasSubstr("bears 4 N"), HasSubstr("3.3 N reach"), HasSubstr("coupling.max_"))));
+
+  o.scene_options.sets = {{"coupling.max_force_n", "4"}};
+  EXPECT_EQ(named(prepare(o).notes, "bone"), 0) << "what reaches the hand is enough";
+
+  o.device = "touch,max_force_n=0.7";
+  EXPECT_EQ(named(prepare(o).notes, "skin"), 1);
+  EXPECT_EQ(named(prepare(o).notes, "bone"), 1);
+  EXPECT_THAT(prepare(o).notes, testing::Contains(HasSubstr("0.7 N reach the hand (the device's limit)")));
+  o.scene_options.sets = {{"coupling.max_force_n", "4"}, {"mode.skin.enabled", "false"}};
+  EXPECT_EQ(named(prepare(o).notes, "skin") + named(prepare(o).notes, "bone"), 0) << "a mode that is not felt";
+
+  RunOptions pressed = options("", 3.0);
+  pressed.hand = "sim:press,depth_m=0.02";
+  pressed.hold = Hold::rigid;
+  for (const char* limit_n : {"0.7", "0.9"}) {
+    pressed.scene_options.sets = {{"coupling.max_force_n", limit_n}};
+    const Summary felt = run(pressed).summary;
+    EXPECT_EQ(felt.first_break_through_s < 0.0, named(felt.notes, "skin") == 1) << limit_n;
+  }
 }
 
 TEST_F(Run, LeavesACompleteTraceThatSaysWhatWasFelt) {
