@@ -228,14 +228,6 @@ double Samples::depth_m(std::int32_t field, const Vec3& hand_m) noexcept {
   return known.keep(place, visit, map_.length_to_hand(depth));
 }
 
-bool Samples::any_holes(std::span<const std::int32_t> fields) const noexcept {
-  return std::ranges::any_of(fields, [&](std::int32_t field) {
-    if (!is_field(field)) return false;
-    const Slot& slot = (*plan_)[(*plan_)[field].of >= 0 ? (*plan_)[field].of : field];
-    return slot.grid && slot.grid->has_holes();
-  });
-}
-
 Carried Samples::carried(std::int32_t field, const Vec3& hand_m, DataTime from, DataTime to) const noexcept {
   if (!is_field(field)) return {hand_m};
   const TimedField* timed = (*plan_)[field].timed;
@@ -269,7 +261,7 @@ double Here::depth_m() const noexcept {
 double Here::limited_n(double strength_n) const noexcept {
   if (!(strength_n > 0.0)) return strength_n;
   const double depth = depth_m();
-  if (!(0.5 * stiffness_n_per_m * depth >= strength_n)) is_faded_ = is_faded_ || samples_->any_holes(fields_);
+  is_faded_ = is_faded_ || !(0.5 * stiffness_n_per_m * depth >= strength_n);
   if (!(depth > 0.0)) return 0.0;
   return std::min(strength_n * mask(), 0.5 * stiffness_n_per_m * depth);
 }

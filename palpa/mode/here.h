@@ -51,8 +51,6 @@ class Samples {
   Mat3 hessian(std::int32_t field, const Vec3& hand_m) noexcept;
   /// Depth within the field's data [hand m].
   double depth_m(std::int32_t field, const Vec3& hand_m) noexcept;
-  /// Whether one of these fields is on a grid with voxels that are not finite.
-  bool any_holes(std::span<const std::int32_t> fields) const noexcept;
   /// The piece of the straight way between two positions of the hand frame [m] that begins at the share `begin` [1]
   /// (Field::stretch). No data as far as the end for an index that is no scalar field.
   Stretch stretch(std::int32_t field, const Vec3& from_hand_m, const Vec3& to_hand_m, double begin,
@@ -180,7 +178,7 @@ class Here {
   /// `world`, a vector along the axes of the world in its own unit, as a scene gives it, turned into the hand frame.
   Vec3 turned_to_hand(const Vec3& world) const noexcept { return samples_->hand_to_world().turned_to_hand(world); }
 
-  /// For the tick: a strength that was asked for is less than it would be deeper in the data, which have holes.
+  /// For the tick: a strength that was asked for is less than it would be deeper in the data.
   bool is_faded() const noexcept { return is_faded_; }
 
   /// For the tick: the shared samples, and the masks and fields of the mode that looks at the data at `seen_m` [m].

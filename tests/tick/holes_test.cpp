@@ -113,5 +113,17 @@ TEST(Holes, AreSlidThroughWithoutAKick) {
   }
 }
 
+// So is the face of the box, which is an edge like any other: what fades there yields, and is not told as broken.
+TEST(Holes, AreNoOtherThanTheFacesOfTheBox) {
+  for (const OneMode& one : modes()) {
+    Scene scene = scene_with(0.0);
+    scene.add(one.name, one.mode);
+    const Slide slid = slide(scene, 0.0, 0.036);
+    EXPECT_LE(slid.worst_n, most_n_per_ms) << one.name << ", at " << slid.at_m;
+    EXPECT_GT(slid.largest_n, 0.1) << one.name;
+    EXPECT_EQ(slid.breaks, 0) << one.name;
+  }
+}
+
 }  // namespace
 }  // namespace palpa
