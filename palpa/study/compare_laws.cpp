@@ -6,8 +6,8 @@
 
 #include "palpa/baseline/law.h"
 #include "palpa/baseline/path.h"
-#include "palpa/core/solver.h"
 #include "palpa/loop/loop.h"
+#include "palpa/mode/surface_and_friction.h"
 
 namespace palpa {
 
@@ -28,6 +28,17 @@ bool are_orthogonal(const Primitive& a, const Primitive& b) noexcept {
 
 Scene with_law(Scene scene, const std::string& law) {
   scene.law = law;
+  return scene;
+}
+
+// No earlier system had levels that give way.
+Scene with_rigid_levels(Scene scene) {
+  for (const SceneMode& mode : std::vector<SceneMode>(scene.modes().begin(), scene.modes().end())) {
+    if (!mode.mode.as<SurfaceAndFriction>()) continue;
+    SurfaceAndFriction surface = *mode.mode.as<SurfaceAndFriction>();
+    for (SurfaceAndFriction::Level& level : surface.levels) level.stiffness_n_per_m = std::nullopt;
+    scene.find_mode(mode.name)->mode = Mode(surface);
+  }
   return scene;
 }
 
@@ -55,18 +66,12 @@ struct Asked {
   std::vector<double> errors_m;
 };
 
-// Rigid, as all that earlier systems had. True where it was so already.
-bool pose(PrimitiveSet& set, const SubStep& step, std::span<const PlacedPrimitive> placed) {
+void pose(PrimitiveSet& set, const SubStep& step, std::span<const PlacedPrimitive> placed) {
   set.clear(step.start_m);
-  bool is_rigid = true;
   for (const PlacedPrimitive& p : placed) {
     set.begin_mode(p.primitive.id.mode, p.primitive.position_m);  // where the step began, which a sub-step may go on with
-    Primitive primitive = p.primitive;
-    primitive.stiffness_n_per_m = Primitive{}.stiffness_n_per_m;
-    is_rigid = is_rigid && !p.primitive.is_elastic();
-    set.add(primitive);
+    set.add(p.primitive);
   }
-  return is_rigid;
 }
 
 }  // namespace
@@ -80,8 +85,9 @@ bool has_oblique_primitives(std::span<const PlacedPrimitive> placed) noexcept {
   return false;
 }
 
-LawComparison compare_laws(const Scene& scene, std::span<const Probe> probes, double time_step_s,
+LawComparison compare_laws(const Scene& given, std::span<const Probe> probes, double time_step_s,
                            std::span<const std::string> laws) {
+  const Scene scene = with_rigid_levels(given);
   const double k = scene.coupling.stiffness_n_per_m;
   LawComparison result;
   std::vector<Asked> asked;
@@ -90,7 +96,6 @@ LawComparison compare_laws(const Scene& scene, std::span<const Probe> probes, do
   std::vector<Felt> exact;
   exact.reserve(probes.size());
   PrimitiveSet set;
-  Solver rigid;
   Session session(with_law(scene, "exact"));
   session.let_through(scene.coupling.max_force_n);
   for (const Probe& probe : probes) {
@@ -108,13 +113,10 @@ LawComparison compare_laws(const Scene& scene, std::span<const Probe> probes, do
       }
       ++result.balances;
       result.oblique_balances += has_oblique_primitives(placed);
-      const bool is_rigid = pose(set, step, placed);
-      const Vec3 exact_m =
-          is_rigid ? step.balance.position_m
-                   : rigid.solve(set, step.start_m, step.probe_m, step.stiffness_n_per_m, step.time_step_s).position_m;
+      pose(set, step, placed);
       for (Asked& one : asked) {
         const Balance answer = one.law->solve(set, step.start_m, step.probe_m, step.stiffness_n_per_m, step.time_step_s);
-        one.errors_m.push_back(distance(answer.position_m, exact_m));
+        one.errors_m.push_back(distance(answer.position_m, step.balance.position_m));
       }
     }
   }

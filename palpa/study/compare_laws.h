@@ -36,7 +36,7 @@ struct LawErrors {
 
 struct LawComparison {
   std::int64_t ticks = 0;     ///< with a valid probe
-  std::int64_t balances = 0;  ///< posed: sub-steps with at least one primitive, elastic ones as rigid ones to all laws
+  std::int64_t balances = 0;  ///< posed: sub-steps with at least one primitive
   std::int64_t left_out = 0;  ///< sub-steps whose exact balance is not proven to 1e-9 m, or holds planes of a hollow that
                               ///< the tick keeps and no earlier law knows
   std::int64_t oblique_balances = 0;  ///< of `balances`, with planes or lines that are not orthogonal to each other
@@ -47,9 +47,9 @@ struct LawComparison {
 /// axes for both. A directed force has no span, and a point is the same in every frame.
 bool has_oblique_primitives(std::span<const PlacedPrimitive> placed) noexcept;
 
-/// Feels `scene` with the exact law under `probes`, one tick of `time_step_s` [s] each; poses every sub-step's
-/// balance to each of `laws` as well; then lets each of them feel the scene by itself. Whatever law the
-/// scene names does not count. Throws SceneError on a scene that cannot be felt or a law that is none.
+/// Feels `scene`, its levels rigid as those of earlier systems were, with the exact law under `probes`, one tick of
+/// `time_step_s` [s] each; poses every sub-step's balance to each of `laws` as well; then lets each of them feel the scene by
+/// itself. Whatever law the scene names does not count. Throws SceneError on a scene that cannot be felt or a law that is none.
 LawComparison compare_laws(const Scene& scene, std::span<const Probe> probes, double time_step_s,
                            std::span<const std::string> laws);
 

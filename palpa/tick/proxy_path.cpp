@@ -206,6 +206,7 @@ void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double fo
   // Directions that turn faster than the spring can follow throw the proxy to and fro: each time half as far, until it gets on.
   // Where it does not, a quarter of a tick is spent on one probe, or it would lag behind the hand for ever.
   const bool turns_back = !segment.fresh && model_.has_directions() && dot(c.move_m, before_m) < 0.0;
+  expect_sequel(before_m, segment.fresh);
   c.reach_m = turns_back ? std::min(c.reach_m, 0.5 * norm(before_m)) : 1.25 * c.reach_m;
   c.turns = segment.fresh ? 0 : c.turns + turns_back;
   if (segment.fresh) c.segment_start_m = start;
@@ -361,9 +362,20 @@ bool ProxyPath::meet_bound(ProbeSegment& segment, const StepContext& context, Ba
 }
 
 // Where the proxy would get to if it moved on as it did in the last segment, by as much more or less as the probe does.
+// A proxy that is pressed d into a level of curvature 1/R comes to rest in moves of which each is about d/R of the last: many
+// where it is near the middle of the curvature: Aitken's sum of what is to come, from two moves that did not know of it.
+void ProxyPath::expect_sequel(const Vec3& before_m, bool fresh) noexcept {
+  PathState& c = state_;
+  c.plain = fresh || c.sequel_m == Vec3{} ? c.plain + 1 : 0;
+  const bool is_known = !fresh && c.plain >= 2 && !modes_.feet().all().empty() && before_m != Vec3{};
+  const double ratio = is_known ? std::clamp(dot(c.move_m, before_m) / norm_squared(before_m), 0.0, 0.9) : 0.0;
+  c.sequel_m = ratio / (1.0 - ratio) * c.move_m;
+}
+
 Vec3 ProxyPath::expected_m(const ProbeSegment& segment) const noexcept {
   const double before_m2 = norm_squared(state_.probe_way_m);
-  if (!segment.fresh || playing_ || !(before_m2 > 0.0)) return {};
+  if (!segment.fresh) return state_.left == Left::rest ? state_.sequel_m : Vec3{};
+  if (playing_ || !(before_m2 > 0.0)) return {};
   const double share = dot(segment.to_m - segment.from_m, state_.probe_way_m) / before_m2;
   return std::clamp(share, 0.0, 1.0) * (state_.proxy - state_.segment_start_m);
 }

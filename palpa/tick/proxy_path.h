@@ -72,6 +72,8 @@ class ProxyPath {
     bool felt = false;     // … in which something could pull at it
     Vec3 segment_start_m;  // where the proxy was before the last segment …
     Vec3 probe_way_m;      // … of the probe's path
+    Vec3 sequel_m;         // of moves that settle on an elastic level, each in one ratio to the last: what is to come …
+    int plain = 0;         // … and how many went without knowing it
     Left left = Left::nothing;
     Vec3 step_start_m;                      // of the moves that settle one step
     double reach_m = 0.0;                   // no move at this probe may be longer …
@@ -105,6 +107,7 @@ class ProxyPath {
   bool end_is_free(const ProbeSegment& segment, const StepContext& context, bool flies, Move& move) noexcept;
   void advance(const ProbeSegment& segment, const Move& move, double follows_s, bool settled) noexcept;
   Left left_by(const Move& move, bool settled) const noexcept;
+  void expect_sequel(const Vec3& before_m, bool fresh) noexcept;
   Vec3 expected_m(const ProbeSegment& segment) const noexcept;
   bool meet_bound(ProbeSegment& segment, const StepContext& context, Balance& to) noexcept;
   void attend(const Vec3& end_m, bool flies) noexcept;
