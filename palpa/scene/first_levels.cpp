@@ -94,8 +94,8 @@ FirstLevels first_levels(const Field& field, const Statistics& values, const std
     };
     add("skin", skin_hu, 0.8, "between air (-1000 HU) and fat (-100 HU)",
         "gives way to a light press, so that one gets to the bone");
-    add("bone", bone_hu, 2.0, "above soft tissue (40 HU) and most contrast agent",
-        "as firm as leaves room below max_force_n for skin, friction and drag");
+    add("bone", bone_hu, 1.7, "above soft tissue (40 HU) and most contrast agent",
+        "as firm as leaves room below max_force_n for the skin above it, friction and drag");
     for (FirstLevel& level : first.levels) level.soft = level.value == skin_hu;
     if (!first.levels.empty()) return first;
   }
@@ -120,7 +120,7 @@ FirstLevels first_levels(const Field& field, const Statistics& values, const std
     // A class of a few voxels, or as good as the first level again, is no surface of its own.
     if (inner_value > from && inner_value < to && beyond > 0.05 * solid && solid - beyond > 0.05 * solid) {
       first.levels.back().soft = true;
-      first.levels.push_back(level_between(field, h, "core", inner_value, from, to, 0.8, 1.8));
+      first.levels.push_back(level_between(field, h, "core", inner_value, from, to, 0.7, 1.5));
     }
   }
   return first;

@@ -185,7 +185,7 @@ void ProxyPath::accept(const ProbeSegment& segment, const Move& made, StepContex
   record_.add(step, settles, spacing_m_, model_, modes_);
   dropped_ += model_.set().dropped();
   state_.felt = model_.set().can_pull();
-  if (made.fraction > 0.0) crossings_.apply(event_);
+  if (made.fraction > 0.0 || made.stop == Stop::event) crossings_.apply(event_);  // also where it stands on one already
   const bool is_stopped = made.stop == Stop::event && !event_.crossings.empty();
   state_.stopped_by = is_stopped ? event_.crossings.back() : Crossing{};
   model_.keep_feet(state_.proxy);
