@@ -52,8 +52,9 @@ void ModeRuntime::arrive() noexcept {
 double ModeRuntime::motion_m(const Vec3& at_m, DataTime from, DataTime to) const noexcept {
   double furthest_m = 0.0;
   for (std::size_t m = 0; m < modes_.size(); ++m) {
-    if (enabled(m))
-      furthest_m = std::max(furthest_m, distance(samples_->carried_m(parts_[m].inputs.main_field, at_m, from, to), at_m));
+    if (!enabled(m)) continue;
+    const Vec3 by_m = carried_at(m, at_m);
+    furthest_m = std::max(furthest_m, distance(samples_->carried_m(parts_[m].inputs.main_field, by_m, from, to), by_m));
   }
   return furthest_m;
 }

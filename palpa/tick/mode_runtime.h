@@ -47,7 +47,8 @@ class ModeRuntime {
   /// Fresh memories.
   void start() noexcept;
 
-  /// Advances the data to `to`, `time_step_s` [s] later; they carry the proxy, at `start_m` [m] when they were as at `from`.
+  /// Advances the data to `to`, `time_step_s` [s] later; they carry the proxy, at `start_m` [m] when they were as at `from`, as
+  /// they do its foot where it has one: in a level that it has sunk into they may say nothing.
   /// Where a mode's level jumps before `tick_end` nothing is carried: it fades (JumpFade), and `jumped(m)` tells once.
   template <class Jumped>
   void advance(const Vec3& start_m, DataTime from, DataTime to, DataTime tick_end, double time_step_s,
@@ -58,11 +59,12 @@ class ModeRuntime {
       Part& part = parts_[m];
       JumpFade& fade = live_[m].fade;
       if (!enabled(m)) continue;
-      const Carried carried = samples_->carried(part.inputs.main_field, start_m, from, to);
-      const bool is_known = carried.known && samples_->carried(part.inputs.main_field, start_m, from, tick_end).known;
+      const Vec3 at_m = carried_at(m, start_m);
+      const Carried carried = samples_->carried(part.inputs.main_field, at_m, from, to);
+      const bool is_known = carried.known && samples_->carried(part.inputs.main_field, at_m, from, tick_end).known;
       if (fade.advance(is_known, time_step_s)) modes_[m].mode.start(memory(m));
       if (!is_known && !fade.is_leaving() && fade.let_go(*samples_)) jumped(m);
-      part.carried_m = is_known && !fade.is_leaving() ? carried.position_m - start_m : Vec3{};
+      part.carried_m = is_known && !fade.is_leaving() ? carried.position_m - at_m : Vec3{};
       furthest_carried_m_ = std::max(furthest_carried_m_, norm(part.carried_m));
     }
   }
@@ -146,6 +148,11 @@ class ModeRuntime {
   Here here_at(std::size_t m, const StepContext& context, const Vec3& start_m, const Vec3& at_m) noexcept;
   void place_mode(std::size_t m, const StepContext& context, const Vec3& origin_m, const Vec3& at_m,
                   PrimitiveSet& out) noexcept;
+  // What of a proxy at `at_m` the data of a mode carry.
+  Vec3 carried_at(std::size_t m, const Vec3& at_m) const noexcept {
+    const std::span<const Foot> feet = feet_.of(m);
+    return feet.empty() ? at_m : at_m + feet.front().way_m;
+  }
   // Where a mode looks for what is at `at_m` when its data have come to the end of the sub-step.
   Vec3 seen_by(std::size_t m, const Vec3& at_m, double data_fraction) const noexcept {
     return at_m + (1.0 - data_fraction) * parts_[m].carried_m;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "palpa/field/analytic.h"
 #include "palpa/field/smooth_grid.h"
@@ -277,32 +278,56 @@ TEST(BeatingChamber, PushesAStillHandAndTheLedgerCloses) {
 }
 
 /// Findings 24: the blend of two frames makes a level jump that shifts by more than its edge is wide.
+// Frames of a wall at these heights, solid below: in it and away from it, further than its edge is wide, nothing says where it
+// is.
+Scene wall_in_frames(const std::vector<double>& z_m, double edge_m, double period_s, SurfaceAndFriction::Level level) {
+  std::vector<FieldPtr> frames;
+  for (const double wall_m : z_m) {
+    constexpr int n = 81;
+    const GridGeometry geometry{{n, n, n}, {{{5e-4, 0, 0}, {0, 5e-4, 0}, {0, 0, 5e-4}}}, {-0.02, -0.02, -0.02}};
+    auto values = std::make_shared<std::vector<float>>();
+    for (int at_k = 0; at_k < n; ++at_k)
+      values->insert(values->end(), n * n, static_cast<float>(std::tanh((wall_m - (-0.02 + at_k * 5e-4)) / edge_m)));
+    frames.push_back(smooth_grid_field(geometry, {VoxelType::float32, 1, {values, values->data()}}));
+  }
+  Volume volume;
+  volume.format = "grid";
+  volume.fields = {{"value", "", time_series(frames, period_s)}};
+  Scene scene({.stiffness_n_per_m = k, .damping_ns_per_m = 0.0});
+  scene.add("skin", SurfaceAndFriction{.field = scene.add("wall", volume), .levels = {level}});
+  scene.workspace.scale = 1.0;
+  scene.workspace.center_m = Vec3{};
+  scene.time = {TimeOptions::Play::loop, 1.0, 0.0};
+  return scene;
+}
+
+// What carries the proxy is what its foot is on: it may be so deep that nothing there says how the wall moves. An elastic level
+// then gives the force of a rigid one, by as much less as its stiffness in series with the coupling's is less.
+TEST(ElasticWall, CarriesTheFootOfAProxyDeepInIt) {
+  constexpr double stiffness = 100.0, in_series = stiffness * k / (stiffness + k);
+  std::vector<double> z_m;
+  for (int frame = 0; frame < 40; ++frame) z_m.push_back(2e-3 * std::sin(2.0 * std::numbers::pi * frame / 40));
+  const auto wall = [&](std::optional<double> stiffness_n_per_m) {
+    return wall_in_frames(z_m, 1e-3, 0.02, {.value = 0.0, .strength_n = 4.0, .stiffness_n_per_m = stiffness_n_per_m});
+  };
+  Session rigid(wall({})), soft(wall(stiffness));
+  double deepest_m = 0.0;
+  for (int i = 0; i < 1600; ++i) {
+    const Vec3 hand{0, 0, 3e-3 - 7e-3 * std::min(1.0, i / 500.0)};
+    const Tick a = rigid.tick({.position_m = hand}, dt), b = soft.tick({.position_m = hand}, dt);
+    for (const SessionEvent& event : soft.events()) ASSERT_NE(event.kind, SessionEventKind::warning) << i << ": " << event.text;
+    const double depth_m = norm(a.force_n) / k;
+    ASSERT_NEAR(norm(b.force_n), in_series * depth_m, 1e-6) << i;
+    deepest_m = std::max(deepest_m, norm(b.force_n) / stiffness);
+  }
+  EXPECT_GT(deepest_m, 4e-3);
+}
+
 TEST(FramesTooFarApart, LetGoAndTakeHoldAgainInsteadOfKicking) {
   for (const double half_widths : {1.0, 2.0, 3.0, 4.0, 5.0, 6.0}) {
     const double half_m = 1e-3, shift_m = half_widths * half_m, period_s = 0.04;
-    std::vector<FieldPtr> frames;
-    for (int frame = 0; frame < 2; ++frame) {
-      constexpr int n = 81;
-      const GridGeometry geometry{{n, n, n}, {{{5e-4, 0, 0}, {0, 5e-4, 0}, {0, 0, 5e-4}}}, {-0.02, -0.02, -0.02}};
-      auto values = std::make_shared<std::vector<float>>();
-      for (int at_k = 0; at_k < n; ++at_k) {
-        const double depth_m = (frame - 0.5) * shift_m - (-0.02 + at_k * 5e-4);
-        values->insert(values->end(), n * n, static_cast<float>(std::tanh(depth_m / half_m)));
-      }
-      frames.push_back(smooth_grid_field(geometry, {VoxelType::float32, 1, {values, values->data()}}));
-    }
-    Volume volume;
-    volume.format = "grid";
-    volume.fields = {{"value", "", time_series(frames, period_s)}};
-    Scene scene({.stiffness_n_per_m = k, .damping_ns_per_m = 0.0});
-    const FieldRef wall = scene.add("wall", volume);
-    SurfaceAndFriction skin;
-    skin.field = wall;
-    skin.levels = {{.name = "skin", .value = 0.0, .strength_n = Strength{4.0}}};
-    scene.add("skin", skin);
-    scene.workspace.scale = 1.0;
-    scene.workspace.center_m = Vec3{};
-    scene.time = {TimeOptions::Play::loop, 1.0, 0.0};
+    const Scene scene =
+        wall_in_frames({-0.5 * shift_m, 0.5 * shift_m}, half_m, period_s, {.name = "skin", .value = 0.0, .strength_n = 4.0});
     Session session(scene);
 
     // Down onto the wall while it is held … by a slow time, then let it jump.
