@@ -11,6 +11,7 @@
 
 #include "palpa/field/axis_grid.h"
 #include "palpa/field/derive_on_grid.h"
+#include "palpa/field/fine_detail.h"
 #include "palpa/field/grid_base.h"
 #include "palpa/field/parallel.h"
 #include "palpa/field/pointwise.h"
@@ -24,7 +25,7 @@ struct Naming {
   const char* name;
   int taken, given;
 };
-constexpr std::array<Naming, 12> namings{{
+constexpr std::array<Naming, 13> namings{{
     {Derivation::magnitude, "magnitude", 3, 1},
     {Derivation::gradient_magnitude, "gradient_magnitude", 1, 1},
     {Derivation::curl, "curl", 3, 3},
@@ -37,6 +38,7 @@ constexpr std::array<Naming, 12> namings{{
     {Derivation::component_z, "component_z", 3, 1},
     {Derivation::smooth, "smooth", 1, 1},
     {Derivation::smooth_vector, "smooth_vector", 3, 3},
+    {Derivation::detail, "detail", 1, 1},
 }};
 const Naming& naming_of(Derivation derivation) noexcept { return namings[static_cast<std::size_t>(derivation)]; }
 
@@ -233,8 +235,9 @@ FieldPtr derive_timed(Derivation derivation, const FieldPtr& of, double smoothin
   }
   if (const MovingView* moved = moving_of(*of)) {
     const double scale = moved->track.front().pose.scale;
-    return moving(derive(derivation, moved->field, smoothing_m / scale, factor), moved->track,
-                  moved->per_length + powers_of_length(derivation));
+    // Detail is a share: no power of a length.
+    const int per_length = derivation == Derivation::detail ? 0 : moved->per_length + powers_of_length(derivation);
+    return moving(derive(derivation, moved->field, smoothing_m / scale, factor), moved->track, per_length);
   }
   if (derivation == Derivation::magnitude) return std::make_shared<const TimedPointwise>(of, detail::Pointwise::magnitude);
   std::vector<FieldPtr> frames;
@@ -265,6 +268,7 @@ FieldPtr derive(Derivation derivation, const FieldPtr& of, double smoothing_m, d
     return posed(derive(derivation, moved->field, smoothing_m / scale, factor), moved->pose);
   }
   if (derivation == Derivation::magnitude) return std::make_shared<const Magnitude>(of);
+  if (derivation == Derivation::detail) return std::make_shared<const detail::FineDetail>(of);
   if (derivation == Derivation::coherence) {
     const GridGeometry nodes = nodes_of(*of);
     return std::make_shared<const Coherence>(
@@ -316,7 +320,8 @@ std::string unit_of(Derivation derivation, std::string_view unit) {
     case Derivation::divergence: return u == "m/s" ? "1/s" : simple ? u + "/m" : "(" + u + ")/m";
     case Derivation::q:
     case Derivation::lambda2: return u == "m/s" ? "1/s²" : "(" + u + ")²/m²";
-    case Derivation::coherence: return {};
+    case Derivation::coherence:
+    case Derivation::detail: return {};
     default: return u;
   }
 }

@@ -8,9 +8,9 @@
 
 namespace palpa {
 
-/// What a scene writes as FUNC(FIELD), and `smooth` and `smooth_vector`, which modes ask for themselves. u is a velocity with
-/// Jacobian J, S and W its symmetric and antisymmetric part, φ a scalar field. Derivatives are per metre
-/// of the world.
+/// What a scene writes as FUNC(FIELD), and `smooth`, `smooth_vector` and `detail`, which modes ask for themselves. u is a
+/// velocity with Jacobian J, S and W its symmetric and antisymmetric part, φ a scalar field. Derivatives are per metre of the
+/// world.
 enum class Derivation : std::uint8_t {
   magnitude,           ///< |u| [unit]
   gradient_magnitude,  ///< |∇φ| [unit/m]
@@ -24,9 +24,10 @@ enum class Derivation : std::uint8_t {
   component_z,
   smooth,         ///< φ smoothed, for modes whose direction is a gradient
   smooth_vector,  ///< u smoothed, for modes that look at how a flow turns
+  detail,         ///< what the voxels say minus what a smoothing filter makes of them [1], −1…1 (fine_detail.h)
 };
 
-/// The derivation that a scene calls by this name; none for the smooth ones, which have no name there.
+/// The derivation that a scene calls by this name; none for `smooth` and those after it, which have no name there.
 std::optional<Derivation> derivation_named(std::string_view name) noexcept;
 const char* name_of(Derivation derivation) noexcept;
 /// Components of the field that it derives from, and of the field that comes out: 1 or 3.
@@ -39,7 +40,7 @@ std::string unit_of(Derivation derivation, std::string_view unit);
 /// The derived field.
 ///
 /// `magnitude` and `component_*` are computed where they are asked for, from the source's sample: exact
-/// derivatives of its interpolant; where u = 0, the kink of |u|, the gradient is 0.
+/// derivatives of its interpolant; where u = 0, the kink of |u|, the gradient is 0. So is `detail`, from the source's voxels.
 ///
 /// All others are computed once, here, at the voxels of the source, and then sampled by the smoothing
 /// cubic B-spline (smooth_grid.h), value, gradient and Hessian: of a trilinear one the direction would be

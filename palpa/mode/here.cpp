@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "palpa/field/fine_detail.h"
 #include "palpa/field/grid_base.h"
 #include "palpa/field/pointwise.h"
 
@@ -11,11 +12,12 @@ namespace palpa {
 // What a field is evaluated by.
 struct Samples::Slot {
   const Field* field = nullptr;
-  const TimedField* timed = nullptr;       // the same one, if it changes with time
-  const detail::GridBase* grid = nullptr;  // the same one, if it is a grid
-  int lattice = -1;                        // of it, or of what it is taken of
-  int of = -1;                             // the slot of the vector field that it is taken of …
-  int axis = 0;                            // … and what is taken of it
+  const TimedField* timed = nullptr;         // the same one, if it changes with time
+  const detail::GridBase* grid = nullptr;    // the same one, if it is a grid
+  int lattice = -1;                          // of it, or of what it is taken of
+  int of = -1;                               // the slot of the field that it is taken of …
+  int axis = 0;                              // … what is taken of it, of a vector …
+  const detail::FineDetail* fine = nullptr;  // … or the detail of it
   bool with_hessian = false;
   Memory<VectorSample> vector{};
   Memory<VectorSample> world_vector{};  // as it is in the world
@@ -29,16 +31,15 @@ class Samples::Plan {
   explicit Plan(std::span<const FieldPtr> fields) {
     for (const FieldPtr& field : fields) add(*field);
     for (std::size_t i = 0; i < fields.size(); ++i) {
+      const auto* fine = dynamic_cast<const detail::FineDetail*>(fields[i].get());
       const auto taken = detail::pointwise_of(*fields[i]);
-      if (!taken) continue;
-      auto of = std::find_if(slots_.begin(), slots_.end(), [&](const Slot& slot) { return slot.field == taken->of.get(); });
-      if (of == slots_.end()) {
-        add(*taken->of);
-        of = slots_.end() - 1;
+      if (fine && fine->grid()) {
+        slots_[i].fine = fine;
+        take(i, *fine->of());
+      } else if (taken) {
+        slots_[i].axis = taken->axis;
+        take(i, *taken->of);
       }
-      slots_[i].of = static_cast<int>(of - slots_.begin());
-      slots_[i].axis = taken->axis;
-      slots_[i].lattice = of->lattice;
     }
   }
 
@@ -59,6 +60,16 @@ class Samples::Plan {
   Lattice& lattice_of(const Slot& slot) noexcept { return lattices_[static_cast<std::size_t>(slot.lattice)]; }
 
  private:
+  // The i-th is taken of another field, which is added where it is none of the session's.
+  void take(std::size_t i, const Field& from) {
+    auto of = std::find_if(slots_.begin(), slots_.end(), [&](const Slot& slot) { return slot.field == &from; });
+    if (of == slots_.end()) {
+      add(from);
+      of = slots_.end() - 1;
+    }
+    slots_[i].of = static_cast<int>(of - slots_.begin());
+    slots_[i].lattice = of->lattice;
+  }
   void add(const Field& field) {
     Slot slot{&field, timed(field), dynamic_cast<const detail::GridBase*>(&field)};
     if (slot.grid) {
@@ -128,6 +139,7 @@ const ScalarSample& Samples::take_scalar(std::size_t field, std::size_t place) n
 ScalarSample Samples::scalar_in_world(Slot& slot, std::size_t place) noexcept {
   const Vec3& world_m = places_[place].world_m;
   if (slot.timed) return slot.timed->scalar_at(world_m, at_);
+  if (slot.fine) return slot.fine->scalar_in(plan_->lattice_of(slot).at(place, places_[place]));
   if (slot.of >= 0) return detail::taken_of(vector_in_world((*plan_)[slot.of], place), slot.axis);
   if (!slot.grid) return slot.field->scalar(world_m);
   detail::GridBase::Place& at = plan_->lattice_of(slot).at(place, places_[place]);
@@ -196,6 +208,7 @@ Certificate Samples::certificate(std::int32_t field, const Vec3& hand_m) noexcep
   const Slot& slot = (*plan_)[field];
   const std::size_t place = place_at(hand_m);
   const Vec3& world_m = places_[place].world_m;
+  if (slot.fine) return {};
   // No magnitude changes faster than its vector.
   const Slot& by = slot.of >= 0 ? (*plan_)[slot.of] : slot;
   const bool is_component = slot.of >= 0 && slot.axis != detail::Pointwise::magnitude;
@@ -215,7 +228,7 @@ const Extent& Samples::range(std::int32_t field) const noexcept {
 
 double Samples::depth_m(std::int32_t field, const Vec3& hand_m) noexcept {
   if (!is_field(field)) return 0.0;
-  // What is taken of a vector lies as deep in the data as that. Grids of one geometry do, but for holes.
+  // What is taken of a field lies as deep in the data as that. Grids of one geometry do, but for holes.
   Slot& slot = (*plan_)[(*plan_)[field].of >= 0 ? (*plan_)[field].of : field];
   const std::size_t place = place_at(hand_m);
   const std::uint64_t visit = places_[place].visit;

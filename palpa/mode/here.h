@@ -18,8 +18,9 @@ namespace palpa {
 /// then never allocates. One thread.
 ///
 /// What fields have in common is found at construction: a position is looked up once in all grids of one geometry, with the
-/// weights that a spline gives the voxels there; a magnitude or a component is taken of the sample of its vector; and a field
-/// whose second derivative has ever been asked for gives it with the value, from the same voxels.
+/// weights that a spline gives the voxels there, and for the detail of such a grid; a magnitude or a component is taken of the
+/// sample of its vector; and a field whose second derivative has ever been asked for gives it with the value, from the same
+/// voxels.
 class Samples {
  public:
   /// \param fields  the session's fields, by index; they outlive this
@@ -144,13 +145,15 @@ class Here {
   const ScalarSample& scalar(const FieldRef& field, const Vec3& x_m) const noexcept {
     return samples_->scalar(field.index, x_m);
   }
-  /// Where the plane of `slot` is to look at its level [m]: at its foot. `at_m` where it is not pressed in.
-  Vec3 foot_m(std::uint16_t slot) const noexcept {
+  /// The way from the proxy to the foot of the plane of `slot` [m]; zero where it is not pressed in.
+  Vec3 foot_way_m(std::uint16_t slot) const noexcept {
     for (const Foot& foot : feet) {
-      if (foot.id.slot == slot) return at_m + foot.way_m;
+      if (foot.id.slot == slot) return foot.way_m;
     }
-    return at_m;
+    return {};
   }
+  /// Where that plane is to look at its level [m]: at its foot. `at_m` where it is not pressed in.
+  Vec3 foot_m(std::uint16_t slot) const noexcept { return at_m + foot_way_m(slot); }
   /// A scalar field's value, in its own unit, at `proxy_m`, where the sub-step starts: the level that a material holds the
   /// proxy on, wherever the data are looked at. That at `at_m` where there are no data.
   double value_at_start(const FieldRef& field) const noexcept;

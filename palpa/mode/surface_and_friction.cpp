@@ -41,6 +41,11 @@ std::string SurfaceAndFriction::problem() const {
       return "level '" + level.name + "' has both friction_n and friction_coefficient; give one of them";
     }
   }
+  const bool of_levels = std::ranges::any_of(levels, [](const Level& level) {
+    return level.friction_n.value_or(0.0) > 0.0 || level.friction_coefficient.value_or(0.0) > 0.0;
+  });
+  if (texture_ratio > 0.0 && !(friction_n > 0.0) && !(friction_coefficient > 0.0) && !of_levels)
+    return "texture_ratio is given without the friction that it varies; give friction_coefficient or friction_n, too";
   if (!flat_strength_n.is_constant() || flat_strength_n.constant_n != 0.0) {
     if (noise_per_m == 0.0) return "flat_strength_n is given without noise_per_m, which says what is flat; give both";
     if (!levels.empty() && solid == Solid::both)
@@ -99,11 +104,20 @@ void SurfaceAndFriction::stand(const Here& here, const Standing& on, PrimitiveSe
   const double constant_n = own_friction ? on.shell->friction_n.value_or(0.0) : friction_n;
   const double ratio = on.grips ? static_friction_ratio : 1.0;
   const double drag_ns_per_m = strength > 0.0 ? weight * here.drag(friction_ns_per_m) : 0.0;
+  const double rough = texture_factor(here, slot);
   if (coefficient > 0.0) {
-    out.friction(friction_slot(on.held), slot, here.proxy_m, ratio * coefficient, drag_ns_per_m);
+    out.friction(friction_slot(on.held), slot, here.proxy_m, rough * (ratio * coefficient), drag_ns_per_m);
   } else if (constant_n > 0.0 || drag_ns_per_m > 0.0) {
-    out.line(friction_slot(on.held), here.proxy_m, normal, ratio * (weight * here.newtons(constant_n)), drag_ns_per_m);
+    out.line(friction_slot(on.held), here.proxy_m, normal, rough * (ratio * (weight * here.newtons(constant_n))),
+             drag_ns_per_m);
   }
+}
+
+// The factor of the texture on friction, [1] 0…2: where the voxels say more than the filter, it is rougher. As it is under the
+// place where the step starts, which friction is measured from: were it that of the end, a step could find no end that fits its
+// friction.
+double SurfaceAndFriction::texture_factor(const Here& here, std::uint16_t slot) const noexcept {
+  return has_texture() ? 1.0 + texture_ratio * here.scalar(detail, here.proxy_m + here.foot_way_m(slot)).value : 1.0;
 }
 
 // Of material, every value is: its strengths say how much.

@@ -29,6 +29,13 @@ namespace palpa {
 /// encoder a slow hand stands still most of the time (the band of velocity that counts as none: Karnopp, Computer simulation
 /// of stick-slip friction in mechanical dynamic systems, J. Dyn. Syst. Meas. Control 107(1), 1985).
 ///
+/// Texture, off at first, makes friction stronger and weaker by what the voxels say that the field's filter takes away
+/// (Derivation::detail): roughness that is felt along the surface, as in M. Minsky et al., Feeling and seeing: issues in force
+/// display, Symp. Interactive 3D Graphics, 1990, and, by friction as here, C.-H. Ho, C. Basdogan and M. A. Srinivasan,
+/// Efficient point-based rendering techniques for haptic display of virtual objects, Presence 8(5), 1999. It is added: no law
+/// of the paper and no property of what was scanned. It only scales what resists, so it takes energy and the surface stays
+/// where it is.
+///
 /// Where the field is as flat as its noise a gradient has a random direction: there the surface fades, and in
 /// the solid a point at the proxy may stand in, so that one feels that something is there without a wrong direction.
 struct SurfaceAndFriction {
@@ -69,6 +76,8 @@ struct SurfaceAndFriction {
   double friction_ns_per_m = 0.0;
   double noise_per_m = 0.0;  ///< [unit of the field per world metre]
   Strength flat_strength_n{0.0};
+  double texture_ratio = 0.0;  ///< [1]
+  FieldRef detail{};           ///< of the field, where there is texture
 
   static constexpr auto parameters() {
     using S = SurfaceAndFriction;
@@ -92,10 +101,14 @@ struct SurfaceAndFriction {
               "whole of it from three times that on",
               Range{0, std::numeric_limits<double>::infinity()}),
         param("flat_strength_n", &S::flat_strength_n,
-              "resistance to all motion in the solid, as far as noise_per_m leaves no surface there")};
+              "resistance to all motion in the solid, as far as noise_per_m leaves no surface there"),
+        param("texture_ratio", &S::texture_ratio,
+              "by how much friction varies, as a share of it, with detail too fine for the field's smooth filter", Range{0, 1}),
+        companion_param(&S::detail, &S::field, Derivation::detail, &S::has_texture)};
   }
+  bool has_texture() const { return texture_ratio > 0.0; }
   /// Levels or material, friction as a force or as a coefficient: one of each pair. What is flat needs a noise and a
-  /// side that is solid.
+  /// side that is solid, texture needs friction.
   std::string problem() const;
 
   /// So many levels can hold the proxy at once: one that is rigid, below others that give way.
@@ -115,6 +128,7 @@ struct SurfaceAndFriction {
 
  private:
   struct Standing;
+  double texture_factor(const Here& here, std::uint16_t slot) const noexcept;
   void stand(const Here& here, const Standing& on, PrimitiveSet& out) const noexcept;
   void rub(const Settled& settled, Memory& memory) const noexcept;
   void meet(Memory& memory, std::int32_t level, bool from_low) const noexcept;

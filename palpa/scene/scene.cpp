@@ -5,6 +5,7 @@
 #include <mutex>
 #include <set>
 
+#include "palpa/field/fine_detail.h"
 #include "palpa/field/thin_parts.h"
 #include "palpa/scene/field_name.h"
 #include "palpa/scene/keys.h"
@@ -322,6 +323,23 @@ class LevelChecks final : public CheckingVisitor {
   std::optional<Extent> extent_;
 };
 
+/// Looks for a texture of a field that has none.
+class TextureChecks final : public CheckingVisitor {
+ public:
+  TextureChecks(const Scene& scene, const SceneMode& mode, std::size_t number, std::vector<Finding>& out)
+      : CheckingVisitor(mode, number, out), scene_(scene) {}
+  void companion(FieldRef&, const FieldRef& of, Derivation felt) override {
+    if (felt != Derivation::detail || of.name.empty() || has_detail(*scene_.field(of).field)) return;
+    find("texture_ratio",
+         the("texture_ratio") + " is not felt: nothing of " + in_quotes(of.name) +
+             " is finer than its filter; of a scalar volume from voxels filter = \"smooth\" leaves such detail",
+         true);
+  }
+
+ private:
+  const Scene& scene_;
+};
+
 /// Looks for levels of a mode at which the smoothing filter loses much of what is thin.
 class ThinPartChecks final : public CheckingVisitor {
  public:
@@ -463,6 +481,8 @@ std::vector<Finding> findings(const Scene& scene) {
     LevelChecks levels(scene, mode, i, found);
     Mode copy = mode.mode;
     copy.visit(levels);
+    TextureChecks texture(scene, mode, i, found);
+    copy.visit(texture);
   }
   return found;
 }

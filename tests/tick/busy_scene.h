@@ -21,7 +21,8 @@ inline Scene busy_scene(bool as_grid) {
       SurfaceAndFriction{
           .field = head,
           .levels = {{.name = "skin", .value = -300, .strength_n = 0.8, .stiffness_n_per_m = 300, .friction_coefficient = 0.3},
-                     {.name = "bone", .value = 300, .strength_n = 4.0, .friction_n = 0.2}}});
+                     {.name = "bone", .value = 300, .strength_n = 4.0, .friction_n = 0.2}},
+          .texture_ratio = 0.5});
   scene.add("rail", Follow{.field = flow, .strength_n = 0.4, .drag_ns_per_m = 1.0});
   scene.add(
       "air",
@@ -36,9 +37,10 @@ inline Scene busy_moving_scene(bool as_grid) {
   const FieldRef other = scene.add_moving("other", as_grid ? sampled(head_phantom(), 48) : head_phantom(),
                                           {{0.0, {}}, {0.03, {Mat3::identity(), 1.01, {0.001, 0.002, 0.0}}}});
   scene.add("heart", sampled(beating_chamber(), 33, 10), {.scale = 3.0});
-  scene.add("moving_skin",
-            SurfaceAndFriction{
-                .field = other, .levels = {{.name = "skin", .value = -300, .strength_n = 20.0}}, .friction_coefficient = 0.3});
+  scene.add("moving_skin", SurfaceAndFriction{.field = other,
+                                              .levels = {{.name = "skin", .value = -300, .strength_n = 20.0}},
+                                              .friction_coefficient = 0.3,
+                                              .texture_ratio = 1.0});
   scene.add("wall", SurfaceAndFriction{.field = {"heart.signal"},
                                        .levels = {{.name = "wall", .value = 0.5, .strength_n = 0.8, .stiffness_n_per_m = 500}},
                                        .friction_n = 0.2});
