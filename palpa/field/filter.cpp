@@ -141,6 +141,11 @@ Volume filtered(Volume volume, std::optional<Filter> filter) {
   return volume;
 }
 
+bool has_detail(const Field& field) noexcept {
+  const GridView* grid = grid_below(field);
+  return grid && field.components() == 1 && grid->voxels.components == 1 && grid->filter == Filter::smooth && !grid->signless;
+}
+
 FieldPtr signless(FieldPtr field) {
   if (!field) throw std::invalid_argument("there is no field without a sign");
   if (is_axis_field(*field)) return field;

@@ -31,6 +31,10 @@ double roughness(const GridView& grid) noexcept;
 /// nullptr where there is none.
 const GridView* grid_below(const Field& field) noexcept;
 
+/// Whether a field has detail finer than its filter: a scalar one on a grid with the filter `smooth`, which keeps the voxels
+/// and does not meet them; also under a pose, and in the frames of a series. Formulas, magnitudes and components have none.
+bool has_detail(const Field& field) noexcept;
+
 /// The same voxels with another filter, under the same pose, in every frame of a series; the field itself where it has that
 /// filter already. Throws std::invalid_argument, with a sentence, on a field that has no voxels (a formula, a derived value),
 /// and on Filter::cubic for whole numbers and for axes.

@@ -7,14 +7,7 @@
 #include "palpa/field/filter.h"
 #include "palpa/field/halton.h"
 
-namespace palpa {
-
-bool has_detail(const Field& field) noexcept {
-  const GridView* grid = grid_below(field);
-  return grid && field.components() == 1 && grid->voxels.components == 1 && grid->filter == Filter::smooth && !grid->signless;
-}
-
-namespace detail {
+namespace palpa::detail {
 
 FineDetail::FineDetail(FieldPtr of)
     : of_(std::move(of)),
@@ -68,5 +61,4 @@ std::vector<Extent> FineDetail::extents() const {
   return {{-most, most}};
 }
 
-}  // namespace detail
-}  // namespace palpa
+}  // namespace palpa::detail

@@ -5,13 +5,7 @@
 
 #include "palpa/field/grid_base.h"
 
-namespace palpa {
-
-/// Whether a field has detail finer than its filter: a scalar one on a grid with the filter `smooth`, which keeps the voxels
-/// and does not meet them; also under a pose, and in the frames of a series. Formulas, magnitudes and components have none.
-bool has_detail(const Field& field) noexcept;
-
-namespace detail {
+namespace palpa::detail {
 
 /// What the voxels of a scalar field say, linearly between them, minus what its filter makes of them, as a share of three
 /// times the root mean square of that difference, and clamped: −1…1 [1]. Of noise whose values are normal it is within
@@ -50,5 +44,4 @@ class FineDetail final : public Field {
   double scale_ = 0.0;      ///< the field's own unit
 };
 
-}  // namespace detail
-}  // namespace palpa
+}  // namespace palpa::detail

@@ -5,7 +5,7 @@
 #include <mutex>
 #include <set>
 
-#include "palpa/field/fine_detail.h"
+#include "palpa/field/filter.h"
 #include "palpa/field/thin_parts.h"
 #include "palpa/scene/field_name.h"
 #include "palpa/scene/keys.h"
