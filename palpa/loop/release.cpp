@@ -15,7 +15,7 @@ Vec3 Release::shape(const Vec3& command_n, bool is_released, double by_hand_n, d
   const Vec3 rest_n = command_n - sent_n_;
   const double apart_n = norm(rest_n);
   const double step_of_snap_n = left_s_ > time_step_s ? apart_n * time_step_s / left_s_ : apart_n;
-  const bool snaps = has_let_go && !is_released && (left_s_ == 0.0 || is_snap_) && step_of_snap_n > by_hand_n + told_n;
+  const bool snaps = !is_released && (left_s_ == 0.0 ? has_let_go : is_snap_) && step_of_snap_n > by_hand_n + told_n;
   snap_n_ = snaps ? apart_n : 0.0;
   if (is_released || snaps) {
     left_s_ = longest_s;

@@ -14,7 +14,8 @@ namespace palpa {
 ///
 /// The proxy also lets go where a surface folds away below it, or a direction turns faster than the spring can follow: it
 /// snaps, further than the probe went. A step of more than 50 mN beyond the hand's own, which fingers tell, then takes the
-/// whole 20 ms, so that none is left of a step of up to a newton.
+/// whole 20 ms, so that none is left of a step of up to a newton; and so does what steps while that is under way, whatever it
+/// is.
 ///
 /// Since as much as k times the hand's way is never delayed, all that it gives to the hand is less than what the spring let go:
 /// ∫ (F − k s) ds ≤ F²/2k.

@@ -76,6 +76,28 @@ TEST(Release, SpreadsWhatAProxyLetsGo) {
   }
 }
 
+// What else steps while that is under way has 20 ms again, also where nothing lets go: none of it is left for the end.
+TEST(Release, SpreadsWhatStepsWhileAProxyLetsGo) {
+  Random random(13);
+  int begun_again = 0;
+  for (int run = 0; run < 500; ++run) {
+    const double by_hand_n = random.uniform(0.0, 0.02);
+    Release release;
+    Vec3 command_n = random.in_cube(2.0), last_n = release.shape(command_n, false, 0.0, dt_s);
+    command_n += random.uniform(0.1, 1.0) * random.direction();
+    for (int i = 0; i < 60; ++i) {
+      if (i > 0 && i < 20 && random.below(4) == 0) command_n += random.uniform(0.0, 1.0) * random.direction();
+      const double apart_n = distance(command_n, last_n);
+      const Vec3 sent_n = release.shape(command_n, false, by_hand_n, dt_s, i == 0);
+      ASSERT_LE(distance(sent_n, last_n), std::max(by_hand_n + 0.05, apart_n / 20) + 1e-12) << i;
+      begun_again += i > 0 && release.snap_n() > 0.0;
+      last_n = sent_n;
+    }
+    EXPECT_EQ(last_n, command_n) << "it has arrived";
+  }
+  EXPECT_GT(begun_again, 100);
+}
+
 // Whatever the hand does meanwhile: it gets no more than a spring lets go that loses this step, and holds its force for a tick.
 TEST(Release, GivesNoMoreThanTheSpringLetGo) {
   Random random(12);
