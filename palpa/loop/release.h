@@ -12,10 +12,10 @@ namespace palpa {
 /// the 20 ms are over, so a step above 10 N is faster. As much as the spring makes of the hand's own motion is never delayed: a
 /// hand that draws back at once is not pushed after.
 ///
-/// The proxy also lets go where a surface folds away below it, or a direction turns faster than the spring can follow: it
-/// snaps, further than the probe went. A step of more than 50 mN beyond the hand's own, which fingers tell, then takes the
-/// whole 20 ms, so that none is left of a step of up to a newton; and so does what steps while that is under way, whatever it
-/// is.
+/// The proxy also lets go where a surface folds away below it, a strength is gone within less than the spring needs, or a
+/// direction turns faster than it can follow: it snaps, further than the probe went. A step of more than 50 mN beyond the
+/// hand's own, which fingers tell, then takes the whole 20 ms, so that none is left of a step of up to a newton; and so does
+/// what steps while that is under way, whatever it is.
 ///
 /// Since as much as k times the hand's way is never delayed, all that it gives to the hand is less than what the spring let go:
 /// ∫ (F − k s) ds ≤ F²/2k.

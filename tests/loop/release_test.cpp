@@ -5,10 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "palpa/field/analytic.h"
 #include "palpa/loop/loop.h"
+#include "palpa/mode/follow.h"
 #include "palpa/mode/surface_and_friction.h"
+#include "palpa/mode/vector_force.h"
 #include "palpa/mode/viscosity.h"
 #include "tests/core/random_problems.h"
 
@@ -257,6 +260,53 @@ TEST(Release, IsOfNoMaterialThatYields) {
   EXPECT_EQ(pressed.breaks, 0);
   EXPECT_GT(pressed.deepest_proxy_m, 0.01);
   EXPECT_NEAR(pressed.largest_command_n, 1.0, 1e-3);
+}
+
+// A strength that is there and gone within less than the hand goes in a tick, as at the edge of a wing's boundary layer: what
+// lets go is spread and told, and no step that fingers tell is left beyond the hand's own.
+TEST(Release, LeavesNoStepOfAStrengthThatIsSteepInSpace) {
+  constexpr double k = 600.0, step_m = 5e-5;
+  const auto scene_of = [](auto mode, double edge_m) {
+    Scene scene({.stiffness_n_per_m = k, .damping_ns_per_m = 0.0});
+    scene.workspace.scale = 1.0;
+    scene.workspace.center_m = Vec3{};
+    const FieldRef depth = scene.add("plane", plane_field(0.2)), flow = scene.add("vortex", lamb_oseen_vortex());
+    mode.field = std::is_same_v<decltype(mode), SurfaceAndFriction> ? depth : flow;
+    mode.strength_n = Strength(depth, TransferFunction({{-1.0, 0.0}, {-edge_m, 0.0}, {edge_m, 1.0}, {1.0, 1.0}}));
+    scene.add("mode", mode);
+    return scene;
+  };
+  Random random(17);
+  int steps_of_force = 0, told = 0;
+  for (int run = 0; run < 400; ++run) {
+    const double edge_m = run % 2 ? 0.0 : random.uniform(0.0, 2e-4);
+    const Scene scene = run % 8 < 2   ? scene_of(Viscosity{}, edge_m)
+                        : run % 8 < 4 ? scene_of(Follow{}, edge_m)
+                        : run % 8 < 6 ? scene_of(VectorForce{}, edge_m)
+                                      : scene_of(SurfaceAndFriction{}, edge_m);
+    Session session(scene);
+    GuardedSession guarded(session, 20.0);
+    const Vec3 direction = random.direction(), middle_m = 0.02 * random.direction();
+    TickFrame before;
+    int told_at = -100;
+    for (int i = 0; i < 1200; ++i) {
+      const TickFrame frame = guarded.tick(i, dt_s * i, dt_s, {.position_m = middle_m + (i - 600) * step_m * direction});
+      for (const SessionEvent& event : session.events()) {
+        if (event.kind == SessionEventKind::onset || event.kind == SessionEventKind::break_through) told_at = i;
+      }
+      told += frame.snap_n > 0.0;
+      if (frame.snap_n > 0.0) told_at = i;
+      const auto beyond_hand_n = [&](const Vec3& now_n, const Vec3& before_n) {
+        return distance(now_n, before_n) - k * step_m;
+      };
+      if (i > 0) steps_of_force += beyond_hand_n(frame.result.force_n, before.result.force_n) > 0.5;
+      if (i > 0 && i > told_at + 20) ASSERT_LE(beyond_hand_n(frame.command_n, before.command_n), 0.05) << run << ", " << i;
+      if (i > 0 && i > told_at) ASSERT_LE(beyond_hand_n(frame.command_n, before.command_n), 0.1) << run << ", " << i;
+      before = frame;
+    }
+  }
+  EXPECT_GT(steps_of_force, 30);
+  EXPECT_GE(told, steps_of_force);
 }
 
 }  // namespace
