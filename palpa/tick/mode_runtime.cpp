@@ -8,7 +8,8 @@
 namespace palpa {
 
 ModeRuntime::ModeRuntime(LiveBlock& live, const Scene& scene, const Similarity& map)
-    : map_(map), modes_(scene.modes()), feet_(live.add<Feet>()) {
+    : map_(map), modes_(scene.modes()), feet_(live.add<Feet>()), most_n_(live.add<double>()) {
+  most_n_ = std::numeric_limits<double>::infinity();
   for (const SceneVolume& volume : scene.volumes()) {
     for (const VolumeField& field : volume.volume.fields) fields_.push_back(field.field);
   }

@@ -167,12 +167,12 @@ class ModeRuntime {
   std::vector<Part> parts_;       // by mode
   std::span<Live> live_;          // by mode
   Feet& feet_;
+  double& most_n_;  // that reaches the hand
   std::span<MemoryUnit> memories_;
   std::vector<Watch> watches_;
   std::vector<SlotState> slots_;
   PrimitiveSet scratch_;
   double finest_m_ = 0.0, furthest_carried_m_ = 0.0;
-  double most_n_ = std::numeric_limits<double>::infinity();  // that reaches the hand
 };
 
 }  // namespace palpa

@@ -102,7 +102,7 @@ class Session {
   /// sub-steps is so much higher. For studies of convergence: the paths agree as the steps shrink.
   /// Allocates.
   void refine_path(int times);
-  /// Goes on from where another session of the same scene is, but for what it lets through; the warm start is forgotten.
+  /// Goes on from where another session of the same scene is, with what that lets through; the warm start is forgotten.
   /// Programming error (assert) if the scenes differ in number of modes or memories.
   void continue_from(const Session& other) noexcept;
 
