@@ -179,10 +179,11 @@ bool is_told(StepCause cause) noexcept {
 
 std::vector<ExcessStep> excess_steps(const FeltRun& run, const EdgesOfData* edges, double above_n) {
   std::vector<ExcessStep> steps;
-  double broke_s = -INFINITY;
+  double broke_s = -INFINITY, told_s = -INFINITY;
   for (std::size_t i = 0; i < run.ticks.size(); ++i) {
     const FeltTick& now = run.ticks[i];
     if (now.broke_through) broke_s = now.t_s;
+    if (now.told) told_s = now.t_s;
     if (i == 0 || !is_step(run.ticks[i - 1], now)) continue;
     const FeltTick& before = run.ticks[i - 1];
     ExcessStep step{.tick = i, .t_s = now.t_s, .step_n = norm(now.command_n - before.command_n)};
@@ -193,7 +194,7 @@ std::vector<ExcessStep> excess_steps(const FeltRun& run, const EdgesOfData* edge
       step.cause = StepCause::break_through;
     } else if (now.onset || before.onset) {
       step.cause = StepCause::onset;
-    } else if (now.told || before.told) {
+    } else if (now.t_s - told_s <= after_break_through_s) {
       step.cause = StepCause::told;
     } else if (edges && (edges->is_near(now.proxy_m) || edges->is_near(before.proxy_m))) {
       step.cause = StepCause::edge;

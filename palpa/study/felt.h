@@ -84,7 +84,7 @@ class EdgesOfData {
 enum class StepCause : std::uint8_t {
   break_through,  ///< a level gave way, up to `after_break_through_s` before
   onset,          ///< a level was met
-  told,           ///< another event says why
+  told,           ///< another event says why, up to as long before
   edge,           ///< data end here
   directed,       ///< a directed force changed
   release,        ///< a mode that held let go, or one began to hold, and no event says so
