@@ -184,6 +184,14 @@ struct Reach::Lattice {
     return cells[number(i, j, k)];
   }
   bool felt(int i, int j, int k) const { return at(i, j, k).modes != 0; }
+  /// Whether a way from the user meets a level before it comes to this place of a hand [m], or the way that is next to it.
+  bool is_behind_a_level(const Vec3& place_m) const {
+    const auto column = [](double m) {
+      return std::clamp(static_cast<int>(std::lround(m / cell_m)) + across / 2, 0, across - 1);
+    };
+    const Way& way = ways.at(column(place_m.x), column(place_m.y));
+    return way.at_level && half_m + before_m - place_m.z > *way.onset_m;
+  }
   /// The modes that push anywhere along a way.
   std::uint64_t modes_along(int i, int j) const {
     std::uint64_t modes = 0;
@@ -497,6 +505,7 @@ Laid Reach::lay(const std::shared_ptr<const Target>& recording, Hold hold) const
     high_m = {std::max(high_m.x, x.x), std::max(high_m.y, x.y), std::max(high_m.z, x.z)};
   }
   if (places_m.empty()) return {};
+  const Vec3 first_m = places_m.front();
   constexpr double widest_m = 0.25, narrowed_m = 0.15;
   const double width_m = largest_component(high_m - low_m);
   const double scale = width_m > widest_m ? narrowed_m / width_m : 1.0;
@@ -550,6 +559,9 @@ Laid Reach::lay(const std::shared_ptr<const Target>& recording, Hold hold) const
     double worth;
     Laid laid;
   };
+  // A hand that begins behind a level is in what it was to touch, and may never get out.
+  constexpr double behind_a_level = 0.5;
+  const auto begins_behind = [&](const Vec3& offset_m) { return lattice_->is_behind_a_level(scale * first_m + offset_m); };
   std::vector<Try> tried_out;
   for (const int front_worth : {2, 1}) {
     if (!tried_out.empty() && tried_out.front().laid.contact_share >= plenty) break;
@@ -562,6 +574,7 @@ Laid Reach::lay(const std::shared_ptr<const Target>& recording, Hold hold) const
             const Lattice::Cell cell = lattice_->at(stay.i + i + i0, stay.j + j + j0, stay.k + k + k0);
             worth += stay.count * cell.worth * (cell.front ? front_worth : 1);
           }
+          if (begins_behind({i * cell_m, j * cell_m, -k * cell_z_m})) worth *= behind_a_level;
           if (worth > 0.0) places.push_back({worth, i, j, k});
         }
     std::sort(places.begin(), places.end(),
@@ -580,7 +593,8 @@ Laid Reach::lay(const std::shared_ptr<const Target>& recording, Hold hold) const
       summaries[at] = tried(scene_, displaced(recording, offsets_m[at], scale), hold, for_s);
     });
     for (std::size_t n = 0; n < summaries.size(); ++n) {
-      tried_out.push_back({worth_of(summaries[n]), {scale, offsets_m[n], summaries[n].contact_share}});
+      const double worth = worth_of(summaries[n]) - (begins_behind(offsets_m[n]) ? behind_a_level : 0.0);
+      tried_out.push_back({worth, {scale, offsets_m[n], summaries[n].contact_share}});
     }
     std::stable_sort(tried_out.begin(), tried_out.end(), [](const Try& a, const Try& b) { return a.worth > b.worth; });
   }

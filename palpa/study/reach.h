@@ -47,9 +47,9 @@ class Reach {
   /// (assert) where nothing is felt. \param hold  what wants to be so deep: an arm has to want more than it gets
   Encounter encounter(const SimulatedMotion& motion, Hold hold) const;
   /// Where a recording feels most: of all displacements by whole cells of 10 x 10 x 5 mm the few with most time at what was
-  /// felt, where fronts and what is rare count for more, tried out; the one with the longest contact with the most modes
-  /// whose force stays below the limit. A motion wider than 0.25 m, which no desktop device could make, is first made
-  /// 0.15 m wide. Programming error where nothing is felt.
+  /// felt, where fronts and what is rare count for more, and a beginning behind a level for less, tried out; the one with the
+  /// longest contact with the most modes whose force stays below the limit. A motion wider than 0.25 m, which no desktop device
+  /// could make, is first made 0.15 m wide. Programming error where nothing is felt.
   Laid lay(const std::shared_ptr<const Target>& recording, Hold hold) const;
   /// The share [1] of these places of a hand [m] at which something was felt.
   double felt_share(std::span<const Vec3> places_m) const noexcept;

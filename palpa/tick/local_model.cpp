@@ -168,10 +168,13 @@ Vec3 LocalModel::put_back(const Vec3& x_m) noexcept {
 void LocalModel::find_witness() noexcept {
   if (witnessed_) return;
   witnessed_ = true;
-  start_depth_m_ = depth_m(start_m_);
+  start_depth_m_ = 0.0;
   Vec3 carried_m;
-  for (const LevelContact& contact : contacts_) {
-    if (holds(contact) && carried_m == Vec3{}) carried_m = modes_.carried_m(contact.id.mode);
+  for (LevelContact& contact : contacts_) {
+    if (!holds(contact)) continue;
+    const LevelLook& there = contact.is_rigid() ? look(contact, start_m_) : contact.start;
+    start_depth_m_ = std::max(start_depth_m_, -there.free_m);
+    if (carried_m == Vec3{}) carried_m = modes_.carried_m(contact.id.mode);
   }
   witness_m_ = put_back(start_m_ + carried_m);
 }

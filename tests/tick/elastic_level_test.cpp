@@ -2,10 +2,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <numbers>
+#include <vector>
 
 #include "palpa/field/analytic.h"
 #include "palpa/field/grid.h"
+#include "palpa/field/smooth_grid.h"
 #include "palpa/mode/surface_and_friction.h"
 #include "palpa/tick/session.h"
 #include "tests/tick/hands.h"
@@ -189,6 +192,43 @@ TEST(ElasticLevel, BringsNothingIn) {
       force_before = tick.force_n;
       probe_before = probe;
     }
+  }
+}
+
+// In data that fold, where a foot stands between two walls of a groove: no hand ever feels more than what the level bears, with
+// its friction, and what a tick's way adds.
+TEST(ElasticLevel, NeverHoldsMoreThanItBearsWhereItFolds) {
+  constexpr double strength_n = 1.0, friction = 0.2;
+  test::Random random(9);
+  for (int round = 0; round < 4; ++round) {
+    constexpr int n = 40;
+    auto values = std::make_shared<std::vector<float>>();
+    for (int i = 0; i < n * n * n; ++i) values->push_back(static_cast<float>(random.uniform(-1.0, 1.0)));
+    const double step_m = 0.1 / (n - 1);
+    const GridGeometry geometry{{n, n, n}, {{{step_m, 0, 0}, {0, step_m, 0}, {0, 0, step_m}}}, {-0.05, -0.05, -0.05}};
+    Volume volume;
+    volume.fields = {{"noise", "", smooth_grid_field(geometry, {VoxelType::float32, 1, {values, values->data()}})}};
+    Scene scene({.stiffness_n_per_m = k, .damping_ns_per_m = 0.0});
+    scene.workspace.scale = 1.0;
+    scene.workspace.center_m = Vec3{};
+    scene.add("folds", SurfaceAndFriction{
+                           .field = scene.add("data", volume),
+                           .levels = {{.value = 0.1, .strength_n = strength_n, .stiffness_n_per_m = round % 2 ? 150.0 : 600.0}},
+                           .friction_coefficient = round < 2 ? 0.0 : friction});
+    Session session(scene);
+    const test::Wander hand(random, 0.04);
+    double most_n = 0.0;
+    int felt = 0;
+    Vec3 before = hand.at(0.0);
+    for (int i = 0; i < 20000; ++i) {
+      const Vec3 now = hand.at(i * dt);
+      const Tick tick = session.tick({.position_m = now}, dt);
+      most_n = std::max(most_n, norm(tick.force_n) - k * distance(now, before));
+      felt += norm(tick.force_n) > 0.1;
+      before = now;
+    }
+    EXPECT_LE(most_n, (1.0 + friction) * strength_n) << round;
+    EXPECT_GT(felt, 2000);
   }
 }
 
