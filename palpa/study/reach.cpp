@@ -560,7 +560,7 @@ Laid Reach::lay(const std::shared_ptr<const Target>& recording, Hold hold) const
     Laid laid;
   };
   // A hand that begins behind a level is in what it was to touch, and may never get out.
-  constexpr double behind_a_level = 0.5;
+  constexpr double behind_a_level = 0.25;
   const auto begins_behind = [&](const Vec3& offset_m) { return lattice_->is_behind_a_level(scale * first_m + offset_m); };
   std::vector<Try> tried_out;
   for (const int front_worth : {2, 1}) {
@@ -593,7 +593,7 @@ Laid Reach::lay(const std::shared_ptr<const Target>& recording, Hold hold) const
       summaries[at] = tried(scene_, displaced(recording, offsets_m[at], scale), hold, for_s);
     });
     for (std::size_t n = 0; n < summaries.size(); ++n) {
-      const double worth = worth_of(summaries[n]) - (begins_behind(offsets_m[n]) ? behind_a_level : 0.0);
+      const double worth = worth_of(summaries[n]) - (begins_behind(offsets_m[n]) ? 1.0 - behind_a_level : 0.0);
       tried_out.push_back({worth, {scale, offsets_m[n], summaries[n].contact_share}});
     }
     std::stable_sort(tried_out.begin(), tried_out.end(), [](const Try& a, const Try& b) { return a.worth > b.worth; });

@@ -139,6 +139,25 @@ TEST(Reach, ARecordingIsLaidWhereItFeelsMost) {
   EXPECT_LE(distance(recording->at(0).position_m + laid.offset_m, {0.01, 0.02, -0.01}), 0.1);
 }
 
+/// A hand that begins where it goes deepest.
+class OutAndIn final : public Target {
+ public:
+  Point at(double time_s) const noexcept override {
+    return {.position_m = 0.02 * Vec3{std::sin(time_s), std::sin(0.7 * time_s), -std::cos(2.3 * time_s)}};
+  }
+  double duration_s() const noexcept override { return 8.0; }
+};
+
+// In a level that never lets go it would stay where it begins.
+TEST(Reach, ARecordingBeginsInFrontOfALevel) {
+  const Scene scene = ball({0.0, 0.0, 0.0}, 20.0, 1.0);
+  const auto recording = std::make_shared<OutAndIn>();
+  const Laid laid = Reach(scene).lay(recording, Hold::firm);
+  const Vec3 first_m = recording->at(0).position_m + laid.offset_m;
+  EXPECT_GT(norm(first_m), radius_m) << first_m.x << ' ' << first_m.y << ' ' << first_m.z;
+  EXPECT_GT(laid.contact_share, 0.1);
+}
+
 TEST(Reach, TheNearestThingIsWhereItIs) {
   const Reach reach(ball({0, 0, -0.02}, 1.0, 1.0));
   const Vec3 places_m[] = {{0.0, 0.0, 0.1}, {0.09, 0.0, -0.02}, {0.0, 0.2, 0.1}};
