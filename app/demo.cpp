@@ -96,7 +96,7 @@ int run_demo(const DemoArguments& arguments, const std::atomic<bool>& stop) {
   } else {
     options.scene = scenes / (arguments.name + ".toml");
     options.hand = recorded ? (data / recording).string() : simulated;
-    if (recorded) options.hold = Hold::firm;
+    if (recorded) options.hold = Hold::relaxed;
     options.scene_options.data_folders = {data};
   }
   options.out = trace_folder(arguments);
@@ -120,7 +120,7 @@ int run_demo(const DemoArguments& arguments, const std::atomic<bool>& stop) {
   print_what_there_is(options.out, arguments, data);
 
   std::string next = palpa + " run " + options.scene.string() + " --hand " + options.hand;
-  if (options.hold) next += " --hand-hold firm";
+  if (options.hold) next += " --hand-hold relaxed";
   if (!options.device.empty()) next += " --device " + options.device;
   if (!data.empty()) next += " --data " + data.string();
   const std::string trace = options.out.empty() ? "first-trace" : options.out.string();

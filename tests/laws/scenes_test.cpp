@@ -19,7 +19,7 @@ TEST_P(ShippedScene, IsFeltAndSoIsEachOfItsModes) {
     options.duration_s = 10.0;
   } else {
     options.hand = (test::shared_data() / "trajectories/inverse3_woodcarving_20231121_102837.csv").string();
-    options.hold = Hold::firm;
+    options.hold = Hold::relaxed;
     options.scene_options.data_folders = {test::shared_data()};
   }
   const RunResult result = run(options);
