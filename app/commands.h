@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "palpa/file/convert.h"
 #include "palpa/study/run.h"
-#include "palpa/volume/convert.h"
 
 namespace palpa::app {
 

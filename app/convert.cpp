@@ -1,4 +1,4 @@
-#include "palpa/volume/convert.h"
+#include "palpa/file/convert.h"
 
 #include <charconv>
 

@@ -7,7 +7,7 @@
 
 #include "app/info_place.h"
 #include "palpa/core/vec3.h"
-#include "palpa/volume/read_volume.h"
+#include "palpa/file/read_volume.h"
 
 namespace palpa::app {
 

@@ -9,9 +9,10 @@
 
 #include "app/info_kind.h"
 #include "app/info_numbers.h"
+#include "palpa/file/components.h"
+#include "palpa/file/directions.h"
 #include "palpa/scene/read_series.h"
-#include "palpa/volume/components.h"
-#include "palpa/volume/directions.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa::app {
 namespace {

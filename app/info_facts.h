@@ -6,10 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "palpa/field/frame_shift.h"
-#include "palpa/field/grid.h"
-#include "palpa/field/statistics.h"
-#include "palpa/volume/read_volume.h"
+#include "palpa/file/read_volume.h"
+#include "palpa/grid/grid.h"
+#include "palpa/survey/statistics.h"
+#include "palpa/time/frame_shift.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa::app {
 

@@ -2,7 +2,8 @@
 #include <utility>
 
 #include "app/info_text.h"
-#include "palpa/field/thin_parts.h"
+#include "palpa/survey/thin_parts.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa::app {
 namespace {

@@ -8,8 +8,9 @@
 #include <filesystem>
 #include <initializer_list>
 
-#include "palpa/field/ct.h"
-#include "palpa/volume/components.h"
+#include "palpa/file/components.h"
+#include "palpa/survey/ct.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa::app {
 namespace {

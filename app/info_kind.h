@@ -4,7 +4,8 @@
 #include <string>
 
 #include "app/info_facts.h"
-#include "palpa/field/labels.h"
+#include "palpa/survey/labels.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa::app {
 

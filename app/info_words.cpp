@@ -6,9 +6,10 @@
 
 #include "app/info_numbers.h"
 #include "app/info_text.h"
-#include "palpa/field/filter.h"
-#include "palpa/field/thin_parts.h"
-#include "palpa/volume/protocol.h"
+#include "palpa/file/protocol.h"
+#include "palpa/grid/filter.h"
+#include "palpa/survey/thin_parts.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa::app {
 namespace {

@@ -6,8 +6,9 @@
 #include <vector>
 
 #include "palpa/field/field.h"
-#include "palpa/field/statistics.h"
 #include "palpa/report/report.h"
+#include "palpa/survey/statistics.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa::app {
 

@@ -7,6 +7,7 @@
 #include "palpa/report/theory_figures.h"
 #include "palpa/version.h"
 #include "palpa/view/volume_picture.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa::app {
 namespace {

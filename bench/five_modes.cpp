@@ -1,7 +1,7 @@
 #include "bench/five_modes.h"
 
-#include <palpa/field/filter.h>
-#include <palpa/field/grid.h>
+#include <palpa/grid/filter.h>
+#include <palpa/grid/grid.h>
 #include <palpa/mode/follow.h>
 #include <palpa/mode/gradient_force.h>
 #include <palpa/mode/surface_and_friction.h>

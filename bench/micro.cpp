@@ -1,6 +1,6 @@
 // The parts of a tick, one at a time. Positions change from call to call, so nothing is predicted away.
 #include <benchmark/benchmark.h>
-#include <palpa/field/smooth_grid.h>
+#include <palpa/grid/smooth_grid.h>
 #include <palpa/mode/crossings.h>
 #include <palpa/palpa.h>
 

@@ -1,7 +1,7 @@
 // Along and across fields: drift of a follower, order of convergence, independence of the rate.
-#include <palpa/field/analytic.h>
+#include <palpa/file/read_volume.h>
 #include <palpa/scene/load_scene.h>
-#include <palpa/volume/read_volume.h>
+#include <palpa/volume/analytic.h>
 
 #include <cstdio>
 #include <numbers>

@@ -1,8 +1,8 @@
 // Whole scenes: halved steps, still hands, energy.
 #include "bench/path_scenes.h"
 
+#include <palpa/file/read_volume.h>
 #include <palpa/scene/load_scene.h>
-#include <palpa/volume/read_volume.h>
 
 #include <algorithm>
 #include <cstdio>

@@ -1,5 +1,5 @@
 // Surfaces: drift, the bumpy sphere, grooves.
-#include <palpa/field/analytic.h>
+#include <palpa/volume/analytic.h>
 
 #include <cstdio>
 

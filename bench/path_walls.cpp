@@ -1,6 +1,6 @@
 // Walls: nothing passes what is stronger than the stroke.
+#include <palpa/file/read_volume.h>
 #include <palpa/scene/load_scene.h>
-#include <palpa/volume/read_volume.h>
 
 #include <cstdio>
 

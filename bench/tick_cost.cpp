@@ -8,8 +8,8 @@
 //
 // SCENE is a file; "five", five modes on 256³ voxels under a hand that needs no name; or "empty:FILE", a file's scene with no
 // mode enabled. callgrind is to begin with --instr-atstart=no.
-#include <palpa/field/filter.h>
-#include <palpa/field/grid.h>
+#include <palpa/grid/filter.h>
+#include <palpa/grid/grid.h>
 #include <palpa/loop/loop.h>
 #include <palpa/palpa.h>
 #include <time.h>

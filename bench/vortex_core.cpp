@@ -21,8 +21,8 @@
 #include <string>
 #include <vector>
 
-#include "palpa/field/derived.h"
-#include "palpa/field/grid.h"
+#include "palpa/grid/derived.h"
+#include "palpa/grid/grid.h"
 
 namespace {
 

@@ -1,4 +1,4 @@
-// palpa-read: opens one volume file for the program that started it (palpa/volume/read_volume.cpp). What can go wrong with a
+// palpa-read: opens one volume file for the program that started it (palpa/file/read_volume.cpp). What can go wrong with a
 // file of somebody else goes wrong here, where it costs one line. It looks at what the file begins with and becomes the program
 // that the library for it is linked into: all libraries together take longer to start than most files to read.
 #include <unistd.h>

@@ -4,7 +4,7 @@
 
 #include <functional>
 
-#include "palpa/volume/protocol.h"
+#include "palpa/file/protocol.h"
 
 namespace palpa::reader {
 

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "palpa/field/parallel.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa::reader {
 namespace {

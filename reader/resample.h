@@ -11,7 +11,8 @@
 
 #include "cell_values.h"
 #include "palpa/field/field.h"
-#include "palpa/field/grid.h"
+#include "palpa/grid/grid.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa::reader {
 

@@ -14,8 +14,9 @@
 #include <string_view>
 
 #include "messages.h"
-#include "palpa/field/sha256.h"
-#include "palpa/volume/protocol_memory.h"
+#include "palpa/file/protocol_memory.h"
+#include "palpa/file/sha256.h"
+#include "palpa/volume/volume.h"
 #include "program.h"
 
 namespace palpa::reader {

@@ -9,8 +9,9 @@
 #include <vector>
 
 #include "palpa/core/load_error.h"
-#include "palpa/volume/protocol.h"
-#include "palpa/volume/protocol_voxels.h"
+#include "palpa/file/protocol.h"
+#include "palpa/file/protocol_voxels.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa::reader {
 

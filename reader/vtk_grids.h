@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "palpa/field/grid.h"
+#include "palpa/grid/grid.h"
 
 namespace palpa::reader {
 

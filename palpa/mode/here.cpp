@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <limits>
 
-#include "palpa/field/fine_detail.h"
-#include "palpa/field/grid_base.h"
 #include "palpa/field/pointwise.h"
+#include "palpa/grid/fine_detail.h"
+#include "palpa/grid/grid_base.h"
 
 namespace palpa {
 

@@ -7,9 +7,10 @@
 #include <vector>
 
 #include "palpa/core/feet.h"
+#include "palpa/core/similarity.h"
 #include "palpa/field/field.h"
-#include "palpa/field/timed_field.h"
 #include "palpa/mode/parameters.h"
+#include "palpa/time/timed_field.h"
 
 namespace palpa {
 

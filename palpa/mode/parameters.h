@@ -12,8 +12,8 @@
 #include <type_traits>
 #include <vector>
 
-#include "palpa/field/derived.h"
 #include "palpa/field/transfer_function.h"
+#include "palpa/grid/derived.h"
 
 namespace palpa {
 

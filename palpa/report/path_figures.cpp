@@ -6,8 +6,7 @@
 #include <numbers>
 
 #include "palpa/baseline/path.h"
-#include "palpa/field/analytic.h"
-#include "palpa/field/grid.h"
+#include "palpa/grid/grid.h"
 #include "palpa/mode/follow.h"
 #include "palpa/mode/front_shape.h"
 #include "palpa/mode/gradient_force.h"
@@ -19,6 +18,8 @@
 #include "palpa/mode/vortex_line.h"
 #include "palpa/report/html.h"
 #include "palpa/tick/session.h"
+#include "palpa/volume/analytic.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa {
 namespace detail {

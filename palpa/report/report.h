@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "palpa/volume/read_volume.h"
+#include "palpa/file/read_volume.h"
 
 namespace palpa {
 
@@ -21,10 +21,11 @@ struct ReportOptions {
 };
 
 /// The trace as one HTML page, which needs no network: what was felt in words; a view of the scene with the path, events and
-/// primitives that can be turned, at a moment that is chosen; plots that zoom and share that moment; how rough the signal is and where it steps; tables; the scene's text.
-/// Without scripts, and on paper, pictures stand in for view and plots. Without the scene's data the view has only what was
-/// recorded, and the page says why; an incomplete trace is reported as far as it goes. The same trace gives the same bytes on
-/// one machine. Throws LoadError on a folder that is no trace, and on a file in it that cannot be read.
+/// primitives that can be turned, at a moment that is chosen; plots that zoom and share that moment; how rough the signal is
+/// and where it steps; tables; the scene's text. Without scripts, and on paper, pictures stand in for view and plots. Without
+/// the scene's data the view has only what was recorded, and the page says why; an incomplete trace is reported as far as it
+/// goes. The same trace gives the same bytes on one machine. Throws LoadError on a folder that is no trace, and on a file in it
+/// that cannot be read.
 std::string report_html(const std::filesystem::path& trace, const ReportOptions& options = {});
 
 /// Writes it, by default into the trace as report.html, replacing an earlier report and nothing else; returns where it is.

@@ -6,6 +6,7 @@
 #include "palpa/report/words.h"
 #include "palpa/study/energy_table.h"
 #include "palpa/version.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa::detail {
 namespace {

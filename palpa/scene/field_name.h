@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "palpa/field/derived.h"
+#include "palpa/grid/derived.h"
 
 namespace palpa::detail {
 

@@ -4,7 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "palpa/field/derived.h"
+#include "palpa/grid/derived.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa::detail {
 namespace {

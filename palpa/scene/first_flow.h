@@ -3,9 +3,10 @@
 
 #include <optional>
 
-#include "palpa/field/statistics.h"
 #include "palpa/scene/first_levels.h"
 #include "palpa/scene/object.h"
+#include "palpa/survey/statistics.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa::detail {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "palpa/field/statistics.h"
+#include "palpa/survey/statistics.h"
 
 namespace palpa::detail {
 

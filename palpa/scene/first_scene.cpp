@@ -6,15 +6,16 @@
 #include <cstdio>
 
 #include "palpa/core/load_error.h"
-#include "palpa/field/filter.h"
-#include "palpa/field/labels.h"
-#include "palpa/field/thin_parts.h"
+#include "palpa/grid/filter.h"
 #include "palpa/scene/field_name.h"
 #include "palpa/scene/first_flow.h"
 #include "palpa/scene/first_levels.h"
 #include "palpa/scene/object.h"
 #include "palpa/scene/request_toml.h"
 #include "palpa/scene/wording.h"
+#include "palpa/survey/labels.h"
+#include "palpa/survey/thin_parts.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa {
 namespace {

@@ -5,8 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "palpa/field/statistics.h"
-#include "palpa/field/volume_request.h"
+#include "palpa/survey/statistics.h"
+#include "palpa/volume/volume.h"
+#include "palpa/volume/volume_request.h"
 
 namespace palpa {
 

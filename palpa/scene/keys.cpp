@@ -4,8 +4,8 @@
 #include <array>
 #include <limits>
 
-#include "palpa/field/analytic.h"
 #include "palpa/scene/wording.h"
+#include "palpa/volume/analytic.h"
 
 namespace palpa::detail {
 

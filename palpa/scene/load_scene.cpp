@@ -9,14 +9,15 @@
 #include <numbers>
 #include <set>
 
-#include "palpa/field/analytic.h"
-#include "palpa/field/grid.h"
-#include "palpa/field/labels.h"
-#include "palpa/field/timed_field.h"
+#include "palpa/grid/grid.h"
 #include "palpa/scene/keys.h"
 #include "palpa/scene/read_series.h"
 #include "palpa/scene/scene_checks.h"
 #include "palpa/scene/wording.h"
+#include "palpa/survey/labels.h"
+#include "palpa/time/timed_field.h"
+#include "palpa/volume/analytic.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa {
 
@@ -542,7 +543,9 @@ VolumeRequest how_to_read(const Section& section) {
            "field name " + in_quotes(name) + " is no plain word; use a letter, then letters, digits, '_' or '-'");
     }
     const std::string where = "field " + in_quotes(name) + " of " + section.where();
-    if (!node.is_table()) fail(place_of(node), where + " is " + kind_of(node) + "; it must be {array = text, unit = text}, or of three arrays {arrays = [x, y, z]}");
+    if (!node.is_table())
+      fail(place_of(node), where + " is " + kind_of(node) +
+                               "; it must be {array = text, unit = text}, or of three arrays {arrays = [x, y, z]}");
     const Section field(*node.as_table(), detail::volume_field_keys(), where);
     const std::vector<std::string> arrays = field.texts("arrays");
     if (const toml::node* there = field.node("arrays"); there && (arrays.size() != 3 || field.node("array"))) {

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "palpa/core/load_error.h"
-#include "palpa/field/volume_request.h"
 #include "palpa/mode/mode.h"
 #include "palpa/scene/scene.h"
+#include "palpa/volume/volume_request.h"
 
 namespace palpa {
 

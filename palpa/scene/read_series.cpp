@@ -7,9 +7,10 @@
 #include <string_view>
 #include <utility>
 
-#include "palpa/field/grid.h"
-#include "palpa/field/smooth_grid.h"
+#include "palpa/grid/grid.h"
+#include "palpa/grid/smooth_grid.h"
 #include "palpa/scene/wording.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa {
 

@@ -4,8 +4,9 @@
 #include <filesystem>
 #include <vector>
 
-#include "palpa/field/timed_field.h"
-#include "palpa/field/volume_request.h"
+#include "palpa/time/timed_field.h"
+#include "palpa/volume/volume.h"
+#include "palpa/volume/volume_request.h"
 
 namespace palpa {
 

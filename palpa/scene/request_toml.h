@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "palpa/field/volume_request.h"
+#include "palpa/volume/volume_request.h"
 
 namespace palpa::detail {
 

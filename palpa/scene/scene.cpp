@@ -5,12 +5,13 @@
 #include <mutex>
 #include <set>
 
-#include "palpa/field/filter.h"
-#include "palpa/field/thin_parts.h"
+#include "palpa/grid/filter.h"
 #include "palpa/scene/field_name.h"
 #include "palpa/scene/keys.h"
 #include "palpa/scene/scene_checks.h"
 #include "palpa/scene/wording.h"
+#include "palpa/survey/thin_parts.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa {
 

@@ -8,9 +8,10 @@
 #include "palpa/core/coupling.h"
 #include "palpa/core/load_error.h"
 #include "palpa/core/similarity.h"
-#include "palpa/field/filter.h"
-#include "palpa/field/timed_field.h"
+#include "palpa/grid/filter.h"
 #include "palpa/mode/mode.h"
+#include "palpa/time/timed_field.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa {
 

@@ -5,6 +5,7 @@
 #include "palpa/scene/request_toml.h"
 #include "palpa/scene/scene.h"
 #include "palpa/scene/wording.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa {
 

@@ -7,6 +7,7 @@
 #include "palpa/mode/gradient_force.h"
 #include "palpa/mode/vector_force.h"
 #include "palpa/study/summary.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa {
 namespace {

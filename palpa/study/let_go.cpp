@@ -5,9 +5,9 @@
 #include <cmath>
 #include <vector>
 
-#include "palpa/field/analytic.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/surface_and_friction.h"
+#include "palpa/volume/analytic.h"
 
 namespace palpa {
 namespace {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "palpa/study/recording.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa {
 namespace {

@@ -4,9 +4,9 @@
 #include <filesystem>
 #include <vector>
 
+#include "palpa/file/read_volume.h"
 #include "palpa/scene/load_scene.h"
 #include "palpa/trace/trace.h"
-#include "palpa/volume/read_volume.h"
 
 namespace palpa {
 

@@ -1,5 +1,7 @@
 #include "palpa/study/recording.h"
 
+#include "palpa/volume/volume.h"
+
 namespace palpa::detail {
 
 std::vector<SourceFile> data_files(const Scene& scene) {

@@ -8,6 +8,7 @@
 
 #include "palpa/scene/scene.h"
 #include "palpa/trace/trace.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa::detail {
 

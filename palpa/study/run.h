@@ -11,11 +11,11 @@
 #include <vector>
 
 #include "palpa/device/hand.h"
+#include "palpa/file/read_volume.h"
 #include "palpa/scene/load_scene.h"
 #include "palpa/study/reach.h"
 #include "palpa/study/summary.h"
 #include "palpa/trace/trace.h"
-#include "palpa/volume/read_volume.h"
 
 namespace palpa {
 

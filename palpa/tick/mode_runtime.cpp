@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "palpa/field/box.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa {
 

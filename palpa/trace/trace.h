@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "palpa/trace/record.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa {
 

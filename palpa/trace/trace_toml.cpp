@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "palpa/trace/csv.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa::detail {
 

@@ -29,9 +29,10 @@
 #include <limits>
 #include <map>
 
-#include "palpa/field/grid.h"
+#include "palpa/grid/grid.h"
 #include "palpa/view/shapes.h"
 #include "palpa/view/streamlines.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa::detail {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "palpa/field/timed_field.h"
 #include "palpa/scene/scene.h"
+#include "palpa/time/timed_field.h"
 #include "palpa/view/canvas.h"
 
 class vtkRenderer;

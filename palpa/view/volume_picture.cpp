@@ -12,15 +12,16 @@
 #include <optional>
 
 #include "palpa/core/load_error.h"
-#include "palpa/field/ct.h"
-#include "palpa/field/labels.h"
 #include "palpa/scene/first_levels.h"
 #include "palpa/scene/wording.h"
+#include "palpa/survey/ct.h"
+#include "palpa/survey/labels.h"
 #include "palpa/view/canvas.h"
 #include "palpa/view/colors.h"
 #include "palpa/view/offscreen.h"
 #include "palpa/view/plot.h"
 #include "palpa/view/scene_picture.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa {
 namespace {

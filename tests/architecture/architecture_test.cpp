@@ -74,7 +74,7 @@ TEST(Arrows, AreReadFromTheSectionOnLayersAndFollowedToTheirEnd) {
 TEST(Arrows, AnIncludeAgainstThemIsSeen) {
   const Arrows arrows = arrows_of(small_page);
   const auto wrong = [&](const char* path, const char* text) { return wrong_includes(arrows, path, text); };
-  EXPECT_THAT(wrong("palpa/mode/a.h", "#include \"palpa/field/grid.h\"\n#include <vector>\n"), IsEmpty());
+  EXPECT_THAT(wrong("palpa/mode/a.h", "#include \"palpa/grid/grid.h\"\n#include <vector>\n"), IsEmpty());
   EXPECT_THAT(wrong("palpa/field/a.h", "#pragma once\n #  include \"palpa/mode/mode.h\""),
               ElementsAre(HasSubstr("mode.h, against")));
   EXPECT_THAT(wrong("palpa/field/a.cpp", "#include <palpa/device/hand.h>"), SizeIs(1));
@@ -96,8 +96,8 @@ TEST(Arrows, AnIncludeOfAForeignLibraryIsSeen) {
   EXPECT_THAT(wrong("palpa/mode/a.h", "#include <toml++/toml.h>"), SizeIs(1)) << "a public header";
   EXPECT_THAT(wrong("palpa/mode/a.h", "#include <queue>\n#include <sys/types.h>"), IsEmpty());
   EXPECT_THAT(wrong("palpa/core/a.cpp", "#include <fmt/format.h>"), SizeIs(1)) << "core";
-  EXPECT_THAT(wrong("reader/a.cpp", "#include \"palpa/volume/protocol.h\""), IsEmpty());
-  EXPECT_THAT(wrong("reader/a.cpp", "#include \"palpa/volume/read_volume.h\""), SizeIs(1));
+  EXPECT_THAT(wrong("reader/a.cpp", "#include \"palpa/file/protocol.h\""), IsEmpty());
+  EXPECT_THAT(wrong("reader/a.cpp", "#include \"palpa/file/read_volume.h\""), SizeIs(1));
   EXPECT_THAT(wrong("reader/a.cpp", "#include \"palpa/mode/mode.h\""), SizeIs(1));
 }
 

@@ -9,9 +9,9 @@
 #include <optional>
 #include <vector>
 
-#include "palpa/field/analytic.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/surface_and_friction.h"
+#include "palpa/volume/analytic.h"
 #include "tests/core/random_problems.h"
 
 namespace palpa {

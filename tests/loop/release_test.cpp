@@ -7,12 +7,12 @@
 #include <cmath>
 #include <type_traits>
 
-#include "palpa/field/analytic.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/follow.h"
 #include "palpa/mode/surface_and_friction.h"
 #include "palpa/mode/vector_force.h"
 #include "palpa/mode/viscosity.h"
+#include "palpa/volume/analytic.h"
 #include "tests/core/random_problems.h"
 
 namespace palpa {

@@ -7,10 +7,10 @@
 #include <filesystem>
 #include <string>
 
-#include "palpa/field/analytic.h"
 #include "palpa/mode/surface_and_friction.h"
 #include "palpa/mode/viscosity.h"
 #include "palpa/scene/scene.h"
+#include "palpa/volume/analytic.h"
 
 namespace palpa::test {
 

@@ -9,9 +9,10 @@
 #include <memory>
 #include <random>
 
-#include "palpa/field/analytic.h"
-#include "palpa/field/grid.h"
-#include "palpa/field/smooth_grid.h"
+#include "palpa/grid/grid.h"
+#include "palpa/grid/smooth_grid.h"
+#include "palpa/time/moving.h"
+#include "palpa/volume/analytic.h"
 
 namespace palpa {
 namespace {

@@ -3,11 +3,12 @@
 
 #include <cmath>
 
-#include "palpa/field/analytic.h"
-#include "palpa/field/grid.h"
+#include "palpa/grid/grid.h"
 #include "palpa/mode/gradient_force.h"
 #include "palpa/mode/vector_force.h"
 #include "palpa/mode/vortex.h"
+#include "palpa/volume/analytic.h"
+#include "palpa/volume/volume.h"
 #include "tests/core/random_problems.h"
 
 namespace palpa {

@@ -6,10 +6,10 @@
 
 #include <stdexcept>
 
-#include "palpa/field/analytic.h"
 #include "palpa/mode/follow.h"
 #include "palpa/mode/surface_and_friction.h"
 #include "palpa/mode/viscosity.h"
+#include "palpa/volume/analytic.h"
 #include "tests/core/random_problems.h"
 
 namespace palpa {

@@ -4,10 +4,12 @@
 #include <array>
 #include <cstdint>
 
-#include "palpa/field/analytic.h"
-#include "palpa/field/derived.h"
-#include "palpa/field/smooth_grid.h"
+#include "palpa/grid/derived.h"
+#include "palpa/grid/sampled.h"
+#include "palpa/grid/smooth_grid.h"
 #include "palpa/mode/here.h"
+#include "palpa/time/moving.h"
+#include "palpa/volume/analytic.h"
 #include "tests/core/random_problems.h"
 
 namespace palpa {

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <string>
 
+#include "palpa/grid/sampled.h"
 #include "palpa/mode/vortex.h"
 #include "palpa/mode/vortex_line.h"
 #include "tests/mode/vortex_flows.h"

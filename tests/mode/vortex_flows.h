@@ -8,8 +8,8 @@
 #include <random>
 #include <vector>
 
-#include "palpa/field/derived.h"
-#include "palpa/field/grid.h"
+#include "palpa/grid/derived.h"
+#include "palpa/grid/grid.h"
 #include "tests/core/random_problems.h"
 
 namespace palpa::test {

@@ -6,10 +6,11 @@
 #include <numbers>
 
 #include "palpa/baseline/path.h"
+#include "palpa/file/read_volume.h"
 #include "palpa/mode/follow.h"
 #include "palpa/mode/surface_and_friction.h"
 #include "palpa/scene/load_scene.h"
-#include "palpa/volume/read_volume.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa::test {
 

@@ -5,12 +5,13 @@
 
 #include <numbers>
 
-#include "palpa/field/analytic.h"
-#include "palpa/field/filter.h"
+#include "palpa/file/read_volume.h"
+#include "palpa/grid/filter.h"
+#include "palpa/grid/sampled.h"
 #include "palpa/mode/follow.h"
 #include "palpa/mode/surface_and_friction.h"
 #include "palpa/mode/viscosity.h"
-#include "palpa/volume/read_volume.h"
+#include "palpa/volume/analytic.h"
 #include "tests/laws/shipped_scenes.h"
 #include "tests/tick/hands.h"
 

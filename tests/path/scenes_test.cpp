@@ -4,10 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include "palpa/file/read_volume.h"
 #include "palpa/loop/loop.h"
 #include "palpa/scene/first_scene.h"
 #include "palpa/scene/load_scene.h"
-#include "palpa/volume/read_volume.h"
 #include "tests/laws/shipped_scenes.h"
 
 namespace palpa::test {

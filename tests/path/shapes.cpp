@@ -3,9 +3,10 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "palpa/field/filter.h"
-#include "palpa/field/grid_base.h"
-#include "palpa/field/smooth_grid.h"
+#include "palpa/grid/filter.h"
+#include "palpa/grid/grid_base.h"
+#include "palpa/grid/smooth_grid.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa::test {
 

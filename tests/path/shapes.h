@@ -5,8 +5,9 @@
 #include <ostream>
 #include <vector>
 
-#include "palpa/field/grid.h"
+#include "palpa/grid/grid.h"
 #include "palpa/scene/scene.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa::test {
 

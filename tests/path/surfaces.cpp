@@ -5,7 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "palpa/field/filter.h"
+#include "palpa/grid/filter.h"
+#include "palpa/grid/sampled.h"
 #include "palpa/mode/surface_and_friction.h"
 #include "tests/core/random_problems.h"
 

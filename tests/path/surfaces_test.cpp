@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "palpa/field/analytic.h"
+#include "palpa/volume/analytic.h"
 
 namespace palpa::test {
 namespace {

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <limits>
 
-#include "palpa/field/analytic.h"
 #include "palpa/mode/surface_and_friction.h"
+#include "palpa/volume/analytic.h"
 #include "tests/core/random_problems.h"
 
 namespace palpa::test {

@@ -1,5 +1,5 @@
 // What is written is read again by ITK (NRRD) and VTK (VTI), and is the same.
-#include "palpa/volume/convert.h"
+#include "palpa/file/convert.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +9,7 @@
 
 #include "data_sets.h"
 #include "files.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa::test {
 namespace {

@@ -11,8 +11,9 @@
 #include <vector>
 
 #include "palpa/core/load_error.h"
-#include "palpa/field/grid.h"
-#include "palpa/volume/read_volume.h"
+#include "palpa/file/read_volume.h"
+#include "palpa/grid/grid.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa::test {
 

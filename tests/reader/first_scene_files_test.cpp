@@ -6,9 +6,9 @@
 #include "dicom_file.h"
 #include "hdf5_file.h"
 #include "openfoam_case.h"
+#include "palpa/file/directions.h"
 #include "palpa/palpa.h"
 #include "palpa/scene/first_scene.h"
-#include "palpa/volume/directions.h"
 
 namespace palpa::test {
 namespace {

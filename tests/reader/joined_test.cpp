@@ -1,8 +1,9 @@
 // Vectors that a file has as three arrays: u, v, w.
 #include "files.h"
+#include "palpa/file/components.h"
 #include "palpa/scene/first_scene.h"
 #include "palpa/scene/load_scene.h"
-#include "palpa/volume/components.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa::test {
 namespace {

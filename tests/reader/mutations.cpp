@@ -11,6 +11,7 @@
 
 #include "files.h"
 #include "palpa/scene/read_series.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa::test {
 namespace {

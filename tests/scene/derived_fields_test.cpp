@@ -2,9 +2,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "palpa/field/derived.h"
+#include "palpa/grid/derived.h"
 #include "palpa/mode/viscosity.h"
 #include "palpa/mode/vortex.h"
+#include "palpa/volume/volume.h"
 #include "tests/scene/scene_files.h"
 
 namespace palpa {

@@ -7,9 +7,10 @@
 #include <memory>
 #include <vector>
 
-#include "palpa/field/axis_grid.h"
-#include "palpa/field/grid.h"
+#include "palpa/grid/axis_grid.h"
+#include "palpa/grid/grid.h"
 #include "palpa/mode/surface_and_friction.h"
+#include "palpa/volume/volume.h"
 #include "tests/scene/scene_files.h"
 
 namespace palpa {

@@ -12,6 +12,7 @@
 #include "palpa/field/halton.h"
 #include "palpa/mode/viscosity.h"
 #include "palpa/scene/object.h"
+#include "palpa/volume/volume.h"
 #include "scene_files.h"
 
 namespace palpa::test {

@@ -9,6 +9,7 @@
 
 #include "palpa/mode/surface_and_friction.h"
 #include "palpa/mode/viscosity.h"
+#include "palpa/volume/volume.h"
 #include "scene_files.h"
 
 namespace palpa {

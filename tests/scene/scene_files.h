@@ -4,8 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "palpa/field/analytic.h"
 #include "palpa/scene/load_scene.h"
+#include "palpa/volume/analytic.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa::test {
 

@@ -7,10 +7,11 @@
 #include <limits>
 #include <numbers>
 
-#include "palpa/field/grid.h"
+#include "palpa/grid/grid.h"
 #include "palpa/mode/follow.h"
 #include "palpa/mode/surface_and_friction.h"
 #include "palpa/mode/viscosity.h"
+#include "palpa/volume/volume.h"
 #include "scene_files.h"
 
 namespace palpa {

@@ -8,8 +8,9 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "palpa/field/grid.h"
+#include "palpa/grid/grid.h"
 #include "palpa/scene/read_series.h"
+#include "palpa/volume/volume.h"
 #include "tests/scene/scene_files.h"
 
 namespace palpa {

@@ -5,9 +5,9 @@
 
 #include <numbers>
 
-#include "palpa/field/analytic.h"
 #include "palpa/mode/follow.h"
 #include "palpa/mode/surface_and_friction.h"
+#include "palpa/volume/analytic.h"
 #include "study_fixture.h"
 
 namespace palpa {

@@ -9,12 +9,12 @@
 #include <numbers>
 
 #include "palpa/baseline/path.h"
-#include "palpa/field/analytic.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/surface_and_friction.h"
 #include "palpa/mode/vector_force.h"
 #include "palpa/mode/viscosity.h"
 #include "palpa/study/summary.h"
+#include "palpa/volume/analytic.h"
 
 namespace palpa {
 namespace {

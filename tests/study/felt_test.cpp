@@ -6,9 +6,9 @@
 
 #include <limits>
 
-#include "palpa/field/analytic.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/surface_and_friction.h"
+#include "palpa/volume/analytic.h"
 
 namespace palpa {
 namespace {

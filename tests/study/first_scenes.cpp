@@ -3,11 +3,11 @@
 #include <algorithm>
 
 #include "palpa/device/hand.h"
+#include "palpa/file/directions.h"
 #include "palpa/loop/loop.h"
 #include "palpa/scene/first_scene.h"
 #include "palpa/scene/load_scene.h"
 #include "palpa/study/summary.h"
-#include "palpa/volume/directions.h"
 
 namespace palpa::test {
 

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include "palpa/volume/read_volume.h"
+#include "palpa/file/read_volume.h"
 
 namespace palpa::test {
 

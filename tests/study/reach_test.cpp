@@ -6,11 +6,11 @@
 
 #include <cmath>
 
-#include "palpa/field/analytic.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/surface_and_friction.h"
 #include "palpa/mode/viscosity.h"
 #include "palpa/study/summary.h"
+#include "palpa/volume/analytic.h"
 
 namespace palpa {
 namespace {

@@ -8,9 +8,9 @@
 #include <random>
 #include <set>
 
-#include "palpa/field/analytic.h"
 #include "palpa/mode/surface_and_friction.h"
 #include "palpa/mode/viscosity.h"
+#include "palpa/volume/analytic.h"
 
 namespace palpa {
 namespace {

@@ -1,12 +1,13 @@
 // Scenes in which every part of a tick has something to do.
 #pragma once
 
-#include "palpa/field/analytic.h"
-#include "palpa/field/grid.h"
+#include "palpa/grid/grid.h"
 #include "palpa/mode/follow.h"
 #include "palpa/mode/surface_and_friction.h"
 #include "palpa/mode/viscosity.h"
 #include "palpa/tick/session.h"
+#include "palpa/volume/analytic.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa::test {
 

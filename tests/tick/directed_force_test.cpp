@@ -5,9 +5,9 @@
 #include <cmath>
 #include <cstring>
 
-#include "palpa/field/analytic.h"
 #include "palpa/mode/viscosity.h"
 #include "palpa/tick/session.h"
+#include "palpa/volume/analytic.h"
 #include "tests/tick/hands.h"
 
 namespace palpa {

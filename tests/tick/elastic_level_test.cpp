@@ -6,11 +6,12 @@
 #include <numbers>
 #include <vector>
 
-#include "palpa/field/analytic.h"
-#include "palpa/field/grid.h"
-#include "palpa/field/smooth_grid.h"
+#include "palpa/grid/grid.h"
+#include "palpa/grid/smooth_grid.h"
 #include "palpa/mode/surface_and_friction.h"
 #include "palpa/tick/session.h"
+#include "palpa/volume/analytic.h"
+#include "palpa/volume/volume.h"
 #include "tests/tick/hands.h"
 
 namespace palpa {

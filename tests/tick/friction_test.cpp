@@ -4,9 +4,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "palpa/field/analytic.h"
 #include "palpa/mode/surface_and_friction.h"
 #include "palpa/tick/session.h"
+#include "palpa/volume/analytic.h"
+#include "palpa/volume/volume.h"
 #include "tests/tick/hands.h"
 
 namespace palpa {

@@ -6,8 +6,8 @@
 #include <limits>
 #include <string>
 
-#include "palpa/field/grid.h"
 #include "palpa/field/transfer_function.h"
+#include "palpa/grid/grid.h"
 #include "palpa/mode/follow.h"
 #include "palpa/mode/gradient_force.h"
 #include "palpa/mode/surface_and_friction.h"
@@ -15,6 +15,7 @@
 #include "palpa/mode/vector_force.h"
 #include "palpa/mode/viscosity.h"
 #include "palpa/tick/session.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa {
 namespace {

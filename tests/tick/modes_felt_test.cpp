@@ -7,15 +7,16 @@
 #include <memory>
 #include <vector>
 
-#include "palpa/field/analytic.h"
-#include "palpa/field/filter.h"
-#include "palpa/field/grid.h"
+#include "palpa/grid/filter.h"
+#include "palpa/grid/grid.h"
 #include "palpa/mode/follow.h"
 #include "palpa/mode/front_shape.h"
 #include "palpa/mode/transverse_damping.h"
 #include "palpa/mode/viscosity.h"
 #include "palpa/mode/vortex_line.h"
 #include "palpa/tick/session.h"
+#include "palpa/volume/analytic.h"
+#include "palpa/volume/volume.h"
 #include "tests/mode/vortex_flows.h"
 
 namespace palpa {

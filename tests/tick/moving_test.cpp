@@ -6,12 +6,13 @@
 #include <numbers>
 #include <optional>
 
-#include "palpa/field/analytic.h"
-#include "palpa/field/smooth_grid.h"
+#include "palpa/grid/smooth_grid.h"
 #include "palpa/mode/follow.h"
 #include "palpa/mode/surface_and_friction.h"
 #include "palpa/mode/viscosity.h"
 #include "palpa/tick/session.h"
+#include "palpa/volume/analytic.h"
+#include "palpa/volume/volume.h"
 #include "tests/core/random_problems.h"
 #include "tests/tick/hands.h"
 

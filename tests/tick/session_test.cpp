@@ -9,11 +9,12 @@
 #include <map>
 #include <numbers>
 
-#include "palpa/field/analytic.h"
-#include "palpa/field/grid.h"
+#include "palpa/grid/grid.h"
 #include "palpa/mode/follow.h"
 #include "palpa/mode/surface_and_friction.h"
 #include "palpa/mode/viscosity.h"
+#include "palpa/volume/analytic.h"
+#include "palpa/volume/volume.h"
 #include "tests/tick/hands.h"
 
 namespace palpa {

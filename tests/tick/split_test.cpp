@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "palpa/field/analytic.h"
 #include "palpa/mode/follow.h"
 #include "palpa/mode/surface_and_friction.h"
 #include "palpa/mode/viscosity.h"
 #include "palpa/tick/session.h"
+#include "palpa/volume/analytic.h"
 #include "tests/tick/hands.h"
 
 namespace palpa {

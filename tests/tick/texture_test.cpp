@@ -5,11 +5,12 @@
 #include <memory>
 #include <numbers>
 
-#include "palpa/field/filter.h"
-#include "palpa/field/fine_detail.h"
+#include "palpa/grid/filter.h"
+#include "palpa/grid/fine_detail.h"
 #include "palpa/mode/surface_and_friction.h"
 #include "palpa/scene/mode_inputs.h"
 #include "palpa/tick/session.h"
+#include "palpa/volume/volume.h"
 #include "tests/tick/hands.h"
 
 namespace palpa {

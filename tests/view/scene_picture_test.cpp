@@ -13,11 +13,12 @@
 #include <limits>
 #include <numbers>
 
-#include "palpa/field/analytic.h"
-#include "palpa/field/grid.h"
+#include "palpa/grid/grid.h"
 #include "palpa/mode/surface_and_friction.h"
 #include "palpa/view/colors.h"
 #include "palpa/view/streamlines.h"
+#include "palpa/volume/analytic.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "palpa/field/analytic.h"
 #include "palpa/mode/surface_and_friction.h"
+#include "palpa/volume/analytic.h"
 
 namespace palpa::detail {
 namespace {

@@ -9,7 +9,8 @@
 #include <memory>
 #include <vector>
 
-#include "palpa/field/grid.h"
+#include "palpa/grid/grid.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa {
 namespace {

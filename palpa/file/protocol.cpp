@@ -1,0 +1,389 @@
+#include "palpa/file/protocol.h"
+
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <stdexcept>
+#include <type_traits>
+
+#include "palpa/volume/volume.h"
+
+namespace palpa::protocol {
+namespace {
+
+constexpr std::uint32_t magic = 0x50'4C'50'52;  // "PLPR"
+constexpr std::uint64_t alignment_bytes = 64;
+constexpr std::size_t max_text_bytes = 4096;
+constexpr std::size_t max_entries = 1024;
+constexpr std::size_t max_fact_bytes = 96;
+
+class Packer {
+ public:
+  template <class T>
+  void number(T value) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    const std::size_t at = bytes_.size();
+    bytes_.resize(at + sizeof value);
+    std::memcpy(bytes_.data() + at, &value, sizeof value);
+  }
+  void text(const std::string& value) {
+    const std::size_t length = std::min(value.size(), max_text_bytes);
+    number(static_cast<std::uint32_t>(length));
+    const auto* first = reinterpret_cast<const std::byte*>(value.data());
+    bytes_.insert(bytes_.end(), first, first + length);
+  }
+  void vector(const Vec3& v) { number(v.x), number(v.y), number(v.z); }
+  template <class T, class Put>
+  void list(const std::vector<T>& values, Put put) {
+    number(static_cast<std::uint32_t>(values.size()));
+    for (const T& value : values) put(value);
+  }
+  template <class T, class Put>
+  void optional(const std::optional<T>& value, Put put) {
+    number(static_cast<std::uint8_t>(value.has_value()));
+    if (value) put(*value);
+  }
+  std::vector<std::byte> take() { return std::move(bytes_); }
+
+ private:
+  std::vector<std::byte> bytes_;
+};
+
+/// Reads what Packer wrote, from bytes that may be anything. After the first thing that cannot be, all
+/// is zero and `ok` is false.
+class Unpacker {
+ public:
+  Unpacker(const std::byte* bytes, std::size_t size) : bytes_(bytes), left_(size) {}
+
+  template <class T>
+  T number() {
+    T value{};
+    if (!ok_ || left_ < sizeof value) return ok_ = false, T{};
+    std::memcpy(&value, bytes_, sizeof value);
+    bytes_ += sizeof value, left_ -= sizeof value;
+    return value;
+  }
+  /// Control characters become spaces: what a file says must not break a line or colour a terminal.
+  std::string text() {
+    const auto length = number<std::uint32_t>();
+    if (!ok_ || length > max_text_bytes || length > left_) return ok_ = false, std::string();
+    std::string value(reinterpret_cast<const char*>(bytes_), length);
+    bytes_ += length, left_ -= length;
+    for (char& c : value) {
+      if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+    }
+    return value;
+  }
+  Vec3 vector() {
+    const auto x = number<double>(), y = number<double>(), z = number<double>();
+    return {x, y, z};
+  }
+  template <class T, class Get>
+  std::vector<T> list(Get get) {
+    std::vector<T> values;
+    const auto count = number<std::uint32_t>();
+    if (count > max_entries) ok_ = false;
+    for (std::uint32_t i = 0; ok_ && i < count; ++i) values.push_back(get());
+    return values;
+  }
+  template <class T, class Get>
+  std::optional<T> optional(Get get) {
+    return truth() ? std::optional<T>(get()) : std::nullopt;
+  }
+  bool truth() { return number<std::uint8_t>() != 0; }
+  bool at_end() const noexcept { return ok_ && left_ == 0; }
+  void refuse() noexcept { ok_ = false; }
+
+ private:
+  const std::byte* bytes_;
+  std::size_t left_;
+  bool ok_ = true;
+};
+
+void pack(Packer& to, const ArrayLayout& m) {
+  to.text(m.type), to.text(m.byte_order), to.text(m.axes), to.text(m.components);
+  to.number(m.header_bytes);
+  for (const std::int64_t n : m.dims) to.number(n);
+  to.vector(m.spacing_m);
+  to.optional(m.origin_m, [&](const Vec3& v) { to.vector(v); });
+}
+void unpack(Unpacker& from, ArrayLayout& m) {
+  m.type = from.text(), m.byte_order = from.text(), m.axes = from.text(), m.components = from.text();
+  m.header_bytes = from.number<std::int64_t>();
+  for (std::int64_t& n : m.dims) n = from.number<std::int64_t>();
+  m.spacing_m = from.vector();
+  m.origin_m = from.optional<Vec3>([&] { return from.vector(); });
+}
+
+void pack(Packer& to, const Request& m) {
+  to.text(m.path), to.text(m.as), to.text(m.series), to.text(m.components_along);
+  to.number(m.frame), to.number(m.max_bytes);
+  to.list(m.partners, [&](const std::string& p) { to.text(p); });
+  to.text(m.inside);
+  pack(to, m.layout);
+  to.optional(m.time_s, [&](double t) { to.number(t); });
+  to.optional(m.crop, [&](const Box& b) { to.vector(b.low_m), to.vector(b.high_m); });
+  to.number(static_cast<std::uint8_t>(m.checksums));
+}
+void unpack(Unpacker& from, Request& m) {
+  m.path = from.text(), m.as = from.text(), m.series = from.text(), m.components_along = from.text();
+  m.frame = from.number<std::int32_t>();
+  m.max_bytes = from.number<std::uint64_t>();
+  m.partners = from.list<std::string>([&] { return from.text(); });
+  m.inside = from.text();
+  unpack(from, m.layout);
+  m.time_s = from.optional<double>([&] { return from.number<double>(); });
+  m.crop = from.optional<Box>([&] {
+    Box box;
+    box.low_m = from.vector(), box.high_m = from.vector();
+    return box;
+  });
+  m.checksums = from.truth();
+}
+
+void pack(Packer& to, const FieldHeader& f) {
+  to.text(f.name), to.text(f.unit);
+  to.number(static_cast<std::uint8_t>(f.type)), to.number(f.components);
+  for (const std::int64_t n : f.grid.dims) to.number(n);
+  for (const Vec3& row : f.grid.index_to_world_m.row) to.vector(row);
+  to.vector(f.grid.origin_m);
+  for (const auto& planes : f.grid.planes) to.number(static_cast<std::uint8_t>(!planes.empty()));
+  to.number(f.scale), to.number(f.offset);
+}
+FieldHeader unpack_field(Unpacker& from) {
+  FieldHeader f;
+  f.name = from.text(), f.unit = from.text();
+  const auto type = from.number<std::uint8_t>();
+  if (type > static_cast<std::uint8_t>(VoxelType::float64)) from.refuse();
+  f.type = static_cast<VoxelType>(type);
+  f.components = from.number<std::int32_t>();
+  for (std::int64_t& n : f.grid.dims) n = from.number<std::int64_t>();
+  for (Vec3& row : f.grid.index_to_world_m.row) row = from.vector();
+  f.grid.origin_m = from.vector();
+  for (auto& planes : f.grid.planes) planes.resize(from.truth() ? 1 : 0);
+  f.scale = from.number<double>(), f.offset = from.number<double>();
+  return f;
+}
+
+void pack(Packer& to, const ScanFact& fact) {
+  to.number(static_cast<std::uint8_t>(fact.kind));
+  to.text(fact.words), to.number(fact.number);
+}
+/// A few plain letters or one finite number: whatever else a file says of a scan does not get through.
+ScanFact unpack_fact(Unpacker& from) {
+  const auto kind = from.number<std::uint8_t>();
+  if (kind >= scan_fact_kinds) from.refuse();
+  ScanFact fact{static_cast<ScanFactKind>(kind), from.text(), from.number<double>()};
+  const bool plain = std::ranges::all_of(fact.words, [](char c) { return c >= ' ' && c <= '~'; });
+  if (!plain || fact.words.size() > max_fact_bytes || !std::isfinite(fact.number)) from.refuse();
+  return fact;
+}
+
+void pack(Packer& to, const Header& m) {
+  to.text(m.format), to.text(m.modality), to.text(m.frame_of_reference), to.text(m.length_unit), to.text(m.default_unit);
+  to.number(static_cast<std::uint8_t>(m.medical_frame)), to.number(static_cast<std::uint8_t>(m.named));
+  to.number(m.frames), to.number(m.working_bytes);
+  to.list(m.fields, [&](const FieldHeader& f) { pack(to, f); });
+  to.list(m.scan, [&](const ScanFact& f) { pack(to, f); });
+  to.list(m.warnings, [&](const std::string& w) { to.text(w); });
+}
+void unpack(Unpacker& from, Header& m) {
+  m.format = from.text(), m.modality = from.text(), m.frame_of_reference = from.text(), m.length_unit = from.text(),
+  m.default_unit = from.text();
+  m.medical_frame = from.truth(), m.named = from.truth();
+  m.frames = from.number<std::int32_t>();
+  m.working_bytes = from.number<std::uint64_t>();
+  m.fields = from.list<FieldHeader>([&] { return unpack_field(from); });
+  m.scan = from.list<ScanFact>([&] { return unpack_fact(from); });
+  m.warnings = from.list<std::string>([&] { return from.text(); });
+}
+
+void pack(Packer& to, const Room& m) {
+  to.list(m.fields, [&](std::uint32_t f) { to.number(f); });
+}
+void unpack(Unpacker& from, Room& m) {
+  m.fields = from.list<std::uint32_t>([&] { return from.number<std::uint32_t>(); });
+}
+
+void pack(Packer& to, const Resampling& m) {
+  for (const std::int64_t n : m.dims) to.number(n);
+  to.list(m.extents, [&](const Extent& e) { to.number(e.min), to.number(e.max); });
+  for (const ResamplingError& e : {m.by_cell, m.by_volume}) {
+    to.number(e.p50), to.number(e.p99), to.number(e.max), to.number(e.covered);
+  }
+}
+Resampling unpack_resampling(Unpacker& from) {
+  Resampling m;
+  for (std::int64_t& n : m.dims) n = from.number<std::int64_t>();
+  m.extents = from.list<Extent>([&] {
+    const auto min = from.number<double>(), max = from.number<double>();
+    return Extent{min, max};
+  });
+  for (ResamplingError* e : {&m.by_cell, &m.by_volume}) {
+    e->p50 = from.number<double>(), e->p99 = from.number<double>();
+    e->max = from.number<double>(), e->covered = from.number<double>();
+  }
+  return m;
+}
+
+void pack(Packer& to, const Done& m) {
+  to.list(m.files, [&](const SourceFile& f) { to.text(f.path), to.number(f.bytes), to.text(f.sha256); });
+  to.list(m.warnings, [&](const std::string& w) { to.text(w); });
+  to.list(m.resampled, [&](const Resampling& r) { pack(to, r); });
+  to.number(static_cast<std::uint8_t>(m.more));
+}
+void unpack(Unpacker& from, Done& m) {
+  m.files = from.list<SourceFile>([&] {
+    SourceFile f;
+    f.path = from.text(), f.bytes = from.number<std::uint64_t>(), f.sha256 = from.text();
+    return f;
+  });
+  m.warnings = from.list<std::string>([&] { return from.text(); });
+  m.resampled = from.list<Resampling>([&] { return unpack_resampling(from); });
+  m.more = from.truth();
+}
+
+void pack(Packer& to, const Failure& m) { to.text(m.sentence); }
+void unpack(Unpacker& from, Failure& m) { m.sentence = from.text(); }
+
+template <std::size_t I = 0>
+Message unpack_kind(std::size_t kind, Unpacker& from) {
+  if constexpr (I < std::variant_size_v<Message>) {
+    if (kind != I) return unpack_kind<I + 1>(kind, from);
+    std::variant_alternative_t<I, Message> message;
+    unpack(from, message);
+    return message;
+  } else {
+    from.refuse();
+    return {};
+  }
+}
+
+}  // namespace
+
+std::optional<std::uint64_t> voxel_bytes(const FieldHeader& field) noexcept {
+  if (field.components != 1 && field.components != 3) return std::nullopt;
+  std::uint64_t bytes = size_of(field.type) * static_cast<std::uint64_t>(field.components);
+  for (const std::int64_t n : field.grid.dims) {
+    if (n < 1 || __builtin_mul_overflow(bytes, static_cast<std::uint64_t>(n), &bytes)) return std::nullopt;
+  }
+  if (bytes > static_cast<std::uint64_t>(INT64_MAX)) return std::nullopt;
+  return bytes;
+}
+
+std::uint64_t plane_numbers(const FieldHeader& field) noexcept {
+  std::uint64_t count = 0;
+  for (std::size_t a = 0; a < 3; ++a)
+    count += field.grid.planes[a].empty() ? 0 : static_cast<std::uint64_t>(field.grid.dims[a]);
+  return count;
+}
+
+std::optional<std::vector<std::uint64_t>> place(const Header& header, const Room& room) {
+  std::vector<std::uint64_t> offsets{0};
+  for (std::size_t i = 0; i < room.fields.size(); ++i) {
+    const std::uint32_t field = room.fields[i];
+    if (field >= header.fields.size() || (i > 0 && field <= room.fields[i - 1])) return std::nullopt;
+    const auto voxels = voxel_bytes(header.fields[field]);
+    if (!voxels) return std::nullopt;
+    std::uint64_t bytes = (*voxels + 7) / 8 * 8, end = 0;
+    // No more planes than voxels along each axis, so this is no more than 24 times as much.
+    if (__builtin_add_overflow(bytes, 8 * std::min(plane_numbers(header.fields[field]), UINT64_MAX / 8), &bytes) ||
+        __builtin_add_overflow(offsets.back(), bytes, &end) || end > INT64_MAX - alignment_bytes) {
+      return std::nullopt;
+    }
+    offsets.push_back((end + alignment_bytes - 1) / alignment_bytes * alignment_bytes);
+  }
+  return offsets;
+}
+
+std::vector<std::byte> packed(const Message& message) {
+  Packer to;
+  to.number(magic), to.number(version), to.number(static_cast<std::uint16_t>(message.index()));
+  std::visit([&](const auto& m) { pack(to, m); }, message);
+  return to.take();
+}
+
+std::optional<Message> unpacked(const std::byte* bytes, std::size_t size) {
+  Unpacker from(bytes, size);
+  if (from.number<std::uint32_t>() != magic || from.number<std::uint16_t>() != version) return std::nullopt;
+  const auto kind = from.number<std::uint16_t>();
+  Message message = unpack_kind(kind, from);
+  if (!from.at_end()) return std::nullopt;
+  return message;
+}
+
+bool send(int socket, const Message& message, int descriptor, int second_descriptor) {
+  std::vector<std::byte> bytes = packed(message);
+  if (bytes.size() > max_packet_bytes) throw std::length_error("a message to or from palpa-read is too long");
+  iovec part{bytes.data(), bytes.size()};
+  const int descriptors[] = {descriptor, second_descriptor};
+  const std::size_t descriptor_bytes = descriptor < 0 ? 0 : second_descriptor < 0 ? sizeof(int) : 2 * sizeof(int);
+  alignas(cmsghdr) char control[CMSG_SPACE(sizeof descriptors)] = {};
+  msghdr packet{};
+  packet.msg_iov = &part, packet.msg_iovlen = 1;
+  if (descriptor_bytes > 0) {
+    packet.msg_control = control, packet.msg_controllen = CMSG_SPACE(descriptor_bytes);
+    cmsghdr* with = CMSG_FIRSTHDR(&packet);
+    with->cmsg_level = SOL_SOCKET, with->cmsg_type = SCM_RIGHTS, with->cmsg_len = CMSG_LEN(descriptor_bytes);
+    std::memcpy(CMSG_DATA(with), descriptors, descriptor_bytes);
+  }
+  ssize_t sent = 0;
+  do sent = ::sendmsg(socket, &packet, MSG_NOSIGNAL);
+  while (sent < 0 && errno == EINTR);
+  return sent == static_cast<ssize_t>(bytes.size());
+}
+
+std::optional<Received> receive(int socket, bool& garbled, bool take) {
+  garbled = false;
+  std::vector<std::byte> bytes(max_packet_bytes);
+  iovec part{bytes.data(), bytes.size()};
+  alignas(cmsghdr) char control[CMSG_SPACE(8 * sizeof(int))] = {};
+  msghdr packet{};
+  packet.msg_iov = &part, packet.msg_iovlen = 1;
+  packet.msg_control = control, packet.msg_controllen = sizeof control;
+  ssize_t size = 0;
+  do size = ::recvmsg(socket, &packet, MSG_CMSG_CLOEXEC | (take ? 0 : MSG_PEEK));
+  while (size < 0 && errno == EINTR);
+  if (size <= 0) return std::nullopt;
+
+  int descriptors[] = {-1, -1};
+  std::size_t count = 0;
+  for (cmsghdr* with = CMSG_FIRSTHDR(&packet); with != nullptr; with = CMSG_NXTHDR(&packet, with)) {
+    if (with->cmsg_level != SOL_SOCKET || with->cmsg_type != SCM_RIGHTS) continue;
+    for (std::size_t at = 0; CMSG_LEN(at + sizeof(int)) <= with->cmsg_len; at += sizeof(int)) {
+      int got = -1;
+      std::memcpy(&got, CMSG_DATA(with) + at, sizeof got);
+      if (count < std::size(descriptors)) {
+        descriptors[count++] = got;
+      } else {
+        ::close(got);
+      }
+    }
+  }
+  std::optional<Message> message;
+  if ((packet.msg_flags & MSG_TRUNC) == 0) message = unpacked(bytes.data(), static_cast<std::size_t>(size));
+  if (!message) {
+    garbled = true;
+    for (const int descriptor : descriptors) {
+      if (descriptor >= 0) ::close(descriptor);
+    }
+    return std::nullopt;
+  }
+  return Received{std::move(*message), descriptors[0], descriptors[1]};
+}
+
+std::string readable_bytes(double bytes) {
+  static constexpr const char* units[] = {"bytes", "kB", "MB", "GB", "TB", "PB", "EB"};
+  std::size_t unit = 0;
+  while (bytes >= 1000.0 && unit + 1 < std::size(units)) bytes /= 1000.0, ++unit;
+  char text[40];
+  std::snprintf(text, sizeof text, unit == 0 || bytes >= 100 ? "%.0f %s" : "%.3g %s", bytes, units[unit]);
+  return text;
+}
+
+}  // namespace palpa::protocol

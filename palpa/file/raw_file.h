@@ -1,0 +1,37 @@
+// Files of bare numbers, whose shape the request says.
+#pragma once
+
+#include <memory>
+
+#include "palpa/file/protocol.h"
+#include "palpa/file/protocol_voxels.h"
+
+namespace palpa::detail {
+
+/// A file of numbers alone: nothing in it is parsed, so no palpa-read is needed. It is mapped while this object lives, and as
+/// long as voxels that are the file's own do.
+class RawFile {
+ public:
+  /// Maps the file that `request.layout` describes. Allocates nothing for voxels. Throws LoadError with a sentence.
+  explicit RawFile(const protocol::Request& request);
+
+  protocol::Header header;  ///< of one field
+
+  /// Whether the numbers of the file are what is kept, as they lie there.
+  bool kept_in_place() const noexcept;
+
+  /// The voxels as they lie in the file: whoever cuts it short meanwhile ends this process. Only where kept_in_place().
+  std::shared_ptr<const std::byte> mapped() const;
+  /// A copy that nobody can change.
+  std::shared_ptr<const std::byte> copied() const;
+
+ private:
+  const std::byte* first() const noexcept { return file_.get() + offset_; }
+
+  std::shared_ptr<const std::byte> file_;
+  std::uint64_t bytes_ = 0;
+  std::uint64_t offset_ = 0;  ///< [bytes] of the first voxel
+  RawVoxels raw_;
+};
+
+}  // namespace palpa::detail

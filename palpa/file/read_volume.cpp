@@ -1,0 +1,433 @@
+#include "palpa/file/read_volume.h"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <future>
+#include <memory>
+#include <sstream>
+#include <stdexcept>
+#include <string_view>
+
+#include "palpa/file/components.h"
+#include "palpa/file/protocol.h"
+#include "palpa/file/raw_file.h"
+#include "palpa/file/reader_process.h"
+#include "palpa/file/sha256.h"
+#include "palpa/file/shared_memory.h"
+#include "palpa/volume/volume.h"
+
+namespace palpa {
+namespace {
+
+using protocol::FieldHeader;
+using protocol::Header;
+using protocol::readable_bytes;
+
+/// Resident memory that a reader may have beside what its header asks for: libraries, and their habits.
+constexpr std::uint64_t reader_slack_bytes = 2'000'000'000;
+
+constexpr std::size_t most_files = 1'000'000;  ///< of one volume: a reader that names more is out of its mind
+
+/// Metres per unit; 0 for a word that is no unit of length.
+double metres(std::string_view unit) {
+  static constexpr struct {
+    std::string_view name;
+    double metres;
+  } units[] = {{"m", 1},
+               {"meter", 1},
+               {"metre", 1},
+               {"meters", 1},
+               {"metres", 1},
+               {"cm", 1e-2},
+               {"centimeter", 1e-2},
+               {"mm", 1e-3},
+               {"millimeter", 1e-3},
+               {"millimetre", 1e-3},
+               {"millimeters", 1e-3},
+               {"um", 1e-6},
+               {"µm", 1e-6},
+               {"micron", 1e-6},
+               {"microns", 1e-6},
+               {"micrometer", 1e-6},
+               {"nm", 1e-9},
+               {"km", 1e3},
+               {"angstrom", 1e-10},
+               {"Å", 1e-10}};
+  for (const auto& [name, value] : units) {
+    if (name == unit) return value;
+  }
+  return 0.0;
+}
+
+/// What this process and its child may still take: the machine's free memory, or less where a control
+/// group says so.
+std::uint64_t free_memory_bytes() {
+  std::uint64_t free = 0;
+  std::ifstream info("/proc/meminfo");
+  for (std::string key; info >> key;) {
+    if (key == "MemAvailable:" && info >> free) break;
+    info.ignore(1 << 12, '\n');
+  }
+  free *= 1024;
+  std::uint64_t limit = 0, used = 0;
+  if (std::ifstream("/sys/fs/cgroup/memory.max") >> limit && std::ifstream("/sys/fs/cgroup/memory.current") >> used) {
+    free = std::min(free, limit > used ? limit - used : 0);
+  }
+  return free;
+}
+
+/// Refuses at once what no reader has to be started for.
+void check_file(const std::filesystem::path& file) {
+  struct stat status {};
+  if (::stat(file.c_str(), &status) != 0) {
+    if (errno == ENOENT || errno == ENOTDIR) throw LoadError("does not exist; check the path");
+    throw LoadError(std::string("cannot be opened: ") + std::strerror(errno) + "; check its path and permissions");
+  }
+  if (!S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode)) throw LoadError("is no ordinary file; give a volume file");
+  if (S_ISREG(status.st_mode) && status.st_size == 0) throw LoadError("is empty; get the whole file");
+  if (::access(file.c_str(), R_OK) != 0)
+    throw LoadError("cannot be opened: no permission to read it; allow it, or copy the file");
+}
+
+/// Bytes of a file, or of all that lie in a folder.
+std::uint64_t bytes_of(const std::filesystem::path& file) {
+  std::error_code problem;
+  if (!std::filesystem::is_directory(file, problem)) return std::filesystem::file_size(file);
+  std::uint64_t bytes = 0;
+  for (std::filesystem::recursive_directory_iterator entry(file, problem), end; !problem && entry != end;
+       entry.increment(problem)) {
+    std::error_code gone;
+    if (entry->is_regular_file(gone)) bytes += entry->file_size(gone);
+  }
+  return bytes;
+}
+
+/// Metres per unit of length of the file, which is noted in `volume`.
+double metres_per_unit(const VolumeRequest& request, const Header& header, Volume& volume) {
+  if (!request.length_unit.empty()) {
+    const double said = metres(request.length_unit);
+    if (said == 0)
+      throw LoadError("length_unit '" + request.length_unit + "' is unknown; m, cm, mm, um, nm, km or angstrom are known");
+    volume.length_unit = request.length_unit;
+    return said;
+  }
+  if (const double stated = metres(header.length_unit); stated != 0) {
+    volume.length_unit = header.length_unit;
+    return stated;
+  }
+  volume.length_unit = header.default_unit;
+  volume.length_unit_assumed = true;
+  const double assumed = metres(header.default_unit);
+  if (assumed == 0) throw LoadError("cannot be read: palpa-read gave no unit of length; update both programs together");
+  const std::string length = assumed == 1 ? "metres" : "millimetres";
+  volume.warnings.push_back(
+      header.length_unit.empty()
+          ? "says no unit of length: " + length + " are taken (length_unit takes another, in a scene or by --set)"
+          : "has the unit of length '" + header.length_unit + "', which is unknown: " + length + " are taken");
+  return assumed;
+}
+
+GridGeometry in_metres(const GridGeometry& grid, double metres_per_unit) {
+  return {grid.dims, metres_per_unit * grid.index_to_world_m, metres_per_unit * grid.origin_m, grid.planes};
+}
+
+/// What the reader is asked. Lengths of the request are in metres and those of the file in its unit, which is known where
+/// the request says it; formats with keys of length are in metres by themselves.
+protocol::Request as_asked(const VolumeRequest& request, std::uint64_t limit, bool checksums) {
+  const PlaceInFile place = place_in_file(request.files.front());
+  protocol::Request ask{place.file.string(), request.as, request.frame, limit};
+  for (std::size_t f = 1; f < request.files.size(); ++f) ask.partners.push_back(request.files[f].string());
+  const double said = metres(request.length_unit), unit_m = said > 0.0 ? said : 1.0;
+  ask.series = request.series, ask.components_along = request.components_along;
+  ask.inside = place.inside;
+  ask.layout = request.layout;
+  ask.layout.spacing_m = request.layout.spacing_m / unit_m;
+  if (request.layout.origin_m) ask.layout.origin_m = *request.layout.origin_m / unit_m;
+  ask.time_s = request.time_s;
+  ask.checksums = checksums;
+  if (request.crop) ask.crop = Box{request.crop->low_m / unit_m, request.crop->high_m / unit_m};
+  return ask;
+}
+
+/// The planes of a rectilinear grid, from behind the voxels.
+void take_planes(GridGeometry& grid, const std::byte* after_voxels) {
+  const auto* numbers = reinterpret_cast<const double*>(after_voxels);
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (grid.planes[a].empty()) continue;
+    grid.planes[a].assign(numbers, numbers + grid.dims[a]);
+    numbers += grid.dims[a];
+  }
+}
+
+/// A field that a request takes from the file: one array, by index, or three that are the components of vectors.
+struct Taken {
+  std::vector<std::uint32_t> arrays;
+  std::string name, unit;
+};
+
+/// Finds an array by its name. Throws LoadError.
+std::uint32_t array_named(const std::string& name, const Header& header) {
+  std::uint32_t f = 0;
+  while (f < header.fields.size() && header.fields[f].name != name) ++f;
+  if (f < header.fields.size()) return f;
+  std::string known;
+  for (const FieldHeader& field : header.fields) known += (known.empty() ? "'" : ", '") + field.name + "'";
+  throw LoadError("has no array '" + name + "'; it has " + known);
+}
+
+std::vector<Taken> taken_fields(const VolumeRequest& request, const Header& header) {
+  std::vector<Taken> taken;
+  if (request.fields.empty()) {
+    for (std::uint32_t f = 0; f < header.fields.size(); ++f)
+      taken.push_back({{f}, header.fields[f].name, header.fields[f].unit});
+    return taken;
+  }
+  for (const VolumeRequest::FieldRequest& wanted : request.fields) {
+    // A file that names nothing holds one array: whatever it is called, that one is meant.
+    const bool any = !header.named && header.fields.size() == 1 && wanted.array.empty() && wanted.arrays.empty();
+    std::vector<std::uint32_t> arrays;
+    for (const std::string& name : wanted.arrays) arrays.push_back(array_named(name, header));
+    if (any) {
+      arrays.push_back(0);
+    } else if (arrays.empty()) {
+      arrays.push_back(array_named(wanted.array.empty() ? wanted.name : wanted.array, header));
+    }
+    if (const char* problem = detail::problem_with_components(header, arrays)) {
+      throw LoadError("cannot make a vector of '" + wanted.arrays[0] + "', '" + wanted.arrays[1] + "' and '" +
+                      wanted.arrays[2] + "': " + problem);
+    }
+    if (arrays.size() > 1 && request.components_along == "index") {
+      throw LoadError("has vectors in three arrays, which are taken along the axes of its space; leave components_along out");
+    }
+    taken.push_back({arrays, wanted.name, wanted.unit.empty() ? header.fields[arrays.front()].unit : wanted.unit});
+  }
+  return taken;
+}
+
+/// Checks what the reader claims, before anything is built on it.
+void check(const Header& header) {
+  if (header.fields.empty()) throw LoadError("has no field that can be felt; give a volume of numbers");
+  for (const FieldHeader& field : header.fields) {
+    if (!protocol::voxel_bytes(field)) {
+      throw LoadError("claims more voxels than can be counted; the header is damaged");
+    }
+    if (!std::isfinite(field.scale) || !std::isfinite(field.offset) || field.scale == 0) {
+      throw LoadError("rescales its values by a factor that is zero or not finite; correct its header");
+    }
+  }
+}
+
+template <class Expected>
+Expected expect(protocol::Message message) {
+  if (auto* failure = std::get_if<protocol::Failure>(&message)) throw LoadError(failure->sentence);
+  if (auto* expected = std::get_if<Expected>(&message)) return std::move(*expected);
+  throw LoadError("cannot be read: palpa-read answered out of turn; update both programs together");
+}
+
+/// What is read of a file, and where it goes.
+struct Plan {
+  Header header;
+  std::vector<Taken> taken;
+  protocol::Room room;
+  std::vector<std::uint64_t> offsets;  ///< of each field of `room` in memory, and the size of all
+  double metres_per_file_unit = 1.0;
+};
+
+/// Checks the header of a file, and what is wanted of it. Warnings and the unit go to `volume`.
+Plan planned(Header header, const VolumeRequest& request, Volume& volume) {
+  check(header);
+  Plan plan{std::move(header), {}, {}, {}};
+  volume.warnings = plan.header.warnings;
+  plan.metres_per_file_unit = metres_per_unit(request, plan.header, volume);
+  plan.taken = taken_fields(request, plan.header);
+  for (const Taken& t : plan.taken) plan.room.fields.insert(plan.room.fields.end(), t.arrays.begin(), t.arrays.end());
+  std::sort(plan.room.fields.begin(), plan.room.fields.end());
+  plan.room.fields.erase(std::unique(plan.room.fields.begin(), plan.room.fields.end()), plan.room.fields.end());
+  const auto placed = protocol::place(plan.header, plan.room);
+  if (!placed) throw LoadError("claims more voxels than can be counted; the header is damaged");
+  plan.offsets = *placed;
+  return plan;
+}
+
+/// Refuses voxels that do not fit, before memory is taken.
+void check_size(const Plan& plan, const ReadOptions& options, std::uint64_t limit) {
+  const std::uint64_t free = free_memory_bytes(), bytes = plan.offsets.back();
+  std::uint64_t with_work = 0;
+  if (__builtin_add_overflow(bytes, plan.header.working_bytes, &with_work)) with_work = UINT64_MAX;
+  const bool too_large = bytes > limit;
+  if (!too_large && (options.max_bytes != 0 || with_work <= free)) return;
+  const auto& n = plan.header.fields[plan.taken.front().arrays.front()].grid.dims;
+  std::ostringstream text;
+  text << "claims " << n[0] << " × " << n[1] << " × " << n[2] << " voxels, which need "
+       << readable_bytes(static_cast<double>(too_large ? bytes : with_work)) << " where "
+       << readable_bytes(static_cast<double>(too_large ? limit : free))
+       << (options.max_bytes != 0 ? " are allowed" : " are free")
+       << "; crop or downsample the volume (palpa convert --crop, --downsample)";
+  throw LoadError(text.str());
+}
+
+/// Refuses grids that are nowhere in the world.
+void check_places(const Plan& plan) {
+  for (const Taken& t : plan.taken) {
+    GridGeometry even = in_metres(plan.header.fields[t.arrays.front()].grid, plan.metres_per_file_unit);
+    even.planes = {};  // they come with the voxels
+    if (const char* problem = problem_with(even)) {
+      throw LoadError("cannot be placed in the world (" + std::string(problem) + "); correct its header");
+    }
+  }
+}
+
+/// The fields of a plan whose voxels are there. \param one_row_in  [rows] as of grid_field_to_look_at
+void add_fields(Volume& volume, const Plan& plan, const std::shared_ptr<const std::byte>& voxels, const protocol::Done& done,
+                std::int64_t one_row_in = 1) {
+  volume.format = plan.header.format;
+  volume.modality = plan.header.modality;
+  volume.scan = plan.header.scan;
+  volume.frame_of_reference = plan.header.frame_of_reference;
+  volume.medical_frame = plan.header.medical_frame;
+  volume.frames = plan.header.frames;
+  volume.files = done.files;
+  volume.warnings.insert(volume.warnings.end(), done.warnings.begin(), done.warnings.end());
+  for (const Taken& t : plan.taken) {
+    const FieldHeader& field = plan.header.fields[t.arrays.front()];
+    std::vector<std::size_t> slots;
+    std::vector<std::shared_ptr<const void>> arrays;
+    for (const std::uint32_t array : t.arrays) {
+      slots.push_back(static_cast<std::size_t>(std::ranges::lower_bound(plan.room.fields, array) - plan.room.fields.begin()));
+      arrays.emplace_back(voxels, voxels.get() + plan.offsets[slots.back()]);
+    }
+    GridGeometry grid = in_metres(field.grid, plan.metres_per_file_unit);
+    take_planes(grid, voxels.get() + plan.offsets[slots.front()] + (protocol::voxel_bytes(field).value() + 7) / 8 * 8);
+    FieldPtr made;
+    try {
+      if (arrays.size() == 1) {
+        made =
+            grid_field_to_look_at(grid, {field.type, field.components, arrays.front()}, field.scale, field.offset, one_row_in);
+      } else {
+        made = grid_field(grid, detail::joined_components(plan.header, t.arrays, arrays));
+      }
+    } catch (const std::invalid_argument& problem) {
+      throw LoadError(std::string("cannot be felt: ") + problem.what());
+    }
+    volume.fields.push_back({t.name, t.unit, std::move(made)});
+    if (done.resampled.size() == plan.room.fields.size()) {
+      volume.fields.back().resampling = detail::joined_resampling(done.resampled, slots);
+    }
+    const double lost =
+        std::round((1.0 - grid_of(*volume.fields.back().field)->valid_share) * static_cast<double>(grid.voxels()));
+    if (lost > 0 && !volume.fields.back().resampling) {
+      std::ostringstream text;
+      text << std::fixed;
+      text.precision(0);
+      if (plan.taken.size() > 1) text << "field '" << t.name << "': ";
+      const double percent = 100.0 * lost / static_cast<double>(grid.voxels());
+      if (lost < 10'000.0) {
+        text << lost << (lost == 1 ? " voxel is " : " voxels are ");
+      } else {
+        text.precision(percent < 1.0 ? 2 : percent < 10.0 ? 1 : 0);
+        text << percent << " % of the voxels are ";
+      }
+      // Numbers of DICOM are whole: none but padding is without a value.
+      text << (plan.header.format == "dicom" ? "padding, where nothing was measured" : "not finite") << ": treated as outside";
+      volume.warnings.push_back(text.str());
+    }
+  }
+}
+
+/// A file of bare numbers. Looked at it is mapped; else copied, unless it would fill more than half of the memory.
+void read_raw(const VolumeRequest& request, const protocol::Request& ask, const ReadOptions& options, Volume& volume) {
+  const detail::RawFile file(ask);
+  const Plan plan = planned(file.header, request, volume);
+  check_places(plan);
+  const bool large = options.max_bytes == 0 && plan.offsets.back() > free_memory_bytes() / 2;
+  const bool in_place = file.kept_in_place() && (options.look || large);
+  if (!in_place) check_size(plan, options, ask.max_bytes);
+
+  std::future<std::string> checksum;
+  if (options.checksums) checksum = std::async(std::launch::async, detail::sha256_of_file, ask.path);
+  const std::shared_ptr<const std::byte> voxels = in_place ? file.mapped() : file.copied();
+  protocol::Done done{{{ask.path, bytes_of(ask.path), checksum.valid() ? checksum.get() : std::string()}}, {}};
+  if (in_place && !options.look)
+    done.warnings.push_back("is mapped, not copied, as it fills half of the free memory: leave the file alone");
+  // A look must not wait for the disk.
+  constexpr std::int64_t most_voxels_of_many = 1 << 20;
+  const std::int64_t count = plan.header.fields.front().grid.voxels();
+  const std::int64_t one_row_in = options.look && count > 16 * most_voxels_of_many ? count / most_voxels_of_many : 1;
+  if (one_row_in > 1)
+    done.warnings.push_back("is looked at in one row of voxels in " + std::to_string(one_row_in) + ": its range may be larger");
+  add_fields(volume, plan, voxels, done, one_row_in);
+}
+
+/// A file that palpa-read parses.
+void read_parsed(const VolumeRequest& request, const protocol::Request& ask, const ReadOptions& options, Volume& volume) {
+  std::uint64_t file_bytes = bytes_of(ask.path);
+  for (const std::string& partner : ask.partners) check_file(partner), file_bytes += bytes_of(partner);
+  protocol::Done done;
+  Plan plan;
+  std::unique_ptr<detail::SharedMemory> memory;
+  {
+    detail::ReaderProcess reader(detail::find_reader(options.reader), options.idle_limit_s);
+    reader.send(ask);
+    plan = planned(expect<Header>(reader.receive(file_bytes, reader_slack_bytes + 8 * file_bytes)), request, volume);
+    check_size(plan, options, ask.max_bytes);
+    check_places(plan);
+    const std::uint64_t bytes = plan.offsets.back(), working_bytes = plan.header.working_bytes;
+    memory = std::make_unique<detail::SharedMemory>(bytes);
+    reader.send(plan.room, memory->files());
+    const std::uint64_t memory_bytes = reader_slack_bytes + 8 * file_bytes + 2 * (bytes + working_bytes);
+    for (bool more = true; more;) {
+      auto part = expect<protocol::Done>(reader.receive(file_bytes + bytes + working_bytes, memory_bytes));
+      done.files.insert(done.files.end(), part.files.begin(), part.files.end());
+      done.warnings.insert(done.warnings.end(), part.warnings.begin(), part.warnings.end());
+      done.resampled = part.resampled;
+      more = part.more && !part.files.empty() && done.files.size() < most_files;
+    }
+  }
+  add_fields(volume, plan, memory->sealed_and_mapped(), done);
+}
+
+/// `read_volume_file` of one file; errors are sentences, without its name.
+VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
+  const std::uint64_t limit = options.max_bytes != 0 ? options.max_bytes : free_memory_bytes() / 3 * 2;
+  const protocol::Request ask = as_asked(request, limit, options.checksums);
+  check_file(ask.path);
+  VolumeFile result;
+  (ask.layout.type.empty() ? read_parsed : read_raw)(request, ask, options, result.volume);
+  result.volume.request = std::make_shared<const VolumeRequest>(request);
+  result.frames = result.volume.frames;
+  return result;
+}
+
+}  // namespace
+
+VolumeFile read_volume_file(const VolumeRequest& request, const ReadOptions& options) {
+  if (request.files.empty()) throw LoadError("volume: no file is named; name one");
+  const std::string place = request.files.front().string();
+  try {
+    return read_one(request, options);
+  } catch (const LoadError& error) {
+    throw LoadError(place + ": " + error.what());
+  }
+}
+
+Volume read_volume(const VolumeRequest& request, const ReadOptions& options) {
+  return read_volume_file(request, options).volume;
+}
+
+Volume read_volume(const std::filesystem::path& file, const ReadOptions& options) {
+  VolumeRequest request;
+  request.files = {file};
+  return read_volume(request, options);
+}
+
+ReadVolume volume_reader(ReadOptions options) {
+  return [options](const VolumeRequest& request) { return read_volume(request, options); };
+}
+
+}  // namespace palpa

@@ -1,0 +1,208 @@
+#include "palpa/file/reader_process.h"
+
+#include <dlfcn.h>
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+#include "palpa/core/load_error.h"
+
+namespace palpa::detail {
+namespace {
+
+constexpr auto look_every = std::chrono::milliseconds(100);
+constexpr double work_bytes_per_s = 20e6;  ///< a slow disk, a slow machine, a sanitizer build
+
+bool can_be_run(const std::filesystem::path& program) {
+  std::error_code none;
+  return std::filesystem::is_regular_file(program, none) && ::access(program.c_str(), X_OK) == 0;
+}
+
+std::string seconds(double s) {
+  std::ostringstream text;
+  text << s << " s";
+  return text.str();
+}
+
+/// The folder of the file that this code was loaded from; empty where nobody knows.
+std::filesystem::path library_folder() {
+  Dl_info info{};
+  if (::dladdr(reinterpret_cast<const void*>(&can_be_run), &info) == 0 || info.dli_fname == nullptr) return {};
+  std::error_code none;
+  return std::filesystem::weakly_canonical(info.dli_fname, none).parent_path();
+}
+
+}  // namespace
+
+std::filesystem::path find_reader(const std::filesystem::path& option) {
+  if (!option.empty()) {
+    if (can_be_run(option)) return option;
+    throw LoadError("cannot be opened: '" + option.string() + "' is no program; give the path of palpa-read");
+  }
+  if (const char* variable = std::getenv("PALPA_READER"); variable != nullptr && *variable != '\0') {
+    if (can_be_run(variable)) return variable;
+    throw LoadError("cannot be opened: PALPA_READER is '" + std::string(variable) +
+                    "', which is no program; set it to the path of palpa-read");
+  }
+  std::error_code none;
+  const std::filesystem::path here = std::filesystem::read_symlink("/proc/self/exe", none).parent_path();
+  if (can_be_run(here / "palpa-read")) return here / "palpa-read";
+  // Installed, it is in libexec beside bin; a program of somebody else's finds it from the library's folder,
+  // lib or lib/x86_64-linux-gnu.
+  const std::filesystem::path library = library_folder();
+  for (const auto& prefix : {here.parent_path(), library.parent_path(), library.parent_path().parent_path()}) {
+    const std::filesystem::path installed = prefix / "libexec" / "palpa" / "palpa-read";
+    if (can_be_run(installed)) return installed;
+  }
+  throw LoadError("cannot be opened: the program palpa-read is not beside this one; build it, or set PALPA_READER to its path");
+}
+
+ReaderProcess::ReaderProcess(const std::filesystem::path& program, double idle_limit_s) : idle_limit_s_(idle_limit_s) {
+  int pair[2] = {-1, -1};
+  if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, pair) != 0) {
+    throw LoadError(std::string("cannot be opened: no socket for palpa-read (") + std::strerror(errno) + "); close some files");
+  }
+  // In a group of its own, so that ending it ends what it may have started, and Ctrl-C reaches the caller
+  // alone. Its standard input is empty; of descriptors it gets the socket and the standard three.
+  posix_spawn_file_actions_t actions;
+  posix_spawnattr_t attributes;
+  ::posix_spawn_file_actions_init(&actions);
+  ::posix_spawnattr_init(&attributes);
+  ::posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  ::posix_spawn_file_actions_adddup2(&actions, pair[1], protocol::socket_descriptor);
+  ::posix_spawn_file_actions_addclosefrom_np(&actions, protocol::socket_descriptor + 1);
+  sigset_t no_signals, all_signals;
+  ::sigemptyset(&no_signals);
+  ::sigfillset(&all_signals);
+  ::posix_spawnattr_setpgroup(&attributes, 0);
+  ::posix_spawnattr_setsigmask(&attributes, &no_signals);
+  ::posix_spawnattr_setsigdefault(&attributes, &all_signals);
+  ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
+  std::string name = program.string();
+  char* arguments[] = {name.data(), nullptr};
+  const int problem = ::posix_spawn(&pid_, name.c_str(), &actions, &attributes, arguments, environ);
+  ::posix_spawnattr_destroy(&attributes);
+  ::posix_spawn_file_actions_destroy(&actions);
+  ::close(pair[1]);
+  if (problem != 0) {
+    ::close(pair[0]);
+    pid_ = -1;
+    throw LoadError("cannot be opened: '" + name + "' does not start (" + std::strerror(problem) + "); build palpa-read again");
+  }
+  socket_ = pair[0];
+}
+
+ReaderProcess::~ReaderProcess() {
+  end();
+  ::close(socket_);
+}
+
+int ReaderProcess::end() noexcept {
+  if (pid_ < 0) return -1;
+  ::kill(-pid_, SIGKILL);
+  ::kill(pid_, SIGKILL);
+  int status = -1;
+  pid_t reaped = 0;
+  do reaped = ::waitpid(pid_, &status, 0);
+  while (reaped < 0 && errno == EINTR);
+  pid_ = -1;
+  return reaped < 0 ? -1 : status;
+}
+
+void ReaderProcess::send(const protocol::Message& message, const protocol::MemoryFiles& with) {
+  protocol::send(socket_, message, with.first, with.second);
+}
+
+protocol::Message ReaderProcess::receive(std::uint64_t work_bytes, std::uint64_t memory_bytes) {
+  last_progress_ = Clock::now();
+  while (true) {
+    pollfd ready{socket_, POLLIN, 0};
+    const int events = ::poll(&ready, 1, static_cast<int>(look_every.count()));
+    if (events > 0) break;
+    if (events < 0 && errno != EINTR) report_end();
+    watch(work_bytes, memory_bytes);
+  }
+  bool garbled = false;
+  auto received = protocol::receive(socket_, garbled);
+  for (const int descriptor : {received ? received->descriptor : -1, received ? received->second_descriptor : -1}) {
+    if (descriptor >= 0) ::close(descriptor);
+  }
+  if (garbled) throw LoadError("cannot be read: palpa-read does not speak as this program does; update both together");
+  if (!received) report_end();
+  return std::move(received->message);
+}
+
+/// Ends the reader when it has made no progress for too long, or has grown too large.
+void ReaderProcess::watch(std::uint64_t work_bytes, std::uint64_t memory_bytes) {
+  const std::string process = "/proc/" + std::to_string(pid_);
+
+  // utime and stime are fields 14 and 15; the second field, the name, may hold anything up to its ')'.
+  std::uint64_t cpu_ticks = last_cpu_ticks_;
+  std::string line;
+  if (std::ifstream stat(process + "/stat"); std::getline(stat, line) && line.rfind(')') != std::string::npos) {
+    std::istringstream fields(line.substr(line.rfind(')') + 1));
+    std::string skipped;
+    std::uint64_t user = 0, system = 0;
+    for (int field = 3; field < 14; ++field) fields >> skipped;
+    if (fields >> user >> system) cpu_ticks = user + system;
+  }
+  std::uint64_t bytes_read = last_bytes_read_;
+  if (std::ifstream io(process + "/io"); io >> line >> bytes_read && line != "rchar:") bytes_read = last_bytes_read_;
+  std::uint64_t pages = 0, resident_pages = 0, shared_pages = 0;
+  std::ifstream(process + "/statm") >> pages >> resident_pages >> shared_pages;
+
+  const bool has_read = bytes_read != last_bytes_read_;
+  const bool has_worked = cpu_ticks != last_cpu_ticks_;
+  last_bytes_read_ = bytes_read;
+  last_cpu_ticks_ = cpu_ticks;
+  if (has_read) cpu_ticks_at_read_ = cpu_ticks;
+  if (has_read || has_worked) last_progress_ = Clock::now();
+
+  const double idle_s = std::chrono::duration<double>(Clock::now() - last_progress_).count();
+  const double busy_s = static_cast<double>(cpu_ticks - cpu_ticks_at_read_) / static_cast<double>(::sysconf(_SC_CLK_TCK));
+  if (idle_s > idle_limit_s_) {
+    throw LoadError("cannot be read: palpa-read made no progress for " + seconds(idle_limit_s_) +
+                    " and was ended; check that the disk answers");
+  }
+  if (busy_s > idle_limit_s_ + static_cast<double>(work_bytes) / work_bytes_per_s) {
+    throw LoadError("cannot be read: palpa-read computed for " + seconds(idle_limit_s_) +
+                    " without reading on and was ended; the file is probably damaged");
+  }
+  if (resident_pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE)) > memory_bytes) {
+    throw LoadError("cannot be read: palpa-read took more than " + protocol::readable_bytes(static_cast<double>(memory_bytes)) +
+                    " and was ended; the file is probably damaged");
+  }
+}
+
+void ReaderProcess::report_end() {
+  // It is gone or about to go: a moment for it to say how.
+  int status = -1;
+  for (int wait = 0; wait < 100; ++wait) {
+    const pid_t reaped = ::waitpid(pid_, &status, WNOHANG);
+    if (reaped == pid_) {
+      ::kill(-pid_, SIGKILL);
+      pid_ = -1;
+      break;
+    }
+    if (reaped < 0 && errno != EINTR) break;
+    ::usleep(10'000);
+  }
+  if (pid_ >= 0) status = end();
+  std::string how = "ended";
+  if (status != -1 && WIFSIGNALED(status))
+    how = std::string("was ended by signal ") + std::to_string(WTERMSIG(status)) + " (" + ::strsignal(WTERMSIG(status)) + ")";
+  if (status != -1 && WIFEXITED(status)) how = "ended with code " + std::to_string(WEXITSTATUS(status));
+  throw LoadError("cannot be read: palpa-read " + how + " before it was done; the file is probably damaged");
+}
+
+}  // namespace palpa::detail

@@ -1,0 +1,313 @@
+#include "palpa/file/write_volume.h"
+
+#include <stdlib.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <bit>
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+
+#include "palpa/file/protocol.h"
+
+static_assert(std::endian::native == std::endian::little, "the headers say so");
+
+namespace palpa {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The shortest decimal that reads back the same.
+std::string text_of(double value) {
+  char text[40];
+  return {text, std::to_chars(text, text + sizeof text, value + 0.0).ptr};
+}
+std::string list(const Vec3& v, const char* between) { return text_of(v.x) + between + text_of(v.y) + between + text_of(v.z); }
+
+/// A file under a name of its own that gets its true one when it is whole; gone if it never is.
+class NewFile {
+ public:
+  explicit NewFile(fs::path name) : name_(std::move(name)), working_(name_.string() + ".XXXXXX") {
+    descriptor_ = ::mkstemp(working_.data());
+    if (descriptor_ < 0) {
+      throw LoadError(std::string("cannot be written (") + std::strerror(errno) +
+                      "); name a file in a folder that may be written to");
+    }
+    const mode_t mask = ::umask(0);
+    ::umask(mask);
+    ::fchmod(descriptor_, 0666 & ~mask);
+  }
+  ~NewFile() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+    if (!renamed_) ::unlink(working_.c_str());
+  }
+  NewFile(const NewFile&) = delete;
+  NewFile& operator=(const NewFile&) = delete;
+
+  void write(const void* data, std::size_t bytes) {
+    const char* next = static_cast<const char*>(data);
+    while (bytes > 0) {
+      const ssize_t written = ::write(descriptor_, next, bytes);
+      if (written < 0 && errno == EINTR) continue;
+      if (written <= 0)
+        throw LoadError(std::string("cannot be written (") + std::strerror(errno) + "); make room, or name another disk");
+      next += written, bytes -= static_cast<std::size_t>(written);
+    }
+  }
+  void write(const std::string& text) { write(text.data(), text.size()); }
+
+  /// On the disk, and under its name. A hard link fails where the name is taken, which a rename would not.
+  void finish() {
+    const auto fail = [] {
+      throw LoadError(std::string("cannot be written (") + std::strerror(errno) + "); name another file or disk");
+    };
+    if (::fsync(descriptor_) != 0) fail();
+    if (::link(working_.c_str(), name_.c_str()) == 0) return;
+    if (errno == EEXIST) throw LoadError("exists already; name a new file");
+    if (::rename(working_.c_str(), name_.c_str()) != 0) fail();  // a disk without hard links
+    renamed_ = true;
+  }
+
+ private:
+  fs::path name_;
+  std::string working_;
+  int descriptor_ = -1;
+  bool renamed_ = false;
+};
+
+/// The values of a slice as they are kept in a file.
+void put(const WrittenField& field, const std::vector<double>& values, std::vector<std::byte>& bytes) {
+  const auto as = [&](auto kept) {
+    using T = decltype(kept);
+    bytes.resize(values.size() * sizeof(T));
+    T* out = reinterpret_cast<T*>(bytes.data());
+    for (const double value : values) *out++ = static_cast<T>(value);
+  };
+  switch (field.type) {
+    case VoxelType::uint8: return as(std::uint8_t{});
+    case VoxelType::int16: return as(std::int16_t{});
+    case VoxelType::uint16: return as(std::uint16_t{});
+    case VoxelType::int32: return as(std::int32_t{});
+    case VoxelType::float32: return as(float{});
+    case VoxelType::float64: return as(double{});
+  }
+}
+
+std::uint64_t bytes_of(const WrittenVolume& volume, const WrittenField& field) {
+  protocol::FieldHeader header;
+  header.type = field.type, header.components = field.components, header.grid = volume.grid;
+  const auto bytes = protocol::voxel_bytes(header);
+  if (!bytes) throw LoadError("would have more voxels than can be counted; take fewer");
+  return *bytes;
+}
+
+/// Bytes as base64 text, in as many parts as they come in: three of them are four letters, and what is left over waits for the
+/// next part.
+class Base64Writer {
+ public:
+  explicit Base64Writer(NewFile& to) : to_(to) {}
+
+  void write(const void* data, std::size_t bytes) {
+    const auto* next = static_cast<const unsigned char*>(data);
+    text_.clear();
+    text_.reserve(bytes / 3 * 4 + 8);
+    for (const unsigned char* const end = next + bytes; next != end; ++next) {
+      waiting_ = waiting_ << 8 | *next;
+      if (++count_ == 3) put_letters();
+    }
+    to_.write(text_);
+  }
+
+  void finish() {
+    text_.clear();
+    if (count_ > 0) {
+      waiting_ <<= 8 * (3 - count_);
+      put_letters();
+    }
+    to_.write(text_);
+  }
+
+ private:
+  void put_letters() {
+    static constexpr char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    const char four[] = {letters[waiting_ >> 18 & 63], letters[waiting_ >> 12 & 63],
+                         count_ > 1 ? letters[waiting_ >> 6 & 63] : '=', count_ > 2 ? letters[waiting_ & 63] : '='};
+    text_.append(four, sizeof four);
+    waiting_ = 0, count_ = 0;
+  }
+
+  NewFile& to_;
+  std::uint32_t waiting_ = 0;  ///< bytes that wait, the last one lowest
+  unsigned count_ = 0;         ///< how many
+  std::string text_;
+};
+
+class VoxelWriter {
+ public:
+  VoxelWriter(const WrittenVolume& volume, const std::function<void(double)>& progress)
+      : volume_(volume), progress_(progress) {}
+
+  template <class To>
+  void write(const WrittenField& field, To& to) {
+    const auto& dims = volume_.grid.dims;
+    std::vector<double> values(static_cast<std::size_t>(dims[0] * dims[1] * field.components));
+    std::vector<std::byte> bytes;
+    for (std::int64_t k = 0; k < dims[2]; ++k) {
+      field.slice(k, values.data());
+      put(field, values, bytes);
+      to.write(bytes.data(), bytes.size());
+      ++done_;
+      if (progress_)
+        progress_(static_cast<double>(done_) / (static_cast<double>(dims[2]) * static_cast<double>(volume_.fields.size())));
+    }
+  }
+
+ private:
+  const WrittenVolume& volume_;
+  const std::function<void(double)>& progress_;
+  std::int64_t done_ = 0;
+};
+
+std::string nrrd_header(const WrittenVolume& volume, const std::string& data_file) {
+  static constexpr const char* types[] = {"uint8", "int16", "uint16", "int32", "float", "double"};
+  const WrittenField& field = volume.fields.front();
+  const bool vectors = field.components == 3;
+  const double per_m = volume.length_unit == "mm" ? 1e3 : 1.0;
+  const Mat3 steps = per_m * transposed(volume.grid.index_to_world_m);
+  const auto& dims = volume.grid.dims;
+  std::string text = "NRRD0005\n# written by palpa convert\n";
+  text += std::string("type: ") + types[static_cast<std::size_t>(field.type)] + "\n";
+  text += std::string("dimension: ") + (vectors ? "4" : "3") + "\n";
+  text += volume.medical_frame ? "space: left-posterior-superior\n" : "space dimension: 3\n";
+  text += std::string("sizes: ") + (vectors ? "3 " : "") + std::to_string(dims[0]) + " " + std::to_string(dims[1]) + " " +
+          std::to_string(dims[2]) + "\n";
+  text += std::string("space directions: ") + (vectors ? "none " : "") + "(" + list(steps.row[0], ",") + ") (" +
+          list(steps.row[1], ",") + ") (" + list(steps.row[2], ",") + ")\n";
+  text += std::string("kinds: ") + (vectors ? "vector " : "") + "domain domain domain\n";
+  text += "endian: little\nencoding: raw\n";
+  text += "space origin: (" + list(per_m * volume.grid.origin_m, ",") + ")\n";
+  text += "space units: \"" + volume.length_unit + "\" \"" + volume.length_unit + "\" \"" + volume.length_unit + "\"\n";
+  if (vectors) text += "measurement frame: (1,0,0) (0,1,0) (0,0,1)\n";
+  if (!field.unit.empty() && field.unit.find_first_of("\"\n") == std::string::npos)
+    text += "sample units: \"" + field.unit + "\"\n";
+  text += data_file.empty() ? "\n" : "data file: " + data_file + "\n";
+  return text;
+}
+
+void write_nrrd(const WrittenVolume& volume, const fs::path& file, VoxelWriter& voxels) {
+  if (volume.fields.size() != 1) {
+    throw LoadError("would have " + std::to_string(volume.fields.size()) +
+                    " fields, and NRRD holds one; choose one, or write .vti");
+  }
+  if (file.extension() != ".nhdr") {
+    NewFile whole(file);
+    whole.write(nrrd_header(volume, ""));
+    voxels.write(volume.fields.front(), whole);
+    return whole.finish();
+  }
+  const fs::path raw_name = fs::path(file).replace_extension(".raw");
+  NewFile raw(raw_name), header(file);
+  voxels.write(volume.fields.front(), raw);
+  header.write(nrrd_header(volume, raw_name.filename().string()));
+  raw.finish();
+  header.finish();
+}
+
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '&')
+      out += "&amp;";
+    else if (c == '<')
+      out += "&lt;";
+    else if (c == '"')
+      out += "&quot;";
+    else
+      out += c;
+  }
+  return out;
+}
+
+/// Voxels stand within the text: ParaView 5.11 of Debian 12 opens no file that has them behind it (`appended`), as its XML
+/// parser does not get past them.
+void write_vti(const WrittenVolume& volume, const fs::path& file, VoxelWriter& voxels) {
+  static constexpr const char* types[] = {"UInt8", "Int16", "UInt16", "Int32", "Float32", "Float64"};
+  const Mat3 steps = transposed(volume.grid.index_to_world_m);
+  const Vec3 spacing_m{norm(steps.row[0]), norm(steps.row[1]), norm(steps.row[2])};
+  const Mat3 columns{
+      {(1.0 / spacing_m.x) * steps.row[0], (1.0 / spacing_m.y) * steps.row[1], (1.0 / spacing_m.z) * steps.row[2]}};
+  for (int a = 0; a < 3; ++a) {
+    if (std::abs(dot(columns.row[a], columns.row[(a + 1) % 3])) > 1e-6) {
+      throw LoadError("cannot say where a sheared grid lies; write .nrrd, or resample it (--resample-m)");
+    }
+  }
+  const Mat3 direction = transposed(columns);
+  const auto& dims = volume.grid.dims;
+  const std::string extent =
+      "0 " + std::to_string(dims[0] - 1) + " 0 " + std::to_string(dims[1] - 1) + " 0 " + std::to_string(dims[2] - 1);
+  std::string text =
+      "<?xml version=\"1.0\"?>\n<VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\" "
+      "header_type=\"UInt64\">\n";
+  text += "<ImageData WholeExtent=\"" + extent + "\" Origin=\"" + list(volume.grid.origin_m, " ") + "\" Spacing=\"" +
+          list(spacing_m, " ") + "\" Direction=\"" + list(direction.row[0], " ") + " " + list(direction.row[1], " ") + " " +
+          list(direction.row[2], " ") + "\">\n";
+  text += "<Piece Extent=\"" + extent + "\">\n<PointData>\n";
+  NewFile whole(file);
+  whole.write(text);
+  for (const WrittenField& field : volume.fields) {
+    whole.write(std::string("<DataArray type=\"") + types[static_cast<std::size_t>(field.type)] + "\" Name=\"" +
+                escaped(field.name) + "\" NumberOfComponents=\"" + std::to_string(field.components) +
+                "\" format=\"binary\">\n");
+    // One text for the number of bytes and the bytes themselves, as VTK writes what it does not compress.
+    Base64Writer letters(whole);
+    const std::uint64_t bytes = bytes_of(volume, field);
+    letters.write(&bytes, sizeof bytes);
+    voxels.write(field, letters);
+    letters.finish();
+    whole.write("\n</DataArray>\n");
+  }
+  whole.write("</PointData>\n</Piece>\n</ImageData>\n</VTKFile>\n");
+  whole.finish();
+}
+
+void check_room(const fs::path& folder, std::uint64_t bytes) {
+  std::error_code error;
+  const fs::space_info space = fs::space(folder, error);
+  if (error) throw LoadError("cannot be written: its folder is not there; make it first");
+  if (bytes > space.available) {
+    throw LoadError("would need " + protocol::readable_bytes(static_cast<double>(bytes)) + " where the disk has " +
+                    protocol::readable_bytes(static_cast<double>(space.available)) +
+                    "; crop or downsample it, or name another disk");
+  }
+}
+
+}  // namespace
+
+std::uint64_t written_bytes(const WrittenVolume& volume) {
+  std::uint64_t all = 0;
+  for (const WrittenField& field : volume.fields) {
+    if (__builtin_add_overflow(all, bytes_of(volume, field), &all))
+      throw LoadError("would be larger than can be counted; take less");
+  }
+  return all;
+}
+
+void write_volume(const WrittenVolume& volume, const fs::path& file, const std::function<void(double)>& progress) {
+  try {
+    const std::string ending = file.extension().string();
+    if (ending != ".nrrd" && ending != ".nhdr" && ending != ".vti") {
+      throw LoadError("has an ending of no format that is written; name it .nrrd, .nhdr or .vti");
+    }
+    if (fs::exists(fs::symlink_status(file))) throw LoadError("exists already; name a new file");
+    const std::uint64_t bytes = written_bytes(volume);
+    check_room(fs::absolute(file).parent_path(), ending == ".vti" ? bytes / 3 * 4 : bytes);
+    VoxelWriter voxels(volume, progress);
+    ending == ".vti" ? write_vti(volume, file, voxels) : write_nrrd(volume, file, voxels);
+  } catch (const LoadError& error) {
+    throw LoadError(file.string() + ": " + error.what());
+  }
+}
+
+}  // namespace palpa

@@ -1,0 +1,64 @@
+#include "palpa/grid/fine_detail.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "palpa/field/halton.h"
+#include "palpa/grid/filter.h"
+
+namespace palpa::detail {
+
+FineDetail::FineDetail(FieldPtr of)
+    : of_(std::move(of)),
+      smooth_(has_detail(*of_) ? dynamic_cast<const GridBase*>(of_.get()) : nullptr),
+      kept_(smooth_ ? filtered(of_, Filter::trilinear) : nullptr),
+      linear_(dynamic_cast<const GridBase*>(kept_.get())),
+      scale_(smooth_ ? find_scale() : 0.0) {}
+
+double FineDetail::find_scale() const {
+  constexpr int places = 4096;
+  constexpr double least_share = 0.001;  // of the range
+  const GridGeometry& geometry = smooth_->view().geometry;
+  const auto index = [&](int place, std::size_t axis, int base) {
+    return radical_inverse(place, base) * static_cast<double>(geometry.dims[axis] - 1);
+  };
+  double squares = 0.0;
+  int counted = 0;
+  for (int i = 1; i <= places; ++i) {
+    GridBase::Place place = smooth_->place_of(geometry.to_world({index(i, 0, 2), index(i, 1, 3), index(i, 2, 5)}));
+    const ScalarSample smooth = smooth_->scalar_in(place), linear = linear_->scalar_in(place);
+    if (!smooth.inside || !linear.inside) continue;
+    const double difference = linear.value - smooth.value;
+    squares += difference * difference;
+    ++counted;
+  }
+  const Extent range = smooth_->extents().front();
+  const double scale = std::max(3.0 * std::sqrt(squares / std::max(counted, 1)), least_share * (range.max - range.min));
+  return std::isfinite(scale) ? scale : 0.0;
+}
+
+ScalarSample FineDetail::scalar_in(GridBase::Place& place) const noexcept {
+  const ScalarSample smooth = smooth_->scalar_in(place);
+  if (!smooth.inside) return {};
+  const ScalarSample linear = linear_->scalar_in(place);
+  const ScalarSample none{.inside = true};
+  if (!linear.inside || !(scale_ > 0.0)) return none;
+  const double share = (linear.value - smooth.value) / scale_;
+  if (!(std::abs(share) < 1.0)) return std::isnan(share) ? none : ScalarSample{std::copysign(1.0, share), {}, true};
+  const Vec3 gradient = (linear.gradient - smooth.gradient) / scale_;
+  return is_finite(gradient) ? ScalarSample{share, gradient, true} : none;
+}
+
+ScalarSample FineDetail::scalar(const Vec3& world_m) const noexcept {
+  if (!smooth_) return {.inside = of_->scalar(world_m).inside};
+  GridBase::Place place = smooth_->place_of(world_m);
+  return scalar_in(place);
+}
+
+std::vector<Extent> FineDetail::extents() const {
+  const double most = scale_ > 0.0 ? 1.0 : 0.0;
+  return {{-most, most}};
+}
+
+}  // namespace palpa::detail

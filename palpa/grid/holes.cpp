@@ -1,0 +1,150 @@
+#include "palpa/grid/holes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <type_traits>
+
+#include "palpa/field/parallel.h"
+#include "palpa/grid/grid_base.h"
+
+namespace palpa::detail {
+namespace {
+
+using Depth = std::uint16_t;
+constexpr Depth furthest = std::numeric_limits<Depth>::max();
+constexpr std::int64_t worth_a_thread = 1 << 16;  // voxels
+
+/// Neighbouring lines of voxels along one axis, worked on value by value, which the compiler makes wide.
+class Lines {
+ public:
+  /// \param costs  [unit] from each plane to the next
+  Lines(const std::vector<Depth>& costs, std::int64_t stride, std::int64_t width, int reach)
+      : costs_(costs),
+        count_(static_cast<std::int64_t>(costs.size()) + 1),
+        stride_(stride),
+        width_(width),
+        reach_(reach),
+        near_(static_cast<std::size_t>(count_ * width)) {}
+
+  /// The least, over all voxels of a line, of the depth there and the way from where it has no say any more.
+  void spread(Depth* first) noexcept {
+    for (std::int64_t n = 0; n < count_; ++n) {
+      std::copy_n(first + n * stride_, width_, row(n));
+      for (std::int64_t m = std::max<std::int64_t>(n - reach_, 0); m <= std::min(n + reach_, count_ - 1); ++m)
+        lower(row(n), first + m * stride_, 0);
+    }
+    for (std::int64_t n = 1; n < count_; ++n) lower(row(n), row(n - 1), costs_[static_cast<std::size_t>(n - 1)]);
+    for (std::int64_t n = count_ - 2; n >= 0; --n) lower(row(n), row(n + 1), costs_[static_cast<std::size_t>(n)]);
+    for (std::int64_t n = 0; n < count_; ++n) std::copy_n(row(n), width_, first + n * stride_);
+  }
+
+ private:
+  Depth* row(std::int64_t n) noexcept { return near_.data() + n * width_; }
+  void lower(Depth* to, const Depth* from, Depth cost) const noexcept {
+    for (std::int64_t i = 0; i < width_; ++i) {
+      const auto by_way = static_cast<Depth>(std::min(from[i], static_cast<Depth>(furthest - cost)) + cost);
+      to[i] = std::min(to[i], by_way);
+    }
+  }
+
+  const std::vector<Depth>& costs_;
+  std::int64_t count_, stride_, width_;
+  int reach_;
+  std::vector<Depth> near_;
+};
+
+/// The length [m] that one step of the affine along each axis counts for: with slopes of up to 1 along each of them at once the
+/// whole is no steeper than 1.
+std::array<double, 3> steps_count_m(const GridGeometry& geometry, const Mat3& world_to_steps) noexcept {
+  Vec3 slopes[3];
+  std::array<double, 3> lengths_m{};
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (geometry.dims[a] == 1) continue;
+    lengths_m[a] = 1.0 / norm(world_to_steps.row[a]);
+    slopes[a] = lengths_m[a] * world_to_steps.row[a];
+  }
+  double squared = 0.0;
+  for (const double j : {1.0, -1.0}) {
+    for (const double k : {1.0, -1.0}) squared = std::max(squared, norm_squared(slopes[0] + j * slopes[1] + k * slopes[2]));
+  }
+  for (double& length_m : lengths_m) length_m /= std::sqrt(squared);
+  return lengths_m;
+}
+
+template <class T>
+bool is_hole(const T* value, int components) noexcept {
+  for (int c = 0; c < components; ++c) {
+    if (!std::isfinite(value[c])) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+Holes::Holes(const GridGeometry& geometry, const Voxels& values, const Mat3& world_to_steps, int reach) {
+  const auto [nx, ny, nz] = geometry.dims;
+  stride_[0] = 1, stride_[1] = nx, stride_[2] = nx * ny;
+  const std::array<double, 3> step_m = steps_count_m(geometry, world_to_steps);
+
+  // A sixteenth of the least way, so that ways of different lengths lose little by being counted in it; of large or very uneven
+  // grids so much more that the longest way can be counted.
+  constexpr double parts = 16.0, most = furthest;
+  double least_m = std::numeric_limits<double>::max(), longest_m = 0.0;
+  const auto way_m = [&](std::size_t a, std::int64_t n) {
+    const std::vector<double>& planes = geometry.planes[a];
+    const auto at = static_cast<std::size_t>(n);
+    return step_m[a] * (planes.empty() ? 1.0 : planes[at + 1] - planes[at]);
+  };
+  for (std::size_t a = 0; a < 3; ++a) {
+    step_[a] = geometry.dims[a] > 1 ? stride_[a] : 0;
+    for (std::int64_t n = 0; n + 1 < geometry.dims[a]; ++n) {
+      least_m = std::min(least_m, way_m(a, n));
+      longest_m += way_m(a, n);
+    }
+  }
+  constexpr double rounding = 1e-9;  // so that what is sixteen units counts for no less
+  if (longest_m > 0.0) unit_m_ = std::max(least_m / parts, longest_m / (most - 1.0)) * (1.0 - rounding);
+  std::vector<Depth> costs[3];
+  for (std::size_t a = 0; a < 3; ++a) {
+    for (std::int64_t n = 0; n + 1 < geometry.dims[a]; ++n)
+      costs[a].push_back(static_cast<Depth>(std::min(way_m(a, n) / unit_m_, most)));
+  }
+
+  depths_.resize(static_cast<std::size_t>(nx * ny * nz), furthest);
+  with_values_of(values, [&, nx = nx, ny = ny, nz = nz]<class T>(const T* data) {
+    if constexpr (std::is_floating_point_v<T>) {
+      in_parts(nz, worth_a_thread / (nx * ny) + 1, [&](std::int64_t first, std::int64_t last) {
+        Lines along_i(costs[0], 1, 1, reach), along_j(costs[1], nx, nx, reach);
+        for (std::int64_t k = first; k < last; ++k) {
+          Depth* const slice = depths_.data() + k * nx * ny;
+          for (std::int64_t at = 0; at < nx * ny; ++at) {
+            if (is_hole(data + (k * nx * ny + at) * values.components, values.components)) slice[at] = 0;
+          }
+          for (std::int64_t j = 0; j < ny; ++j) along_i.spread(slice + j * nx);
+          along_j.spread(slice);
+        }
+      });
+    }
+  });
+  in_parts(ny, worth_a_thread / (nx * nz) + 1, [&, nx = nx, ny = ny](std::int64_t first, std::int64_t last) {
+    Lines along_k(costs[2], nx * ny, nx, reach);
+    for (std::int64_t j = first; j < last; ++j) along_k.spread(depths_.data() + j * nx);
+  });
+}
+
+double Holes::depth_m(const std::int64_t (&first)[3], const double (&f)[3]) const noexcept {
+  const Depth* at = depths_.data() + first[0] * stride_[0] + first[1] * stride_[1] + first[2] * stride_[2];
+  const auto along_i = [&](const Depth* row) {
+    const double near = row[0], far = row[step_[0]];
+    return near + f[0] * (far - near);
+  };
+  const auto along_j = [&](const Depth* plane) {
+    const double near = along_i(plane), far = along_i(plane + step_[1]);
+    return near + f[1] * (far - near);
+  };
+  const double near = along_j(at), far = along_j(at + step_[2]);
+  return unit_m_ * (near + f[2] * (far - near));
+}
+
+}  // namespace palpa::detail

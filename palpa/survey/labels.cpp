@@ -1,0 +1,85 @@
+#include "palpa/survey/labels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+
+#include "palpa/grid/grid_base.h"
+#include "palpa/time/time_series.h"
+#include "palpa/time/timed_field.h"
+
+namespace palpa {
+namespace {
+
+constexpr std::size_t most_labels = 256;
+constexpr double same_share = 0.7;  // of neighbours: a tenth where numbers are measured, nearly all where they are names
+
+/// How many voxels of a value there are, how many of them lie at the border, and how many equal the next one along i.
+struct Count {
+  std::int64_t voxels = 0, border = 0, pairs = 0, same = 0;
+};
+
+/// Empty where there are too many, or where one is no whole number.
+template <class T>
+std::map<double, Count> counts_of(const GridView& grid, const T* voxels) {
+  const auto& n = grid.geometry.dims;
+  std::map<double, Count> counts;
+  Count* last = nullptr;
+  double last_value = 0.0;
+  for (std::int64_t row = 0, at = 0; row < n[1] * n[2]; ++row) {
+    const bool at_border = row % n[1] == 0 || row % n[1] == n[1] - 1 || row < n[1] || row >= n[1] * (n[2] - 1);
+    for (std::int64_t i = 0; i < n[0]; ++i, ++at) {
+      const double value = static_cast<double>(voxels[at]) * grid.scale + grid.offset;
+      if (value != std::nearbyint(value)) return {};  // no number is equal to itself rounded, either
+      const bool same = last && value == last_value;
+      if (!same) last = &counts[value], last_value = value;
+      if (counts.size() > most_labels) return {};
+      ++last->voxels;
+      last->border += at_border || i == 0 || i == n[0] - 1;
+      if (i > 0) ++last->pairs, last->same += same;
+    }
+  }
+  return counts;
+}
+
+}  // namespace
+
+LabelMap label_map(const Field& field) {
+  const GridView* grid = grid_behind(field);
+  if (!grid || grid->voxels.components != 1) return {};
+  const std::map<double, Count> counts =
+      detail::with_values_of(grid->voxels, [&](const auto* voxels) { return counts_of(*grid, voxels); });
+  if (counts.size() < 2) return {};
+  const auto background = std::ranges::max_element(counts, {}, [](const auto& entry) { return entry.second.border; });
+  LabelMap map{background->first, {}};
+  std::int64_t pairs = 0, same = 0;
+  for (const auto& [value, count] : counts) {
+    if (value == map.background) continue;
+    map.labels.push_back({value, count.voxels});
+    pairs += count.pairs, same += count.same;
+  }
+  if (static_cast<double>(same) < same_share * static_cast<double>(pairs)) return {};
+  std::ranges::stable_sort(map.labels, std::greater(), &Label::voxels);
+  return map;
+}
+
+FieldPtr label_field(const Field& field, double label) {
+  if (const SeriesView* series = series_of(field)) {
+    std::vector<FieldPtr> frames;
+    for (const FieldPtr& frame : series->frames) frames.push_back(label_field(*frame, label));
+    return time_series(std::move(frames), series->period_s, series->between_frames);
+  }
+  const GridView* grid = grid_behind(field);
+  if (!grid || grid->voxels.components != 1) {
+    throw std::invalid_argument("labels are of a grid of whole numbers; this field has none");
+  }
+  const std::int64_t n = grid->geometry.voxels();
+  const std::shared_ptr<std::uint8_t[]> is_label(new std::uint8_t[static_cast<std::size_t>(n)]);
+  detail::with_values_of(grid->voxels, [&](const auto* voxels) {
+    for (std::int64_t v = 0; v < n; ++v) is_label[v] = static_cast<double>(voxels[v]) * grid->scale + grid->offset == label;
+  });
+  return grid_field(grid->geometry, {VoxelType::uint8, 1, is_label});
+}
+
+}  // namespace palpa

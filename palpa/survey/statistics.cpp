@@ -1,0 +1,263 @@
+#include "palpa/survey/statistics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numeric>
+
+#include "palpa/field/halton.h"
+#include "palpa/field/parallel.h"
+#include "palpa/grid/grid_base.h"
+
+namespace palpa {
+namespace {
+
+constexpr std::size_t classes = 4096;
+constexpr int places_without_voxels = 1 << 18;
+constexpr std::int64_t parts = 16;  // of the values
+
+/// Values of rows of a grid, or of a list of places, one after the other.
+struct Part {
+  std::int64_t first = 0, last = 0, step = 1;  ///< numbers of rows
+};
+
+/// Sums over the values of one part; a second look counts them in classes between the ends that the first one found.
+struct Sums {
+  std::int64_t counted = 0, zeros = 0, max_at = 0;
+  double min = std::numeric_limits<double>::infinity(), max = -std::numeric_limits<double>::infinity();
+  double mean = 0.0, squares = 0.0;  ///< of the distances from the mean (Welford)
+  bool whole_numbers = true;
+  std::vector<std::int64_t> counts;
+
+  void look(double value, std::int64_t at) noexcept {
+    ++counted;
+    zeros += value == 0.0;
+    if (value > max) max = value, max_at = at;
+    min = std::min(min, value);
+    whole_numbers = whole_numbers && value == std::nearbyint(value);
+  }
+  void join(const Sums& other) noexcept {
+    if (other.counted == 0) return;
+    if (other.max > max || counted == 0) max_at = other.max_at;
+    counted += other.counted, zeros += other.zeros;
+    min = std::min(min, other.min), max = std::max(max, other.max);
+    whole_numbers = whole_numbers && other.whole_numbers;
+  }
+};
+
+/// Calls `each(value, number of the voxel)` with every finite value of some rows of a grid.
+template <class T, class Each>
+void for_each_value(const GridView& grid, const T* voxels, const Part& part, Each&& each) {
+  const std::int64_t width = grid.geometry.dims[0];
+  for (std::int64_t row = part.first; row < part.last; row += part.step) {
+    for (std::int64_t at = row * width; at < (row + 1) * width; ++at) {
+      double value = 0.0;
+      if (grid.voxels.components == 1) {
+        value = static_cast<double>(voxels[at]) * grid.scale + grid.offset;
+      } else {
+        const T* v = voxels + 3 * at;
+        value = norm(Vec3{static_cast<double>(v[0]) * grid.scale + grid.offset,
+                          static_cast<double>(v[1]) * grid.scale + grid.offset,
+                          static_cast<double>(v[2]) * grid.scale + grid.offset});
+      }
+      if (std::isfinite(value)) each(value, at);
+    }
+  }
+}
+
+/// `act(part, sums)` on sixteen parts of the rows, so many at once as there are cores: sums do not depend on how many there
+/// are.
+template <class Act>
+void in_all_parts(const Part& all, std::vector<Sums>& sums, const Act& act) {
+  const std::int64_t steps = (all.last - all.first + all.step - 1) / all.step;
+  const auto row = [&](std::int64_t part) { return std::min(all.last, all.first + steps * part / parts * all.step); };
+  detail::in_parts(parts, 1, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t part = first; part < last; ++part) {
+      act(Part{row(part), row(part + 1), all.step}, sums[static_cast<std::size_t>(part)]);
+    }
+  });
+}
+
+/// Both looks at the values; `for_values(part, each)` goes through some of them.
+template <class ForValues>
+Statistics looked_at(const Part& all, const ForValues& for_values) {
+  std::vector<Sums> sums(parts);
+  in_all_parts(all, sums, [&](const Part& part, Sums& to) {
+    for_values(part, [&](double value, std::int64_t at) { to.look(value, at); });
+  });
+  Sums whole = sums.front();
+  for (auto part = sums.begin() + 1; part != sums.end(); ++part) whole.join(*part);
+  Statistics result;
+  result.one_in = all.step;
+  if (whole.counted == 0) {
+    result.histogram.counts.assign(1, 0);
+    return result;
+  }
+  result.counted = whole.counted, result.zeros = whole.zeros;
+  result.min = whole.min, result.max = whole.max, result.whole_numbers = whole.whole_numbers;
+  result.max_at.i = static_cast<double>(whole.max_at);  // still a number of a voxel
+  Histogram& histogram = result.histogram;
+  histogram.low = whole.min, histogram.high = whole.max;
+  histogram.counts.assign(whole.max > whole.min ? classes : 1, 0);
+
+  // Distances from the middle, so that squares of large values do not lose what is small.
+  const double middle = 0.5 * whole.min + 0.5 * whole.max;
+  const double per_unit = whole.max > whole.min ? static_cast<double>(histogram.counts.size()) / (whole.max - whole.min) : 0.0;
+  const auto last = static_cast<double>(histogram.counts.size() - 1);
+  in_all_parts(all, sums, [&](const Part& part, Sums& to) {
+    to.counts.assign(histogram.counts.size(), 0);
+    double sum = 0.0, squares = 0.0;
+    for_values(part, [&](double value, std::int64_t) {
+      const double apart = value - middle;
+      sum += apart, squares += apart * apart;
+      const double number = (value - whole.min) * per_unit;
+      ++to.counts[static_cast<std::size_t>(number < last ? number : last)];
+    });
+    to.mean = sum, to.squares = squares;
+  });
+  const auto n = static_cast<double>(whole.counted);
+  double sum = 0.0, squares = 0.0;
+  for (const Sums& part : sums) {
+    sum += part.mean, squares += part.squares;
+    std::transform(part.counts.begin(), part.counts.end(), histogram.counts.begin(), histogram.counts.begin(), std::plus());
+  }
+  const double apart = sum / n;
+  result.mean = middle + apart;
+  result.deviation = std::sqrt(std::max(0.0, squares / n - apart * apart));
+  return result;
+}
+
+}  // namespace
+
+double Histogram::edge(std::size_t number) const noexcept {
+  const double share = static_cast<double>(number) / static_cast<double>(counts.size());
+  return (1.0 - share) * low + share * high;
+}
+
+std::int64_t Histogram::total() const noexcept { return std::accumulate(counts.begin(), counts.end(), std::int64_t{0}); }
+
+Histogram Histogram::in_classes(std::size_t wanted) const {
+  Histogram coarse{low, high, std::vector<std::int64_t>(std::clamp<std::size_t>(wanted, 1, counts.size()), 0)};
+  for (std::size_t c = 0; c < counts.size(); ++c) coarse.counts[c * coarse.counts.size() / counts.size()] += counts[c];
+  return coarse;
+}
+
+double Histogram::percentile(double share) const noexcept {
+  const double wanted = share * static_cast<double>(total());
+  double below = 0.0;
+  for (std::size_t c = 0; c < counts.size(); ++c) {
+    const auto here = static_cast<double>(counts[c]);
+    if (here > 0.0 && below + here >= wanted) {
+      const double part = std::clamp((wanted - below) / here, 0.0, 1.0);
+      return (1.0 - part) * edge(c) + part * edge(c + 1);
+    }
+    below += here;
+  }
+  return high;
+}
+
+double Histogram::share_between(double from, double to) const noexcept {
+  double inside = 0.0;
+  const double width = edge(1) - low;
+  for (std::size_t c = 0; c < counts.size(); ++c) {
+    if (counts[c] == 0 || edge(c + 1) < from || edge(c) > to) continue;
+    const double covered = std::min(to, edge(c + 1)) - std::max(from, edge(c));
+    inside += static_cast<double>(counts[c]) * (width > 0.0 ? std::clamp(covered / width, 0.0, 1.0) : 1.0);
+  }
+  const std::int64_t all = total();
+  return all > 0 ? inside / static_cast<double>(all) : 0.0;
+}
+
+double Histogram::mean_between(double from, double to) const noexcept {
+  double sum = 0.0, inside = 0.0;
+  for (std::size_t c = 0; c < counts.size(); ++c) {
+    const double middle = 0.5 * (edge(c) + edge(c + 1));
+    if (middle < from || middle > to) continue;
+    sum += static_cast<double>(counts[c]) * middle, inside += static_cast<double>(counts[c]);
+  }
+  return inside > 0.0 ? sum / inside : 0.5 * (from + to);
+}
+
+double Statistics::percentile(double share) const noexcept {
+  const double value = histogram.percentile(share);
+  const double width = (histogram.high - histogram.low) / static_cast<double>(histogram.counts.size());
+  if (!(width > 0.0)) return value;
+  const auto last = static_cast<double>(histogram.counts.size() - 1);
+  // A value on the edge of two classes is the upper end of the one that it was found in.
+  const auto c = static_cast<std::size_t>(std::clamp(std::ceil((value - histogram.low) / width) - 1.0, 0.0, last));
+  if (whole_numbers && width <= 1.0) return std::ceil(histogram.edge(c) - 1e-6 * width) + 0.0;  // zero without a sign
+  const bool around_zero = histogram.edge(c) <= 0.0 && histogram.edge(c + 1) >= 0.0;
+  return around_zero && 2 * zeros > histogram.counts[c] ? 0.0 : value;
+}
+
+Statistics statistics(const Field& field, std::int64_t most) {
+  const GridView* grid = grid_behind(field);
+  if (!grid) {
+    const Box box = field.bounds_m();
+    const auto for_places = [&](const Part& part, const auto& each) {
+      for (std::int64_t n = part.first; n < part.last; ++n) {
+        const Vec3 place = detail::halton(static_cast<int>(n) + 1, box);
+        if (field.components() == 1) {
+          if (const ScalarSample s = field.scalar(place); s.inside) each(s.value, n);
+        } else if (const VectorSample v = field.vector(place); v.inside) {
+          each(norm(v.value), n);
+        }
+      }
+    };
+    Statistics found = looked_at({0, places_without_voxels, 1}, for_places);
+    found.max_at = {};
+    return found;
+  }
+  const auto& dims = grid->geometry.dims;
+  const std::int64_t rows = dims[1] * dims[2];
+  const std::int64_t step = std::max<std::int64_t>(1, (grid->geometry.voxels() + most - 1) / std::max<std::int64_t>(most, 1));
+  Statistics found = looked_at({0, rows, step}, [&](const Part& part, const auto& each) {
+    detail::with_values_of(grid->voxels, [&](const auto* voxels) { for_each_value(*grid, voxels, part, each); });
+  });
+  const auto at = static_cast<std::int64_t>(found.max_at.i);
+  found.max_at = {static_cast<double>(at % dims[0]), static_cast<double>(at / dims[0] % dims[1]),
+                  static_cast<double>(at / dims[0] / dims[1])};
+  return found;
+}
+
+std::optional<double> dividing_value(const Histogram& histogram, double from, double to) {
+  double all = 0.0, sum = 0.0;
+  std::size_t filled = 0;
+  const auto middle = [&](std::size_t c) { return 0.5 * (histogram.edge(c) + histogram.edge(c + 1)); };
+  const auto counts = [&](std::size_t c) {
+    return middle(c) >= from && middle(c) <= to ? static_cast<double>(histogram.counts[c]) : 0.0;
+  };
+  for (std::size_t c = 0; c < histogram.counts.size(); ++c) {
+    all += counts(c), sum += counts(c) * middle(c);
+    filled += counts(c) > 0.0;
+  }
+  if (filled < 2) return std::nullopt;
+  // Between two classes apart every cut is as good: the middle one is taken.
+  double below = 0.0, sum_below = 0.0, best = -1.0;
+  std::size_t first_best = 0, last_best = 0;
+  for (std::size_t c = 0; c + 1 < histogram.counts.size(); ++c) {
+    below += counts(c), sum_below += counts(c) * middle(c);
+    if (below == 0.0 || below == all) continue;
+    const double apart = sum_below / below - (sum - sum_below) / (all - below);
+    const double between = below * (all - below) * apart * apart;
+    if (between > best * (1.0 + 1e-12)) best = between, first_best = c;
+    if (between >= best) last_best = c;
+  }
+  return 0.5 * (histogram.edge(first_best + 1) + histogram.edge(last_best + 1));
+}
+
+bool looks_like_hounsfield(const Statistics& values, const std::string& unit) {
+  if (!unit.empty()) return unit == "HU";
+  const Histogram& h = values.histogram;
+  return values.min >= -3100.0 && values.min <= -900.0 && values.max > 300.0 && values.max < 70000.0 &&
+         h.share_between(-1100.0, -850.0) > 0.05 && h.share_between(-150.0, 250.0) > 0.03;
+}
+
+bool looks_like_directions(const Statistics& lengths) {
+  const double moving =
+      1.0 - static_cast<double>(lengths.zeros) / static_cast<double>(std::max<std::int64_t>(lengths.counted, 1));
+  return moving > 0.0 && lengths.max < 1.02 && lengths.histogram.share_between(0.98, 1.02) > 0.95 * moving;
+}
+
+}  // namespace palpa

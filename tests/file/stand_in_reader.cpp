@@ -1,0 +1,87 @@
+// Plays palpa-read for tests, well or badly, as $STAND_IN says.
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "palpa/file/protocol.h"
+
+int main() {
+  using namespace palpa;
+  using namespace palpa::protocol;
+  const char* variable = std::getenv("STAND_IN");
+  const std::string part = variable != nullptr ? variable : "";
+  const int socket = socket_descriptor;
+  bool garbled = false;
+
+  if (part == "exit at once") return 7;
+  if (part == "abort at once") std::abort();
+  if (part == "hang at once") ::pause();
+  auto request = receive(socket, garbled);
+  if (!request) return 1;
+  if (part == "nonsense") {
+    ::send(socket, "the quick brown fox jumps over the lazy dog", 43, 0);
+    ::pause();
+  }
+  if (part == "wrong turn") {
+    send(socket, Done{});
+    ::pause();
+  }
+  if (part == "close and stay") {
+    ::close(socket);
+    ::pause();
+  }
+  if (part == "failure") {
+    send(socket, Failure{"is not liked; bring another"});
+    return 1;
+  }
+
+  Header header;
+  header.format = "nrrd", header.default_unit = "mm";
+  FieldHeader field;
+  field.name = "value", field.type = VoxelType::uint8;
+  field.grid.dims = {4, 4, 4};
+  if (part == "no fields") {
+    send(socket, header);
+    ::pause();
+  }
+  if (part == "too large") field.grid.dims = {1'000'000, 1'000'000, 1'000'000};
+  if (part == "much too large") field.grid.dims = {INT64_MAX, INT64_MAX, 2};
+  if (part == "flat") field.grid.index_to_world_m.row[2] = {};
+  if (part == "no number") field.grid.origin_m.x = std::strtod("nan", nullptr);
+  if (part == "no scale") field.scale = 0;
+  if (part == "hungry") header.working_bytes = UINT64_MAX;
+  header.fields = {field};
+  send(socket, header);
+
+  auto room = receive(socket, garbled);
+  if (!room || room->descriptor < 0) return 1;
+  if (part == "killed in the middle") std::raise(SIGKILL);
+  if (part == "segfault in the middle") {
+    std::signal(SIGSEGV, SIG_DFL);  // sanitizers take it
+    std::raise(SIGSEGV);
+  }
+  if (part == "exit in the middle") return 0;
+  if (part == "hang in the middle") ::pause();
+  if (part == "spin in the middle") {
+    volatile bool go_on = true;
+    while (go_on) {
+    }
+  }
+  if (part == "shrink" && ::ftruncate(room->descriptor, 1) == 0) return 3;  // must not be possible
+  if (part == "header again") {
+    send(socket, header);
+    ::pause();
+  }
+  void* memory = ::mmap(nullptr, 64, PROT_READ | PROT_WRITE, MAP_SHARED, room->descriptor, 0);
+  if (memory == MAP_FAILED) return 4;
+  for (int v = 0; v < 64; ++v) static_cast<unsigned char*>(memory)[v] = static_cast<unsigned char>(v);
+  send(socket, Done{{{"a file", 1, "00"}}, {"a late warning"}});
+  if (part == "stay") ::pause();
+  return 0;
+}

@@ -1,0 +1,173 @@
+// Whatever the reader does: a volume or one line; no descriptor, no child and no wait is left.
+#include <gtest/gtest.h>
+#include <stdlib.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "palpa/core/load_error.h"
+#include "palpa/file/read_volume.h"
+#include "palpa/grid/grid.h"
+#include "palpa/volume/volume.h"
+
+namespace palpa {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::size_t open_descriptors() {
+  return static_cast<std::size_t>(std::distance(fs::directory_iterator("/proc/self/fd"), fs::directory_iterator()));
+}
+
+class StandIn : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = (fs::temp_directory_path() / "palpa-test-XXXXXX").string();
+    folder_ = ::mkdtemp(name.data());
+    file_ = write("a.nrrd", "any bytes");
+    options_.reader = STAND_IN_READER;
+    options_.idle_limit_s = 0.5;
+    descriptors_ = open_descriptors();
+  }
+  void TearDown() override {
+    EXPECT_EQ(open_descriptors(), descriptors_);
+    EXPECT_EQ(::waitpid(-1, nullptr, WNOHANG), -1) << "a child is left";
+    ::unsetenv("STAND_IN");
+    ::unsetenv("PALPA_READER");
+    fs::remove_all(folder_);
+  }
+
+  fs::path write(const std::string& name, const std::string& bytes) {
+    std::ofstream(folder_ / name) << bytes;
+    return folder_ / name;
+  }
+
+  Volume read() { return read_volume(file_, options_); }
+
+  /// The error, without the file's name.
+  std::string error(const char* part) {
+    ::setenv("STAND_IN", part, 1);
+    try {
+      read();
+    } catch (const LoadError& problem) {
+      const std::string text = problem.what();
+      EXPECT_EQ(text.rfind(file_.string() + ": ", 0), 0U) << text;
+      EXPECT_EQ(text.find('\n'), std::string::npos) << text;
+      EXPECT_NE(text.find("; "), std::string::npos) << text;
+      return text.substr(file_.string().size() + 2);
+    }
+    ADD_FAILURE() << "no error";
+    return {};
+  }
+  void expect_error(const char* part, const std::string& of) {
+    const std::string text = error(part);
+    EXPECT_NE(text.find(of), std::string::npos) << part << ": " << text;
+  }
+
+  fs::path folder_, file_;
+  ReadOptions options_;
+
+ private:
+  std::size_t descriptors_ = 0;
+};
+
+TEST_F(StandIn, AWellBehavedReaderGivesAVolumeThatStays) {
+  Volume volume = read();
+  ASSERT_EQ(volume.fields.size(), 1U);
+  EXPECT_NEAR(volume.fields[0].field->scalar({1e-3, 1e-3, 1e-3}).value, 21.0, 1e-9);
+  EXPECT_EQ(volume.fields[0].field->extents()[0].max, 63.0);
+  EXPECT_EQ(volume.files[0].path, "a file");
+  EXPECT_EQ(volume.warnings.back(), "a late warning");
+  ::setenv("STAND_IN", "stay", 1);
+  EXPECT_NEAR(read().fields[0].field->scalar({1e-3, 1e-3, 1e-3}).value, 21.0, 1e-9);
+}
+
+TEST_F(StandIn, ReadersThatEndEarly) {
+  expect_error("exit at once", "code 7");
+  expect_error("abort at once", "signal 6");
+  expect_error("killed in the middle", "signal 9");
+  expect_error("segfault in the middle", "signal 11");
+  expect_error("exit in the middle", "code 0");
+  expect_error("close and stay", "before it was done");
+}
+
+TEST_F(StandIn, ReadersThatMakeNoProgress) {
+  expect_error("hang at once", "no progress for 0.5 s");
+  expect_error("hang in the middle", "no progress for 0.5 s");
+  expect_error("spin in the middle", "without reading on");
+}
+
+TEST_F(StandIn, ReadersThatTalkNonsense) {
+  expect_error("nonsense", "does not speak as this program does");
+  expect_error("wrong turn", "out of turn");
+  expect_error("header again", "out of turn");
+  EXPECT_EQ(error("failure"), "is not liked; bring another");
+}
+
+TEST_F(StandIn, HeadersThatCannotBe) {
+  expect_error("no fields", "no field");
+  expect_error("too large", "claims 1000000 × 1000000 × 1000000 voxels");
+  expect_error("much too large", "more voxels than can be counted");
+  expect_error("hungry", "free; crop or downsample");
+  expect_error("flat", "cannot be placed in the world");
+  expect_error("no number", "cannot be placed in the world");
+  expect_error("no scale", "factor that is zero");
+}
+
+TEST_F(StandIn, SharedMemoryCannotBeTakenAway) {
+  ::setenv("STAND_IN", "shrink", 1);
+  EXPECT_NO_THROW(read());
+}
+
+TEST_F(StandIn, ScriptsAreEndedWithWhatTheyStarted) {
+  const fs::path script = write("sleeper", "#!/bin/sh\nsleep 600 &\nsleep 600\n");
+  fs::permissions(script, fs::perms::owner_all);
+  options_.reader = script;
+  expect_error("", "no progress for 0.5 s");
+}
+
+TEST_F(StandIn, ReadersThatAreNotThere) {
+  options_.reader = folder_ / "none";
+  expect_error("", "is no program");
+  options_.reader = file_;  // not executable
+  expect_error("", "is no program");
+  options_.reader.clear();
+  ::setenv("PALPA_READER", "/none", 1);
+  expect_error("", "PALPA_READER is '/none'");
+  ::unsetenv("PALPA_READER");
+  if (!fs::exists(fs::read_symlink("/proc/self/exe").parent_path() / "palpa-read")) expect_error("", "not beside this one");
+  const fs::path broken = write("broken", "no program");
+  fs::permissions(broken, fs::perms::owner_all);
+  options_.reader = broken;
+  expect_error("", "does not start");
+}
+
+TEST_F(StandIn, TheEnvironmentNamesAReader) {
+  options_.reader.clear();
+  ::setenv("PALPA_READER", STAND_IN_READER, 1);
+  EXPECT_NO_THROW(read());
+}
+
+TEST_F(StandIn, NoReaderIsStartedForWhatIsNoFile) {
+  options_.reader = "/none";
+  const auto what = [&](const fs::path& path) -> std::string {
+    try {
+      read_volume(path, options_);
+    } catch (const LoadError& problem) {
+      return problem.what();
+    }
+    return {};
+  };
+  EXPECT_NE(what(folder_ / "missing").find("does not exist"), std::string::npos);
+  EXPECT_NE(what(folder_).find("no program"), std::string::npos);  // only a reader can tell what a folder holds
+  EXPECT_NE(what(write("empty", "")).find("is empty"), std::string::npos);
+  const fs::path pipe = folder_ / "pipe";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_NE(what(pipe).find("no ordinary file"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace palpa
