@@ -21,7 +21,7 @@ struct Follow {
         param("strength_n", &Follow::strength_n, "force that holds the hand on the line; above it the hand slides across"),
         param("drag_ns_per_m", &Follow::drag_ns_per_m, "viscous resistance to motion across the field", Range{0, 100})};
   }
-  void place(const Here& here, PrimitiveSet& out) const noexcept;
+  void place(const Here& here, PrimitiveSink out) const noexcept;
 };
 
 }  // namespace palpa

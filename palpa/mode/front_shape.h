@@ -21,7 +21,7 @@ struct FrontShape {
         param("strength_n", &FrontShape::strength_n, "force at which the hand gets through against the field"),
         param("drag_ns_per_m", &FrontShape::drag_ns_per_m, "viscous resistance to motion against the field", Range{0, 100})};
   }
-  void place(const Here& here, PrimitiveSet& out) const noexcept;
+  void place(const Here& here, PrimitiveSink out) const noexcept;
 };
 
 }  // namespace palpa

@@ -32,7 +32,7 @@ struct GradientForce {
                             "above it, all of it from three times that on",
                             Range{0, std::numeric_limits<double>::infinity()})};
   }
-  void place(const Here& here, PrimitiveSet& out) const noexcept;
+  void place(const Here& here, PrimitiveSink out) const noexcept;
 };
 
 }  // namespace palpa

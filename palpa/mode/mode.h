@@ -12,6 +12,7 @@
 
 #include "palpa/core/law.h"
 #include "palpa/mode/here.h"
+#include "palpa/mode/primitive_sink.h"
 
 namespace palpa {
 
@@ -62,11 +63,11 @@ struct Settled {
 ///   static constexpr auto type = "lab.ridge";              its name in scene files
 ///   static constexpr auto summary = "…";                   what it feels like, one sentence (optional)
 ///   static constexpr auto parameters() { return std::tuple{param(…), …}; }
-///   void place(const Here&, PrimitiveSet&) const noexcept;
+///   void place(const Here&, PrimitiveSink) const noexcept;
 ///
 /// `place` is pure: it may be called any number of times per sub-step, also at trial points. A mode
 /// that must remember something declares a trivially copyable `struct Memory` of at most 256 bytes; then
-///   void place(const Here&, const Memory&, PrimitiveSet&) const noexcept;
+///   void place(const Here&, const Memory&, PrimitiveSink) const noexcept;
 ///   void settle(const Settled&, Memory&) const noexcept;    once per accepted sub-step
 /// A mode whose parameters must fit together may add
 ///   std::string problem() const;                           empty, or what is wrong and what would be right
@@ -94,7 +95,7 @@ class Mode {
   /// Bytes of memory that the session keeps for it (0…256), and a fresh memory.
   std::size_t memory_bytes() const noexcept { return model_->memory_bytes(); }
   void start(std::byte* memory) const noexcept { model_->start(memory); }
-  void place(const Here& here, const std::byte* memory, PrimitiveSet& out) const noexcept { model_->place(here, memory, out); }
+  void place(const Here& here, const std::byte* memory, PrimitiveSink out) const noexcept { model_->place(here, memory, out); }
   void settle(const Settled& settled, std::byte* memory) const noexcept { model_->settle(settled, memory); }
 
   /// The mode as its own type; nullptr if it is another.
@@ -114,7 +115,7 @@ class Mode {
     virtual void visit(ParameterVisitor& visitor) = 0;
     virtual std::size_t memory_bytes() const noexcept = 0;
     virtual void start(std::byte* memory) const noexcept = 0;
-    virtual void place(const Here& here, const std::byte* memory, PrimitiveSet& out) const noexcept = 0;
+    virtual void place(const Here& here, const std::byte* memory, PrimitiveSink out) const noexcept = 0;
     virtual void settle(const Settled& settled, std::byte* memory) const noexcept = 0;
   };
 
@@ -143,7 +144,7 @@ class Mode {
     void start(std::byte* memory) const noexcept override {
       if constexpr (HasMemory<M>) ::new (memory) typename M::Memory{};
     }
-    void place(const Here& here, const std::byte* memory, PrimitiveSet& out) const noexcept override {
+    void place(const Here& here, const std::byte* memory, PrimitiveSink out) const noexcept override {
       if constexpr (HasMemory<M>) {
         mode.place(here, *std::launder(reinterpret_cast<const typename M::Memory*>(memory)), out);
       } else {

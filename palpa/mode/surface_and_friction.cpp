@@ -54,7 +54,7 @@ std::string SurfaceAndFriction::problem() const {
   return {};
 }
 
-void SurfaceAndFriction::place(const Here& here, const Memory& memory, PrimitiveSet& out) const noexcept {
+void SurfaceAndFriction::place(const Here& here, const Memory& memory, PrimitiveSink out) const noexcept {
   const auto is_held = [](const Memory::Held& held) { return held.level >= 0; };
   const bool material = levels.empty();
   if (!material && noise_per_m == 0.0 && std::ranges::none_of(memory.held, is_held)) return;  // nothing is met, nothing flat
@@ -80,7 +80,7 @@ void SurfaceAndFriction::place(const Here& here, const Memory& memory, Primitive
   }
 }
 
-void SurfaceAndFriction::stand(const Here& here, const Standing& on, PrimitiveSet& out) const noexcept {
+void SurfaceAndFriction::stand(const Here& here, const Standing& on, PrimitiveSink out) const noexcept {
   const std::uint16_t slot = surface_slot(on.held);
   const Vec3 x_m = here.foot_m(slot);
   const ScalarSample& sample = here.scalar(field, x_m);

@@ -123,13 +123,13 @@ struct SurfaceAndFriction {
     bool captured = false;             ///< by material, that gives way
     double value = 0.0;                ///< of it, in the field's own unit
   };
-  void place(const Here& here, const Memory& memory, PrimitiveSet& out) const noexcept;
+  void place(const Here& here, const Memory& memory, PrimitiveSink out) const noexcept;
   void settle(const Settled& settled, Memory& memory) const noexcept;
 
  private:
   struct Standing;
   double texture_factor(const Here& here, std::uint16_t slot) const noexcept;
-  void stand(const Here& here, const Standing& on, PrimitiveSet& out) const noexcept;
+  void stand(const Here& here, const Standing& on, PrimitiveSink out) const noexcept;
   void rub(const Settled& settled, Memory& memory) const noexcept;
   void meet(Memory& memory, std::int32_t level, bool from_low) const noexcept;
   bool is_solid(double value) const noexcept;

@@ -24,7 +24,7 @@ struct TransverseDamping {
   }
   /// At least one of drag and strength.
   std::string problem() const;
-  void place(const Here& here, PrimitiveSet& out) const noexcept;
+  void place(const Here& here, PrimitiveSink out) const noexcept;
 };
 
 }  // namespace palpa

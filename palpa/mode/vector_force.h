@@ -20,7 +20,7 @@ struct VectorForce {
                       param("strength_n", &VectorForce::strength_n,
                             "force of the push; a function of magnitude(FIELD) makes fast places push more")};
   }
-  void place(const Here& here, PrimitiveSet& out) const noexcept;
+  void place(const Here& here, PrimitiveSink out) const noexcept;
 };
 
 }  // namespace palpa

@@ -23,7 +23,7 @@ struct Viscosity {
   }
   /// At least one of strength and drag.
   std::string problem() const;
-  void place(const Here& here, PrimitiveSet& out) const noexcept;
+  void place(const Here& here, PrimitiveSink out) const noexcept;
 };
 
 }  // namespace palpa

@@ -62,13 +62,13 @@ std::string problem_of(const M& mode) {
 std::string VortexForce::problem() const { return problem_of(*this); }
 std::string VortexPlane::problem() const { return problem_of(*this); }
 
-void VortexForce::place(const Here& here, PrimitiveSet& out) const noexcept {
+void VortexForce::place(const Here& here, PrimitiveSink out) const noexcept {
   const ToCore core = to_core(here, *this);
   const double strength = std::min(in_vortex_n(here, *this, here.newtons(strength_n)), core.steady_n);
   if (strength > 0.0) out.directed(0, core.direction, strength);
 }
 
-void VortexPlane::place(const Here& here, const Memory& memory, PrimitiveSet& out) const noexcept {
+void VortexPlane::place(const Here& here, const Memory& memory, PrimitiveSink out) const noexcept {
   const ToCore core = to_core(here, *this);
   if (core.direction == Vec3{}) return;
   const bool on_level = direction == VortexDirection::q;

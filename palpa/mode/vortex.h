@@ -44,7 +44,7 @@ struct VortexForce {
   bool needs_velocity() const { return direction != VortexDirection::q; }
   /// A background only where the direction depends on it.
   std::string problem() const;
-  void place(const Here& here, PrimitiveSet& out) const noexcept;
+  void place(const Here& here, PrimitiveSink out) const noexcept;
 
   /// How that parameter reads, for all vortex modes.
   static constexpr std::string_view background_sentence =
@@ -82,7 +82,7 @@ struct VortexPlane {
     bool captured = false;
     double value = 0.0;  ///< Q of the level that the plane stands on, [1/s²] where velocities are in m/s
   };
-  void place(const Here& here, const Memory& memory, PrimitiveSet& out) const noexcept;
+  void place(const Here& here, const Memory& memory, PrimitiveSink out) const noexcept;
   void settle(const Settled& settled, Memory& memory) const noexcept;
 };
 

@@ -39,7 +39,7 @@ struct VortexLine {
   bool needs_velocity() const { return true; }  // for the axis
   /// A background only where the step depends on it.
   std::string problem() const;
-  void place(const Here& here, PrimitiveSet& out) const noexcept;
+  void place(const Here& here, PrimitiveSink out) const noexcept;
 };
 
 }  // namespace palpa
