@@ -5,7 +5,7 @@
 # reports it for "text" + std::string at -O3 (GCC bug 105651).
 add_library(palpa_rules INTERFACE)
 target_compile_options(palpa_rules INTERFACE
-  -Wall -Wextra -Wno-missing-field-initializers -Wshadow -Wconversion -Wno-sign-conversion -Wno-restrict
+  -Wall -Wextra -Wno-missing-field-initializers -Wshadow -Wconversion -Wno-sign-conversion $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
   -ffp-contract=off -fno-math-errno)
 if(PALPA_SANITIZE)
   target_compile_options(palpa_rules INTERFACE -fsanitize=${PALPA_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=undefined)
@@ -32,7 +32,7 @@ function(palpa_test name)
   add_executable(test_${name} ${arg_SOURCES})
   target_link_libraries(test_${name} PRIVATE palpa_rules ${arg_LINKS} GTest::gmock GTest::gtest_main)
   # g++ 12 takes the strings of a moved-from temporary for uninitialised once the tests are inlined at -O3.
-  target_compile_options(test_${name} PRIVATE -Wno-maybe-uninitialized)
+  target_compile_options(test_${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
   set_target_properties(test_${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   if(NOT arg_TIMEOUT)
     set(arg_TIMEOUT 300)

@@ -15,7 +15,7 @@
 
 #include "messages.h"
 #include "palpa/file/protocol_memory.h"
-#include "palpa/file/sha256.h"
+#include "palpa/volume/sha256.h"
 #include "palpa/volume/volume.h"
 #include "program.h"
 

@@ -18,7 +18,7 @@
 #include "palpa/file/protocol.h"
 #include "palpa/file/raw_file.h"
 #include "palpa/file/reader_process.h"
-#include "palpa/file/sha256.h"
+#include "palpa/volume/sha256.h"
 #include "palpa/file/shared_memory.h"
 #include "palpa/volume/volume.h"
 

@@ -57,7 +57,7 @@ a ◄ nowhere
 core ◄ field ◄ mode          words about ◄ arrows
 core ◄ device
 mode, device ◄ loop
-field ◄ volume ◄ reader
+field ◄ file ◄ reader
 ## 4. Else
 x ◄ y
 )";
@@ -68,13 +68,13 @@ TEST(Arrows, AreReadFromTheSectionOnLayersAndFollowedToTheirEnd) {
   EXPECT_THAT(arrows.at("core"), ElementsAre("core"));
   EXPECT_THAT(arrows.at("mode"), ElementsAre("core", "field", "mode"));
   EXPECT_THAT(arrows.at("loop"), ElementsAre("core", "device", "field", "loop", "mode"));
-  EXPECT_THAT(arrows.at("volume"), ElementsAre("core", "field", "volume"));
+  EXPECT_THAT(arrows.at("file"), ElementsAre("core", "field", "file"));
 }
 
 TEST(Arrows, AnIncludeAgainstThemIsSeen) {
   const Arrows arrows = arrows_of(small_page);
   const auto wrong = [&](const char* path, const char* text) { return wrong_includes(arrows, path, text); };
-  EXPECT_THAT(wrong("palpa/mode/a.h", "#include \"palpa/grid/grid.h\"\n#include <vector>\n"), IsEmpty());
+  EXPECT_THAT(wrong("palpa/mode/a.h", "#include \"palpa/field/grid.h\"\n#include <vector>\n"), IsEmpty());
   EXPECT_THAT(wrong("palpa/field/a.h", "#pragma once\n #  include \"palpa/mode/mode.h\""),
               ElementsAre(HasSubstr("mode.h, against")));
   EXPECT_THAT(wrong("palpa/field/a.cpp", "#include <palpa/device/hand.h>"), SizeIs(1));
@@ -90,7 +90,7 @@ TEST(Arrows, AnIncludeOfAForeignLibraryIsSeen) {
   const Arrows arrows = arrows_of(small_page);
   const auto wrong = [&](const char* path, const char* text) { return wrong_includes(arrows, path, text); };
   EXPECT_THAT(wrong("reader/vtk.cpp", "#include <vtkImageData.h>\n#include <itkImage.h>"), IsEmpty());
-  EXPECT_THAT(wrong("palpa/volume/a.cpp", "#include <vtkImageData.h>"), SizeIs(1));
+  EXPECT_THAT(wrong("palpa/file/a.cpp", "#include <vtkImageData.h>"), SizeIs(1));
   EXPECT_THAT(wrong("app/a.cpp", "#include <itkImage.h>"), SizeIs(1));
   EXPECT_THAT(wrong("palpa/mode/a.cpp", "#include <toml++/toml.h>"), IsEmpty());
   EXPECT_THAT(wrong("palpa/mode/a.h", "#include <toml++/toml.h>"), SizeIs(1)) << "a public header";

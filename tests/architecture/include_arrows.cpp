@@ -80,8 +80,8 @@ std::vector<std::string> wrong_includes(const Arrows& arrows, std::string_view p
         if (!layer.empty() && library && name == "palpa/palpa.h") complain("palpa/palpa.h, which is for users");
       } else if (!layer.empty() && (!arrows.contains(layer) || !arrows.at(layer).contains(other))) {
         complain(name + ", against the arrows");
-      } else if (layer == "reader" && other == "volume" && name.find("protocol") == name.npos) {
-        complain(name + ": of volume, the reader knows the protocol alone");
+      } else if (layer == "reader" && other == "file" && name.find("protocol") == name.npos) {
+        complain(name + ": of file, the reader knows the protocol alone");
       }
     } else if (library && quoted) {
       complain('"' + name + "\"; within the library headers are named from palpa/ on");

@@ -11,7 +11,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "palpa/file/sha256.h"
+#include "palpa/volume/sha256.h"
 #include "palpa/report/html.h"
 
 namespace palpa {

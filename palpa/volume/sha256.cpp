@@ -1,6 +1,6 @@
 // Our own, because none of the linked libraries offers it: VTK's KWSys and ITK have MD5, GDCM MD5 and SHA-1;
 // OpenSSL or libgcrypt would be a new dependency for sixty lines.
-#include "palpa/file/sha256.h"
+#include "palpa/volume/sha256.h"
 
 #if defined(__x86_64__)
 #include <cpuid.h>
