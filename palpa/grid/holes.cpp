@@ -83,7 +83,7 @@ bool is_hole(const T* value, int components) noexcept {
 }  // namespace
 
 Holes::Holes(const GridGeometry& geometry, const Voxels& values, const Mat3& world_to_steps, int reach) {
-  const auto [nx, ny, nz] = geometry.dims;
+  const std::int64_t nx = geometry.dims[0], ny = geometry.dims[1], nz = geometry.dims[2];
   stride_[0] = 1, stride_[1] = nx, stride_[2] = nx * ny;
   const std::array<double, 3> step_m = steps_count_m(geometry, world_to_steps);
 
@@ -112,7 +112,7 @@ Holes::Holes(const GridGeometry& geometry, const Voxels& values, const Mat3& wor
   }
 
   depths_.resize(static_cast<std::size_t>(nx * ny * nz), furthest);
-  with_values_of(values, [&, nx = nx, ny = ny, nz = nz]<class T>(const T* data) {
+  with_values_of(values, [&]<class T>(const T* data) {
     if constexpr (std::is_floating_point_v<T>) {
       in_parts(nz, worth_a_thread / (nx * ny) + 1, [&](std::int64_t first, std::int64_t last) {
         Lines along_i(costs[0], 1, 1, reach), along_j(costs[1], nx, nx, reach);
@@ -127,7 +127,7 @@ Holes::Holes(const GridGeometry& geometry, const Voxels& values, const Mat3& wor
       });
     }
   });
-  in_parts(ny, worth_a_thread / (nx * nz) + 1, [&, nx = nx, ny = ny](std::int64_t first, std::int64_t last) {
+  in_parts(ny, worth_a_thread / (nx * nz) + 1, [&](std::int64_t first, std::int64_t last) {
     Lines along_k(costs[2], nx * ny, nx, reach);
     for (std::int64_t j = first; j < last; ++j) along_k.spread(depths_.data() + j * nx);
   });

@@ -152,14 +152,14 @@ void in_lanes(std::int64_t count, std::int64_t most, Act act) {
 
 template <class T>
 std::shared_ptr<const T> interpolating_coefficients(const GridGeometry& geometry, int components, const T* values) {
-  const auto [nx, ny, nz] = geometry.dims;
+  const std::int64_t nx = geometry.dims[0], ny = geometry.dims[1], nz = geometry.dims[2];
   const std::int64_t row = nx * components, plane = row * ny;
   const std::shared_ptr<T> result = room_for<T>(static_cast<std::size_t>(plane * nz));
   T* const c = result.get();
   constexpr std::int64_t worth_a_thread = 1 << 16;
   // Along j and k one line alone would fetch memory for one value in sixteen, and a page for one in a thousand.
   constexpr std::int64_t rows_at_once = 16, columns_at_once = 64;
-  in_parts(nz, worth_a_thread / plane + 1, [&, nx = nx, ny = ny](std::int64_t first, std::int64_t last) {
+  in_parts(nz, worth_a_thread / plane + 1, [&](std::int64_t first, std::int64_t last) {
     Lines<T> along_i(nx, components, rows_at_once), along_j(ny, row, columns_at_once);
     for (std::int64_t k = first; k < last; ++k) {
       in_lanes(ny, rows_at_once, [&](std::int64_t j, std::int64_t lanes) {
@@ -171,7 +171,7 @@ std::shared_ptr<const T> interpolating_coefficients(const GridGeometry& geometry
       in_lanes(row, columns_at_once, [&](std::int64_t i, std::int64_t lanes) { along_j.solve(c + k * plane + i, lanes); });
     }
   });
-  in_parts(ny, worth_a_thread / (row * nz) + 1, [&, nz = nz](std::int64_t first, std::int64_t last) {
+  in_parts(ny, worth_a_thread / (row * nz) + 1, [&](std::int64_t first, std::int64_t last) {
     Lines<T> along_k(nz, plane, columns_at_once);
     for (std::int64_t j = first; j < last; ++j) {
       in_lanes(row, columns_at_once, [&](std::int64_t i, std::int64_t lanes) { along_k.solve(c + j * row + i, lanes); });

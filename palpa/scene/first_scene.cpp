@@ -26,7 +26,7 @@ using detail::toml_string;
 constexpr double reach_m = 0.15;        // of the hand: what the longest side of the object becomes
 constexpr double enough = 0.85;         // of all that is solid is the object: the table of a scanner is a tenth
 constexpr double sparse = 0.35;         // of the object's box: a hand would search for it (of an ellipsoid's half is filled)
-constexpr double felt = 0.5;            // of that box then, its surroundings with it
+constexpr double felt_part = 0.5;       // of that box then, its surroundings with it
 constexpr std::size_t comment_at = 40;  // column
 
 /// `key = value` and why, the reason in a column of its own.
@@ -545,7 +545,7 @@ std::string first_scene(const Volume& volume, const VolumeRequest& request) {
       for (std::size_t n = 0; n < lattice.size(); ++n) {
         if (here[n] && contains(object.box_m, lattice.middle_m(n))) in_box.push_back(*here[n]);
       }
-      faint = detail::faint_value(std::move(in_box), first, felt);
+      faint = detail::faint_value(std::move(in_box), first, felt_part);
     }
     modes = surface_modes(names.of(*number), values[*number], first, faint);
   }

@@ -95,15 +95,15 @@ void LocalModel::find_contacts() noexcept {
 
 // Friction is across what the surface presses with, the sum of its facets. False where it is so already.
 bool LocalModel::turn_friction() noexcept {
-  bool turned = false;
+  bool changed = false;
   for (const LevelContact& contact : contacts_) {
     if (contact.line < 0 || contact.facets == 1 || contact.pressed == Vec3{}) continue;
     Primitive line = set_[static_cast<std::size_t>(contact.line)];
-    turned = turned || line.direction != contact.pressed;
+    changed = changed || line.direction != contact.pressed;
     line.direction = contact.pressed;
     set_.replace(static_cast<std::size_t>(contact.line), line, {});
   }
-  return turned;
+  return changed;
 }
 
 Balance LocalModel::solve(const Vec3& probe_m, double time_step_s) noexcept {

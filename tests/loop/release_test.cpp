@@ -303,7 +303,9 @@ TEST(Release, LeavesNoStepOfAStrengthThatIsSteepInSpace) {
         return distance(now_n, before_n) - k * step_m;
       };
       if (i > 0) steps_of_force += beyond_hand_n(frame.result.force_n, before.result.force_n) > 0.5;
-      if (i > 0 && i > told_at + 20) ASSERT_LE(beyond_hand_n(frame.command_n, before.command_n), 0.05) << run << ", " << i;
+      if (i > 0 && i > told_at + 20) {
+        ASSERT_LE(beyond_hand_n(frame.command_n, before.command_n), 0.05) << run << ", " << i;
+      }
       before = frame;
     }
   }
