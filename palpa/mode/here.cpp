@@ -87,9 +87,9 @@ class Samples::Plan {
 };
 
 namespace {
-// Of a grid's largest value over its spacing: what the sum over a stencil's voxels can be off. Where voxels are equal a
-// spline's gradient is nothing else, and its direction is no direction.
-constexpr double slope_rounding = 64.0 * std::numeric_limits<double>::epsilon();
+// Of a field's largest value: what the sum over a stencil's voxels can be off. Where voxels are equal a spline's gradient is
+// nothing else, and its direction is no direction.
+constexpr double sum_rounding = 64.0 * std::numeric_limits<double>::epsilon();
 }  // namespace
 
 Samples::Samples(std::span<const FieldPtr> fields, const Similarity& map)
@@ -99,7 +99,8 @@ Samples::Samples(std::span<const FieldPtr> fields, const Similarity& map)
     spacings_m_.push_back(map_.length_to_hand(field->spacing_m()));
     const double largest = std::max(std::abs(ranges_.back().min), std::abs(ranges_.back().max));
     const bool is_grid = dynamic_cast<const detail::GridBase*>(field.get()) && std::isfinite(largest);
-    least_slopes_.push_back(is_grid ? slope_rounding * largest / spacings_m_.back() : 0.0);
+    least_slopes_.push_back(is_grid ? sum_rounding * largest / spacings_m_.back() : 0.0);
+    roundings_.push_back(std::isfinite(largest) ? 2.0 * sum_rounding * largest : 0.0);
     any_timed_ = any_timed_ || timed(*field);
   }
 }

@@ -67,6 +67,10 @@ class Samples {
   double spacing_m(std::int32_t field, const Vec3& hand_m) const noexcept;
   /// The range of a scalar field's values; 0 to 0 for others.
   const Extent& range(std::int32_t field) const noexcept;
+  /// By how much two samples of a scalar field may differ by rounding alone, in the field's own unit; 0 for others.
+  double rounding(std::int32_t field) const noexcept {
+    return is_field(field) ? roundings_[static_cast<std::size_t>(field)] : 0.0;
+  }
   /// Where the data's point of a field that is at `hand_m` [m] at one moment is at another (TimedField::carried). The position
   /// itself for an index that is no field, or a field that stays as it is.
   Carried carried(std::int32_t field, const Vec3& hand_m, DataTime from, DataTime to) const noexcept;
@@ -119,6 +123,7 @@ class Samples {
   std::vector<double> spacings_m_;             // [hand m]
   std::vector<double> least_slopes_;           // [unit per hand metre] what is not steeper is flat, but for rounding
   std::vector<Extent> ranges_;
+  std::vector<double> roundings_;
   class Plan;
   std::shared_ptr<Plan> plan_;
 };

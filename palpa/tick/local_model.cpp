@@ -348,7 +348,8 @@ void LocalModel::attend(const Crossings& crossings, const Vec3& end_m, EventPoli
     if (contact.state == PrimitiveState::off) crossings.attend(policy, level, high ? Passing::leaves_down : Passing::leaves_up);
     if (is_short || !holds(contact) || !contact.is_rigid()) continue;
     const ScalarSample& here = modes_.samples().scalar(level.field, start_m_);
-    const double margin = piercing * spacing_m_ * norm(here.gradient);
+    // Where the data are flat no value tells how deep the proxy is, only rounding seems to.
+    const double margin = piercing * spacing_m_ * norm(here.gradient) + modes_.samples().rounding(level.field);
     Extent& allowed = policy.fields[static_cast<std::size_t>(level.field)].allowed;
     if (high) allowed.max = std::min(allowed.max, std::max(level.value, here.value) + margin);
     if (!high) allowed.min = std::max(allowed.min, std::min(level.value, here.value) - margin);

@@ -11,6 +11,7 @@
 
 #include "palpa/grid/grid.h"
 #include "palpa/mode/follow.h"
+#include "palpa/mode/gradient_force.h"
 #include "palpa/mode/surface_and_friction.h"
 #include "palpa/mode/viscosity.h"
 #include "palpa/volume/analytic.h"
@@ -532,6 +533,39 @@ TEST(FlatData, DoNotHoldTheProxyForEver) {
       for (int i = 0; i < 3000; ++i)
         waiting += session.tick({.position_m = hand.at(1e-3 * i)}, 1e-3).status == TickStatus::waiting;
       EXPECT_EQ(waiting, 0) << static_cast<int>(filter) << ", " << base;
+    }
+  }
+}
+
+// From a slope the proxy takes along how deep it is; where the data go flat no value tells that any more.
+TEST(FlatData, DoNotHoldAProxyThatComesFromASlope) {
+  const GridGeometry geometry{{32, 32, 32}, 1e-3 * Mat3::identity(), {-0.016, -0.016, -0.016}};
+  for (const Filter filter : {Filter::trilinear, Filter::smooth, Filter::cubic}) {
+    for (const double base : {40.0, -1000.0, 1e5 / 3.0}) {
+      auto voxels = std::make_shared<std::vector<float>>();
+      for (int k = 0; k < 32; ++k) {
+        for (int j = 0; j < 32; ++j) {
+          for (int i = 0; i < 32; ++i) {
+            const double r = std::hypot(i - 20.0, j - 16.0, k - 16.0);
+            voxels->push_back(static_cast<float>(base + 900.0 * std::clamp(1.5 - r / 4.0, 0.0, 1.0)));
+          }
+        }
+      }
+      Volume volume;
+      volume.fields.push_back(
+          {"signal", "", grid_field(geometry, {VoxelType::float32, 1, std::shared_ptr<const void>(voxels, voxels->data())})});
+      Scene scene = plain_scene({.stiffness_n_per_m = 1200.0, .damping_ns_per_m = 0.0});
+      const FieldRef field = scene.add("ball", volume, {}, filter);
+      scene.add("material",
+                SurfaceAndFriction{.field = field, .solid = SurfaceAndFriction::Solid::low, .strength_n = Strength{0.2}});
+      scene.add("pull", GradientForce{.field = field, .strength_n = Strength{1.0}});
+      Session session(scene);
+      test::Random random(3);
+      const test::Wander hand(random, 0.014);
+      int waiting = 0;
+      for (int i = 0; i < 10000; ++i)
+        waiting += session.tick({.position_m = hand.at(1e-3 * i)}, 1e-3).status == TickStatus::waiting;
+      EXPECT_LE(waiting, 10) << static_cast<int>(filter) << ", " << base;
     }
   }
 }
