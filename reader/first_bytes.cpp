@@ -6,6 +6,7 @@
 #include <cctype>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 
 #include "palpa/core/load_error.h"
 
@@ -31,6 +32,28 @@ std::string first_word(std::string_view text) {
 std::string word_after(std::string_view text, std::string_view key) {
   const std::size_t at = text.find(key);
   return at == std::string_view::npos ? std::string() : first_word(text.substr(at + key.size()));
+}
+
+bool Beginning::is_folder() const { return std::filesystem::is_directory(path_); }
+
+bool Beginning::is_named(std::initializer_list<std::string_view> ends) const noexcept {
+  return std::ranges::any_of(ends, [&](std::string_view end) { return path_.ends_with(end); });
+}
+
+bool Beginning::has(std::size_t at, std::string_view bytes) const {
+  return std::string_view(this->bytes()).substr(std::min(at, this->bytes().size())).starts_with(bytes);
+}
+
+bool Beginning::contains(std::string_view bytes) const { return this->bytes().find(bytes) != std::string::npos; }
+
+bool Beginning::begins_with_word(std::initializer_list<std::string_view> words) const {
+  const std::string first = first_word(bytes());
+  return std::ranges::find(words, first) != words.end();
+}
+
+const std::string& Beginning::bytes() const {
+  if (!bytes_) bytes_ = first_bytes(path_);
+  return *bytes_;
 }
 
 }  // namespace palpa::reader

@@ -44,17 +44,10 @@ class Source {
   virtual void check_files() const {}
 };
 
-// One function for each library or family of formats. They throw LoadError with "what is wrong; what would be right", without
-// the file's name, and take no memory for voxels (a legacy VTK file does, but no more than it has bytes).
-std::unique_ptr<Source> open_nrrd(const protocol::Request& request);
-std::unique_ptr<Source> open_metaimage(const protocol::Request& request);
-std::unique_ptr<Source> open_dicom(const protocol::Request& request);  ///< a file or a folder
-std::unique_ptr<Source> open_nifti(const protocol::Request& request);
-std::unique_ptr<Source> open_vtk_xml(const protocol::Request& request);
-std::unique_ptr<Source> open_legacy_vtk(const protocol::Request& request);
-std::unique_ptr<Source> open_plot3d(const protocol::Request& request);
-std::unique_ptr<Source> open_openfoam(const protocol::Request& request);
-std::unique_ptr<Source> open_hdf5(const protocol::Request& request);
+// Each format has in reader/NAME.cpp its
+//   std::unique_ptr<Source> open_NAME(const protocol::Request& request);
+// which throws LoadError with "what is wrong; what would be right", without the file's name, and takes no memory for voxels (a
+// legacy VTK file does, but no more than it has bytes). It is declared by format_program.cpp.
 
 /// The frame to read of a file that has `frames`: the one asked for, else the first with a warning.
 std::int64_t chosen_frame(const protocol::Request& request, std::int64_t frames, std::vector<std::string>& warnings);

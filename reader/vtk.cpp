@@ -290,10 +290,7 @@ std::unique_ptr<Source> open_image(const protocol::Request& request) {
   return read_xml<CheckedGrid<vtkXMLImageDataReader>>(request, "vti");
 }
 
-}  // namespace
-
-std::unique_ptr<Source> open_vtk_xml(const protocol::Request& request) {
-  const std::string start = first_bytes(request.path);
+std::unique_ptr<Source> open_xml(const protocol::Request& request, const std::string& start) {
   const std::string kind = word_after(start.substr(std::min(start.find("<VTKFile"), start.size())), " type=");
   if (kind == "ImageData") return open_image(request);
   if (kind == "RectilinearGrid") return read_xml<CheckedGrid<vtkXMLRectilinearGridReader>>(request, "vtr");
@@ -310,8 +307,7 @@ std::unique_ptr<Source> open_vtk_xml(const protocol::Request& request) {
                   "; of VTK's XML files images and rectilinear, structured and unstructured grids can be read");
 }
 
-std::unique_ptr<Source> open_legacy_vtk(const protocol::Request& request) {
-  std::string upper = first_bytes(request.path);
+std::unique_ptr<Source> open_legacy(const protocol::Request& request, std::string upper) {
   for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
   const std::string kind = word_after(upper, "\nDATASET");
   if (kind != "STRUCTURED_POINTS" && kind != "RECTILINEAR_GRID" && kind != "STRUCTURED_GRID" && kind != "UNSTRUCTURED_GRID") {
@@ -341,6 +337,13 @@ std::unique_ptr<Source> open_legacy_vtk(const protocol::Request& request) {
   vtkSmartPointer<vtkDataSet> data = reader->GetOutput();
   if (data == nullptr) throw LoadError("holds no data set; it is no VTK file of a volume");
   return source_of(request, "vtk", {data}, {request.path});
+}
+
+}  // namespace
+
+std::unique_ptr<Source> open_vtk(const protocol::Request& request) {
+  const std::string start = first_bytes(request.path);
+  return start.starts_with("# vtk DataFile") ? open_legacy(request, start) : open_xml(request, start);
 }
 
 }  // namespace palpa::reader
