@@ -13,6 +13,10 @@
 
 namespace palpa {
 
+namespace detail {
+struct ReachLattice;
+}
+
 /// The nearest thing that can be felt, as seen from somewhere.
 struct Nearest {
   double distance_m = 0.0;
@@ -57,11 +61,8 @@ class Reach {
   std::optional<Nearest> nearest(std::span<const Vec3> places_m) const;
 
  private:
-  std::vector<Encounter> variants(const Encounter& met, const SimulatedMotion& motion, const Vec3& place_m) const;
-  Encounter best_of(const std::vector<Encounter>& all, const SimulatedMotion& motion, Hold hold) const;
-  struct Lattice;
   Scene scene_;
-  std::shared_ptr<const Lattice> lattice_;
+  std::shared_ptr<const detail::ReachLattice> lattice_;
   int felt_ways_ = 0;
 };
 

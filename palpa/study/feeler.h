@@ -1,0 +1,122 @@
+// What is felt along straight ways that come from the user.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "palpa/baseline/path.h"
+#include "palpa/study/summary.h"
+#include "palpa/tick/session.h"
+
+namespace palpa::detail {
+
+inline constexpr double way_step_m = 1e-3, way_step_s = 0.01;  // at 0.1 m/s
+
+/// How many threads feel ways: more than eight find no more memory bandwidth.
+inline std::size_t feeling_threads() { return std::clamp(std::thread::hardware_concurrency(), 1u, 8u); }
+
+/// Does `work(worker, n)` for all n below `count`, in as many threads as are good for it; `worker` below that number.
+template <class Work>
+void in_parallel(std::size_t workers, int count, const Work& work, const std::function<void(double)>& progress = {}) {
+  std::atomic<int> next{0};
+  const auto run = [&](std::size_t worker) {
+    for (int n = next++; n < count; n = next++) {
+      work(worker, n);
+      if (worker == 0 && progress) progress(static_cast<double>(n) / count);
+    }
+  };
+  std::vector<std::jthread> threads;
+  for (std::size_t worker = 1; worker < workers; ++worker) threads.emplace_back(run, worker);
+  run(0);
+}
+
+/// What is felt along one straight way, from the first level that it meets or, where it meets none, from its first contact on.
+struct Way {
+  std::optional<double> onset_m;  // from its beginning
+  double bears_m = 0.0;           // from there to where it ends, lets go, or the force is at its limit
+  double half_force_n = 0.0;      // in the middle of that
+  bool at_level = false;          // it begins at a level
+  bool lets_go = false;           // that is where it ends
+  double deepened_m(double arm_stiffness_n_per_m) const { return 0.5 * bears_m + half_force_n / arm_stiffness_n_per_m; }
+};
+
+/// Sessions that feel ways, each of which begins where no hand has been.
+class Feeler {
+ public:
+  explicit Feeler(const Scene& scene) : scene_(scene), fresh_(scene, baseline::path), session_(scene, baseline::path) {}
+
+  /// \param until  how far to go: as far as the first contact lasts, as far as the first level does, or to the end
+  /// \param at     called with the way [m] and the session wherever something is felt, step by step
+  enum class Until { contact, level, end };
+  template <class At>
+  Way feel(const Vec3& from_m, const Vec3& direction, double length_m, Until until, const At& at) {
+    session_.continue_from(fresh_);
+    Way way;
+    forces_n_.clear();
+    bool over = false;
+    const int steps = static_cast<int>(std::ceil(length_m / way_step_m));
+    const auto enough = [&] { return over && (until == Until::contact || (until == Until::level && way.at_level)); };
+    for (int n = 0; n <= steps && !enough(); ++n) {
+      const double way_m = n * way_step_m;
+      const Tick tick = session_.tick({.position_m = from_m + way_m * direction}, way_step_s);
+      const double force_n = scene_.coupling.stiffness_n_per_m * distance(tick.proxy_m, tick.probe_m);
+      const bool felt = force_n > contact_force_n;
+      if (felt) at(way_m, session_);
+      const auto happens = [&](SessionEventKind kind) {
+        const auto events = session_.events();
+        return std::any_of(events.begin(), events.end(), [&](const SessionEvent& event) { return event.kind == kind; });
+      };
+      const bool meets_level = !way.at_level && happens(SessionEventKind::onset);
+      if (meets_level || (felt && !way.onset_m)) {
+        way.onset_m = way_m;
+        way.at_level = meets_level;
+        over = false;
+        forces_n_.clear();
+      }
+      if (!way.onset_m || over) continue;
+      way.lets_go = happens(SessionEventKind::break_through);
+      over = (!felt && !forces_n_.empty()) || way.lets_go || force_n >= scene_.coupling.max_force_n;
+      if (felt) forces_n_.push_back(force_n);
+    }
+    if (!way.onset_m) return way;
+    way.bears_m = way_step_m * static_cast<double>(forces_n_.size());
+    if (!forces_n_.empty()) way.half_force_n = forces_n_[forces_n_.size() / 2];
+    return way;
+  }
+  Way feel(const Vec3& from_m, const Vec3& direction, double length_m, Until until) {
+    return feel(from_m, direction, length_m, until, [](double, const Session&) {});
+  }
+
+ private:
+  const Scene& scene_;
+  const Session fresh_;
+  Session session_;
+  std::vector<double> forces_n_;
+};
+
+/// One for each thread.
+std::vector<std::unique_ptr<Feeler>> feelers(const Scene& scene);
+
+/// Ways side by side, as a picture of them: `columns` x `rows`.
+struct Ways {
+  int columns = 0, rows = 0;
+  bool turns = false;  // the columns go round
+  std::vector<Way> way;
+  const Way& at(int column, int row) const { return way[static_cast<std::size_t>(row * columns + column)]; }
+};
+
+/// [1] of a disc about a node, `radius` nodes wide to each side: where something is felt.
+double share_of_disc(const Ways& ways, int column, int row, double radius);
+/// [1] how much the front falls or rises about a way that feels something, on average; `spacing_m` [m] between nodes.
+double slope_of_disc(const Ways& ways, int column, int row, double radius, double spacing_m);
+/// `value(way)` of each way; where nothing is felt, what its neighbours have.
+std::vector<double> filled(const Ways& ways, const std::function<double(const Way&)>& value);
+
+}  // namespace palpa::detail

@@ -1,0 +1,164 @@
+// Where a recorded hand is laid.
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstddef>
+#include <tuple>
+
+#include "palpa/study/reach.h"
+#include "palpa/study/reach_lattice.h"
+#include "palpa/study/trial.h"
+
+namespace palpa {
+
+using namespace detail;
+
+namespace {
+
+constexpr double longest_s = 120.0;      // of a recording that is looked at
+constexpr double for_s = 30.0;           // it is tried out
+constexpr double behind_a_level = 0.25;  // worth of beginning there: in what is to be touched, perhaps for ever
+constexpr std::size_t most_tried = 5;    // places
+constexpr double apart_m = 0.02;         // from each other
+
+/// How long the hand is in which cell, about the middle of the workspace.
+struct Stay {
+  int i, j, k, count;
+  auto cell() const { return std::tie(i, j, k); }
+};
+/// A displacement by whole cells, and how much would be felt.
+struct Place {
+  double worth;
+  int i, j, k;
+  Vec3 offset_m() const { return {i * cell_m, j * cell_m, -k * cell_z_m}; }
+  int far() const { return 4 * i * i + 4 * j * j + k * k; }
+};
+
+std::vector<Vec3> places_of(const Target& recording) {
+  constexpr double sample_s = 0.01;
+  std::vector<Vec3> places_m;
+  const double duration_s = std::min(longest_s, recording.duration_s());
+  for (double t_s = 0.0; t_s <= duration_s; t_s += sample_s) {
+    const Target::Point point = recording.at(t_s);
+    if (point.valid) places_m.push_back(point.position_m);
+  }
+  return places_m;
+}
+
+/// A motion that no desktop device could make is made narrower.
+double scale_of(const std::vector<Vec3>& places_m) {
+  constexpr double widest_m = 0.25, narrowed_m = 0.15;
+  Vec3 low_m{1e300, 1e300, 1e300}, high_m = -low_m;
+  for (const Vec3& x : places_m) {
+    low_m = {std::min(low_m.x, x.x), std::min(low_m.y, x.y), std::min(low_m.z, x.z)};
+    high_m = {std::max(high_m.x, x.x), std::max(high_m.y, x.y), std::max(high_m.z, x.z)};
+  }
+  const double width_m = largest_component(high_m - low_m);
+  return width_m > widest_m ? narrowed_m / width_m : 1.0;
+}
+
+/// One for each cell, in the order of the cells.
+std::vector<Stay> stays_of(const std::vector<Vec3>& places_m, double scale) {
+  std::vector<Stay> stays;
+  for (const Vec3& place_m : places_m) {
+    const Vec3 m = scale * place_m;
+    stays.push_back({static_cast<int>(std::lround(m.x / cell_m)), static_cast<int>(std::lround(m.y / cell_m)),
+                     static_cast<int>(std::lround(-m.z / cell_z_m)), 1});
+  }
+  std::sort(stays.begin(), stays.end(), [](const Stay& a, const Stay& b) { return a.cell() < b.cell(); });
+  std::size_t kept = 0;
+  for (std::size_t n = 1; n < stays.size(); ++n) {
+    if (stays[kept].cell() == stays[n].cell()) {
+      ++stays[kept].count;
+    } else {
+      stays[++kept] = stays[n];
+    }
+  }
+  stays.resize(kept + 1);
+  return stays;
+}
+
+/// All displacements at which something is felt, the best first; fronts count `front_worth` times.
+template <class BeginsBehind>
+std::vector<Place> ranked_places(const ReachLattice& lattice, const std::vector<Stay>& stays, int front_worth,
+                                 const BeginsBehind& begins_behind) {
+  Stay low = stays.front(), high = stays.front();
+  for (const Stay& stay : stays) {
+    low = {std::min(low.i, stay.i), std::min(low.j, stay.j), std::min(low.k, stay.k), 0};
+    high = {std::max(high.i, stay.i), std::max(high.j, stay.j), std::max(high.k, stay.k), 0};
+  }
+  // The middle of the workspace is in these cells of the lattice.
+  constexpr int i0 = across / 2, j0 = across / 2, k0 = static_cast<int>((half_m + before_m) / cell_z_m);
+  std::vector<Place> places;
+  for (int i = -high.i - i0; i <= across - 1 - low.i - i0; ++i)
+    for (int j = -high.j - j0; j <= across - 1 - low.j - j0; ++j)
+      for (int k = -high.k - k0; k <= along - 1 - low.k - k0; ++k) {
+        Place place{0.0, i, j, k};
+        for (const Stay& stay : stays) {
+          const ReachLattice::Cell cell = lattice.at(stay.i + i + i0, stay.j + j + j0, stay.k + k + k0);
+          place.worth += stay.count * cell.worth * (cell.front ? front_worth : 1);
+        }
+        if (begins_behind(place.offset_m())) place.worth *= behind_a_level;
+        if (place.worth > 0.0) places.push_back(place);
+      }
+  std::sort(places.begin(), places.end(),
+            [](const Place& a, const Place& b) { return a.worth != b.worth ? a.worth > b.worth : a.far() < b.far(); });
+  return places;
+}
+
+/// The best of them that are far from each other.
+std::vector<Vec3> best_apart(const std::vector<Place>& places) {
+  std::vector<Vec3> offsets_m;
+  for (const Place& place : places) {
+    const Vec3 offset_m = place.offset_m();
+    const bool is_new = std::all_of(offsets_m.begin(), offsets_m.end(),
+                                    [&](const Vec3& other_m) { return distance(other_m, offset_m) > apart_m; });
+    if (is_new) offsets_m.push_back(offset_m);
+    if (offsets_m.size() == most_tried) break;
+  }
+  return offsets_m;
+}
+
+}  // namespace
+
+Laid Reach::lay(const std::shared_ptr<const Target>& recording, Hold hold) const {
+  assert(!is_empty());
+  const std::vector<Vec3> places_m = places_of(*recording);
+  if (places_m.empty()) return {};
+  const double scale = scale_of(places_m);
+  const std::vector<Stay> stays = stays_of(places_m, scale);
+  const auto begins_behind = [&](const Vec3& offset_m) {
+    return lattice_->is_behind_a_level(scale * places_m.front() + offset_m);
+  };
+
+  // The best are tried out: first with fronts twice as good, for there is most to feel; where that gives little, by time alone.
+  constexpr double plenty = 0.4;
+  struct Try {
+    double worth;
+    Laid laid;
+  };
+  std::vector<Try> tried_out;
+  for (const int front_worth : {2, 1}) {
+    if (!tried_out.empty() && tried_out.front().laid.contact_share >= plenty) break;
+    const std::vector<Vec3> offsets_m = best_apart(ranked_places(*lattice_, stays, front_worth, begins_behind));
+    std::vector<Summary> summaries(offsets_m.size());
+    in_parallel(feeling_threads(), static_cast<int>(offsets_m.size()), [&](std::size_t, int n) {
+      const auto at = static_cast<std::size_t>(n);
+      summaries[at] = tried(scene_, displaced(recording, offsets_m[at], scale), hold, for_s);
+    });
+    for (std::size_t n = 0; n < summaries.size(); ++n) {
+      const double worth = worth_of(summaries[n]) - (begins_behind(offsets_m[n]) ? 1.0 - behind_a_level : 0.0);
+      tried_out.push_back({worth, {scale, offsets_m[n], summaries[n].contact_share}});
+    }
+    std::stable_sort(tried_out.begin(), tried_out.end(), [](const Try& a, const Try& b) { return a.worth > b.worth; });
+  }
+  // What was tried for a while may still be stuck later on.
+  for (const Try& one : tried_out) {
+    if (recording->duration_s() <= for_s) break;
+    const Summary all = tried(scene_, displaced(recording, one.laid.offset_m, scale), hold, longest_s);
+    if (200 * all.guard_limited_ticks <= all.ticks) return one.laid;
+  }
+  return tried_out.empty() ? Laid{} : tried_out.front().laid;
+}
+
+}  // namespace palpa

@@ -1,0 +1,67 @@
+// What Reach has felt, as cells of the hand's reach.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "palpa/study/feeler.h"
+
+namespace palpa::detail {
+
+inline constexpr double half_m = 0.09;         // of the cube that is looked at
+inline constexpr double before_m = 0.02;       // how far before it a way begins, and before the front a hand does
+inline constexpr double cell_m = 0.01;         // across
+inline constexpr double cell_z_m = 0.005;      // along the ways
+inline constexpr int across = 19, along = 40;  // cells
+
+/// What was felt, cell by cell; cell 0 of each axis at the left, at the bottom, next to the user.
+struct ReachLattice {
+  struct Cell {
+    std::uint64_t modes = 0;  // that push here, one bit each: of more than 64 the last bit is that of all others
+    bool front = false;       // something begins in this cell or the one before
+    double worth = 0.0;       // 1 on average: the more, the more modes push here that do elsewhere but rarely
+  };
+  static std::size_t number(int i, int j, int k) { return static_cast<std::size_t>((k * across + j) * across + i); }
+  static Vec3 way_begin_m(int i, int j) { return {(i - across / 2) * cell_m, (j - across / 2) * cell_m, half_m + before_m}; }
+  static Vec3 middle_m(int i, int j, int k) { return way_begin_m(i, j) - Vec3{0.0, 0.0, (k + 0.5) * cell_z_m}; }
+  Cell at(int i, int j, int k) const {
+    if (i < 0 || j < 0 || k < 0 || i >= across || j >= across || k >= along) return {};
+    return cells[number(i, j, k)];
+  }
+  bool felt(int i, int j, int k) const { return at(i, j, k).modes != 0; }
+  /// Whether a way from the user meets a level before it comes to this place of a hand [m], or the way that is next to it.
+  bool is_behind_a_level(const Vec3& place_m) const {
+    const auto column = [](double m) {
+      return std::clamp(static_cast<int>(std::lround(m / cell_m)) + across / 2, 0, across - 1);
+    };
+    const Way& way = ways.at(column(place_m.x), column(place_m.y));
+    return way.at_level && half_m + before_m - place_m.z > *way.onset_m;
+  }
+  /// The modes that push anywhere along a way.
+  std::uint64_t modes_along(int i, int j) const {
+    std::uint64_t modes = 0;
+    for (int k = 0; k < along; ++k) modes |= at(i, j, k).modes;
+    return modes;
+  }
+  void set_worth() {
+    std::array<double, 64> cells_of{};
+    for (const Cell& cell : cells) {
+      for (std::size_t m = 0; m < 64; ++m) cells_of[m] += static_cast<double>(cell.modes >> m & 1);
+    }
+    double sum = 0.0, felt_cells = 0.0;
+    for (Cell& cell : cells) {
+      for (std::size_t m = 0; m < 64; ++m) {
+        if (cell.modes >> m & 1) cell.worth += 1.0 / std::sqrt(cells_of[m]);
+      }
+      sum += cell.worth;
+      felt_cells += cell.modes != 0;
+    }
+    for (Cell& cell : cells) cell.worth *= felt_cells / std::max(sum, 1e-300);
+  }
+
+  std::vector<Cell> cells = std::vector<Cell>(static_cast<std::size_t>(across * across * along));
+  Ways ways{across, across, false, std::vector<Way>(static_cast<std::size_t>(across* across))};
+};
+
+}  // namespace palpa::detail

@@ -1,0 +1,36 @@
+#include "palpa/study/trial.h"
+
+#include <algorithm>
+
+#include "palpa/baseline/path.h"
+#include "palpa/loop/loop.h"
+#include "palpa/tick/session.h"
+
+namespace palpa::detail {
+
+Summary tried(const Scene& scene, std::shared_ptr<const Target> target, Hold hold, double longest_s) {
+  const double duration_s = std::min(longest_s, target->duration_s());
+  Session session(scene, baseline::path);
+  SummaryBuilder builder(scene);
+  const auto hand = hand_device(std::move(target), hold);
+  run_simulated(session, *hand, {.duration_s = duration_s, .time_ticks = false}, nullptr,
+                [&](const TickFrame& frame, const Session& felt) { builder.add(frame, felt); });
+  return builder.finish(1.0);
+}
+
+double kinds_met(const Summary& summary) {
+  constexpr double some_contact = 0.02;
+  const auto met = std::count_if(summary.modes.begin(), summary.modes.end(),
+                                 [](const ModeSummary& mode) { return mode.contact_share > some_contact; });
+  return static_cast<double>(met) / static_cast<double>(std::max<std::size_t>(1, summary.modes.size()));
+}
+
+double worth_of(const Summary& summary) {
+  constexpr double rarely = 0.002;
+  const double ticks = static_cast<double>(std::max<std::int64_t>(1, summary.ticks));
+  const double limited = static_cast<double>(summary.guard_limited_ticks) / ticks;
+  return summary.contact_share + kinds_met(summary) - (limited > rarely ? 1.0 + limited : 0.0) -
+         (summary.waiting_ticks > 0 ? 0.5 : 0.0);
+}
+
+}  // namespace palpa::detail
