@@ -3,6 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <functional>
+#include <memory>
 
 #include "app/commands.h"
 #include "app/hand_words.h"
@@ -126,168 +128,240 @@ std::string complaint(const CLI::ParseError& error, const CLI::App& app) {
   return name + ": " + text + "; " + help;
 }
 
-}  // namespace
+/// What a command does once the line is understood.
+using Work = std::function<int()>;
 
-int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
-  CLI::App app("Touch volumetric data: feel scans and flows as forces.", "palpa");
-  app.set_version_flag("--version", std::string("palpa ") + version);
-  app.require_subcommand(1);
-  app.footer(
-      "First steps:\n"
-      "  palpa demo                                             a head from a formula, felt by a simulated hand\n"
-      "  palpa info scan.nrrd --scene first.toml                data of your own, and a first scene for them\n"
-      "  palpa run first.toml --hand sim:stroke --out first     feel it, record it\n"
-      "  palpa report first                                     see what was felt\n"
-      "Each command has help of its own with an example: palpa run --help\n"
-      "Exit codes: 0 ok, 1 it ran and the answer is no, 2 wrong usage or input, 130 interrupted.");
-
-  DemoArguments demo;
-  CLI::App* demo_command = app.add_subcommand("demo", "Feel a head, a flow or a wing's wake, and see what came of it");
-  demo_command->add_option("NAME", demo.name, "which demo: head, flow or wing (head)")
+void add_demo(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
+  const auto given = std::make_shared<DemoArguments>();
+  CLI::App* command = app.add_subcommand("demo", "Feel a head, a flow or a wing's wake, and see what came of it");
+  command->add_option("NAME", given->name, "which demo: head, flow or wing (head)")
       ->check(CLI::IsMember({"head", "flow", "wing"}))
       ->type_name("");
-  demo_command
+  command
       ->add_option(
-          "--data", demo.data,
+          "--data", given->data,
           "folder of real data, felt by a recorded hand; left out: embedded data, or the head that tools/get-ct-head brought")
       ->type_name("DIR");
-  demo_command->add_option("--out", demo.out, "folder for recording, report and pictures (palpa-demo)")->type_name("DIR");
-  add_device(demo_command, demo.device);
-  demo_command->add_flag("--json", demo.json, "print the summary as JSON; records only with --out");
-  add_reader(demo_command, demo.read);
-  demo_command->footer("Example:\n  palpa demo head");
+  command->add_option("--out", given->out, "folder for recording, report and pictures (palpa-demo)")->type_name("DIR");
+  add_device(command, given->device);
+  command->add_flag("--json", given->json, "print the summary as JSON; records only with --out");
+  add_reader(command, given->read);
+  command->footer("Example:\n  palpa demo head");
+  command->callback([=, &work, &stop] { work = [=, &stop] { return run_demo(*given, stop); }; });
+}
 
+struct RunLine {
   RunArguments run;
   std::vector<std::string> sets;
   std::string hold, center, fit;
-  CLI::App* run_command = app.add_subcommand("run", "Feel a scene with a recorded or simulated hand");
-  run_command->add_option("SCENE", run.options.scene, "scene file (TOML)")->required()->type_name("");
-  run_command
-      ->add_option("--hand", run.options.hand, "a recording (CSV) or a simulated hand, sim:NAME[,KEY=VALUE,…]: see below")
+};
+
+RunArguments arguments_of(RunLine given, int argc, char** argv) {
+  RunOptions& options = given.run.options;
+  options.arguments.assign(argv + 1, argv + argc);
+  for (const std::string& set : given.sets)
+    options.scene_options.sets.push_back(split_set(set, "PATH=VALUE, as in coupling.stiffness_n_per_m=500"));
+  if (!given.hold.empty()) {
+    options.hold = given.hold == "rigid" ? Hold::rigid : given.hold == "relaxed" ? Hold::relaxed : Hold::firm;
+  }
+  if (!given.fit.empty()) options.fit = given.fit == "on";
+  if (!given.center.empty()) options.recording.center = given.center == "on";
+  return std::move(given.run);
+}
+
+void add_run(CLI::App& app, Work& work, int argc, char** argv, const std::atomic<bool>& stop) {
+  const auto given = std::make_shared<RunLine>();
+  CLI::App* command = app.add_subcommand("run", "Feel a scene with a recorded or simulated hand");
+  command->add_option("SCENE", given->run.options.scene, "scene file (TOML)")->required()->type_name("");
+  command
+      ->add_option("--hand", given->run.options.hand,
+                   "a recording (CSV) or a simulated hand, sim:NAME[,KEY=VALUE,…]: see below")
       ->required()
       ->type_name("HAND");
-  run_command
+  command
       ->add_option(
-          "--hand-hold", hold,
+          "--hand-hold", given->hold,
           "how a hand is held: rigid (it follows the recording whatever the force, default of recordings), relaxed (default of "
           "simulated hands) or firm")
       ->check(CLI::IsMember({"rigid", "relaxed", "firm"}))
       ->type_name("HOLD");
-  add_device(run_command, run.options.device);
-  run_command->add_option("--hand-rate-hz", run.options.recording.hand_rate_hz, "rate of a recording without time")
+  add_device(command, given->run.options.device);
+  command->add_option("--hand-rate-hz", given->run.options.recording.hand_rate_hz, "rate of a recording without time")
       ->type_name("HZ");
-  run_command
-      ->add_option("--hand-center", center, "put the middle of the recording into the middle of the workspace: on or off")
+  command
+      ->add_option("--hand-center", given->center,
+                   "put the middle of the recording into the middle of the workspace: on or off")
       ->check(CLI::IsMember({"on", "off"}))
       ->type_name("ON");
-  run_command
-      ->add_option("--hand-fit", fit,
+  command
+      ->add_option("--hand-fit", given->fit,
                    "lay a recording where it feels most of the data: on or off (on, but with --hand-center; traces of ours are "
                    "never moved)")
       ->check(CLI::IsMember({"on", "off"}))
       ->type_name("ON");
-  run_command->add_option("--duration-s", run.options.duration_s, "duration (the recording's, or 10)")->type_name("S");
-  run_command->add_option("--rate-hz", run.options.rate_hz, "update rate: ticks per second (1000)")->type_name("HZ");
-  run_command->add_option("--out", run.options.out, "record a trace into this new folder")->type_name("DIR");
-  run_command->add_flag("--primitives", run.options.primitives, "record balances and primitives as well");
-  add_repeated(run_command, "--data", run.options.scene_options.data_folders, "look for data here as well")->type_name("DIR");
-  add_repeated(run_command, "--set", sets, "change one value of the scene, as in mode.skin.friction_n=0.2")
+  command->add_option("--duration-s", given->run.options.duration_s, "duration (the recording's, or 10)")->type_name("S");
+  command->add_option("--rate-hz", given->run.options.rate_hz, "update rate: ticks per second (1000)")->type_name("HZ");
+  command->add_option("--out", given->run.options.out, "record a trace into this new folder")->type_name("DIR");
+  command->add_flag("--primitives", given->run.options.primitives, "record balances and primitives as well");
+  add_repeated(command, "--data", given->run.options.scene_options.data_folders, "look for data here as well")
+      ->type_name("DIR");
+  add_repeated(command, "--set", given->sets, "change one value of the scene, as in mode.skin.friction_n=0.2")
       ->type_name("PATH=VALUE");
-  add_plugins(run_command, run.options.plugins);
-  run_command->add_flag("--dry-run", run.dry_run, "load and check everything, say what it is, feel nothing");
-  run_command->add_flag("--json", run.json, "print the summary as JSON");
-  add_reader(run_command, run.options.read);
-  run_command->footer(hand_words() + "Example:\n  palpa run scenes/head_phantom.toml --hand sim:press --out first-trace");
+  add_plugins(command, given->run.options.plugins);
+  command->add_flag("--dry-run", given->run.dry_run, "load and check everything, say what it is, feel nothing");
+  command->add_flag("--json", given->run.json, "print the summary as JSON");
+  add_reader(command, given->run.options.read);
+  command->footer(hand_words() + "Example:\n  palpa run scenes/head_phantom.toml --hand sim:press --out first-trace");
+  command->callback([=, &work, &stop] { work = [=, &stop] { return run_scene(arguments_of(*given, argc, argv), stop); }; });
+}
 
+struct InfoLine {
   InfoArguments info;
-  CLI::App* info_command = app.add_subcommand("info", "Say what is in data files, draw it, suggest a first scene");
-  std::vector<std::string> at_m, at;
-  info_command
-      ->add_option("FILE", info.files,
+  std::vector<std::string> at, at_m;
+  std::string scene_file;
+  HowToRead how;
+};
+
+InfoArguments arguments_of(InfoLine given, bool scene) {
+  InfoArguments& info = given.info;
+  info.read.look = true;
+  info.read.checksums = info.json;
+  info.request = request_of(given.how);
+  for (const std::string& position : given.at_m) info.places.push_back(asked_place_m(position));
+  for (const std::string& place : given.at) info.places.push_back(asked_place(place));
+  info.scene = scene;
+  info.scene_file = given.scene_file;
+  if (!given.scene_file.empty() && info.scene_file.extension() != ".toml") {
+    throw LoadError("--scene " + given.scene_file +
+                    ": is no name of a scene; write --scene OUT.toml, or put --scene behind the file");
+  }
+  return std::move(info);
+}
+
+void add_info(CLI::App& app, Work& work) {
+  const auto given = std::make_shared<InfoLine>();
+  CLI::App* command = app.add_subcommand("info", "Say what is in data files, draw it, suggest a first scene");
+  command
+      ->add_option("FILE", given->info.files,
                    "files or folders, each a volume of its own; a pattern in quotes, as 'phase_*.vti', is one time series")
       ->required()
       ->type_name("");
-  add_repeated(info_command, "--at", at,
+  add_repeated(command, "--at", given->at,
                "say the values there: at a voxel, as 120,200,90, at a position, as -5mm,16mm,7mm, or in the patient, as "
                "R5,A16,S7 (millimetres to the right or left, front or back, head or feet)")
       ->type_name("PLACE");
-  add_repeated(info_command, "--at-m", at_m, "say the values at this position of the world, in metres")->type_name("X,Y,Z");
-  info_command->add_flag("--series", info.series, "the files are the frames of one time series");
-  info_command
+  add_repeated(command, "--at-m", given->at_m, "say the values at this position of the world, in metres")->type_name("X,Y,Z");
+  command->add_flag("--series", given->info.series, "the files are the frames of one time series");
+  command
       ->add_option(
-          "--level", info.level,
+          "--level", given->info.level,
           "say how much of what is thin above this value the smooth filter loses, and how far the level moves from frame "
           "to frame")
       ->type_name("VALUE");
-  info_command->add_flag("--json", info.json, "print as JSON");
-  std::string scene_file;
+  command->add_flag("--json", given->info.json, "print as JSON");
   CLI::Option* scene_option =
-      info_command->add_option("--scene", scene_file, "suggest a first scene, printed or written into this new file")
+      command->add_option("--scene", given->scene_file, "suggest a first scene, printed or written into this new file")
           ->expected(0, 1)
           ->type_name("[OUT.toml]");
-  info_command->add_option("--picture", info.picture, "draw slices, streamlines and histogram into this PNG file")
+  command->add_option("--picture", given->info.picture, "draw slices, streamlines and histogram into this PNG file")
       ->type_name("FILE.png");
-  HowToRead info_how;
-  add_how_to_read(info_command, info_how);
-  add_reader(info_command, info.read);
-  info_command->footer("Example:\n  palpa info head.nrrd --at 120,200,90 --picture head.png");
+  add_how_to_read(command, given->how);
+  add_reader(command, given->info.read);
+  command->footer("Example:\n  palpa info head.nrrd --at 120,200,90 --picture head.png");
+  command->callback([=, &work] { work = [=] { return run_info(arguments_of(*given, scene_option->count() > 0)); }; });
+}
 
-  ConvertArguments converted;
-  CLI::App* convert_command =
-      app.add_subcommand("convert", "Write data as NRRD or VTI: whole, a part, coarser, or on another grid");
-  std::string convert_in;
-  convert_command->add_option("IN", convert_in, "a file or folder of data")->required()->type_name("");
-  convert_command->add_option("OUT", converted.out, "new file: .nrrd, .nhdr or .vti")->required()->type_name("");
-  convert_command->add_option("--crop", converted.crop, "only these voxels, first and last of each axis")
+struct ConvertLine {
+  ConvertArguments convert;
+  std::string in;
+  HowToRead how;
+};
+
+void add_convert(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
+  const auto given = std::make_shared<ConvertLine>();
+  CLI::App* command = app.add_subcommand("convert", "Write data as NRRD or VTI: whole, a part, coarser, or on another grid");
+  command->add_option("IN", given->in, "a file or folder of data")->required()->type_name("");
+  command->add_option("OUT", given->convert.out, "new file: .nrrd, .nhdr or .vti")->required()->type_name("");
+  command->add_option("--crop", given->convert.crop, "only these voxels, first and last of each axis")
       ->type_name("I0:I1,J0:J1,K0:K1");
-  convert_command->add_option("--downsample", converted.options.downsample, "the mean of N x N x N voxels becomes one")
+  command->add_option("--downsample", given->convert.options.downsample, "the mean of N x N x N voxels becomes one")
       ->check(CLI::Range(1, 1000))
       ->type_name("N");
-  convert_command
-      ->add_option("--resample-m", converted.options.resample_m,
+  command
+      ->add_option("--resample-m", given->convert.options.resample_m,
                    "onto cubes of this size along the world's axes; NaN outside the data")
       ->check(CLI::PositiveNumber)
       ->type_name("M");
-  convert_command->add_flag("--int16", converted.options.int16, "round to whole numbers of 16 bits");
-  convert_command->add_option("--field", converted.options.field, "only this field")->type_name("NAME");
-  HowToRead convert_how;
-  add_how_to_read(convert_command, convert_how);
-  add_reader(convert_command, converted.read);
-  convert_command->footer("Example:\n  palpa convert head.nrrd small.nrrd --downsample 2");
+  command->add_flag("--int16", given->convert.options.int16, "round to whole numbers of 16 bits");
+  command->add_option("--field", given->convert.options.field, "only this field")->type_name("NAME");
+  add_how_to_read(command, given->how);
+  add_reader(command, given->convert.read);
+  command->footer("Example:\n  palpa convert head.nrrd small.nrrd --downsample 2");
+  command->callback([=, &work, &stop] {
+    work = [=, &stop] {
+      ConvertArguments& convert = given->convert;
+      convert.request = request_of(given->how);
+      convert.request.files.insert(convert.request.files.begin(), given->in);
+      return run_convert(std::move(convert), stop);
+    };
+  });
+}
 
-  ReplayArguments replayed;
-  CLI::App* replay_command = app.add_subcommand("replay", "Replay a trace and compare every number");
-  replay_command->add_option("TRACE", replayed.trace, "folder of the trace, or a file in it")->required()->type_name("");
-  add_repeated(replay_command, "--data", replayed.data_folders, "look for the scene's data here first")->type_name("DIR");
-  add_plugins(replay_command, replayed.plugins);
-  replay_command->add_flag("--json", replayed.json, "print the answer as JSON");
-  add_reader(replay_command, replayed.read);
-  replay_command->footer("Example:\n  palpa replay first-trace");
+void add_replay(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
+  const auto given = std::make_shared<ReplayArguments>();
+  CLI::App* command = app.add_subcommand("replay", "Replay a trace and compare every number");
+  command->add_option("TRACE", given->trace, "folder of the trace, or a file in it")->required()->type_name("");
+  add_repeated(command, "--data", given->data_folders, "look for the scene's data here first")->type_name("DIR");
+  add_plugins(command, given->plugins);
+  command->add_flag("--json", given->json, "print the answer as JSON");
+  add_reader(command, given->read);
+  command->footer("Example:\n  palpa replay first-trace");
+  command->callback([=, &work, &stop] {
+    work = [=, &stop] {
+      given->trace = trace_folder(given->trace);
+      return run_replay(*given, stop);
+    };
+  });
+}
 
-  ReportArguments reported;
-  CLI::App* report_command = app.add_subcommand("report", "Make one HTML page of a trace: pictures, plots, tables");
-  report_command->add_option("TRACE", reported.trace, "folder of the trace")->required()->type_name("");
-  report_command->add_option("--out", reported.out, "where to write; left out: report.html in the trace")->type_name("FILE");
-  report_command->add_option("--pictures", reported.pictures, "write the pictures as PNG and SVG files into this folder, too")
+void add_report(CLI::App& app, Work& work) {
+  const auto given = std::make_shared<ReportArguments>();
+  CLI::App* command = app.add_subcommand("report", "Make one HTML page of a trace: pictures, plots, tables");
+  command->add_option("TRACE", given->trace, "folder of the trace")->required()->type_name("");
+  command->add_option("--out", given->out, "where to write; left out: report.html in the trace")->type_name("FILE");
+  command->add_option("--pictures", given->pictures, "write the pictures as PNG and SVG files into this folder, too")
       ->type_name("DIR");
-  add_repeated(report_command, "--data", reported.data_folders, "look for the scene's data here first")->type_name("DIR");
-  add_plugins(report_command, reported.plugins);
-  add_reader(report_command, reported.read);
-  report_command->footer("Example:\n  palpa report first-trace");
+  add_repeated(command, "--data", given->data_folders, "look for the scene's data here first")->type_name("DIR");
+  add_plugins(command, given->plugins);
+  add_reader(command, given->read);
+  command->footer("Example:\n  palpa report first-trace");
+  command->callback([=, &work] {
+    work = [=] {
+      given->trace = trace_folder(given->trace);
+      return run_report(*given);
+    };
+  });
+}
 
-  FiguresArguments figures;
-  CLI::App* figures_command =
-      app.add_subcommand("figures", "Draw the figures of the documentation from this program's own answers");
-  figures_command->add_option("--out", figures.out, "folder to write into (figures)")->type_name("DIR");
-  figures_command->footer("Example:\n  palpa figures --out figures");
+void add_figures(CLI::App& app, Work& work) {
+  const auto given = std::make_shared<FiguresArguments>();
+  CLI::App* command = app.add_subcommand("figures", "Draw the figures of the documentation from this program's own answers");
+  command->add_option("--out", given->out, "folder to write into (figures)")->type_name("DIR");
+  command->footer("Example:\n  palpa figures --out figures");
+  command->callback([=, &work] { work = [=] { return run_figures(*given); }; });
+}
 
-  ModesArguments modes;
-  CLI::App* modes_command = app.add_subcommand("modes", "List the types of modes, or the parameters of one");
-  modes_command->add_option("TYPE", modes.type, "a type of mode")->type_name("");
-  add_plugins(modes_command, modes.plugins);
-  modes_command->add_flag("--json", modes.json, "print as JSON");
-  modes_command->footer("Example:\n  palpa modes surface_and_friction");
+void add_modes(CLI::App& app, Work& work) {
+  const auto given = std::make_shared<ModesArguments>();
+  CLI::App* command = app.add_subcommand("modes", "List the types of modes, or the parameters of one");
+  command->add_option("TYPE", given->type, "a type of mode")->type_name("");
+  add_plugins(command, given->plugins);
+  command->add_flag("--json", given->json, "print as JSON");
+  command->footer("Example:\n  palpa modes surface_and_friction");
+  command->callback([=, &work] { work = [=] { return run_modes(*given); }; });
+}
 
+void add_prints(CLI::App& app) {
   app.add_option_function<std::string>(
          "--print",
          [&app](const std::string& what) {
@@ -304,6 +378,33 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
                                          throw CLI::Success();
                                        })
       ->group("");
+}
+
+}  // namespace
+
+int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
+  CLI::App app("Touch volumetric data: feel scans and flows as forces.", "palpa");
+  app.set_version_flag("--version", std::string("palpa ") + version);
+  app.require_subcommand(1);
+  app.footer(
+      "First steps:\n"
+      "  palpa demo                                             a head from a formula, felt by a simulated hand\n"
+      "  palpa info scan.nrrd --scene first.toml                data of your own, and a first scene for them\n"
+      "  palpa run first.toml --hand sim:stroke --out first     feel it, record it\n"
+      "  palpa report first                                     see what was felt\n"
+      "Each command has help of its own with an example: palpa run --help\n"
+      "Exit codes: 0 ok, 1 it ran and the answer is no, 2 wrong usage or input, 130 interrupted.");
+
+  Work work;
+  add_demo(app, work, stop);
+  add_run(app, work, argc, argv, stop);
+  add_info(app, work);
+  add_convert(app, work, stop);
+  add_replay(app, work, stop);
+  add_report(app, work);
+  add_figures(app, work);
+  add_modes(app, work);
+  add_prints(app);
 
   // CLI11 would call an unknown command a missing one.
   std::vector<std::string> commands;
@@ -323,43 +424,7 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
     print_error(complaint(error, app));
     return 2;
   }
-
-  if (*run_command) {
-    RunOptions& options = run.options;
-    options.arguments.assign(argv + 1, argv + argc);
-    for (const std::string& set : sets)
-      options.scene_options.sets.push_back(split_set(set, "PATH=VALUE, as in coupling.stiffness_n_per_m=500"));
-    if (!hold.empty()) options.hold = hold == "rigid" ? Hold::rigid : hold == "relaxed" ? Hold::relaxed : Hold::firm;
-    if (!fit.empty()) options.fit = fit == "on";
-    if (!center.empty()) options.recording.center = center == "on";
-    return run_scene(std::move(run), stop);
-  }
-  if (*info_command) {
-    info.read.look = true;
-    info.read.checksums = info.json;
-    info.request = request_of(info_how);
-    for (const std::string& position : at_m) info.places.push_back(asked_place_m(position));
-    for (const std::string& place : at) info.places.push_back(asked_place(place));
-    info.scene = scene_option->count() > 0;
-    info.scene_file = scene_file;
-    if (!scene_file.empty() && info.scene_file.extension() != ".toml") {
-      throw LoadError("--scene " + scene_file +
-                      ": is no name of a scene; write --scene OUT.toml, or put --scene behind the file");
-    }
-    return run_info(info);
-  }
-  if (*convert_command) {
-    converted.request = request_of(convert_how);
-    converted.request.files.insert(converted.request.files.begin(), convert_in);
-    return run_convert(std::move(converted), stop);
-  }
-  replayed.trace = trace_folder(replayed.trace);
-  reported.trace = trace_folder(reported.trace);
-  if (*replay_command) return run_replay(replayed, stop);
-  if (*report_command) return run_report(reported);
-  if (*figures_command) return run_figures(figures);
-  if (*modes_command) return run_modes(modes);
-  return run_demo(demo, stop);
+  return work();
 }
 
 }  // namespace palpa::app
