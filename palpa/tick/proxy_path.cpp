@@ -226,8 +226,7 @@ ProxyPath::Left ProxyPath::left_by(const Move& move, bool settled) const noexcep
   if (4 * c.turns >= Session::max_sub_steps * refined_) return Left::nothing;  // it gives up
   const bool is_whole = move.stop == Stop::full || (move.bound_met && move.stop == Stop::event && move.fraction == 1.0);
   if (is_whole) return !model_.set().empty() && !settled ? Left::rest : Left::nothing;
-  // Of all events only a crossing changes what follows where the proxy stands already.
-  const bool crosses = move.stop == Stop::event && !event_.crossings.empty();
+  const bool crosses = move.stop == Stop::event && !event_.crossings.empty();  // else an event on the spot changes nothing
   const bool gets_on = (move.fraction > 0.0 || crosses) && (move.stop != Stop::release || norm(c.move_m) > rest * spacing_m_);
   if (!gets_on) return Left::nothing;
   return move.stop == Stop::energy && !playing_ ? Left::rest : Left::way;
