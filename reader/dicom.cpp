@@ -167,18 +167,18 @@ class DicomSource : public Source {
   bool kept_as_it_is(const Slice& slice) const {
     const ToKept kept = to_kept(slice, numbers_);
     bool same = false;
-    with_type(slice.type, [&](auto from) {
-      with_type(numbers_.type, [&](auto to) { same = std::is_same_v<decltype(from), decltype(to)>; });
+    protocol::with_type(slice.type, [&](auto from) {
+      protocol::with_type(numbers_.type, [&](auto to) { same = std::is_same_v<decltype(from), decltype(to)>; });
     });
     return same && kept.factor == 1 && kept.shift == 0 && !slice.padding;
   }
 
   void convert(const std::byte* raw, const Slice& slice, std::byte* to) const {
     const ToKept kept = to_kept(slice, numbers_);
-    with_type(slice.type, [&](auto raw_value) {
+    protocol::with_type(slice.type, [&](auto raw_value) {
       using Raw = decltype(raw_value);
       const auto* in = reinterpret_cast<const Raw*>(raw);
-      with_type(numbers_.type, [&](auto kept_value) {
+      protocol::with_type(numbers_.type, [&](auto kept_value) {
         using Kept = decltype(kept_value);
         auto* out = reinterpret_cast<Kept*>(to);
         for (std::uint64_t i = 0; i < slice.pixels(); ++i) {
@@ -199,7 +199,7 @@ class DicomSource : public Source {
   /// Straight between two slices; whole numbers are rounded.
   void resample(const std::byte* slices_kept, std::byte* to) const {
     const std::uint64_t count = slices().front().pixels();
-    with_type(numbers_.type, [&](auto value) {
+    protocol::with_type(numbers_.type, [&](auto value) {
       using Kept = decltype(value);
       auto* out = reinterpret_cast<Kept*>(to);
       for (const double at : volume_.layer_at) {

@@ -192,7 +192,7 @@ class Hdf5Source final : public Source {
     field.name = name;
     field.grid = grid;
     Turn turn;
-    if (along_index_) turn.axes = unit_axes(grid);
+    if (along_index_) turn.axes = protocol::unit_axes(grid);
     keep(raw, turn, field, header.warnings);
     const Handle dataset(H5Dopen2(file_, path.c_str(), H5P_DEFAULT), H5Dclose);
     for (const char* key : {"units", "unit"}) {

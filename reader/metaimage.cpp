@@ -130,7 +130,7 @@ class MetaImageSource : public Source {
     protocol::FieldHeader field;
     field.name = raw_.components == 3 ? "vector" : "value";
     find_geometry(std::min(n, 3), field.grid);
-    if (request.components_along == "index") turn_.axes = unit_axes(field.grid);
+    if (request.components_along == "index") turn_.axes = protocol::unit_axes(field.grid);
     field.scale = image_.ElementToIntensityFunctionSlope();
     field.offset = image_.ElementToIntensityFunctionOffset();
     keep(raw_, turn_, field, header.warnings);

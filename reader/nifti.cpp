@@ -136,7 +136,7 @@ class NiftiSource : public Source {
     field.name = raw_.components == 3 ? "vector" : "value";
     find_geometry(h, field.grid);
     if (request.components_along == "index") {
-      turn_.axes = unit_axes(field.grid);
+      turn_.axes = protocol::unit_axes(field.grid);
       if (raw_.components == 3 && header.medical_frame && determinant(turn_.axes) > 0) {
         header.warnings.push_back(
             "its grid is right-handed, where FSL negates the first component of its directions: "

@@ -198,7 +198,7 @@ class NrrdSource : public Source {
     const Vec3 signs = signs_of(nrrd_->space, header);
     const Mat3 flip{{{signs.x, 0, 0}, {0, signs.y, 0}, {0, 0, signs.z}}};
     find_geometry(axes, flip, field.grid);
-    turn_.axes = request.components_along == "index" ? unit_axes(field.grid) : flip * measurement_frame();
+    turn_.axes = request.components_along == "index" ? protocol::unit_axes(field.grid) : flip * measurement_frame();
     keep(raw_, turn_, field, header.warnings);
     header.fields.push_back(field);
 

@@ -59,7 +59,7 @@ class Checksums {
   void work() {
     for (std::size_t f = next_++; f < files_.size(); f = next_++) {
       const std::string& path = source_.files[f];
-      files_[f] = {path, file_bytes(path), wanted_ ? sha256_of_file(path) : std::string()};
+      files_[f] = {path, file_bytes(path), wanted_ ? detail::sha256_of_file(path) : std::string()};
     }
   }
 

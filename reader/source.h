@@ -15,7 +15,9 @@
 
 namespace palpa::reader {
 
-using namespace detail;  // voxels and checksums
+using protocol::RawType;
+using protocol::RawVoxels;
+using protocol::Turn;
 
 class Source {
  public:

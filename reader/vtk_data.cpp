@@ -221,7 +221,7 @@ bool GridSource::add(std::string name, int vtk_type, int components, bool of_cel
   field.grid = grid;
   field.name = own_name(names_, name, of_cells);
   Turn turn;
-  if (along_index_) turn.axes = unit_axes(grid);
+  if (along_index_) turn.axes = protocol::unit_axes(grid);
   std::vector<std::string> notes;
   keep(raw, turn, field, notes);
   arrays_.push_back({name, of_cells, raw, turn});

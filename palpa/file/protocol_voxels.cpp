@@ -8,7 +8,7 @@
 
 #include "palpa/core/load_error.h"
 
-namespace palpa::detail {
+namespace palpa::protocol {
 namespace {
 
 VoxelType turned_type(RawType type) noexcept {
@@ -68,7 +68,7 @@ Mat3 unit_axes(const GridGeometry& grid) noexcept {
   return transposed(rows);
 }
 
-void keep(const RawVoxels& raw, Turn& turn, protocol::FieldHeader& field, std::vector<std::string>& warnings) {
+void keep(const RawVoxels& raw, Turn& turn, FieldHeader& field, std::vector<std::string>& warnings) {
   field.components = raw.components;
   field.grid.dims = raw.dims;
   if (raw.components != 3) turn = {};
@@ -141,7 +141,7 @@ RawVoxels arranged(RawType type, const std::vector<std::int64_t>& lengths, const
   return raw;
 }
 
-GridGeometry placed_by(const ArrayLayout& layout, protocol::Header& header) {
+GridGeometry placed_by(const ArrayLayout& layout, Header& header) {
   Vec3 step = layout.spacing_m;
   if (step == Vec3{}) {
     step = {1, 1, 1};
@@ -155,7 +155,7 @@ GridGeometry placed_by(const ArrayLayout& layout, protocol::Header& header) {
   return grid;
 }
 
-bool kept_as_they_are(const RawVoxels& raw, const Turn& turn, const protocol::FieldHeader& field) noexcept {
+bool kept_as_they_are(const RawVoxels& raw, const Turn& turn, const FieldHeader& field) noexcept {
   bool same = false;
   with_type(raw.type,
             [&](auto from) { with_type(field.type, [&](auto to) { same = std::is_same_v<decltype(from), decltype(to)>; }); });
@@ -164,9 +164,9 @@ bool kept_as_they_are(const RawVoxels& raw, const Turn& turn, const protocol::Fi
          raw.stride[0] == c && raw.stride[1] == c * raw.dims[0] && raw.stride[2] == c * raw.dims[0] * raw.dims[1];
 }
 
-void copy_voxels(const void* first, const RawVoxels& raw, const Turn& turn, const protocol::FieldHeader& field, std::byte* to) {
+void copy_voxels(const void* first, const RawVoxels& raw, const Turn& turn, const FieldHeader& field, std::byte* to) {
   if (kept_as_they_are(raw, turn, field)) {
-    std::memcpy(to, first, *protocol::voxel_bytes(field));
+    std::memcpy(to, first, *voxel_bytes(field));
     return;
   }
   with_type(raw.type, [&](auto from_value) {
@@ -191,4 +191,4 @@ void copy_voxels(const void* first, const RawVoxels& raw, const Turn& turn, cons
   });
 }
 
-}  // namespace palpa::detail
+}  // namespace palpa::protocol

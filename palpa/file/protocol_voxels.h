@@ -10,7 +10,7 @@
 
 #include "palpa/file/protocol.h"
 
-namespace palpa::detail {
+namespace palpa::protocol {
 
 /// The number types that files have.
 enum class RawType : std::uint8_t { int8, uint8, int16, uint16, int32, uint32, int64, uint64, float32, float64 };
@@ -70,13 +70,13 @@ std::string axes_of(const ArrayLayout& layout);
 RawVoxels arranged(RawType type, const std::vector<std::int64_t>& lengths, const ArrayLayout& layout);
 
 /// Where an array lies: its steps and origin, and in `header` whether they are in metres.
-GridGeometry placed_by(const ArrayLayout& layout, protocol::Header& header);
+GridGeometry placed_by(const ArrayLayout& layout, Header& header);
 
 /// How vector components get into the world: value = axes · (raw · scale + offset).
 struct Turn {
   Mat3 axes = Mat3::identity();
-  double scale = 1.0;
-  double offset = 0.0;
+  double scale = 1.0;   ///< [1]
+  double offset = 0.0;  ///< the field's own unit
 
   /// Nothing to do.
   bool none() const noexcept { return axes == Mat3::identity(); }
@@ -88,12 +88,12 @@ Mat3 unit_axes(const GridGeometry& grid) noexcept;
 /// Tells in `field` how voxels of `raw` will be kept: in their own type; the next one that holds them
 /// exactly (int8 → int16, uint32 → float64); float64 with a warning (64-bit integers); or, for vectors that
 /// are turned, a floating type, with scale and offset worked in.
-void keep(const RawVoxels& raw, Turn& turn, protocol::FieldHeader& field, std::vector<std::string>& warnings);
+void keep(const RawVoxels& raw, Turn& turn, FieldHeader& field, std::vector<std::string>& warnings);
 
 /// True when the file's voxels, read as they are, already are what is kept.
-bool kept_as_they_are(const RawVoxels& raw, const Turn& turn, const protocol::FieldHeader& field) noexcept;
+bool kept_as_they_are(const RawVoxels& raw, const Turn& turn, const FieldHeader& field) noexcept;
 
 /// Copies voxels that start at `first` to `to` as `keep` said.
-void copy_voxels(const void* first, const RawVoxels& raw, const Turn& turn, const protocol::FieldHeader& field, std::byte* to);
+void copy_voxels(const void* first, const RawVoxels& raw, const Turn& turn, const FieldHeader& field, std::byte* to);
 
-}  // namespace palpa::detail
+}  // namespace palpa::protocol

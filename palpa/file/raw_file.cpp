@@ -59,20 +59,20 @@ RawFile::RawFile(const protocol::Request& request) {
   for (const std::int64_t n : layout.dims) {
     if (n < 1) throw LoadError("has numbers of a type that is given, but in no shape; give dims = [x, y, z], too");
   }
-  const std::string axes = axes_of(layout);
+  const std::string axes = protocol::axes_of(layout);
   std::vector<std::int64_t> lengths;
   for (const char axis : axes) lengths.push_back(layout.dims[static_cast<std::size_t>(axis - 'x')]);
   if (layout.components == "first") lengths.insert(lengths.begin(), 3);
   if (layout.components == "last") lengths.push_back(3);
-  raw_ = arranged(type_named(layout.type), lengths, layout);
+  raw_ = arranged(protocol::type_named(layout.type), lengths, layout);
   raw_.swapped = (layout.byte_order == "big") == (std::endian::native == std::endian::little);
 
   header.format = "raw";
   header.default_unit = "m";
   protocol::FieldHeader field;
   field.name = raw_.components == 3 ? "vector" : "value";
-  field.grid = placed_by(layout, header);
-  Turn none;  // the grid's axes are the world's
+  field.grid = protocol::placed_by(layout, header);
+  protocol::Turn none;  // the grid's axes are the world's
   keep(raw_, none, field, header.warnings);
   header.fields.push_back(field);
 

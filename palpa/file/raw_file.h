@@ -31,7 +31,7 @@ class RawFile {
   std::shared_ptr<const std::byte> file_;
   std::uint64_t bytes_ = 0;
   std::uint64_t offset_ = 0;  ///< [bytes] of the first voxel
-  RawVoxels raw_;
+  protocol::RawVoxels raw_;
 };
 
 }  // namespace palpa::detail
