@@ -343,14 +343,6 @@ void add_report(CLI::App& app, Work& work) {
   });
 }
 
-void add_figures(CLI::App& app, Work& work) {
-  const auto given = std::make_shared<FiguresArguments>();
-  CLI::App* command = app.add_subcommand("figures", "Draw the figures of the documentation from this program's own answers");
-  command->add_option("--out", given->out, "folder to write into (figures)")->type_name("DIR");
-  command->footer("Example:\n  palpa figures --out figures");
-  command->callback([=, &work] { work = [=] { return run_figures(*given); }; });
-}
-
 void add_modes(CLI::App& app, Work& work) {
   const auto given = std::make_shared<ModesArguments>();
   CLI::App* command = app.add_subcommand("modes", "List the types of modes, or the parameters of one");
@@ -402,7 +394,6 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   add_convert(app, work, stop);
   add_replay(app, work, stop);
   add_report(app, work);
-  add_figures(app, work);
   add_modes(app, work);
   add_prints(app);
 

@@ -57,11 +57,6 @@ struct ReportArguments {
 };
 int run_report(const ReportArguments& arguments);
 
-struct FiguresArguments {
-  std::filesystem::path out = "figures";  ///< folder
-};
-int run_figures(const FiguresArguments& arguments);
-
 struct ModesArguments {
   std::string type;  ///< empty: a list of all
   std::vector<std::filesystem::path> plugins;

@@ -3,7 +3,6 @@
 
 #include <filesystem>
 #include <string>
-#include <vector>
 
 #include "palpa/field/field.h"
 #include "palpa/report/report.h"
@@ -18,8 +17,6 @@ struct Pictures {
   /// `write_report`.
   std::filesystem::path (*report)(const std::filesystem::path& trace, const std::filesystem::path& out,
                                   const ReportOptions& options);
-  /// The figures of the docs, into a folder; their files, and warnings.
-  std::vector<std::filesystem::path> (*figures)(const std::filesystem::path& folder, std::vector<std::string>& warnings);
   /// `volume_picture` of a field, as a PNG file.
   void (*volume)(const Volume& volume, std::size_t field, const Statistics& values, const std::string& what,
                  const std::filesystem::path& file);

@@ -1,6 +1,4 @@
 // The numbers in the figures obey the paper's closed forms; the files are there and well-formed.
-#include "palpa/report/figures.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <stdlib.h>
@@ -17,6 +15,7 @@
 
 #include "palpa/core/load_error.h"
 #include "tests/report/markup.h"
+#include "tools/figures/paper_figures.h"
 
 namespace palpa {
 namespace {

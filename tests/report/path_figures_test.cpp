@@ -1,5 +1,5 @@
 // The numbers in the figures of docs/path.md obey the statements that they illustrate.
-#include "palpa/report/path_figures.h"
+#include "tools/figures/path_figures.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

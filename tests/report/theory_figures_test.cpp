@@ -1,5 +1,5 @@
 // The numbers in the figures of docs/theory.md obey the statements that they illustrate.
-#include "palpa/report/theory_figures.h"
+#include "tools/figures/theory_figures.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "palpa/report/figures.h"
+#include "tools/figures/paper_figures.h"
 
 #include <algorithm>
 #include <cerrno>

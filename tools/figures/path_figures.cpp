@@ -1,4 +1,4 @@
-#include "palpa/report/path_figures.h"
+#include "tools/figures/path_figures.h"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "palpa/report/figures.h"
+#include "tools/figures/paper_figures.h"
 
 namespace palpa {
 

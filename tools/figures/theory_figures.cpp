@@ -1,4 +1,4 @@
-#include "palpa/report/theory_figures.h"
+#include "tools/figures/theory_figures.h"
 
 #include <algorithm>
 #include <cmath>

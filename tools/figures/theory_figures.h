@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "palpa/core/primitives.h"
-#include "palpa/report/figures.h"
+#include "tools/figures/paper_figures.h"
 
 namespace palpa {
 
