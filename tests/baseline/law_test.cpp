@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "palpa/scene/keys.h"
 #include "tests/baseline/paper_readings.h"
 #include "tests/core/counted_allocations.h"
 #include "tests/core/random_problems.h"
@@ -83,6 +84,9 @@ TEST(BaselineLaw, IsFoundByTheNameThatASceneGives) {
   scene.law = "ikits-2004";
   EXPECT_THROW(baseline::law(scene), SceneError);
 }
+
+// A scene file is read below the laws, so it has names alone.
+TEST(BaselineLaw, AllHaveTheNamesThatSceneFilesTake) { EXPECT_EQ(baseline::law_names(), detail::law_methods()); }
 
 TEST(BaselineLaw, WithoutPrimitivesIsTheProbeItself) {
   Random random(1);
