@@ -19,6 +19,8 @@
 #include <string>
 #include <vector>
 
+#include "palpa/study/run.h"
+
 namespace fs = std::filesystem;
 
 namespace {

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "palpa/device/hand.h"
+
 namespace palpa::bench {
 
 /// A figure as the table has it.

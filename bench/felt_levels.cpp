@@ -7,6 +7,10 @@
 
 #include "bench/felt.h"
 #include "bench/felt_words.h"
+#include "palpa/baseline/path.h"
+#include "palpa/device/hand.h"
+#include "palpa/loop/loop.h"
+#include "palpa/study/summary.h"
 
 namespace palpa::bench {
 namespace {

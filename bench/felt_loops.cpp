@@ -7,6 +7,8 @@
 
 #include "bench/felt.h"
 #include "bench/felt_words.h"
+#include "palpa/device/front.h"
+#include "palpa/device/hand.h"
 
 namespace palpa::bench {
 namespace {

@@ -7,6 +7,11 @@
 #include <numbers>
 
 #include "bench/felt.h"
+#include "palpa/baseline/path.h"
+#include "palpa/device/front.h"
+#include "palpa/device/hand.h"
+#include "palpa/loop/loop.h"
+#include "palpa/study/reach.h"
 
 namespace palpa::bench {
 namespace {

@@ -8,6 +8,7 @@
 
 #include "bench/felt.h"
 #include "bench/felt_words.h"
+#include "palpa/device/hand.h"
 
 namespace palpa::bench {
 namespace {

@@ -1,12 +1,5 @@
 #include "bench/five_modes.h"
 
-#include <palpa/grid/filter.h>
-#include <palpa/grid/grid.h>
-#include <palpa/mode/follow.h>
-#include <palpa/mode/gradient_force.h>
-#include <palpa/mode/surface_and_friction.h>
-#include <palpa/mode/viscosity.h>
-#include <palpa/mode/vortex.h>
 #include <sys/mman.h>
 
 #include <cmath>

@@ -2,6 +2,8 @@
 // docs/laws.md.
 //
 //   bench_laws SCENE HAND [rigid|relaxed|firm] [DATA_FOLDER]
+#include "palpa/study/compare_laws.h"
+#include "palpa/study/run.h"
 #include "run_arguments.h"
 
 using namespace palpa;

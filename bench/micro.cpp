@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "palpa/grid/sampled.h"
+
 namespace {
 
 using namespace palpa;

@@ -8,6 +8,7 @@
 
 #include "bench/path.h"
 #include "bench/path_scenes.h"
+#include "palpa/grid/sampled.h"
 #include "tests/path/lines.h"
 
 namespace palpa::bench {

@@ -7,7 +7,7 @@
 
 #include "palpa/study/run.h"
 #include "palpa/tick/session.h"
-#include "palpa/view/scene_picture.h"
+#include "palpa/view/picture.h"
 
 namespace {
 

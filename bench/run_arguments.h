@@ -6,6 +6,9 @@
 #include <cstdio>
 #include <string_view>
 
+#include "palpa/device/hand.h"
+#include "palpa/study/run.h"
+
 /// SCENE HAND [rigid|relaxed|firm] [DATA_FOLDER], then `measure(options)`; the exit code.
 template <class Measure>
 int run_with_arguments(int argc, char** argv, const char* name, Measure measure) {

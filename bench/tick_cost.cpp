@@ -8,8 +8,6 @@
 //
 // SCENE is a file; "five", five modes on 256³ voxels under a hand that needs no name; or "empty:FILE", a file's scene with no
 // mode enabled. callgrind is to begin with --instr-atstart=no.
-#include <palpa/grid/filter.h>
-#include <palpa/grid/grid.h>
 #include <palpa/loop/loop.h>
 #include <palpa/palpa.h>
 #include <time.h>
@@ -31,6 +29,9 @@
 #include <string_view>
 
 #include "bench/five_modes.h"
+#include "palpa/device/hand.h"
+#include "palpa/study/run.h"
+#include "palpa/trace/trace.h"
 
 namespace {
 

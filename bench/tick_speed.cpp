@@ -23,6 +23,8 @@
 
 #include "bench/five_modes.h"
 #include "bench/solver_clock.h"
+#include "palpa/baseline/path.h"
+#include "palpa/trace/trace.h"
 
 namespace {
 

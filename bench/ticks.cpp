@@ -12,6 +12,10 @@
 #include <cstdio>
 #include <numeric>
 
+#include "palpa/baseline/path.h"
+#include "palpa/study/run.h"
+#include "palpa/study/summary.h"
+#include "palpa/trace/trace.h"
 #include "run_arguments.h"
 
 namespace {

@@ -1,30 +1,15 @@
-// All of the library but devices, pictures and reports.
+// Scenes and sessions: data, modes, a scene made of them, and what a hand feels of it. Devices and the loop, traces, pictures
+// and reports have headers of their own.
 #pragma once
 
-#include "palpa/baseline/law.h"
-#include "palpa/baseline/path.h"
 #include "palpa/core/solver.h"
-#include "palpa/device/hand.h"
 #include "palpa/file/read_volume.h"
 #include "palpa/grid/grid.h"
-#include "palpa/loop/loop.h"
-#include "palpa/mode/follow.h"
-#include "palpa/mode/front_shape.h"
-#include "palpa/mode/gradient_force.h"
 #include "palpa/mode/mode.h"
+#include "palpa/mode/modes.h"
 #include "palpa/mode/plugin.h"
-#include "palpa/mode/surface_and_friction.h"
-#include "palpa/mode/transverse_damping.h"
-#include "palpa/mode/vector_force.h"
-#include "palpa/mode/viscosity.h"
-#include "palpa/mode/vortex.h"
-#include "palpa/mode/vortex_line.h"
 #include "palpa/scene/load_scene.h"
 #include "palpa/scene/scene.h"
-#include "palpa/study/compare_laws.h"
-#include "palpa/study/energy_table.h"
-#include "palpa/study/run.h"
-#include "palpa/study/summary.h"
 #include "palpa/tick/session.h"
 #include "palpa/time/timed_field.h"
 #include "palpa/version.h"

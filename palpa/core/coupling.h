@@ -1,9 +1,6 @@
-// The coupling of Eq. 1: f = k (x_proxy − x_probe) + D (v_proxy − v_probe).
+// The coupling of Eq. 1, f = k (x_proxy − x_probe) + D (v_proxy − v_probe): what it may be, and the energy that goes through
+// it.
 #pragma once
-
-#include <array>
-
-#include "palpa/core/vec3.h"
 
 namespace palpa {
 
@@ -19,57 +16,29 @@ struct CouplingOptions {
 /// What is wrong with the options, as half a sentence; nullptr when they can be used.
 const char* problem_with(const CouplingOptions& options) noexcept;
 
-/// The damper of Eq. 1. It acts on the rate of change of x_proxy − x_probe, estimated as one, so that in
-/// free space, where the two are the same point, it is exactly zero: two differently filtered velocities
-/// would leave a force there. What the proxy covers in a release (break-through, event) is no motion of
-/// the hand and is left out; and the damper never exceeds the larger of 0.2 N and half the spring's force,
-/// so that no kick can come from it.
+/// The energy of one tick [J].
 ///
-/// Without an encoder step the estimate is the difference of two ticks behind a first-order low-pass of
-/// 150 Hz. With one, a low-pass that quietens a step is so slow that nothing is damped any more. There the
-/// estimate is, component by component, the slope of the longest straight line from the past to now that
-/// no position in between is further from than positions rounded to the step can be from a steady motion
-/// (first-order adaptive windowing: Janabi-Sharifi, Hayward and Chen, IEEE Trans. Control Syst. Technol. 8(6),
-/// 2000). A fast change is seen over 3 ms, as late as that low-pass, a slow motion over up to W = 3D/k,
-/// at most 24 ms. Such a motion ripples by q/W in the estimate, so by k q/3 in the force, where the spring itself
-/// ripples by k q. It costs a delay of W/2 at most (docs/theory.md, 7.8).
-class Damper {
- public:
-  /// \param damping_ns_per_m  [N·s/m] D, >= 0
-  /// \param encoder_step_m    [m] position step q of the device, 0 if none
-  explicit Damper(double damping_ns_per_m, double encoder_step_m = 0.0) noexcept;
-
-  /// v_proxy − v_probe [m/s] as the damper sees it, limited as above; D times it is the damper's force.
-  /// \param stretch_m    [m] proxy − probe now
-  /// \param released_m   [m] the part of the proxy's motion in this tick that was a release
-  /// \param time_step_s  [s] > 0
-  Vec3 relative_velocity(const Vec3& stretch_m, const Vec3& released_m, double time_step_s, double stiffness_n_per_m) noexcept;
-
-  /// Starts anew from `stretch_m`, as if it had been so for long: after a gap, a clutch, a new map.
-  void reset(const Vec3& stretch_m) noexcept;
-
- private:
-  static constexpr int most_kept = 32;
-
-  Vec3 smoothed(const Vec3& stretch_m, const Vec3& released_m, double time_step_s) noexcept;
-  Vec3 windowed(const Vec3& stretch_m, const Vec3& released_m, double time_step_s, double stiffness_n_per_m) noexcept;
-
-  double damping_ns_per_m_;
-  double encoder_step_m_;
-  double time_step_s_ = 0.0;  // of the last tick …
-  double weight_ = 0.0;       // … and what the filter takes of what is new in so long
-  Vec3 last_stretch_m_;
-  Vec3 filtered_m_per_s_;
-
-  // What the window looks back on. Before the first one kept there was nothing else.
-  struct Kept {
-    double time_s = 0.0;
-    Vec3 stretch_m;
-  };
-  double time_s_ = 0.0;  // since the reset
-  int newest_ = 0;
-  int kept_ = 1;
-  std::array<Kept, most_kept> past_;
+/// With S = k/2 |proxy − probe|², x₀ and x_m the proxy before and after the tick, p and p⁺ the probe,
+/// the spring's force held since the last tick did the work f₀·Δp on the hand, and, whatever happened
+/// inside the tick,
+///     f₀·Δp = S₀ − S_m + k/2 |Δp|² + I,     I = S_m − k/2 |x₀ − p⁺|²
+/// As an equation of I this holds for any x; what can be wrong, and is checked by the tests, is how I
+/// is split over the modes and the path. What elastic levels store, V, is of no mode: of the work of their forces only what is
+/// not found again in V is. Summed over ticks, with −Δp·force as what the hand put in, it is the
+/// table of a run (`palpa report`); docs/theory.md 7.7.
+struct Energy {
+  double stored_j = 0.0;        ///< S_m, in the spring after the tick
+  double elastic_j = 0.0;       ///< V, in elastic levels after the tick
+  double dissipated_j = 0.0;    ///< taken out by modes: −Σ of the modes' works below zero
+  double injected_j = 0.0;      ///< brought in by modes: Σ of the modes' works above zero
+  double path_j = 0.0;          ///< I − ΣW + V − V₀ − moved: the price of walking the path in sub-steps
+  double damper_j = 0.0;        ///< work of the held damper force on the hand
+  double moved_j = 0.0;         ///< work of the data's own motion
+  double work_on_hand_j = 0.0;  ///< work of the command that was held since the last tick
+  double let_go_j = 0.0;        ///< lost by the springs where the proxy went further than the hand and the data took it
+  double held_back_j = 0.0;     ///< work on the hand that the guard held back: of the force less the command
+  double ticks_j = 0.0;         ///< brought in by holding the force for a tick: path + k/2 |Δp|² + let go
+  double ticks_bound_j = 0.0;   ///< k/2 |Δp|²: the most that one balance can have brought in so
 };
 
 }  // namespace palpa

@@ -10,14 +10,6 @@
 
 namespace palpa {
 
-/// Where an elastic level that holds the proxy would be touched: its *foot*, the place on the level that the proxy is pressed
-/// in from (docs/theory.md 8.11).
-struct Foot {
-  PrimitiveId id;       ///< of the plane
-  Vec3 way_m;           ///< [hand m] from the proxy to it
-  double held_j = 0.0;  ///< what is stored in the level
-};
-
 /// The feet that a proxy has now. Plain data of fixed size, so that a LiveBlock can keep it: a foot more than there is room for
 /// is not kept, and its level takes the proxy's own place for it. Allocates nothing.
 class Feet {

@@ -88,6 +88,14 @@ struct Captured {
   friend bool operator==(const Captured&, const Captured&) = default;
 };
 
+/// Where an elastic level that holds the proxy would be touched: its *foot*, the place on the level that the proxy is pressed
+/// in from (docs/theory.md 8.11).
+struct Foot {
+  PrimitiveId id;       ///< of the plane
+  Vec3 way_m;           ///< [hand m] from the proxy to it
+  double held_j = 0.0;  ///< what is stored in the level
+};
+
 /// A line whose strength is coefficient × the force of a plane of the same mode (Coulomb friction).
 struct Friction {
   std::int32_t plane = -1;   ///< index in the set of that plane; -1: the strength stands as it is

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "palpa/device/hand.h"
 #include "palpa/device/sine_cosine.h"
 
 namespace palpa {

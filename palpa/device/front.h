@@ -38,12 +38,6 @@ class Relief {
   bool u_turns_;
 };
 
-/// The round front that hands without a scene are made for: a ball of 0.075 m about the origin, seen from the user; u and v are
-/// x and y [m]. Beyond 0.8 of its radius it goes on as the cone that touches it there.
-std::shared_ptr<const Front> ball_facing();
-/// A cylinder about an axis along y through `centre_m` [m], of `radius_m` [m] > 0: u are turns from the user's side, to the
-/// right first, v is the height above the centre [m].
-std::shared_ptr<const Front> cylinder_around(const Vec3& centre_m, double radius_m);
 /// A relief of z [m] that faces the user: u and v are x and y [m] beside `place_m`, whose z is not used.
 /// \param column     [1] where `place_m` stands in the relief
 /// \param row        [1] where `place_m` stands in the relief

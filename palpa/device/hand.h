@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "palpa/device/device.h"
-#include "palpa/device/front.h"
 
 namespace palpa {
 
@@ -83,7 +82,14 @@ struct SimulatedMotion {
 /// Throws LoadError that says what would be right.
 SimulatedMotion simulated_motion(const std::string& description);
 
-/// What a simulated hand comes upon. `Reach::encounter` (study/reach.h) makes it of a scene; this one is a ball of 0.075 m
+class Front;  // a surface that a hand follows at a depth of its choice: what the two below make
+/// The round front that hands without a scene are made for: a ball of 0.075 m about the origin, seen from the user; u and v are
+/// x and y [m]. Beyond 0.8 of its radius it goes on as the cone that touches it there.
+std::shared_ptr<const Front> ball_facing();
+/// A cylinder about an axis along y through `centre_m` [m], of `radius_m` [m] > 0: u are turns from the user's side, to the
+/// right first, v is the height above the centre [m].
+std::shared_ptr<const Front> cylinder_around(const Vec3& centre_m, double radius_m);
+/// What a simulated hand comes upon. `palpa run` makes it of a scene; this one is a ball of 0.075 m
 /// about the middle of the workspace.
 struct Encounter {
   std::shared_ptr<const Front> facing = ball_facing();  ///< u and v: x and y [m] beside the place where the hand meets it

@@ -5,6 +5,7 @@
 
 #include "palpa/core/load_error.h"
 #include "palpa/device/described.h"
+#include "palpa/device/front.h"
 #include "palpa/device/hand.h"
 #include "palpa/device/sine_cosine.h"
 

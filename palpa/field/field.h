@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "palpa/core/vec3.h"
-#include "palpa/field/stretch.h"
 
 namespace palpa {
 
@@ -50,6 +49,15 @@ struct Certificate {
   double change(double distance_m) const noexcept { return slope_per_m * distance_m + rounding; }
   /// The same where lengths are `scale` [1] times as long, and positions are rounded by up to `shift_m` [m] on their way here.
   Certificate scaled(double scale, double shift_m) const noexcept;
+};
+
+/// A piece of a straight way through a scalar field, on which it is one polynomial, or known to stay within bounds. It begins
+/// where it was asked for.
+struct Stretch {
+  double end = 1.0;      ///< [1] share of the way where the piece ends
+  bool inside = false;   ///< the field has data on the piece, but for its ends perhaps
+  int degree = -1;       ///< [1] of the polynomial, 0…9; −1 where only this is known: the value stays in the quiet interval
+  double control[10]{};  ///< Bernstein coefficients of the value from begin to end, the field's own unit; their hull holds it
 };
 
 /// Data over the world. Immutable, so any number of threads may sample one field at once; sampling

@@ -7,7 +7,6 @@
 
 #include "palpa/file/protocol.h"
 #include "palpa/volume/volume.h"
-#include "palpa/volume/volume_request.h"
 
 namespace palpa {
 

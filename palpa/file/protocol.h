@@ -11,7 +11,6 @@
 
 #include "palpa/grid/grid.h"
 #include "palpa/volume/volume.h"
-#include "palpa/volume/volume_request.h"
 
 /// The conversation, over one SOCK_SEQPACKET pair, one message per packet:
 ///

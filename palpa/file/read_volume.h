@@ -6,7 +6,6 @@
 
 #include "palpa/core/load_error.h"
 #include "palpa/volume/volume.h"
-#include "palpa/volume/volume_request.h"
 
 namespace palpa {
 

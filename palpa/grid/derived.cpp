@@ -15,8 +15,6 @@
 #include "palpa/grid/derive_on_grid.h"
 #include "palpa/grid/fine_detail.h"
 #include "palpa/grid/grid_base.h"
-#include "palpa/time/moving.h"
-#include "palpa/time/time_series.h"
 #include "palpa/time/timed_field.h"
 
 namespace palpa {

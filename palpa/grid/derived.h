@@ -24,7 +24,7 @@ enum class Derivation : std::uint8_t {
   component_z,
   smooth,         ///< φ smoothed, for modes whose direction is a gradient
   smooth_vector,  ///< u smoothed, for modes that look at how a flow turns
-  detail,         ///< what the voxels say minus what a smoothing filter makes of them [1], −1…1 (fine_detail.h)
+  detail,         ///< what the voxels say minus what a smoothing filter makes of them [1], −1…1
 };
 
 /// The derivation that a scene calls by this name; none for `smooth` and those after it, which have no name there.
@@ -43,7 +43,7 @@ std::string unit_of(Derivation derivation, std::string_view unit);
 /// derivatives of its interpolant; where u = 0, the kink of |u|, the gradient is 0. So is `detail`, from the source's voxels.
 ///
 /// All others are computed once, here, at the voxels of the source, and then sampled by the smoothing
-/// cubic B-spline (smooth_grid.h), value, gradient and Hessian: of a trilinear one the direction would be
+/// cubic B-spline (Filter::smooth), value, gradient and Hessian: of a trilinear one the direction would be
 /// 25° wrong at p99 on a sampled Lamb–Oseen vortex. Derivatives at a voxel are central differences, the
 /// derivative there of Keys' cubic through the voxels, one-sided at the border and beside voxels without
 /// a finite value; sampled between, they are smoothed by 1/6, 4/6, 1/6 along each axis.
@@ -66,7 +66,7 @@ std::string unit_of(Derivation derivation, std::string_view unit);
 /// \param of           the field; its number of components is `components_taken`
 /// \param smoothing_m  [m] standard deviation of that Gaussian in the field's own world; 0: two sample spacings
 /// As many threads as there are cores; memory beyond the result's own is what the Gaussian reaches of slices, as floats, for
-/// each of them. Throws std::invalid_argument, with a sentence, on a field of the other kind, on axes (axis_grid.h) for all but
+/// each of them. Throws std::invalid_argument, with a sentence, on a field of the other kind, on axes (`signless`) for all but
 /// the magnitude, or a smoothing that is negative or not finite.
 FieldPtr derived(Derivation derivation, const FieldPtr& of, double smoothing_m = 0.0);
 

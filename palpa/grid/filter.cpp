@@ -13,8 +13,6 @@
 #include "palpa/grid/axis_grid.h"
 #include "palpa/grid/grid_base.h"
 #include "palpa/grid/smooth_grid.h"
-#include "palpa/time/moving.h"
-#include "palpa/time/time_series.h"
 #include "palpa/time/timed_field.h"
 
 namespace palpa {

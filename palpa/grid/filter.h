@@ -1,4 +1,4 @@
-// Fields on grids with another filter, or without signs: from field to field, sharing the voxels.
+// Which filter a grid gets, and what it takes away.
 #pragma once
 
 #include <optional>
@@ -34,14 +34,5 @@ const GridView* grid_below(const Field& field) noexcept;
 /// Whether a field has detail finer than its filter: a scalar one on a grid with the filter `smooth`, which keeps the voxels
 /// and does not meet them; also under a pose, and in the frames of a series. Formulas, magnitudes and components have none.
 bool has_detail(const Field& field) noexcept;
-
-/// The same voxels with another filter, under the same pose, in every frame of a series; the field itself where it has that
-/// filter already. Throws std::invalid_argument, with a sentence, on a field that has no voxels (a formula, a derived value),
-/// and on Filter::cubic for whole numbers and for axes.
-FieldPtr filtered(FieldPtr field, Filter filter);
-
-/// A vector grid as an axis field (axis_grid.h) with the same voxels, filter (the smooth one for a cubic) and pose. Throws
-/// std::invalid_argument, with a sentence, on fields without voxels and on scalar ones.
-FieldPtr signless(FieldPtr field);
 
 }  // namespace palpa

@@ -101,12 +101,21 @@ struct GridView {
   double offset = 0.0;       ///< the field's own unit
   double valid_share = 1.0;  ///< [1] share of voxels whose components are all finite
   Filter filter = Filter::trilinear;
-  bool signless = false;  ///< an axis field: v and −v in a voxel are the same (axis_grid.h)
+  bool signless = false;  ///< an axis field: v and −v in a voxel are the same (`signless`)
 };
 /// The grid behind any field on a grid, whatever lies between its voxels; nullptr for formulas, posed fields and what is
 /// computed from another field's sample.
 const GridView* grid_behind(const Field& field) noexcept;
 /// The same as `grid_behind` for a field made by `grid_field` alone; nullptr for other fields.
 const GridView* grid_of(const Field& field) noexcept;
+
+/// The same voxels with another filter, under the same pose, in every frame of a series; the field itself where it has that
+/// filter already. Throws std::invalid_argument, with a sentence, on a field that has no voxels (a formula, a derived value),
+/// and on Filter::cubic for whole numbers and for axes.
+FieldPtr filtered(FieldPtr field, Filter filter);
+
+/// A vector grid as an axis field with the same voxels, filter (the smooth one for a cubic) and pose. Throws
+/// std::invalid_argument, with a sentence, on fields without voxels and on scalar ones.
+FieldPtr signless(FieldPtr field);
 
 }  // namespace palpa

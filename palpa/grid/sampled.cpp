@@ -11,7 +11,7 @@
 
 #include "palpa/field/parallel.h"
 #include "palpa/grid/grid_base.h"
-#include "palpa/time/time_series.h"
+#include "palpa/time/timed_field.h"
 
 namespace palpa {
 namespace {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "palpa/grid/grid.h"
-#include "palpa/time/time_series.h"
+#include "palpa/time/timed_field.h"
 
 namespace palpa {
 

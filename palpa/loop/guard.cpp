@@ -1,4 +1,4 @@
-#include "palpa/loop/guard.h"
+#include "palpa/loop/loop.h"
 
 namespace palpa {
 

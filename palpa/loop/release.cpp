@@ -1,6 +1,6 @@
-#include "palpa/loop/release.h"
-
 #include <algorithm>
+
+#include "palpa/loop/loop.h"
 
 namespace palpa {
 

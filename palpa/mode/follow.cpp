@@ -1,4 +1,4 @@
-#include "palpa/mode/follow.h"
+#include "palpa/mode/modes.h"
 
 namespace palpa {
 

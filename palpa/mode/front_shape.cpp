@@ -1,4 +1,4 @@
-#include "palpa/mode/front_shape.h"
+#include "palpa/mode/modes.h"
 
 namespace palpa {
 

@@ -1,5 +1,4 @@
-#include "palpa/mode/gradient_force.h"
-
+#include "palpa/mode/modes.h"
 #include "palpa/mode/placement.h"
 
 namespace palpa {

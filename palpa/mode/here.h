@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "palpa/core/feet.h"
+#include "palpa/core/primitives.h"
 #include "palpa/core/similarity.h"
 #include "palpa/field/field.h"
 #include "palpa/mode/parameters.h"

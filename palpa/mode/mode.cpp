@@ -2,15 +2,7 @@
 
 #include <stdexcept>
 
-#include "palpa/mode/follow.h"
-#include "palpa/mode/front_shape.h"
-#include "palpa/mode/gradient_force.h"
-#include "palpa/mode/surface_and_friction.h"
-#include "palpa/mode/transverse_damping.h"
-#include "palpa/mode/vector_force.h"
-#include "palpa/mode/viscosity.h"
-#include "palpa/mode/vortex.h"
-#include "palpa/mode/vortex_line.h"
+#include "palpa/mode/modes.h"
 
 namespace palpa {
 

@@ -1,7 +1,6 @@
-#include "palpa/mode/surface_and_friction.h"
-
 #include <algorithm>
 
+#include "palpa/mode/modes.h"
 #include "palpa/mode/placement.h"
 
 namespace palpa {

@@ -1,4 +1,4 @@
-#include "palpa/mode/transverse_damping.h"
+#include "palpa/mode/modes.h"
 
 namespace palpa {
 

@@ -1,5 +1,4 @@
-#include "palpa/mode/vector_force.h"
-
+#include "palpa/mode/modes.h"
 #include "palpa/mode/placement.h"
 
 namespace palpa {

@@ -1,4 +1,4 @@
-#include "palpa/mode/viscosity.h"
+#include "palpa/mode/modes.h"
 
 namespace palpa {
 

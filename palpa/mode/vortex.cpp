@@ -1,5 +1,4 @@
-#include "palpa/mode/vortex.h"
-
+#include "palpa/mode/modes.h"
 #include "palpa/mode/placement.h"
 #include "palpa/mode/vortex_core.h"
 

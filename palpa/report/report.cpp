@@ -21,7 +21,7 @@
 #include "palpa/report/view_3d.h"
 #include "palpa/report/words.h"
 #include "palpa/study/recorded_scene.h"
-#include "palpa/view/scene_picture.h"
+#include "palpa/view/picture.h"
 
 namespace palpa {
 namespace {

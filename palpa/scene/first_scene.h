@@ -7,7 +7,6 @@
 
 #include "palpa/survey/statistics.h"
 #include "palpa/volume/volume.h"
-#include "palpa/volume/volume_request.h"
 
 namespace palpa {
 

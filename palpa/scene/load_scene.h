@@ -9,7 +9,7 @@
 #include "palpa/core/load_error.h"
 #include "palpa/mode/mode.h"
 #include "palpa/scene/scene.h"
-#include "palpa/volume/volume_request.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa {
 

@@ -6,7 +6,6 @@
 
 #include "palpa/time/timed_field.h"
 #include "palpa/volume/volume.h"
-#include "palpa/volume/volume_request.h"
 
 namespace palpa {
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "palpa/volume/volume_request.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa::detail {
 

@@ -8,7 +8,7 @@
 #include "palpa/core/coupling.h"
 #include "palpa/core/load_error.h"
 #include "palpa/core/similarity.h"
-#include "palpa/grid/filter.h"
+#include "palpa/grid/grid.h"
 #include "palpa/mode/mode.h"
 #include "palpa/time/timed_field.h"
 #include "palpa/volume/volume.h"
@@ -101,7 +101,7 @@ class Scene {
 
   /// Adds a volume, moved by `pose`; returns the name of its first field. The name is a plain word and
   /// not taken. Its grids are felt through `filter`; without one, trilinear grids get the default of their voxels and
-  /// all else stays (`filtered`, filter.h).
+  /// all else stays (`filtered`, volume.h).
   FieldRef add(std::string name, Volume volume, const Similarity& pose = {}, std::optional<Filter> filter = {});
   /// Adds a volume that moves from pose to pose.
   FieldRef add_moving(std::string name, Volume volume, const PoseTrack& poses, std::optional<Filter> filter = {});

@@ -1,6 +1,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "palpa/grid/filter.h"
 #include "palpa/scene/keys.h"
 #include "palpa/scene/request_toml.h"
 #include "palpa/scene/scene.h"

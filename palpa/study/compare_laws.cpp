@@ -7,7 +7,7 @@
 #include "palpa/baseline/law.h"
 #include "palpa/baseline/path.h"
 #include "palpa/loop/loop.h"
-#include "palpa/mode/surface_and_friction.h"
+#include "palpa/mode/modes.h"
 
 namespace palpa {
 

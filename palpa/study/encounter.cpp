@@ -10,6 +10,7 @@
 #include "palpa/study/reach.h"
 #include "palpa/study/reach_lattice.h"
 #include "palpa/study/trial.h"
+#include "palpa/device/front.h"
 
 namespace palpa {
 

@@ -4,8 +4,7 @@
 #include <cmath>
 #include <span>
 
-#include "palpa/mode/gradient_force.h"
-#include "palpa/mode/vector_force.h"
+#include "palpa/mode/modes.h"
 #include "palpa/study/summary.h"
 #include "palpa/volume/volume.h"
 

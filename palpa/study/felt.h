@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "palpa/scene/scene.h"
-#include "palpa/trace/record.h"
+#include "palpa/trace/trace.h"
 
 namespace palpa {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "palpa/loop/loop.h"
-#include "palpa/mode/surface_and_friction.h"
+#include "palpa/mode/modes.h"
 #include "palpa/volume/analytic.h"
 
 namespace palpa {

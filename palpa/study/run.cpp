@@ -12,8 +12,8 @@
 
 #include "palpa/baseline/path.h"
 #include "palpa/loop/loop.h"
+#include "palpa/mode/modes.h"
 #include "palpa/mode/plugin.h"
-#include "palpa/mode/surface_and_friction.h"
 #include "palpa/study/recording.h"
 #include "palpa/version.h"
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "palpa/tick/session.h"
-#include "palpa/trace/record.h"
+#include "palpa/trace/trace.h"
 
 namespace palpa {
 

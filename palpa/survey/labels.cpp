@@ -6,7 +6,6 @@
 #include <stdexcept>
 
 #include "palpa/grid/grid_base.h"
-#include "palpa/time/time_series.h"
 #include "palpa/time/timed_field.h"
 
 namespace palpa {

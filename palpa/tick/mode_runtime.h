@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "palpa/core/feet.h"
 #include "palpa/core/live_block.h"
 #include "palpa/mode/crossings.h"
 #include "palpa/mode/jump_fade.h"

@@ -7,7 +7,6 @@
 #include <span>
 #include <vector>
 
-#include "palpa/core/law.h"
 #include "palpa/core/ledger.h"
 #include "palpa/core/live_block.h"
 #include "palpa/core/probe_queue.h"

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "palpa/core/coupling.h"
+#include "palpa/core/damper.h"
 #include "palpa/core/live_block.h"
 #include "palpa/core/solver.h"
 #include "palpa/core/split.h"

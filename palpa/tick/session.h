@@ -7,9 +7,8 @@
 #include <span>
 #include <string_view>
 
+#include "palpa/core/coupling.h"
 #include "palpa/core/law.h"
-#include "palpa/core/ledger.h"
-#include "palpa/core/sub_step.h"
 #include "palpa/scene/scene.h"
 
 namespace palpa {
@@ -51,7 +50,7 @@ struct Tick {
 
 /// A mode's part in one tick.
 struct ModeTick {
-  Vec3 force_n;  ///< sum over its primitives in the last sub-step, in the least split of force (split.h)
+  Vec3 force_n;  ///< sum over its primitives in the last sub-step, in the least split of force
   double dissipated_j = 0.0;
   double injected_j = 0.0;
   int primitives = 0;         ///< in the last sub-step
@@ -69,7 +68,7 @@ struct SessionEvent {
   double depth_m = 0.0;        ///< [m] of break_through: |proxy − probe| where the strength was reached
 };
 
-/// Makes the path on which a session walks the proxy (proxy_path.h); what its next tick depends on is kept in the block.
+/// Makes the path on which a session walks the proxy, internal; what its next tick depends on is kept in the block.
 /// Allocates and throws SceneError.
 using PathMaker = std::unique_ptr<ProxyPath> (*)(LiveBlock& live, const Scene& scene, const Similarity& hand_to_world);
 
@@ -80,7 +79,7 @@ class Session {
  public:
   /// \param encoder_step_m  [m] position step of the device, 0 if none (see Damper)
   explicit Session(const Scene& scene, double encoder_step_m = 0.0);
-  /// On another path than that of the exact law, such as that of the law that the scene names (baseline/path.h).
+  /// On another path than that of the exact law, such as that of the law that the scene names (internal: baseline/path.h).
   Session(const Scene& scene, PathMaker path, double encoder_step_m = 0.0);
   ~Session();
   Session(Session&&) noexcept;

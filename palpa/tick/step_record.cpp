@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "palpa/core/sub_step.h"
 #include "palpa/tick/path_tolerances.h"
 
 namespace palpa {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "palpa/field/halton.h"
-#include "palpa/time/time_series.h"
+#include "palpa/time/timed_field.h"
 
 namespace palpa {
 namespace {

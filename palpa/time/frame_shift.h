@@ -3,7 +3,6 @@
 
 #include <optional>
 
-#include "palpa/time/time_series.h"
 #include "palpa/time/timed_field.h"
 
 namespace palpa {

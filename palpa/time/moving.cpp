@@ -1,11 +1,11 @@
-#include "palpa/time/moving.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <stdexcept>
 #include <utility>
+
+#include "palpa/time/timed_field.h"
 
 namespace palpa {
 namespace {

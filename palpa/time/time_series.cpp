@@ -1,5 +1,3 @@
-#include "palpa/time/time_series.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,6 +6,7 @@
 #include <utility>
 
 #include "palpa/field/halton.h"
+#include "palpa/time/timed_field.h"
 
 namespace palpa {
 namespace {

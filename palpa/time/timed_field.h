@@ -1,6 +1,11 @@
-// Data that change with time: a field that takes the moment as an argument.
+// Data that change with time: the contract of a field that takes the moment as an argument, series of frames, and poses, one
+// that stays or one that changes.
 #pragma once
 
+#include <cstdint>
+#include <vector>
+
+#include "palpa/core/similarity.h"
 #include "palpa/field/field.h"
 
 namespace palpa {
@@ -75,5 +80,79 @@ class TimedField : public Field {
 const TimedField* timed(const Field& field) noexcept;
 /// The field as it is at one moment; the field itself where it is not timed.
 FieldPtr frozen(FieldPtr field, DataTime at);
+
+/// What lies between two frames.
+enum class BetweenFrames : std::uint8_t {
+  linear,   ///< values and derivatives blended; a level moves with it where it shifts by less than its edge is wide
+  nearest,  ///< the nearer frame: everything jumps in the middle
+};
+
+/// Frames of one grid or box at equal distances in time: frame i at i · period. Looped, the last frame is followed by the
+/// first, one period later, and blends into it; else there is nothing before the first and after the last.
+///
+/// A linear blend is one of values, gradients, Jacobians and Hessians, so each of them stays the exact derivative of the
+/// value at every moment; at a frame it is that frame, to the bit. A place is inside where both frames are.
+/// A frame may not be timed itself. Keeps the frames: no memory beyond them.
+///
+/// \param frames    at least one; the same components, box and spacing
+/// \param period_s  [s] from frame to frame, above 0 and finite
+/// Reads 4096 places of the frames for the noise of their gradients. Throws std::invalid_argument, with a sentence.
+FieldPtr time_series(std::vector<FieldPtr> frames, double period_s, BetweenFrames between_frames = BetweenFrames::linear);
+
+/// Why a field cannot follow another one in a series, as the end of a sentence; nullptr if it can.
+const char* problem_with_frame(const Field& first, const Field& frame) noexcept;
+
+/// The frames behind a field made by `time_series`; nullptr for other fields.
+struct SeriesView {
+  std::vector<FieldPtr> frames;
+  double period_s = 1.0;
+  BetweenFrames between_frames = BetweenFrames::linear;
+};
+const SeriesView* series_of(const Field& field) noexcept;
+
+/// The field moved by a pose: sampled at pose⁻¹(x), vectors and derivatives turned with it. Values
+/// stay what they are. A timed field stays timed. Throws std::invalid_argument on a pose that is not usable.
+FieldPtr posed(FieldPtr field, const Similarity& pose);
+
+/// What `posed` made a field of.
+struct PosedView {
+  FieldPtr field;
+  Similarity pose;
+};
+/// nullptr for other fields.
+const PosedView* posed_of(const Field& field) noexcept;
+
+/// Where a volume is at some moment.
+struct TimedPose {
+  double time_s = 0.0;
+  Similarity pose;
+  friend bool operator==(const TimedPose&, const TimedPose&) = default;
+};
+/// Poses in the order of time.
+using PoseTrack = std::vector<TimedPose>;
+
+/// The pose at a moment: between two poses the translation and the logarithm of the scale are linear, and the rotation turns
+/// at constant rate about one axis, the shorter way. So a volume moves steadily from pose to pose, no faster than the poses
+/// say, and its velocity is finite always; it steps at a pose, and the force of a drag with it: more poses make that smaller.
+/// At a pose it is that pose, to the bit. A loop lasts as long as the track; it should end where it begins.
+Similarity pose_at(const PoseTrack& track, DataTime at) noexcept;
+
+/// What is wrong with the track, as a sentence without its dot; nullptr when it can be used: at least one pose, the first
+/// at time 0, times rising, poses usable, turns of less than 179 degrees from one to the next.
+const char* problem_with(const PoseTrack& track) noexcept;
+
+/// A field that moves: at each moment `posed(field, pose_at(track, moment))`. The field itself may be timed. A vector's range
+/// holds it in any turn.
+/// \param per_length  [1] the values are divided by this power of the scale, as those of a derivative are
+/// Throws std::invalid_argument, with a sentence, on a track that cannot be used.
+FieldPtr moving(FieldPtr field, PoseTrack track, int per_length = 0);
+
+/// What `moving`, or `posed` for a timed field, made a field of; nullptr for other fields.
+struct MovingView {
+  FieldPtr field;
+  PoseTrack track;
+  int per_length = 0;  ///< [1]
+};
+const MovingView* moving_of(const Field& field) noexcept;
 
 }  // namespace palpa

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "palpa/trace/record.h"
+#include "palpa/trace/trace.h"
 
 namespace palpa::detail {
 

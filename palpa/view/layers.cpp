@@ -30,6 +30,7 @@
 #include <map>
 
 #include "palpa/grid/grid.h"
+#include "palpa/grid/sampled.h"
 #include "palpa/view/shapes.h"
 #include "palpa/view/streamlines.h"
 #include "palpa/volume/volume.h"

@@ -1,5 +1,3 @@
-#include "palpa/view/scene_picture.h"
-
 #include <vtkActor.h>
 #include <vtkActorCollection.h>
 #include <vtkCamera.h>
@@ -18,6 +16,7 @@
 #include "palpa/view/canvas.h"
 #include "palpa/view/layers.h"
 #include "palpa/view/offscreen.h"
+#include "palpa/view/picture.h"
 #include "palpa/view/shapes.h"
 #include "palpa/view/streamlines.h"
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "palpa/view/layers.h"
-#include "palpa/view/scene_picture.h"
+#include "palpa/view/picture.h"
 
 namespace palpa {
 namespace {

@@ -19,8 +19,8 @@
 #include "palpa/view/canvas.h"
 #include "palpa/view/colors.h"
 #include "palpa/view/offscreen.h"
+#include "palpa/view/picture.h"
 #include "palpa/view/plot.h"
-#include "palpa/view/scene_picture.h"
 #include "palpa/volume/volume.h"
 
 namespace palpa {

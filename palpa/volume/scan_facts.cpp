@@ -1,4 +1,4 @@
-#include "palpa/volume/scan_facts.h"
+#include "palpa/volume/volume.h"
 
 namespace palpa {
 

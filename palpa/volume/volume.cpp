@@ -3,9 +3,9 @@
 #include <stdexcept>
 #include <utility>
 
+#include "palpa/grid/filter.h"
 #include "palpa/grid/sampled.h"
-#include "palpa/time/moving.h"
-#include "palpa/time/time_series.h"
+#include "palpa/time/timed_field.h"
 
 namespace palpa {
 namespace {

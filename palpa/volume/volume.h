@@ -1,20 +1,56 @@
-// A named data set, and what is done to all of its fields.
+// Named data sets: what a volume is, how its scan was made, and how one is asked for: the seam between scenes and whatever
+// opens files.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "palpa/grid/filter.h"
-#include "palpa/grid/sampled.h"
-#include "palpa/time/moving.h"
-#include "palpa/time/time_series.h"
-#include "palpa/volume/scan_facts.h"
+#include "palpa/field/field.h"
+#include "palpa/grid/grid.h"
+#include "palpa/time/timed_field.h"
 
 namespace palpa {
+
+enum class ScanFactKind : std::uint8_t {
+  body_part,  ///< "head"
+  protocol,   ///< the known words of the protocol's name: "head routine"
+  image,      ///< what is shown where that is not the signal itself: "phase map", "ADC map"
+  angiogram,  ///< "yes"
+  contrast,   ///< "yes": with a contrast agent
+  scanner,    ///< maker and model
+  kernel,     ///< of the reconstruction
+  sequence,   ///< of MR, in words
+  slice_thickness_mm,
+  tube_voltage_kv,
+  tube_current_ma,
+  field_strength_t,
+  repetition_time_ms,
+  echo_time_ms,
+  inversion_time_ms,
+  flip_angle_deg,
+  b_value_s_per_mm2,
+  velocity_range_cm_per_s,  ///< fastest velocity that is measured (VENC)
+};
+inline constexpr std::size_t scan_fact_kinds = 18;
+/// One fact of how a scan was made, as its file says it; none of them is about a person.
+struct ScanFact {
+  ScanFactKind kind = ScanFactKind::body_part;
+  std::string words;    ///< of kinds that are said in words; else empty
+  double number = 0.0;  ///< in the kind's own unit, which its name ends with; finite
+  friend bool operator==(const ScanFact&, const ScanFact&) = default;
+};
+
+/// The kind's name: "body_part", …
+std::string_view name_of(ScanFactKind kind) noexcept;
+/// Whether facts of this kind are numbers.
+constexpr bool is_number(ScanFactKind kind) noexcept { return kind >= ScanFactKind::slice_thickness_mm; }
 
 /// How much a field differs from the file's own interpolant, where its grid was made anew: at random places of the data, as
 /// shares of the range.
@@ -86,5 +122,50 @@ Volume filtered(Volume volume, std::optional<Filter> filter = {});
 
 /// The volume with its vector fields without sign. Throws as above, and where there is no vector field.
 Volume signless(Volume volume);
+
+/// What an array of a file does not say about itself.
+struct ArrayLayout {
+  std::string type;                    ///< "int16": of a file of bare numbers; empty: the file says it
+  std::string byte_order;              ///< "big"; "little" or empty: little
+  std::int64_t header_bytes = 0;       ///< before the first voxel
+  std::string axes;                    ///< "zyx": which of the grid's axes each index is, slowest first; empty: that
+  std::string components;              ///< where vector components are: "first" or "last" index; empty: last if it is of 3
+  std::array<std::int64_t, 3> dims{};  ///< voxels along x, y, z; 0: not said
+  Vec3 spacing_m;                      ///< [m] 0: not said
+  std::optional<Vec3> origin_m;        ///< [m]
+  friend bool operator==(const ArrayLayout&, const ArrayLayout&) = default;
+};
+
+/// What a scene's `[volume.NAME]` says about the file besides its path.
+struct VolumeRequest {
+  std::vector<std::filesystem::path> files;  ///< resolved: they exist
+  std::string length_unit;                   ///< "m", "mm", … or empty: the file's own, else the default
+  struct FieldRequest {
+    std::string name;                   ///< how the scene names the field
+    std::string array;                  ///< the file's name of the array; empty: the same
+    std::string unit;                   ///< label; empty: the file's
+    std::vector<std::string> arrays{};  ///< instead of `array` three scalar ones: the components of a vector along x, y and z
+    friend bool operator==(const FieldRequest&, const FieldRequest&) = default;
+  };
+  std::vector<FieldRequest> fields;  ///< empty: all, under the file's names
+  std::string as;                    ///< "vector" where a file of three frames is one vector; else empty
+  int frame = -1;                    ///< of a file with several; -1: not said
+  std::string series;                ///< of a DICOM folder with several, its UID; empty: the largest
+  std::string components_along;      ///< "index": vectors are along the grid's axes; "file" or empty: as the format says
+  std::optional<double> time_s;      ///< [s] of a case with several moments; none: the latest
+  std::optional<Box> crop;           ///< [m] the part that a curvilinear or unstructured grid is resampled in
+  ArrayLayout layout;                ///< of an array in an HDF5 file, or of a file of bare numbers
+};
+
+/// A file, and what is meant inside it: "flow.h5:/velocity" is the array /velocity of flow.h5.
+struct PlaceInFile {
+  std::filesystem::path file;
+  std::string inside;  ///< begins with '/'; empty: all of it
+};
+/// Splits a path at the last ":/" unless there is a file or folder of that whole name.
+PlaceInFile place_in_file(const std::filesystem::path& path);
+
+/// How a scene's files are opened: injected, so that scenes need no reader. Throws LoadError.
+using ReadVolume = std::function<Volume(const VolumeRequest&)>;
 
 }  // namespace palpa

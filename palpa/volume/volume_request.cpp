@@ -1,6 +1,6 @@
-#include "palpa/volume/volume_request.h"
-
 #include <system_error>
+
+#include "palpa/volume/volume.h"
 
 namespace palpa {
 

@@ -6,10 +6,7 @@
 #include <limits>
 
 #include "palpa/baseline/path.h"
-#include "palpa/mode/follow.h"
-#include "palpa/mode/surface_and_friction.h"
-#include "palpa/mode/vector_force.h"
-#include "palpa/mode/viscosity.h"
+#include "palpa/mode/modes.h"
 #include "palpa/volume/analytic.h"
 #include "palpa/volume/volume.h"
 #include "tests/tick/hands.h"

@@ -1,4 +1,6 @@
 // Laws of the damper's estimate under an encoder: how it ripples, how late it is, where it is zero.
+#include "palpa/core/damper.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -7,8 +9,6 @@
 #include <numbers>
 #include <random>
 #include <type_traits>
-
-#include "palpa/core/coupling.h"
 
 namespace palpa {
 namespace {

@@ -8,7 +8,7 @@
 #include <limits>
 #include <numeric>
 
-#include "palpa/core/coupling.h"
+#include "palpa/core/damper.h"
 #include "tests/core/random_problems.h"
 
 namespace palpa {

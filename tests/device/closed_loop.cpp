@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "palpa/core/coupling.h"
+#include "palpa/core/damper.h"
 
 namespace palpa::test {
 namespace {

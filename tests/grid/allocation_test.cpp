@@ -1,7 +1,8 @@
 #include <cstdlib>
 
-#include "palpa/field/transfer_function.h"
 #include "palpa/grid/derived.h"
+#include "palpa/grid/sampled.h"
+#include "palpa/mode/parameters.h"
 #include "palpa/time/timed_field.h"
 #include "palpa/volume/analytic.h"
 #include "palpa/volume/volume.h"

@@ -10,8 +10,6 @@
 #include "palpa/grid/filter.h"
 #include "palpa/grid/sampled.h"
 #include "palpa/grid/smooth_grid.h"
-#include "palpa/time/moving.h"
-#include "palpa/time/time_series.h"
 #include "palpa/time/timed_field.h"
 #include "palpa/volume/analytic.h"
 #include "tests/grid/test_fields.h"

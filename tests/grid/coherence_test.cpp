@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "palpa/grid/derived.h"
-#include "palpa/time/moving.h"
+#include "palpa/time/timed_field.h"
 #include "tests/grid/test_fields.h"
 
 namespace palpa {

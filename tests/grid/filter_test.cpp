@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "palpa/grid/derived.h"
+#include "palpa/grid/sampled.h"
 #include "palpa/grid/smooth_grid.h"
 #include "palpa/time/timed_field.h"
 #include "palpa/volume/analytic.h"

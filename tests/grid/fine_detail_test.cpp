@@ -8,8 +8,6 @@
 #include "palpa/grid/derived.h"
 #include "palpa/grid/filter.h"
 #include "palpa/grid/sampled.h"
-#include "palpa/time/moving.h"
-#include "palpa/time/time_series.h"
 #include "palpa/time/timed_field.h"
 #include "palpa/volume/analytic.h"
 #include "tests/grid/test_fields.h"

@@ -3,7 +3,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "palpa/time/moving.h"
+#include "palpa/time/timed_field.h"
 #include "palpa/volume/analytic.h"
 #include "tests/grid/test_fields.h"
 

@@ -7,8 +7,6 @@
 #include "palpa/grid/derived.h"
 #include "palpa/grid/filter.h"
 #include "palpa/grid/smooth_grid.h"
-#include "palpa/time/moving.h"
-#include "palpa/time/time_series.h"
 #include "palpa/time/timed_field.h"
 #include "tests/grid/test_fields.h"
 

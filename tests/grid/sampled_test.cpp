@@ -1,3 +1,5 @@
+#include "palpa/grid/sampled.h"
+
 #include <stdexcept>
 
 #include "palpa/volume/analytic.h"

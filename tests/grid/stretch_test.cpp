@@ -1,6 +1,4 @@
 // Pieces of straight ways: they tile the way, hold the values that samples show, and hide nothing.
-#include "palpa/field/stretch.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,6 +7,7 @@
 #include <optional>
 
 #include "palpa/core/similarity.h"
+#include "palpa/field/field.h"
 #include "palpa/field/roots.h"
 #include "palpa/grid/derived.h"
 #include "palpa/grid/grid.h"

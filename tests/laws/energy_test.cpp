@@ -7,7 +7,11 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "palpa/device/hand.h"
 #include "palpa/palpa.h"
+#include "palpa/study/energy_table.h"
+#include "palpa/study/run.h"
+#include "palpa/study/summary.h"
 #include "tests/laws/shipped_scenes.h"
 #include "tests/laws/trace_check.h"
 

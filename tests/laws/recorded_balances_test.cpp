@@ -10,7 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "palpa/grid/sampled.h"
 #include "palpa/palpa.h"
+#include "palpa/trace/trace.h"
 #include "tests/core/all_faces.h"
 #include "tests/tick/hands.h"
 

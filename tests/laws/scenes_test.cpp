@@ -1,7 +1,10 @@
 // What every scene that we ship promises under the hand that the demo gives it: it is felt, and so is each of its modes.
 #include <gtest/gtest.h>
 
+#include "palpa/device/hand.h"
 #include "palpa/palpa.h"
+#include "palpa/study/run.h"
+#include "palpa/study/summary.h"
 #include "tests/laws/shipped_scenes.h"
 
 namespace palpa {

@@ -7,7 +7,10 @@
 
 #include <fstream>
 
+#include "palpa/device/hand.h"
 #include "palpa/palpa.h"
+#include "palpa/study/run.h"
+#include "palpa/trace/trace.h"
 #include "tests/core/all_faces.h"
 #include "tests/laws/shipped_scenes.h"
 

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "palpa/palpa.h"
+#include "palpa/study/run.h"
 #include "tests/laws/shipped_scenes.h"
 #include "tests/laws/trace_check.h"
 

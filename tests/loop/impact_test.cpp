@@ -1,6 +1,4 @@
 // What hits something hard is felt by a pulse that grows with its speed; nothing else changes.
-#include "palpa/loop/impact.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,7 +8,7 @@
 #include <vector>
 
 #include "palpa/loop/loop.h"
-#include "palpa/mode/surface_and_friction.h"
+#include "palpa/mode/modes.h"
 #include "palpa/volume/analytic.h"
 #include "tests/core/random_problems.h"
 

@@ -1,6 +1,4 @@
 // A level that lets go is felt as a fall, not as a knock; one that is stronger than what reaches the hand never lets go.
-#include "palpa/loop/release.h"
-
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,10 +6,7 @@
 #include <type_traits>
 
 #include "palpa/loop/loop.h"
-#include "palpa/mode/follow.h"
-#include "palpa/mode/surface_and_friction.h"
-#include "palpa/mode/vector_force.h"
-#include "palpa/mode/viscosity.h"
+#include "palpa/mode/modes.h"
 #include "palpa/volume/analytic.h"
 #include "tests/core/random_problems.h"
 

@@ -7,8 +7,7 @@
 #include <filesystem>
 #include <string>
 
-#include "palpa/mode/surface_and_friction.h"
-#include "palpa/mode/viscosity.h"
+#include "palpa/mode/modes.h"
 #include "palpa/scene/scene.h"
 #include "palpa/volume/analytic.h"
 

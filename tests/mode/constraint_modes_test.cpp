@@ -4,11 +4,8 @@
 #include <cmath>
 #include <functional>
 
-#include "palpa/mode/front_shape.h"
-#include "palpa/mode/gradient_force.h"
+#include "palpa/mode/modes.h"
 #include "palpa/mode/placement.h"
-#include "palpa/mode/surface_and_friction.h"
-#include "palpa/mode/transverse_damping.h"
 #include "tests/core/random_problems.h"
 
 namespace palpa {

@@ -11,7 +11,7 @@
 
 #include "palpa/grid/grid.h"
 #include "palpa/grid/smooth_grid.h"
-#include "palpa/time/moving.h"
+#include "palpa/time/timed_field.h"
 #include "palpa/volume/analytic.h"
 
 namespace palpa {

@@ -4,9 +4,8 @@
 #include <cmath>
 
 #include "palpa/grid/grid.h"
-#include "palpa/mode/gradient_force.h"
-#include "palpa/mode/vector_force.h"
-#include "palpa/mode/vortex.h"
+#include "palpa/grid/sampled.h"
+#include "palpa/mode/modes.h"
 #include "palpa/volume/analytic.h"
 #include "palpa/volume/volume.h"
 #include "tests/core/random_problems.h"

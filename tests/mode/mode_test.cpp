@@ -6,9 +6,7 @@
 
 #include <stdexcept>
 
-#include "palpa/mode/follow.h"
-#include "palpa/mode/surface_and_friction.h"
-#include "palpa/mode/viscosity.h"
+#include "palpa/mode/modes.h"
 #include "palpa/volume/analytic.h"
 #include "tests/core/random_problems.h"
 

@@ -8,7 +8,7 @@
 #include "palpa/grid/sampled.h"
 #include "palpa/grid/smooth_grid.h"
 #include "palpa/mode/here.h"
-#include "palpa/time/moving.h"
+#include "palpa/time/timed_field.h"
 #include "palpa/volume/analytic.h"
 #include "tests/core/random_problems.h"
 

@@ -7,8 +7,7 @@
 #include <string>
 
 #include "palpa/grid/sampled.h"
-#include "palpa/mode/vortex.h"
-#include "palpa/mode/vortex_line.h"
+#include "palpa/mode/modes.h"
 #include "tests/mode/vortex_flows.h"
 
 namespace palpa {

@@ -7,8 +7,7 @@
 
 #include "palpa/baseline/path.h"
 #include "palpa/file/read_volume.h"
-#include "palpa/mode/follow.h"
-#include "palpa/mode/surface_and_friction.h"
+#include "palpa/mode/modes.h"
 #include "palpa/scene/load_scene.h"
 #include "palpa/volume/volume.h"
 

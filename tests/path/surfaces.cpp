@@ -7,7 +7,7 @@
 
 #include "palpa/grid/filter.h"
 #include "palpa/grid/sampled.h"
-#include "palpa/mode/surface_and_friction.h"
+#include "palpa/mode/modes.h"
 #include "tests/core/random_problems.h"
 
 namespace palpa::test {

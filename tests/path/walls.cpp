@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "palpa/mode/surface_and_friction.h"
+#include "palpa/mode/modes.h"
 #include "palpa/volume/analytic.h"
 #include "tests/core/random_problems.h"
 

@@ -3,8 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "palpa/grid/derived.h"
-#include "palpa/mode/viscosity.h"
-#include "palpa/mode/vortex.h"
+#include "palpa/mode/modes.h"
 #include "palpa/volume/volume.h"
 #include "tests/scene/scene_files.h"
 

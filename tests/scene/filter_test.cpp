@@ -1,4 +1,6 @@
 // The keys `filter` and `sign` of a volume.
+#include "palpa/grid/filter.h"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -9,7 +11,7 @@
 
 #include "palpa/grid/axis_grid.h"
 #include "palpa/grid/grid.h"
-#include "palpa/mode/surface_and_friction.h"
+#include "palpa/mode/modes.h"
 #include "palpa/volume/volume.h"
 #include "tests/scene/scene_files.h"
 

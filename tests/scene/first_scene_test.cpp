@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "palpa/field/halton.h"
-#include "palpa/mode/viscosity.h"
+#include "palpa/mode/modes.h"
 #include "palpa/scene/object.h"
 #include "palpa/volume/volume.h"
 #include "scene_files.h"

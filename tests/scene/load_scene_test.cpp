@@ -7,8 +7,7 @@
 #include <fstream>
 #include <random>
 
-#include "palpa/mode/surface_and_friction.h"
-#include "palpa/mode/viscosity.h"
+#include "palpa/mode/modes.h"
 #include "palpa/volume/volume.h"
 #include "scene_files.h"
 

@@ -8,9 +8,7 @@
 #include <numbers>
 
 #include "palpa/grid/grid.h"
-#include "palpa/mode/follow.h"
-#include "palpa/mode/surface_and_friction.h"
-#include "palpa/mode/viscosity.h"
+#include "palpa/mode/modes.h"
 #include "palpa/volume/volume.h"
 #include "scene_files.h"
 

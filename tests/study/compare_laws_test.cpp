@@ -5,8 +5,7 @@
 
 #include <numbers>
 
-#include "palpa/mode/follow.h"
-#include "palpa/mode/surface_and_friction.h"
+#include "palpa/mode/modes.h"
 #include "palpa/volume/analytic.h"
 #include "study_fixture.h"
 

@@ -10,9 +10,7 @@
 
 #include "palpa/baseline/path.h"
 #include "palpa/loop/loop.h"
-#include "palpa/mode/surface_and_friction.h"
-#include "palpa/mode/vector_force.h"
-#include "palpa/mode/viscosity.h"
+#include "palpa/mode/modes.h"
 #include "palpa/study/summary.h"
 #include "palpa/volume/analytic.h"
 

@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "palpa/loop/loop.h"
-#include "palpa/mode/surface_and_friction.h"
+#include "palpa/mode/modes.h"
 #include "palpa/volume/analytic.h"
 
 namespace palpa {

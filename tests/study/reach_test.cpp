@@ -6,9 +6,9 @@
 
 #include <cmath>
 
+#include "palpa/device/front.h"
 #include "palpa/loop/loop.h"
-#include "palpa/mode/surface_and_friction.h"
-#include "palpa/mode/viscosity.h"
+#include "palpa/mode/modes.h"
 #include "palpa/study/summary.h"
 #include "palpa/volume/analytic.h"
 

@@ -8,8 +8,7 @@
 #include <random>
 #include <set>
 
-#include "palpa/mode/surface_and_friction.h"
-#include "palpa/mode/viscosity.h"
+#include "palpa/mode/modes.h"
 #include "palpa/volume/analytic.h"
 
 namespace palpa {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "palpa/mode/viscosity.h"
+#include "palpa/mode/modes.h"
 #include "palpa/tick/session.h"
 #include "palpa/volume/analytic.h"
 #include "tests/tick/hands.h"

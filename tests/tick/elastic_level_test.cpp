@@ -8,7 +8,7 @@
 
 #include "palpa/grid/grid.h"
 #include "palpa/grid/smooth_grid.h"
-#include "palpa/mode/surface_and_friction.h"
+#include "palpa/mode/modes.h"
 #include "palpa/tick/session.h"
 #include "palpa/volume/analytic.h"
 #include "palpa/volume/volume.h"

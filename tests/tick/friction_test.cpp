@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "palpa/mode/surface_and_friction.h"
+#include "palpa/mode/modes.h"
 #include "palpa/tick/session.h"
 #include "palpa/volume/analytic.h"
 #include "palpa/volume/volume.h"

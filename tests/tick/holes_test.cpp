@@ -6,14 +6,9 @@
 #include <limits>
 #include <string>
 
-#include "palpa/field/transfer_function.h"
 #include "palpa/grid/grid.h"
-#include "palpa/mode/follow.h"
-#include "palpa/mode/gradient_force.h"
-#include "palpa/mode/surface_and_friction.h"
-#include "palpa/mode/transverse_damping.h"
-#include "palpa/mode/vector_force.h"
-#include "palpa/mode/viscosity.h"
+#include "palpa/mode/modes.h"
+#include "palpa/mode/parameters.h"
 #include "palpa/tick/session.h"
 #include "palpa/volume/volume.h"
 

@@ -9,11 +9,7 @@
 
 #include "palpa/grid/filter.h"
 #include "palpa/grid/grid.h"
-#include "palpa/mode/follow.h"
-#include "palpa/mode/front_shape.h"
-#include "palpa/mode/transverse_damping.h"
-#include "palpa/mode/viscosity.h"
-#include "palpa/mode/vortex_line.h"
+#include "palpa/mode/modes.h"
 #include "palpa/tick/session.h"
 #include "palpa/volume/analytic.h"
 #include "palpa/volume/volume.h"

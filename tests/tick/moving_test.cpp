@@ -7,9 +7,7 @@
 #include <optional>
 
 #include "palpa/grid/smooth_grid.h"
-#include "palpa/mode/follow.h"
-#include "palpa/mode/surface_and_friction.h"
-#include "palpa/mode/viscosity.h"
+#include "palpa/mode/modes.h"
 #include "palpa/tick/session.h"
 #include "palpa/volume/analytic.h"
 #include "palpa/volume/volume.h"

@@ -7,7 +7,7 @@
 
 #include "palpa/grid/filter.h"
 #include "palpa/grid/fine_detail.h"
-#include "palpa/mode/surface_and_friction.h"
+#include "palpa/mode/modes.h"
 #include "palpa/scene/mode_inputs.h"
 #include "palpa/tick/session.h"
 #include "palpa/volume/volume.h"

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "palpa/grid/derived.h"
+#include "palpa/grid/sampled.h"
 #include "palpa/grid/smooth_grid.h"
 #include "palpa/time/frame_shift.h"
 #include "palpa/volume/analytic.h"

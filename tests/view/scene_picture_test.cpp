@@ -1,6 +1,4 @@
 // Pictures of scenes: that they are the same each time, and that things are where geometry says.
-#include "palpa/view/scene_picture.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,8 +12,9 @@
 #include <numbers>
 
 #include "palpa/grid/grid.h"
-#include "palpa/mode/surface_and_friction.h"
+#include "palpa/mode/modes.h"
 #include "palpa/view/colors.h"
+#include "palpa/view/picture.h"
 #include "palpa/view/streamlines.h"
 #include "palpa/volume/analytic.h"
 #include "palpa/volume/volume.h"

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "palpa/mode/surface_and_friction.h"
+#include "palpa/mode/modes.h"
 #include "palpa/volume/analytic.h"
 
 namespace palpa::detail {

@@ -1,10 +1,10 @@
-#include "palpa/field/transfer_function.h"
-
 #include <gmock/gmock.h>
 
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+
+#include "palpa/mode/parameters.h"
 
 namespace palpa {
 namespace {

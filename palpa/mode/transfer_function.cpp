@@ -1,10 +1,10 @@
-#include "palpa/field/transfer_function.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <utility>
+
+#include "palpa/mode/parameters.h"
 
 namespace palpa {
 namespace {
