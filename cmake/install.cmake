@@ -55,18 +55,13 @@ function(palpa_install_library name)
     DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/palpa COMPONENT development)
 endfunction()
 
-# palpa_install_headers(LAYER…): the public headers of layers. One whose content is all in palpa::detail is
-# not public.
+# palpa_install_headers(HEADER…): public headers, named from palpa/ on. What they include is public, too: install_test.sh
+# compiles each of them alone.
 function(palpa_install_headers)
-  foreach(layer IN LISTS ARGN)
-    file(GLOB headers CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/palpa/${layer}/*.h)
-    foreach(header IN LISTS headers)
-      file(STRINGS ${header} public REGEX "^namespace palpa[a-z_:]* {")
-      list(FILTER public EXCLUDE REGEX "palpa::detail")
-      if(public)
-        install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/palpa/${layer} COMPONENT development)
-      endif()
-    endforeach()
+  foreach(header IN LISTS ARGN)
+    cmake_path(GET header PARENT_PATH folder)
+    install(FILES ${PROJECT_SOURCE_DIR}/palpa/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/palpa/${folder}
+      COMPONENT development)
   endforeach()
 endfunction()
 

@@ -114,6 +114,38 @@ TEST(Arrows, HoldInTheSources) {
   EXPECT_GT(files, 50) << "the sources were not found";
 }
 
+/// The headers that are installed, from palpa/ on: what palpa/CMakeLists.txt lists, and the one that is made.
+std::vector<std::string> installed_headers(const std::string& cmake) {
+  static const std::regex list(R"re(palpa_install_headers\(([^)]*)\))re"), header("[a-z_0-9/]+[.]h");
+  std::vector<std::string> headers{"version.h"};
+  for (std::sregex_iterator at(cmake.begin(), cmake.end(), list), end; at != end; ++at) {
+    const std::string listed = (*at)[1];
+    headers.insert(headers.end(), std::sregex_token_iterator(listed.begin(), listed.end(), header), {});
+  }
+  return headers;
+}
+
+TEST(InstalledHeaders, AreReadFromTheirList) {
+  EXPECT_THAT(
+      installed_headers("if(A)\n  palpa_install_headers(\n    a.h b/c_d.h\n    e/f3.h)\nendif()\npalpa_install_headers(g/h.h)"),
+      ElementsAre("version.h", "a.h", "b/c_d.h", "e/f3.h", "g/h.h"));
+}
+
+TEST(InstalledHeaders, IncludeOneAnotherAloneAndAreOnThePageForTheirUsers) {
+  static const std::regex include(R"re(#include [<"]palpa/([^>"]+)[>"])re");
+  const std::vector<std::string> headers = installed_headers(text_of(repository() / "palpa/CMakeLists.txt"));
+  ASSERT_THAT(headers, Contains("palpa.h"));
+  EXPECT_LE(headers.size(), 30u);
+  const std::string page = text_of(repository() / "docs/embedding.md");
+  for (const std::string& header : headers) {
+    EXPECT_THAT(page, HasSubstr('`' + header + '`')) << "docs/embedding.md";
+    if (header == "version.h") continue;
+    const std::string text = text_of(repository() / "palpa" / header);
+    for (std::sregex_iterator at(text.begin(), text.end(), include), end; at != end; ++at)
+      EXPECT_THAT(headers, Contains((*at)[1].str())) << header << " includes what is not installed";
+  }
+}
+
 TEST(Units, AreKnownByTheEndOfAName) {
   for (const char* name : {"position_m", "stiffness_n_per_m", "damping_ns_per_m", "per_s", "tick_us_p99", "force_max_n",
                            "error_bound_max_m", "ticks_per_s", "circulation_m2_per_s", "angle_deg", "newtons"}) {

@@ -55,9 +55,13 @@ done
 step "no current folder in any RUNPATH"
 bash "$(dirname "${BASH_SOURCE[0]}")/runpath_test.sh" "$moved"
 
-step "every installed header can be included"
+step "every installed header can be included, alone and with all others; there are few"
 find "$moved/include" -name '*.h' -printf '#include <%P>\n' | sort -r >"$work/all.cpp"
 g++ -std=c++20 -fsyntax-only -Wall -Wextra "-I$moved/include" "$work/all.cpp"
+while read -r line; do
+  g++ -std=c++20 -fsyntax-only -Wall -Wextra "-I$moved/include" -x c++ - <<<"$line" || fail "$line does not compile alone"
+done <"$work/all.cpp"
+[ "$(wc -l <"$work/all.cpp")" -le 30 ] || fail "$(wc -l <"$work/all.cpp") headers are installed"
 
 step "a program and a plug-in outside of the tree"
 build_outside program "$source/examples/05_own_program"
