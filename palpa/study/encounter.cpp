@@ -7,10 +7,10 @@
 #include <cstdint>
 #include <limits>
 
+#include "palpa/device/front.h"
 #include "palpa/study/reach.h"
 #include "palpa/study/reach_lattice.h"
 #include "palpa/study/trial.h"
-#include "palpa/device/front.h"
 
 namespace palpa {
 
