@@ -12,6 +12,7 @@
 #include <cstdio>
 #include <numeric>
 
+#include "palpa/field/quantile.h"
 #include "run_arguments.h"
 
 namespace {
@@ -53,7 +54,6 @@ std::vector<double> cold_ticks_us(const Scene& scene, const Hand& hand) {
     session.tick(hand.probes[i], hand.dt_s);
     if (cold) times_us.push_back(1e6 * seconds_since(begin));
   }
-  std::sort(times_us.begin(), times_us.end());
   return times_us;
 }
 
@@ -80,10 +80,8 @@ void measure(const RunOptions& options) {
   for (const SceneMode& mode : scene.modes()) empty.find_mode(mode.name)->enabled = false;
   const double tick_s = seconds_per_tick(scene, hand);
   const double empty_s = seconds_per_tick(empty, hand);
-  const std::vector<double> cold_us = cold_ticks_us(scene, hand);
-  const auto cold = [&](double share) {
-    return cold_us[static_cast<std::size_t>(share * static_cast<double>(cold_us.size() - 1))];
-  };
+  std::vector<double> cold_us = cold_ticks_us(scene, hand);
+  const auto cold = [&](double share) { return detail::quantile(cold_us, share); };
 
   std::printf("scene        %s, hand %s\n", options.scene.c_str(), options.hand.c_str());
   for (const SceneMode& mode : scene.modes()) {

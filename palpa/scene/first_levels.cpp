@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "palpa/field/halton.h"
+#include "palpa/field/quantile.h"
 
 namespace palpa::detail {
 namespace {
@@ -47,9 +48,7 @@ double sharpness(const Field& field, double level, double contrast) {
     shares.push_back(2.0 * spacing_m * steep / contrast);
   }
   if (shares.empty() || !(contrast > 0.0)) return 0.0;
-  const auto middle = shares.begin() + static_cast<std::ptrdiff_t>(shares.size() / 2);
-  std::nth_element(shares.begin(), middle, shares.end());
-  return std::clamp(*middle, 0.0, 1.0);
+  return std::clamp(median(shares), 0.0, 1.0);
 }
 
 /// A level between two classes of values of the histogram, which go from `low` over the level to `high`.

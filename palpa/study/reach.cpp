@@ -13,6 +13,7 @@
 #include <tuple>
 
 #include "palpa/baseline/path.h"
+#include "palpa/field/quantile.h"
 #include "palpa/loop/loop.h"
 #include "palpa/study/summary.h"
 #include "palpa/tick/session.h"
@@ -159,12 +160,6 @@ double stiffness_of(Hold hold) {
   return hold == Hold::rigid     ? std::numeric_limits<double>::infinity()
          : hold == Hold::relaxed ? relaxed_arm.stiffness_n_per_m
                                  : firm_arm.stiffness_n_per_m;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace
@@ -395,7 +390,7 @@ Encounter Reach::encounter(const SimulatedMotion& motion, Hold hold) const {
   met.before_m = before_m;
   // A level that has given way is felt again from outside; data that move may have come after the hand.
   met.retreat_m = scene_.time.play == TimeOptions::Play::hold ? 0.002 : 0.01;
-  met.depth_m = depths_m.empty() ? step_m : median(depths_m);
+  met.depth_m = depths_m.empty() ? step_m : detail::median(depths_m);
   met.lifts = 2 * lets_go > depths_m.size();
   met.radius_m = middle.radius * spacing_m;
   const double top_m = half_m + before_m;
@@ -438,7 +433,7 @@ Encounter Reach::encounter(const SimulatedMotion& motion, Hold hold) const {
   for (const Way& way : around.way) {
     if (way.onset_m) depths_m.push_back(way.deepened_m(arm_stiffness_n_per_m));
   }
-  met.depth_m = median(depths_m);
+  met.depth_m = detail::median(depths_m);
   return best_of(variants(met, motion, place_m), motion, hold);
 }
 
