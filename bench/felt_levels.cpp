@@ -6,11 +6,13 @@
 #include <optional>
 
 #include "bench/felt.h"
-#include "bench/felt_words.h"
+#include "palpa/core/printed.h"
 #include "palpa/field/quantile.h"
 
 namespace palpa::bench {
 namespace {
+
+using detail::text;
 
 const SurfaceAndFriction* surface_of(const SceneMode& mode) {
   return mode.enabled ? mode.mode.as<SurfaceAndFriction>() : nullptr;

@@ -6,10 +6,12 @@
 #include <span>
 
 #include "bench/felt.h"
-#include "bench/felt_words.h"
+#include "palpa/core/printed.h"
 
 namespace palpa::bench {
 namespace {
+
+using detail::text;
 
 constexpr const char* hands[] = {"let go", "relaxed", "firm"};
 

@@ -7,10 +7,12 @@
 #include <random>
 
 #include "bench/felt.h"
-#include "bench/felt_words.h"
+#include "palpa/core/printed.h"
 
 namespace palpa::bench {
 namespace {
+
+using detail::text;
 
 /// All slides of a scene together.
 struct Slides {

@@ -30,6 +30,7 @@
 #include <thread>
 #include <vector>
 
+#include "palpa/core/printed.h"
 #include "palpa/field/quantile.h"
 #include "tests/core/arbitrary_bits.h"
 #include "tests/core/problem_families.h"
@@ -39,6 +40,7 @@
 namespace {
 
 using namespace palpa;
+using detail::text;
 using test::Family;
 using test::Problem;
 using test::Random;
@@ -331,12 +333,6 @@ void print_row(const char* name, const FamilyTable& t) {
 bool verdict(bool met, const std::string& what) {
   std::printf("%-7s %s\n", met ? "met" : "MISSED", what.c_str());
   return met;
-}
-
-std::string text(const char* format, double value) {
-  char buffer[64];
-  std::snprintf(buffer, sizeof buffer, format, value);
-  return buffer;
 }
 
 /// The share of plain bounds at most 1e-9 m that a family must reach.

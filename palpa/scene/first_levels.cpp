@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
+#include "palpa/core/printed.h"
 #include "palpa/field/halton.h"
 #include "palpa/field/quantile.h"
 
@@ -13,12 +13,6 @@ namespace {
 constexpr int places = 20000;
 constexpr double skin_hu = -300.0;  // between air (-1000) and fat (-100)
 constexpr double bone_hu = 300.0;   // above soft tissue (40) and most contrast agent
-
-std::string text(const char* format, auto... values) {
-  char words[200];
-  std::snprintf(words, sizeof words, format, values...);
-  return words;
-}
 
 /// Whether what lies at the border of the data is below a value: most of it, or a third where the scan ends within the body.
 bool border_is_below(const Field& field, double value) {
