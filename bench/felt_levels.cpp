@@ -6,14 +6,17 @@
 #include <optional>
 
 #include "bench/felt.h"
-#include "bench/felt_words.h"
 #include "palpa/baseline/path.h"
+#include "palpa/core/printed.h"
 #include "palpa/device/hand.h"
+#include "palpa/field/quantile.h"
 #include "palpa/loop/loop.h"
 #include "palpa/study/summary.h"
 
 namespace palpa::bench {
 namespace {
+
+using detail::text;
 
 const SurfaceAndFriction* surface_of(const SceneMode& mode) {
   return mode.enabled ? mode.mode.as<SurfaceAndFriction>() : nullptr;
@@ -204,8 +207,7 @@ std::vector<Figure> stiffness(const FeltScene& felt) {
   std::string words;
   double first = 0.0, last = 0.0;
   for (auto& [value, all] : found) {
-    std::sort(all.begin(), all.end());
-    last = all[all.size() / 2];
+    last = detail::median(all);
     if (first == 0.0) first = last;
     words += text("%s%.0f N/m at %g", words.empty() ? "" : ", ", last, value);
   }
@@ -244,11 +246,10 @@ std::vector<Figure> normals(const FeltScene& felt) {
       }
     }
   }
-  std::sort(angles_deg.begin(), angles_deg.end());
   const bool any = !angles_deg.empty();
-  const double p99 = any ? angles_deg[static_cast<std::size_t>(0.99 * static_cast<double>(angles_deg.size() - 1))] : 0.0;
+  const double p99 = detail::quantile(angles_deg, 0.99), half = detail::median(angles_deg);
   return {{.name = "force against the normal, 99 %",
-           .measured = any ? text("%.2f deg, half below %.2f", p99, angles_deg[angles_deg.size() / 2]) : "no surface is felt",
+           .measured = any ? text("%.2f deg, half below %.2f", p99, half) : "no surface is felt",
            .asked = "<= 1 deg",
            .met = p99 <= 1.0,
            .badness = p99,

@@ -6,12 +6,14 @@
 #include <span>
 
 #include "bench/felt.h"
-#include "bench/felt_words.h"
+#include "palpa/core/printed.h"
 #include "palpa/device/front.h"
 #include "palpa/device/hand.h"
 
 namespace palpa::bench {
 namespace {
+
+using detail::text;
 
 constexpr const char* hands[] = {"let go", "relaxed", "firm"};
 

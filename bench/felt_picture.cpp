@@ -4,10 +4,12 @@
 #include <palpa/view/plot.h>
 
 #include "bench/felt.h"
-#include "bench/felt_words.h"
+#include "palpa/core/printed.h"
 
 namespace palpa::bench {
 namespace {
+
+using detail::text;
 
 /// Length of the command over time, from a moment on, which becomes 0.
 Series force_over_time(const FeltRun& run, const std::string& name, Color color, double from_s) {

@@ -7,11 +7,13 @@
 #include <random>
 
 #include "bench/felt.h"
-#include "bench/felt_words.h"
+#include "palpa/core/printed.h"
 #include "palpa/device/hand.h"
 
 namespace palpa::bench {
 namespace {
+
+using detail::text;
 
 /// All slides of a scene together.
 struct Slides {

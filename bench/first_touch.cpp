@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "palpa/field/quantile.h"
 #include "tests/reader/data_sets.h"
 
 namespace fs = std::filesystem;
@@ -123,9 +124,9 @@ int main(int argc, char** argv) {
       recorded_low += touched.contact_share < 0.2;
       shares.push_back(touched.contact_share);
     }
-    std::sort(shares.begin(), shares.end());
     if (!shares.empty()) {
-      std::snprintf(cell, sizeof cell, " | %.0f, %.0f %%", 100.0 * shares.front(), 100.0 * shares[shares.size() / 2]);
+      std::snprintf(cell, sizeof cell, " | %.0f, %.0f %%", 100.0 * palpa::detail::quantile(shares, 0.0),
+                    100.0 * palpa::detail::median(shares));
       row += cell;
     }
     std::printf("%s | %.2f %% |\n", row.c_str(), 100.0 * least_below);

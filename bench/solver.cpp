@@ -86,7 +86,7 @@ class Values {
   }
   bool empty() const { return values_.empty(); }
   std::size_t size() const { return values_.size(); }
-  /// 0 to 1: the smallest value that so large a share does not exceed.
+  /// 0 to 1: the smallest value that so large a share does not exceed (detail::quantile may take the one below it).
   double quantile(double q) const {
     if (values_.empty()) return 0.0;
     if (!sorted_) std::sort(values_.begin(), values_.end());
@@ -384,7 +384,8 @@ void measure_families(Bench& bench, const Options& options, Figures& figures) {
   print_rows("family", rows);
   if (!options.family.empty()) return;
   std::stable_sort(pooled.begin(), pooled.end(), [](const Row& a, const Row& b) { return a.name > b.name; });
-  std::printf("\nordinary: random, haptic, haptic_slipping; of corners and elastic: those with one or more; degenerate: all others\n");
+  std::printf(
+      "\nordinary: random, haptic, haptic_slipping; of corners and elastic: those with one or more; degenerate: all others\n");
   print_rows("", pooled);
 }
 

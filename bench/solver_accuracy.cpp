@@ -30,6 +30,8 @@
 #include <thread>
 #include <vector>
 
+#include "palpa/core/printed.h"
+#include "palpa/field/quantile.h"
 #include "tests/core/arbitrary_bits.h"
 #include "tests/core/problem_families.h"
 #include "tests/core/random_problems.h"
@@ -38,6 +40,7 @@
 namespace {
 
 using namespace palpa;
+using detail::text;
 using test::Family;
 using test::Problem;
 using test::Random;
@@ -236,13 +239,6 @@ struct FamilyTable {
   }
 };
 
-double quantile(std::vector<double> values, double q) {
-  if (values.empty()) return 0.0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
 std::string reproducing(const Draw& d) {
   return std::string(d.family->name) + "," + std::to_string(d.n) + "," + (d.drags ? "1" : "0") + "," + std::to_string(d.seed);
 }
@@ -324,10 +320,11 @@ void print_head() {
 }
 
 void print_row(const char* name, const FamilyTable& t) {
+  std::vector<double> bounds_m = t.bounds_m;
   std::printf("%-34s %8lld %6lld %9.2e %8.2g %9.2e %9.4f %10.2e %9.4f %9.2e %9.2e %7lld", name,
               static_cast<long long>(t.problems), static_cast<long long>(t.uncertified), t.error_max_m, t.error_to_bound_max,
               t.exact_error_max_m, 100.0 * t.share(t.plain_exact), t.plain_bound_max_m, 100.0 * t.share(t.bound_exact),
-              quantile(t.bounds_m, 0.99), quantile(t.bounds_m, 1.0), static_cast<long long>(t.capped));
+              detail::quantile(bounds_m, 0.99), detail::quantile(bounds_m, 1.0), static_cast<long long>(t.capped));
   for (const std::int64_t count : t.by_stage) std::printf(" %5.1f", 100.0 * t.share(count));
   std::printf(" %5d\n", t.iterations_max);
 }
@@ -336,12 +333,6 @@ void print_row(const char* name, const FamilyTable& t) {
 bool verdict(bool met, const std::string& what) {
   std::printf("%-7s %s\n", met ? "met" : "MISSED", what.c_str());
   return met;
-}
-
-std::string text(const char* format, double value) {
-  char buffer[64];
-  std::snprintf(buffer, sizeof buffer, format, value);
-  return buffer;
 }
 
 /// The share of plain bounds at most 1e-9 m that a family must reach.

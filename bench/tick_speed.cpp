@@ -24,6 +24,7 @@
 #include "bench/five_modes.h"
 #include "bench/solver_clock.h"
 #include "palpa/baseline/path.h"
+#include "palpa/field/quantile.h"
 #include "palpa/trace/trace.h"
 
 namespace {
@@ -78,10 +79,7 @@ struct Times {
   std::vector<double> us;
   std::vector<double> sub_steps;
   int switched = 0, faulted = 0;  // counted apart
-  double of(double share) {
-    std::sort(us.begin(), us.end());
-    return us[static_cast<std::size_t>(share * static_cast<double>(us.size() - 1))];
-  }
+  double of(double share) { return detail::quantile(us, share); }
 };
 
 Times measure(const Scene& scene, double reach_m, int ticks, Other* other) {

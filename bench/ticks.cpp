@@ -13,6 +13,7 @@
 #include <numeric>
 
 #include "palpa/baseline/path.h"
+#include "palpa/field/quantile.h"
 #include "palpa/study/run.h"
 #include "palpa/study/summary.h"
 #include "palpa/trace/trace.h"
@@ -57,7 +58,6 @@ std::vector<double> cold_ticks_us(const Scene& scene, const Hand& hand) {
     session.tick(hand.probes[i], hand.dt_s);
     if (cold) times_us.push_back(1e6 * seconds_since(begin));
   }
-  std::sort(times_us.begin(), times_us.end());
   return times_us;
 }
 
@@ -84,10 +84,8 @@ void measure(const RunOptions& options) {
   for (const SceneMode& mode : scene.modes()) empty.find_mode(mode.name)->enabled = false;
   const double tick_s = seconds_per_tick(scene, hand);
   const double empty_s = seconds_per_tick(empty, hand);
-  const std::vector<double> cold_us = cold_ticks_us(scene, hand);
-  const auto cold = [&](double share) {
-    return cold_us[static_cast<std::size_t>(share * static_cast<double>(cold_us.size() - 1))];
-  };
+  std::vector<double> cold_us = cold_ticks_us(scene, hand);
+  const auto cold = [&](double share) { return detail::quantile(cold_us, share); };
 
   std::printf("scene        %s, hand %s\n", options.scene.c_str(), options.hand.c_str());
   for (const SceneMode& mode : scene.modes()) {

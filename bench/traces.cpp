@@ -13,6 +13,7 @@
 #include <string_view>
 #include <vector>
 
+#include "palpa/field/quantile.h"
 #include "tests/laws/trace_check.h"
 
 namespace {
@@ -108,7 +109,7 @@ class Change {
   void print(const char* what, const char* unit) {
     std::sort(changes_.begin(), changes_.end());
     const auto changed = changes_.end() - std::upper_bound(changes_.begin(), changes_.end(), 0.0);
-    const double p99 = changes_[(changes_.size() - 1) * 99 / 100];
+    const double p99 = changes_[detail::rank_of(0.99, changes_.size())];
     std::printf("  %-6s largest change %.3g %s, p99 %.3g %s, %lld ticks changed", what, largest_, unit, p99, unit,
                 static_cast<long long>(changed));
     if (largest_ > 0.0) {

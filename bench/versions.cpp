@@ -25,6 +25,8 @@
 #include <string_view>
 #include <vector>
 
+#include "palpa/field/quantile.h"
+
 namespace fs = std::filesystem;
 
 namespace {
@@ -72,11 +74,6 @@ std::vector<double> numbers_of(const std::vector<std::string>& words) {
   while (pipe && std::fgets(line, sizeof line, pipe)) numbers.push_back(std::atof(line));
   if (!pipe || ::pclose(pipe) != 0 || numbers.empty()) fail(words);
   return numbers;
-}
-
-double median(std::vector<double> numbers) {
-  std::ranges::sort(numbers);
-  return numbers[numbers.size() / 2];
 }
 
 std::string program_of(const Options& options, int version) { return options.builds[version] + "/bin/bench_tick_cost"; }
@@ -129,7 +126,7 @@ double lines(const Options& options, const Felt& felt, int version, const fs::pa
     each.push_back(lines_in(dump));
     fs::remove(dump);
   }
-  return median(each);
+  return palpa::detail::median(each);
 }
 
 void print_ratio(const std::string& name, double base, double here) {
@@ -149,7 +146,7 @@ void print_times(const Options& options, const std::string& name, const std::vec
     }
   }
   const double least[]{std::ranges::min(times[0]), std::ranges::min(times[1])};
-  const double middle[]{median(times[0]), median(times[1])};
+  const double middle[]{palpa::detail::median(times[0]), palpa::detail::median(times[1])};
   std::printf("%-8s %12.3f %12.3f %8.3f | %12.3f %12.3f %8.3f\n", name.c_str(), least[0], least[1], least[1] / least[0],
               middle[0], middle[1], middle[1] / middle[0]);
   std::fflush(stdout);

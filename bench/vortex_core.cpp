@@ -21,6 +21,7 @@
 #include <string>
 #include <vector>
 
+#include "palpa/field/quantile.h"
 #include "palpa/grid/derived.h"
 #include "palpa/grid/grid.h"
 
@@ -221,9 +222,7 @@ bool pressure_minimum(const Flow& flow, const CorePoint& core, Vec3& found) {
 }
 
 double share_of(std::vector<double>& values, double share) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  std::sort(values.begin(), values.end());
-  return values[std::min(values.size() - 1, static_cast<std::size_t>(share * double(values.size())))];
+  return values.empty() ? std::numeric_limits<double>::quiet_NaN() : palpa::detail::quantile(values, share);
 }
 
 void compare(const Flow& flow, const std::vector<CorePoint>& ours, const std::vector<std::pair<Vec3, Vec3>>& theirs,

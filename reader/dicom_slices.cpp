@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "palpa/core/load_error.h"
+#include "palpa/core/printed.h"
 
 namespace palpa::reader {
 namespace {
@@ -19,11 +20,7 @@ constexpr double finest = 4.0;        ///< resampling makes at most so many laye
 constexpr double farthest_mm = 1e12;  ///< from the origin; what is beyond is no place
 constexpr double parallel = 1e-3;     ///< [1] difference of directions
 
-std::string text_of(double number) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", number);
-  return text;
-}
+std::string text_of(double number) { return detail::text("%.6g", number); }
 
 Vec3 normal_of(const Slice& slice) { return normalized(cross(slice.right, slice.down)); }
 

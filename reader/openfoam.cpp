@@ -17,6 +17,7 @@
 
 #include "file_names.h"
 #include "messages.h"
+#include "palpa/core/printed.h"
 #include "source.h"
 #include "vtk_data.h"
 
@@ -25,11 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string in_words(double time_s) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.9g", time_s);
-  return text;
-}
+std::string in_words(double time_s) { return detail::text("%.9g", time_s); }
 
 /// The moment asked for among those of the case, in their order.
 double chosen_time(const std::vector<double>& times_s, const std::optional<double>& wanted_s) {

@@ -4,7 +4,7 @@
 #include <limits>
 #include <random>
 
-#include "quantile.h"
+#include "palpa/field/quantile.h"
 #include "resample.h"
 
 namespace palpa::reader {
@@ -108,13 +108,13 @@ void Resampler::look(const std::vector<PointValues>& values, const std::vector<f
   }
   for (std::size_t f = 0; f < to.size(); ++f) {
     ResamplingError& report = by_volume ? out[f].report.by_volume : out[f].report.by_cell;
-    report = {quantile(errors[f], 0.5), quantile(errors[f], 0.99), quantile(errors[f], 1.0),
+    report = {detail::quantile(errors[f], 0.5), detail::quantile(errors[f], 0.99), detail::quantile(errors[f], 1.0),
               looked > 0 ? static_cast<double>(errors[f].size()) / static_cast<double>(looked) : 0.0};
     if (!(report.p99 > much_error)) continue;
     const auto side = [&](double Vec3::*axis, double share) {
       std::vector<double> along;
       for (const Vec3& x : bad[f]) along.push_back(x.*axis);
-      return quantile(std::move(along), share);
+      return detail::quantile(along, share);
     };
     out[f].worst = Box{{side(&Vec3::x, 0.1), side(&Vec3::y, 0.1), side(&Vec3::z, 0.1)},
                        {side(&Vec3::x, 0.9), side(&Vec3::y, 0.9), side(&Vec3::z, 0.9)}};

@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "palpa/core/load_error.h"
-#include "quantile.h"
+#include "palpa/field/quantile.h"
 #include "resample.h"
 
 namespace palpa::reader {
@@ -134,7 +134,7 @@ void Resampler::choose_grid(const std::optional<Box>& crop) {
     for (std::size_t c = 0; c < cells_.size(); c += stride) {
       extents.push_back(static_cast<double>(cells_[c].high[a]) - static_cast<double>(cells_[c].low[a]));
     }
-    step[a] = 0.5 * quantile(std::move(extents), 0.25);
+    step[a] = 0.5 * detail::quantile(extents, 0.25);
   }
   double box_low[3] = {box_.low_m.x, box_.low_m.y, box_.low_m.z};
   double box_high[3] = {box_.high_m.x, box_.high_m.y, box_.high_m.z};

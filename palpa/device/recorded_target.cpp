@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "palpa/core/load_error.h"
+#include "palpa/core/printed.h"
 #include "palpa/device/hand.h"
 
 namespace palpa {
@@ -32,11 +33,7 @@ struct Knot {
 };
 
 // Three digits are enough for a person.
-std::string brief(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
-  return text;
-}
+std::string brief(double value) { return detail::text("%.3g", value); }
 
 // ---- Fritsch and Carlson (1980), one axis ----
 

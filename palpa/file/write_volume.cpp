@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "palpa/core/escaped.h"
 #include "palpa/file/protocol.h"
 
 static_assert(std::endian::native == std::endian::little, "the headers say so");
@@ -215,21 +216,6 @@ void write_nrrd(const WrittenVolume& volume, const fs::path& file, VoxelWriter& 
   header.finish();
 }
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '&')
-      out += "&amp;";
-    else if (c == '<')
-      out += "&lt;";
-    else if (c == '"')
-      out += "&quot;";
-    else
-      out += c;
-  }
-  return out;
-}
-
 /// Voxels stand within the text: ParaView 5.11 of Debian 12 opens no file that has them behind it (`appended`), as its XML
 /// parser does not get past them.
 void write_vti(const WrittenVolume& volume, const fs::path& file, VoxelWriter& voxels) {
@@ -258,7 +244,7 @@ void write_vti(const WrittenVolume& volume, const fs::path& file, VoxelWriter& v
   whole.write(text);
   for (const WrittenField& field : volume.fields) {
     whole.write(std::string("<DataArray type=\"") + types[static_cast<std::size_t>(field.type)] + "\" Name=\"" +
-                escaped(field.name) + "\" NumberOfComponents=\"" + std::to_string(field.components) +
+                detail::escaped(field.name) + "\" NumberOfComponents=\"" + std::to_string(field.components) +
                 "\" format=\"binary\">\n");
     // One text for the number of bytes and the bytes themselves, as VTK writes what it does not compress.
     Base64Writer letters(whole);

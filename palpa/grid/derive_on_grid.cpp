@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "palpa/field/parallel.h"
+#include "palpa/field/quantile.h"
 #include "palpa/grid/grid_base.h"
 #include "palpa/grid/smooth_grid.h"
 
@@ -110,9 +111,7 @@ Normal normal_of(const Nodes& nodes) {
   std::int64_t terms = 0;
   for (int c = 0; c < components; ++c) {
     if (found[c].empty()) continue;
-    const auto middle = found[c].begin() + static_cast<std::ptrdiff_t>(found[c].size() / 2);
-    std::nth_element(found[c].begin(), middle, found[c].end());
-    normal.centre[c] = *middle;
+    normal.centre[c] = median(found[c]);
     for (const double value : found[c]) {
       const double far = std::abs(value - normal.centre[c]);
       if (!(far > 0.0) || !std::isfinite(far)) continue;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "palpa/field/quantile.h"
 #include "palpa/grid/derived.h"
 #include "palpa/volume/volume.h"
 
@@ -16,20 +17,6 @@ constexpr double enough = 0.9;        // of all that flows is the object
 constexpr double least_vortex = 6.0;  // spacings along a vortex: noise smoothed over two makes blobs of four or five
 
 constexpr double least_swirl = 0.3;  // of the turning: in a shear layer as much is deformed as turns, and Q is 0 of it
-
-double median_of(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::ranges::nth_element(values, middle);
-  return *middle;
-}
-
-double percentile_of(std::vector<double> values, double share) {
-  if (values.empty()) return 0.0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::ranges::nth_element(values, at);
-  return *at;
-}
 
 /// The flow at each cell of a lattice.
 struct Cell {
@@ -103,7 +90,7 @@ std::optional<Vortices> vortices_of(const Lattice& lattice, const Field& field, 
     const Cell& c = cells[n];
     if (flow.object.cells[n]) deviations.push_back(c.speed * std::sqrt(std::max(0.0, 1.0 - c.coherence * c.coherence) / 3.0));
   }
-  const double steepness = 0.0187 * median_of(std::move(deviations)) / spacing_m;
+  const double steepness = 0.0187 * median(deviations) / spacing_m;
   Vortices found;
   found.from = std::max(rate * rate, 20.0 * steepness * steepness);
   found.by_noise = found.from > rate * rate;
@@ -139,9 +126,9 @@ std::optional<Vortices> vortices_of(const Lattice& lattice, const Field& field, 
   }
   if (largest_component(high_m - low_m) + lattice.cell_m() < least_vortex * spacing_m) return std::nullopt;
   // In the strongest half the pull has all its strength, also where the vortex is hardly stronger than what is left out.
-  found.full = std::min(std::max(2.0 * found.from, median_of(std::move(inside))), 0.5 * (found.from + found.most));
+  found.full = std::min(std::max(2.0 * found.from, median(inside)), 0.5 * (found.from + found.most));
   if (10 * at_walls.size() > coherent.size()) {
-    const double of_walls = median_of(std::move(at_walls)), of_vortices = percentile_of(std::move(coherent), 0.05);
+    const double of_walls = median(at_walls), of_vortices = quantile(coherent, 0.05);
     if (of_walls < of_vortices) {
       found.coherence_from = rounded(0.5 * (of_walls + of_vortices), 1.0);
       found.coherence_full = rounded(std::max(of_vortices, found.coherence_from + 0.01), 1.0);
@@ -183,11 +170,11 @@ FlowPlaces flow_places(const Lattice& lattice, const Volume& volume, std::size_t
     for (const Cell& c : cells) {
       if (c.moves && c.coherence >= coherence_of_flow) streams.push_back(c.speed);
     }
-    const double fast = percentile_of(streams, 0.995);
+    const double fast = quantile(streams, 0.995);
     if (fast > 0.0) {
       FirstFlow& s = found.speeds;
       s.fast = rounded(fast, fast), s.empty = rounded(0.05 * fast, 0.05 * fast);
-      s.moderate = rounded(std::max(median_of(std::move(streams)), 2.0 * s.empty), fast);
+      s.moderate = rounded(std::max(median(streams), 2.0 * s.empty), fast);
     }
   }
   std::vector<char> flows(lattice.size(), 0);

@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
+#include "palpa/core/printed.h"
 #include "palpa/field/halton.h"
+#include "palpa/field/quantile.h"
 
 namespace palpa::detail {
 namespace {
@@ -12,12 +13,6 @@ namespace {
 constexpr int places = 20000;
 constexpr double skin_hu = -300.0;  // between air (-1000) and fat (-100)
 constexpr double bone_hu = 300.0;   // above soft tissue (40) and most contrast agent
-
-std::string text(const char* format, auto... values) {
-  char words[200];
-  std::snprintf(words, sizeof words, format, values...);
-  return words;
-}
 
 /// Whether what lies at the border of the data is below a value: most of it, or a third where the scan ends within the body.
 bool border_is_below(const Field& field, double value) {
@@ -47,9 +42,7 @@ double sharpness(const Field& field, double level, double contrast) {
     shares.push_back(2.0 * spacing_m * steep / contrast);
   }
   if (shares.empty() || !(contrast > 0.0)) return 0.0;
-  const auto middle = shares.begin() + static_cast<std::ptrdiff_t>(shares.size() / 2);
-  std::nth_element(shares.begin(), middle, shares.end());
-  return std::clamp(*middle, 0.0, 1.0);
+  return std::clamp(median(shares), 0.0, 1.0);
 }
 
 /// A level between two classes of values of the histogram, which go from `low` over the level to `high`.

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "palpa/core/load_error.h"
+#include "palpa/core/printed.h"
 #include "palpa/grid/filter.h"
 #include "palpa/scene/field_name.h"
 #include "palpa/scene/first_flow.h"
@@ -43,11 +44,7 @@ std::string points(std::initializer_list<std::pair<double, double>> list) {
   return "[" + all + "]";
 }
 
-std::string with_digits(double value, int digits) {
-  char text[40];
-  std::snprintf(text, sizeof text, "%.*g", digits, value);
-  return text;
-}
+std::string with_digits(double value, int digits) { return detail::text("%.*g", digits, value); }
 
 std::string percent(double share) { return with_digits(100.0 * share, 2) + " %"; }
 

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "palpa/core/utf8.h"
+
 namespace palpa::detail {
 
 namespace {
@@ -36,24 +38,6 @@ std::string escaped(char c) {
   return std::string("\\u00") + digits[byte >> 4] + digits[byte & 15];
 }
 
-/// Length of the UTF-8 sequence that `text` starts with; 0 if it is none.
-std::size_t sequence(std::string_view text) noexcept {
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  const std::size_t length = byte(0) < 0x80   ? 1
-                             : byte(0) < 0xc2 ? 0
-                             : byte(0) < 0xe0 ? 2
-                             : byte(0) < 0xf0 ? 3
-                             : byte(0) < 0xf5 ? 4
-                                              : 0;
-  if (length == 0 || text.size() < length) return 0;
-  for (std::size_t i = 1; i < length; ++i) {
-    if ((byte(i) & 0xc0) != 0x80) return 0;
-  }
-  if (length == 3 && ((byte(0) == 0xe0 && byte(1) < 0xa0) || (byte(0) == 0xed && byte(1) > 0x9f))) return 0;
-  if (length == 4 && ((byte(0) == 0xf0 && byte(1) < 0x90) || (byte(0) == 0xf4 && byte(1) > 0x8f))) return 0;
-  return length;
-}
-
 }  // namespace
 
 std::string toml_number(double value) {
@@ -69,12 +53,12 @@ std::string toml_number(double value) {
   return text;
 }
 
-std::string toml_string(std::string_view text) {
+std::string toml_string(std::string_view text, std::string_view for_no_utf8) {
   std::string out = "\"";
   for (std::size_t i = 0; i < text.size();) {
-    const std::size_t length = sequence(text.substr(i));
+    const std::size_t length = utf8_length(text.substr(i));
     if (length == 0) {
-      out += "\xEF\xBF\xBD";
+      out += for_no_utf8;
       ++i;
     } else if (is_control(text[i])) {
       out += escaped(text[i++]);

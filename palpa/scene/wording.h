@@ -10,8 +10,10 @@ namespace palpa::detail {
 
 /// The shortest decimal that reads back the same, as TOML accepts it ("-0.0", never "-0").
 std::string toml_number(double value);
-/// A TOML basic string with its quotes. Bytes that are no UTF-8 become U+FFFD.
-std::string toml_string(std::string_view text);
+/// A TOML basic string with its quotes. Allocates; safe from any thread.
+/// \param for_no_utf8  stands for each byte that is no UTF-8, which TOML cannot hold: U+FFFD, and '?' in traces, as 0.1 wrote
+/// them
+std::string toml_string(std::string_view text, std::string_view for_no_utf8 = "\uFFFD");
 
 /// 'text' for a message: shortened when long.
 std::string in_quotes(std::string_view text);

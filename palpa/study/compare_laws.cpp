@@ -6,6 +6,7 @@
 
 #include "palpa/baseline/law.h"
 #include "palpa/baseline/path.h"
+#include "palpa/field/quantile.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/modes.h"
 
@@ -45,9 +46,7 @@ Scene with_rigid_levels(Scene scene) {
 Spread spread_of(std::vector<double>& values) {
   if (values.empty()) return {};
   std::sort(values.begin(), values.end());
-  const auto at = [&](double share) {
-    return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
-  };
+  const auto at = [&](double share) { return values[detail::rank_of(share, values.size())]; };
   return {at(0.5), at(0.99), values.back()};
 }
 

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "palpa/device/front.h"
+#include "palpa/field/quantile.h"
 #include "palpa/study/reach.h"
 #include "palpa/study/reach_lattice.h"
 #include "palpa/study/trial.h"
@@ -33,12 +34,6 @@ double stiffness_of(Hold hold) {
   return hold == Hold::rigid     ? std::numeric_limits<double>::infinity()
          : hold == Hold::relaxed ? relaxed_arm.stiffness_n_per_m
                                  : firm_arm.stiffness_n_per_m;
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 double height_m(const Way& way) { return top_m - *way.onset_m; }

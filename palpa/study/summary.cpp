@@ -2,38 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "palpa/core/printed.h"
 #include "palpa/study/energy_table.h"
 
 namespace palpa {
 namespace {
 
+using detail::text;
+
 constexpr double rounding = 1e-9;  // of what a tick may bring in: as much is nothing
 
 double share(std::int64_t part, std::int64_t whole) {
   return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0;
-}
-
-[[gnu::format(printf, 1, 2)]] std::string text(const char* format, ...) {
-  char buffer[256];
-  std::va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(buffer, sizeof buffer, format, arguments);
-  va_end(arguments);
-  return buffer;
-}
-
-/// A whole number with its thousands apart: "125 000".
-std::string grouped(double number) {
-  std::string digits = text("%.0f", number);
-  for (auto i = static_cast<std::ptrdiff_t>(digits.size()) - 3; i > 0 && digits[static_cast<std::size_t>(i) - 1] != '-';
-       i -= 3) {
-    digits.insert(static_cast<std::size_t>(i), 1, ' ');
-  }
-  return digits;
 }
 
 std::string millijoules(double joules) { return text("%.3f mJ", 1e3 * joules + 0.0); }
@@ -187,14 +170,14 @@ Summary SummaryBuilder::finish(double wall_s) const {
 std::string to_table(const Summary& s) {
   const auto percent = [](double part) { return text("%.1f %%", 100.0 * part); };
   const auto newtons = [](double force_n) { return text("%.3f N", force_n); };
-  const auto count = [](std::int64_t number) { return grouped(static_cast<double>(number)); };
+  const auto count = [](std::int64_t number) { return detail::grouped(std::to_string(number)); };
   const std::string cut = s.guard_limited_ticks > 0 ? text(" (asked %.3f N; the guard limited ", s.asked_force_max_n) +
                                                           count(s.guard_limited_ticks) + " ticks)"
                                                     : "";
 
   std::vector<std::vector<std::string>> rows{
       {"ticks", count(s.ticks) + text(" (%.3f s of the hand's time)", s.duration_s)},
-      {"speed", grouped(s.ticks_per_s) + " ticks/s"},
+      {"speed", detail::grouped(text("%.0f", s.ticks_per_s)) + " ticks/s"},
       {"tick time", text("p50 %.1f us, p99 %.1f us, max %.1f us", s.tick_p50_us, s.tick_p99_us, s.tick_max_us)},
       {"sub-steps", text("mean %.2f, max %d per tick", s.sub_steps_mean, s.sub_steps_max)},
       {"worst error bound", text("%.2g m", s.error_bound_max_m)},

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "palpa/field/halton.h"
+#include "palpa/field/quantile.h"
 #include "palpa/time/timed_field.h"
 
 namespace palpa {
@@ -61,12 +62,9 @@ double noise_of_gradient(const Field& field) {
     const Vec3 second = (ahead.gradient - here.gradient) - (here.gradient - behind.gradient);
     if (is_finite(second)) differences.insert(differences.end(), {std::abs(second.x), std::abs(second.y), std::abs(second.z)});
   }
-  if (differences.empty()) return 0.0;
-  const auto middle = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
-  std::nth_element(differences.begin(), middle, differences.end());
   constexpr double median_of_normal = 0.6745;  // |x| of a standard normal variable
   // Of independent values a second difference has six times the variance of one.
-  return 3.0 * *middle / (median_of_normal * std::numbers::sqrt2 * std::numbers::sqrt3);
+  return 3.0 * detail::median(differences) / (median_of_normal * std::numbers::sqrt2 * std::numbers::sqrt3);
 }
 
 class Series final : public TimedField {

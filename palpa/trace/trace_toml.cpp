@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "palpa/scene/wording.h"
 #include "palpa/trace/csv.h"
 #include "palpa/volume/volume.h"
 
@@ -11,41 +12,8 @@ namespace palpa::detail {
 
 namespace {
 
-// Length of the UTF-8 sequence at the front of `text`; 0 where there is no valid one.
-std::size_t utf8_length(std::string_view text) {
-  const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u; };
-  const auto follows = [&](std::size_t i) { return (byte(i) & 0xc0u) == 0x80u; };
-  if (byte(0) < 0x80) return 1;
-  if (byte(0) >= 0xc2 && byte(0) < 0xe0 && follows(1)) return 2;
-  if (byte(0) == 0xe0 && byte(1) < 0xa0) return 0;
-  if (byte(0) == 0xed && byte(1) >= 0xa0) return 0;
-  if ((byte(0) & 0xf0u) == 0xe0u && follows(1) && follows(2)) return 3;
-  if (byte(0) == 0xf0 && byte(1) < 0x90) return 0;
-  if (byte(0) == 0xf4 && byte(1) >= 0x90) return 0;
-  if (byte(0) >= 0xf0 && byte(0) <= 0xf4 && follows(1) && follows(2) && follows(3)) return 4;
-  return 0;
-}
-
-// A TOML basic string. File names may hold bytes that are no UTF-8, which TOML cannot; they become '?'.
-std::string toml_string(std::string_view text) {
-  std::string out = "\"";
-  while (!text.empty()) {
-    const std::size_t length = utf8_length(text);
-    const char c = text.front();
-    if (length == 0) {
-      out += '?';
-    } else if (c == '"' || c == '\\') {
-      out += {'\\', c};
-    } else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
-      constexpr char hex[] = "0123456789ABCDEF";
-      out += {'\\', 'u', '0', '0', hex[c >> 4], hex[c & 15]};
-    } else {
-      out += text.substr(0, length);
-    }
-    text.remove_prefix(std::max<std::size_t>(length, 1));
-  }
-  return out + '"';
-}
+// File names may hold bytes that are no UTF-8.
+std::string toml_text(std::string_view text) { return toml_string(text, "?"); }
 
 // A TOML number, with the point or exponent that makes it a float.
 std::string number(double value) {
@@ -63,7 +31,7 @@ std::string list(const std::vector<std::string>& values) {
 
 std::string quoted_list(const std::vector<std::string>& texts) {
   std::vector<std::string> values;
-  for (const std::string& text : texts) values.push_back(toml_string(text));
+  for (const std::string& text : texts) values.push_back(toml_text(text));
   return list(values);
 }
 
@@ -101,7 +69,7 @@ std::string header_to_toml(const TraceHeader& header) {
   const auto put = [&](const char* key, const std::string& value) { out += std::string(key) + " = " + value + "\n"; };
   put("complete", header.complete ? "true" : "false");
   put("format", std::to_string(header.format));
-  put("palpa_version", toml_string(header.palpa_version));
+  put("palpa_version", toml_text(header.palpa_version));
   put("arguments", quoted_list(header.arguments));
   put("sets", quoted_list(sets));
   put("plugins", quoted_list(header.plugins));
@@ -117,16 +85,16 @@ std::string header_to_toml(const TraceHeader& header) {
     out += "  " + list({number(turn.row[i].x), number(turn.row[i].y), number(turn.row[i].z), number(shift[i])}) + ",\n";
   }
   out += "  [0.0, 0.0, 0.0, 1.0],\n]\n\n[device]\n";
-  put("name", toml_string(header.device_name));
+  put("name", toml_text(header.device_name));
   put("max_force_n", number(header.device_max_force_n));
   put("max_stiffness_n_per_m", number(header.device_max_stiffness_n_per_m));
   put("workspace_radius_m", number(header.device_workspace_radius_m));
   put("encoder_step_m", number(header.device_encoder_step_m));
   for (const SourceFile& file : header.data_files) {
     out += "\n[[data_file]]\n";
-    put("path", toml_string(file.path));
+    put("path", toml_text(file.path));
     put("bytes", std::to_string(file.bytes));
-    put("sha256", toml_string(file.sha256));
+    put("sha256", toml_text(file.sha256));
   }
   return out;
 }

@@ -31,6 +31,7 @@
 #include <limits>
 #include <sstream>
 
+#include "palpa/core/escaped.h"
 #include "palpa/view/offscreen.h"
 
 namespace palpa {
@@ -494,20 +495,6 @@ class DrawingItem : public vtkContextItem {
 };
 vtkStandardNewMacro(DrawingItem);
 
-std::string escaped(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    switch (c) {
-      case '<': result += "&lt;"; break;
-      case '>': result += "&gt;"; break;
-      case '&': result += "&amp;"; break;
-      case '"': result += "&quot;"; break;
-      default: result += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
-    }
-  }
-  return result;
-}
-
 /// VTK's SVG device, but for texts: its own have sizes in points for pixels, anchors that no viewer knows
 /// and turn the wrong way. They are written here, after all shapes.
 class SvgDevice : public vtkSVGContextDevice2D {
@@ -540,7 +527,7 @@ class SvgDevice : public vtkSVGContextDevice2D {
                                              : "middle",
                   static_cast<unsigned>(std::lround(255 * color[0])), static_cast<unsigned>(std::lround(255 * color[1])),
                   static_cast<unsigned>(std::lround(255 * color[2])));
-    texts_ += buffer + escaped(string) + "</text>\n";
+    texts_ += buffer + detail::escaped(string) + "</text>\n";
   }
 
  protected:

@@ -12,6 +12,7 @@
 #include <optional>
 
 #include "palpa/core/load_error.h"
+#include "palpa/core/printed.h"
 #include "palpa/scene/first_levels.h"
 #include "palpa/scene/wording.h"
 #include "palpa/survey/ct.h"
@@ -52,11 +53,7 @@ std::string direction_words(bool medical, int axis, double sign) {
   return medical ? letters[number] : axes[number];
 }
 
-std::string millimetre_words(double m) {
-  char words[32];
-  std::snprintf(words, sizeof words, "%.1f mm", 1e3 * std::abs(m));
-  return words;
-}
+std::string millimetre_words(double m) { return detail::text("%.1f mm", 1e3 * std::abs(m)); }
 
 /// What is worth seeing beside a window: bone beside what is soft, what is soft beside bone and lung.
 CtWindow beside(const CtWindow& window) {

@@ -166,11 +166,4 @@ Depth groove(double opening_rad) {
   return [c, s](const Vec3& x) { return std::max(-(c * x.x + s * x.y), -(-c * x.x + s * x.y)); };
 }
 
-double quantile(std::vector<double> numbers, double share) {
-  if (numbers.empty()) return 0.0;
-  const auto at = numbers.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(numbers.size() - 1));
-  std::nth_element(numbers.begin(), at, numbers.end());
-  return *at;
-}
-
 }  // namespace palpa::test

@@ -5,6 +5,7 @@
 #include <ostream>
 #include <vector>
 
+#include "palpa/field/quantile.h"
 #include "palpa/grid/grid.h"
 #include "palpa/scene/scene.h"
 #include "palpa/volume/volume.h"
@@ -63,7 +64,6 @@ class BumpySphere {
 /// A V-groove along z with its bottom at the origin, open towards +y by `opening_rad` [rad].
 Depth groove(double opening_rad);
 
-/// The value below which a share [1] of the numbers lies; 0 for none.
-double quantile(std::vector<double> numbers, double share);
+using detail::quantile;
 
 }  // namespace palpa::test

@@ -1,0 +1,35 @@
+#include "palpa/core/escaped.h"
+
+#include <algorithm>
+#include <cstddef>
+
+#include "palpa/core/utf8.h"
+
+namespace palpa::detail {
+
+std::string escaped(std::string_view text) {
+  std::string out;
+  while (!text.empty()) {
+    const std::size_t length = utf8_length(text);
+    const char c = text.front();
+    if (length == 0) {
+      out += '?';
+    } else if (length > 1) {
+      out += text.substr(0, length);
+    } else {
+      switch (c) {
+        case '<': out += "&lt;"; break;
+        case '>': out += "&gt;"; break;
+        case '&': out += "&amp;"; break;
+        case '"': out += "&quot;"; break;
+        case '\n':
+        case '\t': out += c; break;
+        default: out += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
+      }
+    }
+    text.remove_prefix(std::max<std::size_t>(length, 1));
+  }
+  return out;
+}
+
+}  // namespace palpa::detail
