@@ -208,7 +208,8 @@ void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double fo
   const bool turns_back = !segment.fresh && model_.has_directions() && dot(c.move_m, before_m) < 0.0;
   expect_sequel(before_m, segment.fresh);
   c.reach_m = turns_back ? std::min(c.reach_m, 0.5 * norm(before_m)) : 1.25 * c.reach_m;
-  c.turns = segment.fresh ? 0 : c.turns + turns_back;
+  const bool has_no_end = move.stop == Stop::release && segment.time_s <= hair * c.whole_s;  // round a vortex: its time is over
+  c.turns = segment.fresh ? 0 : c.turns + (turns_back || has_no_end);
   if (segment.fresh) c.segment_start_m = start;
   if (segment.fresh) c.probe_way_m = segment.to_m - segment.from_m;
   released_m_ += released(c.move_m, distance(segment.to_m, segment.from_m) + move.fraction * modes_.furthest_carried_m());
@@ -226,8 +227,7 @@ ProxyPath::Left ProxyPath::left_by(const Move& move, bool settled) const noexcep
   if (4 * c.turns >= Session::max_sub_steps * refined_) return Left::nothing;  // it gives up
   const bool is_whole = move.stop == Stop::full || (move.bound_met && move.stop == Stop::event && move.fraction == 1.0);
   if (is_whole) return !model_.set().empty() && !settled ? Left::rest : Left::nothing;
-  // Of all events only a crossing changes what follows where the proxy stands already.
-  const bool crosses = move.stop == Stop::event && !event_.crossings.empty();
+  const bool crosses = move.stop == Stop::event && !event_.crossings.empty();  // else an event on the spot changes nothing
   const bool gets_on = (move.fraction > 0.0 || crosses) && (move.stop != Stop::release || norm(c.move_m) > rest * spacing_m_);
   if (!gets_on) return Left::nothing;
   return move.stop == Stop::energy && !playing_ ? Left::rest : Left::way;
