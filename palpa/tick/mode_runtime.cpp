@@ -4,7 +4,6 @@
 #include <limits>
 
 #include "palpa/field/box.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa {
 

@@ -208,7 +208,8 @@ void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double fo
   const bool turns_back = !segment.fresh && model_.has_directions() && dot(c.move_m, before_m) < 0.0;
   expect_sequel(before_m, segment.fresh);
   c.reach_m = turns_back ? std::min(c.reach_m, 0.5 * norm(before_m)) : 1.25 * c.reach_m;
-  c.turns = segment.fresh ? 0 : c.turns + turns_back;
+  const bool has_no_end = move.stop == Stop::release && segment.time_s <= hair * c.whole_s;  // round a vortex: its time is over
+  c.turns = segment.fresh ? 0 : c.turns + (turns_back || has_no_end);
   if (segment.fresh) c.segment_start_m = start;
   if (segment.fresh) c.probe_way_m = segment.to_m - segment.from_m;
   released_m_ += released(c.move_m, distance(segment.to_m, segment.from_m) + move.fraction * modes_.furthest_carried_m());

@@ -567,5 +567,29 @@ TEST(FlatData, DoNotHoldAProxyThatComesFromASlope) {
   }
 }
 
+// A force along a vortex that nothing resists drives the proxy round and round: no balance is its end, and the hand goes on.
+TEST(Vortex, DoesNotKeepTheProxyFromFollowing) {
+  Scene scene = plain_scene({.stiffness_n_per_m = 577.0, .damping_ns_per_m = 0.0});
+  scene.workspace.scale = 1.5;
+  const FieldRef swirl = scene.add("swirl", sampled(lamb_oseen_vortex(), 64));
+  scene.add("along", Follow{.field = swirl, .strength_n = Strength{0.74}, .drag_ns_per_m = 0.62});
+  scene.add("push", VectorForce{.field = swirl, .strength_n = Strength{0.87}});
+  scene.add("across", TransverseDamping{.field = swirl, .drag_ns_per_m = 1.5});
+  int waiting = 0, longest = 0;
+  for (int seed = 0; seed < 4; ++seed) {
+    test::Random random(seed);
+    const test::Wander hand(random, 0.06);
+    Session session(scene);
+    for (int i = 0, run = 0; i < 10000; ++i) {
+      const bool waits = session.tick({.position_m = hand.at(1e-3 * i)}, 1e-3).status == TickStatus::waiting;
+      waiting += waits;
+      run = waits ? run + 1 : 0;
+      longest = std::max(longest, run);
+    }
+  }
+  EXPECT_LE(longest, 10);
+  EXPECT_LE(waiting, 4 * 100);
+}
+
 }  // namespace
 }  // namespace palpa
