@@ -12,7 +12,7 @@
 #include <optional>
 
 #include "palpa/core/load_error.h"
-#include "palpa/scene/first_levels.h"
+#include "palpa/first/first_levels.h"
 #include "palpa/scene/wording.h"
 #include "palpa/survey/ct.h"
 #include "palpa/survey/labels.h"
