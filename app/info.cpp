@@ -9,7 +9,7 @@
 #include "app/info_text.h"
 #include "app/pictures.h"
 #include "app/terminal.h"
-#include "palpa/scene/first_scene.h"
+#include "palpa/first/first_scene.h"
 #include "palpa/scene/read_series.h"
 
 namespace palpa::app {

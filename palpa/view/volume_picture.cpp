@@ -13,7 +13,7 @@
 
 #include "palpa/core/load_error.h"
 #include "palpa/core/printed.h"
-#include "palpa/scene/first_levels.h"
+#include "palpa/first/first_levels.h"
 #include "palpa/scene/wording.h"
 #include "palpa/survey/ct.h"
 #include "palpa/survey/labels.h"

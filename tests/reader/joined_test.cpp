@@ -1,7 +1,7 @@
 // Vectors that a file has as three arrays: u, v, w.
 #include "files.h"
 #include "palpa/file/components.h"
-#include "palpa/scene/first_scene.h"
+#include "palpa/first/first_scene.h"
 #include "palpa/scene/load_scene.h"
 #include "palpa/volume/volume.h"
 

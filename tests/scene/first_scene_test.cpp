@@ -1,5 +1,5 @@
 // Suggested scenes: they load, say why each number is so, and fit the data that they are for.
-#include "palpa/scene/first_scene.h"
+#include "palpa/first/first_scene.h"
 
 #include <gmock/gmock.h>
 
@@ -10,8 +10,8 @@
 #include <sstream>
 
 #include "palpa/field/halton.h"
+#include "palpa/first/object.h"
 #include "palpa/mode/modes.h"
-#include "palpa/scene/object.h"
 #include "palpa/volume/volume.h"
 #include "scene_files.h"
 

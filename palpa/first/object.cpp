@@ -1,4 +1,4 @@
-#include "palpa/scene/object.h"
+#include "palpa/first/object.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "palpa/scene/first_flow.h"
+#include "palpa/first/first_flow.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "palpa/scene/first_scene.h"
+#include "palpa/first/first_scene.h"
 
 #include <algorithm>
 #include <cctype>
@@ -7,11 +7,11 @@
 
 #include "palpa/core/load_error.h"
 #include "palpa/core/printed.h"
+#include "palpa/first/first_flow.h"
+#include "palpa/first/first_levels.h"
+#include "palpa/first/object.h"
 #include "palpa/grid/filter.h"
 #include "palpa/scene/field_name.h"
-#include "palpa/scene/first_flow.h"
-#include "palpa/scene/first_levels.h"
-#include "palpa/scene/object.h"
 #include "palpa/scene/request_toml.h"
 #include "palpa/scene/wording.h"
 #include "palpa/survey/labels.h"

@@ -1,4 +1,4 @@
-#include "palpa/scene/first_levels.h"
+#include "palpa/first/first_levels.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,8 +3,8 @@
 
 #include <optional>
 
-#include "palpa/scene/first_levels.h"
-#include "palpa/scene/object.h"
+#include "palpa/first/first_levels.h"
+#include "palpa/first/object.h"
 #include "palpa/survey/statistics.h"
 #include "palpa/volume/volume.h"
 
