@@ -224,7 +224,7 @@ struct InfoLine {
 
 InfoArguments arguments_of(InfoLine given, bool scene) {
   InfoArguments& info = given.info;
-  info.read.look = true;
+  info.read.preview = true;
   info.read.checksums = info.json;
   info.request = request_of(given.how);
   for (const std::string& position : given.at_m) info.places.push_back(asked_place_m(position));

@@ -101,7 +101,7 @@ class Line {
   }
   /// The core from x; false where nothing is placed.
   bool from(const Vec3& x, CorePoint& core) {
-    Here here(samples_, x, {}, {});
+    ModeContext here(samples_, x, {}, {});
     here.proxy_m = here.probe_m = x;
     here.time_step_s = 1e-3;
     here.stiffness_n_per_m = 500;

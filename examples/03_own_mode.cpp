@@ -16,7 +16,7 @@ struct Ridge {
     return std::tuple{palpa::param("field", &Ridge::field, "scalar field to feel"),
                       palpa::param("strength_n", &Ridge::strength_n, "force that holds the hand", palpa::Range{0, 10})};
   }
-  void place(const palpa::Here& here, palpa::PrimitiveSink out) const noexcept {
+  void place(const palpa::ModeContext& here, palpa::PrimitiveSink out) const noexcept {
     const auto sample = here.scalar(field);
     if (!sample.inside || norm(sample.gradient) == 0) return;
     out.plane(0, here.proxy_m, normalized(sample.gradient), here.newtons(strength_n));

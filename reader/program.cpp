@@ -51,7 +51,7 @@ int run_program(const std::function<void(int socket)>& work) {
     for (char packet; ::recv(socket, &packet, sizeof packet, MSG_DONTWAIT) > 0;) continue;
     protocol::send(socket, protocol::Failure{sentence});
   }
-  ::_exit(sentence.empty() ? 0 : 1);  // without the libraries' farewells
+  ::_exit(sentence.empty() ? 0 : 1);  // Skips static destructors.
 }
 
 protocol::Request receive_request(int socket, bool take) {

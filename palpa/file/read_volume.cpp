@@ -18,8 +18,8 @@
 #include "palpa/file/protocol.h"
 #include "palpa/file/raw_file.h"
 #include "palpa/file/reader_process.h"
-#include "palpa/volume/sha256.h"
 #include "palpa/file/shared_memory.h"
+#include "palpa/volume/sha256.h"
 #include "palpa/volume/volume.h"
 
 namespace palpa {
@@ -346,19 +346,19 @@ void read_raw(const VolumeRequest& request, const protocol::Request& ask, const 
   const Plan plan = planned(file.header, request, volume);
   check_places(plan);
   const bool large = options.max_bytes == 0 && plan.offsets.back() > free_memory_bytes() / 2;
-  const bool in_place = file.kept_in_place() && (options.look || large);
+  const bool in_place = file.kept_in_place() && (options.preview || large);
   if (!in_place) check_size(plan, options, ask.max_bytes);
 
   std::future<std::string> checksum;
   if (options.checksums) checksum = std::async(std::launch::async, detail::sha256_of_file, ask.path);
   const std::shared_ptr<const std::byte> voxels = in_place ? file.mapped() : file.copied();
   protocol::Done done{{{ask.path, bytes_of(ask.path), checksum.valid() ? checksum.get() : std::string()}}, {}};
-  if (in_place && !options.look)
+  if (in_place && !options.preview)
     done.warnings.push_back("is mapped, not copied, as it fills half of the free memory: leave the file alone");
   // A look must not wait for the disk.
   constexpr std::int64_t most_voxels_of_many = 1 << 20;
   const std::int64_t count = plan.header.fields.front().grid.voxels();
-  const std::int64_t one_row_in = options.look && count > 16 * most_voxels_of_many ? count / most_voxels_of_many : 1;
+  const std::int64_t one_row_in = options.preview && count > 16 * most_voxels_of_many ? count / most_voxels_of_many : 1;
   if (one_row_in > 1)
     done.warnings.push_back("is looked at in one row of voxels in " + std::to_string(one_row_in) + ": its range may be larger");
   add_fields(volume, plan, voxels, done, one_row_in);

@@ -14,7 +14,7 @@ struct ReadOptions {
   std::uint64_t max_bytes =
       0;                       ///< voxels larger than this are refused before memory is taken; 0: two thirds of the free memory
   double idle_limit_s = 10.0;  ///< without progress (CPU time or bytes read) the reader is ended; > 0
-  bool look = false;  ///< only to look at: a file of bare numbers is mapped, not copied, and a large one not read as a whole
+  bool preview = false;  ///< only to look at: a file of bare numbers is mapped, not copied, and a large one not read as a whole
   bool checksums = true;  ///< of the files, which recordings keep; without them plain voxels are read twice as fast
 };
 

@@ -8,7 +8,7 @@ namespace {
 constexpr double fall_n_per_s = 500.0;  // slower than a knock, faster than anyone would call soft
 constexpr double shortest_s = 0.005;
 constexpr double longest_s = 0.020;
-constexpr double hair = 1e-9;
+constexpr double rounding_share = 1e-9;
 constexpr double told_n = 0.05;  // fingers tell steps of some 30 mN
 }  // namespace
 
@@ -18,7 +18,8 @@ Vec3 Release::shape(const Vec3& command_n, bool is_released, double by_hand_n, d
   const double step_of_snap_n = left_s_ > time_step_s ? apart_n * time_step_s / left_s_ : apart_n;
   const bool is_under_way = left_s_ > 0.0;
   // What is as fast as it was to be has been told.
-  const double known_n = is_under_way ? std::max(told_n, (1.0 + hair) * furthest_n_ * time_step_s / longest_s) : told_n;
+  const double known_n =
+      is_under_way ? std::max(told_n, (1.0 + rounding_share) * furthest_n_ * time_step_s / longest_s) : told_n;
   const bool snaps = !is_released && (is_under_way ? is_snap_ : has_let_go) && step_of_snap_n > by_hand_n + known_n;
   snap_n_ = snaps ? apart_n : 0.0;
   if (is_released || snaps) {

@@ -3,7 +3,7 @@
 
 namespace palpa {
 
-void GradientForce::place(const Here& here, PrimitiveSink out) const noexcept {
+void GradientForce::place(const ModeContext& here, PrimitiveSink out) const noexcept {
   const ScalarSample& sample = here.scalar(field);
   const double steepness = norm(sample.gradient);
   if (!sample.inside || !(steepness > 0.0)) return;

@@ -1,7 +1,7 @@
 // A level as one sample of its field sees it.
 #pragma once
 
-#include "palpa/mode/here.h"
+#include "palpa/mode/mode_context.h"
 
 namespace palpa {
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "palpa/core/primitives.h"
-#include "palpa/mode/here.h"
+#include "palpa/mode/mode_context.h"
 
 namespace palpa {
 
@@ -70,8 +70,8 @@ struct SlotState {
 };
 
 /// What a mode learns when a sub-step has been accepted.
-struct Settled {
-  const Here& here;                     ///< at the new proxy
+struct StepResult {
+  const ModeContext& here;              ///< at the new proxy
   std::span<const SlotState> slots;     ///< of this mode, in the order placed
   std::span<const Crossing> crossings;  ///< of the whole session, in the order met
 
@@ -102,12 +102,12 @@ struct Settled {
 ///   static constexpr auto type = "lab.ridge";              its name in scene files
 ///   static constexpr auto summary = "…";                   what it feels like, one sentence (optional)
 ///   static constexpr auto parameters() { return std::tuple{param(…), …}; }
-///   void place(const Here&, PrimitiveSink) const noexcept;
+///   void place(const ModeContext&, PrimitiveSink) const noexcept;
 ///
 /// `place` is pure: it may be called any number of times per sub-step, also at trial points. A mode
 /// that must remember something declares a trivially copyable `struct Memory` of at most 256 bytes; then
-///   void place(const Here&, const Memory&, PrimitiveSink) const noexcept;
-///   void settle(const Settled&, Memory&) const noexcept;    once per accepted sub-step
+///   void place(const ModeContext&, const Memory&, PrimitiveSink) const noexcept;
+///   void on_step_accepted(const StepResult&, Memory&) const noexcept;    once per accepted sub-step
 /// A mode whose parameters must fit together may add
 ///   std::string problem() const;                           empty, or what is wrong and what would be right
 template <class M>
@@ -134,8 +134,12 @@ class Mode {
   /// Bytes of memory that the session keeps for it (0…256), and a fresh memory.
   std::size_t memory_bytes() const noexcept { return model_->memory_bytes(); }
   void start(std::byte* memory) const noexcept { model_->start(memory); }
-  void place(const Here& here, const std::byte* memory, PrimitiveSink out) const noexcept { model_->place(here, memory, out); }
-  void settle(const Settled& settled, std::byte* memory) const noexcept { model_->settle(settled, memory); }
+  void place(const ModeContext& here, const std::byte* memory, PrimitiveSink out) const noexcept {
+    model_->place(here, memory, out);
+  }
+  void on_step_accepted(const StepResult& result, std::byte* memory) const noexcept {
+    model_->on_step_accepted(result, memory);
+  }
 
   /// The mode as its own type; nullptr if it is another.
   template <class M>
@@ -154,8 +158,8 @@ class Mode {
     virtual void visit(ParameterVisitor& visitor) = 0;
     virtual std::size_t memory_bytes() const noexcept = 0;
     virtual void start(std::byte* memory) const noexcept = 0;
-    virtual void place(const Here& here, const std::byte* memory, PrimitiveSink out) const noexcept = 0;
-    virtual void settle(const Settled& settled, std::byte* memory) const noexcept = 0;
+    virtual void place(const ModeContext& here, const std::byte* memory, PrimitiveSink out) const noexcept = 0;
+    virtual void on_step_accepted(const StepResult& result, std::byte* memory) const noexcept = 0;
   };
 
   template <class M>
@@ -183,15 +187,15 @@ class Mode {
     void start(std::byte* memory) const noexcept override {
       if constexpr (HasMemory<M>) ::new (memory) typename M::Memory{};
     }
-    void place(const Here& here, const std::byte* memory, PrimitiveSink out) const noexcept override {
+    void place(const ModeContext& here, const std::byte* memory, PrimitiveSink out) const noexcept override {
       if constexpr (HasMemory<M>) {
         mode.place(here, *std::launder(reinterpret_cast<const typename M::Memory*>(memory)), out);
       } else {
         mode.place(here, out);
       }
     }
-    void settle(const Settled& settled, std::byte* memory) const noexcept override {
-      if constexpr (HasMemory<M>) mode.settle(settled, *std::launder(reinterpret_cast<typename M::Memory*>(memory)));
+    void on_step_accepted(const StepResult& result, std::byte* memory) const noexcept override {
+      if constexpr (HasMemory<M>) mode.on_step_accepted(result, *std::launder(reinterpret_cast<typename M::Memory*>(memory)));
     }
     M mode;
   };

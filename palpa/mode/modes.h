@@ -125,14 +125,14 @@ struct SurfaceAndFriction {
     bool captured = false;             ///< by material, that gives way
     double value = 0.0;                ///< of it, in the field's own unit
   };
-  void place(const Here& here, const Memory& memory, PrimitiveSink out) const noexcept;
-  void settle(const Settled& settled, Memory& memory) const noexcept;
+  void place(const ModeContext& here, const Memory& memory, PrimitiveSink out) const noexcept;
+  void on_step_accepted(const StepResult& result, Memory& memory) const noexcept;
 
  private:
   struct Standing;
-  double texture_factor(const Here& here, std::uint16_t slot) const noexcept;
-  void stand(const Here& here, const Standing& on, PrimitiveSink out) const noexcept;
-  void rub(const Settled& settled, Memory& memory) const noexcept;
+  double texture_factor(const ModeContext& here, std::uint16_t slot) const noexcept;
+  void stand(const ModeContext& here, const Standing& on, PrimitiveSink out) const noexcept;
+  void rub(const StepResult& result, Memory& memory) const noexcept;
   void meet(Memory& memory, std::int32_t level, bool from_low) const noexcept;
   bool is_solid(double value) const noexcept;
 };
@@ -155,7 +155,7 @@ struct Viscosity {
   }
   /// At least one of strength and drag.
   std::string problem() const;
-  void place(const Here& here, PrimitiveSink out) const noexcept;
+  void place(const ModeContext& here, PrimitiveSink out) const noexcept;
 };
 
 /// Gradient force (paper: directed force): a pull uphill or downhill in a scalar field, smoothed when it
@@ -183,7 +183,7 @@ struct GradientForce {
                             "above it, all of it from three times that on",
                             Range{0, std::numeric_limits<double>::infinity()})};
   }
-  void place(const Here& here, PrimitiveSink out) const noexcept;
+  void place(const ModeContext& here, PrimitiveSink out) const noexcept;
 };
 
 /// Follow: a line primitive along the field, so that moving across it costs force and moving along it
@@ -202,7 +202,7 @@ struct Follow {
         param("strength_n", &Follow::strength_n, "force that holds the hand on the line; above it the hand slides across"),
         param("drag_ns_per_m", &Follow::drag_ns_per_m, "viscous resistance to motion across the field", Range{0, 100})};
   }
-  void place(const Here& here, PrimitiveSink out) const noexcept;
+  void place(const ModeContext& here, PrimitiveSink out) const noexcept;
 };
 
 /// Front shape: a plane across the field at the proxy, its normal along the field. One moves with the field and
@@ -221,7 +221,7 @@ struct FrontShape {
         param("strength_n", &FrontShape::strength_n, "force at which the hand gets through against the field"),
         param("drag_ns_per_m", &FrontShape::drag_ns_per_m, "viscous resistance to motion against the field", Range{0, 100})};
   }
-  void place(const Here& here, PrimitiveSink out) const noexcept;
+  void place(const ModeContext& here, PrimitiveSink out) const noexcept;
 };
 
 /// Transverse damping: a line primitive along the field whose drag resists the part of the motion that goes
@@ -243,7 +243,7 @@ struct TransverseDamping {
   }
   /// At least one of drag and strength.
   std::string problem() const;
-  void place(const Here& here, PrimitiveSink out) const noexcept;
+  void place(const ModeContext& here, PrimitiveSink out) const noexcept;
 };
 
 /// Vector force: a directed force along the field, the simplest mode of vector data: one is carried by
@@ -261,7 +261,7 @@ struct VectorForce {
                       param("strength_n", &VectorForce::strength_n,
                             "force of the push; a function of magnitude(FIELD) makes fast places push more")};
   }
-  void place(const Here& here, PrimitiveSink out) const noexcept;
+  void place(const ModeContext& here, PrimitiveSink out) const noexcept;
 };
 
 /// All vortex modes find vortices by Q = (|W|² − |S|²)/2 of the smoothed velocity, which is positive where the flow
@@ -301,7 +301,7 @@ struct VortexForce {
   bool needs_velocity() const { return direction != VortexDirection::q; }
   /// A background only where the direction depends on it.
   std::string problem() const;
-  void place(const Here& here, PrimitiveSink out) const noexcept;
+  void place(const ModeContext& here, PrimitiveSink out) const noexcept;
 
   /// How that parameter reads, for all vortex modes.
   static constexpr std::string_view background_sentence =
@@ -339,8 +339,8 @@ struct VortexPlane {
     bool captured = false;
     double value = 0.0;  ///< Q of the level that the plane stands on, [1/s²] where velocities are in m/s
   };
-  void place(const Here& here, const Memory& memory, PrimitiveSink out) const noexcept;
-  void settle(const Settled& settled, Memory& memory) const noexcept;
+  void place(const ModeContext& here, const Memory& memory, PrimitiveSink out) const noexcept;
+  void on_step_accepted(const StepResult& result, Memory& memory) const noexcept;
 };
 
 /// Vortex line: a line primitive on the core line of the vortex around the proxy, one Newton step from it. Within reach
@@ -375,7 +375,7 @@ struct VortexLine {
   bool needs_velocity() const { return true; }  // for the axis
   /// A background only where the step depends on it.
   std::string problem() const;
-  void place(const Here& here, PrimitiveSink out) const noexcept;
+  void place(const ModeContext& here, PrimitiveSink out) const noexcept;
 };
 
 }  // namespace palpa

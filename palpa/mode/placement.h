@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "palpa/mode/here.h"
+#include "palpa/mode/mode_context.h"
 
 namespace palpa::detail {
 
@@ -23,7 +23,7 @@ inline double steady_strength_n(double stiffness_n_per_m, double length, const M
 
 /// The point next to `x_m` [m], where the field is as `sample` says, at which it has `value` [field's unit], by one Newton step
 /// along the gradient; never further than a sample spacing: beyond, the gradient says nothing about where the level is.
-inline Vec3 foot_on_level_m(const Here& here, const Vec3& x_m, const ScalarSample& sample, double value) noexcept {
+inline Vec3 foot_on_level_m(const ModeContext& here, const Vec3& x_m, const ScalarSample& sample, double value) noexcept {
   const double step_m = (value - sample.value) / norm(sample.gradient);
   return x_m + std::clamp(step_m, -here.finest_m, here.finest_m) * normalized(sample.gradient);
 }
@@ -38,7 +38,7 @@ inline double smooth_step(double value, double low, double high) noexcept {
 /// 1 from three times that on.
 /// \param gradient     of a scalar field, per hand metre
 /// \param noise_per_m  [unit of the field per world metre] steepness of its noise; 0: all of it is believed
-inline double gradient_weight(const Here& here, const Vec3& gradient, double noise_per_m) noexcept {
+inline double gradient_weight(const ModeContext& here, const Vec3& gradient, double noise_per_m) noexcept {
   return noise_per_m > 0.0 ? smooth_step(here.steepness_per_m(gradient), noise_per_m, 3.0 * noise_per_m) : 1.0;
 }
 

@@ -53,7 +53,7 @@ std::string SurfaceAndFriction::problem() const {
   return {};
 }
 
-void SurfaceAndFriction::place(const Here& here, const Memory& memory, PrimitiveSink out) const noexcept {
+void SurfaceAndFriction::place(const ModeContext& here, const Memory& memory, PrimitiveSink out) const noexcept {
   const auto is_held = [](const Memory::Held& held) { return held.level >= 0; };
   const bool material = levels.empty();
   if (!material && noise_per_m == 0.0 && std::ranges::none_of(memory.held, is_held)) return;  // nothing is met, nothing flat
@@ -79,7 +79,7 @@ void SurfaceAndFriction::place(const Here& here, const Memory& memory, Primitive
   }
 }
 
-void SurfaceAndFriction::stand(const Here& here, const Standing& on, PrimitiveSink out) const noexcept {
+void SurfaceAndFriction::stand(const ModeContext& here, const Standing& on, PrimitiveSink out) const noexcept {
   const std::uint16_t slot = surface_slot(on.held);
   const Vec3 x_m = here.foot_m(slot);
   const ScalarSample& sample = here.scalar(field, x_m);
@@ -115,7 +115,7 @@ void SurfaceAndFriction::stand(const Here& here, const Standing& on, PrimitiveSi
 // The factor of the texture on friction, [1] 0…2: where the voxels say more than the filter, it is rougher. As it is under the
 // place where the step starts, which friction is measured from: were it that of the end, a step could find no end that fits its
 // friction.
-double SurfaceAndFriction::texture_factor(const Here& here, std::uint16_t slot) const noexcept {
+double SurfaceAndFriction::texture_factor(const ModeContext& here, std::uint16_t slot) const noexcept {
   return has_texture() ? 1.0 + texture_ratio * here.scalar(detail, here.proxy_m + here.foot_way_m(slot)).value : 1.0;
 }
 
@@ -126,27 +126,27 @@ bool SurfaceAndFriction::is_solid(double value) const noexcept {
          });
 }
 
-void SurfaceAndFriction::settle(const Settled& settled, Memory& memory) const noexcept {
+void SurfaceAndFriction::on_step_accepted(const StepResult& result, Memory& memory) const noexcept {
   const auto is_held = [](const Memory::Held& held) { return held.level >= 0; };
-  if (!levels.empty() && settled.crossings.empty() && std::ranges::none_of(memory.held, is_held)) return;
-  const ScalarSample& sample = settled.here.scalar(field);
+  if (!levels.empty() && result.crossings.empty() && std::ranges::none_of(memory.held, is_held)) return;
+  const ScalarSample& sample = result.here.scalar(field);
   if (!sample.inside) {
     memory = {};
     return;
   }
-  rub(settled, memory);
+  rub(result, memory);
   if (levels.empty()) {
-    const PrimitiveState state = settled.state(surface_slot(0));
-    memory.captured = settled.placed(surface_slot(0)) && state != PrimitiveState::off;
+    const PrimitiveState state = result.state(surface_slot(0));
+    memory.captured = result.placed(surface_slot(0)) && state != PrimitiveState::off;
     if (state == PrimitiveState::slip) memory.value = sample.value;  // pressed through: the next value carries
-    if (state == PrimitiveState::stick) memory.value = settled.captured(surface_slot(0)).value;
+    if (state == PrimitiveState::stick) memory.value = result.captured(surface_slot(0)).value;
     return;
   }
 
   for (std::size_t i = 0; i < memory.held.size(); ++i) {
-    if (is_held(memory.held[i]) && settled.state(surface_slot(i)) == PrimitiveState::slip) memory.held[i] = {};  // it lets go
+    if (is_held(memory.held[i]) && result.state(surface_slot(i)) == PrimitiveState::slip) memory.held[i] = {};  // it lets go
   }
-  for (const Crossing& crossing : settled.crossings) {
+  for (const Crossing& crossing : result.crossings) {
     if (crossing.field != field.index) continue;
     const bool inwards = solid == Solid::both || crossing.up == (solid == Solid::high);
     for (std::size_t i = 0; i < levels.size(); ++i) {
@@ -163,12 +163,12 @@ void SurfaceAndFriction::settle(const Settled& settled, Memory& memory) const no
 }
 
 // Once it slides, friction is the kinetic one until it has held for a while.
-void SurfaceAndFriction::rub(const Settled& settled, Memory& memory) const noexcept {
+void SurfaceAndFriction::rub(const StepResult& result, Memory& memory) const noexcept {
   if (static_friction_ratio == 1.0) return;
   for (std::size_t i = 0; i < memory.held.size(); ++i) {
     double& kinetic_s = memory.held[i].kinetic_s;
-    const bool slides = settled.state(friction_slot(i)) == PrimitiveState::slip;
-    kinetic_s = slides ? grips_after_s : std::max(0.0, kinetic_s - settled.here.time_step_s);
+    const bool slides = result.state(friction_slot(i)) == PrimitiveState::slip;
+    kinetic_s = slides ? grips_after_s : std::max(0.0, kinetic_s - result.here.time_step_s);
   }
 }
 

@@ -7,7 +7,7 @@ std::string TransverseDamping::problem() const {
   return silent ? "drag_ns_per_m and strength_n are both 0; give one of them" : "";
 }
 
-void TransverseDamping::place(const Here& here, PrimitiveSink out) const noexcept {
+void TransverseDamping::place(const ModeContext& here, PrimitiveSink out) const noexcept {
   const VectorSample& sample = here.vector(field);
   if (!sample.inside || sample.value == Vec3{}) return;
   out.line(0, here.proxy_m, normalized(sample.value), here.newtons(strength_n), here.drag(drag_ns_per_m));

@@ -3,7 +3,7 @@
 
 namespace palpa {
 
-void VectorForce::place(const Here& here, PrimitiveSink out) const noexcept {
+void VectorForce::place(const ModeContext& here, PrimitiveSink out) const noexcept {
   const VectorSample& sample = here.vector(field);
   const double speed = norm(sample.value);
   if (!sample.inside || !(speed > 0.0)) return;

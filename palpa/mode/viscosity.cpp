@@ -7,7 +7,7 @@ std::string Viscosity::problem() const {
   return silent ? "neither strength_n nor drag_ns_per_m is given; give one of them" : "";
 }
 
-void Viscosity::place(const Here& here, PrimitiveSink out) const noexcept {
+void Viscosity::place(const ModeContext& here, PrimitiveSink out) const noexcept {
   out.point(0, here.proxy_m, here.newtons(strength_n), here.drag(drag_ns_per_m));
 }
 

@@ -14,14 +14,14 @@ struct ToCore {
   double steady_n = 0.0;  // the most that a force along it may have so that it turns by no more than k/2 per metre
 };
 
-ToCore by_q(const Here& here, const FieldRef& field) noexcept {
+ToCore by_q(const ModeContext& here, const FieldRef& field) noexcept {
   const ScalarSample& q = here.scalar(field);
   const double steepness = norm(q.gradient);
   if (!q.inside || !(steepness > 0.0)) return {};
   return {normalized(q.gradient), detail::steady_strength_n(here.stiffness_n_per_m, steepness, here.hessian(field))};
 }
 
-ToCore by_vorticity(const Here& here, const FieldRef& velocity, const Vec3& background) noexcept {
+ToCore by_vorticity(const ModeContext& here, const FieldRef& velocity, const Vec3& background) noexcept {
   const VectorSample& u = here.vector(velocity);
   if (!u.inside) return {};
   const Mat3& j = u.jacobian;
@@ -31,13 +31,13 @@ ToCore by_vorticity(const Here& here, const FieldRef& velocity, const Vec3& back
   return {normalized(inwards), detail::steady_strength_n(here.stiffness_n_per_m, norm(inwards), j)};
 }
 
-ToCore by_reduced_velocity(const Here& here, const FieldRef& velocity, const Vec3& background) noexcept {
+ToCore by_reduced_velocity(const ModeContext& here, const FieldRef& velocity, const Vec3& background) noexcept {
   const detail::CoreLine core = detail::core_by_velocity(here.vector(velocity), background);
   return {normalized(core.offset_m), core.trust * 0.5 * here.stiffness_n_per_m * norm(core.offset_m)};
 }
 
 template <class M>
-ToCore to_core(const Here& here, const M& mode) noexcept {
+ToCore to_core(const ModeContext& here, const M& mode) noexcept {
   if (mode.direction == VortexDirection::q) return by_q(here, mode.field);
   const Vec3 background = here.turned_to_hand(mode.background);
   return mode.direction == VortexDirection::vorticity ? by_vorticity(here, mode.velocity, background)
@@ -45,7 +45,7 @@ ToCore to_core(const Here& here, const M& mode) noexcept {
 }
 
 template <class M>
-double in_vortex_n(const Here& here, const M& mode, double strength_n) noexcept {
+double in_vortex_n(const ModeContext& here, const M& mode, double strength_n) noexcept {
   return detail::in_vortex_n(here, mode.field, !mode.strength_n.is_constant(), strength_n);
 }
 
@@ -61,13 +61,13 @@ std::string problem_of(const M& mode) {
 std::string VortexForce::problem() const { return problem_of(*this); }
 std::string VortexPlane::problem() const { return problem_of(*this); }
 
-void VortexForce::place(const Here& here, PrimitiveSink out) const noexcept {
+void VortexForce::place(const ModeContext& here, PrimitiveSink out) const noexcept {
   const ToCore core = to_core(here, *this);
   const double strength = std::min(in_vortex_n(here, *this, here.newtons(strength_n)), core.steady_n);
   if (strength > 0.0) out.directed(0, core.direction, strength);
 }
 
-void VortexPlane::place(const Here& here, const Memory& memory, PrimitiveSink out) const noexcept {
+void VortexPlane::place(const ModeContext& here, const Memory& memory, PrimitiveSink out) const noexcept {
   const ToCore core = to_core(here, *this);
   if (core.direction == Vec3{}) return;
   const bool on_level = direction == VortexDirection::q;
@@ -81,11 +81,11 @@ void VortexPlane::place(const Here& here, const Memory& memory, PrimitiveSink ou
             strength, level);
 }
 
-void VortexPlane::settle(const Settled& settled, Memory& memory) const noexcept {
-  const PrimitiveState state = settled.state(tube_slot);
-  memory.captured = direction == VortexDirection::q && settled.placed(tube_slot) && state != PrimitiveState::off;
-  if (state == PrimitiveState::slip) memory.value = settled.here.scalar(field).value;  // pulled outwards
-  if (state == PrimitiveState::stick) memory.value = settled.slots.front().captured.value;
+void VortexPlane::on_step_accepted(const StepResult& result, Memory& memory) const noexcept {
+  const PrimitiveState state = result.state(tube_slot);
+  memory.captured = direction == VortexDirection::q && result.placed(tube_slot) && state != PrimitiveState::off;
+  if (state == PrimitiveState::slip) memory.value = result.here.scalar(field).value;  // pulled outwards
+  if (state == PrimitiveState::stick) memory.value = result.slots.front().captured.value;
 }
 
 }  // namespace palpa

@@ -1,7 +1,7 @@
 // Where the core of a vortex lies, seen from a place within it: what the vortex modes share.
 #pragma once
 
-#include "palpa/mode/here.h"
+#include "palpa/mode/mode_context.h"
 
 namespace palpa::detail {
 
@@ -31,6 +31,6 @@ CoreLine core_by_q(const ScalarSample& q, const Mat3& hessian, const VectorSampl
 
 /// The strength at a place of a vortex: `strength_n`, and, unless it is felt `everywhere`, 0 where Q is less than
 /// 5 % of its maximum in the data, and from there on not more than k/2 times the depth within that level.
-double in_vortex_n(const Here& here, const FieldRef& q, bool everywhere, double strength_n) noexcept;
+double in_vortex_n(const ModeContext& here, const FieldRef& q, bool everywhere, double strength_n) noexcept;
 
 }  // namespace palpa::detail

@@ -9,7 +9,7 @@ std::string VortexLine::problem() const {
              : "";
 }
 
-void VortexLine::place(const Here& here, PrimitiveSink out) const noexcept {
+void VortexLine::place(const ModeContext& here, PrimitiveSink out) const noexcept {
   const VectorSample& u = here.vector(velocity);
   const detail::CoreLine core = direction == By::q ? detail::core_by_q(here.scalar(field), here.hessian(field), u)
                                                    : detail::core_by_velocity(u, here.turned_to_hand(background));

@@ -9,14 +9,14 @@ Contacts::Contacts(LiveBlock& live, std::size_t modes) : modes_(live.add<OfMode>
 void Contacts::clear() noexcept {
   events_.clear();
   for (OfMode& mode : modes_) {
-    for (Told& told : mode.levels) told.contact = {};
+    for (Report& report : mode.levels) report.contact = {};
   }
 }
 
 void Contacts::begin_tick() noexcept {
   events_.clear();
   for (OfMode& mode : modes_) {
-    for (Told& told : mode.levels) told.met = told.broken = false;
+    for (Report& report : mode.levels) report.met = report.broken = false;
   }
 }
 
@@ -36,7 +36,7 @@ void Contacts::tell_held_back(std::size_t mode) noexcept {
 
 void Contacts::update(const LocalModel& model, double depth_m, Crossings& crossings) noexcept {
   using State = Contact::State;
-  const auto is_free = [](const Told& told) { return told.contact.is_free(); };
+  const auto is_free = [](const Report& report) { return report.contact.is_free(); };
   const auto all_free = [&](const OfMode& mode) { return std::ranges::all_of(mode.levels, is_free); };
   if (model.contacts().empty() && model.set().dropped() == 0 && std::ranges::all_of(modes_, all_free)) return;
   for (std::size_t m = 0; m < modes_.size(); ++m) {
@@ -48,7 +48,7 @@ void Contacts::update(const LocalModel& model, double depth_m, Crossings& crossi
     for (const bool is_new : {false, true}) {
       for (const LevelContact& held : model.contacts()) {
         if (held.id.mode != m || held.state == PrimitiveState::off) continue;
-        const auto before = std::ranges::find(levels, held.level, [](const Told& told) { return told.contact.level; });
+        const auto before = std::ranges::find(levels, held.level, [](const Report& report) { return report.contact.level; });
         if ((before == levels.end()) != is_new) continue;
         auto place = now.begin() + (before - levels.begin());
         if (is_new) place = std::ranges::find(now, State::free, &Contact::state);
@@ -72,20 +72,20 @@ void Contacts::update(const LocalModel& model, double depth_m, Crossings& crossi
   }
 }
 
-void Contacts::change(std::size_t mode, Told& told, Contact now, double depth_m, const Crossings& crossings) noexcept {
+void Contacts::change(std::size_t mode, Report& report, Contact now, double depth_m, const Crossings& crossings) noexcept {
   using State = Contact::State;
-  const Contact& before = told.contact;
+  const Contact& before = report.contact;
   if (before.state == State::yielding && now.level == before.level) now.state = State::yielding;
-  const bool meets = !now.is_free() && before.is_free() && !told.met;
+  const bool meets = !now.is_free() && before.is_free() && !report.met;
   const bool yields = now.state == State::yielding && before.state != State::yielding;
   // Material that yields goes on bearing: nothing is broken through.
-  const bool breaks = yields && !told.broken && crossings.is_watched({now.level.field, now.level.value});
-  told.met = told.met || meets;
-  told.broken = told.broken || breaks;
+  const bool breaks = yields && !report.broken && crossings.is_watched({now.level.field, now.level.value});
+  report.met = report.met || meets;
+  report.broken = report.broken || breaks;
   const auto m = static_cast<std::int32_t>(mode);
   if (meets) emit({SessionEventKind::onset, m, now.level.value, nullptr});
   if (breaks) emit({SessionEventKind::break_through, m, now.level.value, nullptr, depth_m});
-  told.contact = now;
+  report.contact = now;
 }
 
 }  // namespace palpa

@@ -45,18 +45,18 @@ class Contacts {
 
  private:
   static constexpr std::size_t max_events = 16;  // a tick
-  struct Told {
+  struct Report {
     Contact contact;
-    bool met = false;     // an onset, in this tick …
-    bool broken = false;  // … and a break-through
+    bool met = false;     // an onset has been told in this tick
+    bool broken = false;  // a break-through has been told in this tick
   };
   struct OfMode {
-    std::array<Told, 4> levels;  // elastic ones, and one below; the first is that of a mode that stands on one alone
-    bool held_back = false;      // told that a directed force of it changes too fast
-    std::uint32_t refusals = 0;  // a bit each
+    std::array<Report, 4> levels;  // elastic ones, and one below; the first is that of a mode that stands on one alone
+    bool held_back = false;        // told that a directed force of it changes too fast
+    std::uint32_t refusals = 0;    // a bit each
   };
   void emit(const SessionEvent& event) noexcept;
-  void change(std::size_t mode, Told& told, Contact now, double depth_m, const Crossings& crossings) noexcept;
+  void change(std::size_t mode, Report& report, Contact now, double depth_m, const Crossings& crossings) noexcept;
 
   std::span<OfMode> modes_;
   std::vector<SessionEvent> events_;

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "palpa/core/coulomb_friction.h"
-#include "palpa/core/held_forces.h"
+#include "palpa/core/directed_force_limiter.h"
 #include "palpa/core/law.h"
 #include "palpa/mode/level_look.h"
 #include "palpa/tick/mode_runtime.h"
@@ -54,8 +54,8 @@ class LocalModel {
   /// A move begins: no facets are known.
   void begin_move(const StepContext& context, double spacing_m) noexcept;
   /// Lets the modes place primitives, looking at the data at `middle_m` [m]; what stands on a level looks at `level_m` [m].
-  /// Facets that were learnt in this move stay. `moved_n` [N]: see HeldForces. Returns the mode that had to be held back, or
-  /// -1.
+  /// Facets that were learnt in this move stay. `moved_n` [N]: see DirectedForceLimiter. Returns the mode that had to be held
+  /// back, or -1.
   std::int32_t place(const StepContext& context, const Vec3& middle_m, const Vec3& level_m, double moved_n) noexcept;
   /// Sees the levels as they are where the move is thought to end, at `end_m` [m], instead of where the proxy is: then the next
   /// move would not lead on. Not where they turn fast, or would shut the witness out by more than `shallow`.
@@ -134,7 +134,7 @@ class LocalModel {
   double stiffness_n_per_m_;
   PrimitiveSet set_;
   CoulombFriction friction_;
-  HeldForces held_;
+  DirectedForceLimiter held_;
   std::vector<LevelContact> contacts_, before_;  // of this placing, and of the one before
   std::vector<Facet> learnt_;                    // in this move
   Vec3 start_m_, witness_m_, placed_at_m_;

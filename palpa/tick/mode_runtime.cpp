@@ -69,8 +69,8 @@ void ModeRuntime::attend(Crossings& crossings, EventPolicy& policy, const Vec3& 
     policy.fields[f].carried_m = samples_->carried_m(f, start_m, before, now) - start_m;
 }
 
-Here ModeRuntime::here_at(std::size_t m, const StepContext& context, const Vec3& start_m, const Vec3& at_m) noexcept {
-  Here here(*samples_, at_m, modes_[m].masks, parts_[m].inputs.fields);
+ModeContext ModeRuntime::here_at(std::size_t m, const StepContext& context, const Vec3& start_m, const Vec3& at_m) noexcept {
+  ModeContext here(*samples_, at_m, modes_[m].masks, parts_[m].inputs.fields);
   here.proxy_m = start_m;
   here.probe_m = context.probe_m;
   here.time_step_s = context.time_step_s;
@@ -110,7 +110,7 @@ void ModeRuntime::place_mode(std::size_t m, const StepContext& context, const Ve
   if (fade.is_leaving()) {
     fade.place(origin_m, out);
   } else {
-    const Here here = here_at(m, context, origin_m, seen_by(m, at_m, context.data_fraction));
+    const ModeContext here = here_at(m, context, origin_m, seen_by(m, at_m, context.data_fraction));
     modes_[m].mode.place(here, memory(m), out);
     live_[m].at_edge = here.is_faded();
   }

@@ -114,8 +114,8 @@ class ModeRuntime {
         if (!lets_go && placed.captured(i).any() && told == PrimitiveState::slip) told = PrimitiveState::stick;
         slots_.push_back({id.slot, told, placed.captured(i)});
       }
-      const Here here = here_at(m, context, proxy_m, seen_by(m, proxy_m, context.data_fraction));
-      modes_[m].mode.settle({here, slots_, crossings}, memory(m));
+      const ModeContext here = here_at(m, context, proxy_m, seen_by(m, proxy_m, context.data_fraction));
+      modes_[m].mode.on_step_accepted({here, slots_, crossings}, memory(m));
     }
   }
 
@@ -146,7 +146,7 @@ class ModeRuntime {
   using MemoryUnit = std::max_align_t;
 
   std::byte* memory(std::size_t m) noexcept { return reinterpret_cast<std::byte*>(memories_.data() + parts_[m].memory); }
-  Here here_at(std::size_t m, const StepContext& context, const Vec3& start_m, const Vec3& at_m) noexcept;
+  ModeContext here_at(std::size_t m, const StepContext& context, const Vec3& start_m, const Vec3& at_m) noexcept;
   void place_mode(std::size_t m, const StepContext& context, const Vec3& origin_m, const Vec3& at_m,
                   PrimitiveSet& out) noexcept;
   // What of a proxy at `at_m` the data of a mode carry.

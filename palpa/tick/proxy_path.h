@@ -67,17 +67,17 @@ class ProxyPath {
   struct PathState {
     bool started = false;
     Vec3 proxy;
-    Vec3 move_m;           // of the proxy in the last move …
-    bool felt = false;     // … in which something could pull at it
-    Vec3 segment_start_m;  // where the proxy was before the last segment …
-    Vec3 probe_way_m;      // … of the probe's path
-    Vec3 sequel_m;         // of moves that settle on an elastic level, each in one ratio to the last: what is to come …
-    int plain = 0;         // … and how many went without knowing it
+    Vec3 move_m;           // of the proxy, the last one
+    bool felt = false;     // something could pull at the proxy in the last move
+    Vec3 segment_start_m;  // where the proxy was before the last segment
+    Vec3 probe_way_m;      // of the last segment, from its start to its end
+    Vec3 sequel_m;         // sum of the moves that are still expected: on an elastic level they shrink in one ratio
+    int plain = 0;         // moves in a row that were made without such an expectation
     Left left = Left::nothing;
     Vec3 step_start_m;                      // of the moves that settle one step
-    double reach_m = 0.0;                   // no move at this probe may be longer …
-    int turns = 0;                          // … since so often the proxy turned back
-    double left_s = 0.0, whole_s = 0.0;     // of its time, and that before it was stopped
+    double reach_m = 0.0;                   // no move of this segment may be longer; less after each turn back
+    int turns = 0;                          // moves of this segment that turned back, or had no end
+    double left_s = 0.0, whole_s = 0.0;     // the segment's time that is left, and all of it
     double elapsed_s = 0.0;                 // since the session began
     double view_s = 0.0, followed_s = 0.0;  // data time used for sampling, and up to which the proxy is advected
     Crossing stopped_by;                    // the last move; of no field where nothing was crossed

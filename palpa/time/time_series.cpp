@@ -67,9 +67,9 @@ double noise_of_gradient(const Field& field) {
   return 3.0 * detail::median(differences) / (median_of_normal * std::numbers::sqrt2 * std::numbers::sqrt3);
 }
 
-class Series final : public TimedField {
+class FrameSeries final : public TimedField {
  public:
-  Series(std::vector<FieldPtr> frames, double period_s, BetweenFrames between_frames)
+  FrameSeries(std::vector<FieldPtr> frames, double period_s, BetweenFrames between_frames)
       : view_{std::move(frames), period_s, between_frames}, extents_(view_.frames.front()->extents()) {
     for (const FieldPtr& frame : view_.frames) {
       const std::vector<Extent> e = frame->extents();
@@ -191,11 +191,11 @@ FieldPtr time_series(std::vector<FieldPtr> frames, double period_s, BetweenFrame
     if (!frames[i]) throw std::invalid_argument(the + "is no field");
     if (const char* problem = problem_with_frame(*frames.front(), *frames[i])) throw std::invalid_argument(the + problem);
   }
-  return std::make_shared<const Series>(std::move(frames), period_s, between_frames);
+  return std::make_shared<const FrameSeries>(std::move(frames), period_s, between_frames);
 }
 
 const SeriesView* series_of(const Field& field) noexcept {
-  const auto* series = dynamic_cast<const Series*>(&field);
+  const auto* series = dynamic_cast<const FrameSeries*>(&field);
   return series ? &series->view() : nullptr;
 }
 

@@ -454,7 +454,7 @@ void draw_layer(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, con
 
   switch (layer.show) {
     case ViewLayer::Show::surface: {
-      const SurfaceLook look = surface_look(scene, layers, number, options.see_through);
+      const SurfaceStyle look = surface_style(scene, layers, number, options.see_through);
       vtkSmartPointer<vtkPolyData> surface = surface_of(images.of(layer.field.name, field, box), *field, look.level);
       if (!layer.all_parts && surface->GetNumberOfCells() > 0) surface = large_parts(surface);
       LegendEntry entry{surface_words(scene, layer, named, look.level), {blended(look.color, look.opacity, ground_color)}};
@@ -579,7 +579,7 @@ FieldPtr in_hand_frame(const FieldPtr& field, const Similarity& map) {
   return posed(field, {transposed(map.rotation), 1.0 / map.scale, map.to_hand({})});
 }
 
-SurfaceLook surface_look(const Scene& scene, const std::vector<ViewLayer>& layers, std::size_t number, bool see_through) {
+SurfaceStyle surface_style(const Scene& scene, const std::vector<ViewLayer>& layers, std::size_t number, bool see_through) {
   const ViewLayer& layer = layers[number];
   std::size_t outer = 0;  // surfaces before this one
   std::size_t surfaces = 0;
@@ -588,7 +588,7 @@ SurfaceLook surface_look(const Scene& scene, const std::vector<ViewLayer>& layer
     if (i < number) ++outer;
     ++surfaces;
   }
-  SurfaceLook look{.level = 0.0, .color = surface_color(outer), .opacity = 1.0};
+  SurfaceStyle look{.level = 0.0, .color = surface_color(outer), .opacity = 1.0};
   if (layer.level) {
     look.level = *layer.level;
   } else {

@@ -25,13 +25,13 @@ struct LayerSigns {
 };
 
 /// What a layer of surface looks like.
-struct SurfaceLook {
+struct SurfaceStyle {
   double level;  ///< the field's own unit
   Color color;
   double opacity;  ///< [1] face on
 };
 /// That of layer `number`, which is a surface. \param see_through  something inside is to be seen
-SurfaceLook surface_look(const Scene& scene, const std::vector<ViewLayer>& layers, std::size_t number, bool see_through);
+SurfaceStyle surface_style(const Scene& scene, const std::vector<ViewLayer>& layers, std::size_t number, bool see_through);
 
 struct LayerOptions {
   Box near;          ///< hand frame: what is farther is not drawn

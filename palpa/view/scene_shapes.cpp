@@ -122,7 +122,7 @@ void add_triangles(vtkPolyData& data, vtkPolyData& fine, Shape& shape) {
 
 /// The surface layers by what they look like; `words` in their order.
 struct NamedLook {
-  SurfaceLook look;
+  SurfaceStyle look;
   std::string words;
 };
 std::vector<NamedLook> looks_of(const Scene& scene, const std::vector<ViewLayer>& layers,
@@ -131,7 +131,7 @@ std::vector<NamedLook> looks_of(const Scene& scene, const std::vector<ViewLayer>
   for (std::size_t i = 0; i < layers.size(); ++i) {
     if (layers[i].show != ViewLayer::Show::surface) continue;
     const std::size_t number = looks.size();
-    looks.push_back({surface_look(scene, layers, i, true), number < legend.size() ? legend[number].words : ""});
+    looks.push_back({surface_style(scene, layers, i, true), number < legend.size() ? legend[number].words : ""});
   }
   return looks;
 }

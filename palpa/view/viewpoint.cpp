@@ -21,7 +21,7 @@ class Sight {
       if (layers[i].show != ViewLayer::Show::surface) continue;
       const FieldPtr field = scene.field(layers[i].field).field;
       if (field->components() != 1) continue;
-      const detail::SurfaceLook look = detail::surface_look(scene, layers, i, true);
+      const detail::SurfaceStyle look = detail::surface_style(scene, layers, i, true);
       surfaces_.push_back(
           {detail::in_hand_frame(frozen(field, at), scene.hand_to_world()), look.level, look.opacity * look.opacity});
     }

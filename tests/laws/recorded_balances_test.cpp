@@ -34,7 +34,7 @@ struct Push {
     return std::tuple{vector_param("field", &Push::field, "direction of the push"),
                       param("strength_n", &Push::strength_n, "force", Range{0, 10})};
   }
-  void place(const Here& here, PrimitiveSink out) const noexcept {
+  void place(const ModeContext& here, PrimitiveSink out) const noexcept {
     const VectorSample& sample = here.vector(field);
     if (sample.inside && norm(sample.value) > 0) out.directed(3, normalized(sample.value), here.newtons(strength_n));
   }

@@ -30,12 +30,12 @@ class Place {
     mode.place(here_, memory..., out_);
     return out_;
   }
-  const Here& here() const { return here_; }
+  const ModeContext& here() const { return here_; }
 
  private:
   std::vector<FieldPtr> fields_;
   Samples samples_;
-  Here here_{samples_, {}, {}, {}};
+  ModeContext here_{samples_, {}, {}, {}};
   PrimitiveSet out_;
 };
 

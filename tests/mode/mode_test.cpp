@@ -22,7 +22,7 @@ class AtHand : public testing::Test {
   template <class M>
   void place(const M& mode, const Vec3& proxy, const Similarity& map, const std::byte* memory = nullptr) {
     samples_ = std::make_unique<Samples>(fields_, map);
-    Here here(*samples_, proxy, masks_, read_);
+    ModeContext here(*samples_, proxy, masks_, read_);
     here.proxy_m = here.probe_m = proxy;
     here.time_step_s = 1e-3;
     here.stiffness_n_per_m = 800;

@@ -7,7 +7,7 @@
 #include "palpa/grid/derived.h"
 #include "palpa/grid/sampled.h"
 #include "palpa/grid/smooth_grid.h"
-#include "palpa/mode/here.h"
+#include "palpa/mode/mode_context.h"
 #include "palpa/time/timed_field.h"
 #include "palpa/volume/analytic.h"
 #include "tests/core/random_problems.h"

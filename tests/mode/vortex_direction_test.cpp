@@ -27,7 +27,7 @@ class Looker {
       : fields_{derived(Derivation::q, velocity), derived(Derivation::smooth_vector, velocity)}, samples_(fields_, {}) {}
   template <class M, class... Memory>
   const PrimitiveSet& at(const Vec3& x, const M& mode, const Memory&... memory) {
-    Here here(samples_, x, {}, {});
+    ModeContext here(samples_, x, {}, {});
     here.proxy_m = here.probe_m = x;
     here.time_step_s = 1e-3;
     here.stiffness_n_per_m = 800;

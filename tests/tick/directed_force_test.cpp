@@ -23,7 +23,7 @@ struct Noise {
   static constexpr auto parameters() {
     return std::tuple{param("field", &Noise::field, "where it is"), param("seed", &Noise::seed, "which noise", Range{0, 1e9})};
   }
-  void place(const Here& here, PrimitiveSink out) const noexcept {
+  void place(const ModeContext& here, PrimitiveSink out) const noexcept {
     std::uint64_t bits[3];
     std::memcpy(bits, &here.at_m, sizeof bits);
     std::uint64_t h = static_cast<std::uint64_t>(seed) * 0x9e3779b97f4a7c15u;
@@ -45,7 +45,7 @@ struct Well {
     return std::tuple{param("field", &Well::field, "where it is"), param("slope", &Well::slope_n_per_m, "L", Range{0, 1e9}),
                       param("outwards", &Well::outwards, "pushes away instead")};
   }
-  void place(const Here& here, PrimitiveSink out) const noexcept {
+  void place(const ModeContext& here, PrimitiveSink out) const noexcept {
     const Vec3 pull_n = (outwards ? slope_n_per_m : -slope_n_per_m) * here.at_m;
     if (norm(pull_n) > 0) out.directed(0, normalized(pull_n), norm(pull_n));
   }
@@ -56,7 +56,7 @@ struct HalfSpace {
   static constexpr auto type = "test.half_space";
   FieldRef field;
   static constexpr auto parameters() { return std::tuple{param("field", &HalfSpace::field, "where it is")}; }
-  void place(const Here& here, PrimitiveSink out) const noexcept {
+  void place(const ModeContext& here, PrimitiveSink out) const noexcept {
     if (here.at_m.x < 0) out.directed(0, {0, 1, 0}, 2.0);
   }
 };

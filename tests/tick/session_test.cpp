@@ -330,7 +330,7 @@ struct Broken {
   static constexpr auto type = "test.broken";
   int what = 0;
   static constexpr auto parameters() { return std::tuple<>{}; }
-  void place(const Here& here, PrimitiveSink out) const noexcept {
+  void place(const ModeContext& here, PrimitiveSink out) const noexcept {
     constexpr double nan = std::numeric_limits<double>::quiet_NaN();
     if (what == 0) out.point(0, here.proxy_m, nan);
     if (what == 1) out.point(0, here.proxy_m, -1.0);

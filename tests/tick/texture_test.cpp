@@ -108,7 +108,7 @@ TEST(Texture, IsAFactorOnWhatIsPlaced) {
     const Vec3 at = (0.05 + random.uniform(-1e-3, 1e-3)) * random.direction();
     const double texture = random.uniform(0.0, 1.0), ratio = random.uniform(1.0, 2.0);
     // Wherever the surface is looked at.
-    Here here(samples, at + 1e-4 * random.direction(), {}, {});
+    ModeContext here(samples, at + 1e-4 * random.direction(), {}, {});
     here.proxy_m = here.probe_m = at;
     here.stiffness_n_per_m = stiffness_n_per_m;
     for (const bool coulomb : {false, true}) {

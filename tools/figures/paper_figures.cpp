@@ -400,24 +400,24 @@ Figure non_orthogonal() {
                     .panels = {two_constraints("orthogonal", 90), two_constraints("60 degrees apart", 60), plot, repeated}}};
 }
 
-struct LawLook {
+struct LawStyle {
   const char* name;
   const char* legend;
   Color color;
   Stroke stroke;
 };
-constexpr LawLook law_looks[] = {{"exact", "exact (ours)", Color::vermilion, Stroke::solid},
-                                 {"paper-2005", "paper-2005", Color::blue, Stroke::solid},
-                                 {"ikits-2003", "ikits-2003", Color::purple, Stroke::solid},
-                                 {"ikits-2003-sequential", "ikits-2003-sequential", Color::sky, Stroke::dashed},
-                                 {"no-proxy", "no-proxy", Color::green, Stroke::solid}};
+constexpr LawStyle law_styles[] = {{"exact", "exact (ours)", Color::vermilion, Stroke::solid},
+                                   {"paper-2005", "paper-2005", Color::blue, Stroke::solid},
+                                   {"ikits-2003", "ikits-2003", Color::purple, Stroke::solid},
+                                   {"ikits-2003-sequential", "ikits-2003-sequential", Color::sky, Stroke::dashed},
+                                   {"no-proxy", "no-proxy", Color::green, Stroke::solid}};
 
 LawComparison compare_in(const std::filesystem::path& scene) {
   RunOptions options;
   options.scene = scene;
   options.hand = "sim:stroke";
   std::vector<std::string> laws;
-  for (const LawLook& look : law_looks) laws.push_back(look.name);
+  for (const LawStyle& look : law_styles) laws.push_back(look.name);
   return compare_laws(options, laws);
 }
 
@@ -440,14 +440,14 @@ Plot error_plot(std::string title, const LawComparison& comparison, bool alone, 
       for (double& error : errors) error *= 1e3;
     }
     Series curve = shares_up_to(errors, low);
-    if (legend) curve.name = law_looks[i].legend;
-    curve.color = law_looks[i].color;
-    curve.stroke = law_looks[i].stroke;
+    if (legend) curve.name = law_styles[i].legend;
+    curve.color = law_styles[i].color;
+    curve.stroke = law_styles[i].stroke;
     curve.xs.push_back(curve.xs.empty() ? high : std::max(high, curve.xs.back()));
     curve.ys.push_back(100.0);
     plot.series.push_back(std::move(curve));
     const double p50 = alone ? law.alone_n.p50 : 1e3 * law.posed_m.p50, p99 = alone ? law.alone_n.p99 : 1e3 * law.posed_m.p99;
-    signs.push_back({.xs = {p50, p99}, .ys = {50.0, 99.0}, .color = law_looks[i].color, .points_only = true});
+    signs.push_back({.xs = {p50, p99}, .ys = {50.0, 99.0}, .color = law_styles[i].color, .points_only = true});
   }
   plot.series.insert(plot.series.end(), signs.begin(), signs.end());
   return plot;

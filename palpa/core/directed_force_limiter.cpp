@@ -1,4 +1,4 @@
-#include "palpa/core/held_forces.h"
+#include "palpa/core/directed_force_limiter.h"
 
 #include <algorithm>
 
@@ -12,10 +12,10 @@ Vec3 force_of(const Primitive& p) noexcept { return p.strength_n * p.direction; 
 
 }  // namespace
 
-void HeldForces::clear() noexcept { last_ = {}; }
+void DirectedForceLimiter::clear() noexcept { last_ = {}; }
 
-std::int32_t HeldForces::hold_back(PrimitiveSet& set, const Vec3& at_m, double stiffness_n_per_m,
-                                   double moved_n) const noexcept {
+std::int32_t DirectedForceLimiter::hold_back(PrimitiveSet& set, const Vec3& at_m, double stiffness_n_per_m,
+                                             double moved_n) const noexcept {
   const auto is_directed = [](const Primitive& p) { return p.kind == PrimitiveKind::directed; };
   if (!last_.any || (held().empty() && std::ranges::none_of(set.primitives(), is_directed))) return -1;
   const auto is_placed = [&](const Force& before) {
@@ -61,7 +61,7 @@ std::int32_t HeldForces::hold_back(PrimitiveSet& set, const Vec3& at_m, double s
   return fastest;
 }
 
-void HeldForces::keep(const PrimitiveSet& set, const Vec3& at_m) noexcept {
+void DirectedForceLimiter::keep(const PrimitiveSet& set, const Vec3& at_m) noexcept {
   last_ = {.at_m = at_m, .any = true};
   for (const Primitive& p : set.primitives()) {
     if (p.kind == PrimitiveKind::directed && last_.size < forces_.size()) forces_[last_.size++] = {p.id, force_of(p)};

@@ -1,4 +1,4 @@
-#include "palpa/mode/here.h"
+#include "palpa/mode/mode_context.h"
 
 #include <algorithm>
 #include <limits>
@@ -251,12 +251,12 @@ Carried Samples::carried(std::int32_t field, const Vec3& hand_m, DataTime from, 
   return world.known && is_finite(moved_m) ? Carried{moved_m} : Carried{hand_m, false};
 }
 
-double Here::value_at_start(const FieldRef& field) const noexcept {
+double ModeContext::value_at_start(const FieldRef& field) const noexcept {
   const ScalarSample& start = samples_->scalar(field.index, proxy_m);
   return start.inside ? start.value : scalar(field).value;
 }
 
-double Here::mask() const noexcept {
+double ModeContext::mask() const noexcept {
   double factor = 1.0;
   for (const Mask& mask : masks_) {
     const ScalarSample& sample = scalar(mask.of);
@@ -265,14 +265,14 @@ double Here::mask() const noexcept {
   return factor;
 }
 
-double Here::depth_m() const noexcept {
+double ModeContext::depth_m() const noexcept {
   double least_m = std::numeric_limits<double>::infinity();
   for (const std::int32_t field : fields_) least_m = std::min(least_m, samples_->depth_m(field, at_m));
   return least_m;
 }
 
 // What is negative or not a number goes through as it is: the set of primitives refuses it by name.
-double Here::limited_n(double strength_n) const noexcept {
+double ModeContext::limited_n(double strength_n) const noexcept {
   if (!(strength_n > 0.0)) return strength_n;
   const double depth = depth_m();
   is_faded_ = is_faded_ || !(0.5 * stiffness_n_per_m * depth >= strength_n);
@@ -280,16 +280,18 @@ double Here::limited_n(double strength_n) const noexcept {
   return std::min(strength_n * mask(), 0.5 * stiffness_n_per_m * depth);
 }
 
-double Here::newtons(const Strength& strength) const noexcept { return newtons(strength, {}, TransferFunction::Side::above); }
+double ModeContext::newtons(const Strength& strength) const noexcept {
+  return newtons(strength, {}, TransferFunction::Side::above);
+}
 
-double Here::newtons(const Strength& strength, const Captured& level, TransferFunction::Side side) const noexcept {
+double ModeContext::newtons(const Strength& strength, const Captured& level, TransferFunction::Side side) const noexcept {
   if (strength.is_constant()) return limited_n(strength.constant_n);
   if (level.any() && level.field == strength.of.index) return limited_n(strength.curve.at(level.value, side));
   const ScalarSample& sample = scalar(strength.of);
   return sample.inside ? limited_n(strength.curve.at(sample.value, side)) : 0.0;
 }
 
-double Here::drag(double drag_ns_per_m) const noexcept {
+double ModeContext::drag(double drag_ns_per_m) const noexcept {
   if (!(drag_ns_per_m > 0.0)) return drag_ns_per_m;
   constexpr double fade_n = 1.0;  // the strength whose fade a drag borrows: over 2 N / k
   const double depth = depth_m();
@@ -297,9 +299,11 @@ double Here::drag(double drag_ns_per_m) const noexcept {
   return drag_ns_per_m * mask() * std::min(1.0, 0.5 * stiffness_n_per_m * depth / fade_n);
 }
 
-double Here::steepness_per_m(const Vec3& gradient) const noexcept { return norm(gradient) / samples_->hand_to_world().scale; }
+double ModeContext::steepness_per_m(const Vec3& gradient) const noexcept {
+  return norm(gradient) / samples_->hand_to_world().scale;
+}
 
-Vec3 Here::carried(const FieldRef& field, const Vec3& x_m) const noexcept {
+Vec3 ModeContext::carried(const FieldRef& field, const Vec3& x_m) const noexcept {
   return samples_->carried_m(field.index, x_m, samples_->came_from(), samples_->time());
 }
 

@@ -14,10 +14,10 @@ namespace palpa {
 /// still hand would jump to and fro for ever. So along the proxy's path all directed forces together change
 /// by at most k/2 per metre, whatever modes and data say; then every jump is followed by one of at most 7/8 its
 /// length, trial points included, and a still hand comes to rest. Keeps them in a block; one thread.
-class HeldForces {
+class DirectedForceLimiter {
  public:
   /// \param capacity  [1] of directed forces
-  HeldForces(LiveBlock& live, std::size_t capacity) : last_(live.add<Last>()), forces_(live.add<Force>(capacity)) {}
+  DirectedForceLimiter(LiveBlock& live, std::size_t capacity) : last_(live.add<Last>()), forces_(live.add<Force>(capacity)) {}
   void clear() noexcept;
   /// Limits the directed forces of the set, looked up at `at_m` [m], against those kept last; `moved_n` [N] of change are the
   /// data's own, which have moved since. Returns the mode whose force

@@ -134,7 +134,7 @@ class Samples {
 /// The primitives of a sub-step pass through `proxy_m`, where the sub-step starts. The data may be
 /// sampled elsewhere (a trial point on the way), so a mode asks `here` for them and computes nothing
 /// from the proxy's position itself.
-class Here {
+class ModeContext {
  public:
   Vec3 proxy_m;                    ///< [m] the proxy at the start of the sub-step, carried with the mode's data to its end
   Vec3 probe_m;                    ///< [m]
@@ -191,7 +191,7 @@ class Here {
   bool is_faded() const noexcept { return is_faded_; }
 
   /// For the tick: the shared samples, and the masks and fields of the mode that looks at the data at `seen_m` [m].
-  Here(Samples& samples, const Vec3& seen_m, std::span<const Mask> masks, std::span<const std::int32_t> fields) noexcept
+  ModeContext(Samples& samples, const Vec3& seen_m, std::span<const Mask> masks, std::span<const std::int32_t> fields) noexcept
       : at_m(seen_m), samples_(&samples), masks_(masks), fields_(fields) {}
 
  private:
