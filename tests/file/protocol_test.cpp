@@ -87,7 +87,9 @@ TEST(Protocol, FactsOfAScanAreShortPlainWordsAndFiniteNumbers) {
   EXPECT_TRUE(passes({ScanFactKind::protocol, "head routine"}));
   EXPECT_TRUE(passes({ScanFactKind::echo_time_ms, {}, 2.98}));
   EXPECT_FALSE(passes({ScanFactKind::protocol, std::string(97, 'a')}));
-  EXPECT_FALSE(passes({ScanFactKind::protocol, "Sch\xc3\xa4del"}));
+  EXPECT_FALSE(passes({ScanFactKind::protocol,
+                       "Sch\xc3\xa4"
+                       "del"}));
   EXPECT_FALSE(passes({ScanFactKind::protocol, "a\x1b[1m"}));
   EXPECT_FALSE(passes({ScanFactKind::echo_time_ms, {}, std::numeric_limits<double>::infinity()}));
   EXPECT_FALSE(passes({static_cast<ScanFactKind>(scan_fact_kinds), "x"}));

@@ -273,7 +273,10 @@ TEST(DefaultFilter, meets_smooth_voxels_and_smooths_rough_ones) {
   EXPECT_EQ(default_filter(wave_of(12.0, 0.2)).filter, Filter::smooth);
   EXPECT_EQ(default_filter(wave_of(4.0, 0.0)).filter, Filter::smooth) << "too short a wave for the voxels";
   const GridGeometry g{{9, 9, 9}, Mat3::identity(), {}};
-  const auto ball = [](std::int64_t v) { return std::hypot(v % 9 - 4.0, v / 9 % 9 - 4.0, v / 81 - 4.0) < 3.0 ? 1.0F : 0.0F; };
+  const auto ball = [](std::int64_t v) {
+    const auto from_middle = [](std::int64_t i) { return static_cast<double>(i) - 4.0; };
+    return std::hypot(from_middle(v % 9), from_middle(v / 9 % 9), from_middle(v / 81)) < 3.0 ? 1.0F : 0.0F;
+  };
   std::vector<float> sharp, vectors(3 * 729, 1.0F);
   for (std::int64_t v = 0; v < 729; ++v) sharp.push_back(ball(v));
   EXPECT_EQ(default_filter(*grid_behind(*grid_field(g, voxels_of(sharp)))).filter, Filter::smooth);

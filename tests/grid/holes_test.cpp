@@ -81,7 +81,9 @@ TEST(Holes, DepthIsZeroWhereSamplingFailsAndChangesByAtMostTheWay) {
           // Data go on for as far as that in every direction.
           EXPECT_TRUE(norm(step) >= here || is_inside(*field, x + step));
         }
-        if (!is_inside(*field, x)) EXPECT_LE(here, 0.0);
+        if (!is_inside(*field, x)) {
+          EXPECT_LE(here, 0.0);
+        }
         ++(here > 0.0 ? held : failed);
       }
       EXPECT_LE(steepest, 1.0 + 1e-6);
@@ -148,7 +150,9 @@ TEST(Holes, ArePassedOnByWhatIsMadeOfAField) {
     const FieldPtr made = derived(d, velocity);
     for (int i = 0; i < 2000; ++i) {
       const Vec3 x = within(random, velocity->bounds_m());
-      if (!is_inside(*made, x)) EXPECT_LE(made->depth_m(x), 0.0);
+      if (!is_inside(*made, x)) {
+        EXPECT_LE(made->depth_m(x), 0.0);
+      }
     }
   }
 }

@@ -22,10 +22,10 @@ class Raw : public ReaderTest {
   template <class Check>
   void both(const fs::path& file, const VolumeRequest& request, Check check) {
     for (const bool look : {false, true}) {
-      options_.look = look;
+      options_.preview = look;
       check(read(file, request));
     }
-    options_.look = false;
+    options_.preview = false;
   }
 };
 
@@ -130,8 +130,8 @@ TEST_F(Raw, ALookAtALargeFileReadsOneRowInMany) {
     const Vec3 from_m = large.to_world({at(0), at(1), 0}), to_m = large.to_world({at(0), at(1), 10});
     const Extent all{-1.0, 100.0};
     EXPECT_TRUE(field.stretch(from_m, to_m, 0.31, all).inside);
-    EXPECT_EQ(field.extents()[0].max, options_.look ? 0.0 : 7.0);
-    EXPECT_EQ(all_warnings(volume).find("one row of voxels in 25") != std::string::npos, options_.look);
+    EXPECT_EQ(field.extents()[0].max, options_.preview ? 0.0 : 7.0);
+    EXPECT_EQ(all_warnings(volume).find("one row of voxels in 25") != std::string::npos, options_.preview);
   });
 }
 
