@@ -137,8 +137,8 @@ TEST_P(Privacy, OfAPatientIsKept) {
   write(name, bytes);
   const auto expect_nothing_in = [&](const Ended& ended) {
     EXPECT_EQ(ended.code, 0) << ended.err;
-    for (const char* name : {patient, "Jane", "jane"})
-      EXPECT_EQ((ended.out + ended.err).find(name), std::string::npos) << ended.out << ended.err;
+    for (const char* word : {patient, "Jane", "jane"})
+      EXPECT_EQ((ended.out + ended.err).find(word), std::string::npos) << ended.out << ended.err;
   };
   expect_nothing_in(palpa({"info", name}));
   expect_nothing_in(palpa({"info", name, "--json"}));
