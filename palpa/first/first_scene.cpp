@@ -464,6 +464,82 @@ bool is_velocity(std::string name) {
   return name == "u" || name == "v" || name.starts_with("vel") || name.starts_with("wind");
 }
 
+/// What a first scene says of its data.
+struct Draft {
+  std::string title, filter, modes;
+  detail::Object object;
+  CloseUp close;
+  double lying_at_y = 0.0;  // where a patient's table is; see view_of
+  bool directions = false;  // vectors whose sign means nothing
+};
+
+Draft draft_of_flow(const Volume& volume, const std::vector<Statistics>& values, std::size_t number,
+                    const detail::Lattice& lattice, Names& names) {
+  const detail::FlowPlaces flow = detail::flow_places(lattice, volume, number, detail::first_flow(values[number]), values);
+  if (flow.signal) names.used.push_back(flow.signal->field);
+  Draft draft;
+  draft.directions = flow.speeds.directions;
+  draft.title = draft.directions ? "A first touch: rails along directions"
+                : flow.vortices
+                    ? "A first touch: a flow as rails, thick where it flows, its vortices as rails along their cores"
+                    : "A first touch: a flow as rails, thick where it flows";
+  draft.modes = flow_modes(volume, names, values, flow);
+  draft.filter = flow_filter_line(volume);
+  draft.object = flow.object;
+  if (flow.vortices) draft.close = {flow.vortices->core_m, 0.0, "the strongest vortex"};
+  return draft;
+}
+
+Draft draft_of_labels(const Field& field, const Statistics& values, const LabelMap& map, std::size_t number,
+                      const detail::Lattice& lattice, Names& names) {
+  names.only_one = false;
+  Draft draft;
+  draft.title = "A first touch of labels: a surface each";
+  draft.filter =
+      line("filter = \"smooth\"", "evens out the steps from voxel to voxel; \"trilinear\" keeps them") + labels_line(map);
+  std::vector<char> labelled(lattice.size(), 0);
+  for (std::size_t n = 0; n < lattice.size(); ++n) {
+    const ScalarSample s = field.scalar(lattice.middle_m(n));
+    labelled[n] = s.inside && std::abs(s.value - map.background) >= 0.5;
+  }
+  draft.object = detail::largest_parts(lattice, std::move(labelled), 1.0);
+  draft.modes = label_modes(names.volume, names.of(number), values, map);
+  return draft;
+}
+
+Draft draft_of_surfaces(const VolumeField& of, const Statistics& values, std::size_t number, const detail::Lattice& lattice,
+                        const Names& names) {
+  const Field& field = *of.field;
+  const detail::FirstLevels first = detail::first_levels(field, values, of.unit);
+  if (first.levels.empty()) throw LoadError("has no two classes of values; there is no surface to feel");
+  Draft draft;
+  draft.title = !first.hounsfield          ? "A first touch: surfaces between classes of values"
+                : first.levels.size() == 2 ? "A first touch of a CT scan: skin gives way, bone holds"
+                                           : "A first touch of a CT scan: " + first.levels.front().name;
+  draft.filter = filter_line(field, first.levels, first.solid_is_high);
+  const double level = first.levels.front().value;
+  std::vector<std::optional<double>> here(lattice.size());
+  std::vector<char> solid(lattice.size(), 0);
+  for (std::size_t n = 0; n < lattice.size(); ++n) {
+    const ScalarSample s = field.scalar(lattice.middle_m(n));
+    if (!s.inside) continue;
+    here[n] = s.value;
+    solid[n] = (s.value >= level) == first.solid_is_high;
+  }
+  draft.object = detail::largest_parts(lattice, solid, enough);
+  draft.lying_at_y = first.hounsfield ? detail::beside_at_y(lattice, draft.object, solid) : 0.0;
+  double faint = level;
+  if (draft.object.share < sparse) {
+    std::vector<double> in_box;
+    for (std::size_t n = 0; n < lattice.size(); ++n) {
+      if (here[n] && contains(draft.object.box_m, lattice.middle_m(n))) in_box.push_back(*here[n]);
+    }
+    faint = detail::faint_value(std::move(in_box), first, felt_part);
+  }
+  draft.modes = surface_modes(names.of(number), values, first, faint);
+  return draft;
+}
+
 }  // namespace
 
 std::optional<std::size_t> field_to_feel(const Volume& volume, const std::vector<Statistics>& values) {
@@ -490,70 +566,20 @@ std::string first_scene(const Volume& volume, const VolumeRequest& request) {
   Names names = names_of(volume, request, *number);
 
   const detail::Lattice lattice(volume.bounds_m());
-  detail::Object object;
-  std::string modes, title, filter;
-  CloseUp close;
-  double lying_at_y = 0.0;
-  bool directions = false;
-  if (is_flow) {
-    const detail::FlowPlaces flow = detail::flow_places(lattice, volume, *number, detail::first_flow(values[*number]), values);
-    if (flow.signal) names.used.push_back(flow.signal->field);
-    directions = flow.speeds.directions;
-    title = directions      ? "A first touch: rails along directions"
-            : flow.vortices ? "A first touch: a flow as rails, thick where it flows, its vortices as rails along their cores"
-                            : "A first touch: a flow as rails, thick where it flows";
-    modes = flow_modes(volume, names, values, flow);
-    filter = flow_filter_line(volume);
-    object = flow.object;
-    if (flow.vortices) close = {flow.vortices->core_m, 0.0, "the strongest vortex"};
-  } else if (const LabelMap map = scan_of_labels(field, values[*number], volume.fields[*number].unit); !map.labels.empty()) {
-    title = "A first touch of labels: a surface each";
-    names.only_one = false;
-    filter =
-        line("filter = \"smooth\"", "evens out the steps from voxel to voxel; \"trilinear\" keeps them") + labels_line(map);
-    std::vector<char> labelled(lattice.size(), 0);
-    for (std::size_t n = 0; n < lattice.size(); ++n) {
-      const ScalarSample s = field.scalar(lattice.middle_m(n));
-      labelled[n] = s.inside && std::abs(s.value - map.background) >= 0.5;
-    }
-    object = detail::largest_parts(lattice, std::move(labelled), 1.0);
-    modes = label_modes(names.volume, names.of(*number), values[*number], map);
-  } else {
-    const detail::FirstLevels first = detail::first_levels(field, values[*number], volume.fields[*number].unit);
-    if (first.levels.empty()) throw LoadError("has no two classes of values; there is no surface to feel");
-    title = !first.hounsfield          ? "A first touch: surfaces between classes of values"
-            : first.levels.size() == 2 ? "A first touch of a CT scan: skin gives way, bone holds"
-                                       : "A first touch of a CT scan: " + first.levels.front().name;
-    filter = filter_line(field, first.levels, first.solid_is_high);
-    const double level = first.levels.front().value;
-    std::vector<std::optional<double>> here(lattice.size());
-    std::vector<char> solid(lattice.size(), 0);
-    for (std::size_t n = 0; n < lattice.size(); ++n) {
-      const ScalarSample s = field.scalar(lattice.middle_m(n));
-      if (!s.inside) continue;
-      here[n] = s.value;
-      solid[n] = (s.value >= level) == first.solid_is_high;
-    }
-    object = detail::largest_parts(lattice, solid, enough);
-    lying_at_y = first.hounsfield ? detail::beside_at_y(lattice, object, solid) : 0.0;
-    double faint = level;
-    if (object.share < sparse) {
-      std::vector<double> in_box;
-      for (std::size_t n = 0; n < lattice.size(); ++n) {
-        if (here[n] && contains(object.box_m, lattice.middle_m(n))) in_box.push_back(*here[n]);
-      }
-      faint = detail::faint_value(std::move(in_box), first, felt_part);
-    }
-    modes = surface_modes(names.of(*number), values[*number], first, faint);
-  }
+  const LabelMap map = is_flow ? LabelMap{} : scan_of_labels(field, values[*number], volume.fields[*number].unit);
+  Draft draft = is_flow               ? draft_of_flow(volume, values, *number, lattice, names)
+                : !map.labels.empty() ? draft_of_labels(field, values[*number], map, *number, lattice, names)
+                                      : draft_of_surfaces(volume.fields[*number], values[*number], *number, lattice, names);
 
   const Box data_m = volume.bounds_m();  // the lattice may reach beyond it
   const auto within = [&](const Vec3& x) {
     return Vec3{std::clamp(x.x, data_m.low_m.x, data_m.high_m.x), std::clamp(x.y, data_m.low_m.y, data_m.high_m.y),
                 std::clamp(x.z, data_m.low_m.z, data_m.high_m.z)};
   };
+  detail::Object& object = draft.object;
   object.box_m = {within(object.box_m.low_m), within(object.box_m.high_m)};
-  const View view = view_of(volume, is_flow, object.box_m.size_m(), lying_at_y);
+  const View view = view_of(volume, is_flow, object.box_m.size_m(), draft.lying_at_y);
+  CloseUp& close = draft.close;
   close.side_m = largest_component(object.box_m.size_m()) / 3.0;
   if (close.what.empty()) {
     const auto met = is_flow ? std::nullopt : detail::met_from(lattice, object, object.box_m.centre_m(), view.towards_m);
@@ -562,18 +588,18 @@ std::string first_scene(const Volume& volume, const VolumeRequest& request) {
   }
 
   std::string out = "# Suggested by palpa info --scene. Behind each number stands why it is so: change what feels wrong.\n";
-  out += "palpa = 1\ntitle = " + toml_string(title) + "\n\n[coupling]\n";
+  out += "palpa = 1\ntitle = " + toml_string(draft.title) + "\n\n[coupling]\n";
   out += line("stiffness_n_per_m = 500", "what desktop devices hold without humming");
   out += line("damping_ns_per_m = 0.2", "calms the hand a little at a surface");
   out += line("max_force_n = 3.3",
               "what small devices can give; all strengths below, friction and the drag of 0.4 m/s stay under it");
-  out += "\n" + volume_table(volume, request, names) + filter;
-  if (directions) out += line("sign = \"none\"", "every vector has length 1: directions, whose sign means nothing");
-  if (directions && request.components_along == "index")
+  out += "\n" + volume_table(volume, request, names) + draft.filter;
+  if (draft.directions) out += line("sign = \"none\"", "every vector has length 1: directions, whose sign means nothing");
+  if (draft.directions && request.components_along == "index")
     out +=
         "# components_along: along the axes of the grid, as FSL writes directions; \"file\" takes the world's, which mirrors "
         "them\n";
-  out += "\n" + workspace_table(volume, names, object.box_m, view, close, lattice.cell_m()) + "\n" + modes;
+  out += "\n" + workspace_table(volume, names, object.box_m, view, close, lattice.cell_m()) + "\n" + draft.modes;
   return out;
 }
 
