@@ -7,6 +7,7 @@
 #include <vtkObjectFactory.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -91,46 +92,10 @@ class NiftiSource : public Source {
     list_image(h);
     raw_.type = raw_type(h.GetDataType());
 
-    std::int64_t dim[8];
-    const std::int64_t given = h.GetDim(0);
-    for (int a = 1; a < 8; ++a) {
-      dim[a] = a <= given ? h.GetDim(a) : 1;
-      if (dim[a] < 1) throw LoadError("has no voxels along axis " + std::to_string(a) + "; check 'dim' of its header");
-      if (a >= 6 && dim[a] > 1) throw LoadError("has " + std::to_string(given) + " dimensions; up to five can be read");
-    }
+    Dims dim = dims_of(h);
     raw_.dims = {dim[1], dim[2], dim[3]};
-
-    // Vectors: the fifth dimension, or the fourth where the file's intent or the request says so.
-    const bool intent =
-        h.GetIntentCode() == vtkNIFTIHeader::IntentVector || h.GetIntentCode() == vtkNIFTIHeader::IntentDispVect;
-    const bool asked = request.as == "vector";
-    if (dim[5] == 3 && (intent || asked)) {
-      raw_.components = 3;
-    } else if (dim[5] == 1 && dim[4] == 3 && (intent || asked)) {
-      raw_.components = 3;
-      dim[4] = 1;
-      reader_->TimeAsVectorOn();
-      reader_->UpdateInformation();
-    } else if (dim[5] > 1) {
-      throw LoadError("has " + std::to_string(dim[5]) + " numbers per voxel" +
-                      (dim[5] == 3 ? " and does not say that they are a vector; if they are, as = \"vector\" takes them as one"
-                                   : "; one, or a vector of three, can be felt"));
-    } else if (asked) {
-      throw LoadError("has no three frames to take as one vector; leave out as = \"vector\"");
-    }
-    header.frames = static_cast<std::int32_t>(std::min<std::int64_t>(dim[4], INT32_MAX));
-    const std::int64_t frame = chosen_frame(request, dim[4], header.warnings);
-    const std::int64_t c = raw_.components;
-    raw_.stride = {c, c * dim[1], 0};
-    std::int64_t frame_values = 0, frame_bytes = 0, skip = 0;
-    if (__builtin_mul_overflow(dim[1] * dim[2], dim[3], &frame_values) ||
-        __builtin_mul_overflow(frame_values, static_cast<std::int64_t>(size_of(raw_.type)), &frame_bytes) ||
-        __builtin_mul_overflow(frame_bytes, frame, &skip) || __builtin_mul_overflow(frame_bytes, c, &frame_bytes)) {
-      throw LoadError("claims more voxels than can be counted; the header is damaged");
-    }
-    raw_.stride[2] = c * dim[1] * dim[2];
-    header.working_bytes = static_cast<std::uint64_t>(frame_bytes);
-    reader_->skip_bytes = static_cast<unsigned long>(skip);
+    find_components(h, request, dim);
+    find_frame(request, dim);
 
     protocol::FieldHeader field;
     field.name = raw_.components == 3 ? "vector" : "value";
@@ -143,15 +108,7 @@ class NiftiSource : public Source {
             "check that they are not mirrored");
       }
     }
-    const double slope = h.GetSclSlope();
-    if (std::isfinite(slope) && slope != 0) {
-      field.scale = slope;
-      field.offset = h.GetSclInter();
-      if (!std::isfinite(field.offset)) {
-        field.offset = 0;
-        header.warnings.push_back("scl_inter is not finite: 0 is taken");
-      }
-    }
+    find_scale(h, field);
     keep(raw_, turn_, field, header.warnings);
     header.fields.push_back(field);
     switch (h.GetXYZTUnits() & 7) {
@@ -188,6 +145,68 @@ class NiftiSource : public Source {
   }
 
  private:
+  using Dims = std::array<std::int64_t, 8>;
+
+  static Dims dims_of(vtkNIFTIHeader& h) {
+    Dims dim{};
+    const std::int64_t given = h.GetDim(0);
+    for (int a = 1; a < 8; ++a) {
+      dim[a] = a <= given ? h.GetDim(a) : 1;
+      if (dim[a] < 1) throw LoadError("has no voxels along axis " + std::to_string(a) + "; check 'dim' of its header");
+      if (a >= 6 && dim[a] > 1) throw LoadError("has " + std::to_string(given) + " dimensions; up to five can be read");
+    }
+    return dim;
+  }
+
+  /// Vectors: the fifth dimension, or the fourth where the file's intent or the request says so.
+  void find_components(vtkNIFTIHeader& h, const protocol::Request& request, Dims& dim) {
+    const bool intent =
+        h.GetIntentCode() == vtkNIFTIHeader::IntentVector || h.GetIntentCode() == vtkNIFTIHeader::IntentDispVect;
+    const bool asked = request.as == "vector";
+    if (dim[5] == 3 && (intent || asked)) {
+      raw_.components = 3;
+    } else if (dim[5] == 1 && dim[4] == 3 && (intent || asked)) {
+      raw_.components = 3;
+      dim[4] = 1;
+      reader_->TimeAsVectorOn();
+      reader_->UpdateInformation();
+    } else if (dim[5] > 1) {
+      throw LoadError("has " + std::to_string(dim[5]) + " numbers per voxel" +
+                      (dim[5] == 3 ? " and does not say that they are a vector; if they are, as = \"vector\" takes them as one"
+                                   : "; one, or a vector of three, can be felt"));
+    } else if (asked) {
+      throw LoadError("has no three frames to take as one vector; leave out as = \"vector\"");
+    }
+  }
+
+  void find_frame(const protocol::Request& request, const Dims& dim) {
+    header.frames = static_cast<std::int32_t>(std::min<std::int64_t>(dim[4], INT32_MAX));
+    const std::int64_t frame = chosen_frame(request, dim[4], header.warnings);
+    const std::int64_t c = raw_.components;
+    raw_.stride = {c, c * dim[1], 0};
+    std::int64_t frame_values = 0, frame_bytes = 0, skip = 0;
+    if (__builtin_mul_overflow(dim[1] * dim[2], dim[3], &frame_values) ||
+        __builtin_mul_overflow(frame_values, static_cast<std::int64_t>(size_of(raw_.type)), &frame_bytes) ||
+        __builtin_mul_overflow(frame_bytes, frame, &skip) || __builtin_mul_overflow(frame_bytes, c, &frame_bytes)) {
+      throw LoadError("claims more voxels than can be counted; the header is damaged");
+    }
+    raw_.stride[2] = c * dim[1] * dim[2];
+    header.working_bytes = static_cast<std::uint64_t>(frame_bytes);
+    reader_->skip_bytes = static_cast<unsigned long>(skip);
+  }
+
+  void find_scale(vtkNIFTIHeader& h, protocol::FieldHeader& field) {
+    const double slope = h.GetSclSlope();
+    if (std::isfinite(slope) && slope != 0) {
+      field.scale = slope;
+      field.offset = h.GetSclInter();
+      if (!std::isfinite(field.offset)) {
+        field.offset = 0;
+        header.warnings.push_back("scl_inter is not finite: 0 is taken");
+      }
+    }
+  }
+
   /// Where header and image are two files, the second has the name of the first with .img for .hdr.
   void list_image(vtkNIFTIHeader& h) {
     if (std::string_view(h.GetMagic()).substr(0, 2) != "ni") return;
