@@ -11,12 +11,12 @@
 
 #include "palpa/grid/grid.h"
 #include "palpa/scene/keys.h"
-#include "palpa/scene/read_series.h"
 #include "palpa/scene/scene_checks.h"
 #include "palpa/scene/wording.h"
 #include "palpa/survey/labels.h"
 #include "palpa/time/timed_field.h"
 #include "palpa/volume/analytic.h"
+#include "palpa/volume/read_series.h"
 #include "palpa/volume/volume.h"
 
 namespace palpa {
@@ -78,18 +78,22 @@ class KeyDepth {
 
  private:
   void skip_to(char end) { at_ = std::min(text_.find(end, at_), text_.size()); }
+  /// Three quotes end a string of several lines; up to two more right behind its text belong to it.
   void skip_string(char quote) {
-    const std::string three(3, quote);
-    const bool long_string = text_.substr(at_, 3) == three;
-    const std::size_t width = long_string ? 3 : 1;
+    const bool long_string = text_.substr(at_, 3) == std::string(3, quote);
+    const std::size_t width = long_string ? 3 : 1, most = long_string ? 5 : 1;
     for (at_ += width; at_ < text_.size(); ++at_) {
       if (quote == '"' && text_[at_] == '\\') {
         ++at_;
       } else if (text_[at_] == '\n' && !long_string) {
         return;  // not closed: the parser will say so
-      } else if (text_.substr(at_, width) == (long_string ? three : std::string(1, quote))) {
-        at_ += width;
-        return;
+      } else if (text_[at_] == quote) {
+        const std::size_t quotes = std::min(text_.find_first_not_of(quote, at_), text_.size()) - at_;
+        if (quotes >= width) {
+          at_ += std::min(quotes, most);
+          return;
+        }
+        at_ += quotes - 1;
       }
     }
   }
