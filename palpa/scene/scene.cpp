@@ -96,98 +96,13 @@ Found find_field(const std::vector<SceneVolume>& volumes, const std::string& nam
   return found;
 }
 
-// ---- The workspace
-
-struct WorkspaceProblem {
-  std::string key;
-  std::string text;
-};
-
-/// A world direction by its word; zero for no direction.
-Vec3 direction(const std::string& word) {
-  struct Direction {
-    std::string_view medical, axis;
-    Vec3 along;
-  };
-  // LPS: x to the patient's left, y to the back, z to the head.
-  static constexpr Direction directions[] = {{"left", "+x", {1, 0, 0}},      {"right", "-x", {-1, 0, 0}},
-                                             {"posterior", "+y", {0, 1, 0}}, {"anterior", "-y", {0, -1, 0}},
-                                             {"superior", "+z", {0, 0, 1}},  {"inferior", "-z", {0, 0, -1}}};
-  for (const Direction& d : directions) {
-    if (word == d.medical || word == d.axis) return d.along;
-  }
-  return {};
-}
-
-Vec3 direction_of(const char* key, const std::string& given, const std::string& by_default, const SceneVolume& volume) {
-  const std::string& word = given.empty() ? by_default : given;
-  const Vec3 along = direction(word);
-  if (along == Vec3{}) {
-    throw WorkspaceProblem{
-        key, in_quotes(word) + " is no direction; " + suggestion(word, detail::find(detail::workspace_keys(), key)->choices)};
-  }
-  const bool medical = word.front() != '+' && word.front() != '-';
-  if (medical && !volume.volume.medical_frame) {
-    throw WorkspaceProblem{key, in_quotes(word) + " is a medical word, and volume " + in_quotes(volume.name) +
-                                    " has no medical frame; use one of: +x, -x, +y, -y, +z, -z"};
-  }
-  return along;
-}
-
-const SceneVolume& volume_named(const std::vector<SceneVolume>& volumes, const char* key, const std::string& name) {
-  const auto found = std::ranges::find(volumes, name, &SceneVolume::name);
-  if (found == volumes.end())
-    throw WorkspaceProblem{key, "no volume " + in_quotes(name) + "; " + suggestion(name, names_of(volumes))};
-  return *found;
-}
-
-Similarity map_of(const Workspace& workspace, const std::vector<SceneVolume>& volumes) {
-  if (!workspace.fit.empty() && workspace.scale) {
-    throw WorkspaceProblem{"scale", "both 'fit' and 'scale' are given; use one of them"};
-  }
-  if (workspace.scale && !(*workspace.scale > 0.0 && std::isfinite(*workspace.scale))) {
-    throw WorkspaceProblem{"scale", "'scale' is " + toml_number(*workspace.scale) + "; it must be above 0"};
-  }
-  if (!workspace.center_volume.empty() && workspace.center_m) {
-    throw WorkspaceProblem{"center", "a volume and a position are given as 'center'; use one of them"};
-  }
-  if (workspace.center_m && !is_finite(*workspace.center_m)) {
-    throw WorkspaceProblem{"center", "'center' is not finite; use [x, y, z] in metres of the world"};
-  }
-  if (volumes.empty() && workspace == Workspace{}) return {};
-  if (volumes.empty()) throw WorkspaceProblem{"", "a workspace without volumes has nothing to lie in; add a volume"};
-
-  const SceneVolume& fitted = workspace.fit.empty() ? volumes.front() : volume_named(volumes, "fit", workspace.fit);
-  const SceneVolume& centered =
-      workspace.center_volume.empty() ? fitted : volume_named(volumes, "center", workspace.center_volume);
-
-  const bool medical = fitted.volume.medical_frame;
-  const Vec3 z = direction_of("towards_user", workspace.towards_user, medical ? "anterior" : "+z", fitted);
-  const Vec3 y = direction_of("up", workspace.up, medical ? "superior" : "+y", fitted);
-  if (dot(y, z) != 0.0) {
-    throw WorkspaceProblem{workspace.up.empty() ? "towards_user" : "up",
-                           "'up' and 'towards_user' lie along one axis; give two directions at a right angle"};
-  }
-  const Vec3 x = cross(y, z);
-
-  Similarity map;
-  map.rotation = {{{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}}};
-  map.scale = workspace.scale ? *workspace.scale : largest_component(fitted.volume.bounds_m().size_m()) / reach_m;
-  map.translation_m = workspace.center_m ? *workspace.center_m : centered.volume.bounds_m().centre_m();
-  if (!is_usable(map)) {
-    throw WorkspaceProblem{workspace.scale ? "scale" : "fit", "the box of volume " + in_quotes(fitted.name) +
-                                                                  " has no usable size; give 'scale' and 'center' as numbers"};
-  }
-  return map;
-}
-
 // ---- Checks
 
 std::string call_item(const std::string& list, std::size_t item, const std::string& name) {
   return list + " " + (name.empty() ? std::to_string(item + 1) : in_quotes(name));
 }
 
-/// Looks into a mode's parameters and those of its lists, knowing where it is.
+/// Looks into the parameters of a mode or of another part, and those of its lists, knowing where it is.
 class CheckingVisitor : public ParameterVisitor {
  public:
   CheckingVisitor(const SceneMode& mode, std::size_t number, std::vector<Finding>& out)
@@ -195,6 +110,7 @@ class CheckingVisitor : public ParameterVisitor {
     part_.section = "mode";
     part_.mode = number;
   }
+  CheckingVisitor(const std::string& section, std::vector<Finding>& out) : out_(out) { part_.section = section; }
   void list(const ParameterInfo& info, ParameterList& list) override {
     const std::string outer = where_;
     part_.list = info.name;
@@ -215,7 +131,7 @@ class CheckingVisitor : public ParameterVisitor {
     part.key = key;
     out_.push_back({std::move(part), std::move(text), warning});
   }
-  std::string the(std::string_view key) const { return in_quotes(key) + " in " + where_; }
+  std::string the(std::string_view key) const { return in_quotes(key) + (where_.empty() ? "" : " in " + where_); }
   const detail::Part& part() const noexcept { return part_; }
 
  private:
@@ -243,8 +159,9 @@ class ParameterChecks final : public CheckingVisitor {
   void optional_number(const ParameterInfo& info, std::optional<double>& value) override {
     if (value) in_range(info.name, info.range, *value);
   }
-  void vector(const ParameterInfo& info, Vec3& value) override {
-    if (!is_finite(value)) find(info.name, the(info.name) + " is not finite; give [x, y, z] in the unit of the field");
+  void numbers(const ParameterInfo& info, std::vector<double>& value) override {
+    if (std::ranges::all_of(value, [](double number) { return std::isfinite(number); })) return;
+    find(info.name, the(info.name) + " is not finite; give " + std::string(info.form));
   }
   void strength(const ParameterInfo& info, Strength& strength) override {
     if (strength.is_constant()) return in_range(info.name, info.range, strength.constant_n);
@@ -266,8 +183,8 @@ class ParameterChecks final : public CheckingVisitor {
 
  private:
   void in_range(std::string_view key, Range range, double value) {
-    const detail::Bounds bounds{range.low, range.high};
-    if (!bounds.contain(value)) find(key, the(key) + " is " + toml_number(value) + "; it must be " + sentence_of(bounds));
+    const bool fits = range.contains(value) && std::isfinite(value);
+    if (!fits) find(key, the(key) + " is " + toml_number(value) + "; it must be " + detail::sentence_of(range));
   }
   std::set<std::pair<std::string, std::string>> names_;
 };
@@ -382,6 +299,96 @@ class ThinPartChecks final : public CheckingVisitor {
   std::string_view solid_ = "high";
 };
 
+/// What is out of its range or not finite in a part of its own section.
+template <class Part>
+std::vector<Finding> part_findings(const std::string& section, Part part) {
+  std::vector<Finding> found;
+  ParameterChecks checks(section, found);
+  detail::visit_parameters(part, checks);
+  return found;
+}
+
+// ---- The workspace
+
+struct WorkspaceProblem {
+  std::string key;
+  std::string text;
+};
+
+/// A world direction by its word; zero for no direction.
+Vec3 direction(const std::string& word) {
+  struct Direction {
+    std::string_view medical, axis;
+    Vec3 along;
+  };
+  // LPS: x to the patient's left, y to the back, z to the head.
+  static constexpr Direction directions[] = {{"left", "+x", {1, 0, 0}},      {"right", "-x", {-1, 0, 0}},
+                                             {"posterior", "+y", {0, 1, 0}}, {"anterior", "-y", {0, -1, 0}},
+                                             {"superior", "+z", {0, 0, 1}},  {"inferior", "-z", {0, 0, -1}}};
+  for (const Direction& d : directions) {
+    if (word == d.medical || word == d.axis) return d.along;
+  }
+  return {};
+}
+
+Vec3 direction_of(const char* key, const std::string& given, const std::string& by_default, const SceneVolume& volume) {
+  const std::string& word = given.empty() ? by_default : given;
+  const Vec3 along = direction(word);
+  if (along == Vec3{}) {
+    throw WorkspaceProblem{key, in_quotes(word) + " is no direction; " + suggestion(word, detail::direction_words())};
+  }
+  const bool medical = word.front() != '+' && word.front() != '-';
+  if (medical && !volume.volume.medical_frame) {
+    throw WorkspaceProblem{key, in_quotes(word) + " is a medical word, and volume " + in_quotes(volume.name) +
+                                    " has no medical frame; use one of: +x, -x, +y, -y, +z, -z"};
+  }
+  return along;
+}
+
+const SceneVolume& volume_named(const std::vector<SceneVolume>& volumes, const char* key, const std::string& name) {
+  const auto found = std::ranges::find(volumes, name, &SceneVolume::name);
+  if (found == volumes.end())
+    throw WorkspaceProblem{key, "no volume " + in_quotes(name) + "; " + suggestion(name, names_of(volumes))};
+  return *found;
+}
+
+Similarity map_of(const Workspace& workspace, const std::vector<SceneVolume>& volumes) {
+  if (!workspace.fit.empty() && workspace.scale) {
+    throw WorkspaceProblem{"scale", "both 'fit' and 'scale' are given; use one of them"};
+  }
+  if (!workspace.center_volume.empty() && workspace.center_m) {
+    throw WorkspaceProblem{"center", "a volume and a position are given as 'center'; use one of them"};
+  }
+  if (const std::vector<Finding> found = part_findings("workspace", workspace); !found.empty()) {
+    throw WorkspaceProblem{found.front().part.key, found.front().text};
+  }
+  if (volumes.empty() && workspace == Workspace{}) return {};
+  if (volumes.empty()) throw WorkspaceProblem{"", "a workspace without volumes has nothing to lie in; add a volume"};
+
+  const SceneVolume& fitted = workspace.fit.empty() ? volumes.front() : volume_named(volumes, "fit", workspace.fit);
+  const SceneVolume& centered =
+      workspace.center_volume.empty() ? fitted : volume_named(volumes, "center", workspace.center_volume);
+
+  const bool medical = fitted.volume.medical_frame;
+  const Vec3 z = direction_of("towards_user", workspace.towards_user, medical ? "anterior" : "+z", fitted);
+  const Vec3 y = direction_of("up", workspace.up, medical ? "superior" : "+y", fitted);
+  if (dot(y, z) != 0.0) {
+    throw WorkspaceProblem{workspace.up.empty() ? "towards_user" : "up",
+                           "'up' and 'towards_user' lie along one axis; give two directions at a right angle"};
+  }
+  const Vec3 x = cross(y, z);
+
+  Similarity map;
+  map.rotation = {{{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}}};
+  map.scale = workspace.scale ? *workspace.scale : largest_component(fitted.volume.bounds_m().size_m()) / reach_m;
+  map.translation_m = workspace.center_m ? *workspace.center_m : centered.volume.bounds_m().centre_m();
+  if (!is_usable(map)) {
+    throw WorkspaceProblem{workspace.scale ? "scale" : "fit", "the box of volume " + in_quotes(fitted.name) +
+                                                                  " has no usable size; give 'scale' and 'center' as numbers"};
+  }
+  return map;
+}
+
 }  // namespace
 
 // ---- detail
@@ -424,43 +431,32 @@ std::vector<Finding> field_findings(const Scene& scene, const SceneMode& scene_m
 }
 
 std::vector<Finding> time_findings(const Scene& scene) {
-  std::vector<Finding> found;
-  const auto find = [&](const char* key, std::string text, bool warning) {
-    found.push_back({{.section = "time", .list = {}, .key = key}, std::move(text), warning});
+  std::vector<Finding> found = part_findings("time", scene.time);
+  const auto warn = [&](const char* key, std::string text) {
+    found.push_back({{.section = "time", .list = {}, .key = key}, std::move(text), true});
   };
   const TimeOptions& time = scene.time;
-  for (const auto& [key, value] : {std::pair{"speed", time.speed}, std::pair{"start_s", time.start_s}}) {
-    const Bounds& bounds = *detail::find(time_keys(), key)->bounds;
-    if (!bounds.contain(value))
-      find(key, in_quotes(key) + " is " + toml_number(value) + "; it must be " + sentence_of(bounds), false);
-  }
   bool any = false;
   for (const SceneVolume& volume : scene.volumes()) {
     for (const VolumeField& field : volume.volume.fields) any = any || timed(*field.field);
     if (time.play == TimeOptions::Play::loop && !volume.poses.empty() &&
         volume.poses.front().pose != volume.poses.back().pose) {
-      find("play",
-           "volume " + in_quotes(volume.name) + " jumps where its loop begins again; end its 'poses' with the first of them",
-           true);
+      warn("play",
+           "volume " + in_quotes(volume.name) + " jumps where its loop begins again; end its 'poses' with the first of them");
     }
   }
   if (time != TimeOptions{} && !any) {
-    find("", "nothing in the scene changes with time; give a volume 'files' or 'poses', or leave [time] out", true);
+    warn("", "nothing in the scene changes with time; give a volume 'files' or 'poses', or leave [time] out");
   }
   return found;
 }
 
 std::vector<Finding> findings(const Scene& scene) {
-  std::vector<Finding> found;
-  for (const Key& key : coupling_keys()) {
-    const double value = scene.coupling.*coupling_member(key.name);
-    if (key.bounds->contain(value)) continue;
-    found.push_back({{.section = "coupling", .list = {}, .key = key.name},
-                     in_quotes(key.name) + " is " + toml_number(value) + "; it must be " + sentence_of(*key.bounds)});
-  }
-  if (std::ranges::find(law_methods(), scene.law) == law_methods().end()) {
+  std::vector<Finding> found = part_findings("coupling", scene.coupling);
+  const std::vector<std::string> laws = law_methods();
+  if (std::ranges::find(laws, scene.law) == laws.end()) {
     found.push_back({{.section = "law", .list = {}, .key = "method"},
-                     "no law " + in_quotes(scene.law) + "; " + suggestion(scene.law, law_methods())});
+                     "no law " + in_quotes(scene.law) + "; " + suggestion(scene.law, laws)});
   }
   try {
     map_of(scene.workspace, scene.volumes());

@@ -53,6 +53,12 @@ std::string toml_number(double value) {
   return text;
 }
 
+std::string toml_numbers(const std::vector<double>& values) {
+  std::string out;
+  for (const double value : values) out += (out.empty() ? "" : ", ") + toml_number(value);
+  return "[" + out + "]";
+}
+
 std::string toml_string(std::string_view text, std::string_view for_no_utf8) {
   std::string out = "\"";
   for (std::size_t i = 0; i < text.size();) {

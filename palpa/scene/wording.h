@@ -10,6 +10,8 @@ namespace palpa::detail {
 
 /// The shortest decimal that reads back the same, as TOML accepts it ("-0.0", never "-0").
 std::string toml_number(double value);
+/// A list of them: "[1, 0.5]".
+std::string toml_numbers(const std::vector<double>& values);
 /// A TOML basic string with its quotes. Allocates; safe from any thread.
 /// \param for_no_utf8  stands for each byte that is no UTF-8, which TOML cannot hold: U+FFFD, and '?' in traces, as 0.1 wrote
 /// them
