@@ -5,7 +5,7 @@
 #include "app/commands.h"
 #include "palpa/mode/plugin.h"
 #include "palpa/scene/load_scene.h"
-#include "palpa/scene/wording.h"
+#include "palpa/toml/wording.h"
 
 namespace palpa::app {
 namespace {

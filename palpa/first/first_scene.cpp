@@ -12,11 +12,11 @@
 #include "palpa/first/first_levels.h"
 #include "palpa/first/object.h"
 #include "palpa/grid/filter.h"
-#include "palpa/scene/field_name.h"
 #include "palpa/scene/to_toml.h"
-#include "palpa/scene/wording.h"
 #include "palpa/survey/labels.h"
 #include "palpa/survey/thin_parts.h"
+#include "palpa/toml/wording.h"
+#include "palpa/volume/field_name.h"
 #include "palpa/volume/volume.h"
 
 namespace palpa {

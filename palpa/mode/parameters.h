@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -84,11 +85,11 @@ struct Mask {
   friend bool operator==(const Mask&, const Mask&) = default;
 };
 
-/// What a number may be, in the unit of its name: [low, high], or (low, high]. NaN is in none.
+/// What a number may be, in the unit of its name: [low, high], or (low, high]; by default any. NaN is in none.
 struct Range {
-  double low = 0.0;        ///< the parameter's own unit
-  double high = 0.0;       ///< the parameter's own unit
-  bool above_low = false;  ///< `low` itself is out of it
+  double low = -std::numeric_limits<double>::infinity();  ///< the parameter's own unit
+  double high = std::numeric_limits<double>::infinity();  ///< the parameter's own unit
+  bool above_low = false;                                 ///< `low` itself is out of it
   /// \param value  the parameter's own unit
   constexpr bool contains(double value) const noexcept { return (above_low ? value > low : value >= low) && value <= high; }
 };

@@ -4,7 +4,7 @@
 #include <array>
 #include <limits>
 
-#include "palpa/scene/wording.h"
+#include "palpa/toml/wording.h"
 
 namespace palpa::detail {
 
@@ -21,39 +21,44 @@ std::string unit_of(std::string_view name) {
   return {};
 }
 
-std::string words_of(const Key& key) {
-  if (key.choices.empty()) return "text";
-  std::string words;
-  for (const std::string& choice : key.choices) words += (words.empty() ? "" : " or ") + toml_string(choice);
-  return words;
-}
+/// How values of a kind are written, and what they are in TOML. In the words, N stands for the count of numbers.
+struct KindWords {
+  ParameterKind kind;
+  std::string_view form;  ///< in tables; of numbers without unit and range
+  std::string_view expected;
+  unsigned values;
+};
+constexpr unsigned any_number = whole | floating;
+constexpr std::array<KindWords, 20> kind_words{{
+    {ParameterKind::number, "number", "a number", any_number},
+    {ParameterKind::optional_number, "number", "a number", any_number},
+    {ParameterKind::level, "number", "a number", any_number},
+    {ParameterKind::whole_number, "whole number", "a whole number", whole},
+    {ParameterKind::flag, "true or false", "true or false", boolean},
+    {ParameterKind::text, "text", "a text in quotes", text_value},
+    {ParameterKind::choice, "text", "a text in quotes", text_value},
+    {ParameterKind::volume, "volume", "a volume's name in quotes", text_value},
+    {ParameterKind::scalar_field, "FIELD", "a text in quotes", text_value},
+    {ParameterKind::vector_field, "FIELD", "a text in quotes", text_value},
+    {ParameterKind::optional_field, "FIELD", "a text in quotes", text_value},
+    {ParameterKind::texts, "list of texts", "a list of texts", array},
+    {ParameterKind::strength, "STRENGTH", "a number or a function {of = FIELD, points = [[value, newtons], …]}",
+     any_number | table},
+    {ParameterKind::vector, "[x, y, z]", "a list of N numbers", array},
+    {ParameterKind::numbers, "list of N numbers", "a list of N numbers", array},
+    {ParameterKind::whole_numbers, "list of N whole numbers", "a list of N whole numbers", array},
+    {ParameterKind::list, "tables", "a list of tables", array},
+    {ParameterKind::table, "table", "a table", table},
+    {ParameterKind::named_tables, "table", "a table", table},
+    {ParameterKind::rows, "list", "a list", array},
+}};
 
-std::string expected_of(const Key& key, ParameterKind kind) {
-  const std::string count = std::to_string(key.count);
-  switch (kind) {
-    case ParameterKind::number:
-    case ParameterKind::level: return "a number";
-    case ParameterKind::optional_number:
-      return key.choices.empty() ? "a number" : in_quotes(key.choices.front()) + " or a number";
-    case ParameterKind::whole_number: return "a whole number";
-    case ParameterKind::flag: return "true or false";
-    case ParameterKind::text:
-    case ParameterKind::choice:
-    case ParameterKind::scalar_field:
-    case ParameterKind::vector_field:
-    case ParameterKind::optional_field: return "a text in quotes";
-    case ParameterKind::volume: return "a volume's name in quotes";
-    case ParameterKind::texts: return "a list of texts";
-    case ParameterKind::vector:
-    case ParameterKind::numbers: return "a list of " + count + " numbers";
-    case ParameterKind::whole_numbers: return "a list of " + count + " whole numbers, each " + sentence_of(key.range);
-    case ParameterKind::strength: return "a number or a function {of = FIELD, points = [[value, newtons], …]}";
-    case ParameterKind::list: return "a list of tables";
-    case ParameterKind::table:
-    case ParameterKind::named_tables: return "a table";
-    case ParameterKind::rows: return "a list";
-  }
-  return {};
+const KindWords& words_of(ParameterKind kind) noexcept { return *std::ranges::find(kind_words, kind, &KindWords::kind); }
+
+std::string with_count(std::string_view words, std::size_t count) {
+  std::string out(words);
+  if (const std::size_t at = out.find(" N "); at != std::string::npos) out.replace(at + 1, 1, std::to_string(count));
+  return out;
 }
 
 }  // namespace
@@ -81,34 +86,29 @@ std::vector<std::string> names_of(const Keys& keys) {
 std::string form_of(const Key& key) {
   if (key.kind == ParameterKind::named_tables) return "{NAME = " + key.form + "}";
   if (!key.form.empty()) return key.form;
-  const std::string sentence = sentence_of(key.range), range = sentence.empty() ? "" : ", " + sentence;
-  switch (key.kind) {
-    case ParameterKind::number:
-    case ParameterKind::optional_number:
-    case ParameterKind::level: return "number" + unit_of(key.name) + range;
-    case ParameterKind::whole_number: return "whole number" + range;
-    case ParameterKind::flag: return "true or false";
-    case ParameterKind::text:
-    case ParameterKind::choice: return words_of(key);
-    case ParameterKind::texts: return "list of texts";
-    case ParameterKind::volume: return "volume";
-    case ParameterKind::scalar_field:
-    case ParameterKind::vector_field:
-    case ParameterKind::optional_field: return "FIELD";
-    case ParameterKind::strength: return "STRENGTH" + unit_of(key.name) + range;
-    case ParameterKind::vector:
-    case ParameterKind::numbers:
-    case ParameterKind::whole_numbers: return "list of " + std::to_string(key.count) + " numbers";
-    case ParameterKind::list: return "tables";
-    case ParameterKind::table:
-    case ParameterKind::named_tables: return "table";
-    case ParameterKind::rows: return "list";
+  if (!key.choices.empty()) {
+    std::string words;
+    for (const std::string& choice : key.choices) words += (words.empty() ? "" : " or ") + toml_string(choice);
+    return words;
   }
-  return {};
+  const std::string form = with_count(words_of(key.kind).form, key.count), range = sentence_of(key.range);
+  if ((words_of(key.kind).values & any_number) == 0) return form;
+  return form + unit_of(key.name) + (range.empty() ? "" : ", " + range);
 }
 
 std::string expected(const Key& key) {
-  return expected_of(key, key.kind) + (key.or_kind ? " or " + expected_of(key, *key.or_kind) : "");
+  std::string out = with_count(words_of(key.kind).expected, key.count);
+  if (key.kind == ParameterKind::optional_number && !key.choices.empty()) out = in_quotes(key.choices.front()) + " or " + out;
+  if (key.kind == ParameterKind::whole_numbers) out += ", each " + sentence_of(key.range);
+  if (key.or_kind) out += " or " + with_count(words_of(*key.or_kind).expected, key.count);
+  return out;
+}
+
+unsigned values_of(const Key& key) noexcept {
+  unsigned values = words_of(key.kind).values;
+  if (key.or_kind) values |= words_of(*key.or_kind).values;
+  if (key.kind == ParameterKind::optional_number && !key.choices.empty()) values |= text_value;
+  return values;
 }
 
 // ---- KeyCollector
@@ -120,9 +120,6 @@ Key& KeyCollector::add(const ParameterInfo& info, std::string value) {
     earlier->count = info.count;
     return *earlier;
   }
-  const bool ranged = info.kind == ParameterKind::number || info.kind == ParameterKind::optional_number ||
-                      info.kind == ParameterKind::whole_number || info.kind == ParameterKind::whole_numbers ||
-                      info.kind == ParameterKind::strength;
   keys_.push_back({.name = std::string(info.name),
                    .kind = info.kind,
                    .form = std::string(info.form),
@@ -130,7 +127,7 @@ Key& KeyCollector::add(const ParameterInfo& info, std::string value) {
                                : info.fallback ? std::string(*info.fallback)
                                                : std::move(value),
                    .sentence = std::string(info.sentence),
-                   .range = ranged ? info.range : Range{-unbounded, unbounded},
+                   .range = info.range,
                    .choices = {info.choices.begin(), info.choices.end()},
                    .count = info.count,
                    .required = info.required()});
@@ -168,8 +165,7 @@ void KeyCollector::other(const ParameterInfo& info) { add(info, ""); }
 Keys parameter_keys(const Mode& mode) {
   Keys keys;
   KeyCollector collector(keys);
-  Mode example = mode;
-  example.visit(collector);
+  look_through(mode, collector);
   return keys;
 }
 

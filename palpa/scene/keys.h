@@ -37,6 +37,11 @@ std::string form_of(const Key& key);
 /// What it must be: "a number".
 std::string expected(const Key& key);
 
+/// What a value is in TOML, as bits.
+enum TomlValue : unsigned { boolean = 1, whole = 2, floating = 4, text_value = 8, array = 16, table = 32 };
+/// Which of them a key takes.
+unsigned values_of(const Key& key) noexcept;
+
 /// Makes keys of the parameters that it sees. A parameter that is listed twice may be of either kind.
 class KeyCollector final : public ParameterVisitor {
  public:

@@ -6,16 +6,16 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
-#include <numbers>
 #include <set>
 
 #include "palpa/grid/grid.h"
 #include "palpa/scene/keys.h"
 #include "palpa/scene/parts.h"
 #include "palpa/scene/scene_checks.h"
-#include "palpa/scene/wording.h"
 #include "palpa/survey/labels.h"
 #include "palpa/time/timed_field.h"
+#include "palpa/toml/key_depth.h"
+#include "palpa/toml/wording.h"
 #include "palpa/volume/analytic.h"
 #include "palpa/volume/read_series.h"
 #include "palpa/volume/volume.h"
@@ -33,7 +33,6 @@ using detail::suggestion;
 using detail::toml_number;
 
 constexpr std::size_t most_bytes = 4 << 20;
-constexpr int deepest_key = 16;                  // a.b.c…; scenes need three
 constexpr std::string_view set_mark = "--set ";  // what stands for the file's name in values from --set
 
 // ---- Places
@@ -53,65 +52,11 @@ bool is_before(const toml::source_region& a, const toml::source_region& b) { ret
 
 // ---- Text
 
-/// toml++ builds a table for every dot of a key and takes them down recursively, so a key of 100 000
-/// dots would overflow the stack. Finds such a key before parsing.
-class KeyDepth {
- public:
-  explicit KeyDepth(std::string_view text) : text_(text) {}
-
-  /// Where a key is too deep: line and column; nothing when all are fine.
-  std::optional<std::pair<std::size_t, std::size_t>> too_deep() {
-    int dots = 0;
-    while (at_ < text_.size()) {
-      const char c = text_[at_];
-      if (c == '#') {
-        skip_to('\n');
-      } else if (c == '"' || c == '\'') {
-        skip_string(c);
-      } else {
-        if (c == '.' && ++dots > deepest_key) return position();
-        if (c == '=' || c == ',' || c == '\n' || c == '[' || c == '{') dots = 0;
-        ++at_;
-      }
-    }
-    return std::nullopt;
-  }
-
- private:
-  void skip_to(char end) { at_ = std::min(text_.find(end, at_), text_.size()); }
-  /// Three quotes end a string of several lines; up to two more right behind its text belong to it.
-  void skip_string(char quote) {
-    const bool long_string = text_.substr(at_, 3) == std::string(3, quote);
-    const std::size_t width = long_string ? 3 : 1, most = long_string ? 5 : 1;
-    for (at_ += width; at_ < text_.size(); ++at_) {
-      if (quote == '"' && text_[at_] == '\\') {
-        ++at_;
-      } else if (text_[at_] == '\n' && !long_string) {
-        return;  // not closed: the parser will say so
-      } else if (text_[at_] == quote) {
-        const std::size_t quotes = std::min(text_.find_first_not_of(quote, at_), text_.size()) - at_;
-        if (quotes >= width) {
-          at_ += std::min(quotes, most);
-          return;
-        }
-        at_ += quotes - 1;
-      }
-    }
-  }
-  std::pair<std::size_t, std::size_t> position() const {
-    const std::string_view before = text_.substr(0, at_);
-    const std::size_t line_start = before.rfind('\n') == std::string_view::npos ? 0 : before.rfind('\n') + 1;
-    return {static_cast<std::size_t>(std::ranges::count(before, '\n')) + 1, at_ - line_start + 1};
-  }
-  std::string_view text_;
-  std::size_t at_ = 0;
-};
-
 toml::table parse_toml(const std::string& text, const std::string& name) {
   if (text.size() > most_bytes) fail(name, "longer than 4 MiB; a scene is a short text");
-  if (const auto deep = KeyDepth(text).too_deep()) {
+  if (const auto deep = detail::too_deep_key(text)) {
     fail(name + ":" + std::to_string(deep->first) + ":" + std::to_string(deep->second),
-         "a key of more than " + std::to_string(deepest_key) + " parts; the keys of a scene have at most three");
+         "a key of more than " + std::to_string(detail::deepest_key) + " parts; the keys of a scene have at most three");
   }
   try {
     return toml::parse(std::string_view(text), std::string_view(name));
@@ -123,14 +68,26 @@ toml::table parse_toml(const std::string& text, const std::string& name) {
 
 // ---- Values
 
-std::string kind_of(const toml::node& node) {
+unsigned value_of(const toml::node& node) noexcept {
   switch (node.type()) {
-    case toml::node_type::string: return "a text";
-    case toml::node_type::integer:
-    case toml::node_type::floating_point: return "a number";
-    case toml::node_type::boolean: return "true or false";
-    case toml::node_type::array: return "a list";
-    case toml::node_type::table: return "a table";
+    case toml::node_type::string: return detail::text_value;
+    case toml::node_type::integer: return detail::whole;
+    case toml::node_type::floating_point: return detail::floating;
+    case toml::node_type::boolean: return detail::boolean;
+    case toml::node_type::array: return detail::array;
+    case toml::node_type::table: return detail::table;
+    default: return 0;
+  }
+}
+
+std::string kind_of(const toml::node& node) {
+  switch (value_of(node)) {
+    case detail::text_value: return "a text";
+    case detail::whole:
+    case detail::floating: return "a number";
+    case detail::boolean: return "true or false";
+    case detail::array: return "a list";
+    case detail::table: return "a table";
     default: return "a date or time";
   }
 }
@@ -186,26 +143,24 @@ class Section {
     }
   }
 
-  const toml::table& table() const noexcept { return table_; }
   const std::string& where() const noexcept { return where_; }
   const toml::node* node(std::string_view key) const { return table_.get(key); }
   const toml::table* subtable(std::string_view key) const { return node(key) ? node(key)->as_table() : nullptr; }
   std::optional<double> number(std::string_view key) const { return node(key) ? number_in(*node(key)) : std::nullopt; }
   std::optional<std::string> text(std::string_view key) const { return table_[key].value<std::string>(); }
   /// Fails at the key: "'KEY' in WHERE …", what is wrong; what would be right.
-  [[noreturn]] void refuse(std::string_view key, const std::string& problem) const {
-    fail(place_of(*node(key)), in_quotes(key) + " in " + where_ + " " + problem);
-  }
+  [[noreturn]] void refuse(std::string_view key, const std::string& problem) const { fail_at(*node(key), key, problem); }
 
  private:
+  [[noreturn]] void fail_at(const toml::node& at, std::string_view key, const std::string& problem) const {
+    fail(place_of(at), in_quotes(key) + " in " + where_ + " " + problem);
+  }
   void check(const Key& key, const toml::node& node) const {
-    const auto refuse = [&](const toml::node& at, const std::string& problem) {
-      fail(place_of(at), in_quotes(key.name) + " in " + where_ + " " + problem);
-    };
+    const auto refuse = [&](const toml::node& at, const std::string& problem) { fail_at(at, key.name, problem); };
     const auto must_be = [&](const toml::node& at, const std::string& problem) {
       refuse(at, problem + "; it must be " + expected(key));
     };
-    if (!has_kind(key, node)) must_be(node, "is " + kind_of(node));
+    if ((values_of(key) & value_of(node)) == 0) must_be(node, "is " + kind_of(node));
     if (const std::optional<double> number = number_in(node)) {
       if (!std::isfinite(*number)) must_be(node, "is not finite");
       if (!key.range.contains(*number)) refuse(node, "is " + toml_number(*number) + "; it must be " + sentence_of(key.range));
@@ -229,30 +184,6 @@ class Section {
     for (const toml::node& element : *array) {
       const bool fits = key.kind == ParameterKind::list ? element.is_table() : element.is_string();
       if (!fits) must_be(element, "holds " + kind_of(element));
-    }
-  }
-
-  static bool has_kind(const Key& key, const toml::node& node) {
-    switch (node.type()) {
-      case toml::node_type::boolean: return key.may_be(ParameterKind::flag);
-      case toml::node_type::table:
-        return key.may_be(ParameterKind::table) || key.may_be(ParameterKind::named_tables) ||
-               key.may_be(ParameterKind::strength);
-      case toml::node_type::array:
-        return key.count > 0 || key.may_be(ParameterKind::list) || key.may_be(ParameterKind::rows) ||
-               key.may_be(ParameterKind::texts);
-      case toml::node_type::integer:
-        if (key.may_be(ParameterKind::whole_number)) return true;
-        [[fallthrough]];
-      case toml::node_type::floating_point:
-        return key.may_be(ParameterKind::number) || key.may_be(ParameterKind::optional_number) ||
-               key.may_be(ParameterKind::level) || key.may_be(ParameterKind::strength);
-      case toml::node_type::string:
-        if (key.kind == ParameterKind::optional_number) return !key.choices.empty();
-        return key.may_be(ParameterKind::text) || key.may_be(ParameterKind::choice) || key.may_be(ParameterKind::volume) ||
-               key.may_be(ParameterKind::scalar_field) || key.may_be(ParameterKind::vector_field) ||
-               key.may_be(ParameterKind::optional_field);
-      default: return false;
     }
   }
 
@@ -322,7 +253,7 @@ class Setter {
     if (!table) return;  // not a table: the checks will say so
     const std::string line = "v = " + value;
     toml::table parsed;
-    if (value.size() <= most_bytes && !KeyDepth(line).too_deep()) {
+    if (value.size() <= most_bytes && !detail::too_deep_key(line)) {
       try {
         parsed = toml::parse(std::string_view(line), std::string_view(place));
       } catch (const toml::parse_error&) {
@@ -378,10 +309,9 @@ class Setter {
 
 /// The word that something is named by, which is a plain one.
 std::string check_plain(const std::string& kind, const toml::key& word) {
-  std::string name(word.str());
-  if (detail::is_plain_word(name)) return name;
-  fail(place_of(word.source()),
-       kind + " name " + in_quotes(name) + " is no plain word; use a letter, then letters, digits, '_' or '-'");
+  const std::string problem = detail::problem_with_name(kind, word.str());
+  if (!problem.empty()) fail(place_of(word.source()), problem);
+  return std::string(word.str());
 }
 
 /// `table` as a function of a field: {of, points, outside}.
@@ -523,23 +453,6 @@ Section read(const toml::table& table, std::string where, Part& part, const std:
   return section;
 }
 
-/// Turn about an axis. Multiples of 90° are exact, so that a turned volume keeps its bits.
-Mat3 turn(const Vec3& axis, double degrees) {
-  const double reduced = std::fmod(degrees, 360.0);
-  const double quarters = reduced / 90.0;
-  double sine = std::sin(reduced * std::numbers::pi / 180.0);
-  double cosine = std::cos(reduced * std::numbers::pi / 180.0);
-  if (quarters == std::round(quarters)) {
-    sine = std::round(sine);
-    cosine = std::round(cosine);
-  }
-  const Vec3 a = normalized(axis);
-  const double v = 1.0 - cosine;
-  return {{{a.x * a.x * v + cosine, a.x * a.y * v - a.z * sine, a.x * a.z * v + a.y * sine},
-           {a.y * a.x * v + a.z * sine, a.y * a.y * v + cosine, a.y * a.z * v - a.x * sine},
-           {a.z * a.x * v - a.y * sine, a.z * a.y * v + a.x * sine, a.z * a.z * v + cosine}}};
-}
-
 /// What several keys of a request say together.
 void check_request(const Section& section, const VolumeRequest& request) {
   for (const char* key : {"byte_order", "header_bytes"}) {
@@ -548,7 +461,7 @@ void check_request(const Section& section, const VolumeRequest& request) {
     }
   }
   for (const VolumeRequest::FieldRequest& field : request.fields) {
-    const toml::node* arrays = section.table()["fields"][field.name]["arrays"].node();
+    const toml::node* arrays = (*section.subtable("fields"))[field.name]["arrays"].node();
     if (!arrays || (field.arrays.size() == 3 && field.array.empty())) continue;
     fail(place_of(*arrays), "'arrays' in field " + in_quotes(field.name) + " of " + section.where() +
                                 (field.array.empty() ? " has " + std::to_string(field.arrays.size()) +
@@ -714,11 +627,7 @@ class Loader {
     check_request(section, plan.request);
     if (const toml::table* labels = section.subtable("labels")) {
       for (const auto& [key, node] : *labels) {
-        const std::string label(key.str());
-        if (!detail::is_plain_word(label)) {
-          fail(place_of(node),
-               "label name " + in_quotes(label) + " is no plain word; use a letter, then letters, digits, '_' or '-'");
-        }
+        const std::string label = check_plain("label", key);
         if (!node.is_integer()) {
           fail(place_of(node), "label " + in_quotes(label) + " is " + kind_of(node) + "; it must be a whole number of the map");
         }
@@ -793,18 +702,17 @@ class Loader {
   }
 
   std::filesystem::path find_file(const std::string& file, const Section& section) const {
-    const toml::node& node = *section.node("file");
     if (file.empty() || file.find('\0') != std::string::npos) section.refuse("file", "is no path; give the path of a file");
     const std::filesystem::path path(file);
-    const std::vector<std::filesystem::path> candidates = candidates_of(path);
     std::vector<std::string> looked;
-    for (const std::filesystem::path& candidate : candidates) {
+    for (const std::filesystem::path& candidate : candidates_of(path)) {
       std::error_code ignored;
       if (std::filesystem::exists(place_in_file(candidate).file, ignored)) return candidate;
       looked.push_back(candidate.string());
     }
-    fail(place_of(node), "no file " + in_quotes(file) + " for " + section.where() + "; looked for " + detail::joined(looked) +
-                             (path.is_absolute() ? "" : "; name the folder it is in with --data or $PALPA_DATA"));
+    const std::string hint = path.is_absolute() ? "" : "; name the folder it is in with --data or $PALPA_DATA";
+    fail(place_of(*section.node("file")),
+         "no file " + in_quotes(file) + " for " + section.where() + "; looked for " + detail::joined(looked) + hint);
   }
 
   /// The files of a series, in the order of their frames: those whose names match, in the first folder that has any.
@@ -855,7 +763,7 @@ class Loader {
       fail(place_of(*table.get("rotate_axis_deg")),
            "the axis in 'rotate_axis_deg' of " + volume.where() + " is zero; give [x, y, z, degrees]");
     }
-    return {turn(axis, degrees), pose.scale, pose.translate_m};
+    return {turn_about(axis, degrees), pose.scale, pose.translate_m};
   }
 
   static Volume make(const VolumePlan& plan) {
@@ -952,8 +860,7 @@ class Loader {
     for (std::size_t i = 0; i < mode_tables_.size(); ++i) {
       modes.push_back(read_mode(*mode_tables_[i], i));
       if (!names.insert(modes.back().name).second) {
-        fail(place_of(*mode_tables_[i]->get("name")),
-             "mode name " + in_quotes(modes.back().name) + " is taken; give every mode a name of its own");
+        fail(place_of(*mode_tables_[i]->get("name")), detail::name_is_taken("mode", modes.back().name));
       }
       refuse_first(detail::parameter_findings(modes.back(), i));
     }
@@ -1007,8 +914,7 @@ class Loader {
     const auto place = [&] { return place_of(detail::Part{.section = "mode", .mode = number, .list = {}, .key = {}}); };
     try {
       Deriver deriver(loaded_.scene);
-      Mode copy = mode.mode;
-      copy.visit(deriver);
+      look_through(mode.mode, deriver);
       for (const Mask& mask : mode.masks) loaded_.scene.field(mask.of);
     } catch (const std::invalid_argument& error) {
       fail(place(), "what " + detail::called(mode) + " feels cannot be derived: " + error.what());
@@ -1043,7 +949,6 @@ class Loader {
     return nearest ? palpa::place_of(*nearest) : name_ + ":1:1";
   }
   static std::string place_of(const toml::node& node) { return palpa::place_of(node); }
-  static std::string place_of(const toml::source_region& region) { return palpa::place_of(region); }
 
   std::string name_;
   std::filesystem::path folder_;

@@ -266,7 +266,7 @@ void visit_part(detail::FunctionPart& part, ParameterVisitor& visitor) {
   each(part, visitor, param("of", &F::of, "scalar field whose value is looked up"),
        other("points", ParameterKind::rows, "[[value, result], …]",
              "piecewise linear; values do not fall, two equal ones make a step", true),
-       param("outside", &F::outside, "result below the first and above the last value", Range{-unbounded, unbounded}));
+       param("outside", &F::outside, "result below the first and above the last value", Range{}));
 }
 
 void visit_part(detail::ViewPart& part, ParameterVisitor& visitor) {
@@ -280,7 +280,7 @@ void visit_part(ViewLayer& part, ParameterVisitor& visitor) {
   each(part, visitor,
        choice_param("show", &L::show, "how it is drawn", "surface", "slices", "volume", "streamlines", "glyphs").needed(),
        optional_field_param("field", &L::field, "what is drawn").needed(),
-       param("level", &L::level, "of a surface: the value it is drawn at", Range{-unbounded, unbounded}),
+       param("level", &L::level, "of a surface: the value it is drawn at", Range{}),
        param("name", &L::name, "what the legend calls it").left_out("the level's or the field's"),
        choice_param("parts", &L::all_parts,
                     "of a surface that is in several parts: those that are not small beside the largest, or all", "large",

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "palpa/mode/mode.h"
 #include "palpa/mode/parameters.h"
 #include "palpa/scene/scene.h"
 #include "palpa/time/timed_field.h"
@@ -103,5 +104,8 @@ void visit_part(detail::FunctionPart& part, ParameterVisitor& visitor);
 void visit_part(detail::ViewPart& part, ParameterVisitor& visitor);
 void visit_part(ViewLayer& part, ParameterVisitor& visitor);
 void visit_part(detail::ColorsPart& part, ParameterVisitor& visitor);
+
+/// Shows a visitor a mode's parameters, of which it can change those of a copy alone. Allocates.
+inline void look_through(Mode mode, ParameterVisitor& visitor) { mode.visit(visitor); }
 
 }  // namespace palpa

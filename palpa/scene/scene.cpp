@@ -2,15 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <mutex>
 #include <set>
 
+#include "palpa/grid/derived_fields.h"
 #include "palpa/grid/filter.h"
-#include "palpa/scene/field_name.h"
 #include "palpa/scene/keys.h"
 #include "palpa/scene/scene_checks.h"
-#include "palpa/scene/wording.h"
 #include "palpa/survey/thin_parts.h"
+#include "palpa/toml/wording.h"
+#include "palpa/volume/field_name.h"
+#include "palpa/volume/same_data.h"
 #include "palpa/volume/volume.h"
 
 namespace palpa {
@@ -19,6 +20,7 @@ namespace {
 
 using detail::Finding;
 using detail::in_quotes;
+using detail::problem_with_name;
 using detail::suggestion;
 using detail::toml_number;
 
@@ -26,11 +28,6 @@ constexpr double reach_m = 0.15;  // hand length of a fitted volume's longest si
 constexpr std::size_t most_modes = 1000;
 
 [[noreturn]] void refuse(const std::string& text) { throw SceneError(detail::one_line("scene: " + text)); }
-
-std::string problem_with_name(const std::string& kind, const std::string& name) {
-  if (detail::is_plain_word(name)) return {};
-  return kind + " name " + in_quotes(name) + " is no plain word; use a letter, then letters, digits, '_' or '-'";
-}
 
 std::vector<std::string> names_of(const std::vector<SceneVolume>& volumes) {
   std::vector<std::string> names;
@@ -172,7 +169,7 @@ class ParameterChecks final : public CheckingVisitor {
     if (info.name != "name" || value.empty() || list.empty()) return;
     if (const std::string problem = problem_with_name(list, value); !problem.empty()) find(info.name, problem);
     if (!names_.emplace(list, value).second) {
-      find(info.name, list + " name " + in_quotes(value) + " is taken; give every " + list + " a name of its own");
+      find(info.name, detail::name_is_taken(list, value));
     }
   }
   void function(std::string_view key, Range range, const TransferFunction& function) {
@@ -189,10 +186,19 @@ class ParameterChecks final : public CheckingVisitor {
   std::set<std::pair<std::string, std::string>> names_;
 };
 
-class FieldChecks final : public CheckingVisitor {
+/// Those that look at the fields of the scene.
+class SceneChecks : public CheckingVisitor {
  public:
-  FieldChecks(const Scene& scene, const SceneMode& mode, std::size_t number, std::vector<Finding>& out)
+  SceneChecks(const Scene& scene, const SceneMode& mode, std::size_t number, std::vector<Finding>& out)
       : CheckingVisitor(mode, number, out), scene_(scene) {}
+
+ protected:
+  const Scene& scene_;
+};
+
+class FieldChecks final : public SceneChecks {
+ public:
+  using SceneChecks::SceneChecks;
   void field(const ParameterInfo& info, FieldRef& ref) override {
     if (info.kind == ParameterKind::optional_field && ref.name.empty()) return;
     const int components = info.kind == ParameterKind::scalar_field ? 1 : info.kind == ParameterKind::vector_field ? 3 : 0;
@@ -214,14 +220,12 @@ class FieldChecks final : public CheckingVisitor {
 
  private:
   static std::string kind(int components) { return components == 1 ? "scalar" : "vector"; }
-  const Scene& scene_;
 };
 
 /// Compares the levels of a mode with what its parameter `field` holds.
-class LevelChecks final : public CheckingVisitor {
+class LevelChecks final : public SceneChecks {
  public:
-  LevelChecks(const Scene& scene, const SceneMode& mode, std::size_t number, std::vector<Finding>& out)
-      : CheckingVisitor(mode, number, out), scene_(scene) {}
+  using SceneChecks::SceneChecks;
   void field(const ParameterInfo& info, FieldRef& ref) override {
     if (info.name == "field") ref_ = ref;
   }
@@ -236,16 +240,14 @@ class LevelChecks final : public CheckingVisitor {
   }
 
  private:
-  const Scene& scene_;
   FieldRef ref_;
   std::optional<Extent> extent_;
 };
 
 /// Looks for a texture of a field that has none.
-class TextureChecks final : public CheckingVisitor {
+class TextureChecks final : public SceneChecks {
  public:
-  TextureChecks(const Scene& scene, const SceneMode& mode, std::size_t number, std::vector<Finding>& out)
-      : CheckingVisitor(mode, number, out), scene_(scene) {}
+  using SceneChecks::SceneChecks;
   void companion(FieldRef&, const FieldRef& of, Derivation felt) override {
     if (felt != Derivation::detail || of.name.empty() || has_detail(*scene_.field(of).field)) return;
     find("texture_ratio",
@@ -253,17 +255,14 @@ class TextureChecks final : public CheckingVisitor {
              " is finer than its filter; of a scalar volume from voxels filter = \"smooth\" leaves such detail",
          true);
   }
-
- private:
-  const Scene& scene_;
 };
 
 /// Looks for levels of a mode at which the smoothing filter loses much of what is thin.
-class ThinPartChecks final : public CheckingVisitor {
+class ThinPartChecks final : public SceneChecks {
  public:
   ThinPartChecks(const Scene& scene, const SceneMode& mode, std::size_t number, const std::vector<std::string>& chose,
                  std::vector<Finding>& out)
-      : CheckingVisitor(mode, number, out), scene_(scene), chose_(chose) {}
+      : SceneChecks(scene, mode, number, out), chose_(chose) {}
   void field(const ParameterInfo& info, FieldRef& ref) override {
     if (info.name != "field" || ref.name.empty()) return;
     if (std::ranges::find(chose_, detail::parse_field_name(ref.name).volume()) != chose_.end()) return;
@@ -293,7 +292,6 @@ class ThinPartChecks final : public CheckingVisitor {
   }
 
  private:
-  const Scene& scene_;
   const std::vector<std::string>& chose_;
   FieldPtr field_;
   std::string_view solid_ = "high";
@@ -408,14 +406,13 @@ std::string problem_with_volume_of(const std::string& field, const std::vector<s
 std::vector<Finding> parameter_findings(const SceneMode& scene_mode, std::size_t number) {
   std::vector<Finding> found;
   ParameterChecks checks(scene_mode, number, found);
-  Mode mode = scene_mode.mode;  // visiting may change a mode; this does not
-  mode.visit(checks);
+  look_through(scene_mode.mode, checks);
   for (const Mask& mask : scene_mode.masks) checks.function("mask", {0, 1}, mask.curve);
   if (const std::string name = problem_with_name("mode", scene_mode.name); !name.empty()) {
     found.push_back({{.section = "mode", .mode = number, .list = {}, .key = "name"}, name});
   }
   if (!found.empty()) return found;
-  if (const std::string problem = mode.problem(); !problem.empty()) {
+  if (const std::string problem = scene_mode.mode.problem(); !problem.empty()) {
     found.push_back({{.section = "mode", .mode = number, .list = {}, .key = {}}, called(scene_mode) + ": " + problem});
   }
   return found;
@@ -424,8 +421,7 @@ std::vector<Finding> parameter_findings(const SceneMode& scene_mode, std::size_t
 std::vector<Finding> field_findings(const Scene& scene, const SceneMode& scene_mode, std::size_t number) {
   std::vector<Finding> found;
   FieldChecks checks(scene, scene_mode, number, found);
-  Mode mode = scene_mode.mode;
-  mode.visit(checks);
+  look_through(scene_mode.mode, checks);
   for (const Mask& mask : scene_mode.masks) checks.resolve("mask", mask.of, 1);
   return found;
 }
@@ -468,18 +464,16 @@ std::vector<Finding> findings(const Scene& scene) {
   for (std::size_t i = 0; i < scene.modes().size(); ++i) {
     const SceneMode& mode = scene.modes()[i];
     if (!names.insert(mode.name).second) {
-      found.push_back({{.section = "mode", .mode = i, .list = {}, .key = "name"},
-                       "mode name " + in_quotes(mode.name) + " is taken; give every mode a name of its own"});
+      found.push_back({{.section = "mode", .mode = i, .list = {}, .key = "name"}, detail::name_is_taken("mode", mode.name)});
     }
     const std::size_t before = found.size();
     std::ranges::move(parameter_findings(mode, i), std::back_inserter(found));
     std::ranges::move(field_findings(scene, mode, i), std::back_inserter(found));
     if (found.size() != before) continue;
     LevelChecks levels(scene, mode, i, found);
-    Mode copy = mode.mode;
-    copy.visit(levels);
+    look_through(mode.mode, levels);
     TextureChecks texture(scene, mode, i, found);
-    copy.visit(texture);
+    look_through(mode.mode, texture);
   }
   return found;
 }
@@ -488,8 +482,7 @@ std::vector<Finding> thin_part_findings(const Scene& scene, const std::vector<st
   std::vector<Finding> found;
   for (std::size_t i = 0; i < scene.modes().size(); ++i) {
     ThinPartChecks checks(scene, scene.modes()[i], i, chose, found);
-    Mode copy = scene.modes()[i].mode;
-    copy.visit(checks);
+    look_through(scene.modes()[i].mode, checks);
   }
   return found;
 }
@@ -498,28 +491,8 @@ std::vector<Finding> thin_part_findings(const Scene& scene, const std::vector<st
 
 // ---- Scene
 
-/// The derived fields of a scene and its copies, by what they derive from. A few: looked through in order.
-class Scene::DerivedFields {
- public:
-  FieldPtr get(Derivation derivation, const FieldPtr& of, double smoothing_m) {
-    const std::lock_guard lock(mutex_);
-    for (const Entry& entry : entries_) {
-      if (entry.derivation == derivation && entry.of == of && entry.smoothing_m == smoothing_m) return entry.field;
-    }
-    entries_.push_back({derivation, of, smoothing_m, derived(derivation, of, smoothing_m)});
-    return entries_.back().field;
-  }
-
- private:
-  struct Entry {
-    Derivation derivation;
-    FieldPtr of;
-    double smoothing_m;
-    FieldPtr field;
-  };
-  std::mutex mutex_;
-  std::vector<Entry> entries_;
-};
+/// Those of a scene and its copies.
+class Scene::DerivedFields : public detail::DerivedFields {};
 
 Scene::Scene(CouplingOptions options) : coupling(options), derived_(std::make_shared<DerivedFields>()) {}
 
@@ -543,7 +516,7 @@ FieldRef Scene::add(SceneVolume added, std::optional<Filter> filter) {
   const std::string& name = added.name;
   Volume& volume = added.volume;
   if (const std::string problem = problem_with_name("volume", name); !problem.empty()) refuse(problem);
-  if (find_volume(name)) refuse("volume name " + in_quotes(name) + " is taken; give every volume a name of its own");
+  if (find_volume(name)) refuse(detail::name_is_taken("volume", name));
   if (volume.fields.empty()) refuse("volume " + in_quotes(name) + " has no fields; a volume has at least one");
   std::set<std::string> fields;
   for (const VolumeField& field : volume.fields) {
@@ -569,7 +542,7 @@ FieldRef Scene::add(SceneVolume added, std::optional<Filter> filter) {
 }
 
 void Scene::add(std::string name, Mode mode, std::vector<Mask> masks, bool enabled) {
-  if (find_mode(name)) refuse("mode name " + in_quotes(name) + " is taken; give every mode a name of its own");
+  if (find_mode(name)) refuse(detail::name_is_taken("mode", name));
   if (modes_.size() >= most_modes) refuse("more than " + std::to_string(most_modes) + " modes; use fewer");
   SceneMode added{std::move(name), std::move(mode), enabled, std::move(masks)};
   std::vector<Finding> found = detail::parameter_findings(added, modes_.size());
@@ -633,35 +606,11 @@ std::vector<std::string> Scene::check() const {
   return warnings;
 }
 
-namespace {
-
-/// Whether two fields of code are known to have the same values everywhere.
-bool same_field(const Field& a, const Field& b) {
-  const GridView *x = grid_behind(a), *y = grid_behind(b);
-  return &a == &b || (x && y && x->geometry == y->geometry && x->voxels.data == y->voxels.data && x->scale == y->scale &&
-                      x->offset == y->offset && x->filter == y->filter && x->signless == y->signless);
-}
-
-bool same_data(const SceneVolume& a, const SceneVolume& b) {
-  const auto same_file = [](const SourceFile& x, const SourceFile& y) {
-    return x.path == y.path && x.bytes == y.bytes && x.sha256 == y.sha256;
-  };
-  if (a.volume.fields.size() != b.volume.fields.size() || !std::ranges::equal(a.volume.files, b.volume.files, same_file))
-    return false;
-  // Without a source the data came from code: only the same voxels are known to be the same.
-  const bool same_origin = a.source == b.source && (!a.source.empty() || !a.volume.files.empty());
-  for (std::size_t i = 0; i < a.volume.fields.size(); ++i) {
-    const VolumeField& x = a.volume.fields[i];
-    const VolumeField& y = b.volume.fields[i];
-    if (x.name != y.name || x.unit != y.unit || !(same_origin || same_field(*x.field, *y.field))) return false;
-  }
-  return true;
-}
-
-}  // namespace
-
 bool operator==(const Scene& a, const Scene& b) {
-  return to_toml(a) == to_toml(b) && std::ranges::equal(a.volumes(), b.volumes(), same_data);
+  const auto same = [](const SceneVolume& x, const SceneVolume& y) {
+    return detail::same_data(x.volume, y.volume, x.source == y.source && (!x.source.empty() || !x.volume.files.empty()));
+  };
+  return to_toml(a) == to_toml(b) && std::ranges::equal(a.volumes(), b.volumes(), same);
 }
 
 }  // namespace palpa

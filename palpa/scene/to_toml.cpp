@@ -1,13 +1,11 @@
 #include "palpa/scene/to_toml.h"
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 
 #include "palpa/grid/filter.h"
 #include "palpa/scene/parts.h"
 #include "palpa/scene/scene.h"
-#include "palpa/scene/wording.h"
+#include "palpa/toml/wording.h"
 #include "palpa/volume/volume.h"
 
 namespace palpa {
@@ -129,28 +127,10 @@ std::vector<Said> said_of(const Part& part) {
   return writer.said;
 }
 
-/// Axis and angle [degrees] of a rotation R = c + (1 − c) a aᵀ + s [a]×.
-std::array<double, 4> axis_angle(const Mat3& r) {
-  const Vec3 twice_sine{r.row[2].y - r.row[1].z, r.row[0].z - r.row[2].x, r.row[1].x - r.row[0].y};
-  const double cosine = 0.5 * (r.row[0].x + r.row[1].y + r.row[2].z - 1.0);
-  const double degrees = std::atan2(0.5 * norm(twice_sine), cosine) * 180.0 / std::numbers::pi;
-  Vec3 axis = normalized(twice_sine);
-  if (cosine < 0.0) {
-    // Towards half a turn the sine vanishes; the longest row of (R + Rᵀ)/2 − c = (1 − c) a aᵀ lies along the axis.
-    Vec3 longest;
-    for (int i = 0; i < 3; ++i) {
-      const Vec3 row = 0.5 * (r.row[i] + transposed(r).row[i]) - cosine * Mat3::identity().row[i];
-      if (norm(row) > norm(longest)) longest = row;
-    }
-    axis = dot(longest, twice_sine) < 0.0 ? normalized(-longest) : normalized(longest);
-  }
-  if (axis == Vec3{}) axis = {0, 0, 1};
-  return {axis.x, axis.y, axis.z, degrees};
-}
-
 detail::PosePart part_of(const Similarity& pose) {
   if (pose == Similarity{}) return {};
-  return {pose.translation_m, axis_angle(pose.rotation), pose.scale};
+  const auto [axis, degrees] = axis_of(pose.rotation);
+  return {pose.translation_m, {axis.x, axis.y, axis.z, degrees}, pose.scale};
 }
 
 detail::VolumePart part_of(const VolumeRequest& request) {
@@ -195,8 +175,7 @@ std::string mode_body(const SceneMode& mode) {
   for (const Mask& mask : mode.masks) masks += (masks.empty() ? "" : ", ") + function(mask.of, mask.curve);
   if (!masks.empty()) out += line("mask", "[" + masks + "]");
   Writer writer("mode");
-  Mode same = mode.mode;
-  same.visit(writer);
+  look_through(mode.mode, writer);
   return out + lines(writer.said) + writer.tables;
 }
 

@@ -7,9 +7,9 @@
 #include <string_view>
 #include <utility>
 
-#include "palpa/core/printed.h"
 #include "palpa/grid/grid.h"
 #include "palpa/grid/smooth_grid.h"
+#include "palpa/toml/wording.h"
 #include "palpa/volume/volume.h"
 
 namespace palpa {
@@ -140,8 +140,8 @@ Volume read_series(const VolumeRequest& request, double frame_period_s, BetweenF
     for (const Frame& frame : frames) {
       const VolumeField& field = frame.volume.fields[f];
       if (field.name != first.name) {
-        throw std::invalid_argument(frame.name + " has a field '" + field.name + "' where the first has '" + first.name +
-                                    "'; all frames must have the same");
+        throw std::invalid_argument(frame.name + " has a field " + detail::in_quotes(field.name) + " where the first has " +
+                                    detail::in_quotes(first.name) + "; all frames must have the same");
       }
       if (const char* problem = problem_with_frame(*first.field, *field.field)) {
         throw std::invalid_argument(frame.name + " " + problem);
@@ -154,7 +154,7 @@ Volume read_series(const VolumeRequest& request, double frame_period_s, BetweenF
   constexpr double most_quiet_bytes = 2e9;
   if (bytes > most_quiet_bytes) {
     series.warnings.push_back("its " + std::to_string(frames.size()) + " frames take " +
-                              detail::text("%.10g", std::round(bytes / 1e8) / 10.0) +
+                              detail::toml_number(std::round(bytes / 1e8) / 10.0) +
                               " GB of memory; fewer frames or a coarser grid take less");
   }
   return series;

@@ -26,6 +26,10 @@ std::string joined(std::span<const std::string> words);
 
 /// A letter, then letters, digits, '_' or '-'.
 bool is_plain_word(std::string_view word) noexcept;
+/// What is wrong with the name of a `kind` of things, which is to be a plain word; empty: nothing.
+std::string problem_with_name(std::string_view kind, std::string_view name);
+/// That another of the kind has the name already.
+std::string name_is_taken(std::string_view kind, std::string_view name);
 
 /// "did you mean 'b'?" where one of `there` is near to `name`, else "there are: a, b"; "there are none".
 std::string suggestion(std::string_view name, std::span<const std::string> there);
