@@ -11,7 +11,7 @@
 #include "app/info.h"
 #include "app/reference.h"
 #include "app/terminal.h"
-#include "palpa/scene/wording.h"
+#include "palpa/toml/wording.h"
 #include "palpa/version.h"
 
 namespace palpa::app {

@@ -10,7 +10,7 @@
 #include "app/pictures.h"
 #include "app/terminal.h"
 #include "palpa/first/first_scene.h"
-#include "palpa/scene/read_series.h"
+#include "palpa/volume/read_series.h"
 
 namespace palpa::app {
 namespace {

@@ -11,7 +11,7 @@
 #include "app/info_numbers.h"
 #include "palpa/file/components.h"
 #include "palpa/file/directions.h"
-#include "palpa/scene/read_series.h"
+#include "palpa/volume/read_series.h"
 #include "palpa/volume/volume.h"
 
 namespace palpa::app {

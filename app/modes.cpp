@@ -5,7 +5,7 @@
 #include "app/commands.h"
 #include "palpa/mode/plugin.h"
 #include "palpa/scene/load_scene.h"
-#include "palpa/scene/wording.h"
+#include "palpa/toml/wording.h"
 
 namespace palpa::app {
 namespace {
@@ -26,6 +26,14 @@ const char* name_of(ParameterKind kind) {
     case ParameterKind::level: return "level";
     case ParameterKind::vector: return "vector";
     case ParameterKind::list: return "list";
+    case ParameterKind::whole_number: return "whole number";
+    case ParameterKind::texts: return "texts";
+    case ParameterKind::volume: return "volume";
+    case ParameterKind::numbers: return "numbers";
+    case ParameterKind::whole_numbers: return "whole numbers";
+    case ParameterKind::table: return "table";
+    case ParameterKind::named_tables: return "tables";
+    case ParameterKind::rows: return "rows";
   }
   return "";
 }
@@ -48,7 +56,13 @@ class JsonOfParameters final : public ParameterVisitor {
     entry["choices"] = Json(std::vector<std::string>(info.choices.begin(), info.choices.end()));
   }
   void field(const ParameterInfo& info, FieldRef&) override { add(info); }
-  void vector(const ParameterInfo& info, Vec3& value) override { add(info)["default"] = {value.x, value.y, value.z}; }
+  void whole_number(const ParameterInfo& info, std::optional<std::int64_t>& value) override {
+    Json& entry = add(info);
+    if (value) entry["default"] = *value;
+    add_range(entry, info);
+  }
+  void numbers(const ParameterInfo& info, std::vector<double>& value) override { add(info)["default"] = value; }
+  void texts(const ParameterInfo& info, std::vector<std::string>& value) override { add(info)["default"] = value; }
   void strength(const ParameterInfo& info, Strength& value) override {
     Json& entry = add(info);
     entry["default"] = value.constant_n;

@@ -6,7 +6,7 @@
 #include <chrono>
 #include <cstdio>
 
-#include "palpa/scene/wording.h"
+#include "palpa/toml/wording.h"
 
 namespace palpa::app {
 

@@ -1,5 +1,5 @@
 // Numbers in sentences and tables, as printf writes them. Files that a program reads back have rules of their own for numbers
-// (shortest digits that give the same value, no locale): trace/csv.h, scene/wording.h.
+// (shortest digits that give the same value, no locale): trace/csv.h, toml/wording.h.
 #pragma once
 
 #include <string>

@@ -43,4 +43,16 @@ struct Similarity {
 /// True when the map can be used: finite, scale > 0, rotation orthonormal to 1e-9 and not a mirror.
 bool is_usable(const Similarity& map) noexcept;
 
+/// Right-handed turn about an axis. Multiples of 90° are exact, so that a turned volume keeps its bits. Any thread.
+/// \param axis     [1] of any length above 0
+/// \param turn_deg  [°] finite
+Mat3 turn_about(const Vec3& axis, double turn_deg) noexcept;
+/// An axis and the turn about it.
+struct AxisTurn {
+  Vec3 axis{0, 0, 1};     ///< [1] of length 1
+  double turn_deg = 0.0;  ///< 0…180
+};
+/// What `turn_about` makes this rotation of, to rounding; the z axis where nothing turns. Any thread.
+AxisTurn axis_of(const Mat3& rotation) noexcept;
+
 }  // namespace palpa

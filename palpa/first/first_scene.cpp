@@ -1,6 +1,7 @@
 #include "palpa/first/first_scene.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <cstdio>
@@ -11,11 +12,11 @@
 #include "palpa/first/first_levels.h"
 #include "palpa/first/object.h"
 #include "palpa/grid/filter.h"
-#include "palpa/scene/field_name.h"
-#include "palpa/scene/request_toml.h"
-#include "palpa/scene/wording.h"
+#include "palpa/scene/to_toml.h"
 #include "palpa/survey/labels.h"
 #include "palpa/survey/thin_parts.h"
+#include "palpa/toml/wording.h"
+#include "palpa/volume/field_name.h"
 #include "palpa/volume/volume.h"
 
 namespace palpa {
@@ -141,7 +142,8 @@ std::string flow_filter_line(const Volume& volume) {
 
 std::string volume_table(const Volume& volume, const VolumeRequest& request, const Names& names) {
   std::string out = "[volume." + names.volume + "]\n";
-  out += detail::file_line(request);
+  const std::vector<detail::Said> how = detail::said(request);
+  out += "file = " + detail::value_of(how, "file") + "\n";
   const Vec3 size_m = volume.bounds_m().size_m();
   if (!volume.length_unit.empty() && (volume.length_unit_assumed || !request.length_unit.empty())) {
     out += line("length_unit = " + toml_string(volume.length_unit),
@@ -154,10 +156,14 @@ std::string volume_table(const Volume& volume, const VolumeRequest& request, con
     out += line("frame = " + std::to_string(frame),
                 "of " + std::to_string(volume.frames) + "; frame_period_s in its place feels all of them, as time goes");
   }
-  out += detail::asked_for(request);
+  // These have reasons of their own, above and below; those of the others are the user's alone.
+  constexpr std::array<std::string_view, 5> explained{"file", "length_unit", "fields", "frame", "as"};
+  for (const auto& [key, value] : how) {
+    if (std::ranges::find(explained, key) == explained.end()) out += key + " = " + value + "\n";
+  }
   if (!request.as.empty()) out += line("as = " + toml_string(request.as), "its three frames are the components of one vector");
 
-  std::string entries;
+  VolumeRequest named;
   bool asked_for = false, joined = false, renamed = false;
   for (const std::size_t f : names.used) {
     const std::string& array = volume.fields[f].name;
@@ -166,17 +172,16 @@ std::string volume_table(const Volume& volume, const VolumeRequest& request, con
     asked_for = asked_for || asked != request.fields.end();
     joined = joined || (asked != request.fields.end() && !asked->arrays.empty());
     renamed = renamed || names.fields[f] != array;
-    entries +=
-        (entries.empty() ? "" : ", ") +
-        (asked != request.fields.end() ? detail::field_entry(*asked) : detail::field_entry({names.fields[f], array, ""}));
+    named.fields.push_back(asked != request.fields.end() ? *asked : VolumeRequest::FieldRequest{names.fields[f], array, ""});
   }
   const std::size_t all = volume.fields.size(), used = names.used.size();
   if (asked_for || all > used || renamed) {
-    out += line("fields = {" + entries + "}", joined       ? "one vector, whose components the file has as arrays of their own"
-                                              : asked_for  ? "as asked for"
-                                              : all > used ? std::to_string(used) + " of " + std::to_string(all) +
-                                                                 " in the file: the others need not be in memory"
-                                                           : "what the file calls it is no plain word");
+    out += line("fields = " + detail::value_of(detail::said(named), "fields"),
+                joined      ? "one vector, whose components the file has as arrays of their own"
+                : asked_for ? "as asked for"
+                : all > used
+                    ? std::to_string(used) + " of " + std::to_string(all) + " in the file: the others need not be in memory"
+                    : "what the file calls it is no plain word");
   }
   return out;
 }

@@ -1,9 +1,10 @@
 // Parameters: the one list of a mode's keys, from which scene files, error messages, `palpa modes`
-// and the documentation are made.
+// and the documentation are made. The other parts of a scene have lists of the same kind (scene/parts.h).
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -84,25 +85,36 @@ struct Mask {
   friend bool operator==(const Mask&, const Mask&) = default;
 };
 
-/// What a number may be, in the unit of its name.
+/// What a number may be, in the unit of its name: [low, high], or (low, high]; by default any. NaN is in none.
 struct Range {
-  double low = 0.0;   ///< the parameter's own unit
-  double high = 0.0;  ///< the parameter's own unit
+  double low = -std::numeric_limits<double>::infinity();  ///< the parameter's own unit
+  double high = std::numeric_limits<double>::infinity();  ///< the parameter's own unit
+  bool above_low = false;                                 ///< `low` itself is out of it
+  /// \param value  the parameter's own unit
+  constexpr bool contains(double value) const noexcept { return (above_low ? value > low : value >= low) && value <= high; }
 };
 
 enum class ParameterKind : std::uint8_t {
   number,
   optional_number,
+  whole_number,
   flag,
-  text,
+  text,  ///< one of the choices, if there are any
+  texts,
   choice,
+  volume,  ///< the name of a volume
   scalar_field,
   vector_field,
   optional_field,
   strength,
   level,
-  vector,
-  list
+  vector,         ///< of the world: 3 numbers
+  numbers,        ///< a list of finite numbers
+  whole_numbers,  ///< a list of them, each within the range
+  list,           ///< tables with parameters of their own
+  table,          ///< one of them
+  named_tables,   ///< a table of tables, each under a plain word that its item's `name` holds
+  rows,           ///< a list of lists
 };
 
 /// What a parameter is called, in which unit (the suffix of its name), what it means, what it may be.
@@ -110,18 +122,22 @@ struct ParameterInfo {
   std::string_view name;
   std::string_view sentence;
   ParameterKind kind = ParameterKind::number;
-  Range range;                                ///< of numbers and strengths
-  std::span<const std::string_view> choices;  ///< of a choice
-  std::optional<Derivation> felt{};           ///< of a field: the mode feels this derivation of it
+  Range range{};                                ///< of numbers and strengths
+  std::span<const std::string_view> choices{};  ///< of a choice or a text; of an optional number, the word for none
+  std::size_t count = 0;                        ///< of the numbers of a list
+  std::optional<Derivation> felt{};             ///< of a field: the mode feels this derivation of it
+  std::string_view form{};                      ///< how its value is written, for people; empty: by its kind
+  std::optional<std::string_view> fallback{};   ///< what holds where it is left out, for people; none: the value itself
+  bool needed = false;                          ///< must be given
   /// A field or a level has no default: a scene must give it.
   bool required() const noexcept {
-    return kind == ParameterKind::scalar_field || kind == ParameterKind::vector_field || kind == ParameterKind::level;
+    return needed || kind == ParameterKind::scalar_field || kind == ParameterKind::vector_field || kind == ParameterKind::level;
   }
 };
 
 class ParameterVisitor;
 
-/// A list of structs with parameters of their own (levels).
+/// A list of structs with parameters of their own (levels), or one such struct.
 class ParameterList {
  public:
   virtual ~ParameterList() = default;
@@ -138,12 +154,15 @@ class ParameterVisitor {
   virtual void number(const ParameterInfo&, double&) {}  ///< also a level
   virtual void optional_number(const ParameterInfo&, std::optional<double>&) {}
   virtual void flag(const ParameterInfo&, bool&) {}
-  virtual void text(const ParameterInfo&, std::string&) {}
-  virtual void choice(const ParameterInfo&, int&) {}  ///< index in info.choices
+  virtual void text(const ParameterInfo&, std::string&) {}  ///< also the name of a volume
+  virtual void choice(const ParameterInfo&, int&) {}        ///< index in info.choices; -1: none
   virtual void field(const ParameterInfo&, FieldRef&) {}
   virtual void strength(const ParameterInfo&, Strength&) {}
-  virtual void vector(const ParameterInfo&, Vec3&) {}  ///< along the axes of the world
-  virtual void list(const ParameterInfo&, ParameterList&) {}
+  virtual void list(const ParameterInfo&, ParameterList&) {}  ///< also a table, and named ones
+  virtual void whole_number(const ParameterInfo&, std::optional<std::int64_t>&) {}
+  virtual void numbers(const ParameterInfo&, std::vector<double>&) {}  ///< info.count of them, or none
+  virtual void texts(const ParameterInfo&, std::vector<std::string>&) {}
+  virtual void other(const ParameterInfo&) {}  ///< whoever reads and writes the struct looks into it
   /// No key of its own: `ref` is `felt` of the field that another parameter names. Seen only where the mode needs it.
   virtual void companion(FieldRef& /*ref*/, const FieldRef& /*of*/, Derivation /*felt*/) {}
 };
@@ -151,54 +170,88 @@ class ParameterVisitor {
 /// One entry of a mode's `parameters()`. Made by the functions below, never by hand.
 template <class Owner, class T, std::size_t Choices = 0>
 struct Parameter {
-  std::string_view name;
   T Owner::*member;
-  std::string_view sentence;
-  ParameterKind kind;
-  Range range;
+  ParameterInfo info;
   std::array<std::string_view, Choices> choices{};
-  std::optional<Derivation> felt{};
+
+  /// The same, written in this way for people: "[x, y, z]".
+  constexpr Parameter written(std::string_view form) const {
+    Parameter same = *this;
+    same.info.form = form;
+    return same;
+  }
+  /// The same, with what holds where it is left out, for people; "": nothing.
+  constexpr Parameter left_out(std::string_view meaning) const {
+    Parameter same = *this;
+    same.info.fallback = meaning;
+    return same;
+  }
+  /// The same, as one that must be given.
+  constexpr Parameter needed() const {
+    Parameter same = *this;
+    same.info.needed = true;
+    return same;
+  }
 };
 
 /// A number; its unit is the suffix of its name.
 template <class O>
 constexpr auto param(std::string_view name, double O::*member, std::string_view sentence, Range range) {
-  return Parameter<O, double>{name, member, sentence, ParameterKind::number, range, {}};
+  return Parameter<O, double>{member, {name, sentence, ParameterKind::number, range}};
 }
 /// A number that may be left out, which then means something of its own (the sentence says what).
 template <class O>
-constexpr auto param(std::string_view name, std::optional<double> O::*member, std::string_view sentence, Range range) {
-  return Parameter<O, std::optional<double>>{name, member, sentence, ParameterKind::optional_number, range, {}};
+constexpr auto param(std::string_view name, std::optional<double> O::*member, std::string_view sentence, Range range,
+                     std::span<const std::string_view> word_for_none = {}) {
+  return Parameter<O, std::optional<double>>{member, {name, sentence, ParameterKind::optional_number, range, word_for_none}};
+}
+/// A whole number. A value out of its range stands for none.
+template <class O, class T>
+requires((std::is_integral_v<T> && !std::is_same_v<T, bool>) ||
+         std::is_same_v<T, std::optional<int>>) constexpr auto param(std::string_view name, T O::*member,
+                                                                     std::string_view sentence, Range range) {
+  return Parameter<O, T>{member, {name, sentence, ParameterKind::whole_number, range}};
 }
 template <class O>
 constexpr auto param(std::string_view name, bool O::*member, std::string_view sentence) {
-  return Parameter<O, bool>{name, member, sentence, ParameterKind::flag, {}, {}};
+  return Parameter<O, bool>{member, {name, sentence, ParameterKind::flag}};
+}
+/// A text; where there are choices, one of them. They must outlive every use.
+template <class O>
+constexpr auto param(std::string_view name, std::string O::*member, std::string_view sentence,
+                     std::span<const std::string_view> choices = {}) {
+  return Parameter<O, std::string>{member, {name, sentence, ParameterKind::text, {}, choices}};
 }
 template <class O>
-constexpr auto param(std::string_view name, std::string O::*member, std::string_view sentence) {
-  return Parameter<O, std::string>{name, member, sentence, ParameterKind::text, {}, {}};
+constexpr auto param(std::string_view name, std::vector<std::string> O::*member, std::string_view sentence) {
+  return Parameter<O, std::vector<std::string>>{member, {name, sentence, ParameterKind::texts}};
+}
+/// The name of a volume.
+template <class O>
+constexpr auto volume_param(std::string_view name, std::string O::*member, std::string_view sentence) {
+  return Parameter<O, std::string>{member, {name, sentence, ParameterKind::volume}};
 }
 /// A strength in newtons; the range holds for the number and for every result of the function.
 template <class O>
 constexpr auto param(std::string_view name, Strength O::*member, std::string_view sentence, Range range = {0.0, 1000.0}) {
-  return Parameter<O, Strength>{name, member, sentence, ParameterKind::strength, range, {}};
+  return Parameter<O, Strength>{member, {name, sentence, ParameterKind::strength, range}};
 }
 /// A scalar field.
 template <class O>
 constexpr auto param(std::string_view name, FieldRef O::*member, std::string_view sentence) {
-  return Parameter<O, FieldRef>{name, member, sentence, ParameterKind::scalar_field, {}, {}};
+  return Parameter<O, FieldRef>{member, {name, sentence, ParameterKind::scalar_field}};
 }
 /// A vector field.
 template <class O>
 constexpr auto vector_param(std::string_view name, FieldRef O::*member, std::string_view sentence) {
-  return Parameter<O, FieldRef>{name, member, sentence, ParameterKind::vector_field, {}, {}};
+  return Parameter<O, FieldRef>{member, {name, sentence, ParameterKind::vector_field}};
 }
 /// A field of which the mode feels a derivation: `here.scalar(field)` is that of the derived field.
 template <class O>
 constexpr auto derived_param(std::string_view name, FieldRef O::*member, Derivation felt, std::string_view sentence) {
   const bool of_scalar = felt == Derivation::smooth || felt == Derivation::gradient_magnitude;
   const ParameterKind kind = of_scalar ? ParameterKind::scalar_field : ParameterKind::vector_field;
-  return Parameter<O, FieldRef>{name, member, sentence, kind, {}, {}, felt};
+  return Parameter<O, FieldRef>{member, {.name = name, .sentence = sentence, .kind = kind, .felt = felt}};
 }
 /// A second derivation of a field that another parameter names, filled in where `needed` says so.
 template <class Owner>
@@ -215,28 +268,63 @@ constexpr auto companion_param(FieldRef O::*member, FieldRef O::*of, Derivation 
 /// A field of either kind that may be left out.
 template <class O>
 constexpr auto optional_field_param(std::string_view name, FieldRef O::*member, std::string_view sentence) {
-  return Parameter<O, FieldRef>{name, member, sentence, ParameterKind::optional_field, {}, {}};
+  return Parameter<O, FieldRef>{member, {name, sentence, ParameterKind::optional_field}};
 }
 /// A value of the mode's parameter `field` that is felt as a surface: the tick finds it along the path.
 template <class O>
 constexpr auto level_param(std::string_view name, double O::*member, std::string_view sentence) {
-  return Parameter<O, double>{name, member, sentence, ParameterKind::level, {}, {}};
+  return Parameter<O, double>{member, {name, sentence, ParameterKind::level}};
 }
 /// A vector along the axes of the world, in the unit of the mode's parameter `field`: [0, 0, 0] by default.
 template <class O>
 constexpr auto param(std::string_view name, Vec3 O::*member, std::string_view sentence) {
-  return Parameter<O, Vec3>{name, member, sentence, ParameterKind::vector, {}, {}};
+  return Parameter<O, Vec3>{
+      member, {.name = name, .sentence = sentence, .kind = ParameterKind::vector, .count = 3, .form = "[x, y, z]"}};
 }
-/// One of several words, stored as an enum whose values are 0, 1, 2, … in the order of the words.
+/// A vector along the axes of the world that may be left out.
+template <class O>
+constexpr auto param(std::string_view name, std::optional<Vec3> O::*member, std::string_view sentence) {
+  return Parameter<O, std::optional<Vec3>>{
+      member, {.name = name, .sentence = sentence, .kind = ParameterKind::vector, .count = 3, .form = "[x, y, z]"}};
+}
+/// A list of N numbers, all finite.
+template <class O, std::size_t N>
+constexpr auto param(std::string_view name, std::array<double, N> O::*member, std::string_view sentence) {
+  return Parameter<O, std::array<double, N>>{member,
+                                             {.name = name, .sentence = sentence, .kind = ParameterKind::numbers, .count = N}};
+}
+/// A list of N numbers, all finite, that may be left out.
+template <class O, std::size_t N>
+constexpr auto param(std::string_view name, std::optional<std::array<double, N>> O::*member, std::string_view sentence) {
+  return Parameter<O, std::optional<std::array<double, N>>>{
+      member, {.name = name, .sentence = sentence, .kind = ParameterKind::numbers, .count = N}};
+}
+/// A list of N whole numbers, each within the range; zeros stand for none.
+template <class O, std::size_t N>
+constexpr auto param(std::string_view name, std::array<std::int64_t, N> O::*member, std::string_view sentence, Range range) {
+  return Parameter<O, std::array<std::int64_t, N>>{
+      member, {.name = name, .sentence = sentence, .kind = ParameterKind::whole_numbers, .range = range, .count = N}};
+}
+/// One of several words, stored as an enum whose values are 0, 1, 2, … in the order of the words, or as false and true; an
+/// optional one may be left out.
 template <class O, class Enum, class... Words>
-requires std::is_enum_v<Enum>
 constexpr auto choice_param(std::string_view name, Enum O::*member, std::string_view sentence, Words... words) {
-  return Parameter<O, Enum, sizeof...(Words)>{name, member, sentence, ParameterKind::choice, {}, {std::string_view(words)...}};
+  return Parameter<O, Enum, sizeof...(Words)>{member, {name, sentence, ParameterKind::choice}, {std::string_view(words)...}};
 }
 /// A list of structs that have a `parameters()` of their own.
 template <class O, class Item>
 constexpr auto list_param(std::string_view name, std::vector<Item> O::*member, std::string_view sentence) {
-  return Parameter<O, std::vector<Item>>{name, member, sentence, ParameterKind::list, {}, {}};
+  return Parameter<O, std::vector<Item>>{member, {name, sentence, ParameterKind::list}};
+}
+/// The same, each under its name, which is its parameter `name`.
+template <class O, class Item>
+constexpr auto named_list_param(std::string_view name, std::vector<Item> O::*member, std::string_view sentence) {
+  return Parameter<O, std::vector<Item>>{member, {name, sentence, ParameterKind::named_tables}};
+}
+/// A struct that has parameters of its own.
+template <class O, class Item>
+constexpr auto table_param(std::string_view name, Item O::*member, std::string_view sentence) {
+  return Parameter<O, Item>{member, {name, sentence, ParameterKind::table}};
 }
 
 namespace detail {
@@ -260,31 +348,121 @@ class ListOf final : public ParameterList {
   std::vector<Item>& items_;
 };
 
+/// One struct as a list of one, which stays one.
+template <class Item>
+class ListOfOne final : public ParameterList {
+ public:
+  explicit ListOfOne(Item& item) : item_(item) {}
+  std::size_t size() const override { return 1; }
+  void append() override {}
+  void visit(std::size_t, ParameterVisitor& visitor) override { visit_parameters(item_, visitor); }
+  void visit_default(ParameterVisitor& visitor) override {
+    Item item;
+    visit_parameters(item, visitor);
+  }
+
+ private:
+  Item& item_;
+};
+
+template <class T>
+inline constexpr bool is_optional = false;
+template <class T>
+inline constexpr bool is_optional<std::optional<T>> = true;
+template <class T>
+inline constexpr bool is_vector = false;
+template <class T>
+inline constexpr bool is_vector<std::vector<T>> = true;
+
+/// A member as numbers, and back where there are as many as it takes.
+inline std::vector<double> numbers_of(const Vec3& v) { return {v.x, v.y, v.z}; }
+inline void set_numbers(Vec3& v, const std::vector<double>& numbers) { v = {numbers[0], numbers[1], numbers[2]}; }
+template <class T, std::size_t N>
+std::vector<double> numbers_of(const std::array<T, N>& array) {
+  const bool none = std::is_integral_v<T> && array == std::array<T, N>{};
+  return none ? std::vector<double>{} : std::vector<double>(array.begin(), array.end());
+}
+template <class T, std::size_t N>
+void set_numbers(std::array<T, N>& array, const std::vector<double>& numbers) {
+  for (std::size_t i = 0; i < N; ++i) array[i] = static_cast<T>(numbers[i]);
+}
+template <class T>
+std::vector<double> numbers_of(const std::optional<T>& value) {
+  return value ? numbers_of(*value) : std::vector<double>{};
+}
+template <class T>
+void set_numbers(std::optional<T>& value, const std::vector<double>& numbers) {
+  set_numbers(value.emplace(), numbers);
+}
+
+template <class T>
+void visit_numbers(const ParameterInfo& info, T& value, ParameterVisitor& visitor) {
+  std::vector<double> numbers = numbers_of(value);
+  visitor.numbers(info, numbers);
+  if (numbers.size() == info.count) set_numbers(value, numbers);
+}
+
+/// Of an enum, a flag or an optional one of them.
+template <class T>
+void visit_choice(const ParameterInfo& info, T& value, ParameterVisitor& visitor) {
+  if constexpr (is_optional<T>) {
+    int index = value ? static_cast<int>(*value) : -1;
+    visitor.choice(info, index);
+    if (index >= 0) value = static_cast<typename T::value_type>(index);
+  } else {
+    int index = static_cast<int>(value);
+    visitor.choice(info, index);
+    value = static_cast<T>(index);
+  }
+}
+
+template <class T>
+void visit_whole_number(const ParameterInfo& info, T& value, ParameterVisitor& visitor) {
+  std::optional<std::int64_t> number;
+  if constexpr (is_optional<T>) {
+    if (value) number = *value;
+  } else if (info.range.contains(static_cast<double>(value))) {
+    number = value;
+  }
+  visitor.whole_number(info, number);
+  if constexpr (is_optional<T>) {
+    if (number) value = static_cast<typename T::value_type>(*number);
+  } else {
+    if (number) value = static_cast<T>(*number);
+  }
+}
+
 template <class O, class T, std::size_t N>
 void visit_parameter(O& owner, const Parameter<O, T, N>& p, ParameterVisitor& visitor) {
-  const ParameterInfo info{p.name, p.sentence, p.kind, p.range, p.choices, p.felt};
+  ParameterInfo info = p.info;
   T& value = owner.*(p.member);
-  if constexpr (std::is_same_v<T, double>) {
+  if constexpr (N > 0) {
+    info.choices = p.choices;
+    visit_choice(info, value, visitor);
+  } else if constexpr (std::is_same_v<T, double>) {
     visitor.number(info, value);
   } else if constexpr (std::is_same_v<T, std::optional<double>>) {
     visitor.optional_number(info, value);
   } else if constexpr (std::is_same_v<T, bool>) {
     visitor.flag(info, value);
+  } else if constexpr (std::is_integral_v<T> || std::is_same_v<T, std::optional<int>>) {
+    visit_whole_number(info, value, visitor);
   } else if constexpr (std::is_same_v<T, std::string>) {
     visitor.text(info, value);
+  } else if constexpr (std::is_same_v<T, std::vector<std::string>>) {
+    visitor.texts(info, value);
   } else if constexpr (std::is_same_v<T, FieldRef>) {
     visitor.field(info, value);
-  } else if constexpr (std::is_same_v<T, Vec3>) {
-    visitor.vector(info, value);
   } else if constexpr (std::is_same_v<T, Strength>) {
     visitor.strength(info, value);
-  } else if constexpr (std::is_enum_v<T>) {
-    int index = static_cast<int>(value);
-    visitor.choice(info, index);
-    value = static_cast<T>(index);
-  } else {
+  } else if constexpr (requires { numbers_of(value); }) {
+    visit_numbers(info, value, visitor);
+  } else if constexpr (is_vector<T>) {
     ListOf<typename T::value_type> list(value);
     visitor.list(info, list);
+  } else {
+    ListOfOne<T> table(value);
+    visitor.list(info, table);
   }
 }
 
@@ -293,10 +471,20 @@ void visit_parameter(O& owner, const Companion<O>& companion, ParameterVisitor& 
   if ((owner.*(companion.needed))()) visitor.companion(owner.*(companion.member), owner.*(companion.of), companion.felt);
 }
 
+template <class O>
+void visit_parameter(O&, const ParameterInfo& other, ParameterVisitor& visitor) {
+  visitor.other(other);
+}
+
+/// A struct's own list, or, for one that has none, the function `visit_part` of its owner.
 template <class T>
 void visit_parameters(T& owner, ParameterVisitor& visitor) {
-  const auto parameters = T::parameters();
-  std::apply([&](const auto&... p) { (visit_parameter(owner, p, visitor), ...); }, parameters);
+  if constexpr (requires { T::parameters(); }) {
+    const auto parameters = T::parameters();
+    std::apply([&](const auto&... p) { (visit_parameter(owner, p, visitor), ...); }, parameters);
+  } else {
+    visit_part(owner, visitor);
+  }
 }
 
 }  // namespace detail

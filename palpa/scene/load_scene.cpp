@@ -6,17 +6,18 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
-#include <numbers>
 #include <set>
 
 #include "palpa/grid/grid.h"
 #include "palpa/scene/keys.h"
-#include "palpa/scene/read_series.h"
+#include "palpa/scene/parts.h"
 #include "palpa/scene/scene_checks.h"
-#include "palpa/scene/wording.h"
 #include "palpa/survey/labels.h"
 #include "palpa/time/timed_field.h"
+#include "palpa/toml/key_depth.h"
+#include "palpa/toml/wording.h"
 #include "palpa/volume/analytic.h"
+#include "palpa/volume/read_series.h"
 #include "palpa/volume/volume.h"
 
 namespace palpa {
@@ -26,13 +27,12 @@ namespace {
 using detail::Finding;
 using detail::in_quotes;
 using detail::Key;
-using detail::KeyKind;
 using detail::Keys;
+using detail::sentence_of;
 using detail::suggestion;
 using detail::toml_number;
 
 constexpr std::size_t most_bytes = 4 << 20;
-constexpr int deepest_key = 16;                  // a.b.c…; scenes need three
 constexpr std::string_view set_mark = "--set ";  // what stands for the file's name in values from --set
 
 // ---- Places
@@ -52,61 +52,11 @@ bool is_before(const toml::source_region& a, const toml::source_region& b) { ret
 
 // ---- Text
 
-/// toml++ builds a table for every dot of a key and takes them down recursively, so a key of 100 000
-/// dots would overflow the stack. Finds such a key before parsing.
-class KeyDepth {
- public:
-  explicit KeyDepth(std::string_view text) : text_(text) {}
-
-  /// Where a key is too deep: line and column; nothing when all are fine.
-  std::optional<std::pair<std::size_t, std::size_t>> too_deep() {
-    int dots = 0;
-    while (at_ < text_.size()) {
-      const char c = text_[at_];
-      if (c == '#') {
-        skip_to('\n');
-      } else if (c == '"' || c == '\'') {
-        skip_string(c);
-      } else {
-        if (c == '.' && ++dots > deepest_key) return position();
-        if (c == '=' || c == ',' || c == '\n' || c == '[' || c == '{') dots = 0;
-        ++at_;
-      }
-    }
-    return std::nullopt;
-  }
-
- private:
-  void skip_to(char end) { at_ = std::min(text_.find(end, at_), text_.size()); }
-  void skip_string(char quote) {
-    const std::string three(3, quote);
-    const bool long_string = text_.substr(at_, 3) == three;
-    const std::size_t width = long_string ? 3 : 1;
-    for (at_ += width; at_ < text_.size(); ++at_) {
-      if (quote == '"' && text_[at_] == '\\') {
-        ++at_;
-      } else if (text_[at_] == '\n' && !long_string) {
-        return;  // not closed: the parser will say so
-      } else if (text_.substr(at_, width) == (long_string ? three : std::string(1, quote))) {
-        at_ += width;
-        return;
-      }
-    }
-  }
-  std::pair<std::size_t, std::size_t> position() const {
-    const std::string_view before = text_.substr(0, at_);
-    const std::size_t line_start = before.rfind('\n') == std::string_view::npos ? 0 : before.rfind('\n') + 1;
-    return {static_cast<std::size_t>(std::ranges::count(before, '\n')) + 1, at_ - line_start + 1};
-  }
-  std::string_view text_;
-  std::size_t at_ = 0;
-};
-
 toml::table parse_toml(const std::string& text, const std::string& name) {
   if (text.size() > most_bytes) fail(name, "longer than 4 MiB; a scene is a short text");
-  if (const auto deep = KeyDepth(text).too_deep()) {
+  if (const auto deep = detail::too_deep_key(text)) {
     fail(name + ":" + std::to_string(deep->first) + ":" + std::to_string(deep->second),
-         "a key of more than " + std::to_string(deepest_key) + " parts; the keys of a scene have at most three");
+         "a key of more than " + std::to_string(detail::deepest_key) + " parts; the keys of a scene have at most three");
   }
   try {
     return toml::parse(std::string_view(text), std::string_view(name));
@@ -118,35 +68,28 @@ toml::table parse_toml(const std::string& text, const std::string& name) {
 
 // ---- Values
 
-std::string kind_of(const toml::node& node) {
+unsigned value_of(const toml::node& node) noexcept {
   switch (node.type()) {
-    case toml::node_type::string: return "a text";
-    case toml::node_type::integer:
-    case toml::node_type::floating_point: return "a number";
-    case toml::node_type::boolean: return "true or false";
-    case toml::node_type::array: return "a list";
-    case toml::node_type::table: return "a table";
-    default: return "a date or time";
+    case toml::node_type::string: return detail::text_value;
+    case toml::node_type::integer: return detail::whole;
+    case toml::node_type::floating_point: return detail::floating;
+    case toml::node_type::boolean: return detail::boolean;
+    case toml::node_type::array: return detail::array;
+    case toml::node_type::table: return detail::table;
+    default: return 0;
   }
 }
 
-std::string expected(const Key& key) {
-  switch (key.kind) {
-    case KeyKind::number: return "a number";
-    case KeyKind::whole_number: return "a whole number";
-    case KeyKind::flag: return "true or false";
-    case KeyKind::text: return "a text in quotes";
-    case KeyKind::texts: return "a list of texts";
-    case KeyKind::numbers: return "a list of " + std::to_string(key.count) + " numbers";
-    case KeyKind::text_or_texts: return "a text in quotes or a list of texts";
-    case KeyKind::text_or_number: return in_quotes(key.choices.front()) + " or a number";
-    case KeyKind::text_or_position: return "a volume's name in quotes or a list of 3 numbers";
-    case KeyKind::strength: return "a number or a function {of = FIELD, points = [[value, newtons], …]}";
-    case KeyKind::list: return "a list";
-    case KeyKind::table: return "a table";
-    case KeyKind::tables: return "a list of tables";
+std::string kind_of(const toml::node& node) {
+  switch (value_of(node)) {
+    case detail::text_value: return "a text";
+    case detail::whole:
+    case detail::floating: return "a number";
+    case detail::boolean: return "true or false";
+    case detail::array: return "a list";
+    case detail::table: return "a table";
+    default: return "a date or time";
   }
-  return {};
 }
 
 std::optional<double> number_in(const toml::node& node) {
@@ -194,83 +137,54 @@ class Section {
     for (const Key& key : keys) {
       if (const toml::node* node = table.get(key.name)) {
         check(key, *node);
-      } else if (key.required()) {
+      } else if (key.required) {
         fail(place_of(table), "no key " + in_quotes(key.name) + " in " + where_ + "; it is needed: " + key.sentence);
       }
     }
   }
 
-  const toml::table& table() const noexcept { return table_; }
   const std::string& where() const noexcept { return where_; }
   const toml::node* node(std::string_view key) const { return table_.get(key); }
   const toml::table* subtable(std::string_view key) const { return node(key) ? node(key)->as_table() : nullptr; }
   std::optional<double> number(std::string_view key) const { return node(key) ? number_in(*node(key)) : std::nullopt; }
-  std::optional<bool> flag(std::string_view key) const { return table_[key].value<bool>(); }
   std::optional<std::string> text(std::string_view key) const { return table_[key].value<std::string>(); }
-  /// A list of texts; of a text alone, that one.
-  std::vector<std::string> texts(std::string_view key) const {
-    std::vector<std::string> texts;
-    if (const std::optional<std::string> alone = text(key)) {
-      texts.push_back(*alone);
-    } else if (node(key)) {
-      for (const toml::node& element : *node(key)->as_array()) texts.push_back(*element.value<std::string>());
-    }
-    return texts;
-  }
-  std::optional<std::vector<double>> numbers(std::string_view key, std::size_t count) const {
-    return node(key) ? numbers_in(*node(key), count) : std::nullopt;
-  }
+  /// Fails at the key: "'KEY' in WHERE …", what is wrong; what would be right.
+  [[noreturn]] void refuse(std::string_view key, const std::string& problem) const { fail_at(*node(key), key, problem); }
 
  private:
+  [[noreturn]] void fail_at(const toml::node& at, std::string_view key, const std::string& problem) const {
+    fail(place_of(at), in_quotes(key) + " in " + where_ + " " + problem);
+  }
   void check(const Key& key, const toml::node& node) const {
-    const auto the = [&] { return in_quotes(key.name) + " in " + where_; };
-    if (!has_kind(key, node)) fail(place_of(node), the() + " is " + kind_of(node) + "; it must be " + expected(key));
+    const auto refuse = [&](const toml::node& at, const std::string& problem) { fail_at(at, key.name, problem); };
+    const auto must_be = [&](const toml::node& at, const std::string& problem) {
+      refuse(at, problem + "; it must be " + expected(key));
+    };
+    if ((values_of(key) & value_of(node)) == 0) must_be(node, "is " + kind_of(node));
     if (const std::optional<double> number = number_in(node)) {
-      if (!std::isfinite(*number)) fail(place_of(node), the() + " is not finite; it must be " + expected(key));
-      if (key.bounds && !key.bounds->contain(*number)) {
-        fail(place_of(node), the() + " is " + toml_number(*number) + "; it must be " + sentence_of(*key.bounds));
-      }
+      if (!std::isfinite(*number)) must_be(node, "is not finite");
+      if (!key.range.contains(*number)) refuse(node, "is " + toml_number(*number) + "; it must be " + sentence_of(key.range));
     }
     if (const auto* text = node.as_string(); text && !key.choices.empty()) {
       if (std::ranges::find(key.choices, text->get()) == key.choices.end()) {
-        fail(place_of(node), the() + " cannot be " + in_quotes(text->get()) + "; " + suggestion(text->get(), key.choices));
+        refuse(node, "cannot be " + in_quotes(text->get()) + "; " + suggestion(text->get(), key.choices));
       }
     }
-    if (const toml::array* array = node.as_array()) {
-      for (const toml::node& element : *array) {
-        if (key.kind == KeyKind::tables && !element.is_table()) {
-          fail(place_of(element), the() + " holds " + kind_of(element) + "; it must be " + expected(key));
-        }
-        if ((key.kind == KeyKind::texts || key.kind == KeyKind::text_or_texts) && !element.is_string()) {
-          fail(place_of(element), the() + " holds " + kind_of(element) + "; it must be " + expected(key));
-        }
+    const toml::array* array = node.as_array();
+    if (!array || key.may_be(ParameterKind::rows)) return;
+    if (key.count > 0) {
+      const auto numbers = numbers_in(node, key.count);
+      if (!numbers) refuse(node, "is a list of another kind; it must be " + expected(key) + ", all finite");
+      const auto fits = [&](double n) { return key.range.contains(n) && n == std::floor(n); };
+      if (key.kind == ParameterKind::whole_numbers && !std::ranges::all_of(*numbers, fits)) {
+        refuse(node, "holds other numbers; it must be " + expected(key));
       }
-      if (key.kind == KeyKind::numbers && !numbers_in(node, key.count)) {
-        fail(place_of(node), the() + " is a list of another kind; it must be " + expected(key) + ", all finite");
-      }
-      if (key.kind == KeyKind::text_or_position && !numbers_in(node, 3)) {
-        fail(place_of(node), the() + " is a list of another kind; it must be " + expected(key) + ", all finite");
-      }
+      return;
     }
-  }
-
-  static bool has_kind(const Key& key, const toml::node& node) {
-    switch (key.kind) {
-      case KeyKind::number: return node.is_number();
-      case KeyKind::whole_number: return node.is_integer();
-      case KeyKind::flag: return node.is_boolean();
-      case KeyKind::text: return node.is_string();
-      case KeyKind::texts:
-      case KeyKind::numbers:
-      case KeyKind::list:
-      case KeyKind::tables: return node.is_array();
-      case KeyKind::text_or_number: return node.is_string() || node.is_number();
-      case KeyKind::text_or_texts:
-      case KeyKind::text_or_position: return node.is_string() || node.is_array();
-      case KeyKind::strength: return node.is_number() || node.is_table();
-      case KeyKind::table: return node.is_table();
+    for (const toml::node& element : *array) {
+      const bool fits = key.kind == ParameterKind::list ? element.is_table() : element.is_string();
+      if (!fits) must_be(element, "holds " + kind_of(element));
     }
-    return false;
   }
 
   const toml::table& table_;
@@ -339,7 +253,7 @@ class Setter {
     if (!table) return;  // not a table: the checks will say so
     const std::string line = "v = " + value;
     toml::table parsed;
-    if (value.size() <= most_bytes && !KeyDepth(line).too_deep()) {
+    if (value.size() <= most_bytes && !detail::too_deep_key(line)) {
       try {
         parsed = toml::parse(std::string_view(line), std::string_view(place));
       } catch (const toml::parse_error&) {
@@ -393,13 +307,19 @@ class Setter {
 
 // ---- Reading
 
+/// The word that something is named by, which is a plain one.
+std::string check_plain(const std::string& kind, const toml::key& word) {
+  const std::string problem = detail::problem_with_name(kind, word.str());
+  if (!problem.empty()) fail(place_of(word.source()), problem);
+  return std::string(word.str());
+}
+
 /// `table` as a function of a field: {of, points, outside}.
-std::pair<FieldRef, TransferFunction> function_in(const toml::table& table, const std::string& where,
-                                                  const detail::Bounds& bounds) {
-  const Section section(table, detail::function_keys(), where);
+std::pair<FieldRef, TransferFunction> function_in(const toml::table& table, const std::string& where, const Range& range) {
+  const Section section(table, detail::keys_of<detail::FunctionPart>(), where);
   const auto check = [&](const toml::node& node, double result) {
-    if (bounds.contain(result)) return;
-    fail(place_of(node), "a result in " + where + " is " + toml_number(result) + "; it must be " + sentence_of(bounds));
+    if (range.contains(result)) return;
+    fail(place_of(node), "a result in " + where + " is " + toml_number(result) + "; it must be " + sentence_of(range));
   };
   std::vector<TransferFunction::Point> points;
   for (const toml::node& element : *section.node("points")->as_array()) {
@@ -418,27 +338,46 @@ std::pair<FieldRef, TransferFunction> function_in(const toml::table& table, cons
   }
 }
 
-/// Fills in a mode's parameters from its table, which has been checked against their keys.
-class ParameterReader final : public ParameterVisitor {
+/// Fills in the parameters of a part or a mode from its table, which has been checked against their keys.
+class Reader final : public ParameterVisitor {
  public:
-  ParameterReader(const Section& section, const Keys& keys, const std::vector<std::string>& volumes)
+  /// \param volumes  those that fields and volumes must be of; nullptr: of any
+  Reader(const Section& section, const Keys& keys, const std::vector<std::string>* volumes)
       : section_(section), keys_(keys), volumes_(volumes) {}
 
   void number(const ParameterInfo& info, double& value) override { value = section_.number(info.name).value_or(value); }
   void optional_number(const ParameterInfo& info, std::optional<double>& value) override {
-    if (const auto given = section_.number(info.name)) value = given;
+    if (section_.node(info.name)) value = section_.number(info.name);
   }
-  void flag(const ParameterInfo& info, bool& value) override { value = section_.flag(info.name).value_or(value); }
-  void text(const ParameterInfo& info, std::string& value) override { value = section_.text(info.name).value_or(value); }
+  void whole_number(const ParameterInfo& info, std::optional<std::int64_t>& value) override {
+    if (const toml::node* node = section_.node(info.name)) value = node->value<std::int64_t>();
+  }
+  void flag(const ParameterInfo& info, bool& value) override {
+    if (const toml::node* node = section_.node(info.name)) value = *node->value<bool>();
+  }
+  void text(const ParameterInfo& info, std::string& value) override {
+    const auto given = section_.text(info.name);
+    if (!given) return;
+    value = *given;
+    if (info.kind != ParameterKind::volume || !volumes_ || std::ranges::find(*volumes_, value) != volumes_->end()) return;
+    fail(place_of(*section_.node(info.name)), "no volume " + in_quotes(value) + "; " + suggestion(value, *volumes_));
+  }
+  void texts(const ParameterInfo& info, std::vector<std::string>& value) override {
+    const toml::node* node = section_.node(info.name);
+    if (!node || !node->is_array()) return;
+    value.clear();
+    for (const toml::node& element : *node->as_array()) value.push_back(*element.value<std::string>());
+  }
   void choice(const ParameterInfo& info, int& value) override {
     const auto word = section_.text(info.name);
     if (word) value = static_cast<int>(std::ranges::find(info.choices, *word) - info.choices.begin());
   }
+  void numbers(const ParameterInfo& info, std::vector<double>& value) override {
+    const toml::node* node = section_.node(info.name);
+    if (node && node->is_array()) value = *numbers_in(*node, info.count);
+  }
   void field(const ParameterInfo& info, FieldRef& ref) override {
     if (const toml::node* node = section_.node(info.name)) ref = field_in(*node);
-  }
-  void vector(const ParameterInfo& info, Vec3& value) override {
-    if (const auto given = section_.numbers(info.name, 3)) value = {(*given)[0], (*given)[1], (*given)[2]};
   }
   void strength(const ParameterInfo& info, Strength& strength) override {
     const toml::node* node = section_.node(info.name);
@@ -447,116 +386,88 @@ class ParameterReader final : public ParameterVisitor {
       strength = Strength(*constant);
       return;
     }
-    auto [of, curve] =
-        function_in(*node->as_table(), in_quotes(info.name) + " of " + section_.where(), {info.range.low, info.range.high});
+    auto [of, curve] = function_in(*node->as_table(), in_quotes(info.name) + " of " + section_.where(), info.range);
     strength = Strength(field_in(*node->as_table()->get("of")), std::move(curve));
   }
   void list(const ParameterInfo& info, ParameterList& list) override {
+    const toml::node* node = section_.node(info.name);
+    if (!node) return;
     const Keys& keys = detail::find(keys_, info.name)->items;
-    for (const toml::table* table : tables_in(section_.node(info.name))) {
+    const std::string in_list = in_quotes(info.name) + " of " + section_.where();
+    if (info.kind == ParameterKind::table) return read(*node->as_table(), keys, in_list, list, 0);
+    if (info.kind == ParameterKind::named_tables) return named_tables(*node->as_table(), *detail::find(keys_, info.name), list);
+    for (const toml::table* table : tables_in(node)) {
       const auto name = (*table)["name"].value<std::string>();
-      const std::string number = std::to_string(list.size() + 1);
-      const Section item(*table, keys,
-                         std::string(info.name) + " " + (name ? in_quotes(*name) : number) + " of " + section_.where());
+      const std::string item = std::string(info.name) + " " + (name ? in_quotes(*name) : std::to_string(list.size() + 1)) +
+                               " of " + section_.where();
       list.append();
-      ParameterReader reader(item, keys, volumes_);
-      list.visit(list.size() - 1, reader);
+      read(*table, keys, detail::find(keys, "name") ? item : in_list, list, list.size() - 1);
     }
   }
 
   /// A field's name whose volume is there: found out before any volume is opened.
   FieldRef field_in(const toml::node& node) const {
     const std::string name = *node.value<std::string>();
-    if (const std::string problem = detail::problem_with_volume_of(name, volumes_); !problem.empty())
-      fail(place_of(node), problem);
+    const std::string problem = volumes_ ? detail::problem_with_volume_of(name, *volumes_) : "";
+    if (!problem.empty()) fail(place_of(node), problem);
     return {name};
   }
 
  private:
+  void read(const toml::table& table, const Keys& keys, const std::string& where, ParameterList& list, std::size_t i) const {
+    const Section section(table, keys, where);
+    Reader reader(section, keys, volumes_);
+    list.visit(i, reader);
+  }
+  /// Each under its name, which is a plain word: "field 'a' of …" of `fields`.
+  void named_tables(const toml::table& table, const Key& key, ParameterList& list) const {
+    struct Name final : ParameterVisitor {
+      void text(const ParameterInfo& info, std::string& text) override {
+        if (info.name == "name") text = value;
+      }
+      std::string value;
+    } name;
+    const std::string one = key.name.substr(0, key.name.size() - 1);
+    for (const auto& [word, node] : table) {
+      name.value = check_plain(one, word);
+      const std::string where = one + " " + in_quotes(name.value) + " of " + section_.where();
+      if (!node.is_table()) fail(place_of(node), where + " is " + kind_of(node) + "; it must be " + key.form);
+      list.append();
+      list.visit(list.size() - 1, name);
+      read(*node.as_table(), key.items, where, list, list.size() - 1);
+    }
+  }
+
   const Section& section_;
   const Keys& keys_;
-  const std::vector<std::string>& volumes_;
+  const std::vector<std::string>* volumes_;
 };
 
-/// Turn about an axis. Multiples of 90° are exact, so that a turned volume keeps its bits.
-Mat3 turn(const Vec3& axis, double degrees) {
-  const double reduced = std::fmod(degrees, 360.0);
-  const double quarters = reduced / 90.0;
-  double sine = std::sin(reduced * std::numbers::pi / 180.0);
-  double cosine = std::cos(reduced * std::numbers::pi / 180.0);
-  if (quarters == std::round(quarters)) {
-    sine = std::round(sine);
-    cosine = std::round(cosine);
-  }
-  const Vec3 a = normalized(axis);
-  const double v = 1.0 - cosine;
-  return {{{a.x * a.x * v + cosine, a.x * a.y * v - a.z * sine, a.x * a.z * v + a.y * sine},
-           {a.y * a.x * v + a.z * sine, a.y * a.y * v + cosine, a.y * a.z * v - a.x * sine},
-           {a.z * a.x * v - a.y * sine, a.z * a.y * v + a.x * sine, a.z * a.z * v + cosine}}};
+/// Fills in a part from its table; gives back the table, checked.
+template <class Part>
+Section read(const toml::table& table, std::string where, Part& part, const std::vector<std::string>* volumes = nullptr) {
+  const Keys& keys = detail::keys_of<Part>();
+  Section section(table, keys, std::move(where));
+  Reader reader(section, keys, volumes);
+  detail::visit_parameters(part, reader);
+  return section;
 }
 
-ArrayLayout layout_in(const Section& section) {
-  ArrayLayout layout;
-  layout.type = section.text("type").value_or("");
-  layout.byte_order = section.text("byte_order").value_or("");
-  layout.header_bytes = static_cast<std::int64_t>(section.number("header_bytes").value_or(0));
+/// What several keys of a request say together.
+void check_request(const Section& section, const VolumeRequest& request) {
   for (const char* key : {"byte_order", "header_bytes"}) {
-    if (layout.type.empty() && section.node(key)) {
-      fail(place_of(*section.node(key)),
-           in_quotes(key) + " in " + section.where() + " is for a file of bare numbers; give 'type', too, or leave it out");
+    if (request.layout.type.empty() && section.node(key)) {
+      section.refuse(key, "is for a file of bare numbers; give 'type', too, or leave it out");
     }
   }
-  layout.axes = section.text("axes").value_or("");
-  layout.components = section.text("components").value_or("");
-  if (const auto n = section.numbers("dims", 3)) {
-    for (std::size_t a = 0; a < 3; ++a) {
-      const double dim = (*n)[a];
-      if (!(dim >= 1.0 && dim <= 1e9) || dim != std::floor(dim)) {
-        fail(place_of(*section.node("dims")),
-             "'dims' in " + section.where() + " are no counts of voxels; give whole numbers above 0");
-      }
-      layout.dims[a] = static_cast<std::int64_t>(dim);
-    }
+  for (const VolumeRequest::FieldRequest& field : request.fields) {
+    const toml::node* arrays = (*section.subtable("fields"))[field.name]["arrays"].node();
+    if (!arrays || (field.arrays.size() == 3 && field.array.empty())) continue;
+    fail(place_of(*arrays), "'arrays' in field " + in_quotes(field.name) + " of " + section.where() +
+                                (field.array.empty() ? " has " + std::to_string(field.arrays.size()) +
+                                                           " names; it must be a list of 3, along x, y and z"
+                                                     : " stands beside 'array'; give one of them"));
   }
-  if (const auto s = section.numbers("spacing_m", 3)) layout.spacing_m = {(*s)[0], (*s)[1], (*s)[2]};
-  if (const auto o = section.numbers("origin_m", 3)) layout.origin_m = Vec3{(*o)[0], (*o)[1], (*o)[2]};
-  return layout;
-}
-
-/// What a volume says about the reading of its file.
-VolumeRequest how_to_read(const Section& section) {
-  VolumeRequest request;
-  request.length_unit = section.text("length_unit").value_or("");
-  request.as = section.text("as").value_or("");
-  request.series = section.text("series").value_or("");
-  request.components_along = section.text("components_along").value_or("");
-  request.frame = static_cast<int>(section.number("frame").value_or(-1));
-  request.time_s = section.number("time");
-  if (const auto c = section.numbers("crop_m", 6)) request.crop = Box{{(*c)[0], (*c)[1], (*c)[2]}, {(*c)[3], (*c)[4], (*c)[5]}};
-  request.layout = layout_in(section);
-  const toml::table* fields = section.subtable("fields");
-  if (!fields) return request;
-  for (const auto& [key, node] : *fields) {
-    const std::string name(key.str());
-    if (!detail::is_plain_word(name)) {
-      fail(place_of(key.source()),
-           "field name " + in_quotes(name) + " is no plain word; use a letter, then letters, digits, '_' or '-'");
-    }
-    const std::string where = "field " + in_quotes(name) + " of " + section.where();
-    if (!node.is_table())
-      fail(place_of(node), where + " is " + kind_of(node) +
-                               "; it must be {array = text, unit = text}, or of three arrays {arrays = [x, y, z]}");
-    const Section field(*node.as_table(), detail::volume_field_keys(), where);
-    const std::vector<std::string> arrays = field.texts("arrays");
-    if (const toml::node* there = field.node("arrays"); there && (arrays.size() != 3 || field.node("array"))) {
-      fail(place_of(*there), "'arrays' in " + where +
-                                 (field.node("array") ? " stands beside 'array'; give one of them"
-                                                      : " has " + std::to_string(arrays.size()) +
-                                                            " names; it must be a list of 3, along x, y and z"));
-    }
-    request.fields.push_back({name, field.text("array").value_or(""), field.text("unit").value_or(""), arrays});
-  }
-  return request;
 }
 
 class Loader {
@@ -573,13 +484,14 @@ class Loader {
   LoadedScene load() {
     for (const auto& [path, value] : options_.sets) Setter(root_).set(path, value);
     check_format();
-    const Section scene(root_, detail::scene_keys(), "the scene");
-    read_header(scene);
-    read_coupling(scene);
-    read_law(scene);
+    const Section scene = read_header();
+    read_table(scene, "coupling", loaded_.scene.coupling);
+    detail::LawPart law{loaded_.scene.law};
+    read_table(scene, "law", law);
+    loaded_.scene.law = law.method;
     const std::vector<VolumePlan> volumes = plan_volumes(scene);
-    read_workspace(scene);
-    read_time(scene);
+    read_table(scene, "workspace", loaded_.scene.workspace);
+    read_table(scene, "time", loaded_.scene.time);
     read_view(scene);
     std::vector<SceneMode> modes = read_modes(scene);
 
@@ -604,19 +516,12 @@ class Loader {
   }
 
  private:
-  struct VolumePlan {
+  /// A volume that is yet to be opened.
+  struct VolumePlan : detail::VolumePart {
     std::string name;
     const toml::table* table = nullptr;
-    VolumeRequest request;
-    std::string analytic;
-    std::optional<double> sampled;
-    int frames = 20;                       // of embedded data that change with time
-    std::optional<double> frame_period_s;  // of a series
-    BetweenFrames between_frames = BetweenFrames::linear;
-    Similarity pose;
-    PoseTrack poses;
-    double smoothing_m = 0.0;
-    std::optional<Filter> filter;
+    Similarity placed;                                   // `pose`
+    PoseTrack track;                                     // `poses`
     std::vector<std::pair<std::string, double>> labels;  // names of fields, and the number that each shows
     std::string source;
   };
@@ -631,9 +536,11 @@ class Loader {
     }
   }
 
-  void read_header(const Section& scene) {
-    loaded_.scene.title = scene.text("title").value_or("");
-    loaded_.scene.needs = scene.texts("needs");
+  Section read_header() {
+    detail::HeaderPart header;
+    const Section scene = read(root_, "the scene", header);
+    loaded_.scene.title = header.title;
+    loaded_.scene.needs = header.needs;
     for (std::size_t i = 0; i < loaded_.scene.needs.size(); ++i) {
       const std::string& type = loaded_.scene.needs[i];
       if (!catalog_.find(type)) {
@@ -642,88 +549,38 @@ class Loader {
                  ", and what plug-ins bring that are named with --plugin FILE");
       }
     }
+    return scene;
   }
 
-  void read_coupling(const Section& scene) {
-    const toml::table* table = scene.subtable("coupling");
-    if (!table) return;
-    const Section section(*table, detail::coupling_keys(), "[coupling]");
-    for (const Key& key : detail::coupling_keys()) {
-      double& value = loaded_.scene.coupling.*detail::coupling_member(key.name);
-      value = section.number(key.name).value_or(value);
-    }
-  }
-
-  void read_law(const Section& scene) {
-    const toml::table* table = scene.subtable("law");
-    if (!table) return;
-    loaded_.scene.law = Section(*table, detail::law_keys(), "[law]").text("method").value_or(loaded_.scene.law);
-  }
-
-  void read_workspace(const Section& scene) {
-    const toml::table* table = scene.subtable("workspace");
-    if (!table) return;
-    const Section section(*table, detail::workspace_keys(), "[workspace]");
-    const auto check_volume = [&](const char* key) {
-      const auto volume = section.text(key);
-      if (!volume) return;
-      if (std::ranges::find(volume_names_, *volume) == volume_names_.end()) {
-        fail(place_of(*section.node(key)), "no volume " + in_quotes(*volume) + "; " + suggestion(*volume, volume_names_));
-      }
-    };
-    check_volume("fit");
-    check_volume("center");
-    Workspace& workspace = loaded_.scene.workspace;
-    workspace.fit = section.text("fit").value_or("");
-    workspace.scale = section.number("scale");
-    workspace.center_volume = section.text("center").value_or("");
-    if (const auto center = section.numbers("center", 3)) workspace.center_m = Vec3{(*center)[0], (*center)[1], (*center)[2]};
-    workspace.towards_user = section.text("towards_user").value_or("");
-    workspace.up = section.text("up").value_or("");
-  }
-
-  void read_time(const Section& scene) {
-    const toml::table* table = scene.subtable("time");
-    if (!table) return;
-    const Section section(*table, detail::time_keys(), "[time]");
-    TimeOptions& time = loaded_.scene.time;
-    if (const auto play = section.text("play")) {
-      const auto& ways = detail::find(detail::time_keys(), "play")->choices;
-      time.play = static_cast<TimeOptions::Play>(std::ranges::find(ways, *play) - ways.begin());
-    }
-    time.speed = section.number("speed").value_or(time.speed);
-    time.start_s = section.number("start_s").value_or(time.start_s);
+  /// [KEY] of the scene.
+  template <class Part>
+  void read_table(const Section& scene, const std::string& key, Part& part) const {
+    if (const toml::table* table = scene.subtable(key)) read(*table, "[" + key + "]", part, &volume_names_);
   }
 
   void read_view(const Section& scene) {
     const toml::table* table = scene.subtable("view");
     if (!table) return;
-    const Section view(*table, detail::view_keys(), "[view]");
-    if (const auto from = view.numbers("from", 3)) {
-      loaded_.scene.view_from = Vec3{(*from)[0], (*from)[1], (*from)[2]};
-      if (norm(*loaded_.scene.view_from) == 0.0) {
-        fail(place_of(*view.node("from")), "'from' is [0, 0, 0]; a direction of the world is no zero, such as [1, 0, 0]");
-      }
+    detail::ViewPart part;
+    const Section view = read(*table, "[view]", part);
+    loaded_.scene.view_from = part.from;
+    if (part.from && norm(*part.from) == 0.0) {
+      fail(place_of(*view.node("from")), "'from' is [0, 0, 0]; a direction of the world is no zero, such as [1, 0, 0]");
     }
     for (const toml::table* layer_table : tables_in(view.node("layer"))) {
-      const Section layer(*layer_table, detail::view_layer_keys(), "[[view.layer]]");
-      ViewLayer& read = loaded_.scene.layers.emplace_back();
-      const std::vector<std::string>& ways = detail::find(detail::view_layer_keys(), "show")->choices;
-      read.show = static_cast<ViewLayer::Show>(std::ranges::find(ways, *layer.text("show")) - ways.begin());
-      read.field.name = *layer.text("field");
-      read.level = layer.number("level");
-      read.name = layer.text("name").value_or("");
-      read.all_parts = layer.text("parts") == "all";
+      ViewLayer& layer_read = loaded_.scene.layers.emplace_back();
+      const Section layer = read(*layer_table, "[[view.layer]]", layer_read);
       const toml::table* colors = layer.subtable("colors");
       if (!colors) continue;
-      const Section section(*colors, detail::view_colors_keys(), "'colors' of [[view.layer]]");
+      const Section section(*colors, detail::keys_of<detail::ColorsPart>(), "'colors' of [[view.layer]]");
       for (const toml::node& point : *section.node("points")->as_array()) {
         if (!is_color_point(point)) {
           fail(place_of(point),
                "a point of 'colors' is something else; points are [[value, \"#rrggbb\", opacity from 0 to 1], …]");
         }
         const toml::array& parts = *point.as_array();
-        read.colors.push_back({*number_in(*parts.get(0)), *parts.get(1)->value<std::string>(), *number_in(*parts.get(2))});
+        layer_read.colors.push_back(
+            {*number_in(*parts.get(0)), *parts.get(1)->value<std::string>(), *number_in(*parts.get(2))});
       }
     }
   }
@@ -753,11 +610,7 @@ class Loader {
 
     std::vector<VolumePlan> plans;
     for (const auto& [key, node] : in_order) {
-      const std::string name(key->str());
-      if (!detail::is_plain_word(name)) {
-        fail(place_of(key->source()),
-             "volume name " + in_quotes(name) + " is no plain word; use a letter, then letters, digits, '_' or '-'");
-      }
+      const std::string name = check_plain("volume", *key);
       if (!node->is_table())
         fail(place_of(*node), "volume " + in_quotes(name) + " is " + kind_of(*node) + "; it must be a table");
       plans.push_back(plan_volume(name, *node->as_table()));
@@ -767,101 +620,76 @@ class Loader {
   }
 
   VolumePlan plan_volume(const std::string& name, const toml::table& table) const {
-    const Section section(table, detail::volume_keys(), "volume " + in_quotes(name));
     VolumePlan plan;
     plan.name = name;
     plan.table = &table;
-    plan.analytic = section.text("analytic").value_or("");
-    plan.sampled = section.number("sampled");
-    plan.smoothing_m = section.number("smoothing_m").value_or(0.0);
-    if (const auto filter = section.text("filter")) {
-      for (const Filter known : {Filter::trilinear, Filter::smooth, Filter::cubic}) {
-        if (*filter == name_of(known)) plan.filter = known;
-      }
-    }
+    const Section section = read(table, "volume " + in_quotes(name), static_cast<detail::VolumePart&>(plan));
+    check_request(section, plan.request);
     if (const toml::table* labels = section.subtable("labels")) {
       for (const auto& [key, node] : *labels) {
-        const std::string label(key.str());
-        if (!detail::is_plain_word(label)) {
-          fail(place_of(node),
-               "label name " + in_quotes(label) + " is no plain word; use a letter, then letters, digits, '_' or '-'");
-        }
+        const std::string label = check_plain("label", key);
         if (!node.is_integer()) {
           fail(place_of(node), "label " + in_quotes(label) + " is " + kind_of(node) + "; it must be a whole number of the map");
         }
         plan.labels.emplace_back(label, static_cast<double>(node.as_integer()->get()));
       }
     }
-    if (const toml::table* pose = section.subtable("pose")) plan.pose = read_pose(*pose, section.where());
-    if (section.node("poses")) plan.poses = read_poses(section);
+    place(section, plan);
     const int sources = !plan.analytic.empty() + (section.node("file") != nullptr) + (section.node("files") != nullptr);
     if (sources != 1) {
       fail(place_of(table), "volume " + in_quotes(name) + " has " + (sources == 0 ? "no data" : "two sources") +
                                 "; give either 'file' or 'analytic'");
     }
-    for (const Key& key : detail::file_keys()) {
-      if (!plan.analytic.empty() && section.node(key.name)) {
-        fail(place_of(*section.node(key.name)),
-             in_quotes(key.name) + " in volume " + in_quotes(name) + " speaks of a file; leave it out with 'analytic'");
-      }
+    const bool formula = !plan.analytic.empty();
+    for (const Key& key : detail::keys_of<VolumeRequest>()) {
+      if (formula && section.node(key.name)) section.refuse(key.name, "speaks of a file; leave it out with 'analytic'");
     }
-    if (plan.sampled && plan.analytic.empty()) {
-      fail(place_of(*section.node("sampled")),
-           "'sampled' in volume " + in_quotes(name) + " is for embedded data; leave it out with 'file'");
-    }
-    plan_series(section, plan);
+    if (plan.sampled && !formula) section.refuse("sampled", "is for embedded data; leave it out with 'file'");
+    check_series(section, plan);
     for (const char* key : {"filter", "sign"}) {
-      if (!plan.analytic.empty() && !plan.sampled && section.node(key)) {
-        fail(place_of(*section.node(key)),
-             in_quotes(key) + " in volume " + in_quotes(name) +
-                 " speaks of voxels, and a formula has none; give 'sampled', too, or leave it out");
+      if (formula && !plan.sampled && section.node(key)) {
+        section.refuse(key, "speaks of voxels, and a formula has none; give 'sampled', too, or leave it out");
       }
     }
-    if (plan.analytic.empty()) plan.request = read_request(section);
-    for (const Key& key : detail::volume_keys()) {
+    if (!formula) find_data(section, plan);
+    for (const Key& key : detail::keys_of<detail::VolumePart>()) {
       if (const toml::node* node = section.node(key.name)) plan.source += key.name + " = " + text_of(*node) + "\n";
     }
     return plan;
   }
 
   /// What a volume says about its frames in time.
-  static void plan_series(const Section& section, VolumePlan& plan) {
-    const auto refuse = [&](const char* key, const std::string& text) {
-      fail(place_of(*section.node(key)), in_quotes(key) + " in " + section.where() + " " + text);
-    };
-    plan.frame_period_s = section.number("frame_period_s");
-    plan.frames = static_cast<int>(section.number("frames").value_or(plan.frames));
-    if (section.text("between_frames") == "nearest") plan.between_frames = BetweenFrames::nearest;
+  static void check_series(const Section& section, const VolumePlan& plan) {
     const bool grids_of_formula =
         plan.sampled && std::ranges::find(beating_volumes(), plan.analytic, &AnalyticVolume::name) != beating_volumes().end();
     if (section.node("frames") && !grids_of_formula) {
-      refuse("frames", "is for embedded data that change with time, with 'sampled'; leave it out");
+      section.refuse("frames", "is for embedded data that change with time, with 'sampled'; leave it out");
     }
     if (section.node("files")) {
-      if (!plan.frame_period_s) refuse("files", "is a time series; say the time from frame to frame, 'frame_period_s'");
-      if (section.node("frame")) refuse("frame", "speaks of one file with several frames; leave it out with 'files'");
+      if (!plan.frame_period_s) section.refuse("files", "is a time series; say the time from frame to frame, 'frame_period_s'");
+      if (section.node("frame")) section.refuse("frame", "speaks of one file with several frames; leave it out with 'files'");
     } else if (section.node("file")) {
       if (section.node("frame") && plan.frame_period_s) {
-        refuse("frame", "takes one frame, and 'frame_period_s' all of them; leave one out");
+        section.refuse("frame", "takes one frame, and 'frame_period_s' all of them; leave one out");
       }
     } else if (plan.frame_period_s && !grids_of_formula) {
-      refuse("frame_period_s", "is for a time series, of files or sampled from embedded data; leave it out");
+      section.refuse("frame_period_s", "is for a time series, of files or sampled from embedded data; leave it out");
     }
     if (section.node("between_frames") && !plan.frame_period_s && !grids_of_formula) {
-      refuse("between_frames", "is for a time series; give 'frame_period_s' too, or leave it out");
+      section.refuse("between_frames", "is for a time series; give 'frame_period_s' too, or leave it out");
     }
   }
 
-  VolumeRequest read_request(const Section& section) const {
-    VolumeRequest request = how_to_read(section);
+  void find_data(const Section& section, VolumePlan& plan) const {
+    std::vector<std::filesystem::path>& files = plan.request.files;
     if (section.node("files")) {
-      request.files = find_files(*section.text("files"), section);
+      files = find_files(plan.series, section);
+    } else if (section.text("file")) {
+      files = {find_file(plan.file, section)};
     } else {
-      for (const std::string& file : section.texts("file")) request.files.push_back(find_file(file, section));
-      if (request.files.empty())
-        fail(place_of(*section.node("file")), "'file' in " + section.where() + " is an empty list; name a file");
+      for (const std::string& file : plan.files) files.push_back(find_file(file, section));
+      if (files.empty()) section.refuse("file", "is an empty list; name a file");
     }
-    return request;
   }
 
   /// Beside the scene, then in each data folder, then in $PALPA_DATA.
@@ -874,20 +702,17 @@ class Loader {
   }
 
   std::filesystem::path find_file(const std::string& file, const Section& section) const {
-    const toml::node& node = *section.node("file");
-    if (file.empty() || file.find('\0') != std::string::npos) {
-      fail(place_of(node), "'file' in " + section.where() + " is no path; give the path of a file");
-    }
+    if (file.empty() || file.find('\0') != std::string::npos) section.refuse("file", "is no path; give the path of a file");
     const std::filesystem::path path(file);
-    const std::vector<std::filesystem::path> candidates = candidates_of(path);
     std::vector<std::string> looked;
-    for (const std::filesystem::path& candidate : candidates) {
+    for (const std::filesystem::path& candidate : candidates_of(path)) {
       std::error_code ignored;
       if (std::filesystem::exists(place_in_file(candidate).file, ignored)) return candidate;
       looked.push_back(candidate.string());
     }
-    fail(place_of(node), "no file " + in_quotes(file) + " for " + section.where() + "; looked for " + detail::joined(looked) +
-                             (path.is_absolute() ? "" : "; name the folder it is in with --data or $PALPA_DATA"));
+    const std::string hint = path.is_absolute() ? "" : "; name the folder it is in with --data or $PALPA_DATA";
+    fail(place_of(*section.node("file")),
+         "no file " + in_quotes(file) + " for " + section.where() + "; looked for " + detail::joined(looked) + hint);
   }
 
   /// The files of a series, in the order of their frames: those whose names match, in the first folder that has any.
@@ -895,7 +720,7 @@ class Loader {
     const toml::node& node = *section.node("files");
     const std::filesystem::path path(pattern);
     if (pattern.empty() || pattern.find('\0') != std::string::npos || !path.has_filename()) {
-      fail(place_of(node), "'files' in " + section.where() + " is no pattern of paths; give one like \"phase_*.vti\"");
+      section.refuse("files", "is no pattern of paths; give one like \"phase_*.vti\"");
     }
     std::vector<std::string> looked;
     for (const std::filesystem::path& candidate : candidates_of(path)) {
@@ -912,47 +737,39 @@ class Loader {
                              (path.is_absolute() ? "" : "; name the folder they are in with --data or $PALPA_DATA"));
   }
 
-  PoseTrack read_poses(const Section& volume) const {
-    const toml::node& node = *volume.node("poses");
+  /// Where the volume is, or where it is when.
+  static void place(const Section& volume, VolumePlan& plan) {
+    if (const toml::table* pose = volume.subtable("pose")) plan.placed = similarity_of(plan.pose, *pose, volume);
+    const toml::node* node = volume.node("poses");
+    if (!node) return;
     if (volume.node("pose")) {
-      fail(place_of(node), "both 'pose' and 'poses' are given in " + volume.where() + "; use one of them");
+      fail(place_of(*node), "both 'pose' and 'poses' are given in " + volume.where() + "; use one of them");
     }
-    PoseTrack track;
-    for (const toml::table* table : tables_in(&node)) {
-      const Section section(*table, detail::poses_keys(), "'poses' of " + volume.where());
-      track.push_back({*section.number("time_s"), pose_in(section, volume.where())});
-      const char* problem = problem_with(track);
-      if (problem) fail(place_of(*table), "'poses' of " + volume.where() + ": " + problem);
+    const std::string poses = "'poses' of " + volume.where();
+    const std::vector<const toml::table*> tables = tables_in(node);
+    for (std::size_t i = 0; i < tables.size(); ++i) {
+      plan.track.push_back({plan.poses[i].time_s, similarity_of(plan.poses[i].pose, *tables[i], volume)});
+      if (const char* problem = problem_with(plan.track)) fail(place_of(*tables[i]), poses + ": " + problem);
     }
-    if (track.size() < 2) {
-      fail(place_of(node), "'poses' of " + volume.where() + " has " + (track.empty() ? "none" : "one") +
-                               "; what moves has at least two: use 'pose'");
+    if (tables.size() < 2) {
+      fail(place_of(*node), poses + " has " + (tables.empty() ? "none" : "one") + "; what moves has at least two: use 'pose'");
     }
-    return track;
   }
 
-  static Similarity read_pose(const toml::table& table, const std::string& volume) {
-    return pose_in(Section(table, detail::pose_keys(), "'pose' of " + volume), volume);
-  }
-  static Similarity pose_in(const Section& section, const std::string& volume) {
-    Similarity pose;
-    if (const auto t = section.numbers("translate_m", 3)) pose.translation_m = {(*t)[0], (*t)[1], (*t)[2]};
-    if (const auto r = section.numbers("rotate_axis_deg", 4)) {
-      const Vec3 axis{(*r)[0], (*r)[1], (*r)[2]};
-      if (axis == Vec3{}) {
-        fail(place_of(*section.node("rotate_axis_deg")),
-             "the axis in 'rotate_axis_deg' of " + volume + " is zero; give [x, y, z, degrees]");
-      }
-      pose.rotation = turn(axis, (*r)[3]);
+  static Similarity similarity_of(const detail::PosePart& pose, const toml::table& table, const Section& volume) {
+    const auto& [x, y, z, degrees] = pose.rotate_axis_deg;
+    const Vec3 axis{x, y, z};
+    if (axis == Vec3{}) {
+      fail(place_of(*table.get("rotate_axis_deg")),
+           "the axis in 'rotate_axis_deg' of " + volume.where() + " is zero; give [x, y, z, degrees]");
     }
-    pose.scale = section.number("scale").value_or(1.0);
-    return pose;
+    return {turn_about(axis, degrees), pose.scale, pose.translate_m};
   }
 
   static Volume make(const VolumePlan& plan) {
     Volume volume = analytic_volume(plan.analytic)->make();
     if (!plan.sampled) return volume;
-    const int longest = static_cast<int>(*plan.sampled);
+    const int longest = *plan.sampled;
     if (!timed(*volume.fields.front().field)) return sampled(volume, longest);
     volume = sampled(volume, longest, plan.frames, plan.between_frames);
     if (!plan.frame_period_s) return volume;
@@ -1000,12 +817,12 @@ class Loader {
     }
     warn_of_other_space(plan, volume);
     at(*plan.table, plan, [&] {
-      return plan.poses.empty() ? scene.add(plan.name, std::move(volume), plan.pose, plan.filter)
-                                : scene.add_moving(plan.name, std::move(volume), plan.poses, plan.filter);
+      return plan.track.empty() ? scene.add(plan.name, std::move(volume), plan.placed, plan.filter)
+                                : scene.add_moving(plan.name, std::move(volume), plan.track, plan.filter);
     });
     SceneVolume& added = *scene.find_volume(plan.name);
     added.source = plan.source;
-    added.smoothing_m = plan.smoothing_m;
+    added.smoothing_m = plan.smoothing_m.value_or(0.0);
     for (const std::string& warning : added.volume.warnings) warn_of(plan, warning);
   }
 
@@ -1043,8 +860,7 @@ class Loader {
     for (std::size_t i = 0; i < mode_tables_.size(); ++i) {
       modes.push_back(read_mode(*mode_tables_[i], i));
       if (!names.insert(modes.back().name).second) {
-        fail(place_of(*mode_tables_[i]->get("name")),
-             "mode name " + in_quotes(modes.back().name) + " is taken; give every mode a name of its own");
+        fail(place_of(*mode_tables_[i]->get("name")), detail::name_is_taken("mode", modes.back().name));
       }
       refuse_first(detail::parameter_findings(modes.back(), i));
     }
@@ -1061,13 +877,15 @@ class Loader {
       const std::string word = *type->value<std::string>();
       fail(place_of(*type), "unknown mode type " + in_quotes(word) + " in " + where + "; " + suggestion(word, types()));
     }
-    Keys keys = detail::mode_keys();
+    Keys keys = detail::keys_of<detail::ModePart>();
     if (example) std::ranges::move(detail::parameter_keys(*example), std::back_inserter(keys));
     if (!type) fail(place_of(table), "no key 'type' in " + where + "; it is needed: one of " + detail::joined(types()));
     const Section section(table, keys, where);
 
-    SceneMode mode{*section.text("name"), *example, section.flag("enabled").value_or(true), {}};
-    ParameterReader reader(section, keys, volume_names_);
+    detail::ModePart part;
+    Reader reader(section, keys, &volume_names_);
+    detail::visit_parameters(part, reader);
+    SceneMode mode{part.name, *example, part.enabled, {}};
     mode.mode.visit(reader);
     for (const toml::table* mask : tables_in(section.node("mask"))) {
       auto [of, curve] = function_in(*mask, "'mask' of " + where, {0, 1});
@@ -1096,8 +914,7 @@ class Loader {
     const auto place = [&] { return place_of(detail::Part{.section = "mode", .mode = number, .list = {}, .key = {}}); };
     try {
       Deriver deriver(loaded_.scene);
-      Mode copy = mode.mode;
-      copy.visit(deriver);
+      look_through(mode.mode, deriver);
       for (const Mask& mask : mode.masks) loaded_.scene.field(mask.of);
     } catch (const std::invalid_argument& error) {
       fail(place(), "what " + detail::called(mode) + " feels cannot be derived: " + error.what());
@@ -1132,7 +949,6 @@ class Loader {
     return nearest ? palpa::place_of(*nearest) : name_ + ":1:1";
   }
   static std::string place_of(const toml::node& node) { return palpa::place_of(node); }
-  static std::string place_of(const toml::source_region& region) { return palpa::place_of(region); }
 
   std::string name_;
   std::filesystem::path folder_;
@@ -1188,7 +1004,7 @@ void add_paths(const std::string& before, const Keys& keys, std::vector<std::str
     const std::string path = before + key.name;
     paths.push_back(path);
     for (const std::string& choice : key.choices) paths.push_back(path + "=" + choice);
-    if (key.kind == KeyKind::flag) paths.insert(paths.end(), {path + "=true", path + "=false"});
+    if (key.kind == ParameterKind::flag) paths.insert(paths.end(), {path + "=true", path + "=false"});
   }
 }
 
@@ -1209,10 +1025,10 @@ std::vector<std::pair<std::string, const toml::table*>> named_in(const toml::tab
 
 std::vector<std::string> set_paths(const std::string& text, const ModeCatalog& modes) {
   std::vector<std::string> paths;
-  add_paths("coupling.", detail::coupling_keys(), paths);
-  add_paths("law.", detail::law_keys(), paths);
-  add_paths("workspace.", detail::workspace_keys(), paths);
-  add_paths("time.", detail::time_keys(), paths);
+  add_paths("coupling.", detail::keys_of<CouplingOptions>(), paths);
+  add_paths("law.", detail::keys_of<detail::LawPart>(), paths);
+  add_paths("workspace.", detail::keys_of<Workspace>(), paths);
+  add_paths("time.", detail::keys_of<TimeOptions>(), paths);
   toml::table root;
   try {
     root = parse_toml(text, "scene");
@@ -1221,12 +1037,13 @@ std::vector<std::string> set_paths(const std::string& text, const ModeCatalog& m
   }
   if (const toml::table* volumes = root["volume"].as_table()) {
     for (const auto& [name, volume] : *volumes) {
-      if (detail::is_plain_word(name.str())) add_paths("volume." + std::string(name.str()) + ".", detail::volume_keys(), paths);
+      if (detail::is_plain_word(name.str()))
+        add_paths("volume." + std::string(name.str()) + ".", detail::keys_of<detail::VolumePart>(), paths);
     }
   }
   for (const auto& [name, table] : named_in(root, "mode")) {
     const std::string before = "mode." + name + ".";
-    add_paths(before, detail::mode_keys(), paths);
+    add_paths(before, detail::keys_of<detail::ModePart>(), paths);
     const Mode* mode = modes.find((*table)["type"].value_or(std::string()));
     if (!mode) continue;
     for (const Key& key : detail::parameter_keys(*mode)) {
@@ -1243,14 +1060,16 @@ std::vector<std::string> set_paths(const std::string& text, const ModeCatalog& m
 
 std::vector<std::string> how_to_read_paths() {
   std::vector<std::string> paths;
-  add_paths("", detail::file_keys(), paths);
+  add_paths("", detail::keys_of<VolumeRequest>(), paths);
   return paths;
 }
 
 VolumeRequest how_to_read(const std::vector<std::pair<std::string, std::string>>& keys) {
   toml::table table;
   for (const auto& [key, value] : keys) Setter::put(&table, key, value, std::string(set_mark) + key);
-  return how_to_read(Section(table, detail::file_keys(), "--set"));
+  VolumeRequest request;
+  check_request(read(table, "--set", request), request);
+  return request;
 }
 
 }  // namespace palpa

@@ -17,7 +17,7 @@ std::string cell(std::string text) {
 }
 
 std::string row(const Key& key) {
-  const std::string fallback = key.fallback.empty() ? "–" : key.required() ? "**required**" : key.fallback;
+  const std::string fallback = key.fallback.empty() ? "–" : key.required ? "**required**" : key.fallback;
   return "| `" + key.name + "` | " + cell(form_of(key)) + " | " + cell(fallback) + " | " + cell(key.sentence) + " |\n";
 }
 
@@ -57,31 +57,32 @@ std::string lines(const Keys& keys) {
 }  // namespace
 
 std::string scene_reference_markdown(const ModeCatalog& modes) {
-  std::string out = section("The scene", detail::scene_keys());
-  out += section("`[coupling]`", detail::coupling_keys());
-  out += section("`[law]`", detail::law_keys());
-  out += section("`[workspace]`", detail::workspace_keys());
-  out += section("`[time]`", detail::time_keys());
-  out += section("`[volume.NAME]`", detail::volume_keys());
-  out += section("`fields` of a volume, for each `NAME`", detail::volume_field_keys());
-  out += section("`pose` of a volume", detail::pose_keys());
-  out += section("Each of the `poses` of a volume", detail::poses_keys());
+  const Keys& volume_keys = detail::keys_of<detail::VolumePart>();
+  std::string out = section("The scene", detail::keys_of<detail::HeaderPart>());
+  out += section("`[coupling]`", detail::keys_of<CouplingOptions>());
+  out += section("`[law]`", detail::keys_of<detail::LawPart>());
+  out += section("`[workspace]`", detail::keys_of<Workspace>());
+  out += section("`[time]`", detail::keys_of<TimeOptions>());
+  out += section("`[volume.NAME]`", volume_keys);
+  out += section("`fields` of a volume, for each `NAME`", find(volume_keys, "fields")->items);
+  out += section("`pose` of a volume", find(volume_keys, "pose")->items);
+  out += section("Each of the `poses` of a volume", find(volume_keys, "poses")->items);
   out += "### Embedded data (`analytic`)\n\n| name | what it is |\n|---|---|\n";
   for (const auto& volumes : {analytic_volumes(), beating_volumes()}) {
     for (const AnalyticVolume& volume : volumes) {
       out += "| `" + std::string(volume.name) + "` | " + cell(std::string(volume.sentence)) + " |\n";
     }
   }
-  out += "\n" + section("`[[mode]]`, whatever its type", detail::mode_keys());
+  out += "\n" + section("`[[mode]]`, whatever its type", detail::keys_of<detail::ModePart>());
   out += "### Types of modes\n\n| type | what it feels like |\n|---|---|\n";
   for (const Mode& mode : modes.modes()) {
     const std::string type(mode.type());
     out += "| [`" + type + "`](modes/" + type + ".md) | " + cell(std::string(mode.summary())) + " |\n";
   }
-  out += "\n" + section("A function of a field (STRENGTH, `mask`)", detail::function_keys());
-  out += section("`[view]`", detail::view_keys());
-  out += section("`[[view.layer]]`", detail::view_layer_keys());
-  out += section("`colors` of a layer", detail::view_colors_keys());
+  out += "\n" + section("A function of a field (STRENGTH, `mask`)", detail::keys_of<detail::FunctionPart>());
+  out += section("`[view]`", detail::keys_of<detail::ViewPart>());
+  out += section("`[[view.layer]]`", detail::keys_of<ViewLayer>());
+  out += section("`colors` of a layer", detail::keys_of<detail::ColorsPart>());
   out.pop_back();
   return out;
 }
@@ -101,7 +102,7 @@ std::string mode_reference_text(const Mode& mode) {
   for (const Key& key : keys) {
     if (!key.items.empty()) out += "\nEach [[mode." + key.name + "]]:\n" + lines(key.items);
   }
-  return out + "\nEvery mode:\n" + lines(detail::mode_keys()) +
+  return out + "\nEvery mode:\n" + lines(detail::keys_of<detail::ModePart>()) +
          "\nFIELD is VOLUME, VOLUME.FIELD or FUNCTION(FIELD), as in magnitude(flow.velocity).\n"
          "STRENGTH is newtons, or a function of a field's value: {of = FIELD, points = [[value, newtons], ...]}.\n";
 }

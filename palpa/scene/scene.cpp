@@ -2,15 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <mutex>
 #include <set>
 
+#include "palpa/grid/derived_fields.h"
 #include "palpa/grid/filter.h"
-#include "palpa/scene/field_name.h"
 #include "palpa/scene/keys.h"
 #include "palpa/scene/scene_checks.h"
-#include "palpa/scene/wording.h"
 #include "palpa/survey/thin_parts.h"
+#include "palpa/toml/wording.h"
+#include "palpa/volume/field_name.h"
+#include "palpa/volume/same_data.h"
 #include "palpa/volume/volume.h"
 
 namespace palpa {
@@ -19,6 +20,7 @@ namespace {
 
 using detail::Finding;
 using detail::in_quotes;
+using detail::problem_with_name;
 using detail::suggestion;
 using detail::toml_number;
 
@@ -26,11 +28,6 @@ constexpr double reach_m = 0.15;  // hand length of a fitted volume's longest si
 constexpr std::size_t most_modes = 1000;
 
 [[noreturn]] void refuse(const std::string& text) { throw SceneError(detail::one_line("scene: " + text)); }
-
-std::string problem_with_name(const std::string& kind, const std::string& name) {
-  if (detail::is_plain_word(name)) return {};
-  return kind + " name " + in_quotes(name) + " is no plain word; use a letter, then letters, digits, '_' or '-'";
-}
 
 std::vector<std::string> names_of(const std::vector<SceneVolume>& volumes) {
   std::vector<std::string> names;
@@ -96,98 +93,13 @@ Found find_field(const std::vector<SceneVolume>& volumes, const std::string& nam
   return found;
 }
 
-// ---- The workspace
-
-struct WorkspaceProblem {
-  std::string key;
-  std::string text;
-};
-
-/// A world direction by its word; zero for no direction.
-Vec3 direction(const std::string& word) {
-  struct Direction {
-    std::string_view medical, axis;
-    Vec3 along;
-  };
-  // LPS: x to the patient's left, y to the back, z to the head.
-  static constexpr Direction directions[] = {{"left", "+x", {1, 0, 0}},      {"right", "-x", {-1, 0, 0}},
-                                             {"posterior", "+y", {0, 1, 0}}, {"anterior", "-y", {0, -1, 0}},
-                                             {"superior", "+z", {0, 0, 1}},  {"inferior", "-z", {0, 0, -1}}};
-  for (const Direction& d : directions) {
-    if (word == d.medical || word == d.axis) return d.along;
-  }
-  return {};
-}
-
-Vec3 direction_of(const char* key, const std::string& given, const std::string& by_default, const SceneVolume& volume) {
-  const std::string& word = given.empty() ? by_default : given;
-  const Vec3 along = direction(word);
-  if (along == Vec3{}) {
-    throw WorkspaceProblem{
-        key, in_quotes(word) + " is no direction; " + suggestion(word, detail::find(detail::workspace_keys(), key)->choices)};
-  }
-  const bool medical = word.front() != '+' && word.front() != '-';
-  if (medical && !volume.volume.medical_frame) {
-    throw WorkspaceProblem{key, in_quotes(word) + " is a medical word, and volume " + in_quotes(volume.name) +
-                                    " has no medical frame; use one of: +x, -x, +y, -y, +z, -z"};
-  }
-  return along;
-}
-
-const SceneVolume& volume_named(const std::vector<SceneVolume>& volumes, const char* key, const std::string& name) {
-  const auto found = std::ranges::find(volumes, name, &SceneVolume::name);
-  if (found == volumes.end())
-    throw WorkspaceProblem{key, "no volume " + in_quotes(name) + "; " + suggestion(name, names_of(volumes))};
-  return *found;
-}
-
-Similarity map_of(const Workspace& workspace, const std::vector<SceneVolume>& volumes) {
-  if (!workspace.fit.empty() && workspace.scale) {
-    throw WorkspaceProblem{"scale", "both 'fit' and 'scale' are given; use one of them"};
-  }
-  if (workspace.scale && !(*workspace.scale > 0.0 && std::isfinite(*workspace.scale))) {
-    throw WorkspaceProblem{"scale", "'scale' is " + toml_number(*workspace.scale) + "; it must be above 0"};
-  }
-  if (!workspace.center_volume.empty() && workspace.center_m) {
-    throw WorkspaceProblem{"center", "a volume and a position are given as 'center'; use one of them"};
-  }
-  if (workspace.center_m && !is_finite(*workspace.center_m)) {
-    throw WorkspaceProblem{"center", "'center' is not finite; use [x, y, z] in metres of the world"};
-  }
-  if (volumes.empty() && workspace == Workspace{}) return {};
-  if (volumes.empty()) throw WorkspaceProblem{"", "a workspace without volumes has nothing to lie in; add a volume"};
-
-  const SceneVolume& fitted = workspace.fit.empty() ? volumes.front() : volume_named(volumes, "fit", workspace.fit);
-  const SceneVolume& centered =
-      workspace.center_volume.empty() ? fitted : volume_named(volumes, "center", workspace.center_volume);
-
-  const bool medical = fitted.volume.medical_frame;
-  const Vec3 z = direction_of("towards_user", workspace.towards_user, medical ? "anterior" : "+z", fitted);
-  const Vec3 y = direction_of("up", workspace.up, medical ? "superior" : "+y", fitted);
-  if (dot(y, z) != 0.0) {
-    throw WorkspaceProblem{workspace.up.empty() ? "towards_user" : "up",
-                           "'up' and 'towards_user' lie along one axis; give two directions at a right angle"};
-  }
-  const Vec3 x = cross(y, z);
-
-  Similarity map;
-  map.rotation = {{{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}}};
-  map.scale = workspace.scale ? *workspace.scale : largest_component(fitted.volume.bounds_m().size_m()) / reach_m;
-  map.translation_m = workspace.center_m ? *workspace.center_m : centered.volume.bounds_m().centre_m();
-  if (!is_usable(map)) {
-    throw WorkspaceProblem{workspace.scale ? "scale" : "fit", "the box of volume " + in_quotes(fitted.name) +
-                                                                  " has no usable size; give 'scale' and 'center' as numbers"};
-  }
-  return map;
-}
-
 // ---- Checks
 
 std::string call_item(const std::string& list, std::size_t item, const std::string& name) {
   return list + " " + (name.empty() ? std::to_string(item + 1) : in_quotes(name));
 }
 
-/// Looks into a mode's parameters and those of its lists, knowing where it is.
+/// Looks into the parameters of a mode or of another part, and those of its lists, knowing where it is.
 class CheckingVisitor : public ParameterVisitor {
  public:
   CheckingVisitor(const SceneMode& mode, std::size_t number, std::vector<Finding>& out)
@@ -195,6 +107,7 @@ class CheckingVisitor : public ParameterVisitor {
     part_.section = "mode";
     part_.mode = number;
   }
+  CheckingVisitor(const std::string& section, std::vector<Finding>& out) : out_(out) { part_.section = section; }
   void list(const ParameterInfo& info, ParameterList& list) override {
     const std::string outer = where_;
     part_.list = info.name;
@@ -215,7 +128,7 @@ class CheckingVisitor : public ParameterVisitor {
     part.key = key;
     out_.push_back({std::move(part), std::move(text), warning});
   }
-  std::string the(std::string_view key) const { return in_quotes(key) + " in " + where_; }
+  std::string the(std::string_view key) const { return in_quotes(key) + (where_.empty() ? "" : " in " + where_); }
   const detail::Part& part() const noexcept { return part_; }
 
  private:
@@ -243,8 +156,9 @@ class ParameterChecks final : public CheckingVisitor {
   void optional_number(const ParameterInfo& info, std::optional<double>& value) override {
     if (value) in_range(info.name, info.range, *value);
   }
-  void vector(const ParameterInfo& info, Vec3& value) override {
-    if (!is_finite(value)) find(info.name, the(info.name) + " is not finite; give [x, y, z] in the unit of the field");
+  void numbers(const ParameterInfo& info, std::vector<double>& value) override {
+    if (std::ranges::all_of(value, [](double number) { return std::isfinite(number); })) return;
+    find(info.name, the(info.name) + " is not finite; give " + std::string(info.form));
   }
   void strength(const ParameterInfo& info, Strength& strength) override {
     if (strength.is_constant()) return in_range(info.name, info.range, strength.constant_n);
@@ -255,7 +169,7 @@ class ParameterChecks final : public CheckingVisitor {
     if (info.name != "name" || value.empty() || list.empty()) return;
     if (const std::string problem = problem_with_name(list, value); !problem.empty()) find(info.name, problem);
     if (!names_.emplace(list, value).second) {
-      find(info.name, list + " name " + in_quotes(value) + " is taken; give every " + list + " a name of its own");
+      find(info.name, detail::name_is_taken(list, value));
     }
   }
   void function(std::string_view key, Range range, const TransferFunction& function) {
@@ -266,16 +180,25 @@ class ParameterChecks final : public CheckingVisitor {
 
  private:
   void in_range(std::string_view key, Range range, double value) {
-    const detail::Bounds bounds{range.low, range.high};
-    if (!bounds.contain(value)) find(key, the(key) + " is " + toml_number(value) + "; it must be " + sentence_of(bounds));
+    const bool fits = range.contains(value) && std::isfinite(value);
+    if (!fits) find(key, the(key) + " is " + toml_number(value) + "; it must be " + detail::sentence_of(range));
   }
   std::set<std::pair<std::string, std::string>> names_;
 };
 
-class FieldChecks final : public CheckingVisitor {
+/// Those that look at the fields of the scene.
+class SceneChecks : public CheckingVisitor {
  public:
-  FieldChecks(const Scene& scene, const SceneMode& mode, std::size_t number, std::vector<Finding>& out)
+  SceneChecks(const Scene& scene, const SceneMode& mode, std::size_t number, std::vector<Finding>& out)
       : CheckingVisitor(mode, number, out), scene_(scene) {}
+
+ protected:
+  const Scene& scene_;
+};
+
+class FieldChecks final : public SceneChecks {
+ public:
+  using SceneChecks::SceneChecks;
   void field(const ParameterInfo& info, FieldRef& ref) override {
     if (info.kind == ParameterKind::optional_field && ref.name.empty()) return;
     const int components = info.kind == ParameterKind::scalar_field ? 1 : info.kind == ParameterKind::vector_field ? 3 : 0;
@@ -297,14 +220,12 @@ class FieldChecks final : public CheckingVisitor {
 
  private:
   static std::string kind(int components) { return components == 1 ? "scalar" : "vector"; }
-  const Scene& scene_;
 };
 
 /// Compares the levels of a mode with what its parameter `field` holds.
-class LevelChecks final : public CheckingVisitor {
+class LevelChecks final : public SceneChecks {
  public:
-  LevelChecks(const Scene& scene, const SceneMode& mode, std::size_t number, std::vector<Finding>& out)
-      : CheckingVisitor(mode, number, out), scene_(scene) {}
+  using SceneChecks::SceneChecks;
   void field(const ParameterInfo& info, FieldRef& ref) override {
     if (info.name == "field") ref_ = ref;
   }
@@ -319,16 +240,14 @@ class LevelChecks final : public CheckingVisitor {
   }
 
  private:
-  const Scene& scene_;
   FieldRef ref_;
   std::optional<Extent> extent_;
 };
 
 /// Looks for a texture of a field that has none.
-class TextureChecks final : public CheckingVisitor {
+class TextureChecks final : public SceneChecks {
  public:
-  TextureChecks(const Scene& scene, const SceneMode& mode, std::size_t number, std::vector<Finding>& out)
-      : CheckingVisitor(mode, number, out), scene_(scene) {}
+  using SceneChecks::SceneChecks;
   void companion(FieldRef&, const FieldRef& of, Derivation felt) override {
     if (felt != Derivation::detail || of.name.empty() || has_detail(*scene_.field(of).field)) return;
     find("texture_ratio",
@@ -336,17 +255,14 @@ class TextureChecks final : public CheckingVisitor {
              " is finer than its filter; of a scalar volume from voxels filter = \"smooth\" leaves such detail",
          true);
   }
-
- private:
-  const Scene& scene_;
 };
 
 /// Looks for levels of a mode at which the smoothing filter loses much of what is thin.
-class ThinPartChecks final : public CheckingVisitor {
+class ThinPartChecks final : public SceneChecks {
  public:
   ThinPartChecks(const Scene& scene, const SceneMode& mode, std::size_t number, const std::vector<std::string>& chose,
                  std::vector<Finding>& out)
-      : CheckingVisitor(mode, number, out), scene_(scene), chose_(chose) {}
+      : SceneChecks(scene, mode, number, out), chose_(chose) {}
   void field(const ParameterInfo& info, FieldRef& ref) override {
     if (info.name != "field" || ref.name.empty()) return;
     if (std::ranges::find(chose_, detail::parse_field_name(ref.name).volume()) != chose_.end()) return;
@@ -376,11 +292,100 @@ class ThinPartChecks final : public CheckingVisitor {
   }
 
  private:
-  const Scene& scene_;
   const std::vector<std::string>& chose_;
   FieldPtr field_;
   std::string_view solid_ = "high";
 };
+
+/// What is out of its range or not finite in a part of its own section.
+template <class Part>
+std::vector<Finding> part_findings(const std::string& section, Part part) {
+  std::vector<Finding> found;
+  ParameterChecks checks(section, found);
+  detail::visit_parameters(part, checks);
+  return found;
+}
+
+// ---- The workspace
+
+struct WorkspaceProblem {
+  std::string key;
+  std::string text;
+};
+
+/// A world direction by its word; zero for no direction.
+Vec3 direction(const std::string& word) {
+  struct Direction {
+    std::string_view medical, axis;
+    Vec3 along;
+  };
+  // LPS: x to the patient's left, y to the back, z to the head.
+  static constexpr Direction directions[] = {{"left", "+x", {1, 0, 0}},      {"right", "-x", {-1, 0, 0}},
+                                             {"posterior", "+y", {0, 1, 0}}, {"anterior", "-y", {0, -1, 0}},
+                                             {"superior", "+z", {0, 0, 1}},  {"inferior", "-z", {0, 0, -1}}};
+  for (const Direction& d : directions) {
+    if (word == d.medical || word == d.axis) return d.along;
+  }
+  return {};
+}
+
+Vec3 direction_of(const char* key, const std::string& given, const std::string& by_default, const SceneVolume& volume) {
+  const std::string& word = given.empty() ? by_default : given;
+  const Vec3 along = direction(word);
+  if (along == Vec3{}) {
+    throw WorkspaceProblem{key, in_quotes(word) + " is no direction; " + suggestion(word, detail::direction_words())};
+  }
+  const bool medical = word.front() != '+' && word.front() != '-';
+  if (medical && !volume.volume.medical_frame) {
+    throw WorkspaceProblem{key, in_quotes(word) + " is a medical word, and volume " + in_quotes(volume.name) +
+                                    " has no medical frame; use one of: +x, -x, +y, -y, +z, -z"};
+  }
+  return along;
+}
+
+const SceneVolume& volume_named(const std::vector<SceneVolume>& volumes, const char* key, const std::string& name) {
+  const auto found = std::ranges::find(volumes, name, &SceneVolume::name);
+  if (found == volumes.end())
+    throw WorkspaceProblem{key, "no volume " + in_quotes(name) + "; " + suggestion(name, names_of(volumes))};
+  return *found;
+}
+
+Similarity map_of(const Workspace& workspace, const std::vector<SceneVolume>& volumes) {
+  if (!workspace.fit.empty() && workspace.scale) {
+    throw WorkspaceProblem{"scale", "both 'fit' and 'scale' are given; use one of them"};
+  }
+  if (!workspace.center_volume.empty() && workspace.center_m) {
+    throw WorkspaceProblem{"center", "a volume and a position are given as 'center'; use one of them"};
+  }
+  if (const std::vector<Finding> found = part_findings("workspace", workspace); !found.empty()) {
+    throw WorkspaceProblem{found.front().part.key, found.front().text};
+  }
+  if (volumes.empty() && workspace == Workspace{}) return {};
+  if (volumes.empty()) throw WorkspaceProblem{"", "a workspace without volumes has nothing to lie in; add a volume"};
+
+  const SceneVolume& fitted = workspace.fit.empty() ? volumes.front() : volume_named(volumes, "fit", workspace.fit);
+  const SceneVolume& centered =
+      workspace.center_volume.empty() ? fitted : volume_named(volumes, "center", workspace.center_volume);
+
+  const bool medical = fitted.volume.medical_frame;
+  const Vec3 z = direction_of("towards_user", workspace.towards_user, medical ? "anterior" : "+z", fitted);
+  const Vec3 y = direction_of("up", workspace.up, medical ? "superior" : "+y", fitted);
+  if (dot(y, z) != 0.0) {
+    throw WorkspaceProblem{workspace.up.empty() ? "towards_user" : "up",
+                           "'up' and 'towards_user' lie along one axis; give two directions at a right angle"};
+  }
+  const Vec3 x = cross(y, z);
+
+  Similarity map;
+  map.rotation = {{{x.x, y.x, z.x}, {x.y, y.y, z.y}, {x.z, y.z, z.z}}};
+  map.scale = workspace.scale ? *workspace.scale : largest_component(fitted.volume.bounds_m().size_m()) / reach_m;
+  map.translation_m = workspace.center_m ? *workspace.center_m : centered.volume.bounds_m().centre_m();
+  if (!is_usable(map)) {
+    throw WorkspaceProblem{workspace.scale ? "scale" : "fit", "the box of volume " + in_quotes(fitted.name) +
+                                                                  " has no usable size; give 'scale' and 'center' as numbers"};
+  }
+  return map;
+}
 
 }  // namespace
 
@@ -401,14 +406,13 @@ std::string problem_with_volume_of(const std::string& field, const std::vector<s
 std::vector<Finding> parameter_findings(const SceneMode& scene_mode, std::size_t number) {
   std::vector<Finding> found;
   ParameterChecks checks(scene_mode, number, found);
-  Mode mode = scene_mode.mode;  // visiting may change a mode; this does not
-  mode.visit(checks);
+  look_through(scene_mode.mode, checks);
   for (const Mask& mask : scene_mode.masks) checks.function("mask", {0, 1}, mask.curve);
   if (const std::string name = problem_with_name("mode", scene_mode.name); !name.empty()) {
     found.push_back({{.section = "mode", .mode = number, .list = {}, .key = "name"}, name});
   }
   if (!found.empty()) return found;
-  if (const std::string problem = mode.problem(); !problem.empty()) {
+  if (const std::string problem = scene_mode.mode.problem(); !problem.empty()) {
     found.push_back({{.section = "mode", .mode = number, .list = {}, .key = {}}, called(scene_mode) + ": " + problem});
   }
   return found;
@@ -417,50 +421,38 @@ std::vector<Finding> parameter_findings(const SceneMode& scene_mode, std::size_t
 std::vector<Finding> field_findings(const Scene& scene, const SceneMode& scene_mode, std::size_t number) {
   std::vector<Finding> found;
   FieldChecks checks(scene, scene_mode, number, found);
-  Mode mode = scene_mode.mode;
-  mode.visit(checks);
+  look_through(scene_mode.mode, checks);
   for (const Mask& mask : scene_mode.masks) checks.resolve("mask", mask.of, 1);
   return found;
 }
 
 std::vector<Finding> time_findings(const Scene& scene) {
-  std::vector<Finding> found;
-  const auto find = [&](const char* key, std::string text, bool warning) {
-    found.push_back({{.section = "time", .list = {}, .key = key}, std::move(text), warning});
+  std::vector<Finding> found = part_findings("time", scene.time);
+  const auto warn = [&](const char* key, std::string text) {
+    found.push_back({{.section = "time", .list = {}, .key = key}, std::move(text), true});
   };
   const TimeOptions& time = scene.time;
-  for (const auto& [key, value] : {std::pair{"speed", time.speed}, std::pair{"start_s", time.start_s}}) {
-    const Bounds& bounds = *detail::find(time_keys(), key)->bounds;
-    if (!bounds.contain(value))
-      find(key, in_quotes(key) + " is " + toml_number(value) + "; it must be " + sentence_of(bounds), false);
-  }
   bool any = false;
   for (const SceneVolume& volume : scene.volumes()) {
     for (const VolumeField& field : volume.volume.fields) any = any || timed(*field.field);
     if (time.play == TimeOptions::Play::loop && !volume.poses.empty() &&
         volume.poses.front().pose != volume.poses.back().pose) {
-      find("play",
-           "volume " + in_quotes(volume.name) + " jumps where its loop begins again; end its 'poses' with the first of them",
-           true);
+      warn("play",
+           "volume " + in_quotes(volume.name) + " jumps where its loop begins again; end its 'poses' with the first of them");
     }
   }
   if (time != TimeOptions{} && !any) {
-    find("", "nothing in the scene changes with time; give a volume 'files' or 'poses', or leave [time] out", true);
+    warn("", "nothing in the scene changes with time; give a volume 'files' or 'poses', or leave [time] out");
   }
   return found;
 }
 
 std::vector<Finding> findings(const Scene& scene) {
-  std::vector<Finding> found;
-  for (const Key& key : coupling_keys()) {
-    const double value = scene.coupling.*coupling_member(key.name);
-    if (key.bounds->contain(value)) continue;
-    found.push_back({{.section = "coupling", .list = {}, .key = key.name},
-                     in_quotes(key.name) + " is " + toml_number(value) + "; it must be " + sentence_of(*key.bounds)});
-  }
-  if (std::ranges::find(law_methods(), scene.law) == law_methods().end()) {
+  std::vector<Finding> found = part_findings("coupling", scene.coupling);
+  const std::vector<std::string> laws = law_methods();
+  if (std::ranges::find(laws, scene.law) == laws.end()) {
     found.push_back({{.section = "law", .list = {}, .key = "method"},
-                     "no law " + in_quotes(scene.law) + "; " + suggestion(scene.law, law_methods())});
+                     "no law " + in_quotes(scene.law) + "; " + suggestion(scene.law, laws)});
   }
   try {
     map_of(scene.workspace, scene.volumes());
@@ -472,18 +464,16 @@ std::vector<Finding> findings(const Scene& scene) {
   for (std::size_t i = 0; i < scene.modes().size(); ++i) {
     const SceneMode& mode = scene.modes()[i];
     if (!names.insert(mode.name).second) {
-      found.push_back({{.section = "mode", .mode = i, .list = {}, .key = "name"},
-                       "mode name " + in_quotes(mode.name) + " is taken; give every mode a name of its own"});
+      found.push_back({{.section = "mode", .mode = i, .list = {}, .key = "name"}, detail::name_is_taken("mode", mode.name)});
     }
     const std::size_t before = found.size();
     std::ranges::move(parameter_findings(mode, i), std::back_inserter(found));
     std::ranges::move(field_findings(scene, mode, i), std::back_inserter(found));
     if (found.size() != before) continue;
     LevelChecks levels(scene, mode, i, found);
-    Mode copy = mode.mode;
-    copy.visit(levels);
+    look_through(mode.mode, levels);
     TextureChecks texture(scene, mode, i, found);
-    copy.visit(texture);
+    look_through(mode.mode, texture);
   }
   return found;
 }
@@ -492,8 +482,7 @@ std::vector<Finding> thin_part_findings(const Scene& scene, const std::vector<st
   std::vector<Finding> found;
   for (std::size_t i = 0; i < scene.modes().size(); ++i) {
     ThinPartChecks checks(scene, scene.modes()[i], i, chose, found);
-    Mode copy = scene.modes()[i].mode;
-    copy.visit(checks);
+    look_through(scene.modes()[i].mode, checks);
   }
   return found;
 }
@@ -502,28 +491,8 @@ std::vector<Finding> thin_part_findings(const Scene& scene, const std::vector<st
 
 // ---- Scene
 
-/// The derived fields of a scene and its copies, by what they derive from. A few: looked through in order.
-class Scene::DerivedFields {
- public:
-  FieldPtr get(Derivation derivation, const FieldPtr& of, double smoothing_m) {
-    const std::lock_guard lock(mutex_);
-    for (const Entry& entry : entries_) {
-      if (entry.derivation == derivation && entry.of == of && entry.smoothing_m == smoothing_m) return entry.field;
-    }
-    entries_.push_back({derivation, of, smoothing_m, derived(derivation, of, smoothing_m)});
-    return entries_.back().field;
-  }
-
- private:
-  struct Entry {
-    Derivation derivation;
-    FieldPtr of;
-    double smoothing_m;
-    FieldPtr field;
-  };
-  std::mutex mutex_;
-  std::vector<Entry> entries_;
-};
+/// Those of a scene and its copies.
+class Scene::DerivedFields : public detail::DerivedFields {};
 
 Scene::Scene(CouplingOptions options) : coupling(options), derived_(std::make_shared<DerivedFields>()) {}
 
@@ -547,7 +516,7 @@ FieldRef Scene::add(SceneVolume added, std::optional<Filter> filter) {
   const std::string& name = added.name;
   Volume& volume = added.volume;
   if (const std::string problem = problem_with_name("volume", name); !problem.empty()) refuse(problem);
-  if (find_volume(name)) refuse("volume name " + in_quotes(name) + " is taken; give every volume a name of its own");
+  if (find_volume(name)) refuse(detail::name_is_taken("volume", name));
   if (volume.fields.empty()) refuse("volume " + in_quotes(name) + " has no fields; a volume has at least one");
   std::set<std::string> fields;
   for (const VolumeField& field : volume.fields) {
@@ -573,7 +542,7 @@ FieldRef Scene::add(SceneVolume added, std::optional<Filter> filter) {
 }
 
 void Scene::add(std::string name, Mode mode, std::vector<Mask> masks, bool enabled) {
-  if (find_mode(name)) refuse("mode name " + in_quotes(name) + " is taken; give every mode a name of its own");
+  if (find_mode(name)) refuse(detail::name_is_taken("mode", name));
   if (modes_.size() >= most_modes) refuse("more than " + std::to_string(most_modes) + " modes; use fewer");
   SceneMode added{std::move(name), std::move(mode), enabled, std::move(masks)};
   std::vector<Finding> found = detail::parameter_findings(added, modes_.size());
@@ -637,35 +606,11 @@ std::vector<std::string> Scene::check() const {
   return warnings;
 }
 
-namespace {
-
-/// Whether two fields of code are known to have the same values everywhere.
-bool same_field(const Field& a, const Field& b) {
-  const GridView *x = grid_behind(a), *y = grid_behind(b);
-  return &a == &b || (x && y && x->geometry == y->geometry && x->voxels.data == y->voxels.data && x->scale == y->scale &&
-                      x->offset == y->offset && x->filter == y->filter && x->signless == y->signless);
-}
-
-bool same_data(const SceneVolume& a, const SceneVolume& b) {
-  const auto same_file = [](const SourceFile& x, const SourceFile& y) {
-    return x.path == y.path && x.bytes == y.bytes && x.sha256 == y.sha256;
-  };
-  if (a.volume.fields.size() != b.volume.fields.size() || !std::ranges::equal(a.volume.files, b.volume.files, same_file))
-    return false;
-  // Without a source the data came from code: only the same voxels are known to be the same.
-  const bool same_origin = a.source == b.source && (!a.source.empty() || !a.volume.files.empty());
-  for (std::size_t i = 0; i < a.volume.fields.size(); ++i) {
-    const VolumeField& x = a.volume.fields[i];
-    const VolumeField& y = b.volume.fields[i];
-    if (x.name != y.name || x.unit != y.unit || !(same_origin || same_field(*x.field, *y.field))) return false;
-  }
-  return true;
-}
-
-}  // namespace
-
 bool operator==(const Scene& a, const Scene& b) {
-  return to_toml(a) == to_toml(b) && std::ranges::equal(a.volumes(), b.volumes(), same_data);
+  const auto same = [](const SceneVolume& x, const SceneVolume& y) {
+    return detail::same_data(x.volume, y.volume, x.source == y.source && (!x.source.empty() || !x.volume.files.empty()));
+  };
+  return to_toml(a) == to_toml(b) && std::ranges::equal(a.volumes(), b.volumes(), same);
 }
 
 }  // namespace palpa

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "palpa/scene/wording.h"
+#include "palpa/toml/wording.h"
 #include "palpa/trace/csv.h"
 #include "palpa/volume/volume.h"
 

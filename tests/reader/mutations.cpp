@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "files.h"
-#include "palpa/scene/read_series.h"
+#include "palpa/volume/read_series.h"
 #include "palpa/volume/volume.h"
 
 namespace palpa::test {

@@ -189,6 +189,15 @@ TEST(WrongScene, Toml) {
                             }() +
                             "b]\n",
                         "s.toml:2:"},
+                  Wrong{"key of many dots behind a text that ends in a quote",
+                        "palpa = 1\nv = {a = \"\"\"x\"\"\"\", " +
+                            [] {
+                              std::string k;
+                              for (int i = 0; i < 200000; ++i) k += "a.";
+                              return k;
+                            }() +
+                            "b = 1}\n",
+                        "s.toml:2:53: a key of more than 16 parts;"},
                   Wrong{"list of many lists", "palpa = " + std::string(100000, '['), "s.toml:1:"},
                   Wrong{"too long", "palpa = 1 #" + std::string(5 << 20, 'x'), "s.toml: longer than 4 MiB;"}});
 }

@@ -9,7 +9,7 @@
 #include <stdexcept>
 
 #include "palpa/grid/grid.h"
-#include "palpa/scene/read_series.h"
+#include "palpa/volume/read_series.h"
 #include "palpa/volume/volume.h"
 #include "tests/scene/scene_files.h"
 

@@ -1,4 +1,4 @@
-#include "palpa/scene/wording.h"
+#include "palpa/toml/wording.h"
 
 #include <algorithm>
 #include <array>
@@ -53,6 +53,12 @@ std::string toml_number(double value) {
   return text;
 }
 
+std::string toml_numbers(const std::vector<double>& values) {
+  std::string out;
+  for (const double value : values) out += (out.empty() ? "" : ", ") + toml_number(value);
+  return "[" + out + "]";
+}
+
 std::string toml_string(std::string_view text, std::string_view for_no_utf8) {
   std::string out = "\"";
   for (std::size_t i = 0; i < text.size();) {
@@ -100,6 +106,16 @@ bool is_plain_word(std::string_view word) noexcept {
   const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
   const auto inner = [&](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '_' || c == '-'; };
   return !word.empty() && letter(word.front()) && std::ranges::all_of(word, inner);
+}
+
+std::string problem_with_name(std::string_view kind, std::string_view name) {
+  if (is_plain_word(name)) return {};
+  return std::string(kind) + " name " + in_quotes(name) + " is no plain word; use a letter, then letters, digits, '_' or '-'";
+}
+
+std::string name_is_taken(std::string_view kind, std::string_view name) {
+  const std::string word(kind);
+  return word + " name " + in_quotes(name) + " is taken; give every " + word + " a name of its own";
 }
 
 std::string suggestion(std::string_view name, std::span<const std::string> there) {

@@ -1,4 +1,4 @@
-#include "palpa/scene/read_series.h"
+#include "palpa/volume/read_series.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,14 +9,12 @@
 
 #include "palpa/grid/grid.h"
 #include "palpa/grid/smooth_grid.h"
-#include "palpa/scene/wording.h"
+#include "palpa/toml/wording.h"
 #include "palpa/volume/volume.h"
 
 namespace palpa {
 
 namespace {
-
-using detail::in_quotes;
 
 /// Whether a name matches: greedy, going back to the last star only.
 bool matches(std::string_view pattern, std::string_view name) noexcept {
@@ -142,8 +140,8 @@ Volume read_series(const VolumeRequest& request, double frame_period_s, BetweenF
     for (const Frame& frame : frames) {
       const VolumeField& field = frame.volume.fields[f];
       if (field.name != first.name) {
-        throw std::invalid_argument(frame.name + " has a field " + in_quotes(field.name) + " where the first has " +
-                                    in_quotes(first.name) + "; all frames must have the same");
+        throw std::invalid_argument(frame.name + " has a field " + detail::in_quotes(field.name) + " where the first has " +
+                                    detail::in_quotes(first.name) + "; all frames must have the same");
       }
       if (const char* problem = problem_with_frame(*first.field, *field.field)) {
         throw std::invalid_argument(frame.name + " " + problem);

@@ -1,8 +1,8 @@
-#include "palpa/scene/field_name.h"
+#include "palpa/volume/field_name.h"
 
 #include <algorithm>
 
-#include "palpa/scene/wording.h"
+#include "palpa/toml/wording.h"
 
 namespace palpa::detail {
 

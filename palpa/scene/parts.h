@@ -1,0 +1,111 @@
+// What a scene file can say of each part of a scene: for each one list, as modes have (mode/parameters.h). Loading, writing,
+// error lines, the check of ranges, --set and the documentation go by these lists: a new key is an entry in parts.cpp and the
+// member that it fills.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "palpa/mode/mode.h"
+#include "palpa/mode/parameters.h"
+#include "palpa/scene/scene.h"
+#include "palpa/time/timed_field.h"
+#include "palpa/volume/volume.h"
+
+namespace palpa {
+
+namespace detail {
+
+/// What stands before the first table.
+struct HeaderPart {
+  int palpa = 1;  ///< format of the file
+  std::string title;
+  std::vector<std::string> needs;
+};
+
+struct LawPart {
+  std::string method = "exact";
+};
+
+struct PosePart {
+  Vec3 translate_m;
+  std::array<double, 4> rotate_axis_deg{0, 0, 1, 0};
+  double scale = 1.0;  ///< [1]
+};
+
+struct TimedPosePart {
+  double time_s = 0.0;
+  PosePart pose;
+};
+
+/// [volume.NAME].
+struct VolumePart {
+  std::string file;                ///< one, or …
+  std::vector<std::string> files;  ///< … several that belong together
+  std::string series;              ///< pattern of the files of a time series
+  std::optional<double> frame_period_s;
+  BetweenFrames between_frames = BetweenFrames::linear;
+  std::string analytic;
+  std::optional<int> sampled;  ///< [1] samples
+  int frames = 20;             ///< [1] of embedded data that change with time
+  PosePart pose;
+  std::vector<TimedPosePart> poses;
+  std::optional<Filter> filter;
+  std::string sign;
+  std::optional<double> smoothing_m;
+  VolumeRequest request;  ///< all but its files
+};
+
+/// What every mode has.
+struct ModePart {
+  std::string name;
+  std::string type;
+  bool enabled = true;
+};
+
+/// A function of a field, but for its points.
+struct FunctionPart {
+  FieldRef of;
+  double outside = 0.0;  ///< [N] or [1] as its results
+};
+
+/// [view], but for its layers.
+struct ViewPart {
+  std::optional<Vec3> from;  ///< [1]
+};
+
+/// The colours of a layer, but for their points.
+struct ColorsPart {};
+
+/// What [law] can name.
+std::vector<std::string> law_methods();
+/// What a direction of [workspace] can be.
+std::vector<std::string> direction_words();
+
+}  // namespace detail
+
+/// Shows a visitor every key of a part, in the order of the documentation, as `Mode::visit` does. Each allocates.
+void visit_part(detail::HeaderPart& part, ParameterVisitor& visitor);
+void visit_part(CouplingOptions& part, ParameterVisitor& visitor);
+void visit_part(detail::LawPart& part, ParameterVisitor& visitor);
+void visit_part(Workspace& part, ParameterVisitor& visitor);
+void visit_part(TimeOptions& part, ParameterVisitor& visitor);
+void visit_part(detail::VolumePart& part, ParameterVisitor& visitor);
+void visit_part(VolumeRequest& part, ParameterVisitor& visitor);
+void visit_part(VolumeRequest::FieldRequest& part, ParameterVisitor& visitor);
+void visit_part(detail::PosePart& part, ParameterVisitor& visitor);
+void visit_part(detail::TimedPosePart& part, ParameterVisitor& visitor);
+void visit_part(detail::ModePart& part, ParameterVisitor& visitor);
+void visit_part(detail::FunctionPart& part, ParameterVisitor& visitor);
+void visit_part(detail::ViewPart& part, ParameterVisitor& visitor);
+void visit_part(ViewLayer& part, ParameterVisitor& visitor);
+void visit_part(detail::ColorsPart& part, ParameterVisitor& visitor);
+
+/// Shows a visitor a mode's parameters, of which it can change those of a copy alone. Allocates.
+inline void look_through(Mode mode, ParameterVisitor& visitor) { mode.visit(visitor); }
+
+}  // namespace palpa
