@@ -13,8 +13,10 @@ namespace palpa::reader {
 
 namespace {
 
-constexpr std::uint64_t usual_ratio = 16;   ///< of voxels to their compressed bytes, seldom more; a mask has more
-constexpr std::uint64_t most_ratio = 1032;  ///< that deflate can reach
+/// Ratio of voxels to compressed bytes up to which a claim is believed. More: wrong sizes are found late; less: more files are
+/// unpacked only to count their bytes, as masks are.
+constexpr std::uint64_t usual_ratio = 16;
+constexpr std::uint64_t most_ratio = 1032;  ///< the most that deflate can reach: beyond, a claim is refused at once
 
 struct Unpacked {
   std::uint64_t bytes = 0;

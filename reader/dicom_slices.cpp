@@ -13,12 +13,20 @@
 namespace palpa::reader {
 namespace {
 
-constexpr double same_place = 0.01;   ///< [pixels] positions no further apart are one
-constexpr double straight = 0.1;      ///< [pixels] that slices may lie beside their common line
-constexpr double even = 0.02;         ///< [slices] that they may lie before or behind their place on it
-constexpr double finest = 4.0;        ///< resampling makes at most so many layers of one slice
-constexpr double farthest_mm = 1e12;  ///< from the origin; what is beyond is no place
-constexpr double parallel = 1e-3;     ///< [1] difference of directions
+/// [pixels] Positions no further apart are one. Less: rounded positions of frames count as slices; more: thin slices merge.
+constexpr double same_place = 0.01;
+/// [pixels] Slices may lie this far beside their common line. Less: sound stacks are refused; more: bent stacks are read
+/// straight.
+constexpr double straight = 0.1;
+/// [slices] Slices may lie this far off even distances. Less: rounded positions are resampled; more: uneven ones are read as
+/// even.
+constexpr double even = 0.02;
+/// [1] Layers that resampling makes per slice, at most. More: memory; less: closely spaced slices lose detail.
+constexpr double finest = 4.0;
+constexpr double farthest_mm = 1e12;  ///< from the origin; a position beyond is damaged
+/// [1] Difference of unit directions up to which slices are parallel. Less: rounded headers split a series; more: tilts are
+/// lost.
+constexpr double parallel = 1e-3;
 
 std::string text_of(double number) { return detail::text("%.6g", number); }
 

@@ -16,7 +16,7 @@
 #include "palpa/core/load_error.h"
 
 #ifdef __SANITIZE_ADDRESS__
-/// As without the sanitizer: a library that asks for more memory than there is gets none, and says so.
+/// An allocation that is too large fails as it does without the sanitizer, so that libraries report it.
 extern "C" const char* __asan_default_options() { return "allocator_may_return_null=1"; }
 #endif
 
@@ -47,7 +47,7 @@ int run_program(const std::function<void(int socket)>& work) {
     sentence = std::string("cannot be read (") + error.what() + "); check that the file is whole";
   }
   if (!sentence.empty()) {
-    // What is left unread at the end would reset the connection, before the caller has read what went wrong.
+    // Unread packets would reset the connection before the caller has read the error: read them first.
     for (char packet; ::recv(socket, &packet, sizeof packet, MSG_DONTWAIT) > 0;) continue;
     protocol::send(socket, protocol::Failure{sentence});
   }

@@ -8,8 +8,8 @@
 
 namespace palpa::reader {
 
-/// Runs `work` with the caller's socket and ends the process. What it throws is sent to the caller. Without a caller: a hint,
-/// and 2.
+/// Runs `work` with the caller's socket and ends the process with 0, or with 1 after sending the caller what `work` threw.
+/// Without a caller: prints a hint and returns 2.
 int run_program(const std::function<void(int socket)>& work);
 
 /// The caller's request. \param take  false: it stays for the program that this one becomes. Throws LoadError.

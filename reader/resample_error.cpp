@@ -10,9 +10,12 @@
 namespace palpa::reader {
 namespace {
 
-constexpr std::int64_t places = 10'000;          // looked at by cell, and again by volume
-constexpr int tries = 1000;                      // for a place within one cell,
-constexpr std::int64_t all_tries = 50 * places;  // and for all: damaged cells are hit by none
+// Random places at which the loss is measured, by cell and again by volume. More: slower; fewer: a less certain percentile.
+constexpr std::int64_t places = 10'000;
+// Tries for a place within one cell, and for all places: damaged cells contain none. More: slower; fewer: thin cells are left
+// out.
+constexpr int tries = 1000;
+constexpr std::int64_t all_tries = 50 * places;
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 
 Vec3 vec(const double* p) { return {p[0], p[1], p[2]}; }

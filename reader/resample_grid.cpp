@@ -15,9 +15,12 @@
 namespace palpa::reader {
 namespace {
 
-constexpr double most_voxels = 1 << 22;   // of a mesh with fewer points than a quarter of it
-constexpr double voxels_per_point = 4.0;  // of a larger one
-constexpr double uneven_steps = 4.0;      // the longest step is no more than so many times the shortest
+// Voxels of a grid: at most the first, or the second per point of a mesh with more points than a quarter of it. More: memory
+// and time; fewer: small cells are lost.
+constexpr double most_voxels = 1 << 22;
+constexpr double voxels_per_point = 4.0;
+// [1] Longest step over shortest. More: voxels are longer in one direction; less: more voxels.
+constexpr double uneven_steps = 4.0;
 
 Vec3 vec(const double* p) { return {p[0], p[1], p[2]}; }
 

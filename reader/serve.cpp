@@ -22,7 +22,8 @@
 namespace palpa::reader {
 namespace {
 
-constexpr std::uint64_t slack_bytes = 512'000'000;  ///< of address space, for what libraries need beside voxels
+/// Address space for libraries, beside the voxels. More: a damaged file can take more; less: sound files are refused.
+constexpr std::uint64_t slack_bytes = 512'000'000;
 
 /// From here on the program may have `bytes` of address space more than it has now.
 void limit_memory([[maybe_unused]] std::uint64_t bytes) {
@@ -98,7 +99,7 @@ void put_planes(const protocol::FieldHeader& field, std::byte* voxels) {
   }
 }
 
-/// Refuses what was asked for in vain.
+/// Throws LoadError where the request gives options that do not apply to this file.
 void check_request(const protocol::Request& request, const Source& source) {
   if (!request.partners.empty() && !source.takes.partners)
     throw LoadError("is a volume by itself, and " + std::to_string(request.partners.size() + 1) +

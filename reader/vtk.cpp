@@ -43,8 +43,9 @@ void check(vtkAlgorithm& reader, const char* as) {
 
 /// VTK makes as many components as an element claims, and names each of them, and room for all its points and cells.
 void check_claims(vtkXMLDataElement& element, std::uint64_t bytes) {
+  // Limits on claims. Larger: VTK takes more memory for damaged files; smaller: sound files could be refused.
   constexpr int most_components = 10'000;
-  constexpr std::uint64_t most_per_byte = 1000;  // points or cells, however they are compressed
+  constexpr std::uint64_t most_per_byte = 1000;  // points or cells per byte of the file, however they are compressed
   int components = 1;
   element.GetScalarAttribute("NumberOfComponents", components);  // where it is too large for an int, the largest one
   if (components < 0 || components > most_components)
@@ -100,7 +101,7 @@ class Checked : public Reader {
   bool met_end_of_file_ = false;
 };
 
-/// And pieces that do not fill the grid.
+/// Notices pieces that do not fill the grid.
 template <class Reader>
 class CheckedGrid : public Checked<Reader> {
  public:

@@ -16,7 +16,7 @@
 namespace palpa::reader {
 namespace {
 
-constexpr std::size_t max_fields = 200;
+constexpr std::size_t max_fields = 200;  // of one file; the rest is not read, which a warning says
 
 /// The number type of a VTK type; false where it is none that can be read.
 bool find_raw_type(int type, RawType& raw) {

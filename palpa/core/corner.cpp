@@ -9,8 +9,11 @@ namespace palpa::detail {
 
 namespace {
 
-// In exact arithmetic each step raises the distance that is proven, so that no face comes twice; rounding could.
+// [1] In exact arithmetic each step raises the proven distance, so that no face comes twice; with rounding one could. More: a
+// longer worst case; fewer: w may be returned before it is in front of all facets.
 constexpr int max_steps = 64;
+// [1] Sine below which a normal counts as spanned by the face. Less: division by rounding; more: facets at a small angle to
+// one another are taken for one.
 constexpr double dependent = 1e-12;
 
 }  // namespace
@@ -75,7 +78,7 @@ class Projection {
 
   Foot run() noexcept {
     for (int j = furthest_behind(); j >= 0 && steps_ < max_steps; j = furthest_behind()) press(j);
-    // The face says it with all digits.
+    // Computed anew from the face alone: the steps have added up rounding.
     foot_.w = face().hull(c_);
     face().shares(foot_.w, foot_.t);
     for (int a = 0; a < face().size; ++a) foot_.t[a] = std::max(0.0, foot_.t[a]);
@@ -99,7 +102,7 @@ class Projection {
     return furthest;
   }
 
-  // Until facet j is reached: as far as it can be pressed on, dropping on the way what comes to pull.
+  // Moves w until facet j is reached, dropping facets whose share would become negative (they would pull).
   void press(int j) noexcept {
     constexpr double never = std::numeric_limits<double>::infinity();
     const Vec3& n = normal(j);

@@ -9,7 +9,9 @@ namespace palpa {
 
 namespace {
 
-constexpr double holding_share = 0.999;  // of its strength: a line with less force than this holds the proxy
+// [1] of its strength: a line whose force is below this share sticks. 1: rounding decides; less: more lines are corrected in
+// vain, which costs a balance each.
+constexpr double holding_share = 0.999;
 
 // How strong the friction of a line is by the force of its plane, or the forces of its corner's facets, in the last balance
 // [N].
@@ -34,7 +36,7 @@ std::optional<double> pressed_alone_n(const PrimitiveSet& set, std::size_t plane
     }
   }
   if (p.kind != PrimitiveKind::plane || p.drag_ns_per_m > 0.0) return {};
-  // An elastic one gives way, which takes its share of the pull.
+  // An elastic plane gives way: plane and spring share the pull.
   return std::clamp(-dot(p.direction, pull_n) / (1.0 + stiffness_n_per_m / p.stiffness_n_per_m), 0.0, p.strength_n);
 }
 
@@ -86,7 +88,7 @@ bool CoulombFriction::correct(Line& line, double wanted_n, double held_n, double
   const double off_n = wanted_n - line.strength_n;
   const double step_n = line.strength_n - line.before_n;
   if (!first && step_n != 0.0) line.slope = std::clamp((wanted_n - line.wanted_n) / step_n, -1.0, 0.5);
-  // What holds the proxy holds it with any strength above its force.
+  // A line that sticks sticks with any strength above its force: the balance stays as it is.
   if (held_n < std::min(wanted_n, holding_share * line.strength_n)) {
     line.strength_n = wanted_n;
     return false;

@@ -26,14 +26,15 @@ class CoulombFriction {
   Balance solve(Law& law, PrimitiveSet& set, const Vec3& probe_m, double stiffness_n_per_m, double time_step_s) noexcept;
 
  private:
+  // [1] Corrections of the strengths. More: longer worst tick; fewer: friction is further from coefficient × force.
   static constexpr int max_passes = 4;
   struct Line {
     PrimitiveId id;
     std::size_t index = 0;    // in the set
     double strength_n = 0.0;  // in the last balance
     double slope = 0.0;       // by how much its plane's force changes what it should be
-    double before_n = 0.0;    // its strength in the balance before …
-    double wanted_n = 0.0;    // … and what that made of it
+    double before_n = 0.0;    // its strength in the balance before the last
+    double wanted_n = 0.0;    // the strength that its plane's force asked for in that balance
   };
   bool correct(Line& line, double wanted_n, double held_n, double tolerance_n, bool first) const noexcept;
 

@@ -8,14 +8,19 @@
 namespace palpa {
 
 namespace {
+// Low-pass without an encoder step. Lower: later damping; higher: more of the noise of a difference of two ticks.
 constexpr double cut_off_hz = 150.0;
-constexpr double ripple_share = 1.0 / 3.0;  // of the spring's own ripple under an encoder: the damper's
+// The damper's ripple under an encoder, as a share of the spring's. Less: longer windows, later damping; more: more ripple.
+constexpr double ripple_share = 1.0 / 3.0;
+// Windows with an encoder. A shorter least one ripples more on fast changes; a longer greatest one delays damping, by up to
+// half of it.
 constexpr double shortest_window_s = 3e-3;
 constexpr double longest_window_s = 24e-3;
 // How far from a steady motion's line through two of its positions the others can be, in encoder steps: 1 along an axis,
 // (1 + √3)/2 across a plane that all three encoders move; a little more for rounding.
 constexpr double line_tolerance = 1.4;
-constexpr double rounding = 1e-9;  // of times that are sums of ticks; a share
+constexpr double rounding = 1e-9;  // [1] share by which sums of ticks may be off when times are compared
+// The limit on the damper's force: the larger of these. Less: fast contacts are damped less; more: a kick becomes possible.
 constexpr double always_allowed_n = 0.2;
 constexpr double share_of_spring = 0.5;
 }  // namespace
@@ -105,7 +110,7 @@ Vec3 Damper::windowed(const Vec3& stretch_m, const Vec3& released_m, double time
     look_back(kept.stretch_m, age_s);
     reached = LongestLine::is_long_enough(age_s);
   }
-  // Before the first that is kept nothing moved.
+  // Before the first position kept the stretch counts as constant.
   if (kept_ < most_kept) {
     const Kept& first = past_[static_cast<std::size_t>((newest_ - kept_ + 1 + most_kept) % most_kept)];
     for (const double age_s : {shortest_window_s, window_s}) {
@@ -113,7 +118,7 @@ Vec3 Damper::windowed(const Vec3& stretch_m, const Vec3& released_m, double time
     }
   }
 
-  // So many a window are enough, however fast the ticks are.
+  // Keeps at most `most_kept` positions per window, however fast the ticks are.
   if (time_s_ - past_[static_cast<std::size_t>(newest_)].time_s > window_s / (most_kept - 1) * (1.0 - rounding)) {
     newest_ = (newest_ + 1) % most_kept;
     kept_ = std::min(kept_ + 1, most_kept);

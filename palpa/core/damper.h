@@ -37,6 +37,7 @@ class Damper {
   void reset(const Vec3& stretch_m) noexcept;
 
  private:
+  // [1] Past positions in a window. More: slower; fewer: their spacing, window/(most_kept − 1), is coarser.
   static constexpr int most_kept = 32;
 
   Vec3 smoothed(const Vec3& stretch_m, const Vec3& released_m, double time_step_s) noexcept;
@@ -44,12 +45,12 @@ class Damper {
 
   double damping_ns_per_m_;
   double encoder_step_m_;
-  double time_step_s_ = 0.0;  // of the last tick …
-  double weight_ = 0.0;       // … and what the filter takes of what is new in so long
+  double time_step_s_ = 0.0;  // of the last tick
+  double weight_ = 0.0;       // [1] share of a new rate that the filter takes over in that time
   Vec3 last_stretch_m_;
   Vec3 filtered_m_per_s_;
 
-  // What the window looks back on. Before the first one kept there was nothing else.
+  // A past position in the window. Before the first one kept the stretch counts as constant.
   struct Kept {
     double time_s = 0.0;
     Vec3 stretch_m;

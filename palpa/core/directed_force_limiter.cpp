@@ -6,7 +6,8 @@ namespace palpa {
 
 namespace {
 
-constexpr double rounding = 1e-12;  // of the forces: a change this small is none
+// [1] Share of the forces. Less: rounding is reported as held back; more: steps may pass the limit.
+constexpr double rounding = 1e-12;
 
 Vec3 force_of(const Primitive& p) noexcept { return p.strength_n * p.direction; }
 

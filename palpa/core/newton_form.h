@@ -21,7 +21,8 @@ inline constexpr double epsilon = std::numeric_limits<double>::epsilon();  // on
 
 inline double size_of(const Vec3& v) noexcept { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
 
-// A smaller γ counts as none: beside the coupling its force is lost. What it would give is in `slack`.
+// A smaller γ counts as none: its force is below rounding beside the coupling's. What it would exert is in `slack`: larger
+// values would widen the bound.
 inline constexpr double smallest_gamma = 1e-20;
 
 inline double gamma_of(const Primitive& p, double k, double T) noexcept {
@@ -82,7 +83,8 @@ struct Gap {
   double slack = 0.0;    // [N]
 };
 
-// Above this the miss of the last term is small enough by itself, and γ times a rounding of R is not.
+// [1] Up to this γ a force that is right to rounding is taken as exact. Above it the last term is computed instead: there γ
+// times the rounding of R would be too large.
 inline constexpr double largest_exact_gamma = 1.0;
 
 // Of what is elastic: |R| = `reach`, off by `delta`, and a force of length `t` along R. φ has a slope of at most s and a

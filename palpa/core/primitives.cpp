@@ -10,11 +10,11 @@ namespace palpa {
 namespace {
 
 // A direction is taken as unit where its length is 1 to within the rounding of a normalisation; off
-// by 1e-6 it would already shift forces.
+// by 1e-6 it would already shift forces. Less: normalised directions are refused; more: forces shift.
 constexpr double unit_tolerance = 1e-12;
 
 // A drag's residual at the start counts as zero within this: rounding of the arithmetic that put the
-// primitive at the proxy, at any workspace size.
+// primitive at the proxy, at any workspace size. Less: rounding refuses drags; more: a drag could act as a spring.
 constexpr double start_tolerance_m = 1e-14;
 
 bool is_usable(const Vec3& position_m) noexcept {

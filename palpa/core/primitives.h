@@ -108,13 +108,13 @@ struct Friction {
 inline constexpr double largest_position_m = 1e6;
 inline constexpr double largest_strength_n = 1e9;
 inline constexpr double largest_drag_ns_per_m = 1e9;
-/// And the least stiffness of what is elastic: softer than any breath.
+/// [N/m] Least stiffness of an elastic plane: far softer than can be felt, so that every set can be solved.
 inline constexpr double softest_level_n_per_m = 1e-12;
 
-/// [s] A shorter sub-step counts as so long where there is a drag, which holds like a wall in either.
+/// [s] Shorter sub-steps count as this long for drags, which hold like walls in either case. Less: c/(kT) could overflow.
 inline constexpr double shortest_time_s = 1e-15;
 
-/// How many facets a corner may have.
+/// [1] Facets a corner may have. More: arrays and balances grow; fewer: facets are forgotten or refused sooner.
 inline constexpr std::size_t most_facets = 8;
 /// [1] Least σ of a corner, σ the largest e·qᵢ that a unit vector e has with all its facets: sin of half the opening
 /// of a groove. A narrower one could be empty.
@@ -244,7 +244,7 @@ class PrimitiveSet {
   void refuse(PrimitiveId id, Refusal reason) noexcept;
   bool takes_facet(std::size_t first, std::size_t count, const Vec3& normal) noexcept;
 
-  static constexpr std::size_t max_refused = 16;
+  static constexpr std::size_t max_refused = 16;  // [1] remembered with their reason; `dropped` counts all
 
   std::size_t capacity_;
   std::unique_ptr<Primitive[]> primitives_;

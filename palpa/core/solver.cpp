@@ -19,36 +19,41 @@ using detail::State;
 
 namespace {
 
-// The bound asked for is tighter than the one claimed as exact: stopping at the claim itself left
-// nearly parallel lines a little above it.
+// [m] The bound asked for, tighter than `exact_bound_m`. Larger: nearly parallel lines stay a little above the claim; smaller:
+// more rounds, in the end for rounding.
 constexpr double wanted_bound_m = 2e-10;
 
-// Shares of the force that moves the proxy by the wanted bound: a force left over that no refinement need take away, one
-// that people who add up the forces would see, and how near counts as at the balance.
+// [1] Shares of k times the wanted bound. `refined_share`: force left over at which refining ends. Less: more refinements;
+// more: the force left over nears `seen_share`. `seen_share`: force left over in an answer. Less: more rounds; more: a sum of
+// the forces shows it. `near_share`: bound below which common points join the balance. Less: their closed form's rounding is
+// kept longer; more: the closed form is given up sooner.
 constexpr double refined_share = 8e-6;
 constexpr double seen_share = 1e-3;
 constexpr double near_share = 100.0;
 
-// Squares of wanted bounds: what rounding may add to the gap of a closed form, whose root people see who check by the gap.
+// [1] In squared wanted bounds: the rounding that a closed form may leave in the duality gap. Less: the stages are used where a
+// sweep would do; more: a check by the gap, which takes its root, shows it.
 constexpr double shown_by_root = 9.0;
 
-// The caps. Nearly all balances need one round; what needs the multipliers is done within five penalties,
-// the rest are problems in which only the bound is slow.
+// [1] The caps. More: a longer worst case; fewer: more balances end with a later stage, or as `capped`. Nearly all balances
+// need one round; what needs the multipliers is done within five penalties, in the rest only the bound is slow.
 constexpr int max_rounds = 10;
-constexpr int max_rounds_in_vain = 2;
-constexpr std::size_t many = 12;  // primitives: among so many, one round in vain is enough
-constexpr int max_steps_in_a_round = 3;
-constexpr int max_rounds_from_before = 2;
-constexpr int max_refinements = 8;
+constexpr int max_rounds_in_vain = 2;      // rounds that do not halve the bound, before the multipliers
+constexpr std::size_t many = 12;           // primitives: with more than this, one such round is enough
+constexpr int max_steps_in_a_round = 3;    // of the active set, before a proof
+constexpr int max_rounds_from_before = 2;  // from the balance before
+constexpr int max_refinements = 8;         // of one active-set step, with the same M
 constexpr int max_penalties = 20;
-constexpr int max_newton_steps = 30;
-constexpr int max_search_steps = 60;
+constexpr int max_newton_steps = 30;  // at one penalty
+constexpr int max_search_steps = 60;  // along one Newton step
 
-// Refinements that leave more of the force than this are slow.
+// [1] A refinement that leaves more of the force than this share is slow: a new M is made. Less: more factorisations; more:
+// more refinements.
 constexpr double slow_share = 0.05;
 
-// τ of the active set. What is elastic asks for R = cu in place of R = 0: of such a spring it leaves τ/(1 + cτ), and of what is
-// still asked after a move 1/(1 + cτ).
+// [1] τ of the active set: the spring that asks for R = 0 where a primitive sticks. Softer: more refinements; stiffer: M loses
+// digits. An elastic primitive asks for R = cu instead: its spring is τ/(1 + cτ), and 1/(1 + cτ) of its demand is left
+// after a move.
 constexpr double spring = 1e8;
 double rest_of_spring(double compliance) noexcept { return compliance > 0.0 ? 1.0 / (1.0 + compliance * spring) : 1.0; }
 
@@ -59,7 +64,7 @@ constexpr double unsteady_penalty = 1e6;
 constexpr double steady_penalty = 1e8;
 constexpr double largest_penalty = 1e14;
 
-// What k may be, far beyond any device: with the limits of PrimitiveSet nothing overflows.
+// The k that are accepted, far beyond any device: with the limits of PrimitiveSet nothing overflows; outside: `bad_input`.
 constexpr double softest_n_per_m = 1e-12;
 constexpr double stiffest_n_per_m = 1e12;
 
@@ -200,14 +205,14 @@ class Solver::Work {
   std::unique_ptr<Plane[]> planes_;
   std::unique_ptr<Span[]> spans_;  // lines first, then points
   std::unique_ptr<Corner[]> corners_;
-  std::unique_ptr<Vec3[]> normals_;      // of all corners' facets …
-  std::unique_ptr<double[]> offsets_n_;  // … and their b
+  std::unique_ptr<Vec3[]> normals_;      // of all corners' facets
+  std::unique_ptr<double[]> offsets_n_;  // b of all corners' facets
   std::size_t plane_count_ = 0, line_count_ = 0, all_spans_ = 0, corner_count_ = 0, facet_count_ = 0;
   std::size_t span_count_ = 0;  // in the balance now: all, or the lines alone while `common_`
   bool common_ = false;         // points among others at one anchor: added in closed form
   bool warm_ = false;
-  bool precise_ = false;             // take anchors in twice the precision …
-  bool anchored_precisely_ = false;  // … and so they were
+  bool precise_ = false;             // from the next recentring on anchors are taken in twice the precision
+  bool anchored_precisely_ = false;  // the present anchors were taken so
 
   std::unique_ptr<double[]> kept_planes_n_;
   std::unique_ptr<Vec3[]> kept_spans_n_;
@@ -398,11 +403,11 @@ bool Solver::Work::certify(int stage) noexcept {
   const double plain_n = proof.plain_bound();
   bool proven = bound_n <= wanted_n_;
   if (!proven && plain_n <= 0.5 * wanted_n_) {
-    // All that is missing is rounding, which is looked at more closely from here on.
+    // Only rounding is missing: anchors are taken in twice the precision from here on.
     proven = bound_n <= 4.0 * wanted_n_ || anchored_precisely_;
     precise_ = true;
   }
-  // A force left over costs little in the bound; people who add up the forces see it.
+  // A force left over costs little in the bound, but a sum of the forces shows it.
   const bool done = proven && proof.left() <= seen_share * wanted_n_ + proof.rounding();
 
   done_ = done;
@@ -417,7 +422,7 @@ bool Solver::Work::certify(int stage) noexcept {
     }
   }
   if (common_ && !done) {
-    // So near, rounding tells, and that is least with the origin at the whole's balance, not at the rest's.
+    // This near, rounding matters: it is least with the origin at the balance of all, not at that without the points.
     common_ = plain_n > near_share * wanted_n_;
     if (common_) span_count_ = line_count_, Z_ = rest;
   }
@@ -659,7 +664,7 @@ bool Solver::Work::confine() noexcept {
 // is minimised; the forces that answer there are the next u. From any forces this leads to balanced ones,
 // the faster the greater τ. Once the sides are clear, an active-set step is the shorter way to the last digits.
 void Solver::Work::augmented_lagrangian() noexcept {
-  // What steps in vain left of a great drag is nothing to start from.
+  // Failed steps can leave forces far beyond s where a drag is large: no good start, so they are cut to s.
   bool too_long = false;
   for (std::size_t i = 0; i < plane_count_; ++i) {
     Plane& p = planes_[i];
@@ -883,8 +888,7 @@ void Solver::Work::solve() noexcept {
   } else if (!warm_) {
     sweep();
   }
-  // A step that is not confirmed is made anew, from where it led, with a sweep between the two. It finds
-  // the balance in a few rounds or goes round in circles.
+  // A round without proof is repeated from where it led, after a sweep. Either a few rounds find the balance, or they cycle.
   int in_vain = plane_count_ + span_count_ + corner_count_ > many ? 1 : 0;
   for (int i = 0; i < max_rounds && in_vain < max_rounds_in_vain; ++i) {
     if (i > 0) {
@@ -900,8 +904,8 @@ void Solver::Work::solve() noexcept {
   augmented_lagrangian();
 }
 
-// The forces and the way of the proxy are nearly those of the balance before. Newton's method that begins with both sees who
-// slips, and where to, however little that is; where forces that are a little out of date would balance says nothing of it.
+// Starts from the forces and from the proxy's way of the balance before, which are nearly the new ones: from both Newton's
+// method sees which primitives slip, and in which direction, even if they slip little. The forces alone do not tell.
 bool Solver::Work::solve_from_before() noexcept {
   restore();
   Z_ = k_ * moved_m_;

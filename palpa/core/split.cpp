@@ -47,11 +47,14 @@ namespace palpa {
 namespace {
 
 constexpr double ulp = std::numeric_limits<double>::epsilon();
+// [1] Caps on Newton steps and on halvings of one. More: longer worst case; fewer: a larger remainder, which is returned.
 constexpr int max_steps = 100;
 constexpr int max_shortenings = 60;
+// Damping of a Newton step, by the squared error. More: smaller steps, more of them; less: steps along flat directions
+// overshoot.
 constexpr double ridge_per_error_squared = 1e-4;
-constexpr double least_ridge = 1e-30;  // below it R is rounding
-constexpr int jacobi_sweeps = 8;       // six are enough for any 3×3 matrix
+constexpr double least_ridge = 1e-30;  // damping at the end: below it R is rounding
+constexpr int jacobi_sweeps = 8;       // [1] six are enough for any 3×3 matrix; fewer: columns not orthogonal
 
 using detail::Double2;
 

@@ -11,6 +11,8 @@ namespace palpa {
 
 namespace {
 
+// Steps of the simulated mechanics in a tick: at least the first, none longer than the second. More or shorter: slower; fewer
+// or longer: a stiff hand is integrated less precisely.
 constexpr int least_sub_steps = 20;
 constexpr double longest_sub_step_s = 50e-6;
 

@@ -18,10 +18,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
+// A longer gap between rows is not filled: the probe is not valid there. Longer: motion is made up; shorter: slow recordings
+// fall apart.
 constexpr double longest_filled_gap_s = 0.1;
+// Mean time between rows up to which repeated positions are a device at rest and kept; above they are dropped as a logger's.
 constexpr double longest_haptic_step_s = 2.5e-3;
-constexpr double farthest_m = 1000.0;  // no hand is there: positions in another unit, or noise
-constexpr std::size_t longest_line_bytes = 65536;
+constexpr double farthest_m = 1000.0;              // a position further away is refused: another unit, or noise
+constexpr std::size_t longest_line_bytes = 65536;  // a longer line is refused: no table. More: more memory for a wrong file
 
 // One row of a recording; later one knot of its interpolant.
 struct Knot {

@@ -46,7 +46,7 @@ double single_root(const Interval& in, int degree, Beyond beyond) noexcept {
     double middle = 0.5 * (low + high);
     if (!halve) {
       const double secant = low + before * (at_low / (at_low - at_high));
-      // A hair beyond it, as seen from the nearer end, so that both ends close in.
+      // Slightly beyond the secant, as seen from the nearer end, so that both ends close in.
       const double hair = std::max(1e-16, 0.01 * std::min(secant - low, high - secant));
       const double nearer = secant - low < high - secant ? secant + hair : secant - hair;
       if (nearer > low && nearer < high) middle = nearer;
@@ -94,9 +94,10 @@ double first_passage(const double* control, int degree, double level, bool up, d
   }
   if (beyond(whole.q[0])) return from;
 
-  // Depth first, left before right: of every interval that was halved the right half waits.
+  // Depth first, left before right: of every interval that was halved the right half waits. Limits on the halvings of one
+  // interval and of all. More: longer worst case; fewer: passages close together are missed (four touches take half of them).
   constexpr int deepest = 48;
-  constexpr int most_halvings = 512;  // four touches take half of it
+  constexpr int most_halvings = 512;
   const double touch = 4.0 * std::numeric_limits<double>::epsilon() * largest;
   std::array<Interval, deepest + 1> waiting;
   std::array<int, deepest + 1> depth;

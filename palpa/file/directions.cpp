@@ -11,8 +11,8 @@ namespace {
 
 /// How well directions agree with those three voxels further along them: the mean of |cos|.
 double agreement(const Field& directions) {
-  constexpr double way = 3.0;        // voxels
-  constexpr std::int64_t rows = 40;  // at most, along each axis
+  constexpr double way = 3.0;        // [voxels] how far along a direction the next one is compared
+  constexpr std::int64_t rows = 40;  // about as many places along each axis. More: slower; fewer: a less certain mean
   const GridGeometry& grid = grid_of(directions)->geometry;
   const Mat3 to_index = inverse(grid.index_to_world_m);
   const auto step = [&](std::size_t a) { return 1 + grid.dims[a] / rows; };

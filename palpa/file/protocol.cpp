@@ -18,6 +18,8 @@ namespace {
 
 constexpr std::uint32_t magic = 0x50'4C'50'52;  // "PLPR"
 constexpr std::uint64_t alignment_bytes = 64;
+// Limits on what a message may claim, checked at both ends. Larger: a damaged file can cost more memory; smaller: long texts
+// are cut, and long lists or facts are refused.
 constexpr std::size_t max_text_bytes = 4096;
 constexpr std::size_t max_entries = 1024;
 constexpr std::size_t max_fact_bytes = 96;

@@ -25,9 +25,9 @@
 /// started by hand has no caller. Numbers are in the byte order of the machine.
 namespace palpa::protocol {
 
-inline constexpr std::uint16_t version = 4;  ///< differs: the two programs do not belong together
-inline constexpr std::size_t max_packet_bytes = 1 << 17;
-inline constexpr int socket_descriptor = 3;  ///< where palpa-read finds its end of the pair
+inline constexpr std::uint16_t version = 4;               ///< differs: the two programs do not belong together
+inline constexpr std::size_t max_packet_bytes = 1 << 17;  ///< a longer message throws; each receive takes so much memory
+inline constexpr int socket_descriptor = 3;               ///< where palpa-read finds its end of the pair
 
 struct Request {
   std::string path;

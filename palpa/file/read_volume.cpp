@@ -29,10 +29,11 @@ using protocol::FieldHeader;
 using protocol::Header;
 using protocol::readable_bytes;
 
-/// Resident memory that a reader may have beside what its header asks for: libraries, and their habits.
+/// Resident memory that a reader may have beside what its header asks for, for libraries. More: a damaged file can take more;
+/// less: sound files are refused.
 constexpr std::uint64_t reader_slack_bytes = 2'000'000'000;
 
-constexpr std::size_t most_files = 1'000'000;  ///< of one volume: a reader that names more is out of its mind
+constexpr std::size_t most_files = 1'000'000;  ///< of one volume; a list that does not end is cut there
 
 /// Metres per unit; 0 for a word that is no unit of length.
 double metres(std::string_view unit) {
@@ -355,7 +356,7 @@ void read_raw(const VolumeRequest& request, const protocol::Request& ask, const 
   protocol::Done done{{{ask.path, bytes_of(ask.path), checksum.valid() ? checksum.get() : std::string()}}, {}};
   if (in_place && !options.preview)
     done.warnings.push_back("is mapped, not copied, as it fills half of the free memory: leave the file alone");
-  // A look must not wait for the disk.
+  // A preview must not wait for the disk: of large files it reads some rows only. More voxels: slower; fewer: a coarser range.
   constexpr std::int64_t most_voxels_of_many = 1 << 20;
   const std::int64_t count = plan.header.fields.front().grid.voxels();
   const std::int64_t one_row_in = options.preview && count > 16 * most_voxels_of_many ? count / most_voxels_of_many : 1;

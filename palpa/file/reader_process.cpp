@@ -21,7 +21,9 @@ namespace palpa::detail {
 namespace {
 
 constexpr auto look_every = std::chrono::milliseconds(100);
-constexpr double work_bytes_per_s = 20e6;  ///< a slow disk, a slow machine, a sanitizer build
+/// Speed that a reader is granted before it counts as stuck: a slow disk or machine, a sanitizer build. Higher: slow readers
+/// are stopped; lower: a stuck one is waited for longer.
+constexpr double work_bytes_per_s = 20e6;
 
 bool can_be_run(const std::filesystem::path& program) {
   std::error_code none;

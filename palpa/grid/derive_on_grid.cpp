@@ -91,7 +91,7 @@ struct Normal {
 Normal normal_of(const Nodes& nodes) {
   const auto& dims = nodes.geometry().dims;
   const int components = nodes.components();
-  constexpr std::int64_t rows = 64, in_row = 64;
+  constexpr std::int64_t rows = 64, in_row = 64;  // values sampled. More: slower; fewer: a less certain median
   std::vector<double> row(static_cast<std::size_t>(dims[0]) * components);
   std::vector<double> found[3];
   const std::int64_t all_rows = dims[1] * dims[2];

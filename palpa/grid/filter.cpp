@@ -52,7 +52,7 @@ constexpr std::int64_t roughness_reach = 2;  // voxels to either side of a fourt
 }  // namespace
 
 double roughness(const GridView& grid) noexcept {
-  constexpr std::int64_t places = 8192, reach = roughness_reach;
+  constexpr std::int64_t places = 8192, reach = roughness_reach;  // more places: slower; fewer: less certain
   const auto& dims = grid.geometry.dims;
   const std::int64_t components = grid.voxels.components;
   const std::int64_t stride[3] = {components, components * dims[0], components * dims[0] * dims[1]};
@@ -99,7 +99,9 @@ FilterChoice default_filter(const GridView& grid) noexcept {
     return {Filter::trilinear, "planes lie at uneven distances, between which a spline would bend what is straight"};
   if (std::max({dims[0], dims[1], dims[2]}) < 2 * roughness_reach + 1)
     return {Filter::trilinear, "there are too few voxels to tell what lies between them"};
+  // [1] Roughness from which data are smoothed. Less: smooth data are smoothed as well; more: `cubic` keeps noise.
   constexpr double rough = 1.0;
+  // Voxels up to which `cubic` may keep a second copy. More: more memory; fewer: large smooth data are only smoothed.
   constexpr std::int64_t most_voxels = std::int64_t{1} << 27;
   const double found = roughness(grid);
   if (found >= rough) return {Filter::smooth, "evens out noise, and edges too sharp for the voxels", found};

@@ -17,8 +17,9 @@ FineDetail::FineDetail(FieldPtr of)
       scale_(smooth_ ? find_scale() : 0.0) {}
 
 double FineDetail::find_scale() const {
-  constexpr int places = 4096;
-  constexpr double least_share = 0.001;  // of the range
+  constexpr int places = 4096;  // [1] more: slower to load; fewer: a less certain scale
+  // [1] of the range: the least scale. Less: rounding of smooth data becomes texture; more: fine texture is weaker.
+  constexpr double least_share = 0.001;
   const GridGeometry& geometry = smooth_->view().geometry;
   const auto index = [&](int place, std::size_t axis, int base) {
     return radical_inverse(place, base) * static_cast<double>(geometry.dims[axis] - 1);

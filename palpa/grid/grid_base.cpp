@@ -324,6 +324,7 @@ bool GridBase::cross_bricks(int component, const Way& way, const Extent& quiet, 
   const Kind kind = kind_of(brick);
   if (kind == Kind::mixed) return false;
 
+  // [1] Bricks skipped in one piece. More: longer worst tick; fewer: quiet ways are cut into more pieces.
   constexpr int most_bricks = 64;
   double exits[3];
   for (int a = 0; a < 3; ++a) exits[a] = way.axis[a].share_at(way.axis[a].far_face_of(brick[a]));

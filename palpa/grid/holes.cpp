@@ -87,8 +87,8 @@ Holes::Holes(const GridGeometry& geometry, const Voxels& values, const Mat3& wor
   stride_[0] = 1, stride_[1] = nx, stride_[2] = nx * ny;
   const std::array<double, 3> step_m = steps_count_m(geometry, world_to_steps);
 
-  // A sixteenth of the least way, so that ways of different lengths lose little by being counted in it; of large or very uneven
-  // grids so much more that the longest way can be counted.
+  // Depths are counted in a sixteenth of the shortest step, in larger units on large or very uneven grids. More parts: the
+  // longest way no longer fits 16 bits, and the unit grows again; fewer: steps of different lengths lose precision.
   constexpr double parts = 16.0, most = furthest;
   double least_m = std::numeric_limits<double>::max(), longest_m = 0.0;
   const auto way_m = [&](std::size_t a, std::int64_t n) {

@@ -8,9 +8,14 @@ namespace palpa {
 
 namespace {
 
-constexpr double decay_s = 0.004;     // as short as a knock on wood is felt
-constexpr double whole_s = 0.020;     // by then it has decayed to a hundredth
-constexpr double velocity_s = 0.008;  // looked back for the speed of an impact: to a step of 55 um 7 mm/s
+// Decay of the pulse, as of a knock on wood. Longer: more impulse per gain, so that hands of more mass could gain energy from
+// it; shorter: less of a knock.
+constexpr double decay_s = 0.004;
+// End of the pulse. Shorter: it is cut off before it has decayed (to a hundredth); longer: nothing is left to feel.
+constexpr double whole_s = 0.020;
+// Time over which the speed of an impact is averaged. Shorter: noisier (a step of 55 um is 7 mm/s); longer: late when the hand
+// speeds up before the impact.
+constexpr double velocity_s = 0.008;
 
 // How high the pulse is when so much of it is left [1].
 double share_at(double left_s) noexcept {
@@ -54,7 +59,7 @@ void Impact::hit(const PlacedPrimitive& level) noexcept {
   left_s_ = whole_s;
 }
 
-// The mean over the last ticks: of an encoder's positions two say little.
+// The mean over the last ticks: two positions of an encoder alone are too coarse.
 Vec3 Impact::velocity_m_per_s() const noexcept {
   Vec3 way_m;
   double time_s = 0.0;

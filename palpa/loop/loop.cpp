@@ -8,7 +8,8 @@ namespace palpa {
 
 namespace {
 
-// Between the loop and the disk there are at most the sum of these: 0.1 s at 1 kHz.
+// A kill loses at most the sum of these: 0.1 s at 1 kHz. Larger: more is lost; smaller: the loop waits for the writer more
+// often.
 constexpr std::int64_t ticks_between_looks = 32;
 constexpr std::int64_t most_pending_ticks = 64;
 

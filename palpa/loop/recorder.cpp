@@ -14,7 +14,9 @@ namespace palpa {
 
 namespace {
 
+// The writing thread looks this often. Longer: a kill loses more ticks and the ring fills further; shorter: more wake-ups.
 constexpr auto poll_interval = std::chrono::milliseconds(10);
+// Ticks between flushes. More: a kill loses more; fewer: more system calls.
 constexpr std::int64_t ticks_per_flush = 32;
 
 /// What stands in the ring before a tick's arrays.

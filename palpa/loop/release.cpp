@@ -5,11 +5,16 @@
 namespace palpa {
 
 namespace {
-constexpr double fall_n_per_s = 500.0;  // slower than a knock, faster than anyone would call soft
+// The fall after a break-through. Faster: felt as a knock that throws the hand; slower: the break-through feels soft.
+constexpr double fall_n_per_s = 500.0;
+// A fall takes at least the first and has arrived after the second. A shorter first makes small steps abrupt; a shorter second
+// makes large steps (now above 10 N) steeper, a longer one keeps force after the level is gone.
 constexpr double shortest_s = 0.005;
 constexpr double longest_s = 0.020;
-constexpr double rounding_share = 1e-9;
-constexpr double told_n = 0.05;  // fingers tell steps of some 30 mN
+constexpr double rounding_share = 1e-9;  // [1] of a step: a fall as steep as planned is not told as a new snap
+// A step beyond the hand's own that counts as a snap. Less: steps that fingers do not feel (some 30 mN) are slowed down and
+// told; more: steps that they feel are not.
+constexpr double told_n = 0.05;
 }  // namespace
 
 Vec3 Release::shape(const Vec3& command_n, bool is_released, double by_hand_n, double time_step_s, bool has_let_go) noexcept {
@@ -17,7 +22,7 @@ Vec3 Release::shape(const Vec3& command_n, bool is_released, double by_hand_n, d
   const double apart_n = norm(rest_n);
   const double step_of_snap_n = left_s_ > time_step_s ? apart_n * time_step_s / left_s_ : apart_n;
   const bool is_under_way = left_s_ > 0.0;
-  // What is as fast as it was to be has been told.
+  // A fall that is only as steep as planned is no new snap.
   const double known_n =
       is_under_way ? std::max(told_n, (1.0 + rounding_share) * furthest_n_ * time_step_s / longest_s) : told_n;
   const bool snaps = !is_released && (is_under_way ? is_snap_ : has_let_go) && step_of_snap_n > by_hand_n + known_n;

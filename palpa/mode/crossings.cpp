@@ -9,8 +9,12 @@
 namespace palpa {
 
 namespace {
-constexpr double hair_share = 1e-9;  // of a sample spacing: changes are located to this, data gaps this short are rounding
-constexpr double back_share = 0.25;  // of a sample spacing: within it a displaced proxy must be back on its side
+// [1] of a sample spacing: crossings are located to this, and gaps in data this short are rounding. Less: rounding is told as a
+// crossing; more: crossings are located less precisely.
+constexpr double hair_share = 1e-9;
+// [1] of a sample spacing: a proxy that starts on the wrong side of a level must be back within this. Less: a slight
+// displacement counts as a crossing; more: a real crossing may be taken for a displacement.
+constexpr double back_share = 0.25;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 }  // namespace
 
@@ -29,7 +33,7 @@ struct Crossings::FieldOnWay {
   const std::int32_t field_;
   const std::span<Side> sides_;
   const Vec3 start_m_, end_m_;  // as its data see them
-  // What positions are rounded by, and a hair [1] of the way.
+  // Rounding of positions, and `hair_share`, both as shares [1] of the way.
   const double length_m_ = distance(start_m_, end_m_);
   const double rounding_ = std::numeric_limits<double>::epsilon() *
                            std::max(1.0, std::max(largest_component(start_m_), largest_component(end_m_)) / length_m_);
@@ -53,7 +57,7 @@ struct Crossings::FieldOnWay {
       --pieces_left;
       // Between the watched values on either side of the present one nothing happens.
       piece_ = samples_.stretch(field_, start_m_, end_m_, begin_, all_.quiet(policy_, field_, sides_));
-      // Whatever a field answers, the search goes on.
+      // A piece always has a length, whatever a field answers: the search makes progress.
       piece_.end = std::min(1.0, std::max(piece_.end, std::nextafter(begin_, 2.0)));
       const bool is_short = piece_.end - begin_ <= hair_ && piece_.end < 1.0;
       if (begins && !is_short) has_data = piece_.inside;
@@ -101,7 +105,7 @@ struct Crossings::FieldOnWay {
     }
   }
 
-  // The share, or the first one just beyond, at which samples show something; a hair beyond where they do not.
+  // The first place from `share` on, up to `hair_` beyond, whose samples show the change; the last place tried if none does.
   template <class Shows>
   double just_beyond(double share, Shows&& shows) const noexcept {
     double at = share;
@@ -307,7 +311,7 @@ void Crossings::first_event(const Vec3& start_m, const Vec3& end_m, const EventP
     if (event.crossings.size() < event.crossings.capacity())
       event.crossings.push_back({watches_[watch].field, watches_[watch].value, up});
   };
-  // What changes without stopping the way is gone beyond.
+  // Goes on beyond changes that do not stop the way.
   while (event.kind == Event::Kind::none) {
     FieldOnWay::Change first;
     int fields_left = static_cast<int>(event.on_way_.size());

@@ -6,7 +6,8 @@
 namespace palpa {
 
 namespace {
-constexpr double fade_s = 0.05;  // out, and in again
+// Time of a fade out, and of one in. Shorter: a jump of the data is felt as a kick; longer: the new level is late.
+constexpr double fade_s = 0.05;
 }  // namespace
 
 void JumpFade::clear() noexcept { *this = {}; }

@@ -24,7 +24,7 @@ class JumpFade {
   bool advance(bool is_known, double time_step_s) noexcept;
   /// The mode has placed what it has in `placed`.
   void keep(std::size_t mode, const PrimitiveSet& placed) noexcept;
-  /// Begins to let go of that; false where none of it stands on a level.
+  /// Begins to fade out what was kept; false where none of it stands on a level.
   bool let_go(Samples& samples) noexcept;
   /// Places what fades, of a sub-step that begins at `start_m` [m].
   void place(const Vec3& start_m, PrimitiveSet& out) const noexcept;
@@ -32,12 +32,12 @@ class JumpFade {
   void attend(std::int32_t field, Crossings& crossings, EventPolicy& policy) noexcept;
 
  private:
-  static constexpr std::size_t most_primitives = 16;
+  static constexpr std::size_t most_primitives = 16;  // [1] that fade; any more of a mode go at once. More costs memory
   double share_ = 1.0;
   bool is_leaving_ = false;
   bool returns_ = false;
-  bool is_free_above_ = false;  // the free side of the level …
-  Watch level_;                 // … on which a plane of the mode stands; of no field where none does
+  bool is_free_above_ = false;  // `level_` is free on its side of higher values
+  Watch level_;                 // on which a plane of the mode stands; of no field where none does
   std::int32_t plane_ = 0;      // that plane, among what was kept
   std::int32_t size_ = 0;
   std::array<Primitive, most_primitives> last_;

@@ -15,9 +15,9 @@ struct Samples::Slot {
   const TimedField* timed = nullptr;         // the same one, if it changes with time
   const detail::GridBase* grid = nullptr;    // the same one, if it is a grid
   int lattice = -1;                          // of it, or of what it is taken of
-  int of = -1;                               // the slot of the field that it is taken of …
-  int axis = 0;                              // … what is taken of it, of a vector …
-  const detail::FineDetail* fine = nullptr;  // … or the detail of it
+  int of = -1;                               // slot of the field that this one is computed from; -1: none
+  int axis = 0;                              // component or magnitude of a vector field that this one is
+  const detail::FineDetail* fine = nullptr;  // set if this one is the fine detail of that field
   bool with_hessian = false;
   Memory<VectorSample> vector{};
   Memory<VectorSample> world_vector{};  // as it is in the world
@@ -87,8 +87,8 @@ class Samples::Plan {
 };
 
 namespace {
-// Of a field's largest value: what the sum over a stencil's voxels can be off. Where voxels are equal a spline's gradient is
-// nothing else, and its direction is no direction.
+// [1] of a field's largest value: rounding of a sum over a stencil's voxels. Where voxels are equal a spline's gradient is only
+// that. Less: its direction is taken for one; more: true weak gradients are ignored.
 constexpr double sum_rounding = 64.0 * std::numeric_limits<double>::epsilon();
 }  // namespace
 
@@ -105,7 +105,7 @@ Samples::Samples(std::span<const FieldPtr> fields, const Similarity& map)
   }
 }
 
-// Where it is new, instead of the one that has not been asked for the longest.
+// A new place replaces the one that was asked for longest ago.
 std::size_t Samples::find_place(const Vec3& hand_m) noexcept {
   last_ = 0;
   for (std::size_t i = 0; i < remembered; ++i) {
@@ -293,7 +293,9 @@ double ModeContext::newtons(const Strength& strength, const Captured& level, Tra
 
 double ModeContext::drag(double drag_ns_per_m) const noexcept {
   if (!(drag_ns_per_m > 0.0)) return drag_ns_per_m;
-  constexpr double fade_n = 1.0;  // the strength whose fade a drag borrows: over 2 N / k
+  // A drag fades in like a strength of 1 N, over 2 N / k from the edge. Less: a sudden onset; more: a wide rim with little
+  // drag.
+  constexpr double fade_n = 1.0;
   const double depth = depth_m();
   if (!(depth > 0.0)) return 0.0;
   return drag_ns_per_m * mask() * std::min(1.0, 0.5 * stiffness_n_per_m * depth / fade_n);

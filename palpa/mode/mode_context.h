@@ -79,7 +79,7 @@ class Samples {
   }
   const Similarity& hand_to_world() const noexcept { return map_; }
 
-  static constexpr std::size_t remembered = 4;  ///< positions
+  static constexpr std::size_t remembered = 4;  ///< positions; more: longer searches and more memory, fewer: samples again
 
  private:
   struct Place {

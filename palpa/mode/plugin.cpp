@@ -29,8 +29,10 @@ constexpr std::uint16_t own_machine = EM_AARCH64;
 #endif
 static_assert(std::endian::native == std::endian::little && sizeof(void*) == 8, "the ELF files read here are these");
 
-constexpr std::uint64_t most_notes_bytes = 1 << 20;  // a linker writes some hundred
-constexpr std::uint16_t most_segments = 1024;        // a linker writes about ten
+// Limits on a damaged file's claims. Larger: more memory for nonsense; smaller: could refuse what a linker writes, which is
+// some hundred bytes and about ten segments.
+constexpr std::uint64_t most_notes_bytes = 1 << 20;
+constexpr std::uint16_t most_segments = 1024;
 
 /// A file that is read at places, each checked against its size.
 class File {

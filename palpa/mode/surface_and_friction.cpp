@@ -14,7 +14,8 @@ constexpr std::uint16_t surface_slot(std::size_t held) noexcept {
 constexpr std::uint16_t friction_slot(std::size_t held) noexcept { return surface_slot(held) + 1; }
 constexpr std::uint16_t flat_slot = 2;
 
-// So long friction that slid has to hold to grip again: a hand of 3 mm/s is not still to an encoder of 55 um.
+// Friction that slid has to hold for this long before static friction returns. Shorter: a slow hand on an encoder seems still
+// between two steps (3 mm/s, 55 um); longer: it grips late.
 constexpr double grips_after_s = 0.020;
 
 }  // namespace
@@ -119,7 +120,7 @@ double SurfaceAndFriction::texture_factor(const ModeContext& here, std::uint16_t
   return has_texture() ? 1.0 + texture_ratio * here.scalar(detail, here.proxy_m + here.foot_way_m(slot)).value : 1.0;
 }
 
-// Of material, every value is: its strengths say how much.
+// Every value of a material is solid: its strengths say how much.
 bool SurfaceAndFriction::is_solid(double value) const noexcept {
   return levels.empty() || std::any_of(levels.begin(), levels.end(), [&](const Level& level) {
            return solid == Solid::high ? value > level.value : value < level.value;
@@ -172,7 +173,7 @@ void SurfaceAndFriction::rub(const StepResult& result, Memory& memory) const noe
   }
 }
 
-// What is rigid and yet lies behind the proxy holds it no more. What gives way does.
+// Meets a level. A rigid level behind the proxy no longer holds it; elastic ones, which let it in, still do.
 void SurfaceAndFriction::meet(Memory& memory, std::int32_t level, bool from_low) const noexcept {
   for (Memory::Held& held : memory.held) {
     const bool gives_way = held.level >= 0 && levels[static_cast<std::size_t>(held.level)].stiffness_n_per_m.has_value();

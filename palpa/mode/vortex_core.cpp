@@ -9,13 +9,18 @@ namespace palpa::detail {
 
 namespace {
 
-constexpr double threshold_share = 0.05;  // of the largest Q: below, Q of measured data is noise
+// [1] of the largest Q. Less: noise of measured data counts as a vortex; more: the rims of vortices are not felt.
+constexpr double threshold_share = 0.05;
 
-// A 2 × 2 system whose determinant is this share of the product that makes it regular is all but singular …
+// [1] Regularity of the 2 × 2 system: determinant over the product that makes it regular. Up to the first the core line is not
+// trusted, from the second on fully. Smaller: steps from nearly singular systems; larger: more true cores are not trusted.
 constexpr double least_regular = 0.1, regular = 0.3;
-// … and a ridge that curves across the slope by so small a share of the whole curvature is none.
+// [1] Curvature of a ridge of Q across the slope, as a share of all curvature. Up to the first there is no ridge, from the
+// second on it is trusted fully. Smaller: flat Q makes cores; larger: weak ridges are lost.
 constexpr double least_ridge = 0.03, ridge = 0.1;
 
+// [1] Steps towards the core, each from the direction that the last one found. More: slower; fewer: off where the flow draws
+// in.
 constexpr int passes = 3;
 
 /// The axis that a flow turns about: the real eigenvector of J where the other eigenvalues are complex, else zero.

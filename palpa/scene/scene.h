@@ -19,8 +19,8 @@ namespace palpa {
 struct Workspace {
   std::string fit;               ///< volume whose box's longest side becomes 0.15 m of hand; empty: `scale` holds
   std::optional<double> scale;   ///< [1] world metres per hand metre, > 0
-  std::string center_volume;     ///< the middle of the reach touches this volume's box centre …
-  std::optional<Vec3> center_m;  ///< … or this world position [m]; neither: the fitted volume's centre
+  std::string center_volume;     ///< the middle of the reach touches this volume's box centre
+  std::optional<Vec3> center_m;  ///< the middle of the reach [m, world], instead of that; neither: the fitted volume's centre
   std::string towards_user;      ///< world direction facing the user: "anterior", "+x", …; empty: by the frame
   std::string up;                ///< world direction that is up; empty: by the frame
   friend bool operator==(const Workspace&, const Workspace&) = default;

@@ -20,7 +20,7 @@ using namespace detail;
 namespace {
 
 constexpr double usual_radius_m = 0.03;
-constexpr int angles = 32, heights = 9;      // of the ways around an axis
+constexpr int angles = 32, heights = 9;      // ways tried around an axis. More: slower; fewer: small things are missed
 constexpr double top_m = half_m + before_m;  // of all ways from the user
 
 /// A node of a picture of ways as the middle of a motion.

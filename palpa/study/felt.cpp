@@ -11,7 +11,7 @@
 namespace palpa {
 namespace {
 
-/// From this share [1] of a step on a change of a mode's force explains it.
+/// A mode whose force changes by at least this share [1] of a step explains it. Less: causes by chance; more: unknown ones.
 constexpr double explaining_share = 0.5;
 
 bool is_step(const FeltTick& before, const FeltTick& now) noexcept { return before.usable && now.usable; }

@@ -23,9 +23,9 @@ struct FeltTick {
   bool usable = false;         ///< the device knew where it is
   bool limited = false;        ///< the guard held some of the force back
   bool onset = false;          ///< a level was met
-  bool broke_through = false;  ///< a level was broken through …
-  double broke_force_n = 0.0;  ///< … the largest force of the spring at which one was
-  bool told = false;           ///< another event: what happens here is known to the one who reads of it
+  bool broke_through = false;  ///< a level was broken through
+  double broke_force_n = 0.0;  ///< the largest force of the spring at which a level was broken through
+  bool told = false;           ///< another event was recorded in this tick, which explains it to the reader
 };
 
 /// A tick without its events, live or from a recording: what was recorded of a probe that nobody knew need not be finite.
@@ -111,7 +111,7 @@ struct ExcessStep {
 
 /// A step beyond this [N] is felt as a tick of its own: fingers tell apart some 30 mN of a small force.
 inline constexpr double felt_step_n = 0.05;
-/// So long [s] after a break-through its fall may last.
+/// A fall lasts at most this long [s] after its break-through; steps in it have that as their cause (see Release).
 inline constexpr double after_break_through_s = 0.02;
 
 /// The steps whose excess is above `above_n` [N], in order. Between ticks where the probe was not usable there is none.

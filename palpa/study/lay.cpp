@@ -15,11 +15,14 @@ using namespace detail;
 
 namespace {
 
-constexpr double longest_s = 120.0;      // of a recording that is looked at
-constexpr double for_s = 30.0;           // it is tried out
-constexpr double behind_a_level = 0.25;  // worth of beginning there: in what is to be touched, perhaps for ever
-constexpr std::size_t most_tried = 5;    // places
-constexpr double apart_m = 0.02;         // from each other
+// How much is considered: time of a recording, time of one trial, places tried, and their least distance. More time or
+// places: slower; less: a good place may be missed. Places nearer to each other are tried twice in effect.
+constexpr double longest_s = 120.0;
+constexpr double for_s = 30.0;
+// [1] What is left of the worth of a place that begins behind a level, and may stay there: more prefers such places.
+constexpr double behind_a_level = 0.25;
+constexpr std::size_t most_tried = 5;
+constexpr double apart_m = 0.02;
 
 /// How long the hand is in which cell, about the middle of the workspace.
 struct Stay {
@@ -45,7 +48,7 @@ std::vector<Vec3> places_of(const Target& recording) {
   return places_m;
 }
 
-/// A motion that no desktop device could make is made narrower.
+/// The factor [1] that narrows a motion too wide for a desktop device; 1 for others.
 double scale_of(const std::vector<Vec3>& places_m) {
   constexpr double widest_m = 0.25, narrowed_m = 0.15;
   Vec3 low_m{1e300, 1e300, 1e300}, high_m = -low_m;

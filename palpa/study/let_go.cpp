@@ -79,7 +79,7 @@ std::unique_ptr<SimulatedDevice> let_go(const DevicePlant& plant, const Vec3& st
 
 bool comes_to_rest(const LetGoOptions& options, double stiffness_n_per_m) {
   constexpr double strong_n = 100.0, settled_s = 1.0, half_s = 0.5;
-  constexpr double always_at_rest_m = 1e-6;
+  constexpr double always_at_rest_m = 1e-6;  // a swing this small is rest, without an encoder too
   Scene scene({.stiffness_n_per_m = stiffness_n_per_m, .damping_ns_per_m = options.damping_ns_per_m, .max_force_n = strong_n});
   const FieldRef wall = scene.add("wall", plane_field());
   scene.add("wall", SurfaceAndFriction{.field = wall, .levels = {{.value = 0.0, .strength_n = strong_n}}});
@@ -102,7 +102,7 @@ bool comes_to_rest(const LetGoOptions& options, double stiffness_n_per_m) {
 }
 
 double largest_stable_stiffness_n_per_m(const std::function<bool(double)>& is_stable, double low_n_per_m, double high_n_per_m) {
-  constexpr double close_enough = 1.01;
+  constexpr double close_enough = 1.01;  // ratio of the bounds at the end. Less: more runs; more: a coarser answer
   if (!is_stable(low_n_per_m)) return 0.0;
   if (is_stable(high_n_per_m)) return high_n_per_m;
   while (high_n_per_m > close_enough * low_n_per_m) {

@@ -21,7 +21,7 @@ struct Contact {
   bool is_free() const noexcept { return state == State::free; }
 };
 
-/// The contacts of a session and the events of a tick. Here alone contacts change. Onsets and break-throughs are told once a
+/// The contacts of a session and the events of a tick. Contacts change only here. Onsets and break-throughs are told once a
 /// tick for each contact, a break-through after the onset of its level; refusals and warnings once a session. Keeps the
 /// contacts in a block; one thread.
 class Contacts {
@@ -29,22 +29,22 @@ class Contacts {
   /// \param modes  their number
   Contacts(LiveBlock& live, std::size_t modes);
 
-  /// All are free; what was refused stays told.
+  /// Frees all contacts. Refusals that were reported are not reported again.
   void clear() noexcept;
   void begin_tick() noexcept;
   std::span<const SessionEvent> events() const noexcept { return events_; }
 
-  /// Tells, each time, what a mode's data did.
+  /// Emits a warning about a mode, at each call.
   void warn(std::size_t mode, const char* sentence) noexcept;
-  /// Tells, once, that a directed force of a mode changes too fast.
+  /// Warns once a session that a directed force of a mode changes too fast.
   void tell_held_back(std::size_t mode) noexcept;
-  /// Takes over what a sub-step that ended in a balance, with the proxy `depth_m` [m] from the probe, has met and broken
-  /// through. What has given way counts as crossed, wherever the proxy is: on an edge of the surface its planes may lead back
-  /// out of it, and it would be met, and give way, in every sub-step.
+  /// Updates the contacts after a sub-step whose balance is `depth_m` [m] from the probe, and emits its events. A level that
+  /// gave way counts as crossed, wherever the proxy is: at an edge of a surface its planes can lead back out of it; it would
+  /// then be met, and give way, in every sub-step.
   void update(const LocalModel& model, double depth_m, Crossings& crossings) noexcept;
 
  private:
-  static constexpr std::size_t max_events = 16;  // a tick
+  static constexpr std::size_t max_events = 16;  // [1] per tick; further events are dropped. More costs memory only
   struct Report {
     Contact contact;
     bool met = false;     // an onset has been told in this tick

@@ -93,7 +93,7 @@ void LocalModel::find_contacts() noexcept {
   }
 }
 
-// Friction is across what the surface presses with, the sum of its facets. False where it is so already.
+// Turns each friction line along the sum of its facets' forces. False where no direction changes.
 bool LocalModel::turn_friction() noexcept {
   bool changed = false;
   for (const LevelContact& contact : contacts_) {
@@ -135,7 +135,7 @@ const LevelLook& LocalModel::look(LevelContact& contact, const Vec3& x_m) noexce
   return contact.last;
 }
 
-// What of a proxy a level must leave free: its foot, if it is elastic.
+// The place that must be free of a level: the proxy's foot if the level is elastic, else the proxy.
 Vec3 LocalModel::foot_m(const LevelContact& contact, const Vec3& x_m) const noexcept {
   return contact.is_rigid() ? x_m : x_m + way_to_foot_m(set_.primitives(), contact.first, x_m);
 }
@@ -145,7 +145,7 @@ Vec3 LocalModel::witness_of(const LevelContact& contact) const noexcept {
   return contact.start.free_m < 0.0 ? contact.start.foot_m : contact.start.at_m;
 }
 
-// How deep a place is in what holds the proxy.
+// How deep a place is in the levels that hold the proxy: the largest depth, 0 in front of all.
 double LocalModel::depth_m(const Vec3& x_m) noexcept {
   double deepest_m = 0.0;
   for (LevelContact& contact : contacts_) {
@@ -164,7 +164,7 @@ Vec3 LocalModel::put_back(const Vec3& x_m) noexcept {
   return on_levels;
 }
 
-// The proxy's own place, where the data have carried it, in front of every level that bounds it.
+// The witness: the proxy's place, carried along by the data and put back in front of every rigid level that holds it.
 void LocalModel::find_witness() noexcept {
   if (witnessed_) return;
   witnessed_ = true;
@@ -179,8 +179,8 @@ void LocalModel::find_witness() noexcept {
   witness_m_ = put_back(start_m_ + carried_m);
 }
 
-// What the energy of all but the levels falls by on the way from the witness, what elastic ones store included; `on_levels`:
-// their feet are put back on them. Products: a difference of squares would lose its digits.
+// By how much the energy falls on the way from the witness: of the spring, of all primitives but holding levels, and what
+// elastic levels store. `on_levels`: their feet are put back on them first. Products, as differences of squares lose digits.
 double LocalModel::gain_j(const Vec3& to_m, bool on_levels, const Vec3& probe_m, double time_step_s) noexcept {
   const Vec3& from_m = witness_m_;
   double gain_j = stiffness_n_per_m_ * dot(from_m - to_m, 0.5 * (from_m + to_m) - probe_m);
@@ -206,16 +206,16 @@ bool LocalModel::accepts(const Vec3& end_m, double deepest, const Vec3& balance_
   const double deepest_m = depth_m(end_m);
   if (deepest_m <= hair * spacing_m_) return true;
   find_witness();
-  // A proxy that the data have left deep in a level has to come back, whatever that costs.
+  // A proxy that moving data left deep inside a level must come out, even if the energy rises.
   if (start_depth_m_ > piercing * spacing_m_) return deepest_m < start_depth_m_;
   if (!(deepest_m <= deepest * spacing_m_)) return false;
-  // What the model promises from the witness on, which is on no level's wrong side: to be inside must bring nothing.
+  // Compared with the promise for a start at the witness, in front of all levels: being inside must gain nothing.
   const Vec3 promised_m = witness_m_ + fraction * (balance_m - witness_m_);
   const double promised_j = gain_j(promised_m, false, probe_m, time_step_s);
   return gain_j(put_back(end_m), true, probe_m, time_step_s) >= earnest * promised_j;
 }
 
-// Friction is across the plane.
+// Puts a contact on another plane, with its friction line along that plane's normal.
 void LocalModel::stand_on(const LevelContact& contact, const Primitive& plane) noexcept {
   set_.replace(contact.first, plane, contact.level);
   if (contact.line < 0) return;
@@ -232,7 +232,7 @@ void LocalModel::foresee(const Vec3& end_m) noexcept {
     LevelLook there = look(contact, foot_m(contact, end_m));
     Vec3 turn = there.normal - contact.start.normal;
     plane.direction = normalized(plane.direction + turn);
-    // A foot is where the normal is that of the place it is at.
+    // An elastic level's foot must have the normal of its own place: sample once more where the new normal puts it.
     const Vec3 foot_m = end_m + dot(plane.direction, there.foot_m - end_m) * plane.direction;
     if (!contact.is_rigid() && distance(foot_m, there.at_m) > turned * spacing_m_) {
       there = look(contact, foot_m);
@@ -295,7 +295,7 @@ bool LocalModel::learn(const Vec3& end_m) noexcept {
     if (!holds(contact)) continue;
     const LevelLook at = look(contact, foot_m(contact, end_m));
     if (at.free_m >= 0.0) continue;
-    // Where it would have to be put back further than it reaches, a place nearer to the witness says more.
+    // A facet that, put back, shuts out less than half the depth of this end is not worth it: a nearer end shows more.
     const Vec3 position_m = at.foot_m - std::max(0.0, dot(at.normal, at.foot_m - witness_of(contact))) * at.normal;
     if (!(dot(at.normal, position_m - at.at_m) >= std::max(novel * spacing_m_, -0.5 * at.free_m))) continue;
     if (contact.facets == most_facets) forget_idle(contact);
@@ -339,7 +339,7 @@ void LocalModel::forget_idle(LevelContact& contact) noexcept {
 
 void LocalModel::attend(const Crossings& crossings, const Vec3& end_m, EventPolicy& policy) noexcept {
   using Passing = EventPolicy::Passing;
-  // From a place on a straight way both of whose ends are free one of them is no further than half of it.
+  // Both ends are free, and no place between is further from one of them than half the way: too short to pierce a level.
   const bool is_short = 0.5 * distance(start_m_, end_m) <= piercing * spacing_m_;
   for (const LevelContact& contact : contacts_) {
     const Watch level{contact.level.field, contact.level.value};
@@ -348,7 +348,7 @@ void LocalModel::attend(const Crossings& crossings, const Vec3& end_m, EventPoli
     if (contact.state == PrimitiveState::off) crossings.attend(policy, level, high ? Passing::leaves_down : Passing::leaves_up);
     if (is_short || !holds(contact) || !contact.is_rigid()) continue;
     const ScalarSample& here = modes_.samples().scalar(level.field, start_m_);
-    // Where the data are flat no value tells how deep the proxy is, only rounding seems to.
+    // In flat data values do not tell the depth; only differences above rounding count.
     const double margin = piercing * spacing_m_ * norm(here.gradient) + modes_.samples().rounding(level.field);
     Extent& allowed = policy.fields[static_cast<std::size_t>(level.field)].allowed;
     if (high) allowed.max = std::min(allowed.max, std::max(level.value, here.value) + margin);

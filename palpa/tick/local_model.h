@@ -34,12 +34,12 @@ struct LevelContact {
   bool is_rigid() const noexcept { return !own.is_elastic(); }
 };
 
-/// The primitives of a move and their balance. What the modes place is frozen; a level is looked up again wherever a move
-/// would end, and what is found there joins it as another facet of its corner: the polyhedron of places that are known to be
-/// free. Facets live for one move; P always contains the *witness*, the proxy's own place, so no facet, however wrong, can
-/// press the proxy through a level (docs/theory.md); a foreseen plane may shut it out by `shallow`, and is recanted before it
-/// lets go. An elastic level knows nothing of the proxy, which it lets in, but of its *foot*: that is its witness, and what
-/// must be free where a move ends. Keeps in a block what the next balance depends on; takes its memory at construction; one
+/// The primitives of a move and their balance. What the modes place stays as it is during the move. A level is sampled again
+/// wherever a move would end; its plane there becomes one more facet of its corner. P, the polyhedron of places known to be
+/// free, always contains the *witness*, the proxy's own place: so no wrong facet can press the proxy through a level
+/// (docs/theory.md). A foreseen plane may shut the witness out by `shallow`; it is taken back before its level gives way. For
+/// an elastic level, which lets the proxy in, the *foot* takes the proxy's part: it is the witness, and must be free at the
+/// end. Facets live for one move. Keeps in a block what the next balance depends on; allocates at construction only; one
 /// thread.
 class LocalModel {
  public:
@@ -48,51 +48,51 @@ class LocalModel {
   LocalModel(LiveBlock& live, std::unique_ptr<Law> law, ModeRuntime& modes, double stiffness_n_per_m);
 
   void clear() noexcept;
-  /// The next balance is looked for from nothing.
+  /// The next balance starts without a warm start.
   void forget_warm_start() noexcept { law_->reset(); }
 
-  /// A move begins: no facets are known.
+  /// Begins a move: forgets all facets.
   void begin_move(const StepContext& context, double spacing_m) noexcept;
   /// Lets the modes place primitives, looking at the data at `middle_m` [m]; what stands on a level looks at `level_m` [m].
   /// Facets that were learnt in this move stay. `moved_n` [N]: see DirectedForceLimiter. Returns the mode that had to be held
   /// back, or -1.
   std::int32_t place(const StepContext& context, const Vec3& middle_m, const Vec3& level_m, double moved_n) noexcept;
-  /// Sees the levels as they are where the move is thought to end, at `end_m` [m], instead of where the proxy is: then the next
-  /// move would not lead on. Not where they turn fast, or would shut the witness out by more than `shallow`.
+  /// Takes the planes of the levels from the expected end of the move, `end_m` [m], instead of from the proxy: no further move
+  /// is needed then. Skips levels that turn fast or whose plane would shut the witness out by more than `shallow`. Samples.
   void foresee(const Vec3& end_m) noexcept;
-  /// Foresees once more, from where it has led to: what of an elastic level was foreseen wrongly. False where nothing was.
+  /// Foresees once more, from the end that was found. False if done before, nothing was foreseen, or no elastic level holds.
   bool refine(const Vec3& end_m) noexcept;
-  /// Sees them from the proxy again, for the rest of the move, since its end is not free. False where that is so already.
+  /// Takes back what was foreseen, for the rest of the move: planes are from the proxy again. False if there is nothing.
   bool recant() noexcept;
   /// Balances what was placed.
   Balance balance(const Vec3& probe_m, double time_step_s) noexcept;
 
-  /// A level that keeps its value, not a material, gives way in the last balance.
+  /// Whether a shell (a level with a fixed value, no material) gives way in the last balance.
   bool any_gives_way(const Crossings& crossings) const noexcept;
-  /// A level holds the proxy in the last balance.
+  /// Whether a level holds the proxy in the last balance.
   bool any_holds() const noexcept {
     return std::ranges::any_of(contacts_, [](const LevelContact& c) { return c.state != PrimitiveState::off; });
   }
   /// Whether the proxy may end its move at `end_m` [m], a `fraction` [1] of the way to the balance at `balance_m` [m]: in front
-  /// of all that bounds it, or up to `deepest` [1] spacings in where the energy fell as promised from level to level. Samples.
+  /// of every level that bounds it, or up to `deepest` [1] spacings behind one if the energy fell as promised. Samples.
   bool accepts(const Vec3& end_m, double deepest, const Vec3& balance_m, double fraction, const Vec3& probe_m,
                double time_step_s) noexcept;
-  /// Learns from an end that was not accepted what shuts it out. False where that is nothing new.
+  /// Adds facets that shut out `end_m` [m], an end that was not accepted. False where all are known already. Samples.
   bool learn(const Vec3& end_m) noexcept;
-  /// How far the proxy would at most go on from an accepted end if the levels that hold it were looked at again there [m];
-  /// infinity where it is not on one. Samples.
+  /// The longest way that the proxy could still move from an accepted end if the levels that hold it were sampled again
+  /// there [m]; infinity where it is off one of them. Samples.
   double unsettled_m(const Vec3& end_m) noexcept;
-  /// Says of the levels how a search for events on the way from the start to `end_m` [m] is to take them: what holds the
-  /// proxy is not crossed, but no deeper in it may it be than a little, or than it is. Samples.
+  /// Sets the policy of a search for events from the start to `end_m` [m]: a level that holds the proxy is not crossed, and
+  /// the way may go no deeper into it than `piercing`, or than the start is. Samples.
   void attend(const Crossings& crossings, const Vec3& end_m, EventPolicy& policy) noexcept;
 
-  /// The levels that give way in the last balance hold up to the end of the sub-step, where they yield.
+  /// Marks the levels that give way in the last balance: they hold up to the end of this sub-step and yield there.
   void stop_at_bound() noexcept {
     for (LevelContact& contact : contacts_) contact.at_bound = contact.state == PrimitiveState::slip;
   }
-  /// The move is made: from its directed forces on the next ones are limited.
+  /// Ends the move: later directed forces are limited against those of this move.
   void end_move() noexcept { held_.keep(set_, placed_at_m_); }
-  /// The feet on elastic levels are where the proxy at `proxy_m` [m] has them.
+  /// Stores the feet that a proxy at `proxy_m` [m] has on elastic levels.
   void keep_feet(const Vec3& proxy_m) noexcept;
 
   const Law& law() const noexcept { return *law_; }
@@ -100,7 +100,7 @@ class LocalModel {
   std::span<const LevelContact> contacts() const noexcept { return contacts_; }
   /// The contact that a row of the set belongs to; nullptr if none.
   const LevelContact* contact_of(std::size_t row) const noexcept;
-  /// Something was placed that stands on no level: its direction is that of the middle of the move.
+  /// Whether a primitive was placed that stands on no level: its direction is taken at the middle of the move.
   bool has_directions() const noexcept { return has_directions_; }
 
  private:

@@ -95,7 +95,7 @@ void ModeRuntime::place(const StepContext& context, const Vec3& at_m, const Vec3
       for (std::size_t i = first; i < out.size(); ++i) stands = stands || out.captured(i).any();
       return stands;
     };
-    // Nearly always it stands where it stood, or does not.
+    // First guess: the mode stands on a level if it did last time.
     const bool stood = live_[m].stands;
     const bool stands = live_[m].stands = stands_at(stood);
     if (stands != stood && (level_m != at_m || context.data_fraction > 0.0)) stands_at(stands);
@@ -117,7 +117,7 @@ void ModeRuntime::place_mode(std::size_t m, const StepContext& context, const Ve
   for (std::size_t i = first; i < out.size(); ++i) {
     if (fades(m)) out.fade(i, fade.share());
     if (!(out[i].strength_n > most_n_) || !is_level(out.captured(i))) continue;
-    // More than the spring can pull with now.
+    // A level stronger than what reaches the hand never yields: give it more than the spring can pull with.
     out.set_strength(i, out[i].strength_n + context.stiffness_n_per_m * distance(context.probe_m, at_m));
   }
 }
@@ -135,8 +135,8 @@ bool ModeRuntime::is_free_at(const StepContext& context, std::vector<std::int32_
   return true;
 }
 
-// A mode that places nothing goes on placing nothing until one of its fields begins, until a mask or a strength
-// leaves a piece on which it is zero, or until a level is met.
+// Whether a mode that places nothing stays silent until a watched event: data of one of its fields begin, a mask or a
+// strength leaves an interval on which it is zero, or a level is met.
 bool ModeRuntime::silence_is_watched(std::size_t m, const Vec3& at_m, std::vector<std::int32_t>& entered) noexcept {
   const ModeInputs& inputs = parts_[m].inputs;
   const auto has_no_data = [&](std::int32_t f) {

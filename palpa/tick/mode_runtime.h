@@ -48,9 +48,9 @@ class ModeRuntime {
   /// Fresh memories.
   void start() noexcept;
 
-  /// Advances the data to `to`, `time_step_s` [s] later; they carry the proxy, at `start_m` [m] when they were as at `from`, as
-  /// they do its foot where it has one: in a level that it has sunk into they may say nothing.
-  /// Where a mode's level jumps before `tick_end` nothing is carried: it fades (JumpFade), and `jumped(m)` tells once.
+  /// Advances the data from `from` to `to`, `time_step_s` [s] later. Their motion carries the proxy from `start_m` [m], or
+  /// rather its foot on an elastic level: deep inside such a level the data may define no motion. Where a mode's level jumps
+  /// before `tick_end` the mode is not carried but fades (JumpFade); `jumped(m)` is called when a fade begins.
   template <class Jumped>
   void advance(const Vec3& start_m, DataTime from, DataTime to, DataTime tick_end, double time_step_s,
                Jumped&& jumped) noexcept {
@@ -69,34 +69,34 @@ class ModeRuntime {
       furthest_carried_m_ = std::max(furthest_carried_m_, norm(part.carried_m));
     }
   }
-  /// A step begins at `start_m` [m], which data have carried along: there the modes place what resists motion. The moves that
-  /// settle it go on from other places, but resist from here on.
+  /// Begins a step at `start_m` [m]. Each mode places what resists motion there, carried along by its data. The moves that
+  /// settle the step start elsewhere but measure their resistance from here.
   void begin_step(const Vec3& start_m) noexcept {
     for (std::size_t m = 0; m < size(); ++m) live_[m].origin_m = start_m + parts_[m].carried_m;
   }
   /// Where the step of a mode began [m], carried along.
   const Vec3& origin_m(std::size_t m) const noexcept { return live_[m].origin_m; }
-  /// The sub-step is over: nothing is carried.
+  /// Ends the sub-step: the carried ways are zero again.
   void arrive() noexcept;
   /// How far the data of a mode have carried the proxy in this sub-step [m], and the longest of those ways [m].
   const Vec3& carried_m(std::size_t m) const noexcept { return parts_[m].carried_m; }
   double furthest_carried_m() const noexcept { return furthest_carried_m_; }
   /// The feet on elastic levels.
   Feet& feet() noexcept { return feet_; }
-  /// A mode's strengths are less than they will be, because its level has jumped.
+  /// Whether a mode's strengths are reduced because its level has jumped.
   bool fades(std::size_t m) const noexcept { return live_[m].fade.share() < 1.0; }
-  /// What is too weak lets the proxy through, but is not broken: its level has jumped, or data end nearby.
+  /// Whether a level of this mode that gives way is no break-through: the level has jumped, or data end nearby.
   bool only_yields(std::size_t m) const noexcept { return fades(m) || live_[m].at_edge; }
-  /// The furthest that the data of a mode would carry a position [m] between two moments [m].
+  /// The longest way [m] that the data of any mode would carry the position `at_m` [m] between two times.
   double motion_m(const Vec3& at_m, DataTime from, DataTime to) const noexcept;
-  /// Tells a search how far data have gone since the sub-step began at `start_m` [m], and where levels have jumped.
+  /// Tells a search how far data have moved since the sub-step began at `start_m` [m], and which levels have jumped.
   void attend(Crossings& crossings, EventPolicy& policy, const Vec3& start_m) noexcept;
 
-  /// Empties the set and lets every enabled mode place its primitives, looking at the data at `at_m` [m]; a mode one of whose
-  /// planes stands on a level looks at `level_m` [m], where that is to hold the proxy.
+  /// Empties the set and lets every enabled mode place its primitives. A mode samples its data at `at_m` [m], or at
+  /// `level_m` [m] if one of its planes stands on a level.
   void place(const StepContext& context, const Vec3& at_m, const Vec3& level_m, PrimitiveSet& out) noexcept;
   /// Tells the modes what became of a sub-step that ended with the proxy at `proxy_m` [m]. `state(i)` is that of primitive i
-  /// of `placed`; of those with one id it is asked once.
+  /// of `placed`; it is called once for primitives that share an id.
   template <class State>
   void on_step_accepted(const StepContext& context, const Vec3& proxy_m, const PrimitiveSet& placed,
                         std::span<const Crossing> crossings, State&& state) noexcept {
@@ -109,7 +109,7 @@ class ModeRuntime {
         const PrimitiveId id = placed[i].id;
         if (id.mode != m || (i > 0 && placed[i - 1].id == id)) continue;
         PrimitiveState told = state(i);
-        // A level that is weak only because of that does not let go; material does, which is felt as no jerk.
+        // A shell that is weak only for these reasons is not broken through. Material may yield: no jerk is felt.
         const bool lets_go = !fades(m) && !(live_[m].at_edge && is_level(placed.captured(i)));
         if (!lets_go && placed.captured(i).any() && told == PrimitiveState::slip) told = PrimitiveState::stick;
         slots_.push_back({id.slot, told, placed.captured(i)});
@@ -119,8 +119,8 @@ class ModeRuntime {
     }
   }
 
-  /// Whether nothing is felt at the start of a step and nothing can set in before a watch is crossed or data of a field in
-  /// `entered` begin: then any way up to there is free.
+  /// Whether nothing is felt at the start of a step, and nothing can set in before a watched value is crossed or the data of a
+  /// field in `entered` begin: free flight up to there.
   bool is_free_at(const StepContext& context, std::vector<std::int32_t>& entered) noexcept;
 
   /// The finest sample spacing of any enabled mode's data [hand m]; infinity without any.
@@ -149,12 +149,12 @@ class ModeRuntime {
   ModeContext here_at(std::size_t m, const StepContext& context, const Vec3& start_m, const Vec3& at_m) noexcept;
   void place_mode(std::size_t m, const StepContext& context, const Vec3& origin_m, const Vec3& at_m,
                   PrimitiveSet& out) noexcept;
-  // What of a proxy at `at_m` the data of a mode carry.
+  // The place that the data of a mode carry: the foot of a proxy at `at_m`, or the proxy itself.
   Vec3 carried_at(std::size_t m, const Vec3& at_m) const noexcept {
     const std::span<const Foot> feet = feet_.of(m);
     return feet.empty() ? at_m : at_m + feet.front().way_m;
   }
-  // Where a mode looks for what is at `at_m` when its data have come to the end of the sub-step.
+  // Where a mode samples its data, seen at the end of the sub-step, for what was carried to `at_m`.
   Vec3 seen_by(std::size_t m, const Vec3& at_m, double data_fraction) const noexcept {
     return at_m + (1.0 - data_fraction) * parts_[m].carried_m;
   }

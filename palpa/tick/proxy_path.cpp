@@ -13,13 +13,13 @@ using namespace path_tolerances;
 namespace {
 
 constexpr double unbounded = std::numeric_limits<double>::infinity();
-constexpr int max_moves = 128;              // a tick
-constexpr int max_trials = 24;              // balances of a move
-constexpr int most_pieces = 1024;           // of straight ways a tick, that are looked at for events
-constexpr double bound_m = 1e-8;            // to which the place where a level gives way is located; so far before it one stops
-constexpr double directed_n_per_s = 100.0;  // directed forces may change so fast because the data do
+constexpr int max_moves = 128;              // [1] per tick. More: longer worst tick; fewer: the proxy lags behind the hand
+constexpr int max_trials = 24;              // [1] balances per move. More: longer worst tick; fewer: moves are given up
+constexpr int most_pieces = 1024;           // [1] searched for events per tick. More: longer worst tick; fewer: more stops
+constexpr double bound_m = 1e-8;            // [m] stop before a break-through. Less: decided by rounding; more: breaks early
+constexpr double directed_n_per_s = 100.0;  // [N/s] allowed while data play. Less: forces lag the data; more: they jump
 
-// The part of the proxy's motion that is more than that of the probe and the data: a release, no motion of the hand.
+// The part of the proxy's motion beyond that of probe and data: a release, which the damper leaves out.
 Vec3 released(const Vec3& step_m, double moved_m) noexcept {
   const double length = norm(step_m);
   return length > moved_m ? (1.0 - moved_m / length) * step_m : Vec3{};
@@ -99,7 +99,7 @@ bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) no
   return is_there;
 }
 
-// The next segment of the probe's path, so short that nothing in the data is jumped over. It stays queued until it is walked.
+// The next segment of the probe's path, so short that no data are jumped over. It stays queued until it is walked.
 bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
   const PathState& c = state_;
   if (c.left != Left::nothing) {
@@ -109,7 +109,7 @@ bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
   if (queue_.empty()) return false;
   segment = queue_.front();
   const double length = distance(segment.to_m, segment.from_m);
-  // Neither the probe nor the data may go further.
+  // Both the probe's way and the data's way are limited.
   const double furthest =
       playing_ ? std::max(length, modes_.motion_m(c.proxy, time_.at(c.followed_s), time_.at(time_at_end_of(segment)))) : length;
   if (refined_ == 1 && furthest <= step_share_ * modes_.finest_m()) return true;
@@ -120,13 +120,13 @@ bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
   return true;
 }
 
-// Nothing is felt, and nothing sets in unseen: a long way is gone at once. Not asked where something could pull a moment ago.
+// Free flight: nothing is felt, and every onset is watched. Never directly after a move in which something could pull.
 bool ProxyPath::is_free() noexcept {
   const Vec3& here = state_.proxy;
   return !state_.felt && modes_.is_free_at({here, here, 1.0, stiffness_n_per_m_}, entered_);
 }
 
-// Sees the data as they are at the end of a segment. Returns for how long they go on in it [s].
+// Samples the data at the time of the segment's end from here on. Returns by how much they advance in this sub-step [s].
 double ProxyPath::see(const ProbeSegment& segment) noexcept {
   PathState& c = state_;
   const double view_s = segment.fresh ? std::max(c.view_s, time_at_end_of(segment)) : c.view_s;
@@ -139,7 +139,7 @@ double ProxyPath::see(const ProbeSegment& segment) noexcept {
   return view_s - c.followed_s;
 }
 
-// One move along the path: place, balance, move towards it as far as the data let it, tell what became of that.
+// One move along the path: place, balance, move towards the balance as far as the data allow, report the result.
 void ProxyPath::sub_step(ProbeSegment segment) noexcept {
   const Vec3 start = state_.proxy;
   const bool settles = !segment.fresh && state_.left == Left::rest;
@@ -153,16 +153,16 @@ void ProxyPath::sub_step(ProbeSegment segment) noexcept {
 
   const double went_m = distance(made.end_from(start), start);
   const double rest_m = rest * spacing_m_;
-  // Whether a finished move would be followed by another is only asked; the answer no is not worth a sub-step.
+  // A settling move of no more than `rest` is not made: the proxy rests.
   if (settles && (made.fraction == 0.0 || (made.stop == Stop::full && went_m <= rest_m))) {
     state_.left = Left::nothing;
   } else {
-    // A hand that moves is followed by the next tick anyway; a still one is to feel the end of it, and so is what was begun.
+    // While the hand moves, the next tick settles the rest; with a still hand, or once begun, settling goes to the end.
     const bool to_the_end = settles || path_m_ == 0.0;
     const bool is_settled = !model_.any_holds() ? made.change_m <= turned * spacing_m_
                             : to_the_end        ? went_m <= rest_m
                                                 : model_.unsettled_m(made.end_from(start)) <= turned * spacing_m_;
-    // A level that lets go leaves the proxy where it was pressed to: only the next balance is without it.
+    // A level that gives way still took part in this balance: only the next one is without it.
     const bool lets_go = model_.any_gives_way(crossings_) && went_m > rest_m;
     advance(segment, made, follows_s, is_settled && !lets_go);
     accept(segment, made, context, settles);
@@ -171,7 +171,7 @@ void ProxyPath::sub_step(ProbeSegment segment) noexcept {
   modes_.arrive();
 }
 
-// The move is made: it is recorded, and all who have a stake in it are told.
+// Records the move and updates crossings, feet, contacts and modes.
 void ProxyPath::accept(const ProbeSegment& segment, const Move& made, StepContext& context, bool settles) noexcept {
   SubStep step;
   step.time_step_s = segment.time_s;
@@ -197,14 +197,14 @@ void ProxyPath::accept(const ProbeSegment& segment, const Move& made, StepContex
   });
 }
 
-// The proxy has moved; what is left of the segment is taken up again where the move was stopped.
+// Moves the proxy. What is left of the segment continues where the move was stopped.
 void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double follows_s, bool settled) noexcept {
   PathState& c = state_;
   const Vec3 start = c.proxy;
   c.proxy = move.end_from(start);
   const Vec3 before_m = std::exchange(c.move_m, c.proxy - start);
-  // Directions that turn faster than the spring can follow throw the proxy to and fro: each time half as far, until it gets on.
-  // Where it does not, a quarter of a tick is spent on one probe, or it would lag behind the hand for ever.
+  // Where directions turn faster than the spring can follow, the proxy turns back: each turn halves the longest move. After
+  // eight turns (max_sub_steps / 4) the probe position is given up, or the proxy would lag behind the hand for ever.
   const bool turns_back = !segment.fresh && model_.has_directions() && dot(c.move_m, before_m) < 0.0;
   expect_sequel(before_m, segment.fresh);
   c.reach_m = turns_back ? std::min(c.reach_m, 0.5 * norm(before_m)) : 1.25 * c.reach_m;
@@ -233,7 +233,7 @@ ProxyPath::Left ProxyPath::left_by(const Move& move, bool settled) const noexcep
   return move.stop == Stop::energy && !playing_ ? Left::rest : Left::way;
 }
 
-// Lets the modes place primitives for a move that is thought to end at `end_m`, on a way `whole_m` long.
+// Lets the modes place primitives for a move that is expected to end at `end_m`, on a way of `whole_m`.
 void ProxyPath::place(const StepContext& context, const Vec3& end_m, double whole_m) noexcept {
   StepContext middle = context;
   middle.data_fraction = whole_m > 0.0 ? 0.5 * std::min(1.0, distance(end_m, context.start_m) / whole_m) : 0.0;
@@ -242,9 +242,9 @@ void ProxyPath::place(const StepContext& context, const Vec3& end_m, double whol
   if (end_m != context.start_m) model_.foresee(end_m);
 }
 
-// One move towards the balance, at most half a sample spacing, to the first place that is free. A balance that cannot be
-// moved to says of a level what was not known: that joins it, and all is balanced again. Directions are those of the middle
-// of the move: a line looked up where it begins would let the proxy leave every curve on its outside.
+// One move towards the balance, at most half a sample spacing, to the first place that is free. If the end is not free, the
+// facets that shut it out are added and all is balanced again. Directions are taken at the middle of the move: with those of
+// its start the proxy would leave every curve on its outside.
 ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, bool settles) noexcept {
   const Vec3& start = context.start_m;
   if (segment.fresh) state_.reach_m = unbounded;
@@ -265,7 +265,7 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
   place(context, end, distance(end, start));
   for (int trial = 0; trial < max_trials; ++trial) {
     made.to = model_.balance(context.probe_m, context.time_step_s);
-    // No level lets go because of what was foreseen.
+    // No level may give way because of a foreseen plane.
     if (model_.any_gives_way(crossings_) && model_.recant()) made.to = model_.balance(context.probe_m, context.time_step_s);
     made.bound_met = made.bound_met || (trial == 0 && segment.fresh && meet_bound(segment, context, made.to));
     context.probe_m = segment.to_m;
@@ -273,7 +273,7 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
     const double length = distance(made.to.position_m, start);
     const Vec3 before = std::exchange(end, end_of(made.to.position_m));
     made.change_m = model_.has_directions() ? distance(end, before) : 0.0;
-    // Looked up again as long as that draws nearer.
+    // Place again as long as the end changes, and by less each time.
     if (made.change_m > same_m && made.change_m < change_before_m && trial + 1 < max_trials && !made.bound_met &&
         (before != start || distance(end, start) > same_m)) {
       change_before_m = made.change_m;
@@ -294,15 +294,15 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
   return made;
 }
 
-// Whether the move may end where `move` says, which is shortened to the first event on the way. False where its end showed
-// something new of a level, or, with no fraction left, where nothing nearer is free either.
+// Whether the move may end where `move` says; it is shortened to the first event on the way. False where a facet was learnt
+// (balance again), or, with a fraction of zero, where no nearer end is free either.
 bool ProxyPath::end_is_free(const ProbeSegment& segment, const StepContext& context, bool flies, Move& move) noexcept {
   const Vec3& start = context.start_m;
   do {
     const Vec3 end = move.end_from(start);
     attend(end, flies);
     find_event(start, end);
-    // Where the balance is all but reached, what sets in is placed in the next sub-step; a stop would only divide the time.
+    // Events nearer the move's end than this wait for the next sub-step.
     const double left_m = (1.0 - event_.share) * (distance(end, start) + modes_.furthest_carried_m());
     if (event_.kind != Event::Kind::none && left_m > rest * spacing_m_) {
       move.fraction *= event_.share;
@@ -323,8 +323,8 @@ bool ProxyPath::end_is_free(const ProbeSegment& segment, const StepContext& cont
   return false;
 }
 
-// The first event on the way. Where a value jumps, both sides may drive the proxy over: crossed back at once, it does not stop
-// the proxy a second time, which would not get on between the two.
+// Finds the first event on the way. Where a value jumps, both sides may drive the proxy across: a crossing that undoes the last
+// one at once does not stop it again, or it would be caught between the two.
 void ProxyPath::find_event(const Vec3& start_m, const Vec3& end_m) noexcept {
   crossings_.first_event(start_m, end_m, policy_, modes_.samples(), pieces_left_, event_);
   if (event_.kind != Event::Kind::crossing || event_.share * distance(start_m, end_m) > rest * spacing_m_) return;
@@ -336,7 +336,7 @@ void ProxyPath::find_event(const Vec3& start_m, const Vec3& end_m) noexcept {
   crossings_.first_event(start_m, end_m, policy_, modes_.samples(), pieces_left_, event_);
 }
 
-// Where a shell that held gives way within the segment, the segment ends there: found by halving the probe's path.
+// If a shell that held gives way within the segment, ends the segment there. Located by bisection of the probe's path.
 bool ProxyPath::meet_bound(ProbeSegment& segment, const StepContext& context, Balance& to) noexcept {
   if (!model_.any_gives_way(crossings_)) return false;
   const double length = distance(segment.to_m, segment.from_m);
@@ -345,7 +345,7 @@ bool ProxyPath::meet_bound(ProbeSegment& segment, const StepContext& context, Ba
     to = model_.balance(segment.first(share).to_m, std::max(share, hair) * context.time_step_s);
     return !model_.any_gives_way(crossings_);
   };
-  // Nearly all levels that give way have done so before: then it is there already.
+  // Most levels that give way here do so from the segment's start on: one balance shows it.
   double held = std::min(1.0, 2.0 * bound_m / length), gone = 1.0;
   if (!holds_at(held)) {
     to = model_.balance(segment.to_m, context.time_step_s);
@@ -363,9 +363,8 @@ bool ProxyPath::meet_bound(ProbeSegment& segment, const StepContext& context, Ba
   return true;
 }
 
-// Where the proxy would get to if it moved on as it did in the last segment, by as much more or less as the probe does.
-// A proxy that is pressed d into a level of curvature 1/R comes to rest in moves of which each is about d/R of the last: many
-// where it is near the middle of the curvature: Aitken's sum of what is to come, from two moves that did not know of it.
+// Sums the moves still to come (Aitken). A proxy pressed d into an elastic level of curvature 1/R rests after moves that shrink
+// by about d/R each; the ratio is taken from two moves that were made without this sum.
 void ProxyPath::expect_sequel(const Vec3& before_m, bool fresh) noexcept {
   PathState& c = state_;
   c.plain = fresh || c.sequel_m == Vec3{} ? c.plain + 1 : 0;
@@ -374,6 +373,7 @@ void ProxyPath::expect_sequel(const Vec3& before_m, bool fresh) noexcept {
   c.sequel_m = ratio / (1.0 - ratio) * c.move_m;
 }
 
+// The expected move: the last segment's, scaled by the probe's way; while a step settles, the sum above.
 Vec3 ProxyPath::expected_m(const ProbeSegment& segment) const noexcept {
   const double before_m2 = norm_squared(state_.probe_way_m);
   if (!segment.fresh) return state_.left == Left::rest ? state_.sequel_m : Vec3{};

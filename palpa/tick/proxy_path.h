@@ -37,12 +37,12 @@ class ProxyPath {
   /// See Session.
   void let_through(double most_n) noexcept { modes_.let_through(most_n); }
   void refine(int times);
-  /// Goes on from what the block has taken over.
+  /// Continues after the block was copied from another session's.
   void goes_on() noexcept;
 
-  /// The data's time goes on by so much [s], whether the proxy is walked or not.
+  /// Advances the data's time by `time_step_s` [s], whether the proxy is walked or not.
   void pass(double time_step_s) noexcept { state_.elapsed_s += time_step_s; }
-  /// Goes on to the next probe position [m], `time_step_s` later. False where the cap was reached.
+  /// Walks to the next probe position [m], `time_step_s` [s] later. False where the cap was reached.
   bool walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) noexcept;
 
   const Vec3& proxy_m() const noexcept { return state_.proxy; }
@@ -57,13 +57,13 @@ class ProxyPath {
   static constexpr std::size_t max_primitives = LocalModel::max_primitives;
 
  protected:
-  // One move along the path: place, balance, move towards it as far as the data let it, tell what became of that.
+  // One move along the path: place, balance, move towards the balance as far as the data allow, report the result.
   virtual void sub_step(ProbeSegment segment) noexcept;
 
-  // What a probe position still wants of the proxy: the rest of a move that was stopped; or to know that it rests there.
+  // What is left to do at a probe position: walk the rest of a stopped move, or check that the proxy rests.
   enum class Left : std::uint8_t { nothing, way, rest };
 
-  // Where the session is on its way.
+  // The state of the walk that the next sub-step depends on.
   struct PathState {
     bool started = false;
     Vec3 proxy;
@@ -83,7 +83,7 @@ class ProxyPath {
     Crossing stopped_by;                    // the last move; of no field where nothing was crossed
   };
 
-  // What becomes of a sub-step.
+  // The result of one move.
   struct Move {
     Balance to;
     double fraction = 1.0;  // of the way there
@@ -113,7 +113,7 @@ class ProxyPath {
 
   double stiffness_n_per_m_;
   TimeOptions time_;
-  bool playing_ = false;  // the data's time goes on
+  bool playing_ = false;  // the data change with time
   ModeRuntime modes_;
   Crossings crossings_;
   EventPolicy policy_;
@@ -122,15 +122,15 @@ class ProxyPath {
   Contacts contacts_;
   PathState& state_;
   ProbeQueue& queue_;
-  double step_share_;  // of the finest spacing: no move is longer, but for being refined
+  double step_share_;  // [1] of the finest spacing: the longest move, before refining
   int refined_ = 1;
-  double path_m_ = 0.0;                    // length of the probe's path in this tick, or of the data's
-  double moved_n_ = 0.0;                   // by which directed forces may change in this sub-step because the data do
+  double path_m_ = 0.0;                    // of this tick: way of the probe or of the data, the longer one
+  double moved_n_ = 0.0;                   // change of directed forces allowed in this sub-step for moving data
   double spacing_m_ = 0.0, step_m_ = 0.0;  // finest, of the data near this sub-step, and the longest move there
   Vec3 released_m_;
   int dropped_ = 0;
   std::vector<std::int32_t> entered_;
-  int pieces_left_ = 0;  // of straight ways, to be looked at for events in this tick
+  int pieces_left_ = 0;  // of straight ways that this tick may still search for events
   StepRecord record_;
 };
 

@@ -94,14 +94,14 @@ class Session {
   /// Puts the proxy on the next probe position and forgets all memories: after a gap or a clutch.
   void reset() noexcept;
 
-  /// Guard and device let no more than `most_n` [N] reach the hand, at first infinity: a level that is stronger never yields.
+  /// Sets the most that guard and device let reach the hand [N], at first infinity: a level that is stronger never yields.
   void let_through(double most_n) noexcept;
 
   /// Walks the path in sub-steps `times` [1] (1…16) as short as usual, and in at least that many per tick; the cap on
   /// sub-steps is so much higher. For studies of convergence: the paths agree as the steps shrink.
   /// Allocates.
   void refine_path(int times);
-  /// Goes on from where another session of the same scene is, with what that lets through; the warm start is forgotten.
+  /// Copies the state of another session of the same scene, `let_through` included; the warm start is forgotten.
   /// Programming error (assert) if the scenes differ in number of modes or memories.
   void continue_from(const Session& other) noexcept;
 
@@ -115,7 +115,7 @@ class Session {
   std::span<const PlacedPrimitive> placed() const noexcept;
   std::span<const SessionEvent> events() const noexcept;
 
-  /// Sub-steps per tick are capped at this; the rest of the probe's path is queued. `refine_path` multiplies it.
+  /// [1] Cap per tick, times that of `refine_path`; the rest waits. More: longer worst tick; fewer: the proxy lags earlier.
   static constexpr int max_sub_steps = 32;
 
  private:

@@ -19,7 +19,7 @@ void StepRecord::clear() noexcept {
 
 void StepRecord::add(SubStep& step, bool settles, double spacing_m, const LocalModel& model,
                      const ModeRuntime& modes) noexcept {
-  // Straight from its start to its end a sub-step must be the way that the proxy went.
+  // A recorded sub-step is a straight way: moves are joined only while they stay near the first one's end.
   const bool is_one = settles && !sub_steps_.empty() && sub_steps_.back().stop == Stop::full && step.stop == Stop::full &&
                       distance(step.proxy_m, first_end_m_) <= path_tolerances::piercing * spacing_m;
   if (is_one) {
@@ -36,7 +36,7 @@ void StepRecord::add(SubStep& step, bool settles, double spacing_m, const LocalM
   sub_steps_.push_back(step);
 }
 
-// What was solved. Facets without force are left out, which changes nothing (theory.md): at most three are left.
+// Records what was solved. Facets without force are left out, which changes nothing (theory.md); at most three have one.
 void StepRecord::add_rows(SubStep& step, const LocalModel& model, const ModeRuntime& modes) noexcept {
   const PrimitiveSet& set = model.set();
   const std::span<const Vec3> forces = model.law().forces_n();

@@ -23,7 +23,7 @@ class StepRecord {
   /// Records a move that the model was solved for; `settles`: of the same step as the one before. `spacing_m` [m] is
   /// that of the data near by. Fills in what is not given: directed forces, energies, primitives.
   void add(SubStep& step, bool settles, double spacing_m, const LocalModel& model, const ModeRuntime& modes) noexcept;
-  /// The cap was reached.
+  /// Marks the last sub-step as stopped by the cap.
   void cut() noexcept { sub_steps_.back().stop = Stop::cap; }
   /// Books the work of all sub-steps.
   void book(Ledger& ledger) const noexcept;

@@ -11,9 +11,13 @@
 namespace palpa {
 namespace {
 
+// The sample from which shifts are estimated: pairs of frames, places tried per pair, places used per pair (near the level, or
+// the steepest tenth). More: slower; fewer: a less certain median and 90th percentile.
 constexpr int most_pairs = 20;
-constexpr int candidates = 20000;         // places that are looked at to find the steepest tenth of them
-constexpr std::size_t most_places = 500;  // of one pair
+constexpr int candidates = 20000;
+constexpr std::size_t most_places = 500;
+// The search along the gradient, in sample spacings. A longer reach is slower, a shorter one counts far shifts as lost; a
+// longer step skips thin edges, a shorter one is slower.
 constexpr double reach_spacings = 32.0;
 constexpr double step_spacings = 0.25;
 
@@ -50,7 +54,7 @@ std::vector<Place> places_of(const Field& frame, std::optional<double> level) {
   return places;
 }
 
-/// Its whole rise over its slope.
+/// The width of the edge at a place [m]: its whole rise over its steepest slope.
 double edge_width_m(const Field& frame, const Place& place, const Vec3& uphill) noexcept {
   const double h = frame.spacing_m(), steepness = norm(place.sample.gradient);
   double rise = 0.0, steepest = steepness;

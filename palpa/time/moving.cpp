@@ -244,7 +244,7 @@ class Moving final : public TimedField {
   /// a corner at distance r of the origin turned at ω and scaled at λ (per share of the way) has the
   /// acceleration r s (ω² + λ²), and its way bends by an eighth of that times the square of the share.
   void find_bounds() {
-    constexpr int parts = 64;
+    constexpr int parts = 64;  // [1] per piece of the track. More: slower; fewer: wider bounds, as the bend is added
     const Box box = view_.field->bounds_m();
     double reach_m = 0.0;
     bool any = false;

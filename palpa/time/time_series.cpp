@@ -47,10 +47,11 @@ void raise(Stretch& piece, int degree) noexcept {
   }
 }
 
-/// Below this a gradient [unit/m] says nothing: three standard deviations of the noise of its components, as told by their
-/// median second difference from neighbour to neighbour, which smooth data and edges, being rare, hardly move.
+/// The noise of the gradient [unit/m], below which its direction is not used: three standard deviations of the noise of its
+/// components, as told by their median second difference from neighbour to neighbour, which smooth data and edges, being rare,
+/// hardly move.
 double noise_of_gradient(const Field& field) {
-  constexpr int places = 4096;
+  constexpr int places = 4096;  // [1] more: slower to load; fewer: a less certain median
   const Box box = field.bounds_m();
   const double h = field.spacing_m();
   std::vector<double> differences;

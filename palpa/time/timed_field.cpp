@@ -62,8 +62,11 @@ Carried TimedField::carried_with_level(const Vec3& world_m, DataTime from, DataT
   const ScalarSample start = scalar_at(world_m, from);
   if (!start.inside) return {world_m};  // nothing is there that could have moved
   const Carried lost{world_m, false};
+  // Newton steps. More: longer worst tick; fewer: a level that bends counts as lost and fades.
   constexpr int most_steps = 8;
-  constexpr double on_level = 1e-9, near_level = 1e-3;  // of a spacing
+  // [1] of a spacing: done at the first; with no step left, good enough at the second. Larger: the proxy is carried off its
+  // level; smaller: steps in vain, or levels that count as lost.
+  constexpr double on_level = 1e-9, near_level = 1e-3;
   const double h = spacing_m();
   Vec3 at_m = world_m;
   for (int step = 0;; ++step) {
