@@ -262,10 +262,8 @@ void measure_closed_loop(const Scene& scene, int ticks, double reach_m, Random& 
       loop.arm_work_j += std::abs(dot(arm_n, h * v));
     }
     tick = session.tick({.position_m = x}, dt);
-    double directed_j = 0.0;
-    for (const SubStep& step : session.sub_steps()) directed_j += dot(step.directed_n, step.proxy_m - step.start_m);
-    allowed_j += directed_j + tick.energy.moved_j;
-    loop.injected_j += std::max(0.0, tick.energy.injected_j - std::max(0.0, directed_j));
+    allowed_j += tick.energy.injected_j - tick.energy.dissipated_j + tick.energy.moved_j;
+    loop.injected_j += tick.energy.injected_j;
     loop.path_j += std::max(0.0, tick.energy.path_j);
     loop.gained_j = std::max(loop.gained_j, held_j() - allowed_j - floor_j);
   }

@@ -81,8 +81,8 @@ TEST(Energy, IsBookedAndAHandGainsNoneBeyondIt) {
   Booked booked;
   ClosedLoop loop;
   for (int round = 0; round < 6; ++round) {
-    const std::string toml =
-        base + std::to_string(random.uniform(200, 1500)) + "\n" + random_modes(random, {"head|-300|600"}, {"swirl"});
+    const std::string k = std::to_string(random.uniform(200, 1500));
+    const std::string toml = base + k + "\n" + random_modes(random, {"head|-300|600"}, {"swirl"});
     const Scene scene = parse_scene(toml, "energy", ".", volume_reader(), standard_modes()).scene;
     measure_booked(scene, 2000, 0.06, random, booked);
     measure_closed_loop(scene, 2000, 0.06, random, loop);
