@@ -25,8 +25,8 @@ namespace {
 constexpr Color ink{0.13, 0.13, 0.15};
 constexpr Color paper{1.0, 1.0, 1.0};
 constexpr Color hairline{0.86, 0.86, 0.86};
-constexpr double column_em =
-    12.0;                // [em] width of the column of explanations. More: less room for the scene; less: words are cut
+// [em] Width of the column of explanations. More: less room for the scene; less: words are cut.
+constexpr double column_em = 12.0;
 constexpr int dpi = 72;  // makes a point of type one pixel
 
 void style(vtkTextProperty& text, double size_px, bool bold) {
