@@ -17,7 +17,7 @@
 namespace palpa::app {
 namespace {
 
-/// `PATH=VALUE` as its two halves. \param example  for who wrote it otherwise
+/// Splits `PATH=VALUE`. Throws LoadError. \param example  of the right form, for the message
 std::pair<std::string, std::string> split_set(const std::string& text, const std::string& example) {
   const std::size_t at = text.find('=');
   if (at == 0 || at == std::string::npos) {
@@ -48,7 +48,7 @@ void add_device(CLI::App* command, std::string& device) {
       ->type_name("DEVICE");
 }
 
-/// A trace by its folder, or by a file in it, as a shell completes one.
+/// The folder of a trace, which may also be named by a file in it, because that is what a shell completes.
 std::filesystem::path trace_folder(const std::filesystem::path& named) {
   std::error_code unknown;
   if (!std::filesystem::is_regular_file(named, unknown)) return named;
@@ -56,7 +56,7 @@ std::filesystem::path trace_folder(const std::filesystem::path& named) {
   return std::filesystem::exists(folder / "trace.toml", unknown) ? folder : named;
 }
 
-/// What a scene's [volume] would say about a file.
+/// How a file is read: what a scene's [volume] would say.
 struct HowToRead {
   std::vector<std::string> sets;
   std::vector<std::filesystem::path> partners;
@@ -70,7 +70,7 @@ void add_how_to_read(CLI::App* command, HowToRead& how) {
                "numbers, --set type=int16 --set dims=[256,256,99]")
       ->type_name("KEY=VALUE");
 }
-/// `files` are its partners alone.
+/// The request without the file itself: `files` holds only its partners.
 VolumeRequest request_of(const HowToRead& how) {
   std::vector<std::pair<std::string, std::string>> keys;
   for (const std::string& set : how.sets) keys.push_back(split_set(set, "KEY=VALUE, as in length_unit=cm"));
@@ -128,7 +128,7 @@ std::string complaint(const CLI::ParseError& error, const CLI::App& app) {
   return name + ": " + text + "; " + help;
 }
 
-/// What a command does once the line is understood.
+/// What a command does after the command line has been read.
 using Work = std::function<int()>;
 
 void add_demo(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
@@ -363,7 +363,7 @@ void add_prints(CLI::App& app) {
          "print the man page, or bash's completion, as in: source <(palpa --print bash)")
       ->check(CLI::IsMember({"man", "bash"}))
       ->type_name("WHAT");
-  // What the completion asks.
+  // Hidden: bash's completion calls it.
   app.add_option_function<std::string>("--print-sets",
                                        [](const std::string& scene) {
                                          std::fputs(settings_of(scene).c_str(), stdout);
@@ -397,7 +397,7 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   add_modes(app, work);
   add_prints(app);
 
-  // CLI11 would call an unknown command a missing one.
+  // Unknown commands are refused here, because CLI11 would say that the command is missing.
   std::vector<std::string> commands;
   for (const CLI::App* command : app.get_subcommands({})) commands.push_back(command->get_name());
   if (argc < 2) {

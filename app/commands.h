@@ -21,7 +21,7 @@ int run_scene(RunArguments arguments, const std::atomic<bool>& stop);
 
 struct DemoArguments {
   std::string name = "head";   ///< head, flow or wing
-  std::filesystem::path data;  ///< folder of the real data; empty: embedded data, or a head where one was brought
+  std::filesystem::path data;  ///< folder of the real data; empty: embedded data, or the head of tools/get-ct-head if there
   std::filesystem::path out;   ///< folder that the recording goes into; empty: palpa-demo here
   std::string device;          ///< what the hand holds, as `device_plant` reads it; empty: an ideal device
   bool json = false;
@@ -32,7 +32,7 @@ int run_demo(const DemoArguments& arguments, const std::atomic<bool>& stop);
 struct ConvertArguments {
   VolumeRequest request;      ///< one volume
   std::filesystem::path out;  ///< .nrrd, .nhdr or .vti; a new file
-  std::string crop;           ///< as it was written; empty: none
+  std::string crop;           ///< as the user wrote it; empty: none
   ConvertOptions options;     ///< all but the crop
   ReadOptions read;
 };

@@ -17,7 +17,8 @@ namespace fs = std::filesystem;
 constexpr const char* recording = "trajectories/inverse3_woodcarving_20231121_102837.csv";
 constexpr const char* simulated = "sim:stroke";
 
-/// The real data of a demo: what was named, or, of the head, where tools/get-ct-head puts it; empty where there is none.
+/// The folder with the real data of a demo: the one named or, for the head, the one where tools/get-ct-head puts them; empty if
+/// there is none.
 fs::path data_folder(const DemoArguments& arguments) {
   if (!arguments.data.empty()) {
     if (fs::is_directory(arguments.data)) return arguments.data;
@@ -37,14 +38,14 @@ fs::path data_folder(const DemoArguments& arguments) {
   return fs::exists(folder / "ct_head_cranium/cranium.mhd") ? folder : fs::path();
 }
 
-/// A folder that is not there yet: `wanted`, or with the first number behind it that is free.
+/// The name of a folder that does not exist yet: `wanted`, or that with a number behind it.
 fs::path new_folder(const fs::path& wanted) {
   fs::path folder = wanted;
   for (int number = 2; fs::exists(folder); ++number) folder = wanted.string() + "-" + std::to_string(number);
   return folder;
 }
 
-/// Where the demo's recording goes; empty, with a word, where nothing can be written.
+/// The folder for the demo's recording. Empty, with a message, where nothing can be written; empty for JSON without --out.
 fs::path trace_folder(const DemoArguments& arguments) {
   fs::path folder = arguments.out;
   if (folder.empty()) {

@@ -1,4 +1,4 @@
-// What `--hand` takes, in words: for the help, the man page and the completion.
+// The values of `--hand` in words, for the help, the man page and the completion.
 #pragma once
 
 #include <string>

@@ -22,7 +22,7 @@ bool is_pattern(const fs::path& path) {
   return path.filename().string().find_first_of("*?") != std::string::npos && !fs::exists(path, ignored);
 }
 
-/// Refuses at once what no reader need be asked: files of our own.
+/// Refuses Palpa's own files, traces and scenes, which are no data.
 void refuse_our_own(const fs::path& path) {
   std::error_code ignored;
   const std::string name = path.string();
@@ -64,7 +64,7 @@ Facts read_facts(const Asked& asked, const ReadOptions& read, bool all_frames) {
   return facts_of(asked, read, all_frames);
 }
 
-/// As a shell reads it back.
+/// The path as it has to be typed in a shell, in quotes if needed.
 std::string for_shell(const std::string& path) {
   static constexpr const char* plain = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./,:+@%";
   if (!path.empty() && path.find_first_not_of(plain) == std::string::npos) return path;
@@ -141,7 +141,8 @@ int run_info(const InfoArguments& arguments) {
   nlohmann::ordered_json list = nlohmann::ordered_json::array();
   for (const Asked& asked : all) {
     const Facts facts = read_facts(asked, arguments.read, !arguments.scene);
-    for (const AskedPlace& place : places) world_of(place, facts);  // refuses what these data cannot answer, before any answer
+    for (const AskedPlace& place : places)
+      world_of(place, facts);  // throws where a place cannot be found in these data, before anything is printed
     if (arguments.scene || !arguments.picture.empty()) make_files(asked, facts, arguments);
     if (arguments.scene) continue;
     if (arguments.json) {

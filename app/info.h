@@ -16,7 +16,7 @@ struct InfoArguments {
   bool series = false;                       ///< the files are the frames of one time series
   bool json = false;                         ///< one object for one file, a list of them for several
   std::vector<Vec3> at_m;                    ///< [m] world positions to sample
-  std::optional<double> level;               ///< of scalar fields, in each one's own unit: what the smooth filter loses there
+  std::optional<double> level;               ///< of scalar fields, in each one's own unit: what the smooth filter loses at it
   ReadOptions read;
   VolumeRequest request;             ///< how the files are read; its files are the partners of each
   bool scene = false;                ///< print a first scene instead; of one file

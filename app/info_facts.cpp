@@ -17,10 +17,11 @@
 namespace palpa::app {
 namespace {
 
-/// The time from frame to frame does not matter to what is said of a series.
+/// Time from frame to frame of a series; any value will do, because nothing that is said of a series depends on it.
 constexpr double any_period_s = 1.0;
 
-/// Up to so many voxels all are looked at; of more, a part, so that a mapped file is not read as a whole.
+/// Up to the first number all voxels are looked at; of more about the second, in whole rows, so that a mapped file is not read
+/// as a whole. More: slower; fewer: a range that is too small.
 constexpr std::int64_t most_voxels_at_all = std::int64_t{1} << 24;
 constexpr std::int64_t most_voxels_of_many = std::int64_t{1} << 20;
 
@@ -80,7 +81,7 @@ void find_suspicious_values(const Facts& facts, std::size_t f, std::vector<std::
   if (h.percentile(0.999) - h.percentile(0.001) < 0.02 * (values.max - values.min)) {
     say("has a few values far from all others: outliers, or a code for 'no data'");
   }
-  // Nothing flows so fast: the file's numbers are in other units.
+  // No flow is that fast: the file's numbers must be in other units.
   if (field.unit == "a∞" && values.max > 20.0) {
     say(fmt::format("goes up to {:.0f} times the speed of sound: its numbers are probably not divided by a∞, as PLOT3D asks",
                     values.max));

@@ -1,4 +1,4 @@
-// What is known of a file once it is open: what words and JSON are made of.
+// What is known of a file once it is open. `palpa info` prints it as words or JSON.
 #pragma once
 
 #include <array>
@@ -19,14 +19,14 @@ struct Placement {
   GridGeometry grid;                   ///< of the first field
   Vec3 spacing_m;                      ///< [m] length of one step along i, j, k
   Vec3 size_m;                         ///< [m] from the first to the last voxel's far sides, along i, j, k
-  std::array<std::string, 3> towards;  ///< "the patient's left", "+x": the nearest direction of each axis
+  std::array<std::string, 3> towards;  ///< the direction nearest to each axis: "the patient's left", "+x"
   std::string letters;                 ///< "LPS" in a medical frame, "+x +y +z" elsewhere
   double oblique_deg = 0.0;            ///< the largest angle between an axis and its nearest direction
-  double sheared_deg = 0.0;            ///< the largest lack of a right angle between two axes
+  double sheared_deg = 0.0;            ///< the largest deviation from a right angle between two axes
   bool mirrored = false;               ///< i, j, k are left-handed in the world
 };
 
-/// A volume that is asked for.
+/// A volume as the user asked for it.
 struct Asked {
   std::string name;  ///< as it was written
   VolumeRequest request;
@@ -40,7 +40,7 @@ struct Facts {
   std::optional<Volume> series;  ///< all frames, where there are several
   Placement placed;
   std::vector<Statistics> values;       ///< of each field
-  std::string what;                     ///< what it is, in words of those who use such data
+  std::string what;                     ///< what it is (`kind_of`)
   bool directions = false;              ///< its frames are the components of vectors of length 1
   std::vector<std::string> suspicious;  ///< what a person should look at, half sentences
   std::uint64_t memory_bytes = 0;       ///< of the voxels
@@ -52,11 +52,11 @@ struct Facts {
 /// \param all_frames  reads all its frames, too, where it has several
 Facts facts_of(const Asked& asked, const ReadOptions& read, bool all_frames);
 
-/// How the file of these facts is read to be felt or drawn, where that is otherwise than it was asked for: frames that are
-/// directions, arrays that are the components of vectors.
+/// The request for the same file by which it should be felt or drawn, if that differs from `asked`: frames that are the
+/// components of directions, or arrays that are the components of vectors.
 std::optional<VolumeRequest> request_to_feel(const Asked& asked, const Facts& facts, const ReadOptions& read);
 
-/// How far the levels of a field move from frame to frame; nothing where it is no series.
+/// How far the levels of a field move from frame to frame; none if it is no series.
 std::optional<FrameShift> shift_of(const Facts& facts, std::size_t field, const std::optional<double>& level);
 
 }  // namespace palpa::app

@@ -10,7 +10,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t histogram_classes = 64;
+constexpr std::size_t histogram_classes = 64;  // [1] More: longer output; fewer: coarser. Programs may count on it
 
 /// A number that JSON can hold; null for one that is not finite.
 Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
@@ -33,7 +33,7 @@ Json as_json(const ResamplingError& error) {
   return {{"p50", error.p50}, {"p99", error.p99}, {"max", error.max}, {"covered", error.covered}};
 }
 
-/// Of a field that was resampled, dims and range are those of the file, and what is felt stands beside them.
+/// For a resampled field, dims and range become those of the file; those of the grid that is felt get keys of their own.
 void add_resampling(Json& entry, const Resampling& resampling) {
   Json least = Json::array(), greatest = Json::array();
   for (const Extent& extent : resampling.extents) least.push_back(number(extent.min)), greatest.push_back(number(extent.max));

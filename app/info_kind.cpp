@@ -62,7 +62,7 @@ std::vector<std::string> words_of_name(const std::string& path) {
   return words;
 }
 
-/// What a scan is by its file's name, which people choose; empty where that says nothing.
+/// What a scan is by the words of its file's name, which people choose; empty if they say nothing.
 std::string scan_by_name(const std::string& path) {
   const std::vector<std::string> words = words_of_name(path);
   const auto has = [&](Words any) {
@@ -125,7 +125,7 @@ std::string names_of(const Volume& volume) {
 
 bool is_speed_unit(const std::string& unit) { return has_any(lower(unit), {"m/s", "m s-1", "m.s-1", "km/h", "knot"}); }
 
-/// A measured flow: a signal without a unit, and vectors that are near zero nearly everywhere.
+/// Whether it looks like a measured flow: a signal of whole numbers, and vectors that are near zero in half of the voxels.
 bool looks_like_velocity_mr(const Facts& facts) {
   const std::vector<VolumeField>& fields = facts.file.volume.fields;
   if (fields.size() != 2 || facts.placed.grid.is_rectilinear()) return false;
@@ -138,7 +138,7 @@ bool looks_like_velocity_mr(const Facts& facts) {
          speeds.percentile(0.5) < 0.01 * speeds.max && speeds.zeros < speeds.counted / 2;
 }
 
-/// What the fields of a simulation or of a measured flow are, by their names and grids; empty where nothing says it.
+/// What the fields of a simulation or of a measured flow are, by their names and grids; empty if these do not tell.
 std::string flow_kind(const Facts& facts) {
   const Volume& volume = facts.file.volume;
   const std::string names = names_of(volume);
@@ -190,7 +190,7 @@ std::string field_kind(const Facts& facts, std::size_t f) {
   return {};
 }
 
-/// What a field alone is, where nothing more is known.
+/// What the fields are by their components alone, if nothing more is known.
 std::string plain_kind(const Facts& facts) {
   const Volume& volume = facts.file.volume;
   std::vector<std::string> kinds;

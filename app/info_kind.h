@@ -1,4 +1,4 @@
-// What a file is, in words that its reader uses.
+// What kind of data a file holds, in words of people who use such data.
 #pragma once
 
 #include <string>
@@ -9,14 +9,14 @@
 
 namespace palpa::app {
 
-/// What the file holds: "CT, head, in Hounsfield units", "CFD: velocity, pressure and mach". By what the file says of itself;
-/// what its values, the names of its arrays or its own name make likely is said as "looks like".
+/// What the file holds: "CT, head, in Hounsfield units", "CFD: velocity, pressure and mach". Taken from what the file says of
+/// itself; what only its values, the names of its arrays or its own name suggest is marked by "looks like".
 std::string kind_of(const Facts& facts);
 
-/// Whether it is a scan of a body by what `kind_of` goes by, though the file may not say how a patient lies in it.
+/// Whether it is a scan of a body, by the same signs as `kind_of`, even if the file does not say how a patient lies in it.
 bool looks_like_scan(const Facts& facts);
 
-/// The label map that a scalar field is; without labels where it is none, or too large to be looked at as a whole.
+/// The field as a label map; without labels if it is none, or if not all of its voxels were looked at.
 LabelMap labels_in(const VolumeField& field, const Statistics& values);
 
 }  // namespace palpa::app

@@ -19,7 +19,7 @@ Unit unit_for(double metres) {
   return metres > 0.0 ? Unit{1e-10, "Å"} : Unit{1.0, "m"};
 }
 
-/// The unit of a volume's lengths: millimetres of a patient, and of files that are in millimetres.
+/// The unit for lengths in a volume: millimetres for patients and for files in millimetres, else one that fits its size.
 Unit unit_of(const Facts& facts) {
   if (facts.file.volume.medical_frame || facts.file.volume.length_unit == "mm") return {1e-3, "mm"};
   return unit_for(largest_component(facts.placed.size_m));

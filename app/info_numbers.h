@@ -9,11 +9,11 @@ namespace palpa::app {
 
 /// Four digits, or as many as stand before the point, in groups of three: "16.43", "7 026 340".
 std::string rounded_words(double value);
-/// The same of one value among others over a span (in the same unit): what is only the rounding of others is 0.
+/// The same for one value among others over a span (in the same unit): a value that is only rounding beside the span is 0.
 std::string rounded_words(double value, double span);
 /// A length [m] in the unit in which people would say it: "245 mm".
 std::string length_words(double metres);
-/// A length of a volume's [m]: in millimetres of a patient.
+/// A length in a volume [m]: in millimetres if that is a patient's.
 std::string length_words(const Facts& facts, double metres);
 /// "(-5, 16, 7) mm": a position [m] in the unit that fits the data.
 std::string in_one_unit(const Facts& facts, const Vec3& world_m);

@@ -59,7 +59,7 @@ std::vector<Part> parts_of(const std::string& text) {
     from = to + 1;
   }
   if (parts.size() != 3) refuse(text);
-  // A unit behind the last one is that of all.
+  // A unit behind the last number applies to all three.
   for (Part& part : parts) {
     if (part.unit.empty()) part.unit = parts.back().unit;
     if (part.unit.empty() != parts.back().unit.empty()) refuse(text);
@@ -67,7 +67,7 @@ std::vector<Part> parts_of(const std::string& text) {
   return parts;
 }
 
-/// "R 5.0": millimetres to one side or the other.
+/// "R 5.0": millimetres and the letter of the side. \param positive  letter for m >= 0
 std::string side_words(double m, char positive, char negative) {
   const double mm = 1e3 * std::abs(m);
   return fmt::format("{} {}", m < 0.0 ? negative : positive, mm < 1000.0 ? fmt::format("{:.1f}", mm) : rounded_words(mm));

@@ -30,7 +30,7 @@ std::string text_of_lengths(const Facts& facts, const Vec3& v) {
   return fmt::format("{} × {} × {}", length_words(facts, v.x), length_words(facts, v.y), length_words(facts, v.z));
 }
 
-/// A format as people call it.
+/// The usual name of a format.
 std::string format_words(const std::string& format) {
   for (const auto& [name, words] : {std::pair{"dicom", "DICOM"},
                                     {"nifti", "NIfTI"},
@@ -46,14 +46,14 @@ std::string format_words(const std::string& format) {
   return format.find("vt") != std::string::npos ? "VTK (." + format + ")" : format;
 }
 
-/// "a, b": what of a list is not empty.
+/// "a, b": the parts that are not empty.
 std::string joined(const std::vector<std::string>& parts) {
   std::string all;
   for (const std::string& part : parts) all += (all.empty() || part.empty() ? "" : ", ") + part;
   return all;
 }
 
-/// A histogram in one line of bars; heights go by the square root, so that what is rare is seen beside what fills the volume.
+/// A histogram in one line of bars. Heights are square roots, so that rare values are seen beside those that fill the volume.
 std::string bars_of(const Histogram& histogram) {
   static constexpr const char* bars[] = {" ", "▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
   const Histogram shown = histogram.in_classes(48);
@@ -151,7 +151,7 @@ void print_fields(const Facts& facts) {
     if (values.counted == 0) continue;
     const bool lengths = fields[f].field->components() == 3;
     const double span = values.max - values.min;
-    // A class of the histogram may be wider than one: a share of whole numbers is one of them all the same.
+    // Percentiles of whole numbers are printed as whole numbers, although a class of the histogram may be wider than one.
     const auto quantile = [&](double share) {
       const double value = values.percentile(share);
       return rounded_words(values.whole_numbers ? std::round(value) : value, span);

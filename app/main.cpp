@@ -13,7 +13,7 @@ namespace {
 std::atomic<bool> stop = false;
 static_assert(std::atomic<bool>::is_always_lock_free, "set in a signal handler");
 
-/// The first interrupt ends a run after the tick under way; the second one ends the program.
+/// The first interrupt ends a run after the current tick; the second one ends the program at once.
 void stop_on_interrupt() {
   struct sigaction action = {};
   action.sa_handler = [](int) { stop = true; };

@@ -38,7 +38,7 @@ const char* name_of(ParameterKind kind) {
   return "";
 }
 
-/// A mode's parameters as JSON: name, kind, sentence, and whatever else there is to know.
+/// A mode's parameters as JSON: name, kind, sentence, and what else is known of each.
 class JsonOfParameters final : public ParameterVisitor {
  public:
   void number(const ParameterInfo& info, double& value) override {

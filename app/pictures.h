@@ -1,4 +1,5 @@
-// What draws: a library of its own, loaded when something is to be drawn, because loading VTK takes longer than most commands.
+// Everything that draws is in a library of its own. It is loaded when something has to be drawn, because loading VTK takes
+// longer than most commands.
 #pragma once
 
 #include <filesystem>
@@ -22,11 +23,11 @@ struct Pictures {
                  const std::filesystem::path& file);
 };
 
-/// Loads them at the first call. Returns nullptr where this palpa was built without. Throws LoadError where they cannot be
-/// loaded.
+/// Loads the library at the first call. Returns nullptr if this palpa was built without pictures. Throws LoadError where the
+/// library cannot be loaded.
 const Pictures* pictures();
 
-/// The same, for whoever cannot do without: throws LoadError, which begins with `place`.
+/// The same for callers that need pictures: also throws LoadError where there are none; messages begin with `place`.
 const Pictures& pictures_for(const std::string& place);
 
 }  // namespace palpa::app

@@ -15,7 +15,7 @@
 namespace palpa::app {
 namespace {
 
-/// Commands and options that `--help` shows: an empty group hides.
+/// Commands that `--help` shows, and below options: those with an empty group are hidden.
 std::vector<const CLI::App*> commands_of(const CLI::App& app) {
   return app.get_subcommands([](const CLI::App* command) { return !command->get_group().empty(); });
 }
@@ -23,7 +23,7 @@ std::vector<const CLI::Option*> options_of(const CLI::App& app) {
   return app.get_options([](const CLI::Option* option) { return !option->get_group().empty(); });
 }
 
-/// What an option takes, as its help has it: "HOLD:{rigid,relaxed,firm}"; empty for a flag.
+/// An option's value as in its help: "HOLD:{rigid,relaxed,firm}"; empty for a flag.
 std::string value_of(const CLI::Option& option) {
   return option.get_items_expected_max() == 0 ? std::string() : option.get_type_name();
 }
@@ -39,7 +39,7 @@ std::vector<std::string> words_of(const CLI::Option& option) {
   return words;
 }
 
-/// Text for roff: no character of it is a command, a hyphen is one that can be typed.
+/// Text for roff: its characters are no commands, and a hyphen stays one that can be copied into a shell.
 std::string roff(const std::string& text) {
   std::string out;
   for (const char c : text) {
@@ -69,7 +69,7 @@ void put_options(std::string& page, const CLI::App& app) {
   }
 }
 
-/// What scenes are, what --set changes, and which modes there are.
+/// The sections of the man page on scenes, on `--set` and on modes.
 std::string scene_sections() {
   std::string page = ".SH SCENES\n" +
                      roff(
@@ -93,7 +93,7 @@ std::string scene_sections() {
   return page;
 }
 
-/// The lines of a shell's text, in quotes: none of ours holds one.
+/// Words as lines in single quotes for a shell. No word may contain a single quote.
 template <class Words>
 std::string quoted_lines(const Words& words) {
   std::string out;
@@ -108,7 +108,7 @@ std::string names_of(std::span<const Described> rows) {
   return names;
 }
 
-/// Paths of settings as they are typed, with the '=' that a value follows.
+/// Paths of settings as they are typed, each with an '='.
 std::vector<std::string> with_equals(std::vector<std::string> paths) {
   for (std::string& path : paths) {
     if (path.find('=') == std::string::npos) path += '=';
@@ -116,7 +116,7 @@ std::vector<std::string> with_equals(std::vector<std::string> paths) {
   return paths;
 }
 
-/// The command of the completion's script that offers what this option or argument takes; empty: any file.
+/// The command of the completion's script that offers values of this option or argument; empty: any file.
 std::string offer_of(const CLI::App& command, const CLI::Option& option) {
   const std::vector<std::string> words = words_of(option);
   if (!words.empty()) return "_palpa_offer " + quoted_lines(words);
@@ -135,8 +135,8 @@ std::string offer_of(const CLI::App& command, const CLI::Option& option) {
   return {};
 }
 
-// Bash hands over words that it has cut at ':' and '=', and replaces only what is behind the last of them: `word` is the whole,
-// `left` its part that stays.
+// Bash splits words at ':' and '=' and replaces only the part behind the last of these: `word` is the whole word, `left` the
+// part that stays.
 constexpr const char* completion_functions = R"sh(
 _palpa_offer() {  # _palpa_offer LINES: those that begin with the word
   local line
@@ -265,7 +265,7 @@ std::string bash_completion(const CLI::App& app) {
       << "_palpa_devices=" << quoted_lines(devices) << "\n"
       << "_palpa_device_keys='" << names_of(device_keys) << "'" << completion_functions;
 
-  // First what the value of an option may be, then the options, commands and arguments themselves.
+  // The script first completes the value of an option, then options, commands and arguments.
   out << "  case $command:$before in\n";
   for (const auto& [name, command] : commands) {
     for (const CLI::Option* option : options_of(*command)) {

@@ -14,8 +14,8 @@ namespace palpa::app {
 std::string man_page(const CLI::App& app);
 /// The completion of bash for all commands, their options and what these take.
 std::string bash_completion(const CLI::App& app);
-/// What `--set` takes in this scene, for that completion: one PATH= or PATH=VALUE a line. Of a scene that cannot be read: what
-/// all scenes have.
+/// What `--set` takes in this scene, for that completion: one PATH= or PATH=VALUE a line. For a scene that cannot be read: what
+/// all scenes take.
 std::string settings_of(const std::filesystem::path& scene);
 
 }  // namespace palpa::app

@@ -11,7 +11,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// What a scene is, without feeling it.
+/// The description of a run that `--dry-run` prints instead of feeling it.
 Json description(const PreparedRun& prepared, double rate_hz) {
   const Scene& scene = prepared.loaded.scene;
   Json volumes = Json::array();

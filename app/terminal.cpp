@@ -18,7 +18,8 @@ void print_warnings(const std::vector<std::string>& warnings) {
 
 Progress::Progress(std::string what) : what_(detail::one_line(what)) {
   if (::isatty(STDERR_FILENO) != 1) return;
-  // An interrupt is the working thread's: it may wait in a call that has to end then.
+  // All signals are blocked in the drawing thread, so that an interrupt reaches the working thread, which may wait in a call
+  // that has to end then.
   sigset_t all, before;
   ::sigfillset(&all);
   ::pthread_sigmask(SIG_SETMASK, &all, &before);

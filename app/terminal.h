@@ -14,9 +14,9 @@ namespace palpa::app {
 void print_error(std::string_view message);
 void print_warnings(const std::vector<std::string>& warnings);
 
-/// What is being done, on one line that is written over, for as long as this lives: how much is done and how long it will
-/// still take, or, as long as nobody knows, for how long it has been going on. Begins to show after half a second. Silent
-/// where stderr is no terminal. One at a time.
+/// Shows what is being done, on one line that is written over and over, for as long as this object lives: the share done and
+/// the time left or, while the share is unknown, the time since the beginning. Begins after half a second. Silent if stderr is
+/// no terminal. Only one at a time.
 class Progress {
  public:
   explicit Progress(std::string what);

@@ -35,7 +35,7 @@ void check_cells(vtkDataSet& block) {
   const vtkUnsignedCharArray* types = mesh->GetCellTypesArray();
   if (types == nullptr || types->GetNumberOfValues() != mesh->GetCells()->GetNumberOfCells() || !mesh->GetCells()->IsValid())
     throw LoadError("has cells that do not fit together; export it again");
-  std::array<int, VTK_NUMBER_OF_CELL_TYPES> corners{};  // of each shape, 0 where it may have any number
+  std::array<int, VTK_NUMBER_OF_CELL_TYPES> corners{};  // least number by shape, 0: any number; -1: not asked yet
   corners.fill(-1);
   vtkNew<vtkIdList> ids;
   for (vtkIdType cell = 0; cell < mesh->GetNumberOfCells(); ++cell) {
@@ -50,7 +50,7 @@ void check_cells(vtkDataSet& block) {
     mesh->GetCells()->GetCellAtId(cell, ids);
     check(ids->GetNumberOfIds(), ids->GetPointer(0), least);
     if (type != VTK_POLYHEDRON) continue;
-    // Faces one after the other: how many, and for each the number of its points before them.
+    // A polyhedron is stored as the number of its faces, then for each face the number of its points and the points.
     const vtkIdTypeArray *all = mesh->GetFaces(), *starts = mesh->GetFaceLocations();
     const vtkIdType end = all != nullptr ? all->GetNumberOfValues() : 0;
     vtkIdType at = starts != nullptr && cell < starts->GetNumberOfValues() ? starts->GetValue(cell) : end;

@@ -1,4 +1,4 @@
-// The cells of data sets of VTK: what they hold at any place, by their own shape functions.
+// The cells of data sets of VTK, and the values at any place in them, by the cells' own shape functions.
 #pragma once
 
 #include <vtkGenericCell.h>
@@ -18,7 +18,7 @@ struct ArrayName {
   int components = 1;
 };
 
-/// Throws LoadError where points of cells are not there, or too few for a cell's shape: VTK looks them up unseen.
+/// Throws LoadError where points of cells are missing, or too few for a cell's shape: VTK reads them without any check.
 void check_cells(vtkDataSet& block);
 
 /// Whether a cell is data, not hidden.

@@ -20,7 +20,7 @@ constexpr std::uint64_t most_ratio = 1032;  ///< the most that deflate can reach
 
 struct Unpacked {
   std::uint64_t bytes = 0;
-  bool whole = false;  ///< to the end of a stream, where its checksum lies
+  bool whole = false;  ///< unpacked to the end of a stream, where its checksum lies
 };
 
 /// Unpacks the streams of a file, one after the other, until there are `enough` bytes, and keeps nothing.
@@ -28,7 +28,7 @@ Unpacked unpack(const std::string& path, std::uint64_t offset, std::uint64_t eno
   std::ifstream file(path, std::ios::binary);
   file.seekg(static_cast<std::streamoff>(offset));
   z_stream stream{};
-  if (inflateInit2(&stream, 15 + 32) != Z_OK) throw std::bad_alloc();  // 32: zlib or gzip, as it is
+  if (inflateInit2(&stream, 15 + 32) != Z_OK) throw std::bad_alloc();  // 32: zlib or gzip, told by the header
   const std::unique_ptr<z_stream, int (*)(z_stream*)> end(&stream, inflateEnd);
 
   std::vector<char> packed(1 << 16), unpacked(1 << 18);

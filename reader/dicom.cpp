@@ -1,5 +1,6 @@
-// DICOM: a series of images becomes a volume. Geometry, order and numbers are ours (dicom_slices.h), from headers that
-// vtk-dicom reads: it averages spacings, takes the spacing of rows for that of columns, and tells of no missing slice.
+// DICOM: a series of images becomes a volume. vtk-dicom only reads the headers; geometry, order and numbers are found by
+// dicom_slices.h, because vtk-dicom averages spacings, takes the spacing of rows for that of columns, and does not notice
+// missing slices.
 #include <algorithm>
 #include <filesystem>
 #include <future>
@@ -40,7 +41,7 @@ class DicomSource : public Source {
     header.scan = images_.scan(stack[stack.size() / 2]);
     header.frame_of_reference = stack.front().space;
     if (stack.front().spaced) header.length_unit = "mm";
-    // Padding that no number of its bits can be is marked by the bits beyond.
+    // Bits beyond those of the numbers are cleared, unless the padding's number needs them.
     masked_ = std::ranges::all_of(stack, [](const Slice& s) {
       return !s.padding || (s.padding->front() >= s.least() && s.padding->back() <= s.greatest());
     });
@@ -82,17 +83,17 @@ class DicomSource : public Source {
   const std::vector<Slice>& slices() const { return volume_.frames[frame_]; }
   std::uint64_t kept_bytes() const { return slices().front().pixels() * palpa::size_of(numbers_.type); }
 
-  /// Shared memory takes longer to write than most slices to read, and its halves can be written at once. A file of several
-  /// slices is loaded once, by one thread.
+  /// Whether two threads read, each a half of the slices: writing to shared memory takes longer than reading most slices, and
+  /// its halves can be written at once. A file of several slices is loaded once, by one thread.
   bool in_two_threads() const { return !volume_.resampled && files.size() == slices().size() && slices().size() > 1; }
 
-  /// The file that was read last, where its numbers are not kept as they are.
+  /// The file that was read last, if its numbers have to be converted.
   struct Loaded {
     int file = -1;
-    std::unique_ptr<std::byte[]> frames;  ///< not written to before the library has found that the file is as large as it says
+    std::unique_ptr<std::byte[]> frames;  ///< takes no memory until the library has checked the file's length and writes
   };
 
-  /// Reads a slice in the numbers that are kept. One thread at a time: so are the libraries.
+  /// Reads a slice in the numbers that are kept. One thread at a time, because the libraries are not thread-safe.
   void read_slice(const Slice& slice, Loaded& loaded, std::byte* kept) {
     const std::scoped_lock alone(libraries_);
     if (images_.voxel_bytes(slice) == kept_bytes() && kept_as_it_is(slice)) return load(slice, kept);
@@ -123,7 +124,7 @@ class DicomSource : public Source {
     }
   }
 
-  /// The stack with most voxels, of the series asked for or of all; what is not taken is told.
+  /// The stack with most voxels, of the series asked for or of all; a warning names what is left out.
   std::vector<Slice> chosen(std::vector<std::vector<Slice>> stacks, const std::string& series) {
     struct Series {
       std::string uid, words;
@@ -196,7 +197,7 @@ class DicomSource : public Source {
     });
   }
 
-  /// Straight between two slices; whole numbers are rounded.
+  /// Interpolates layers linearly between two slices; whole numbers are rounded.
   void resample(const std::byte* slices_kept, std::byte* to) const {
     const std::uint64_t count = slices().front().pixels();
     protocol::with_type(numbers_.type, [&](auto value) {
@@ -208,7 +209,7 @@ class DicomSource : public Source {
         const Kept* a = reinterpret_cast<const Kept*>(slices_kept) + below * count;
         const Kept* b = a + count;
         for (std::uint64_t i = 0; i < count; ++i) {
-          // A slice that is met keeps its numbers where the other has padding.
+          // A layer on a slice takes its numbers alone: NaN (padding) of the other slice must not come in, not even times 0.
           const auto blend = share == 0   ? static_cast<double>(a[i])
                              : share == 1 ? static_cast<double>(b[i])
                                           : (1 - share) * static_cast<double>(a[i]) + share * static_cast<double>(b[i]);

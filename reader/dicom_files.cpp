@@ -1,5 +1,5 @@
-// DICOM files by vtk-dicom; compressed images by GDCM, which vtk-dicom asks, too, but without looking whether what it decodes
-// fits.
+// DICOM files by vtk-dicom. Compressed images are decoded by GDCM directly: vtk-dicom would call it as well, but does not check
+// that the decoded image fits into its memory.
 #include "dicom_files.h"
 
 #include <gdcmImageReader.h>
@@ -30,9 +30,10 @@
 namespace palpa::reader {
 namespace {
 
+// Files of a folder. More: a wrong folder, such as a whole archive, is read for long; fewer: large series are refused.
 constexpr std::size_t most_files = 100'000;
 
-/// What is taken of a header.
+/// The elements of a header that are read; all others are skipped.
 vtkDICOMItem query() {
   static const std::pair<DC::EnumType, vtkDICOMVR> wanted[] = {
       {DC::ImageType, vtkDICOMVR::CS},
@@ -118,9 +119,10 @@ int vtk_type(RawType type) {
   }
 }
 
-/// Whether the elements of a file's meta header (group 2, always little endian with types) follow one another: vtk-dicom and
-/// GDCM crash on some that do not. Of a file without one nothing is known.
+/// Whether the elements of a file's meta header (group 2, always little endian with types) follow one another without damage:
+/// vtk-dicom and GDCM crash on some damaged ones. True for a file without one.
 bool has_whole_meta_header(const std::string& name) {
+  // A longer meta header, or element of it, is damaged: real ones have some hundred bytes. More: nonsense is read for longer.
   constexpr std::size_t most_bytes = 65536, start = 132;
   std::ifstream file(name, std::ios::binary);
   char bytes[start] = {};
@@ -148,8 +150,9 @@ bool has_whole_meta_header(const std::string& name) {
   return false;
 }
 
-/// Whether JPEG 2000 images have the size of a slice: GDCM makes room for what they claim. `stored`: the items of a compressed
-/// image, of which each that begins one is looked at; within one the same bytes may stand by chance.
+/// Whether JPEG 2000 images have the size of a slice: GDCM allocates whatever size they claim.
+/// \param stored  items of a compressed image; the marks of JPEG 2000 are looked for at the start of each item, because within
+/// an item the same bytes may occur by chance
 bool has_size_of(const Slice& slice, std::string_view stored) {
   constexpr std::string_view item("\xfe\xff\x00\xe0", 4), image("\xff\x4f\xff\x51", 4);
   const auto byte = [&](std::size_t at) { return std::int64_t{static_cast<unsigned char>(stored[at])}; };
@@ -165,7 +168,7 @@ bool has_size_of(const Slice& slice, std::string_view stored) {
   return true;
 }
 
-/// The files of a folder and its folders, by name; of one file, itself.
+/// The DICOM files of a folder and its subfolders, by name; or one file.
 std::vector<std::string> files_in(const std::string& path) {
   if (!std::filesystem::is_directory(path)) {
     if (vtkDICOMUtilities::IsDICOMFile(path.c_str())) return {path};
@@ -194,13 +197,13 @@ bool all_numbers(const vtkDICOMValue& value, std::size_t count, double* to) {
 
 }  // namespace
 
-/// vtkDICOMReader, but each file on its own: of one that is damaged it would give up all.
+/// vtkDICOMReader, but each file is scanned on its own: the original gives up all files where one is damaged.
 class DicomFiles::Reader : public vtkDICOMReader {
  public:
   static Reader* New();
   vtkTypeMacro(Reader, vtkDICOMReader);
 
-  /// Reads the headers of files that may be something else: for each, whether it holds an image.
+  /// Reads the headers of files, some of which may be no images. Returns for each whether it holds an image.
   std::vector<bool> scan(const std::vector<std::string>& names) {
     MetaData->Initialize();
     MetaData->SetNumberOfInstances(static_cast<int>(names.size()));
@@ -210,7 +213,7 @@ class DicomFiles::Reader : public vtkDICOMReader {
     const vtkDICOMItem wanted = query();
     std::vector<bool> is_image;
     for (std::size_t file = 0; file < names.size(); ++file) {
-      vtkNew<vtkDICOMParser> parser;  // one that has met an error has it for good
+      vtkNew<vtkDICOMParser> parser;  // a new one for each file, because a parser keeps its first error
       parser->SetMetaData(MetaData);
       parser->SetQueryItem(wanted);
       parser->SetFileName(names[file].c_str());
@@ -226,12 +229,12 @@ class DicomFiles::Reader : public vtkDICOMReader {
   }
 
   const vtkDICOMValue& get(int file, int frame, DC::EnumType tag) { return MetaData->Get(file, frame, tag); }
-  /// Nuclear medicine has the place of its first frame with its detector.
+  /// Images of nuclear medicine store the place of their first frame with their detector.
   const vtkDICOMValue& get_of_detector(int file, DC::EnumType tag) {
     return MetaData->Get(file, vtkDICOMTagPath(DC::DetectorInformationSequence, 0, tag));
   }
   std::string text(int file, DC::EnumType tag) { return MetaData->Get(file, tag).AsString(); }
-  /// The number; `missing` where it is not there, or is none.
+  /// The number; `missing` where the element is missing or is no finite number.
   double number(int file, int frame, DC::EnumType tag, double missing) {
     const vtkDICOMValue& value = get(file, frame, tag);
     const double number = value.GetNumberOfValues() > 0 ? value.GetDouble(0) : missing;
@@ -239,7 +242,7 @@ class DicomFiles::Reader : public vtkDICOMReader {
   }
   int frames(int file) { return std::max(1, MetaData->Get(file, DC::NumberOfFrames).AsInt()); }
 
-  /// From the voxels to the end of the file.
+  /// Bytes from the beginning of the voxels to the end of the file.
   std::uint64_t stored_bytes(int file) {
     vtkTypeInt64 place[2];
     FileOffsetArray->GetTypedTuple(file, place);
@@ -259,7 +262,7 @@ class DicomFiles::Reader : public vtkDICOMReader {
     }
   }
 
-  /// How the numbers of an image become values, and which are none.
+  /// How the numbers of an image become values, and which of them are padding.
   void find_values(Slice& slice, int allocated) {
     const int file = slice.file, frame = slice.frame;
     slice.slope = number(file, frame, DC::RescaleSlope, number(file, frame, DC::DoseGridScaling, 1));
@@ -271,7 +274,7 @@ class DicomFiles::Reader : public vtkDICOMReader {
                     number(file, frame, DC::InstanceNumber, 0)};
     slice.padding.reset();
     if (!get(file, frame, DC::PixelPaddingValue).IsValid()) return;
-    // Its type is often not that of the pixels: the same bits count.
+    // The padding's type is often not that of the pixels, but signed for unsigned or the reverse: its bits count.
     const auto as_pixel = [&](double value) {
       const double turn = std::ldexp(1.0, allocated);
       if (slice.negative() && value >= turn / 2) return value - turn;
@@ -284,7 +287,7 @@ class DicomFiles::Reader : public vtkDICOMReader {
     slice.padding = {std::min(value, limit), std::max(value, limit)};
   }
 
-  /// Where an image lies. A frame without a place of its own has that of its file.
+  /// Where an image lies. A frame without a place of its own has the place of its file.
   void find_place(Slice& slice) {
     const int file = slice.file, frame = slice.frame;
     double rows_columns_mm[2], position[3], directions[6];
@@ -374,7 +377,7 @@ void DicomFiles::add_slices(int file) {
 
 std::string DicomFiles::modality(const Slice& slice) const { return reader_->text(slice.file, DC::Modality); }
 
-/// As the slice's header says it: of a stack that is varied on purpose, as one of them.
+/// How the scan was made, by the header of one slice. Where a stack varies a quantity on purpose, other slices differ.
 std::vector<ScanFact> DicomFiles::scan(const Slice& slice) const {
   Reader& r = *reader_;
   std::vector<ScanFact> facts;
@@ -395,7 +398,7 @@ std::vector<ScanFact> DicomFiles::scan(const Slice& slice) const {
   add_words(ScanFactKind::kernel, words_of_kernel(text(DC::ConvolutionKernel)));
   add_words(ScanFactKind::sequence, words_of_sequence(text(DC::ScanningSequence), text(DC::SequenceVariant),
                                                       text(DC::MRAcquisitionType), text(DC::SequenceName)));
-  constexpr double above_zero = 1e-6;
+  constexpr double above_zero = 1e-6;  // in each fact's own unit: 0, and -1 for a missing number, are no facts
   add_number(ScanFactKind::slice_thickness_mm, DC::SliceThickness, above_zero);
   add_number(ScanFactKind::tube_voltage_kv, DC::KVP, above_zero);
   add_number(ScanFactKind::tube_current_ma, DC::XRayTubeCurrent, above_zero);

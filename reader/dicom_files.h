@@ -13,14 +13,14 @@ namespace palpa::reader {
 
 class DicomFiles {
  public:
-  /// The DICOM files of a folder and its folders, by name; of one file, itself. Reads their headers, of which it takes what
-  /// geometry, order and values need, and how the images were made: the elements about a patient do not come into this program,
-  /// and of those that hold free text only known words leave it (dicom_words.h). Throws LoadError.
+  /// The DICOM files of a folder and its subfolders, by name; or one file. Reads from their headers only what geometry, order
+  /// and values need, and how the images were made. Elements about a patient are never read, and of elements that hold free
+  /// text only known words are handed on (dicom_words.h). Throws LoadError.
   explicit DicomFiles(const std::string& path);
 
-  /// All images that can be felt, file after file; none of other files.
+  /// All images that can be felt, file after file.
   const std::vector<Slice>& slices() const noexcept { return slices_; }
-  /// Why images cannot be felt, half sentences, and of how many files it is said.
+  /// Reasons why images cannot be felt, as half sentences, each with the number of files that it applies to.
   const std::map<std::string, int>& refused() const noexcept { return refused_; }
   /// Files that hold no image, or are damaged.
   int damaged() const noexcept { return damaged_; }
@@ -30,7 +30,7 @@ class DicomFiles {
   std::vector<ScanFact> scan(const Slice& slice) const;
   /// "CT, 201": modality and number of its series.
   std::string series_words(const Slice& slice) const;
-  /// Of all the frames of the slice's file, in memory and in the file.
+  /// Bytes of all frames of the slice's file, in memory and in the file.
   std::uint64_t voxel_bytes(const Slice& slice) const;
   std::uint64_t stored_bytes(const Slice& slice) const;
 

@@ -39,7 +39,7 @@ bool belong_together(const Slice& a, const Slice& b) {
          norm(a.right - b.right) < parallel && norm(a.down - b.down) < parallel;
 }
 
-/// Slices that say no position lie one behind the other, in the order of their numbers.
+/// Slices without positions are placed one behind the other, in the order of their numbers.
 void place(std::vector<Slice>& stack, std::vector<std::string>& warnings) {
   if (stack.front().placed) return;
   std::ranges::stable_sort(stack, {}, [](const Slice& s) { return std::pair(s.moment.back(), s.frame); });
@@ -48,7 +48,7 @@ void place(std::vector<Slice>& stack, std::vector<std::string>& warnings) {
   warnings.push_back("says no positions of its slices: in the order of their numbers, " + text_of(step_mm) + " mm apart");
 }
 
-/// The same image twice is one.
+/// Keeps one of images that are there twice.
 void drop_copies(std::vector<Slice>& stack, std::vector<std::string>& warnings) {
   const auto key = [](const Slice& s) { return std::tuple(s.instance, s.frame); };
   std::ranges::stable_sort(stack, {}, key);
@@ -61,7 +61,7 @@ void drop_copies(std::vector<Slice>& stack, std::vector<std::string>& warnings) 
   }
 }
 
-/// Groups of slices at one place, rising along the normal, each in the order of its repeats.
+/// Groups of slices at the same place; places rise along the normal, and slices of a place are in the order of their moments.
 std::vector<std::vector<Slice>> places_of(std::vector<Slice> stack) {
   const Vec3 normal = normal_of(stack.front());
   const auto along_mm = [&](const Slice& s) { return dot(normal, s.position_mm); };
@@ -76,7 +76,7 @@ std::vector<std::vector<Slice>> places_of(std::vector<Slice> stack) {
   return places;
 }
 
-/// Frames of one slice from each place.
+/// Frames, each of one slice from every place.
 std::vector<std::vector<Slice>> frames_of(const std::vector<std::vector<Slice>>& places, std::vector<std::string>& warnings) {
   std::size_t least = places.front().size(), most = least;
   for (const auto& place : places) least = std::min(least, place.size()), most = std::max(most, place.size());
@@ -95,7 +95,7 @@ std::vector<std::vector<Slice>> frames_of(const std::vector<std::vector<Slice>>&
   return frames;
 }
 
-/// Where the layers lie when slices are not evenly spaced; `at_mm`: of the slices, along their normal.
+/// Chooses evenly spaced layers for slices that are not. \param at_mm  [mm] positions of the slices along their normal
 void resample(const std::vector<double>& at_mm, Arranged& volume, std::vector<std::string>& warnings) {
   std::vector<double> gaps_mm;
   for (std::size_t i = 1; i < at_mm.size(); ++i) gaps_mm.push_back(at_mm[i] - at_mm[i - 1]);
@@ -103,7 +103,7 @@ void resample(const std::vector<double>& at_mm, Arranged& volume, std::vector<st
   std::ranges::sort(sorted_mm);
   const double length_mm = at_mm.back() - at_mm.front(), usual_mm = sorted_mm[sorted_mm.size() / 2];
 
-  // Slices are missing where all gaps are whole numbers of the usual one.
+  // If all gaps are multiples of the usual one, the slices in the larger gaps are missing.
   const bool lacking = std::ranges::all_of(gaps_mm, [&](double gap_mm) {
     const double slices = gap_mm / usual_mm;
     return slices > 0.5 && std::abs(slices - std::round(slices)) < 0.1;
@@ -199,7 +199,7 @@ Numbers common_numbers(const std::vector<Slice>& stack) {
       std::ranges::all_of(stack, [&](const Slice& s) { return s.slope == first.slope && s.intercept == first.intercept; });
   if (one_scale) return {padded ? floating : exact, first.slope, first.intercept};
 
-  // The greatest common step of slopes and of the differences of intercepts: they are decimal numbers.
+  // The greatest common divisor of all slopes and differences of intercepts. There is one, as they are decimal numbers.
   double step = 0.0;
   for (const Slice& slice : stack) {
     for (double rest : {std::abs(slice.slope), std::abs(slice.intercept - first.intercept)}) {

@@ -1,4 +1,5 @@
-// How the images of a DICOM series become a volume: which belong together, in what order, where, in what numbers.
+// How the images of a DICOM series become a volume: which images belong together, in which order, where they lie, and in which
+// numbers they are kept.
 #pragma once
 
 #include <array>
@@ -12,7 +13,7 @@
 
 namespace palpa::reader {
 
-/// What the header of an image says: one of a file, or one of the frames of a file.
+/// What the header says of an image: a file's only one, or one of its frames.
 struct Slice {
   int file = 0;   ///< its number among the files
   int frame = 0;  ///< in its file
@@ -23,37 +24,38 @@ struct Slice {
   RawType type = RawType::uint16;
   int bits = 16;                                 ///< [bits] that a number can fill
   std::array<double, 2> spacing_mm{1, 1};        ///< from column to column, from row to row
-  double thickness_mm = 0.0;                     ///< to the next slice, where nothing else says it; 0: not said
+  double thickness_mm = 0.0;                     ///< distance to the next slice if nothing else says it; 0: unknown
   bool spaced = false;                           ///< `spacing_mm` is said
   bool placed = false;                           ///< position and directions are the patient's (LPS)
   Vec3 position_mm;                              ///< centre of the first pixel
   Vec3 right{1, 0, 0}, down{0, 1, 0};            ///< [1] directions of rows and columns
   double slope = 1.0;                            ///< the value's own unit, per raw step
   double intercept = 0.0;                        ///< the value's own unit
-  std::optional<std::array<double, 2>> padding;  ///< raw values from … to that are no measurement
+  std::optional<std::array<double, 2>> padding;  ///< raw values from the first to the second are no measurement
   std::array<double, 4> moment{};  ///< echo time, temporal position, trigger time, instance number: the order of repeats
 
   bool negative() const noexcept { return type == RawType::int8 || type == RawType::int16 || type == RawType::int32; }
   std::uint64_t pixels() const noexcept { return static_cast<std::uint64_t>(size[0]) * static_cast<std::uint64_t>(size[1]); }
-  /// Raw numbers that its bits can say.
+  /// The range of raw numbers that its bits can represent.
   double least() const noexcept { return negative() ? -std::ldexp(1.0, bits - 1) : 0.0; }
   double greatest() const noexcept { return std::ldexp(1.0, negative() ? bits - 1 : bits) - 1; }
 };
 
-/// The slices that can be one volume: of one series, size, type, spacing and orientation. In the order of the first slice of
-/// each.
+/// Groups of slices that can be one volume: of one series, size, type, spacing and orientation, in the order of the first slice
+/// of each.
 std::vector<std::vector<Slice>> stacks_of(std::vector<Slice> slices);
 
 /// A volume from slices of one stack.
 struct Arranged {
-  std::vector<std::vector<Slice>> frames;  ///< frames of slices that rise along their normal, as many in each
-  GridGeometry grid;                       ///< [mm], of what is handed over
-  bool resampled = false;                  ///< its layers are not the slices, but lie between them:
-  std::vector<double> layer_at;            ///< [slices] where each lies
+  std::vector<std::vector<Slice>> frames;  ///< frames of equally many slices, which rise along their normal
+  GridGeometry grid;                       ///< [mm] of the volume that is handed over
+  bool resampled = false;                  ///< its layers are not the slices but are interpolated between them
+  std::vector<double> layer_at;            ///< [slices] place of each layer, if resampled
 };
 
-/// Sorts a stack. Slices need not be at right angles to their row: a gantry tilt shears the grid. Repeated positions are
-/// frames; unevenly spaced ones are to be resampled. Throws LoadError where there is no such volume.
+/// Sorts a stack into a volume. Slices need not be at right angles to the line along which they lie: a gantry tilt shears the
+/// grid. Repeated positions become frames; unevenly spaced slices have to be resampled. Throws LoadError where slices make no
+/// volume.
 Arranged arranged(std::vector<Slice> stack, std::vector<std::string>& warnings);
 
 /// The numbers in which slices are kept: kept = raw · factor + shift, value = kept · scale + offset.
@@ -67,8 +69,8 @@ struct ToKept {
   double shift = 0.0;
 };
 
-/// Raw numbers where all slices have one slope and intercept; else whole steps of a common slope, if they are exact, or
-/// floating point. Where slices have padding, floating point too: it is kept as NaN.
+/// Raw numbers where all slices have one slope and intercept; else whole steps of a common slope, if they are exact; else
+/// floating point. Also floating point where slices have padding, which is kept as NaN.
 Numbers common_numbers(const std::vector<Slice>& stack);
 ToKept to_kept(const Slice& slice, const Numbers& numbers) noexcept;
 

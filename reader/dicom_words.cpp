@@ -19,7 +19,7 @@ std::string lower(std::string_view text) {
   return small;
 }
 
-/// What stands between characters that are neither letters nor digits.
+/// The words of a text: runs of letters and digits.
 std::vector<std::string> words_in(std::string_view text) {
   std::vector<std::string> words(1);
   for (const char c : text) {
@@ -43,8 +43,8 @@ std::string joined(const std::vector<std::string>& words, std::string_view betwe
   return all;
 }
 
-/// Words that name a part of the body or a way to look at it, in the languages that scanners are told protocols in. A space
-/// stands before and behind each.
+/// Words that name a part of the body or a technique, in the languages in which protocols are named. Each has a space before
+/// and behind it.
 constexpr std::string_view words_of_radiology =
     " abdomen abdominal ankle aorta aortic arm arteries bladder body bone bones bowel brain breast brustkorb calf"
     " cardiac carotid carotis cerebral cerebrum cervical chest clavicle colon coronary cranium cspine elbow extremity"
@@ -62,7 +62,7 @@ constexpr std::string_view words_of_radiology =
     " tra transversal trauma trufi tse turbo unenhanced venc velocity venous vessel vibe volume weighted with without"
     " 2d 3d 4d headneck neckchest chestabdomen abdomenpelvis chestabdpelvis 4dflow ax ";
 
-/// Words of models of scanners, in the same way.
+/// Words of models of scanners, in the same form.
 constexpr std::string_view words_of_models =
     " achieva aera aquilion artis ascend as avanto biograph brightspeed brilliance ct ct750 definition discovery drive"
     " edge elition emotion espree excite explorer force gemini genesis hd750 icct ict ingenia ingenuity intera iqon"
@@ -76,7 +76,7 @@ bool is_listed(const std::string& word, std::string_view list) { return list.fin
 }  // namespace
 
 std::string words_of_protocol(std::string_view text) {
-  constexpr std::size_t most_words = 10;
+  constexpr std::size_t most_words = 10;  // [1] More: long lines; fewer: telling words are lost
   std::vector<std::string> known;
   for (const std::string& word : words_in(text)) {
     const std::string small = lower(word);
@@ -160,7 +160,7 @@ std::string words_of_sequence(std::string_view kinds, std::string_view variants,
   for (const std::string& of : variant) words += of + " ";
   words += joined(kind, ", ");
 
-  // As Siemens names them: a known abbreviation, then its dimensions and numbers: *tfl3d1_16ns.
+  // Names in the form of Siemens: a known abbreviation, then dimensions and numbers, as in *tfl3d1_16ns.
   while (!name.empty() && name.front() == '*') name.remove_prefix(1);
   while (!name.empty() && name.back() == ' ') name.remove_suffix(1);
   for (const std::string_view start :

@@ -1,5 +1,5 @@
-// What may leave a DICOM header as words: those of lists of ours. Names of protocols, scanners and sequences are free text, in
-// which somebody may have written a patient's name, so of each only words that are known to be none get through.
+// Which words of a DICOM header are handed on: only those of fixed lists. Names of protocols, scanners and sequences are free
+// text, in which somebody may have written a patient's name.
 #pragma once
 
 #include <string>
@@ -19,15 +19,15 @@ std::string words_of_scanner(std::string_view maker, std::string_view model);
 /// A reconstruction kernel as makers name them: "H31s", "STANDARD". Empty: another name.
 std::string words_of_kernel(std::string_view text);
 
-/// An MR sequence: "3D spoiled gradient echo, inversion recovery (tfl3d1)". Empty: nothing is known.
+/// An MR sequence: "3D spoiled gradient echo, inversion recovery (tfl3d1)". Empty: unknown.
 /// \param kinds     SE, IR, GR, EP
 /// \param variants  SK, MTC, SS, SP, MP
 /// \param extent    2D, 3D
-/// \param name      the maker's, said where it has the form of one
+/// \param name      the maker's own; used only if it has the form of such a name
 std::string words_of_sequence(std::string_view kinds, std::string_view variants, std::string_view extent,
                               std::string_view name);
 
-/// What an image shows where that is not the signal: "phase map", "ADC map". Empty: the signal, or not known.
+/// What an image shows if that is not the signal itself: "phase map", "ADC map". Empty: the signal, or unknown.
 std::string words_of_image_type(std::string_view text);
 
 }  // namespace palpa::reader

@@ -1,4 +1,4 @@
-// Formats whose files have no mark: their names say what they are.
+// Formats that are told by the names of files, because their contents have no mark.
 #pragma once
 
 #include <cstdint>
@@ -6,8 +6,8 @@
 
 namespace palpa::reader {
 
-/// The folder of the case of OpenFOAM that a path means: itself, or that of a file that marks it (".foam",
-/// "system/controlDict"); empty where it means none.
+/// The folder of the OpenFOAM case that a path names: the path itself, or the case of a file that marks one (".foam",
+/// "system/controlDict"); empty if it names none.
 std::filesystem::path openfoam_case(const std::filesystem::path& path);
 
 enum class Plot3dPart : std::uint8_t { unknown, grid, solution };
@@ -15,7 +15,7 @@ enum class Plot3dPart : std::uint8_t { unknown, grid, solution };
 /// Which file of PLOT3D it is by its name.
 Plot3dPart plot3d_part(const std::filesystem::path& path);
 
-/// The other file of the two, by the names that people give them; empty where there is none.
+/// The other file of the two, by the usual pairs of names; empty if there is none.
 std::filesystem::path plot3d_partner(const std::filesystem::path& path);
 
 }  // namespace palpa::reader

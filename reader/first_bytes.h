@@ -1,4 +1,4 @@
-// What a file begins with, by which formats are told apart.
+// The first bytes of a file, by which formats are told apart.
 #pragma once
 
 #include <initializer_list>
@@ -16,8 +16,8 @@ std::string first_word(std::string_view text);
 /// The word that follows `key` at its first place in a text; empty if it is not there.
 std::string word_after(std::string_view text, std::string_view key);
 
-/// What can be asked of a file, or a folder, to tell its format. It is read when it is first needed; what reads it throws
-/// LoadError.
+/// Questions about a file or folder that tell its format. The file is read when its bytes are first needed; functions that need
+/// them throw LoadError.
 class Beginning {
  public:
   explicit Beginning(std::string path) : path_(std::move(path)) {}

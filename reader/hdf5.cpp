@@ -1,5 +1,5 @@
-// HDF5: one array by its path, and the images of VTKHDF. The library is told to follow no link to another file and to load no
-// filter from outside.
+// HDF5: one array by its path, and images in the form of VTKHDF. The library must not follow links to other files or load
+// filters from plug-ins.
 #include <hdf5.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 namespace palpa::reader {
 namespace {
 
-constexpr std::size_t max_listed = 200;
+constexpr std::size_t max_listed = 200;  // arrays in a message. More: long lines; fewer: the wanted path may be missing
 
 /// An identifier of the library, closed with its owner.
 class Handle {
@@ -32,7 +32,7 @@ class Handle {
   herr_t (*close_)(hid_t);
 };
 
-/// What an identifier of a type of numbers is in memory; false where it is none that can be read.
+/// The type of numbers in memory for an HDF5 type; false where it cannot be read.
 bool find_raw_type(hid_t type, RawType& raw) {
   const std::size_t bytes = H5Tget_size(type);
   if (H5Tget_class(type) == H5T_FLOAT) {
@@ -72,7 +72,7 @@ struct Shape {
   RawType type = RawType::float32;
 };
 
-/// Why this data set is no array of numbers that can be read from this file alone; else its shape.
+/// Why this data set is not an array of numbers that can be read from this file alone; empty if it is, and `shape` is filled.
 std::string shape_of(hid_t dataset, Shape& shape) {
   const Handle space(H5Dget_space(dataset), H5Sclose), type(H5Dget_type(dataset), H5Tclose);
   if (!space.is_open() || !type.is_open() || !find_raw_type(type, shape.type)) return "it holds no numbers of 8 to 64 bits";
@@ -134,7 +134,7 @@ std::string text_attribute(hid_t object, const char* name) {
   return text.substr(0, text.find('\0'));
 }
 
-/// `count` numbers of an attribute; false where it has not so many.
+/// Reads `count` numbers of an attribute; false if it does not have that many.
 bool numbers_attribute(hid_t object, const char* name, double* to, hssize_t count) {
   if (H5Aexists(object, name) <= 0) return false;
   const Handle attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose), space(H5Aget_space(attribute), H5Sclose);

@@ -1,6 +1,7 @@
-// palpa-read: opens one volume file for the program that started it (palpa/file/read_volume.cpp). What can go wrong with a
-// file of somebody else goes wrong here, where it costs one line. It looks at what the file begins with and becomes the program
-// that the library for it is linked into: all libraries together take longer to start than most files to read.
+// palpa-read: opens one volume file for the program that started it (palpa/file/read_volume.cpp). A damaged or hostile file can
+// crash only this process, which its caller reports in one line. palpa-read tells the format by the first bytes of the file and
+// replaces itself (exec) by the program that has the library for it: starting with all libraries takes longer than reading most
+// files.
 #include <unistd.h>
 
 #include <cerrno>
@@ -18,7 +19,7 @@ namespace {
 
 struct Reader {
   const char* program;
-  const char* format;  ///< of those that it knows
+  const char* format;  ///< which of that program's formats
 };
 
 Reader reader_of(const Beginning& file) {

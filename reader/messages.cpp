@@ -41,7 +41,7 @@ class Messages : public vtkOutputWindow {
   void DisplayGenericWarningText(const char* text) override { add_warning(sentence_in(text)); }
 
  private:
-  /// Legacy readers call it a warning when values are missing.
+  /// Legacy readers report missing values only as a warning.
   static void add_warning(std::string sentence) {
     (sentence.rfind("Error", 0) == 0 ? errors : warnings).push_back(std::move(sentence));
   }
@@ -66,7 +66,7 @@ std::string take_library_error() {
   std::string first = errors.empty() ? sentence_in(streams.str()) : errors.front();
   errors.clear();
   streams.str({});
-  // What VTK's pipeline adds tells of its own insides alone.
+  // This error of VTK's pipeline says nothing about the file.
   if (first.find("returned failure for request") != std::string::npos) first = "its library says no more";
   if (first.size() > 300) first = first.substr(0, 300) + "…";
   return first;

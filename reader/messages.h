@@ -1,4 +1,4 @@
-// What the libraries say, caught: their errors become our one line, their warnings ours.
+// Catches what the libraries print: their errors become LoadErrors, their warnings become warnings of the volume.
 #pragma once
 
 #include <string>
@@ -9,9 +9,9 @@ namespace palpa::reader {
 /// From here on nothing that VTK, MetaIO or GDCM print reaches the terminal. Call once, first.
 void catch_library_messages();
 
-/// True when VTK has reported an error since the last `take_library_error`: what it has read is not to be used.
+/// True when VTK has reported an error since the last `take_library_error`: what it has read must not be used.
 bool library_complained() noexcept;
-/// The first thing that went wrong in a library since the last call, as half a sentence; empty if it said none.
+/// The first error of a library since the last call, as half a sentence; empty if there was none.
 std::string take_library_error();
 /// The warnings since the last call.
 std::vector<std::string> take_library_warnings();

@@ -1,5 +1,5 @@
-// MetaImage by ITK's MetaIO, used as it is: itk::MetaImageIO keeps the orientation's name, the unit and the
-// rescale of the values to itself.
+// MetaImage by ITK's MetaIO, without itk::MetaImageIO, which does not hand on the orientation's name, the unit and the rescale
+// of the values.
 #include <metaImage.h>
 
 #include <algorithm>
@@ -51,7 +51,7 @@ RawType raw_type(MET_ValueEnumType type) {
   }
 }
 
-/// Letters of where an axis comes from, as MetaIO writes them: +x of LPS comes from the right.
+/// The letter of the side that an axis comes from, as MetaIO writes it: +x of LPS comes from the right, 'R'.
 char letter_of(const Vec3& axis) {
   const double x = std::abs(axis.x), y = std::abs(axis.y), z = std::abs(axis.z);
   if (x >= y && x >= z) return axis.x > 0 ? 'R' : 'L';
@@ -59,8 +59,8 @@ char letter_of(const Vec3& axis) {
   return axis.z > 0 ? 'I' : 'S';
 }
 
-/// Refuses a header that MetaIO would not survive: it reads as many numbers as NDims says, however many there are and wherever
-/// they go, and a line without its sign together with the voxels behind it. \return CompressedDataSize; 0 where it is not said
+/// Refuses headers that crash MetaIO: it reads as many numbers as NDims says, even beyond its arrays, and reads on from a line
+/// without '=' into the voxels. \return CompressedDataSize; 0 if it is not given
 double check_header(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::array<char, 4096> line{};
@@ -72,7 +72,8 @@ double check_header(const std::string& path) {
     if (sign == std::string_view::npos) throw LoadError("has a line without '=' in its header; get the whole file");
     const std::string_view key = text.substr(0, sign);
     if (key.find("ElementDataFile") != std::string_view::npos) return compressed_bytes;
-    const double value = std::strtod(line.data() + sign + 1, nullptr);  // as MetaIO does: "1e308" is a number of dimensions
+    const double value = std::strtod(line.data() + sign + 1,
+                                     nullptr);  // read as MetaIO reads it, which takes "1e308" for a number of dimensions
     if (key.find("NDims") != std::string_view::npos && !(value >= 1 && value < 5))
       throw LoadError("has no number of dimensions; give NDims, one to four");
     if (key.find("CompressedDataSize") != std::string_view::npos) compressed_bytes = value;
@@ -154,7 +155,7 @@ class MetaImageSource : public Source {
     copy_voxels(all.get() + first_ * static_cast<std::int64_t>(size_of(raw_.type)), raw_, turn_, header.fields[0], to[0]);
   }
 
-  /// MetaIO does not look at the checksum of compressed data.
+  /// Checks compressed data by their checksum, which MetaIO ignores.
   void check_files() const override {
     if (!compressed_) return;
     if (files.size() > 1) {
@@ -169,8 +170,8 @@ class MetaImageSource : public Source {
   }
 
  private:
-  /// MetaIO says of short data at most a word on std::cerr, and of compressed data not even that: it leaves
-  /// what is missing as it was. So the end of the memory is marked, and must have been written over.
+  /// Where data are too short, MetaIO leaves the rest of the memory as it was, with at most a message on std::cerr, and with
+  /// none for compressed data. So the end of the memory is marked before, and the mark must have been written over.
   void load(std::byte* to, std::uint64_t bytes) {
     static constexpr unsigned char mark[] = {0x9e, 0x37, 0x79, 0xb9, 0x7f, 0x4a, 0x7c, 0x15};
     const std::size_t marked = std::min<std::uint64_t>(bytes, sizeof mark);
@@ -238,7 +239,7 @@ class MetaImageSource : public Source {
     const std::string unit = image_.DistanceUnitsName();
     if (unit != "?") header.length_unit = unit;
 
-    // MetaImage is LPS by ITK's custom; that it is medical at all is said by AnatomicalOrientation only.
+    // ITK takes every MetaImage as LPS; only AnatomicalOrientation says that it is medical at all.
     const std::string letters = image_.AnatomicalOrientationAcronym();
     if (n != 3 || letters.size() < 3 || letters.find('?') != std::string::npos) return;
     header.medical_frame = true;

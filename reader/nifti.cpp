@@ -21,7 +21,7 @@
 namespace palpa::reader {
 namespace {
 
-/// vtkNIFTIReader reads the first of several frames, or all; this one reads any one of them.
+/// Reads any single frame; vtkNIFTIReader reads the first of several frames, or all.
 class FrameReader : public vtkNIFTIReader {
  public:
   static FrameReader* New();
@@ -59,7 +59,7 @@ RawType raw_type(int type) {
   }
 }
 
-/// Refuses a data type that vtkNIFTIReader does not know: it looks it up in a table that it runs off.
+/// Refuses data types that vtkNIFTIReader does not know: it would read beyond the end of its table of types.
 void check_type(const std::string& start) {
   if (start.size() < 348) throw LoadError("is shorter than a NIfTI header; get the whole file");
   const bool second_version = start.substr(4, 3) == "n+2" || start.substr(4, 3) == "ni2";
@@ -125,7 +125,7 @@ class NiftiSource : public Source {
     if (library_complained() || reader_->GetErrorCode() != 0 || image->GetScalarPointer() == nullptr) {
       throw LoadError("cannot be read as NIfTI (" + take_library_error() + "); check that the file is whole");
     }
-    // VTK has the slices of left-handed grids in reverse; ours keep the file's order.
+    // VTK reverses the slices of left-handed grids; this reader keeps the file's order.
     RawVoxels raw = raw_;
     const std::byte* first = static_cast<const std::byte*>(image->GetScalarPointer());
     if (reader_->GetQFac() < 0) {
@@ -135,8 +135,8 @@ class NiftiSource : public Source {
     copy_voxels(first, raw, turn_, header.fields[0], to[0]);
   }
 
-  /// vtk-dicom stops at the last voxel, which may be before gzip's checksum. Of a series only the start is unpacked at
-  /// all, and not all of it here either.
+  /// Checks gzip's checksum, because vtk-dicom stops reading at the last voxel, which may be before it. Files of several frames
+  /// are not checked: only their beginning is unpacked for the voxels, and the rest is not unpacked here either.
   void check_files() const override {
     if (header.frames > 1) return;
     for (const std::string& file : files) {
@@ -249,7 +249,7 @@ class NiftiSource : public Source {
     if (has_sform && has_qform) compare(by_sform, by_qform);
   }
 
-  /// Warns where the two put a corner of the grid more than a tenth of a voxel apart.
+  /// Warns where sform and qform put a corner of the grid more than a tenth of a voxel apart.
   void compare(const GridGeometry& by_sform, const GridGeometry& by_qform) {
     const Mat3 to_index = inverse(by_sform.index_to_world_m);
     double apart = 0;  // [voxels]

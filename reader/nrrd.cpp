@@ -1,5 +1,5 @@
-// NRRD by ITK's NrrdIO, used as it is: itk::NrrdImageIO keeps the units, the frame of vectors and the names of
-// the data files to itself, and insists on right angles.
+// NRRD by ITK's NrrdIO, without itk::NrrdImageIO, which does not hand on the units, the frame of vectors and the names of the
+// data files, and refuses grids without right angles.
 #include <NrrdIO.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ struct StateDeleter {
   void operator()(NrrdIoState* state) const { nrrdIoStateNix(state); }
 };
 
-/// The innermost cause that NrrdIO gives for a failure: of the last line, `[nrrd] function: cause`.
+/// The innermost cause that NrrdIO gives for a failure: the cause in its last line, `[nrrd] function: cause`.
 std::string cause() {
   char* text = biffGetDone(NRRD);
   std::string all = text != nullptr ? text : "";
@@ -109,7 +109,8 @@ Axes sorted_axes(const Nrrd& nrrd, bool as_vector) {
     throw LoadError("has " + std::to_string(nrrd.axis[a].size) + " numbers per voxel (" + (name != nullptr ? name : "???") +
                     "); one, or a vector of three, can be felt");
   }
-  // Four axes of which the file says nothing: the last one counts frames, or one of three holds a vector.
+  // Four axes without kinds: the last one counts frames, except that the first one holds a vector if `as_vector` and its size
+  // is three (the two change places below).
   if (axes.space.size() == 4 && !axes.vector && !axes.frames) {
     const bool first = as_vector && nrrd.axis[axes.space.front()].size == 3;
     const auto extra = first ? axes.space.begin() : axes.space.end() - 1;
@@ -226,7 +227,7 @@ class NrrdSource : public Source {
  private:
   using Loaded = std::unique_ptr<Nrrd, NrrdDeleter>;
 
-  /// The file without its voxels, or with them: in memory of its own, or at `to` (as large as they are).
+  /// Loads the header alone, or also the voxels, in memory of their own or at `to`, which must have their size.
   Loaded load(std::byte* to, bool header_only) {
     const std::unique_ptr<NrrdIoState, StateDeleter> state(nrrdIoStateNew());
     state->skipData = header_only ? 1 : 0;
@@ -247,7 +248,8 @@ class NrrdSource : public Source {
     return nrrd;
   }
 
-  /// NrrdIO takes and fills memory for all that a header claims before it reads.
+  /// Refuses headers that claim more voxels than the files can hold, because NrrdIO takes and fills memory for all of them
+  /// before it reads.
   void check_claims() const {
     const bool attached = files.size() == 1;
     std::uint64_t offset = 0, there = 0;
@@ -263,7 +265,7 @@ class NrrdSource : public Source {
     }
     if (encoding_ == nrrdEncodingGzip) return;
     std::uint64_t least = all_bytes_;
-    if (encoding_ == nrrdEncodingAscii) least = all_bytes_ / size_of(raw_.type);  // of a number a digit
+    if (encoding_ == nrrdEncodingAscii) least = all_bytes_ / size_of(raw_.type);  // a number has at least one digit
     if (there < least) throw LoadError("is shorter than its header says; get the whole file, or correct its sizes");
   }
 
@@ -273,7 +275,8 @@ class NrrdSource : public Source {
       files.push_back((std::filesystem::path(path_).parent_path() / name).string());
     };
     if (state.dataFNFormat != nullptr) {
-      // As printf would, but not by printf: the format is the file's. NrrdIO has checked that it has a number.
+      // Formats as printf would, but not by printf, because the format comes from the file. NrrdIO has checked that it has a
+      // number.
       const std::string format = state.dataFNFormat;
       const std::size_t percent = format.find('%'), end = format.find('d', percent);
       if (end == std::string::npos) return;
@@ -302,7 +305,7 @@ class NrrdSource : public Source {
     const bool oriented = directed(n, axes.space.front());
     if (oriented) {
       for (std::size_t s = 0; s < axes.space.size(); ++s) step[s] = direction(n, axes.space[s]);
-      // An axis of one voxel: across the others, as long as the first.
+      // A missing axis becomes one voxel across the others, as long as the first axis' step.
       if (axes.space.size() == 1) {
         const Vec3 u = normalized(step[0]);
         step[1] = norm(step[0]) * normalized(cross(u, std::abs(u.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}));

@@ -28,7 +28,8 @@ namespace fs = std::filesystem;
 
 std::string in_words(double time_s) { return detail::text("%.9g", time_s); }
 
-/// The moment asked for among those of the case, in their order.
+/// The moment to read [s]: the one asked for, else the latest. Throws LoadError if the case does not have it.
+/// \param times_s  [s] of the case, in rising order
 double chosen_time(const std::vector<double>& times_s, const std::optional<double>& wanted_s) {
   if (times_s.empty()) throw LoadError("has no folder of a moment with fields; run the case, or get its results");
   if (!wanted_s) return times_s.back();
@@ -39,7 +40,7 @@ double chosen_time(const std::vector<double>& times_s, const std::optional<doubl
                   in_words(times_s.front()) + " to " + in_words(times_s.back()) + " s; the nearest is " + in_words(nearest));
 }
 
-/// Takes " [m/s]" off the names of arrays; the unit of each name.
+/// Takes units such as " [m/s]" off the names of arrays and returns them by name.
 std::map<std::string, std::string> take_units(vtkFieldData& arrays) {
   std::map<std::string, std::string> units;
   for (int a = 0; a < arrays.GetNumberOfArrays(); ++a) {

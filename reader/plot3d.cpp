@@ -1,4 +1,4 @@
-// PLOT3D: a grid and its solution in two files, which say neither what they are nor how their numbers lie.
+// PLOT3D: a grid and its solution in two files, which do not say what they are or how their numbers are stored.
 #include <vtkDataArray.h>
 #include <vtkFloatArray.h>
 #include <vtkMultiBlockDataSet.h>
@@ -62,7 +62,8 @@ void derive(vtkStructuredGrid& grid, std::vector<std::string>& warnings) {
   }
 }
 
-/// VTK reads as many points as a header says, and writes them where it has made no room when those are too many to count.
+/// Refuses blocks of more points than the file can hold: VTK reads as many as a header says and, where that number overflows,
+/// writes beyond its memory.
 class CheckedReader : public vtkMultiBlockPLOT3DReader {
  public:
   static CheckedReader* New() { VTK_STANDARD_NEW_BODY(CheckedReader); }
@@ -106,7 +107,7 @@ std::unique_ptr<Source> open_plot3d(const protocol::Request& request) {
   }
   if (plot3d_part(grid) == Plot3dPart::solution) std::swap(grid, solution);
 
-  constexpr std::uint64_t shortest_bytes = 36;  // three counts and two points; VTK crashes on some that are shorter
+  constexpr std::uint64_t shortest_bytes = 36;  // three counts and two points; VTK crashes on some shorter files
   if (file_bytes(grid.string()) < shortest_bytes) throw LoadError("is shorter than any PLOT3D grid; get the whole file");
   vtkNew<CheckedReader> reader;
   reader->most_points = static_cast<double>(file_bytes(grid.string()));  // a point takes more than a byte

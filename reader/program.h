@@ -1,5 +1,5 @@
-// What palpa-read and the programs that it becomes have in common: a caller at the end of a socket, who is told in one line
-// what goes wrong.
+// What palpa-read and the programs that it becomes have in common: a caller at the other end of a socket, to whom failures are
+// sent in one line.
 #pragma once
 
 #include <functional>

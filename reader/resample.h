@@ -1,4 +1,4 @@
-// Data whose cells lie anyhow, put onto an affine grid: curvilinear and unstructured grids.
+// Puts data of curvilinear and unstructured grids onto an affine grid.
 #pragma once
 
 #include <vtkPointSet.h>
@@ -19,18 +19,17 @@ namespace palpa::reader {
 /// An array after its resampling.
 struct Resampled {
   Resampling report;
-  std::optional<Box> worst;  ///< where most of the places lie that are wrong by more than `much_error`
+  std::optional<Box> worst;  ///< box of most of the places that are wrong by more than `much_error`
 };
 inline constexpr double much_error = 0.05;  ///< [1] of the range. Less: more warnings; more: losses that are felt go untold
 
-/// Blocks of cells as one body of data. Their own interpolants are what is resampled: the shape functions of each cell;
-/// values of cells are averaged to the points first. Blanked cells (hidden, or with a hidden point) are no data.
+/// Blocks of cells as one body of data. It resamples their own interpolants, the shape functions of each cell; values of cells
+/// are averaged to the points first. Blanked cells (hidden, or with a hidden point) count as holes.
 /// All lengths are in the file's unit.
 class Resampler {
  public:
-  /// Chooses the affine grid: along the axes of the file, with steps of half the extents of the cells (three quarters of them
-  /// are larger) or, where that would be too many voxels, longer ones. Throws LoadError, with a sentence, where there is no
-  /// cell with a volume.
+  /// Chooses the affine grid: along the axes of the file, with steps of half the lower quartile of the cells' extents or, where
+  /// that would be too many voxels, longer ones. Throws LoadError, with a sentence, where no cell has a volume.
   /// \param crop  the part of the data that is wanted
   Resampler(std::vector<vtkSmartPointer<vtkPointSet>> blocks, const std::optional<Box>& crop);
 
@@ -40,8 +39,8 @@ class Resampler {
   /// Memory that sampling takes beside the voxels, for so many numbers per point.
   std::uint64_t working_bytes(int components) const noexcept;
 
-  /// Fills one grid of floats for each array, NaN where there are no data; then looks at random places for what was lost.
-  /// Two threads.
+  /// Fills one grid of floats for each array, NaN where there are no data; then measures the loss at random places. Uses two
+  /// threads.
   std::vector<Resampled> sample(const std::vector<ArrayName>& arrays, const std::vector<float*>& to) const;
 
  private:

@@ -1,4 +1,4 @@
-// Which affine grid cells are put onto.
+// Chooses the affine grid that cells are put onto.
 #include <vtkDataSetAttributes.h>
 #include <vtkPoints.h>
 #include <vtkUnsignedCharArray.h>
@@ -37,7 +37,7 @@ Resampler::Resampler(std::vector<vtkSmartPointer<vtkPointSet>> blocks, const std
   choose_grid(crop);
 }
 
-/// Puts the points into units of a typical cell about the centre: VTK's hexahedron gives up where the volume is below 1e-20.
+/// Scales the points to units of a typical cell, about their centre: VTK's hexahedron fails where its volume is below 1e-20.
 void Resampler::normalise() {
   double low[3] = {1, 1, 1}, high[3] = {-1, -1, -1};
   double cells = 0.0;
@@ -109,7 +109,7 @@ void Resampler::find_cells(const std::optional<Box>& crop) {
         greatest[a] = std::max(greatest[a], bounds[2 * a + 1]);
       }
       Cell found{static_cast<std::int64_t>(b), id, {}, {}};
-      for (int a = 0; a < 3; ++a) {  // outwards by more than their rounding
+      for (int a = 0; a < 3; ++a) {  // widened by more than rounding
         found.low[a] = static_cast<float>(bounds[2 * a] - 1e-5 * (1.0 + std::abs(bounds[2 * a])));
         found.high[a] = static_cast<float>(bounds[2 * a + 1] + 1e-5 * (1.0 + std::abs(bounds[2 * a + 1])));
       }

@@ -27,7 +27,7 @@ constexpr std::uint64_t slack_bytes = 512'000'000;
 
 /// From here on the program may have `bytes` of address space more than it has now.
 void limit_memory([[maybe_unused]] std::uint64_t bytes) {
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they map terabytes; there the caller watches
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // sanitizers map terabytes; the caller's own limit remains
   std::uint64_t pages = 0;
   std::ifstream("/proc/self/statm") >> pages;
   const std::uint64_t now = pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
@@ -39,8 +39,8 @@ void limit_memory([[maybe_unused]] std::uint64_t bytes) {
 #endif
 }
 
-/// A source's files, checked, with checksums where they are wanted: by a thread of its own that begins at once; whoever waits
-/// for checksums helps.
+/// Checks a source's files and computes checksums if they are wanted, in a thread that starts at once; the thread that waits in
+/// `finished` helps.
 class Checksums {
  public:
   Checksums(const Source& source, bool wanted) : source_(source), wanted_(wanted), files_(source.files.size()) {
@@ -71,7 +71,7 @@ class Checksums {
   std::future<void> other_;
 };
 
-/// Says that the voxels are there, and of which files: of many in several messages.
+/// Tells the caller that the voxels are complete, and from which files; a long list is sent in several messages.
 void send_done(int socket, const Source& source, const std::vector<SourceFile>& files) {
   protocol::Done done;
   std::size_t bytes = 0;
@@ -90,7 +90,7 @@ void send_done(int socket, const Source& source, const std::vector<SourceFile>& 
   protocol::send(socket, done);
 }
 
-/// The planes of a rectilinear grid, behind the voxels of its field.
+/// Writes the planes of a rectilinear grid behind the voxels of its field.
 void put_planes(const protocol::FieldHeader& field, std::byte* voxels) {
   std::byte* to = voxels + (protocol::voxel_bytes(field).value_or(0) + 7) / 8 * 8;
   for (const std::vector<double>& planes : field.grid.planes) {
@@ -121,7 +121,8 @@ void answer(int socket, Open open) {
   const protocol::Request request = receive_request(socket, true);
   std::uint64_t bytes = file_bytes(request.path);
   for (const std::string& partner : request.partners) bytes += file_bytes(partner);
-  // A header takes little. A legacy VTK file is read with it: numbers as text grow fourfold at most.
+  // A header needs little memory. But a legacy VTK file is read as a whole with its header, and numbers as text grow up to
+  // fourfold in memory.
   limit_memory(std::min(request.max_bytes, 8 * bytes));
 
   const std::unique_ptr<Source> source = open(request);

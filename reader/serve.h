@@ -1,4 +1,4 @@
-// What every program does that parses files: a request, the header of its file, the voxels.
+// What every program does that parses files: takes a request, answers with the header of the file, then with the voxels.
 #pragma once
 
 #include <initializer_list>

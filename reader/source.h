@@ -1,4 +1,4 @@
-// A file that palpa-read has opened: its header now, its voxels when there is room for them.
+// A file that palpa-read has opened: its header is known at once, its voxels are read when the caller has memory for them.
 #pragma once
 
 #include <cstddef>
@@ -28,21 +28,21 @@ class Source {
 
   struct {
     bool crop = false, time = false, partners = false, inside = false, layout = false, series = false, index_axes = false;
-  } takes;  ///< the parts of a request that only some formats know; the others are refused
+  } takes;  ///< which options of a request this format knows; others are refused
 
-  std::vector<Resampling> resampled;  ///< one for each wanted field, once read; none of a grid that is what the file has
+  std::vector<Resampling> resampled;  ///< one for each wanted field, once read; empty if the grid is the file's own
 
-  std::vector<std::string> warnings;  ///< that only reading could tell
+  std::vector<std::string> warnings;  ///< those that are known only after reading
 
-  /// Copies voxels to a place behind a pointer that `read` got: as if written there, but without a fault for every page of
-  /// shared memory, which takes twice as long as the copy. Thread-safe for places that do not overlap.
+  /// Copies voxels to a place behind a pointer that `read` got. Faster than writing there, because a page fault for every page
+  /// of shared memory takes twice as long as the copy. Thread-safe for places that do not overlap.
   std::function<void(std::byte* to, const std::byte* from, std::uint64_t bytes)> put;
 
   /// Writes the voxels of field `wanted[i]` to `to[i]`. Throws LoadError with a sentence.
   virtual void read(const std::vector<std::uint32_t>& wanted, const std::vector<std::byte*>& to) = 0;
 
-  /// Checks what the library does not: damage that leaves the voxels complete but wrong. Runs beside
-  /// `read`, in another thread, so it looks at nothing that `read` changes. Throws LoadError with a sentence.
+  /// Checks what the library does not: damage that leaves the voxels complete but wrong. Runs during `read` in another thread,
+  /// so it must not use what `read` changes. Throws LoadError with a sentence.
   virtual void check_files() const {}
 };
 
@@ -51,10 +51,10 @@ class Source {
 // which throws LoadError with "what is wrong; what would be right", without the file's name, and takes no memory for voxels (a
 // legacy VTK file does, but no more than it has bytes). It is declared by format_program.cpp.
 
-/// The frame to read of a file that has `frames`: the one asked for, else the first with a warning.
+/// The number of the frame to read of a file that has `frames` frames: the one asked for, else the first, with a warning.
 std::int64_t chosen_frame(const protocol::Request& request, std::int64_t frames, std::vector<std::string>& warnings);
 
-/// Bytes of a file, or of all that lie in a folder; 0 if it cannot be asked.
+/// Bytes of a file, or of all files in a folder; 0 where that cannot be found out.
 std::uint64_t file_bytes(const std::string& path);
 
 }  // namespace palpa::reader

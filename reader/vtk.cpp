@@ -34,20 +34,21 @@
 namespace palpa::reader {
 namespace {
 
-/// Throws where VTK has reported an error, or has read what is none.
+/// Throws LoadError where VTK has reported an error.
 void check(vtkAlgorithm& reader, const char* as) {
   if (library_complained() || reader.GetErrorCode() != 0) {
     throw LoadError(std::string("cannot be read as ") + as + " (" + take_library_error() + "); check that the file is whole");
   }
 }
 
-/// VTK makes as many components as an element claims, and names each of them, and room for all its points and cells.
+/// Refuses claims that the file cannot hold: VTK makes, and names, as many components as an element claims, and takes memory
+/// for all points and cells.
 void check_claims(vtkXMLDataElement& element, std::uint64_t bytes) {
   // Limits on claims. Larger: VTK takes more memory for damaged files; smaller: sound files could be refused.
   constexpr int most_components = 10'000;
   constexpr std::uint64_t most_per_byte = 1000;  // points or cells per byte of the file, however they are compressed
   int components = 1;
-  element.GetScalarAttribute("NumberOfComponents", components);  // where it is too large for an int, the largest one
+  element.GetScalarAttribute("NumberOfComponents", components);  // INT_MAX where it is too large for an int
   if (components < 0 || components > most_components)
     throw LoadError("claims an array of " + std::to_string(components) + " components; correct its NumberOfComponents");
   for (const char* key : {"NumberOfPoints", "NumberOfCells"}) {
@@ -60,7 +61,7 @@ void check_claims(vtkXMLDataElement& element, std::uint64_t bytes) {
   for (int n = 0; n < element.GetNumberOfNestedElements(); ++n) check_claims(*element.GetNestedElement(n), bytes);
 }
 
-/// Field data belong to no point or cell, and VTK crashes on damaged ones.
+/// Removes field data: they belong to no point or cell, and VTK crashes on damaged ones.
 void leave_out_field_data(vtkXMLDataElement& primary) {
   while (vtkXMLDataElement* field_data = primary.FindNestedElementWithName("FieldData")) {
     primary.RemoveNestedElement(field_data);
@@ -73,8 +74,7 @@ double cells_in(const int* extent) {
   return cells;
 }
 
-/// Notices what VTK passes over in silence, leaving parts of the arrays as it found the memory: a file that ends before its
-/// data.
+/// Notices a file that ends before its data: VTK does not report that, and leaves the rest of the arrays uninitialised.
 template <class Reader>
 class Checked : public Reader {
  public:
@@ -90,7 +90,7 @@ class Checked : public Reader {
   int ReadArrayValues(vtkXMLDataElement* element, vtkIdType index, vtkAbstractArray* array, vtkIdType first, vtkIdType count,
                       vtkXMLDataReader::FieldType type) override {
     const int done = Reader::ReadArrayValues(element, index, array, first, count, type);
-    // Numbers as text are counted, and their end is that of an element.
+    // For numbers as text the stream ends with their element, and VTK counts them itself.
     const char* format = element->GetAttribute("format");
     const bool text = format != nullptr && std::string_view(format) == "ascii";
     met_end_of_file_ = met_end_of_file_ || this->Stream == nullptr || (!text && this->Stream->eof());
@@ -113,7 +113,7 @@ class CheckedGrid : public Checked<Reader> {
   }
 };
 
-/// Whether a piece has the arrays that the file says: VTK copies as many bytes as those have.
+/// Whether a piece has the arrays that the main file declares: VTK copies as many bytes as these should have.
 bool fits(vtkDataSet& piece, vtkDataSet& whole) {
   if (piece.GetNumberOfPoints() == 0) return true;
   for (const bool of_cells : {false, true}) {
@@ -160,7 +160,7 @@ class Pieces : public Reader {
     return Reader::ReadPrimaryElement(primary);
   }
   vtkXMLDataReader* CreatePieceReader() override { return Checked<PieceReader>::New(); }
-  /// VTK copies from a piece whatever became of it.
+  /// Refuses pieces that failed or do not fit, because VTK copies from them without a check.
   int ReadPieceData() override {
     auto& piece = static_cast<Checked<PieceReader>&>(*this->PieceReaders[this->Piece]);
     if constexpr (requires { this->SubExtent; })
@@ -214,7 +214,7 @@ class VtiSource final : public GridSource {
     finish_header();
   }
 
-  /// Some of it may be blank, which is known once it is read.
+  /// Whether some points or cells may be blank: which ones is known only after reading.
   bool has_ghosts() const noexcept { return has_ghosts_; }
 
   void read(const std::vector<std::uint32_t>& wanted, const std::vector<std::byte*>& to) override {
@@ -272,8 +272,8 @@ std::unique_ptr<Source> read_xml(const protocol::Request& request, const char* f
 
 std::int64_t points_of(const int* extent, int a) { return std::int64_t{extent[2 * a + 1]} - extent[2 * a] + 1; }
 
-/// The points that a legacy file claims, held against its size before room is made for them: a value of a point takes a
-/// bit at least, and these files are not compressed.
+/// Refuses a legacy file that claims more points than its size can hold, before memory is taken for them: a point needs at
+/// least one bit, because these files are not compressed.
 void check_claim(const protocol::Request& request, const int* extent) {
   double voxels = 1;
   for (int a = 0; a < 3; ++a) voxels *= std::max(0.0, static_cast<double>(points_of(extent, a)));

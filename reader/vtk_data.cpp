@@ -57,7 +57,7 @@ void check_fields(const protocol::Header& header) {
   throw LoadError(why);
 }
 
-/// Names what has none, and calls act(name, type, components, of_cells) for every array.
+/// Calls act(name, type, components, of_cells) for every array; gives names to arrays without one.
 void for_arrays(vtkDataSet& data, const std::function<void(const std::string&, int, int, bool)>& act) {
   for (const bool of_cells : {false, true}) {
     vtkFieldData& arrays = of_cells ? static_cast<vtkFieldData&>(*data.GetCellData()) : *data.GetPointData();
@@ -88,7 +88,7 @@ class OwnGridSource final : public GridSource {
   vtkSmartPointer<vtkDataSet> data_;
 };
 
-/// The data set as points that can be moved, with its blanks.
+/// The data set as a point set, whose points can be moved; blanks are kept.
 vtkSmartPointer<vtkPointSet> with_points(vtkDataSet& data) {
   if (auto* points = vtkPointSet::SafeDownCast(&data)) {
     vtkSmartPointer<vtkPointSet> copy = vtkSmartPointer<vtkPointSet>::Take(points->NewInstance());

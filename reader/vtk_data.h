@@ -26,7 +26,7 @@ class GridSource : public Source {
   void add_all(vtkDataSet& data);
   /// Refuses a file without fields; asks for the memory that holds one copy of them.
   void finish_header();
-  /// Copies the wanted arrays out and lets go of each.
+  /// Copies the wanted arrays out and frees each one.
   void copy_out(vtkDataSet& data, const std::vector<std::uint32_t>& wanted, const std::vector<std::byte*>& to);
 
   struct Array {
@@ -43,10 +43,10 @@ class GridSource : public Source {
   std::set<std::string> names_;
 };
 
-/// Whether an array can be felt, and if not why.
+/// Why an array cannot be felt, half a sentence; empty if it can.
 std::string why_left_out(const std::string& name, int vtk_type, int components, RawType& type);
 
-/// What a reader has made in memory, as a source: on its own grid where that is affine or rectilinear, else resampled.
+/// A source of data sets that a reader has made in memory: on their own grid if that is affine or rectilinear, else resampled.
 /// \param unit_of  label of an array's unit by its name
 std::unique_ptr<Source> source_of(const protocol::Request& request, const char* format,
                                   std::vector<vtkSmartPointer<vtkDataSet>> blocks, std::vector<std::string> files,

@@ -23,7 +23,7 @@ bool hides(vtkUnsignedCharArray* ghosts, unsigned char kind) {
   }
   return false;
 }
-/// Points or cells that are no data cannot be said by voxels of an affine grid that have values.
+/// Whether points or cells are hidden: voxels, which all have values, cannot represent that.
 bool has_blanks(vtkDataSet& data) {
   return hides(data.GetPointGhostArray(), vtkDataSetAttributes::HIDDENPOINT) ||
          hides(data.GetCellGhostArray(), vtkDataSetAttributes::HIDDENCELL);
@@ -35,7 +35,7 @@ Vec3 point_of(vtkDataSet& data, std::int64_t i, std::int64_t j, std::int64_t k, 
   return {at[0], at[1], at[2]};
 }
 
-/// A structured grid whose points are those of straight planes along three directions: rectilinear, whatever it is called.
+/// The grids of a structured grid whose points lie on straight planes along three directions: it is rectilinear in fact.
 std::optional<PointsAndCells> straight_grids(vtkStructuredGrid& grid) {
   int dims[3];
   grid.GetDimensions(dims);
@@ -66,7 +66,7 @@ std::optional<PointsAndCells> straight_grids(vtkStructuredGrid& grid) {
   try {
     return grids_of(coordinates, transposed(Mat3{{along[0], along[1], along[2]}}), first);
   } catch (const std::invalid_argument&) {
-    return std::nullopt;  // straight, but folded
+    return std::nullopt;  // straight, but planes are out of order
   }
 }
 

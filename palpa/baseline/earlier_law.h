@@ -7,10 +7,10 @@
 
 namespace palpa::baseline {
 
-/// A law of an earlier system. It says where the proxy goes and which forces that stands for; whatever it
-/// says, the answer is finite, within `largest_position_m`, and carries the proven distance to the exact
-/// balance (`error_bound_m`, from those forces). Bad input is answered as the exact law answers it. How these
-/// systems walked the proxy is another matter: path.h.
+/// A law of an earlier system. It says where the proxy goes and which forces the primitives exert there. This class makes the
+/// answer finite, keeps it within `largest_position_m`, and adds the proven distance to the exact balance (`error_bound_m`,
+/// from those forces). Bad input is answered as the exact law answers it. The path on which these systems moved the proxy is in
+/// path.h.
 class EarlierLaw : public Law {
  public:
   Balance solve(const PrimitiveSet& primitives, const Vec3& start_m, const Vec3& probe_m, double stiffness_n_per_m,
@@ -48,9 +48,9 @@ class EarlierLaw : public Law {
 /// along it for a plane, none for a directed force. \param v  [its own unit, also of the result]
 Vec3 part_in_span(const Primitive& primitive, const Vec3& v) noexcept;
 
-/// The force [N] with which a primitive answers a pull of `pull_n` towards it, alone with a spring of
-/// stiffness k: the pull itself up to the strength (a plane: only outwards), above it the strength and
-/// what its drag adds. The proxy then stays away from the primitive by (pull − force)/k.
+/// The force [N] with which a primitive, alone with a spring of stiffness k, answers a pull of `pull_n` towards it: the pull
+/// itself up to the strength (a plane: only outwards), above that the strength plus what its drag adds. The proxy then stays
+/// (pull − force)/k away from the primitive.
 Vec3 answer_n(const Primitive& primitive, const Vec3& pull_n, double stiffness_n_per_m, double time_step_s) noexcept;
 
 }  // namespace palpa::baseline

@@ -4,7 +4,8 @@ namespace palpa::baseline {
 
 namespace {
 
-// A direction whose part outside the span is shorter than this counts as spanned.
+// [1] A direction whose part outside the span is shorter than this counts as spanned. Less: rounding becomes an axis of its
+// own; more: where axes are nearly parallel, the proxy follows the probe along one that should hold it.
 constexpr double spanned_share = 1e-6;
 
 // The directions that the constraints span, as an orthonormal basis.
@@ -12,7 +13,7 @@ class Span {
  public:
   void add(const Vec3& direction) noexcept {
     Vec3 rest = direction;
-    for (int pass = 0; pass < 2; ++pass) rest = outside(rest);  // the second takes away the rounding of the first
+    for (int pass = 0; pass < 2; ++pass) rest = outside(rest);  // the second removes the first one's rounding
     if (size_ < 3 && norm(rest) > spanned_share) basis_[size_++] = normalized(rest);
   }
   void add(const Primitive& p) noexcept {

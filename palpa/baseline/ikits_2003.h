@@ -22,9 +22,9 @@ namespace palpa::baseline {
 /// way (paper, Fig. 5 b), and moves too far along what the axes have in common. Three axes less than 60°
 /// apart overshoot by more than the way itself, so that the error grows from tick to tick.
 ///
-/// The sequential variant makes the moves one after another, each on its own axes from where the last
-/// one has put the proxy: the last constraint is exact along its axes, the earlier ones are not, and another
-/// order of the same primitives gives another answer.
+/// The sequential variant makes the moves one after another, each along its own axes from where the move before has put the
+/// proxy: the last constraint is exact along its axes, the earlier ones are not, and another order of the same primitives gives
+/// another answer.
 class Ikits2003 final : public EarlierLaw {
  public:
   enum class Moves { added, one_after_another };

@@ -10,11 +10,12 @@
 
 namespace palpa::baseline {
 
-/// The names of all laws, the exact one first: those that a scene file takes for `[law] method`, and a test compares the two.
+/// The names of all laws, the exact one first: those that a scene file takes for `[law] method` (a test compares the two
+/// lists).
 std::vector<std::string> law_names();
 
-/// The law that a scene names in `[law] method`, the exact one included, to pose it balances. A session takes it by
-/// `baseline::path`. Allocates; throws SceneError on a name that is none.
+/// The law that a scene names in `[law] method`, which may be the exact one, to solve single balances by. A session gets it
+/// through `baseline::path`. Allocates; throws SceneError on an unknown name.
 std::unique_ptr<Law> law(const Scene& scene);
 
 }  // namespace palpa::baseline

@@ -8,8 +8,8 @@ void NoProxy::reset() noexcept {
 }
 
 EarlierLaw::Moved NoProxy::move(const Posed& posed, std::span<Vec3> forces_n) noexcept {
-  // Within one tick the same may be asked again, with the friction that the first answer led to: that
-  // is no motion.
+  // Within one tick the same balance may be asked for again, with the friction that follows from the first answer. The probe
+  // has not moved in between: its velocity stays that of the first call.
   const Asked asked{posed.start_m, posed.probe_m};
   if (last_ != asked) {
     probe_before_m_ = last_ ? last_->probe_m : posed.probe_m;

@@ -21,8 +21,8 @@ namespace palpa::baseline {
 /// those systems had for the same purpose. v is the difference of two probes over the time step; zero
 /// in the first.
 ///
-/// What it gets wrong: nothing holds. Friction stops with the hand, a surface gives way from the first
-/// newton and forgets where one came in, and a force that turns within a short way buzzes.
+/// What it gets wrong: nothing holds. Friction ends when the hand stops; a surface gives way under the least force and forgets
+/// where the hand came in; a force whose direction changes over a short distance makes the hand vibrate.
 class NoProxy final : public EarlierLaw {
  public:
   explicit NoProxy(std::size_t capacity = 64) : EarlierLaw(capacity) {}

@@ -17,11 +17,11 @@ namespace palpa::baseline {
 /// readings, a step that counts only if |f_res| or the energy falls, were measured to be worse (docs/laws.md,
 /// and the test). A drag, which the paper does not know, adds c/T times the residual.
 ///
-/// What it gets wrong: on a primitive, which is where contact is, f_res jumps and has no zero, so the steps
-/// become short by turning to and fro across the primitive, before the motion along it is done.
+/// What it gets wrong: on a primitive, which is where contact is, f_res jumps and has no zero. The steps go to and fro across
+/// the primitive and become short before the motion along it is done.
 ///
-/// The printed forces are no balance on a primitive; those given out are the ones that make the proven bound
-/// small, found by sweeps over the primitives.
+/// On a primitive the printed forces are no balance. The forces given out are others, found by sweeps over the primitives: they
+/// make the proven bound small.
 class Paper2005 final : public EarlierLaw {
  public:
   explicit Paper2005(std::size_t capacity = 64) : EarlierLaw(capacity) {}

@@ -34,7 +34,8 @@ class OneStepPath final : public ProxyPath {
     model_.place(context, at, at, unbounded);
     const Move made{.to = model_.balance(context.probe_m, context.time_step_s)};
     attend(start, false);
-    // It stops nowhere; but what holds the proxy is not left because the plane at it leads off a round surface.
+    // No crossing stops the way. But a level whose plane holds the proxy stays held: on a round surface a step along that plane
+    // ends off the level, which must not count as leaving it.
     using Passing = EventPolicy::Passing;
     std::ranges::replace_if(
         policy_.passing, [](Passing passing) { return passing != Passing::held; }, Passing::passes);

@@ -8,14 +8,14 @@
 namespace palpa::baseline {
 
 /// For `Session(scene, baseline::path)`: the path of the law that the scene names in `[law] method`. The exact law has that of
-/// docs/path.md. All earlier systems moved the proxy once per frame: one step per tick, from where the proxy is straight to the
-/// balance, stopping nowhere. Modes are told afterwards what it went through; they look at the data at the proxy or, for
-/// no-proxy, at the probe. Allocates; throws SceneError on a name that is none.
+/// docs/path.md. All earlier systems moved the proxy once per frame: one step per tick, straight from the proxy to the balance,
+/// without a stop. Modes are told afterwards which levels the proxy crossed; they read the data at the proxy or, for no-proxy,
+/// at the probe. Allocates; throws SceneError on an unknown name.
 std::unique_ptr<ProxyPath> path(LiveBlock& live, const Scene& scene, const Similarity& hand_to_world);
 
-/// For `Session(scene, baseline::one_step)`: the exact balance once per tick, whatever law the scene names. This is what is
-/// left of an earlier system when its solver is blameless: it shows that it is the path, and not the balance, that a difference
-/// comes from. Allocates and throws SceneError.
+/// For `Session(scene, baseline::one_step)`: the exact balance once per tick, whatever law the scene names. This is an earlier
+/// system with an exact solver: what then still differs from the exact law's path comes from the path, not from the balance.
+/// Allocates; throws SceneError.
 std::unique_ptr<ProxyPath> one_step(LiveBlock& live, const Scene& scene, const Similarity& hand_to_world);
 
 }  // namespace palpa::baseline

@@ -18,7 +18,8 @@ enum class BalanceStatus : std::uint8_t {
 
 const char* name_of(BalanceStatus status) noexcept;
 
-/// A balance whose proven error is at most this [m] is called exact.
+/// A balance whose proven error is at most this [m] is called exact. Less: rounding makes good balances `capped`; more: `exact`
+/// promises less, and recorded traces no longer compare.
 inline constexpr double exact_bound_m = 1e-9;
 
 /// One solved proxy position.

@@ -117,7 +117,7 @@ inline constexpr double shortest_time_s = 1e-15;
 /// [1] Facets a corner may have. More: arrays and balances grow; fewer: facets are forgotten or refused sooner.
 inline constexpr std::size_t most_facets = 8;
 /// [1] Least σ of a corner, σ the largest e·qᵢ that a unit vector e has with all its facets: sin of half the opening
-/// of a groove. A narrower one could be empty.
+/// of a groove. Less: rounding, multiplied by 1/σ, can make a corner empty; more: sharp grooves lose a facet.
 inline constexpr double narrowest_corner = 1e-3;
 
 enum class Refusal : std::uint8_t {

@@ -57,8 +57,10 @@ constexpr double slow_share = 0.05;
 constexpr double spring = 1e8;
 double rest_of_spring(double compliance) noexcept { return compliance > 0.0 ? 1.0 / (1.0 + compliance * spring) : 1.0; }
 
-// The penalties: from the first by tenfolds to the largest. Up to `unsteady` Newton's method may zigzag, and goes on with a
-// hundredth; from `steady` on the sides are clear enough for the active set to try again.
+// [1] The penalties, from the first by tenfolds to the largest. Lower first: more penalties; higher: Newton's method may fail
+// from afar. Where it fails, it goes on with a hundredth up to `unsteady`, above with what it has. Lower: it uses poor minima;
+// higher: more penalties. Above `steady` sides are clear enough for the active set to try again. Lower: it tries in vain;
+// higher: the last digits cost more penalties. Higher largest: M loses digits; lower: the last digits are not reached.
 constexpr double first_penalty = 1e3;
 constexpr double unsteady_penalty = 1e6;
 constexpr double steady_penalty = 1e8;
@@ -233,6 +235,8 @@ void Solver::Work::pose(std::span<const Primitive> primitives, const Vec3* warm_
   k_ = k, by_k_ = 1.0 / k;
   wanted_n_ = k * wanted_bound_m;
   balanced_n_ = refined_share * wanted_n_;
+  // [1] Rounding of an anchor counts by its root: a tenth may cost √0.1 of the wanted bound. Less: more anchors are taken in
+  // twice the precision, which is slower; more: rounding of anchors spoils bounds.
   shown_n2_ = 0.1 * wanted_n_ * wanted_n_;
   precise_ = anchored_precisely_ = false;
   best_bound_n_ = std::numeric_limits<double>::max();
@@ -403,7 +407,10 @@ bool Solver::Work::certify(int stage) noexcept {
   const double plain_n = proof.plain_bound();
   bool proven = bound_n <= wanted_n_;
   if (!proven && plain_n <= 0.5 * wanted_n_) {
-    // Only rounding is missing: anchors are taken in twice the precision from here on.
+    // Without rounding the bound would do, with room: anchors are taken in twice the precision from here on. Four times the
+    // wanted bound is accepted, which still is below `exact_bound_m` (more: `exact` would be a false claim; less: more rounds
+    // for rounding alone), and any bound if the precision was used up. Half: more takes rounding for the only reason when it
+    // is not; less uses twice the precision late.
     proven = bound_n <= 4.0 * wanted_n_ || anchored_precisely_;
     precise_ = true;
   }
@@ -493,6 +500,8 @@ Solver::Work::Step Solver::Work::active_set_step() noexcept {
   for (int i = 0; i < max_refinements && !slow; ++i) {
     const Moved moved = move(factor.solve(g));
     const double size = size_of(moved.left);
+    // Ends as well where the force left over no longer halves: it is rounding, or it grows. More: useless refinements; less:
+    // slow but useful ones are given up.
     if ((i > 0 && size <= balanced_n_) || !(size < 0.5 * before)) break;
     slow = i > 0 && size > slow_share * before;
     before = size;
@@ -705,7 +714,7 @@ void Solver::Work::augmented_lagrangian() noexcept {
   }
 }
 
-// Newton's method for Ψ, as far as its τ can make use of.
+// Newton's method for Ψ, as precisely as the forces of this τ need. Whether it came to an end.
 bool Solver::Work::minimise(double tau) noexcept {
   for (int step = 0; step < max_newton_steps; ++step) {
     Stiffness M;
@@ -751,6 +760,8 @@ bool Solver::Work::minimise(double tau) noexcept {
       if (slips) M.add(-tau * share, (1.0 / std::sqrt(squared)) * foot.w);
     }
     ++iterations_;
+    // Up to a share of all forces that falls with τ, but not below rounding. Less: steps whose gain the next penalty replaces;
+    // more: the next forces are worse, and it takes more penalties.
     if (size_of(g) <= std::max(4.0 * epsilon, 1e-6 / tau) * size) return true;
     const Vec3 d = Factor(M).solve(g);
     const double slope_at_start = -dot(g, d);
@@ -772,6 +783,8 @@ double Solver::Work::search(const Vec3& d, double slope_at_start, double tau) co
   if (at_high <= 0.0) return high;
   for (int i = 0; i < max_search_steps; ++i) {
     const double secant = low + (high - low) * (at_low / (at_low - at_high));
+    // The secant, at least a tenth from `low` and four tenths from `high`, so that it cannot creep where the slope has kinks.
+    // Narrower limits: slower where Ψ is smooth; wider: it may creep.
     const double share = std::clamp(secant, low + 0.1 * (high - low), low + 0.6 * (high - low));
     const double at_share = slope(Z_ + share * d, d, tau);
     (at_share <= 0.0 ? low : high) = share;

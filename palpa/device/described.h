@@ -9,7 +9,7 @@
 
 namespace palpa::detail {
 
-/// What stands before the first comma; takes it off `rest`, comma included.
+/// The text before the first comma, which is removed from `rest` together with the comma.
 inline std::string_view next_word(std::string_view& rest) noexcept {
   const std::size_t end = std::min(rest.find(','), rest.size());
   const std::string_view word = rest.substr(0, end);

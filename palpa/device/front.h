@@ -1,4 +1,4 @@
-// The front of what a simulated hand feels: where the hand comes upon it, and how it runs on beside that place.
+// The front of what a simulated hand feels: a surface at and around the place where the hand meets it.
 #pragma once
 
 #include <memory>
@@ -12,20 +12,20 @@ namespace palpa {
 class Front {
  public:
   virtual ~Front() = default;
-  /// The hand's place [m] at these two coordinates of the front, so deep behind it. Smooth in all three, finite for finite
-  /// arguments.
+  /// The hand's place [m] at these two coordinates of the front, `depth_m` behind it. Smooth in all three arguments, finite for
+  /// finite ones. Any thread.
   /// \param u        [1] or [m], as the front says
   /// \param v        [m]
   /// \param depth_m  [m] below zero: before the front
   virtual Vec3 at(double u, double v, double depth_m) const noexcept = 0;
 };
 
-/// Heights on a lattice, with a uniform cubic B-spline through them that smooths what is finer than the lattice: two
-/// continuous derivatives, never beyond the heights. Beyond the lattice it goes on flat.
+/// Heights on a lattice, smoothed by a uniform cubic B-spline: two continuous derivatives, never above the highest or below the
+/// lowest. Beyond the lattice the relief is flat.
 class Relief {
  public:
   /// \param heights  [m] `columns` values for each of `rows` rows, u the faster
-  /// \param u_turns  the columns go round: the first follows the last
+  /// \param u_turns  the columns are a ring: the first follows the last
   Relief(std::vector<double> heights, int columns, int rows, bool u_turns);
   /// The height [m] at a place of the lattice.
   /// \param column  [1] 0: the first
@@ -43,8 +43,8 @@ class Relief {
 /// \param row        [1] where `place_m` stands in the relief
 /// \param spacing_m  [m] between columns, and between rows
 std::shared_ptr<const Front> relief_facing(const Vec3& place_m, Relief relief, double column, double row, double spacing_m);
-/// As the cylinder, with a relief of its radius [m]: columns are `turns_per_column` [1] apart, rows `spacing_m` [m], and the
-/// centre's height is that of `row` [1].
+/// As `cylinder_around`, with a relief of the radius [m] instead of one radius: columns are `turns_per_column` [1] apart, rows
+/// `spacing_m` [m], and `row` [1] lies at the height of the centre.
 std::shared_ptr<const Front> relief_around(const Vec3& centre_m, Relief relief, double turns_per_column, double row,
                                            double spacing_m);
 

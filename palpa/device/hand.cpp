@@ -16,11 +16,11 @@ namespace {
 constexpr int least_sub_steps = 20;
 constexpr double longest_sub_step_s = 50e-6;
 
-// The force of some advances ago.
+// Delays a force by a number of advances.
 class Delay {
  public:
   explicit Delay(int ticks) : ticks_(std::clamp(ticks, 0, DevicePlant::longest_delay_ticks)) {}
-  /// Takes the newest force, gives the one that acts now.
+  /// Takes the newest force and returns the one that acts now.
   Vec3 pass(const Vec3& force_n) noexcept {
     if (ticks_ == 0) return force_n;
     next_ = (next_ + 1) % ticks_;

@@ -11,7 +11,7 @@ namespace palpa {
 
 namespace {
 
-// Of each key the range that a device can be in.
+// A key and its range: what devices have, with room. Wider: motions that no arm follows; narrower: real devices are refused.
 struct Key {
   const char* name;
   const char* right;

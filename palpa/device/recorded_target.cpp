@@ -305,9 +305,8 @@ class RowReader {
   std::int64_t rows_ = 0;
 };
 
-// Drops rows that repeat the last position: the logger was faster than the device. Of a hand that
-// rests, rows stay so close that it does not look like a gap, and the last row stays, which says how
-// long the recording is.
+// Drops rows that repeat the last position: the logger was faster than the device. Of a resting hand as many rows stay as are
+// needed to leave no gap; the last row stays, because it ends the recording.
 std::vector<Knot> without_repeats(const std::vector<Knot>& rows) {
   std::vector<Knot> kept;
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -339,8 +338,8 @@ void center(std::vector<Knot>& knots) {
   for (Knot& knot : knots) knot.position_m -= middle;
 }
 
-// Columns whose names say no unit may be milliseconds or millimetres: nobody records a hand less than twice a second, and none
-// moves over 3 m.
+// Columns whose names say no unit may hold milliseconds or millimetres. Smaller limits: slow or wide recordings in SI
+// units are refused; larger ones: other units pass. Nobody records a hand less than twice a second, and no hand moves over 3 m.
 void check_units(const fs::path& path, const std::vector<Knot>& rows, std::string_view time_name, std::string_view x_name) {
   constexpr double slowest_row_s = 0.5;
   constexpr double widest_m = 3.0;
@@ -383,7 +382,7 @@ std::unique_ptr<Target> recorded_target(const fs::path& path, const RecordingOpt
   std::vector<Knot> rows;
   while (file.next(line)) {
     const Knot knot = reader.read(line);
-    // A row without a position is no row, but in our own recording it is a sample of a device that was lost.
+    // Rows without a position are skipped, except in our own recording: there they are ticks of a device that was lost.
     if (!knot.valid && !form->own) continue;
     if (!rows.empty() && knot.time_s < rows.back().time_s) file.refuse("the time falls", "times are seconds and rise");
     if (!rows.empty() && knot.time_s == rows.back().time_s) rows.pop_back();
@@ -392,7 +391,7 @@ std::unique_ptr<Target> recorded_target(const fs::path& path, const RecordingOpt
   if (std::none_of(rows.begin(), rows.end(), [](const Knot& row) { return row.valid; })) {
     throw LoadError(path.string() + ": has no row with a position; " + std::string(right_forms));
   }
-  // What a device showed while it was lost is no position: the last known one stands for it.
+  // Positions shown while a device was lost mean nothing: the last known one replaces them.
   Vec3 known = std::find_if(rows.begin(), rows.end(), [](const Knot& row) { return row.valid; })->position_m;
   const double begin_s = rows.front().time_s;
   for (Knot& row : rows) {
@@ -401,7 +400,7 @@ std::unique_ptr<Target> recorded_target(const fs::path& path, const RecordingOpt
     row.position_m = known;
   }
   if (form->bare) check_units(path, rows, header[places.time], header[places.position[0]]);
-  // At a haptic rate a repeat is the device's own encoder at rest, else it is a logger that was faster than its device.
+  // A repeated position at a haptic rate is an encoder at rest; at lower rates the logger was faster than the device.
   const bool haptic_rate = rows.back().time_s <= longest_haptic_step_s * static_cast<double>(rows.size());
   if (form->haply || !(form->own || haptic_rate)) rows = without_repeats(rows);
   if (options.center.value_or(!form->own)) center(rows);

@@ -9,7 +9,8 @@ struct SineCosine {
   double sine;
   double cosine;
 };
-/// Of an angle in turns [1], by their own series: the C library's may round differently on another machine, and a path must not.
+/// Sine and cosine of an angle in turns [1], by a series of our own: the C library may round differently on another machine,
+/// but the same motion has to give the same bits everywhere.
 inline SineCosine sine_cosine(double turns) noexcept {
   constexpr double pi = 3.141592653589793;
   const double in_turn = turns - std::floor(turns);

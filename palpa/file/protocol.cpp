@@ -17,7 +17,7 @@ namespace palpa::protocol {
 namespace {
 
 constexpr std::uint32_t magic = 0x50'4C'50'52;  // "PLPR"
-constexpr std::uint64_t alignment_bytes = 64;
+constexpr std::uint64_t alignment_bytes = 64;   // of each field's voxels: a cache line
 // Limits on what a message may claim, checked at both ends. Larger: a damaged file can cost more memory; smaller: long texts
 // are cut, and long lists or facts are refused.
 constexpr std::size_t max_text_bytes = 4096;

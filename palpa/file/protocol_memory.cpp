@@ -13,15 +13,17 @@
 namespace palpa::protocol {
 namespace {
 
+/// Memory from this size on is shared in two halves, which two threads can write at once. More: large files are written by one
+/// thread; less: small ones pay for two files.
 constexpr std::uint64_t large_bytes = 1 << 24;
-constexpr std::uint64_t whole_pages_bytes = 1 << 16;  ///< a multiple of the page of any machine
+constexpr std::uint64_t whole_pages_bytes = 1 << 16;  ///< a multiple of the page size of any machine
 
 bool holds(int file, std::uint64_t bytes) {
   struct stat status {};
   return file >= 0 && ::fstat(file, &status) == 0 && static_cast<std::uint64_t>(status.st_size) >= bytes;
 }
 
-/// Writes to a file and to where it is mapped what the file does not take.
+/// Writes to a file; what the file does not take is written to its mapping.
 void write_part(int file, std::uint64_t at, std::byte* place, const std::byte* from, std::uint64_t bytes) {
   const ssize_t written = ::pwrite(file, from, bytes, static_cast<off_t>(at));
   const std::uint64_t done = written > 0 ? static_cast<std::uint64_t>(written) : 0;

@@ -20,6 +20,8 @@
 namespace palpa::detail {
 namespace {
 
+/// How often a waiting caller checks time and memory of the reader. Longer: a reader can take more before it is stopped;
+/// shorter: more wake-ups.
 constexpr auto look_every = std::chrono::milliseconds(100);
 /// Speed that a reader is granted before it counts as stuck: a slow disk or machine, a sanitizer build. Higher: slow readers
 /// are stopped; lower: a stuck one is waited for longer.

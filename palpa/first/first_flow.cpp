@@ -11,12 +11,22 @@
 namespace palpa::detail {
 namespace {
 
-constexpr double many = 0.15;         // of what moves is noise: clean flows have less than a hundredth
-constexpr double sparse = 0.2;        // of the data flow: the rest may be tissue
-constexpr double enough = 0.9;        // of all that flows is the object
-constexpr double least_vortex = 6.0;  // spacings along a vortex: noise smoothed over two makes blobs of four or five
+// [1] Share of noise in what moves, above which noise is masked; clean flows have less than 0.01. Less: turbulence is masked;
+// more: noise is felt.
+constexpr double many = 0.15;
+// [1] Share of the data that flow, below which another field is looked for that says where tissue can be. More: such a field is
+// used for wide flows, too; less: nothing is felt around narrow vessels.
+constexpr double sparse = 0.2;
+// [1] Share of all that flows which the object's parts hold. More: scattered noise widens the object; less: small branches are
+// left out.
+constexpr double enough = 0.9;
+// [spacings] Shortest vortex: noise, smoothed over two spacings, makes blobs of four or five. Less: such blobs are taken for
+// vortices; more: small vortices are not felt.
+constexpr double least_vortex = 6.0;
 
-constexpr double least_swirl = 0.3;  // of the turning: in a shear layer as much is deformed as turns, and Q is 0 of it
+// [1] Least Q, as a share of the Q of a solid turn with the same curl. In a shear layer, which deforms as much as it turns, Q
+// is 0. Less: shear layers are taken for vortices; more: stretched vortices are lost.
+constexpr double least_swirl = 0.3;
 
 /// The flow at each cell of a lattice.
 struct Cell {
@@ -26,11 +36,11 @@ struct Cell {
   double coherence = 1.0;  ///< [1] where it moves
 };
 
-/// The field that is high nearly wherever it flows, and low in much of the rest.
+/// The field that is high nearly wherever there is flow, and low in much of the rest.
 std::optional<Signal> signal_of(const Lattice& lattice, const Volume& volume, std::size_t flow, const std::vector<Cell>& cells,
                                 const std::vector<char>& flows, bool noisy, const std::vector<Statistics>& values) {
   std::optional<Signal> best;
-  double best_share = 0.7;  // of the data, at most: else nothing is silenced
+  double best_share = 0.7;  // [1] of the data where the field may be high: with more, its mask would leave hardly anything out
   for (std::size_t f = 0; f < volume.fields.size(); ++f) {
     const Field& field = *volume.fields[f].field;
     const Statistics& v = values[f];
@@ -80,11 +90,11 @@ std::vector<char> near(const Lattice& lattice, const std::vector<Cell>& cells, d
 std::optional<Vortices> vortices_of(const Lattice& lattice, const Field& field, const std::vector<Cell>& cells,
                                     const FlowPlaces& flow) {
   const FieldPtr q = derived(Derivation::q, FieldPtr(FieldPtr(), &field));
-  // While the stream crosses the object a vortex turns by more than a quarter: Q of a solid turn is its rate squared.
+  // A vortex turns by more than a quarter while the stream crosses the object. Q of a solid turn is its rate squared.
   const double length_m = largest_component(flow.object.box_m.size_m()), spacing_m = field.spacing_m();
   const double rate = 0.5 * std::numbers::pi * flow.speeds.fast / length_m;
-  // What is not mean is noise, or a slope: of white noise with deviation σ, smoothed over two spacings h, each derivative has
-  // 0.0187 σ/h, and one Q in a million is above 17 times that squared.
+  // The coherence says how far vectors deviate from their mean, by noise or by a slope. White noise with deviation σ, smoothed
+  // over two spacings h, gives each derivative a deviation of 0.0187 σ/h, and one Q in a million is above 17 times its square.
   std::vector<double> deviations;
   for (std::size_t n = 0; n < cells.size(); ++n) {
     const Cell& c = cells[n];
@@ -95,7 +105,7 @@ std::optional<Vortices> vortices_of(const Lattice& lattice, const Field& field, 
   found.from = std::max(rate * rate, 20.0 * steepness * steepness);
   found.by_noise = found.from > rate * rate;
 
-  // Walls turn a flow, too: a way from them, and from where the data end, there are no vortices to be looked for.
+  // Beside walls a flow turns, too, without a vortex: cells near walls, or near the end of the data, are left out.
   const std::vector<char> walls = near(lattice, cells, 1e-6 * flow.speeds.fast, 4.0 * spacing_m);
   const FieldPtr smoothed = derived(Derivation::smooth_vector, FieldPtr(FieldPtr(), &field));
   std::vector<char> turns(lattice.size(), 0);
@@ -125,7 +135,7 @@ std::optional<Vortices> vortices_of(const Lattice& lattice, const Field& field, 
     coherent.push_back(cells[n].coherence);
   }
   if (largest_component(high_m - low_m) + lattice.cell_m() < least_vortex * spacing_m) return std::nullopt;
-  // In the strongest half the pull has all its strength, also where the vortex is hardly stronger than what is left out.
+  // In the stronger half of the vortex the pull has its full strength, even if its Q is hardly above `from`.
   found.full = std::min(std::max(2.0 * found.from, median(inside)), 0.5 * (found.from + found.most));
   if (10 * at_walls.size() > coherent.size()) {
     const double of_walls = median(at_walls), of_vortices = quantile(coherent, 0.05);
@@ -159,7 +169,7 @@ FlowPlaces flow_places(const Lattice& lattice, const Volume& volume, std::size_t
     cell.moves = cell.speed > speeds.empty;
     if (cell.moves && coherence) {
       const ScalarSample c = coherence->scalar(at_m);
-      if (c.inside) cell.coherence = c.value;  // beside a hole in the data nobody knows
+      if (c.inside) cell.coherence = c.value;  // unknown beside a hole in the data: stays 1
     }
     ++inside, moving += cell.moves, noise += cell.moves && cell.coherence < coherence_of_noise;
   }

@@ -1,4 +1,4 @@
-// Where a vector field flows, where it is noise, and where it turns: what a first scene of it stands on.
+// Where a vector field flows, where it is noise, and where it turns: the basis of a first scene of it.
 #pragma once
 
 #include <optional>
@@ -13,32 +13,33 @@ namespace palpa::detail {
 /// Another field of the volume that says where there is something that can flow: the magnitude image of a velocity MR.
 struct Signal {
   std::size_t field = 0;  ///< its number in the volume
-  double from = 0.0;      ///< nothing is there below, in that field's own unit
-  double full = 0.0;      ///< in that field's own unit
+  double from = 0.0;      ///< below, nothing is there; in that field's own unit
+  double full = 0.0;      ///< from here on the mask is 1; in that field's own unit
 };
 
 /// Where a flow turns about a core, by Q of its smoothed velocity (docs/modes/vortex_force.md), in (unit of the field/m)².
 struct Vortices {
-  double from = 0.0;
-  double full = 0.0;
+  double from = 0.0;            ///< Q at which a pull onto the core begins
+  double full = 0.0;            ///< Q from which it has all its strength
   double most = 0.0;            ///< the largest Q
-  Vec3 core_m;                  ///< where that is, in the largest of them
-  bool by_noise = false;        ///< `from` is what noise does not reach, else what turns by a quarter while the stream passes
-  double coherence_from = 0.0;  ///< [1] beside walls, where Q is high too, the field is less coherent; 0: no such walls
-  double coherence_full = 0.0;  ///< [1]
+  Vec3 core_m;                  ///< where Q is largest within the largest vortex
+  bool by_noise = false;        ///< true: noise stays below `from`; false: `from` is a quarter turn while the stream passes
+  double coherence_from = 0.0;  ///< [1] below, it is a wall, where Q is high as well; 0: no such walls
+  double coherence_full = 0.0;  ///< [1] from here on it is no wall
 };
 
 /// Where a vector field flows.
 struct FlowPlaces {
   Object object;                 ///< where it flows, noise left out
   FirstFlow speeds;              ///< of what is not noise
-  double noisy_share = 0.0;      ///< [1] of what moves that is at odds with what is around it
-  bool noisy = false;            ///< so much that it has to be masked
+  double noisy_share = 0.0;      ///< [1] of what moves, the part whose vectors are at odds with those around them
+  bool noisy = false;            ///< `noisy_share` is so large that noise has to be masked
   std::optional<Signal> signal;  ///< of a flow that is noisy or fills little of the data
   std::optional<Vortices> vortices;
 };
 
-/// Below the first, vectors are noise, from the second on a stream: `coherence` of what moves.
+/// [1] `coherence` of moving vectors: below the first they are noise, from the second on a stream. More: parts of turbulent
+/// flows are masked; less: noise is felt.
 constexpr double coherence_of_noise = 0.2, coherence_of_flow = 0.35;
 
 /// \param flow    number of the vector field

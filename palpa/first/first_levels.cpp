@@ -10,9 +10,12 @@
 namespace palpa::detail {
 namespace {
 
+// [1] Random places of a field that are looked at. More: slower; fewer: less certain.
 constexpr int places = 20000;
-constexpr double skin_hu = -300.0;  // between air (-1000) and fat (-100)
-constexpr double bone_hu = 300.0;   // above soft tissue (40) and most contrast agent
+// Levels of CT. The first lies between air (-1000) and fat (-100); lower: noise of the air is felt. The second lies
+// above soft tissue (40) and most contrast agent; higher: thin bone has holes.
+constexpr double skin_hu = -300.0;
+constexpr double bone_hu = 300.0;
 
 /// Whether what lies at the border of the data is below a value: most of it, or a third where the scan ends within the body.
 bool border_is_below(const Field& field, double value) {
@@ -93,7 +96,7 @@ FirstLevels first_levels(const Field& field, const Statistics& values, const std
     if (!first.levels.empty()) return first;
   }
 
-  // The last thousandth may be a few voxels far from all others, which would draw a class to themselves.
+  // The highest and lowest thousandth are left out: a few voxels far from all others would become a class of their own.
   const double top = std::max(h.percentile(0.999), h.edge(1)), bottom = std::min(h.percentile(0.001), top);
   auto outer = dividing_value(h, bottom, top);
   if (!outer) outer = dividing_value(h, values.min, values.max);
@@ -110,7 +113,8 @@ FirstLevels first_levels(const Field& field, const Statistics& values, const std
     const double inner_value = rounded(*inner, span);
     const double solid = h.share_between(from, to);
     const double beyond = first.solid_is_high ? h.share_between(inner_value, to) : h.share_between(from, inner_value);
-    // A class of a few voxels, or as good as the first level again, is no surface of its own.
+    // A level that leaves less than a twentieth of the solid on one side is no surface of its own: it bounds a few voxels, or
+    // repeats the first level.
     if (inner_value > from && inner_value < to && beyond > 0.05 * solid && solid - beyond > 0.05 * solid) {
       first.levels.back().soft = true;
       first.levels.push_back(level_between(field, h, "core", inner_value, from, to, 0.7, 1.5));
@@ -124,7 +128,8 @@ double faint_value(std::vector<double> around, const FirstLevels& first, double 
   if (around.empty()) return level;
   std::ranges::sort(around, [&](double a, double b) { return sign * a < sign * b; });
   const double at = around[static_cast<std::size_t>((1.0 - wanted) * static_cast<double>(around.size() - 1))];
-  // What is empty stays silent, and its noise next to: the drag begins at the mean of what is not solid.
+  // The drag begins no earlier than at the mean of what is not solid, so that nothing, or hardly anything, is felt of empty
+  // space and its noise.
   double sum = 0.0, empty = 0.0;
   for (const double value : around) {
     if (sign * value < sign * level) sum += value, ++empty;
@@ -138,7 +143,7 @@ FirstFlow first_flow(const Statistics& speeds) {
   const Histogram& h = speeds.histogram;
   FirstFlow flow;
   flow.directions = looks_like_directions(speeds);
-  // Where so little moves that it is not seen among all, that alone is looked at.
+  // Where so little moves that percentiles of all values are those of rest, only the values that move are looked at.
   const double resting = h.percentile(0.995) < 0.01 * speeds.max ? h.share_between(h.low, 0.01 * speeds.max) : 0.0;
   const double fast = std::max(h.percentile(resting + 0.995 * (1.0 - resting)), h.edge(1));
   flow.fast = rounded(fast, fast);

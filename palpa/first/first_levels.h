@@ -1,4 +1,4 @@
-// What of a field is worth feeling first: the levels of a scalar one, the speeds of a vector one.
+// What is worth feeling first: the levels of a scalar field, the speeds of a vector field.
 #pragma once
 
 #include <string>
@@ -13,9 +13,9 @@ struct FirstLevel {
   std::string name;
   double value = 0.0;  ///< the field's own unit
   double strength_n = 0.0;
-  std::string why_value;  ///< half sentences, for comments
+  std::string why_value;  ///< half a sentence, for a comment in the scene
   std::string why_strength;
-  bool soft = false;  ///< gives way, so that what is below is felt through it
+  bool soft = false;  ///< elastic: gives way, so that a level below is felt through it
 };
 
 /// A scalar field as surfaces: what is solid lies on one side of all levels, the outermost first.
@@ -26,24 +26,24 @@ struct FirstLevels {
   std::vector<FirstLevel> levels;  ///< empty where the field does not vary
 };
 
-/// Levels from the histogram: skin and bone of CT, else where it parts best, once, and again within what is solid. Their
-/// strengths from the gradients: the sharper an edge, the firmer. What lies over another is soft.
+/// Levels from the histogram: skin and bone of CT; else the value that divides it best, and a second one that divides what is
+/// solid. Strengths come from the gradients: the sharper an edge, the firmer. A level over another one is soft.
 FirstLevels first_levels(const Field& field, const Statistics& values, const std::string& unit);
 
-/// Where the drag of something sparse begins: the value beyond which lies a share `wanted` [1] of what is around it, between
-/// the mean of what is not solid there and the first level; in the field's own unit. \param around  values of the object's box
+/// The value at which the drag of a sparse object begins, in the field's own unit: a share `wanted` [1] of `around` lies beyond
+/// it, and it lies between the mean of what is not solid there and the first level. \param around  values of the object's box
 double faint_value(std::vector<double> around, const FirstLevels& first, double wanted);
 
 /// A vector field as a flow.
 struct FirstFlow {
   bool directions = false;  ///< every vector that is not zero has length 1
-  double empty = 0.0;       ///< slower is as good as still, in the field's own unit
-  double moderate = 0.0;    ///< median of what is faster, in the field's own unit
-  double fast = 0.0;        ///< all but half a percent is slower, of all or of the little that moves, in the field's own unit
+  double empty = 0.0;       ///< slower counts as still, in the field's own unit
+  double moderate = 0.0;    ///< median of what is faster than `empty`, in the field's own unit
+  double fast = 0.0;        ///< 99.5 % of all, or of what moves if that is little, is slower; in the field's own unit
 };
 FirstFlow first_flow(const Statistics& speeds);
 
-/// The value with as many digits as tell it apart within a span of values, both in the same unit.
+/// The value rounded to a thousandth to a hundredth of `span`, both in the same unit, so that scenes show few digits.
 double rounded(double value, double span) noexcept;
 
 }  // namespace palpa::detail

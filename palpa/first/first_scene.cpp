@@ -25,11 +25,18 @@ namespace {
 using detail::toml_number;
 using detail::toml_string;
 
-constexpr double reach_m = 0.15;        // of the hand: what the longest side of the object becomes
-constexpr double enough = 0.85;         // of all that is solid is the object: the table of a scanner is a tenth
-constexpr double sparse = 0.35;         // of the object's box: a hand would search for it (of an ellipsoid's half is filled)
-constexpr double felt_part = 0.5;       // of that box then, its surroundings with it
-constexpr std::size_t comment_at = 40;  // column
+// Length of the hand's motion over the longest side of the object; sentences below say it as well. More: beyond the reach of
+// small devices; less: details become too small for a hand.
+constexpr double reach_m = 0.15;
+// [1] Share of all that is solid which the object's parts hold; the table of a scanner is a tenth. More: the table belongs to
+// the object; less: limbs are left out.
+constexpr double enough = 0.85;
+// [1] Share of its box that is object, below which a hand would search for it (an ellipsoid fills half). Then drag begins
+// before the surface, in the second share of the box. More: drag around compact objects, or nearly everywhere; less: sparse
+// objects are hard to find.
+constexpr double sparse = 0.35;
+constexpr double felt_part = 0.5;
+constexpr std::size_t comment_at = 40;  // column in which reasons begin
 
 /// `key = value` and why, the reason in a column of its own.
 std::string line(const std::string& what, const std::string& why) {
@@ -72,7 +79,7 @@ std::string plain_word(const std::string& name, const std::string& otherwise) {
   return detail::is_plain_word(word) ? word : otherwise;
 }
 
-/// A volume is called after its file, but for DICOM, whose folders are often called after patients.
+/// A volume is named after its file; not DICOM, whose folders are often named after patients.
 std::string volume_name(const Volume& volume, const VolumeRequest& request, bool is_flow) {
   const std::string kind = is_flow ? "flow" : volume.medical_frame ? "scan" : "data";
   if (volume.format == "dicom") {
@@ -129,7 +136,8 @@ std::string filter_line(const Field& field, const std::vector<detail::FirstLevel
                   "; \"trilinear\" keeps all, with facets");
 }
 
-/// Of a flow whose numbers are fractions: what masks read is not to be smeared over its edge.
+/// The filter of a flow whose numbers are fractions: trilinear, because a smoothing one would blur the edges of the scalar
+/// fields that masks read.
 std::string flow_filter_line(const Volume& volume) {
   const bool any_scalar = std::ranges::any_of(volume.fields, [](const VolumeField& f) { return f.field->components() == 1; });
   const auto of_fractions = [](const VolumeField& f) {
@@ -156,7 +164,7 @@ std::string volume_table(const Volume& volume, const VolumeRequest& request, con
     out += line("frame = " + std::to_string(frame),
                 "of " + std::to_string(volume.frames) + "; frame_period_s in its place feels all of them, as time goes");
   }
-  // These have reasons of their own, above and below; those of the others are the user's alone.
+  // These keys are written elsewhere, each with its reason; all others are written as the user gave them.
   constexpr std::array<std::string_view, 5> explained{"file", "length_unit", "fields", "frame", "as"};
   for (const auto& [key, value] : how) {
     if (std::ranges::find(explained, key) == explained.end()) out += key + " = " + value + "\n";
@@ -195,7 +203,9 @@ struct View {
 
 /// \param lying_at_y  [1] where along y, from -1 to 1, lies what is solid but no part of the object; 0: nowhere
 View view_of(const Volume& volume, bool is_flow, const Vec3& size_m, double lying_at_y) {
-  constexpr double flat = 0.6;  // of the next longer side: a slab of slices, not a part of a body
+  // [1] Height over the next longer side, below which a scan is a slab of slices, not a part of a body. More: parts of bodies
+  // are seen from the feet; less: slabs are seen edge-on.
+  constexpr double flat = 0.6;
   if (volume.medical_frame && size_m.z < flat * std::min(size_m.x, size_m.y))
     return {"inferior",
             "anterior",
@@ -219,10 +229,12 @@ View view_of(const Volume& volume, bool is_flow, const Vec3& size_m, double lyin
             "y to the back and z to the head" + turn,
             {0, -1, 0}};
   const double sides_m[] = {size_m.x, size_m.y, size_m.z};
-  // Only a side that is clearly the shortest; of a cube its z.
+  // The shortest side, z if no other one is clearly shorter.
   const int shortest = sides_m[2] <= 1.1 * std::min(sides_m[0], sides_m[1]) ? 2 : sides_m[1] <= sides_m[0] ? 1 : 0;
   const bool is_cube = largest_component(size_m) <= 1.1 * std::min({sides_m[0], sides_m[1], sides_m[2]});
-  constexpr double wide_m = 1e4;  // nothing but air and sea is so wide and so flat: it is looked at from above
+  // Flat data of this width are air or sea, and are seen from above. Less: large machines are taken for weather; more: small
+  // parts of weather are not.
+  constexpr double wide_m = 1e4;
   const bool is_weather = largest_component(size_m) >= wide_m && 2.0 * sides_m[shortest] < largest_component(size_m);
   const std::string face = is_weather ? "seen from above, as on a map: the flat side of the data faces the user,"
                            : is_cube  ? "the file does not say where its axes point: its z comes towards the user,"
@@ -273,7 +285,7 @@ std::string workspace_table(const Volume& volume, const Names& names, const Box&
   return out;
 }
 
-/// A function that is 0 on one side of an edge and `result` on the other; `beyond` is outside of all values.
+/// A function that is 0 up to `zero_at` and `result` from `full_at` to `beyond`, which lies outside of all values.
 std::string ramp(const std::string& of, double zero_at, double full_at, double beyond, double result) {
   return "{of = " + toml_string(of) + ", points = " +
          (zero_at < full_at ? points({{zero_at, 0}, {full_at, result}, {beyond, result}})
@@ -298,14 +310,14 @@ bool contains(const Box& box, const Vec3& x) {
          x.z <= box.high_m.z;
 }
 
-/// Between the lining of a bowel (0.007 to 0.054 under steel: Lyle et al. 2013) and dry skin (above 0.2, 0.5 as a rule: Derler
-/// and Gerhardt 2012): one goes over a surface to find its shape, and friction hides it.
+/// 0.1, between the lining of a bowel (0.007 to 0.054 under steel: Lyle et al. 2013) and dry skin (above 0.2, 0.5 as a rule:
+/// Derler and Gerhardt 2012). More friction would hide the shape of a surface, which a hand finds by gliding over it.
 std::string friction_line() {
   return line("friction_coefficient = 0.1",
               "a smooth wall: sliding costs a tenth of the pressure; wet tissue 0.01 to 0.05, dry skin 0.2 to 0.5");
 }
 
-/// \param faint  a value that half of the object's box is beyond, where so much of it is not solid; else the first level
+/// \param faint  where drag begins: of a sparse object a value that half of its box is beyond; else the first level
 std::string surface_modes(const std::string& field, const Statistics& values, const detail::FirstLevels& first, double faint) {
   const double span = values.max - values.min;
   std::string out = "[[mode]]\n" + mode_head("surface", "surface_and_friction", field);
@@ -348,7 +360,9 @@ std::string surface_modes(const std::string& field, const Statistics& values, co
   return out;
 }
 
-constexpr std::size_t most_labels = 6;  // that are felt by themselves: more surfaces cost time and memory
+// [1] Labels that get a mode of their own, at most. More: time of each tick and memory, and more colours are needed below;
+// fewer: parts that are worth feeling are left out.
+constexpr std::size_t most_labels = 6;
 
 /// A label as a scene names it.
 std::string label_name(double value) {
@@ -399,7 +413,7 @@ std::string flow_modes(const Volume& volume, const Names& names, const std::vect
   const std::size_t felt = names.used.front();
   const std::string field = names.of(felt), speed = "magnitude(" + field + ")";
   const detail::FirstFlow& speeds = flow.speeds;
-  // Between voxels of unit vectors the length says how well they agree (docs/scene.md, Axes).
+  // Between voxels of unit vectors the length of the mean says how well they agree (docs/scene.md, Axes).
   const double empty = speeds.directions ? 0.3 : speeds.empty, moderate = speeds.directions ? 0.7 : speeds.moderate;
   const double beyond = detail::rounded(2.0 * values[felt].max, values[felt].max);
   const std::string unit = volume.fields[felt].unit.empty() ? "" : " " + volume.fields[felt].unit;
@@ -463,7 +477,7 @@ LabelMap scan_of_labels(const Field& field, const Statistics& values, const std:
   return values.whole_numbers && !looks_like_hounsfield(values, unit) ? label_map(field) : LabelMap{};
 }
 
-/// Whether a field is called a velocity: what turns and flows is told by it, not by a momentum beside it.
+/// Whether a field's name says velocity: it is preferred to others, such as a momentum, because it says what flows and turns.
 bool is_velocity(std::string name) {
   for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return name == "u" || name == "v" || name.starts_with("vel") || name.starts_with("wind");

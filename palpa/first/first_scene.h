@@ -10,18 +10,17 @@
 
 namespace palpa {
 
-/// The number of the field that is felt, or looked at, first: the first vector field that is anywhere else than 0, one
-/// that is called a velocity before others; else the first scalar field that varies. Nothing where no field does. \param values
-/// statistics of each field
+/// The number of the field that is felt, or looked at, first: a vector field that is not 0 everywhere, one named as a velocity
+/// before others; else the first scalar field that varies. None where no field does. \param values  statistics of each field
 std::optional<std::size_t> field_to_feel(const Volume& volume, const std::vector<Statistics>& values);
 
 /// A scene file for a volume, as text with a comment for every number: the reason why it is so.
 ///
-/// A vector field is felt as a flow: a rail along it, and drag, both only where it flows; a scalar field as surfaces, with drag
-/// within what is solid: skin and bone where the values are Hounsfield units, else the levels that part its
-/// histogram best, the firmer the sharper their edges. Which field: `field_to_feel`. The hand's reach is the volume's box or,
-/// where little of that can be felt, the largest cube whose middle is half of what can. All strengths together, friction and
-/// the drag of a hand at 0.4 m/s stay below the force limit.
+/// A vector field is felt as a flow: a rail along it, and drag, both only where it flows. A label map is felt as a surface for
+/// each of its largest labels. Another scalar field is felt as surfaces, with drag within what is solid: skin and bone where
+/// the values are Hounsfield units, else the levels that divide its histogram best, the firmer the sharper their edges. Which
+/// field: `field_to_feel`. The hand's reach is the object, which leaves out small parts beside it (a table, specks). All
+/// strengths together, friction and the drag of a hand at 0.4 m/s stay below the force limit.
 ///
 /// \param volume   as it was read, trilinear
 /// \param request  what it was read by; all of it is written into the scene

@@ -8,7 +8,8 @@
 namespace palpa::detail {
 namespace {
 
-constexpr std::size_t speck = 8;  // cells: what is smaller is noise
+// [cells] A smaller part is noise. More: small parts are left out; less: specks widen the object's box.
+constexpr std::size_t speck = 8;
 
 /// How many cells of any block of a lattice are object, by a table of sums from its corner.
 class Counts {
@@ -130,7 +131,9 @@ double beside_at_y(const Lattice& lattice, const Object& object, const std::vect
     ++beside;
     sum += std::clamp((lattice.middle_m(n).y - middle_m) / half_m, -1.0, 1.0);
   }
-  constexpr double next_to_nothing = 0.003;  // of the object
+  // [1] Cells beside the object, as a share of it, below which they say nothing. Less: specks in the air turn the view; more: a
+  // thin head rest is not noticed.
+  constexpr double next_to_nothing = 0.003;
   return static_cast<double>(beside) > next_to_nothing * static_cast<double>(held) ? sum / static_cast<double>(beside) : 0.0;
 }
 
@@ -139,7 +142,7 @@ Vec3 fullest_cube_m(const Lattice& lattice, const Object& object, double side_m)
   const int side = std::max(1, static_cast<int>(std::ceil(side_m / lattice.cell_m() - 1e-9)));
   std::int64_t best = -1;
   std::array<int, 3> best_at{}, first{}, last{};
-  for (std::size_t a = 0; a < 3; ++a) {  // across an axis that it is wider than, it stands in the middle
+  for (std::size_t a = 0; a < 3; ++a) {  // along an axis where the cube is longer than the lattice it is centred
     const int over = lattice.count(static_cast<int>(a)) - side;
     first[a] = over < 0 ? over / 2 : 0;
     last[a] = over < 0 ? over / 2 : over;
@@ -154,7 +157,7 @@ Vec3 fullest_cube_m(const Lattice& lattice, const Object& object, double side_m)
 }
 
 std::optional<Vec3> met_from(const Lattice& lattice, const Object& object, const Vec3& towards_m, const Vec3& from) {
-  // Of the column of cells that holds the place, the one that lies furthest out.
+  // In the column of cells through `towards_m`, the object's cell that lies furthest out.
   double furthest_m = -1e300;
   std::optional<Vec3> met;
   for (std::size_t n = 0; n < object.cells.size(); ++n) {

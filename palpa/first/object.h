@@ -1,4 +1,4 @@
-// What of data is the object: its parts, its box, and where a closer look finds most of it.
+// Which part of the data is the object: its parts, its box, and the place where a close-up shows most of it.
 #pragma once
 
 #include <array>
@@ -14,6 +14,7 @@ namespace palpa::detail {
 /// as far beyond the box on one side as on the other.
 class Lattice {
  public:
+  /// [cells] More: time and memory, by the third power; fewer: thin parts fall apart.
   static constexpr int longest = 96;
 
   explicit Lattice(const Box& box);
@@ -35,7 +36,7 @@ class Lattice {
   Vec3 low_m_;
 };
 
-/// The largest connected parts of what can be felt, without what is small beside them: a head rest, specks in the air.
+/// The largest connected parts of what can be felt, without smaller ones beside them, such as a head rest or specks in the air.
 struct Object {
   std::vector<char> cells;        ///< of a lattice: 1 where it is
   std::vector<std::size_t> part;  ///< numbers of the cells of its largest part
@@ -48,8 +49,8 @@ struct Object {
 /// \param is_object  for each cell of the lattice
 Object largest_parts(const Lattice& lattice, std::vector<char> is_object, double enough);
 
-/// Where along y lies what is solid but no part of the object, on the average: from -1, below its box's middle by half its side
-/// or more, to 1, above; 0 where that is next to nothing.
+/// Mean place [1] along y of what is solid but no part of the object: 0 is the middle of the object's box, -1 half its side or
+/// more below, 1 above. 0 also where hardly anything is solid beside the object.
 double beside_at_y(const Lattice& lattice, const Object& object, const std::vector<char>& is_solid);
 
 /// The middle [m] of the cube `side_m` [m] wide, cells of the lattice rounded up, that holds most of the object.

@@ -32,7 +32,7 @@ struct Principal {
   explicit Principal(const Mat3& symmetric) noexcept {
     double a[3][3], v[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     for (int r = 0; r < 3; ++r) a[r][0] = symmetric.row[r].x, a[r][1] = symmetric.row[r].y, a[r][2] = symmetric.row[r].z;
-    constexpr int most_sweeps = 10;  // five do, quadratically
+    constexpr int most_sweeps = 10;  // [1] five are enough, as it converges quadratically; fewer: off-diagonals are left
     for (int sweep = 0; sweep < most_sweeps; ++sweep) {
       bool turned = false;
       for (const auto& [p, q] : {std::pair{0, 1}, {0, 2}, {1, 2}}) {
@@ -73,7 +73,7 @@ class Axis {
     if (!(l > 0.0) || !std::isfinite(t)) return;
     minors_ = 0.5 * (t * t - trace_of_product(dyads_, dyads_));
     const double gap = 3.0 - 2.0 * t / l + minors_ / (l * l);  // (λ₁ − λ₂)(λ₁ − λ₃)/λ₁²
-    constexpr double rounding = 1e-14;
+    constexpr double rounding = 1e-14;  // [1] less: rounding picks a direction; more: weak directions count as none
     if (!(gap > rounding)) return;
     value_ = l;
     gap_ = std::min(gap, 1.0);

@@ -13,7 +13,8 @@ namespace palpa::detail {
 /// one voxel of the brick; and how much it can change from voxel to voxel. 12 bytes per brick and component.
 class Bricks {
  public:
-  static constexpr int shift = 3;                    ///< [1] cells along a brick's edge, as a power of two
+  /// [1] Cells along a brick's edge, as a power of two. Larger: ranges are wider and skip less; smaller: more memory.
+  static constexpr int shift = 3;
   static constexpr std::int64_t cells = 1 << shift;  ///< [1] along a brick's edge
 
   /// Raw voxel values of one component, rounded outwards. NaN: some voxel is not finite, in this or another component.

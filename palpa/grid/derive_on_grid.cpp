@@ -131,7 +131,7 @@ struct Blur {
   std::vector<float> border;
 
   Blur(double sigma_voxels, std::int64_t n) {
-    constexpr double reach = 4.0;  // beyond it lie 6e-5 of the weight
+    constexpr double reach = 4.0;  // [σ] 6e-5 of the weight lie beyond. More: slower; less: the cut is seen as a step
     if (sigma_voxels > 0.0) {
       radius = static_cast<std::int64_t>(std::min(std::ceil(reach * sigma_voxels), static_cast<double>(n - 1)));
     }

@@ -14,7 +14,8 @@
 namespace palpa {
 namespace {
 
-/// Planes of a rectilinear axis closer than this [1] share of its length are none that can be told apart.
+/// [1] Planes of a rectilinear axis are refused where they are closer than this share of its length. Less: rounding of
+/// positions swaps planes; more: fine layers are refused.
 constexpr double least_gap = 1e-12;
 
 /// The mark of `grid_of`: one class for all types of voxel.
@@ -180,7 +181,7 @@ const char* problem_with(const GridGeometry& geometry) noexcept {
     if (n < 1) return "an axis of the grid has no voxels; every axis needs at least one";
     if (__builtin_mul_overflow(bytes, n, &bytes)) return "the grid has more voxels than a computer can address";
   }
-  // Far wider than any data, far from where squares and products of lengths would overflow.
+  // Far beyond any data. Wider limits: squares and products of lengths could overflow.
   constexpr double shortest_m = 1e-75, longest_m = 1e75;
   if (!is_finite(geometry.origin_m) || !(largest_component(geometry.origin_m) <= longest_m)) {
     return "the grid's origin is not a finite position of the world";

@@ -57,7 +57,7 @@ Found find_range(const T* voxels, std::int64_t width, std::int64_t from, std::in
 /// Of all components, by all cores.
 template <class T>
 Found find_ranges(const T* voxels, int components, std::int64_t width, std::int64_t rows, std::int64_t step) {
-  constexpr std::int64_t worth_a_thread = 1 << 16;
+  constexpr std::int64_t worth_a_thread = 1 << 16;  // [voxels] fewer: threads cost more than they save; more: idle cores
   constexpr double infinity = std::numeric_limits<double>::infinity();
   Found all;
   all.ranges.fill({infinity, -infinity});
@@ -206,7 +206,7 @@ void GridBase::find_extents(const VoxelFacts& facts) {
 
 namespace {
 
-/// No value is quiet: what a search for polynomials asks with.
+/// An empty range: a search for polynomials asks with it, because no value is quiet.
 constexpr Extent polynomials{1.0, -1.0};
 
 /// The straight way along one axis of the grid.

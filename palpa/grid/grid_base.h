@@ -18,8 +18,8 @@
 
 namespace palpa::detail {
 
-/// Positions this far [voxels] beyond the first or last voxel centre count as on it: rounding of world
-/// coordinates must not put a corner of the grid outside.
+/// [voxels] Positions up to this far beyond the first or last voxel centre count as on it. Less: rounding of world coordinates
+/// puts corners of the grid outside; more: data reach visibly beyond their voxels.
 inline constexpr double face_tolerance_voxels = 1e-6;
 
 /// Throws std::invalid_argument, with a sentence, where a grid cannot be made of these (see grid_field). Scale and offset

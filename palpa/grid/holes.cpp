@@ -13,7 +13,7 @@ namespace {
 
 using Depth = std::uint16_t;
 constexpr Depth furthest = std::numeric_limits<Depth>::max();
-constexpr std::int64_t worth_a_thread = 1 << 16;  // voxels
+constexpr std::int64_t worth_a_thread = 1 << 16;  // [voxels] fewer: threads cost more than they save; more: idle cores
 
 /// Neighbouring lines of voxels along one axis, worked on value by value, which the compiler makes wide.
 class Lines {
@@ -103,7 +103,7 @@ Holes::Holes(const GridGeometry& geometry, const Voxels& values, const Mat3& wor
       longest_m += way_m(a, n);
     }
   }
-  constexpr double rounding = 1e-9;  // so that what is sixteen units counts for no less
+  constexpr double rounding = 1e-9;  // [1] makes the unit a little smaller, or rounding could count a whole step as 15 units
   if (longest_m > 0.0) unit_m_ = std::max(least_m / parts, longest_m / (most - 1.0)) * (1.0 - rounding);
   std::vector<Depth> costs[3];
   for (std::size_t a = 0; a < 3; ++a) {

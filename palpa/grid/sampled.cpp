@@ -57,7 +57,7 @@ FieldPtr sampled(const Field& field, int longest) {
 }
 
 FieldPtr sampled(const FieldPtr& field, int longest, int frames, BetweenFrames between_frames) {
-  constexpr int most_frames = 1000;
+  constexpr int most_frames = 1000;  // as in scenes. More: memory, a grid for each; fewer: long cycles are sampled coarsely
   const TimedField* source = field ? timed(*field) : nullptr;
   if (!source) throw std::invalid_argument("the field does not change with time, so it has no frames to sample");
   if (frames < 1 || frames > most_frames) {

@@ -134,7 +134,7 @@ class Lines {
 /// For values that are all to be written: in large pages, since the first touch of many small ones takes as long as solving.
 template <class T>
 std::shared_ptr<T> room_for(std::size_t count) {
-  constexpr std::size_t page = std::size_t{2} << 20;
+  constexpr std::size_t page = std::size_t{2} << 20;  // a large page of x86-64 and most ARM
   const std::size_t bytes = (count * sizeof(T) + page - 1) / page * page;
   void* memory = std::aligned_alloc(page, bytes);
   if (memory == nullptr) throw std::bad_alloc();
@@ -156,8 +156,9 @@ std::shared_ptr<const T> interpolating_coefficients(const GridGeometry& geometry
   const std::int64_t row = nx * components, plane = row * ny;
   const std::shared_ptr<T> result = room_for<T>(static_cast<std::size_t>(plane * nz));
   T* const c = result.get();
-  constexpr std::int64_t worth_a_thread = 1 << 16;
-  // Along j and k one line alone would fetch memory for one value in sixteen, and a page for one in a thousand.
+  constexpr std::int64_t worth_a_thread = 1 << 16;  // [values] fewer: threads cost more than they save; more: idle cores
+  // Lines solved together. Fewer: along j and k a single line uses one value in sixteen of the memory fetched, and one in a
+  // thousand of a page; more: they no longer fit into the cache.
   constexpr std::int64_t rows_at_once = 16, columns_at_once = 64;
   in_parts(nz, worth_a_thread / plane + 1, [&](std::int64_t first, std::int64_t last) {
     Lines<T> along_i(nx, components, rows_at_once), along_j(ny, row, columns_at_once);

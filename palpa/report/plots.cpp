@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Energies below this [mJ] are rounding.
+/// Energies below this [mJ] are rounding. Less: a curve of rounding; more: small energies have none.
 constexpr double least_mj = 1e-9;
 
 constexpr palpa::Color mode_colors[] = {palpa::Color::blue,   palpa::Color::vermilion, palpa::Color::green,

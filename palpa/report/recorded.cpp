@@ -87,7 +87,7 @@ std::size_t index_of(const std::vector<TickFrame>& ticks, std::int64_t number) {
   return found != ticks.end() && found->tick == number ? static_cast<std::size_t>(found - ticks.begin()) : ticks.size();
 }
 
-/// Far more than any scene has; a damaged file must not eat memory.
+/// [1] Modes of a trace, far more than scenes have. More: a damaged file takes more memory; less: sound traces are refused.
 constexpr std::size_t most_modes = 1000;
 
 void read_modes(const fs::path& folder, Recorded& recorded) {

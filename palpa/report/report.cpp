@@ -29,8 +29,8 @@ namespace {
 namespace fs = std::filesystem;
 using namespace detail;
 
-constexpr std::size_t most_moments = 500;
-constexpr std::size_t most_plot_rows = 3000;
+constexpr std::size_t most_moments = 500;     // [1] with primitives. More: a larger page; fewer: the view jumps
+constexpr std::size_t most_plot_rows = 3000;  // [1] of each plot. More: a larger page; fewer: zoomed plots are coarse
 
 /// A page that palpa made, or none at all, may be replaced.
 void refuse_what_is_no_report(const fs::path& file) {

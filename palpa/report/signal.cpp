@@ -8,7 +8,7 @@
 namespace palpa::detail {
 namespace {
 
-constexpr std::size_t most_steps = 20;
+constexpr std::size_t most_steps = 20;  // [1] listed, the largest first. More: a longer page; fewer: causes are missed
 
 std::string millinewtons(double force_n) { return text("%.2f mN", 1e3 * force_n); }
 std::string steepness(double n_per_ms) { return text("%.3f N/ms", n_per_ms); }

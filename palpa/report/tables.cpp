@@ -11,7 +11,7 @@
 namespace palpa::detail {
 namespace {
 
-constexpr std::size_t most_events = 50;
+constexpr std::size_t most_events = 50;  // [1] listed. More: a longer page; fewer: more is only in events.csv
 
 std::string count(std::int64_t number) { return grouped(number); }
 std::string percent(double share) { return text("%.1f %%", 100.0 * share); }

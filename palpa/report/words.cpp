@@ -67,7 +67,7 @@ std::string why_little_is_felt(const Recorded& recorded, const Scene* scene) {
   const std::string words =
       (share > 0.0 ? "Little was felt: for " + percent(share) + " of the time." : "Nothing was felt: no mode pushed.") + warned;
   if (!scene) return words;
-  constexpr std::size_t most_places = 2048;
+  constexpr std::size_t most_places = 2048;  // [1] of the path. More: slower; fewer: the nearest one is less certain
   const std::size_t stride = recorded.ticks.size() / most_places + 1;
   std::vector<Vec3> places_m;
   for (std::size_t i = 0; i < recorded.ticks.size(); i += stride) {

@@ -32,7 +32,7 @@ using detail::sentence_of;
 using detail::suggestion;
 using detail::toml_number;
 
-constexpr std::size_t most_bytes = 4 << 20;
+constexpr std::size_t most_bytes = 4 << 20;  // of a scene, as messages say. More: data given for a scene take longer to refuse
 constexpr std::string_view set_mark = "--set ";  // what stands for the file's name in values from --set
 
 // ---- Places

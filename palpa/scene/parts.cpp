@@ -10,9 +10,9 @@ namespace {
 
 constexpr double unbounded = std::numeric_limits<double>::infinity();
 constexpr Range positive{0, unbounded, true};
-/// 512³ samples of float32 are half a gigabyte.
+/// 512³ samples of float32 are half a gigabyte. More: scenes that only fit large computers; fewer: coarser grids.
 constexpr double most_samples = 512;
-constexpr double most_frames = 1000;
+constexpr double most_frames = 1000;  // as `sampled` takes (palpa/grid/sampled.cpp)
 
 using Words = std::span<const std::string_view>;
 template <std::size_t N>
@@ -43,7 +43,7 @@ Words analytic_names() {
   return names;
 }
 
-/// A key whose value whoever reads the part looks into.
+/// A key whose value the reader of the part checks by itself.
 constexpr ParameterInfo other(std::string_view name, ParameterKind kind, std::string_view form, std::string_view sentence,
                               bool needed = false) {
   return {.name = name, .sentence = sentence, .kind = kind, .form = form, .needed = needed};

@@ -24,8 +24,8 @@ using detail::problem_with_name;
 using detail::suggestion;
 using detail::toml_number;
 
-constexpr double reach_m = 0.15;  // hand length of a fitted volume's longest side
-constexpr std::size_t most_modes = 1000;
+constexpr double reach_m = 0.15;  // of the hand, along a fitted volume's longest side. More: out of reach; less: crowded
+constexpr std::size_t most_modes = 1000;  // [1] more: a scene written by a faulty program takes all memory
 
 [[noreturn]] void refuse(const std::string& text) { throw SceneError(detail::one_line("scene: " + text)); }
 
@@ -275,6 +275,8 @@ class ThinPartChecks final : public SceneChecks {
   }
   void number(const ParameterInfo& info, double& value) override {
     if (info.kind != ParameterKind::level || !field_) return;
+    // [1] Shares lost, of thin parts and of the whole, that are worth a finding. More: losses stay unknown; less: noise is
+    // told.
     constexpr double much = 0.1, much_of_all = 0.01;
     ThinParts worst;
     for (const auto& [side, left_out] : {std::pair{SolidSide::high, "low"}, std::pair{SolidSide::low, "high"}}) {

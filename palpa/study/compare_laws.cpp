@@ -14,13 +14,15 @@ namespace palpa {
 
 namespace {
 
+// [1] Cosine of the angle between two planes' normals up to which they are orthogonal, and so on. Less: rounded normals count
+// as oblique; more: oblique primitives, which earlier laws get wrong, do not.
 constexpr double orthogonal_share = 1e-9;
 
 bool are_orthogonal(const Primitive& a, const Primitive& b) noexcept {
   using enum PrimitiveKind;
   if (a.kind == directed || a.kind == point || b.kind == directed || b.kind == point) return true;
   if (a.kind == plane && b.kind == plane) return std::abs(dot(a.direction, b.direction)) <= orthogonal_share;
-  // A line spans what is across it: orthogonal to it is a plane with its direction, and nothing else.
+  // A line's span is what lies across it. Only a plane whose normal is along the line is orthogonal to that.
   if ((a.kind == line && b.kind == plane) || (a.kind == plane && b.kind == line)) {
     return norm(cross(a.direction, b.direction)) <= orthogonal_share;
   }
@@ -32,7 +34,7 @@ Scene with_law(Scene scene, const std::string& law) {
   return scene;
 }
 
-// No earlier system had levels that give way.
+// Earlier systems had no elastic levels.
 Scene with_rigid_levels(Scene scene) {
   for (const SceneMode& mode : std::vector<SceneMode>(scene.modes().begin(), scene.modes().end())) {
     if (!mode.mode.as<SurfaceAndFriction>()) continue;
@@ -52,14 +54,14 @@ Spread spread_of(std::vector<double>& values) {
 
 Spread times(double factor, const Spread& spread) { return {factor * spread.p50, factor * spread.p99, factor * spread.max}; }
 
-// What the proxy and the hand were told in one tick.
+// Proxy and force on the hand of one tick.
 struct Felt {
   bool valid = false;
   Vec3 proxy_m;
   Vec3 force_n;
 };
 
-// One law, posed the balances of another's session.
+// One law that solves the balances of another law's session.
 struct Asked {
   std::unique_ptr<Law> law;
   std::vector<double> errors_m;
@@ -68,7 +70,8 @@ struct Asked {
 void pose(PrimitiveSet& set, const SubStep& step, std::span<const PlacedPrimitive> placed) {
   set.clear(step.start_m);
   for (const PlacedPrimitive& p : placed) {
-    set.begin_mode(p.primitive.id.mode, p.primitive.position_m);  // where the step began, which a sub-step may go on with
+    set.begin_mode(p.primitive.id.mode,
+                   p.primitive.position_m);  // a drag stands where the step began, which this sub-step may continue
     set.add(p.primitive);
   }
 }

@@ -1,4 +1,4 @@
-// Earlier systems' laws beside the exact one, on the same data and the same hand.
+// Compares laws of earlier systems with the exact one, on the same data under the same hand.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace palpa {
 
-/// How numbers of one kind are spread.
+/// Percentiles of numbers of one kind.
 struct Spread {
   double p50 = 0.0;  ///< [unit of the member's name]
   double p99 = 0.0;  ///< [unit of the member's name]
@@ -21,12 +21,12 @@ struct Spread {
 /// One law against the exact one.
 struct LawErrors {
   std::string law;
-  /// Posed the very same balances (primitives, start, probe, k, T): how far its answer is from the exact
-  /// one, and k times that: by how much the force on the hand is wrong.
+  /// For the very same balances (primitives, start, probe, k, T): the distance of its answer from the exact one, and k times
+  /// that, the error of the force on the hand.
   Spread posed_m;
   Spread posed_n;
-  /// Feeling the scene by itself under the same probes: how far its proxy is from the exact law's, tick by
-  /// tick, and the difference of the two forces of Eq. 1.
+  /// When it feels the scene by itself under the same probes: the distance of its proxy from the exact law's, tick by tick, and
+  /// the difference of the two forces of Eq. 1.
   Spread alone_m;
   Spread alone_n;
   double alone_mean_n = 0.0;
@@ -49,7 +49,7 @@ bool has_oblique_primitives(std::span<const PlacedPrimitive> placed) noexcept;
 
 /// Feels `scene`, its levels rigid as those of earlier systems were, with the exact law under `probes`, one tick of
 /// `time_step_s` [s] each; poses every sub-step's balance to each of `laws` as well; then lets each of them feel the scene by
-/// itself. Whatever law the scene names does not count. Throws SceneError on a scene that cannot be felt or a law that is none.
+/// itself. The law that the scene names is ignored. Throws SceneError on a scene that cannot be felt or an unknown law.
 LawComparison compare_laws(const Scene& scene, std::span<const Probe> probes, double time_step_s,
                            std::span<const std::string> laws);
 

@@ -19,17 +19,18 @@ using namespace detail;
 
 namespace {
 
+// Radius of a motion that names none. More: fewer places have room for it; less: less of the front is felt.
 constexpr double usual_radius_m = 0.03;
 constexpr int angles = 32, heights = 9;      // ways tried around an axis. More: slower; fewer: small things are missed
-constexpr double top_m = half_m + before_m;  // of all ways from the user
+constexpr double top_m = half_m + before_m;  // where all ways from the user begin
 
-/// A node of a picture of ways as the middle of a motion.
+/// A node of `Ways` as the middle of a motion.
 struct Middle {
   int column = 0, row = 0;
   double radius = 0.0;  // in nodes
 };
 
-/// [N/m] of the arm; infinite: it goes where it wants.
+/// [N/m] Stiffness of the arm; infinite for a rigid hand, which no force holds back.
 double stiffness_of(Hold hold) {
   return hold == Hold::rigid     ? std::numeric_limits<double>::infinity()
          : hold == Hold::relaxed ? relaxed_arm.stiffness_n_per_m
@@ -65,9 +66,10 @@ Middle coarse_place(const ReachLattice& lattice, double wanted_radius_m) {
   return place;
 }
 
-/// The largest disc, up to the wanted radius, that can mostly be felt, near the middle of these ways; where there is none, the
-/// node with most beside it.
+/// The largest disc, up to the wanted radius, in which something is felt nearly everywhere, near the middle of these ways;
+/// where there is none, the node with most around it.
 Middle fine_place(const Ways& fine, double wanted_radius_m, double spacing_m) {
+  // [1] Share of a disc that has to be felt. More: smaller motions on sparse data; less: the hand often moves through nothing.
   constexpr double mostly = 0.7;
   const int side = fine.columns;
   Middle middle{side / 2, side / 2, 1.0};
@@ -91,7 +93,7 @@ Middle fine_place(const Ways& fine, double wanted_radius_m, double spacing_m) {
   return middle;
 }
 
-/// As deep as half of what most of these ways can bear; the arm has to want more than it gets.
+/// Sets the median depth of these ways: half of what a way can bear. An arm has to aim deeper, because the force holds it back.
 void set_depth(Encounter& met, const Ways& fine, const Middle& middle, double arm_stiffness_n_per_m) {
   std::vector<double> depths_m;
   std::size_t lets_go = 0;
@@ -106,8 +108,8 @@ void set_depth(Encounter& met, const Ways& fine, const Middle& middle, double ar
   met.lifts = 2 * lets_go > depths_m.size();
 }
 
-/// The axis of a motion around something: through the middle of what is felt at the place's height, and not up to where the
-/// object ends, where it is narrow.
+/// The axis of a motion around something, through the middle of what is felt at the place's height, and the height of that
+/// motion: half of the way to the nearer end of the object, which may be narrow there.
 void set_axis(Encounter& met, const ReachLattice& lattice, int column, const Vec3& place_m) {
   const int level = std::clamp(static_cast<int>(std::lround(place_m.y / cell_m)) + across / 2, 0, across - 1);
   Vec3 sum_m;
@@ -139,12 +141,12 @@ Ways ways_around(const Encounter& met, const std::vector<std::unique_ptr<Feeler>
   return around;
 }
 
-/// What else a description leaves open: nearer to where it is met, where the front is more even; less deep, where it gives way
-/// easily; deeper, where the front has gaps; and as deep as what is rare lies behind it.
+/// The encounter and variants of what the description leaves open: a smaller motion, as the front is more even near the place;
+/// half as deep, for fronts that give way easily; four times as deep, for fronts with gaps; and as deep as rare things lie.
 std::vector<Encounter> variants(const ReachLattice& lattice, const Encounter& met, const SimulatedMotion& motion,
                                 const Vec3& place_m) {
   std::vector<Encounter> all{met};
-  constexpr double nearer = 0.4;
+  constexpr double nearer = 0.4;  // [1] of the radius. More: hardly another motion; less: next to none
   if (!motion.radius_m) {
     all.push_back(met);
     all.back().radius_m *= nearer;
@@ -173,9 +175,13 @@ std::vector<Encounter> variants(const ReachLattice& lattice, const Encounter& me
   return all;
 }
 
-/// The first, or one that is clearly better when it is tried out.
+/// The first encounter, or another one if a trial shows that it is clearly better.
 Encounter best_of(const Scene& scene, const std::vector<Encounter>& all, const SimulatedMotion& motion, Hold hold) {
+  // Time of a trial, and the worth [1] by which another one has to be better. Longer: a slower start of runs; shorter: rare
+  // things are not met. More: worse ones stay; less: chance decides.
   constexpr double for_s = 10.0, clearly = 0.1;
+  // [1] Share of contact that is good enough without further trials. More: a slower start; less: better places are not looked
+  // for.
   constexpr double plenty = 0.5;
   const auto felt = [&](const Encounter& one) { return tried(scene, simulated_target(motion, one), hold, for_s); };
   const Summary first = felt(all.front());
@@ -200,7 +206,7 @@ Encounter Reach::encounter(const SimulatedMotion& motion, Hold hold) const {
   const double wanted_radius_m = motion.radius_m.value_or(usual_radius_m);
   const Middle rough = coarse_place(*lattice_, wanted_radius_m);
 
-  // Finer ways about it, each from a little before where its neighbourhood begins.
+  // Finer ways around that place.
   const double spacing_m = std::max(0.003, wanted_radius_m / 10.0);
   const int side = 2 * static_cast<int>(std::ceil(wanted_radius_m / spacing_m)) + 5;
   Ways fine{side, side, false, std::vector<Way>(static_cast<std::size_t>(side * side))};
@@ -217,7 +223,8 @@ Encounter Reach::encounter(const SimulatedMotion& motion, Hold hold) const {
 
   Encounter met;
   met.before_m = before_m;
-  // A level that has given way is felt again from outside; data that move may have come after the hand.
+  // The hand goes back before the front, because a level that has given way is only felt again from outside; it goes further
+  // back where data move, as they may have followed the hand.
   met.retreat_m = scene_.time.play == TimeOptions::Play::hold ? 0.002 : 0.01;
   set_depth(met, fine, middle, arm_stiffness_n_per_m);
   met.radius_m = middle.radius * spacing_m;

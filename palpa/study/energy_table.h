@@ -16,17 +16,18 @@ struct EnergyEntry {
   double energy_j = 0.0;
 };
 
-/// The energy of a run. What the hand put in, and with it the little that holding each force for a tick brought in, is what
-/// the modes and the damper took out, what was lost where something let go, and what is left in the spring. Any entry may be
-/// below zero: a wind that drives the hand takes less than nothing. docs/concepts.md reads one, docs/theory.md derives it.
+/// The energy of a run. In came what the hand put in, and the little that holding each force for a tick brought in. Out went
+/// what the modes and the damper took, what was lost where something let go, and what is left in the spring; both sums are the
+/// same. Any entry may be below zero: a wind that drives the hand gives energy. docs/concepts.md reads such a table,
+/// docs/theory.md derives it.
 struct EnergyTable {
   std::vector<EnergyEntry> in;
   std::vector<EnergyEntry> out;
-  /// What single ticks brought in. The entry `ticks` is less by what others took out.
+  /// What the ticks that brought in energy brought in. The entry `ticks` is less, by what other ticks took out.
   double ticks_gained_j = 0.0;
   /// k/2 Σ|Δp|²: the most that ticks bring in where each is one balance (docs/theory.md 7.7).
   double ticks_bound_j = 0.0;
-  /// [N·s/m] a hand with so much damping of its own takes out, in the ticks that brought something in, all of that.
+  /// [N·s/m] Damping of a hand that takes out all of `ticks_gained_j`, in the same ticks.
   double covering_damping_ns_per_m = 0.0;
 
   double in_j() const noexcept;

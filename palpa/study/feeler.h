@@ -1,4 +1,4 @@
-// What is felt along straight ways that come from the user.
+// Feels a scene along straight ways that come from the user.
 #pragma once
 
 #include <algorithm>
@@ -17,12 +17,15 @@
 
 namespace palpa::detail {
 
-inline constexpr double way_step_m = 1e-3, way_step_s = 0.01;  // at 0.1 m/s
+// A step along a way, in a tick of this time: 0.1 m/s, as a hand comes in. Longer steps: depths and what ends at them become
+// coarser; shorter: slower.
+inline constexpr double way_step_m = 1e-3, way_step_s = 0.01;
 
-/// How many threads feel ways: more than eight find no more memory bandwidth.
+/// How many threads feel ways. More than eight are not faster: memory bandwidth is used up.
 inline std::size_t feeling_threads() { return std::clamp(std::thread::hardware_concurrency(), 1u, 8u); }
 
-/// Does `work(worker, n)` for all n below `count`, in as many threads as are good for it; `worker` below that number.
+/// Calls `work(worker, n)` for all n below `count` in `workers` threads, numbered by `worker`, and waits for them. `progress`
+/// is called from this thread with the share done, 0…1.
 template <class Work>
 void in_parallel(std::size_t workers, int count, const Work& work, const std::function<void(double)>& progress = {}) {
   std::atomic<int> next{0};
@@ -39,21 +42,22 @@ void in_parallel(std::size_t workers, int count, const Work& work, const std::fu
 
 /// What is felt along one straight way, from the first level that it meets or, where it meets none, from its first contact on.
 struct Way {
-  std::optional<double> onset_m;  // from its beginning
-  double bears_m = 0.0;           // from there to where it ends, lets go, or the force is at its limit
-  double half_force_n = 0.0;      // in the middle of that
+  std::optional<double> onset_m;  // where that begins, from the beginning of the way; none: nothing is felt
+  double bears_m = 0.0;           // how much further until nothing is felt, a level lets go, or the force is at its limit
+  double half_force_n = 0.0;      // force half way of that
   bool at_level = false;          // it begins at a level
-  bool lets_go = false;           // that is where it ends
+  bool lets_go = false;           // it ends where a level lets go
+  // How deep a hand on an arm aims to come half as deep as the way bears.
   double deepened_m(double arm_stiffness_n_per_m) const { return 0.5 * bears_m + half_force_n / arm_stiffness_n_per_m; }
 };
 
-/// Sessions that feel ways, each of which begins where no hand has been.
+/// Feels ways, each with a session as new: no level is broken, nothing is remembered of other ways. One thread each.
 class Feeler {
  public:
   explicit Feeler(const Scene& scene) : scene_(scene), fresh_(scene, baseline::path), session_(scene, baseline::path) {}
 
-  /// \param until  how far to go: as far as the first contact lasts, as far as the first level does, or to the end
-  /// \param at     called with the way [m] and the session wherever something is felt, step by step
+  /// \param until  where to stop: at the end of the first contact, at the end of the first level, or at the end of the way
+  /// \param at     called with the way [m] so far and the session, at each step where something is felt
   enum class Until { contact, level, end };
   template <class At>
   Way feel(const Vec3& from_m, const Vec3& direction, double length_m, Until until, const At& at) {
@@ -104,19 +108,21 @@ class Feeler {
 /// One for each thread.
 std::vector<std::unique_ptr<Feeler>> feelers(const Scene& scene);
 
-/// Ways side by side, as a picture of them: `columns` x `rows`.
+/// Ways side by side, in `columns` x `rows`.
 struct Ways {
   int columns = 0, rows = 0;
-  bool turns = false;  // the columns go round
+  bool turns = false;  // the columns are a ring: the first follows the last
   std::vector<Way> way;
   const Way& at(int column, int row) const { return way[static_cast<std::size_t>(row * columns + column)]; }
 };
 
-/// [1] of a disc about a node, `radius` nodes wide to each side: where something is felt.
+/// Share [1] of a disc about a node in which something is felt. \param radius  [nodes]
 double share_of_disc(const Ways& ways, int column, int row, double radius);
-/// [1] how much the front falls or rises about a way that feels something, on average; `spacing_m` [m] between nodes.
+/// Mean slope [1] of the front in a disc about a way on which something is felt. \param radius  [nodes]
+/// \param spacing_m  [m] between nodes
 double slope_of_disc(const Ways& ways, int column, int row, double radius, double spacing_m);
-/// `value(way)` of each way; where nothing is felt, what its neighbours have.
+/// `value(way)` of each way; for ways on which nothing is felt the mean of their neighbours, from the nearest outwards. At
+/// least one way must feel something.
 std::vector<double> filled(const Ways& ways, const std::function<double(const Way&)>& value);
 
 }  // namespace palpa::detail

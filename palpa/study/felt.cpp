@@ -224,7 +224,7 @@ double steepest_at_edges_n_per_ms(const FeltRun& run, const EdgesOfData& edges) 
     if (now.broke_through || now.onset) level_s = now.t_s;
     if (!is_step(before, now) || now.t_s - level_s <= after_break_through_s) continue;
     const double steep = step_n_per_ms(before, now);
-    // Asked last: it samples every field in seven places.
+    // `is_near` is called last because it is slow: it samples every field at seven places.
     if (steep > steepest && (edges.is_near(now.proxy_m) || edges.is_near(before.proxy_m))) steepest = steep;
   }
   return steepest;

@@ -1,5 +1,5 @@
-// What is felt in a run besides the data: steps of the force that the hand did not make, where they come from, how steep they
-// are.
+// What is felt in a run besides the data: steps of the force that the hand's motion does not explain, their causes, and how
+// steep they are.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace palpa {
 
-/// A tick as far as it is felt.
+/// What of a tick matters for what is felt.
 struct FeltTick {
   double t_s = 0.0;
   double dt_s = 0.0;
@@ -28,13 +28,13 @@ struct FeltTick {
   bool told = false;           ///< another event was recorded in this tick, which explains it to the reader
 };
 
-/// A tick without its events, live or from a recording: what was recorded of a probe that nobody knew need not be finite.
+/// A tick without its events, live or from a recording, where values of a probe that was not usable need not be finite.
 FeltTick felt_tick(const TickFrame& frame) noexcept;
 
 /// A mode of a run.
 struct FeltMode {
   std::string name;
-  bool is_directed = false;   ///< its primitives are directed forces, which nothing but data holds back
+  bool is_directed = false;   ///< its primitives are directed forces, which are as strong as the data say
   std::vector<Vec3> force_n;  ///< on the proxy, tick by tick
 };
 
@@ -53,16 +53,16 @@ FeltRun felt_run(const Scene& scene);
 /// One more tick: the session's last.
 void add_tick(FeltRun& run, const TickFrame& frame, const Session& session);
 
-/// The commands, and the probes times k: what a spring without data would make of the same hand. Each with the stretches
-/// that count.
+/// The commands, and the probes times k, which is the force that a spring without data would make of the same hand. Both in
+/// stretches without gaps.
 struct FeltSignals {
   std::vector<std::vector<Vec3>> command_n;
   std::vector<std::vector<Vec3>> spring_n;  ///< k · probe
 };
-/// The stretches in which the probe was usable, between `from_s` and `to_s` [s].
+/// The signals of all stretches in which the probe was usable, between `from_s` and `to_s` [s].
 FeltSignals signals_of(const FeltRun& run, double from_s, double to_s);
-/// Of these those in contact, and without the ticks up to `after_break_through_s` from an event: what is left is a hand that
-/// moves on what it has met.
+/// The same, but only of ticks in contact, and none within `after_break_through_s` after an event: a hand that moves on
+/// something that it has met before.
 FeltSignals quiet_signals_of(const FeltRun& run, double from_s, double to_s);
 
 /// Where the data of a scene end: at the faces of their box, and at holes in them.
@@ -82,12 +82,12 @@ class EdgesOfData {
 
 /// Why the force stepped.
 enum class StepCause : std::uint8_t {
-  break_through,  ///< a level gave way, up to `after_break_through_s` before
+  break_through,  ///< a level gave way, at most `after_break_through_s` earlier
   onset,          ///< a level was met
-  told,           ///< another event says why, up to as long before
+  told,           ///< another event says why, at most as much earlier
   edge,           ///< data end here
   directed,       ///< a directed force changed
-  release,        ///< a mode that held let go, or one began to hold, and no event says so
+  release,        ///< a mode let go or began to hold, and no event says so
   strength,       ///< a mode's force became larger or smaller: its strength changes with the place
   turn,           ///< a mode's force turned: the surface under the proxy has an edge
   unknown,
@@ -96,22 +96,24 @@ inline constexpr StepCause step_causes[] = {StepCause::break_through, StepCause:
                                             StepCause::edge,          StepCause::directed, StepCause::release,
                                             StepCause::strength,      StepCause::turn,     StepCause::unknown};
 const char* name_of(StepCause cause) noexcept;
-/// Whether an event of the session explains it.
+/// Whether an event of the session explains a step with this cause.
 bool is_told(StepCause cause) noexcept;
 
-/// A step of the command that is larger than the spring makes of what the hand did.
+/// A step of the command that is larger than the spring makes of the hand's motion.
 struct ExcessStep {
   std::size_t tick = 0;  ///< index in the run
   double t_s = 0.0;
   double step_n = 0.0;    ///< |Δcommand|
   double excess_n = 0.0;  ///< |Δcommand| − k |Δprobe|
   StepCause cause = StepCause::unknown;
-  int mode = -1;  ///< whose force changed most; -1: none's did
+  int mode = -1;  ///< number of the mode whose force changed most; -1: none explains the step
 };
 
-/// A step beyond this [N] is felt as a tick of its own: fingers tell apart some 30 mN of a small force.
+/// A step beyond this [N] is felt as a tick of its own: fingers tell apart some 30 mN of a small force. Less: steps that nobody
+/// feels are listed; more: felt ones are not.
 inline constexpr double felt_step_n = 0.05;
-/// A fall lasts at most this long [s] after its break-through; steps in it have that as their cause (see Release).
+/// A fall lasts at most this long [s] after its break-through (`Release`, whose limit this repeats); steps in it have that as
+/// their cause. Longer: other steps are explained away; shorter: the end of a fall has no cause.
 inline constexpr double after_break_through_s = 0.02;
 
 /// The steps whose excess is above `above_n` [N], in order. Between ticks where the probe was not usable there is none.

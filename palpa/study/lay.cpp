@@ -19,17 +19,18 @@ namespace {
 // places: slower; less: a good place may be missed. Places nearer to each other are tried twice in effect.
 constexpr double longest_s = 120.0;
 constexpr double for_s = 30.0;
-// [1] What is left of the worth of a place that begins behind a level, and may stay there: more prefers such places.
+// [1] Factor for the worth of a place where the hand begins behind a level, and may stay behind it. More: such places win;
+// less: they lose to places with little to feel.
 constexpr double behind_a_level = 0.25;
 constexpr std::size_t most_tried = 5;
 constexpr double apart_m = 0.02;
 
-/// How long the hand is in which cell, about the middle of the workspace.
+/// How many samples of a recording lie in a cell; cells are counted from the middle of the workspace.
 struct Stay {
   int i, j, k, count;
   auto cell() const { return std::tie(i, j, k); }
 };
-/// A displacement by whole cells, and how much would be felt.
+/// A displacement by whole cells, and how much would be felt there.
 struct Place {
   double worth;
   int i, j, k;
@@ -38,7 +39,7 @@ struct Place {
 };
 
 std::vector<Vec3> places_of(const Target& recording) {
-  constexpr double sample_s = 0.01;
+  constexpr double sample_s = 0.01;  // less: slower; more: fast motion skips cells
   std::vector<Vec3> places_m;
   const double duration_s = std::min(longest_s, recording.duration_s());
   for (double t_s = 0.0; t_s <= duration_s; t_s += sample_s) {
@@ -48,8 +49,10 @@ std::vector<Vec3> places_of(const Target& recording) {
   return places_m;
 }
 
-/// The factor [1] that narrows a motion too wide for a desktop device; 1 for others.
+/// The factor [1] that makes a motion narrower if it is too wide for a desktop device; else 1.
 double scale_of(const std::vector<Vec3>& places_m) {
+  // The widest motion that is kept, and what wider ones become. More: motions leave the reach that is looked at; less: real
+  // recordings are felt at the wrong size.
   constexpr double widest_m = 0.25, narrowed_m = 0.15;
   Vec3 low_m{1e300, 1e300, 1e300}, high_m = -low_m;
   for (const Vec3& x : places_m) {
@@ -81,7 +84,7 @@ std::vector<Stay> stays_of(const std::vector<Vec3>& places_m, double scale) {
   return stays;
 }
 
-/// All displacements at which something is felt, the best first; fronts count `front_worth` times.
+/// All displacements at which something is felt, the best first; cells at a front count `front_worth` times.
 template <class BeginsBehind>
 std::vector<Place> ranked_places(const ReachLattice& lattice, const std::vector<Stay>& stays, int front_worth,
                                  const BeginsBehind& begins_behind) {
@@ -109,7 +112,7 @@ std::vector<Place> ranked_places(const ReachLattice& lattice, const std::vector<
   return places;
 }
 
-/// The best of them that are far from each other.
+/// The best places that are more than `apart_m` from each other.
 std::vector<Vec3> best_apart(const std::vector<Place>& places) {
   std::vector<Vec3> offsets_m;
   for (const Place& place : places) {
@@ -134,7 +137,8 @@ Laid Reach::lay(const std::shared_ptr<const Target>& recording, Hold hold) const
     return lattice_->is_behind_a_level(scale * places_m.front() + offset_m);
   };
 
-  // The best are tried out: first with fronts twice as good, for there is most to feel; where that gives little, by time alone.
+  // The best places are tried out: first by a ranking in which fronts, where most is to be felt, count twice; if the best of
+  // these has less than this share [1] of contact, also by a ranking of time alone. More: slower; less: better ones are missed.
   constexpr double plenty = 0.4;
   struct Try {
     double worth;
@@ -155,7 +159,7 @@ Laid Reach::lay(const std::shared_ptr<const Target>& recording, Hold hold) const
     }
     std::stable_sort(tried_out.begin(), tried_out.end(), [](const Try& a, const Try& b) { return a.worth > b.worth; });
   }
-  // What was tried for a while may still be stuck later on.
+  // A place that was good in a trial may press against the force limit later: the first that rarely does so is taken.
   for (const Try& one : tried_out) {
     if (recording->duration_s() <= for_s) break;
     const Summary all = tried(scene_, displaced(recording, one.laid.offset_m, scale), hold, longest_s);

@@ -10,7 +10,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Where a recording's data may be now: folders from which the scene's relative paths lead to them.
+/// Folders in which relative paths of the scene may find the recorded data: all those above the data files.
 std::vector<fs::path> folders_above(const std::vector<SourceFile>& files) {
   std::vector<fs::path> folders;
   for (const SourceFile& file : files) {

@@ -1,4 +1,4 @@
-// What a run and its replay write in the same way.
+// How runs and replays begin a trace.
 #pragma once
 
 #include <filesystem>

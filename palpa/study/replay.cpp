@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A folder of our own among the temporary ones; it goes when this does.
+/// A new temporary folder, which is removed with this object.
 class TemporaryFolder {
  public:
   TemporaryFolder() {

@@ -22,8 +22,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double default_duration_s = 10.0;
-constexpr double reach_share = 0.3;  // of a run's progress
+constexpr double default_duration_s = 10.0;  // of a run with a hand without end. Longer: slower; shorter: less is felt
+constexpr double reach_share = 0.3;          // [1] of a run's progress that the search for the data is said to be
 
 void check_numbers(const RunOptions& options) {
   if (!(options.rate_hz >= 1.0 && options.rate_hz <= 1e5)) {
@@ -34,7 +34,8 @@ void check_numbers(const RunOptions& options) {
   }
 }
 
-/// That the trace's folder can be made, before a long load; `TraceWriter` has the last word.
+/// Throws LoadError where the trace's folder cannot be made, so that this is known before a long load. `TraceWriter` checks
+/// again when it makes it.
 void check_out(const fs::path& out) {
   std::error_code error;
   if (fs::exists(fs::symlink_status(out, error))) {
@@ -79,7 +80,8 @@ std::string words_of_stiffness(const Scene& scene, const DevicePlant& plant) {
   return text;
 }
 
-/// What a level bears at the least [N] wherever it is whole: of a function of its own field, what it says at the level.
+/// The least strength [N] of a level: of a function of the level's own field its value at the level, of another function its
+/// smallest value.
 double least_n(const Strength& strength, const FieldRef& field, double value) {
   if (strength.is_constant()) return strength.constant_n;
   if (strength.of == field) return std::min(strength.curve.at(value, TransferFunction::Side::below), strength.curve.at(value));
@@ -88,7 +90,7 @@ double least_n(const Strength& strength, const FieldRef& field, double value) {
   return least;
 }
 
-/// A sentence for each level that bears more than all that can reach the hand, so that it never lets go.
+/// A sentence for each level that is stronger than any force that can reach the hand, so that it never lets go.
 std::vector<std::string> words_of_unyielding(const Scene& scene, double device_max_force_n) {
   const double most_n = let_through_n(scene, device_max_force_n);
   const char* whose = device_max_force_n < scene.coupling.max_force_n ? "the device's limit" : "coupling.max_force_n";
@@ -111,7 +113,7 @@ std::vector<std::string> words_of_unyielding(const Scene& scene, double device_m
   return sentences;
 }
 
-/// The guard held back some of the force in more than a hundredth of the ticks.
+/// Whether the guard held back some of the force in more than a hundredth of the ticks.
 bool often_limited(const Summary& summary) { return 100 * summary.guard_limited_ticks > summary.ticks; }
 std::string words_of_limit(const Summary& summary) {
   char text[240];
@@ -122,7 +124,7 @@ std::string words_of_limit(const Summary& summary) {
   return text;
 }
 
-/// Some places of a path, however long it is: when there are too many every other one goes.
+/// Places of a path, evenly spread in time however long it is: when there are too many, every other one is dropped.
 class ThinnedPath {
  public:
   void add(const Vec3& place_m) {
@@ -136,7 +138,8 @@ class ThinnedPath {
   const std::vector<Vec3>& places_m() const { return places_m_; }
 
  private:
-  static constexpr std::size_t most = 2048;
+  static constexpr std::size_t most =
+      2048;  // [1] places. More: the search for what is nearest to them is slower; fewer: coarser
   std::vector<Vec3> places_m_;
   std::int64_t seen_ = 0, stride_ = 1;
 };
@@ -212,7 +215,7 @@ PreparedRun prepare(const RunOptions& options) {
 }
 
 std::string forecast(const PreparedRun& prepared) {
-  constexpr int most = 2048;
+  constexpr int most = 2048;  // [1] places of the path. More: slower; fewer: the share is coarser
   std::vector<Vec3> places_m;
   for (int n = 0; n < most; ++n) {
     const Target::Point point = prepared.target->at(n * prepared.duration_s / most);

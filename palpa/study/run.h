@@ -25,7 +25,7 @@ struct RunOptions {
   std::optional<Hold> hold;
   std::string device;  ///< what the hand holds, as `device_plant` reads it; empty: an ideal device
   RecordingOptions recording;
-  std::optional<bool> fit;  ///< lay a recording of unknown origin where it feels most; none: unless `recording.center` is given
+  std::optional<bool> fit;  ///< lay a recording of unknown origin where it feels most; none: yes, if `recording.center` is none
   std::optional<double> duration_s;  ///< none: the recording's, or 10
   double rate_hz = 1000.0;           ///< [1, 1e5]
   std::filesystem::path out;         ///< trace folder; empty: none
@@ -45,17 +45,17 @@ struct PreparedRun {
   std::unique_ptr<SimulatedDevice> hand;
   std::shared_ptr<const Target> target;  ///< where the hand wants to be: `hand` follows it
   double duration_s = 0.0;
-  std::optional<Reach> reach;      ///< where the hand asked for it
-  std::optional<Laid> laid;        ///< where the recording was laid to feel most
-  bool goes_its_own_way = false;   ///< a recording that no force holds
-  std::string remedy;              ///< the option that would lay it there, where that was not done
+  std::optional<Reach> reach;      ///< what can be felt, if it was needed to place the hand
+  std::optional<Laid> laid;        ///< where the recording was laid, if it was
+  bool goes_its_own_way = false;   ///< the hand is a recording that no force holds back
+  std::string remedy;              ///< the option that would lay the recording where it feels most, if it was not
   std::vector<std::string> notes;  ///< what was done with the hand, and which levels it cannot press through: sentences
 };
-/// Loads scene and hand, lets the hand find the data (`Reach`), checks all options, and that the trace's folder can be made;
-/// makes nothing. Throws LoadError.
+/// Loads scene and hand, places the hand where data can be felt (`Reach`), and checks all options, also whether the trace's
+/// folder can be made. Writes no file. Throws LoadError.
 PreparedRun prepare(const RunOptions& options);
-/// What the hand of a run will feel, before it does: how much of its way is where something can be felt or, if that is next to
-/// nothing, why.
+/// A forecast of what the hand of a run will feel: which share of its path is where something can be felt or, if that is next
+/// to nothing, why.
 std::string forecast(const PreparedRun& prepared);
 
 struct RunResult {
@@ -64,9 +64,9 @@ struct RunResult {
   bool interrupted = false;
 };
 
-/// Loads the scene, feels it with the hand, records it where asked. Throws LoadError; a trace that was
-/// begun then says that it is not complete. `stop` ends the run after the tick under way; what was felt
-/// until then is a complete trace.
+/// Loads the scene, feels it with the hand, and records that if `options.out` names a folder. Throws LoadError; a trace that
+/// was begun then says that it is incomplete. `stop`, set from any thread, ends the run after the current tick: the trace up to
+/// there is complete.
 RunResult run(const RunOptions& options, const std::atomic<bool>* stop = nullptr);
 
 struct ReplayResult {
@@ -74,11 +74,11 @@ struct ReplayResult {
   Summary summary;
   bool interrupted = false;  ///< nothing was compared
 };
-/// Feels a trace again with its recorded time steps, probe, velocity, validity and buttons, and
-/// compares. A relative path of the scene is looked for in the trace, in `data_folders`, and where the
-/// recording found it; data that are not the recorded ones are an error. Plug-ins are named anew: a trace
-/// may come from others and says only which they were. The new trace goes to a temporary folder that is
-/// removed. `progress` is called about every 1000 ticks with the share that was felt, 0…1; may be empty. Throws LoadError.
+/// Feels a trace again with its recorded time steps, probes, velocities, validity and buttons, and compares the two traces. A
+/// relative path of the scene is looked for in the trace, in `data_folders`, and where the recording found it; other data than
+/// the recorded ones are an error. Plug-ins have to be named again: a trace may come from anybody, so that its plug-ins are not
+/// loaded by themselves. The new trace is written to a temporary folder, which is removed. `progress` is called about every
+/// 1000 ticks with the share that was felt, 0…1; may be empty. Throws LoadError.
 ReplayResult replay(const std::filesystem::path& trace, const std::vector<std::filesystem::path>& data_folders = {},
                     const ReadOptions& read = {}, const std::atomic<bool>* stop = nullptr,
                     const std::vector<std::filesystem::path>& plugins = {}, const std::function<void(double)>& progress = {});

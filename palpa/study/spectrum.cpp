@@ -10,6 +10,8 @@ namespace {
 
 using Complex = std::complex<double>;
 
+// About the length of a window. Longer: finer frequencies but fewer windows, so that powers are less certain; shorter: bands
+// of touch blur into one another.
 constexpr double window_s = 0.25;
 
 /// The power of two that is nearest to a window's samples.

@@ -13,7 +13,8 @@ namespace {
 
 using detail::text;
 
-constexpr double rounding = 1e-9;  // of what a tick may bring in: as much is nothing
+// [1] of what a tick may bring in: up to this it brought in nothing. Less: rounding counts as energy; more: energy goes untold.
+constexpr double rounding = 1e-9;
 
 double share(std::int64_t part, std::int64_t whole) {
   return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0;
@@ -185,7 +186,7 @@ std::string to_table(const Summary& s) {
       {"force on the hand", text("mean in contact %.3f N, max %.3f N", s.force_mean_n, s.force_max_n) + cut},
       {"first break-through", s.first_break_through_s < 0.0 ? "none" : text("at %.3f s", s.first_break_through_s)},
   };
-  // What should not happen is said only where it did.
+  // Failures are listed only where there were any.
   const auto say = [&](const char* name, std::int64_t number, const char* what) {
     if (number > 0) rows.push_back({name, count(number) + what});
   };

@@ -1,4 +1,4 @@
-// What a run was like, in numbers.
+// The summary of a run: its numbers.
 #pragma once
 
 #include <array>
@@ -42,22 +42,22 @@ struct Summary {
   std::int64_t waiting_ticks = 0, capped_ticks = 0, bad_input_ticks = 0, invalid_probe_ticks = 0;
   double error_bound_max_m = 0.0;
   Energy energy;                        ///< sums over the run; stored_j: at the end
-  double ticks_gained_j = 0.0;          ///< what ticks brought in, without those that took out (Energy::ticks_j)
-  double gaining_m2_per_s = 0.0;        ///< Σ|Δp|²/dt over those: times a damping what it takes out of them, at least
+  double ticks_gained_j = 0.0;          ///< Energy::ticks_j of the ticks that brought energy in
+  double gaining_m2_per_s = 0.0;        ///< Σ|Δp|²/dt over these ticks: a damping takes out at least this times itself
   double first_break_through_s = -1.0;  ///< -1: none
   std::int64_t dropped_primitives = 0;
   std::int64_t guard_limited_ticks = 0, faults = 0;
-  std::vector<std::string> notes;  ///< what its reader should know besides: how the hand was laid, why nothing was felt
+  std::vector<std::string> notes;  ///< sentences for its reader: how the hand was laid, why nothing was felt
 };
 
-/// A force above this [N] is contact (docs/trace.md, modes.csv).
+/// A force above this [N] is contact (docs/trace.md, modes.csv). Less: rounding counts; more: light touches do not.
 inline constexpr double contact_force_n = 1e-3;
 
 /// Gathers a summary tick by tick, in memory that does not grow with the run. `add` allocates nothing.
 class SummaryBuilder {
  public:
   explicit SummaryBuilder(const Scene& scene);
-  /// For modes of which only name and type are known, as of a trace whose data are not there.
+  /// For modes of which only name and type are known, as for a trace whose data are missing.
   explicit SummaryBuilder(std::vector<ModeSummary> modes);
   /// One tick; `modes` in the scene's order.
   void add(const TickFrame& frame, std::span<const ModeTick> modes, std::span<const SessionEvent> events) noexcept;
@@ -69,7 +69,8 @@ class SummaryBuilder {
  private:
   double percentile_us(double share) const noexcept;
 
-  // Tick times are counted in classes of equal ratio from 1 ns to 10 s, so percentiles are good to 1 %.
+  // Tick times are counted in classes of equal ratio from 1 ns to 10 s, so that percentiles are good to 1 %. A smaller ratio
+  // needs more classes and memory for the same range.
   static constexpr double class_ratio = 1.01;
   static constexpr std::size_t classes = 2320;
 

@@ -8,11 +8,12 @@
 
 namespace palpa::detail {
 
-/// What a hand feels, tried out for a while.
+/// What a hand feels in the first `longest_s` [s], by running it. Allocates; throws SceneError.
 Summary tried(const Scene& scene, std::shared_ptr<const Target> target, Hold hold, double longest_s);
-/// The share [1] of the modes that were met for more than a moment.
+/// The share [1] of the modes that were in contact for more than 2 % of the time.
 double kinds_met(const Summary& summary);
-/// How good that is: contact, with all modes that there are, a force that is rarely at its limit, and a proxy that follows.
+/// How good a trial is [1], at most 2: the share of contact plus that of modes met, less what a force at its limit and a proxy
+/// that lags behind cost.
 double worth_of(const Summary& summary);
 
 }  // namespace palpa::detail

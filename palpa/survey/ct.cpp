@@ -5,6 +5,7 @@
 namespace palpa {
 namespace {
 
+// [HU] Level and width as radiologists use them. Wider: less contrast; narrower: more values are plain black or white.
 constexpr CtWindow brain{"brain", 40, 80}, soft_tissue{"soft tissue", 40, 400}, bone{"bone", 400, 1800},
     lung{"lung", -600, 1500};
 
@@ -32,6 +33,8 @@ CtWindow ct_window(const Statistics& values, double water, std::string_view body
   const double dense = count(-850, 1e9);
   const auto share = [&](double from, double to) { return dense > 0.0 ? count(from, to) / dense : 0.0; };
   const auto seen = [&](const CtWindow& w) { return share(w.level - 0.5 * w.width, w.level + 0.5 * w.width); };
+  // [1] Share in a window from which the part of the body that the file names decides. Less: a wrong name gives a black
+  // picture; more: right names are ignored.
   constexpr double enough = 0.15;
   if (says_any(body_part, {"brain", "head"}) && seen(brain) > enough) return brain;
   if (says_any(body_part, {"chest", "lung", "thorax"}) && seen(lung) > enough) return lung;

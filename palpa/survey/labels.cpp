@@ -11,15 +11,19 @@
 namespace palpa {
 namespace {
 
+// [1] Different values of a label map, at most. More: scans of few values may pass for label maps, and other data are searched
+// longer; fewer: large atlases are taken for scans.
 constexpr std::size_t most_labels = 256;
-constexpr double same_share = 0.7;  // of neighbours: a tenth where numbers are measured, nearly all where they are names
+// [1] Share of neighbours along i with the same value: about a tenth where numbers are measured, nearly all in a label map.
+// Less: smooth images of few values pass for label maps; more: maps of thin parts do not.
+constexpr double same_share = 0.7;
 
 /// How many voxels of a value there are, how many of them lie at the border, and how many equal the next one along i.
 struct Count {
   std::int64_t voxels = 0, border = 0, pairs = 0, same = 0;
 };
 
-/// Empty where there are too many, or where one is no whole number.
+/// By value; empty where there are more than `most_labels` values, or where one is no whole number.
 template <class T>
 std::map<double, Count> counts_of(const GridView& grid, const T* voxels) {
   const auto& n = grid.geometry.dims;
@@ -30,7 +34,7 @@ std::map<double, Count> counts_of(const GridView& grid, const T* voxels) {
     const bool at_border = row % n[1] == 0 || row % n[1] == n[1] - 1 || row < n[1] || row >= n[1] * (n[2] - 1);
     for (std::int64_t i = 0; i < n[0]; ++i, ++at) {
       const double value = static_cast<double>(voxels[at]) * grid.scale + grid.offset;
-      if (value != std::nearbyint(value)) return {};  // no number is equal to itself rounded, either
+      if (value != std::nearbyint(value)) return {};  // also for NaN, which equals nothing
       const bool same = last && value == last_value;
       if (!same) last = &counts[value], last_value = value;
       if (counts.size() > most_labels) return {};

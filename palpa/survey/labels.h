@@ -14,15 +14,15 @@ struct Label {
   std::int64_t voxels = 0;
 };
 
-/// The parts that a grid of whole numbers names, the largest first, without `background`.
+/// The parts that a grid of whole numbers names.
 struct LabelMap {
-  double background = 0.0;    ///< in the field's own unit: what most of the border of the grid is
-  std::vector<Label> labels;  ///< at least one
+  double background = 0.0;    ///< in the field's own unit: the value that most of the border of the grid has
+  std::vector<Label> labels;  ///< all others, the largest part first; empty: the field is no label map
 };
 
 /// The field as a label map, if it looks like one: a scalar grid of whole numbers, no more than 256 different ones, in which
-/// most neighbours of a voxel that is not background are the same as it. Nothing else does, for want of noise. Empty `labels`
-/// of other fields. Reads all voxels once.
+/// most neighbours of a voxel that is not background have its value (measured data have noise, so that few do). For other
+/// fields `labels` is empty. Reads all voxels at most once.
 LabelMap label_map(const Field& field);
 
 /// 1 where the voxels of a scalar grid are `label`, and 0 elsewhere, as a grid of whole numbers; between voxels it goes from

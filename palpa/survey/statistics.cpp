@@ -13,20 +13,25 @@
 namespace palpa {
 namespace {
 
+// [1] Classes of the histogram. More: memory and time; fewer: coarser percentiles and levels.
 constexpr std::size_t classes = 4096;
+// [1] Places at which a field without voxels is sampled. More: slower; fewer: less certain, and thin features are missed.
 constexpr int places_without_voxels = 1 << 18;
-constexpr std::int64_t parts = 16;  // of the values
+// [1] Parts of the values that are summed on their own, the same number on every computer, so that sums are as well. More:
+// memory, a histogram for each; fewer: cores stay idle.
+constexpr std::int64_t parts = 16;
 
 /// Values of rows of a grid, or of a list of places, one after the other.
 struct Part {
   std::int64_t first = 0, last = 0, step = 1;  ///< numbers of rows
 };
 
-/// Sums over the values of one part; a second look counts them in classes between the ends that the first one found.
+/// Sums over the values of one part. A first pass finds smallest and largest value; a second one counts values in classes
+/// between these two and sums their distances from the middle between them.
 struct Sums {
   std::int64_t counted = 0, zeros = 0, max_at = 0;
   double min = std::numeric_limits<double>::infinity(), max = -std::numeric_limits<double>::infinity();
-  double mean = 0.0, squares = 0.0;  ///< of the distances from the mean (Welford)
+  double mean = 0.0, squares = 0.0;  ///< sum of the distances from that middle, and of their squares
   bool whole_numbers = true;
   std::vector<std::int64_t> counts;
 
@@ -66,8 +71,7 @@ void for_each_value(const GridView& grid, const T* voxels, const Part& part, Eac
   }
 }
 
-/// `act(part, sums)` on sixteen parts of the rows, so many at once as there are cores: sums do not depend on how many there
-/// are.
+/// Calls `act(part, sums)` once for each of the `parts` parts of the rows, on as many threads as there are cores.
 template <class Act>
 void in_all_parts(const Part& all, std::vector<Sums>& sums, const Act& act) {
   const std::int64_t steps = (all.last - all.first + all.step - 1) / all.step;
@@ -79,7 +83,7 @@ void in_all_parts(const Part& all, std::vector<Sums>& sums, const Act& act) {
   });
 }
 
-/// Both looks at the values; `for_values(part, each)` goes through some of them.
+/// Both passes over the values; `for_values(part, each)` calls `each` with those of one part.
 template <class ForValues>
 Statistics looked_at(const Part& all, const ForValues& for_values) {
   std::vector<Sums> sums(parts);
@@ -96,12 +100,12 @@ Statistics looked_at(const Part& all, const ForValues& for_values) {
   }
   result.counted = whole.counted, result.zeros = whole.zeros;
   result.min = whole.min, result.max = whole.max, result.whole_numbers = whole.whole_numbers;
-  result.max_at.i = static_cast<double>(whole.max_at);  // still a number of a voxel
+  result.max_at.i = static_cast<double>(whole.max_at);  // the number of a voxel, which the caller turns into indices
   Histogram& histogram = result.histogram;
   histogram.low = whole.min, histogram.high = whole.max;
   histogram.counts.assign(whole.max > whole.min ? classes : 1, 0);
 
-  // Distances from the middle, so that squares of large values do not lose what is small.
+  // Distances from the middle instead of values: squares of large values would round small differences away.
   const double middle = 0.5 * whole.min + 0.5 * whole.max;
   const double per_unit = whole.max > whole.min ? static_cast<double>(histogram.counts.size()) / (whole.max - whole.min) : 0.0;
   const auto last = static_cast<double>(histogram.counts.size() - 1);
@@ -233,7 +237,7 @@ std::optional<double> dividing_value(const Histogram& histogram, double from, do
     filled += counts(c) > 0.0;
   }
   if (filled < 2) return std::nullopt;
-  // Between two classes apart every cut is as good: the middle one is taken.
+  // Where no value lies between two classes, all cuts there are equally good, to rounding: the middle one is taken.
   double below = 0.0, sum_below = 0.0, best = -1.0;
   std::size_t first_best = 0, last_best = 0;
   for (std::size_t c = 0; c + 1 < histogram.counts.size(); ++c) {

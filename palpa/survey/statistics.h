@@ -1,4 +1,4 @@
-// What the values of a field are like: mean, spread, histogram, and the values that part it into classes.
+// Statistics of the values of a field: mean, spread, histogram, and the values that divide it into classes.
 #pragma once
 
 #include <cstdint>
@@ -16,10 +16,10 @@ struct Histogram {
   double high = 0.0;                   ///< where the last class ends, in the field's own unit
   std::vector<std::int64_t> counts{};  ///< at least one class
 
-  /// Where a class begins; that of number `counts.size()` is `high`. In the field's own unit.
+  /// Where class `number` begins, in the field's own unit; `high` for `counts.size()`.
   double edge(std::size_t number) const noexcept;
   std::int64_t total() const noexcept;
-  /// The same counts in fewer classes, of which `classes` >= 1 are wanted.
+  /// The same counts in `classes` >= 1 classes, or as many as now if that is fewer.
   Histogram in_classes(std::size_t classes) const;
   /// The value below which a share of all lies, within a class in proportion; in the field's own unit.
   /// \param share  [1]
@@ -47,26 +47,27 @@ struct Statistics {
   Histogram histogram;        ///< from min to max
   bool whole_numbers = true;  ///< none has a fraction
 
-  /// As that of the histogram, in the field's own unit, but exact where a class holds one whole number, or zeros for the most.
+  /// The histogram's percentile, in the field's own unit, but exact where its class holds a single whole number, or mostly
+  /// zeros.
   /// \param share  [1]
   double percentile(double share) const noexcept;
 };
 
-/// Looks at all voxels of the grid behind the field (grid_behind), or, where they are more than `most`, at that many in rows
-/// spread evenly; of a field without voxels at places spread evenly over its box. As many threads as there are cores. Throws
-/// nothing but bad_alloc.
+/// Statistics of all voxels of the grid behind the field (grid_behind); where it has more than `most` voxels, of about that
+/// many, in rows spread evenly; of a field without voxels at places spread evenly over its box. Uses as many threads as there
+/// are cores. Throws nothing but bad_alloc.
 Statistics statistics(const Field& field, std::int64_t most = std::int64_t{1} << 24);
 
-/// The value that parts what lies between `from` and `to` (the field's own unit) into two classes as far apart as can be, with
-/// the spread within them as small as can be (N. Otsu, IEEE Trans. SMC 9, 1979). Nothing where all lies in one class of
-/// the histogram. In the field's own unit.
+/// The value that divides the values between `from` and `to` (the field's own unit) into two classes as far apart as possible,
+/// with the least spread within them (N. Otsu, IEEE Trans. SMC 9, 1979). None where all values lie in one class of the
+/// histogram. In the field's own unit.
 std::optional<double> dividing_value(const Histogram& histogram, double from, double to);
 
 /// Whether the values of a scalar field are Hounsfield units: its unit says so, or it has none and the values are like those of
 /// CT: air near -1000, tissue near 0, bone above.
 bool looks_like_hounsfield(const Statistics& values, const std::string& unit);
 
-/// Whether the vectors of a field are directions: all that are not zero have length 1, but for rounding.
+/// Whether the vectors of a field are directions: those that are not zero have length 1 to 2 %, nearly all of them.
 bool looks_like_directions(const Statistics& lengths);
 
 }  // namespace palpa

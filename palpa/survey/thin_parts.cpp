@@ -10,8 +10,8 @@
 #include "palpa/grid/filter.h"
 #include "palpa/grid/grid_base.h"
 
-// Slices stream through: three of them are kept, as solid or not, and as smoothed along i and j. Values are counted from
-// the level and towards the solid: solid means >= 0.
+// Slices are read one after another. The last three are kept: which voxels are solid, and values smoothed along i and j. Values
+// are measured from the level towards the solid side: solid means >= 0.
 
 namespace palpa {
 namespace {
@@ -114,7 +114,7 @@ class Counter {
         }
         if (thick) continue;
         ++found.thin;
-        found.lost += spline(before[v], middle[v], after[v]) < 0.0;  // NaN is not
+        found.lost += spline(before[v], middle[v], after[v]) < 0.0;  // NaN counts as not lost
       }
     }
   }
@@ -136,7 +136,9 @@ ThinParts thin_parts(const Field& field, double level, SolidSide solid) {
   return detail::with_values_of(grid->voxels, [&]<class T>(const T* voxels) {
     ThinParts all;
     std::mutex joining;
-    constexpr std::int64_t worth_a_thread = 8;  // slices
+    // [slices] Least for a thread. Fewer: neighbouring threads spend their time on slices that both read; more: cores stay
+    // idle on small grids.
+    constexpr std::int64_t worth_a_thread = 8;
     detail::in_parts(grid->geometry.dims[2], worth_a_thread, [&](std::int64_t first, std::int64_t last) {
       const ThinParts part = Counter<T>(*grid, voxels, level, solid).count(first, last);
       const std::lock_guard lock(joining);

@@ -25,10 +25,9 @@ struct ThinParts {
 };
 
 /// Counts over the grid behind a field, a posed one too, whatever its filter; of a series over its first frame. Voxels that are
-/// not finite are not solid, and a voxel beside one is not lost: there is no value to compare. An axis of one voxel has no
-/// thickness and counts for none. As many threads as there are cores; the scratch memory is a few slices of
-/// each. Throws std::invalid_argument, with a
-/// sentence, on a field without voxels or of vectors. \param level  in the field's own unit
+/// not finite are not solid, and a voxel beside one is not lost, as there is no value to compare with. Along an axis of one
+/// voxel thickness is not looked at. Uses as many threads as there are cores; scratch memory is a few slices for each. Throws
+/// std::invalid_argument, with a sentence, on a field without voxels or of vectors. \param level  in the field's own unit
 ThinParts thin_parts(const Field& field, double level, SolidSide solid = SolidSide::high);
 
 }  // namespace palpa

@@ -43,7 +43,7 @@ struct LevelContact {
 /// thread.
 class LocalModel {
  public:
-  static constexpr std::size_t max_primitives = 64;
+  static constexpr std::size_t max_primitives = 64;  // [1] per balance; more are dropped. More: memory, longer worst tick
 
   LocalModel(LiveBlock& live, std::unique_ptr<Law> law, ModeRuntime& modes, double stiffness_n_per_m);
 

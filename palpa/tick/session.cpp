@@ -15,8 +15,8 @@ namespace palpa {
 
 namespace {
 
-constexpr double largest_probe_m = 1e3;      // [m] a probe further away is bad input: no hand is there
-constexpr double largest_time_step_s = 1.0;  // [s] a longer step is bad input (see Session::tick)
+constexpr double largest_probe_m = 1e3;      // [m] further away is bad input. More: wrong units pass; less: large rooms do not
+constexpr double largest_time_step_s = 1.0;  // [s] longer is bad input. More: a late tick moves far; less: slow replays fail
 
 bool usable(const Vec3& position_m) noexcept {
   return is_finite(position_m) && largest_component(position_m) <= largest_probe_m;

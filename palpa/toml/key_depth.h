@@ -8,7 +8,7 @@
 
 namespace palpa::detail {
 
-constexpr int deepest_key = 16;  ///< [1] parts of a.b.c…; scenes need three
+constexpr int deepest_key = 16;  ///< [1] parts of a.b.c…; scenes need three. More: nonsense takes more of the stack
 
 /// Where a key has more than `deepest_key` parts: line and column, from 1; none where all are fine. toml++ builds a table for
 /// every dot of a key and takes them down recursively, so a key of 100 000 dots would overflow the stack: asked before parsing.

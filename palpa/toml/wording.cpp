@@ -12,7 +12,7 @@ namespace palpa::detail {
 
 namespace {
 
-constexpr std::size_t longest_quote = 80;
+constexpr std::size_t longest_quote = 80;  // [bytes] of a user's text in a message. More: long lines; less: cut keys and paths
 
 /// Levenshtein's distance: insertions, deletions and replacements of one character.
 std::size_t edits(std::string_view a, std::string_view b) {

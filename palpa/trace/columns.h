@@ -69,9 +69,9 @@ struct Column {
   std::string_view unit;     ///< of a vector, as its columns' names end; a scalar's is in its name
   std::string_view meaning;  ///< for docs/trace.md
   int cells;                 ///< 1, or 3 for a vector
-  bool later;                ///< came after the first traces: a recording may lack it
+  bool later;                ///< added after the first traces were recorded: a recording may lack it
   void (*write)(const Row& row, std::string& line);
-  /// Reads the column's cells; false when one is no value of this column. Null where no reader asks.
+  /// Reads the column's cells; false when one is no value of this column. Null for columns that are never read.
   bool (*read)(std::span<const std::string_view> cells, Row& row);
 };
 

@@ -59,10 +59,10 @@ struct Compared {
   std::int64_t rows = 0;
 };
 
-// Whether a trace has the file always, or only where it has something to say.
+// Whether every trace has the file, or only one with rows for it.
 enum class There { always, where_needed };
 
-// Compares one file. `last_tick` is the last one that counts of a recording that was cut off.
+// Compares one file, rows of a recording up to `last_tick`: where a recording was cut off, later rows may be incomplete.
 Compared compare_file(const fs::path& recorded, const fs::path& again, const char* file, const std::vector<std::string>& names,
                       There there, bool complete, std::int64_t last_tick) {
   Sheet a(recorded / file, names);
@@ -95,7 +95,7 @@ Compared compare_file(const fs::path& recorded, const fs::path& again, const cha
   return result;
 }
 
-// The last tick of which ticks.csv has a whole line: other files may have been written further.
+// The last tick of which ticks.csv has a whole line. Other files may have rows of later ticks.
 std::int64_t last_tick_of(const fs::path& folder) {
   Sheet sheet(folder / detail::ticks_table().file, {"tick"});
   std::int64_t last = -1;

@@ -42,8 +42,8 @@ void put_text(std::string& line, std::string_view text);
 /// Splits a line at its commas, not at those in quotes. The cells point into `line`, quotes and all.
 void split(std::string_view line, std::vector<std::string_view>& cells);
 
-/// The whole lines of a text file, one at a time; what follows the last line end is no line, so that
-/// a file whose writer was killed is read as far as it is whole.
+/// The whole lines of a text file, one at a time. What follows the last line end is ignored: a writer that was killed may have
+/// left half a line there.
 class LineFile {
  public:
   /// A file that is not there has no lines.

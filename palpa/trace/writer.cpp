@@ -19,6 +19,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
+// A file's rows are written when there are as many bytes. More: more is lost when the process is killed; less: more system
+// calls.
 constexpr std::size_t buffer_bytes = std::size_t{1} << 16;
 
 LoadError cannot_write(const fs::path& path, int error) {
@@ -27,12 +29,12 @@ LoadError cannot_write(const fs::path& path, int error) {
                    (full ? "make room, or choose another folder" : "choose a folder that can be written"));
 }
 
-// A facet without force is no part of a balance: it could be left out.
+// A facet without force has no part in its balance, so that its row is left out.
 bool is_idle_facet(const PlacedPrimitive& placed) {
   return placed.primitive.kind == PrimitiveKind::corner && placed.force_n == Vec3{};
 }
 
-// A file that is written row by row through a buffer. Its destructor closes and says nothing.
+// A file that is written row by row through a buffer. Its destructor closes it without writing what is left in the buffer.
 class OutputFile {
  public:
   explicit OutputFile(fs::path path) : path_(std::move(path)) {
@@ -135,7 +137,7 @@ class TraceWriter::Files {
     file.write_if_long();
   }
 
-  // For a file that is only there if it has something to say.
+  // For a file that is made with its first row.
   template <class Row>
   void add_to(std::unique_ptr<OutputFile>& file, const detail::Table<Row>& table, const Row& row) const {
     if (!file) file = begin(table);
@@ -155,7 +157,7 @@ class TraceWriter::Files {
                                                                                 : "session";
   }
 
-  // Rows after a failure would stand behind a hole: nothing more is written, and `finish` says so.
+  // After a failure rows are missing: nothing more is written, and `finish` throws.
   template <class Action>
   void guarded(Action action) {
     if (failure) throw LoadError(*failure);
@@ -187,7 +189,7 @@ TraceWriter::TraceWriter(const fs::path& folder, const TraceHeader& header, cons
     files_ = std::make_unique<Files>(folder, header, std::move(mode_names));
     write_whole(folder / "scene.toml", scene_text);
     flush();
-    // Last, so that a folder with a trace.toml is a trace.
+    // trace.toml is written last: a folder that has one is a trace.
     replace_header(folder, files_->header);
   } catch (...) {
     files_.reset();
@@ -202,7 +204,7 @@ TraceWriter::~TraceWriter() {
   try {
     flush();
   } catch (const std::exception&) {
-    // The trace says that it is incomplete; whoever wanted to know more called `finish`.
+    // A destructor cannot throw: without `finish` the trace only says that it is incomplete.
   }
 }
 

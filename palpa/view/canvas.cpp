@@ -25,8 +25,9 @@ namespace {
 constexpr Color ink{0.13, 0.13, 0.15};
 constexpr Color paper{1.0, 1.0, 1.0};
 constexpr Color hairline{0.86, 0.86, 0.86};
+// [em] Width of the column of explanations. More: less room for the scene; less: words are cut.
 constexpr double column_em = 12.0;
-constexpr int dpi = 72;  // a point of type is a pixel
+constexpr int dpi = 72;  // makes a point of type one pixel
 
 void style(vtkTextProperty& text, double size_px, bool bold) {
   text.SetFontFamilyToArial();
@@ -183,7 +184,7 @@ void draw_margins(Canvas& canvas, const Layout& layout, std::string_view title) 
   canvas.rectangle(0.0, top, canvas.width_px(), canvas.height_px() - top, paper);
   canvas.rectangle(0.0, top, right + 1.0, 1.0, hairline);
   const double room_px = canvas.width_px() - 2 * em;
-  // Smaller before shorter.
+  // A title that is too wide is made smaller first, then cut.
   const double size_em = std::clamp(1.25 * room_px / canvas.width_px_of(title, 1.25, true), 0.8, 1.25);
   canvas.text(canvas.fitted(title, room_px, size_em, true), em, canvas.height_px() - 1.4 * em, Side::left, size_em, true);
 }
@@ -219,7 +220,7 @@ void draw_sign(Canvas& canvas, const LegendEntry& entry, double x, double y, dou
   }
 }
 
-/// Returns how far down it reaches.
+/// Returns its lower end in pixels, where the next one may begin.
 double draw_color_bar(Canvas& canvas, const ColorBar& bar, double left, double width, double top) {
   const double em = canvas.em_px();
   double y = top;
@@ -232,7 +233,7 @@ double draw_color_bar(Canvas& canvas, const ColorBar& bar, double left, double w
   const double low = bar.map.low();
   const double span = bar.map.high() - low;
   canvas.rectangle(left - 1, bottom - 1, width + 2, height + 2, ink);
-  constexpr int steps = 96;
+  constexpr int steps = 96;  // [1] strips of one colour. More: slower; fewer: steps are seen
   for (int i = 0; i < steps; ++i) {
     const double from = std::round(left + i * width / steps);
     canvas.rectangle(from, bottom, std::round(left + (i + 1) * width / steps) - from, height,
@@ -287,7 +288,7 @@ void draw_scale_bar(Canvas& canvas, const Layout& layout, const View& view, doub
 
 void draw_orientation(Canvas& canvas, const Layout& layout, const View& view, std::span<const Vec3, 3> axes) {
   static constexpr char letters[3][2] = {{'L', 'R'}, {'P', 'A'}, {'S', 'I'}};
-  // The letters of a direction of the picture, the nearest axis first; what is far off says nothing.
+  // The letters for a direction of the picture, the nearest axis first; axes far off that direction are left out.
   const auto marks_of = [&](const Vec3& direction) {
     std::array<int, 3> order{0, 1, 2};
     std::array<double, 3> along{};

@@ -1,5 +1,5 @@
-// Flat drawing over a picture: text and filled shapes, in pixels from the lower left corner; and what
-// explains a picture, beside it: title, legend, colour bars, scale bar, orientation marks.
+// Flat drawing over a picture: text and filled shapes, in pixels from the lower left corner; and the explanations beside a
+// picture: title, legend, colour bars, scale bar, orientation marks.
 #pragma once
 
 #include <optional>
@@ -49,7 +49,7 @@ class Canvas {
   double em_px_;
 };
 
-/// What a colour means.
+/// Says what a colour means.
 struct ColorBar {
   std::string title;  ///< "force / N"
   ColorMap map;
@@ -63,8 +63,8 @@ struct LegendEntry {
   std::optional<Color> rim{};  ///< of a patch: what its edge is seen in; none: ink
 };
 
-/// Where a picture's parts lie, in pixels from the lower left corner: a strip for the title on top, a column for what
-/// explains the picture on the right, and the scene in the rest. Nothing of the scene is seen beyond that.
+/// Where a picture's parts lie, in pixels from the lower left corner: a strip for the title on top, a column for explanations
+/// on the right, and the scene in the rest; outside of that nothing of the scene is seen.
 struct Layout {
   /// \param titled  without a title there is no strip
   Layout(const Canvas& canvas, bool titled);
@@ -83,7 +83,7 @@ std::string length_words(double length_m);
 /// A number in as few digits as tell it: "0.25", "-300", "2e-05".
 std::string number_words(double value);
 
-/// Paper where the scene is not, and the title on it.
+/// Paints strip and column white, over the scene, and writes the title.
 void draw_margins(Canvas& canvas, const Layout& layout, std::string_view title);
 /// Legend and colour bars, from the top of the column down.
 void draw_explanations(Canvas& canvas, const Layout& layout, std::span<const LegendEntry> entries,

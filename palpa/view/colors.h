@@ -1,5 +1,5 @@
-// Colours of pictures: every map changes in lightness all the way, so that no pair of its colours looks
-// alike to a colour-blind eye or on grey paper.
+// Colours of pictures. The lightness of every map rises or falls all the way, so that no two of its colours look alike to
+// colour-blind eyes or in grey print.
 #pragma once
 
 #include <span>
@@ -50,13 +50,13 @@ ColorMap magnitude_colors(double low, double high);
 ColorMap grey_colors(double low, double high);
 /// CIE 1976 lightness L*, 0…100.
 double lightness(const Color& color) noexcept;
-/// What is seen of a colour of an opacity [1] over a ground.
+/// The colour that is seen where one of this opacity [1] lies over a ground.
 Color blended(const Color& over, double opacity, const Color& ground) noexcept;
-/// What pictures of scenes are drawn on.
+/// The background of pictures of scenes.
 inline constexpr Color ground_color{0.985, 0.985, 0.98};
 /// The colour of mode number `mode`, of Okabe and Ito's set for all kinds of eyes.
 Color mode_color(std::size_t mode);
-/// A surface that names no colours, from the outermost in.
+/// The colour of a surface whose layer names none. \param number  of the surface, 0 for the outermost
 Color surface_color(std::size_t number);
 
 }  // namespace palpa::detail

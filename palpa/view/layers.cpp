@@ -38,7 +38,9 @@
 namespace palpa::detail {
 namespace {
 
-constexpr int most_samples = 160;  // along the longest side of what is sampled as a grid
+// [1] Samples along the longest side of a field that is drawn as a surface or a cloud. More: time and memory, by the third
+// power; fewer: details are lost.
+constexpr int most_samples = 160;
 
 /// Names the fields that a mode reads, and the levels that it holds at.
 class FieldsRead : public ParameterVisitor {
@@ -121,10 +123,11 @@ class Images {
   std::map<std::string, vtkSmartPointer<vtkImageData>> images_;
 };
 
-/// Parts with fewer triangles than this share of the largest part's are left out.
+/// [1] Parts with fewer triangles than this share of the largest part's are left out. More: limbs are lost; less: tables and
+/// rests are drawn.
 constexpr double least_part = 0.3;
 
-/// Without the parts that are small beside the largest: tables, rests and specks that a scan sees, too.
+/// The surface without parts that are small beside the largest: in scans these are tables, rests and specks.
 vtkSmartPointer<vtkPolyData> large_parts(vtkPolyData* surface) {
   vtkNew<vtkPolyDataConnectivityFilter> parts;
   parts->SetInputData(surface);
@@ -178,8 +181,8 @@ void calm_normals(vtkPolyData& surface) {
   }
 }
 
-/// The surface of `image` at `level`, without what touches places where there are no data, and with its
-/// triangles turned outwards, as most of them see it.
+/// The surface of `image` at `level`, without triangles that touch places without data. All triangles are turned to the side
+/// that is outside for most of them.
 vtkSmartPointer<vtkPolyData> surface_of(vtkImageData* image, const Field& field, double level) {
   vtkNew<vtkFlyingEdges3D> contour;
   contour->SetInputData(image);
@@ -297,9 +300,9 @@ bool value_at(const Field& field, const Vec3& x_m, double& value) {
   return sample.inside;
 }
 
-/// Three planes through the middle of the box, in the field's colours, nothing where there are no data.
+/// Three planes through the middle of the box, in the field's colours, with holes where there are no data.
 void draw_slices(vtkRenderer* renderer, const Field& field, const Box& box, const ColorMap& map) {
-  constexpr int n = 240;
+  constexpr int n = 240;  // [1] cells along each side. More: slower; fewer: blurred
   const Vec3 middle = box.centre_m();
   const Vec3 size = box.size_m();
   const std::array<Vec3, 3> sides{Vec3{size.x, 0, 0}, Vec3{0, size.y, 0}, Vec3{0, 0, size.z}};
@@ -359,10 +362,11 @@ vtkSmartPointer<vtkActor> actor_of(vtkPolyData* surface, const Color& color) {
   return actor;
 }
 
-/// How much denser than face on a thin shell looks where the view grazes it.
+/// [1] Opacity of a translucent surface where the line of sight grazes it; face on it is the layer's. More: rims hide what is
+/// inside; less: the shape is hard to see.
 constexpr double rim_opacity = 0.85;
 
-/// The part of a translucent surface that is nearest to the viewer, denser where it turns away, as a shell of glass.
+/// The part of a translucent surface that is nearest to the viewer, denser where it turns away, as glass is.
 void draw_shell(vtkRenderer* renderer, vtkPolyData* surface, const Color& color, double opacity, const Vec3& towards) {
   vtkDataArray* normals = surface->GetPointData()->GetNormals();
   if (!normals) return;  // nothing there
@@ -378,8 +382,8 @@ void draw_shell(vtkRenderer* renderer, vtkPolyData* surface, const Color& color,
                       255.0 * (opacity + (rim - opacity) * aside * aside * aside));
   }
   surface->GetPointData()->SetScalars(colors);
-  // Its depths first, without colour; then only what lies in front passes. In VTK's opaque pass actors are drawn in the
-  // order in which they were added.
+  // The surface is drawn twice: first invisibly, for its depths, then in its colour, of which only the nearest part passes the
+  // depth test. Both must be "opaque", because only in that pass VTK draws actors in the order in which they were added.
   for (const double seen : {0.0, 1.0}) {
     const vtkSmartPointer<vtkActor> actor = actor_of(surface, color);
     actor->GetProperty()->SetOpacity(seen);
@@ -391,7 +395,7 @@ void draw_shell(vtkRenderer* renderer, vtkPolyData* surface, const Color& color,
 /// A cloud whose opacity is that of the layer's colours, reached over a fortieth of the box's longest side.
 void draw_volume(vtkRenderer* renderer, vtkImageData* sampled, double side_m, const ColorMap& map) {
   vtkNew<vtkImageData> image;
-  image->DeepCopy(sampled);  // what is blank here is a value below
+  image->DeepCopy(sampled);  // a copy, because values without data are replaced below
   const auto clearest =
       std::min_element(map.points().begin(), map.points().end(),
                        [](const ColorMap::Point& a, const ColorMap::Point& b) { return a.opacity < b.opacity; });
@@ -413,8 +417,8 @@ void draw_volume(vtkRenderer* renderer, vtkImageData* sampled, double side_m, co
   volume->GetProperty()->SetScalarOpacity(opacities);
   volume->GetProperty()->SetScalarOpacityUnitDistance(side_m / 40.0);
   volume->GetProperty()->SetInterpolationTypeToLinear();
-  // VTK's ray caster for processors is faster without a graphics card, but in one picture of a few it draws
-  // with the aspect ratio of a square.
+  // VTK's ray caster for processors would be faster without a graphics card, but now and then it draws a picture as if it were
+  // square.
   vtkNew<vtkGPUVolumeRayCastMapper> mapper;
   mapper->SetInputData(image);
   mapper->AutoAdjustSampleDistancesOff();
@@ -424,8 +428,8 @@ void draw_volume(vtkRenderer* renderer, vtkImageData* sampled, double side_m, co
   renderer->AddVolume(volume);
 }
 
-/// Over speeds in ascending order, a twentieth at each end left out: from rest to the fastest, or from the slowest where
-/// none are near rest.
+/// A colour map for speeds in ascending order, of which a twentieth at each end is left out: from rest to the fastest, or from
+/// the slowest if that is not near rest.
 ColorMap speed_colors(const ViewLayer& layer, const std::vector<double>& speeds) {
   if (!layer.colors.empty()) return ColorMap(layer.colors);
   if (speeds.empty()) return magnitude_colors(0.0, 0.0);
@@ -506,7 +510,7 @@ void draw_layer(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, con
         Vec3 position_m;
         Vec3 value;
       };
-      constexpr int longest = 11;
+      constexpr int longest = 11;  // [1] arrows along the longest side. More: they hide each other; fewer: details are lost
       std::vector<Glyph> glyphs;
       double fastest = 0.0;
       for (const Vec3& position : grid_positions(box, longest)) {

@@ -91,7 +91,7 @@ struct Context {
   EGLContext context = EGL_NO_CONTEXT;
 
   Context() {
-    // Mesa's loader writes to stderr what it did not find; the caller is told by an exception.
+    // Without this Mesa's loader writes to stderr what it did not find; the caller gets an exception.
     setenv("EGL_LOG_LEVEL", "fatal", 0);
     constexpr EGLint core_3_2[] = {
         EGL_CONTEXT_MAJOR_VERSION,           3,       EGL_CONTEXT_MINOR_VERSION, 2, EGL_CONTEXT_OPENGL_PROFILE_MASK,
@@ -118,7 +118,7 @@ struct Context {
   bool is_current() const { return eglGetCurrentContext() == context; }
 };
 
-/// Debian's VTK knows X windows only; this is its window for a foreign context, with one of ours.
+/// Debian's VTK can open X windows only. Its window for contexts made elsewhere is used instead, with a `Context`.
 class Window : public vtkGenericOpenGLRenderWindow {
  public:
   static Window* New();
@@ -131,8 +131,8 @@ class Window : public vtkGenericOpenGLRenderWindow {
   vtkTypeBool IsDirect() override { return 1; }
   int SupportsOpenGL() override { return 1; }
 
-  /// Debian's GLEW is the one for X: without X, glewInit() reports an error after it has loaded every
-  /// function. Whether they are there was settled when the context was made.
+  /// Debian's GLEW is built for X: without X, glewInit() loads every function and then reports an error, which is dropped here.
+  /// That OpenGL 3.2 is there was checked when the context was made.
   void OpenGLInitContext() override {
     QuietVtk quiet;
     vtkGenericOpenGLRenderWindow::OpenGLInitContext();
@@ -196,7 +196,7 @@ OffscreenWindow::OffscreenWindow(int width_px, int height_px) : parts_(std::make
 }
 
 OffscreenWindow::~OffscreenWindow() {
-  // The window frees what it has in the context while that is there.
+  // The window must free its OpenGL objects while the context still exists.
   if (parts_->context.context != EGL_NO_CONTEXT) parts_->window->Finalize();
 }
 
@@ -205,8 +205,8 @@ vtkRenderWindow* OffscreenWindow::vtk() const noexcept { return parts_->window; 
 Picture OffscreenWindow::draw() {
   Window& window = *parts_->window;
   window.OpenGLInit();
-  // VTK believes that the context tests depths by <=, as it left it where it set one up itself; by OpenGL's
-  // own <, of flat drawing the first would win, and letters vanish behind their ground.
+  // VTK assumes that depths are compared by <=, which it sets in contexts that it makes itself. This one has OpenGL's default,
+  // <: of flat shapes at one depth the first drawn would win, and letters would vanish behind their ground.
   constexpr unsigned less_or_equal = 0x0203;  // GL_LEQUAL
   window.GetState()->ResetGLDepthFuncState();
   window.GetState()->vtkglDepthFunc(less_or_equal);

@@ -1,4 +1,4 @@
-// Drawing with VTK where there is no screen: a window of no X, its picture, and VTK's messages kept in.
+// Drawing with VTK without a screen: a window that needs no X, its picture, and VTK's messages as exceptions.
 #pragma once
 
 #include <memory>
@@ -10,9 +10,9 @@ class vtkRenderWindow;
 
 namespace palpa::detail {
 
-/// While one lives, nothing of VTK reaches stderr: its errors are kept, its warnings dropped. One thread
-/// at a time has one (the next waits), because VTK's messages and rendering belong to the process; a
-/// thread may have several, one within the other. Whatever makes VTK objects does it under one.
+/// While an object of this class lives, nothing of VTK reaches stderr: its errors are kept, its warnings dropped. One thread at
+/// a time has such objects (others wait), because VTK's messages and rendering belong to the process; a thread may nest
+/// several. All code that makes VTK objects does it while it has one.
 class QuietVtk {
  public:
   QuietVtk();
@@ -29,8 +29,7 @@ class QuietVtk {
   std::unique_ptr<State> state_;
 };
 
-/// A render window that needs no X and no GPU: EGL without a surface. For one thread, from the start to
-/// the end of its life.
+/// A render window that needs no X and no GPU: EGL without a surface. The thread that makes it also uses and destroys it.
 class OffscreenWindow {
  public:
   /// Throws LoadError where no OpenGL 3.2 can be had: what is missing and what to install.

@@ -53,7 +53,7 @@ struct Ticks {
 };
 
 Ticks ticks_of(double low, double high, bool widen, int wanted) {
-  // Far from what overflows, and from ranges that rounding cannot divide.
+  // Limits that cannot overflow, and a range that is wider than rounding.
   low = std::clamp(low, -1e300, 1e300);
   high = std::clamp(high, -1e300, 1e300);
   if (!(high - low > 1e-9 * std::max(std::abs(low), std::abs(high))) || high - low < 1e-300) {
@@ -72,7 +72,7 @@ Ticks ticks_of(double low, double high, bool widen, int wanted) {
     ticks.low = step * std::floor(low / step + 1e-9);
     ticks.high = step * std::ceil(high / step - 1e-9);
   } else if (const double next = step * std::round(high / step); std::abs(next - high) < 1e-3 * (high - low)) {
-    ticks.high = std::max(high, next);  // 9.999 s: the tick at 10 s belongs to it
+    ticks.high = std::max(high, next);  // an axis up to 9.999 s gets its tick at 10 s
   }
   const int decimals = std::clamp(static_cast<int>(std::ceil(-std::log10(step) - 1e-9)), 0, 12);
   const double first = std::ceil(ticks.low / step - 1e-9);
@@ -114,7 +114,7 @@ void set_ticks(vtkAxis* axis, const Ticks& ticks, double length_px, float scale)
     labels->InsertNextValue(ticks.labels[i]);
   }
   axis->SetCustomTickPositions(positions, labels);
-  axis->SetTitle("");  // VTK would leave 10 pixels to it at any size: see LabelItem
+  axis->SetTitle("");  // VTK reserves 10 pixels for it at any scale; LabelItem draws it instead
   axis->GetLabelProperties()->SetFontSize(static_cast<int>(12 * scale));
   axis->GetPen()->SetColor(90, 90, 90);
   axis->GetPen()->SetWidth(scale);
@@ -129,8 +129,8 @@ struct Area {
   vtkRectf place;
   Ticks x, y;
 
-  /// The chart is handed pixels, not the data's own units: an SVG keeps six digits, and stretches the
-  /// dashes of lines, of whatever the chart is handed.
+  /// The chart gets pixels, not the data's own units: VTK's SVG keeps only six digits of what the chart gets, and
+  /// stretches dashes along with it.
   double x_px(double x_value) const { return (x_value - x.low) / (x.high - x.low) * place.GetWidth(); }
   double y_px(double y_value) const { return (y_value - y.low) / (y.high - y.low) * place.GetHeight(); }
   bool holds(double x_value, double y_value) const {
@@ -143,7 +143,7 @@ vtkSmartPointer<vtkTable> table_of(const Series& series, const Area& area) {
   xs->SetName("x");
   ys->SetName("y");
   for (std::size_t i = 0; i < std::min(series.xs.size(), series.ys.size()); ++i) {
-    // The clip of VTK's SVG device is moved along with the curves, so it is not used: nothing may stick out.
+    // VTK's SVG device moves its clip along with the curves, so clipping is off: points outside of the area are left out here.
     if (!area.holds(series.xs[i], series.ys[i])) continue;
     xs->InsertNextValue(area.x_px(series.xs[i]));
     ys->InsertNextValue(area.y_px(series.ys[i]));
@@ -163,7 +163,7 @@ void add_series(vtkChartXY* chart, const Area& area, const Series& series, int m
   const auto& color = rgb(series.color);
   plot->SetColor(color[0], color[1], color[2], 255);
   plot->SetWidth(width_px);
-  // VTK's SVG device makes the dots of a wide pen 0 long: dashes and dots take their place.
+  // VTK's SVG device makes the dots of a wide pen 0 long: dashes and dots are used instead.
   const bool unseen = series.stroke == Stroke::dotted && width_px > 1.0f;
   plot->GetPen()->SetLineType(unseen ? static_cast<int>(vtkPen::DASH_DOT_LINE) : line_type(series.stroke));
   plot->SetLabel("\u00a0" + series.name);  // a little space behind the sign
@@ -174,15 +174,15 @@ void add_series(vtkChartXY* chart, const Area& area, const Series& series, int m
   }
 }
 
-/// About how wide a text is; fonts differ by little.
+/// About how wide a text is [px]: fonts differ little.
 float width_of(const std::string& text, int size) {
   const auto characters = std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xc0) != 0x80; });
   return 0.58f * static_cast<float>(size) * static_cast<float>(characters);
 }
 
-constexpr int label_size = 12, axis_size = 13, title_size = 15;
+constexpr int label_size = 12, axis_size = 13, title_size = 15;  // [px] larger: less room for curves; smaller: hard to read
 
-/// What the legend tells: the series and the kinds of marks that have names.
+/// The entries of the legend: the series that have names, and the kinds of marks.
 std::vector<std::string> legend_of(const Plot& plot) {
   std::vector<std::string> names;
   for (const Series& series : plot.series) {
@@ -195,7 +195,7 @@ std::vector<std::string> legend_of(const Plot& plot) {
   return names;
 }
 
-/// The labels of exponents as what they stand for.
+/// Replaces labels that are exponents of ten by the powers.
 void name_powers(Ticks& ticks) {
   for (std::size_t i = 0; i < ticks.at.size(); ++i) {
     const double exponent = ticks.at[i];
@@ -341,7 +341,7 @@ void add_chart(vtkContextScene* scene, const Plot& given, const vtkRectf& place,
   set_ticks(chart->GetAxis(vtkAxis::BOTTOM), area.x, area.place.GetWidth(), scale);
   set_ticks(chart->GetAxis(vtkAxis::LEFT), area.y, area.place.GetHeight(), scale);
 
-  // The marks' lines first, so that the curves lie over them, their signs last.
+  // The marks' lines are drawn first, so that the curves lie over them; their signs are drawn last.
   const std::vector<Signs> kinds = signs_of(plot, area, scale);
   for (const Signs& kind : kinds) {
     for (const double x : kind.xs) {
@@ -495,8 +495,8 @@ class DrawingItem : public vtkContextItem {
 };
 vtkStandardNewMacro(DrawingItem);
 
-/// VTK's SVG device, but for texts: its own have sizes in points for pixels, anchors that no viewer knows
-/// and turn the wrong way. They are written here, after all shapes.
+/// VTK's SVG device with texts of our own, after all shapes: VTK writes their sizes in points instead of pixels, with anchors
+/// that no viewer knows, and turns them the wrong way.
 class SvgDevice : public vtkSVGContextDevice2D {
  public:
   static SvgDevice* New();
@@ -662,7 +662,7 @@ std::string svg_of(const Sheet& sheet, int width_px, int height_px, const std::s
   vtkNew<vtkContextScene> scene;
   fill(scene, sheet, width_px, height_px, 1.0f);
 
-  // A window that nothing is ever drawn in: the device asks it for the resolution of texts.
+  // Nothing is drawn in this window: the device asks it for the resolution of texts.
   vtkNew<vtkGenericOpenGLRenderWindow> window;
   vtkNew<vtkRenderer> renderer;
   window->SetSize(width_px, height_px);
@@ -699,7 +699,7 @@ std::string svg_of(const Plot& plot, int width_px, int height_px, const std::str
 
 Picture picture_of(const Sheet& sheet, int width_px, int height_px) {
   detail::QuietVtk quiet;
-  // Drawn at twice the size and averaged: smooth lines without the driver's help.
+  // Drawn at twice the size and averaged: smooth lines on every driver. Other factors do not fit `halved`.
   constexpr int fine = 2;
   detail::OffscreenWindow window(fine * width_px, fine * height_px);
   vtkNew<vtkRenderer> renderer;

@@ -12,8 +12,7 @@
 
 namespace palpa {
 
-/// The colours of Okabe and Ito, which the colour-blind can tell apart, and a grey for what is beside the
-/// point.
+/// The colours of Okabe and Ito, which the colour-blind can tell apart, and a grey for what matters less.
 enum class Color : std::uint8_t { black, blue, vermilion, green, purple, sky, orange, grey };
 
 enum class Stroke : std::uint8_t { solid, dashed, dotted };
@@ -41,8 +40,8 @@ struct Plot {
   std::string y_label{};
   std::vector<Series> series{};
   std::vector<Mark> marks{};
-  std::optional<std::pair<double, double>> x_range{};  ///< in the axis' own unit; none: all that is there
-  std::optional<std::pair<double, double>> y_range{};  ///< in the axis' own unit; none: all that is there, zero among it
+  std::optional<std::pair<double, double>> x_range{};  ///< in the axis' own unit; none: all values
+  std::optional<std::pair<double, double>> y_range{};  ///< in the axis' own unit; none: all values, and zero
   bool x_log = false;                                  ///< the x axis goes by powers of ten; what is not above zero is left out
   bool y_log = false;                                  ///< the same for the y axis
 };

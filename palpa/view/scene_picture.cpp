@@ -32,8 +32,11 @@ using detail::LegendEntry;
 using detail::Side;
 using detail::View;
 
+// [1] Points of a drawn path. More: slower; fewer: fast motion has corners.
 constexpr std::size_t most_path_points = 4000;
-constexpr double least_felt_m = 0.02;  // a hand that hardly moves is not looked at through a microscope
+// What was felt counts as at least this large. Less: the tremor of a resting hand fills the picture; more: small motions are
+// hard to see.
+constexpr double least_felt_m = 0.02;
 constexpr Color probe_color{0.45, 0.45, 0.48};
 constexpr Color proxy_color{0.08, 0.08, 0.10};
 constexpr Color spring_color{0.35, 0.35, 0.38};
@@ -104,7 +107,7 @@ View looking(const ScenePictureOptions& options) {
   return view;
 }
 
-/// Frames `seen` in the part of the picture that is the scene's.
+/// Places the view so that `seen` fills the scene's part of the picture.
 void frame(View& view, const Seen& seen, const ScenePictureOptions& options, const Layout& layout, double margin_px) {
   struct Free {
     double left, right, bottom, top;  // [1] of width and height
@@ -148,7 +151,7 @@ std::vector<PathPoint> usable(std::span<const PathPoint> path) {
   return points;
 }
 
-/// The part of a path that leads to a moment and on, as long as it stays within `near_m`.
+/// The part of a path before and after a moment during which the proxy stays within `near_m` of its place at that moment.
 std::vector<PathPoint> stretch_about(const std::vector<PathPoint>& path, const Moment& moment, double near_m) {
   const auto away_m = [&](const PathPoint& point) {
     return distance(point.probe_m, moment.probe_m) + distance(point.proxy_m, moment.proxy_m);
@@ -160,8 +163,8 @@ std::vector<PathPoint> stretch_about(const std::vector<PathPoint>& path, const M
   return {begin, std::find_if(here, path.end(), is_far)};
 }
 
-/// The path as a line of at most `most_path_points` points, each `apart_m` from the last. Where points are
-/// left out, the largest force stands for them.
+/// The path as a line of about `most_path_points` points at most, each at least `apart_m` from the one before. Where points are
+/// left out, the one before them shows their largest force.
 std::vector<PathPoint> thinned(std::span<const PathPoint> path, double apart_m, Vec3 PathPoint::*place) {
   const std::size_t stride = path.size() / most_path_points + 1;
   std::vector<PathPoint> thin;
@@ -203,8 +206,8 @@ void draw_path(vtkRenderer* renderer, std::span<const PathPoint> path, const Col
 /// Draws the path and says what its colours mean.
 void show_path(vtkRenderer* renderer, std::span<const PathPoint> path, double unit_m, detail::LayerSigns& signs) {
   double most_n = 0.0;
-  double cut_n = 0.0;    // the largest force of those that the guard cut
-  double asked_n = 0.0;  // before it did
+  double cut_n = 0.0;    // the largest of the forces that the guard shortened, after it
+  double asked_n = 0.0;  // and before it
   for (const PathPoint& point : path) {
     most_n = std::max(most_n, norm(point.force_n));
     if (!point.limited) continue;
@@ -226,7 +229,7 @@ void show_path(vtkRenderer* renderer, std::span<const PathPoint> path, double un
   }
 }
 
-/// The primitives and the spring, all as large as they are legible.
+/// The primitives and the spring, in sizes that are legible in this picture.
 void draw_moment(vtkRenderer* renderer, const Moment& moment, double unit_m) {
   double most_n = 1e-3;
   for (const PlacedPrimitive& placed : moment.primitives) most_n = std::max(most_n, norm(placed.force_n));
@@ -257,7 +260,7 @@ void draw_moment(vtkRenderer* renderer, const Moment& moment, double unit_m) {
   detail::draw_ball(renderer, moment.probe_m, 0.02 * unit_m, probe_color);
 }
 
-/// "proxy" and "probe" beside their balls, across the spring so that they do not lie on it.
+/// Writes "proxy" and "probe" beside their balls, to either side of the spring so that the words do not lie on it.
 void name_ends(Canvas& canvas, const View& view, const Moment& moment) {
   const double em = canvas.em_px();
   const double dx = view.x_px(moment.probe_m) - view.x_px(moment.proxy_m);
@@ -339,7 +342,7 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
   if (!close) {
     Seen drawn = seen_in(*solid, view);
     drawn.add(seen_in(*shells, view));
-    drawn = shared(shown, drawn);  // closer than the boxes of the fields
+    drawn = shared(shown, drawn);  // what is drawn may be smaller than the boxes of the fields
     if (felt.any()) drawn.add(felt);
     if (drawn.any()) frame(view, drawn, options, layout, margin_px);
   }
@@ -347,7 +350,7 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
   if (close) felt_path = stretch_about(felt_path, *moment, 1.6 * unit_m);
   if (!felt_path.empty()) show_path(solid, felt_path, unit_m, signs);
 
-  // What is translucent lies over what is opaque; in front of all the moment, and what explains the picture.
+  // Three layers, from the back: what is opaque, what is translucent, and the moment with all that explains the picture.
   solid->SetBackground(detail::ground_color.red, detail::ground_color.green, detail::ground_color.blue);
   shells->PreserveDepthBufferOn();
   window.vtk()->SetNumberOfLayers(3);
@@ -377,7 +380,7 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
   detail::draw_scale_bar(canvas, layout, view, map.scale);
   detail::draw_explanations(canvas, layout, signs.legend, signs.bars);
   Picture picture = window.draw();
-  // The lowest bit is rounding of light, which nobody sees and which makes a file a quarter larger.
+  // The lowest bit of each value is rounding of the light: nobody sees it, and it makes the file a quarter larger.
   for (std::uint8_t& value : picture.rgb) value |= 1U;
   return picture;
 }

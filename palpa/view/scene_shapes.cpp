@@ -28,7 +28,8 @@
 namespace palpa::detail {
 namespace {
 
-constexpr double least_felt_m = 0.02;  // a hand that hardly moves is not looked at through a microscope
+// As in pictures (scene_picture.cpp): what was felt counts as at least this large.
+constexpr double least_felt_m = 0.02;
 
 /// What an actor shows: the lines that its tubes are made of, or its surface.
 vtkPolyData* data_of(vtkActor& actor, bool& lines) {
@@ -52,7 +53,7 @@ vtkSmartPointer<vtkPolyData> triangles_of(vtkPolyData* data) {
 
 /// The surface with about `share` of its triangles.
 vtkSmartPointer<vtkPolyData> coarser(vtkPolyData* surface, double share) {
-  vtkNew<vtkPolyData> bare;  // what stands at the points is taken from the fine surface again
+  vtkNew<vtkPolyData> bare;  // without normals and colours, which are later taken from the fine surface
   bare->SetPoints(surface->GetPoints());
   bare->SetPolys(surface->GetPolys());
   vtkNew<vtkQuadricDecimation> decimation;
@@ -181,7 +182,7 @@ SceneShapes scene_shapes(const Scene& scene, const Box& near, DataTime at, std::
         surfaces.back().number = known - looks.begin();
         surfaces.back().shape.words = known->words;
         surfaces.back().shape.opacity = known->look.opacity;
-        surfaces.back().triangles->GetPointData()->SetScalars(nullptr);  // what a shell looks like from one side
+        surfaces.back().triangles->GetPointData()->SetScalars(nullptr);  // opacities of a shell, for one viewpoint only
       }
       all += static_cast<std::size_t>(surfaces.back().triangles->GetNumberOfPolys());
     }

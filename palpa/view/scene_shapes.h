@@ -36,7 +36,7 @@ struct SceneShapes {
 /// Throws LoadError on a layer of the wrong kind of field. One thread at a time; a second waits.
 SceneShapes scene_shapes(const Scene& scene, const Box& near, DataTime at, std::size_t most_triangles);
 
-/// Where there is something to show: of the scene's layers, around what was felt, in the hand frame.
+/// The box in the hand frame that is worth showing: of the scene's layers, the part around what was felt.
 Box worth_showing(const Scene& scene, const std::vector<Vec3>& felt_m);
 
 }  // namespace palpa::detail

@@ -27,7 +27,7 @@
 namespace palpa::detail {
 namespace {
 
-constexpr int sides = 32;
+constexpr int sides = 32;  // [1] of round shapes. More: slower; fewer: corners show
 
 unsigned char byte(double share) { return static_cast<unsigned char>(std::lround(255.0 * share)); }
 
@@ -52,7 +52,8 @@ void add_light(vtkRenderer* renderer) {
     Vec3 from;
     double strength;
   };
-  // From above left of the viewer, and a little from the right, so that shapes show.
+  // The main lamp is above the viewer's left, a weak one to the right, so that shapes are seen. Their strengths add up to 1: a
+  // patch that faces the viewer has its own colour.
   constexpr Lamp lamps[] = {{{-0.5, 0.7, 1.0}, 0.7}, {{0.8, -0.3, 0.7}, 0.3}};
   for (const Lamp& lamp : lamps) {
     vtkNew<vtkLight> source;

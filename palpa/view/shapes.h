@@ -12,8 +12,8 @@ class vtkRenderer;
 
 namespace palpa::detail {
 
-/// Light is such that a patch that faces the viewer has its own colour, so that legends and colour bars show what is
-/// seen; this share [1] of it comes without light.
+/// [1] Share of a surface's colour that comes without light; the rest is such that a patch that faces the viewer has its own
+/// colour, as in legends and colour bars. More: shapes look flat; less: what turns away is black.
 inline constexpr double surface_ambient = 0.25;
 void add_light(vtkRenderer* renderer);
 

@@ -18,7 +18,8 @@ std::optional<Vec3> direction_at(const Field& field, const Vec3& x_m, double lea
   return sample.value / length;
 }
 
-/// From `start` with or against the field, without the start itself; once around where it comes back to it.
+/// The line from `start_m`, without `start_m` itself, along the field or, for `step_m` < 0, against it. It ends where it comes
+/// back to `start_m`: `closed` is true then.
 Streamline half_line(const Field& field, const Box& box, const Vec3& start_m, double step_m, double longest_m, double least,
                      bool& closed) {
   Streamline line;
@@ -49,7 +50,7 @@ Streamline half_line(const Field& field, const Box& box, const Vec3& start_m, do
   return line;
 }
 
-/// Which cells of a lattice some streamline runs through.
+/// Remembers which cells of a lattice streamlines run through.
 class Lattice {
  public:
   explicit Lattice(double cell_m) : cell_m_(cell_m) {}
@@ -97,8 +98,8 @@ std::vector<Vec3> grid_positions(const Box& box, int longest) {
 
 namespace {
 
-/// How fast the flow turns about its own direction [1/s], where it turns more than it strains; 0 elsewhere. Shear
-/// layers and walls turn about a direction across the flow.
+/// How fast the flow turns about its own direction [1/s], where it turns more than it strains; 0 elsewhere. In shear layers and
+/// at walls, which are no vortices, it turns about a direction across the flow.
 double swirl(const VectorSample& flow) noexcept {
   const Mat3& j = flow.jacobian;
   const double trace = j.row[0].x + j.row[1].y + j.row[2].z;
@@ -131,7 +132,7 @@ class Grown {
       const Streamline line = through(seed);
       lattice.take(seed.position_m);
       for (const StreamPoint& point : line) lattice.take(point.position_m);
-      if (static_cast<double>(line.size()) * step_m_ < 0.06 * side_m_) continue;  // a speck tells no direction
+      if (static_cast<double>(line.size()) * step_m_ < 0.06 * side_m_) continue;  // too short to show a direction
       if (lines.size() == most) return false;
       lines.push_back(line);
     }
@@ -175,7 +176,9 @@ std::vector<Streamline> streamlines(const Field& field, const Box& box, std::siz
   const double side_m = largest_component(box.size_m());
   const double step_m = std::clamp(0.5 * field.spacing_m(), side_m / 2000.0, side_m / 150.0);
   const Grown grown(field, box, step_m, 0.05 * fast);
-  constexpr double turns = 3.0;  // [rad] at least, while the flow crosses the box
+  // [rad] Turn while the flow crosses the box that makes a vortex. Less: bends draw lines to themselves; more: weak vortices
+  // get none of their own.
+  constexpr double turns = 3.0;
   std::vector<Seed> in_vortices = seeds;
   std::erase_if(in_vortices, [&](const Seed& seed) { return seed.swirl * side_m < turns * fast; });
   std::stable_sort(in_vortices.begin(), in_vortices.end(), [](const Seed& a, const Seed& b) { return a.swirl > b.swirl; });

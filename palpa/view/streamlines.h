@@ -13,10 +13,10 @@ struct StreamPoint {
 };
 using Streamline = std::vector<StreamPoint>;
 
-/// At most about `most` streamlines within `box`, both ways from seeds on a regular grid; none starts near another.
-/// Half of them at most begin in vortices, where the flow turns while it crosses the box, the strongest first, and
-/// closer to one another so that they wind about a core; the others where the field is fastest. Fourth order (Runge, Kutta)
-/// along the direction of the field, in steps of half its spacing. The same field gives the same lines.
+/// At most `most` streamlines within `box`, both ways from seeds on a regular grid; none starts near another. At most half of
+/// them begin in vortices, where the flow turns while it crosses the box, the strongest first; these lie closer together, so
+/// that they wind about a core. The others begin where the field is fastest. Integrated by a Runge-Kutta method of fourth order
+/// along the direction of the field, in steps of about half its spacing. The same field gives the same lines.
 std::vector<Streamline> streamlines(const Field& field, const Box& box, std::size_t most);
 
 /// The part that two boxes share; of no size where they share none.

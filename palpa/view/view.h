@@ -1,4 +1,4 @@
-// What of the hand frame a picture shows, and where in it.
+// Which part of the hand frame a picture shows, and from where.
 #pragma once
 
 #include "palpa/core/vec3.h"

@@ -55,7 +55,7 @@ std::string direction_words(bool medical, int axis, double sign) {
 
 std::string millimetre_words(double m) { return detail::text("%.1f mm", 1e3 * std::abs(m)); }
 
-/// What is worth seeing beside a window: bone beside what is soft, what is soft beside bone and lung.
+/// The window for a second look: bone after windows of soft parts, soft tissue after bone and lung.
 CtWindow beside(const CtWindow& window) {
   if (window.width >= 1000.0) return {"soft tissue", 40, 400};
   return {"bone", 400, 1800};
@@ -94,8 +94,8 @@ struct Place {
 struct Shades {
   ColorMap colors;
   std::string words;        ///< beside the bar: "brain window"; may be empty
-  bool labels = false;      ///< values are numbers of parts: none lies between two
-  bool directions = false;  ///< colours are those of x, y and z, of which a direction's is mixed
+  bool labels = false;      ///< values name parts: blends of two values mean nothing
+  bool directions = false;  ///< red, green and blue are the lengths of a direction's x, y and z
 };
 
 Shades ct_shades(const CtWindow& window, double water) {
@@ -105,9 +105,12 @@ Shades ct_shades(const CtWindow& window, double water) {
   return {detail::grey_colors(low, low + window.width), words};
 }
 
-constexpr double half_label = 0.4999;  ///< how far its colour reaches to either side
+/// How far a label's colour reaches to either side of its number. 0.5: the colours of two neighbours meet at one point of the
+/// map, which is ambiguous; less: colours between labels are blends.
+constexpr double half_label = 0.4999;
 
-/// A colour for each label: hues a golden angle apart, in turn light and dark; the background is black.
+/// A colour for each label: hues a golden angle apart, so that neighbours differ, in turn dark and light; the background is
+/// nearly black.
 ColorMap label_colors(const LabelMap& map) {
   std::map<double, std::string> colors{{map.background, "#101010"}};
   for (const Label& label : map.labels) colors[label.value] = {};
@@ -247,7 +250,7 @@ class Slices {
           const ScalarSample sample = field_.scalar(shades.labels ? nearest_voxel(at_m) : at_m);
           inside = sample.inside, color = shades.colors.at(sample.value).color;
         } else {
-          // Signs of neighbouring directions may differ, so that their blend means nothing.
+          // Neighbouring directions may have opposite signs: their blend would mean nothing.
           const VectorSample sample = field_.vector(shades.directions ? nearest_voxel(at_m) : at_m);
           inside = sample.inside;
           color = shades.directions
@@ -280,7 +283,7 @@ class Slices {
 Picture histogram_picture(const Statistics& values, const std::string& label, int width_px, int height_px) {
   const Histogram shown = values.histogram.in_classes(128);
   Series steps{.name = {}, .color = Color::blue};
-  // Shares below one voxel cannot be shown by their logarithm: half a voxel stands for none.
+  // Zero has no logarithm: an empty class is drawn as half a voxel.
   const double all = static_cast<double>(std::max<std::int64_t>(1, values.counted));
   const double least = 50.0 / all;
   for (std::size_t c = 0; c < shown.counts.size(); ++c) {
@@ -297,7 +300,7 @@ Picture histogram_picture(const Statistics& values, const std::string& label, in
   return picture_of(plot, width_px, height_px);
 }
 
-/// The field as streamlines; the hand frame of a scene is the viewer's.
+/// The field as streamlines, as a scene shows it to a user.
 Picture streamline_picture(const Volume& volume, std::size_t field, int width_px, int height_px) {
   Scene scene;
   Volume one = volume;

@@ -151,7 +151,7 @@ Volume vortex(double circulation_m2_per_s, double core_radius_m, double strain_p
 // ---- the head ------------------------------------------------------------------------------------------
 
 /// Signed distance to a shape [m], negative inside, and its gradient [1]: true to first order near the
-/// surface; far from it only the sign and "far" hold, which is all that an edge of 2 mm asks for.
+/// surface; far from it only the sign is right, and that it is far, which is enough for an edge of 2 mm.
 struct Distance {
   double d;
   Vec3 g;
@@ -233,6 +233,7 @@ Distance shared(const Distance& a, const Distance& b, double width_m) noexcept {
 /// The shape grown by a length.
 Distance grown(const Distance& a, double by_m) noexcept { return {a.d - by_m, a.g}; }
 
+// Width of all edges, two sample spacings. Less: gradients are missed between samples; more: thin bone fades.
 constexpr double edge_m = 2e-3;
 
 /// 1 inside, 0 outside, a quintic between: value, slope and curvature join.
@@ -257,7 +258,7 @@ void paint(ScalarSample& onto, double value_hu, const Distance& shape) noexcept 
 
 constexpr double air_hu = -1000.0, tissue_hu = 40.0, bone_hu = 1000.0, brain_hu = 35.0;
 
-// Millimetres; x to the left, y to the back, z to the top. Pairs (ear, eye, sinus, …) are given once.
+// Millimetres; x to the left, y to the back, z to the top. Of pairs (ear, eye, sinus, …) one is given; the head is symmetric.
 constexpr Ellipsoid cranium({0, 8, 45}, {76, 92, 73});
 constexpr Ellipsoid cranium_bone({0, 8, 45}, {70, 86, 67});
 constexpr Ellipsoid brain({0, 8, 45}, {63, 79, 60});
@@ -277,7 +278,7 @@ constexpr Capsule throat({0, -28, -30}, {0, 12, -70}, 7);
 constexpr Capsule windpipe({0, 12, -70}, {0, 12, -200}, 7);
 constexpr double face_bone_back_m = -5e-3;  // behind it the jaw is open
 
-/// The painter's way: tissue, bone over it, cavities, the brain last; then all of it within the skin.
+/// Painted in layers, each over those before: tissue, bone, cavities, the brain last; outside of the skin is air.
 ScalarSample head(const Vec3& world) noexcept {
   const Vec3 x{std::abs(world.x), world.y, world.z};
   const Distance brain_at = brain(x);

@@ -16,7 +16,7 @@ namespace palpa {
 
 namespace {
 
-/// Whether a name matches: greedy, going back to the last star only.
+/// Whether a name matches. Each star takes as little as possible; where the rest does not fit, the last star takes one more.
 bool matches(std::string_view pattern, std::string_view name) noexcept {
   std::size_t p = 0, n = 0, star = std::string_view::npos, from = 0;
   while (n < name.size()) {
@@ -35,7 +35,7 @@ bool matches(std::string_view pattern, std::string_view name) noexcept {
   return pattern.find_first_not_of('*', p) == std::string_view::npos;
 }
 
-/// Numbers by value, whatever their zeros in front; else by character.
+/// The order of names: numbers in them by value, with or without zeros in front; all else by character.
 bool is_before(std::string_view a, std::string_view b) noexcept {
   const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
   const auto number = [&](std::string_view& text) {
@@ -151,6 +151,8 @@ Volume read_series(const VolumeRequest& request, double frame_period_s, BetweenF
     }
     first.field = time_series(std::move(fields), frame_period_s, between_frames);
   }
+  // Memory of a series that is not worth a warning. More: computers with little memory swap without a hint; less: usual series
+  // warn.
   constexpr double most_quiet_bytes = 2e9;
   if (bytes > most_quiet_bytes) {
     series.warnings.push_back("its " + std::to_string(frames.size()) + " frames take " +

@@ -14,8 +14,7 @@ namespace palpa {
 std::vector<std::filesystem::path> files_matching(const std::filesystem::path& pattern);
 
 /// The frames of a series as one volume whose fields are time series: one file for each frame, or all frames of one file
-/// (`request.frame` is not looked at). All frames have the same fields on one grid. A series of more than 2 GB says so in a
-/// warning.
+/// (`request.frame` is ignored). All frames must have the same fields on one grid. A series of more than 2 GB gets a warning.
 /// \param frame_period_s  [s] from frame to frame
 /// Throws what `read_volume` throws, and std::invalid_argument with the file's name and a sentence.
 Volume read_series(const VolumeRequest& request, double frame_period_s, BetweenFrames between_frames,

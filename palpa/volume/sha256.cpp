@@ -1,6 +1,6 @@
-// Our own, because no library that is linked offers it: VTK's KWSys and ITK have MD5, GDCM MD5 and SHA-1. OpenSSL, libgcrypt or
-// Nettle would be one more package of the group core, for every program that uses the library; this file is 150 lines and takes
-// the processor's own instructions where it has them.
+// Written here because no library that is linked offers SHA-256: VTK's KWSys and ITK have MD5, GDCM MD5 and SHA-1. OpenSSL,
+// libgcrypt or Nettle would be one more package of the group core, for every program that uses the library; this file has 150
+// lines and uses the processor's own instructions where it has them.
 #include "palpa/volume/sha256.h"
 
 #if defined(__x86_64__)
@@ -60,12 +60,13 @@ void add_blocks(State& state, const unsigned char* blocks, std::size_t count) {
 }
 
 #if defined(__x86_64__)
-/// The same by the processor's own instructions, eight times as fast: else checksums take longer than all other reading.
+/// The same by the processor's own instructions, eight times as fast: without them checksums take longer than all other
+/// reading.
 __attribute__((target("sha,sse4.1"))) void add_blocks_by_processor(State& state, const unsigned char* blocks,
                                                                    std::size_t count) {
   const __m128i byte_order = _mm_set_epi64x(0x0c0d0e0f08090a0b, 0x0405060700010203);
   const auto at = [](const void* p) { return static_cast<const __m128i*>(p); };
-  // The instructions want the words as a b e f and c d g h, the last one first.
+  // The instructions expect the words as a b e f and c d g h, the last word in the lowest bits.
   const __m128i badc = _mm_shuffle_epi32(_mm_loadu_si128(at(&state[0])), 0xb1);
   const __m128i hgfe = _mm_shuffle_epi32(_mm_loadu_si128(at(&state[4])), 0x1b);
   __m128i abef = _mm_alignr_epi8(badc, hgfe, 8), cdgh = _mm_blend_epi16(hgfe, badc, 0xf0);
