@@ -121,9 +121,10 @@ double work_j(const SubStep& step, const PlacedPrimitive& placed) noexcept;
 /// The largest value [m] that the duality gap (`error_bound_m`) can have for a balance as it is recorded, at its position in
 /// doubles. The law's bound is that of a place finer than doubles; where the proxy rests on something, or slips by little, the
 /// rounding to doubles adds its root to the gap (docs/theory.md 3.5). Never less than the law's bound. Reads only its
-/// arguments; allocates nothing. \param placed             all primitives of the balance, with the law's forces; the facets of
-/// a corner in a row and all with
-///                           one state; facets without force may be left out
+/// arguments; allocates nothing.
+///
+/// \param placed             all primitives of the balance, with the law's forces; the facets of a corner in a row and all
+///                           with one state; facets without force may be left out
 /// \param stiffness_n_per_m  [N/m] k of Eq. 1, > 0
 double recorded_bound_m(std::span<const PlacedPrimitive> placed, const Balance& balance, double stiffness_n_per_m) noexcept;
 
