@@ -1,5 +1,5 @@
-// The law: the rule that finds the balance, and what is recorded of a balance, so that anyone can check it. The exact law is in
-// solver.h; earlier systems' are others.
+// The law: the rule that finds the balance, and the record of a balance by which anyone can check it. The exact law is in
+// solver.h; other laws are those of earlier systems.
 #pragma once
 
 #include <cstdint>
@@ -11,12 +11,12 @@ namespace palpa {
 
 enum class BalanceStatus : std::uint8_t {
   exact,      ///< the bound is at most `exact_bound_m`
-  capped,     ///< work ran out; position is the best found, its bound is honest
+  capped,     ///< a cap on the work was reached; the position is the best found, and its bound still is proven
   bad_input,  ///< k, T or a position was not usable; position is the start, all forces zero
   baseline,   ///< an earlier system's law, which promises no bound of its own
 };
 
-const char* name_of(BalanceStatus status) noexcept;
+const char* name_of(BalanceStatus status) noexcept;  ///< "exact", …
 
 /// A balance whose proven error is at most this [m] is called exact. Less: rounding makes good balances `capped`; more: `exact`
 /// promises less, and recorded traces no longer compare.
@@ -28,7 +28,7 @@ struct Balance {
   double error_bound_m = 0.0;  ///< proven distance to the exact balance, rounding included
   BalanceStatus status = BalanceStatus::exact;
   int stage = 0;       ///< which stage of the law answered (0: nothing to solve)
-  int iterations = 0;  ///< how often the law looked at all primitives: proofs and Newton steps, over all stages
+  int iterations = 0;  ///< passes over all primitives: proofs and Newton steps, in all stages
 };
 
 /// Finds the balance: the minimiser over x of
@@ -43,52 +43,54 @@ class Law {
  public:
   virtual ~Law() = default;
 
-  /// Solves for the proxy.
+  /// Solves for the proxy. Inputs that cannot be used are answered with `bad_input`.
   /// \param primitives        what pulls at the proxy
   /// \param start_m           [m] the proxy before this sub-step
   /// \param probe_m           [m] the probe
   /// \param stiffness_n_per_m [N/m] k of Eq. 1, > 0
-  /// \param time_step_s       [s] T of the sub-step, > 0 where a primitive has a drag
+  /// \param time_step_s       [s] T of the sub-step, > 0 where a primitive has a drag; else unused
   virtual Balance solve(const PrimitiveSet& primitives, const Vec3& start_m, const Vec3& probe_m, double stiffness_n_per_m,
                         double time_step_s) noexcept = 0;
 
-  /// Force of each primitive on the proxy [N] at the last balance, in the set's order. Where redundant
-  /// primitives share a load this is one valid split of several.
+  /// Force of each primitive on the proxy [N] at the last balance, in the set's order; valid until the next `solve`. Where
+  /// redundant primitives share a load this is one valid split of several.
   virtual std::span<const Vec3> forces_n() const noexcept = 0;
 
   /// Forgets the forces kept for the warm start.
   virtual void reset() noexcept = 0;
 };
 
-/// By how much E's term of one primitive (a facet by itself is a plane) falls on the way between two positions [m], with T as
-/// above [J].
+/// How much the term of E of one primitive (a single facet counts as a plane) falls between two positions [m], in joules [J].
+/// \param time_step_s  [s] T as above
 double fall_j(const Primitive& primitive, const Vec3& from_m, const Vec3& to_m, double time_step_s) noexcept;
 
-/// What the proxy does at a primitive (a facet by itself is a plane) given the balance; what is elastic slips where it has
-/// given way by its strength over its stiffness. Read from the residual, which is unique, never from a split of force, which is
-/// not; within `error_bound_m` of the primitive counts as on it.
+/// What the proxy does at a primitive (a single facet counts as a plane) given the balance. It is read from the residual, which
+/// is unique, not from a split of forces, which is not: a proxy within `error_bound_m` of the primitive is on it. An elastic
+/// primitive slips where it has given way by its strength over its stiffness.
 PrimitiveState state_at(const Primitive& primitive, const Balance& balance) noexcept;
 /// The same of `primitives[i]`, or of the whole corner that it is a facet of.
 PrimitiveState state_at(std::span<const Primitive> primitives, std::size_t i, const Balance& balance) noexcept;
 
-/// The direction [1] in which the facets of a corner press together, with forces [N] along their normals; of one that presses
-/// alone its normal, to the bit. Zero where none does, or they cancel. Reads only its arguments.
+/// The direction [1] of the sum of the forces [N] of a corner's facets; if a single facet presses, its normal to the bit. Zero
+/// where none presses, or they cancel. Reads only its arguments.
 Vec3 pressed_direction(std::span<const Primitive> facets, std::span<const Vec3> forces_n) noexcept;
 
 /// A proven bound [m] of |x − x*| for any x and any forces, where x* is the exact balance, by the
 /// duality gap (strong convexity of E): (ρ + √(ρ² + 4kε))/(2k) with ρ the force left over and ε the
 /// sum of φ(r) + φ*(u) − u·r. Rounding of this computation itself is inside the bound.
-/// `forces_n` are projected on what each primitive can exert before they are used. Where k or T cannot be
-/// used, or a force is not finite, the largest number: nothing is proven.
+/// `forces_n` are first projected on the forces that each primitive can exert. Where k or T cannot be used, or a force is not
+/// finite, the result is the largest double: nothing is proven. Reads only its arguments; allocates nothing.
 double error_bound_m(std::span<const Primitive> primitives, std::span<const Vec3> forces_n, const Vec3& x_m,
                      const Vec3& probe_m, double stiffness_n_per_m, double time_step_s) noexcept;
 
-/// Why the proxy went no further.
+/// Why the proxy went no further (docs/path.md). `full`: it reached the balance; `event`: it met a level or an edge of data;
+/// `release`: it made the longest move that is allowed, and the rest follows at the same probe; `energy`: no place further on
+/// was allowed; `cap`: a cap was reached.
 enum class Stop : std::uint8_t { full, event, release, energy, cap };
 
-/// One sub-step, for those who want to check it (docs/trace.md, balances.csv).
+/// One sub-step with all that is needed to check it (docs/trace.md, balances.csv).
 struct SubStep {
-  double time_step_s = 0.0;
+  double time_step_s = 0.0;  ///< of the sub-step, a part of the tick's
   Vec3 start_m;
   Vec3 probe_m;
   double stiffness_n_per_m = 0.0;
@@ -107,19 +109,22 @@ struct SubStep {
 struct PlacedPrimitive {
   Primitive primitive;
   Captured captured;
-  Vec3 force_n;  ///< in the law's split: valid, but where several share a load one of many
+  Vec3 force_n;  ///< in the law's split; where several share a load, other splits are as valid
   PrimitiveState state = PrimitiveState::off;
-  Vec3 carried_m;  ///< how far the data of its mode carry the proxy in the whole sub-step
+  Vec3 carried_m;  ///< how far moving data of its mode carry the proxy in the whole sub-step
 };
 
-/// What a primitive brought in over its sub-step [J], below zero took out: F·(proxy − start − move_fraction · carried).
+/// The energy [J] that a primitive brought in over its sub-step, F·(proxy − start − move_fraction · carried); below zero: took
+/// out.
 double work_j(const SubStep& step, const PlacedPrimitive& placed) noexcept;
 
-/// What the duality gap (`error_bound_m`) says at most [m] of a balance as it is recorded: at its position, a double. The law's
-/// bound is that of a finer place, and the gap pays a root for the rounding where the proxy rests on something, or slips by
-/// little (docs/theory.md 3.5). Never less than the law's bound. Reads only its arguments; allocates nothing.
-/// \param placed             all that the balance is of, with the law's forces, the facets of a corner in a row and all of one
-///                           state; facets without force may be left out
+/// The largest value [m] that the duality gap (`error_bound_m`) can have for a balance as it is recorded, at its position in
+/// doubles. The law's bound is that of a place finer than doubles; where the proxy rests on something, or slips by little, the
+/// rounding to doubles adds its root to the gap (docs/theory.md 3.5). Never less than the law's bound. Reads only its
+/// arguments; allocates nothing.
+///
+/// \param placed             all primitives of the balance, with the law's forces; the facets of a corner in a row and all
+///                           with one state; facets without force may be left out
 /// \param stiffness_n_per_m  [N/m] k of Eq. 1, > 0
 double recorded_bound_m(std::span<const PlacedPrimitive> placed, const Balance& balance, double stiffness_n_per_m) noexcept;
 

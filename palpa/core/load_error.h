@@ -1,4 +1,4 @@
-// What loading throws.
+// The exception that loading throws.
 #pragma once
 
 #include <stdexcept>

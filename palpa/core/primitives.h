@@ -15,12 +15,12 @@ enum class PrimitiveKind : std::uint8_t { point, line, plane, directed, corner }
 
 /// What the proxy does at a primitive, read from the residual at the unique balance.
 enum class PrimitiveState : std::uint8_t {
-  stick,  ///< the proxy lies on it; the force is whatever balance asks, up to the strength
+  stick,  ///< the proxy lies on it; the force is what balance needs, up to the strength
   slip,   ///< the proxy was pulled off it; the force is the full strength (plus drag)
   off,    ///< a plane or corner that the proxy has left on its free side, and every directed force: no residual
 };
 
-/// A corner's is "facet", which is what one primitive of that kind is.
+/// "point", "line", …; "facet" for a corner, because a primitive of that kind is one facet.
 const char* name_of(PrimitiveKind kind) noexcept;
 const char* name_of(PrimitiveState state) noexcept;
 
@@ -50,9 +50,9 @@ struct PrimitiveId {
 /// each of them a facet: a plane through its position whose direction points out of the solid. Its force is
 /// Σ tᵢ qᵢ over the facets, tᵢ ≥ 0, not longer than s. A corner of one facet is a plane; none has a drag.
 ///
-/// A plane or a corner may be elastic, of a stiffness κ: it gives way by |r|, and answers with κ|r| until that is s, which is
-/// then all it has. Its R is Huber's function of |r| (1964): κ|r|²/2 up to |r| = s/κ, s|r| − s²/2κ beyond. Such a spring
-/// gives back what it took, so it has no drag.
+/// A plane or a corner may be elastic, with a stiffness κ: it gives way by |r|, with a force of κ|r| up to s, which it never
+/// exceeds. Its R is Huber's function of |r| (1964): κ|r|²/2 up to |r| = s/κ, s|r| − s²/2κ beyond. As a spring it gives energy
+/// back, so it may have no drag.
 struct Primitive {
   PrimitiveKind kind = PrimitiveKind::point;
   PrimitiveId id;
@@ -69,15 +69,15 @@ struct Primitive {
 /// The residual r of `primitive` at `x_m` [m]: the vector from the proxy to the primitive within the
 /// primitive's span; zero for directed and on a plane's free side; of a facet as of a plane. Reads only its arguments.
 Vec3 residual(const Primitive& primitive, const Vec3& x_m) noexcept;
-/// The same of `primitives[i]`, or of the whole corner that it is a facet of.
+/// The same of `primitives[i]`, or of the whole corner that it is a facet of. \param x_m  [m] the proxy
 Vec3 residual(std::span<const Primitive> primitives, std::size_t i, const Vec3& x_m) noexcept;
 
-/// From `x_m` [m] to the foot of the elastic `primitives[i]`, or of the whole corner that it is a facet of: to the place on it
-/// from where it was pressed in (docs/theory.md 8.11) [m]. No longer than strength over stiffness, beyond which it slips; zero
-/// of a rigid one. Reads only its arguments.
+/// The way [m] from `x_m` [m] to the foot of the elastic `primitives[i]`, or of the whole corner that it is a facet of: the
+/// place on the level from which the proxy pressed it in (docs/theory.md 8.11). Not longer than strength over stiffness, beyond
+/// which it slips; zero for a rigid one. Reads only its arguments.
 Vec3 way_to_foot_m(std::span<const Primitive> primitives, std::size_t i, const Vec3& x_m) noexcept;
 
-/// The primitives that stand for one with `primitives[i]`: all facets of its corner, or itself alone.
+/// The primitives that act as one with `primitives[i]`: all facets of its corner, or itself alone.
 std::span<const Primitive> whole_of(std::span<const Primitive> primitives, std::size_t i) noexcept;
 
 /// The level of a field that a plane stands on. `field` is the session's number of the field.
@@ -88,12 +88,12 @@ struct Captured {
   friend bool operator==(const Captured&, const Captured&) = default;
 };
 
-/// Where an elastic level that holds the proxy would be touched: its *foot*, the place on the level that the proxy is pressed
-/// in from (docs/theory.md 8.11).
+/// The *foot* of an elastic level that holds the proxy: the place on the level from which the proxy has pressed it in
+/// (docs/theory.md 8.11).
 struct Foot {
-  PrimitiveId id;       ///< of the plane
-  Vec3 way_m;           ///< [hand m] from the proxy to it
-  double held_j = 0.0;  ///< what is stored in the level
+  PrimitiveId id;       ///< of the plane on the level
+  Vec3 way_m;           ///< [hand m] from the proxy to the foot
+  double held_j = 0.0;  ///< energy stored in the level
 };
 
 /// A line whose strength is coefficient × the force of a plane of the same mode (Coulomb friction).
@@ -103,12 +103,11 @@ struct Friction {
   bool any() const noexcept { return plane >= 0; }
 };
 
-/// What a primitive may hold at most: far beyond any hand, and far from overflow, so that every set can
-/// be solved.
+/// Limits on primitives: far beyond any hand, and far from overflow. Larger: a set might overflow and could not be solved.
 inline constexpr double largest_position_m = 1e6;
 inline constexpr double largest_strength_n = 1e9;
 inline constexpr double largest_drag_ns_per_m = 1e9;
-/// [N/m] Least stiffness of an elastic plane: far softer than can be felt, so that every set can be solved.
+/// [N/m] Least stiffness of an elastic plane: far softer than can be felt. Less: its compliance could overflow.
 inline constexpr double softest_level_n_per_m = 1e-12;
 
 /// [s] Shorter sub-steps count as this long for drags, which hold like walls in either case. Less: c/(kT) could overflow.
@@ -120,6 +119,7 @@ inline constexpr std::size_t most_facets = 8;
 /// of a groove. Less: rounding, multiplied by 1/σ, can make a corner empty; more: sharp grooves lose a facet.
 inline constexpr double narrowest_corner = 1e-3;
 
+/// Why a primitive was refused.
 enum class Refusal : std::uint8_t {
   position_not_finite,
   direction_not_unit,
@@ -166,12 +166,14 @@ class PrimitiveSet {
   void clear(const Vec3& start_m) noexcept;
   /// From here on primitives belong to mode number `mode`.
   void begin_mode(std::uint16_t mode) noexcept { begin_mode(mode, start_m_); }
-  /// The same, of data that moved in the sub-step: a drag is accepted where the residual is zero at `carried_start_m` [m], to
-  /// where they carried the start.
+  /// The same for data that moved in the sub-step: a drag is accepted where the residual is zero at `carried_start_m` [m], the
+  /// place to which they carried the start.
   void begin_mode(std::uint16_t mode, const Vec3& carried_start_m) noexcept {
     mode_ = mode;
     carried_start_m_ = carried_start_m;
   }
+
+  // Each of these adds one primitive, or refuses it (`refused`). Strengths and drags are >= 0; a slot is used once per mode.
 
   /// A point primitive at `position_m`: holds the proxy in every direction.
   void point(std::uint16_t slot, const Vec3& position_m, double strength_n, double drag_ns_per_m = 0.0) noexcept;
@@ -179,26 +181,26 @@ class PrimitiveSet {
   void line(std::uint16_t slot, const Vec3& position_m, const Vec3& direction, double strength_n,
             double drag_ns_per_m = 0.0) noexcept;
   /// A plane primitive through `position_m`: pushes along the unit vector `normal` [1] while the proxy is
-  /// behind it. `captured` names the level it stands on, so that the tick lets no step cross that level.
+  /// behind it. `captured` names the level it stands on, so that the tick lets no step cross that level unnoticed.
   void plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n, Captured captured = {},
              double drag_ns_per_m = 0.0) noexcept;
-  /// An elastic one, with the unit vector `normal` [1]: it gives way by its force over `stiffness_n_per_m`, > 0.
+  /// An elastic plane, with the unit vector `normal` [1]: it gives way by its force over `stiffness_n_per_m`, > 0.
   void elastic_plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n,
                      double stiffness_n_per_m, Captured captured = {}) noexcept;
   /// A directed force of `strength_n` along the unit vector `direction` [1].
   void directed(std::uint16_t slot, const Vec3& direction, double strength_n) noexcept;
   /// Coulomb friction: a line through the plane of slot `plane_slot` (placed before by the same mode)
   /// at `position_m`, along that plane's normal, as strong as `coefficient` [1] times the plane's force
-  /// in this very sub-step. Its drag is what it is, however hard the plane presses.
+  /// in the same sub-step. Its drag does not depend on the plane's force.
   void friction(std::uint16_t slot, std::uint16_t plane_slot, const Vec3& position_m, double coefficient,
                 double drag_ns_per_m = 0.0) noexcept;
   /// Gives the plane or corner that begins at index `i` one more facet: the plane through `position_m` with the unit
-  /// vector `normal` [1] out of the solid, on the corner's level. It is inserted behind the last facet: what stands behind it
-  /// moves up by one. False, and refused, where the set is full, there are `most_facets`, the corner would be narrower
-  /// than `narrowest_corner`, or it has a drag.
+  /// vector `normal` [1] out of the solid, on the corner's level. It is inserted behind the corner's last facet, so that later
+  /// primitives move up by one. Returns false, and refuses it, where the set is full, there are `most_facets`, the corner would
+  /// be narrower than `narrowest_corner`, or it has a drag.
   bool add_facet(std::size_t i, const Vec3& position_m, const Vec3& normal) noexcept;
-  /// Any primitive; its id's mode is replaced by the current one. A facet with the slot of the corner before it is one
-  /// facet more of that.
+  /// Any primitive; the mode of its id is replaced by the current one. A facet with the slot of the corner before it becomes
+  /// another facet of that corner.
   void add(Primitive primitive, Captured captured = {}, Friction friction = {}) noexcept;
 
   std::size_t size() const noexcept { return size_; }
@@ -209,31 +211,33 @@ class PrimitiveSet {
   const Captured& captured(std::size_t i) const noexcept { return captured_[i]; }
   const Friction& friction_of(std::size_t i) const noexcept { return friction_[i]; }
   const Vec3& start_m() const noexcept { return start_m_; }
-  /// Whether any of it has a strength, a drag or friction. Not where all have faded away.
+  /// Whether any primitive has a strength, a drag or friction: false where all have faded away.
   bool can_pull() const noexcept;
 
-  /// Drops all but the first `count`: the tick's own business.
+  // The functions below are for the tick only.
+
+  /// Drops all but the first `count`.
   void truncate(std::size_t count) noexcept { size_ = count < size_ ? count : size_; }
 
-  /// Takes the i-th out, no plane that friction belongs to: the tick's own business.
+  /// Takes the i-th out. It must not be a plane that a friction line depends on.
   void remove(std::size_t i) noexcept;
 
-  /// Puts another primitive in the place of the i-th, which has its id: the tick's own business.
+  /// Puts another primitive with the same id in the place of the i-th.
   void replace(std::size_t i, const Primitive& primitive, Captured captured) noexcept {
     primitives_[i] = primitive;
     captured_[i] = captured;
   }
 
-  /// Sets the strength of the i-th, of a friction line from its plane's force: the tick's own business.
+  /// Sets the strength of the i-th: of a friction line, from its plane's force.
   void set_strength(std::size_t i, double strength_n) noexcept { primitives_[i].strength_n = strength_n; }
 
-  /// Multiplies strength and drag of the i-th by `share` [1], 0…1: the tick's own business.
+  /// Multiplies strength and drag of the i-th by `share` [1], 0…1.
   void fade(std::size_t i, double share) noexcept {
     primitives_[i].strength_n *= share;
     primitives_[i].drag_ns_per_m *= share;
   }
 
-  /// Replaces the force of a directed primitive [N]: the tick's own business.
+  /// Replaces the force of a directed primitive [N].
   void set_directed(std::size_t i, const Vec3& force_n) noexcept;
 
   /// What was refused since `clear`: the first few of them; `dropped()` counts all.

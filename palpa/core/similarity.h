@@ -1,4 +1,4 @@
-// The map between the hand frame and the world of the data: the only place that knows both.
+// The map between the hand frame and the world of the data: the only class that knows both.
 #pragma once
 
 #include "palpa/core/vec3.h"
@@ -43,7 +43,8 @@ struct Similarity {
 /// True when the map can be used: finite, scale > 0, rotation orthonormal to 1e-9 and not a mirror.
 bool is_usable(const Similarity& map) noexcept;
 
-/// Right-handed turn about an axis. Multiples of 90° are exact, so that a turned volume keeps its bits. Any thread.
+/// The rotation of a right-handed turn about an axis. Multiples of 90° about x, y and z are exact, so that values of a turned
+/// volume keep their bits. Any thread.
 /// \param axis     [1] of any length above 0
 /// \param turn_deg  [°] finite
 Mat3 turn_about(const Vec3& axis, double turn_deg) noexcept;
@@ -52,7 +53,7 @@ struct AxisTurn {
   Vec3 axis{0, 0, 1};     ///< [1] of length 1
   double turn_deg = 0.0;  ///< 0…180
 };
-/// What `turn_about` makes this rotation of, to rounding; the z axis where nothing turns. Any thread.
+/// Axis and angle from which `turn_about` makes this rotation, to rounding; the z axis for no rotation. Any thread.
 AxisTurn axis_of(const Mat3& rotation) noexcept;
 
 }  // namespace palpa

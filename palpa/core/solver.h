@@ -19,9 +19,9 @@ namespace palpa {
 ///   2. active set: which primitives stick and which slip is taken from the forces, the balance of that
 ///      choice comes from a 3×3 system, and it says who sticks and slips next;
 ///   3. multipliers: the fallback, convergent from anywhere but for its cap.
-/// All counts are capped; at the cap the best balance met is returned with its bound. `bad_input`, the start
-/// and zero forces are the answer to k outside of 1e-12 to 1e12 N/m, T <= 0 or not finite where there is a drag,
-/// positions that are not finite or beyond `largest_position_m`, and sets beyond the capacity (which asserts).
+/// All counts are capped; at the cap the best balance met is returned with its bound. The answer is `bad_input`, with the start
+/// as position and zero forces, where k is outside of 1e-12 to 1e12 N/m, T <= 0 or not finite although there is a drag, a
+/// position not finite or beyond `largest_position_m`, or the set larger than the capacity (which also asserts).
 class Solver final : public Law {
  public:
   /// Takes memory for sets of up to `capacity` primitives. Throws std::bad_alloc.
@@ -33,8 +33,8 @@ class Solver final : public Law {
   std::span<const Vec3> forces_n() const noexcept override { return {forces_.get(), size_}; }
   void reset() noexcept override { size_ = 0; }
 
-  /// [m] What position_m of the last balance lost when it was rounded: the bound was proven at position_m +
-  /// remainder_m(), a sum that no double holds, and then widened by the remainder.
+  /// [m] What position_m of the last balance lost by rounding to doubles: the bound was proven at position_m + remainder_m(), a
+  /// sum that is finer than a double, and then widened by the remainder.
   const Vec3& remainder_m() const noexcept { return remainder_m_; }
 
  private:
@@ -49,7 +49,7 @@ class Solver final : public Law {
   Vec3 remainder_m_;
 };
 
-/// The balance of one set, once: a Solver made for the occasion. Allocates.
+/// The balance of one set, by a new Solver; the parameters are those of Law::solve. Allocates; throws std::bad_alloc.
 Balance solve_once(const PrimitiveSet& primitives, const Vec3& start_m, const Vec3& probe_m, double stiffness_n_per_m,
                    double time_step_s);
 

@@ -37,26 +37,25 @@ struct Extent {
   friend bool operator==(const Extent&, const Extent&) = default;
 };
 
-/// What bounds a field around a position: at a distance of at most `radius_m` the value differs from the one at the position by
-/// at most `change(distance)`, and there are data if and only if there are some at the position. Proven, but often far from
-/// sharp.
+/// A bound on a field around a position: at a distance of at most `radius_m` the value differs from the one at the position by
+/// at most `change(distance)`, and there are data if and only if there are data at the position. Proven, but often far from
+/// tight.
 struct Certificate {
   double radius_m = 0.0;     ///< [m] 0: nothing is known
   double slope_per_m = 0.0;  ///< [unit/m]
-  double rounding = 0.0;     ///< the field's own unit: by which two samples may differ besides
+  double rounding = 0.0;     ///< the field's own unit: two samples may differ by this as well
 
-  /// The most, in the field's own unit, that the value changes over a distance [m] of at most `radius_m`.
+  /// The largest change of the value, in the field's own unit, over a distance [m] of at most `radius_m`.
   double change(double distance_m) const noexcept { return slope_per_m * distance_m + rounding; }
-  /// The same where lengths are `scale` [1] times as long, and positions are rounded by up to `shift_m` [m] on their way here.
+  /// The same in a frame where lengths are `scale` [1] times as long, and positions are rounded by up to `shift_m` [m].
   Certificate scaled(double scale, double shift_m) const noexcept;
 };
 
-/// A piece of a straight way through a scalar field, on which it is one polynomial, or known to stay within bounds. It begins
-/// where it was asked for.
+/// A piece of a straight way through a scalar field, on which the value is one polynomial, or is known to stay within bounds.
 struct Stretch {
   double end = 1.0;      ///< [1] share of the way where the piece ends
-  bool inside = false;   ///< the field has data on the piece, but for its ends perhaps
-  int degree = -1;       ///< [1] of the polynomial, 0…9; −1 where only this is known: the value stays in the quiet interval
+  bool inside = false;   ///< the field has data on the piece, perhaps except at its ends
+  int degree = -1;       ///< [1] of the polynomial, 0…9; −1: only known is that the value stays in the quiet interval
   double control[10]{};  ///< Bernstein coefficients of the value from begin to end, the field's own unit; their hull holds it
 };
 
@@ -81,37 +80,36 @@ class Field {
   /// by differences of the gradient over half a spacing.
   virtual Mat3 hessian(const Vec3& world_m) const noexcept;
 
-  /// The piece of the straight way from `from_m` to `to_m` [m] that begins at the share `begin` [1]: a scalar field's value
-  /// there, as one polynomial of the share. Pieces follow one another without gaps: the next begins where this one
-  /// ends, further on than it began. Where the field has no data, a piece that says so; on a way that is not
-  /// finite, one as far as its end.
+  /// The piece of the straight way from `from_m` to `to_m` [m] that begins at the share `begin` [1], with a scalar field's
+  /// value there as one polynomial of the share. Pieces have no gaps: the next one begins where this one ends, and each has a
+  /// length. Where the field has no data, the piece says so (`inside`); on a way that is not finite, such a piece reaches to
+  /// its end.
   ///
-  /// Grids are exact: a polynomial is the interpolant itself, within one cell. Where the value provably stays on the same
-  /// side of both ends of `quiet`, in the field's own unit (min <= value < max, but for rounding), a piece may have no
-  /// polynomial (degree −1) and be as long as that can be told cheaply; an empty interval (min > max) asks for
-  /// polynomials throughout. Here, for formulas: cubics through value and slope at both ends, over a quarter of a
-  /// spacing at most.
+  /// Grids are exact: a polynomial is the interpolant itself, within one cell. Where the value provably stays between both
+  /// ends of `quiet`, in the field's own unit (min <= value < max, to rounding), a piece may have no polynomial (degree −1) and
+  /// be as long as that can be found out cheaply; an empty interval (min > max) asks for polynomials throughout. This
+  /// implementation, for formulas: cubics through value and slope at both ends, over at most a quarter of a spacing.
   ///
-  /// Of a vector field, only where there are data: pieces of degree −1. Formulas look for holes in the middle of their box
-  /// only.
+  /// For a vector field pieces have degree −1 and only say where there are data. Formulas look for holes only in the middle of
+  /// each piece.
   virtual Stretch stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept;
 
-  /// How far the field goes on without surprise around a world position [m]: on grids about one cell, of a vector field for
-  /// the length of the value's change. Here, and for what changes with time: not at all. Takes a fraction of a sample's time.
+  /// A bound on the field around a world position [m]: on grids it reaches about one cell; of a vector field it bounds the
+  /// length of the value's change. This implementation, and fields that change with time: radius 0. Takes a fraction of a
+  /// sample's time.
   virtual Certificate certificate(const Vec3& world_m) const noexcept { return static_cast<void>(world_m), Certificate{}; }
 
   /// The length [m] over which the field may change its course, > 0 and finite: the least distance
-  /// between neighbouring planes of samples of a grid, the size of the finest feature of a formula.
+  /// between neighbouring planes of samples of a grid, or the size of the finest feature of a formula.
   virtual double spacing_m() const noexcept = 0;
-  /// The same [m] where a world position [m] is: of a rectilinear grid that of the cell, of others `spacing_m()`.
+  /// The same [m] at a world position [m]: for a rectilinear grid that of its cell there, for other fields `spacing_m()`.
   virtual double local_spacing_m(const Vec3& world_m) const noexcept { return static_cast<void>(world_m), spacing_m(); }
   /// A box [m] outside which the field has no data. Formulas state the box they are meant for.
   virtual Box bounds_m() const noexcept = 0;
-  /// How deep [m] a position lies within the data: distance to the nearest face of the grid (or of the
-  /// formula's box), or, where that is less, a distance to the nearest cell of a grid that cannot be sampled because
-  /// of voxels that are not finite: the true one or less, down to 1/√3 of it (less on sheared grids). Zero or less outside,
-  /// zero where voxels are missing; changes by no more than the position moves. Finite whatever the position. Strengths
-  /// fade with it.
+  /// How deep [m] a position lies within the data: the distance to the nearest face of the grid (or of the formula's box) or,
+  /// if less, to the nearest cell that has no value because of voxels that are not finite. The latter may be too small, down to
+  /// 1/√3 of the true one (less on sheared grids). Zero or less outside, zero where voxels are missing; changes by no more than
+  /// the position moves. Finite whatever the position. Strengths fade with it, so that they end before the data do.
   virtual double depth_m(const Vec3& world_m) const noexcept = 0;
   /// Range of each component over the finite samples of a grid; of a formula, or of vectors turned by a
   /// pose, a range that holds all its values. 0 to 0 where no sample is finite. Allocates.

@@ -14,6 +14,7 @@ namespace detail {
 struct VoxelFacts;
 }
 
+/// The type of the numbers in memory.
 enum class VoxelType : std::uint8_t { uint8, int16, uint16, int32, float32, float64 };
 
 const char* name_of(VoxelType type) noexcept;  ///< "uint8", …
@@ -28,19 +29,19 @@ struct GridPoint {
 };
 
 /// Where a grid lies: number of voxels along each axis and the affine from index to world. Any regular
-/// affine, sheared or mirrored too: a tilted CT is never resampled.
+/// affine will do, also a sheared or mirrored one, so that a tilted CT need not be resampled.
 ///
-/// A rectilinear grid has planes of voxels at uneven distances: the affine has their mean distance as its step, and
-/// `planes` says where along the axis each plane lies.
+/// A rectilinear grid has planes of voxels at uneven distances: the step of its affine is their mean distance, and `planes`
+/// says where along the axis each plane lies.
 struct GridGeometry {
   std::array<std::int64_t, 3> dims{1, 1, 1};  ///< voxels along i (fastest in memory), j, k; >= 1 each
   Mat3 index_to_world_m = Mat3::identity();   ///< [m] column = step of one index
   Vec3 origin_m;                              ///< [m] world position of index (0, 0, 0)
-  /// Of each axis the places of its planes [steps of the affine], rising from 0 to dims − 1; empty: 0, 1, 2, …
+  /// For each axis the places of its planes [steps of the affine], rising from 0 to dims − 1; empty: 0, 1, 2, …
   std::array<std::vector<double>, 3> planes{};
 
   friend bool operator==(const GridGeometry&, const GridGeometry&) = default;
-  /// World position [m] of a position on the grid; between planes, and beyond the last, even along each axis.
+  /// World position [m] of a position on the grid; linear between planes, and beyond the last, along each axis.
   Vec3 to_world(const GridPoint& p) const noexcept {
     return index_to_world_m * (is_rectilinear() ? among_planes(p) : Vec3{p.i, p.j, p.k}) + origin_m;
   }
@@ -53,9 +54,9 @@ struct GridGeometry {
 /// What is wrong with the geometry, as a sentence without its dot; nullptr when it can be used.
 const char* problem_with(const GridGeometry& geometry) noexcept;
 
-/// The grid whose planes along x, y and z lie at these coordinates [m], each list rising or falling. Evenly spaced ones, to
-/// their rounding as floats, make an affine axis without planes; an axis of one coordinate is as wide as the least mean
-/// step of the others. Throws std::invalid_argument, with a sentence.
+/// The grid whose planes along x, y and z lie at these coordinates [m], each list rising or falling. An axis of evenly spaced
+/// coordinates (to their rounding as floats) becomes affine, without `planes`; an axis of one coordinate gets the least mean
+/// step of the others. Throws std::invalid_argument, with a sentence, on coordinates that make no grid.
 GridGeometry rectilinear_geometry(const std::array<std::vector<double>, 3>& coordinates_m);
 
 /// Voxels in memory: i fastest, components of one voxel together. The memory belongs to `data`.
@@ -63,12 +64,12 @@ struct Voxels {
   VoxelType type = VoxelType::float32;
   int components = 1;  ///< 1 or 3
   std::shared_ptr<const void> data;
-  /// Their range and that of their bricks, as a grid that has read them found it: another grid of the same voxels need not
-  /// read them again. Made by grids alone.
+  /// Ranges that a grid found when it read the voxels, so that another grid of the same voxels need not read them again. Only
+  /// grids set this; leave it empty.
   std::shared_ptr<const detail::VoxelFacts> facts{};
 };
 
-/// What lies between the voxels of a grid.
+/// How a grid is sampled between its voxels.
 enum class Filter : std::uint8_t {
   trilinear,  ///< straight from voxel to voxel (`grid_field`)
   smooth,     ///< smoothing cubic B-spline: the voxels are its coefficients (`smooth_grid_field`)
@@ -88,12 +89,12 @@ const char* name_of(Filter filter) noexcept;  ///< "trilinear", …
 /// components values: nothing here can check that.
 FieldPtr grid_field(const GridGeometry& geometry, Voxels voxels, double scale = 1.0, double offset = 0.0);
 
-/// The same for whoever only looks at a large grid: reads one row along i in `one_row_in` (1 or more), so that the range is
-/// that of those alone, and ways through the grid are looked at cell by cell. `scale` [unit], `offset` [unit].
+/// The same for large grids that are only looked at, not felt: reads one row along i in `one_row_in` (1 or more), so that the
+/// range is that of those rows, and `stretch` goes through the grid cell by cell. `scale` [unit], `offset` [unit].
 FieldPtr grid_field_to_look_at(const GridGeometry& geometry, Voxels voxels, double scale, double offset,
                                std::int64_t one_row_in);
 
-/// What a field on a grid was made of.
+/// The arguments from which a field on a grid was made.
 struct GridView {
   GridGeometry geometry;
   Voxels voxels;
@@ -103,19 +104,19 @@ struct GridView {
   Filter filter = Filter::trilinear;
   bool signless = false;  ///< an axis field: v and −v in a voxel are the same (`signless`)
 };
-/// The grid behind any field on a grid, whatever lies between its voxels; nullptr for formulas, posed fields and what is
-/// computed from another field's sample.
+/// The grid behind any field on a grid, whatever its filter; nullptr for formulas, posed fields and fields that are computed
+/// from another field's sample. Valid as long as the field.
 const GridView* grid_behind(const Field& field) noexcept;
 /// The same as `grid_behind` for a field made by `grid_field` alone; nullptr for other fields.
 const GridView* grid_of(const Field& field) noexcept;
 
-/// The same voxels with another filter, under the same pose, in every frame of a series; the field itself where it has that
-/// filter already. Throws std::invalid_argument, with a sentence, on a field that has no voxels (a formula, a derived value),
-/// and on Filter::cubic for whole numbers and for axes.
+/// The same voxels with another filter, under the same pose, in every frame of a series; the field itself if it has that
+/// filter already. Allocates, and for Filter::cubic copies the voxels. Throws std::invalid_argument, with a sentence, on a
+/// field without voxels (a formula, a derived value), and on Filter::cubic for whole numbers and for axis fields.
 FieldPtr filtered(FieldPtr field, Filter filter);
 
-/// A vector grid as an axis field with the same voxels, filter (the smooth one for a cubic) and pose. Throws
-/// std::invalid_argument, with a sentence, on fields without voxels and on scalar ones.
+/// A vector grid as an axis field, in which v and −v are the same, with the same voxels, filter (smooth instead of cubic) and
+/// pose. Throws std::invalid_argument, with a sentence, on fields without voxels and on scalar ones.
 FieldPtr signless(FieldPtr field);
 
 }  // namespace palpa

@@ -10,15 +10,15 @@
 
 namespace palpa {
 
-/// A moment of the data. What lies beyond a field's last moment is decided here, so that one scene can
-/// play the same fields once or in a loop, each field over its own length.
+/// A moment of the data. It also says what follows a field's last moment, so that one scene can play the same fields once or in
+/// a loop, each field over its own length.
 struct DataTime {
   double time_s = 0.0;  ///< [s] since the first frame or pose; any finite number
   bool loop = false;    ///< after its end a field begins again; else it stays at its first and last moment
 
   constexpr DataTime() noexcept = default;
   constexpr DataTime(double at_s, bool looped = false) noexcept : time_s(at_s), loop(looped) {}
-  /// The moment as one between 0 and the end of a cycle of this length [s], above 0; the first for one that is not finite.
+  /// The moment within a cycle of this length [s], above 0: from 0 to its end; 0 for a moment that is not finite.
   double within(double cycle_s) const noexcept;
   friend bool operator==(const DataTime&, const DataTime&) = default;
 };
@@ -39,23 +39,23 @@ class TimedField : public Field {
   virtual ScalarSample scalar_at(const Vec3& world_m, DataTime at) const noexcept;
   virtual VectorSample vector_at(const Vec3& world_m, DataTime at) const noexcept;
   virtual Mat3 hessian_at(const Vec3& world_m, DataTime at) const noexcept;  ///< by differences, like `Field::hessian`
-  /// As `Field::stretch`, from the share `begin` [1] on, at one moment: a series of grids is exact too.
+  /// As `Field::stretch`, from the share `begin` [1] on, at one moment. A series of grids is exact as well.
   virtual Stretch stretch_at(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet,
                              DataTime at) const noexcept;
   virtual double depth_at(const Vec3& world_m, DataTime at) const noexcept = 0;  ///< [m]
 
-  /// Where the data's point that is at a world position [m] at one moment is at another. A volume that
+  /// Where the point of the data that is at a world position [m] at the moment `from` is at the moment `to`. A volume that
   /// moves carries its points exactly. Where only values change, a scalar field's point keeps its value and
-  /// moves along the gradient: by −φ_t g/|g|² for a short time. `known` is false where that cannot be said:
-  /// the gradient is no more than noise, or the level has moved by more than half a spacing at once, or is
-  /// gone. The points of a vector field whose values change stay where they are.
+  /// moves along the gradient: by −φ_t g/|g|² for a short time. `known` is false where this fails: the gradient is no more than
+  /// noise, or the level has moved by more than half a spacing at once, or is gone. Points of a vector field whose values
+  /// change stay where they are.
   virtual Carried carried(const Vec3& world_m, DataTime from, DataTime to) const noexcept = 0;
   /// The position alone [m].
   Vec3 carried_m(const Vec3& world_m, DataTime from, DataTime to) const noexcept {
     return carried(world_m, from, to).position_m;
   }
 
-  /// The length of a loop [s], > 0: that of a series ends one period after its last frame.
+  /// The length of a loop [s], > 0. The loop of a series ends one period after its last frame.
   virtual double cycle_s() const noexcept = 0;
   /// The time [s] over which the field may change its course, > 0: from frame to frame, from pose to pose.
   virtual double time_spacing_s() const noexcept = 0;
@@ -76,15 +76,15 @@ class TimedField : public Field {
   Carried carried_with_level(const Vec3& world_m, DataTime from, DataTime to, double noise) const noexcept;
 };
 
-/// The field as a timed one; nullptr for a field that stays as it is.
+/// The field as a timed one; nullptr for a field that does not change with time.
 const TimedField* timed(const Field& field) noexcept;
-/// The field as it is at one moment; the field itself where it is not timed.
+/// The field as it is at one moment; the field itself if it is not timed. Allocates.
 FieldPtr frozen(FieldPtr field, DataTime at);
 
-/// What lies between two frames.
+/// What a series is between two frames.
 enum class BetweenFrames : std::uint8_t {
-  linear,   ///< values and derivatives blended; a level moves with it where it shifts by less than its edge is wide
-  nearest,  ///< the nearer frame: everything jumps in the middle
+  linear,   ///< values and derivatives are blended; a level moves along if it shifts by less than the width of its edge
+  nearest,  ///< the nearer frame: everything jumps half way between frames
 };
 
 /// Frames of one grid or box at equal distances in time: frame i at i · period. Looped, the last frame is followed by the
@@ -92,7 +92,7 @@ enum class BetweenFrames : std::uint8_t {
 ///
 /// A linear blend is one of values, gradients, Jacobians and Hessians, so each of them stays the exact derivative of the
 /// value at every moment; at a frame it is that frame, to the bit. A place is inside where both frames are.
-/// A frame may not be timed itself. Keeps the frames: no memory beyond them.
+/// A frame must not be timed itself. Keeps the frames, and needs no memory beyond them.
 ///
 /// \param frames    at least one; the same components, box and spacing
 /// \param period_s  [s] from frame to frame, above 0 and finite
@@ -110,11 +110,11 @@ struct SeriesView {
 };
 const SeriesView* series_of(const Field& field) noexcept;
 
-/// The field moved by a pose: sampled at pose⁻¹(x), vectors and derivatives turned with it. Values
-/// stay what they are. A timed field stays timed. Throws std::invalid_argument on a pose that is not usable.
+/// The field moved by a pose: sampled at pose⁻¹(x), vectors and derivatives turned with it. Scalar values
+/// do not change. A timed field stays timed. Allocates; throws std::invalid_argument on a pose that is not usable.
 FieldPtr posed(FieldPtr field, const Similarity& pose);
 
-/// What `posed` made a field of.
+/// The arguments from which `posed` made a field.
 struct PosedView {
   FieldPtr field;
   Similarity pose;
@@ -132,9 +132,9 @@ struct TimedPose {
 using PoseTrack = std::vector<TimedPose>;
 
 /// The pose at a moment: between two poses the translation and the logarithm of the scale are linear, and the rotation turns
-/// at constant rate about one axis, the shorter way. So a volume moves steadily from pose to pose, no faster than the poses
-/// say, and its velocity is finite always; it steps at a pose, and the force of a drag with it: more poses make that smaller.
-/// At a pose it is that pose, to the bit. A loop lasts as long as the track; it should end where it begins.
+/// at constant rate about one axis, the shorter way. So a volume moves steadily from pose to pose, and its velocity is always
+/// finite. At a pose its velocity steps, and the force of a drag with it: more poses make these steps smaller. At a pose the
+/// result is that pose, to the bit. A loop lasts as long as the track, which should end where it begins.
 Similarity pose_at(const PoseTrack& track, DataTime at) noexcept;
 
 /// What is wrong with the track, as a sentence without its dot; nullptr when it can be used: at least one pose, the first
@@ -147,12 +147,13 @@ const char* problem_with(const PoseTrack& track) noexcept;
 /// Throws std::invalid_argument, with a sentence, on a track that cannot be used.
 FieldPtr moving(FieldPtr field, PoseTrack track, int per_length = 0);
 
-/// What `moving`, or `posed` for a timed field, made a field of; nullptr for other fields.
+/// The arguments from which `moving`, or `posed` of a timed field, made a field.
 struct MovingView {
   FieldPtr field;
   PoseTrack track;
   int per_length = 0;  ///< [1]
 };
+/// nullptr for other fields.
 const MovingView* moving_of(const Field& field) noexcept;
 
 }  // namespace palpa
