@@ -3,6 +3,7 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -47,8 +48,6 @@ std::string place_of(const toml::source_region& region) {
   return *region.path + ":" + std::to_string(region.begin.line) + ":" + std::to_string(region.begin.column);
 }
 std::string place_of(const toml::node& node) { return place_of(node.source()); }
-
-bool is_before(const toml::source_region& a, const toml::source_region& b) { return a.begin < b.begin; }
 
 // ---- Text
 
@@ -128,7 +127,7 @@ class Section {
   Section(const toml::table& table, const Keys& keys, std::string where) : table_(table), where_(std::move(where)) {
     const toml::key* unknown = nullptr;
     for (const auto& [key, node] : table) {
-      if (!detail::find(keys, key.str()) && (!unknown || is_before(key.source(), unknown->source()))) unknown = &key;
+      if (!detail::find(keys, key.str()) && (!unknown || key.source().begin < unknown->source().begin)) unknown = &key;
     }
     if (unknown) {
       fail(place_of(unknown->source()), "unknown key " + in_quotes(unknown->str()) + " in " + where_ + "; " +
@@ -224,7 +223,8 @@ class Setter {
     const std::string place = std::string(set_mark) + path;
     const std::vector<std::string> parts = split(path);
     const std::size_t n = parts.size();
-    if (n == 2 && (parts[0] == "coupling" || parts[0] == "workspace" || parts[0] == "time" || path == "law.method")) {
+    constexpr std::array tables = {"coupling", "workspace", "time", "view"};
+    if (n == 2 && (path == "law.method" || std::ranges::find(tables, parts[0]) != tables.end())) {
       if (!root_.contains(parts[0])) root_.insert(toml::key(parts[0], region(place)), toml::table{});
       return put(root_[parts[0]].as_table(), parts[1], value, place);
     }
@@ -245,7 +245,7 @@ class Setter {
     }
     fail(place,
          "no such path; there are: coupling.KEY, law.method, workspace.KEY, volume.NAME.KEY, mode.NAME.KEY, "
-         "mode.NAME.level.NAME.KEY, time.KEY");
+         "mode.NAME.level.NAME.KEY, time.KEY, view.KEY");
   }
 
   /// A value as TOML reads it; what TOML cannot read is a text, so that words need no quotes.
@@ -273,13 +273,7 @@ class Setter {
  private:
   static std::vector<std::string> split(const std::string& path) {
     std::vector<std::string> parts(1);
-    for (const char c : path) {
-      if (c == '.') {
-        parts.emplace_back();
-      } else {
-        parts.back() += c;
-      }
-    }
+    for (const char c : path) c == '.' ? parts.emplace_back() : parts.back() += c;
     return parts;
   }
 
@@ -502,6 +496,7 @@ class Loader {
     }
     for (std::size_t i = 0; i < loaded_.scene.modes().size(); ++i) derive_fields(loaded_.scene.modes()[i], i);
     std::vector<Finding> warnings = refuse_first(detail::findings(loaded_.scene));
+    std::ranges::move(detail::layer_findings(loaded_.scene, loaded_.scene.layers), std::back_inserter(warnings));
     if (options_.thin_parts) {
       std::vector<std::string> chose;
       for (const VolumePlan& plan : volumes) {
@@ -561,10 +556,9 @@ class Loader {
   void read_view(const Section& scene) {
     const toml::table* table = scene.subtable("view");
     if (!table) return;
-    detail::ViewPart part;
-    const Section view = read(*table, "[view]", part);
-    loaded_.scene.view_from = part.from;
-    if (part.from && norm(*part.from) == 0.0) {
+    ViewOptions& options = loaded_.scene.view;
+    const Section view = read(*table, "[view]", options);
+    if (options.from && norm(*options.from) == 0.0) {
       fail(place_of(*view.node("from")), "'from' is [0, 0, 0]; a direction of the world is no zero, such as [1, 0, 0]");
     }
     for (const toml::table* layer_table : tables_in(view.node("layer"))) {
@@ -591,9 +585,9 @@ class Loader {
     const auto value = number_in(*point->get(0));
     const auto color = point->get(1)->value<std::string>();
     const auto opacity = number_in(*point->get(2));
-    const auto is_hex = [](char c) { return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F'); };
     return value && std::isfinite(*value) && color && color->size() == 7 && color->front() == '#' &&
-           std::all_of(color->begin() + 1, color->end(), is_hex) && opacity && *opacity >= 0.0 && *opacity <= 1.0;
+           color->find_first_not_of("0123456789abcdefABCDEF", 1) == std::string::npos && opacity && *opacity >= 0.0 &&
+           *opacity <= 1.0;
   }
 
   // ---- Volumes
@@ -606,7 +600,7 @@ class Loader {
     }
     // A table forgets the order of the file; the first volume is the one that a workspace fits.
     std::ranges::stable_sort(in_order,
-                             [](const auto& a, const auto& b) { return is_before(a.first->source(), b.first->source()); });
+                             [](const auto& a, const auto& b) { return a.first->source().begin < b.first->source().begin; });
 
     std::vector<VolumePlan> plans;
     for (const auto& [key, node] : in_order) {

@@ -269,9 +269,9 @@ void visit_part(detail::FunctionPart& part, ParameterVisitor& visitor) {
        param("outside", &F::outside, "result below the first and above the last value", Range{}));
 }
 
-void visit_part(detail::ViewPart& part, ParameterVisitor& visitor) {
+void visit_part(ViewOptions& part, ParameterVisitor& visitor) {
   each(part, visitor, other("layer", ParameterKind::list, "[[view.layer]]", "what is drawn"),
-       param("from", &detail::ViewPart::from, "direction of the world from which pictures look")
+       param("from", &ViewOptions::from, "direction of the world from which pictures look")
            .left_out("chosen for what was felt"));
 }
 

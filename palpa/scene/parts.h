@@ -73,11 +73,6 @@ struct FunctionPart {
   double outside = 0.0;  ///< [N] or [1] as its results
 };
 
-/// [view], but for its layers.
-struct ViewPart {
-  std::optional<Vec3> from;  ///< [1]
-};
-
 /// The colours of a layer, but for their points.
 struct ColorsPart {};
 
@@ -101,7 +96,7 @@ void visit_part(detail::PosePart& part, ParameterVisitor& visitor);
 void visit_part(detail::TimedPosePart& part, ParameterVisitor& visitor);
 void visit_part(detail::ModePart& part, ParameterVisitor& visitor);
 void visit_part(detail::FunctionPart& part, ParameterVisitor& visitor);
-void visit_part(detail::ViewPart& part, ParameterVisitor& visitor);
+void visit_part(ViewOptions& part, ParameterVisitor& visitor);
 void visit_part(ViewLayer& part, ParameterVisitor& visitor);
 void visit_part(detail::ColorsPart& part, ParameterVisitor& visitor);
 

@@ -80,7 +80,7 @@ std::string scene_reference_markdown(const ModeCatalog& modes) {
     out += "| [`" + type + "`](modes/" + type + ".md) | " + cell(std::string(mode.summary())) + " |\n";
   }
   out += "\n" + section("A function of a field (STRENGTH, `mask`)", detail::keys_of<detail::FunctionPart>());
-  out += section("`[view]`", detail::keys_of<detail::ViewPart>());
+  out += section("`[view]`", detail::keys_of<ViewOptions>());
   out += section("`[[view.layer]]`", detail::keys_of<ViewLayer>());
   out += section("`colors` of a layer", detail::keys_of<detail::ColorsPart>());
   out.pop_back();

@@ -428,6 +428,22 @@ std::vector<Finding> field_findings(const Scene& scene, const SceneMode& scene_m
   return found;
 }
 
+std::vector<Finding> layer_findings(const Scene& scene, const std::vector<ViewLayer>& layers) {
+  std::vector<Finding> found;
+  for (std::size_t i = 0; i < layers.size(); ++i) {
+    const ViewLayer::Show show = layers[i].show;
+    const Found drawn = find_field(scene.volumes(), layers[i].field.name);
+    const bool of_vectors = show == ViewLayer::Show::streamlines || show == ViewLayer::Show::glyphs;
+    if (drawn.field && (show == ViewLayer::Show::slices || of_vectors == (drawn.components == 3))) continue;
+    const char* const wrong = of_vectors ? " is a scalar field; streamlines and glyphs are drawn of a vector one"
+                                         : " is a vector field; a surface or a volume is drawn of a scalar one, its magnitude";
+    found.push_back({{.section = "view", .list = "layer", .item = i, .key = "field"},
+                     drawn.field ? in_quotes(layers[i].field.name) + wrong : drawn.problem,
+                     true});
+  }
+  return found;
+}
+
 std::vector<Finding> time_findings(const Scene& scene) {
   std::vector<Finding> found = part_findings("time", scene.time);
   const auto warn = [&](const char* key, std::string text) {

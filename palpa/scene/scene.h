@@ -84,6 +84,12 @@ struct SceneMode {
   std::vector<Mask> masks;
 };
 
+/// How pictures of the scene are taken ([view]). Nothing that is felt depends on it.
+struct ViewOptions {
+  std::optional<Vec3> from{};  ///< [1] direction of the world from which they look; none: chosen for what was felt
+  friend bool operator==(const ViewOptions&, const ViewOptions&) = default;
+};
+
 /// A scene, as a value: copyable (voxels are shared), comparable, printable as TOML. Not for the tick:
 /// everything here may allocate and throws SceneError on what cannot be used.
 class Scene {
@@ -97,7 +103,7 @@ class Scene {
   Workspace workspace;
   TimeOptions time;
   std::vector<ViewLayer> layers;
-  std::optional<Vec3> view_from;  ///< [1] direction of the world from which pictures look; none: chosen for what was felt
+  ViewOptions view;
 
   /// Adds a volume, moved by `pose`; returns the name of its first field. The name is a plain word and
   /// not taken. Its grids are felt through `filter`; without one, trilinear grids get the default of their voxels and

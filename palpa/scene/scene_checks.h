@@ -10,9 +10,9 @@ namespace palpa::detail {
 
 /// What part of a scene a finding is about, as far as it is known.
 struct Part {
-  std::string section;   ///< "coupling", "law", "workspace", "time" or "mode"
+  std::string section;   ///< "coupling", "law", "workspace", "time", "view" or "mode"
   std::size_t mode = 0;  ///< its number
-  std::string list;      ///< list parameter of the mode; empty: none
+  std::string list;      ///< list parameter of the mode, or "layer" of a view; empty: none
   std::size_t item = 0;
   std::string key;
 };
@@ -30,6 +30,8 @@ std::string called(const SceneMode& mode);
 std::vector<Finding> parameter_findings(const SceneMode& mode, std::size_t number);
 /// Whether the fields that a mode names are there and of the right kind.
 std::vector<Finding> field_findings(const Scene& scene, const SceneMode& mode, std::size_t number);
+/// Whether the fields that are drawn are there and of the right kind: warnings, as they can be felt all the same.
+std::vector<Finding> layer_findings(const Scene& scene, const std::vector<ViewLayer>& layers);
 /// What is wrong with its time.
 std::vector<Finding> time_findings(const Scene& scene);
 /// Everything about a scene, warnings included.

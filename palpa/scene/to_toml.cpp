@@ -209,7 +209,7 @@ std::string to_toml(const Scene& scene) {
   if (scene.time != TimeOptions{}) out += "\n[time]\n" + lines(written(scene.time).said);
   for (const SceneVolume& volume : scene.volumes()) out += "\n[volume." + volume.name + "]\n" + volume_body(volume);
   for (const SceneMode& mode : scene.modes()) out += "\n[[mode]]\n" + mode_body(mode);
-  if (scene.view_from) out += "\n[view]\n" + lines(written(detail::ViewPart{scene.view_from}).said);
+  if (scene.view != ViewOptions{}) out += "\n[view]\n" + lines(written(scene.view).said);
   for (const ViewLayer& layer : scene.layers) out += "\n[[view.layer]]\n" + layer_body(layer);
   return out;
 }

@@ -31,6 +31,7 @@
 
 #include "palpa/grid/grid.h"
 #include "palpa/grid/sampled.h"
+#include "palpa/scene/scene_checks.h"
 #include "palpa/view/shapes.h"
 #include "palpa/view/streamlines.h"
 #include "palpa/volume/volume.h"
@@ -443,18 +444,9 @@ void draw_layer(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, con
   const ViewLayer& layer = layers[number];
   const VolumeField& named = scene.field(layer.field);
   const FieldPtr field = in_hand_frame(frozen(named.field, options.at), scene.hand_to_world());
-  const bool vectors = field->components() == 3;
   const Box box = shared_part(field->bounds_m(), options.near);
   const double side_m = largest_component(box.size_m());
   if (!(side_m > 0.0)) return;
-
-  const bool for_vectors = layer.show == ViewLayer::Show::streamlines || layer.show == ViewLayer::Show::glyphs;
-  const bool for_scalars = layer.show == ViewLayer::Show::surface || layer.show == ViewLayer::Show::volume;
-  if ((for_vectors && !vectors) || (for_scalars && vectors)) {
-    throw LoadError("pictures: '" + layer.field.name + "' is a " + (vectors ? "vector" : "scalar") + " field; " +
-                    (vectors ? "a surface or a volume is drawn of a scalar one, such as magnitude(" + layer.field.name + ")"
-                             : "streamlines and glyphs are drawn of a vector one"));
-  }
 
   switch (layer.show) {
     case ViewLayer::Show::surface: {
@@ -613,6 +605,7 @@ SurfaceStyle surface_style(const Scene& scene, const std::vector<ViewLayer>& lay
 
 LayerSigns draw_layers(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, const std::vector<ViewLayer>& layers,
                        const LayerOptions& options) {
+  for (const Finding& finding : layer_findings(scene, layers)) throw LoadError("pictures: " + finding.text);
   Images images;
   LayerSigns signs;
   // From the innermost out, as translucent surfaces are drawn.

@@ -42,7 +42,7 @@ struct LayerOptions {
 };
 
 /// Draws the layers in the hand frame: what is opaque with `solid`; what is translucent with `shells`, which has to draw after
-/// `solid` and keep its depths. Throws SceneError on an unknown field, LoadError on one of the wrong kind.
+/// `solid` and keep its depths. Throws LoadError on a field that is unknown or of the wrong kind.
 LayerSigns draw_layers(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, const std::vector<ViewLayer>& layers,
                        const LayerOptions& options);
 

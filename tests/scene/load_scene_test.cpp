@@ -82,7 +82,7 @@ mask = [{of = "ball", points = [[-1, 0.5], [1, 1]], outside = 0.25}]
 level = [{name = "a", value = -0.001, strength_n = {of = "ball", points = [[-1, 2], [1, 3]]}}, {value = 0.02, friction_n = 0.1}]
 [[view.layer]]
 show = "surface"
-field = "magnitude(ball)"
+field = "ball"
 level = 0
 colors = {points = [[0, "#e8b899", 0.3]]}
 )toml");
@@ -455,7 +455,7 @@ TEST(LoadScene, ReadsHowAPictureLooks) {
       parse(with("[view]\nfrom = [1, 0, 2]\n[[view.layer]]\nshow = 'surface'\nfield = 'ball'\n"
                  "name = 'a ball'\nparts = 'all'\n[[view.layer]]\nshow = 'slices'\nfield = 'ball'\n"));
   const Scene& scene = loaded.scene;
-  EXPECT_EQ(scene.view_from, (Vec3{1, 0, 2}));
+  EXPECT_EQ(scene.view.from, (Vec3{1, 0, 2}));
   ASSERT_EQ(scene.layers.size(), 2u);
   EXPECT_EQ(scene.layers[0].name, "a ball");
   EXPECT_TRUE(scene.layers[0].all_parts);
@@ -465,6 +465,14 @@ TEST(LoadScene, ReadsHowAPictureLooks) {
   expect_refused({Wrong{"from nowhere", with("[view]\nfrom = [0, 0, 0]\n"), "s.toml:13:8: 'from' is [0, 0, 0];"},
                   Wrong{"other parts", layer("show = 'surface'\nfield = 'ball'\nparts = 'some'"),
                         "s.toml:15:9: 'parts' in [[view.layer]] cannot be 'some'; "}});
+}
+
+TEST(LoadScene, WhatCannotBeDrawnIsToldWhereItStandsAndFeltAllTheSame) {
+  EXPECT_THAT(parse(layer("show = 'slices'\nfield = 'bell'")).warnings,
+              ElementsAre(StartsWith("s.toml:14:9: no volume 'bell'; did you mean 'ball'?")));
+  EXPECT_THAT(parse(layer("show = 'streamlines'\nfield = 'ball'")).warnings,
+              ElementsAre("s.toml:14:9: 'ball' is a scalar field; streamlines and glyphs are drawn of a vector one"));
+  EXPECT_THAT(parse(layer("show = 'slices'\nfield = 'ball'")).warnings, testing::IsEmpty());
 }
 
 TEST(LoadScene, NamesSeveralFieldsOfOneVolume) {

@@ -363,7 +363,7 @@ TEST(Overview, LooksStraightAtAPlaneAndWhereTheSceneSays) {
   std::vector<PathPoint> square;
   for (int i = 0; i <= 100; ++i) square.push_back({{0.001 * i, i < 50 ? 0.0 : 0.03, 0.02}, {0.001 * i, 0, 0.03}, {0, 0, 1}});
   EXPECT_EQ(overview(scene, square).from, (Vec3{0, 0, 1}));
-  scene.view_from = Vec3{1, 0, 0};
+  scene.view.from = Vec3{1, 0, 0};
   EXPECT_EQ(overview(scene, square).from, (Vec3{1, 0, 0}));
   scene.workspace.towards_user = "+x";  // the world's x is the hand's z
   EXPECT_EQ(overview(scene, square).from, (Vec3{0, 0, 1}));
