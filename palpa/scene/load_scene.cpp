@@ -53,10 +53,9 @@ std::string place_of(const toml::node& node) { return place_of(node.source()); }
 
 toml::table parse_toml(const std::string& text, const std::string& name) {
   if (text.size() > most_bytes) fail(name, "longer than 4 MiB; a scene is a short text");
-  if (const auto deep = detail::too_deep_key(text)) {
+  if (const auto deep = detail::too_deep_key(text))
     fail(name + ":" + std::to_string(deep->first) + ":" + std::to_string(deep->second),
          "a key of more than " + std::to_string(detail::deepest_key) + " parts; the keys of a scene have at most three");
-  }
   try {
     return toml::parse(std::string_view(text), std::string_view(name));
   } catch (const toml::parse_error& error) {
@@ -129,10 +128,9 @@ class Section {
     for (const auto& [key, node] : table) {
       if (!detail::find(keys, key.str()) && (!unknown || key.source().begin < unknown->source().begin)) unknown = &key;
     }
-    if (unknown) {
+    if (unknown)
       fail(place_of(unknown->source()), "unknown key " + in_quotes(unknown->str()) + " in " + where_ + "; " +
                                             suggestion(unknown->str(), detail::names_of(keys)));
-    }
     for (const Key& key : keys) {
       if (const toml::node* node = table.get(key.name)) {
         check(key, *node);
@@ -525,10 +523,9 @@ class Loader {
   void check_format() const {
     const toml::node* format = root_.get("palpa");
     if (!format) fail(name_ + ":1:1", "no format; a scene begins with 'palpa = 1'");
-    if (const auto* number = format->as_integer(); number && number->get() != 1) {
+    if (const auto* number = format->as_integer(); number && number->get() != 1)
       fail(place_of(*format),
            "scene format " + std::to_string(number->get()) + " is not known; this program reads 'palpa = 1'");
-    }
   }
 
   Section read_header() {
@@ -538,11 +535,10 @@ class Loader {
     loaded_.scene.needs = header.needs;
     for (std::size_t i = 0; i < loaded_.scene.needs.size(); ++i) {
       const std::string& type = loaded_.scene.needs[i];
-      if (!catalog_.find(type)) {
+      if (!catalog_.find(type))
         fail(place_of(*scene.node("needs")->as_array()->get(i)),
              "needs the mode type " + in_quotes(type) + ", which is not there; " + suggestion(type, types()) +
                  ", and what plug-ins bring that are named with --plugin FILE");
-      }
     }
     return scene;
   }
@@ -853,9 +849,8 @@ class Loader {
     std::set<std::string> names;
     for (std::size_t i = 0; i < mode_tables_.size(); ++i) {
       modes.push_back(read_mode(*mode_tables_[i], i));
-      if (!names.insert(modes.back().name).second) {
+      if (!names.insert(modes.back().name).second)
         fail(place_of(*mode_tables_[i]->get("name")), detail::name_is_taken("mode", modes.back().name));
-      }
       refuse_first(detail::parameter_findings(modes.back(), i));
     }
     return modes;
