@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -11,10 +12,13 @@ namespace palpa {
 
 /// What a device may be asked for.
 struct DeviceLimits {
-  double max_force_n = 10.0;
+  double max_force_n = 10.0;  ///< 0: it has no motors
   double max_stiffness_n_per_m = 1e5;
   double workspace_radius_m = 0.15;
-  double encoder_step_m = 0.0;  ///< 0: none
+  double encoder_step_m = 0.0;                                          ///< 0: none
+  double continuous_force_n = std::numeric_limits<double>::infinity();  ///< that its motors bear for ever
+  double max_damping_ns_per_m = std::numeric_limits<double>::infinity();
+  double damping_ns_per_m = 0.0;  ///< of its own mechanics
 };
 
 /// The device at one moment, in the hand frame.
@@ -24,10 +28,12 @@ struct DeviceState {
   bool valid = false;                    ///< position can be used
   std::uint32_t buttons = 0;
   double time_s = 0.0;
+  const char* fault = nullptr;  ///< a literal: why no force can be felt or the position not be used; none: all is well
 };
 
 /// A haptic device, or what stands for one. `read` and `write` are called from one thread, never
-/// allocate, throw or block for longer than the device's own exchange takes.
+/// allocate, lock, throw or block: a device whose exchange takes time has a thread of its own for it (latest.h). One that has
+/// gone says so in `fault`, and comes back by itself when it can.
 class Device {
  public:
   virtual ~Device() = default;  ///< leaves the motors at zero force
@@ -36,6 +42,9 @@ class Device {
   virtual DeviceState read() noexcept = 0;
   /// Holds `force_n` on the hand until the next write. False: the link is lost.
   virtual bool write(const Vec3& force_n) noexcept = 0;
+  /// Holds the handle by its shorted motors, in place of any force, until it is told otherwise. False: it has no such brake.
+  /// As `read` and `write`.
+  virtual bool brake(bool /*on*/) noexcept { return false; }
 };
 
 /// A device that lives on a simulated clock: time passes when it is told so.
