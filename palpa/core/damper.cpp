@@ -139,4 +139,9 @@ void Damper::reset(const Vec3& stretch_m) noexcept {
   past_[0] = {0.0, stretch_m};
 }
 
+Vec3 released_part(const Vec3& step_m, double moved_m) noexcept {
+  const double length = norm(step_m);
+  return length > moved_m ? (1.0 - moved_m / length) * step_m : Vec3{};
+}
+
 }  // namespace palpa

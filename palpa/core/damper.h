@@ -61,4 +61,7 @@ class Damper {
   std::array<Kept, most_kept> past_;
 };
 
+/// The part of the proxy's step [m] beyond how far probe and data moved [m]: a release, which the damper leaves out.
+Vec3 released_part(const Vec3& step_m, double moved_m) noexcept;
+
 }  // namespace palpa

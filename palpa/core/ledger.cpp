@@ -22,6 +22,17 @@ void Ledger::book(std::size_t mode, const Vec3& force_n, const Vec3& step_m, con
   moved_j_ += dot(force_n, carried_m);
 }
 
+void Ledger::book(std::span<const SubStep> sub_steps, std::span<const PlacedPrimitive> placed) noexcept {
+  for (const SubStep& step : sub_steps) {
+    double furthest_carried_m = 0.0;
+    for (const PlacedPrimitive& row : placed.subspan(step.first_primitive, step.primitives)) {
+      book(row.primitive.id.mode, row.force_n, step.proxy_m - step.start_m, step.move_fraction * row.carried_m);
+      if (row.carried_m != Vec3{}) furthest_carried_m = std::max(furthest_carried_m, norm(row.carried_m));
+    }
+    move(step.start_m, step.proxy_m, step.balance.position_m, step.probe_m, step.move_fraction * furthest_carried_m);
+  }
+}
+
 void Ledger::book_elastic(std::size_t mode, double before_j, double after_j) noexcept {
   assert(mode < modes_);
   works_j_[mode] += after_j - before_j;

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "palpa/core/coupling.h"
+#include "palpa/core/law.h"
 #include "palpa/core/vec3.h"
 
 namespace palpa {
@@ -21,6 +22,8 @@ class Ledger {
   /// Books the force [N] of one primitive of mode `mode` over one sub-step: the proxy went by `step_m`
   /// [m], of which the data themselves carried it `carried_m` [m]. W = F·(step − carried).
   void book(std::size_t mode, const Vec3& force_n, const Vec3& step_m, const Vec3& carried_m) noexcept;
+  /// Books the works and the moves of sub-steps, with what was placed in them.
+  void book(std::span<const SubStep> sub_steps, std::span<const PlacedPrimitive> placed) noexcept;
   /// Books what an elastic level of mode `mode` held before the tick and holds after it [J].
   void book_elastic(std::size_t mode, double before_j, double after_j) noexcept;
   /// Books one move of the proxy, from `from_m` to `to_m` [m], towards the balance at `balance_m` for the probe at

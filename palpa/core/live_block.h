@@ -36,6 +36,10 @@ class LiveBlock {
     return add<T>(1).front();
   }
 
+  /// Whether another block has parts of the same sizes.
+  bool has_parts_of(const LiveBlock& other) const noexcept {
+    return std::ranges::equal(chunks_, other.chunks_, {}, &Chunk::used, &Chunk::used);
+  }
   /// Takes over what another block holds. Programming error (assert) if its parts are others.
   void copy(const LiveBlock& other) noexcept {
     assert(chunks_.size() == other.chunks_.size());

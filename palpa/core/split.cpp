@@ -370,4 +370,25 @@ double least_split(std::span<const Primitive> primitives, const Balance& balance
   return norm(left_n);
 }
 
+ShownForces::ShownForces(std::size_t most_primitives) {
+  primitives_.reserve(most_primitives);
+  forces_n_.reserve(most_primitives);
+  shared_.reserve(most_primitives);
+}
+
+std::span<const Vec3> ShownForces::of(std::span<const PlacedPrimitive> placed, const Balance& balance) noexcept {
+  primitives_.clear();
+  forces_n_.clear();
+  for (const PlacedPrimitive& row : placed) {
+    primitives_.push_back(row.primitive);
+    forces_n_.push_back(row.force_n);
+  }
+  const bool balanced = balance.status == BalanceStatus::exact || balance.status == BalanceStatus::capped;
+  const bool shared = balanced && split_is_shared(primitives_, balance);
+  if (shared) least_split(primitives_, balance, forces_n_);
+  shared_.assign(placed.size(), false);
+  for (std::size_t i = 0; shared && i < placed.size(); ++i) shared_[i] = is_exchangeable(primitives_, i, balance);
+  return forces_n_;
+}
+
 }  // namespace palpa

@@ -1,7 +1,9 @@
 // Who pushes: the one split of force over redundant primitives that is shown to people.
 #pragma once
 
+#include <cstddef>
 #include <span>
+#include <vector>
 
 #include "palpa/core/law.h"
 
@@ -29,5 +31,21 @@ bool split_is_shared(std::span<const Primitive> primitives, const Balance& balan
 /// \param forces_n  [N] one valid split, in the order of `primitives`; at least as many
 /// \return [N] length of the part of the total that was not kept: rounding, about 1e-14 of forces and strengths
 double least_split(std::span<const Primitive> primitives, const Balance& balance, std::span<Vec3> forces_n) noexcept;
+
+/// The forces of a recorded sub-step as they are shown to people: the least split where it is a balance; where an earlier
+/// system's law found none its forces are nobody else's to take. Takes memory at construction; one thread.
+class ShownForces {
+ public:
+  explicit ShownForces(std::size_t most_primitives);
+  /// Of each row [N]; valid until the next call. Allocates nothing for as many rows as there is room for.
+  std::span<const Vec3> of(std::span<const PlacedPrimitive> placed, const Balance& balance) noexcept;
+  /// Whether row `i` of the last call shares its force with others.
+  bool is_shared(std::size_t i) const noexcept { return shared_[i]; }
+
+ private:
+  std::vector<Primitive> primitives_;
+  std::vector<Vec3> forces_n_;
+  std::vector<bool> shared_;
+};
 
 }  // namespace palpa

@@ -1,4 +1,4 @@
-// What a sub-step says of itself.
+// A sub-step: what it is made for, and what it says of itself.
 #pragma once
 
 #include <span>
@@ -6,6 +6,15 @@
 #include "palpa/core/law.h"
 
 namespace palpa {
+
+/// What a mode is told about a sub-step besides its data.
+struct StepContext {
+  Vec3 start_m;  ///< [m] the proxy where the sub-step begins
+  Vec3 probe_m;  ///< [m]
+  double time_step_s = 0.0;
+  double stiffness_n_per_m = 0.0;
+  double data_fraction = 0.0;  ///< [1] of the data's motion in the sub-step, over where they are looked at
+};
 
 /// Makes what a sub-step says of itself that which its record proves: the bound, the status that goes with it, both energies.
 /// For once, when all else is filled in. Allocates nothing.

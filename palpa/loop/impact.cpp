@@ -1,8 +1,8 @@
+#include "palpa/loop/impact.h"
+
 #include <algorithm>
 #include <cmath>
 #include <ranges>
-
-#include "palpa/loop/loop.h"
 
 namespace palpa {
 

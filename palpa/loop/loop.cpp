@@ -25,44 +25,6 @@ void record(Recorder& recorder, const TickFrame& frame, const Session& session) 
 
 }  // namespace
 
-double let_through_n(const Scene& scene, double device_max_force_n) noexcept {
-  return std::min(scene.coupling.max_force_n, device_max_force_n);
-}
-
-GuardedSession::GuardedSession(Session& session, double device_max_force_n) noexcept
-    : session_(session),
-      guard_(let_through_n(session.scene(), device_max_force_n)),
-      impact_(session.scene().coupling.impact_ns_per_m) {
-  session.let_through(let_through_n(session.scene(), device_max_force_n));
-}
-
-TickFrame GuardedSession::tick(std::int64_t number, double t_s, double dt_s, const Probe& probe) noexcept {
-  TickFrame frame{.tick = number, .t_s = t_s, .dt_s = dt_s, .result = session_.tick(probe, dt_s), .buttons = probe.buttons};
-  // A recording holds what the device showed, usable or not: so it can be felt again.
-  frame.result.probe_m = probe.position_m;
-  if (probe.velocity_m_per_s) frame.result.probe_velocity_m_per_s = *probe.velocity_m_per_s;
-  const bool usable = probe.valid && frame.result.status != TickStatus::bad_input;
-  const Guard::Passed passed = guard_.pass(frame.result.force_n);
-  frame.guard = passed.state;
-  const bool is_released = std::ranges::any_of(
-      session_.events(), [](const SessionEvent& event) { return event.kind == SessionEventKind::break_through; });
-  if (usable && passed.state != GuardState::fault) {
-    const double by_hand_n = session_.scene().coupling.stiffness_n_per_m * norm(frame.result.probe_step_m);
-    const bool has_let_go = frame.result.energy.let_go_j > 0.0;
-    const Vec3 falling_n = release_.shape(passed.command_n, is_released, by_hand_n, dt_s, has_let_go);
-    frame.snap_n = release_.snap_n();
-    frame.command_n = guard_.pass(impact_.shape(falling_n, session_, frame.result.probe_step_m, dt_s)).command_n;
-  } else {
-    release_.reset();
-    impact_.reset();
-  }
-  frame.result.energy.work_on_hand_j = dot(held_command_n_, frame.result.probe_step_m);
-  frame.result.energy.held_back_j = dot(held_force_n_ - held_command_n_, frame.result.probe_step_m);
-  held_force_n_ = frame.result.force_n;
-  held_command_n_ = frame.command_n;
-  return frame;
-}
-
 std::int64_t run_simulated(Session& session, SimulatedDevice& device, const LoopOptions& options, Recorder* recorder,
                            const TickObserver& observer, const std::atomic<bool>* stop) {
   GuardedSession guarded(session, device.limits().max_force_n);

@@ -1,10 +1,10 @@
 // The loop: read → tick → release, impact, guard → write, and a recorder that can never slow it.
 #pragma once
 
-#include <array>
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <span>
 
@@ -14,103 +14,6 @@
 #include "palpa/trace/trace.h"
 
 namespace palpa {
-
-/// Lets a force through, shortens it to a limit (keeping its direction), or, for anything that is not
-/// finite, lets nothing through and reports a fault. Allocates nothing.
-class Guard {
- public:
-  /// \param max_force_n  [N] >= 0: the smaller of the scene's and the device's limit; a limit that is
-  ///                     no such number lets nothing through
-  explicit Guard(double max_force_n) noexcept : max_force_n_(max_force_n >= 0.0 ? max_force_n : 0.0) {}
-
-  struct Passed {
-    Vec3 command_n;  ///< never longer than the limit, rounding included
-    GuardState state = GuardState::pass;
-  };
-  Passed pass(const Vec3& force_n) noexcept;
-
- private:
-  double max_force_n_;
-};
-
-/// A level that lets go leaves a hand that pressed with newtons without any force from one tick to the next; a motor that does
-/// that is heard and felt as a knock, and throws the hand. So for 20 ms what is sent goes after the command, straight towards
-/// it, by 0.5 N/ms: that is the whole change of a tick, with what the spring does in the same time, as where drags hold the
-/// proxy when a level has let go. What it has to go takes no less than 5 ms, so a small step is slower, and it has arrived when
-/// the 20 ms are over, so a step above 10 N is faster. As much as the spring makes of the hand's own motion is never delayed: a
-/// hand that draws back at once is not pushed after.
-///
-/// The proxy also lets go where a surface folds away below it, a strength is gone within less than the spring needs, or a
-/// direction turns faster than it can follow: it snaps, further than the probe went. A step of more than 50 mN beyond the
-/// hand's own, which fingers tell, then takes the whole 20 ms, so that none is left of a step of up to a newton; and so does
-/// what steps while that is under way, whatever it is.
-///
-/// Since as much as k times the hand's way is never delayed, all that it gives to the hand is less than what the spring let go:
-/// ∫ (F − k s) ds ≤ F²/2k.
-///
-/// What is sent lies between what was sent last and the command, so it is never longer than the longer of the two. It
-/// does work on the hand like any other force: the loop books it with what the guard does to the force.
-/// Allocates nothing; one thread.
-class Release {
- public:
-  /// What is to be sent in this tick.
-  /// \param command_n    [N] what would be sent without
-  /// \param is_released  a level has been pressed through in this tick
-  /// \param by_hand_n    [N] >= 0: k times the probe's step
-  /// \param time_step_s  [s] > 0
-  /// \param has_let_go   the spring has let go of something in this tick
-  Vec3 shape(const Vec3& command_n, bool is_released, double by_hand_n, double time_step_s, bool has_let_go = false) noexcept;
-  /// The step [N] of a snap that was told in this tick; 0: none.
-  double snap_n() const noexcept { return snap_n_; }
-  /// Nothing falls any more: the next command is sent as it is.
-  void reset() noexcept { *this = {}; }
-
- private:
-  Vec3 sent_n_;              // last
-  double left_s_ = 0.0;      // of the 20 ms
-  double furthest_n_ = 0.0;  // that it was from the command
-  bool is_snap_ = false;     // no level has been pressed through
-  double snap_n_ = 0.0;
-};
-
-/// A spring alone feels like foam however stiff it is: what says "hard" is the knock as one hits it. So where a hard level is
-/// met a pulse is added to the command, along the level's normal, open-loop: it grows with the speed of the impact and then
-/// does not ask what the hand does (event-based feedback: Kuchenbecker, Fiene and Niemeyer, Improving contact realism through
-/// event-based haptic feedback, IEEE TVCG 12(2), 2006). With v the speed along the normal and g the gain it is
-///     g v (e^(−t/τ) − e^(−T/τ)) / (1 − e^(−T/τ)),  τ = 4 ms,  T = 20 ms, then it is over,
-/// and never higher than the level is strong. Hard is what is rigid, and an elastic level that is stiffer than the coupling.
-/// A free hand of mass m is given no energy by it as long as g is at most 2m over the pulse's 3.9 ms (docs/concepts.md).
-///
-/// It does work on the hand like any other force: the loop books it with what the guard does to the force.
-/// Allocates nothing; one thread.
-class Impact {
- public:
-  /// \param gain_ns_per_m  [N·s/m] >= 0; 0: there are no pulses, and nothing is done to a command
-  explicit Impact(double gain_ns_per_m) noexcept : gain_ns_per_m_(gain_ns_per_m) {}
-
-  /// What is to be sent in this tick. The guard comes after it.
-  /// \param command_n     [N] what would be sent without
-  /// \param session       just after the tick
-  /// \param probe_step_m  [m] the way of the probe since the last tick
-  /// \param time_step_s   [s] > 0
-  Vec3 shape(const Vec3& command_n, const Session& session, const Vec3& probe_step_m, double time_step_s) noexcept;
-  /// Forgets the pulse and how fast the hand was.
-  void reset() noexcept { *this = Impact(gain_ns_per_m_); }
-
- private:
-  struct Step {
-    Vec3 way_m;
-    double time_s = 0.0;
-  };
-  Vec3 velocity_m_per_s() const noexcept;
-  void hit(const PlacedPrimitive& level) noexcept;
-
-  double gain_ns_per_m_;
-  Vec3 height_n_;                 // of the pulse, where it began
-  double left_s_ = 0.0;           // of it
-  std::array<Step, 16> steps_{};  // the last ones of the probe, in a ring
-  std::size_t newest_ = 0;
-};
 
 /// Takes whole ticks from the loop through a bounded ring and has its own thread format and write
 /// them. What it took is in the operating system's hands at the latest 10 ms and 100 ticks later.
@@ -141,30 +44,56 @@ class Recorder {
   std::unique_ptr<Ring> ring_;
 };
 
+/// What the guard is to hold to (docs/safety.md).
+struct GuardOptions {
+  double max_force_n = 3.3;  ///< no command is longer
+  bool motors = true;        ///< a person holds a device; false: a simulated hand, for which the limit is all
+  double continuous_force_n = std::numeric_limits<double>::infinity();    ///< that the motors bear for ever
+  double thermal_s = 20.0;                                                ///< > 0: time constant of their warmth
+  double slew_n_per_s = 1000.0;                                           ///< > 0: the most by which a command grows or turns
+  double max_speed_m_per_s = 2.0;                                         ///< > 0: of the hand
+  double ramp_s = 0.7;                                                    ///< > 0: from nothing to all of a force
+  double max_damping_ns_per_m = std::numeric_limits<double>::infinity();  ///< of the device
+  double device_damping_ns_per_m = 0.0;                                   ///< of the device's own mechanics
+  std::uint32_t dead_man_buttons = 0;                                     ///< one of these has to be held; 0: none
+};
+/// Those of a device, and a scene's limit [N].
+GuardOptions guard_options_for(const DeviceLimits& limits, double scene_max_force_n) noexcept;
+
 /// The most that reaches a hand [N]: the smaller of the scene's limit and the device's [N].
 double let_through_n(const Scene& scene, double device_max_force_n) noexcept;
 
-/// One turn of the loop without its device: tick → guard → release → impact. Both a live loop and a replay go through it,
+/// One turn of the loop without its device: tick → release → impact → guard. Both a live loop and a replay go through it,
 /// so that the same probes give the same frames. Allocates nothing after construction; one thread.
 class GuardedSession {
  public:
-  /// Tells the session what it lets through.
+  /// Tells the session what it lets through. For a hand without motors: of the guard there is the limit.
   /// \param device_max_force_n  [N] the device's limit; the scene's holds as well
-  GuardedSession(Session& session, double device_max_force_n) noexcept;
+  GuardedSession(Session& session, double device_max_force_n);
+  /// With all of the guard.
+  /// \param options  whose `max_force_n` is the device's; the scene's holds as well
+  GuardedSession(Session& session, const GuardOptions& options);
+  ~GuardedSession();
+  GuardedSession(const GuardedSession&) = delete;
+  GuardedSession& operator=(const GuardedSession&) = delete;
 
   /// A tick and what becomes of it; `command_n` is what is to be sent to the device: zero where the
   /// probe cannot be used. The frame's probe is what was given, finite or not, so that the frame's own
-  /// probe, velocity, validity, buttons and time step give the same frame again. `late_us`, `tick_us`
+  /// probe, velocity, validity, buttons, circumstances and time step give the same frame again. `late_us`, `tick_us`
   /// and `device_us` stay 0.
-  TickFrame tick(std::int64_t number, double t_s, double dt_s, const Probe& probe) noexcept;
+  /// \param circumstances  bits of Circumstance
+  TickFrame tick(std::int64_t number, double t_s, double dt_s, const Probe& probe, std::uint32_t circumstances = 0) noexcept;
+  /// From the next tick on another session is felt; it has to go on from where this one is (`Session::continue_from` or
+  /// `take_over`). In that tick both are asked, and the step from one's force to the other's is spread over the ramp's time.
+  /// The old one is left alone after that tick.
+  void exchange(Session& next) noexcept;
+  /// Whether the device should hold the hand by its brake.
+  bool brakes() const noexcept;
+  const Session& session() const noexcept;
 
  private:
-  Session& session_;
-  Guard guard_;
-  Release release_;
-  Impact impact_;
-  Vec3 held_force_n_;
-  Vec3 held_command_n_;
+  struct State;
+  std::unique_ptr<State> state_;
 };
 
 struct LoopOptions {

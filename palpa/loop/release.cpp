@@ -1,6 +1,6 @@
-#include <algorithm>
+#include "palpa/loop/release.h"
 
-#include "palpa/loop/loop.h"
+#include <algorithm>
 
 namespace palpa {
 

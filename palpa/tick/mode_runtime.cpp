@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <tuple>
 
 #include "palpa/field/box.h"
 
@@ -169,6 +170,13 @@ double ModeRuntime::finest_m(const Vec3& from_m, const Vec3& to_m) const noexcep
     }
   }
   return finest;
+}
+
+bool ModeRuntime::holds_on_as(const ModeRuntime& other) const noexcept {
+  const auto key = [](const SceneMode& mode) {
+    return std::tuple(mode.mode.type(), std::string_view(mode.name), mode.enabled);
+  };
+  return std::ranges::equal(modes_, other.modes_, {}, key, key) && fields_ == other.fields_ && watches_ == other.watches_;
 }
 
 }  // namespace palpa

@@ -11,20 +11,12 @@
 
 #include "palpa/core/feet.h"
 #include "palpa/core/live_block.h"
+#include "palpa/core/sub_step.h"
 #include "palpa/mode/crossings.h"
 #include "palpa/mode/jump_fade.h"
 #include "palpa/scene/mode_inputs.h"
 
 namespace palpa {
-
-/// What a mode is told about a sub-step besides its data.
-struct StepContext {
-  Vec3 start_m;  ///< [m] the proxy where the sub-step begins
-  Vec3 probe_m;  ///< [m]
-  double time_step_s = 0.0;
-  double stiffness_n_per_m = 0.0;
-  double data_fraction = 0.0;  ///< [1] of the data's motion in the sub-step, over where they are looked at
-};
 
 /// The modes of a session with their fields, samples, and memories, which are kept in a block. Construction allocates and
 /// throws SceneError; nothing else does. One thread.
@@ -41,6 +33,9 @@ class ModeRuntime {
   Samples& samples() noexcept { return *samples_; }
   /// Where a strength, a mask or a level may set in, over all enabled modes.
   const std::vector<Watch>& watches() const noexcept { return watches_; }
+
+  /// Whether these are the same modes on the same levels of the same fields as others, whatever their strengths are.
+  bool holds_on_as(const ModeRuntime& other) const noexcept;
 
   /// See Session.
   void let_through(double most_n) noexcept { most_n_ = most_n; }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "palpa/core/damper.h"
 #include "palpa/tick/path_tolerances.h"
 
 namespace palpa {
@@ -18,12 +19,6 @@ constexpr int max_trials = 24;              // [1] balances per move. More: long
 constexpr int most_pieces = 1024;           // [1] searched for events per tick. More: longer worst tick; fewer: more stops
 constexpr double bound_m = 1e-8;            // [m] stop before a break-through. Less: decided by rounding; more: breaks early
 constexpr double directed_n_per_s = 100.0;  // [N/s] allowed while data play. Less: forces lag the data; more: they jump
-
-// The part of the proxy's motion beyond that of probe and data: a release, which the damper leaves out.
-Vec3 released(const Vec3& step_m, double moved_m) noexcept {
-  const double length = norm(step_m);
-  return length > moved_m ? (1.0 - moved_m / length) * step_m : Vec3{};
-}
 
 }  // namespace
 
@@ -68,6 +63,14 @@ void ProxyPath::goes_on() noexcept {
   modes_.samples().set_time(time_.at(state_.view_s));
 }
 
+void ProxyPath::begin_where(const ProxyPath& other) noexcept {
+  state_ = other.state_;
+  reset();
+  state_.started = other.state_.started;
+  queue_.start(other.queue_.walked_m());
+  modes_.samples().set_time(time_.at(state_.view_s));
+}
+
 bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) noexcept {
   record_.clear();
   contacts_.begin_tick();
@@ -94,7 +97,7 @@ bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) no
     is_there = steps < Session::max_sub_steps * refined_ && moves < max_moves * refined_;
     is_there ? sub_step(segment) : record_.cut();
   }
-  record_.book(ledger);
+  ledger.book(record_.sub_steps(), record_.placed());
   for (const Foot& foot : modes_.feet().all()) ledger.book_elastic(foot.id.mode, 0.0, foot.held_j);
   return is_there;
 }
@@ -212,7 +215,7 @@ void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double fo
   c.turns = segment.fresh ? 0 : c.turns + (turns_back || has_no_end);
   if (segment.fresh) c.segment_start_m = start;
   if (segment.fresh) c.probe_way_m = segment.to_m - segment.from_m;
-  released_m_ += released(c.move_m, distance(segment.to_m, segment.from_m) + move.fraction * modes_.furthest_carried_m());
+  released_m_ += released_part(c.move_m, distance(segment.to_m, segment.from_m) + move.fraction * modes_.furthest_carried_m());
   if (segment.fresh) {
     c.whole_s = segment.time_s;
     queue_.pop(segment);

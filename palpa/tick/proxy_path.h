@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -39,6 +38,10 @@ class ProxyPath {
   void refine(int times);
   /// Continues after the block was copied from another session's.
   void goes_on() noexcept;
+  /// Whether another path holds on to the same.
+  bool holds_on_as(const ProxyPath& other) const noexcept { return modes_.holds_on_as(other.modes_); }
+  /// Begins with the proxy where another path has it, at that path's time.
+  void begin_where(const ProxyPath& other) noexcept;
 
   /// Advances the data's time by `time_step_s` [s], whether the proxy is walked or not.
   void pass(double time_step_s) noexcept { state_.elapsed_s += time_step_s; }

@@ -38,8 +38,6 @@ class Session::State {
         ledger(scene.modes().size()),
         mode_ticks(scene.modes().size()) {
     coupling.damper = Damper(scene.coupling.damping_ns_per_m, encoder_step_m);
-    split_n.reserve(ProxyPath::max_primitives);
-    last_placed.reserve(ProxyPath::max_primitives);
   }
 
   Tick tick(const Probe& probe, double dt) noexcept;
@@ -51,6 +49,7 @@ class Session::State {
     live.copy(other.live);
     path->goes_on();
   }
+  void take_over(const State& other) noexcept;
   std::span<const ModeTick> who_pushed() noexcept;
 
   Scene scene;
@@ -77,9 +76,19 @@ class Session::State {
   Ledger ledger;
   std::vector<ModeTick> mode_ticks;
   bool who_pushed_known = true;  // mode_ticks hold the forces of the last sub-step
-  std::vector<Vec3> split_n;     // of the last sub-step, as it is shown
-  std::vector<Primitive> last_placed;
+  ShownForces shown{ProxyPath::max_primitives};
 };
+
+void Session::State::take_over(const State& other) noexcept {
+  const Damper own = coupling.damper;
+  const bool goes_on = live.has_parts_of(other.live) && path->holds_on_as(*other.path);
+  goes_on ? continue_from(other) : path->begin_where(*other.path);
+  coupling = other.coupling;
+  if (goes_on && scene.coupling.damping_ns_per_m == other.scene.coupling.damping_ns_per_m) return;
+  coupling.damper = own;
+  coupling.damper.reset(path->proxy_m() - coupling.last_probe);
+  coupling.damper_force = {};
+}
 
 // The main path. Modes place primitives, the law balances them, the coupling pulls the hand.
 Tick Session::State::tick(const Probe& probe, double dt) noexcept {
@@ -153,26 +162,17 @@ void Session::State::gather(Tick& result) noexcept {
   who_pushed_known = path->sub_steps().empty();
 }
 
-// The modes' forces in the last sub-step. Where several primitives can hold the same load the law's split is one of
-// many, and depends on their order; what is shown is the least one. An earlier system's law finds no
-// balance, so its forces are nobody else's to take.
+// The modes' forces in the last sub-step, as they are shown.
 std::span<const ModeTick> Session::State::who_pushed() noexcept {
   if (who_pushed_known) return mode_ticks;
   who_pushed_known = true;
   const SubStep& last = path->sub_steps().back();
-  split_n.clear();
-  last_placed.clear();
-  for (const PlacedPrimitive& placed : path->placed().subspan(last.first_primitive, last.primitives)) {
-    last_placed.push_back(placed.primitive);
-    split_n.push_back(placed.force_n);
-  }
-  const bool balanced = last.balance.status == BalanceStatus::exact || last.balance.status == BalanceStatus::capped;
-  const bool shared = balanced && split_is_shared(last_placed, last.balance);
-  if (shared) least_split(last_placed, last.balance, split_n);
-  for (std::size_t i = 0; i < split_n.size(); ++i) {
-    ModeTick& mode = mode_ticks[last_placed[i].id.mode];
-    mode.split_shared = mode.split_shared || (shared && is_exchangeable(last_placed, i, last.balance));
-    mode.force_n += split_n[i];
+  const auto placed = path->placed().subspan(last.first_primitive, last.primitives);
+  const std::span<const Vec3> forces_n = shown.of(placed, last.balance);
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    ModeTick& mode = mode_ticks[placed[i].primitive.id.mode];
+    mode.split_shared = mode.split_shared || shown.is_shared(i);
+    mode.force_n += forces_n[i];
     ++mode.primitives;
   }
   return mode_ticks;
@@ -192,6 +192,7 @@ void Session::reset() noexcept { state_->reset(); }
 void Session::let_through(double most_n) noexcept { state_->path->let_through(most_n); }
 void Session::refine_path(int times) { state_->path->refine(times); }
 void Session::continue_from(const Session& other) noexcept { state_->continue_from(*other.state_); }
+void Session::take_over(const Session& other) noexcept { state_->take_over(*other.state_); }
 const Scene& Session::scene() const noexcept { return state_->scene; }
 const Similarity& Session::hand_to_world() const noexcept { return state_->map; }
 std::span<const ModeTick> Session::modes() const noexcept { return state_->who_pushed(); }

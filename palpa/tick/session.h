@@ -104,6 +104,9 @@ class Session {
   /// Copies the state of another session of the same scene, `let_through` included; the warm start is forgotten.
   /// Programming error (assert) if the scenes differ in number of modes or memories.
   void continue_from(const Session& other) noexcept;
+  /// Goes on where a session of another scene is: with all of its state where its modes hold on to the same levels of the same
+  /// data, as after a change of strengths or of the coupling, else with its proxy, its time, and fresh memories.
+  void take_over(const Session& other) noexcept;
 
   const Scene& scene() const noexcept;
   const Similarity& hand_to_world() const noexcept;

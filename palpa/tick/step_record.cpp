@@ -58,15 +58,4 @@ void StepRecord::add_rows(SubStep& step, const LocalModel& model, const ModeRunt
   step.primitives = static_cast<std::uint32_t>(placed_.size()) - step.first_primitive;
 }
 
-void StepRecord::book(Ledger& ledger) const noexcept {
-  for (const SubStep& step : sub_steps_) {
-    double furthest_carried_m = 0.0;
-    for (const PlacedPrimitive& row : placed().subspan(step.first_primitive, step.primitives)) {
-      ledger.book(row.primitive.id.mode, row.force_n, step.proxy_m - step.start_m, step.move_fraction * row.carried_m);
-      if (row.carried_m != Vec3{}) furthest_carried_m = std::max(furthest_carried_m, norm(row.carried_m));
-    }
-    ledger.move(step.start_m, step.proxy_m, step.balance.position_m, step.probe_m, step.move_fraction * furthest_carried_m);
-  }
-}
-
 }  // namespace palpa

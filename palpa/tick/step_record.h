@@ -5,7 +5,6 @@
 #include <span>
 #include <vector>
 
-#include "palpa/core/ledger.h"
 #include "palpa/tick/local_model.h"
 #include "palpa/tick/session.h"
 
@@ -25,8 +24,6 @@ class StepRecord {
   void add(SubStep& step, bool settles, double spacing_m, const LocalModel& model, const ModeRuntime& modes) noexcept;
   /// Marks the last sub-step as stopped by the cap.
   void cut() noexcept { sub_steps_.back().stop = Stop::cap; }
-  /// Books the work of all sub-steps.
-  void book(Ledger& ledger) const noexcept;
 
   std::span<const SubStep> sub_steps() const noexcept { return sub_steps_; }
   std::span<const PlacedPrimitive> placed() const noexcept { return placed_; }

@@ -14,7 +14,19 @@ const char* name_in(std::initializer_list<const char*> names, std::size_t i) noe
 }  // namespace
 
 const char* name_of(GuardState state) noexcept {
-  return name_in({"pass", "limited", "fault"}, static_cast<std::size_t>(state));
+  return name_in({"pass", "limited", "fault", "waiting", "ramp", "damped", "falling", "off"}, static_cast<std::size_t>(state));
+}
+const char* name_of(GuardCause cause) noexcept {
+  return name_in({"none", "start", "not_finite", "no_position", "device_fault", "link_lost", "late", "speed", "view_moves",
+                  "dead_man", "panic"},
+                 static_cast<std::size_t>(cause));
+}
+const char* words_of(GuardCause cause) noexcept {
+  return name_in({"", "the session begins: keep the hand where nothing is felt", "the force is not finite",
+                  "the device does not know where the hand is", "the device says that something is wrong",
+                  "the device did not take the force", "ticks were missed", "the hand is too fast",
+                  "the view, the map or the clutch moves", "the button that has to be held is not", "a person said stop"},
+                 static_cast<std::size_t>(cause));
 }
 const char* name_of(TickStatus status) noexcept {
   return name_in({"resting", "waiting", "capped", "bad_input"}, static_cast<std::size_t>(status));
@@ -137,7 +149,7 @@ const Table<TickFrame>& ticks_table() {
       COLUMN(TickFrame, "moved_j", "", result.energy.moved_j, "work of the data's own motion"),
       COLUMN(TickFrame, "work_on_hand_j", "", result.energy.work_on_hand_j,
              "work on the hand of the command that was held since the last tick"),
-      COLUMN(TickFrame, "guard", "", guard, "pass, limited or fault"),
+      COLUMN(TickFrame, "guard", "", guard, "pass, limited, fault, waiting, ramp, damped, falling or off (docs/safety.md)"),
       COLUMN(TickFrame, "buttons", "", buttons, "pressed buttons, one bit each"),
       later(COLUMN(TickFrame, "let_go_j", "", result.energy.let_go_j,
                    "lost by the spring where the proxy went further than hand and data took it")),
@@ -145,6 +157,10 @@ const Table<TickFrame>& ticks_table() {
       later(COLUMN(TickFrame, "ticks_j", "", result.energy.ticks_j, "brought in by holding the force for a tick")),
       later(COLUMN(TickFrame, "ticks_bound_j", "", result.energy.ticks_bound_j, "k/2 of the probe's step, squared")),
       later(COLUMN(TickFrame, "elastic_j", "", result.energy.elastic_j, "energy in elastic levels after the tick")),
+      later(COLUMN(TickFrame, "guard_cause", "", guard_cause, "why the guard lets nothing or less through, else none")),
+      later(COLUMN(
+          TickFrame, "circumstances", "", circumstances,
+          "what the loop knew, one bit each from 1 on: device fault, link lost, late, view moves, panic, resume, new scene")),
   };
   static const Table<TickFrame> table{"ticks.csv", "One row per tick.", columns};
   return table;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -14,15 +15,42 @@
 
 namespace palpa {
 
-/// What the guard did with a tick's force.
+/// What the guard did with a tick's force (docs/safety.md).
 enum class GuardState : std::uint8_t {
   pass,     ///< let it through
-  limited,  ///< shortened it to the limit
+  limited,  ///< shortened it to the limit, or held back how fast it grew or turned
   fault,    ///< it was not finite: nothing went out
+  waiting,  ///< nothing goes out until what would be felt is small
+  ramp,     ///< a growing share goes out
+  damped,   ///< let it through with damping, as more energy came out than went in
+  falling,  ///< what went out last goes to nothing
+  off,      ///< nothing goes out until a person says so
 };
+
+/// Why the guard lets nothing or less through.
+enum class GuardCause : std::uint8_t {
+  none,
+  start,         ///< the session has just begun, or a person lets it go on
+  not_finite,    ///< the force is no number
+  no_position,   ///< the device does not know where the hand is, or it is nowhere
+  device_fault,  ///< the device says that something is wrong
+  link_lost,     ///< the device did not take the last force
+  late,          ///< three ticks or more were missed
+  speed,         ///< the hand is too fast
+  view_moves,    ///< the view, the map from hand to data, or the clutch moves
+  dead_man,      ///< the button that has to be held is not
+  panic,         ///< a person said stop
+};
+
+/// What the loop knows of a tick besides the probe; each a bit of `TickFrame::circumstances`.
+enum class Circumstance : std::uint8_t { device_fault, link_lost, late, view_moves, panic, resume, new_scene };
+constexpr std::uint32_t bit_of(Circumstance circumstance) noexcept { return 1u << static_cast<unsigned>(circumstance); }
 
 /// What these are called in files.
 const char* name_of(GuardState state) noexcept;
+const char* name_of(GuardCause cause) noexcept;
+/// The cause as half a sentence for a person.
+const char* words_of(GuardCause cause) noexcept;
 const char* name_of(TickStatus status) noexcept;
 const char* name_of(Stop stop) noexcept;
 const char* name_of(SessionEventKind kind) noexcept;
@@ -35,6 +63,8 @@ struct TickFrame {
   Tick result;
   Vec3 command_n;  ///< what was sent to the device: after the guard
   GuardState guard = GuardState::pass;
+  GuardCause guard_cause = GuardCause::none;
+  std::uint32_t circumstances = 0;  ///< bits of Circumstance
   double snap_n = 0.0;  ///< the step of the force as the proxy let go of something other than a level, if that is spread out
   std::uint32_t buttons = 0;
   double late_us = 0.0;    ///< how late the tick began; 0 on a simulated clock
@@ -57,6 +87,11 @@ struct TraceHeader {
   double device_max_stiffness_n_per_m = 1e5;
   double device_workspace_radius_m = 0.15;
   double device_encoder_step_m = 0.0;
+  bool motors = false;  ///< the guard stood between this session and a device: with its gate, its ramp and all else
+  double device_continuous_force_n = std::numeric_limits<double>::infinity();
+  double device_max_damping_ns_per_m = std::numeric_limits<double>::infinity();
+  double device_damping_ns_per_m = 0.0;
+  std::uint32_t dead_man_buttons = 0;
   std::vector<SourceFile> data_files;
   std::vector<std::uint64_t> seeds;  ///< below 2^63
   std::vector<std::string> notes;    ///< sentences for who reads of it: how the hand was laid, why little was felt

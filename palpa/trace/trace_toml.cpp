@@ -90,6 +90,13 @@ std::string header_to_toml(const TraceHeader& header) {
   put("max_stiffness_n_per_m", number(header.device_max_stiffness_n_per_m));
   put("workspace_radius_m", number(header.device_workspace_radius_m));
   put("encoder_step_m", number(header.device_encoder_step_m));
+  if (header.motors) {
+    put("motors", "true");
+    put("continuous_force_n", number(header.device_continuous_force_n));
+    put("max_damping_ns_per_m", number(header.device_max_damping_ns_per_m));
+    put("damping_ns_per_m", number(header.device_damping_ns_per_m));
+    put("dead_man_buttons", std::to_string(header.dead_man_buttons));
+  }
   for (const SourceFile& file : header.data_files) {
     out += "\n[[data_file]]\n";
     put("path", toml_text(file.path));
@@ -143,6 +150,11 @@ TraceHeader read_header(const std::filesystem::path& folder) {
   header.device_max_stiffness_n_per_m = device["max_stiffness_n_per_m"].value_or(usual.device_max_stiffness_n_per_m);
   header.device_workspace_radius_m = device["workspace_radius_m"].value_or(usual.device_workspace_radius_m);
   header.device_encoder_step_m = device["encoder_step_m"].value_or(usual.device_encoder_step_m);
+  header.motors = device["motors"].value_or(false);
+  header.device_continuous_force_n = device["continuous_force_n"].value_or(usual.device_continuous_force_n);
+  header.device_max_damping_ns_per_m = device["max_damping_ns_per_m"].value_or(usual.device_max_damping_ns_per_m);
+  header.device_damping_ns_per_m = device["damping_ns_per_m"].value_or(0.0);
+  header.dead_man_buttons = device["dead_man_buttons"].value_or(std::uint32_t{0});
   if (const toml::array* seeds = root["seeds"].as_array()) {
     for (const toml::node& seed : *seeds) header.seeds.push_back(static_cast<std::uint64_t>(seed.value_or(std::int64_t{0})));
   }

@@ -178,6 +178,7 @@ class TraceWriter::Files {
   std::vector<std::string> mode_names;
   std::unique_ptr<OutputFile> ticks, modes, events, break_throughs, timing, balances, primitives, works;
   GuardState last_guard = GuardState::pass;
+  GuardCause last_cause = GuardCause::none;
   std::optional<std::string> failure;
   bool finished = false;
 };
@@ -257,13 +258,17 @@ void TraceWriter::append(const TickFrame& frame, std::span<const ModeTick> modes
       detail::put_number(value, frame.snap_n);
       files.put_event(frame.tick, frame.t_s, "snap", "proxy", value);
     }
-    if (frame.guard != files.last_guard) {
+    if ((frame.circumstances & bit_of(Circumstance::new_scene)) != 0) {
+      files.put_event(frame.tick, frame.t_s, "scene", "session", "another scene is felt from here on");
+    }
+    if (frame.guard != files.last_guard || frame.guard_cause != files.last_cause) {
       const bool fault = frame.guard == GuardState::fault;
-      files.put_event(frame.tick, frame.t_s, fault ? "fault" : "guard", fault ? "guard" : name_of(frame.guard),
-                      fault                                ? "the force is not finite"
-                      : frame.guard == GuardState::limited ? "the force is above the limit"
-                                                           : "");
+      const char* why = frame.guard == GuardState::limited  ? "the force is above the limit"
+                        : frame.guard == GuardState::damped ? "more energy came out than went in"
+                                                            : words_of(frame.guard_cause);
+      files.put_event(frame.tick, frame.t_s, fault ? "fault" : "guard", fault ? "guard" : name_of(frame.guard), why);
       files.last_guard = frame.guard;
+      files.last_cause = frame.guard_cause;
     }
   });
 }

@@ -5,6 +5,7 @@
 #include <limits>
 #include <random>
 
+#include "palpa/loop/guard.h"
 #include "palpa/loop/loop.h"
 
 namespace palpa {

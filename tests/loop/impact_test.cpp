@@ -7,7 +7,10 @@
 #include <optional>
 #include <vector>
 
+#include "palpa/loop/guard.h"
+#include "palpa/loop/impact.h"
 #include "palpa/loop/loop.h"
+#include "palpa/loop/release.h"
 #include "palpa/mode/modes.h"
 #include "palpa/volume/analytic.h"
 #include "tests/core/random_problems.h"

@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "palpa/loop/loop.h"
+#include "palpa/loop/release.h"
 #include "palpa/mode/modes.h"
 #include "palpa/volume/analytic.h"
 #include "tests/core/random_problems.h"

@@ -1,0 +1,148 @@
+#include <algorithm>
+#include <utility>
+
+#include "palpa/loop/guard.h"
+#include "palpa/loop/impact.h"
+#include "palpa/loop/loop.h"
+#include "palpa/loop/release.h"
+
+namespace palpa {
+
+GuardOptions guard_options_for(const DeviceLimits& limits, double scene_max_force_n) noexcept {
+  return {.max_force_n = std::min(scene_max_force_n, limits.max_force_n),
+          .continuous_force_n = limits.continuous_force_n,
+          .max_damping_ns_per_m = limits.max_damping_ns_per_m,
+          .device_damping_ns_per_m = limits.damping_ns_per_m};
+}
+
+double let_through_n(const Scene& scene, double device_max_force_n) noexcept {
+  return std::min(scene.coupling.max_force_n, device_max_force_n);
+}
+
+// What is done to the force of a session before the guard.
+struct Shaper {
+  explicit Shaper(const Scene& scene) noexcept : impact(scene.coupling.impact_ns_per_m) {}
+  void reset() noexcept {
+    release.reset();
+    impact.reset();
+  }
+
+  Release release;
+  Impact impact;
+};
+
+struct GuardedSession::State {
+  State(Session& felt, const GuardOptions& options) noexcept
+      : device_max_force_n(options.max_force_n), session(&felt), guard(options), shaper(felt.scene()) {
+    begin_with_limit();
+  }
+
+  void begin_with_limit() noexcept {
+    const double most_n = let_through_n(session->scene(), device_max_force_n);
+    guard.limit_to(most_n);
+    session->let_through(most_n);
+  }
+  TickFrame tick(TickFrame frame, const Probe& probe) noexcept;
+  void shape(TickFrame& frame, const Probe& probe) noexcept;
+  Tick exchanged(const Probe& probe, double dt_s) noexcept;
+
+  double device_max_force_n;
+  Session* session;
+  Session* next = nullptr;
+  Guard guard;
+  Shaper shaper;
+  Vec3 blend_n;  // what is left of the step from one scene's force to another's
+  Vec3 held_force_n;
+  Vec3 held_command_n;
+  bool brakes = false;
+  bool begins = false;
+};
+
+// A tick of the session and, where another one takes its place, of both: only so is known what of the new force is a step.
+Tick GuardedSession::State::exchanged(const Probe& probe, double dt_s) noexcept {
+  if (!next) return session->tick(probe, dt_s);
+  const Vec3 before_n = guard.pass(session->tick(probe, dt_s).force_n).command_n;
+  session = std::exchange(next, nullptr);
+  begin_with_limit();
+  shaper.impact = Impact(session->scene().coupling.impact_ns_per_m);
+  const Tick tick = session->tick(probe, dt_s);
+  blend_n += before_n - guard.pass(tick.force_n).command_n;
+  return tick;
+}
+
+TickFrame GuardedSession::State::tick(TickFrame frame, const Probe& probe) noexcept {
+  if (std::exchange(begins, false)) {
+    session->reset();
+    shaper.reset();
+    blend_n = {};
+  }
+  frame.result = exchanged(probe, frame.dt_s);
+  frame.buttons = probe.buttons;
+  // A recording holds what the device showed, usable or not: so it can be felt again.
+  frame.result.probe_m = probe.position_m;
+  if (probe.velocity_m_per_s) frame.result.probe_velocity_m_per_s = *probe.velocity_m_per_s;
+  shape(frame, probe);
+  frame.result.energy.work_on_hand_j = dot(held_command_n, frame.result.probe_step_m);
+  frame.result.energy.held_back_j = dot(held_force_n - held_command_n, frame.result.probe_step_m);
+  held_force_n = frame.result.force_n;
+  held_command_n = frame.command_n;
+  return frame;
+}
+
+void GuardedSession::State::shape(TickFrame& frame, const Probe& probe) noexcept {
+  const Tick& felt = frame.result;
+  const bool usable = probe.valid && felt.status != TickStatus::bad_input;
+  const Guard::Passed passed = guard.pass(felt.force_n);
+  frame.guard = passed.state;
+  frame.guard_cause = passed.cause;
+  Vec3 wanted_n = felt.force_n;  // as it is where it is not finite: the guard has to see that
+  if (usable && passed.state != GuardState::fault) {
+    const double by_hand_n = session->scene().coupling.stiffness_n_per_m * norm(felt.probe_step_m);
+    const bool is_released = std::ranges::any_of(
+        session->events(), [](const SessionEvent& event) { return event.kind == SessionEventKind::break_through; });
+    const Vec3 falling_n =
+        shaper.release.shape(passed.command_n, is_released, by_hand_n, frame.dt_s, felt.energy.let_go_j > 0.0);
+    frame.snap_n = shaper.release.snap_n();
+    const GuardOptions& options = guard.options();
+    const double fade_n = options.max_force_n * frame.dt_s / options.ramp_s;
+    const double blend = norm(blend_n);
+    blend_n = blend > fade_n ? (1.0 - fade_n / blend) * blend_n : Vec3{};
+    wanted_n = shaper.impact.shape(falling_n, *session, felt.probe_step_m, frame.dt_s);
+    if (blend > 0.0) wanted_n += blend_n;
+  } else {
+    shaper.reset();
+    blend_n = {};
+  }
+  if (!guard.options().motors) {
+    if (usable && passed.state != GuardState::fault) frame.command_n = guard.pass(wanted_n).command_n;
+    return;
+  }
+  const Guard::Passed sent = guard.tick({.force_n = wanted_n,
+                                         .probe_step_m = felt.probe_step_m,
+                                         .time_step_s = frame.dt_s,
+                                         .usable = usable,
+                                         .buttons = frame.buttons,
+                                         .circumstances = frame.circumstances,
+                                         .gained_j = felt.energy.ticks_j + felt.energy.damper_j});
+  frame.command_n = sent.command_n;
+  if (!(sent.state == GuardState::pass && passed.state == GuardState::limited)) frame.guard = sent.state;
+  frame.guard_cause = sent.cause;
+  brakes = sent.brakes;
+  begins = sent.begins;
+}
+
+GuardedSession::GuardedSession(Session& session, double device_max_force_n)
+    : GuardedSession(session, GuardOptions{.max_force_n = device_max_force_n, .motors = false}) {}
+GuardedSession::GuardedSession(Session& session, const GuardOptions& options)
+    : state_(std::make_unique<State>(session, options)) {}
+GuardedSession::~GuardedSession() = default;
+
+TickFrame GuardedSession::tick(std::int64_t number, double t_s, double dt_s, const Probe& probe,
+                               std::uint32_t circumstances) noexcept {
+  return state_->tick({.tick = number, .t_s = t_s, .dt_s = dt_s, .circumstances = circumstances}, probe);
+}
+void GuardedSession::exchange(Session& next) noexcept { state_->next = &next; }
+bool GuardedSession::brakes() const noexcept { return state_->brakes; }
+const Session& GuardedSession::session() const noexcept { return *state_->session; }
+
+}  // namespace palpa
