@@ -16,6 +16,7 @@ int run_replay(const ReplayArguments& arguments, const std::atomic<bool>& stop) 
   }
   if (result.interrupted) return 0;
   const TraceDifference& difference = result.difference;
+  if (!result.cut.empty()) print_warnings({"the trace was felt again up to " + result.cut});
   if (arguments.json) {
     const nlohmann::ordered_json json{{"same", difference.same},
                                       {"where", difference.where},

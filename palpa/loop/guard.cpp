@@ -89,7 +89,6 @@ GuardCause Guard::fault_of(const GuardInput& input) noexcept {
 
   const auto is = [&](Circumstance circumstance) { return (input.circumstances & bit_of(circumstance)) != 0; };
   if (is(Circumstance::panic)) return GuardCause::panic;
-  if (!is_finite(input.force_n)) return GuardCause::not_finite;
   if (is(Circumstance::link_lost)) return GuardCause::link_lost;
   if (is(Circumstance::device_fault)) return GuardCause::device_fault;
   if (!input.usable) return GuardCause::no_position;
@@ -117,11 +116,15 @@ void Guard::enter(Phase phase, GuardCause cause) noexcept {
 Guard::Passed Guard::next(const GuardInput& input) noexcept {
   const GuardCause fault = fault_of(input);
   const GuardCause pause = pause_of(input);
-  if (fault == GuardCause::not_finite) {
-    enter(phase_ == Phase::off ? Phase::off : Phase::waiting, fault);
-    return {.state = GuardState::fault, .cause = fault};
+  const bool has_panicked = phase_ == Phase::off || (phase_ == Phase::falling && cause_ == GuardCause::panic);
+  if (!is_finite(input.force_n)) {
+    const bool ends = has_panicked || fault == GuardCause::panic;
+    enter(ends ? Phase::off : Phase::waiting, ends ? GuardCause::panic : GuardCause::not_finite);
+    return {.state = GuardState::fault, .cause = GuardCause::not_finite};
   }
-  if (fault == GuardCause::panic && phase_ != Phase::off && !(phase_ == Phase::falling && cause_ == fault)) {
+  if (fault == GuardCause::panic && phase_ == Phase::falling) {
+    cause_ = fault;
+  } else if (fault == GuardCause::panic && !has_panicked) {
     enter(Phase::falling, fault);
   } else if (fault != GuardCause::none && (phase_ == Phase::ramp || phase_ == Phase::on || phase_ == Phase::letting_go)) {
     enter(Phase::falling, fault);
@@ -186,7 +189,7 @@ Guard::Passed Guard::wait(const GuardInput& input, GuardCause held_by) noexcept 
 Guard::Passed Guard::feel(const GuardInput& input) noexcept {
   in_phase_s_ += input.time_step_s;
   const double share = phase_ == Phase::ramp ? std::min(1.0, in_phase_s_ / options_.ramp_s) : 1.0;
-  const double most_n = limit_n();
+  const double most_n = limit_n(input.time_step_s);
   const Vec3 damps_n = damping_n(input);
   const Vec3 wanted_n = share * within(input.force_n + damps_n, most_n);
   const Vec3 command_n = within(slewed(wanted_n, sent_n_, options_.slew_n_per_s * input.time_step_s), most_n);
@@ -198,11 +201,15 @@ Guard::Passed Guard::feel(const GuardInput& input) noexcept {
   return {.command_n = command_n, .state = is_ramp ? GuardState::ramp : felt, .cause = is_ramp ? cause_ : GuardCause::none};
 }
 
-double Guard::limit_n() const noexcept {
+double Guard::limit_n(double time_step_s) const noexcept {
   const double most_n = options_.max_force_n;
   const double bears_n = std::min(most_n, options_.continuous_force_n);
+  if (bears_n == most_n) return most_n;
   const double cooled = std::clamp((1.0 - warmth_) / (1.0 - warm), 0.0, 1.0);
-  return bears_n + cooled * (most_n - bears_n);
+  // A tick that is long for the motors makes them no warmer than 1 either.
+  const double kept = std::exp(-time_step_s / options_.thermal_s);
+  const double just_warm_n = bears_n * std::sqrt((1.0 - kept * warmth_) / (1.0 - kept));
+  return std::min(bears_n + cooled * (most_n - bears_n), std::max(bears_n, just_warm_n));
 }
 
 // Passivity observer and controller (Hannaford and Ryu, Time-domain passivity control of haptic interfaces, IEEE Trans.

@@ -61,7 +61,7 @@ class Guard {
   Passed next(const GuardInput& input) noexcept;
   Passed wait(const GuardInput& input, GuardCause held_by) noexcept;
   Passed feel(const GuardInput& input) noexcept;
-  double limit_n() const noexcept;
+  double limit_n(double time_step_s) const noexcept;
   Vec3 damping_n(const GuardInput& input) noexcept;
 
   GuardOptions options_;

@@ -61,18 +61,25 @@ struct GuardedSession::State {
 // A tick of the session and, where another one takes its place, of both: only so is known what of the new force is a step.
 Tick GuardedSession::State::exchanged(const Probe& probe, double dt_s) noexcept {
   if (!next) return session->tick(probe, dt_s);
-  const Vec3 before_n = guard.pass(session->tick(probe, dt_s).force_n).command_n;
+  const Tick last = session->tick(probe, dt_s);
+  // Of what the old one would have felt, the hand's part: had it let go in this very tick, that is not felt any more.
+  const Vec3 held_n = guard.pass(held_force_n).command_n;
+  const double by_hand_n = session->scene().coupling.stiffness_n_per_m * norm(last.probe_step_m);
+  const Vec3 before_n = held_n + shortened(guard.pass(last.force_n).command_n - held_n, by_hand_n);
   session = std::exchange(next, nullptr);
   begin_with_limit();
-  shaper.impact = Impact(session->scene().coupling.impact_ns_per_m);
+  shaper.impact.set_gain(session->scene().coupling.impact_ns_per_m);
   const Tick tick = session->tick(probe, dt_s);
-  blend_n += before_n - guard.pass(tick.force_n).command_n;
+  const Vec3 step_n = guard.pass(tick.force_n).command_n - before_n;
+  shaper.release.shift(step_n);
+  blend_n -= step_n;
   return tick;
 }
 
 TickFrame GuardedSession::State::tick(TickFrame frame, const Probe& probe) noexcept {
   if (std::exchange(begins, false)) {
-    session->reset();
+    for (Session* one : {session, next})
+      if (one) one->reset();
     shaper.reset();
     blend_n = {};
   }

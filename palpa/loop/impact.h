@@ -29,6 +29,8 @@ class Impact {
   /// \param probe_step_m  [m] the way of the probe since the last tick
   /// \param time_step_s   [s] > 0
   Vec3 shape(const Vec3& command_n, const Session& session, const Vec3& probe_step_m, double time_step_s) noexcept;
+  /// Of the next pulse [N·s/m]; see the constructor.
+  void set_gain(double gain_ns_per_m) noexcept { gain_ns_per_m_ = gain_ns_per_m; }
   /// Forgets the pulse and how fast the hand was.
   void reset() noexcept { *this = Impact(gain_ns_per_m_); }
 

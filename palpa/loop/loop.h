@@ -1,4 +1,4 @@
-// The loop: read → tick → release, impact, guard → write, and a recorder that can never slow it.
+// The loop: read → tick → release, impact, guard → write, on a simulated clock or live, and a recorder that can never slow it.
 #pragma once
 
 #include <atomic>
@@ -7,6 +7,8 @@
 #include <limits>
 #include <memory>
 #include <span>
+#include <string>
+#include <vector>
 
 #include "palpa/core/vec3.h"
 #include "palpa/device/device.h"
@@ -112,5 +114,135 @@ using TickObserver = std::function<void(const TickFrame&, const Session&)>;
 /// the recorder's writer threw, and what `observer` throws.
 std::int64_t run_simulated(Session& session, SimulatedDevice& device, const LoopOptions& options, Recorder* recorder,
                            const TickObserver& observer, const std::atomic<bool>* stop = nullptr);
+
+// ---- live: with a person's hand, on the clock of the wall ----
+
+/// A scene that is being felt, and can be changed while it is. Any thread may ask and change; only a LiveLoop feels it, and
+/// never waits for the others.
+class LiveScene {
+ public:
+  /// \param encoder_step_m  [m] position step of the device, 0 if none
+  /// Throws SceneError.
+  explicit LiveScene(const Scene& scene, double encoder_step_m = 0.0);
+  /// On another path (see Session).
+  LiveScene(const Scene& scene, PathMaker path, double encoder_step_m = 0.0);
+  ~LiveScene();
+  LiveScene(const LiveScene&) = delete;
+  LiveScene& operator=(const LiveScene&) = delete;
+
+  /// The scene as it was set last.
+  Scene scene() const;
+  /// Replaces it: a session of it is made here, on the caller's thread, and felt from the next tick on, going on from where the
+  /// hand is. Of several that are set between two ticks the last is felt. Throws SceneError: nothing is changed then.
+  void set(const Scene& scene);
+  /// Sets what `edit` makes of the scene; of two threads that do so neither loses its change. Throws what `edit` throws.
+  void change(const std::function<void(Scene&)>& edit);
+
+ private:
+  friend class LiveLoop;
+  class State;
+  std::unique_ptr<State> state_;
+};
+
+/// A clock that a loop runs by. `now_s` never goes back; neither throws.
+class LoopClock {
+ public:
+  virtual ~LoopClock() = default;
+  virtual double now_s() noexcept = 0;
+  /// Returns at `time_s` or later; at once if that is over.
+  virtual void wait_until_s(double time_s) noexcept = 0;
+};
+
+struct LiveOptions {
+  double rate_hz = 1000.0;                                      ///< [100, 20000]
+  double duration_s = std::numeric_limits<double>::infinity();  ///< > 0
+  bool rehearse = true;              ///< a second session takes the expected probe before each tick, so that the tick is warm
+  GuardOptions guard{};              ///< whose `max_force_n` is the device's; the scene's holds as well
+  std::uint32_t clutch_buttons = 0;  ///< while one of these is held, the handle moves and the probe does not
+  bool goes_on_at_border = false;    ///< a handle at the border of its workspace takes the probe further
+};
+
+/// What a loop counted, as it is shown while it runs.
+struct LoopAccount {
+  struct Times {
+    double mean_us = 0.0, p50_us = 0.0, p99_us = 0.0, p999_us = 0.0, max_us = 0.0;
+  };
+  struct ModeCost {
+    std::string name;
+    double mean_us = 0.0;  ///< of a tick: to place its primitives, measured in rehearsals
+  };
+  std::int64_t ticks = 0;
+  std::int64_t missed = 0;      ///< ticks that were skipped because the loop came too late for them
+  std::int64_t unrecorded = 0;  ///< ticks that the recorder had no room for
+  std::int64_t scenes = 0;      ///< that took another's place
+  Times late;                   ///< how late ticks began
+  Times period;                 ///< from one tick's beginning to the next one's
+  Times tick;                   ///< time of the processor in `GuardedSession::tick`
+  std::vector<ModeCost> modes;
+};
+
+/// What a viewer sees of a tick.
+struct LiveView {
+  TickFrame frame;
+  Mat3 turn = Mat3::identity();
+};
+
+/// A loop in real time: one thread, absolute deadlines; in each tick read → tick → guard → write, then what is told of it, then
+/// a rehearsal. Ticks that it comes too late for are skipped and counted, never bunched: the next one has the whole time step.
+/// In its thread there is no allocation, no lock, and nothing is waited for but the clock.
+class LiveLoop {
+ public:
+  /// \param recorder  or nullptr
+  /// \param clock     nullptr: the monotonic one
+  LiveLoop(LiveScene& scene, Device& device, const LiveOptions& options, Recorder* recorder = nullptr,
+           LoopClock* clock = nullptr);
+  ~LiveLoop();
+  LiveLoop(const LiveLoop&) = delete;
+  LiveLoop& operator=(const LiveLoop&) = delete;
+
+  /// Runs on this thread until `stop` or the duration is over; the motors then have no force. `observer` may be empty; it must
+  /// not do what a tick may not do.
+  void run(const std::atomic<bool>& stop, const TickObserver& observer = {});
+
+  // Any thread, while it runs.
+
+  /// No force from the next tick on, until `resume`.
+  void panic() noexcept;
+  /// Lets it go on after a panic, with the gate and the ramp of a start.
+  void resume() noexcept;
+  /// While the view or the map moves nothing is felt; what is felt begins anew when it has come to rest.
+  void move_view(bool moves) noexcept;
+  LoopAccount account() const;
+
+  // One other thread, the viewer's.
+
+  /// The hand's axes lie as these in the scene's hand frame: pushing right goes to the right of the screen.
+  void turn(const Mat3& turn) noexcept;
+  /// The latest tick.
+  const LiveView& look() noexcept;
+
+ private:
+  class State;
+  std::unique_ptr<State> state_;
+};
+
+/// Asks the system for a thread that nothing holds up: first in, first out at a high priority, memory that stays, short timers.
+/// What it does not give is said in a sentence each, with what would give it. Given back by the destructor. For the
+/// thread that makes it.
+class RealTimeThread {
+ public:
+  RealTimeThread();
+  ~RealTimeThread();
+  RealTimeThread(const RealTimeThread&) = delete;
+  RealTimeThread& operator=(const RealTimeThread&) = delete;
+  const std::vector<std::string>& refused() const noexcept { return refused_; }
+
+ private:
+  std::vector<std::string> refused_;
+  int policy_ = 0;
+  int priority_ = 0;
+  bool has_priority_ = false;
+  bool has_memory_ = false;
+};
 
 }  // namespace palpa

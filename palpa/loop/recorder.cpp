@@ -6,6 +6,7 @@
 #include <mutex>
 #include <thread>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "palpa/loop/loop.h"
@@ -26,6 +27,7 @@ struct TickHead {
   std::uint32_t sub_steps;
   std::uint32_t placed;
   std::uint32_t events;
+  std::int64_t lost;  // ticks just before this one that there was no room for
 };
 
 static_assert(std::is_trivially_copyable_v<TickHead> && std::is_trivially_copyable_v<ModeTick> &&
@@ -60,13 +62,22 @@ class Recorder::Ring {
       sub_steps = {};
       placed = {};
     }
-    const TickHead head{frame, static_cast<std::uint32_t>(modes.size()), static_cast<std::uint32_t>(sub_steps.size()),
-                        static_cast<std::uint32_t>(placed.size()), static_cast<std::uint32_t>(events.size())};
+    TickHead head{frame,
+                  static_cast<std::uint32_t>(modes.size()),
+                  static_cast<std::uint32_t>(sub_steps.size()),
+                  static_cast<std::uint32_t>(placed.size()),
+                  static_cast<std::uint32_t>(events.size()),
+                  0};
     const std::size_t needed =
         sizeof head + modes.size_bytes() + sub_steps.size_bytes() + placed.size_bytes() + events.size_bytes();
     std::uint64_t end = end_.load(std::memory_order_relaxed);
-    if (failed_.load(std::memory_order_relaxed) || end + needed - begin_.load(std::memory_order_acquire) > bytes_) return false;
-    put(end, std::span(&head, 1));
+    if (failed_.load(std::memory_order_relaxed) || end + needed - begin_.load(std::memory_order_acquire) > bytes_) {
+      lost_ += frame.tick != refused_;
+      refused_ = frame.tick;
+      return false;
+    }
+    head.lost = std::exchange(lost_, 0) - (std::exchange(refused_, -1) == frame.tick);
+    put(end, std::span<const TickHead>(&head, 1));
     put(end, modes);
     put(end, sub_steps);
     put(end, placed);
@@ -149,6 +160,10 @@ class Recorder::Ring {
     for (;;) {
       std::int64_t written = 0;
       while (written < ticks_per_flush && take(tick)) {
+        if (tick.head.lost > 0) {
+          const TickFrame& frame = tick.head.frame;
+          writer_.append_event(frame.tick, frame.t_s, "lost_ticks", "recorder", std::to_string(tick.head.lost));
+        }
         writer_.append(tick.head.frame, tick.modes, tick.sub_steps, tick.placed, tick.events);
         ++written;
       }
@@ -189,6 +204,8 @@ class Recorder::Ring {
   std::atomic<std::uint64_t> end_{0};
   std::atomic<std::int64_t> taken_{0};
   std::atomic<bool> failed_{false};
+  std::int64_t lost_ = 0;      // the loop's: ticks that there was no room for since the last that there was
+  std::int64_t refused_ = -1;  // the last of them: it may be offered again
 
   // What the loop's `offer` never touches.
   std::mutex mutex_;

@@ -34,6 +34,8 @@ class Release {
   Vec3 shape(const Vec3& command_n, bool is_released, double by_hand_n, double time_step_s, bool has_let_go = false) noexcept;
   /// The step [N] of a snap that was told in this tick; 0: none.
   double snap_n() const noexcept { return snap_n_; }
+  /// The commands of another scene follow, which differ by so much [N] in this tick: that is no fall.
+  void shift(const Vec3& step_n) noexcept { sent_n_ += step_n; }
   /// Nothing falls any more: the next command is sent as it is.
   void reset() noexcept { *this = {}; }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "palpa/loop/loop.h"
 #include "palpa/scene/scene.h"
 #include "palpa/trace/trace.h"
 #include "palpa/volume/volume.h"
@@ -18,5 +19,12 @@ std::vector<SourceFile> data_files(const Scene& scene);
 /// A trace of this scene, begun. Throws LoadError.
 std::unique_ptr<TraceWriter> new_trace(const std::filesystem::path& folder, const TraceHeader& header,
                                        const std::string& scene_text, const Scene& scene);
+
+/// The guard that stood between the recorded session and its device.
+GuardOptions guard_options_of(const TraceHeader& header);
+
+/// Why a recorded tick cannot be felt again: ticks before it were not recorded, or another scene was felt from there on. Empty:
+/// it can. \param before  the tick recorded before it, or nullptr
+std::string what_cannot_be_felt_again(const TickFrame* before, const TickFrame& recorded, double nominal_dt_s);
 
 }  // namespace palpa::detail

@@ -57,15 +57,20 @@ ReplayResult replay(const fs::path& trace, const std::vector<fs::path>& data_fol
   const fs::path again = temporary.path() / "trace";
   const auto writer = detail::new_trace(again, header, loaded.text, loaded.scene);
 
+  ReplayResult result;
   SummaryBuilder builder(loaded.scene);
-  GuardedSession guarded(session, header.device_max_force_n);
+  GuardedSession guarded(session, detail::guard_options_of(header));
   const auto begin = std::chrono::steady_clock::now();
+  const TickFrame* before = nullptr;
   for (const auto& [recorded] : ticks) {
+    result.cut = detail::what_cannot_be_felt_again(before, recorded, header.dt_s);
+    if (!result.cut.empty()) break;
+    before = &recorded;
     const Probe probe{.position_m = recorded.result.probe_m,
                       .velocity_m_per_s = recorded.result.probe_velocity_m_per_s,
                       .valid = recorded.result.probe_valid,
                       .buttons = recorded.buttons};
-    const TickFrame frame = guarded.tick(recorded.tick, recorded.t_s, recorded.dt_s, probe);
+    const TickFrame frame = guarded.tick(recorded.tick, recorded.t_s, recorded.dt_s, probe, recorded.circumstances);
     builder.add(frame, session);
     writer->append(frame, session.modes(), session.sub_steps(), session.placed(), session.events());
     if (progress && recorded.tick % 1000 == 0) {
@@ -76,10 +81,11 @@ ReplayResult replay(const fs::path& trace, const std::vector<fs::path>& data_fol
   const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
   writer->finish();
 
-  ReplayResult result;
   result.summary = builder.finish(wall.count());
   result.interrupted = stop && stop->load();
-  if (!result.interrupted) result.difference = compare_traces(trace, again);
+  if (!result.interrupted) {
+    result.difference = result.cut.empty() ? compare_traces(trace, again) : compare_traces(trace, again, before->tick);
+  }
   return result;
 }
 

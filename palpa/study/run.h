@@ -73,6 +73,7 @@ struct ReplayResult {
   TraceDifference difference;
   Summary summary;
   bool interrupted = false;  ///< nothing was compared
+  std::string cut;           ///< why the trace was felt and compared up to some tick only; empty: it was to its end
 };
 /// Feels a trace again with its recorded time steps, probes, velocities, validity and buttons, and compares the two traces. A
 /// relative path of the scene is looked for in the trace, in `data_folders`, and where the recording found it; other data than

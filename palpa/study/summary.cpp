@@ -69,10 +69,7 @@ void SummaryBuilder::add(const TickFrame& frame, std::span<const ModeTick> modes
   ++summary_.ticks;
   summary_.duration_s += frame.dt_s;
 
-  const double nanoseconds = std::max(1.0, 1e3 * frame.tick_us);
-  const auto time_class = static_cast<std::size_t>(std::log(nanoseconds) / std::log(class_ratio));
-  ++tick_times_[std::min(time_class, classes - 1)];
-  summary_.tick_max_us = std::max(summary_.tick_max_us, frame.tick_us);
+  tick_times_.add(frame.tick_us);
 
   bool contact = false;
   for (std::size_t m = 0; m < std::min(modes.size(), summary_.modes.size()); ++m) {
@@ -138,25 +135,13 @@ void SummaryBuilder::add(const TickFrame& frame, std::span<const ModeTick> modes
   }
 }
 
-double SummaryBuilder::percentile_us(double percentile) const noexcept {
-  const auto rank = static_cast<std::int64_t>(std::ceil(percentile * static_cast<double>(summary_.ticks)));
-  std::int64_t seen = 0;
-  for (std::size_t i = 0; i < classes; ++i) {
-    seen += tick_times_[i];
-    if (seen >= rank && seen > 0) {
-      const double middle_of_class_us = 1e-3 * std::pow(class_ratio, static_cast<double>(i) + 0.5);
-      return std::min(middle_of_class_us, summary_.tick_max_us);
-    }
-  }
-  return 0.0;
-}
-
 Summary SummaryBuilder::finish(double wall_s) const {
   Summary summary = summary_;
   summary.wall_s = wall_s;
   summary.ticks_per_s = wall_s > 0.0 ? static_cast<double>(summary.ticks) / wall_s : 0.0;
-  summary.tick_p50_us = percentile_us(0.50);
-  summary.tick_p99_us = percentile_us(0.99);
+  summary.tick_p50_us = tick_times_.percentile_us(0.50);
+  summary.tick_p99_us = tick_times_.percentile_us(0.99);
+  summary.tick_max_us = tick_times_.max_us();
   summary.contact_share = share(contact_ticks_, summary.ticks);
   summary.force_mean_n = contact_ticks_ > 0 ? force_sum_n_ / static_cast<double>(contact_ticks_) : 0.0;
   summary.sub_steps_mean = share(sub_steps_, summary.ticks);

@@ -1,13 +1,13 @@
 // The summary of a run: its numbers.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "palpa/loop/time_histogram.h"
 #include "palpa/tick/session.h"
 #include "palpa/trace/trace.h"
 
@@ -67,15 +67,8 @@ class SummaryBuilder {
   Summary finish(double wall_s) const;
 
  private:
-  double percentile_us(double share) const noexcept;
-
-  // Tick times are counted in classes of equal ratio from 1 ns to 10 s, so that percentiles are good to 1 %. A smaller ratio
-  // needs more classes and memory for the same range.
-  static constexpr double class_ratio = 1.01;
-  static constexpr std::size_t classes = 2320;
-
   Summary summary_;
-  std::array<std::int64_t, classes> tick_times_{};
+  TimeHistogram tick_times_;
   double force_sum_n_ = 0.0;
   std::int64_t contact_ticks_ = 0;
   std::int64_t sub_steps_ = 0;

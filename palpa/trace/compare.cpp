@@ -106,11 +106,11 @@ std::int64_t last_tick_of(const fs::path& folder) {
 
 }  // namespace
 
-TraceDifference compare_traces(const fs::path& recorded, const fs::path& again) {
+TraceDifference compare_traces(const fs::path& recorded, const fs::path& again, std::int64_t last_tick) {
   const TraceReader a(recorded);
   const TraceReader b(again);
-  const bool complete = a.header().complete;
-  const std::int64_t last_tick = complete ? std::numeric_limits<std::int64_t>::max() : last_tick_of(recorded);
+  const bool complete = a.header().complete && last_tick == std::numeric_limits<std::int64_t>::max();
+  if (!complete) last_tick = std::min(last_tick, last_tick_of(recorded));
 
   TraceDifference result;
   const auto compare = [&](const auto& table, There there = There::always) {

@@ -171,7 +171,9 @@ struct TraceDifference {
 /// Compares a recording with `again`, which was felt from it. Where the recording is incomplete, its
 /// whole lines are compared, up to its last whole tick, and `again` may go on. Throws LoadError on a
 /// folder that is no trace. Columns that came after the first traces are compared where the recording has them.
-TraceDifference compare_traces(const std::filesystem::path& recorded, const std::filesystem::path& again);
+/// \param last_tick  what the recording has of later ticks is left out
+TraceDifference compare_traces(const std::filesystem::path& recorded, const std::filesystem::path& again,
+                               std::int64_t last_tick = std::numeric_limits<std::int64_t>::max());
 
 /// The files of a trace and their columns, as docs/trace.md shows them.
 std::string trace_reference_markdown();

@@ -1,11 +1,12 @@
 // Laws of the guard: what it lets out is finite, within the limit, and points where the force points.
+#include "palpa/loop/guard.h"
+
 #include <gtest/gtest.h>
 
 #include <bit>
 #include <limits>
 #include <random>
 
-#include "palpa/loop/guard.h"
 #include "palpa/loop/loop.h"
 
 namespace palpa {

@@ -1,4 +1,6 @@
 // What hits something hard is felt by a pulse that grows with its speed; nothing else changes.
+#include "palpa/loop/impact.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -8,7 +10,6 @@
 #include <vector>
 
 #include "palpa/loop/guard.h"
-#include "palpa/loop/impact.h"
 #include "palpa/loop/loop.h"
 #include "palpa/loop/release.h"
 #include "palpa/mode/modes.h"

@@ -1,4 +1,6 @@
 // A level that lets go is felt as a fall, not as a knock; one that is stronger than what reaches the hand never lets go.
+#include "palpa/loop/release.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -6,7 +8,6 @@
 #include <type_traits>
 
 #include "palpa/loop/loop.h"
-#include "palpa/loop/release.h"
 #include "palpa/mode/modes.h"
 #include "palpa/volume/analytic.h"
 #include "tests/core/random_problems.h"

@@ -1,0 +1,54 @@
+#include "palpa/loop/grip.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace palpa {
+
+namespace {
+// The border begins at this share [1] of the workspace's radius. Larger: less way to say how fast; smaller: less room to feel.
+constexpr double border_share = 0.85;
+// At the radius itself the probe goes on by so much [m/s]. Faster: hard to stop; slower: tedious.
+constexpr double border_m_per_s = 0.08;
+// A rotation is one to this. More: a shear passes for one; less: rounding does not.
+constexpr double rotation_error = 1e-6;
+
+bool is_rotation(const Mat3& turn) noexcept {
+  double error = std::abs(determinant(turn) - 1.0);
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j <= i; ++j) error = std::max(error, std::abs(dot(turn.row[i], turn.row[j]) - (i == j ? 1.0 : 0.0)));
+  }
+  return error <= rotation_error;
+}
+}  // namespace
+
+void Grip::turn(const Mat3& turn) noexcept {
+  if (!is_rotation(turn) || turn == turn_) return;
+  turn_ = turn;
+  turned_ = true;
+}
+
+Grip::Held Grip::hold(const DeviceState& state, double time_step_s) noexcept {
+  Held held{.probe = {.position_m = turn_ * state.position_m + offset_m_, .valid = state.valid, .buttons = state.buttons}};
+  if (state.velocity_m_per_s) held.probe.velocity_m_per_s = turn_ * *state.velocity_m_per_s;
+  if (!state.valid || !is_finite(state.position_m)) return held;
+  // The probe stays where it is while the view turns or the clutch is held: the offset gives way.
+  held.moves = std::exchange(turned_, false) || (state.buttons & options_.clutch_buttons) != 0;
+  if (held.moves && has_probe_) {
+    offset_m_ = probe_m_ - turn_ * state.position_m;
+    held.probe.velocity_m_per_s.reset();
+  } else if (options_.goes_on_at_border) {
+    const double far_m = norm(state.position_m);
+    const double begins_m = border_share * options_.workspace_radius_m;
+    const double share = std::clamp((far_m - begins_m) / (options_.workspace_radius_m - begins_m), 0.0, 1.0);
+    if (share > 0.0) offset_m_ += (time_step_s * share * border_m_per_s / far_m) * (turn_ * state.position_m);
+  }
+  held.probe.position_m = probe_m_ = turn_ * state.position_m + offset_m_;
+  has_probe_ = true;
+  return held;
+}
+
+Vec3 Grip::at_device(const Vec3& force_n) const noexcept { return transposed_times(turn_, force_n); }
+
+}  // namespace palpa

@@ -1,0 +1,249 @@
+#include <time.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <utility>
+
+#include "palpa/device/latest.h"
+#include "palpa/loop/grip.h"
+#include "palpa/loop/live_scene.h"
+#include "palpa/loop/loop.h"
+#include "palpa/loop/time_histogram.h"
+
+namespace palpa {
+
+namespace {
+
+// So many ticks missed at once are a fault. More: motors hold an old force for longer; fewer: any busy desktop stops the hand.
+constexpr std::int64_t late_ticks = 3;
+// A rehearsal begins before its tick's deadline by this and twice the mean tick. Longer: caches are polluted again until the
+// tick; shorter: a rehearsal that takes long makes the tick late.
+constexpr double rehearsal_lead_s = 60e-6;
+// ... but by no more than this share [1] of the period. More: the processor does nothing but rehearse; less: ticks of high
+// rates are cold.
+constexpr double largest_lead = 0.4;
+// A rehearsal is left out when it would end later than this share [1] of its lead. More: ticks get late; less: cold.
+constexpr double latest_share = 0.7;
+// The mean of the tick's time is over about so many ticks [1]. More: slow to see that a scene costs more; fewer: jumpy.
+constexpr double averaged_ticks = 64.0;
+
+double seconds(clockid_t clock) noexcept {
+  timespec now{};
+  ::clock_gettime(clock, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+class MonotonicClock final : public LoopClock {
+ public:
+  double now_s() noexcept override { return seconds(CLOCK_MONOTONIC); }
+  void wait_until_s(double time_s) noexcept override {
+    const double whole_s = std::floor(time_s);
+    const timespec until{.tv_sec = static_cast<time_t>(whole_s), .tv_nsec = static_cast<long>(1e9 * (time_s - whole_s))};
+    while (::clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
+    }
+  }
+};
+
+LoopAccount::Times times_of(const TimeHistogram& histogram) {
+  return {.mean_us = histogram.mean_us(),
+          .p50_us = histogram.percentile_us(0.5),
+          .p99_us = histogram.percentile_us(0.99),
+          .p999_us = histogram.percentile_us(0.999),
+          .max_us = histogram.max_us()};
+}
+
+// One thread counts, any may read.
+class Counter {
+ public:
+  void add(std::int64_t number) noexcept { store(load() + number); }
+  void store(std::int64_t number) noexcept { value_.store(number, std::memory_order_relaxed); }
+  std::int64_t load() const noexcept { return value_.load(std::memory_order_relaxed); }
+
+ private:
+  std::atomic<std::int64_t> value_{0};
+};
+
+}  // namespace
+
+class LiveLoop::State {
+ public:
+  State(LiveScene::State& given, Device& driven, const LiveOptions& wanted, Recorder* records, LoopClock* given_clock)
+      : scene(given),
+        device(driven),
+        options(wanted),
+        recorder(records),
+        clock(given_clock ? *given_clock : monotonic),
+        prepared(given.take()),
+        guarded(prepared->felt, wanted.guard),
+        grip({.workspace_radius_m = driven.limits().workspace_radius_m,
+              .clutch_buttons = wanted.clutch_buttons,
+              .goes_on_at_border = wanted.goes_on_at_border}) {}
+  ~State() { scene.put_back(prepared); }
+
+  void run(const std::atomic<bool>& stop, const TickObserver& observer);
+  std::uint32_t circumstances_now(const DeviceState& state, std::int64_t missed, bool grip_moves) noexcept;
+  void change_scene(std::uint32_t& circumstances) noexcept;
+  void tell(TickFrame& frame) noexcept;
+  void rehearse(double deadline_s, double period_s) noexcept;
+
+  static constexpr std::size_t most_modes = 64;  // whose cost is told. More: memory; fewer: large scenes tell less
+
+  LiveScene::State& scene;
+  Device& device;
+  LiveOptions options;
+  Recorder* recorder;
+  MonotonicClock monotonic;
+  LoopClock& clock;
+  PreparedSession* prepared;
+  GuardedSession guarded;
+  Grip grip;
+
+  // What other threads say.
+  std::atomic<bool> panics{false}, resumes{false}, view_moves{false};
+  Latest<Mat3> turns;
+  // What they are told.
+  Latest<LiveView> views;
+  TimeHistogram late, period, tick_time;
+  Counter ticks, missed_ticks, unrecorded, scenes, rehearsals;
+  std::array<Counter, most_modes> spent_ns;  // by mode
+
+  // What a tick leaves to the next one.
+  bool is_linked = true;
+  bool brakes = false;
+  double mean_tick_s = 0.0;
+  Vec3 probe_m, probe_step_m;
+  bool has_probe = false;
+  Mat3 turn_now = Mat3::identity();
+};
+
+std::uint32_t LiveLoop::State::circumstances_now(const DeviceState& state, std::int64_t missed, bool grip_moves) noexcept {
+  std::uint32_t bits = 0;
+  const auto add = [&](Circumstance circumstance, bool is_so) { bits |= is_so ? bit_of(circumstance) : 0u; };
+  add(Circumstance::device_fault, state.fault != nullptr);
+  add(Circumstance::link_lost, !is_linked);
+  add(Circumstance::late, missed >= late_ticks);
+  add(Circumstance::view_moves, grip_moves || view_moves.load(std::memory_order_relaxed));
+  add(Circumstance::panic, panics.load(std::memory_order_relaxed));
+  add(Circumstance::resume, resumes.exchange(false, std::memory_order_relaxed));
+  return bits;
+}
+
+// A scene that was set since the last tick takes the place of the one that is felt.
+void LiveLoop::State::change_scene(std::uint32_t& circumstances) noexcept {
+  PreparedSession* const next = scene.take();
+  if (!next) return;
+  next->felt.take_over(prepared->felt);
+  guarded.exchange(next->felt);
+  prepared = next;
+  circumstances |= bit_of(Circumstance::new_scene);
+  scenes.add(1);
+  for (Counter& spent : spent_ns) spent.store(0);
+  rehearsals.store(0);
+}
+
+// What is told of a tick after its force was sent.
+void LiveLoop::State::tell(TickFrame& frame) noexcept {
+  views.give({frame, turn_now});
+  if (recorder && !recorder->offer(frame, guarded.session())) unrecorded.add(1);
+}
+
+// A second session takes the probe that is expected: the next tick then finds its code and data in the caches. Nothing of it is
+// felt or recorded.
+void LiveLoop::State::rehearse(double deadline_s, double period_s) noexcept {
+  const double lead_s = std::min(rehearsal_lead_s + 2.0 * mean_tick_s, largest_lead * period_s);
+  clock.wait_until_s(deadline_s - lead_s);
+  if (clock.now_s() > deadline_s - (1.0 - latest_share) * lead_s || !has_probe) return;
+  prepared->rehearsal.continue_from(prepared->felt);
+  prepared->rehearsal.tick({.position_m = probe_m + probe_step_m}, period_s);
+  rehearsals.add(1);
+  for (std::size_t m = 0; m < std::min(prepared->spent_ns.size(), most_modes); ++m)
+    spent_ns[m].add(std::exchange(prepared->spent_ns[m], 0));
+}
+
+void LiveLoop::State::run(const std::atomic<bool>& stop, const TickObserver& observer) {
+  const double period_s = 1.0 / options.rate_hz;
+  const double begin_s = clock.now_s() + period_s;
+  double last_s = begin_s;
+  std::int64_t number = 0, last_number = -1;
+  while (!stop.load(std::memory_order_relaxed) && static_cast<double>(number) * period_s < options.duration_s) {
+    const double deadline_s = begin_s + static_cast<double>(number) * period_s;
+    if (options.rehearse) rehearse(deadline_s, period_s);
+    clock.wait_until_s(deadline_s);
+    const double now_s = clock.now_s();
+    const auto skipped = static_cast<std::int64_t>(std::max(0.0, std::floor((now_s - deadline_s) / period_s)));
+    number += skipped;
+    const double dt_s = static_cast<double>(number - last_number) * period_s;
+    last_number = number;
+
+    const DeviceState state = device.read();
+    if (turns.is_fresh()) grip.turn(turn_now = turns.take());
+    const Grip::Held held = grip.hold(state, dt_s);
+    std::uint32_t circumstances = circumstances_now(state, skipped, held.moves);
+    PreparedSession* const before = prepared;
+    change_scene(circumstances);
+    const double was_read_s = clock.now_s();
+
+    const double cpu_s = seconds(CLOCK_THREAD_CPUTIME_ID);
+    TickFrame frame =
+        guarded.tick(number, static_cast<double>(number) * period_s, std::min(dt_s, 1.0), held.probe, circumstances);
+    frame.tick_us = 1e6 * (seconds(CLOCK_THREAD_CPUTIME_ID) - cpu_s);
+
+    const double was_felt_s = clock.now_s();
+    if (guarded.brakes() != brakes) device.brake(brakes = guarded.brakes());
+    is_linked = device.write(grip.at_device(frame.command_n));
+    frame.late_us = 1e6 * (now_s - deadline_s);
+    frame.device_us = 1e6 * ((was_read_s - now_s) + (clock.now_s() - was_felt_s));
+
+    late.add(frame.late_us);
+    if (ticks.load() > 0) period.add(1e6 * (now_s - last_s));
+    tick_time.add(frame.tick_us);
+    missed_ticks.add(skipped);
+    ticks.add(1);
+    last_s = now_s;
+    mean_tick_s += (1e-6 * frame.tick_us - mean_tick_s) / averaged_ticks;
+    probe_m = held.probe.position_m;
+    probe_step_m = frame.result.probe_step_m;
+    has_probe = held.probe.valid && is_finite(probe_m);
+
+    tell(frame);
+    if (observer) observer(frame, guarded.session());
+    if (prepared != before) scene.give_back(before);
+    ++number;
+  }
+  device.write({});
+}
+
+LiveLoop::LiveLoop(LiveScene& scene, Device& device, const LiveOptions& options, Recorder* recorder, LoopClock* clock)
+    : state_(std::make_unique<State>(*scene.state_, device, options, recorder, clock)) {}
+LiveLoop::~LiveLoop() = default;
+
+void LiveLoop::run(const std::atomic<bool>& stop, const TickObserver& observer) { state_->run(stop, observer); }
+void LiveLoop::panic() noexcept { state_->panics = true; }
+void LiveLoop::resume() noexcept {
+  state_->panics = false;
+  state_->resumes = true;
+}
+void LiveLoop::move_view(bool moves) noexcept { state_->view_moves = moves; }
+void LiveLoop::turn(const Mat3& turn) noexcept { state_->turns.give(turn); }
+const LiveView& LiveLoop::look() noexcept { return state_->views.take(); }
+
+LoopAccount LiveLoop::account() const {
+  const State& s = *state_;
+  LoopAccount account{.ticks = s.ticks.load(),
+                      .missed = s.missed_ticks.load(),
+                      .unrecorded = s.unrecorded.load(),
+                      .scenes = s.scenes.load(),
+                      .late = times_of(s.late),
+                      .period = times_of(s.period),
+                      .tick = times_of(s.tick_time),
+                      .modes = {}};
+  const auto rehearsals = static_cast<double>(std::max<std::int64_t>(1, s.rehearsals.load()));
+  const Scene scene = s.scene.scene();
+  for (std::size_t m = 0; m < std::min(scene.modes().size(), State::most_modes); ++m)
+    account.modes.push_back({scene.modes()[m].name, 1e-3 * static_cast<double>(s.spent_ns[m].load()) / rehearsals});
+  return account;
+}
+
+}  // namespace palpa

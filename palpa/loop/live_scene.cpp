@@ -1,0 +1,75 @@
+#include "palpa/loop/live_scene.h"
+
+#include <utility>
+
+namespace palpa {
+
+namespace {
+
+Scene measured(Scene scene, std::vector<std::int64_t>& spent_ns) {
+  for (std::size_t m = 0; m < spent_ns.size(); ++m) scene.find_mode(scene.modes()[m].name)->mode.measure(&spent_ns[m]);
+  return scene;
+}
+
+Session session_of(const Scene& scene, PathMaker path, double encoder_step_m) {
+  return path ? Session(scene, path, encoder_step_m) : Session(scene, encoder_step_m);
+}
+
+}  // namespace
+
+PreparedSession::PreparedSession(const Scene& scene, PathMaker path, double encoder_step_m)
+    : spent_ns(scene.modes().size()),
+      felt(session_of(scene, path, encoder_step_m)),
+      rehearsal(session_of(measured(scene, spent_ns), path, encoder_step_m)) {}
+
+LiveScene::State::State(const Scene& scene, PathMaker path, double encoder_step_m)
+    : scene_(scene), path_(path), encoder_step_m_(encoder_step_m), waiting_(new PreparedSession(scene, path, encoder_step_m)) {}
+
+LiveScene::State::~State() {
+  delete waiting_.load();
+  free_given_back();
+}
+
+Scene LiveScene::State::scene() const {
+  const std::lock_guard lock(mutex_);
+  return scene_;
+}
+
+void LiveScene::State::change(const std::function<void(Scene&)>& edit) {
+  const std::lock_guard lock(mutex_);
+  free_given_back();
+  Scene changed = scene_;
+  edit(changed);
+  auto made = std::make_unique<PreparedSession>(changed, path_, encoder_step_m_);
+  scene_ = std::move(changed);
+  delete waiting_.exchange(made.release(), std::memory_order_acq_rel);
+}
+
+void LiveScene::State::put_back(PreparedSession* session) noexcept {
+  PreparedSession* none = nullptr;
+  if (!waiting_.compare_exchange_strong(none, session, std::memory_order_acq_rel)) delete session;
+}
+
+void LiveScene::State::give_back(PreparedSession* session) noexcept {
+  session->next = given_back_.load(std::memory_order_relaxed);
+  while (!given_back_.compare_exchange_weak(session->next, session, std::memory_order_release, std::memory_order_relaxed)) {
+  }
+}
+
+void LiveScene::State::free_given_back() noexcept {
+  PreparedSession* session = given_back_.exchange(nullptr, std::memory_order_acquire);
+  while (session) delete std::exchange(session, session->next);
+}
+
+LiveScene::LiveScene(const Scene& scene, double encoder_step_m) : LiveScene(scene, nullptr, encoder_step_m) {}
+LiveScene::LiveScene(const Scene& scene, PathMaker path, double encoder_step_m)
+    : state_(std::make_unique<State>(scene, path, encoder_step_m)) {}
+LiveScene::~LiveScene() = default;
+
+Scene LiveScene::scene() const { return state_->scene(); }
+void LiveScene::set(const Scene& scene) {
+  state_->change([&](Scene& changed) { changed = scene; });
+}
+void LiveScene::change(const std::function<void(Scene&)>& edit) { state_->change(edit); }
+
+}  // namespace palpa
