@@ -1,6 +1,5 @@
 #include "palpa/file/reader_process.h"
 
-#include <dlfcn.h>
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
@@ -16,6 +15,7 @@
 #include <sstream>
 
 #include "palpa/core/load_error.h"
+#include "palpa/core/own_files.h"
 
 namespace palpa::detail {
 namespace {
@@ -38,14 +38,6 @@ std::string seconds(double s) {
   return text.str();
 }
 
-/// The folder of the file that this code was loaded from; empty where nobody knows.
-std::filesystem::path library_folder() {
-  Dl_info info{};
-  if (::dladdr(reinterpret_cast<const void*>(&can_be_run), &info) == 0 || info.dli_fname == nullptr) return {};
-  std::error_code none;
-  return std::filesystem::weakly_canonical(info.dli_fname, none).parent_path();
-}
-
 }  // namespace
 
 std::filesystem::path find_reader(const std::filesystem::path& option) {
@@ -58,15 +50,8 @@ std::filesystem::path find_reader(const std::filesystem::path& option) {
     throw LoadError("cannot be opened: PALPA_READER is '" + std::string(variable) +
                     "', which is no program; set it to the path of palpa-read");
   }
-  std::error_code none;
-  const std::filesystem::path here = std::filesystem::read_symlink("/proc/self/exe", none).parent_path();
-  if (can_be_run(here / "palpa-read")) return here / "palpa-read";
-  // Installed, it is in libexec beside bin; a program of somebody else's finds it from the library's folder,
-  // lib or lib/x86_64-linux-gnu.
-  const std::filesystem::path library = library_folder();
-  for (const auto& prefix : {here.parent_path(), library.parent_path(), library.parent_path().parent_path()}) {
-    const std::filesystem::path installed = prefix / "libexec" / "palpa" / "palpa-read";
-    if (can_be_run(installed)) return installed;
+  for (const std::filesystem::path& folder : own_files_folders()) {
+    if (can_be_run(folder / "palpa-read")) return folder / "palpa-read";
   }
   throw LoadError("cannot be opened: the program palpa-read is not beside this one; build it, or set PALPA_READER to its path");
 }
