@@ -2,6 +2,7 @@
 option(PALPA_READER "Build palpa-read, which opens files (needs VTK, vtk-dicom and ITK)" ${PROJECT_IS_TOP_LEVEL})
 option(PALPA_APP "Build the program palpa" ${PROJECT_IS_TOP_LEVEL})
 option(PALPA_VIEW "Build pictures, plots and reports (needs VTK with rendering, EGL)" ${PROJECT_IS_TOP_LEVEL})
+option(PALPA_DEVICES "Build what talks with real haptic devices (needs Boost)" ${PROJECT_IS_TOP_LEVEL})
 option(PALPA_EXAMPLES "Build the examples" ${PROJECT_IS_TOP_LEVEL})
 if(PROJECT_IS_TOP_LEVEL AND (NOT DEFINED BUILD_TESTING OR BUILD_TESTING))
   option(PALPA_TESTS "Build the tests" ON)

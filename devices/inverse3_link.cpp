@@ -1,0 +1,435 @@
+#include "devices/inverse3_link.h"
+
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <cerrno>
+#include <chrono>
+#include <exception>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include "devices/inverse3_connection.h"
+#include "palpa/device/latest.h"
+
+namespace palpa::inverse3 {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using boost::system::error_code;
+using std::chrono::milliseconds;
+
+// How often deadlines are looked at. Longer: they are seen later; shorter: more wake-ups.
+constexpr milliseconds look_interval{2};
+// An answer takes some 0.1 ms. Longer: a hand goes on longer under an old force; shorter: a busy machine's pause is a fault.
+constexpr milliseconds answer_deadline{10};
+// Then the service is taken for gone. Longer: later back; shorter: a service that pauses loses its session.
+constexpr milliseconds give_up_after{500};
+// From the first packet to the first message, the version's 0.3 s included. As above.
+constexpr milliseconds begin_deadline{1000};
+// Between a connection that was lost and the next try. Longer: later back; shorter: more in vain.
+constexpr milliseconds retry_interval{300};
+// Between messages where no force is written. Longer: states are older; shorter: more work for nothing.
+constexpr milliseconds idle_interval{10};
+// Between messages while the service has no such device. Longer: it is later found; shorter: more work for nothing.
+constexpr milliseconds absent_interval{200};
+// A force that was not written anew for so long is not sent any more. Longer: a program that hangs pushes longer; shorter: a
+// busy machine's pause drops the force.
+constexpr milliseconds force_lifetime{20};
+// A state that is older is not shown as valid even if the link's thread has no time to say so. It must be longer than the idle
+// interval and the answer's deadline together. Longer: older places count; shorter: a busy machine's pause is a fault.
+constexpr milliseconds state_lifetime{50};
+// At the end, for the last force of zero and the good-bye. Longer: a program with a silent service ends later; shorter: a slow
+// one is left without a good-bye.
+constexpr milliseconds end_deadline{250};
+// Answers in time before states and forces count, at the beginning and after a late one. More: later back; fewer: a service
+// that stumbles gives a force that stutters.
+constexpr int answers_to_trust = 10;
+// Messages in a row that are not understood, or that nobody asked for. More: an old state is held longer; fewer: one bad
+// message ends a session.
+constexpr int refused_to_give_up = 3;
+// A force that is sent and should be felt, one that is none, and how long the first may come as the second. A smaller first or
+// a larger second: what the service rounds or scales away is a fault; shorter: a service that answers late is one.
+constexpr double felt_n = 0.3;
+constexpr double none_n = 1e-3;
+constexpr milliseconds longest_without_force{200};
+
+constexpr const char* not_there = "the Inverse Service is not there";
+constexpr const char* beginning = "the Inverse Service has only just answered";
+constexpr const char* silent = "the service does not answer";
+constexpr const char* nonsense = "the service sends what cannot be understood";
+constexpr const char* unasked = "the service sends what it was not asked for";
+constexpr const char* absent = "the Inverse3 is not connected to the service";
+constexpr const char* placeless = "the service does not say where the Inverse3 is";
+constexpr const char* uncalibrated = "the Inverse3 is not calibrated";
+constexpr const char* powerless = "the power supply is off: no force";
+constexpr const char* no_force_by_vector =
+    "the service takes forces but makes none: its force scale is 0, or it wants force=values";
+constexpr const char* no_force_by_values =
+    "the service takes forces but makes none: its force scale is 0, or it wants force=vector";
+
+double seconds(Clock::time_point time) { return std::chrono::duration<double>(time.time_since_epoch()).count(); }
+
+/// A force as it was written.
+struct WrittenForce {
+  Vec3 force_n;
+  Clock::time_point time;
+};
+
+/// How long a force has been sent that the motors do not make.
+class MissingForce {
+ public:
+  void note(const Vec3& sent_n, const std::optional<Vec3>& reported_n, Clock::duration since_last) noexcept {
+    if (!reported_n || !(norm(sent_n) > felt_n)) return;
+    // A pause is not counted: nobody knows what the motors did.
+    time_ = norm(*reported_n) < none_n ? time_ + std::min<Clock::duration>(since_last, answer_deadline) : Clock::duration{};
+  }
+  bool is_too_long() const noexcept { return time_ > longest_without_force; }
+
+ private:
+  Clock::duration time_{};
+};
+
+}  // namespace
+
+/// All but the two values is the link's thread's.
+class Link::Exchange final : public ConnectionUser {
+ public:
+  explicit Exchange(const LinkOptions& options);
+  ~Exchange();
+  Exchange(const Exchange&) = delete;
+  Exchange& operator=(const Exchange&) = delete;
+
+  // ---- the haptic thread's side ----
+
+  DeviceState read() noexcept;
+  bool write(const Vec3& force_n) noexcept;
+  bool is_settled() const noexcept { return is_settled_.load(std::memory_order_acquire); }
+
+ private:
+  // ---- the link's side ----
+
+  void run() noexcept;
+  void wait_for_writes();
+  void look_again();
+  void look_at_deadlines();
+  void begin();
+  void lose(const char* why);
+
+  void on_open(std::optional<ForceWord> word) override;
+  void on_message(std::string_view text) override;
+  void on_written() override { send_what_is_due(); }
+  void on_lost() override { lose(not_there); }
+
+  void take(std::string_view text);
+  void refuse(const char* why);
+  bool is_anything_due() const noexcept;
+  void send_what_is_due();
+  Vec3 force_to_send_n() noexcept;
+  const char* fault() const noexcept;
+  void publish();
+
+  const LinkOptions options_;
+  Latest<WrittenForce> forces_;
+  Latest<DeviceState> states_;
+  std::atomic<bool> is_linked_{false};
+  std::atomic<bool> is_settled_{false};
+  std::atomic<bool> has_to_end_{false};
+  const int wake_;  // an eventfd: of its own, since the io_context's post() allocates and locks
+
+  boost::asio::io_context context_{1};
+  boost::asio::posix::stream_descriptor wakes_{context_};
+  boost::asio::steady_timer timer_{context_};
+  std::uint64_t wake_count_ = 0;
+  std::shared_ptr<Connection> connection_;
+
+  enum class End : std::uint8_t { none, wanted, at_rest, said };
+  End end_ = End::none;                    // at rest: a force of zero has been sent; said: the good-bye
+  const char* fault_of_link_ = not_there;  // while there is no trust in it
+  bool has_view_ = false;                  // a first message has come
+  bool is_named_ = false;                  // the session's profile has been sent
+  bool is_awaiting_ = false;               // an answer
+  int answers_in_time_ = 0;                // since the last late one
+  int refused_ = 0;                        // in a row
+  DeviceState state_;                      // as it was published
+  ForceWord word_ = ForceWord::vector;
+  View view_;
+  Vec3 sent_n_;
+  MissingForce missing_force_;
+  Clock::time_point began_{}, ended_{}, sent_at_{}, answered_at_{};
+  WrittenForce written_;
+  std::thread thread_;
+};
+
+Link::Exchange::Exchange(const LinkOptions& options) : options_(options), wake_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
+  if (wake_ < 0) throw std::system_error(errno, std::generic_category(), "device inverse3: eventfd");
+  wakes_.assign(wake_);  // which closes it
+  states_.give({.fault = not_there});
+  thread_ = std::thread([this] { run(); });
+}
+
+Link::Exchange::~Exchange() {
+  has_to_end_.store(true, std::memory_order_release);
+  const std::uint64_t one = 1;
+  [[maybe_unused]] const ssize_t written = ::write(wake_, &one, sizeof one);
+  thread_.join();
+}
+
+// ---- the haptic thread's side ----
+
+DeviceState Link::Exchange::read() noexcept {
+  DeviceState state = states_.take();
+  if (state.valid && seconds(Clock::now()) - state.time_s > std::chrono::duration<double>(state_lifetime).count()) {
+    state.valid = false;
+    state.fault = silent;
+  }
+  return state;
+}
+
+bool Link::Exchange::write(const Vec3& force_n) noexcept {
+  forces_.give({.force_n = is_finite(force_n) ? shortened(force_n, max_force_n) : Vec3{}, .time = Clock::now()});
+  const std::uint64_t one = 1;
+  [[maybe_unused]] const ssize_t written = ::write(wake_, &one, sizeof one);
+  return is_linked_.load(std::memory_order_relaxed);
+}
+
+// ---- the link's side: when ----
+
+void Link::Exchange::run() noexcept {
+  for (bool has_begun = false;;) {
+    try {
+      if (!std::exchange(has_begun, true)) {
+        wait_for_writes();
+        look_again();
+        begin();
+      }
+      context_.run();
+      return;
+    } catch (const std::exception&) {
+      // No memory, or no socket: tried again later, as with a service that has gone.
+      if (connection_) lose(not_there);
+      if (has_to_end_) return;
+    }
+  }
+}
+
+void Link::Exchange::wait_for_writes() {
+  wakes_.async_read_some(boost::asio::buffer(&wake_count_, sizeof wake_count_), [this](error_code error, std::size_t) {
+    if (error) return;
+    wait_for_writes();
+    if (has_to_end_) look_at_deadlines();
+    send_what_is_due();
+  });
+}
+
+void Link::Exchange::look_again() {
+  timer_.expires_after(look_interval);
+  timer_.async_wait([this](error_code error) {
+    if (error) return;
+    look_again();
+    look_at_deadlines();
+  });
+}
+
+void Link::Exchange::look_at_deadlines() {
+  const Clock::time_point now = Clock::now();
+  if (has_to_end_ && end_ == End::none) {
+    end_ = End::wanted;
+    ended_ = now;
+  }
+  if (end_ != End::none) {
+    const bool can_say = connection_ && has_view_ && now - ended_ <= end_deadline;
+    if (can_say) return send_what_is_due();
+    if (connection_) connection_->close();
+    return context_.stop();
+  }
+  if (!connection_) {
+    if (now - began_ >= retry_interval) begin();
+    return;
+  }
+  if (!has_view_) {
+    if (now - began_ > begin_deadline) lose(silent);
+    return;
+  }
+  if (is_awaiting_ && now - sent_at_ > give_up_after) return lose(silent);
+  if (is_awaiting_ && now - sent_at_ > answer_deadline) {
+    const bool is_news = answers_in_time_ > 0 || fault_of_link_ != silent;
+    answers_in_time_ = 0;
+    fault_of_link_ = silent;
+    if (is_news) publish();
+  }
+  send_what_is_due();
+}
+
+void Link::Exchange::begin() {
+  began_ = Clock::now();
+  has_view_ = is_named_ = is_awaiting_ = false;
+  answers_in_time_ = refused_ = 0;
+  missing_force_ = {};
+  sent_n_ = {};
+  view_ = {};
+  connection_ = connect(context_, options_.service, !options_.word, *this);
+}
+
+void Link::Exchange::lose(const char* why) {
+  connection_->close();
+  connection_.reset();
+  has_view_ = is_awaiting_ = false;
+  answers_in_time_ = 0;
+  view_ = {};
+  sent_n_ = {};
+  fault_of_link_ = why;
+  began_ = Clock::now();  // from which the next try is counted
+  publish();
+  if (end_ != End::none) context_.stop();
+}
+
+// ---- what comes ----
+
+void Link::Exchange::on_open(std::optional<ForceWord> word) {
+  word_ = options_.word.value_or(word.value_or(ForceWord::vector));
+}
+
+void Link::Exchange::on_message(std::string_view text) {
+  if (!has_view_) {
+    if (!read_message(text, options_.device_id, view_)) return lose(nonsense);
+    has_view_ = true;
+    fault_of_link_ = fault_of_link_ == not_there ? beginning : fault_of_link_;
+    answered_at_ = Clock::now();
+  } else {
+    take(text);
+  }
+  if (!connection_) return;  // lost meanwhile
+  publish();
+  send_what_is_due();
+}
+
+void Link::Exchange::take(std::string_view text) {
+  if (!is_awaiting_) return refuse(unasked);
+  is_awaiting_ = false;
+  const Clock::time_point now = Clock::now();
+  const bool had_arm = view_.arm.has_value();
+  if (!read_message(text, options_.device_id, view_)) return refuse(nonsense);
+  refused_ = 0;
+  answers_in_time_ = now - sent_at_ > answer_deadline ? 0 : std::min(answers_in_time_ + 1, answers_to_trust);
+  if (answers_in_time_ == 0) fault_of_link_ = silent;
+  // One that comes back, or that was off, has not been tried yet.
+  if (!view_.arm || !had_arm || !view_.arm->has_power)
+    missing_force_ = {};
+  else if (!missing_force_.is_too_long())
+    missing_force_.note(sent_n_, view_.arm->reported_force_n, now - answered_at_);
+  answered_at_ = now;
+}
+
+void Link::Exchange::refuse(const char* why) {
+  if (++refused_ >= refused_to_give_up) lose(why);
+}
+
+// ---- what goes ----
+
+bool Link::Exchange::is_anything_due() const noexcept {
+  const Clock::duration since = Clock::now() - sent_at_;
+  if (!is_named_ || end_ != End::none) return true;
+  if (!view_.arm) return since >= absent_interval;
+  if (forces_.is_fresh()) return true;
+  if (answers_in_time_ < answers_to_trust) return since >= look_interval / 2;
+  // A force that nobody writes any more ends at once.
+  return since >= idle_interval || (sent_n_ != Vec3{} && Clock::now() - written_.time > force_lifetime);
+}
+
+void Link::Exchange::send_what_is_due() {
+  if (!connection_ || !has_view_ || connection_->is_writing() || end_ == End::said) return;
+  // The last force of zero does not wait for an answer.
+  if ((is_awaiting_ && end_ != End::wanted) || !is_anything_due()) return;
+  if (end_ == End::at_rest) {
+    end_ = End::said;
+    return connection_->say_goodbye();
+  }
+  const std::string profile = is_named_ ? std::string{} : options_.profile;
+  sent_n_ = force_to_send_n();
+  sent_at_ = Clock::now();
+  is_named_ = is_awaiting_ = true;
+  if (end_ == End::wanted) end_ = End::at_rest;
+  connection_->send(view_.arm ? force_message(options_.device_id, sent_n_, word_, profile) : snapshot_request(profile));
+}
+
+// Zero wherever a fault stands, and where nobody has written for too long.
+Vec3 Link::Exchange::force_to_send_n() noexcept {
+  written_ = forces_.take();
+  if (end_ != End::none || fault() != nullptr || Clock::now() - written_.time > force_lifetime) return {};
+  return written_.force_n;
+}
+
+// ---- what is said ----
+
+const char* Link::Exchange::fault() const noexcept {
+  if (!has_view_) return fault_of_link_;
+  if (!view_.arm) return absent;
+  if (!view_.arm->position_m) return placeless;
+  if (answers_in_time_ < answers_to_trust) return fault_of_link_;
+  if (!view_.arm->is_calibrated) return uncalibrated;
+  if (!view_.arm->has_power) return powerless;
+  if (missing_force_.is_too_long()) return word_ == ForceWord::vector ? no_force_by_vector : no_force_by_values;
+  return nullptr;
+}
+
+void Link::Exchange::publish() {
+  const bool is_linked = has_view_ && answers_in_time_ == answers_to_trust;
+  state_.valid = false;
+  state_.buttons = 0;
+  state_.fault = fault();
+  state_.time_s = seconds(answered_at_);
+  if (view_.arm && view_.arm->position_m) {
+    state_.position_m = *view_.arm->position_m;
+    state_.velocity_m_per_s = view_.arm->velocity_m_per_s;
+    state_.buttons = view_.buttons();
+    state_.valid = is_linked && view_.arm->is_calibrated;
+  }
+  states_.give(state_);
+  is_linked_.store(is_linked, std::memory_order_relaxed);
+  if (is_linked || (has_view_ && !view_.arm)) is_settled_.store(true, std::memory_order_release);
+}
+
+// ---- the outside ----
+
+Link::Link(const LinkOptions& options) : exchange_(std::make_unique<Exchange>(options)) {}
+Link::~Link() = default;
+DeviceState Link::read() noexcept { return exchange_->read(); }
+bool Link::write(const Vec3& force_n) noexcept { return exchange_->write(force_n); }
+
+bool Link::wait(double longest_s) {
+  const Clock::time_point end =
+      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(longest_s));
+  while (!exchange_->is_settled() && Clock::now() < end) std::this_thread::sleep_for(look_interval);
+  return exchange_->is_settled();
+}
+
+std::optional<View> look(const boost::asio::ip::tcp::endpoint& service) {
+  struct Looker final : ConnectionUser {
+    void on_open(std::optional<ForceWord>) override {}
+    void on_message(std::string_view text) override {
+      View told;
+      if (read_message(text, {}, told)) view = std::move(told);
+      context.stop();
+    }
+    void on_written() override {}
+    void on_lost() override { context.stop(); }
+
+    boost::asio::io_context context{1};
+    std::optional<View> view;
+  };
+  Looker looker;
+  const std::shared_ptr<Connection> connection = connect(looker.context, service, false, looker);
+  looker.context.run_for(begin_deadline);
+  connection->close();
+  return looker.view;
+}
+
+}  // namespace palpa::inverse3
