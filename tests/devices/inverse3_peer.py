@@ -1,0 +1,73 @@
+"""An Inverse Service of another making: python3-websockets' server, for the test that has both libraries agree.
+
+Prints its port. Its arm is a spring of 100 N/m that follows each force at once: where it is tells which force has come, in
+the service's axes. Ends when its input does.
+"""
+
+import asyncio
+import json
+import sys
+
+try:
+    import websockets
+except ImportError:
+    sys.exit(3)
+
+STIFFNESS_N_PER_M = 100.0
+FORCE_LIFETIME_S = 0.05
+
+
+class Arm:
+    force = {"x": 0.0, "y": 0.0, "z": 0.0}
+    last_message_s = 0.0
+
+    def told(self):
+        zero = {"x": 0.0, "y": 0.0, "z": 0.0}
+        if asyncio.get_running_loop().time() - self.last_message_s > FORCE_LIFETIME_S:
+            self.force = zero
+        place = {axis: force / STIFFNESS_N_PER_M for axis, force in self.force.items()}
+        return {
+            "session_id": 1,
+            "inverse3": [
+                {
+                    "device_id": "PY01",
+                    "state": {
+                        "cursor_position": place,
+                        "cursor_velocity": zero,
+                        "current_cursor_force": self.force,
+                    },
+                    "status": {"calibrated": True, "power_supply": True},
+                }
+            ],
+            "verse_grip": [],
+            "wireless_verse_grip": [],
+        }
+
+    def obey(self, message):
+        self.last_message_s = asyncio.get_running_loop().time()
+        for device in message.get("inverse3", []):
+            if device["device_id"] == "PY01":
+                self.force = device["commands"]["set_cursor_force"]["values"]
+
+
+async def version(path, _headers):
+    if path == "/version":
+        return 200, [("Content-Type", "application/json")], b'{"ok":true,"data":{"project_version":"3.4.2"}}'
+    return None
+
+
+async def main():
+    arm = Arm()
+
+    async def serve(socket, *_path):
+        await socket.send(json.dumps(arm.told()))
+        async for text in socket:
+            arm.obey(json.loads(text))
+            await socket.send(json.dumps(arm.told()))
+
+    async with websockets.serve(serve, "127.0.0.1", 0, process_request=version, ping_interval=0.05) as server:
+        print(server.sockets[0].getsockname()[1], flush=True)
+        await asyncio.get_running_loop().run_in_executor(None, sys.stdin.read)
+
+
+asyncio.run(main())

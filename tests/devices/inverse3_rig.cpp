@@ -1,0 +1,76 @@
+#include "tests/devices/inverse3_rig.h"
+
+#include <dlfcn.h>
+
+#include <cstdlib>
+#include <stdexcept>
+
+namespace palpa {
+
+namespace test {
+
+const DeviceBackend& inverse3_backend() {
+  static const DeviceBackend* const backend = [] {
+    const char* bin = std::getenv("PALPA_BIN");
+    const std::string file = std::string(bin != nullptr ? bin : "../bin") + "/../libexec/palpa/palpa-device-inverse3.so";
+    void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (library == nullptr) throw std::runtime_error(dlerror());
+    const void* symbol = dlsym(library, "palpa_device_backend");
+    if (symbol == nullptr) throw std::runtime_error(file + " exports no device");
+    return static_cast<const DeviceBackend*>(symbol);
+  }();
+  return *backend;
+}
+
+Vec3 service_from_hand(const Vec3& hand) {
+  const double right = hand.x, up = hand.y, towards_user = hand.z;
+  return {right, -towards_user, up};
+}
+Vec3 hand_from_service(const Vec3& service) {
+  const double right = service.x, forward = service.y, up = service.z;
+  return {right, up, -forward};
+}
+
+}  // namespace test
+
+namespace {
+
+class Inverse3Rig final : public Rig {
+ public:
+  std::unique_ptr<Device> open() override { return test::inverse3_backend().open({{"port", std::to_string(service_.port())}}); }
+  void hold(const Vec3& position_m, const Vec3& velocity_m_per_s) override {
+    service_.hold(test::service_from_hand(position_m), test::service_from_hand(velocity_m_per_s));
+  }
+  Vec3 force_n() override { return test::hand_from_service(service_.force_n()); }
+  void press_button(int number, bool down) override { service_.press_wireless(number, down); }
+  void unplug() override { service_.connect_device(false); }
+  void plug() override { service_.connect_device(true); }
+  std::vector<Fault> faults() override {
+    using Manner = test::Inverse3StandIn::Manner;
+    const auto sends = [this](const char* name, Manner manner) {
+      return Fault{name, [this, manner] { service_.send(manner); }, [this] { service_.send(Manner::whole); }};
+    };
+    return {
+        {"the power supply is off", [this] { service_.turn_power(false); }, [this] { service_.turn_power(true); }},
+        {"not calibrated", [this] { service_.calibrate(false); }, [this] { service_.calibrate(true); }},
+        {"the service ends", [this] { service_.stop(); }, [this] { service_.start(); }},
+        {"no JSON", [this] { service_.change_texts([](const std::string&) { return "{"; }); },
+         [this] { service_.change_texts(nullptr); }},
+        sends("answers stay out", Manner::silent),
+        sends("slow answers", Manner::slow),
+        sends("answers that drip", Manner::drip),
+        sends("a flood", Manner::flood),
+        sends("a huge frame", Manner::huge),
+        sends("the service goes away", Manner::goes_away),
+    };
+  }
+
+ private:
+  test::Inverse3StandIn service_;
+};
+
+}  // namespace
+
+std::unique_ptr<Rig> inverse3_rig() { return std::make_unique<Inverse3Rig>(); }
+
+}  // namespace palpa

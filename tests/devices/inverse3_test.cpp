@@ -1,0 +1,640 @@
+// What is special to the Inverse3: its axes and words, and whatever a service may say or leave out. A wrong word of it costs
+// the force, never the program.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <bit>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <thread>
+
+#include "devices/inverse3_messages.h"
+#include "palpa/core/load_error.h"
+#include "tests/core/counted_allocations.h"
+#include "tests/devices/inverse3_rig.h"
+
+namespace palpa {
+namespace {
+
+using nlohmann::json;
+using test::Inverse3StandIn;
+using testing::AllOf;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Not;
+using testing::SizeIs;
+using Manner = Inverse3StandIn::Manner;
+using Clock = std::chrono::steady_clock;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+// Far more than anything takes; only a failure waits for it.
+constexpr seconds patience{20};
+constexpr double force_step_n = 1e-9;
+
+std::string message_of(const std::function<void()>& refused) {
+  try {
+    refused();
+  } catch (const LoadError& error) {
+    return error.what();
+  }
+  return "nothing was refused";
+}
+
+class Inverse3 : public testing::Test {
+ protected:
+  DeviceSettings settings(DeviceSettings more = {}) const {
+    more.emplace_back("port", std::to_string(service.port()));
+    return more;
+  }
+  std::unique_ptr<Device> open(const DeviceSettings& more = {}) const { return test::inverse3_backend().open(settings(more)); }
+
+  /// Writes the force and reads the state each millisecond until the condition holds.
+  template <class Condition>
+  testing::AssertionResult comes(Device& device, const Vec3& force_n, Condition condition) {
+    const auto end = Clock::now() + patience;
+    while (Clock::now() < end) {
+      is_linked = device.write(force_n);
+      std::this_thread::sleep_for(milliseconds(1));
+      state = device.read();
+      if (condition()) return testing::AssertionSuccess();
+    }
+    return testing::AssertionFailure() << "the last fault: " << (state.fault != nullptr ? state.fault : "none");
+  }
+  testing::AssertionResult is_felt(Device& device, const Vec3& force_n, const Vec3& made_n) {
+    return comes(device, force_n, [&] { return state.valid && !state.fault && distance(felt_n(), made_n) < force_step_n; });
+  }
+  testing::AssertionResult is_felt(Device& device, const Vec3& force_n) { return is_felt(device, force_n, force_n); }
+  testing::AssertionResult fails(Device& device, const Vec3& force_n) {
+    return comes(device, force_n, [&] { return state.fault != nullptr && felt_n() == Vec3{}; });
+  }
+  Vec3 felt_n() { return test::hand_from_service(service.force_n()); }
+
+  Inverse3StandIn service;
+  DeviceState state;
+  bool is_linked = false;
+};
+
+TEST_F(Inverse3, TurnsPlacesAndForcesIntoTheHandsAxes) {
+  const auto device = open();
+  // The service's words: x to the right, y away from the user, z up.
+  const struct {
+    Vec3 service, hand;
+  } axes[] = {{{0.01, 0, 0}, {0.01, 0, 0}}, {{0, 0.02, 0}, {0, 0, -0.02}}, {{0, 0, 0.03}, {0, 0.03, 0}}};
+  for (const auto& axis : axes) {
+    service.hold(axis.service, 2.0 * axis.service);
+    EXPECT_TRUE(comes(*device, {}, [&] { return state.position_m == axis.hand && state.velocity_m_per_s == 2.0 * axis.hand; }));
+    EXPECT_TRUE(
+        comes(*device, 50.0 * axis.hand, [&] { return distance(service.force_n(), 50.0 * axis.service) < force_step_n; }));
+  }
+}
+
+TEST_F(Inverse3, CallsAForceAsTheServicesVersionDoes) {
+  const struct {
+    const char* version;
+    bool vector;
+  } versions[] = {{"3.5.1", true}, {"v3.4.9-rc1", false}, {"3.10.0", true}, {"4.0", true}, {"2.9", false},
+                  {"", true},      {"new", true}};
+  for (const auto& [version, vector] : versions) {
+    service.set_version(version);
+    service.understand(vector, !vector);
+    EXPECT_TRUE(is_felt(*open(), {0.5, 1.0, -1.5})) << version;
+  }
+}
+
+TEST_F(Inverse3, CallsAForceAsItIsTold) {
+  service.understand(false, true);
+  EXPECT_TRUE(is_felt(*open({{"force", "values"}}), {0.5, 1.0, -1.5}));
+  service.set_version("3.4.0");
+  service.understand(true, false);
+  EXPECT_TRUE(is_felt(*open({{"force", "vector"}}), {0.5, 1.0, -1.5}));
+}
+
+TEST_F(Inverse3, SaysThatTheMotorsMakeNoForce) {
+  service.understand(false, true);
+  const auto device = open();
+  EXPECT_TRUE(comes(*device, {1, 0, 0}, [&] { return state.fault != nullptr; }));
+  EXPECT_TRUE(state.valid);
+  EXPECT_THAT(state.fault, HasSubstr("values"));
+  // Nobody is surprised by a force that comes late.
+  service.understand(true, true);
+  const std::int64_t messages = service.messages();
+  EXPECT_TRUE(comes(*device, {1, 0, 0}, [&] { return service.messages() > messages + 20; }));
+  EXPECT_THAT(state.fault, HasSubstr("values"));
+  EXPECT_EQ(felt_n(), Vec3{});
+  service.turn_power(false);
+  EXPECT_TRUE(comes(*device, {}, [&] { return std::string_view(state.fault).find("power") != std::string_view::npos; }));
+  service.turn_power(true);
+  EXPECT_TRUE(is_felt(*device, {1, 0, 0}));
+}
+
+TEST_F(Inverse3, AsksForNoMoreThanItsMotorsBear) {
+  const auto device = open();
+  EXPECT_EQ(device->limits().max_force_n, 3.0);
+  EXPECT_TRUE(is_felt(*device, {0, 300, 400}, {0, 1.8, 2.4}));
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN(), infinite = std::numeric_limits<double>::infinity();
+  for (const Vec3& no_force : {Vec3{nan, 0, 0}, Vec3{0, infinite, 0}, Vec3{1, 1, -infinite}}) {
+    EXPECT_TRUE(is_felt(*device, {0, 1, 0}));
+    EXPECT_TRUE(is_felt(*device, no_force, {}));
+  }
+  EXPECT_TRUE(is_felt(*device, {1e308, 1e308, 0}, {3 / std::sqrt(2.0), 3 / std::sqrt(2.0), 0}));
+  EXPECT_TRUE(is_felt(*device, {1e-320, 0, 0}, {}));
+}
+
+TEST_F(Inverse3, NamesItsSessionFirstAndWithoutAForce) {
+  { EXPECT_TRUE(is_felt(*open({{"profile", "org.example:lab"}}), {1, 0, 0})); }
+  ASSERT_THAT(service.first_messages(), SizeIs(1));
+  const json first = json::parse(service.first_messages().front());
+  EXPECT_EQ(first["session"]["configure"]["profile"]["name"], "org.example:lab");
+  EXPECT_EQ(first["inverse3"][0]["device_id"], "049D");
+  EXPECT_EQ(first["inverse3"][0]["commands"]["set_cursor_force"]["vector"], json({{"x", 0}, {"y", 0}, {"z", 0}}));
+  EXPECT_FALSE(json::parse(service.last_messages(1).front()).contains("session"));
+}
+
+TEST_F(Inverse3, EndsWithAForceOfZeroAndAGoodBye) {
+  { EXPECT_TRUE(is_felt(*open(), {1, 0, 0})); }
+  const json end = json::parse(service.last_messages(1).front());
+  EXPECT_EQ(end["inverse3"][0]["commands"]["set_cursor_force"]["vector"], json({{"x", 0}, {"y", 0}, {"z", 0}}));
+  EXPECT_EQ(felt_n(), Vec3{});
+  const auto until = Clock::now() + patience;
+  while (service.good_byes() == 0 && Clock::now() < until) std::this_thread::sleep_for(milliseconds(1));
+  EXPECT_EQ(service.good_byes(), 1);
+}
+
+TEST_F(Inverse3, EndsWhateverTheServiceDoes) {
+  for (const Manner manner : {Manner::silent, Manner::drip, Manner::flood, Manner::endless, Manner::slow, Manner::hangs_up}) {
+    auto device = open();
+    EXPECT_TRUE(is_felt(*device, {1, 0, 0}));
+    service.send(manner);
+    device->write({1, 0, 0});
+    std::this_thread::sleep_for(milliseconds(3));
+    const auto begin = Clock::now();
+    device.reset();
+    EXPECT_LT(Clock::now() - begin, seconds(5)) << "of which a busy machine takes most";
+    EXPECT_EQ(felt_n(), Vec3{});
+    service.send(Manner::whole);
+  }
+}
+
+TEST_F(Inverse3, LetsGoOfAForceThatNobodyWritesAnyMore) {
+  const auto device = open();
+  EXPECT_TRUE(is_felt(*device, {1, 0, 0}));
+  const std::int64_t messages = service.messages();
+  const auto end = Clock::now() + patience;
+  while ((felt_n() != Vec3{} || service.messages() < messages + 20) && Clock::now() < end)
+    std::this_thread::sleep_for(milliseconds(1));
+  EXPECT_EQ(felt_n(), Vec3{});
+  EXPECT_GE(service.messages(), messages + 20) << "the link goes on without a force";
+  EXPECT_TRUE(is_felt(*device, {0, 1, 0})) << "and with one when it is written again";
+}
+
+TEST_F(Inverse3, NeitherReadsNorWritesWithMemoryOfItsOwn) {
+  const auto device = open();
+  const long before = test::allocations;
+  for (int i = 0; i < 100; ++i) {
+    device->write({0.001 * i, 0, 0});
+    device->read();
+  }
+  EXPECT_EQ(test::allocations, before);
+}
+
+TEST_F(Inverse3, ShowsTheButtonsOfBothHandles) {
+  const auto device = open();
+  EXPECT_TRUE(comes(*device, {}, [&] { return state.valid && state.buttons == 0; }));
+  service.press_wired(true);
+  EXPECT_TRUE(comes(*device, {}, [&] { return state.buttons == 1; }));
+  service.press_wired(false);
+  service.press_wireless(1, true);
+  EXPECT_TRUE(comes(*device, {}, [&] { return state.buttons == 2; }));
+  service.press_wireless(2, true);
+  EXPECT_TRUE(comes(*device, {}, [&] { return state.buttons == 6; }));
+}
+
+TEST_F(Inverse3, KeepsWhatAMessageLeavesOut) {
+  service.hold({0.01, 0.02, 0.03}, {});
+  service.press_wireless(0, true);
+  const auto device = open();
+  service.tell_all(false);
+  EXPECT_TRUE(is_felt(*device, {1, 0, 0}));
+  const auto left_out = json::parse(R"({"device_id":"049D"})");
+  service.change_texts([&](const std::string& text) {
+    json message = json::parse(text);
+    message["inverse3"] = {left_out};
+    message.erase("wireless_verse_grip");
+    return message.dump();
+  });
+  const std::int64_t messages = service.messages();
+  EXPECT_TRUE(comes(*device, {}, [&] { return service.messages() > messages + 20; }));
+  EXPECT_EQ(state.position_m, (Vec3{0.01, 0.03, -0.02}));
+  EXPECT_EQ(state.buttons, 1u);
+  EXPECT_TRUE(state.valid);
+  service.change_texts(nullptr);
+  service.hold({0, 0, 0.04}, {});
+  EXPECT_TRUE(comes(*device, {}, [&] { return state.position_m == Vec3{0, 0.04, 0}; }));
+}
+
+TEST_F(Inverse3, StaysWithItsDeviceWhenThereAreTwo) {
+  service.connect_second_device(true);
+  service.hold({0.01, 0, 0}, {});
+  const auto device = open({{"id", "049D"}});
+  EXPECT_EQ(device->name(), "Haply Inverse3 049D");
+  EXPECT_TRUE(is_felt(*device, {1, 0, 0}));
+  EXPECT_EQ(state.position_m, (Vec3{0.01, 0, 0}));
+  service.connect_device(false);
+  EXPECT_TRUE(fails(*device, {1, 0, 0}));
+  EXPECT_FALSE(state.valid);
+  EXPECT_THAT(state.fault, HasSubstr("not connected"));
+  service.connect_device(true);
+  EXPECT_TRUE(is_felt(*device, {1, 0, 0}));
+  EXPECT_EQ(state.position_m, (Vec3{0.01, 0, 0}));
+  EXPECT_EQ(open()->name(), "Haply Inverse3 0BEE") << "the first";
+}
+
+TEST_F(Inverse3, SaysWhatKeepsItFromWorking) {
+  const auto device = open();
+  EXPECT_TRUE(is_felt(*device, {1, 0, 0}));
+  service.turn_power(false);
+  EXPECT_TRUE(fails(*device, {1, 0, 0}));
+  EXPECT_STREQ(state.fault, "the power supply is off: no force");
+  EXPECT_TRUE(state.valid) << "it still knows its place";
+  service.turn_power(true);
+  EXPECT_TRUE(is_felt(*device, {1, 0, 0}));
+  service.calibrate(false);
+  EXPECT_TRUE(fails(*device, {1, 0, 0}));
+  EXPECT_THAT(state.fault, HasSubstr("not calibrated"));
+  EXPECT_FALSE(state.valid);
+  service.calibrate(true);
+  EXPECT_TRUE(is_felt(*device, {1, 0, 0}));
+  service.stop();
+  EXPECT_TRUE(fails(*device, {1, 0, 0}));
+  EXPECT_STREQ(state.fault, "the Inverse Service is not there");
+  EXPECT_FALSE(state.valid);
+  EXPECT_TRUE(comes(*device, {1, 0, 0}, [&] { return !is_linked; }));
+  service.start();
+  EXPECT_TRUE(is_felt(*device, {1, 0, 0}));
+  EXPECT_TRUE(is_linked);
+}
+
+TEST_F(Inverse3, FollowsOtherRightWaysToSendAnAnswer) {
+  const auto device = open();
+  for (const Manner manner : {Manner::fragments, Manner::pings}) {
+    service.send(manner);
+    EXPECT_TRUE(is_felt(*device, {1, 0, 0}));
+    const std::int64_t messages = service.messages();
+    EXPECT_TRUE(comes(*device, {1, 0, 0}, [&] { return service.messages() > messages + 50; }));
+    EXPECT_TRUE(is_felt(*device, {0, 1, 0}));
+  }
+}
+
+// ---- a service that has gone wrong ----
+
+struct Wrong {
+  const char* name;
+  std::function<void(Inverse3StandIn&)> begin;
+};
+void PrintTo(const Wrong& wrong, std::ostream* out) { *out << wrong.name; }
+
+Wrong sends(const char* name, Manner manner) {
+  return {name, [manner](Inverse3StandIn& service) { service.send(manner); }};
+}
+Wrong says(const char* name, const std::string& text) {
+  return {name, [text](Inverse3StandIn& service) { service.change_texts([text](const std::string&) { return text; }); }};
+}
+/// Puts a text, which need not be JSON, in the place of a value.
+std::string with(const std::string& message, const std::string& pointer, const std::string& text) {
+  json changed = json::parse(message);
+  constexpr const char* mark = "\"the place\"";
+  changed[json::json_pointer(pointer)] = "the place";
+  std::string out = changed.dump();
+  return out.replace(out.find(mark), std::string_view(mark).size(), text);
+}
+Wrong puts(const char* name, const std::string& pointer, const std::string& text) {
+  return {name, [=](Inverse3StandIn& service) {
+            service.change_texts([=](const std::string& message) { return with(message, pointer, text); });
+          }};
+}
+std::string times(std::size_t count, const std::string& text) {
+  std::string out;
+  for (std::size_t i = 0; i < count; ++i) out += text;
+  return out;
+}
+
+const std::vector<Wrong>& wrongs() {
+  static const std::string place = "/inverse3/0/state/cursor_position";
+  static const std::vector<Wrong> all{
+      sends("Slow", Manner::slow),
+      sends("Drip", Manner::drip),
+      sends("Silent", Manner::silent),
+      sends("Flood", Manner::flood),
+      sends("Binary", Manner::binary),
+      sends("HugeFrame", Manner::huge),
+      sends("EndlessFragments", Manner::endless),
+      sends("WrongFrame", Manner::wrong_frame),
+      sends("GoesAway", Manner::goes_away),
+      sends("HangsUp", Manner::hangs_up),
+      says("Empty", ""),
+      says("NoJson", "{\"inverse3\":["),
+      says("NoUtf8", "{\"inverse3\":\"\xff\xfe\"}"),
+      says("Zeros", std::string(100, '\0')),
+      says("Null", "null"),
+      says("Number", "1e999"),
+      says("Array", "[]"),
+      says("Deep", times(100000, "[")),
+      says("DeepAndClosed", times(50000, "{\"inverse3\":") + "1" + times(50000, "}")),
+      says("ManyDevices", "{\"inverse3\":[" + times(9000, R"({"device_id":"049D"},)") + R"({"device_id":"049D"}]})"),
+      says("Large", "{\"x\":\"" + std::string(std::size_t{300} << 10, 'x') + "\"}"),
+      says("NoDevice", R"({"inverse3":[]})"),
+      says("NoList", "{}"),
+      puts("ListIsObject", "/inverse3", "{}"),
+      puts("EntryIsNumber", "/inverse3/0", "1"),
+      puts("EntryIsNull", "/inverse3/0", "null"),
+      puts("IdIsNumber", "/inverse3/0/device_id", "49"),
+      puts("IdIsLong", "/inverse3/0/device_id", '"' + std::string(1000, 'A') + '"'),
+      puts("IdWithControlCharacters", "/inverse3/0/device_id", R"("\u001b[2J\n")"),
+      puts("StateIsText", "/inverse3/0/state", "\"idle\""),
+      puts("PlaceIsArray", place, "[1,2,3]"),
+      puts("PlaceIsNull", place, "null"),
+      puts("PlaceWithoutZ", place, R"({"x":0,"y":0})"),
+      puts("PlaceIsText", place + "/x", "\"0\""),
+      puts("PlaceIsTrue", place + "/y", "true"),
+      puts("PlaceIsNan", place + "/z", "NaN"),
+      puts("PlaceIsInfinite", place + "/z", "-Infinity"),
+      puts("PlaceIsTooLarge", place + "/x", "1e999"),
+      puts("PlaceIsFarAway", place + "/x", "-1e300"),
+      puts("VelocityIsText", "/inverse3/0/state/cursor_velocity", "\"fast\""),
+      puts("ForceIsNumber", "/inverse3/0/state/current_cursor_force", "1"),
+      puts("StatusIsArray", "/inverse3/0/status", "[]"),
+      puts("PowerIsNumber", "/inverse3/0/status/power_supply", "1"),
+      puts("CalibratedIsText", "/inverse3/0/status/calibrated", "\"false\""),
+      puts("GripsAreNumber", "/verse_grip", "7"),
+      puts("ButtonIsText", "/verse_grip/0/state/button", "\"down\""),
+      puts("ButtonsAreArray", "/wireless_verse_grip/0/state/buttons", "[true]"),
+  };
+  return all;
+}
+
+class Inverse3Wrong : public Inverse3, public testing::WithParamInterface<Wrong> {
+ protected:
+  /// As long as whoever is in the wrong is so.
+  void expect_no_force(Device& device) {
+    const auto end = Clock::now() + milliseconds(100);
+    while (Clock::now() < end) {
+      EXPECT_TRUE(comes(device, {1, 1, 1}, [] { return true; }));
+      EXPECT_NE(state.fault, nullptr);
+      EXPECT_FALSE(state.valid);
+      ASSERT_EQ(felt_n(), Vec3{});
+    }
+  }
+};
+
+TEST_P(Inverse3Wrong, CostsTheForceUntilItIsRightAgain) {
+  const auto device = open();
+  ASSERT_TRUE(is_felt(*device, {1, 0, 0}));
+  GetParam().begin(service);
+  EXPECT_TRUE(fails(*device, {1, 0, 0}));
+  expect_no_force(*device);
+  service.send(Manner::whole);
+  service.change_texts(nullptr);
+  EXPECT_TRUE(is_felt(*device, {1, 0, 0}));
+}
+
+INSTANTIATE_TEST_SUITE_P(Services, Inverse3Wrong, testing::ValuesIn(wrongs()),
+                         [](const auto& test) { return std::string(test.param.name); });
+
+TEST_F(Inverse3, BearsAnAnswerTwice) {
+  const auto device = open();
+  EXPECT_TRUE(is_felt(*device, {1, 0, 0}));
+  service.send(Manner::twice);
+  const std::int64_t messages = service.messages();
+  EXPECT_TRUE(comes(*device, {1, 0, 0}, [&] { return service.messages() > messages + 50; }));
+  service.send(Manner::whole);
+  EXPECT_TRUE(is_felt(*device, {0, 0, 1}));
+}
+
+TEST_F(Inverse3, BearsAWordInBetweenThatItDoesNotUnderstand) {
+  const auto device = open();
+  EXPECT_TRUE(is_felt(*device, {1, 0, 0}));
+  int count = 0;
+  service.change_texts([&count](const std::string& text) { return ++count % 3 == 0 ? text : "{"; });
+  const std::int64_t messages = service.messages();
+  EXPECT_TRUE(comes(*device, {1, 0, 0}, [&] { return service.messages() > messages + 50; }));
+  EXPECT_TRUE(is_felt(*device, {0, 1, 0}));
+  EXPECT_THAT(service.first_messages(), SizeIs(1)) << "it was never connected anew";
+}
+
+TEST_F(Inverse3, IsNotOpenedByAServiceThatBeginsWithNonsense) {
+  for (const std::string text :
+       {"", "{", "[]", R"({"inverse3":[{"device_id":"a b"}]})", R"({"inverse3":[{"device_id":"A"},{}]})"}) {
+    service.change_texts([&](const std::string&) { return text; }, true);
+    EXPECT_THAT(message_of([&] { open(); }), HasSubstr("device inverse3: the Inverse Service does not answer"));
+    EXPECT_THAT(test::inverse3_backend().search(settings()).missing, SizeIs(1));
+  }
+  // One that has begun well is tried again and again.
+  service.change_texts(nullptr);
+  const auto device = open();
+  service.change_texts([&](const std::string&) { return "{"; }, true);
+  service.stop();
+  service.start();
+  EXPECT_TRUE(fails(*device, {1, 0, 0}));
+  EXPECT_TRUE(
+      comes(*device, {1, 0, 0}, [&] { return std::string_view(state.fault).find("understood") != std::string_view::npos; }));
+  service.change_texts(nullptr);
+  EXPECT_TRUE(is_felt(*device, {1, 0, 0}));
+}
+
+TEST(Inverse3Messages, WhateverIsChangedInThemIsReadOrRefused) {
+  std::mt19937 random(1);  // NOLINT: the same each time
+  const std::string message =
+      R"({"inverse3":[{"device_id":"049D","state":{"cursor_position":{"x":0.1,"y":-2e-3,"z":3},"cursor_velocity":{"x":0,"y":0,"z":0},)"
+      R"("current_cursor_force":{"x":0,"y":0,"z":0}},"status":{"calibrated":true,"power_supply":false}}],)"
+      R"("verse_grip":[{"device_id":"1","state":{"button":true}}],"wireless_verse_grip":[]})";
+  const std::string pieces[] = {"{", "}", "[", "]", "\"", ":", ",", "1e999", "null", "true", "-", "\\u", "\xff", "x", "0"};
+  int read = 0;
+  for (int i = 0; i < 20000; ++i) {
+    std::string changed = message;
+    for (int change = 0; change <= i % 3; ++change) {
+      const std::size_t at = random() % changed.size(), bytes = random() % 4;
+      changed.replace(at, bytes, pieces[random() % std::size(pieces)]);
+    }
+    inverse3::View view{.device_ids = {"before"}, .arm = inverse3::Arm{.position_m = Vec3{1, 2, 3}}};
+    if (!inverse3::read_message(changed, "", view)) {
+      EXPECT_THAT(view.device_ids, ElementsAre("before"));
+      EXPECT_EQ(view.arm->position_m, (Vec3{1, 2, 3}));
+      continue;
+    }
+    ++read;
+    if (!view.arm) continue;
+    EXPECT_TRUE(inverse3::is_plain(view.device_ids.at(0)));
+    EXPECT_TRUE(is_finite(view.arm->position_m.value()) && largest_component(*view.arm->position_m) <= 10.0);
+    EXPECT_TRUE(is_finite(view.arm->velocity_m_per_s.value_or(Vec3{})));
+  }
+  EXPECT_GT(read, 500) << "some changes do no harm";
+}
+
+TEST(Inverse3Messages, AreJsonForAnyForce) {
+  std::mt19937_64 random(1);  // NOLINT: the same each time
+  for (int i = 0; i < 2000; ++i) {
+    Vec3 force_n;
+    for (double* part : {&force_n.x, &force_n.y, &force_n.z}) {
+      do {
+        *part = std::bit_cast<double>(random());
+      } while (!std::isfinite(*part));
+    }
+    const json command = json::parse(inverse3::force_message("049D", force_n, inverse3::ForceWord::vector, "a:b"));
+    const json& vector = command["inverse3"][0]["commands"]["set_cursor_force"]["vector"];
+    EXPECT_EQ(test::hand_from_service({vector["x"], vector["y"], vector["z"]}), force_n);
+  }
+}
+
+TEST(Inverse3Messages, AVersionIsReadFromWhateverIsAnswered) {
+  using inverse3::ForceWord;
+  using inverse3::word_of_version;
+  EXPECT_EQ(word_of_version(R"({"ok":true,"data":{"git_tag":"v3.5.0","project_version":"3.5.0"}})"), ForceWord::vector);
+  EXPECT_EQ(word_of_version(R"({"project_version":"3.4"})"), ForceWord::values);
+  EXPECT_EQ(word_of_version(R"({"data":{"git_tag":"v3.1.7-dirty","project_version":null}})"), ForceWord::values);
+  for (const char* no_version :
+       {"", "3.5", "[]", R"({"data":[]})", R"({"data":{"project_version":3.5}})", R"({"project_version":"99999999999999.1"})",
+        R"({"project_version":"3"})", R"({"project_version":"v."})", R"({"project_version":""})"})
+    EXPECT_EQ(word_of_version(no_version), std::nullopt) << no_version;
+}
+
+// ---- before there is a device ----
+
+TEST_F(Inverse3, IsFoundWithTheWordsThatOpenIt) {
+  service.connect_second_device(true);
+  const DeviceSearch search = test::inverse3_backend().search(settings());
+  ASSERT_THAT(search.found, SizeIs(2));
+  const std::string port = ",port=" + std::to_string(service.port());
+  EXPECT_EQ(search.found[0].description, "inverse3,id=0BEE" + port);
+  EXPECT_EQ(search.found[1].description, "inverse3,id=049D" + port);
+  EXPECT_THAT(search.found[1].words, HasSubstr("Inverse3 049D"));
+  EXPECT_THAT(search.missing, IsEmpty());
+}
+
+TEST_F(Inverse3, ThatIsNotThereIsMissedWithWhatToDo) {
+  service.connect_device(false);
+  EXPECT_THAT(test::inverse3_backend().search(settings()).found, IsEmpty());
+  EXPECT_THAT(test::inverse3_backend().search(settings()).missing, ElementsAre(HasSubstr("switch on")));
+  EXPECT_THAT(message_of([&] { open(); }), AllOf(HasSubstr("device inverse3: "), HasSubstr("has no Inverse3; plug one in")));
+  service.connect_second_device(true);
+  EXPECT_THAT(message_of([&] { open({{"id", "049D"}}); }), HasSubstr("no Inverse3 with id=049D; it has 0BEE"));
+  service.stop();
+  EXPECT_THAT(test::inverse3_backend().search(settings()).missing, ElementsAre(HasSubstr("haply-inverse-service")));
+  EXPECT_THAT(message_of([&] { open(); }), HasSubstr("does not answer at 127.0.0.1:"));
+}
+
+TEST_F(Inverse3, IsNotOpenedWhereNothingComesBack) {
+  service.send(Manner::silent);
+  EXPECT_THAT(message_of([&] { open(); }), HasSubstr("device inverse3: the service does not answer"));
+}
+
+TEST(Inverse3Settings, ThatCannotBeAreRefusedWithWhatCan) {
+  const struct {
+    DeviceSettings settings;
+    const char* words;
+  } refused[] = {
+      {{{"speed", "3"}}, "no setting 'speed'; known are id, host, port, force, profile and remote"},
+      {{{"a\nb", ""}}, "no setting 'a?b'"},
+      {{{"host", "192.168.1.20"}}, "give remote=yes"},
+      {{{"host", "::ffff:10.0.0.1"}}, "give remote=yes"},
+      {{{"host", "0.0.0.0"}}, "give remote=yes"},
+      {{{"remote", "no"}, {"host", "8.8.8.8"}}, "give remote=yes"},
+      {{{"remote", "maybe"}}, "give yes or no"},
+      {{{"host", "haply.example"}}, "is no address"},
+      {{{"host", ""}}, "is no address"},
+      {{{"port", "0"}}, "1 to 65535"},
+      {{{"port", "65536"}}, "1 to 65535"},
+      {{{"port", "10001x"}}, "1 to 65535"},
+      {{{"port", ""}}, "1 to 65535"},
+      {{{"force", "both"}}, "auto, vector or values"},
+      {{{"id", ""}}, "letters"},
+      {{{"id", "\"},{"}}, "letters"},
+      {{{"profile", "a b"}}, "letters"},
+      {{{"profile", std::string(10000, 'a')}}, "letters"},
+  };
+  for (const auto& [settings, words] : refused) {
+    for (const auto& use : {std::function<void()>([&] { test::inverse3_backend().open(settings); }),
+                            std::function<void()>([&] { test::inverse3_backend().search(settings); })}) {
+      const std::string said = message_of(use);
+      EXPECT_THAT(said, AllOf(testing::StartsWith("device inverse3: "), HasSubstr(words)));
+      EXPECT_THAT(said, Not(HasSubstr("\n")));
+      EXPECT_LT(said.size(), 400u);
+    }
+  }
+  EXPECT_THAT(test::inverse3_backend().settings(), SizeIs(6));
+}
+
+// ---- a service of another making ----
+
+/// tests/devices/inverse3_peer.py, until the end of this object.
+class Peer {
+ public:
+  Peer() {
+    int to[2], from[2];
+    if (pipe(to) != 0 || pipe(from) != 0) throw std::runtime_error("no pipe");
+    child_ = fork();
+    if (child_ == 0) {
+      dup2(to[0], STDIN_FILENO);
+      dup2(from[1], STDOUT_FILENO);
+      for (const int end : {to[0], to[1], from[0], from[1]}) close(end);
+      execlp("python3", "python3", PALPA_TESTS_INVERSE3_PEER, nullptr);
+      _exit(3);
+    }
+    close(to[0]);
+    close(from[1]);
+    input_ = to[1];
+    char line[16] = {};
+    std::FILE* output = fdopen(from[0], "r");
+    if (std::fgets(line, sizeof line, output) != nullptr) port_ = line;
+    std::fclose(output);
+    while (!port_.empty() && port_.back() == '\n') port_.pop_back();
+  }
+  ~Peer() {
+    close(input_);
+    waitpid(child_, nullptr, 0);
+  }
+  Peer(const Peer&) = delete;
+  Peer& operator=(const Peer&) = delete;
+
+  const std::string& port() const { return port_; }  ///< empty: it could not be started
+
+ private:
+  pid_t child_ = 0;
+  int input_ = -1;
+  std::string port_;
+};
+
+TEST(Inverse3Peer, AgreesWithAnotherServersWebSocket) {
+  const Peer peer;
+  if (peer.port().empty()) GTEST_SKIP() << "python3-websockets is not here";
+  const auto device = test::inverse3_backend().open({{"port", peer.port()}});
+  EXPECT_EQ(device->name(), "Haply Inverse3 PY01");
+  // Its arm is a spring of 100 N/m.
+  for (const Vec3& force_n : {Vec3{1, 0, 0}, Vec3{0, 1.5, 0}, Vec3{0, 0, 2}, Vec3{-0.5, 1, 0.25}}) {
+    DeviceState state;
+    const auto end = Clock::now() + patience;
+    do {
+      device->write(force_n);
+      std::this_thread::sleep_for(milliseconds(1));
+      state = device->read();
+    } while (!(state.valid && distance(state.position_m, force_n / 100.0) < 1e-12) && Clock::now() < end);
+    EXPECT_LT(distance(state.position_m, force_n / 100.0), 1e-12);
+    EXPECT_EQ(state.fault, nullptr);
+  }
+  DeviceState state = device->read();
+  for (const auto end = Clock::now() + patience; state.position_m != Vec3{} && Clock::now() < end; state = device->read())
+    std::this_thread::sleep_for(milliseconds(1));
+  EXPECT_EQ(state.position_m, Vec3{}) << "the force ends when nobody writes";
+}
+
+}  // namespace
+}  // namespace palpa
