@@ -152,12 +152,34 @@ void add_demo(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
 
 struct RunLine {
   RunArguments run;
+  LiveRunOptions live;
+  bool realtime = false;
+  bool no_rehearsal = false;
+  int clutch_button = 0, dead_man_button = 0;  // 0: none
   std::vector<std::string> sets;
   std::string hold, center, fit;
 };
 
+/// A hand of one's own is felt in real time without being told so.
+void add_live(const RunLine& given, RunOptions& options) {
+  const bool is_own_hand = options.hand.empty() && !options.device.empty();
+  if (!given.realtime && !is_own_hand) {
+    if (given.no_rehearsal || given.clutch_button > 0 || given.dead_man_button > 0 || given.live.goes_on_at_border)
+      throw LoadError(
+          "run: --no-rehearsal, --clutch-button, --dead-man-button and --go-on-at-border are for a run in real time; "
+          "add --realtime");
+    return;
+  }
+  const auto bit = [](int button) { return button > 0 ? 1u << (button - 1) : 0u; };
+  options.live = given.live;
+  options.live->rehearse = !given.no_rehearsal;
+  options.live->clutch_buttons = bit(given.clutch_button);
+  options.live->dead_man_buttons = bit(given.dead_man_button);
+}
+
 RunArguments arguments_of(RunLine given, int argc, char** argv) {
   RunOptions& options = given.run.options;
+  add_live(given, options);
   options.arguments.assign(argv + 1, argv + argc);
   for (const std::string& set : given.sets)
     options.scene_options.sets.push_back(split_set(set, "PATH=VALUE, as in coupling.stiffness_n_per_m=500"));
@@ -171,12 +193,11 @@ RunArguments arguments_of(RunLine given, int argc, char** argv) {
 
 void add_run(CLI::App& app, Work& work, int argc, char** argv, const std::atomic<bool>& stop) {
   const auto given = std::make_shared<RunLine>();
-  CLI::App* command = app.add_subcommand("run", "Feel a scene with a recorded or simulated hand");
+  CLI::App* command = app.add_subcommand("run", "Feel a scene with your own, a recorded or a simulated hand");
   command->add_option("SCENE", given->run.options.scene, "scene file (TOML)")->required()->type_name("");
   command
       ->add_option("--hand", given->run.options.hand,
-                   "a recording (CSV) or a simulated hand, sim:NAME[,KEY=VALUE,…]: see below")
-      ->required()
+                   "a recording (CSV) or a simulated hand, sim:NAME[,KEY=VALUE,…]: see below; left out: your own, on --device")
       ->type_name("HAND");
   command
       ->add_option(
@@ -185,7 +206,24 @@ void add_run(CLI::App& app, Work& work, int argc, char** argv, const std::atomic
           "simulated hands) or firm")
       ->check(CLI::IsMember({"rigid", "relaxed", "firm"}))
       ->type_name("HOLD");
-  add_device(command, given->run.options.device);
+  command
+      ->add_option(
+          "--device", given->run.options.device,
+          "without --hand: your device, as 'palpa devices' lists it, with settings as in inverse3,port=10001; with "
+          "--hand: the device that this hand holds: touch, omega, falcon, inverse3 or desktop, with values changed as in "
+          "touch,delay_ticks=2 (an ideal one: no mass, friction, encoder or delay)")
+      ->type_name("DEVICE");
+  command->add_flag("--realtime", given->realtime, "by the clock on the wall, also with a simulated or recorded hand");
+  command->add_flag("--no-rehearsal", given->no_rehearsal,
+                    "in real time: do not rehearse ticks beforehand, which leaves the processor free and the ticks cold");
+  command->add_option("--clutch-button", given->clutch_button, "in real time: while this button is held the handle moves alone")
+      ->check(CLI::Range(1, 32))
+      ->type_name("N");
+  command->add_option("--dead-man-button", given->dead_man_button, "in real time: no force unless this button is held")
+      ->check(CLI::Range(1, 32))
+      ->type_name("N");
+  command->add_flag("--go-on-at-border", given->live.goes_on_at_border,
+                    "in real time: a handle at the border of its workspace takes the probe further");
   command->add_option("--hand-rate-hz", given->run.options.recording.hand_rate_hz, "rate of a recording without time")
       ->type_name("HZ");
   command
@@ -199,7 +237,10 @@ void add_run(CLI::App& app, Work& work, int argc, char** argv, const std::atomic
                    "never moved)")
       ->check(CLI::IsMember({"on", "off"}))
       ->type_name("ON");
-  command->add_option("--duration-s", given->run.options.duration_s, "duration (the recording's, or 10)")->type_name("S");
+  command
+      ->add_option("--duration-s", given->run.options.duration_s,
+                   "duration (the recording's, or 10; of your own hand: until q or an interrupt)")
+      ->type_name("S");
   command->add_option("--rate-hz", given->run.options.rate_hz, "update rate: ticks per second (1000)")->type_name("HZ");
   command->add_option("--out", given->run.options.out, "record a trace into this new folder")->type_name("DIR");
   command->add_flag("--primitives", given->run.options.primitives, "record balances and primitives as well");
@@ -213,6 +254,15 @@ void add_run(CLI::App& app, Work& work, int argc, char** argv, const std::atomic
   add_reader(command, given->run.options.read);
   command->footer(hand_words() + "Example:\n  palpa run scenes/head_phantom.toml --hand sim:press --out first-trace");
   command->callback([=, &work, &stop] { work = [=, &stop] { return run_scene(arguments_of(*given, argc, argv), stop); }; });
+}
+
+void add_devices(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
+  const auto given = std::make_shared<DevicesArguments>();
+  CLI::App* command = app.add_subcommand("devices", "List the devices that are there, and what is missing for others");
+  command->add_option("NAME", given->name, "one kind of device, with settings as in inverse3,port=10001 (all)")->type_name("");
+  command->add_flag("--json", given->json, "print as JSON");
+  command->footer("Example:\n  palpa devices inverse3");
+  command->callback([=, &work, &stop] { work = [=, &stop] { return run_devices(*given, stop); }; });
 }
 
 struct InfoLine {
@@ -390,6 +440,7 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   Work work;
   add_demo(app, work, stop);
   add_run(app, work, argc, argv, stop);
+  add_devices(app, work, stop);
   add_info(app, work);
   add_convert(app, work, stop);
   add_replay(app, work, stop);

@@ -29,6 +29,13 @@ struct DemoArguments {
 };
 int run_demo(const DemoArguments& arguments, const std::atomic<bool>& stop);
 
+struct DevicesArguments {
+  std::string name;    ///< of one kind, with settings; empty: all
+  bool setup = false;  ///< measure that device
+  bool json = false;
+};
+int run_devices(const DevicesArguments& arguments, const std::atomic<bool>& stop);
+
 struct ConvertArguments {
   VolumeRequest request;      ///< one volume
   std::filesystem::path out;  ///< .nrrd, .nhdr or .vti; a new file

@@ -1,4 +1,5 @@
-// palpa: the program. Exit codes: 0 ok, 1 it ran and the answer is no, 2 wrong usage or input, 130 interrupted.
+// palpa: the program. Exit codes: 0 ok, 1 it ran and the answer is no, 2 wrong usage or input, 128 + N ended by signal N: 130
+// interrupted.
 #include <signal.h>
 
 #include <cstdio>
@@ -11,20 +12,25 @@
 namespace {
 
 std::atomic<bool> stop = false;
-static_assert(std::atomic<bool>::is_always_lock_free, "set in a signal handler");
+std::atomic<int> stopped_by = 0;
+static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free, "set in a signal handler");
 
-/// The first interrupt ends a run after the current tick; the second one ends the program at once.
-void stop_on_interrupt() {
+/// The first interrupt, or a terminal that is closed, ends a run after the current tick; the second one ends the program at
+/// once.
+void stop_on_signals() {
   struct sigaction action = {};
-  action.sa_handler = [](int) { stop = true; };
+  action.sa_handler = [](int number) {
+    stopped_by = number;
+    stop = true;
+  };
   action.sa_flags = static_cast<int>(SA_RESETHAND);
-  ::sigaction(SIGINT, &action, nullptr);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) ::sigaction(number, &action, nullptr);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  stop_on_interrupt();
+  stop_on_signals();
   int code = 2;
   try {
     code = palpa::app::run_command_line(argc, argv, stop);
@@ -35,7 +41,7 @@ int main(int argc, char** argv) {
   } catch (const std::exception& error) {
     palpa::app::print_error(std::string("program: ") + error.what() + "; please report this as a bug of Palpa");
   }
-  if (stop) return 130;
+  if (stop) return 128 + stopped_by;
   if (std::fflush(stdout) != 0 || std::ferror(stdout)) {
     palpa::app::print_error("standard output: cannot be written; is the disk full?");
     return 2;

@@ -2,9 +2,12 @@
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "app/commands.h"
+#include "app/live_terminal.h"
 #include "app/terminal.h"
+#include "palpa/core/printed.h"
 
 namespace palpa::app {
 namespace {
@@ -44,9 +47,9 @@ Json description(const PreparedRun& prepared, double rate_hz) {
           {"damping_ns_per_m", scene.coupling.damping_ns_per_m},
           {"max_force_n", scene.coupling.max_force_n},
           {"world_m_per_hand_m", scene.hand_to_world().scale},
-          {"hand", prepared.hand->name()},
-          {"device", prepared.device},
-          {"duration_s", prepared.duration_s},
+          {"hand", prepared.hand ? prepared.hand->name() : "yours"},
+          {"device", prepared.real_device ? prepared.real_device->name() : prepared.device},
+          {"duration_s", std::isfinite(prepared.duration_s) ? Json(prepared.duration_s) : Json(nullptr)},
           {"rate_hz", rate_hz},
           {"volumes", volumes},
           {"modes", modes},
@@ -60,7 +63,10 @@ void print(const Json& d) {
   std::printf("  coupling   %g N/m, %g N·s/m, at most %g N; law %s\n", number(d["stiffness_n_per_m"]),
               number(d["damping_ns_per_m"]), number(d["max_force_n"]), text(d["law"]).c_str());
   std::printf("  workspace  1 m of the hand is %g m of the world\n", number(d["world_m_per_hand_m"]));
-  std::printf("  hand       %s, %g s at %g Hz\n", text(d["hand"]).c_str(), number(d["duration_s"]), number(d["rate_hz"]));
+  const Json& duration_s = d["duration_s"];
+  const std::string duration = duration_s.is_null() ? "until it is stopped" : detail::text("%g s", number(duration_s));
+  std::printf("  hand       %s, %s at %g Hz\n", text(d["hand"]).c_str(), duration.c_str(), number(d["rate_hz"]));
+  if (const std::string device = text(d["device"]); !device.empty()) std::printf("  device     %s\n", device.c_str());
   for (const Json& volume : d["volumes"]) {
     const Json& size_m = volume["size_m"];
     std::printf("  volume     %s: %s, %.4g x %.4g x %.4g m\n", text(volume["name"]).c_str(), text(volume["format"]).c_str(),
@@ -79,6 +85,23 @@ void print(const Json& d) {
   }
   std::puts("All of it fits together; nothing was felt yet.");
   for (const Json& note : d["notes"]) std::printf("%s\n", text(note).c_str());
+}
+
+RunResult felt(RunOptions options, const std::atomic<bool>& stop) {
+  Progress progress(options.scene.filename().string());
+  options.progress = [&](double share) { progress.show(share); };
+  return run(options, &stop);
+}
+
+RunResult felt_live(RunOptions options, const std::atomic<bool>& stop) {
+  std::optional<Progress> loading(std::in_place, "loading " + options.scene.filename().string());
+  std::optional<LiveTerminal> terminal;
+  options.live->watch = [&](LiveLoop& loop, LiveScene& scene) {
+    loading.reset();
+    if (!terminal) terminal.emplace();
+    return terminal->watch(loop, scene);
+  };
+  return run(options, &stop);
 }
 
 }  // namespace
@@ -101,17 +124,12 @@ int run_scene(RunArguments arguments, const std::atomic<bool>& stop) {
     return 0;
   }
 
-  RunResult result;
-  {
-    Progress progress(arguments.options.scene.filename().string());
-    arguments.options.progress = [&](double share) { progress.show(share); };
-    result = run(arguments.options, &stop);
-  }
+  const RunResult result = arguments.options.live ? felt_live(arguments.options, stop) : felt(arguments.options, stop);
   print_warnings(result.warnings);
   std::fputs((arguments.json ? to_json(result.summary) : to_table(result.summary)).c_str(), stdout);
   if (const std::string out = arguments.options.out.string(); !arguments.json && !out.empty())
     std::printf("\nRecorded in %s\nNext: palpa report %s\n", out.c_str(), out.c_str());
-  return 0;
+  return result.is_recording_lost ? 1 : 0;
 }
 
 }  // namespace palpa::app

@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "palpa/core/load_error.h"
-#include "palpa/core/own_files.h"
+#include "palpa/installed/own_files.h"
 #include "palpa/device/described.h"
 #include "palpa/toml/key_depth.h"
 #include "palpa/toml/wording.h"

@@ -15,7 +15,7 @@
 #include <sstream>
 
 #include "palpa/core/load_error.h"
-#include "palpa/core/own_files.h"
+#include "palpa/installed/own_files.h"
 
 namespace palpa::detail {
 namespace {

@@ -48,7 +48,7 @@ class Guard {
   /// A scene was changed: its limit holds from here on, as far as the device's allows.
   void limit_to(double max_force_n) noexcept;
 
-  /// How warm the motors are: 1 is what they bear for ever.
+  /// How warm the motors are [1]: 1 is what they bear for ever.
   double warmth() const noexcept { return warmth_; }
   const GuardOptions& options() const noexcept { return options_; }
 

@@ -1,19 +1,15 @@
 #include "palpa/study/run.h"
 
-#include <unistd.h>
+#include <signal.h>
 
 #include <algorithm>
 #include <charconv>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <limits>
-#include <system_error>
+#include <thread>
 
 #include "palpa/baseline/path.h"
-#include "palpa/loop/loop.h"
-#include "palpa/mode/modes.h"
-#include "palpa/mode/plugin.h"
 #include "palpa/study/recording.h"
 #include "palpa/version.h"
 
@@ -21,97 +17,6 @@ namespace palpa {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr double default_duration_s = 10.0;  // of a run with a hand without end. Longer: slower; shorter: less is felt
-constexpr double reach_share = 0.3;          // [1] of a run's progress that the search for the data is said to be
-
-void check_numbers(const RunOptions& options) {
-  if (!(options.rate_hz >= 1.0 && options.rate_hz <= 1e5)) {
-    throw LoadError("rate: " + std::to_string(options.rate_hz) + " Hz cannot be used; a rate lies between 1 and 100000 Hz");
-  }
-  if (options.duration_s && !(*options.duration_s > 0.0 && std::isfinite(*options.duration_s))) {
-    throw LoadError("duration: " + std::to_string(*options.duration_s) + " s cannot be used; a duration is finite and above 0");
-  }
-}
-
-/// Throws LoadError where the trace's folder cannot be made, so that this is known before a long load. `TraceWriter` checks
-/// again when it makes it.
-void check_out(const fs::path& out) {
-  std::error_code error;
-  if (fs::exists(fs::symlink_status(out, error))) {
-    throw LoadError(out.string() + ": exists already; a trace goes into a new folder");
-  }
-  const fs::path parent = fs::absolute(out).lexically_normal().parent_path();
-  if (!fs::is_directory(parent, error)) {
-    throw LoadError(out.string() + ": the folder " + parent.string() + " does not exist; make it first");
-  }
-  if (::access(parent.c_str(), W_OK | X_OK) != 0) {
-    throw LoadError(out.string() + ": the folder " + parent.string() + " cannot be written; choose another");
-  }
-}
-
-/// How a recording was laid.
-std::string words_of(const Laid& laid) {
-  char text[240];
-  std::string words = "The recording was ";
-  if (laid.scale != 1.0) {
-    std::snprintf(text, sizeof text, "made %.3g times smaller, which brings it into a device's reach, and ", 1.0 / laid.scale);
-    words += text;
-  }
-  std::snprintf(text, sizeof text,
-                "moved by %+.0f, %+.0f, %+.0f mm (right, up, towards the user), to where it feels most; --hand-fit off "
-                "centres it instead.",
-                1e3 * laid.offset_m.x, 1e3 * laid.offset_m.y, 1e3 * laid.offset_m.z);
-  return words + text;
-}
-
-/// The scene as a hand on this device feels it: no force goes beyond the device's.
-Scene within(Scene scene, const DevicePlant& plant) {
-  if (!plant.name.empty()) scene.coupling.max_force_n = std::min(scene.coupling.max_force_n, plant.limits.max_force_n);
-  return scene;
-}
-
-std::string words_of_stiffness(const Scene& scene, const DevicePlant& plant) {
-  char text[240];
-  std::snprintf(text, sizeof text,
-                "device: %s is made for up to %g N/m, the scene couples with %g N/m; --set coupling.stiffness_n_per_m=%g",
-                plant.name.substr(0, 60).c_str(), plant.limits.max_stiffness_n_per_m, scene.coupling.stiffness_n_per_m,
-                plant.limits.max_stiffness_n_per_m);
-  return text;
-}
-
-/// The least strength [N] of a level: of a function of the level's own field its value at the level, of another function its
-/// smallest value.
-double least_n(const Strength& strength, const FieldRef& field, double value) {
-  if (strength.is_constant()) return strength.constant_n;
-  if (strength.of == field) return std::min(strength.curve.at(value, TransferFunction::Side::below), strength.curve.at(value));
-  double least = strength.curve.outside();
-  for (const TransferFunction::Point& point : strength.curve.points()) least = std::min(least, point.result);
-  return least;
-}
-
-/// A sentence for each level that is stronger than any force that can reach the hand, so that it never lets go.
-std::vector<std::string> words_of_unyielding(const Scene& scene, double device_max_force_n) {
-  const double most_n = let_through_n(scene, device_max_force_n);
-  const char* whose = device_max_force_n < scene.coupling.max_force_n ? "the device's limit" : "coupling.max_force_n";
-  std::vector<std::string> sentences;
-  for (const SceneMode& mode : scene.modes()) {
-    const SurfaceAndFriction* surface = mode.mode.as<SurfaceAndFriction>();
-    if (!mode.enabled || !surface) continue;
-    for (const SurfaceAndFriction::Level& level : surface->levels) {
-      const double bears_n = least_n(level.strength_n, surface->field, level.value);
-      if (!(bears_n > most_n)) continue;
-      char name[40], text[280];
-      std::snprintf(name, sizeof name, "%g", level.value);
-      std::snprintf(text, sizeof text,
-                    "The level %.60s of '%.60s' bears %g N, of which no more than %g N reach the hand (%s): where it is whole "
-                    "it never lets go.",
-                    level.name.empty() ? name : level.name.c_str(), mode.name.c_str(), bears_n, most_n, whose);
-      sentences.push_back(text);
-    }
-  }
-  return sentences;
-}
 
 /// Whether the guard held back some of the force in more than a hundredth of the ticks.
 bool often_limited(const Summary& summary) { return 100 * summary.guard_limited_ticks > summary.ticks; }
@@ -127,6 +32,7 @@ std::string words_of_limit(const Summary& summary) {
 /// Places of a path, evenly spread in time however long it is: when there are too many, every other one is dropped.
 class ThinnedPath {
  public:
+  ThinnedPath() { places_m_.reserve(most); }
   void add(const Vec3& place_m) {
     if (seen_++ % stride_ != 0) return;
     places_m_.push_back(place_m);
@@ -156,141 +62,239 @@ std::vector<std::uint64_t> seeds_of(const std::string& hand) {
   return {seed};
 }
 
+TraceHeader header_of(const RunOptions& options, const PreparedRun& prepared, const DeviceLimits& limits) {
+  TraceHeader header;
+  header.palpa_version = version;
+  header.arguments = options.arguments;
+  header.sets = options.scene_options.sets;
+  for (const fs::path& plugin : options.plugins) header.plugins.push_back(fs::absolute(plugin).lexically_normal().string());
+  header.hand_to_world = prepared.loaded.scene.hand_to_world();
+  header.dt_s = 1.0 / options.rate_hz;
+  header.device_name = prepared.device;
+  header.device_max_force_n = limits.max_force_n;
+  header.device_max_stiffness_n_per_m = limits.max_stiffness_n_per_m;
+  header.device_workspace_radius_m = limits.workspace_radius_m;
+  header.device_encoder_step_m = limits.encoder_step_m;
+  header.data_files = detail::data_files(prepared.loaded.scene);
+  header.seeds = seeds_of(options.hand);
+  header.primitives = options.primitives;
+  header.notes = prepared.notes;
+  return header;
+}
+
+/// What a run tells of itself while it is felt and when it is over.
+class Telling {
+ public:
+  Telling(const RunOptions& options, PreparedRun& prepared)
+      : options_(options), prepared_(prepared), builder_(prepared.loaded.scene) {}
+
+  /// Allocates nothing, but what `options.progress` does.
+  void add(const TickFrame& frame, const Session& felt) {
+    builder_.add(frame, felt);
+    if (frame.result.probe_valid && is_finite(frame.result.probe_m)) path_.add(frame.result.probe_m);
+    if (options_.progress && frame.tick % 1000 == 0) {
+      const double before = prepared_.reach ? reach_progress : 0.0;
+      options_.progress(before + (1.0 - before) * std::min(1.0, frame.t_s / prepared_.duration_s));
+    }
+  }
+  /// \param writer  which the sentences go into as well; or nullptr
+  Summary finish(double wall_s, TraceWriter* writer) {
+    Summary summary = builder_.finish(wall_s);
+    summary.notes = prepared_.notes;
+    const auto note = [&](const std::string& sentence) {
+      summary.notes.push_back(sentence);
+      if (writer) writer->add_note(sentence);
+    };
+    if (prepared_.goes_its_own_way && often_limited(summary)) note(words_of_limit(summary));
+    if (const double share = summary.contact_share; share < little_contact) {
+      char lead[80] = "Nothing was felt.";
+      if (share > 0.0) std::snprintf(lead, sizeof lead, "Little was felt: in %.1f %% of the ticks.", 100.0 * share);
+      if (!prepared_.reach) prepared_.reach.emplace(prepared_.loaded.scene);
+      note(lead + (" " + why_little_is_felt(*prepared_.reach, path_.places_m(), prepared_.remedy)));
+    }
+    return summary;
+  }
+
+ private:
+  const RunOptions& options_;
+  PreparedRun& prepared_;
+  SummaryBuilder builder_;
+  ThinnedPath path_;
+};
+
+/// A simulated hand by the clock on the wall: what passes between two reads passes for it.
+class PacedHand final : public Device {
+ public:
+  explicit PacedHand(SimulatedDevice& hand) : hand_(hand), passed_to_(Clock::now()) {}
+  std::string name() const override { return hand_.name(); }
+  DeviceLimits limits() const override { return hand_.limits(); }
+  DeviceState read() noexcept override {
+    const Clock::time_point now = Clock::now();
+    hand_.advance(std::min(longest_step_s, std::chrono::duration<double>(now - passed_to_).count()));
+    passed_to_ = now;
+    return hand_.read();
+  }
+  bool write(const Vec3& force_n) noexcept override { return hand_.write(force_n); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  // A machine that was asleep. Longer: the hand takes many steps at once; shorter: it falls behind the clock.
+  static constexpr double longest_step_s = 0.1;
+  SimulatedDevice& hand_;
+  Clock::time_point passed_to_;
+};
+
+/// The scene within what the device bears. What is changed is told, and set in the trace's scene as well.
+void hold_to(const DeviceLimits& limits, PreparedRun& prepared, TraceHeader& header) {
+  CouplingOptions& coupling = prepared.loaded.scene.coupling;
+  const auto lower = [&](double& value, double most, const char* key, const char* unit) {
+    if (value <= most) return;
+    char number[40], text[200];
+    std::snprintf(number, sizeof number, "%.17g", most);
+    std::snprintf(text, sizeof text, "coupling.%s: the scene has %g %s, the device bears %g %s; that is taken.", key, value,
+                  unit, most, unit);
+    value = most;
+    header.sets.emplace_back(std::string("coupling.") + key, number);
+    prepared.notes.push_back(text);
+    header.notes.push_back(text);
+  };
+  lower(coupling.stiffness_n_per_m, limits.max_stiffness_n_per_m, "stiffness_n_per_m", "N/m");
+  lower(coupling.damping_ns_per_m, limits.max_damping_ns_per_m, "damping_ns_per_m", "N·s/m");
+}
+
+/// The trace of a run; nothing where none is wanted.
+class Recording {
+ public:
+  Recording(const RunOptions& options, const TraceHeader& header, const LoadedScene& loaded) {
+    if (options.out.empty()) return;
+    writer_ = detail::new_trace(options.out, header, loaded.text, loaded.scene);
+    recorder_ = std::make_unique<Recorder>(*writer_);
+  }
+  Recorder* recorder() const { return recorder_.get(); }
+  TraceWriter* writer() const { return writer_.get(); }
+  void finish_ticks() {
+    if (recorder_) recorder_->finish();
+  }
+  void finish() {
+    if (writer_) writer_->finish();
+  }
+  /// What was recorded stays; no more is.
+  void give_up() {
+    recorder_.reset();
+    writer_.reset();
+  }
+
+ private:
+  std::unique_ptr<TraceWriter> writer_;
+  std::unique_ptr<Recorder> recorder_;
+};
+
+/// Feels the scene in real time on a thread of its own, while this one watches.
+void feel_live(const LiveRunOptions& options, LiveLoop& loop, LiveScene& scene, const TickObserver& observer,
+               const std::atomic<bool>* stop, std::vector<std::string>& warnings) {
+  constexpr auto watch_interval = std::chrono::milliseconds(100);
+  std::atomic<bool> ends{false}, ended{false};
+  std::vector<std::string> refused;
+  // An interrupt is for the watching thread.
+  sigset_t all, before;
+  ::sigfillset(&all);
+  ::pthread_sigmask(SIG_SETMASK, &all, &before);
+  std::thread felt([&] {
+    {
+      const RealTimeThread real_time;
+      refused = real_time.refused();
+      loop.run(ends, observer);
+    }
+    ended = true;
+  });
+  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  while (!ended) {
+    std::this_thread::sleep_for(watch_interval);
+    if ((stop && *stop) || (options.watch && !options.watch(loop, scene))) ends = true;
+  }
+  felt.join();
+  warnings.insert(warnings.end(), refused.begin(), refused.end());
+}
+
+RunResult run_live(const RunOptions& options, PreparedRun& prepared, const std::atomic<bool>* stop) {
+  std::optional<PacedHand> paced;
+  if (prepared.hand) paced.emplace(*prepared.hand);
+  Device& device = paced ? static_cast<Device&>(*paced) : *prepared.real_device;
+  const DeviceLimits limits = device.limits();
+  const LiveRunOptions& live = *options.live;
+
+  TraceHeader header = header_of(options, prepared, limits);
+  hold_to(limits, prepared, header);
+  LiveOptions loop_options{.rate_hz = options.rate_hz,
+                           .duration_s = prepared.duration_s,
+                           .rehearse = live.rehearse,
+                           .guard = guard_options_for(limits, prepared.loaded.scene.coupling.max_force_n),
+                           .clutch_buttons = live.clutch_buttons,
+                           .goes_on_at_border = live.goes_on_at_border};
+  loop_options.guard.dead_man_buttons = live.dead_man_buttons;
+  header.motors = true;
+  header.device_continuous_force_n = limits.continuous_force_n;
+  header.device_max_damping_ns_per_m = limits.max_damping_ns_per_m;
+  header.device_damping_ns_per_m = limits.damping_ns_per_m;
+  header.dead_man_buttons = live.dead_man_buttons;
+
+  RunResult result;
+  Recording recording(options, header, prepared.loaded);
+  Telling telling(options, prepared);
+  LiveScene scene(prepared.loaded.scene, baseline::path, limits.encoder_step_m);
+  LiveLoop loop(scene, device, loop_options, recording.recorder());
+  const auto begin = std::chrono::steady_clock::now();
+  feel_live(
+      live, loop, scene, [&](const TickFrame& frame, const Session& felt) { telling.add(frame, felt); }, stop, result.warnings);
+  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
+
+  const auto lose = [&](const std::exception& error) {
+    result.is_recording_lost = true;
+    result.warnings.push_back(std::string(error.what()) +
+                              "; the run went on without its recording, of which what was written "
+                              "before stays");
+    recording.give_up();
+  };
+  try {
+    recording.finish_ticks();
+  } catch (const std::exception& error) {
+    lose(error);
+  }
+  result.summary = telling.finish(wall.count(), recording.writer());
+  result.summary.loop = loop.account();
+  try {
+    recording.finish();
+  } catch (const std::exception& error) {
+    lose(error);
+  }
+  return result;
+}
+
+RunResult run_on_simulated_clock(const RunOptions& options, PreparedRun& prepared, const std::atomic<bool>* stop) {
+  const DeviceLimits limits = prepared.hand->limits();
+  Session session(prepared.loaded.scene, baseline::path, limits.encoder_step_m);
+  Recording recording(options, header_of(options, prepared, limits), prepared.loaded);
+  Telling telling(options, prepared);
+  const LoopOptions loop{.rate_hz = options.rate_hz, .duration_s = prepared.duration_s};
+  const auto begin = std::chrono::steady_clock::now();
+  run_simulated(
+      session, *prepared.hand, loop, recording.recorder(),
+      [&](const TickFrame& frame, const Session& felt) { telling.add(frame, felt); }, stop);
+  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
+  recording.finish_ticks();
+  RunResult result;
+  result.summary = telling.finish(wall.count(), recording.writer());
+  recording.finish();
+  return result;
+}
+
 }  // namespace
-
-PreparedRun prepare(const RunOptions& options) {
-  check_numbers(options);
-  if (options.hand.empty()) {
-    throw LoadError("hand: none was named; give a recording or sim:press|stroke|circle|helix|random");
-  }
-  if (!options.out.empty()) check_out(options.out);
-  const DevicePlant plant = options.device.empty() ? DevicePlant{} : device_plant(options.device);
-  std::optional<SimulatedMotion> motion;
-  PreparedRun prepared;
-  prepared.device = plant.name;
-  if (options.hand.starts_with("sim:")) {
-    motion = simulated_motion(options.hand);
-  } else {
-    prepared.target = recorded_target(options.hand, options.recording);
-  }
-  ReadOptions read = options.read;
-  read.checksums = !options.out.empty();
-  prepared.loaded = load_scene(options.scene, volume_reader(read), modes_with(options.plugins), options.scene_options);
-
-  if (prepared.target) {
-    for (const std::string& warning : prepared.target->warnings())
-      prepared.loaded.warnings.push_back(options.hand + ": " + warning);
-  }
-
-  const Scene& scene = prepared.loaded.scene;
-  const Hold hold = options.hold.value_or(motion ? Hold::relaxed : Hold::rigid);
-  const bool fits = options.fit.value_or(!options.recording.center.has_value());
-  if (motion || (fits && !prepared.target->knows_its_place())) {
-    prepared.reach.emplace(within(scene, plant), [&](double share) {
-      if (options.progress) options.progress(reach_share * share);
-    });
-  }
-  if (motion) {
-    prepared.target = prepared.reach->is_empty() ? simulated_target(*motion)
-                                                 : simulated_target(*motion, prepared.reach->encounter(*motion, hold));
-  } else if (prepared.reach && !prepared.reach->is_empty()) {
-    const Laid laid = prepared.reach->lay(prepared.target, hold);
-    prepared.target = displaced(prepared.target, laid.offset_m, laid.scale);
-    prepared.laid = laid;
-    prepared.notes.push_back(words_of(laid));
-  }
-  if (!motion && !prepared.laid && !prepared.target->knows_its_place()) prepared.remedy = "--hand-fit on";
-  prepared.goes_its_own_way = !motion && hold == Hold::rigid;
-  prepared.hand = hand_device(prepared.target, hold, plant);
-  if (!plant.name.empty()) {
-    prepared.notes.push_back("The hand holds a device, " + plant.name + ": " + words_of(plant) + ".");
-    if (scene.coupling.stiffness_n_per_m > plant.limits.max_stiffness_n_per_m)
-      prepared.loaded.warnings.push_back(words_of_stiffness(scene, plant));
-  }
-  for (std::string& sentence : words_of_unyielding(scene, prepared.hand->limits().max_force_n))
-    prepared.notes.push_back(std::move(sentence));
-  const double hand_s = prepared.target->duration_s();
-  prepared.duration_s = options.duration_s.value_or(std::isfinite(hand_s) ? hand_s : default_duration_s);
-  return prepared;
-}
-
-std::string forecast(const PreparedRun& prepared) {
-  constexpr int most = 2048;  // [1] places of the path. More: slower; fewer: the share is coarser
-  std::vector<Vec3> places_m;
-  for (int n = 0; n < most; ++n) {
-    const Target::Point point = prepared.target->at(n * prepared.duration_s / most);
-    if (point.valid) places_m.push_back(point.position_m);
-  }
-  const Reach reach = prepared.reach ? *prepared.reach : Reach(prepared.loaded.scene);
-  const double share = reach.felt_share(places_m);
-  char words[120];
-  std::snprintf(words, sizeof words, "About %.0f %% of the hand's path is where something can be felt.", 100.0 * share);
-  if (share >= little_contact) return words;
-  return (share > 0.0 ? std::string(words) : "Nothing will be felt.") + " " +
-         why_little_is_felt(reach, places_m, prepared.remedy);
-}
 
 RunResult run(const RunOptions& options, const std::atomic<bool>* stop) {
   PreparedRun prepared = prepare(options);
-  const Scene& scene = prepared.loaded.scene;
-  const DeviceLimits limits = prepared.hand->limits();
-  Session session(scene, baseline::path, limits.encoder_step_m);
-
-  std::unique_ptr<TraceWriter> writer;
-  std::unique_ptr<Recorder> recorder;
-  if (!options.out.empty()) {
-    TraceHeader header;
-    header.palpa_version = version;
-    header.arguments = options.arguments;
-    header.sets = options.scene_options.sets;
-    for (const fs::path& plugin : options.plugins) header.plugins.push_back(fs::absolute(plugin).lexically_normal().string());
-    header.hand_to_world = session.hand_to_world();
-    header.dt_s = 1.0 / options.rate_hz;
-    header.device_name = prepared.device;
-    header.device_max_force_n = limits.max_force_n;
-    header.device_max_stiffness_n_per_m = limits.max_stiffness_n_per_m;
-    header.device_workspace_radius_m = limits.workspace_radius_m;
-    header.device_encoder_step_m = limits.encoder_step_m;
-    header.data_files = detail::data_files(scene);
-    header.seeds = seeds_of(options.hand);
-    header.primitives = options.primitives;
-    header.notes = prepared.notes;
-    writer = detail::new_trace(options.out, header, prepared.loaded.text, scene);
-    recorder = std::make_unique<Recorder>(*writer);
-  }
-
-  SummaryBuilder builder(scene);
-  ThinnedPath path;
-  const LoopOptions loop{.rate_hz = options.rate_hz, .duration_s = prepared.duration_s};
-  const TickObserver observer = [&](const TickFrame& frame, const Session& felt) {
-    builder.add(frame, felt);
-    if (frame.result.probe_valid && is_finite(frame.result.probe_m)) path.add(frame.result.probe_m);
-    if (options.progress && frame.tick % 1000 == 0) {
-      const double before = prepared.reach ? reach_share : 0.0;
-      options.progress(before + (1.0 - before) * std::min(1.0, frame.t_s / prepared.duration_s));
-    }
-  };
-  const auto begin = std::chrono::steady_clock::now();
-  run_simulated(session, *prepared.hand, loop, recorder.get(), observer, stop);
-  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
-
-  if (recorder) recorder->finish();
-  RunResult result;
-  result.summary = builder.finish(wall.count());
-  result.summary.notes = prepared.notes;
-  const auto note = [&](const std::string& sentence) {
-    result.summary.notes.push_back(sentence);
-    if (writer) writer->add_note(sentence);
-  };
-  if (prepared.goes_its_own_way && often_limited(result.summary)) note(words_of_limit(result.summary));
-  if (const double share = result.summary.contact_share; share < little_contact) {
-    char lead[80] = "Nothing was felt.";
-    if (share > 0.0) std::snprintf(lead, sizeof lead, "Little was felt: in %.1f %% of the ticks.", 100.0 * share);
-    if (!prepared.reach) prepared.reach.emplace(scene);
-    note(lead + (" " + why_little_is_felt(*prepared.reach, path.places_m(), prepared.remedy)));
-  }
-  if (writer) writer->finish();
-  result.warnings = std::move(prepared.loaded.warnings);
+  RunResult result = options.live ? run_live(options, prepared, stop) : run_on_simulated_clock(options, prepared, stop);
+  std::vector<std::string>& warnings = result.warnings;
+  warnings.insert(warnings.begin(), prepared.loaded.warnings.begin(), prepared.loaded.warnings.end());
   result.interrupted = stop && stop->load();
   return result;
 }

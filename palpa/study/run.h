@@ -12,6 +12,7 @@
 
 #include "palpa/device/hand.h"
 #include "palpa/file/read_volume.h"
+#include "palpa/loop/loop.h"
 #include "palpa/scene/load_scene.h"
 #include "palpa/study/reach.h"
 #include "palpa/study/summary.h"
@@ -19,14 +20,29 @@
 
 namespace palpa {
 
+/// What a run in real time takes besides.
+struct LiveRunOptions {
+  bool rehearse = true;  ///< see LiveOptions, as the next three
+  std::uint32_t clutch_buttons = 0;
+  std::uint32_t dead_man_buttons = 0;  ///< one of these has to be held for a force; 0: none
+  bool goes_on_at_border = false;
+  std::filesystem::path devices_toml;  ///< what the user says of devices; empty: `device_notes_file()`
+  /// Called some ten times a second on the caller's thread, to show and to steer what is felt; false ends the run. May be
+  /// empty.
+  std::function<bool(LiveLoop&, LiveScene&)> watch;
+};
+
 struct RunOptions {
   std::filesystem::path scene;
-  std::string hand;  ///< file or sim:…
+  std::string hand;  ///< file or sim:…; empty: a person's, in a live run
   std::optional<Hold> hold;
-  std::string device;  ///< what the hand holds, as `device_plant` reads it; empty: an ideal device
+  /// What a simulated hand holds, as `device_plant` reads it; empty: an ideal device. Without such a hand: the real device, as
+  /// `device_description` reads it.
+  std::string device;
+  std::optional<LiveRunOptions> live;  ///< in real time, by the clock on the wall
   RecordingOptions recording;
   std::optional<bool> fit;  ///< lay a recording of unknown origin where it feels most; none: yes, if `recording.center` is none
-  std::optional<double> duration_s;  ///< none: the recording's, or 10
+  std::optional<double> duration_s;  ///< none: the recording's, or 10; of a person's hand: until it is stopped
   double rate_hz = 1000.0;           ///< [1, 1e5]
   std::filesystem::path out;         ///< trace folder; empty: none
   bool primitives = false;
@@ -41,9 +57,10 @@ struct RunOptions {
 /// A run that is ready to be felt: everything was loaded and fits together.
 struct PreparedRun {
   LoadedScene loaded;
-  std::string device;  ///< what it holds, as it was described; empty: an ideal device
-  std::unique_ptr<SimulatedDevice> hand;
-  std::shared_ptr<const Target> target;  ///< where the hand wants to be: `hand` follows it
+  std::string device;                     ///< what it holds, as it was described; empty: an ideal device
+  std::unique_ptr<SimulatedDevice> hand;  ///< none: a person's, on `real_device`
+  std::shared_ptr<const Target> target;   ///< where the hand wants to be: `hand` follows it
+  std::unique_ptr<Device> real_device;    ///< with what the user's devices.toml says of it
   double duration_s = 0.0;
   std::optional<Reach> reach;      ///< what can be felt, if it was needed to place the hand
   std::optional<Laid> laid;        ///< where the recording was laid, if it was
@@ -54,6 +71,8 @@ struct PreparedRun {
 /// Loads scene and hand, places the hand where data can be felt (`Reach`), and checks all options, also whether the trace's
 /// folder can be made. Writes no file. Throws LoadError.
 PreparedRun prepare(const RunOptions& options);
+/// The share [1] of a run's progress that the search for the data is said to be.
+inline constexpr double reach_progress = 0.3;
 /// A forecast of what the hand of a run will feel: which share of its path is where something can be felt or, if that is next
 /// to nothing, why.
 std::string forecast(const PreparedRun& prepared);
@@ -62,11 +81,12 @@ struct RunResult {
   Summary summary;
   std::vector<std::string> warnings;
   bool interrupted = false;
+  bool is_recording_lost = false;  ///< of a live run: the disk was full, say; a warning tells it
 };
 
 /// Loads the scene, feels it with the hand, and records that if `options.out` names a folder. Throws LoadError; a trace that
 /// was begun then says that it is incomplete. `stop`, set from any thread, ends the run after the current tick: the trace up to
-/// there is complete.
+/// there is complete. A live run goes on where its recording cannot.
 RunResult run(const RunOptions& options, const std::atomic<bool>* stop = nullptr);
 
 struct ReplayResult {

@@ -153,6 +153,28 @@ Summary SummaryBuilder::finish(double wall_s) const {
   return summary;
 }
 
+/// How a loop kept time.
+static std::string table_of(const LoopAccount& loop) {
+  const auto us = [](double time_us) { return text("%.1f us", time_us); };
+  std::vector<std::vector<std::string>> rows{{"loop", "mean", "p50", "p99", "p99.9", "max"}};
+  const auto add = [&](const char* what, const LoopAccount::Times& t) {
+    rows.push_back({what, us(t.mean_us), us(t.p50_us), us(t.p99_us), us(t.p999_us), us(t.max_us)});
+  };
+  add("ticks began late by", loop.late);
+  add("from tick to tick", loop.period);
+  add("time of the processor", loop.tick);
+  std::string result = aligned(rows, 1);
+  const auto count = [](std::int64_t number) { return detail::grouped(std::to_string(number)); };
+  result += "  missed " + count(loop.missed) + " of " + count(loop.ticks + loop.missed) + " ticks";
+  if (loop.scenes > 0) result += ", the scene changed " + count(loop.scenes) + " times";
+  if (loop.unrecorded > 0) result += ", " + count(loop.unrecorded) + " ticks were not recorded";
+  result += '\n';
+  std::string costs;
+  for (const LoopAccount::ModeCost& mode : loop.modes)
+    costs += (costs.empty() ? "  a tick's primitives: " : ", ") + mode.name + " " + us(mode.mean_us);
+  return costs.empty() ? result : result + costs + '\n';
+}
+
 std::string to_table(const Summary& s) {
   const auto percent = [](double part) { return text("%.1f %%", 100.0 * part); };
   const auto newtons = [](double force_n) { return text("%.3f N", force_n); };
@@ -192,6 +214,7 @@ std::string to_table(const Summary& s) {
   result += '\n' + aligned(modes, 2) + '\n';
 
   result += to_table(energy_table(s));
+  if (s.loop) result += '\n' + table_of(*s.loop);
   for (const std::string& note : s.notes) result += "\n" + note + "\n";
   return result;
 }
@@ -211,7 +234,7 @@ std::string to_json(const Summary& s) {
                      {"break_throughs", m.break_throughs}});
   }
   const EnergyTable energy = energy_table(s);
-  const Json json{
+  Json json{
       {"ticks", s.ticks},
       {"duration_s", s.duration_s},
       {"wall_s", s.wall_s},
@@ -241,6 +264,18 @@ std::string to_json(const Summary& s) {
       {"modes", modes},
       {"notes", s.notes},
   };
+  if (s.loop) {
+    const auto times = [](const LoopAccount::Times& t) {
+      return Json{
+          {"mean_us", t.mean_us}, {"p50_us", t.p50_us}, {"p99_us", t.p99_us}, {"p999_us", t.p999_us}, {"max_us", t.max_us}};
+    };
+    Json costs = Json::array();
+    for (const LoopAccount::ModeCost& mode : s.loop->modes) costs.push_back({{"name", mode.name}, {"mean_us", mode.mean_us}});
+    json["loop"] = {{"ticks", s.loop->ticks},           {"missed", s.loop->missed},
+                    {"unrecorded", s.loop->unrecorded}, {"scenes", s.loop->scenes},
+                    {"late", times(s.loop->late)},      {"period", times(s.loop->period)},
+                    {"processor", times(s.loop->tick)}, {"modes", costs}};
+  }
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + '\n';
 }
 

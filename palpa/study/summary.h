@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "palpa/loop/loop.h"
 #include "palpa/loop/time_histogram.h"
 #include "palpa/tick/session.h"
 #include "palpa/trace/trace.h"
@@ -47,7 +48,8 @@ struct Summary {
   double first_break_through_s = -1.0;  ///< -1: none
   std::int64_t dropped_primitives = 0;
   std::int64_t guard_limited_ticks = 0, faults = 0;
-  std::vector<std::string> notes;  ///< sentences for its reader: how the hand was laid, why nothing was felt
+  std::optional<LoopAccount> loop;  ///< of a live run: how its loop kept time
+  std::vector<std::string> notes;   ///< sentences for its reader: how the hand was laid, why nothing was felt
 };
 
 /// A force above this [N] is contact (docs/trace.md, modes.csv). Less: rounding counts; more: light touches do not.

@@ -1,4 +1,4 @@
-#include "palpa/core/own_files.h"
+#include "palpa/installed/own_files.h"
 
 #include <dlfcn.h>
 

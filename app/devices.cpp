@@ -1,0 +1,101 @@
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "app/commands.h"
+#include "app/terminal.h"
+#include "palpa/core/load_error.h"
+#include "palpa/core/printed.h"
+#include "palpa/device/open_device.h"
+
+namespace palpa::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// What is found of one kind, and what that is like.
+struct Kind {
+  const DeviceBackend* backend = nullptr;
+  DeviceSearch search;
+};
+
+std::vector<Kind> kinds_of(const DevicesArguments& arguments) {
+  std::vector<Kind> kinds;
+  if (!arguments.name.empty()) {
+    const DeviceDescription description = device_description(arguments.name);
+    const DeviceBackend& backend = device_backend(description.name);
+    kinds.push_back({&backend, backend.search(description.settings)});
+    return kinds;
+  }
+  for (const DeviceBackend* backend : device_backends()) kinds.push_back({backend, backend->search({})});
+  if (kinds.empty())
+    throw LoadError(
+        "devices: no kind of device belongs to this installation; build it with PALPA_DEVICES=ON, or install palpa again");
+  return kinds;
+}
+
+void print(const Kind& kind, bool with_settings) {
+  std::printf("%s: %s\n", kind.backend->name, kind.backend->title);
+  for (const FoundDevice& found : kind.search.found)
+    std::printf("  found    %s\n           palpa run SCENE --device %s\n", found.words.c_str(), found.description.c_str());
+  for (const std::string& missing : kind.search.missing) std::printf("  missing  %s\n", missing.c_str());
+  std::printf("  axes     %s\n", kind.backend->axes);
+  if (!with_settings) return;
+  for (const DeviceSetting& setting : kind.backend->settings())
+    std::printf("  setting  %s: %s\n", setting.key, setting.meaning);
+}
+
+/// Limits of a device that is there, as the user's file leaves them.
+void print(const DeviceLimits& limits) {
+  const auto say = [](const char* what, double value, const char* unit) {
+    if (std::isfinite(value)) std::printf("  limit    %s: %g %s\n", what, value, unit);
+  };
+  if (limits.max_force_n == 0.0) std::puts("  limit    no motors: what is felt is seen and steered, not pushed");
+  if (limits.max_force_n > 0.0) {
+    say("force", limits.max_force_n, "N");
+    say("force for ever", limits.continuous_force_n, "N");
+    say("stiffness", limits.max_stiffness_n_per_m, "N/m");
+    say("damping", limits.max_damping_ns_per_m, "N·s/m");
+  }
+  say("workspace, about its middle", 1e3 * limits.workspace_radius_m, "mm");
+  if (limits.encoder_step_m > 0.0) say("encoder step", 1e6 * limits.encoder_step_m, "µm");
+  if (limits.damping_ns_per_m > 0.0) say("its own damping", limits.damping_ns_per_m, "N·s/m");
+}
+
+Json json_of(const Kind& kind) {
+  Json found = Json::array();
+  for (const FoundDevice& device : kind.search.found)
+    found.push_back({{"device", device.description}, {"words", device.words}});
+  Json settings = Json::array();
+  for (const DeviceSetting& setting : kind.backend->settings())
+    settings.push_back({{"key", setting.key}, {"meaning", setting.meaning}});
+  return {{"name", kind.backend->name},     {"title", kind.backend->title}, {"found", found},
+          {"missing", kind.search.missing}, {"axes", kind.backend->axes},   {"settings", settings}};
+}
+
+}  // namespace
+
+int run_devices(const DevicesArguments& arguments, const std::atomic<bool>&) {
+  std::vector<Kind> kinds;
+  {
+    const Progress progress("looking for devices");
+    kinds = kinds_of(arguments);
+  }
+  if (arguments.json) {
+    Json all = Json::array();
+    for (const Kind& kind : kinds) all.push_back(json_of(kind));
+    std::printf("%s\n", Json{{"devices", all}, {"devices_toml", device_notes_file().string()}}
+                            .dump(2, ' ', false, Json::error_handler_t::replace)
+                            .c_str());
+    return 0;
+  }
+  for (std::size_t n = 0; n < kinds.size(); ++n) {
+    if (n > 0) std::puts("");
+    print(kinds[n], !arguments.name.empty());
+    if (arguments.name.empty() || kinds[n].search.found.empty()) continue;
+    print(open_device(device_description(arguments.name))->limits());
+  }
+  return 0;
+}
+
+}  // namespace palpa::app

@@ -1,0 +1,74 @@
+#include "app/live_terminal.h"
+
+#include <poll.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <string>
+
+#include "app/terminal.h"
+#include "palpa/core/load_error.h"
+#include "palpa/trace/trace.h"
+
+namespace palpa::app {
+
+LiveTerminal::LiveTerminal() : shows_(::isatty(STDERR_FILENO) == 1) {
+  termios now{};
+  // Of a job in the background the terminal is somebody else's.
+  if (::isatty(STDIN_FILENO) != 1 || ::tcgetpgrp(STDIN_FILENO) != ::getpgrp() || ::tcgetattr(STDIN_FILENO, &now) != 0) return;
+  before_ = now;
+  now.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
+  ::tcsetattr(STDIN_FILENO, TCSANOW, &now);
+  if (shows_) std::fputs("Keys: space takes the force away and gives it back, 1 to 9 turn modes on and off, q ends.\n", stderr);
+}
+
+LiveTerminal::~LiveTerminal() {
+  if (before_) ::tcsetattr(STDIN_FILENO, TCSANOW, &*before_);
+  if (shows_) std::fputs("\r\033[K", stderr);
+}
+
+bool LiveTerminal::watch(LiveLoop& loop, LiveScene& scene) {
+  if (shows_) show(loop);
+  if (!before_) return true;
+  pollfd keys{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
+  char key = 0;
+  while (::poll(&keys, 1, 0) == 1 && ::read(STDIN_FILENO, &key, 1) == 1)
+    if (!obey(key, loop, scene)) return false;
+  return true;
+}
+
+void LiveTerminal::show(LiveLoop& loop) {
+  const LoopAccount account = loop.account();
+  const LiveView& view = loop.look();
+  std::string guard = name_of(view.frame.guard);
+  if (view.frame.guard_cause != GuardCause::none) guard += std::string(": ") + words_of(view.frame.guard_cause);
+  std::fprintf(stderr, "\r\033[K%.1f s  %4.2f N  late p99 %.0f us, max %.0f us  tick p99 %.0f us  missed %lld  %.60s",
+               view.frame.t_s, norm(view.frame.command_n), account.late.p99_us, account.late.max_us, account.tick.p99_us,
+               static_cast<long long>(account.missed), guard.c_str());
+  std::fflush(stderr);
+}
+
+bool LiveTerminal::obey(char key, LiveLoop& loop, LiveScene& scene) {
+  if (key == 'q') return false;
+  if (key == ' ') {
+    is_held_ = !is_held_;
+    if (is_held_)
+      loop.panic();
+    else
+      loop.resume();
+  } else if (key >= '1' && key <= '9') {
+    const std::size_t number = static_cast<std::size_t>(key - '1');
+    try {
+      scene.change([&](Scene& changed) {
+        if (number >= changed.modes().size()) return;
+        SceneMode& mode = *changed.find_mode(changed.modes()[number].name);
+        mode.enabled = !mode.enabled;
+      });
+    } catch (const std::exception& error) {
+      print_error(error.what());
+    }
+  }
+  return true;
+}
+
+}  // namespace palpa::app

@@ -1,0 +1,212 @@
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <system_error>
+
+#include "palpa/device/open_device.h"
+#include "palpa/loop/loop.h"
+#include "palpa/mode/modes.h"
+#include "palpa/mode/plugin.h"
+#include "palpa/study/run.h"
+
+namespace palpa {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double default_duration_s = 10.0;  // of a run with a hand without end. Longer: slower; shorter: less is felt
+
+void check_numbers(const RunOptions& options) {
+  if (!(options.rate_hz >= 1.0 && options.rate_hz <= 1e5)) {
+    throw LoadError("rate: " + std::to_string(options.rate_hz) + " Hz cannot be used; a rate lies between 1 and 100000 Hz");
+  }
+  if (options.live && !(options.rate_hz >= 100.0 && options.rate_hz <= 20000.0)) {
+    throw LoadError("rate: " + std::to_string(options.rate_hz) +
+                    " Hz cannot be kept in real time; such a rate lies between 100 and 20000 Hz");
+  }
+  if (options.duration_s && !(*options.duration_s > 0.0 && std::isfinite(*options.duration_s))) {
+    throw LoadError("duration: " + std::to_string(*options.duration_s) + " s cannot be used; a duration is finite and above 0");
+  }
+}
+
+/// Throws LoadError where the trace's folder cannot be made, so that this is known before a long load. `TraceWriter` checks
+/// again when it makes it.
+void check_out(const fs::path& out) {
+  std::error_code error;
+  if (fs::exists(fs::symlink_status(out, error))) {
+    throw LoadError(out.string() + ": exists already; a trace goes into a new folder");
+  }
+  const fs::path parent = fs::absolute(out).lexically_normal().parent_path();
+  if (!fs::is_directory(parent, error)) {
+    throw LoadError(out.string() + ": the folder " + parent.string() + " does not exist; make it first");
+  }
+  if (::access(parent.c_str(), W_OK | X_OK) != 0) {
+    throw LoadError(out.string() + ": the folder " + parent.string() + " cannot be written; choose another");
+  }
+}
+
+/// How a recording was laid.
+std::string words_of(const Laid& laid) {
+  char text[240];
+  std::string words = "The recording was ";
+  if (laid.scale != 1.0) {
+    std::snprintf(text, sizeof text, "made %.3g times smaller, which brings it into a device's reach, and ", 1.0 / laid.scale);
+    words += text;
+  }
+  std::snprintf(text, sizeof text,
+                "moved by %+.0f, %+.0f, %+.0f mm (right, up, towards the user), to where it feels most; --hand-fit off "
+                "centres it instead.",
+                1e3 * laid.offset_m.x, 1e3 * laid.offset_m.y, 1e3 * laid.offset_m.z);
+  return words + text;
+}
+
+/// The scene as a hand on this device feels it: no force goes beyond the device's.
+Scene within(Scene scene, const DevicePlant& plant) {
+  if (!plant.name.empty()) scene.coupling.max_force_n = std::min(scene.coupling.max_force_n, plant.limits.max_force_n);
+  return scene;
+}
+
+std::string words_of_stiffness(const Scene& scene, const DevicePlant& plant) {
+  char text[240];
+  std::snprintf(text, sizeof text,
+                "device: %s is made for up to %g N/m, the scene couples with %g N/m; --set coupling.stiffness_n_per_m=%g",
+                plant.name.substr(0, 60).c_str(), plant.limits.max_stiffness_n_per_m, scene.coupling.stiffness_n_per_m,
+                plant.limits.max_stiffness_n_per_m);
+  return text;
+}
+
+/// The least strength [N] of a level: of a function of the level's own field its value at the level, of another function its
+/// smallest value.
+double least_n(const Strength& strength, const FieldRef& field, double value) {
+  if (strength.is_constant()) return strength.constant_n;
+  if (strength.of == field) return std::min(strength.curve.at(value, TransferFunction::Side::below), strength.curve.at(value));
+  double least = strength.curve.outside();
+  for (const TransferFunction::Point& point : strength.curve.points()) least = std::min(least, point.result);
+  return least;
+}
+
+/// A sentence for each level that is stronger than any force that can reach the hand, so that it never lets go.
+std::vector<std::string> words_of_unyielding(const Scene& scene, double device_max_force_n) {
+  const double most_n = let_through_n(scene, device_max_force_n);
+  const char* whose = device_max_force_n < scene.coupling.max_force_n ? "the device's limit" : "coupling.max_force_n";
+  std::vector<std::string> sentences;
+  for (const SceneMode& mode : scene.modes()) {
+    const SurfaceAndFriction* surface = mode.mode.as<SurfaceAndFriction>();
+    if (!mode.enabled || !surface) continue;
+    for (const SurfaceAndFriction::Level& level : surface->levels) {
+      const double bears_n = least_n(level.strength_n, surface->field, level.value);
+      if (!(bears_n > most_n)) continue;
+      char name[40], text[280];
+      std::snprintf(name, sizeof name, "%g", level.value);
+      std::snprintf(text, sizeof text,
+                    "The level %.60s of '%.60s' bears %g N, of which no more than %g N reach the hand (%s): where it is whole "
+                    "it never lets go.",
+                    level.name.empty() ? name : level.name.c_str(), mode.name.c_str(), bears_n, most_n, whose);
+      sentences.push_back(text);
+    }
+  }
+  return sentences;
+}
+
+}  // namespace
+
+namespace {
+
+/// A run with a person's hand: the device, and the scene within what the device bears.
+PreparedRun prepare_real(const RunOptions& options) {
+  PreparedRun prepared;
+  const fs::path& notes = options.live->devices_toml;
+  prepared.real_device = open_device(device_description(options.device), notes.empty() ? device_notes_file() : notes);
+  prepared.device = options.device;
+  ReadOptions read = options.read;
+  read.checksums = !options.out.empty();
+  prepared.loaded = load_scene(options.scene, volume_reader(read), modes_with(options.plugins), options.scene_options);
+  const DeviceLimits limits = prepared.real_device->limits();
+  for (std::string& sentence : words_of_unyielding(prepared.loaded.scene, limits.max_force_n))
+    prepared.notes.push_back(std::move(sentence));
+  prepared.duration_s = options.duration_s.value_or(std::numeric_limits<double>::infinity());
+  return prepared;
+}
+
+}  // namespace
+
+PreparedRun prepare(const RunOptions& options) {
+  check_numbers(options);
+  if (options.hand.empty() && (!options.live || options.device.empty())) {
+    throw LoadError(
+        "hand: none was named; give a recording or sim:press|stroke|circle|helix|random, or feel it yourself with "
+        "--device NAME");
+  }
+  if (!options.out.empty()) check_out(options.out);
+  if (options.hand.empty()) return prepare_real(options);
+  const DevicePlant plant = options.device.empty() ? DevicePlant{} : device_plant(options.device);
+  std::optional<SimulatedMotion> motion;
+  PreparedRun prepared;
+  prepared.device = plant.name;
+  if (options.hand.starts_with("sim:")) {
+    motion = simulated_motion(options.hand);
+  } else {
+    prepared.target = recorded_target(options.hand, options.recording);
+  }
+  ReadOptions read = options.read;
+  read.checksums = !options.out.empty();
+  prepared.loaded = load_scene(options.scene, volume_reader(read), modes_with(options.plugins), options.scene_options);
+
+  if (prepared.target) {
+    for (const std::string& warning : prepared.target->warnings())
+      prepared.loaded.warnings.push_back(options.hand + ": " + warning);
+  }
+
+  const Scene& scene = prepared.loaded.scene;
+  const Hold hold = options.hold.value_or(motion ? Hold::relaxed : Hold::rigid);
+  const bool fits = options.fit.value_or(!options.recording.center.has_value());
+  if (motion || (fits && !prepared.target->knows_its_place())) {
+    prepared.reach.emplace(within(scene, plant), [&](double share) {
+      if (options.progress) options.progress(reach_progress * share);
+    });
+  }
+  if (motion) {
+    prepared.target = prepared.reach->is_empty() ? simulated_target(*motion)
+                                                 : simulated_target(*motion, prepared.reach->encounter(*motion, hold));
+  } else if (prepared.reach && !prepared.reach->is_empty()) {
+    const Laid laid = prepared.reach->lay(prepared.target, hold);
+    prepared.target = displaced(prepared.target, laid.offset_m, laid.scale);
+    prepared.laid = laid;
+    prepared.notes.push_back(words_of(laid));
+  }
+  if (!motion && !prepared.laid && !prepared.target->knows_its_place()) prepared.remedy = "--hand-fit on";
+  prepared.goes_its_own_way = !motion && hold == Hold::rigid;
+  prepared.hand = hand_device(prepared.target, hold, plant);
+  if (!plant.name.empty()) {
+    prepared.notes.push_back("The hand holds a device, " + plant.name + ": " + words_of(plant) + ".");
+    if (scene.coupling.stiffness_n_per_m > plant.limits.max_stiffness_n_per_m)
+      prepared.loaded.warnings.push_back(words_of_stiffness(scene, plant));
+  }
+  for (std::string& sentence : words_of_unyielding(scene, prepared.hand->limits().max_force_n))
+    prepared.notes.push_back(std::move(sentence));
+  const double hand_s = prepared.target->duration_s();
+  prepared.duration_s = options.duration_s.value_or(std::isfinite(hand_s) ? hand_s : default_duration_s);
+  return prepared;
+}
+
+std::string forecast(const PreparedRun& prepared) {
+  if (!prepared.target) return "What is felt is up to your hand.";
+  constexpr int most = 2048;  // [1] places of the path. More: slower; fewer: the share is coarser
+  std::vector<Vec3> places_m;
+  for (int n = 0; n < most; ++n) {
+    const Target::Point point = prepared.target->at(n * prepared.duration_s / most);
+    if (point.valid) places_m.push_back(point.position_m);
+  }
+  const Reach reach = prepared.reach ? *prepared.reach : Reach(prepared.loaded.scene);
+  const double share = reach.felt_share(places_m);
+  char words[120];
+  std::snprintf(words, sizeof words, "About %.0f %% of the hand's path is where something can be felt.", 100.0 * share);
+  if (share >= little_contact) return words;
+  return (share > 0.0 ? std::string(words) : "Nothing will be felt.") + " " +
+         why_little_is_felt(reach, places_m, prepared.remedy);
+}
+
+}  // namespace palpa
