@@ -16,7 +16,7 @@ class TimeHistogram {
   std::int64_t count() const noexcept { return count_.load(std::memory_order_relaxed); }
   double max_us() const noexcept { return max_us_.load(std::memory_order_relaxed); }
   double mean_us() const noexcept;
-  /// The time [us] that this share [1] of all times does not exceed; 0 without any.
+  /// The time [us] that a `share` [1] of all times does not exceed; 0 without any.
   double percentile_us(double share) const noexcept;
 
  private:

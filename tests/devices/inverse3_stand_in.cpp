@@ -1,6 +1,7 @@
 #include "tests/devices/inverse3_stand_in.h"
 
 #include <array>
+#include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
@@ -93,7 +94,10 @@ class Inverse3StandIn::Server {
   Server() : listener_(context_, tcp::endpoint(boost::asio::ip::address_v4::loopback(), 0)) {
     port_ = listener_.local_endpoint().port();
     listen();
-    thread_ = std::thread([this] { context_.run(); });
+    thread_ = std::thread([this] {
+      const auto goes_on = boost::asio::make_work_guard(context_);  // also while nobody is connected and nobody listened for
+      context_.run();
+    });
   }
   ~Server() {
     boost::asio::post(context_, [this] { close_all(); });

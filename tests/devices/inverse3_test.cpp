@@ -586,7 +586,7 @@ class Peer {
       dup2(to[0], STDIN_FILENO);
       dup2(from[1], STDOUT_FILENO);
       for (const int end : {to[0], to[1], from[0], from[1]}) close(end);
-      execlp("python3", "python3", PALPA_TESTS_INVERSE3_PEER, nullptr);
+      execl("/usr/bin/python3", "python3", PALPA_TESTS_INVERSE3_PEER, nullptr);
       _exit(3);
     }
     close(to[0]);

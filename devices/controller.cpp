@@ -1,0 +1,225 @@
+// palpa-device-controller.so: a game controller, through SDL: two sticks and the triggers steer the hand, its rumble tells of
+// touches.
+#include <SDL.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include "devices/rate_hand_device.h"
+#include "palpa/core/load_error.h"
+#include "palpa/device/backend.h"
+#include "palpa/device/described.h"
+#include "palpa/version.h"
+
+namespace palpa::controller {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr double full_axis = 32767.0;
+// Of an axis, [1]: sticks at rest are not quite in their middle. More: small motions are lost; less: the hand drifts.
+constexpr double dead_zone = 0.15;
+// Between looks at the sticks. Longer: later felt; shorter: more work.
+constexpr std::chrono::milliseconds look_interval{4};
+// Between looks for a controller that has gone. Longer: later back; shorter: more in vain.
+constexpr std::chrono::milliseconds retry_interval{200};
+// Of a rumble that is asked for: renewed as long as it goes on. Longer: it goes on after this program; shorter: it stutters.
+constexpr Uint32 rumble_ms = 100;
+// The force that rumbles most, and the change of force that is a knock, in newtons. More: weaker; less: all touches are alike.
+constexpr double full_rumble_n = 3.0, full_knock_n = 1.0;
+// For how long a knock is heard. Longer: knocks run together; shorter: they are missed.
+constexpr std::chrono::milliseconds knock_time{60};
+
+constexpr const char* gone = "the controller is not there; plug it in or switch it on";
+
+[[noreturn]] void refuse(const std::string& what) { throw LoadError("device controller: " + what); }
+
+/// SDL, for as long as somebody needs it. Its joysticks are one list for the whole process, so one lock is for all use of it.
+class Sdl {
+ public:
+  static std::recursive_mutex& mutex() {
+    static std::recursive_mutex of_all;
+    return of_all;
+  }
+  Sdl() {
+    const std::lock_guard lock(mutex());
+    // Also while no window of this program has the keyboard.
+    SDL_SetHint(SDL_HINT_JOYSTICK_ALLOW_BACKGROUND_EVENTS, "1");
+    SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1");
+    if (SDL_InitSubSystem(SDL_INIT_GAMECONTROLLER) != 0) refuse(std::string("SDL cannot begin: ") + SDL_GetError());
+  }
+  ~Sdl() {
+    const std::lock_guard lock(mutex());
+    SDL_QuitSubSystem(SDL_INIT_GAMECONTROLLER);
+  }
+  Sdl(const Sdl&) = delete;
+  Sdl& operator=(const Sdl&) = delete;
+};
+
+/// The controllers that there are now, as SDL's numbers of them.
+std::vector<int> controllers() {
+  std::vector<int> out;
+  SDL_GameControllerUpdate();
+  for (int n = 0; n < SDL_NumJoysticks(); ++n)
+    if (SDL_IsGameController(n) == SDL_TRUE) out.push_back(n);
+  return out;
+}
+
+int number_of(const DeviceSettings& given) {
+  int number = 1;
+  for (const auto& [key, value] : given) {
+    if (key != "number") refuse("it has no setting '" + key.substr(0, 40) + "'; known is number");
+    if (!detail::read_number(value, number) || number < 1 || number > 16)
+      refuse("number=" + value.substr(0, 40) + " cannot be; controllers are numbered from 1");
+  }
+  return number;
+}
+
+double stick(double axis) noexcept {
+  const double share = std::clamp(axis / full_axis, -1.0, 1.0);
+  const double beyond = std::abs(share) - dead_zone;
+  return beyond <= 0.0 ? 0.0 : std::copysign(beyond / (1.0 - dead_zone), share);
+}
+
+class Controller final : public Device {
+ public:
+  explicit Controller(int number) : number_(number) {
+    {
+      const std::lock_guard lock(Sdl::mutex());
+      if (!open()) refuse("there is no controller " + std::to_string(number) + "; plug one in or switch it on");
+      const char* given = SDL_GameControllerName(controller_);
+      name_ = given != nullptr ? given : "controller";
+      std::erase_if(name_, [](char c) { return c < ' ' || c > '~'; });
+    }
+    thread_ = std::thread([this] { run(); });
+  }
+  ~Controller() override {
+    ends_ = true;
+    thread_.join();
+  }
+  std::string name() const override { return name_.substr(0, 60); }
+  DeviceLimits limits() const override { return RateHandDevice::limits(); }
+  DeviceState read() noexcept override { return hand_.read(); }
+  bool write(const Vec3& force_n) noexcept override {
+    forces_.give(is_finite(force_n) ? force_n : Vec3{});
+    return hand_.write(force_n);
+  }
+
+ private:
+  bool open() {
+    const std::vector<int> there = controllers();
+    if (there.size() < static_cast<std::size_t>(number_)) return false;
+    controller_ = SDL_GameControllerOpen(there[static_cast<std::size_t>(number_) - 1]);
+    return controller_ != nullptr;
+  }
+  void close() {
+    if (controller_ == nullptr) return;
+    SDL_GameControllerRumble(controller_, 0, 0, 0);
+    SDL_GameControllerClose(controller_);
+    controller_ = nullptr;
+  }
+
+  void run() {
+    while (!ends_) {
+      bool is_there = false;
+      {
+        const std::lock_guard lock(Sdl::mutex());
+        is_there = look();
+      }
+      std::this_thread::sleep_for(is_there ? look_interval : retry_interval);
+    }
+    const std::lock_guard lock(Sdl::mutex());
+    close();
+  }
+  bool look() {
+    if (controller_ == nullptr && !open()) return false;
+    SDL_GameControllerUpdate();
+    if (SDL_GameControllerGetAttached(controller_) != SDL_TRUE) {
+      close();
+      hand_.deflections.give({.share = {}, .buttons = 0, .fault = gone});
+      return false;
+    }
+    const auto axis = [this](SDL_GameControllerAxis which) {
+      return static_cast<double>(SDL_GameControllerGetAxis(controller_, which));
+    };
+    Deflection now;
+    // SDL's sticks count down towards the user; triggers from 0.
+    now.share = {stick(axis(SDL_CONTROLLER_AXIS_LEFTX)), -stick(axis(SDL_CONTROLLER_AXIS_RIGHTY)),
+                 stick(axis(SDL_CONTROLLER_AXIS_LEFTY))};
+    for (int button = 0; button < SDL_CONTROLLER_BUTTON_MAX; ++button)
+      if (SDL_GameControllerGetButton(controller_, static_cast<SDL_GameControllerButton>(button)) != 0)
+        now.buttons |= 1u << button;
+    hand_.deflections.give(now);
+    rumble();
+    return true;
+  }
+  /// The slow motor is as strong as the force, the fast one as its change: a touch is a knock.
+  void rumble() {
+    const Vec3 force_n = forces_.take();
+    const Clock::time_point now = Clock::now();
+    const double change_n = distance(force_n, last_n_);
+    last_n_ = force_n;
+    if (change_n > 0.1 * full_knock_n && change_n >= knock_n_ * (now < knock_ends_)) {
+      knock_n_ = change_n;
+      knock_ends_ = now + knock_time;
+    }
+    const auto strength = [](double share) { return static_cast<Uint16>(65535.0 * std::min(1.0, share)); };
+    const Uint16 slow = strength(norm(force_n) / full_rumble_n),
+                 fast = now < knock_ends_ ? strength(knock_n_ / full_knock_n) : Uint16{0};
+    const bool is_due = now - rumbled_at_ > std::chrono::milliseconds(rumble_ms / 2);
+    if (slow == slow_ && fast == fast_ && !(is_due && (slow != 0 || fast != 0))) return;
+    slow_ = slow;
+    fast_ = fast;
+    rumbled_at_ = now;
+    SDL_GameControllerRumble(controller_, slow, fast, rumble_ms);
+  }
+
+  Sdl sdl_;
+  int number_;
+  std::string name_;
+  SDL_GameController* controller_ = nullptr;
+  RateHandDevice hand_;
+  Latest<Vec3> forces_;
+  Vec3 last_n_;
+  double knock_n_ = 0.0;
+  Clock::time_point knock_ends_{}, rumbled_at_{};
+  Uint16 slow_ = 0, fast_ = 0;
+  std::atomic<bool> ends_{false};
+  std::thread thread_;
+};
+
+std::vector<DeviceSetting> settings() { return {{"number", "which of several controllers, from 1; without it the first"}}; }
+
+DeviceSearch search(const DeviceSettings& given) {
+  number_of(given);
+  const Sdl sdl;
+  const std::lock_guard lock(Sdl::mutex());
+  DeviceSearch out;
+  for (const int n : controllers()) {
+    const char* name = SDL_GameControllerNameForIndex(n);
+    std::string description = "controller";
+    if (!out.found.empty()) description += ",number=" + std::to_string(out.found.size() + 1);
+    out.found.push_back({description, name != nullptr ? name : "a controller"});
+  }
+  if (out.found.empty()) out.missing.push_back("no game controller is there; plug one in or switch it on");
+  return out;
+}
+
+std::unique_ptr<Device> open(const DeviceSettings& given) { return std::make_unique<Controller>(number_of(given)); }
+
+}  // namespace
+}  // namespace palpa::controller
+
+extern "C" __attribute__((visibility("default"))) const palpa::DeviceBackend palpa_device_backend;
+const palpa::DeviceBackend palpa_device_backend{palpa::version,
+                                                "controller",
+                                                "game controllers, by SDL: a hand that is steered, with rumble for touches",
+                                                "left stick: right and towards the user; right stick: up",
+                                                palpa::controller::settings,
+                                                palpa::controller::search,
+                                                palpa::controller::open};

@@ -1,0 +1,108 @@
+// The thread of a device whose exchange of force for state takes time: the haptic thread only gives and takes a value.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <memory>
+#include <thread>
+
+#include "palpa/device/device.h"
+#include "palpa/device/latest.h"
+
+namespace palpa {
+
+/// One exchange after the other, as fast as the device answers but no faster than `shortest_interval`. `Link` has
+///   bool open();  // true: it is there. Called again, now and then, after it was lost; may take long
+///   void close(); // at zero force
+///   DeviceState exchange(const Vec3& force_n, bool brakes);  // one; a `fault` that `is_lost` says it has to be opened again
+///   bool is_lost() const;
+/// and is used by that thread alone. A force that was not written anew for 20 ms is not given any more, and what was read
+/// longer ago than 50 ms is not shown as valid.
+template <class Link>
+class ExchangeThread {
+ public:
+  explicit ExchangeThread(std::unique_ptr<Link> link) : link_(std::move(link)), thread_([this] { run(); }) {}
+  ~ExchangeThread() {
+    ends_ = true;
+    thread_.join();
+  }
+  ExchangeThread(const ExchangeThread&) = delete;
+  ExchangeThread& operator=(const ExchangeThread&) = delete;
+
+  // ---- the haptic thread's side ----
+
+  DeviceState read() noexcept {
+    DeviceState state = states_.take();
+    if (state.valid && seconds(Clock::now()) - state.time_s > state_lifetime_s) {
+      state.valid = false;
+      state.fault = "the device does not answer";
+    }
+    return state;
+  }
+  bool write(const Vec3& force_n, double most_n) noexcept {
+    wanted_.force_n = is_finite(force_n) ? shortened(force_n, most_n) : Vec3{};
+    wanted_.time = Clock::now();
+    wishes_.give(wanted_);
+    return is_linked_.load(std::memory_order_relaxed);
+  }
+  void brake(bool on) noexcept {
+    wanted_.brakes = on;
+    wanted_.time = Clock::now();
+    wishes_.give(wanted_);
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Wish {
+    Vec3 force_n;
+    bool brakes = false;
+    Clock::time_point time{};
+  };
+  // Longer: a program that hangs pushes longer; shorter: a busy machine's pause drops the force.
+  static constexpr std::chrono::milliseconds force_lifetime{20};
+  // Longer: older places count; shorter: a busy machine's pause is a fault.
+  static constexpr double state_lifetime_s = 0.05;
+  // Between two tries to find one that has gone. Longer: later back; shorter: more in vain.
+  static constexpr std::chrono::milliseconds retry_interval{300};
+  // Of exchanges: a device that answers at once is asked 4000 times a second. Shorter: more work; longer: forces come later.
+  static constexpr std::chrono::microseconds shortest_interval{250};
+
+  static double seconds(Clock::time_point time) { return std::chrono::duration<double>(time.time_since_epoch()).count(); }
+
+  void run() noexcept {
+    for (bool is_open = true; !ends_;) {  // `link_` comes open
+      if (!is_open) {
+        is_open = link_->open();
+        if (!is_open) pause(retry_interval);
+        continue;
+      }
+      const Clock::time_point begin = Clock::now();
+      const Wish wish = wishes_.take();
+      const bool is_fresh = begin - wish.time < force_lifetime;
+      DeviceState state = link_->exchange(is_fresh ? wish.force_n : Vec3{}, is_fresh && wish.brakes);
+      state.time_s = seconds(Clock::now());
+      states_.give(state);
+      is_linked_ = !link_->is_lost();
+      if (link_->is_lost()) {
+        link_->close();
+        is_open = false;
+      }
+      std::this_thread::sleep_until(begin + shortest_interval);
+    }
+    link_->close();
+  }
+  void pause(std::chrono::milliseconds longest) const {
+    const Clock::time_point end = Clock::now() + longest;
+    while (!ends_ && Clock::now() < end) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+
+  std::unique_ptr<Link> link_;
+  Latest<Wish> wishes_;
+  Latest<DeviceState> states_;
+  Wish wanted_;  // the haptic thread's
+  std::atomic<bool> is_linked_{true};
+  std::atomic<bool> ends_{false};
+  std::thread thread_;
+};
+
+}  // namespace palpa

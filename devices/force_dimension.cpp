@@ -1,0 +1,340 @@
+// palpa-device-force-dimension.so: omega, delta, sigma and lambda of Force Dimension and Novint's Falcon, through the vendor's
+// library libdrd or libdhd, which is found and loaded at run time. Its functions are declared here from what its published
+// reference says of them; nothing of the vendor's is needed to build this.
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstdlib>
+#include <map>
+#include <mutex>
+#include <vector>
+
+#include "devices/exchange_thread.h"
+#include "devices/vendor_library.h"
+#include "palpa/core/load_error.h"
+#include "palpa/device/backend.h"
+#include "palpa/device/described.h"
+#include "palpa/version.h"
+
+PALPA_LOADS_AT_RUN_TIME(
+    R"([{"feature":"force-dimension","description":"Force Dimension and Falcon haptic devices","priority":"suggested","soname":["libdrd.so.3","libdhd.so.3"]}])")
+
+namespace palpa::force_dimension {
+namespace {
+
+// The watchdog of the device's own, in its unit of 125 us: 10 ms. More: a program that hangs pushes longer; fewer: a busy
+// machine's pause switches the force off.
+constexpr unsigned char watchdog_steps = 80;
+// Exchanges in a row that fail before the device is taken for gone. More: later told; fewer: one error of the link ends it.
+constexpr int failures_to_lose = 5;
+// A device that its speed switched off gets its force back below this. Faster: it is switched off again; slower: later back.
+constexpr double calm_m_per_s = 0.1;
+
+/// The vendor's functions. All may be missing but those that `Api` needs.
+struct Api {
+  explicit Api(const std::vector<std::string>& files) : library(files) {
+    library.need("dhdGetDeviceCount", device_count);
+    library.need("dhdOpenID", open);
+    library.need("dhdClose", close);
+    library.need("dhdGetPosition", position);
+    library.need("dhdSetForce", set_force);
+    library.need("dhdEnableForce", enable_force);
+    library.need("dhdGetStatus", status);
+    library.find("dhdGetLinearVelocity", velocity);
+    library.find("dhdGetButtonMask", button_mask);
+    library.find("dhdGetSystemName", system_name);
+    library.find("dhdSetBrakes", set_brakes);
+    library.find("dhdSetWatchdog", set_watchdog);
+    library.find("dhdEnableExpertMode", enable_expert);
+    library.find("dhdDisableExpertMode", disable_expert);
+    library.find("dhdGetSDKVersion", version);
+    library.find("drdIsInitialized", is_initialized);
+    library.find("drdAutoInit", auto_init);
+    library.find("drdStop", stop_regulation);
+  }
+
+  VendorLibrary library;
+  int (*device_count)() = nullptr;
+  int (*open)(char index) = nullptr;
+  int (*close)(char id) = nullptr;
+  int (*position)(double*, double*, double*, char id) = nullptr;
+  int (*set_force)(double, double, double, char id) = nullptr;
+  int (*enable_force)(unsigned char on, char id) = nullptr;
+  int (*status)(int* all, char id) = nullptr;
+  int (*velocity)(double*, double*, double*, char id) = nullptr;
+  unsigned (*button_mask)(char id) = nullptr;
+  const char* (*system_name)(char id) = nullptr;
+  int (*set_brakes)(int on, char id) = nullptr;
+  int (*set_watchdog)(unsigned char steps, char id) = nullptr;
+  int (*enable_expert)() = nullptr;
+  int (*disable_expert)() = nullptr;
+  void (*version)(int*, int*, int*, int*) = nullptr;
+  bool (*is_initialized)(char id) = nullptr;
+  int (*auto_init)(char id) = nullptr;
+  int (*stop_regulation)(bool forces_stay_on, char id) = nullptr;
+};
+
+// Places in what dhdGetStatus fills.
+enum Status : std::size_t { power = 0, reset = 3, force = 5, force_off_cause = 14 };
+// Versions of the library fill 12 to 17 of them.
+using StatusList = std::array<int, 64>;
+
+/// Why the device itself has switched its force off.
+const char* words_of_cause(int cause) noexcept {
+  switch (cause) {
+    case 1: return "the force was switched off by the button on the base; press it to have it back";
+    case 2: return "the device was faster than its limit and holds by its brakes; let it come to rest";
+    case 3: return "the device has waited too long for a force and switched it off";
+    case 4: return "the force was switched off by a program";
+    case 5: return "the device was unplugged";
+    case 6: return "the hand is not on the handle";
+    default: return "the force is switched off";
+  }
+}
+
+// The vendor's axes: x towards the user, y to the right, z up.
+Vec3 hand_of(const Vec3& vendor) noexcept { return {vendor.y, vendor.z, vendor.x}; }
+Vec3 vendor_of(const Vec3& hand) noexcept { return {hand.z, hand.x, hand.y}; }
+
+/// What the devices bear that are not asked for it: force [N], stiffness [N/m], radius [m], damping [N·s/m], by the beginning
+/// of their names; as CHAI3D 3.3 has them for its users.
+struct Model {
+  const char* name;
+  double force_n, stiffness_n_per_m, radius_m, damping_ns_per_m;
+};
+constexpr Model models[] = {{"delta", 20.0, 5000.0, 0.15, 30.0},
+                            {"omega", 12.0, 5000.0, 0.075, 30.0},
+                            {"sigma", 12.0, 4000.0, 0.075, 30.0},
+                            {"lambda", 12.0, 8000.0, 0.1125, 30.0},
+                            {"falcon", 8.0, 3000.0, 0.04, 20.0}};
+// Of a device whose name says nothing: the least of all.
+constexpr Model unknown{"", 8.0, 3000.0, 0.04, 20.0};
+
+const Model& model_of(std::string name) noexcept {
+  std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  for (const Model& model : models)
+    if (name.find(model.name) != std::string::npos) return model;
+  return unknown;
+}
+
+/// The exchange with one device; the exchange's thread's.
+class Link {
+ public:
+  Link(const Api& api, char index) : api_(api), index_(index) {}
+
+  bool open() {
+    const int id = api_.open(index_);
+    if (id < 0) return false;
+    id_ = static_cast<char>(id);
+    failures_ = 0;
+    if (api_.set_watchdog != nullptr) {
+      if (api_.enable_expert != nullptr) api_.enable_expert();
+      api_.set_watchdog(watchdog_steps, id_);
+      if (api_.disable_expert != nullptr) api_.disable_expert();
+    }
+    api_.set_force(0.0, 0.0, 0.0, id_);
+    api_.enable_force(1, id_);
+    return true;
+  }
+  void close() noexcept {
+    if (id_ < 0) return;
+    api_.set_force(0.0, 0.0, 0.0, id_);
+    api_.enable_force(0, id_);
+    api_.close(id_);
+    id_ = -1;
+  }
+
+  bool is_lost() const noexcept { return failures_ >= failures_to_lose; }
+
+  DeviceState exchange(const Vec3& force_n, bool brakes) noexcept {
+    DeviceState state;
+    Vec3 place, speed;
+    StatusList status{};
+    const bool is_read =
+        api_.position(&place.x, &place.y, &place.z, id_) >= 0 && is_finite(place) && api_.status(status.data(), id_) >= 0;
+    if (is_read) {
+      state.position_m = hand_of(place);
+      state.fault = fault_of(status);
+      state.valid = !is_uninitialized(status);
+      if (api_.velocity != nullptr && api_.velocity(&speed.x, &speed.y, &speed.z, id_) >= 0 && is_finite(speed))
+        state.velocity_m_per_s = hand_of(speed);
+      if (api_.button_mask != nullptr) state.buttons = api_.button_mask(id_);
+      if (status[Status::force] == 0 && status[Status::power] != 0) give_back(status, state, force_n);
+    } else {
+      state.fault = "the device does not answer; is it plugged in?";
+    }
+    if (brakes != brakes_ && api_.set_brakes != nullptr && api_.set_brakes(brakes ? 1 : 0, id_) >= 0) brakes_ = brakes;
+    const Vec3 sent_n = state.fault != nullptr ? Vec3{} : vendor_of(force_n);
+    const bool is_written = api_.set_force(sent_n.x, sent_n.y, sent_n.z, id_) >= 0;
+    if (is_read && !is_written && state.fault == nullptr) state.fault = "the device takes no force";
+    failures_ = is_read ? 0 : failures_ + 1;
+    return state;
+  }
+
+  char id() const noexcept { return id_; }
+
+ private:
+  bool is_uninitialized(const StatusList& status) const noexcept {
+    return status[Status::reset] != 0 || (api_.is_initialized != nullptr && !api_.is_initialized(id_));
+  }
+  const char* fault_of(const StatusList& status) const noexcept {
+    if (status[Status::power] == 0) return "the power supply is off: no force";
+    if (is_uninitialized(status)) return "the device does not know its place: initialize it with the vendor's HapticInit";
+    if (status[Status::force] == 0) return words_of_cause(status[Status::force_off_cause]);
+    return nullptr;
+  }
+  /// A force that the device has switched off itself comes back only where no force is asked for, so that none comes as a
+  /// surprise, and never against a person's button.
+  void give_back(const StatusList& status, const DeviceState& state, const Vec3& force_n) noexcept {
+    const int cause = status[Status::force_off_cause];
+    const bool is_a_persons = cause == 1 || cause == 6;
+    const bool is_calm = !state.velocity_m_per_s || norm(*state.velocity_m_per_s) < calm_m_per_s;
+    if (!is_a_persons && is_calm && force_n == Vec3{}) api_.enable_force(1, id_);
+  }
+
+  const Api& api_;
+  char index_;
+  char id_ = -1;
+  int failures_ = 0;
+  bool brakes_ = false;
+};
+
+[[noreturn]] void refuse(const std::string& what) { throw LoadError("device force-dimension: " + what); }
+constexpr const char* how_to_get =
+    "get the Force Dimension SDK (forcedimension.com/software/sdk), and set FORCEDIM_SDK to its folder or name the file by "
+    "library=/path/libdhd.so.3";
+
+struct Wanted {
+  std::vector<std::string> files;
+  int number = 1;
+  bool may_move = false;
+};
+
+Wanted wanted(const DeviceSettings& given) {
+  Wanted out;
+  for (const auto& [key, value] : given) {
+    if (key == "number") {
+      if (!detail::read_number(value, out.number) || out.number < 1 || out.number > 16)
+        refuse("number=" + value.substr(0, 40) + " cannot be; devices are numbered from 1");
+    } else if (key == "library") {
+      out.files = {value};
+    } else if (key == "autoinit") {
+      if (value != "yes" && value != "no") refuse("autoinit=" + value.substr(0, 40) + " is not known; give yes or no");
+      out.may_move = value == "yes";
+    } else {
+      refuse("it has no setting '" + key.substr(0, 40) + "'; known are number, library and autoinit");
+    }
+  }
+  if (!out.files.empty()) return out;
+  for (const char* name : {"libdrd.so.3", "libdrd.so", "libdhd.so.3", "libdhd.so"}) {
+    if (const char* sdk = std::getenv("FORCEDIM_SDK"))
+      for (const char* folder : {"/lib/release/lin-x86_64-gcc/", "/lib/", "/"})
+        out.files.push_back(sdk + std::string(folder) + name);
+    out.files.push_back(name);
+  }
+  return out;
+}
+
+/// The library, loaded once for each file. Throws LoadError.
+const Api& api_of(const Wanted& want) {
+  static std::mutex mutex;
+  static std::map<std::string, std::unique_ptr<Api>> loaded;
+  const std::lock_guard lock(mutex);
+  std::unique_ptr<Api>& api = loaded[want.files.front()];
+  if (!api || !api->library.is_there()) api = std::make_unique<Api>(want.files);
+  if (!api->library.is_there()) refuse("its library cannot be loaded (" + api->library.complaint() + "); " + how_to_get);
+  if (!api->library.missing().empty())
+    refuse(api->library.file() + " has no " + api->library.missing() +
+           "; it is not the library that this needs: " + how_to_get);
+  return *api;
+}
+
+std::string name_of(const Api& api, char id) {
+  const char* name = api.system_name != nullptr ? api.system_name(id) : nullptr;
+  std::string text = name != nullptr ? name : "device";
+  std::erase_if(text, [](char c) { return c < ' ' || c > '~'; });
+  return "Force Dimension " + text.substr(0, 60);
+}
+
+std::vector<DeviceSetting> settings() {
+  return {{"number", "which of several devices, from 1; without it the first"},
+          {"library", "path of libdrd or libdhd; without it looked for in $FORCEDIM_SDK and where the system has libraries"},
+          {"autoinit", "yes: an arm that does not know its place may move by itself to find it, hands off; without it no"}};
+}
+
+DeviceSearch search(const DeviceSettings& given) {
+  const Wanted want = wanted(given);
+  const Api* api = nullptr;
+  try {
+    api = &api_of(want);
+  } catch (const LoadError& error) {
+    return {.found = {}, .missing = {error.what()}};
+  }
+  DeviceSearch out;
+  const int count = std::clamp(api->device_count(), 0, 16);
+  for (int n = 0; n < count; ++n) {
+    std::string description = "force-dimension";
+    if (n > 0) description += ",number=" + std::to_string(n + 1);
+    out.found.push_back(
+        {description, "device " + std::to_string(n + 1) + " of those that " + api->library.file() + " has found"});
+  }
+  if (count == 0)
+    out.missing.push_back(
+        "no device is plugged in, or this user may not use it: the vendor's udev rules for USB 1451 are needed");
+  return out;
+}
+
+class ForceDimension final : public Device {
+ public:
+  ForceDimension(const Api& api, const Wanted& want) {
+    auto link = std::make_unique<Link>(api, static_cast<char>(want.number - 1));
+    if (want.number > api.device_count() || !link->open())
+      refuse("device " + std::to_string(want.number) +
+             " cannot be opened; is it plugged in, and is no other program using it?");
+    if (want.may_move && api.auto_init != nullptr && api.is_initialized != nullptr && !api.is_initialized(link->id())) {
+      api.auto_init(link->id());
+      if (api.stop_regulation != nullptr) api.stop_regulation(true, link->id());
+    }
+    name_ = force_dimension::name_of(api, link->id());
+    model_ = model_of(name_);
+    has_brakes_ = api.set_brakes != nullptr;
+    exchange_ = std::make_unique<ExchangeThread<Link>>(std::move(link));
+  }
+  std::string name() const override { return name_; }
+  DeviceLimits limits() const override {
+    return {.max_force_n = model_.force_n,
+            .max_stiffness_n_per_m = model_.stiffness_n_per_m,
+            .workspace_radius_m = model_.radius_m,
+            .max_damping_ns_per_m = model_.damping_ns_per_m};
+  }
+  DeviceState read() noexcept override { return exchange_->read(); }
+  bool write(const Vec3& force_n) noexcept override { return exchange_->write(force_n, model_.force_n); }
+  bool brake(bool on) noexcept override {
+    exchange_->brake(on);
+    return has_brakes_;
+  }
+
+ private:
+  std::string name_;
+  Model model_;
+  bool has_brakes_ = false;
+  std::unique_ptr<ExchangeThread<Link>> exchange_;
+};
+
+std::unique_ptr<Device> open(const DeviceSettings& given) {
+  const Wanted want = wanted(given);
+  return std::make_unique<ForceDimension>(api_of(want), want);
+}
+
+}  // namespace
+}  // namespace palpa::force_dimension
+
+extern "C" __attribute__((visibility("default"))) const palpa::DeviceBackend palpa_device_backend;
+const palpa::DeviceBackend palpa_device_backend{
+    palpa::version,
+    "force-dimension",
+    "Force Dimension omega, delta, sigma and lambda, and Novint Falcon, by the DHD library",
+    "x towards the user, y to the right, z up",
+    palpa::force_dimension::settings,
+    palpa::force_dimension::search,
+    palpa::force_dimension::open};

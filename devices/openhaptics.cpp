@@ -1,0 +1,442 @@
+// palpa-device-openhaptics.so: Touch, Touch X and Phantom of 3D Systems, through libHD, which their driver brings and which is
+// found and loaded at run time. Its functions and numbers are declared here from what its published reference says of them;
+// nothing of the vendor's is needed to build this.
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <map>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "devices/vendor_library.h"
+#include "palpa/core/load_error.h"
+#include "palpa/device/backend.h"
+#include "palpa/device/described.h"
+#include "palpa/device/latest.h"
+#include "palpa/version.h"
+
+PALPA_LOADS_AT_RUN_TIME(
+    R"([{"feature":"openhaptics","description":"3D Systems Touch and Phantom haptic devices","priority":"suggested","soname":["libHD.so"]}])")
+
+namespace palpa::openhaptics {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Handle = unsigned int;
+
+constexpr Handle no_device = 0xFFFFFFFF;
+constexpr double mm_per_m = 1e3;
+
+// Numbers of what is asked of the library.
+enum Parameter : unsigned {
+  current_buttons = 0x2000,
+  current_position = 0x2050,
+  current_velocity = 0x2051,
+  device_model = 0x2501,
+  max_workspace = 0x2550,
+  max_stiffness = 0x2602,
+  max_force = 0x2603,
+  max_continuous_force = 0x2604,
+  motor_temperature = 0x2605,
+  max_damping = 0x2609,
+  current_force = 0x2700,
+  force_output = 0x4000,
+  max_force_clamping = 0x4001,
+};
+constexpr unsigned calibrated = 0x5000;
+constexpr unsigned calibration_needs_update = 0x5001;
+constexpr unsigned callback_goes_on = 1;
+constexpr unsigned short default_priority = 0x7FFF;
+
+// Longer: a program that hangs pushes longer; shorter: a busy machine's pause drops the force.
+constexpr std::chrono::milliseconds force_lifetime{20};
+// Longer: older places count; shorter: a busy machine's pause is a fault.
+constexpr double state_lifetime_s = 0.05;
+// From this share [1] of the motors' temperature on the force is led down to what they bear for ever. More: they get warmer;
+// less: less force than could be.
+constexpr double warm = 0.7;
+// Frames of the library's thread after an error before a force is given again. More: later back; fewer: an error that comes in
+// each second frame makes a force that stutters.
+constexpr int calm_frames = 20;
+// Between two tries to have a device back. Longer: later back; shorter: more in vain.
+constexpr std::chrono::milliseconds retry_interval{300};
+
+/// What hdGetError gives: twelve bytes, by value.
+struct Error {
+  unsigned code;
+  int internal;
+  Handle handle;
+};
+
+struct Api {
+  explicit Api(const std::vector<std::string>& files) : library(files) {
+    library.need("hdInitDevice", init);
+    library.need("hdDisableDevice", disable_device);
+    library.need("hdMakeCurrentDevice", make_current);
+    library.need("hdEnable", enable);
+    library.need("hdStartScheduler", start_scheduler);
+    library.need("hdStopScheduler", stop_scheduler);
+    library.need("hdScheduleAsynchronous", schedule);
+    library.need("hdUnschedule", unschedule);
+    library.need("hdBeginFrame", begin_frame);
+    library.need("hdEndFrame", end_frame);
+    library.need("hdGetDoublev", get_doubles);
+    library.need("hdGetIntegerv", get_integers);
+    library.need("hdSetDoublev", set_doubles);
+    library.need("hdGetError", get_error);
+    library.find("hdGetString", get_string);
+    library.find("hdCheckCalibration", check_calibration);
+    library.find("hdUpdateCalibration", update_calibration);
+  }
+  VendorLibrary library;
+  Handle (*init)(const char* name) = nullptr;
+  void (*disable_device)(Handle) = nullptr;
+  void (*make_current)(Handle) = nullptr;
+  void (*enable)(unsigned) = nullptr;
+  void (*start_scheduler)() = nullptr;
+  void (*stop_scheduler)() = nullptr;
+  unsigned long (*schedule)(unsigned (*callback)(void*), void* with, unsigned short priority) = nullptr;
+  void (*unschedule)(unsigned long) = nullptr;
+  void (*begin_frame)(Handle) = nullptr;
+  void (*end_frame)(Handle) = nullptr;
+  void (*get_doubles)(unsigned, double*) = nullptr;
+  void (*get_integers)(unsigned, int*) = nullptr;
+  void (*set_doubles)(unsigned, const double*) = nullptr;
+  Error (*get_error)() = nullptr;
+  const char* (*get_string)(unsigned) = nullptr;
+  unsigned (*check_calibration)() = nullptr;
+  void (*update_calibration)(unsigned style) = nullptr;
+};
+
+const char* words_of(unsigned code) noexcept {
+  switch (code) {
+    case 0x0200: return "the motors are too warm; let them cool";
+    case 0x0201: return "the device was asked for more force than it has";
+    case 0x0202: return "the force changed faster than the device allows";
+    case 0x0203: return "the device was moved faster than it allows";
+    case 0x0204: return "the device makes no force";
+    case 0x0300: return "the device has a fault; unplug it and plug it in again";
+    case 0x0302: return "the device does not answer; is it plugged in?";
+    case 0x0304: return "the device's thread lost its timer";
+    default: return "the device's library reports an error";
+  }
+}
+/// Errors after which the device has to be opened anew.
+bool is_gone(unsigned code) noexcept { return code == 0x0300 || code == 0x0302; }
+
+double seconds(Clock::time_point time) { return std::chrono::duration<double>(time.time_since_epoch()).count(); }
+
+/// Its scheduler is one for all devices: started with the first, stopped with the last.
+class Scheduler {
+ public:
+  void join(const Api& api) {
+    const std::lock_guard lock(mutex_);
+    if (users_++ == 0) api.start_scheduler();
+  }
+  void leave(const Api& api) {
+    const std::lock_guard lock(mutex_);
+    if (--users_ == 0) api.stop_scheduler();
+  }
+
+ private:
+  std::mutex mutex_;
+  int users_ = 0;
+};
+
+struct Wanted {
+  std::vector<std::string> files;
+  std::string name;  // empty: the default device
+};
+
+/// One device while it is open: the library's own thread exchanges force for state in each of its frames.
+class Servo {
+ public:
+  struct Wish {
+    Vec3 force_n;
+    Clock::time_point time{};
+  };
+  Servo(const Api& api, Scheduler& scheduler, std::string name) : api_(api), scheduler_(scheduler), name_(std::move(name)) {}
+  ~Servo() { close(); }
+
+  /// False: it is not there.
+  bool open() {
+    // The driver's default device has no name; the installed one is called as the user called it.
+    handle_ = api_.init(name_.empty() ? nullptr : name_.c_str());
+    if (handle_ == no_device || api_.get_error().code != 0) {
+      if (handle_ != no_device) api_.disable_device(handle_);
+      handle_ = no_device;
+      return false;
+    }
+    api_.make_current(handle_);
+    api_.enable(Parameter::force_output);
+    api_.enable(Parameter::max_force_clamping);
+    return true;
+  }
+  /// Has the library's thread exchange.
+  void start() {
+    gone_ = false;
+    calm_ = calm_frames;
+    last_code_ = 0;
+    framed_at_ = Clock::now();
+    scheduler_.join(api_);
+    callback_ = api_.schedule([](void* self) { return static_cast<Servo*>(self)->frame(); }, this, default_priority);
+    is_started_ = true;
+  }
+  void close() {
+    if (handle_ == no_device) return;
+    closing_ = true;
+    // One frame at zero force; a library that has no frames any more is not waited for.
+    const Clock::time_point end = Clock::now() + std::chrono::milliseconds(50);
+    while (is_started_ && !rested_ && !gone_ && Clock::now() < end) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    if (is_started_) {
+      api_.unschedule(callback_);
+      scheduler_.leave(api_);
+    }
+    api_.disable_device(handle_);
+    handle_ = no_device;
+    closing_ = rested_ = is_started_ = false;
+  }
+  bool is_open() const noexcept { return handle_ != no_device; }
+  bool is_gone_now() const noexcept { return gone_ || Clock::now() - framed_at_.load() > longest_without_frame; }
+  bool waits_for_inkwell() const noexcept { return calibration_ == calibration_needs_update; }
+  void calibrate() {
+    if (api_.update_calibration == nullptr) return;
+    api_.make_current(handle_);
+    api_.update_calibration(inkwell_style);
+  }
+
+  Latest<DeviceState> states;
+  Latest<Wish> wishes;
+  double most_n = 0.0, continuous_n = 0.0;  // set before `start`
+
+ private:
+  // Of the library's thread, before the device is taken for gone. Longer: later told; shorter: a busy machine loses it.
+  static constexpr std::chrono::milliseconds longest_without_frame{200};
+  static constexpr unsigned inkwell_style = 4;
+
+  unsigned frame() noexcept {
+    DeviceState state;
+    std::array<double, 3> place{}, speed{}, force{};
+    int buttons = 0;
+    double temperature = 0.0;
+    api_.begin_frame(handle_);
+    api_.get_doubles(Parameter::current_position, place.data());
+    api_.get_doubles(Parameter::current_velocity, speed.data());
+    api_.get_integers(Parameter::current_buttons, &buttons);
+    api_.get_doubles(Parameter::motor_temperature, motors_.data());
+    for (const double motor : motors_) temperature = std::max(temperature, motor);
+    framed_at_ = Clock::now();
+    calibration_ = api_.check_calibration != nullptr ? api_.check_calibration() : calibrated;
+    const bool is_calibrated = calibration_ == calibrated;
+    const Wish& wish = wishes.take();
+    const bool is_fresh = Clock::now() - wish.time < force_lifetime;
+    const bool may_push = calm_ == 0 && is_calibrated && is_fresh && !closing_;
+    if (may_push) {
+      const Vec3 sent_n = shortened(wish.force_n, let_n(temperature));
+      force = {sent_n.x, sent_n.y, sent_n.z};
+    }
+    api_.set_doubles(Parameter::current_force, force.data());
+    api_.end_frame(handle_);
+    const unsigned code = api_.get_error().code;
+
+    state.position_m = Vec3{place[0], place[1], place[2]} / mm_per_m;
+    state.velocity_m_per_s = Vec3{speed[0], speed[1], speed[2]} / mm_per_m;
+    state.buttons = static_cast<std::uint32_t>(buttons);
+    state.time_s = seconds(Clock::now());
+    state.valid = is_calibrated && is_finite(state.position_m) && !is_gone(code);
+    if (code != 0) {
+      calm_ = calm_frames;
+      last_code_ = code;
+    } else if (calm_ > 0) {
+      --calm_;
+    }
+    if (!is_calibrated)
+      state.fault = "the device is not calibrated: put the stylus into the inkwell";
+    else if (calm_ > 0)
+      state.fault = last_code_ != 0 ? words_of(last_code_) : "the device has only just answered";
+    gone_ = is_gone(code);
+    states.give(state);
+    rested_ = closing_.load();
+    return callback_goes_on;
+  }
+  /// A motor that is warm gets less: at its highest temperature what it bears for ever.
+  double let_n(double temperature) const noexcept {
+    const double share = std::clamp((temperature - warm) / (1.0 - warm), 0.0, 1.0);
+    return (1.0 - share) * most_n + share * std::min(most_n, continuous_n);
+  }
+
+  const Api& api_;
+  Scheduler& scheduler_;
+  const std::string name_;
+  Handle handle_ = no_device;
+  unsigned long callback_ = 0;
+  std::array<double, 16> motors_{};
+  int calm_ = 0;
+  unsigned last_code_ = 0;
+  bool is_started_ = false;
+  std::atomic<bool> gone_{false}, closing_{false}, rested_{false};
+  std::atomic<unsigned> calibration_{calibrated};
+  std::atomic<Clock::time_point> framed_at_{};
+};
+
+[[noreturn]] void refuse(const std::string& what) { throw LoadError("device openhaptics: " + what); }
+constexpr const char* how_to_get =
+    "install the Touch Device Driver of 3D Systems (support.3dsystems.com, 'OpenHaptics for Linux'), which brings libHD.so, or "
+    "name that file by library=/path/libHD.so";
+
+Wanted wanted(const DeviceSettings& given) {
+  Wanted out{{"libHD.so", "libHD.so.3.4", "/usr/lib/libHD.so", "/usr/local/lib/libHD.so"}, ""};
+  for (const auto& [key, value] : given) {
+    if (key == "name") {
+      out.name = value;
+    } else if (key == "library") {
+      out.files = {value};
+    } else {
+      refuse("it has no setting '" + key.substr(0, 40) + "'; known are name and library");
+    }
+  }
+  return out;
+}
+
+struct Library {
+  explicit Library(const std::vector<std::string>& files) : api(files) {}
+  Api api;
+  Scheduler scheduler;
+};
+
+Library& library_of(const Wanted& want) {
+  static std::mutex mutex;
+  static std::map<std::string, std::unique_ptr<Library>> loaded;
+  const std::lock_guard lock(mutex);
+  std::unique_ptr<Library>& library = loaded[want.files.front()];
+  if (!library || !library->api.library.is_there()) library = std::make_unique<Library>(want.files);
+  const VendorLibrary& file = library->api.library;
+  if (!file.is_there()) refuse("its library cannot be loaded (" + file.complaint() + "); " + how_to_get);
+  if (!file.missing().empty()) refuse(file.file() + " has no " + file.missing() + "; it is another library: " + how_to_get);
+  return *library;
+}
+
+std::vector<DeviceSetting> settings() {
+  return {{"name", "as the device is called in the driver's Touch Setup; without it the default device"},
+          {"library", "path of libHD.so; without it looked for where the system has libraries"}};
+}
+
+DeviceSearch search(const DeviceSettings& given) {
+  const Wanted want = wanted(given);
+  try {
+    Library& library = library_of(want);
+    const Handle handle = library.api.init(want.name.empty() ? nullptr : want.name.c_str());
+    const unsigned code = library.api.get_error().code;
+    if (handle != no_device) library.api.disable_device(handle);
+    if (handle != no_device && code == 0)
+      return {.found = {{want.name.empty() ? "openhaptics" : "openhaptics,name=" + want.name, "the driver's device"}},
+              .missing = {}};
+  } catch (const LoadError& error) {
+    return {.found = {}, .missing = {error.what()}};
+  }
+  return {.found = {},
+          .missing = {"the driver is there, but no device; plug it in and set it up with the driver's Touch Setup"}};
+}
+
+class OpenHaptics final : public Device {
+ public:
+  OpenHaptics(Library& library, const Wanted& want)
+      : api_(library.api), name_(want.name.empty() ? "default device" : want.name), servo_(api_, library.scheduler, want.name) {
+    if (!servo_.open())
+      refuse("the " + name_ +
+             " cannot be opened; plug it in, set it up with the driver's Touch Setup, and end other programs "
+             "that use it");
+    ask_limits();
+    servo_.start();
+    watch_ = std::thread([this] { watch(); });
+  }
+  ~OpenHaptics() override {
+    ends_ = true;
+    watch_.join();
+    servo_.close();
+  }
+  std::string name() const override { return "3D Systems " + name_; }
+  DeviceLimits limits() const override { return limits_; }
+  DeviceState read() noexcept override {
+    DeviceState state = servo_.states.take();
+    if (seconds(Clock::now()) - state.time_s > state_lifetime_s) {
+      state.valid = false;
+      if (state.fault == nullptr) state.fault = "the device does not answer; is it plugged in?";
+    }
+    return state;
+  }
+  bool write(const Vec3& force_n) noexcept override {
+    servo_.wishes.give({is_finite(force_n) ? shortened(force_n, limits_.max_force_n) : Vec3{}, Clock::now()});
+    return !is_gone_.load(std::memory_order_relaxed);
+  }
+
+ private:
+  /// What the library says of the device, within what is known of such devices; a library that says nonsense is not believed.
+  void ask_limits() {
+    const auto ask = [&](Parameter parameter, double least, double most, double otherwise) {
+      std::array<double, 16> values{};
+      api_.get_doubles(parameter, values.data());
+      if (api_.get_error().code != 0 || !(values[0] >= least && values[0] <= most)) return otherwise;
+      return values[0];
+    };
+    // Of a Touch where the library is silent.
+    limits_.max_force_n = ask(Parameter::max_force, 0.5, 37.5, 3.3);
+    limits_.continuous_force_n = ask(Parameter::max_continuous_force, 0.1, limits_.max_force_n, 0.88);
+    limits_.max_stiffness_n_per_m = mm_per_m * ask(Parameter::max_stiffness, 0.1, 3.5, 0.4);
+    limits_.max_damping_ns_per_m = mm_per_m * ask(Parameter::max_damping, 1e-4, 0.05, 0.005);
+    std::array<double, 16> box{};  // smallest x, y, z, largest x, y, z [mm]
+    api_.get_doubles(Parameter::max_workspace, box.data());
+    double radius_mm = 75.0;
+    if (api_.get_error().code == 0) {
+      double least = 1e9;
+      for (std::size_t axis = 0; axis < 3; ++axis) least = std::min(least, (box[3 + axis] - box[axis]) / 2.0);
+      if (least >= 20.0 && least <= 500.0) radius_mm = least;
+    }
+    limits_.workspace_radius_m = radius_mm / mm_per_m;
+    servo_.continuous_n = limits_.continuous_force_n;
+    servo_.most_n = limits_.max_force_n;
+  }
+  /// Looks whether the device has gone, calibrates one that waits for its inkwell, and opens it again when it is back.
+  void watch() {
+    while (!ends_) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      if (servo_.is_open() && !servo_.is_gone_now()) {
+        if (servo_.waits_for_inkwell()) servo_.calibrate();
+        continue;
+      }
+      is_gone_ = true;
+      servo_.close();
+      const Clock::time_point end = Clock::now() + retry_interval;
+      while (!ends_ && Clock::now() < end) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      if (ends_ || !servo_.open()) continue;
+      servo_.start();
+      is_gone_ = false;
+    }
+  }
+
+  const Api& api_;
+  std::string name_;
+  DeviceLimits limits_;
+  Servo servo_;
+  std::atomic<bool> is_gone_{false}, ends_{false};
+  std::thread watch_;
+};
+
+std::unique_ptr<Device> open(const DeviceSettings& given) {
+  const Wanted want = wanted(given);
+  return std::make_unique<OpenHaptics>(library_of(want), want);
+}
+
+}  // namespace
+}  // namespace palpa::openhaptics
+
+extern "C" __attribute__((visibility("default"))) const palpa::DeviceBackend palpa_device_backend;
+const palpa::DeviceBackend palpa_device_backend{palpa::version,
+                                                "openhaptics",
+                                                "3D Systems Touch, Touch X and Phantom, by the driver's libHD",
+                                                "x to the right, y up, z towards the user",
+                                                palpa::openhaptics::settings,
+                                                palpa::openhaptics::search,
+                                                palpa::openhaptics::open};

@@ -1,0 +1,55 @@
+// A device without a place of its own: what it is deflected by steers a RateHand.
+#pragma once
+
+#include <chrono>
+
+#include "palpa/device/device.h"
+#include "palpa/device/latest.h"
+#include "palpa/device/rate_hand.h"
+
+namespace palpa {
+
+/// What an input says.
+struct Deflection {
+  Vec3 share;  ///< [1] of full deflection, in the hand frame
+  std::uint32_t buttons = 0;
+  const char* fault = nullptr;  ///< a literal
+};
+
+/// The haptic thread's side of an input whose own thread gives deflections. Of an input that has a fault the hand rests.
+class RateHandDevice {
+ public:
+  Latest<Deflection> deflections;  ///< the input's thread gives
+
+  DeviceState read() noexcept {
+    const auto now = std::chrono::steady_clock::now();
+    const Deflection& input = deflections.take();
+    const double passed_s = std::chrono::duration<double>(now - passed_to_).count();
+    hand_.pass(input.fault != nullptr ? Vec3{} : input.share, input.fault != nullptr ? Vec3{} : force_n_, passed_s);
+    passed_to_ = now;
+    return {.position_m = hand_.position_m(),
+            .velocity_m_per_s = hand_.velocity_m_per_s(),
+            .valid = true,
+            .buttons = input.buttons,
+            .time_s = std::chrono::duration<double>(now.time_since_epoch()).count(),
+            .fault = input.fault};
+  }
+  bool write(const Vec3& force_n) noexcept {
+    force_n_ = is_finite(force_n) ? force_n : Vec3{};
+    return true;
+  }
+  static DeviceLimits limits() noexcept {
+    // No motor is at risk: what is let through only steers the hand.
+    constexpr RateHand::Constants constants;
+    return {.max_force_n = most_n, .workspace_radius_m = constants.radius_m};
+  }
+
+ private:
+  // More: surfaces hold the hand against harder pushes than it has; less: it pushes through them.
+  static constexpr double most_n = 10.0;
+  RateHand hand_;
+  Vec3 force_n_;
+  std::chrono::steady_clock::time_point passed_to_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace palpa

@@ -1,0 +1,140 @@
+// palpa-device-spacemouse.so: a SpaceMouse of 3Dconnexion, through spacenavd's library.
+#include <poll.h>
+#include <spnav.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <mutex>
+#include <thread>
+
+#include "devices/rate_hand_device.h"
+#include "palpa/core/load_error.h"
+#include "palpa/device/backend.h"
+#include "palpa/device/described.h"
+#include "palpa/version.h"
+
+namespace palpa::spacemouse {
+namespace {
+
+// Counts of a full deflection. Larger: the hand is slower; smaller: it reaches its full speed early.
+constexpr double full_counts = 350.0;
+// Between looks for something new, and whether to end. Longer: it ends later; shorter: more wake-ups.
+constexpr int look_ms = 50;
+// Between two tries to have spacenavd back. Longer: later back; shorter: more in vain.
+constexpr std::chrono::milliseconds retry_interval{300};
+
+constexpr const char* gone = "spacenavd, which reads the SpaceMouse, is not there";
+constexpr const char* how_to_get = "install it by 'sudo apt install spacenavd', and plug the SpaceMouse in";
+
+[[noreturn]] void refuse(const std::string& what) { throw LoadError("device spacemouse: " + what); }
+
+/// libspnav knows one connection for a whole process: the first device has it.
+std::atomic<bool> is_taken{false};
+
+struct Options {
+  double full = full_counts;
+};
+
+Options options_of(const DeviceSettings& given) {
+  Options out;
+  for (const auto& [key, value] : given) {
+    if (key != "full_counts") refuse("it has no setting '" + key.substr(0, 40) + "'; known is full_counts");
+    if (!detail::read_number(value, out.full) || !(out.full >= 1.0 && out.full <= 1e4))
+      refuse("full_counts=" + value.substr(0, 40) + " cannot be; give 1 to 10000");
+  }
+  return out;
+}
+
+class SpaceMouse final : public Device {
+ public:
+  explicit SpaceMouse(const Options& options) : options_(options) {
+    if (is_taken.exchange(true)) refuse("this program has it already");
+    if (spnav_open() < 0) {
+      is_taken = false;
+      refuse(std::string(gone) + "; " + how_to_get);
+    }
+    thread_ = std::thread([this] { run(); });
+  }
+  ~SpaceMouse() override {
+    ends_ = true;
+    thread_.join();
+    is_taken = false;
+  }
+  std::string name() const override { return "SpaceMouse"; }
+  DeviceLimits limits() const override { return RateHandDevice::limits(); }
+  DeviceState read() noexcept override { return hand_.read(); }
+  bool write(const Vec3& force_n) noexcept override { return hand_.write(force_n); }
+
+ private:
+  void run() {
+    bool is_open = true;
+    while (!ends_) {
+      if (is_open && take()) continue;
+      if (is_open) spnav_close();
+      hand_.deflections.give(now_ = {.share = {}, .buttons = 0, .fault = gone});
+      const auto end = std::chrono::steady_clock::now() + retry_interval;
+      while (!ends_ && std::chrono::steady_clock::now() < end) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      is_open = !ends_ && spnav_open() >= 0;
+      if (is_open) hand_.deflections.give(now_ = {});
+    }
+    if (is_open) spnav_close();
+  }
+  /// Takes what has come; false: spacenavd has gone.
+  bool take() {
+    pollfd socket{.fd = spnav_fd(), .events = POLLIN, .revents = 0};
+    if (::poll(&socket, 1, look_ms) <= 0) return true;
+    spnav_event event{};
+    bool is_any = false;
+    while (spnav_poll_event(&event) != 0) {
+      is_any = true;
+      if (event.type == SPNAV_EVENT_MOTION) {
+        // Pushed away from the user the ball counts up along z.
+        now_.share = Vec3{static_cast<double>(event.motion.x), static_cast<double>(event.motion.y),
+                          -static_cast<double>(event.motion.z)} /
+                     options_.full;
+      } else if (event.type == SPNAV_EVENT_BUTTON && event.button.bnum >= 0 && event.button.bnum < 32) {
+        const std::uint32_t bit = 1u << event.button.bnum;
+        now_.buttons = event.button.press != 0 ? now_.buttons | bit : now_.buttons & ~bit;
+      }
+    }
+    if (is_any) hand_.deflections.give(now_);
+    return is_any;  // a socket that has something to say and says nothing was closed
+  }
+
+  Options options_;
+  RateHandDevice hand_;
+  Deflection now_;
+  std::atomic<bool> ends_{false};
+  std::thread thread_;
+};
+
+std::vector<DeviceSetting> settings() {
+  return {{"full_counts", "counts of a full deflection, 1 to 10000; fewer: it is more sensitive; without it 350"}};
+}
+
+DeviceSearch search(const DeviceSettings& given) {
+  options_of(given);
+  if (is_taken.exchange(true)) return {.found = {{"spacemouse", "the SpaceMouse that this program uses"}}, .missing = {}};
+  const bool is_there = spnav_open() >= 0;
+  if (is_there) spnav_close();
+  is_taken = false;
+  if (!is_there) return {.found = {}, .missing = {std::string(gone) + "; " + how_to_get}};
+  return {.found = {{"spacemouse", "what spacenavd reads"}}, .missing = {}};
+}
+
+std::unique_ptr<Device> open(const DeviceSettings& given) { return std::make_unique<SpaceMouse>(options_of(given)); }
+
+}  // namespace
+}  // namespace palpa::spacemouse
+
+extern "C" __attribute__((visibility("default"))) const palpa::DeviceBackend palpa_device_backend;
+const palpa::DeviceBackend palpa_device_backend{
+    palpa::version,
+    "spacemouse",
+    "SpaceMouse of 3Dconnexion, by spacenavd: a hand that is steered, without force",
+    "x to the right, y up, z away from the user",
+    palpa::spacemouse::settings,
+    palpa::spacemouse::search,
+    palpa::spacemouse::open};

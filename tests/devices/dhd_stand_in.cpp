@@ -1,0 +1,220 @@
+// A library that behaves as Force Dimension's libdhd and libdrd do, with two omega.3 behind it: with the device's own watchdog,
+// a limit of force, brakes, a status, and whatever the tests have go wrong.
+#include "tests/devices/dhd_stand_in.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <mutex>
+#include <thread>
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using palpa::test::DhdStandIn;
+using What = DhdStandIn::What;
+
+constexpr double most_n = 12.0;
+
+struct Omega {
+  bool is_there = true, has_power = true, is_initialized = true, freezes = false, lies = false, refuses = false;
+  bool is_open = false, is_enabled = false, is_off_by_button = false, holds_by_speed = false, brakes = false;
+  int off_cause = 0;
+  unsigned buttons = 0;
+  std::array<double, 3> place{}, speed{}, force{};
+  std::chrono::microseconds watchdog{0};
+  Clock::time_point fed{};
+
+  void look_at_watchdog() {
+    if (watchdog.count() == 0 || !is_enabled || Clock::now() - fed <= watchdog) return;
+    is_enabled = false;
+    off_cause = 3;
+  }
+  bool makes_force() {
+    look_at_watchdog();
+    return is_there && has_power && is_open && is_enabled && !brakes && !holds_by_speed && !is_off_by_button;
+  }
+};
+
+std::mutex mutex;
+std::array<Omega, DhdStandIn::devices> omegas;
+
+Omega* of(char id) {
+  const auto n = static_cast<std::size_t>(id);
+  return n < omegas.size() && omegas[n].is_there && omegas[n].is_open ? &omegas[n] : nullptr;
+}
+
+/// A call of the exchange: -1 where the device has gone.
+template <class Do>
+int call(char id, Do what) {
+  bool freezes = false;
+  {
+    const std::lock_guard lock(mutex);
+    Omega* omega = of(id);
+    if (omega == nullptr) return -1;
+    freezes = omega->freezes;
+  }
+  if (freezes) std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  const std::lock_guard lock(mutex);
+  Omega* omega = of(id);
+  return omega == nullptr ? -1 : what(*omega);
+}
+
+void reset(int device) {
+  const std::lock_guard lock(mutex);
+  omegas[static_cast<std::size_t>(device)] = {};
+}
+void hold(int device, const double place_m[3], const double speed_m_per_s[3]) {
+  const std::lock_guard lock(mutex);
+  Omega& omega = omegas[static_cast<std::size_t>(device)];
+  std::copy_n(place_m, 3, omega.place.begin());
+  std::copy_n(speed_m_per_s, 3, omega.speed.begin());
+}
+void force_n(int device, double made_n[3]) {
+  const std::lock_guard lock(mutex);
+  Omega& omega = omegas[static_cast<std::size_t>(device)];
+  const bool makes = omega.makes_force();
+  for (std::size_t axis = 0; axis < 3; ++axis) made_n[axis] = makes ? omega.force[axis] : 0.0;
+}
+void set(int device, What what, int value) {
+  const std::lock_guard lock(mutex);
+  Omega& omega = omegas[static_cast<std::size_t>(device)];
+  const bool on = value != 0;
+  switch (what) {
+    case What::there:
+      omega.is_there = on;
+      if (!on) omega.is_open = omega.is_enabled = false;
+      return;
+    case What::power: omega.has_power = on; return;
+    case What::initialized: omega.is_initialized = on; return;
+    case What::off_button: omega.is_off_by_button = on; return;
+    case What::speed_brake:
+      omega.holds_by_speed = on;
+      if (on) omega.is_enabled = false;
+      if (on) omega.off_cause = 2;
+      return;
+    case What::freezes: omega.freezes = on; return;
+    case What::lies: omega.lies = on; return;
+    case What::refuses: omega.refuses = on; return;
+    case What::buttons: omega.buttons = static_cast<unsigned>(value); return;
+  }
+}
+bool brakes(int device) {
+  const std::lock_guard lock(mutex);
+  return omegas[static_cast<std::size_t>(device)].brakes;
+}
+
+}  // namespace
+
+extern "C" {
+
+const DhdStandIn dhd_stand_in{reset, hold, force_n, set, brakes};
+
+int dhdGetDeviceCount() {
+  const std::lock_guard lock(mutex);
+  return static_cast<int>(std::count_if(omegas.begin(), omegas.end(), [](const Omega& omega) { return omega.is_there; }));
+}
+int dhdOpenID(char index) {
+  const std::lock_guard lock(mutex);
+  const auto n = static_cast<std::size_t>(index);
+  if (n >= omegas.size() || !omegas[n].is_there || omegas[n].is_open) return -1;
+  omegas[n].is_open = true;
+  omegas[n].force = {};
+  return index;
+}
+int dhdClose(char id) {
+  const std::lock_guard lock(mutex);
+  if (Omega* omega = of(id)) omega->is_open = omega->is_enabled = false;
+  return 0;
+}
+int dhdGetPosition(double* x, double* y, double* z, char id) {
+  return call(id, [&](Omega& omega) {
+    *x = omega.lies ? std::numeric_limits<double>::quiet_NaN() : omega.place[0];
+    *y = omega.place[1];
+    *z = omega.place[2];
+    return 0;
+  });
+}
+int dhdGetLinearVelocity(double* x, double* y, double* z, char id) {
+  return call(id, [&](Omega& omega) {
+    *x = omega.speed[0];
+    *y = omega.speed[1];
+    *z = omega.speed[2];
+    return 1;  // the time guard: what is given is fresh enough
+  });
+}
+#ifndef WITHOUT_SET_FORCE
+int dhdSetForce(double x, double y, double z, char id) {
+  return call(id, [&](Omega& omega) {
+    if (omega.refuses) {
+      omega.force = {};
+      return -1;
+    }
+    omega.look_at_watchdog();
+    omega.fed = Clock::now();
+    omega.force = {x, y, z};
+    const double size = std::sqrt(x * x + y * y + z * z);
+    if (size <= most_n) return 0;
+    for (double& component : omega.force) component *= most_n / size;
+    return 2;  // the motors are saturated
+  });
+}
+#endif
+int dhdEnableForce(unsigned char on, char id) {
+  return call(id, [&](Omega& omega) {
+    omega.is_enabled = on != 0 && !omega.holds_by_speed;
+    omega.fed = Clock::now();
+    if (omega.is_enabled) omega.off_cause = 0;
+    return 0;
+  });
+}
+int dhdGetStatus(int* status, char id) {
+  return call(id, [&](Omega& omega) {
+    std::fill_n(status, 16, 0);
+    status[0] = omega.has_power;
+    status[1] = 1;
+    status[2] = 1;
+    status[3] = !omega.is_initialized;
+    status[5] = omega.makes_force();
+    status[6] = omega.brakes || omega.holds_by_speed;
+    status[14] = omega.is_off_by_button ? 1 : omega.off_cause;
+    return 0;
+  });
+}
+const char* dhdGetSystemName(char) { return "omega.3"; }
+#ifndef WITHOUT_EXTRAS
+unsigned dhdGetButtonMask(char id) {
+  const std::lock_guard lock(mutex);
+  const Omega* omega = of(id);
+  return omega != nullptr ? omega->buttons : 0;
+}
+int dhdSetBrakes(int on, char id) {
+  return call(id, [&](Omega& omega) {
+    omega.brakes = on != 0;
+    return 0;
+  });
+}
+int dhdSetWatchdog(unsigned char steps, char id) {
+  return call(id, [&](Omega& omega) {
+    omega.watchdog = std::chrono::microseconds(125) * steps;
+    return 0;
+  });
+}
+int dhdEnableExpertMode() { return 0; }
+int dhdDisableExpertMode() { return 0; }
+bool drdIsInitialized(char id) {
+  const std::lock_guard lock(mutex);
+  const Omega* omega = of(id);
+  return omega != nullptr && omega->is_initialized;
+}
+int drdAutoInit(char id) {
+  return call(id, [&](Omega& omega) {
+    omega.is_initialized = true;
+    return 0;
+  });
+}
+int drdStop(bool, char) { return 0; }
+#endif
+}

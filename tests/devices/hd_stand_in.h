@@ -1,0 +1,23 @@
+// What the tests ask of the stand-in for 3D Systems' library: millimetres and newtons, in the vendor's axes.
+#pragma once
+
+namespace palpa::test {
+
+/// One constant of this name, `hd_stand_in`, is exported by the stand-in besides the vendor's functions.
+struct HdStandIn {
+  static constexpr int devices = 2;  ///< the default device, which is "first" as well, and "second"
+  enum class What {
+    there,       ///< plugged in
+    calibrated,  ///< else it waits for its inkwell
+    error,       ///< a code that each frame reports; 0: none
+    warm,        ///< temperature of its motors in hundredths
+    stalls,      ///< the library's thread has no frames
+    buttons,     ///< mask
+  };
+  void (*reset)(int device);
+  void (*hold)(int device, const double place_mm[3], const double speed_mm_per_s[3]);
+  void (*force_n)(int device, double force_n[3]);  ///< that the motors make now
+  void (*set)(int device, What what, int value);
+};
+
+}  // namespace palpa::test

@@ -1,0 +1,170 @@
+#include "tests/devices/vendor_rigs.h"
+
+#include <dlfcn.h>
+
+#include <cstdlib>
+#include <map>
+#include <stdexcept>
+
+#include "tests/devices/dhd_stand_in.h"
+#include "tests/devices/hd_stand_in.h"
+
+namespace palpa {
+
+namespace {
+
+using test::DhdStandIn;
+using test::HdStandIn;
+
+void* opened(const std::string& file) {
+  void* library = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (library == nullptr) throw std::runtime_error(::dlerror());
+  return library;
+}
+
+/// Two of each kind can be had at a time.
+class Numbers {
+ public:
+  int take() {
+    for (int n = 0; n < 2; ++n)
+      if (!taken_[n]) {
+        taken_[n] = true;
+        return n;
+      }
+    throw std::runtime_error("the stand-in has two devices");
+  }
+  void give_back(int n) { taken_[n] = false; }
+
+ private:
+  bool taken_[2] = {};
+};
+
+class ForceDimensionRig final : public Rig {
+ public:
+  ForceDimensionRig() : number_(numbers().take()) { stand_in().reset(number_); }
+  ~ForceDimensionRig() override {
+    stand_in().reset(number_);
+    numbers().give_back(number_);
+  }
+  std::unique_ptr<Device> open() override {
+    return built_backend("force-dimension").open({{"library", PALPA_TESTS_DHD}, {"number", std::to_string(number_ + 1)}});
+  }
+  // The vendor's words: x towards the user, y to the right of the user, z up.
+  void hold(const Vec3& position_m, const Vec3& velocity_m_per_s) override {
+    const double right = position_m.x, up = position_m.y, to_user = position_m.z;
+    const double place[3] = {to_user, right, up};
+    const double speed[3] = {velocity_m_per_s.z, velocity_m_per_s.x, velocity_m_per_s.y};
+    stand_in().hold(number_, place, speed);
+  }
+  Vec3 force_n() override {
+    double made[3];
+    stand_in().force_n(number_, made);
+    const double to_user = made[0], right = made[1], up = made[2];
+    return {right, up, to_user};
+  }
+  void press_button(int number, bool down) override {
+    buttons_ = down ? buttons_ | (1 << number) : buttons_ & ~(1 << number);
+    set(DhdStandIn::What::buttons, buttons_);
+  }
+  void unplug() override { set(DhdStandIn::What::there, 0); }
+  void plug() override { set(DhdStandIn::What::there, 1); }
+  std::vector<Fault> faults() override {
+    const auto fault = [this](const char* name, DhdStandIn::What what, int wrong) {
+      return Fault{name, [this, what, wrong] { set(what, wrong); }, [this, what, wrong] { set(what, 1 - wrong); }};
+    };
+    return {fault("the power supply is off", DhdStandIn::What::power, 0),
+            fault("not initialized", DhdStandIn::What::initialized, 0),
+            fault("the button on the base", DhdStandIn::What::off_button, 1),
+            fault("faster than its own limit", DhdStandIn::What::speed_brake, 1),
+            fault("the library hangs", DhdStandIn::What::freezes, 1),
+            fault("positions that are no numbers", DhdStandIn::What::lies, 1),
+            fault("forces are refused", DhdStandIn::What::refuses, 1)};
+  }
+
+ private:
+  static Numbers& numbers() {
+    static Numbers all;
+    return all;
+  }
+  static const DhdStandIn& stand_in() {
+    static const auto* const found = static_cast<const DhdStandIn*>(::dlsym(opened(PALPA_TESTS_DHD), "dhd_stand_in"));
+    return *found;
+  }
+  void set(DhdStandIn::What what, int value) { stand_in().set(number_, what, value); }
+
+  int number_;
+  int buttons_ = 0;
+};
+
+class OpenHapticsRig final : public Rig {
+ public:
+  OpenHapticsRig() : number_(numbers().take()) { stand_in().reset(number_); }
+  ~OpenHapticsRig() override {
+    stand_in().reset(number_);
+    numbers().give_back(number_);
+  }
+  std::unique_ptr<Device> open() override {
+    DeviceSettings settings{{"library", PALPA_TESTS_HD}};
+    if (number_ == 1) settings.emplace_back("name", "second");
+    return built_backend("openhaptics").open(settings);
+  }
+  // The vendor's words: millimetres, x to the right, y up, z towards the user.
+  void hold(const Vec3& position_m, const Vec3& velocity_m_per_s) override {
+    const double place[3] = {1000 * position_m.x, 1000 * position_m.y, 1000 * position_m.z};
+    const double speed[3] = {1000 * velocity_m_per_s.x, 1000 * velocity_m_per_s.y, 1000 * velocity_m_per_s.z};
+    stand_in().hold(number_, place, speed);
+  }
+  Vec3 force_n() override {
+    double made[3];
+    stand_in().force_n(number_, made);
+    return {made[0], made[1], made[2]};
+  }
+  void press_button(int number, bool down) override {
+    buttons_ = down ? buttons_ | (1 << number) : buttons_ & ~(1 << number);
+    set(HdStandIn::What::buttons, buttons_);
+  }
+  void unplug() override { set(HdStandIn::What::there, 0); }
+  void plug() override { set(HdStandIn::What::there, 1); }
+  std::vector<Fault> faults() override {
+    std::vector<Fault> all;
+    for (const int code : {0x0200, 0x0201, 0x0202, 0x0203, 0x0204, 0x0300, 0x0302, 0x0304, 0x0999})
+      all.push_back({"error " + std::to_string(code), [this, code] { set(HdStandIn::What::error, code); },
+                     [this] { set(HdStandIn::What::error, 0); }});
+    all.push_back({"not calibrated", [this] { set(HdStandIn::What::calibrated, 0); }, [this] { set(HdStandIn::What::calibrated, 1); }});
+    all.push_back({"the library's thread stalls", [this] { set(HdStandIn::What::stalls, 1); }, [this] { set(HdStandIn::What::stalls, 0); }});
+    return all;
+  }
+
+ private:
+  static Numbers& numbers() {
+    static Numbers all;
+    return all;
+  }
+  static const HdStandIn& stand_in() {
+    static const auto* const found = static_cast<const HdStandIn*>(::dlsym(opened(PALPA_TESTS_HD), "hd_stand_in"));
+    return *found;
+  }
+  void set(HdStandIn::What what, int value) { stand_in().set(number_, what, value); }
+
+  int number_;
+  int buttons_ = 0;
+};
+
+}  // namespace
+
+const DeviceBackend& built_backend(const std::string& name) {
+  static std::map<std::string, const DeviceBackend*> loaded;
+  const DeviceBackend*& backend = loaded[name];
+  if (backend == nullptr) {
+    const char* bin = std::getenv("PALPA_BIN");
+    const std::string folder = std::string(bin != nullptr ? bin : "../bin") + "/../libexec/palpa/";
+    backend = static_cast<const DeviceBackend*>(::dlsym(opened(folder + "palpa-device-" + name + ".so"), "palpa_device_backend"));
+    if (backend == nullptr) throw std::runtime_error(name + " exports no device");
+  }
+  return *backend;
+}
+
+std::unique_ptr<Rig> force_dimension_rig() { return std::make_unique<ForceDimensionRig>(); }
+std::unique_ptr<Rig> openhaptics_rig() { return std::make_unique<OpenHapticsRig>(); }
+
+}  // namespace palpa
