@@ -110,6 +110,7 @@ bool brakes(int device) {
 
 extern "C" {
 
+extern const DhdStandIn dhd_stand_in;
 const DhdStandIn dhd_stand_in{reset, hold, force_n, set, brakes};
 
 int dhdGetDeviceCount() {

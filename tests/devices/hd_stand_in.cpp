@@ -76,7 +76,8 @@ void hold(int device, const double place_mm[3], const double speed_mm_per_s[3]) 
 void force_n(int device, double made_n[3]) {
   const std::lock_guard lock(mutex);
   const Touch& touch = touches[static_cast<std::size_t>(device)];
-  const bool makes = touch.is_there && touch.is_open && touch.has_output && touch.error == 0 && Clock::now() - touch.framed < rest_after;
+  const bool makes =
+      touch.is_there && touch.is_open && touch.has_output && touch.error == 0 && Clock::now() - touch.framed < rest_after;
   for (std::size_t axis = 0; axis < 3; ++axis) made_n[axis] = makes ? touch.made[axis] : 0.0;
 }
 void set(int device, What what, int value) {
@@ -96,6 +97,7 @@ void set(int device, What what, int value) {
 
 extern "C" {
 
+extern const HdStandIn hd_stand_in;
 const HdStandIn hd_stand_in{reset, hold, force_n, set};
 
 struct HDErrorInfo {
@@ -106,7 +108,9 @@ struct HDErrorInfo {
 
 unsigned hdInitDevice(const char* name) {
   const std::lock_guard lock(mutex);
-  const unsigned device = name == nullptr || std::strcmp(name, "first") == 0 ? 0 : std::strcmp(name, "second") == 0 ? 1 : nobody;
+  const unsigned device = name == nullptr || std::strcmp(name, "first") == 0 ? 0
+                          : std::strcmp(name, "second") == 0                 ? 1
+                                                                             : nobody;
   if (device == nobody || !touches[device].is_there || touches[device].is_open) {
     error = 0x0302;
     return nobody;

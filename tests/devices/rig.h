@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,8 @@ class Rig {
   virtual std::vector<Fault> faults() { return {}; }
   virtual bool has_motors() const { return true; }
   virtual bool is_rate_controlled() const { return false; }
+  /// How many of it a process can have at a time.
+  virtual int at_most() const { return 2; }
   /// The largest error of a position by the device's own units [m] (numbers of bits, of digits).
   virtual double position_step_m() const { return 1e-9; }
 };
@@ -42,6 +45,7 @@ struct NamedRig {
   std::string name;
   std::function<std::unique_ptr<Rig>()> make;
 };
+inline void PrintTo(const NamedRig& rig, std::ostream* out) { *out << rig.name; }
 /// One per kind of device, in rigs.cpp.
 std::vector<NamedRig> rigs();
 

@@ -130,8 +130,10 @@ class OpenHapticsRig final : public Rig {
     for (const int code : {0x0200, 0x0201, 0x0202, 0x0203, 0x0204, 0x0300, 0x0302, 0x0304, 0x0999})
       all.push_back({"error " + std::to_string(code), [this, code] { set(HdStandIn::What::error, code); },
                      [this] { set(HdStandIn::What::error, 0); }});
-    all.push_back({"not calibrated", [this] { set(HdStandIn::What::calibrated, 0); }, [this] { set(HdStandIn::What::calibrated, 1); }});
-    all.push_back({"the library's thread stalls", [this] { set(HdStandIn::What::stalls, 1); }, [this] { set(HdStandIn::What::stalls, 0); }});
+    all.push_back(
+        {"not calibrated", [this] { set(HdStandIn::What::calibrated, 0); }, [this] { set(HdStandIn::What::calibrated, 1); }});
+    all.push_back({"the library's thread stalls", [this] { set(HdStandIn::What::stalls, 1); },
+                   [this] { set(HdStandIn::What::stalls, 0); }});
     return all;
   }
 
@@ -158,7 +160,8 @@ const DeviceBackend& built_backend(const std::string& name) {
   if (backend == nullptr) {
     const char* bin = std::getenv("PALPA_BIN");
     const std::string folder = std::string(bin != nullptr ? bin : "../bin") + "/../libexec/palpa/";
-    backend = static_cast<const DeviceBackend*>(::dlsym(opened(folder + "palpa-device-" + name + ".so"), "palpa_device_backend"));
+    backend =
+        static_cast<const DeviceBackend*>(::dlsym(opened(folder + "palpa-device-" + name + ".so"), "palpa_device_backend"));
     if (backend == nullptr) throw std::runtime_error(name + " exports no device");
   }
   return *backend;

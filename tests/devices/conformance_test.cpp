@@ -1,0 +1,341 @@
+// What every kind of device is held to, whatever it is (rig.h): axes and units, limits, watchdogs, faults, and that it comes
+// back.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <thread>
+
+#include "palpa/core/load_error.h"
+#include "palpa/loop/loop.h"
+#include "palpa/mode/modes.h"
+#include "palpa/volume/analytic.h"
+#include "tests/core/counted_allocations.h"
+#include "tests/devices/rig.h"
+#include "tests/devices/steered_rigs.h"
+#include "tests/devices/vendor_rigs.h"
+
+namespace palpa {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using std::chrono::milliseconds;
+
+// Far more than anything takes; only a failure waits for it.
+constexpr std::chrono::seconds patience{20};
+constexpr double force_step_n = 1e-9;
+
+class EveryDevice : public testing::TestWithParam<NamedRig> {
+ protected:
+  std::unique_ptr<Rig> rig = GetParam().make();
+
+  /// Writes the force and reads the state each millisecond until the condition holds.
+  template <class Condition>
+  testing::AssertionResult comes(Device& device, const Vec3& force_n, Condition condition) {
+    for (const auto end = Clock::now() + patience; Clock::now() < end;) {
+      is_linked = device.write(force_n);
+      std::this_thread::sleep_for(milliseconds(1));
+      state = device.read();
+      if (condition()) return testing::AssertionSuccess();
+    }
+    return testing::AssertionFailure() << "the last fault: " << (state.fault != nullptr ? state.fault : "none");
+  }
+  testing::AssertionResult works(Device& device) {
+    return comes(device, {}, [&] { return state.valid && state.fault == nullptr && is_linked; });
+  }
+  testing::AssertionResult makes(Device& device, const Vec3& force_n, const Vec3& made_n) {
+    return comes(device, force_n, [&] { return distance(rig->force_n(), made_n) < force_step_n; });
+  }
+
+  DeviceState state;
+  bool is_linked = false;
+};
+
+TEST_P(EveryDevice, HasItsHandleWhereTheHandSeesIt) {
+  if (rig->is_rate_controlled()) GTEST_SKIP() << "it has no place of its own";
+  const auto device = rig->open();
+  for (const Vec3& place_m : {Vec3{0.01, 0, 0}, Vec3{0, 0.02, 0}, Vec3{0, 0, 0.03}, Vec3{-0.011, 0.017, -0.023}}) {
+    rig->hold(place_m, 3.0 * place_m);
+    EXPECT_TRUE(comes(*device, {},
+                      [&] {
+                        return state.valid && distance(state.position_m, place_m) <= rig->position_step_m() &&
+                               state.velocity_m_per_s &&
+                               distance(*state.velocity_m_per_s, 3.0 * place_m) <= 3.0 * rig->position_step_m();
+                      }))
+        << place_m.x << ' ' << place_m.y << ' ' << place_m.z;
+  }
+}
+
+TEST_P(EveryDevice, GoesWhereItIsSteered) {
+  if (!rig->is_rate_controlled()) GTEST_SKIP() << "it has a place of its own";
+  const auto device = rig->open();
+  for (const Vec3& way : {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}, Vec3{-1, 0, 0}, Vec3{0, -1, 0}, Vec3{0, 0, -1}}) {
+    rig->hold(way, {});
+    EXPECT_TRUE(comes(*device, {}, [&] { return state.valid && dot(*state.velocity_m_per_s, way) > 0.1; }));
+    EXPECT_LT(norm(*state.velocity_m_per_s - dot(*state.velocity_m_per_s, way) * way), 0.02);
+    rig->hold({}, {});
+    EXPECT_TRUE(comes(*device, {}, [&] { return norm(*state.velocity_m_per_s) < 1e-3; }));
+  }
+  // A force holds it against a push.
+  rig->hold({0.5, 0, 0}, {});
+  EXPECT_TRUE(comes(*device, {-3, 0, 0}, [&] { return state.velocity_m_per_s->x < -0.01; }));
+  const double far_m = device->limits().workspace_radius_m;
+  EXPECT_TRUE(comes(*device, {10, 10, 10}, [&] { return norm(state.position_m) > 0.99 * far_m; }));
+  EXPECT_LE(norm(state.position_m), far_m * (1 + 1e-9));
+}
+
+TEST_P(EveryDevice, PushesTheWayItIsTold) {
+  if (!rig->has_motors()) GTEST_SKIP() << "it has no motors";
+  const auto device = rig->open();
+  EXPECT_TRUE(works(*device));
+  for (const Vec3& force_n : {Vec3{0.5, 0, 0}, Vec3{0, 0.6, 0}, Vec3{0, 0, 0.7}, Vec3{-0.3, 0.2, -0.1}})
+    EXPECT_TRUE(makes(*device, force_n, force_n));
+}
+
+TEST_P(EveryDevice, PushesNoHarderThanItMay) {
+  if (!rig->has_motors()) GTEST_SKIP() << "it has no motors";
+  const auto device = rig->open();
+  EXPECT_TRUE(works(*device));
+  const double most_n = device->limits().max_force_n;
+  EXPECT_TRUE(makes(*device, {0, 300, 400}, {0, 0.6 * most_n, 0.8 * most_n}));
+  EXPECT_TRUE(makes(*device, {1e308, 0, 0}, {most_n, 0, 0}));
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN(), infinite = std::numeric_limits<double>::infinity();
+  for (const Vec3& no_force_n : {Vec3{nan, 0, 0}, Vec3{0, infinite, 0}, Vec3{1, 1, -infinite}}) {
+    EXPECT_TRUE(makes(*device, {0, 0.5, 0}, {0, 0.5, 0}));
+    EXPECT_TRUE(makes(*device, no_force_n, {}));
+  }
+}
+
+TEST_P(EveryDevice, LetsGoOfAForceThatNobodyWritesAnyMore) {
+  if (!rig->has_motors()) GTEST_SKIP() << "it has no motors";
+  const auto device = rig->open();
+  EXPECT_TRUE(works(*device));
+  EXPECT_TRUE(makes(*device, {0.5, 0, 0}, {0.5, 0, 0}));
+  const auto end = Clock::now() + patience;
+  while (rig->force_n() != Vec3{} && Clock::now() < end) std::this_thread::sleep_for(milliseconds(1));
+  EXPECT_EQ(rig->force_n(), Vec3{});
+  EXPECT_TRUE(makes(*device, {0, 0.5, 0}, {0, 0.5, 0})) << "and takes the next one";
+}
+
+TEST_P(EveryDevice, ShowsItsButtons) {
+  const auto device = rig->open();
+  EXPECT_TRUE(works(*device));
+  rig->press_button(0, true);
+  EXPECT_TRUE(comes(*device, {}, [&] { return state.buttons == 1u; }));
+  rig->press_button(1, true);
+  EXPECT_TRUE(comes(*device, {}, [&] { return state.buttons == 3u; }));
+  rig->press_button(0, false);
+  EXPECT_TRUE(comes(*device, {}, [&] { return state.buttons == 2u; }));
+  rig->press_button(1, false);
+  EXPECT_TRUE(comes(*device, {}, [&] { return state.buttons == 0u; }));
+}
+
+TEST_P(EveryDevice, SaysThatItIsGoneAndComesBack) {
+  const auto device = rig->open();
+  for (int n = 0; n < 3; ++n) {
+    EXPECT_TRUE(works(*device));
+    if (rig->has_motors()) {
+      EXPECT_TRUE(makes(*device, {0.5, 0, 0}, {0.5, 0, 0}));
+    }
+    rig->unplug();
+    EXPECT_TRUE(comes(*device, {0.5, 0, 0}, [&] { return state.fault != nullptr && rig->force_n() == Vec3{}; }));
+    rig->plug();
+  }
+  EXPECT_TRUE(works(*device));
+}
+
+TEST_P(EveryDevice, SaysEveryFaultWithoutAForceAndRecovers) {
+  const auto device = rig->open();
+  for (Rig::Fault& fault : rig->faults()) {
+    EXPECT_TRUE(works(*device)) << "before: " << fault.name;
+    EXPECT_TRUE(makes(*device, {0.5, 0, 0}, {0.5, 0, 0})) << "before: " << fault.name;
+    fault.begin();
+    EXPECT_TRUE(comes(*device, {0.5, 0, 0}, [&] { return state.fault != nullptr || !state.valid; })) << fault.name;
+    EXPECT_TRUE(comes(*device, {}, [&] { return rig->force_n() == Vec3{}; })) << fault.name;
+    fault.end();
+  }
+  EXPECT_TRUE(works(*device));
+}
+
+// In the loop the guard sees to it: at the latest three ticks after a fault was told nothing is sent any more, and afterwards
+// the force comes back by the ramp.
+TEST_P(EveryDevice, EndsAtNoForceWithinThreeTicksOfAFault) {
+  if (!rig->has_motors()) GTEST_SKIP() << "it has no motors";
+  Scene scene({.stiffness_n_per_m = 300});
+  const FieldRef wind = scene.add("wind", head_phantom());
+  scene.add("syrup", Viscosity{.field = wind, .strength_n = {0.05}, .drag_ns_per_m = 0.2});
+  scene.add("skin", SurfaceAndFriction{.field = wind, .levels = {{.name = "skin", .value = -300, .strength_n = 1.5}}});
+  const auto device = rig->open();
+  LiveScene live(scene);
+  LiveOptions options{.duration_s = 60.0};
+  options.guard = guard_options_for(device->limits(), 3.0);
+  options.guard.ramp_s = 0.05;
+  LiveLoop loop(live, *device, options);
+
+  std::atomic<bool> stop{false}, is_pushing{false}, is_faulty{false};
+  std::atomic<int> ticks_at_fault{0}, worst{0};
+  std::thread haptic([&] {
+    loop.run(stop, [&](const TickFrame& frame, const Session&) {
+      const bool told = (frame.circumstances & bit_of(Circumstance::device_fault)) != 0 || !frame.result.probe_valid ||
+                        (frame.circumstances & bit_of(Circumstance::link_lost)) != 0;
+      ticks_at_fault = told ? ticks_at_fault + 1 : 0;
+      if (ticks_at_fault > 3 && frame.command_n != Vec3{}) worst = std::max(worst.load(), ticks_at_fault.load());
+      is_pushing = norm(frame.command_n) > 0.05;
+      is_faulty = told;
+    });
+  });
+  const auto until = [](const std::atomic<bool>& what, const std::function<void()>& meanwhile = {}) {
+    for (const auto end = Clock::now() + patience; !what && Clock::now() < end; std::this_thread::sleep_for(milliseconds(2)))
+      if (meanwhile) meanwhile();
+    return what.load();
+  };
+  // Into the head and out of it, so that there is always something to be felt.
+  double angle = 0.0;
+  const auto stroke = [&] {
+    angle += 0.02;
+    rig->hold({0.03 * std::sin(angle), 0.0, 0.03 * std::cos(angle)}, {});
+  };
+  for (Rig::Fault& fault : rig->faults()) {
+    EXPECT_TRUE(until(is_pushing, stroke)) << "before: " << fault.name;
+    fault.begin();
+    EXPECT_TRUE(until(is_faulty, stroke)) << fault.name;
+    for (int n = 0; n < 10; ++n, std::this_thread::sleep_for(milliseconds(2))) stroke();
+    fault.end();
+  }
+  EXPECT_TRUE(until(is_pushing, stroke)) << "after all";
+  stop = true;
+  haptic.join();
+  EXPECT_EQ(worst, 0) << "ticks after a fault with a force";
+  EXPECT_TRUE(comes(*device, {}, [&] { return rig->force_n() == Vec3{}; })) << "at the end";
+}
+
+TEST_P(EveryDevice, CanBeOpenedAgain) {
+  for (int n = 0; n < 5; ++n) {
+    const auto device = rig->open();
+    EXPECT_TRUE(works(*device));
+    if (rig->has_motors()) {
+      EXPECT_TRUE(makes(*device, {0.5, 0, 0}, {0.5, 0, 0}));
+    }
+  }
+  EXPECT_EQ(rig->force_n(), Vec3{}) << "one that was closed makes none";
+}
+
+TEST_P(EveryDevice, KeepsApartFromAnotherOne) {
+  if (rig->at_most() < 2) GTEST_SKIP() << "a process can have one of it";
+  const auto second_rig = GetParam().make();
+  const auto first = rig->open(), second = second_rig->open();
+  EXPECT_TRUE(works(*first));
+  EXPECT_TRUE(works(*second));
+  rig->hold({0.01, 0, 0}, {});
+  second_rig->hold({0, 0.02, 0}, {});
+  const auto end = Clock::now() + patience;
+  bool is_so = false;
+  while (!is_so && Clock::now() < end) {
+    first->write({0.5, 0, 0});
+    second->write({0, 0.25, 0});
+    std::this_thread::sleep_for(milliseconds(1));
+    is_so = distance(first->read().position_m, {0.01, 0, 0}) < 1e-9 &&
+            distance(second->read().position_m, {0, 0.02, 0}) < 1e-9 && distance(rig->force_n(), {0.5, 0, 0}) < force_step_n &&
+            distance(second_rig->force_n(), {0, 0.25, 0}) < force_step_n;
+  }
+  EXPECT_TRUE(is_so);
+}
+
+TEST_P(EveryDevice, NeitherReadsNorWritesWithMemoryOfItsOwn) {
+  const auto device = rig->open();
+  EXPECT_TRUE(works(*device));
+  const long before = test::allocations;
+  for (int n = 0; n < 2000; ++n) {
+    state = device->read();
+    device->write({0.1, 0, 0});
+  }
+  EXPECT_EQ(test::allocations, before);
+}
+
+TEST_P(EveryDevice, HasLimitsThatMakeSense) {
+  const DeviceLimits limits = rig->open()->limits();
+  EXPECT_GT(limits.max_force_n, 0.0);
+  EXPECT_GT(limits.continuous_force_n, 0.0);
+  EXPECT_GT(limits.max_stiffness_n_per_m, 100.0);
+  EXPECT_GT(limits.workspace_radius_m, 0.02);
+  EXPECT_LT(limits.workspace_radius_m, 0.5);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, EveryDevice, testing::ValuesIn(rigs()),
+                         [](const testing::TestParamInfo<NamedRig>& rig) { return rig.param.name; });
+
+TEST(Controller, RumblesWithTheForceAndKnocksAtATouch) {
+  const auto rig = controller_rig();
+  auto device = rig->open();
+  const auto comes = [&](const Vec3& force_n, const std::function<bool(const Rumble&)>& condition) {
+    for (const auto end = Clock::now() + patience; Clock::now() < end; std::this_thread::sleep_for(milliseconds(1))) {
+      device->write(force_n);
+      if (condition(rig->rumble())) return true;
+    }
+    return false;
+  };
+  EXPECT_TRUE(comes({0, 1.5, 0}, [](const Rumble& rumble) { return std::abs(rumble.slow - 0.5) < 1e-3 && rumble.fast > 0.9; }));
+  EXPECT_TRUE(comes({0, 1.5, 0}, [](const Rumble& rumble) { return std::abs(rumble.slow - 0.5) < 1e-3 && rumble.fast == 0.0; }))
+      << "a knock is short";
+  EXPECT_TRUE(comes({}, [](const Rumble& rumble) { return rumble.slow == 0.0 && rumble.fast == 0.0; }));
+  EXPECT_TRUE(comes({3, 0, 0}, [](const Rumble& rumble) { return rumble.slow > 0.9; }));
+  device.reset();
+  EXPECT_EQ(rig->rumble().slow, 0.0) << "it is left at rest";
+}
+
+// ---- libraries that are not what they should be ----
+
+std::string refusal(const char* backend, const DeviceSettings& settings) {
+  try {
+    built_backend(backend).open(settings);
+  } catch (const LoadError& error) {
+    return error.what();
+  }
+  return "nothing was refused";
+}
+
+TEST(VendorLibraries, ThatAreNotThereAreToldWithTheRemedy) {
+  for (const char* backend : {"force-dimension", "openhaptics"}) {
+    const std::string words = refusal(backend, {{"library", "/nowhere/lib.so"}});
+    EXPECT_NE(words.find("/nowhere/lib.so"), std::string::npos) << words;
+    EXPECT_NE(words.find("library="), std::string::npos) << words;
+    EXPECT_EQ(words.find('\n'), std::string::npos) << words;
+    const DeviceSearch search = built_backend(backend).search({{"library", "/nowhere/lib.so"}});
+    EXPECT_TRUE(search.found.empty());
+    EXPECT_EQ(search.missing.size(), 1u);
+  }
+}
+
+TEST(VendorLibraries, ThatMissAFunctionAreToldWhich) {
+  EXPECT_NE(refusal("force-dimension", {{"library", PALPA_TESTS_DHD_WITHOUT_FORCE}}).find("dhdSetForce"), std::string::npos);
+  EXPECT_NE(refusal("openhaptics", {{"library", PALPA_TESTS_HD_WITHOUT_UNSCHEDULE}}).find("hdUnschedule"), std::string::npos);
+  EXPECT_NE(refusal("openhaptics", {{"library", PALPA_TESTS_DHD}}).find("hdInitDevice"), std::string::npos)
+      << "another vendor's";
+}
+
+TEST(VendorLibraries, OfAnEarlierVersionAreUsedForWhatTheyHave) {
+  const auto device = built_backend("force-dimension").open({{"library", PALPA_TESTS_DHD_OLD}});
+  EXPECT_FALSE(device->brake(true)) << "that version has no brakes";
+  EXPECT_EQ(device->name(), "Force Dimension omega.3");
+}
+
+TEST(DeviceSettings, ThatAreWrongAreRefusedInALine) {
+  for (const auto& [backend, settings] :
+       std::vector<std::pair<const char*, DeviceSettings>>{{"force-dimension", {{"number", "0"}}},
+                                                           {"force-dimension", {{"autoinit", "perhaps"}}},
+                                                           {"force-dimension", {{"colour", "red"}}},
+                                                           {"openhaptics", {{"colour", "red"}}},
+                                                           {"spacemouse", {{"full_counts", "nan"}}},
+                                                           {"spacemouse", {{"colour", "red"}}},
+                                                           {"controller", {{"number", "99"}}},
+                                                           {"controller", {{"colour", "red"}}}}) {
+    const std::string words = refusal(backend, settings);
+    EXPECT_EQ(words.rfind("device " + std::string(backend) + ": ", 0), 0u) << words;
+    EXPECT_EQ(words.find('\n'), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace palpa

@@ -1,0 +1,16 @@
+#include "tests/devices/inverse3_rig.h"
+#include "tests/devices/rig.h"
+#include "tests/devices/steered_rigs.h"
+#include "tests/devices/vendor_rigs.h"
+
+namespace palpa {
+
+std::vector<NamedRig> rigs() {
+  return {{"Inverse3", inverse3_rig},
+          {"ForceDimension", force_dimension_rig},
+          {"OpenHaptics", openhaptics_rig},
+          {"SpaceMouse", spacemouse_rig},
+          {"Controller", [] { return std::unique_ptr<Rig>(controller_rig()); }}};
+}
+
+}  // namespace palpa
