@@ -260,6 +260,7 @@ void add_devices(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
   const auto given = std::make_shared<DevicesArguments>();
   CLI::App* command = app.add_subcommand("devices", "List the devices that are there, and what is missing for others");
   command->add_option("NAME", given->name, "one kind of device, with settings as in inverse3,port=10001 (all)")->type_name("");
+  command->add_flag("--setup", given->setup, "try that device with your help, measure it, and keep what came of it");
   command->add_flag("--json", given->json, "print as JSON");
   command->footer("Example:\n  palpa devices inverse3");
   command->callback([=, &work, &stop] { work = [=, &stop] { return run_devices(*given, stop); }; });

@@ -1,5 +1,8 @@
+#include <unistd.h>
+
 #include <cmath>
 #include <cstdio>
+#include <iostream>
 #include <nlohmann/json.hpp>
 
 #include "app/commands.h"
@@ -7,6 +10,7 @@
 #include "palpa/core/load_error.h"
 #include "palpa/core/printed.h"
 #include "palpa/device/open_device.h"
+#include "palpa/study/bring_up.h"
 
 namespace palpa::app {
 namespace {
@@ -73,9 +77,40 @@ Json json_of(const Kind& kind) {
           {"missing", kind.search.missing}, {"axes", kind.backend->axes},   {"settings", settings}};
 }
 
+/// Asks on the terminal. False where the person does not want it, or there is nobody.
+bool ask(const std::string& sentence) {
+  std::printf("\n%s\n[Enter] when ready, s and [Enter] to leave it out: ", sentence.c_str());
+  std::fflush(stdout);
+  std::string line;
+  return std::getline(std::cin, line) && line.empty();
+}
+
+int set_up(const DevicesArguments& arguments, const std::atomic<bool>& stop) {
+  if (arguments.name.empty())
+    throw LoadError("devices: --setup needs the name of a device, as in 'palpa devices inverse3 --setup'");
+  if (::isatty(STDIN_FILENO) != 1) throw LoadError("devices: --setup asks a person for help; run it in a terminal");
+  const DeviceDescription description = device_description(arguments.name);
+  const std::unique_ptr<Device> device = open_device(description);
+  std::printf("%s\n", device->name().c_str());
+  print(device->limits());
+  const std::unique_ptr<LoopClock> clock = wall_clock();
+  const BringUp found = bring_up(*device, *clock, ask, stop);
+  std::puts("");
+  for (const std::string& finding : found.findings) std::printf("%s\n", finding.c_str());
+  if (found.encoder_step_m || found.damping_ns_per_m) {
+    DeviceNotes notes = device_notes(device_notes_file(), description.name);
+    if (found.encoder_step_m) notes.encoder_step_m = found.encoder_step_m;
+    if (found.damping_ns_per_m) notes.damping_ns_per_m = found.damping_ns_per_m;
+    keep_device_notes(device_notes_file(), description.name, notes);
+    std::printf("Kept in %s, where every run with this device finds it.\n", device_notes_file().c_str());
+  }
+  return found.knows_its_place && (found.pushes_rightly || device->limits().max_force_n == 0.0) ? 0 : 1;
+}
+
 }  // namespace
 
-int run_devices(const DevicesArguments& arguments, const std::atomic<bool>&) {
+int run_devices(const DevicesArguments& arguments, const std::atomic<bool>& stop) {
+  if (arguments.setup) return set_up(arguments, stop);
   std::vector<Kind> kinds;
   {
     const Progress progress("looking for devices");

@@ -1,0 +1,361 @@
+#include "palpa/study/bring_up.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <thread>
+
+namespace palpa {
+
+namespace {
+
+constexpr double step_s = 1e-3;
+constexpr double longest_force_n = 1.0;
+// Of the device's largest force [1].
+constexpr double force_share = 1.0 / 3.0;
+
+// Until a device that has just been opened is heard. Longer: one without a place is waited for; shorter: slow ones are missed.
+constexpr double first_state_s = 1.0;
+constexpr double stroke_s = 5.0;
+// Of all steps of its positions that are not zero, so many [1] are smaller than the encoder's. More: fast motion counts as
+// encoder; less: rounding does.
+constexpr double smallest_share = 0.01;
+constexpr double longest_lag_s = 0.04;
+constexpr double fast_enough_m_per_s = 0.02;  // below, noise counts as motion
+
+constexpr double pulse_n = 0.3, pulse_s = 0.08, quiet_s = 0.3, before_s = 0.05;
+// A pulse that moves the handle by less was held by hand or friction [m]. More: light pushes are not seen; less: noise is.
+constexpr double least_motion_m = 2e-4;
+// Of the motion, this share [1] goes the way of the force. More: a handle that hangs obliquely fails; less: wrong axes pass.
+constexpr double right_way = 0.7;
+
+constexpr double spring_n_per_m = 60.0, spring_ramp_s = 0.5, swing_s = 6.0;
+// A hand that lets go: the handle is faster than this. Slower: the hand's tremor counts; faster: the beginning is lost.
+constexpr double let_go_m_per_s = 0.05;
+constexpr double at_rest_m_per_s = 0.004;
+constexpr double piece_s = 0.03;  // of the swing, for the balance of energy. Shorter: noise; longer: fewer equations
+constexpr std::size_t least_pieces = 6;
+
+struct Sample {
+  double time_s = 0.0;
+  Vec3 position_m;
+  std::optional<Vec3> velocity_m_per_s;
+  Vec3 force_n;  // that was written then
+};
+
+/// The device, once a millisecond. Without a force whatever happens.
+class Rhythm {
+ public:
+  Rhythm(Device& device, LoopClock& clock, const std::atomic<bool>& stop)
+      : device_(device),
+        clock_(clock),
+        stop_(stop),
+        most_n_(std::min(longest_force_n, force_share * device.limits().max_force_n)) {}
+  ~Rhythm() { device_.write({}); }
+  Rhythm(const Rhythm&) = delete;
+  Rhythm& operator=(const Rhythm&) = delete;
+
+  /// Samples for so long, under the force that `force_n(seconds since its beginning, place)` says. Empty: the device has a
+  /// fault, which `fault` says, or it was stopped.
+  std::vector<Sample> take(double duration_s, const std::function<Vec3(double, const Vec3&)>& force_n) {
+    std::vector<Sample> samples;
+    const double begin_s = clock_.now_s();
+    for (double next_s = begin_s; next_s - begin_s < duration_s; next_s += step_s) {
+      clock_.wait_until_s(next_s);
+      const DeviceState state = device_.read();
+      if (stop_ || !state.valid || state.fault != nullptr) {
+        fault = state.fault != nullptr ? state.fault : stop_ ? "it was stopped" : "the device does not know its place";
+        device_.write({});
+        return {};
+      }
+      const Vec3 sent_n = shortened(force_n(next_s - begin_s, state.position_m), most_n_);
+      device_.write(sent_n);
+      samples.push_back({clock_.now_s(), state.position_m, state.velocity_m_per_s, sent_n});
+    }
+    device_.write({});
+    return samples;
+  }
+  double most_n() const { return most_n_; }
+  Device& device() { return device_; }
+  LoopClock& clock() { return clock_; }
+
+  std::string fault;
+
+ private:
+  Device& device_;
+  LoopClock& clock_;
+  const std::atomic<bool>& stop_;
+  double most_n_;
+};
+
+Vec3 no_force(double, const Vec3&) { return {}; }
+
+std::string sentence(const char* format, double value, double second = 0.0) {
+  char text[240];
+  std::snprintf(text, sizeof text, format, value, second);
+  return text;
+}
+
+/// The velocity in the middle of five samples.
+Vec3 velocity_at(const std::vector<Sample>& samples, std::size_t n) {
+  const Sample &before = samples[n - 2], &after = samples[n + 2];
+  return (after.position_m - before.position_m) / (after.time_s - before.time_s);
+}
+
+std::optional<double> smallest_step_m(const std::vector<Sample>& samples) {
+  std::vector<double> steps_m;
+  for (std::size_t n = 1; n < samples.size(); ++n) {
+    const Vec3 step_m = samples[n].position_m - samples[n - 1].position_m;
+    for (const double component_m : {step_m.x, step_m.y, step_m.z})
+      if (std::abs(component_m) > 1e-10) steps_m.push_back(std::abs(component_m));
+  }
+  if (steps_m.size() < 100) return std::nullopt;
+  const auto at = steps_m.begin() + static_cast<std::ptrdiff_t>(smallest_share * static_cast<double>(steps_m.size()));
+  std::nth_element(steps_m.begin(), at, steps_m.end());
+  return *at;
+}
+
+/// The lag with which its velocity agrees best with the change of its positions.
+std::optional<double> velocity_lag_s(const std::vector<Sample>& samples) {
+  if (samples.empty() || !samples.front().velocity_m_per_s) return std::nullopt;
+  const auto lags = static_cast<std::size_t>(longest_lag_s / step_s);
+  std::size_t best = 0;
+  double least = 0.0, moved = 0.0;
+  for (std::size_t lag = 0; lag <= lags; ++lag) {
+    double sum = 0.0;
+    for (std::size_t n = lags + 2; n + 2 < samples.size(); ++n) {
+      const Vec3 change = velocity_at(samples, n - lag);
+      sum += norm_squared(samples[n].velocity_m_per_s.value_or(Vec3{}) - change);
+      if (lag == 0) moved += norm_squared(change);
+    }
+    if (lag == 0 || sum < least) {
+      least = sum;
+      best = lag;
+    }
+  }
+  const bool has_moved = moved > fast_enough_m_per_s * fast_enough_m_per_s * static_cast<double>(samples.size());
+  if (!has_moved || least > 0.5 * moved) return std::nullopt;
+  return static_cast<double>(best) * step_s;
+}
+
+/// When the way along the axis first is this long [s]; linear between samples.
+double time_at_s(const std::vector<double>& way_m, const std::vector<Sample>& samples, double length_m) {
+  for (std::size_t n = 1; n < way_m.size(); ++n) {
+    if (way_m[n] < length_m) continue;
+    const double share = way_m[n] > way_m[n - 1] ? (length_m - way_m[n - 1]) / (way_m[n] - way_m[n - 1]) : 1.0;
+    return samples[n - 1].time_s + share * (samples[n].time_s - samples[n - 1].time_s);
+  }
+  return samples.back().time_s;
+}
+
+struct Pulse {
+  bool is_felt = false, goes_right = false;
+  double delay_s = 0.0;
+};
+
+/// One pulse along an axis; none: the device has a fault.
+std::optional<Pulse> pulse(Rhythm& rhythm, const Vec3& axis) {
+  const double whole_s = quiet_s + pulse_s;
+  const auto samples = rhythm.take(whole_s, [&](double time_s, const Vec3&) {
+    return time_s < quiet_s ? Vec3{} : std::min(pulse_n, rhythm.most_n()) * axis;
+  });
+  if (samples.empty()) return std::nullopt;
+  const auto before = static_cast<std::size_t>(before_s / step_s), begin = static_cast<std::size_t>(quiet_s / step_s);
+  const Vec3 drift = (samples[begin].position_m - samples[begin - before].position_m) /
+                     (samples[begin].time_s - samples[begin - before].time_s);
+  std::vector<double> way_m(samples.size() - begin);
+  const std::vector<Sample> pushed(samples.begin() + static_cast<std::ptrdiff_t>(begin), samples.end());
+  Vec3 moved_m;
+  for (std::size_t n = 0; n < pushed.size(); ++n) {
+    moved_m = pushed[n].position_m - pushed.front().position_m - (pushed[n].time_s - pushed.front().time_s) * drift;
+    way_m[n] = dot(moved_m, axis);
+  }
+  Pulse out;
+  out.is_felt = norm(moved_m) > least_motion_m;
+  out.goes_right = out.is_felt && dot(moved_m, axis) > right_way * norm(moved_m);
+  if (out.goes_right) {
+    // x = a (t - d)²/2: four times the way takes twice the time.
+    const double eighth_m = way_m.back() / 8.0;
+    const double first_s = time_at_s(way_m, pushed, eighth_m), second_s = time_at_s(way_m, pushed, 4.0 * eighth_m);
+    out.delay_s = std::max(0.0, 2.0 * first_s - second_s - pushed.front().time_s);
+  }
+  return out;
+}
+
+struct Mechanics {
+  double mass_kg = 0.0, damping_ns_per_m = 0.0, friction_n = 0.0;
+};
+
+/// Solves the three normal equations by Cramer's rule.
+std::optional<Mechanics> solved(const std::array<std::array<double, 3>, 3>& a, const std::array<double, 3>& b) {
+  const auto determinant = [](const std::array<std::array<double, 3>, 3>& m) {
+    return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+           m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+  };
+  const double whole = determinant(a);
+  if (!(std::abs(whole) > 1e-12 * a[0][0] * a[1][1] * a[2][2])) return std::nullopt;
+  std::array<double, 3> x{};
+  for (std::size_t column = 0; column < 3; ++column) {
+    auto changed = a;
+    for (std::size_t row = 0; row < 3; ++row) changed[row][column] = b[row];
+    x[column] = determinant(changed) / whole;
+  }
+  return Mechanics{x[0], x[1], x[2]};
+}
+
+/// Mass, damping and friction of a handle that swings on a spring.
+std::optional<Mechanics> mechanics_of(const std::vector<Sample>& samples, double delay_s) {
+  const auto delay = static_cast<std::size_t>(std::lround(delay_s / step_s));
+  std::size_t n = delay + 2;
+  while (n + 2 < samples.size() && norm(velocity_at(samples, n)) < let_go_m_per_s) ++n;
+  std::array<std::array<double, 3>, 3> a{};
+  std::array<double, 3> b{};
+  std::size_t pieces = 0;
+  const auto length = static_cast<std::size_t>(piece_s / step_s);
+  for (double fastest = let_go_m_per_s; n + length + 2 < samples.size() && fastest > at_rest_m_per_s; n += length) {
+    std::array<double, 3> row{};
+    double work_j = 0.0;
+    fastest = 0.0;
+    for (std::size_t k = n; k < n + length; ++k) {
+      const Vec3 velocity = 0.5 * (velocity_at(samples, k) + velocity_at(samples, k + 1));
+      const double passed_s = samples[k + 1].time_s - samples[k].time_s, speed = norm(velocity);
+      row[1] += passed_s * speed * speed;
+      row[2] += passed_s * speed;
+      work_j += passed_s * dot(samples[k - delay].force_n, velocity);
+      fastest = std::max(fastest, speed);
+    }
+    row[0] = 0.5 * (norm_squared(velocity_at(samples, n + length)) - norm_squared(velocity_at(samples, n)));
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = 0; j < 3; ++j) a[i][j] += row[i] * row[j];
+      b[i] += row[i] * work_j;
+    }
+    ++pieces;
+  }
+  if (pieces < least_pieces) return std::nullopt;
+  const auto found = solved(a, b);
+  if (!found || !(found->mass_kg > 0.0)) return std::nullopt;
+  return Mechanics{found->mass_kg, std::max(0.0, found->damping_ns_per_m), std::max(0.0, found->friction_n)};
+}
+
+// ---- the steps ----
+
+bool find_place(Rhythm& rhythm, BringUp& result) {
+  const double end_s = rhythm.clock().now_s() + first_state_s;
+  DeviceState state;
+  do {
+    rhythm.clock().wait_until_s(rhythm.clock().now_s() + step_s);
+    state = rhythm.device().read();
+    rhythm.device().write({});
+  } while (!(state.valid && state.fault == nullptr) && rhythm.clock().now_s() < end_s);
+  result.knows_its_place = state.valid && state.fault == nullptr;
+  result.findings.push_back(result.knows_its_place
+                                ? "It knows its place."
+                                : std::string("It cannot be measured: ") +
+                                      (state.fault != nullptr ? state.fault : "it does not know its place") + ".");
+  return result.knows_its_place;
+}
+
+bool measure_positions(Rhythm& rhythm, BringUp& result) {
+  const auto samples = rhythm.take(stroke_s, no_force);
+  if (samples.empty()) return false;
+  result.encoder_step_m = smallest_step_m(samples);
+  result.velocity_lag_s = velocity_lag_s(samples);
+  result.findings.push_back(result.encoder_step_m
+                                ? sentence("Its positions have steps of %.3g um.", 1e6 * *result.encoder_step_m)
+                                : "It was hardly moved: the steps of its positions are not known.");
+  if (!samples.front().velocity_m_per_s)
+    result.findings.push_back("It does not say its velocity; it is taken from its positions.");
+  else if (result.velocity_lag_s)
+    result.findings.push_back(sentence("Its velocity is %.0f ms behind its positions.", 1e3 * *result.velocity_lag_s));
+  else
+    result.findings.push_back("Its velocity does not agree with its positions, or it was hardly moved.");
+  return true;
+}
+
+bool measure_pulses(Rhythm& rhythm, BringUp& result) {
+  constexpr std::pair<const char*, Vec3> axes[] = {{"to the right", {1, 0, 0}}, {"up", {0, 1, 0}}, {"towards you", {0, 0, 1}}};
+  std::vector<double> delays_s;
+  result.pushes_rightly = true;
+  for (const auto& [words, axis] : axes) {
+    const auto made = pulse(rhythm, axis);
+    if (!made) return false;
+    if (made->goes_right) {
+      delays_s.push_back(made->delay_s);
+      continue;
+    }
+    result.pushes_rightly = false;
+    result.findings.push_back(std::string("A push ") + words +
+                              (made->is_felt ? " moves it another way: do not use it before that is mended."
+                                             : " does not move it: it was held too firmly, or its friction is larger."));
+  }
+  if (result.pushes_rightly) result.findings.push_back("It pushes to the right, up and towards you when it is told to.");
+  if (!delays_s.empty()) {
+    std::nth_element(delays_s.begin(), delays_s.begin() + static_cast<std::ptrdiff_t>(delays_s.size() / 2), delays_s.end());
+    result.delay_s = delays_s[delays_s.size() / 2];
+    result.findings.push_back(sentence("From a force to its motion %.1f ms pass.", 1e3 * *result.delay_s));
+  }
+  return true;
+}
+
+bool measure_swing(Rhythm& rhythm, const Vec3& middle_m, BringUp& result) {
+  const auto samples = rhythm.take(swing_s, [&](double time_s, const Vec3& place_m) {
+    return std::min(1.0, time_s / spring_ramp_s) * spring_n_per_m * (middle_m - place_m);
+  });
+  if (samples.empty()) return false;
+  const auto found = mechanics_of(samples, result.delay_s.value_or(0.0));
+  if (!found) {
+    result.findings.push_back("It did not swing long enough for its mass, damping and friction to be known.");
+    return true;
+  }
+  result.mass_kg = found->mass_kg;
+  result.damping_ns_per_m = found->damping_ns_per_m;
+  result.friction_n = found->friction_n;
+  result.findings.push_back(
+      sentence("Its handle moves like %.3g kg with a damping of %.3g N s/m", found->mass_kg, found->damping_ns_per_m) +
+      sentence(" and a friction of %.2g N.", found->friction_n));
+  return true;
+}
+
+class WallClock final : public LoopClock {
+ public:
+  double now_s() noexcept override { return std::chrono::duration<double>(Clock::now() - begin_).count(); }
+  void wait_until_s(double time_s) noexcept override {
+    std::this_thread::sleep_until(begin_ + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(time_s)));
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point begin_ = Clock::now();
+};
+
+}  // namespace
+
+BringUp bring_up(Device& device, LoopClock& clock, const AskPerson& ask, const std::atomic<bool>& stop) {
+  BringUp result;
+  Rhythm rhythm(device, clock, stop);
+  const auto broken = [&] {
+    result.findings.push_back("It ends here: " + rhythm.fault + ".");
+    return result;
+  };
+  if (!find_place(rhythm, result)) return result;
+  if (ask("Move the handle slowly to and fro, in all directions, for 5 seconds.") && !measure_positions(rhythm, result))
+    return broken();
+  if (device.limits().max_force_n == 0.0) return result;
+  if (ask("Hold the handle loosely in the middle of its reach. It will push three times, very lightly, with 0.3 N.") &&
+      !measure_pulses(rhythm, result))
+    return broken();
+  if (!ask("Put the handle into the middle of its reach.")) return result;
+  const Vec3 middle_m = device.read().position_m;
+  if (ask("Pull the handle 3 cm to the right and hold it there. A spring will pull it back with up to 1 N: let go of it then, "
+          "hands off.") &&
+      !measure_swing(rhythm, middle_m, result))
+    return broken();
+  return result;
+}
+
+std::unique_ptr<LoopClock> wall_clock() { return std::make_unique<WallClock>(); }
+
+}  // namespace palpa
