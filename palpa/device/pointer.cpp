@@ -1,0 +1,56 @@
+#include "palpa/device/pointer.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpa {
+
+namespace {
+// The largest ratio of control to display [1]. More: resistance is plainer to see, but the hand feels stuck; less: it is not
+// seen.
+constexpr double largest_ratio = 3.0;
+}  // namespace
+
+void Pointer::move(const Vec3& way_m) noexcept {
+  if (!is_finite(way_m)) return;
+  moved_to_m_ += way_m;
+  wanted_.give(moved_to_m_);
+}
+
+bool Pointer::write(const Vec3& force_n) noexcept {
+  force_n_ = is_finite(force_n) ? force_n : Vec3{};
+  return true;
+}
+
+DeviceState Pointer::read() noexcept {
+  const auto now = std::chrono::steady_clock::now();
+  pass(std::chrono::duration<double>(now - passed_to_).count());
+  passed_to_ = now;
+  return {.position_m = position_m_,
+          .velocity_m_per_s = velocity_m_per_s_,
+          .valid = true,
+          .buttons = buttons_.load(std::memory_order_relaxed),
+          .time_s = std::chrono::duration<double>(now.time_since_epoch()).count()};
+}
+
+void Pointer::pass(double time_s) noexcept {
+  const Vec3& wanted_m = wanted_.take();
+  pending_m_ += wanted_m - taken_m_;
+  taken_m_ = wanted_m;
+  if (!(time_s > 0.0)) return;
+
+  Vec3 way_m = -std::expm1(-time_s / options_.smoothing_s) * pending_m_;
+  pending_m_ -= way_m;
+  const double strength_n = norm(force_n_);
+  if (strength_n > 0.0) {
+    const Vec3 along = force_n_ / strength_n;
+    const double against_m = std::max(0.0, -dot(way_m, along)), share = std::min(1.0, strength_n / options_.largest_force_n);
+    const double taken = share < 1.0 ? 1.0 / (1.0 + (largest_ratio - 1.0) * share) : 0.0;
+    way_m += (1.0 - taken) * against_m * along;
+  }
+  const Vec3 before_m = position_m_;
+  position_m_ = shortened(position_m_ + way_m, options_.radius_m);
+  velocity_m_per_s_ = (position_m_ - before_m) / time_s;
+}
+
+}  // namespace palpa

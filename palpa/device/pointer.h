@@ -1,0 +1,59 @@
+// A mouse as a hand: what is felt is seen in how the cursor moves.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+
+#include "palpa/device/device.h"
+#include "palpa/device/latest.h"
+
+namespace palpa {
+
+/// A device without motors for a window with a pointer. The window moves it; the haptic thread reads it. What resists shows:
+/// a motion against the rendered force is taken over slower, a third of it at the largest force (change of the ratio between
+/// control and display: Lécuyer et al., IEEE VR 2000; a survey of it, 2009), and where the force is as large as it can be, not
+/// at all, so that the hand cannot be drawn ever further into what holds the proxy. Motions along the force or across it are
+/// whole. Draw the proxy, not the probe.
+class Pointer final : public Device {
+ public:
+  struct Options {
+    double radius_m = 0.12;        ///< > 0: of the ball that the pointer stays in
+    double largest_force_n = 3.3;  ///< > 0: at which it goes no further
+    /// > 0: motions are spread over this time [s], since a mouse is told of 60 to 1000 times a second.
+    double smoothing_s = 0.02;
+  };
+  Pointer() noexcept : Pointer(Options{}) {}
+  explicit Pointer(const Options& options) noexcept : options_(options) {}
+
+  // ---- the window's thread ----
+
+  /// Moves the hand by this, in the hand frame. What is not finite is left out. Allocates nothing.
+  void move(const Vec3& way_m) noexcept;
+  /// Buttons that are held, a bit each.
+  void press(std::uint32_t buttons) noexcept { buttons_.store(buttons, std::memory_order_relaxed); }
+
+  // ---- the haptic thread ----
+
+  std::string name() const override { return "pointer"; }
+  DeviceLimits limits() const override {
+    return {.max_force_n = options_.largest_force_n, .workspace_radius_m = options_.radius_m};
+  }
+  DeviceState read() noexcept override;
+  bool write(const Vec3& force_n) noexcept override;
+
+  /// Lets time pass in place of the clock on the wall, which `read` looks at: for a simulated clock. \param time_s  [s]
+  void pass(double time_s) noexcept;
+
+ private:
+  const Options options_;
+  // The window's: where all motions together have led, since a taken value may have been several.
+  Vec3 moved_to_m_;
+  Latest<Vec3> wanted_;
+  std::atomic<std::uint32_t> buttons_{0};
+  // The haptic thread's.
+  Vec3 taken_m_, pending_m_, position_m_, velocity_m_per_s_, force_n_;
+  std::chrono::steady_clock::time_point passed_to_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace palpa

@@ -1,0 +1,100 @@
+// The pointer's hand: it goes where it is moved, slower against a force, and never further than the force can hold.
+#include "palpa/device/pointer.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <thread>
+
+namespace palpa {
+namespace {
+
+// All that was pending has passed.
+void settle(Pointer& pointer) {
+  for (int n = 0; n < 1000; ++n) pointer.pass(1e-3);
+}
+Vec3 place_m(Pointer& pointer) {
+  settle(pointer);
+  return pointer.read().position_m;
+}
+
+TEST(Pointer, GoesWhereItIsMovedInHoweverManyParts) {
+  Pointer whole, parts;
+  whole.move({0.01, -0.02, 0.03});
+  for (int n = 0; n < 100; ++n) {
+    parts.move({0.0001, -0.0002, 0.0003});
+    parts.pass(1e-3);
+  }
+  EXPECT_LT(distance(place_m(whole), {0.01, -0.02, 0.03}), 1e-12);
+  EXPECT_LT(distance(place_m(parts), place_m(whole)), 1e-12);
+}
+
+TEST(Pointer, IsSmoothHoweverSeldomItIsTold) {
+  Pointer pointer;
+  pointer.move({0.02, 0, 0});
+  double last_m = 0.0;
+  for (int n = 0; n < 200; ++n) {
+    pointer.pass(1e-3);
+    const double now_m = pointer.read().position_m.x;
+    EXPECT_GE(now_m, last_m);
+    EXPECT_LT(now_m - last_m, 0.1 * 0.02) << "a jump of a mouse is spread over many ticks";
+    last_m = now_m;
+  }
+}
+
+TEST(Pointer, IsSlowerAgainstAForceOnly) {
+  for (const double strength_n : {0.5, 1.5, 3.0}) {
+    const auto way_m = [&](const Vec3& way) {
+      Pointer pointer;
+      pointer.write({0, 0, strength_n});
+      pointer.move(way);
+      return place_m(pointer);
+    };
+    const double ratio = 1.0 + 2.0 * strength_n / 3.3;
+    EXPECT_NEAR(way_m({0, 0, -0.01}).z, -0.01 / ratio, 1e-9);
+    EXPECT_NEAR(way_m({0, 0, 0.01}).z, 0.01, 1e-9);
+    EXPECT_NEAR(way_m({0.01, 0, 0}).x, 0.01, 1e-9);
+    EXPECT_GE(0.01 / -way_m({0, 0, -0.01}).z, 1.0);
+    EXPECT_LE(0.01 / -way_m({0, 0, -0.01}).z, 3.0);
+  }
+}
+
+TEST(Pointer, GoesNoFurtherThanTheLargestForceHolds) {
+  Pointer pointer;
+  // A wall at 0 as a spring would render it.
+  for (int n = 0; n < 20000; ++n) {
+    pointer.move({0, 0, -1e-4});
+    pointer.pass(1e-3);
+    const double depth_m = -pointer.read().position_m.z;
+    pointer.write({0, 0, std::min(3.3, 500.0 * std::max(0.0, depth_m))});
+  }
+  EXPECT_LT(-pointer.read().position_m.z, 3.3 / 500.0 + 2e-4);
+  pointer.move({0, 0, 0.03});
+  EXPECT_GT(place_m(pointer).z, 0.0) << "the way back is free";
+}
+
+TEST(Pointer, StaysInItsBallAndTakesNoNonsense) {
+  Pointer pointer;
+  pointer.move({5, 5, 5});
+  EXPECT_NEAR(norm(place_m(pointer)), 0.12, 1e-12);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  pointer.move({nan, 0, 0});
+  pointer.write({nan, 0, 0});
+  pointer.pass(nan);
+  EXPECT_TRUE(is_finite(place_m(pointer)));
+  pointer.press(5);
+  EXPECT_EQ(pointer.read().buttons, 5u);
+}
+
+TEST(Pointer, LosesNoMotionBetweenTwoThreads) {
+  Pointer pointer;
+  std::thread window([&] {
+    for (int n = 0; n < 100000; ++n) pointer.move({1e-6, 0, 0});
+  });
+  for (int n = 0; n < 1000; ++n) pointer.pass(1e-4);
+  window.join();
+  EXPECT_NEAR(place_m(pointer).x, 0.1, 1e-9);
+}
+
+}  // namespace
+}  // namespace palpa
