@@ -41,8 +41,11 @@ void LiveTerminal::show(LiveLoop& loop) {
   const LoopAccount account = loop.account();
   const LiveView& view = loop.look();
   std::string guard = name_of(view.frame.guard);
-  if (view.frame.guard_cause != GuardCause::none) guard += std::string(": ") + words_of(view.frame.guard_cause);
-  std::fprintf(stderr, "\r\033[K%.1f s  %4.2f N  late p99 %.0f us, max %.0f us  tick p99 %.0f us  missed %lld  %.60s",
+  if (view.device_fault != nullptr)
+    guard += std::string(": ") + view.device_fault;
+  else if (view.frame.guard_cause != GuardCause::none)
+    guard += std::string(": ") + words_of(view.frame.guard_cause);
+  std::fprintf(stderr, "\r\033[K%.1f s  %4.2f N  late p99 %.0f us, max %.0f us  tick p99 %.0f us  missed %lld  %.100s",
                view.frame.t_s, norm(view.frame.command_n), account.late.p99_us, account.late.max_us, account.tick.p99_us,
                static_cast<long long>(account.missed), guard.c_str());
   std::fflush(stderr);

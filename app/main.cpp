@@ -25,6 +25,8 @@ void stop_on_signals() {
   };
   action.sa_flags = static_cast<int>(SA_RESETHAND);
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) ::sigaction(number, &action, nullptr);
+  // A file that may not grow any more is an error of its writer, like a full disk, and not the end of a run.
+  ::signal(SIGXFSZ, SIG_IGN);
 }
 
 }  // namespace

@@ -85,7 +85,7 @@ class LiveLoop::State {
   void run(const std::atomic<bool>& stop, const TickObserver& observer);
   std::uint32_t circumstances_now(const DeviceState& state, std::int64_t missed, bool grip_moves) noexcept;
   void change_scene(std::uint32_t& circumstances) noexcept;
-  void tell(TickFrame& frame) noexcept;
+  void tell(TickFrame& frame, const char* device_fault) noexcept;
   void rehearse(double deadline_s, double period_s) noexcept;
 
   static constexpr std::size_t most_modes = 64;  // whose cost is told. More: memory; fewer: large scenes tell less
@@ -144,8 +144,8 @@ void LiveLoop::State::change_scene(std::uint32_t& circumstances) noexcept {
 }
 
 // What is told of a tick after its force was sent.
-void LiveLoop::State::tell(TickFrame& frame) noexcept {
-  views.give({frame, turn_now});
+void LiveLoop::State::tell(TickFrame& frame, const char* device_fault) noexcept {
+  views.give({frame, turn_now, device_fault});
   if (recorder && !recorder->offer(frame, guarded.session())) unrecorded.add(1);
 }
 
@@ -207,7 +207,7 @@ void LiveLoop::State::run(const std::atomic<bool>& stop, const TickObserver& obs
     probe_step_m = frame.result.probe_step_m;
     has_probe = held.probe.valid && is_finite(probe_m);
 
-    tell(frame);
+    tell(frame, state.fault);
     if (observer) observer(frame, guarded.session());
     if (prepared != before) scene.give_back(before);
     ++number;

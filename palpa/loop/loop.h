@@ -185,6 +185,7 @@ struct LoopAccount {
 struct LiveView {
   TickFrame frame;
   Mat3 turn = Mat3::identity();
+  const char* device_fault = nullptr;  ///< a literal: what the device says is wrong with it
 };
 
 /// A loop in real time: one thread, absolute deadlines; in each tick read → tick → guard → write, then what is told of it, then

@@ -137,7 +137,7 @@ PreparedRun prepare(const RunOptions& options) {
   check_numbers(options);
   if (options.hand.empty() && (!options.live || options.device.empty())) {
     throw LoadError(
-        "hand: none was named; give a recording or sim:press|stroke|circle|helix|random, or feel it yourself with "
+        "hand: none was named; give --hand a recording or sim:press|stroke|circle|helix|random, or feel it yourself with "
         "--device NAME");
   }
   if (!options.out.empty()) check_out(options.out);

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "palpa/baseline/path.h"
+#include "palpa/device/paced_hand.h"
 #include "palpa/study/recording.h"
 #include "palpa/version.h"
 
@@ -120,28 +121,6 @@ class Telling {
   PreparedRun& prepared_;
   SummaryBuilder builder_;
   ThinnedPath path_;
-};
-
-/// A simulated hand by the clock on the wall: what passes between two reads passes for it.
-class PacedHand final : public Device {
- public:
-  explicit PacedHand(SimulatedDevice& hand) : hand_(hand), passed_to_(Clock::now()) {}
-  std::string name() const override { return hand_.name(); }
-  DeviceLimits limits() const override { return hand_.limits(); }
-  DeviceState read() noexcept override {
-    const Clock::time_point now = Clock::now();
-    hand_.advance(std::min(longest_step_s, std::chrono::duration<double>(now - passed_to_).count()));
-    passed_to_ = now;
-    return hand_.read();
-  }
-  bool write(const Vec3& force_n) noexcept override { return hand_.write(force_n); }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  // A machine that was asleep. Longer: the hand takes many steps at once; shorter: it falls behind the clock.
-  static constexpr double longest_step_s = 0.1;
-  SimulatedDevice& hand_;
-  Clock::time_point passed_to_;
 };
 
 /// The scene within what the device bears. What is changed is told, and set in the trace's scene as well.

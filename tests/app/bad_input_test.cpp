@@ -40,7 +40,7 @@ TEST_F(BadInput, CommandLine) {
   expect_refusal({"explore"}, {"'explore'"});
   expect_refusal({"run"}, {"SCENE"});
   expect_refusal({"run", "scene.toml"}, {"--hand"});
-  expect_refusal({"run", "scene.toml", "--hnad", "sim:press"}, {"palpa run --help"});
+  expect_refusal({"run", "scene.toml", "--hnad", "sim:press"}, {"'--hnad'", "did you mean '--hand'?"});
   expect_refusal({"run", "scene.toml", "--hand", "sim:press", "--duratoin-s", "3"},
                  {"'--duratoin-s'", "did you mean '--duration-s'?"});
   expect_refusal({"run", "scene.toml", "--hand", "sim:press", "--device", "phantom"}, {"device: no preset 'phantom'", "touch"});

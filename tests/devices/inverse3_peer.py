@@ -5,6 +5,7 @@ the service's axes. Ends when its input does.
 """
 
 import asyncio
+import http
 import json
 import sys
 
@@ -52,7 +53,7 @@ class Arm:
 
 async def version(path, _headers):
     if path == "/version":
-        return 200, [("Content-Type", "application/json")], b'{"ok":true,"data":{"project_version":"3.4.2"}}'
+        return http.HTTPStatus.OK, [("Content-Type", "application/json")], b'{"ok":true,"data":{"project_version":"3.4.2"}}'
     return None
 
 
@@ -61,9 +62,12 @@ async def main():
 
     async def serve(socket, *_path):
         await socket.send(json.dumps(arm.told()))
-        async for text in socket:
-            arm.obey(json.loads(text))
-            await socket.send(json.dumps(arm.told()))
+        try:
+            async for text in socket:
+                arm.obey(json.loads(text))
+                await socket.send(json.dumps(arm.told()))
+        except websockets.ConnectionClosedError:
+            pass  # who only looks leaves without a word
 
     async with websockets.serve(serve, "127.0.0.1", 0, process_request=version, ping_interval=0.05) as server:
         print(server.sockets[0].getsockname()[1], flush=True)

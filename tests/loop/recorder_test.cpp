@@ -11,6 +11,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
+#include <random>
 #include <sstream>
 #include <thread>
 
@@ -227,6 +228,75 @@ TEST_F(RecorderTest, AKilledRunIsReadableUpToItsLast100Ticks) {
     EXPECT_TRUE(difference.same) << difference.where;
     EXPECT_EQ(difference.ticks, static_cast<std::int64_t>(ticks.size()));
   }
+  ::munmap(felt, sizeof *felt);
+}
+
+/// A number of the environment, for who wants to see it more often than there is time for in each test.
+int times(const char* name, int otherwise) {
+  const char* text = std::getenv(name);
+  return text ? std::atoi(text) : otherwise;
+}
+
+// As above, but in real time: PALPA_KILLS=200 kills it at 200 random moments.
+TEST_F(RecorderTest, ALiveRunThatIsKilledAtAnyMomentIsReadableUpToItsLastTenthOfASecond) {
+  auto* felt = static_cast<std::atomic<std::int64_t>*>(
+      ::mmap(nullptr, sizeof(std::atomic<std::int64_t>), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
+  ASSERT_NE(static_cast<void*>(felt), MAP_FAILED);
+  new (felt) std::atomic<std::int64_t>(0);
+  const std::vector<std::string> modes{"skin", "syrup"};
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> moment_s(0.002, 0.5);
+  std::int64_t most_lost = 0;
+  const int kills = times("PALPA_KILLS", 10);
+  for (int n = 0; n < kills; ++n) {
+    const fs::path killed = folder("live" + std::to_string(n));
+    felt->store(0);
+    const pid_t child = ::fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      try {
+        TraceWriter writer(killed, {.motors = true}, "", modes);
+        Recorder recorder(writer);
+        LiveScene scene(test::head_scene());
+        const auto hand = open_hand("sim:stroke,depth_m=0.03", Hold::relaxed);
+        LiveOptions options;
+        options.guard = guard_options_for({}, 10.0);
+        LiveLoop loop(scene, *hand, options, &recorder);
+        const std::atomic<bool> never{false};
+        loop.run(never, [&](const TickFrame& frame, const Session&) {
+          felt->store(frame.tick + 1);
+          hand->advance(1e-3);
+        });
+      } catch (...) {
+      }
+      ::_exit(1);
+    }
+    int status = 0;
+    while (felt->load() == 0 && ::waitpid(child, &status, WNOHANG) == 0) std::this_thread::yield();
+    std::this_thread::sleep_for(std::chrono::duration<double>(moment_s(random)));
+    ::kill(child, SIGKILL);
+    ::waitpid(child, &status, 0);
+    ASSERT_TRUE(WIFSIGNALED(status)) << "the child ended by itself";
+    const TraceReader reader(killed);
+    const std::vector<TraceTick> ticks = reader.ticks();
+    const std::int64_t last = ticks.empty() ? -1 : ticks.back().frame.tick;
+    most_lost = std::max(most_lost, felt->load() - 1 - last);
+
+    Session session(test::head_scene());
+    GuardedSession guarded(session, guard_options_for({}, 10.0));
+    for (const auto& [frame] : ticks) {
+      const TickFrame again = guarded.tick(frame.tick, frame.t_s, frame.dt_s,
+                                           {.position_m = frame.result.probe_m,
+                                            .velocity_m_per_s = frame.result.probe_velocity_m_per_s,
+                                            .valid = frame.result.probe_valid,
+                                            .buttons = frame.buttons},
+                                           frame.circumstances);
+      ASSERT_EQ(again.command_n, frame.command_n) << "tick " << frame.tick;
+    }
+    fs::remove_all(killed);
+  }
+  EXPECT_LE(most_lost, 100) << "ticks, of a millisecond each";
+  std::printf("%d kills: at most %lld ticks of 1 ms were lost\n", kills, static_cast<long long>(most_lost));
   ::munmap(felt, sizeof *felt);
 }
 

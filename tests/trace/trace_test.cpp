@@ -130,7 +130,7 @@ TEST_F(Trace, FilesHaveTheColumnsThatAreDocumented) {
       "probe_valid,proxy_x_m,proxy_y_m,proxy_z_m,proxy_velocity_x_m_per_s,proxy_velocity_y_m_per_s,proxy_velocity_z_m_per_s,"
       "force_x_n,force_y_n,force_z_n,command_x_n,command_y_n,command_z_n,error_bound_m,sub_steps,iterations,status,dropped,"
       "stored_j,dissipated_j,injected_j,path_j,damper_j,moved_j,work_on_hand_j,guard,buttons,"
-      "let_go_j,held_back_j,ticks_j,ticks_bound_j,elastic_j");
+      "let_go_j,held_back_j,ticks_j,ticks_bound_j,elastic_j,guard_cause,circumstances");
   EXPECT_EQ(first_line(folder() / "modes.csv"),
             "tick,mode,force_x_n,force_y_n,force_z_n,dissipated_j,injected_j,primitives,split_shared");
   EXPECT_EQ(
@@ -235,6 +235,7 @@ TEST_F(Trace, AnEventStandsWhereTheGuardChangesItsMind) {
   for (std::int64_t i = 0; i < 5; ++i) {
     TickFrame frame = plain_frame(i);
     frame.guard = states[i];
+    if (states[i] == GuardState::fault) frame.guard_cause = GuardCause::not_finite;
     writer.append(frame, {}, {}, {}, {});
   }
   writer.finish();
@@ -393,7 +394,7 @@ TEST_F(Trace, BadRowsAreNamedByFileAndLine) {
   };
   EXPECT_THAT(read_with("\n1,0.001,", "\n1,0.001x,"), AllOf(HasSubstr("ticks.csv:3: "), HasSubstr("'0.001x'")));
   EXPECT_THAT(read_with("\n1,0.001,", "\n1,,"), HasSubstr("ticks.csv:3: "));
-  EXPECT_THAT(read_with("\n1,0.001,", "\n1,7,0.001,"), HasSubstr("ticks.csv:3: has 42 cells; the header has 41"));
+  EXPECT_THAT(read_with("\n1,0.001,", "\n1,7,0.001,"), HasSubstr("ticks.csv:3: has 44 cells; the header has 43"));
   EXPECT_THAT(read_with("resting", "sleeping"), AllOf(HasSubstr("ticks.csv:2: "), HasSubstr("'sleeping'")));
   EXPECT_THAT(read_with("force_y_n", "force_y_lb"), AllOf(HasSubstr("ticks.csv:1: "), HasSubstr("'force_y_n' is missing")));
   EXPECT_THAT(read_with(good, std::string(3'000'000, 'x')), HasSubstr("ticks.csv:1: the line is longer"));
