@@ -53,8 +53,10 @@ class EveryDevice : public testing::TestWithParam<NamedRig> {
   bool is_linked = false;
 };
 
-TEST_P(EveryDevice, HasItsHandleWhereTheHandSeesIt) {
-  if (rig->is_rate_controlled()) GTEST_SKIP() << "it has no place of its own";
+class DeviceWithMotors : public EveryDevice {};
+class SteeredDevice : public EveryDevice {};
+
+TEST_P(DeviceWithMotors, HasItsHandleWhereTheHandSeesIt) {
   const auto device = rig->open();
   for (const Vec3& place_m : {Vec3{0.01, 0, 0}, Vec3{0, 0.02, 0}, Vec3{0, 0, 0.03}, Vec3{-0.011, 0.017, -0.023}}) {
     rig->hold(place_m, 3.0 * place_m);
@@ -68,8 +70,7 @@ TEST_P(EveryDevice, HasItsHandleWhereTheHandSeesIt) {
   }
 }
 
-TEST_P(EveryDevice, GoesWhereItIsSteered) {
-  if (!rig->is_rate_controlled()) GTEST_SKIP() << "it has a place of its own";
+TEST_P(SteeredDevice, GoesWhereItIsSteered) {
   const auto device = rig->open();
   for (const Vec3& way : {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}, Vec3{-1, 0, 0}, Vec3{0, -1, 0}, Vec3{0, 0, -1}}) {
     rig->hold(way, {});
@@ -86,16 +87,14 @@ TEST_P(EveryDevice, GoesWhereItIsSteered) {
   EXPECT_LE(norm(state.position_m), far_m * (1 + 1e-9));
 }
 
-TEST_P(EveryDevice, PushesTheWayItIsTold) {
-  if (!rig->has_motors()) GTEST_SKIP() << "it has no motors";
+TEST_P(DeviceWithMotors, PushesTheWayItIsTold) {
   const auto device = rig->open();
   EXPECT_TRUE(works(*device));
   for (const Vec3& force_n : {Vec3{0.5, 0, 0}, Vec3{0, 0.6, 0}, Vec3{0, 0, 0.7}, Vec3{-0.3, 0.2, -0.1}})
     EXPECT_TRUE(makes(*device, force_n, force_n));
 }
 
-TEST_P(EveryDevice, PushesNoHarderThanItMay) {
-  if (!rig->has_motors()) GTEST_SKIP() << "it has no motors";
+TEST_P(DeviceWithMotors, PushesNoHarderThanItMay) {
   const auto device = rig->open();
   EXPECT_TRUE(works(*device));
   const double most_n = device->limits().max_force_n;
@@ -108,8 +107,7 @@ TEST_P(EveryDevice, PushesNoHarderThanItMay) {
   }
 }
 
-TEST_P(EveryDevice, LetsGoOfAForceThatNobodyWritesAnyMore) {
-  if (!rig->has_motors()) GTEST_SKIP() << "it has no motors";
+TEST_P(DeviceWithMotors, LetsGoOfAForceThatNobodyWritesAnyMore) {
   const auto device = rig->open();
   EXPECT_TRUE(works(*device));
   EXPECT_TRUE(makes(*device, {0.5, 0, 0}, {0.5, 0, 0}));
@@ -136,7 +134,7 @@ TEST_P(EveryDevice, SaysThatItIsGoneAndComesBack) {
   const auto device = rig->open();
   for (int n = 0; n < 3; ++n) {
     EXPECT_TRUE(works(*device));
-    if (rig->has_motors()) {
+    if (!GetParam().is_steered) {
       EXPECT_TRUE(makes(*device, {0.5, 0, 0}, {0.5, 0, 0}));
     }
     rig->unplug();
@@ -146,7 +144,7 @@ TEST_P(EveryDevice, SaysThatItIsGoneAndComesBack) {
   EXPECT_TRUE(works(*device));
 }
 
-TEST_P(EveryDevice, SaysEveryFaultWithoutAForceAndRecovers) {
+TEST_P(DeviceWithMotors, SaysEveryFaultWithoutAForceAndRecovers) {
   const auto device = rig->open();
   for (Rig::Fault& fault : rig->faults()) {
     EXPECT_TRUE(works(*device)) << "before: " << fault.name;
@@ -161,8 +159,7 @@ TEST_P(EveryDevice, SaysEveryFaultWithoutAForceAndRecovers) {
 
 // In the loop the guard sees to it: at the latest three ticks after a fault was told nothing is sent any more, and afterwards
 // the force comes back by the ramp.
-TEST_P(EveryDevice, EndsAtNoForceWithinThreeTicksOfAFault) {
-  if (!rig->has_motors()) GTEST_SKIP() << "it has no motors";
+TEST_P(DeviceWithMotors, EndsAtNoForceWithinThreeTicksOfAFault) {
   Scene scene({.stiffness_n_per_m = 300});
   const FieldRef wind = scene.add("wind", head_phantom());
   scene.add("syrup", Viscosity{.field = wind, .strength_n = {0.05}, .drag_ns_per_m = 0.2});
@@ -215,15 +212,14 @@ TEST_P(EveryDevice, CanBeOpenedAgain) {
   for (int n = 0; n < 5; ++n) {
     const auto device = rig->open();
     EXPECT_TRUE(works(*device));
-    if (rig->has_motors()) {
+    if (!GetParam().is_steered) {
       EXPECT_TRUE(makes(*device, {0.5, 0, 0}, {0.5, 0, 0}));
     }
   }
   EXPECT_EQ(rig->force_n(), Vec3{}) << "one that was closed makes none";
 }
 
-TEST_P(EveryDevice, KeepsApartFromAnotherOne) {
-  if (rig->at_most() < 2) GTEST_SKIP() << "a process can have one of it";
+TEST_P(DeviceWithMotors, KeepsApartFromAnotherOne) {
   const auto second_rig = GetParam().make();
   const auto first = rig->open(), second = second_rig->open();
   EXPECT_TRUE(works(*first));
@@ -263,8 +259,15 @@ TEST_P(EveryDevice, HasLimitsThatMakeSense) {
   EXPECT_LT(limits.workspace_radius_m, 0.5);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, EveryDevice, testing::ValuesIn(rigs()),
-                         [](const testing::TestParamInfo<NamedRig>& rig) { return rig.param.name; });
+std::string name_of(const testing::TestParamInfo<NamedRig>& rig) { return rig.param.name; }
+std::vector<NamedRig> rigs_of(bool steered) {
+  std::vector<NamedRig> some = rigs();
+  std::erase_if(some, [&](const NamedRig& rig) { return rig.is_steered != steered; });
+  return some;
+}
+INSTANTIATE_TEST_SUITE_P(All, EveryDevice, testing::ValuesIn(rigs()), name_of);
+INSTANTIATE_TEST_SUITE_P(All, DeviceWithMotors, testing::ValuesIn(rigs_of(false)), name_of);
+INSTANTIATE_TEST_SUITE_P(All, SteeredDevice, testing::ValuesIn(rigs_of(true)), name_of);
 
 TEST(Controller, RumblesWithTheForceAndKnocksAtATouch) {
   const auto rig = controller_rig();

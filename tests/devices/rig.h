@@ -33,10 +33,6 @@ class Rig {
   };
   /// What else can go wrong with it: while a fault lasts the device must say so by `fault`, or not be valid.
   virtual std::vector<Fault> faults() { return {}; }
-  virtual bool has_motors() const { return true; }
-  virtual bool is_rate_controlled() const { return false; }
-  /// How many of it a process can have at a time.
-  virtual int at_most() const { return 2; }
   /// The largest error of a position by the device's own units [m] (numbers of bits, of digits).
   virtual double position_step_m() const { return 1e-9; }
 };
@@ -44,6 +40,7 @@ class Rig {
 struct NamedRig {
   std::string name;
   std::function<std::unique_ptr<Rig>()> make;
+  bool is_steered = false;  ///< no motors and no place of its own; a process can have one
 };
 inline void PrintTo(const NamedRig& rig, std::ostream* out) { *out << rig.name; }
 /// One per kind of device, in rigs.cpp.

@@ -9,8 +9,8 @@ std::vector<NamedRig> rigs() {
   return {{"Inverse3", inverse3_rig},
           {"ForceDimension", force_dimension_rig},
           {"OpenHaptics", openhaptics_rig},
-          {"SpaceMouse", spacemouse_rig},
-          {"Controller", [] { return std::unique_ptr<Rig>(controller_rig()); }}};
+          {"SpaceMouse", spacemouse_rig, true},
+          {"Controller", [] { return std::unique_ptr<Rig>(controller_rig()); }, true}};
 }
 
 }  // namespace palpa

@@ -59,9 +59,6 @@ class SpaceMouseRig final : public Rig {
       throw std::runtime_error("the stand-in for spacenavd cannot listen");
     server_ = std::thread([this, listener] { serve(listener); });
   }
-  bool has_motors() const override { return false; }
-  bool is_rate_controlled() const override { return true; }
-  int at_most() const override { return 1; }
 
  private:
   using Event = std::array<std::int32_t, 8>;
@@ -169,9 +166,6 @@ class ControllerRig final : public ControllerRigBase {
     if (joystick_ == nullptr) throw std::runtime_error(SDL_GetError());
     set();
   }
-  bool has_motors() const override { return false; }
-  bool is_rate_controlled() const override { return true; }
-  int at_most() const override { return 1; }
   Rumble rumble() override { return {slow_, fast_}; }
 
  private:
