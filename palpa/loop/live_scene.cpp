@@ -1,5 +1,6 @@
 #include "palpa/loop/live_scene.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace palpa {
@@ -17,13 +18,22 @@ Session session_of(const Scene& scene, PathMaker path, double encoder_step_m) {
 
 }  // namespace
 
+Scene within(Scene scene, const DeviceLimits& limits) {
+  scene.coupling.stiffness_n_per_m = std::min(scene.coupling.stiffness_n_per_m, limits.max_stiffness_n_per_m);
+  scene.coupling.damping_ns_per_m = std::min(scene.coupling.damping_ns_per_m, limits.max_damping_ns_per_m);
+  return scene;
+}
+
 PreparedSession::PreparedSession(const Scene& scene, PathMaker path, double encoder_step_m)
     : spent_ns(scene.modes().size()),
       felt(session_of(scene, path, encoder_step_m)),
       rehearsal(session_of(measured(scene, spent_ns), path, encoder_step_m)) {}
 
-LiveScene::State::State(const Scene& scene, PathMaker path, double encoder_step_m)
-    : scene_(scene), path_(path), encoder_step_m_(encoder_step_m), waiting_(new PreparedSession(scene, path, encoder_step_m)) {}
+LiveScene::State::State(const Scene& scene, PathMaker path, const DeviceLimits& limits)
+    : scene_(scene),
+      path_(path),
+      limits_(limits),
+      waiting_(new PreparedSession(within(scene, limits), path, limits.encoder_step_m)) {}
 
 LiveScene::State::~State() {
   delete waiting_.load();
@@ -40,7 +50,7 @@ void LiveScene::State::change(const std::function<void(Scene&)>& edit) {
   free_given_back();
   Scene changed = scene_;
   edit(changed);
-  auto made = std::make_unique<PreparedSession>(changed, path_, encoder_step_m_);
+  auto made = std::make_unique<PreparedSession>(within(changed, limits_), path_, limits_.encoder_step_m);
   scene_ = std::move(changed);
   delete waiting_.exchange(made.release(), std::memory_order_acq_rel);
 }
@@ -61,9 +71,9 @@ void LiveScene::State::free_given_back() noexcept {
   while (session) delete std::exchange(session, session->next);
 }
 
-LiveScene::LiveScene(const Scene& scene, double encoder_step_m) : LiveScene(scene, nullptr, encoder_step_m) {}
-LiveScene::LiveScene(const Scene& scene, PathMaker path, double encoder_step_m)
-    : state_(std::make_unique<State>(scene, path, encoder_step_m)) {}
+LiveScene::LiveScene(const Scene& scene, const DeviceLimits& limits) : LiveScene(scene, nullptr, limits) {}
+LiveScene::LiveScene(const Scene& scene, PathMaker path, const DeviceLimits& limits)
+    : state_(std::make_unique<State>(scene, path, limits)) {}
 LiveScene::~LiveScene() = default;
 
 Scene LiveScene::scene() const { return state_->scene(); }

@@ -22,7 +22,7 @@ struct PreparedSession {
 /// A session on its way from the thread that made it to the loop, and back to be freed: two atomic pointers.
 class LiveScene::State {
  public:
-  State(const Scene& scene, PathMaker path, double encoder_step_m);
+  State(const Scene& scene, PathMaker path, const DeviceLimits& limits);
   ~State();
 
   // ---- any thread ----
@@ -43,7 +43,7 @@ class LiveScene::State {
   mutable std::mutex mutex_;  // of those who change; the loop never takes it
   Scene scene_;
   PathMaker path_;
-  double encoder_step_m_;
+  DeviceLimits limits_;
   std::atomic<PreparedSession*> waiting_;
   std::atomic<PreparedSession*> given_back_{nullptr};
 };

@@ -117,15 +117,18 @@ std::int64_t run_simulated(Session& session, SimulatedDevice& device, const Loop
 
 // ---- live: with a person's hand, on the clock of the wall ----
 
+/// The scene as a device bears it: neither stiffer nor more damped than its limits.
+Scene within(Scene scene, const DeviceLimits& limits);
+
 /// A scene that is being felt, and can be changed while it is. Any thread may ask and change; only a LiveLoop feels it, and
 /// never waits for the others.
 class LiveScene {
  public:
-  /// \param encoder_step_m  [m] position step of the device, 0 if none
+  /// \param limits  of the device that it is felt with, which holds for whatever it is changed to (`within`)
   /// Throws SceneError.
-  explicit LiveScene(const Scene& scene, double encoder_step_m = 0.0);
+  explicit LiveScene(const Scene& scene, const DeviceLimits& limits = {});
   /// On another path (see Session).
-  LiveScene(const Scene& scene, PathMaker path, double encoder_step_m = 0.0);
+  LiveScene(const Scene& scene, PathMaker path, const DeviceLimits& limits = {});
   ~LiveScene();
   LiveScene(const LiveScene&) = delete;
   LiveScene& operator=(const LiveScene&) = delete;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdio>
 #include <thread>
+#include <utility>
 
 #include "palpa/baseline/path.h"
 #include "palpa/device/paced_hand.h"
@@ -125,20 +126,20 @@ class Telling {
 
 /// The scene within what the device bears. What is changed is told, and set in the trace's scene as well.
 void hold_to(const DeviceLimits& limits, PreparedRun& prepared, TraceHeader& header) {
-  CouplingOptions& coupling = prepared.loaded.scene.coupling;
-  const auto lower = [&](double& value, double most, const char* key, const char* unit) {
-    if (value <= most) return;
+  const CouplingOptions asked = std::exchange(prepared.loaded.scene, within(prepared.loaded.scene, limits)).coupling;
+  const auto tell = [&](double wanted, double taken, const char* key, const char* unit) {
+    if (wanted == taken) return;
     char number[40], text[200];
-    std::snprintf(number, sizeof number, "%.17g", most);
-    std::snprintf(text, sizeof text, "coupling.%s: the scene has %g %s, the device bears %g %s; that is taken.", key, value,
-                  unit, most, unit);
-    value = most;
+    std::snprintf(number, sizeof number, "%.17g", taken);
+    std::snprintf(text, sizeof text, "coupling.%s: the scene has %g %s, the device bears %g %s; that is taken.", key, wanted,
+                  unit, taken, unit);
     header.sets.emplace_back(std::string("coupling.") + key, number);
     prepared.notes.push_back(text);
     header.notes.push_back(text);
   };
-  lower(coupling.stiffness_n_per_m, limits.max_stiffness_n_per_m, "stiffness_n_per_m", "N/m");
-  lower(coupling.damping_ns_per_m, limits.max_damping_ns_per_m, "damping_ns_per_m", "N·s/m");
+  const CouplingOptions& held = prepared.loaded.scene.coupling;
+  tell(asked.stiffness_n_per_m, held.stiffness_n_per_m, "stiffness_n_per_m", "N/m");
+  tell(asked.damping_ns_per_m, held.damping_ns_per_m, "damping_ns_per_m", "N·s/m");
 }
 
 /// The trace of a run; nothing where none is wanted.
@@ -220,7 +221,7 @@ RunResult run_live(const RunOptions& options, PreparedRun& prepared, const std::
   RunResult result;
   Recording recording(options, header, prepared.loaded);
   Telling telling(options, prepared);
-  LiveScene scene(prepared.loaded.scene, baseline::path, limits.encoder_step_m);
+  LiveScene scene(prepared.loaded.scene, baseline::path, limits);
   LiveLoop loop(scene, device, loop_options, recording.recorder());
   const auto begin = std::chrono::steady_clock::now();
   feel_live(

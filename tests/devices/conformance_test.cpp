@@ -269,6 +269,45 @@ INSTANTIATE_TEST_SUITE_P(All, EveryDevice, testing::ValuesIn(rigs()), name_of);
 INSTANTIATE_TEST_SUITE_P(All, DeviceWithMotors, testing::ValuesIn(rigs_of(false)), name_of);
 INSTANTIATE_TEST_SUITE_P(All, SteeredDevice, testing::ValuesIn(rigs_of(true)), name_of);
 
+/// Writes until the condition holds.
+bool becomes(Device& device, const Vec3& force_n, const std::function<bool()>& condition) {
+  for (const auto end = Clock::now() + patience; Clock::now() < end; std::this_thread::sleep_for(milliseconds(1))) {
+    device.write(force_n);
+    device.read();
+    if (condition()) return true;
+  }
+  return false;
+}
+
+TEST(ForceDimension, HoldsByItsBrakesWhenItIsTold) {
+  const auto rig = force_dimension_rig();
+  const auto device = rig->open();
+  EXPECT_TRUE(becomes(*device, {1, 0, 0}, [&] { return rig->force_n().x == 1.0; }));
+  EXPECT_TRUE(device->brake(true));
+  EXPECT_TRUE(becomes(*device, {}, [&] { return rig->brakes() && rig->force_n() == Vec3{}; }));
+  EXPECT_TRUE(device->brake(false));
+  EXPECT_TRUE(becomes(*device, {0, 1, 0}, [&] { return !rig->brakes() && rig->force_n().y == 1.0; }));
+}
+
+TEST(OpenHaptics, GivesWarmMotorsNoMoreThanTheyBear) {
+  const auto rig = openhaptics_rig();
+  const auto device = rig->open();
+  const DeviceLimits limits = device->limits();
+  EXPECT_EQ(limits.max_force_n, 3.3);
+  EXPECT_EQ(limits.continuous_force_n, 0.88);
+  EXPECT_NEAR(limits.max_stiffness_n_per_m, 500.0, 1e-9);
+  EXPECT_NEAR(limits.max_damping_ns_per_m, 3.0, 1e-9);
+  EXPECT_NEAR(limits.workspace_radius_m, 0.1075, 1e-9) << "the narrowest half of its box";
+  const auto makes = [&](double most_n) { return [&, most_n] { return std::abs(norm(rig->force_n()) - most_n) < 1e-9; }; };
+  EXPECT_TRUE(becomes(*device, {0, 0, -10}, makes(3.3)));
+  rig->warm(0.85);
+  EXPECT_TRUE(becomes(*device, {0, 0, -10}, makes(0.5 * (3.3 + 0.88))));
+  rig->warm(1.0);
+  EXPECT_TRUE(becomes(*device, {0, 0, -10}, makes(0.88)));
+  rig->warm(0.3);
+  EXPECT_TRUE(becomes(*device, {0, 0, -10}, makes(3.3)));
+}
+
 TEST(Controller, RumblesWithTheForceAndKnocksAtATouch) {
   const auto rig = controller_rig();
   auto device = rig->open();

@@ -7,8 +7,8 @@ namespace palpa {
 
 std::vector<NamedRig> rigs() {
   return {{"Inverse3", inverse3_rig},
-          {"ForceDimension", force_dimension_rig},
-          {"OpenHaptics", openhaptics_rig},
+          {"ForceDimension", [] { return std::unique_ptr<Rig>(force_dimension_rig()); }},
+          {"OpenHaptics", [] { return std::unique_ptr<Rig>(openhaptics_rig()); }},
           {"SpaceMouse", spacemouse_rig, true},
           {"Controller", [] { return std::unique_ptr<Rig>(controller_rig()); }, true}};
 }

@@ -39,7 +39,7 @@ class Numbers {
   bool taken_[2] = {};
 };
 
-class ForceDimensionRig final : public Rig {
+class ForceDimensionRig final : public ForceDimensionRigBase {
  public:
   ForceDimensionRig() : number_(numbers().take()) { stand_in().reset(number_); }
   ~ForceDimensionRig() override {
@@ -66,6 +66,7 @@ class ForceDimensionRig final : public Rig {
     buttons_ = down ? buttons_ | (1 << number) : buttons_ & ~(1 << number);
     set(DhdStandIn::What::buttons, buttons_);
   }
+  bool brakes() override { return stand_in().brakes(number_); }
   void unplug() override { set(DhdStandIn::What::there, 0); }
   void plug() override { set(DhdStandIn::What::there, 1); }
   std::vector<Fault> faults() override {
@@ -96,7 +97,7 @@ class ForceDimensionRig final : public Rig {
   int buttons_ = 0;
 };
 
-class OpenHapticsRig final : public Rig {
+class OpenHapticsRig final : public OpenHapticsRigBase {
  public:
   OpenHapticsRig() : number_(numbers().take()) { stand_in().reset(number_); }
   ~OpenHapticsRig() override {
@@ -123,6 +124,7 @@ class OpenHapticsRig final : public Rig {
     buttons_ = down ? buttons_ | (1 << number) : buttons_ & ~(1 << number);
     set(HdStandIn::What::buttons, buttons_);
   }
+  void warm(double share) override { set(HdStandIn::What::warm, static_cast<int>(100.0 * share)); }
   void unplug() override { set(HdStandIn::What::there, 0); }
   void plug() override { set(HdStandIn::What::there, 1); }
   std::vector<Fault> faults() override {
@@ -167,7 +169,7 @@ const DeviceBackend& built_backend(const std::string& name) {
   return *backend;
 }
 
-std::unique_ptr<Rig> force_dimension_rig() { return std::make_unique<ForceDimensionRig>(); }
-std::unique_ptr<Rig> openhaptics_rig() { return std::make_unique<OpenHapticsRig>(); }
+std::unique_ptr<ForceDimensionRigBase> force_dimension_rig() { return std::make_unique<ForceDimensionRig>(); }
+std::unique_ptr<OpenHapticsRigBase> openhaptics_rig() { return std::make_unique<OpenHapticsRig>(); }
 
 }  // namespace palpa

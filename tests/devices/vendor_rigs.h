@@ -11,7 +11,16 @@ namespace palpa {
 /// What palpa-device-NAME.so of this build exports. Throws std::runtime_error where it cannot be loaded.
 const DeviceBackend& built_backend(const std::string& name);
 
-std::unique_ptr<Rig> force_dimension_rig();
-std::unique_ptr<Rig> openhaptics_rig();
+class ForceDimensionRigBase : public Rig {
+ public:
+  virtual bool brakes() = 0;  ///< whether it holds its handle by its brakes
+};
+std::unique_ptr<ForceDimensionRigBase> force_dimension_rig();
+
+class OpenHapticsRigBase : public Rig {
+ public:
+  virtual void warm(double share) = 0;  ///< [1] temperature of its motors
+};
+std::unique_ptr<OpenHapticsRigBase> openhaptics_rig();
 
 }  // namespace palpa

@@ -2,13 +2,18 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
+#include <mutex>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "palpa/device/hand.h"
+#include "palpa/device/paced_hand.h"
 #include "palpa/loop/grip.h"
 #include "palpa/loop/loop.h"
 #include "tests/core/counted_allocations.h"
+#include "tests/core/counted_locks.h"
 #include "tests/loop/scenes.h"
 
 namespace palpa {
@@ -204,6 +209,49 @@ TEST(LiveLoop, TicksWithScenesThatChangeAllocateNothingInItsThread) {
   EXPECT_EQ(in_ticks, 0);
 }
 
+class LiveLoopInFolder : public test::InFolder {};
+
+// The whole of a thread's time in the loop: clock, device, ticks, recorder, rehearsals, scenes that come from another thread.
+TEST_F(LiveLoopInFolder, NeitherAllocatesNorLocksInItsThreadWhileItIsRecordedAndChanged) {
+  {
+    std::mutex counted;
+    const long before = test::locks;
+    const std::lock_guard lock(counted);
+    ASSERT_EQ(test::locks, before + 1) << "the hook counts";
+  }
+  TraceWriter writer(folder("trace"), {.motors = true}, "", {"skin", "syrup"});
+  Recorder recorder(writer);
+  LiveScene live(test::head_scene());
+  const auto hand = stroking_hand();
+  PacedHand paced(*hand);
+  LiveLoop loop(live, paced, {.duration_s = 1.0, .guard = {.max_force_n = 10.0}}, &recorder);
+  std::atomic<bool> ended{false};
+  long allocations = -1, locks = -1, first_allocations = 0, first_locks = 0;
+  std::thread felt([&] {
+    const std::atomic<bool> never{false};
+    bool has_begun = false;
+    loop.run(never, [&](const TickFrame&, const Session&) {
+      if (!std::exchange(has_begun, true)) {
+        first_allocations = test::allocations;
+        first_locks = test::locks;
+      }
+      allocations = test::allocations - first_allocations;
+      locks = test::locks - first_locks;
+    });
+    ended = true;
+  });
+  for (int n = 0; !ended; ++n) {
+    live.change([&](Scene& scene) { scene.coupling.damping_ns_per_m = 0.1 + 0.01 * (n % 10); });
+    loop.account();
+    loop.look();
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  felt.join();
+  EXPECT_EQ(allocations, 0);
+  EXPECT_EQ(locks, 0);
+  EXPECT_GT(loop.account().scenes, 10);
+}
+
 TEST(LiveLoop, ThreadsThatChangeAndLookDoNotDisturbIt) {
   LiveScene live(test::head_scene());
   const auto hand = stroking_hand();
@@ -272,6 +320,29 @@ TEST(Grip, AHandleAtTheBorderTakesTheProbeFurther) {
   EXPECT_NEAR(last_m.x, 0.18, 1e-3);
   for (int i = 0; i < 1000; ++i) last_m = grip.hold({.position_m = {0.05, 0, 0}, .valid = true}, 1e-3).probe.position_m;
   EXPECT_NEAR(last_m.x, 0.13, 1e-3) << "inside it stays";
+}
+
+TEST(LiveScene, IsNoStifferThanTheDeviceBearsWhateverItIsChangedTo) {
+  const DeviceLimits limits{.max_stiffness_n_per_m = 300, .max_damping_ns_per_m = 0.1};
+  const auto felt_n = [&](LiveScene& live) {
+    const auto hand = stroking_hand(Hold::rigid);
+    SimulatedTime clock(hand.get());
+    LiveLoop loop(live, *hand, {.duration_s = 2.0, .guard = limit_alone()}, nullptr, &clock);
+    std::vector<double> forces_n;
+    const std::atomic<bool> never{false};
+    loop.run(never, [&](const TickFrame& frame, const Session&) { forces_n.push_back(norm(frame.command_n)); });
+    return forces_n;
+  };
+  Scene soft = test::head_scene(), stiff = test::head_scene();
+  soft.coupling = {.stiffness_n_per_m = 300, .damping_ns_per_m = 0.1};
+  stiff.coupling = {.stiffness_n_per_m = 5000, .damping_ns_per_m = 20};
+  LiveScene as_it_is(soft), held(stiff, limits), changed(soft, limits);
+  changed.set(stiff);
+  const auto wanted_n = felt_n(as_it_is);
+  EXPECT_GT(*std::max_element(wanted_n.begin(), wanted_n.end()), 0.5);
+  EXPECT_EQ(felt_n(held), wanted_n);
+  EXPECT_EQ(felt_n(changed), wanted_n);
+  EXPECT_EQ(changed.scene().coupling.stiffness_n_per_m, 5000) << "as it was set";
 }
 
 }  // namespace

@@ -1,0 +1,82 @@
+// An Inverse3 from end to end: the loop, its link, and a stand-in for Haply's Inverse Service on this machine.
+//
+//   bench_inverse3 SCENE HAND [rigid|relaxed|firm] [DATA_FOLDER]
+//
+// The round trip is from a force that is written to a state that is read and was sent after it. Then the scene is felt for 60 s
+// at 1 kHz, while the stand-in's handle goes where the hand of the run would.
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <thread>
+#include <vector>
+
+#include "palpa/baseline/path.h"
+#include "palpa/loop/loop.h"
+#include "run_arguments.h"
+#include "tests/devices/inverse3_rig.h"
+
+namespace {
+
+using namespace palpa;
+using Clock = std::chrono::steady_clock;
+using std::chrono::microseconds;
+
+double now_s() { return std::chrono::duration<double>(Clock::now().time_since_epoch()).count(); }
+
+void measure_round_trips(Device& device) {
+  constexpr int trips = 10'000;
+  std::vector<double> times_us;
+  auto next = Clock::now();
+  for (int n = 0; n < trips; ++n) {
+    const double begin_s = now_s();
+    device.write({1e-3 * (n % 100), 0, 0});
+    while (device.read().time_s < begin_s && now_s() < begin_s + 0.1) std::this_thread::yield();
+    times_us.push_back(1e6 * (now_s() - begin_s));
+    std::this_thread::sleep_until(next += microseconds(1000));
+  }
+  std::sort(times_us.begin(), times_us.end());
+  const auto at = [&](double share) { return times_us[static_cast<std::size_t>(share * (trips - 1))]; };
+  std::printf("round trip of %d: p50 %.0f us, p99 %.0f us, p99.9 %.0f us, max %.0f us\n", trips, at(0.5), at(0.99), at(0.999),
+              at(1.0));
+}
+
+void feel(Device& device, test::Inverse3StandIn& service, const PreparedRun& prepared) {
+  LiveScene scene(prepared.loaded.scene, baseline::path);
+  LiveOptions options{.duration_s = 60.0};
+  options.guard = guard_options_for(device.limits(), prepared.loaded.scene.coupling.max_force_n);
+  LiveLoop loop(scene, device, options);
+  std::atomic<bool> stop{false}, ended{false};
+  long felt = 0, faults = 0;
+  std::thread haptic([&] {
+    const RealTimeThread real_time;
+    loop.run(stop, [&](const TickFrame& frame, const Session&) {
+      felt += norm(frame.command_n) > 1e-3;
+      faults += (frame.circumstances & bit_of(Circumstance::device_fault)) != 0;
+    });
+    ended = true;
+  });
+  const double begin_s = now_s();
+  while (!ended) {
+    service.hold(test::service_from_hand(prepared.target->at(now_s() - begin_s).position_m), {});
+    std::this_thread::sleep_for(microseconds(900));
+  }
+  haptic.join();
+  const LoopAccount account = loop.account();
+  std::printf("felt at 1 kHz: %lld ticks, %lld missed, %ld with a fault of the device, %ld with a force\n",
+              static_cast<long long>(account.ticks), static_cast<long long>(account.missed), faults, felt);
+  std::printf("  late p50 %.0f us, p99 %.0f us, max %.0f us; tick p50 %.1f us, p99 %.1f us, max %.1f us\n", account.late.p50_us,
+              account.late.p99_us, account.late.max_us, account.tick.p50_us, account.tick.p99_us, account.tick.max_us);
+  std::printf("  the service answered %lld messages\n", static_cast<long long>(service.messages()));
+}
+
+void measure(const RunOptions& options) {
+  const PreparedRun prepared = prepare(options);
+  test::Inverse3StandIn service;
+  const auto device = test::inverse3_backend().open({{"port", std::to_string(service.port())}});
+  measure_round_trips(*device);
+  feel(*device, service, prepared);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) { return run_with_arguments(argc, argv, "bench_inverse3", measure); }
