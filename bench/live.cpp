@@ -17,11 +17,14 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <limits>
+#include <memory>
 #include <numeric>
 #include <thread>
 #include <vector>
 
 #include "palpa/baseline/path.h"
+#include "palpa/device/hand.h"
 #include "palpa/device/paced_hand.h"
 #include "palpa/loop/loop.h"
 #include "palpa/study/run.h"
@@ -94,6 +97,22 @@ void bare_block(Kind& kind, double rate_hz) {
   }
 }
 
+/// The recording from a later moment on, over and over.
+class Later final : public Target {
+ public:
+  Later(std::shared_ptr<const Target> target, double begin_s) : target_(std::move(target)), begin_s_(begin_s) {}
+  Point at(double time_s) const noexcept override { return target_->at(std::fmod(begin_s_ + time_s, target_->duration_s())); }
+  double duration_s() const noexcept override { return std::numeric_limits<double>::infinity(); }
+
+ private:
+  std::shared_ptr<const Target> target_;
+  double begin_s_;
+};
+
+std::unique_ptr<SimulatedDevice> hand_at(const PreparedRun& prepared, double begin_s) {
+  return hand_device(std::make_shared<Later>(prepared.target, begin_s), Hold::rigid);
+}
+
 void change(Scene& scene, std::int64_t n, bool is_swap) {
   if (is_swap) {
     SceneMode& mode = *scene.find_mode(scene.modes().back().name);
@@ -103,21 +122,25 @@ void change(Scene& scene, std::int64_t n, bool is_swap) {
   scene.coupling.damping_ns_per_m = 0.2 + 0.1 * static_cast<double>(n % 2);
 }
 
-void live_block(Kind& kind, const PreparedRun& prepared, SimulatedDevice& hand, double rate_hz, Recorder& recorder) {
-  PacedHand paced(hand);
+void live_block(Kind& kind, const PreparedRun& prepared, double begin_s, double rate_hz, Recorder& recorder) {
+  const auto hand = hand_at(prepared, begin_s);
+  PacedHand paced(*hand);
   LiveScene scene(prepared.loaded.scene, baseline::path);
   LiveOptions options{.rate_hz = rate_hz, .duration_s = block_s, .rehearse = kind.rehearses};
-  options.guard = guard_options_for(hand.limits(), prepared.loaded.scene.coupling.max_force_n);
+  options.guard = guard_options_for(hand->limits(), prepared.loaded.scene.coupling.max_force_n);
   LiveLoop loop(scene, paced, options, &recorder);
   std::atomic<bool> stop{false}, ended{false};
   std::thread felt([&] {
     const RealTimeThread real_time;
     Vec3 last_n;
+    std::int64_t last = -1;
     loop.run(stop, [&](const TickFrame& frame, const Session&) {
       kind.late_us.push_back(static_cast<float>(frame.late_us));
       kind.tick_us.push_back(static_cast<float>(frame.tick_us));
-      kind.jump_n = std::max(kind.jump_n, distance(frame.command_n, last_n));
+      // What a hand does in a tick that was skipped is its own.
+      if (frame.tick == last + 1) kind.jump_n = std::max(kind.jump_n, distance(frame.command_n, last_n));
       last_n = frame.command_n;
+      last = frame.tick;
     });
     ended = true;
   });
@@ -134,10 +157,12 @@ void live_block(Kind& kind, const PreparedRun& prepared, SimulatedDevice& hand, 
 }
 
 /// Mean time of the processor in a tick that follows the one before at once.
-double hot_mean_us(const PreparedRun& prepared, SimulatedDevice& hand, double rate_hz) {
+double hot_mean_us(const PreparedRun& prepared, double seconds, double rate_hz) {
+  const auto made = hand_at(prepared, 0.0);
+  SimulatedDevice& hand = *made;
   Session session(prepared.loaded.scene, baseline::path);
   GuardedSession guarded(session, hand.limits().max_force_n);
-  const auto ticks = static_cast<std::int64_t>(10.0 * rate_hz);
+  const auto ticks = static_cast<std::int64_t>(seconds * rate_hz);
   double spent_s = 0.0;
   for (std::int64_t n = 0; n < ticks; ++n) {
     hand.advance(1.0 / rate_hz);
@@ -169,7 +194,7 @@ double at(std::vector<float> times_us, double share) {
 
 void measure(const RunOptions& options, double seconds, double rate_hz, bool loaded) {
   const PreparedRun prepared = prepare(options);
-  const double hot_us = hot_mean_us(prepared, *prepared.hand, rate_hz);
+  const double hot_us = hot_mean_us(prepared, seconds, rate_hz);
   Kind kinds[] = {{.name = "bare loop", .is_bare = true},
                   {.name = "with rehearsals"},
                   {.name = "without", .rehearses = false},
@@ -192,7 +217,7 @@ void measure(const RunOptions& options, double seconds, double rate_hz, bool loa
         if (kind.is_bare)
           std::thread([&] { bare_block(kind, rate_hz); }).join();
         else
-          live_block(kind, prepared, *prepared.hand, rate_hz, recorder);
+          live_block(kind, prepared, felt_s, rate_hz, recorder);
       }
       if (first_kib == 0) first_kib = resident_kib();
     }

@@ -1,0 +1,72 @@
+// Feel a head in real time, with a device of one's own, and change the scene while it is felt.
+//
+// The device here is ten lines that move by themselves, in place of a driver. It strokes over the forehead for two seconds;
+// after one the skin becomes stronger. The guard lets the force in by a ramp, and no change of the scene is a jump.
+#include <palpa/loop/loop.h>
+#include <palpa/palpa.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <thread>
+
+namespace {
+
+class MyDevice final : public palpa::Device {
+ public:
+  explicit MyDevice(const palpa::Similarity& map)
+      : outside_m_(map.to_hand({0, -0.14, 0.05})), inwards_(map.turned_to_hand({0, 1, 0})) {}
+  std::string name() const override { return "my device"; }
+  palpa::DeviceLimits limits() const override { return {.max_force_n = 3, .max_stiffness_n_per_m = 600}; }
+  palpa::DeviceState read() noexcept override {
+    const double time_s = std::chrono::duration<double>(Clock::now() - begin_).count();
+    return {.position_m = outside_m_ + (0.02 - 0.02 * std::cos(6.0 * time_s)) * inwards_, .valid = true, .time_s = time_s};
+  }
+  bool write(const palpa::Vec3&) noexcept override { return true; }  // here the motors would be told
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point begin_ = Clock::now();
+  palpa::Vec3 outside_m_, inwards_;
+};
+
+}  // namespace
+
+int main() {
+  palpa::Scene scene({.stiffness_n_per_m = 400});
+  const palpa::FieldRef head = scene.add("head", palpa::head_phantom());
+  scene.add("skin", palpa::SurfaceAndFriction{.field = head, .levels = {{.value = -300, .strength_n = 1.0}}});
+
+  MyDevice device(scene.hand_to_world());
+  palpa::LiveScene live(scene, device.limits());
+  palpa::LiveLoop loop(live, device, {.duration_s = 2.0, .guard = palpa::guard_options_for(device.limits(), 3.0)});
+
+  const std::atomic<bool> never{false};
+  double strongest_n = 0.0, largest_step_n = 0.0;
+  std::thread haptic([&] {
+    const palpa::RealTimeThread real_time;  // as far as the system allows
+    palpa::Vec3 last_n;
+    loop.run(never, [&](const palpa::TickFrame& frame, const palpa::Session&) {
+      strongest_n = std::max(strongest_n, norm(frame.command_n));
+      largest_step_n = std::max(largest_step_n, norm(frame.command_n) - norm(last_n));
+      last_n = frame.command_n;
+    });
+  });
+  std::this_thread::sleep_for(std::chrono::seconds(1));
+  live.change([](palpa::Scene& changed) {
+    palpa::Mode& mode = changed.find_mode("skin")->mode;
+    auto skin = *mode.as<palpa::SurfaceAndFriction>();
+    skin.levels[0].strength_n = 2.0;
+    mode = skin;
+  });
+  haptic.join();
+
+  const palpa::LoopAccount account = loop.account();
+  std::printf("%lld ticks, %lld missed; late by %.0f us (p99), a tick took %.1f us (p99)\n",
+              static_cast<long long>(account.ticks), static_cast<long long>(account.missed), account.late.p99_us,
+              account.tick.p99_us);
+  std::printf("up to %.2f N, growing by at most %.3f N a tick; the scene changed %lld times\n", strongest_n, largest_step_n,
+              static_cast<long long>(account.scenes));
+  return strongest_n > 0.5 && strongest_n <= 3.0 && account.scenes == 1 ? 0 : 1;
+}
