@@ -8,6 +8,7 @@
 
 #include "palpa/device/device.h"
 #include "palpa/device/latest.h"
+#include "palpa/loop/loop.h"
 
 namespace palpa {
 
@@ -70,6 +71,8 @@ class ExchangeThread {
   static double seconds(Clock::time_point time) { return std::chrono::duration<double>(time.time_since_epoch()).count(); }
 
   void run() noexcept {
+    // Forces wait for this thread as much as for the loop's.
+    const RealTimeThread real_time;
     for (bool is_open = true; !ends_;) {  // `link_` comes open
       if (!is_open) {
         is_open = link_->open();

@@ -17,6 +17,7 @@
 
 #include "devices/inverse3_connection.h"
 #include "palpa/device/latest.h"
+#include "palpa/loop/loop.h"
 
 namespace palpa::inverse3 {
 
@@ -203,6 +204,8 @@ bool Link::Exchange::write(const Vec3& force_n) noexcept {
 // ---- the link's side: when ----
 
 void Link::Exchange::run() noexcept {
+  // Forces wait for this thread as much as for the loop's.
+  const RealTimeThread real_time;
   for (bool has_begun = false;;) {
     try {
       if (!std::exchange(has_begun, true)) {
