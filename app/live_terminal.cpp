@@ -43,7 +43,7 @@ void LiveTerminal::show(LiveLoop& loop) {
   std::string guard = name_of(view.frame.guard);
   if (view.device_fault != nullptr)
     guard += std::string(": ") + view.device_fault;
-  else if (view.frame.guard_cause != GuardCause::none)
+  else if (view.frame.guard_cause != GuardCause::none && view.frame.guard != GuardState::ramp)
     guard += std::string(": ") + words_of(view.frame.guard_cause);
   std::fprintf(stderr, "\r\033[K%.1f s  %4.2f N  late p99 %.0f us, max %.0f us  tick p99 %.0f us  missed %lld  %.100s",
                view.frame.t_s, norm(view.frame.command_n), account.late.p99_us, account.late.max_us, account.tick.p99_us,
