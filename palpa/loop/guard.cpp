@@ -141,7 +141,7 @@ Guard::Passed Guard::next(const GuardInput& input) noexcept {
       return {.state = GuardState::off, .cause = cause_};
     case Phase::falling: {
       const double left = left_after[fallen_++];
-      const Passed passed{.command_n = left * falls_from_n_,
+      const Passed passed{.command_n = within(left * falls_from_n_, limit_n(input.time_step_s)),
                           .state = GuardState::falling,
                           .cause = cause_,
                           .brakes = cause_ == GuardCause::speed};
@@ -151,7 +151,8 @@ Guard::Passed Guard::next(const GuardInput& input) noexcept {
     case Phase::letting_go: {
       in_phase_s_ += input.time_step_s;
       const double left = std::max(0.0, 1.0 - in_phase_s_ / let_go_s);
-      const Passed passed{.command_n = left * falls_from_n_, .state = GuardState::falling, .cause = cause_};
+      const Passed passed{
+          .command_n = within(left * falls_from_n_, limit_n(input.time_step_s)), .state = GuardState::falling, .cause = cause_};
       if (left == 0.0) enter(Phase::waiting, cause_);
       return passed;
     }

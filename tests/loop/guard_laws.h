@@ -49,6 +49,15 @@ class Judge {
     paused_s_ = pause || fault ? paused_s_ + in.time_step_s : 0.0;
     overdue_ticks_ = paused_s_ > 0.05 + 1e-9 ? overdue_ticks_ + 1 : 0;  // a fault in its last tick takes three more
     if (overdue_ticks_ > 3 && sent_n > 0) return "a pause ends at zero within 50 ms and three ticks";
+    // Whatever mean of its velocity is taken: after 25 ms of the same one it is that one.
+    const bool steps = in.usable && is_finite(in.probe_step_m);
+    const Vec3 velocity = steps ? in.probe_step_m / in.time_step_s : Vec3{};
+    const bool is_same =
+        norm(velocity) > 1.5 * options_.max_speed_m_per_s && distance(velocity, last_velocity_) < 1e-6 * norm(velocity);
+    last_velocity_ = velocity;
+    fast_s_ = is_same ? fast_s_ + in.time_step_s : 0.0;
+    fast_ticks_ = fast_s_ > 0.025 ? fast_ticks_ + 1 : 0;
+    if (fast_ticks_ > 3 && sent_n > 0) return "a hand that is too fast is let go of within three ticks";
     if ((fault || pause) && sent_n > norm(last_n_)) return "nothing grows while something is wrong";
 
     if (has(in, Circumstance::panic)) is_off_ = true;
@@ -103,8 +112,9 @@ class Judge {
   GuardOptions options_;
   Vec3 last_n_;
   GuardState last_state_ = GuardState::waiting;
-  int faulty_ticks_ = 0, overdue_ticks_ = 0;
-  double paused_s_ = 0.0, allowed_s_ = 0.0;
+  Vec3 last_velocity_;
+  int faulty_ticks_ = 0, overdue_ticks_ = 0, fast_ticks_ = 0;
+  double paused_s_ = 0.0, allowed_s_ = 0.0, fast_s_ = 0.0;
   bool is_returning_ = true, has_begun_ = false, is_off_ = false;
 };
 
@@ -131,7 +141,7 @@ class RandomHand {
     const double wild = chance(0.01) ? 30.0 : 1.0;
     force_n_ += (wild * roughness_n_) * vector();
     in.force_n = is_quiet_ ? 0.1 * vector() : force_n_;
-    in.probe_step_m = (speed_m_per_s_ * in.time_step_s) * vector();
+    in.probe_step_m = in.time_step_s * (goes_one_way_ ? way_m_per_s_ : speed_m_per_s_ * vector());
     in.gained_j = between(-1e-5, gain_j_);
     if (chance(rarely_)) in.force_n.y = odd();
     if (chance(rarely_)) in.usable = false;
@@ -147,6 +157,8 @@ class RandomHand {
     force_n_ = log_between(0.01, 100.0) * vector();
     roughness_n_ = log_between(1e-4, 1.0);
     speed_m_per_s_ = log_between(1e-3, 2.0);
+    goes_one_way_ = chance(0.1);
+    way_m_per_s_ = log_between(0.1, 10.0) * vector();
     gain_j_ = log_between(1e-7, 1e-2);
     rarely_ = chance(0.7) ? 0.0 : log_between(1e-4, 0.1);
     is_quiet_ = chance(0.6);
@@ -174,7 +186,8 @@ class RandomHand {
   int left_ = 0;
   Vec3 force_n_;
   double roughness_n_ = 0, speed_m_per_s_ = 0, gain_j_ = 0, rarely_ = 0, dt_s_ = 1e-3;
-  bool is_quiet_ = false;
+  Vec3 way_m_per_s_;
+  bool is_quiet_ = false, goes_one_way_ = false;
   std::uint32_t buttons_ = 0, circumstances_ = 0;
 };
 
