@@ -206,6 +206,7 @@ constexpr const char* how_to_get =
 
 struct Wanted {
   std::vector<std::string> files;
+  std::string description = "force-dimension";  // of any of its devices
   int number = 1;
   bool may_move = false;
 };
@@ -218,6 +219,7 @@ Wanted wanted(const DeviceSettings& given) {
         refuse("number=" + value.substr(0, 40) + " cannot be; devices are numbered from 1");
     } else if (key == "library") {
       out.files = {value};
+      out.description += ",library=" + value;
     } else if (key == "autoinit") {
       if (value != "yes" && value != "no") refuse("autoinit=" + value.substr(0, 40) + " is not known; give yes or no");
       out.may_move = value == "yes";
@@ -273,7 +275,7 @@ DeviceSearch search(const DeviceSettings& given) {
   DeviceSearch out;
   const int count = std::clamp(api->device_count(), 0, 16);
   for (int n = 0; n < count; ++n) {
-    std::string description = "force-dimension";
+    std::string description = want.description;
     if (n > 0) description += ",number=" + std::to_string(n + 1);
     out.found.push_back(
         {description, "device " + std::to_string(n + 1) + " of those that " + api->library.file() + " has found"});

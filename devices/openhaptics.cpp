@@ -148,6 +148,7 @@ class Scheduler {
 struct Wanted {
   std::vector<std::string> files;
   std::string name;  // empty: the default device
+  std::string description = "openhaptics";
 };
 
 /// One device while it is open: the library's own thread exchanges force for state in each of its frames.
@@ -287,8 +288,9 @@ constexpr const char* how_to_get =
     "name that file by library=/path/libHD.so";
 
 Wanted wanted(const DeviceSettings& given) {
-  Wanted out{{"libHD.so", "libHD.so.3.4", "/usr/lib/libHD.so", "/usr/local/lib/libHD.so"}, ""};
+  Wanted out{.files = {"libHD.so", "libHD.so.3.4", "/usr/lib/libHD.so", "/usr/local/lib/libHD.so"}};
   for (const auto& [key, value] : given) {
+    out.description += "," + key + "=" + value;
     if (key == "name") {
       out.name = value;
     } else if (key == "library") {
@@ -330,9 +332,7 @@ DeviceSearch search(const DeviceSettings& given) {
     const Handle handle = library.api.init(want.name.empty() ? nullptr : want.name.c_str());
     const unsigned code = library.api.get_error().code;
     if (handle != no_device) library.api.disable_device(handle);
-    if (handle != no_device && code == 0)
-      return {.found = {{want.name.empty() ? "openhaptics" : "openhaptics,name=" + want.name, "the driver's device"}},
-              .missing = {}};
+    if (handle != no_device && code == 0) return {.found = {{want.description, "the driver's device"}}, .missing = {}};
   } catch (const LoadError& error) {
     return {.found = {}, .missing = {error.what()}};
   }

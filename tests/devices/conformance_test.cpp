@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "palpa/core/load_error.h"
+#include "palpa/device/open_device.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/modes.h"
 #include "palpa/volume/analytic.h"
@@ -355,6 +356,21 @@ TEST(VendorLibraries, ThatMissAFunctionAreToldWhich) {
   EXPECT_NE(refusal("openhaptics", {{"library", PALPA_TESTS_HD_WITHOUT_UNSCHEDULE}}).find("hdUnschedule"), std::string::npos);
   EXPECT_NE(refusal("openhaptics", {{"library", PALPA_TESTS_DHD}}).find("hdInitDevice"), std::string::npos)
       << "another vendor's";
+}
+
+TEST(VendorLibraries, ShowDevicesThatCanBeOpenedAsTheySay) {
+  const auto hands = force_dimension_rig();
+  const auto touch = openhaptics_rig();
+  for (const auto& [backend, file] :
+       {std::pair("force-dimension", PALPA_TESTS_DHD), std::pair("openhaptics", PALPA_TESTS_HD)}) {
+    const DeviceSearch search = built_backend(backend).search({{"library", file}});
+    ASSERT_FALSE(search.found.empty());
+    for (const FoundDevice& found : search.found) {
+      const DeviceDescription description = device_description(found.description);
+      EXPECT_EQ(description.name, backend);
+      EXPECT_NE(built_backend(backend).open(description.settings), nullptr) << found.description;
+    }
+  }
 }
 
 TEST(VendorLibraries, OfAnEarlierVersionAreUsedForWhatTheyHave) {
