@@ -28,7 +28,7 @@ LiveTerminal::~LiveTerminal() {
 }
 
 bool LiveTerminal::watch(LiveLoop& loop, LiveScene& scene) {
-  if (shows_) show(loop);
+  if (shows_ && looks_++ % looks_per_line == 0) show(loop);
   if (!before_) return true;
   pollfd keys{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
   char key = 0;

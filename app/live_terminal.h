@@ -26,7 +26,10 @@ class LiveTerminal {
   void show(LiveLoop& loop);
   bool obey(char key, LiveLoop& loop, LiveScene& scene);
 
+  static constexpr int looks_per_line = 5;
+
   bool shows_ = false;
+  int looks_ = 0;
   bool is_held_ = false;           // by the panic key
   std::optional<termios> before_;  // of a stdin whose keys are read; none: they are not
 };

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "palpa/baseline/path.h"
+#include "palpa/device/open_device.h"
 #include "palpa/loop/loop.h"
 #include "run_arguments.h"
 #include "tests/devices/inverse3_rig.h"
@@ -72,7 +73,7 @@ void feel(Device& device, test::Inverse3StandIn& service, const PreparedRun& pre
 void measure(const RunOptions& options) {
   const PreparedRun prepared = prepare(options);
   test::Inverse3StandIn service;
-  const auto device = test::inverse3_backend().open({{"port", std::to_string(service.port())}});
+  const auto device = device_backend("inverse3").open({{"port", std::to_string(service.port())}});
   measure_round_trips(*device);
   feel(*device, service, prepared);
 }

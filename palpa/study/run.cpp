@@ -172,7 +172,8 @@ class Recording {
 /// Feels the scene in real time on a thread of its own, while this one watches.
 void feel_live(const LiveRunOptions& options, LiveLoop& loop, LiveScene& scene, const TickObserver& observer,
                const std::atomic<bool>* stop, std::vector<std::string>& warnings) {
-  constexpr auto watch_interval = std::chrono::milliseconds(100);
+  // Longer: a panic key is heard later; shorter: more work.
+  constexpr auto watch_interval = std::chrono::milliseconds(20);
   std::atomic<bool> ends{false}, ended{false};
   std::vector<std::string> refused;
   // An interrupt is for the watching thread.
@@ -188,9 +189,15 @@ void feel_live(const LiveRunOptions& options, LiveLoop& loop, LiveScene& scene, 
     ended = true;
   });
   ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
-  while (!ended) {
-    std::this_thread::sleep_for(watch_interval);
-    if ((stop && *stop) || (options.watch && !options.watch(loop, scene))) ends = true;
+  try {
+    while (!ended) {
+      std::this_thread::sleep_for(watch_interval);
+      if ((stop && *stop) || (options.watch && !options.watch(loop, scene))) ends = true;
+    }
+  } catch (...) {
+    ends = true;  // first of all the motors
+    felt.join();
+    throw;
   }
   felt.join();
   warnings.insert(warnings.end(), refused.begin(), refused.end());

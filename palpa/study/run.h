@@ -27,7 +27,7 @@ struct LiveRunOptions {
   std::uint32_t dead_man_buttons = 0;  ///< one of these has to be held for a force; 0: none
   bool goes_on_at_border = false;
   std::filesystem::path devices_toml;  ///< what the user says of devices; empty: `device_notes_file()`
-  /// Called some ten times a second on the caller's thread, to show and to steer what is felt; false ends the run. May be
+  /// Called some fifty times a second on the caller's thread, to show and to steer what is felt; false ends the run. May be
   /// empty.
   std::function<bool(LiveLoop&, LiveScene&)> watch;
 };

@@ -332,7 +332,7 @@ TEST(Controller, RumblesWithTheForceAndKnocksAtATouch) {
 
 std::string refusal(const char* backend, const DeviceSettings& settings) {
   try {
-    built_backend(backend).open(settings);
+    device_backend(backend).open(settings);
   } catch (const LoadError& error) {
     return error.what();
   }
@@ -345,7 +345,7 @@ TEST(VendorLibraries, ThatAreNotThereAreToldWithTheRemedy) {
     EXPECT_NE(words.find("/nowhere/lib.so"), std::string::npos) << words;
     EXPECT_NE(words.find("library="), std::string::npos) << words;
     EXPECT_EQ(words.find('\n'), std::string::npos) << words;
-    const DeviceSearch search = built_backend(backend).search({{"library", "/nowhere/lib.so"}});
+    const DeviceSearch search = device_backend(backend).search({{"library", "/nowhere/lib.so"}});
     EXPECT_TRUE(search.found.empty());
     EXPECT_EQ(search.missing.size(), 1u);
   }
@@ -363,18 +363,18 @@ TEST(VendorLibraries, ShowDevicesThatCanBeOpenedAsTheySay) {
   const auto touch = openhaptics_rig();
   for (const auto& [backend, file] :
        {std::pair("force-dimension", PALPA_TESTS_DHD), std::pair("openhaptics", PALPA_TESTS_HD)}) {
-    const DeviceSearch search = built_backend(backend).search({{"library", file}});
+    const DeviceSearch search = device_backend(backend).search({{"library", file}});
     ASSERT_FALSE(search.found.empty());
     for (const FoundDevice& found : search.found) {
       const DeviceDescription description = device_description(found.description);
       EXPECT_EQ(description.name, backend);
-      EXPECT_NE(built_backend(backend).open(description.settings), nullptr) << found.description;
+      EXPECT_NE(device_backend(backend).open(description.settings), nullptr) << found.description;
     }
   }
 }
 
 TEST(VendorLibraries, OfAnEarlierVersionAreUsedForWhatTheyHave) {
-  const auto device = built_backend("force-dimension").open({{"library", PALPA_TESTS_DHD_OLD}});
+  const auto device = device_backend("force-dimension").open({{"library", PALPA_TESTS_DHD_OLD}});
   EXPECT_FALSE(device->brake(true)) << "that version has no brakes";
   EXPECT_EQ(device->name(), "Force Dimension omega.3");
 }

@@ -1,26 +1,10 @@
 #include "tests/devices/inverse3_rig.h"
 
-#include <dlfcn.h>
-
-#include <cstdlib>
-#include <stdexcept>
+#include "palpa/device/open_device.h"
 
 namespace palpa {
 
 namespace test {
-
-const DeviceBackend& inverse3_backend() {
-  static const DeviceBackend* const backend = [] {
-    const char* bin = std::getenv("PALPA_BIN");
-    const std::string file = std::string(bin != nullptr ? bin : "../bin") + "/../libexec/palpa/palpa-device-inverse3.so";
-    void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
-    if (library == nullptr) throw std::runtime_error(dlerror());
-    const void* symbol = dlsym(library, "palpa_device_backend");
-    if (symbol == nullptr) throw std::runtime_error(file + " exports no device");
-    return static_cast<const DeviceBackend*>(symbol);
-  }();
-  return *backend;
-}
 
 Vec3 service_from_hand(const Vec3& hand) {
   const double right = hand.x, up = hand.y, towards_user = hand.z;
@@ -37,7 +21,9 @@ namespace {
 
 class Inverse3Rig final : public Rig {
  public:
-  std::unique_ptr<Device> open() override { return test::inverse3_backend().open({{"port", std::to_string(service_.port())}}); }
+  std::unique_ptr<Device> open() override {
+    return device_backend("inverse3").open({{"port", std::to_string(service_.port())}});
+  }
   void hold(const Vec3& position_m, const Vec3& velocity_m_per_s) override {
     service_.hold(test::service_from_hand(position_m), test::service_from_hand(velocity_m_per_s));
   }

@@ -18,6 +18,7 @@
 
 #include "devices/inverse3_messages.h"
 #include "palpa/core/load_error.h"
+#include "palpa/device/open_device.h"
 #include "tests/core/counted_allocations.h"
 #include "tests/devices/inverse3_rig.h"
 
@@ -56,7 +57,9 @@ class Inverse3 : public testing::Test {
     more.emplace_back("port", std::to_string(service.port()));
     return more;
   }
-  std::unique_ptr<Device> open(const DeviceSettings& more = {}) const { return test::inverse3_backend().open(settings(more)); }
+  std::unique_ptr<Device> open(const DeviceSettings& more = {}) const {
+    return device_backend("inverse3").open(settings(more));
+  }
 
   /// Writes the force and reads the state each millisecond until the condition holds.
   template <class Condition>
@@ -436,7 +439,7 @@ TEST_F(Inverse3, IsNotOpenedByAServiceThatBeginsWithNonsense) {
        {"", "{", "[]", R"({"inverse3":[{"device_id":"a b"}]})", R"({"inverse3":[{"device_id":"A"},{}]})"}) {
     service.change_texts([&](const std::string&) { return text; }, true);
     EXPECT_THAT(message_of([&] { open(); }), HasSubstr("device inverse3: the Inverse Service does not answer"));
-    EXPECT_THAT(test::inverse3_backend().search(settings()).missing, SizeIs(1));
+    EXPECT_THAT(device_backend("inverse3").search(settings()).missing, SizeIs(1));
   }
   // One that has begun well is tried again and again.
   service.change_texts(nullptr);
@@ -511,7 +514,7 @@ TEST(Inverse3Messages, AVersionIsReadFromWhateverIsAnswered) {
 
 TEST_F(Inverse3, IsFoundWithTheWordsThatOpenIt) {
   service.connect_second_device(true);
-  const DeviceSearch search = test::inverse3_backend().search(settings());
+  const DeviceSearch search = device_backend("inverse3").search(settings());
   ASSERT_THAT(search.found, SizeIs(2));
   const std::string port = ",port=" + std::to_string(service.port());
   EXPECT_EQ(search.found[0].description, "inverse3,id=0BEE" + port);
@@ -522,13 +525,13 @@ TEST_F(Inverse3, IsFoundWithTheWordsThatOpenIt) {
 
 TEST_F(Inverse3, ThatIsNotThereIsMissedWithWhatToDo) {
   service.connect_device(false);
-  EXPECT_THAT(test::inverse3_backend().search(settings()).found, IsEmpty());
-  EXPECT_THAT(test::inverse3_backend().search(settings()).missing, ElementsAre(HasSubstr("switch on")));
+  EXPECT_THAT(device_backend("inverse3").search(settings()).found, IsEmpty());
+  EXPECT_THAT(device_backend("inverse3").search(settings()).missing, ElementsAre(HasSubstr("switch on")));
   EXPECT_THAT(message_of([&] { open(); }), AllOf(HasSubstr("device inverse3: "), HasSubstr("has no Inverse3; plug one in")));
   service.connect_second_device(true);
   EXPECT_THAT(message_of([&] { open({{"id", "049D"}}); }), HasSubstr("no Inverse3 with id=049D; it has 0BEE"));
   service.stop();
-  EXPECT_THAT(test::inverse3_backend().search(settings()).missing, ElementsAre(HasSubstr("haply-inverse-service")));
+  EXPECT_THAT(device_backend("inverse3").search(settings()).missing, ElementsAre(HasSubstr("haply-inverse-service")));
   EXPECT_THAT(message_of([&] { open(); }), HasSubstr("does not answer at 127.0.0.1:"));
 }
 
@@ -562,15 +565,15 @@ TEST(Inverse3Settings, ThatCannotBeAreRefusedWithWhatCan) {
       {{{"profile", std::string(10000, 'a')}}, "letters"},
   };
   for (const auto& [settings, words] : refused) {
-    for (const auto& use : {std::function<void()>([&] { test::inverse3_backend().open(settings); }),
-                            std::function<void()>([&] { test::inverse3_backend().search(settings); })}) {
+    for (const auto& use : {std::function<void()>([&] { device_backend("inverse3").open(settings); }),
+                            std::function<void()>([&] { device_backend("inverse3").search(settings); })}) {
       const std::string said = message_of(use);
       EXPECT_THAT(said, AllOf(testing::StartsWith("device inverse3: "), HasSubstr(words)));
       EXPECT_THAT(said, Not(HasSubstr("\n")));
       EXPECT_LT(said.size(), 400u);
     }
   }
-  EXPECT_THAT(test::inverse3_backend().settings(), SizeIs(6));
+  EXPECT_THAT(device_backend("inverse3").settings(), SizeIs(6));
 }
 
 // ---- a service of another making ----
@@ -616,7 +619,7 @@ class Peer {
 TEST(Inverse3Peer, AgreesWithAnotherServersWebSocket) {
   const Peer peer;
   if (peer.port().empty()) GTEST_SKIP() << "python3-websockets is not here";
-  const auto device = test::inverse3_backend().open({{"port", peer.port()}});
+  const auto device = device_backend("inverse3").open({{"port", peer.port()}});
   EXPECT_EQ(device->name(), "Haply Inverse3 PY01");
   // Its arm is a spring of 100 N/m.
   for (const Vec3& force_n : {Vec3{1, 0, 0}, Vec3{0, 1.5, 0}, Vec3{0, 0, 2}, Vec3{-0.5, 1, 0.25}}) {

@@ -16,7 +16,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "tests/devices/vendor_rigs.h"
+#include "palpa/device/open_device.h"
 
 namespace palpa {
 
@@ -37,7 +37,7 @@ class SpaceMouseRig final : public Rig {
     unplug();
     std::filesystem::remove_all(folder_);
   }
-  std::unique_ptr<Device> open() override { return built_backend("spacemouse").open({}); }
+  std::unique_ptr<Device> open() override { return device_backend("spacemouse").open({}); }
   void hold(const Vec3& position_m, const Vec3&) override {
     deflection_ = position_m;
     tell_motion();
@@ -134,7 +134,7 @@ class ControllerRig final : public ControllerRigBase {
     unplug();
     SDL_QuitSubSystem(SDL_INIT_GAMECONTROLLER);
   }
-  std::unique_ptr<Device> open() override { return built_backend("controller").open({}); }
+  std::unique_ptr<Device> open() override { return device_backend("controller").open({}); }
   void hold(const Vec3& position_m, const Vec3&) override {
     deflection_ = position_m;
     set();

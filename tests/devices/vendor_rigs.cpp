@@ -2,10 +2,9 @@
 
 #include <dlfcn.h>
 
-#include <cstdlib>
-#include <map>
 #include <stdexcept>
 
+#include "palpa/device/open_device.h"
 #include "tests/devices/dhd_stand_in.h"
 #include "tests/devices/hd_stand_in.h"
 
@@ -47,7 +46,7 @@ class ForceDimensionRig final : public ForceDimensionRigBase {
     numbers().give_back(number_);
   }
   std::unique_ptr<Device> open() override {
-    return built_backend("force-dimension").open({{"library", PALPA_TESTS_DHD}, {"number", std::to_string(number_ + 1)}});
+    return device_backend("force-dimension").open({{"library", PALPA_TESTS_DHD}, {"number", std::to_string(number_ + 1)}});
   }
   // The vendor's words: x towards the user, y to the right of the user, z up.
   void hold(const Vec3& position_m, const Vec3& velocity_m_per_s) override {
@@ -107,7 +106,7 @@ class OpenHapticsRig final : public OpenHapticsRigBase {
   std::unique_ptr<Device> open() override {
     DeviceSettings settings{{"library", PALPA_TESTS_HD}};
     if (number_ == 1) settings.emplace_back("name", "second");
-    return built_backend("openhaptics").open(settings);
+    return device_backend("openhaptics").open(settings);
   }
   // The vendor's words: millimetres, x to the right, y up, z towards the user.
   void hold(const Vec3& position_m, const Vec3& velocity_m_per_s) override {
@@ -155,19 +154,6 @@ class OpenHapticsRig final : public OpenHapticsRigBase {
 };
 
 }  // namespace
-
-const DeviceBackend& built_backend(const std::string& name) {
-  static std::map<std::string, const DeviceBackend*> loaded;
-  const DeviceBackend*& backend = loaded[name];
-  if (backend == nullptr) {
-    const char* bin = std::getenv("PALPA_BIN");
-    const std::string folder = std::string(bin != nullptr ? bin : "../bin") + "/../libexec/palpa/";
-    backend =
-        static_cast<const DeviceBackend*>(::dlsym(opened(folder + "palpa-device-" + name + ".so"), "palpa_device_backend"));
-    if (backend == nullptr) throw std::runtime_error(name + " exports no device");
-  }
-  return *backend;
-}
 
 std::unique_ptr<ForceDimensionRigBase> force_dimension_rig() { return std::make_unique<ForceDimensionRig>(); }
 std::unique_ptr<OpenHapticsRigBase> openhaptics_rig() { return std::make_unique<OpenHapticsRig>(); }

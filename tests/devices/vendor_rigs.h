@@ -3,13 +3,9 @@
 
 #include <memory>
 
-#include "palpa/device/backend.h"
 #include "tests/devices/rig.h"
 
 namespace palpa {
-
-/// What palpa-device-NAME.so of this build exports. Throws std::runtime_error where it cannot be loaded.
-const DeviceBackend& built_backend(const std::string& name);
 
 class ForceDimensionRigBase : public Rig {
  public:
