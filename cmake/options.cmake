@@ -3,6 +3,7 @@ option(PALPA_READER "Build palpa-read, which opens files (needs VTK, vtk-dicom a
 option(PALPA_APP "Build the program palpa" ${PROJECT_IS_TOP_LEVEL})
 option(PALPA_VIEW "Build pictures, plots and reports (needs VTK with rendering, EGL)" ${PROJECT_IS_TOP_LEVEL})
 option(PALPA_DEVICES "Build what talks with real haptic devices (needs Boost)" ${PROJECT_IS_TOP_LEVEL})
+option(PALPA_EXPLORER "Build palpa-explorer, the window (needs Qt 5, Qwt and what PALPA_VIEW needs)" OFF)
 option(PALPA_EXAMPLES "Build the examples" ${PROJECT_IS_TOP_LEVEL})
 if(PROJECT_IS_TOP_LEVEL AND (NOT DEFINED BUILD_TESTING OR BUILD_TESTING))
   option(PALPA_TESTS "Build the tests" ON)

@@ -13,8 +13,16 @@ constexpr double largest_ratio = 3.0;
 
 void Pointer::move(const Vec3& way_m) noexcept {
   if (!is_finite(way_m)) return;
-  moved_to_m_ += way_m;
-  wanted_.give(moved_to_m_);
+  told_.moved_to_m += way_m;
+  wanted_.give(told_);
+}
+
+void Pointer::put(const Vec3& at_m) noexcept {
+  if (!is_finite(at_m)) return;
+  told_.put_at_m = at_m;
+  told_.put_from_m = told_.moved_to_m;
+  ++told_.puts;
+  wanted_.give(told_);
 }
 
 bool Pointer::write(const Vec3& force_n) noexcept {
@@ -34,9 +42,15 @@ DeviceState Pointer::read() noexcept {
 }
 
 void Pointer::pass(double time_s) noexcept {
-  const Vec3& wanted_m = wanted_.take();
-  pending_m_ += wanted_m - taken_m_;
-  taken_m_ = wanted_m;
+  const Wanted& wanted = wanted_.take();
+  if (wanted.puts != puts_taken_) {
+    puts_taken_ = wanted.puts;
+    position_m_ = shortened(wanted.put_at_m, options_.radius_m);
+    pending_m_ = velocity_m_per_s_ = {};
+    taken_m_ = wanted.put_from_m;
+  }
+  pending_m_ += wanted.moved_to_m - taken_m_;
+  taken_m_ = wanted.moved_to_m;
   if (!(time_s > 0.0)) return;
 
   Vec3 way_m = -std::expm1(-time_s / options_.smoothing_s) * pending_m_;

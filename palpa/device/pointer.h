@@ -30,6 +30,10 @@ class Pointer final : public Device {
 
   /// Moves the hand by this, in the hand frame. What is not finite is left out. Allocates nothing.
   void move(const Vec3& way_m) noexcept;
+  /// Puts the hand somewhere [m], in the hand frame, at once; what it was still to move is forgotten. Not for a hand that feels
+  /// something: have the loop feel nothing meanwhile (`LiveLoop::move_view`). What is not finite is left out. Allocates
+  /// nothing.
+  void put(const Vec3& at_m) noexcept;
   /// Buttons that are held, a bit each.
   void press(std::uint32_t buttons) noexcept { buttons_.store(buttons, std::memory_order_relaxed); }
 
@@ -47,11 +51,18 @@ class Pointer final : public Device {
 
  private:
   const Options options_;
-  // The window's: where all motions together have led, since a taken value may have been several.
-  Vec3 moved_to_m_;
-  Latest<Vec3> wanted_;
+  // The window's: sums, since a taken value may have been several.
+  struct Wanted {
+    Vec3 moved_to_m;         // by all motions together
+    Vec3 put_at_m;           // the last time that it was put …
+    Vec3 put_from_m;         // … and how far all motions together had led then
+    std::uint32_t puts = 0;  // so many times
+  };
+  Wanted told_;
+  Latest<Wanted> wanted_;
   std::atomic<std::uint32_t> buttons_{0};
   // The haptic thread's.
+  std::uint32_t puts_taken_ = 0;
   Vec3 taken_m_, pending_m_, position_m_, velocity_m_per_s_, force_n_;
   std::chrono::steady_clock::time_point passed_to_ = std::chrono::steady_clock::now();
 };

@@ -569,6 +569,10 @@ void Scene::add(std::string name, Mode mode, std::vector<Mask> masks, bool enabl
   modes_.push_back(std::move(added));
 }
 
+void Scene::remove_mode(std::string_view name) noexcept {
+  std::erase_if(modes_, [&](const SceneMode& mode) { return mode.name == name; });
+}
+
 SceneVolume* Scene::find_volume(std::string_view name) noexcept {
   const auto found = std::ranges::find(volumes_, name, &SceneVolume::name);
   return found == volumes_.end() ? nullptr : &*found;

@@ -114,6 +114,9 @@ class Scene {
   /// Adds a mode; its fields must be there. The name is not taken.
   void add(std::string name, Mode mode, std::vector<Mask> masks = {}, bool enabled = true);
 
+  /// Takes a mode away; nothing where there is none of this name.
+  void remove_mode(std::string_view name) noexcept;
+
   const std::vector<SceneVolume>& volumes() const noexcept { return volumes_; }
   const std::vector<SceneMode>& modes() const noexcept { return modes_; }
   SceneVolume* find_volume(std::string_view name) noexcept;

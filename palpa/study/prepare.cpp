@@ -131,6 +131,68 @@ PreparedRun prepare_real(const RunOptions& options) {
   return prepared;
 }
 
+/// A hand without a person, before it is known where there is something to feel.
+struct SoughtHand {
+  DevicePlant plant;
+  std::optional<SimulatedMotion> motion;  ///< else `target`
+  std::shared_ptr<const Target> target;
+};
+
+SoughtHand sought_hand(const RunOptions& options) {
+  SoughtHand hand;
+  if (!options.device.empty()) hand.plant = device_plant(options.device);
+  if (options.hand.starts_with("sim:")) {
+    hand.motion = simulated_motion(options.hand);
+  } else {
+    hand.target = recorded_target(options.hand, options.recording);
+  }
+  return hand;
+}
+
+/// The hand in the scene, where it can feel something.
+PreparedRun placed(const SoughtHand& hand, LoadedScene loaded, const RunOptions& options) {
+  PreparedRun prepared;
+  prepared.loaded = std::move(loaded);
+  prepared.device = hand.plant.name;
+  prepared.target = hand.target;
+  if (prepared.target) {
+    for (const std::string& warning : prepared.target->warnings())
+      prepared.loaded.warnings.push_back(options.hand + ": " + warning);
+  }
+
+  const Scene& scene = prepared.loaded.scene;
+  const Hold hold = options.hold.value_or(hand.motion ? Hold::relaxed : Hold::rigid);
+  const bool fits = options.fit.value_or(!options.recording.center.has_value());
+  if (hand.motion || (fits && !prepared.target->knows_its_place())) {
+    prepared.reach.emplace(within(scene, hand.plant), [&](double share) {
+      if (options.progress) options.progress(reach_progress * share);
+    });
+  }
+  if (hand.motion) {
+    prepared.target = prepared.reach->is_empty()
+                          ? simulated_target(*hand.motion)
+                          : simulated_target(*hand.motion, prepared.reach->encounter(*hand.motion, hold));
+  } else if (prepared.reach && !prepared.reach->is_empty()) {
+    const Laid laid = prepared.reach->lay(prepared.target, hold);
+    prepared.target = displaced(prepared.target, laid.offset_m, laid.scale);
+    prepared.laid = laid;
+    prepared.notes.push_back(words_of(laid));
+  }
+  if (!hand.motion && !prepared.laid && !prepared.target->knows_its_place()) prepared.remedy = "--hand-fit on";
+  prepared.goes_its_own_way = !hand.motion && hold == Hold::rigid;
+  prepared.hand = hand_device(prepared.target, hold, hand.plant);
+  if (!hand.plant.name.empty()) {
+    prepared.notes.push_back("The hand holds a device, " + hand.plant.name + ": " + words_of(hand.plant) + ".");
+    if (scene.coupling.stiffness_n_per_m > hand.plant.limits.max_stiffness_n_per_m)
+      prepared.loaded.warnings.push_back(words_of_stiffness(scene, hand.plant));
+  }
+  for (std::string& sentence : words_of_unyielding(scene, prepared.hand->limits().max_force_n))
+    prepared.notes.push_back(std::move(sentence));
+  const double hand_s = prepared.target->duration_s();
+  prepared.duration_s = options.duration_s.value_or(std::isfinite(hand_s) ? hand_s : default_duration_s);
+  return prepared;
+}
+
 }  // namespace
 
 PreparedRun prepare(const RunOptions& options) {
@@ -142,54 +204,16 @@ PreparedRun prepare(const RunOptions& options) {
   }
   if (!options.out.empty()) check_out(options.out);
   if (options.hand.empty()) return prepare_real(options);
-  const DevicePlant plant = options.device.empty() ? DevicePlant{} : device_plant(options.device);
-  std::optional<SimulatedMotion> motion;
-  PreparedRun prepared;
-  prepared.device = plant.name;
-  if (options.hand.starts_with("sim:")) {
-    motion = simulated_motion(options.hand);
-  } else {
-    prepared.target = recorded_target(options.hand, options.recording);
-  }
+  const SoughtHand hand = sought_hand(options);
   ReadOptions read = options.read;
   read.checksums = !options.out.empty();
-  prepared.loaded = load_scene(options.scene, volume_reader(read), modes_with(options.plugins), options.scene_options);
+  return placed(hand, load_scene(options.scene, volume_reader(read), modes_with(options.plugins), options.scene_options),
+                options);
+}
 
-  if (prepared.target) {
-    for (const std::string& warning : prepared.target->warnings())
-      prepared.loaded.warnings.push_back(options.hand + ": " + warning);
-  }
-
-  const Scene& scene = prepared.loaded.scene;
-  const Hold hold = options.hold.value_or(motion ? Hold::relaxed : Hold::rigid);
-  const bool fits = options.fit.value_or(!options.recording.center.has_value());
-  if (motion || (fits && !prepared.target->knows_its_place())) {
-    prepared.reach.emplace(within(scene, plant), [&](double share) {
-      if (options.progress) options.progress(reach_progress * share);
-    });
-  }
-  if (motion) {
-    prepared.target = prepared.reach->is_empty() ? simulated_target(*motion)
-                                                 : simulated_target(*motion, prepared.reach->encounter(*motion, hold));
-  } else if (prepared.reach && !prepared.reach->is_empty()) {
-    const Laid laid = prepared.reach->lay(prepared.target, hold);
-    prepared.target = displaced(prepared.target, laid.offset_m, laid.scale);
-    prepared.laid = laid;
-    prepared.notes.push_back(words_of(laid));
-  }
-  if (!motion && !prepared.laid && !prepared.target->knows_its_place()) prepared.remedy = "--hand-fit on";
-  prepared.goes_its_own_way = !motion && hold == Hold::rigid;
-  prepared.hand = hand_device(prepared.target, hold, plant);
-  if (!plant.name.empty()) {
-    prepared.notes.push_back("The hand holds a device, " + plant.name + ": " + words_of(plant) + ".");
-    if (scene.coupling.stiffness_n_per_m > plant.limits.max_stiffness_n_per_m)
-      prepared.loaded.warnings.push_back(words_of_stiffness(scene, plant));
-  }
-  for (std::string& sentence : words_of_unyielding(scene, prepared.hand->limits().max_force_n))
-    prepared.notes.push_back(std::move(sentence));
-  const double hand_s = prepared.target->duration_s();
-  prepared.duration_s = options.duration_s.value_or(std::isfinite(hand_s) ? hand_s : default_duration_s);
-  return prepared;
+PreparedRun prepare_hand(LoadedScene loaded, const RunOptions& options) {
+  check_numbers(options);
+  return placed(sought_hand(options), std::move(loaded), options);
 }
 
 std::string forecast(const PreparedRun& prepared) {

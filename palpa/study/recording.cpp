@@ -1,10 +1,27 @@
 #include "palpa/study/recording.h"
 
+#include <charconv>
 #include <cmath>
 
+#include "palpa/version.h"
 #include "palpa/volume/volume.h"
 
 namespace palpa::detail {
+namespace {
+
+/// The seeds of a simulated hand, from its description.
+std::vector<std::uint64_t> seeds_of(const std::string& hand) {
+  constexpr std::string_view key = "seed=";
+  if (!hand.starts_with("sim:")) return {};
+  const std::size_t at = hand.find(key);
+  if (at == std::string::npos) return {default_hand_seed};
+  std::uint64_t seed = 0;
+  const char* first = hand.data() + at + key.size();
+  if (std::from_chars(first, hand.data() + hand.size(), seed).ec != std::errc{}) return {};
+  return {seed};
+}
+
+}  // namespace
 
 std::vector<SourceFile> data_files(const Scene& scene) {
   std::vector<SourceFile> files;
@@ -22,6 +39,46 @@ std::unique_ptr<TraceWriter> new_trace(const std::filesystem::path& folder, cons
   std::vector<std::string> modes;
   for (const SceneMode& mode : scene.modes()) modes.push_back(mode.name);
   return std::make_unique<TraceWriter>(folder, header, scene_text, std::move(modes));
+}
+
+TraceHeader header_of(const RunOptions& options, const PreparedRun& prepared, const DeviceLimits& limits) {
+  TraceHeader header;
+  header.palpa_version = version;
+  header.arguments = options.arguments;
+  header.sets = options.scene_options.sets;
+  for (const std::filesystem::path& plugin : options.plugins)
+    header.plugins.push_back(std::filesystem::absolute(plugin).lexically_normal().string());
+  header.hand_to_world = prepared.loaded.scene.hand_to_world();
+  header.dt_s = 1.0 / options.rate_hz;
+  header.device_name = prepared.device;
+  header.device_max_force_n = limits.max_force_n;
+  header.device_max_stiffness_n_per_m = limits.max_stiffness_n_per_m;
+  header.device_workspace_radius_m = limits.workspace_radius_m;
+  header.device_encoder_step_m = limits.encoder_step_m;
+  header.data_files = data_files(prepared.loaded.scene);
+  header.seeds = seeds_of(options.hand);
+  header.primitives = options.primitives;
+  header.notes = prepared.notes;
+  return header;
+}
+
+Recording::Recording(const RunOptions& options, const TraceHeader& header, const LoadedScene& loaded) {
+  if (options.out.empty()) return;
+  writer_ = new_trace(options.out, header, loaded.text, loaded.scene);
+  recorder_ = std::make_unique<Recorder>(*writer_);
+}
+
+void Recording::finish_ticks() {
+  if (recorder_) recorder_->finish();
+}
+
+void Recording::finish() {
+  if (writer_) writer_->finish();
+}
+
+void Recording::give_up() {
+  recorder_.reset();
+  writer_.reset();
 }
 
 GuardOptions guard_options_of(const TraceHeader& header) {

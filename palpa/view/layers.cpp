@@ -367,26 +367,14 @@ vtkSmartPointer<vtkActor> actor_of(vtkPolyData* surface, const Color& color) {
 /// inside; less: the shape is hard to see.
 constexpr double rim_opacity = 0.85;
 
-/// The part of a translucent surface that is nearest to the viewer, denser where it turns away, as glass is.
-void draw_shell(vtkRenderer* renderer, vtkPolyData* surface, const Color& color, double opacity, const Vec3& towards) {
-  vtkDataArray* normals = surface->GetPointData()->GetNormals();
-  if (!normals) return;  // nothing there
-  vtkNew<vtkUnsignedCharArray> colors;
-  colors->SetNumberOfComponents(4);
-  colors->SetNumberOfTuples(normals->GetNumberOfTuples());
-  const double rim = std::max(rim_opacity, opacity);
-  for (vtkIdType i = 0; i < normals->GetNumberOfTuples(); ++i) {
-    double n[3];
-    normals->GetTuple(i, n);
-    const double aside = 1.0 - std::min(std::abs(dot({n[0], n[1], n[2]}, towards)), 1.0);
-    colors->SetTuple4(i, 255.0 * color.red, 255.0 * color.green, 255.0 * color.blue,
-                      255.0 * (opacity + (rim - opacity) * aside * aside * aside));
-  }
-  surface->GetPointData()->SetScalars(colors);
+/// The part of a translucent surface that is nearest to the viewer.
+void draw_shell(vtkRenderer* renderer, const Shell& shell, const Vec3& towards) {
+  if (!shell.surface->GetPointData()->GetNormals()) return;  // nothing there
+  shade(shell, towards);
   // The surface is drawn twice: first invisibly, for its depths, then in its colour, of which only the nearest part passes the
   // depth test. Both must be "opaque", because only in that pass VTK draws actors in the order in which they were added.
   for (const double seen : {0.0, 1.0}) {
-    const vtkSmartPointer<vtkActor> actor = actor_of(surface, color);
+    const vtkSmartPointer<vtkActor> actor = actor_of(shell.surface, shell.color);
     actor->GetProperty()->SetOpacity(seen);
     actor->ForceOpaqueOn();
     renderer->AddActor(actor);
@@ -455,7 +443,8 @@ void draw_layer(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, con
       if (!layer.all_parts && surface->GetNumberOfCells() > 0) surface = large_parts(surface);
       LegendEntry entry{surface_words(scene, layer, named, look.level), {blended(look.color, look.opacity, ground_color)}};
       if (look.opacity < 1.0) {
-        draw_shell(shells, surface, look.color, look.opacity, options.towards);
+        signs.shells.push_back({surface, look.color, look.opacity});
+        draw_shell(shells, signs.shells.back(), options.towards);
         entry.rim = blended(look.color, rim_opacity, ground_color);
       } else {
         solid->AddActor(actor_of(surface, look.color));
@@ -601,6 +590,23 @@ SurfaceStyle surface_style(const Scene& scene, const std::vector<ViewLayer>& lay
     look.opacity = 0.6;
   }
   return look;
+}
+
+void shade(const Shell& shell, const Vec3& towards) {
+  vtkPointData& points = *shell.surface->GetPointData();
+  vtkDataArray& normals = *points.GetNormals();
+  vtkNew<vtkUnsignedCharArray> colors;
+  colors->SetNumberOfComponents(4);
+  colors->SetNumberOfTuples(normals.GetNumberOfTuples());
+  const double rim = std::max(rim_opacity, shell.opacity);
+  for (vtkIdType i = 0; i < normals.GetNumberOfTuples(); ++i) {
+    double n[3];
+    normals.GetTuple(i, n);
+    const double aside = 1.0 - std::min(std::abs(dot({n[0], n[1], n[2]}, towards)), 1.0);
+    colors->SetTuple4(i, 255.0 * shell.color.red, 255.0 * shell.color.green, 255.0 * shell.color.blue,
+                      255.0 * (shell.opacity + (rim - shell.opacity) * aside * aside * aside));
+  }
+  points.SetScalars(colors);
 }
 
 LayerSigns draw_layers(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, const std::vector<ViewLayer>& layers,

@@ -7,6 +7,7 @@
 #include "palpa/time/timed_field.h"
 #include "palpa/view/canvas.h"
 
+class vtkPolyData;
 class vtkRenderer;
 
 namespace palpa::detail {
@@ -18,10 +19,20 @@ std::vector<ViewLayer> layers_of(const Scene& scene);
 /// The field in the hand frame: positions and vectors turned, values as they are.
 FieldPtr in_hand_frame(const FieldPtr& field, const Similarity& hand_to_world);
 
+/// A translucent surface as it was drawn, to be shaded again for another viewer. What draws it keeps it alive.
+struct Shell {
+  vtkPolyData* surface;
+  Color color;
+  double opacity;  ///< [1] face on
+};
+/// Colours the points of a translucent surface: denser where it turns away, as glass is. \param towards  [1] to the viewer
+void shade(const Shell& shell, const Vec3& towards);
+
 /// What explains the drawn layers beside the picture.
 struct LayerSigns {
   std::vector<LegendEntry> legend;
   std::vector<ColorBar> bars;
+  std::vector<Shell> shells;
 };
 
 /// What a layer of surface looks like.

@@ -92,6 +92,9 @@ TEST(Arrows, AnIncludeOfAForeignLibraryIsSeen) {
   EXPECT_THAT(wrong("reader/vtk.cpp", "#include <vtkImageData.h>\n#include <itkImage.h>"), IsEmpty());
   EXPECT_THAT(wrong("palpa/file/a.cpp", "#include <vtkImageData.h>"), SizeIs(1));
   EXPECT_THAT(wrong("app/a.cpp", "#include <itkImage.h>"), SizeIs(1));
+  EXPECT_THAT(wrong("explorer/a.h", "#include <QWidget>\n#include <vtkProp.h>"), IsEmpty());
+  EXPECT_THAT(wrong("explorer/a.cpp", "#include <itkImage.h>"), SizeIs(1));
+  EXPECT_THAT(wrong("app/a.cpp", "#include <QWidget>"), SizeIs(1));
   EXPECT_THAT(wrong("palpa/mode/a.cpp", "#include <toml++/toml.h>"), IsEmpty());
   EXPECT_THAT(wrong("palpa/mode/a.h", "#include <toml++/toml.h>"), SizeIs(1)) << "a public header";
   EXPECT_THAT(wrong("palpa/mode/a.h", "#include <queue>\n#include <sys/types.h>"), IsEmpty());
@@ -105,7 +108,7 @@ TEST(Arrows, HoldInTheSources) {
   const Arrows arrows = arrows_of(text_of(repository() / "docs/design.md"));
   ASSERT_THAT(arrows.at("study"), Contains("core")) << "the page's table was not understood";
   int files = 0;
-  for (const char* folder : {"palpa", "reader", "app"}) {
+  for (const char* folder : {"palpa", "reader", "app", "explorer"}) {
     for (const std::string& file : files_under(folder, {".h", ".cpp"})) {
       EXPECT_THAT(wrong_includes(arrows, file, text_of(repository() / file)), IsEmpty());
       ++files;

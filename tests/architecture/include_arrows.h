@@ -19,7 +19,7 @@ using Arrows = std::map<std::string, std::set<std::string>>;
 Arrows arrows_of(std::string_view design_page);
 
 /// What is wrong with the includes of one source file, one sentence each. `path` is relative to the
-/// repository: palpa/LAYER/FILE, reader/FILE or app/FILE.
+/// repository: palpa/LAYER/FILE, reader/FILE, app/FILE or explorer/FILE.
 std::vector<std::string> wrong_includes(const Arrows& arrows, std::string_view path, std::string_view text);
 
 }  // namespace palpa::architecture

@@ -18,6 +18,23 @@ Vec3 place_m(Pointer& pointer) {
   return pointer.read().position_m;
 }
 
+TEST(Pointer, IsAtOnceWhereItIsPutAndGoesOnFromThere) {
+  Pointer pointer;
+  pointer.move({0.05, 0.0, 0.0});
+  pointer.pass(1e-3);
+  pointer.put({0.01, 0.02, -0.03});
+  pointer.pass(1e-3);
+  EXPECT_EQ(pointer.read().position_m, (Vec3{0.01, 0.02, -0.03})) << "what it was to move before is forgotten";
+  EXPECT_EQ(*pointer.read().velocity_m_per_s, Vec3{});
+  pointer.move({0.001, 0.0, 0.0});
+  pointer.put({0.0, 0.02, 0.0});
+  pointer.move({0.0, 0.0, 0.004});
+  EXPECT_LT(distance(place_m(pointer), {0.0, 0.02, 0.004}), 1e-12) << "motions before it was put are forgotten, later ones not";
+  pointer.put({std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0});
+  pointer.put({9.0, 0.0, 0.0});
+  EXPECT_NEAR(norm(place_m(pointer)), Pointer::Options{}.radius_m, 1e-12) << "the ball is its end";
+}
+
 TEST(Pointer, GoesWhereItIsMovedInHoweverManyParts) {
   Pointer whole, parts;
   whole.move({0.01, -0.02, 0.03});

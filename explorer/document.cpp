@@ -1,0 +1,90 @@
+#include "explorer/document.h"
+
+#include <QFile>
+#include <QSaveFile>
+#include <utility>
+
+namespace palpa::explorer {
+
+/// From one scene to the next.
+class SceneStep : public QUndoCommand {
+ public:
+  SceneStep(Document& document, const QString& what, int key, Scene before, Scene after)
+      : QUndoCommand(what), document_(document), key_(key), before_(std::move(before)), after_(std::move(after)) {}
+  void undo() override { document_.set(before_); }
+  void redo() override { document_.set(after_); }
+  int id() const override { return key_; }
+  bool mergeWith(const QUndoCommand* other) override {
+    if (key_ < 0 || other->text() != text()) return false;
+    after_ = static_cast<const SceneStep*>(other)->after_;
+    return true;
+  }
+
+ private:
+  Document& document_;
+  int key_;
+  Scene before_, after_;
+};
+
+Document::Document(QObject* parent) : QObject(parent) { undo_.setUndoLimit(200); }
+
+void Document::open(Opened opened) {
+  undo_.clear();
+  saved_toml_ = to_toml(opened.loaded.scene);
+  opened_ = std::move(opened);
+  Q_EMIT opened_another();
+}
+
+LoadedScene Document::loaded() const {
+  LoadedScene loaded = opened_->loaded;
+  loaded.text = text();
+  return loaded;
+}
+
+void Document::edit(const QString& what, int key, const std::function<void(Scene&)>& change) {
+  if (!opened_) return;
+  Scene after = scene();
+  try {
+    change(after);
+    after.check();
+  } catch (const std::exception& error) {
+    Q_EMIT refused(QString::fromUtf8(error.what()));
+    Q_EMIT changed();  // what was typed goes back to what holds
+    return;
+  }
+  if (after == scene()) return;
+  undo_.push(new SceneStep(*this, what, key, scene(), std::move(after)));
+}
+
+void Document::set(const Scene& scene) {
+  opened_->loaded.scene = scene;
+  Q_EMIT changed();
+}
+
+std::string Document::text() const {
+  std::string toml = to_toml(scene());
+  return toml == saved_toml_ ? opened_->loaded.text : toml;
+}
+
+void Document::save(const std::filesystem::path& file) {
+  const std::string now = text();
+  const QString name = QString::fromStdString(file.string());
+  if (QFile before(name); now != opened_->loaded.text && before.exists()) {
+    QFile::remove(name + "~");
+    if (!before.copy(name + "~"))
+      throw LoadError(file.string() + "~: the scene that was there cannot be kept (" + before.errorString().toStdString() +
+                      "); save under another name");
+  }
+  // Written beside it and exchanged, so that a full disk leaves what was there.
+  QSaveFile out(name);
+  if (!out.open(QIODevice::WriteOnly) ||
+      out.write(now.data(), static_cast<qint64>(now.size())) != static_cast<qint64>(now.size()) || !out.commit())
+    throw LoadError(file.string() + ": cannot be written (" + out.errorString().toStdString() +
+                    "); save it in a folder that may be written to");
+  opened_->loaded.text = now;
+  opened_->scene_file = file;
+  saved_toml_ = to_toml(scene());
+  undo_.setClean();
+}
+
+}  // namespace palpa::explorer

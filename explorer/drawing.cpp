@@ -1,0 +1,132 @@
+#include "explorer/drawing.h"
+
+#include <vtkActor.h>
+#include <vtkGPUVolumeRayCastMapper.h>
+#include <vtkMapper.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkPolyDataNormals.h>
+#include <vtkProp.h>
+#include <vtkPropCollection.h>
+#include <vtkProperty.h>
+#include <vtkQuadricClustering.h>
+#include <vtkRenderer.h>
+#include <vtkTriangleFilter.h>
+#include <vtkVolume.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "palpa/view/offscreen.h"
+#include "palpa/view/scene_shapes.h"
+
+namespace palpa::explorer {
+namespace {
+
+// [triangles] that a processor without a graphics card draws thirty times a second. More: a drag is not smooth; fewer: edges
+// show.
+constexpr double coarse_triangles = 24e3;
+
+vtkPolyData* surface_of(vtkProp* prop) {
+  auto* actor = vtkActor::SafeDownCast(prop);
+  if (!actor || !actor->GetMapper()) return nullptr;
+  actor->GetMapper()->Update();
+  return vtkPolyData::SafeDownCast(actor->GetMapper()->GetInput());
+}
+
+/// The surface with about `share` of its triangles, smooth.
+vtkSmartPointer<vtkPolyData> coarser(vtkPolyData* surface, double share) {
+  // Cells of the grid that points fall together in: a surface meets about two of them for each column of a side.
+  double bounds[6];
+  surface->GetBounds(bounds);
+  const double longest = std::max({bounds[1] - bounds[0], bounds[3] - bounds[2], bounds[5] - bounds[4], 1e-12});
+  const double along = std::sqrt(share * static_cast<double>(surface->GetNumberOfPolys()) / 4.0);
+  const auto cells = [&](int axis) {
+    return std::max(2, static_cast<int>(along * (bounds[2 * axis + 1] - bounds[2 * axis]) / longest));
+  };
+  vtkNew<vtkPolyData> bare;
+  bare->SetPoints(surface->GetPoints());
+  bare->SetPolys(surface->GetPolys());
+  bare->GetPointData()->SetScalars(surface->GetPointData()->GetScalars());
+  vtkNew<vtkTriangleFilter> triangles;
+  triangles->SetInputData(bare);
+  vtkNew<vtkQuadricClustering> clusters;
+  clusters->SetInputConnection(triangles->GetOutputPort());
+  clusters->AutoAdjustNumberOfDivisionsOff();
+  clusters->SetNumberOfDivisions(cells(0), cells(1), cells(2));
+  clusters->UseInputPointsOn();
+  clusters->CopyCellDataOff();
+  vtkNew<vtkPolyDataNormals> normals;
+  normals->SetInputConnection(clusters->GetOutputPort());
+  normals->SplittingOff();
+  normals->ConsistencyOff();
+  normals->Update();
+  return normals->GetOutput();
+}
+
+vtkSmartPointer<vtkActor> like(vtkActor& actor, vtkPolyData* surface) {
+  auto copy = vtkSmartPointer<vtkActor>::New();
+  vtkNew<vtkPolyDataMapper> mapper;
+  mapper->SetInputData(surface);
+  copy->SetMapper(mapper);
+  copy->SetProperty(actor.GetProperty());
+  if (actor.GetForceOpaque()) copy->ForceOpaqueOn();
+  return copy;
+}
+
+}  // namespace
+
+Drawing draw_for_window(const Scene& scene, const Vec3& towards) {
+  detail::QuietVtk quiet;
+  std::vector<ViewLayer> layers = detail::layers_of(scene);
+  std::erase_if(layers, [](const ViewLayer& layer) { return layer.show == ViewLayer::Show::slices; });
+  Drawing drawing;
+  drawing.bounds_m = detail::worth_showing(scene, {});
+  const Vec3 size = drawing.bounds_m.size_m();
+  vtkNew<vtkRenderer> solid, shells;
+  drawing.signs = detail::draw_layers(solid, shells, scene, layers,
+                                      {drawing.bounds_m, true, scene.time.at(0.0), 0.6 * largest_component(size), towards});
+  drawing.fine_shells = drawing.signs.shells;
+
+  const auto each = [](vtkRenderer* renderer, const auto& what) {
+    vtkPropCollection& props = *renderer->GetViewProps();
+    props.InitTraversal();
+    while (vtkProp* prop = props.GetNextProp()) what(prop);
+  };
+  double all = 0.0;
+  for (vtkRenderer* renderer : {solid.Get(), shells.Get()})
+    each(renderer, [&](vtkProp* prop) {
+      if (vtkPolyData* surface = surface_of(prop)) all += static_cast<double>(surface->GetNumberOfPolys());
+    });
+  const double share = coarse_triangles / std::max(all, 1.0);
+
+  std::map<vtkPolyData*, vtkSmartPointer<vtkPolyData>> coarse;  // a shell is drawn twice
+  const auto take = [&](vtkRenderer* renderer, std::vector<Drawing::Part>& parts) {
+    each(renderer, [&](vtkProp* prop) {
+      Drawing::Part part{.fine = prop};
+      if (auto* cloud = vtkVolume::SafeDownCast(prop)) drawing.clouds.emplace_back(cloud);
+      vtkPolyData* const surface = surface_of(prop);
+      if (surface) drawing.fine_triangles += static_cast<std::size_t>(surface->GetNumberOfPolys());
+      if (surface && share < 1.0 && surface->GetNumberOfPolys() > 0) {
+        vtkSmartPointer<vtkPolyData>& made = coarse[surface];
+        if (!made) made = coarser(surface, share);
+        drawing.coarse_triangles += static_cast<std::size_t>(made->GetNumberOfPolys());
+        part.coarse = like(*vtkActor::SafeDownCast(prop), made);
+      }
+      parts.push_back(std::move(part));
+    });
+  };
+  take(solid, drawing.solid);
+  take(shells, drawing.shells);
+  for (const detail::Shell& shell : drawing.fine_shells) {
+    const auto made = coarse.find(shell.surface);
+    if (made != coarse.end()) drawing.coarse_shells.push_back({made->second, shell.color, shell.opacity});
+  }
+  quiet.raise_error();
+  return drawing;
+}
+
+}  // namespace palpa::explorer

@@ -1,0 +1,36 @@
+// The layers of a scene made ready for a window, on any thread: fine for a still picture, coarse for one that moves.
+#pragma once
+
+#include <vtkSmartPointer.h>
+
+#include <cstddef>
+#include <vector>
+
+#include "palpa/field/field.h"
+#include "palpa/scene/scene.h"
+#include "palpa/view/layers.h"
+
+class vtkProp;
+class vtkVolume;
+
+namespace palpa::explorer {
+
+/// What a window shows of the layers of a scene, in the hand frame.
+struct Drawing {
+  struct Part {
+    vtkSmartPointer<vtkProp> fine;
+    vtkSmartPointer<vtkProp> coarse;  ///< in its place while the picture moves; null: the same
+  };
+  std::vector<Part> solid, shells;
+  std::vector<vtkSmartPointer<vtkVolume>> clouds;  ///< of `solid`, to be drawn finer and coarser
+  std::vector<detail::Shell> fine_shells, coarse_shells;
+  detail::LayerSigns signs;
+  Box bounds_m{};  ///< of the data, hand frame
+  std::size_t fine_triangles = 0, coarse_triangles = 0;
+};
+
+/// Draws all layers but slices, which the window draws itself. Throws LoadError.
+/// \param towards  [1] to the viewer, hand frame
+Drawing draw_for_window(const Scene& scene, const Vec3& towards);
+
+}  // namespace palpa::explorer

@@ -1,0 +1,174 @@
+#include "explorer/instruments.h"
+
+#include <QHBoxLayout>
+#include <QVBoxLayout>
+#include <algorithm>
+#include <cmath>
+
+#include "explorer/paint.h"
+#include "palpa/study/energy_table.h"
+#include "palpa/study/spectrum.h"
+
+namespace palpa::explorer {
+namespace {
+
+// [1] Points of a drawn curve. More: slower; fewer: short peaks are lost, although the largest of each stretch is kept.
+constexpr std::size_t most_points = 700;
+constexpr double spectrum_s = 2.0;  // of force that the spectrum is of
+constexpr int pictures_per_spectrum = 8;
+
+}  // namespace
+
+Instruments::Instruments(QWidget* parent)
+    : QWidget(parent),
+      force_(new LivePlot(tr("Force over the last seconds"), tr("time / s"), tr("force / N"))),
+      spectrum_(new LivePlot(tr("Spectrum of the force"), tr("frequency / Hz"), tr("N / √Hz"))),
+      times_(new QLabel),
+      guard_(new QLabel),
+      energies_(new QLabel) {
+  force_->set_x_range(-shown_s, 0.0);
+  force_->show_legend();
+  spectrum_->set_logarithmic();
+  spectrum_->set_x_range(4.0, 500.0);
+  spectrum_->set_y_range(1e-6, 1.0);
+  spectrum_->shade(tactile_low_hz, tactile_high_hz, QColor(230, 159, 0, 40));
+  spectrum_->setToolTip(
+      tr("Shaded: the band in which skin feels vibration, %1 to %2 Hz").arg(tactile_low_hz).arg(tactile_high_hz));
+  spectrum_->add_curve(tr("force"), color_of_mode(0), 1.5);
+  for (QLabel* label : {times_, guard_, energies_}) {
+    label->setTextInteractionFlags(Qt::TextSelectableByMouse);
+    label->setTextFormat(Qt::PlainText);
+    label->setAlignment(Qt::AlignTop | Qt::AlignLeft);
+  }
+  guard_->setWordWrap(true);
+  times_->setAccessibleName(tr("Times of the loop"));
+  guard_->setAccessibleName(tr("State of the guard"));
+  energies_->setAccessibleName(tr("Energies"));
+  // Words that grow must not move the picture above them.
+  auto* column = new QWidget;
+  column->setMinimumWidth(300);
+  column->setSizePolicy(QSizePolicy::Fixed, QSizePolicy::Ignored);
+  auto* words = new QVBoxLayout(column);
+  words->setContentsMargins(0, 0, 0, 0);
+  for (QLabel* label : {times_, energies_}) {
+    QFont small = label->font();
+    small.setPointSizeF(0.82 * small.pointSizeF());
+    label->setFont(small);
+  }
+  words->addWidget(guard_);
+  words->addWidget(times_);
+  words->addWidget(energies_);
+  words->addStretch();
+  auto* row = new QHBoxLayout(this);
+  row->setContentsMargins(4, 4, 4, 4);
+  row->addWidget(force_, 5);
+  row->addWidget(spectrum_, 2);
+  row->addWidget(column);
+  start({});
+}
+
+void Instruments::start(const std::vector<std::string>& modes) {
+  force_->clear();
+  shown_.clear();
+  curves_ = 1 + std::min(modes.size(), most_shown_modes);
+  force_->add_curve(tr("on the hand"), palette().color(QPalette::WindowText), 2.0);
+  std::vector<ModeSummary> named;
+  for (std::size_t i = 0; i + 1 < curves_; ++i) {
+    force_->add_curve(QString::fromStdString(modes[i]), color_of_mode(i), 1.2);
+    named.push_back({.name = modes[i]});
+  }
+  summary_ = std::make_unique<SummaryBuilder>(std::move(named));
+  force_->draw();
+}
+
+void Instruments::update_from(SampleRing& ring) {
+  Sample sample;
+  bool any = false;
+  while (ring.take(sample)) {
+    const TickFrame& frame = sample.frame;
+    if (!shown_.empty() && frame.t_s < shown_.back().t_s) shown_.clear();  // another session
+    Shown shown{.t_s = frame.t_s,
+                .probe_m = frame.result.probe_m,
+                .proxy_m = frame.result.proxy_m,
+                .command_n = frame.command_n,
+                .error_bound_m = frame.result.error_bound_m};
+    for (std::size_t i = 0; i < sample.count; ++i) shown.mode_n[i] = static_cast<float>(norm(sample.modes[i].force_n));
+    shown_.push_back(shown);
+    summary_->add(frame, {sample.modes.data(), sample.count}, {});
+    any = true;
+  }
+  while (!shown_.empty() && shown_.front().t_s < shown_.back().t_s - shown_s) shown_.pop_front();
+  if (!any || !isVisible()) return;
+  draw_force();
+  if (drawn_++ % pictures_per_spectrum == 0) draw_spectrum();
+}
+
+void Instruments::draw_force() {
+  const std::size_t stride = shown_.size() / most_points + 1;
+  std::vector<QVector<QPointF>> points(curves_);
+  const double now_s = shown_.back().t_s;
+  double most_n = 0.5;
+  // By their numbers in time, so that a peak does not flicker as it moves to the left.
+  std::vector<double> peaks(curves_, 0.0);
+  for (std::size_t i = 0; i < shown_.size(); ++i) {
+    const Shown& sample = shown_[i];
+    peaks[0] = std::max(peaks[0], norm(sample.command_n));
+    for (std::size_t m = 1; m < curves_; ++m) peaks[m] = std::max(peaks[m], double(sample.mode_n[m - 1]));
+    const auto bucket = [&](const Shown& s) {
+      return static_cast<std::int64_t>(std::floor(s.t_s * 1e3 + 0.5)) / static_cast<std::int64_t>(stride);
+    };
+    if (i + 1 < shown_.size() && bucket(shown_[i + 1]) == bucket(sample)) continue;
+    for (std::size_t m = 0; m < curves_; ++m) {
+      points[m].push_back({sample.t_s - now_s, peaks[m]});
+      most_n = std::max(most_n, peaks[m]);
+      peaks[m] = 0.0;
+    }
+  }
+  for (std::size_t m = 0; m < curves_; ++m) force_->set_curve(static_cast<int>(m), points[m]);
+  force_->set_y_range(0.0, std::max(detail::round_length(1.25 * most_n), 1.05 * most_n));
+  force_->draw();
+}
+
+void Instruments::draw_spectrum() {
+  std::vector<Vec3> signal;
+  const double from_s = shown_.back().t_s - spectrum_s;
+  double first_s = shown_.back().t_s;
+  for (const Shown& sample : shown_) {
+    if (sample.t_s < from_s) continue;
+    first_s = std::min(first_s, sample.t_s);
+    signal.push_back(sample.command_n);
+  }
+  const double length_s = shown_.back().t_s - first_s;
+  if (!(length_s > 0.5)) return;
+  const Spectrum spectrum = spectrum_of(signal, static_cast<double>(signal.size() - 1) / length_s);
+  QVector<QPointF> points;
+  for (std::size_t i = 1; i < spectrum.power_per_hz.size(); ++i)
+    points.push_back({static_cast<double>(i) * spectrum.step_hz, std::max(1e-9, std::sqrt(spectrum.power_per_hz[i]))});
+  spectrum_->set_curve(0, points);
+  spectrum_->draw();
+}
+
+void Instruments::show_account(const LoopAccount& account, const TickFrame& frame, const char* device_fault) {
+  const double bound_m = shown_.empty() ? 0.0 : double(shown_.back().error_bound_m);
+  times_->setText(tr("tick %1 µs (p99 %2), late p99 %3 µs\n%4 ticks, %5 missed; error at most %6 m")
+                      .arg(account.tick.p50_us, 0, 'f', 0)
+                      .arg(account.tick.p99_us, 0, 'f', 0)
+                      .arg(account.late.p99_us, 0, 'f', 0)
+                      .arg(account.ticks)
+                      .arg(account.missed)
+                      .arg(bound_m, 0, 'g', 2));
+  QString words = tr("guard: %1").arg(name_of(frame.guard));
+  if (device_fault)
+    words += QString(" – ") + device_fault;
+  else if (frame.guard_cause != GuardCause::none)
+    words += QString(" – ") + words_of(frame.guard_cause);
+  guard_->setText(words);
+  const EnergyTable table = energy_table(summary());
+  QString rows = tr("energy / mJ\n");
+  for (const auto& [sign, entries] : {std::pair("in ", &table.in), std::pair("out", &table.out)})
+    for (const EnergyEntry& entry : *entries)
+      rows += QString("%1 %2  %3\n").arg(sign).arg(1e3 * entry.energy_j, 9, 'f', 3).arg(QString::fromStdString(entry.label));
+  energies_->setText(rows);
+}
+
+}  // namespace palpa::explorer

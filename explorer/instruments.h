@@ -1,0 +1,57 @@
+// What the loop says of itself, drawn: force over the last seconds, by mode, its spectrum, and how the loop keeps time.
+#pragma once
+
+#include <QLabel>
+#include <QWidget>
+#include <deque>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "explorer/live_plot.h"
+#include "explorer/sample_ring.h"
+#include "palpa/loop/loop.h"
+#include "palpa/study/summary.h"
+
+namespace palpa::explorer {
+
+/// Live plots of what is felt.
+class Instruments : public QWidget {
+  Q_OBJECT
+ public:
+  explicit Instruments(QWidget* parent = nullptr);
+
+  void start(const std::vector<std::string>& modes);
+  /// Takes what the loop gave, and draws it.
+  void update_from(SampleRing& ring);
+  void show_account(const LoopAccount& account, const TickFrame& frame, const char* device_fault);
+  /// One tick as it is drawn.
+  struct Shown {
+    double t_s = 0.0;
+    Vec3 probe_m, proxy_m, command_n;
+    std::array<float, most_shown_modes> mode_n{};
+    double error_bound_m = 0.0;
+  };
+  const std::deque<Shown>& shown() const { return shown_; }
+  /// The numbers of all that was felt since the start.
+  Summary summary() const { return summary_->finish(0.0); }
+  /// How many seconds back the force is drawn.
+  static constexpr double shown_s = 6.0;
+  QSize sizeHint() const override { return {900, 190}; }
+
+ private:
+  void draw_force();
+  void draw_spectrum();
+
+  LivePlot* force_;
+  LivePlot* spectrum_;
+  std::size_t curves_ = 0;  // of the force: the hand's, then each mode's
+  QLabel* times_;
+  QLabel* guard_;
+  QLabel* energies_;
+  std::deque<Shown> shown_;
+  std::unique_ptr<SummaryBuilder> summary_;
+  int drawn_ = 0;
+};
+
+}  // namespace palpa::explorer

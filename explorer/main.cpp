@@ -1,0 +1,91 @@
+// palpa-explorer: see and feel one volume in one window. Exit codes as those of palpa.
+#include <QVTKOpenGLNativeWidget.h>
+#include <signal.h>
+#include <time.h>
+#include <vtkObject.h>
+
+#include <CLI/CLI.hpp>
+#include <QApplication>
+#include <QOffscreenSurface>
+#include <QOpenGLContext>
+#include <cstdio>
+#include <cstdlib>
+
+#include "explorer/main_window.h"
+#include "palpa/version.h"
+
+namespace {
+
+/// A program that crashes has its haptic thread yet: it brings the force to zero before all of it goes.
+void let_go_on_crash() {
+  struct sigaction action = {};
+  action.sa_handler = [](int number) {
+    palpa::explorer::Touch::let_go_at_once();
+    const timespec while_motors_stop{.tv_sec = 0, .tv_nsec = 50'000'000};
+    ::nanosleep(&while_motors_stop, nullptr);
+    ::raise(number);
+  };
+  action.sa_flags = static_cast<int>(SA_RESETHAND | SA_NODEFER);
+  for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGTERM, SIGINT, SIGHUP})
+    ::sigaction(number, &action, nullptr);
+  ::signal(SIGXFSZ, SIG_IGN);
+}
+
+bool has_display() {
+  for (const char* name : {"DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"})
+    if (const char* value = std::getenv(name); value && *value) return true;
+  return false;
+}
+
+bool has_opengl() {
+  QOpenGLContext context;
+  if (!context.create()) return false;
+  QOffscreenSurface surface;
+  surface.setFormat(context.format());
+  surface.create();
+  return context.makeCurrent(&surface) && context.format().version() >= qMakePair(3, 2);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App line("See and feel one volume in one window", "palpa explore");
+  std::vector<std::string> files;
+  palpa::explorer::WindowOptions options;
+  std::vector<std::string> data;
+  line.add_option("FILE", files, "Scene, data file, or trace; none: the start page");
+  line.add_option("--data", data, "Folder with the files of a scene");
+  line.add_option("--device", options.device, "Haptic device, as of palpa run; without it the mouse is the hand");
+  line.set_version_flag("--version", palpa::version);
+  try {
+    line.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return line.exit(error) == 0 ? 0 : 2;
+  }
+  options.data_folders.assign(data.begin(), data.end());
+  if (!has_display()) {
+    std::fputs(
+        "palpa-explorer: there is no display to open a window on (DISPLAY is not set). On a machine without one: palpa run "
+        "feels, "
+        "palpa report shows; over the network: ssh -X.\n",
+        stderr);
+    return 2;
+  }
+  let_go_on_crash();
+  QSurfaceFormat::setDefaultFormat(QVTKOpenGLNativeWidget::defaultFormat());
+  vtkObject::GlobalWarningDisplayOff();
+  QCoreApplication::setAttribute(Qt::AA_EnableHighDpiScaling);
+  QCoreApplication::setAttribute(Qt::AA_UseHighDpiPixmaps);
+  QApplication application(argc, argv);
+  QApplication::setApplicationName("palpa");
+  QApplication::setOrganizationName("palpa");
+  QApplication::setApplicationDisplayName("Palpa");
+  QApplication::setDesktopFileName("palpa-explorer");
+  options.has_opengl = has_opengl();
+  if (!options.has_opengl)
+    std::fputs("palpa-explorer: no OpenGL 3.2: slices only. On Debian the package libgl1-mesa-dri brings it.\n", stderr);
+  palpa::explorer::MainWindow window(options);
+  window.show();
+  if (!files.empty()) window.open(files.front());
+  return QApplication::exec();
+}

@@ -1,0 +1,574 @@
+#include "explorer/main_window.h"
+
+#include <QAction>
+#include <QApplication>
+#include <QCloseEvent>
+#include <QDateTime>
+#include <QDir>
+#include <QDockWidget>
+#include <QFileDialog>
+#include <QFileInfo>
+#include <QFrame>
+#include <QHBoxLayout>
+#include <QLabel>
+#include <QMenuBar>
+#include <QMimeData>
+#include <QProgressBar>
+#include <QSplitter>
+#include <QStackedWidget>
+#include <QStandardPaths>
+#include <QStatusBar>
+#include <QTabWidget>
+#include <QToolBar>
+#include <QToolButton>
+#include <QVBoxLayout>
+#include <algorithm>
+
+#include "explorer/help_sheet.h"
+#include "explorer/opening.h"
+#include "explorer/presets.h"
+#include "palpa/view/layers.h"
+
+namespace palpa::explorer {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int frame_ms = 33;  // between looks at what is felt. Shorter: the processor is busy; longer: it stutters
+constexpr std::size_t trail_points = 400;
+constexpr int most_recent = 8;
+constexpr double in_front_m = 6e-3;  // of the surface, where a hand is put before it presses, and where it goes back to
+
+bool is_dark(const QPalette& palette) { return palette.color(QPalette::Window).lightness() < 128; }
+
+}  // namespace
+
+MainWindow::MainWindow(const WindowOptions& options)
+    : options_(options),
+      settings_(options.settings_file.empty() ? QSettings().fileName() : QString::fromStdString(options.settings_file),
+                QSettings::IniFormat) {
+  setWindowTitle(tr("Palpa"));
+  resize(1280, 840);
+  setAcceptDrops(true);
+
+  pages_ = new QStackedWidget;
+  start_page_ = new StartPage;
+  pages_->addWidget(start_page_);
+  auto* work = new QSplitter(Qt::Horizontal);
+  if (options.has_opengl) {
+    view_ = new View3D;
+    view_->set_dark(is_dark(palette()));
+    work->addWidget(view_);
+  }
+  auto* column = new QSplitter(options.has_opengl ? Qt::Vertical : Qt::Horizontal);
+  for (int axis = 2; axis >= 0; --axis) {
+    slices_[static_cast<std::size_t>(axis)] = new SliceView(axis);
+    column->addWidget(slices_[static_cast<std::size_t>(axis)]);
+  }
+  work->addWidget(column);
+  work->setStretchFactor(0, 3);
+  work->setStretchFactor(1, 1);
+  if (options.has_opengl) work->setSizes({660, 240});
+  pages_->addWidget(work);
+
+  message_ = new QLabel;
+  message_->setWordWrap(true);
+  message_->setTextInteractionFlags(Qt::TextSelectableByMouse);
+  message_->setAccessibleName(tr("Message"));
+  message_->setObjectName("message");
+  message_bar_ = new QFrame;
+  message_bar_->setObjectName("message_bar");
+  auto* message_row = new QHBoxLayout(message_bar_);
+  message_row->setContentsMargins(10, 4, 6, 4);
+  message_row->addWidget(message_, 1);
+  auto* close = new QToolButton;
+  close->setText("✕");
+  close->setAccessibleName(tr("Close message"));
+  close->setAutoRaise(true);
+  connect(close, &QToolButton::clicked, message_bar_, &QWidget::hide);
+  message_row->addWidget(close);
+  message_bar_->hide();
+
+  auto* central = new QWidget;
+  auto* stack = new QVBoxLayout(central);
+  stack->setContentsMargins(0, 0, 0, 0);
+  stack->setSpacing(0);
+  stack->addWidget(message_bar_);
+  stack->addWidget(pages_, 1);
+  setCentralWidget(central);
+
+  job_words_ = new QLabel;
+  job_bar_ = new QProgressBar;
+  job_bar_->setRange(0, 0);
+  job_bar_->setMaximumWidth(140);
+  job_bar_->setMaximumHeight(14);
+  job_cancel_ = new QToolButton;
+  job_cancel_->setText(tr("Cancel"));
+  for (QWidget* widget :
+       {static_cast<QWidget*>(job_words_), static_cast<QWidget*>(job_bar_), static_cast<QWidget*>(job_cancel_)})
+    statusBar()->addPermanentWidget(widget);
+  connect(job_cancel_, &QToolButton::clicked, this, [this] {
+    for (const Jobs::Purpose purpose :
+         {Jobs::Purpose::open, Jobs::Purpose::draw, Jobs::Purpose::look, Jobs::Purpose::feel_again, Jobs::Purpose::film})
+      jobs_.cancel(purpose);
+  });
+  connect(&jobs_, &Jobs::changed, this, &MainWindow::show_job);
+
+  make_docks();
+  make_actions();
+  show_job();
+
+  connect(start_page_, &StartPage::chosen, this, [this](const QString& file) { open(file.toStdString()); });
+  connect(start_page_, &StartPage::open_asked, this, &MainWindow::ask_file);
+  connect(&document_, &Document::opened_another, this, [this] { opened(document_.opened()); });
+  connect(&document_, &Document::changed, this, &MainWindow::scene_changed);
+  connect(&document_, &Document::refused, this, [this](const QString& why) { say(why, true); });
+
+  const auto began = [this](const Vec3& at_m, const Vec3& away) {
+    is_held_ = true;
+    hint_seen_ = true;
+    settings_.setValue("hint_seen", true);
+    // Over there nothing is felt on the way; near by the hand slides.
+    const Vec3 front_m = at_m - in_front_m * away;
+    if (distance(touch_.led_to_m(), front_m) <= 2.0 * in_front_m) return;
+    touch_.put_hand(front_m);
+    trail_.clear();
+  };
+  const auto moved = [this](const Vec3& at_m, const Vec3& away, double depth_m) {
+    if (is_held_) touch_.lead_hand(at_m + depth_m * away);
+  };
+  const auto ended = [this](const Vec3& away) {
+    is_held_ = false;
+    if (norm(away) > 0.0) touch_.lead_hand(touch_.moment().proxy_m - in_front_m * away);
+  };
+  if (view_) {
+    connect(view_, &View3D::hold_began, this, began);
+    connect(view_, &View3D::hold_moved, this, moved);
+    connect(view_, &View3D::hold_ended, this, ended);
+    connect(view_, &View3D::turned, this, [this] {
+      if (LiveLoop* loop = touch_.loop(); loop && touch_.hand().kind == HandChoice::Kind::device) {
+        const detail::View& view = view_->view();
+        // Pushing right goes to the right of the screen.
+        loop->turn(transposed(Mat3{{view.right, view.up, view.towards}}));
+      }
+    });
+  }
+  for (SliceView* slice : slices_) {
+    connect(slice, &SliceView::hold_began, this, began);
+    connect(slice, &SliceView::hold_moved, this, moved);
+    connect(slice, &SliceView::hold_ended, this, ended);
+    connect(slice, &SliceView::cross_moved, this, [this](const Vec3& at_m) {
+      for (SliceView* other : slices_) other->set_cross(at_m);
+    });
+    connect(slice, &SliceView::window_dragged, this, [this](double low, double high) {
+      look_.low = low;
+      look_.high = high;
+      for (SliceView* other : slices_) other->set_look(look_);
+    });
+    connect(slice, &SliceView::value_asked, this, [this](double value, const Vec3&) {
+      say(tr("%1 here: %2 %3")
+              .arg(QString::fromStdString(look_.name))
+              .arg(value, 0, 'g', 5)
+              .arg(QString::fromStdString(look_.unit)));
+    });
+  }
+  connect(see_, &SeePanel::preset_chosen, this, [this](int number) {
+    const Preset& preset = presets()[static_cast<std::size_t>(number)];
+    try {
+      const Preseted made = apply(preset, document_.scene());
+      document_.edit(QString::fromUtf8(preset.name), -1, [&](Scene& scene) { scene.layers = made.layers; });
+      look_ = slice_look_of(document_.scene());
+      look_.low = made.window_low;
+      look_.high = made.window_high;
+      for (SliceView* slice : slices_) slice->set_look(look_);
+    } catch (const std::exception& error) {
+      say(QString::fromUtf8(error.what()), true);
+    }
+  });
+
+  hint_seen_ = settings_.value("hint_seen").toBool();
+  start_page_->show_recent(settings_.value("recent").toStringList());
+  timer_.setInterval(frame_ms);
+  timer_.setTimerType(Qt::PreciseTimer);
+  connect(&timer_, &QTimer::timeout, this, &MainWindow::tick);
+  timer_.start();
+}
+
+MainWindow::~MainWindow() { touch_.end(); }
+
+void MainWindow::make_docks() {
+  feel_ = new FeelPanel(document_);
+  see_ = new SeePanel(document_);
+  auto* tabs = new QTabWidget;
+  tabs->addTab(feel_, tr("Feel"));
+  tabs->addTab(see_, tr("See"));
+  auto* panel = new QDockWidget(tr("Scene"));
+  panel->setObjectName("panel");
+  panel->setWidget(tabs);
+  addDockWidget(Qt::RightDockWidgetArea, panel);
+  instruments_ = new Instruments;
+  auto* below = new QDockWidget(tr("Instruments"));
+  below->setObjectName("instruments");
+  below->setWidget(instruments_);
+  addDockWidget(Qt::BottomDockWidgetArea, below);
+  setCorner(Qt::BottomRightCorner, Qt::RightDockWidgetArea);
+  resizeDocks({panel}, {330}, Qt::Horizontal);
+  resizeDocks({below}, {200}, Qt::Vertical);
+}
+
+QAction* MainWindow::action(const QString& words, const QKeySequence& keys, const QString& tip,
+                            const std::function<void()>& what) {
+  auto* made = new QAction(words, this);
+  made->setShortcut(keys);
+  made->setToolTip(tip + (keys.isEmpty() ? QString() : " (" + keys.toString(QKeySequence::NativeText) + ")"));
+  made->setStatusTip(tip);
+  connect(made, &QAction::triggered, this, what);
+  addAction(made);
+  return made;
+}
+
+void MainWindow::make_actions() {
+  QMenu* file = menuBar()->addMenu(tr("&File"));
+  QMenu* edit = menuBar()->addMenu(tr("&Edit"));
+  QMenu* look = menuBar()->addMenu(tr("&View"));
+  QMenu* feel = menuBar()->addMenu(tr("F&eel"));
+  QMenu* help = menuBar()->addMenu(tr("&Help"));
+
+  QAction* open_file = action(tr("&Open …"), QKeySequence::Open, tr("Open a scene, data or a trace"), [this] { ask_file(); });
+  QAction* save_scene = action(tr("&Save scene"), QKeySequence::Save, tr("Save the scene"), [this] { save(false); });
+  file->addAction(open_file);
+  file->addAction(save_scene);
+  file->addAction(action(tr("Save scene &as …"), QKeySequence("Ctrl+Shift+S"), tr("Save the scene under another name"),
+                         [this] { save(true); }));
+  file->addAction(
+      action(tr("Save a &picture"), QKeySequence("Ctrl+P"), tr("Save what the view shows as PNG"), [this] { screenshot(); }));
+  file->addAction(action(tr("&Start page"), QKeySequence("Ctrl+Home"), tr("The scenes that come with Palpa"),
+                         [this] { pages_->setCurrentIndex(0); }));
+  file->addSeparator();
+  file->addAction(action(tr("&Quit"), QKeySequence("Ctrl+Q"), tr("End Palpa"), [this] { this->close(); }));
+
+  QAction* undo = document_.undo().createUndoAction(this, tr("Undo"));
+  undo->setShortcut(QKeySequence::Undo);
+  QAction* redo = document_.undo().createRedoAction(this, tr("Redo"));
+  redo->setShortcut(QKeySequence::Redo);
+  edit->addAction(undo);
+  edit->addAction(redo);
+
+  const auto from = [this](double x, double y, double z) {
+    if (view_) view_->look_from({x, y, z}, std::abs(y) > 0.9 ? Vec3{0, 0, -y} : Vec3{0, 1, 0});
+  };
+  look->addAction(action(tr("Show &all"), QKeySequence("Home"), tr("Show all of the data"), [this] {
+    if (view_) view_->show_all();
+  }));
+  look->addAction(
+      action(tr("From the &front"), QKeySequence("1"), tr("Look from where the hand is"), [from] { from(0, 0, 1); }));
+  look->addAction(
+      action(tr("From the &right"), QKeySequence("2"), tr("Look from the hand's right"), [from] { from(1, 0, 0); }));
+  look->addAction(action(tr("From &above"), QKeySequence("3"), tr("Look from above"), [from] { from(0, 1, 0); }));
+  struct Key {
+    const char* words;
+    const char* keys;
+    double right_deg, up_deg, zoom;
+  };
+  for (const Key& key : {Key{QT_TR_NOOP("Turn left"), "Left", -10, 0, 1}, Key{QT_TR_NOOP("Turn right"), "Right", 10, 0, 1},
+                         Key{QT_TR_NOOP("Turn up"), "Up", 0, -10, 1}, Key{QT_TR_NOOP("Turn down"), "Down", 0, 10, 1},
+                         Key{QT_TR_NOOP("Nearer"), "+", 0, 0, 1.15}, Key{QT_TR_NOOP("Farther"), "-", 0, 0, 1 / 1.15}}) {
+    look->addAction(action(tr(key.words), QKeySequence(key.keys), tr(key.words), [this, key] {
+      if (!view_) return;
+      key.zoom == 1.0 ? view_->turn(key.right_deg, key.up_deg) : view_->zoom(key.zoom);
+    }));
+  }
+  look->addAction(action(tr("&Marks"), QKeySequence("M"), tr("Scale bar, directions and legend"), [this] {
+    if (view_) view_->show_marks(!view_->shows_marks());
+  }));
+  look->addAction(action(tr("&Stereo"), QKeySequence("S"), tr("Flat, red-cyan, or side by side"), [this] {
+    if (!view_) return;
+    view_->set_stereo(static_cast<View3D::Stereo>((static_cast<int>(view_->stereo()) + 1) % 3));
+  }));
+  look->addAction(action(tr("&Full screen"), QKeySequence("F11"), tr("Nothing but the window"),
+                         [this] { setWindowState(windowState() ^ Qt::WindowFullScreen); }));
+  for (QDockWidget* dock : findChildren<QDockWidget*>()) look->addAction(dock->toggleViewAction());
+
+  hold_ = action(tr("&No force"), QKeySequence("Space"), tr("Take the force away and give it back"), [this] {
+    touch_.is_held() ? touch_.resume() : touch_.panic();
+    hold_->setChecked(touch_.is_held());
+  });
+  hold_->setCheckable(true);
+  record_ =
+      action(tr("&Record"), QKeySequence("R"), tr("Record what is felt as a trace"), [this] { record(record_->isChecked()); });
+  record_->setCheckable(true);
+  feel->addAction(hold_);
+  feel->addAction(record_);
+  for (int number = 1; number <= 9; ++number) {
+    feel->addAction(action(tr("Mode %1 on and off").arg(number), QKeySequence(QString("Ctrl+%1").arg(number)),
+                           tr("Turn a mode on or off"), [this, number] {
+                             if (!document_.is_open() || document_.scene().modes().size() < static_cast<std::size_t>(number))
+                               return;
+                             const std::string name = document_.scene().modes()[static_cast<std::size_t>(number - 1)].name;
+                             document_.edit(tr("turn %1 on or off").arg(QString::fromStdString(name)), -1, [&](Scene& scene) {
+                               SceneMode& mode = *scene.find_mode(name);
+                               mode.enabled = !mode.enabled;
+                             });
+                           }));
+  }
+  help->addAction(action(tr("&Keys and mouse"), QKeySequence("F1"), tr("What keys and mouse do"), [this] { show_help(); }));
+
+  auto* bar = addToolBar(tr("Main"));
+  bar->setObjectName("main_bar");
+  bar->setMovable(false);
+  bar->setToolButtonStyle(Qt::ToolButtonTextOnly);
+  for (QAction* one : {open_file, save_scene, undo, redo}) bar->addAction(one);
+  bar->addSeparator();
+  bar->addAction(record_);
+  bar->addAction(hold_);
+}
+
+void MainWindow::open(const fs::path& path) {
+  const QString name = QString::fromStdString(path.filename().string());
+  jobs_.begin<Opened>(
+      Jobs::Purpose::open, tr("reading %1").arg(name),
+      [path, folders = options_.data_folders] { return open_any(path, folders); },
+      [this, path](Opened opened) {
+        remember(path);
+        message_bar_->hide();
+        document_.open(std::move(opened));
+      },
+      [this](const QString& why) { say(why, true); });
+}
+
+void MainWindow::opened(const Opened& opened) {
+  const Scene& scene = opened.loaded.scene;
+  setWindowTitle(tr("%1 – Palpa").arg(opened.title));
+  pages_->setCurrentIndex(1);
+  trail_.clear();
+  drawn_.clear();
+  record_->setChecked(false);
+  look_ = slice_look_of(scene);
+  Box bounds{{-0.08, -0.08, -0.08}, {0.08, 0.08, 0.08}};
+  if (look_.field) bounds = look_.field->bounds_m();
+  if (view_) view_->start(scene);
+  for (SliceView* slice : slices_) slice->start(look_, bounds);
+  QStringList warnings;
+  for (const std::string& warning : opened.loaded.warnings) warnings << QString::fromStdString(warning);
+  if (!warnings.isEmpty()) say(warnings.join("\n"));
+  scene_changed();
+  // The hand begins in front of the middle.
+  touch_.put_hand({0.0, 0.0, 0.5 * bounds.size_m().z + 0.01});
+  begin_touch();
+}
+
+void MainWindow::begin_touch(const fs::path& out) {
+  HandChoice hand;
+  if (!options_.device.empty()) hand = {HandChoice::Kind::device, options_.device};
+  std::vector<std::string> modes;
+  for (const SceneMode& mode : document_.scene().modes()) modes.push_back(mode.name);
+  instruments_->start(modes);
+  hold_->setChecked(false);
+  try {
+    touch_.begin(document_.loaded(), hand, out);
+  } catch (const std::exception& error) {
+    say(QString::fromUtf8(error.what()), true);
+    if (!out.empty()) return begin_touch();  // it is felt all the same
+    if (options_.device.empty()) return;
+    say(tr("%1\nThe mouse takes its place.").arg(QString::fromUtf8(error.what())), true);
+    options_.device.clear();
+    begin_touch();
+  }
+}
+
+void MainWindow::scene_changed() {
+  const Scene& scene = document_.scene();
+  feel_->refresh();
+  see_->refresh();
+  if (touch_.is_felt()) {
+    if (touch_.is_recorded()) say(tr("The scene changed while it was recorded: the trace can be felt again up to here."));
+    touch_.change(scene);
+  }
+  redraw_layers();
+  setWindowModified(!document_.undo().isClean());
+}
+
+void MainWindow::redraw_layers() {
+  if (!view_) return;
+  // Only what is seen matters.
+  Scene seen = document_.scene();
+  seen.layers = detail::layers_of(seen);
+  Scene compared = seen;
+  while (!compared.modes().empty()) compared.remove_mode(std::string(compared.modes().front().name));
+  compared.coupling = {};
+  const std::string key = to_toml(compared);
+  if (key == drawn_) return;
+  drawn_ = key;
+  const Vec3 towards = view_->view().towards;
+  jobs_.begin<Drawing>(
+      Jobs::Purpose::draw, tr("drawing"), [seen, towards] { return draw_for_window(seen, towards); },
+      [this, seen](Drawing drawing) { view_->show_drawing(std::move(drawing), seen); },
+      [this](const QString& why) { say(why, true); });
+}
+
+void MainWindow::tick() {
+  touch_.beat(1e-3 * frame_ms);
+  if (!touch_.is_felt() || pages_->currentIndex() != 1) return;
+  const Moment& moment = touch_.moment();
+  const double most_n = document_.scene().coupling.max_force_n;
+  if (moment.tick >= 0) {
+    if (trail_.empty() || distance(trail_.back().at_m, moment.proxy_m) > 2e-4)
+      trail_.push_back({moment.proxy_m, norm(moment.command_n)});
+    if (trail_.size() > trail_points) trail_.erase(trail_.begin());
+    if (view_) view_->show_touch(moment, trail_, most_n);
+    for (SliceView* slice : slices_) {
+      if (is_held_) slice->set_cross(moment.proxy_m);
+      slice->show_touch(moment, trail_, most_n);
+    }
+  }
+  instruments_->update_from(touch_.samples());
+  if (ticks_++ % 8 == 0) {
+    LiveLoop& loop = *touch_.loop();
+    const LiveView& seen = loop.look();
+    instruments_->show_account(loop.account(), seen.frame, seen.device_fault);
+  }
+  if (const std::string problem = touch_.take_problem(); !problem.empty()) say(QString::fromStdString(problem), true);
+  if (view_)
+    view_->show_words(words_of_fault(),
+                      hint_seen_
+                          ? QString()
+                          : tr("Press on the surface and drag to feel it; the wheel presses deeper. Drag beside it to turn."));
+}
+
+QString MainWindow::words_of_fault() {
+  if (touch_.is_held()) return tr("No force: press Space to feel again");
+  LiveLoop* loop = touch_.loop();
+  if (!loop) return {};
+  const LiveView& seen = loop->look();
+  if (seen.device_fault) return QString(seen.device_fault);
+  switch (seen.frame.guard_cause) {
+    case GuardCause::not_finite: return tr("The force is no number: the scene has a fault. Undo the last change.");
+    case GuardCause::no_position: return tr("The device does not know where it is: move it to its start position.");
+    case GuardCause::link_lost: return tr("The device does not answer: check its cable and power.");
+    case GuardCause::speed: return tr("The hand was too fast: hold still for a moment.");
+    default: return {};
+  }
+}
+
+void MainWindow::record(bool on) {
+  if (!document_.is_open()) return record_->setChecked(false);
+  if (!on) {
+    const QString folder = QString::fromStdString(touch_.trace().string());
+    const std::string lost = touch_.end();
+    lost.empty() ? say(tr("Recorded in %1").arg(folder)) : say(QString::fromStdString(lost), true);
+    return begin_touch();
+  }
+  const QString folder = settings_.value("traces", QDir::homePath()).toString();
+  const QString name =
+      QFileInfo(document_.opened().title).completeBaseName() + QDateTime::currentDateTime().toString("-yyyyMMdd-HHmmss");
+  begin_touch(fs::path(QDir(folder).filePath(name).toStdString()));
+  record_->setChecked(touch_.is_recorded());
+  if (touch_.is_recorded()) say(tr("Recording into %1; press R to end it.").arg(QDir(folder).filePath(name)));
+}
+
+bool MainWindow::save(bool under_another_name) {
+  if (!document_.is_open()) return false;
+  fs::path file = document_.opened().scene_file;
+  if (file.empty() || under_another_name) {
+    const QString suggested = file.empty()
+                                  ? QDir::home().filePath(QFileInfo(document_.opened().title).completeBaseName() + ".toml")
+                                  : QString::fromStdString(file.string());
+    const QString chosen = QFileDialog::getSaveFileName(this, tr("Save the scene"), suggested, tr("Scenes (*.toml)"));
+    if (chosen.isEmpty()) return false;
+    file = chosen.toStdString();
+    if (file.extension() != ".toml") file += ".toml";
+  }
+  try {
+    document_.save(file);
+    remember(file);
+    say(tr("Saved as %1").arg(QString::fromStdString(file.string())));
+    return true;
+  } catch (const std::exception& error) {
+    say(QString::fromUtf8(error.what()), true);
+    return false;
+  }
+}
+
+void MainWindow::screenshot() {
+  if (!document_.is_open()) return;
+  const QString folder =
+      settings_.value("pictures", QStandardPaths::writableLocation(QStandardPaths::PicturesLocation)).toString();
+  QDir().mkpath(folder);
+  const QString file = QDir(folder).filePath("palpa" + QDateTime::currentDateTime().toString("-yyyyMMdd-HHmmss-zzz") + ".png");
+  const QImage picture = view_ ? view_->picture() : pages_->grab().toImage();
+  picture.save(file) ? say(tr("Saved %1").arg(file))
+                     : say(tr("%1: cannot be written; free some space or change the folder's rights").arg(file), true);
+}
+
+void MainWindow::show_help() { (new HelpSheet(actions(), this))->show(); }
+
+void MainWindow::ask_file() {
+  const QString folder = settings_.value("folder", QDir::homePath()).toString();
+  const QString file = QFileDialog::getOpenFileName(this, tr("Open a scene, data, or a trace (its trace.toml)"), folder);
+  if (file.isEmpty()) return;
+  settings_.setValue("folder", QFileInfo(file).absolutePath());
+  const fs::path path = file.toStdString();
+  open(path.filename() == "trace.toml" ? path.parent_path() : path);
+}
+
+void MainWindow::remember(const fs::path& path) {
+  QStringList recent = settings_.value("recent").toStringList();
+  const QString name = QString::fromStdString(fs::absolute(path).lexically_normal().string());
+  recent.removeAll(name);
+  recent.prepend(name);
+  while (recent.size() > most_recent) recent.removeLast();
+  settings_.setValue("recent", recent);
+  start_page_->show_recent(recent);
+}
+
+void MainWindow::say(const QString& words, bool is_problem) {
+  message_->setText(words);
+  message_bar_->setStyleSheet(is_problem ? "QFrame#message_bar { background: #fbe3dc; } QLabel { color: #5c1a0c; }"
+                                         : "QFrame#message_bar { background: #e3eefb; } QLabel { color: #12304f; }");
+  message_bar_->show();
+  if (!is_problem)
+    QTimer::singleShot(8000, message_bar_, [this, words] {
+      if (message_->text() == words) message_bar_->hide();
+    });
+}
+
+void MainWindow::show_job() {
+  const QString words = jobs_.words();
+  job_words_->setText(words);
+  for (QWidget* widget :
+       {static_cast<QWidget*>(job_words_), static_cast<QWidget*>(job_bar_), static_cast<QWidget*>(job_cancel_)})
+    widget->setVisible(!words.isEmpty());
+}
+
+void MainWindow::dragEnterEvent(QDragEnterEvent* event) {
+  if (event->mimeData()->hasUrls()) event->acceptProposedAction();
+}
+
+void MainWindow::dropEvent(QDropEvent* event) {
+  for (const QUrl& url : event->mimeData()->urls()) {
+    if (!url.isLocalFile()) continue;
+    const fs::path path = url.toLocalFile().toStdString();
+    open(path.filename() == "trace.toml" ? path.parent_path() : path);
+    break;
+  }
+}
+
+void MainWindow::closeEvent(QCloseEvent* event) {
+  // First of all the motors.
+  const std::string lost = touch_.end();
+  if (!lost.empty()) std::fprintf(stderr, "palpa-explorer: %s\n", lost.c_str());
+  timer_.stop();
+  // What was not saved is kept where the next start finds it.
+  if (document_.is_open() && !document_.undo().isClean()) {
+    const QString folder = QStandardPaths::writableLocation(QStandardPaths::AppDataLocation);
+    QDir().mkpath(folder);
+    const QString file = folder + "/unsaved-" + QFileInfo(document_.opened().title).completeBaseName() + ".toml";
+    if (QFile out(file); out.open(QIODevice::WriteOnly) && out.write(QByteArray::fromStdString(document_.text())) >= 0) {
+      std::fprintf(stderr, "The scene was not saved; it is kept in %s\n", qPrintable(file));
+      remember(file.toStdString());
+    }
+  }
+  event->accept();
+}
+
+}  // namespace palpa::explorer

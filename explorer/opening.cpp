@@ -1,0 +1,65 @@
+#include "explorer/opening.h"
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "palpa/first/first_scene.h"
+#include "palpa/mode/plugin.h"
+#include "palpa/study/recorded_scene.h"
+#include "palpa/trace/trace.h"
+
+namespace palpa::explorer {
+
+namespace fs = std::filesystem;
+
+Opened open_any(const fs::path& path, const std::vector<fs::path>& data_folders) {
+  std::error_code ignored;
+  if (!fs::exists(path, ignored)) throw LoadError(path.string() + ": there is no such file or folder; check the name");
+  const ReadOptions read;
+  if (fs::exists(path / "trace.toml", ignored)) {
+    const TraceReader trace(path);
+    Opened opened{.loaded = load_recorded_scene(path, trace, data_folders, read, modes_with({})), .trace = path};
+    opened.title = QString::fromStdString(path.filename().empty() ? path.parent_path().filename() : path.filename());
+    return opened;
+  }
+  const QString name = QString::fromStdString(path.filename().string());
+  if (path.extension() == ".toml" && fs::is_regular_file(path, ignored)) {
+    return {.loaded = load_scene(path, volume_reader(read), modes_with({}), {.data_folders = data_folders}),
+            .scene_file = fs::absolute(path),
+            .trace = {},
+            .title = name};
+  }
+  VolumeRequest request;
+  request.files = {fs::absolute(path)};
+  const Volume volume = read_volume(request, read);
+  const std::string text = first_scene(volume, request);
+  // The data are there: the scene need not read them again.
+  const ReadVolume again = [&](const VolumeRequest& asked) {
+    return asked.files == request.files ? volume : read_volume(asked, read);
+  };
+  return {.loaded = parse_scene(text, name.toStdString() + " (suggested scene)", fs::absolute(path).parent_path(), again,
+                                modes_with({})),
+          .scene_file = {},
+          .trace = {},
+          .title = name};
+}
+
+std::vector<fs::path> embedded_scenes() {
+  std::vector<fs::path> folders;
+  if (const char* folder = std::getenv("PALPA_SCENES"); folder && *folder) folders.emplace_back(folder);
+  std::error_code ignored;
+  const fs::path program = fs::read_symlink("/proc/self/exe", ignored).parent_path();
+  for (const char* way : {"../share/palpa/scenes", "../../../scenes", "../../../../scenes"})
+    folders.push_back((program / way).lexically_normal());
+  for (const fs::path& folder : folders) {
+    if (!fs::is_directory(folder, ignored)) continue;
+    std::vector<fs::path> scenes;
+    for (const auto& entry : fs::directory_iterator(folder, ignored))
+      if (entry.path().filename().string().ends_with("_phantom.toml")) scenes.push_back(entry.path());
+    std::sort(scenes.begin(), scenes.end());
+    if (!scenes.empty()) return scenes;
+  }
+  return {};
+}
+
+}  // namespace palpa::explorer

@@ -1,0 +1,227 @@
+#include "explorer/paint.h"
+
+#include <QFontMetricsF>
+#include <QPainterPath>
+#include <QPolygonF>
+#include <algorithm>
+#include <cmath>
+
+namespace palpa::explorer {
+namespace {
+
+// In pixels, so that a moment is legible in any view.
+constexpr double disc_px = 34.0;   // radius of a plane's disc. Larger: hides the data; smaller: its tilt is not seen
+constexpr double rod_px = 46.0;    // half a line
+constexpr double arrow_px = 84.0;  // an arrow of the largest force
+constexpr double least_shown_n = 1e-3;
+
+/// An arrow whose head has the size of the pen.
+void arrow(QPainter& painter, const QPointF& from, const QPointF& to, const QColor& color, double width) {
+  const QPointF way = to - from;
+  const double length = std::hypot(way.x(), way.y());
+  painter.setPen(QPen(color, width, Qt::SolidLine, Qt::RoundCap));
+  if (length < 3.0 * width) {  // towards the viewer or away: a dot
+    painter.setBrush(color);
+    painter.drawEllipse(to, width, width);
+    return;
+  }
+  const QPointF along = way / length, across{-along.y(), along.x()};
+  const double head = std::min(5.0 * width, 0.5 * length);
+  painter.drawLine(from, to - 0.8 * head * along);
+  painter.setPen(Qt::NoPen);
+  painter.setBrush(color);
+  painter.drawPolygon(QPolygonF({to, to - head * along + 0.45 * head * across, to - head * along - 0.45 * head * across}));
+}
+
+void ball(QPainter& painter, const QPointF& at, double radius, const QColor& color, const QColor& rim) {
+  QRadialGradient light(at - QPointF(0.35 * radius, 0.35 * radius), 1.4 * radius);
+  light.setColorAt(0.0, color.lighter(190));
+  light.setColorAt(1.0, color);
+  painter.setPen(QPen(rim, 1.4));
+  painter.setBrush(light);
+  painter.drawEllipse(at, radius, radius);
+}
+
+/// Two directions across a unit vector.
+std::pair<Vec3, Vec3> across(const Vec3& q) {
+  const Vec3 other = std::abs(q.x) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+  const Vec3 a = normalized(cross(q, other));
+  return {a, cross(q, a)};
+}
+
+void disc(QPainter& painter, const detail::View& view, const Vec3& at_m, const Vec3& normal, const QColor& color, bool idle) {
+  const auto [a, b] = across(normal);
+  QPolygonF rim;
+  const double disc_m = disc_px / view.px_per_m();
+  for (int i = 0; i < 40; ++i) {
+    const double angle = 2.0 * M_PI * i / 40.0;
+    rim << on_screen(view, at_m + disc_m * (std::cos(angle) * a + std::sin(angle) * b));
+  }
+  QColor fill = color;
+  fill.setAlphaF(idle ? 0.15 : 0.4);
+  painter.setPen(QPen(color, idle ? 1.0 : 1.8));
+  painter.setBrush(fill);
+  painter.drawPolygon(rim);
+}
+
+void primitive(QPainter& painter, const detail::View& view, const Moment& moment, const PlacedPrimitive& placed,
+               double most_n) {
+  const Primitive& p = placed.primitive;
+  const QColor color = color_of_mode(p.id.mode);
+  const double force_n = norm(placed.force_n);
+  const bool idle = force_n < least_shown_n;
+  const double rod_m = rod_px / view.px_per_m();
+  const double length_m = (10.0 + arrow_px * std::clamp(force_n / most_n, 0.0, 1.0)) / view.px_per_m();
+  switch (p.kind) {
+    case PrimitiveKind::plane:
+    case PrimitiveKind::corner:
+      disc(painter, view, p.position_m, p.direction, color, idle);
+      if (!idle)
+        arrow(painter, on_screen(view, p.position_m), on_screen(view, p.position_m + length_m * p.direction), color, 2.5);
+      break;
+    case PrimitiveKind::line:
+      painter.setPen(QPen(color, idle ? 1.5 : 3.0, Qt::SolidLine, Qt::RoundCap));
+      painter.drawLine(on_screen(view, p.position_m - rod_m * p.direction),
+                       on_screen(view, p.position_m + rod_m * p.direction));
+      break;
+    case PrimitiveKind::point: {
+      QColor fill = color;
+      fill.setAlphaF(0.5);
+      painter.setPen(QPen(color, 1.5));
+      painter.setBrush(fill);
+      const double radius = 4.0 + 10.0 * std::clamp(force_n / most_n, 0.0, 1.0);
+      painter.drawEllipse(on_screen(view, p.position_m), radius, radius);
+      break;
+    }
+    case PrimitiveKind::directed:
+      if (!idle)
+        arrow(painter, on_screen(view, moment.proxy_m), on_screen(view, moment.proxy_m + length_m * normalized(placed.force_n)),
+              color, 3.0);
+      break;
+  }
+}
+
+}  // namespace
+
+QColor to_qt(const detail::Color& color) { return QColor::fromRgbF(color.red, color.green, color.blue); }
+QColor color_of_mode(std::size_t mode) { return to_qt(detail::mode_color(mode)); }
+
+QPointF on_screen(const detail::View& view, const Vec3& at_m) { return {view.x_px(at_m), view.height_px - view.y_px(at_m)}; }
+
+void paint_trail(QPainter& painter, const detail::View& view, std::span<const TrailPoint> trail, double most_n) {
+  const detail::ColorMap colors = detail::force_colors(std::max(most_n, 1e-3));
+  for (std::size_t i = 1; i < trail.size(); ++i) {
+    QColor color = to_qt(colors.at(trail[i].force_n).color);
+    color.setAlphaF(0.25 + 0.75 * static_cast<double>(i) / static_cast<double>(trail.size()));
+    painter.setPen(QPen(color, 3.0, Qt::SolidLine, Qt::RoundCap));
+    painter.drawLine(on_screen(view, trail[i - 1].at_m), on_screen(view, trail[i].at_m));
+  }
+}
+
+void paint_moment(QPainter& painter, const detail::View& view, const Moment& moment, double most_n) {
+  if (moment.tick < 0) return;
+  for (std::size_t i = 0; i < moment.count; ++i) primitive(painter, view, moment, moment.primitives[i], std::max(most_n, 1e-3));
+  const QPointF proxy = on_screen(view, moment.proxy_m), probe = on_screen(view, moment.probe_m);
+  painter.setPen(QPen(QColor(90, 90, 96), 2.0, Qt::DashLine));
+  painter.drawLine(proxy, probe);
+  painter.setPen(QPen(QColor(255, 255, 255, 200), 1.0));
+  painter.setBrush(QColor(110, 110, 120, 110));
+  painter.drawEllipse(probe, 5.0, 5.0);
+  ball(painter, proxy, 7.0, QColor(22, 22, 28), Qt::white);
+}
+
+void paint_words(QPainter& painter, const QPointF& at, const QString& words, Qt::Alignment side, const QColor& ink,
+                 const QColor& ground) {
+  const QFontMetricsF metrics(painter.font());
+  QRectF box = metrics.boundingRect(words).adjusted(-4, -2, 4, 2);
+  box.moveCenter(at);
+  if (side & Qt::AlignLeft) box.moveLeft(at.x());
+  if (side & Qt::AlignRight) box.moveRight(at.x());
+  painter.setPen(Qt::NoPen);
+  painter.setBrush(ground);
+  painter.drawRoundedRect(box, 3, 3);
+  painter.setPen(ink);
+  painter.drawText(box, Qt::AlignCenter, words);
+}
+
+void paint_scale_bar(QPainter& painter, const detail::View& view, double world_per_hand, const QColor& ink) {
+  const double world_per_px = world_per_hand / view.px_per_m();
+  const double length_m = detail::round_length(0.22 * view.width_px * world_per_px);
+  const double px = length_m / world_per_px;
+  const double x = 14.0, y = view.height_px - 16.0;
+  painter.setPen(QPen(ink, 2.0));
+  painter.drawLine(QPointF(x, y), QPointF(x + px, y));
+  painter.drawLine(QPointF(x, y - 4), QPointF(x, y + 4));
+  painter.drawLine(QPointF(x + px, y - 4), QPointF(x + px, y + 4));
+  painter.drawText(QRectF(x, y - 22, std::max(px, 90.0), 16), Qt::AlignLeft | Qt::AlignVCenter,
+                   QString::fromStdString(detail::length_words(length_m)));
+}
+
+void paint_directions(QPainter& painter, const detail::View& view, std::span<const Vec3, 3> axes, bool medical,
+                      const QColor& ink) {
+  // The world of medical data is LPS.
+  static constexpr const char* patient[3][2] = {{"L", "R"}, {"P", "A"}, {"S", "I"}};
+  static constexpr const char* plain[3][2] = {{"+x", "−x"}, {"+y", "−y"}, {"+z", "−z"}};
+  const auto nearest = [&](const Vec3& direction) {
+    int best = 0;
+    double most = -2.0;
+    for (int i = 0; i < 6; ++i) {
+      const double along = (i % 2 == 0 ? 1.0 : -1.0) * dot(normalized(axes[static_cast<std::size_t>(i / 2)]), direction);
+      if (along > most) most = along, best = i;
+    }
+    const auto& names = medical ? patient[best / 2] : plain[best / 2];
+    return QString::fromUtf8(names[best % 2]);
+  };
+  painter.save();
+  QFont font = painter.font();
+  font.setBold(true);
+  painter.setFont(font);
+  painter.setPen(ink);
+  const double w = view.width_px, h = view.height_px;
+  painter.drawText(QRectF(w - 34, h / 2 - 10, 28, 20), Qt::AlignRight | Qt::AlignVCenter, nearest(view.right));
+  painter.drawText(QRectF(6, h / 2 - 10, 28, 20), Qt::AlignLeft | Qt::AlignVCenter, nearest(-view.right));
+  painter.drawText(QRectF(w / 2 - 20, 22, 40, 18), Qt::AlignCenter, nearest(view.up));
+  painter.drawText(QRectF(w / 2 - 20, h - 22, 40, 18), Qt::AlignCenter, nearest(-view.up));
+  painter.restore();
+}
+
+void paint_explanations(QPainter& painter, const QRect& area, std::span<const detail::LegendEntry> legend,
+                        std::span<const detail::ColorBar> bars, const QColor& ink) {
+  const QFontMetricsF metrics(painter.font());
+  const double em = metrics.height();
+  double y = area.top() + 0.5 * em;
+  const double right = area.right() - 0.6 * em;
+  for (const detail::LegendEntry& entry : legend) {
+    const QString words = QString::fromStdString(entry.words);
+    const double width = metrics.horizontalAdvance(words);
+    painter.setPen(ink);
+    painter.drawText(QPointF(right - width, y + metrics.ascent()), words);
+    const QRectF patch(right - width - 1.4 * em, y + 0.15 * em, em, 0.7 * em);
+    painter.setPen(entry.rim ? QPen(to_qt(*entry.rim), 2.0) : QPen(ink, 1.0));
+    painter.setBrush(entry.colors.empty() ? QColor(Qt::gray) : to_qt(entry.colors.front()));
+    painter.drawRect(patch);
+    y += 1.25 * em;
+  }
+  for (const detail::ColorBar& bar : bars) {
+    y += 0.5 * em;
+    painter.setPen(ink);
+    painter.drawText(QRectF(area.left(), y, right - area.left(), em), Qt::AlignRight, QString::fromStdString(bar.title));
+    y += 1.2 * em;
+    const double height = 7.0 * em;
+    QLinearGradient shades(0, y + height, 0, y);
+    const double span = bar.map.high() - bar.map.low();
+    for (const auto& point : bar.map.points())
+      shades.setColorAt(span > 0.0 ? std::clamp((point.value - bar.map.low()) / span, 0.0, 1.0) : 0.0, to_qt(point.color));
+    painter.setBrush(shades);
+    painter.setPen(QPen(ink, 1.0));
+    painter.drawRect(QRectF(right - em, y, em, height));
+    for (const double share : {0.0, 0.5, 1.0}) {
+      const QString number = QString::fromStdString(detail::number_words(bar.map.low() + share * span));
+      painter.drawText(QRectF(area.left(), y + (1.0 - share) * height - 0.5 * em, right - 1.4 * em - area.left(), em),
+                       Qt::AlignRight | Qt::AlignVCenter, number);
+    }
+    y += height + 0.6 * em;
+  }
+}
+
+}  // namespace palpa::explorer

@@ -1,0 +1,273 @@
+#include "explorer/panel.h"
+
+#include <QGroupBox>
+#include <QLabel>
+#include <QMenu>
+#include <QPushButton>
+#include <algorithm>
+
+#include "explorer/paint.h"
+#include "explorer/presets.h"
+#include "palpa/mode/plugin.h"
+#include "palpa/scene/parts.h"
+#include "palpa/view/layers.h"
+
+namespace palpa::explorer {
+namespace {
+
+// Keys of undo steps: the same one for one row of one part, so that a drag of a slider is one step.
+int key_of(std::size_t part, std::size_t row) { return static_cast<int>(1000 * (part + 1) + row); }
+
+/// "surface and friction" of "surface_and_friction".
+QString words_of_type(std::string_view type) {
+  return QString::fromUtf8(type.data(), static_cast<int>(type.size())).replace('_', ' ');
+}
+
+}  // namespace
+
+std::vector<std::string> field_names(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const SceneVolume& volume : scene.volumes()) {
+    if (volume.volume.fields.size() == 1) names.push_back(volume.name);
+    for (const VolumeField& field : volume.volume.fields) {
+      const std::string name = volume.volume.fields.size() == 1 ? volume.name : volume.name + "." + field.name;
+      if (volume.volume.fields.size() > 1) names.push_back(name);
+      if (field.field->components() == 3)
+        for (const char* derived : {"magnitude", "curl", "q"}) names.push_back(std::string(derived) + "(" + name + ")");
+    }
+  }
+  return names;
+}
+
+Panel::Panel(Document& document, QWidget* parent) : QScrollArea(parent), document_(document), column_(new QVBoxLayout) {
+  auto* content = new QWidget;
+  content->setLayout(column_);
+  column_->setContentsMargins(4, 4, 4, 4);
+  setWidget(content);
+  setWidgetResizable(true);
+  setFrameShape(QFrame::NoFrame);
+  setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+  setMinimumWidth(300);
+}
+
+Panel::Section Panel::add_section(const QString& title) {
+  Section section{new QGroupBox(title), new ParameterForm};
+  auto* inside = new QVBoxLayout(section.box);
+  inside->setContentsMargins(2, 2, 2, 2);
+  inside->addWidget(section.form);
+  column_->insertWidget(sections_at_ + static_cast<int>(sections_.size()), section.box);
+  sections_.push_back(section);
+  return section;
+}
+
+void Panel::remove_sections() {
+  // Later: one of them may be the sender of what is under way.
+  for (const Section& section : sections_) {
+    section.box->hide();
+    section.box->deleteLater();
+    column_->removeWidget(section.box);
+  }
+  sections_.clear();
+}
+
+FeelPanel::FeelPanel(Document& document, QWidget* parent) : Panel(document, parent), coupling_(new ParameterForm) {
+  auto* add = new QPushButton(tr("Add a mode"));
+  add->setObjectName("add_mode");
+  auto* menu = new QMenu(add);
+  const ModeCatalog modes = modes_with({});
+  for (const Mode& mode : modes.modes()) {
+    const std::string type(mode.type());
+    QAction* action = menu->addAction(words_of_type(type));
+    action->setToolTip(QString::fromUtf8(mode.summary().data(), static_cast<int>(mode.summary().size())));
+    connect(action, &QAction::triggered, this, [this, mode, type] {
+      document_.edit(tr("add %1").arg(words_of_type(type)), -1, [&](Scene& scene) {
+        std::string name = type;
+        for (int number = 2; scene.find_mode(name); ++number) name = type + "_" + std::to_string(number);
+        Mode fresh = mode;
+        // Its fields: the first of the right kind; a level in the middle of the values. The strength is for the person to say.
+        const std::vector<ParameterRow> rows = rows_of([&](ParameterVisitor& v) { fresh.visit(v); });
+        for (std::size_t i = 0; i < rows.size(); ++i) {
+          const bool scalar = rows[i].info.kind == ParameterKind::scalar_field;
+          if (!scalar && rows[i].info.kind != ParameterKind::vector_field) continue;
+          for (const std::string& field : field_names(scene)) {
+            if ((scene.field({field}).field->components() == 1) != scalar) continue;
+            set_row([&](ParameterVisitor& v) { fresh.visit(v); }, i, FieldRef{field});
+            break;
+          }
+        }
+        for (const ParameterListSize& list : lists_of([&](ParameterVisitor& v) { fresh.visit(v); }))
+          if (list.name == "level" && list.size == 0) append_to([&](ParameterVisitor& v) { fresh.visit(v); }, list.name);
+        const std::vector<ParameterRow> filled = rows_of([&](ParameterVisitor& v) { fresh.visit(v); });
+        std::string field;
+        for (std::size_t i = 0; i < filled.size(); ++i) {
+          if (const auto* ref = std::get_if<FieldRef>(&filled[i].value); ref && field.empty()) field = ref->name;
+          if (filled[i].info.kind != ParameterKind::level || field.empty()) continue;
+          const Extent extent = scene.field({field}).field->extents()[0];
+          set_row([&](ParameterVisitor& v) { fresh.visit(v); }, i, 0.5 * (extent.min + extent.max));
+        }
+        const std::vector<ParameterRow> last = rows_of([&](ParameterVisitor& v) { fresh.visit(v); });
+        for (std::size_t i = 0; i < last.size(); ++i)
+          if (last[i].info.name == "strength_n" && last[i].group.empty() && !fresh.problem().empty())
+            set_row([&](ParameterVisitor& v) { fresh.visit(v); }, i, Strength(0.5));
+        scene.add(name, fresh);
+      });
+    });
+  }
+  add->setMenu(menu);
+  column_->addWidget(add);
+  auto* coupling = new QGroupBox(tr("Coupling and force limit"));
+  auto* inside = new QVBoxLayout(coupling);
+  inside->setContentsMargins(2, 2, 2, 2);
+  inside->addWidget(coupling_);
+  column_->addWidget(coupling);
+  column_->addStretch();
+  connect(
+      coupling_, &ParameterForm::changed, this, [this](const QString& what, std::size_t row, const ParameterRow::Value& value) {
+        document_.edit(what, key_of(999, row),
+                       [&](Scene& scene) { set_row([&](ParameterVisitor& v) { visit_part(scene.coupling, v); }, row, value); });
+      });
+}
+
+void FeelPanel::build() {
+  remove_sections();
+  const Scene& scene = document_.scene();
+  for (std::size_t number = 0; number < scene.modes().size(); ++number) {
+    const std::string name = scene.modes()[number].name;
+    const QString words = QString::fromStdString(name);
+    const Section section = add_section(words + "  –  " + words_of_type(scene.modes()[number].mode.type()));
+    section.box->setCheckable(true);
+    section.box->setObjectName("mode_" + words);
+    section.box->setAccessibleName(tr("Mode %1, on or off").arg(words));
+    QPixmap swatch(10, 10);
+    swatch.fill(color_of_mode(number));
+    connect(section.box, &QGroupBox::clicked, this, [this, name, words](bool on) {
+      document_.edit(on ? tr("turn %1 on").arg(words) : tr("turn %1 off").arg(words), -1,
+                     [&](Scene& changed) { changed.find_mode(name)->enabled = on; });
+    });
+    connect(section.form, &ParameterForm::changed, this,
+            [this, name, number](const QString& what, std::size_t row, const ParameterRow::Value& value) {
+              document_.edit(what, key_of(number, row), [&](Scene& changed) {
+                set_row([&](ParameterVisitor& v) { changed.find_mode(name)->mode.visit(v); }, row, value);
+              });
+            });
+    connect(section.form, &ParameterForm::function_asked, this,
+            [this, number](std::size_t row) { Q_EMIT function_asked(number, row); });
+    auto* buttons = new QHBoxLayout;
+    auto* color = new QLabel;
+    color->setPixmap(swatch);
+    color->setToolTip(tr("Its primitives have this colour"));
+    buttons->addWidget(color);
+    for (const ParameterListSize& list : lists_of([&](ParameterVisitor& v) { look_through(scene.modes()[number].mode, v); })) {
+      const QString item = QString::fromStdString(list.name);
+      auto* more = new QPushButton(tr("Add %1").arg(item));
+      connect(more, &QPushButton::clicked, this, [this, name, list, item] {
+        document_.edit(tr("add %1").arg(item), -1, [&](Scene& changed) {
+          append_to([&](ParameterVisitor& v) { changed.find_mode(name)->mode.visit(v); }, list.name);
+        });
+      });
+      buttons->addWidget(more);
+    }
+    auto* remove = new QPushButton(tr("Remove"));
+    remove->setAccessibleName(tr("Remove mode %1").arg(words));
+    connect(remove, &QPushButton::clicked, this, [this, name, words] {
+      document_.edit(tr("remove %1").arg(words), -1, [&](Scene& changed) { changed.remove_mode(name); });
+    });
+    buttons->addStretch();
+    buttons->addWidget(remove);
+    static_cast<QVBoxLayout*>(section.box->layout())->addLayout(buttons);
+  }
+}
+
+void FeelPanel::refresh() {
+  if (!document_.is_open()) return;
+  const Scene& scene = document_.scene();
+  std::vector<std::string> names;
+  for (const SceneMode& mode : scene.modes()) names.push_back(mode.name + " " + std::string(mode.mode.type()));
+  if (names != built_) {
+    build();
+    built_ = names;
+  }
+  const FormContext context{field_names(scene), scene.coupling.max_force_n};
+  for (std::size_t i = 0; i < scene.modes().size(); ++i) {
+    const SceneMode& mode = scene.modes()[i];
+    sections_[i].box->setChecked(mode.enabled);
+    sections_[i].form->show_rows(rows_of([&](ParameterVisitor& v) { look_through(mode.mode, v); }), context);
+  }
+  coupling_->show_rows(rows_of([&](ParameterVisitor& v) {
+                         CouplingOptions copy = scene.coupling;
+                         visit_part(copy, v);
+                       }),
+                       context);
+}
+
+SeePanel::SeePanel(Document& document, QWidget* parent) : Panel(document, parent), presets_(new QComboBox) {
+  presets_->setObjectName("presets");
+  presets_->setAccessibleName(tr("Presets of what is seen"));
+  presets_->addItem(tr("Presets …"));
+  for (const Preset& preset : presets()) presets_->addItem(QString::fromUtf8(preset.name));
+  connect(presets_, qOverload<int>(&QComboBox::activated), this, [this](int index) {
+    if (index > 0) Q_EMIT preset_chosen(index - 1);
+    presets_->setCurrentIndex(0);
+  });
+  column_->addWidget(presets_);
+  sections_at_ = 1;
+  auto* add = new QPushButton(tr("Add a layer"));
+  connect(add, &QPushButton::clicked, this, [this] {
+    document_.edit(tr("add layer"), -1, [](Scene& scene) {
+      scene.layers = detail::layers_of(scene);
+      const std::vector<std::string> fields = field_names(scene);
+      if (fields.empty()) throw SceneError("view: the scene has no data to show; open a file first");
+      const bool vectors = scene.field({fields.front()}).field->components() == 3;
+      scene.layers.push_back(
+          {.show = vectors ? ViewLayer::Show::streamlines : ViewLayer::Show::slices, .field = {fields.front()}});
+    });
+  });
+  column_->addWidget(add);
+  column_->addStretch();
+}
+
+void SeePanel::build(std::size_t layers) {
+  remove_sections();
+  for (std::size_t number = 0; number < layers; ++number) {
+    const Section section = add_section(tr("Layer %1").arg(number + 1));
+    connect(section.form, &ParameterForm::changed, this,
+            [this, number](const QString& what, std::size_t row, const ParameterRow::Value& value) {
+              document_.edit(what, key_of(500 + number, row), [&](Scene& scene) {
+                scene.layers = detail::layers_of(scene);
+                if (number >= scene.layers.size()) return;
+                set_row([&](ParameterVisitor& v) { visit_part(scene.layers[number], v); }, row, value);
+              });
+            });
+    auto* buttons = new QHBoxLayout;
+    auto* colors = new QPushButton(tr("Colours and opacity …"));
+    connect(colors, &QPushButton::clicked, this, [this, number] { Q_EMIT colors_asked(number); });
+    auto* remove = new QPushButton(tr("Remove"));
+    remove->setAccessibleName(tr("Remove layer %1").arg(number + 1));
+    connect(remove, &QPushButton::clicked, this, [this, number] {
+      document_.edit(tr("remove layer"), -1, [&](Scene& scene) {
+        scene.layers = detail::layers_of(scene);
+        if (scene.layers.size() < 2) throw SceneError("view: one layer has to stay; change what it shows instead");
+        scene.layers.erase(scene.layers.begin() + static_cast<std::ptrdiff_t>(number));
+      });
+    });
+    buttons->addWidget(colors);
+    buttons->addStretch();
+    buttons->addWidget(remove);
+    static_cast<QVBoxLayout*>(section.box->layout())->addLayout(buttons);
+  }
+  built_ = layers;
+}
+
+void SeePanel::refresh() {
+  if (!document_.is_open()) return;
+  const Scene& scene = document_.scene();
+  const std::vector<ViewLayer> layers = detail::layers_of(scene);
+  if (layers.size() != built_) build(layers.size());
+  const FormContext context{field_names(scene), scene.coupling.max_force_n};
+  for (std::size_t i = 0; i < layers.size(); ++i) {
+    ViewLayer copy = layers[i];
+    sections_[i].form->show_rows(rows_of([&](ParameterVisitor& v) { visit_part(copy, v); }), context);
+  }
+}
+
+}  // namespace palpa::explorer

@@ -1,0 +1,76 @@
+// The panel beside the picture: what is felt, and what is seen.
+#pragma once
+
+#include <QComboBox>
+#include <QScrollArea>
+#include <QToolButton>
+#include <QVBoxLayout>
+#include <vector>
+
+#include "explorer/document.h"
+#include "explorer/parameter_form.h"
+
+class QGroupBox;
+
+namespace palpa::explorer {
+
+/// All fields of a scene by the names that scenes call them.
+std::vector<std::string> field_names(const Scene& scene);
+
+/// A column of parts of the scene, each with its parameters.
+class Panel : public QScrollArea {
+  Q_OBJECT
+ public:
+  explicit Panel(Document& document, QWidget* parent = nullptr);
+  /// Shows the scene as it is.
+  virtual void refresh() = 0;
+
+ protected:
+  struct Section {
+    QGroupBox* box;
+    ParameterForm* form;
+  };
+  /// A part with a title, after those that are there.
+  Section add_section(const QString& title);
+  void remove_sections();
+
+  Document& document_;
+  QVBoxLayout* column_;
+  std::vector<Section> sections_;
+  int sections_at_ = 0;  // in the column
+};
+
+/// Modes with their parameters, coupling.
+class FeelPanel : public Panel {
+  Q_OBJECT
+ public:
+  explicit FeelPanel(Document& document, QWidget* parent = nullptr);
+  void refresh() override;
+
+ Q_SIGNALS:
+  void function_asked(std::size_t mode, std::size_t row);
+
+ private:
+  void build();
+  std::vector<std::string> built_;
+  ParameterForm* coupling_;
+};
+
+/// Layers with what they show, presets.
+class SeePanel : public Panel {
+  Q_OBJECT
+ public:
+  explicit SeePanel(Document& document, QWidget* parent = nullptr);
+  void refresh() override;
+
+ Q_SIGNALS:
+  void colors_asked(std::size_t layer);
+  void preset_chosen(int preset);
+
+ private:
+  void build(std::size_t layers);
+  QComboBox* presets_;
+  std::size_t built_ = 0;
+};
+
+}  // namespace palpa::explorer

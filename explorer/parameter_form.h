@@ -1,0 +1,45 @@
+// A form for any list of parameters: the same list that scene files, `palpa modes` and the documentation are made from.
+#pragma once
+
+#include <QWidget>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "explorer/parameter_rows.h"
+
+class QFormLayout;
+
+namespace palpa::explorer {
+
+/// What a person can choose from.
+struct FormContext {
+  std::vector<std::string> fields;
+  double largest_n = 10.0;  ///< [N] end of a strength's slider
+};
+
+/// A row for each parameter, with its unit, its range and its sentence.
+class ParameterForm : public QWidget {
+  Q_OBJECT
+ public:
+  explicit ParameterForm(QWidget* parent = nullptr);
+  /// Builds the rows or, where the part has the same ones as before, gives them its values.
+  void show_rows(const std::vector<ParameterRow>& rows, const FormContext& context);
+
+ Q_SIGNALS:
+  void changed(const QString& what, std::size_t row, const palpa::explorer::ParameterRow::Value& value);
+  /// The function that a strength is, or is to be, is asked for.
+  void function_asked(std::size_t row);
+
+ private:
+  void build(const std::vector<ParameterRow>& rows, const FormContext& context);
+  QWidget* editor_of(const ParameterRow& row, std::size_t number, const FormContext& context);
+  QWidget* number_editor(const ParameterRow& row, std::size_t number, double value, const FormContext& context);
+
+  QFormLayout* layout_;
+  std::string built_;
+  std::vector<std::function<void(const ParameterRow::Value&)>> setters_;
+  bool is_showing_ = false;
+};
+
+}  // namespace palpa::explorer

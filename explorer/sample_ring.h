@@ -1,0 +1,61 @@
+// What the window draws of the ticks: handed over by the loop, which waits for nobody.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <memory>
+
+#include "palpa/core/primitives.h"
+#include "palpa/trace/trace.h"
+
+namespace palpa::explorer {
+
+/// [1] Modes whose force is shown apart. More: curves hide each other.
+inline constexpr std::size_t most_shown_modes = 8;
+/// [1] Primitives of a moment that are drawn. More: they hide each other.
+inline constexpr std::size_t most_shown_primitives = 24;
+
+/// One tick with what its modes did.
+struct Sample {
+  TickFrame frame;
+  std::array<ModeTick, most_shown_modes> modes{};
+  std::size_t count = 0;  ///< of the modes
+};
+
+/// One tick, as it is drawn in the scene. Plain data, which the loop can copy.
+struct Moment {
+  std::int64_t tick = -1;  ///< -1: none yet
+  double t_s = 0.0;
+  Vec3 probe_m, proxy_m, command_n;
+  std::array<PlacedPrimitive, most_shown_primitives> primitives{};
+  std::size_t count = 0;
+};
+
+/// Samples in order, from one thread to another. Where the taker is too slow samples are left out. Allocates at construction.
+class SampleRing {
+ public:
+  static constexpr std::size_t size = 1U << 12;  // 4 s at 1 kHz. More: memory; fewer: gaps when the window is slow
+
+  /// The loop's. Never waits.
+  void give(const Sample& sample) noexcept {
+    const std::uint64_t at = given_.load(std::memory_order_relaxed);
+    if (at - taken_.load(std::memory_order_acquire) >= size) return;
+    (*samples_)[at % size] = sample;
+    given_.store(at + 1, std::memory_order_release);
+  }
+  /// The window's. False: there is none.
+  bool take(Sample& sample) noexcept {
+    const std::uint64_t at = taken_.load(std::memory_order_relaxed);
+    if (at == given_.load(std::memory_order_acquire)) return false;
+    sample = (*samples_)[at % size];
+    taken_.store(at + 1, std::memory_order_release);
+    return true;
+  }
+
+ private:
+  std::unique_ptr<std::array<Sample, size>> samples_ = std::make_unique<std::array<Sample, size>>();
+  std::atomic<std::uint64_t> given_{0}, taken_{0};
+};
+
+}  // namespace palpa::explorer

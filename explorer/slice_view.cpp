@@ -1,0 +1,279 @@
+#include "explorer/slice_view.h"
+
+#include <QElapsedTimer>
+#include <QMouseEvent>
+#include <QPainter>
+#include <QWheelEvent>
+#include <algorithm>
+#include <cmath>
+
+#include "palpa/scene/parts.h"
+#include "palpa/view/layers.h"
+
+namespace palpa::explorer {
+namespace {
+
+constexpr int coarse_step_px = 3;     // between samples of a slice that moves
+constexpr int refine_after_ms = 120;  // the fine slice comes so long after the last motion
+
+/// Names the first field that a mode reads.
+class FirstField : public ParameterVisitor {
+ public:
+  std::string name;
+  void field(const ParameterInfo&, FieldRef& ref) override {
+    if (name.empty()) name = ref.name;
+  }
+};
+
+double value_of(const Field& field, const Vec3& at_m, bool& inside) {
+  if (field.components() == 1) {
+    const ScalarSample sample = field.scalar(at_m);
+    inside = sample.inside;
+    return sample.value;
+  }
+  const VectorSample sample = field.vector(at_m);
+  inside = sample.inside;
+  return norm(sample.value);
+}
+
+}  // namespace
+
+SliceLook slice_look_of(const Scene& scene) {
+  SliceLook look;
+  look.map = scene.hand_to_world();
+  std::string name;
+  for (const ViewLayer& layer : scene.layers)
+    if (name.empty() || layer.show == ViewLayer::Show::slices) name = layer.field.name;
+  for (const SceneMode& mode : scene.modes()) {
+    if (!name.empty()) break;
+    FirstField first;
+    look_through(mode.mode, first);
+    name = first.name;
+  }
+  if (name.empty() && !scene.volumes().empty()) {
+    const SceneVolume& volume = scene.volumes().front();
+    name = volume.volume.fields.size() == 1 ? volume.name : volume.name + "." + volume.volume.fields.front().name;
+  }
+  look.medical = std::any_of(scene.volumes().begin(), scene.volumes().end(),
+                             [](const SceneVolume& volume) { return volume.volume.medical_frame; });
+  if (name.empty()) return look;
+  try {
+    const VolumeField named = scene.field({name});
+    look.field = detail::in_hand_frame(frozen(named.field, scene.time.at(0.0)), look.map);
+    look.name = name;
+    look.unit = named.unit;
+    const std::vector<Extent> extents = named.field->extents();
+    if (named.field->components() == 1) {
+      look.least = look.low = extents[0].min;
+      look.most = look.high = extents[0].max;
+      // Hounsfield units: the window in which soft tissue and bone are told apart.
+      if (named.unit == "HU" || (look.least < -500.0 && look.most > 1000.0)) look.low = -500.0, look.high = 1000.0;
+    } else {
+      double squared = 0.0;
+      for (const Extent& extent : extents) squared += std::pow(std::max(std::abs(extent.min), std::abs(extent.max)), 2);
+      look.least = look.low = 0.0;
+      look.most = look.high = std::sqrt(squared);
+      look.colors = detail::magnitude_colors(0.0, 1.0);
+    }
+  } catch (const LoadError&) {
+    look.field = nullptr;
+  }
+  return look;
+}
+
+SliceView::SliceView(int axis, QWidget* parent) : QWidget(parent), axis_(axis) {
+  setMinimumSize(120, 100);
+  setFocusPolicy(Qt::StrongFocus);
+  setAttribute(Qt::WA_OpaquePaintEvent);
+  setAccessibleName(title());
+  setAccessibleDescription(tr("Left drag touches, right drag changes window and level, the wheel goes through slices."));
+  refine_.setSingleShot(true);
+  refine_.setInterval(refine_after_ms);
+  connect(&refine_, &QTimer::timeout, this, [this] {
+    sample(1);
+    update();
+  });
+}
+
+QString SliceView::title() const {
+  static const char* const patient[] = {QT_TR_NOOP("Sagittal"), QT_TR_NOOP("Coronal"), QT_TR_NOOP("Axial")};
+  static const char* const plain[] = {QT_TR_NOOP("Across x"), QT_TR_NOOP("Across y"), QT_TR_NOOP("Across z")};
+  return tr((look_.medical ? patient : plain)[axis_]);
+}
+
+void SliceView::start(const SliceLook& look, const Box& bounds_m) {
+  bounds_m_ = bounds_m;
+  look_ = look;
+  const Similarity& map = look.map;
+  const auto world = [&](double x, double y, double z) { return map.turned_to_hand({x, y, z}); };
+  // As radiologists hang pictures: the patient's right on the left, the front or the head above.
+  if (axis_ == 2) {
+    view_.right = world(1, 0, 0);
+    view_.up = look.medical ? world(0, -1, 0) : world(0, 1, 0);
+  } else {
+    view_.right = axis_ == 1 ? world(1, 0, 0) : world(0, 1, 0);
+    view_.up = world(0, 0, 1);
+  }
+  view_.towards = cross(view_.right, view_.up);
+  view_.centre_m = cross_m_ = bounds_m.centre_m();
+  const Vec3 size = bounds_m.size_m();
+  const auto extent = [&](const Vec3& a) { return std::abs(a.x) * size.x + std::abs(a.y) * size.y + std::abs(a.z) * size.z; };
+  const double aspect = 1.0 * std::max(1, width()) / std::max(1, height());
+  view_.half_height_m = std::max(1e-4, 0.53 * std::max(extent(view_.up), extent(view_.right) / aspect));
+  setAccessibleName(title());
+  sample(1);
+  update();
+}
+
+void SliceView::set_look(const SliceLook& look) {
+  look_ = look;
+  stale();
+}
+
+void SliceView::set_cross(const Vec3& at_m) {
+  const double moved_m = std::abs(dot(at_m - cross_m_, view_.towards));
+  cross_m_ = at_m;
+  if (moved_m > 0.25 / view_.px_per_m()) stale();
+  update();
+}
+
+void SliceView::show_touch(const Moment& moment, const std::vector<TrailPoint>& trail, double most_n) {
+  moment_ = moment;
+  trail_ = trail;
+  most_n_ = most_n;
+  update();
+}
+
+void SliceView::stale() {
+  sample(coarse_step_px);
+  refine_.start();
+  update();
+}
+
+Vec3 SliceView::at_m(const QPointF& px) const {
+  const double per_px = 1.0 / view_.px_per_m();
+  const Vec3 middle = view_.centre_m + dot(cross_m_ - view_.centre_m, view_.towards) * view_.towards;
+  return middle + (px.x() - 0.5 * view_.width_px) * per_px * view_.right + (0.5 * view_.height_px - px.y()) * per_px * view_.up;
+}
+
+void SliceView::sample(int step_px) {
+  if (!look_.field || width() < 2 || height() < 2) return;
+  const int columns = width() / step_px + 1, rows = height() / step_px + 1;
+  image_ = QImage(columns, rows, QImage::Format_RGB32);
+  std::array<QRgb, 256> table{};
+  for (int i = 0; i < 256; ++i) table[static_cast<std::size_t>(i)] = to_qt(look_.colors.at(i / 255.0).color).rgb();
+  const QRgb outside = QColor(46, 46, 52).rgb();
+  const double span = std::max(1e-300, look_.high - look_.low);
+  for (int row = 0; row < rows; ++row) {
+    auto* line = reinterpret_cast<QRgb*>(image_.scanLine(row));
+    for (int column = 0; column < columns; ++column) {
+      bool inside = false;
+      const double value = value_of(*look_.field, at_m({(column + 0.5) * step_px, (row + 0.5) * step_px}), inside);
+      const double share = std::clamp((value - look_.low) / span, 0.0, 1.0);
+      line[column] = inside && std::isfinite(value) ? table[static_cast<std::size_t>(255.0 * share)] : outside;
+    }
+  }
+}
+
+void SliceView::paintEvent(QPaintEvent*) {
+  QPainter painter(this);
+  painter.fillRect(rect(), QColor(46, 46, 52));
+  painter.setRenderHint(QPainter::Antialiasing);
+  painter.setRenderHint(QPainter::SmoothPixmapTransform);
+  if (!image_.isNull()) {
+    const int step = std::max(1, static_cast<int>(std::lround(1.0 * width() / image_.width())));
+    painter.drawImage(QRect(0, 0, image_.width() * step, image_.height() * step), image_);
+  }
+  const QPointF cross = on_screen(view_, cross_m_);
+  painter.setPen(QPen(QColor(86, 180, 233, 200), 1.0));
+  for (const double gap : {-1.0, 1.0}) {
+    painter.drawLine(cross + QPointF(gap * 9, 0), QPointF(gap < 0 ? 0 : width(), cross.y()));
+    painter.drawLine(cross + QPointF(0, gap * 9), QPointF(cross.x(), gap < 0 ? 0 : height()));
+  }
+  paint_trail(painter, view_, trail_, most_n_);
+  paint_moment(painter, view_, moment_, most_n_);
+  const QColor ink(235, 235, 235);
+  QFont small = painter.font();
+  small.setPointSizeF(0.85 * small.pointSizeF());
+  painter.setFont(small);
+  const std::array<Vec3, 3> axes{look_.map.turned_to_hand({1, 0, 0}), look_.map.turned_to_hand({0, 1, 0}),
+                                 look_.map.turned_to_hand({0, 0, 1})};
+  paint_directions(painter, view_, axes, look_.medical, ink);
+  paint_scale_bar(painter, view_, look_.map.scale, ink);
+  painter.setPen(ink);
+  painter.drawText(QRectF(8, 4, width() - 16, 18), Qt::AlignLeft, title());
+  if (look_.field)
+    painter.drawText(
+        QRectF(8, 4, width() - 16, 18), Qt::AlignRight,
+        QString("%1 … %2 %3").arg(look_.low, 0, 'g', 4).arg(look_.high, 0, 'g', 4).arg(QString::fromStdString(look_.unit)));
+  if (hasFocus()) {
+    painter.setPen(QPen(palette().highlight().color(), 2));
+    painter.setBrush(Qt::NoBrush);
+    painter.drawRect(rect().adjusted(1, 1, -1, -1));
+  }
+}
+
+void SliceView::resizeEvent(QResizeEvent*) {
+  view_.width_px = width();
+  view_.height_px = height();
+  stale();
+}
+
+void SliceView::mousePressEvent(QMouseEvent* event) {
+  last_px_ = event->localPos();
+  const bool shifted = (event->modifiers() & Qt::ShiftModifier) != 0;
+  if (event->button() == Qt::RightButton) {
+    drag_ = Drag::window;
+  } else if (event->button() == Qt::MiddleButton || (shifted && event->button() == Qt::LeftButton)) {
+    drag_ = Drag::move;
+  } else if (event->button() == Qt::LeftButton) {
+    drag_ = Drag::touch;
+    Q_EMIT hold_began(at_m(last_px_), {});
+  }
+}
+
+void SliceView::mouseMoveEvent(QMouseEvent* event) {
+  const QPointF way = event->localPos() - last_px_;
+  last_px_ = event->localPos();
+  switch (drag_) {
+    case Drag::none: break;
+    case Drag::touch: Q_EMIT hold_moved(at_m(last_px_), {}, 0.0); break;
+    case Drag::window: {
+      const double per_px = (look_.most - look_.least) / 800.0;
+      const double middle = 0.5 * (look_.low + look_.high) + per_px * way.y();
+      const double half = std::max(1e-3 * (look_.most - look_.least), 0.5 * (look_.high - look_.low) + per_px * way.x());
+      Q_EMIT window_dragged(middle - half, middle + half);
+      break;
+    }
+    case Drag::move:
+      view_.centre_m += (-way.x() / view_.px_per_m()) * view_.right + (way.y() / view_.px_per_m()) * view_.up;
+      stale();
+      break;
+  }
+}
+
+void SliceView::mouseReleaseEvent(QMouseEvent*) {
+  if (drag_ == Drag::touch) Q_EMIT hold_ended({});
+  drag_ = Drag::none;
+}
+
+void SliceView::mouseDoubleClickEvent(QMouseEvent* event) {
+  if (!look_.field || event->button() != Qt::LeftButton) return;
+  bool inside = false;
+  const Vec3 here = at_m(event->localPos());
+  const double value = value_of(*look_.field, here, inside);
+  if (inside) Q_EMIT value_asked(value, here);
+}
+
+void SliceView::wheelEvent(QWheelEvent* event) {
+  const double notches = event->angleDelta().y() / 120.0;
+  if (event->modifiers() & Qt::ControlModifier) {
+    view_.half_height_m = std::clamp(view_.half_height_m / std::pow(1.15, notches), 1e-4, 10.0);
+    stale();
+  } else if (look_.field) {
+    Q_EMIT cross_moved(cross_m_ + notches * look_.field->spacing_m() * view_.towards);
+  }
+  event->accept();
+}
+
+}  // namespace palpa::explorer

@@ -1,0 +1,84 @@
+// A slice through the data across one of the world's axes.
+#pragma once
+
+#include <QImage>
+#include <QTimer>
+#include <QWidget>
+#include <array>
+#include <vector>
+
+#include "explorer/paint.h"
+#include "palpa/field/field.h"
+#include "palpa/scene/scene.h"
+
+namespace palpa::explorer {
+
+/// What all slices of a scene share: the field that is seen and how its values become colours.
+struct SliceLook {
+  FieldPtr field;                  ///< scalar or vector (its length is seen), hand frame; null: nothing is seen
+  std::string name, unit;          ///< of the field
+  double low = 0.0;                ///< shown black, the field's own unit
+  double high = 1.0;               ///< shown white
+  double least = 0.0, most = 1.0;  ///< of all values
+  detail::ColorMap colors = detail::grey_colors(0.0, 1.0);  ///< over 0 … 1
+  Similarity map;                                           ///< hand to world
+  bool medical = false;
+};
+/// Of the field that a scene's slices show, or its first mode reads. Throws nothing: without such a field it is empty.
+SliceLook slice_look_of(const Scene& scene);
+
+/// Left drag touches within the slice, right drag changes window (across) and level (up), the wheel goes through slices, the
+/// wheel with Ctrl zooms, the middle button moves the slice, a double click asks for the value there.
+class SliceView : public QWidget {
+  Q_OBJECT
+ public:
+  /// \param axis  of the world across which it lies: 0, 1, 2
+  explicit SliceView(int axis, QWidget* parent = nullptr);
+
+  void start(const SliceLook& look, const Box& bounds_m);
+  void set_look(const SliceLook& look);
+  /// The crosshair, hand frame: the slice goes through it.
+  void set_cross(const Vec3& at_m);
+  void show_touch(const Moment& moment, const std::vector<TrailPoint>& trail, double most_n);
+  QSize sizeHint() const override { return {240, 220}; }
+  const detail::View& view() const { return view_; }
+  QString title() const;
+
+ Q_SIGNALS:
+  void hold_began(palpa::Vec3 at_m, palpa::Vec3 away);
+  void hold_moved(palpa::Vec3 at_m, palpa::Vec3 away, double depth_m);
+  void hold_ended(palpa::Vec3 away);
+  void cross_moved(palpa::Vec3 at_m);
+  void window_dragged(double low, double high);
+  void value_asked(double value, palpa::Vec3 at_m);
+
+ protected:
+  void paintEvent(QPaintEvent*) override;
+  void resizeEvent(QResizeEvent*) override;
+  void mousePressEvent(QMouseEvent* event) override;
+  void mouseMoveEvent(QMouseEvent* event) override;
+  void mouseReleaseEvent(QMouseEvent* event) override;
+  void mouseDoubleClickEvent(QMouseEvent* event) override;
+  void wheelEvent(QWheelEvent* event) override;
+
+ private:
+  enum class Drag { none, touch, window, move };
+  Vec3 at_m(const QPointF& px) const;
+  void sample(int step_px);
+  void stale();
+
+  const int axis_;
+  SliceLook look_;
+  Box bounds_m_{};
+  detail::View view_;
+  QImage image_;
+  QTimer refine_;
+  Vec3 cross_m_;
+  Moment moment_;
+  std::vector<TrailPoint> trail_;
+  double most_n_ = 1.0;
+  Drag drag_ = Drag::none;
+  QPointF last_px_;
+};
+
+}  // namespace palpa::explorer

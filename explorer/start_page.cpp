@@ -1,0 +1,97 @@
+#include "explorer/start_page.h"
+
+#include <QFileInfo>
+#include <QGridLayout>
+#include <QLabel>
+#include <QPushButton>
+#include <QToolButton>
+#include <QVBoxLayout>
+
+#include "explorer/opening.h"
+
+namespace palpa::explorer {
+namespace {
+
+struct Known {
+  const char* file;
+  const char* title;
+  const char* words;
+};
+constexpr Known known[] = {
+    {"head_phantom.toml", QT_TR_NOOP("A head"), QT_TR_NOOP("skin gives, bone stops")},
+    {"flow_phantom.toml", QT_TR_NOOP("Blood flow"), QT_TR_NOOP("a vessel that carries the hand")},
+    {"wing_phantom.toml", QT_TR_NOOP("A wing's wake"), QT_TR_NOOP("vortices that turn it")},
+    {"beat_phantom.toml", QT_TR_NOOP("A beating heart"), QT_TR_NOOP("data that move under it")},
+};
+
+QToolButton* tile(const QString& file, const QString& title, const QString& words) {
+  auto* button = new QToolButton;
+  QFileInfo info(file);
+  QPixmap picture(info.absolutePath() + "/pictures/" + info.completeBaseName() + ".png");
+  button->setToolButtonStyle(Qt::ToolButtonTextUnderIcon);
+  if (!picture.isNull()) button->setIcon(QIcon(picture));
+  button->setIconSize({220, 165});
+  button->setText(title + "\n" + words);
+  button->setAccessibleName(title);
+  button->setMinimumSize(240, 225);
+  button->setObjectName("tile_" + info.completeBaseName());
+  button->setAutoRaise(true);
+  return button;
+}
+
+}  // namespace
+
+StartPage::StartPage(QWidget* parent) : QWidget(parent), recent_(new QVBoxLayout) {
+  auto* all = new QVBoxLayout(this);
+  all->setContentsMargins(40, 28, 40, 28);
+  auto* title = new QLabel(tr("Touch volumetric data"));
+  QFont large = title->font();
+  large.setPointSizeF(1.9 * large.pointSizeF());
+  title->setFont(large);
+  all->addWidget(title);
+  all->addWidget(
+      new QLabel(tr("A scene, a scan or a simulation opens with Ctrl+O, or is dropped here: NRRD, NIfTI, DICOM, MetaImage, "
+                    "VTK, HDF5, OpenFOAM, PLOT3D, a recorded trace.")));
+  all->addSpacing(12);
+  auto* row = new QHBoxLayout;
+  for (const std::filesystem::path& scene : embedded_scenes()) {
+    for (const Known& one : known) {
+      if (scene.filename() != one.file) continue;
+      const QString file = QString::fromStdString(scene.string());
+      QToolButton* button = tile(file, tr(one.title), tr(one.words));
+      connect(button, &QToolButton::clicked, this, [this, file] { Q_EMIT chosen(file); });
+      row->addWidget(button);
+    }
+  }
+  row->addStretch();
+  all->addLayout(row);
+  all->addSpacing(16);
+  auto* open = new QPushButton(tr("Open a file …"));
+  open->setObjectName("open_file");
+  connect(open, &QPushButton::clicked, this, [this] { Q_EMIT open_asked(); });
+  auto* below = new QHBoxLayout;
+  below->addWidget(open);
+  below->addStretch();
+  all->addLayout(below);
+  all->addSpacing(8);
+  all->addLayout(recent_);
+  all->addStretch();
+}
+
+void StartPage::show_recent(const QStringList& files) {
+  while (QLayoutItem* item = recent_->takeAt(0)) {
+    if (QWidget* widget = item->widget()) widget->deleteLater();
+    delete item;
+  }
+  if (files.isEmpty()) return;
+  recent_->addWidget(new QLabel("<b>" + tr("Open lately") + "</b>"));
+  for (const QString& file : files) {
+    auto* button = new QPushButton(file);
+    button->setFlat(true);
+    button->setStyleSheet("text-align: left");
+    connect(button, &QPushButton::clicked, this, [this, file] { Q_EMIT chosen(file); });
+    recent_->addWidget(button, 0, Qt::AlignLeft);
+  }
+}
+
+}  // namespace palpa::explorer

@@ -1,0 +1,25 @@
+// What is seen before anything is open: the scenes that come with Palpa, what was open lately, a place to drop files.
+#pragma once
+
+#include <QStringList>
+#include <QWidget>
+
+class QVBoxLayout;
+
+namespace palpa::explorer {
+
+class StartPage : public QWidget {
+  Q_OBJECT
+ public:
+  explicit StartPage(QWidget* parent = nullptr);
+  void show_recent(const QStringList& files);
+
+ Q_SIGNALS:
+  void chosen(const QString& file);
+  void open_asked();
+
+ private:
+  QVBoxLayout* recent_;
+};
+
+}  // namespace palpa::explorer

@@ -1,0 +1,82 @@
+#include "explorer/surface_finder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "palpa/view/layers.h"
+
+namespace palpa::explorer {
+namespace {
+
+/// The part of the line that is in the box, as ways [m] from its start; empty where `first` is beyond `last`.
+struct Stretch {
+  double first = 0.0, last = std::numeric_limits<double>::infinity();
+};
+Stretch within(const Box& box, const Vec3& from_m, const Vec3& towards) {
+  Stretch stretch;
+  const double low[] = {box.low_m.x, box.low_m.y, box.low_m.z}, high[] = {box.high_m.x, box.high_m.y, box.high_m.z};
+  const double from[] = {from_m.x, from_m.y, from_m.z}, way[] = {towards.x, towards.y, towards.z};
+  for (int axis = 0; axis < 3; ++axis) {
+    if (std::abs(way[axis]) < 1e-12) {
+      if (from[axis] < low[axis] || from[axis] > high[axis]) return {1.0, 0.0};
+      continue;
+    }
+    const double a = (low[axis] - from[axis]) / way[axis], b = (high[axis] - from[axis]) / way[axis];
+    stretch.first = std::max(stretch.first, std::min(a, b));
+    stretch.last = std::min(stretch.last, std::max(a, b));
+  }
+  return stretch;
+}
+
+// [1] Looks along a line of sight. More: slower; fewer: thin parts are missed.
+constexpr double most_looks = 1500.0;
+
+}  // namespace
+
+SurfaceFinder::SurfaceFinder(const Scene& scene) {
+  const std::vector<ViewLayer> layers = detail::layers_of(scene);
+  for (std::size_t i = 0; i < layers.size(); ++i) {
+    if (layers[i].show != ViewLayer::Show::surface) continue;
+    const FieldPtr field = frozen(scene.field(layers[i].field).field, scene.time.at(0.0));
+    surfaces_.push_back(
+        {detail::in_hand_frame(field, scene.hand_to_world()), detail::surface_style(scene, layers, i, true).level});
+  }
+}
+
+std::optional<Vec3> SurfaceFinder::first(const Vec3& from_m, const Vec3& towards) const {
+  double nearest_m = std::numeric_limits<double>::infinity();
+  for (const Surface& surface : surfaces_) {
+    const Stretch stretch = within(surface.field->bounds_m(), from_m, towards);
+    if (!(stretch.first < stretch.last)) continue;
+    const double step_m = std::max(0.5 * surface.field->spacing_m(), (stretch.last - stretch.first) / most_looks);
+    const auto beyond = [&](double way_m, bool& inside) {
+      const ScalarSample sample = surface.field->scalar(from_m + way_m * towards);
+      inside = sample.inside;
+      return sample.value - surface.level;
+    };
+    bool known = false;
+    double before = 0.0, before_m = 0.0;
+    for (double way_m = stretch.first; way_m <= std::min(stretch.last, nearest_m); way_m += step_m) {
+      bool inside = false;
+      const double now = beyond(way_m, inside);
+      if (inside && known && (before < 0.0) != (now < 0.0)) {
+        double low_m = before_m, high_m = way_m;
+        for (int halving = 0; halving < 24; ++halving) {
+          const double middle_m = 0.5 * (low_m + high_m);
+          bool here = false;
+          ((beyond(middle_m, here) < 0.0) == (before < 0.0) ? low_m : high_m) = middle_m;
+        }
+        nearest_m = std::min(nearest_m, high_m);
+        break;
+      }
+      known = inside;
+      before = now;
+      before_m = way_m;
+    }
+  }
+  if (!std::isfinite(nearest_m)) return {};
+  return from_m + nearest_m * towards;
+}
+
+}  // namespace palpa::explorer

@@ -1,0 +1,206 @@
+#include "explorer/touch.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "palpa/device/open_device.h"
+#include "palpa/study/reach.h"
+
+namespace palpa::explorer {
+namespace {
+
+// The mouse's hand goes no faster than this [m/s], well below the speed at which the guard lets go. Faster: pushes are blows.
+constexpr double led_m_per_s = 0.5;
+// Ball in which the mouse's hand stays [m]: scenes are about 0.15 m large.
+constexpr double pointer_radius_m = 0.4;
+// Frames of the window for which nothing is felt after the hand was put elsewhere.
+constexpr int frames_at_rest = 2;
+
+std::atomic<LiveRun*> felt_now{nullptr};
+static_assert(std::atomic<LiveRun*>::is_always_lock_free, "read in a signal handler");
+
+std::int64_t now_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+}  // namespace
+
+Touch::Touch() : maker_([this] { make_scenes(); }), watcher_([this] { watch(); }) {}
+
+Touch::~Touch() {
+  end();
+  {
+    const std::lock_guard lock(mutex_);
+    over_ = true;
+  }
+  wake_.notify_all();
+  maker_.join();
+  watcher_.join();
+}
+
+void Touch::begin(const LoadedScene& loaded, const HandChoice& hand, const std::filesystem::path& out) {
+  end();
+  hand_ = hand;
+  options_ = RunOptions();
+  options_.out = out;
+  options_.primitives = true;
+  options_.live.emplace();
+  options_.arguments = {"explore"};
+  options_.hand = hand.kind == HandChoice::Kind::played ? hand.description : "";
+  options_.device = hand.kind == HandChoice::Kind::device ? hand.description : "";
+  prepared_ = PreparedRun();
+  prepared_.loaded = loaded;
+  prepared_.duration_s = std::numeric_limits<double>::infinity();
+  open_hand_device(options_.rate_hz);
+  prepared_.device = device_ ? device_->name() : "";
+  run_ = std::make_unique<LiveRun>(options_, prepared_, *device_,
+                                   [this](const TickFrame& frame, const Session& felt) { observe(frame, felt); });
+  out_ = out;
+  held_ = false;
+  felt_now = run_.get();
+}
+
+void Touch::open_hand_device(double) {
+  pointer_ = nullptr;
+  device_.reset();
+  played_.reset();
+  switch (hand_.kind) {
+    case HandChoice::Kind::mouse: {
+      auto pointer = std::make_unique<Pointer>(Pointer::Options{
+          .radius_m = pointer_radius_m, .largest_force_n = std::max(0.1, prepared_.loaded.scene.coupling.max_force_n)});
+      pointer_ = pointer.get();
+      pointer_->put(wanted_m_);
+      sent_m_ = wanted_m_;
+      device_ = std::move(pointer);
+      break;
+    }
+    case HandChoice::Kind::device: device_ = open_device(device_description(hand_.description)); break;
+    case HandChoice::Kind::played: {
+      PreparedRun laid = prepare_hand(prepared_.loaded, options_);
+      prepared_.notes = laid.notes;
+      prepared_.duration_s = laid.duration_s;
+      played_ = std::move(laid.hand);
+      device_ = std::make_unique<PacedHand>(*played_);
+      break;
+    }
+  }
+}
+
+std::string Touch::end() {
+  if (!run_) return {};
+  {
+    const std::lock_guard lock(mutex_);  // of the thread that makes scenes for it
+    next_.reset();
+    felt_now = nullptr;
+  }
+  std::string lost = run_->finish();
+  const std::lock_guard lock(mutex_);
+  run_.reset();
+  device_.reset();
+  pointer_ = nullptr;
+  out_.clear();
+  return lost;
+}
+
+void Touch::change(const Scene& scene) {
+  prepared_.loaded.scene = scene;
+  {
+    const std::lock_guard lock(mutex_);
+    next_ = scene;
+  }
+  wake_.notify_all();
+}
+
+std::string Touch::take_problem() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(problem_, {});
+}
+
+void Touch::make_scenes() {
+  std::unique_lock lock(mutex_);
+  while (!over_) {
+    wake_.wait(lock, [this] { return over_ || next_; });
+    if (over_ || !next_ || !run_) {
+      next_.reset();
+      continue;
+    }
+    const Scene scene = *std::exchange(next_, std::nullopt);
+    try {
+      run_->scene().set(scene);  // with the lock: `end` waits for it
+    } catch (const std::exception& error) {
+      problem_ = error.what();
+    }
+  }
+}
+
+void Touch::put_hand(const Vec3& at_m) {
+  wanted_m_ = sent_m_ = at_m;
+  if (!pointer_) return;
+  run_->loop().move_view(true);
+  pointer_->put(at_m);
+  moves_for_ = frames_at_rest;
+}
+
+void Touch::beat(double dt_s) {
+  last_beat_ns_ = now_ns();
+  if (!run_) return;
+  if (frozen_.exchange(false) && !held_) run_->loop().resume();
+  if (!pointer_) return;
+  if (moves_for_ > 0 && --moves_for_ == 0) run_->loop().move_view(false);
+  const Vec3 step_m = shortened(wanted_m_ - sent_m_, led_m_per_s * std::clamp(dt_s, 0.0, 0.1));
+  pointer_->move(step_m);
+  sent_m_ += step_m;
+}
+
+void Touch::watch() {
+  std::unique_lock lock(mutex_);
+  while (!over_) {
+    wake_.wait_for(lock, std::chrono::milliseconds(50));
+    LiveRun* const run = felt_now;
+    if (!run || last_beat_ns_ == 0 || frozen_) continue;
+    if (static_cast<double>(now_ns() - last_beat_ns_) < 1e9 * frozen_after_s) continue;
+    frozen_ = true;
+    run->loop().panic();  // with the lock: `end` waits for it
+  }
+}
+
+void Touch::panic() {
+  if (!run_) return;
+  held_ = true;
+  run_->loop().panic();
+}
+
+void Touch::resume() {
+  if (!run_) return;
+  held_ = false;
+  run_->loop().resume();
+}
+
+void Touch::observe(const TickFrame& frame, const Session& session) noexcept {
+  Sample sample{.frame = frame};
+  const std::span<const ModeTick> modes = session.modes();
+  sample.count = std::min(modes.size(), most_shown_modes);
+  std::copy_n(modes.begin(), sample.count, sample.modes.begin());
+  samples_.give(sample);
+  // Screens show sixty pictures a second.
+  if (observed_++ % 8 != 0) return;
+  Moment moment{.tick = frame.tick,
+                .t_s = frame.t_s,
+                .probe_m = frame.result.probe_m,
+                .proxy_m = frame.result.proxy_m,
+                .command_n = frame.command_n};
+  if (!session.sub_steps().empty()) {
+    const SubStep& last = session.sub_steps().back();
+    moment.count = std::min<std::size_t>(last.primitives, most_shown_primitives);
+    std::copy_n(session.placed().begin() + last.first_primitive, moment.count, moment.primitives.begin());
+  }
+  moments_.give(moment);
+}
+
+void Touch::let_go_at_once() noexcept {
+  if (LiveRun* const run = felt_now) run->tell_to_end();
+}
+
+}  // namespace palpa::explorer

@@ -1,0 +1,389 @@
+#include "explorer/view_3d.h"
+
+#include <vtkCamera.h>
+#include <vtkGPUVolumeRayCastMapper.h>
+#include <vtkGenericOpenGLRenderWindow.h>
+#include <vtkProp.h>
+#include <vtkRenderer.h>
+#include <vtkVolume.h>
+
+#include <QElapsedTimer>
+#include <QMouseEvent>
+#include <QPainter>
+#include <algorithm>
+#include <cmath>
+
+#include "palpa/view/shapes.h"
+
+namespace palpa::explorer {
+namespace {
+
+constexpr double first_depth_m = 1e-3;     // of a press. Deeper: the first touch is a blow; less: it is not felt
+constexpr double deepest_m = 0.05;         // of a press
+constexpr int still_after_ms = 250;        // the fine picture comes so long after the last motion
+constexpr double degrees_per_px = 0.4;     // of a turn
+constexpr float coarse_image_step = 3.0F;  // [pixels] between rays of a cloud that moves
+
+constexpr Vec3 from_front = {0.35, 0.25, 1.0};
+
+}  // namespace
+
+/// What is painted over VTK's picture.
+class View3D::Overlay : public QWidget {
+ public:
+  explicit Overlay(View3D* view) : QWidget(view), view_(*view) {
+    setAttribute(Qt::WA_TransparentForMouseEvents);
+    setAttribute(Qt::WA_NoSystemBackground);
+  }
+
+ protected:
+  void paintEvent(QPaintEvent*) override {
+    QPainter painter(this);
+    painter.setRenderHint(QPainter::Antialiasing);
+    const QColor ink = view_.dark_ ? QColor(235, 235, 235) : QColor(25, 25, 30);
+    const QColor ground = view_.dark_ ? QColor(20, 20, 24, 210) : QColor(255, 255, 255, 220);
+    if (view_.stereo_ == Stereo::side_by_side) {
+      for (const double side : {0.0, 0.5}) {
+        painter.save();
+        painter.setClipRect(QRectF(side * width(), 0, 0.5 * width(), height()));
+        painter.translate(side * width(), 0);
+        painter.scale(0.5, 1.0);
+        touch(painter);
+        painter.restore();
+      }
+    } else {
+      touch(painter);
+    }
+    if (view_.marks_) {
+      painter.setPen(ink);
+      paint_scale_bar(painter, view_.view_, view_.world_per_hand_, ink);
+      paint_directions(painter, view_.view_, view_.axes_, view_.medical_, ink);
+      paint_explanations(painter, QRect(width() - 260, 24, 260, height() - 48), view_.drawing_.signs.legend,
+                         view_.drawing_.signs.bars, ink);
+    }
+    if (!view_.top_.isEmpty())
+      paint_words(painter, {0.5 * width(), 34}, view_.top_, Qt::AlignCenter, Qt::white, QColor(176, 42, 20, 235));
+    if (!view_.bottom_.isEmpty())
+      paint_words(painter, {0.5 * width(), height() - 44.0}, view_.bottom_, Qt::AlignCenter, ink, ground);
+  }
+
+ private:
+  void touch(QPainter& painter) {
+    paint_trail(painter, view_.view_, view_.trail_, view_.most_n_);
+    paint_moment(painter, view_.view_, view_.moment_, view_.most_n_);
+  }
+  View3D& view_;
+};
+
+View3D::View3D(QWidget* parent) : QVTKOpenGLNativeWidget(parent), overlay_(new Overlay(this)) {
+  window_->SetMultiSamples(0);
+  setRenderWindow(window_);
+  window_->SetNumberOfLayers(2);
+  int number = 0;
+  for (vtkRenderer* renderer : {solid_.Get(), shells_.Get()}) {
+    renderer->SetLayer(number++);
+    detail::add_light(renderer);
+    window_->AddRenderer(renderer);
+  }
+  shells_->PreserveDepthBufferOn();
+  shells_->SetActiveCamera(solid_->GetActiveCamera());
+  set_dark(false);
+  setEnableHiDPI(true);
+  setFocusPolicy(Qt::StrongFocus);
+  setMinimumSize(240, 180);
+  setAccessibleName(tr("Scene in three dimensions"));
+  setAccessibleDescription(tr("Drag on the surface to touch it, elsewhere to turn the view; the wheel presses or zooms."));
+  still_.setSingleShot(true);
+  still_.setInterval(still_after_ms);
+  connect(&still_, &QTimer::timeout, this, [this] { move_ends(); });
+}
+
+View3D::~View3D() = default;
+
+void View3D::start(const Scene& scene) {
+  show_drawing({}, scene);
+  moment_ = {};
+  trail_.clear();
+  Vec3 from = from_front;
+  if (scene.view.from) from = scene.hand_to_world().turned_to_hand(*scene.view.from);
+  const Vec3 up = norm(cross(normalized(from), {0, 1, 0})) > 1e-3 ? Vec3{0, 1, 0} : Vec3{0, 0, -1};
+  look_from(from, up);
+}
+
+void View3D::show_drawing(Drawing drawing, const Scene& scene) {
+  for (const auto& part : drawing_.solid) {
+    solid_->RemoveViewProp(part.fine);
+    if (part.coarse) solid_->RemoveViewProp(part.coarse);
+  }
+  for (const auto& part : drawing_.shells) {
+    shells_->RemoveViewProp(part.fine);
+    if (part.coarse) shells_->RemoveViewProp(part.coarse);
+  }
+  const bool first = !(largest_component(drawing_.bounds_m.size_m()) > 0.0);
+  drawing_ = std::move(drawing);
+  for (const auto& part : drawing_.solid) {
+    solid_->AddViewProp(part.fine);
+    if (part.coarse) solid_->AddViewProp(part.coarse);
+  }
+  for (const auto& part : drawing_.shells) {
+    shells_->AddViewProp(part.fine);
+    if (part.coarse) shells_->AddViewProp(part.coarse);
+  }
+  const Similarity map = scene.hand_to_world();
+  axes_ = {map.turned_to_hand({1, 0, 0}), map.turned_to_hand({0, 1, 0}), map.turned_to_hand({0, 0, 1})};
+  world_per_hand_ = map.scale;
+  medical_ = std::any_of(scene.volumes().begin(), scene.volumes().end(),
+                         [](const SceneVolume& volume) { return volume.volume.medical_frame; });
+  finder_ = SurfaceFinder(scene);
+  for (const detail::Shell& shell : drawing_.fine_shells) detail::shade(shell, view_.towards);
+  show_parts(false);
+  if (first) show_all();
+  redraw();
+}
+
+void View3D::show_touch(const Moment& moment, std::vector<TrailPoint> trail, double most_n) {
+  moment_ = moment;
+  trail_ = std::move(trail);
+  most_n_ = most_n;
+  overlay_->update();
+}
+
+void View3D::show_words(const QString& top, const QString& bottom) {
+  if (top == top_ && bottom == bottom_) return;
+  top_ = top;
+  bottom_ = bottom;
+  overlay_->update();
+}
+
+void View3D::show_marks(bool shown) {
+  marks_ = shown;
+  overlay_->update();
+}
+
+void View3D::look_from(const Vec3& from, const Vec3& up) {
+  view_.towards = normalized(from);
+  view_.right = normalized(cross(up, view_.towards));
+  view_.up = cross(view_.towards, view_.right);
+  move_ends();
+  Q_EMIT turned();
+}
+
+void View3D::show_all() {
+  const Box& box = drawing_.bounds_m;
+  const Vec3 size = box.size_m();
+  if (!(largest_component(size) > 0.0)) return;
+  view_.centre_m = box.centre_m();
+  const auto extent = [&](const Vec3& axis) {
+    return std::abs(axis.x) * size.x + std::abs(axis.y) * size.y + std::abs(axis.z) * size.z;
+  };
+  const double aspect = 1.0 * std::max(1, width()) / std::max(1, height());
+  view_.half_height_m = 0.52 * std::max(extent(view_.up), extent(view_.right) / aspect);
+  plane_depth_m_ = 0.0;
+  redraw();
+}
+
+void View3D::zoom(double factor) {
+  view_.half_height_m = std::clamp(view_.half_height_m / factor, 1e-4, 10.0);
+  move_begins();
+  redraw();
+}
+
+void View3D::turn(double right_deg, double up_deg) {
+  const double a = right_deg * M_PI / 180.0, b = up_deg * M_PI / 180.0;
+  // About the hand's own up, as a turntable, and about the picture's right: up stays up.
+  const Vec3 y{0, 1, 0};
+  const auto about = [](const Vec3& axis, double angle, const Vec3& v) {
+    return std::cos(angle) * v + std::sin(angle) * cross(axis, v) + (1.0 - std::cos(angle)) * dot(axis, v) * axis;
+  };
+  Vec3 towards = about(y, -a, view_.towards), right = about(y, -a, view_.right);
+  const Vec3 tilted = about(right, -b, towards);
+  if (std::abs(tilted.y) < 0.995) towards = tilted;
+  view_.towards = normalized(towards);
+  view_.right = normalized(right - dot(right, view_.towards) * view_.towards);
+  view_.up = cross(view_.towards, view_.right);
+  move_begins();
+  redraw();
+  Q_EMIT turned();
+}
+
+void View3D::set_stereo(Stereo stereo) {
+  stereo_ = stereo;
+  window_->SetStereoRender(stereo == Stereo::off ? 0 : 1);
+  if (stereo == Stereo::anaglyph) window_->SetStereoTypeToAnaglyph();
+  if (stereo == Stereo::side_by_side) window_->SetStereoTypeToSplitViewportHorizontal();
+  redraw();
+}
+
+void View3D::set_dark(bool dark) {
+  dark_ = dark;
+  const detail::Color ground = dark ? detail::Color{0.11, 0.11, 0.125} : detail::ground_color;
+  solid_->SetBackground(ground.red, ground.green, ground.blue);
+  redraw();
+}
+
+QImage View3D::picture() { return grab().toImage(); }
+
+Vec3 View3D::at_m(const QPointF& px) const {
+  const double per_px = 1.0 / view_.px_per_m();
+  return view_.centre_m + (px.x() - 0.5 * view_.width_px) * per_px * view_.right +
+         (0.5 * view_.height_px - px.y()) * per_px * view_.up;
+}
+
+std::optional<Vec3> View3D::surface_at(const QPointF& px) const {
+  // From in front of everything.
+  const double far_m = 2.0 * norm(drawing_.bounds_m.size_m()) + distance(view_.centre_m, drawing_.bounds_m.centre_m());
+  return finder_.first(at_m(px) + far_m * view_.towards, -view_.towards);
+}
+
+void View3D::lead(const QPointF& px) {
+  if (const auto surface = surface_at(px)) {
+    plane_depth_m_ = dot(view_.centre_m - *surface, view_.towards);
+    Q_EMIT hold_moved(*surface, -view_.towards, depth_m_);
+  } else {
+    Q_EMIT hold_moved(at_m(px) - plane_depth_m_ * view_.towards, -view_.towards, depth_m_);
+  }
+}
+
+void View3D::mousePressEvent(QMouseEvent* event) {
+  last_px_ = event->localPos();
+  const bool shifted = (event->modifiers() & Qt::ShiftModifier) != 0;
+  if (event->button() == Qt::MiddleButton || (event->button() == Qt::LeftButton && shifted)) {
+    drag_ = Drag::move;
+  } else if (event->button() == Qt::LeftButton && !(event->modifiers() & Qt::AltModifier)) {
+    const auto surface = surface_at(last_px_);
+    // Where nothing is a surface, in a flow, the hand goes in a plane through what is looked at.
+    if (surface || !finder_.has_surfaces()) {
+      drag_ = Drag::touch;
+      depth_m_ = surface ? first_depth_m : 0.0;
+      Q_EMIT hold_began(surface ? *surface : at_m(last_px_) - plane_depth_m_ * view_.towards, -view_.towards);
+      lead(last_px_);
+    } else {
+      drag_ = Drag::turn;
+    }
+  } else if (event->button() == Qt::RightButton || event->button() == Qt::LeftButton) {
+    drag_ = Drag::turn;
+  }
+  setCursor(drag_ == Drag::touch ? Qt::CrossCursor : drag_ == Drag::move ? Qt::SizeAllCursor : Qt::ClosedHandCursor);
+}
+
+void View3D::mouseMoveEvent(QMouseEvent* event) {
+  const QPointF way = event->localPos() - last_px_;
+  last_px_ = event->localPos();
+  switch (drag_) {
+    case Drag::none: break;
+    case Drag::touch: lead(last_px_); break;
+    case Drag::turn: turn(degrees_per_px * way.x(), degrees_per_px * way.y()); break;
+    case Drag::move:
+      view_.centre_m += (-way.x() / view_.px_per_m()) * view_.right + (way.y() / view_.px_per_m()) * view_.up;
+      move_begins();
+      redraw();
+      break;
+  }
+}
+
+void View3D::mouseReleaseEvent(QMouseEvent*) {
+  if (drag_ == Drag::touch) Q_EMIT hold_ended(-view_.towards);
+  drag_ = Drag::none;
+  unsetCursor();
+}
+
+void View3D::wheelEvent(QWheelEvent* event) {
+  const double notches = event->angleDelta().y() / 120.0;
+  if (drag_ == Drag::touch) {
+    // Finer where the press is light.
+    depth_m_ = std::clamp(depth_m_ + notches * (4e-4 + 0.15 * std::abs(depth_m_)), -deepest_m, deepest_m);
+    lead(last_px_);
+  } else {
+    zoom(std::pow(1.15, notches));
+  }
+  event->accept();
+}
+
+void View3D::resizeEvent(QResizeEvent* event) {
+  QVTKOpenGLNativeWidget::resizeEvent(event);
+  view_.width_px = width();
+  view_.height_px = height();
+  overlay_->resize(size());
+}
+
+bool View3D::event(QEvent* event) {
+  // VTK's own interactor gets none of our mouse events.
+  switch (event->type()) {
+    case QEvent::MouseButtonPress:
+    case QEvent::MouseButtonRelease:
+    case QEvent::MouseButtonDblClick:
+    case QEvent::MouseMove:
+    case QEvent::Wheel: return QOpenGLWidget::event(event);
+    default: return QVTKOpenGLNativeWidget::event(event);
+  }
+}
+
+void View3D::paintGL() {
+  QElapsedTimer timer;
+  timer.start();
+  QVTKOpenGLNativeWidget::paintGL();
+  frame_s_ = 1e-9 * static_cast<double>(timer.nsecsElapsed());
+  Q_EMIT frame_drawn(frame_s_);
+}
+
+void View3D::move_begins() {
+  if (!coarse_) show_parts(true);
+  for (const detail::Shell& shell : drawing_.coarse_shells) detail::shade(shell, view_.towards);
+  still_.start();
+}
+
+void View3D::move_ends() {
+  for (const detail::Shell& shell : drawing_.fine_shells) detail::shade(shell, view_.towards);
+  show_parts(false);
+  redraw();
+}
+
+void View3D::show_parts(bool coarse) {
+  coarse_ = coarse;
+  for (const auto* parts : {&drawing_.solid, &drawing_.shells}) {
+    for (const Drawing::Part& part : *parts) {
+      part.fine->SetVisibility(!coarse || !part.coarse);
+      if (part.coarse) part.coarse->SetVisibility(coarse);
+    }
+  }
+  for (const auto& cloud : drawing_.clouds) {
+    if (auto* mapper = vtkGPUVolumeRayCastMapper::SafeDownCast(cloud->GetMapper())) {
+      mapper->SetAutoAdjustSampleDistances(0);
+      mapper->SetImageSampleDistance(coarse ? coarse_image_step : 1.0F);
+    }
+  }
+}
+
+void View3D::apply_camera() {
+  const double reach_m = 4.0 * std::max(norm(drawing_.bounds_m.size_m()), view_.half_height_m) +
+                         distance(view_.centre_m, drawing_.bounds_m.centre_m());
+  vtkCamera& camera = *solid_->GetActiveCamera();
+  const Vec3 eye = view_.centre_m + reach_m * view_.towards;
+  // Two eyes need a perspective.
+  camera.SetParallelProjection(stereo_ == Stereo::off);
+  if (stereo_ != Stereo::off) {
+    const double away_m = view_.half_height_m / std::tan(15.0 * M_PI / 180.0);
+    const Vec3 near_eye = view_.centre_m + away_m * view_.towards;
+    camera.SetViewAngle(30.0);
+    camera.SetPosition(near_eye.x, near_eye.y, near_eye.z);
+    camera.SetFocalPoint(view_.centre_m.x, view_.centre_m.y, view_.centre_m.z);
+    camera.SetViewUp(view_.up.x, view_.up.y, view_.up.z);
+    camera.SetClippingRange(0.05 * away_m, away_m + 2.0 * reach_m);
+    return;
+  }
+  camera.SetFocalPoint(view_.centre_m.x, view_.centre_m.y, view_.centre_m.z);
+  camera.SetPosition(eye.x, eye.y, eye.z);
+  camera.SetViewUp(view_.up.x, view_.up.y, view_.up.z);
+  camera.SetParallelScale(view_.half_height_m);
+  camera.SetClippingRange(0.01 * reach_m, 2.0 * reach_m);
+}
+
+void View3D::redraw() {
+  apply_camera();
+  // What this widget shows is what VTK has rendered last.
+  if (isVisible()) window_->Render();
+  update();
+  overlay_->update();
+}
+
+}  // namespace palpa::explorer

@@ -1,0 +1,108 @@
+#include "palpa/study/live_run.h"
+
+#include <signal.h>
+
+#include <chrono>
+#include <cstdio>
+#include <exception>
+#include <utility>
+
+#include "palpa/baseline/path.h"
+
+namespace palpa {
+namespace {
+
+/// The scene within what the device bears. What is changed is told, and set in the trace's scene as well.
+void hold_to(const DeviceLimits& limits, PreparedRun& prepared, TraceHeader& header) {
+  const CouplingOptions asked = std::exchange(prepared.loaded.scene, within(prepared.loaded.scene, limits)).coupling;
+  const auto tell = [&](double wanted, double taken, const char* key, const char* unit) {
+    if (wanted == taken) return;
+    char number[40], text[200];
+    std::snprintf(number, sizeof number, "%.17g", taken);
+    std::snprintf(text, sizeof text, "coupling.%s: the scene has %g %s, the device bears %g %s; that is taken.", key, wanted,
+                  unit, taken, unit);
+    header.sets.emplace_back(std::string("coupling.") + key, number);
+    prepared.notes.push_back(text);
+    header.notes.push_back(text);
+  };
+  const CouplingOptions& held = prepared.loaded.scene.coupling;
+  tell(asked.stiffness_n_per_m, held.stiffness_n_per_m, "stiffness_n_per_m", "N/m");
+  tell(asked.damping_ns_per_m, held.damping_ns_per_m, "damping_ns_per_m", "N·s/m");
+}
+
+/// The header of a live run's trace, whose scene is held to the device's limits.
+TraceHeader live_header(const RunOptions& options, PreparedRun& prepared, const DeviceLimits& limits) {
+  TraceHeader header = detail::header_of(options, prepared, limits);
+  hold_to(limits, prepared, header);
+  header.motors = true;
+  header.device_continuous_force_n = limits.continuous_force_n;
+  header.device_max_damping_ns_per_m = limits.max_damping_ns_per_m;
+  header.device_damping_ns_per_m = limits.damping_ns_per_m;
+  header.dead_man_buttons = options.live->dead_man_buttons;
+  return header;
+}
+
+LiveOptions loop_options(const RunOptions& options, const PreparedRun& prepared, const DeviceLimits& limits) {
+  LiveOptions loop{.rate_hz = options.rate_hz,
+                   .duration_s = prepared.duration_s,
+                   .rehearse = options.live->rehearse,
+                   .guard = guard_options_for(limits, prepared.loaded.scene.coupling.max_force_n),
+                   .clutch_buttons = options.live->clutch_buttons,
+                   .goes_on_at_border = options.live->goes_on_at_border};
+  loop.guard.dead_man_buttons = options.live->dead_man_buttons;
+  return loop;
+}
+
+}  // namespace
+
+LiveRun::LiveRun(const RunOptions& options, PreparedRun& prepared, Device& device, TickObserver observer)
+    : observer_(std::move(observer)), recording_(options, live_header(options, prepared, device.limits()), prepared.loaded) {
+  const DeviceLimits limits = device.limits();
+  scene_ = std::make_unique<LiveScene>(prepared.loaded.scene, baseline::path, limits);
+  loop_ = std::make_unique<LiveLoop>(*scene_, device, loop_options(options, prepared, limits), recording_.recorder());
+  // An interrupt is for the watching thread.
+  sigset_t all, before;
+  ::sigfillset(&all);
+  ::pthread_sigmask(SIG_SETMASK, &all, &before);
+  thread_ = std::thread([this] {
+    const auto begin = std::chrono::steady_clock::now();
+    {
+      const RealTimeThread real_time;
+      refused_ = real_time.refused();
+      loop_->run(ends_, observer_);
+    }
+    wall_s_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    ended_.store(true, std::memory_order_release);
+  });
+  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
+}
+
+LiveRun::~LiveRun() { end(); }
+
+void LiveRun::end() {
+  tell_to_end();
+  if (!thread_.joinable()) return;
+  thread_.join();
+  try {
+    recording_.finish_ticks();
+  } catch (const std::exception& error) {
+    lose(error);
+  }
+}
+
+std::string LiveRun::finish() {
+  end();
+  try {
+    recording_.finish();
+  } catch (const std::exception& error) {
+    lose(error);
+  }
+  return lost_;
+}
+
+void LiveRun::lose(const std::exception& error) {
+  lost_ = std::string(error.what()) + "; the run went on without its recording, of which what was written before stays";
+  recording_.give_up();
+}
+
+}  // namespace palpa
