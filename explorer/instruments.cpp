@@ -1,5 +1,6 @@
 #include "explorer/instruments.h"
 
+#include <QFontDatabase>
 #include <QHBoxLayout>
 #include <QVBoxLayout>
 #include <algorithm>
@@ -55,6 +56,9 @@ Instruments::Instruments(QWidget* parent)
     small.setPointSizeF(0.82 * small.pointSizeF());
     label->setFont(small);
   }
+  QFont digits = QFontDatabase::systemFont(QFontDatabase::FixedFont);
+  digits.setPointSizeF(times_->font().pointSizeF());
+  energies_->setFont(digits);
   words->addWidget(guard_);
   words->addWidget(times_);
   words->addWidget(energies_);

@@ -27,6 +27,7 @@
 #include "explorer/help_sheet.h"
 #include "explorer/opening.h"
 #include "explorer/presets.h"
+#include "palpa/scene/parts.h"
 #include "palpa/view/layers.h"
 
 namespace palpa::explorer {
@@ -125,6 +126,7 @@ MainWindow::MainWindow(const WindowOptions& options)
   connect(&document_, &Document::refused, this, [this](const QString& why) { say(why, true); });
 
   const auto began = [this](const Vec3& at_m, const Vec3& away) {
+    if (player_->has_trace()) return say(tr("A trace is open: Escape leaves it, and the hand is yours again."));
     is_held_ = true;
     hint_seen_ = true;
     settings_.setValue("hint_seen", true);
@@ -166,6 +168,7 @@ MainWindow::MainWindow(const WindowOptions& options)
       for (SliceView* other : slices_) other->set_look(look_);
     });
     connect(slice, &SliceView::value_asked, this, [this](double value, const Vec3&) {
+      if (editor_dock_->isVisible()) return give_value_to_level(value);
       say(tr("%1 here: %2 %3")
               .arg(QString::fromStdString(look_.name))
               .arg(value, 0, 'g', 5)
@@ -211,9 +214,51 @@ void MainWindow::make_docks() {
   below->setObjectName("instruments");
   below->setWidget(instruments_);
   addDockWidget(Qt::BottomDockWidgetArea, below);
+  editor_ = new FunctionEditor(options_.has_opengl);
+  editor_dock_ = new QDockWidget(tr("Function"));
+  editor_dock_->setObjectName("function");
+  editor_dock_->setWidget(editor_);
+  addDockWidget(Qt::BottomDockWidgetArea, editor_dock_);
+  editor_dock_->hide();
+  connect(editor_, &FunctionEditor::strength_changed, this, [this](const TransferFunction& curve) {
+    if (!edited_) return;
+    if (edited_->what == Edited::What::mask) {
+      document_.edit(tr("mask"), 900'002, [&](Scene& scene) {
+        scene.find_mode(edited_->mode)->masks.at(edited_->number) = {{editor_->shown().field}, curve};
+      });
+      return;
+    }
+    document_.edit(tr("strength"), 900'000, [&](Scene& scene) {
+      set_row([&](ParameterVisitor& v) { scene.find_mode(edited_->mode)->mode.visit(v); }, edited_->number,
+              Strength(FieldRef{editor_->shown().field}, curve));
+    });
+  });
+  connect(editor_, &FunctionEditor::colors_changed, this, [this](const std::vector<ViewLayer::ColorPoint>& colors) {
+    if (!edited_ || edited_->what != Edited::What::colors) return;
+    document_.edit(tr("colours"), 900'001, [&](Scene& scene) {
+      scene.layers = detail::layers_of(scene);
+      if (edited_->number < scene.layers.size()) scene.layers[edited_->number].colors = colors;
+    });
+  });
+  connect(editor_, &FunctionEditor::value_chosen, this, &MainWindow::give_value_to_level);
+  connect(feel_, &FeelPanel::function_asked, this, &MainWindow::edit_strength);
+  connect(feel_, &FeelPanel::mask_asked, this, &MainWindow::edit_mask);
+  connect(see_, &SeePanel::colors_asked, this, &MainWindow::edit_colors);
+  player_ = new Player;
+  player_dock_ = new QDockWidget(tr("Trace"));
+  player_dock_->setObjectName("player");
+  player_dock_->setWidget(player_);
+  addDockWidget(Qt::BottomDockWidgetArea, player_dock_);
+  tabifyDockWidget(below, editor_dock_);
+  tabifyDockWidget(below, player_dock_);
+  player_dock_->hide();
+  connect(player_, &Player::moved, this, &MainWindow::show_played);
+  connect(player_dock_->toggleViewAction(), &QAction::toggled, this, [this](bool shown) {
+    if (!shown && player_->has_trace() && !player_dock_->isVisible()) stop_playing();
+  });
   setCorner(Qt::BottomRightCorner, Qt::RightDockWidgetArea);
-  resizeDocks({panel}, {330}, Qt::Horizontal);
-  resizeDocks({below}, {200}, Qt::Vertical);
+  scene_docks_ = {panel, below};
+  for (QDockWidget* dock : scene_docks_) dock->hide();  // until there is a scene
 }
 
 QAction* MainWindow::action(const QString& words, const QKeySequence& keys, const QString& tip,
@@ -273,10 +318,14 @@ void MainWindow::make_actions() {
   for (const Key& key : {Key{QT_TR_NOOP("Turn left"), "Left", -10, 0, 1}, Key{QT_TR_NOOP("Turn right"), "Right", 10, 0, 1},
                          Key{QT_TR_NOOP("Turn up"), "Up", 0, -10, 1}, Key{QT_TR_NOOP("Turn down"), "Down", 0, 10, 1},
                          Key{QT_TR_NOOP("Nearer"), "+", 0, 0, 1.15}, Key{QT_TR_NOOP("Farther"), "-", 0, 0, 1 / 1.15}}) {
-    look->addAction(action(tr(key.words), QKeySequence(key.keys), tr(key.words), [this, key] {
+    QAction* one = action(tr(key.words), QKeySequence(key.keys), tr(key.words), [this, key] {
       if (!view_) return;
       key.zoom == 1.0 ? view_->turn(key.right_deg, key.up_deg) : view_->zoom(key.zoom);
-    }));
+    });
+    // Elsewhere the arrows are those of sliders and boxes.
+    one->setShortcutContext(Qt::WidgetShortcut);
+    if (view_) view_->addAction(one);
+    look->addAction(one);
   }
   look->addAction(action(tr("&Marks"), QKeySequence("M"), tr("Scale bar, directions and legend"), [this] {
     if (view_) view_->show_marks(!view_->shows_marks());
@@ -299,6 +348,29 @@ void MainWindow::make_actions() {
   record_->setCheckable(true);
   feel->addAction(hold_);
   feel->addAction(record_);
+  feel->addSeparator();
+  feel->addAction(action(tr("Play a &stroke"), QKeySequence("Ctrl+T"), tr("A simulated hand strokes what is there"), [this] {
+    if (document_.is_open()) play_hand({.trace = {}, .description = "sim:stroke"});
+  }));
+  feel->addAction(action(tr("Play a &recorded hand …"), QKeySequence("Ctrl+R"), tr("A recording moves the hand"), [this] {
+    if (!document_.is_open()) return;
+    const QString recording = QFileDialog::getOpenFileName(this, tr("A recorded hand"), settings_.value("folder").toString());
+    if (!recording.isEmpty()) play_hand({.trace = {}, .description = recording.toStdString()});
+  }));
+  feel->addAction(action(tr("&Play and pause"), QKeySequence("P"), tr("Play and pause the trace"), [this] {
+    if (QToolButton* play = player_->findChild<QToolButton*>("play")) play->toggle();
+  }));
+  feel->addAction(action(tr("Next &break-through"), QKeySequence("N"), tr("Go to the next break-through of the trace"),
+                         [this] { player_->step_to_event(1); }));
+  feel->addAction(action(tr("Break-through &before"), QKeySequence("B"), tr("Go to the break-through before"),
+                         [this] { player_->step_to_event(-1); }));
+  feel->addAction(
+      action(tr("Feel it &yourself"), QKeySequence("Escape"), tr("Leave the trace: the hand is yours again"), [this] {
+        if (!player_->has_trace()) return;
+        player_dock_->hide();
+        if (player_->has_trace()) stop_playing();
+      }));
+  feel->addSeparator();
   for (int number = 1; number <= 9; ++number) {
     feel->addAction(action(tr("Mode %1 on and off").arg(number), QKeySequence(QString("Ctrl+%1").arg(number)),
                            tr("Turn a mode on or off"), [this, number] {
@@ -339,7 +411,12 @@ void MainWindow::open(const fs::path& path) {
 void MainWindow::opened(const Opened& opened) {
   const Scene& scene = opened.loaded.scene;
   setWindowTitle(tr("%1 – Palpa").arg(opened.title));
-  pages_->setCurrentIndex(1);
+  if (pages_->currentIndex() != 1) {
+    pages_->setCurrentIndex(1);
+    for (QDockWidget* dock : scene_docks_) dock->show();
+    resizeDocks({scene_docks_[0]}, {360}, Qt::Horizontal);
+    resizeDocks({scene_docks_[1]}, {210}, Qt::Vertical);
+  }
   trail_.clear();
   drawn_.clear();
   record_->setChecked(false);
@@ -352,6 +429,9 @@ void MainWindow::opened(const Opened& opened) {
   for (const std::string& warning : opened.loaded.warnings) warnings << QString::fromStdString(warning);
   if (!warnings.isEmpty()) say(warnings.join("\n"));
   scene_changed();
+  player_->show_trace({});
+  player_dock_->hide();
+  if (!opened.trace.empty()) return play_hand({.trace = opened.trace, .description = {}});
   // The hand begins in front of the middle.
   touch_.put_hand({0.0, 0.0, 0.5 * bounds.size_m().z + 0.01});
   begin_touch();
@@ -384,6 +464,8 @@ void MainWindow::scene_changed() {
     if (touch_.is_recorded()) say(tr("The scene changed while it was recorded: the trace can be felt again up to here."));
     touch_.change(scene);
   }
+  if (player_->has_trace()) feel_what_if();
+  if (editor_dock_->isVisible()) show_functions();
   redraw_layers();
   setWindowModified(!document_.undo().isClean());
 }
@@ -406,8 +488,184 @@ void MainWindow::redraw_layers() {
       [this](const QString& why) { say(why, true); });
 }
 
+void MainWindow::edit_strength(std::size_t mode, std::size_t row) {
+  const SceneMode& edited = document_.scene().modes()[mode];
+  const std::vector<ParameterRow> rows = rows_of([&](ParameterVisitor& v) { look_through(edited.mode, v); });
+  const auto* strength = std::get_if<Strength>(&rows[row].value);
+  if (!strength) return;
+  edited_ = Edited{.what = Edited::What::strength, .mode = edited.name, .number = row};
+  if (strength->is_constant()) {
+    // As strong as it is, over all values of the field that the mode reads.
+    std::string field;
+    for (const ParameterRow& one : rows)
+      if (const auto* ref = std::get_if<FieldRef>(&one.value); ref && field.empty()) field = ref->name;
+    if (field.empty()) return say(tr("This mode reads no field: its strength is a number."));
+    if (document_.scene().field({field}).field->components() != 1) field = "magnitude(" + field + ")";
+    const Extent extent = document_.scene().field({field}).field->extents()[0];
+    const double n = strength->constant_n;
+    document_.edit(tr("strength as a function"), -1, [&](Scene& scene) {
+      set_row([&](ParameterVisitor& v) { scene.find_mode(edited_->mode)->mode.visit(v); }, row,
+              Strength(FieldRef{field}, TransferFunction({{extent.min, n}, {extent.max, n}}, n)));
+    });
+  }
+  show_editor();
+}
+
+void MainWindow::edit_mask(std::size_t mode, std::size_t mask) {
+  edited_ = Edited{.what = Edited::What::mask, .mode = document_.scene().modes()[mode].name, .number = mask};
+  show_editor();
+}
+
+void MainWindow::edit_colors(std::size_t layer) {
+  edited_ = Edited{.what = Edited::What::colors, .number = layer};
+  show_editor();
+}
+
+void MainWindow::show_editor() {
+  show_functions();
+  editor_dock_->show();
+  editor_dock_->raise();
+}
+
+void MainWindow::show_functions() {
+  if (!edited_) return;
+  const Scene& scene = document_.scene();
+  FunctionEditor::Shown shown;
+  try {
+    if (edited_->what == Edited::What::colors) {
+      const std::vector<ViewLayer> layers = detail::layers_of(scene);
+      if (edited_->number >= layers.size()) return edited_.reset();
+      const ViewLayer& layer = layers[edited_->number];
+      shown.title = tr("How layer %1 is seen").arg(edited_->number + 1);
+      shown.field = layer.field.name;
+      shown.colors = layer.colors;
+    } else {
+      const auto mode =
+          std::find_if(scene.modes().begin(), scene.modes().end(), [&](const SceneMode& m) { return m.name == edited_->mode; });
+      if (mode == scene.modes().end()) return edited_.reset();
+      const QString name = QString::fromStdString(mode->name);
+      if (edited_->what == Edited::What::mask) {
+        if (edited_->number >= mode->masks.size()) return edited_.reset();
+        const Mask& mask = mode->masks[edited_->number];
+        shown.title = tr("Where %1 is felt").arg(name);
+        shown.field = mask.of.name;
+        shown.strength = mask.curve;
+        shown.largest = 1.0;
+      } else {
+        const std::vector<ParameterRow> rows = rows_of([&](ParameterVisitor& v) { look_through(mode->mode, v); });
+        const Strength* strength =
+            edited_->number < rows.size() ? std::get_if<Strength>(&rows[edited_->number].value) : nullptr;
+        if (!strength || strength->is_constant()) return;
+        const std::string& group = rows[edited_->number].group;
+        shown.title = tr("How strong %1 is felt").arg(group.empty() ? name : name + ", " + QString::fromStdString(group));
+        shown.field = strength->of.name;
+        shown.strength = strength->curve;
+        shown.result_unit = "N";
+        shown.largest = 0.1;
+        for (const auto& point : strength->curve.points()) shown.largest = std::max(shown.largest, 1.25 * point.result);
+        // The scale stays while a point is dragged.
+        if (editor_->shown().title == shown.title) shown.largest = std::max(editor_->shown().largest, shown.largest);
+      }
+    }
+    const VolumeField named = scene.field({shown.field});
+    shown.unit = named.unit;
+    const std::vector<Extent> extents = named.field->extents();
+    shown.low = named.field->components() == 1 ? extents[0].min : 0.0;
+    shown.high = extents[0].max;
+    for (const Extent& extent : extents) shown.high = std::max(shown.high, extent.max);
+    if (shown.colors && shown.colors->empty()) {
+      const std::string low = "#303030", high = "#f4ead8";
+      shown.colors = {{shown.low, low, 0.0}, {0.5 * (shown.low + shown.high), "#a8907a", 0.3}, {shown.high, high, 0.9}};
+    }
+    const bool other = editor_->shown().field != shown.field;
+    editor_->show_functions(shown);
+    if (other)
+      jobs_.begin<Histogram>(
+          Jobs::Purpose::look, tr("counting values"), [field = named.field] { return statistics(*field).histogram; },
+          [this](Histogram histogram) { editor_->show_histogram(histogram); }, [this](const QString& why) { say(why, true); });
+  } catch (const std::exception& error) {
+    say(QString::fromUtf8(error.what()), true);
+  }
+}
+
+void MainWindow::give_value_to_level(double value) {
+  // The nearest level of the first mode that has levels on this field.
+  for (const SceneMode& mode : document_.scene().modes()) {
+    const std::vector<ParameterRow> rows = rows_of([&](ParameterVisitor& v) { look_through(mode.mode, v); });
+    std::optional<std::size_t> nearest;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      if (rows[i].info.kind != ParameterKind::level) continue;
+      const auto away = [&](std::size_t row) { return std::abs(std::get<double>(rows[row].value) - value); };
+      if (!nearest || away(i) < away(*nearest)) nearest = i;
+    }
+    if (!nearest) continue;
+    document_.edit(tr("level"), -1, [&](Scene& scene) {
+      set_row([&](ParameterVisitor& v) { scene.find_mode(mode.name)->mode.visit(v); }, *nearest, value);
+    });
+    return say(tr("%1, %2: now at %3")
+                   .arg(QString::fromStdString(mode.name), QString::fromStdString(rows[*nearest].group))
+                   .arg(value));
+  }
+}
+
+void MainWindow::play_hand(const PlayedHand& hand) {
+  touch_.end();
+  played_ = hand;
+  played_first_.reset();
+  jobs_.begin<FeltTrace>(
+      Jobs::Purpose::feel_again, tr("feeling the trace"),
+      [hand, loaded = document_.loaded()] { return feel_again(hand, loaded); },
+      [this](FeltTrace felt) {
+        played_first_ = std::make_shared<const FeltTrace>(std::move(felt));
+        player_->show_trace(played_first_);
+        player_dock_->show();
+        player_dock_->raise();
+      },
+      [this](const QString& why) {
+        say(why, true);
+        begin_touch();
+      });
+}
+
+void MainWindow::feel_what_if() {
+  jobs_.begin<FeltTrace>(
+      Jobs::Purpose::feel_again, tr("feeling the changed scene"),
+      [hand = played_, loaded = document_.loaded()] { return feel_again(hand, loaded); },
+      [this](FeltTrace felt) {
+        if (!played_first_) return;
+        const double at_s = player_->at_s();
+        felt.name += tr(" in the changed scene").toStdString();
+        player_->show_trace(played_first_, std::make_shared<const FeltTrace>(std::move(felt)));
+        player_->seek(at_s);
+      },
+      [this](const QString& why) { say(why, true); });
+}
+
+void MainWindow::stop_playing() {
+  player_->show_trace({});
+  played_first_.reset();
+  trail_.clear();
+  begin_touch();
+}
+
+void MainWindow::show_played() {
+  if (!player_->has_trace()) return;
+  const FeltTrace& trace = *player_->trace();
+  const double most_n = document_.scene().coupling.max_force_n;
+  trail_.clear();
+  for (const std::size_t row : player_->trail(trail_points))
+    trail_.push_back({trace.rows[row].proxy_m, norm(trace.rows[row].command_n)});
+  const Moment moment = player_->moment();
+  if (view_) view_->show_touch(moment, trail_, most_n);
+  for (SliceView* slice : slices_) {
+    slice->set_cross(moment.proxy_m);
+    slice->show_touch(moment, trail_, most_n);
+  }
+}
+
 void MainWindow::tick() {
   touch_.beat(1e-3 * frame_ms);
+  if (player_->has_trace()) player_->pass(1e-3 * frame_ms);
   if (!touch_.is_felt() || pages_->currentIndex() != 1) return;
   const Moment& moment = touch_.moment();
   const double most_n = document_.scene().coupling.max_force_n;
@@ -441,6 +699,7 @@ QString MainWindow::words_of_fault() {
   if (!loop) return {};
   const LiveView& seen = loop->look();
   if (seen.device_fault) return QString(seen.device_fault);
+  if (touch_.hand().kind == HandChoice::Kind::mouse && seen.frame.guard_cause == GuardCause::no_position) return {};
   switch (seen.frame.guard_cause) {
     case GuardCause::not_finite: return tr("The force is no number: the scene has a fault. Undo the last change.");
     case GuardCause::no_position: return tr("The device does not know where it is: move it to its start position.");

@@ -9,14 +9,17 @@
 #include <vector>
 
 #include "explorer/document.h"
+#include "explorer/function_editor.h"
 #include "explorer/instruments.h"
 #include "explorer/jobs.h"
 #include "explorer/panel.h"
+#include "explorer/player.h"
 #include "explorer/slice_view.h"
 #include "explorer/start_page.h"
 #include "explorer/touch.h"
 #include "explorer/view_3d.h"
 
+class QDockWidget;
 class QLabel;
 class QProgressBar;
 class QStackedWidget;
@@ -67,6 +70,16 @@ class MainWindow : public QMainWindow {
   void record(bool on);
   void screenshot();
   void show_help();
+  void play_hand(const PlayedHand& hand);
+  void stop_playing();
+  void feel_what_if();
+  void show_played();
+  void edit_strength(std::size_t mode, std::size_t row);
+  void edit_mask(std::size_t mode, std::size_t mask);
+  void edit_colors(std::size_t layer);
+  void show_editor();
+  void show_functions();
+  void give_value_to_level(double value);
   void remember(const std::filesystem::path& path);
   QString words_of_fault();
 
@@ -83,6 +96,20 @@ class MainWindow : public QMainWindow {
   FeelPanel* feel_;
   SeePanel* see_;
   Instruments* instruments_;
+  Player* player_;
+  QDockWidget* player_dock_;
+  QList<QDockWidget*> scene_docks_;  ///< shown while a scene is open
+  FunctionEditor* editor_;
+  QDockWidget* editor_dock_;
+  /// What the function editor shows.
+  struct Edited {
+    enum class What { strength, mask, colors } what;
+    std::string mode{};
+    std::size_t number = 0;  ///< of the parameter, the mask, or the layer
+  };
+  std::optional<Edited> edited_;
+  PlayedHand played_;
+  std::shared_ptr<const FeltTrace> played_first_;
   QLabel* message_;
   QFrame* message_bar_;
   QLabel* job_words_;

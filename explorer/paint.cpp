@@ -186,17 +186,27 @@ void paint_directions(QPainter& painter, const detail::View& view, std::span<con
 }
 
 void paint_explanations(QPainter& painter, const QRect& area, std::span<const detail::LegendEntry> legend,
-                        std::span<const detail::ColorBar> bars, const QColor& ink) {
+                        std::span<const detail::ColorBar> bars, const QColor& ink, const QColor& ground) {
+  if (legend.empty() && bars.empty()) return;
   const QFontMetricsF metrics(painter.font());
   const double em = metrics.height();
+  double width = 5.0 * em;
+  for (const detail::LegendEntry& entry : legend)
+    width = std::max(width, metrics.horizontalAdvance(QString::fromStdString(entry.words)) + 2.2 * em);
+  for (const detail::ColorBar& bar : bars)
+    width = std::max(width, metrics.horizontalAdvance(QString::fromStdString(bar.title)) + em);
+  const double height = 0.8 * em + 1.25 * em * static_cast<double>(legend.size()) + 9.3 * em * static_cast<double>(bars.size());
+  painter.setPen(Qt::NoPen);
+  painter.setBrush(ground);
+  painter.drawRoundedRect(QRectF(area.right() - width - 0.9 * em, area.top(), width + 0.6 * em, height), 4, 4);
   double y = area.top() + 0.5 * em;
   const double right = area.right() - 0.6 * em;
   for (const detail::LegendEntry& entry : legend) {
     const QString words = QString::fromStdString(entry.words);
-    const double width = metrics.horizontalAdvance(words);
+    const double advance = metrics.horizontalAdvance(words);
     painter.setPen(ink);
-    painter.drawText(QPointF(right - width, y + metrics.ascent()), words);
-    const QRectF patch(right - width - 1.4 * em, y + 0.15 * em, em, 0.7 * em);
+    painter.drawText(QPointF(right - advance, y + metrics.ascent()), words);
+    const QRectF patch(right - advance - 1.4 * em, y + 0.15 * em, em, 0.7 * em);
     painter.setPen(entry.rim ? QPen(to_qt(*entry.rim), 2.0) : QPen(ink, 1.0));
     painter.setBrush(entry.colors.empty() ? QColor(Qt::gray) : to_qt(entry.colors.front()));
     painter.drawRect(patch);
@@ -207,20 +217,20 @@ void paint_explanations(QPainter& painter, const QRect& area, std::span<const de
     painter.setPen(ink);
     painter.drawText(QRectF(area.left(), y, right - area.left(), em), Qt::AlignRight, QString::fromStdString(bar.title));
     y += 1.2 * em;
-    const double height = 7.0 * em;
-    QLinearGradient shades(0, y + height, 0, y);
+    const double bar_height = 7.0 * em;
+    QLinearGradient shades(0, y + bar_height, 0, y);
     const double span = bar.map.high() - bar.map.low();
     for (const auto& point : bar.map.points())
       shades.setColorAt(span > 0.0 ? std::clamp((point.value - bar.map.low()) / span, 0.0, 1.0) : 0.0, to_qt(point.color));
     painter.setBrush(shades);
     painter.setPen(QPen(ink, 1.0));
-    painter.drawRect(QRectF(right - em, y, em, height));
+    painter.drawRect(QRectF(right - em, y, em, bar_height));
     for (const double share : {0.0, 0.5, 1.0}) {
       const QString number = QString::fromStdString(detail::number_words(bar.map.low() + share * span));
-      painter.drawText(QRectF(area.left(), y + (1.0 - share) * height - 0.5 * em, right - 1.4 * em - area.left(), em),
+      painter.drawText(QRectF(area.left(), y + (1.0 - share) * bar_height - 0.5 * em, right - 1.4 * em - area.left(), em),
                        Qt::AlignRight | Qt::AlignVCenter, number);
     }
-    y += height + 0.6 * em;
+    y += bar_height + 0.6 * em;
   }
 }
 

@@ -38,7 +38,7 @@ void paint_directions(QPainter& painter, const detail::View& view, std::span<con
                       const QColor& ink);
 /// Legend and colour bars at the right edge.
 void paint_explanations(QPainter& painter, const QRect& area, std::span<const detail::LegendEntry> legend,
-                        std::span<const detail::ColorBar> bars, const QColor& ink);
+                        std::span<const detail::ColorBar> bars, const QColor& ink, const QColor& ground);
 /// Words on a ground that makes them legible over anything.
 void paint_words(QPainter& painter, const QPointF& at, const QString& words, Qt::Alignment side, const QColor& ink,
                  const QColor& ground);

@@ -167,6 +167,33 @@ void FeelPanel::build() {
       });
       buttons->addWidget(more);
     }
+    for (std::size_t mask = 0; mask < scene.modes()[number].masks.size(); ++mask) {
+      const QString of = QString::fromStdString(scene.modes()[number].masks[mask].of.name);
+      auto* open = new QPushButton(tr("Mask …"));
+      open->setToolTip(tr("Felt only where %1 says so").arg(of));
+      open->setAccessibleName(tr("Mask %1 of mode %2").arg(mask + 1).arg(words));
+      connect(open, &QPushButton::clicked, this, [this, number, mask] { Q_EMIT mask_asked(number, mask); });
+      buttons->addWidget(open);
+    }
+    auto* add_mask = new QToolButton;
+    add_mask->setText(tr("+ mask"));
+    add_mask->setToolTip(tr("Let a field's value say where it is felt"));
+    add_mask->setAccessibleName(tr("Add a mask to mode %1").arg(words));
+    connect(add_mask, &QToolButton::clicked, this, [this, name, number] {
+      const std::size_t before = document_.scene().modes()[number].masks.size();
+      document_.edit(tr("add mask"), -1, [&](Scene& changed) {
+        for (const std::string& field : field_names(changed)) {
+          const FieldPtr found = changed.field({field}).field;
+          if (found->components() != 1) continue;
+          const Extent extent = found->extents()[0];
+          changed.find_mode(name)->masks.push_back({{field}, TransferFunction({{extent.min, 1.0}, {extent.max, 1.0}}, 1.0)});
+          return;
+        }
+        throw SceneError("mask: the scene has no scalar field; open a file that has one");
+      });
+      if (document_.scene().modes()[number].masks.size() > before) Q_EMIT mask_asked(number, before);
+    });
+    buttons->addWidget(add_mask);
     auto* remove = new QPushButton(tr("Remove"));
     remove->setAccessibleName(tr("Remove mode %1").arg(words));
     connect(remove, &QPushButton::clicked, this, [this, name, words] {
@@ -182,7 +209,8 @@ void FeelPanel::refresh() {
   if (!document_.is_open()) return;
   const Scene& scene = document_.scene();
   std::vector<std::string> names;
-  for (const SceneMode& mode : scene.modes()) names.push_back(mode.name + " " + std::string(mode.mode.type()));
+  for (const SceneMode& mode : scene.modes())
+    names.push_back(mode.name + " " + std::string(mode.mode.type()) + " " + std::to_string(mode.masks.size()));
   if (names != built_) {
     build();
     built_ = names;

@@ -49,6 +49,7 @@ class FeelPanel : public Panel {
 
  Q_SIGNALS:
   void function_asked(std::size_t mode, std::size_t row);
+  void mask_asked(std::size_t mode, std::size_t mask);
 
  private:
   void build();

@@ -99,6 +99,7 @@ QWidget* ParameterForm::number_editor(const ParameterRow& row, std::size_t numbe
   if (!named.unit.empty()) box->setSuffix(" " + QString::fromStdString(named.unit));
   box->setObjectName(QString("box_%1").arg(number));
   both->setFocusProxy(box);
+  box->setMaximumWidth(104);
   line->addWidget(box, 2);
   const QString what = QString::fromStdString(named.name);
   const auto tell = [this, row, number, what](double now) {
@@ -130,6 +131,7 @@ QWidget* ParameterForm::number_editor(const ParameterRow& row, std::size_t numbe
     function->setToolTip(tr("Let a field's value say the strength"));
     function->setAccessibleName(tr("%1 as a function of a field").arg(what));
     function->setMaximumWidth(28);
+    function->setObjectName(QString("function_%1").arg(number));
     connect(function, &QPushButton::clicked, this, [this, number] { Q_EMIT function_asked(number); });
     line->addWidget(function);
   }
@@ -150,11 +152,16 @@ QWidget* ParameterForm::editor_of(const ParameterRow& row, std::size_t number, c
   if (const auto* strength = std::get_if<Strength>(&row.value)) {
     if (strength->is_constant()) return number_editor(row, number, strength->constant_n, context);
     auto* button = new QPushButton;
+    button->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Fixed);  // the field's name may be long
+    button->setStyleSheet("text-align: left; padding: 3px 6px");
+    button->setObjectName(QString("function_%1").arg(number));
     connect(button, &QPushButton::clicked, this, [this, number] { Q_EMIT function_asked(number); });
     setters_.push_back([button](const ParameterRow::Value& given) {
       const auto& function = std::get<Strength>(given);
-      button->setText(
-          tr("function of %1, %2 points …").arg(QString::fromStdString(function.of.name)).arg(function.curve.points().size()));
+      button->setText(tr("by %1 …").arg(QString::fromStdString(function.of.name)));
+      button->setToolTip(tr("A function of %1 with %2 points; click to edit it")
+                             .arg(QString::fromStdString(function.of.name))
+                             .arg(function.curve.points().size()));
     });
     return button;
   }
@@ -200,6 +207,8 @@ QWidget* ParameterForm::editor_of(const ParameterRow& row, std::size_t number, c
   }
   if (std::holds_alternative<FieldRef>(row.value)) {
     auto* box = new QComboBox;
+    box->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
+    box->setMinimumContentsLength(8);
     box->setEditable(true);
     for (const std::string& field : context.fields) box->addItem(QString::fromStdString(field));
     const auto tell = [this, box, number, what] {

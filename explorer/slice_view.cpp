@@ -41,15 +41,24 @@ double value_of(const Field& field, const Vec3& at_m, bool& inside) {
 SliceLook slice_look_of(const Scene& scene) {
   SliceLook look;
   look.map = scene.hand_to_world();
-  std::string name;
+  // What the scene shows in slices; else what is felt, scalars before vectors, which a slice shows by their length alone.
+  std::string name, vectors;
+  const auto take = [&](const std::string& candidate) {
+    if (candidate.empty() || !name.empty()) return;
+    try {
+      (scene.field({candidate}).field->components() == 1 ? name : vectors) = candidate;
+    } catch (const LoadError&) {  // another one is there
+    }
+  };
   for (const ViewLayer& layer : scene.layers)
-    if (name.empty() || layer.show == ViewLayer::Show::slices) name = layer.field.name;
+    if (layer.show == ViewLayer::Show::slices) take(layer.field.name);
+  for (const ViewLayer& layer : scene.layers) take(layer.field.name);
   for (const SceneMode& mode : scene.modes()) {
-    if (!name.empty()) break;
     FirstField first;
     look_through(mode.mode, first);
-    name = first.name;
+    take(first.name);
   }
+  if (name.empty()) name = vectors;
   if (name.empty() && !scene.volumes().empty()) {
     const SceneVolume& volume = scene.volumes().front();
     name = volume.volume.fields.size() == 1 ? volume.name : volume.name + "." + volume.volume.fields.front().name;

@@ -15,8 +15,6 @@ namespace {
 constexpr double led_m_per_s = 0.5;
 // Ball in which the mouse's hand stays [m]: scenes are about 0.15 m large.
 constexpr double pointer_radius_m = 0.4;
-// Frames of the window for which nothing is felt after the hand was put elsewhere.
-constexpr int frames_at_rest = 2;
 
 std::atomic<LiveRun*> felt_now{nullptr};
 static_assert(std::atomic<LiveRun*>::is_always_lock_free, "read in a signal handler");
@@ -137,10 +135,7 @@ void Touch::make_scenes() {
 
 void Touch::put_hand(const Vec3& at_m) {
   wanted_m_ = sent_m_ = at_m;
-  if (!pointer_) return;
-  run_->loop().move_view(true);
-  pointer_->put(at_m);
-  moves_for_ = frames_at_rest;
+  if (pointer_) pointer_->put(at_m);
 }
 
 void Touch::beat(double dt_s) {
@@ -148,7 +143,6 @@ void Touch::beat(double dt_s) {
   if (!run_) return;
   if (frozen_.exchange(false) && !held_) run_->loop().resume();
   if (!pointer_) return;
-  if (moves_for_ > 0 && --moves_for_ == 0) run_->loop().move_view(false);
   const Vec3 step_m = shortened(wanted_m_ - sent_m_, led_m_per_s * std::clamp(dt_s, 0.0, 0.1));
   pointer_->move(step_m);
   sent_m_ += step_m;

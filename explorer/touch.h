@@ -97,7 +97,6 @@ class Touch {
   std::unique_ptr<LiveRun> run_;
   bool held_ = false;
   Vec3 wanted_m_, sent_m_;
-  int moves_for_ = 0;
 
   // From the loop.
   SampleRing samples_;

@@ -59,7 +59,7 @@ class View3D::Overlay : public QWidget {
       paint_scale_bar(painter, view_.view_, view_.world_per_hand_, ink);
       paint_directions(painter, view_.view_, view_.axes_, view_.medical_, ink);
       paint_explanations(painter, QRect(width() - 260, 24, 260, height() - 48), view_.drawing_.signs.legend,
-                         view_.drawing_.signs.bars, ink);
+                         view_.drawing_.signs.bars, ink, ground);
     }
     if (!view_.top_.isEmpty())
       paint_words(painter, {0.5 * width(), 34}, view_.top_, Qt::AlignCenter, Qt::white, QColor(176, 42, 20, 235));
@@ -176,8 +176,12 @@ void View3D::show_all() {
   const auto extent = [&](const Vec3& axis) {
     return std::abs(axis.x) * size.x + std::abs(axis.y) * size.y + std::abs(axis.z) * size.z;
   };
-  const double aspect = 1.0 * std::max(1, width()) / std::max(1, height());
-  view_.half_height_m = 0.52 * std::max(extent(view_.up), extent(view_.right) / aspect);
+  // Beside the legend.
+  const bool explained = marks_ && !(drawing_.signs.legend.empty() && drawing_.signs.bars.empty());
+  const double legend_px = explained ? std::min(120.0, 0.25 * width()) : 0.0;
+  const double aspect = std::max(1.0, width() - legend_px) / std::max(1, height());
+  view_.half_height_m = 0.53 * std::max(extent(view_.up), extent(view_.right) / aspect);
+  view_.centre_m += (0.5 * legend_px / view_.px_per_m()) * view_.right;
   plane_depth_m_ = 0.0;
   redraw();
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace palpa {
 
@@ -36,7 +37,7 @@ DeviceState Pointer::read() noexcept {
   passed_to_ = now;
   return {.position_m = position_m_,
           .velocity_m_per_s = velocity_m_per_s_,
-          .valid = true,
+          .valid = !std::exchange(was_put_, false),
           .buttons = buttons_.load(std::memory_order_relaxed),
           .time_s = std::chrono::duration<double>(now.time_since_epoch()).count()};
 }
@@ -45,6 +46,7 @@ void Pointer::pass(double time_s) noexcept {
   const Wanted& wanted = wanted_.take();
   if (wanted.puts != puts_taken_) {
     puts_taken_ = wanted.puts;
+    was_put_ = true;
     position_m_ = shortened(wanted.put_at_m, options_.radius_m);
     pending_m_ = velocity_m_per_s_ = {};
     taken_m_ = wanted.put_from_m;

@@ -63,6 +63,7 @@ class Pointer final : public Device {
   std::atomic<std::uint32_t> buttons_{0};
   // The haptic thread's.
   std::uint32_t puts_taken_ = 0;
+  bool was_put_ = false;
   Vec3 taken_m_, pending_m_, position_m_, velocity_m_per_s_, force_n_;
   std::chrono::steady_clock::time_point passed_to_ = std::chrono::steady_clock::now();
 };

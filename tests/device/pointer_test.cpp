@@ -24,7 +24,10 @@ TEST(Pointer, IsAtOnceWhereItIsPutAndGoesOnFromThere) {
   pointer.pass(1e-3);
   pointer.put({0.01, 0.02, -0.03});
   pointer.pass(1e-3);
-  EXPECT_EQ(pointer.read().position_m, (Vec3{0.01, 0.02, -0.03})) << "what it was to move before is forgotten";
+  const DeviceState there = pointer.read();
+  EXPECT_EQ(there.position_m, (Vec3{0.01, 0.02, -0.03})) << "what it was to move before is forgotten";
+  EXPECT_FALSE(there.valid) << "so that nothing is felt on the way";
+  EXPECT_TRUE(pointer.read().valid);
   EXPECT_EQ(*pointer.read().velocity_m_per_s, Vec3{});
   pointer.move({0.001, 0.0, 0.0});
   pointer.put({0.0, 0.02, 0.0});

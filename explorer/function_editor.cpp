@@ -1,0 +1,396 @@
+#include "explorer/function_editor.h"
+
+#include <QVTKOpenGLNativeWidget.h>
+#include <vtkAxis.h>
+#include <vtkBrush.h>
+#include <vtkCallbackCommand.h>
+#include <vtkChartXY.h>
+#include <vtkColorTransferFunction.h>
+#include <vtkCompositeControlPointsItem.h>
+#include <vtkCompositeTransferFunctionItem.h>
+#include <vtkContextScene.h>
+#include <vtkContextView.h>
+#include <vtkDoubleArray.h>
+#include <vtkFloatArray.h>
+#include <vtkGenericOpenGLRenderWindow.h>
+#include <vtkNew.h>
+#include <vtkPen.h>
+#include <vtkPiecewiseControlPointsItem.h>
+#include <vtkPiecewiseFunction.h>
+#include <vtkPiecewiseFunctionItem.h>
+#include <vtkPlotBar.h>
+#include <vtkRenderer.h>
+#include <vtkStringArray.h>
+#include <vtkTable.h>
+#include <vtkTextProperty.h>
+
+#include <QGuiApplication>
+#include <QHBoxLayout>
+#include <QHeaderView>
+#include <QLabel>
+#include <QMouseEvent>
+#include <QPushButton>
+#include <QTableWidget>
+#include <QVBoxLayout>
+#include <algorithm>
+#include <cmath>
+
+#include "palpa/view/canvas.h"
+#include "palpa/view/colors.h"
+
+namespace palpa::explorer {
+namespace {
+
+constexpr std::size_t bars = 128;       // of the drawn histogram
+constexpr double snaps_within = 0.02;   // [1] of the range: a point that is let go so near to a valley goes there
+constexpr int settle_ms = 40;           // between a drag and the scene that feels it
+constexpr double deepest_valley = 0.6;  // [1] of the lower of its two hills: less deep is noise
+
+QString number(double value) { return QString::number(value, 'g', 6); }
+
+QString hex_of(const double rgb[3]) { return QColor::fromRgbF(rgb[0], rgb[1], rgb[2]).name(); }
+
+}  // namespace
+
+std::vector<double> valleys_of(const Histogram& histogram) {
+  const Histogram coarse = histogram.in_classes(bars);
+  std::vector<double> smooth(coarse.counts.size());
+  for (std::size_t i = 0; i < smooth.size(); ++i) {
+    double sum = 0.0, weights = 0.0;
+    for (int k = -3; k <= 3; ++k) {
+      const auto at = static_cast<std::ptrdiff_t>(i) + k;
+      if (at < 0 || at >= static_cast<std::ptrdiff_t>(smooth.size())) continue;
+      const double weight = 4.0 - std::abs(k);
+      sum += weight * std::log1p(static_cast<double>(coarse.counts[static_cast<std::size_t>(at)]));
+      weights += weight;
+    }
+    smooth[i] = sum / weights;
+  }
+  std::vector<double> valleys;
+  for (std::size_t i = 1; i + 1 < smooth.size(); ++i) {
+    if (!(smooth[i] < smooth[i - 1] && smooth[i] <= smooth[i + 1])) continue;
+    const double before = *std::max_element(smooth.begin(), smooth.begin() + static_cast<std::ptrdiff_t>(i));
+    const double after = *std::max_element(smooth.begin() + static_cast<std::ptrdiff_t>(i), smooth.end());
+    // Logarithms: a valley of e^-… of the lower hill.
+    if (smooth[i] < std::min(before, after) + std::log(deepest_valley))
+      valleys.push_back(0.5 * (coarse.edge(i) + coarse.edge(i + 1)));
+  }
+  return valleys;
+}
+
+/// The chart with VTK's own control points.
+struct FunctionEditor::Chart {
+  QVTKOpenGLNativeWidget* widget = new QVTKOpenGLNativeWidget;
+  vtkNew<vtkGenericOpenGLRenderWindow> window;
+  vtkNew<vtkContextView> view;
+  vtkNew<vtkChartXY> chart;
+  vtkNew<vtkTable> table;
+  vtkNew<vtkPiecewiseFunction> strength, opacity;
+  vtkNew<vtkColorTransferFunction> colors;
+  vtkSmartPointer<vtkPiecewiseControlPointsItem> strength_item;
+  vtkSmartPointer<vtkCompositeControlPointsItem> colors_item;
+  vtkSmartPointer<vtkPiecewiseFunctionItem> strength_line;
+  vtkSmartPointer<vtkCompositeTransferFunctionItem> colors_fill;
+  vtkPlot* histogram = nullptr;
+};
+
+FunctionEditor::FunctionEditor(bool has_opengl, QWidget* parent)
+    : QWidget(parent), title_(new QLabel), table_(new QTableWidget) {
+  auto* all = new QVBoxLayout(this);
+  all->setContentsMargins(4, 4, 4, 4);
+  auto* hint = new QLabel(tr(
+      "drag points · click adds one · Delete takes one away · snaps to valleys (not with Shift) · double click sets a level"));
+  hint->setEnabled(false);
+  auto* head = new QHBoxLayout;
+  head->addWidget(title_);
+  head->addStretch();
+  head->addWidget(hint);
+  all->addLayout(head);
+  auto* row = new QHBoxLayout;
+  if (has_opengl) {
+    chart_ = std::make_unique<Chart>();
+    Chart& c = *chart_;
+    c.window->SetMultiSamples(0);
+    c.widget->setRenderWindow(c.window);
+    c.view->SetRenderWindow(c.window);
+    c.view->SetInteractor(c.widget->interactor());
+    c.view->GetScene()->AddItem(c.chart);
+    c.view->GetRenderer()->SetBackground(1.0, 1.0, 1.0);
+    c.chart->SetShowLegend(false);
+    c.chart->SetForceAxesToBounds(true);
+    c.chart->GetAxis(vtkAxis::BOTTOM)->SetTitle("");
+    for (const int axis : {vtkAxis::LEFT, vtkAxis::BOTTOM}) {
+      c.chart->GetAxis(axis)->SetBehavior(vtkAxis::FIXED);
+      c.chart->GetAxis(axis)->GetTitleProperties()->SetBold(false);
+    }
+    for (vtkPiecewiseFunction* function : {c.strength.Get(), c.opacity.Get()}) function->AllowDuplicateScalarsOn();
+    c.colors->AllowDuplicateScalarsOn();
+    vtkNew<vtkCallbackCommand> told;
+    told->SetClientData(this);
+    told->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
+      auto* editor = static_cast<FunctionEditor*>(self);
+      if (!editor->is_filling_) editor->settle_.start();
+    });
+    for (vtkObject* object : {static_cast<vtkObject*>(c.strength.Get()), static_cast<vtkObject*>(c.opacity.Get()),
+                              static_cast<vtkObject*>(c.colors.Get())})
+      object->AddObserver(vtkCommand::ModifiedEvent, told);
+    c.widget->setMinimumSize(260, 180);
+    c.widget->setAccessibleName(tr("Function over the histogram"));
+    c.widget->setObjectName("function_chart");
+    c.widget->installEventFilter(this);
+    row->addWidget(c.widget, 3);
+  }
+  table_->setObjectName("function_table");
+  table_->setAccessibleName(tr("Points of the function"));
+  table_->horizontalHeader()->setSectionResizeMode(QHeaderView::Stretch);
+  table_->verticalHeader()->hide();
+  table_->setMinimumWidth(220);
+  connect(table_, &QTableWidget::cellChanged, this, &FunctionEditor::typed);
+  row->addWidget(table_, 2);
+  all->addLayout(row, 1);
+  settle_.setSingleShot(true);
+  settle_.setInterval(settle_ms);
+  connect(&settle_, &QTimer::timeout, this, &FunctionEditor::chart_changed);
+}
+
+FunctionEditor::~FunctionEditor() {
+  is_filling_ = true;  // the chart's last words are for nobody
+}
+
+void FunctionEditor::show_functions(const Shown& shown) {
+  if (settle_.isActive()) return;  // a person is at it
+  const bool other_field = shown.field != shown_.field || shown.low != shown_.low || shown.high != shown_.high;
+  is_filling_ = true;
+  shown_ = shown;
+  title_->setText("<b>" + shown.title.toHtmlEscaped() + "</b>");
+  if (other_field) valleys_.clear();
+  if (chart_) {
+    Chart& c = *chart_;
+    c.strength->RemoveAllPoints();
+    c.opacity->RemoveAllPoints();
+    c.colors->RemoveAllPoints();
+    if (shown.strength)
+      for (const TransferFunction::Point& point : shown.strength->points())
+        c.strength->AddPoint(point.value, point.result / shown.largest);
+    if (shown.colors) {
+      for (const ViewLayer::ColorPoint& point : *shown.colors) {
+        const detail::Color color = detail::color_of(point.color);
+        c.colors->AddRGBPoint(point.value, color.red, color.green, color.blue);
+        c.opacity->AddPoint(point.value, point.opacity);
+      }
+    }
+    if (other_field && c.histogram) {
+      c.chart->RemovePlotInstance(c.histogram);
+      c.histogram = nullptr;
+    }
+    const auto keep = [&](auto& item, bool wanted, auto make) {
+      if (item && !wanted) {
+        c.chart->RemovePlotInstance(item);
+        item = nullptr;
+      } else if (!item && wanted) {
+        item = make();
+        c.chart->AddPlot(item);
+      }
+      if (item) item->SetUserBounds(shown.low, shown.high, 0.0, 1.0);
+    };
+    keep(c.colors_fill, shown.colors.has_value(), [&] {
+      auto item = vtkSmartPointer<vtkCompositeTransferFunctionItem>::New();
+      item->SetColorTransferFunction(c.colors);
+      item->SetOpacityFunction(c.opacity);
+      item->SetMaskAboveCurve(true);
+      item->SetOpacity(0.75);
+      return item;
+    });
+    keep(c.strength_line, shown.strength.has_value(), [&] {
+      auto item = vtkSmartPointer<vtkPiecewiseFunctionItem>::New();
+      item->SetPiecewiseFunction(c.strength);
+      item->SetColor(0.84, 0.37, 0.0);
+      item->SetMaskAboveCurve(true);
+      item->SetOpacity(0.35);
+      return item;
+    });
+    keep(c.strength_item, shown.strength.has_value(), [&] {
+      auto item = vtkSmartPointer<vtkPiecewiseControlPointsItem>::New();
+      item->SetPiecewiseFunction(c.strength);
+      item->GetPen()->SetColorF(0.84, 0.37, 0.0);
+      item->GetPen()->SetWidth(2.5);
+      item->GetBrush()->SetColorF(0.84, 0.37, 0.0);
+      return item;
+    });
+    keep(c.colors_item, shown.colors.has_value(), [&] {
+      auto item = vtkSmartPointer<vtkCompositeControlPointsItem>::New();
+      item->SetColorTransferFunction(c.colors);
+      item->SetOpacityFunction(c.opacity);
+      item->SetPointsFunction(vtkCompositeControlPointsItem::ColorAndOpacityPointsFunction);
+      return item;
+    });
+    const double margin = 0.02 * (shown.high - shown.low);
+    c.chart->GetAxis(vtkAxis::BOTTOM)->SetRange(shown.low - margin, shown.high + margin);
+    c.chart->GetAxis(vtkAxis::BOTTOM)->SetTitle(shown.field + (shown.unit.empty() ? "" : " / " + shown.unit));
+    c.chart->GetAxis(vtkAxis::LEFT)->SetRange(-0.03, 1.05);
+    c.chart->GetAxis(vtkAxis::LEFT)
+        ->SetTitle(shown.strength ? (shown.result_unit.isEmpty() ? "share" : "strength / " + shown.result_unit.toStdString())
+                                  : "opacity");
+    vtkNew<vtkDoubleArray> places;
+    vtkNew<vtkStringArray> words;
+    for (int i = 0; i <= 4; ++i) {
+      places->InsertNextValue(0.25 * i);
+      words->InsertNextValue(detail::number_words(0.25 * i * (shown.strength ? shown.largest : 1.0)));
+    }
+    c.chart->GetAxis(vtkAxis::LEFT)->SetCustomTickPositions(places, words);
+    c.window->Render();
+    c.widget->update();
+  }
+  fill_table();
+  is_filling_ = false;
+}
+
+void FunctionEditor::show_histogram(const Histogram& histogram) {
+  valleys_ = valleys_of(histogram);
+  if (!chart_) return;
+  Chart& c = *chart_;
+  const Histogram coarse = histogram.in_classes(bars);
+  double most = 1.0;
+  for (const std::int64_t count : coarse.counts) most = std::max(most, std::log1p(static_cast<double>(count)));
+  vtkNew<vtkFloatArray> values, counts;
+  values->SetName("value");
+  counts->SetName("count");
+  for (std::size_t i = 0; i < coarse.counts.size(); ++i) {
+    values->InsertNextValue(static_cast<float>(0.5 * (coarse.edge(i) + coarse.edge(i + 1))));
+    counts->InsertNextValue(static_cast<float>(0.95 * std::log1p(static_cast<double>(coarse.counts[i])) / most));
+  }
+  c.table->Initialize();
+  c.table->AddColumn(values);
+  c.table->AddColumn(counts);
+  if (c.histogram) c.chart->RemovePlotInstance(c.histogram);
+  c.histogram = c.chart->AddPlot(vtkChart::BAR);
+  c.histogram->SetInputData(c.table, 0, 1);
+  c.histogram->SetColor(190, 196, 205, 255);
+  c.histogram->GetPen()->SetColor(190, 196, 205, 255);
+  // Behind all else.
+  c.chart->LowerPlot(c.histogram);
+  c.window->Render();
+  c.widget->update();
+}
+
+double FunctionEditor::snapped(double value) const {
+  for (const double valley : valleys_)
+    if (std::abs(valley - value) <= snaps_within * (shown_.high - shown_.low)) return valley;
+  return value;
+}
+
+void FunctionEditor::chart_changed() {
+  Chart& c = *chart_;
+  const bool held = QGuiApplication::mouseButtons() != Qt::NoButton;
+  const bool snaps = !held && !(QGuiApplication::keyboardModifiers() & Qt::ShiftModifier);
+  if (shown_.strength) {
+    std::vector<TransferFunction::Point> points;
+    for (int i = 0; i < c.strength->GetSize(); ++i) {
+      double node[4];
+      c.strength->GetNodeValue(i, node);
+      const auto& before = shown_.strength->points();
+      // Only a point that was moved snaps.
+      const bool moved =
+          std::none_of(before.begin(), before.end(), [&](const TransferFunction::Point& p) { return p.value == node[0]; });
+      points.push_back({snaps && moved ? snapped(node[0]) : node[0], std::max(0.0, node[1] * shown_.largest)});
+    }
+    std::stable_sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.value < b.value; });
+    if (!points.empty() && points != shown_.strength->points()) {
+      TransferFunction made(points, shown_.strength->outside());
+      shown_.strength = made;
+      Q_EMIT strength_changed(made);
+    }
+  }
+  if (shown_.colors) {
+    std::vector<ViewLayer::ColorPoint> points;
+    for (int i = 0; i < c.opacity->GetSize(); ++i) {
+      double node[4], rgb[3];
+      c.opacity->GetNodeValue(i, node);
+      c.colors->GetColor(node[0], rgb);
+      points.push_back({snaps ? snapped(node[0]) : node[0], hex_of(rgb).toStdString(), std::clamp(node[1], 0.0, 1.0)});
+    }
+    if (!points.empty() && points != *shown_.colors) {
+      shown_.colors = points;
+      Q_EMIT colors_changed(points);
+    }
+  }
+  is_filling_ = true;
+  fill_table();
+  is_filling_ = false;
+}
+
+void FunctionEditor::fill_table() {
+  const bool felt = shown_.strength.has_value();
+  table_->setColumnCount(felt ? 2 : 3);
+  const QString value = shown_.unit.empty() ? tr("value") : tr("value / %1").arg(QString::fromStdString(shown_.unit));
+  table_->setHorizontalHeaderLabels(
+      felt ? QStringList{value, shown_.result_unit.isEmpty() ? tr("share") : tr("strength / %1").arg(shown_.result_unit)}
+           : QStringList{value, tr("colour"), tr("opacity")});
+  const std::size_t rows = felt ? shown_.strength->points().size() : shown_.colors ? shown_.colors->size() : 0;
+  table_->setRowCount(static_cast<int>(rows));
+  for (std::size_t i = 0; i < rows; ++i) {
+    const auto set = [&](int column, const QString& words) {
+      table_->setItem(static_cast<int>(i), column, new QTableWidgetItem(words));
+    };
+    if (felt) {
+      set(0, number(shown_.strength->points()[i].value));
+      set(1, number(shown_.strength->points()[i].result));
+    } else {
+      const ViewLayer::ColorPoint& point = (*shown_.colors)[i];
+      set(0, number(point.value));
+      set(1, QString::fromStdString(point.color));
+      set(2, number(point.opacity));
+      table_->item(static_cast<int>(i), 1)->setBackground(QColor(QString::fromStdString(point.color)));
+    }
+  }
+}
+
+void FunctionEditor::typed(int row, int column) {
+  if (is_filling_) return;
+  const QString words = table_->item(row, column)->text();
+  bool is_number = false;
+  const double given = words.toDouble(&is_number);
+  const auto at = static_cast<std::size_t>(row);
+  if (shown_.strength) {
+    std::vector<TransferFunction::Point> points = shown_.strength->points();
+    if (is_number && std::isfinite(given)) (column == 0 ? points[at].value : points[at].result) = given;
+    std::stable_sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.value < b.value; });
+    shown_.strength = TransferFunction(points, shown_.strength->outside());
+    Q_EMIT strength_changed(*shown_.strength);
+  } else if (shown_.colors) {
+    ViewLayer::ColorPoint& point = (*shown_.colors)[at];
+    if (column == 1 && QColor(words).isValid()) point.color = QColor(words).name().toStdString();
+    if (column == 0 && is_number) point.value = given;
+    if (column == 2 && is_number) point.opacity = std::clamp(given, 0.0, 1.0);
+    std::stable_sort(shown_.colors->begin(), shown_.colors->end(),
+                     [](const auto& a, const auto& b) { return a.value < b.value; });
+    Q_EMIT colors_changed(*shown_.colors);
+  }
+  show_functions(Shown(shown_));
+}
+
+bool FunctionEditor::eventFilter(QObject* watched, QEvent* event) {
+  if (chart_ && watched == chart_->widget) {
+    // VTK draws what it has changed when it is asked to.
+    if (event->type() == QEvent::MouseMove || event->type() == QEvent::MouseButtonRelease || event->type() == QEvent::KeyPress)
+      QTimer::singleShot(0, this, [this] {
+        chart_->window->Render();
+        chart_->widget->update();
+      });
+    if (event->type() == QEvent::MouseButtonRelease) settle_.start();
+    if (event->type() == QEvent::MouseButtonDblClick) {
+      const auto* mouse = static_cast<QMouseEvent*>(event);
+      vtkAxis* const axis = chart_->chart->GetAxis(vtkAxis::BOTTOM);
+      const double left = axis->GetPoint1()[0], right = axis->GetPoint2()[0];
+      if (right > left) {
+        const double px = mouse->localPos().x() * chart_->widget->devicePixelRatioF();
+        const double value = axis->GetMinimum() + (px - left) / (right - left) * (axis->GetMaximum() - axis->GetMinimum());
+        Q_EMIT value_chosen(snapped(value));
+        return true;
+      }
+    }
+  }
+  return QWidget::eventFilter(watched, event);
+}
+
+}  // namespace palpa::explorer

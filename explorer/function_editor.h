@@ -1,0 +1,73 @@
+// The one editor for what is felt and what is seen of a field's values: strength, and colour with opacity, over the histogram.
+#pragma once
+
+#include <QTimer>
+#include <QWidget>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "palpa/mode/parameters.h"
+#include "palpa/scene/scene.h"
+#include "palpa/survey/statistics.h"
+
+class QComboBox;
+class QDoubleSpinBox;
+class QLabel;
+class QTableWidget;
+
+namespace palpa::explorer {
+
+/// Values at which a histogram has a valley: where one kind of material ends and another begins.
+std::vector<double> valleys_of(const Histogram& histogram);
+
+/// Points of a function over a field's values: dragged on the histogram, typed in the table, snapped to its valleys. It is told
+/// what to show, and tells what a person makes of it.
+class FunctionEditor : public QWidget {
+  Q_OBJECT
+ public:
+  /// \param has_opengl  false: the table alone
+  explicit FunctionEditor(bool has_opengl, QWidget* parent = nullptr);
+  ~FunctionEditor() override;
+
+  struct Shown {
+    QString title;                             ///< "strength of bone"
+    std::string field;                         ///< by the name that the scene calls it
+    std::string unit;                          ///< of the field
+    double low = 0.0, high = 1.0;              ///< of its values
+    std::optional<TransferFunction> strength;  ///< results in `result_unit`
+    std::optional<std::vector<ViewLayer::ColorPoint>> colors;
+    double largest = 1.0;  ///< of the results
+    QString result_unit;   ///< "N"
+  };
+  void show_functions(const Shown& shown);
+  void show_histogram(const Histogram& histogram);
+  const Shown& shown() const { return shown_; }
+
+ Q_SIGNALS:
+  void strength_changed(const palpa::TransferFunction& strength);
+  void colors_changed(const std::vector<palpa::ViewLayer::ColorPoint>& colors);
+  /// The value that a person has pointed at: for a level or a mask.
+  void value_chosen(double value);
+
+ protected:
+  bool eventFilter(QObject* watched, QEvent* event) override;
+
+ private:
+  struct Chart;
+  void fill_table();
+  void chart_changed();
+  void typed(int row, int column);
+  double snapped(double value) const;
+
+  Shown shown_;
+  std::vector<double> valleys_;
+  std::unique_ptr<Chart> chart_;
+  QLabel* title_;
+  QTableWidget* table_;
+  QTimer settle_;
+  bool is_filling_ = false;
+};
+
+}  // namespace palpa::explorer

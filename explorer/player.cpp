@@ -1,0 +1,248 @@
+#include "explorer/player.h"
+
+#include <QHBoxLayout>
+#include <QLabel>
+#include <QMouseEvent>
+#include <QStyle>
+#include <QToolButton>
+#include <QVBoxLayout>
+#include <algorithm>
+#include <cmath>
+
+#include "palpa/baseline/path.h"
+#include "palpa/loop/loop.h"
+#include "palpa/study/recording.h"
+#include "palpa/study/run.h"
+#include "palpa/trace/trace.h"
+
+namespace palpa::explorer {
+namespace {
+
+// [1] Moments that are kept of a trace: 100 s at 1 kHz. More: memory; fewer: long traces are shown coarser.
+constexpr std::size_t most_rows = 100'000;
+constexpr int bar_steps = 10'000;
+constexpr std::size_t most_points = 1500;
+
+QVector<QPointF> curve_of(const FeltTrace& trace) {
+  QVector<QPointF> points;
+  const std::size_t stride = trace.rows.size() / most_points + 1;
+  double peak_n = 0.0;
+  for (std::size_t i = 0; i < trace.rows.size(); ++i) {
+    peak_n = std::max(peak_n, norm(trace.rows[i].command_n));
+    if (i % stride != 0) continue;
+    points.push_back({trace.rows[i].t_s, peak_n});
+    peak_n = 0.0;
+  }
+  return points;
+}
+
+QToolButton* button(QStyle::StandardPixmap sign, const QString& name) {
+  auto* made = new QToolButton;
+  made->setIcon(made->style()->standardIcon(sign));
+  made->setToolTip(name);
+  made->setAccessibleName(name);
+  made->setAutoRaise(true);
+  return made;
+}
+
+}  // namespace
+
+Moment FeltTrace::moment(std::size_t row) const {
+  const Row& at = rows[row];
+  Moment moment{.tick = at.tick, .t_s = at.t_s, .probe_m = at.probe_m, .proxy_m = at.proxy_m, .command_n = at.command_n};
+  moment.count = std::min(at.primitives, most_shown_primitives);
+  std::copy_n(placed.begin() + static_cast<std::ptrdiff_t>(at.first_primitive), moment.count, moment.primitives.begin());
+  return moment;
+}
+
+FeltTrace feel_again(const PlayedHand& hand, const LoadedScene& loaded) {
+  FeltTrace felt;
+  const Scene& scene = loaded.scene;
+  std::size_t stride = 1, seen = 0;
+  const auto add = [&](const TickFrame& frame, const Session& session) {
+    for (const SessionEvent& event : session.events()) {
+      std::string subject = event.mode >= 0 ? scene.modes()[static_cast<std::size_t>(event.mode)].name : "session";
+      felt.events.push_back({felt.rows.size(), name_of(event.kind), std::move(subject)});
+    }
+    if (seen++ % stride != 0) return;
+    FeltTrace::Row& row = felt.rows.emplace_back(FeltTrace::Row{.tick = frame.tick,
+                                                                .t_s = frame.t_s,
+                                                                .probe_m = frame.result.probe_m,
+                                                                .proxy_m = frame.result.proxy_m,
+                                                                .command_n = frame.command_n,
+                                                                .first_primitive = felt.placed.size()});
+    if (session.sub_steps().empty()) return;
+    const SubStep& last = session.sub_steps().back();
+    row.primitives = last.primitives;
+    const auto first = session.placed().begin() + last.first_primitive;
+    felt.placed.insert(felt.placed.end(), first, first + last.primitives);
+  };
+  if (!hand.trace.empty()) {
+    const TraceReader reader(hand.trace);
+    const std::vector<TraceTick> ticks = reader.ticks();
+    const TraceHeader& header = reader.header();
+    felt.name = (hand.trace.filename().empty() ? hand.trace.parent_path().filename() : hand.trace.filename()).string();
+    stride = ticks.size() / most_rows + 1;
+    Session session(scene, baseline::path, header.device_encoder_step_m);
+    GuardedSession guarded(session, detail::guard_options_of(header));
+    for (const TraceTick& tick : ticks) {
+      const TickFrame& was = tick.frame;
+      const Probe probe{.position_m = was.result.probe_m,
+                        .velocity_m_per_s = was.result.probe_velocity_m_per_s,
+                        .valid = was.result.probe_valid,
+                        .buttons = was.buttons};
+      add(guarded.tick(was.tick, was.t_s, was.dt_s, probe, was.circumstances), session);
+    }
+  } else {
+    RunOptions options;
+    options.hand = hand.description;
+    PreparedRun prepared = prepare_hand(loaded, options);
+    felt.name = hand.description;
+    stride = static_cast<std::size_t>(prepared.duration_s * options.rate_hz) / most_rows + 1;
+    Session session(scene, baseline::path, prepared.hand->limits().encoder_step_m);
+    run_simulated(session, *prepared.hand, {.rate_hz = options.rate_hz, .duration_s = prepared.duration_s}, nullptr, add);
+  }
+  if (felt.rows.empty()) throw LoadError(felt.name + ": has no ticks; record for longer");
+  felt.duration_s = felt.rows.back().t_s;
+  for (FeltTrace::Event& event : felt.events) event.row = std::min(event.row, felt.rows.size() - 1);
+  return felt;
+}
+
+Player::Player(QWidget* parent)
+    : QWidget(parent),
+      plot_(new LivePlot(tr("Force over the trace"), tr("time / s"), tr("force / N"))),
+      bar_(new QSlider(Qt::Horizontal)),
+      play_(button(QStyle::SP_MediaPlay, tr("Play"))),
+      words_(new QLabel) {
+  plot_->show_legend();
+  plot_->installEventFilter(this);
+  for (QObject* child : plot_->findChildren<QObject*>()) child->installEventFilter(this);
+  bar_->setRange(0, bar_steps);
+  bar_->setObjectName("time_bar");
+  bar_->setAccessibleName(tr("Time"));
+  play_->setCheckable(true);
+  play_->setObjectName("play");
+  auto* before = button(QStyle::SP_MediaSkipBackward, tr("The break-through before"));
+  auto* after = button(QStyle::SP_MediaSkipForward, tr("The next break-through"));
+  after->setObjectName("next_event");
+  connect(play_, &QToolButton::toggled, this, &Player::play);
+  connect(before, &QToolButton::clicked, this, [this] { step_to_event(-1); });
+  connect(after, &QToolButton::clicked, this, [this] { step_to_event(1); });
+  connect(bar_, &QSlider::valueChanged, this, [this](int step) {
+    if (first_) seek(first_->duration_s * step / bar_steps);
+  });
+  auto* row = new QHBoxLayout;
+  for (QWidget* widget : {static_cast<QWidget*>(before), static_cast<QWidget*>(play_), static_cast<QWidget*>(after)})
+    row->addWidget(widget);
+  row->addWidget(bar_, 1);
+  row->addWidget(words_);
+  words_->setMinimumWidth(260);
+  auto* all = new QVBoxLayout(this);
+  all->setContentsMargins(4, 2, 4, 2);
+  all->addWidget(plot_, 1);
+  all->addLayout(row);
+}
+
+void Player::show_trace(std::shared_ptr<const FeltTrace> first, std::shared_ptr<const FeltTrace> second) {
+  first_ = std::move(first);
+  second_ = std::move(second);
+  plot_->clear();
+  plays_ = false;
+  play_->setChecked(false);
+  if (!first_) return;
+  double most_n = 0.1;
+  const auto add = [&](const FeltTrace& trace, const QColor& color) {
+    const int curve = plot_->add_curve(QString::fromStdString(trace.name), color, 1.6);
+    plot_->set_curve(curve, curve_of(trace));
+    for (const FeltTrace::Row& moment : trace.rows) most_n = std::max(most_n, norm(moment.command_n));
+  };
+  add(*first_, QColor(0, 114, 178));
+  if (second_) add(*second_, QColor(213, 94, 0));
+  plot_->set_x_range(0.0, std::max(1e-3, first_->duration_s));
+  plot_->set_y_range(0.0, 1.1 * most_n);
+  seek(0.0);
+}
+
+std::size_t Player::row_at(const FeltTrace& trace, double t_s) {
+  const auto at = std::upper_bound(trace.rows.begin(), trace.rows.end(), t_s,
+                                   [](double t, const FeltTrace::Row& row) { return t < row.t_s; });
+  return at == trace.rows.begin() ? 0 : static_cast<std::size_t>(at - trace.rows.begin()) - 1;
+}
+
+Moment Player::moment() const { return first_ ? first_->moment(row_at(*first_, at_s_)) : Moment{}; }
+std::optional<Moment> Player::other_moment() const {
+  if (!second_) return {};
+  return second_->moment(row_at(*second_, at_s_));
+}
+
+std::vector<std::size_t> Player::trail(std::size_t most) const {
+  std::vector<std::size_t> rows;
+  if (!first_) return rows;
+  const std::size_t end = row_at(*first_, at_s_) + 1, begin = end > 4 * most ? end - 4 * most : 0;
+  for (std::size_t row = begin; row < end; row += 4) rows.push_back(row);
+  return rows;
+}
+
+void Player::play(bool on) {
+  if (on && first_ && at_s_ >= first_->duration_s) at_s_ = 0.0;
+  plays_ = on && first_;
+  if (play_->isChecked() != plays_) play_->setChecked(plays_);
+  play_->setIcon(style()->standardIcon(plays_ ? QStyle::SP_MediaPause : QStyle::SP_MediaPlay));
+}
+
+void Player::pass(double dt_s) {
+  if (!plays_) return;
+  const double next_s = at_s_ + dt_s;
+  if (next_s >= first_->duration_s) play(false);
+  seek(next_s);
+}
+
+void Player::seek(double t_s) {
+  if (!first_) return;
+  at_s_ = std::clamp(t_s, 0.0, first_->duration_s);
+  const QSignalBlocker quiet(bar_);
+  bar_->setValue(static_cast<int>(std::lround(bar_steps * at_s_ / std::max(1e-9, first_->duration_s))));
+  show_time();
+  Q_EMIT moved();
+}
+
+void Player::step_to_event(int direction) {
+  if (!first_) return;
+  const FeltTrace::Event* best = nullptr;
+  for (const FeltTrace::Event& event : first_->events) {
+    if (event.kind != name_of(SessionEventKind::break_through)) continue;
+    const double t_s = first_->rows[event.row].t_s;
+    if (direction > 0 && t_s > at_s_ + 1e-6 && !best) best = &event;
+    if (direction < 0 && t_s < at_s_ - 1e-6) best = &event;
+  }
+  if (best) seek(first_->rows[best->row].t_s);
+}
+
+void Player::show_time() {
+  plot_->clear_marks();
+  for (const FeltTrace::Event& event : first_->events)
+    if (event.kind == name_of(SessionEventKind::break_through))
+      plot_->mark(first_->rows[event.row].t_s, QColor(204, 121, 167, 150));
+  plot_->mark(at_s_, palette().color(QPalette::Highlight));
+  plot_->draw();
+  QString words = tr("%1 s of %2 s, %3 N")
+                      .arg(at_s_, 0, 'f', 3)
+                      .arg(first_->duration_s, 0, 'f', 2)
+                      .arg(norm(moment().command_n), 0, 'f', 2);
+  if (const std::optional<Moment> other = other_moment()) words += tr(" beside %1 N").arg(norm(other->command_n), 0, 'f', 2);
+  words_->setText(words);
+}
+
+bool Player::eventFilter(QObject* watched, QEvent* event) {
+  if (first_ && (event->type() == QEvent::MouseButtonPress || event->type() == QEvent::MouseMove)) {
+    const auto* mouse = static_cast<QMouseEvent*>(event);
+    if (mouse->buttons() & Qt::LeftButton) {
+      const QWidget* widget = qobject_cast<QWidget*>(watched);
+      seek(plot_->x_at(widget ? widget->mapTo(plot_, mouse->pos()).x() : mouse->pos().x()));
+      return true;
+    }
+  }
+  return QWidget::eventFilter(watched, event);
+}
+
+}  // namespace palpa::explorer

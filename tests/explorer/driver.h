@@ -1,0 +1,59 @@
+// Drives the window as a person would: with mouse and keys, looking at what is shown.
+#pragma once
+
+#include <QApplication>
+#include <QTest>
+#include <QWheelEvent>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "explorer/main_window.h"
+
+namespace palpa::explorer {
+
+/// The application of this process, on a display of its own. Skips nothing: without Xvfb the test fails.
+QApplication& application();
+
+/// Folder for what tests write, empty at first.
+std::filesystem::path fresh_folder(const std::string& name);
+std::filesystem::path embedded(const std::string& scene);
+/// A scene of the shared data; skipped with a word where they are not there.
+std::filesystem::path shared_data();
+
+class Driver {
+ public:
+  explicit Driver(WindowOptions options = {});
+  ~Driver();
+
+  MainWindow& window() { return *window_; }
+  View3D& view() { return *window_->view(); }
+  /// Opens it and waits until it is drawn and felt. False: that did not come.
+  bool open(const std::filesystem::path& path);
+  /// Lets the window live until something holds. False: it did not for so long.
+  static bool wait_for(const std::function<bool()>& holds, int at_most_ms = 20'000);
+  static void live(int ms) { QTest::qWait(ms); }
+
+  // ---- the person ----
+  void press(QWidget& on, const QPoint& at, Qt::MouseButton button = Qt::LeftButton);
+  void move(QWidget& on, const QPoint& from, const QPoint& to, Qt::MouseButton button = Qt::LeftButton, int steps = 20);
+  void release(QWidget& on, const QPoint& at, Qt::MouseButton button = Qt::LeftButton);
+  void drag(QWidget& on, const QPoint& from, const QPoint& to, Qt::MouseButton button = Qt::LeftButton);
+  void wheel(QWidget& on, const QPoint& at, int notches, Qt::MouseButton held = Qt::NoButton);
+  void key(Qt::Key key, Qt::KeyboardModifiers modifiers = Qt::NoModifier);
+
+  // ---- what is seen ----
+  /// Keeps a picture of the whole window.
+  QImage look(const std::string& name);
+  QString message();
+  /// [N] of the latest tick.
+  double force_n();
+  /// A place of the view where a surface is seen, nearest to its middle; none: there is none.
+  std::optional<QPoint> surface_px();
+
+ private:
+  std::unique_ptr<MainWindow> window_;
+};
+
+}  // namespace palpa::explorer

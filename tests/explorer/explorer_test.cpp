@@ -1,0 +1,401 @@
+// The window, used as a person would: opened, turned, touched, changed, recorded, saved. Pictures of each state are kept.
+#include <gtest/gtest.h>
+
+#include <QDockWidget>
+#include <QGroupBox>
+#include <QLabel>
+#include <QSlider>
+#include <QTableWidget>
+#include <QToolButton>
+#include <cstdlib>
+#include <fstream>
+
+#include "driver.h"
+#include "palpa/study/run.h"
+
+namespace palpa::explorer {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct SceneCase {
+  const char* name;
+  const char* file;
+  bool is_shared;
+};
+class ExplorerScene : public testing::TestWithParam<SceneCase> {};
+
+fs::path file_of(const SceneCase& one) {
+  return one.is_shared && fs::path(one.file).has_parent_path() ? shared_data() / one.file : embedded(one.file);
+}
+
+/// Presses on the surface nearest to the middle, deeper with the wheel, and holds.
+std::optional<QPoint> touch(Driver& driver, int notches) {
+  const auto at = driver.surface_px();
+  if (!at) return at;
+  driver.press(driver.view(), *at);
+  Driver::live(900);  // the guard's ramp
+  driver.wheel(driver.view(), *at, notches, Qt::LeftButton);
+  Driver::live(400);
+  return at;
+}
+
+TEST_P(ExplorerScene, IsOpenedTurnedAndTouched) {
+  if (GetParam().is_shared && !fs::exists(shared_data())) GTEST_SKIP() << "the shared data are not here";
+  Driver driver;
+  ASSERT_TRUE(driver.open(file_of(GetParam()))) << driver.message().toStdString();
+  Driver::live(500);
+  const std::string name = GetParam().name;
+  const QImage before = driver.look(name + "-opened");
+  std::set<QRgb> colors;
+  for (int x = 0; x < driver.view().width(); x += 5)
+    for (int y = 0; y < driver.view().height(); y += 5)
+      colors.insert(before.pixel(driver.view().mapTo(&driver.window(), QPoint(x, y))));
+  EXPECT_GT(colors.size(), 40U) << "the picture is empty";
+
+  const Vec3 towards = driver.view().view().towards;
+  driver.drag(driver.view(), {40, 40}, {140, 70}, Qt::RightButton);
+  EXPECT_LT(dot(driver.view().view().towards, towards), 0.9) << "it did not turn";
+  EXPECT_NEAR(norm(driver.view().view().towards), 1.0, 1e-12);
+  EXPECT_NEAR(dot(driver.view().view().towards, driver.view().view().up), 0.0, 1e-12);
+  Driver::live(400);
+
+  const auto at = touch(driver, 6);
+  if (at) {
+    EXPECT_TRUE(Driver::wait_for([&] { return driver.force_n() > 0.05; }, 3000)) << "pressed, and nothing was felt";
+    driver.look(name + "-touched");
+    // The proxy is drawn where it is.
+    const Moment moment = driver.window().touch().moment();
+    const QPointF px = on_screen(driver.view().view(), moment.proxy_m);
+    const QImage seen = driver.view().grab().toImage();
+    int dark = 0;
+    for (int dx = -4; dx <= 4; ++dx)
+      for (int dy = -4; dy <= 4; ++dy)
+        if (seen.rect().contains(px.toPoint() + QPoint(dx, dy))) dark += qGray(seen.pixel(px.toPoint() + QPoint(dx, dy))) < 130;
+    EXPECT_GT(dark, 30) << "the proxy is not where it should be";
+    driver.release(driver.view(), *at);
+    EXPECT_TRUE(Driver::wait_for([&] { return driver.force_n() < 0.05; }, 5000)) << "let go, and it is still felt";
+  } else {
+    // A flow: the hand goes in a plane through what is looked at.
+    const QPoint middle = driver.view().rect().center();
+    driver.press(driver.view(), middle);
+    driver.move(driver.view(), middle, middle + QPoint(60, 20));
+    driver.look(name + "-touched");
+    driver.release(driver.view(), middle + QPoint(60, 20));
+  }
+  EXPECT_TRUE(driver.window().touch().is_felt());
+}
+
+INSTANTIATE_TEST_SUITE_P(InFolder, ExplorerScene,
+                         testing::Values(SceneCase{"head_phantom", "head_phantom.toml", false},
+                                         SceneCase{"flow_phantom", "flow_phantom.toml", false},
+                                         SceneCase{"wing_phantom", "wing_phantom.toml", false},
+                                         SceneCase{"beat_phantom", "beat_phantom.toml", false},
+                                         SceneCase{"head", "head.toml", true}, SceneCase{"flow", "flow.toml", true},
+                                         SceneCase{"wing", "wing.toml", true}, SceneCase{"many", "many.toml", true},
+                                         SceneCase{"bare_ct", "ct_head_cranium/cranium.mhd", true}),
+                         [](const auto& one) { return std::string(one.param.name); });
+
+TEST(ExplorerInFolder, ARecordedTouchIsATraceThatCanBeFeltAgainAndScrubbed) {
+  const fs::path folder = fresh_folder("traces");
+  const std::string settings = (folder / "palpa.ini").string();
+  QSettings(QString::fromStdString(settings), QSettings::IniFormat).setValue("traces", QString::fromStdString(folder.string()));
+  fs::path trace;
+  {
+    Driver driver({.settings_file = settings});
+    ASSERT_TRUE(driver.open(embedded("head_phantom.toml")));
+    driver.key(Qt::Key_R);
+    ASSERT_TRUE(driver.window().touch().is_recorded()) << driver.message().toStdString();
+    trace = driver.window().touch().trace();
+    Driver::live(500);
+    const auto at = touch(driver, 8);
+    ASSERT_TRUE(at);
+    Driver::live(300);
+    driver.look("recording");
+    driver.release(driver.view(), *at);
+    Driver::live(600);
+    driver.key(Qt::Key_R);
+    EXPECT_FALSE(driver.window().touch().is_recorded());
+  }
+  const TraceReader reader(trace);
+  EXPECT_TRUE(reader.header().complete);
+  const std::vector<TraceTick> ticks = reader.ticks();
+  ASSERT_GT(ticks.size(), 1000U);
+  // The trace proves it: nothing before the surface, a force where the proxy stays behind the probe.
+  EXPECT_EQ(norm(ticks.front().frame.command_n), 0.0);
+  double most_n = 0.0;
+  for (const TraceTick& tick : ticks) {
+    most_n = std::max(most_n, norm(tick.frame.command_n));
+    if (norm(tick.frame.command_n) > 0.1) {
+      const double stretched_m = distance(tick.frame.result.probe_m, tick.frame.result.proxy_m);
+      EXPECT_GT(stretched_m, 1e-5) << "at " << tick.frame.t_s << " s a force without a spring";
+    }
+  }
+  EXPECT_GT(most_n, 0.1);
+  EXPECT_TRUE(replay(trace).difference.same) << replay(trace).difference.where;
+
+  Driver driver;
+  driver.window().open(trace);
+  Player& player = *driver.window().findChild<Player*>();
+  ASSERT_TRUE(Driver::wait_for([&] { return player.has_trace() && player.isVisible(); }));
+  EXPECT_FALSE(driver.window().touch().is_felt()) << "a trace is looked at";
+  QSlider& bar = *player.findChild<QSlider*>("time_bar");
+  QTest::mouseClick(&bar, Qt::LeftButton, {}, {bar.width() / 2, bar.height() / 2});
+  bar.setFocus();
+  for (int i = 0; i < 5; ++i) QTest::keyClick(&bar, Qt::Key_PageUp);
+  EXPECT_GT(player.at_s(), 0.1);
+  Driver::live(200);
+  driver.look("trace-scrubbed");
+  driver.key(Qt::Key_P);
+  const double from_s = player.at_s();
+  EXPECT_TRUE(Driver::wait_for([&] { return player.at_s() > from_s; }, 3000)) << "it does not play";
+  driver.key(Qt::Key_P);
+  // What if the skin were gone?
+  driver.key(Qt::Key_1, Qt::ControlModifier);
+  ASSERT_TRUE(Driver::wait_for([&] { return player.other_moment().has_value(); }));
+  driver.look("trace-what-if");
+  driver.key(Qt::Key_Escape);
+  EXPECT_TRUE(Driver::wait_for([&] { return driver.window().touch().is_felt(); })) << "the hand is not one's own again";
+}
+
+TEST(ExplorerInFolder, AStrengthThatIsSlidIsFeltAtOnceAndUndone) {
+  Driver driver;
+  ASSERT_TRUE(driver.open(embedded("head_phantom.toml")));
+  const Scene before = driver.window().document().scene();
+  const auto at = touch(driver, 8);
+  ASSERT_TRUE(at);
+  ASSERT_TRUE(Driver::wait_for([&] { return driver.force_n() > 0.05; }, 3000));
+  const double felt_n = driver.force_n();
+  // The stiffness of the coupling: the force is as much less.
+  FeelPanel& panel = *driver.window().findChild<FeelPanel*>();
+  QSlider* slider = nullptr;
+  for (ParameterForm* form : panel.findChildren<ParameterForm*>())
+    for (QSlider* one : form->findChildren<QSlider*>("slider_0"))
+      if (one->accessibleName() == "stiffness") slider = one;
+  ASSERT_TRUE(slider);
+  driver.release(driver.view(), *at);
+  ASSERT_TRUE(touch(driver, 8));
+  const double pressed_n = driver.force_n();
+  EXPECT_NEAR(pressed_n, felt_n, 0.5 * felt_n + 0.1);
+  panel.ensureWidgetVisible(slider);
+  Driver::live(100);
+  const int handle = slider->width() * slider->value() / slider->maximum();
+  driver.drag(*slider, {handle, slider->height() / 2}, {handle / 3, slider->height() / 2});
+  EXPECT_LT(driver.window().document().scene().coupling.stiffness_n_per_m, 0.8 * before.coupling.stiffness_n_per_m);
+  EXPECT_EQ(driver.window().document().undo().count(), 1) << "a drag is one step";
+  EXPECT_TRUE(Driver::wait_for([&] { return driver.force_n() < 0.9 * pressed_n; }, 3000)) << "the change is not felt";
+  driver.look("stiffness-slid");
+  driver.key(Qt::Key_Z, Qt::ControlModifier);
+  EXPECT_TRUE(driver.window().document().scene() == before);
+  driver.key(Qt::Key_Z, Qt::ControlModifier | Qt::ShiftModifier);
+  EXPECT_FALSE(driver.window().document().scene() == before);
+}
+
+TEST(ExplorerInFolder, AModeThatIsSwitchedOffIsNotFelt) {
+  Driver driver;
+  ASSERT_TRUE(driver.open(embedded("head_phantom.toml")));
+  const auto at = touch(driver, 8);
+  ASSERT_TRUE(at && Driver::wait_for([&] { return driver.force_n() > 0.05; }, 3000));
+  for (QGroupBox* box : driver.window().findChild<FeelPanel*>()->findChildren<QGroupBox*>()) {
+    if (!box->isCheckable()) continue;
+    QTest::mouseClick(box, Qt::LeftButton, {}, {10, 8});
+    EXPECT_FALSE(box->isChecked()) << box->title().toStdString();
+  }
+  EXPECT_TRUE(Driver::wait_for([&] { return driver.force_n() < 1e-3; }, 3000)) << driver.force_n() << " N";
+  driver.look("modes-off");
+  driver.release(driver.view(), *at);
+}
+
+TEST(ExplorerInFolder, APointOfAFunctionIsDraggedAndTyped) {
+  Driver driver;
+  ASSERT_TRUE(driver.open(embedded("flow_phantom.toml")));
+  QPushButton* function = nullptr;
+  for (QPushButton* one : driver.window().findChild<FeelPanel*>()->findChildren<QPushButton*>())
+    if (one->objectName().startsWith("function_") && one->text().startsWith("by ")) function = one;
+  ASSERT_TRUE(function) << "the scene has no strength by a field";
+  QTest::mouseClick(function, Qt::LeftButton);
+  FunctionEditor& editor = *driver.window().findChild<FunctionEditor*>();
+  ASSERT_TRUE(Driver::wait_for([&] { return editor.isVisible() && editor.shown().strength.has_value(); }));
+  Driver::live(1500);  // the histogram
+  driver.look("function-editor");
+  const Scene before = driver.window().document().scene();
+  QTableWidget& table = *editor.findChild<QTableWidget*>("function_table");
+  ASSERT_GE(table.rowCount(), 2);
+  // Typed.
+  const QRect cell = table.visualItemRect(table.item(1, 1));
+  QTest::mouseDClick(table.viewport(), Qt::LeftButton, {}, cell.center());
+  QTest::keyClick(QApplication::focusWidget(), Qt::Key_A, Qt::ControlModifier);
+  QTest::keyClicks(QApplication::focusWidget(), "0.7");
+  QTest::keyClick(QApplication::focusWidget(), Qt::Key_Return);
+  EXPECT_NEAR(editor.shown().strength->points()[1].result, 0.7, 1e-12);
+  EXPECT_FALSE(driver.window().document().scene() == before);
+  // Dragged: the point that was typed goes up.
+  QWidget& chart = *editor.findChild<QWidget*>("function_chart");
+  const TransferFunction typed = *editor.shown().strength;
+  const auto changed = [&] { return !(*editor.shown().strength == typed); };
+  for (int x = 40; x < chart.width() - 10 && !changed(); x += 6) {
+    for (int y = 12; y < chart.height() - 30 && !changed(); y += 12) {
+      driver.press(chart, {x, y});
+      driver.move(chart, {x, y}, {x + 9, y + 9}, Qt::LeftButton, 3);
+      driver.release(chart, {x + 9, y + 9});
+      Driver::live(60);
+    }
+    break;  // a click beside all points adds one, which is a change, too
+  }
+  EXPECT_TRUE(Driver::wait_for(changed, 2000)) << "the chart does not hear the mouse";
+  driver.look("function-dragged");
+}
+
+TEST(ExplorerInFolder, WindowAndLevelFollowTheRightButton) {
+  Driver driver;
+  ASSERT_TRUE(driver.open(embedded("head_phantom.toml")));
+  SliceView& slice = *driver.window().findChildren<SliceView*>().front();
+  Driver::live(400);
+  const QImage before = slice.grab().toImage();
+  driver.drag(slice, slice.rect().center(), slice.rect().center() + QPoint(70, 50), Qt::RightButton);
+  Driver::live(400);
+  EXPECT_NE(slice.grab().toImage(), before);
+  driver.wheel(slice, slice.rect().center(), 4);
+  Driver::live(400);
+  driver.look("window-level");
+}
+
+TEST(ExplorerInFolder, ASavedSceneIsTheSameBytesWhenItIsSavedAgain) {
+  const fs::path folder = fresh_folder("saved"), file = folder / "mine.toml";
+  const auto bytes = [](const fs::path& path) {
+    std::ifstream in(path, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+  };
+  fs::copy_file(embedded("head_phantom.toml"), file);
+  const std::string original = bytes(file);
+  std::string saved;
+  {
+    Driver driver;
+    ASSERT_TRUE(driver.open(file));
+    driver.key(Qt::Key_S, Qt::ControlModifier);
+    EXPECT_EQ(bytes(file), original) << "nothing was changed";
+    driver.key(Qt::Key_1, Qt::ControlModifier);
+    driver.key(Qt::Key_S, Qt::ControlModifier);
+    saved = bytes(file);
+    EXPECT_NE(saved, original);
+    EXPECT_EQ(bytes(file.string() + "~"), original) << "what was there before is kept";
+  }
+  Driver driver;
+  ASSERT_TRUE(driver.open(file));
+  driver.key(Qt::Key_1, Qt::ControlModifier);
+  driver.key(Qt::Key_1, Qt::ControlModifier);
+  driver.key(Qt::Key_S, Qt::ControlModifier);
+  EXPECT_EQ(bytes(file), saved);
+}
+
+TEST(ExplorerInFolder, TheStartPageOpensAnEmbeddedScene) {
+  Driver driver;
+  Driver::live(200);
+  driver.look("start-page");
+  auto* tile = driver.window().findChild<QToolButton*>("tile_head_phantom");
+  ASSERT_TRUE(tile);
+  QTest::mouseClick(tile, Qt::LeftButton);
+  EXPECT_TRUE(Driver::wait_for([&] { return driver.window().touch().is_felt(); }));
+}
+
+TEST(ExplorerInFolder, WhatCannotBeOpenedSavedOrRecordedIsSaidAndNothingIsLost) {
+  const fs::path folder = fresh_folder("bad");
+  const std::string settings = (folder / "palpa.ini").string();
+  // No folder for traces: a file is in its place.
+  std::ofstream(folder / "traces") << "a file";
+  QSettings(QString::fromStdString(settings), QSettings::IniFormat)
+      .setValue("traces", QString::fromStdString((folder / "traces").string()));
+  Driver driver({.settings_file = settings});
+  driver.window().open(folder / "none.nrrd");
+  EXPECT_TRUE(Driver::wait_for([&] { return driver.message().contains("none.nrrd"); }));
+  driver.look("cannot-open");
+  const fs::path file = folder / "mine.toml";
+  fs::copy_file(embedded("head_phantom.toml"), file);
+  ASSERT_TRUE(driver.open(file));
+  driver.key(Qt::Key_R);
+  EXPECT_FALSE(driver.window().touch().is_recorded());
+  EXPECT_TRUE(driver.window().touch().is_felt()) << "it is felt all the same";
+  EXPECT_TRUE(driver.message().contains("traces")) << driver.message().toStdString();
+  // A scene that cannot be written, since its folder is gone.
+  driver.key(Qt::Key_1, Qt::ControlModifier);
+  fs::remove_all(folder / "mine.toml");
+  fs::rename(folder, folder.string() + "-moved");
+  driver.key(Qt::Key_S, Qt::ControlModifier);
+  EXPECT_TRUE(driver.message().contains("mine.toml")) << driver.message().toStdString();
+  EXPECT_FALSE(driver.window().document().undo().isClean()) << "not saved is not clean";
+}
+
+TEST(ExplorerInFolder, WithoutOpenGlThereAreSlicesAndTouch) {
+  Driver driver({.has_opengl = false});
+  EXPECT_EQ(driver.window().view(), nullptr);
+  driver.window().open(embedded("head_phantom.toml"));
+  ASSERT_TRUE(Driver::wait_for([&] { return driver.window().touch().is_felt(); }));
+  Driver::live(400);
+  SliceView& slice = *driver.window().findChildren<SliceView*>().front();
+  const QPoint from(10, slice.height() / 2), to = slice.rect().center();
+  driver.press(slice, from);
+  Driver::live(900);
+  driver.move(slice, from, to, Qt::LeftButton, 60);
+  EXPECT_TRUE(Driver::wait_for([&] { return driver.force_n() > 0.02; }, 3000));
+  driver.look("no-opengl");
+  driver.release(slice, to);
+}
+
+TEST(ExplorerInFolder, AFrozenWindowTakesTheForceAwayUntilItLivesAgain) {
+  Driver driver;
+  ASSERT_TRUE(driver.open(embedded("head_phantom.toml")));
+  const auto at = touch(driver, 8);
+  ASSERT_TRUE(at && Driver::wait_for([&] { return driver.force_n() > 0.05; }, 3000));
+  ::usleep(static_cast<useconds_t>(1e6 * (Touch::frozen_after_s + 0.5)));
+  EXPECT_EQ(norm(driver.window().touch().loop()->look().frame.command_n), 0.0) << "nobody looks, and it is felt";
+  EXPECT_TRUE(
+      Driver::wait_for([&] { return driver.window().touch().loop()->look().frame.guard_cause != GuardCause::panic; }, 3000));
+  driver.release(driver.view(), *at);
+  driver.key(Qt::Key_Space);
+  EXPECT_TRUE(driver.window().touch().is_held());
+  Driver::live(300);
+  driver.look("no-force");
+  EXPECT_EQ(driver.force_n(), 0.0);
+  driver.key(Qt::Key_Space);
+  EXPECT_FALSE(driver.window().touch().is_held());
+}
+
+TEST(ExplorerInFolder, ACrashLeavesTheMotorsWithoutForce) {
+  Driver driver;
+  ASSERT_TRUE(driver.open(embedded("head_phantom.toml")));
+  Touch::let_go_at_once();  // what the handler of a crash calls
+  EXPECT_TRUE(Driver::wait_for([&] { return driver.window().touch().has_ended(); }, 1000));
+}
+
+TEST(ExplorerInFolder, EveryWidgetThatIsUsedHasANameForWhoCannotSeeIt) {
+  Driver driver;
+  ASSERT_TRUE(driver.open(embedded("head_phantom.toml")));
+  for (QWidget* widget : driver.window().findChildren<QWidget*>()) {
+    if (!widget->isVisible() || widget->focusPolicy() == Qt::NoFocus) continue;
+    if (qobject_cast<QAbstractButton*>(widget) && !qobject_cast<QAbstractButton*>(widget)->text().isEmpty()) continue;
+    if (widget->metaObject()->className() == std::string("QTabBar") || qobject_cast<QScrollArea*>(widget)) continue;
+    if (widget->inherits("QLineEdit") && widget->parentWidget()->inherits("QAbstractSpinBox")) continue;
+    const auto named = [](const QWidget* one) { return !one->accessibleName().isEmpty() || !one->objectName().isEmpty(); };
+    EXPECT_TRUE(named(widget) || named(widget->parentWidget()) || widget->inherits("QLabel"))
+        << widget->metaObject()->className() << " in " << widget->parentWidget()->metaObject()->className();
+  }
+}
+
+TEST(ExplorerProgram, SaysWhatToDoWhereThereIsNoDisplay) {
+  const char* bin = std::getenv("PALPA_BIN");
+  const fs::path program = fs::path(bin ? bin : "") / "palpa-explorer";
+  ASSERT_TRUE(fs::exists(program)) << program;
+  const std::string command =
+      "env -u DISPLAY -u WAYLAND_DISPLAY -u QT_QPA_PLATFORM " + program.string() + " 2>&1 >/dev/null; echo code $?";
+  std::FILE* pipe = ::popen(command.c_str(), "r");
+  ASSERT_TRUE(pipe);
+  std::string said;
+  for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) said += static_cast<char>(c);
+  ::pclose(pipe);
+  EXPECT_NE(said.find("no display"), std::string::npos) << said;
+  EXPECT_NE(said.find("palpa run"), std::string::npos) << said;
+  EXPECT_NE(said.find("code 2"), std::string::npos) << said;
+}
+
+}  // namespace
+}  // namespace palpa::explorer
