@@ -273,6 +273,18 @@ void FunctionEditor::show_histogram(const Histogram& histogram) {
   c.widget->update();
 }
 
+std::optional<QPoint> FunctionEditor::place_of(double value, double share) const {
+  if (!chart_) return {};
+  const auto along = [](vtkAxis* axis, int component, double at) {
+    const double from = axis->GetPoint1()[component], to = axis->GetPoint2()[component];
+    return from + (at - axis->GetMinimum()) / (axis->GetMaximum() - axis->GetMinimum()) * (to - from);
+  };
+  const double ratio = chart_->widget->devicePixelRatioF();
+  const double x = along(chart_->chart->GetAxis(vtkAxis::BOTTOM), 0, value) / ratio;
+  const double y = along(chart_->chart->GetAxis(vtkAxis::LEFT), 1, share) / ratio;
+  return QPoint(static_cast<int>(std::lround(x)), static_cast<int>(std::lround(chart_->widget->height() - y)));
+}
+
 double FunctionEditor::snapped(double value) const {
   for (const double valley : valleys_)
     if (std::abs(valley - value) <= snaps_within * (shown_.high - shown_.low)) return valley;

@@ -44,6 +44,8 @@ class FunctionEditor : public QWidget {
   void show_functions(const Shown& shown);
   void show_histogram(const Histogram& histogram);
   const Shown& shown() const { return shown_; }
+  /// Where a point is drawn, in the chart; none: there is no chart. \param share  [1] of the largest result, or opacity
+  std::optional<QPoint> place_of(double value, double share) const;
 
  Q_SIGNALS:
   void strength_changed(const palpa::TransferFunction& strength);

@@ -410,7 +410,7 @@ void MainWindow::open(const fs::path& path) {
 
 void MainWindow::opened(const Opened& opened) {
   const Scene& scene = opened.loaded.scene;
-  setWindowTitle(tr("%1 – Palpa").arg(opened.title));
+  setWindowTitle(tr("%1[*] – Palpa").arg(opened.title));
   if (pages_->currentIndex() != 1) {
     pages_->setCurrentIndex(1);
     for (QDockWidget* dock : scene_docks_) dock->show();
@@ -474,6 +474,8 @@ void MainWindow::redraw_layers() {
   if (!view_) return;
   // Only what is seen matters.
   Scene seen = document_.scene();
+  // A mode that is switched off is seen all the same.
+  for (const SceneMode& mode : document_.scene().modes()) seen.find_mode(mode.name)->enabled = true;
   seen.layers = detail::layers_of(seen);
   Scene compared = seen;
   while (!compared.modes().empty()) compared.remove_mode(std::string(compared.modes().front().name));

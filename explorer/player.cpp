@@ -118,6 +118,8 @@ Player::Player(QWidget* parent)
   plot_->installEventFilter(this);
   for (QObject* child : plot_->findChildren<QObject*>()) child->installEventFilter(this);
   bar_->setRange(0, bar_steps);
+  bar_->setSingleStep(bar_steps / 500);
+  bar_->setPageStep(bar_steps / 20);
   bar_->setObjectName("time_bar");
   bar_->setAccessibleName(tr("Time"));
   play_->setCheckable(true);

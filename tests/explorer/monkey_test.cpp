@@ -4,6 +4,8 @@
 
 #include <QDialog>
 #include <QDockWidget>
+#include <QElapsedTimer>
+#include <QPointer>
 #include <QSlider>
 #include <cstdlib>
 #include <fstream>

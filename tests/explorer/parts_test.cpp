@@ -17,7 +17,8 @@ namespace palpa::explorer {
 namespace {
 
 TEST(ParameterRows, ShowEveryModeAndChangeOneValueAlone) {
-  for (const Mode& example : modes_with({}).modes()) {
+  const ModeCatalog modes = modes_with({});
+  for (const Mode& example : modes.modes()) {
     Mode mode = example;
     const Visit visit = [&](ParameterVisitor& v) { mode.visit(v); };
     for (const ParameterListSize& list : lists_of(visit)) append_to(visit, list.name);
@@ -74,7 +75,9 @@ TEST(SurfaceFinder, FindsWhereALineMeetsAnEmbeddedHead) {
     const Vec3 way = normalized({std::cos(a), 0.4 * std::sin(3.0 * a), std::sin(a)});
     const auto here = finder.first(-1.0 * way, way), there = finder.first(1.0 * way, -way);
     ASSERT_EQ(here.has_value(), there.has_value());
-    if (here) EXPECT_LE(dot(*here, way), dot(*there, way) + 1e-9);
+    if (here) {
+      EXPECT_LE(dot(*here, way), dot(*there, way) + 1e-9);
+    }
   }
   EXPECT_FALSE(finder.first({0.0, 0.0, 1.0}, {0.0, 0.0, 1.0})) << "away from it";
   EXPECT_FALSE(finder.first({5.0, 0.0, 1.0}, {0.0, 0.0, -1.0})) << "beside it";
@@ -89,7 +92,9 @@ TEST(Presets, MakeLayersThatCanBeDrawnAndSaved) {
     scene.layers = apply(preset, scene).layers;
     EXPECT_NO_THROW(scene.check()) << preset.name;
     EXPECT_NE(to_toml(scene).find("[[view.layer]]"), std::string::npos) << preset.name;
-    if (vectors) EXPECT_THROW(apply(preset, head.loaded.scene), LoadError) << preset.name;
+    if (vectors) {
+      EXPECT_THROW(apply(preset, head.loaded.scene), LoadError) << preset.name;
+    }
   }
 }
 
