@@ -266,6 +266,16 @@ void add_devices(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
   command->callback([=, &work, &stop] { work = [=, &stop] { return run_devices(*given, stop); }; });
 }
 
+void add_explore(CLI::App& app, Work& work) {
+  const auto given = std::make_shared<ExploreArguments>();
+  CLI::App* command = app.add_subcommand("explore", "See and feel a scene, a file or a trace in a window");
+  command->add_option("FILE", given->files, "scene, data file, or trace (the start page)")->type_name("");
+  command->add_option("--data", given->data_folders, "folder with the files of a scene")->type_name("DIR");
+  command->add_option("--device", given->device, "your haptic device, as of run (the mouse)")->type_name("NAME");
+  command->footer("Example:\n  palpa explore scenes/head_phantom.toml");
+  command->callback([=, &work] { work = [=] { return run_explore(*given); }; });
+}
+
 struct InfoLine {
   InfoArguments info;
   std::vector<std::string> at, at_m;
@@ -442,6 +452,7 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   add_demo(app, work, stop);
   add_run(app, work, argc, argv, stop);
   add_devices(app, work, stop);
+  add_explore(app, work);
   add_info(app, work);
   add_convert(app, work, stop);
   add_replay(app, work, stop);

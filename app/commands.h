@@ -36,6 +36,14 @@ struct DevicesArguments {
 };
 int run_devices(const DevicesArguments& arguments, const std::atomic<bool>& stop);
 
+struct ExploreArguments {
+  std::vector<std::string> files;  ///< scene, data or trace; none: the start page
+  std::vector<std::string> data_folders;
+  std::string device;  ///< with settings, as of run; empty: the mouse
+};
+/// Becomes the program palpa-explorer. Throws LoadError where that is not there.
+int run_explore(const ExploreArguments& arguments);
+
 struct ConvertArguments {
   VolumeRequest request;      ///< one volume
   std::filesystem::path out;  ///< .nrrd, .nhdr or .vti; a new file

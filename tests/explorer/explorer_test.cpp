@@ -58,6 +58,19 @@ TEST_P(ExplorerScene, IsOpenedTurnedAndTouched) {
       colors.insert(before.pixel(driver.view().mapTo(&driver.window(), QPoint(x, y))));
   EXPECT_GT(colors.size(), 40U) << "the picture is empty";
 
+  // The start page's picture of an embedded scene (tools/make-pictures).
+  if (!GetParam().is_shared) {
+    driver.view().show_marks(false);
+    driver.view().show_words({}, {});
+    driver.view()
+        .grab()
+        .toImage()
+        .scaled(440, 330, Qt::KeepAspectRatioByExpanding, Qt::SmoothTransformation)
+        .copy(0, 0, 440, 330)
+        .save(QString::fromStdString(PALPA_SCREENSHOTS "/tile-" + name + ".png"));
+    driver.view().show_marks(true);
+  }
+
   const Vec3 towards = driver.view().view().towards;
   driver.drag(driver.view(), {40, 40}, {140, 70}, Qt::RightButton);
   EXPECT_LT(dot(driver.view().view().towards, towards), 0.9) << "it did not turn";

@@ -1,0 +1,33 @@
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <vector>
+
+#include "app/commands.h"
+#include "palpa/core/load_error.h"
+
+namespace palpa::app {
+
+namespace fs = std::filesystem;
+
+int run_explore(const ExploreArguments& arguments) {
+  std::error_code ignored;
+  const fs::path program = fs::read_symlink("/proc/self/exe", ignored).parent_path() / "palpa-explorer";
+  if (!fs::exists(program, ignored)) {
+    throw LoadError(program.string() +
+                    ": the window is not there; it is a package of its own (palpa-explorer), and from a checkout "
+                    "./demo --explore builds it");
+  }
+  std::vector<std::string> words{program.string()};
+  for (const std::string& folder : arguments.data_folders) words.insert(words.end(), {"--data", folder});
+  if (!arguments.device.empty()) words.insert(words.end(), {"--device", arguments.device});
+  words.insert(words.end(), arguments.files.begin(), arguments.files.end());
+  std::vector<char*> raw;
+  for (std::string& word : words) raw.push_back(word.data());
+  raw.push_back(nullptr);
+  ::execv(program.c_str(), raw.data());
+  throw LoadError(program.string() + ": cannot be started (" + std::strerror(errno) + "); build or install it again");
+}
+
+}  // namespace palpa::app
