@@ -13,6 +13,7 @@
 #include <QLabel>
 #include <QMenuBar>
 #include <QMimeData>
+#include <QProcess>
 #include <QProgressBar>
 #include <QSplitter>
 #include <QStackedWidget>
@@ -28,7 +29,9 @@
 #include "explorer/opening.h"
 #include "explorer/presets.h"
 #include "palpa/scene/parts.h"
+#include "palpa/time/timed_field.h"
 #include "palpa/view/layers.h"
+#include "palpa/view/streamlines.h"
 
 namespace palpa::explorer {
 namespace {
@@ -38,6 +41,10 @@ namespace fs = std::filesystem;
 constexpr int frame_ms = 33;  // between looks at what is felt. Shorter: the processor is busy; longer: it stutters
 constexpr std::size_t trail_points = 400;
 constexpr int most_recent = 8;
+// Streamlines near the proxy: how far, how many, and how far it goes until they are drawn anew.
+constexpr double flow_reach_m = 0.012, flow_step_m = 0.0015;
+constexpr std::size_t flow_lines = 10;
+constexpr double film_hz = 25.0;     // pictures a second of a film, as most players show
 constexpr double in_front_m = 6e-3;  // of the surface, where a hand is put before it presses, and where it goes back to
 
 bool is_dark(const QPalette& palette) { return palette.color(QPalette::Window).lightness() < 128; }
@@ -234,10 +241,10 @@ void MainWindow::make_docks() {
     });
   });
   connect(editor_, &FunctionEditor::colors_changed, this, [this](const std::vector<ViewLayer::ColorPoint>& colors) {
-    if (!edited_ || edited_->what != Edited::What::colors) return;
+    if (!edited_ || !edited_->layer) return;
     document_.edit(tr("colours"), 900'001, [&](Scene& scene) {
       scene.layers = detail::layers_of(scene);
-      if (edited_->number < scene.layers.size()) scene.layers[edited_->number].colors = colors;
+      if (*edited_->layer < scene.layers.size()) scene.layers[*edited_->layer].colors = colors;
     });
   });
   connect(editor_, &FunctionEditor::value_chosen, this, &MainWindow::give_value_to_level);
@@ -360,6 +367,10 @@ void MainWindow::make_actions() {
   feel->addAction(action(tr("&Play and pause"), QKeySequence("P"), tr("Play and pause the trace"), [this] {
     if (QToolButton* play = player_->findChild<QToolButton*>("play")) play->toggle();
   }));
+  film_action_ = action(tr("&Film"), QKeySequence("Ctrl+F"), tr("Make a film of the trace, as PNG pictures and with ffmpeg"),
+                        [this] { film(film_action_->isChecked()); });
+  film_action_->setCheckable(true);
+  feel->addAction(film_action_);
   feel->addAction(action(tr("Next &break-through"), QKeySequence("N"), tr("Go to the next break-through of the trace"),
                          [this] { player_->step_to_event(1); }));
   feel->addAction(action(tr("Break-through &before"), QKeySequence("B"), tr("Go to the break-through before"),
@@ -421,6 +432,14 @@ void MainWindow::opened(const Opened& opened) {
   drawn_.clear();
   record_->setChecked(false);
   look_ = slice_look_of(scene);
+  flow_.reset();
+  flow_seen_at_m_ = {1e9, 1e9, 1e9};
+  for (const std::string& name : field_names(scene)) {
+    const FieldPtr field = scene.field({name}).field;
+    if (field->components() != 3) continue;
+    flow_ = detail::in_hand_frame(frozen(field, scene.time.at(0.0)), scene.hand_to_world());
+    break;
+  }
   Box bounds{{-0.08, -0.08, -0.08}, {0.08, 0.08, 0.08}};
   if (look_.field) bounds = look_.field->bounds_m();
   if (view_) view_->start(scene);
@@ -519,7 +538,7 @@ void MainWindow::edit_mask(std::size_t mode, std::size_t mask) {
 }
 
 void MainWindow::edit_colors(std::size_t layer) {
-  edited_ = Edited{.what = Edited::What::colors, .number = layer};
+  edited_ = Edited{.what = Edited::What::colors, .number = layer, .layer = layer};
   show_editor();
 }
 
@@ -568,6 +587,14 @@ void MainWindow::show_functions() {
         // The scale stays while a point is dragged.
         if (editor_->shown().title == shown.title) shown.largest = std::max(editor_->shown().largest, shown.largest);
       }
+    }
+    if (edited_->what != Edited::What::colors) {
+      // What is seen of the same values is shown with it, where colours say it.
+      const std::vector<ViewLayer> layers = detail::layers_of(scene);
+      edited_->layer.reset();
+      for (std::size_t i = 0; i < layers.size() && !edited_->layer; ++i)
+        if (layers[i].field.name == shown.field && layers[i].colors.size() > 1) edited_->layer = i;
+      if (edited_->layer) shown.colors = layers[*edited_->layer].colors;
     }
     const VolumeField named = scene.field({shown.field});
     shown.unit = named.unit;
@@ -659,6 +686,7 @@ void MainWindow::show_played() {
     trail_.push_back({trace.rows[row].proxy_m, norm(trace.rows[row].command_n)});
   const Moment moment = player_->moment();
   if (view_) view_->show_touch(moment, trail_, most_n);
+  show_flow_near(moment.proxy_m);
   for (SliceView* slice : slices_) {
     slice->set_cross(moment.proxy_m);
     slice->show_touch(moment, trail_, most_n);
@@ -667,6 +695,8 @@ void MainWindow::show_played() {
 
 void MainWindow::tick() {
   touch_.beat(1e-3 * frame_ms);
+  if (film_ && !player_->has_trace()) film(false);
+  if (film_) return film_next();
   if (player_->has_trace()) player_->pass(1e-3 * frame_ms);
   if (!touch_.is_felt() || pages_->currentIndex() != 1) return;
   const Moment& moment = touch_.moment();
@@ -676,6 +706,7 @@ void MainWindow::tick() {
       trail_.push_back({moment.proxy_m, norm(moment.command_n)});
     if (trail_.size() > trail_points) trail_.erase(trail_.begin());
     if (view_) view_->show_touch(moment, trail_, most_n);
+    show_flow_near(moment.proxy_m);
     for (SliceView* slice : slices_) {
       if (is_held_) slice->set_cross(moment.proxy_m);
       slice->show_touch(moment, trail_, most_n);
@@ -759,6 +790,69 @@ void MainWindow::screenshot() {
   const QImage picture = view_ ? view_->picture() : pages_->grab().toImage();
   picture.save(file) ? say(tr("Saved %1").arg(file))
                      : say(tr("%1: cannot be written; free some space or change the folder's rights").arg(file), true);
+}
+
+void MainWindow::show_flow_near(const Vec3& proxy_m) {
+  if (!view_ || !flow_ || distance(proxy_m, flow_seen_at_m_) < flow_step_m) return;
+  flow_seen_at_m_ = proxy_m;
+  const Vec3 reach{flow_reach_m, flow_reach_m, flow_reach_m};
+  const Box near = detail::shared_part(flow_->bounds_m(), {proxy_m - reach, proxy_m + reach});
+  if (!(largest_component(near.size_m()) > 0.0)) return view_->show_streamlines({});
+  view_->show_streamlines(detail::streamlines(*flow_, near, flow_lines));
+}
+
+void MainWindow::film(bool on) {
+  if (!on || !player_->has_trace()) {
+    if (on) say(tr("A film is of a trace: open one, or play a hand (Ctrl+T)."));
+    film_.reset();
+    film_action_->setChecked(false);
+    return;
+  }
+  const QString folder =
+      QDir(settings_.value("pictures", QStandardPaths::writableLocation(QStandardPaths::PicturesLocation)).toString())
+          .filePath("palpa-film" + QDateTime::currentDateTime().toString("-yyyyMMdd-HHmmss"));
+  if (!QDir().mkpath(folder)) {
+    film_action_->setChecked(false);
+    return say(tr("%1: cannot be made; change the folder's rights or free some space").arg(folder), true);
+  }
+  player_->play(false);
+  player_->seek(0.0);
+  film_ = Film{.folder = folder};
+}
+
+void MainWindow::film_next() {
+  const auto end = [this] {
+    film_.reset();
+    film_action_->setChecked(false);
+  };
+  const QString file = QDir(film_->folder).filePath(QString("%1.png").arg(film_->picture, 5, 10, QChar('0')));
+  if (!(view_ ? view_->picture() : pages_->grab().toImage()).save(file)) {
+    say(tr("%1: cannot be written; free some space. The pictures before it are there.").arg(file), true);
+    return end();
+  }
+  const double t_s = ++film_->picture / film_hz;
+  const double duration_s = player_->trace()->duration_s;
+  message_->setText(tr("Filming %1 s of %2 s into %3").arg(t_s, 0, 'f', 1).arg(duration_s, 0, 'f', 1).arg(film_->folder));
+  message_bar_->show();
+  if (t_s <= duration_s) return player_->seek(t_s);
+  const QString folder = film_->folder, ffmpeg = QStandardPaths::findExecutable("ffmpeg");
+  const int pictures = film_->picture;
+  end();
+  if (ffmpeg.isEmpty())
+    return say(tr("%1 pictures in %2; with ffmpeg installed they would be a film, too").arg(pictures).arg(folder));
+  jobs_.begin<int>(
+      Jobs::Purpose::film, tr("making the film"),
+      [folder, ffmpeg] {
+        // An even number of pixels each way is what most players need.
+        return QProcess::execute(
+            ffmpeg, {"-y", "-loglevel", "error", "-framerate", QString::number(film_hz), "-i", folder + "/%05d.png", "-vf",
+                     "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p", folder + "/film.mp4"});
+      },
+      [this, folder](int code) {
+        code == 0 ? say(tr("The film is %1/film.mp4").arg(folder))
+                  : say(tr("ffmpeg made no film (code %1); its pictures are in %2").arg(code).arg(folder), true);
+      },
+      [this](const QString& why) { say(why, true); });
 }
 
 void MainWindow::show_help() { (new HelpSheet(actions(), this))->show(); }

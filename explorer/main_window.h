@@ -74,6 +74,9 @@ class MainWindow : public QMainWindow {
   void stop_playing();
   void feel_what_if();
   void show_played();
+  void show_flow_near(const Vec3& proxy_m);
+  void film(bool on);
+  void film_next();
   void edit_strength(std::size_t mode, std::size_t row);
   void edit_mask(std::size_t mode, std::size_t mask);
   void edit_colors(std::size_t layer);
@@ -105,7 +108,8 @@ class MainWindow : public QMainWindow {
   struct Edited {
     enum class What { strength, mask, colors } what;
     std::string mode{};
-    std::size_t number = 0;  ///< of the parameter, the mask, or the layer
+    std::size_t number = 0;              ///< of the parameter, the mask, or the layer
+    std::optional<std::size_t> layer{};  ///< whose colours are shown with it
   };
   std::optional<Edited> edited_;
   PlayedHand played_;
@@ -118,7 +122,16 @@ class MainWindow : public QMainWindow {
   QAction* record_ = nullptr;
   QAction* hold_ = nullptr;
   SliceLook look_;
+  FieldPtr flow_;  ///< vectors that are felt or seen, hand frame; null: there are none
+  Vec3 flow_seen_at_m_;
   QTimer timer_;
+  /// A film that is being made of the trace, picture by picture.
+  struct Film {
+    QString folder;
+    int picture = 0;
+  };
+  std::optional<Film> film_;
+  QAction* film_action_ = nullptr;
   std::vector<TrailPoint> trail_;
   std::string drawn_;  ///< what the layers that are drawn depend on
   bool is_held_ = false, hint_seen_ = false;

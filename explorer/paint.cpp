@@ -118,6 +118,19 @@ void paint_trail(QPainter& painter, const detail::View& view, std::span<const Tr
   }
 }
 
+void paint_streamlines(QPainter& painter, const detail::View& view, std::span<const detail::Streamline> lines) {
+  const QColor color(0, 90, 140, 190);
+  for (const detail::Streamline& line : lines) {
+    if (line.size() < 3) continue;
+    QPolygonF way;
+    for (const detail::StreamPoint& point : line) way << on_screen(view, point.position_m);
+    painter.setPen(QPen(color, 1.4));
+    painter.setBrush(Qt::NoBrush);
+    painter.drawPolyline(way);
+    arrow(painter, way[way.size() - 3], way.back(), color, 1.4);
+  }
+}
+
 void paint_moment(QPainter& painter, const detail::View& view, const Moment& moment, double most_n) {
   if (moment.tick < 0) return;
   for (std::size_t i = 0; i < moment.count; ++i) primitive(painter, view, moment, moment.primitives[i], std::max(most_n, 1e-3));

@@ -10,6 +10,7 @@
 #include "explorer/sample_ring.h"
 #include "palpa/view/canvas.h"
 #include "palpa/view/colors.h"
+#include "palpa/view/streamlines.h"
 #include "palpa/view/view.h"
 
 namespace palpa::explorer {
@@ -27,6 +28,8 @@ struct TrailPoint {
   double force_n;
 };
 void paint_trail(QPainter& painter, const detail::View& view, std::span<const TrailPoint> trail, double most_n);
+/// Streamlines near the proxy, each with an arrow where it goes.
+void paint_streamlines(QPainter& painter, const detail::View& view, std::span<const detail::Streamline> lines);
 /// The primitives coloured by mode and as large as their force, the spring, the probe (faded) and the proxy.
 /// \param most_n  [N] the force that is drawn largest
 void paint_moment(QPainter& painter, const detail::View& view, const Moment& moment, double most_n);

@@ -12,6 +12,7 @@
 #include <QPainter>
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "palpa/view/shapes.h"
 
@@ -69,6 +70,7 @@ class View3D::Overlay : public QWidget {
 
  private:
   void touch(QPainter& painter) {
+    paint_streamlines(painter, view_.view_, view_.streamlines_);
     paint_trail(painter, view_.view_, view_.trail_, view_.most_n_);
     paint_moment(painter, view_.view_, view_.moment_, view_.most_n_);
   }
@@ -104,6 +106,7 @@ void View3D::start(const Scene& scene) {
   show_drawing({}, scene);
   moment_ = {};
   trail_.clear();
+  streamlines_.clear();
   Vec3 from = from_front;
   if (scene.view.from) from = scene.hand_to_world().turned_to_hand(*scene.view.from);
   const Vec3 up = norm(cross(normalized(from), {0, 1, 0})) > 1e-3 ? Vec3{0, 1, 0} : Vec3{0, 0, -1};
@@ -145,6 +148,11 @@ void View3D::show_touch(const Moment& moment, std::vector<TrailPoint> trail, dou
   moment_ = moment;
   trail_ = std::move(trail);
   most_n_ = most_n;
+  overlay_->update();
+}
+
+void View3D::show_streamlines(std::vector<detail::Streamline> lines) {
+  streamlines_ = std::move(lines);
   overlay_->update();
 }
 
@@ -330,7 +338,20 @@ void View3D::paintGL() {
   Q_EMIT frame_drawn(frame_s_);
 }
 
+bool View3D::is_slow() {
+  if (!is_slow_) {
+    const char* capabilities = window_->ReportCapabilities();
+    const std::string words = capabilities ? capabilities : "";
+    is_slow_ = words.find("llvmpipe") != words.npos || words.find("softpipe") != words.npos;
+  }
+  return *is_slow_;
+}
+
 void View3D::move_begins() {
+  if (!is_slow()) {
+    for (const detail::Shell& shell : drawing_.fine_shells) detail::shade(shell, view_.towards);
+    return;
+  }
   if (!coarse_) show_parts(true);
   for (const detail::Shell& shell : drawing_.coarse_shells) detail::shade(shell, view_.towards);
   still_.start();

@@ -7,6 +7,7 @@
 #include <QTimer>
 #include <array>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "explorer/drawing.h"
@@ -33,6 +34,8 @@ class View3D : public QVTKOpenGLNativeWidget {
   const Drawing& drawing() const { return drawing_; }
   /// What is felt. \param trail  oldest first
   void show_touch(const Moment& moment, std::vector<TrailPoint> trail, double most_n);
+  /// The flow near the proxy, hand frame.
+  void show_streamlines(std::vector<detail::Streamline> lines);
   /// Words over the picture, at its top (a fault) and its bottom (a hint); empty: none.
   void show_words(const QString& top, const QString& bottom);
   void show_marks(bool shown);
@@ -79,6 +82,8 @@ class View3D : public QVTKOpenGLNativeWidget {
   std::optional<Vec3> surface_at(const QPointF& px) const;
   void lead(const QPointF& px);
   void apply_camera();
+  /// Whether a processor draws, no graphics card: what moves is then drawn coarser.
+  bool is_slow();
   void move_begins();
   void move_ends();
   void show_parts(bool coarse);
@@ -98,6 +103,7 @@ class View3D : public QVTKOpenGLNativeWidget {
   double plane_depth_m_ = 0.0;  // of the hand, where there is no surface, from the view's centre away
   Moment moment_;
   std::vector<TrailPoint> trail_;
+  std::vector<detail::Streamline> streamlines_;
   double most_n_ = 1.0;
   QString top_, bottom_;
   bool marks_ = true, coarse_ = false, dark_ = false;
@@ -105,6 +111,7 @@ class View3D : public QVTKOpenGLNativeWidget {
   Drag drag_ = Drag::none;
   QPointF last_px_;
   double frame_s_ = 0.0;
+  std::optional<bool> is_slow_;
 };
 
 }  // namespace palpa::explorer

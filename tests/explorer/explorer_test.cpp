@@ -78,7 +78,7 @@ TEST_P(ExplorerScene, IsOpenedTurnedAndTouched) {
   EXPECT_NEAR(dot(driver.view().view().towards, driver.view().view().up), 0.0, 1e-12);
   Driver::live(400);
 
-  const auto at = touch(driver, 6);
+  const auto at = touch(driver, GetParam().is_solid && GetParam().is_shared ? 3 : 6);
   if (at) {
     double most_n = driver.force_n();
     if (!GetParam().is_solid) {
@@ -180,6 +180,15 @@ TEST(ExplorerInFolder, ARecordedTouchIsATraceThatCanBeFeltAgainAndScrubbed) {
   const double from_s = player.at_s();
   EXPECT_TRUE(Driver::wait_for([&] { return player.at_s() > from_s; }, 3000)) << "it does not play";
   driver.key(Qt::Key_P);
+  // A film of it: its pictures, to its end.
+  QTest::keyClick(&driver.window(), Qt::Key_F, Qt::ControlModifier);
+  EXPECT_TRUE(Driver::wait_for(
+      [&] { return driver.message().contains("pictures in") || driver.message().contains("film.mp4"); }, 60'000))
+      << driver.message().toStdString();
+  std::size_t pictures = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(std::getenv("HOME")))
+    pictures += entry.path().extension() == ".png";
+  EXPECT_NEAR(static_cast<double>(pictures), 25.0 * player.trace()->duration_s, 2.0);
   // What if the skin were gone?
   driver.key(Qt::Key_1, Qt::ControlModifier);
   ASSERT_TRUE(Driver::wait_for([&] { return player.other_moment().has_value(); }));
