@@ -65,9 +65,9 @@ int main(int argc, char** argv) {
   options.data_folders.assign(data.begin(), data.end());
   if (!has_display()) {
     std::fputs(
-        "palpa-explorer: there is no display to open a window on (DISPLAY is not set). On a machine without one: palpa run "
-        "feels, "
-        "palpa report shows; over the network: ssh -X.\n",
+        "palpa-explorer: display: there is no display to open a window on (DISPLAY is not set); on a machine without one palpa "
+        "run "
+        "feels and palpa report shows, over the network ssh -X brings it\n",
         stderr);
     return 2;
   }

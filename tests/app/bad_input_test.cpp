@@ -37,7 +37,7 @@ class BadInput : public ProgramTest {
 TEST_F(BadInput, CommandLine) {
   write_scene("scene.toml");
   expect_refusal({"replya"}, {"'replya'", "did you mean 'replay'?"});
-  expect_refusal({"explore"}, {"'explore'"});
+  expect_refusal({"exhale"}, {"'exhale'"});
   expect_refusal({"run"}, {"SCENE"});
   expect_refusal({"run", "scene.toml"}, {"--hand"});
   expect_refusal({"run", "scene.toml", "--hnad", "sim:press"}, {"'--hnad'", "did you mean '--hand'?"});
