@@ -6,8 +6,8 @@
 
 #include "app/commands.h"
 #include "app/pictures.h"
-#include "app/scenes_folder.h"
 #include "app/terminal.h"
+#include "palpa/installed/scenes_folder.h"
 
 namespace palpa::app {
 namespace {

@@ -716,7 +716,16 @@ void MainWindow::tick() {
   if (ticks_++ % 8 == 0) {
     LiveLoop& loop = *touch_.loop();
     const LiveView& seen = loop.look();
-    instruments_->show_account(loop.account(), seen.frame, seen.device_fault);
+    const LoopAccount account = loop.account();
+    instruments_->show_account(account, seen.frame, seen.device_fault);
+    if (touch_.is_recorded() && account.unrecorded > unrecorded_)
+      say(tr("%1 ticks could not be recorded: the disk is full or too slow. What was written before stays in %2; press R to "
+             "end the "
+             "recording.")
+              .arg(account.unrecorded)
+              .arg(QString::fromStdString(touch_.trace().string())),
+          true);
+    unrecorded_ = account.unrecorded;
   }
   if (const std::string problem = touch_.take_problem(); !problem.empty()) say(QString::fromStdString(problem), true);
   if (view_)

@@ -136,6 +136,7 @@ class MainWindow : public QMainWindow {
   std::string drawn_;  ///< what the layers that are drawn depend on
   bool is_held_ = false, hint_seen_ = false;
   int ticks_ = 0;
+  std::int64_t unrecorded_ = 0;
 };
 
 }  // namespace palpa::explorer

@@ -1,9 +1,9 @@
 #include "explorer/opening.h"
 
 #include <algorithm>
-#include <cstdlib>
 
 #include "palpa/first/first_scene.h"
+#include "palpa/installed/scenes_folder.h"
 #include "palpa/mode/plugin.h"
 #include "palpa/study/recorded_scene.h"
 #include "palpa/trace/trace.h"
@@ -45,21 +45,14 @@ Opened open_any(const fs::path& path, const std::vector<fs::path>& data_folders)
 }
 
 std::vector<fs::path> embedded_scenes() {
-  std::vector<fs::path> folders;
-  if (const char* folder = std::getenv("PALPA_SCENES"); folder && *folder) folders.emplace_back(folder);
-  std::error_code ignored;
-  const fs::path program = fs::read_symlink("/proc/self/exe", ignored).parent_path();
-  for (const char* way : {"../share/palpa/scenes", "../../../scenes", "../../../../scenes"})
-    folders.push_back((program / way).lexically_normal());
-  for (const fs::path& folder : folders) {
-    if (!fs::is_directory(folder, ignored)) continue;
-    std::vector<fs::path> scenes;
-    for (const auto& entry : fs::directory_iterator(folder, ignored))
+  std::vector<fs::path> scenes;
+  try {
+    for (const auto& entry : fs::directory_iterator(scenes_folder()))
       if (entry.path().filename().string().ends_with("_phantom.toml")) scenes.push_back(entry.path());
-    std::sort(scenes.begin(), scenes.end());
-    if (!scenes.empty()) return scenes;
+  } catch (const std::exception&) {  // a start page without pictures
   }
-  return {};
+  std::sort(scenes.begin(), scenes.end());
+  return scenes;
 }
 
 }  // namespace palpa::explorer

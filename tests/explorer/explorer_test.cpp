@@ -1,5 +1,7 @@
 // The window, used as a person would: opened, turned, touched, changed, recorded, saved. Pictures of each state are kept.
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
 
 #include <QDockWidget>
 #include <QGroupBox>
@@ -376,6 +378,30 @@ TEST(ExplorerInFolder, WhatCannotBeOpenedSavedOrRecordedIsSaidAndNothingIsLost) 
   driver.key(Qt::Key_S, Qt::ControlModifier);
   EXPECT_TRUE(driver.message().contains("mine.toml")) << driver.message().toStdString();
   EXPECT_FALSE(driver.window().document().undo().isClean()) << "not saved is not clean";
+}
+
+TEST(ExplorerInFolder, AFullDiskWhileItRecordsIsSaidAndItIsFeltOn) {
+  const fs::path folder = fresh_folder("full");
+  const std::string settings = (folder / "palpa.ini").string();
+  QSettings(QString::fromStdString(settings), QSettings::IniFormat).setValue("traces", QString::fromStdString(folder.string()));
+  Driver driver({.settings_file = settings});
+  ASSERT_TRUE(driver.open(embedded("head_phantom.toml")));
+  ::signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  ::getrlimit(RLIMIT_FSIZE, &before);
+  const rlimit little{.rlim_cur = 200'000, .rlim_max = before.rlim_max};
+  ::setrlimit(RLIMIT_FSIZE, &little);
+  driver.key(Qt::Key_R);
+  ASSERT_TRUE(driver.window().touch().is_recorded());
+  const fs::path trace = driver.window().touch().trace();
+  EXPECT_TRUE(Driver::wait_for([&] { return driver.message().contains("could not be recorded"); }, 30'000));
+  EXPECT_TRUE(driver.window().touch().is_felt());
+  driver.key(Qt::Key_R);
+  EXPECT_TRUE(driver.message().contains("what was written before stays")) << driver.message().toStdString();
+  ::setrlimit(RLIMIT_FSIZE, &before);
+  driver.look("full-disk");
+  EXPECT_TRUE(driver.window().touch().is_felt()) << "it is felt all the same";
+  EXPECT_GT(TraceReader(trace).ticks().size(), 10U);
 }
 
 TEST(ExplorerInFolder, WithoutOpenGlThereAreSlicesAndTouch) {

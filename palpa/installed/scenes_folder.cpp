@@ -1,10 +1,10 @@
-#include "app/scenes_folder.h"
+#include "palpa/installed/scenes_folder.h"
 
 #include <cstdlib>
 
 #include "palpa/core/load_error.h"
 
-namespace palpa::app {
+namespace palpa {
 
 namespace fs = std::filesystem;
 
@@ -18,4 +18,4 @@ fs::path scenes_folder() {
   throw LoadError("scenes: not found beside " + program.string() + "; set PALPA_SCENES to the folder with head_phantom.toml");
 }
 
-}  // namespace palpa::app
+}  // namespace palpa
