@@ -15,6 +15,7 @@
 #include <vtkRenderer.h>
 #include <vtkTriangleFilter.h>
 #include <vtkVolume.h>
+#include <vtkVolumeProperty.h>
 
 #include <algorithm>
 #include <cmath>
@@ -107,7 +108,18 @@ Drawing draw_for_window(const Scene& scene, const Vec3& towards) {
   const auto take = [&](vtkRenderer* renderer, std::vector<Drawing::Part>& parts) {
     each(renderer, [&](vtkProp* prop) {
       Drawing::Part part{.fine = prop};
-      if (auto* cloud = vtkVolume::SafeDownCast(prop)) drawing.clouds.emplace_back(cloud);
+      if (auto* cloud = vtkVolume::SafeDownCast(prop)) {
+        // Light shows its shape, which a still picture leaves to its colours.
+        vtkVolumeProperty& look = *cloud->GetProperty();
+        look.ShadeOn();
+        look.SetAmbient(0.3);
+        look.SetDiffuse(0.8);
+        look.SetSpecular(0.15);
+        look.SetSpecularPower(20.0);
+        // Its steps would show as rings.
+        if (auto* mapper = vtkGPUVolumeRayCastMapper::SafeDownCast(cloud->GetMapper())) mapper->UseJitteringOn();
+        drawing.clouds.emplace_back(cloud);
+      }
       vtkPolyData* const surface = surface_of(prop);
       if (surface) drawing.fine_triangles += static_cast<std::size_t>(surface->GetNumberOfPolys());
       if (surface && share < 1.0 && surface->GetNumberOfPolys() > 0) {

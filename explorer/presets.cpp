@@ -9,10 +9,10 @@ namespace {
 using Point = Preset::Point;
 using Show = ViewLayer::Show;
 
-constexpr std::array bone{Point{-1000, "#000000", 0.0}, Point{180, "#6b3e2e", 0.0}, Point{320, "#c9a27a", 0.25},
-                          Point{900, "#f4ead8", 0.8}, Point{2500, "#ffffff", 0.95}};
-constexpr std::array skin{Point{-1000, "#000000", 0.0}, Point{-500, "#8a5a44", 0.0}, Point{-250, "#d9a384", 0.45},
-                          Point{60, "#e8c3a9", 0.6},    Point{300, "#f4ead8", 0.8},  Point{2500, "#ffffff", 0.95}};
+constexpr std::array bone{Point{-1000, "#000000", 0.0}, Point{180, "#6b3e2e", 0.0}, Point{320, "#c9a27a", 0.6},
+                          Point{900, "#f4ead8", 0.97}, Point{2500, "#ffffff", 0.99}};
+constexpr std::array skin{Point{-1000, "#000000", 0.0}, Point{-500, "#8a5a44", 0.0}, Point{-250, "#d9a384", 0.85},
+                          Point{60, "#e8c3a9", 0.95},   Point{300, "#f4ead8", 0.8},  Point{2500, "#ffffff", 0.95}};
 constexpr std::array brain{Point{-1000, "#000000", 0.0}, Point{0, "#3a3a55", 0.0},   Point{25, "#8f8fb0", 0.1},
                            Point{45, "#d8c7c0", 0.3},    Point{80, "#ffe9d0", 0.35}, Point{120, "#ffffff", 0.0},
                            Point{2500, "#ffffff", 0.0}};

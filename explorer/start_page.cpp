@@ -19,7 +19,7 @@ struct Known {
 };
 constexpr Known known[] = {
     {"head_phantom.toml", QT_TR_NOOP("A head"), QT_TR_NOOP("skin gives, bone stops")},
-    {"flow_phantom.toml", QT_TR_NOOP("Blood flow"), QT_TR_NOOP("a vessel that carries the hand")},
+    {"flow_phantom.toml", QT_TR_NOOP("Blood in a chamber"), QT_TR_NOOP("it carries the hand along")},
     {"wing_phantom.toml", QT_TR_NOOP("A wing's wake"), QT_TR_NOOP("vortices that turn it")},
     {"beat_phantom.toml", QT_TR_NOOP("A beating heart"), QT_TR_NOOP("data that move under it")},
 };
