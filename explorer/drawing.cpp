@@ -40,11 +40,11 @@ vtkPolyData* surface_of(vtkProp* prop) {
 
 /// The surface with about `share` of its triangles, smooth.
 vtkSmartPointer<vtkPolyData> coarser(vtkPolyData* surface, double share) {
-  // Cells of the grid that points fall together in: a surface meets about two of them for each column of a side.
+  // Cells of the grid that points fall together in: of a closed surface about eight triangles are left for each column of them.
   double bounds[6];
   surface->GetBounds(bounds);
   const double longest = std::max({bounds[1] - bounds[0], bounds[3] - bounds[2], bounds[5] - bounds[4], 1e-12});
-  const double along = std::sqrt(share * static_cast<double>(surface->GetNumberOfPolys()) / 4.0);
+  const double along = std::sqrt(share * static_cast<double>(surface->GetNumberOfPolys()) / 8.0);
   const auto cells = [&](int axis) {
     return std::max(2, static_cast<int>(along * (bounds[2 * axis + 1] - bounds[2 * axis]) / longest));
   };
