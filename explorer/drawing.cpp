@@ -12,6 +12,7 @@
 #include <vtkPropCollection.h>
 #include <vtkProperty.h>
 #include <vtkQuadricClustering.h>
+#include <vtkQuadricDecimation.h>
 #include <vtkRenderer.h>
 #include <vtkTriangleFilter.h>
 #include <vtkVolume.h>
@@ -44,7 +45,9 @@ vtkSmartPointer<vtkPolyData> coarser(vtkPolyData* surface, double share) {
   double bounds[6];
   surface->GetBounds(bounds);
   const double longest = std::max({bounds[1] - bounds[0], bounds[3] - bounds[2], bounds[5] - bounds[4], 1e-12});
-  const double along = std::sqrt(share * static_cast<double>(surface->GetNumberOfPolys()) / 8.0);
+  // First by a fine grid, which is fast, then by what matters least, which keeps thin walls whole.
+  constexpr double finer = 5.0;
+  const double along = std::sqrt(std::min(1.0, finer * share) * static_cast<double>(surface->GetNumberOfPolys()) / 8.0);
   const auto cells = [&](int axis) {
     return std::max(2, static_cast<int>(along * (bounds[2 * axis + 1] - bounds[2 * axis]) / longest));
   };
@@ -61,7 +64,13 @@ vtkSmartPointer<vtkPolyData> coarser(vtkPolyData* surface, double share) {
   clusters->UseInputPointsOn();
   clusters->CopyCellDataOff();
   vtkNew<vtkPolyDataNormals> normals;
-  normals->SetInputConnection(clusters->GetOutputPort());
+  clusters->Update();
+  const double kept = static_cast<double>(clusters->GetOutput()->GetNumberOfPolys());
+  vtkNew<vtkQuadricDecimation> fewer;
+  fewer->SetInputConnection(clusters->GetOutputPort());
+  fewer->SetTargetReduction(
+      std::clamp(1.0 - share * static_cast<double>(surface->GetNumberOfPolys()) / std::max(kept, 1.0), 0.0, 0.99));
+  normals->SetInputConnection(fewer->GetOutputPort());
   normals->SplittingOff();
   normals->ConsistencyOff();
   normals->Update();
