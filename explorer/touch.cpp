@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "palpa/device/open_device.h"
-#include "palpa/study/reach.h"
 
 namespace palpa::explorer {
 namespace {
@@ -46,12 +45,11 @@ void Touch::begin(const LoadedScene& loaded, const HandChoice& hand, const std::
   options_.primitives = true;
   options_.live.emplace();
   options_.arguments = {"explore"};
-  options_.hand = hand.kind == HandChoice::Kind::played ? hand.description : "";
   options_.device = hand.kind == HandChoice::Kind::device ? hand.description : "";
   prepared_ = PreparedRun();
   prepared_.loaded = loaded;
   prepared_.duration_s = std::numeric_limits<double>::infinity();
-  open_hand_device(options_.rate_hz);
+  open_hand_device();
   prepared_.device = device_ ? device_->name() : "";
   run_ = std::make_unique<LiveRun>(options_, prepared_, *device_,
                                    [this](const TickFrame& frame, const Session& felt) { observe(frame, felt); });
@@ -60,10 +58,9 @@ void Touch::begin(const LoadedScene& loaded, const HandChoice& hand, const std::
   felt_now = run_.get();
 }
 
-void Touch::open_hand_device(double) {
+void Touch::open_hand_device() {
   pointer_ = nullptr;
   device_.reset();
-  played_.reset();
   switch (hand_.kind) {
     case HandChoice::Kind::mouse: {
       auto pointer = std::make_unique<Pointer>(Pointer::Options{
@@ -75,14 +72,6 @@ void Touch::open_hand_device(double) {
       break;
     }
     case HandChoice::Kind::device: device_ = open_device(device_description(hand_.description)); break;
-    case HandChoice::Kind::played: {
-      PreparedRun laid = prepare_hand(prepared_.loaded, options_);
-      prepared_.notes = laid.notes;
-      prepared_.duration_s = laid.duration_s;
-      played_ = std::move(laid.hand);
-      device_ = std::make_unique<PacedHand>(*played_);
-      break;
-    }
   }
 }
 

@@ -14,7 +14,6 @@
 
 #include "explorer/sample_ring.h"
 #include "palpa/device/latest.h"
-#include "palpa/device/paced_hand.h"
 #include "palpa/device/pointer.h"
 #include "palpa/study/live_run.h"
 
@@ -22,9 +21,9 @@ namespace palpa::explorer {
 
 /// Who moves the probe.
 struct HandChoice {
-  enum class Kind { mouse, device, played };
+  enum class Kind { mouse, device };
   Kind kind = Kind::mouse;
-  std::string description{};  ///< of a device, as `device_description` reads it; of a played hand, a file or sim:…
+  std::string description{};  ///< of a device, as `device_description` reads it
 };
 
 /// A scene that is being felt. All functions are for the window's thread.
@@ -83,7 +82,7 @@ class Touch {
 
  private:
   void observe(const TickFrame& frame, const Session& session) noexcept;
-  void open_hand_device(double rate_hz);
+  void open_hand_device();
   void make_scenes();
   void watch();
 
@@ -93,7 +92,6 @@ class Touch {
   PreparedRun prepared_;
   Pointer* pointer_ = nullptr;
   std::unique_ptr<Device> device_;
-  std::unique_ptr<SimulatedDevice> played_;
   std::unique_ptr<LiveRun> run_;
   bool held_ = false;
   Vec3 wanted_m_, sent_m_;
