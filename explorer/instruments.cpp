@@ -2,6 +2,7 @@
 
 #include <QFontDatabase>
 #include <QHBoxLayout>
+#include <QScrollArea>
 #include <QVBoxLayout>
 #include <algorithm>
 #include <cmath>
@@ -47,8 +48,12 @@ Instruments::Instruments(QWidget* parent)
   energies_->setAccessibleName(tr("Energies"));
   // Words that grow must not move the picture above them.
   auto* column = new QWidget;
-  column->setMinimumWidth(300);
-  column->setSizePolicy(QSizePolicy::Fixed, QSizePolicy::Ignored);
+  auto* scroll = new QScrollArea;
+  scroll->setWidget(column);
+  scroll->setWidgetResizable(true);
+  scroll->setFrameShape(QFrame::NoFrame);
+  scroll->setMinimumWidth(300);
+  scroll->setSizePolicy(QSizePolicy::Fixed, QSizePolicy::Ignored);
   auto* words = new QVBoxLayout(column);
   words->setContentsMargins(0, 0, 0, 0);
   for (QLabel* label : {times_, energies_}) {
@@ -67,7 +72,7 @@ Instruments::Instruments(QWidget* parent)
   row->setContentsMargins(4, 4, 4, 4);
   row->addWidget(force_, 5);
   row->addWidget(spectrum_, 2);
-  row->addWidget(column);
+  row->addWidget(scroll);
   start({});
 }
 

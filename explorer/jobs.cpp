@@ -10,22 +10,20 @@ Jobs::Jobs(QObject* parent) : QObject(parent) {}
 
 Jobs::~Jobs() {
   for (const auto& job : jobs_) {
-    job->is_dropped = true;
+    job->stop.request_stop();
     job->thread.join();
   }
 }
 
-void Jobs::begin_any(Purpose purpose, const QString& what, std::function<void()> work, std::function<void()> done,
-                     std::function<void(const QString&)> failed) {
+void Jobs::begin_any(Purpose purpose, const QString& what, std::function<void(std::stop_token)> work,
+                     std::function<void()> done, std::function<void(const QString&)> failed) {
   cancel(purpose);
-  auto job = std::make_shared<Job>();
-  job->purpose = purpose;
-  job->what = what;
+  auto job = std::make_shared<Job>(Job{.purpose = purpose, .what = what});
   jobs_.push_back(job);
   job->thread = std::thread([this, job, work, done, failed] {
     QString problem;
     try {
-      work();
+      work(job->stop.get_token());
     } catch (const std::bad_alloc&) {
       problem = tr("there is not enough memory for this; try smaller data");
     } catch (const std::exception& error) {
@@ -35,11 +33,10 @@ void Jobs::begin_any(Purpose purpose, const QString& what, std::function<void()>
     QMetaObject::invokeMethod(
         this,
         [this, job, problem, done, failed] {
-          job->is_over = true;
           job->thread.join();
           jobs_.remove(job);
           Q_EMIT changed();
-          if (job->is_dropped) return;
+          if (job->stop.stop_requested()) return;
           problem.isEmpty() ? done() : failed(problem);
         },
         Qt::QueuedConnection);
@@ -49,19 +46,24 @@ void Jobs::begin_any(Purpose purpose, const QString& what, std::function<void()>
 
 void Jobs::cancel(Purpose purpose) {
   for (const auto& job : jobs_)
-    if (job->purpose == purpose) job->is_dropped = true;
+    if (job->purpose == purpose) job->stop.request_stop();
+  Q_EMIT changed();
+}
+
+void Jobs::cancel_all() {
+  for (const auto& job : jobs_) job->stop.request_stop();
   Q_EMIT changed();
 }
 
 bool Jobs::is_under_way(Purpose purpose) const {
   for (const auto& job : jobs_)
-    if (job->purpose == purpose && !job->is_dropped) return true;
+    if (job->purpose == purpose && !job->stop.stop_requested()) return true;
   return false;
 }
 
 QString Jobs::words() const {
   for (const auto& job : jobs_)
-    if (!job->is_dropped) return job->what;
+    if (!job->stop.stop_requested()) return job->what;
   return {};
 }
 

@@ -1,4 +1,4 @@
-// Work that takes longer than a picture: on a thread of its own, shown while it goes on, dropped when it is cancelled.
+// Work that takes longer than a picture: on a thread of its own, shown while it goes on, stopped when it is cancelled.
 #pragma once
 
 #include <QObject>
@@ -6,31 +6,33 @@
 #include <functional>
 #include <list>
 #include <memory>
+#include <stop_token>
 #include <thread>
 
 namespace palpa::explorer {
 
-/// One thing is done at a time for each purpose: what is begun anew takes the place of what was under way, whose result is
-/// dropped. For the window's thread.
+/// One thing is done at a time for each purpose: what is begun anew takes the place of what was under way, which is asked to
+/// stop and whose result is dropped. For the window's thread.
 class Jobs : public QObject {
   Q_OBJECT
  public:
-  enum class Purpose { open, draw, look, feel_again, film };
+  enum class Purpose { open, device, draw, look, feel_again, film };
   explicit Jobs(QObject* parent = nullptr);
-  /// Waits for what is under way.
+  /// Asks what is under way to stop, and waits for it.
   ~Jobs() override;
 
-  /// Begins `work` on a thread of its own. `done` gets its result on the window's thread, `failed` the message of what it
-  /// threw. \param what  for a person: "reading head.mhd"
+  /// Begins `work` on a thread of its own, where it looks at its token often. `done` gets its result on the window's thread,
+  /// `failed` the message of what it threw. \param what  for a person: "reading head.mhd"
   template <class Result>
-  void begin(Purpose purpose, const QString& what, std::function<Result()> work, std::function<void(Result)> done,
-             std::function<void(const QString&)> failed) {
+  void begin(Purpose purpose, const QString& what, std::function<Result(std::stop_token)> work,
+             std::function<void(Result)> done, std::function<void(const QString&)> failed) {
     auto result = std::make_shared<std::unique_ptr<Result>>();
     begin_any(
-        purpose, what, [work, result] { *result = std::make_unique<Result>(work()); },
+        purpose, what, [work, result](std::stop_token stop) { *result = std::make_unique<Result>(work(stop)); },
         [done, result] { done(std::move(**result)); }, failed);
   }
   void cancel(Purpose purpose);
+  void cancel_all();
   bool is_under_way(Purpose purpose) const;
   /// What is under way, for a person; empty: nothing.
   QString words() const;
@@ -43,11 +45,10 @@ class Jobs : public QObject {
   struct Job {
     Purpose purpose;
     QString what;
-    bool is_dropped = false;
-    bool is_over = false;
-    std::thread thread;
+    std::stop_source stop{};  ///< asked to stop: its result is dropped
+    std::thread thread{};
   };
-  void begin_any(Purpose purpose, const QString& what, std::function<void()> work, std::function<void()> done,
+  void begin_any(Purpose purpose, const QString& what, std::function<void(std::stop_token)> work, std::function<void()> done,
                  std::function<void(const QString&)> failed);
   std::list<std::shared_ptr<Job>> jobs_;
 };

@@ -53,7 +53,7 @@ int main(int argc, char** argv) {
   std::vector<std::string> files;
   palpa::explorer::WindowOptions options;
   std::vector<std::string> data;
-  line.add_option("FILE", files, "Scene, data file, or trace; none: the start page");
+  line.add_option("FILE", files, "Scene, data file, or trace; two traces: one beside the other; none: the start page");
   line.add_option("--data", data, "Folder with the files of a scene");
   line.add_option("--device", options.device, "Haptic device, as of palpa run; without it the mouse is the hand");
   line.set_version_flag("--version", palpa::version);
@@ -63,6 +63,14 @@ int main(int argc, char** argv) {
     return line.exit(error) == 0 ? 0 : 2;
   }
   options.data_folders.assign(data.begin(), data.end());
+  const auto is_trace = [](const std::string& file) {
+    return std::filesystem::exists(std::filesystem::path(file) / "trace.toml");
+  };
+  if (files.size() > 2 || (files.size() == 2 && !(is_trace(files[0]) && is_trace(files[1])))) {
+    std::fprintf(stderr, "palpa-explorer: %s: one file at a time, or two traces; a scene names several data files\n",
+                 files[1].c_str());
+    return 2;
+  }
   if (!has_display()) {
     std::fputs(
         "palpa-explorer: display: there is no display to open a window on (DISPLAY is not set); on a machine without one palpa "
@@ -86,6 +94,6 @@ int main(int argc, char** argv) {
     std::fputs("palpa-explorer: no OpenGL 3.2: slices only. On Debian the package libgl1-mesa-dri brings it.\n", stderr);
   palpa::explorer::MainWindow window(options);
   window.show();
-  if (!files.empty()) window.open(files.front());
+  if (!files.empty()) window.open(files.front(), files.size() == 2 ? files[1] : std::string());
   return QApplication::exec();
 }

@@ -15,6 +15,7 @@
 #include <QMimeData>
 #include <QProcess>
 #include <QProgressBar>
+#include <QScrollArea>
 #include <QSplitter>
 #include <QStackedWidget>
 #include <QStandardPaths>
@@ -28,6 +29,7 @@
 #include "explorer/help_sheet.h"
 #include "explorer/opening.h"
 #include "explorer/presets.h"
+#include "palpa/device/open_device.h"
 #include "palpa/scene/parts.h"
 #include "palpa/time/timed_field.h"
 #include "palpa/view/layers.h"
@@ -46,6 +48,7 @@ constexpr double flow_reach_m = 0.012, flow_step_m = 0.0015;
 constexpr std::size_t flow_lines = 10;
 constexpr double film_hz = 25.0;     // pictures a second of a film, as most players show
 constexpr double in_front_m = 6e-3;  // of the surface, where a hand is put before it presses, and where it goes back to
+constexpr double jump_m = 0.03;      // farther between two pictures than the mouse leads a hand: it was put there
 
 bool is_dark(const QPalette& palette) { return palette.color(QPalette::Window).lightness() < 128; }
 
@@ -61,7 +64,11 @@ MainWindow::MainWindow(const WindowOptions& options)
 
   pages_ = new QStackedWidget;
   start_page_ = new StartPage;
-  pages_->addWidget(start_page_);
+  auto* start = new QScrollArea;  // a small window shows a part of it
+  start->setWidget(start_page_);
+  start->setWidgetResizable(true);
+  start->setFrameShape(QFrame::NoFrame);
+  pages_->addWidget(start);
   auto* work = new QSplitter(Qt::Horizontal);
   if (options.has_opengl) {
     view_ = new View3D;
@@ -116,9 +123,9 @@ MainWindow::MainWindow(const WindowOptions& options)
        {static_cast<QWidget*>(job_words_), static_cast<QWidget*>(job_bar_), static_cast<QWidget*>(job_cancel_)})
     statusBar()->addPermanentWidget(widget);
   connect(job_cancel_, &QToolButton::clicked, this, [this] {
-    for (const Jobs::Purpose purpose :
-         {Jobs::Purpose::open, Jobs::Purpose::draw, Jobs::Purpose::look, Jobs::Purpose::feel_again, Jobs::Purpose::film})
-      jobs_.cancel(purpose);
+    jobs_.cancel_all();
+    // Whoever cancels the device, or the trace that was to be felt again, has the mouse.
+    if (document_.is_open() && !touch_.is_felt() && !player_->has_trace()) feel_with(nullptr, {});
   });
   connect(&jobs_, &Jobs::changed, this, &MainWindow::show_job);
 
@@ -155,7 +162,7 @@ MainWindow::MainWindow(const WindowOptions& options)
     connect(view_, &View3D::hold_moved, this, moved);
     connect(view_, &View3D::hold_ended, this, ended);
     connect(view_, &View3D::turned, this, [this] {
-      if (LiveLoop* loop = touch_.loop(); loop && touch_.hand().kind == HandChoice::Kind::device) {
+      if (LiveLoop* loop = touch_.loop(); loop && !touch_.is_by_mouse()) {
         const detail::View& view = view_->view();
         // Pushing right goes to the right of the screen.
         loop->turn(transposed(Mat3{{view.right, view.up, view.towards}}));
@@ -364,6 +371,14 @@ void MainWindow::make_actions() {
     const QString recording = QFileDialog::getOpenFileName(this, tr("A recorded hand"), settings_.value("folder").toString());
     if (!recording.isEmpty()) play_hand({.trace = {}, .description = recording.toStdString()});
   }));
+  feel->addAction(action(tr("Compare with another &trace …"), QKeySequence("Ctrl+Shift+T"),
+                         tr("Show a second trace beside the one that is open"), [this] {
+                           if (!player_->has_trace()) return say(tr("Open a trace first, or play a hand (Ctrl+T)."));
+                           const QString header =
+                               QFileDialog::getOpenFileName(this, tr("The second trace (its trace.toml)"),
+                                                            settings_.value("folder").toString(), tr("Traces (trace.toml)"));
+                           if (!header.isEmpty()) compare_with(fs::path(header.toStdString()).parent_path());
+                         }));
   feel->addAction(action(tr("&Play and pause"), QKeySequence("P"), tr("Play and pause the trace"), [this] {
     if (QToolButton* play = player_->findChild<QToolButton*>("play")) play->toggle();
   }));
@@ -406,14 +421,15 @@ void MainWindow::make_actions() {
   bar->addAction(hold_);
 }
 
-void MainWindow::open(const fs::path& path) {
+void MainWindow::open(const fs::path& path, const fs::path& second_trace) {
   const QString name = QString::fromStdString(path.filename().string());
   jobs_.begin<Opened>(
       Jobs::Purpose::open, tr("reading %1").arg(name),
-      [path, folders = options_.data_folders] { return open_any(path, folders); },
-      [this, path](Opened opened) {
+      [path, folders = options_.data_folders](std::stop_token stop) { return open_any(path, folders, stop); },
+      [this, path, second_trace](Opened opened) {
         remember(path);
         message_bar_->hide();
+        second_trace_ = second_trace;
         document_.open(std::move(opened));
       },
       [this](const QString& why) { say(why, true); });
@@ -457,22 +473,32 @@ void MainWindow::opened(const Opened& opened) {
 }
 
 void MainWindow::begin_touch(const fs::path& out) {
-  HandChoice hand;
-  if (!options_.device.empty()) hand = {HandChoice::Kind::device, options_.device};
+  if (options_.device.empty()) return feel_with(nullptr, out);
+  touch_.end();
+  jobs_.begin<std::unique_ptr<Device>>(
+      Jobs::Purpose::device, tr("opening the device %1").arg(QString::fromStdString(options_.device)),
+      [name = options_.device](std::stop_token) { return open_device(device_description(name)); },
+      [this, out](std::unique_ptr<Device> device) { feel_with(std::move(device), out); },
+      [this, out](const QString& why) {
+        say(tr("%1\nThe mouse takes its place.").arg(why), true);
+        options_.device.clear();
+        feel_with(nullptr, out);
+      });
+}
+
+void MainWindow::feel_with(std::unique_ptr<Device> device, const fs::path& out) {
   std::vector<std::string> modes;
   for (const SceneMode& mode : document_.scene().modes()) modes.push_back(mode.name);
   instruments_->start(modes);
   hold_->setChecked(false);
   try {
-    touch_.begin(document_.loaded(), hand, out);
+    touch_.begin(document_.loaded(), std::move(device), out);
+    if (!out.empty()) say(tr("Recording into %1; press R to end it.").arg(QString::fromStdString(out.string())));
   } catch (const std::exception& error) {
     say(QString::fromUtf8(error.what()), true);
-    if (!out.empty()) return begin_touch();  // it is felt all the same
-    if (options_.device.empty()) return;
-    say(tr("%1\nThe mouse takes its place.").arg(QString::fromUtf8(error.what())), true);
-    options_.device.clear();
-    begin_touch();
+    if (!out.empty()) begin_touch();  // it is felt all the same
   }
+  record_->setChecked(touch_.is_recorded());
 }
 
 void MainWindow::scene_changed() {
@@ -504,7 +530,7 @@ void MainWindow::redraw_layers() {
   drawn_ = key;
   const Vec3 towards = view_->view().towards;
   jobs_.begin<Drawing>(
-      Jobs::Purpose::draw, tr("drawing"), [seen, towards] { return draw_for_window(seen, towards); },
+      Jobs::Purpose::draw, tr("drawing"), [seen, towards](std::stop_token) { return draw_for_window(seen, towards); },
       [this, seen](Drawing drawing) { view_->show_drawing(std::move(drawing), seen); },
       [this](const QString& why) { say(why, true); });
 }
@@ -610,7 +636,8 @@ void MainWindow::show_functions() {
     editor_->show_functions(shown);
     if (other)
       jobs_.begin<Histogram>(
-          Jobs::Purpose::look, tr("counting values"), [field = named.field] { return statistics(*field).histogram; },
+          Jobs::Purpose::look, tr("counting values"),
+          [field = named.field](std::stop_token) { return statistics(*field).histogram; },
           [this](Histogram histogram) { editor_->show_histogram(histogram); }, [this](const QString& why) { say(why, true); });
   } catch (const std::exception& error) {
     say(QString::fromUtf8(error.what()), true);
@@ -643,12 +670,13 @@ void MainWindow::play_hand(const PlayedHand& hand) {
   played_first_.reset();
   jobs_.begin<FeltTrace>(
       Jobs::Purpose::feel_again, tr("feeling the trace"),
-      [hand, loaded = document_.loaded()] { return feel_again(hand, loaded); },
+      [hand, loaded = document_.loaded()](std::stop_token stop) { return feel_again(hand, loaded, stop); },
       [this](FeltTrace felt) {
         played_first_ = std::make_shared<const FeltTrace>(std::move(felt));
         player_->show_trace(played_first_);
         player_dock_->show();
         player_dock_->raise();
+        if (!second_trace_.empty()) compare_with(std::exchange(second_trace_, {}));
       },
       [this](const QString& why) {
         say(why, true);
@@ -659,15 +687,30 @@ void MainWindow::play_hand(const PlayedHand& hand) {
 void MainWindow::feel_what_if() {
   jobs_.begin<FeltTrace>(
       Jobs::Purpose::feel_again, tr("feeling the changed scene"),
-      [hand = played_, loaded = document_.loaded()] { return feel_again(hand, loaded); },
+      [hand = played_, loaded = document_.loaded()](std::stop_token stop) { return feel_again(hand, loaded, stop); },
       [this](FeltTrace felt) {
-        if (!played_first_) return;
-        const double at_s = player_->at_s();
         felt.name += tr(" in the changed scene").toStdString();
-        player_->show_trace(played_first_, std::make_shared<const FeltTrace>(std::move(felt)));
-        player_->seek(at_s);
+        show_beside(std::move(felt));
       },
       [this](const QString& why) { say(why, true); });
+}
+
+void MainWindow::compare_with(const fs::path& trace) {
+  jobs_.begin<FeltTrace>(
+      Jobs::Purpose::feel_again, tr("feeling the second trace"),
+      [trace, folders = options_.data_folders](std::stop_token stop) {
+        const Opened opened = open_any(trace, folders, stop);
+        if (opened.trace.empty()) throw LoadError(trace.string() + ": is no trace; choose the trace.toml of one");
+        return feel_again({.trace = trace, .description = {}}, opened.loaded, stop);
+      },
+      [this](FeltTrace felt) { show_beside(std::move(felt)); }, [this](const QString& why) { say(why, true); });
+}
+
+void MainWindow::show_beside(FeltTrace second) {
+  if (!played_first_) return;
+  const double at_s = player_->at_s();
+  player_->show_trace(played_first_, std::make_shared<const FeltTrace>(std::move(second)));
+  player_->seek(at_s);
 }
 
 void MainWindow::stop_playing() {
@@ -702,6 +745,8 @@ void MainWindow::tick() {
   const Moment& moment = touch_.moment();
   const double most_n = document_.scene().coupling.max_force_n;
   if (moment.tick >= 0) {
+    // A hand that was put elsewhere leaves no trail on the way.
+    if (!trail_.empty() && distance(trail_.back().at_m, moment.proxy_m) > jump_m) trail_.clear();
     if (trail_.empty() || distance(trail_.back().at_m, moment.proxy_m) > 2e-4)
       trail_.push_back({moment.proxy_m, norm(moment.command_n)});
     if (trail_.size() > trail_points) trail_.erase(trail_.begin());
@@ -741,7 +786,7 @@ QString MainWindow::words_of_fault() {
   if (!loop) return {};
   const LiveView& seen = loop->look();
   if (seen.device_fault) return QString(seen.device_fault);
-  if (touch_.hand().kind == HandChoice::Kind::mouse && seen.frame.guard_cause == GuardCause::no_position) return {};
+  if (touch_.is_by_mouse() && seen.frame.guard_cause == GuardCause::no_position) return {};
   switch (seen.frame.guard_cause) {
     case GuardCause::not_finite: return tr("The force is no number: the scene has a fault. Undo the last change.");
     case GuardCause::no_position: return tr("The device does not know where it is: move it to its start position.");
@@ -763,8 +808,6 @@ void MainWindow::record(bool on) {
   const QString name =
       QFileInfo(document_.opened().title).completeBaseName() + QDateTime::currentDateTime().toString("-yyyyMMdd-HHmmss");
   begin_touch(fs::path(QDir(folder).filePath(name).toStdString()));
-  record_->setChecked(touch_.is_recorded());
-  if (touch_.is_recorded()) say(tr("Recording into %1; press R to end it.").arg(QDir(folder).filePath(name)));
 }
 
 bool MainWindow::save(bool under_another_name) {
@@ -851,11 +894,17 @@ void MainWindow::film_next() {
     return say(tr("%1 pictures in %2; with ffmpeg installed they would be a film, too").arg(pictures).arg(folder));
   jobs_.begin<int>(
       Jobs::Purpose::film, tr("making the film"),
-      [folder, ffmpeg] {
+      [folder, ffmpeg](std::stop_token stop) {
+        QProcess process;
+        process.setProcessChannelMode(QProcess::ForwardedChannels);
         // An even number of pixels each way is what most players need.
-        return QProcess::execute(
-            ffmpeg, {"-y", "-loglevel", "error", "-framerate", QString::number(film_hz), "-i", folder + "/%05d.png", "-vf",
-                     "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p", folder + "/film.mp4"});
+        process.start(
+            ffmpeg, {"-y", "-nostdin", "-loglevel", "error", "-framerate", QString::number(film_hz), "-i", folder + "/%05d.png",
+                     "-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p", folder + "/film.mp4"});
+        while (!process.waitForFinished(100) && process.state() != QProcess::NotRunning)
+          if (stop.stop_requested()) process.kill();
+        return process.exitStatus() == QProcess::NormalExit && process.error() == QProcess::UnknownError ? process.exitCode()
+                                                                                                         : -1;
       },
       [this, folder](int code) {
         code == 0 ? say(tr("The film is %1/film.mp4").arg(folder))

@@ -42,7 +42,10 @@ class MainWindow : public QMainWindow {
   explicit MainWindow(const WindowOptions& options);
   ~MainWindow() override;
 
-  void open(const std::filesystem::path& path);
+  /// \param second_trace  shown beside the trace that is opened; empty: none
+  void open(const std::filesystem::path& path, const std::filesystem::path& second_trace = {});
+  /// Shows a second trace beside the one that is open.
+  void compare_with(const std::filesystem::path& trace);
   /// For tests, which look on.
   View3D* view() { return view_; }
   Touch& touch() { return touch_; }
@@ -62,6 +65,7 @@ class MainWindow : public QMainWindow {
   void scene_changed();
   void redraw_layers();
   void begin_touch(const std::filesystem::path& out = {});
+  void feel_with(std::unique_ptr<Device> device, const std::filesystem::path& out);
   void tick();
   void say(const QString& words, bool is_problem = false);
   void show_job();
@@ -73,6 +77,7 @@ class MainWindow : public QMainWindow {
   void play_hand(const PlayedHand& hand);
   void stop_playing();
   void feel_what_if();
+  void show_beside(FeltTrace second);
   void show_played();
   void show_flow_near(const Vec3& proxy_m);
   void film(bool on);
@@ -114,6 +119,7 @@ class MainWindow : public QMainWindow {
   std::optional<Edited> edited_;
   PlayedHand played_;
   std::shared_ptr<const FeltTrace> played_first_;
+  std::filesystem::path second_trace_;  ///< to be shown beside the first as soon as that is there
   QLabel* message_;
   QFrame* message_bar_;
   QLabel* job_words_;

@@ -12,10 +12,10 @@ namespace palpa::explorer {
 
 namespace fs = std::filesystem;
 
-Opened open_any(const fs::path& path, const std::vector<fs::path>& data_folders) {
+Opened open_any(const fs::path& path, const std::vector<fs::path>& data_folders, std::stop_token stop) {
   std::error_code ignored;
   if (!fs::exists(path, ignored)) throw LoadError(path.string() + ": there is no such file or folder; check the name");
-  const ReadOptions read;
+  const ReadOptions read{.stop = stop};
   if (fs::exists(path / "trace.toml", ignored)) {
     const TraceReader trace(path);
     Opened opened{.loaded = load_recorded_scene(path, trace, data_folders, read, modes_with({})), .trace = path};

@@ -101,6 +101,9 @@ void primitive(QPainter& painter, const detail::View& view, const Moment& moment
   }
 }
 
+/// What ink of any colour stands out against.
+QColor rim_of(const QColor& ink) { return ink.lightness() > 127 ? QColor(0, 0, 0, 150) : QColor(255, 255, 255, 150); }
+
 }  // namespace
 
 QColor to_qt(const detail::Color& color) { return QColor::fromRgbF(color.red, color.green, color.blue); }
@@ -157,17 +160,27 @@ void paint_words(QPainter& painter, const QPointF& at, const QString& words, Qt:
   painter.drawText(box, Qt::AlignCenter, words);
 }
 
+void paint_rimmed(QPainter& painter, const QRectF& box, int flags, const QString& words, const QColor& ink) {
+  painter.setPen(rim_of(ink));
+  for (const QPointF& shift : {QPointF(-1, 0), QPointF(1, 0), QPointF(0, -1), QPointF(0, 1)})
+    painter.drawText(box.translated(shift), flags, words);
+  painter.setPen(ink);
+  painter.drawText(box, flags, words);
+}
+
 void paint_scale_bar(QPainter& painter, const detail::View& view, double world_per_hand, const QColor& ink) {
   const double world_per_px = world_per_hand / view.px_per_m();
   const double length_m = detail::round_length(0.22 * view.width_px * world_per_px);
   const double px = length_m / world_per_px;
   const double x = 14.0, y = view.height_px - 16.0;
-  painter.setPen(QPen(ink, 2.0));
-  painter.drawLine(QPointF(x, y), QPointF(x + px, y));
-  painter.drawLine(QPointF(x, y - 4), QPointF(x, y + 4));
-  painter.drawLine(QPointF(x + px, y - 4), QPointF(x + px, y + 4));
-  painter.drawText(QRectF(x, y - 22, std::max(px, 90.0), 16), Qt::AlignLeft | Qt::AlignVCenter,
-                   QString::fromStdString(detail::length_words(length_m)));
+  for (const QPen& pen : {QPen(rim_of(ink), 4.0), QPen(ink, 2.0)}) {
+    painter.setPen(pen);
+    painter.drawLine(QPointF(x, y), QPointF(x + px, y));
+    painter.drawLine(QPointF(x, y - 4), QPointF(x, y + 4));
+    painter.drawLine(QPointF(x + px, y - 4), QPointF(x + px, y + 4));
+  }
+  paint_rimmed(painter, QRectF(x, y - 22, std::max(px, 90.0), 16), Qt::AlignLeft | Qt::AlignVCenter,
+               QString::fromStdString(detail::length_words(length_m)), ink);
 }
 
 void paint_directions(QPainter& painter, const detail::View& view, std::span<const Vec3, 3> axes, bool medical,
@@ -189,12 +202,11 @@ void paint_directions(QPainter& painter, const detail::View& view, std::span<con
   QFont font = painter.font();
   font.setBold(true);
   painter.setFont(font);
-  painter.setPen(ink);
   const double w = view.width_px, h = view.height_px;
-  painter.drawText(QRectF(w - 34, h / 2 - 10, 28, 20), Qt::AlignRight | Qt::AlignVCenter, nearest(view.right));
-  painter.drawText(QRectF(6, h / 2 - 10, 28, 20), Qt::AlignLeft | Qt::AlignVCenter, nearest(-view.right));
-  painter.drawText(QRectF(w / 2 - 20, 22, 40, 18), Qt::AlignCenter, nearest(view.up));
-  painter.drawText(QRectF(w / 2 - 20, h - 22, 40, 18), Qt::AlignCenter, nearest(-view.up));
+  paint_rimmed(painter, QRectF(w - 34, h / 2 - 10, 28, 20), Qt::AlignRight | Qt::AlignVCenter, nearest(view.right), ink);
+  paint_rimmed(painter, QRectF(6, h / 2 - 10, 28, 20), Qt::AlignLeft | Qt::AlignVCenter, nearest(-view.right), ink);
+  paint_rimmed(painter, QRectF(w / 2 - 20, 22, 40, 18), Qt::AlignCenter, nearest(view.up), ink);
+  paint_rimmed(painter, QRectF(w / 2 - 20, h - 22, 40, 18), Qt::AlignCenter, nearest(-view.up), ink);
   painter.restore();
 }
 

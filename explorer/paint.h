@@ -42,6 +42,8 @@ void paint_directions(QPainter& painter, const detail::View& view, std::span<con
 /// Legend and colour bars at the right edge.
 void paint_explanations(QPainter& painter, const QRect& area, std::span<const detail::LegendEntry> legend,
                         std::span<const detail::ColorBar> bars, const QColor& ink, const QColor& ground);
+/// Words with a rim, legible over anything light or dark.
+void paint_rimmed(QPainter& painter, const QRectF& box, int flags, const QString& words, const QColor& ink);
 /// Words on a ground that makes them legible over anything.
 void paint_words(QPainter& painter, const QPointF& at, const QString& words, Qt::Alignment side, const QColor& ink,
                  const QColor& ground);

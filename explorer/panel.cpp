@@ -1,9 +1,11 @@
 #include "explorer/panel.h"
 
+#include <QEvent>
 #include <QGroupBox>
 #include <QLabel>
 #include <QMenu>
 #include <QPushButton>
+#include <QScrollBar>
 #include <algorithm>
 
 #include "explorer/paint.h"
@@ -47,7 +49,14 @@ Panel::Panel(Document& document, QWidget* parent) : QScrollArea(parent), documen
   setWidgetResizable(true);
   setFrameShape(QFrame::NoFrame);
   setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
-  setMinimumWidth(300);
+  content->installEventFilter(this);
+}
+
+bool Panel::eventFilter(QObject* watched, QEvent* event) {
+  // As wide as its rows need, whatever the desktop's style makes of them.
+  if (watched == widget() && event->type() == QEvent::LayoutRequest)
+    setMinimumWidth(widget()->minimumSizeHint().width() + verticalScrollBar()->sizeHint().width());
+  return QScrollArea::eventFilter(watched, event);
 }
 
 Panel::Section Panel::add_section(const QString& title) {

@@ -26,6 +26,8 @@ class Panel : public QScrollArea {
   virtual void refresh() = 0;
 
  protected:
+  bool eventFilter(QObject* watched, QEvent* event) override;
+
   struct Section {
     QGroupBox* box;
     ParameterForm* form;

@@ -55,11 +55,12 @@ Moment FeltTrace::moment(std::size_t row) const {
   return moment;
 }
 
-FeltTrace feel_again(const PlayedHand& hand, const LoadedScene& loaded) {
+FeltTrace feel_again(const PlayedHand& hand, const LoadedScene& loaded, std::stop_token stop) {
   FeltTrace felt;
   const Scene& scene = loaded.scene;
   std::size_t stride = 1, seen = 0;
   const auto add = [&](const TickFrame& frame, const Session& session) {
+    if (stop.stop_requested()) throw LoadError("the hand was not felt to its end: it was cancelled; play it again");
     for (const SessionEvent& event : session.events()) {
       std::string subject = event.mode >= 0 ? scene.modes()[static_cast<std::size_t>(event.mode)].name : "session";
       felt.events.push_back({felt.rows.size(), name_of(event.kind), std::move(subject)});
@@ -131,7 +132,7 @@ Player::Player(QWidget* parent)
   connect(before, &QToolButton::clicked, this, [this] { step_to_event(-1); });
   connect(after, &QToolButton::clicked, this, [this] { step_to_event(1); });
   connect(bar_, &QSlider::valueChanged, this, [this](int step) {
-    if (first_) seek(first_->duration_s * step / bar_steps);
+    if (first_) seek(duration_s_ * step / bar_steps);
   });
   auto* row = new QHBoxLayout;
   for (QWidget* widget : {static_cast<QWidget*>(before), static_cast<QWidget*>(play_), static_cast<QWidget*>(after)})
@@ -152,6 +153,7 @@ void Player::show_trace(std::shared_ptr<const FeltTrace> first, std::shared_ptr<
   plays_ = false;
   play_->setChecked(false);
   if (!first_) return;
+  duration_s_ = std::max(first_->duration_s, second_ ? second_->duration_s : 0.0);
   double most_n = 0.1;
   const auto add = [&](const FeltTrace& trace, const QColor& color) {
     const int curve = plot_->add_curve(QString::fromStdString(trace.name), color, 1.6);
@@ -160,7 +162,7 @@ void Player::show_trace(std::shared_ptr<const FeltTrace> first, std::shared_ptr<
   };
   add(*first_, QColor(0, 114, 178));
   if (second_) add(*second_, QColor(213, 94, 0));
-  plot_->set_x_range(0.0, std::max(1e-3, first_->duration_s));
+  plot_->set_x_range(0.0, std::max(1e-3, duration_s_));
   plot_->set_y_range(0.0, 1.1 * most_n);
   seek(0.0);
 }
@@ -186,7 +188,7 @@ std::vector<std::size_t> Player::trail(std::size_t most) const {
 }
 
 void Player::play(bool on) {
-  if (on && first_ && at_s_ >= first_->duration_s) at_s_ = 0.0;
+  if (on && first_ && at_s_ >= duration_s_) at_s_ = 0.0;
   plays_ = on && first_;
   if (play_->isChecked() != plays_) play_->setChecked(plays_);
   play_->setIcon(style()->standardIcon(plays_ ? QStyle::SP_MediaPause : QStyle::SP_MediaPlay));
@@ -195,15 +197,15 @@ void Player::play(bool on) {
 void Player::pass(double dt_s) {
   if (!plays_) return;
   const double next_s = at_s_ + dt_s;
-  if (next_s >= first_->duration_s) play(false);
+  if (next_s >= duration_s_) play(false);
   seek(next_s);
 }
 
 void Player::seek(double t_s) {
   if (!first_) return;
-  at_s_ = std::clamp(t_s, 0.0, first_->duration_s);
+  at_s_ = std::clamp(t_s, 0.0, duration_s_);
   const QSignalBlocker quiet(bar_);
-  bar_->setValue(static_cast<int>(std::lround(bar_steps * at_s_ / std::max(1e-9, first_->duration_s))));
+  bar_->setValue(static_cast<int>(std::lround(bar_steps * at_s_ / std::max(1e-9, duration_s_))));
   show_time();
   Q_EMIT moved();
 }
@@ -227,10 +229,8 @@ void Player::show_time() {
       plot_->mark(first_->rows[event.row].t_s, QColor(204, 121, 167, 150));
   plot_->mark(at_s_, palette().color(QPalette::Highlight));
   plot_->draw();
-  QString words = tr("%1 s of %2 s, %3 N")
-                      .arg(at_s_, 0, 'f', 3)
-                      .arg(first_->duration_s, 0, 'f', 2)
-                      .arg(norm(moment().command_n), 0, 'f', 2);
+  QString words =
+      tr("%1 s of %2 s, %3 N").arg(at_s_, 0, 'f', 3).arg(duration_s_, 0, 'f', 2).arg(norm(moment().command_n), 0, 'f', 2);
   if (const std::optional<Moment> other = other_moment()) words += tr(" beside %1 N").arg(norm(other->command_n), 0, 'f', 2);
   words_->setText(words);
 }

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -44,8 +45,9 @@ struct PlayedHand {
   std::filesystem::path trace;  ///< a recorded session's, or …
   std::string description;      ///< … a simulated or recorded hand, as of `palpa run --hand`
 };
-/// Feels the hand in a scene: that which it was recorded in, or another one (what if?). Any thread. Throws LoadError.
-FeltTrace feel_again(const PlayedHand& hand, const LoadedScene& loaded);
+/// Feels the hand in a scene: that which it was recorded in, or another one (what if?). Any thread. Throws LoadError, also
+/// when it is asked to stop.
+FeltTrace feel_again(const PlayedHand& hand, const LoadedScene& loaded, std::stop_token stop = {});
 
 /// Time bar, force over time, events.
 class Player : public QWidget {
@@ -61,11 +63,14 @@ class Player : public QWidget {
   void step_to_event(int direction);
   void seek(double t_s);
   double at_s() const { return at_s_; }
+  /// Of the longer of the two [s].
+  double duration_s() const { return duration_s_; }
   Moment moment() const;
   std::optional<Moment> other_moment() const;
   /// Places of the proxy for a trail that ends now.
   std::vector<std::size_t> trail(std::size_t most) const;
   const FeltTrace* trace() const { return first_.get(); }
+  const FeltTrace* other_trace() const { return second_.get(); }
   QSize sizeHint() const override { return {900, 150}; }
 
  Q_SIGNALS:
@@ -83,6 +88,7 @@ class Player : public QWidget {
   QSlider* bar_;
   QToolButton* play_;
   QLabel* words_;
+  double duration_s_ = 0.0;  ///< of the longer one
   double at_s_ = 0.0;
   bool plays_ = false;
 };

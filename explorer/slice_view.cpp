@@ -209,12 +209,13 @@ void SliceView::paintEvent(QPaintEvent*) {
                                  look_.map.turned_to_hand({0, 0, 1})};
   paint_directions(painter, view_, axes, look_.medical, ink);
   paint_scale_bar(painter, view_, look_.map.scale, ink);
-  painter.setPen(ink);
-  painter.drawText(QRectF(8, 4, width() - 16, 18), Qt::AlignLeft, title());
+  const QRectF top(8, 4, width() - 16, 18);
+  paint_rimmed(painter, top, Qt::AlignLeft, title(), ink);
   if (look_.field)
-    painter.drawText(
-        QRectF(8, 4, width() - 16, 18), Qt::AlignRight,
-        QString("%1 … %2 %3").arg(look_.low, 0, 'g', 4).arg(look_.high, 0, 'g', 4).arg(QString::fromStdString(look_.unit)));
+    paint_rimmed(
+        painter, top, Qt::AlignRight,
+        QString("%1 … %2 %3").arg(look_.low, 0, 'g', 4).arg(look_.high, 0, 'g', 4).arg(QString::fromStdString(look_.unit)),
+        ink);
   if (hasFocus()) {
     painter.setPen(QPen(palette().highlight().color(), 2));
     painter.setBrush(Qt::NoBrush);

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "palpa/device/open_device.h"
-
 namespace palpa::explorer {
 namespace {
 
@@ -37,42 +35,31 @@ Touch::~Touch() {
   watcher_.join();
 }
 
-void Touch::begin(const LoadedScene& loaded, const HandChoice& hand, const std::filesystem::path& out) {
+void Touch::begin(const LoadedScene& loaded, std::unique_ptr<Device> device, const std::filesystem::path& out) {
   end();
-  hand_ = hand;
   options_ = RunOptions();
   options_.out = out;
   options_.primitives = true;
   options_.live.emplace();
   options_.arguments = {"explore"};
-  options_.device = hand.kind == HandChoice::Kind::device ? hand.description : "";
   prepared_ = PreparedRun();
   prepared_.loaded = loaded;
   prepared_.duration_s = std::numeric_limits<double>::infinity();
-  open_hand_device();
-  prepared_.device = device_ ? device_->name() : "";
+  if (!device) {
+    auto pointer = std::make_unique<Pointer>(
+        Pointer::Options{.radius_m = pointer_radius_m, .largest_force_n = std::max(0.1, loaded.scene.coupling.max_force_n)});
+    pointer_ = pointer.get();
+    pointer_->put(wanted_m_);
+    sent_m_ = wanted_m_;
+    device = std::move(pointer);
+  }
+  device_ = std::move(device);
+  prepared_.device = device_->name();
   run_ = std::make_unique<LiveRun>(options_, prepared_, *device_,
                                    [this](const TickFrame& frame, const Session& felt) { observe(frame, felt); });
   out_ = out;
   held_ = false;
   felt_now = run_.get();
-}
-
-void Touch::open_hand_device() {
-  pointer_ = nullptr;
-  device_.reset();
-  switch (hand_.kind) {
-    case HandChoice::Kind::mouse: {
-      auto pointer = std::make_unique<Pointer>(Pointer::Options{
-          .radius_m = pointer_radius_m, .largest_force_n = std::max(0.1, prepared_.loaded.scene.coupling.max_force_n)});
-      pointer_ = pointer.get();
-      pointer_->put(wanted_m_);
-      sent_m_ = wanted_m_;
-      device_ = std::move(pointer);
-      break;
-    }
-    case HandChoice::Kind::device: device_ = open_device(device_description(hand_.description)); break;
-  }
 }
 
 std::string Touch::end() {

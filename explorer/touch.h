@@ -19,13 +19,6 @@
 
 namespace palpa::explorer {
 
-/// Who moves the probe.
-struct HandChoice {
-  enum class Kind { mouse, device };
-  Kind kind = Kind::mouse;
-  std::string description{};  ///< of a device, as `device_description` reads it
-};
-
 /// A scene that is being felt. All functions are for the window's thread.
 ///
 /// The window's silence is watched: if `beat` does not come for `frozen_after_s`, the loop lets no force out until it comes.
@@ -38,17 +31,18 @@ class Touch {
   Touch(const Touch&) = delete;
   Touch& operator=(const Touch&) = delete;
 
-  /// Begins to feel; what was felt before ends. Throws LoadError where the device or its recording cannot be had: nothing is
-  /// felt then.
-  /// \param out  folder of the trace; empty: nothing is recorded
-  void begin(const LoadedScene& loaded, const HandChoice& hand, const std::filesystem::path& out = {});
+  /// Begins to feel; what was felt before ends. Throws LoadError where the recording cannot be had: nothing is felt then.
+  /// \param device  the hand's; null: the mouse is the hand
+  /// \param out     folder of the trace; empty: nothing is recorded
+  void begin(const LoadedScene& loaded, std::unique_ptr<Device> device, const std::filesystem::path& out = {});
   /// Ends it. Returns why the recording is not complete; empty: it is, or there was none.
   std::string end();
   bool is_felt() const noexcept { return run_ != nullptr; }
   bool has_ended() const noexcept { return run_ && run_->has_ended(); }
   bool is_recorded() const noexcept { return run_ && !out_.empty(); }
   const std::filesystem::path& trace() const noexcept { return out_; }
-  const HandChoice& hand() const noexcept { return hand_; }
+  /// Whether the mouse is the hand.
+  bool is_by_mouse() const noexcept { return pointer_ != nullptr; }
 
   /// Has the loop go on with this scene, made on a thread of its own; of several the last.
   void change(const Scene& scene);
@@ -82,15 +76,13 @@ class Touch {
 
  private:
   void observe(const TickFrame& frame, const Session& session) noexcept;
-  void open_hand_device();
   void make_scenes();
   void watch();
 
-  HandChoice hand_;
   std::filesystem::path out_;
   RunOptions options_;
   PreparedRun prepared_;
-  Pointer* pointer_ = nullptr;
+  Pointer* pointer_ = nullptr;  ///< `device_`, where it is the mouse's
   std::unique_ptr<Device> device_;
   std::unique_ptr<LiveRun> run_;
   bool held_ = false;

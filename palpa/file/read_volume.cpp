@@ -373,7 +373,7 @@ void read_parsed(const VolumeRequest& request, const protocol::Request& ask, con
   Plan plan;
   std::unique_ptr<detail::SharedMemory> memory;
   {
-    detail::ReaderProcess reader(detail::find_reader(options.reader), options.idle_limit_s);
+    detail::ReaderProcess reader(detail::find_reader(options.reader), options.idle_limit_s, options.stop);
     reader.send(ask);
     plan = planned(expect<Header>(reader.receive(file_bytes, reader_slack_bytes + 8 * file_bytes)), request, volume);
     check_size(plan, options, ask.max_bytes);

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <stop_token>
 
 #include "palpa/core/load_error.h"
 #include "palpa/volume/volume.h"
@@ -15,7 +16,8 @@ struct ReadOptions {
       0;                       ///< voxels larger than this are refused before memory is taken; 0: two thirds of the free memory
   double idle_limit_s = 10.0;  ///< without progress (CPU time or bytes read) the reader is ended; > 0
   bool preview = false;  ///< only to look at: a file of bare numbers is mapped, not copied, and a large one not read as a whole
-  bool checksums = true;  ///< of the files, which recordings keep; without them plain voxels are read twice as fast
+  bool checksums = true;   ///< of the files, which recordings keep; without them plain voxels are read twice as fast
+  std::stop_token stop{};  ///< once it is asked to stop the reader is ended within 0.1 s, with a LoadError
 };
 
 /// Opens the file(s) of a request. The files are parsed by a child program with limits of its own, so

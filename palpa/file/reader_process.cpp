@@ -56,7 +56,8 @@ std::filesystem::path find_reader(const std::filesystem::path& option) {
   throw LoadError("cannot be opened: the program palpa-read is not beside this one; build it, or set PALPA_READER to its path");
 }
 
-ReaderProcess::ReaderProcess(const std::filesystem::path& program, double idle_limit_s) : idle_limit_s_(idle_limit_s) {
+ReaderProcess::ReaderProcess(const std::filesystem::path& program, double idle_limit_s, std::stop_token stop)
+    : idle_limit_s_(idle_limit_s), stop_(std::move(stop)) {
   int pair[2] = {-1, -1};
   if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, pair) != 0) {
     throw LoadError(std::string("cannot be opened: no socket for palpa-read (") + std::strerror(errno) + "); close some files");
@@ -119,6 +120,7 @@ protocol::Message ReaderProcess::receive(std::uint64_t work_bytes, std::uint64_t
     const int events = ::poll(&ready, 1, static_cast<int>(look_every.count()));
     if (events > 0) break;
     if (events < 0 && errno != EINTR) report_end();
+    if (stop_.stop_requested()) throw LoadError("was not read: it was cancelled; open it again");
     watch(work_bytes, memory_bytes);
   }
   bool garbled = false;

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <stop_token>
 #include <string>
 
 #include "palpa/file/protocol.h"
@@ -24,7 +25,8 @@ class ReaderProcess {
  public:
   /// Starts the program.
   /// \param idle_limit_s  [s] without progress it is ended
-  ReaderProcess(const std::filesystem::path& program, double idle_limit_s);
+  /// \param stop          once it is asked to stop it is ended, too
+  ReaderProcess(const std::filesystem::path& program, double idle_limit_s, std::stop_token stop);
   ~ReaderProcess();
   ReaderProcess(const ReaderProcess&) = delete;
   ReaderProcess& operator=(const ReaderProcess&) = delete;
@@ -44,6 +46,7 @@ class ReaderProcess {
   int end() noexcept;  ///< kills and reaps; the status of wait, or -1
 
   double idle_limit_s_;
+  std::stop_token stop_;
   int socket_ = -1;
   pid_t pid_ = -1;
 

@@ -195,6 +195,25 @@ TEST(ExplorerInFolder, ARecordedTouchIsATraceThatCanBeFeltAgainAndScrubbed) {
   driver.key(Qt::Key_1, Qt::ControlModifier);
   ASSERT_TRUE(Driver::wait_for([&] { return player.other_moment().has_value(); }));
   driver.look("trace-what-if");
+  // Two recordings side by side.
+  const fs::path second = fresh_folder("second-trace") / "press";
+  RunOptions options;
+  options.scene = embedded("head_phantom.toml");
+  options.hand = "sim:press";
+  options.out = second;
+  run(options);
+  const double alone_s = player.trace()->duration_s;
+  driver.window().compare_with(second);
+  const double second_s = TraceReader(second).ticks().back().frame.t_s;
+  ASSERT_TRUE(Driver::wait_for([&] { return player.other_trace() && player.other_trace()->name == "press"; }))
+      << driver.message().toStdString();
+  EXPECT_EQ(player.duration_s(), std::max(alone_s, second_s)) << "the longer one is seen to its end";
+  for (const TraceTick& tick : TraceReader(second).ticks()) {
+    if (tick.frame.tick % 200 != 0) continue;
+    player.seek(tick.frame.t_s);
+    EXPECT_LT(distance(player.other_moment()->command_n, tick.frame.command_n), 1e-12) << "not what was recorded";
+  }
+  driver.look("two-traces");
   driver.key(Qt::Key_Escape);
   EXPECT_TRUE(Driver::wait_for([&] { return driver.window().touch().is_felt(); })) << "the hand is not one's own again";
 }
@@ -444,6 +463,16 @@ TEST(ExplorerInFolder, ACrashLeavesTheMotorsWithoutForce) {
   ASSERT_TRUE(driver.open(embedded("head_phantom.toml")));
   Touch::let_go_at_once();  // what the handler of a crash calls
   EXPECT_TRUE(Driver::wait_for([&] { return driver.window().touch().has_ended(); }, 1000));
+}
+
+TEST(ExplorerInFolder, FitsTheScreenOfALaptop) {
+  Driver driver;
+  ASSERT_TRUE(driver.open(embedded("flow_phantom.toml")));
+  driver.key(Qt::Key_T, Qt::ControlModifier);
+  ASSERT_TRUE(Driver::wait_for([&] { return driver.window().findChild<Player*>()->has_trace(); }));
+  const QSize least = driver.window().minimumSizeHint();
+  EXPECT_LE(least.width(), 1366);
+  EXPECT_LE(least.height(), 720) << "768 less what the desktop keeps";
 }
 
 TEST(ExplorerInFolder, EveryWidgetThatIsUsedHasANameForWhoCannotSeeIt) {

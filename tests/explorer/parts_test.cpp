@@ -2,7 +2,10 @@
 // again.
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <cmath>
+#include <thread>
 
 #include "driver.h"
 #include "explorer/function_editor.h"
@@ -116,6 +119,34 @@ TEST(FeelAgain, IsTheSameHandInTheSameSceneAndAnotherForceInAnother) {
     opened.loaded.scene.find_mode(mode.name)->enabled = false;
   const FeltTrace nothing = feel_again(hand, opened.loaded);
   for (const FeltTrace::Row& row : nothing.rows) EXPECT_EQ(norm(row.command_n), 0.0);
+}
+
+TEST(Jobs, StopWhenTheyAreCancelledAndSayNothing) {
+  application();
+  Jobs jobs;
+  std::atomic<bool> is_over{false};
+  bool was_said = false;
+  const auto until_stopped = [&is_over](std::stop_token stop) {
+    while (!stop.stop_requested()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    is_over = true;
+    return 1;
+  };
+  const auto begin = [&] {
+    jobs.begin<int>(
+        Jobs::Purpose::look, "looking", until_stopped, [&](int) { was_said = true; }, [&](const QString&) { was_said = true; });
+  };
+  begin();
+  EXPECT_EQ(jobs.words(), "looking");
+  jobs.cancel_all();
+  EXPECT_FALSE(jobs.is_under_way(Jobs::Purpose::look));
+  EXPECT_TRUE(Driver::wait_for([&] { return is_over.load(); })) << "the work goes on";
+  begin();  // the next takes its place
+  begin();
+  is_over = false;
+  jobs.cancel(Jobs::Purpose::look);
+  EXPECT_TRUE(Driver::wait_for([&] { return is_over.load(); }));
+  Driver::live(50);
+  EXPECT_FALSE(was_said);
 }
 
 TEST(OpenAny, SaysWhatIsWrong) {

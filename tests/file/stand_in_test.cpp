@@ -4,9 +4,12 @@
 #include <sys/stat.h>
 #include <sys/wait.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <stop_token>
+#include <thread>
 
 #include "palpa/core/load_error.h"
 #include "palpa/file/read_volume.h"
@@ -98,6 +101,20 @@ TEST_F(StandIn, ReadersThatMakeNoProgress) {
   expect_error("hang at once", "no progress for 0.5 s");
   expect_error("hang in the middle", "no progress for 0.5 s");
   expect_error("spin in the middle", "without reading on");
+}
+
+TEST_F(StandIn, AReaderIsEndedWhenItsCallerNoLongerWantsTheFile) {
+  options_.idle_limit_s = 60.0;
+  for (const char* part : {"hang at once", "hang in the middle", "spin in the middle"}) {
+    std::stop_source source;
+    options_.stop = source.get_token();
+    std::thread person([&source] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      source.request_stop();
+    });
+    expect_error(part, "cancelled");
+    person.join();
+  }
 }
 
 TEST_F(StandIn, ReadersThatTalkNonsense) {
