@@ -53,13 +53,14 @@ install_what_is_missing() {
 # What the packages need stays: what is compared is what they bring themselves.
 needed=$(for deb in "$build"/*.deb; do dpkg-deb -f "$deb" Depends; done | tr ',' '\n' | sed 's/|.*//; s/(.*//; s/ //g' |
   grep -v -e '^libpalpa' -e '^palpa' | sort -u | tr '\n' ' ')
+if [ -n "$(find "$build" -maxdepth 1 -name 'palpa-explorer*.deb')" ]; then needed="$needed xvfb xauth libgl1-mesa-dri"; fi  # a display
 echo "== what they need: $needed"
 install_what_is_missing "$needed"
 files >"$work/before"
 
 echo "== installed and run"
 install_what_is_missing "/tmp/debs/*.deb"
-inside dpkg-query -W -f '${Package} ${Version} ${Installed-Size} kB\n' 'libpalpa*' palpa
+inside dpkg-query -W -f '${Package} ${Version} ${Installed-Size} kB\n' 'libpalpa*' 'palpa*'
 # As an ordinary user, who can write nothing.
 inside setpriv --reuid 65534 --regid 65534 --clear-groups sh -c 'cd / && palpa demo' >"$work/demo" || fail "palpa demo"
 sed -n 1,12p "$work/demo"
@@ -73,14 +74,28 @@ if compgen -G "$root/usr/lib/*/libpalpa_report.so*" >/dev/null; then
 fi
 printf 'NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: ascii\n\n0 1 2 3 4 5 6 7\n' >"$root/tmp/eight.nrrd"
 if [ -e "$root/usr/libexec/palpa/palpa-read" ]; then inside palpa info /tmp/eight.nrrd | grep uint8 || fail "palpa info"; fi
+if [ -e "$root/usr/bin/palpa-explorer" ]; then
+  status=0
+  inside palpa explore 2>"$work/window" || status=$?
+  if [ $status != 2 ] || ! grep -q "no display" "$work/window"; then fail "palpa explore without a display: $(cat "$work/window")"; fi
+  # As an ordinary user again; it lives until it is ended.
+  status=0
+  inside setpriv --reuid 65534 --regid 65534 --clear-groups sh -c \
+    'cd /tmp/felt && HOME=/tmp/felt timeout 10 xvfb-run -a palpa explore /usr/share/palpa/scenes/head_phantom.toml' \
+    >"$work/window" 2>&1 || status=$?
+  cat "$work/window"
+  if [ $status != 124 ] || grep -q "palpa" "$work/window"; then fail "palpa explore ended with $status"; fi
+  [ -s "$root/usr/share/applications/palpa-explorer.desktop" ] || fail "no desktop entry"
+  inside dpkg --verify palpa-explorer || fail "files of the window are not as packed"
+fi
 for name in palpa libpalpa-dev; do
   [ -s "$root/usr/share/doc/$name/copyright" ] || fail "$name has no copyright file"
 done
 inside dpkg --verify palpa || fail "files are not as packed"
 
 echo "== purged"
-inside sh -c "dpkg --purge \$(dpkg-query -W -f '\${Package} ' 'libpalpa*' palpa)" >"$work/purge.log" 2>&1 || { cat "$work/purge.log"; fail "purge"; }
+inside sh -c "dpkg --purge \$(dpkg-query -W -f '\${Package} ' 'libpalpa*' 'palpa*')" >"$work/purge.log" 2>&1 || { cat "$work/purge.log"; fail "purge"; }
 files >"$work/after"
 diff "$work/before" "$work/after" || fail "purging left the above behind"
-[ -z "$(inside dpkg-query -W -f '${Package} ' 'libpalpa*' palpa 2>/dev/null)" ] || fail "dpkg still knows the packages"
+[ -z "$(inside dpkg-query -W -f '${Package} ' 'libpalpa*' 'palpa*' 2>/dev/null)" ] || fail "dpkg still knows the packages"
 echo "$(wc -l <"$work/after") files, the same as before"
