@@ -54,8 +54,9 @@ StartPage::StartPage(QWidget* parent) : QWidget(parent), recent_(new QVBoxLayout
                     "VTK, HDF5, OpenFOAM, PLOT3D, a recorded trace.")));
   all->addSpacing(12);
   auto* row = new QHBoxLayout;
-  for (const std::filesystem::path& scene : embedded_scenes()) {
-    for (const Known& one : known) {
+  const std::vector<std::filesystem::path> scenes = embedded_scenes();
+  for (const Known& one : known) {
+    for (const std::filesystem::path& scene : scenes) {
       if (scene.filename() != one.file) continue;
       const QString file = QString::fromStdString(scene.string());
       QToolButton* button = tile(file, tr(one.title), tr(one.words));

@@ -194,6 +194,7 @@ TEST(ExplorerInFolder, ARecordedTouchIsATraceThatCanBeFeltAgainAndScrubbed) {
   // What if the skin were gone?
   driver.key(Qt::Key_1, Qt::ControlModifier);
   ASSERT_TRUE(Driver::wait_for([&] { return player.other_moment().has_value(); }));
+  QTest::mouseClick(driver.window().findChild<QFrame*>("message_bar")->findChild<QToolButton*>(), Qt::LeftButton);
   driver.look("trace-what-if");
   // Two recordings side by side.
   const fs::path second = fresh_folder("second-trace") / "press";
