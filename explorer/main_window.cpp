@@ -689,7 +689,7 @@ void MainWindow::feel_what_if() {
       Jobs::Purpose::feel_again, tr("feeling the changed scene"),
       [hand = played_, loaded = document_.loaded()](std::stop_token stop) { return feel_again(hand, loaded, stop); },
       [this](FeltTrace felt) {
-        felt.name += tr(" in the changed scene").toStdString();
+        felt.name = tr("in the changed scene").toStdString();
         show_beside(std::move(felt));
       },
       [this](const QString& why) { say(why, true); });

@@ -104,6 +104,13 @@ void primitive(QPainter& painter, const detail::View& view, const Moment& moment
 /// What ink of any colour stands out against.
 QColor rim_of(const QColor& ink) { return ink.lightness() > 127 ? QColor(0, 0, 0, 150) : QColor(255, 255, 255, 150); }
 
+/// Of the world, along an axis or against it. The world of medical data is LPS.
+QString name_of_direction(int axis, bool against, bool medical) {
+  static constexpr const char* patient[3][2] = {{"L", "R"}, {"P", "A"}, {"S", "I"}};
+  static constexpr const char* plain[3][2] = {{"+x", "−x"}, {"+y", "−y"}, {"+z", "−z"}};
+  return QString::fromUtf8((medical ? patient : plain)[axis][against ? 1 : 0]);
+}
+
 }  // namespace
 
 QColor to_qt(const detail::Color& color) { return QColor::fromRgbF(color.red, color.green, color.blue); }
@@ -185,9 +192,6 @@ void paint_scale_bar(QPainter& painter, const detail::View& view, double world_p
 
 void paint_directions(QPainter& painter, const detail::View& view, std::span<const Vec3, 3> axes, bool medical,
                       const QColor& ink) {
-  // The world of medical data is LPS.
-  static constexpr const char* patient[3][2] = {{"L", "R"}, {"P", "A"}, {"S", "I"}};
-  static constexpr const char* plain[3][2] = {{"+x", "−x"}, {"+y", "−y"}, {"+z", "−z"}};
   const auto nearest = [&](const Vec3& direction) {
     int best = 0;
     double most = -2.0;
@@ -195,8 +199,7 @@ void paint_directions(QPainter& painter, const detail::View& view, std::span<con
       const double along = (i % 2 == 0 ? 1.0 : -1.0) * dot(normalized(axes[static_cast<std::size_t>(i / 2)]), direction);
       if (along > most) most = along, best = i;
     }
-    const auto& names = medical ? patient[best / 2] : plain[best / 2];
-    return QString::fromUtf8(names[best % 2]);
+    return name_of_direction(best / 2, best % 2 != 0, medical);
   };
   painter.save();
   QFont font = painter.font();
@@ -207,6 +210,31 @@ void paint_directions(QPainter& painter, const detail::View& view, std::span<con
   paint_rimmed(painter, QRectF(6, h / 2 - 10, 28, 20), Qt::AlignLeft | Qt::AlignVCenter, nearest(-view.right), ink);
   paint_rimmed(painter, QRectF(w / 2 - 20, 22, 40, 18), Qt::AlignCenter, nearest(view.up), ink);
   paint_rimmed(painter, QRectF(w / 2 - 20, h - 22, 40, 18), Qt::AlignCenter, nearest(-view.up), ink);
+  painter.restore();
+}
+
+void paint_axes(QPainter& painter, const detail::View& view, const QPointF& at, std::span<const Vec3, 3> axes, bool medical,
+                const QColor& ink) {
+  // Red, green, blue for x, y, z, as everywhere, in hues that the colour-blind tell apart.
+  static const QColor colors[3] = {QColor(213, 94, 0), QColor(0, 158, 115), QColor(0, 114, 178)};
+  constexpr double length_px = 26.0;
+  std::array<int, 3> order{0, 1, 2};
+  const auto depth = [&](int axis) { return dot(normalized(axes[static_cast<std::size_t>(axis)]), view.towards); };
+  std::sort(order.begin(), order.end(), [&](int a, int b) { return depth(a) < depth(b); });
+  painter.save();
+  QFont font = painter.font();
+  font.setBold(true);
+  painter.setFont(font);
+  for (const int axis : order) {
+    const Vec3 along = normalized(axes[static_cast<std::size_t>(axis)]);
+    const QPointF direction(dot(along, view.right), -dot(along, view.up));
+    const QPointF end = at + length_px * direction;
+    painter.setPen(QPen(colors[axis], 3.0, Qt::SolidLine, Qt::RoundCap));
+    painter.drawLine(at, end);
+    const QPointF beyond = end + 9.0 * (std::hypot(direction.x(), direction.y()) > 0.2 ? direction : QPointF(0.7, 0.7));
+    paint_rimmed(painter, QRectF(beyond.x() - 14, beyond.y() - 9, 28, 18), Qt::AlignCenter,
+                 name_of_direction(axis, false, medical), ink);
+  }
   painter.restore();
 }
 

@@ -39,6 +39,9 @@ void paint_scale_bar(QPainter& painter, const detail::View& view, double world_p
 /// Letters of the patient's directions at the edges (R L A P S I), or the axes' names. \param axes  the world's, hand frame
 void paint_directions(QPainter& painter, const detail::View& view, std::span<const Vec3, 3> axes, bool medical,
                       const QColor& ink);
+/// Where the world's axes point: three short lines from one point, each with its patient's direction or its name.
+void paint_axes(QPainter& painter, const detail::View& view, const QPointF& at, std::span<const Vec3, 3> axes, bool medical,
+                const QColor& ink);
 /// Legend and colour bars at the right edge.
 void paint_explanations(QPainter& painter, const QRect& area, std::span<const detail::LegendEntry> legend,
                         std::span<const detail::ColorBar> bars, const QColor& ink, const QColor& ground);

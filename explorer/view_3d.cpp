@@ -59,6 +59,7 @@ class View3D::Overlay : public QWidget {
       painter.setPen(ink);
       paint_scale_bar(painter, view_.view_, view_.world_per_hand_, ink);
       paint_directions(painter, view_.view_, view_.axes_, view_.medical_, ink);
+      paint_axes(painter, view_.view_, QPointF(width() - 52, height() - 52), view_.axes_, view_.medical_, ink);
       paint_explanations(painter, QRect(width() - 260, 24, 260, height() - 48), view_.drawing_.signs.legend,
                          view_.drawing_.signs.bars, ink, ground);
     }

@@ -4,13 +4,16 @@
 #include <sys/resource.h>
 
 #include <QDockWidget>
+#include <QDropEvent>
 #include <QGroupBox>
 #include <QLabel>
 #include <QLineEdit>
+#include <QMimeData>
 #include <QPushButton>
 #include <QSlider>
 #include <QTableWidget>
 #include <QToolButton>
+#include <QUrl>
 #include <cstdlib>
 #include <fstream>
 #include <set>
@@ -464,6 +467,19 @@ TEST(ExplorerInFolder, ACrashLeavesTheMotorsWithoutForce) {
   ASSERT_TRUE(driver.open(embedded("head_phantom.toml")));
   Touch::let_go_at_once();  // what the handler of a crash calls
   EXPECT_TRUE(Driver::wait_for([&] { return driver.window().touch().has_ended(); }, 1000));
+}
+
+TEST(ExplorerInFolder, AFileThatIsDroppedIsOpened) {
+  Driver driver;
+  QMimeData files;
+  files.setUrls({QUrl::fromLocalFile(QString::fromStdString(embedded("beat_phantom.toml").string()))});
+  const QPoint at(300, 300);
+  QDragEnterEvent enter(at, Qt::CopyAction, &files, Qt::LeftButton, Qt::NoModifier);
+  QApplication::sendEvent(&driver.window(), &enter);
+  EXPECT_TRUE(enter.isAccepted());
+  QDropEvent drop(at, Qt::CopyAction, &files, Qt::LeftButton, Qt::NoModifier);
+  QApplication::sendEvent(&driver.window(), &drop);
+  EXPECT_TRUE(Driver::wait_for([&] { return driver.window().windowTitle().contains("beat_phantom"); }));
 }
 
 TEST(ExplorerInFolder, FitsTheScreenOfALaptop) {
