@@ -24,6 +24,7 @@
 #include <vtkTable.h>
 #include <vtkTextProperty.h>
 
+#include <QComboBox>
 #include <QGuiApplication>
 #include <QHBoxLayout>
 #include <QHeaderView>
@@ -95,16 +96,18 @@ struct FunctionEditor::Chart {
 };
 
 FunctionEditor::FunctionEditor(bool has_opengl, QWidget* parent)
-    : QWidget(parent), title_(new QLabel), table_(new QTableWidget) {
+    : QWidget(parent), title_(new QLabel), table_(new QTableWidget), listed_(new QComboBox) {
   auto* all = new QVBoxLayout(this);
   all->setContentsMargins(4, 4, 4, 4);
   auto* hint = new QLabel(tr(
       "drag points · click adds one · Delete takes one away · snaps to valleys (not with Shift) · double click sets a level"));
   hint->setEnabled(false);
+  for (QLabel* label : {title_, hint})
+    label->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);  // a narrow window cuts them
+  hint->setAlignment(Qt::AlignRight);
   auto* head = new QHBoxLayout;
-  head->addWidget(title_);
-  head->addStretch();
-  head->addWidget(hint);
+  head->addWidget(title_, 2);
+  head->addWidget(hint, 3);
   all->addLayout(head);
   auto* row = new QHBoxLayout;
   if (has_opengl) {
@@ -146,7 +149,15 @@ FunctionEditor::FunctionEditor(bool has_opengl, QWidget* parent)
   table_->verticalHeader()->hide();
   table_->setMinimumWidth(220);
   connect(table_, &QTableWidget::cellChanged, this, &FunctionEditor::typed);
-  row->addWidget(table_, 2);
+  listed_->addItems({tr("Points of what is felt"), tr("Points of what is seen")});
+  listed_->setObjectName("function_listed");
+  listed_->setAccessibleName(tr("Whose points the table lists"));
+  listed_->hide();
+  connect(listed_, qOverload<int>(&QComboBox::activated), this, [this] { show_functions(Shown(shown_)); });
+  auto* points = new QVBoxLayout;
+  points->addWidget(listed_);
+  points->addWidget(table_);
+  row->addLayout(points, 2);
   all->addLayout(row, 1);
   settle_.setSingleShot(true);
   settle_.setInterval(settle_ms);
@@ -163,6 +174,7 @@ void FunctionEditor::show_functions(const Shown& shown) {
   is_filling_ = true;
   shown_ = shown;
   title_->setText("<b>" + shown.title.toHtmlEscaped() + "</b>");
+  listed_->setVisible(shown.strength && shown.colors);
   if (other_field) valleys_.clear();
   if (chart_) {
     Chart& c = *chart_;
@@ -209,7 +221,8 @@ void FunctionEditor::show_functions(const Shown& shown) {
       item->SetOpacity(0.35);
       return item;
     });
-    keep(c.strength_item, shown.strength.has_value(), [&] {
+    // Points are drawn, and hear the mouse, of the one that the table lists.
+    keep(c.strength_item, lists_strength(), [&] {
       auto item = vtkSmartPointer<vtkPiecewiseControlPointsItem>::New();
       item->SetPiecewiseFunction(c.strength);
       item->GetPen()->SetColorF(0.84, 0.37, 0.0);
@@ -217,7 +230,7 @@ void FunctionEditor::show_functions(const Shown& shown) {
       item->GetBrush()->SetColorF(0.84, 0.37, 0.0);
       return item;
     });
-    keep(c.colors_item, shown.colors.has_value(), [&] {
+    keep(c.colors_item, !lists_strength(), [&] {
       auto item = vtkSmartPointer<vtkCompositeControlPointsItem>::New();
       item->SetColorTransferFunction(c.colors);
       item->SetOpacityFunction(c.opacity);
@@ -331,8 +344,10 @@ void FunctionEditor::chart_changed() {
   is_filling_ = false;
 }
 
+bool FunctionEditor::lists_strength() const { return shown_.strength && (!shown_.colors || listed_->currentIndex() == 0); }
+
 void FunctionEditor::fill_table() {
-  const bool felt = shown_.strength.has_value();
+  const bool felt = lists_strength();
   table_->setColumnCount(felt ? 2 : 3);
   const QString value = shown_.unit.empty() ? tr("value") : tr("value / %1").arg(QString::fromStdString(shown_.unit));
   table_->setHorizontalHeaderLabels(
@@ -363,7 +378,7 @@ void FunctionEditor::typed(int row, int column) {
   bool is_number = false;
   const double given = words.toDouble(&is_number);
   const auto at = static_cast<std::size_t>(row);
-  if (shown_.strength) {
+  if (lists_strength()) {
     std::vector<TransferFunction::Point> points = shown_.strength->points();
     if (is_number && std::isfinite(given)) (column == 0 ? points[at].value : points[at].result) = given;
     std::stable_sort(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.value < b.value; });

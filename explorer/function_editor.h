@@ -13,7 +13,6 @@
 #include "palpa/survey/statistics.h"
 
 class QComboBox;
-class QDoubleSpinBox;
 class QLabel;
 class QTableWidget;
 
@@ -59,6 +58,7 @@ class FunctionEditor : public QWidget {
  private:
   struct Chart;
   void fill_table();
+  bool lists_strength() const;
   void chart_changed();
   void typed(int row, int column);
   double snapped(double value) const;
@@ -68,6 +68,7 @@ class FunctionEditor : public QWidget {
   std::unique_ptr<Chart> chart_;
   QLabel* title_;
   QTableWidget* table_;
+  QComboBox* listed_;  ///< whose points the table has, where both are shown
   QTimer settle_;
   bool is_filling_ = false;
 };

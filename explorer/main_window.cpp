@@ -11,9 +11,7 @@
 #include <QFrame>
 #include <QHBoxLayout>
 #include <QLabel>
-#include <QMenuBar>
 #include <QMimeData>
-#include <QProcess>
 #include <QProgressBar>
 #include <QScrollArea>
 #include <QSplitter>
@@ -21,12 +19,10 @@
 #include <QStandardPaths>
 #include <QStatusBar>
 #include <QTabWidget>
-#include <QToolBar>
 #include <QToolButton>
 #include <QVBoxLayout>
 #include <algorithm>
 
-#include "explorer/help_sheet.h"
 #include "explorer/opening.h"
 #include "explorer/presets.h"
 #include "palpa/device/open_device.h"
@@ -46,7 +42,6 @@ constexpr int most_recent = 8;
 // Streamlines near the proxy: how far, how many, and how far it goes until they are drawn anew.
 constexpr double flow_reach_m = 0.012, flow_step_m = 0.0015;
 constexpr std::size_t flow_lines = 10;
-constexpr double film_hz = 25.0;     // pictures a second of a film, as most players show
 constexpr double in_front_m = 6e-3;  // of the surface, where a hand is put before it presses, and where it goes back to
 constexpr double jump_m = 0.03;      // farther between two pictures than the mouse leads a hand: it was put there
 
@@ -86,29 +81,12 @@ MainWindow::MainWindow(const WindowOptions& options)
   if (options.has_opengl) work->setSizes({660, 240});
   pages_->addWidget(work);
 
-  message_ = new QLabel;
-  message_->setWordWrap(true);
-  message_->setTextInteractionFlags(Qt::TextSelectableByMouse);
-  message_->setAccessibleName(tr("Message"));
-  message_->setObjectName("message");
-  message_bar_ = new QFrame;
-  message_bar_->setObjectName("message_bar");
-  auto* message_row = new QHBoxLayout(message_bar_);
-  message_row->setContentsMargins(10, 4, 6, 4);
-  message_row->addWidget(message_, 1);
-  auto* close = new QToolButton;
-  close->setText("✕");
-  close->setAccessibleName(tr("Close message"));
-  close->setAutoRaise(true);
-  connect(close, &QToolButton::clicked, message_bar_, &QWidget::hide);
-  message_row->addWidget(close);
-  message_bar_->hide();
-
+  message_ = new MessageBar;
   auto* central = new QWidget;
   auto* stack = new QVBoxLayout(central);
   stack->setContentsMargins(0, 0, 0, 0);
   stack->setSpacing(0);
-  stack->addWidget(message_bar_);
+  stack->addWidget(message_);
   stack->addWidget(pages_, 1);
   setCentralWidget(central);
 
@@ -182,7 +160,7 @@ MainWindow::MainWindow(const WindowOptions& options)
       for (SliceView* other : slices_) other->set_look(look_);
     });
     connect(slice, &SliceView::value_asked, this, [this](double value, const Vec3&) {
-      if (editor_dock_->isVisible()) return give_value_to_level(value);
+      if (desk_->isVisible()) return desk_->give_value_to_level(value);
       say(tr("%1 here: %2 %3")
               .arg(QString::fromStdString(look_.name))
               .arg(value, 0, 'g', 5)
@@ -228,197 +206,31 @@ void MainWindow::make_docks() {
   below->setObjectName("instruments");
   below->setWidget(instruments_);
   addDockWidget(Qt::BottomDockWidgetArea, below);
-  editor_ = new FunctionEditor(options_.has_opengl);
-  editor_dock_ = new QDockWidget(tr("Function"));
-  editor_dock_->setObjectName("function");
-  editor_dock_->setWidget(editor_);
-  addDockWidget(Qt::BottomDockWidgetArea, editor_dock_);
-  editor_dock_->hide();
-  connect(editor_, &FunctionEditor::strength_changed, this, [this](const TransferFunction& curve) {
-    if (!edited_) return;
-    if (edited_->what == Edited::What::mask) {
-      document_.edit(tr("mask"), 900'002, [&](Scene& scene) {
-        scene.find_mode(edited_->mode)->masks.at(edited_->number) = {{editor_->shown().field}, curve};
-      });
-      return;
-    }
-    document_.edit(tr("strength"), 900'000, [&](Scene& scene) {
-      set_row([&](ParameterVisitor& v) { scene.find_mode(edited_->mode)->mode.visit(v); }, edited_->number,
-              Strength(FieldRef{editor_->shown().field}, curve));
-    });
-  });
-  connect(editor_, &FunctionEditor::colors_changed, this, [this](const std::vector<ViewLayer::ColorPoint>& colors) {
-    if (!edited_ || !edited_->layer) return;
-    document_.edit(tr("colours"), 900'001, [&](Scene& scene) {
-      scene.layers = detail::layers_of(scene);
-      if (*edited_->layer < scene.layers.size()) scene.layers[*edited_->layer].colors = colors;
-    });
-  });
-  connect(editor_, &FunctionEditor::value_chosen, this, &MainWindow::give_value_to_level);
-  connect(feel_, &FeelPanel::function_asked, this, &MainWindow::edit_strength);
-  connect(feel_, &FeelPanel::mask_asked, this, &MainWindow::edit_mask);
-  connect(see_, &SeePanel::colors_asked, this, &MainWindow::edit_colors);
+  desk_ = new FunctionDesk(document_, jobs_, options_.has_opengl);
+  addDockWidget(Qt::BottomDockWidgetArea, desk_);
+  desk_->hide();
+  connect(desk_, &FunctionDesk::said, this, &MainWindow::say);
+  connect(feel_, &FeelPanel::function_asked, desk_, &FunctionDesk::edit_strength);
+  connect(feel_, &FeelPanel::mask_asked, desk_, &FunctionDesk::edit_mask);
+  connect(see_, &SeePanel::colors_asked, desk_, &FunctionDesk::edit_colors);
   player_ = new Player;
   player_dock_ = new QDockWidget(tr("Trace"));
   player_dock_->setObjectName("player");
   player_dock_->setWidget(player_);
   addDockWidget(Qt::BottomDockWidgetArea, player_dock_);
-  tabifyDockWidget(below, editor_dock_);
+  tabifyDockWidget(below, desk_);
   tabifyDockWidget(below, player_dock_);
   player_dock_->hide();
   connect(player_, &Player::moved, this, &MainWindow::show_played);
+  film_ = new Film(
+      *player_, jobs_, [this] { return picture(); }, this);
+  connect(film_, &Film::said, this, &MainWindow::say);
   connect(player_dock_->toggleViewAction(), &QAction::toggled, this, [this](bool shown) {
     if (!shown && player_->has_trace() && !player_dock_->isVisible()) stop_playing();
   });
   setCorner(Qt::BottomRightCorner, Qt::RightDockWidgetArea);
   scene_docks_ = {panel, below};
   for (QDockWidget* dock : scene_docks_) dock->hide();  // until there is a scene
-}
-
-QAction* MainWindow::action(const QString& words, const QKeySequence& keys, const QString& tip,
-                            const std::function<void()>& what) {
-  auto* made = new QAction(words, this);
-  made->setShortcut(keys);
-  made->setToolTip(tip + (keys.isEmpty() ? QString() : " (" + keys.toString(QKeySequence::NativeText) + ")"));
-  made->setStatusTip(tip);
-  connect(made, &QAction::triggered, this, what);
-  addAction(made);
-  return made;
-}
-
-void MainWindow::make_actions() {
-  QMenu* file = menuBar()->addMenu(tr("&File"));
-  QMenu* edit = menuBar()->addMenu(tr("&Edit"));
-  QMenu* look = menuBar()->addMenu(tr("&View"));
-  QMenu* feel = menuBar()->addMenu(tr("F&eel"));
-  QMenu* help = menuBar()->addMenu(tr("&Help"));
-
-  QAction* open_file = action(tr("&Open …"), QKeySequence::Open, tr("Open a scene, data or a trace"), [this] { ask_file(); });
-  QAction* save_scene = action(tr("&Save scene"), QKeySequence::Save, tr("Save the scene"), [this] { save(false); });
-  file->addAction(open_file);
-  file->addAction(save_scene);
-  file->addAction(action(tr("Save scene &as …"), QKeySequence("Ctrl+Shift+S"), tr("Save the scene under another name"),
-                         [this] { save(true); }));
-  file->addAction(
-      action(tr("Save a &picture"), QKeySequence("Ctrl+P"), tr("Save what the view shows as PNG"), [this] { screenshot(); }));
-  file->addAction(action(tr("&Start page"), QKeySequence("Ctrl+Home"), tr("The scenes that come with Palpa"),
-                         [this] { pages_->setCurrentIndex(0); }));
-  file->addSeparator();
-  file->addAction(action(tr("&Quit"), QKeySequence("Ctrl+Q"), tr("End Palpa"), [this] { this->close(); }));
-
-  QAction* undo = document_.undo().createUndoAction(this, tr("Undo"));
-  undo->setShortcut(QKeySequence::Undo);
-  QAction* redo = document_.undo().createRedoAction(this, tr("Redo"));
-  redo->setShortcut(QKeySequence::Redo);
-  edit->addAction(undo);
-  edit->addAction(redo);
-
-  const auto from = [this](double x, double y, double z) {
-    if (view_) view_->look_from({x, y, z}, std::abs(y) > 0.9 ? Vec3{0, 0, -y} : Vec3{0, 1, 0});
-  };
-  look->addAction(action(tr("Show &all"), QKeySequence("Home"), tr("Show all of the data"), [this] {
-    if (view_) view_->show_all();
-  }));
-  look->addAction(
-      action(tr("From the &front"), QKeySequence("1"), tr("Look from where the hand is"), [from] { from(0, 0, 1); }));
-  look->addAction(
-      action(tr("From the &right"), QKeySequence("2"), tr("Look from the hand's right"), [from] { from(1, 0, 0); }));
-  look->addAction(action(tr("From &above"), QKeySequence("3"), tr("Look from above"), [from] { from(0, 1, 0); }));
-  struct Key {
-    const char* words;
-    const char* keys;
-    double right_deg, up_deg, zoom;
-  };
-  for (const Key& key : {Key{QT_TR_NOOP("Turn left"), "Left", -10, 0, 1}, Key{QT_TR_NOOP("Turn right"), "Right", 10, 0, 1},
-                         Key{QT_TR_NOOP("Turn up"), "Up", 0, -10, 1}, Key{QT_TR_NOOP("Turn down"), "Down", 0, 10, 1},
-                         Key{QT_TR_NOOP("Nearer"), "+", 0, 0, 1.15}, Key{QT_TR_NOOP("Farther"), "-", 0, 0, 1 / 1.15}}) {
-    QAction* one = action(tr(key.words), QKeySequence(key.keys), tr(key.words), [this, key] {
-      if (!view_) return;
-      key.zoom == 1.0 ? view_->turn(key.right_deg, key.up_deg) : view_->zoom(key.zoom);
-    });
-    // Elsewhere the arrows are those of sliders and boxes.
-    one->setShortcutContext(Qt::WidgetShortcut);
-    if (view_) view_->addAction(one);
-    look->addAction(one);
-  }
-  look->addAction(action(tr("&Marks"), QKeySequence("M"), tr("Scale bar, directions and legend"), [this] {
-    if (view_) view_->show_marks(!view_->shows_marks());
-  }));
-  look->addAction(action(tr("&Stereo"), QKeySequence("S"), tr("Flat, red-cyan, or side by side"), [this] {
-    if (!view_) return;
-    view_->set_stereo(static_cast<View3D::Stereo>((static_cast<int>(view_->stereo()) + 1) % 3));
-  }));
-  look->addAction(action(tr("&Full screen"), QKeySequence("F11"), tr("Nothing but the window"),
-                         [this] { setWindowState(windowState() ^ Qt::WindowFullScreen); }));
-  for (QDockWidget* dock : findChildren<QDockWidget*>()) look->addAction(dock->toggleViewAction());
-
-  hold_ = action(tr("&No force"), QKeySequence("Space"), tr("Take the force away and give it back"), [this] {
-    touch_.is_held() ? touch_.resume() : touch_.panic();
-    hold_->setChecked(touch_.is_held());
-  });
-  hold_->setCheckable(true);
-  record_ =
-      action(tr("&Record"), QKeySequence("R"), tr("Record what is felt as a trace"), [this] { record(record_->isChecked()); });
-  record_->setCheckable(true);
-  feel->addAction(hold_);
-  feel->addAction(record_);
-  feel->addSeparator();
-  feel->addAction(action(tr("Play a &stroke"), QKeySequence("Ctrl+T"), tr("A simulated hand strokes what is there"), [this] {
-    if (document_.is_open()) play_hand({.trace = {}, .description = "sim:stroke"});
-  }));
-  feel->addAction(action(tr("Play a &recorded hand …"), QKeySequence("Ctrl+R"), tr("A recording moves the hand"), [this] {
-    if (!document_.is_open()) return;
-    const QString recording = QFileDialog::getOpenFileName(this, tr("A recorded hand"), settings_.value("folder").toString());
-    if (!recording.isEmpty()) play_hand({.trace = {}, .description = recording.toStdString()});
-  }));
-  feel->addAction(action(tr("Compare with another &trace …"), QKeySequence("Ctrl+Shift+T"),
-                         tr("Show a second trace beside the one that is open"), [this] {
-                           if (!player_->has_trace()) return say(tr("Open a trace first, or play a hand (Ctrl+T)."));
-                           const QString header =
-                               QFileDialog::getOpenFileName(this, tr("The second trace (its trace.toml)"),
-                                                            settings_.value("folder").toString(), tr("Traces (trace.toml)"));
-                           if (!header.isEmpty()) compare_with(fs::path(header.toStdString()).parent_path());
-                         }));
-  feel->addAction(action(tr("&Play and pause"), QKeySequence("P"), tr("Play and pause the trace"), [this] {
-    if (QToolButton* play = player_->findChild<QToolButton*>("play")) play->toggle();
-  }));
-  film_action_ = action(tr("&Film"), QKeySequence("Ctrl+F"), tr("Make a film of the trace, as PNG pictures and with ffmpeg"),
-                        [this] { film(film_action_->isChecked()); });
-  film_action_->setCheckable(true);
-  feel->addAction(film_action_);
-  feel->addAction(action(tr("Next &break-through"), QKeySequence("N"), tr("Go to the next break-through of the trace"),
-                         [this] { player_->step_to_event(1); }));
-  feel->addAction(action(tr("Break-through &before"), QKeySequence("B"), tr("Go to the break-through before"),
-                         [this] { player_->step_to_event(-1); }));
-  feel->addAction(
-      action(tr("Feel it &yourself"), QKeySequence("Escape"), tr("Leave the trace: the hand is yours again"), [this] {
-        if (!player_->has_trace()) return;
-        player_dock_->hide();
-        if (player_->has_trace()) stop_playing();
-      }));
-  feel->addSeparator();
-  for (int number = 1; number <= 9; ++number) {
-    feel->addAction(action(tr("Mode %1 on and off").arg(number), QKeySequence(QString("Ctrl+%1").arg(number)),
-                           tr("Turn a mode on or off"), [this, number] {
-                             if (!document_.is_open() || document_.scene().modes().size() < static_cast<std::size_t>(number))
-                               return;
-                             const std::string name = document_.scene().modes()[static_cast<std::size_t>(number - 1)].name;
-                             document_.edit(tr("turn %1 on or off").arg(QString::fromStdString(name)), -1, [&](Scene& scene) {
-                               SceneMode& mode = *scene.find_mode(name);
-                               mode.enabled = !mode.enabled;
-                             });
-                           }));
-  }
-  help->addAction(action(tr("&Keys and mouse"), QKeySequence("F1"), tr("What keys and mouse do"), [this] { show_help(); }));
-
-  auto* bar = addToolBar(tr("Main"));
-  bar->setObjectName("main_bar");
-  bar->setMovable(false);
-  bar->setToolButtonStyle(Qt::ToolButtonTextOnly);
-  for (QAction* one : {open_file, save_scene, undo, redo}) bar->addAction(one);
-  bar->addSeparator();
-  bar->addAction(record_);
-  bar->addAction(hold_);
 }
 
 void MainWindow::open(const fs::path& path, const fs::path& second_trace) {
@@ -428,7 +240,7 @@ void MainWindow::open(const fs::path& path, const fs::path& second_trace) {
       [path, folders = options_.data_folders](std::stop_token stop) { return open_any(path, folders, stop); },
       [this, path, second_trace](Opened opened) {
         remember(path);
-        message_bar_->hide();
+        message_->hide();
         second_trace_ = second_trace;
         document_.open(std::move(opened));
       },
@@ -510,7 +322,7 @@ void MainWindow::scene_changed() {
     touch_.change(scene);
   }
   if (player_->has_trace()) feel_what_if();
-  if (editor_dock_->isVisible()) show_functions();
+  if (desk_->isVisible()) desk_->refresh();
   redraw_layers();
   setWindowModified(!document_.undo().isClean());
 }
@@ -533,135 +345,6 @@ void MainWindow::redraw_layers() {
       Jobs::Purpose::draw, tr("drawing"), [seen, towards](std::stop_token) { return draw_for_window(seen, towards); },
       [this, seen](Drawing drawing) { view_->show_drawing(std::move(drawing), seen); },
       [this](const QString& why) { say(why, true); });
-}
-
-void MainWindow::edit_strength(std::size_t mode, std::size_t row) {
-  const SceneMode& edited = document_.scene().modes()[mode];
-  const std::vector<ParameterRow> rows = rows_of([&](ParameterVisitor& v) { look_through(edited.mode, v); });
-  const auto* strength = std::get_if<Strength>(&rows[row].value);
-  if (!strength) return;
-  edited_ = Edited{.what = Edited::What::strength, .mode = edited.name, .number = row};
-  if (strength->is_constant()) {
-    // As strong as it is, over all values of the field that the mode reads.
-    std::string field;
-    for (const ParameterRow& one : rows)
-      if (const auto* ref = std::get_if<FieldRef>(&one.value); ref && field.empty()) field = ref->name;
-    if (field.empty()) return say(tr("This mode reads no field: its strength is a number."));
-    if (document_.scene().field({field}).field->components() != 1) field = "magnitude(" + field + ")";
-    const Extent extent = document_.scene().field({field}).field->extents()[0];
-    const double n = strength->constant_n;
-    document_.edit(tr("strength as a function"), -1, [&](Scene& scene) {
-      set_row([&](ParameterVisitor& v) { scene.find_mode(edited_->mode)->mode.visit(v); }, row,
-              Strength(FieldRef{field}, TransferFunction({{extent.min, n}, {extent.max, n}}, n)));
-    });
-  }
-  show_editor();
-}
-
-void MainWindow::edit_mask(std::size_t mode, std::size_t mask) {
-  edited_ = Edited{.what = Edited::What::mask, .mode = document_.scene().modes()[mode].name, .number = mask};
-  show_editor();
-}
-
-void MainWindow::edit_colors(std::size_t layer) {
-  edited_ = Edited{.what = Edited::What::colors, .number = layer, .layer = layer};
-  show_editor();
-}
-
-void MainWindow::show_editor() {
-  show_functions();
-  editor_dock_->show();
-  editor_dock_->raise();
-}
-
-void MainWindow::show_functions() {
-  if (!edited_) return;
-  const Scene& scene = document_.scene();
-  FunctionEditor::Shown shown;
-  try {
-    if (edited_->what == Edited::What::colors) {
-      const std::vector<ViewLayer> layers = detail::layers_of(scene);
-      if (edited_->number >= layers.size()) return edited_.reset();
-      const ViewLayer& layer = layers[edited_->number];
-      shown.title = tr("How layer %1 is seen").arg(edited_->number + 1);
-      shown.field = layer.field.name;
-      shown.colors = layer.colors;
-    } else {
-      const auto mode =
-          std::find_if(scene.modes().begin(), scene.modes().end(), [&](const SceneMode& m) { return m.name == edited_->mode; });
-      if (mode == scene.modes().end()) return edited_.reset();
-      const QString name = QString::fromStdString(mode->name);
-      if (edited_->what == Edited::What::mask) {
-        if (edited_->number >= mode->masks.size()) return edited_.reset();
-        const Mask& mask = mode->masks[edited_->number];
-        shown.title = tr("Where %1 is felt").arg(name);
-        shown.field = mask.of.name;
-        shown.strength = mask.curve;
-        shown.largest = 1.0;
-      } else {
-        const std::vector<ParameterRow> rows = rows_of([&](ParameterVisitor& v) { look_through(mode->mode, v); });
-        const Strength* strength =
-            edited_->number < rows.size() ? std::get_if<Strength>(&rows[edited_->number].value) : nullptr;
-        if (!strength || strength->is_constant()) return;
-        const std::string& group = rows[edited_->number].group;
-        shown.title = tr("How strong %1 is felt").arg(group.empty() ? name : name + ", " + QString::fromStdString(group));
-        shown.field = strength->of.name;
-        shown.strength = strength->curve;
-        shown.result_unit = "N";
-        shown.largest = 0.1;
-        for (const auto& point : strength->curve.points()) shown.largest = std::max(shown.largest, 1.25 * point.result);
-        // The scale stays while a point is dragged.
-        if (editor_->shown().title == shown.title) shown.largest = std::max(editor_->shown().largest, shown.largest);
-      }
-    }
-    if (edited_->what != Edited::What::colors) {
-      // What is seen of the same values is shown with it, where colours say it.
-      const std::vector<ViewLayer> layers = detail::layers_of(scene);
-      edited_->layer.reset();
-      for (std::size_t i = 0; i < layers.size() && !edited_->layer; ++i)
-        if (layers[i].field.name == shown.field && layers[i].colors.size() > 1) edited_->layer = i;
-      if (edited_->layer) shown.colors = layers[*edited_->layer].colors;
-    }
-    const VolumeField named = scene.field({shown.field});
-    shown.unit = named.unit;
-    const std::vector<Extent> extents = named.field->extents();
-    shown.low = named.field->components() == 1 ? extents[0].min : 0.0;
-    shown.high = extents[0].max;
-    for (const Extent& extent : extents) shown.high = std::max(shown.high, extent.max);
-    if (shown.colors && shown.colors->empty()) {
-      const std::string low = "#303030", high = "#f4ead8";
-      shown.colors = {{shown.low, low, 0.0}, {0.5 * (shown.low + shown.high), "#a8907a", 0.3}, {shown.high, high, 0.9}};
-    }
-    const bool other = editor_->shown().field != shown.field;
-    editor_->show_functions(shown);
-    if (other)
-      jobs_.begin<Histogram>(
-          Jobs::Purpose::look, tr("counting values"),
-          [field = named.field](std::stop_token) { return statistics(*field).histogram; },
-          [this](Histogram histogram) { editor_->show_histogram(histogram); }, [this](const QString& why) { say(why, true); });
-  } catch (const std::exception& error) {
-    say(QString::fromUtf8(error.what()), true);
-  }
-}
-
-void MainWindow::give_value_to_level(double value) {
-  // The nearest level of the first mode that has levels on this field.
-  for (const SceneMode& mode : document_.scene().modes()) {
-    const std::vector<ParameterRow> rows = rows_of([&](ParameterVisitor& v) { look_through(mode.mode, v); });
-    std::optional<std::size_t> nearest;
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      if (rows[i].info.kind != ParameterKind::level) continue;
-      const auto away = [&](std::size_t row) { return std::abs(std::get<double>(rows[row].value) - value); };
-      if (!nearest || away(i) < away(*nearest)) nearest = i;
-    }
-    if (!nearest) continue;
-    document_.edit(tr("level"), -1, [&](Scene& scene) {
-      set_row([&](ParameterVisitor& v) { scene.find_mode(mode.name)->mode.visit(v); }, *nearest, value);
-    });
-    return say(tr("%1, %2: now at %3")
-                   .arg(QString::fromStdString(mode.name), QString::fromStdString(rows[*nearest].group))
-                   .arg(value));
-  }
 }
 
 void MainWindow::play_hand(const PlayedHand& hand) {
@@ -738,8 +421,7 @@ void MainWindow::show_played() {
 
 void MainWindow::tick() {
   touch_.beat(1e-3 * frame_ms);
-  if (film_ && !player_->has_trace()) film(false);
-  if (film_) return film_next();
+  if (film_->is_under_way()) return film_->next();
   if (player_->has_trace()) player_->pass(1e-3 * frame_ms);
   if (!touch_.is_felt() || pages_->currentIndex() != 1) return;
   const Moment& moment = touch_.moment();
@@ -833,15 +515,20 @@ bool MainWindow::save(bool under_another_name) {
   }
 }
 
-void MainWindow::screenshot() {
-  if (!document_.is_open()) return;
+QImage MainWindow::picture() { return view_ ? view_->picture() : pages_->grab().toImage(); }
+
+QString MainWindow::picture_path(const QString& name, const QString& time) const {
   const QString folder =
       settings_.value("pictures", QStandardPaths::writableLocation(QStandardPaths::PicturesLocation)).toString();
-  QDir().mkpath(folder);
-  const QString file = QDir(folder).filePath("palpa" + QDateTime::currentDateTime().toString("-yyyyMMdd-HHmmss-zzz") + ".png");
-  const QImage picture = view_ ? view_->picture() : pages_->grab().toImage();
-  picture.save(file) ? say(tr("Saved %1").arg(file))
-                     : say(tr("%1: cannot be written; free some space or change the folder's rights").arg(file), true);
+  return QDir(folder).filePath(name + QDateTime::currentDateTime().toString(time));
+}
+
+void MainWindow::screenshot() {
+  if (!document_.is_open()) return;
+  const QString file = picture_path("palpa", "-yyyyMMdd-HHmmss-zzz") + ".png";
+  QDir().mkpath(QFileInfo(file).path());
+  picture().save(file) ? say(tr("Saved %1").arg(file))
+                       : say(tr("%1: cannot be written; free some space or change the folder's rights").arg(file), true);
 }
 
 void MainWindow::show_flow_near(const Vec3& proxy_m) {
@@ -852,68 +539,6 @@ void MainWindow::show_flow_near(const Vec3& proxy_m) {
   if (!(largest_component(near.size_m()) > 0.0)) return view_->show_streamlines({});
   view_->show_streamlines(detail::streamlines(*flow_, near, flow_lines));
 }
-
-void MainWindow::film(bool on) {
-  if (!on || !player_->has_trace()) {
-    if (on) say(tr("A film is of a trace: open one, or play a hand (Ctrl+T)."));
-    film_.reset();
-    film_action_->setChecked(false);
-    return;
-  }
-  const QString folder =
-      QDir(settings_.value("pictures", QStandardPaths::writableLocation(QStandardPaths::PicturesLocation)).toString())
-          .filePath("palpa-film" + QDateTime::currentDateTime().toString("-yyyyMMdd-HHmmss"));
-  if (!QDir().mkpath(folder)) {
-    film_action_->setChecked(false);
-    return say(tr("%1: cannot be made; change the folder's rights or free some space").arg(folder), true);
-  }
-  player_->play(false);
-  player_->seek(0.0);
-  film_ = Film{.folder = folder};
-}
-
-void MainWindow::film_next() {
-  const auto end = [this] {
-    film_.reset();
-    film_action_->setChecked(false);
-  };
-  const QString file = QDir(film_->folder).filePath(QString("%1.png").arg(film_->picture, 5, 10, QChar('0')));
-  if (!(view_ ? view_->picture() : pages_->grab().toImage()).save(file)) {
-    say(tr("%1: cannot be written; free some space. The pictures before it are there.").arg(file), true);
-    return end();
-  }
-  const double t_s = ++film_->picture / film_hz;
-  const double duration_s = player_->trace()->duration_s;
-  message_->setText(tr("Filming %1 s of %2 s into %3").arg(t_s, 0, 'f', 1).arg(duration_s, 0, 'f', 1).arg(film_->folder));
-  message_bar_->show();
-  if (t_s <= duration_s) return player_->seek(t_s);
-  const QString folder = film_->folder, ffmpeg = QStandardPaths::findExecutable("ffmpeg");
-  const int pictures = film_->picture;
-  end();
-  if (ffmpeg.isEmpty())
-    return say(tr("%1 pictures in %2; with ffmpeg installed they would be a film, too").arg(pictures).arg(folder));
-  jobs_.begin<int>(
-      Jobs::Purpose::film, tr("making the film"),
-      [folder, ffmpeg](std::stop_token stop) {
-        QProcess process;
-        process.setProcessChannelMode(QProcess::ForwardedChannels);
-        // An even number of pixels each way is what most players need.
-        process.start(
-            ffmpeg, {"-y", "-nostdin", "-loglevel", "error", "-framerate", QString::number(film_hz), "-i", folder + "/%05d.png",
-                     "-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p", folder + "/film.mp4"});
-        while (!process.waitForFinished(100) && process.state() != QProcess::NotRunning)
-          if (stop.stop_requested()) process.kill();
-        return process.exitStatus() == QProcess::NormalExit && process.error() == QProcess::UnknownError ? process.exitCode()
-                                                                                                         : -1;
-      },
-      [this, folder](int code) {
-        code == 0 ? say(tr("The film is %1/film.mp4").arg(folder))
-                  : say(tr("ffmpeg made no film (code %1); its pictures are in %2").arg(code).arg(folder), true);
-      },
-      [this](const QString& why) { say(why, true); });
-}
-
-void MainWindow::show_help() { (new HelpSheet(actions(), this))->show(); }
 
 void MainWindow::ask_file() {
   const QString folder = settings_.value("folder", QDir::homePath()).toString();
@@ -934,16 +559,7 @@ void MainWindow::remember(const fs::path& path) {
   start_page_->show_recent(recent);
 }
 
-void MainWindow::say(const QString& words, bool is_problem) {
-  message_->setText(words);
-  message_bar_->setStyleSheet(is_problem ? "QFrame#message_bar { background: #fbe3dc; } QLabel { color: #5c1a0c; }"
-                                         : "QFrame#message_bar { background: #e3eefb; } QLabel { color: #12304f; }");
-  message_bar_->show();
-  if (!is_problem)
-    QTimer::singleShot(8000, message_bar_, [this, words] {
-      if (message_->text() == words) message_bar_->hide();
-    });
-}
+void MainWindow::say(const QString& words, bool is_problem) { message_->say(words, is_problem); }
 
 void MainWindow::show_job() {
   const QString words = jobs_.words();

@@ -9,9 +9,11 @@
 #include <vector>
 
 #include "explorer/document.h"
-#include "explorer/function_editor.h"
+#include "explorer/film.h"
+#include "explorer/function_desk.h"
 #include "explorer/instruments.h"
 #include "explorer/jobs.h"
+#include "explorer/message_bar.h"
 #include "explorer/panel.h"
 #include "explorer/player.h"
 #include "explorer/slice_view.h"
@@ -72,22 +74,16 @@ class MainWindow : public QMainWindow {
   void ask_file();
   bool save(bool under_another_name);
   void record(bool on);
+  QImage picture();
+  /// Of a picture or a folder of them that is named by the time.
+  QString picture_path(const QString& name, const QString& time) const;
   void screenshot();
-  void show_help();
   void play_hand(const PlayedHand& hand);
   void stop_playing();
   void feel_what_if();
   void show_beside(FeltTrace second);
   void show_played();
   void show_flow_near(const Vec3& proxy_m);
-  void film(bool on);
-  void film_next();
-  void edit_strength(std::size_t mode, std::size_t row);
-  void edit_mask(std::size_t mode, std::size_t mask);
-  void edit_colors(std::size_t layer);
-  void show_editor();
-  void show_functions();
-  void give_value_to_level(double value);
   void remember(const std::filesystem::path& path);
   QString words_of_fault();
 
@@ -107,21 +103,12 @@ class MainWindow : public QMainWindow {
   Player* player_;
   QDockWidget* player_dock_;
   QList<QDockWidget*> scene_docks_;  ///< shown while a scene is open
-  FunctionEditor* editor_;
-  QDockWidget* editor_dock_;
-  /// What the function editor shows.
-  struct Edited {
-    enum class What { strength, mask, colors } what;
-    std::string mode{};
-    std::size_t number = 0;              ///< of the parameter, the mask, or the layer
-    std::optional<std::size_t> layer{};  ///< whose colours are shown with it
-  };
-  std::optional<Edited> edited_;
+  FunctionDesk* desk_;
+  Film* film_;
   PlayedHand played_;
   std::shared_ptr<const FeltTrace> played_first_;
   std::filesystem::path second_trace_;  ///< to be shown beside the first as soon as that is there
-  QLabel* message_;
-  QFrame* message_bar_;
+  MessageBar* message_;
   QLabel* job_words_;
   QProgressBar* job_bar_;
   QToolButton* job_cancel_;
@@ -131,13 +118,6 @@ class MainWindow : public QMainWindow {
   FieldPtr flow_;  ///< vectors that are felt or seen, hand frame; null: there are none
   Vec3 flow_seen_at_m_;
   QTimer timer_;
-  /// A film that is being made of the trace, picture by picture.
-  struct Film {
-    QString folder;
-    int picture = 0;
-  };
-  std::optional<Film> film_;
-  QAction* film_action_ = nullptr;
   std::vector<TrailPoint> trail_;
   std::string drawn_;  ///< what the layers that are drawn depend on
   bool is_held_ = false, hint_seen_ = false;

@@ -1,7 +1,9 @@
 #include "explorer/start_page.h"
 
+#include <QDir>
 #include <QFileInfo>
-#include <QGridLayout>
+#include <QFrame>
+#include <QHBoxLayout>
 #include <QLabel>
 #include <QPushButton>
 #include <QToolButton>
@@ -30,10 +32,10 @@ QToolButton* tile(const QString& file, const QString& title, const QString& word
   QPixmap picture(info.absolutePath() + "/pictures/" + info.completeBaseName() + ".png");
   button->setToolButtonStyle(Qt::ToolButtonTextUnderIcon);
   if (!picture.isNull()) button->setIcon(QIcon(picture));
-  button->setIconSize({220, 165});
+  button->setIconSize({264, 198});
   button->setText(title + "\n" + words);
   button->setAccessibleName(title);
-  button->setMinimumSize(240, 225);
+  button->setMinimumSize(280, 256);
   button->setObjectName("tile_" + info.completeBaseName());
   button->setAutoRaise(true);
   return button;
@@ -44,16 +46,15 @@ QToolButton* tile(const QString& file, const QString& title, const QString& word
 StartPage::StartPage(QWidget* parent) : QWidget(parent), recent_(new QVBoxLayout) {
   auto* all = new QVBoxLayout(this);
   all->setContentsMargins(40, 28, 40, 28);
+  all->setSpacing(18);
   auto* title = new QLabel(tr("Touch volumetric data"));
   QFont large = title->font();
   large.setPointSizeF(1.9 * large.pointSizeF());
   title->setFont(large);
   all->addWidget(title);
-  all->addWidget(
-      new QLabel(tr("A scene, a scan or a simulation opens with Ctrl+O, or is dropped here: NRRD, NIfTI, DICOM, MetaImage, "
-                    "VTK, HDF5, OpenFOAM, PLOT3D, a recorded trace.")));
-  all->addSpacing(12);
+
   auto* row = new QHBoxLayout;
+  row->setSpacing(16);
   const std::vector<std::filesystem::path> scenes = embedded_scenes();
   for (const Known& one : known) {
     for (const std::filesystem::path& scene : scenes) {
@@ -66,15 +67,26 @@ StartPage::StartPage(QWidget* parent) : QWidget(parent), recent_(new QVBoxLayout
   }
   row->addStretch();
   all->addLayout(row);
-  all->addSpacing(16);
+
+  auto* area = new QFrame;
+  area->setObjectName("drop_area");
+  area->setStyleSheet("QFrame#drop_area { border: 2px dashed palette(mid); border-radius: 8px; }");
+  auto* drop = new QVBoxLayout(area);
+  drop->setContentsMargins(24, 20, 24, 20);
+  auto* invitation = new QLabel(tr("Drop a scan, a simulation, a scene or a recording here"));
+  QFont larger = invitation->font();
+  larger.setPointSizeF(1.2 * larger.pointSizeF());
+  invitation->setFont(larger);
+  auto* kinds = new QLabel(tr("NRRD, NIfTI, DICOM, MetaImage, VTK, HDF5, OpenFOAM, PLOT3D, a scene.toml, a trace"));
   auto* open = new QPushButton(tr("Open a file …"));
   open->setObjectName("open_file");
+  open->setToolTip(tr("Ctrl+O"));
   connect(open, &QPushButton::clicked, this, [this] { Q_EMIT open_asked(); });
-  auto* below = new QHBoxLayout;
-  below->addWidget(open);
-  below->addStretch();
-  all->addLayout(below);
-  all->addSpacing(8);
+  for (QWidget* part : {static_cast<QWidget*>(invitation), static_cast<QWidget*>(kinds), static_cast<QWidget*>(open)})
+    drop->addWidget(part, 0, Qt::AlignHCenter);
+  all->addWidget(area);
+
+  recent_->setSpacing(2);
   all->addLayout(recent_);
   all->addStretch();
 }
@@ -87,7 +99,9 @@ void StartPage::show_recent(const QStringList& files) {
   if (files.isEmpty()) return;
   recent_->addWidget(new QLabel("<b>" + tr("Open lately") + "</b>"));
   for (const QString& file : files) {
-    auto* button = new QPushButton(file);
+    const QFileInfo info(file);
+    auto* button = new QPushButton(info.fileName() + "   –   " + QDir::toNativeSeparators(info.path()));
+    button->setToolTip(file);
     button->setFlat(true);
     button->setStyleSheet("text-align: left");
     connect(button, &QPushButton::clicked, this, [this, file] { Q_EMIT chosen(file); });

@@ -279,16 +279,6 @@ std::string surface_words(const Scene& scene, const ViewLayer& layer, const Volu
   return name_of(scene, layer.field, named) + " = " + number_words(level) + unit;
 }
 
-/// Black to white, or pale to dark, over the field's values; or as the layer says.
-ColorMap colors_of(const ViewLayer& layer, const Field& field) {
-  if (!layer.colors.empty()) return ColorMap(layer.colors);
-  const std::vector<Extent> extents = field.extents();
-  if (field.components() == 1) return grey_colors(extents[0].min, extents[0].max);
-  double squared = 0.0;
-  for (const Extent& extent : extents) squared += std::pow(std::max(std::abs(extent.min), std::abs(extent.max)), 2);
-  return magnitude_colors(0.0, std::sqrt(squared));
-}
-
 /// Value of a scalar field, magnitude of a vector field; false where there are no data.
 bool value_at(const Field& field, const Vec3& x_m, double& value) {
   if (field.components() == 1) {
@@ -459,12 +449,7 @@ void draw_layer(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, con
       break;
     }
     case ViewLayer::Show::volume: {
-      ColorMap map = colors_of(layer, *field);
-      if (layer.colors.empty()) {
-        const Extent extent = field->extents()[0];
-        map = ColorMap(std::vector<ViewLayer::ColorPoint>{
-            {extent.min, "#000000", 0.0}, {0.5 * (extent.min + extent.max), "#8a6a4f", 0.05}, {extent.max, "#fff6e5", 0.8}});
-      }
+      const ColorMap map = colors_of(layer, *field);
       draw_volume(solid, images.of(layer.field.name, field, box), side_m, map);
       signs.bars.push_back({title_of(scene, layer, named), map});
       break;
@@ -558,6 +543,20 @@ std::vector<ViewLayer> layers_of(const Scene& scene) {
     return {{.show = vectors ? ViewLayer::Show::streamlines : ViewLayer::Show::slices, .field = {name}}};
   }
   return {};
+}
+
+ColorMap colors_of(const ViewLayer& layer, const Field& field) {
+  if (!layer.colors.empty()) return ColorMap(layer.colors);
+  const std::vector<Extent> extents = field.extents();
+  if (layer.show == ViewLayer::Show::volume) {  // what is low is seen through
+    const double low = extents[0].min, high = extents[0].max;
+    return ColorMap(std::vector<ViewLayer::ColorPoint>{
+        {low, "#000000", 0.0}, {0.5 * (low + high), "#8a6a4f", 0.05}, {high, "#fff6e5", 0.8}});
+  }
+  if (field.components() == 1) return grey_colors(extents[0].min, extents[0].max);
+  double squared = 0.0;
+  for (const Extent& extent : extents) squared += std::pow(std::max(std::abs(extent.min), std::abs(extent.max)), 2);
+  return magnitude_colors(0.0, std::sqrt(squared));
 }
 
 FieldPtr in_hand_frame(const FieldPtr& field, const Similarity& map) {

@@ -19,6 +19,9 @@ std::vector<ViewLayer> layers_of(const Scene& scene);
 /// The field in the hand frame: positions and vectors turned, values as they are.
 FieldPtr in_hand_frame(const FieldPtr& field, const Similarity& hand_to_world);
 
+/// From the values of a layer's field, or their magnitudes, to its colours: as the layer says, else those for what it shows.
+ColorMap colors_of(const ViewLayer& layer, const Field& field);
+
 /// A translucent surface as it was drawn, to be shaded again for another viewer. What draws it keeps it alive.
 struct Shell {
   vtkPolyData* surface;

@@ -1,0 +1,81 @@
+#include "explorer/film.h"
+
+#include <QDir>
+#include <QProcess>
+#include <QStandardPaths>
+
+namespace palpa::explorer {
+namespace {
+
+constexpr double pictures_hz = 25.0;  // as most players show
+
+}  // namespace
+
+Film::Film(Player& player, Jobs& jobs, std::function<QImage()> picture, QObject* parent)
+    : QObject(parent), player_(player), jobs_(jobs), picture_(std::move(picture)) {}
+
+void Film::begin(const QString& folder) {
+  if (!player_.has_trace()) {
+    Q_EMIT said(tr("A film is of a trace: open one, or play a hand (Ctrl+T)."), false);
+    Q_EMIT ended();
+    return;
+  }
+  if (!QDir().mkpath(folder)) {
+    Q_EMIT said(tr("%1: cannot be made; change the folder's rights or free some space").arg(folder), true);
+    Q_EMIT ended();
+    return;
+  }
+  player_.play(false);
+  player_.seek(0.0);
+  folder_ = folder;
+  pictures_ = 0;
+}
+
+void Film::end() {
+  folder_.clear();
+  Q_EMIT ended();
+}
+
+void Film::next() {
+  if (!player_.has_trace()) return end();
+  const QString file = QDir(folder_).filePath(QString("%1.png").arg(pictures_, 5, 10, QChar('0')));
+  if (!picture_().save(file)) {
+    Q_EMIT said(tr("%1: cannot be written; free some space. The pictures before it are there.").arg(file), true);
+    return end();
+  }
+  const double t_s = ++pictures_ / pictures_hz;
+  const double duration_s = player_.trace()->duration_s;
+  Q_EMIT said(tr("Filming %1 s of %2 s into %3").arg(t_s, 0, 'f', 1).arg(duration_s, 0, 'f', 1).arg(folder_), false);
+  if (t_s <= duration_s) return player_.seek(t_s);
+  const QString folder = folder_, ffmpeg = QStandardPaths::findExecutable("ffmpeg");
+  end();
+  if (!ffmpeg.isEmpty()) return make_with_ffmpeg(ffmpeg, folder);
+  Q_EMIT said(tr("%1 pictures in %2; with ffmpeg installed they would be a film, too").arg(pictures_).arg(folder), false);
+}
+
+void Film::make_with_ffmpeg(const QString& ffmpeg, const QString& folder) {
+  jobs_.begin<int>(
+      Jobs::Purpose::film, tr("making the film"),
+      [folder, ffmpeg](std::stop_token stop) {
+        QProcess process;
+        process.setProcessChannelMode(QProcess::ForwardedChannels);
+        // An even number of pixels each way is what most players need.
+        process.start(ffmpeg, {"-y", "-nostdin", "-loglevel", "error", "-framerate", QString::number(pictures_hz), "-i",
+                               folder + "/%05d.png", "-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p",
+                               folder + "/film.mp4"});
+        while (!process.waitForFinished(100) && process.state() != QProcess::NotRunning)
+          if (stop.stop_requested()) process.kill();
+        const bool ended = process.exitStatus() == QProcess::NormalExit && process.error() == QProcess::UnknownError;
+        return ended ? process.exitCode() : -1;
+      },
+      [this, folder](int code) {
+        if (code == 0) {
+          Q_EMIT said(tr("The film is %1/film.mp4").arg(folder), false);
+        } else {
+          Q_EMIT said(tr("ffmpeg made no film (code %1); its pictures are in %2").arg(code).arg(folder), true);
+        }
+      },
+      [this](const QString& why) { Q_EMIT said(why, true); });
+}
+
+}  // namespace palpa::explorer
