@@ -270,7 +270,7 @@ void add_explore(CLI::App& app, Work& work) {
   const auto given = std::make_shared<ExploreArguments>();
   CLI::App* command = app.add_subcommand("explore", "See and feel a scene, a file or a trace in a window");
   command->add_option("FILE", given->files, "scene, data file, or trace (the start page)")->type_name("");
-  command->add_option("--data", given->data_folders, "folder with the files of a scene")->type_name("DIR");
+  add_repeated(command, "--data", given->data_folders, "folder with the files of a scene")->type_name("DIR");
   command->add_option("--device", given->device, "your haptic device, as of run (the mouse)")->type_name("NAME");
   command->footer("Example:\n  palpa explore scenes/head_phantom.toml");
   command->callback([=, &work] { work = [=] { return run_explore(*given); }; });

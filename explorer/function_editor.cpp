@@ -99,8 +99,8 @@ FunctionEditor::FunctionEditor(bool has_opengl, QWidget* parent)
     : QWidget(parent), title_(new QLabel), table_(new QTableWidget), listed_(new QComboBox) {
   auto* all = new QVBoxLayout(this);
   all->setContentsMargins(4, 4, 4, 4);
-  auto* hint = new QLabel(tr(
-      "drag points · click adds one · Delete takes one away · snaps to valleys (not with Shift) · double click sets a level"));
+  auto* hint = new QLabel(tr("drag points · click adds one · Delete takes one away · double click sets a level"));
+  hint->setToolTip(tr("A point that is let go near a valley of the histogram snaps to it, but not with Shift."));
   hint->setEnabled(false);
   for (QLabel* label : {title_, hint})
     label->setSizePolicy(QSizePolicy::Ignored, QSizePolicy::Preferred);  // a narrow window cuts them
@@ -120,6 +120,7 @@ FunctionEditor::FunctionEditor(bool has_opengl, QWidget* parent)
     c.view->GetScene()->AddItem(c.chart);
     c.view->GetRenderer()->SetBackground(1.0, 1.0, 1.0);
     c.chart->SetShowLegend(false);
+    c.chart->SetTooltip(nullptr);  // it would say shares of the largest result, where the axis says newtons
     c.chart->SetForceAxesToBounds(true);
     c.chart->GetAxis(vtkAxis::BOTTOM)->SetTitle("");
     for (const int axis : {vtkAxis::LEFT, vtkAxis::BOTTOM}) {

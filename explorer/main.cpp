@@ -54,7 +54,7 @@ int main(int argc, char** argv) {
   palpa::explorer::WindowOptions options;
   std::vector<std::string> data;
   line.add_option("FILE", files, "Scene, data file, or trace; two traces: one beside the other; none: the start page");
-  line.add_option("--data", data, "Folder with the files of a scene");
+  line.add_option("--data", data, "Folder with the files of a scene")->allow_extra_args(false);
   line.add_option("--device", options.device, "Haptic device, as of palpa run; without it the mouse is the hand");
   line.set_version_flag("--version", palpa::version);
   try {

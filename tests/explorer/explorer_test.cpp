@@ -506,20 +506,36 @@ TEST(ExplorerInFolder, EveryWidgetThatIsUsedHasANameForWhoCannotSeeIt) {
   }
 }
 
-TEST(ExplorerProgram, SaysWhatToDoWhereThereIsNoDisplay) {
+/// What a program of ours says without a display, and its exit code.
+std::string said_without_display(const std::string& words) {
   const char* bin = std::getenv("PALPA_BIN");
-  const fs::path program = fs::path(bin ? bin : "") / "palpa-explorer";
-  ASSERT_TRUE(fs::exists(program)) << program;
-  const std::string command =
-      "env -u DISPLAY -u WAYLAND_DISPLAY -u QT_QPA_PLATFORM " + program.string() + " 2>&1 >/dev/null; echo code $?";
+  const fs::path folder = bin ? bin : "";
+  EXPECT_TRUE(fs::exists(folder / "palpa-explorer")) << folder;
+  const std::string command = "env -u DISPLAY -u WAYLAND_DISPLAY -u QT_QPA_PLATFORM " + folder.string() + "/" + words +
+                              " 2>&1 >/dev/null; echo code $?";
   std::FILE* pipe = ::popen(command.c_str(), "r");
-  ASSERT_TRUE(pipe);
+  EXPECT_TRUE(pipe);
   std::string said;
   for (int c = std::fgetc(pipe); c != EOF; c = std::fgetc(pipe)) said += static_cast<char>(c);
   ::pclose(pipe);
+  return said;
+}
+
+TEST(ExplorerProgram, SaysWhatToDoWhereThereIsNoDisplay) {
+  const std::string said = said_without_display("palpa-explorer");
   EXPECT_NE(said.find("no display"), std::string::npos) << said;
   EXPECT_NE(said.find("palpa run"), std::string::npos) << said;
   EXPECT_NE(said.find("code 2"), std::string::npos) << said;
+}
+
+TEST(ExplorerProgram, TakesAFileBehindAFolderOfDataForAFile) {
+  // Two files are one too many: said only where both were taken for files.
+  for (const std::string program : {"palpa-explorer", "palpa explore"}) {
+    const std::string said = said_without_display(program + " --data /tmp one.toml two.toml");
+    EXPECT_NE(said.find("two.toml: one file at a time"), std::string::npos) << said;
+    const std::string dashed = said_without_display(program + " --data /tmp -- one.toml -two.toml");
+    EXPECT_NE(dashed.find("-two.toml: one file at a time"), std::string::npos) << dashed;
+  }
 }
 
 }  // namespace
