@@ -18,6 +18,7 @@ namespace {
 constexpr std::size_t most_points = 700;
 constexpr double spectrum_s = 2.0;  // of force that the spectrum is of
 constexpr int pictures_per_spectrum = 8;
+constexpr int pictures_per_curve = 2;
 
 }  // namespace
 
@@ -108,7 +109,7 @@ void Instruments::update_from(SampleRing& ring) {
   }
   while (!shown_.empty() && shown_.front().t_s < shown_.back().t_s - shown_s) shown_.pop_front();
   if (!any || !isVisible()) return;
-  draw_force();
+  if (drawn_ % pictures_per_curve == 0) draw_force();
   if (drawn_++ % pictures_per_spectrum == 0) draw_spectrum();
 }
 

@@ -455,11 +455,15 @@ void MainWindow::tick() {
     unrecorded_ = account.unrecorded;
   }
   if (const std::string problem = touch_.take_problem(); !problem.empty()) say(QString::fromStdString(problem), true);
-  if (view_)
-    view_->show_words(words_of_fault(),
-                      hint_seen_
-                          ? QString()
-                          : tr("Press on the surface and drag to feel it; the wheel presses deeper. Drag beside it to turn."));
+  if (view_) view_->show_words(words_of_fault(), words_of_hint());
+}
+
+QString MainWindow::words_of_hint() const {
+  const bool is_empty = view_->drawing().solid.empty() && view_->drawing().shells.empty();
+  if (is_empty && jobs_.is_under_way(Jobs::Purpose::draw))
+    return tr("The surfaces are being drawn; the slices can be touched.");
+  if (hint_seen_) return {};
+  return tr("Press on the surface and drag to feel it; the wheel presses deeper. Drag beside it to turn.");
 }
 
 QString MainWindow::words_of_fault() {

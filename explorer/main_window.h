@@ -86,6 +86,7 @@ class MainWindow : public QMainWindow {
   void show_flow_near(const Vec3& proxy_m);
   void remember(const std::filesystem::path& path);
   QString words_of_fault();
+  QString words_of_hint() const;
 
   WindowOptions options_;
   QSettings settings_;

@@ -30,6 +30,21 @@ struct Moment {
   Vec3 probe_m, proxy_m, command_n;
   std::array<PlacedPrimitive, most_shown_primitives> primitives{};
   std::size_t count = 0;
+
+  /// Whether a picture of the other one is no other: nothing is then drawn anew.
+  bool looks_like(const Moment& other) const noexcept {
+    constexpr double moved_m = 1e-6, changed_n = 1e-3;  // less than a pixel
+    if ((tick < 0) != (other.tick < 0) || count != other.count || distance(probe_m, other.probe_m) > moved_m ||
+        distance(proxy_m, other.proxy_m) > moved_m)
+      return false;
+    for (std::size_t i = 0; i < count; ++i) {
+      const PlacedPrimitive &a = primitives[i], &b = other.primitives[i];
+      if (a.primitive.id != b.primitive.id || distance(a.primitive.direction, b.primitive.direction) > changed_n ||
+          distance(a.primitive.position_m, b.primitive.position_m) > moved_m || distance(a.force_n, b.force_n) > changed_n)
+        return false;
+    }
+    return true;
+  }
 };
 
 /// Samples in order, from one thread to another. Where the taker is too slow samples are left out. Allocates at construction.

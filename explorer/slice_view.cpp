@@ -147,10 +147,11 @@ void SliceView::set_cross(const Vec3& at_m) {
 }
 
 void SliceView::show_touch(const Moment& moment, const std::vector<TrailPoint>& trail, double most_n) {
+  const bool seen = moment.looks_like(moment_) && trail.size() == trail_.size() && most_n == most_n_;
   moment_ = moment;
   trail_ = trail;
   most_n_ = most_n;
-  update();
+  if (!seen) update();
 }
 
 void SliceView::stale() {

@@ -146,10 +146,11 @@ void View3D::show_drawing(Drawing drawing, const Scene& scene) {
 }
 
 void View3D::show_touch(const Moment& moment, std::vector<TrailPoint> trail, double most_n) {
+  const bool seen = moment.looks_like(moment_) && trail.size() == trail_.size() && most_n == most_n_;
   moment_ = moment;
   trail_ = std::move(trail);
   most_n_ = most_n;
-  overlay_->update();
+  if (!seen) overlay_->update();
 }
 
 void View3D::show_streamlines(std::vector<detail::Streamline> lines) {
