@@ -11,6 +11,7 @@
 #include "app/info.h"
 #include "app/reference.h"
 #include "app/terminal.h"
+#include "palpa/file/reader_process.h"
 #include "palpa/toml/wording.h"
 #include "palpa/version.h"
 
@@ -433,6 +434,12 @@ void add_prints(CLI::App& app) {
       ->group("");
 }
 
+/// Whoever asks for the version wants to know what is installed: the cage of files, too, where it is not whole.
+void say_what_the_cage_lacks() {
+  if (const std::string lacking = detail::lacking_of_cage(); !lacking.empty())
+    print_warnings({"files are read in a cage that lacks a part on this system: " + lacking});
+}
+
 }  // namespace
 
 int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
@@ -474,7 +481,11 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);  // help and version
+    if (error.get_exit_code() == 0) {  // help and version
+      const int code = app.exit(error);
+      if (dynamic_cast<const CLI::CallForVersion*>(&error) != nullptr) say_what_the_cage_lacks();
+      return code;
+    }
     print_error(complaint(error, app));
     return 2;
   }

@@ -1,6 +1,7 @@
 // palpa: the program. Exit codes: 0 ok, 1 it ran and the answer is no, 2 wrong usage or input, 128 + N ended by signal N: 130
 // interrupted.
 #include <signal.h>
+#include <sys/prctl.h>
 
 #include <cstdio>
 #include <new>
@@ -33,6 +34,7 @@ void stop_on_signals() {
 
 int main(int argc, char** argv) {
   stop_on_signals();
+  ::prctl(PR_SET_DUMPABLE, 0);  // what runs as the same user, a reader of files as well, can neither trace it nor see its memory
   int code = 2;
   try {
     code = palpa::app::run_command_line(argc, argv, stop);

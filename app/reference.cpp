@@ -242,6 +242,8 @@ std::string man_page(const CLI::App& app) {
   for (const auto& [name, sentence] :
        {std::pair{"PALPA_DATA", "a folder in which a scene's relative paths are looked for last"},
         std::pair{"PALPA_READER", "the program palpa-read, which opens files"},
+        std::pair{"PALPA_READER_FOLDERS",
+                  "further folders that palpa-read may read, with : between them, for files that name others far away"},
         std::pair{"PALPA_SCENES", "the folder of the scenes that palpa demo feels"}}) {
     page += ".TP\n.B " + std::string(name) + "\n" + roff(sentence) + "\n";
   }

@@ -23,6 +23,7 @@
 #include <set>
 #include <string_view>
 
+#include "cage.h"
 #include "dicom_words.h"
 #include "messages.h"
 #include "source.h"
@@ -179,6 +180,7 @@ std::vector<std::string> files_in(const std::string& path) {
   for (std::filesystem::recursive_directory_iterator entry(path, problem), end; !problem && entry != end;
        entry.increment(problem)) {
     std::error_code gone;
+    if (entry->is_symlink(gone)) check_within_cage(entry->path().string());
     if (!entry->is_regular_file(gone) || !vtkDICOMUtilities::IsDICOMFile(entry->path().c_str())) continue;
     if (files.size() >= most_files) throw LoadError("is a folder of more than 100000 DICOM files; give one series of them");
     files.push_back(entry->path().string());

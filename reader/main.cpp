@@ -5,10 +5,13 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <string>
+#include <string_view>
 
+#include "cage.h"
 #include "file_names.h"
 #include "first_bytes.h"
 #include "palpa/core/load_error.h"
@@ -33,14 +36,26 @@ Reader reader_of(const Beginning& file) {
 }
 
 void become_reader(int socket) {
-  const Reader reader = reader_of(Beginning(receive_request(socket, false).path));
+  const protocol::Request request = receive_request(socket, false);
+  enter_cage(request);
+  const Reader reader = reader_of(Beginning(request.path));
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe").replace_filename(reader.program);
   ::execl(program.c_str(), reader.program, reader.format, nullptr);
   throw LoadError("cannot be opened: the program " + std::string(reader.program) + " beside palpa-read does not start (" +
                   std::strerror(errno) + "); build or install both anew");
 }
 
+/// Prints which parts of the cage this kernel lacks, which is known only within it; nothing where it has all.
+int print_cage() {
+  const int output = ::dup(STDOUT_FILENO);
+  const std::string lacking = enter_cage({});
+  return lacking.empty() || ::dprintf(output, "%s\n", lacking.c_str()) > 0 ? 0 : 1;
+}
+
 }  // namespace
 }  // namespace palpa::reader
 
-int main() { return palpa::reader::run_program(palpa::reader::become_reader); }
+int main(int count, char** arguments) {
+  if (count == 2 && std::string_view(arguments[1]) == "--cage") return palpa::reader::print_cage();
+  return palpa::reader::run_program(palpa::reader::become_reader);
+}

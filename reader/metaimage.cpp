@@ -12,6 +12,7 @@
 #include <sstream>
 #include <string_view>
 
+#include "cage.h"
 #include "compression.h"
 #include "messages.h"
 #include "source.h"
@@ -214,6 +215,7 @@ class MetaImageSource : public Source {
     for (std::size_t f = 1; f < files.size(); ++f) {  // MetaIO leaves out what it cannot open
       if (file_bytes(files[f]) == 0)
         throw LoadError("needs its data file '" + files[f] + "', which is not there or empty; put it back");
+      check_within_cage(files[f]);
     }
   }
 

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <optional>
 
+#include "cage.h"
 #include "compression.h"
 #include "source.h"
 
@@ -239,6 +240,7 @@ class NrrdSource : public Source {
     }
     if (nrrdLoad(nrrd.get(), path_.c_str(), state.get()) != 0) {
       if (nrrd->data == to) nrrd->data = nullptr;
+      if (header_only) list_files(*state);  // refuses those that the cage keeps closed, which the library does not tell apart
       throw LoadError("cannot be read as NRRD (" + cause() + "); check that the file is whole");
     }
     if (header_only) {
@@ -273,6 +275,7 @@ class NrrdSource : public Source {
     files.push_back(path_);
     const auto add = [&](const std::string& name) {
       files.push_back((std::filesystem::path(path_).parent_path() / name).string());
+      check_within_cage(files.back());
     };
     if (state.dataFNFormat != nullptr) {
       // Formats as printf would, but not by printf, because the format comes from the file. NrrdIO has checked that it has a

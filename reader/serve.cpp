@@ -13,6 +13,7 @@
 #include <new>
 #include <string_view>
 
+#include "cage.h"
 #include "messages.h"
 #include "palpa/file/protocol_memory.h"
 #include "palpa/volume/sha256.h"
@@ -119,6 +120,7 @@ void check_request(const protocol::Request& request, const Source& source) {
 
 void answer(int socket, Open open) {
   const protocol::Request request = receive_request(socket, true);
+  close_cage();
   std::uint64_t bytes = file_bytes(request.path);
   for (const std::string& partner : request.partners) bytes += file_bytes(partner);
   // A header needs little memory. But a legacy VTK file is read as a whole with its header, and numbers as text grow up to

@@ -26,6 +26,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "cage.h"
 #include "first_bytes.h"
 #include "messages.h"
 #include "source.h"
@@ -147,6 +148,7 @@ class Pieces : public Reader {
       if (name == nullptr) continue;  // a piece without data
       if (file_bytes(name) == 0)
         throw LoadError("needs its piece '" + std::string(name) + "', which is not there; put it back");
+      check_within_cage(name);
       names.emplace_back(name);
     }
     return names;

@@ -8,6 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
@@ -26,6 +27,9 @@ constexpr auto look_every = std::chrono::milliseconds(100);
 /// Speed that a reader is granted before it counts as stuck: a slow disk or machine, a sanitizer build. Higher: slow readers
 /// are stopped; lower: a stuck one is waited for longer.
 constexpr double work_bytes_per_s = 20e6;
+/// Threads that a reader may have: its libraries start one for each processor. More: a bomb of them takes more of what the
+/// system has for all; fewer: sound files are refused on large machines.
+constexpr std::uint64_t most_threads = 2048;
 
 bool can_be_run(const std::filesystem::path& program) {
   std::error_code none;
@@ -54,6 +58,33 @@ std::filesystem::path find_reader(const std::filesystem::path& option) {
     if (can_be_run(folder / "palpa-read")) return folder / "palpa-read";
   }
   throw LoadError("cannot be opened: the program palpa-read is not beside this one; build it, or set PALPA_READER to its path");
+}
+
+std::string lacking_of_cage() {
+  std::string reader;
+  try {
+    reader = find_reader({}).string();
+  } catch (const LoadError&) {
+    return {};
+  }
+  int pipe[2] = {-1, -1};
+  if (::pipe2(pipe, O_CLOEXEC) != 0) return {};
+  posix_spawn_file_actions_t actions;
+  ::posix_spawn_file_actions_init(&actions);
+  ::posix_spawn_file_actions_adddup2(&actions, pipe[1], STDOUT_FILENO);
+  char option[] = "--cage";
+  char* arguments[] = {reader.data(), option, nullptr};
+  pid_t pid = -1;
+  const int problem = ::posix_spawn(&pid, reader.c_str(), &actions, nullptr, arguments, environ);
+  ::posix_spawn_file_actions_destroy(&actions);
+  ::close(pipe[1]);
+  std::string words(1024, '\0');
+  pollfd ready{pipe[0], POLLIN, 0};
+  const ssize_t size = problem == 0 && ::poll(&ready, 1, 5000) > 0 ? ::read(pipe[0], words.data(), words.size()) : 0;
+  ::close(pipe[0]);
+  if (problem == 0) ::kill(pid, SIGKILL), ::waitpid(pid, nullptr, 0);
+  words.resize(static_cast<std::size_t>(std::max<ssize_t>(size, 0)));
+  return words.substr(0, words.find('\n'));
 }
 
 ReaderProcess::ReaderProcess(const std::filesystem::path& program, double idle_limit_s, std::stop_token stop)
@@ -137,8 +168,9 @@ protocol::Message ReaderProcess::receive(std::uint64_t work_bytes, std::uint64_t
 void ReaderProcess::watch(std::uint64_t work_bytes, std::uint64_t memory_bytes) {
   const std::string process = "/proc/" + std::to_string(pid_);
 
-  // utime and stime are fields 14 and 15; the second field, the name, may hold anything up to its ')'.
-  std::uint64_t cpu_ticks = last_cpu_ticks_;
+  // utime and stime are fields 14 and 15, the number of threads is field 20; the second field, the name, may hold anything up
+  // to its ')'.
+  std::uint64_t cpu_ticks = last_cpu_ticks_, threads = 0;
   std::string line;
   if (std::ifstream stat(process + "/stat"); std::getline(stat, line) && line.rfind(')') != std::string::npos) {
     std::istringstream fields(line.substr(line.rfind(')') + 1));
@@ -146,6 +178,8 @@ void ReaderProcess::watch(std::uint64_t work_bytes, std::uint64_t memory_bytes) 
     std::uint64_t user = 0, system = 0;
     for (int field = 3; field < 14; ++field) fields >> skipped;
     if (fields >> user >> system) cpu_ticks = user + system;
+    for (int field = 16; field < 20; ++field) fields >> skipped;
+    fields >> threads;
   }
   std::uint64_t bytes_read = last_bytes_read_;
   if (std::ifstream io(process + "/io"); io >> line >> bytes_read && line != "rchar:") bytes_read = last_bytes_read_;
@@ -169,6 +203,10 @@ void ReaderProcess::watch(std::uint64_t work_bytes, std::uint64_t memory_bytes) 
     throw LoadError("cannot be read: palpa-read computed for " + seconds(idle_limit_s_) +
                     " without reading on and was ended; the file is probably damaged");
   }
+  if (threads > most_threads) {
+    throw LoadError("cannot be read: palpa-read started more than " + std::to_string(most_threads) +
+                    " threads and was ended; the file is probably damaged");
+  }
   if (resident_pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE)) > memory_bytes) {
     throw LoadError("cannot be read: palpa-read took more than " + protocol::readable_bytes(static_cast<double>(memory_bytes)) +
                     " and was ended; the file is probably damaged");
@@ -189,6 +227,11 @@ void ReaderProcess::report_end() {
     ::usleep(10'000);
   }
   if (pid_ >= 0) status = end();
+  if (status != -1 && WIFSIGNALED(status) && WTERMSIG(status) == SIGSYS) {
+    throw LoadError(
+        "cannot be read: palpa-read tried what its cage forbids and was ended; do not trust the file: it may be made "
+        "to do harm");
+  }
   std::string how = "ended";
   if (status != -1 && WIFSIGNALED(status))
     how = std::string("was ended by signal ") + std::to_string(WTERMSIG(status)) + " (" + ::strsignal(WTERMSIG(status)) + ")";

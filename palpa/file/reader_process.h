@@ -18,6 +18,10 @@ namespace palpa::detail {
 /// Throws LoadError, with a sentence, where it is not there.
 std::filesystem::path find_reader(const std::filesystem::path& option);
 
+/// Which parts of the cage that palpa-read closes around itself this system lacks, in its own words; empty: none, or there is
+/// no palpa-read.
+std::string lacking_of_cage();
+
 /// One run of palpa-read. What it does wrong is a LoadError with a sentence, without the file's name.
 /// The destructor ends it, with all that it started, and waits for its end: no descriptor and no zombie
 /// is left, whatever happened.

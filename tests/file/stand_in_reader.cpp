@@ -1,4 +1,5 @@
 // Plays palpa-read for tests, well or badly, as $STAND_IN says.
+#include <pthread.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -21,7 +22,18 @@ int main() {
 
   if (part == "exit at once") return 7;
   if (part == "abort at once") std::abort();
+  if (part == "forbidden") std::raise(SIGSYS);
   if (part == "hang at once") ::pause();
+  if (part == "too many threads") {
+    pthread_attr_t small;
+    ::pthread_attr_init(&small);
+    ::pthread_attr_setstacksize(&small, 1 << 16);
+    pthread_t thread{};
+    for (int made = 0; made < 3000; ++made)  // an end, so that the test harms nobody
+      ::pthread_create(
+          &thread, &small, [](void*) -> void* { return ::pause(), nullptr; }, nullptr);
+    ::pause();
+  }
   auto request = receive(socket, garbled);
   if (!request) return 1;
   if (part == "nonsense") {

@@ -103,6 +103,12 @@ TEST_F(StandIn, ReadersThatMakeNoProgress) {
   expect_error("spin in the middle", "without reading on");
 }
 
+TEST_F(StandIn, ReadersThatStartTooManyThreads) {
+  expect_error("too many threads", "more than 2048 threads");
+}
+
+TEST_F(StandIn, ReadersThatTryWhatTheirCageForbids) { expect_error("forbidden", "what its cage forbids"); }
+
 TEST_F(StandIn, AReaderIsEndedWhenItsCallerNoLongerWantsTheFile) {
   options_.idle_limit_s = 60.0;
   for (const char* part : {"hang at once", "hang in the middle", "spin in the middle"}) {

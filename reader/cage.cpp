@@ -1,0 +1,352 @@
+#include "cage.h"
+
+#include <dlfcn.h>
+#include <fcntl.h>
+#include <linux/landlock.h>
+#include <sched.h>
+#include <seccomp.h>
+#include <sys/auxv.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <sstream>
+#include <vector>
+
+#include "file_names.h"
+#include "palpa/core/load_error.h"
+
+// Which linux/landlock.h of kernel 6.1, Debian 12's, does not know.
+#ifndef LANDLOCK_ACCESS_FS_TRUNCATE
+#define LANDLOCK_ACCESS_FS_TRUNCATE (1ULL << 14)  // version 3
+#endif
+#ifndef LANDLOCK_ACCESS_NET_BIND_TCP
+#define LANDLOCK_ACCESS_NET_BIND_TCP (1ULL << 0)  // version 4
+#define LANDLOCK_ACCESS_NET_CONNECT_TCP (1ULL << 1)
+#endif
+#ifndef LANDLOCK_ACCESS_FS_IOCTL_DEV
+#define LANDLOCK_ACCESS_FS_IOCTL_DEV (1ULL << 15)  // version 5
+#endif
+#ifndef LANDLOCK_SCOPE_SIGNAL
+#define LANDLOCK_SCOPE_ABSTRACT_UNIX_SOCKET (1ULL << 0)  // version 6
+#define LANDLOCK_SCOPE_SIGNAL (1ULL << 1)
+#endif
+
+namespace palpa::reader {
+namespace {
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+
+namespace fs = std::filesystem;
+
+// ---------------------------------------------------------------------------------------------------------------------------
+// What is allowed. First files, by Landlock: to read, nothing else. Beside the folders of the files that the caller names,
+// which folders_of adds, these of the system, none of which is the user's.
+
+constexpr const char* libraries = "/usr /lib /lib64 /opt /etc/ld.so.cache /etc/localtime";
+constexpr const char* process_and_machine = "/proc/self /proc/cpuinfo /proc/meminfo /proc/stat /sys/devices/system";
+
+/// Variables with further folders, with ':' between them: the user's, for files that name others far away, and the dynamic
+/// linker's.
+constexpr const char* folder_variables[] = {"PALPA_READER_FOLDERS", "LD_LIBRARY_PATH"};
+
+// Then calls of the system, by seccomp. What stands in no table does not exist (ENOSYS): libraries do without it.
+
+enum class Answer : std::uint8_t {
+  allowed,
+  refused,  ///< EACCES, which libraries tell as they tell a file without permission
+  ended,    ///< no honest reader does it: the process is killed
+};
+using enum Answer;
+
+struct Calls {
+  Answer answer;
+  const char* names;  ///< with blanks between them; those that this machine does not have are passed over
+};
+
+constexpr Calls calls[] = {
+    // memory, time, threads
+    {allowed, "brk madvise membarrier mmap mmap2 mprotect mremap msync munmap"},
+    {allowed, "clock_getres clock_gettime clock_nanosleep gettimeofday nanosleep restart_syscall time times"},
+    {allowed, "arch_prctl exit exit_group futex get_robust_list getcpu rseq sched_getaffinity sched_getparam"},
+    {allowed, "sched_getscheduler sched_yield set_robust_list set_thread_area set_tid_address"},
+    // its own signals, who it is and where
+    {allowed, "rt_sigaction rt_sigpending rt_sigprocmask rt_sigreturn sigaltstack"},
+    {allowed, "getcwd getegid geteuid getgid getpgid getpgrp getpid getppid getrandom getresgid getresuid getrlimit"},
+    {allowed, "getrusage gettid getuid sysinfo ugetrlimit uname"},
+    // files and folders: to look at, and those that are open, with the memory for voxels and the caller's socket among them
+    {allowed, "access faccessat faccessat2 fstat fstatfs getdents getdents64 lstat newfstatat readlink readlinkat stat"},
+    {allowed, "statfs statx"},
+    {allowed, "close close_range dup dup2 dup3 fadvise64 flock ftruncate lseek poll ppoll pread64 preadv pselect6 pwrite64"},
+    {allowed, "pwritev read readahead readv recvfrom recvmsg select sendmsg write writev"},
+    // to change files; sockets, which libraries may ask for, as for users' names; terminals
+    {refused, "chmod chown creat fchmod fchmodat fchown fchownat fremovexattr fsetxattr futimesat lchown link linkat"},
+    {refused, "lremovexattr lsetxattr mkdir mkdirat mknod mknodat removexattr rename renameat renameat2 rmdir setxattr"},
+    {refused, "symlink symlinkat truncate unlink unlinkat utime utimensat utimes"},
+    {refused, "ioctl socket socketpair"},
+    // other programs and processes
+    {ended, "execveat fork vfork"},
+    {ended, "kcmp kill pidfd_getfd pidfd_open pidfd_send_signal process_vm_readv process_vm_writev ptrace"},
+    {ended, "rt_sigqueueinfo rt_tgsigqueueinfo setpgid setsid tkill"},
+    // the network, the kernel, other rights
+    {ended, "accept accept4 bind connect listen"},
+    {ended, "add_key bpf finit_module init_module io_uring_setup kexec_load keyctl perf_event_open reboot request_key"},
+    {ended, "swapon userfaultfd"},
+    {ended, "capset chroot mount open_by_handle_at pivot_root setgid setgroups setns setregid setresgid setresuid"},
+    {ended, "setreuid setuid umount2 unshare"},
+};
+
+/// palpa-read becomes one of the programs beside it, which then closes the way behind it.
+constexpr const char* calls_to_become = "execve seccomp";
+
+/// `argument & mask == value`.
+struct Condition {
+  unsigned argument = 0;
+  std::uint64_t mask = 0, value = 0;
+};
+
+struct Rule {
+  Answer answer;
+  std::string call;
+  std::vector<Condition> when{};  ///< all of these
+};
+
+/// Calls that depend on their arguments.
+std::vector<Rule> rules_of_arguments() {
+  constexpr std::uint64_t all = UINT64_MAX, low = UINT32_MAX;  // of a 64-bit argument; of an int, whose upper half is anything
+  constexpr std::uint64_t namespaces =
+      CLONE_NEWNS | CLONE_NEWCGROUP | CLONE_NEWUTS | CLONE_NEWIPC | CLONE_NEWUSER | CLONE_NEWPID | CLONE_NEWNET;
+  std::vector<Rule> rules{
+      // opened to read, and in no other way
+      {allowed, "open", {{1, O_ACCMODE | O_CREAT | O_TRUNC, O_RDONLY}}},
+      {allowed, "openat", {{2, O_ACCMODE | O_CREAT | O_TRUNC, O_RDONLY}}},
+      // threads, no processes
+      {allowed, "clone", {{0, CLONE_THREAD | namespaces, CLONE_THREAD}}},
+      {ended, "clone", {{0, CLONE_THREAD, 0}}},
+      // signals to itself, as abort sends one
+      {allowed, "tgkill", {{0, low, static_cast<std::uint64_t>(::getpid())}}},
+      // its own limits, to look at, and that of memory, which serve sets
+      {allowed, "prlimit64", {{0, low, 0}, {2, all, 0}}},
+      {allowed, "prlimit64", {{0, low, 0}, {1, low, RLIMIT_AS}}},
+      // to the other end of the socket, to no address
+      {allowed, "sendto", {{4, all, 0}}},
+      // it ends with its caller
+      {allowed, "prctl", {{0, low, PR_SET_PDEATHSIG}, {1, all, SIGKILL}}},
+  };
+  for (const std::uint64_t bit : {O_WRONLY, O_RDWR, O_CREAT, O_TRUNC}) {
+    rules.push_back({refused, "open", {{1, bit, bit}}});
+    rules.push_back({refused, "openat", {{2, bit, bit}}});
+  }
+  for (const std::uint64_t what : {PR_SET_NO_NEW_PRIVS, PR_GET_NO_NEW_PRIVS, PR_SET_NAME, PR_GET_NAME, PR_GET_DUMPABLE})
+    rules.push_back({allowed, "prctl", {{0, low, what}}});
+  // of descriptors, not who is told of what happens to them
+  for (const std::uint64_t what :
+       {F_DUPFD, F_DUPFD_CLOEXEC, F_GETFD, F_SETFD, F_GETFL, F_GETLK, F_SETLK, F_OFD_GETLK, F_OFD_SETLK})
+    rules.push_back({allowed, "fcntl", {{1, low, what}}});
+  return rules;
+}
+
+// Limits that the system keeps, beside that of memory, which depends on what is read (serve.cpp). RLIMIT_NPROC is not among
+// them: it counts everything that the user runs, so that a number that stops a bomb of threads would refuse sound files while
+// the user works. Processes cannot be made at all; threads are counted by the caller, who ends a reader that has too many.
+
+/// Computing time beside that for the voxels that the caller has room for. More: it is gone for longer; less: slow files are
+/// refused.
+constexpr std::uint64_t most_cpu_s = 3600, cpu_bytes_per_s = 10'000'000;
+/// Address space beside those voxels, in memories of the machine: serve's own limit is lower, but can be raised up to here.
+constexpr std::uint64_t most_memories = 2;
+
+// ---------------------------------------------------------------------------------------------------------------------------
+
+/// The parts of a list that are not empty.
+std::vector<std::string> split(const char* list, char mark) {
+  std::istringstream text(list);
+  std::vector<std::string> parts;
+  for (std::string part; std::getline(text, part, mark);) {
+    if (!part.empty()) parts.push_back(std::move(part));
+  }
+  return parts;
+}
+
+struct Folders {
+  std::vector<std::string> to_read, to_run;
+};
+
+/// The folder of a file, as it is named and, where it is a link, as it is; a folder or an OpenFOAM case itself.
+void add_folders_of(const std::string& path, std::vector<std::string>& folders) {
+  if (path.empty()) return;
+  std::error_code ignored;
+  if (const fs::path of_case = openfoam_case(path); !of_case.empty()) folders.push_back(of_case.string());
+  if (fs::is_directory(path, ignored)) return folders.push_back(path);
+  for (const fs::path& file : {fs::absolute(path, ignored), fs::canonical(path, ignored)})
+    if (!file.empty()) folders.push_back(file.parent_path().string());
+}
+
+Folders folders_of(const protocol::Request& request) {
+  Folders folders;
+  for (const char* places : {libraries, process_and_machine}) {
+    for (std::string& place : split(places, ' ')) folders.to_read.push_back(std::move(place));
+  }
+  add_folders_of(request.path, folders.to_read);
+  for (const std::string& partner : request.partners) add_folders_of(partner, folders.to_read);
+  for (const char* variable : folder_variables) {
+    const char* list = std::getenv(variable);
+    for (std::string& folder : split(list != nullptr ? list : "", ':')) folders.to_read.push_back(std::move(folder));
+  }
+  std::error_code ignored;
+  folders.to_run.push_back(fs::read_symlink("/proc/self/exe", ignored).parent_path().string());
+  // The dynamic linker, which the kernel runs first.
+  Dl_info linker{};
+  if (::dladdr(reinterpret_cast<const void*>(::getauxval(AT_BASE)), &linker) != 0 && linker.dli_fname != nullptr)
+    folders.to_run.emplace_back(linker.dli_fname);
+  return folders;
+}
+
+/// The kernel's own, with what later versions have added: those before them take zeros for it.
+struct Ruleset {
+  std::uint64_t files = 0, net = 0, scopes = 0;
+};
+
+struct Closer {
+  int descriptor;
+  ~Closer() {
+    if (descriptor >= 0) ::close(descriptor);
+  }
+};
+
+/// Files can be read in these folders, and no others be opened. Returns 0 or errno.
+int allow_files(const Folders& folders) {
+  const auto version = static_cast<int>(::syscall(SYS_landlock_create_ruleset, nullptr, 0, LANDLOCK_CREATE_RULESET_VERSION));
+  if (version < 0) return errno;
+  Ruleset rules{(LANDLOCK_ACCESS_FS_MAKE_SYM << 1) - 1};  // all of version 1
+  if (version >= 2) rules.files |= LANDLOCK_ACCESS_FS_REFER;
+  if (version >= 3) rules.files |= LANDLOCK_ACCESS_FS_TRUNCATE;
+  if (version >= 4) rules.net = LANDLOCK_ACCESS_NET_BIND_TCP | LANDLOCK_ACCESS_NET_CONNECT_TCP;
+  if (version >= 5) rules.files |= LANDLOCK_ACCESS_FS_IOCTL_DEV;
+  if (version >= 6) rules.scopes = LANDLOCK_SCOPE_ABSTRACT_UNIX_SOCKET | LANDLOCK_SCOPE_SIGNAL;
+  const Closer ruleset{static_cast<int>(::syscall(SYS_landlock_create_ruleset, &rules, sizeof rules, 0))};
+  if (ruleset.descriptor < 0) return errno;
+  const auto allow = [&](const std::string& path, std::uint64_t access) {
+    const Closer place{::open(path.c_str(), O_PATH | O_CLOEXEC)};
+    struct stat status {};
+    if (place.descriptor < 0 || ::fstat(place.descriptor, &status) != 0) return;  // what is not there cannot be read
+    if (S_ISDIR(status.st_mode)) access |= LANDLOCK_ACCESS_FS_READ_DIR;
+    const landlock_path_beneath_attr beneath{access, place.descriptor};
+    ::syscall(SYS_landlock_add_rule, ruleset.descriptor, LANDLOCK_RULE_PATH_BENEATH, &beneath, 0);
+  };
+  for (const std::string& path : folders.to_read) allow(path, LANDLOCK_ACCESS_FS_READ_FILE);
+  for (const std::string& path : folders.to_run) allow(path, LANDLOCK_ACCESS_FS_READ_FILE | LANDLOCK_ACCESS_FS_EXECUTE);
+  return ::syscall(SYS_landlock_restrict_self, ruleset.descriptor, 0) == 0 ? 0 : errno;
+}
+
+/// A filter of calls, for all threads once it is loaded.
+class Filter {
+ public:
+  explicit Filter(std::uint32_t otherwise) : filter_(::seccomp_init(otherwise)) {
+    // Calls of another machine, such as int 0x80.
+    ::seccomp_attr_set(filter_, SCMP_FLTATR_ACT_BADARCH, SCMP_ACT_KILL_PROCESS);
+    ::seccomp_attr_set(filter_, SCMP_FLTATR_CTL_TSYNC, 1);
+    ::seccomp_attr_set(filter_, SCMP_FLTATR_CTL_SSB, 1);       // one process with nothing to hide from itself: full speed
+    ::seccomp_attr_set(filter_, SCMP_FLTATR_CTL_OPTIMIZE, 2);  // a tree, not a list
+    ::seccomp_attr_set(filter_, SCMP_FLTATR_API_SYSRAWRC, 1);  // the kernel's errno
+  }
+  ~Filter() { ::seccomp_release(filter_); }
+  Filter(const Filter&) = delete;
+  Filter& operator=(const Filter&) = delete;
+
+  void add(const Rule& rule) {
+    const int number = ::seccomp_syscall_resolve_name(rule.call.c_str());
+    if (number < 0) return;  // this machine has none of that name
+    const std::uint32_t action = rule.answer == allowed   ? SCMP_ACT_ALLOW
+                                 : rule.answer == refused ? SCMP_ACT_ERRNO(EACCES)
+                                                          : SCMP_ACT_KILL_PROCESS;
+    std::vector<scmp_arg_cmp> conditions;
+    for (const Condition& c : rule.when) conditions.push_back(SCMP_CMP64(c.argument, SCMP_CMP_MASKED_EQ, c.mask, c.value));
+    ::seccomp_rule_add_array(filter_, action, number, static_cast<unsigned>(conditions.size()), conditions.data());
+  }
+  void add(const Calls& group) {
+    for (std::string& call : split(group.names, ' ')) add(Rule{group.answer, std::move(call)});
+  }
+
+  /// Returns 0 or errno.
+  int load() { return -::seccomp_load(filter_); }
+
+ private:
+  scmp_filter_ctx filter_;
+};
+
+/// The tables above. Returns 0 or errno.
+int allow_calls() {
+  Filter filter(SCMP_ACT_ERRNO(ENOSYS));
+  for (const Calls& group : calls) filter.add(group);
+  filter.add(Calls{allowed, calls_to_become});
+  for (const Rule& rule : rules_of_arguments()) filter.add(rule);
+  return filter.load();
+}
+
+void limit(int resource, std::uint64_t most) {
+  rlimit now{};
+  if (::getrlimit(static_cast<__rlimit_resource>(resource), &now) != 0) return;
+  now.rlim_max = std::min<rlim_t>(now.rlim_max, most);
+  now.rlim_cur = std::min(now.rlim_cur, now.rlim_max);
+  ::setrlimit(static_cast<__rlimit_resource>(resource), &now);
+}
+
+#endif
+
+}  // namespace
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+// Their runtimes start themselves anew, map terabytes, read the program's own files at their end, and report to the standard
+// error: none of which a reader may.
+std::string enter_cage(const protocol::Request&) { return "all of it: this is a build with a sanitizer"; }
+void close_cage() {}
+#else
+std::string enter_cage(const protocol::Request& request) {
+  ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
+  limit(RLIMIT_CPU, most_cpu_s + request.max_bytes / cpu_bytes_per_s);
+  limit(RLIMIT_FSIZE, request.max_bytes);  // memory for voxels is files, too
+  const std::uint64_t memory_bytes = static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) * ::sysconf(_SC_PAGESIZE);
+  limit(RLIMIT_AS, std::min(request.max_bytes, UINT64_MAX / 2) + most_memories * memory_bytes);
+  // The caller's standard output may be a file or a terminal. Its standard error stays until the next program has started.
+  if (const Closer nothing{::open("/dev/null", O_WRONLY | O_CLOEXEC)}; nothing.descriptor >= 0)
+    ::dup2(nothing.descriptor, STDOUT_FILENO);
+  std::string lacking;
+  const auto note = [&](const char* part, int problem) {
+    if (problem != 0) lacking += (lacking.empty() ? "" : ", ") + std::string(part) + " (" + std::strerror(problem) + ")";
+  };
+  note("Landlock", allow_files(folders_of(request)));
+  note("seccomp", allow_calls());
+  return lacking;
+}
+
+void close_cage() {
+  ::dup2(STDOUT_FILENO, STDERR_FILENO);
+  Filter filter(SCMP_ACT_ALLOW);  // what enter_cage allows
+  filter.add(Calls{ended, calls_to_become});
+  filter.load();
+}
+#endif
+
+void check_within_cage(const std::string& file) {
+  // Permission to read is asked of the file alone, an open of the cage as well.
+  if (::access(file.c_str(), R_OK) != 0) return;
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (descriptor >= 0) {
+    ::close(descriptor);
+  } else if (errno == EACCES) {
+    throw LoadError("needs '" + file +
+                    "', which lies outside of the folder where palpa-read may read; put it there, or name its "
+                    "folder in the variable PALPA_READER_FOLDERS");
+  }
+}
+
+}  // namespace palpa::reader
