@@ -2,7 +2,6 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cstdio>
 #include <functional>
 #include <memory>
 
@@ -36,6 +35,11 @@ CLI::Option* add_repeated(CLI::App* command, const std::string& name, std::vecto
 void add_plugins(CLI::App* command, std::vector<std::filesystem::path>& plugins) {
   add_repeated(command, "--plugin", plugins, "take modes from this shared library, which you trust")->type_name("FILE");
 }
+
+void add_force(CLI::App* command, bool& force) {
+  command->add_flag("--force", force, "replace files that have these names already");
+}
+detail::Existing existing(bool force) { return force ? detail::Existing::replaced : detail::Existing::refused; }
 
 void add_reader(CLI::App* command, ReadOptions& read) {
   command->add_option("--reader", read.reader, "the program palpa-read, if it is not found by itself")->type_name("FILE");
@@ -279,6 +283,7 @@ void add_explore(CLI::App& app, Work& work) {
 
 struct InfoLine {
   InfoArguments info;
+  bool force = false;
   std::vector<std::string> at, at_m;
   std::string scene_file;
   HowToRead how;
@@ -293,6 +298,7 @@ InfoArguments arguments_of(InfoLine given, bool scene) {
   for (const std::string& place : given.at) info.places.push_back(asked_place(place));
   info.scene = scene;
   info.scene_file = given.scene_file;
+  info.existing = existing(given.force);
   if (!given.scene_file.empty() && info.scene_file.extension() != ".toml") {
     throw LoadError("--scene " + given.scene_file +
                     ": is no name of a scene; write --scene OUT.toml, or put --scene behind the file");
@@ -325,8 +331,9 @@ void add_info(CLI::App& app, Work& work) {
       command->add_option("--scene", given->scene_file, "suggest a first scene, printed or written into this new file")
           ->expected(0, 1)
           ->type_name("[OUT.toml]");
-  command->add_option("--picture", given->info.picture, "draw slices, streamlines and histogram into this PNG file")
+  command->add_option("--picture", given->info.picture, "draw slices, streamlines and histogram into this new PNG file")
       ->type_name("FILE.png");
+  add_force(command, given->force);
   add_how_to_read(command, given->how);
   add_reader(command, given->info.read);
   command->footer("Example:\n  palpa info head.nrrd --at 120,200,90 --picture head.png");
@@ -335,6 +342,7 @@ void add_info(CLI::App& app, Work& work) {
 
 struct ConvertLine {
   ConvertArguments convert;
+  bool force = false;
   std::string in;
   HowToRead how;
 };
@@ -356,12 +364,14 @@ void add_convert(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
       ->type_name("M");
   command->add_flag("--int16", given->convert.options.int16, "round to whole numbers of 16 bits");
   command->add_option("--field", given->convert.options.field, "only this field")->type_name("NAME");
+  add_force(command, given->force);
   add_how_to_read(command, given->how);
   add_reader(command, given->convert.read);
   command->footer("Example:\n  palpa convert head.nrrd small.nrrd --downsample 2");
   command->callback([=, &work, &stop] {
     work = [=, &stop] {
       ConvertArguments& convert = given->convert;
+      convert.options.existing = existing(given->force);
       convert.request = request_of(given->how);
       convert.request.files.insert(convert.request.files.begin(), given->in);
       return run_convert(std::move(convert), stop);
@@ -393,6 +403,7 @@ void add_report(CLI::App& app, Work& work) {
   command->add_option("--out", given->out, "where to write; left out: report.html in the trace")->type_name("FILE");
   command->add_option("--pictures", given->pictures, "write the pictures as PNG and SVG files into this folder, too")
       ->type_name("DIR");
+  add_force(command, given->force);
   add_repeated(command, "--data", given->data_folders, "look for the scene's data here first")->type_name("DIR");
   add_plugins(command, given->plugins);
   add_reader(command, given->read);
@@ -419,7 +430,7 @@ void add_prints(CLI::App& app) {
   app.add_option_function<std::string>(
          "--print",
          [&app](const std::string& what) {
-           std::fputs((what == "man" ? man_page(app) : bash_completion(app)).c_str(), stdout);
+           print(what == "man" ? man_page(app) : bash_completion(app));
            throw CLI::Success();
          },
          "print the man page, or bash's completion, as in: source <(palpa --print bash)")
@@ -428,7 +439,7 @@ void add_prints(CLI::App& app) {
   // Hidden: bash's completion calls it.
   app.add_option_function<std::string>("--print-sets",
                                        [](const std::string& scene) {
-                                         std::fputs(settings_of(scene).c_str(), stdout);
+                                         print(settings_of(scene));
                                          throw CLI::Success();
                                        })
       ->group("");
@@ -471,7 +482,7 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   std::vector<std::string> commands;
   for (const CLI::App* command : app.get_subcommands({})) commands.push_back(command->get_name());
   if (argc < 2) {
-    std::fputs(app.help().c_str(), stdout);
+    print(app.help());
     return 0;
   }
   if (argv[1][0] != '-' && std::find(commands.begin(), commands.end(), argv[1]) == commands.end()) {

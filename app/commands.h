@@ -66,6 +66,7 @@ struct ReportArguments {
   std::filesystem::path trace;
   std::filesystem::path out;       ///< empty: report.html in the trace
   std::filesystem::path pictures;  ///< folder for the pictures as files; empty: none
+  bool force = false;              ///< files that are there already are replaced
   std::vector<std::filesystem::path> data_folders;
   std::vector<std::filesystem::path> plugins;
   ReadOptions read;

@@ -1,12 +1,12 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdio>
 #include <cstdlib>
 
 #include "app/commands.h"
 #include "app/pictures.h"
 #include "app/terminal.h"
+#include "palpa/core/printed.h"
 #include "palpa/installed/scenes_folder.h"
 
 namespace palpa::app {
@@ -51,7 +51,7 @@ fs::path trace_folder(const DemoArguments& arguments) {
   if (folder.empty()) {
     if (arguments.json) return {};
     if (::access(".", W_OK) != 0) {
-      std::fputs("This folder cannot be written, so nothing is recorded; name one that can with --out DIR.\n\n", stdout);
+      print("This folder cannot be written, so nothing is recorded; name one that can with --out DIR.\n\n");
       return {};
     }
     folder = "palpa-demo";
@@ -65,8 +65,8 @@ fs::path trace_folder(const DemoArguments& arguments) {
 /// The recording, its report and its pictures, for a person.
 void print_what_there_is(const fs::path& trace, const DemoArguments& arguments, const fs::path& data) {
   if (trace.empty()) return;
-  std::printf("Recorded in %s\n", trace.c_str());
-  if (!pictures()) return static_cast<void>(std::puts("No report and no pictures: this palpa was built without them."));
+  print(detail::text("Recorded in %s\n", trace.c_str()));
+  if (!pictures()) return print("No report and no pictures: this palpa was built without them.\n");
   ReportOptions options{.data_folders = {}, .plugins = {}, .read = arguments.read, .pictures = trace / "pictures"};
   if (!data.empty()) options.data_folders = {data};
   fs::path report;
@@ -74,9 +74,10 @@ void print_what_there_is(const fs::path& trace, const DemoArguments& arguments, 
     Progress progress("drawing the report");
     report = pictures()->report(trace, {}, options);
   }
-  std::printf("Report      %s\n", report.c_str());
+  print(detail::text("Report      %s\n", report.c_str()));
   for (const char* name : {"scene.png", "moment.png"}) {
-    if (const fs::path picture = options.pictures / name; fs::exists(picture)) std::printf("Picture     %s\n", picture.c_str());
+    if (const fs::path picture = options.pictures / name; fs::exists(picture))
+      print(detail::text("Picture     %s\n", picture.c_str()));
   }
 }
 
@@ -113,11 +114,11 @@ int run_demo(const DemoArguments& arguments, const std::atomic<bool>& stop) {
   }
   print_warnings(result.warnings);
   if (arguments.json) {
-    std::fputs(to_json(result.summary).c_str(), stdout);
+    print(to_json(result.summary));
     return 0;
   }
-  std::printf("%s, felt by %s\n\n%s\n", options.scene.filename().c_str(), options.hand.c_str(),
-              to_table(result.summary).c_str());
+  print(detail::text("%s, felt by %s\n\n%s\n", options.scene.filename().c_str(), options.hand.c_str(),
+                     to_table(result.summary).c_str()));
   print_what_there_is(options.out, arguments, data);
 
   std::string next = palpa + " run " + options.scene.string() + " --hand " + options.hand;
@@ -125,12 +126,12 @@ int run_demo(const DemoArguments& arguments, const std::atomic<bool>& stop) {
   if (!options.device.empty()) next += " --device " + options.device;
   if (!data.empty()) next += " --data " + data.string();
   const std::string trace = options.out.empty() ? "first-trace" : options.out.string();
-  std::printf("Try next:\n  %s --out first-trace --primitives\n  %s replay %s\n  %s modes %s\n", next.c_str(), palpa.c_str(),
-              trace.c_str(), palpa.c_str(), result.summary.modes.front().type.c_str());
+  print(detail::text("Try next:\n  %s --out first-trace --primitives\n  %s replay %s\n  %s modes %s\n", next.c_str(),
+                     palpa.c_str(), trace.c_str(), palpa.c_str(), result.summary.modes.front().type.c_str()));
   const fs::path get_head = (scenes / "../tools/get-ct-head").lexically_normal();
   if (arguments.name == "head" && data.empty() && fs::exists(get_head)) {
-    std::printf("For a real CT head in place of the embedded one (a package of Debian, 19 MB, no root):\n  %s\n",
-                get_head.c_str());
+    print(detail::text("For a real CT head in place of the embedded one (a package of Debian, 19 MB, no root):\n  %s\n",
+                       get_head.c_str()));
   }
   return 0;
 }

@@ -38,23 +38,24 @@ std::vector<Kind> kinds_of(const DevicesArguments& arguments) {
   return kinds;
 }
 
-void print(const Kind& kind, bool with_settings) {
-  std::printf("%s: %s\n", kind.backend->name, kind.backend->title);
+void print_kind(const Kind& kind, bool with_settings) {
+  print(detail::text("%s: %s\n", kind.backend->name, kind.backend->title));
   for (const FoundDevice& found : kind.search.found)
-    std::printf("  found    %s\n           palpa run SCENE --device %s\n", found.words.c_str(), found.description.c_str());
-  for (const std::string& missing : kind.search.missing) std::printf("  missing  %s\n", missing.c_str());
-  std::printf("  axes     %s\n", kind.backend->axes);
+    print(detail::text("  found    %s\n           palpa run SCENE --device %s\n", found.words.c_str(),
+                       found.description.c_str()));
+  for (const std::string& missing : kind.search.missing) print(detail::text("  missing  %s\n", missing.c_str()));
+  print(detail::text("  axes     %s\n", kind.backend->axes));
   if (!with_settings) return;
   for (const DeviceSetting& setting : kind.backend->settings())
-    std::printf("  setting  %s: %s\n", setting.key, setting.meaning);
+    print(detail::text("  setting  %s: %s\n", setting.key, setting.meaning));
 }
 
 /// Limits of a device that is there, as the user's file leaves them.
-void print(const DeviceLimits& limits) {
+void print_limits(const DeviceLimits& limits) {
   const auto say = [](const char* what, double value, const char* unit) {
-    if (std::isfinite(value)) std::printf("  limit    %s: %g %s\n", what, value, unit);
+    if (std::isfinite(value)) print(detail::text("  limit    %s: %g %s\n", what, value, unit));
   };
-  if (limits.max_force_n == 0.0) std::puts("  limit    no motors: what is felt is seen and steered, not pushed");
+  if (limits.max_force_n == 0.0) print("  limit    no motors: what is felt is seen and steered, not pushed\n");
   if (limits.max_force_n > 0.0) {
     say("force", limits.max_force_n, "N");
     say("force for ever", limits.continuous_force_n, "N");
@@ -79,7 +80,7 @@ Json json_of(const Kind& kind) {
 
 /// Asks on the terminal. False where the person does not want it, or there is nobody.
 bool ask(const std::string& sentence) {
-  std::printf("\n%s\n[Enter] when ready, s and [Enter] to leave it out: ", sentence.c_str());
+  print(detail::text("\n%s\n[Enter] when ready, s and [Enter] to leave it out: ", sentence.c_str()));
   std::fflush(stdout);
   std::string line;
   return std::getline(std::cin, line) && line.empty();
@@ -91,18 +92,18 @@ int set_up(const DevicesArguments& arguments, const std::atomic<bool>& stop) {
   if (::isatty(STDIN_FILENO) != 1) throw LoadError("devices: --setup asks a person for help; run it in a terminal");
   const DeviceDescription description = device_description(arguments.name);
   const std::unique_ptr<Device> device = open_device(description);
-  std::printf("%s\n", device->name().c_str());
-  print(device->limits());
+  print(detail::text("%s\n", device->name().c_str()));
+  print_limits(device->limits());
   const std::unique_ptr<LoopClock> clock = wall_clock();
   const BringUp found = bring_up(*device, *clock, ask, stop);
-  std::puts("");
-  for (const std::string& finding : found.findings) std::printf("%s\n", finding.c_str());
+  print("\n");
+  for (const std::string& finding : found.findings) print(finding + "\n");
   if (found.encoder_step_m || found.damping_ns_per_m) {
     DeviceNotes notes = device_notes(device_notes_file(), description.name);
     if (found.encoder_step_m) notes.encoder_step_m = found.encoder_step_m;
     if (found.damping_ns_per_m) notes.damping_ns_per_m = found.damping_ns_per_m;
     keep_device_notes(device_notes_file(), description.name, notes);
-    std::printf("Kept in %s, where every run with this device finds it.\n", device_notes_file().c_str());
+    print(detail::text("Kept in %s, where every run with this device finds it.\n", device_notes_file().c_str()));
   }
   return found.knows_its_place && (found.pushes_rightly || device->limits().max_force_n == 0.0) ? 0 : 1;
 }
@@ -119,16 +120,16 @@ int run_devices(const DevicesArguments& arguments, const std::atomic<bool>& stop
   if (arguments.json) {
     Json all = Json::array();
     for (const Kind& kind : kinds) all.push_back(json_of(kind));
-    std::printf("%s\n", Json{{"devices", all}, {"devices_toml", device_notes_file().string()}}
-                            .dump(2, ' ', false, Json::error_handler_t::replace)
-                            .c_str());
+    print(detail::text("%s\n", Json{{"devices", all}, {"devices_toml", device_notes_file().string()}}
+                                   .dump(2, ' ', false, Json::error_handler_t::replace)
+                                   .c_str()));
     return 0;
   }
   for (std::size_t n = 0; n < kinds.size(); ++n) {
-    if (n > 0) std::puts("");
-    print(kinds[n], !arguments.name.empty());
+    if (n > 0) print("\n");
+    print_kind(kinds[n], !arguments.name.empty());
     if (arguments.name.empty() || kinds[n].search.found.empty()) continue;
-    print(open_device(device_description(arguments.name))->limits());
+    print_limits(open_device(device_description(arguments.name))->limits());
   }
   return 0;
 }

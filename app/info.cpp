@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <fstream>
 #include <string>
 
 #include "app/info_text.h"
@@ -89,22 +88,19 @@ void suggest_scene(const Asked& asked, const Facts& facts, const InfoArguments& 
     throw LoadError(problem.rfind(asked.name, 0) == 0 ? problem : asked.name + ": " + problem);
   }
   if (arguments.scene_file.empty()) {
-    std::fputs(text.c_str(), stdout);
+    print(text);
     return;
   }
-  const std::string place = arguments.scene_file.string();
-  if (fs::exists(arguments.scene_file)) throw LoadError(place + ": exists already; name a new file");
-  std::ofstream file(arguments.scene_file, std::ios::binary);
-  if (!(file << text).flush()) throw LoadError(place + ": cannot be written; name a file in a folder that may be written to");
+  detail::write_whole(arguments.scene_file, text, arguments.existing);
 }
 
-void draw(const Facts& facts, const fs::path& file) {
+void draw(const Facts& facts, const fs::path& file, detail::Existing existing) {
   const auto field = field_to_feel(facts.file.volume, facts.values);
   if (!field) throw LoadError(facts.name + ": has no field that varies; there is nothing to draw");
   const Progress progress("drawing " + file.string());
   const fs::path named = fs::path(facts.name).has_filename() ? fs::path(facts.name) : fs::path(facts.name).parent_path();
   pictures_for(file.string())
-      .volume(facts.file.volume, *field, facts.values[*field], named.filename().string() + ": " + facts.what, file);
+      .volume(facts.file.volume, *field, facts.values[*field], named.filename().string() + ": " + facts.what, file, existing);
 }
 
 /// Makes scene and picture of a volume, and says on stderr what was written and what to do next.
@@ -114,13 +110,13 @@ void make_files(Asked asked, Facts facts, const InfoArguments& arguments) {
     facts = read_facts(asked, arguments.read, false);
   }
   if (arguments.scene) suggest_scene(asked, facts, arguments);
-  if (!arguments.picture.empty()) draw(facts, arguments.picture);
+  if (!arguments.picture.empty()) draw(facts, arguments.picture, arguments.existing);
   for (const fs::path& file : {arguments.scene ? arguments.scene_file : fs::path(), arguments.picture}) {
-    if (!file.empty()) std::fprintf(stderr, "Wrote %s\n", file.c_str());
+    if (!file.empty()) tell("Wrote " + file.string() + "\n");
   }
   if (arguments.scene && !arguments.scene_file.empty()) {
     const std::string scene = for_shell(arguments.scene_file.string()), out = for_shell(arguments.scene_file.stem().string());
-    std::fprintf(stderr, "Next: palpa run %s --hand sim:stroke --out %s\n", scene.c_str(), out.c_str());
+    tell("Next: palpa run " + scene + " --hand sim:stroke --out " + out + "\n");
   }
 }
 
@@ -149,10 +145,10 @@ int run_info(const InfoArguments& arguments) {
       list.push_back(as_json(facts, places, arguments.level));
       continue;
     }
-    if (&asked != &all.front()) fmt::print("\n");
+    if (&asked != &all.front()) print("\n");
     print_words(facts, places, arguments.level);
     if (all.size() == 1 && arguments.picture.empty() && !asked.is_series && field_to_feel(facts.file.volume, facts.values))
-      fmt::print("\n  next      palpa info {} --scene first.toml, to feel it\n", for_shell(asked.name));
+      print(fmt::format("\n  next      palpa info {} --scene first.toml, to feel it\n", for_shell(asked.name)));
     std::fflush(stdout);
     std::vector<std::string> warnings;
     for (const std::string& warning : facts.file.volume.warnings) warnings.push_back(asked.name + ": " + warning);
@@ -160,7 +156,7 @@ int run_info(const InfoArguments& arguments) {
   }
   if (arguments.json && !arguments.scene) {
     const auto& printed = list.size() == 1 ? list.front() : list;
-    fmt::print("{}\n", printed.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
+    print(fmt::format("{}\n", printed.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace)));
   }
   return 0;
 }

@@ -7,6 +7,7 @@
 
 #include "app/info_place.h"
 #include "palpa/core/vec3.h"
+#include "palpa/disk/new_file.h"
 #include "palpa/file/read_volume.h"
 
 namespace palpa::app {
@@ -18,11 +19,12 @@ struct InfoArguments {
   std::vector<Vec3> at_m;                    ///< [m] world positions to sample
   std::optional<double> level;               ///< of scalar fields, in each one's own unit: what the smooth filter loses at it
   ReadOptions read;
-  VolumeRequest request;             ///< how the files are read; its files are the partners of each
-  bool scene = false;                ///< print a first scene instead; of one file
-  std::filesystem::path scene_file;  ///< write it there instead of printing it; a new file
-  std::filesystem::path picture;     ///< draw into this file, too; of one file
-  std::vector<AskedPlace> places{};  ///< further places to sample
+  VolumeRequest request;                                  ///< how the files are read; its files are the partners of each
+  bool scene = false;                                     ///< print a first scene instead; of one file
+  std::filesystem::path scene_file;                       ///< write it there instead of printing it
+  std::filesystem::path picture;                          ///< draw into this file, too; of one file
+  detail::Existing existing = detail::Existing::refused;  ///< what becomes of files that have these names already
+  std::vector<AskedPlace> places{};                       ///< further places to sample
 };
 
 /// Prints what is in the files, as a table or as JSON (docs: the keys are promises). Returns 0; throws

@@ -6,6 +6,7 @@
 
 #include "app/info_numbers.h"
 #include "app/info_text.h"
+#include "app/terminal.h"
 #include "palpa/file/protocol.h"
 #include "palpa/grid/filter.h"
 #include "palpa/survey/thin_parts.h"
@@ -88,10 +89,11 @@ void print_scan(const Volume& volume) {
        number(ScanFactKind::velocity_range_cm_per_s, "VENC {:.4g} cm/s"), number(ScanFactKind::tube_voltage_kv, "{:.4g} kVp"),
        number(ScanFactKind::tube_current_ma, "{:.4g} mA"), kernel.empty() ? "" : "kernel " + kernel,
        number(ScanFactKind::slice_thickness_mm, "slices {:.3g} mm thick")});
-  if (!made.empty()) fmt::print("  scan      {}\n", made);
+  if (!made.empty()) print(fmt::format("  scan      {}\n", made));
   if (const std::string protocol = words(ScanFactKind::protocol); !protocol.empty())
-    fmt::print("  protocol  {} (only words that are known to name nobody)\n", protocol);
-  if (const std::string scanner = words(ScanFactKind::scanner); !scanner.empty()) fmt::print("  scanner   {}\n", scanner);
+    print(fmt::format("  protocol  {} (only words that are known to name nobody)\n", protocol));
+  if (const std::string scanner = words(ScanFactKind::scanner); !scanner.empty())
+    print(fmt::format("  scanner   {}\n", scanner));
 }
 
 void print_placement(const Facts& facts) {
@@ -99,32 +101,33 @@ void print_placement(const Facts& facts) {
   const Placement& placed = facts.placed;
   const auto& dims = placed.grid.dims;
   const bool resampled = volume.fields.front().resampling.has_value();
-  fmt::print("  grid      {} × {} × {} voxels of {}{}\n", dims[0], dims[1], dims[2], text_of_lengths(facts, placed.spacing_m),
-             placed.grid.is_rectilinear() ? " on average: its planes are at uneven distances" : "");
+  print(fmt::format("  grid      {} × {} × {} voxels of {}{}\n", dims[0], dims[1], dims[2],
+                    text_of_lengths(facts, placed.spacing_m),
+                    placed.grid.is_rectilinear() ? " on average: its planes are at uneven distances" : ""));
   if (resampled) {
     const auto& n = volume.fields.front().resampling->dims;
-    fmt::print("            made from the file's own, of {}\n",
-               n[1] == 1 && n[2] == 1 ? rounded_words(static_cast<double>(n[0])) + " points in cells of any shape"
-                                      : fmt::format("{} × {} × {} points along curved lines", n[0], n[1], n[2]));
+    print(fmt::format("            made from the file's own, of {}\n",
+                      n[1] == 1 && n[2] == 1 ? rounded_words(static_cast<double>(n[0])) + " points in cells of any shape"
+                                             : fmt::format("{} × {} × {} points along curved lines", n[0], n[1], n[2])));
   }
-  fmt::print("  size      {}{}, {} in memory\n", text_of_lengths(facts, placed.size_m),
-             volume.length_unit_assumed ? ", if the file's lengths are in " + volume.length_unit : "",
-             text_of_bytes(facts.memory_bytes));
+  print(fmt::format("  size      {}{}, {} in memory\n", text_of_lengths(facts, placed.size_m),
+                    volume.length_unit_assumed ? ", if the file's lengths are in " + volume.length_unit : "",
+                    text_of_bytes(facts.memory_bytes)));
   const char* to = volume.medical_frame ? "to " : "along ";
   std::string turned;
   if (placed.oblique_deg > 0.5) turned += fmt::format(", oblique by {:.3g}°", placed.oblique_deg);
   if (placed.sheared_deg > 0.1) turned += fmt::format(", sheared by {:.3g}°", placed.sheared_deg);
   if (placed.mirrored) turned += ", left-handed";
-  fmt::print("  axes      i {}{}, j {}{}, k {}{}{}{}\n", to, placed.towards[0], to, placed.towards[1], to, placed.towards[2],
-             volume.medical_frame ? ": " + placed.letters : "", turned);
-  fmt::print("  position  {}{}\n", words_of(facts, volume.bounds_m()),
-             volume.medical_frame ? "" : ", along the file's own x, y, z");
-  if (facts.file.frames > 1) fmt::print("  frames    {}\n", facts.file.frames);
+  print(fmt::format("  axes      i {}{}, j {}{}, k {}{}{}{}\n", to, placed.towards[0], to, placed.towards[1], to,
+                    placed.towards[2], volume.medical_frame ? ": " + placed.letters : "", turned));
+  print(fmt::format("  position  {}{}\n", words_of(facts, volume.bounds_m()),
+                    volume.medical_frame ? "" : ", along the file's own x, y, z"));
+  if (facts.file.frames > 1) print(fmt::format("  frames    {}\n", facts.file.frames));
   if (const double share = facts.valid_share(); share < 1.0) {
-    fmt::print("  data      in {:.3g} % of the voxels; the others are {}\n", 100.0 * share,
-               volume.format == "dicom" ? "padding, where nothing was measured"
-               : resampled              ? "outside of the file's cells"
-                                        : "not finite");
+    print(fmt::format("  data      in {:.3g} % of the voxels; the others are {}\n", 100.0 * share,
+                      volume.format == "dicom" ? "padding, where nothing was measured"
+                      : resampled              ? "outside of the file's cells"
+                                               : "not finite"));
   }
 }
 
@@ -132,20 +135,20 @@ void print_fields(const Facts& facts) {
   const std::vector<VolumeField>& fields = facts.file.volume.fields;
   std::size_t width = 5;
   for (const VolumeField& field : fields) width = std::max(width, field.name.size());
-  fmt::print("\n  {:<{}}  {:<8}  {:<9}  {:<26}  max\n", "field", width, "unit", "stored as", "min");
+  print(fmt::format("\n  {:<{}}  {:<8}  {:<9}  {:<26}  max\n", "field", width, "unit", "stored as", "min"));
   for (const VolumeField& field : fields) {
     const std::vector<Extent> extents = field.field->extents();
     const std::string type = std::string(name_of(grid_of(*field.field)->voxels.type)) + (extents.size() == 3 ? "×3" : "");
-    fmt::print("  {:<{}}  {:<8}  {:<9}  {:<26}  {}\n", field.name, width, field.unit.empty() ? "–" : field.unit, type,
-               text_of(extents, &Extent::min), text_of(extents, &Extent::max));
+    print(fmt::format("  {:<{}}  {:<8}  {:<9}  {:<26}  {}\n", field.name, width, field.unit.empty() ? "–" : field.unit, type,
+                      text_of(extents, &Extent::min), text_of(extents, &Extent::max)));
   }
-  fmt::print("\n");
+  print("\n");
   for (const VolumeField& field : fields) {
     const FilterChoice felt = default_filter(*grid_of(*field.field));
-    fmt::print("  {:<{}}  felt through the {} filter: {}{}\n", field.name, width, name_of(felt.filter), felt.why,
-               felt.roughness ? fmt::format(" (roughness {:.2g})", *felt.roughness) : "");
+    print(fmt::format("  {:<{}}  felt through the {} filter: {}{}\n", field.name, width, name_of(felt.filter), felt.why,
+                      felt.roughness ? fmt::format(" (roughness {:.2g})", *felt.roughness) : ""));
   }
-  fmt::print("\n");
+  print("\n");
   for (std::size_t f = 0; f < fields.size(); ++f) {
     const Statistics& values = facts.values[f];
     if (values.counted == 0) continue;
@@ -157,11 +160,11 @@ void print_fields(const Facts& facts) {
       return rounded_words(values.whole_numbers ? std::round(value) : value, span);
     };
     const std::string unit = fields[f].unit.empty() ? "" : " " + fields[f].unit;
-    fmt::print("  {:<{}}  {}median {}, mean {}, 99 % up to {}{}{}\n", fields[f].name, width, lengths ? "length: " : "",
-               quantile(0.5), rounded_words(values.mean, span), quantile(0.99), unit,
-               values.one_in > 1 ? fmt::format(" (of one row of voxels in {})", values.one_in) : "");
-    fmt::print("  {:<{}}  {} ▕{}▏ {}{}\n", "", width, rounded_words(values.min, span), bars_of(values.histogram),
-               rounded_words(values.max), unit);
+    print(fmt::format("  {:<{}}  {}median {}, mean {}, 99 % up to {}{}{}\n", fields[f].name, width, lengths ? "length: " : "",
+                      quantile(0.5), rounded_words(values.mean, span), quantile(0.99), unit,
+                      values.one_in > 1 ? fmt::format(" (of one row of voxels in {})", values.one_in) : ""));
+    print(fmt::format("  {:<{}}  {} ▕{}▏ {}{}\n", "", width, rounded_words(values.min, span), bars_of(values.histogram),
+                      rounded_words(values.max), unit));
   }
 }
 
@@ -175,40 +178,40 @@ void print_resampling(const Facts& facts) {
   for (const VolumeField& field : facts.file.volume.fields) {
     if (!field.resampling) continue;
     if (std::exchange(first, false)) {
-      fmt::print(
+      print(fmt::format(
           "\n  error of the new grid against the file's own, as a share of the field's range: by cell, where boundary layers "
           "count "
-          "most, and by volume, as a hand meets it\n");
-      fmt::print("  {:<{}}  {:<9}  {:<9}  {:<10}  {:<9}  with data\n", "field", width, "places", "median", "99 % below",
-                 "worst");
+          "most, and by volume, as a hand meets it\n"));
+      print(fmt::format("  {:<{}}  {:<9}  {:<9}  {:<10}  {:<9}  with data\n", "field", width, "places", "median", "99 % below",
+                        "worst"));
     }
     for (const auto& [by, e] : {std::pair{"by cell", field.resampling->by_cell}, {"by volume", field.resampling->by_volume}}) {
-      fmt::print("  {:<{}}  {:<9}  {:<9}  {:<10}  {:<9}  {:.3g} %\n", field.name, width, by, percent(e.p50), percent(e.p99),
-                 percent(e.max), 100.0 * e.covered);
+      print(fmt::format("  {:<{}}  {:<9}  {:<9}  {:<10}  {:<9}  {:.3g} %\n", field.name, width, by, percent(e.p50),
+                        percent(e.p99), percent(e.max), 100.0 * e.covered));
     }
   }
 }
 
 void print_at_level(const Facts& facts, const std::optional<double>& level) {
   const std::vector<VolumeField>& fields = facts.file.volume.fields;
-  if (level) fmt::print("\n");
+  if (level) print("\n");
   for (const VolumeField& field : fields) {
     if (!level || field.field->components() != 1) continue;
     const ThinParts parts = thin_parts(*field.field, *level);
-    fmt::print(
+    print(fmt::format(
         "  level {:g} of {}: {:.2g} % of what is above is thinner than 2 voxels; the smooth filter loses {:.2g} % of that\n",
-        *level, field.name, 100.0 * parts.thin_share(), 100.0 * parts.lost_share());
+        *level, field.name, 100.0 * parts.thin_share(), 100.0 * parts.lost_share()));
   }
   for (std::size_t f = 0; f < fields.size(); ++f) {
     const auto shift = shift_of(facts, f, level);
     if (!shift) continue;
-    fmt::print(
+    print(fmt::format(
         "\n  from frame to frame {} {} moves by {:.2g} of the width of its edge (median; 90 % by less than {:.2g}; {:.2g} % "
         "vanishes)\n",
         level ? fmt::format("level {:g} of", *level) : "the steepest tenth of", fields[f].name, shift->median, shift->p90,
-        100.0 * shift->lost_share);
-    fmt::print("  {}\n", shift->p90 < 1.0 ? "so a surface moves on from frame to frame, and carries the hand"
-                                          : "so a surface jumps from frame to frame: its strength fades out and in");
+        100.0 * shift->lost_share));
+    print(fmt::format("  {}\n", shift->p90 < 1.0 ? "so a surface moves on from frame to frame, and carries the hand"
+                                                 : "so a surface jumps from frame to frame: its strength fades out and in"));
   }
 }
 
@@ -216,25 +219,25 @@ void print_at_level(const Facts& facts, const std::optional<double>& level) {
 void print_place(const Facts& facts, const AskedPlace& place) {
   const Vec3 at_m = world_of(place, facts);
   const GridPoint voxel = voxel_of(facts, at_m);
-  fmt::print("\n  at {}: {}, voxel {:.4g}, {:.4g}, {:.4g}\n", place.text, words_of(facts, at_m), voxel.i + 0.0, voxel.j + 0.0,
-             voxel.k + 0.0);
+  print(fmt::format("\n  at {}: {}, voxel {:.4g}, {:.4g}, {:.4g}\n", place.text, words_of(facts, at_m), voxel.i + 0.0,
+                    voxel.j + 0.0, voxel.k + 0.0));
   bool anywhere = false;
   for (const VolumeField& field : facts.file.volume.fields) {
     const std::string unit = field.unit.empty() ? "" : " " + field.unit;
     if (field.field->components() == 1) {
       const ScalarSample s = field.field->scalar(at_m);
-      fmt::print("    {} = {}\n", field.name, s.inside ? rounded_words(s.value) + unit : "no data");
+      print(fmt::format("    {} = {}\n", field.name, s.inside ? rounded_words(s.value) + unit : "no data"));
       anywhere = anywhere || s.inside;
       continue;
     }
     const VectorSample v = field.field->vector(at_m);
     anywhere = anywhere || v.inside;
-    fmt::print("    {} = {}\n", field.name,
-               v.inside ? "(" + rounded_words(v.value.x) + ", " + rounded_words(v.value.y) + ", " + rounded_words(v.value.z) +
-                              ")" + unit + ", length " + rounded_words(norm(v.value)) + unit
-                        : "no data");
+    print(fmt::format("    {} = {}\n", field.name,
+                      v.inside ? "(" + rounded_words(v.value.x) + ", " + rounded_words(v.value.y) + ", " +
+                                     rounded_words(v.value.z) + ")" + unit + ", length " + rounded_words(norm(v.value)) + unit
+                               : "no data"));
   }
-  if (!anywhere) fmt::print("    {}\n", why_outside(place, facts, at_m));
+  if (!anywhere) print(fmt::format("    {}\n", why_outside(place, facts, at_m)));
 }
 
 }  // namespace
@@ -243,18 +246,18 @@ void print_words(const Facts& facts, const std::vector<AskedPlace>& places, cons
   const Volume& volume = facts.file.volume;
   std::uint64_t bytes = 0;
   for (const SourceFile& source : volume.files) bytes += source.bytes;
-  fmt::print("{}\n", facts.name);
-  fmt::print("  what      {}\n", facts.what);
+  print(fmt::format("{}\n", facts.name));
+  print(fmt::format("  what      {}\n", facts.what));
   print_scan(volume);
-  fmt::print("  format    {}, {} {}, {}\n", format_words(volume.format), volume.files.size(),
-             volume.files.size() == 1 ? "file" : "files", text_of_bytes(bytes));
+  print(fmt::format("  format    {}, {} {}, {}\n", format_words(volume.format), volume.files.size(),
+                    volume.files.size() == 1 ? "file" : "files", text_of_bytes(bytes)));
   print_placement(facts);
   print_fields(facts);
   print_resampling(facts);
   print_at_level(facts, level);
-  if (!facts.suspicious.empty()) fmt::print("\n");
+  if (!facts.suspicious.empty()) print("\n");
   for (const std::string& thing : facts.suspicious)
-    fmt::print("  note      {}{}\n", thing.rfind("field ", 0) == 0 ? "" : "the file ", thing);
+    print(fmt::format("  note      {}{}\n", thing.rfind("field ", 0) == 0 ? "" : "the file ", thing));
   for (const AskedPlace& place : places) print_place(facts, place);
 }
 

@@ -1,8 +1,9 @@
 #include <algorithm>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "app/commands.h"
+#include "app/terminal.h"
+#include "palpa/core/printed.h"
 #include "palpa/mode/plugin.h"
 #include "palpa/scene/load_scene.h"
 #include "palpa/toml/wording.h"
@@ -103,12 +104,12 @@ int run_modes(const ModesArguments& arguments) {
       json.push_back(to_json(mode));
     }
     if (arguments.json) {
-      std::printf("%s\n", json.dump(2).c_str());
+      print(detail::text("%s\n", json.dump(2).c_str()));
       return 0;
     }
     for (const Mode& mode : catalog.modes()) {
-      std::printf("  %-*s  %s\n", static_cast<int>(longest), std::string(mode.type()).c_str(),
-                  std::string(mode.summary()).c_str());
+      print(detail::text("  %-*s  %s\n", static_cast<int>(longest), std::string(mode.type()).c_str(),
+                         std::string(mode.summary()).c_str()));
     }
     return 0;
   }
@@ -120,7 +121,7 @@ int run_modes(const ModesArguments& arguments) {
     throw LoadError("modes: unknown type " + detail::in_quotes(arguments.type) + "; " +
                     detail::suggestion(arguments.type, types));
   }
-  std::fputs((arguments.json ? to_json(*mode).dump(2) + "\n" : mode_reference_text(*mode)).c_str(), stdout);
+  print(arguments.json ? to_json(*mode).dump(2) + "\n" : mode_reference_text(*mode));
   return 0;
 }
 

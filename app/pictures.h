@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <string>
 
+#include "palpa/disk/new_file.h"
 #include "palpa/field/field.h"
 #include "palpa/report/report.h"
 #include "palpa/survey/statistics.h"
@@ -20,7 +21,7 @@ struct Pictures {
                                   const ReportOptions& options);
   /// `volume_picture` of a field, as a PNG file.
   void (*volume)(const Volume& volume, std::size_t field, const Statistics& values, const std::string& what,
-                 const std::filesystem::path& file);
+                 const std::filesystem::path& file, detail::Existing existing);
 };
 
 /// Loads the library at the first call. Returns nullptr if this palpa was built without pictures. Throws LoadError where the

@@ -8,8 +8,8 @@ namespace palpa::app {
 namespace {
 
 void draw_volume(const Volume& volume, std::size_t field, const Statistics& values, const std::string& what,
-                 const std::filesystem::path& file) {
-  save_png(volume_picture(volume, field, values, what), file);
+                 const std::filesystem::path& file, detail::Existing existing) {
+  detail::write_whole(file, png_of(volume_picture(volume, field, values, what)), existing);
 }
 
 }  // namespace

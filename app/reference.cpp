@@ -1,13 +1,13 @@
 #include "app/reference.h"
 
 #include <CLI/CLI.hpp>
-#include <fstream>
 #include <span>
 #include <sstream>
 #include <vector>
 
 #include "app/hand_words.h"
 #include "palpa/device/hand.h"
+#include "palpa/disk/input_file.h"
 #include "palpa/mode/mode.h"
 #include "palpa/scene/load_scene.h"
 #include "palpa/version.h"
@@ -208,8 +208,8 @@ _palpa() {
 }  // namespace
 
 std::string settings_of(const std::filesystem::path& scene) {
-  std::ifstream file(scene, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  const detail::InputFile file(scene);
+  const std::string text = file.is_open() ? detail::read_whole(file, 4 << 20, "name a scene file (.toml)") : std::string();
   std::string lines;
   for (const std::string& path : with_equals(set_paths(text, standard_modes()))) lines += path + "\n";
   return lines;

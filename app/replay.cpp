@@ -1,8 +1,8 @@
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "app/commands.h"
 #include "app/terminal.h"
+#include "palpa/core/printed.h"
 #include "palpa/study/energy_table.h"
 
 namespace palpa::app {
@@ -23,11 +23,11 @@ int run_replay(const ReplayArguments& arguments, const std::atomic<bool>& stop) 
                                       {"ticks", difference.ticks},
                                       {"ticks_per_s", result.summary.ticks_per_s},
                                       {"energy_j", nlohmann::ordered_json::parse(to_json(energy_table(result.summary)))}};
-    std::printf("%s\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str());
+    print(detail::text("%s\n", json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace).c_str()));
   } else if (difference.same) {
-    std::printf("the same in all %lld ticks\n", static_cast<long long>(difference.ticks));
+    print(detail::text("the same in all %lld ticks\n", static_cast<long long>(difference.ticks)));
   } else {
-    std::printf("differs at %s\n", difference.where.c_str());
+    print(detail::text("differs at %s\n", difference.where.c_str()));
   }
   return difference.same ? 0 : 1;
 }

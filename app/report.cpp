@@ -1,5 +1,3 @@
-#include <cstdio>
-
 #include "app/commands.h"
 #include "app/pictures.h"
 #include "app/terminal.h"
@@ -16,9 +14,10 @@ int run_report(const ReportArguments& arguments) {
                             .plugins = arguments.plugins,
                             .read = arguments.read,
                             .pictures = arguments.pictures,
+                            .replace = arguments.force,
                             .progress = [&](double share) { progress.show(share); }});
   }
-  std::printf("%s\n", file.c_str());
+  print(file.string() + "\n");
   return 0;
 }
 

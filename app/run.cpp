@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -56,35 +55,35 @@ Json description(const PreparedRun& prepared, double rate_hz) {
           {"notes", notes}};
 }
 
-void print(const Json& d) {
+void print_description(const Json& d) {
   const auto text = [](const Json& value) { return value.get<std::string>(); };
   const auto number = [](const Json& value) { return value.get<double>(); };
-  if (!text(d["title"]).empty()) std::printf("%s\n", text(d["title"]).c_str());
-  std::printf("  coupling   %g N/m, %g N·s/m, at most %g N; law %s\n", number(d["stiffness_n_per_m"]),
-              number(d["damping_ns_per_m"]), number(d["max_force_n"]), text(d["law"]).c_str());
-  std::printf("  workspace  1 m of the hand is %g m of the world\n", number(d["world_m_per_hand_m"]));
+  if (!text(d["title"]).empty()) print(detail::text("%s\n", text(d["title"]).c_str()));
+  print(detail::text("  coupling   %g N/m, %g N·s/m, at most %g N; law %s\n", number(d["stiffness_n_per_m"]),
+                     number(d["damping_ns_per_m"]), number(d["max_force_n"]), text(d["law"]).c_str()));
+  print(detail::text("  workspace  1 m of the hand is %g m of the world\n", number(d["world_m_per_hand_m"])));
   const Json& duration_s = d["duration_s"];
   const std::string duration = duration_s.is_null() ? "until it is stopped" : detail::text("%g s", number(duration_s));
-  std::printf("  hand       %s, %s at %g Hz\n", text(d["hand"]).c_str(), duration.c_str(), number(d["rate_hz"]));
-  if (const std::string device = text(d["device"]); !device.empty()) std::printf("  device     %s\n", device.c_str());
+  print(detail::text("  hand       %s, %s at %g Hz\n", text(d["hand"]).c_str(), duration.c_str(), number(d["rate_hz"])));
+  if (const std::string device = text(d["device"]); !device.empty()) print(detail::text("  device     %s\n", device.c_str()));
   for (const Json& volume : d["volumes"]) {
     const Json& size_m = volume["size_m"];
-    std::printf("  volume     %s: %s, %.4g x %.4g x %.4g m\n", text(volume["name"]).c_str(), text(volume["format"]).c_str(),
-                number(size_m[0]), number(size_m[1]), number(size_m[2]));
+    print(detail::text("  volume     %s: %s, %.4g x %.4g x %.4g m\n", text(volume["name"]).c_str(),
+                       text(volume["format"]).c_str(), number(size_m[0]), number(size_m[1]), number(size_m[2])));
     for (const Json& field : volume["fields"]) {
-      std::printf("    field    %s", text(field["name"]).c_str());
+      print(detail::text("    field    %s", text(field["name"]).c_str()));
       for (std::size_t c = 0; c < field["min"].size(); ++c) {
-        std::printf("%s %g … %g", c > 0 ? "," : ":", number(field["min"][c]), number(field["max"][c]));
+        print(detail::text("%s %g … %g", c > 0 ? "," : ":", number(field["min"][c]), number(field["max"][c])));
       }
-      std::printf(" %s\n", text(field["unit"]).c_str());
+      print(detail::text(" %s\n", text(field["unit"]).c_str()));
     }
   }
   for (const Json& mode : d["modes"]) {
-    std::printf("  mode       %s: %s%s\n", text(mode["name"]).c_str(), text(mode["type"]).c_str(),
-                mode["enabled"].get<bool>() ? "" : " (not enabled)");
+    print(detail::text("  mode       %s: %s%s\n", text(mode["name"]).c_str(), text(mode["type"]).c_str(),
+                       mode["enabled"].get<bool>() ? "" : " (not enabled)"));
   }
-  std::puts("All of it fits together; nothing was felt yet.");
-  for (const Json& note : d["notes"]) std::printf("%s\n", text(note).c_str());
+  print("All of it fits together; nothing was felt yet.\n");
+  for (const Json& note : d["notes"]) print(detail::text("%s\n", text(note).c_str()));
 }
 
 RunResult felt(RunOptions options, const std::atomic<bool>& stop) {
@@ -117,18 +116,18 @@ int run_scene(RunArguments arguments, const std::atomic<bool>& stop) {
     print_warnings(prepared.loaded.warnings);
     const Json what = description(prepared, arguments.options.rate_hz);
     if (arguments.json) {
-      std::printf("%s\n", what.dump(2, ' ', false, Json::error_handler_t::replace).c_str());
+      print(detail::text("%s\n", what.dump(2, ' ', false, Json::error_handler_t::replace).c_str()));
     } else {
-      print(what);
+      print_description(what);
     }
     return 0;
   }
 
   const RunResult result = arguments.options.live ? felt_live(arguments.options, stop) : felt(arguments.options, stop);
   print_warnings(result.warnings);
-  std::fputs((arguments.json ? to_json(result.summary) : to_table(result.summary)).c_str(), stdout);
+  print(arguments.json ? to_json(result.summary) : to_table(result.summary));
   if (const std::string out = arguments.options.out.string(); !arguments.json && !out.empty())
-    std::printf("\nRecorded in %s\nNext: palpa report %s\n", out.c_str(), out.c_str());
+    print(detail::text("\nRecorded in %s\nNext: palpa report %s\n", out.c_str(), out.c_str()));
   return result.is_recording_lost ? 1 : 0;
 }
 

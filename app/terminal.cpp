@@ -6,17 +6,33 @@
 #include <chrono>
 #include <cstdio>
 
-#include "palpa/toml/wording.h"
+#include "palpa/core/shown.h"
 
 namespace palpa::app {
 
-void print_error(std::string_view message) { std::fprintf(stderr, "palpa: %s\n", detail::one_line(message).c_str()); }
+namespace {
 
-void print_warnings(const std::vector<std::string>& warnings) {
-  for (const std::string& warning : warnings) std::fprintf(stderr, "palpa: warning: %s\n", detail::one_line(warning).c_str());
+constexpr std::size_t longest_line_bytes = 500;  // of an error. More: a long path hides what is wrong; less: sentences are cut
+
+void put(const std::string& text, std::FILE* to) { std::fwrite(text.data(), 1, text.size(), to); }
+
+/// What stands before the message stays whole; of the message the middle is left out.
+void put_line(const std::string& before, std::string_view message) {
+  put(before + detail::shortened(detail::shown(message), longest_line_bytes - before.size() - 1) + "\n", stderr);
 }
 
-Progress::Progress(std::string what) : what_(detail::one_line(what)) {
+}  // namespace
+
+void print(std::string_view text) { put(detail::shown(text, true), stdout); }
+void tell(std::string_view text) { put(detail::shown(text, true), stderr); }
+
+void print_error(std::string_view message) { put_line("palpa: ", message); }
+
+void print_warnings(const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings) put_line("palpa: warning: ", warning);
+}
+
+Progress::Progress(std::string what) : what_(detail::shown(what)) {
   if (::isatty(STDERR_FILENO) != 1) return;
   // All signals are blocked in the drawing thread, so that an interrupt reaches the working thread, which may wait in a call
   // that has to end then.

@@ -1,4 +1,4 @@
-// What goes to stderr: errors, warnings and progress, one line each.
+// What goes to stdout and stderr: all of it is cleaned here, because names, titles and cells come from others.
 #pragma once
 
 #include <atomic>
@@ -11,6 +11,12 @@
 
 namespace palpa::app {
 
+/// To stdout: lines for people, or JSON.
+void print(std::string_view text);
+/// To stderr: lines that are neither error nor warning.
+void tell(std::string_view text);
+
+/// One line of at most 500 bytes, whatever the input was.
 void print_error(std::string_view message);
 void print_warnings(const std::vector<std::string>& warnings);
 

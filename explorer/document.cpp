@@ -1,8 +1,9 @@
 #include "explorer/document.h"
 
-#include <QFile>
-#include <QSaveFile>
 #include <utility>
+
+#include "palpa/disk/input_file.h"
+#include "palpa/disk/new_file.h"
 
 namespace palpa::explorer {
 
@@ -68,19 +69,9 @@ std::string Document::text() const {
 
 void Document::save(const std::filesystem::path& file) {
   const std::string now = text();
-  const QString name = QString::fromStdString(file.string());
-  if (QFile before(name); now != opened_->loaded.text && before.exists()) {
-    QFile::remove(name + "~");
-    if (!before.copy(name + "~"))
-      throw LoadError(file.string() + "~: the scene that was there cannot be kept (" + before.errorString().toStdString() +
-                      "); save under another name");
-  }
-  // Written beside it and exchanged, so that a full disk leaves what was there.
-  QSaveFile out(name);
-  if (!out.open(QIODevice::WriteOnly) ||
-      out.write(now.data(), static_cast<qint64>(now.size())) != static_cast<qint64>(now.size()) || !out.commit())
-    throw LoadError(file.string() + ": cannot be written (" + out.errorString().toStdString() +
-                    "); save it in a folder that may be written to");
+  if (const detail::InputFile before(file); now != opened_->loaded.text && before.is_open())
+    detail::write_whole(file.string() + "~", detail::read_whole(before, before.bytes(), ""), detail::Existing::replaced);
+  detail::write_whole(file, now, detail::Existing::replaced);
   opened_->loaded.text = now;
   opened_->scene_file = file;
   saved_toml_ = to_toml(scene());

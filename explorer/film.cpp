@@ -4,6 +4,9 @@
 #include <QProcess>
 #include <QStandardPaths>
 
+#include "explorer/picture_file.h"
+#include "palpa/core/load_error.h"
+
 namespace palpa::explorer {
 namespace {
 
@@ -39,8 +42,10 @@ void Film::end() {
 void Film::next() {
   if (!player_.has_trace()) return end();
   const QString file = QDir(folder_).filePath(QString("%1.png").arg(pictures_, 5, 10, QChar('0')));
-  if (!picture_().save(file)) {
-    Q_EMIT said(tr("%1: cannot be written; free some space. The pictures before it are there.").arg(file), true);
+  try {
+    save_picture(picture_(), file);
+  } catch (const LoadError& error) {
+    Q_EMIT said(tr("%1. The pictures before it are there.").arg(QString::fromUtf8(error.what())), true);
     return end();
   }
   const double t_s = ++pictures_ / pictures_hz;

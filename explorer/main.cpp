@@ -12,6 +12,7 @@
 #include <cstdlib>
 
 #include "explorer/main_window.h"
+#include "palpa/core/shown.h"
 #include "palpa/version.h"
 
 namespace {
@@ -68,7 +69,7 @@ int main(int argc, char** argv) {
   };
   if (files.size() > 2 || (files.size() == 2 && !(is_trace(files[0]) && is_trace(files[1])))) {
     std::fprintf(stderr, "palpa-explorer: %s: one file at a time, or two traces; a scene names several data files\n",
-                 files[1].c_str());
+                 palpa::detail::shown(files[1]).c_str());
     return 2;
   }
   if (!has_display()) {

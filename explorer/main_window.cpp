@@ -24,8 +24,11 @@
 #include <algorithm>
 
 #include "explorer/opening.h"
+#include "explorer/picture_file.h"
 #include "explorer/presets.h"
+#include "palpa/core/shown.h"
 #include "palpa/device/open_device.h"
+#include "palpa/disk/new_file.h"
 #include "palpa/scene/parts.h"
 #include "palpa/time/timed_field.h"
 #include "palpa/view/layers.h"
@@ -531,8 +534,12 @@ void MainWindow::screenshot() {
   if (!document_.is_open()) return;
   const QString file = picture_path("palpa", "-yyyyMMdd-HHmmss-zzz") + ".png";
   QDir().mkpath(QFileInfo(file).path());
-  picture().save(file) ? say(tr("Saved %1").arg(file))
-                       : say(tr("%1: cannot be written; free some space or change the folder's rights").arg(file), true);
+  try {
+    save_picture(picture(), file);
+    say(tr("Saved %1").arg(file));
+  } catch (const LoadError& error) {
+    say(QString::fromUtf8(error.what()), true);
+  }
 }
 
 void MainWindow::show_flow_near(const Vec3& proxy_m) {
@@ -589,16 +596,19 @@ void MainWindow::dropEvent(QDropEvent* event) {
 void MainWindow::closeEvent(QCloseEvent* event) {
   // First of all the motors.
   const std::string lost = touch_.end();
-  if (!lost.empty()) std::fprintf(stderr, "palpa-explorer: %s\n", lost.c_str());
+  if (!lost.empty()) std::fprintf(stderr, "palpa-explorer: %s\n", detail::shown(lost).c_str());
   timer_.stop();
   // What was not saved is kept where the next start finds it.
   if (document_.is_open() && !document_.undo().isClean()) {
     const QString folder = QStandardPaths::writableLocation(QStandardPaths::AppDataLocation);
     QDir().mkpath(folder);
     const QString file = folder + "/unsaved-" + QFileInfo(document_.opened().title).completeBaseName() + ".toml";
-    if (QFile out(file); out.open(QIODevice::WriteOnly) && out.write(QByteArray::fromStdString(document_.text())) >= 0) {
-      std::fprintf(stderr, "The scene was not saved; it is kept in %s\n", qPrintable(file));
+    try {
+      detail::write_whole(file.toStdString(), document_.text(), detail::Existing::replaced);
+      std::fprintf(stderr, "The scene was not saved; it is kept in %s\n", detail::shown(file.toStdString()).c_str());
       remember(file.toStdString());
+    } catch (const LoadError& error) {
+      std::fprintf(stderr, "palpa-explorer: %s\n", detail::shown(error.what()).c_str());
     }
   }
   event->accept();

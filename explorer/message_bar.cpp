@@ -14,6 +14,7 @@ constexpr int reading_ms = 8000;  // shorter: a long path cannot be read; longer
 
 MessageBar::MessageBar(QWidget* parent) : QFrame(parent), words_(new QLabel) {
   setObjectName("message_bar");
+  words_->setTextFormat(Qt::PlainText);  // names of files are in it
   words_->setWordWrap(true);
   words_->setTextInteractionFlags(Qt::TextSelectableByMouse);
   words_->setAccessibleName(tr("Message"));

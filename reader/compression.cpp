@@ -2,11 +2,11 @@
 
 #include <zlib.h>
 
-#include <fstream>
 #include <memory>
 #include <vector>
 
 #include "palpa/core/load_error.h"
+#include "palpa/disk/input_file.h"
 #include "source.h"
 
 namespace palpa::reader {
@@ -25,7 +25,7 @@ struct Unpacked {
 
 /// Unpacks the streams of a file, one after the other, until there are `enough` bytes, and keeps nothing.
 Unpacked unpack(const std::string& path, std::uint64_t offset, std::uint64_t enough) {
-  std::ifstream file(path, std::ios::binary);
+  detail::InputStream file(path);
   file.seekg(static_cast<std::streamoff>(offset));
   z_stream stream{};
   if (inflateInit2(&stream, 15 + 32) != Z_OK) throw std::bad_alloc();  // 32: zlib or gzip, told by the header

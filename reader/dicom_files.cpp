@@ -19,13 +19,13 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <set>
 #include <string_view>
 
 #include "cage.h"
 #include "dicom_words.h"
 #include "messages.h"
+#include "palpa/disk/input_file.h"
 #include "source.h"
 
 namespace palpa::reader {
@@ -125,7 +125,7 @@ int vtk_type(RawType type) {
 bool has_whole_meta_header(const std::string& name) {
   // A longer meta header, or element of it, is damaged: real ones have some hundred bytes. More: nonsense is read for longer.
   constexpr std::size_t most_bytes = 65536, start = 132;
-  std::ifstream file(name, std::ios::binary);
+  detail::InputStream file(name);
   char bytes[start] = {};
   if (!file.read(bytes, start) || std::string_view(bytes + 128, 4) != "DICM") return true;
   const auto number = [&](std::size_t at, std::size_t size) {
@@ -430,7 +430,7 @@ void DicomFiles::load(const Slice& slice, bool masked, std::byte* to) {
   auto* const voxels = reinterpret_cast<unsigned char*>(to);
   if (reader_->compressed(slice.file)) {
     std::string stored(stored_bytes(slice), '\0');
-    std::ifstream file(name(slice), std::ios::binary);
+    detail::InputStream file(name(slice));
     file.seekg(-static_cast<std::streamoff>(stored.size()), std::ios::end);
     file.read(stored.data(), static_cast<std::streamsize>(stored.size()));
     if (!has_size_of(slice, stored)) throw LoadError("holds an image of another size than its header says; get the file again");

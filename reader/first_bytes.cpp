@@ -1,21 +1,25 @@
 #include "first_bytes.h"
 
+#include <fcntl.h>
 #include <zlib.h>
 
 #include <algorithm>
 #include <cctype>
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
+#include <new>
 
 #include "palpa/core/load_error.h"
+#include "palpa/disk/input_file.h"
 
 namespace palpa::reader {
 
 std::string first_bytes(const std::string& path) {
   char buffer[1024] = {};
-  const gzFile file = gzopen(path.c_str(), "rb");  // reads files that are not compressed as they are
-  if (file == nullptr) throw LoadError(std::string("cannot be opened: ") + std::strerror(errno) + "; check its permissions");
+  const detail::InputFile opened(path);
+  if (!opened.is_open()) throw LoadError(opened.problem() + "; give a file that can be read");
+  const int descriptor = ::fcntl(opened.descriptor(), F_DUPFD_CLOEXEC, 0);  // gzclose closes the one that it is given
+  const gzFile file = gzdopen(descriptor, "rb");                            // reads files that are not compressed as they are
+  if (file == nullptr) throw std::bad_alloc();
   const int got = gzread(file, buffer, sizeof buffer);
   gzclose(file);
   if (got <= 0) throw LoadError("cannot be read: its gzip compression is damaged; get the file again");

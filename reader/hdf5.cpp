@@ -7,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "library_words.h"
 #include "source.h"
 #include "vtk_data.h"
 
@@ -234,7 +235,7 @@ class Hdf5Source final : public Source {
     if (!root.is_open()) throw LoadError("is VTKHDF without its group; check that the file is whole");
     const std::string kind = text_attribute(root, "Type");
     if (kind != "ImageData") {
-      throw LoadError("is VTKHDF of " + (kind.empty() ? std::string("no type") : kind) +
+      throw LoadError("is VTKHDF of " + (kind.empty() ? std::string("no type") : known_words(kind)) +
                       "; ImageData can be read, other grids as .vtu or .vts");
     }
     double whole[6], origin[3] = {0, 0, 0}, spacing[3] = {1, 1, 1}, direction[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};

@@ -9,8 +9,13 @@
 #include <sstream>
 #include <utility>
 
+#include "library_words.h"
+#include "palpa/core/shown.h"
+
 namespace palpa::reader {
 namespace {
+
+using detail::shortened;
 
 std::vector<std::string> errors;
 std::vector<std::string> warnings;
@@ -64,10 +69,13 @@ std::string take_library_error() {
   streams.str({});
   // This error of VTK's pipeline says nothing about the file.
   if (first.find("returned failure for request") != std::string::npos) first = "its library says no more";
-  if (first.size() > 300) first = first.substr(0, 300) + "…";
-  return first;
+  return shortened(known_words(first), 300);
 }
 
-std::vector<std::string> take_library_warnings() { return std::exchange(warnings, {}); }
+std::vector<std::string> take_library_warnings() {
+  std::vector<std::string> told = std::exchange(warnings, {});
+  for (std::string& warning : told) warning = shortened(known_words(warning), 300);
+  return told;
+}
 
 }  // namespace palpa::reader

@@ -8,13 +8,13 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <sstream>
 #include <string_view>
 
-#include "cage.h"
 #include "compression.h"
+#include "data_file.h"
 #include "messages.h"
+#include "palpa/disk/input_file.h"
 #include "source.h"
 
 namespace palpa::reader {
@@ -63,7 +63,7 @@ char letter_of(const Vec3& axis) {
 /// Refuses headers that crash MetaIO: it reads as many numbers as NDims says, even beyond its arrays, and reads on from a line
 /// without '=' into the voxels. \return CompressedDataSize; 0 if it is not given
 double check_header(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
+  detail::InputStream file(path);
   std::array<char, 4096> line{};
   double compressed_bytes = 0;
   while (file.getline(line.data(), line.size())) {
@@ -164,7 +164,7 @@ class MetaImageSource : public Source {
       return;
     }
     // In one file the voxels begin after the line `ElementDataFile = LOCAL`.
-    std::ifstream text(path_, std::ios::binary);
+    detail::InputStream text(path_);
     for (std::string line; std::getline(text, line) && line.rfind("ElementDataFile", 0) != 0;) {
     }
     if (text) check_compression(path_, static_cast<std::uint64_t>(text.tellg()));
@@ -198,7 +198,7 @@ class MetaImageSource : public Source {
     words >> name;
     if (name == "LOCAL" || name == "local" || name == "Local") return;
     if (name.rfind("LIST", 0) == 0) {
-      std::ifstream text(path_);
+      detail::InputStream text(path_);
       for (std::string line; std::getline(text, line) && line.rfind("ElementDataFile", 0) != 0;) {
       }
       while (text >> name && files.size() <= 4096) {
@@ -213,9 +213,8 @@ class MetaImageSource : public Source {
       files.push_back((folder / data).string());
     }
     for (std::size_t f = 1; f < files.size(); ++f) {  // MetaIO leaves out what it cannot open
-      if (file_bytes(files[f]) == 0)
-        throw LoadError("needs its data file '" + files[f] + "', which is not there or empty; put it back");
-      check_within_cage(files[f]);
+      check_data_file(path_, files[f]);
+      if (file_bytes(files[f]) == 0) throw LoadError("needs its data file '" + files[f] + "', which is empty; put it back");
     }
   }
 

@@ -14,6 +14,7 @@
 #include <string_view>
 
 #include "compression.h"
+#include "data_file.h"
 #include "first_bytes.h"
 #include "messages.h"
 #include "source.h"
@@ -214,7 +215,10 @@ class NiftiSource : public Source {
     const std::size_t dot = name.rfind(".hdr");
     if (dot == std::string::npos) return;
     for (const char* end : {".img", ".img.gz"}) {
-      if (const std::string image = name.substr(0, dot) + end; file_bytes(image) > 0) return files.push_back(image);
+      const std::string image = name.substr(0, dot) + end;
+      if (file_bytes(image) == 0) continue;
+      check_data_file(name, image);
+      return files.push_back(image);
     }
   }
 

@@ -6,11 +6,12 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 
-#include "cage.h"
 #include "compression.h"
+#include "data_file.h"
+#include "library_words.h"
+#include "palpa/disk/input_file.h"
 #include "source.h"
 
 namespace palpa::reader {
@@ -31,7 +32,7 @@ std::string cause() {
   while (!all.empty() && all.back() == '\n') all.pop_back();
   all.erase(0, all.rfind('\n') + 1);  // npos + 1 is 0
   const std::size_t colon = all.find(": ");
-  return colon == std::string::npos ? all : all.substr(colon + 2);
+  return known_words(colon == std::string::npos ? all : all.substr(colon + 2));
 }
 
 RawType raw_type(int type) {
@@ -49,6 +50,9 @@ RawType raw_type(int type) {
     default: throw LoadError("holds blocks of bytes, not numbers; volumes of numbers can be felt");
   }
 }
+
+constexpr std::size_t most_data_files =
+    4096;  // as the message says. More: a damaged pattern names files for long; less: refuses series
 
 /// What an axis of the array stands for.
 struct Axes {
@@ -160,14 +164,15 @@ Mat3 from_columns(const Vec3& a, const Vec3& b, const Vec3& c) { return transpos
 
 std::string trimmed(const char* text) {
   std::string s = text != nullptr ? text : "";
-  s.erase(0, s.find_first_not_of(" \""));
-  s.erase(s.find_last_not_of(" \"") + 1);
+  s.erase(0, s.find_first_not_of(" \t\r\""));
+  s.erase(s.find_last_not_of(" \t\r\"") + 1);
   return s;
 }
 
 class NrrdSource : public Source {
  public:
   explicit NrrdSource(const protocol::Request& request) : path_(request.path) {
+    check_named_files();
     nrrd_ = load(nullptr, true);
     header.format = "nrrd";
     takes.index_axes = true;
@@ -255,7 +260,7 @@ class NrrdSource : public Source {
   void check_claims() const {
     const bool attached = files.size() == 1;
     std::uint64_t offset = 0, there = 0;
-    if (std::ifstream text(path_, std::ios::binary); attached) {  // the voxels begin after an empty line
+    if (detail::InputStream text(path_); attached) {  // the voxels begin after an empty line
       for (std::string line; std::getline(text, line) && !line.empty() && line != "\r";) {
       }
       offset = static_cast<std::uint64_t>(std::max<std::streamoff>(text.tellg(), 0));
@@ -271,11 +276,37 @@ class NrrdSource : public Source {
     if (there < least) throw LoadError("is shorter than its header says; get the whole file, or correct its sizes");
   }
 
+  std::string beside(const std::string& name) const { return (std::filesystem::path(path_).parent_path() / name).string(); }
+
+  /// Looks at the data files that the header names before NrrdIO does, which opens them together with the header, whatever they
+  /// are. Those of a pattern are looked at when their numbers are known (`list_files`).
+  void check_named_files() const {
+    detail::InputStream text(path_);
+    const auto check = [&](const std::string& line, std::size_t from) {
+      const std::string name = trimmed(line.substr(std::min(from, line.size())).c_str());
+      if (!name.empty() && name != "-" && name.find('%') == std::string::npos) check_data_file(path_, beside(name));
+    };
+    std::string line;
+    for (std::size_t names = 0; names <= most_data_files && std::getline(text, line) && !trimmed(line.c_str()).empty();) {
+      const std::size_t colon = line.find(':');
+      const std::string field = line.substr(0, std::min(colon, line.size()));
+      if (names > 0) {
+        check(line, 0), ++names;
+      } else if (field == "data file" || field == "datafile") {
+        if (trimmed(line.c_str() + colon + 1).starts_with("LIST")) {
+          names = 1;
+        } else {
+          check(line, colon + 1);
+        }
+      }
+    }
+  }
+
   void list_files(const NrrdIoState& state) {
     files.push_back(path_);
     const auto add = [&](const std::string& name) {
-      files.push_back((std::filesystem::path(path_).parent_path() / name).string());
-      check_within_cage(files.back());
+      files.push_back(beside(name));
+      check_data_file(path_, files.back());
     };
     if (state.dataFNFormat != nullptr) {
       // Formats as printf would, but not by printf, because the format comes from the file. NrrdIO has checked that it has a
@@ -287,7 +318,7 @@ class NrrdSource : public Source {
       const auto width = static_cast<std::size_t>(std::clamp(std::atoi(format.c_str() + percent + 1), 0, 64));
       const long step = state.dataFNStep;
       for (long n = state.dataFNMin; step > 0 ? n <= state.dataFNMax : step < 0 && n >= state.dataFNMax; n += step) {
-        if (files.size() > 4096) throw LoadError("names more than 4096 data files; join them into fewer");
+        if (files.size() > most_data_files) throw LoadError("names more than 4096 data files; join them into fewer");
         std::string digits = std::to_string(n);
         if (digits.size() < width) digits.insert(0, width - digits.size(), zeros ? '0' : ' ');
         add(format.substr(0, percent) + digits + format.substr(end + 1));

@@ -26,8 +26,9 @@
 #include <algorithm>
 #include <string_view>
 
-#include "cage.h"
+#include "data_file.h"
 #include "first_bytes.h"
+#include "library_words.h"
 #include "messages.h"
 #include "source.h"
 #include "vtk_data.h"
@@ -139,8 +140,8 @@ template <class Reader, class PieceReader>
 class Pieces : public Reader {
  public:
   static Pieces* New() { VTK_STANDARD_NEW_BODY(Pieces); }
-  /// Throws where a piece is missing.
-  std::vector<std::string> files() const {
+  /// Throws where a piece is missing or may not be read.
+  std::vector<std::string> files() {
     std::vector<std::string> names;
     for (int p = 0; p < this->NumberOfPieces; ++p) {
       vtkXMLDataReader* piece = this->PieceReaders[p];
@@ -148,7 +149,7 @@ class Pieces : public Reader {
       if (name == nullptr) continue;  // a piece without data
       if (file_bytes(name) == 0)
         throw LoadError("needs its piece '" + std::string(name) + "', which is not there; put it back");
-      check_within_cage(name);
+      check_data_file(this->GetFileName(), name);
       names.emplace_back(name);
     }
     return names;
@@ -251,7 +252,7 @@ class VtiSource final : public GridSource {
 /// Reads all of one file, with its pieces.
 template <class Reader>
 std::unique_ptr<Source> read_xml(const protocol::Request& request, const char* format) {
-  constexpr bool parallel = requires(const Reader& reader) { reader.files(); };
+  constexpr bool parallel = requires(Reader & reader) { reader.files(); };
   constexpr bool grid = requires(const Reader& reader, const int* extent) { reader.pieces_fill(extent); };
   vtkNew<Reader> reader;
   reader->SetFileName(request.path.c_str());
@@ -306,7 +307,7 @@ std::unique_ptr<Source> open_xml(const protocol::Request& request, const std::st
     return read_xml<GridPieces<vtkXMLPStructuredGridReader, vtkXMLStructuredGridReader>>(request, "pvts");
   if (kind == "PUnstructuredGrid")
     return read_xml<Pieces<vtkXMLPUnstructuredGridReader, vtkXMLUnstructuredGridReader>>(request, "pvtu");
-  throw LoadError("holds " + (kind.empty() ? std::string("data of no type") : kind) +
+  throw LoadError("holds " + (kind.empty() ? std::string("data of no type") : known_words(kind)) +
                   "; of VTK's XML files images and rectilinear, structured and unstructured grids can be read");
 }
 
@@ -314,7 +315,7 @@ std::unique_ptr<Source> open_legacy(const protocol::Request& request, std::strin
   for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
   const std::string kind = word_after(upper, "\nDATASET");
   if (kind != "STRUCTURED_POINTS" && kind != "RECTILINEAR_GRID" && kind != "STRUCTURED_GRID" && kind != "UNSTRUCTURED_GRID") {
-    throw LoadError("holds " + (kind.empty() ? std::string("no DATASET that can be found") : kind) +
+    throw LoadError("holds " + (kind.empty() ? std::string("no DATASET that can be found") : known_words(kind)) +
                     "; of legacy VTK files STRUCTURED_POINTS (image data) and RECTILINEAR_, STRUCTURED_ and UNSTRUCTURED_GRID "
                     "can be read");
   }

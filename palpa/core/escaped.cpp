@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "palpa/core/shown.h"
 #include "palpa/core/utf8.h"
 
 namespace palpa::detail {
@@ -14,6 +15,8 @@ std::string escaped(std::string_view text) {
     const char c = text.front();
     if (length == 0) {
       out += '?';
+    } else if (c != '\n' && c != '\t' && steering_length(text) > 0) {
+      out += ' ';
     } else if (length > 1) {
       out += text.substr(0, length);
     } else {
@@ -22,9 +25,7 @@ std::string escaped(std::string_view text) {
         case '>': out += "&gt;"; break;
         case '&': out += "&amp;"; break;
         case '"': out += "&quot;"; break;
-        case '\n':
-        case '\t': out += c; break;
-        default: out += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
+        default: out += c;
       }
     }
     text.remove_prefix(std::max<std::size_t>(length, 1));

@@ -7,14 +7,15 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
 #include <mutex>
 #include <sstream>
 #include <utility>
 
 #include "palpa/core/load_error.h"
-#include "palpa/installed/own_files.h"
 #include "palpa/device/described.h"
+#include "palpa/disk/input_file.h"
+#include "palpa/disk/new_file.h"
+#include "palpa/installed/own_files.h"
 #include "palpa/toml/key_depth.h"
 #include "palpa/toml/wording.h"
 #include "palpa/version.h"
@@ -27,7 +28,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view prefix = "palpa-device-";
 // Of devices.toml [bytes]. More: memory for nonsense; less: would refuse what is only long.
-constexpr std::uintmax_t largest_file = 1 << 20;
+constexpr std::uint64_t largest_file = 1 << 20;
 
 std::vector<fs::path> shared_objects() {
   for (const fs::path& folder : own_files_folders()) {
@@ -75,19 +76,14 @@ std::string place_of(const fs::path& file, const toml::source_region& at) {
 }
 
 std::optional<toml::table> read(const fs::path& file) {
-  std::error_code error;
-  if (!fs::exists(file, error)) return std::nullopt;
-  if (!fs::is_regular_file(file, error) || fs::file_size(file, error) > largest_file)
-    throw LoadError(file.string() + ": is no file of devices; it is a short TOML file");
-  std::ostringstream text;
-  std::ifstream stream(file);
-  text << stream.rdbuf();
-  if (!stream) throw LoadError(file.string() + ": cannot be read; make it readable for this user");
-  if (const auto deep = detail::too_deep_key(text.str()))
+  const detail::InputFile opened(file);
+  if (opened.why_not() == detail::NoInput::missing) return std::nullopt;
+  const std::string text = detail::read_whole(opened, largest_file, "a file of devices is a short TOML file");
+  if (const auto deep = detail::too_deep_key(text))
     throw LoadError(file.string() + ":" + std::to_string(deep->first) +
                     ": a key has too many parts; write [NAME] and keys in it");
   try {
-    return toml::parse(std::string_view(text.view()), file.string());
+    return toml::parse(text, file.string());
   } catch (const toml::parse_error& problem) {
     throw LoadError(detail::one_line(place_of(file, problem.source()) + std::string(problem.description()) +
                                      "; it holds tables like [inverse3] with lines like max_force_n = 2"));
@@ -195,13 +191,9 @@ void keep_device_notes(const fs::path& file, const std::string& name, const Devi
   }
   std::error_code error;
   fs::create_directories(file.parent_path(), error);
-  // A reader finds the old file or the new one, never half of it.
-  const fs::path next = file.string() + ".next";
-  std::ofstream stream(next, std::ios::trunc);
-  stream << all << "\n";
-  stream.close();
-  if (stream) fs::rename(next, file, error);
-  if (!stream || error) throw LoadError(file.string() + ": cannot be written; make its folder writable or set PALPA_DEVICES");
+  std::ostringstream text;
+  text << all << "\n";
+  detail::write_whole(file, text.view(), detail::Existing::replaced);
 }
 
 DeviceLimits with_notes(const DeviceLimits& limits, const DeviceNotes& notes, const std::string& place) {

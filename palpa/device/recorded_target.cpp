@@ -3,7 +3,6 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <limits>
 #include <string_view>
 #include <vector>
@@ -11,6 +10,8 @@
 #include "palpa/core/load_error.h"
 #include "palpa/core/printed.h"
 #include "palpa/device/hand.h"
+#include "palpa/disk/input_file.h"
+#include "palpa/toml/wording.h"
 
 namespace palpa {
 
@@ -219,13 +220,8 @@ const Form* form_of(const std::vector<std::string_view>& header, bool rate_given
 
 class File {
  public:
-  explicit File(const fs::path& path) : path_(path) {
-    std::error_code unknown;
-    if (!fs::exists(path, unknown)) throw LoadError(path.string() + ": does not exist; name a recorded hand or sim:…");
-    if (fs::is_directory(path, unknown))
-      throw LoadError(path.string() + ": is a folder; name a CSV file (of a trace: its ticks.csv)");
-    stream_.open(path, std::ios::binary);
-    if (!stream_) throw LoadError(path.string() + ": cannot be read; make it readable");
+  explicit File(const fs::path& path) : path_(path), stream_(path) {
+    stream_.file().expect_open("name a recorded hand (a CSV file, of a trace its ticks.csv) or sim:…");
   }
   /// The next line that is not empty.
   bool next(std::string& line) {
@@ -249,7 +245,7 @@ class File {
 
  private:
   fs::path path_;
-  std::ifstream stream_;
+  detail::InputStream stream_;
   std::int64_t number_ = 0;
 };
 
@@ -265,7 +261,7 @@ class RowReader {
     }
     const auto number = [&](std::size_t place, auto& value) {
       if (!read_number(cells[place], value)) {
-        file_.refuse("'" + std::string(cells[place]) + "' is no number", "every cell of a recorded hand is one");
+        file_.refuse(detail::in_quotes(cells[place]) + " is no number", "every cell of a recorded hand is one");
       }
     };
     Knot knot;

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "palpa/core/load_error.h"
+#include "palpa/disk/new_file.h"
 #include "palpa/field/field.h"
 #include "palpa/volume/volume.h"
 
@@ -26,6 +27,7 @@ struct ConvertOptions {
   int downsample = 1;       ///< n: the mean of n × n × n voxels becomes one; >= 1
   double resample_m = 0.0;  ///< [m] cubes along the world's axes, trilinear, NaN outside of the data; 0: the grid stays
   bool int16 = false;       ///< rounded to whole numbers of 16 bits
+  detail::Existing existing = detail::Existing::refused;  ///< what becomes of a file that has the name already
   std::function<void(double)> progress;  ///< called with the share that is done [1]; may be empty, and may throw
 };
 

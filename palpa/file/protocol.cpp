@@ -70,12 +70,17 @@ class Unpacker {
     bytes_ += sizeof value, left_ -= sizeof value;
     return value;
   }
-  /// Control characters become spaces: what a file says must not break a line or colour a terminal.
-  std::string text() {
+  /// Byte by byte: a path with one byte changed is that of another file.
+  std::string path() {
     const auto length = number<std::uint32_t>();
     if (!ok_ || length > max_text_bytes || length > left_) return ok_ = false, std::string();
     std::string value(reinterpret_cast<const char*>(bytes_), length);
     bytes_ += length, left_ -= length;
+    return value;
+  }
+  /// Control characters become spaces: what a file says must not break a line or colour a terminal.
+  std::string text() {
+    std::string value = path();
     for (char& c : value) {
       if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
     }
@@ -133,11 +138,11 @@ void pack(Packer& to, const Request& m) {
   to.number(static_cast<std::uint8_t>(m.checksums));
 }
 void unpack(Unpacker& from, Request& m) {
-  m.path = from.text(), m.as = from.text(), m.series = from.text(), m.components_along = from.text();
+  m.path = from.path(), m.as = from.text(), m.series = from.text(), m.components_along = from.text();
   m.frame = from.number<std::int32_t>();
   m.max_bytes = from.number<std::uint64_t>();
-  m.partners = from.list<std::string>([&] { return from.text(); });
-  m.inside = from.text();
+  m.partners = from.list<std::string>([&] { return from.path(); });
+  m.inside = from.path();
   unpack(from, m.layout);
   m.time_s = from.optional<double>([&] { return from.number<double>(); });
   m.crop = from.optional<Box>([&] {
@@ -242,7 +247,7 @@ void pack(Packer& to, const Done& m) {
 void unpack(Unpacker& from, Done& m) {
   m.files = from.list<SourceFile>([&] {
     SourceFile f;
-    f.path = from.text(), f.bytes = from.number<std::uint64_t>(), f.sha256 = from.text();
+    f.path = from.path(), f.bytes = from.number<std::uint64_t>(), f.sha256 = from.text();
     return f;
   });
   m.warnings = from.list<std::string>([&] { return from.text(); });

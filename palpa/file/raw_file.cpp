@@ -1,12 +1,8 @@
 #include "palpa/file/raw_file.h"
 
-#include <fcntl.h>
 #include <sys/mman.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <bit>
-#include <cerrno>
 #include <cstdint>
 #include <cstring>
 
@@ -16,25 +12,10 @@
 namespace palpa::detail {
 namespace {
 
-/// All of a file, read-only.
-std::shared_ptr<const std::byte> map_file(const std::string& path, std::uint64_t& bytes) {
-  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  struct stat status {};
-  if (file < 0 || ::fstat(file, &status) != 0) {
-    const int problem = errno;
-    if (file >= 0) ::close(file);
-    throw LoadError(std::string("cannot be opened: ") + std::strerror(problem) + "; check its path and permissions");
-  }
-  if (!S_ISREG(status.st_mode)) {
-    ::close(file);
-    throw LoadError("is no file; give one of bare numbers");
-  }
-  bytes = static_cast<std::uint64_t>(status.st_size);
-  void* memory = ::mmap(nullptr, bytes, PROT_READ, MAP_SHARED, file, 0);
-  ::close(file);
-  if (memory == MAP_FAILED)
-    throw LoadError("cannot be read: no address space for " + protocol::readable_bytes(static_cast<double>(bytes)));
-  return {static_cast<const std::byte*>(memory), [bytes](const std::byte* m) { ::munmap(const_cast<std::byte*>(m), bytes); }};
+std::shared_ptr<const MappedFile> map_file(const std::string& path) {
+  const InputFile file(path);
+  if (!file.is_open()) throw LoadError(file.problem() + "; give a file of bare numbers that can be read");
+  return std::make_shared<const MappedFile>(file);
 }
 
 /// Anonymous memory, in large pages where the system has some.
@@ -77,18 +58,19 @@ RawFile::RawFile(const protocol::Request& request) {
   header.fields.push_back(field);
 
   std::uint64_t wanted = 0;
-  file_ = map_file(request.path, bytes_);
+  file_ = map_file(request.path);
+  const std::uint64_t bytes = file_->bytes();
   offset_ = static_cast<std::uint64_t>(layout.header_bytes);
   const auto counted = protocol::voxel_bytes(field);
   const bool possible = counted && !__builtin_mul_overflow(*counted / size_of(field.type), size_of(raw_.type), &wanted) &&
                         !__builtin_add_overflow(wanted, offset_, &wanted);
   if (!possible) throw LoadError("cannot have as many voxels as dims says; correct dims");
-  if (wanted > bytes_) {
-    throw LoadError("has " + std::to_string(bytes_) + " bytes, where dims, type and header_bytes need " +
+  if (wanted > bytes) {
+    throw LoadError("has " + std::to_string(bytes) + " bytes, where dims, type and header_bytes need " +
                     std::to_string(wanted) + "; correct them, or get the whole file");
   }
-  if (wanted < bytes_) {
-    header.warnings.push_back("has " + std::to_string(bytes_ - wanted) +
+  if (wanted < bytes) {
+    header.warnings.push_back("has " + std::to_string(bytes - wanted) +
                               " bytes more than dims, type and header_bytes need: if they are before the voxels, header_bytes "
                               "has to count them");
   }
@@ -97,6 +79,8 @@ RawFile::RawFile(const protocol::Request& request) {
 bool RawFile::kept_in_place() const noexcept {
   return offset_ % size_of(raw_.type) == 0 && kept_as_they_are(raw_, {}, header.fields[0]);
 }
+
+bool RawFile::is_whole() const noexcept { return file_->is_whole(); }
 
 std::shared_ptr<const std::byte> RawFile::mapped() const { return {file_, first()}; }
 
@@ -108,9 +92,9 @@ std::shared_ptr<const std::byte> RawFile::copied() const {
     in_parts(static_cast<std::int64_t>(bytes), worth_a_thread, [&](std::int64_t from, std::int64_t to) {
       std::memcpy(voxels.get() + from, first() + from, static_cast<std::size_t>(to - from));
     });
-    return voxels;
+  } else {
+    copy_voxels(first(), raw_, {}, header.fields[0], voxels.get());
   }
-  copy_voxels(first(), raw_, {}, header.fields[0], voxels.get());
   return voxels;
 }
 

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "palpa/disk/mapped_file.h"
 #include "palpa/file/protocol.h"
 #include "palpa/file/protocol_voxels.h"
 
@@ -20,16 +21,17 @@ class RawFile {
   /// Whether the numbers of the file are what is kept, as they lie there.
   bool kept_in_place() const noexcept;
 
-  /// The voxels as they lie in the file: whoever cuts it short meanwhile ends this process. Only where kept_in_place().
+  /// The voxels as they lie in the file. Only where kept_in_place().
   std::shared_ptr<const std::byte> mapped() const;
   /// A copy that nobody can change.
   std::shared_ptr<const std::byte> copied() const;
+  /// False where somebody has cut the file short meanwhile: voxels that are gone were read as zeros.
+  bool is_whole() const noexcept;
 
  private:
-  const std::byte* first() const noexcept { return file_.get() + offset_; }
+  const std::byte* first() const noexcept { return file_->data() + offset_; }
 
-  std::shared_ptr<const std::byte> file_;
-  std::uint64_t bytes_ = 0;
+  std::shared_ptr<const MappedFile> file_;
   std::uint64_t offset_ = 0;  ///< [bytes] of the first voxel
   protocol::RawVoxels raw_;
 };

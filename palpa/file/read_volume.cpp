@@ -1,12 +1,7 @@
 #include "palpa/file/read_volume.h"
 
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <fstream>
 #include <future>
 #include <memory>
@@ -14,6 +9,7 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "palpa/disk/input_file.h"
 #include "palpa/file/components.h"
 #include "palpa/file/protocol.h"
 #include "palpa/file/raw_file.h"
@@ -84,16 +80,11 @@ std::uint64_t free_memory_bytes() {
 }
 
 /// Refuses at once what no reader has to be started for.
-void check_file(const std::filesystem::path& file) {
-  struct stat status {};
-  if (::stat(file.c_str(), &status) != 0) {
-    if (errno == ENOENT || errno == ENOTDIR) throw LoadError("does not exist; check the path");
-    throw LoadError(std::string("cannot be opened: ") + std::strerror(errno) + "; check its path and permissions");
-  }
-  if (!S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode)) throw LoadError("is no ordinary file; give a volume file");
-  if (S_ISREG(status.st_mode) && status.st_size == 0) throw LoadError("is empty; get the whole file");
-  if (::access(file.c_str(), R_OK) != 0)
-    throw LoadError("cannot be opened: no permission to read it; allow it, or copy the file");
+void check_file(const std::filesystem::path& path) {
+  const detail::InputFile file(path);
+  if (file.why_not() == detail::NoInput::folder) return;
+  if (!file.is_open()) throw LoadError(file.problem() + "; give a volume file that can be read");
+  if (file.bytes() == 0) throw LoadError("is empty; get the whole file");
 }
 
 /// Bytes of a file, or of all that lie in a folder.
@@ -363,6 +354,7 @@ void read_raw(const VolumeRequest& request, const protocol::Request& ask, const 
   if (one_row_in > 1)
     done.warnings.push_back("is looked at in one row of voxels in " + std::to_string(one_row_in) + ": its range may be larger");
   add_fields(volume, plan, voxels, done, one_row_in);
+  if (!file.is_whole()) throw LoadError("was cut short while it was read; get the whole file");
 }
 
 /// A file that palpa-read parses.

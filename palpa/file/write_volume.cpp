@@ -1,14 +1,8 @@
 #include "palpa/file/write_volume.h"
 
-#include <stdlib.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <bit>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <cstring>
 
 #include "palpa/core/escaped.h"
 #include "palpa/file/protocol.h"
@@ -19,6 +13,7 @@ namespace palpa {
 namespace {
 
 namespace fs = std::filesystem;
+using detail::NewFile;
 
 /// The shortest decimal that reads back the same.
 std::string text_of(double value) {
@@ -26,57 +21,6 @@ std::string text_of(double value) {
   return {text, std::to_chars(text, text + sizeof text, value + 0.0).ptr};
 }
 std::string list(const Vec3& v, const char* between) { return text_of(v.x) + between + text_of(v.y) + between + text_of(v.z); }
-
-/// A file under a name of its own that gets its true one when it is whole; gone if it never is.
-class NewFile {
- public:
-  explicit NewFile(fs::path name) : name_(std::move(name)), working_(name_.string() + ".XXXXXX") {
-    descriptor_ = ::mkstemp(working_.data());
-    if (descriptor_ < 0) {
-      throw LoadError(std::string("cannot be written (") + std::strerror(errno) +
-                      "); name a file in a folder that may be written to");
-    }
-    const mode_t mask = ::umask(0);
-    ::umask(mask);
-    ::fchmod(descriptor_, 0666 & ~mask);
-  }
-  ~NewFile() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-    if (!renamed_) ::unlink(working_.c_str());
-  }
-  NewFile(const NewFile&) = delete;
-  NewFile& operator=(const NewFile&) = delete;
-
-  void write(const void* data, std::size_t bytes) {
-    const char* next = static_cast<const char*>(data);
-    while (bytes > 0) {
-      const ssize_t written = ::write(descriptor_, next, bytes);
-      if (written < 0 && errno == EINTR) continue;
-      if (written <= 0)
-        throw LoadError(std::string("cannot be written (") + std::strerror(errno) + "); make room, or name another disk");
-      next += written, bytes -= static_cast<std::size_t>(written);
-    }
-  }
-  void write(const std::string& text) { write(text.data(), text.size()); }
-
-  /// On the disk, and under its name. A hard link fails where the name is taken, which a rename would not.
-  void finish() {
-    const auto fail = [] {
-      throw LoadError(std::string("cannot be written (") + std::strerror(errno) + "); name another file or disk");
-    };
-    if (::fsync(descriptor_) != 0) fail();
-    if (::link(working_.c_str(), name_.c_str()) == 0) return;
-    if (errno == EEXIST) throw LoadError("exists already; name a new file");
-    if (::rename(working_.c_str(), name_.c_str()) != 0) fail();  // a disk without hard links
-    renamed_ = true;
-  }
-
- private:
-  fs::path name_;
-  std::string working_;
-  int descriptor_ = -1;
-  bool renamed_ = false;
-};
 
 /// The values of a slice as they are kept in a file.
 void put(const WrittenField& field, const std::vector<double>& values, std::vector<std::byte>& bytes) {
@@ -197,19 +141,19 @@ std::string nrrd_header(const WrittenVolume& volume, const std::string& data_fil
   return text;
 }
 
-void write_nrrd(const WrittenVolume& volume, const fs::path& file, VoxelWriter& voxels) {
+void write_nrrd(const WrittenVolume& volume, const fs::path& file, detail::Existing existing, VoxelWriter& voxels) {
   if (volume.fields.size() != 1) {
     throw LoadError("would have " + std::to_string(volume.fields.size()) +
                     " fields, and NRRD holds one; choose one, or write .vti");
   }
   if (file.extension() != ".nhdr") {
-    NewFile whole(file);
+    NewFile whole(file, existing);
     whole.write(nrrd_header(volume, ""));
     voxels.write(volume.fields.front(), whole);
     return whole.finish();
   }
   const fs::path raw_name = fs::path(file).replace_extension(".raw");
-  NewFile raw(raw_name), header(file);
+  NewFile raw(raw_name, existing), header(file, existing);
   voxels.write(volume.fields.front(), raw);
   header.write(nrrd_header(volume, raw_name.filename().string()));
   raw.finish();
@@ -218,7 +162,7 @@ void write_nrrd(const WrittenVolume& volume, const fs::path& file, VoxelWriter& 
 
 /// Voxels stand within the text: ParaView 5.11 of Debian 12 opens no file that has them behind it (`appended`), as its XML
 /// parser does not get past them.
-void write_vti(const WrittenVolume& volume, const fs::path& file, VoxelWriter& voxels) {
+void write_vti(const WrittenVolume& volume, const fs::path& file, detail::Existing existing, VoxelWriter& voxels) {
   static constexpr const char* types[] = {"UInt8", "Int16", "UInt16", "Int32", "Float32", "Float64"};
   const Mat3 steps = transposed(volume.grid.index_to_world_m);
   const Vec3 spacing_m{norm(steps.row[0]), norm(steps.row[1]), norm(steps.row[2])};
@@ -240,7 +184,7 @@ void write_vti(const WrittenVolume& volume, const fs::path& file, VoxelWriter& v
           list(spacing_m, " ") + "\" Direction=\"" + list(direction.row[0], " ") + " " + list(direction.row[1], " ") + " " +
           list(direction.row[2], " ") + "\">\n";
   text += "<Piece Extent=\"" + extent + "\">\n<PointData>\n";
-  NewFile whole(file);
+  NewFile whole(file, existing);
   whole.write(text);
   for (const WrittenField& field : volume.fields) {
     whole.write(std::string("<DataArray type=\"") + types[static_cast<std::size_t>(field.type)] + "\" Name=\"" +
@@ -280,17 +224,17 @@ std::uint64_t written_bytes(const WrittenVolume& volume) {
   return all;
 }
 
-void write_volume(const WrittenVolume& volume, const fs::path& file, const std::function<void(double)>& progress) {
+void write_volume(const WrittenVolume& volume, const fs::path& file, detail::Existing existing,
+                  const std::function<void(double)>& progress) {
   try {
     const std::string ending = file.extension().string();
     if (ending != ".nrrd" && ending != ".nhdr" && ending != ".vti") {
       throw LoadError("has an ending of no format that is written; name it .nrrd, .nhdr or .vti");
     }
-    if (fs::exists(fs::symlink_status(file))) throw LoadError("exists already; name a new file");
     const std::uint64_t bytes = written_bytes(volume);
     check_room(fs::absolute(file).parent_path(), ending == ".vti" ? bytes / 3 * 4 : bytes);
     VoxelWriter voxels(volume, progress);
-    ending == ".vti" ? write_vti(volume, file, voxels) : write_nrrd(volume, file, voxels);
+    ending == ".vti" ? write_vti(volume, file, existing, voxels) : write_nrrd(volume, file, existing, voxels);
   } catch (const LoadError& error) {
     throw LoadError(file.string() + ": " + error.what());
   }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "palpa/core/load_error.h"
+#include "palpa/disk/new_file.h"
 #include "palpa/grid/grid.h"
 
 namespace palpa {
@@ -34,12 +35,11 @@ struct WrittenVolume {
 /// Bytes of the voxels. Throws LoadError, without a place, where they cannot be counted.
 std::uint64_t written_bytes(const WrittenVolume& volume);
 
-/// Writes a new file: by its ending .nrrd, .nhdr (with the voxels beside it, ENDING .raw) or .vti. It is written under another
-/// name in the same folder and renamed when it is whole, so that nobody ever finds half of it; what is there already is never
-/// written over. Refuses first what the disk has no room for.
-/// \param progress  called after each slice with the share that is done [1]; may be empty, and may throw to end the writing
-/// Throws LoadError, with the file's name, also where VTI cannot say where a sheared grid lies.
-void write_volume(const WrittenVolume& volume, const std::filesystem::path& file,
+/// Writes a file: by its ending .nrrd, .nhdr (with the voxels beside it, ENDING .raw) or .vti. It gets its name when it is
+/// whole (palpa/disk/new_file.h), so that nobody ever finds half of it. Refuses first what the disk has no room for. \param
+/// progress  called after each slice with the share that is done [1]; may be empty, and may throw to end the writing Throws
+/// LoadError, with the file's name, also where VTI cannot say where a sheared grid lies.
+void write_volume(const WrittenVolume& volume, const std::filesystem::path& file, detail::Existing existing,
                   const std::function<void(double)>& progress = {});
 
 }  // namespace palpa

@@ -2,18 +2,15 @@
 
 #include <dlfcn.h>
 #include <elf.h>
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <bit>
-#include <cerrno>
 #include <cstring>
 #include <optional>
 #include <stdexcept>
 #include <string>
 
 #include "palpa/core/load_error.h"
+#include "palpa/disk/input_file.h"
 
 namespace palpa {
 namespace {
@@ -37,38 +34,24 @@ constexpr std::uint16_t most_segments = 1024;
 /// A file that is read at places, each checked against its size.
 class File {
  public:
-  explicit File(const fs::path& path) : place_(path.string()) {
-    // Not blocking: the open of a FIFO would wait for its writer.
-    descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    if (descriptor_ < 0) {
-      const int error = errno;
-      refuse(error == ENOENT || error == ENOTDIR
-                 ? std::string("no such file; a plug-in is a shared library that ends with PALPA_MODES(…)")
-                 : std::string("cannot be read (") + std::strerror(error) + "); a plug-in is a file that you may read");
+  explicit File(const fs::path& path) : file_(path) {
+    constexpr const char* right = "a plug-in is a shared library that ends with PALPA_MODES(…)";
+    switch (file_.why_not()) {
+      case detail::NoInput::none: return;
+      case detail::NoInput::missing: refuse(std::string("no such file; ") + right);
+      case detail::NoInput::unreadable: refuse(file_.problem() + "; a plug-in is a file that you may read");
+      default: refuse(std::string("is no file; ") + right);
     }
-    struct stat status = {};
-    if (::fstat(descriptor_, &status) != 0 || !S_ISREG(status.st_mode)) {
-      ::close(descriptor_);
-      refuse("is no file; a plug-in is a shared library that ends with PALPA_MODES(…)");
-    }
-    bytes_ = static_cast<std::uint64_t>(status.st_size);
   }
-  File(const File&) = delete;
-  File& operator=(const File&) = delete;
-  ~File() { ::close(descriptor_); }
 
-  [[noreturn]] void refuse(const std::string& why) const { throw LoadError(place_ + ": " + why); }
+  [[noreturn]] void refuse(const std::string& why) const { throw LoadError(file_.path().string() + ": " + why); }
   [[noreturn]] void refuse_as_damaged() const { refuse("is a damaged shared library (cut short?); build it again"); }
 
-  bool holds(std::uint64_t offset, std::uint64_t bytes) const noexcept { return bytes <= bytes_ && offset <= bytes_ - bytes; }
+  bool holds(std::uint64_t offset, std::uint64_t bytes) const noexcept {
+    return bytes <= file_.bytes() && offset <= file_.bytes() - bytes;
+  }
   void read(std::uint64_t offset, void* to, std::size_t bytes) const {
-    if (!holds(offset, bytes)) refuse_as_damaged();
-    for (auto* next = static_cast<char*>(to); bytes > 0;) {
-      const ssize_t n = ::pread(descriptor_, next, bytes, static_cast<off_t>(offset));
-      if (n < 0 && errno == EINTR) continue;
-      if (n <= 0) refuse_as_damaged();
-      next += n, offset += static_cast<std::uint64_t>(n), bytes -= static_cast<std::size_t>(n);
-    }
+    if (!holds(offset, bytes) || file_.read(offset, to, bytes) != bytes) refuse_as_damaged();
   }
   template <class T>
   T at(std::uint64_t offset) const {
@@ -78,9 +61,7 @@ class File {
   }
 
  private:
-  std::string place_;
-  int descriptor_ = -1;
-  std::uint64_t bytes_ = 0;
+  detail::InputFile file_;
 };
 
 constexpr std::size_t padded(std::size_t bytes) { return (bytes + 3) / 4 * 4; }

@@ -2,6 +2,7 @@
 
 #include <charconv>
 
+#include "palpa/core/shown.h"
 #include "palpa/report/html.h"
 #include "palpa/report/resources.h"
 #include "palpa/version.h"
@@ -30,6 +31,10 @@ void Page::section(const std::string& id, const std::string& heading, const std:
 void Page::data(const std::string& id, std::string json) {
   // Only inside of strings, where the escape means the same: nothing in it can end the element.
   for (std::size_t at = json.find('<'); at != std::string::npos; at = json.find('<', at)) json.replace(at, 1, "\\u003c");
+  for (std::size_t at = 0; at < json.size(); ++at) {
+    if (const std::size_t length = steering_length(std::string_view(json).substr(at)); length > 0)
+      json.replace(at, length, " ");
+  }
   data_ += "<script type=\"application/json\" id=\"" + id + "\">" + json + "</script>\n";
 }
 

@@ -7,6 +7,7 @@
 #include <functional>
 #include <span>
 
+#include "palpa/toml/wording.h"
 #include "palpa/trace/csv.h"
 
 namespace palpa::detail {
@@ -42,8 +43,8 @@ class Row {
     return plain;
   }
   [[noreturn]] void refuse(std::size_t column) const {
-    throw LoadError(file_.place() + ": column '" + names_[column] + "' cannot be '" + std::string(cells_[column]) +
-                    "'; docs/trace.md says what it holds");
+    throw LoadError(file_.place() + ": column '" + names_[column] + "' cannot be " + in_quotes(cells_[column]) +
+                    "; docs/trace.md says what it holds");
   }
 
  private:

@@ -1,15 +1,12 @@
 #include "palpa/report/report.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <fstream>
 #include <optional>
 #include <system_error>
 
+#include "palpa/disk/input_file.h"
+#include "palpa/disk/new_file.h"
 #include "palpa/mode/plugin.h"
 #include "palpa/report/html.h"
 #include "palpa/report/moments.h"
@@ -32,44 +29,23 @@ using namespace detail;
 constexpr std::size_t most_moments = 500;     // [1] with primitives. More: a larger page; fewer: the view jumps
 constexpr std::size_t most_plot_rows = 3000;  // [1] of each plot. More: a larger page; fewer: zoomed plots are coarse
 
-/// A page that palpa made, or none at all, may be replaced.
-void refuse_what_is_no_report(const fs::path& file) {
-  std::error_code error;
-  if (!fs::is_regular_file(file, error)) return;
+/// A page that palpa made, or an empty one, may be replaced without asking.
+Existing what_becomes_of(const fs::path& file, const ReportOptions& options) {
+  if (options.replace) return Existing::replaced;
+  const InputFile old(file);
+  if (!old.is_open()) return Existing::refused;
   std::string begin(2000, '\0');
-  std::ifstream old(file, std::ios::binary);
-  old.read(begin.data(), static_cast<std::streamsize>(begin.size()));
-  if (old.gcount() > 0 && begin.find("<meta name=\"generator\" content=\"palpa ") == std::string::npos)
-    throw LoadError(file.string() + ": is there already and is no report of palpa; choose another name");
-}
-
-/// Writes beside the place and moves it there whole. A device or a pipe is written to as it is.
-void write_file(const fs::path& file, const std::string& bytes) {
-  std::error_code ignored;
-  const bool into = fs::exists(file, ignored) && !fs::is_regular_file(file, ignored);
-  const fs::path written = into ? file : fs::path(file.string() + ".part");
-  const int descriptor = ::open(written.c_str(), O_WRONLY | O_CREAT | (into ? 0 : O_TRUNC | O_NOFOLLOW) | O_CLOEXEC, 0666);
-  int error = descriptor < 0 ? errno : 0;
-  for (std::size_t done = 0; error == 0 && done < bytes.size();) {
-    const ssize_t wrote = ::write(descriptor, bytes.data() + done, bytes.size() - done);
-    if (wrote >= 0) {
-      done += static_cast<std::size_t>(wrote);
-    } else if (errno != EINTR) {
-      error = errno;
-    }
-  }
-  if (descriptor >= 0 && ::close(descriptor) != 0 && error == 0) error = errno;
-  if (!into && error == 0 && ::rename(written.c_str(), file.c_str()) != 0) error = errno;
-  if (error != 0) {
-    if (!into && descriptor >= 0) ::unlink(written.c_str());
-    throw LoadError(file.string() + ": cannot be written (" + std::generic_category().message(error) +
-                    "); choose a place that can");
-  }
+  begin.resize(old.read(0, begin.data(), begin.size()));
+  if (!begin.empty() && begin.find("<meta name=\"generator\" content=\"palpa ") == std::string::npos)
+    throw LoadError(file.string() +
+                    ": is there already and is no report of palpa; choose another name, or have it replaced (--force)");
+  return Existing::replaced;
 }
 
 /// A picture of the report as a file of its own, where that is asked for.
 void keep(const ReportOptions& options, const std::string& name, const std::string& bytes) {
-  if (!options.pictures.empty()) write_file(options.pictures / name, bytes);
+  if (!options.pictures.empty())
+    write_whole(options.pictures / name, bytes, options.replace ? Existing::replaced : Existing::refused);
 }
 
 /// A figure with a text for those who do not see it.
@@ -130,6 +106,17 @@ std::string felt_signal(const Recorded& recorded, const Scene* scene, const Repo
   return out + steps_markup(signal);
 }
 
+/// A picture of the scene; none, with a sentence, where nothing can be drawn.
+std::optional<Picture> drawn(const Scene& scene, const std::vector<PathPoint>& path, const std::optional<Moment>& moment,
+                             const ScenePictureOptions& look, std::string& why_not) {
+  try {
+    return scene_picture(scene, path, moment, look);
+  } catch (const LoadError& error) {
+    why_not = std::string("No picture: ") + error.what();
+    return {};
+  }
+}
+
 /// A close-up of the busiest moment.
 std::string picture_of_moment(const Recorded& recorded, const Scene& scene, const std::vector<RecordedMoment>& moments,
                               const std::vector<PathPoint>& path, const ReportOptions& options) {
@@ -145,7 +132,9 @@ std::string picture_of_moment(const Recorded& recorded, const Scene& scene, cons
                       .mode_names = recorded.modes,
                       .time_s = frame.t_s};
   const double reach_m = distance(moment.probe_m, moment.proxy_m);
-  const Picture picture = scene_picture(scene, path, moment, close_up(scene, moment));
+  std::string why_not;
+  const std::optional<Picture> picture = drawn(scene, path, moment, close_up(scene, moment), why_not);
+  if (!picture) return notice(why_not);
   std::string who;
   for (std::size_t m = 0; m < recorded.modes.size(); ++m) {
     const double force_n = norm(recorded.pushes[m][*chosen].force_n);
@@ -157,7 +146,7 @@ std::string picture_of_moment(const Recorded& recorded, const Scene& scene, cons
       text("The moment at %.3f s, in which most modes pushed and the force was largest: ", frame.t_s) + who +
       text("; the hand got %.2f N", hand_n) + cut + text(", the proxy is %.2f mm from the probe. ", 1e3 * reach_m) +
       std::to_string(moment.primitives.size()) + (moment.primitives.size() == 1 ? " primitive." : " primitives.");
-  return image(options, "moment.png", picture, "Close-up of probe, proxy and primitives. " + caption, caption);
+  return image(options, "moment.png", *picture, "Close-up of probe, proxy and primitives. " + caption, caption);
 }
 
 /// The scene as it was felt, if its data are there.
@@ -189,17 +178,14 @@ std::vector<PathPoint> path_of(const Recorded& recorded) {
 /// What is seen where nothing can be turned: the scene with the path, and the busiest moment.
 std::string stills(const Recorded& recorded, const Scene& scene, const std::vector<PathPoint>& path,
                    const ScenePictureOptions& look, const std::vector<RecordedMoment>& moments, const ReportOptions& options) {
-  std::string out;
-  try {
-    out += image(options, "scene.png", scene_picture(scene, path, std::nullopt, look),
-                 "The scene with the path of the hand, coloured by force.",
-                 "The scene as the user sees it, with the path of probe and proxy, coloured by the force on the hand.");
-    tell(options, 0.8);
-    out += picture_of_moment(recorded, scene, moments, path, options);
-  } catch (const LoadError& error) {
-    out += notice(std::string("No picture: ") + error.what());
-  }
-  return out;
+  std::string why_not;
+  const std::optional<Picture> picture = drawn(scene, path, std::nullopt, look, why_not);
+  if (!picture) return notice(why_not);
+  const std::string whole =
+      image(options, "scene.png", *picture, "The scene with the path of the hand, coloured by force.",
+            "The scene as the user sees it, with the path of probe and proxy, coloured by the force on the hand.");
+  tell(options, 0.8);
+  return whole + picture_of_moment(recorded, scene, moments, path, options);
 }
 
 /// The place where view_3d.js draws; report.css lays it out.
@@ -325,8 +311,8 @@ fs::path write_report(const fs::path& trace, const fs::path& out, const ReportOp
     if (error) throw LoadError(options.pictures.string() + ": cannot be made (" + error.message() + "); choose another folder");
   }
   const fs::path file = out.empty() ? trace / "report.html" : out;
-  refuse_what_is_no_report(file);
-  write_file(file, report_html(trace, options));
+  const Existing existing = what_becomes_of(file, options);
+  write_whole(file, report_html(trace, options), existing);
   return file;
 }
 

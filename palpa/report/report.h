@@ -17,6 +17,7 @@ struct ReportOptions {
   /// Folder that also gets the pictures as files: scene.png, moment.png, force.svg, modes.svg, distance.svg, energy.svg,
   /// time.svg, spectrum.svg. Made where it is not there. Empty: none.
   std::filesystem::path pictures;
+  bool replace = false;  ///< what has the name of the report or of a picture already gives way, not only an earlier report
   std::function<void(double)> progress;  ///< is told the share that is done [1]; empty: nobody is
 };
 
@@ -29,7 +30,7 @@ struct ReportOptions {
 std::string report_html(const std::filesystem::path& trace, const ReportOptions& options = {});
 
 /// Writes it, by default into the trace as report.html, replacing an earlier report and nothing else; returns where it is.
-/// Throws LoadError, also where something else has that name.
+/// Never writes through a link. Throws LoadError, also where something else has that name.
 std::filesystem::path write_report(const std::filesystem::path& trace, const std::filesystem::path& out = {},
                                    const ReportOptions& options = {});
 

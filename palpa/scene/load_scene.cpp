@@ -6,9 +6,9 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
-#include <fstream>
 #include <set>
 
+#include "palpa/disk/input_file.h"
 #include "palpa/grid/grid.h"
 #include "palpa/scene/keys.h"
 #include "palpa/scene/parts.h"
@@ -962,19 +962,13 @@ LoadedScene parse_scene(std::string text, const std::string& name, const std::fi
 LoadedScene load_scene(const std::filesystem::path& path, const ReadVolume& read_volume, const ModeCatalog& modes,
                        const SceneOptions& options) {
   const std::string name = path.string();
-  std::error_code ignored;
   const std::string of_data = "; for data, 'palpa info " + name + " --scene first.toml' writes a scene that can be run";
-  if (std::filesystem::is_directory(path, ignored)) fail(name, "a folder, no scene" + of_data);
-  std::ifstream file(path, std::ios::binary);
-  if (!file) {
-    const bool there = std::filesystem::exists(path, ignored);
-    fail(name, there ? "the scene cannot be read; check its permissions" : "no such scene; name a scene file (.toml)");
-  }
-  // One byte more than is allowed shows that there is more, even in a file without an end.
-  std::string text(most_bytes + 1, '\0');
-  file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  text.resize(static_cast<std::size_t>(file.gcount()));
-  if (text.size() > most_bytes) fail(name, "longer than 4 MiB" + of_data);
+  const detail::InputFile file(path);
+  if (file.why_not() == detail::NoInput::folder) fail(name, "a folder, no scene" + of_data);
+  if (file.why_not() == detail::NoInput::missing) fail(name, "no such scene; name a scene file (.toml)");
+  if (!file.is_open()) fail(name, file.problem() + "; name a scene file (.toml)");
+  if (file.bytes() > most_bytes) fail(name, "longer than 4 MiB" + of_data);
+  std::string text = detail::read_whole(file, most_bytes, "name a scene file (.toml)");
   if (path.extension() != ".toml") {
     try {
       parse_toml(text, name);

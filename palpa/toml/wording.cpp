@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "palpa/core/shown.h"
 #include "palpa/core/utf8.h"
 
 namespace palpa::detail {
@@ -78,23 +79,14 @@ std::string toml_string(std::string_view text, std::string_view for_no_utf8) {
 }
 
 std::string in_quotes(std::string_view text) {
-  if (text.size() <= longest_quote) return "'" + std::string(text) + "'";
+  const std::string clean = shown(text);
+  if (clean.size() <= longest_quote) return "'" + clean + "'";
   std::size_t end = longest_quote;
-  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) --end;
-  return "'" + std::string(text.substr(0, end)) + "…'";
+  while (end > 0 && (static_cast<unsigned char>(clean[end]) & 0xc0) == 0x80) --end;
+  return "'" + clean.substr(0, end) + "…'";
 }
 
-std::string one_line(std::string_view message) {
-  std::string out;
-  for (const char c : message) {
-    if (is_control(c)) {
-      out += escaped(c);
-    } else {
-      out += c;
-    }
-  }
-  return out;
-}
+std::string one_line(std::string_view message) { return shown(message); }
 
 std::string joined(std::span<const std::string> words) {
   std::string out;

@@ -1,12 +1,5 @@
 #include "palpa/trace/csv.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
-#include <algorithm>
-#include <cerrno>
-#include <system_error>
-
 #include "palpa/core/load_error.h"
 
 namespace palpa::detail {
@@ -40,20 +33,13 @@ void split(std::string_view line, std::vector<std::string_view>& cells) {
   cells.push_back(line.substr(begin));
 }
 
-LineFile::LineFile(std::filesystem::path path) : path_(std::move(path)) {
-  descriptor_ = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor_ < 0 && errno != ENOENT) {
-    throw LoadError(path_.string() + ": cannot be read (" + std::generic_category().message(errno) + "); make it readable");
-  }
-}
-
-LineFile::~LineFile() {
-  if (descriptor_ >= 0) ::close(descriptor_);
+LineFile::LineFile(std::filesystem::path path) : file_(std::move(path)) {
+  if (exists()) file_.expect_open("a trace holds ordinary files");
 }
 
 bool LineFile::next(std::string_view& line) {
   std::size_t searched = begin_;
-  while (descriptor_ >= 0) {
+  while (file_.is_open()) {
     const std::size_t end = buffer_.find('\n', searched);
     if (end != std::string::npos) {
       line = std::string_view(buffer_).substr(begin_, end - begin_);
@@ -66,22 +52,18 @@ bool LineFile::next(std::string_view& line) {
     begin_ = 0;
     searched = buffer_.size();
     if (buffer_.size() > longest_line_bytes) {
-      throw LoadError(path_.string() + ":" + std::to_string(number_ + 1) +
+      throw LoadError(file_.path().string() + ":" + std::to_string(number_ + 1) +
                       ": the line is longer than 1 MB; a row of a trace is short");
     }
     buffer_.resize(searched + block_bytes);
-    const ssize_t got = ::read(descriptor_, buffer_.data() + searched, block_bytes);
-    buffer_.resize(searched + static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) {
-      throw LoadError(path_.string() + ": cannot be read (" + std::generic_category().message(errno) +
-                      "); name a trace's folder");
-    }
+    const std::size_t got = file_.read(read_, buffer_.data() + searched, block_bytes);
+    buffer_.resize(searched + got);
+    read_ += got;
     if (got == 0) return false;
   }
   return false;
 }
 
-std::string LineFile::place() const { return path_.string() + ":" + std::to_string(number_); }
+std::string LineFile::place() const { return file_.path().string() + ":" + std::to_string(number_); }
 
 }  // namespace palpa::detail

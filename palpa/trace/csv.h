@@ -10,6 +10,8 @@
 #include <string_view>
 #include <vector>
 
+#include "palpa/disk/input_file.h"
+
 namespace palpa::detail {
 
 /// Appends `value` as the shortest decimal that reads back the same. Every NaN is "nan": its sign bit
@@ -46,13 +48,10 @@ void split(std::string_view line, std::vector<std::string_view>& cells);
 /// left half a line there.
 class LineFile {
  public:
-  /// A file that is not there has no lines.
+  /// A file that is not there has no lines. Throws LoadError where it is no ordinary file or cannot be read.
   explicit LineFile(std::filesystem::path path);
-  ~LineFile();
-  LineFile(const LineFile&) = delete;
-  LineFile& operator=(const LineFile&) = delete;
 
-  bool exists() const noexcept { return descriptor_ >= 0; }
+  bool exists() const noexcept { return file_.why_not() != NoInput::missing; }
   /// The next line without its end, valid until the next call; false after the last. Throws LoadError
   /// where the file cannot be read or a line is longer than any of a trace.
   bool next(std::string_view& line);
@@ -62,8 +61,8 @@ class LineFile {
   std::string place() const;
 
  private:
-  std::filesystem::path path_;
-  int descriptor_ = -1;
+  InputFile file_;
+  std::uint64_t read_ = 0;  ///< [bytes] of it
   std::string buffer_;
   std::size_t begin_ = 0;
   std::int64_t number_ = 0;

@@ -1,8 +1,8 @@
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <limits>
 
+#include "palpa/disk/input_file.h"
+#include "palpa/toml/wording.h"
 #include "palpa/trace/columns.h"
 #include "palpa/trace/csv.h"
 #include "palpa/trace/trace.h"
@@ -12,6 +12,7 @@ namespace palpa {
 
 namespace {
 
+constexpr std::uint64_t most_scene_bytes = 4 << 20;  // as of a scene's file
 constexpr std::size_t nowhere = std::numeric_limits<std::size_t>::max();
 
 // The index of each column's cells in a line, for a header in any order; `nowhere` for later columns that the recording lacks.
@@ -34,9 +35,8 @@ std::vector<std::size_t> find_columns(const detail::Table<TickFrame>& table, con
 }  // namespace
 
 TraceReader::TraceReader(const std::filesystem::path& folder) : folder_(folder), header_(detail::read_header(folder)) {
-  std::ifstream file(folder / "scene.toml", std::ios::binary);
-  if (!file) throw LoadError((folder / "scene.toml").string() + ": cannot be read; a trace holds the scene that was felt");
-  scene_text_.assign(std::istreambuf_iterator<char>(file), {});
+  scene_text_ =
+      detail::read_whole(detail::InputFile(folder / "scene.toml"), most_scene_bytes, "a trace holds the scene that was felt");
 }
 
 bool TraceReader::tells_energy() const {
@@ -79,8 +79,8 @@ std::vector<TraceTick> TraceReader::ticks() const {
       std::string_view own[3];
       for (int i = 0; i < column.cells; ++i) own[i] = cells[at[first + static_cast<std::size_t>(i)]];
       if (!column.read({own, static_cast<std::size_t>(column.cells)}, frame)) {
-        throw LoadError(file.place() + ": column '" + std::string(column.name) + "' cannot be '" + std::string(own[0]) + "'" +
-                        (column.cells == 3 ? ", '" + std::string(own[1]) + "', '" + std::string(own[2]) + "'" : "") +
+        throw LoadError(file.place() + ": column '" + std::string(column.name) + "' cannot be " + detail::in_quotes(own[0]) +
+                        (column.cells == 3 ? ", " + detail::in_quotes(own[1]) + ", " + detail::in_quotes(own[2]) : "") +
                         "; docs/trace.md says what it holds");
       }
       first += static_cast<std::size_t>(column.cells);

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "palpa/disk/input_file.h"
 #include "palpa/toml/wording.h"
 #include "palpa/trace/csv.h"
 #include "palpa/volume/volume.h"
@@ -11,6 +12,8 @@
 namespace palpa::detail {
 
 namespace {
+
+constexpr std::uint64_t most_header_bytes = 64'000'000;  // More: memory for nonsense; less: refuses long lists of files
 
 // File names may hold bytes that are no UTF-8.
 std::string toml_text(std::string_view text) { return toml_string(text, "?"); }
@@ -108,13 +111,14 @@ std::string header_to_toml(const TraceHeader& header) {
 
 TraceHeader read_header(const std::filesystem::path& folder) {
   const std::filesystem::path file = folder / "trace.toml";
-  std::error_code unknown;
-  if (!std::filesystem::exists(file, unknown)) {
+  const InputFile opened(file);
+  if (opened.why_not() == NoInput::missing) {
     throw LoadError(folder.string() + ": is no trace (it holds no trace.toml); name a folder that `palpa run --out` made");
   }
+  const std::string text = read_whole(opened, most_header_bytes, "a trace.toml is written by palpa and not edited");
   toml::table parsed;
   try {
-    parsed = toml::parse_file(file.string());
+    parsed = toml::parse(text, file.string());
   } catch (const toml::parse_error& error) {
     const toml::source_position at = error.source().begin;
     throw LoadError(file.string() + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) + ": " +

@@ -8,6 +8,7 @@
 #include <system_error>
 #include <utility>
 
+#include "palpa/disk/new_file.h"
 #include "palpa/trace/columns.h"
 #include "palpa/trace/csv.h"
 #include "palpa/trace/trace.h"
@@ -34,7 +35,8 @@ bool is_idle_facet(const PlacedPrimitive& placed) {
   return placed.primitive.kind == PrimitiveKind::corner && placed.force_n == Vec3{};
 }
 
-// A file that is written row by row through a buffer. Its destructor closes it without writing what is left in the buffer.
+// A file that is written row by row through a buffer, under its name from the start: what was recorded must outlive a crash. It
+// is a new one, so never at the end of a link. Its destructor closes it without writing what is left in the buffer.
 class OutputFile {
  public:
   explicit OutputFile(fs::path path) : path_(std::move(path)) {
@@ -79,19 +81,9 @@ class OutputFile {
   std::string buffer_;
 };
 
-void write_whole(const fs::path& path, const std::string& text) {
-  OutputFile file(path);
-  file.rows() = text;
-  file.close();
-}
-
 // A reader finds the old trace.toml or the new one, never half of it.
 void replace_header(const fs::path& folder, const TraceHeader& header) {
-  const fs::path next = folder / "trace.toml.next";
-  std::error_code ignored;
-  fs::remove(next, ignored);
-  write_whole(next, detail::header_to_toml(header));
-  if (::rename(next.c_str(), (folder / "trace.toml").c_str()) != 0) throw cannot_write(folder / "trace.toml", errno);
+  detail::write_whole(folder / "trace.toml", detail::header_to_toml(header), detail::Existing::replaced);
 }
 
 void create(const fs::path& folder) {
@@ -188,7 +180,7 @@ TraceWriter::TraceWriter(const fs::path& folder, const TraceHeader& header, cons
   create(folder);
   try {
     files_ = std::make_unique<Files>(folder, header, std::move(mode_names));
-    write_whole(folder / "scene.toml", scene_text);
+    detail::write_whole(folder / "scene.toml", scene_text, detail::Existing::refused);
     flush();
     // trace.toml is written last: a folder that has one is a trace.
     replace_header(folder, files_->header);

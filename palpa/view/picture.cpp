@@ -6,9 +6,8 @@
 #include <vtkUnsignedCharArray.h>
 
 #include <cstring>
-#include <fstream>
 
-#include "palpa/core/load_error.h"
+#include "palpa/disk/new_file.h"
 #include "palpa/view/offscreen.h"
 
 namespace palpa {
@@ -33,12 +32,7 @@ std::string png_of(const Picture& picture) {
 }
 
 void save_png(const Picture& picture, const std::filesystem::path& file) {
-  const std::string png = png_of(picture);
-  std::ofstream out(file, std::ios::binary);
-  out.write(png.data(), static_cast<std::streamsize>(png.size()));
-  if (!out.flush()) {
-    throw LoadError(file.string() + ": cannot be written; name a file in a folder that is there and may be written to");
-  }
+  detail::write_whole(file, png_of(picture), detail::Existing::replaced);
 }
 
 }  // namespace palpa

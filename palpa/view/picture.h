@@ -22,7 +22,7 @@ struct Picture {
 
 /// The PNG file of a picture, as bytes; the same picture gives the same bytes.
 std::string png_of(const Picture& picture);
-/// Writes it. Throws LoadError where the file cannot be written.
+/// Writes it, in place of a file that has the name already; never through a link. Throws LoadError where it cannot be written.
 void save_png(const Picture& picture, const std::filesystem::path& file);
 
 /// One point of what was felt, in the hand frame.

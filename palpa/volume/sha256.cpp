@@ -10,14 +10,13 @@
 
 #include <array>
 #include <bit>
-#include <cerrno>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
-#include <memory>
 
 #include "palpa/core/load_error.h"
+#include "palpa/disk/input_file.h"
 
 namespace palpa::detail {
 namespace {
@@ -107,9 +106,9 @@ bool processor_can() {
 }  // namespace
 
 std::string sha256_of_file(const std::string& path) {
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
-  if (!file)
-    throw LoadError("'" + path + "' cannot be opened: " + std::strerror(errno) + "; put it back, or check its permissions");
+  const InputFile file(path);
+  if (!file.is_open())
+    throw LoadError("needs '" + path + "', which " + file.problem() + "; put it back, or check its permissions");
 
   auto* add = &add_blocks;
 #if defined(__x86_64__)
@@ -119,11 +118,10 @@ std::string sha256_of_file(const std::string& path) {
   std::array<unsigned char, 1 << 16> buffer;
   std::uint64_t bytes = 0;
   std::size_t got = 0;
-  while ((got = std::fread(buffer.data(), 1, buffer.size(), file.get())) == buffer.size()) {
+  while ((got = file.read(bytes, buffer.data(), buffer.size())) == buffer.size()) {
     add(state, buffer.data(), got / 64);
     bytes += got;
   }
-  if (std::ferror(file.get()) != 0) throw LoadError("'" + path + "' cannot be read: " + std::strerror(errno));
   bytes += got;
 
   // The rest, a one bit, zeros, and the length in bits fill whole blocks.

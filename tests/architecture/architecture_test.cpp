@@ -9,11 +9,14 @@
 #include <fstream>
 #include <functional>
 #include <iterator>
+#include <map>
 #include <regex>
+#include <set>
 
 #include "include_arrows.h"
 #include "number_names.h"
 #include "source_sizes.h"
+#include "source_tokens.h"
 
 namespace palpa::architecture {
 namespace {
@@ -270,6 +273,77 @@ TEST(Tick, IsShort) {
   EXPECT_LE(lines, 2000);
   EXPECT_LE(constants.size(), 18) << testing::PrintToString(constants);
   EXPECT_GT(functions, 100) << "the sources were not found";
+}
+
+/// The words of a source that open a file, map one or give one a name: calls of the system and of C, streams, classes of Qt.
+std::vector<std::string> words_that_open_files(const std::string& source) {
+  static const std::set<std::string> always{
+      "fopen",   "freopen",      "fdopen", "gzopen",    "openat",         "creat",        "mkstemp",   "mkostemp",
+      "tmpfile", "memfd_create", "mmap",   "linkat",    "renameat",       "renameat2",    "ifstream",  "ofstream",
+      "fstream", "filebuf",      "QFile",  "QSaveFile", "QTemporaryFile", "QImageWriter", "copy_file", "parse_file"};
+  static const std::set<std::string> of_the_system{"open", "rename", "link",
+                                                   "symlink"};  // as ::open; others have such names, too
+  const std::vector<Token> tokens = lex(source).tokens;
+  std::vector<std::string> found;
+  for (std::size_t i = 0; i < tokens.size(); ++i) {
+    const std::string& word = tokens[i].text;
+    const bool global = i > 0 && tokens[i - 1].text == "::" &&
+                        (i < 2 || !is_word(tokens[i - 2].text) || tokens[i - 2].text == "return" ||
+                         tokens[i - 2].text == "fs" || tokens[i - 2].text == "filesystem");
+    if (always.contains(word) || (global && of_the_system.contains(word))) found.push_back(word);
+  }
+  return found;
+}
+
+TEST(Files, WordsThatOpenThemAreSeen) {
+  EXPECT_THAT(words_that_open_files("std::ifstream in(path); int d = ::open(p, O_RDONLY); fs::rename(a, b); QFile f(n);"),
+              ElementsAre("ifstream", "open", "rename", "QFile"));
+  EXPECT_THAT(words_that_open_files("return ::open(p);"), ElementsAre("open"));
+  EXPECT_THAT(words_that_open_files(
+                  "// fopen(\nvoid A::open() { link->open(); reader.open(x); backend::open(s); }\n#include <fstream>"),
+              IsEmpty());
+}
+
+// docs/design.md §3: one way in, one way out.
+TEST(Files, AreOpenedInOnePlace) {
+  const std::map<std::string, std::string> others{
+      {"palpa/trace/writer.cpp", "rows of a recording, which must be there when the process is killed"},
+      {"palpa/file/shared_memory.cpp", "memory that is shared with palpa-read"},
+      {"palpa/file/protocol_memory.cpp", "the same memory, mapped"},
+      {"palpa/file/raw_file.cpp", "memory in large pages"},
+      {"palpa/file/read_volume.cpp", "what the system tells of its memory"},
+      {"palpa/file/reader_process.cpp", "what the system tells of palpa-read"},
+      {"reader/serve.cpp", "what the system tells of this process"},
+      {"reader/messages.cpp", "stderr, turned away from the terminal"}};
+  std::set<std::string> seen;
+  for (const char* folder : {"palpa", "reader", "app", "explorer", "devices"}) {
+    for (const std::string& file : files_under(folder, {".h", ".cpp"})) {
+      if (file.starts_with("palpa/disk/")) continue;
+      const std::vector<std::string> words = words_that_open_files(text_of(repository() / file));
+      if (!words.empty()) seen.insert(file);
+      if (others.contains(file)) continue;
+      EXPECT_THAT(words, IsEmpty()) << file << ": use palpa/disk/input_file.h or new_file.h";
+    }
+  }
+  for (const auto& [file, reason] : others) EXPECT_THAT(seen, Contains(file)) << "opens nothing any more: " << reason;
+}
+
+// What the program says is cleaned where it is printed.
+TEST(Terminal, IsWrittenToInOnePlace) {
+  static const std::set<std::string> words{"printf",  "fprintf", "vprintf", "puts", "fputs",
+                                           "putchar", "fwrite",  "cout",    "cerr"};
+  const std::set<std::string> writers{"app/terminal.cpp", "app/live_terminal.cpp"};
+  int tokens_seen = 0;
+  for (const std::string& file : files_under("app", {".h", ".cpp"})) {
+    if (writers.contains(file)) continue;
+    const std::vector<Token> tokens = lex(text_of(repository() / file)).tokens;
+    for (std::size_t i = 0; i < tokens.size(); ++i, ++tokens_seen) {
+      const bool of_fmt = i > 1 && tokens[i].text == "print" && tokens[i - 1].text == "::" && tokens[i - 2].text == "fmt";
+      EXPECT_FALSE(of_fmt || words.contains(tokens[i].text))
+          << file << ':' << tokens[i].line << ": " << tokens[i].text << "; use print or tell (app/terminal.h)";
+    }
+  }
+  EXPECT_GT(tokens_seen, 5000) << "the sources were not found";
 }
 
 /// Targets of the links of a page that lead to a file, without the part behind '#'.

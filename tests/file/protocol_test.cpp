@@ -50,6 +50,21 @@ TEST(Protocol, EveryMessageComesBackAsItWas) {
   }
 }
 
+TEST(Protocol, PathsComeBackByteByByteAndWordsWithoutControlCharacters) {
+  const std::string any = "a\tb\nc\033d\x7f\xff\u0085";
+  Request request{any, "", 0, 1};
+  request.partners = {any}, request.inside = any;
+  const auto asked = packed(request);
+  const Message back = unpacked(asked.data(), asked.size()).value();
+  EXPECT_EQ(std::get<Request>(back).path, any);
+  EXPECT_EQ(std::get<Request>(back).partners, request.partners);
+  EXPECT_EQ(std::get<Request>(back).inside, any);
+  const auto done = packed(Done{{{any, 12, "abcd"}}, {any}});
+  const Message told = unpacked(done.data(), done.size()).value();
+  EXPECT_EQ(std::get<Done>(told).files[0].path, any);
+  EXPECT_EQ(std::get<Done>(told).warnings[0].substr(0, 7), "a b c d");
+}
+
 TEST(Protocol, WhatIsCutOrTooLongIsNoMessage) {
   for (const Message& message :
        {Message(sample_header()), Message(Request{"p", "", 0, 1}), Message(Room{{1}}), Message(Failure{"x"})}) {

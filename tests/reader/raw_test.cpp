@@ -111,6 +111,20 @@ TEST_F(Raw, ASessionHasItsOwnCopyAndTheChecksum) {
   expect_linear(*volume.fields[0].field, grid, metres);
 }
 
+TEST_F(Raw, AFileThatIsCutShortWhileItIsLookedAtEndsNothing) {
+  VolumeRequest request = of_type("int16");
+  request.layout.dims = {64, 64, 64};
+  const fs::path file = folder_.write("a.raw", std::string(2 * 64 * 64 * 64, '\x11'));
+  options_.preview = true;
+  const Volume volume = read(file, request);
+  const Field& field = *volume.fields[0].field;
+  const GridGeometry& grid64 = grid_of(field)->geometry;
+  EXPECT_EQ(field.scalar(grid64.to_world({32, 32, 40})).value, 0x1111);
+  fs::resize_file(file, 2 * 64 * 64 * 8);
+  EXPECT_EQ(field.scalar(grid64.to_world({32, 32, 40})).value, 0.0);
+  EXPECT_EQ(field.scalar(grid64.to_world({32, 32, 4})).value, 0x1111);
+}
+
 TEST_F(Raw, ALookAtALargeFileReadsOneRowInMany) {
   const fs::path file = folder_.write("a.raw", "");
   VolumeRequest request = of_type("int16");

@@ -615,7 +615,10 @@ TEST(LoadScene, FromAFile) {
   };
   EXPECT_THAT(error(folder.path / "gone.toml"), StartsWith((folder.path / "gone.toml").string() + ": no such scene;"));
   EXPECT_THAT(error(folder.path), StartsWith(folder.path.string() + ": a folder, no scene;"));
-  EXPECT_THAT(error("/dev/zero"), StartsWith("/dev/zero: longer than 4 MiB;"));
+  EXPECT_THAT(error("/dev/zero"), StartsWith("/dev/zero: is no ordinary file"));
+  const auto endless = folder.file("endless.toml", "");
+  std::filesystem::resize_file(endless, std::uintmax_t{1} << 40);  // without a byte on the disk
+  EXPECT_THAT(error(endless), StartsWith(endless.string() + ": longer than 4 MiB;"));
   EXPECT_THAT(error(folder.file("wrong.toml", "palpa = 3")),
               StartsWith((folder.path / "wrong.toml").string() + ":1:9: scene format 3"));
 }

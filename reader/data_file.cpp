@@ -1,0 +1,48 @@
+#include "data_file.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <sstream>
+
+#include "palpa/core/load_error.h"
+#include "palpa/disk/input_file.h"
+
+namespace palpa::reader {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Links are followed on both sides: what counts is where the bytes lie.
+bool lies_below(const fs::path& place, const fs::path& folder) {
+  std::error_code is_gone;
+  const fs::path real = fs::canonical(folder, is_gone);
+  return !is_gone && std::mismatch(real.begin(), real.end(), place.begin(), place.end()).first == real.end();
+}
+
+/// The user's own word, for files that others name far away.
+bool lies_below_named_folder(const fs::path& place) {
+  const char* folders = std::getenv("PALPA_READER_FOLDERS");
+  std::istringstream list(folders != nullptr ? folders : "");
+  for (std::string folder; std::getline(list, folder, ':');) {
+    if (!folder.empty() && lies_below(place, folder)) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+void check_data_file(const std::string& header, const std::string& file) {
+  const std::string who = "needs its data file '" + file + "', which ";
+  std::error_code is_gone;
+  const fs::path place = fs::canonical(file, is_gone);
+  if (!is_gone && !lies_below(place, fs::absolute(header).parent_path()) &&
+      !lies_below(place, fs::canonical(header).parent_path()) && !lies_below_named_folder(place))
+    throw LoadError(who +
+                    "lies outside its header's folder; put both together, or name its folder in the variable "
+                    "PALPA_READER_FOLDERS");
+  const detail::InputFile opened(file);
+  if (!opened.is_open()) throw LoadError(who + opened.problem() + "; put it back");
+}
+
+}  // namespace palpa::reader
