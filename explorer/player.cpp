@@ -97,7 +97,7 @@ FeltTrace feel_again(const PlayedHand& hand, const LoadedScene& loaded, std::sto
   } else {
     RunOptions options;
     options.hand = hand.description;
-    PreparedRun prepared = prepare_hand(loaded, options);
+    PreparedRun prepared = prepare(loaded, options);
     felt.name = hand.description;
     stride = static_cast<std::size_t>(prepared.duration_s * options.rate_hz) / most_rows + 1;
     Session session(scene, baseline::path, prepared.hand->limits().encoder_step_m);

@@ -7,7 +7,8 @@
 namespace palpa {
 
 /// The folders in which they may be, the nearest first: beside this program, libexec/palpa beside its folder, and libexec/palpa
-/// beside the library's, for a program of somebody else's. Allocates; any thread.
+/// or bin beside the library's, for a program of somebody else's with an installed library or with one of a build folder.
+/// Allocates; any thread.
 std::vector<std::filesystem::path> own_files_folders();
 
 }  // namespace palpa

@@ -179,6 +179,8 @@ void load_plugin(const fs::path& path, ModeCatalog& catalog) {
   catalog = std::move(all);
 }
 
+detail::PluginAbi detail::library_abi() noexcept { return plugin_abi(); }
+
 ModeCatalog modes_with(const std::vector<fs::path>& plugins) {
   ModeCatalog catalog = standard_modes();
   for (const fs::path& plugin : plugins) load_plugin(plugin, catalog);

@@ -73,6 +73,9 @@ constexpr PluginAbi plugin_abi() {
   return abi;
 }
 
+/// The one that this library was compiled with, for whoever links it and was compiled apart.
+PluginAbi library_abi() noexcept;
+
 /// The note with an ABI.
 constexpr PluginStamp plugin_stamp(const PluginAbi& abi) {
   PluginStamp stamp;

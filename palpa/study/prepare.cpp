@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <limits>
 #include <system_error>
 
@@ -115,15 +116,17 @@ std::vector<std::string> words_of_unyielding(const Scene& scene, double device_m
 
 namespace {
 
-/// A run with a person's hand: the device, and the scene within what the device bears.
-PreparedRun prepare_real(const RunOptions& options) {
-  PreparedRun prepared;
+std::unique_ptr<Device> opened_device(const RunOptions& options) {
   const fs::path& notes = options.live->devices_toml;
-  prepared.real_device = open_device(device_description(options.device), notes.empty() ? device_notes_file() : notes);
+  return open_device(device_description(options.device), notes.empty() ? device_notes_file() : notes);
+}
+
+/// A run with a person's hand.
+PreparedRun held(std::unique_ptr<Device> device, LoadedScene loaded, const RunOptions& options) {
+  PreparedRun prepared;
+  prepared.loaded = std::move(loaded);
+  prepared.real_device = std::move(device);
   prepared.device = options.device;
-  ReadOptions read = options.read;
-  read.checksums = !options.out.empty();
-  prepared.loaded = load_scene(options.scene, volume_reader(read), modes_with(options.plugins), options.scene_options);
   const DeviceLimits limits = prepared.real_device->limits();
   for (std::string& sentence : words_of_unyielding(prepared.loaded.scene, limits.max_force_n))
     prepared.notes.push_back(std::move(sentence));
@@ -195,7 +198,10 @@ PreparedRun placed(const SoughtHand& hand, LoadedScene loaded, const RunOptions&
 
 }  // namespace
 
-PreparedRun prepare(const RunOptions& options) {
+namespace {
+
+/// Throws LoadError on all that can be known before the scene is loaded.
+void check(const RunOptions& options) {
   check_numbers(options);
   if (options.hand.empty() && (!options.live || options.device.empty())) {
     throw LoadError(
@@ -203,17 +209,31 @@ PreparedRun prepare(const RunOptions& options) {
         "--device NAME");
   }
   if (!options.out.empty()) check_out(options.out);
-  if (options.hand.empty()) return prepare_real(options);
-  const SoughtHand hand = sought_hand(options);
-  ReadOptions read = options.read;
-  read.checksums = !options.out.empty();
-  return placed(hand, load_scene(options.scene, volume_reader(read), modes_with(options.plugins), options.scene_options),
-                options);
 }
 
-PreparedRun prepare_hand(LoadedScene loaded, const RunOptions& options) {
-  check_numbers(options);
-  return placed(sought_hand(options), std::move(loaded), options);
+/// \param scene  called when device or hand are there
+PreparedRun prepared_with(const std::function<LoadedScene()>& scene, const RunOptions& options) {
+  check(options);
+  if (options.hand.empty()) {
+    std::unique_ptr<Device> device = opened_device(options);
+    return held(std::move(device), scene(), options);
+  }
+  const SoughtHand hand = sought_hand(options);
+  return placed(hand, scene(), options);
+}
+
+}  // namespace
+
+PreparedRun prepare(const RunOptions& options) {
+  ReadOptions read = options.read;
+  read.checksums = !options.out.empty();
+  return prepared_with(
+      [&] { return load_scene(options.scene, volume_reader(read), modes_with(options.plugins), options.scene_options); },
+      options);
+}
+
+PreparedRun prepare(LoadedScene loaded, const RunOptions& options) {
+  return prepared_with([&] { return std::move(loaded); }, options);
 }
 
 std::string forecast(const PreparedRun& prepared) {

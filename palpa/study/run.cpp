@@ -132,8 +132,9 @@ RunResult run_on_simulated_clock(const RunOptions& options, PreparedRun& prepare
 
 }  // namespace
 
-RunResult run(const RunOptions& options, const std::atomic<bool>* stop) {
-  PreparedRun prepared = prepare(options);
+RunResult run(const RunOptions& options, const std::atomic<bool>* stop) { return run(prepare(options), options, stop); }
+
+RunResult run(PreparedRun prepared, const RunOptions& options, const std::atomic<bool>* stop) {
   RunResult result = options.live ? run_live(options, prepared, stop) : run_on_simulated_clock(options, prepared, stop);
   std::vector<std::string>& warnings = result.warnings;
   warnings.insert(warnings.begin(), prepared.loaded.warnings.begin(), prepared.loaded.warnings.end());

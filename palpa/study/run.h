@@ -71,8 +71,8 @@ struct PreparedRun {
 /// Loads scene and hand, places the hand where data can be felt (`Reach`), and checks all options, also whether the trace's
 /// folder can be made. Writes no file. Throws LoadError.
 PreparedRun prepare(const RunOptions& options);
-/// The same for a hand without a person in a scene that is loaded. Throws LoadError.
-PreparedRun prepare_hand(LoadedScene loaded, const RunOptions& options);
+/// The same in a scene that is loaded. Throws LoadError.
+PreparedRun prepare(LoadedScene loaded, const RunOptions& options);
 /// The share [1] of a run's progress that the search for the data is said to be.
 inline constexpr double reach_progress = 0.3;
 /// A forecast of what the hand of a run will feel: which share of its path is where something can be felt or, if that is next
@@ -90,6 +90,8 @@ struct RunResult {
 /// was begun then says that it is incomplete. `stop`, set from any thread, ends the run after the current tick: the trace up to
 /// there is complete. A live run goes on where its recording cannot.
 RunResult run(const RunOptions& options, const std::atomic<bool>* stop = nullptr);
+/// The same of a run that is prepared by these options.
+RunResult run(PreparedRun prepared, const RunOptions& options, const std::atomic<bool>* stop = nullptr);
 
 struct ReplayResult {
   TraceDifference difference;

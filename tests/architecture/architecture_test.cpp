@@ -111,7 +111,7 @@ TEST(Arrows, HoldInTheSources) {
   const Arrows arrows = arrows_of(text_of(repository() / "docs/design.md"));
   ASSERT_THAT(arrows.at("study"), Contains("core")) << "the page's table was not understood";
   int files = 0;
-  for (const char* folder : {"palpa", "reader", "app", "explorer"}) {
+  for (const char* folder : {"palpa", "reader", "app", "explorer", "python"}) {
     for (const std::string& file : files_under(folder, {".h", ".cpp"})) {
       EXPECT_THAT(wrong_includes(arrows, file, text_of(repository() / file)), IsEmpty());
       ++files;

@@ -52,7 +52,7 @@ install_what_is_missing() {
 }
 # What the packages need stays: what is compared is what they bring themselves.
 needed=$(for deb in "$build"/*.deb; do dpkg-deb -f "$deb" Depends; done | tr ',' '\n' | sed 's/|.*//; s/(.*//; s/ //g' |
-  grep -v -e '^libpalpa' -e '^palpa' | sort -u | tr '\n' ' ')
+  grep -v -e '^libpalpa' -e '^palpa' -e '^python3-palpa' | sort -u | tr '\n' ' ')
 if [ -n "$(find "$build" -maxdepth 1 -name 'palpa-explorer*.deb')" ]; then needed="$needed xvfb xauth libgl1-mesa-dri"; fi  # a display
 echo "== what they need: $needed"
 install_what_is_missing "$needed"
@@ -60,7 +60,7 @@ files >"$work/before"
 
 echo "== installed and run"
 install_what_is_missing "/tmp/debs/*.deb"
-inside dpkg-query -W -f '${Package} ${Version} ${Installed-Size} kB\n' 'libpalpa*' 'palpa*'
+inside dpkg-query -W -f '${Package} ${Version} ${Installed-Size} kB\n' 'libpalpa*' 'palpa*' 'python3-palpa*'
 # As an ordinary user, who can write nothing.
 inside setpriv --reuid 65534 --regid 65534 --clear-groups sh -c 'cd / && palpa demo' >"$work/demo" || fail "palpa demo"
 sed -n 1,12p "$work/demo"
@@ -88,14 +88,21 @@ if [ -e "$root/usr/bin/palpa-explorer" ]; then
   [ -s "$root/usr/share/applications/palpa-explorer.desktop" ] || fail "no desktop entry"
   inside dpkg --verify palpa-explorer || fail "files of the window are not as packed"
 fi
+if [ -e "$root/usr/lib/python3/dist-packages/palpa" ]; then
+  inside setpriv --reuid 65534 --regid 65534 --clear-groups sh -c "cd / && python3 -c '
+import palpa
+scene = palpa.Scene()
+scene.add(\"v\", palpa.read_volume(\"/tmp/eight.nrrd\"))
+print(palpa.__version__, palpa.Session(scene).tick((0, 0, 0), 1e-3))'" || fail "import palpa"
+fi
 for name in palpa libpalpa-dev; do
   [ -s "$root/usr/share/doc/$name/copyright" ] || fail "$name has no copyright file"
 done
 inside dpkg --verify palpa || fail "files are not as packed"
 
 echo "== purged"
-inside sh -c "dpkg --purge \$(dpkg-query -W -f '\${Package} ' 'libpalpa*' 'palpa*')" >"$work/purge.log" 2>&1 || { cat "$work/purge.log"; fail "purge"; }
+inside sh -c "dpkg --purge \$(dpkg-query -W -f '\${Package} ' 'libpalpa*' 'palpa*' 'python3-palpa*')" >"$work/purge.log" 2>&1 || { cat "$work/purge.log"; fail "purge"; }
 files >"$work/after"
 diff "$work/before" "$work/after" || fail "purging left the above behind"
-[ -z "$(inside dpkg-query -W -f '${Package} ' 'libpalpa*' 'palpa*' 2>/dev/null)" ] || fail "dpkg still knows the packages"
+[ -z "$(inside dpkg-query -W -f '${Package} ' 'libpalpa*' 'palpa*' 'python3-palpa*' 2>/dev/null)" ] || fail "dpkg still knows the packages"
 echo "$(wc -l <"$work/after") files, the same as before"

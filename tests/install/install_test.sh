@@ -143,6 +143,19 @@ mkdir "$work/part_prefix"
 cmake --install "$work/part_build" --prefix "$work/part_prefix" >"$work/part.log" 2>&1 || { cat "$work/part.log"; fail "part"; }
 [ -z "$(find "$work/part_prefix" -mindepth 1)" ] || fail "the part installs something"
 
+package=$(dirname "$(find "$moved" -path '*/palpa/__init__.py')")
+if [ "$package" != . ]; then
+  step "the installed package for Python"
+  (cd / && PYTHONDONTWRITEBYTECODE=1 PYTHONPATH=$(dirname "$package") "$(command -v -p python3)" -c '
+import palpa, sys
+assert palpa.__file__.startswith(sys.argv[1]), palpa.__file__
+libraries = {line.split()[-1] for line in open("/proc/self/maps") if "libpalpa" in line}
+assert all(library.startswith(sys.argv[1]) for library in libraries), libraries
+scene = palpa.Scene()
+scene.add("head", palpa.head_phantom())
+palpa.Session(scene).tick((0, 0, 0), 1e-3)' "$moved") || fail "the installed package cannot be imported"
+fi
+
 if [ -e "$moved/bin/palpa" ]; then
   step "the installed program"
   cd "$work"

@@ -1,0 +1,272 @@
+#include "arrays.h"
+
+#include <algorithm>
+#include <limits>
+#include <numeric>
+#include <optional>
+
+#include "palpa/field/parallel.h"
+#include "palpa/toml/wording.h"
+#include "parameters.h"
+
+namespace palpa::python {
+namespace {
+
+/// The type of voxels that an array's are without a copy.
+std::optional<VoxelType> voxel_type_of(const py::dtype& type) {
+  if (!type.attr("isnative").cast<bool>()) return {};
+  switch (type.kind()) {
+    case 'u':
+      if (type.itemsize() == 1) return VoxelType::uint8;
+      if (type.itemsize() == 2) return VoxelType::uint16;
+      return {};
+    case 'i':
+      if (type.itemsize() == 2) return VoxelType::int16;
+      if (type.itemsize() == 4) return VoxelType::int32;
+      return {};
+    case 'f':
+      if (type.itemsize() == 4) return VoxelType::float32;
+      if (type.itemsize() == 8) return VoxelType::float64;
+      return {};
+    default: return {};
+  }
+}
+
+/// The smallest type of voxels that holds all values of a type of arrays; none where there is none.
+const char* type_that_holds(const py::dtype& type) {
+  const auto bytes = type.itemsize();
+  switch (type.kind()) {
+    case 'b': return "uint8";
+    case 'u': return bytes == 1 ? "uint8" : bytes == 2 ? "uint16" : "float64";
+    case 'i': return bytes <= 2 ? "int16" : bytes == 4 ? "int32" : "float64";
+    case 'f': return bytes <= 4 ? "float32" : "float64";
+    default: return nullptr;
+  }
+}
+
+std::string name_of(const py::dtype& type) { return type.attr("__str__")().cast<std::string>(); }
+
+/// How the axes x, y, z of an array lie in memory.
+struct Layout {
+  std::array<int, 3> axis{};       ///< x, y or z of the grid's i, j, k
+  std::array<bool, 3> reversed{};  ///< of i, j, k: the array's index rises against memory
+};
+
+/// None where voxels are not close to one another.
+std::optional<Layout> layout_of(const py::array& array) {
+  const bool is_vector = array.ndim() == 4;
+  py::ssize_t next = array.itemsize();
+  if (is_vector) {
+    if (array.strides(3) != next) return {};
+    next *= 3;
+  }
+  // Axis a of x, y, z is index 2 − a of the array. An axis of one voxel may have any stride: it goes last.
+  const auto length = [&](int a) { return array.shape(2 - a); };
+  const auto stride = [&](int a) { return array.strides(2 - a); };
+  Layout layout{.axis = {0, 1, 2}};
+  std::stable_sort(layout.axis.begin(), layout.axis.end(), [&](int a, int b) {
+    const auto key = [&](int c) { return length(c) == 1 ? std::numeric_limits<py::ssize_t>::max() : std::abs(stride(c)); };
+    return key(a) < key(b);
+  });
+  for (int n = 0; n < 3; ++n) {
+    const int a = layout.axis[static_cast<std::size_t>(n)];
+    if (length(a) == 1) continue;
+    if (std::abs(stride(a)) != next) return {};
+    layout.reversed[static_cast<std::size_t>(n)] = stride(a) < 0;
+    next *= length(a);
+  }
+  return layout;
+}
+
+/// Nobody writes into it any more through this array or those that it is a view of: a grid reads its range but once.
+void make_read_only(py::object array) {
+  while (py::isinstance<py::array>(array)) {
+    array.attr("flags").attr("writeable") = false;
+    array = array.attr("base");
+  }
+}
+
+double component(const Vec3& v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
+double& component(Vec3& v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
+
+void check_shape(const py::array& array) {
+  const auto refuse = [&](const char* why) {
+    throw py::value_error("an array of shape " + py::str(array.attr("shape")).cast<std::string>() + " " + why);
+  };
+  if (array.ndim() != 3 && array.ndim() != 4)
+    refuse("is no volume; it has three axes, [z, y, x], and a fourth of 3 for vectors");
+  if (array.ndim() == 4 && array.shape(3) != 3) refuse("has vectors that are not of 3 components; the last axis is theirs");
+  if (array.size() == 0) refuse("has no voxels; a volume has at least one along each axis");
+}
+
+/// The same values in a type of voxels, close to one another.
+py::array copied(const py::array& array) {
+  const char* const type = type_that_holds(array.dtype());
+  if (!type) throw py::type_error("an array of " + name_of(array.dtype()) + " holds no voxels; use whole numbers or floats");
+  const py::array copy = array.attr("astype")(type, py::arg("order") = "C", py::arg("copy") = true);
+  const bool rounds = array.dtype().kind() != 'f' && copy.dtype().kind() == 'f';
+  if (rounds && !copy.attr("astype")(array.dtype()).attr("__eq__")(array).attr("all")().cast<bool>())
+    throw py::value_error("whole numbers beyond 2^53 are no voxels; scale the array to smaller ones");
+  return copy;
+}
+
+/// The array itself, or a copy where that is allowed and needed.
+py::array readable(const py::array& array, bool copy) {
+  const auto type = voxel_type_of(array.dtype());
+  if (type && layout_of(array)) return copy ? copied(array) : array;
+  if (copy) return copied(array);
+  if (!type && type_that_holds(array.dtype()) == nullptr) return copied(array);  // raises
+  throw py::value_error(
+      type ? std::string("the voxels of the array are not close to one another, so that they cannot be read where they are; ") +
+                 "copy=True reads a copy"
+           : "an array of " + name_of(array.dtype()) + " cannot be read where it is; copy=True reads a copy as " +
+                 type_that_holds(array.dtype()));
+}
+
+}  // namespace
+
+std::shared_ptr<const void> kept(py::object object, const void* data) {
+  PyObject* const owner = object.release().ptr();
+  return {data, [owner](const void*) {
+            if (!Py_IsInitialized()) return;  // the interpreter's end has freed it
+            const py::gil_scoped_acquire acquire;
+            Py_DECREF(owner);
+          }};
+}
+
+Volume array_volume(const py::object& object, const Vec3& spacing_m, const py::object& origin_m, const std::string& unit,
+                    bool copy) {
+  if (!py::isinstance<py::array>(object)) {
+    throw py::type_error("voxels are an array of numpy, not " + object.get_type().attr("__name__").cast<std::string>() +
+                         "; numpy.asarray makes one");
+  }
+  const py::array given = object.cast<py::array>();
+  check_shape(given);
+  for (const double each_m : {spacing_m.x, spacing_m.y, spacing_m.z}) {
+    if (!(each_m > 0.0))
+      throw py::value_error("'spacing_m' is " + detail::toml_number(each_m) +
+                            "; it lies above 0, a reversed array has reversed axes");
+  }
+  const py::array array = readable(given, copy);
+  const Layout layout = *layout_of(array);
+
+  GridGeometry geometry;
+  std::array<std::int64_t, 3> dims{};
+  for (int a = 0; a < 3; ++a) dims[static_cast<std::size_t>(a)] = array.shape(2 - a);
+  Vec3 first_m = origin_m.is_none() ? Vec3{} : vector_of(origin_m, "origin_m");
+  if (origin_m.is_none()) {
+    for (int a = 0; a < 3; ++a)
+      component(first_m, a) = -0.5 * static_cast<double>(dims[static_cast<std::size_t>(a)] - 1) * component(spacing_m, a);
+  }
+  geometry.origin_m = first_m;
+  const auto* data = static_cast<const char*>(array.data());
+  Mat3 columns{};
+  for (std::size_t n = 0; n < 3; ++n) {
+    const int a = layout.axis[n];
+    geometry.dims[n] = dims[static_cast<std::size_t>(a)];
+    const double step_m = component(spacing_m, a);
+    const auto last = dims[static_cast<std::size_t>(a)] - 1;
+    component(columns.row[n], a) = layout.reversed[n] ? -step_m : step_m;
+    if (layout.reversed[n]) {
+      component(geometry.origin_m, a) += static_cast<double>(last) * step_m;
+      data += last * array.strides(2 - a);
+    }
+  }
+  geometry.index_to_world_m = transposed(columns);
+
+  make_read_only(array);
+  Voxels voxels{.type = *voxel_type_of(array.dtype()), .components = array.ndim() == 4 ? 3 : 1, .data = kept(array, data)};
+  Volume volume;
+  volume.format = "grid";
+  const py::gil_scoped_release release;
+  volume.fields.push_back({.name = "data", .unit = unit, .field = grid_field(geometry, std::move(voxels))});
+  return volume;
+}
+
+namespace {
+
+/// Places in memory as doubles, and the shape without its last axis.
+struct Places {
+  py::array_t<double, py::array::c_style> points_m;
+  std::vector<py::ssize_t> shape;
+  std::int64_t count = 1;
+};
+
+Places places_of(const py::object& points_m) {
+  auto points = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(points_m);
+  if (!points) {
+    PyErr_Clear();
+    throw py::type_error("'points_m' takes an array of numbers of shape (…, 3)");
+  }
+  if (points.ndim() == 0 || points.shape(points.ndim() - 1) != 3) {
+    throw py::value_error("'points_m' has the shape " + py::str(points.attr("shape")).cast<std::string>() +
+                          "; its last axis is of 3: x, y, z");
+  }
+  Places places{std::move(points), {}, 1};
+  for (py::ssize_t a = 0; a + 1 < places.points_m.ndim(); ++a) {
+    places.shape.push_back(places.points_m.shape(a));
+    places.count *= places.points_m.shape(a);
+  }
+  return places;
+}
+
+py::array_t<double> results(const Places& places, std::initializer_list<py::ssize_t> of_each) {
+  std::vector<py::ssize_t> shape = places.shape;
+  shape.insert(shape.end(), of_each);
+  return py::array_t<double>(shape);
+}
+
+constexpr double none = std::numeric_limits<double>::quiet_NaN();  // where the field has no data
+
+double* put(double* to, const Vec3& v) {
+  to[0] = v.x, to[1] = v.y, to[2] = v.z;
+  return to + 3;
+}
+
+/// Calls `act(n, point)` for all places on all cores, without the interpreter's lock; looks for signals now and then.
+template <class Act>
+void for_all(const Places& places, const Act& act) {
+  constexpr std::int64_t block = 1 << 20, least = 4096;  // [1] places. More: Ctrl-C is heard later; fewer: more threads begin
+  const double* const points = places.points_m.data();
+  const py::gil_scoped_release release;
+  for (std::int64_t begin = 0; begin < places.count; begin += block) {
+    detail::in_parts(std::min(block, places.count - begin), least, [&](std::int64_t first, std::int64_t last) {
+      for (std::int64_t n = begin + first; n < begin + last; ++n) {
+        const double* const p = points + 3 * n;
+        act(n, Vec3{p[0], p[1], p[2]});
+      }
+    });
+    const py::gil_scoped_acquire acquire;
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  }
+}
+
+}  // namespace
+
+py::tuple sample(const Field& field, const py::object& points_m) {
+  const Places places = places_of(points_m);
+  if (field.components() == 1) {
+    py::array_t<double> values = results(places, {}), gradients = results(places, {3});
+    double* const value = values.mutable_data();
+    double* const gradient = gradients.mutable_data();
+    for_all(places, [&](std::int64_t n, const Vec3& at_m) {
+      const ScalarSample s = field.scalar(at_m);
+      value[n] = s.inside ? s.value : none;
+      put(gradient + 3 * n, s.inside ? s.gradient : Vec3{none, none, none});
+    });
+    return py::make_tuple(std::move(values), std::move(gradients));
+  }
+  py::array_t<double> values = results(places, {3}), jacobians = results(places, {3, 3});
+  double* const value = values.mutable_data();
+  double* const jacobian = jacobians.mutable_data();
+  for_all(places, [&](std::int64_t n, const Vec3& at_m) {
+    const VectorSample s = field.vector(at_m);
+    const Vec3 nowhere{none, none, none};
+    put(value + 3 * n, s.inside ? s.value : nowhere);
+    double* to = jacobian + 9 * n;
+    for (const Vec3& row : s.jacobian.row) to = put(to, s.inside ? row : nowhere);
+  });
+  return py::make_tuple(std::move(values), std::move(jacobians));
+}
+
+}  // namespace palpa::python

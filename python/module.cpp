@@ -1,0 +1,36 @@
+// The module palpa._palpa: what the package palpa (python/palpa) is made of.
+#include <pybind11/pybind11.h>
+
+#include <string>
+
+#include "modes.h"
+#include "palpa/core/load_error.h"
+#include "palpa/mode/plugin.h"
+#include "palpa/scene/scene.h"
+#include "palpa/version.h"
+#include "parameters.h"
+#include "scene.h"
+#include "session.h"
+#include "study.h"
+
+namespace palpa::python {
+
+// Its name is that of the file. The order: what others are made of first.
+PYBIND11_MODULE(_palpa, module) {
+  module.attr("version") = version;
+  if (constexpr detail::PluginAbi own = detail::plugin_abi(); own != detail::library_abi()) {
+    throw py::import_error(
+        std::string("palpa: this module was made with the headers of another libpalpa than was loaded (it is of ") + version +
+        "); install both anew");
+  }
+  const py::object load_error = py::register_exception<LoadError>(module, "LoadError", PyExc_ValueError);
+  py::register_exception<SceneError>(module, "SceneError", load_error);
+  bind_parameters(module);
+  bind_scene(module);
+  bind_modes(module);
+  bind_session(module);
+  bind_study(module);
+  bind_live(module);
+}
+
+}  // namespace palpa::python

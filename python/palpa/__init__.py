@@ -1,0 +1,40 @@
+"""Palpa: touch volumetric data. Scenes, sessions, runs and traces of the C++ library, under the same names and in the same units.
+
+    import palpa
+    scene = palpa.Scene(stiffness_n_per_m=400)
+    head = scene.add("head", palpa.head_phantom())
+    scene.add("skin", palpa.SurfaceAndFriction(field=head, levels=[dict(value=-300, strength_n=0.8, friction_n=0.1)]))
+    session = palpa.Session(scene)
+    tick = session.tick((0, 0.02, 0.05), 1e-3)      # tick.proxy_m, tick.force_n, tick.error_bound_m
+
+Numbers carry their unit in their name; lengths are metres. Wrong input raises an exception with one line that says what would
+be right: LoadError and SceneError of files and scenes, else TypeError and ValueError.
+"""
+
+import sys as _sys
+
+from . import _palpa
+from ._version import version as __version__
+
+if _palpa.version != __version__:
+    raise ImportError(f"palpa: the module is of version {_palpa.version}, the package of {__version__}; install both anew")
+
+from ._palpa import (Energy, Field, Here, LoadError, Mask, ModeTick, Out, ScalarSample, SceneError, Session, Strength, Tick,
+                     TickStatus, VectorSample, Volume, beating_chamber, burgers_vortex, head_phantom, lamb_oseen_vortex, laws,
+                     plane_field, ring_vortex, sphere_field, wing_wake)
+from ._live import Live, live
+from ._modes import CFunction, Mode, load_plugin, make_classes as _make_classes
+from ._scene import (CouplingOptions, PalpaWarning, Scene, SceneMode, TimeOptions, Workspace, array_volume, load_scene,
+                     read_volume)
+from ._trace import LawComparison, Replay, Trace, compare_laws, run
+
+_make_classes(_sys.modules[__name__])
+Session.scene = property(lambda session: Scene(_of=session._scene()), doc="the scene that is felt: a copy")
+
+for _name, _thing in list(vars().items()):  # known by their public name
+    if getattr(_thing, "__module__", "").startswith("palpa._"):
+        try:
+            _thing.__module__ = "palpa"
+        except (AttributeError, TypeError):
+            pass
+__all__ = sorted(name for name in vars() if not name.startswith("_"))

@@ -1,0 +1,113 @@
+"""Modes: those that Palpa brings, those of plug-ins, and one's own in Python or C."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from os import PathLike
+from typing import Any
+
+from . import _palpa
+from ._parameters import Parameters, class_name, make_class
+
+
+class Mode:
+    """A mode: reads fields at the proxy and places primitives.
+
+    One's own in Python is a class that derives from this one:
+
+        class Ridge(palpa.Mode):
+            fields = ("field",)             # which attributes name fields that it reads
+
+            def __init__(self, field, strength_n=0.5):
+                self.field, self.strength_n = field, strength_n
+
+            def place(self, here, out):     # may be called any number of times: it remembers nothing
+                sample = here.scalar(self.field)
+                if sample.inside:
+                    out.point(0, here.proxy_m, here.newtons(self.strength_n))
+
+    `here` is a palpa.Here, `out` a palpa.Out. It can be felt by a Session and by palpa.run, not in real time: for that a
+    palpa.CFunction takes a function of C.
+    """
+
+    fields: tuple[str, ...] = ()
+
+    def place(self, here: _palpa.Here, out: _palpa.Out) -> None:
+        raise NotImplementedError(f"{type(self).__name__} has no method 'place(self, here, out)'")
+
+    def _to_part(self):
+        return _palpa.python_mode(self, [(name, getattr(self, name)) for name in self.fields])
+
+
+class _ListedMode(Parameters, Mode):
+    """A mode with a list of parameters."""
+
+    def _to_part(self):
+        return self._part
+
+
+class CFunction(Mode):
+    """A mode that is a function of C, `int place(const double* in, double* out)`, for the speed of a live scene.
+
+    function : what has an `address` (a numba.cfunc), a function pointer of ctypes, or an address as an int
+    scalars, vectors : names of the fields that it reads, at most 8 together
+    `in`: the proxy, the probe and the place of the samples [m], 3 numbers each; the time step [s]; the coupling's stiffness
+    [N/m]; then of each scalar field inside (1 or 0), value, gradient (3) [unit/m]; of each vector field inside, value (3),
+    Jacobian (9).
+    `out`: room for 16 rows of 9: kind (0 point, 1 line, 2 plane, 3 directed force), position (3) [m], direction (3), strength
+    [N], drag [N*s/m]. Returns how many rows it filled. Masks and the fade at the edges of data act on strengths and drags.
+    """
+
+    def __init__(self, function: Any, scalars: Sequence[str] = (), vectors: Sequence[str] = ()) -> None:
+        self.function, self.scalars, self.vectors = function, tuple(scalars), tuple(vectors)
+
+    def _to_part(self):
+        import ctypes
+
+        function = self.function
+        if hasattr(function, "address"):
+            address = function.address
+        elif isinstance(function, ctypes._CFuncPtr):
+            address = ctypes.cast(function, ctypes.c_void_p).value
+        elif isinstance(function, int) and not isinstance(function, bool):
+            address = function
+        else:
+            raise TypeError(f"'function' takes a function of C (numba.cfunc, ctypes or an address), not {type(function).__name__}")
+        numbered = lambda kind, names: [(f"{kind} {n}", name) for n, name in enumerate(names)]
+        return _palpa.c_function_mode(address, numbered("scalar", self.scalars), numbered("vector", self.vectors), function)
+
+
+classes = {}  # by mode type
+
+
+def make_classes(module):
+    """Classes of the mode types that have none yet."""
+    made = []
+    for mode_type, summary, keys in _palpa.mode_types():
+        if mode_type not in classes:
+            classes[mode_type] = make_class(class_name(mode_type), _ListedMode, summary, keys,
+                                            lambda mode_type=mode_type: _palpa.new_mode(mode_type))
+            made.append(classes[mode_type])
+            setattr(module, class_name(mode_type), classes[mode_type])
+    return made
+
+
+plugins = []  # the files that they came from
+
+
+def load_plugin(file: str | PathLike) -> list[type[Mode]]:
+    """Loads the modes of a plug-in, a shared library that runs with all rights of this process; returns their classes.
+
+    Each becomes palpa.NAME, too: lab.ridge is palpa.LabRidge.
+    """
+    import sys
+
+    _palpa.load_plugin(file)
+    plugins.append(file)
+    return make_classes(sys.modules["palpa"])
+
+
+def mode_of(part):
+    """The object of a mode in a scene, which changes there with it; None for one in Python or C."""
+    cls = classes.get(part.type())
+    return cls._of(part) if cls else None

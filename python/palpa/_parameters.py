@@ -1,0 +1,132 @@
+"""Classes made from the lists of parameters that scene files are read by: nothing of them is written twice."""
+
+import inspect
+
+from . import _palpa
+
+
+class Parameters:
+    """Something with a list of parameters: attributes of the same names, units and defaults as in C++ and in scene files."""
+
+    __slots__ = ("_part",)
+    _keys = ()
+
+    @classmethod
+    def _of(cls, part):
+        made = object.__new__(cls)
+        object.__setattr__(made, "_part", part)
+        return made
+
+    def _fill(self, values):
+        for name, value in values.items():
+            if name not in type(self)._attributes:
+                raise TypeError(f"{type(self).__name__}: no parameter {name!r}; {_there_are(name, type(self)._attributes)}")
+            setattr(self, name, value)
+
+    def _values(self):
+        return {name: getattr(self, name) for name in type(self)._attributes}
+
+    def __setattr__(self, name, value):
+        if name not in type(self)._attributes and name not in type(self).__slots__ and not hasattr(type(self), name):
+            raise AttributeError(f"{type(self).__name__}: no parameter {name!r}; {_there_are(name, type(self)._attributes)}")
+        object.__setattr__(self, name, value)
+
+    def __eq__(self, other):
+        if type(self) is not type(other):
+            return NotImplemented
+        return self._values() == other._values()
+
+    __hash__ = None
+
+    def __repr__(self):
+        defaults = type(self)._defaults
+        said = [f"{name}={value!r}" for name, value in self._values().items() if value != defaults[name]]
+        return f"{type(self).__qualname__}({', '.join(said)})"
+
+    def __copy__(self):
+        return type(self)(**self._values())
+
+    def __deepcopy__(self, memo):
+        return self.__copy__()
+
+    def __reduce__(self):
+        return _made_of, (type(self), self._values())
+
+
+def _made_of(cls, values):
+    return cls(**values)
+
+
+def _there_are(name, names):
+    import difflib
+
+    near = difflib.get_close_matches(name, names, 1)
+    return f"did you mean {near[0]!r}?" if near else "there are: " + ", ".join(names)
+
+
+def _attribute_of(key):
+    """A list of a mode has the plural of its key in scene files, as in C++: [[mode.level]] is `levels`."""
+    name, annotation = key[0], key[1]
+    return name + "s" if annotation == "list" else name
+
+
+def _property_of(key, item_class, annotation):
+    name, _, form, _, sentence, _ = key
+
+    def get(self):
+        value = self._part.get(name)
+        return tuple(item_class._of(part) for part in value) if item_class else value
+
+    def put(self, value):
+        try:
+            if item_class and value is not None:
+                value = [item._part if isinstance(item, Parameters) else item for item in value]
+            self._part.set(name, value)
+        except (TypeError, ValueError, AttributeError) as error:
+            raise type(error)(f"{type(self).__qualname__}: {error}") from None
+
+    return property(get, put, doc=f"{annotation}: {sentence} ({form})")
+
+
+def make_class(name, base, summary, keys, new_part, module="palpa", qualname=None):
+    """A class with a property for each key, keyword arguments and a docstring.
+
+    new_part() makes a part with the defaults.
+    """
+    qualname = qualname or name
+    namespace = {"__slots__": (), "__module__": module, "__qualname__": qualname, "_keys": keys}
+    item_classes = {}
+    for key in keys:
+        if key[5]:
+            item = key[0].capitalize()
+            item_classes[key[0]] = namespace[item] = make_class(
+                item, Parameters, f"One of the `{_attribute_of(key)}` of {qualname}.", key[5],
+                lambda list_name=key[0]: _palpa.new_item(new_part(), list_name), module, f"{qualname}.{item}")
+    lines = [summary, ""]
+    for key in keys:
+        attribute, item_class = _attribute_of(key), item_classes.get(key[0])
+        annotation = f"Sequence[{item_class.__qualname__}]" if item_class else key[1]
+        namespace[attribute] = _property_of(key, item_class, annotation)
+        default = key[3] or "none"
+        lines += [f"{attribute} : {annotation}", f"    {key[4]}",
+                  f"    ({key[2]}; {'required' if default == 'required' else 'default: ' + default})"]
+    namespace["_attributes"] = tuple(_attribute_of(key) for key in keys)
+    namespace["__doc__"] = "\n".join(lines)
+
+    def __init__(self, **parameters):
+        object.__setattr__(self, "_part", new_part())
+        self._fill(parameters)
+
+    namespace["__init__"] = __init__
+    cls = type(name, (base,), namespace)
+    fresh = cls()
+    cls._defaults = {attribute: getattr(fresh, attribute) for attribute in cls._attributes}
+    cls.__signature__ = inspect.Signature([
+        inspect.Parameter(attribute, inspect.Parameter.KEYWORD_ONLY, default=cls._defaults[attribute])
+        for attribute in cls._attributes])
+    return cls
+
+
+def class_name(mode_type):
+    """follow → Follow, surface_and_friction → SurfaceAndFriction, lab.ridge → LabRidge."""
+    return "".join(word.capitalize() for word in mode_type.replace(".", "_").replace("-", "_").split("_"))

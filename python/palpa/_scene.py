@@ -1,0 +1,187 @@
+"""Scenes, volumes and what they are made of."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterable, Mapping, Sequence
+from os import PathLike
+from types import MappingProxyType
+
+from numpy import ndarray
+
+from . import _palpa
+from ._modes import Mode, mode_of
+from ._palpa import Mask, Volume
+from ._parameters import Parameters, make_class
+
+CouplingOptions = make_class("CouplingOptions", Parameters, "The spring between hand and proxy.", _palpa.part_keys("coupling"),
+                             lambda: _palpa.Scene()._coupling())
+Workspace = make_class("Workspace", Parameters, "How the hand's reach lies in the world.", _palpa.part_keys("workspace"),
+                       lambda: _palpa.Scene()._workspace())
+TimeOptions = make_class("TimeOptions", Parameters, "How the data's time goes while the hand feels.", _palpa.part_keys("time"),
+                         lambda: _palpa.Scene()._time())
+
+
+def _part_property(cls, getter, doc):
+    def get(self):
+        return cls._of(getter(self))
+
+    def put(self, value):
+        if not isinstance(value, cls):
+            raise TypeError(f"takes a palpa.{cls.__name__}, not {type(value).__name__}")
+        values = value._values()
+        into = get(self)
+        for name, each in values.items():
+            setattr(into, name, each)
+
+    return property(get, put, doc=doc)
+
+
+class SceneMode:
+    """A mode of a scene. What is changed here is changed in the scene."""
+
+    def __init__(self, scene: Scene, name: str) -> None:
+        self._scene, self._name = scene, name
+
+    @property
+    def name(self) -> str:
+        """how events, tables and traces call it"""
+        return self._name
+
+    @property
+    def mode(self) -> Mode | None:
+        """the mode itself; None for one that is written in Python or C"""
+        return mode_of(self._scene._mode(self._name))
+
+    @property
+    def enabled(self) -> bool:
+        """False: it stays silent"""
+        return self._scene._is_enabled(self._name)
+
+    @enabled.setter
+    def enabled(self, enabled: bool) -> None:
+        self._scene._enable(self._name, enabled)
+
+    @property
+    def masks(self) -> tuple[Mask, ...]:
+        """factors between 0 and 1 on all its strengths and drags: palpa.Mask each"""
+        return self._scene._masks(self._name)
+
+    @masks.setter
+    def masks(self, masks: Iterable[Mask]) -> None:
+        self._scene._set_masks(self._name, masks)
+
+    def __repr__(self):
+        return f"SceneMode(name={self._name!r}, mode={self.mode!r}, enabled={self.enabled})"
+
+
+class Scene(_palpa.Scene):
+    """A scene: volumes, modes, coupling, workspace, law. All that a session needs but the device.
+
+    Keyword arguments are those of CouplingOptions: palpa.Scene(stiffness_n_per_m=400).
+    """
+
+    def __init__(self, *, _of=None, **coupling):
+        super().__init__(*([] if _of is None else [_of]))
+        if coupling:
+            try:
+                self.coupling._fill(coupling)
+            except TypeError as error:
+                raise TypeError(str(error).replace("CouplingOptions", "Scene", 1)) from None
+
+    coupling = _part_property(CouplingOptions, _palpa.Scene._coupling, "the spring between hand and proxy")
+    workspace = _part_property(Workspace, _palpa.Scene._workspace, "how the hand's reach lies in the world")
+    time = _part_property(TimeOptions, _palpa.Scene._time, "how the data's time goes while the hand feels")
+
+    def add(self, name: str, what: Volume | Mode, *, masks: Iterable[Mask] = (), enabled: bool = True,
+            filter: str | None = None) -> str:
+        """Adds a volume, or a mode whose fields are there; returns the name of the volume's first field, or the mode's.
+
+        filter: of a volume, "trilinear", "smooth" or "cubic"; None: the default of its voxels.
+        masks, enabled: of a mode.
+        """
+        if isinstance(what, _palpa.Volume):
+            return self._add_volume(name, what, filter)
+        if not isinstance(what, Mode):
+            raise TypeError(f"{name!r} is to be a palpa.Volume or a palpa.Mode, not {type(what).__name__}")
+        self._add_mode(name, what._to_part(), masks, enabled)
+        return name
+
+    def add_array(self, name: str, array: ndarray, spacing_m: float | Sequence[float] = 1.0, *,
+                  origin_m: Sequence[float] | None = None, unit: str = "", copy: bool = False,
+                  filter: str | None = None) -> str:
+        """Adds an array as a volume, read where it is; returns the name of its field. See palpa.array_volume."""
+        return self.add(name, array_volume(array, spacing_m, origin_m=origin_m, unit=unit, copy=copy), filter=filter)
+
+    @property
+    def volumes(self) -> Mapping[str, Volume]:
+        """its volumes by name, with the filter through which they are felt"""
+        return MappingProxyType(self._volumes())
+
+    @property
+    def modes(self) -> Mapping[str, SceneMode]:
+        """its modes by name: a SceneMode each"""
+        return MappingProxyType({name: SceneMode(self, name) for name in self._mode_names()})
+
+    def copy(self) -> Scene:
+        """A scene of its own, with the same voxels."""
+        return Scene(_of=self)
+
+    __copy__ = copy
+    __hash__ = None
+
+    def __deepcopy__(self, memo):
+        return self.copy()
+
+    def __repr__(self):
+        return f"Scene(volumes={list(self.volumes)}, modes={list(self.modes)})"
+
+
+def array_volume(array: ndarray, spacing_m: float | Sequence[float] = 1.0, *, origin_m: Sequence[float] | None = None,
+                 unit: str = "", copy: bool = False) -> Volume:
+    """A volume of one field that reads a numpy array where it is.
+
+    array: indexed [z, y, x], or [z, y, x, component] with 3 components; uint8, int16, uint16, int32, float32 or float64 in any
+    order of its axes, also reversed, as long as the voxels are close to one another. It is kept, and no longer writeable from
+    then on, nor what it is a view of: its range is read once.
+    spacing_m: [m] between voxels, one number or along x, y, z. origin_m: [m] of the voxel [0, 0, 0]; None: the middle of the
+    array lies in the world's origin. unit: a label.
+    copy: True reads a copy, which may then be of other types and orders as well.
+    NaN and infinity are voxels without data.
+    """
+    if isinstance(spacing_m, (int, float)):
+        spacing_m = (spacing_m,) * 3
+    return _palpa.array_volume(array, spacing_m, origin_m, unit, copy)
+
+
+def read_volume(path: str | PathLike | Sequence[str | PathLike], **how: object) -> Volume:
+    """Opens a file, several that belong together (a list), or a folder, in a process of its own.
+
+    how: what the file leaves open, as [volume.NAME] of a scene file has it (docs/scene.md): length_unit, frame, series, type,
+    dims, spacing_m, …; `as_` for `as`. Raises LoadError.
+    """
+    files = [path] if not isinstance(path, (list, tuple)) else list(path)
+    return _palpa.read_volume(files, {name.rstrip("_"): value for name, value in how.items()})
+
+
+def load_scene(path: str | PathLike, *, data: Sequence[str | PathLike] = (), sets: Mapping[str, object] | None = None) -> Scene:
+    """Reads a scene file. Raises SceneError with file, line and column.
+
+    data: folders that are searched for its files. sets: values of keys, {"coupling.stiffness_n_per_m": 300}.
+    """
+    import warnings
+
+    written = [(key, value if isinstance(value, str) else repr(value).lower() if isinstance(value, bool) else repr(value))
+               for key, value in (sets or {}).items()]
+    scene, told = _palpa.load_scene(path, list(data), written)
+    for sentence in told:
+        warnings.warn(sentence, PalpaWarning, stacklevel=2)
+    return Scene(_of=scene)
+
+
+Scene.__init__.__signature__ = inspect.Signature([
+    inspect.Parameter("self", inspect.Parameter.POSITIONAL_OR_KEYWORD), *CouplingOptions.__signature__.parameters.values()])
+
+
+class PalpaWarning(UserWarning):
+    """Something that is probably not what was meant."""

@@ -1,0 +1,194 @@
+"""Traces: recordings of what was felt, as arrays."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+import tomllib
+from collections.abc import Sequence
+from os import PathLike
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy
+
+from . import _palpa
+from ._modes import plugins
+from ._scene import Scene
+
+
+class Replay(NamedTuple):
+    """How two traces compare: `same` to the bit, else `where` they first differ; `ticks` that were compared; `cut`: why these
+    are not all, or empty."""
+
+    same: bool
+    where: str
+    ticks: int
+    cut: str
+
+
+# Columns that are no floats (docs/trace.md).
+_whole = frozenset("tick sub_steps iterations dropped buttons primitives sub_step stage slot circumstances".split())
+_flags = frozenset("probe_valid split_shared".split())
+_texts = frozenset("status guard guard_cause mode kind subject value stop state".split())
+
+
+def _table(path):
+    """A file of a trace as a structured array, up to its last whole line. NAME_x_U, NAME_y_U, NAME_z_U become one field NAME_U."""
+    text = path.read_text(encoding="utf-8")
+    rows = list(csv.reader(text[: text.rfind("\n") + 1].splitlines()))
+    names, rows = rows[0], rows[1:]
+    cells = list(zip(*rows)) if rows else [()] * len(names)
+    columns, at = [], 0
+    while at < len(names):
+        vector = re.fullmatch(r"(.+)_x(_.+)?", names[at])
+        if vector and at + 2 < len(names) and names[at + 1] == f"{vector[1]}_y{vector[2] or ''}":
+            columns.append((vector[1] + (vector[2] or ""), numpy.array([[float(c) for c in cells[at + i]] for i in range(3)]).T))
+            at += 3
+            continue
+        name, values = names[at], cells[at]
+        if name in _texts:
+            columns.append((name, numpy.array(values, dtype=str)))
+        elif name in _whole:
+            columns.append((name, numpy.array([int(c) for c in values], dtype=numpy.int64)))
+        elif name in _flags:
+            columns.append((name, numpy.array([c == "1" for c in values], dtype=bool)))
+        else:
+            columns.append((name, numpy.array([float(c) if c else numpy.nan for c in values], dtype=float)))
+        at += 1
+    made = numpy.empty(len(rows), dtype=[(name, values.dtype, values.shape[1:]) for name, values in columns])
+    for name, values in columns:
+        made[name] = values
+    return made
+
+
+class Trace:
+    """A recording: a folder with one table per file (docs/trace.md).
+
+    ticks, modes, events, timing, balances, primitives, … are structured arrays: trace.ticks["force_n"] has the shape (n, 3).
+    """
+
+    folder: Path
+    warnings: tuple[str, ...]
+
+    def __init__(self, folder: str | PathLike, *, _summary=None, _warnings=(), _temporary=None):
+        self.folder = Path(folder)
+        self.warnings = tuple(_warnings)
+        self._summary, self._temporary, self._tables = _summary, _temporary, {}
+        if not (self.folder / "trace.toml").is_file():
+            raise _palpa.LoadError(f"{self.folder}: is no trace; a trace is a folder with a trace.toml in it")
+
+    @property
+    def header(self) -> dict[str, Any]:
+        """what trace.toml says of it: a dict"""
+        return tomllib.loads((self.folder / "trace.toml").read_text(encoding="utf-8"))
+
+    @property
+    def summary(self) -> dict[str, Any] | None:
+        """the numbers of the run that made it, as `palpa run --json` has them; None for a trace that was opened"""
+        return self._summary
+
+    @property
+    def scene_text(self) -> str:
+        """its scene file, as text"""
+        return (self.folder / "scene.toml").read_text(encoding="utf-8")
+
+    def __getattr__(self, name: str) -> Any:
+        path = self.folder / f"{name}.csv" if not name.startswith("_") else None
+        if path is None or not path.is_file():
+            raise AttributeError(f"the trace has no table {name!r}; there are: {', '.join(self.tables)}")
+        if name not in self._tables:
+            self._tables[name] = _table(path)
+        return self._tables[name]
+
+    def __dir__(self):
+        return [*super().__dir__(), *self.tables]
+
+    @property
+    def tables(self) -> list[str]:
+        """the names of its tables"""
+        return sorted(path.stem for path in self.folder.glob("*.csv"))
+
+    def frame(self, name: str = "ticks") -> Any:
+        """A table as a DataFrame of pandas, a column for each of the file's."""
+        import pandas
+
+        return pandas.read_csv(self.folder / f"{name}.csv", float_precision="round_trip")
+
+    def replay(self, *, data: Sequence[str | PathLike] = ()) -> Replay:
+        """Feels it again with its recorded hand and compares: a Replay. Raises LoadError where its scene cannot be loaded."""
+        return Replay(*_palpa.replay(self.folder, list(data), list(plugins)))
+
+    def compare(self, other: Trace | str | PathLike) -> Replay:
+        """Where another trace first differs, over all tables but timing: a Replay."""
+        other = other.folder if isinstance(other, Trace) else Path(other)
+        return Replay(*_palpa.compare_traces(self.folder, other), "")
+
+    def __repr__(self):
+        return f"Trace({str(self.folder)!r})"
+
+
+def _new_folder(out):
+    """The folder of a new trace, and the temporary one that it lies in where none is named."""
+    import tempfile
+
+    if out is not None:
+        return Path(out), None
+    temporary = tempfile.TemporaryDirectory(prefix="palpa-")
+    return Path(temporary.name) / "trace", temporary
+
+
+def run(scene: Scene | str | PathLike, hand: str | PathLike, *, duration_s: float | None = None, rate_hz: float = 1000.0,
+        out: str | PathLike | None = None, hold: str | None = None, device: str | None = None, fit: bool | None = None,
+        primitives: bool = False, data: Sequence[str | PathLike] = ()) -> Trace:
+    """Feels a scene with a hand and records it: a Trace.
+
+    scene: a Scene, or the path of a scene file. hand: "sim:press", "sim:stroke", "sim:circle", "sim:helix", "sim:random", with
+    keys behind a comma (docs/hands.md), or the path of a recorded hand.
+    duration_s: [s] None: the recording's, or 10. rate_hz: [Hz] 1 to 100000. out: the trace's folder, which must not exist; None:
+    a temporary one that goes with the Trace. hold: "rigid", "relaxed", "firm". device: what a simulated hand holds, "touch", …
+    fit: lay a recording where it feels most. primitives: record sub-steps and primitives, too.
+    Ctrl-C ends it; what was recorded in `out` up to there is complete.
+    """
+    folder, temporary = _new_folder(out)
+    given = dict(hand=str(hand), duration_s=duration_s, rate_hz=rate_hz, out=folder, hold=hold, device=device, fit=fit,
+                 primitives=primitives, data=list(data), plugins=list(plugins))
+    if not isinstance(scene, Scene):
+        given["scene"] = scene
+    summary, told = _palpa.run(scene, given)
+    return Trace(folder, _summary=json.loads(summary), _warnings=told, _temporary=temporary)
+
+
+class LawComparison:
+    """Laws of earlier systems against the exact one, under one hand.
+
+    ticks, balances, left_out: how many were compared, and sub-steps that could not be.
+    posed_m: by law, the errors [m] of its answers to the very same balances, rising.
+    alone_n: by law, the differences of force [N] when it feels the scene by itself, rising.
+    """
+
+    ticks: int
+    balances: int
+    left_out: int
+    posed_m: dict[str, numpy.ndarray]
+    alone_n: dict[str, numpy.ndarray]
+
+    def __init__(self, _told: tuple) -> None:
+        self.ticks, self.balances, self.left_out, errors, self._markdown = _told
+        self.posed_m = {law: posed for law, (posed, _) in errors.items()}
+        self.alone_n = {law: alone for law, (_, alone) in errors.items()}
+
+    def __str__(self):
+        return self._markdown
+
+    def _repr_markdown_(self):
+        return self._markdown
+
+
+def compare_laws(scene: Scene, positions_m: numpy.typing.ArrayLike, dt_s: float,
+                 laws: Sequence[str] | None = None) -> LawComparison:
+    """Feels a scene with the exact law under positions_m, shape (n, 3), one tick of dt_s [s] each; poses every balance to each
+    of `laws` as well, then lets each feel the scene by itself. None: all of palpa.laws(). A LawComparison."""
+    laws = _palpa.laws()[1:] if laws is None else list(laws)
+    return LawComparison(_palpa.compare_laws(scene, positions_m, dt_s, laws))

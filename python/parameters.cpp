@@ -1,0 +1,536 @@
+#include "parameters.h"
+
+#include <pybind11/numpy.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "palpa/mode/plugin.h"
+#include "palpa/scene/parts.h"
+#include "palpa/toml/wording.h"
+
+namespace palpa::python {
+namespace {
+
+using Visit = std::function<void(ParameterVisitor&)>;
+
+detail::Keys keys_of(const Visit& visit) {
+  detail::Keys keys;
+  detail::KeyCollector collector(keys);
+  visit(collector);
+  return keys;
+}
+
+/// How the type of a value is written in Python.
+std::string annotation_of(const detail::Key& key, ParameterKind kind) {
+  std::string type;
+  switch (kind) {
+    case ParameterKind::number:
+    case ParameterKind::level: type = "float"; break;
+    case ParameterKind::optional_number: type = key.choices.empty() ? "float | None" : "float | str | None"; break;
+    case ParameterKind::whole_number: type = key.fallback.empty() ? "int | None" : "int"; break;
+    case ParameterKind::flag: type = "bool"; break;
+    case ParameterKind::choice:
+      for (const std::string& choice : key.choices) type += (type.empty() ? "Literal['" : "', '") + choice;
+      type += "']";
+      break;
+    case ParameterKind::text:
+    case ParameterKind::volume:
+    case ParameterKind::scalar_field:
+    case ParameterKind::vector_field:
+    case ParameterKind::optional_field: type = "str"; break;
+    case ParameterKind::strength: type = "float | Strength"; break;
+    case ParameterKind::vector:
+    case ParameterKind::numbers: type = "Sequence[float] | None"; break;
+    case ParameterKind::whole_numbers: type = "Sequence[int] | None"; break;
+    case ParameterKind::texts: type = "Sequence[str]"; break;
+    case ParameterKind::list: type = "list"; break;
+    case ParameterKind::named_tables:
+    case ParameterKind::table: type = "dict"; break;
+    case ParameterKind::rows: type = "Sequence"; break;
+  }
+  return type;
+}
+
+std::string annotation_of(const detail::Key& key) {
+  return annotation_of(key, key.kind) + (key.or_kind ? " | " + annotation_of(key, *key.or_kind) : "");
+}
+
+std::string type_name(py::handle value) { return value.get_type().attr("__name__").cast<std::string>(); }
+
+[[noreturn]] void refuse_type(std::string_view name, const std::string& takes, py::handle value) {
+  throw py::type_error(detail::in_quotes(name) + " takes " + takes + ", not " + type_name(value));
+}
+
+std::optional<std::int64_t> whole_number_of(py::handle value) {
+  if (PyBool_Check(value.ptr()) || !PyIndex_Check(value.ptr())) return {};
+  const auto number = py::reinterpret_steal<py::object>(PyNumber_Index(value.ptr()));
+  if (!number) throw py::error_already_set();
+  int overflow = 0;
+  const long long result = PyLong_AsLongLongAndOverflow(number.ptr(), &overflow);
+  if (overflow != 0) return {};
+  return result;
+}
+
+std::optional<double> maybe_number(py::handle value) {
+  if (PyFloat_Check(value.ptr())) return PyFloat_AS_DOUBLE(value.ptr());
+  if (PyBool_Check(value.ptr()) || value.is_none()) return {};
+  const double number = PyFloat_AsDouble(value.ptr());
+  if (number == -1.0 && PyErr_Occurred()) {
+    if (!PyErr_ExceptionMatches(PyExc_TypeError)) throw py::error_already_set();
+    PyErr_Clear();
+    return {};
+  }
+  return number;
+}
+
+std::optional<std::vector<double>> maybe_numbers(py::handle value) {
+  if (py::isinstance<py::str>(value) || !PySequence_Check(value.ptr())) return {};
+  std::vector<double> numbers;
+  for (const py::handle item : py::reinterpret_borrow<py::object>(value)) {
+    const auto number = maybe_number(item);
+    if (!number) return {};
+    numbers.push_back(*number);
+  }
+  return numbers;
+}
+
+/// One item of a list of a part.
+class ItemPart final : public Part {
+ public:
+  ItemPart(PartPtr of, std::string list, std::size_t i) : of_(std::move(of)), list_(std::move(list)), i_(i) {}
+  void visit(ParameterVisitor& visitor) override;
+  void renew() override {}
+
+ private:
+  PartPtr of_;
+  std::string list_;
+  std::size_t i_;
+};
+
+/// Lets every parameter pass but one list, whose items it shows another visitor.
+class ListFinder final : public ParameterVisitor {
+ public:
+  ListFinder(std::string_view name, std::function<void(ParameterList&)> found) : name_(name), found_(std::move(found)) {}
+  void number(const ParameterInfo&, double&) override {}
+  void optional_number(const ParameterInfo&, std::optional<double>&) override {}
+  void flag(const ParameterInfo&, bool&) override {}
+  void text(const ParameterInfo&, std::string&) override {}
+  void choice(const ParameterInfo&, int&) override {}
+  void field(const ParameterInfo&, FieldRef&) override {}
+  void strength(const ParameterInfo&, Strength&) override {}
+  void list(const ParameterInfo& info, ParameterList& items) override {
+    if (info.name == name_) found_(items);
+  }
+
+ private:
+  std::string_view name_;
+  std::function<void(ParameterList&)> found_;
+};
+
+void ItemPart::visit(ParameterVisitor& visitor) {
+  bool is_there = false;
+  ListFinder finder(list_, [&](ParameterList& items) {
+    if (i_ >= items.size()) return;
+    is_there = true;
+    items.visit(i_, visitor);
+  });
+  of_->visit(finder);
+  if (!is_there) throw py::index_error("the list '" + list_ + "' has become shorter; take its items anew");
+}
+
+class Getter final : public ParameterVisitor {
+ public:
+  Getter(PartPtr part, std::string_view name) : part_(std::move(part)), name_(name) {}
+  void number(const ParameterInfo& info, double& value) override { take(info, py::float_(value)); }
+  void optional_number(const ParameterInfo& info, std::optional<double>& value) override { take(info, py::cast(value)); }
+  void flag(const ParameterInfo& info, bool& value) override { take(info, py::bool_(value)); }
+  void text(const ParameterInfo& info, std::string& value) override { take(info, py::str(value)); }
+  void choice(const ParameterInfo& info, int& value) override {
+    take(info, value < 0 ? py::object(py::none()) : py::str(std::string(info.choices[static_cast<std::size_t>(value)])));
+  }
+  void field(const ParameterInfo& info, FieldRef& ref) override { take(info, py::str(ref.name)); }
+  void strength(const ParameterInfo& info, Strength& value) override {
+    take(info, value.is_constant() ? py::object(py::float_(value.constant_n)) : py::cast(value));
+  }
+  void list(const ParameterInfo& info, ParameterList& items) override {
+    py::list parts;
+    for (std::size_t i = 0; i < items.size(); ++i)
+      parts.append(PartPtr(std::make_shared<ItemPart>(part_, std::string(info.name), i)));
+    take(info, std::move(parts));
+  }
+  void whole_number(const ParameterInfo& info, std::optional<std::int64_t>& value) override { take(info, py::cast(value)); }
+  void numbers(const ParameterInfo& info, std::vector<double>& value) override {
+    take(info, value.empty() ? py::object(py::none()) : py::tuple(py::cast(value)));
+  }
+  void texts(const ParameterInfo& info, std::vector<std::string>& value) override { take(info, py::tuple(py::cast(value))); }
+
+  py::object result;
+  bool found = false;
+
+ private:
+  /// Of two parameters of one name the one that says something.
+  void take(const ParameterInfo& info, py::object taken) {
+    if (info.name != name_) return;
+    const bool says_nothing = taken.is_none() || (py::isinstance<py::str>(taken) && py::len(taken) == 0);
+    if (!found || !says_nothing) result = std::move(taken);
+    found = true;
+  }
+  PartPtr part_;
+  std::string_view name_;
+};
+
+void assign(const Visit& visit, std::string_view name, py::handle value);
+
+/// Gives a parameter a value; None only to a number that may be left out. Of two parameters of one name that which can have it.
+class Setter final : public ParameterVisitor {
+ public:
+  Setter(std::string_view name, py::handle value) : name_(name), value_(value) {}
+  void number(const ParameterInfo& info, double& value) override {
+    if (const auto number = number_for(info)) set(value, *number);
+  }
+  void optional_number(const ParameterInfo& info, std::optional<double>& value) override {
+    const bool is_word_for_none =
+        py::isinstance<py::str>(value_) && !info.choices.empty() && value_.cast<std::string>() == info.choices.front();
+    if (info.name == name_ && (value_.is_none() || is_word_for_none)) {
+      value.reset(), done = true;
+    } else if (const auto number = number_for(info)) {
+      set(value, number);
+    }
+  }
+  void flag(const ParameterInfo& info, bool& value) override {
+    if (info.name == name_ && py::isinstance<py::bool_>(value_)) set(value, value_.cast<bool>());
+  }
+  void text(const ParameterInfo& info, std::string& value) override {
+    if (const auto text = text_for(info)) set(value, info.choices.empty() ? *text : one_of(info, *text).first);
+  }
+  void choice(const ParameterInfo& info, int& value) override {
+    if (const auto text = text_for(info)) set(value, one_of(info, *text).second);
+  }
+  void field(const ParameterInfo& info, FieldRef& ref) override {
+    if (const auto text = text_for(info)) set(ref, FieldRef{*text});
+  }
+  void strength(const ParameterInfo& info, Strength& value) override {
+    if (info.name == name_ && py::isinstance<Strength>(value_)) {
+      set(value, value_.cast<Strength>());
+    } else if (const auto number = number_for(info)) {
+      set(value, Strength(*number));
+    }
+  }
+  void list(const ParameterInfo& info, ParameterList& items) override {
+    if (info.name != name_) return;
+    if (info.kind == ParameterKind::named_tables) return named(items);
+    if (!py::isinstance<py::list>(value_) && !py::isinstance<py::tuple>(value_)) return;
+    for (const py::handle item : value_) append(items, item);
+    done = true;
+  }
+  void whole_number(const ParameterInfo& info, std::optional<std::int64_t>& value) override {
+    if (info.name != name_) return;
+    const auto number = whole_number_of(value_);
+    if (!number) return;
+    if (!info.range.contains(static_cast<double>(*number))) {
+      throw py::value_error(detail::in_quotes(name_) + " is " + std::to_string(*number) + "; it lies " +
+                            detail::sentence_of(info.range));
+    }
+    set(value, number);
+  }
+  void numbers(const ParameterInfo& info, std::vector<double>& value) override {
+    if (info.name != name_) return;
+    const auto numbers = maybe_numbers(value_);
+    if (!numbers) return;
+    if (numbers->size() != info.count) {
+      throw py::value_error(detail::in_quotes(name_) + " has " + std::to_string(numbers->size()) + " numbers; it takes " +
+                            std::to_string(info.count));
+    }
+    set(value, *numbers);
+  }
+  void texts(const ParameterInfo& info, std::vector<std::string>& value) override {
+    if (info.name != name_ || py::isinstance<py::str>(value_) || !PySequence_Check(value_.ptr())) return;
+    try {
+      set(value, value_.cast<std::vector<std::string>>());
+    } catch (const py::cast_error&) {  // told as a wrong type
+    }
+  }
+
+  bool done = false;
+
+ private:
+  template <class T, class Value>
+  void set(T& member, Value&& value) {
+    member = std::forward<Value>(value);
+    done = true;
+  }
+  std::optional<double> number_for(const ParameterInfo& info) const {
+    return info.name == name_ ? maybe_number(value_) : std::nullopt;
+  }
+  std::optional<std::string> text_for(const ParameterInfo& info) const {
+    if (info.name != name_ || !py::isinstance<py::str>(value_)) return {};
+    return value_.cast<std::string>();
+  }
+  std::pair<std::string, int> one_of(const ParameterInfo& info, const std::string& text) const {
+    const std::vector<std::string> words(info.choices.begin(), info.choices.end());
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      if (words[i] == text) return {text, static_cast<int>(i)};
+    }
+    throw py::value_error("no " + detail::in_quotes(name_) + " " + detail::in_quotes(text) + "; " +
+                          detail::suggestion(text, words));
+  }
+  /// An item that is said as a dict of its parameters, or is a part already.
+  void append(ParameterList& items, py::handle item) {
+    const std::size_t i = items.size();
+    items.append();
+    const Visit visit = [&](ParameterVisitor& visitor) { items.visit(i, visitor); };
+    if (py::isinstance<py::dict>(item)) {
+      for (const auto& [key, value] : py::reinterpret_borrow<py::dict>(item))
+        assign(visit, py::str(key).cast<std::string>(), value);
+    } else if (py::isinstance<Part>(item)) {
+      const auto from = item.cast<PartPtr>();
+      for (const detail::Key& key : keys_of(visit)) assign(visit, key.name, value_of(from, key.name));
+    } else {
+      refuse_type(name_, "a list of its items, each an object or a dict of its parameters", item);
+    }
+  }
+  void named(ParameterList& items) {
+    if (!py::isinstance<py::dict>(value_)) return;
+    for (const auto& [key, value] : py::reinterpret_borrow<py::dict>(value_)) {
+      py::dict item;
+      item["name"] = key;
+      if (py::isinstance<py::dict>(value)) item.attr("update")(value);
+      append(items, item);
+    }
+    done = true;
+  }
+  std::string_view name_;
+  py::handle value_;
+};
+
+[[noreturn]] void refuse_name(const detail::Keys& keys, std::string_view name) {
+  throw py::attribute_error("no parameter " + detail::in_quotes(name) + "; " +
+                            detail::suggestion(name, detail::names_of(keys)));
+}
+
+void assign(const Visit& visit, std::string_view name, py::handle value) {
+  const detail::Keys keys = keys_of(visit);
+  const detail::Key* key = detail::find(keys, name);
+  if (!key) refuse_name(keys, name);
+  if (value.is_none() && key->kind != ParameterKind::optional_number) return;
+  Setter setter(name, value);
+  visit(setter);
+  if (!setter.done) refuse_type(name, annotation_of(*key), value);
+}
+
+}  // namespace
+
+void ModePart::renew() {
+  if (const Mode* fresh = known_modes().find(mode_.type())) mode_ = *fresh;
+}
+
+SceneMode& SceneModePart::mode() {
+  if (SceneMode* mode = scene_->find_mode(name_)) return *mode;
+  throw py::key_error("mode " + detail::in_quotes(name_) + " is no longer in its scene");
+}
+
+void SceneModePart::renew() {
+  if (const Mode* fresh = known_modes().find(mode().mode.type())) mode().mode = *fresh;
+}
+
+ModeCatalog& known_modes() {
+  static ModeCatalog modes = standard_modes();
+  return modes;
+}
+
+py::object value_of(const PartPtr& part, std::string_view name) {
+  Getter getter(part, name);
+  part->visit(getter);
+  if (!getter.found) refuse_name(keys_of([&](ParameterVisitor& visitor) { part->visit(visitor); }), name);
+  return getter.result;
+}
+
+void set_value(Part& part, std::string_view name, py::handle value) {
+  const Visit visit = [&](ParameterVisitor& visitor) { part.visit(visitor); };
+  const detail::Keys keys = keys_of(visit);
+  const detail::Key* key = detail::find(keys, name);
+  if (!key) refuse_name(keys, name);
+  const bool empties = value.is_none() && key->kind != ParameterKind::optional_number;
+  const bool refills = empties || key->or_kind || key->kind == ParameterKind::list || key->kind == ParameterKind::named_tables;
+  if (!refills) return assign(visit, name, value);
+  // Emptied first, which only a fresh part is: the others keep their values, lists as parts of the old one.
+  const PartPtr borrowed(&part, [](Part*) {});
+  std::vector<std::pair<std::string, py::object>> others;
+  for (const detail::Key& other : keys) {
+    py::object kept = value_of(borrowed, other.name);
+    if (!other.items.empty()) {
+      py::list copies;
+      for (const py::handle item : kept) {
+        py::dict copy;
+        for (const detail::Key& of_item : other.items) {
+          const py::object of_copy = value_of(item.cast<PartPtr>(), of_item.name);
+          if (!of_copy.is_none()) copy[py::str(of_item.name)] = of_copy;
+        }
+        copies.append(copy);
+      }
+      if (other.kind == ParameterKind::named_tables) {
+        py::dict by_name;
+        for (const py::handle copy : copies) by_name[copy["name"]] = copy;
+        kept = by_name;
+      } else {
+        kept = copies;
+      }
+    }
+    others.emplace_back(other.name, std::move(kept));
+  }
+  const auto fill = [&](bool with_new) {
+    part.renew();
+    for (const auto& [other, kept] : others) {
+      if (with_new && other == name) {
+        assign(visit, name, value);
+      } else if (!kept.is_none() && !(py::isinstance<py::str>(kept) && py::len(kept) == 0)) {
+        assign(visit, other, kept);
+      }
+    }
+  };
+  try {
+    fill(true);
+  } catch (...) {
+    fill(false);
+    throw;
+  }
+}
+
+double number_of(py::handle value, std::string_view name) {
+  if (const auto number = maybe_number(value)) return *number;
+  refuse_type(name, "a number", value);
+}
+
+Vec3 vector_of(py::handle value, std::string_view name) {
+  double numbers[3];
+  const auto refuse = [&] {
+    throw py::type_error(detail::in_quotes(name) + " takes three numbers [x, y, z], not " +
+                         detail::one_line(py::str(value).cast<std::string>().substr(0, 60)));
+  };
+  PyObject* const object = value.ptr();
+  if (PyTuple_Check(object) || PyList_Check(object)) {
+    if (PySequence_Fast_GET_SIZE(object) != 3) refuse();
+    for (int i = 0; i < 3; ++i) {
+      const auto number = maybe_number(PySequence_Fast_GET_ITEM(object, i));
+      if (!number) refuse();
+      numbers[i] = *number;
+    }
+  } else if (py::isinstance<py::array>(value)) {
+    const auto array = py::array_t<double, py::array::forcecast>::ensure(value);
+    if (!array) PyErr_Clear();
+    if (!array || array.ndim() != 1 || array.shape(0) != 3) refuse();
+    for (int i = 0; i < 3; ++i) numbers[i] = array.at(i);
+  } else {
+    const auto several = maybe_numbers(value);
+    if (!several || several->size() != 3) refuse();
+    std::copy(several->begin(), several->end(), numbers);
+  }
+  return {numbers[0], numbers[1], numbers[2]};
+}
+
+py::array_t<double> array_of(const Vec3& v) {
+  const double numbers[3] = {v.x, v.y, v.z};
+  return py::array_t<double>(3, numbers);
+}
+
+py::list described(const detail::Keys& keys) {
+  py::list all;
+  for (const detail::Key& key : keys) {
+    all.append(py::make_tuple(key.name, annotation_of(key), detail::form_of(key), key.fallback, key.sentence,
+                              key.items.empty() ? py::object(py::none()) : described(key.items)));
+  }
+  return all;
+}
+
+namespace {
+
+TransferFunction transfer_function(const py::iterable& points, double outside) {
+  std::vector<TransferFunction::Point> all;
+  for (const py::handle point : points) {
+    const auto numbers = maybe_numbers(point);
+    if (!numbers || numbers->size() != 2) throw py::type_error("'points' takes pairs (value, result)");
+    all.push_back({(*numbers)[0], (*numbers)[1]});
+  }
+  return TransferFunction(std::move(all), outside);
+}
+
+py::tuple points_of(const TransferFunction& curve) {
+  py::list points;
+  for (const TransferFunction::Point& point : curve.points()) points.append(py::make_tuple(point.value, point.result));
+  return py::tuple(points);
+}
+
+/// A class of functions of a field: of, points, outside.
+template <class T>
+void bind_function(py::module_& module, const char* name, const char* doc) {
+  py::class_<T>(module, name, doc)
+      .def(py::init([](const std::string& of, const py::iterable& points, double outside) {
+             T made;
+             made.of = FieldRef{of};
+             made.curve = transfer_function(points, outside);
+             return made;
+           }),
+           py::kw_only(), py::arg("of"), py::arg("points"), py::arg("outside") = 0.0)
+      .def_property_readonly(
+          "of", [](const T& f) { return f.of.name; }, "scalar field whose value is looked up")
+      .def_property_readonly(
+          "points", [](const T& f) { return points_of(f.curve); }, "pairs (value, result), piecewise linear")
+      .def_property_readonly(
+          "outside", [](const T& f) { return f.curve.outside(); }, "result beyond the points")
+      .def(
+          "__eq__", [](const T& a, const T& b) { return a == b; }, py::is_operator())
+      .def("__hash__", [](const T& f) { return py::hash(py::make_tuple(f.of.name, points_of(f.curve), f.curve.outside())); })
+      .def("__repr__", [name](const T& f) {
+        return py::str("{}(of={!r}, points={!r}, outside={!r})").format(name, f.of.name, points_of(f.curve), f.curve.outside());
+      });
+}
+
+}  // namespace
+
+void bind_parameters(py::module_& module) {
+  py::class_<Part, PartPtr>(module, "Part")
+      .def("get", [](const PartPtr& part, const std::string& name) { return value_of(part, name); })
+      .def("set", [](Part& part, const std::string& name, const py::object& value) { set_value(part, name, value); })
+      .def("type", [](Part& part) -> py::object {
+        if (auto* mode = dynamic_cast<ModePart*>(&part)) return py::str(std::string(mode->mode().type()));
+        if (auto* mode = dynamic_cast<SceneModePart*>(&part)) return py::str(std::string(mode->mode().mode.type()));
+        return py::none();
+      });
+  bind_function<Strength>(
+      module, "Strength",
+      "A strength in newtons as a function of a field's value: `of` names a scalar field, `points` are pairs\n"
+      "(value, newtons) whose values do not fall, two equal ones make a step; `outside` holds beyond them.");
+  bind_function<Mask>(module, "Mask",
+                      "A factor between 0 and 1 on all strengths and drags of a mode, as a function of a field's value.");
+  module.def("new_mode", [](const std::string& type) {
+    const Mode* mode = known_modes().find(type);
+    if (!mode) throw py::value_error("no mode type " + detail::in_quotes(type));
+    return PartPtr(std::make_shared<ModePart>(*mode));
+  });
+  module.def("new_item", [](const PartPtr& part, const std::string& list) {
+    ListFinder finder(list, [](ParameterList& items) { items.append(); });
+    part->visit(finder);
+    return PartPtr(std::make_shared<ItemPart>(part, list, 0));
+  });
+  module.def("mode_types", [] {
+    py::list all;
+    for (const Mode& mode : known_modes().modes()) {
+      all.append(
+          py::make_tuple(std::string(mode.type()), std::string(mode.summary()), described(detail::parameter_keys(mode))));
+    }
+    return all;
+  });
+  module.def("load_plugin", [](const std::filesystem::path& file) { load_plugin(file, known_modes()); });
+  module.def("part_keys", [](const std::string& name) {
+    if (name == "coupling") return described(detail::keys_of<CouplingOptions>());
+    if (name == "workspace") return described(detail::keys_of<Workspace>());
+    if (name == "time") return described(detail::keys_of<TimeOptions>());
+    return described(detail::keys_of<VolumeRequest>());
+  });
+}
+
+}  // namespace palpa::python

@@ -1,0 +1,235 @@
+#include "scene.h"
+
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <sstream>
+
+#include "arrays.h"
+#include "interruptible.h"
+#include "palpa/file/read_volume.h"
+#include "palpa/scene/load_scene.h"
+#include "palpa/volume/analytic.h"
+#include "parameters.h"
+
+namespace palpa::python {
+namespace {
+
+namespace fs = std::filesystem;
+
+py::tuple box_of(const Box& box) { return py::make_tuple(array_of(box.low_m), array_of(box.high_m)); }
+
+void bind_volumes(py::module_& module) {
+  py::class_<VolumeField>(module, "Field", "A scalar or vector field, sampled at places of the world [m].")
+      .def_readonly("name", &VolumeField::name, "how scenes name it")
+      .def_readonly("unit", &VolumeField::unit, "a label; converts nothing")
+      .def_property_readonly(
+          "components", [](const VolumeField& f) { return f.field->components(); }, "1 or 3")
+      .def_property_readonly(
+          "spacing_m", [](const VolumeField& f) { return f.field->spacing_m(); },
+          "[m] the length over which it may change its course")
+      .def_property_readonly(
+          "bounds_m", [](const VolumeField& f) { return box_of(f.field->bounds_m()); },
+          "[m] low and high corner of a box outside which it has no data")
+      .def_property_readonly(
+          "extents",
+          [](const VolumeField& f) {
+            py::list extents;
+            for (const Extent& e : f.field->extents()) extents.append(py::make_tuple(e.min, e.max));
+            return extents;
+          },
+          "smallest and largest value of each component")
+      .def(
+          "__call__", [](const VolumeField& f, const py::object& points_m) { return sample(*f.field, points_m); },
+          py::arg("points_m"),
+          "Values and gradients at places of the world: on all cores, other threads go on.\n\n"
+          "points_m: numbers of shape (..., 3), in metres.\n"
+          "Returns (values, gradients): of a scalar field shapes (...) and (..., 3), of a vector field (..., 3) and\n"
+          "(..., 3, 3), row = component; gradients per metre. NaN where the field has no data.");
+  py::class_<Volume>(module, "Volume",
+                     "A named data set: one or more fields on one grid, or one formula. The voxels are shared.")
+      .def_property_readonly(
+          "fields",
+          [](const Volume& v) {
+            py::dict fields;
+            for (const VolumeField& field : v.fields) fields[py::str(field.name)] = field;
+            return fields;
+          },
+          "its fields by name")
+      .def_readonly("medical_frame", &Volume::medical_frame,
+                    "the world is LPS: x to the patient's left, y to the back, z to the head")
+      .def_readonly("format", &Volume::format, "\"dicom\", \"nrrd\", …; \"formula\" or \"grid\" of embedded data and arrays")
+      .def_readonly("modality", &Volume::modality, "\"CT\", \"MR\", …; empty if its file does not say it")
+      .def_readonly("length_unit", &Volume::length_unit, "of the file, before its lengths became metres")
+      .def_readonly("frames", &Volume::frames, "that its file holds")
+      .def_readonly("warnings", &Volume::warnings, "what its file leaves open")
+      .def_property_readonly(
+          "files",
+          [](const Volume& v) {
+            std::vector<std::string> paths;
+            for (const SourceFile& file : v.files) paths.push_back(file.path);
+            return paths;
+          },
+          "that it was read from")
+      .def_property_readonly(
+          "bounds_m", [](const Volume& v) { return box_of(v.bounds_m()); }, "[m] low and high corner");
+
+  module.def("read_volume", [](const std::vector<fs::path>& files, const py::dict& how) {
+    const auto request = std::make_shared<VolumeRequest>();
+    MemberPart<VolumeRequest> part(request);
+    for (const auto& [key, value] : how) set_value(part, key.cast<std::string>(), value);
+    request->files = files;
+    return interruptible(
+        [&](const std::atomic<bool>&, std::stop_token stop) { return read_volume(*request, {.stop = std::move(stop)}); });
+  });
+  module.def("array_volume",
+             [](const py::object& array, const py::object& spacing_m, const py::object& origin_m, const std::string& unit,
+                bool copy) { return array_volume(array, vector_of(spacing_m, "spacing_m"), origin_m, unit, copy); });
+
+  module.def("plane_field", &plane_field, py::kw_only(), py::arg("size_m") = 0.2,
+             "A half space: signed distance [m] below the plane z = 0, over a cube about the origin.");
+  module.def("sphere_field", &sphere_field, py::kw_only(), py::arg("radius_m") = 0.05,
+             "A ball: radius - |x| [m], positive inside.");
+  module.def("head_phantom", &head_phantom, "A head as CT would see it, in HU, in the medical frame.");
+  module.def("lamb_oseen_vortex", &lamb_oseen_vortex, py::kw_only(), py::arg("circulation_m2_per_s") = 0.02,
+             py::arg("core_radius_m") = 0.01, "A Lamb-Oseen vortex along z: velocity [m/s].");
+  module.def("burgers_vortex", &burgers_vortex, py::kw_only(), py::arg("circulation_m2_per_s") = 0.02,
+             py::arg("core_radius_m") = 0.01, py::arg("strain_per_s") = 0.2, "A Burgers vortex along z: velocity [m/s].");
+  module.def("ring_vortex", &ring_vortex, py::kw_only(), py::arg("beat") = 0.25,
+             "A vortex ring in a closed chamber, at one moment of the heartbeat: velocity [m/s] and signal.");
+  module.def("beating_chamber", &beating_chamber, "The same chamber with the heart beating: one beat of 0.8 s.");
+  module.def("wing_wake", &wing_wake, "The wake of a wing: velocity [m/s] and pressure [m2/s2].");
+}
+
+template <class T>
+PartPtr member_of(const std::shared_ptr<Scene>& scene, T Scene::*member) {
+  return std::make_shared<MemberPart<T>>(std::shared_ptr<T>(scene, &((*scene).*member)));
+}
+
+std::optional<Filter> filter_of(const py::object& name) {
+  if (name.is_none()) return {};
+  const auto word = name.cast<std::string>();
+  for (const Filter filter : {Filter::trilinear, Filter::smooth, Filter::cubic}) {
+    if (word == name_of(filter)) return filter;
+  }
+  throw py::value_error("no filter '" + word + "'; there are: trilinear, smooth, cubic");
+}
+
+SceneMode& mode_of(const std::shared_ptr<Scene>& scene, const std::string& name) { return SceneModePart(scene, name).mode(); }
+
+std::vector<Mask> masks_of(const py::iterable& masks) {
+  std::vector<Mask> all;
+  for (const py::handle mask : masks) all.push_back(mask.cast<Mask>());
+  return all;
+}
+
+}  // namespace
+
+void bind_scene(py::module_& module) {
+  bind_volumes(module);
+  // Python's own class `Scene` is made of this one.
+  py::class_<Scene, std::shared_ptr<Scene>>(module, "Scene")
+      .def(py::init<>())
+      .def(py::init<const Scene&>())
+      .def_readwrite("title", &Scene::title, "what the scene is, in one line")
+      .def_readwrite("law", &Scene::law, "name of the law that finds the balance")
+      .def_readwrite("needs", &Scene::needs, "types of modes that plug-ins must bring")
+      .def("_coupling", [](const std::shared_ptr<Scene>& scene) { return member_of(scene, &Scene::coupling); })
+      .def("_workspace", [](const std::shared_ptr<Scene>& scene) { return member_of(scene, &Scene::workspace); })
+      .def("_time", [](const std::shared_ptr<Scene>& scene) { return member_of(scene, &Scene::time); })
+      .def("_add_volume",
+           [](Scene& scene, const std::string& name, const Volume& volume, const py::object& filter) {
+             const auto by = filter_of(filter);
+             Scene copy = scene;
+             std::string added;
+             {
+               const py::gil_scoped_release release;
+               added = copy.add(name, volume, {}, by).name;
+             }
+             scene = std::move(copy);
+             return added;
+           })
+      .def("_add_mode",
+           [](Scene& scene, const std::string& name, const PartPtr& mode, const py::iterable& masks, bool enabled) {
+             auto* const own = dynamic_cast<ModePart*>(mode.get());
+             auto* const of_scene = dynamic_cast<SceneModePart*>(mode.get());
+             if (!own && !of_scene) throw py::type_error("a mode is added to a scene");
+             scene.add(name, own ? own->mode() : of_scene->mode().mode, masks_of(masks), enabled);
+           })
+      .def("_mode", [](const std::shared_ptr<Scene>& scene,
+                       const std::string& name) { return PartPtr(std::make_shared<SceneModePart>(scene, name)); })
+      .def("_mode_names",
+           [](const Scene& scene) {
+             std::vector<std::string> names;
+             for (const SceneMode& mode : scene.modes()) names.push_back(mode.name);
+             return names;
+           })
+      .def("_is_enabled",
+           [](const std::shared_ptr<Scene>& scene, const std::string& name) { return mode_of(scene, name).enabled; })
+      .def("_enable", [](const std::shared_ptr<Scene>& scene, const std::string& name,
+                         bool enabled) { mode_of(scene, name).enabled = enabled; })
+      .def("_masks",
+           [](const std::shared_ptr<Scene>& scene, const std::string& name) {
+             py::list all;
+             for (const Mask& mask : mode_of(scene, name).masks) all.append(mask);
+             return py::tuple(all);
+           })
+      .def("_set_masks", [](const std::shared_ptr<Scene>& scene, const std::string& name,
+                            const py::iterable& masks) { mode_of(scene, name).masks = masks_of(masks); })
+      .def("_volumes",
+           [](const Scene& scene) {
+             py::dict volumes;
+             for (const SceneVolume& volume : scene.volumes()) volumes[py::str(volume.name)] = volume.volume;
+             return volumes;
+           })
+      .def(
+          "remove_mode", [](Scene& scene, const std::string& name) { scene.remove_mode(name); }, py::arg("name"),
+          "Takes a mode away; nothing where there is none of this name.")
+      .def(
+          "field",
+          [](const Scene& scene, const std::string& name) {
+            const Scene copy = scene;
+            const py::gil_scoped_release release;
+            return copy.field(FieldRef{name});
+          },
+          py::arg("name"), "The field of this name: 'volume', 'volume.field', or derived from it, 'magnitude(volume.field)'.")
+      .def(
+          "check",
+          [](const Scene& scene) {
+            const Scene copy = scene;
+            const py::gil_scoped_release release;
+            return copy.check();
+          },
+          "Raises SceneError at the first thing that does not fit together; returns warnings.")
+      .def(
+          "to_toml", [](const Scene& scene) { return to_toml(scene); }, "The scene as TOML, as `load_scene` reads it.")
+      .def(
+          "hand_to_world",
+          [](const Scene& scene) {
+            const Similarity map = scene.hand_to_world();
+            py::array_t<double> matrix({4, 4});
+            auto at = matrix.mutable_unchecked<2>();
+            for (int r = 0; r < 3; ++r) {
+              const Vec3& row = map.rotation.row[r];
+              at(r, 0) = map.scale * row.x, at(r, 1) = map.scale * row.y, at(r, 2) = map.scale * row.z;
+            }
+            at(0, 3) = map.translation_m.x, at(1, 3) = map.translation_m.y, at(2, 3) = map.translation_m.z;
+            at(3, 0) = at(3, 1) = at(3, 2) = 0.0, at(3, 3) = 1.0;
+            return matrix;
+          },
+          "The map from the hand frame to the world [m], shape (4, 4).")
+      .def(
+          "__eq__", [](const Scene& a, const Scene& b) { return a == b; }, py::is_operator());
+
+  module.def("load_scene", [](const fs::path& path, const std::vector<fs::path>& data,
+                              const std::vector<std::pair<std::string, std::string>>& sets) {
+    const SceneOptions options{.data_folders = data, .sets = sets};
+    const ModeCatalog modes = known_modes();
+    LoadedScene loaded = interruptible([&](const std::atomic<bool>&, std::stop_token stop) {
+      return load_scene(path, volume_reader({.stop = std::move(stop)}), modes, options);
+    });
+    return py::make_tuple(std::move(loaded.scene), loaded.warnings);
+  });
+}
+
+}  // namespace palpa::python

@@ -1,0 +1,94 @@
+"""Live scenes: changed and watched while they are felt, and ended whatever happens."""
+
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import palpa
+from scene_test import head_scene
+
+
+def wait_for(condition, limit_s=20):
+    end = time.monotonic() + limit_s
+    while not condition():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.01)
+
+
+def test_a_scene_is_changed_while_it_is_felt():
+    with palpa.live(head_scene(), hand="sim:stroke", duration_s=60) as live:
+        wait_for(lambda: live.look()["tick"] > 200)
+        scene = live.scene
+        scene.modes["skin"].mode.levels[0].friction_n = 0.4
+        assert live.scene.modes["skin"].mode.levels[0].friction_n == 0.1, "a copy, until it is set"
+        live.scene = scene
+        wait_for(lambda: live.account()["scenes"] >= 1)
+        assert live.scene.modes["skin"].mode.levels[0].friction_n == 0.4
+        scene.law = "nonsense"
+        with pytest.raises(palpa.SceneError, match="no law 'nonsense'"):
+            live.scene = scene
+        live.panic()
+        wait_for(lambda: live.look()["guard"] in ("off", "falling"))
+        live.resume()
+        assert live.is_running
+    assert not live.is_running
+    trace = live.stop()
+    assert trace is live.stop() and trace.header["complete"] is True and len(trace.ticks) > 200
+
+
+def test_many_threads_watch_and_change():
+    stop, errors = threading.Event(), []
+    with palpa.live(head_scene(), hand="sim:circle", duration_s=60) as live:
+        def work():
+            array = np.zeros((6, 6, 6), np.int16)
+            try:
+                while not stop.is_set():
+                    scene = live.scene
+                    scene.modes["skin"].enabled = not scene.modes["skin"].enabled
+                    scene.add_array(f"a{len(scene.volumes)}_{threading.get_ident()}"[:40], array.copy(), 0.01)
+                    live.scene = head_scene()
+                    live.look(), live.account()
+            except Exception as error:
+                errors.append(error)
+
+        threads = [threading.Thread(target=work) for _ in range(3)]
+        for thread in threads:
+            thread.start()
+        time.sleep(1.5)
+        stop.set()
+        for thread in threads:
+            thread.join()
+    assert not errors
+
+
+@pytest.mark.parametrize("end", ["", "raise SystemExit(3)", "del live", "1 / 0", "import os, signal; os.kill(os.getpid(), signal.SIGINT)"])
+def test_the_interpreter_ends_while_it_is_felt(end, tmp_path):
+    program = ("import palpa, time\nscene = palpa.Scene()\nscene.add('head', palpa.head_phantom())\n"
+               "scene.add('skin', palpa.SurfaceAndFriction(field='head', levels=[dict(value=-300)]))\n"
+               f"live = palpa.live(scene, hand='sim:stroke', out={str(tmp_path / 'trace')!r}, duration_s=100)\n"
+               f"while live.look()['tick'] < 50: time.sleep(0.01)\n{end}\n")
+    child = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    assert child.returncode >= 0 or "SIGINT" in end, child.stderr
+    assert len(palpa.Trace(tmp_path / "trace").ticks) > 10
+
+
+def test_a_child_process_cannot_touch_it():
+    program = ("import palpa, os\nscene = palpa.Scene()\nscene.add('head', palpa.head_phantom())\n"
+               "live = palpa.live(scene, hand='sim:stroke', duration_s=100)\nchild = os.fork()\n"
+               "if child == 0:\n    try:\n        live.look()\n    except RuntimeError as error:\n        assert 'forked' in str(error)\n"
+               "        del live\n        os._exit(7)\n"
+               "print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), live.is_running)\nlive.stop()\n")
+    child = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    assert child.stdout == "7 True\n" and child.returncode == 0, child.stderr
+
+
+def test_a_device_that_is_not_there_is_told():
+    with pytest.raises(palpa.LoadError) as told:
+        palpa.live(head_scene(), device="inverse4")
+    assert "\n" not in str(told.value)
+    with pytest.raises(palpa.LoadError, match="hand"):
+        palpa.live(head_scene())

@@ -1,0 +1,213 @@
+"""Modes in Python and in C."""
+
+import ctypes
+import gc
+import pathlib
+import subprocess
+import sys
+import threading
+import weakref
+
+import numpy as np
+import pytest
+
+import palpa
+from session_test import path_of
+
+
+class Syrup(palpa.Mode):
+    """A viscosity of one's own."""
+
+    fields = ("field",)
+
+    def __init__(self, field, strength_n=0.0, drag_ns_per_m=1.0):
+        self.field, self.strength_n, self.drag_ns_per_m = field, strength_n, drag_ns_per_m
+        self.kept = None
+
+    def place(self, here, out):
+        self.kept = here, out
+        if here.scalar(self.field).inside:
+            out.point(0, here.proxy_m, here.newtons(self.strength_n), here.drag(self.drag_ns_per_m))
+
+
+class Rail(palpa.Mode):
+    fields = ("field",)
+
+    def __init__(self, field):
+        self.field = field
+
+    def place(self, here, out):
+        sample = here.vector(self.field)
+        speed = np.linalg.norm(sample.value)
+        if sample.inside and speed > 0:
+            out.line(0, here.proxy_m, sample.value / speed, here.newtons(0.5))
+
+
+def felt(volume, mode, path=None, **keywords):
+    scene = palpa.Scene(stiffness_n_per_m=400)
+    scene.add("data", volume)
+    scene.add("mode", mode, **keywords)
+    session = palpa.Session(scene)
+    return session.ticks(path_of(300) if path is None else path, 1e-3)
+
+
+def same(a, b, tolerance):
+    np.testing.assert_allclose(a["proxy_m"], b["proxy_m"], atol=tolerance)
+    assert np.abs(a["force_n"]).max() > 0.01, "nothing was felt"
+
+
+def test_a_mode_in_python_is_felt_as_the_one_in_cpp():
+    same(felt(palpa.head_phantom(), Syrup("data")), felt(palpa.head_phantom(), palpa.Viscosity(field="data", drag_ns_per_m=1.0)), 1e-12)
+    masks = [palpa.Mask(of="data", points=[(-1000, 0.2), (1000, 1)])]
+    same(felt(palpa.head_phantom(), Syrup("data"), masks=masks),
+         felt(palpa.head_phantom(), palpa.Viscosity(field="data", drag_ns_per_m=1.0), masks=masks), 1e-12)
+    same(felt(palpa.lamb_oseen_vortex(), Rail("data")), felt(palpa.lamb_oseen_vortex(), palpa.Follow(field="data", strength_n=0.5)), 1e-9)
+
+
+def test_what_a_mode_raises_is_raised():
+    class Wrong(Syrup):
+        def place(self, here, out):
+            return here.nothing
+
+    scene = palpa.Scene()
+    scene.add("data", palpa.head_phantom())
+    scene.add("mode", Wrong("data"))
+    session = palpa.Session(scene)
+    with pytest.raises(AttributeError, match="nothing"):
+        session.tick((0, 0, 0), 1e-3)
+    with pytest.raises(AttributeError, match="nothing"):
+        session.ticks(path_of(10), 1e-3)
+    with pytest.raises(AttributeError, match="nothing"):
+        palpa.run(scene, "sim:press", duration_s=1)
+    with pytest.raises(AttributeError, match="nothing"):  # and again: it is not forgotten
+        session.tick((0, 0, 0), 1e-3)
+    scene.modes["mode"].enabled = False
+    assert np.isfinite(palpa.Session(scene).tick((0, 0, 0), 1e-3).force_n).all()
+
+
+def test_what_is_seen_ends_with_place():
+    mode = Syrup("data")
+    felt(palpa.head_phantom(), mode, path_of(5))
+    with pytest.raises(RuntimeError, match="only while 'place' runs"):
+        mode.kept[0].proxy_m
+    with pytest.raises(RuntimeError, match="only while 'place' runs"):
+        mode.kept[1].point(0, (0, 0, 0), 1)
+
+
+def test_fields_are_checked():
+    with pytest.raises(palpa.SceneError, match="no volume 'dta'; did you mean 'data'?"):
+        felt(palpa.head_phantom(), Syrup("dta"))
+
+    class Reads(Syrup):
+        def place(self, here, out):
+            here.scalar("other")
+
+    with pytest.raises(KeyError, match="reads no field 'other'"):
+        felt(palpa.head_phantom(), Reads("data"))
+    with pytest.raises(NotImplementedError, match="Empty has no method 'place"):
+        felt(palpa.head_phantom(), type("Empty", (palpa.Mode,), {})())
+
+
+def test_a_mode_lives_as_long_as_its_scene():
+    mode = Syrup("data")
+    gone = weakref.ref(mode)
+    scene = palpa.Scene()
+    scene.add("data", palpa.head_phantom())
+    scene.add("mode", mode)
+    del mode
+    session = palpa.Session(scene)
+    del scene
+    gc.collect()
+    session.tick((0, 0, 0), 1e-3)
+    del session
+    gc.collect()
+    assert gone() is None
+
+
+def test_modes_in_python_in_many_threads():
+    want = felt(palpa.head_phantom(), Syrup("data"))
+    results = [None] * 4
+    threads = [threading.Thread(target=lambda n=n: results.__setitem__(n, felt(palpa.head_phantom(), Syrup("data")))) for n in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert all(result.tobytes() == want.tobytes() for result in results)
+
+
+def test_real_time_refuses_a_mode_in_python():
+    scene = palpa.Scene()
+    scene.add("data", palpa.head_phantom())
+    scene.add("mode", Syrup("data"))
+    with pytest.raises(palpa.SceneError, match="mode 'mode' is written in Python.*CFunction"):
+        palpa.live(scene, hand="sim:press")
+    scene.modes["mode"].enabled = False
+    with palpa.live(scene, hand="sim:press", duration_s=0.1) as live:
+        bad = live.scene
+        bad.modes["mode"].enabled = True
+        with pytest.raises(palpa.SceneError, match="written in Python"):
+            live.scene = bad
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("c")
+    (folder / "modes.c").write_text("""
+int syrup(const double* in, double* out) {  /* a scalar field */
+  if (in[11] == 0) return 0;
+  out[0] = 0; out[1] = in[0]; out[2] = in[1]; out[3] = in[2]; out[8] = 1.0;
+  return 1;
+}
+int rail(const double* in, double* out) {   /* a vector field */
+  double squared = in[12] * in[12] + in[13] * in[13] + in[14] * in[14], length = squared, n;
+  if (in[11] == 0 || squared == 0) return 0;
+  for (n = 0; n < 60; ++n) length = 0.5 * (length + squared / length);
+  out[0] = 1; out[1] = in[0]; out[2] = in[1]; out[3] = in[2];
+  out[4] = in[12] / length; out[5] = in[13] / length; out[6] = in[14] / length; out[7] = 0.5;
+  return 1;
+}
+int nonsense(const double* in, double* out) { int n; for (n = 0; n < 144; ++n) out[n] = -1e308 * 1e308; return 1 << 30; }
+""")
+    subprocess.run(["cc", "-shared", "-fPIC", "-O2", "-o", folder / "modes.so", folder / "modes.c"], check=True)
+    return ctypes.CDLL(str(folder / "modes.so"))
+
+
+def test_a_function_of_c_is_felt_as_the_mode_in_cpp(library):
+    same(felt(palpa.head_phantom(), palpa.CFunction(library.syrup, scalars=["data"])),
+         felt(palpa.head_phantom(), palpa.Viscosity(field="data", drag_ns_per_m=1.0)), 1e-12)
+    same(felt(palpa.lamb_oseen_vortex(), palpa.CFunction(library.rail, vectors=["data"])),
+         felt(palpa.lamb_oseen_vortex(), palpa.Follow(field="data", strength_n=0.5)), 1e-9)
+    nonsense = felt(palpa.head_phantom(), palpa.CFunction(library.nonsense, scalars=["data"]))
+    assert np.isfinite(nonsense["force_n"]).all()
+
+
+def test_a_function_of_c_is_felt_in_real_time(library):
+    scene = palpa.Scene()
+    scene.add("data", palpa.head_phantom())
+    scene.add("mode", palpa.CFunction(library.syrup, scalars=["data"]))
+    with palpa.live(scene, hand="sim:stroke", duration_s=0.3) as live:
+        pass
+    assert live.stop().header["complete"] is True
+
+
+def test_what_is_no_function_of_c_is_refused(library):
+    scene = palpa.Scene()
+    scene.add("data", palpa.head_phantom())
+    for wrong, error in ((len, TypeError), ("syrup", TypeError), (0, ValueError), (True, TypeError)):
+        with pytest.raises(error, match="function"):
+            scene.add("mode", palpa.CFunction(wrong))
+    with pytest.raises(ValueError, match="at most 8 fields"):
+        scene.add("mode", palpa.CFunction(library.syrup, scalars=["data"] * 9))
+    with pytest.raises(palpa.SceneError, match="scalar"):
+        scene.add("mode", palpa.CFunction(library.rail, vectors=["data"]))
+
+
+def test_modes_of_a_plugin_are_classes(tmp_path):
+    ridge = next(pathlib.Path(palpa.__file__).parents[2].glob("bin/examples/*ridge*.so"), None)
+    if ridge is None:
+        pytest.skip("the examples are not built")
+    program = ("import palpa, sys\n(cls,) = palpa.load_plugin(sys.argv[1])\nassert cls is palpa.LabRidge, cls\n"
+               "scene = palpa.Scene()\nscene.add('v', palpa.head_phantom())\nprint(cls.__doc__.splitlines()[0])\n")
+    subprocess.run([sys.executable, "-c", program, ridge], check=True)
+    with pytest.raises(palpa.LoadError, match="no such file"):
+        palpa.load_plugin(tmp_path / "none.so")

@@ -1,0 +1,188 @@
+"""Scenes, modes and their parameters: the same names, defaults and errors as in C++ and scene files."""
+
+import copy
+import inspect
+import json
+import pickle
+import pydoc
+import subprocess
+
+import numpy as np
+import pytest
+
+import palpa
+
+
+def head_scene():
+    scene = palpa.Scene(stiffness_n_per_m=400)
+    head = scene.add("head", palpa.head_phantom())
+    scene.add("skin", palpa.SurfaceAndFriction(field=head, levels=[dict(value=-300, strength_n=0.8, friction_n=0.1)]))
+    return scene
+
+
+def test_every_mode_of_the_program_is_a_class_with_its_parameters(palpa_program):
+    listed = subprocess.run([palpa_program, "modes"], capture_output=True, text=True, check=True).stdout
+    types = [line.split()[0] for line in listed.splitlines() if line.startswith("  ")]
+    assert "surface_and_friction" in types and len(types) >= 10
+    for mode_type in types:
+        cls = getattr(palpa, "".join(word.capitalize() for word in mode_type.split("_")))
+        text = subprocess.run([palpa_program, "modes", mode_type], capture_output=True, text=True, check=True).stdout
+        own = text.split("\n\n")[1]
+        for line in own.splitlines():
+            key = line.split()[0]
+            assert key in cls._attributes or key + "s" in cls._attributes, (mode_type, key)
+
+
+def test_help_reads_like_documentation():
+    text = pydoc.render_doc(palpa.Follow, renderer=pydoc.plaintext)
+    assert "A rail along the field: free along it, held across it." in text
+    assert "strength_n : float | Strength" in text
+    assert "force that holds the hand on the line; above it the hand slides across" in text
+    assert "drag_ns_per_m : float" in text and "number [N·s/m], between 0 and 100" in text
+    assert "strength_n=0.5" in str(inspect.signature(palpa.Follow))
+
+
+def test_parameters_are_attributes():
+    follow = palpa.Follow(field="flow", strength_n=0.7)
+    assert (follow.field, follow.strength_n, follow.drag_ns_per_m) == ("flow", 0.7, 0.0)
+    follow.drag_ns_per_m = np.float32(2)
+    assert follow.drag_ns_per_m == 2.0
+    by_value = palpa.Strength(of="magnitude(flow)", points=[(0, 0.1), (1, 2)], outside=0.5)
+    follow.strength_n = by_value
+    assert follow.strength_n == by_value and follow.strength_n.points == ((0.0, 0.1), (1.0, 2.0))
+    assert repr(palpa.Follow(field="flow", strength_n=0.7)) == "Follow(field='flow', strength_n=0.7)"
+    assert palpa.Follow(field="flow") == palpa.Follow(field="flow") != palpa.Follow(field="other")
+    assert copy.deepcopy(follow) == follow and pickle.loads(pickle.dumps(palpa.Follow(field="a"))) == palpa.Follow(field="a")
+
+
+def test_lists_hold_items_that_change_with_their_mode():
+    level = palpa.SurfaceAndFriction.Level(value=300, strength_n=4)
+    assert level.friction_n is None
+    mode = palpa.SurfaceAndFriction(field="head", friction_n=0.2, levels=[level, dict(value=-300, friction_n=0.1)])
+    assert [each.value for each in mode.levels] == [300, -300]
+    mode.levels[1].strength_n = 0.5
+    assert mode.levels[1].strength_n == 0.5 and mode.levels[1].friction_n == 0.1
+    mode.levels[1].friction_n = None
+    assert mode.levels[1].friction_n is None
+    mode.levels = [dict(value=7)]
+    assert len(mode.levels) == 1 and mode.levels[0].value == 7 and mode.friction_n == 0.2, "the others keep their values"
+
+
+@pytest.mark.parametrize("make, error, words", [
+    (lambda: palpa.Follow(strenght_n=1), TypeError, "Follow: no parameter 'strenght_n'; did you mean 'strength_n'?"),
+    (lambda: palpa.Follow(strength_n="much"), TypeError, "Follow: 'strength_n' takes float | Strength, not str"),
+    (lambda: palpa.Follow(strength_n=True), TypeError, "not bool"),
+    (lambda: palpa.Follow(field=3), TypeError, "'field' takes str, not int"),
+    (lambda: palpa.GradientForce(field="f", towards="hihg"), ValueError, "no 'towards' 'hihg'; did you mean 'high'?"),
+    (lambda: palpa.VortexForce(field="f", background=(1, 2)), ValueError, "'background' has 2 numbers; it takes 3"),
+    (lambda: palpa.SurfaceAndFriction(levels=[dict(valeu=3)]), AttributeError, "no parameter 'valeu'; did you mean 'value'?"),
+    (lambda: palpa.SurfaceAndFriction(levels=[3]), TypeError, "levels" [:5]),
+    (lambda: palpa.Scene(stifness_n_per_m=3), TypeError, "Scene: no parameter 'stifness_n_per_m'; did you mean 'stiffness_n_per_m'?"),
+    (lambda: palpa.Strength(of="f", points=[(1, 0), (0, 1)]), ValueError, ""),
+    (lambda: palpa.Scene().add("a", 3), TypeError, "'a' is to be a palpa.Volume or a palpa.Mode, not int"),
+    (lambda: palpa.Scene().add("a b", palpa.head_phantom()), palpa.SceneError, "a b"),
+    (lambda: palpa.load_scene("/nowhere/x.toml"), palpa.SceneError, "/nowhere/x.toml"),
+    (lambda: palpa.lamb_oseen_vortex(core_radius_m=-1), ValueError, ""),
+    (lambda: setattr(palpa.Follow(), "strenght_n", 1), AttributeError, "did you mean 'strength_n'?"),
+])
+def test_what_is_wrong_is_one_line(make, error, words):
+    with pytest.raises(error) as told:
+        make()
+    assert words in str(told.value) and "\n" not in str(told.value) and str(told.value)
+
+
+def test_errors_are_those_of_the_library():
+    scene = palpa.Scene()
+    scene.add("flow", palpa.lamb_oseen_vortex())
+    with pytest.raises(palpa.SceneError, match=r"no volume 'flwo'; did you mean 'flow'\?"):
+        scene.add("rail", palpa.Follow(field="flwo"))
+    with pytest.raises(palpa.SceneError, match="between 0 and 1000"):
+        scene.add("rail", palpa.Follow(field="flow", strength_n=-1))
+    scene.add("rail", palpa.Follow(field="flow"))
+    with pytest.raises(palpa.SceneError, match="rail"):
+        scene.add("rail", palpa.Follow(field="flow"))
+    assert issubclass(palpa.SceneError, palpa.LoadError) and issubclass(palpa.LoadError, ValueError)
+
+
+def test_what_is_changed_in_a_scene_is_changed_there():
+    scene = head_scene()
+    skin = scene.modes["skin"]
+    skin.mode.levels[0].friction_n = 0.3
+    skin.enabled = False
+    skin.masks = [palpa.Mask(of="head", points=[(-1000, 0), (0, 1)])]
+    scene.coupling.stiffness_n_per_m = 500
+    scene.workspace.towards_user = "anterior"
+    scene.workspace.center = (0, 0, 0.01)
+    assert scene.workspace.center == (0, 0, 0.01)
+    scene.workspace.center = "head"
+    assert scene.workspace.center == "head" and scene.workspace.towards_user == "anterior"
+    scene.workspace.scale = 2
+    scene.workspace.scale = None
+    assert scene.workspace.scale is None
+    scene.time.play = "loop"
+    text = scene.to_toml()
+    for line in ("friction_n = 0.3", "enabled = false", "mask = [{of = \"head\"", "stiffness_n_per_m = 500", "center = \"head\"", "play = \"loop\""):
+        assert line in text
+    with pytest.raises(TypeError):
+        scene.modes["new"] = skin  # would be lost
+    other = scene.copy()
+    other.modes["skin"].enabled = True
+    assert not scene.modes["skin"].enabled and other != scene and scene == scene.copy()
+    held = scene.modes["skin"]
+    scene.remove_mode("skin")
+    with pytest.raises(KeyError, match="no longer in its scene"):
+        held.enabled
+
+
+def test_defaults_are_those_of_a_scene_file(tmp_path):
+    (tmp_path / "a.toml").write_text('palpa = 1\n[volume.v]\nanalytic = "lamb_oseen_vortex"\n[[mode]]\nname = "r"\n'
+                                     'type = "follow"\nfield = "v"\n')
+    loaded = palpa.load_scene(tmp_path / "a.toml")
+    made = palpa.Scene()
+    made.add("v", palpa.lamb_oseen_vortex())
+    made.add("r", palpa.Follow(field="v"))
+    ours = [line for line in made.to_toml().splitlines() if not line.startswith("#")]
+    theirs = [line for line in loaded.to_toml().splitlines() if not line.startswith("analytic")]
+    assert ours == theirs
+    assert loaded.modes["r"].mode == palpa.Follow(field="v") and loaded.coupling == palpa.CouplingOptions()
+
+
+def test_sets_and_warnings(tmp_path):
+    (tmp_path / "a.toml").write_text('palpa = 1\n[time]\nplay = "loop"\n[volume.v]\nanalytic = "lamb_oseen_vortex"\n[[mode]]\n'
+                                     'name = "r"\ntype = "follow"\nfield = "v"\n')
+    with pytest.warns(palpa.PalpaWarning, match="nothing in the scene changes with time"):
+        scene = palpa.load_scene(tmp_path / "a.toml", sets={"mode.r.strength_n": 0.25, "coupling.stiffness_n_per_m": 700})
+    assert scene.modes["r"].mode.strength_n == 0.25 and scene.coupling.stiffness_n_per_m == 700
+
+
+def test_a_file_is_read_as_the_program_reads_it(tmp_path, palpa_program, needs_reader):
+    (tmp_path / "eight.nrrd").write_bytes(b"NRRD0004\ntype: short\ndimension: 3\nsizes: 2 3 4\nspacings: 1 2 3\nencoding: raw\n"
+                                          b"endian: little\n\n" + np.arange(24, dtype="<i2").tobytes())
+    volume = palpa.read_volume(tmp_path / "eight.nrrd", length_unit="cm")
+    told = json.loads(subprocess.run([palpa_program, "info", tmp_path / "eight.nrrd", "--json"], capture_output=True, check=True).stdout)
+    (field,) = volume.fields.values()
+    assert field.extents == [(told["fields"][0]["min"], told["fields"][0]["max"])]
+    assert volume.format == told["format"] and volume.length_unit == "cm"
+    with pytest.raises(TypeError, match="'frame' takes int"):
+        palpa.read_volume(tmp_path / "eight.nrrd", frame="first")
+    with pytest.raises(palpa.LoadError, match="nothing.nrrd"):
+        palpa.read_volume(tmp_path / "nothing.nrrd")
+
+
+def test_bare_numbers_need_no_reader(tmp_path):
+    values = np.arange(60, dtype="<f4").reshape(3, 4, 5)
+    (tmp_path / "a.raw").write_bytes(values.tobytes())
+    volume = palpa.read_volume(tmp_path / "a.raw", type="float32", dims=(5, 4, 3), spacing_m=(0.1, 0.2, 0.3))
+    (field,) = volume.fields.values()
+    assert field.extents == [(0.0, 59.0)]
+    np.testing.assert_allclose(field(np.array([0.4, 0.6, 0.6]))[0], 59.0)
+
+
+def test_laws_are_named():
+    assert palpa.laws()[0] == "exact"
+    scene = head_scene()
+    scene.law = "no-proxy"
+    assert "no-proxy" in scene.to_toml()
+    scene.law = "nonsense"
+    with pytest.raises(palpa.SceneError, match="no law 'nonsense'"):
+        palpa.Session(scene)

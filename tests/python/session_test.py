@@ -1,0 +1,177 @@
+"""Sessions: ticked one by one, or along a whole path; threads, interrupts, lifetimes."""
+
+import gc
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import palpa
+from scene_test import head_scene
+
+
+def path_of(n):
+    t = np.linspace(0, 1, n)
+    return np.stack([0.02 * np.sin(9 * t), 0.02 * np.cos(7 * t), 0.08 - 0.06 * t], axis=1)
+
+
+def test_a_path_at_once_is_tick_by_tick():
+    scene = head_scene()
+    path = path_of(2000)
+    one_by_one, at_once = palpa.Session(scene), palpa.Session(scene)
+    rows = at_once.ticks(path, 1e-3)
+    assert rows.shape == (2000,)
+    touched = 0
+    for position, row in zip(path, rows):
+        tick = one_by_one.tick(position, 1e-3)
+        for name in ("probe_m", "proxy_m", "proxy_velocity_m_per_s", "force_n"):
+            assert getattr(tick, name).tobytes() == row[name].tobytes()
+        assert (tick.error_bound_m, tick.sub_steps, tick.iterations, int(tick.status), tick.dropped) == (
+            row["error_bound_m"], row["sub_steps"], row["iterations"], row["status"], row["dropped"])
+        touched += np.linalg.norm(tick.force_n) > 0.1
+    assert touched > 50, "nothing was felt"
+    assert one_by_one.modes()["skin"].force_n.shape == (3,)
+
+
+def test_a_plane_pushes_back_by_hookes_law():
+    scene = palpa.Scene(stiffness_n_per_m=500, damping_ns_per_m=0)
+    scene.add("floor", palpa.plane_field())
+    scene.workspace.scale = 1
+    scene.workspace.center = (0, 0, 0)
+    scene.add("floor", palpa.SurfaceAndFriction(field="floor", levels=[dict(value=0, strength_n=100)]))
+    session = palpa.Session(scene)
+    for depth_m in (-0.01, 0.0, 0.002, 0.01):
+        tick = session.tick((0, 0, -depth_m), 1e-3)
+        np.testing.assert_allclose(tick.force_n, (0, 0, 500 * max(depth_m, 0)), atol=1e-9)
+    assert tick.status == palpa.TickStatus.resting and tick.error_bound_m <= 1e-9
+    assert [kind for kind, _, _ in palpa.Session(scene).events()] == []
+
+
+def test_positions_are_any_three_numbers():
+    session = palpa.Session(head_scene())
+    want = session.tick((0, 0.02, 0.5), 1e-3).probe_m
+    for same in ([0, 0.02, 0.5], np.array([0, 0.02, 0.5]), np.array([0, 0.02, 0.5, 9], dtype=">f8")[:3], np.array([[0, 0.02, 0.5]])[0]):
+        assert (session.tick(same, 1e-3).probe_m == want).all()
+    for wrong in ((1, 2), (1, 2, "3"), 7, None, "abc", np.zeros((3, 1)), np.array([1, 2, "x"])):
+        with pytest.raises(TypeError, match="'position_m' takes three numbers"):
+            session.tick(wrong, 1e-3)
+    with pytest.raises(TypeError, match="'positions_m' takes an array of numbers of shape"):
+        session.ticks(np.zeros((4, 2)), 1e-3)
+    with pytest.raises(ValueError, match="3 time steps for 4 positions"):
+        session.ticks(np.zeros((4, 3)), np.full(3, 1e-3))
+    assert session.ticks(np.zeros((0, 3)), 1e-3).shape == (0,)
+
+
+def test_what_cannot_be_used_has_a_status_and_no_force():
+    session = palpa.Session(head_scene())
+    for position, dt_s in (((np.nan, 0, 0), 1e-3), ((np.inf, 0, 0), 1e-3), ((0, 0, 0), 0), ((0, 0, 0), -1), ((0, 0, 0), np.nan)):
+        tick = session.tick(position, dt_s)
+        assert tick.status == palpa.TickStatus.bad_input and not tick.force_n.any()
+    rows = session.ticks(np.full((3, 3), np.nan), 1e-3)
+    assert (rows["status"] == int(palpa.TickStatus.bad_input)).all()
+
+
+def test_eight_threads_feel_eight_sessions():
+    scene, path = head_scene(), path_of(20000)
+    want = palpa.Session(scene).ticks(path, 1e-3)
+    results = [None] * 8
+
+    def feel(n):
+        results[n] = palpa.Session(scene).ticks(path, 1e-3)
+
+    threads = [threading.Thread(target=feel, args=(n,)) for n in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert all(result.tobytes() == want.tobytes() for result in results)
+
+
+def test_one_session_is_felt_by_one_thread_at_a_time():
+    session, path, refused = palpa.Session(head_scene()), path_of(300000), []
+    thread = threading.Thread(target=session.ticks, args=(path, 1e-3))
+    thread.start()
+    while thread.is_alive() and not refused:
+        try:
+            session.tick((0, 0, 0), 1e-3)
+        except RuntimeError as error:
+            refused.append(str(error))
+    thread.join()
+    assert "another thread feels this session" in refused[0]
+    session.tick((0, 0, 0), 1e-3)
+
+
+def test_other_threads_go_on_while_a_path_is_felt():
+    session, counted = palpa.Session(head_scene()), 0
+    thread = threading.Thread(target=session.ticks, args=(path_of(300000), 1e-3))
+    thread.start()
+    while thread.is_alive():
+        counted += 1
+        time.sleep(0)
+    assert counted > 10
+
+
+@pytest.mark.parametrize("work", [
+    "palpa.Session(scene).ticks(np.tile([[0, 0.02, 0.08], [0, 0.02, -0.08]], (1_000_000, 1)), 1e-3)",
+    "palpa.run(scene, 'sim:stroke', duration_s=1e5)",
+    "scene.field('head')(np.zeros((200_000_000, 3)))",
+])
+def test_an_interrupt_ends_what_is_under_way(work):
+    program = ("import palpa, numpy as np, sys\nscene = palpa.Scene()\nhead = scene.add('head', palpa.head_phantom())\n"
+               "scene.add('skin', palpa.SurfaceAndFriction(field=head, levels=[dict(value=-300, strength_n=0.8)]))\n"
+               f"print('ready', flush=True)\ntry:\n    {work}\nexcept KeyboardInterrupt:\n    print('interrupted')\n")
+    child = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
+    assert child.stdout.readline() == "ready\n"
+    time.sleep(1.5)
+    child.send_signal(signal.SIGINT)
+    said, _ = child.communicate(timeout=60)
+    assert said == "interrupted\n" and child.returncode == 0
+
+
+def test_a_child_process_goes_on_with_its_copy():
+    session = palpa.Session(head_scene())
+    session.ticks(path_of(500), 1e-3)
+    child = os.fork()
+    if child == 0:
+        ok = np.isfinite(session.ticks(path_of(500), 1e-3)["force_n"]).all()
+        os._exit(0 if ok else 1)
+    assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+
+
+def test_the_session_keeps_its_own_scene():
+    scene = head_scene()
+    session = palpa.Session(scene)
+    scene.modes["skin"].enabled = False
+    assert session.scene.modes["skin"].enabled
+    del scene
+    gc.collect()
+    assert np.isfinite(session.tick((0, 0.02, 0.05), 1e-3).force_n).all()
+
+
+def test_sessions_leave_nothing_behind():
+    def resident_kb():
+        with open("/proc/self/statm") as file:
+            return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") // 1024
+
+    array = np.zeros((8, 8, 8), dtype=np.int16)
+    array[:4] = 100
+
+    def feel():
+        scene = palpa.Scene()
+        scene.add_array("a", array, 0.01, filter="trilinear")
+        scene.add("s", palpa.SurfaceAndFriction(field="a", levels=[dict(value=50)]))
+        palpa.Session(scene).tick((0, 0, 0), 1e-3)
+
+    for _ in range(200):
+        feel()
+    references, before = sys.getrefcount(array), resident_kb()
+    for _ in range(2000):
+        feel()
+    gc.collect()
+    assert sys.getrefcount(array) == references
+    assert resident_kb() - before < 8000

@@ -1,0 +1,58 @@
+"""The types that the package brings agree with the package, and find mistakes."""
+
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+import palpa
+
+package = pathlib.Path(palpa.__file__).parent
+pytest.importorskip("mypy")
+
+
+def checked(tmp_path, program):
+    (tmp_path / "program.py").write_text(program)
+    return subprocess.run([sys.executable, "-m", "mypy", "--strict", "--cache-dir", tmp_path / "cache", tmp_path / "program.py"], capture_output=True,
+                          text=True, env={**os.environ, "MYPYPATH": str(package.parent)}, cwd=tmp_path)
+
+
+def test_stubs_are_those_of_the_package(tmp_path):
+    (tmp_path / "stubs/palpa").mkdir(parents=True)  # alone: what is private has none
+    shutil.copy(package / "__init__.pyi", tmp_path / "stubs/palpa")
+    # Of classes of C++: their metaclass is pybind11's, and those that nobody constructs say that they take anything.
+    of_cpp = [name for name in palpa.__all__ if "pybind11" in type(getattr(palpa, name)).__name__]
+    assert "Tick" in of_cpp
+    unconstructed = [name for name in of_cpp if not (getattr(palpa, name).__init__.__doc__ or "").startswith("__init__(self")]
+    (tmp_path / "allowed").write_text("".join(f"palpa.{name}\n" for name in of_cpp)
+                                      + "".join(f"palpa.{name}.__init__\n" for name in unconstructed if name != "Scene"))
+    told = subprocess.run([sys.executable, "-m", "mypy.stubtest", "palpa", "--ignore-missing-stub", "--concise", "--allowlist",
+                           tmp_path / "allowed"], capture_output=True, text=True, env={**os.environ, "MYPYPATH": str(tmp_path / "stubs")}, cwd=tmp_path)
+    assert told.returncode == 0, told.stdout + told.stderr
+
+
+def test_a_right_program_passes_and_a_wrong_one_does_not(tmp_path):
+    right = """import numpy as np
+import palpa
+
+scene = palpa.Scene(stiffness_n_per_m=400)
+head = scene.add("head", palpa.head_phantom())
+scene.add("skin", palpa.SurfaceAndFriction(field=head, solid="high", levels=[dict(value=-300, strength_n=0.8)]))
+mode = palpa.Follow(field=head, strength_n=palpa.Strength(of=head, points=[(0, 1)]))
+mode.strength_n = 0.5
+tick = palpa.Session(scene).tick((0, 0.02, 0.05), 1e-3)
+force_n: float = float(tick.force_n[0]) + tick.error_bound_m
+values, gradients = scene.field(head)(np.zeros((4, 3)))
+trace = palpa.run(scene, "sim:stroke", duration_s=1)
+same: bool = trace.replay().same
+with palpa.live(scene, hand="sim:stroke") as live:
+    live.scene = scene
+"""
+    told = checked(tmp_path, right)
+    assert told.returncode == 0, told.stdout + told.stderr
+    for line in ("palpa.Follow(strenght_n=1.0)", "palpa.Scene(stiffness_n_per_m='much')", "palpa.GradientForce(towards='up')",
+                 "palpa.Session(scene).tock()", "palpa.run(scene, 'sim:press', duration_s='long')"):
+        assert checked(tmp_path, right + line + "\n").returncode == 1, line
