@@ -6,119 +6,11 @@
 #include <optional>
 
 #include "palpa/core/load_error.h"
-#include "tests/core/all_faces.h"
+#include "tests/laws/balance_formula.h"
 
 namespace palpa::test {
 
 namespace {
-
-using Quad = __float128;
-
-constexpr double ulp = std::numeric_limits<double>::epsilon();
-
-struct Quad3 {
-  Quad x = 0, y = 0, z = 0;
-};
-Quad3 wide(const Vec3& a) { return {a.x, a.y, a.z}; }
-Quad3 operator+(const Quad3& a, const Quad3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-Quad3 operator-(const Quad3& a, const Quad3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-Quad3 operator*(Quad f, const Quad3& a) { return {f * a.x, f * a.y, f * a.z}; }
-Quad dot(const Quad3& a, const Quad3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-
-// Two steps of Newton's method from the root of 64 bits.
-Quad root(Quad a) {
-  if (!(a > 0)) return 0;
-  Quad y = std::sqrt(static_cast<long double>(a));
-  if (!(y > 0)) return 0;
-  for (int i = 0; i < 2; ++i) y = (y + a / y) / 2;
-  return y;
-}
-Quad length(const Quad3& a) { return root(dot(a, a)); }
-Quad largest(Quad a, Quad b) { return a > b ? a : b; }
-
-// What a primitive holds of strength `s` that is `d` away: Huber's function of d if it has a stiffness, of none s d.
-Quad held_j(double s, double stiffness_n_per_m, Quad d) {
-  const Quad stiffness = stiffness_n_per_m;
-  if (!(stiffness > 0)) return s * d;
-  return stiffness * d <= s ? stiffness / 2 * d * d : s * d - Quad(s) * s / (2 * stiffness);
-}
-
-// ρ and ε of the formula, summed up primitive by primitive, and how far rounding may have raised each.
-class Formula {
- public:
-  Formula(const Vec3& x_m, const Vec3& probe_m, const Vec3& directed_n, double k, double T)
-      : x_(wide(x_m)), left_(Quad(k) * (wide(x_m) - wide(probe_m)) - wide(directed_n)), k_(k), T_(T) {
-    position_ulp_m_ = ulp * largest_component(x_m);
-    rho_rounding_ = k * position_ulp_m_;
-  }
-
-  void add(std::string_view kind, const Vec3& position_m, const Vec3& direction, double s, double c, double stiffness_n_per_m,
-           const Vec3& force_n) {
-    Quad3 q = wide(direction);
-    if (kind != "point") q = (1 / length(q)) * q;
-    const Quad3 d = wide(position_m) - x_;
-    Quad3 u = wide(force_n);
-    Quad3 R = d;
-    if (kind == "line") {
-      u = u - dot(q, u) * q;
-      R = d - dot(q, d) * q;
-    }
-    if (kind == "plane") {
-      u = largest(0, dot(q, u)) * q;
-      R = dot(q, d) * q;
-    }
-    if (c == 0.0 && length(u) > s) u = (s / length(u)) * u;
-    const Quad reach = kind == "plane" ? largest(0, dot(q, d)) : length(R);
-    const Quad force = length(u);
-    left_ = left_ - u;
-    epsilon_ = epsilon_ + held_j(s, stiffness_n_per_m, reach) + Quad(c) / (2 * Quad(T_)) * reach * reach - dot(u, R);
-    if (stiffness_n_per_m > 0.0) epsilon_ = epsilon_ + force * force / (2 * Quad(stiffness_n_per_m));
-    if (c > 0.0) {
-      const Quad over = largest(0, force - s);
-      epsilon_ = epsilon_ + Quad(T_) / (2 * Quad(c)) * over * over;
-    }
-    const double size_n = s + static_cast<double>(force);
-    rho_rounding_ += 4.0 * ulp * size_n;
-    epsilon_rounding_ += size_n * (position_ulp_m_ + 8.0 * ulp * static_cast<double>(length(R)));
-  }
-
-  // The facets of a corner of strength `s`, elastic if it has a stiffness; `forces_n` point along their normals.
-  void add_corner(const Facets& facets, double s, double stiffness_n_per_m, const std::vector<Vec3>& forces_n) {
-    Quad3 u;
-    Quad held = 0, largest_m = 0, sizes = 0;
-    for (std::size_t i = 0; i < facets.size(); ++i) {
-      const Quad3 n = (1 / length(wide(facets[i].normal))) * wide(facets[i].normal);
-      const Quad3 d = wide(facets[i].position_m) - x_;
-      const Quad t = largest(0, dot(n, wide(forces_n[i])));
-      u = u + t * n;
-      held = held + t * dot(n, d);
-      largest_m = largest(largest_m, length(d));
-      sizes = sizes + t;
-    }
-    const Quad share = length(u) > s ? s / length(u) : Quad(1);
-    const Vec3 x{static_cast<double>(x_.x), static_cast<double>(x_.y), static_cast<double>(x_.z)};
-    left_ = left_ - share * u;
-    epsilon_ = epsilon_ + held_j(s, stiffness_n_per_m, Quad(norm(way_out_by_all_faces(facets, x)))) - share * held;
-    if (stiffness_n_per_m > 0.0) epsilon_ = epsilon_ + share * share * dot(u, u) / (2 * Quad(stiffness_n_per_m));
-    const double size_n = s + static_cast<double>(sizes);
-    rho_rounding_ += 4.0 * ulp * size_n;
-    epsilon_rounding_ += size_n * (position_ulp_m_ + 8.0 * ulp * static_cast<double>(largest_m));
-  }
-
-  double bound_m() const {
-    const Quad rho = length(left_);
-    return static_cast<double>((rho + root(rho * rho + 4 * k_ * largest(0, epsilon_))) / (2 * k_));
-  }
-  double rounding_m() const {
-    const auto k = static_cast<double>(k_);
-    return rho_rounding_ / k + std::sqrt(epsilon_rounding_ / k);
-  }
-
- private:
-  Quad3 x_, left_;
-  Quad k_, T_, epsilon_ = 0;
-  double position_ulp_m_ = 0.0, rho_rounding_ = 0.0, epsilon_rounding_ = 0.0;
-};
 
 // Traces from before levels had one are of rigid ones.
 double stiffness_of(const CsvRows& primitives) {
@@ -133,7 +25,7 @@ struct Corner {
   std::vector<Vec3> forces_n;
   double strength_n = 0.0, stiffness_n_per_m = 0.0;
 
-  void put_into(Formula& formula) {
+  void put_into(BalanceFormula& formula) {
     if (!facets.empty()) formula.add_corner(facets, strength_n, stiffness_n_per_m, forces_n);
     facets.clear(), forces_n.clear();
   }
@@ -199,8 +91,8 @@ void check_balances(const std::filesystem::path& trace, const std::function<void
     checked.sub_step = balances.integer("sub_step");
     checked.status = balances.text("status");
     checked.claimed_m = balances.number("error_bound_m");
-    Formula formula(balances.vector("balance", "m"), balances.vector("probe", "m"), balances.vector("directed", "n"),
-                    balances.number("k_n_per_m"), balances.number("dt_s"));
+    BalanceFormula formula(balances.vector("balance", "m"), balances.vector("probe", "m"), balances.vector("directed", "n"),
+                           balances.number("k_n_per_m"), balances.number("dt_s"));
     const std::int64_t expected = balances.integer("primitives");
     Corner corner;
     for (std::int64_t i = 0; i < expected; ++i, more = primitives.next()) {

@@ -29,73 +29,6 @@ double peak_bytes_of(int who) {
   return 1024.0 * static_cast<double>(usage.ru_maxrss);
 }
 
-class Damage {
- public:
-  explicit Damage(std::uint32_t seed) : random_(seed) {}
-
-  std::size_t below(std::size_t n) {
-    return std::uniform_int_distribution<std::size_t>(0, std::max<std::size_t>(n, 1) - 1)(random_);
-  }
-
-  /// Puts damage in the place of a file with this content.
-  void put(const fs::path& file, const std::string& bytes) {
-    switch (below(40)) {
-      case 0: return write(file, "");
-      case 1: return fs::create_symlink(file.filename(), file);
-      case 2: return static_cast<void>(fs::create_directory(file));
-      case 3: return;  // gone
-      case 4: return write(file, bytes + bytes.substr(0, below(1 << 16)));
-      default: return write(file, damaged(bytes));
-    }
-  }
-
- private:
-  std::string damaged(std::string bytes) {
-    if (bytes.empty()) return bytes;
-    // Headers are small and matter most: half of the damage goes to the first 400 bytes.
-    const auto place = [&] { return below(2) == 0 ? below(std::min<std::size_t>(bytes.size(), 400)) : below(bytes.size()); };
-    switch (below(7)) {
-      case 0: bytes.resize(place()); break;
-      case 1:
-        for (int n = 0; n < 4; ++n) bytes[place()] ^= static_cast<char>(1 << below(8));
-        break;
-      case 2:
-        for (int n = 0; n < 3; ++n) bytes[place()] = static_cast<char>("09-9e\xff"[below(6)]);
-        break;
-      case 3: bytes.erase(place(), 1 + below(16)); break;
-      case 4: bytes.insert(place(), std::string(1 + below(16), static_cast<char>(below(256)))); break;
-      case 5: {
-        const std::size_t at = place();
-        std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(at), std::min<std::size_t>(bytes.size() - at, 1 + below(64)),
-                    '\0');
-        break;
-      }
-      default: change_number(bytes); break;
-    }
-    return bytes;
-  }
-
-  /// A number of a header in text becomes another; of one in bytes, four bytes do.
-  void change_number(std::string& bytes) {
-    static constexpr const char* numbers[] = {"0",        "-1",         "1",          "7",     "65536",
-                                              "99999999", "2147483647", "4294967296", "1e308", "nan"};
-    const std::size_t near = below(std::min<std::size_t>(bytes.size(), 2000));
-    const std::size_t from = bytes.find_first_of("0123456789", near);
-    if (from != std::string::npos && from < near + 40) {
-      const std::size_t end = std::min(bytes.find_first_not_of("0123456789.", from), bytes.size());
-      bytes.replace(from, end - from, numbers[below(std::size(numbers))]);
-      return;
-    }
-    static constexpr std::uint32_t values[] = {0, 1, 0x7fffffff, 0xffffffff, 0x01000000, 65536};
-    const std::string four = bytes_of(values[below(std::size(values))], below(2) == 0);
-    for (std::size_t n = 0; n < 4 && near + n < bytes.size(); ++n) bytes[near + n] = four[n];
-  }
-
-  static void write(const fs::path& file, const std::string& bytes) { std::ofstream(file, std::ios::binary) << bytes; }
-
-  std::mt19937 random_;
-};
-
 struct Outcome {
   std::string refusal;       ///< empty: it was read
   double voxel_bytes = 0.0;  ///< of all fields
@@ -136,74 +69,96 @@ Outcome look_at(VolumeRequest request, const std::string& frames, const ReadOpti
 
 }  // namespace
 
-MutationResult read_mutations(const SetToDamage& set, int count, std::uint32_t seed, const ReadOptions& options,
-                              const fs::path& keep) {
-  const TemporaryFolder made, work;
-  const fs::path original = set.original(made);
-  if (!fs::exists(original)) throw std::runtime_error(original.string() + " is not there");
-  const bool is_folder = fs::is_directory(original);
-  const fs::path set_folder = is_folder ? original : original.parent_path();
-  const fs::path copy = work.path() / set_folder.filename();
-  fs::copy(set_folder, copy, fs::copy_options::recursive);
-  for (const auto& entry : fs::recursive_directory_iterator(work.path())) {
-    if (entry.is_directory()) fs::permissions(entry.path(), fs::perms::owner_all, fs::perm_options::add);
-  }
-  VolumeRequest request = set.request;
-  request.files = {is_folder ? copy : copy / original.filename()};
-
-  std::vector<fs::path> targets;  // in the set's folder
-  if (is_folder) {
-    for (const auto& entry : fs::recursive_directory_iterator(original)) {
-      if (entry.is_regular_file()) targets.push_back(entry.path().lexically_relative(set_folder));
+class DamagedSet::State {
+ public:
+  State(const SetToDamage& set, const ReadOptions& options) : set_(set), options_(options), original_(set.original(made_)) {
+    if (!fs::exists(original_)) throw std::runtime_error(original_.string() + " is not there");
+    const bool is_folder = fs::is_directory(original_);
+    set_folder_ = is_folder ? original_ : original_.parent_path();
+    copy_ = work_.path() / set_folder_.filename();
+    fs::copy(set_folder_, copy_, fs::copy_options::recursive);
+    for (const auto& entry : fs::recursive_directory_iterator(work_.path())) {
+      if (entry.is_directory()) fs::permissions(entry.path(), fs::perms::owner_all, fs::perm_options::add);
     }
-    std::sort(targets.begin(), targets.end());
-  } else {
-    // The file itself most often: it has the header.
-    targets.assign(set.with.empty() ? 1 : 3, original.filename());
-    targets.insert(targets.end(), set.with.begin(), set.with.end());
+    request_ = set.request;
+    request_.files = {is_folder ? copy_ : copy_ / original_.filename()};
+    if (is_folder) {
+      for (const auto& entry : fs::recursive_directory_iterator(original_)) {
+        if (entry.is_regular_file()) targets_.push_back(entry.path().lexically_relative(set_folder_));
+      }
+      std::sort(targets_.begin(), targets_.end());
+    } else {
+      // The file itself most often: it has the header.
+      targets_.assign(set.with.empty() ? 1 : 3, original_.filename());
+      targets_.insert(targets_.end(), set.with.begin(), set.with.end());
+    }
+    MutationResult unused;
+    undamaged_ = look_at(request_, set_.frames, options_, unused);
+    true_peak_bytes_ = peak_bytes_of(RUSAGE_CHILDREN);
   }
 
-  MutationResult result;
-  const Outcome undamaged = look_at(request, set.frames, options, result);
-  result = {};
-  result.refused_undamaged = undamaged.refusal;
-  result.true_peak_bytes = peak_bytes_of(RUSAGE_CHILDREN);
-  Damage damage(seed);
-  for (int n = 0; n < count; ++n) {
-    const fs::path& chosen = targets[damage.below(targets.size())];
-    const fs::path target = copy / chosen;
-    const std::string bytes = content(set_folder / chosen);
+  void damage_once(Damage& damage, const fs::path& keep, MutationResult& result) {
+    result.refused_undamaged = undamaged_.refusal;
+    result.true_peak_bytes = true_peak_bytes_;
+    const fs::path& chosen = targets_[damage.below(targets_.size())];
+    const fs::path target = copy_ / chosen;
+    const std::string bytes = content(set_folder_ / chosen);
     fs::remove_all(target);
     damage.put(target, bytes);
     const std::size_t said = result.wrong.size() + result.ended.size();
     // Until it becomes another program a child counts with the memory of this one, which has held larger volumes before.
     const double own_bytes = peak_bytes_of(RUSAGE_SELF);
-    Outcome outcome = look_at(request, set.frames, options, result);
+    const double before_bytes = std::max({peak_bytes_of(RUSAGE_CHILDREN), true_peak_bytes_, own_bytes});
+    Outcome outcome = look_at(request_, set_.frames, options_, result);
     // What takes long takes long again; where the machine was busy with others it does not.
-    if (outcome.spent_s > options.idle_limit_s + 1.0) {
+    if (outcome.spent_s > options_.idle_limit_s + 1.0) {
       MutationResult again;
-      outcome.spent_s = std::min(outcome.spent_s, look_at(request, set.frames, options, again).spent_s);
+      outcome.spent_s = std::min(outcome.spent_s, look_at(request_, set_.frames, options_, again).spent_s);
     }
     result.slowest_s = std::max(result.slowest_s, outcome.spent_s);
-    if (outcome.spent_s > options.idle_limit_s + 1.0)
+    if (outcome.spent_s > options_.idle_limit_s + 1.0)
       result.wrong.push_back("a file kept it for " + std::to_string(outcome.spent_s) + " s");
     // What is refused undamaged, too, needs no memory but that of the program; damaged to a larger volume, that of its voxels.
-    const double before_bytes = std::max({result.peak_bytes, result.true_peak_bytes, own_bytes});
-    const double need_bytes = result.true_peak_bytes + std::max(outcome.voxel_bytes - undamaged.voxel_bytes, 0.0);
+    const double need_bytes = true_peak_bytes_ + std::max(outcome.voxel_bytes - undamaged_.voxel_bytes, 0.0);
     result.peak_bytes = peak_bytes_of(RUSAGE_CHILDREN);
-    if (undamaged.refusal.empty() && result.peak_bytes > std::max(before_bytes, 3.0 * need_bytes)) {
+    if (undamaged_.refusal.empty() && result.peak_bytes > std::max(before_bytes, 3.0 * need_bytes)) {
       result.wrong.push_back("more than 3 times the memory of the undamaged file: " +
                              std::to_string(std::lround(result.peak_bytes / 1e6)) + " MB");
     }
     if (result.wrong.size() + result.ended.size() > said && !keep.empty()) {
-      const fs::path kept = keep / std::to_string(n);
-      fs::remove_all(kept);
-      fs::create_directories(kept);
-      fs::copy(copy, kept, fs::copy_options::recursive | fs::copy_options::copy_symlinks);
+      fs::remove_all(keep);
+      fs::create_directories(keep);
+      fs::copy(copy_, keep, fs::copy_options::recursive | fs::copy_options::copy_symlinks);
     }
     fs::remove_all(target);
     std::ofstream(target, std::ios::binary) << bytes;
   }
+
+ private:
+  SetToDamage set_;
+  ReadOptions options_;
+  TemporaryFolder made_, work_;
+  fs::path original_, set_folder_, copy_;
+  VolumeRequest request_;
+  std::vector<fs::path> targets_;  // in the set's folder
+  Outcome undamaged_;
+  double true_peak_bytes_ = 0.0;
+};
+
+DamagedSet::DamagedSet(const SetToDamage& set, const ReadOptions& options) : state_(std::make_unique<State>(set, options)) {}
+DamagedSet::~DamagedSet() = default;
+
+void DamagedSet::damage_once(Damage& damage, const fs::path& keep, MutationResult& result) {
+  state_->damage_once(damage, keep, result);
+}
+
+MutationResult read_mutations(const SetToDamage& set, int count, std::uint32_t seed, const ReadOptions& options) {
+  DamagedSet damaged(set, options);
+  std::mt19937 random(seed);
+  Damage damage(
+      [&](std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, std::max<std::size_t>(n, 1) - 1)(random); });
+  MutationResult result;
+  for (int n = 0; n < count; ++n) damaged.damage_once(damage, {}, result);
   return result;
 }
 

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "damage.h"
 #include "sets_to_damage.h"
 
 namespace palpa::test {
@@ -21,11 +23,24 @@ struct MutationResult {
   std::vector<std::string> wrong;  ///< what must not be: two lines, no place, no remedy, a value that is not finite
 };
 
-/// Damages the file, a file in the folder, or one that is read with it, `count` times: cut off, bits flipped, characters of the
-/// header and its numbers changed, bytes taken out, put in or zeroed, empty, a link to itself, a folder, gone. The same
-/// seed gives the same damage. Of whatever was wrong or ended a copy is put into `keep`, unless that is empty. Memory is that
-/// of all children of this process so far. Throws runtime_error where the set is not there.
-MutationResult read_mutations(const SetToDamage& set, int count, std::uint32_t seed, const ReadOptions& options,
-                              const fs::path& keep = {});
+/// A set in a folder of its own, of which one file at a time is damaged: the file itself, one in the folder, or one that is
+/// read with it. Memory is that of all children of this process so far.
+class DamagedSet {
+ public:
+  /// Reads it undamaged. Throws runtime_error where the set is not there.
+  DamagedSet(const SetToDamage& set, const ReadOptions& options);
+  ~DamagedSet();
+
+  /// Damages a file, reads the set, adds what came of it to the result, and repairs the file. Of whatever was wrong or ended a
+  /// copy takes the place of the folder `keep`, unless that is empty.
+  void damage_once(Damage& damage, const fs::path& keep, MutationResult& result);
+
+ private:
+  class State;
+  std::unique_ptr<State> state_;
+};
+
+/// Damages a set so `count` times. The same seed gives the same damage.
+MutationResult read_mutations(const SetToDamage& set, int count, std::uint32_t seed, const ReadOptions& options);
 
 }  // namespace palpa::test

@@ -1,0 +1,73 @@
+// The choices that a case is made of: drawn from a seed, or replayed from a list, which is how a case is made smaller.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace palpa::fuzz {
+
+/// Where a case takes its choices from. Whatever is chosen is told by whole numbers of which 0 is the plainest, and a list that
+/// has come to its end goes on with zeros: so a shorter list, or one with smaller numbers, is a plainer case, and one way of
+/// making cases smaller does for all campaigns.
+class Choices {
+ public:
+  /// All choices of one seed, unlike those of its neighbours, the same on every machine. They are noted in `record` as far as
+  /// it goes.
+  explicit Choices(std::uint64_t seed, std::span<std::uint64_t> record = {})
+      : state_(mixed(mixed(seed + 1) + 0x632BE59BD9B4E019u)), record_(record) {}
+  /// The choices of a list.
+  explicit Choices(std::vector<std::uint64_t> list) : list_(std::move(list)), replays_(true) {}
+
+  /// 0…n − 1, n > 0.
+  std::uint64_t below(std::uint64_t n) {
+    std::uint64_t chosen = 0;
+    if (!replays_) {
+      chosen = static_cast<std::uint64_t>((static_cast<unsigned __int128>(bits()) * n) >> 64);
+    } else if (taken_ < list_.size()) {
+      chosen = list_[taken_] < n ? list_[taken_] : n - 1;
+    }
+    if (taken_ < record_.size()) record_[taken_] = chosen;
+    ++taken_;
+    return chosen;
+  }
+  /// True once in n times; the plainest is false.
+  bool one_in(std::uint64_t n) { return below(n) == n - 1 && n > 1; }
+  /// [low, high); the plainest is `low`. Unit [1].
+  double between(double low, double high) {
+    return low + (high - low) * static_cast<double>(below(std::uint64_t{1} << 53)) * 0x1p-53;
+  }
+  /// [low, high) with each power of ten as often; the plainest is `low`. Unit [1].
+  double log_between(double low, double high) { return low * std::exp(between(0.0, std::log(high / low))); }
+  /// One of a list; the plainest is the first.
+  template <class List>
+  const auto& one_of(const List& list) {
+    return list[static_cast<std::size_t>(below(std::size(list)))];
+  }
+  std::string bytes(std::size_t count) {
+    std::string made(count, '\0');
+    for (char& c : made) c = static_cast<char>(below(256));
+    return made;
+  }
+  /// How many were asked for.
+  std::size_t taken() const { return taken_; }
+
+ private:
+  static std::uint64_t mixed(std::uint64_t z) {
+    z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9u;
+    z = (z ^ (z >> 27)) * 0x94D049BB133111EBu;
+    return z ^ (z >> 31);
+  }
+  std::uint64_t bits() { return mixed(state_ += 0x9E3779B97F4A7C15u); }  // splitmix64 (Steele, Lea, Flood 2014)
+
+  std::uint64_t state_ = 0;
+  std::span<std::uint64_t> record_;
+  std::vector<std::uint64_t> list_;
+  bool replays_ = false;
+  std::size_t taken_ = 0;
+};
+
+}  // namespace palpa::fuzz

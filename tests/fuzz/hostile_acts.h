@@ -1,0 +1,44 @@
+// What a hostile reader does, as a campaign writes it down.
+#pragma once
+
+#include <cstdint>
+#include <istream>
+#include <optional>
+#include <ostream>
+#include <string>
+
+namespace palpa::fuzz {
+
+struct Act {
+  enum Kind : std::uint8_t {
+    send,     ///< the bytes as one packet
+    receive,  ///< whatever comes
+    fill,     ///< the memory that came, with the bytes over and over
+    shrink,   ///< that memory
+    close,    ///< its end of the conversation
+    spin,     ///< for ever
+    hang,     ///< for ever
+    crash,
+  };
+  Kind kind = send;
+  std::string bytes{};
+};
+
+inline void put_act(std::ostream& out, const Act& act) {
+  out.put(static_cast<char>(act.kind));
+  out << act.bytes.size() << ' ' << act.bytes;
+}
+
+inline std::optional<Act> next_act(std::istream& in) {
+  Act act;
+  const int kind = in.get();
+  std::size_t size = 0;
+  if (kind < 0 || !(in >> size)) return std::nullopt;
+  in.get();
+  act.kind = static_cast<Act::Kind>(kind);
+  act.bytes.resize(size);
+  in.read(act.bytes.data(), static_cast<std::streamsize>(size));
+  return act;
+}
+
+}  // namespace palpa::fuzz

@@ -1,0 +1,151 @@
+// The protocol of palpa-read: packets that are none, and readers that do not keep to it.
+#include "palpa/file/protocol.h"
+
+#include <sys/wait.h>
+
+#include <array>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+
+#include "palpa/core/load_error.h"
+#include "palpa/file/read_volume.h"
+#include "tests/fuzz/campaigns.h"
+#include "tests/fuzz/hostile_acts.h"
+#include "tests/fuzz/scenes.h"
+#include "tests/reader/damage.h"
+
+namespace palpa::fuzz {
+namespace {
+
+using namespace protocol;
+
+FieldHeader any_field(Choices& choices) {
+  FieldHeader field;
+  field.name = "f" + std::to_string(choices.below(3));
+  field.type = static_cast<VoxelType>(choices.below(6));
+  field.components = choices.one_in(3) ? 3 : 1;
+  for (std::int64_t& dim : field.grid.dims) dim = 2 + static_cast<std::int64_t>(choices.below(4));
+  constexpr std::array<std::int64_t, 6> odd_dims{0, -1, INT64_MAX, INT64_MIN, std::int64_t{1} << 32, 3'000'000};
+  if (choices.one_in(8)) field.grid.dims[choices.below(3)] = choices.one_of(odd_dims);
+  if (choices.one_in(8)) field.components = static_cast<std::int32_t>(choices.below(7)) - 2;
+  if (choices.one_in(8)) field.grid.origin_m.x = odd_number(choices, 1.0);
+  if (choices.one_in(8)) field.grid.index_to_world_m.row[choices.below(3)].y = odd_number(choices, 1.0);
+  if (choices.one_in(8)) field.scale = odd_number(choices, 1.0);
+  if (choices.one_in(8)) field.offset = odd_number(choices, 1.0);
+  return field;
+}
+
+Header any_header(Choices& choices) {
+  Header header;
+  header.format = "nrrd", header.default_unit = "mm";
+  if (choices.one_in(8)) header.frames = static_cast<std::int32_t>(choices.below(1 << 16)) - 5;
+  if (choices.one_in(8)) header.working_bytes = UINT64_MAX >> choices.below(64);
+  if (choices.one_in(8)) header.length_unit = choices.bytes(5);
+  for (std::uint64_t n = choices.one_in(8) ? choices.below(5) : 1; n > 0; --n) header.fields.push_back(any_field(choices));
+  for (std::uint64_t n = choices.below(3); n > 0; --n) header.warnings.push_back(choices.bytes(choices.below(20)));
+  return header;
+}
+
+Message any_message(Choices& choices) {
+  switch (choices.below(5)) {
+    case 0: return any_header(choices);
+    case 1: return Done{{{"a file", choices.below(100), "00"}}, {choices.bytes(choices.below(10))}, {}, choices.one_in(3)};
+    case 2: return Failure{choices.bytes(choices.below(60))};
+    case 3: return Room{{0, static_cast<std::uint32_t>(choices.below(9))}};
+    default: return Request{.path = choices.bytes(choices.below(30)), .max_bytes = choices.below(1000)};
+  }
+}
+
+std::string bytes_of(const Message& message) {
+  const std::vector<std::byte> packet = packed(message);
+  return {reinterpret_cast<const char*>(packet.data()), packet.size()};
+}
+
+std::string damaged(Choices& choices, std::string bytes) {
+  test::Damage damage([&](std::size_t n) { return static_cast<std::size_t>(choices.below(n)); });
+  for (std::uint64_t n = choices.below(3); n > 0; --n) bytes = damage.damaged(std::move(bytes));
+  bytes.resize(std::min(bytes.size(), max_packet_bytes));
+  return bytes;
+}
+
+/// A packet is a message or none; a message is packed again to the same bytes.
+Tried unpacked_packets(Choices& choices, const fs::path&) {
+  const std::string bytes = damaged(choices, bytes_of(any_message(choices)));
+  const auto message = unpacked(reinterpret_cast<const std::byte*>(bytes.data()), bytes.size());
+  if (!message) return {};
+  if (bytes_of(*unpacked(packed(*message).data(), packed(*message).size())) != bytes_of(*message))
+    return {.broken = "a message that was unpacked is packed and unpacked to the same"};
+  if (const Header* header = std::get_if<Header>(&*message)) {
+    Room room;
+    for (std::uint32_t n = 0; n < header->fields.size(); ++n) {
+      room.fields.push_back(n);
+      const auto voxels = voxel_bytes(header->fields[n]);
+      if (voxels && *voxels > (std::uint64_t{1} << 62)) return {.broken = "the size of voxels does not overflow"};
+    }
+    if (const auto places = place(*header, room)) {
+      for (std::size_t n = 1; n < places->size(); ++n) {
+        if ((*places)[n] < (*places)[n - 1]) return {.broken = "places of fields do not overlap"};
+      }
+    }
+  }
+  return {};
+}
+
+std::size_t open_descriptors() {
+  return static_cast<std::size_t>(std::distance(fs::directory_iterator("/proc/self/fd"), fs::directory_iterator()));
+}
+
+/// Whatever the reader does its caller gets a volume or one line, in time, and keeps nothing of it.
+Tried hostile_reader(Choices& choices, const fs::path& folder) {
+  std::ofstream(folder / "a.nrrd") << "any bytes";
+  {
+    std::ofstream acts(folder / "acts", std::ios::binary);
+    const auto now_and_then = [&](Act::Kind kind) {
+      if (choices.one_in(10)) put_act(acts, {kind});
+    };
+    const auto packet = [&](const Message& message) {
+      put_act(acts, {Act::send, choices.one_in(4) ? damaged(choices, bytes_of(message)) : bytes_of(message)});
+    };
+    put_act(acts, {Act::receive});
+    for (std::uint64_t n = 1 + choices.below(2); n > 0; --n)
+      packet(choices.one_in(8) ? any_message(choices) : Message(any_header(choices)));
+    put_act(acts, {Act::receive});
+    for (const Act::Kind kind : {Act::shrink, Act::crash, Act::hang, Act::spin, Act::close}) now_and_then(kind);
+    put_act(acts, {Act::fill, choices.bytes(choices.below(9))});
+    packet(choices.one_in(8) ? any_message(choices) : Message(Done{{{"a file", 1, "00"}}, {}, {}, choices.one_in(8)}));
+    for (const Act::Kind kind : {Act::crash, Act::hang}) now_and_then(kind);
+  }
+  ::setenv("PALPA_HOSTILE", (folder / "acts").c_str(), 1);
+  ReadOptions options;
+  options.reader = PALPA_HOSTILE_READER;
+  options.idle_limit_s = 0.3;
+  options.max_bytes = 100'000'000;
+  const std::size_t descriptors = open_descriptors();
+  Tried result;
+  try {
+    read_volume(folder / "a.nrrd", options);
+  } catch (const LoadError& error) {
+    const std::string text = error.what();
+    if (text.find('\n') != std::string::npos || text.find("; ") == std::string::npos || text.size() > 3000)
+      result.broken = "a refusal is one line: " + text.substr(0, 300);
+  }
+  if (open_descriptors() != descriptors) result.broken = "no descriptor is left";
+  if (::waitpid(-1, nullptr, WNOHANG) != -1) result.broken = "no child is left";
+  return result;
+}
+
+}  // namespace
+
+void add_protocol(std::vector<Campaign>& to) {
+  to.push_back({.name = "packet", .of = "packets", .long_tries = 10'000'000, .begin = [](const fs::path&) {
+                  return Attempt(unpacked_packets);
+                }});
+  to.push_back({.name = "reader",
+                .of = "readers",
+                .long_tries = 20'000,
+                .begin = [](const fs::path&) { return Attempt(hostile_reader); },
+                .patience_s = 20.0});
+}
+
+}  // namespace palpa::fuzz

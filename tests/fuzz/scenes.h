@@ -1,0 +1,15 @@
+// Scenes that nobody would make: every mode with any parameters, on grids of every type with any content.
+#pragma once
+
+#include "palpa/scene/scene.h"
+#include "tests/fuzz/choices.h"
+
+namespace palpa::fuzz {
+
+/// A number for a hand, a voxel or a time: an ordinary one of about `usual` [1], or one of those that make trouble.
+double odd_number(Choices& choices, double usual);
+
+/// A scene of one to three volumes and one to five modes. Throws SceneError, as a program's own scene would.
+Scene random_scene(Choices& choices);
+
+}  // namespace palpa::fuzz

@@ -1,0 +1,277 @@
+// Sessions of scenes that nobody would make, under hands that nobody has: every tick is judged by what a tick promises.
+#include <time.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <fstream>
+#include <iomanip>
+#include <vector>
+
+#include "palpa/baseline/path.h"
+#include "palpa/loop/loop.h"
+#include "tests/core/counted_allocations.h"
+#include "tests/fuzz/campaigns.h"
+#include "tests/fuzz/scenes.h"
+#include "tests/laws/balance_formula.h"
+
+namespace palpa::fuzz {
+namespace {
+
+struct Moment {
+  Probe probe;
+  double time_step_s = 1e-3;
+};
+
+/// A hand that moves in stretches, near or far, smoothly or not, and now and then gives what is no position at all.
+class AnyHand {
+ public:
+  explicit AnyHand(Choices& choices) : choices_(choices) {}
+
+  Moment next() {
+    if (left_ == 0) begin_stretch();
+    --left_;
+    const double reach_m = 0.1;
+    switch (way_) {
+      case Way::straight: position_m_ += step_m_; break;
+      case Way::shaking: position_m_ += (left_ % 2 == 0 ? 1.0 : -1.0) * step_m_; break;
+      case Way::round: {
+        const double turn = 0.01 * static_cast<double>(left_);
+        position_m_ = middle_m_ + Vec3{std::cos(turn) * step_m_.x, std::sin(turn) * step_m_.y, std::sin(2 * turn) * step_m_.z};
+        break;
+      }
+      case Way::odd: break;
+    }
+    if (way_ != Way::odd && largest_component(position_m_) > reach_m) step_m_ = -1.0 * step_m_;
+    Moment moment{{.position_m = position_m_}, time_step_s_};
+    if (way_ == Way::odd) {
+      double* const numbers[] = {&moment.probe.position_m.x, &moment.probe.position_m.y, &moment.probe.position_m.z};
+      *choices_.one_of(numbers) = odd_number(choices_, 0.05);
+      if (choices_.one_in(3)) moment.time_step_s = odd_number(choices_, 1e-15);
+      moment.probe.valid = !choices_.one_in(4);
+    }
+    if (has_velocity_) moment.probe.velocity_m_per_s = step_m_ / time_step_s_;
+    if (has_velocity_ && way_ == Way::odd) moment.probe.velocity_m_per_s->y = odd_number(choices_, 1.0);
+    return moment;
+  }
+
+ private:
+  enum class Way { straight, shaking, round, odd };
+
+  void begin_stretch() {
+    constexpr std::array ways{Way::straight, Way::straight, Way::straight, Way::round, Way::round, Way::shaking, Way::odd};
+    constexpr std::array time_steps_s{1e-3, 1e-3, 1e-3, 1e-4, 2e-3, 0.02, 1.0, 1e-9, 1e-15, 1e-300};
+    way_ = choices_.one_of(ways);
+    left_ = way_ == Way::odd ? 1 + choices_.below(3) : 1 + choices_.below(300);
+    time_step_s_ = choices_.one_in(4) ? choices_.one_of(time_steps_s) : 1e-3;
+    has_velocity_ = choices_.one_in(3);
+    const auto anywhere = [&](double size_m) {
+      const double x = choices_.between(-size_m, size_m), y = choices_.between(-size_m, size_m);
+      return Vec3{x, y, choices_.between(-size_m, size_m)};
+    };
+    if (way_ == Way::round) {
+      middle_m_ = anywhere(0.05), step_m_ = anywhere(0.05);
+    } else {
+      step_m_ = anywhere(choices_.one_in(5) ? choices_.log_between(1e-12, 0.05) : choices_.log_between(1e-6, 5e-4));
+      if (choices_.one_in(6)) position_m_ = anywhere(0.08);
+    }
+  }
+
+  Choices& choices_;
+  Way way_ = Way::straight;
+  std::uint64_t left_ = 0;
+  double time_step_s_ = 1e-3;
+  bool has_velocity_ = false;
+  Vec3 position_m_, middle_m_, step_m_;
+};
+
+/// What a tick gave, to the bit, as far as a trace has it.
+std::uint64_t mixed(std::uint64_t hash, const TickFrame& frame) {
+  const Tick& t = frame.result;
+  const std::array numbers{t.proxy_m.x,       t.proxy_m.y,           t.proxy_m.z,         t.force_n.x,        t.force_n.y,
+                           t.force_n.z,       frame.command_n.x,     frame.command_n.y,   frame.command_n.z,  t.error_bound_m,
+                           t.energy.stored_j, t.energy.dissipated_j, t.energy.injected_j, t.energy.elastic_j, t.energy.path_j,
+                           t.energy.moved_j,  t.energy.ticks_j,      t.energy.held_back_j};
+  for (const double number : numbers) {
+    std::uint64_t bits = 0;
+    std::memcpy(&bits, &number, sizeof bits);
+    hash = (hash ^ bits) * 0x100000001B3u;
+    hash ^= hash >> 29;
+  }
+  return hash + static_cast<std::uint64_t>(t.sub_steps) + static_cast<std::uint64_t>(t.status) * 64;
+}
+
+bool is_finite_all(const Energy& e) {
+  return std::isfinite(e.stored_j) && std::isfinite(e.elastic_j) && std::isfinite(e.dissipated_j) &&
+         std::isfinite(e.injected_j) && std::isfinite(e.path_j) && std::isfinite(e.damper_j) && std::isfinite(e.moved_j) &&
+         std::isfinite(e.work_on_hand_j) && std::isfinite(e.let_go_j) && std::isfinite(e.held_back_j) &&
+         std::isfinite(e.ticks_j) && std::isfinite(e.ticks_bound_j);
+}
+
+/// What docs/contracts/session.md lets a tick answer with bad_input.
+bool is_usable(const Moment& moment) {
+  const Probe& probe = moment.probe;
+  return probe.valid && is_finite(probe.position_m) && (!probe.velocity_m_per_s || is_finite(*probe.velocity_m_per_s)) &&
+         moment.time_step_s > 0.0 && moment.time_step_s <= 1.0;
+}
+
+const char* broken_by_tick(const Moment& moment, const TickFrame& frame, double max_force_n) {
+  const Tick& t = frame.result;
+  if (!is_finite(frame.command_n)) return "a command is finite";
+  if (norm(frame.command_n) > max_force_n) return "a command is within the limit";
+  if (!is_finite(t.force_n)) return "a force is finite";
+  if (!is_finite(t.proxy_m) || !is_finite(t.proxy_velocity_m_per_s)) return "a proxy and its velocity are finite";
+  if (!std::isfinite(t.error_bound_m) || t.error_bound_m < 0.0) return "an error bound is finite";
+  if (!is_finite_all(t.energy)) return "an energy is finite";
+  if (t.sub_steps > Session::max_sub_steps) return "there are no more sub-steps than the cap";
+  if (t.status == TickStatus::bad_input && is_usable(moment) && largest_component(moment.probe.position_m) < 100.0)
+    return "a probe and a time step that can be used are not bad input";
+  if (t.status != TickStatus::bad_input && moment.probe.valid && !is_usable(moment)) return "what cannot be used is bad input";
+  return nullptr;
+}
+
+/// A balance of the exact law against the formula of docs/trace.md; empty, or what is wrong.
+std::string broken_by_balance(const SubStep& step, std::span<const PlacedPrimitive> placed) {
+  if (step.balance.status != BalanceStatus::exact && step.balance.status != BalanceStatus::capped) return {};
+  test::BalanceFormula formula(step.balance.position_m, step.probe_m, step.directed_n, step.stiffness_n_per_m,
+                               std::max(step.time_step_s, shortest_time_s));
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    const Primitive& p = placed[i].primitive;
+    const double stiffness_n_per_m = p.is_elastic() ? p.stiffness_n_per_m : 0.0;
+    if (p.kind == PrimitiveKind::directed) continue;
+    if (p.kind != PrimitiveKind::corner) {
+      formula.add(name_of(p.kind), p.position_m, p.direction, p.strength_n, p.drag_ns_per_m, stiffness_n_per_m,
+                  placed[i].force_n);
+      continue;
+    }
+    test::Facets facets;
+    std::vector<Vec3> forces_n;
+    for (; i < placed.size() && placed[i].primitive.kind == PrimitiveKind::corner && placed[i].primitive.id == p.id; ++i) {
+      facets.push_back({placed[i].primitive.position_m, placed[i].primitive.direction});
+      forces_n.push_back(placed[i].force_n);
+    }
+    --i;
+    formula.add_corner(facets, p.strength_n, stiffness_n_per_m, forces_n);
+  }
+  const double claimed_m = std::max(step.balance.error_bound_m, exact_bound_m);
+  if (formula.bound_m() <= claimed_m + formula.rounding_m()) return {};
+  char text[300];
+  std::snprintf(text, sizeof text,
+                "a balance is within its bound: %.3g m where %.3g m are claimed and %.3g m are rounding; %s in stage %d, %zu "
+                "primitives, k = %.3g N/m, T = %.3g s",
+                formula.bound_m(), claimed_m, formula.rounding_m(), name_of(step.balance.status), step.balance.stage,
+                placed.size(), step.stiffness_n_per_m, step.time_step_s);
+  return text;
+}
+
+std::string broken_by_balances(const Session& session) {
+  for (const SubStep& step : session.sub_steps()) {
+    const std::string broken = broken_by_balance(step, session.placed().subspan(step.first_primitive, step.primitives));
+    if (!broken.empty()) return broken;
+  }
+  return {};
+}
+
+double processor_s() {
+  timespec time{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+class AnySession {
+ public:
+  AnySession(const Scene& scene, bool earlier_law)
+      : session_(earlier_law ? Session(scene, baseline::path) : Session(scene)),
+        guarded_(session_, max_device_n),
+        max_force_n_(let_through_n(scene, max_device_n)) {}
+
+  TickFrame tick(std::int64_t number, const Moment& moment) {
+    return guarded_.tick(number, 1e-3 * static_cast<double>(number), moment.time_step_s, moment.probe);
+  }
+  const Session& session() const { return session_; }
+  double max_force_n() const { return max_force_n_; }
+
+ private:
+  static constexpr double max_device_n = 10.0;
+  Session session_;
+  GuardedSession guarded_;
+  double max_force_n_;
+};
+
+/// The scene and the last moments of a case that broke something, for who looks at it.
+void keep(const fs::path& folder, const Scene& scene, const std::vector<Moment>& moments, std::uint64_t last) {
+  std::ofstream(folder / "scene.toml") << to_toml(scene);
+  std::ofstream out(folder / "hand.csv");
+  out << std::setprecision(17) << "tick,dt_s,probe_x_m,probe_y_m,probe_z_m,probe_velocity_y_m_per_s,probe_valid\n";
+  for (std::uint64_t n = 0; n <= last; ++n) {
+    const Probe& probe = moments[n].probe;
+    out << n << ',' << moments[n].time_step_s << ',' << probe.position_m.x << ',' << probe.position_m.y << ','
+        << probe.position_m.z << ',' << (probe.velocity_m_per_s ? probe.velocity_m_per_s->y : 0.0) << ',' << probe.valid
+        << '\n';
+  }
+}
+
+constexpr std::array earlier_laws{"paper-2005", "ikits-2003", "ikits-2003-sequential", "no-proxy"};
+
+Tried felt(Choices& choices, const fs::path& folder) {
+  std::optional<Scene> scene;
+  std::optional<AnySession> first, second;
+  bool earlier_law = false;
+  try {
+    scene = random_scene(choices);
+    earlier_law = choices.one_in(16);
+    if (earlier_law) scene->law = choices.one_of(earlier_laws);
+    first.emplace(*scene, earlier_law);
+  } catch (const LoadError&) {  // a scene that is refused, in words
+    return {};
+  } catch (const std::invalid_argument&) {
+    return {};
+  }
+  const std::uint64_t ticks = 100 + choices.below(4000);
+  AnyHand hand(choices);
+  std::vector<Moment> moments;
+  for (std::uint64_t n = 0; n < ticks; ++n) moments.push_back(hand.next());
+
+  constexpr std::uint64_t balance_in = 16;  // a check costs more than a tick
+  Tried result{.tries = static_cast<std::int64_t>(ticks), .slowest_s = 0.0};
+  std::uint64_t hash = 0;
+  for (std::uint64_t n = 0; n < ticks && result.broken.empty(); ++n) {
+    const long allocations = test::allocations;
+    const double begin_s = processor_s();
+    const TickFrame frame = first->tick(static_cast<std::int64_t>(n), moments[n]);
+    result.slowest_s = std::max(result.slowest_s, processor_s() - begin_s);
+    hash = mixed(hash, frame);
+    const char* broken =
+        test::allocations != allocations ? "a tick allocates nothing" : broken_by_tick(moments[n], frame, first->max_force_n());
+    if (broken) {
+      result.broken = broken;
+    } else if (n % balance_in == 0 && !earlier_law) {
+      result.broken = broken_by_balances(first->session());
+    }
+    if (result.broken.empty()) continue;
+    result.broken += ": tick " + std::to_string(n);
+    keep(folder, *scene, moments, n);
+  }
+  // Felt again: to the bit the same.
+  if (!result.broken.empty() || choices.one_in(4)) return result;
+  second.emplace(*scene, earlier_law);
+  std::uint64_t again = 0;
+  for (std::uint64_t n = 0; n < ticks; ++n) again = mixed(again, second->tick(static_cast<std::int64_t>(n), moments[n]));
+  if (again != hash) {
+    result.broken = "felt again it is the same to the bit";
+    keep(folder, *scene, moments, ticks - 1);
+  }
+  return result;
+}
+
+}  // namespace
+
+void add_ticks(std::vector<Campaign>& to) {
+  to.push_back({.name = "ticks",
+                .of = "ticks",
+                .long_tries = 1'000'000'000,
+                .begin = [](const fs::path&) { return Attempt(felt); },
+                .patience_s = 600.0});
+}
+
+}  // namespace palpa::fuzz
