@@ -19,6 +19,11 @@ set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)
 set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+# Against abuse of a fault: programs lie at another address each time, tables of addresses are read-only once a program runs,
+# stacks are not executable. A test reads every file (tests/install/elf_test.sh).
+include(CheckPIESupported)
+check_pie_supported()
+add_link_options(LINKER:-z,relro LINKER:-z,now LINKER:-z,noexecstack)
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
 # The build folder is laid out as an installation, so that programs find our libraries by one relative way in both. CMake's
 # own way, to link with one RUNPATH and to exchange it later, pads it with empty elements, which the dynamic linker takes

@@ -73,6 +73,35 @@ bool is_visible(vtkPointSet& block, vtkIdType cell) {
          (const_cast<vtkUnsignedCharArray*>(ghosts)->GetValue(cell) & vtkDataSetAttributes::HIDDENCELL) == 0;
 }
 
+bool CellAt::narrow(double low_z, double high_z, double (&low)[2], double (&high)[2]) const {
+  constexpr vtkIdType most_points = 16;  // more: more ways between them than the search for each voxel would take
+  const vtkIdType count = cell->GetNumberOfPoints();
+  if (count > most_points || cell->IsLinear() == 0) return true;
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  double least[2] = {infinity, infinity}, most[2] = {-infinity, -infinity};
+  for (vtkIdType one = 0; one < count; ++one) {
+    for (vtkIdType other = 0; other < one; ++other) {
+      double a[3], b[3];
+      cell->GetPoints()->GetPoint(one, a);
+      cell->GetPoints()->GetPoint(other, b);
+      if (a[2] > b[2]) std::swap(a, b);
+      if (a[2] > high_z || b[2] < low_z) continue;
+      const double height = b[2] - a[2];
+      const double from = height > 0.0 ? std::max(0.0, (low_z - a[2]) / height) : 0.0;
+      const double to = height > 0.0 ? std::min(1.0, (high_z - a[2]) / height) : 1.0;
+      for (int axis = 0; axis < 2; ++axis) {
+        for (const double share : {from, to}) {
+          const double at = a[axis] + share * (b[axis] - a[axis]);
+          least[axis] = std::min(least[axis], at), most[axis] = std::max(most[axis], at);
+        }
+      }
+    }
+  }
+  for (int axis = 0; axis < 2; ++axis)
+    low[axis] = std::max(low[axis], least[axis]), high[axis] = std::min(high[axis], most[axis]);
+  return low[0] <= high[0] && low[1] <= high[1];
+}
+
 PointValues::PointValues(vtkPointSet& block, const std::vector<ArrayName>& arrays) {
   for (const ArrayName& array : arrays) components.push_back(array.components), per_point += array.components;
   const vtkIdType points = block.GetNumberOfPoints();

@@ -56,6 +56,11 @@ struct CellAt {
     int sub = 0;
     return cell->EvaluatePosition(at, closest, sub, parametric, distance2, weights.data()) == 1;
   }
+  /// Narrows a box, in x and y, to where the cell can be between two heights: damaged cells are long and thin, and fill little
+  /// of the layers that they reach through. A cell of straight edges lies within the convex hull of its points, and that
+  /// between the heights within the bounds of all ways from point to point; others are left as they are. False: it is not
+  /// there.
+  bool narrow(double low_z, double high_z, double (&low)[2], double (&high)[2]) const;
   const float* values(const PointValues& of) {
     found.assign(static_cast<std::size_t>(of.per_point), 0.0F);
     for (vtkIdType n = 0; n < cell->GetNumberOfPoints(); ++n) {

@@ -1,7 +1,9 @@
 #include "compression.h"
 
+#include <unistd.h>
 #include <zlib.h>
 
+#include <algorithm>
 #include <memory>
 #include <vector>
 
@@ -62,6 +64,19 @@ void check_claim(const std::string& path, std::uint64_t offset, std::uint64_t by
   if (bytes / usual_ratio <= packed) return;
   if (bytes / most_ratio > packed || unpack(path, offset, bytes).bytes < bytes)
     throw LoadError("is shorter than its header says; get the whole file, or correct its sizes");
+}
+
+void read_unpacked(const std::string& path, std::uint64_t offset, std::byte* to, std::uint64_t bytes) {
+  const detail::InputFile opened(path);
+  const std::unique_ptr<gzFile_s, int (*)(gzFile)> file(::gzdopen(::dup(opened.descriptor()), "rb"), ::gzclose);
+  bool read = file && ::gzseek(file.get(), static_cast<z_off_t>(offset), SEEK_SET) == static_cast<z_off_t>(offset);
+  constexpr std::uint64_t most_at_once = 1 << 30;  // a number of zlib's has 32 bits
+  for (std::uint64_t done = 0; read && done < bytes;) {
+    const int got = ::gzread(file.get(), to + done, static_cast<unsigned>(std::min(bytes - done, most_at_once)));
+    read = got > 0;
+    done += static_cast<std::uint64_t>(std::max(got, 0));
+  }
+  if (!read) throw LoadError("is damaged, or shorter than its header says; get the whole file");
 }
 
 }  // namespace palpa::reader

@@ -1,6 +1,7 @@
-// Checks that compressed data are whole, by their own checksum, and as many as a header says.
+// Compressed data: checks that they are whole, by their own checksum, and as many as a header says; plain reading.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 
@@ -13,5 +14,9 @@ void check_compression(const std::string& path, std::uint64_t offset);
 /// Throws LoadError where the stream, or several one after the other, cannot hold `bytes` bytes. Unpacks them to count only if
 /// that would be unusually many for the length of the file.
 void check_claim(const std::string& path, std::uint64_t offset, std::uint64_t bytes);
+
+/// Reads `bytes` bytes from `offset` on of a file, or, where it is compressed by gzip, of what it holds. Throws LoadError, with
+/// a sentence, where there are fewer.
+void read_unpacked(const std::string& path, std::uint64_t offset, std::byte* to, std::uint64_t bytes);
 
 }  // namespace palpa::reader

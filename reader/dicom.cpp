@@ -46,8 +46,7 @@ class DicomSource : public Source {
       return !s.padding || (s.padding->front() >= s.least() && s.padding->back() <= s.greatest());
     });
     volume_ = arranged(std::move(stack), header.warnings);
-    header.frames = static_cast<std::int32_t>(volume_.frames.size());
-    frame_ = static_cast<std::size_t>(chosen_frame(request, header.frames, header.warnings));
+    frame_ = static_cast<std::size_t>(choose_frames(request, static_cast<std::int64_t>(volume_.frames.size())));
 
     protocol::FieldHeader field;
     field.name = "value";
@@ -57,26 +56,22 @@ class DicomSource : public Source {
     field.scale = numbers_.scale, field.offset = numbers_.offset;
     header.fields.push_back(field);
 
-    for (const Slice& slice : slices()) {
-      if (files.empty() || files.back() != images_.name(slice)) files.push_back(images_.name(slice));
-      header.working_bytes = std::max(header.working_bytes, 2 * images_.voxel_bytes(slice) + images_.stored_bytes(slice));
+    for (std::int64_t n = 0; n < frames_read; ++n) {
+      for (const Slice& slice : volume_.frames[frame_ + static_cast<std::size_t>(n)]) {
+        if (files.empty() || files.back() != images_.name(slice)) files.push_back(images_.name(slice));
+        header.working_bytes = std::max(header.working_bytes, 2 * images_.voxel_bytes(slice) + images_.stored_bytes(slice));
+      }
     }
     header.working_bytes = (in_two_threads() ? 2 : 1) * (header.working_bytes + kept_bytes());
     if (volume_.resampled) header.working_bytes += slices().size() * kept_bytes();
   }
 
   void read(const std::vector<std::uint32_t>&, const std::vector<std::byte*>& to) override {
-    if (volume_.resampled) {
-      const auto own = std::make_unique_for_overwrite<std::byte[]>(slices().size() * kept_bytes());
-      Loaded file;
-      for (std::size_t n = 0; n < slices().size(); ++n) read_slice(slices()[n], file, own.get() + n * kept_bytes());
-      return resample(own.get(), to[0]);
+    Loaded file;
+    for (std::byte* const frame : to) {
+      read_frame(file, frame);
+      ++frame_;
     }
-    if (!in_two_threads()) return copy(0, slices().size(), to[0]);
-    const std::size_t middle = slices().size() / 2;
-    std::future<void> other = std::async(std::launch::async, [&] { copy(0, middle, to[0]); });
-    copy(middle, slices().size(), to[0]);
-    other.get();
   }
 
  private:
@@ -85,7 +80,9 @@ class DicomSource : public Source {
 
   /// Whether two threads read, each a half of the slices: writing to shared memory takes longer than reading most slices, and
   /// its halves can be written at once. A file of several slices is loaded once, by one thread.
-  bool in_two_threads() const { return !volume_.resampled && files.size() == slices().size() && slices().size() > 1; }
+  bool in_two_threads() const {
+    return !volume_.resampled && files.size() == static_cast<std::size_t>(frames_read) * slices().size() && slices().size() > 1;
+  }
 
   /// The file that was read last, if its numbers have to be converted.
   struct Loaded {
@@ -105,10 +102,26 @@ class DicomSource : public Source {
     convert(loaded.frames.get() + static_cast<std::size_t>(slice.frame) * slice.pixels() * size_of(slice.type), slice, kept);
   }
 
+  /// Reads the present frame.
+  void read_frame(Loaded& file, std::byte* to) {
+    if (volume_.resampled) {
+      const auto own = std::make_unique_for_overwrite<std::byte[]>(slices().size() * kept_bytes());
+      for (std::size_t n = 0; n < slices().size(); ++n) read_slice(slices()[n], file, own.get() + n * kept_bytes());
+      return resample(own.get(), to);
+    }
+    if (!in_two_threads()) return copy(0, slices().size(), file, to);
+    const std::size_t middle = slices().size() / 2;
+    std::future<void> other = std::async(std::launch::async, [&] {
+      Loaded of_other;
+      copy(0, middle, of_other, to);
+    });
+    copy(middle, slices().size(), file, to);
+    other.get();
+  }
+
   /// Reads slices from `first` on, before `last`, to the memory that begins at `to`.
-  void copy(std::size_t first, std::size_t last, std::byte* to) {
+  void copy(std::size_t first, std::size_t last, Loaded& file, std::byte* to) {
     const auto kept = std::make_unique_for_overwrite<std::byte[]>(kept_bytes());
-    Loaded file;
     for (std::size_t n = first; n < last; ++n) {
       read_slice(slices()[n], file, kept.get());
       put(to + n * kept_bytes(), kept.get(), kept_bytes());
@@ -221,7 +234,7 @@ class DicomSource : public Source {
 
   DicomFiles images_;
   Arranged volume_;
-  std::size_t frame_ = 0;
+  std::size_t frame_ = 0;  ///< that is read next
   Numbers numbers_;
   std::mutex libraries_;
   bool masked_ = true;  ///< bits beyond those of the numbers are cleared

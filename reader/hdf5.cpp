@@ -155,7 +155,7 @@ class Hdf5Source final : public Source {
     takes.inside = true, takes.layout = true, takes.index_axes = true;
     along_index_ = request.components_along == "index";
     files.push_back(request.path);
-    chosen_frame(request, 1, header.warnings);
+    choose_frames(request, 1);
     if (request.inside.empty() && H5Lexists(file_, "VTKHDF", H5P_DEFAULT) > 0) {
       open_image();
     } else {

@@ -120,13 +120,12 @@ class MetaImageSource : public Source {
 
     const std::int64_t frames = n == 4 ? image_.DimSize(3) : 1;
     if (frames < 1) throw LoadError("has no voxels along an axis; check DimSize");
-    header.frames = static_cast<std::int32_t>(frames);
     if (request.as == "vector" && raw_.components == 1) {
       if (frames != 3) throw LoadError("has no three frames to take as one vector; leave out as = \"vector\"");
       raw_.components = 3, raw_.component_stride = static_cast<std::int64_t>(frame_values);
-      header.frames = 1;
     } else {
-      first_ = chosen_frame(request, frames, header.warnings) * static_cast<std::int64_t>(frame_values);
+      frame_values_ = static_cast<std::int64_t>(frame_values);
+      first_ = choose_frames(request, frames) * frame_values_;
     }
 
     protocol::FieldHeader field;
@@ -153,7 +152,10 @@ class MetaImageSource : public Source {
     if (direct_) return load(to[0], *protocol::voxel_bytes(header.fields[0]));
     const std::unique_ptr<std::byte[]> all(new std::byte[all_bytes_]);
     load(all.get(), all_bytes_);
-    copy_voxels(all.get() + first_ * static_cast<std::int64_t>(size_of(raw_.type)), raw_, turn_, header.fields[0], to[0]);
+    for (std::size_t n = 0; n < to.size(); ++n) {
+      const std::int64_t first = first_ + static_cast<std::int64_t>(n) * frame_values_;
+      copy_voxels(all.get() + first * static_cast<std::int64_t>(size_of(raw_.type)), raw_, turn_, header.fields[0], to[n]);
+    }
   }
 
   /// Checks compressed data by their checksum, which MetaIO ignores.
@@ -255,10 +257,11 @@ class MetaImageSource : public Source {
   MetaImage image_;
   RawVoxels raw_;
   Turn turn_;
-  std::int64_t first_ = 0;       ///< number of the first value of the chosen frame
-  std::uint64_t all_bytes_ = 0;  ///< of all frames
-  bool compressed_ = false;      ///< as the header says: reading clears it in image_ for a while
-  bool direct_ = false;          ///< the library reads to where the voxels are kept
+  std::int64_t first_ = 0;         ///< number of the first value of the first frame that is read
+  std::int64_t frame_values_ = 0;  ///< of each frame
+  std::uint64_t all_bytes_ = 0;    ///< of all frames
+  bool compressed_ = false;        ///< as the header says: reading clears it in image_ for a while
+  bool direct_ = false;            ///< the library reads to where the voxels are kept
 };
 
 }  // namespace

@@ -1,10 +1,8 @@
 // NIfTI-1 and NIfTI-2 by vtk-dicom.
-#include <vtkImageData.h>
 #include <vtkMatrix4x4.h>
 #include <vtkNIFTIHeader.h>
 #include <vtkNIFTIReader.h>
 #include <vtkNew.h>
-#include <vtkObjectFactory.h>
 
 #include <algorithm>
 #include <array>
@@ -21,21 +19,6 @@
 
 namespace palpa::reader {
 namespace {
-
-/// Reads any single frame; vtkNIFTIReader reads the first of several frames, or all.
-class FrameReader : public vtkNIFTIReader {
- public:
-  static FrameReader* New();
-  vtkTypeMacro(FrameReader, vtkNIFTIReader);
-  unsigned long skip_bytes = 0;
-
- protected:
-  int RequestData(vtkInformation* request, vtkInformationVector** in, vtkInformationVector* out) override {
-    this->HeaderSize += skip_bytes;
-    return Superclass::RequestData(request, in, out);
-  }
-};
-vtkStandardNewMacro(FrameReader);
 
 RawType raw_type(int type) {
   switch (type) {
@@ -61,19 +44,22 @@ RawType raw_type(int type) {
 }
 
 /// Refuses data types that vtkNIFTIReader does not know: it would read beyond the end of its table of types.
-void check_type(const std::string& start) {
+/// \return  whether the numbers are in the other byte order than this machine's
+bool check_type(const std::string& start) {
   if (start.size() < 348) throw LoadError("is shorter than a NIfTI header; get the whole file");
   const bool second_version = start.substr(4, 3) == "n+2" || start.substr(4, 3) == "ni2";
   std::uint32_t header_bytes = 0;
   std::uint16_t type = 0;
   std::memcpy(&header_bytes, start.data(), sizeof header_bytes);
   std::memcpy(&type, start.data() + (second_version ? 12 : 70), sizeof type);
-  if (header_bytes != 348 && header_bytes != 540) type = static_cast<std::uint16_t>(type >> 8 | type << 8);
+  const bool swapped = header_bytes != 348 && header_bytes != 540;
+  if (swapped) type = static_cast<std::uint16_t>(type >> 8 | type << 8);
   static constexpr int known[] = {2, 4, 8, 16, 32, 64, 128, 256, 512, 768, 1024, 1280, 1792, 2304};
   if (std::find(std::begin(known), std::end(known), type) == std::end(known)) {
     throw LoadError("has NIfTI data type " + std::to_string(type) +
                     "; whole numbers to 64 bits, float32 and float64 can be read");
   }
+  return swapped;
 }
 
 class NiftiSource : public Source {
@@ -83,7 +69,7 @@ class NiftiSource : public Source {
     takes.index_axes = true;
     header.default_unit = "mm";
     files.push_back(request.path);
-    check_type(first_bytes(request.path));
+    raw_.swapped = check_type(first_bytes(request.path));
     reader_->SetFileName(request.path.c_str());
     reader_->UpdateInformation();
     if (library_complained() || reader_->GetErrorCode() != 0) {
@@ -96,7 +82,7 @@ class NiftiSource : public Source {
     Dims dim = dims_of(h);
     raw_.dims = {dim[1], dim[2], dim[3]};
     find_components(h, request, dim);
-    find_frame(request, dim);
+    find_frames(request, dim);
 
     protocol::FieldHeader field;
     field.name = raw_.components == 3 ? "vector" : "value";
@@ -120,20 +106,14 @@ class NiftiSource : public Source {
     }
   }
 
+  /// The library reads the first of several frames or all, and of a compressed file each from its beginning: so the numbers are
+  /// read here, those of all frames in one go.
   void read(const std::vector<std::uint32_t>&, const std::vector<std::byte*>& to) override {
-    reader_->Update();
-    vtkImageData* image = reader_->GetOutput();
-    if (library_complained() || reader_->GetErrorCode() != 0 || image->GetScalarPointer() == nullptr) {
-      throw LoadError("cannot be read as NIfTI (" + take_library_error() + "); check that the file is whole");
+    const auto numbers = std::make_unique_for_overwrite<std::byte[]>(header.working_bytes);
+    read_unpacked(files.back(), first_byte_, numbers.get(), header.working_bytes);
+    for (std::size_t n = 0; n < to.size(); ++n) {
+      copy_voxels(numbers.get() + n * frame_bytes_, raw_, turn_, header.fields[0], to[n]);
     }
-    // VTK reverses the slices of left-handed grids; this reader keeps the file's order.
-    RawVoxels raw = raw_;
-    const std::byte* first = static_cast<const std::byte*>(image->GetScalarPointer());
-    if (reader_->GetQFac() < 0) {
-      first += raw.stride[2] * (raw.dims[2] - 1) * static_cast<std::int64_t>(size_of(raw.type));
-      raw.stride[2] = -raw.stride[2];
-    }
-    copy_voxels(first, raw, turn_, header.fields[0], to[0]);
   }
 
   /// Checks gzip's checksum, because vtk-dicom stops reading at the last voxel, which may be before it. Files of several frames
@@ -169,8 +149,6 @@ class NiftiSource : public Source {
     } else if (dim[5] == 1 && dim[4] == 3 && (intent || asked)) {
       raw_.components = 3;
       dim[4] = 1;
-      reader_->TimeAsVectorOn();
-      reader_->UpdateInformation();
     } else if (dim[5] > 1) {
       throw LoadError("has " + std::to_string(dim[5]) + " numbers per voxel" +
                       (dim[5] == 3 ? " and does not say that they are a vector; if they are, as = \"vector\" takes them as one"
@@ -180,20 +158,24 @@ class NiftiSource : public Source {
     }
   }
 
-  void find_frame(const protocol::Request& request, const Dims& dim) {
-    header.frames = static_cast<std::int32_t>(std::min<std::int64_t>(dim[4], INT32_MAX));
-    const std::int64_t frame = chosen_frame(request, dim[4], header.warnings);
-    const std::int64_t c = raw_.components;
-    raw_.stride = {c, c * dim[1], 0};
-    std::int64_t frame_values = 0, frame_bytes = 0, skip = 0;
+  /// A component of all frames lies behind the one before it.
+  void find_frames(const protocol::Request& request, const Dims& dim) {
+    const std::int64_t first = choose_frames(request, dim[4]);
+    raw_.stride = {1, dim[1], 0};
+    std::int64_t frame_values = 0, frame_bytes = 0, first_byte = 0, frames = 0, bytes = 0;
     if (__builtin_mul_overflow(dim[1] * dim[2], dim[3], &frame_values) ||
+        __builtin_mul_overflow(frame_values, dim[4], &raw_.component_stride) ||
         __builtin_mul_overflow(frame_values, static_cast<std::int64_t>(size_of(raw_.type)), &frame_bytes) ||
-        __builtin_mul_overflow(frame_bytes, frame, &skip) || __builtin_mul_overflow(frame_bytes, c, &frame_bytes)) {
+        __builtin_mul_overflow(dim[4], std::int64_t{raw_.components - 1}, &frames) ||
+        __builtin_add_overflow(frames, frames_read, &frames) || __builtin_mul_overflow(frame_bytes, first, &first_byte) ||
+        __builtin_mul_overflow(frame_bytes, frames, &bytes)) {
       throw LoadError("claims more voxels than can be counted; the header is damaged");
     }
-    raw_.stride[2] = c * dim[1] * dim[2];
-    header.working_bytes = static_cast<std::uint64_t>(frame_bytes);
-    reader_->skip_bytes = static_cast<unsigned long>(skip);
+    raw_.stride[2] = dim[1] * dim[2];
+    frame_bytes_ = static_cast<std::uint64_t>(frame_bytes);
+    first_byte_ = static_cast<std::uint64_t>(std::max<std::int64_t>(reader_->GetNIFTIHeader()->GetVoxOffset(), 0)) +
+                  static_cast<std::uint64_t>(first_byte);
+    header.working_bytes = static_cast<std::uint64_t>(bytes);
   }
 
   void find_scale(vtkNIFTIHeader& h, protocol::FieldHeader& field) {
@@ -220,6 +202,7 @@ class NiftiSource : public Source {
       check_data_file(name, image);
       return files.push_back(image);
     }
+    throw LoadError("needs its image, '" + name.substr(0, dot) + ".img', which is not there or empty; put it back");
   }
 
   /// The affine of the file's own index order: sform where it has one, else qform, else spacing alone.
@@ -270,8 +253,10 @@ class NiftiSource : public Source {
     header.warnings.push_back("sform and qform put a corner " + std::string(text) + " voxels apart: the sform is used");
   }
 
-  vtkNew<FrameReader> reader_;
+  vtkNew<vtkNIFTIReader> reader_;
   RawVoxels raw_;
+  std::uint64_t frame_bytes_ = 0;  ///< of one component
+  std::uint64_t first_byte_ = 0;   ///< that is read
   Turn turn_;
 };
 

@@ -193,10 +193,10 @@ class NrrdSource : public Source {
     }
     if (axes.vector) raw_.components = 3, raw_.component_stride = stride[*axes.vector];
     if (axes.frames) {
-      header.frames = static_cast<std::int32_t>(nrrd_->axis[*axes.frames].size);
-      first_ = chosen_frame(request, header.frames, header.warnings) * stride[*axes.frames];
+      frame_stride_ = stride[*axes.frames];
+      first_ = choose_frames(request, static_cast<std::int64_t>(nrrd_->axis[*axes.frames].size)) * frame_stride_;
     } else {
-      chosen_frame(request, 1, header.warnings);
+      choose_frames(request, 1);
     }
 
     protocol::FieldHeader field;
@@ -225,8 +225,11 @@ class NrrdSource : public Source {
       loaded->data = nullptr;
     } else {
       const auto loaded = load(nullptr, false);
-      const auto* first = static_cast<const std::byte*>(loaded->data) + first_ * static_cast<std::int64_t>(size_of(raw_.type));
-      copy_voxels(first, raw_, turn_, header.fields[0], to[0]);
+      for (std::size_t n = 0; n < to.size(); ++n) {
+        const std::int64_t first = first_ + static_cast<std::int64_t>(n) * frame_stride_;
+        copy_voxels(static_cast<const std::byte*>(loaded->data) + first * static_cast<std::int64_t>(size_of(raw_.type)), raw_,
+                    turn_, header.fields[0], to[n]);
+      }
     }
   }
 
@@ -389,7 +392,8 @@ class NrrdSource : public Source {
   const NrrdEncoding* encoding_ = nullptr;
   RawVoxels raw_;
   Turn turn_;
-  std::int64_t first_ = 0;  ///< number of the first value of the chosen frame
+  std::int64_t first_ = 0;         ///< number of the first value of the first frame that is read
+  std::int64_t frame_stride_ = 0;  ///< values from frame to frame
   std::uint64_t all_bytes_ = 0;
   bool direct_ = false;  ///< the library reads to where the voxels are kept
 };

@@ -6,13 +6,18 @@
 #include <cmath>
 #include <limits>
 
+#include "palpa/core/load_error.h"
 #include "palpa/field/parallel.h"
+#include "palpa/limits/limits.h"
 #include "palpa/volume/volume.h"
 
 namespace palpa::reader {
 namespace {
 
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+// Voxels of a layer that are searched without a look at how much of it the cell can have. More: damaged cells cost more; fewer:
+// the look costs more than the search.
+constexpr std::int64_t most_whole_layer = 64;
 
 }  // namespace
 
@@ -20,34 +25,46 @@ void Resampler::load(const Cell& cell, CellAt& to) const {
   blocks_[static_cast<std::size_t>(cell.block)]->GetCell(cell.id, to.cell);
 }
 
+Resampler::Steps Resampler::steps() const {
+  const Mat3& m = grid_.index_to_world_m;
+  const Vec3 first = (grid_.origin_m - centre_) / unit_;
+  return {{first.x, first.y, first.z}, {m.row[0].x / unit_, m.row[1].y / unit_, m.row[2].z / unit_}};
+}
+
+/// The voxels of an axis between two places, the first and the one behind the last.
+Resampler::Voxels Resampler::voxels_between(const Steps& steps, std::size_t axis, double low, double high) const {
+  const auto n = static_cast<double>(grid_.dims[axis]);
+  const auto voxel = [&](double place) { return (place - steps.origin[axis]) / steps.step[axis]; };
+  return {static_cast<std::int64_t>(std::clamp(std::ceil(voxel(low)), 0.0, n)),
+          static_cast<std::int64_t>(std::clamp(std::floor(voxel(high)) + 1.0, 0.0, n))};
+}
+
 void Resampler::fill(const std::vector<PointValues>& values, const std::vector<float*>& to, std::vector<std::uint8_t>& done,
-                     std::int64_t first_k, std::int64_t last_k) const {
+                     std::int64_t first_k, std::int64_t last_k, std::atomic<std::int64_t>& tests_left) const {
   CellAt here(blocks_);
   const auto& dims = grid_.dims;
-  const Mat3& steps = grid_.index_to_world_m;
-  const double step[3] = {steps.row[0].x / unit_, steps.row[1].y / unit_, steps.row[2].z / unit_};
-  const Vec3 first = (grid_.origin_m - centre_) / unit_;
-  const double origin[3] = {first.x, first.y, first.z};
+  const Steps steps = this->steps();
   for (const Cell& cell : cells_) {
-    std::int64_t from[3], end[3];
-    for (int a = 0; a < 3; ++a) {
-      const auto n = static_cast<double>(dims[static_cast<std::size_t>(a)]);
-      from[a] =
-          static_cast<std::int64_t>(std::clamp(std::ceil((static_cast<double>(cell.low[a]) - origin[a]) / step[a]), 0.0, n));
-      end[a] = static_cast<std::int64_t>(
-          std::clamp(std::floor((static_cast<double>(cell.high[a]) - origin[a]) / step[a]) + 1.0, 0.0, n));
-    }
-    from[2] = std::max(from[2], first_k), end[2] = std::min(end[2], last_k);
-    if (from[0] >= end[0] || from[1] >= end[1] || from[2] >= end[2]) continue;
+    const auto low = [&](int a) { return static_cast<double>(cell.low[a]); };
+    const auto high = [&](int a) { return static_cast<double>(cell.high[a]); };
+    const Voxels i_box = voxels_between(steps, 0, low(0), high(0)), j_box = voxels_between(steps, 1, low(1), high(1));
+    Voxels k_box = voxels_between(steps, 2, low(2), high(2));
+    k_box = {std::max(k_box.first, first_k), std::min(k_box.end, last_k)};
+    if (i_box.count() <= 0 || j_box.count() <= 0 || k_box.count() <= 0) continue;
     load(cell, here);
     const PointValues& block = values[static_cast<std::size_t>(cell.block)];
-    for (std::int64_t k = from[2]; k < end[2]; ++k) {
-      for (std::int64_t j = from[1]; j < end[1]; ++j) {
-        for (std::int64_t i = from[0]; i < end[0]; ++i) {
+    const bool is_large = i_box.count() * j_box.count() > most_whole_layer;
+    std::int64_t tests = 0;
+    for (std::int64_t k = k_box.first; k < k_box.end; ++k) {
+      Voxels i_range = i_box, j_range = j_box;
+      if (is_large && !narrow(here, steps, k, i_range, j_range)) continue;
+      for (std::int64_t j = j_range.first; j < j_range.end; ++j) {
+        for (std::int64_t i = i_range.first; i < i_range.end; ++i) {
           const std::int64_t voxel = i + dims[0] * (j + dims[1] * k);
-          const double at[3] = {origin[0] + static_cast<double>(i) * step[0], origin[1] + static_cast<double>(j) * step[1],
-                                origin[2] + static_cast<double>(k) * step[2]};
-          if (done[static_cast<std::size_t>(voxel)] != 0 || !here.holds(at)) continue;
+          if (done[static_cast<std::size_t>(voxel)] != 0) continue;
+          const double at[3] = {steps.at(0, i), steps.at(1, j), steps.at(2, k)};
+          ++tests;
+          if (!here.holds(at)) continue;
           done[static_cast<std::size_t>(voxel)] = 1;
           const float* value = here.values(block);
           for (std::size_t f = 0; f < to.size(); ++f) {
@@ -58,7 +75,24 @@ void Resampler::fill(const std::vector<PointValues>& values, const std::vector<f
         }
       }
     }
+    if ((tests_left -= tests) < 0)
+      throw LoadError("has voxels that would be looked for in " + more_than(limit::tests_per_voxel));
   }
+}
+
+/// Narrows what a cell can have of a layer of voxels, and half a voxel around; false where it has none of it.
+bool Resampler::narrow(const CellAt& cell, const Steps& steps, std::int64_t k, Voxels& i_range, Voxels& j_range) const {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  double low[2] = {-infinity, -infinity}, high[2] = {infinity, infinity};
+  const double z = steps.at(2, k), half = 0.5 * steps.step[2];
+  if (!cell.narrow(z - half, z + half, low, high)) return false;
+  const auto narrowed = [&](std::size_t axis, const Voxels& box) {
+    const double margin = 0.5 * steps.step[axis];
+    const Voxels range = voxels_between(steps, axis, low[axis] - margin, high[axis] + margin);
+    return Voxels{std::max(box.first, range.first), std::min(box.end, range.end)};
+  };
+  i_range = narrowed(0, i_range), j_range = narrowed(1, j_range);
+  return true;
 }
 
 std::vector<Resampled> Resampler::sample(const std::vector<ArrayName>& arrays, const std::vector<float*>& to) const {
@@ -92,8 +126,10 @@ std::vector<Resampled> Resampler::sample(const std::vector<ArrayName>& arrays, c
   }
 
   std::vector<std::uint8_t> done(static_cast<std::size_t>(grid_.voxels()));
+  std::atomic<std::int64_t> tests_left =
+      static_cast<std::int64_t>(limit::tests_per_voxel.most * static_cast<double>(grid_.voxels()));
   palpa::detail::in_parts(grid_.dims[2], 1,
-                          [&](std::int64_t first, std::int64_t last) { fill(values, to, done, first, last); });
+                          [&](std::int64_t first, std::int64_t last) { fill(values, to, done, first, last, tests_left); });
   look(values, to, crop_, false, out);
   look(values, to, crop_, true, out);
   return out;

@@ -4,6 +4,7 @@
 #include <vtkPointSet.h>
 #include <vtkSmartPointer.h>
 
+#include <atomic>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -52,8 +53,20 @@ class Resampler {
   void find_cells(const std::optional<Box>& crop);
   void choose_grid(const std::optional<Box>& crop);
   void load(const Cell& cell, CellAt& to) const;
+  /// The grid in units of `unit_` from `centre_`.
+  struct Steps {
+    double origin[3], step[3];
+    double at(int axis, std::int64_t voxel) const noexcept { return origin[axis] + static_cast<double>(voxel) * step[axis]; }
+  };
+  struct Voxels {
+    std::int64_t first = 0, end = 0;  ///< along an axis
+    std::int64_t count() const noexcept { return end - first; }
+  };
+  Steps steps() const;
+  Voxels voxels_between(const Steps& steps, std::size_t axis, double low, double high) const;
+  bool narrow(const CellAt& cell, const Steps& steps, std::int64_t k, Voxels& i_range, Voxels& j_range) const;
   void fill(const std::vector<PointValues>& values, const std::vector<float*>& to, std::vector<std::uint8_t>& done,
-            std::int64_t first_k, std::int64_t last_k) const;
+            std::int64_t first_k, std::int64_t last_k, std::atomic<std::int64_t>& tests_left) const;
   void look(const std::vector<PointValues>& values, const std::vector<float*>& to, const std::optional<Box>& crop,
             bool by_volume, std::vector<Resampled>& out) const;
 

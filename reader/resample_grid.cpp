@@ -10,15 +10,13 @@
 
 #include "palpa/core/load_error.h"
 #include "palpa/field/quantile.h"
+#include "palpa/limits/limits.h"
 #include "resample.h"
 
 namespace palpa::reader {
 namespace {
 
-// Voxels of a grid: at most the first, or the second per point of a mesh with more points than a quarter of it. More: memory
-// and time; fewer: small cells are lost.
-constexpr double most_voxels = 1 << 22;
-constexpr double voxels_per_point = 4.0;
+constexpr double voxels_per_point = 4.0;  // of meshes with more points than the limit on voxels has place for
 // [1] Longest step over shortest. More: voxels are longer in one direction; less: more voxels.
 constexpr double uneven_steps = 4.0;
 
@@ -152,7 +150,7 @@ void Resampler::choose_grid(const std::optional<Box>& crop) {
     step[a] = unit_ * std::min(step[a], uneven_steps * shortest);
   }
   // Both ends of every side are voxels.
-  const double most = std::max(most_voxels, voxels_per_point * points);
+  const double most = std::max(limit::resampled_voxels.most, voxels_per_point * points);
   const auto count = [&](int a) { return std::max(std::ceil((box_high[a] - box_low[a]) / step[a]), 1.0) + 1.0; };
   for (double voxels = count(0) * count(1) * count(2); voxels > most; voxels = count(0) * count(1) * count(2)) {
     bounded_ = true;

@@ -16,6 +16,7 @@
 #include "cage.h"
 #include "messages.h"
 #include "palpa/file/protocol_memory.h"
+#include "palpa/limits/limits.h"
 #include "palpa/volume/sha256.h"
 #include "palpa/volume/volume.h"
 #include "program.h"
@@ -137,28 +138,35 @@ void answer(int socket, Open open) {
   if (!second || !std::holds_alternative<protocol::Room>(second->message) || second->descriptor < 0) return;
   const auto& room = std::get<protocol::Room>(second->message);
   const auto offsets = protocol::place(source->header, room);
-  if (!offsets) return;
+  if (!offsets || room.frames != source->frames_read) return;
   limit_memory(offsets->back() + source->header.working_bytes);
   const protocol::Memory memory = protocol::mapped({second->descriptor, second->second_descriptor}, offsets->back(), true);
   std::vector<std::byte*> to;
-  for (std::size_t i = 0; i < room.fields.size(); ++i) to.push_back(memory.all.get() + (*offsets)[i]);
+  for (std::size_t n = 0; n + 1 < offsets->size(); ++n) to.push_back(memory.all.get() + (*offsets)[n]);
 
   source->put = [&](std::byte* place, const std::byte* from, std::uint64_t bytes_put) { memory.write(place, from, bytes_put); };
   source->read(room.fields, to);
-  for (std::size_t i = 0; i < room.fields.size(); ++i) put_planes(source->header.fields[room.fields[i]], to[i]);
+  for (std::size_t n = 0; n < to.size(); ++n) put_planes(source->header.fields[room.fields[n % room.fields.size()]], to[n]);
   send_done(socket, *source, checks.finished());
 }
 
 }  // namespace
 
-std::int64_t chosen_frame(const protocol::Request& request, std::int64_t frames, std::vector<std::string>& warnings) {
+std::int64_t Source::choose_frames(const protocol::Request& request, std::int64_t frames) {
+  header.frames = static_cast<std::int32_t>(std::min<std::int64_t>(frames, INT32_MAX));
+  if (request.frame == VolumeRequest::all_frames) {
+    if (limit::frames.is_passed_by(static_cast<double>(frames)))
+      throw LoadError("has " + std::to_string(frames) + " frames, " + more_than(limit::frames));
+    frames_read = frames;
+    return 0;
+  }
   if (request.frame >= frames) {
     throw LoadError("has " + std::to_string(frames) + (frames == 1 ? " frame" : " frames") + ", not frame " +
                     std::to_string(request.frame) + "; they count from 0");
   }
   if (frames > 1 && request.frame < 0) {
-    warnings.push_back("holds " + std::to_string(frames) +
-                       " frames: the first is read (frame = N takes another, frame_period_s all of them, as a series)");
+    header.warnings.push_back("holds " + std::to_string(frames) +
+                              " frames: the first is read (frame = N takes another, frame_period_s all of them, as a series)");
   }
   return std::max(request.frame, 0);
 }

@@ -30,6 +30,8 @@ class Source {
     bool crop = false, time = false, partners = false, inside = false, layout = false, series = false, index_axes = false;
   } takes;  ///< which options of a request this format knows; others are refused
 
+  std::int64_t frames_read = 1;  ///< which `read` writes: one, or all of the file
+
   std::vector<Resampling> resampled;  ///< one for each wanted field, once read; empty if the grid is the file's own
 
   std::vector<std::string> warnings;  ///< those that are known only after reading
@@ -38,21 +40,24 @@ class Source {
   /// of shared memory takes twice as long as the copy. Thread-safe for places that do not overlap.
   std::function<void(std::byte* to, const std::byte* from, std::uint64_t bytes)> put;
 
-  /// Writes the voxels of field `wanted[i]` to `to[i]`. Throws LoadError with a sentence.
+  /// Writes the voxels of field `wanted[i]` to `to[i]`, and those of the n-th frame that is read to `to[i + n *
+  /// wanted.size()]`. Throws LoadError with a sentence.
   virtual void read(const std::vector<std::uint32_t>& wanted, const std::vector<std::byte*>& to) = 0;
 
   /// Checks what the library does not: damage that leaves the voxels complete but wrong. Runs during `read` in another thread,
   /// so it must not use what `read` changes. Throws LoadError with a sentence.
   virtual void check_files() const {}
+
+ protected:
+  /// Notes how many frames the file has, and which of them are read: the one asked for, all, or the first, with a warning.
+  /// \return  the number of the first that is read. Throws LoadError.
+  std::int64_t choose_frames(const protocol::Request& request, std::int64_t frames);
 };
 
 // Each format has in reader/NAME.cpp its
 //   std::unique_ptr<Source> open_NAME(const protocol::Request& request);
 // which throws LoadError with "what is wrong; what would be right", without the file's name, and takes no memory for voxels (a
 // legacy VTK file does, but no more than it has bytes). It is declared by format_program.cpp.
-
-/// The number of the frame to read of a file that has `frames` frames: the one asked for, else the first, with a warning.
-std::int64_t chosen_frame(const protocol::Request& request, std::int64_t frames, std::vector<std::string>& warnings);
 
 /// Bytes of a file, or of all files in a folder; 0 where that cannot be found out.
 std::uint64_t file_bytes(const std::string& path);

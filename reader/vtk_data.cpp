@@ -128,7 +128,7 @@ class ResampledSource final : public Source {
     header.named = true;
     takes.crop = true;
     files = std::move(of_files);
-    chosen_frame(request, 1, header.warnings);
+    choose_frames(request, 1);
     header.warnings.push_back(resampler_.description());
     std::set<std::string> names;
     bool of_cells_too = false;
@@ -200,7 +200,7 @@ GridSource::GridSource(const protocol::Request& request, const char* format) {
   takes.index_axes = true;
   along_index_ = request.components_along == "index";
   files.push_back(request.path);
-  chosen_frame(request, 1, header.warnings);
+  choose_frames(request, 1);
 }
 
 bool GridSource::add(std::string name, int vtk_type, int components, bool of_cells) {

@@ -4,6 +4,7 @@
 //     <!-- generated: scene -->          the keys of scene files
 //     <!-- generated: trace -->          the columns of a trace's files
 //     <!-- generated: mode TYPE -->      the parameters of a mode
+//     <!-- generated: limits -->         what files may ask for
 //     <!-- end generated -->
 // With --check nothing is written: exit 1 names every page that is not current.
 
@@ -14,6 +15,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "palpa/limits/limits.h"
 #include "palpa/scene/load_scene.h"
 #include "palpa/trace/trace.h"
 
@@ -33,11 +35,12 @@ std::string read(const std::filesystem::path& path) {
 
 std::string table(const std::string& what) {
   if (what == "scene") return palpa::scene_reference_markdown(palpa::standard_modes());
+  if (what == "limits") return palpa::limits_reference_markdown();
   if (what == "trace") return palpa::trace_reference_markdown();
   if (what.starts_with("mode ")) {
     if (const palpa::Mode* mode = palpa::standard_modes().find(what.substr(5))) return palpa::mode_reference_markdown(*mode);
   }
-  throw std::runtime_error("no table '" + what + "'; there are: scene, trace, mode TYPE");
+  throw std::runtime_error("no table '" + what + "'; there are: scene, trace, limits, mode TYPE");
 }
 
 /// The page with its tables made anew; `seen` gathers which tables it has.
@@ -87,7 +90,7 @@ int run(const std::filesystem::path& docs, bool check) {
       throw std::runtime_error(path.string() + ": cannot be written");
     }
   }
-  std::set<std::string> wanted{"scene", "trace"};
+  std::set<std::string> wanted{"scene", "trace", "limits"};
   for (const palpa::Mode& mode : palpa::standard_modes().modes()) wanted.insert("mode " + std::string(mode.type()));
   for (const std::string& what : wanted) {
     if (seen.contains(what)) continue;

@@ -16,7 +16,8 @@
 #include "palpa/disk/input_file.h"
 #include "palpa/disk/new_file.h"
 #include "palpa/installed/own_files.h"
-#include "palpa/toml/key_depth.h"
+#include "palpa/limits/limits.h"
+#include "palpa/toml/problem.h"
 #include "palpa/toml/wording.h"
 #include "palpa/version.h"
 
@@ -27,8 +28,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view prefix = "palpa-device-";
-// Of devices.toml [bytes]. More: memory for nonsense; less: would refuse what is only long.
-constexpr std::uint64_t largest_file = 1 << 20;
 
 std::vector<fs::path> shared_objects() {
   for (const fs::path& folder : own_files_folders()) {
@@ -78,10 +77,9 @@ std::string place_of(const fs::path& file, const toml::source_region& at) {
 std::optional<toml::table> read(const fs::path& file) {
   const detail::InputFile opened(file);
   if (opened.why_not() == detail::NoInput::missing) return std::nullopt;
-  const std::string text = detail::read_whole(opened, largest_file, "a file of devices is a short TOML file");
-  if (const auto deep = detail::too_deep_key(text))
-    throw LoadError(file.string() + ":" + std::to_string(deep->first) +
-                    ": a key has too many parts; write [NAME] and keys in it");
+  const std::string text = detail::read_whole(opened, limit::notes_bytes.count(), limit::notes_bytes.remedy);
+  if (const auto problem = detail::problem_with_toml(text))
+    throw LoadError(file.string() + ":" + std::to_string(problem->line) + ": " + problem->sentence);
   try {
     return toml::parse(text, file.string());
   } catch (const toml::parse_error& problem) {

@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <type_traits>
 
+#include "palpa/limits/limits.h"
 #include "palpa/volume/volume.h"
 
 namespace palpa::protocol {
@@ -212,9 +213,11 @@ void unpack(Unpacker& from, Header& m) {
 
 void pack(Packer& to, const Room& m) {
   to.list(m.fields, [&](std::uint32_t f) { to.number(f); });
+  to.number(m.frames);
 }
 void unpack(Unpacker& from, Room& m) {
   m.fields = from.list<std::uint32_t>([&] { return from.number<std::uint32_t>(); });
+  m.frames = from.number<std::int32_t>();
 }
 
 void pack(Packer& to, const Resampling& m) {
@@ -291,8 +294,12 @@ std::uint64_t plane_numbers(const FieldHeader& field) noexcept {
 }
 
 std::optional<std::vector<std::uint64_t>> place(const Header& header, const Room& room) {
+  if (room.frames < 1 || limit::frames.is_passed_by(room.frames) || (room.frames > 1 && room.frames != header.frames)) {
+    return std::nullopt;
+  }
   std::vector<std::uint64_t> offsets{0};
-  for (std::size_t i = 0; i < room.fields.size(); ++i) {
+  for (std::size_t n = 0; n < room.fields.size() * static_cast<std::size_t>(room.frames); ++n) {
+    const std::size_t i = n % room.fields.size();
     const std::uint32_t field = room.fields[i];
     if (field >= header.fields.size() || (i > 0 && field <= room.fields[i - 1])) return std::nullopt;
     const auto voxels = voxel_bytes(header.fields[field]);

@@ -25,14 +25,14 @@
 /// started by hand has no caller. Numbers are in the byte order of the machine.
 namespace palpa::protocol {
 
-inline constexpr std::uint16_t version = 4;               ///< differs: the two programs do not belong together
+inline constexpr std::uint16_t version = 5;               ///< differs: the two programs do not belong together
 inline constexpr std::size_t max_packet_bytes = 1 << 17;  ///< a longer message throws; each receive takes so much memory
 inline constexpr int socket_descriptor = 3;               ///< where palpa-read finds its end of the pair
 
 struct Request {
   std::string path;
   std::string as;                       ///< "vector": a file of three frames is one vector; else empty
-  std::int32_t frame = -1;              ///< of a file with several; -1: the first, with a warning
+  std::int32_t frame = -1;              ///< of a file with several; -1: the first, with a warning; VolumeRequest::all_frames
   std::uint64_t max_bytes = 0;          ///< voxels that would need more are refused
   std::string series{};                 ///< of a DICOM folder with several; empty: the largest, with a warning
   std::string components_along{};       ///< "index": vectors are along the axes of the grid; else as the format says
@@ -74,6 +74,7 @@ struct Header {
 /// Comes with one or two file descriptors: memory for the wanted fields, one after the other as `place` says.
 struct Room {
   std::vector<std::uint32_t> fields;  ///< indices into Header::fields, rising
+  std::int32_t frames = 1;            ///< that are wanted of each: one, or all that the header says
 };
 
 struct Done {
@@ -95,8 +96,9 @@ std::optional<std::uint64_t> voxel_bytes(const FieldHeader& field) noexcept;
 /// Doubles that follow a field's voxels, at the next multiple of 8 bytes: the planes of a rectilinear grid, along i, j, k.
 std::uint64_t plane_numbers(const FieldHeader& field) noexcept;
 
-/// Offsets of the wanted fields in the shared memory, and as the last one the size of all of it.
-/// nullopt where an index is wrong or the sum overflows.
+/// Offsets of the wanted fields in the shared memory, those of the second frame behind those of the first, and so on; and as
+/// the last one the size of all of it. nullopt where an index is wrong, there is no such number of frames, or the sum
+/// overflows.
 std::optional<std::vector<std::uint64_t>> place(const Header& header, const Room& room);
 
 /// The message as one packet.

@@ -15,12 +15,15 @@
 #include "palpa/file/raw_file.h"
 #include "palpa/file/reader_process.h"
 #include "palpa/file/shared_memory.h"
+#include "palpa/limits/free_memory.h"
+#include "palpa/limits/limits.h"
 #include "palpa/volume/sha256.h"
 #include "palpa/volume/volume.h"
 
 namespace palpa {
 namespace {
 
+using detail::free_memory_bytes;
 using protocol::FieldHeader;
 using protocol::Header;
 using protocol::readable_bytes;
@@ -60,23 +63,6 @@ double metres(std::string_view unit) {
     if (name == unit) return value;
   }
   return 0.0;
-}
-
-/// What this process and its child may still take: the machine's free memory, or less where a control
-/// group says so.
-std::uint64_t free_memory_bytes() {
-  std::uint64_t free = 0;
-  std::ifstream info("/proc/meminfo");
-  for (std::string key; info >> key;) {
-    if (key == "MemAvailable:" && info >> free) break;
-    info.ignore(1 << 12, '\n');
-  }
-  free *= 1024;
-  std::uint64_t limit = 0, used = 0;
-  if (std::ifstream("/sys/fs/cgroup/memory.max") >> limit && std::ifstream("/sys/fs/cgroup/memory.current") >> used) {
-    free = std::min(free, limit > used ? limit - used : 0);
-  }
-  return free;
 }
 
 /// Refuses at once what no reader has to be started for.
@@ -204,6 +190,7 @@ std::vector<Taken> taken_fields(const VolumeRequest& request, const Header& head
 
 /// Checks what the reader claims, before anything is built on it.
 void check(const Header& header) {
+  if (header.frames < 1) throw LoadError("claims to have no frame; the header is damaged");
   if (header.fields.empty()) throw LoadError("has no field that can be felt; give a volume of numbers");
   for (const FieldHeader& field : header.fields) {
     if (!protocol::voxel_bytes(field)) {
@@ -241,10 +228,21 @@ Plan planned(Header header, const VolumeRequest& request, Volume& volume) {
   for (const Taken& t : plan.taken) plan.room.fields.insert(plan.room.fields.end(), t.arrays.begin(), t.arrays.end());
   std::sort(plan.room.fields.begin(), plan.room.fields.end());
   plan.room.fields.erase(std::unique(plan.room.fields.begin(), plan.room.fields.end()), plan.room.fields.end());
+  if (request.frame == VolumeRequest::all_frames) plan.room.frames = plan.header.frames;
+  if (limit::frames.is_passed_by(plan.room.frames))
+    throw LoadError("has " + std::to_string(plan.room.frames) + " frames, " + more_than(limit::frames));
   const auto placed = protocol::place(plan.header, plan.room);
   if (!placed) throw LoadError("claims more voxels than can be counted; the header is damaged");
   plan.offsets = *placed;
   return plan;
+}
+
+/// Where the arrays of a field are among those of the room.
+std::vector<std::size_t> slots_of(const Plan& plan, const Taken& taken) {
+  std::vector<std::size_t> slots;
+  for (const std::uint32_t array : taken.arrays)
+    slots.push_back(static_cast<std::size_t>(std::ranges::lower_bound(plan.room.fields, array) - plan.room.fields.begin()));
+  return slots;
 }
 
 /// Refuses voxels that do not fit, before memory is taken.
@@ -256,7 +254,9 @@ void check_size(const Plan& plan, const ReadOptions& options, std::uint64_t limi
   if (!too_large && (options.max_bytes != 0 || with_work <= free)) return;
   const auto& n = plan.header.fields[plan.taken.front().arrays.front()].grid.dims;
   std::ostringstream text;
-  text << "claims " << n[0] << " × " << n[1] << " × " << n[2] << " voxels, which need "
+  text << "claims ";
+  if (plan.room.frames > 1) text << plan.room.frames << " frames of ";
+  text << n[0] << " × " << n[1] << " × " << n[2] << " voxels, which need "
        << readable_bytes(static_cast<double>(too_large ? bytes : with_work)) << " where "
        << readable_bytes(static_cast<double>(too_large ? limit : free))
        << (options.max_bytes != 0 ? " are allowed" : " are free")
@@ -275,6 +275,40 @@ void check_places(const Plan& plan) {
   }
 }
 
+/// One frame of a field whose voxels are there. \param one_row_in  [rows] as of grid_field_to_look_at
+FieldPtr made_field(const Plan& plan, const Taken& taken, std::size_t frame, const std::shared_ptr<const std::byte>& voxels,
+                    std::int64_t one_row_in) {
+  const FieldHeader& field = plan.header.fields[taken.arrays.front()];
+  std::vector<std::shared_ptr<const void>> arrays;
+  for (const std::size_t slot : slots_of(plan, taken))
+    arrays.emplace_back(voxels, voxels.get() + plan.offsets[frame * plan.room.fields.size() + slot]);
+  GridGeometry grid = in_metres(field.grid, plan.metres_per_file_unit);
+  take_planes(grid, static_cast<const std::byte*>(arrays.front().get()) + (protocol::voxel_bytes(field).value() + 7) / 8 * 8);
+  try {
+    if (arrays.size() > 1) return grid_field(grid, detail::joined_components(plan.header, taken.arrays, arrays));
+    return grid_field_to_look_at(grid, {field.type, field.components, arrays.front()}, field.scale, field.offset, one_row_in);
+  } catch (const std::invalid_argument& problem) {
+    throw LoadError(std::string("cannot be felt: ") + problem.what());
+  }
+}
+
+/// Says how many voxels of a field have no value.
+std::string words_of_lost(double lost, double voxels, const std::string& format) {
+  std::ostringstream text;
+  text << std::fixed;
+  text.precision(0);
+  const double percent = 100.0 * lost / voxels;
+  if (lost < 10'000.0) {
+    text << lost << (lost == 1 ? " voxel is " : " voxels are ");
+  } else {
+    text.precision(percent < 1.0 ? 2 : percent < 10.0 ? 1 : 0);
+    text << percent << " % of the voxels are ";
+  }
+  // Numbers of DICOM are whole: none but padding is without a value.
+  text << (format == "dicom" ? "padding, where nothing was measured" : "not finite") << ": treated as outside";
+  return text.str();
+}
+
 /// The fields of a plan whose voxels are there. \param one_row_in  [rows] as of grid_field_to_look_at
 void add_fields(Volume& volume, const Plan& plan, const std::shared_ptr<const std::byte>& voxels, const protocol::Done& done,
                 std::int64_t one_row_in = 1) {
@@ -287,47 +321,22 @@ void add_fields(Volume& volume, const Plan& plan, const std::shared_ptr<const st
   volume.files = done.files;
   volume.warnings.insert(volume.warnings.end(), done.warnings.begin(), done.warnings.end());
   for (const Taken& t : plan.taken) {
-    const FieldHeader& field = plan.header.fields[t.arrays.front()];
-    std::vector<std::size_t> slots;
-    std::vector<std::shared_ptr<const void>> arrays;
-    for (const std::uint32_t array : t.arrays) {
-      slots.push_back(static_cast<std::size_t>(std::ranges::lower_bound(plan.room.fields, array) - plan.room.fields.begin()));
-      arrays.emplace_back(voxels, voxels.get() + plan.offsets[slots.back()]);
+    std::vector<FieldPtr> frames;
+    double lost = 0.0, count = 0.0;
+    for (std::size_t frame = 0; frame < static_cast<std::size_t>(plan.room.frames); ++frame) {
+      frames.push_back(made_field(plan, t, frame, voxels, one_row_in));
+      const GridView& grid = *grid_of(*frames.back());
+      lost += std::round((1.0 - grid.valid_share) * static_cast<double>(grid.geometry.voxels()));
+      count += static_cast<double>(grid.geometry.voxels());
     }
-    GridGeometry grid = in_metres(field.grid, plan.metres_per_file_unit);
-    take_planes(grid, voxels.get() + plan.offsets[slots.front()] + (protocol::voxel_bytes(field).value() + 7) / 8 * 8);
-    FieldPtr made;
-    try {
-      if (arrays.size() == 1) {
-        made =
-            grid_field_to_look_at(grid, {field.type, field.components, arrays.front()}, field.scale, field.offset, one_row_in);
-      } else {
-        made = grid_field(grid, detail::joined_components(plan.header, t.arrays, arrays));
-      }
-    } catch (const std::invalid_argument& problem) {
-      throw LoadError(std::string("cannot be felt: ") + problem.what());
-    }
-    volume.fields.push_back({t.name, t.unit, std::move(made)});
+    const FieldPtr field = frames.size() > 1 ? time_series(std::move(frames), 1.0) : frames.front();
+    volume.fields.push_back({t.name, t.unit, field});
     if (done.resampled.size() == plan.room.fields.size()) {
-      volume.fields.back().resampling = detail::joined_resampling(done.resampled, slots);
+      volume.fields.back().resampling = detail::joined_resampling(done.resampled, slots_of(plan, t));
     }
-    const double lost =
-        std::round((1.0 - grid_of(*volume.fields.back().field)->valid_share) * static_cast<double>(grid.voxels()));
     if (lost > 0 && !volume.fields.back().resampling) {
-      std::ostringstream text;
-      text << std::fixed;
-      text.precision(0);
-      if (plan.taken.size() > 1) text << "field '" << t.name << "': ";
-      const double percent = 100.0 * lost / static_cast<double>(grid.voxels());
-      if (lost < 10'000.0) {
-        text << lost << (lost == 1 ? " voxel is " : " voxels are ");
-      } else {
-        text.precision(percent < 1.0 ? 2 : percent < 10.0 ? 1 : 0);
-        text << percent << " % of the voxels are ";
-      }
-      // Numbers of DICOM are whole: none but padding is without a value.
-      text << (plan.header.format == "dicom" ? "padding, where nothing was measured" : "not finite") << ": treated as outside";
-      volume.warnings.push_back(text.str());
+      volume.warnings.push_back((plan.taken.size() > 1 ? "field '" + t.name + "': " : "") +
+                                words_of_lost(lost, count, plan.header.format));
     }
   }
 }

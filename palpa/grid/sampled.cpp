@@ -9,8 +9,11 @@
 #include <utility>
 #include <vector>
 
+#include "palpa/core/printed.h"
 #include "palpa/field/parallel.h"
 #include "palpa/grid/grid_base.h"
+#include "palpa/limits/free_memory.h"
+#include "palpa/limits/limits.h"
 #include "palpa/time/timed_field.h"
 
 namespace palpa {
@@ -22,6 +25,22 @@ float as_sample(double value, bool inside) noexcept {
   return fits ? static_cast<float>(value) : std::numeric_limits<float>::quiet_NaN();
 }
 
+/// Refuses what would take more time or memory than there is, before any of it is taken.
+void check_work(const Field& field, const GridGeometry& geometry, int frames) {
+  const double samples = static_cast<double>(geometry.voxels()) * frames;
+  const std::string grids = detail::text("%d × %lld × %lld × %lld samples", frames, static_cast<long long>(geometry.dims[0]),
+                                         static_cast<long long>(geometry.dims[1]), static_cast<long long>(geometry.dims[2]));
+  if (limit::samples.is_passed_by(samples)) throw std::invalid_argument(grids + " are " + more_than(limit::samples));
+  // A filter may keep a second copy.
+  const double bytes = 2.0 * samples * field.components() * sizeof(float);
+  const auto free_bytes = static_cast<double>(detail::free_memory_bytes());
+  if (bytes > free_bytes) {
+    throw std::invalid_argument(grids +
+                                detail::text(" need %.3g GB where %.3g GB are free; ", 1e-9 * bytes, 1e-9 * free_bytes) +
+                                std::string(limit::samples.remedy));
+  }
+}
+
 }  // namespace
 
 FieldPtr sampled(const Field& field, int longest) {
@@ -31,6 +50,7 @@ FieldPtr sampled(const Field& field, int longest) {
   }
   const Box box = field.bounds_m();
   const GridGeometry geometry = detail::geometry_over(box, longest);
+  check_work(field, geometry, 1);
   const int components = field.components();
   const std::shared_ptr<float[]> data(new float[static_cast<std::size_t>(geometry.voxels()) * components]);
   const auto fill = [&](std::int64_t first, std::int64_t last) {
@@ -57,12 +77,13 @@ FieldPtr sampled(const Field& field, int longest) {
 }
 
 FieldPtr sampled(const FieldPtr& field, int longest, int frames, BetweenFrames between_frames) {
-  constexpr int most_frames = 1000;  // as in scenes. More: memory, a grid for each; fewer: long cycles are sampled coarsely
   const TimedField* source = field ? timed(*field) : nullptr;
   if (!source) throw std::invalid_argument("the field does not change with time, so it has no frames to sample");
-  if (frames < 1 || frames > most_frames) {
-    throw std::invalid_argument("a time series cannot have " + std::to_string(frames) + " frames; 1 to 1000 it can");
+  if (frames < 1 || limit::sampled_frames.is_passed_by(frames)) {
+    throw std::invalid_argument("a time series cannot have " + std::to_string(frames) + " frames; 1 to " +
+                                detail::text("%.0f", limit::sampled_frames.most) + " it can");
   }
+  if (longest >= 2) check_work(*field, detail::geometry_over(field->bounds_m(), longest), frames);
   const double period_s = source->cycle_s() / frames;
   std::vector<FieldPtr> grids;
   for (int i = 0; i < frames; ++i) grids.push_back(sampled(*frozen(field, i * period_s), longest));

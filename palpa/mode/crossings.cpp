@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "palpa/field/roots.h"
@@ -16,6 +17,8 @@ constexpr double hair_share = 1e-9;
 // displacement counts as a crossing; more: a real crossing may be taken for a displacement.
 constexpr double back_share = 0.25;
 constexpr double infinity = std::numeric_limits<double>::infinity();
+
+bool is_before(const Watch& a, const Watch& b) noexcept { return a.field != b.field ? a.field < b.field : a.value < b.value; }
 }  // namespace
 
 // One field along the way, piece by piece, up to what happens first in it.
@@ -185,11 +188,11 @@ void EventPolicy::clear() noexcept {
 
 Crossings::Crossings(LiveBlock& live, std::span<const Watch> watches, std::size_t fields) : ranges_(fields) {
   for (const Watch& watch : watches) {
-    const bool can_pass = watch.field >= 0 && watch.field < static_cast<std::int64_t>(fields) && !std::isnan(watch.value);
-    if (can_pass && !is_watched(watch)) watches_.push_back(watch);
+    if (watch.field >= 0 && watch.field < static_cast<std::int64_t>(fields) && !std::isnan(watch.value))
+      watches_.push_back(watch);
   }
-  std::sort(watches_.begin(), watches_.end(),
-            [](const Watch& a, const Watch& b) { return a.field != b.field ? a.field < b.field : a.value < b.value; });
+  std::stable_sort(watches_.begin(), watches_.end(), is_before);
+  watches_.erase(std::unique(watches_.begin(), watches_.end()), watches_.end());
   for (std::int32_t i = 0; i < static_cast<std::int32_t>(watches_.size()); ++i) {
     Range& range = ranges_[watches_[i].field];
     if (range.last == 0) range.first = i;
@@ -216,8 +219,8 @@ Event Crossings::event() const {
 }
 
 std::int32_t Crossings::index_of(const Watch& watch) const noexcept {
-  const auto found = std::find(watches_.begin(), watches_.end(), watch);
-  return found != watches_.end() ? static_cast<std::int32_t>(found - watches_.begin()) : -1;
+  const auto found = std::lower_bound(watches_.begin(), watches_.end(), watch, is_before);
+  return found != watches_.end() && *found == watch ? static_cast<std::int32_t>(found - watches_.begin()) : -1;
 }
 
 bool Crossings::has_sides(std::int32_t field, std::span<const Side> sides) const noexcept {
@@ -240,27 +243,31 @@ void Crossings::take_side(const Watch& watch, bool above) noexcept {
   if (i >= 0 && sides_[i] != Side::none) sides_[i] = above ? Side::above : Side::below;
 }
 
-// The watch of a field that is crossed next on the way up, or down; -1 where there is none.
+// The watch of a field that is crossed next on the way up, or down; -1 where there is none. Of thousands of watches all but a
+// few are passed over by the system's search for a byte, which looks at dozens at once.
 std::int32_t Crossings::border(const EventPolicy& policy, std::int32_t field, std::span<const Side> sides,
                                bool up) const noexcept {
-  const Range& range = ranges_[field];
-  const Side before = up ? Side::below : Side::above;
-  std::int32_t next = -1;
-  for (std::int32_t i = range.first; i < range.last && !policy.fields[field].is_ignored; ++i) {
-    if (sides[i] == before && policy.passing[i] != EventPolicy::Passing::held && (next < 0 || !up)) next = i;
+  const auto [first, last] = ranges_[field];
+  if (policy.fields[field].is_ignored) return -1;
+  for (std::span<const Side> left = sides.subspan(first, last - first); !left.empty();) {
+    const void* const found = up ? std::memchr(left.data(), static_cast<int>(Side::below), left.size())
+                                 : ::memrchr(left.data(), static_cast<int>(Side::above), left.size());
+    if (!found) return -1;
+    const auto at = static_cast<std::int32_t>(static_cast<const Side*>(found) - sides.data());
+    if (policy.passing[at] != EventPolicy::Passing::held) return at;
+    left = up ? sides.subspan(at + 1, last - at - 1) : sides.subspan(first, at - first);
   }
-  return next;
+  return -1;
 }
 
 // The values that a field may take while nothing happens; none where that is not known.
 Extent Crossings::quiet(const EventPolicy& policy, std::int32_t field, std::span<const Side> sides) const noexcept {
   Extent quiet = policy.fields[field].allowed;
-  for (std::int32_t i = ranges_[field].first; i < ranges_[field].last; ++i) {
-    if (sides[i] == Side::none) return {infinity, -infinity};
-    if (policy.passing[i] == EventPolicy::Passing::held || policy.fields[field].is_ignored) continue;
-    if (sides[i] == Side::above) quiet.min = std::max(quiet.min, watches_[i].value);
-    if (sides[i] == Side::below) quiet.max = std::min(quiet.max, watches_[i].value);
-  }
+  if (ranges_[field].first < ranges_[field].last && !has_sides(field, sides)) return {infinity, -infinity};
+  if (const std::int32_t below = border(policy, field, sides, false); below >= 0)
+    quiet.min = std::max(quiet.min, watches_[below].value);
+  if (const std::int32_t above = border(policy, field, sides, true); above >= 0)
+    quiet.max = std::min(quiet.max, watches_[above].value);
   return quiet;
 }
 

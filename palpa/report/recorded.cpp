@@ -7,6 +7,8 @@
 #include <functional>
 #include <span>
 
+#include "palpa/limits/limits.h"
+#include "palpa/toml/problem.h"
 #include "palpa/toml/wording.h"
 #include "palpa/trace/csv.h"
 
@@ -88,9 +90,6 @@ std::size_t index_of(const std::vector<TickFrame>& ticks, std::int64_t number) {
   return found != ticks.end() && found->tick == number ? static_cast<std::size_t>(found - ticks.begin()) : ticks.size();
 }
 
-/// [1] Modes of a trace, far more than scenes have. More: a damaged file takes more memory; less: sound traces are refused.
-constexpr std::size_t most_modes = 1000;
-
 void read_modes(const fs::path& folder, Recorded& recorded) {
   const std::vector<std::string> names{"tick",         "mode",       "force_x_n",  "force_y_n",   "force_z_n",
                                        "dissipated_j", "injected_j", "primitives", "split_shared"};
@@ -98,7 +97,7 @@ void read_modes(const fs::path& folder, Recorded& recorded) {
     const std::string mode = row.text(1);
     auto known = std::find(recorded.modes.begin(), recorded.modes.end(), mode);
     if (known == recorded.modes.end()) {
-      if (recorded.modes.size() == most_modes) row.refuse(1);
+      if (recorded.modes.size() == limit::modes.count()) row.refuse(1);
       recorded.modes.push_back(mode);
       recorded.pushes.emplace_back(recorded.ticks.size());
       known = recorded.modes.end() - 1;
@@ -118,7 +117,7 @@ void read_modes(const fs::path& folder, Recorded& recorded) {
 void read_scene(Recorded& recorded, std::vector<ModeSummary>& modes) {
   toml::table parsed;
   try {
-    parsed = toml::parse(std::string_view(recorded.scene_text));
+    if (!problem_with_toml(recorded.scene_text)) parsed = toml::parse(std::string_view(recorded.scene_text));
   } catch (const toml::parse_error&) {
     return;
   }

@@ -10,12 +10,13 @@
 
 #include "palpa/disk/input_file.h"
 #include "palpa/grid/grid.h"
+#include "palpa/limits/limits.h"
 #include "palpa/scene/keys.h"
 #include "palpa/scene/parts.h"
 #include "palpa/scene/scene_checks.h"
 #include "palpa/survey/labels.h"
 #include "palpa/time/timed_field.h"
-#include "palpa/toml/key_depth.h"
+#include "palpa/toml/problem.h"
 #include "palpa/toml/wording.h"
 #include "palpa/volume/analytic.h"
 #include "palpa/volume/read_series.h"
@@ -33,7 +34,6 @@ using detail::sentence_of;
 using detail::suggestion;
 using detail::toml_number;
 
-constexpr std::size_t most_bytes = 4 << 20;  // of a scene, as messages say. More: data given for a scene take longer to refuse
 constexpr std::string_view set_mark = "--set ";  // what stands for the file's name in values from --set
 
 // ---- Places
@@ -52,10 +52,10 @@ std::string place_of(const toml::node& node) { return place_of(node.source()); }
 // ---- Text
 
 toml::table parse_toml(const std::string& text, const std::string& name) {
-  if (text.size() > most_bytes) fail(name, "longer than 4 MiB; a scene is a short text");
-  if (const auto deep = detail::too_deep_key(text))
-    fail(name + ":" + std::to_string(deep->first) + ":" + std::to_string(deep->second),
-         "a key of more than " + std::to_string(detail::deepest_key) + " parts; the keys of a scene have at most three");
+  if (text.size() > limit::scene_bytes.count())
+    fail(name, "longer than " + quantity(limit::scene_bytes) + "; " + std::string(limit::scene_bytes.remedy));
+  if (const auto problem = detail::problem_with_toml(text))
+    fail(name + ":" + std::to_string(problem->line) + ":" + std::to_string(problem->column), problem->sentence);
   try {
     return toml::parse(std::string_view(text), std::string_view(name));
   } catch (const toml::parse_error& error) {
@@ -107,6 +107,17 @@ std::optional<std::vector<double>> numbers_in(const toml::node& node, std::size_
     numbers.push_back(*number);
   }
   return numbers;
+}
+
+/// How many elements a list or a table of this name may have.
+const Limit& limit_of(std::string_view key) noexcept {
+  static constexpr std::pair<std::string_view, Limit> limits[] = {{"mode", limit::modes},
+                                                                  {"volume", limit::volumes},
+                                                                  {"poses", limit::poses},
+                                                                  {"points", limit::points},
+                                                                  {"file", limit::volume_files}};
+  const auto* found = std::ranges::find(limits, key, &std::pair<std::string_view, Limit>::first);
+  return found != std::end(limits) ? found->second : limit::entries;
 }
 
 /// The elements of a list of tables; empty list for none. Whoever asks has checked that it is one.
@@ -168,6 +179,8 @@ class Section {
       }
     }
     const toml::array* array = node.as_array();
+    const std::size_t elements = array ? array->size() : node.is_table() ? node.as_table()->size() : 0;
+    if (const Limit& limit = limit_of(key.name); elements > limit.count()) refuse(node, "has " + more_than(limit));
     if (!array || key.may_be(ParameterKind::rows)) return;
     if (key.count > 0) {
       const auto numbers = numbers_in(node, key.count);
@@ -251,7 +264,7 @@ class Setter {
     if (!table) return;  // not a table: the checks will say so
     const std::string line = "v = " + value;
     toml::table parsed;
-    if (value.size() <= most_bytes && !detail::too_deep_key(line)) {
+    if (value.size() <= limit::scene_bytes.count() && !detail::problem_with_toml(line)) {
       try {
         parsed = toml::parse(std::string_view(line), std::string_view(place));
       } catch (const toml::parse_error&) {
@@ -719,6 +732,7 @@ class Loader {
         fail(place_of(node), "only " + in_quotes(found.front().string()) + " matches 'files' in " + section.where() +
                                  "; a series has several frames: give one file as 'file'");
       }
+      if (found.size() > limit::series_files.count()) section.refuse("files", "matches " + more_than(limit::series_files));
       if (!found.empty()) return found;
       looked.push_back(candidate.string());
     }
@@ -739,8 +753,10 @@ class Loader {
     const std::vector<const toml::table*> tables = tables_in(node);
     for (std::size_t i = 0; i < tables.size(); ++i) {
       plan.track.push_back({plan.poses[i].time_s, similarity_of(plan.poses[i].pose, *tables[i], volume)});
-      if (const char* problem = problem_with(plan.track)) fail(place_of(*tables[i]), poses + ": " + problem);
     }
+    std::size_t wrong = 0;
+    if (const char* problem = plan.track.empty() ? nullptr : problem_with(plan.track, &wrong))
+      fail(place_of(*tables[wrong]), poses + ": " + problem);
     if (tables.size() < 2) {
       fail(place_of(*node), poses + " has " + (tables.empty() ? "none" : "one") + "; what moves has at least two: use 'pose'");
     }
@@ -967,8 +983,8 @@ LoadedScene load_scene(const std::filesystem::path& path, const ReadVolume& read
   if (file.why_not() == detail::NoInput::folder) fail(name, "a folder, no scene" + of_data);
   if (file.why_not() == detail::NoInput::missing) fail(name, "no such scene; name a scene file (.toml)");
   if (!file.is_open()) fail(name, file.problem() + "; name a scene file (.toml)");
-  if (file.bytes() > most_bytes) fail(name, "longer than 4 MiB" + of_data);
-  std::string text = detail::read_whole(file, most_bytes, "name a scene file (.toml)");
+  if (file.bytes() > limit::scene_bytes.count()) fail(name, "longer than " + quantity(limit::scene_bytes) + of_data);
+  std::string text = detail::read_whole(file, limit::scene_bytes.count(), "name a scene file (.toml)");
   if (path.extension() != ".toml") {
     try {
       parse_toml(text, name);

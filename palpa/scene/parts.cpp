@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "palpa/limits/limits.h"
 #include "palpa/volume/analytic.h"
 
 namespace palpa {
@@ -10,9 +11,6 @@ namespace {
 
 constexpr double unbounded = std::numeric_limits<double>::infinity();
 constexpr Range positive{0, unbounded, true};
-/// 512³ samples of float32 are half a gigabyte. More: scenes that only fit large computers; fewer: coarser grids.
-constexpr double most_samples = 512;
-constexpr double most_frames = 1000;  // as `sampled` takes (palpa/grid/sampled.cpp)
 
 using Words = std::span<const std::string_view>;
 template <std::size_t N>
@@ -167,10 +165,10 @@ void visit_part(detail::VolumePart& part, ParameterVisitor& visitor) {
       param("analytic", &V::analytic, "instead of `file`: embedded data", analytic_names()),
       param("sampled", &V::sampled,
             "with `analytic`: as a grid with this many samples along its longest side, instead of a formula",
-            Range{2, most_samples}),
+            Range{2, limit::sampled_side.most}),
       param("frames", &V::frames,
             "with `sampled`, of embedded data that change with time: in how many moments of their cycle they are sampled",
-            Range{1, most_frames}),
+            Range{1, limit::sampled_frames.most}),
       table_param("pose", &V::pose, "moves the volume in the world")
           .written("{translate_m, rotate_axis_deg, scale}")
           .left_out("where the file puts it"),

@@ -6,6 +6,7 @@
 
 #include "palpa/grid/derived_fields.h"
 #include "palpa/grid/filter.h"
+#include "palpa/limits/limits.h"
 #include "palpa/scene/keys.h"
 #include "palpa/scene/scene_checks.h"
 #include "palpa/survey/thin_parts.h"
@@ -25,7 +26,6 @@ using detail::suggestion;
 using detail::toml_number;
 
 constexpr double reach_m = 0.15;  // of the hand, along a fitted volume's longest side. More: out of reach; less: crowded
-constexpr std::size_t most_modes = 1000;  // [1] more: a scene written by a faulty program takes all memory
 
 [[noreturn]] void refuse(const std::string& text) { throw SceneError(detail::one_line("scene: " + text)); }
 
@@ -561,7 +561,7 @@ FieldRef Scene::add(SceneVolume added, std::optional<Filter> filter) {
 
 void Scene::add(std::string name, Mode mode, std::vector<Mask> masks, bool enabled) {
   if (find_mode(name)) refuse(detail::name_is_taken("mode", name));
-  if (modes_.size() >= most_modes) refuse("more than " + std::to_string(most_modes) + " modes; use fewer");
+  if (modes_.size() >= limit::modes.count()) refuse(more_than(limit::modes));
   SceneMode added{std::move(name), std::move(mode), enabled, std::move(masks)};
   std::vector<Finding> found = detail::parameter_findings(added, modes_.size());
   std::ranges::move(detail::field_findings(*this, added, modes_.size()), std::back_inserter(found));

@@ -7,7 +7,9 @@
 #include <limits>
 #include <system_error>
 
+#include "palpa/core/printed.h"
 #include "palpa/device/open_device.h"
+#include "palpa/limits/limits.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/modes.h"
 #include "palpa/mode/plugin.h"
@@ -47,6 +49,25 @@ void check_out(const fs::path& out) {
   if (::access(parent.c_str(), W_OK | X_OK) != 0) {
     throw LoadError(out.string() + ": the folder " + parent.string() + " cannot be written; choose another");
   }
+}
+
+/// Refuses a run that would not end, or whose trace its disk cannot hold, before it begins.
+void check_duration(const PreparedRun& prepared, const RunOptions& options) {
+  const double duration_s = prepared.duration_s;
+  if (limit::run_s.is_passed_by(duration_s)) {
+    throw LoadError(detail::text("duration: %g s are ", duration_s) + more_than(limit::run_s));
+  }
+  if (options.out.empty()) return;
+  // Of a tick in the files of a trace. More: runs that fit are refused; less: a disk fills up.
+  constexpr double least_bytes_per_tick = 150.0;
+  std::error_code unknown;
+  const fs::space_info disk = fs::space(fs::absolute(options.out).lexically_normal().parent_path(), unknown);
+  const double bytes = least_bytes_per_tick * duration_s * options.rate_hz;
+  if (unknown || bytes <= static_cast<double>(disk.available)) return;
+  throw LoadError(options.out.string() +
+                  detail::text(": a trace of %g s takes %.3g GB or more, and %.3g GB are free on its disk; make room, or end "
+                               "the run earlier with --duration-s",
+                               duration_s, 1e-9 * bytes, 1e-9 * static_cast<double>(disk.available)));
 }
 
 /// How a recording was laid.
@@ -193,6 +214,7 @@ PreparedRun placed(const SoughtHand& hand, LoadedScene loaded, const RunOptions&
     prepared.notes.push_back(std::move(sentence));
   const double hand_s = prepared.target->duration_s();
   prepared.duration_s = options.duration_s.value_or(std::isfinite(hand_s) ? hand_s : default_duration_s);
+  check_duration(prepared, options);
   return prepared;
 }
 

@@ -324,10 +324,12 @@ Similarity pose_at(const PoseTrack& track, DataTime at) noexcept {
   return pose;
 }
 
-const char* problem_with(const PoseTrack& track) noexcept {
+const char* problem_with(const PoseTrack& track, std::size_t* wrong) noexcept {
+  if (wrong) *wrong = 0;
   if (track.empty()) return "there are no poses; give at least one";
   if (track.front().time_s != 0.0) return "the first pose is not at 0 s; it must be";
   for (std::size_t i = 0; i < track.size(); ++i) {
+    if (wrong) *wrong = i;
     if (!is_usable(track[i].pose)) {
       return "a pose is no rotation, move and scale; it must be finite, of positive scale and no mirror";
     }

@@ -139,7 +139,8 @@ Similarity pose_at(const PoseTrack& track, DataTime at) noexcept;
 
 /// What is wrong with the track, as a sentence without its dot; nullptr when it can be used: at least one pose, the first
 /// at time 0, times rising, poses usable, turns of less than 179 degrees from one to the next.
-const char* problem_with(const PoseTrack& track) noexcept;
+/// \param wrong  becomes the number of the first pose that is wrong, where it is given and there is one
+const char* problem_with(const PoseTrack& track, std::size_t* wrong = nullptr) noexcept;
 
 /// A field that moves: at each moment `posed(field, pose_at(track, moment))`. The field itself may be timed. A vector's range
 /// holds it in any turn.

@@ -2,6 +2,7 @@
 #include <limits>
 
 #include "palpa/disk/input_file.h"
+#include "palpa/limits/limits.h"
 #include "palpa/toml/wording.h"
 #include "palpa/trace/columns.h"
 #include "palpa/trace/csv.h"
@@ -12,7 +13,6 @@ namespace palpa {
 
 namespace {
 
-constexpr std::uint64_t most_scene_bytes = 4 << 20;  // as of a scene's file
 constexpr std::size_t nowhere = std::numeric_limits<std::size_t>::max();
 
 // The index of each column's cells in a line, for a header in any order; `nowhere` for later columns that the recording lacks.
@@ -36,7 +36,7 @@ std::vector<std::size_t> find_columns(const detail::Table<TickFrame>& table, con
 
 TraceReader::TraceReader(const std::filesystem::path& folder) : folder_(folder), header_(detail::read_header(folder)) {
   scene_text_ =
-      detail::read_whole(detail::InputFile(folder / "scene.toml"), most_scene_bytes, "a trace holds the scene that was felt");
+      detail::read_whole(detail::InputFile(folder / "scene.toml"), limit::scene_bytes.count(), "a trace holds the scene that was felt");
 }
 
 bool TraceReader::tells_energy() const {

@@ -3,8 +3,11 @@
 #include <toml++/toml.h>
 
 #include <cmath>
+#include <fstream>
 
 #include "palpa/disk/input_file.h"
+#include "palpa/limits/limits.h"
+#include "palpa/toml/problem.h"
 #include "palpa/toml/wording.h"
 #include "palpa/trace/csv.h"
 #include "palpa/volume/volume.h"
@@ -13,7 +16,6 @@ namespace palpa::detail {
 
 namespace {
 
-constexpr std::uint64_t most_header_bytes = 64'000'000;  // More: memory for nonsense; less: refuses long lists of files
 
 // File names may hold bytes that are no UTF-8.
 std::string toml_text(std::string_view text) { return toml_string(text, "?"); }
@@ -115,10 +117,14 @@ TraceHeader read_header(const std::filesystem::path& folder) {
   if (opened.why_not() == NoInput::missing) {
     throw LoadError(folder.string() + ": is no trace (it holds no trace.toml); name a folder that `palpa run --out` made");
   }
-  const std::string text = read_whole(opened, most_header_bytes, "a trace.toml is written by palpa and not edited");
+  const std::string text = read_whole(opened, limit::trace_toml_bytes.count(), limit::trace_toml_bytes.remedy);
+  if (const auto problem = problem_with_toml(text)) {
+    throw LoadError(file.string() + ":" + std::to_string(problem->line) + ":" + std::to_string(problem->column) + ": " +
+                    problem->sentence);
+  }
   toml::table parsed;
   try {
-    parsed = toml::parse(text, file.string());
+    parsed = toml::parse(std::string_view(text), file.string());
   } catch (const toml::parse_error& error) {
     const toml::source_position at = error.source().begin;
     throw LoadError(file.string() + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) + ": " +

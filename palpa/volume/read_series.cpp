@@ -75,25 +75,74 @@ struct Frame {
   Volume volume;
 };
 
-std::vector<Frame> read_frames(const VolumeRequest& given, const ReadVolume& read_volume) {
+/// One file for each frame.
+std::vector<Frame> read_files(const VolumeRequest& given, const ReadVolume& read_volume) {
   std::vector<Frame> frames;
   VolumeRequest request = given;
-  if (given.files.size() > 1) {
-    for (const std::filesystem::path& file : given.files) {
-      request.files = {file};
-      frames.push_back({file.string(), read_volume(request)});
-    }
-    return frames;
+  for (const std::filesystem::path& file : given.files) {
+    request.files = {file};
+    frames.push_back({file.string(), read_volume(request)});
   }
-  const std::string file = given.files.front().string();
-  request.frame = 0;
-  frames.push_back({file, read_volume(request)});
-  const int count = frames.front().volume.frames;
-  if (count < 2) throw std::invalid_argument(file + " holds one frame, so it is no time series; leave 'frame_period_s' out");
-  for (request.frame = 1; request.frame < count; ++request.frame) {
+  return frames;
+}
+
+/// The frames of one file, each asked for by itself.
+std::vector<Frame> read_frames(VolumeRequest request, int count, const ReadVolume& read_volume) {
+  std::vector<Frame> frames;
+  const std::string file = request.files.front().string();
+  for (request.frame = 0; request.frame < count; ++request.frame) {
     frames.push_back({file + ", frame " + std::to_string(request.frame) + ",", read_volume(request)});
   }
   return frames;
+}
+
+/// Volumes as the frames of one, a second apart.
+Volume joined(const std::vector<Frame>& frames) {
+  Volume series = frames.front().volume;
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    const Volume& volume = frames[i].volume;
+    if (volume.fields.size() != series.fields.size()) {
+      throw std::invalid_argument(frames[i].name + " has " + std::to_string(volume.fields.size()) + " fields and the first " +
+                                  std::to_string(series.fields.size()) + "; all frames must have the same");
+    }
+    for (const SourceFile& file : volume.files) {
+      if (std::ranges::find(series.files, file.path, &SourceFile::path) == series.files.end()) series.files.push_back(file);
+    }
+    for (const std::string& warning : volume.warnings) {
+      if (std::ranges::find(series.warnings, warning) == series.warnings.end()) series.warnings.push_back(warning);
+    }
+  }
+  for (std::size_t f = 0; f < series.fields.size(); ++f) {
+    VolumeField& first = series.fields[f];
+    std::vector<FieldPtr> fields;
+    for (const Frame& frame : frames) {
+      const VolumeField& field = frame.volume.fields[f];
+      if (field.name != first.name) {
+        throw std::invalid_argument(frame.name + " has a field " + detail::in_quotes(field.name) + " where the first has " +
+                                    detail::in_quotes(first.name) + "; all frames must have the same");
+      }
+      if (const char* problem = problem_with_frame(*first.field, *field.field)) {
+        throw std::invalid_argument(frame.name + " " + problem);
+      }
+      fields.push_back(field.field);
+    }
+    first.field = time_series(std::move(fields), 1.0);
+  }
+  series.frames = static_cast<int>(frames.size());
+  return series;
+}
+
+/// The frames of one file, a second apart. Whoever reads files gives all at once; a reader that does not know of that is asked
+/// for one after the other.
+Volume series_in_file(VolumeRequest request, const ReadVolume& read_volume) {
+  request.frame = VolumeRequest::all_frames;
+  const Volume volume = read_volume(request);
+  if (volume.frames < 2) {
+    throw std::invalid_argument(request.files.front().string() +
+                                " holds one frame, so it is no time series; leave 'frame_period_s' out");
+  }
+  const auto is_series = [](const VolumeField& field) { return series_of(*field.field) != nullptr; };
+  return std::ranges::all_of(volume.fields, is_series) ? volume : joined(read_frames(request, volume.frames, read_volume));
 }
 
 }  // namespace
@@ -115,47 +164,19 @@ std::vector<std::filesystem::path> files_matching(const std::filesystem::path& p
 Volume read_series(const VolumeRequest& request, double frame_period_s, BetweenFrames between_frames,
                    const ReadVolume& read_volume) {
   if (request.files.empty()) throw std::invalid_argument("there are no files for a time series");
-  const std::vector<Frame> frames = read_frames(request, read_volume);
-  Volume series = frames.front().volume;
-  series.frames = static_cast<int>(frames.size());
+  Volume series = request.files.size() > 1 ? joined(read_files(request, read_volume)) : series_in_file(request, read_volume);
   series.request = std::make_shared<const VolumeRequest>(request);
-  for (std::size_t i = 1; i < frames.size(); ++i) {
-    const Volume& volume = frames[i].volume;
-    if (volume.fields.size() != series.fields.size()) {
-      throw std::invalid_argument(frames[i].name + " has " + std::to_string(volume.fields.size()) + " fields and the first " +
-                                  std::to_string(series.fields.size()) + "; all frames must have the same");
-    }
-    for (const SourceFile& file : volume.files) {
-      if (std::ranges::find(series.files, file.path, &SourceFile::path) == series.files.end()) series.files.push_back(file);
-    }
-    for (const std::string& warning : volume.warnings) {
-      if (std::ranges::find(series.warnings, warning) == series.warnings.end()) series.warnings.push_back(warning);
-    }
-  }
-
   double bytes = 0.0;
-  for (std::size_t f = 0; f < series.fields.size(); ++f) {
-    VolumeField& first = series.fields[f];
-    std::vector<FieldPtr> fields;
-    for (const Frame& frame : frames) {
-      const VolumeField& field = frame.volume.fields[f];
-      if (field.name != first.name) {
-        throw std::invalid_argument(frame.name + " has a field " + detail::in_quotes(field.name) + " where the first has " +
-                                    detail::in_quotes(first.name) + "; all frames must have the same");
-      }
-      if (const char* problem = problem_with_frame(*first.field, *field.field)) {
-        throw std::invalid_argument(frame.name + " " + problem);
-      }
-      bytes += bytes_of(*field.field);
-      fields.push_back(field.field);
-    }
-    first.field = time_series(std::move(fields), frame_period_s, between_frames);
+  for (VolumeField& field : series.fields) {
+    std::vector<FieldPtr> frames = series_of(*field.field)->frames;
+    for (const FieldPtr& frame : frames) bytes += bytes_of(*frame);
+    field.field = time_series(std::move(frames), frame_period_s, between_frames);
   }
   // Memory of a series that is not worth a warning. More: computers with little memory swap without a hint; less: usual series
   // warn.
   constexpr double most_quiet_bytes = 2e9;
   if (bytes > most_quiet_bytes) {
-    series.warnings.push_back("its " + std::to_string(frames.size()) + " frames take " +
+    series.warnings.push_back("its " + std::to_string(series.frames) + " frames take " +
                               detail::toml_number(std::round(bytes / 1e8) / 10.0) +
                               " GB of memory; fewer frames or a coarser grid take less");
   }

@@ -149,12 +149,13 @@ struct VolumeRequest {
   };
   std::vector<FieldRequest> fields;  ///< empty: all, under the file's names
   std::string as;                    ///< "vector" where a file of three frames is one vector; else empty
-  int frame = -1;                    ///< of a file with several; -1: not said
-  std::string series;                ///< of a DICOM folder with several, its UID; empty: the largest
-  std::string components_along;      ///< "index": vectors are along the grid's axes; "file" or empty: as the format says
-  std::optional<double> time_s;      ///< [s] of a case with several moments; none: the latest
-  std::optional<Box> crop;           ///< [m] the part that a curvilinear or unstructured grid is resampled in
-  ArrayLayout layout;                ///< of an array in an HDF5 file, or of a file of bare numbers
+  static constexpr int all_frames = -2;
+  int frame = -1;                ///< of a file with several; -1: not said; `all_frames`: as time series, a second apart
+  std::string series;            ///< of a DICOM folder with several, its UID; empty: the largest
+  std::string components_along;  ///< "index": vectors are along the grid's axes; "file" or empty: as the format says
+  std::optional<double> time_s;  ///< [s] of a case with several moments; none: the latest
+  std::optional<Box> crop;       ///< [m] the part that a curvilinear or unstructured grid is resampled in
+  ArrayLayout layout;            ///< of an array in an HDF5 file, or of a file of bare numbers
 };
 
 /// A file, and what is meant inside it: "flow.h5:/velocity" is the array /velocity of flow.h5.

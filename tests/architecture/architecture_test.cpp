@@ -311,10 +311,10 @@ TEST(Files, AreOpenedInOnePlace) {
       {"palpa/file/shared_memory.cpp", "memory that is shared with palpa-read"},
       {"palpa/file/protocol_memory.cpp", "the same memory, mapped"},
       {"palpa/file/raw_file.cpp", "memory in large pages"},
-      {"palpa/file/read_volume.cpp", "what the system tells of its memory"},
+      {"palpa/limits/free_memory.cpp", "what the system tells of its memory"},
       {"palpa/file/reader_process.cpp", "what the system tells of palpa-read"},
       {"reader/serve.cpp", "what the system tells of this process"},
-      {"reader/messages.cpp", "stderr, turned away from the terminal"}};
+      {"reader/cage.cpp", "whether the cage keeps a file closed"}};
   std::set<std::string> seen;
   for (const char* folder : {"palpa", "reader", "app", "explorer", "devices"}) {
     for (const std::string& file : files_under(folder, {".h", ".cpp"})) {

@@ -30,6 +30,10 @@ echo "== packages"
 rm -f "$build"/*.deb
 (cd "$build" && cpack -G DEB >"$work/cpack.log") || { cat "$work/cpack.log"; fail "cpack"; }
 ls -l "$build"/*.deb
+mkdir "$work/unpacked"
+for deb in "$build"/*.deb; do dpkg-deb -x "$deb" "$work/unpacked"; done
+bash "$(dirname "${BASH_SOURCE[0]}")/elf_test.sh" "$work/unpacked"
+rm -r "$work/unpacked"
 
 echo "== a bare Debian 12"
 if [ -n "$base" ]; then

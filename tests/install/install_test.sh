@@ -52,8 +52,8 @@ grep -rl --exclude-dir=doc -e "$source" -e "$build" "$moved" | while read -r fil
   if grep -qI . "$file"; then fail "$file names the folder of the sources"; fi
 done
 
-step "no current folder in any RUNPATH"
-bash "$(dirname "${BASH_SOURCE[0]}")/runpath_test.sh" "$moved"
+step "libraries beside each file, read-only tables, no executable stack, PIE"
+bash "$(dirname "${BASH_SOURCE[0]}")/elf_test.sh" "$moved"
 
 step "every installed header can be included, alone and with all others; there are few"
 find "$moved/include" -name '*.h' -printf '#include <%P>\n' | sort -r >"$work/all.cpp"

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -93,6 +94,46 @@ struct Searched {
     return s.value >= level;
   }
 };
+
+// Of thousands of watched values, as transfer functions bring them, those next to the present one decide, and where a plane
+// holds on one of them the next but one: the same as if there were no others.
+TEST(FirstCrossing, IsTheSameAmongThousandsOfWatches) {
+  std::mt19937 random(5);
+  const FieldPtr field = grid_with(grid_field, {12, 12, 12}, [&](auto, auto, auto) { return uniform(random, -1, 1); });
+  constexpr int count = 20'000;  // at equal distances from -1 to 1, in any order, each twice
+  const auto value = [](int i) { return 2.0 * (i + 0.5) / count - 1.0; };
+  std::vector<Watch> watches;
+  for (int i = 0; i < 2 * count; ++i) watches.push_back({0, value(i % count)});
+  std::ranges::shuffle(watches, random);
+  Searched all({field}, watches);
+  int stopped = 0;
+  for (int n = 0; n < 300; ++n) {
+    const Vec3 from = in_box(random, field->bounds_m()),
+               to = from + uniform(random, 0.0, 0.02) * (in_box(random, field->bounds_m()) - from);
+    const int above = static_cast<int>(std::ceil(0.5 * count * (field->scalar(from).value + 1.0) - 0.5));
+    std::vector<Watch> near;
+    for (int i = above - 3; i < above + 3; ++i) {
+      if (i >= 0 && i < count) near.push_back({0, value(i)});
+    }
+    Searched few({field}, near);
+    const bool held = n % 2 == 1;
+    for (Searched* s : {&all, &few}) {
+      s->forget();
+      s->policy.clear();
+      for (int i = above - 1; held && i <= above; ++i) s->sides.attend(s->policy, {0, value(i)}, Passing::held);
+    }
+    EXPECT_TRUE(all.sides.is_watched(near.front()));
+    EXPECT_FALSE(all.sides.is_watched({0, 0.5 * (value(7) + value(8))}));
+    const Searched::Met one = all.search_as_told(from, to), other = few.search_as_told(from, to);
+    EXPECT_EQ(one.share, other.share);
+    EXPECT_EQ(one.stopped, other.stopped);
+    ASSERT_EQ(all.crossings.empty(), few.crossings.empty());
+    if (!one.stopped) continue;
+    ++stopped;
+    EXPECT_EQ(all.crossings.front().value, few.crossings.front().value);
+  }
+  EXPECT_GT(stopped, 100);
+}
 
 // Random noise, walked from crossing to crossing, beside 100 samples per voxel: every change of sides that samples
 // show is found, nothing is found where they show none, and the stop is just beyond the change.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "palpa/limits/limits.h"
 #include "study_fixture.h"
 
 namespace palpa {
@@ -189,6 +190,24 @@ TEST_F(Run, WrongInputLeavesNothingBehind) {
   bad_file.hand = folder / "hand.csv";
   EXPECT_THAT(error_of(bad_file), HasSubstr("hand.csv"));
   EXPECT_FALSE(fs::exists(folder / "trace"));
+}
+
+// Two rows can make a hand that goes on for ever.
+TEST_F(Run, EndsWithinADayAndFitsOnItsDisk) {
+  write("hand.csv", "t_s,x_m,y_m,z_m\n0,0,0,0\n1e15,0,0,0.01\n");
+  RunOptions o = options("trace");
+  o.hand = (folder / "hand.csv").string();
+  o.duration_s.reset();
+  EXPECT_EQ(error_of(o), "duration: 1e+15 s are " + more_than(limit::run_s));
+  o.duration_s = limit::run_s.most;
+  o.rate_hz = 1e5;  // a trace of more than a terabyte
+  if (fs::space(folder).available < 1'000'000'000'000U) {
+    EXPECT_THAT(error_of(o), testing::AllOf(HasSubstr("a trace of 86400 s takes "), HasSubstr("are free on its disk; ")));
+  }
+  EXPECT_FALSE(fs::exists(o.out));
+  o.duration_s = 0.1;
+  o.rate_hz = 1000.0;
+  EXPECT_EQ(error_of(o), "");
 }
 
 TEST_F(Run, NeverWritesIntoWhatIsThere) {

@@ -1,0 +1,86 @@
+// A damaged byte in a mesh must not cost a hundred times what the mesh costs.
+#include <cmath>
+
+#include "files.h"
+
+namespace palpa::test {
+namespace {
+
+class DamagedMesh : public ReaderTest {
+ protected:
+  /// Reads with a watch that grants the reader few seconds of computing: a sound mesh of this size takes a tenth of one, and
+  /// one whose damaged cells were looked for all over the grid took sixteen.
+  Volume read_quickly(const fs::path& file) const {
+    ReadOptions options = options_;
+    options.idle_limit_s = 4.0;
+    options.checksums = false;
+    VolumeRequest request;
+    request.files = {file};
+    return read_volume(request, options);
+  }
+};
+
+constexpr int n = 22;  // points along each side of a mesh of hexahedra
+Vec3 bent(const Vec3& x) {
+  return {x.x + 0.2 * std::sin(0.3 * x.y), x.y + 0.2 * std::sin(0.3 * x.z), x.z + 0.1 * std::sin(0.3 * x.x)};
+}
+
+/// A mesh over [0, n - 1]³, bent a little, that holds x + 2 y + 3 z; `moved` is the place of the point in the middle.
+std::string mesh(const Vec3* moved) {
+  const auto array = [](const std::string& name, const std::string& type, const std::string& numbers, int components = 1) {
+    return "<DataArray type=\"" + type + "\" Name=\"" + name + "\" NumberOfComponents=\"" + std::to_string(components) +
+           "\" format=\"ascii\">" + numbers + "</DataArray>";
+  };
+  std::string points, values, connectivity, offsets, types;
+  for (int k = 0; k < n; ++k)
+    for (int j = 0; j < n; ++j)
+      for (int i = 0; i < n; ++i) {
+        const Vec3 sound = bent({double(i), double(j), double(k)});
+        const Vec3 at = moved && i == n / 2 && j == n / 2 && k == n / 2 ? *moved : sound;
+        for (const double x : {at.x, at.y, at.z}) points += std::to_string(x) + " ";
+        values += std::to_string(sound.x + 2 * sound.y + 3 * sound.z) + " ";
+        if (i + 1 == n || j + 1 == n || k + 1 == n) continue;
+        const int p = i + n * (j + n * k);
+        for (const int q : {p, p + 1, p + 1 + n, p + n}) connectivity += std::to_string(q) + " ";
+        for (const int q : {p, p + 1, p + 1 + n, p + n}) connectivity += std::to_string(q + n * n) + " ";
+        offsets += std::to_string(8 * (1 + i + (n - 1) * (j + (n - 1) * k))) + " ";
+        types += "12 ";
+      }
+  const std::string cells = std::to_string((n - 1) * (n - 1) * (n - 1));
+  return "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\"><UnstructuredGrid><Piece "
+         "NumberOfPoints=\"" +
+         std::to_string(n * n * n) + "\" NumberOfCells=\"" + cells + "\"><PointData>" + array("value", "Float32", values) +
+         "</PointData><Points>" + array("Points", "Float32", points, 3) + "</Points><Cells>" +
+         array("connectivity", "Int64", connectivity) + array("offsets", "Int64", offsets) + array("types", "UInt8", types) +
+         "</Cells></Piece></UnstructuredGrid></VTKFile>";
+}
+
+double at(const Volume& volume, const Vec3& place) { return volume.fields[0].field->scalar(place).value; }
+
+TEST_F(DamagedMesh, IsReadAsFastAsASoundOne) {
+  const Vec3 far{-900.0, 800.0, 1000.0};
+  const Volume volume = read_quickly(folder_.write("a.vtu", mesh(&far)));
+  EXPECT_GT(grid_of(*volume.fields[0].field)->geometry.voxels(), 1'000'000) << "the grid reaches out to the point";
+}
+
+// Cells of every size and direction, with a point within the mesh or far out, get the voxels that they got when each voxel of
+// their boxes was tried: what their own interpolant says.
+TEST_F(DamagedMesh, HasTheValuesOfItsLongCells) {
+  const Vec3 out{40.0, 45.0, 50.0};
+  const Volume volume = read_quickly(folder_.write("a.vtu", mesh(&out)));
+  const double sound = at(read_quickly(folder_.write("b.vtu", mesh(nullptr))), {3.0, 4.0, 5.0});
+  EXPECT_NEAR(at(volume, {3.0, 4.0, 5.0}), sound, 0.3) << "far from the damage";
+  // Along the way from the cells around the damaged point out to it there are data, which fall to its value.
+  const Vec3 middle = bent({n / 2.0, n / 2.0, n / 2.0});
+  int inside = 0;
+  for (int step = 4; step < 19; ++step) {
+    const ScalarSample s = volume.fields[0].field->scalar(middle + (step / 20.0) * (out - middle));
+    if (!s.inside) continue;
+    ++inside;
+    EXPECT_NEAR(s.value, middle.x + 2 * middle.y + 3 * middle.z, 12.0);
+  }
+  EXPECT_GT(inside, 0);
+}
+
+}  // namespace
+}  // namespace palpa::test
