@@ -8,6 +8,7 @@
 #include "app/hand_words.h"
 #include "palpa/device/hand.h"
 #include "palpa/disk/input_file.h"
+#include "palpa/limits/limits.h"
 #include "palpa/mode/mode.h"
 #include "palpa/scene/load_scene.h"
 #include "palpa/version.h"
@@ -209,7 +210,8 @@ _palpa() {
 
 std::string settings_of(const std::filesystem::path& scene) {
   const detail::InputFile file(scene);
-  const std::string text = file.is_open() ? detail::read_whole(file, 4 << 20, "name a scene file (.toml)") : std::string();
+  const std::string text =
+      file.is_open() ? detail::read_whole(file, limit::scene_bytes, "name a scene file (.toml)") : std::string();
   std::string lines;
   for (const std::string& path : with_equals(set_paths(text, standard_modes()))) lines += path + "\n";
   return lines;

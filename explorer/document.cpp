@@ -4,6 +4,7 @@
 
 #include "palpa/disk/input_file.h"
 #include "palpa/disk/new_file.h"
+#include "palpa/limits/limits.h"
 
 namespace palpa::explorer {
 
@@ -70,7 +71,7 @@ std::string Document::text() const {
 void Document::save(const std::filesystem::path& file) {
   const std::string now = text();
   if (const detail::InputFile before(file); now != opened_->loaded.text && before.is_open())
-    detail::write_whole(file.string() + "~", detail::read_whole(before, before.bytes(), ""), detail::Existing::replaced);
+    detail::write_whole(file.string() + "~", detail::read_whole(before, limit::scene_bytes, "save under another name"), detail::Existing::replaced);
   detail::write_whole(file, now, detail::Existing::replaced);
   opened_->loaded.text = now;
   opened_->scene_file = file;

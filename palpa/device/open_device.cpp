@@ -77,7 +77,7 @@ std::string place_of(const fs::path& file, const toml::source_region& at) {
 std::optional<toml::table> read(const fs::path& file) {
   const detail::InputFile opened(file);
   if (opened.why_not() == detail::NoInput::missing) return std::nullopt;
-  const std::string text = detail::read_whole(opened, limit::notes_bytes.count(), limit::notes_bytes.remedy);
+  const std::string text = detail::read_whole(opened, limit::notes_bytes, limit::notes_bytes.remedy);
   if (const auto problem = detail::problem_with_toml(text))
     throw LoadError(file.string() + ":" + std::to_string(problem->line) + ": " + problem->sentence);
   try {

@@ -69,11 +69,10 @@ std::size_t InputFile::read(std::uint64_t from, void* to, std::size_t bytes) con
   return done;
 }
 
-std::string read_whole(const InputFile& file, std::uint64_t most_bytes, std::string_view right) {
+std::string read_whole(const InputFile& file, const Limit& most, std::string_view right) {
   file.expect_open(right);
-  if (file.bytes() > most_bytes) {
-    throw LoadError(file.path().string() + ": has " + std::to_string(file.bytes()) + " bytes, where at most " +
-                    std::to_string(most_bytes) + " are read; " + std::string(right));
+  if (most.is_passed_by(static_cast<double>(file.bytes()))) {
+    throw LoadError(file.path().string() + ": longer than " + quantity(most) + "; " + std::string(most.remedy));
   }
   std::string text(static_cast<std::size_t>(file.bytes()), '\0');
   text.resize(file.read(0, text.data(), text.size()));

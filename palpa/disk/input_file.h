@@ -10,6 +10,8 @@
 #include <string>
 #include <string_view>
 
+#include "palpa/limits/limits.h"
+
 namespace palpa::detail {
 
 /// Why a file cannot be read.
@@ -51,9 +53,10 @@ class InputFile {
   std::uint64_t bytes_ = 0;
 };
 
-/// All of a file, for texts. Throws LoadError, also where it is longer than `most_bytes`, before it is read.
-/// \param right  what would be right, for the message: "name a scene file"
-std::string read_whole(const InputFile& file, std::uint64_t most_bytes, std::string_view right);
+/// All of a file, for texts. Throws LoadError, also where it is longer than the limit, before it is read.
+/// \param most   [bytes]
+/// \param right  what would be right where it is not open: "name a scene file"
+std::string read_whole(const InputFile& file, const Limit& most, std::string_view right);
 
 /// The same file as a stream, for code that reads one; it fails from the start where the file is not open.
 class InputStream : public std::istream {

@@ -18,10 +18,6 @@ std::vector<fs::path> own_files_folders() {
   std::vector<fs::path> folders{program};
   for (const fs::path& prefix : {program.parent_path(), library.parent_path(), library.parent_path().parent_path()})
     folders.push_back(prefix / "libexec" / "palpa");
-  if (known) {
-    for (const fs::path& prefix : {library.parent_path(), library.parent_path().parent_path()})
-      folders.push_back(prefix / "bin");  // of a build folder
-  }
   return folders;
 }
 

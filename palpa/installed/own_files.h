@@ -7,8 +7,7 @@
 namespace palpa {
 
 /// The folders in which they may be, the nearest first: beside this program, libexec/palpa beside its folder, and libexec/palpa
-/// or bin beside the library's, for a program of somebody else's with an installed library or with one of a build folder.
-/// Allocates; any thread.
+/// beside the library's, for a program of somebody else's. Allocates; any thread.
 std::vector<std::filesystem::path> own_files_folders();
 
 }  // namespace palpa

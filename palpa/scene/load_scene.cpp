@@ -984,7 +984,7 @@ LoadedScene load_scene(const std::filesystem::path& path, const ReadVolume& read
   if (file.why_not() == detail::NoInput::missing) fail(name, "no such scene; name a scene file (.toml)");
   if (!file.is_open()) fail(name, file.problem() + "; name a scene file (.toml)");
   if (file.bytes() > limit::scene_bytes.count()) fail(name, "longer than " + quantity(limit::scene_bytes) + of_data);
-  std::string text = detail::read_whole(file, limit::scene_bytes.count(), "name a scene file (.toml)");
+  std::string text = detail::read_whole(file, limit::scene_bytes, "name a scene file (.toml)");
   if (path.extension() != ".toml") {
     try {
       parse_toml(text, name);

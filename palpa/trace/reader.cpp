@@ -36,7 +36,7 @@ std::vector<std::size_t> find_columns(const detail::Table<TickFrame>& table, con
 
 TraceReader::TraceReader(const std::filesystem::path& folder) : folder_(folder), header_(detail::read_header(folder)) {
   scene_text_ =
-      detail::read_whole(detail::InputFile(folder / "scene.toml"), limit::scene_bytes.count(), "a trace holds the scene that was felt");
+      detail::read_whole(detail::InputFile(folder / "scene.toml"), limit::scene_bytes, "a trace holds the scene that was felt");
 }
 
 bool TraceReader::tells_energy() const {

@@ -16,7 +16,6 @@ namespace palpa::detail {
 
 namespace {
 
-
 // File names may hold bytes that are no UTF-8.
 std::string toml_text(std::string_view text) { return toml_string(text, "?"); }
 
@@ -117,7 +116,7 @@ TraceHeader read_header(const std::filesystem::path& folder) {
   if (opened.why_not() == NoInput::missing) {
     throw LoadError(folder.string() + ": is no trace (it holds no trace.toml); name a folder that `palpa run --out` made");
   }
-  const std::string text = read_whole(opened, limit::trace_toml_bytes.count(), limit::trace_toml_bytes.remedy);
+  const std::string text = read_whole(opened, limit::trace_toml_bytes, limit::trace_toml_bytes.remedy);
   if (const auto problem = problem_with_toml(text)) {
     throw LoadError(file.string() + ":" + std::to_string(problem->line) + ":" + std::to_string(problem->column) + ": " +
                     problem->sentence);

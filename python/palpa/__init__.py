@@ -11,6 +11,8 @@ Numbers carry their unit in their name; lengths are metres. Wrong input raises a
 be right: LoadError and SceneError of files and scenes, else TypeError and ValueError.
 """
 
+import os as _os
+import pathlib as _pathlib
 import sys as _sys
 
 from . import _palpa
@@ -18,6 +20,11 @@ from ._version import version as __version__
 
 if _palpa.version != __version__:
     raise ImportError(f"palpa: the module is of version {_palpa.version}, the package of {__version__}; install both anew")
+
+# In a build folder the reader of files lies in bin beside this package's folder; installed, the library knows where.
+_reader = _pathlib.Path(__file__).absolute().parents[2] / "bin" / "palpa-read"
+if _reader.exists():
+    _os.environ.setdefault("PALPA_READER", str(_reader))
 
 from ._palpa import (Energy, Field, Here, LoadError, Mask, ModeTick, Out, ScalarSample, SceneError, Session, Strength, Tick,
                      TickStatus, VectorSample, Volume, beating_chamber, burgers_vortex, head_phantom, lamb_oseen_vortex, laws,

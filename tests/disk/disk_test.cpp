@@ -120,10 +120,12 @@ TEST_F(InputFiles, EndWhereTheyEndedWhenTheyWereOpened) {
 
 TEST_F(InputFiles, AreRefusedForTheirSizeBeforeTheyAreRead) {
   const fs::path path = write("a", "0123456789");
-  EXPECT_EQ(read_whole(InputFile(path), 10, "shorter"), "0123456789");
-  EXPECT_THAT(error_of([&] { read_whole(InputFile(path), 9, "shorter"); }), HasSubstr("has 10 bytes"));
+  const Limit ten_bytes{"ten", 10.0, "bytes", "a test", "it", "shorter"},
+      nine_bytes{"nine", 9.0, "bytes", "a test", "it", "shorter"};
+  EXPECT_EQ(read_whole(InputFile(path), ten_bytes, "shorter"), "0123456789");
+  EXPECT_THAT(error_of([&] { read_whole(InputFile(path), nine_bytes, "shorter"); }), HasSubstr("longer than 9 bytes"));
   fs::resize_file(path, std::uintmax_t{1} << 40);  // without a byte on the disk
-  EXPECT_THAT(error_of([&] { read_whole(InputFile(path), 9, "shorter"); }), HasSubstr("; shorter"));
+  EXPECT_THAT(error_of([&] { read_whole(InputFile(path), nine_bytes, "shorter"); }), HasSubstr("; shorter"));
 }
 
 TEST_F(InputFiles, AreStreamsToo) {
