@@ -8,15 +8,22 @@
 
 namespace palpa {
 
+namespace {
+
+// The smaller of two limits; none that is a number if either is none.
+double lesser_n(double scene_n, double device_n) noexcept { return scene_n < device_n ? scene_n : device_n; }
+
+}  // namespace
+
 GuardOptions guard_options_for(const DeviceLimits& limits, double scene_max_force_n) noexcept {
-  return {.max_force_n = std::min(scene_max_force_n, limits.max_force_n),
+  return {.max_force_n = lesser_n(scene_max_force_n, limits.max_force_n),
           .continuous_force_n = limits.continuous_force_n,
           .max_damping_ns_per_m = limits.max_damping_ns_per_m,
           .device_damping_ns_per_m = limits.damping_ns_per_m};
 }
 
 double let_through_n(const Scene& scene, double device_max_force_n) noexcept {
-  return std::min(scene.coupling.max_force_n, device_max_force_n);
+  return lesser_n(scene.coupling.max_force_n, device_max_force_n);
 }
 
 // What is done to the force of a session before the guard.

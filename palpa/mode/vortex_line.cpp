@@ -14,7 +14,9 @@ void VortexLine::place(const ModeContext& here, PrimitiveSink out) const noexcep
   const detail::CoreLine core = direction == By::q ? detail::core_by_q(here.scalar(field), here.hessian(field), u)
                                                    : detail::core_by_velocity(u, here.turned_to_hand(background));
   const double strength = core.trust * detail::in_vortex_n(here, field, !strength_n.is_constant(), here.newtons(strength_n));
-  if (strength > 0.0) out.line(0, here.at_m + core.offset_m, core.axis, strength);
+  const Vec3 core_m = here.at_m + core.offset_m;
+  const bool is_within_reach = largest_component(core_m) <= largest_position_m;  // a core further away than that is none
+  if (strength > 0.0 && is_within_reach) out.line(0, core_m, core.axis, strength);
 }
 
 }  // namespace palpa

@@ -112,6 +112,7 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
     return result;
   }
 
+  dt = std::max(dt, shortest_time_s);  // velocities stay finite
   const Vec3 p = probe.position_m;
   const double k = scene.coupling.stiffness_n_per_m;
   double lost_j = 0.0;

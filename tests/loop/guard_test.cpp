@@ -3,11 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 #include <limits>
 #include <random>
 
 #include "palpa/loop/loop.h"
+#include "tests/loop/scenes.h"
 
 namespace palpa {
 namespace {
@@ -56,6 +58,22 @@ TEST(Guard, NothingThatIsNotFinitePasses) {
 
 TEST(Guard, ALimitThatIsNoneLetsNothingThrough) {
   for (const double bad : {nan, -1.0, 0.0}) EXPECT_EQ(Guard(bad).pass({1, 2, 3}).command_n, Vec3{});
+}
+
+// The same of a session under it, whatever its scene allows.
+TEST(GuardedSession, WithALimitThatIsNoneLetsNothingThrough) {
+  for (const double bad : {nan, -1.0, 0.0}) {
+    EXPECT_FALSE(guard_options_for({.max_force_n = bad}, 3.3).max_force_n > 0.0);
+    Session session(test::head_scene());
+    GuardedSession guarded(session, bad);
+    double most_n = 0.0;
+    for (int i = 0; i < 200; ++i) {
+      const TickFrame frame = guarded.tick(i, 1e-3 * i, 1e-3, {.position_m = {0, 0, 0.09 - 2e-4 * i}});
+      EXPECT_EQ(frame.command_n, Vec3{});
+      most_n = std::max(most_n, norm(frame.result.force_n));
+    }
+    EXPECT_GT(most_n, 0.01) << "nothing is felt";
+  }
 }
 
 }  // namespace

@@ -203,6 +203,37 @@ TEST(VortexLine, HoldsTheProxyOnTheCoreLine) {
   }
 }
 
+// A flow that turns hardly at all has its core beyond anything that a hand can be held at: it is none, and no fault.
+TEST(VortexLine, HasNoCoreBeyondReach) {
+  for (const double rate_per_s : {1e-5, 1e-8, 1e-12}) {
+    const auto voxels = std::make_shared<std::vector<double>>();
+    constexpr int n = 9;
+    for (int k = 0; k < n; ++k) {
+      for (int j = 0; j < n; ++j) {
+        for (int i = 0; i < n; ++i) {
+          const Vec3 x = 0.01 * Vec3{i - 4.0, j - 4.0, k - 4.0};
+          voxels->insert(voxels->end(), {100.0 - rate_per_s * x.y, rate_per_s * x.x, 0.0});
+        }
+      }
+    }
+    const FieldPtr flow = grid_field({{n, n, n}, 0.01 * Mat3::identity(), {-0.04, -0.04, -0.04}},
+                                     {VoxelType::float64, 3, {voxels, voxels->data()}});
+    Scene scene({.stiffness_n_per_m = 500});
+    const FieldRef velocity = scene.add("flow", volume_of(flow));
+    scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
+    scene.add("core", VortexLine{.field = velocity,
+                                 .strength_n = {{"magnitude(flow)"}, TransferFunction({{0.0, 1.0}, {1.0, 1.0}})},
+                                 .direction = VortexLine::By::reduced_velocity});
+    Session session(scene);
+    for (int i = 0; i < 50; ++i) {
+      const Tick t = session.tick({.position_m = {1e-4 * i, 2e-4 * i, 0}}, tick_s);
+      EXPECT_EQ(t.dropped, 0);
+      EXPECT_EQ(t.force_n, Vec3{});
+      for (const SessionEvent& event : session.events()) EXPECT_NE(event.kind, SessionEventKind::fault) << event.text;
+    }
+  }
+}
+
 TEST(VortexModes, HoldAStillHandStillWhateverTheyGoBy) {
   test::Random random(5);
   const test::StraightVortex vortex = jet_vortex(random);
