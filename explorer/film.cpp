@@ -68,10 +68,10 @@ void Film::make_with_ffmpeg(const QString& ffmpeg, const QString& folder) {
         process.start(ffmpeg, {"-y", "-nostdin", "-loglevel", "error", "-framerate", QString::number(pictures_hz), "-i",
                                folder + "/%05d.png", "-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p",
                                folder + "/film.mp4"});
+        if (!process.waitForStarted()) return -1;
         while (!process.waitForFinished(100) && process.state() != QProcess::NotRunning)
           if (stop.stop_requested()) process.kill();
-        const bool ended = process.exitStatus() == QProcess::NormalExit && process.error() == QProcess::UnknownError;
-        return ended ? process.exitCode() : -1;
+        return process.exitStatus() == QProcess::NormalExit ? process.exitCode() : -1;
       },
       [this, folder](int code) {
         if (code == 0) {

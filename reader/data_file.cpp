@@ -36,6 +36,7 @@ void check_data_file(const std::string& header, const std::string& file) {
   const std::string who = "needs its data file '" + file + "', which ";
   std::error_code is_gone;
   const fs::path place = fs::canonical(file, is_gone);
+  if (!is_gone && !fs::is_regular_file(place, is_gone)) throw LoadError(who + "is no ordinary file; name one");
   if (!is_gone && !lies_below(place, fs::absolute(header).parent_path()) &&
       !lies_below(place, fs::canonical(header).parent_path()) && !lies_below_named_folder(place))
     throw LoadError(who +

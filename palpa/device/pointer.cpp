@@ -32,7 +32,7 @@ bool Pointer::write(const Vec3& force_n) noexcept {
 }
 
 DeviceState Pointer::read() noexcept {
-  const auto now = std::chrono::steady_clock::now();
+  const auto now = options_.now();
   pass(std::chrono::duration<double>(now - passed_to_).count());
   passed_to_ = now;
   return {.position_m = position_m_,

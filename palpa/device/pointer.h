@@ -22,6 +22,8 @@ class Pointer final : public Device {
     double largest_force_n = 3.3;  ///< > 0: at which it goes no further
     /// > 0: motions are spread over this time [s], since a mouse is told of 60 to 1000 times a second.
     double smoothing_s = 0.02;
+    /// What `read` takes for the time.
+    std::chrono::steady_clock::time_point (*now)() noexcept = &std::chrono::steady_clock::now;
   };
   Pointer() noexcept : Pointer(Options{}) {}
   explicit Pointer(const Options& options) noexcept : options_(options) {}
@@ -65,7 +67,7 @@ class Pointer final : public Device {
   std::uint32_t puts_taken_ = 0;
   bool was_put_ = false;
   Vec3 taken_m_, pending_m_, position_m_, velocity_m_per_s_, force_n_;
-  std::chrono::steady_clock::time_point passed_to_ = std::chrono::steady_clock::now();
+  std::chrono::steady_clock::time_point passed_to_ = options_.now();
 };
 
 }  // namespace palpa

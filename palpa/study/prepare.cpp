@@ -51,7 +51,8 @@ void check_out(const fs::path& out) {
   }
 }
 
-/// Refuses a run that would not end, or whose trace its disk cannot hold, before it begins.
+/// Refuses a run as long as a recording that would not end, or whose trace its disk cannot hold, before it begins. How long the
+/// user wants it to be is the user's own matter.
 void check_duration(const PreparedRun& prepared, const RunOptions& options) {
   const double duration_s = prepared.duration_s;
   if (limit::run_s.is_passed_by(duration_s)) {
@@ -214,7 +215,7 @@ PreparedRun placed(const SoughtHand& hand, LoadedScene loaded, const RunOptions&
     prepared.notes.push_back(std::move(sentence));
   const double hand_s = prepared.target->duration_s();
   prepared.duration_s = options.duration_s.value_or(std::isfinite(hand_s) ? hand_s : default_duration_s);
-  check_duration(prepared, options);
+  if (!options.duration_s) check_duration(prepared, options);
   return prepared;
 }
 

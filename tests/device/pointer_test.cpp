@@ -50,7 +50,7 @@ TEST(Pointer, GoesWhereItIsMovedInHoweverManyParts) {
 }
 
 TEST(Pointer, IsSmoothHoweverSeldomItIsTold) {
-  Pointer pointer;
+  Pointer pointer({.now = []() noexcept { return std::chrono::steady_clock::time_point(); }});
   pointer.move({0.02, 0, 0});
   double last_m = 0.0;
   for (int n = 0; n < 200; ++n) {

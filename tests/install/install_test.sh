@@ -149,7 +149,7 @@ if [ "$package" != . ]; then
   (cd / && PYTHONDONTWRITEBYTECODE=1 PYTHONPATH=$(dirname "$package") "$(command -v -p python3)" -c '
 import palpa, sys
 assert palpa.__file__.startswith(sys.argv[1]), palpa.__file__
-libraries = {line.split()[-1] for line in open("/proc/self/maps") if "libpalpa" in line}
+libraries = {line.split(maxsplit=5)[-1].strip() for line in open("/proc/self/maps") if "libpalpa" in line}
 assert all(library.startswith(sys.argv[1]) for library in libraries), libraries
 scene = palpa.Scene()
 scene.add("head", palpa.head_phantom())
