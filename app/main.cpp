@@ -5,6 +5,7 @@
 
 #include <cstdio>
 #include <new>
+#include <system_error>
 
 #include "app/command_line.h"
 #include "app/terminal.h"
@@ -34,7 +35,8 @@ void stop_on_signals() {
 
 int main(int argc, char** argv) {
   stop_on_signals();
-  ::prctl(PR_SET_DUMPABLE, 0);  // what runs as the same user, a reader of files as well, can neither trace it nor see its memory
+  ::prctl(PR_SET_DUMPABLE,
+          0);  // what runs as the same user, a reader of files as well, can neither trace it nor see its memory
   int code = 2;
   try {
     code = palpa::app::run_command_line(argc, argv, stop);
@@ -42,6 +44,13 @@ int main(int argc, char** argv) {
     if (!stop) palpa::app::print_error(error.what());
   } catch (const std::bad_alloc&) {
     palpa::app::print_error("memory: there is not enough of it; try smaller data");
+  } catch (const std::system_error& error) {
+    if (error.code() == std::errc::resource_unavailable_try_again) {
+      palpa::app::print_error(
+          "memory: the system has no room for a thread; end other programs, or raise the limits of this user");
+    } else {
+      palpa::app::print_error(std::string("program: ") + error.what() + "; please report this as a bug of Palpa");
+    }
   } catch (const std::exception& error) {
     palpa::app::print_error(std::string("program: ") + error.what() + "; please report this as a bug of Palpa");
   }
