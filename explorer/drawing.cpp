@@ -14,6 +14,7 @@
 #include <vtkQuadricClustering.h>
 #include <vtkQuadricDecimation.h>
 #include <vtkRenderer.h>
+#include <vtkScalarsToColors.h>
 #include <vtkTriangleFilter.h>
 #include <vtkVolume.h>
 #include <vtkVolumeProperty.h>
@@ -24,13 +25,14 @@
 
 #include "palpa/view/offscreen.h"
 #include "palpa/view/scene_shapes.h"
+#include "palpa/view/shapes.h"
 
 namespace palpa::explorer {
 namespace {
 
 // [triangles] that a processor without a graphics card draws thirty times a second. More: a drag is not smooth; fewer: edges
 // show.
-constexpr double coarse_triangles = 24e3;
+constexpr double coarse_triangles = 18e3;
 
 vtkPolyData* surface_of(vtkProp* prop) {
   auto* actor = vtkActor::SafeDownCast(prop);
@@ -77,17 +79,69 @@ vtkSmartPointer<vtkPolyData> coarser(vtkPolyData* surface, double share) {
   return normals->GetOutput();
 }
 
-vtkSmartPointer<vtkActor> like(vtkActor& actor, vtkPolyData* surface) {
+/// Draws the surface where the actor drew its own: in the colours of its points where it is seen, as nothing but depths where
+/// not.
+vtkSmartPointer<vtkActor> in_place_of(vtkActor& actor, vtkPolyData* surface) {
   auto copy = vtkSmartPointer<vtkActor>::New();
   vtkNew<vtkPolyDataMapper> mapper;
   mapper->SetInputData(surface);
+  mapper->SetScalarVisibility(actor.GetProperty()->GetOpacity() > 0.0);
   copy->SetMapper(mapper);
-  copy->SetProperty(actor.GetProperty());
+  copy->GetProperty()->DeepCopy(actor.GetProperty());
+  copy->GetProperty()->LightingOff();
   if (actor.GetForceOpaque()) copy->ForceOpaqueOn();
   return copy;
 }
 
+/// The colours of the surface's points as the actor would map them.
+vtkSmartPointer<vtkUnsignedCharArray> colors_of(vtkActor& actor, vtkPolyData* surface) {
+  auto colors = vtkSmartPointer<vtkUnsignedCharArray>::New();
+  vtkMapper& mapper = *actor.GetMapper();
+  vtkDataArray* values = mapper.GetScalarVisibility() ? surface->GetPointData()->GetScalars() : nullptr;
+  if (values) {
+    vtkScalarsToColors& map = *mapper.GetLookupTable();
+    const auto mapped = vtkSmartPointer<vtkUnsignedCharArray>::Take(map.MapScalars(values, mapper.GetColorMode(), -1));
+    colors->DeepCopy(mapped);
+    return colors;
+  }
+  double own[3];
+  actor.GetProperty()->GetColor(own);
+  colors->SetNumberOfComponents(4);
+  colors->SetNumberOfTuples(surface->GetNumberOfPoints());
+  for (vtkIdType i = 0; i < surface->GetNumberOfPoints(); ++i)
+    colors->SetTuple4(i, 255.0 * own[0], 255.0 * own[1], 255.0 * own[2], 255.0);
+  return colors;
+}
+
 }  // namespace
+
+void CoarseSurface::light(const Vec3& right, const Vec3& up, const Vec3& towards) {
+  vtkPointData& points = *surface->GetPointData();
+  if (shell) {
+    detail::shade(*shell, towards);
+    own = vtkUnsignedCharArray::SafeDownCast(points.GetScalars());
+  }
+  vtkDataArray& normals = *points.GetNormals();
+  const bool lit = look->GetLighting();
+  const double without = lit ? look->GetAmbient() : 1.0;
+  vtkNew<vtkUnsignedCharArray> colors;
+  colors->SetNumberOfComponents(4);
+  colors->SetNumberOfTuples(own->GetNumberOfTuples());
+  for (vtkIdType i = 0; i < own->GetNumberOfTuples(); ++i) {
+    double n[3], color[4];
+    normals.GetTuple(i, n);
+    own->GetTuple(i, color);
+    const Vec3 normal{n[0], n[1], n[2]};
+    const detail::Light light =
+        lit ? detail::light_on({dot(normal, right), dot(normal, up), dot(normal, towards)}, look->GetSpecularPower())
+            : detail::Light{};
+    for (int c = 0; c < 3; ++c)
+      color[c] = std::min(255.0, (without + look->GetDiffuse() * light.diffuse) * color[c] +
+                                     255.0 * look->GetSpecular() * light.specular * look->GetSpecularColor()[c]);
+    colors->SetTuple(i, color);
+  }
+  points.SetScalars(colors);
+}
 
 Drawing draw_for_window(const Scene& scene, const Vec3& towards) {
   detail::QuietVtk quiet;
@@ -113,6 +167,12 @@ Drawing draw_for_window(const Scene& scene, const Vec3& towards) {
     });
   const double share = coarse_triangles / std::max(all, 1.0);
 
+  const auto shell_of = [&](vtkPolyData* fine, vtkPolyData* made) -> std::optional<detail::Shell> {
+    for (const detail::Shell& shell : drawing.fine_shells) {
+      if (shell.surface == fine) return detail::Shell{made, shell.color, shell.opacity};
+    }
+    return {};
+  };
   std::map<vtkPolyData*, vtkSmartPointer<vtkPolyData>> coarse;  // a shell is drawn twice
   const auto take = [&](vtkRenderer* renderer, std::vector<Drawing::Part>& parts) {
     each(renderer, [&](vtkProp* prop) {
@@ -133,19 +193,18 @@ Drawing draw_for_window(const Scene& scene, const Vec3& towards) {
       if (surface) drawing.fine_triangles += static_cast<std::size_t>(surface->GetNumberOfPolys());
       if (surface && share < 1.0 && surface->GetNumberOfPolys() > 0) {
         vtkSmartPointer<vtkPolyData>& made = coarse[surface];
+        vtkActor& actor = *vtkActor::SafeDownCast(prop);
         if (!made) made = coarser(surface, share);
         drawing.coarse_triangles += static_cast<std::size_t>(made->GetNumberOfPolys());
-        part.coarse = like(*vtkActor::SafeDownCast(prop), made);
+        part.coarse = in_place_of(actor, made);
+        if (actor.GetProperty()->GetOpacity() > 0.0)
+          drawing.coarse_surfaces.push_back({made, colors_of(actor, made), shell_of(surface, made), actor.GetProperty()});
       }
       parts.push_back(std::move(part));
     });
   };
   take(solid, drawing.solid);
   take(shells, drawing.shells);
-  for (const detail::Shell& shell : drawing.fine_shells) {
-    const auto made = coarse.find(shell.surface);
-    if (made != coarse.end()) drawing.coarse_shells.push_back({made->second, shell.color, shell.opacity});
-  }
   quiet.raise_error();
   return drawing;
 }

@@ -355,7 +355,7 @@ void View3D::move_begins() {
     return;
   }
   if (!coarse_) show_parts(true);
-  for (const detail::Shell& shell : drawing_.coarse_shells) detail::shade(shell, view_.towards);
+  for (CoarseSurface& surface : drawing_.coarse_surfaces) surface.light(view_.right, view_.up, view_.towards);
   still_.start();
 }
 

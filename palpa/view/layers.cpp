@@ -366,6 +366,11 @@ void draw_shell(vtkRenderer* renderer, const Shell& shell, const Vec3& towards) 
   for (const double seen : {0.0, 1.0}) {
     const vtkSmartPointer<vtkActor> actor = actor_of(shell.surface, shell.color);
     actor->GetProperty()->SetOpacity(seen);
+    if (seen == 0.0) {
+      // Light on what is not seen would cost as much as on what is.
+      actor->GetProperty()->LightingOff();
+      actor->GetMapper()->ScalarVisibilityOff();
+    }
     actor->ForceOpaqueOn();
     renderer->AddActor(actor);
   }

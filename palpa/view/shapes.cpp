@@ -22,6 +22,7 @@
 #include <vtkTubeFilter.h>
 #include <vtkUnsignedCharArray.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace palpa::detail {
@@ -44,17 +45,18 @@ void add(vtkRenderer* renderer, vtkAlgorithmOutput* shape, const Color& color, d
   renderer->AddActor(actor);
 }
 
+struct Lamp {
+  Vec3 from;
+  double strength;
+};
+// The main lamp is above the viewer's left, a weak one to the right, so that shapes are seen. Their strengths add up to 1: a
+// patch that faces the viewer has its own colour.
+constexpr Lamp lamps[] = {{{-0.5, 0.7, 1.0}, 0.7}, {{0.8, -0.3, 0.7}, 0.3}};
+
 }  // namespace
 
 void add_light(vtkRenderer* renderer) {
   renderer->AutomaticLightCreationOff();
-  struct Lamp {
-    Vec3 from;
-    double strength;
-  };
-  // The main lamp is above the viewer's left, a weak one to the right, so that shapes are seen. Their strengths add up to 1: a
-  // patch that faces the viewer has its own colour.
-  constexpr Lamp lamps[] = {{{-0.5, 0.7, 1.0}, 0.7}, {{0.8, -0.3, 0.7}, 0.3}};
   for (const Lamp& lamp : lamps) {
     vtkNew<vtkLight> source;
     source->SetLightTypeToCameraLight();
@@ -63,6 +65,20 @@ void add_light(vtkRenderer* renderer) {
     source->SetIntensity(lamp.strength / normalized(lamp.from).z);
     renderer->AddLight(source);
   }
+}
+
+Light light_on(const Vec3& normal, double shininess) noexcept {
+  const Vec3 seen = normal.z < 0.0 ? -normal : normal;
+  Light light;
+  for (const Lamp& lamp : lamps) {
+    const Vec3 from = normalized(lamp.from);
+    const double facing = dot(seen, from);
+    if (facing <= 0.0) continue;
+    const double strength = lamp.strength / from.z;
+    light.diffuse += strength * facing;
+    light.specular += strength * std::pow(std::max(0.0, 2.0 * facing * seen.z - from.z), shininess);
+  }
+  return light;
 }
 
 void draw_tubes(vtkRenderer* renderer, std::span<const std::vector<TubePoint>> lines, double radius_m, double shine) {

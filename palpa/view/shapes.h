@@ -17,6 +17,15 @@ namespace palpa::detail {
 inline constexpr double surface_ambient = 0.25;
 void add_light(vtkRenderer* renderer);
 
+/// [1] What the lamps of add_light do at a point: the factors of its own colour, and of that in which it shines.
+struct Light {
+  double diffuse = 0.0;
+  double specular = 0.0;
+};
+/// As VTK lights a pixel. \param normal  [1] unit vector, x right, y up, z to the viewer; of the side away from the viewer:
+/// turned over \param shininess  [1] more: smaller highlights
+Light light_on(const Vec3& normal, double shininess) noexcept;
+
 struct TubePoint {
   Vec3 position_m;
   Color color;
