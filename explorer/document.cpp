@@ -43,8 +43,8 @@ LoadedScene Document::loaded() const {
   return loaded;
 }
 
-void Document::edit(const QString& what, int key, const std::function<void(Scene&)>& change) {
-  if (!opened_) return;
+bool Document::edit(const QString& what, int key, const std::function<void(Scene&)>& change) {
+  if (!opened_) return false;
   Scene after = scene();
   try {
     change(after);
@@ -52,10 +52,10 @@ void Document::edit(const QString& what, int key, const std::function<void(Scene
   } catch (const std::exception& error) {
     Q_EMIT refused(QString::fromUtf8(error.what()));
     Q_EMIT changed();  // what was typed goes back to what holds
-    return;
+    return false;
   }
-  if (after == scene()) return;
-  undo_.push(new SceneStep(*this, what, key, scene(), std::move(after)));
+  if (!(after == scene())) undo_.push(new SceneStep(*this, what, key, scene(), std::move(after)));
+  return true;
 }
 
 void Document::set(const Scene& scene) {
@@ -71,7 +71,8 @@ std::string Document::text() const {
 void Document::save(const std::filesystem::path& file) {
   const std::string now = text();
   if (const detail::InputFile before(file); now != opened_->loaded.text && before.is_open())
-    detail::write_whole(file.string() + "~", detail::read_whole(before, limit::scene_bytes, "save under another name"), detail::Existing::replaced);
+    detail::write_whole(file.string() + "~", detail::read_whole(before, limit::scene_bytes, "save under another name"),
+                        detail::Existing::replaced);
   detail::write_whole(file, now, detail::Existing::replaced);
   opened_->loaded.text = now;
   opened_->scene_file = file;

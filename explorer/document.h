@@ -33,8 +33,8 @@ class Document : public QObject {
   LoadedScene loaded() const;
 
   /// Changes the scene by a step that can be undone. Steps in a row with the same `what` and `key` are one. A scene that cannot
-  /// be used is not taken: `refused` says why.
-  void edit(const QString& what, int key, const std::function<void(Scene&)>& change);
+  /// be used is not taken: `refused` says why, and the answer is false.
+  bool edit(const QString& what, int key, const std::function<void(Scene&)>& change);
 
   /// The text that `save` writes: the file's own where nothing was changed.
   std::string text() const;

@@ -70,12 +70,10 @@ FunctionDesk::FunctionDesk(Document& document, Jobs& jobs, bool has_opengl, QWid
 }
 
 void FunctionDesk::edit_strength(std::size_t mode, std::size_t row) {
-  const SceneMode& edited = document_.scene().modes()[mode];
-  const std::vector<ParameterRow> rows = rows_of_mode(edited);
+  const std::string name = document_.scene().modes()[mode].name;
+  const std::vector<ParameterRow> rows = rows_of_mode(document_.scene().modes()[mode]);
   const auto* strength = std::get_if<Strength>(&rows[row].value);
   if (!strength) return;
-  felt_ = Felt{.mode = edited.name, .is_mask = false, .number = row};
-  began_with_seen_ = false;
   if (strength->is_constant()) {
     // As strong as it is, over all values of the field that the mode reads.
     std::string field;
@@ -90,8 +88,11 @@ void FunctionDesk::edit_strength(std::size_t mode, std::size_t row) {
     const Strength whole(
         FieldRef{field},
         TransferFunction({{extent.min, strength->constant_n}, {extent.max, strength->constant_n}}, strength->constant_n));
-    document_.edit(tr("strength as a function"), -1, [&](Scene& scene) { set_mode_row(scene, felt_->mode, row, whole); });
+    // A strength that levels rule out stays a number.
+    if (!document_.edit(tr("strength as a function"), -1, [&](Scene& scene) { set_mode_row(scene, name, row, whole); })) return;
   }
+  felt_ = Felt{.mode = name, .is_mask = false, .number = row};
+  began_with_seen_ = false;
   open();
 }
 

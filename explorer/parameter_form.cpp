@@ -74,12 +74,17 @@ void ParameterForm::build(const std::vector<ParameterRow>& rows, const FormConte
     const ParameterRow& row = rows[i];
     if (row.group != group) {
       group = row.group;
-      auto* title = new QLabel("<b>" + words(group).toHtmlEscaped() + "</b>");
+      // What follows a list is the mode's own again.
+      auto* title = new QLabel("<b>" + (group.empty() ? tr("whole mode") : words(group)).toHtmlEscaped() + "</b>");
       layout_->addRow(title);
     }
     QWidget* editor = editor_of(row, i, context);
     const NamedUnit named = named_unit(row.info.name);
-    auto* label = new QLabel(QString::fromStdString(named.name));
+    // Of friction_n and friction_ns_per_m only the units differ.
+    const bool is_alone = std::count_if(rows.begin(), rows.end(), [&](const ParameterRow& other) {
+                            return other.group == row.group && named_unit(other.info.name).name == named.name;
+                          }) == 1;
+    auto* label = new QLabel(QString::fromStdString(is_alone ? named.name : named.name + " / " + named.unit));
     for (QWidget* widget : {static_cast<QWidget*>(label), editor}) widget->setToolTip(words(row.info.sentence));
     editor->setAccessibleName((row.group.empty() ? QString() : words(row.group) + " ") + label->text());
     editor->setAccessibleDescription(words(row.info.sentence));

@@ -277,6 +277,23 @@ TEST(ExplorerInFolder, AModeThatIsSwitchedOffIsNotFelt) {
   driver.release(driver.view(), *at);
 }
 
+TEST(ExplorerInFolder, AFunctionThatTheSceneRulesOutIsSaidAndNoEditorOpens) {
+  Driver driver;
+  ASSERT_TRUE(driver.open(embedded("head_phantom.toml")));
+  const Scene before = driver.window().document().scene();
+  std::vector<QPushButton*> strengths;
+  for (QPushButton* one : driver.window().findChild<FeelPanel*>()->findChildren<QPushButton*>())
+    if (one->accessibleName().startsWith("strength as")) strengths.push_back(one);
+  ASSERT_GE(strengths.size(), 3u);
+  // Of skin, of bone, then of the whole mode, which has levels instead.
+  QPushButton* function = strengths[2];
+  QTest::mouseClick(function, Qt::LeftButton);
+  EXPECT_TRUE(Driver::wait_for([&] { return driver.message().contains("levels and strength_n"); }))
+      << driver.message().toStdString();
+  EXPECT_FALSE(driver.window().findChild<FunctionEditor*>()->isVisible());
+  EXPECT_TRUE(driver.window().document().scene() == before);
+}
+
 TEST(ExplorerInFolder, APointOfAFunctionIsDraggedAndTyped) {
   Driver driver;
   ASSERT_TRUE(driver.open(embedded("flow_phantom.toml")));
