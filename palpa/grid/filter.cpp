@@ -13,6 +13,7 @@
 #include "palpa/grid/axis_grid.h"
 #include "palpa/grid/grid_base.h"
 #include "palpa/grid/smooth_grid.h"
+#include "palpa/grid/unread_grid.h"
 #include "palpa/time/timed_field.h"
 
 namespace palpa {
@@ -120,7 +121,7 @@ const GridView* grid_below(const Field& field) noexcept {
 FieldPtr filtered(FieldPtr field, Filter filter) {
   if (!field) throw std::invalid_argument("there is no field to filter");
   const GridView* grid = grid_below(*field);
-  if (grid && grid->filter == filter) return field;
+  if (grid && grid->filter == filter) return detail::read_now(field);
   return remade(field, [&](const GridView& of) { return made_of(of, filter, of.signless); });
 }
 

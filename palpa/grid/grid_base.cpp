@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "palpa/field/parallel.h"
+#include "palpa/grid/unread_grid.h"
 
 namespace palpa::detail {
 namespace {
@@ -484,7 +485,7 @@ namespace palpa {
 
 const GridView* grid_behind(const Field& field) noexcept {
   const auto* grid = dynamic_cast<const detail::GridBase*>(&field);
-  return grid ? &grid->view() : nullptr;
+  return grid ? &grid->view() : detail::view_read_now(field);
 }
 
 }  // namespace palpa
