@@ -416,6 +416,29 @@ void add_report(CLI::App& app, Work& work) {
   });
 }
 
+void add_export(CLI::App& app, Work& work) {
+  const auto given = std::make_shared<ExportArguments>();
+  const auto force = std::make_shared<bool>(false);
+  CLI::App* command = app.add_subcommand(
+      "export", "Write what was felt in a trace, in the frame of the data, for ParaView, 3D Slicer and tables");
+  command->add_option("TRACE", given->trace, "folder of the trace, or a file in it")->required()->type_name("");
+  command
+      ->add_option("OUT", given->out,
+                   "new file: .vtp (a path with all columns, for ParaView), .csv, .h5, or .mrk.json (for 3D Slicer: RAS, in "
+                   "millimetres)")
+      ->required()
+      ->type_name("");
+  add_force(command, *force);
+  command->footer("Example:\n  palpa export first-trace felt.vtp");
+  command->callback([=, &work] {
+    work = [=] {
+      given->trace = trace_folder(given->trace);
+      given->existing = existing(*force);
+      return run_export(*given);
+    };
+  });
+}
+
 void add_modes(CLI::App& app, Work& work) {
   const auto given = std::make_shared<ModesArguments>();
   CLI::App* command = app.add_subcommand("modes", "List the types of modes, or the parameters of one");
@@ -475,6 +498,7 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   add_convert(app, work, stop);
   add_replay(app, work, stop);
   add_report(app, work);
+  add_export(app, work);
   add_modes(app, work);
   add_prints(app);
 

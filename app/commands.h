@@ -53,6 +53,13 @@ struct ConvertArguments {
 };
 int run_convert(ConvertArguments arguments, const std::atomic<bool>& stop);
 
+struct ExportArguments {
+  std::filesystem::path trace;
+  std::filesystem::path out;  ///< .vtp, .csv, .h5 or .mrk.json
+  detail::Existing existing = detail::Existing::refused;
+};
+int run_export(const ExportArguments& arguments);
+
 struct ReplayArguments {
   std::filesystem::path trace;
   std::vector<std::filesystem::path> data_folders;

@@ -7,7 +7,7 @@ include(CMakePackageConfigHelpers)
 
 # ./demo builds the program alone. What is installed is all, or nothing and the command that is missing.
 set(built)
-foreach(target palpa_core palpa palpa_view palpa_report palpa_cli palpa_pictures palpa-read palpa_explorer_program palpa_python
+foreach(target palpa_core palpa palpa_view palpa_report palpa_cli palpa_pictures palpa_hdf5 palpa-read palpa_explorer_program palpa_python
     palpa_device_controller palpa_device_force_dimension palpa_device_inverse3 palpa_device_openhaptics palpa_device_spacemouse)
   list(APPEND built "$<$<TARGET_EXISTS:${target}>:$<TARGET_FILE:${target}>>")
 endforeach()

@@ -4,8 +4,8 @@
 #include <charconv>
 #include <cmath>
 
-#include "palpa/core/escaped.h"
 #include "palpa/file/protocol.h"
+#include "palpa/file/vtk_xml.h"
 
 static_assert(std::endian::native == std::endian::little, "the headers say so");
 
@@ -47,47 +47,6 @@ std::uint64_t bytes_of(const WrittenVolume& volume, const WrittenField& field) {
   if (!bytes) throw LoadError("would have more voxels than can be counted; take fewer");
   return *bytes;
 }
-
-/// Bytes as base64 text, in as many parts as they come in: three of them are four letters, and what is left over waits for the
-/// next part.
-class Base64Writer {
- public:
-  explicit Base64Writer(NewFile& to) : to_(to) {}
-
-  void write(const void* data, std::size_t bytes) {
-    const auto* next = static_cast<const unsigned char*>(data);
-    text_.clear();
-    text_.reserve(bytes / 3 * 4 + 8);
-    for (const unsigned char* const end = next + bytes; next != end; ++next) {
-      waiting_ = waiting_ << 8 | *next;
-      if (++count_ == 3) put_letters();
-    }
-    to_.write(text_);
-  }
-
-  void finish() {
-    text_.clear();
-    if (count_ > 0) {
-      waiting_ <<= 8 * (3 - count_);
-      put_letters();
-    }
-    to_.write(text_);
-  }
-
- private:
-  void put_letters() {
-    static constexpr char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    const char four[] = {letters[waiting_ >> 18 & 63], letters[waiting_ >> 12 & 63],
-                         count_ > 1 ? letters[waiting_ >> 6 & 63] : '=', count_ > 2 ? letters[waiting_ & 63] : '='};
-    text_.append(four, sizeof four);
-    waiting_ = 0, count_ = 0;
-  }
-
-  NewFile& to_;
-  std::uint32_t waiting_ = 0;  ///< bytes that wait, the last one lowest
-  unsigned count_ = 0;         ///< how many
-  std::string text_;
-};
 
 class VoxelWriter {
  public:
@@ -160,8 +119,6 @@ void write_nrrd(const WrittenVolume& volume, const fs::path& file, detail::Exist
   header.finish();
 }
 
-/// Voxels stand within the text: ParaView 5.11 of Debian 12 opens no file that has them behind it (`appended`), as its XML
-/// parser does not get past them.
 void write_vti(const WrittenVolume& volume, const fs::path& file, detail::Existing existing, VoxelWriter& voxels) {
   static constexpr const char* types[] = {"UInt8", "Int16", "UInt16", "Int32", "Float32", "Float64"};
   const Mat3 steps = transposed(volume.grid.index_to_world_m);
@@ -177,9 +134,7 @@ void write_vti(const WrittenVolume& volume, const fs::path& file, detail::Existi
   const auto& dims = volume.grid.dims;
   const std::string extent =
       "0 " + std::to_string(dims[0] - 1) + " 0 " + std::to_string(dims[1] - 1) + " 0 " + std::to_string(dims[2] - 1);
-  std::string text =
-      "<?xml version=\"1.0\"?>\n<VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\" "
-      "header_type=\"UInt64\">\n";
+  std::string text = detail::vtk_xml_begin("ImageData");
   text += "<ImageData WholeExtent=\"" + extent + "\" Origin=\"" + list(volume.grid.origin_m, " ") + "\" Spacing=\"" +
           list(spacing_m, " ") + "\" Direction=\"" + list(direction.row[0], " ") + " " + list(direction.row[1], " ") + " " +
           list(direction.row[2], " ") + "\">\n";
@@ -187,16 +142,10 @@ void write_vti(const WrittenVolume& volume, const fs::path& file, detail::Existi
   NewFile whole(file, existing);
   whole.write(text);
   for (const WrittenField& field : volume.fields) {
-    whole.write(std::string("<DataArray type=\"") + types[static_cast<std::size_t>(field.type)] + "\" Name=\"" +
-                detail::escaped(field.name) + "\" NumberOfComponents=\"" + std::to_string(field.components) +
-                "\" format=\"binary\">\n");
-    // One text for the number of bytes and the bytes themselves, as VTK writes what it does not compress.
-    Base64Writer letters(whole);
-    const std::uint64_t bytes = bytes_of(volume, field);
-    letters.write(&bytes, sizeof bytes);
-    voxels.write(field, letters);
-    letters.finish();
-    whole.write("\n</DataArray>\n");
+    detail::VtkArrayWriter array(whole, types[static_cast<std::size_t>(field.type)], field.name, field.components,
+                                 bytes_of(volume, field));
+    voxels.write(field, array);
+    array.finish();
   }
   whole.write("</PointData>\n</Piece>\n</ImageData>\n</VTKFile>\n");
   whole.finish();

@@ -3,85 +3,17 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
-#include <charconv>
-#include <functional>
 #include <span>
 
 #include "palpa/limits/limits.h"
 #include "palpa/toml/problem.h"
 #include "palpa/toml/wording.h"
-#include "palpa/trace/csv.h"
+#include "palpa/trace/rows.h"
 
 namespace palpa::detail {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// One row of a trace's file: the cells of the columns that were asked for.
-class Row {
- public:
-  Row(const LineFile& file, const std::vector<std::string>& names, std::span<const std::string_view> cells)
-      : file_(file), names_(names), cells_(cells) {}
-
-  template <class Number>
-  Number number(std::size_t column) const {
-    Number value{};
-    if (!take_number(cells_[column], value)) refuse(column);
-    return value;
-  }
-  Vec3 vector(std::size_t column) const {
-    return {number<double>(column), number<double>(column + 1), number<double>(column + 2)};
-  }
-  /// A text without the quotes that it was written in.
-  std::string text(std::size_t column) const {
-    std::string_view cell = cells_[column];
-    if (cell.size() < 2 || cell.front() != '"' || cell.back() != '"') return std::string(cell);
-    cell = cell.substr(1, cell.size() - 2);
-    std::string plain;
-    for (std::size_t i = 0; i < cell.size(); ++i) {
-      plain += cell[i];
-      if (cell[i] == '"' && i + 1 < cell.size() && cell[i + 1] == '"') ++i;
-    }
-    return plain;
-  }
-  [[noreturn]] void refuse(std::size_t column) const {
-    throw LoadError(file_.place() + ": column '" + names_[column] + "' cannot be " + in_quotes(cells_[column]) +
-                    "; docs/trace.md says what it holds");
-  }
-
- private:
-  const LineFile& file_;
-  const std::vector<std::string>& names_;
-  std::span<const std::string_view> cells_;
-};
-
-/// Calls `use` with every whole row; a file that is not there has none. `use` answers whether to go on.
-void each_row(const fs::path& path, const std::vector<std::string>& names, const std::function<bool(const Row&)>& use) {
-  LineFile file(path);
-  std::string_view line;
-  if (!file.next(line)) return;
-  std::vector<std::string_view> cells;
-  split(line, cells);
-  const std::size_t width = cells.size();
-  std::vector<std::size_t> at;
-  for (const std::string& name : names) {
-    const auto found = std::find(cells.begin(), cells.end(), name);
-    if (found == cells.end()) {
-      throw LoadError(file.place() + ": column '" + name + "' is missing; a trace has all columns of docs/trace.md");
-    }
-    at.push_back(static_cast<std::size_t>(found - cells.begin()));
-  }
-  std::vector<std::string_view> own(names.size());
-  while (file.next(line)) {
-    split(line, cells);
-    if (cells.size() != width) {
-      throw LoadError(file.place() + ": has " + std::to_string(cells.size()) + " cells; the header has " +
-                      std::to_string(width));
-    }
-    for (std::size_t i = 0; i < at.size(); ++i) own[i] = cells[at[i]];
-    if (!use(Row(file, names, own))) return;
-  }
-}
 
 /// Index of a tick's number in `ticks`, which ascend; their size when it is not among them.
 std::size_t index_of(const std::vector<TickFrame>& ticks, std::int64_t number) {

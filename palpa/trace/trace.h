@@ -7,6 +7,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -174,6 +175,40 @@ struct TraceDifference {
 /// \param last_tick  what the recording has of later ticks is left out
 TraceDifference compare_traces(const std::filesystem::path& recorded, const std::filesystem::path& again,
                                std::int64_t last_tick = std::numeric_limits<std::int64_t>::max());
+
+/// A number, or a vector, for every tick of a path.
+struct FeltColumn {
+  std::string name;            ///< its unit at the end: "force_n", "mode.skin.force_n"; without one: whole numbers
+  int components = 1;          ///< 1, or 3 along the axes of the world
+  bool is_whole = false;       ///< its values are whole numbers
+  std::vector<double> values;  ///< in the column's own unit; the components of one tick together
+};
+
+/// What happened on a path.
+struct FeltEvent {
+  std::size_t row = 0;  ///< of the tick in the columns
+  std::string kind;     ///< as in events.csv
+  std::string subject;
+  std::string value;
+};
+
+/// What was felt, tick by tick, in the frame of the data and not of the hand: for programs that show data. Forces keep their
+/// newtons, and point where they point in the data.
+struct FeltPath {
+  /// As long as each other, in this order: tick, t_s, proxy_m, probe_m, probe_valid, force_n, command_n, error_bound_m, status
+  /// (of TickStatus), guard (of GuardState), buttons; of each mode its mode.NAME.force_n and, where primitives were recorded,
+  /// mode.NAME.strength_n: of its primitives in the last sub-step, added up; of each kind of event that there was, how many:
+  /// event.KIND.
+  std::vector<FeltColumn> columns;
+  std::vector<FeltEvent> events;
+
+  std::size_t ticks() const noexcept { return columns.front().values.size(); }
+  /// Throws std::out_of_range where there is none of that name.
+  const FeltColumn& column(std::string_view name) const;
+};
+
+/// Reads it from the trace in `folder`, complete or not. Throws LoadError as TraceReader does.
+FeltPath felt_path(const std::filesystem::path& folder);
 
 /// The files of a trace and their columns, as docs/trace.md shows them.
 std::string trace_reference_markdown();

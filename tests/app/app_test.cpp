@@ -145,6 +145,20 @@ TEST_F(Program, RunsRecordsAndReplays) {
   EXPECT_THAT(differs.out, HasSubstr("differs at "));
 }
 
+TEST_F(Program, ExportsWhatWasFelt) {
+  write_scene("scene.toml");
+  ASSERT_EQ(palpa({"run", "scene.toml", "--hand", "sim:press", "--duration-s", "0.2", "--out", "trace"}).code, 0);
+  const Ended made = palpa({"export", "trace/ticks.csv", "felt.csv"});
+  EXPECT_EQ(made.code, 0) << made.err;
+  EXPECT_EQ(made.out + made.err, "");
+  EXPECT_THAT(read(folder / "felt.csv"), testing::StartsWith("tick,t_s,proxy_x_m,"));
+  const Ended again = palpa({"export", "trace", "felt.csv"});
+  EXPECT_EQ(again.code, 2);
+  EXPECT_EQ(again.err, "palpa: felt.csv: exists already; name a new file, or have it replaced (--force)\n");
+  EXPECT_EQ(palpa({"export", "trace", "felt.csv", "--force"}).code, 0);
+  EXPECT_THAT(palpa({"export", "trace", "felt.pdf"}).err, HasSubstr("felt.pdf: has an ending of no format that is written"));
+}
+
 TEST_F(Program, EnergyHasTheSameEntriesInRunAndReplay) {
   write_scene("scene.toml");
   const json run =
