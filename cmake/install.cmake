@@ -40,12 +40,16 @@ function(palpa_find_libraries target folder component)
   endif()
 endfunction()
 
-# palpa_install_library(NAME TARGET target [PACKAGE library]): a public library, palpa::NAME for
-# find_package(palpa COMPONENTS NAME). PACKAGE says into which package a shared one goes.
+# palpa_install_library(NAME TARGET target [PACKAGE library] [DEVELOPMENT development]): a public library, palpa::NAME for
+# find_package(palpa COMPONENTS NAME). PACKAGE says into which package a shared one goes, DEVELOPMENT into which what
+# find_package reads.
 function(palpa_install_library name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "TARGET;PACKAGE" "")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "TARGET;PACKAGE;DEVELOPMENT" "")
   if(NOT arg_PACKAGE)
     set(arg_PACKAGE library)
+  endif()
+  if(NOT arg_DEVELOPMENT)
+    set(arg_DEVELOPMENT development)
   endif()
   set_target_properties(${arg_TARGET} PROPERTIES EXPORT_NAME ${name})
   install(TARGETS ${arg_TARGET} EXPORT palpa-${name}
@@ -53,16 +57,21 @@ function(palpa_install_library name)
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
     INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
   install(EXPORT palpa-${name} NAMESPACE palpa:: FILE palpa-${name}-targets.cmake
-    DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/palpa COMPONENT development)
+    DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/palpa COMPONENT ${arg_DEVELOPMENT})
+endfunction()
+
+# palpa_install_header(HEADER PACKAGE): one header, named from palpa/ on.
+function(palpa_install_header header package)
+  cmake_path(GET header PARENT_PATH folder)
+  install(FILES ${PROJECT_SOURCE_DIR}/palpa/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/palpa/${folder}
+    COMPONENT ${package})
 endfunction()
 
 # palpa_install_headers(HEADER…): public headers, named from palpa/ on. What they include is public, too: install_test.sh
 # compiles each of them alone.
 function(palpa_install_headers)
   foreach(header IN LISTS ARGN)
-    cmake_path(GET header PARENT_PATH folder)
-    install(FILES ${PROJECT_SOURCE_DIR}/palpa/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/palpa/${folder}
-      COMPONENT development)
+    palpa_install_header(${header} development)
   endforeach()
 endfunction()
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "palpa/core/load_error.h"
+#include "palpa/vtk/felt_actors.h"
 
 namespace palpa::detail {
 
@@ -75,8 +76,8 @@ Color blended(const Color& over, double opacity, const Color& ground) noexcept {
 }
 
 Color mode_color(std::size_t mode) {
-  static constexpr std::string_view hexes[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"};
-  return color_of(hexes[mode % std::size(hexes)]);
+  const FeltColor color = felt_color(mode);
+  return {color[0], color[1], color[2]};
 }
 
 Color surface_color(std::size_t number) {

@@ -35,6 +35,7 @@
 #include "palpa/view/shapes.h"
 #include "palpa/view/streamlines.h"
 #include "palpa/volume/volume.h"
+#include "palpa/vtk/to_vtk.h"
 
 namespace palpa::detail {
 namespace {
@@ -97,18 +98,7 @@ vtkSmartPointer<vtkImageData> image_of(const FieldPtr& field, const Box& box) {
   const double side_m = largest_component(box.size_m());
   const double samples = std::ceil(side_m / field->spacing_m()) + 1.0;
   const FieldPtr grid = sampled(Part(field, box), static_cast<int>(std::clamp(samples, 2.0, 1.0 * most_samples)));
-  const GridView& view = *grid_of(*grid);
-  auto image = vtkSmartPointer<vtkImageData>::New();
-  const auto& dims = view.geometry.dims;
-  const Mat3& step = view.geometry.index_to_world_m;
-  const Vec3& origin = view.geometry.origin_m;
-  image->SetDimensions(static_cast<int>(dims[0]), static_cast<int>(dims[1]), static_cast<int>(dims[2]));
-  image->SetSpacing(step.row[0].x, step.row[1].y, step.row[2].z);
-  image->SetOrigin(origin.x, origin.y, origin.z);
-  image->AllocateScalars(VTK_FLOAT, 1);
-  std::memcpy(image->GetScalarPointer(), view.voxels.data.get(),
-              sizeof(float) * static_cast<std::size_t>(view.geometry.voxels()));
-  return image;
+  return to_vtk(*grid);
 }
 
 /// The fields sampled so far: several surfaces of one field are drawn from one image.

@@ -19,6 +19,7 @@
 #include "palpa/view/picture.h"
 #include "palpa/view/shapes.h"
 #include "palpa/view/streamlines.h"
+#include "palpa/vtk/felt_actors.h"
 
 namespace palpa {
 namespace {
@@ -37,9 +38,7 @@ constexpr std::size_t most_path_points = 4000;
 // What was felt counts as at least this large. Less: the tremor of a resting hand fills the picture; more: small motions are
 // hard to see.
 constexpr double least_felt_m = 0.02;
-constexpr Color probe_color{0.45, 0.45, 0.48};
-constexpr Color proxy_color{0.08, 0.08, 0.10};
-constexpr Color spring_color{0.35, 0.35, 0.38};
+constexpr Color probe_color{detail::probe_color[0], detail::probe_color[1], detail::probe_color[2]};
 constexpr Color limited_color{0.25, 0.80, 1.0};
 
 /// What was seen along the picture's right, up and towards the viewer.
@@ -229,37 +228,6 @@ void show_path(vtkRenderer* renderer, std::span<const PathPoint> path, double un
   }
 }
 
-/// The primitives and the spring, in sizes that are legible in this picture.
-void draw_moment(vtkRenderer* renderer, const Moment& moment, double unit_m) {
-  double most_n = 1e-3;
-  for (const PlacedPrimitive& placed : moment.primitives) most_n = std::max(most_n, norm(placed.force_n));
-  for (const PlacedPrimitive& placed : moment.primitives) {
-    const Primitive& primitive = placed.primitive;
-    const Color color = detail::mode_color(primitive.id.mode);
-    const Vec3& at = primitive.kind == PrimitiveKind::directed ? moment.proxy_m : primitive.position_m;
-    const Vec3& q = primitive.direction;
-    const bool idle = norm(placed.force_n) < 1e-3;
-    switch (primitive.kind) {
-      case PrimitiveKind::plane:
-      case PrimitiveKind::corner:
-        detail::draw_disc(renderer, at, q, 0.2 * unit_m, color, idle ? 0.2 : 0.45);
-        detail::draw_arrow(renderer, at, at + (0.1 + 0.2 * norm(placed.force_n) / most_n) * unit_m * q, 0.009 * unit_m, color);
-        break;
-      case PrimitiveKind::line:
-        detail::draw_rod(renderer, at - 0.3 * unit_m * q, at + 0.3 * unit_m * q, 0.008 * unit_m, color);
-        break;
-      case PrimitiveKind::point: detail::draw_ball(renderer, at, 0.03 * unit_m, color); break;
-      case PrimitiveKind::directed:
-        detail::draw_arrow(renderer, at, at + (0.1 + 0.25 * norm(placed.force_n) / most_n) * unit_m * normalized(q),
-                           0.012 * unit_m, color);
-        break;
-    }
-  }
-  detail::draw_rod(renderer, moment.proxy_m, moment.probe_m, 0.007 * unit_m, spring_color);
-  detail::draw_ball(renderer, moment.proxy_m, 0.02 * unit_m, proxy_color);
-  detail::draw_ball(renderer, moment.probe_m, 0.02 * unit_m, probe_color);
-}
-
 /// Writes "proxy" and "probe" beside their balls, to either side of the spring so that the words do not lie on it.
 void name_ends(Canvas& canvas, const View& view, const Moment& moment) {
   const double em = canvas.em_px();
@@ -364,7 +332,7 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
 
   detail::draw_margins(canvas, layout, scene.title);
   if (moment) {
-    draw_moment(front, *moment, unit_m);
+    FeltActors(front, unit_m).show(moment->probe_m, moment->proxy_m, moment->primitives);
     std::set<std::uint16_t> modes;
     for (const PlacedPrimitive& placed : moment->primitives) modes.insert(placed.primitive.id.mode);
     for (const std::uint16_t mode : modes) {

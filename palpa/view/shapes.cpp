@@ -3,12 +3,9 @@
 #include <vtkActor.h>
 #include <vtkArrowSource.h>
 #include <vtkCellArray.h>
-#include <vtkConeSource.h>
-#include <vtkCylinderSource.h>
 #include <vtkDoubleArray.h>
 #include <vtkGlyph3D.h>
 #include <vtkLight.h>
-#include <vtkLineSource.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPoints.h>
@@ -16,9 +13,6 @@
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
 #include <vtkRenderer.h>
-#include <vtkSphereSource.h>
-#include <vtkTransform.h>
-#include <vtkTransformPolyDataFilter.h>
 #include <vtkTubeFilter.h>
 #include <vtkUnsignedCharArray.h>
 
@@ -28,22 +22,7 @@
 namespace palpa::detail {
 namespace {
 
-constexpr int sides = 32;  // [1] of round shapes. More: slower; fewer: corners show
-
 unsigned char byte(double share) { return static_cast<unsigned char>(std::lround(255.0 * share)); }
-
-void add(vtkRenderer* renderer, vtkAlgorithmOutput* shape, const Color& color, double opacity = 1.0) {
-  vtkNew<vtkPolyDataMapper> mapper;
-  mapper->SetInputConnection(shape);
-  mapper->ScalarVisibilityOff();
-  vtkNew<vtkActor> actor;
-  actor->SetMapper(mapper);
-  actor->GetProperty()->SetColor(color.red, color.green, color.blue);
-  actor->GetProperty()->SetAmbient(surface_ambient);
-  actor->GetProperty()->SetDiffuse(1.0 - surface_ambient);
-  actor->GetProperty()->SetOpacity(opacity);
-  renderer->AddActor(actor);
-}
 
 struct Lamp {
   Vec3 from;
@@ -113,63 +92,6 @@ void draw_tubes(vtkRenderer* renderer, std::span<const std::vector<TubePoint>> l
   actor->GetProperty()->SetAmbient(shine);
   actor->GetProperty()->SetDiffuse(1.0 - shine);
   renderer->AddActor(actor);
-}
-
-void draw_ball(vtkRenderer* renderer, const Vec3& centre_m, double radius_m, const Color& color) {
-  vtkNew<vtkSphereSource> ball;
-  ball->SetCenter(centre_m.x, centre_m.y, centre_m.z);
-  ball->SetRadius(radius_m);
-  ball->SetThetaResolution(sides);
-  ball->SetPhiResolution(sides / 2);
-  add(renderer, ball->GetOutputPort(), color);
-}
-
-void draw_disc(vtkRenderer* renderer, const Vec3& centre_m, const Vec3& normal, double radius_m, const Color& color,
-               double opacity) {
-  // A cylinder's axis is y: turn it to the normal about the axis across both.
-  vtkNew<vtkCylinderSource> disc;
-  disc->SetRadius(radius_m);
-  disc->SetHeight(0.02 * radius_m);
-  disc->SetResolution(2 * sides);
-  disc->CappingOn();
-  const Vec3 y{0, 1, 0};
-  const Vec3 across = cross(y, normal);
-  const Vec3 axis = norm(across) > 1e-9 ? across : Vec3{1, 0, 0};
-  vtkNew<vtkTransform> turn;
-  turn->Translate(centre_m.x, centre_m.y, centre_m.z);
-  turn->RotateWXYZ(std::atan2(norm(across), dot(y, normal)) * 180.0 / M_PI, axis.x, axis.y, axis.z);
-  vtkNew<vtkTransformPolyDataFilter> turned;
-  turned->SetInputConnection(disc->GetOutputPort());
-  turned->SetTransform(turn);
-  add(renderer, turned->GetOutputPort(), color, opacity);
-}
-
-void draw_rod(vtkRenderer* renderer, const Vec3& from_m, const Vec3& to_m, double radius_m, const Color& color) {
-  if (!(distance(from_m, to_m) > 0.0)) return;
-  vtkNew<vtkLineSource> line;
-  line->SetPoint1(from_m.x, from_m.y, from_m.z);
-  line->SetPoint2(to_m.x, to_m.y, to_m.z);
-  vtkNew<vtkTubeFilter> rod;
-  rod->SetInputConnection(line->GetOutputPort());
-  rod->SetRadius(radius_m);
-  rod->SetNumberOfSides(sides / 2);
-  rod->CappingOn();
-  add(renderer, rod->GetOutputPort(), color);
-}
-
-void draw_arrow(vtkRenderer* renderer, const Vec3& from_m, const Vec3& to_m, double radius_m, const Color& color) {
-  const Vec3 along = normalized(to_m - from_m);
-  const double head_m = std::min(5.0 * radius_m, 0.6 * distance(from_m, to_m));
-  if (!(head_m > 0.0)) return;
-  draw_rod(renderer, from_m, to_m - 0.9 * head_m * along, radius_m, color);
-  vtkNew<vtkConeSource> head;
-  const Vec3 middle = to_m - 0.5 * head_m * along;
-  head->SetCenter(middle.x, middle.y, middle.z);
-  head->SetDirection(along.x, along.y, along.z);
-  head->SetHeight(head_m);
-  head->SetRadius(2.2 * radius_m);
-  head->SetResolution(sides);
-  add(renderer, head->GetOutputPort(), color);
 }
 
 void draw_arrows(vtkRenderer* renderer, std::span<const Arrow> arrows) {

@@ -1,4 +1,4 @@
-// Solid shapes in the hand frame: tubes, balls, discs, rods, arrows.
+// Solid shapes in the hand frame: tubes, arrows. Those of a moment are palpa/vtk/felt_actors.h.
 #pragma once
 
 #include <cstdint>
@@ -34,13 +34,6 @@ struct TubePoint {
 /// One tube through each line's points, coloured along it; lines of one point are left out. `shine` [1]: how
 /// much of the colour comes without light, so that it can be read off a colour bar.
 void draw_tubes(vtkRenderer* renderer, std::span<const std::vector<TubePoint>> lines, double radius_m, double shine = 0.45);
-void draw_ball(vtkRenderer* renderer, const Vec3& centre_m, double radius_m, const Color& color);
-/// A thin disc across the unit vector `normal`.
-void draw_disc(vtkRenderer* renderer, const Vec3& centre_m, const Vec3& normal, double radius_m, const Color& color,
-               double opacity);
-void draw_rod(vtkRenderer* renderer, const Vec3& from_m, const Vec3& to_m, double radius_m, const Color& color);
-void draw_arrow(vtkRenderer* renderer, const Vec3& from_m, const Vec3& to_m, double radius_m, const Color& color);
-
 struct Arrow {
   Vec3 from_m;
   Vec3 to_m;

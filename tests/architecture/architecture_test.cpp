@@ -61,13 +61,14 @@ core ◄ field ◄ mode          words about ◄ arrows
 core ◄ device
 mode, device ◄ loop
 field ◄ file ◄ reader
+field ◄ vtk
 ## 4. Else
 x ◄ y
 )";
 
 TEST(Arrows, AreReadFromTheSectionOnLayersAndFollowedToTheirEnd) {
   const Arrows arrows = arrows_of(small_page);
-  EXPECT_THAT(arrows, SizeIs(7));
+  EXPECT_THAT(arrows, SizeIs(8));
   EXPECT_THAT(arrows.at("core"), ElementsAre("core"));
   EXPECT_THAT(arrows.at("mode"), ElementsAre("core", "field", "mode"));
   EXPECT_THAT(arrows.at("loop"), ElementsAre("core", "device", "field", "loop", "mode"));
@@ -97,6 +98,8 @@ TEST(Arrows, AnIncludeOfAForeignLibraryIsSeen) {
   EXPECT_THAT(wrong("app/a.cpp", "#include <itkImage.h>"), SizeIs(1));
   EXPECT_THAT(wrong("explorer/a.h", "#include <QWidget>\n#include <vtkProp.h>"), IsEmpty());
   EXPECT_THAT(wrong("explorer/a.cpp", "#include <itkImage.h>"), SizeIs(1));
+  EXPECT_THAT(wrong("palpa/vtk/a.h", "#include <vtkImageData.h>"), IsEmpty());
+  EXPECT_THAT(wrong("palpa/vtk/a.h", "#include <itkImage.h>"), SizeIs(1));
   EXPECT_THAT(wrong("app/a.cpp", "#include <QWidget>"), SizeIs(1));
   EXPECT_THAT(wrong("palpa/mode/a.cpp", "#include <toml++/toml.h>"), IsEmpty());
   EXPECT_THAT(wrong("palpa/mode/a.h", "#include <toml++/toml.h>"), SizeIs(1)) << "a public header";
@@ -149,6 +152,26 @@ TEST(InstalledHeaders, IncludeOneAnotherAloneAndAreOnThePageForTheirUsers) {
     const std::string text = text_of(repository() / "palpa" / header);
     for (std::sregex_iterator at(text.begin(), text.end(), include), end; at != end; ++at)
       EXPECT_THAT(headers, Contains((*at)[1].str())) << header << " includes what is not installed";
+  }
+}
+
+TEST(InstalledHeaders, OfTheComponentVtkIncludeNothingThatIsNot) {
+  static const std::regex include(R"re(#include [<"]palpa/([^>"]+)[>"])re"), list(R"re(foreach\(header ([^)]*)\))re"),
+      header("[a-z_0-9/]+[.]h");
+  const std::string cmake = text_of(repository() / "palpa/CMakeLists.txt");
+  std::smatch listed;
+  ASSERT_TRUE(std::regex_search(cmake, listed, list));
+  const std::string words = listed[1];
+  const std::vector<std::string> own{std::sregex_token_iterator(words.begin(), words.end(), header), {}};
+  std::vector<std::string> known = installed_headers(cmake);
+  known.insert(known.end(), own.begin(), own.end());
+  ASSERT_THAT(own, Contains("vtk/from_vtk.h"));
+  const std::string page = text_of(repository() / "docs/embedding.md");
+  for (const std::string& name : own) {
+    EXPECT_THAT(page, HasSubstr('`' + name + '`')) << "docs/embedding.md";
+    const std::string text = text_of(repository() / "palpa" / name);
+    for (std::sregex_iterator at(text.begin(), text.end(), include), end; at != end; ++at)
+      EXPECT_THAT(known, Contains((*at)[1].str())) << name << " includes what is not installed";
   }
 }
 

@@ -88,11 +88,12 @@ std::vector<std::string> wrong_includes(const Arrows& arrows, std::string_view p
     } else if (std::regex_search(name, vendor)) {
       const bool pictures = (layer == "view" || layer == "report") && !is_header(path) && name.starts_with("vtk");
       const bool window = layer == "explorer" && (name.starts_with("vtk") || name.starts_with("Q"));
-      if (layer != "reader" && !pictures && !window)
-        complain(
-            '<' + name +
-            ">; VTK is known to reader and explorer, and to the sources of view and report; Qt to the explorer, ITK and its "
-            "kin to the reader alone");
+      const bool bridge = layer == "vtk" && name.starts_with("vtk");
+      if (layer != "reader" && !pictures && !window && !bridge)
+        complain('<' + name +
+                 ">; VTK is known to reader, explorer and vtk, and to the sources of view and report; Qt to the explorer, ITK "
+                 "and its "
+                 "kin to the reader alone");
     } else if (layer == "core" && name.find_first_of("./") != name.npos) {
       complain('<' + name + ">; core needs the standard library alone");
     } else if (library && is_header(path) && name.find_first_of("./") != name.npos && !std::regex_search(name, posix)) {

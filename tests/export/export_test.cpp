@@ -14,6 +14,7 @@
 #include <sstream>
 
 #include "palpa/export/export_trace.h"
+#include "palpa/vtk/to_vtk.h"
 
 namespace palpa {
 namespace {
@@ -140,6 +141,7 @@ TEST_F(Export, VtksOwnReaderFindsEveryColumnOnOneLine) {
   reader->SetFileName((root / "felt.vtp").c_str());
   reader->Update();
   expect_same(*reader->GetOutput(), felt_path(trace));
+  expect_same(*to_vtk(felt_path(trace)), felt_path(trace));
 }
 
 TEST_F(Export, ATableHasTheColumnsCellByCell) {

@@ -92,6 +92,9 @@ if [ -e "$root/usr/bin/palpa-explorer" ]; then
   [ -s "$root/usr/share/applications/palpa-explorer.desktop" ] || fail "no desktop entry"
   inside dpkg --verify palpa-explorer || fail "files of the window are not as packed"
 fi
+[ -s "$root/usr/include/palpa/vtk/from_vtk.h" ] || fail "no headers for programs that have VTK"
+inside sh -c 'cd /tmp && palpa run /usr/share/palpa/scenes/head_phantom.toml --hand sim:press --duration-s 0.1 --out traced >/dev/null &&
+  palpa export traced felt.vtp && palpa export traced felt.h5' || fail "palpa export"
 if [ -e "$root/usr/lib/python3/dist-packages/palpa" ]; then
   inside setpriv --reuid 65534 --regid 65534 --clear-groups sh -c "cd / && python3 -c '
 import palpa

@@ -56,7 +56,13 @@ step "libraries beside each file, read-only tables, no executable stack, PIE"
 bash "$(dirname "${BASH_SOURCE[0]}")/elf_test.sh" "$moved"
 
 step "every installed header can be included, alone and with all others; there are few"
-find "$moved/include" -name '*.h' -printf '#include <%P>\n' | sort -r >"$work/all.cpp"
+with_vtk=$(sed -n 's/^ *foreach(header \(.*\))$/\1/p' "$source/palpa/CMakeLists.txt")  # of the component vtk
+[ -n "$with_vtk" ] || fail "the headers of the component vtk are not known"
+find "$moved/include" -name '*.h' -printf '#include <%P>\n' | sort -r >"$work/every.cpp"
+for header in $with_vtk; do
+  grep -qxF "#include <palpa/$header>" "$work/every.cpp" || fail "$header is not installed"
+done
+printf '#include <palpa/%s>\n' $with_vtk | grep -vxF -f - "$work/every.cpp" >"$work/all.cpp"
 g++ -std=c++20 -fsyntax-only -Wall -Wextra "-I$moved/include" "$work/all.cpp"
 while read -r line; do
   g++ -std=c++20 -fsyntax-only -Wall -Wextra "-I$moved/include" -x c++ - <<<"$line" || fail "$line does not compile alone"
@@ -67,6 +73,11 @@ step "a program and a plug-in outside of the tree"
 build_outside program "$source/examples/05_own_program"
 "$work/program/feel" | grep -q "touched the surface in [1-9]" || fail "the program felt nothing"
 build_outside plugin "$source/examples/04_mode_plugin"
+
+if [ -n "$(find "$moved" -name palpa-view-targets.cmake)" ]; then  # built where VTK is
+  step "a program that has VTK"
+  build_outside viewer "$source/examples/07_vtk_program"
+fi
 
 step "core alone, and nothing else"
 mkdir "$work/alone"
@@ -108,7 +119,7 @@ foreach(component IN LISTS COMPONENTS)
   endif()
 endforeach()
 TXT
-refused unknown "no component 'soup'; there are core, palpa, view and report" -DCOMPONENTS=soup
+refused unknown "no component 'soup'; there are core, palpa, view, report and vtk" -DCOMPONENTS=soup
 refused newer 'requested version "0.2"' -DVERSION=0.2 -DCOMPONENTS=core
 configure optional "$work/finder" -DCOMPONENTS=palpa -DOPTIONAL=soup || fail "an optional component is not needed"
 grep -q "soup is found: FALSE" "$work/optional.log" || fail "an optional component that is not there was found"
