@@ -6,6 +6,8 @@
 #include <optional>
 
 #include "palpa/field/parallel.h"
+#include "palpa/grid/samples.h"
+#include "palpa/grid/unread_grid.h"
 #include "palpa/toml/wording.h"
 #include "parameters.h"
 
@@ -86,9 +88,6 @@ void make_read_only(py::object array) {
   }
 }
 
-double component(const Vec3& v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
-double& component(Vec3& v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
-
 void check_shape(const py::array& array) {
   const auto refuse = [&](const char* why) {
     throw py::value_error("an array of shape " + py::str(array.attr("shape")).cast<std::string>() + " " + why);
@@ -123,6 +122,45 @@ py::array readable(const py::array& array, bool copy) {
                  type_that_holds(array.dtype()));
 }
 
+GridGeometry geometry_of(const py::array& array, const Layout& layout, const PlacedArray& placed) {
+  std::array<std::int64_t, 3> dims{};  // along x, y, z of the array
+  for (int a = 0; a < 3; ++a) dims[static_cast<std::size_t>(a)] = array.shape(2 - a);
+  if (placed.planes_m) {
+    if ((array.flags() & py::array::c_style) == 0)
+      throw py::value_error("an array on planes at uneven distances is in C's order; numpy.ascontiguousarray makes one");
+    GridGeometry geometry = rectilinear_geometry(*placed.planes_m);
+    if (geometry.dims != dims) throw py::value_error("the planes of the array are not one for each of its voxels");
+    return geometry;
+  }
+  const Mat3 steps = transposed(placed.steps_m);  // a row for each axis of the array
+  Vec3 first_m;
+  if (placed.origin_m) {
+    first_m = *placed.origin_m;
+  } else {
+    for (std::size_t a = 0; a < 3; ++a) first_m -= 0.5 * static_cast<double>(dims[a] - 1) * steps.row[a];
+  }
+  GridGeometry geometry;
+  Mat3 columns{};
+  for (std::size_t n = 0; n < 3; ++n) {
+    const auto a = static_cast<std::size_t>(layout.axis[n]);
+    geometry.dims[n] = dims[a];
+    columns.row[n] = layout.reversed[n] ? -steps.row[a] : steps.row[a];
+    if (layout.reversed[n]) first_m += static_cast<double>(dims[a] - 1) * steps.row[a];
+  }
+  geometry.index_to_world_m = transposed(columns);
+  geometry.origin_m = first_m;
+  return geometry;
+}
+
+const char* first_voxel_of(const py::array& array, const Layout& layout) {
+  const auto* data = static_cast<const char*>(array.data());
+  for (std::size_t n = 0; n < 3; ++n) {
+    const int index = 2 - layout.axis[n];
+    if (layout.reversed[n]) data += (array.shape(index) - 1) * array.strides(index);
+  }
+  return data;
+}
+
 }  // namespace
 
 std::shared_ptr<const void> kept(py::object object, const void* data) {
@@ -134,53 +172,53 @@ std::shared_ptr<const void> kept(py::object object, const void* data) {
           }};
 }
 
-Volume array_volume(const py::object& object, const Vec3& spacing_m, const py::object& origin_m, const std::string& unit,
-                    bool copy) {
+Volume array_volume(const py::object& object, const PlacedArray& placed, const std::string& unit, bool copy) {
   if (!py::isinstance<py::array>(object)) {
     throw py::type_error("voxels are an array of numpy, not " + object.get_type().attr("__name__").cast<std::string>() +
                          "; numpy.asarray makes one");
   }
   const py::array given = object.cast<py::array>();
   check_shape(given);
-  for (const double each_m : {spacing_m.x, spacing_m.y, spacing_m.z}) {
-    if (!(each_m > 0.0))
-      throw py::value_error("'spacing_m' is " + detail::toml_number(each_m) +
-                            "; it lies above 0, a reversed array has reversed axes");
-  }
   const py::array array = readable(given, copy);
   const Layout layout = *layout_of(array);
-
-  GridGeometry geometry;
-  std::array<std::int64_t, 3> dims{};
-  for (int a = 0; a < 3; ++a) dims[static_cast<std::size_t>(a)] = array.shape(2 - a);
-  Vec3 first_m = origin_m.is_none() ? Vec3{} : vector_of(origin_m, "origin_m");
-  if (origin_m.is_none()) {
-    for (int a = 0; a < 3; ++a)
-      component(first_m, a) = -0.5 * static_cast<double>(dims[static_cast<std::size_t>(a)] - 1) * component(spacing_m, a);
-  }
-  geometry.origin_m = first_m;
-  const auto* data = static_cast<const char*>(array.data());
-  Mat3 columns{};
-  for (std::size_t n = 0; n < 3; ++n) {
-    const int a = layout.axis[n];
-    geometry.dims[n] = dims[static_cast<std::size_t>(a)];
-    const double step_m = component(spacing_m, a);
-    const auto last = dims[static_cast<std::size_t>(a)] - 1;
-    component(columns.row[n], a) = layout.reversed[n] ? -step_m : step_m;
-    if (layout.reversed[n]) {
-      component(geometry.origin_m, a) += static_cast<double>(last) * step_m;
-      data += last * array.strides(2 - a);
-    }
-  }
-  geometry.index_to_world_m = transposed(columns);
-
+  const GridGeometry geometry = geometry_of(array, layout, placed);
   make_read_only(array);
-  Voxels voxels{.type = *voxel_type_of(array.dtype()), .components = array.ndim() == 4 ? 3 : 1, .data = kept(array, data)};
+  Voxels voxels{.type = *voxel_type_of(array.dtype()),
+                .components = array.ndim() == 4 ? 3 : 1,
+                .data = kept(array, first_voxel_of(array, layout))};
   Volume volume;
   volume.format = "grid";
-  const py::gil_scoped_release release;
-  volume.fields.push_back({.name = "data", .unit = unit, .field = grid_field(geometry, std::move(voxels))});
+  volume.fields.push_back({.name = "data", .unit = unit, .field = unread_grid_field(geometry, std::move(voxels))});
   return volume;
+}
+
+py::object voxels_of(const FieldPtr& field) {
+  const GridView* const grid = grid_behind(*field);
+  if (!grid) return py::none();
+  static constexpr const char* types[] = {"uint8", "int16", "uint16", "int32", "float32", "float64"};
+  const auto& dims = grid->geometry.dims;
+  std::vector<py::ssize_t> shape{dims[2], dims[1], dims[0]};
+  if (grid->voxels.components == 3) shape.push_back(3);
+  const py::capsule owner(new FieldPtr(field), [](void* held) { delete static_cast<FieldPtr*>(held); });
+  py::array array(py::dtype(types[static_cast<std::size_t>(grid->voxels.type)]), shape, grid->voxels.data.get(), owner);
+  array.attr("flags").attr("writeable") = false;
+  if (grid->scale == 1.0 && grid->offset == 0.0) return array;
+  return array.attr("__mul__")(py::float_(grid->scale)).attr("__add__")(py::float_(grid->offset));
+}
+
+py::object affine_of(const Field& field) {
+  const GridView* const grid = grid_behind(field);
+  if (!grid || grid->geometry.is_rectilinear()) return py::none();
+  py::array_t<double> matrix({4, 4});
+  auto at = matrix.mutable_unchecked<2>();
+  for (int r = 0; r < 3; ++r) {
+    const Vec3& row = grid->geometry.index_to_world_m.row[r];
+    at(r, 0) = row.x, at(r, 1) = row.y, at(r, 2) = row.z;
+  }
+  const Vec3& origin_m = grid->geometry.origin_m;
+  at(0, 3) = origin_m.x, at(1, 3) = origin_m.y, at(2, 3) = origin_m.z;
+  at(3, 0) = at(3, 1) = at(3, 2) = 0.0, at(3, 3) = 1.0;
+  return matrix;
 }
 
 namespace {
@@ -223,19 +261,15 @@ double* put(double* to, const Vec3& v) {
   return to + 3;
 }
 
-/// Calls `act(n, point)` for all places on all cores, without the interpreter's lock; looks for signals now and then.
+/// Calls `act(first, last)` for parts of all places on all cores, without the interpreter's lock; looks for signals now and
+/// then.
 template <class Act>
 void for_all(const Places& places, const Act& act) {
   constexpr std::int64_t block = 1 << 20, least = 4096;  // [1] places. More: Ctrl-C is heard later; fewer: more threads begin
-  const double* const points = places.points_m.data();
   const py::gil_scoped_release release;
   for (std::int64_t begin = 0; begin < places.count; begin += block) {
-    detail::in_parts(std::min(block, places.count - begin), least, [&](std::int64_t first, std::int64_t last) {
-      for (std::int64_t n = begin + first; n < begin + last; ++n) {
-        const double* const p = points + 3 * n;
-        act(n, Vec3{p[0], p[1], p[2]});
-      }
-    });
+    detail::in_parts(std::min(block, places.count - begin), least,
+                     [&](std::int64_t first, std::int64_t last) { act(begin + first, begin + last); });
     const py::gil_scoped_acquire acquire;
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
   }
@@ -245,26 +279,27 @@ void for_all(const Places& places, const Act& act) {
 
 py::tuple sample(const Field& field, const py::object& points_m) {
   const Places places = places_of(points_m);
+  const double* const points = places.points_m.data();
   if (field.components() == 1) {
     py::array_t<double> values = results(places, {}), gradients = results(places, {3});
     double* const value = values.mutable_data();
     double* const gradient = gradients.mutable_data();
-    for_all(places, [&](std::int64_t n, const Vec3& at_m) {
-      const ScalarSample s = field.scalar(at_m);
-      value[n] = s.inside ? s.value : none;
-      put(gradient + 3 * n, s.inside ? s.gradient : Vec3{none, none, none});
+    for_all(places, [&](std::int64_t first, std::int64_t last) {
+      detail::sample_scalars(field, points + 3 * first, last - first, value + first, gradient + 3 * first);
     });
     return py::make_tuple(std::move(values), std::move(gradients));
   }
   py::array_t<double> values = results(places, {3}), jacobians = results(places, {3, 3});
   double* const value = values.mutable_data();
   double* const jacobian = jacobians.mutable_data();
-  for_all(places, [&](std::int64_t n, const Vec3& at_m) {
-    const VectorSample s = field.vector(at_m);
+  for_all(places, [&](std::int64_t first, std::int64_t last) {
     const Vec3 nowhere{none, none, none};
-    put(value + 3 * n, s.inside ? s.value : nowhere);
-    double* to = jacobian + 9 * n;
-    for (const Vec3& row : s.jacobian.row) to = put(to, s.inside ? row : nowhere);
+    for (std::int64_t n = first; n < last; ++n) {
+      const VectorSample s = field.vector({points[3 * n], points[3 * n + 1], points[3 * n + 2]});
+      put(value + 3 * n, s.inside ? s.value : nowhere);
+      double* to = jacobian + 9 * n;
+      for (const Vec3& row : s.jacobian.row) to = put(to, s.inside ? row : nowhere);
+    }
   });
   return py::make_tuple(std::move(values), std::move(jacobians));
 }

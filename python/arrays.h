@@ -3,6 +3,11 @@
 
 #include <pybind11/numpy.h>
 
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
 #include "palpa/core/vec3.h"
 #include "palpa/volume/volume.h"
 
@@ -11,13 +16,23 @@ namespace palpa::python {
 /// An object of Python's, kept by a thread that need not have the interpreter's lock.
 std::shared_ptr<const void> kept(pybind11::object object, const void* data);
 
+/// Where the voxels of an array lie.
+struct PlacedArray {
+  Mat3 steps_m = Mat3::identity();  ///< [m] column = from voxel to voxel along the array's x, y, z: its last axis first
+  std::optional<Vec3> origin_m{};   ///< [m] of the voxel [0, 0, 0]; none: the middle of the array lies in the world's origin
+  std::optional<std::array<std::vector<double>, 3>> planes_m{};  ///< [m] along x, y, z, in place of both: of a rectilinear grid
+};
+
 /// A volume of one field that reads the array where it is. Raises ValueError or TypeError, one line.
-/// \param array      indexed [z, y, x], or [z, y, x, component] for vectors
-/// \param spacing_m  [m] between voxels along x, y, z
-/// \param origin_m   [m] of the voxel [0, 0, 0]; None: the middle of the array lies in the world's origin
-/// \param copy       take a copy where the array cannot be read as it is
-Volume array_volume(const pybind11::object& array, const Vec3& spacing_m, const pybind11::object& origin_m,
-                    const std::string& unit, bool copy);
+/// \param array  indexed [z, y, x], or [z, y, x, component] for vectors
+/// \param copy   take a copy where the array cannot be read as it is
+Volume array_volume(const pybind11::object& array, const PlacedArray& placed, const std::string& unit, bool copy);
+
+/// The voxels of a field on a grid, indexed [z, y, x] or [z, y, x, component], without a copy where they need no scale, not to
+/// be written; None of one without.
+pybind11::object voxels_of(const FieldPtr& field);
+/// From indices of those voxels (x, y, z) to places of the world, shape (4, 4); None where there is none.
+pybind11::object affine_of(const Field& field);
 
 /// Values and gradients at many places.
 pybind11::tuple sample(const Field& field, const pybind11::object& points_m);

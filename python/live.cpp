@@ -3,11 +3,19 @@
 #include <pybind11/stl/filesystem.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <limits>
 #include <memory>
+#include <mutex>
 #include <stdexcept>
+#include <utility>
 
 #include "interruptible.h"
+#include "palpa/device/latest.h"
 #include "palpa/device/paced_hand.h"
+#include "palpa/device/pointer.h"
 #include "palpa/study/live_run.h"
 #include "parameters.h"
 #include "run_options.h"
@@ -20,15 +28,71 @@ void check_for_real_time(const Scene& scene) {
   if (const std::string why = what_is_not_for_real_time(scene); !why.empty()) throw SceneError(why);
 }
 
+/// The primitives of a moment, for who draws them. Plain data, which the loop can copy.
+struct Seen {
+  static constexpr std::size_t most = 24;  // more: they hide each other
+  std::array<PlacedPrimitive, most> primitives{};
+  std::size_t count = 0;
+};
+
+/// A mouse as the hand of one run at a time.
+struct OwnPointer {
+  explicit OwnPointer(const Pointer::Options& options) : hand(options) {}
+  Pointer hand;
+  std::atomic<bool> is_held{false};
+};
+
+/// Holds one, from construction to `let_go`.
+class PointerHold {
+ public:
+  explicit PointerHold(std::shared_ptr<OwnPointer> own) : pointer_(std::move(own)) {
+    if (pointer_ && pointer_->is_held.exchange(true))
+      throw py::value_error(
+          "'device' is a palpa.Pointer that is the hand of another live scene; stop that, or make another one");
+    holds_ = pointer_ != nullptr;
+  }
+  ~PointerHold() { let_go(); }
+  PointerHold(const PointerHold&) = delete;
+  PointerHold& operator=(const PointerHold&) = delete;
+
+  /// The device; null where there is none.
+  Device* device() const noexcept { return pointer_ ? &pointer_->hand : nullptr; }
+  /// It may be another run's hand, now that this one is over.
+  void let_go() noexcept {
+    if (std::exchange(holds_, false)) pointer_->is_held = false;
+  }
+
+ private:
+  std::shared_ptr<OwnPointer> pointer_;
+  bool holds_ = false;
+};
+
 /// A live run with its hand or device.
 struct HeldRun {
-  HeldRun(PreparedRun made, const RunOptions& options) : prepared(std::move(made)) {
+  /// \param own  the hand's device, if it is the program's; stays with the run
+  HeldRun(PreparedRun made, const RunOptions& options, std::shared_ptr<OwnPointer> own)
+      : prepared(std::move(made)), pointer(std::move(own)) {
     if (prepared.hand) paced.emplace(*prepared.hand);
-    Device& device = paced ? static_cast<Device&>(*paced) : *prepared.real_device;
-    run.emplace(options, prepared, device, TickObserver());
+    Device& device = pointer.device() ? *pointer.device() : paced ? static_cast<Device&>(*paced) : *prepared.real_device;
+    run.emplace(options, prepared, device, [this](const TickFrame&, const Session& session) { see(session); });
+  }
+  void see(const Session& session) noexcept {
+    constexpr unsigned one_in = 8;  // [ticks] screens show sixty pictures a second
+    if (told++ % one_in != 0) return;
+    Seen now;
+    if (!session.sub_steps().empty()) {
+      const SubStep& last = session.sub_steps().back();
+      now.count = std::min<std::size_t>(static_cast<std::size_t>(last.primitives), Seen::most);
+      std::copy_n(session.placed().begin() + last.first_primitive, now.count, now.primitives.begin());
+    }
+    seen.give(now);
   }
   PreparedRun prepared;
+  PointerHold pointer;
   std::optional<PacedHand> paced;
+  unsigned told = 0;  // [ticks] by the loop
+  Latest<Seen> seen;
+  std::mutex looking;  // of those who take what is seen: the loop never takes it
   std::optional<LiveRun> run;
 };
 
@@ -44,9 +108,23 @@ class Live {
   Live(const Live&) = delete;
   Live& operator=(const Live&) = delete;
 
+  /// What was placed last, of any thread.
+  Seen seen() {
+    static_cast<void>(run());
+    const std::lock_guard lock(held_->looking);
+    return held_->seen.take();
+  }
+
   LiveRun& run() {
     if (is_forked()) throw std::runtime_error("the live scene is felt by the process that this one was forked from");
     return *held_->run;
+  }
+
+  std::string finish() {
+    LiveRun& over = run();
+    const std::string lost = over.finish();
+    held_->pointer.let_go();
+    return lost;
   }
 
  private:
@@ -55,14 +133,23 @@ class Live {
   std::unique_ptr<HeldRun> held_;
 };
 
-std::unique_ptr<Live> start(const Scene& given, const py::dict& keywords) {
+std::unique_ptr<Live> start(const Scene& given, const py::dict& keywords, const std::shared_ptr<OwnPointer>& pointer) {
   RunOptions options = run_options(keywords);
   const Scene scene = given;
   check_for_real_time(scene);
+  if (pointer) {
+    options.live.emplace();
+    options.primitives = true;
+    PreparedRun prepared;
+    prepared.loaded = loaded_of(scene);
+    prepared.device = pointer->hand.name();
+    prepared.duration_s = options.duration_s.value_or(std::numeric_limits<double>::infinity());
+    return std::make_unique<Live>(std::make_unique<HeldRun>(std::move(prepared), options, pointer));
+  }
   auto held = interruptible([&](const std::atomic<bool>&, std::stop_token token) {
     options.read.stop = std::move(token);
     options.live.emplace();
-    return std::make_unique<HeldRun>(prepare(loaded_of(scene), options), options);
+    return std::make_unique<HeldRun>(prepare(loaded_of(scene), options), options, nullptr);
   });
   return std::make_unique<Live>(std::move(held));
 }
@@ -79,6 +166,22 @@ py::dict view_of(const LiveView& view) {
   seen["guard"] = name_of(frame.guard);
   seen["status"] = name_of(frame.result.status);
   return seen;
+}
+
+py::list primitives_of(const Seen& seen) {
+  py::list all;
+  for (std::size_t n = 0; n < seen.count; ++n) {
+    const PlacedPrimitive& placed = seen.primitives[n];
+    py::dict one;
+    one["kind"] = name_of(placed.primitive.kind);
+    one["mode"] = placed.primitive.id.mode;
+    one["position_m"] = array_of(placed.primitive.position_m);
+    one["direction"] = array_of(placed.primitive.direction);
+    one["strength_n"] = placed.primitive.strength_n;
+    one["force_n"] = array_of(placed.force_n);
+    all.append(one);
+  }
+  return all;
 }
 
 py::dict times_of(const LoopAccount::Times& times) {
@@ -121,16 +224,36 @@ void bind_live(py::module_& module) {
              run.scene().set(scene);
            })
       .def("look", [](Live& live) { return view_of(live.run().loop().look()); })
+      .def("primitives", [](Live& live) { return primitives_of(live.seen()); })
       .def("account", [](Live& live) { return account_of(live.run().loop().account()); })
       .def("has_ended", [](Live& live) { return live.run().has_ended(); })
       .def("panic", [](Live& live) { live.run().loop().panic(); })
       .def("resume", [](Live& live) { live.run().loop().resume(); })
       .def("finish", [](Live& live) {
-        LiveRun& run = live.run();
         const py::gil_scoped_release release;
-        return run.finish();
+        return live.finish();
       });
   module.def("live", &start);
+
+  py::class_<OwnPointer, std::shared_ptr<OwnPointer>>(
+      module, "Pointer",
+      "A mouse as a hand, for palpa.live(scene, device=Pointer()): a window moves it, the loop reads it. What resists shows:\n"
+      "the more force there is against a motion, the less of it the hand takes over. Draw the proxy, not the probe.")
+      .def(py::init([](double radius_m, double largest_force_n) {
+             if (!(radius_m > 0.0) || !(largest_force_n > 0.0))
+               throw py::value_error("'radius_m' and 'largest_force_n' lie above 0");
+             return std::make_shared<OwnPointer>(Pointer::Options{.radius_m = radius_m, .largest_force_n = largest_force_n});
+           }),
+           py::kw_only(), py::arg("radius_m") = 0.12, py::arg("largest_force_n") = 3.3)
+      .def(
+          "move", [](OwnPointer& pointer, const py::object& way_m) { pointer.hand.move(vector_of(way_m, "way_m")); },
+          py::arg("way_m"), "Moves the hand by this [m], hand frame. One thread.")
+      .def(
+          "put", [](OwnPointer& pointer, const py::object& at_m) { pointer.hand.put(vector_of(at_m, "at_m")); },
+          py::arg("at_m"), "Puts the hand there [m], hand frame, at once.")
+      .def(
+          "press", [](OwnPointer& pointer, std::uint32_t buttons) { pointer.hand.press(buttons); }, py::arg("buttons"),
+          "The buttons that are held, a bit each.");
 }
 
 }  // namespace palpa::python

@@ -3,12 +3,15 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <array>
+#include <optional>
 #include <sstream>
 
 #include "arrays.h"
 #include "interruptible.h"
 #include "palpa/file/read_volume.h"
 #include "palpa/scene/load_scene.h"
+#include "palpa/toml/wording.h"
 #include "palpa/volume/analytic.h"
 #include "parameters.h"
 
@@ -39,6 +42,16 @@ void bind_volumes(py::module_& module) {
             return extents;
           },
           "smallest and largest value of each component")
+      .def_property_readonly(
+          "voxels",
+          [](const VolumeField& f) {
+            const FieldPtr field = f.field;
+            return voxels_of(field);
+          },
+          "its voxels, indexed [z, y, x] or [z, y, x, component], where they are: not to be written; None of a formula")
+      .def_property_readonly(
+          "affine_m", [](const VolumeField& f) { return affine_of(*f.field); },
+          "[m] from indices (x, y, z) of its voxels to the world, shape (4, 4); None of a formula, and of uneven planes")
       .def(
           "__call__", [](const VolumeField& f, const py::object& points_m) { return sample(*f.field, points_m); },
           py::arg("points_m"),
@@ -82,9 +95,37 @@ void bind_volumes(py::module_& module) {
     return interruptible(
         [&](const std::atomic<bool>&, std::stop_token stop) { return read_volume(*request, {.stop = std::move(stop)}); });
   });
-  module.def("array_volume",
-             [](const py::object& array, const py::object& spacing_m, const py::object& origin_m, const std::string& unit,
-                bool copy) { return array_volume(array, vector_of(spacing_m, "spacing_m"), origin_m, unit, copy); });
+  module.def("array_volume", [](const py::object& array, const py::object& spacing_m, const std::array<double, 9>& axes,
+                                const py::object& origin_m, const std::optional<std::array<std::vector<double>, 3>>& planes_m,
+                                const std::string& unit, bool copy) {
+    PlacedArray placed{.planes_m = planes_m};
+    const Vec3 s = vector_of(spacing_m, "spacing_m");
+    for (const double each_m : {s.x, s.y, s.z}) {
+      if (!(each_m > 0.0))
+        throw py::value_error("'spacing_m' is " + detail::toml_number(each_m) +
+                              "; it lies above 0, a reversed array has reversed axes");
+    }
+    for (std::size_t r = 0; r < 3; ++r)
+      placed.steps_m.row[r] = {axes[3 * r] * s.x, axes[3 * r + 1] * s.y, axes[3 * r + 2] * s.z};
+    if (!origin_m.is_none()) placed.origin_m = vector_of(origin_m, "origin_m");
+    return array_volume(array, placed, unit, copy);
+  });
+  module.def("in_other_unit", [](Volume volume, double metres_per_unit) {
+    volume.files.clear();
+    volume.request.reset();
+    volume.length_unit.clear();
+    return metres_per_unit == 1.0 ? volume : posed(volume, {.scale = metres_per_unit});
+  });
+  module.def("joined_volume", [](const std::vector<std::pair<std::string, Volume>>& parts, std::vector<std::string> warnings) {
+    Volume joined;
+    joined.format = "grid";
+    joined.warnings = std::move(warnings);
+    for (const auto& [name, part] : parts) {
+      joined.fields.push_back(part.fields.front());
+      joined.fields.back().name = name;
+    }
+    return joined;
+  });
 
   module.def("plane_field", &plane_field, py::kw_only(), py::arg("size_m") = 0.2,
              "A half space: signed distance [m] below the plane z = 0, over a cube about the origin.");

@@ -9,6 +9,7 @@
 #include "interruptible.h"
 #include "palpa/baseline/law.h"
 #include "palpa/device/hand.h"
+#include "palpa/export/export_trace.h"
 #include "palpa/study/compare_laws.h"
 #include "palpa/study/run.h"
 #include "parameters.h"
@@ -101,6 +102,10 @@ void bind_study(py::module_& module) {
       return replay(trace, data, {.stop = std::move(token)}, &stop, plugins);
     });
     return py::make_tuple(result.difference.same, result.difference.where, result.difference.ticks, result.cut);
+  });
+  module.def("export_trace", [](const fs::path& trace, const fs::path& file, bool replace) {
+    const py::gil_scoped_release release;
+    export_trace(trace, file, replace ? detail::Existing::replaced : detail::Existing::refused);
   });
   module.def("compare_traces", [](const fs::path& recorded, const fs::path& again) {
     const TraceDifference difference =

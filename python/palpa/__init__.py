@@ -26,7 +26,7 @@ _reader = _pathlib.Path(__file__).absolute().parents[2] / "bin" / "palpa-read"
 if _reader.exists():
     _os.environ.setdefault("PALPA_READER", str(_reader))
 
-from ._palpa import (Energy, Field, Here, LoadError, Mask, ModeTick, Out, ScalarSample, SceneError, Session, Strength, Tick,
+from ._palpa import (Energy, Field, Here, LoadError, Mask, ModeTick, Out, Pointer, ScalarSample, SceneError, Session, Strength, Tick,
                      TickStatus, VectorSample, Volume, beating_chamber, burgers_vortex, head_phantom, lamb_oseen_vortex, laws,
                      plane_field, ring_vortex, sphere_field, wing_wake)
 from ._live import Live, live
@@ -34,6 +34,7 @@ from ._modes import CFunction, Mode, load_plugin, make_classes as _make_classes
 from ._scene import (CouplingOptions, PalpaWarning, Scene, SceneMode, TimeOptions, Workspace, array_volume, load_scene,
                      read_volume)
 from ._trace import LawComparison, Replay, Trace, compare_laws, run
+from ._vtk import FeltActors, from_vtk, strength_from_vtk, to_vtk
 
 _make_classes(_sys.modules[__name__])
 Session.scene = property(lambda session: Scene(_of=session._scene()), doc="the scene that is felt: a copy")

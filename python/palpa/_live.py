@@ -9,6 +9,7 @@ from typing import Any
 
 from . import _palpa
 from ._modes import plugins
+from ._palpa import Pointer
 from ._scene import Scene
 from ._trace import Trace, _new_folder
 
@@ -46,6 +47,11 @@ class Live:
         """The latest tick: a dict with tick, t_s, probe_m, proxy_m, force_n, command_n, guard, status."""
         return self._live.look()
 
+    def primitives(self) -> list[dict[str, Any]]:
+        """What the modes placed in one of the latest ticks, to be drawn: a dict each with kind, mode (its number), position_m,
+        direction, strength_n, force_n, hand frame."""
+        return self._live.primitives()
+
     def account(self) -> dict[str, Any]:
         """How its loop keeps time: a dict with ticks, missed, unrecorded, scenes, and times in microseconds."""
         return self._live.account()
@@ -75,16 +81,19 @@ class Live:
         self.stop()
 
 
-def live(scene: Scene, *, hand: str | PathLike | None = None, device: str | None = None, rate_hz: float = 1000.0,
+def live(scene: Scene, *, hand: str | PathLike | None = None, device: str | Pointer | None = None, rate_hz: float = 1000.0,
          duration_s: float | None = None, out: str | PathLike | None = None, hold: str | None = None,
          fit: bool | None = None) -> Live:
     """Feels a scene in real time and records it: a Live, at once.
 
-    device: of a person's hand, as `palpa devices` calls it; or hand: a simulated or recorded one, as of palpa.run, which holds
+    device: of a person's hand, as `palpa devices` calls it, or a palpa.Pointer, the mouse of a window; or hand: a simulated or recorded one, as of palpa.run, which holds
     `device`. rate_hz: [Hz] 100 to 20000. duration_s: [s] None: until it is stopped; of a simulated hand 10 s.
     Raises SceneError for a scene with modes in Python: they cannot keep time.
     """
     folder, temporary = _new_folder(out)
+    pointer, device = (device, None) if isinstance(device, Pointer) else (None, device)
+    if pointer is not None and hand is not None:
+        raise TypeError("'hand' and a palpa.Pointer are two hands; name one")
     given = dict(hand=None if hand is None else str(hand), device=device, rate_hz=rate_hz, duration_s=duration_s, out=folder,
                  hold=hold, fit=fit, plugins=list(plugins))
-    return Live(_palpa.live(scene, given), folder, temporary)
+    return Live(_palpa.live(scene, given, pointer), folder, temporary)

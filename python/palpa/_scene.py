@@ -6,13 +6,16 @@ import inspect
 from collections.abc import Iterable, Mapping, Sequence
 from os import PathLike
 from types import MappingProxyType
+from typing import Any
 
-from numpy import ndarray
+from numpy import asarray, eye, ndarray
+from numpy.typing import ArrayLike
 
 from . import _palpa
 from ._modes import Mode, mode_of
 from ._palpa import Mask, Volume
 from ._parameters import Parameters, make_class
+from ._plots import png_or_none, scene_figure
 
 CouplingOptions = make_class("CouplingOptions", Parameters, "The spring between hand and proxy.", _palpa.part_keys("coupling"),
                              lambda: _palpa.Scene()._coupling())
@@ -108,10 +111,10 @@ class Scene(_palpa.Scene):
         return name
 
     def add_array(self, name: str, array: ndarray, spacing_m: float | Sequence[float] = 1.0, *,
-                  origin_m: Sequence[float] | None = None, unit: str = "", copy: bool = False,
-                  filter: str | None = None) -> str:
+                  origin_m: Sequence[float] | None = None, axes: ArrayLike | None = None, unit: str = "",
+                  copy: bool = False, filter: str | None = None) -> str:
         """Adds an array as a volume, read where it is; returns the name of its field. See palpa.array_volume."""
-        return self.add(name, array_volume(array, spacing_m, origin_m=origin_m, unit=unit, copy=copy), filter=filter)
+        return self.add(name, array_volume(array, spacing_m, origin_m=origin_m, axes=axes, unit=unit, copy=copy), filter=filter)
 
     @property
     def volumes(self) -> Mapping[str, Volume]:
@@ -133,25 +136,37 @@ class Scene(_palpa.Scene):
     def __deepcopy__(self, memo):
         return self.copy()
 
+    def plot(self) -> Any:
+        """A figure of matplotlib: three slices through the middle of its first volume, with the levels that are felt as lines.
+        Raises ImportError without matplotlib."""
+        return scene_figure(self)
+
+    def _repr_png_(self):
+        return png_or_none(scene_figure, self)
+
     def __repr__(self):
         return f"Scene(volumes={list(self.volumes)}, modes={list(self.modes)})"
 
 
 def array_volume(array: ndarray, spacing_m: float | Sequence[float] = 1.0, *, origin_m: Sequence[float] | None = None,
-                 unit: str = "", copy: bool = False) -> Volume:
-    """A volume of one field that reads a numpy array where it is.
+                 axes: ArrayLike | None = None, unit: str = "", copy: bool = False) -> Volume:
+    """A volume of one field that reads a numpy array where it is, in no time: its range is read when a scene needs it.
 
     array: indexed [z, y, x], or [z, y, x, component] with 3 components; uint8, int16, uint16, int32, float32 or float64 in any
     order of its axes, also reversed, as long as the voxels are close to one another. It is kept, and no longer writeable from
     then on, nor what it is a view of: its range is read once.
     spacing_m: [m] between voxels, one number or along x, y, z. origin_m: [m] of the voxel [0, 0, 0]; None: the middle of the
-    array lies in the world's origin. unit: a label.
+    array lies in the world's origin. axes: shape (3, 3), its columns the directions of x, y, z in the world, as ITK and VTK have
+    them; None: the world's own. unit: a label.
     copy: True reads a copy, which may then be of other types and orders as well.
     NaN and infinity are voxels without data.
     """
     if isinstance(spacing_m, (int, float)):
         spacing_m = (spacing_m,) * 3
-    return _palpa.array_volume(array, spacing_m, origin_m, unit, copy)
+    directions = eye(3) if axes is None else asarray(axes, float)
+    if directions.shape != (3, 3):
+        raise ValueError(f"'axes' has the shape {directions.shape}; it is a matrix (3, 3), a column for each of x, y, z")
+    return _palpa.array_volume(array, spacing_m, directions.ravel().tolist(), origin_m, None, unit, copy)
 
 
 def read_volume(path: str | PathLike | Sequence[str | PathLike], **how: object) -> Volume:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import base64
 import csv
+import html
 import json
 import re
 import tomllib
@@ -15,6 +17,7 @@ import numpy
 
 from . import _palpa
 from ._modes import plugins
+from ._plots import png_or_none, trace_figure
 from ._scene import Scene
 
 
@@ -116,6 +119,11 @@ class Trace:
 
         return pandas.read_csv(self.folder / f"{name}.csv", float_precision="round_trip")
 
+    def export(self, file: str | PathLike, *, replace: bool = False) -> None:
+        """Writes what was felt, where it was felt in the data, for other programs: by the ending .vtp (ParaView), .csv, .h5 or
+        .mrk.json (3D Slicer). replace: a file of that name may go. Raises LoadError."""
+        _palpa.export_trace(self.folder, file, replace)
+
     def replay(self, *, data: Sequence[str | PathLike] = ()) -> Replay:
         """Feels it again with its recorded hand and compares: a Replay. Raises LoadError where its scene cannot be loaded."""
         return Replay(*_palpa.replay(self.folder, list(data), list(plugins)))
@@ -124,6 +132,23 @@ class Trace:
         """Where another trace first differs, over all tables but timing: a Replay."""
         other = other.folder if isinstance(other, Trace) else Path(other)
         return Replay(*_palpa.compare_traces(self.folder, other), "")
+
+    def plot(self) -> Any:
+        """A figure of matplotlib: the force of the spring, what reached the hand and each mode's part over time, with lines where
+        something began to hold or gave way; and how far probe and proxy are apart. Raises ImportError without matplotlib."""
+        return trace_figure(self)
+
+    def _repr_png_(self):
+        return png_or_none(trace_figure, self)
+
+    def _repr_html_(self):
+        if self._summary is None:
+            return None
+        rows = "".join(f"<tr><td>{html.escape(str(key))}</td><td>{html.escape(format(value, '.4g'))}</td></tr>"
+                       for key, value in self._summary.items() if isinstance(value, (int, float)))
+        png = self._repr_png_()
+        image = f'<img src="data:image/png;base64,{base64.b64encode(png).decode()}">' if png else ""
+        return f"{image}<details><summary>{html.escape(repr(self))}</summary><table>{rows}</table></details>"
 
     def __repr__(self):
         return f"Trace({str(self.folder)!r})"
