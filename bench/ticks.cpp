@@ -66,12 +66,14 @@ void measure(const RunOptions& options) {
   const Scene& scene = prepared.loaded.scene;
 
   Hand hand;
+  std::vector<double> work;
   SummaryBuilder builder(scene);
   Session session(scene, baseline::path);
   const auto begin = Clock::now();
   run_simulated(session, *prepared.hand, {.rate_hz = options.rate_hz, .duration_s = prepared.duration_s}, nullptr,
                 [&](const TickFrame& frame, const Session& felt) {
                   builder.add(frame, felt);
+                  work.push_back(frame.result.work);
                   hand.probes.push_back({.position_m = frame.result.probe_m,
                                          .velocity_m_per_s = frame.result.probe_velocity_m_per_s,
                                          .valid = frame.result.probe_valid});
@@ -98,6 +100,9 @@ void measure(const RunOptions& options) {
   }
   std::printf("ticks        %zu, %.1f %% in contact, %.2f sub-steps each (at most %d)\n", hand.probes.size(),
               100.0 * summary.contact_share, summary.sub_steps_mean, summary.sub_steps_max);
+  const auto units = [&](double share) { return detail::quantile(work, share); };
+  std::printf("work         median %.0f, p99 %.0f, at most %.0f of the %d units of a tick\n", units(0.5), units(0.99),
+              units(1.0), Session::most_work);
   std::printf("ticks/s      %.0f (%.2f us a tick)\n", 1.0 / tick_s, 1e6 * tick_s);
   std::printf("with hand    %.0f ticks/s, the loop with its simulated hand and this summary\n", summary.ticks_per_s);
   std::printf("empty scene  %.0f ticks/s (%.2f us a tick): a tick of the scene is %.1f of these\n", 1.0 / empty_s,

@@ -24,8 +24,8 @@ class OneStepPath final : public ProxyPath {
  private:
   void sub_step(ProbeSegment segment) noexcept override {
     const Vec3 start = state_.proxy;
-    StepContext context{start, segment.to_m, segment.time_s, stiffness_n_per_m_, at_probe_ ? 1.0 : 0.0};
-    spacing_m_ = std::min(modes_.finest_m(start, segment.to_m), 1.0);
+    spacing_m_ = std::min(modes_.finest_m(start, start, segment.to_m), 1.0);
+    StepContext context{start, segment.to_m, segment.time_s, stiffness_n_per_m_, spacing_m_, at_probe_ ? 1.0 : 0.0};
     const double follows_s = playing_ ? see(segment) : 0.0;
     modes_.begin_step(state_.step_start_m = start);
 
@@ -39,7 +39,7 @@ class OneStepPath final : public ProxyPath {
     using Passing = EventPolicy::Passing;
     std::ranges::replace_if(
         policy_.passing, [](Passing passing) { return passing != Passing::held; }, Passing::passes);
-    crossings_.first_event(start, made.to.position_m, policy_, modes_.samples(), pieces_left_, event_);
+    crossings_.first_event(start, made.to.position_m, policy_, modes_.samples(), work_left_, event_);
 
     advance(segment, made, follows_s, true);
     accept(segment, made, context, false);

@@ -47,8 +47,8 @@ CoulombFriction::CoulombFriction(LiveBlock& live, std::size_t capacity)
   lines_.reserve(capacity);
 }
 
-Balance CoulombFriction::solve(Law& law, PrimitiveSet& set, const Vec3& probe_m, double stiffness_n_per_m,
-                               double time_step_s) noexcept {
+Balance CoulombFriction::solve(Law& law, PrimitiveSet& set, const Vec3& probe_m, double stiffness_n_per_m, double time_step_s,
+                               int most_iterations) noexcept {
   lines_.clear();
   for (std::size_t i = 0; i < set.size(); ++i) {
     if (!set.friction_of(i).any()) continue;
@@ -65,7 +65,7 @@ Balance CoulombFriction::solve(Law& law, PrimitiveSet& set, const Vec3& probe_m,
   Balance found = balance();
   if (lines_.empty()) return found;
   const double tolerance_n = exact_bound_m * stiffness_n_per_m;
-  for (int pass = 0; pass < max_passes; ++pass) {
+  for (int pass = 0; pass < max_passes && found.iterations < most_iterations; ++pass) {
     bool changed = false;
     for (Line& line : lines_) {
       changed = correct(line, wanted_n(law, set, set.friction_of(line.index)), norm(law.forces_n()[line.index]), tolerance_n,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "palpa/core/law.h"
@@ -23,7 +24,9 @@ class CoulombFriction {
   /// Balances the set about its start, its lines of friction as strong as their planes, to what shifts the proxy by less than
   /// counts as exact. Where a plane shares its load with others, its force is that of one split of several, the law's; the
   /// facets of a corner press together.
-  Balance solve(Law& law, PrimitiveSet& set, const Vec3& probe_m, double stiffness_n_per_m, double time_step_s) noexcept;
+  /// \param most_iterations  [1] of the law: after as many no further correction is made
+  Balance solve(Law& law, PrimitiveSet& set, const Vec3& probe_m, double stiffness_n_per_m, double time_step_s,
+                int most_iterations = std::numeric_limits<int>::max()) noexcept;
 
  private:
   // [1] Corrections of the strengths. More: longer worst tick; fewer: friction is further from coefficient × force.

@@ -36,7 +36,7 @@ struct Energy {
   double moved_j = 0.0;         ///< work of the data's own motion
   double work_on_hand_j = 0.0;  ///< work of the command that was held since the last tick
   double let_go_j = 0.0;        ///< lost by the springs where the proxy moved further than hand and data moved it
-  double held_back_j = 0.0;     ///< work on the hand of the force less the command: what the guard held back
+  double held_back_j = 0.0;     ///< work on the hand of Eq. 1 less the command: what waits, and what the guard held back
   double ticks_j = 0.0;         ///< brought in by holding the force for a tick: path + k/2 |Δp|² + let go
   double ticks_bound_j = 0.0;   ///< k/2 |Δp|²: the most that holding the force of one balance can bring in
 };

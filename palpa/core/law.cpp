@@ -33,6 +33,7 @@ double given_way_m(const Primitive& primitive) noexcept { return primitive.stren
 
 double fall_j(const Primitive& p, const Vec3& from_m, const Vec3& to_m, double time_step_s) noexcept {
   if (p.kind == PrimitiveKind::directed) return p.strength_n * dot(p.direction, to_m - from_m);
+  time_step_s = std::max(time_step_s, shortest_time_s);
   const auto term_j = [&](const Vec3& x_m) {
     const double off_m = norm(residual(p, x_m));
     if (p.is_elastic()) {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "palpa/core/primitives.h"
+
 namespace palpa {
 
 void ProbeQueue::start(const Vec3& probe_m) noexcept {
@@ -18,7 +20,7 @@ double ProbeQueue::push(const Vec3& probe_m, double time_s) noexcept {
 
 void ProbeQueue::pop(const ProbeSegment& walked) noexcept {
   walked_m_ = walked.to_m;
-  corners_[0].time_s -= walked.time_s;
+  corners_[0].time_s = std::max(corners_[0].time_s - walked.time_s, shortest_time_s);  // whatever rounding leaves
   if (walked.to_m != corners_[0].position_m) return;
   std::copy(corners_.begin() + 1, corners_.begin() + static_cast<std::ptrdiff_t>(size_), corners_.begin());
   --size_;

@@ -46,7 +46,8 @@ double recorded_bound_m(std::span<const PlacedPrimitive> placed, const Balance& 
   }
   // A bound b = (ρ + √(ρ² + 4kε)) / 2k has ρ ≤ kb; with e more of gap it is at most (b + √(b² + 4e/k)) / 2.
   const double b = balance.error_bound_m;
-  return 0.5 * (b + std::sqrt(b * b + 4.0 * slope_n * rounding_m / k));
+  const double bound_m = 0.5 * (b + std::sqrt(b * b + 4.0 * slope_n * rounding_m / k));
+  return std::min(bound_m, std::numeric_limits<double>::max());  // of a balance without one, too
 }
 
 void complete(SubStep& step, std::span<const PlacedPrimitive> placed) noexcept {

@@ -33,6 +33,10 @@ Mat3 Field::hessian(const Vec3& world_m) const noexcept {
 }
 
 Stretch Field::stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent&) const noexcept {
+  return cubic_piece(from_m, to_m, begin, 0.25 * spacing_m());
+}
+
+Stretch Field::cubic_piece(const Vec3& from_m, const Vec3& to_m, double begin, double longest_m) const noexcept {
   const Vec3 way_m = to_m - from_m;
   const double length_m = norm(way_m);
   Stretch piece;
@@ -63,7 +67,6 @@ Stretch Field::stretch(const Vec3& from_m, const Vec3& to_m, double begin, const
     return piece;
   }
 
-  const double longest_m = 0.25 * spacing_m();
   const double whole = leaves - begin;
   const double share = length_m * whole > longest_m ? longest_m / length_m : whole;
   piece.end = share < whole ? std::max(begin + share, std::nextafter(begin, 1.0)) : leaves;

@@ -114,6 +114,10 @@ class Field {
   /// Range of each component over the finite samples of a grid; of a formula, or of vectors turned by a
   /// pose, a range that holds all its values. 0 to 0 where no sample is finite. Allocates.
   virtual std::vector<Extent> extents() const = 0;
+
+ protected:
+  /// A piece as `stretch` has it for formulas: no longer than `longest_m` [m].
+  Stretch cubic_piece(const Vec3& from_m, const Vec3& to_m, double begin, double longest_m) const noexcept;
 };
 
 using FieldPtr = std::shared_ptr<const Field>;

@@ -65,9 +65,17 @@ Extent magnitudes_within(const std::vector<Extent>& e) noexcept {
 
 class Magnitude final : public OfSample {
  public:
-  explicit Magnitude(FieldPtr of) : OfSample(std::move(of)), extents_(find_extents()) {}
+  explicit Magnitude(FieldPtr of)
+      : OfSample(std::move(of)), grid_(dynamic_cast<const detail::GridBase*>(of_.get())), extents_(find_extents()) {}
   ScalarSample scalar(const Vec3& world_m) const noexcept override {
     return detail::taken_of(of_->vector(world_m), detail::Pointwise::magnitude);
+  }
+  /// Where cells differ, a quarter of the one that the way is in: no more, and not beyond its face, where finer ones may be.
+  Stretch stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept override {
+    if (!grid_ || !grid_->is_rectilinear()) return OfSample::stretch(from_m, to_m, begin, quiet);
+    const double end = grid_->end_of_cell(from_m, to_m, begin);
+    const double quarter_m = 0.25 * grid_->local_spacing_m(from_m + 0.5 * (begin + end) * (to_m - from_m));
+    return cubic_piece(from_m, to_m, begin, std::min(quarter_m, (end - begin) * distance(from_m, to_m)));
   }
   /// A length changes by no more than the vector does.
   Certificate certificate(const Vec3& world_m) const noexcept override { return of_->certificate(world_m); }
@@ -100,6 +108,7 @@ class Magnitude final : public OfSample {
     return extent.min <= extent.max ? extent : Extent{};
   }
 
+  const detail::GridBase* grid_;  // what it is the length of; or nullptr
   Extent extents_;
 };
 
@@ -168,6 +177,9 @@ class TimedPointwise final : public TimedField {
   TimedPointwise(FieldPtr of, int axis) : of_(std::move(of)), timed_(*timed(*of_)), axis_(axis) {}
   int components() const noexcept override { return 1; }
   double spacing_m() const noexcept override { return of_->spacing_m(); }
+  double local_spacing_at(const Vec3& world_m, DataTime at) const noexcept override {
+    return timed_.local_spacing_at(world_m, at);
+  }
   Box bounds_m() const noexcept override { return of_->bounds_m(); }
   double cycle_s() const noexcept override { return timed_.cycle_s(); }
   double time_spacing_s() const noexcept override { return timed_.time_spacing_s(); }

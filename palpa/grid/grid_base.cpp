@@ -369,6 +369,15 @@ Stretch GridBase::stretch_of(int component, const Vec3& from_m, const Vec3& to_m
   return piece.inside ? piece : Stretch{.end = piece.end};
 }
 
+double GridBase::end_of_cell(const Vec3& from_m, const Vec3& to_m, double begin) const noexcept {
+  Way way(steps_of(from_m), steps_of(to_m), *this);
+  double end = 1.0;
+  if (!(begin >= way.enters) || !way.has_data_after(begin)) return end;
+  way.enter(begin);
+  way.pass(begin, end);
+  return end;
+}
+
 Stretch GridBase::stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept {
   if (components() == 1) return stretch_of(0, from_m, to_m, begin, quiet);
   if (view_.valid_share == 1.0) {

@@ -143,6 +143,10 @@ class GridBase : public Field {
   int components() const noexcept override { return view_.voxels.components; }
   double spacing_m() const noexcept override { return spacing_m_; }
   double local_spacing_m(const Vec3& world_m) const noexcept override;
+  bool is_rectilinear() const noexcept { return is_rectilinear_; }
+  /// The share [1] of the straight way between two positions [m] where it leaves the cell that it is in at the share `begin`;
+  /// 1 where it is in none.
+  double end_of_cell(const Vec3& from_m, const Vec3& to_m, double begin) const noexcept;
   Box bounds_m() const noexcept override { return bounds_m_; }
   double depth_m(const Vec3& world_m) const noexcept override;
   std::vector<Extent> extents() const override { return extents_; }

@@ -96,10 +96,11 @@ Samples::Samples(std::span<const FieldPtr> fields, const Similarity& map)
     : fields_(fields), map_(map), scalars_(fields.size()), plan_(new Plan(fields)) {
   for (const FieldPtr& field : fields) {
     ranges_.push_back(field->components() == 1 ? field->extents().front() : Extent{});
-    spacings_m_.push_back(map_.length_to_hand(field->spacing_m()));
+    const double spacing_m = map_.length_to_hand(field->spacing_m());
+    spacings_m_.push_back(std::max(spacing_m, finest_told_m));
     const double largest = std::max(std::abs(ranges_.back().min), std::abs(ranges_.back().max));
     const bool is_grid = dynamic_cast<const detail::GridBase*>(field.get()) && std::isfinite(largest);
-    least_slopes_.push_back(is_grid ? sum_rounding * largest / spacings_m_.back() : 0.0);
+    least_slopes_.push_back(is_grid ? sum_rounding * largest / spacing_m : 0.0);
     roundings_.push_back(std::isfinite(largest) ? 2.0 * sum_rounding * largest : 0.0);
     any_timed_ = any_timed_ || timed(*field);
   }
@@ -201,7 +202,10 @@ Stretch Samples::stretch(std::int32_t field, const Vec3& from_hand_m, const Vec3
 
 double Samples::spacing_m(std::int32_t field, const Vec3& hand_m) const noexcept {
   if (!is_field(field)) return 0.0;
-  return map_.length_to_hand(fields_[static_cast<std::size_t>(field)]->local_spacing_m(map_.to_world(hand_m)));
+  const Slot& slot = (*plan_)[field];
+  const Vec3 world_m = map_.to_world(hand_m);
+  const double spacing_m = slot.timed ? slot.timed->local_spacing_at(world_m, at_) : slot.field->local_spacing_m(world_m);
+  return std::max(map_.length_to_hand(spacing_m), finest_told_m);
 }
 
 Certificate Samples::certificate(std::int32_t field, const Vec3& hand_m) noexcept {

@@ -59,7 +59,7 @@ class Samples {
                   const Extent& quiet) const noexcept;
   /// What bounds a field around a position of the hand frame [m] (Field::certificate), per hand metre.
   Certificate certificate(std::int32_t field, const Vec3& hand_m) noexcept;
-  /// Sample spacing of a field [hand m]; 0 for an index that is none.
+  /// Sample spacing of a field [hand m], which is `finest_told_m` where it is finer; 0 for an index that is none.
   double spacing_m(std::int32_t field) const noexcept {
     return is_field(field) ? spacings_m_[static_cast<std::size_t>(field)] : 0.0;
   }
@@ -79,6 +79,9 @@ class Samples {
   }
   const Similarity& hand_to_world() const noexcept { return map_; }
 
+  /// [m] A finer spacing counts as this one. Less: in thin layers of cells the steps of a slow hand are more than a tick has;
+  /// more: what is coarser than an encoder's step is jumped over.
+  static constexpr double finest_told_m = 2e-5;
   static constexpr std::size_t remembered = 4;  ///< positions; more: longer searches and more memory, fewer: samples again
 
  private:
@@ -141,7 +144,7 @@ class ModeContext {
   Vec3 at_m;                       ///< [m] where the data are sampled; usually the proxy
   double time_step_s = 0.0;        ///< [s] of the sub-step
   double stiffness_n_per_m = 0.0;  ///< [N/m] k of Eq. 1
-  double finest_m = 0.0;           ///< [m] finest sample spacing of the session's fields
+  double finest_m = 0.0;           ///< [m] finest sample spacing of the session's fields near the proxy
   std::span<const Foot> feet;      ///< of the mode's elastic levels that hold the proxy
 
   /// The field's sample at `at_m`. `inside` is false for a field without data there.

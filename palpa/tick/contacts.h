@@ -34,8 +34,9 @@ class Contacts {
   void begin_tick() noexcept;
   std::span<const SessionEvent> events() const noexcept { return events_; }
 
-  /// Emits a warning about a mode, at each call.
+  /// Emits a warning about a mode, or the session, at each call.
   void warn(std::size_t mode, const char* sentence) noexcept;
+  void warn(const char* sentence) noexcept { emit({SessionEventKind::warning, -1, 0.0, sentence}); }
   /// Warns once a session that a directed force of a mode changes too fast.
   void tell_held_back(std::size_t mode) noexcept;
   /// Updates the contacts after a sub-step whose balance is `depth_m` [m] from the probe, and emits its events. A level that

@@ -10,6 +10,7 @@
 #include "palpa/core/coulomb_friction.h"
 #include "palpa/core/directed_force_limiter.h"
 #include "palpa/core/law.h"
+#include "palpa/core/tick_work.h"
 #include "palpa/mode/level_look.h"
 #include "palpa/tick/mode_runtime.h"
 
@@ -45,7 +46,8 @@ class LocalModel {
  public:
   static constexpr std::size_t max_primitives = 64;  // [1] per balance; more are dropped. More: memory, longer worst tick
 
-  LocalModel(LiveBlock& live, std::unique_ptr<Law> law, ModeRuntime& modes, double stiffness_n_per_m);
+  /// \param work_left  [1] of the tick, counted down (tick_work.h)
+  LocalModel(LiveBlock& live, std::unique_ptr<Law> law, ModeRuntime& modes, double stiffness_n_per_m, int& work_left);
 
   void clear() noexcept;
   /// The next balance starts without a warm start.
@@ -112,6 +114,7 @@ class LocalModel {
   };
   const LevelLook& look(LevelContact& contact, const Vec3& x_m) noexcept;
   LevelLook seen_from(const LevelContact& contact, const Vec3& x_m) noexcept {
+    --work_left_;
     return look_at_level(modes_.samples(), contact.level, contact.solid_is_high, x_m, spacing_m_);
   }
   Vec3 foot_m(const LevelContact& contact, const Vec3& x_m) const noexcept;
@@ -132,6 +135,7 @@ class LocalModel {
   std::unique_ptr<Law> law_;
   ModeRuntime& modes_;
   double stiffness_n_per_m_;
+  int& work_left_;
   PrimitiveSet set_;
   CoulombFriction friction_;
   DirectedForceLimiter held_;

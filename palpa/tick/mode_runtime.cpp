@@ -25,7 +25,8 @@ ModeRuntime::ModeRuntime(LiveBlock& live, const Scene& scene, const Similarity& 
     if (!enabled(m)) continue;
     watches_.insert(watches_.end(), part.inputs.watches.begin(), part.inputs.watches.end());
     for (const std::int32_t f : part.inputs.fields) {
-      part.finest_m = std::min(part.finest_m, map_.length_to_hand(fields_[f]->spacing_m()));
+      const double spacing_m = map_.length_to_hand(fields_[f]->spacing_m());
+      part.finest_m = std::min(part.finest_m, std::max(spacing_m, Samples::finest_told_m));
       part.box_m = f == part.inputs.fields.front() ? fields_[f]->bounds_m() : intersection(part.box_m, fields_[f]->bounds_m());
     }
     finest_m_ = std::min(finest_m_, part.finest_m);
@@ -76,7 +77,7 @@ ModeContext ModeRuntime::here_at(std::size_t m, const StepContext& context, cons
   here.probe_m = context.probe_m;
   here.time_step_s = context.time_step_s;
   here.stiffness_n_per_m = context.stiffness_n_per_m;
-  here.finest_m = finest_m_;
+  here.finest_m = context.spacing_m;
   here.feet = feet_.of(m);
   return here;
 }
@@ -159,14 +160,14 @@ bool ModeRuntime::silence_is_watched(std::size_t m, const Vec3& at_m, std::vecto
                      [&](const Strength* strength) { return stays_zero_at(strength->of, strength->curve); });
 }
 
-double ModeRuntime::finest_m(const Vec3& from_m, const Vec3& to_m) const noexcept {
+double ModeRuntime::finest_m(const Vec3& at_m, const Vec3& from_m, const Vec3& to_m) const noexcept {
   const Vec3 a = map_.to_world(from_m), b = map_.to_world(to_m);
   double finest = std::numeric_limits<double>::infinity();
   for (std::size_t m = 0; m < modes_.size(); ++m) {
     if (finest <= parts_[m].finest_m || !may_meet(parts_[m].box_m, a, b)) continue;
     for (const std::int32_t f : parts_[m].inputs.fields) {
       if (finest <= parts_[m].finest_m) break;
-      finest = std::min(finest, samples_->spacing_m(f, from_m));
+      finest = std::min(finest, samples_->spacing_m(f, at_m));
     }
   }
   return finest;

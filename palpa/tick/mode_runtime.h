@@ -118,10 +118,11 @@ class ModeRuntime {
   /// field in `entered` begin: free flight up to there.
   bool is_free_at(const StepContext& context, std::vector<std::int32_t>& entered) noexcept;
 
-  /// The finest sample spacing of any enabled mode's data [hand m]; infinity without any.
+  /// The finest sample spacing of any enabled mode's data [hand m], anywhere; infinity without any.
   double finest_m() const noexcept { return finest_m_; }
-  /// The finest sample spacing at `from_m` [hand m] of the modes whose data the way to `to_m` [m] can meet, or infinity.
-  double finest_m(const Vec3& from_m, const Vec3& to_m) const noexcept;
+  /// The finest sample spacing at `at_m` [hand m] of the modes whose data the way from `from_m` to `to_m` [m] can meet, or
+  /// infinity.
+  double finest_m(const Vec3& at_m, const Vec3& from_m, const Vec3& to_m) const noexcept;
 
  private:
   // What a mode reads, and what is remembered of it.

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "palpa/core/damper.h"
+#include "palpa/core/slack.h"
 #include "palpa/tick/path_tolerances.h"
 
 namespace palpa {
@@ -16,7 +17,6 @@ namespace {
 constexpr double unbounded = std::numeric_limits<double>::infinity();
 constexpr int max_moves = 128;              // [1] per tick. More: longer worst tick; fewer: the proxy lags behind the hand
 constexpr int max_trials = 24;              // [1] balances per move. More: longer worst tick; fewer: moves are given up
-constexpr int most_pieces = 1024;           // [1] searched for events per tick. More: longer worst tick; fewer: more stops
 constexpr double bound_m = 1e-8;            // [m] stop before a break-through. Less: decided by rounding; more: breaks early
 constexpr double directed_n_per_s = 100.0;  // [N/s] allowed while data play. Less: forces lag the data; more: they jump
 
@@ -29,7 +29,7 @@ ProxyPath::ProxyPath(LiveBlock& live, const Scene& scene, const Similarity& map,
       crossings_(live, modes_.watches(), modes_.fields()),
       policy_(crossings_.policy()),
       event_(crossings_.event()),
-      model_(live, std::move(law), modes_, scene.coupling.stiffness_n_per_m),
+      model_(live, std::move(law), modes_, scene.coupling.stiffness_n_per_m, work_left_),
       contacts_(live, modes_.size()),
       state_(live.add<PathState>()),
       queue_(live.add<ProbeQueue>()),
@@ -68,6 +68,7 @@ void ProxyPath::begin_where(const ProxyPath& other) noexcept {
   reset();
   state_.started = other.state_.started;
   queue_.start(other.queue_.walked_m());
+  state_.followed_m = other.state_.followed_m;
   modes_.samples().set_time(time_.at(state_.view_s));
 }
 
@@ -76,11 +77,11 @@ bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) no
   contacts_.begin_tick();
   released_m_ = {};
   dropped_ = 0;
-  pieces_left_ = most_pieces;
+  work_left_ = tick_work::most * refined_;
   PathState& c = state_;
   if (!c.started) {
     c.started = true;
-    c.proxy = probe_m;
+    c.proxy = c.followed_m = probe_m;
     queue_.start(probe_m);
     c.view_s = c.followed_s = c.elapsed_s - time_step_s;
     modes_.samples().set_time(time_.at(c.view_s));
@@ -94,9 +95,13 @@ bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) no
   bool is_there = true;
   for (int moves = 0; is_there && next_segment(segment); ++moves) {
     const auto steps = static_cast<int>(record_.sub_steps().size());
-    is_there = steps < Session::max_sub_steps * refined_ && moves < max_moves * refined_;
+    is_there = steps < Session::max_sub_steps * refined_ && moves < max_moves * refined_ && work_left_ > 0;
     is_there ? sub_step(segment) : record_.cut();
   }
+  is_there = is_there && work_left_ > 0;  // else the last move was cut short
+  const double waited_s = std::exchange(c.waits_s, is_there ? 0.0 : c.waits_s + time_step_s);
+  if (Slack::has_faded(c.waits_s) && !Slack::has_faded(waited_s))
+    contacts_.warn("the data take more work than a tick may do: nothing is felt until the proxy has caught up with the hand");
   ledger.book(record_.sub_steps(), record_.placed());
   for (const Foot& foot : modes_.feet().all()) ledger.book_elastic(foot.id.mode, 0.0, foot.held_j);
   return is_there;
@@ -116,7 +121,7 @@ bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
   const double furthest =
       playing_ ? std::max(length, modes_.motion_m(c.proxy, time_.at(c.followed_s), time_.at(time_at_end_of(segment)))) : length;
   if (refined_ == 1 && furthest <= step_share_ * modes_.finest_m()) return true;
-  double longest = step_share_ / refined_ * modes_.finest_m(segment.from_m, segment.to_m);
+  double longest = step_share_ / refined_ * modes_.finest_m(c.proxy, segment.from_m, segment.to_m);
   if (refined_ > 1) longest = std::min(longest, path_m_ / refined_);
   const bool is_long = furthest > (1.0 + hair) * longest && !(c.proxy == segment.from_m && is_free());
   if (is_long) segment = segment.first(longest / furthest);
@@ -125,8 +130,10 @@ bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
 
 // Free flight: nothing is felt, and every onset is watched. Never directly after a move in which something could pull.
 bool ProxyPath::is_free() noexcept {
+  if (state_.felt) return false;
+  work_left_ -= static_cast<int>(modes_.size());
   const Vec3& here = state_.proxy;
-  return !state_.felt && modes_.is_free_at({here, here, 1.0, stiffness_n_per_m_}, entered_);
+  return modes_.is_free_at({here, here, 1.0, stiffness_n_per_m_, modes_.finest_m()}, entered_);
 }
 
 // Samples the data at the time of the segment's end from here on. Returns by how much they advance in this sub-step [s].
@@ -134,6 +141,7 @@ double ProxyPath::see(const ProbeSegment& segment) noexcept {
   PathState& c = state_;
   const double view_s = segment.fresh ? std::max(c.view_s, time_at_end_of(segment)) : c.view_s;
   const double passed_s = view_s - c.view_s;
+  work_left_ -= static_cast<int>(modes_.size());
   modes_.advance(c.proxy, time_.at(c.followed_s), time_.at(view_s), time_.at(c.elapsed_s), passed_s, [&](std::size_t m) {
     contacts_.warn(m, "a level jumps between two frames instead of moving: its strength fades out and in");
   });
@@ -146,10 +154,10 @@ double ProxyPath::see(const ProbeSegment& segment) noexcept {
 void ProxyPath::sub_step(ProbeSegment segment) noexcept {
   const Vec3 start = state_.proxy;
   const bool settles = !segment.fresh && state_.left == Left::rest;
-  StepContext context{start, segment.to_m, segment.time_s, stiffness_n_per_m_};
-  const double finest_m = modes_.finest_m(start, segment.to_m);
+  const double finest_m = modes_.finest_m(start, start, segment.to_m);
   step_m_ = step_share_ / refined_ * finest_m;
   spacing_m_ = std::min(finest_m, 1.0);  // without data any length will do
+  StepContext context{start, segment.to_m, segment.time_s, stiffness_n_per_m_, spacing_m_};
   const double follows_s = playing_ ? see(segment) : 0.0;
   if (!settles) modes_.begin_step(state_.step_start_m = start);
   const Move made = move(segment, context, settles);
@@ -220,6 +228,7 @@ void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double fo
     c.whole_s = segment.time_s;
     queue_.pop(segment);
   }
+  if (work_left_ > 0) c.followed_m = queue_.walked_m();
   c.left = left_by(move, settled);
   c.followed_s = c.left != Left::nothing ? c.view_s - (1.0 - move.fraction) * follows_s : c.view_s;
   c.left_s = c.left == Left::rest ? segment.time_s : std::max(hair * c.whole_s, (1.0 - move.fraction) * segment.time_s);
@@ -266,7 +275,7 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
   const double same_m = (settles ? piercing : turned) * spacing_m_;  // what settles a step is a small part of it
   model_.begin_move(context, spacing_m_);
   place(context, end, distance(end, start));
-  for (int trial = 0; trial < max_trials; ++trial) {
+  for (int trial = 0; trial < max_trials && (trial == 0 || work_left_ > 0); ++trial) {
     made.to = model_.balance(context.probe_m, context.time_step_s);
     // No level may give way because of a foreseen plane.
     if (model_.any_gives_way(crossings_) && model_.recant()) made.to = model_.balance(context.probe_m, context.time_step_s);
@@ -321,7 +330,7 @@ bool ProxyPath::end_is_free(const ProbeSegment& segment, const StepContext& cont
     event_.crossings.clear();
     move.fraction *= 0.5;
     move.stop = Stop::energy;
-  } while (distance(move.end_from(start), start) > rest * spacing_m_);
+  } while (distance(move.end_from(start), start) > rest * spacing_m_ && work_left_ > 0);
   move.fraction = 0.0;
   return false;
 }
@@ -329,14 +338,14 @@ bool ProxyPath::end_is_free(const ProbeSegment& segment, const StepContext& cont
 // Finds the first event on the way. Where a value jumps, both sides may drive the proxy across: a crossing that undoes the last
 // one at once does not stop it again, or it would be caught between the two.
 void ProxyPath::find_event(const Vec3& start_m, const Vec3& end_m) noexcept {
-  crossings_.first_event(start_m, end_m, policy_, modes_.samples(), pieces_left_, event_);
+  crossings_.first_event(start_m, end_m, policy_, modes_.samples(), work_left_, event_);
   if (event_.kind != Event::Kind::crossing || event_.share * distance(start_m, end_m) > rest * spacing_m_) return;
   const Crossing& first = event_.crossings.front();
   const Crossing& last = state_.stopped_by;
   if (first.field != last.field || first.value != last.value || first.up == last.up) return;
   for (const Crossing& crossing : event_.crossings)
     crossings_.attend(policy_, {crossing.field, crossing.value}, EventPolicy::Passing::passes);
-  crossings_.first_event(start_m, end_m, policy_, modes_.samples(), pieces_left_, event_);
+  crossings_.first_event(start_m, end_m, policy_, modes_.samples(), work_left_, event_);
 }
 
 // If a shell that held gives way within the segment, ends the segment there. Located by bisection of the probe's path.
@@ -350,13 +359,14 @@ bool ProxyPath::meet_bound(ProbeSegment& segment, const StepContext& context, Ba
   };
   // Most levels that give way here do so from the segment's start on: one balance shows it.
   double held = std::min(1.0, 2.0 * bound_m / length), gone = 1.0;
-  if (!holds_at(held)) {
-    to = model_.balance(segment.to_m, context.time_step_s);
-    return false;
-  }
-  while ((gone - held) * length > bound_m) {
+  const bool holds_at_first = holds_at(held);
+  while (holds_at_first && (gone - held) * length > bound_m && work_left_ > 0) {
     const double middle = 0.5 * (held + gone);
     (holds_at(middle) ? held : gone) = middle;
+  }
+  if (!holds_at_first || work_left_ <= 0) {  // without work for the place: at the end of the segment
+    to = model_.balance(segment.to_m, context.time_step_s);
+    return false;
   }
   held -= bound_m / length;  // there no rounding of forces decides whether the level holds
   holds_at(gone);

@@ -9,6 +9,7 @@
 #include "palpa/core/ledger.h"
 #include "palpa/core/live_block.h"
 #include "palpa/core/probe_queue.h"
+#include "palpa/core/tick_work.h"
 #include "palpa/mode/crossings.h"
 #include "palpa/tick/contacts.h"
 #include "palpa/tick/local_model.h"
@@ -20,7 +21,7 @@ namespace palpa {
 
 /// Walks the proxy after the probe. One tick of the paper is one step of incremental minimisation of a continuous,
 /// rate-independent law; here the step is refined until the path is that of the law. docs/path.md, section 2, is what this
-/// does, in its order. The cap on sub-steps bounds a tick; what is left of the probe's path waits in a queue.
+/// does, in its order. The caps on sub-steps and work bound a tick; what is left of the probe's path waits in a queue.
 /// Construction allocates and throws SceneError; walking does neither. One thread.
 class ProxyPath {
  public:
@@ -50,6 +51,12 @@ class ProxyPath {
 
   const Vec3& proxy_m() const noexcept { return state_.proxy; }
   bool started() const noexcept { return state_.started; }
+  /// The place on the probe's path that the proxy has followed it to [m]: the probe, where no walk waits; and for how long none
+  /// has got there [s].
+  const Vec3& followed_m() const noexcept { return state_.followed_m; }
+  double waits_s() const noexcept { return state_.waits_s; }
+  /// Of the last walk: units of work (tick_work.h).
+  int work() const noexcept { return tick_work::most * refined_ - work_left_; }
   /// Of the last walk: the part of the proxy's motion that was a release [m], and primitives refused.
   const Vec3& released_m() const noexcept { return released_m_; }
   int dropped() const noexcept { return dropped_; }
@@ -84,6 +91,8 @@ class ProxyPath {
     double elapsed_s = 0.0;                 // since the session began
     double view_s = 0.0, followed_s = 0.0;  // data time used for sampling, and up to which the proxy is advected
     Crossing stopped_by;                    // the last move; of no field where nothing was crossed
+    Vec3 followed_m;                        // the place on the probe's path that the proxy has followed it to
+    double waits_s = 0.0;                   // for how long no walk has got to the probe
   };
 
   // The result of one move.
@@ -133,7 +142,7 @@ class ProxyPath {
   Vec3 released_m_;
   int dropped_ = 0;
   std::vector<std::int32_t> entered_;
-  int pieces_left_ = 0;  // of straight ways that this tick may still search for events
+  int work_left_ = 0;  // of this tick (tick_work.h)
   StepRecord record_;
 };
 

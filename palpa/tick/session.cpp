@@ -7,8 +7,10 @@
 
 #include "palpa/core/damper.h"
 #include "palpa/core/live_block.h"
+#include "palpa/core/slack.h"
 #include "palpa/core/solver.h"
 #include "palpa/core/split.h"
+#include "palpa/core/tick_work.h"
 #include "palpa/tick/proxy_path.h"
 
 namespace palpa {
@@ -44,6 +46,7 @@ class Session::State {
   void reset() noexcept {
     path->reset();
     coupling.damper_force = {};
+    coupling.slack.reset();
   }
   void continue_from(const State& other) noexcept {
     live.copy(other.live);
@@ -67,6 +70,7 @@ class Session::State {
   // What the next tick depends on besides the path.
   struct CouplingState {
     Damper damper{0.0};
+    Slack slack;
     Vec3 last_probe;
     Vec3 damper_force;      // held since the last tick
     double stored_j = 0.0;  // in the spring and in elastic levels since then
@@ -86,7 +90,7 @@ void Session::State::take_over(const State& other) noexcept {
   coupling = other.coupling;
   if (goes_on && scene.coupling.damping_ns_per_m == other.scene.coupling.damping_ns_per_m) return;
   coupling.damper = own;
-  coupling.damper.reset(path->proxy_m() - coupling.last_probe);
+  coupling.damper.reset(path->proxy_m() - coupling.last_probe - coupling.slack.unfelt_m());
   coupling.damper_force = {};
 }
 
@@ -122,14 +126,20 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
     lost_j = c.stored_j;
   }
   const Vec3 probe_step = p - c.last_probe;
+  const Vec3 before = path->proxy_m();
   result.status = path->walk(p, dt, ledger) ? TickStatus::resting : TickStatus::waiting;
 
   const Vec3 proxy = path->proxy_m();
   result.probe_m = p;
   result.probe_step_m = probe_step;
   result.proxy_m = proxy;
-  const Vec3 stretch = proxy - p;
-  const Vec3 relative = c.damper.relative_velocity(stretch, path->released_m(), dt, k);
+  Vec3 stretch = proxy - p, released = path->released_m();
+  double held_back_j = 0.0;  // what waits does not pull
+  if (path->waits_s() > 0.0 || c.slack.any()) {
+    held_back_j = k * dot(c.slack.unfelt_m(), probe_step), released = {};
+    stretch = c.slack.felt_m(stretch, proxy - path->followed_m(), path->waits_s(), before - p - c.slack.unfelt_m());
+  }
+  const Vec3 relative = c.damper.relative_velocity(stretch, released, dt, k);
   result.probe_velocity_m_per_s = probe.velocity_m_per_s.value_or(probe_step / dt);
   result.proxy_velocity_m_per_s = result.probe_velocity_m_per_s + relative;
   const Vec3 damping_n = scene.coupling.damping_ns_per_m * relative;
@@ -138,6 +148,7 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
   result.energy = ledger.end(proxy, p, probe_step, k);
   result.energy.let_go_j += lost_j;
   result.energy.damper_j = dot(c.damper_force, probe_step);
+  result.energy.held_back_j = held_back_j;
   c.stored_j = result.energy.stored_j + result.energy.elastic_j;
   c.damper_force = damping_n;
   c.last_probe = p;
@@ -147,6 +158,7 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
 
 // The tick's totals. Who pushed is worked out when someone asks.
 void Session::State::gather(Tick& result) noexcept {
+  result.work = path->work();
   result.sub_steps = static_cast<int>(path->sub_steps().size());
   for (const SubStep& step : path->sub_steps()) {
     result.error_bound_m = std::max(result.error_bound_m, step.balance.error_bound_m);
@@ -178,6 +190,8 @@ std::span<const ModeTick> Session::State::who_pushed() noexcept {
   }
   return mode_ticks;
 }
+
+const int Session::most_work = tick_work::most;
 
 Session::Session(const Scene& scene, double encoder_step_m) : Session(scene, exact_path, encoder_step_m) {}
 

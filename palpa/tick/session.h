@@ -26,12 +26,13 @@ struct Probe {
 
 enum class TickStatus : std::uint8_t {
   resting,    ///< the proxy is where this probe position leads
-  waiting,    ///< the cap was reached; the rest of the probe's path waits for the next tick
+  waiting,    ///< the work of a tick is spent; the rest of the probe's path waits for the next one, and does not pull
   capped,     ///< resting, but a balance's bound is above `exact_bound_m`
   bad_input,  ///< the probe or the time step could not be used; the proxy stayed, the force is zero
 };
 
-/// One tick's answer. `force_n` is Eq. 1 before any limit: what reaches a hand is the guard's business.
+/// One tick's answer. `force_n` is Eq. 1 before any limit: what reaches a hand is the guard's business. What waits is no part
+/// of it (docs/contracts/session.md).
 struct Tick {
   Vec3 probe_m;
   Vec3 probe_velocity_m_per_s;
@@ -45,7 +46,8 @@ struct Tick {
   int iterations = 0;  ///< of all sub-steps
   TickStatus status = TickStatus::resting;
   int dropped = 0;  ///< primitives refused
-  Energy energy;    ///< work_on_hand_j and held_back_j are filled in by the loop, which knows the command
+  Energy energy;    ///< the loop, which knows the command, fills in work_on_hand_j and adds to held_back_j
+  int work = 0;     ///< [1] units that it took, counted alike on every machine (docs/contracts/session.md)
 };
 
 /// A mode's part in one tick.
@@ -118,6 +120,8 @@ class Session {
   std::span<const PlacedPrimitive> placed() const noexcept;
   std::span<const SessionEvent> events() const noexcept;
 
+  /// [1] Work after which a tick begins nothing more, times that of `refine_path`; what takes the last of it is finished.
+  static const int most_work;
   /// [1] Cap per tick, times that of `refine_path`; the rest waits. More: longer worst tick; fewer: the proxy lags earlier.
   static constexpr int max_sub_steps = 32;
 

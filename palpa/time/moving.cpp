@@ -129,6 +129,10 @@ class Moving final : public TimedField {
   const MovingView& view() const noexcept { return view_; }
   int components() const noexcept override { return view_.field->components(); }
   double spacing_m() const noexcept override { return least_scale_ * view_.field->spacing_m(); }
+  double local_spacing_at(const Vec3& world_m, DataTime at) const noexcept override {
+    const Vec3 local_m = pose_at(view_.track, at).to_hand(world_m);
+    return least_scale_ * (timed_ ? timed_->local_spacing_at(local_m, at) : view_.field->local_spacing_m(local_m));
+  }
   Box bounds_m() const noexcept override { return bounds_m_; }
   double cycle_s() const noexcept override {
     return std::max(timed_ ? timed_->cycle_s() : 0.0, view_.track.size() > 1 ? view_.track.back().time_s : 0.0);

@@ -84,7 +84,7 @@ class FrameSeries final : public TimedField {
   const SeriesView& view() const noexcept { return view_; }
   int components() const noexcept override { return first().components(); }
   double spacing_m() const noexcept override { return first().spacing_m(); }
-  double local_spacing_m(const Vec3& world_m) const noexcept override { return first().local_spacing_m(world_m); }
+  double local_spacing_at(const Vec3& world_m, DataTime) const noexcept override { return first().local_spacing_m(world_m); }
   Box bounds_m() const noexcept override { return first().bounds_m(); }
   std::vector<Extent> extents() const override { return extents_; }
   double cycle_s() const noexcept override { return static_cast<double>(view_.frames.size()) * view_.period_s; }

@@ -15,6 +15,7 @@ class Moment : public Field {
   ScalarSample scalar(const Vec3& world_m) const noexcept override { return field_.scalar_at(world_m, at_); }
   VectorSample vector(const Vec3& world_m) const noexcept override { return field_.vector_at(world_m, at_); }
   double spacing_m() const noexcept override { return field_.spacing_m(); }
+  double local_spacing_m(const Vec3& world_m) const noexcept override { return field_.local_spacing_at(world_m, at_); }
   Box bounds_m() const noexcept override { return field_.bounds_m(); }
   double depth_m(const Vec3& world_m) const noexcept override { return field_.depth_at(world_m, at_); }
   std::vector<Extent> extents() const override { return field_.extents(); }
@@ -67,7 +68,7 @@ Carried TimedField::carried_with_level(const Vec3& world_m, DataTime from, DataT
   // [1] of a spacing: done at the first; with no step left, good enough at the second. Larger: the proxy is carried off its
   // level; smaller: steps in vain, or levels that count as lost.
   constexpr double on_level = 1e-9, near_level = 1e-3;
-  const double h = spacing_m();
+  const double h = local_spacing_at(world_m, from);
   Vec3 at_m = world_m;
   for (int step = 0;; ++step) {
     const ScalarSample now = scalar_at(at_m, to);

@@ -43,6 +43,10 @@ class TimedField : public Field {
   virtual Stretch stretch_at(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet,
                              DataTime at) const noexcept;
   virtual double depth_at(const Vec3& world_m, DataTime at) const noexcept = 0;  ///< [m]
+  /// As `Field::local_spacing_m`, at one moment [m].
+  virtual double local_spacing_at(const Vec3& world_m, DataTime at) const noexcept {
+    return static_cast<void>(world_m), static_cast<void>(at), spacing_m();
+  }
 
   /// Where the point of the data that is at a world position [m] at the moment `from` is at the moment `to`. A volume that
   /// moves carries its points exactly. Where only values change, a scalar field's point keeps its value and
@@ -68,6 +72,7 @@ class TimedField : public Field {
     return stretch_at(from_m, to_m, begin, quiet, {});
   }
   double depth_m(const Vec3& world_m) const noexcept final { return depth_at(world_m, {}); }
+  double local_spacing_m(const Vec3& world_m) const noexcept final { return local_spacing_at(world_m, {}); }
 
  protected:
   /// `carried` of a scalar field whose values change: Newton's steps along the gradient at the later moment, back to the

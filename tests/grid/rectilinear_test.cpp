@@ -1,6 +1,8 @@
 // Grids whose planes lie at uneven distances: sampled natively, exact where the affine ones are.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <stdexcept>
@@ -9,6 +11,7 @@
 #include "palpa/grid/derived.h"
 #include "palpa/grid/filter.h"
 #include "palpa/grid/smooth_grid.h"
+#include "palpa/time/timed_field.h"
 #include "test_fields.h"
 
 namespace palpa {
@@ -198,6 +201,80 @@ TEST(Rectilinear, DerivedFieldsAreTakenEvenly) {
     const VectorSample s = curl->vector(test::within(random, curl->bounds_m()));
     ASSERT_TRUE(s.inside);
     ASSERT_LT(norm(s.value - Vec3{0, 0, 6}), 1e-5);
+  }
+}
+
+/// The pieces of a whole way.
+std::vector<Stretch> pieces_of(const Field& field, const Vec3& from_m, const Vec3& to_m) {
+  std::vector<Stretch> pieces;
+  for (double begin = 0.0; begin < 1.0; begin = pieces.back().end)
+    pieces.push_back(field.stretch(from_m, to_m, begin, {1.0, -1.0}));
+  return pieces;
+}
+
+// The length of a vector is no polynomial: it is looked at in quarters of a cell, each of them within that cell.
+TEST(Rectilinear, AMagnitudeIsLookedAtCellByCell) {
+  std::mt19937 random(8);
+  for (int n = 0; n < 50; ++n) {
+    GridGeometry grid = uneven_grid(random);
+    for (std::size_t a = 0; a < 3; ++a) grid.planes[a] = uneven(random, static_cast<int>(grid.dims[a]), 1e3);
+    const FieldPtr flow = grid_field(grid, test::voxels_of(noise(random, 3 * grid.voxels()), 3));
+    const FieldPtr length = derived(Derivation::magnitude, flow);
+    const Mat3 to_steps = inverse(grid.index_to_world_m);
+    const auto cell_of = [&](const Vec3& x_m) {
+      const Vec3 steps = to_steps * (x_m - grid.origin_m);
+      const double at[] = {steps.x, steps.y, steps.z};
+      std::array<std::ptrdiff_t, 3> cell{};
+      for (std::size_t a = 0; a < 3; ++a)
+        cell[a] = std::upper_bound(grid.planes[a].begin(), grid.planes[a].end(), at[a]) - grid.planes[a].begin();
+      return cell;
+    };
+    const Vec3 from_m = inside_a_cell(random, grid), to_m = from_m + 0.2 * (inside_a_cell(random, grid) - from_m);
+    const auto place = [&](double share) { return from_m + share * (to_m - from_m); };
+    double begin = 0.0;
+    for (const Stretch& piece : pieces_of(*length, from_m, to_m)) {
+      ASSERT_TRUE(piece.inside && piece.degree == 3);
+      ASSERT_NEAR(piece.control[0], length->scalar(place(begin)).value, 1e-9);
+      ASSERT_NEAR(piece.control[3], length->scalar(place(piece.end)).value, 1e-9);
+      const auto inwards = [&](double share) { return begin + share * (piece.end - begin); };
+      const bool is_sliver = (piece.end - begin) * distance(from_m, to_m) < 1e-12;
+      if (!is_sliver) {
+        EXPECT_EQ(cell_of(place(inwards(0.001))), cell_of(place(inwards(0.999)))) << n;
+      }
+      EXPECT_LE((piece.end - begin) * distance(from_m, to_m), 0.2500001 * length->local_spacing_m(place(inwards(0.5)))) << n;
+      begin = piece.end;
+    }
+  }
+}
+
+// A wall of thin cells among thick ones is seen, and the thick ones are not cut as fine for it.
+TEST(Rectilinear, AMagnitudesThinWallIsSeenInFewPieces) {
+  GridGeometry grid{{7, 2, 2}, 1e-3 * Mat3::identity(), {}};
+  grid.planes[0] = {0.0, 1.0, 2.0, 2.00001, 2.00002, 3.0, 6.0};
+  std::vector<float> wall(3 * 7 * 4, 0.0F);
+  for (std::size_t row = 0; row < 4; ++row) wall[3 * (7 * row + 3)] = 1.0F;
+  const FieldPtr flow = grid_field(grid, test::voxels_of(wall, 3));
+  const FieldPtr length = derived(Derivation::magnitude, flow);
+  const std::vector<Stretch> pieces = pieces_of(*length, {3e-4, 5e-4, 5e-4}, {5.7e-3, 5e-4, 5e-4});
+  EXPECT_LT(pieces.size(), 40U);
+  double largest = 0.0;
+  for (const Stretch& piece : pieces) largest = std::max(largest, piece.control[3]);
+  EXPECT_NEAR(largest, 1.0, 1e-6);
+}
+
+TEST(LocalSpacing, OfDataThatMoveIsThatOfTheirCells) {
+  std::mt19937 random(9);
+  const GridGeometry grid = uneven_grid(random);
+  const FieldPtr still = grid_field(grid, test::voxels_of(noise(random, grid.voxels())));
+  const Similarity pose{test::rotation(random), 1.0, {0.1, 0.2, 0.3}};
+  const FieldPtr moves = moving(still, {{0.0, {}}, {1.0, pose}});
+  const FieldPtr frames = time_series({still, still}, 1.0);
+  for (int n = 0; n < 100; ++n) {
+    const Vec3 at_m = inside_a_cell(random, grid);
+    const double spacing_m = still->local_spacing_m(at_m);
+    EXPECT_NEAR(timed(*moves)->local_spacing_at(pose.to_world(at_m), 1.0), spacing_m, 1e-12 * spacing_m);
+    EXPECT_EQ(moves->local_spacing_m(at_m), spacing_m);
+    EXPECT_EQ(timed(*frames)->local_spacing_at(at_m, 0.5), spacing_m);
   }
 }
 

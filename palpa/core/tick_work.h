@@ -1,0 +1,13 @@
+// What a tick may do: units of work, which are counted and never timed, so that the same inputs give the same path.
+#pragma once
+
+namespace palpa::tick_work {
+
+// A unit is: a piece of a straight way that is searched for events, a mode that places its primitives or whose data carry the
+// proxy, a look at a level, a balance; and, of a balance,
+inline constexpr int primitives_each = 4;  ///< [1] so many primitives in one of its iterations
+
+/// [1] A tick begins nothing once it has spent this. More: longer worst tick; less: the proxy lags behind the hand sooner.
+inline constexpr int most = 4096;
+
+}  // namespace palpa::tick_work
