@@ -8,11 +8,11 @@
 #include <palpa/vtk/to_vtk.h>
 #include <vtkCamera.h>
 #include <vtkColorTransferFunction.h>
+#include <vtkGPUVolumeRayCastMapper.h>
 #include <vtkInteractorStyleTrackballCamera.h>
 #include <vtkPNGWriter.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderWindowInteractor.h>
-#include <vtkSmartVolumeMapper.h>
 #include <vtkVolume.h>
 #include <vtkVolumeProperty.h>
 #include <vtkWindowToImageFilter.h>
@@ -57,7 +57,8 @@ int main(int argc, char** argv) {
   scene.add("material",
             palpa::SurfaceAndFriction{.field = ct, .strength_n = {ct, palpa::transfer_function_from_vtk(*opacity, 4.0)}});
 
-  vtkNew<vtkSmartVolumeMapper> mapper;
+  vtkNew<vtkGPUVolumeRayCastMapper> mapper;
+  mapper->UseJitteringOn();  // else the steps of its rays show as rings
   mapper->SetInputData(image);
   vtkNew<vtkColorTransferFunction> colors;
   colors->AddRGBPoint(0, 0.9, 0.6, 0.5), colors->AddRGBPoint(500, 1.0, 0.98, 0.9);

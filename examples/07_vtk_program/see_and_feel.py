@@ -22,8 +22,9 @@ scene.add("material", palpa.SurfaceAndFriction(field=ct, strength_n=palpa.streng
 hand_to_world = scene.hand_to_world()
 to_hand = np.linalg.inv(hand_to_world[:3, :3])
 
-mapper, colors, volume = vtk.vtkSmartVolumeMapper(), vtk.vtkColorTransferFunction(), vtk.vtkVolume()
+mapper, colors, volume = vtk.vtkGPUVolumeRayCastMapper(), vtk.vtkColorTransferFunction(), vtk.vtkVolume()
 mapper.SetInputData(image)
+mapper.UseJitteringOn()  # else the steps of its rays show as rings
 colors.AddRGBPoint(0, 0.9, 0.6, 0.5), colors.AddRGBPoint(500, 1.0, 0.98, 0.9)
 volume.SetMapper(mapper)
 volume.GetProperty().SetScalarOpacity(opacity), volume.GetProperty().SetColor(colors)

@@ -120,8 +120,7 @@ class ModeRuntime {
 
   /// The finest sample spacing of any enabled mode's data [hand m], anywhere; infinity without any.
   double finest_m() const noexcept { return finest_m_; }
-  /// The finest sample spacing at `at_m` [hand m] of the modes whose data the way from `from_m` to `to_m` [m] can meet, or
-  /// infinity.
+  /// The finest spacing at `at_m` [hand m] of the modes whose data the way from `from_m` to `to_m` can meet, or infinity.
   double finest_m(const Vec3& at_m, const Vec3& from_m, const Vec3& to_m) const noexcept;
 
  private:

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "palpa/core/damper.h"
-#include "palpa/core/slack.h"
 #include "palpa/tick/path_tolerances.h"
 
 namespace palpa {
@@ -99,9 +98,6 @@ bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) no
     is_there ? sub_step(segment) : record_.cut();
   }
   is_there = is_there && work_left_ > 0;  // else the last move was cut short
-  const double waited_s = std::exchange(c.waits_s, is_there ? 0.0 : c.waits_s + time_step_s);
-  if (Slack::has_faded(c.waits_s) && !Slack::has_faded(waited_s))
-    contacts_.warn("the data take more work than a tick may do: nothing is felt until the proxy has caught up with the hand");
   ledger.book(record_.sub_steps(), record_.placed());
   for (const Foot& foot : modes_.feet().all()) ledger.book_elastic(foot.id.mode, 0.0, foot.held_j);
   return is_there;

@@ -51,10 +51,10 @@ class ProxyPath {
 
   const Vec3& proxy_m() const noexcept { return state_.proxy; }
   bool started() const noexcept { return state_.started; }
-  /// The place on the probe's path that the proxy has followed it to [m]: the probe, where no walk waits; and for how long none
-  /// has got there [s].
+  /// The place on the probe's path that the proxy has followed it to [m]: the probe, where no walk waits.
   const Vec3& followed_m() const noexcept { return state_.followed_m; }
-  double waits_s() const noexcept { return state_.waits_s; }
+  /// Emits a warning among the events of the last walk.
+  void warn(const char* sentence) noexcept { contacts_.warn(sentence); }
   /// Of the last walk: units of work (tick_work.h).
   int work() const noexcept { return tick_work::most * refined_ - work_left_; }
   /// Of the last walk: the part of the proxy's motion that was a release [m], and primitives refused.
@@ -92,7 +92,6 @@ class ProxyPath {
     double view_s = 0.0, followed_s = 0.0;  // data time used for sampling, and up to which the proxy is advected
     Crossing stopped_by;                    // the last move; of no field where nothing was crossed
     Vec3 followed_m;                        // the place on the probe's path that the proxy has followed it to
-    double waits_s = 0.0;                   // for how long no walk has got to the probe
   };
 
   // The result of one move.

@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 #include <vector>
 
-#include "palpa/core/damper.h"
 #include "palpa/core/live_block.h"
-#include "palpa/core/slack.h"
+#include "palpa/core/pull.h"
 #include "palpa/core/solver.h"
 #include "palpa/core/split.h"
 #include "palpa/core/tick_work.h"
@@ -33,20 +31,19 @@ std::unique_ptr<ProxyPath> exact_path(LiveBlock& live, const Scene& scene, const
 class Session::State {
  public:
   State(const Scene& given, PathMaker make_path, double encoder_step_m)
-      : scene(checked(given)),
+      : scene(given),
         map(scene.hand_to_world()),
         path(make_path(live, scene, map)),
-        coupling(live.add<CouplingState>()),
+        pull(live.add<Pull>()),
         ledger(scene.modes().size()),
         mode_ticks(scene.modes().size()) {
-    coupling.damper = Damper(scene.coupling.damping_ns_per_m, encoder_step_m);
+    pull = Pull(Damper(scene.coupling.damping_ns_per_m, encoder_step_m));
   }
 
   Tick tick(const Probe& probe, double dt) noexcept;
   void reset() noexcept {
     path->reset();
-    coupling.damper_force = {};
-    coupling.slack.reset();
+    pull.let_go();
   }
   void continue_from(const State& other) noexcept {
     live.copy(other.live);
@@ -61,22 +58,9 @@ class Session::State {
   std::unique_ptr<ProxyPath> path;
 
  private:
-  static const Scene& checked(const Scene& scene) {
-    scene.check();
-    return scene;
-  }
   void gather(Tick& result) noexcept;
 
-  // What the next tick depends on besides the path.
-  struct CouplingState {
-    Damper damper{0.0};
-    Slack slack;
-    Vec3 last_probe;
-    Vec3 damper_force;      // held since the last tick
-    double stored_j = 0.0;  // in the spring and in elastic levels since then
-  };
-
-  CouplingState& coupling;
+  Pull& pull;  // what the next tick depends on besides the path
   Ledger ledger;
   std::vector<ModeTick> mode_ticks;
   bool who_pushed_known = true;  // mode_ticks hold the forces of the last sub-step
@@ -84,74 +68,48 @@ class Session::State {
 };
 
 void Session::State::take_over(const State& other) noexcept {
-  const Damper own = coupling.damper;
+  const Damper own = pull.damper();
   const bool goes_on = live.has_parts_of(other.live) && path->holds_on_as(*other.path);
   goes_on ? continue_from(other) : path->begin_where(*other.path);
-  coupling = other.coupling;
-  if (goes_on && scene.coupling.damping_ns_per_m == other.scene.coupling.damping_ns_per_m) return;
-  coupling.damper = own;
-  coupling.damper.reset(path->proxy_m() - coupling.last_probe - coupling.slack.unfelt_m());
-  coupling.damper_force = {};
+  const bool keeps_damper = goes_on && scene.coupling.damping_ns_per_m == other.scene.coupling.damping_ns_per_m;
+  pull.take_over(other.pull, own, keeps_damper, path->proxy_m());
 }
 
 // The main path. Modes place primitives, the law balances them, the coupling pulls the hand.
 Tick Session::State::tick(const Probe& probe, double dt) noexcept {
-  CouplingState& c = coupling;
   std::fill(mode_ticks.begin(), mode_ticks.end(), ModeTick{});
   who_pushed_known = true;
   Tick result;
   result.probe_valid = probe.valid;
-  result.probe_m = path->proxy_m();
-  result.proxy_m = path->proxy_m();
-
+  result.probe_m = result.proxy_m = path->proxy_m();
   const bool time_usable = std::isfinite(dt) && dt > 0.0 && dt <= largest_time_step_s;
   if (time_usable) path->pass(dt);
   const bool velocity_usable = !probe.velocity_m_per_s || is_finite(*probe.velocity_m_per_s);
   if (!probe.valid || !time_usable || !velocity_usable || !usable(probe.position_m)) {
     reset();
-    result.energy.let_go_j = std::exchange(c.stored_j, 0.0);
+    result.energy.let_go_j = pull.lose_stored_j();
     if (probe.valid) result.status = TickStatus::bad_input;
     if (!probe.valid && usable(probe.position_m)) result.probe_m = result.proxy_m = probe.position_m;
     path->put(result.proxy_m);
     return result;
   }
-
   dt = std::max(dt, shortest_time_s);  // velocities stay finite
-  const Vec3 p = probe.position_m;
-  const double k = scene.coupling.stiffness_n_per_m;
-  double lost_j = 0.0;
-  if (!path->started()) {
-    c.last_probe = p;
-    c.damper.reset({});
-    lost_j = c.stored_j;
-  }
-  const Vec3 probe_step = p - c.last_probe;
-  const Vec3 before = path->proxy_m();
+  const Vec3 p = probe.position_m, before = path->proxy_m();
+  if (!path->started()) pull.start(p);
   result.status = path->walk(p, dt, ledger) ? TickStatus::resting : TickStatus::waiting;
-
-  const Vec3 proxy = path->proxy_m();
   result.probe_m = p;
-  result.probe_step_m = probe_step;
-  result.proxy_m = proxy;
-  Vec3 stretch = proxy - p, released = path->released_m();
-  double held_back_j = 0.0;  // what waits does not pull
-  if (path->waits_s() > 0.0 || c.slack.any()) {
-    held_back_j = k * dot(c.slack.unfelt_m(), probe_step), released = {};
-    stretch = c.slack.felt_m(stretch, proxy - path->followed_m(), path->waits_s(), before - p - c.slack.unfelt_m());
-  }
-  const Vec3 relative = c.damper.relative_velocity(stretch, released, dt, k);
-  result.probe_velocity_m_per_s = probe.velocity_m_per_s.value_or(probe_step / dt);
-  result.proxy_velocity_m_per_s = result.probe_velocity_m_per_s + relative;
-  const Vec3 damping_n = scene.coupling.damping_ns_per_m * relative;
-  result.force_n = k * stretch + damping_n;  // Eq. 1
-
-  result.energy = ledger.end(proxy, p, probe_step, k);
-  result.energy.let_go_j += lost_j;
-  result.energy.damper_j = dot(c.damper_force, probe_step);
-  result.energy.held_back_j = held_back_j;
-  c.stored_j = result.energy.stored_j + result.energy.elastic_j;
-  c.damper_force = damping_n;
-  c.last_probe = p;
+  result.probe_step_m = pull.step_m(p);
+  result.proxy_m = path->proxy_m();
+  const Pull::Answer answer =
+      pull.answer({before, result.proxy_m, path->followed_m(), path->released_m(), result.status == TickStatus::waiting}, p,
+                  scene.coupling, dt);
+  result.probe_velocity_m_per_s = probe.velocity_m_per_s.value_or(result.probe_step_m / dt);
+  result.proxy_velocity_m_per_s = result.probe_velocity_m_per_s + answer.relative_m_per_s;
+  result.force_n = answer.force_n;
+  if (answer.has_just_faded)
+    path->warn("the data take more work than a tick may do: nothing is felt until the proxy has caught up with the hand");
+  result.energy = ledger.end(result.proxy_m, p, result.probe_step_m, scene.coupling.stiffness_n_per_m);
+  pull.book(result.energy);
   gather(result);
   return result;
 }
@@ -196,7 +154,7 @@ const int Session::most_work = tick_work::most;
 Session::Session(const Scene& scene, double encoder_step_m) : Session(scene, exact_path, encoder_step_m) {}
 
 Session::Session(const Scene& scene, PathMaker path, double encoder_step_m)
-    : state_(std::make_unique<State>(scene, path, encoder_step_m)) {}
+    : state_((scene.check(), std::make_unique<State>(scene, path, encoder_step_m))) {}
 
 Session::~Session() = default;
 Session::Session(Session&&) noexcept = default;

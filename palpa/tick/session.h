@@ -31,8 +31,7 @@ enum class TickStatus : std::uint8_t {
   bad_input,  ///< the probe or the time step could not be used; the proxy stayed, the force is zero
 };
 
-/// One tick's answer. `force_n` is Eq. 1 before any limit: what reaches a hand is the guard's business. What waits is no part
-/// of it (docs/contracts/session.md).
+/// One tick's answer. `force_n` is Eq. 1 without what waits, before any limit: what reaches a hand is the guard's business.
 struct Tick {
   Vec3 probe_m;
   Vec3 probe_velocity_m_per_s;
