@@ -11,6 +11,7 @@
 #include "palpa/field/parallel.h"
 #include "palpa/field/quantile.h"
 #include "palpa/grid/grid_base.h"
+#include "palpa/grid/grid_work.h"
 #include "palpa/grid/smooth_grid.h"
 
 // Slices stream through: each thread reads a slice, smooths it along i and j into a ring that holds
@@ -440,6 +441,7 @@ FieldPtr derive_on_grid(Derivation derivation, const Field& of, const GridGeomet
   };
   const Nodes nodes(of, geometry);
   const int given = components_given(derivation);
+  expect_memory(geometry, 1.0, given, "use smaller data");
   const std::shared_ptr<float[]> out(new float[static_cast<std::size_t>(geometry.voxels()) * given]);
   Plan plan{derivation, nodes, normal_of(nodes), nodes.has_gaps(), smoothed, {blur(0), blur(1), blur(2)}, {}, out.get()};
   for (int a = 0; a < 3; ++a) {

@@ -15,6 +15,7 @@
 #include "palpa/grid/derive_on_grid.h"
 #include "palpa/grid/fine_detail.h"
 #include "palpa/grid/grid_base.h"
+#include "palpa/grid/grid_work.h"
 #include "palpa/time/timed_field.h"
 
 namespace palpa {
@@ -259,9 +260,12 @@ FieldPtr derive_timed(Derivation derivation, const FieldPtr& of, double smoothin
     return time_series(std::move(frames), series->period_s, series->between_frames);
   }
   const TimedField& formula = *timed(*of);
-  const auto moments = static_cast<int>(std::clamp(std::round(formula.cycle_s() / formula.time_spacing_s()), 1.0, 1000.0));
-  const double period_s = formula.cycle_s() / moments;
-  for (int i = 0; i < moments; ++i) frames.push_back(derive(derivation, frozen(of, i * period_s), smoothing_m, factor));
+  // A way of many poses has as many moments, each a grid over all that the volume comes to.
+  const double moments = std::max(1.0, std::round(formula.cycle_s() / formula.time_spacing_s()));
+  detail::expect_few_samples(nodes_of(*of), moments, limit::derived_samples);
+  const double period_s = moments > 1.0 ? formula.cycle_s() / moments : 1.0;
+  for (int i = 0; i < static_cast<int>(moments); ++i)
+    frames.push_back(derive(derivation, frozen(of, i * period_s), smoothing_m, factor));
   return time_series(std::move(frames), period_s);
 }
 

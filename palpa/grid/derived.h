@@ -68,7 +68,8 @@ std::string unit_of(Derivation derivation, std::string_view unit);
 /// \param smoothing_m  [m] standard deviation of that Gaussian in the field's own world; 0: two sample spacings
 /// Uses as many threads as there are cores; each needs memory for the slices within the reach of the Gaussian, as floats.
 /// Throws std::invalid_argument, with a sentence, on a field of the wrong kind, on axis fields (`signless`) for all but the
-/// magnitude, and on a smoothing that is negative or not finite.
+/// magnitude, on a smoothing that is negative or not finite, on a formula in time of so many moments that it would take
+/// minutes (limits.h: derived_samples), and where the result needs more memory than is free.
 FieldPtr derived(Derivation derivation, const FieldPtr& of, double smoothing_m = 0.0);
 
 }  // namespace palpa

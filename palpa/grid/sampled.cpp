@@ -12,7 +12,7 @@
 #include "palpa/core/printed.h"
 #include "palpa/field/parallel.h"
 #include "palpa/grid/grid_base.h"
-#include "palpa/limits/free_memory.h"
+#include "palpa/grid/grid_work.h"
 #include "palpa/limits/limits.h"
 #include "palpa/time/timed_field.h"
 
@@ -27,18 +27,9 @@ float as_sample(double value, bool inside) noexcept {
 
 /// Refuses what would take more time or memory than there is, before any of it is taken.
 void check_work(const Field& field, const GridGeometry& geometry, int frames) {
-  const double samples = static_cast<double>(geometry.voxels()) * frames;
-  const std::string grids = detail::text("%d × %lld × %lld × %lld samples", frames, static_cast<long long>(geometry.dims[0]),
-                                         static_cast<long long>(geometry.dims[1]), static_cast<long long>(geometry.dims[2]));
-  if (limit::samples.is_passed_by(samples)) throw std::invalid_argument(grids + " are " + more_than(limit::samples));
-  // A filter may keep a second copy.
-  const double bytes = 2.0 * samples * field.components() * sizeof(float);
-  const auto free_bytes = static_cast<double>(detail::free_memory_bytes());
-  if (bytes > free_bytes) {
-    throw std::invalid_argument(grids +
-                                detail::text(" need %.3g GB where %.3g GB are free; ", 1e-9 * bytes, 1e-9 * free_bytes) +
-                                std::string(limit::samples.remedy));
-  }
+  detail::expect_few_samples(geometry, frames, limit::samples);
+  detail::expect_memory(geometry, frames, 2 * field.components(),  // a filter may keep a second copy
+                        limit::samples.remedy);
 }
 
 }  // namespace

@@ -111,6 +111,21 @@ TEST(Limits, OfEmbeddedDataAsGridsAreSaidBeforeTheWorkBegins) {
   EXPECT_THROW(sampled(beating_chamber(), 2000), std::invalid_argument);
 }
 
+// A component lies along an axis of the world, so that what is derived of it changes with every move of its volume. The grids
+// of the moments are what such a scene costs.
+TEST(Limits, OfWhatIsDerivedOfAVolumeThatMoves) {
+  const auto moved = [](std::size_t count, const std::string& field) {
+    return "palpa = 1\n[volume.v]\nanalytic = \"burgers_vortex\"\nsampled = 16\nposes = " + poses(count) +
+           "\n[[mode]]\nname = \"m\"\ntype = \"gradient_force\"\nfield = \"" + field + "\"\nstrength_n = 1\n";
+  };
+  EXPECT_THAT(error_of(moved(100'000, "component_x(v)")),
+              AllOf(StartsWith("s.toml:6:"), HasSubstr("99999 × "), HasSubstr(more_than(limit::derived_samples))));
+  EXPECT_EQ(error_of(moved(3, "component_x(v)")), "no error");
+  const FieldPtr still = moving(sampled(burgers_vortex(), 8).fields[0].field, {{0.0, {}}});
+  EXPECT_NO_THROW(derived(Derivation::smooth, derived(Derivation::component_x, still))) << "of one pose there is one moment";
+  EXPECT_EQ(error_of(moved(100'000, "magnitude(v)")), "no error") << "what turns with its volume is derived once";
+}
+
 TEST(Limits, OfAFilesSeries) {
   const fs::path folder = fs::temp_directory_path() / ("palpa-limits-" + std::to_string(::getpid()));
   fs::create_directories(folder);
