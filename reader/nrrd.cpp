@@ -295,7 +295,7 @@ class NrrdSource : public Source {
       const std::string field = line.substr(0, std::min(colon, line.size()));
       if (names > 0) {
         check(line, 0), ++names;
-      } else if (field == "data file" || field == "datafile") {
+      } else if (colon != std::string::npos && (field == "data file" || field == "datafile")) {
         if (trimmed(line.c_str() + colon + 1).starts_with("LIST")) {
           names = 1;
         } else {

@@ -282,7 +282,9 @@ std::optional<std::uint64_t> voxel_bytes(const FieldHeader& field) noexcept {
   for (const std::int64_t n : field.grid.dims) {
     if (n < 1 || __builtin_mul_overflow(bytes, static_cast<std::uint64_t>(n), &bytes)) return std::nullopt;
   }
-  if (bytes > static_cast<std::uint64_t>(INT64_MAX)) return std::nullopt;
+  // No machine has as many, and what is added to them, planes and gaps, does not overflow.
+  constexpr std::uint64_t most_bytes = std::uint64_t{1} << 62;
+  if (bytes > most_bytes) return std::nullopt;
   return bytes;
 }
 

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "palpa/core/shown.h"
 #include "palpa/disk/input_file.h"
 #include "palpa/file/components.h"
 #include "palpa/file/protocol.h"
@@ -17,6 +18,7 @@
 #include "palpa/file/shared_memory.h"
 #include "palpa/limits/free_memory.h"
 #include "palpa/limits/limits.h"
+#include "palpa/toml/wording.h"
 #include "palpa/volume/sha256.h"
 #include "palpa/volume/volume.h"
 
@@ -202,9 +204,15 @@ void check(const Header& header) {
   }
 }
 
+/// What a reader says is wrong, which need be no sentence: it has parsed a file that may be made to do harm.
+std::string sentence_of(const protocol::Failure& failure) {
+  if (failure.sentence.find("; ") != std::string::npos) return failure.sentence;
+  return "cannot be read: palpa-read says " + detail::in_quotes(failure.sentence) + "; the file is probably damaged";
+}
+
 template <class Expected>
 Expected expect(protocol::Message message) {
-  if (auto* failure = std::get_if<protocol::Failure>(&message)) throw LoadError(failure->sentence);
+  if (auto* failure = std::get_if<protocol::Failure>(&message)) throw LoadError(sentence_of(*failure));
   if (auto* expected = std::get_if<Expected>(&message)) return std::move(*expected);
   throw LoadError("cannot be read: palpa-read answered out of turn; update both programs together");
 }
@@ -410,11 +418,15 @@ VolumeFile read_one(const VolumeRequest& request, const ReadOptions& options) {
 
 VolumeFile read_volume_file(const VolumeRequest& request, const ReadOptions& options) {
   if (request.files.empty()) throw LoadError("volume: no file is named; name one");
-  const std::string place = request.files.front().string();
+  // Words of the file and of its reader become words that steer nothing, here for all of them.
+  const std::string place = detail::one_line(request.files.front().string());
   try {
-    return read_one(request, options);
+    VolumeFile file = read_one(request, options);
+    for (std::string& warning : file.volume.warnings) warning = detail::one_line(warning);
+    return file;
   } catch (const LoadError& error) {
-    throw LoadError(place + ": " + error.what());
+    constexpr std::size_t longest_bytes = 2000;  // More: cannot be read; less: names that would help are left out
+    throw LoadError(place + ": " + detail::shortened(detail::one_line(error.what()), longest_bytes));
   }
 }
 

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "palpa/core/shown.h"
 #include "palpa/trace/columns.h"
 #include "palpa/trace/csv.h"
 #include "palpa/trace/trace.h"
@@ -121,7 +122,7 @@ TraceDifference compare_traces(const fs::path& recorded, const fs::path& again, 
     });
     Compared compared = compare_file(recorded, again, table.file, names, there, complete, last_tick);
     result.same = compared.difference.empty();
-    result.where = std::move(compared.difference);
+    result.where = detail::shown(compared.difference);  // cells of a trace may come from anybody
     return compared.rows;
   };
   if (a.scene_text() != b.scene_text()) {

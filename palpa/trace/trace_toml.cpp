@@ -2,6 +2,7 @@
 
 #include <toml++/toml.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 
@@ -56,8 +57,13 @@ Similarity similarity_of(const toml::node_view<const toml::node>& node) {
     map.rotation.row[i] = {m[i][0], m[i][1], m[i][2]};
   }
   map.translation_m = {m[0][3], m[1][3], m[2][3]};
-  map.scale = std::cbrt(determinant(map.rotation));
-  map.rotation = (1.0 / map.scale) * map.rotation;
+  // Of numbers about 1: the cube of a scale may be no number of the machine.
+  double largest = 0.0;
+  for (const Vec3& row : map.rotation.row) largest = std::max(largest, largest_component(row));
+  for (Vec3& row : map.rotation.row) row = row / largest;
+  const double scale = std::cbrt(determinant(map.rotation));
+  for (Vec3& row : map.rotation.row) row = row / scale;
+  map.scale = scale * largest;
   return map;
 }
 
@@ -127,7 +133,7 @@ TraceHeader read_header(const std::filesystem::path& folder) {
   } catch (const toml::parse_error& error) {
     const toml::source_position at = error.source().begin;
     throw LoadError(file.string() + ":" + std::to_string(at.line) + ":" + std::to_string(at.column) + ": " +
-                    std::string(error.description()) + "; a trace.toml is written by palpa and not edited");
+                    one_line(error.description()) + "; a trace.toml is written by palpa and not edited");
   }
   const toml::node& whole = parsed;
   const toml::node_view<const toml::node> root{whole};
@@ -141,7 +147,8 @@ TraceHeader read_header(const std::filesystem::path& folder) {
   header.arguments = texts_of(root["arguments"]);
   for (const std::string& set : texts_of(root["sets"])) {
     const std::size_t equals = set.find('=');
-    if (equals == std::string::npos) throw LoadError(file.string() + ": set '" + set + "' has no '='; a set is PATH=VALUE");
+    if (equals == std::string::npos)
+      throw LoadError(file.string() + ": set " + in_quotes(set) + " has no '='; a set is PATH=VALUE");
     header.sets.emplace_back(set.substr(0, equals), set.substr(equals + 1));
   }
   header.plugins = texts_of(root["plugins"]);
@@ -152,6 +159,10 @@ TraceHeader read_header(const std::filesystem::path& folder) {
     throw LoadError(file.string() + ": dt_s is missing or not usable; it lies above 0 and is at most 1");
   }
   header.hand_to_world = similarity_of(root["hand_to_world"]);
+  if (!is_usable(header.hand_to_world)) {
+    throw LoadError(file.string() +
+                    ": hand_to_world is no rotation, move and scale; a trace.toml is written by palpa and not edited");
+  }
   const TraceHeader usual;
   const auto device = root["device"];
   header.device_name = device["name"].value_or(std::string());

@@ -141,6 +141,16 @@ TEST(Protocol, SizesThatOverflowAreNone) {
   EXPECT_FALSE(place(header, {{0, 1, 2}}));
 }
 
+TEST(Protocol, SizesBeyondAnyMemoryAreNone) {
+  FieldHeader field;
+  field.type = VoxelType::uint16;
+  field.grid.dims = {1 << 20, 1 << 20, 1 << 21};
+  EXPECT_EQ(voxel_bytes(field), std::uint64_t{1} << 62);
+  field.components = 3;
+  field.grid.dims = {1 << 20, 1 << 20, 1 << 20};
+  EXPECT_FALSE(voxel_bytes(field));
+}
+
 TEST(Protocol, FieldsDoNotOverlap) {
   const Header header = sample_header();
   const auto offsets = place(header, {{0, 1}});

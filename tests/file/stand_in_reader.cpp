@@ -52,6 +52,14 @@ int main() {
     send(socket, Failure{"is not liked; bring another"});
     return 1;
   }
+  if (part == "no sentence") {
+    send(socket, Failure{"\xff\x9b[31m \u202e\u0085 is not liked"});
+    return 1;
+  }
+  if (part == "long sentence") {
+    send(socket, Failure{"is not liked; " + std::string(4000, 'x')});
+    return 1;
+  }
 
   Header header;
   header.format = "nrrd", header.default_unit = "mm";

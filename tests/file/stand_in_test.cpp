@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "palpa/core/load_error.h"
+#include "palpa/core/shown.h"
 #include "palpa/file/read_volume.h"
 #include "palpa/grid/grid.h"
 #include "palpa/volume/volume.h"
@@ -128,6 +129,21 @@ TEST_F(StandIn, ReadersThatTalkNonsense) {
   expect_error("wrong turn", "out of turn");
   expect_error("header again", "out of turn");
   EXPECT_EQ(error("failure"), "is not liked; bring another");
+}
+
+TEST_F(StandIn, WhatReadersSaySteersNothing) {
+  const std::string text = error("no sentence");
+  EXPECT_EQ(text, detail::shown(text));
+  EXPECT_NE(text.find("is not liked'; "), std::string::npos) << text;
+  EXPECT_LE(error("long sentence").size(), 2000U);
+  file_ = write("a\u202e\x1b.nrrd", "any bytes");
+  ::setenv("STAND_IN", "failure", 1);
+  try {
+    read();
+    ADD_FAILURE() << "no error";
+  } catch (const LoadError& problem) {
+    EXPECT_EQ(std::string(problem.what()), detail::shown(problem.what())) << "the name of a file steers nothing either";
+  }
 }
 
 TEST_F(StandIn, HeadersThatCannotBe) {

@@ -14,6 +14,8 @@
 #include <random>
 #include <sstream>
 
+#include "palpa/core/shown.h"
+
 namespace palpa {
 namespace {
 
@@ -157,6 +159,39 @@ TEST_F(Trace, TheReferenceNamesEveryColumnOfEveryFile) {
     std::istringstream header(first_line(folder() / file));
     for (std::string name; std::getline(header, name, ',');) EXPECT_THAT(reference, HasSubstr("`" + name + "`"));
   }
+}
+
+TEST_F(Trace, AnyScaleOfItsMapComesBackAndWhatIsNoMapIsRefused) {
+  for (const double scale : {1e-150, 1.0, 1e150}) {
+    TraceHeader header;
+    header.hand_to_world = {turn_about({0.0, 0.6, 0.8}, 30.0), scale, {1.0, 2.0, 3.0}};
+    const fs::path at = folder("trace" + std::to_string(std::log10(scale)));
+    TraceWriter(at, header, scene, {}).finish();
+    EXPECT_NEAR(TraceReader(at).header().hand_to_world.scale / scale, 1.0, 1e-12);
+  }
+  TraceWriter(folder(), {}, scene, {}).finish();
+  for (const char* none : {"[[nan, 0, 0, 0]]", "[[0, 0, 0, 0]]", "[[-1, 0, 0, 0]]", "[[2, 0, 0, 0]]"}) {
+    set_text(folder() / "trace.toml", std::string("format = 1\ndt_s = 0.001\nhand_to_world = ") + none + "\n");
+    EXPECT_THAT(error_of([&] { TraceReader{folder()}; }), HasSubstr("hand_to_world is no rotation, move and scale; ")) << none;
+  }
+}
+
+TEST_F(Trace, WhatStrangersWroteInItSteersNothing) {
+  for (const char* name : {"a", "b"}) {
+    TraceWriter writer(folder(name), {}, scene, {"skin", "bone"});
+    write_plain(writer, 0, 3);
+    writer.finish();
+  }
+  std::string text = text_of(folder("b") / "modes.csv");
+  text.replace(text.find("skin"), 4, "\x1b[31m\u202e\xff");
+  set_text(folder("b") / "modes.csv", text);
+  const std::string where = compare_traces(folder("a"), folder("b")).where;
+  EXPECT_THAT(where, HasSubstr("skin against \\u001B[31m"));
+  EXPECT_EQ(where, detail::shown(where));
+  set_text(folder("b") / "trace.toml", "format = 1\ndt_s = 0.001\nsets = [\"two\\nlines\"]\n");
+  const std::string error = error_of([&] { TraceReader{folder("b")}; });
+  EXPECT_THAT(error, HasSubstr("has no '='; "));
+  EXPECT_EQ(error, detail::shown(error));
 }
 
 TEST_F(Trace, WithoutPrimitivesThereAreNoFilesOfThem) {
