@@ -78,7 +78,7 @@ struct Worker {
 
 struct Round {
   std::atomic<std::uint64_t> next_seed;
-  std::atomic<std::int64_t> tries, failures;
+  std::atomic<std::int64_t> tries, failures, cases, refused;
   std::atomic<std::size_t> notes;
   Note noted[most_notes];
   Worker workers[most_jobs];
@@ -208,6 +208,8 @@ void work(const Campaign& campaign, std::int64_t tries, double round_s, const fs
     const Tried result = tried(attempt, choices, folder / "case");
     self.since_s = 0.0;
     round.tries += result.tries;
+    round.refused += result.refused;
+    ++round.cases;
     if (result.slowest_s > self.slowest_s) self.slowest_s = result.slowest_s, self.slowest_seed = seed;
     self.peak_bytes = std::max(self.peak_bytes, peak_bytes());
     if (!result.broken.empty()) round.note(seed, result.broken);
@@ -329,6 +331,7 @@ void run_round(const Campaign& campaign, std::int64_t tries, const Row& row, con
       if (crash.empty() || interrupted) continue;
       if (since_s == 0.0) throw std::runtime_error(campaign.name + ": what its cases share cannot be made; see above");
       ++round.tries;
+      ++round.cases;
       round.note(round.workers[n].seed, crash);
       start(n);
     }
@@ -347,6 +350,8 @@ void run(const Campaign& campaign, std::int64_t tries, Row& row, const RunOption
     row.next_seed = round->next_seed;
     row.tries += round->tries;
     row.failures += round->failures;
+    row.cases += round->cases;
+    row.refused += round->refused;
     for (const Worker& worker : round->workers) {
       if (worker.slowest_s > row.slowest_s) row.slowest_s = worker.slowest_s, row.slowest_seed = worker.slowest_seed;
       row.peak_bytes = std::max(row.peak_bytes, worker.peak_bytes);
@@ -354,7 +359,7 @@ void run(const Campaign& campaign, std::int64_t tries, Row& row, const RunOption
     row.spent_s += (now_s() - begin_s) * std::clamp(options.jobs, 1, most_jobs);
     keep_failures(campaign, *round, options, own.path(), examined);
     if (options.save) options.save(row);
-    if (round->tries == 0 && !interrupted) {
+    if (round->cases == 0 && !interrupted) {
       ++row.failures;
       throw std::runtime_error(campaign.name + ": no case could be tried; look at what it prints");
     }
@@ -410,8 +415,8 @@ Table load_table(const fs::path& file) {
     const std::size_t tab = line.find('\t');
     std::istringstream cells(tab == std::string::npos ? std::string() : line.substr(tab + 1));
     Row row;
-    if (!(cells >> row.next_seed >> row.tries >> row.failures >> row.slowest_s >> row.slowest_seed >> row.peak_bytes >>
-          row.spent_s)) {
+    if (!(cells >> row.next_seed >> row.tries >> row.failures >> row.cases >> row.refused >> row.slowest_s >>
+          row.slowest_seed >> row.peak_bytes >> row.spent_s)) {
       throw std::runtime_error(file.string() + ": is no table of campaigns; name another file");
     }
     table[line.substr(0, tab)] = row;
@@ -425,8 +430,9 @@ void save_table(const fs::path& file, const Table& table) {
     std::ofstream out(next);
     out << std::setprecision(17);
     for (const auto& [name, row] : table) {
-      out << name << '\t' << row.next_seed << '\t' << row.tries << '\t' << row.failures << '\t' << row.slowest_s << '\t'
-          << row.slowest_seed << '\t' << row.peak_bytes << '\t' << row.spent_s << '\n';
+      out << name << '\t' << row.next_seed << '\t' << row.tries << '\t' << row.failures << '\t' << row.cases << '\t'
+          << row.refused << '\t' << row.slowest_s << '\t' << row.slowest_seed << '\t' << row.peak_bytes << '\t' << row.spent_s
+          << '\n';
     }
     if (!out.flush()) throw std::runtime_error(next.string() + ": cannot be written; is the disk full?");
   }
@@ -434,8 +440,9 @@ void save_table(const fs::path& file, const Table& table) {
 }
 
 void print_table(std::ostream& out, const Table& table, const std::vector<Campaign>& campaigns) {
-  out << "| campaign | tries | failures | slowest / ms (seed) | largest memory / MB | machine time / h |\n"
-         "|---|---|---|---|---|---|\n"
+  out << "| campaign | tries | failures | slowest / ms (seed) | largest memory / MB | machine time / h | cases (refused in "
+         "words) "
+         "|\n|---|---|---|---|---|---|---|\n"
       << std::fixed;
   Row all;
   for (const Campaign& campaign : campaigns) {
@@ -444,13 +451,14 @@ void print_table(std::ostream& out, const Table& table, const std::vector<Campai
     const Row& row = found->second;
     out << "| " << campaign.name << " | " << row.tries << ' ' << campaign.of << " | " << row.failures << " | "
         << std::setprecision(3) << 1e3 * row.slowest_s << " (" << row.slowest_seed << ") | " << std::setprecision(0)
-        << row.peak_bytes / 1e6 << " | " << std::setprecision(3) << row.spent_s / 3600.0 << " |\n";
+        << row.peak_bytes / 1e6 << " | " << std::setprecision(3) << row.spent_s / 3600.0 << " | " << row.cases << " ("
+        << row.refused << ") |\n";
     all.failures += row.failures;
     all.peak_bytes = std::max(all.peak_bytes, row.peak_bytes);
     all.spent_s += row.spent_s;
   }
   out << "| all | | " << all.failures << " | | " << std::setprecision(0) << all.peak_bytes / 1e6 << " | "
-      << std::setprecision(3) << all.spent_s / 3600.0 << " |\n";
+      << std::setprecision(3) << all.spent_s / 3600.0 << " | |\n";
 }
 
 Finding load_finding(const fs::path& file) {

@@ -21,9 +21,10 @@ namespace fs = std::filesystem;
 
 /// What came of one case.
 struct Tried {
-  std::string broken{};     ///< the promise that was broken, in one line; empty: all was kept
-  std::int64_t tries = 1;   ///< that it was: ticks of a session, runs of a program
-  double slowest_s = -1.0;  ///< of these; below 0: it was one try, whose time the frame takes
+  std::string broken{};      ///< the promise that was broken, in one line; empty: all was kept
+  std::int64_t tries = 1;    ///< that it was: ticks of a session, runs of a program
+  double slowest_s = -1.0;   ///< of these; below 0: it was one try, whose time the frame takes
+  std::int64_t refused = 0;  ///< [cases] 1: its answer was a refusal in words, which is all that could be judged
 };
 
 /// Makes a case and judges it. Whatever it writes it writes into the folder, which is there, empty and its own.
@@ -44,6 +45,8 @@ struct Row {
   std::uint64_t next_seed = 1;
   std::int64_t tries = 0;
   std::int64_t failures = 0;
+  std::int64_t cases = 0;    ///< of which the tries were made
+  std::int64_t refused = 0;  ///< of the cases
   double slowest_s = 0.0;
   std::uint64_t slowest_seed = 0;
   double peak_bytes = 0.0;  ///< most resident memory of a process

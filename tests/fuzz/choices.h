@@ -1,6 +1,7 @@
 // The choices that a case is made of: drawn from a seed, or replayed from a list, which is how a case is made smaller.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -41,7 +42,9 @@ class Choices {
     return low + (high - low) * static_cast<double>(below(std::uint64_t{1} << 53)) * 0x1p-53;
   }
   /// [low, high) with each power of ten as often; the plainest is `low`. Unit [1].
-  double log_between(double low, double high) { return low * std::exp(between(0.0, std::log(high / low))); }
+  double log_between(double low, double high) {  // whose quotient may be beyond all numbers
+    return std::clamp(std::exp(std::log(low) + between(0.0, std::log(high) - std::log(low))), low, high);
+  }
   /// One of a list; the plainest is the first.
   template <class List>
   const auto& one_of(const List& list) {

@@ -140,7 +140,9 @@ std::string broken_by_end(const Work& work, const fs::path& folder, const Ended&
   return broken.empty() ? broken : broken + " (palpa " + work.arguments[0] + ")";
 }
 
-Tried tried(const Ended& run, std::string broken) { return {.broken = std::move(broken), .slowest_s = run.spent_s}; }
+Tried tried(const Ended& run, std::string broken) {
+  return {.broken = std::move(broken), .slowest_s = run.spent_s, .refused = run.code == 2};
+}
 
 // ---- faults ----
 

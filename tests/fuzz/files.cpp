@@ -23,7 +23,7 @@ Attempt begin(const test::SetToDamage& set) {
     test::Damage damage = damage_of(choices);
     test::MutationResult read;
     damaged->damage_once(damage, folder / "damaged", read);
-    Tried result{.slowest_s = read.slowest_s};
+    Tried result{.slowest_s = read.slowest_s, .refused = read.refused};
     if (!read.wrong.empty()) result.broken = read.wrong.front();
 #if defined(__SANITIZE_ADDRESS__)
     // A reader that ended is its user's one line; here it is also what the sanitizers found in ours.

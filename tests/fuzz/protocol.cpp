@@ -1,4 +1,4 @@
-// The protocol of palpa-read: packets that are none, and readers that do not keep to it.
+// The protocol of palpa-read: packets that are none, and readers that do not keep to it; and the other parsers that are ours.
 #include "palpa/file/protocol.h"
 
 #include <sys/wait.h>
@@ -12,6 +12,7 @@
 #include "palpa/file/read_volume.h"
 #include "tests/fuzz/campaigns.h"
 #include "tests/fuzz/hostile_acts.h"
+#include "tests/fuzz/parsers.h"
 #include "tests/fuzz/scenes.h"
 #include "tests/reader/damage.h"
 
@@ -57,11 +58,6 @@ Message any_message(Choices& choices) {
   }
 }
 
-std::string bytes_of(const Message& message) {
-  const std::vector<std::byte> packet = packed(message);
-  return {reinterpret_cast<const char*>(packet.data()), packet.size()};
-}
-
 std::string damaged(Choices& choices, std::string bytes) {
   test::Damage damage([&](std::size_t n) { return static_cast<std::size_t>(choices.below(n)); });
   for (std::uint64_t n = choices.below(3); n > 0; --n) bytes = damage.damaged(std::move(bytes));
@@ -69,31 +65,19 @@ std::string damaged(Choices& choices, std::string bytes) {
   return bytes;
 }
 
-/// A packet is a message or none; a message is packed again to the same bytes.
-Tried unpacked_packets(Choices& choices, const fs::path&) {
-  const std::string bytes = damaged(choices, bytes_of(any_message(choices)));
-  const auto message = unpacked(reinterpret_cast<const std::byte*>(bytes.data()), bytes.size());
-  if (!message) return {};
-  if (bytes_of(*unpacked(packed(*message).data(), packed(*message).size())) != bytes_of(*message))
-    return {.broken = "a message that was unpacked is packed and unpacked to the same"};
-  if (const Header* header = std::get_if<Header>(&*message)) {
-    Room room;
-    for (std::uint32_t n = 0; n < header->fields.size(); ++n) {
-      room.fields.push_back(n);
-      const auto voxels = voxel_bytes(header->fields[n]);
-      if (voxels && *voxels > (std::uint64_t{1} << 62)) return {.broken = "the size of voxels does not overflow"};
-    }
-    if (const auto places = place(*header, room)) {
-      for (std::size_t n = 1; n < places->size(); ++n) {
-        if ((*places)[n] < (*places)[n - 1]) return {.broken = "places of fields do not overlap"};
-      }
-    }
-  }
-  return {};
+Tried unpacked_packets(Choices& choices, const fs::path& folder) {
+  return {.broken = broken_by_packet(damaged(choices, bytes_of(any_message(choices))), folder)};
 }
 
 std::size_t open_descriptors() {
   return static_cast<std::size_t>(std::distance(fs::directory_iterator("/proc/self/fd"), fs::directory_iterator()));
+}
+
+/// A parser's own seeds, damaged.
+Attempt begin(const Parser& parser) {
+  return [parser, seeds = parser.seeds()](Choices& choices, const fs::path& folder) {
+    return Tried{.broken = parser.broken_by(damaged(choices, choices.one_of(seeds)), folder)};
+  };
 }
 
 /// Whatever the reader does its caller gets a volume or one line, in time, and keeps nothing of it.
@@ -126,9 +110,8 @@ Tried hostile_reader(Choices& choices, const fs::path& folder) {
   try {
     read_volume(folder / "a.nrrd", options);
   } catch (const LoadError& error) {
-    const std::string text = error.what();
-    if (text.find('\n') != std::string::npos || text.find("; ") == std::string::npos || text.size() > 3000)
-      result.broken = "a refusal is one line: " + text.substr(0, 300);
+    result.broken = broken_by_refusal(error.what());
+    result.refused = 1;
   }
   if (open_descriptors() != descriptors) result.broken = "no descriptor is left";
   if (::waitpid(-1, nullptr, WNOHANG) != -1) result.broken = "no child is left";
@@ -145,7 +128,13 @@ void add_protocol(std::vector<Campaign>& to) {
                 .of = "readers",
                 .long_tries = 20'000,
                 .begin = [](const fs::path&) { return Attempt(hostile_reader); },
-                .patience_s = 20.0});
+                .patience_s = 120.0});  // a reader may compute for seconds of its own, which a busy machine makes a minute
+  for (const Parser& parser : parsers()) {
+    if (parser.name == "packet") continue;  // which has its own, of messages with any content
+    to.push_back({.name = "parser " + parser.name, .of = "texts", .long_tries = 1'000'000, .begin = [parser](const fs::path&) {
+                    return begin(parser);
+                  }});
+  }
 }
 
 }  // namespace palpa::fuzz

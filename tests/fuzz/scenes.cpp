@@ -188,20 +188,21 @@ Similarity pose(Choices& choices) {
 void add_volume(Choices& choices, Scene& scene, int components, std::vector<std::string> (&names)[2]) {
   const std::string name = "v" + std::to_string(scene.volumes().size());
   const Volume made = volume(choices, components);
-  std::optional<Filter> through = filter(choices);
-  // What is derived of a formula that moves is computed for every few milliseconds of its way: minutes, and not in a tick.
-  const bool moves = choices.one_in(6) && made.format == "grid", is_posed = choices.one_in(4);
-  const auto add = [&] {
-    if (moves) {
-      PoseTrack track{{0.0, pose(choices)}};
-      for (std::uint64_t n = choices.below(4); n > 0; --n)
-        track.push_back({track.back().time_s + choices.log_between(1e-3, 1.0), pose(choices)});
-      scene.add_moving(name, made, track, through);
-    } else {
-      scene.add(name, made, is_posed ? pose(choices) : Similarity{}, through);
-    }
+  const std::optional<Filter> filters = filter(choices);
+  const bool moves = choices.one_in(6), is_posed = choices.one_in(4);
+  PoseTrack track{{0.0, moves || is_posed ? pose(choices) : Similarity{}}};
+  if (moves) {
+    for (std::uint64_t n = choices.below(4); n > 0; --n)
+      track.push_back({track.back().time_s + choices.log_between(1e-3, 1.0), pose(choices)});
+  }
+  const auto add = [&](std::optional<Filter> through) {
+    moves ? scene.add_moving(name, made, track, through) : scene.add(name, made, track.front().pose, through);
   };
-  add();
+  try {
+    add(filters);
+  } catch (const SceneError&) {  // a filter that these data cannot have
+    add(std::nullopt);
+  }
   for (const VolumeField& field : made.fields) names[field.field->components() == 3].push_back(name + "." + field.name);
 }
 

@@ -10,6 +10,7 @@
 #include "tests/fuzz/campaigns.h"
 #include "tests/fuzz/program.h"
 #include "tests/reader/damage.h"
+#include "tests/report/markup.h"
 
 namespace palpa::fuzz {
 namespace {
@@ -163,6 +164,45 @@ std::string damaged_text(Choices& choices, const std::string& text, const std::v
   return result;
 }
 
+/// Text of which a value became another: a text between quotes, a cell of a row. What it is a part of stays what it was, so
+/// that it is not refused for its form.
+std::string with_another_value(Choices& choices, const std::string& text) {
+  static const std::vector<std::string> values{"0",
+                                               "-1",
+                                               "1e308",
+                                               "1e-320",
+                                               "nan",
+                                               "-inf",
+                                               "4294967295",
+                                               foreign_markup,
+                                               "<img src=x onerror=palpa_was_here()>",
+                                               "--><!--",
+                                               "]]>&amp;&#x202e;",
+                                               "\u202e\u0085\u2028",
+                                               "' onclick='palpa_was_here()",
+                                               std::string(20'000, 'a'),
+                                               ""};
+  std::vector<std::string> lines = lines_of(text);
+  const bool is_table = text.find('=') > text.find('\n');  // its first line names columns
+  if (lines.size() < 2) return text;
+  std::string& line = lines[1 + static_cast<std::size_t>(choices.below(lines.size() - 1))];
+  std::size_t begin = 0, end = line.size();
+  if (is_table) {
+    const auto cells = static_cast<std::uint64_t>(std::count(line.begin(), line.end(), ',')) + 1;
+    for (std::uint64_t n = choices.below(cells); n > 0; --n) begin = line.find(',', begin) + 1;
+    end = std::min(line.find(',', begin), line.size());
+  } else if (line.find('"') != line.rfind('"')) {
+    begin = line.find('"') + 1, end = line.find('"', begin);
+  } else {
+    begin = std::min(line.find("= "), line.size() - 2) + 2;
+  }
+  if (begin > end) return text;
+  line.replace(begin, end - begin, choices.one_of(values));
+  std::string result;
+  for (const std::string& each : lines) result += each + "\n";
+  return result;
+}
+
 /// What a scene or a hand may name by mistake.
 void put_traps(const fs::path& folder) {
   ::mkfifo((folder / "pipe").c_str(), 0600);
@@ -263,7 +303,7 @@ Ended run_scene(const fs::path& folder, const std::string& scene, const std::str
 
 Tried felt(const fs::path& folder, const std::string& scene, const std::string& hand, bool laid) {
   const Ended run = run_scene(folder, scene, hand, laid);
-  Tried result{.broken = broken_by_run(run), .slowest_s = run.spent_s};
+  Tried result{.broken = broken_by_run(run), .slowest_s = run.spent_s, .refused = run.code == 2};
   if (result.broken.empty()) result.broken = broken_by_trace(folder / "trace", run);
   return result;
 }
@@ -313,11 +353,13 @@ class Recorded {
   void put_damaged(Choices& choices, const fs::path& to) const {
     fs::copy(trace_, to);
     put_traps(to);
-    constexpr std::array often{"trace.toml", "scene.toml", "ticks.csv"};
+    constexpr std::array often{"trace.toml", "scene.toml", "ticks.csv", "events.csv"};
     const fs::path file = to / (choices.one_in(3) ? choices.one_of(files_) : fs::path(choices.one_of(often)));
     const std::string bytes = content(file);
     fs::remove(file);
-    if (choices.one_in(8)) {
+    if (choices.one_in(2)) {
+      write(file, with_another_value(choices, bytes));
+    } else if (choices.one_in(8)) {
       test::Damage damage([&](std::size_t n) { return static_cast<std::size_t>(choices.below(n)); });
       damage.put(file, bytes);
     } else {
@@ -335,7 +377,7 @@ Attempt begin_traces(const fs::path& shared) {
   return [recorded = Recorded(shared)](Choices& choices, const fs::path& folder) {
     recorded.put_damaged(choices, folder / "trace");
     const Ended run = ended(start_of(folder, {"replay", "trace"}));
-    return Tried{.broken = broken_by_run(run, true), .slowest_s = run.spent_s};
+    return Tried{.broken = broken_by_run(run, true), .slowest_s = run.spent_s, .refused = run.code == 2};
   };
 }
 
@@ -343,10 +385,14 @@ Attempt begin_reports(const fs::path& shared) {
   return [recorded = Recorded(shared)](Choices& choices, const fs::path& folder) {
     recorded.put_damaged(choices, folder / "trace");
     const Ended run = ended(start_of(folder, {"report", "trace", "--out", "page.html"}));
-    Tried result{.broken = broken_by_run(run), .slowest_s = run.spent_s};
+    Tried result{.broken = broken_by_run(run), .slowest_s = run.spent_s, .refused = run.code == 2};
     if (!result.broken.empty()) return result;
     const std::string page = content(folder / "page.html");
     if (run.code == 0 && page.find("</html>") == std::string::npos) result.broken = "a report that was written is whole";
+    if (run.code == 0 && result.broken.empty()) {
+      if (const std::string wrong = markup_error(page, true); !wrong.empty())
+        result.broken = "a report is the markup that it was made as: " + wrong;
+    }
     if (run.code != 0 && fs::exists(folder / "page.html")) result.broken = "a report that failed leaves nothing";
     if (page.find(foreign_markup) != std::string::npos) result.broken = "what a trace says is words, never part of the page";
     return result;

@@ -12,6 +12,7 @@
 #include "palpa/loop/loop.h"
 #include "tests/core/counted_allocations.h"
 #include "tests/fuzz/campaigns.h"
+#include "tests/fuzz/parsers.h"
 #include "tests/fuzz/scenes.h"
 #include "tests/laws/balance_formula.h"
 
@@ -222,10 +223,10 @@ Tried felt(Choices& choices, const fs::path& folder) {
     earlier_law = choices.one_in(16);
     if (earlier_law) scene->law = choices.one_of(earlier_laws);
     first.emplace(*scene, earlier_law);
-  } catch (const LoadError&) {  // a scene that is refused, in words
-    return {};
-  } catch (const std::invalid_argument&) {
-    return {};
+  } catch (const LoadError& problem) {
+    return {.broken = broken_by_refusal(problem.what()), .tries = 0, .refused = 1};
+  } catch (const std::invalid_argument&) {  // a grid that is refused by the function that makes it, in a sentence
+    return {.tries = 0, .refused = 1};
   }
   const std::uint64_t ticks = 100 + choices.below(4000);
   AnyHand hand(choices);
