@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "palpa/loop/loop.h"
+#include "palpa/report/html.h"
+#include "palpa/volume/sha256.h"
 #include "tests/report/markup.h"
 #include "tests/study/study_fixture.h"
 
@@ -119,6 +121,32 @@ TEST_F(Report, EscapesWhatOthersWrote) {
   for (const char* tag : {"<script>alert", "<img src=x", "<b>skin", "<i>&"}) EXPECT_THAT(html, Not(HasSubstr(tag)));
   EXPECT_THAT(html, HasSubstr("&lt;script&gt;alert(2)&lt;/script&gt;"));
   EXPECT_THAT(html, HasSubstr("&lt;i&gt;&amp;syrup&lt;/i&gt;"));
+}
+
+TEST_F(Report, MayRunNoScriptsButItsOwn) {
+  const std::string html = html_of(trace());
+  const std::string begin = "<meta http-equiv=\"Content-Security-Policy\" content=\"";
+  const std::size_t at = html.find(begin);
+  ASSERT_NE(at, std::string::npos);
+  const std::string policy = html.substr(at + begin.size(), html.find("\">", at) - at - begin.size());
+  for (const char* nothing : {"default-src 'none'", "base-uri 'none'", "form-action 'none'"})
+    EXPECT_THAT(policy, HasSubstr(nothing));
+  const std::size_t of_scripts = policy.find("script-src");
+  ASSERT_NE(of_scripts, std::string::npos);
+  const std::string scripts = policy.substr(of_scripts, policy.find(';', of_scripts) - of_scripts);
+  EXPECT_THAT(scripts, Not(HasSubstr("unsafe")));
+  int count = 0;
+  const std::string open = "<script>";
+  for (std::size_t script = html.find(open); script != std::string::npos; script = html.find(open, script + 1)) {
+    const std::size_t from = script + open.size();
+    std::ofstream(folder / "script", std::ios::binary) << html.substr(from, html.find("</script>", from) - from);
+    const std::string hex = detail::sha256_of_file((folder / "script").string());
+    std::string bytes;
+    for (std::size_t n = 0; n < hex.size(); n += 2) bytes += static_cast<char>(std::stoi(hex.substr(n, 2), nullptr, 16));
+    EXPECT_THAT(scripts, HasSubstr("'sha256-" + detail::base64(bytes) + "'"));
+    ++count;
+  }
+  EXPECT_GT(count, 0);
 }
 
 TEST_F(Report, RefusesAFolderThatIsNoTrace) {
