@@ -1,5 +1,6 @@
 // Plays palpa-read as the file $PALPA_HOSTILE says: one act after another, whatever the caller answers.
 #include <sys/mman.h>
+#include <sys/prctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -12,6 +13,7 @@
 #include "tests/fuzz/hostile_acts.h"
 
 int main() {
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // a campaign that is killed leaves no act that never ends
   using palpa::fuzz::Act;
   const char* file = std::getenv("PALPA_HOSTILE");
   std::ifstream acts(file != nullptr ? file : "", std::ios::binary);
