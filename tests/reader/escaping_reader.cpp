@@ -265,7 +265,8 @@ void escape(int socket) {
   const std::string name = variable("ESCAPE");
   if (name == "which parts are lacking?") throw LoadError("lacks: " + lacking);
   const int result = escapes().at(name)();
-  throw LoadError(result == 0 ? "escaped" : std::string("refused: ") + std::strerror(result));
+  // Sentences as a reader has to say them: others are quoted.
+  throw LoadError(result == 0 ? "escaped; nothing held it" : std::string("refused: ") + std::strerror(result) + "; it is held");
 }
 
 /// Becomes a real reader on a kernel that lacks a part, which another filter plays: what is missing there stays away.
