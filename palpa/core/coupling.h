@@ -32,11 +32,11 @@ struct Energy {
   double dissipated_j = 0.0;  ///< taken out by modes: −Σ of the modes' works below zero
   double injected_j = 0.0;    ///< brought in by modes: Σ of the modes' works above zero
   double path_j = 0.0;  ///< I − ΣW + V − V₀ − moved: the error of walking the path in sub-steps (ΣW: works of modes)
-  double damper_j = 0.0;        ///< work of the held damper force on the hand
+  double damper_j = 0.0;        ///< work on the hand of the held force less k (proxy − probe): the damper's, and what waits
   double moved_j = 0.0;         ///< work of the data's own motion
   double work_on_hand_j = 0.0;  ///< work of the command that was held since the last tick
   double let_go_j = 0.0;        ///< lost by the springs where the proxy moved further than hand and data moved it
-  double held_back_j = 0.0;     ///< work on the hand of Eq. 1 less the command: what waits, and what the guard held back
+  double held_back_j = 0.0;     ///< work on the hand of the force less the command: what the guard held back
   double ticks_j = 0.0;         ///< brought in by holding the force for a tick: path + k/2 |Δp|² + let go
   double ticks_bound_j = 0.0;   ///< k/2 |Δp|²: the most that holding the force of one balance can bring in
 };

@@ -31,17 +31,16 @@ Pull::Answer Pull::answer(const Walked& walked, const Vec3& probe_m, const Coupl
   const double k = coupling.stiffness_n_per_m;
   const Vec3 step_m = this->step_m(probe_m);
   Vec3 stretch_m = walked.proxy_m - probe_m, released_m = walked.released_m;
-  held_back_j_ = 0.0;
+  damper_j_ = dot(damper_force_n_, step_m);
   const double waited_s = std::exchange(waits_s_, walked.waits ? waits_s_ + time_step_s : 0.0);
-  if (walked.waits || slack_.any()) {  // what waits does not pull
-    held_back_j_ = k * dot(slack_.unfelt_m(), step_m);
+  if (walked.waits || slack_.any()) {                 // what waits does not pull
+    damper_j_ -= k * dot(slack_.unfelt_m(), step_m);  // so that it is all that Eq. 1 has beside the spring's
     const Vec3 left_m = walked.from_m - probe_m - slack_.unfelt_m();
     stretch_m = slack_.felt_m(stretch_m, walked.proxy_m - walked.followed_m, waits_s_, left_m);
     released_m = {};
   }
   const Vec3 relative_m_per_s = damper_.relative_velocity(stretch_m, released_m, time_step_s, k);
   const Vec3 damping_n = coupling.damping_ns_per_m * relative_m_per_s;
-  damper_j_ = dot(damper_force_n_, step_m);
   damper_force_n_ = damping_n;
   last_probe_m_ = probe_m;
   return {k * stretch_m + damping_n, relative_m_per_s, Slack::has_faded(waits_s_) && !Slack::has_faded(waited_s)};  // Eq. 1
@@ -50,7 +49,6 @@ Pull::Answer Pull::answer(const Walked& walked, const Vec3& probe_m, const Coupl
 void Pull::book(Energy& energy) noexcept {
   energy.let_go_j += std::exchange(lost_j_, 0.0);
   energy.damper_j = damper_j_;
-  energy.held_back_j = held_back_j_;
   stored_j_ = energy.stored_j + energy.elastic_j;
 }
 

@@ -47,10 +47,10 @@ class Pull {
   Damper damper_;
   Slack slack_;
   Vec3 last_probe_m_;
-  double waits_s_ = 0.0;                                      // for how long something has waited
-  Vec3 damper_force_n_;                                       // held since the last tick
-  double stored_j_ = 0.0;                                     // in the spring and in elastic levels since then
-  double lost_j_ = 0.0, damper_j_ = 0.0, held_back_j_ = 0.0;  // of this tick
+  double waits_s_ = 0.0;                  // for how long something has waited
+  Vec3 damper_force_n_;                   // held since the last tick
+  double stored_j_ = 0.0;                 // in the spring and in elastic levels since then
+  double lost_j_ = 0.0, damper_j_ = 0.0;  // of this tick
 };
 
 }  // namespace palpa

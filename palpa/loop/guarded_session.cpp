@@ -97,9 +97,7 @@ TickFrame GuardedSession::State::tick(TickFrame frame, const Probe& probe) noexc
   if (probe.velocity_m_per_s) frame.result.probe_velocity_m_per_s = *probe.velocity_m_per_s;
   shape(frame, probe);
   frame.result.energy.work_on_hand_j = dot(held_command_n, frame.result.probe_step_m);
-  const double waits_j = frame.result.energy.held_back_j;  // what of Eq. 1 the session did not let pull
   frame.result.energy.held_back_j = dot(held_force_n - held_command_n, frame.result.probe_step_m);
-  if (waits_j != 0.0) frame.result.energy.held_back_j += waits_j;
   held_force_n = frame.result.force_n;
   held_command_n = frame.command_n;
   return frame;

@@ -45,7 +45,7 @@ struct Tick {
   int iterations = 0;  ///< of all sub-steps
   TickStatus status = TickStatus::resting;
   int dropped = 0;  ///< primitives refused
-  Energy energy;    ///< the loop, which knows the command, fills in work_on_hand_j and adds to held_back_j
+  Energy energy;    ///< work_on_hand_j and held_back_j are filled in by the loop, which knows the command
   int work = 0;     ///< [1] units that it took, counted alike on every machine (docs/contracts/session.md)
 };
 

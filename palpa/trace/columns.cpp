@@ -145,7 +145,7 @@ const Table<TickFrame>& ticks_table() {
       COLUMN(TickFrame, "dissipated_j", "", result.energy.dissipated_j, "taken out by modes"),
       COLUMN(TickFrame, "injected_j", "", result.energy.injected_j, "brought in by modes"),
       COLUMN(TickFrame, "path_j", "", result.energy.path_j, "price of walking the path in sub-steps"),
-      COLUMN(TickFrame, "damper_j", "", result.energy.damper_j, "work of the held damper force on the hand"),
+      COLUMN(TickFrame, "damper_j", "", result.energy.damper_j, "work on the hand of the held damper force, and of what waits"),
       COLUMN(TickFrame, "moved_j", "", result.energy.moved_j, "work of the data's own motion"),
       COLUMN(TickFrame, "work_on_hand_j", "", result.energy.work_on_hand_j,
              "work on the hand of the command that was held since the last tick"),
