@@ -17,7 +17,7 @@ struct MutationResult {
   int refused = 0;                 ///< gave one line
   std::vector<std::string> ended;  ///< of these: palpa-read crashed or had to be ended, which costs its user one line
   std::string refused_undamaged;   ///< why the set is refused as it is; empty where it can be read
-  double slowest_s = 0.0;
+  double slowest_s = 0.0;          ///< of the processor, this process and its palpa-read
   double peak_bytes = 0.0;  ///< most resident memory of a palpa-read; of the undamaged file: `true_peak_bytes`
   double true_peak_bytes = 0.0;
   std::vector<std::string> wrong;  ///< what must not be: two lines, no place, no remedy, a value that is not finite
