@@ -4,6 +4,8 @@
 #include <cmath>
 #include <map>
 #include <stdexcept>
+#include <type_traits>
+#include <vector>
 
 #include "palpa/grid/grid_base.h"
 #include "palpa/time/timed_field.h"
@@ -23,27 +25,66 @@ struct Count {
   std::int64_t voxels = 0, border = 0, pairs = 0, same = 0;
 };
 
+/// The count of each value that is stored: a table where there are few that could be, since a search for each voxel takes
+/// longer than all else that is looked at in a file.
+template <class T>
+class Counts {
+ public:
+  Count& of(T stored) {
+    if constexpr (is_table) {
+      return counts_[static_cast<std::make_unsigned_t<T>>(stored)];
+    } else {
+      return counts_[stored];
+    }
+  }
+  template <class Take>
+  void each(const Take& take) const {
+    if constexpr (is_table) {
+      for (std::size_t n = 0; n < counts_.size(); ++n) {
+        if (counts_[n].voxels > 0) take(static_cast<T>(n), counts_[n]);
+      }
+    } else {
+      for (const auto& [stored, count] : counts_) take(stored, count);
+    }
+  }
+
+ private:
+  static constexpr bool is_table = std::is_integral_v<T> && sizeof(T) <= 2;
+  static auto none() {
+    if constexpr (is_table) {
+      return std::vector<Count>(std::size_t{1} << (8 * sizeof(T)));
+    } else {
+      return std::map<T, Count>();
+    }
+  }
+  decltype(none()) counts_ = none();
+};
+
 /// By value; empty where there are more than `most_labels` values, or where one is no whole number.
 template <class T>
 std::map<double, Count> counts_of(const GridView& grid, const T* voxels) {
   const auto& n = grid.geometry.dims;
-  std::map<double, Count> counts;
+  const auto value_of = [&](T stored) { return static_cast<double>(stored) * grid.scale + grid.offset; };
+  Counts<T> counts;
+  std::size_t values = 0;
   Count* last = nullptr;
-  double last_value = 0.0;
   for (std::int64_t row = 0, at = 0; row < n[1] * n[2]; ++row) {
     const bool at_border = row % n[1] == 0 || row % n[1] == n[1] - 1 || row < n[1] || row >= n[1] * (n[2] - 1);
     for (std::int64_t i = 0; i < n[0]; ++i, ++at) {
-      const double value = static_cast<double>(voxels[at]) * grid.scale + grid.offset;
-      if (value != std::nearbyint(value)) return {};  // also for NaN, which equals nothing
-      const bool same = last && value == last_value;
-      if (!same) last = &counts[value], last_value = value;
-      if (counts.size() > most_labels) return {};
+      const bool same = last && voxels[at] == voxels[at - 1];
+      if (!same) {
+        if (const double value = value_of(voxels[at]); value != std::nearbyint(value)) return {};  // also NaN, unlike itself
+        last = &counts.of(voxels[at]);
+        if (last->voxels == 0 && ++values > most_labels) return {};
+      }
       ++last->voxels;
       last->border += at_border || i == 0 || i == n[0] - 1;
       if (i > 0) ++last->pairs, last->same += same;
     }
   }
-  return counts;
+  std::map<double, Count> by_value;
+  counts.each([&](T stored, const Count& count) { by_value[value_of(stored)] = count; });
+  return by_value;
 }
 
 }  // namespace
