@@ -9,6 +9,7 @@
 #include "palpa/grid/grid.h"
 #include "palpa/scene/scene.h"
 #include "palpa/volume/volume.h"
+#include "tests/path/bumpy_sphere.h"
 
 namespace palpa::test {
 
@@ -42,24 +43,6 @@ std::optional<Filter> filter_of(const Field& field);
 /// One hand metre is one world metre, origins and axes together.
 Workspace plain_workspace();
 Scene plain_scene(const CouplingOptions& coupling);
-
-/// A sphere with bumps: |x| = R (1 + 0.05 sin 5n_x sin 5n_y sin 5n_z), n = x/|x|. Smooth everywhere.
-class BumpySphere {
- public:
-  explicit BumpySphere(double radius_m) : radius_m_(radius_m) {}
-  /// Distance from the centre [m] to the surface along the unit vector n [1].
-  double reach_m(const Vec3& n) const noexcept;
-  /// The implicit function scaled to distance.
-  double depth_m(const Vec3& x_m) const noexcept;
-  /// Outward unit normal of the surface of equal implicit function.
-  Vec3 normal(const Vec3& x_m) const noexcept;
-  /// The nearest point of the surface, for points nearer to it than its radii of curvature.
-  Vec3 nearest_m(const Vec3& x_m) const noexcept;
-
- private:
-  Vec3 slope(const Vec3& x_m, double& value_m) const noexcept;
-  double radius_m_;
-};
 
 /// A V-groove along z with its bottom at the origin, open towards +y by `opening_rad` [rad].
 Depth groove(double opening_rad);
