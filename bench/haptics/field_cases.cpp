@@ -102,18 +102,17 @@ void add_vortex(Suite& suite, const Vortex& wanted) {
   const json turn{5, 1, -2, 1};
   suite.volumes[wanted.name] = [=] { return sampled_flow(vortex, turn_of(turn), 64, wanted.drift, wanted.noise); };
 
-  // Round within the core and out again and again: held at the smallest radius that the hand has been at.
+  // Round within the inner half of the core, in and out again and again: held at the smallest radius that the hand has been at.
   Trajectory hold(turn_of(turn));
-  double held_m = 0.0065;
+  double held_m = core_m;
   constexpr double strength_n = 1.0;
   for (int i = 0; i < 3000; ++i) {
     const double t = time_step_s * i;
     const auto around = sine_cosine(0.9 * t);
-    const double in = sine_cosine(0.8 * t).sine;
-    const double r = 0.0065 + 0.0015 * in * std::abs(in);
+    const double r = 0.006 + 0.0009 * sine_cosine(0.8 * t).sine;
     const Vec3 out{around.cosine, around.sine, 0}, up{0, 0, 0.010 * sine_cosine(0.4 * t).sine};
-    held_m = std::max(std::min(held_m, r), r - strength_n / stiffness_n_per_m);
-    hold.held(r * out + up, std::min(r, held_m) * out + up);
+    held_m = std::min(held_m, r);  // never more than 0.9 N off
+    hold.held(r * out + up, held_m * out + up);
   }
   suite.cases.push_back({.name = wanted.name + "-hold",
                          .family = "vortices",

@@ -63,7 +63,7 @@ class Presses {
 
   /// Every direction of a spiral over the face and the forehead, as far as it can be felt there.
   std::vector<Touch> all() {
-    constexpr int directions = 400;
+    constexpr int directions = 120;
     for (int i = 0; i < directions; ++i) {
       // Towards +y, the face; heights from −0.15 to 0.75 of the reach, 70° to either side.
       const double up = -0.15 + 0.90 * i / directions;

@@ -25,7 +25,7 @@ inline constexpr std::array metrics{
     Metric{"direction_p99_deg", "direction", "direction p99 °", "%.2f"},
     Metric{"force_rms_n", "force", "force rms N", "%.3f"},
     Metric{"force_p99_n", "force", "force p99 N", "%.3f"},
-    Metric{"force_share", "force", "force rms, of the truth's %", "%.1f"},
+    Metric{"force_share", "force", "force rms, % of truth's", "%.1f"},
     Metric{"lost_share", "lost", "lost %", "%.2f"},
     Metric{"false_rest_share", "rest", "false rest %", "%.0f"},
     Metric{"restless_share", "rest", "restless %", "%.0f"},
