@@ -17,7 +17,7 @@ constexpr double core_m = 0.012;  // radius at which the vortex turns fastest
 
 // In the frame of the axis, which is z. [m/s]
 Vec3 solid_turning(const Vec3& x) { return {-x.y, x.x, 0}; }
-Vec3 rising(const Vec3& x) { return {-x.y, x.x, 0.005}; }
+Vec3 rising(const Vec3& x) { return {-x.y, x.x, 0.002}; }
 // Scully's vortex: smooth, without a sine or an exponential; 1 m/s where it is fastest.
 Vec3 vortex(const Vec3& x) { return 2.0 * core_m / (x.x * x.x + x.y * x.y + core_m * core_m) * Vec3{-x.y, x.x, 0}; }
 
@@ -68,7 +68,7 @@ void add_streamline(Suite& suite, const Streamline& line) {
   constexpr int turns = 4;
   constexpr double radian_turns = 1.0 / 6.283185307179586;
   Trajectory trajectory(turn_of(turn));
-  const double first_rad = line.rise_m > 0.0 ? -12.0 : 0.0;
+  const double first_rad = line.rise_m > 0.0 ? -12.5 : 0.0;  // so that its middle is the middle of the data
   for (int i = -50; i <= turns * line.period_ticks; ++i) {
     const double turned = i < 0 ? 0.0 : static_cast<double>(i) / line.period_ticks;
     const auto around = sine_cosine(turned + first_rad * radian_turns);
@@ -147,9 +147,9 @@ void add_vortex(Suite& suite, const Vortex& wanted) {
 
 void add_field_cases(Suite& suite) {
   add_streamline(suite, {"circle", solid_turning, 0.020, 0.0, 1200, 0.0, true});
-  add_streamline(suite, {"circle-noise3", solid_turning, 0.020, 0.0, 1200, 0.03});
+  add_streamline(suite, {"circle-noise1", solid_turning, 0.020, 0.0, 1200, 0.01});
   add_streamline(suite, {"circle-vortex", vortex, 0.014, 0.0, 900, 0.0});
-  add_streamline(suite, {"helix", rising, 0.020, 0.005, 1200, 0.0});
+  add_streamline(suite, {"helix", rising, 0.020, 0.002, 1200, 0.0});
   add_vortex(suite, {"vortex", {}, 0.0, true});
   add_vortex(suite, {"vortex-drifting", {0.2, -0.1, 0.2}, 0.0});
   add_vortex(suite, {"vortex-noise3", {}, 0.03});

@@ -109,12 +109,12 @@ class Presses {
     if (!usable) return;
     travel(far);
     travel(before);
-    constexpr double step_n = 0.02;
+    constexpr double step_n = 0.02, deepest_n = 2.0;
     const double before_n = before_m * stiffness_n_per_m;
     const auto at = [&](double force_n, Phase phase) { trajectory_.press(place, outward, force_n, phase); };
-    for (double force_n = -before_n; force_n < 1.0; force_n += step_n) at(force_n, Phase::moving);
-    for (int i = 0; i < 120; ++i) at(1.0, Phase::still);
-    for (double force_n = 1.0; force_n > -before_n; force_n -= 4.0 * step_n) at(force_n, Phase::moving);
+    for (double force_n = -before_n; force_n < deepest_n; force_n += step_n) at(force_n, Phase::moving);
+    for (int i = 0; i < 120; ++i) at(deepest_n, Phase::still);
+    for (double force_n = deepest_n; force_n > -before_n; force_n -= 4.0 * step_n) at(force_n, Phase::moving);
     hand_m_ = before;
     travel(far);
   }

@@ -144,16 +144,17 @@ void add_groove(Suite& suite, int opening_deg, bool quick) {
 // Over a knife's edge: on the face, whatever is below it, until the edge is passed.
 void add_knife(Suite& suite, int opening_deg) {
   const json shape{{"kind", "wedge"}, {"opening_deg", opening_deg}, {"turn", {3, -1, 1, 1}}};
-  const Sampling sampling{.samples = 64, .edge_m = 0.064};
+  const Sampling sampling{.edge_m = 0.064};
   Trajectory trajectory(turn_in(shape));
   constexpr double deep_m = 2e-3, step_m = 8e-5;
-  for (const double z : {-0.008, 0.0, 0.008}) {
+  double z = -0.008;
+  for (int pass = 0; pass < 3; ++pass) {
     for (double y = 4e-3; y > -deep_m; y -= step_m) trajectory.held({-0.018, y, z}, {-0.018, std::max(y, 0.0), z});
     double x = -0.018;
     for (; x < 0.0; x += step_m) trajectory.held({x, -deep_m, z}, {x, 0, z});
     for (; x < 4e-3; x += step_m) trajectory.held({x, -deep_m, z}, {x, -deep_m, z});
     for (double y = -deep_m; y < 4e-3; y += step_m) trajectory.held({x, y, z}, {x, y, z});
-    for (; x > -0.018; x -= step_m) trajectory.held({x, 4e-3, z}, {x, 4e-3, z});
+    for (; x > -0.018; x -= step_m, z += 0.4 * step_m) trajectory.held({x, 4e-3, z}, {x, 4e-3, z});
   }
   const std::string name = "knife-" + std::to_string(opening_deg);
   suite.cases.push_back({.name = name,
