@@ -77,11 +77,12 @@ struct Sampling {
   int samples = 128;  ///< along each side of the cube
   double edge_m = 0.072;
   int bits = 12;
-  double noise = 0.0;  ///< [1] deviation, as a share of the step from outside to inside
+  double noise = 0.0;   ///< [1] deviation, as a share of the step from outside to inside
+  int ramp_voxels = 3;  ///< from the surface to where the values stay as they are, to either side
 };
 /// The rule for a surface that never lets go, at the level of such a volume.
 nlohmann::json surface_rule(const Sampling& sampling, double friction_coefficient = 0.0);
-/// The voxels: 0.1 of what the bits hold outside, 0.9 inside, a ramp of three voxels to either side of the surface.
+/// The voxels: 0.1 of what the bits hold outside, 0.9 inside, a ramp between.
 SampledVolume sampled(const nlohmann::json& shape, const Sampling& sampling);
 /// Adds a volume of a shape, unless it is there, and returns its name.
 std::string add_volume(Suite& suite, const std::string& shape_name, const nlohmann::json& shape, const Sampling& sampling);

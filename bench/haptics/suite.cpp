@@ -17,8 +17,8 @@ using nlohmann::json;
 
 namespace {
 
-constexpr const char* families[] = {"surfaces", "sampling", "noise",       "grooves",  "thin",  "friction",
-                                    "shells",   "turns",    "streamlines", "vortices", "hands", "scans"};
+constexpr const char* families[] = {"surfaces", "ramps", "sampling",    "noise",    "grooves", "thin", "friction",
+                                    "shells",   "turns", "streamlines", "vortices", "hands",   "scans"};
 
 void write(const fs::path& file, const std::string& text) { detail::write_whole(file, text, detail::Existing::replaced); }
 

@@ -76,9 +76,10 @@ Trajectory in_trajectory(const json& shape, const Walk& walk) {
 }
 
 std::string words_of(const Sampling& s) {
-  char words[80];
-  std::snprintf(words, sizeof words, "-%d-%dbit%s", s.samples, s.bits, s.noise > 0.0 ? "-noise" : "");
-  return words + (s.noise > 0.0 ? std::to_string(std::lround(100.0 * s.noise)) : std::string());
+  std::string words = "-" + std::to_string(s.samples) + "-" + std::to_string(s.bits) + "bit";
+  if (s.noise > 0.0) words += "-noise" + std::to_string(std::lround(100.0 * s.noise));
+  if (s.ramp_voxels != Sampling{}.ramp_voxels) words += "-ramp" + std::to_string(s.ramp_voxels);
+  return words;
 }
 
 void add_in_trajectory(Suite& suite, const std::string& family, const std::string& name, const json& shape, const Walk& walk,
@@ -100,6 +101,11 @@ void add_smooth(Suite& suite) {
   add_in_trajectory(suite, "surfaces", "sphere", ball, over_ball, fine);
   add_in_trajectory(suite, "surfaces", "bumpy", bumpy, bumps, fine);
   add_in_trajectory(suite, "surfaces", "torus", ring, over_ring, fine);
+  const Sampling soft{.ramp_voxels = 9};  // 5 mm, more than any hand is deep
+  add_in_trajectory(suite, "ramps", "plane", plane, over_plane, soft);
+  add_in_trajectory(suite, "ramps", "sphere", ball, over_ball, soft);
+  add_in_trajectory(suite, "ramps", "bumpy", bumpy, bumps, soft);
+  add_in_trajectory(suite, "ramps", "torus", ring, over_ring, soft);
   add_in_trajectory(suite, "sampling", "bumpy", bumpy, bumps, {.samples = 48, .bits = 8}, true);
   add_in_trajectory(suite, "sampling", "bumpy", bumpy, bumps, {.samples = 64, .bits = 8});
   add_in_trajectory(suite, "sampling", "bumpy", bumpy, bumps, {.samples = 128, .bits = 8});
@@ -354,7 +360,7 @@ nlohmann::json surface_rule(const Sampling& sampling, double friction_coefficien
 SampledVolume sampled(const json& description, const Sampling& sampling) {
   const Shape shape = shape_of(description, {});
   SampledVolume volume{.grid = cube(sampling.samples, sampling.edge_m), .type = sampling.bits > 8 ? "uint16" : "uint8"};
-  const double top = std::exp2(sampling.bits) - 1.0, ramp_m = 3.0 * volume.grid.spacing_m.x;
+  const double top = std::exp2(sampling.bits) - 1.0, ramp_m = sampling.ramp_voxels * volume.grid.spacing_m.x;
   volume.samples.reserve(volume.grid.samples());
   Noise random(11);
   const auto& size = volume.grid.size;
