@@ -66,6 +66,17 @@ const fs::path& made() {
   return folder.path;
 }
 
+/// The few that are run.
+const fs::path& made_quick() {
+  static const Folder folder;
+  static const bool done = [] {
+    make(folder.path, {.sources = sources, .quick = true});
+    return true;
+  }();
+  EXPECT_TRUE(done);
+  return folder.path;
+}
+
 const std::vector<MadeCase>& cases() {
   static const std::vector<MadeCase> all = read_cases(made(), false);
   return all;
@@ -281,7 +292,8 @@ TEST(Scores, OfADragAreItsWorkAndNoDrift) {
 
 TEST(Scores, OfWhatCreepsAreHowFarInATurn) {
   const Scores scores = score_of(round_a_ball(400, 5, 0), {"drift"}, [](std::size_t i, const Touch& touch) {
-    const double crept_m = 2e-6 * static_cast<double>(i) / 400.0;
+    const double crept_m =
+        2e-6 * std::max(0.0, static_cast<double>(i) / 400.0 - 1.0);  // what the first turn did does not count
     return touch.force_n + Vec3{0, 0, stiffness_n_per_m * crept_m};
   });
   EXPECT_NEAR(scores.at("drift_um"), 2.0, 1e-9);
@@ -312,10 +324,31 @@ TEST(Scores, OfWhatLetsGoAreTheShareThatIsLost) {
   EXPECT_NEAR(scores.at("break_n"), 0.3, 1e-9);
 }
 
+TEST(Scores, OfLessThanHalfAForceAreALoss) {
+  const auto lost = [](double share) {
+    return score_of(round_a_ball(400, 1, 0), {"lost"}, [=](std::size_t, const Touch& touch) { return share * touch.force_n; })
+        .at("lost_share");
+  };
+  EXPECT_EQ(lost(0.51), 0.0);
+  EXPECT_EQ(lost(0.49), 100.0);
+  EXPECT_EQ(lost(-1.0), 100.0);
+}
+
+TEST(Scores, OfFrictionAreTheAngleThatIsMissing) {
+  MadeCase one{.shape = {{"kind", "plane"}}};
+  const auto at_deg = [](double angle) { return Vec3{std::sin(angle * M_PI / 180.0), std::cos(angle * M_PI / 180.0), 0}; };
+  for (int i = 0; i < 100; ++i)
+    one.touches.push_back({{1e-5 * i, -2e-3, 0}, at_deg(20.0), i < 50 ? Phase::moving : Phase::sliding});
+  const Scores scores = score_of(one, {"friction"}, [&](std::size_t i, const Touch&) { return at_deg(i < 50 ? 0.0 : 17.0); });
+  EXPECT_NEAR(scores.at("friction_p50_deg"), 3.0, 1e-9);
+  EXPECT_NEAR(scores.at("friction_p99_deg"), 3.0, 1e-9);
+}
+
 // ---- The protocol
 
 const MadeCase& small_case() {
-  return *std::find_if(cases().begin(), cases().end(), [](const MadeCase& one) { return one.name == "groove-60"; });
+  static const std::vector<MadeCase> few = read_cases(made_quick(), true);
+  return *std::find_if(few.begin(), few.end(), [](const MadeCase& one) { return one.name == "groove-60"; });
 }
 
 Answer answer_of(const std::string& command, const Limits& limits = {}) {
@@ -391,7 +424,7 @@ TEST(Runner, MeasuresEveryRendererTwiceAlike) {
                                              {"exact", palpa_by("exact")},
                                              {"paper-2005", palpa_by("paper-2005")},
                                              {"penalty", python(sources / "penalty.py")}};
-  const std::vector<Result> once = run(made(), renderers, true), again = run(made(), renderers, true);
+  const std::vector<Result> once = run(made_quick(), renderers, true), again = run(made_quick(), renderers, true);
   EXPECT_EQ(score_rows(once), score_rows(again));
   EXPECT_EQ(tables(once), tables(again));
   for (const Result& result : once) {
@@ -403,7 +436,7 @@ TEST(Runner, MeasuresEveryRendererTwiceAlike) {
 }
 
 TEST(Runner, CountsWhatFailsAsNoForce) {
-  const std::vector<Result> results = run(made(), {named("broken=" + shell("echo ready; exit 0"))}, true);
+  const std::vector<Result> results = run(made_quick(), {named("broken=" + shell("echo ready; exit 0"))}, true);
   for (const Result& result : results) {
     EXPECT_EQ(result.end, Answer::End::failed);
     if (result.scores.contains("force_share")) {
