@@ -52,7 +52,7 @@ def force(x):
     steepness = math.hypot(*here[1]) if here else 0.0
     if not passed or steepness == 0.0:
         return 0.0, 0.0, 0.0
-    deep = min((here[0] - passed[-1]) / steepness, 2 * min(spacing))  # beyond, the slope says nothing of the level
+    deep = min((here[0] - passed[-1]) / steepness, 0.005)  # where it is nearly flat the slope says nothing of the level
     pushed = min(stiffness * deep, limit)
     return tuple(-pushed * s / steepness for s in here[1])
 
