@@ -36,6 +36,7 @@ class Process {
     child_ = ::fork();
     if (child_ == 0) {
       ::setpgid(0, 0);
+      ::signal(SIGPIPE, SIG_DFL);
       ::dup2(to[0], 0);
       ::dup2(from[1], 1);
       ::execl("/bin/sh", "sh", "-c", line.c_str(), argument.c_str(), nullptr);

@@ -1,4 +1,5 @@
 // A real scan, given to renderers four times coarser than it is held against.
+#include <algorithm>
 #include <cmath>
 
 #include "bench/haptics/cases.h"
@@ -22,8 +23,13 @@ SampledVolume voxels_of(const std::filesystem::path& file) {
     throw LoadError(file.string() + ": is no CT of int16 on a grid; take the head of tools/get-ct-head");
   const auto& dims = grid->geometry.dims;
   const Mat3& steps = grid->geometry.index_to_world_m;
+  const Vec3 spacing_m{steps.row[0].x, steps.row[1].y, steps.row[2].z};
+  const bool upright = steps == Mat3{{{spacing_m.x, 0, 0}, {0, spacing_m.y, 0}, {0, 0, spacing_m.z}}} &&
+                       std::min({spacing_m.x, spacing_m.y, spacing_m.z}) > 0.0;
+  if (!upright || *std::min_element(dims.begin(), dims.end()) < 16)
+    throw LoadError(file.string() + ": is no CT along the axes of its frame; take the head of tools/get-ct-head");
   SampledVolume fine{.grid = {.size = {static_cast<int>(dims[0]), static_cast<int>(dims[1]), static_cast<int>(dims[2])},
-                              .spacing_m = {steps.row[0].x, steps.row[1].y, steps.row[2].z}},
+                              .spacing_m = spacing_m},
                      .type = "int16"};
   const auto* values = static_cast<const std::int16_t*>(grid->voxels.data.get());
   fine.samples.assign(values, values + fine.grid.samples());

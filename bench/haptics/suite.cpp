@@ -68,24 +68,21 @@ void write_checksums(const fs::path& folder) {
   write(folder / "SHA256SUMS", sums);
 }
 
-json read_json(const fs::path& file) {
-  std::ifstream in(file);
-  try {
-    return json::parse(in);
-  } catch (const json::exception&) {
-    throw LoadError(file.string() + ": is no JSON; make the benchmark's data anew");
-  }
-}
-
 MadeCase read_case(const fs::path& file, const fs::path& folder) {
   MadeCase made{.name = file.stem().string(), .file = file};
-  const json truth = read_json(folder / "truth" / (made.name + ".json"));
-  made.family = truth.at("family");
-  made.quick = truth.at("quick");
-  made.scores = truth.at("scores");
-  made.shape = truth.at("shape");
-  made.period_ticks = truth.at("period_ticks");
-  made.friction_deg = truth.at("friction_deg");
+  const fs::path truth_file = folder / "truth" / (made.name + ".json");
+  std::ifstream in(truth_file);
+  try {
+    const json truth = json::parse(in);
+    made.family = truth.at("family");
+    made.quick = truth.at("quick");
+    made.scores = truth.at("scores");
+    made.shape = truth.at("shape");
+    made.period_ticks = truth.at("period_ticks");
+    made.friction_deg = truth.at("friction_deg");
+  } catch (const json::exception&) {
+    throw LoadError(truth_file.string() + ": is not what was made; make the benchmark's data anew");
+  }
   return made;
 }
 

@@ -458,6 +458,8 @@ TEST(Runner, SaysWhatIsWrongWithItsFolder) {
   const fs::path truth = empty.path / "truth/groove-60.csv";
   fs::resize_file(truth, fs::file_size(truth) / 2);
   EXPECT_THROW(read_cases(empty.path, false), LoadError);
+  std::ofstream(empty.path / "truth/groove-60.json") << "{}";
+  EXPECT_THROW(read_cases(empty.path, false), LoadError);
 }
 
 TEST(Runner, TakesARenderersNameBeforeItsCommand) {
