@@ -3,18 +3,21 @@
 #pragma once
 
 #include <vtkActor.h>
+#include <vtkCallbackCommand.h>
 #include <vtkConeSource.h>
 #include <vtkCylinderSource.h>
 #include <vtkMatrix4x4.h>
 #include <vtkNew.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
+#include <vtkRenderWindowInteractor.h>
 #include <vtkRenderer.h>
 #include <vtkSmartPointer.h>
 #include <vtkSphereSource.h>
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <span>
@@ -78,6 +81,9 @@ class FeltActors {
       pools_[n].mapper->ScalarVisibilityOff();
     }
   }
+  ~FeltActors() {
+    if (followed_) followed_->RemoveObserver(command_);
+  }
   FeltActors(const FeltActors&) = delete;
   FeltActors& operator=(const FeltActors&) = delete;
 
@@ -96,6 +102,17 @@ class FeltActors {
     const Snapshot& now = latest_.take();
     show(now.probe_m, now.proxy_m, {now.primitives.data(), now.count});
     return true;
+  }
+  /// From now on shows what the loop gave last in the interactor's window, some sixty times a second; where a picture takes
+  /// longer, half of the time, so that the mouse is listened to as well.
+  /// \param interactor  initialised
+  void follow(vtkRenderWindowInteractor* interactor) {
+    constexpr unsigned long period_ms = 16;
+    command_->SetClientData(this);
+    command_->SetCallback([](vtkObject*, unsigned long, void* self, void*) { static_cast<FeltActors*>(self)->draw_if_due(); });
+    followed_ = interactor;
+    interactor->AddObserver(vtkCommand::TimerEvent, command_);
+    interactor->CreateRepeatingTimer(period_ms);
   }
   /// Shows this moment, hand frame.
   void show(const Vec3& probe_m, const Vec3& proxy_m, std::span<const PlacedPrimitive> primitives) {
@@ -146,6 +163,13 @@ class FeltActors {
     std::size_t count = 0;
   };
 
+  void draw_if_due() {
+    const auto begin = std::chrono::steady_clock::now();
+    if (begin < rests_until_ || !update()) return;
+    followed_->Render();
+    const auto end = std::chrono::steady_clock::now();
+    rests_until_ = end + (end - begin);
+  }
   void draw(const PlacedPrimitive& placed, const Vec3& proxy_m, double share) {
     const Primitive& primitive = placed.primitive;
     const detail::FeltColor color = detail::felt_color(primitive.id.mode);
@@ -205,6 +229,9 @@ class FeltActors {
   }
 
   const vtkSmartPointer<vtkRenderer> renderer_;
+  vtkNew<vtkCallbackCommand> command_;
+  vtkSmartPointer<vtkRenderWindowInteractor> followed_;
+  std::chrono::steady_clock::time_point rests_until_;
   const double unit_m_;
   const Similarity map_;
   std::array<Pool, 3> pools_;  ///< balls, rods, tips

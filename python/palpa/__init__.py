@@ -34,7 +34,7 @@ from ._modes import CFunction, Mode, load_plugin, make_classes as _make_classes
 from ._scene import (CouplingOptions, PalpaWarning, Scene, SceneMode, TimeOptions, Workspace, array_volume, load_scene,
                      read_volume)
 from ._trace import LawComparison, Replay, Trace, compare_laws, run
-from ._vtk import FeltActors, from_vtk, strength_from_vtk, to_vtk
+from ._vtk import FeltActors, MousePointer, from_vtk, strength_from_vtk, to_vtk
 
 _make_classes(_sys.modules[__name__])
 Session.scene = property(lambda session: Scene(_of=session._scene()), doc="the scene that is felt: a copy")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import tempfile
+import time
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -283,6 +284,21 @@ class FeltActors:
         self.show(seen["probe_m"], seen["proxy_m"], live.primitives())
         return True
 
+    def follow(self, live: Any, interactor: Any) -> None:
+        """From now on shows the latest tick of a palpa.Live in the window of an interactor that is initialised, some sixty times a
+        second; where a picture takes longer, half of the time, so that the mouse is listened to as well."""
+        rests_until_s = 0.0
+
+        def draw_if_due(*_):
+            nonlocal rests_until_s
+            begin_s = time.monotonic()
+            if begin_s >= rests_until_s and self.update(live):
+                interactor.Render()
+                rests_until_s = 2 * time.monotonic() - begin_s
+
+        interactor.AddObserver("TimerEvent", draw_if_due)
+        interactor.CreateRepeatingTimer(16)
+
     def show(self, probe_m: Any, proxy_m: Any, primitives: Iterable[dict[str, Any]] = ()) -> None:
         """Shows this moment, hand frame; primitives as Live.primitives() has them."""
         primitives = list(primitives)
@@ -361,3 +377,47 @@ class FeltActors:
         actor.GetProperty().SetColor(*color)
         actor.GetProperty().SetOpacity(opacity)
         actor.VisibilityOn()
+
+
+class MousePointer:
+    """Moves a palpa.Pointer as the mouse moves over the picture, as far as that is at the camera's focal point, and with each
+    notch of the wheel by 2 mm away from the eye, or back. While a button is pressed the interactor's style has the mouse, to turn
+    the view, and the hand rests; the wheel is the hand's alone. Keep it while it is to work.
+
+    interactor: has its style already. renderer: whose camera is looked through. hand_to_world: as of FeltActors.
+    """
+
+    _notch_m = 0.002
+
+    def __init__(self, interactor: Any, renderer: Any, pointer: Any, hand_to_world: Any = None) -> None:
+        self._interactor, self._renderer, self._pointer = interactor, renderer, pointer
+        to_world = numpy.eye(3) if hand_to_world is None else numpy.asarray(hand_to_world, float)[:3, :3]
+        self._to_hand, self._scale = numpy.linalg.inv(to_world), numpy.cbrt(abs(numpy.linalg.det(to_world)))
+        style = interactor.GetInteractorStyle()
+        self._last_px = None
+        for event in ("MouseMoveEvent", "LeaveEvent"):
+            interactor.AddObserver(event, self._follow)
+        for event in ("MouseWheelForwardEvent", "MouseWheelBackwardEvent"):  # in place of what the style makes of the wheel
+            style.AddObserver(event, self._follow)
+
+    def _follow(self, _, event):
+        if event == "LeaveEvent":  # the mouse may come back anywhere
+            self._last_px = None
+            return
+        camera, style = self._renderer.GetActiveCamera(), self._interactor.GetInteractorStyle()
+        into = numpy.array(camera.GetDirectionOfProjection())
+        right = numpy.cross(into, camera.GetViewUp())
+        right /= numpy.linalg.norm(right)
+        if event != "MouseMoveEvent":
+            notch_m = self._notch_m * self._scale
+            self._pointer.move(self._to_hand @ ((notch_m if "Forward" in event else -notch_m) * into))
+            return
+        at_px = numpy.array(self._interactor.GetEventPosition())
+        x, y = at_px - (at_px if self._last_px is None else self._last_px)
+        self._last_px = at_px
+        if getattr(style, "GetState", int)() != 0:
+            return
+        half_m = (camera.GetParallelScale() if camera.GetParallelProjection()
+                  else camera.GetDistance() * math.tan(0.5 * math.radians(camera.GetViewAngle())))
+        per_px_m = 2 * half_m / max(self._renderer.GetSize()[1], 1)
+        self._pointer.move(self._to_hand @ (per_px_m * (x * right + y * numpy.cross(right, into))))

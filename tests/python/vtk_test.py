@@ -183,6 +183,51 @@ def test_transfer_functions_there_and_back():
         palpa.strength_from_vtk(clamps, "ct")
 
 
+@pytest.mark.parametrize("parallel", [True, False])
+def test_the_hand_goes_where_the_mouse_points(parallel):
+    scene = palpa.Scene()
+    scene.workspace.towards_user, scene.workspace.up = "-y", "+z"
+    scene.add("ball", palpa.sphere_field())
+    to_world, moved = scene.hand_to_world(), []
+
+    class Hand:
+        def move(self, way_m):
+            moved.append(way_m)
+
+    renderer, window, interactor = vtk.vtkRenderer(), vtk.vtkRenderWindow(), vtk.vtkRenderWindowInteractor()
+    window.SetOffScreenRendering(1), window.AddRenderer(renderer), window.SetSize(400, 300), interactor.SetRenderWindow(window)
+    interactor.SetInteractorStyle(vtk.vtkInteractorStyleTrackballCamera())
+    camera = renderer.GetActiveCamera()
+    camera.SetPosition(0.1, -0.5, 0.2), camera.SetFocalPoint(0, 0, 0), camera.SetViewUp(0, 0, 1)
+    camera.SetParallelProjection(parallel), camera.SetParallelScale(0.1)
+    keep = palpa.MousePointer(interactor, renderer, Hand(), to_world)
+
+    def at(x, y, event="MouseMoveEvent"):
+        interactor.SetEventInformation(x, y)
+        interactor.InvokeEvent(event)
+
+    def seen_at(place_m):  # pixels
+        renderer.SetWorldPoint(*place_m, 1), renderer.WorldToDisplay()
+        return np.array(renderer.GetDisplayPoint()[:2])
+
+    window.Render()
+    start = seen_at((0, 0, 0))
+    at(200, 150), moved.clear()
+    at(223, 131)
+    # Where the mouse went is where the hand is seen, in the plane of the focal point.
+    assert np.allclose(seen_at(to_world[:3, :3] @ moved[0]) - start, (23, -19), atol=0.05)
+    at(223, 131, "MouseWheelForwardEvent")
+    assert np.allclose(np.linalg.norm(moved[-1]), 0.002)
+    way = to_world[:3, :3] @ moved[-1]
+    assert np.allclose(way / np.linalg.norm(way), camera.GetDirectionOfProjection())
+    at(223, 131, "MouseWheelBackwardEvent")
+    assert np.allclose(moved[-1], -moved[-2])
+    position, count = camera.GetPosition(), len(moved)
+    at(223, 131, "LeftButtonPressEvent"), at(250, 160), at(250, 160, "LeftButtonReleaseEvent")
+    assert len(moved) == count and camera.GetPosition() != position  # a drag turns the view, and the hand rests
+    assert keep is not None
+
+
 def test_actors_follow_a_mouse_that_feels():
     scene = palpa.Scene()
     scene.add("ball", palpa.sphere_field())

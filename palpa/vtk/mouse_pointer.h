@@ -1,0 +1,87 @@
+// The mouse over anybody's renderer as a hand. Headers alone, for whatever VTK their user has.
+#pragma once
+
+#include <vtkCallbackCommand.h>
+#include <vtkCamera.h>
+#include <vtkInteractorStyle.h>
+#include <vtkMath.h>
+#include <vtkNew.h>
+#include <vtkRenderWindowInteractor.h>
+#include <vtkRenderer.h>
+#include <vtkSmartPointer.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "palpa/core/similarity.h"
+#include "palpa/device/pointer.h"
+
+namespace palpa {
+
+/// Moves a `Pointer` as the mouse moves over the picture, as far as that is at the camera's focal point, and with each notch of
+/// the wheel by 2 mm away from the eye, or back. While a button is pressed the interactor's style has the mouse, to turn the
+/// view, and the hand rests; the wheel is the hand's alone. Window's thread; allocates when it is made only.
+class MousePointer {
+ public:
+  /// [hand m] that a notch of the wheel moves the hand. More: the way through a skull is a few jumps; less: many notches.
+  static constexpr double notch_m = 0.002;
+
+  /// \param interactor     has its style already
+  /// \param renderer       whose camera is looked through
+  /// \param pointer        outlives this
+  /// \param hand_to_world  where the hand is in what the renderer shows: `scene.hand_to_world()` where that is the data's world
+  MousePointer(vtkRenderWindowInteractor* interactor, vtkRenderer* renderer, Pointer& pointer, const Similarity& hand_to_world)
+      : interactor_(interactor), renderer_(renderer), pointer_(pointer), map_(hand_to_world) {
+    command_->SetClientData(this);
+    command_->SetCallback(
+        [](vtkObject*, unsigned long event, void* self, void*) { static_cast<MousePointer*>(self)->follow(event); });
+    for (const auto event : {vtkCommand::MouseMoveEvent, vtkCommand::LeaveEvent}) interactor->AddObserver(event, command_);
+    // In place of what the style makes of the wheel.
+    for (const auto event : {vtkCommand::MouseWheelForwardEvent, vtkCommand::MouseWheelBackwardEvent})
+      interactor->GetInteractorStyle()->AddObserver(event, command_);
+    style_ = vtkInteractorStyle::SafeDownCast(interactor->GetInteractorStyle());
+  }
+  ~MousePointer() {
+    interactor_->RemoveObserver(command_);
+    if (style_) style_->RemoveObserver(command_);
+  }
+  MousePointer(const MousePointer&) = delete;
+  MousePointer& operator=(const MousePointer&) = delete;
+
+ private:
+  void follow(unsigned long event) {
+    if (event == vtkCommand::LeaveEvent) return last_px_.reset();  // the mouse may come back anywhere
+    vtkCamera& camera = *renderer_->GetActiveCamera();
+    std::array<double, 3> up{}, into{};
+    camera.GetViewUp(up.data());
+    camera.GetDirectionOfProjection(into.data());
+    const Vec3 in{into[0], into[1], into[2]}, right = normalized(cross(in, {up[0], up[1], up[2]})), above = cross(right, in);
+    Vec3 way_m;  // in what the renderer shows
+    if (event == vtkCommand::MouseMoveEvent) {
+      const std::array<int, 2> at_px{interactor_->GetEventPosition()[0], interactor_->GetEventPosition()[1]};
+      const std::array<int, 2> before_px = last_px_.value_or(at_px);
+      last_px_ = at_px;
+      if (style_ && style_->GetState() != VTKIS_NONE) return;
+      const double half_m = camera.GetParallelProjection()
+                                ? camera.GetParallelScale()
+                                : camera.GetDistance() * std::tan(0.5 * vtkMath::RadiansFromDegrees(camera.GetViewAngle()));
+      const double per_px_m = 2.0 * half_m / std::max(renderer_->GetSize()[1], 1);
+      way_m = per_px_m * ((at_px[0] - before_px[0]) * right + (at_px[1] - before_px[1]) * above);
+    } else {
+      way_m = (event == vtkCommand::MouseWheelForwardEvent ? notch_m : -notch_m) * map_.scale * in;
+    }
+    pointer_.move(map_.turned_to_hand(way_m) / map_.scale);
+  }
+
+  vtkSmartPointer<vtkRenderWindowInteractor> interactor_;
+  vtkSmartPointer<vtkInteractorStyle> style_;
+  vtkSmartPointer<vtkRenderer> renderer_;
+  Pointer& pointer_;
+  const Similarity map_;
+  std::optional<std::array<int, 2>> last_px_;
+  vtkNew<vtkCallbackCommand> command_;
+};
+
+}  // namespace palpa
