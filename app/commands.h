@@ -80,6 +80,24 @@ struct ReportArguments {
 };
 int run_report(const ReportArguments& arguments);
 
+struct MapArguments {
+  std::filesystem::path scene;
+  std::filesystem::path out;      ///< .vti; a new file
+  std::filesystem::path picture;  ///< .png; empty: none
+  bool grid = false;              ///< a cube instead of a slice
+  std::string slice = "x";        ///< across this axis of the hand
+  double at_mm = 0.0;             ///< where the slice cuts the axis
+  double size_mm = 180.0;
+  int points = 0;   ///< [1] along each side; 0: 256 of a slice, 64 of a grid
+  int threads = 0;  ///< [1] 0: one for each core
+  bool json = false;
+  detail::Existing existing = detail::Existing::refused;
+  SceneOptions scene_options;
+  std::vector<std::filesystem::path> plugins;
+  ReadOptions read;
+};
+int run_map(const MapArguments& arguments, const std::atomic<bool>& stop);
+
 struct ModesArguments {
   std::string type;  ///< empty: a list of all
   std::vector<std::filesystem::path> plugins;

@@ -8,6 +8,7 @@
 #include "palpa/disk/new_file.h"
 #include "palpa/field/field.h"
 #include "palpa/report/report.h"
+#include "palpa/study/map.h"
 #include "palpa/survey/statistics.h"
 #include "palpa/volume/volume.h"
 
@@ -22,6 +23,8 @@ struct Pictures {
   /// `volume_picture` of a field, as a PNG file.
   void (*volume)(const Volume& volume, std::size_t field, const Statistics& values, const std::string& what,
                  const std::filesystem::path& file, detail::Existing existing);
+  /// `map_picture`, as a PNG file.
+  void (*map)(const Scene& scene, const ForceMap& map, const std::filesystem::path& file, detail::Existing existing);
 };
 
 /// Loads the library at the first call. Returns nullptr if this palpa was built without pictures. Throws LoadError where the

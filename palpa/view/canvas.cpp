@@ -2,6 +2,8 @@
 
 #include <vtkActor2D.h>
 #include <vtkCellArray.h>
+#include <vtkImageData.h>
+#include <vtkImageMapper.h>
 #include <vtkNew.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
@@ -16,8 +18,11 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <iterator>
 #include <utility>
+
+#include "palpa/view/picture.h"
 
 namespace palpa::detail {
 namespace {
@@ -79,6 +84,23 @@ void Canvas::line(PixelPoint from, PixelPoint to, double thickness_px, const Col
                                 {to.x_px + nx, to.y_px + ny},
                                 {from.x_px + nx, from.y_px + ny}};
   polygon(corners, color);
+}
+
+void Canvas::picture(const Picture& picture, double x_px, double y_px) {
+  vtkNew<vtkImageData> image;
+  image->SetDimensions(picture.width_px, picture.height_px, 1);
+  image->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
+  const std::size_t row_bytes = 3 * static_cast<std::size_t>(picture.width_px);
+  for (int row = 0; row < picture.height_px; ++row)
+    std::memcpy(image->GetScalarPointer(0, picture.height_px - 1 - row, 0), picture.rgb.data() + row * row_bytes, row_bytes);
+  vtkNew<vtkImageMapper> mapper;
+  mapper->SetInputData(image);
+  mapper->SetColorWindow(255.0);
+  mapper->SetColorLevel(127.5);
+  vtkNew<vtkActor2D> actor;
+  actor->SetMapper(mapper);
+  actor->SetPosition(std::round(x_px), std::round(y_px));
+  renderer_->AddActor2D(actor);
 }
 
 void Canvas::text(std::string_view given, double x_px, double y_px, Side x_is, double size_em, bool bold) {

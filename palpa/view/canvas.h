@@ -13,6 +13,10 @@
 
 class vtkRenderer;
 
+namespace palpa {
+struct Picture;
+}
+
 namespace palpa::detail {
 
 struct PixelPoint {
@@ -36,6 +40,8 @@ class Canvas {
   void polygon(std::span<const PixelPoint> corners, const Color& color, double opacity = 1.0);
   void rectangle(double x_px, double y_px, double width_px, double height_px, const Color& color, double opacity = 1.0);
   void line(PixelPoint from, PixelPoint to, double thickness_px, const Color& color);
+  /// A picture whose lower left corner is there; what is drawn later lies on it.
+  void picture(const Picture& picture, double x_px, double y_px);
   /// Text whose line's middle is at y_px, on a ground that makes it legible over anything.
   void text(std::string_view words, double x_px, double y_px, Side x_is, double size_em = 1.0, bool bold = false);
   double width_px_of(std::string_view words, double size_em = 1.0, bool bold = false) const;

@@ -1,0 +1,131 @@
+#include "palpa/study/map.h"
+
+#include <nlohmann/json.hpp>
+
+#include "app/commands.h"
+#include "app/pictures.h"
+#include "app/terminal.h"
+#include "palpa/core/printed.h"
+#include "palpa/mode/plugin.h"
+#include "palpa/study/map_file.h"
+
+namespace palpa::app {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr int slice_points = 256, grid_points = 64;
+
+MapLattice lattice_of(const MapArguments& arguments) {
+  const int points = arguments.points > 0 ? arguments.points : arguments.grid ? grid_points : slice_points;
+  try {
+    if (arguments.grid) return map_grid(1e-3 * arguments.size_mm, points);
+    return map_slice(arguments.slice[0] - 'x', 1e-3 * arguments.at_mm, 1e-3 * arguments.size_mm, points);
+  } catch (const LoadError& error) {
+    throw LoadError(std::string("map: ") + error.what());
+  }
+}
+
+/// Throws LoadError on a name that cannot be written, before the work begins.
+void check_name(const fs::path& file, const char* ending, detail::Existing existing) {
+  if (file.extension() != ending)
+    throw LoadError(file.string() + ": has an ending of no format that is written; name it " + ending);
+  try {
+    const detail::NewFile trial(file, existing);
+  } catch (const LoadError& error) {
+    throw LoadError(file.string() + ": " + error.what());
+  }
+}
+
+/// What of a map the summary says.
+Json summary_of(const ForceMap& map, const MapWork& work) {
+  double largest_n = 0.0;
+  std::int64_t felt = 0, broken = 0, unsettled = 0;
+  for (const MapPoint& point : map.points) {
+    largest_n = std::max(largest_n, norm(point.steady_n));
+    felt += norm(point.steady_n) > contact_force_n;
+    broken += point.broken_levels > 0;
+    unsettled += !point.settled;
+  }
+  const double seconds = std::max(work.seconds, 1e-9);
+  return {{"points", map.lattice.count()},
+          {"points_felt_now", work.points},
+          {"ticks", work.ticks},
+          {"seconds", work.seconds},
+          {"threads", work.threads},
+          {"points_per_s", static_cast<double>(work.points) / seconds},
+          {"probes_per_s", static_cast<double>(work.ticks) / seconds},
+          {"points_with_force", felt},
+          {"points_behind_a_broken_level", broken},
+          {"points_not_settled", unsettled},
+          {"force_max_n", largest_n}};
+}
+
+std::string words_of(const Json& summary) {
+  const auto count = [&](const char* key) {
+    return detail::grouped(detail::text("%.0f", summary[key].get<double>()));
+  };
+  std::string words = detail::text("%s points, of which %s feel a force, up to %.3g N", count("points").c_str(),
+                                   count("points_with_force").c_str(), summary["force_max_n"].get<double>());
+  if (summary["points_not_settled"].get<std::int64_t>() > 0)
+    words += "; at " + count("points_not_settled") + " it did not come to rest";
+  const int threads = summary["threads"].get<int>();
+  words += detail::text("\n%s of them felt in %.2f s on %d %s: %s points and %s probe positions a second\n",
+                        count("points_felt_now").c_str(), summary["seconds"].get<double>(), threads,
+                        threads == 1 ? "core" : "cores", count("points_per_s").c_str(), count("probes_per_s").c_str());
+  return words;
+}
+
+}  // namespace
+
+int run_map(const MapArguments& arguments, const std::atomic<bool>& stop) {
+  const MapLattice lattice = lattice_of(arguments);
+  check_name(arguments.out, ".vti", arguments.existing);
+  const Pictures* pictures = nullptr;
+  if (!arguments.picture.empty()) {
+    check_name(arguments.picture, ".png", arguments.existing);
+    pictures = &pictures_for(arguments.picture.string());
+  }
+  ReadOptions read = arguments.read;
+  read.checksums = true;
+  LoadedScene loaded;
+  {
+    const Progress progress("loading " + arguments.scene.filename().string());
+    loaded = load_scene(arguments.scene, volume_reader(read), modes_with(arguments.plugins), arguments.scene_options);
+  }
+  print_warnings(loaded.warnings);
+
+  ForceMap map(lattice);
+  const std::string identity = identity_of_map(loaded.scene, arguments.plugins, lattice);
+  const fs::path kept = kept_map_file(arguments.out);
+  const KeptMap found = take_kept_map(map, identity, kept);
+  if (found == KeptMap::another)
+    print_warnings({kept.string() + ": is of another map, or damaged; this one begins anew"});
+  if (found == KeptMap::taken) tell("going on with what " + kept.string() + " has\n");
+
+  MapWork work;
+  {
+    Progress progress("feeling " + arguments.scene.filename().string());
+    work = feel_map(loaded.scene, map,
+                    {.threads = arguments.threads,
+                     .stop = &stop,
+                     .progress = [&](double share) { progress.show(share); },
+                     .keep = [&](const ForceMap& so_far) { keep_map(so_far, identity, kept); }});
+  }
+  if (!map.is_whole()) {
+    keep_map(map, identity, kept);
+    tell("what was felt is kept in " + kept.string() + "; the same command goes on with it\n");
+    return 0;
+  }
+  write_map(map, loaded.scene.hand_to_world(), arguments.out, arguments.existing);
+  if (pictures) pictures->map(loaded.scene, map, arguments.picture, arguments.existing);
+  std::error_code none;
+  fs::remove(kept, none);
+
+  const Json summary = summary_of(map, work);
+  print(arguments.json ? summary.dump(2) + "\n" : words_of(summary));
+  return 0;
+}
+
+}  // namespace palpa::app

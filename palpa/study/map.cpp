@@ -1,0 +1,221 @@
+#include "palpa/study/map.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <exception>
+#include <mutex>
+
+#include "palpa/baseline/path.h"
+#include "palpa/core/load_error.h"
+#include "palpa/core/printed.h"
+#include "palpa/limits/limits.h"
+#include "palpa/study/feeler.h"
+#include "palpa/study/reach_lattice.h"
+
+namespace palpa {
+namespace {
+
+// A hand that is held lets each tick pass so much time, is held for so many of them at most, and is at rest where the force
+// changes by no more than this from one to the next. Longer ticks: slow drag settles in fewer of them; a smaller change, or more
+// ticks: slower.
+constexpr double held_tick_s = 0.1;
+constexpr int most_held_ticks = 50;
+constexpr double settled_n = 1e-4;
+// [1] Ticks in which a hand that arrives waits for a proxy whose way was too much for one. More: slower where data are hostile.
+constexpr int most_waiting_ticks = 32;
+// Between two calls of `keep`, and how often longer than the last call took. Shorter: slower; longer: more is lost.
+constexpr std::chrono::duration<double> least_between_keeping{2.0};
+constexpr double keeping_share = 20.0;
+
+using Clock = std::chrono::steady_clock;
+
+Scene at_rest(Scene scene) {
+  scene.time.play = TimeOptions::Play::hold;
+  return scene;
+}
+
+/// Feels one way after another. One thread.
+class MapFeeler {
+ public:
+  MapFeeler(const Scene& scene, const MapLattice& lattice)
+      : lattice_(lattice),
+        max_force_n_(scene.coupling.max_force_n),
+        fresh_(scene, baseline::path),
+        session_(scene, baseline::path),
+        held_(scene, baseline::path) {
+    fresh_.let_through(max_force_n_);
+    const double last_z_m = lattice.place_m(0, 0, lattice.points[2] - 1).z;
+    begin_z_m_ = std::max(last_z_m, detail::half_m) + detail::before_m;
+  }
+
+  void feel(int i, int j, std::vector<MapPoint>& points) {
+    session_.continue_from(fresh_);
+    broken_levels_ = 0;
+    Vec3 at_m = lattice_.place_m(i, j, 0);
+    at_m.z = begin_z_m_;
+    Tick tick = come_to(at_m, detail::way_step_s);
+    for (int k = lattice_.points[2] - 1; k >= 0; --k) {
+      const Vec3 to_m = lattice_.place_m(i, j, k);
+      const double way_m = at_m.z - to_m.z;
+      const int steps = std::max(1, static_cast<int>(std::ceil(way_m / detail::way_step_m - 1e-9)));
+      const double step_s = std::max(way_m, 1e-9) / steps * detail::way_step_s / detail::way_step_m;
+      for (int n = 1; n <= steps; ++n) {
+        const Vec3 step_m = n == steps ? to_m : at_m - Vec3{0.0, 0.0, way_m * n / steps};
+        tick = come_to(step_m, step_s);
+      }
+      for (int n = 0; n < most_waiting_ticks && tick.status == TickStatus::waiting; ++n) tick = come_to(to_m, step_s);
+      at_m = to_m;
+      points[lattice_.number(i, j, k)] = held(tick);
+    }
+  }
+
+  std::int64_t ticks() const noexcept { return ticks_; }
+
+ private:
+  Tick come_to(const Vec3& place_m, double time_step_s) {
+    ++ticks_;
+    const Tick tick = session_.tick({.position_m = place_m}, time_step_s);
+    for (const SessionEvent& event : session_.events()) broken_levels_ += event.kind == SessionEventKind::break_through;
+    return tick;
+  }
+
+  MapPoint held(const Tick& arrived) {
+    MapPoint point{.first_contact_n = limited(arrived.force_n), .broken_levels = broken_levels_, .settled = false};
+    held_.continue_from(session_);
+    Tick tick = arrived;
+    for (int n = 0; n < most_held_ticks && !point.settled; ++n) {
+      ++ticks_;
+      const Tick next = held_.tick({.position_m = arrived.probe_m, .velocity_m_per_s = Vec3{}}, held_tick_s);
+      point.settled = next.status != TickStatus::waiting && distance(next.force_n, tick.force_n) <= settled_n;
+      tick = next;
+    }
+    point.steady_n = limited(tick.force_n);
+    point.proxy_distance_m = distance(tick.proxy_m, tick.probe_m);
+    return point;
+  }
+
+  Vec3 limited(const Vec3& force_n) const {
+    const double asked_n = norm(force_n);
+    return asked_n > max_force_n_ ? max_force_n_ / asked_n * force_n : force_n;
+  }
+
+  MapLattice lattice_;
+  double max_force_n_;
+  double begin_z_m_ = 0.0;
+  Session fresh_, session_, held_;
+  int broken_levels_ = 0;
+  std::int64_t ticks_ = 0;
+};
+
+/// Marks ways as done, and keeps the map now and then. Any thread.
+class Progress {
+ public:
+  Progress(ForceMap& map, const MapOptions& options)
+      : map_(map), options_(options), ways_done_(std::count(map.done.begin(), map.done.end(), 1)) {}
+
+  bool goes_on() const noexcept { return !problem_is_known_ && !(options_.stop && *options_.stop); }
+
+  void way_is_done(int way) noexcept {
+    const std::lock_guard lock(mutex_);
+    map_.done[static_cast<std::size_t>(way)] = 1;
+    ++ways_done_;
+    try {
+      if (options_.progress) options_.progress(static_cast<double>(ways_done_) / static_cast<double>(map_.done.size()));
+      if (options_.keep && Clock::now() >= next_keeping_) keep();
+    } catch (...) {
+      problem_ = std::current_exception();
+      problem_is_known_ = true;
+    }
+  }
+
+  void rethrow() const {
+    if (problem_) std::rethrow_exception(problem_);
+  }
+
+ private:
+  void keep() {
+    const Clock::time_point begin = Clock::now();
+    options_.keep(map_);
+    const std::chrono::duration<double> pause = std::max(least_between_keeping, keeping_share * std::chrono::duration<double>(Clock::now() - begin));
+    next_keeping_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(pause);
+  }
+
+  ForceMap& map_;
+  const MapOptions& options_;
+  std::int64_t ways_done_;
+  Clock::time_point next_keeping_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(least_between_keeping);
+  std::mutex mutex_;
+  std::exception_ptr problem_;
+  std::atomic<bool> problem_is_known_ = false;
+};
+
+MapLattice lattice_about_middle(double size_m, int points) {
+  if (!(size_m > 0.0 && size_m <= 1.0))
+    throw LoadError(detail::text("a map of %g mm cannot be felt; its sides are above 0 and at most 1000 mm", 1e3 * size_m));
+  if (points < 2) throw LoadError(detail::text("a map of %d points a side cannot be felt; it has 2 or more", points));
+  MapLattice lattice;
+  lattice.points = {points, points, points};
+  lattice.spacing_m = size_m / (points - 1);
+  lattice.low_m = {-0.5 * size_m, -0.5 * size_m, -0.5 * size_m};
+  return lattice;
+}
+
+void check_count(double points) {
+  if (limit::map_points.is_passed_by(points))
+    throw LoadError(detail::text("a map of %.0f points is ", points) + more_than(limit::map_points));
+}
+
+}  // namespace
+
+MapLattice map_slice(int axis, double at_m, double size_m, int points) {
+  if (!(std::abs(at_m) <= 1.0))
+    throw LoadError(detail::text("a slice at %g mm cannot be felt; it lies within 1000 mm of the middle", 1e3 * at_m));
+  check_count(1.0 * points * points);
+  MapLattice lattice = lattice_about_middle(size_m, points);
+  lattice.points[static_cast<std::size_t>(axis)] = 1;
+  (axis == 0 ? lattice.low_m.x : axis == 1 ? lattice.low_m.y : lattice.low_m.z) = at_m;
+  return lattice;
+}
+
+MapLattice map_grid(double size_m, int points) {
+  check_count(1.0 * points * points * points);
+  return lattice_about_middle(size_m, points);
+}
+
+ForceMap::ForceMap(const MapLattice& of)
+    : lattice(of), points(static_cast<std::size_t>(of.count())), done(static_cast<std::size_t>(of.ways())) {}
+
+bool ForceMap::is_whole() const noexcept {
+  return std::all_of(done.begin(), done.end(), [](std::uint8_t is_done) { return is_done == 1; });
+}
+
+MapWork feel_map(const Scene& given, ForceMap& map, const MapOptions& options) {
+  const Clock::time_point begin = Clock::now();
+  const Scene scene = at_rest(given);
+  std::vector<int> ways;
+  for (int way = 0; way < map.lattice.ways(); ++way) {
+    if (map.done[static_cast<std::size_t>(way)] == 0) ways.push_back(way);
+  }
+  MapWork work;
+  const int cores = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  work.threads = std::clamp(options.threads > 0 ? options.threads : cores, 1, std::max(1, static_cast<int>(ways.size())));
+  std::vector<std::unique_ptr<MapFeeler>> feelers;
+  for (int n = 0; n < work.threads; ++n) feelers.push_back(std::make_unique<MapFeeler>(scene, map.lattice));
+  Progress progress(map, options);
+  std::atomic<std::int64_t> points = 0;
+  detail::in_parallel(static_cast<std::size_t>(work.threads), static_cast<int>(ways.size()), [&](std::size_t worker, int n) {
+    if (!progress.goes_on()) return;
+    const int way = ways[static_cast<std::size_t>(n)];
+    feelers[worker]->feel(way % map.lattice.points[0], way / map.lattice.points[0], map.points);
+    points += map.lattice.points[2];
+    progress.way_is_done(way);
+  });
+  progress.rethrow();
+  work.points = points;
+  for (const auto& feeler : feelers) work.ticks += feeler->ticks();
+  work.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  return work;
+}
+
+}  // namespace palpa
