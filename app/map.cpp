@@ -63,9 +63,7 @@ Json summary_of(const ForceMap& map, const MapWork& work) {
 }
 
 std::string words_of(const Json& summary) {
-  const auto count = [&](const char* key) {
-    return detail::grouped(detail::text("%.0f", summary[key].get<double>()));
-  };
+  const auto count = [&](const char* key) { return detail::grouped(detail::text("%.0f", summary[key].get<double>())); };
   std::string words = detail::text("%s points, of which %s feel a force, up to %.3g N", count("points").c_str(),
                                    count("points_with_force").c_str(), summary["force_max_n"].get<double>());
   if (summary["points_not_settled"].get<std::int64_t>() > 0)
@@ -100,8 +98,7 @@ int run_map(const MapArguments& arguments, const std::atomic<bool>& stop) {
   const std::string identity = identity_of_map(loaded.scene, arguments.plugins, lattice);
   const fs::path kept = kept_map_file(arguments.out);
   const KeptMap found = take_kept_map(map, identity, kept);
-  if (found == KeptMap::another)
-    print_warnings({kept.string() + ": is of another map, or damaged; this one begins anew"});
+  if (found == KeptMap::another) print_warnings({kept.string() + ": is of another map, or damaged; this one begins anew"});
   if (found == KeptMap::taken) tell("going on with what " + kept.string() + " has\n");
 
   MapWork work;

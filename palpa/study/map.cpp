@@ -16,9 +16,9 @@
 namespace palpa {
 namespace {
 
-// A hand that is held lets each tick pass so much time, is held for so many of them at most, and is at rest where the force
-// changes by no more than this from one to the next. Longer ticks: slow drag settles in fewer of them; a smaller change, or more
-// ticks: slower.
+// A hand that is held lets each tick pass so much time, is held for so many of them at most, and its force is steady where the
+// spring's changes by no more than this from one to the next. Longer ticks: slow drag settles in fewer of them; a smaller
+// change, or more ticks: slower.
 constexpr double held_tick_s = 0.1;
 constexpr int most_held_ticks = 50;
 constexpr double settled_n = 1e-4;
@@ -41,6 +41,7 @@ class MapFeeler {
   MapFeeler(const Scene& scene, const MapLattice& lattice)
       : lattice_(lattice),
         max_force_n_(scene.coupling.max_force_n),
+        stiffness_n_per_m_(scene.coupling.stiffness_n_per_m),
         fresh_(scene, baseline::path),
         session_(scene, baseline::path),
         held_(scene, baseline::path) {
@@ -87,7 +88,8 @@ class MapFeeler {
     for (int n = 0; n < most_held_ticks && !point.settled; ++n) {
       ++ticks_;
       const Tick next = held_.tick({.position_m = arrived.probe_m, .velocity_m_per_s = Vec3{}}, held_tick_s);
-      point.settled = next.status != TickStatus::waiting && distance(next.force_n, tick.force_n) <= settled_n;
+      point.settled =
+          next.status != TickStatus::waiting && stiffness_n_per_m_ * distance(next.proxy_m, tick.proxy_m) <= settled_n;
       tick = next;
     }
     point.steady_n = limited(tick.force_n);
@@ -102,6 +104,7 @@ class MapFeeler {
 
   MapLattice lattice_;
   double max_force_n_;
+  double stiffness_n_per_m_;
   double begin_z_m_ = 0.0;
   Session fresh_, session_, held_;
   int broken_levels_ = 0;
@@ -137,7 +140,8 @@ class Progress {
   void keep() {
     const Clock::time_point begin = Clock::now();
     options_.keep(map_);
-    const std::chrono::duration<double> pause = std::max(least_between_keeping, keeping_share * std::chrono::duration<double>(Clock::now() - begin));
+    const std::chrono::duration<double> pause =
+        std::max(least_between_keeping, keeping_share * std::chrono::duration<double>(Clock::now() - begin));
     next_keeping_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(pause);
   }
 

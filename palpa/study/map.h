@@ -44,11 +44,11 @@ MapLattice map_grid(double size_m, int points);
 
 /// What is felt at a place, in the hand frame. No force is longer than the scene's limit.
 struct MapPoint {
-  Vec3 first_contact_n;          ///< force on the hand at the moment at which it comes to the place, moving
-  Vec3 steady_n;                 ///< force on the hand once it has been held there until the force does not change any more
+  Vec3 first_contact_n;           ///< force on the hand at the moment at which it comes to the place, moving
+  Vec3 steady_n;                  ///< force on the hand once it has been held there until the force does not change any more
   double proxy_distance_m = 0.0;  ///< from probe to proxy, held
-  int broken_levels = 0;         ///< [1] broken through on the way to the place
-  bool settled = true;           ///< false: the force still changed when it was given up
+  int broken_levels = 0;          ///< [1] broken through on the way to the place
+  bool settled = true;            ///< false: the force still changed when it was given up
   friend bool operator==(const MapPoint&, const MapPoint&) = default;
 };
 

@@ -20,12 +20,10 @@ constexpr std::string_view magic = "palpa: a map of forces that is not whole yet
 /// The numbers of a point, as they are kept.
 using Kept = std::array<double, 9>;
 Kept kept(const MapPoint& p) {
-  return {p.first_contact_n.x, p.first_contact_n.y, p.first_contact_n.z,     p.steady_n.x,           p.steady_n.y,
+  return {p.first_contact_n.x, p.first_contact_n.y, p.first_contact_n.z,   p.steady_n.x,         p.steady_n.y,
           p.steady_n.z,        p.proxy_distance_m,  1.0 * p.broken_levels, p.settled ? 1.0 : 0.0};
 }
-MapPoint point_of(const Kept& n) {
-  return {{n[0], n[1], n[2]}, {n[3], n[4], n[5]}, n[6], static_cast<int>(n[7]), n[8] != 0.0};
-}
+MapPoint point_of(const Kept& n) { return {{n[0], n[1], n[2]}, {n[3], n[4], n[5]}, n[6], static_cast<int>(n[7]), n[8] != 0.0}; }
 
 std::string header(const std::string& identity) { return std::string(magic) + identity + '\0'; }
 

@@ -11,9 +11,9 @@
 
 namespace palpa {
 
-/// All that the numbers of a map depend on, as a text: the version, the scene with what was set in it, the checksums of its data
-/// and plug-ins, and the lattice. Two maps of the same text have the same bytes. Throws LoadError on a plug-in that cannot be
-/// read.
+/// All that the numbers of a map depend on, as a text: the version, the scene with what was set in it, the checksums of its
+/// data and plug-ins, and the lattice. Two maps of the same text have the same bytes. Throws LoadError on a plug-in that cannot
+/// be read.
 std::string identity_of_map(const Scene& scene, const std::vector<std::filesystem::path>& plugins, const MapLattice& lattice);
 
 /// Where the ways that are done are kept beside a map that is not: its name with `.part` behind it.

@@ -11,6 +11,7 @@
 
 #include "palpa/core/load_error.h"
 #include "palpa/core/printed.h"
+#include "palpa/field/parallel.h"
 #include "palpa/mode/modes.h"
 #include "palpa/time/timed_field.h"
 #include "palpa/view/canvas.h"
@@ -29,6 +30,7 @@ using detail::Side;
 constexpr Color ink{0.13, 0.13, 0.15};
 constexpr Color paper{1.0, 1.0, 1.0};
 constexpr Color level_color{0.30, 0.30, 0.33};
+constexpr Color unsettled_color{0.35, 0.70, 0.90};
 // [1] Arrows along a side. More: they hide the colours; fewer: where the force turns is lost.
 constexpr int arrows_along = 22;
 // [1] Of the largest force: below that a place has less of its colour, and no arrow.
@@ -64,9 +66,14 @@ class Slice {
 
   /// \param column, row  from the picture's lower left point on, also between points
   Vec3 place_m(double column, double row) const {
-    return map_.lattice.low_m + map_.lattice.spacing_m * (axis_index(column, columns_, sides_.right_sign) * along(sides_.right) +
-                                                          axis_index(row, rows_, sides_.up_sign) * along(sides_.up));
+    return map_.lattice.low_m +
+           map_.lattice.spacing_m * (axis_index(column, columns_, sides_.right_sign) * along(sides_.right) +
+                                     axis_index(row, rows_, sides_.up_sign) * along(sides_.up));
   }
+  /// Where a pixel lies among columns and rows. \param y  from the top
+  double column_of(int x, int side_px) const { return (x + 0.5) / side_px * columns_ - 0.5; }
+  double row_of(int y, int side_px) const { return (side_px - y - 0.5) / side_px * rows_ - 0.5; }
+  Vec3 pixel_place_m(int x, int y, int side_px) const { return place_m(column_of(x, side_px), row_of(y, side_px)); }
   /// \return  [N]
   Vec3 at(double column, double row) const {
     const int i = std::clamp(static_cast<int>(column), 0, columns_ - 2), j = std::clamp(static_cast<int>(row), 0, rows_ - 2);
@@ -74,16 +81,21 @@ class Slice {
     return (1 - t) * ((1 - s) * of(i, j) + s * of(i + 1, j)) + t * ((1 - s) * of(i, j + 1) + s * of(i + 1, j + 1));
   }
   /// \return  [N]
-  Vec3 nearest(double column, double row) const { return of(static_cast<int>(std::lround(column)), static_cast<int>(std::lround(row))); }
+  Vec3 nearest(double column, double row) const {
+    return of(static_cast<int>(std::lround(column)), static_cast<int>(std::lround(row)));
+  }
 
- private:
-  static double axis_index(double n, int count, double sign) { return sign > 0.0 ? n : count - 1 - n; }
-  Vec3 of(int column, int row) const {
+  /// Of the point among those of the map.
+  std::size_t number(int column, int row) const {
     std::array<int, 3> index{0, 0, 0};
     index[static_cast<std::size_t>(sides_.right)] = static_cast<int>(axis_index(column, columns_, sides_.right_sign));
     index[static_cast<std::size_t>(sides_.up)] = static_cast<int>(axis_index(row, rows_, sides_.up_sign));
-    return map_.points[map_.lattice.number(index[0], index[1], index[2])].*force_;
+    return map_.lattice.number(index[0], index[1], index[2]);
   }
+
+ private:
+  static double axis_index(double n, int count, double sign) { return sign > 0.0 ? n : count - 1 - n; }
+  Vec3 of(int column, int row) const { return map_.points[number(column, row)].*force_; }
 
   const ForceMap& map_;
   Vec3 MapPoint::*force_;
@@ -94,38 +106,51 @@ class Slice {
 /// The levels of a scene's modes, as lines where a slice cuts them.
 class LevelLines {
  public:
-  explicit LevelLines(const Scene& scene) : hand_to_world_(scene.hand_to_world()) {
+  LevelLines(const Scene& scene, const Slice& slice, int side_px, double line_px) {
+    const Similarity hand_to_world = scene.hand_to_world();
+    std::vector<Level> levels;
     for (const SceneMode& mode : scene.modes()) {
       const SurfaceAndFriction* const surface = mode.mode.as<SurfaceAndFriction>();
       if (!mode.enabled || !surface) continue;
       const FieldPtr field = frozen(scene.field(surface->field).field, scene.time.at(0.0));
-      for (const SurfaceAndFriction::Level& level : surface->levels) levels_.push_back({field, level.value});
+      for (const SurfaceAndFriction::Level& level : surface->levels) {
+        levels.push_back({field, level.value});
+        names_ += (names_.empty() ? "" : ", ") + (level.name.empty() ? detail::number_words(level.value) : level.name);
+      }
     }
+    cover_.resize(static_cast<std::size_t>(side_px) * static_cast<std::size_t>(side_px));
+    const double pixel_m = norm(slice.pixel_place_m(1, 0, side_px) - slice.pixel_place_m(0, 0, side_px));
+    const Vec3 across = along(slice.sides().across);
+    detail::in_parts(side_px, 16, [&](std::int64_t first, std::int64_t last) {
+      for (int y = static_cast<int>(first); y < last; ++y) {
+        for (int x = 0; x < side_px; ++x) {
+          const Vec3 world_m = hand_to_world.to_world(slice.pixel_place_m(x, y, side_px));
+          double& cover = cover_[static_cast<std::size_t>(y * side_px + x)];
+          for (const Level& level : levels) {
+            const ScalarSample sample = level.field->scalar(world_m);
+            if (!sample.inside) continue;
+            const Vec3 slope = hand_to_world.gradient_to_hand(sample.gradient);
+            const double per_px = norm(slope - dot(slope, across) * across) * pixel_m;
+            const double away_px = std::abs(sample.value - level.value) / std::max(per_px, 1e-300);
+            cover = std::max(cover, std::clamp(0.5 * line_px + 0.5 - away_px, 0.0, 1.0));
+          }
+        }
+      }
+    });
   }
-  bool any() const { return !levels_.empty(); }
 
-  /// How much of a pixel is covered by a line [1]. \param pixel_m  [m] of the hand  \param width_px  of the lines
-  double cover(const Vec3& hand_m, double pixel_m, double width_px, int across) const {
-    const Vec3 world_m = hand_to_world_.to_world(hand_m);
-    double most = 0.0;
-    for (const auto& [field, value] : levels_) {
-      const ScalarSample sample = field->scalar(world_m);
-      if (!sample.inside) continue;
-      const Vec3 slope = hand_to_world_.gradient_to_hand(sample.gradient);
-      const double in_slice = norm(slope - part(slope, across) * along(across));
-      const double away_px = std::abs(sample.value - value) / std::max(in_slice * pixel_m, 1e-300);
-      most = std::max(most, std::clamp(0.5 * width_px + 0.5 - away_px, 0.0, 1.0));
-    }
-    return most;
-  }
+  /// Of the levels, with commas; empty: there are none.
+  const std::string& names() const { return names_; }
+  /// How much of a pixel is covered by a line [1]. \param y  from the top
+  double cover(int x, int y, int side_px) const { return cover_[static_cast<std::size_t>(y * side_px + x)]; }
 
  private:
   struct Level {
     FieldPtr field;
     double value;  ///< the field's own unit
   };
-  Similarity hand_to_world_;
-  std::vector<Level> levels_;
+  std::string names_;
+  std::vector<double> cover_;
 };
 
 /// Where a panel lies, in pixels from the lower left corner.
@@ -140,16 +165,14 @@ Color color_at(const ColorMap& colors, double force_n) {
   return detail::blended(colors.at(force_n).color, std::clamp(force_n / (faint_share * colors.high()), 0.0, 1.0), paper);
 }
 
-Picture painted(const Slice& slice, const LevelLines& lines, const ColorMap& colors, int side_px, double line_px, double spacing_m) {
+Picture painted(const Slice& slice, const LevelLines& lines, const ColorMap& colors, int side_px) {
   Picture picture{.width_px = side_px, .height_px = side_px, .rgb = {}};
   picture.rgb.reserve(3 * static_cast<std::size_t>(side_px) * static_cast<std::size_t>(side_px));
-  const double columns_per_px = 1.0 * slice.columns() / side_px, rows_per_px = 1.0 * slice.rows() / side_px;
   for (int y = 0; y < side_px; ++y) {
     for (int x = 0; x < side_px; ++x) {
-      const double column = (x + 0.5) * columns_per_px - 0.5, row = (side_px - y - 0.5) * rows_per_px - 0.5;
-      Color color = color_at(colors, norm(slice.at(column, row)));
-      const double cover = lines.cover(slice.place_m(column, row), columns_per_px * spacing_m, line_px, slice.sides().across);
-      color = detail::blended(detail::lightness(color) > 55.0 ? level_color : paper, 0.85 * cover, color);
+      Color color = color_at(colors, norm(slice.at(slice.column_of(x, side_px), slice.row_of(y, side_px))));
+      const Color line = detail::lightness(color) > 55.0 ? level_color : paper;
+      color = detail::blended(line, 0.85 * lines.cover(x, y, side_px), color);
       for (const double value : {color.red, color.green, color.blue})
         picture.rgb.push_back(static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(value, 0.0, 1.0))));
     }
@@ -163,7 +186,9 @@ void draw_arrow(Canvas& canvas, PixelPoint tail, PixelPoint tip, double thicknes
   const double head = std::min(4.2 * thickness_px, 0.7 * length), ux = dx / length, uy = dy / length;
   const PixelPoint foot{tip.x_px - head * ux, tip.y_px - head * uy};
   canvas.line(tail, foot, thickness_px, color);
-  const PixelPoint corners[] = {tip, {foot.x_px - 0.45 * head * uy, foot.y_px + 0.45 * head * ux}, {foot.x_px + 0.45 * head * uy, foot.y_px - 0.45 * head * ux}};
+  const PixelPoint corners[] = {tip,
+                                {foot.x_px - 0.45 * head * uy, foot.y_px + 0.45 * head * ux},
+                                {foot.x_px + 0.45 * head * uy, foot.y_px - 0.45 * head * ux}};
   canvas.polygon(corners, color);
 }
 
@@ -171,7 +196,8 @@ void draw_arrows(Canvas& canvas, const Slice& slice, const Panel& panel, const C
   const double cell_px = panel.side_px / arrows_along;
   for (int j = 0; j < arrows_along; ++j) {
     for (int i = 0; i < arrows_along; ++i) {
-      const double column = (i + 0.5) * slice.columns() / arrows_along - 0.5, row = (j + 0.5) * slice.rows() / arrows_along - 0.5;
+      const double column = (i + 0.5) * slice.columns() / arrows_along - 0.5,
+                   row = (j + 0.5) * slice.rows() / arrows_along - 0.5;
       const Vec3 force_n = slice.nearest(column, row);
       const double right_n = slice.sides().right_sign * part(force_n, slice.sides().right),
                    up_n = slice.sides().up_sign * part(force_n, slice.sides().up);
@@ -181,6 +207,17 @@ void draw_arrows(Canvas& canvas, const Slice& slice, const Panel& panel, const C
       const double dx = px_per_n * right_n, dy = px_per_n * up_n;
       const Color color = detail::lightness(color_at(colors, norm(force_n))) > 60.0 ? ink : paper;
       draw_arrow(canvas, {x - dx, y - dy}, {x + dx, y + dy}, 0.09 * cell_px, color);
+    }
+  }
+}
+
+void mark_unsettled(Canvas& canvas, const ForceMap& map, const Slice& slice, const Panel& panel) {
+  const double size_px = std::max(2.0, panel.side_px / slice.columns());
+  for (int row = 0; row < slice.rows(); ++row) {
+    for (int column = 0; column < slice.columns(); ++column) {
+      if (map.points[slice.number(column, row)].settled) continue;
+      canvas.rectangle(panel.x_px(column, slice) - 0.5 * size_px, panel.y_px(row, slice) - 0.5 * size_px, size_px, size_px,
+                       unsettled_color);
     }
   }
 }
@@ -231,7 +268,6 @@ Picture map_picture(const Scene& scene, const ForceMap& map, const MapPictureOpt
   }
   const Slice first(map, &MapPoint::first_contact_n), steady(map, &MapPoint::steady_n);
   const ColorMap colors = detail::force_colors(largest_n(map));
-  const LevelLines lines(scene);
 
   detail::OffscreenWindow window(width, height);
   vtkNew<vtkRenderer> renderer;
@@ -241,22 +277,30 @@ Picture map_picture(const Scene& scene, const ForceMap& map, const MapPictureOpt
   const double em = canvas.em_px();
   const detail::Layout layout(canvas, true);
   const double at_mm = 1e3 * part(map.lattice.low_m, first.sides().across);
-  const std::string where = detail::text("across %c at %s mm", "xyz"[first.sides().across], detail::number_words(at_mm).c_str());
+  const std::string where =
+      detail::text("across %c at %s mm", "xyz"[first.sides().across], detail::number_words(at_mm).c_str());
   detail::draw_margins(canvas, layout, (scene.title.empty() ? std::string("Force on the hand") : scene.title) + " - " + where);
 
-  const double margin_px = 4.2 * em, side_px = std::floor(std::min(0.5 * layout.scene_right_px - margin_px - 0.8 * em, layout.scene_top_px - 5.6 * em));
+  const double margin_px = 4.2 * em,
+               side_px =
+                   std::floor(std::min(0.5 * layout.scene_right_px - margin_px - 0.8 * em, layout.scene_top_px - 5.6 * em));
   const double bottom_px = std::round(0.5 * (layout.scene_top_px - side_px) + 0.6 * em);
-  const Panel panels[] = {{std::round(margin_px), bottom_px, side_px}, {std::round(0.5 * layout.scene_right_px + margin_px), bottom_px, side_px}};
+  const Panel panels[] = {{std::round(margin_px), bottom_px, side_px},
+                          {std::round(0.5 * layout.scene_right_px + margin_px), bottom_px, side_px}};
+  const LevelLines lines(scene, first, static_cast<int>(side_px), 0.09 * em);
   for (const bool is_steady : {false, true}) {
     const Panel& panel = panels[is_steady ? 1 : 0];
     const Slice& slice = is_steady ? steady : first;
-    canvas.picture(painted(slice, lines, colors, static_cast<int>(side_px), 0.09 * em, map.lattice.spacing_m), panel.left_px, panel.bottom_px);
+    canvas.picture(painted(slice, lines, colors, static_cast<int>(side_px)), panel.left_px, panel.bottom_px);
     draw_arrows(canvas, slice, panel, colors);
+    if (is_steady) mark_unsettled(canvas, map, slice, panel);
     draw_frame(canvas, slice, panel, is_steady ? "steady" : "first contact");
   }
 
   std::vector<detail::LegendEntry> legend;
-  if (lines.any()) legend.push_back({"levels of the data", {level_color}, detail::LegendEntry::Sign::line});
+  if (!lines.names().empty()) legend.push_back({lines.names(), {level_color}, detail::LegendEntry::Sign::line});
+  if (std::any_of(map.points.begin(), map.points.end(), [](const MapPoint& point) { return !point.settled; }))
+    legend.push_back({"here it does not settle", {unsettled_color}});
   const detail::ColorBar bars[] = {{"force on hand / N", colors}};
   detail::draw_explanations(canvas, layout, legend, bars);
   return window.draw();

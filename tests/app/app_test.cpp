@@ -269,5 +269,55 @@ TEST_F(Program, AKilledRunIsIncompleteAndReplays) {
   EXPECT_EQ(replay.code, 0) << replay.out << replay.err;
 }
 
+TEST_F(Program, AMapThatIsInterruptedOrKilledGoesOnToTheSameBytes) {
+  write_scene("scene.toml");
+  const std::vector<std::string> map{"map", "scene.toml", "map.vti", "--points", "256", "--threads", "1"};
+  Ended interrupted{.code = 0, .out = {}, .err = {}};
+  for (int delay_ms = 320; interrupted.code == 0 && delay_ms > 0; delay_ms /= 2) {  // a fast machine may be done before
+    fs::remove(folder / "map.vti");
+    const pid_t first = start(map);
+    std::this_thread::sleep_for(std::chrono::milliseconds(delay_ms));
+    ::kill(first, SIGINT);
+    interrupted = wait(first);
+  }
+  EXPECT_EQ(interrupted.code, 130);
+  EXPECT_THAT(interrupted.err, HasSubstr("map.vti.part"));
+  ASSERT_TRUE(fs::exists(folder / "map.vti.part"));
+  EXPECT_FALSE(fs::exists(folder / "map.vti"));
+
+  const pid_t second = start(map);
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  ASSERT_EQ(::kill(second, SIGKILL), 0);
+  wait(second);
+  ASSERT_TRUE(fs::exists(folder / "map.vti.part")) << "what was kept stays";
+  EXPECT_FALSE(fs::exists(folder / "map.vti"));
+
+  const Ended rest = palpa({"map", "scene.toml", "map.vti", "--points", "256", "--json"});
+  ASSERT_EQ(rest.code, 0) << rest.err;
+  EXPECT_THAT(rest.err, HasSubstr("going on"));
+  const json summary = json::parse(rest.out);
+  EXPECT_EQ(summary["points"], 256 * 256);
+  EXPECT_LE(summary["points_felt_now"].get<int>(), 256 * 256);
+  EXPECT_GT(summary["probes_per_s"].get<double>(), 0.0);
+  EXPECT_FALSE(fs::exists(folder / "map.vti.part"));
+  ASSERT_EQ(palpa({"map", "scene.toml", "whole.vti", "--points", "256"}).code, 0);
+  EXPECT_TRUE(read(folder / "map.vti") == read(folder / "whole.vti"));
+}
+
+TEST_F(Program, AMapOfAnotherSceneBeginsAnewWithAWord) {
+  write_scene("scene.toml");
+  ASSERT_EQ(palpa({"map", "scene.toml", "one.vti", "--points", "12"}).code, 0);
+  write("map.vti.part", "of something else");
+  const Ended map = palpa({"map", "scene.toml", "map.vti", "--points", "12"});
+  EXPECT_EQ(map.code, 0) << map.err;
+  EXPECT_THAT(map.err, HasSubstr("begins anew"));
+  EXPECT_TRUE(read(folder / "map.vti") == read(folder / "one.vti"));
+  const Ended again = palpa({"map", "scene.toml", "map.vti", "--points", "12"});
+  EXPECT_EQ(again.code, 2) << "nothing is written over";
+  EXPECT_EQ(palpa({"map", "scene.toml", "map.vtk"}).code, 2);
+  EXPECT_EQ(palpa({"map", "scene.toml", "m.vti", "--grid", "--picture", "m.png"}).code, 2);
+  EXPECT_EQ(palpa({"map", "scene.toml", "m.vti", "--size-mm", "nan"}).code, 2);
+}
+
 }  // namespace
 }  // namespace palpa

@@ -1,0 +1,223 @@
+// Maps of forces: against a ball and a syrup, whose forces are known in closed form; the same however they are felt.
+#include "palpa/study/map.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "palpa/mode/modes.h"
+#include "palpa/study/feeler.h"
+#include "palpa/study/map_file.h"
+#include "palpa/volume/analytic.h"
+#include "study_fixture.h"
+
+namespace palpa {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr double radius_m = 0.05, stiffness_n_per_m = 500.0, limit_n = 3.3;
+
+/// A ball about the middle of the workspace as one rigid shell.
+Scene ball(double strength_n, double damping_ns_per_m = 0.0) {
+  Scene scene({.stiffness_n_per_m = stiffness_n_per_m, .damping_ns_per_m = damping_ns_per_m, .max_force_n = limit_n});
+  const FieldRef depth = scene.add("ball", sphere_field(radius_m));
+  scene.workspace.scale = 1.0;
+  scene.workspace.center_m = Vec3{};
+  scene.workspace.towards_user = "+z";
+  scene.workspace.up = "+y";
+  scene.add("shell", SurfaceAndFriction{.field = depth, .levels = {{.name = "shell", .strength_n = strength_n}}});
+  return scene;
+}
+
+ForceMap felt(const Scene& scene, const MapLattice& lattice, int threads = 2) {
+  ForceMap map(lattice);
+  feel_map(scene, map, {.threads = threads});
+  return map;
+}
+
+TEST(Map, ABallPushesAwayFromItsMiddleAsFarAsTheHandIsInIt) {
+  const ForceMap map = felt(ball(100.0), map_slice(0, 0.0, 0.16, 65));
+  ASSERT_TRUE(map.is_whole());
+  int inside = 0;
+  for (int j = 0; j < 65; ++j) {
+    for (int k = 0; k < 65; ++k) {
+      const Vec3 place_m = map.lattice.place_m(0, j, k);
+      const MapPoint& point = map.points[map.lattice.number(0, j, k)];
+      EXPECT_LE(norm(point.first_contact_n), limit_n * (1 + 1e-12));
+      EXPECT_EQ(point.broken_levels, 0);
+      EXPECT_TRUE(point.settled);
+      const double depth_m = radius_m - norm(place_m);
+      if (depth_m < 0.0 && place_m.z > 0.0) {
+        EXPECT_LT(norm(point.steady_n), 1e-9) << place_m.y << " " << place_m.z;
+      }
+      // A smoothing spline lies below a ball's crown by about spacing²/(6 R).
+      if (depth_m < 1e-3 || depth_m > 6e-3 || place_m.z < 0.01) continue;
+      ++inside;
+      const Vec3 expected_n = (stiffness_n_per_m * depth_m / norm(place_m)) * place_m;
+      EXPECT_LT(distance(point.steady_n, expected_n), 0.12 + 0.05 * norm(expected_n)) << place_m.y << " " << place_m.z;
+      EXPECT_NEAR(stiffness_n_per_m * point.proxy_distance_m, norm(point.steady_n), 1e-6);
+    }
+  }
+  EXPECT_GT(inside, 50);
+}
+
+TEST(Map, WhatADrivenHandFeelsOfSyrupIsGoneWhenItIsHeld) {
+  Scene scene({.stiffness_n_per_m = stiffness_n_per_m, .damping_ns_per_m = 0.0, .max_force_n = limit_n});
+  const FieldRef depth = scene.add("ball", sphere_field(radius_m));
+  scene.workspace.scale = 1.0;
+  scene.workspace.center_m = Vec3{};
+  scene.workspace.towards_user = "+z";
+  scene.workspace.up = "+y";
+  constexpr double drag_ns_per_m = 4.0;
+  scene.add("syrup", Viscosity{.field = depth, .drag_ns_per_m = drag_ns_per_m});
+  const ForceMap map = felt(scene, map_slice(0, 0.0, 0.06, 25));
+  const double speed_m_per_s = detail::way_step_m / detail::way_step_s;
+  const MapPoint& middle = map.points[map.lattice.number(0, 12, 2)];
+  EXPECT_NEAR(middle.first_contact_n.z, drag_ns_per_m * speed_m_per_s, 0.02) << "towards where the hand comes from";
+  EXPECT_LT(norm(middle.steady_n), 1e-3);
+  EXPECT_TRUE(middle.settled);
+}
+
+TEST(Map, AShellThatLetsGoIsToldBehindIt) {
+  const ForceMap map = felt(ball(0.5), map_slice(0, 0.0, 0.12, 41));
+  const MapPoint& before = map.points[map.lattice.number(0, 20, 40)];
+  const MapPoint& behind = map.points[map.lattice.number(0, 20, 20)];
+  EXPECT_EQ(before.broken_levels, 0);
+  EXPECT_GE(behind.broken_levels, 1);
+  EXPECT_LT(norm(behind.steady_n), 1e-6);
+}
+
+TEST(Map, IsTheSameToTheBitByAnyNumberOfThreadsAndInAnyPieces) {
+  const Scene scene = ball(1.0, 0.5);
+  const MapLattice lattice = map_slice(1, 0.0, 0.12, 33);
+  const ForceMap once = felt(scene, lattice, 1);
+  EXPECT_EQ(felt(scene, lattice, 3).points, once.points);
+
+  ForceMap pieces(lattice);
+  std::atomic<bool> stop = false;
+  std::int64_t points = 0;
+  int runs = 0;
+  for (; !pieces.is_whole(); ++runs) {
+    stop = false;
+    int ways = 0;
+    const MapWork work =
+        feel_map(scene, pieces, {.threads = 2, .stop = &stop, .progress = [&](double) { stop = ++ways >= 10; }});
+    EXPECT_GT(work.points, 0);
+    points += work.points;
+  }
+  EXPECT_GT(runs, 1);
+  EXPECT_EQ(points, lattice.count()) << "nothing twice";
+  EXPECT_EQ(pieces.points, once.points);
+}
+
+TEST(Map, ASliceIsAPlaneOfTheGrid) {
+  const Scene scene = ball(1.0);
+  const ForceMap grid = felt(scene, map_grid(0.12, 17));
+  for (const int axis : {0, 1}) {
+    const ForceMap slice = felt(scene, map_slice(axis, 0.0, 0.12, 17));
+    for (int n = 0; n < 17; ++n)
+      for (int k = 0; k < 17; ++k) {
+        const int i = axis == 0 ? 8 : n, j = axis == 0 ? n : 8;
+        EXPECT_EQ(slice.points[slice.lattice.number(axis == 0 ? 0 : n, axis == 0 ? n : 0, k)],
+                  grid.points[grid.lattice.number(i, j, k)]);
+      }
+  }
+  // Across z each point has a way of its own, with other steps: the same place, within what a step is worth.
+  const ForceMap across = felt(scene, map_slice(2, 0.045, 0.12, 17));
+  const ForceMap along = felt(scene, map_slice(0, 0.0, 0.09, 17));  // its last point is at z = 45 mm
+  EXPECT_NEAR(along.lattice.place_m(0, 8, 16).z, 0.045, 1e-12);
+  EXPECT_LT(
+      distance(across.points[across.lattice.number(8, 8, 0)].steady_n, along.points[along.lattice.number(0, 8, 16)].steady_n),
+      1e-3);
+}
+
+TEST(Map, RefusesWhatIsNoMap) {
+  const auto problem_with = [](const auto& make) -> std::string {
+    try {
+      make();
+    } catch (const LoadError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THAT(problem_with([] { map_slice(0, 0.0, 0.1, 1); }), HasSubstr("2 or more"));
+  for (const double size_m : {0.0, -1.0, 2.0, nan})
+    EXPECT_THAT(problem_with([&] { map_slice(0, 0.0, size_m, 8); }), HasSubstr("at most 1000 mm"));
+  EXPECT_THAT(problem_with([] { map_slice(0, nan, 0.1, 8); }), HasSubstr("within 1000 mm"));
+  EXPECT_THAT(problem_with([] { map_grid(0.1, 100000); }), HasSubstr("--points"));
+}
+
+TEST(Map, WhatEndsItsKeepingEndsIt) {
+  const Scene scene = ball(1.0);
+  ForceMap map(map_slice(0, 0.0, 0.12, 9));
+  EXPECT_THROW(feel_map(scene, map, {.threads = 2, .progress = [](double) { throw LoadError("full"); }}), LoadError);
+}
+
+class MapFile : public StudyTest {
+ protected:
+  const Scene scene = ball(1.0);
+  const MapLattice lattice = map_slice(0, 0.0, 0.12, 17);
+  const std::string identity = identity_of_map(scene, {}, lattice);
+
+  /// A map of which some ways are done.
+  ForceMap half() const {
+    ForceMap map(lattice);
+    std::atomic<bool> stop = false;
+    feel_map(scene, map, {.threads = 1, .stop = &stop, .progress = [&](double share) { stop = share > 0.4; }});
+    EXPECT_FALSE(map.is_whole());
+    return map;
+  }
+};
+
+TEST_F(MapFile, WhatIsKeptIsTakenAndGoesOnToTheSameMap) {
+  const ForceMap kept = half();
+  keep_map(kept, identity, folder / "map.part");
+  ForceMap map(lattice);
+  ASSERT_EQ(take_kept_map(map, identity, folder / "map.part"), KeptMap::taken);
+  EXPECT_EQ(map.done, kept.done);
+  feel_map(scene, map);
+  EXPECT_EQ(map.points, felt(scene, lattice).points);
+}
+
+TEST_F(MapFile, WhatIsOfAnotherMapIsNotTaken) {
+  keep_map(half(), identity, folder / "map.part");
+  ForceMap map(lattice);
+  EXPECT_EQ(take_kept_map(map, identity, folder / "nothing"), KeptMap::none);
+  EXPECT_EQ(take_kept_map(map, identity_of_map(ball(2.0), {}, lattice), folder / "map.part"), KeptMap::another);
+  ForceMap larger(map_slice(0, 0.0, 0.13, 17));
+  EXPECT_EQ(take_kept_map(larger, identity_of_map(scene, {}, larger.lattice), folder / "map.part"), KeptMap::another);
+  EXPECT_EQ(map.points, ForceMap(lattice).points) << "untouched";
+}
+
+TEST_F(MapFile, WhatIsCutShortOrDamagedIsNotTaken) {
+  keep_map(half(), identity, folder / "map.part");
+  const std::string whole = read(folder / "map.part");
+  for (const std::size_t bytes : {std::size_t{0}, std::size_t{20}, identity.size(), whole.size() / 2, whole.size() - 1}) {
+    write("cut.part", whole.substr(0, bytes));
+    ForceMap map(lattice);
+    EXPECT_EQ(take_kept_map(map, identity, folder / "cut.part"), KeptMap::another) << bytes;
+  }
+  for (const std::string& more : {whole + "x", whole + std::string(1 << 20, '\1')}) {
+    write("long.part", more);
+    ForceMap map(lattice);
+    EXPECT_EQ(take_kept_map(map, identity, folder / "long.part"), KeptMap::another);
+  }
+  ForceMap map(lattice);
+  EXPECT_EQ(take_kept_map(map, identity, folder), KeptMap::another) << "a folder";
+}
+
+TEST_F(MapFile, TheSameMapIsTheSameBytes) {
+  const Similarity turned{turn_about({0, 1, 0}, 30.0), 2.0, {1, 2, 3}};
+  write_map(felt(scene, lattice, 1), turned, folder / "one.vti", detail::Existing::refused);
+  write_map(felt(scene, lattice, 2), turned, folder / "two.vti", detail::Existing::refused);
+  EXPECT_EQ(read(folder / "one.vti"), read(folder / "two.vti"));
+  EXPECT_THAT(read(folder / "one.vti"), testing::Not(HasSubstr("appended"))) << "ParaView of Debian 12 does not open that";
+  EXPECT_THROW(write_map(felt(scene, lattice), turned, folder / "one.vti", detail::Existing::refused), LoadError);
+}
+
+}  // namespace
+}  // namespace palpa
