@@ -400,7 +400,12 @@ void add_report(CLI::App& app, Work& work) {
   const auto given = std::make_shared<ReportArguments>();
   CLI::App* command = app.add_subcommand("report", "Make one HTML page of a trace: pictures, plots, tables");
   command->add_option("TRACE", given->trace, "folder of the trace")->required()->type_name("");
-  command->add_option("--out", given->out, "where to write; left out: report.html in the trace")->type_name("FILE");
+  command
+      ->add_option("--beside", given->beside,
+                   "compare with this trace, which has the same hand: what differs, and would it be felt")
+      ->type_name("TRACE");
+  command->add_option("--out", given->out, "where to write; left out: report.html in the trace, with --beside beside.html")
+      ->type_name("FILE");
   command->add_option("--pictures", given->pictures, "write the pictures as PNG and SVG files into this folder, too")
       ->type_name("DIR");
   add_force(command, given->force);
@@ -411,6 +416,7 @@ void add_report(CLI::App& app, Work& work) {
   command->callback([=, &work] {
     work = [=] {
       given->trace = trace_folder(given->trace);
+      if (!given->beside.empty()) given->beside = trace_folder(given->beside);
       return run_report(*given);
     };
   });

@@ -71,7 +71,8 @@ int run_replay(const ReplayArguments& arguments, const std::atomic<bool>& stop);
 
 struct ReportArguments {
   std::filesystem::path trace;
-  std::filesystem::path out;       ///< empty: report.html in the trace
+  std::filesystem::path beside;    ///< another trace of the same hand, to compare with; empty: none
+  std::filesystem::path out;       ///< empty: report.html in the trace, of two beside.html
   std::filesystem::path pictures;  ///< folder for the pictures as files; empty: none
   bool force = false;              ///< files that are there already are replaced
   std::vector<std::filesystem::path> data_folders;

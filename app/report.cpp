@@ -13,6 +13,7 @@ int run_report(const ReportArguments& arguments) {
                            {.data_folders = arguments.data_folders,
                             .plugins = arguments.plugins,
                             .read = arguments.read,
+                            .beside = arguments.beside,
                             .pictures = arguments.pictures,
                             .replace = arguments.force,
                             .progress = [&](double share) { progress.show(share); }});

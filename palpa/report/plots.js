@@ -94,6 +94,7 @@ const Plots = (() => {
     Report.live('plots');
     Report.plots.forEach(make);
     if (graphs.length > 1) Dygraph.synchronize(graphs.map((one) => one.graph), {selection: false, range: false});
+    if (!Report.moment()) for (const one of graphs) read(one, one.plot.rows[0][0]);
     Report.onMoment((moment) => {
       for (const one of graphs) {
         placeCursor(one);

@@ -5,19 +5,18 @@
 #include <optional>
 #include <system_error>
 
-#include "palpa/disk/input_file.h"
 #include "palpa/disk/new_file.h"
-#include "palpa/mode/plugin.h"
+#include "palpa/report/beside.h"
 #include "palpa/report/html.h"
 #include "palpa/report/moments.h"
 #include "palpa/report/page.h"
+#include "palpa/report/parts.h"
 #include "palpa/report/plots.h"
 #include "palpa/report/recorded.h"
 #include "palpa/report/signal.h"
 #include "palpa/report/tables.h"
 #include "palpa/report/view_3d.h"
 #include "palpa/report/words.h"
-#include "palpa/study/recorded_scene.h"
 #include "palpa/view/picture.h"
 
 namespace palpa {
@@ -26,32 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 using namespace detail;
 
-constexpr std::size_t most_moments = 500;     // [1] with primitives. More: a larger page; fewer: the view jumps
-constexpr std::size_t most_plot_rows = 3000;  // [1] of each plot. More: a larger page; fewer: zoomed plots are coarse
-
-/// A page that palpa made, or an empty one, may be replaced without asking.
-Existing what_becomes_of(const fs::path& file, const ReportOptions& options) {
-  if (options.replace) return Existing::replaced;
-  const InputFile old(file);
-  if (!old.is_open()) return Existing::refused;
-  std::string begin(2000, '\0');
-  begin.resize(old.read(0, begin.data(), begin.size()));
-  if (!begin.empty() && begin.find("<meta name=\"generator\" content=\"palpa ") == std::string::npos)
-    throw LoadError(file.string() +
-                    ": is there already and is no report of palpa; choose another name, or have it replaced (--force)");
-  return Existing::replaced;
-}
-
-/// A picture of the report as a file of its own, where that is asked for.
-void keep(const ReportOptions& options, const std::string& name, const std::string& bytes) {
-  if (!options.pictures.empty())
-    write_whole(options.pictures / name, bytes, options.replace ? Existing::replaced : Existing::refused);
-}
-
-/// A figure with a text for those who do not see it.
-std::string figure(const std::string& content, const std::string& caption) {
-  return "<figure>\n<div class=\"card\">" + content + "</div>\n<figcaption>" + escaped(caption) + "</figcaption>\n</figure>\n";
-}
+constexpr std::size_t most_moments = 500;  // [1] with primitives. More: a larger page; fewer: the view jumps
 
 std::string image(const ReportOptions& options, const char* name, const Picture& picture, const std::string& alt,
                   const std::string& caption) {
@@ -62,28 +36,8 @@ std::string image(const ReportOptions& options, const char* name, const Picture&
                 caption);
 }
 
-std::string notice(const std::string& words) { return "<p class=\"notice\">" + escaped(words) + "</p>\n"; }
-
 void tell(const ReportOptions& options, double share_done) {
   if (options.progress) options.progress(share_done);
-}
-
-/// The plots, each as a place for plots.js and as an SVG for where there is no script, and for paper.
-std::string plots(const std::vector<TimePlot>& plots, const ReportOptions& options) {
-  std::string out =
-      "<p class=\"live live-plots hint\">Drag over a stretch of time to see it larger in all plots, double click to see "
-      "all of it again; click to look at that moment.</p>\n<div class=\"plots\">\n";
-  for (const TimePlot& one : plots) {
-    std::string svg = svg_of(one.plot, 760, one.id == "time" ? 220 : 280, one.id + "-");
-    keep(options, one.id + ".svg", svg);
-    svg.insert(4, " role=\"img\" aria-label=\"" + escaped(one.label) + "\"");
-    out += "<figure class=\"plot\">\n<h3 class=\"live live-plots\">" + escaped(one.plot.title) +
-           "</h3>\n<div class=\"live live-plots readout\" id=\"values-" + one.id +
-           "\"></div>\n<div class=\"live live-plots chart\" id=\"plot-" + one.id +
-           "\"></div>\n<div class=\"still still-plots card\">" + svg + "</div>\n<figcaption>" + escaped(one.caption) +
-           "</figcaption>\n</figure>\n";
-  }
-  return out + "</div>\n";
 }
 
 /// What the hand got of it, as fingers tell it apart: bands, spectrum, steps.
@@ -149,21 +103,6 @@ std::string picture_of_moment(const Recorded& recorded, const Scene& scene, cons
   return image(options, "moment.png", *picture, "Close-up of probe, proxy and primitives. " + caption, caption);
 }
 
-/// The scene as it was felt, if its data are there.
-std::optional<LoadedScene> scene_of(const fs::path& trace, const Recorded& recorded, const ReportOptions& options,
-                                    std::string& why_not) {
-  try {
-    if (options.plugins.empty() && !recorded.header.plugins.empty()) {
-      throw LoadError((trace / "trace.toml").string() + ": was felt with the plug-in " + recorded.header.plugins.front() +
-                      "; name it with --plugin if you trust it");
-    }
-    return load_recorded_scene(trace, TraceReader(trace), options.data_folders, options.read, modes_with(options.plugins));
-  } catch (const LoadError& error) {
-    why_not = error.what();
-    return {};
-  }
-}
-
 /// What was felt, tick by tick, where the hand's place was known.
 std::vector<PathPoint> path_of(const Recorded& recorded) {
   std::vector<PathPoint> path;
@@ -214,21 +153,6 @@ constexpr const char* time_bar = R"(<div class="live live-time timebar" id="time
 </div>
 )";
 
-/// The licences of what stands in the page.
-constexpr const char* software = R"(<details>
-<summary>Software in this page</summary>
-<p>three.js r111, copyright 2010–2019 three.js authors; dygraphs 2.2.1, copyright 2006–2023 Dan Vanderkam and others.</p>
-<p>Permission is hereby granted, free of charge, to any person obtaining a copy of this software and associated documentation files (the
-&quot;Software&quot;), to deal in the Software without restriction, including without limitation the rights to use, copy, modify, merge, publish,
-distribute, sublicense, and/or sell copies of the Software, and to permit persons to whom the Software is furnished to do so, subject
-to the following conditions: The above copyright notice and this permission notice shall be included in all copies or substantial
-portions of the Software. THE SOFTWARE IS PROVIDED &quot;AS IS&quot;, WITHOUT WARRANTY OF ANY KIND, EXPRESS OR IMPLIED, INCLUDING BUT NOT
-LIMITED TO THE WARRANTIES OF MERCHANTABILITY, FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE AUTHORS OR
-COPYRIGHT HOLDERS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE, ARISING
-FROM, OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE.</p>
-</details>
-)";
-
 /// The moments with their primitives, recorded or felt again; `why_not` where there are none.
 std::vector<RecordedMoment> moments_of(const fs::path& trace, const Recorded& recorded, const Scene* scene,
                                        const ReportOptions& options, std::string& why_not) {
@@ -248,6 +172,7 @@ std::vector<RecordedMoment> moments_of(const fs::path& trace, const Recorded& re
 }  // namespace
 
 std::string report_html(const fs::path& trace, const ReportOptions& options) {
+  if (!options.beside.empty()) return beside_html(trace, options);
   const Recorded recorded = read_recorded(trace);
   tell(options, 0.1);
   Page page(recorded.title.empty() ? "A trace without a title" : recorded.title);
@@ -280,7 +205,7 @@ std::string report_html(const fs::path& trace, const ReportOptions& options) {
   page.section("view", "Scene and path", view);
   if (!recorded.ticks.empty()) {
     const std::vector<TimePlot> over_time = time_plots(recorded);
-    page.section("plots", "Over time", plots(over_time, options));
+    page.section("plots", "Over time", plots_markup(over_time, true, options));
     std::vector<std::size_t> looked_at;
     for (const RecordedMoment& moment : moments) looked_at.push_back(moment.row);
     page.data("plots-data", json_of(over_time, most_plot_rows, looked_at));
@@ -292,7 +217,7 @@ std::string report_html(const fs::path& trace, const ReportOptions& options) {
   page.section("modes", "Modes", modes_markup(recorded));
   page.section("events", "Events", events_markup(recorded));
   page.section("origin", "Origin", origin_markup(recorded));
-  page.section("scene", "Scene", "<pre><code>" + escaped(recorded.scene_text) + "</code></pre>\n" + software);
+  page.section("scene", "Scene", "<pre><code>" + escaped(recorded.scene_text) + "</code></pre>\n" + software_markup());
   if (!recorded.ticks.empty()) {
     page.end_with(time_bar);
     for (const char* name :
@@ -310,7 +235,7 @@ fs::path write_report(const fs::path& trace, const fs::path& out, const ReportOp
     fs::create_directories(options.pictures, error);
     if (error) throw LoadError(options.pictures.string() + ": cannot be made (" + error.message() + "); choose another folder");
   }
-  const fs::path file = out.empty() ? trace / "report.html" : out;
+  const fs::path file = !out.empty() ? out : trace / (options.beside.empty() ? "report.html" : "beside.html");
   const Existing existing = what_becomes_of(file, options);
   write_whole(file, report_html(trace, options), existing);
   return file;

@@ -43,7 +43,7 @@ const Report = (() => {
     /** Calls back when day becomes night or the other way round. */
     onColors: (listener) => dark.addEventListener('change', listener),
     choose,
-    show: (time) => choose(nearest(time)),
+    show: (time) => { if (moments.length > 0) choose(nearest(time)); },
     number: () => chosen,
     moment: () => moments[chosen],
     /** A colour of report.css. */

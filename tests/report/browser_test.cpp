@@ -208,5 +208,31 @@ TEST_F(Browser, ShowsThePictureWithoutWebGl) {
   EXPECT_GT(colourful(shown.screen), 0.02);
 }
 
+TEST_F(Browser, TwoTracesAreZoomedTogetherAndSayTheirNamesAtOnce) {
+  RunOptions again = options("again", 3.0);
+  again.hand = (folder / "trace/ticks.csv").string();
+  again.scene_options.sets.emplace_back("mode.skin.level.skin.strength_n", "0.2");
+  run(again);
+  const std::string pair = report_html(folder / "trace", {.beside = folder / "again"});
+  const std::string zoom = script_that(R"(
+    told.curves = Plots.graphs.map((one) => one.values.textContent);
+    await later(() => drag(document.querySelector('#plot-force canvas:last-of-type'), [150, 60], [200, 0], 10));
+    told.windows = windows();
+    await later(() => Report.show(1.0));
+  )");
+  // The page has no stage; the script tells of one.
+  const std::string stage = "<div id=\"stage\"></div></main>";
+  std::string staged = pair;
+  staged.replace(staged.rfind("</main>"), 7, stage);
+  const Shown shown = open(with_script(staged, zoom, folder));
+  EXPECT_TRUE(became(shown, "with-plots"));
+  const nlohmann::json all = told(shown);
+  ASSERT_EQ(all["windows"].size(), 3u);
+  EXPECT_EQ(all["windows"][0], all["windows"][1]);
+  EXPECT_EQ(all["windows"][0], all["windows"][2]);
+  EXPECT_LT(all["windows"][0][1].get<double>() - all["windows"][0][0].get<double>(), 2.0) << "zoomed";
+  for (const char* name : {"first", "second"}) EXPECT_THAT(all["curves"][0].get<std::string>(), HasSubstr(name));
+}
+
 }  // namespace
 }  // namespace palpa

@@ -1,0 +1,370 @@
+#include "palpa/report/beside.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "palpa/core/load_error.h"
+#include "palpa/report/html.h"
+#include "palpa/report/page.h"
+#include "palpa/report/parts.h"
+#include "palpa/report/signal.h"
+#include "palpa/study/beside.h"
+
+namespace palpa::detail {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t most_stretches = 20;  // [1] listed, the largest first. More: a longer page; fewer: causes are missed
+// Points of the hand's way are drawn so far apart at least [mm]. More: bends are cut; less: a larger page.
+constexpr double drawn_apart_mm = 0.3;
+constexpr palpa::Color first_color = palpa::Color::blue, second_color = palpa::Color::vermilion;
+
+/// One of the two.
+struct Side {
+  std::string name;  ///< of its folder
+  Recorded recorded;
+  std::string no_scene;  ///< why its data are not there; empty: they are
+  Signal signal;
+};
+
+/// The last part of a path that is a name.
+std::string name_of(const fs::path& folder) {
+  const fs::path whole = fs::absolute(folder).lexically_normal();
+  return (whole.has_filename() ? whole.filename() : whole.parent_path().filename()).string();
+}
+
+Side side_of(const fs::path& folder, const ReportOptions& options) {
+  Side side{.name = name_of(folder), .recorded = read_recorded(folder), .no_scene = {}, .signal = {}};
+  const std::optional<LoadedScene> loaded = scene_of(folder, side.recorded, options, side.no_scene);
+  side.signal = signal_of(side.recorded, loaded ? &loaded->scene : nullptr);
+  if (side.recorded.ticks.empty()) throw LoadError(folder.string() + ": has no ticks to compare; record a trace that is felt");
+  return side;
+}
+
+/// Both, compared.
+struct Pair {
+  Side first, second;
+  FeltDifference difference;
+
+  const FeltTick& a(std::size_t i) const { return first.signal.run.ticks[i]; }
+  const FeltTick& b(std::size_t i) const { return second.signal.run.ticks[i]; }
+  std::size_t ticks() const { return difference.difference_n.size(); }
+};
+
+std::string newtons(double force_n) { return text(std::abs(force_n) < 0.1 ? "%.3f N" : "%.2f N", force_n); }
+std::string seconds(double time_s) { return text("%.3f s", time_s); }
+std::string place_words(const Vec3& hand_m) {
+  return text("%+.1f, %+.1f, %+.1f mm", 1e3 * hand_m.x, 1e3 * hand_m.y, 1e3 * hand_m.z);
+}
+
+std::size_t count_of(const Recorded& recorded, const char* kind) {
+  return static_cast<std::size_t>(std::count_if(recorded.events.begin(), recorded.events.end(),
+                                                [&](const RecordedEvent& event) { return event.kind == kind; }));
+}
+
+/// Whether a hand would tell, and what else can be said in a sentence each.
+std::vector<std::string> words_of(const Pair& pair) {
+  const FeltDifference& d = pair.difference;
+  std::vector<std::string> words;
+  if (d.in_contact == 0) return {"Nothing reached the hand in either, so there is nothing to tell apart."};
+  const FeltTick &a = pair.a(d.largest), &b = pair.b(d.largest);
+  const double largest_n = d.difference_n[d.largest];
+  if (largest_n == 0.0) {
+    words.push_back("The two forces are the same, to the bit, in every tick: no hand would tell them apart.");
+  } else if (d.stretches.empty()) {
+    words.push_back("A hand would not tell the two apart: nowhere do the forces differ by more than a hand needs for that.");
+  } else {
+    const ToldStretch& longest = *std::max_element(d.stretches.begin(), d.stretches.end(), [&](const auto& x, const auto& y) {
+      return pair.a(x.last).t_s - pair.a(x.first).t_s < pair.a(y.last).t_s - pair.a(y.first).t_s;
+    });
+    words.push_back(
+        text("A hand would tell the two apart in %.1f %% of the time in which either pushes, in %zu %s; the longest "
+             "is from %.3f to %.3f s.",
+             100.0 * d.told_share, d.stretches.size(), d.stretches.size() == 1 ? "stretch" : "stretches",
+             pair.a(longest.first).t_s, pair.a(longest.last).t_s));
+  }
+  if (largest_n > 0.0) {
+    words.push_back("The largest difference is " + newtons(largest_n) + ", at " + seconds(a.t_s) + ": " +
+                    newtons(norm(a.command_n)) + " against " + newtons(norm(b.command_n)) +
+                    text(", %.0f\u00b0 between them", turned_deg(a.command_n, b.command_n)) + "; the hand is at " +
+                    place_words(a.probe_m) + " (right, up, towards you).");
+    words.push_back("Over all that time the root mean square of the difference is " + newtons(d.rms_n) + ".");
+  }
+  const std::size_t first_breaks = count_of(pair.first.recorded, "break_through"),
+                    second_breaks = count_of(pair.second.recorded, "break_through");
+  if (first_breaks + second_breaks > 0)
+    words.push_back(text("Levels gave way %zu times in the first and %zu times in the second.", first_breaks, second_breaks));
+  return words;
+}
+
+Series over_time(const Pair& pair, std::string name, palpa::Color color, Stroke stroke, const auto& value) {
+  Series series{.name = std::move(name), .color = color, .stroke = stroke};
+  for (std::size_t i = 0; i < pair.ticks(); ++i) {
+    series.xs.push_back(pair.a(i).t_s);
+    series.ys.push_back(value(i));
+  }
+  return series;
+}
+
+std::vector<TimePlot> plots_of(const Pair& pair) {
+  std::vector<Mark> breaks;
+  for (const auto& [side, kind] : {std::pair{&pair.first, "gives way in the first"}, {&pair.second, "gives way in the second"}})
+    for (const RecordedEvent& event : side->recorded.events)
+      if (event.kind == "break_through") breaks.push_back({event.t_s, kind});
+  const FeltDifference& d = pair.difference;
+  TimePlot force{.id = "force",
+                 .plot = {.title = "Force on the hand", .x_label = "time / s", .y_label = "force / N", .marks = breaks},
+                 .label = "Both forces over time.",
+                 .caption = "What the hand got in each: after the guard."};
+  force.plot.series = {
+      over_time(pair, "first", first_color, Stroke::solid, [&](std::size_t i) { return norm(pair.a(i).command_n); }),
+      over_time(pair, "second", second_color, Stroke::dashed, [&](std::size_t i) { return norm(pair.b(i).command_n); })};
+  TimePlot difference{.id = "difference",
+                      .plot = {.title = "How far apart", .x_label = "time / s", .y_label = "force / N"},
+                      .label = text("The difference over time: at most %.3f N.", d.difference_n[d.largest]),
+                      .caption =
+                          "The length of the difference of the two forces, and the difference in strength alone. A hand tells "
+                          "the strengths apart where the second is above the dashed line: 7 % of the force, and at least "
+                          "30 mN."};
+  difference.plot.series = {
+      over_time(pair, "|first \u2212 second|", palpa::Color::purple, Stroke::solid,
+                [&](std::size_t i) { return d.difference_n[i]; }),
+      over_time(pair, "in strength", palpa::Color::black, Stroke::solid,
+                [&](std::size_t i) { return std::abs(norm(pair.a(i).command_n) - norm(pair.b(i).command_n)); }),
+      over_time(pair, "told apart above", palpa::Color::grey, Stroke::dashed,
+                [&](std::size_t i) { return told_apart_above_n(pair.a(i).command_n, pair.b(i).command_n); })};
+  TimePlot direction{.id = "direction",
+                     .plot = {.title = "How far turned", .x_label = "time / s", .y_label = "angle / \u00b0"},
+                     .label = "The angle between the two forces over time.",
+                     .caption =
+                         "The angle between the two forces, 0 where one of them is below 30 mN. A hand tells directions "
+                         "apart above 30\u00b0 or so."};
+  direction.plot.series = {
+      over_time(pair, "between first and second", palpa::Color::green, Stroke::solid,
+                [&](std::size_t i) { return turned_deg(pair.a(i).command_n, pair.b(i).command_n); }),
+      over_time(pair, "told apart above", palpa::Color::grey, Stroke::dashed, [](std::size_t) { return told_apart_deg; })};
+  return {force, difference, direction};
+}
+
+/// What of two forces a point of the hand's way shows, the least first.
+enum class Shade : std::uint8_t { same, other, told };
+Shade shade_of(const FeltDifference& difference, std::size_t i) {
+  return difference.told[i] != 0 ? Shade::told : difference.difference_n[i] > contact_force_n ? Shade::other : Shade::same;
+}
+
+/// The hand's way, seen along one axis of the hand.
+Drawing way_along(const Pair& pair, const char* title, const Vec3& right, const Vec3& up, double half_mm,
+                  const Vec3& middle_m) {
+  const auto point = [&](std::size_t i) {
+    const Vec3 from_m = pair.a(i).probe_m - middle_m;
+    return DrawingPoint{1e3 * dot(from_m, right), 1e3 * dot(from_m, up)};
+  };
+  Drawing drawing{.title = title, .low = {-half_mm, -half_mm}, .high = {half_mm, half_mm}, .parts = {}};
+  struct Look {
+    Shade shade;
+    palpa::Color color;
+    float width_px;
+  };
+  for (const Look& look : {Look{Shade::same, palpa::Color::grey, 1.0F}, Look{Shade::other, palpa::Color::sky, 2.0F},
+                           Look{Shade::told, palpa::Color::vermilion, 3.0F}}) {
+    std::vector<DrawingPoint> line;
+    const auto draw = [&] {
+      if (line.size() > 1) drawing.path(line, look.color, Stroke::solid, look.width_px);
+      line.clear();
+    };
+    for (std::size_t i = 0; i < pair.ticks(); ++i) {
+      if (!pair.a(i).usable || shade_of(pair.difference, i) != look.shade) {
+        if (pair.a(i).usable && !line.empty()) line.push_back(point(i));
+        draw();
+        continue;
+      }
+      const DrawingPoint next = point(i);
+      if (line.empty() || std::hypot(next.x_mm - line.back().x_mm, next.y_mm - line.back().y_mm) > drawn_apart_mm)
+        line.push_back(next);
+    }
+    draw();
+  }
+  const double bar_mm = half_mm > 40.0 ? 20.0 : half_mm > 10.0 ? 10.0 : 2.0;
+  const DrawingPoint begin{-0.95 * half_mm, -0.95 * half_mm}, end{begin.x_mm + bar_mm, begin.y_mm};
+  drawing.path({begin, end}, palpa::Color::black, Stroke::solid, 2.5F);
+  drawing.text({end.x_mm + 0.04 * half_mm, end.y_mm}, text("%.0f mm", bar_mm), -1);
+  if (pair.difference.difference_n[pair.difference.largest] > 0.0) {
+    const DrawingPoint largest = point(pair.difference.largest);
+    drawing.ring(largest, palpa::Color::black, 5.0F);
+  }
+  return drawing;
+}
+
+std::string where_markup(const Pair& pair, const ReportOptions& options) {
+  Vec3 low_m{1e300, 1e300, 1e300}, high_m{-1e300, -1e300, -1e300};
+  for (std::size_t i = 0; i < pair.ticks(); ++i) {
+    if (!pair.a(i).usable) continue;
+    const Vec3& p = pair.a(i).probe_m;
+    low_m = {std::min(low_m.x, p.x), std::min(low_m.y, p.y), std::min(low_m.z, p.z)};
+    high_m = {std::max(high_m.x, p.x), std::max(high_m.y, p.y), std::max(high_m.z, p.z)};
+  }
+  if (!(low_m.x <= high_m.x)) return "<p class=\"soft\">It was never known where the hand was.</p>\n";
+  const double half_mm = std::max(1.0, 0.55e3 * largest_component(high_m - low_m));
+  const Vec3 middle_m = 0.5 * (low_m + high_m);
+  Sheet sheet{.columns = 3, .panels = {}};
+  sheet.panels.emplace_back(way_along(pair, "from where you sit", {1, 0, 0}, {0, 1, 0}, half_mm, middle_m));
+  sheet.panels.emplace_back(way_along(pair, "from the left, you at the right", {0, 0, 1}, {0, 1, 0}, half_mm, middle_m));
+  sheet.panels.emplace_back(way_along(pair, "from above, you below", {1, 0, 0}, {0, 0, -1}, half_mm, middle_m));
+  std::string svg = svg_of(sheet, 1140, 400, "where-");
+  keep(options, "where.svg", svg);
+  svg.insert(4, " role=\"img\" aria-label=\"The way of the hand from three sides, with the places where the two differ.\"");
+  std::string out =
+      figure(svg,
+             "The way of the hand: grey where both feel the same to 1 mN, light blue where they differ but a hand "
+             "would not tell, red where it would; a ring where they differ most.");
+
+  std::vector<ToldStretch> largest = pair.difference.stretches;
+  const auto by_size = [&](const ToldStretch& a, const ToldStretch& b) {
+    return pair.difference.difference_n[a.largest] > pair.difference.difference_n[b.largest];
+  };
+  std::stable_sort(largest.begin(), largest.end(), by_size);
+  if (largest.empty()) return out;
+  const bool cut = largest.size() > most_stretches;
+  largest.resize(std::min(largest.size(), most_stretches));
+  std::vector<std::vector<std::string>> rows;
+  for (const ToldStretch& stretch : largest) {
+    const FeltTick &a = pair.a(stretch.largest), &b = pair.b(stretch.largest);
+    rows.push_back({seconds(pair.a(stretch.first).t_s) + " \u2013 " + seconds(pair.a(stretch.last).t_s),
+                    newtons(pair.difference.difference_n[stretch.largest]), newtons(norm(a.command_n)),
+                    newtons(norm(b.command_n)), text("%.0f\u00b0", turned_deg(a.command_n, b.command_n)), seconds(a.t_s),
+                    place_words(a.probe_m)});
+  }
+  return out + (cut ? "<p>The stretches with the largest differences:</p>\n" : "<p>Where a hand would tell:</p>\n") +
+         table({"stretch", "largest difference", "first", "second", "turned", "at", "hand (right, up, towards you)"}, rows, 1);
+}
+
+std::string felt_markup(const Pair& pair, const ReportOptions& options) {
+  std::vector<std::vector<std::string>> rows;
+  const auto add = [&](const char* what, const auto& of) {
+    rows.push_back({what, of(pair.first.signal), of(pair.second.signal)});
+  };
+  const auto band = [](double low_hz) {
+    return [low_hz](const Signal& s) {
+      return s.command.step_hz > 0.0 ? text("%.2f mN", 1e3 * s.command.band_rms(low_hz, tactile_high_hz))
+                                     : std::string("too short");
+    };
+  };
+  add("force, 20 to 500 Hz, root mean square", band(tactile_low_hz));
+  add("of it, 100 to 500 Hz", band(rough_low_hz));
+  add("held back by the guard", [](const Signal& s) { return text("%.1f %%", 100.0 * saturated_share(s.run)); });
+  add("steepest fall at a break-through", [](const Signal& s) { return text("%.3f N/ms", steepest_fall_n_per_ms(s.run)); });
+  const auto steps = [](const Signal& s, const auto& counts) {
+    const auto count = std::count_if(s.steps.begin(), s.steps.end(), counts);
+    double largest_n = 0.0;
+    for (const ExcessStep& step : s.steps)
+      if (counts(step)) largest_n = std::max(largest_n, step.excess_n);
+    return count == 0 ? std::string("none") : grouped(count) + text(", up to %.3f N", largest_n);
+  };
+  for (const StepCause cause : step_causes) {
+    const auto is_of = [cause](const ExcessStep& step) { return step.cause == cause; };
+    const bool some = std::any_of(pair.first.signal.steps.begin(), pair.first.signal.steps.end(), is_of) ||
+                      std::any_of(pair.second.signal.steps.begin(), pair.second.signal.steps.end(), is_of);
+    if (some) add((std::string("steps: ") + palpa::name_of(cause)).c_str(), [&](const Signal& s) { return steps(s, is_of); });
+  }
+  std::string out;
+  if (pair.first.signal.command.step_hz > 0.0 && pair.second.signal.command.step_hz > 0.0) {
+    const Plot plot = spectrum_plot("Spectra of the force on the hand",
+                                    {amplitudes(pair.first.signal.command, "first", first_color, Stroke::solid),
+                                     amplitudes(pair.second.signal.command, "second", second_color, Stroke::solid)});
+    std::string svg = svg_of(plot, 760, 320, "spectrum-");
+    keep(options, "spectrum.svg", svg);
+    svg.insert(4, " role=\"img\" aria-label=\"Spectra of both forces on the hand, with the tactile band.\"");
+    out +=
+        figure(svg,
+               "In contact and away from events. Skin feels what lies between 20 and 500 Hz, the tactile band, as rough; "
+               "the hand's own motion is the same in both, so what differs there comes from the scene, the law or the device.");
+  }
+  return out + table({"what", "first", "second"}, rows, 1) +
+         text(
+             "<p class=\"hint\">Steps of more than %.0f mN within a tick beyond what the spring makes of the hand's own "
+             "motion.</p>\n",
+             1e3 * felt_step_n);
+}
+
+std::string origin_markup(const Pair& pair) {
+  const auto joined = [](const std::vector<std::string>& words) {
+    std::string all;
+    for (const std::string& word : words) all += (all.empty() ? "" : " ") + word;
+    return all;
+  };
+  const auto sets = [](const TraceHeader& header) {
+    std::string all;
+    for (const auto& [key, value] : header.sets) all += (all.empty() ? "" : ", ") + key + "=" + value;
+    return all.empty() ? std::string("none") : all;
+  };
+  std::vector<std::vector<std::string>> rows;
+  const auto add = [&](const char* what, const auto& of) { rows.push_back({what, of(pair.first), of(pair.second)}); };
+  add("trace", [](const Side& side) { return side.name; });
+  add("scene", [](const Side& side) { return side.recorded.title.empty() ? std::string("(no title)") : side.recorded.title; });
+  add("settings", [&](const Side& side) { return sets(side.recorded.header); });
+  add("command line", [&](const Side& side) { return joined(side.recorded.header.arguments); });
+  add("stiffness of the coupling", [](const Side& side) { return text("%.4g N/m", side.signal.run.stiffness_n_per_m); });
+  add("in contact", [](const Side& side) { return text("%.1f %%", 100.0 * side.recorded.summary.contact_share); });
+  add("largest force on the hand", [](const Side& side) { return newtons(side.recorded.summary.force_max_n); });
+  add("mean force in contact", [](const Side& side) { return newtons(side.recorded.summary.force_mean_n); });
+  add("ticks", [](const Side& side) { return grouped(static_cast<long long>(side.recorded.ticks.size())); });
+  add("palpa", [](const Side& side) { return side.recorded.header.palpa_version; });
+  return table({"", "first", "second"}, rows, 3) + (pair.first.recorded.scene_text == pair.second.recorded.scene_text
+                                                        ? "<p>Both were felt with the same scene file.</p>\n"
+                                                        : "<p>The scene files differ.</p>\n");
+}
+
+constexpr const char* how_it_is_judged =
+    "<p class=\"hint\">A hand is said to tell two forces apart where they differ in strength by more than 7\u00a0% (Pang, Tan "
+    "and "
+    "Durlach 1991, for 2.5 to 10\u00a0N) and by at least 30\u00a0mN, or in direction by more than 30\u00b0 where both are "
+    "above 30\u00a0mN. "
+    "These were measured on forces that are held and compared one after the other; of what lasts a few milliseconds the "
+    "spectra and steps say more.</p>\n";
+
+}  // namespace
+
+std::string beside_html(const fs::path& folder, const ReportOptions& options) {
+  Pair pair{side_of(folder, options), side_of(options.beside, options), {}};
+  if (const std::string part = where_hands_part(pair.first.signal.run, pair.second.signal.run); !part.empty()) {
+    throw LoadError(options.beside.string() + ": has another hand than " + folder.string() + ", " + part +
+                    "; feel its scene with that one: palpa run SCENE --hand " + (folder / "ticks.csv").string());
+  }
+  pair.difference = compare_felt(pair.first.signal.run, pair.second.signal.run);
+  if (options.progress) options.progress(0.6);
+
+  Page page(pair.first.name + " beside " + pair.second.name);
+  page.begin_with("<p class=\"soft\">" +
+                  escaped(text("Two traces of the same hand, %.3f s: ", pair.a(pair.ticks() - 1).t_s) + "first " +
+                          pair.first.name + " (" + pair.first.recorded.title + "), second " + pair.second.name + " (" +
+                          pair.second.recorded.title + ")") +
+                  "</p>\n");
+  if (pair.first.recorded.ticks.size() != pair.second.recorded.ticks.size()) {
+    const auto ticks = [](const Side& side) { return std::to_string(side.recorded.ticks.size()); };
+    page.begin_with("<p class=\"soft\">" +
+                    escaped("The first has " + ticks(pair.first) + " ticks, the second " + ticks(pair.second) +
+                            "; compared are those that both have.") +
+                    "</p>\n");
+  }
+  for (const Side* side : {&pair.first, &pair.second}) {
+    if (!side->recorded.header.complete)
+      page.begin_with(notice(side->name + " is incomplete. What follows is true of what there is."));
+  }
+  std::string words = "<ul class=\"felt\">\n";
+  for (const std::string& sentence : words_of(pair)) words += "<li>" + escaped(sentence) + "</li>\n";
+  page.section("felt", "What differs", words + "</ul>\n" + how_it_is_judged);
+  const std::vector<TimePlot> over_time = plots_of(pair);
+  page.section("plots", "Over time", plots_markup(over_time, false, options));
+  page.data("plots-data", json_of(over_time, most_plot_rows, {pair.difference.largest}));
+  page.section("where", "Where", where_markup(pair, options));
+  if (options.progress) options.progress(0.9);
+  page.section("signal", "What the hand feels", felt_markup(pair, options));
+  page.section("origin", "The two traces", origin_markup(pair) + software_markup());
+  for (const char* name : {"dygraph.min.js", "synchronizer.js", "report.js", "plots.js", "view_3d.js", "start.js"})
+    page.script(name);
+  return page.html();
+}
+
+}  // namespace palpa::detail
