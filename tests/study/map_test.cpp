@@ -196,7 +196,8 @@ TEST_F(MapFile, WhatIsOfAnotherMapIsNotTaken) {
 TEST_F(MapFile, WhatIsCutShortOrDamagedIsNotTaken) {
   keep_map(half(), identity, folder / "map.part");
   const std::string whole = read(folder / "map.part");
-  for (const std::size_t bytes : {std::size_t{0}, std::size_t{20}, identity.size(), whole.size() / 2, whole.size() - 1}) {
+  for (const std::size_t bytes :
+       {std::size_t{0}, std::size_t{20}, identity.size(), whole.find('\0') + 3, whole.size() / 2, whole.size() - 1}) {
     write("cut.part", whole.substr(0, bytes));
     ForceMap map(lattice);
     EXPECT_EQ(take_kept_map(map, identity, folder / "cut.part"), KeptMap::another) << bytes;
