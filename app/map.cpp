@@ -115,8 +115,13 @@ int run_map(const MapArguments& arguments, const std::atomic<bool>& stop) {
     tell("what was felt is kept in " + kept.string() + "; the same command goes on with it\n");
     return 0;
   }
-  write_map(map, loaded.scene.hand_to_world(), arguments.out, arguments.existing);
-  if (pictures) pictures->map(loaded.scene, map, arguments.picture, arguments.existing);
+  try {
+    write_map(map, loaded.scene.hand_to_world(), arguments.out, arguments.existing);
+    if (pictures) pictures->map(loaded.scene, map, arguments.picture, arguments.existing);
+  } catch (const LoadError&) {
+    keep_map(map, identity, kept);  // a full disk, say: what was felt is not lost
+    throw;
+  }
   std::error_code none;
   fs::remove(kept, none);
 

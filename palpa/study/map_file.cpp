@@ -58,7 +58,11 @@ void keep_map(const ForceMap& map, const std::string& identity, const fs::path& 
 KeptMap take_kept_map(ForceMap& map, const std::string& identity, const fs::path& path) {
   const detail::InputFile file(path);
   if (file.why_not() == detail::NoInput::missing) return KeptMap::none;
-  if (!file.is_open()) return KeptMap::another;
+  constexpr const char* right = "name the map otherwise, or move this away";
+  file.expect_open(right);
+  std::string begin(magic.size(), '\0');
+  if (file.read(0, begin.data(), begin.size()) != begin.size() || begin != magic)
+    throw LoadError(path.string() + ": is there already, and is no map that was begun; " + right);
   const std::string expected = header(identity);
   const std::size_t way_bytes = sizeof(Kept) * static_cast<std::size_t>(map.lattice.points[2]);
   const std::uint64_t most = expected.size() + map.done.size() + map.done.size() * way_bytes;

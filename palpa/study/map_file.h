@@ -25,10 +25,11 @@ void keep_map(const ForceMap& map, const std::string& identity, const std::files
 /// What was found of a map that was begun.
 enum class KeptMap : std::uint8_t {
   none,     ///< there is no such file
-  another,  ///< it is of another scene, other data, other places, or not whole
+  another,  ///< it is of another scene, other data, other places, or not whole: it may be replaced
   taken,    ///< its ways are in the map now
 };
-/// Puts the ways that were kept into a map of the same lattice, where they have the same identity.
+/// Puts the ways that were kept into a map of the same lattice, where they have the same identity. Throws LoadError on a file
+/// that `keep_map` did not write: that is somebody else's.
 KeptMap take_kept_map(ForceMap& map, const std::string& identity, const std::filesystem::path& file);
 
 /// Writes a whole map as VTI, in the frame of the data as `palpa export` writes what was felt: metres, forces along the axes of

@@ -171,8 +171,8 @@ Picture painted(const Slice& slice, const LevelLines& lines, const ColorMap& col
   for (int y = 0; y < side_px; ++y) {
     for (int x = 0; x < side_px; ++x) {
       Color color = color_at(colors, norm(slice.at(slice.column_of(x, side_px), slice.row_of(y, side_px))));
-      const Color line = detail::lightness(color) > 55.0 ? level_color : paper;
-      color = detail::blended(line, 0.85 * lines.cover(x, y, side_px), color);
+      if (const double cover = lines.cover(x, y, side_px); cover > 0.0)
+        color = detail::blended(detail::lightness(color) > 55.0 ? level_color : paper, 0.85 * cover, color);
       for (const double value : {color.red, color.green, color.blue})
         picture.rgb.push_back(static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(value, 0.0, 1.0))));
     }

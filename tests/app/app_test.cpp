@@ -307,7 +307,10 @@ TEST_F(Program, AMapThatIsInterruptedOrKilledGoesOnToTheSameBytes) {
 TEST_F(Program, AMapOfAnotherSceneBeginsAnewWithAWord) {
   write_scene("scene.toml");
   ASSERT_EQ(palpa({"map", "scene.toml", "one.vti", "--points", "12"}).code, 0);
-  write("map.vti.part", "of something else");
+  write("map.vti.part", "my notes");
+  EXPECT_EQ(palpa({"map", "scene.toml", "map.vti", "--points", "12"}).code, 2) << "somebody else's file";
+  EXPECT_EQ(read(folder / "map.vti.part"), "my notes");
+  write("map.vti.part", "palpa: a map of forces that is not whole yet (1)\nof something else");
   const Ended map = palpa({"map", "scene.toml", "map.vti", "--points", "12"});
   EXPECT_EQ(map.code, 0) << map.err;
   EXPECT_THAT(map.err, HasSubstr("begins anew"));

@@ -196,19 +196,30 @@ TEST_F(MapFile, WhatIsOfAnotherMapIsNotTaken) {
 TEST_F(MapFile, WhatIsCutShortOrDamagedIsNotTaken) {
   keep_map(half(), identity, folder / "map.part");
   const std::string whole = read(folder / "map.part");
-  for (const std::size_t bytes :
-       {std::size_t{0}, std::size_t{20}, identity.size(), whole.find('\0') + 3, whole.size() / 2, whole.size() - 1}) {
+  const std::size_t title = whole.find('\n') + 1, flags = whole.find('\0') + 1;
+  for (const std::size_t bytes : {title, title + 20, flags - 1, flags + 3, whole.size() / 2, whole.size() - 1}) {
     write("cut.part", whole.substr(0, bytes));
     ForceMap map(lattice);
     EXPECT_EQ(take_kept_map(map, identity, folder / "cut.part"), KeptMap::another) << bytes;
   }
-  for (const std::string& more : {whole + "x", whole + std::string(1 << 20, '\1')}) {
-    write("long.part", more);
+  std::string odd = whole;
+  odd[flags] = '\7';
+  for (const std::string& other : {whole + "x", whole + std::string(1 << 20, '\1'), odd}) {
+    write("long.part", other);
     ForceMap map(lattice);
     EXPECT_EQ(take_kept_map(map, identity, folder / "long.part"), KeptMap::another);
+    EXPECT_EQ(map.points, ForceMap(lattice).points) << "untouched";
   }
+}
+
+TEST_F(MapFile, WhatSomebodyElseKeepsThereIsRefused) {
   ForceMap map(lattice);
-  EXPECT_EQ(take_kept_map(map, identity, folder), KeptMap::another) << "a folder";
+  for (const char* text : {"", "my notes", "palpa: a map of"}) {
+    write("map.part", text);
+    EXPECT_THROW(take_kept_map(map, identity, folder / "map.part"), LoadError) << text;
+    EXPECT_EQ(read(folder / "map.part"), text);
+  }
+  EXPECT_THROW(take_kept_map(map, identity, folder), LoadError) << "a folder";
 }
 
 TEST_F(MapFile, TheSameMapIsTheSameBytes) {
