@@ -124,10 +124,11 @@ std::string offer_of(const CLI::App& command, const CLI::Option& option) {
   const std::string name = option.get_positional() ? option.get_name(true) : option.get_lnames().front();
   if (name == "hand") return "_palpa_offer_hands";
   if (name == "device") return "_palpa_offer_devices";
-  if (name == "set") return command.get_name() == "run" ? "_palpa_offer_settings" : "_palpa_offer_parts \"$_palpa_reading\"";
+  const bool reads_scene = command.get_option_no_throw("SCENE") != nullptr;
+  if (name == "set") return reads_scene ? "_palpa_offer_settings" : "_palpa_offer_parts \"$_palpa_reading\"";
   if (name == "SCENE") return "_palpa_offer_files .toml";
   if (name == "plugin") return "_palpa_offer_files .so";
-  if (name == "TRACE" || option.get_type_name() == "DIR") return "_palpa_offer_folders";
+  if (name == "TRACE" || name == "beside" || option.get_type_name() == "DIR") return "_palpa_offer_folders";
   if (name == "TYPE") {
     std::vector<std::string> types;
     for (const Mode& mode : standard_modes().modes()) types.emplace_back(mode.type());
