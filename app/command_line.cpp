@@ -261,6 +261,34 @@ void add_run(CLI::App& app, Work& work, int argc, char** argv, const std::atomic
   command->callback([=, &work, &stop] { work = [=, &stop] { return run_scene(arguments_of(*given, argc, argv), stop); }; });
 }
 
+void add_check(CLI::App& app, Work& work) {
+  const auto given = std::make_shared<CheckArguments>();
+  const auto force = std::make_shared<bool>(false);
+  CLI::App* command = app.add_subcommand("check", "Say whether a scene should be felt on a device, and what to change");
+  command->add_option("SCENE", given->scene, "scene file (TOML)")->required()->type_name("");
+  command
+      ->add_option("--device", given->device,
+                   "touch, omega, falcon, inverse3, desktop or a file FILE.toml, with values changed as in touch,delay_ticks=2")
+      ->required()
+      ->type_name("DEVICE");
+  command->add_option("--fix", given->fix, "write the scene with what should change changed into this new file")
+      ->type_name("OUT.toml");
+  command->add_option("--picture", given->picture, "draw what stiffness and damping are stable into this new PNG file")
+      ->type_name("FILE.png");
+  add_force(command, *force);
+  add_repeated(command, "--data", given->data_folders, "look for data here as well")->type_name("DIR");
+  add_plugins(command, given->plugins);
+  command->add_flag("--json", given->json, "print as JSON");
+  add_reader(command, given->read);
+  command->footer("Example:\n  palpa check scenes/head_phantom.toml --device touch --picture margin.png");
+  command->callback([=, &work] {
+    work = [=] {
+      given->existing = existing(*force);
+      return run_check(*given);
+    };
+  });
+}
+
 void add_devices(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
   const auto given = std::make_shared<DevicesArguments>();
   CLI::App* command = app.add_subcommand("devices", "List the devices that are there, and what is missing for others");
@@ -544,6 +572,7 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
   Work work;
   add_demo(app, work, stop);
   add_run(app, work, argc, argv, stop);
+  add_check(app, work);
   add_devices(app, work, stop);
   add_explore(app, work);
   add_info(app, work);

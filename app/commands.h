@@ -29,6 +29,19 @@ struct DemoArguments {
 };
 int run_demo(const DemoArguments& arguments, const std::atomic<bool>& stop);
 
+struct CheckArguments {
+  std::filesystem::path scene;
+  std::string device;             ///< as `device_plant` reads it
+  std::filesystem::path fix;      ///< new scene file with the changes made; empty: none
+  std::filesystem::path picture;  ///< new PNG file; empty: none
+  detail::Existing existing = detail::Existing::refused;
+  std::vector<std::filesystem::path> data_folders;
+  std::vector<std::filesystem::path> plugins;
+  bool json = false;
+  ReadOptions read;
+};
+int run_check(const CheckArguments& arguments);
+
 struct DevicesArguments {
   std::string name;    ///< of one kind, with settings; empty: all
   bool setup = false;  ///< measure that device

@@ -8,6 +8,7 @@
 #include "palpa/disk/new_file.h"
 #include "palpa/field/field.h"
 #include "palpa/report/report.h"
+#include "palpa/study/check.h"
 #include "palpa/study/map.h"
 #include "palpa/survey/statistics.h"
 #include "palpa/volume/volume.h"
@@ -25,6 +26,8 @@ struct Pictures {
                  const std::filesystem::path& file, detail::Existing existing);
   /// `map_picture`, as a PNG file.
   void (*map)(const Scene& scene, const ForceMap& map, const std::filesystem::path& file, detail::Existing existing);
+  /// The map of a check, as a PNG file.
+  void (*check)(const CheckReport& report, const std::filesystem::path& file, detail::Existing existing);
 };
 
 /// Loads the library at the first call. Returns nullptr if this palpa was built without pictures. Throws LoadError where the

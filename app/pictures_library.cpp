@@ -1,5 +1,7 @@
 // palpa-pictures.so (pictures.h).
 #include "app/pictures.h"
+
+#include "app/check_picture.h"
 #include "palpa/version.h"
 #include "palpa/view/map_picture.h"
 #include "palpa/view/volume_picture.h"
@@ -20,6 +22,6 @@ void draw_map(const Scene& scene, const ForceMap& map, const std::filesystem::pa
 }  // namespace
 
 extern "C" __attribute__((visibility("default"))) const Pictures palpa_pictures;
-const Pictures palpa_pictures{version, write_report, draw_volume, draw_map};
+const Pictures palpa_pictures{version, write_report, draw_volume, draw_map, draw_check};
 
 }  // namespace palpa::app

@@ -3,6 +3,7 @@
 
 #include <palpa/palpa.h>
 #include <palpa/study/felt.h>
+#include <palpa/study/movement.h>
 #include <palpa/study/reach.h>
 
 #include <filesystem>
@@ -39,37 +40,14 @@ std::vector<std::string> felt_scene_names();
 FeltScene load_felt_scene(const std::string& name, const std::filesystem::path& scenes_folder,
                           const std::filesystem::path& data_folder);
 
-/// Speed of all slides.
-inline constexpr double slide_m_per_s = 0.05;
 inline constexpr double rate_hz = 1000.0;
 
-/// A path that is a function of time [s].
-std::shared_ptr<const Target> path_target(std::function<Vec3(double)> at, double duration_s);
-/// A hand over the front at a constant speed.
-struct Slide {
-  std::shared_ptr<const Target> target;
-  double from_s = 0.0, to_s = 0.0;  ///< while the speed is constant
-};
-/// In to a depth behind the front, and over it along a direction that is `turn` [1] of a full turn from the right, `beside_m`
-/// to the left of the place.
-Slide slide_over(const Encounter& met, double turn, double beside_m, double depth_m);
-inline constexpr double even_s = 2.4;
-struct Tremor {
-  double amplitude_m = 0.0;
-  double frequency_hz = 10.0;
-};
-/// To the depth, `beside_m` to the right of the place, and there at rest but for a tremor along the user's axis; from
-/// `even_s` on it is even.
-std::shared_ptr<const Target> hold_at(const Encounter& met, double beside_m, double depth_m, const Tremor& tremor,
-                                      double duration_s);
 /// In along the user's axis beside the place of the front, to 50 mm behind it.
 std::shared_ptr<const Target> press_at(const Encounter& met, double u_m, double v_m, double speed_m_per_s);
 inline constexpr double press_depth_m = 0.05;
 double press_duration_s(const Encounter& met, double speed_m_per_s);
 
-/// What a device feels of a scene.
-FeltRun feel(const Scene& scene, SimulatedDevice& device, double duration_s);
-/// The same of a rigid hand in a device of this kind.
+/// What a rigid hand in a device of this kind feels of a scene.
 FeltRun feel(const Scene& scene, const std::shared_ptr<const Target>& target, double duration_s, const DevicePlant& plant = {});
 
 /// The five devices.

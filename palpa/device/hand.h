@@ -37,7 +37,9 @@ struct DevicePlant {
 /// measurements of one device.
 std::span<const DevicePlant> device_presets();
 /// A preset by its name, with single values changed: `touch`, or `touch,encoder_step_m=2e-5,delay_ticks=2`. The keys are the
-/// members of DevicePlant and of its limits. Its name is the whole description. Throws LoadError that says what would be right.
+/// members of DevicePlant and of its limits. In place of a preset the name of a file, `mine.toml`, which says the same keys, after
+/// `like = "touch"` where it begins from a preset, else from an ideal device. Its name is the whole description. Throws LoadError
+/// that says what would be right.
 DevicePlant device_plant(const std::string& description);
 /// Its values with their units, for a person.
 std::string words_of(const DevicePlant& plant);

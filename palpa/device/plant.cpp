@@ -1,3 +1,5 @@
+#include <toml++/toml.h>
+
 #include <array>
 #include <cstdio>
 #include <string_view>
@@ -6,6 +8,10 @@
 #include "palpa/core/load_error.h"
 #include "palpa/device/described.h"
 #include "palpa/device/hand.h"
+#include "palpa/disk/input_file.h"
+#include "palpa/limits/limits.h"
+#include "palpa/toml/problem.h"
+#include "palpa/toml/wording.h"
 
 namespace palpa {
 
@@ -100,22 +106,64 @@ std::span<const DevicePlant> device_presets() {
   return presets;
 }
 
+namespace {
+
+constexpr std::string_view file_ending = ".toml", like_key = "like";
+
+[[noreturn]] void refuse_file(const std::string& file, std::size_t line, const std::string& sentence) {
+  throw LoadError(detail::one_line(file + ":" + std::to_string(line) + ": " + sentence));
+}
+
+/// A device as a file says it: `like = "touch"`, then what differs.
+DevicePlant plant_in(const std::string& file) {
+  const std::string text = detail::read_whole(detail::InputFile(file), limit::notes_bytes, limit::notes_bytes.remedy);
+  if (const auto problem = detail::problem_with_toml(text)) refuse_file(file, problem->line, problem->sentence);
+  toml::table said;
+  try {
+    said = toml::parse(std::string_view(text));
+  } catch (const toml::parse_error& error) {
+    refuse_file(file, error.source().begin.line, std::string(error.description()) + "; it holds lines like mass_kg = 0.05");
+  }
+  DevicePlant plant;
+  if (const toml::node* const like = said.get(like_key)) {
+    const auto name = like->value<std::string>();
+    if (!name || name->ends_with(file_ending))
+      refuse_file(file, like->source().begin.line, "like is no name of a device; write it as in like = \"touch\"");
+    plant = device_plant(*name);
+  }
+  for (const auto& [key, node] : said) {
+    if (key.str() == like_key) continue;
+    if (!node.is_number()) refuse_file(file, node.source().begin.line, std::string(key.str()) + " is no number; write it as in mass_kg = 0.05");
+    const std::string number = node.is_integer() ? std::to_string(node.as_integer()->get()) : detail::toml_number(node.as_floating_point()->get());
+    try {
+      change(plant, key.str(), number);
+    } catch (const LoadError& error) {
+      refuse_file(file, node.source().begin.line, error.what());
+    }
+  }
+  return plant;
+}
+
+}  // namespace
+
 DevicePlant device_plant(const std::string& description) {
   std::string_view rest = description;
   const std::string_view name = detail::next_word(rest);
-  std::string names;
-  for (const DevicePlant& preset : device_presets()) {
-    names += (names.empty() ? "" : ", ") + preset.name;
-    if (preset.name != name) continue;
-    DevicePlant plant = preset;
+  const auto with_values = [&](DevicePlant plant) {
     plant.name = description;
     while (!rest.empty()) {
       const auto [key, value] = detail::key_and_value(detail::next_word(rest));
       change(plant, key, value);
     }
     return plant;
+  };
+  if (name.ends_with(file_ending)) return with_values(plant_in(std::string(name)));
+  std::string names;
+  for (const DevicePlant& preset : device_presets()) {
+    names += (names.empty() ? "" : ", ") + preset.name;
+    if (preset.name == name) return with_values(preset);
   }
-  refuse("no preset '" + std::string(name) + "'", "there are " + names);
+  refuse("no preset '" + std::string(name) + "'", "there are " + names + ", or a file FILE.toml");
 }
 
 std::string words_of(const DevicePlant& plant) {

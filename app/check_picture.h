@@ -1,0 +1,14 @@
+// The picture of `palpa check`: which stiffness and damping are stable.
+#pragma once
+
+#include <filesystem>
+
+#include "palpa/disk/new_file.h"
+#include "palpa/study/check.h"
+
+namespace palpa::app {
+
+/// As a PNG file. \param report  with its map. Throws LoadError.
+void draw_check(const CheckReport& report, const std::filesystem::path& file, detail::Existing existing);
+
+}  // namespace palpa::app

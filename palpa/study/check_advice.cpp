@@ -1,0 +1,165 @@
+// What would be better: searched by closed loops, and checked.
+#include <algorithm>
+#include <cmath>
+
+#include "palpa/core/printed.h"
+#include "palpa/study/check.h"
+#include "palpa/study/feeler.h"
+#include "palpa/study/let_go.h"
+
+namespace palpa {
+namespace {
+
+using detail::text;
+
+Scene with_coupling(Scene scene, double stiffness_n_per_m, double damping_ns_per_m) {
+  scene.coupling.stiffness_n_per_m = stiffness_n_per_m;
+  scene.coupling.damping_ns_per_m = damping_ns_per_m;
+  return scene;
+}
+
+const Finding* finding(const CheckReport& report, std::string_view key) {
+  for (const Finding& one : report.findings) {
+    if (one.key == key) return &one;
+  }
+  return nullptr;
+}
+Grade grade_of(const CheckReport& report, std::string_view key) {
+  const Finding* const found = finding(report, key);
+  return found ? found->grade : Grade::fine;
+}
+
+/// Whether the device rests at all places, let go and in hands.
+bool rests(const Scene& scene, const CheckReport& report) {
+  constexpr Trial trials[] = {{Act::let_go}, {Act::hold, Hold::relaxed}, {Act::hold, Hold::firm}};
+  std::vector<char> moves(std::size(trials) * report.places.size());
+  detail::in_parallel(detail::feeling_threads(), static_cast<int>(moves.size()), [&](std::size_t, int number) {
+    const auto n = static_cast<std::size_t>(number);
+    const TrialFigures figures =
+        try_at(scene, report.plant, report.places[n / std::size(trials)], trials[n % std::size(trials)]);
+    moves[n] = detail::grade_of_rest(figures) != Grade::fine;
+  });
+  return std::find(moves.begin(), moves.end(), char{1}) == moves.end();
+}
+
+/// Two figures, as a person would write them.
+double rounded_down(double value) {
+  if (!(value > 0.0)) return 0.0;
+  const double unit = std::pow(10.0, std::floor(std::log10(value)) - 1.0);
+  return std::floor(value / unit + 1e-9) * unit;
+}
+
+/// A coupling at which the device rests; k is 0 where none was found.
+CouplingOptions search(const Scene& scene, const CheckReport& report, const std::function<void(double)>& progress) {
+  constexpr double least_n_per_m = 50.0, close_enough = 1.15;  // softer: nothing has a shape
+  const double asked = scene.coupling.stiffness_n_per_m;
+  CouplingOptions best = scene.coupling;
+  best.stiffness_n_per_m = 0.0;
+  const double tried[] = {scene.coupling.damping_ns_per_m, 0.5, 1.0};
+  for (std::size_t n = 0; n < std::size(tried); ++n) {
+    const double damping = std::min(tried[n], report.plant.limits.max_damping_ns_per_m);
+    if (n > 0 && damping == tried[0]) continue;
+    const auto holds = [&](double k) { return rests(with_coupling(scene, k, damping), report); };
+    double low = std::max(least_n_per_m, best.stiffness_n_per_m), high = asked;
+    if (low < high && holds(low)) {
+      if (holds(high)) low = high;
+      while (high > close_enough * low) {
+        const double middle = std::sqrt(low * high);
+        (holds(middle) ? low : high) = middle;
+      }
+      // A D of its own has to be worth it: it makes an encoder's steps rougher.
+      constexpr double worth_it = 1.2;
+      if (low > worth_it * best.stiffness_n_per_m) {
+        best.stiffness_n_per_m = low;
+        best.damping_ns_per_m = damping;
+      }
+    }
+    if (progress) progress(static_cast<double>(n + 1) / static_cast<double>(std::size(tried) + 1));
+    if (best.stiffness_n_per_m >= asked) break;
+  }
+  return best;
+}
+
+}  // namespace
+
+Scene changed(Scene scene, const std::vector<Change>& changes) {
+  for (const Change& change : changes) {
+    if (change.table != "coupling") continue;
+    if (change.key == "stiffness_n_per_m") scene.coupling.stiffness_n_per_m = change.to;
+    if (change.key == "damping_ns_per_m") scene.coupling.damping_ns_per_m = change.to;
+    if (change.key == "max_force_n") scene.coupling.max_force_n = change.to;
+  }
+  return scene;
+}
+
+void detail::advise(const Scene& scene, CheckReport& report, const std::function<void(double)>& progress) {
+  report.grade_after = report.grade;
+  if (report.places.empty()) return;
+  const bool moves = grade_of(report, "let_go") != Grade::fine || grade_of(report, "held") != Grade::fine;
+  const bool kicks = grade_of(report, "jump") == Grade::stop;
+  CouplingOptions better = scene.coupling;
+  if (moves) better = search(scene, report, progress);
+  const auto set = [&](const char* key, double from, double to, const char* why) {
+    if (from != to) report.changes.push_back({"coupling", key, from, to, why});
+  };
+  if (moves && better.stiffness_n_per_m > 0.0) {
+    set("stiffness_n_per_m", scene.coupling.stiffness_n_per_m,
+        better.stiffness_n_per_m < scene.coupling.stiffness_n_per_m ? rounded_down(better.stiffness_n_per_m)
+                                                                    : scene.coupling.stiffness_n_per_m,
+        "the largest at which the device rests, let go and held");
+    set("damping_ns_per_m", scene.coupling.damping_ns_per_m, better.damping_ns_per_m, "more stiffness is stable with it");
+  } else if (moves) {
+    report.advice.push_back("No stiffness from 50 N/m on makes the device rest: weaken the strengths at the places named above, or hold "
+                            "it by a dead-man button (--dead-man-button), so that it is never felt without a hand.");
+  }
+  if (kicks) {
+    const Finding& jump = *finding(report, "jump");
+    set("max_force_n", scene.coupling.max_force_n, rounded_down(scene.coupling.max_force_n * borne_jump_n / jump.measured),
+        "the step of the force shrinks with it");
+  }
+  if (grade_of(report, "noise") != Grade::fine)
+    report.advice.push_back("Where it feels like noise: filter = \"smooth\" of that volume, with a larger smoothing, or a lower "
+                            "strength of the mode that is named.");
+  if (grade_of(report, "saturation") != Grade::fine)
+    report.advice.push_back(text("Levels and modes that are stronger than %g N are felt as no more than that: give them "
+                                 "strengths below.",
+                                 scene.coupling.max_force_n));
+  if (report.changes.empty()) return;
+  // What was found at rest is checked as a whole, and made softer until that is fine, too.
+  constexpr int most_rounds = 3;
+  constexpr double softer = 0.75;
+  for (int round = 0; round < most_rounds; ++round) {
+    report.grade_after = judged(changed(scene, report.changes), report.plant, report.places, false, {}).grade;
+    if (progress) progress(1.0);
+    if (report.grade_after != Grade::stop) return;
+    for (Change& change : report.changes) {
+      if (change.key != "damping_ns_per_m") change.to = rounded_down(softer * change.to);
+    }
+  }
+}
+
+void detail::draw_map(const Scene& scene, CheckReport& report, const std::function<void(double)>& progress) {
+  constexpr int columns = 14, rows = 9, curve = 16;
+  constexpr double low_n_per_m = 50.0, high_n_per_m = 5000.0, most_damping = 4.0;
+  report.curve.resize(curve);
+  report.map.resize(report.places.empty() ? 0 : columns * rows);
+  const auto count = static_cast<int>(report.map.size());
+  in_parallel(
+      feeling_threads(), count + curve,
+      [&](std::size_t, int number) {
+        const auto n = static_cast<std::size_t>(number);
+        if (number >= count) {
+          report.curve[n - report.map.size()] =
+              stable_stiffness(report.plant, most_damping * (number - count) / (curve - 1));
+          return;
+        }
+        MapPoint& point = report.map[n];
+        point.stiffness_n_per_m = low_n_per_m * std::pow(high_n_per_m / low_n_per_m, (number % columns) / (columns - 1.0));
+        point.damping_ns_per_m = most_damping * (number / columns) / (rows - 1.0);
+        point.grade = grade_of_rest(try_at(with_coupling(scene, point.stiffness_n_per_m, point.damping_ns_per_m), report.plant,
+                                           report.places.front(), {Act::let_go}));
+      },
+      progress);
+}
+
+}  // namespace palpa

@@ -1,0 +1,122 @@
+#include "palpa/study/check_places.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "palpa/device/front.h"
+#include "palpa/study/feeler.h"
+#include "palpa/study/reach_lattice.h"
+
+namespace palpa {
+namespace {
+
+using detail::before_m;
+using detail::Feeler;
+using detail::half_m;
+using detail::way_step_m;
+
+/// What was felt along one way.
+struct Felt {
+  double force_n = 0.0, turn_n = 0.0, uneven_n = 0.0;
+};
+
+Vec3 force_of_modes_n(const Session& session) {
+  Vec3 sum_n;
+  for (const ModeTick& mode : session.modes()) sum_n += mode.force_n;
+  return sum_n;
+}
+
+/// Follows the force of all modes along a way.
+class Follower {
+ public:
+  explicit Follower(const Scene& scene) : spring_n_(scene.coupling.stiffness_n_per_m * way_step_m) {}
+  void at(double way_m, const Session& session) {
+    const Vec3 force_n = force_of_modes_n(session);
+    felt.force_n = std::max(felt.force_n, norm(force_n));
+    if (last_m_ && way_m - *last_m_ < 1.5 * way_step_m) {
+      const double change_n = norm(force_n - last_n_), growth_n = norm(force_n) - norm(last_n_);
+      felt.turn_n = std::max(felt.turn_n, std::sqrt(std::max(0.0, change_n * change_n - growth_n * growth_n)));
+      felt.uneven_n = std::max(felt.uneven_n, change_n - spring_n_);
+    }
+    last_m_ = way_m;
+    last_n_ = force_n;
+  }
+  Felt felt;
+
+ private:
+  double spring_n_;
+  std::optional<double> last_m_;
+  Vec3 last_n_;
+};
+
+}  // namespace
+
+std::vector<CheckPlace> check_places(const Scene& scene, double spacing_m, const std::function<void(double)>& progress) {
+  const int side = 2 * static_cast<int>(std::lround(half_m / spacing_m)) + 1;
+  const auto count = static_cast<std::size_t>(side * side);
+  detail::Ways ways{side, side, false, std::vector<detail::Way>(count)};
+  std::vector<Felt> felt(count);
+  const auto begin_m = [&](std::size_t n) {
+    const int i = static_cast<int>(n) % side, j = static_cast<int>(n) / side;
+    return Vec3{(i - side / 2) * spacing_m, (j - side / 2) * spacing_m, half_m + before_m};
+  };
+  const auto threads = detail::feelers(scene);
+  detail::in_parallel(
+      threads.size(), static_cast<int>(count),
+      [&](std::size_t worker, int number) {
+        const auto n = static_cast<std::size_t>(number);
+        Follower follower(scene);
+        ways.way[n] = threads[worker]->feel(begin_m(n), {0.0, 0.0, -1.0}, 2.0 * half_m + before_m, Feeler::Until::end,
+                                            [&](double way_m, const Session& session) { follower.at(way_m, session); });
+        felt[n] = follower.felt;
+      },
+      progress);
+
+  // Of places that are as good as one another the one nearest to the middle; a place by chance would change with a bit.
+  constexpr double clearly = 1.02;
+  std::vector<std::size_t> from_middle;
+  for (std::size_t n = 0; n < count; ++n) {
+    if (ways.way[n].onset_m) from_middle.push_back(n);
+  }
+  if (from_middle.empty()) return {};
+  const auto aside_m = [&](std::size_t n) { return std::hypot(begin_m(n).x, begin_m(n).y); };
+  std::stable_sort(from_middle.begin(), from_middle.end(), [&](std::size_t a, std::size_t b) { return aside_m(a) < aside_m(b); });
+  const auto most = [&](double Felt::*figure) {
+    std::size_t found = from_middle.front();
+    for (const std::size_t n : from_middle) {
+      if (felt[n].*figure > clearly * felt[found].*figure) found = n;
+    }
+    return found;
+  };
+  const std::vector<double> fronts_m =
+      detail::filled(ways, [&](const detail::Way& way) { return half_m + before_m - *way.onset_m; });
+  std::vector<CheckPlace> places;
+  std::vector<std::size_t> taken;
+  const auto take = [&](const char* why, std::size_t n) {
+    if (std::find(taken.begin(), taken.end(), n) != taken.end()) return;
+    taken.push_back(n);
+    const int i = static_cast<int>(n) % side, j = static_cast<int>(n) / side;
+    const detail::Way& way = ways.way[n];
+    CheckPlace place{.why = why,
+                     .front_m = begin_m(n) - Vec3{0.0, 0.0, *way.onset_m},
+                     .force_n = felt[n].force_n,
+                     .turn_n = felt[n].turn_n,
+                     .uneven_n = felt[n].uneven_n,
+                     .met = {},
+                     .deeper_n = way.half_force_n};
+    place.met.facing = relief_facing(place.front_m, Relief(fronts_m, side, side, false), i, j, spacing_m);
+    place.met.before_m = before_m;
+    place.met.depth_m = 0.5 * way.bears_m;
+    place.met.radius_m = 0.02;
+    places.push_back(std::move(place));
+  };
+  take("strongest", most(&Felt::force_n));
+  take("most curved", most(&Felt::turn_n));
+  take("most uneven", most(&Felt::uneven_n));
+  take("middle", from_middle.front());
+  return places;
+}
+
+}  // namespace palpa

@@ -1,0 +1,119 @@
+#include "palpa/study/check_trial.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "palpa/device/front.h"
+#include "palpa/study/let_go.h"
+#include "palpa/study/movement.h"
+#include "palpa/study/spectrum.h"
+
+namespace palpa {
+namespace {
+
+constexpr double rate_hz = 1000.0;
+constexpr double push_n = 0.3;      // beyond friction: less than any level bears that is meant to be felt
+constexpr double landed_s = 1.2;    // a device that is let go lies by now, and has not yet slid away
+constexpr double watched_s = 1.1;   // of what is to be at rest
+constexpr double pressed_s = 4.0;   // in and out several times
+
+Arm arm_of(Hold hold) { return hold == Hold::firm ? firm_arm : relaxed_arm; }
+
+/// The device of a trial with what leads it, and when it is to be at rest or goes evenly.
+struct Set {
+  std::unique_ptr<SimulatedDevice> device;
+  double from_s = 0.0, to_s = 0.0;
+};
+Set set_up(const DevicePlant& plant, const CheckPlace& place, const Trial& trial) {
+  const double depth_m = place.met.depth_m + place.deeper_n / arm_of(trial.hold).stiffness_n_per_m;
+  switch (trial.act) {
+    case Act::let_go: {
+      const double most_n = push_n + plant.coulomb_friction_n;
+      return {let_go(plant, place.met.facing->at(0.0, 0.0, -0.001), {0.0, 0.0, -most_n}), landed_s, landed_s + watched_s};
+    }
+    case Act::hold:
+      return {hand_device(hold_at(place.met, 0.0, depth_m, {}, even_s + watched_s), trial.hold, plant), even_s,
+              even_s + watched_s};
+    case Act::stroke: {
+      const Slide slide = slide_over(place.met, 0.125, 0.0, depth_m);
+      return {hand_device(slide.target, trial.hold, plant), slide.from_s, slide.to_s};
+    }
+    case Act::press: {
+      const SimulatedMotion motion{.kind = SimulatedMotion::Kind::press, .depth_m = depth_m};
+      return {hand_device(simulated_target(motion, place.met), trial.hold, plant), 0.0, pressed_s};
+    }
+  }
+  return {};
+}
+
+/// The root mean square of an acceleration, weighted as an arm bears it: evenly up to 16 Hz, less and less above (ISO 5349-1).
+double weighted(const Spectrum& spectrum, double mass_kg) {
+  constexpr double even_up_to_hz = 16.0, lowest_hz = 5.0;
+  double power = 0.0;
+  for (std::size_t i = 0; i < spectrum.power_per_hz.size(); ++i) {
+    const double hz = static_cast<double>(i) * spectrum.step_hz, weight = hz > even_up_to_hz ? even_up_to_hz / hz : 1.0;
+    if (hz >= lowest_hz) power += weight * weight * spectrum.power_per_hz[i] * spectrum.step_hz;
+  }
+  return std::sqrt(power) / mass_kg;
+}
+
+void find_jumps(const FeltRun& run, const EdgesOfData& edges, TrialFigures& figures) {
+  for (const ExcessStep& step : excess_steps(run, &edges)) {
+    if (step.excess_n > figures.jump_n) {
+      figures.jump_n = step.excess_n;
+      figures.jump_s = step.t_s;
+      figures.jump_cause = step.cause;
+    }
+    if (is_told(step.cause)) continue;
+    ++figures.untold_jumps;
+    if (step.mode >= 0) figures.jump_mode = run.modes[static_cast<std::size_t>(step.mode)].name;
+  }
+}
+
+}  // namespace
+
+const char* name_of(Act act) noexcept {
+  switch (act) {
+    case Act::let_go: return "let go";
+    case Act::hold: return "held";
+    case Act::stroke: return "stroked";
+    case Act::press: return "pressed";
+  }
+  return "";
+}
+
+std::string words_of(const Trial& trial) {
+  if (trial.act == Act::let_go) return name_of(trial.act);
+  return std::string(name_of(trial.act)) + (trial.hold == Hold::firm ? ", firm" : ", relaxed");
+}
+
+TrialFigures try_at(const Scene& scene, const DevicePlant& plant, const CheckPlace& place, const Trial& trial) {
+  const Set set = set_up(plant, place, trial);
+  SummaryBuilder builder(scene);
+  const FeltRun run = feel(scene, *set.device, set.to_s, &builder);
+  const Summary summary = builder.finish(1.0);
+  TrialFigures figures{.most_n = summary.force_max_n,
+                       .duration_s = set.to_s,
+                       .saturated = saturated_share(run),
+                       .over_budget = static_cast<double>(summary.waiting_ticks) / static_cast<double>(summary.ticks),
+                       .ticks_gained_j = summary.ticks_gained_j};
+  for (const ModeSummary& mode : summary.modes) {
+    figures.injected_j.push_back(mode.injected_j);
+    figures.dissipated_j.push_back(mode.dissipated_j);
+  }
+  find_jumps(run, EdgesOfData(scene), figures);
+  const bool rests = trial.act == Act::let_go || trial.act == Act::hold;
+  if (rests) {
+    const Spectrum spectrum = spectrum_of(signals_of(run, set.from_s, set.to_s).command_n, rate_hz);
+    figures.rest_n = spectrum.band_rms(5.0, tactile_high_hz);
+    figures.hum_m_per_s2 = spectrum.band_rms(tactile_low_hz, tactile_high_hz) / plant.mass_kg;
+    figures.shake_m_per_s2 =
+        weighted(spectrum, plant.mass_kg + (trial.act == Act::hold ? arm_of(trial.hold).mass_kg : 0.0));
+  } else if (trial.act == Act::stroke) {
+    const FeltSignals signals = quiet_signals_of(run, set.from_s, set.to_s);
+    figures.rough_n = spectrum_of(signals.command_n, rate_hz).band_rms(rough_low_hz, tactile_high_hz);
+  }
+  return figures;
+}
+
+}  // namespace palpa

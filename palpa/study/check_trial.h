@@ -1,0 +1,54 @@
+// A device, in a hand or let go, at one place of a scene: what its closed loop does.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "palpa/study/check_places.h"
+#include "palpa/study/felt.h"
+
+namespace palpa {
+
+/// What a hand does at a place.
+enum class Act : std::uint8_t {
+  let_go,  ///< nobody holds the device, which lies on the place with its friction and 0.3 N
+  hold,    ///< in to the depth, and at rest there
+  stroke,  ///< over the front at 5 cm/s
+  press,   ///< in to the depth and out again, at up to 0.1 m/s, again and again
+};
+const char* name_of(Act act) noexcept;
+
+/// What a hand does, and how it holds the device: relaxed or firm; of a device that is let go it does not matter.
+struct Trial {
+  Act act = Act::let_go;
+  Hold hold = Hold::relaxed;
+};
+/// "held, firm".
+std::string words_of(const Trial& trial);
+
+/// What came of it. Accelerations are the force on the hand by what moves with it.
+struct TrialFigures {
+  double rest_n = 0.0;        ///< root mean square of the force between 5 and 500 Hz, at rest; 0 where nothing is to be at rest
+  double hum_m_per_s2 = 0.0;  ///< of it by the device's own mass, 20 to 500 Hz: what skin feels
+  double shake_m_per_s2 = 0.0;  ///< of it by all of the mass, weighted as ISO 5349-1: what an arm bears
+  double rough_n = 0.0;         ///< root mean square from 100 to 500 Hz, in contact, away from events, while it moves
+  double most_n = 0.0;          ///< largest force on the hand
+  double jump_n = 0.0;          ///< largest step of the force in a tick beyond the coupling's, whatever its cause
+  double jump_s = 0.0;          ///< [s] when
+  StepCause jump_cause = StepCause::unknown;
+  int untold_jumps = 0;    ///< of more than `felt_step_n`, that no event tells
+  std::string jump_mode;   ///< whose force changed most in the last of them; empty: none
+  double duration_s = 0.0;
+  double saturated = 0.0;  ///< [1] share of ticks in which the guard held some of the force back
+  double over_budget = 0.0;         ///< [1] share of ticks whose work was spent before the proxy had come along
+  std::vector<double> injected_j;   ///< by mode
+  std::vector<double> dissipated_j; ///< by mode
+  double ticks_gained_j = 0.0;      ///< brought in by holding each force for a tick
+};
+
+/// Feels it on a simulated clock of 1 kHz. Allocates; any thread. Throws SceneError.
+/// \param plant  with a mass above 0
+TrialFigures try_at(const Scene& scene, const DevicePlant& plant, const CheckPlace& place, const Trial& trial);
+
+}  // namespace palpa

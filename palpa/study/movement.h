@@ -1,0 +1,41 @@
+// Ways of a hand that are functions of time: in to a front, over it, at rest on it, through it; and what is felt on them.
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "palpa/device/front.h"
+#include "palpa/device/hand.h"
+#include "palpa/study/felt.h"
+#include "palpa/study/summary.h"
+
+namespace palpa {
+
+/// Speed of all slides: a hand that looks for something.
+inline constexpr double slide_m_per_s = 0.05;
+
+/// A path that is a function of time [s].
+std::shared_ptr<const Target> path_target(std::function<Vec3(double)> at, double duration_s);
+/// A hand over the front at a constant speed.
+struct Slide {
+  std::shared_ptr<const Target> target;
+  double from_s = 0.0, to_s = 0.0;  ///< while the speed is constant
+};
+/// In to a depth [m] behind the front, and over it along a direction that is `turn` [1] of a full turn from the right,
+/// `beside_m` to the left of the place.
+Slide slide_over(const Encounter& met, double turn, double beside_m, double depth_m);
+/// From here on [s] a hand that `hold_at` leads is at rest, but for its tremor.
+inline constexpr double even_s = 2.4;
+struct Tremor {
+  double amplitude_m = 0.0;
+  double frequency_hz = 10.0;
+};
+/// To the depth [m], `beside_m` to the right of the place, and there at rest but for a tremor along the user's axis.
+std::shared_ptr<const Target> hold_at(const Encounter& met, double beside_m, double depth_m, const Tremor& tremor,
+                                      double duration_s);
+
+/// What a device feels of a scene, at 1 kHz on a simulated clock.
+/// \param summary  gathers the run's numbers as well; or nullptr
+FeltRun feel(const Scene& scene, SimulatedDevice& device, double duration_s, SummaryBuilder* summary = nullptr);
+
+}  // namespace palpa
