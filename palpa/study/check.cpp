@@ -15,13 +15,14 @@ using detail::text;
 
 constexpr double period_s = 1e-3;
 constexpr Trial all_trials[] = {{Act::let_go},
+                                {Act::lean},
                                 {Act::hold, Hold::relaxed},
                                 {Act::hold, Hold::firm},
                                 {Act::stroke, Hold::relaxed},
                                 {Act::stroke, Hold::firm},
                                 {Act::press, Hold::relaxed},
                                 {Act::press, Hold::firm}};
-constexpr Trial quick_trials[] = {{Act::let_go}, {Act::hold, Hold::relaxed}};
+constexpr Trial quick_trials[] = {{Act::let_go}, {Act::lean}, {Act::hold, Hold::relaxed}};
 
 /// A trial that was made.
 struct Made {
@@ -132,12 +133,13 @@ class Judge {
         worst);
   }
   void budget() {
+    constexpr double seldom = 1e-3;  // a proxy that lags for a tick pulls a tick later
     const Made* worst = worst_of(all_, everything, [](const TrialFigures& f) { return f.over_budget; });
     if (!worst) return;
     add({.key = "over_budget",
-         .grade = worst->figures.over_budget > 0.0 ? Grade::warn : Grade::fine,
+         .grade = worst->figures.over_budget > seldom ? Grade::warn : Grade::fine,
          .measured = worst->figures.over_budget,
-         .threshold = 0.0,
+         .threshold = seldom,
          .unit = "1",
          .words = text("the proxy lags behind in %.2g %% of the ticks, whose work is spent", 100.0 * worst->figures.over_budget)},
         worst);
@@ -162,7 +164,7 @@ class Judge {
 
  private:
   static constexpr std::initializer_list<Act> moving = {Act::hold, Act::stroke, Act::press};
-  static constexpr std::initializer_list<Act> everything = {Act::let_go, Act::hold, Act::stroke, Act::press};
+  static constexpr std::initializer_list<Act> everything = {Act::let_go, Act::lean, Act::hold, Act::stroke, Act::press};
   void add(Finding finding, const Made* made) {
     if (made) finding.where = where_of(*made, report_.places[made->place]);
     report_.findings.push_back(std::move(finding));
@@ -246,32 +248,43 @@ Grade detail::grade_of_rest(const TrialFigures& figures) noexcept {
   return figures.hum_m_per_s2 > felt_m_per_s2 ? Grade::warn : Grade::fine;
 }
 
+namespace {
+
+// Of the wall: softer than the first, the first tick's leap on it is longer than a tick's work; stiffer than the second, no
+// device is.
+constexpr double softest_n_per_m = 40.0, stiffest_n_per_m = 2e4;
+
+/// Whether a device alone on a wall comes to rest though it is knocked by more than its friction holds.
+bool rests_on_wall(const DevicePlant& plant, double stiffness_n_per_m, double damping_ns_per_m) {
+  constexpr double knock = 3.0, frictionless_m = 3e-4;
+  const LetGoOptions options{.plant = plant,
+                             .damping_ns_per_m = damping_ns_per_m,
+                             .start_depth_m = frictionless_m + knock * plant.coulomb_friction_n / stiffness_n_per_m};
+  return comes_to_rest(options, stiffness_n_per_m);
+}
+
+}  // namespace
+
 StableStiffness detail::stable_stiffness(const DevicePlant& plant, double damping_ns_per_m) {
-  constexpr double low = 10.0, high = 2e4;
-  LetGoOptions options{.plant = plant, .damping_ns_per_m = damping_ns_per_m};
-  const auto largest = [&] {
-    return largest_stable_stiffness_n_per_m([&](double k) { return comes_to_rest(options, k); }, low, high);
+  const auto largest = [&](const DevicePlant& on_wall) {
+    return largest_stable_stiffness_n_per_m([&](double k) { return rests_on_wall(on_wall, k, damping_ns_per_m); },
+                                            softest_n_per_m, stiffest_n_per_m);
   };
-  StableStiffness stable{.damping_ns_per_m = damping_ns_per_m,
-                         .bounds = stiffness_bounds(plant, damping_ns_per_m, period_s)};
-  options.push_n += plant.coulomb_friction_n;
-  stable.friction_n_per_m = largest();
-  options.push_n -= plant.coulomb_friction_n;
-  options.plant.coulomb_friction_n = 0.0;
-  stable.alone_n_per_m = largest();
-  return stable;
+  DevicePlant frictionless = plant;
+  frictionless.coulomb_friction_n = 0.0;
+  return {.damping_ns_per_m = damping_ns_per_m,
+          .alone_n_per_m = largest(frictionless),
+          .friction_n_per_m = largest(plant),
+          .bounds = stiffness_bounds(plant, damping_ns_per_m, period_s)};
 }
 
 double detail::largest_stable_damping_ns_per_m(const DevicePlant& plant, double stiffness_n_per_m) {
-  constexpr double high = 100.0;
-  LetGoOptions options{.plant = plant};
-  options.push_n += plant.coulomb_friction_n;
-  const auto rests = [&](double damping_ns_per_m) {
-    options.damping_ns_per_m = damping_ns_per_m;
-    return comes_to_rest(options, stiffness_n_per_m);
-  };
-  for (double low = 0.05; low < 10.0; low *= 2.0) {
-    if (rests(low)) return largest_stable_stiffness_n_per_m(rests, low, high);
+  constexpr double least = 0.05, most = 100.0;
+  DevicePlant frictionless = plant;
+  frictionless.coulomb_friction_n = 0.0;
+  const auto rests = [&](double damping_ns_per_m) { return rests_on_wall(frictionless, stiffness_n_per_m, damping_ns_per_m); };
+  for (double low = least; low < most; low *= 2.0) {
+    if (rests(low)) return largest_stable_stiffness_n_per_m(rests, low, most);
   }
   return 0.0;
 }
@@ -308,7 +321,7 @@ CheckReport detail::judged(const Scene& scene, const DevicePlant& plant, std::ve
   report.largest_damping_ns_per_m = largest_stable_damping_ns_per_m(plant, scene.coupling.stiffness_n_per_m);
   Judge judge(scene, report, all);
   if (!all.empty()) {
-    judge.rest("let_go", {Act::let_go});
+    judge.rest("let_go", {Act::let_go, Act::lean});
     judge.rest("held", {Act::hold});
     judge.jump();
     judge.noise();

@@ -74,7 +74,7 @@ struct CheckReport {
   std::vector<CheckPlace> places;
   std::vector<Finding> findings;  ///< the gravest first
   StableStiffness stable;         ///< at the scene's D
-  double largest_damping_ns_per_m = 0.0;  ///< largest stable D at the scene's k, of the device with its friction on a wall; 0: none
+  double largest_damping_ns_per_m = 0.0;  ///< largest stable D at the scene's k, of the device alone on a wall; 0: none
   double most_force_n = 0.0;
   std::vector<std::string> modes;          ///< names
   std::vector<double> injected_j, dissipated_j;  ///< by mode, the most of one trial

@@ -31,7 +31,7 @@ Grade grade_of(const CheckReport& report, std::string_view key) {
 
 /// Whether the device rests at all places, let go and in hands.
 bool rests(const Scene& scene, const CheckReport& report) {
-  constexpr Trial trials[] = {{Act::let_go}, {Act::hold, Hold::relaxed}, {Act::hold, Hold::firm}};
+  constexpr Trial trials[] = {{Act::let_go}, {Act::lean}, {Act::hold, Hold::relaxed}, {Act::hold, Hold::firm}};
   std::vector<char> moves(std::size(trials) * report.places.size());
   detail::in_parallel(detail::feeling_threads(), static_cast<int>(moves.size()), [&](std::size_t, int number) {
     const auto n = static_cast<std::size_t>(number);
@@ -55,10 +55,10 @@ CouplingOptions search(const Scene& scene, const CheckReport& report, const std:
   const double asked = scene.coupling.stiffness_n_per_m;
   CouplingOptions best = scene.coupling;
   best.stiffness_n_per_m = 0.0;
-  const double tried[] = {scene.coupling.damping_ns_per_m, 0.5, 1.0};
-  for (std::size_t n = 0; n < std::size(tried); ++n) {
-    const double damping = std::min(tried[n], report.plant.limits.max_damping_ns_per_m);
-    if (n > 0 && damping == tried[0]) continue;
+  const double dampings[] = {scene.coupling.damping_ns_per_m, 0.5, 1.0};
+  for (std::size_t n = 0; n < std::size(dampings); ++n) {
+    const double damping = std::min(dampings[n], report.plant.limits.max_damping_ns_per_m);
+    if (n > 0 && damping == dampings[0]) continue;
     const auto holds = [&](double k) { return rests(with_coupling(scene, k, damping), report); };
     double low = std::max(least_n_per_m, best.stiffness_n_per_m), high = asked;
     if (low < high && holds(low)) {
@@ -74,7 +74,7 @@ CouplingOptions search(const Scene& scene, const CheckReport& report, const std:
         best.damping_ns_per_m = damping;
       }
     }
-    if (progress) progress(static_cast<double>(n + 1) / static_cast<double>(std::size(tried) + 1));
+    if (progress) progress(static_cast<double>(n + 1) / static_cast<double>(std::size(dampings) + 1));
     if (best.stiffness_n_per_m >= asked) break;
   }
   return best;
@@ -156,8 +156,9 @@ void detail::draw_map(const Scene& scene, CheckReport& report, const std::functi
         MapPoint& point = report.map[n];
         point.stiffness_n_per_m = low_n_per_m * std::pow(high_n_per_m / low_n_per_m, (number % columns) / (columns - 1.0));
         point.damping_ns_per_m = most_damping * (number / columns) / (rows - 1.0);
-        point.grade = grade_of_rest(try_at(with_coupling(scene, point.stiffness_n_per_m, point.damping_ns_per_m), report.plant,
-                                           report.places.front(), {Act::let_go}));
+        const Scene tried = with_coupling(scene, point.stiffness_n_per_m, point.damping_ns_per_m);
+        for (const Act act : {Act::let_go, Act::lean})
+          point.grade = std::max(point.grade, grade_of_rest(try_at(tried, report.plant, report.places.front(), {act})));
       },
       progress);
 }

@@ -20,7 +20,15 @@ using detail::way_step_m;
 /// What was felt along one way.
 struct Felt {
   double force_n = 0.0, turn_n = 0.0, uneven_n = 0.0;
+  Vec3 largest_n;
 };
+
+/// Against a force that comes towards the user, else straight on.
+Vec3 inwards_of(const Vec3& force_n) {
+  constexpr double towards_user = 0.3;
+  const Vec3 direction = norm(force_n) > 0.0 ? normalized(force_n) : Vec3{};
+  return direction.z > towards_user ? -1.0 * direction : Vec3{0.0, 0.0, -1.0};
+}
 
 Vec3 force_of_modes_n(const Session& session) {
   Vec3 sum_n;
@@ -34,7 +42,10 @@ class Follower {
   explicit Follower(const Scene& scene) : spring_n_(scene.coupling.stiffness_n_per_m * way_step_m) {}
   void at(double way_m, const Session& session) {
     const Vec3 force_n = force_of_modes_n(session);
-    felt.force_n = std::max(felt.force_n, norm(force_n));
+    if (norm(force_n) > felt.force_n) {
+      felt.force_n = norm(force_n);
+      felt.largest_n = force_n;
+    }
     if (last_m_ && way_m - *last_m_ < 1.5 * way_step_m) {
       const double change_n = norm(force_n - last_n_), growth_n = norm(force_n) - norm(last_n_);
       felt.turn_n = std::max(felt.turn_n, std::sqrt(std::max(0.0, change_n * change_n - growth_n * growth_n)));
@@ -101,6 +112,7 @@ std::vector<CheckPlace> check_places(const Scene& scene, double spacing_m, const
     const detail::Way& way = ways.way[n];
     CheckPlace place{.why = why,
                      .front_m = begin_m(n) - Vec3{0.0, 0.0, *way.onset_m},
+                     .inwards = inwards_of(felt[n].largest_n),
                      .force_n = felt[n].force_n,
                      .turn_n = felt[n].turn_n,
                      .uneven_n = felt[n].uneven_n,

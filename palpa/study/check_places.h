@@ -14,6 +14,7 @@ namespace palpa {
 struct CheckPlace {
   std::string why;          ///< "strongest", "most curved", "most uneven", "middle"
   Vec3 front_m;             ///< where it begins to be felt
+  Vec3 inwards{0.0, 0.0, -1.0};  ///< of length 1: against the largest force, if that is towards the user
   double force_n = 0.0;     ///< the largest force of all modes on the way in from there
   double turn_n = 0.0;      ///< the most by which their force turned in a millimetre of that way
   double uneven_n = 0.0;    ///< the most by which it changed in a millimetre beyond what the coupling makes of that

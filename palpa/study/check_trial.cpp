@@ -12,9 +12,11 @@ namespace palpa {
 namespace {
 
 constexpr double rate_hz = 1000.0;
-constexpr double push_n = 0.3;      // beyond friction: less than any level bears that is meant to be felt
-constexpr double landed_s = 1.2;    // a device that is let go lies by now, and has not yet slid away
-constexpr double watched_s = 1.1;   // of what is to be at rest
+constexpr double lies_n = 0.3;    // beyond friction: less than any level bears that is meant to be felt
+constexpr double leans_n = 1.5;   // beyond friction: what a resting finger weighs
+constexpr double falls_m = 1e-3;  // before the front: what it falls by
+constexpr double landed_s = 1.2;  // a device that is let go lies by now
+constexpr double watched_s = 1.1;  // of what is to be at rest
 constexpr double pressed_s = 4.0;   // in and out several times
 
 Arm arm_of(Hold hold) { return hold == Hold::firm ? firm_arm : relaxed_arm; }
@@ -27,9 +29,10 @@ struct Set {
 Set set_up(const DevicePlant& plant, const CheckPlace& place, const Trial& trial) {
   const double depth_m = place.met.depth_m + place.deeper_n / arm_of(trial.hold).stiffness_n_per_m;
   switch (trial.act) {
-    case Act::let_go: {
-      const double most_n = push_n + plant.coulomb_friction_n;
-      return {let_go(plant, place.met.facing->at(0.0, 0.0, -0.001), {0.0, 0.0, -most_n}), landed_s, landed_s + watched_s};
+    case Act::let_go:
+    case Act::lean: {
+      const double most_n = (trial.act == Act::lean ? leans_n : lies_n) + plant.coulomb_friction_n;
+      return {let_go(plant, place.front_m - falls_m * place.inwards, most_n * place.inwards), landed_s, landed_s + watched_s};
     }
     case Act::hold:
       return {hand_device(hold_at(place.met, 0.0, depth_m, {}, even_s + watched_s), trial.hold, plant), even_s,
@@ -57,6 +60,23 @@ double weighted(const Spectrum& spectrum, double mass_kg) {
   return std::sqrt(power) / mass_kg;
 }
 
+bool is_without_hand(Act act) { return act == Act::let_go || act == Act::lean; }
+
+/// A device without a hand may slide off its place, into what is not there: what follows is no doing of the place. Cuts the run
+/// where it is beside or behind it; one that is thrown back before it comes again.
+void cut_where_it_slid_away(const CheckPlace& place, FeltRun& run, Set& set) {
+  constexpr double away_m = 0.02, just_landed_s = 0.4, short_s = 0.5;
+  for (const FeltTick& tick : run.ticks) {
+    const Vec3 gone_m = tick.probe_m - place.front_m;
+    const double along_m = dot(gone_m, place.inwards);
+    if (norm(gone_m - std::min(0.0, along_m) * place.inwards) <= away_m) continue;
+    set.to_s = std::min(set.to_s, tick.t_s);
+    if (set.to_s - set.from_s < short_s) set.from_s = just_landed_s;
+    run.ticks.resize(static_cast<std::size_t>(&tick - run.ticks.data()));
+    return;
+  }
+}
+
 void find_jumps(const FeltRun& run, const EdgesOfData& edges, TrialFigures& figures) {
   for (const ExcessStep& step : excess_steps(run, &edges)) {
     if (step.excess_n > figures.jump_n) {
@@ -75,6 +95,7 @@ void find_jumps(const FeltRun& run, const EdgesOfData& edges, TrialFigures& figu
 const char* name_of(Act act) noexcept {
   switch (act) {
     case Act::let_go: return "let go";
+    case Act::lean: return "leaned on";
     case Act::hold: return "held";
     case Act::stroke: return "stroked";
     case Act::press: return "pressed";
@@ -83,14 +104,14 @@ const char* name_of(Act act) noexcept {
 }
 
 std::string words_of(const Trial& trial) {
-  if (trial.act == Act::let_go) return name_of(trial.act);
+  if (is_without_hand(trial.act)) return name_of(trial.act);
   return std::string(name_of(trial.act)) + (trial.hold == Hold::firm ? ", firm" : ", relaxed");
 }
 
 TrialFigures try_at(const Scene& scene, const DevicePlant& plant, const CheckPlace& place, const Trial& trial) {
-  const Set set = set_up(plant, place, trial);
+  Set set = set_up(plant, place, trial);
   SummaryBuilder builder(scene);
-  const FeltRun run = feel(scene, *set.device, set.to_s, &builder);
+  FeltRun run = feel(scene, *set.device, set.to_s, &builder);
   const Summary summary = builder.finish(1.0);
   TrialFigures figures{.most_n = summary.force_max_n,
                        .duration_s = set.to_s,
@@ -101,8 +122,9 @@ TrialFigures try_at(const Scene& scene, const DevicePlant& plant, const CheckPla
     figures.injected_j.push_back(mode.injected_j);
     figures.dissipated_j.push_back(mode.dissipated_j);
   }
+  if (is_without_hand(trial.act)) cut_where_it_slid_away(place, run, set);
   find_jumps(run, EdgesOfData(scene), figures);
-  const bool rests = trial.act == Act::let_go || trial.act == Act::hold;
+  const bool rests = is_without_hand(trial.act) || trial.act == Act::hold;
   if (rests) {
     const Spectrum spectrum = spectrum_of(signals_of(run, set.from_s, set.to_s).command_n, rate_hz);
     figures.rest_n = spectrum.band_rms(5.0, tactile_high_hz);
