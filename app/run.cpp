@@ -7,6 +7,7 @@
 #include "app/live_terminal.h"
 #include "app/terminal.h"
 #include "palpa/core/printed.h"
+#include "palpa/study/check.h"
 
 namespace palpa::app {
 namespace {
@@ -86,10 +87,23 @@ void print_description(const Json& d) {
   for (const Json& note : d["notes"]) print(detail::text("%s\n", text(note).c_str()));
 }
 
+/// What a quick check says of the scene on the device that is described; empty where nothing is known of its mechanics.
+std::string verdict(const PreparedRun& prepared) {
+  const std::optional<DevicePlant> plant = plant_like(prepared.device);
+  return plant ? "check: " + check_quickly(prepared.loaded.scene, *plant).verdict + "; palpa check says more" : "";
+}
+
+/// Prepares the run, and says before it is felt what its device makes of the scene.
+PreparedRun prepared_and_checked(const RunOptions& options) {
+  PreparedRun prepared = prepare(options);
+  if (const std::string said = verdict(prepared); !said.empty()) tell(said + "\n");
+  return prepared;
+}
+
 RunResult felt(RunOptions options, const std::atomic<bool>& stop) {
   Progress progress(options.scene.filename().string());
   options.progress = [&](double share) { progress.show(share); };
-  return run(options, &stop);
+  return run(prepared_and_checked(options), options, &stop);
 }
 
 RunResult felt_live(RunOptions options, const std::atomic<bool>& stop) {
@@ -100,7 +114,7 @@ RunResult felt_live(RunOptions options, const std::atomic<bool>& stop) {
     if (!terminal) terminal.emplace();
     return terminal->watch(loop, scene);
   };
-  return run(options, &stop);
+  return run(prepared_and_checked(options), options, &stop);
 }
 
 }  // namespace

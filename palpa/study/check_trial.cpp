@@ -49,17 +49,6 @@ Set set_up(const DevicePlant& plant, const CheckPlace& place, const Trial& trial
   return {};
 }
 
-/// The root mean square of an acceleration, weighted as an arm bears it: evenly up to 16 Hz, less and less above (ISO 5349-1).
-double weighted(const Spectrum& spectrum, double mass_kg) {
-  constexpr double even_up_to_hz = 16.0, lowest_hz = 5.0;
-  double power = 0.0;
-  for (std::size_t i = 0; i < spectrum.power_per_hz.size(); ++i) {
-    const double hz = static_cast<double>(i) * spectrum.step_hz, weight = hz > even_up_to_hz ? even_up_to_hz / hz : 1.0;
-    if (hz >= lowest_hz) power += weight * weight * spectrum.power_per_hz[i] * spectrum.step_hz;
-  }
-  return std::sqrt(power) / mass_kg;
-}
-
 bool is_without_hand(Act act) { return act == Act::let_go || act == Act::lean; }
 
 /// A device without a hand may slide off its place, into what is not there: what follows is no doing of the place. Cuts the run
@@ -128,9 +117,7 @@ TrialFigures try_at(const Scene& scene, const DevicePlant& plant, const CheckPla
   if (rests) {
     const Spectrum spectrum = spectrum_of(signals_of(run, set.from_s, set.to_s).command_n, rate_hz);
     figures.rest_n = spectrum.band_rms(5.0, tactile_high_hz);
-    figures.hum_m_per_s2 = spectrum.band_rms(tactile_low_hz, tactile_high_hz) / plant.mass_kg;
-    figures.shake_m_per_s2 =
-        weighted(spectrum, plant.mass_kg + (trial.act == Act::hold ? arm_of(trial.hold).mass_kg : 0.0));
+    figures.hum_m_per_s2 = figures.rest_n / plant.mass_kg;
   } else if (trial.act == Act::stroke) {
     const FeltSignals signals = quiet_signals_of(run, set.from_s, set.to_s);
     figures.rough_n = spectrum_of(signals.command_n, rate_hz).band_rms(rough_low_hz, tactile_high_hz);

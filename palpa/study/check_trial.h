@@ -28,11 +28,10 @@ struct Trial {
 /// "held, firm".
 std::string words_of(const Trial& trial);
 
-/// What came of it. Accelerations are the force on the hand by what moves with it.
+/// What came of it.
 struct TrialFigures {
   double rest_n = 0.0;        ///< root mean square of the force between 5 and 500 Hz, at rest; 0 where nothing is to be at rest
-  double hum_m_per_s2 = 0.0;  ///< of it by the device's own mass, 20 to 500 Hz: what skin feels
-  double shake_m_per_s2 = 0.0;  ///< of it by all of the mass, weighted as ISO 5349-1: what an arm bears
+  double hum_m_per_s2 = 0.0;  ///< of it by the device's own mass: what skin feels
   double rough_n = 0.0;         ///< root mean square from 100 to 500 Hz, in contact, away from events, while it moves
   double most_n = 0.0;          ///< largest force on the hand
   double jump_n = 0.0;          ///< largest step of the force in a tick beyond the coupling's, whatever its cause
