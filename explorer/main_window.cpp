@@ -30,6 +30,7 @@
 #include "palpa/device/open_device.h"
 #include "palpa/disk/new_file.h"
 #include "palpa/scene/parts.h"
+#include "palpa/study/check.h"
 #include "palpa/time/timed_field.h"
 #include "palpa/view/layers.h"
 #include "palpa/view/streamlines.h"
@@ -290,10 +291,18 @@ void MainWindow::opened(const Opened& opened) {
 void MainWindow::begin_touch(const fs::path& out) {
   if (options_.device.empty()) return feel_with(nullptr, out);
   touch_.end();
-  jobs_.begin<std::unique_ptr<Device>>(
+  using Opened = std::pair<std::unique_ptr<Device>, std::string>;  // and what a quick check says of the scene on it
+  jobs_.begin<Opened>(
       Jobs::Purpose::device, tr("opening the device %1").arg(QString::fromStdString(options_.device)),
-      [name = options_.device](std::stop_token) { return open_device(device_description(name)); },
-      [this, out](std::unique_ptr<Device> device) { feel_with(std::move(device), out); },
+      [name = options_.device, scene = document_.scene()](std::stop_token) {
+        std::unique_ptr<Device> device = open_device(device_description(name));
+        const std::optional<DevicePlant> plant = plant_like(name);
+        return Opened{std::move(device), plant ? check_quickly(scene, *plant).verdict : std::string()};
+      },
+      [this, out](Opened opened) {
+        if (!opened.second.empty()) say(QString::fromStdString("check: " + opened.second));
+        feel_with(std::move(opened.first), out);
+      },
       [this, out](const QString& why) {
         say(tr("%1\nThe mouse takes its place.").arg(why), true);
         options_.device.clear();
