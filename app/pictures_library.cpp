@@ -1,7 +1,6 @@
 // palpa-pictures.so (pictures.h).
-#include "app/pictures.h"
-
 #include "app/check_picture.h"
+#include "app/pictures.h"
 #include "palpa/version.h"
 #include "palpa/view/map_picture.h"
 #include "palpa/view/volume_picture.h"

@@ -133,8 +133,10 @@ DevicePlant plant_in(const std::string& file) {
   }
   for (const auto& [key, node] : said) {
     if (key.str() == like_key) continue;
-    if (!node.is_number()) refuse_file(file, node.source().begin.line, std::string(key.str()) + " is no number; write it as in mass_kg = 0.05");
-    const std::string number = node.is_integer() ? std::to_string(node.as_integer()->get()) : detail::toml_number(node.as_floating_point()->get());
+    if (!node.is_number())
+      refuse_file(file, node.source().begin.line, std::string(key.str()) + " is no number; write it as in mass_kg = 0.05");
+    const std::string number =
+        node.is_integer() ? std::to_string(node.as_integer()->get()) : detail::toml_number(node.as_floating_point()->get());
     try {
       change(plant, key.str(), number);
     } catch (const LoadError& error) {

@@ -43,8 +43,8 @@ const Made* worst_of(const std::vector<Made>& all, std::initializer_list<Act> ac
 }
 
 std::string where_of(const Made& made, const CheckPlace& place) {
-  return words_of(made.trial) + " at the " + place.why + text(" place (%+.0f, %+.0f, %+.0f mm)", 1e3 * place.front_m.x,
-                                                             1e3 * place.front_m.y, 1e3 * place.front_m.z);
+  return words_of(made.trial) + " at the " + place.why +
+         text(" place (%+.0f, %+.0f, %+.0f mm)", 1e3 * place.front_m.x, 1e3 * place.front_m.y, 1e3 * place.front_m.z);
 }
 
 class Judge {
@@ -59,12 +59,12 @@ class Judge {
     add({.key = key,
          .grade = grade,
          .measured = figures.hum_m_per_s2,
-         .threshold = grade == Grade::stop ? borne_m_per_s2 : felt_m_per_s2,
+         .threshold = grade == Grade::stop ? borne_acceleration_m_per_s2 : felt_acceleration_m_per_s2,
          .unit = "m/s^2",
-         .words = grade == Grade::fine ? std::string("it rests")
-                                       : std::string(grade == Grade::stop ? "it shakes" : "it hums") +
-                                             text(" by %.0f mN, which is %.2g m/s^2 of the device", 1e3 * figures.rest_n,
-                                                  figures.hum_m_per_s2)},
+         .words = grade == Grade::fine
+                      ? std::string("it rests")
+                      : std::string(grade == Grade::stop ? "it shakes" : "it hums") +
+                            text(" by %.0f mN, which is %.2g m/s^2 of the device", 1e3 * figures.rest_n, figures.hum_m_per_s2)},
         worst);
   }
 
@@ -104,9 +104,9 @@ class Judge {
     if (!worst) return;
     const double measured = worst->figures.rough_n / report_.plant.mass_kg;
     add({.key = "ripple",
-         .grade = measured > felt_m_per_s2 ? Grade::warn : Grade::fine,
+         .grade = measured > felt_acceleration_m_per_s2 ? Grade::warn : Grade::fine,
          .measured = measured,
-         .threshold = felt_m_per_s2,
+         .threshold = felt_acceleration_m_per_s2,
          .unit = "m/s^2",
          .words = text("a stroke has %.2g mN from 100 to 500 Hz", 1e3 * worst->figures.rough_n)},
         worst);
@@ -133,7 +133,8 @@ class Judge {
          .measured = worst->figures.over_budget,
          .threshold = seldom,
          .unit = "1",
-         .words = text("the proxy lags behind in %.2g %% of the ticks, whose work is spent", 100.0 * worst->figures.over_budget)},
+         .words =
+             text("the proxy lags behind in %.2g %% of the ticks, whose work is spent", 100.0 * worst->figures.over_budget)},
         worst);
   }
   void energy() {
@@ -185,11 +186,13 @@ Finding finding_of_margin(const CheckReport& report) {
 void own_up(const CouplingOptions& asked, const CouplingOptions& felt, CheckReport& report) {
   const auto own_up_to = [&](const char* key, double wanted, double taken) {
     if (wanted == taken) return;
-    const auto known = std::find_if(report.changes.begin(), report.changes.end(), [&](const Change& c) { return c.key == key; });
+    const auto known =
+        std::find_if(report.changes.begin(), report.changes.end(), [&](const Change& c) { return c.key == key; });
     if (known != report.changes.end()) {
       known->from = wanted;
     } else {
-      report.changes.push_back({"coupling", key, wanted, taken, "the most that the device is made for, which is what was checked"});
+      report.changes.push_back(
+          {"coupling", key, wanted, taken, "the most that the device is made for, which is what was checked"});
     }
   };
   own_up_to("stiffness_n_per_m", asked.stiffness_n_per_m, felt.stiffness_n_per_m);
@@ -251,8 +254,8 @@ std::optional<DevicePlant> plant_like(const std::string& description) {
 }
 
 Grade detail::grade_of_rest(const TrialFigures& figures) noexcept {
-  if (figures.hum_m_per_s2 > borne_m_per_s2) return Grade::stop;
-  return figures.hum_m_per_s2 > felt_m_per_s2 ? Grade::warn : Grade::fine;
+  if (figures.hum_m_per_s2 > borne_acceleration_m_per_s2) return Grade::stop;
+  return figures.hum_m_per_s2 > felt_acceleration_m_per_s2 ? Grade::warn : Grade::fine;
 }
 
 namespace {

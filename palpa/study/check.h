@@ -24,10 +24,10 @@ const char* name_of(Grade grade) noexcept;
 
 /// [m/s²] Root mean square of a device's own motion that skin feels: 10 µm at 40 Hz, falling by 12 dB an octave up to 250 Hz
 /// (Bolanowski et al. 1988), which is one acceleration. Lower: what nobody feels is told; higher: what is felt is not.
-inline constexpr double felt_m_per_s2 = 0.45;
-/// [m/s²] Ten times as much, 20 dB above it: nobody takes it for the data. Higher: devices buzz and kick; lower: scenes whose hum
-/// is hardly felt are refused.
-inline constexpr double borne_m_per_s2 = 10.0 * felt_m_per_s2;
+inline constexpr double felt_acceleration_m_per_s2 = 0.45;
+/// [m/s²] Ten times as much, 20 dB above it: nobody takes it for the data. Higher: devices buzz and kick; lower: scenes whose
+/// hum is hardly felt are refused.
+inline constexpr double borne_acceleration_m_per_s2 = 10.0 * felt_acceleration_m_per_s2;
 /// [N] In a tick: half of what the guard lets a force grow in a millisecond, and what a level that breaks is held to. There is
 /// no threshold of people for it. Higher: kicks pass; lower: levels that break are refused.
 inline constexpr double borne_jump_n = 0.55;
@@ -38,25 +38,26 @@ inline constexpr double borne_energy_j = 5e-3;
 struct Finding {
   std::string key;  ///< "let_go", "held", "jump", …: as in JSON
   Grade grade = Grade::fine;
-  double measured = 0.0;
-  double threshold = 0.0;  ///< in the same unit
+  double measured = 0.0;   ///< [`unit`]
+  double threshold = 0.0;  ///< [`unit`]
   std::string unit;
-  std::string where;   ///< trial and place; empty: the scene as a whole
-  std::string words;   ///< one sentence
+  std::string where;  ///< trial and place; empty: the scene as a whole
+  std::string words;  ///< one sentence
 };
 
 /// A setting that would be better.
 struct Change {
   std::string table, key;  ///< "coupling", "stiffness_n_per_m"
-  double from = 0.0, to = 0.0;
-  std::string why;  ///< half a sentence
+  double from = 0.0;       ///< in the key's own unit
+  double to = 0.0;         ///< in the key's own unit
+  std::string why;         ///< half a sentence
 };
 
 /// The largest stable stiffness at one damping.
 struct StableStiffness {
-  double damping_ns_per_m = 0.0;   ///< D
-  double alone_n_per_m = 0.0;      ///< of the device alone on a wall, without Coulomb friction
-  double friction_n_per_m = 0.0;   ///< with it
+  double damping_ns_per_m = 0.0;  ///< D
+  double alone_n_per_m = 0.0;     ///< of the device alone on a wall, without Coulomb friction
+  double friction_n_per_m = 0.0;  ///< with it
   StiffnessBounds bounds;
 };
 
@@ -72,22 +73,22 @@ struct CheckReport {
   Grade grade = Grade::fine;
   std::string verdict;  ///< one line: the gravest finding
   std::vector<CheckPlace> places;
-  std::vector<Finding> findings;  ///< the gravest first
-  StableStiffness stable;         ///< at the scene's D
+  std::vector<Finding> findings;          ///< the gravest first
+  StableStiffness stable;                 ///< at the scene's D
   double largest_damping_ns_per_m = 0.0;  ///< largest stable D at the scene's k, of the device alone on a wall; 0: none
   double most_force_n = 0.0;
-  std::vector<std::string> modes;          ///< names
+  std::vector<std::string> modes;                ///< names
   std::vector<double> injected_j, dissipated_j;  ///< by mode, the most of one trial
-  std::vector<Change> changes;             ///< what to change; empty: nothing is known that would help, or need be
-  std::vector<std::string> advice;         ///< what a number cannot say, a sentence each
-  Grade grade_after = Grade::fine;         ///< the gravest finding once `changes` were followed
-  std::vector<StableStiffness> curve;      ///< for the picture, D rising
+  std::vector<Change> changes;                   ///< what to change; empty: nothing is known that would help, or need be
+  std::vector<std::string> advice;               ///< what a number cannot say, a sentence each
+  Grade grade_after = Grade::fine;               ///< the gravest finding once `changes` were followed
+  std::vector<StableStiffness> curve;            ///< for the picture, D rising
   std::vector<MapPoint> map;
 };
 
 struct CheckOptions {
-  bool advise = true;  ///< searches what would be better, and checks that
-  bool map = false;    ///< fills `curve` and `map`
+  bool advise = true;                    ///< searches what would be better, and checks that
+  bool map = false;                      ///< fills `curve` and `map`
   std::function<void(double)> progress;  ///< called with the share that is done, from this thread; may be empty
 };
 
@@ -97,8 +98,8 @@ Scene within(Scene scene, const DevicePlant& plant);
 /// in. \param plant  Throws LoadError on one without mass.
 DevicePlant checked_plant(DevicePlant plant);
 
-/// The mechanics of a device that `--device` describes: a preset's, also where a real device of that name has settings of its own;
-/// none where nothing is known of it.
+/// The mechanics of a device that `--device` describes: a preset's, also where a real device of that name has settings of its
+/// own; none where nothing is known of it.
 std::optional<DevicePlant> plant_like(const std::string& description);
 
 /// Checks it: seconds to a minute, in as many threads as there are processors. The same scene and device give the same report.

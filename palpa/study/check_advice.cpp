@@ -109,8 +109,9 @@ void detail::advise(const Scene& scene, CheckReport& report, const std::function
         "the largest at which the device rests, let go and held");
     set("damping_ns_per_m", scene.coupling.damping_ns_per_m, better.damping_ns_per_m, "more stiffness is stable with it");
   } else if (moves) {
-    report.advice.push_back("No stiffness from 50 N/m on makes the device rest: weaken the strengths at the places named above, or hold "
-                            "it by a dead-man button (--dead-man-button), so that it is never felt without a hand.");
+    report.advice.push_back(
+        "No stiffness from 50 N/m on makes the device rest: weaken the strengths at the places named above, or hold "
+        "it by a dead-man button (--dead-man-button), so that it is never felt without a hand.");
   }
   if (kicks) {
     const Finding& jump = *finding(report, "jump");
@@ -118,12 +119,14 @@ void detail::advise(const Scene& scene, CheckReport& report, const std::function
         "the step of the force shrinks with it");
   }
   if (grade_of(report, "noise") != Grade::fine)
-    report.advice.push_back("Where it feels like noise: filter = \"smooth\" of that volume, with a larger smoothing, or a lower "
-                            "strength of the mode that is named.");
+    report.advice.push_back(
+        "Where it feels like noise: filter = \"smooth\" of that volume, with a larger smoothing, or a lower "
+        "strength of the mode that is named.");
   if (grade_of(report, "saturation") != Grade::fine)
-    report.advice.push_back(text("Levels and modes that are stronger than %g N are felt as no more than that: give them "
-                                 "strengths below.",
-                                 scene.coupling.max_force_n));
+    report.advice.push_back(
+        text("Levels and modes that are stronger than %g N are felt as no more than that: give them "
+             "strengths below.",
+             scene.coupling.max_force_n));
   if (report.changes.empty()) return;
   // What was found at rest is checked as a whole, and made softer until that is fine, too.
   constexpr int most_rounds = 3;
@@ -149,8 +152,7 @@ void detail::draw_map(const Scene& scene, CheckReport& report, const std::functi
       [&](std::size_t, int number) {
         const auto n = static_cast<std::size_t>(number);
         if (number >= count) {
-          report.curve[n - report.map.size()] =
-              stable_stiffness(report.plant, most_damping * (number - count) / (curve - 1));
+          report.curve[n - report.map.size()] = stable_stiffness(report.plant, most_damping * (number - count) / (curve - 1));
           return;
         }
         MapPoint& point = report.map[n];

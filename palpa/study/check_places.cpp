@@ -93,7 +93,8 @@ std::vector<CheckPlace> check_places(const Scene& scene, double spacing_m, const
   }
   if (from_middle.empty()) return {};
   const auto aside_m = [&](std::size_t n) { return std::hypot(begin_m(n).x, begin_m(n).y); };
-  std::stable_sort(from_middle.begin(), from_middle.end(), [&](std::size_t a, std::size_t b) { return aside_m(a) < aside_m(b); });
+  std::stable_sort(from_middle.begin(), from_middle.end(),
+                   [&](std::size_t a, std::size_t b) { return aside_m(a) < aside_m(b); });
   const auto most = [&](double Felt::*figure) {
     std::size_t found = from_middle.front();
     for (const std::size_t n : from_middle) {

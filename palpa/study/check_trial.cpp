@@ -12,12 +12,12 @@ namespace palpa {
 namespace {
 
 constexpr double rate_hz = 1000.0;
-constexpr double lies_n = 0.3;    // beyond friction: less than any level bears that is meant to be felt
-constexpr double leans_n = 1.5;   // beyond friction: what a resting finger weighs
-constexpr double falls_m = 1e-3;  // before the front: what it falls by
-constexpr double landed_s = 1.2;  // a device that is let go lies by now
+constexpr double lies_n = 0.3;     // beyond friction: less than any level bears that is meant to be felt
+constexpr double leans_n = 1.5;    // beyond friction: what a resting finger weighs
+constexpr double falls_m = 1e-3;   // before the front: what it falls by
+constexpr double landed_s = 1.2;   // a device that is let go lies by now
 constexpr double watched_s = 1.1;  // of what is to be at rest
-constexpr double pressed_s = 4.0;   // in and out several times
+constexpr double pressed_s = 4.0;  // in and out several times
 
 Arm arm_of(Hold hold) { return hold == Hold::firm ? firm_arm : relaxed_arm; }
 

@@ -31,20 +31,20 @@ std::string words_of(const Trial& trial);
 /// What came of it.
 struct TrialFigures {
   double rest_n = 0.0;        ///< root mean square of the force between 5 and 500 Hz, at rest; 0 where nothing is to be at rest
-  double hum_m_per_s2 = 0.0;  ///< of it by the device's own mass: what skin feels
-  double rough_n = 0.0;         ///< root mean square from 100 to 500 Hz, in contact, away from events, while it moves
-  double most_n = 0.0;          ///< largest force on the hand
-  double jump_n = 0.0;          ///< largest step of the force in a tick beyond the coupling's, whatever its cause
-  double jump_s = 0.0;          ///< [s] when
+  double hum_m_per_s2 = 0.0;  ///< [m/s²] of it by the device's own mass: what skin feels
+  double rough_n = 0.0;       ///< root mean square from 100 to 500 Hz, in contact, away from events, while it moves
+  double most_n = 0.0;        ///< largest force on the hand
+  double jump_n = 0.0;        ///< largest step of the force in a tick beyond the coupling's, whatever its cause
+  double jump_s = 0.0;        ///< [s] when
   StepCause jump_cause = StepCause::unknown;
-  int untold_jumps = 0;    ///< of more than `felt_step_n`, that no event tells
-  std::string jump_mode;   ///< whose force changed most in the last of them; empty: none
+  int untold_jumps = 0;   ///< of more than `felt_step_n`, that no event tells
+  std::string jump_mode;  ///< whose force changed most in the last of them; empty: none
   double duration_s = 0.0;
-  double saturated = 0.0;  ///< [1] share of ticks in which the guard held some of the force back
-  double over_budget = 0.0;         ///< [1] share of ticks whose work was spent before the proxy had come along
-  std::vector<double> injected_j;   ///< by mode
-  std::vector<double> dissipated_j; ///< by mode
-  double ticks_gained_j = 0.0;      ///< brought in by holding each force for a tick
+  double saturated = 0.0;            ///< [1] share of ticks in which the guard held some of the force back
+  double over_budget = 0.0;          ///< [1] share of ticks whose work was spent before the proxy had come along
+  std::vector<double> injected_j;    ///< by mode
+  std::vector<double> dissipated_j;  ///< by mode
+  double ticks_gained_j = 0.0;       ///< brought in by holding each force for a tick
 };
 
 /// Feels it on a simulated clock of 1 kHz. Allocates; any thread. Throws SceneError.

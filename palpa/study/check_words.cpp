@@ -51,7 +51,8 @@ std::string to_table(const CheckReport& report) {
   for (const Change& change : report.changes)
     out += text("  change     %s.%s = %g (from %g): ", change.table.c_str(), change.key.c_str(), change.to, change.from) +
            change.why + "\n";
-  if (!report.changes.empty()) out += std::string("  then       ") + name_of(report.grade_after) + ", checked in the same way\n";
+  if (!report.changes.empty())
+    out += std::string("  then       ") + name_of(report.grade_after) + ", checked in the same way\n";
   for (const std::string& sentence : report.advice) out += "  advice     " + sentence + "\n";
   return out;
 }
@@ -73,9 +74,11 @@ std::string to_json(const CheckReport& report) {
                         {"where", finding.where},
                         {"words", finding.words}});
   for (const Change& change : report.changes)
-    changes.push_back({{"path", change.table + "." + change.key}, {"from", change.from}, {"to", change.to}, {"why", change.why}});
+    changes.push_back(
+        {{"path", change.table + "." + change.key}, {"from", change.from}, {"to", change.to}, {"why", change.why}});
   for (std::size_t m = 0; m < report.modes.size(); ++m)
-    modes.push_back({{"name", report.modes[m]}, {"injected_j", report.injected_j[m]}, {"dissipated_j", report.dissipated_j[m]}});
+    modes.push_back(
+        {{"name", report.modes[m]}, {"injected_j", report.injected_j[m]}, {"dissipated_j", report.dissipated_j[m]}});
   const Json json{{"verdict", name_of(report.grade)},
                   {"reason", report.verdict},
                   {"device", report.plant.name},

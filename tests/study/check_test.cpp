@@ -56,8 +56,9 @@ std::vector<Held> all_that_hold() {
           {"surface and viscosity", {wall(), Viscosity{.strength_n = strong}}, in},
           {"surface and wind", {wall(), VectorForce{.field = flow, .strength_n = Strength{0.2}}}, in},
           {"follow and viscosity", {Follow{.field = flow, .strength_n = strong}, Viscosity{.strength_n = strong}}, across},
-          {"five", {wall(1.0), Follow{.field = flow, .strength_n = strong}, Viscosity{.strength_n = strong},
-                    FrontShape{.field = flow, .strength_n = strong}, TransverseDamping{.field = flow, .strength_n = strong}},
+          {"five",
+           {wall(1.0), Follow{.field = flow, .strength_n = strong}, Viscosity{.strength_n = strong},
+            FrontShape{.field = flow, .strength_n = strong}, TransverseDamping{.field = flow, .strength_n = strong}},
            in}};
 }
 
@@ -71,8 +72,8 @@ double swing_m(const FeltRun& run, const Vec3& way, std::size_t begin, std::size
   return high - low;
 }
 
-/// Whether a mass, pushed against what holds, swings by half as much a second later: beyond the bound primitives are at their strength, so that
-/// the swing stays as large as it is.
+/// Whether a mass, pushed against what holds, swings by half as much a second later: beyond the bound primitives are at their
+/// strength, so that the swing stays as large as it is.
 bool settles(const Held& held, const DevicePlant& plant, double stiffness_n_per_m) {
   constexpr double push_n = 0.5, before_m = 1e-5;
   const Scene scene = scene_of(held, stiffness_n_per_m);
@@ -91,8 +92,8 @@ TEST(Check, EveryModeIsStableUpToTheClosedFormBound) {
       const double bound = stiffness_bounds(plant, 0.0, tick_s).stable_n_per_m;
       EXPECT_NEAR(bound, damping / (tick_s * (0.5 + delay_ticks)), 1e-9);
       for (const Held& held : all_that_hold()) {
-        const double critical = largest_stable_stiffness_n_per_m([&](double k) { return settles(held, plant, k); },
-                                                                 0.3 * bound, 3.0 * bound);
+        const double critical =
+            largest_stable_stiffness_n_per_m([&](double k) { return settles(held, plant, k); }, 0.3 * bound, 3.0 * bound);
         EXPECT_GE(critical / bound, 0.8) << held.name << ", b = " << damping << ", " << delay_ticks << " ticks late";
         EXPECT_LE(critical / bound, 1.0) << held.name << ", b = " << damping << ", " << delay_ticks << " ticks late";
       }
@@ -146,8 +147,8 @@ Scene ball(double stiffness_n_per_m, double damping_ns_per_m) {
   Scene scene({.stiffness_n_per_m = stiffness_n_per_m, .damping_ns_per_m = damping_ns_per_m, .max_force_n = 10.0});
   scene.add("ball", sphere_field());
   scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
-  scene.add("skin", SurfaceAndFriction{.field = {"ball"}, .levels = {{.value = 0.0, .strength_n = Strength{8.0}}},
-                                       .friction_n = 0.2});
+  scene.add("skin",
+            SurfaceAndFriction{.field = {"ball"}, .levels = {{.value = 0.0, .strength_n = Strength{8.0}}}, .friction_n = 0.2});
   return scene;
 }
 
@@ -192,9 +193,7 @@ TEST(Check, ASceneWithNothingToFeelIsFineAndSaysSo) {
   EXPECT_EQ(report.verdict, "nothing is felt within reach of a hand");
 }
 
-TEST(Check, ADeviceWithoutMassIsRefused) {
-  EXPECT_THROW((void)check(ball(500.0, 0.2), {.name = "ideal"}), LoadError);
-}
+TEST(Check, ADeviceWithoutMassIsRefused) { EXPECT_THROW((void)check(ball(500.0, 0.2), {.name = "ideal"}), LoadError); }
 
 TEST(Check, IsOfWhatTheDeviceBears) {
   const CheckReport report = check(ball(5000.0, 0.2), device_plant("touch"));
@@ -212,8 +211,7 @@ TEST(ChangeText, ChangesOneNumberAndNothingElse) {
             "# mine, größer\n[coupling]  # k\ndamping_ns_per_m = 0.5\nstiffness_n_per_m = 600 # N/m\nmax_force_n = 7.0\n\n"
             "[volume.a]\n");
   EXPECT_EQ(with_number("a = 1", "coupling", "max_force_n", 3.3), "a = 1\n\n[coupling]\nmax_force_n = 3.3\n");
-  EXPECT_EQ(with_number("coupling = {max_force_n=7}\n", "coupling", "max_force_n", 3.3),
-            "coupling = {max_force_n=3.3}\n");
+  EXPECT_EQ(with_number("coupling = {max_force_n=7}\n", "coupling", "max_force_n", 3.3), "coupling = {max_force_n=3.3}\n");
   EXPECT_EQ(with_number("coupling = {max_force_n=7}\n", "coupling", "damping_ns_per_m", 0.5),
             "coupling = {damping_ns_per_m = 0.5, max_force_n=7}\n");
   EXPECT_EQ(with_number("coupling.max_force_n = 7\n", "coupling", "max_force_n", 3.3), "coupling.max_force_n = 3.3\n");
