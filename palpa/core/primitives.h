@@ -143,6 +143,7 @@ enum class Refusal : std::uint8_t {
 /// The refusal as half a sentence: "strength is negative".
 const char* sentence_of(Refusal refusal) noexcept;
 
+/// A primitive that was asked for and is not in the set, and why.
 struct Refused {
   PrimitiveId id;
   Refusal reason;

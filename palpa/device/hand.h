@@ -117,6 +117,7 @@ std::unique_ptr<Target> simulated_target(const SimulatedMotion& motion, const En
 /// The same of a description, before the ball.
 std::unique_ptr<Target> simulated_target(const std::string& description);
 
+/// What the file of a recorded hand leaves open.
 struct RecordingOptions {
   double hand_rate_hz = 0.0;   ///< of a file without time, > 0; 0: not given
   std::optional<bool> center;  ///< the middle of its box to the middle of the workspace; none: unless it is our own ticks.csv

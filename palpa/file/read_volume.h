@@ -10,6 +10,7 @@
 
 namespace palpa {
 
+/// How palpa-read is run, and what it may take.
 struct ReadOptions {
   std::filesystem::path reader;  ///< palpa-read; empty: $PALPA_READER, beside this program, libexec
   std::uint64_t max_bytes =

@@ -98,6 +98,7 @@ class GuardedSession {
   std::unique_ptr<State> state_;
 };
 
+/// How a loop on a simulated clock runs.
 struct LoopOptions {
   double rate_hz = 1000.0;   ///< > 0
   double duration_s = 10.0;  ///< ticks begin at n / rate_hz for all n with n / rate_hz below this; infinite: until `stop`
@@ -156,6 +157,7 @@ class LoopClock {
   virtual void wait_until_s(double time_s) noexcept = 0;
 };
 
+/// How a live loop runs, and what of the device it makes use of.
 struct LiveOptions {
   double rate_hz = 1000.0;                                      ///< [100, 20000]
   double duration_s = std::numeric_limits<double>::infinity();  ///< > 0

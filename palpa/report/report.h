@@ -10,6 +10,7 @@
 
 namespace palpa {
 
+/// Where a report finds its data, and what else is written beside it.
 struct ReportOptions {
   std::vector<std::filesystem::path> data_folders;  ///< looked for the scene's data before where the recording found them
   std::vector<std::filesystem::path> plugins;       ///< shared libraries that bring modes; trusted

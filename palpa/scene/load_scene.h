@@ -13,12 +13,14 @@
 
 namespace palpa {
 
+/// What is said beside a scene's file.
 struct SceneOptions {
   std::vector<std::filesystem::path> data_folders;        ///< searched after the scene's own folder, then $PALPA_DATA
   std::vector<std::pair<std::string, std::string>> sets;  ///< `--set PATH=VALUE`, in order
   bool thin_parts = false;  ///< warns, too, of levels whose thin parts the smoothing filter loses; reads all voxels for each
 };
 
+/// A scene as its file has it, and what there is to say of it.
 struct LoadedScene {
   Scene scene;
   std::string text;                   ///< the file, byte for byte

@@ -44,6 +44,7 @@ struct Moment {
   double time_s = 0.0;                  ///< since the session began: data that change are drawn as they were then
 };
 
+/// A picture's size, and from where the scene is seen.
 struct ScenePictureOptions {
   int width_px = 1200;
   int height_px = 900;

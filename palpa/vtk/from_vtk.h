@@ -34,6 +34,7 @@
 
 namespace palpa {
 
+/// What a program knows of its data that VTK does not, and how they are taken.
 struct FromVtkOptions {
   double metres_per_unit = 1.0;  ///< [m] VTK says no unit of length; 0.001 where the program's is the millimetre. > 0
   bool copy = false;             ///< the voxels are copied: the program may go on to change its own
