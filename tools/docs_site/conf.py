@@ -153,6 +153,21 @@ def show_sources(app, problem):
         out.write_text(source_template.format(path=html.escape(path), top="../" * page.count("/"), body=body), encoding="utf-8")
 
 
+def join_scripts(app, problem):
+    """Debian's furo brings its script as a module that imports another, which no browser loads from a file: here they are one.
+
+    Without it there is no switch between light and dark, and the list of a page's headings does not follow.
+    """
+    folder = pathlib.Path(app.outdir) / "_static/scripts"
+    if problem or not folder.is_dir():
+        return
+    script = (folder / "furo.js").read_text(encoding="utf-8")
+    used = 'import Gumshoe from "./gumshoe-patched.js";\n'
+    if script.startswith(used):
+        other = (folder / "gumshoe-patched.js").read_text(encoding="utf-8")
+        (folder / "furo.js").write_text(other + script.removeprefix(used), encoding="utf-8")
+
+
 def begin(app, env, docnames):
     env.palpa_sources = set()
 
@@ -162,4 +177,5 @@ def setup(app):
     app.connect("source-read", add_navigation)
     app.connect("doctree-read", link_sources, priority=100)  # before files to download are gathered
     app.connect("build-finished", show_sources)
+    app.connect("build-finished", join_scripts)
     return {"parallel_read_safe": False}

@@ -28,7 +28,7 @@ GENERATE_LATEX = NO
 GENERATE_XML = YES
 XML_PROGRAMLISTING = NO
 QUIET = YES
-JAVADOC_AUTOBRIEF = YES
+JAVADOC_AUTOBRIEF = NO
 AUTOLINK_SUPPORT = NO
 WARN_IF_UNDOCUMENTED = NO
 WARN_IF_INCOMPLETE_DOC = NO
@@ -99,6 +99,7 @@ def text_of(node, tag):
 def as_written(text):
     """Types as the headers have them: Doxygen puts blanks where the style has none."""
     text = re.sub(r"\s+([&*]+)", r"\1", text)
+    text = re.sub(r"([&*])(?=[A-Za-z_])", r"\1 ", text)
     return re.sub(r"<\s+", "<", re.sub(r"\s+>", ">", text)).strip()
 
 
