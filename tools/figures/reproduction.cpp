@@ -438,16 +438,14 @@ ClaimResult adaptive_solver(const std::vector<PaperError>& errors) {
   constexpr double felt_n = 0.05;  // a tenth of a force of half a newton: about what a hand can tell
   const double half_n = percentile(off_n, 0.5), most_n = percentile(off_n, 0.99);
   const auto felt = std::count_if(off_n.begin(), off_n.end(), [](double n) { return n > felt_n; });
-  return result_if(
-      13, "an adaptive step-length solver suffices in the loop",
-      fmt::format("two planes and a line at random angles, one frame: the force is off by {:.3f} N in half of {} sets, by more "
-                  "than {} N in "
-                  "{:.0f} % and by {:.2f} N in the worst 1 %; {:.0f} steps in half, {:.0f} at most",
-                  half_n, errors.size(), felt_n, 100.0 * static_cast<double>(felt) / static_cast<double>(errors.size()), most_n,
-                  percentile(steps, 0.5), percentile(steps, 1.0)),
-      half_n < felt_n,
-      "where an error that can be felt is allowed in some sets: on a primitive its residual jumps, and it ends before the "
-      "balance");
+  const double felt_share = static_cast<double>(felt) / static_cast<double>(errors.size());
+  std::string measured = fmt::format(
+      "two planes and a line at random angles, one frame: the force is off by {:.3f} N in half of {} sets, by more than {} N "
+      "in {:.0f} % "
+      "and by {:.2f} N in the worst 1 %; {:.0f} steps in half, {:.0f} at most",
+      half_n, errors.size(), felt_n, 100.0 * felt_share, most_n, percentile(steps, 0.5), percentile(steps, 1.0));
+  return result_if(13, "an adaptive step-length solver suffices in the loop", std::move(measured), felt_share < 0.1,
+                   "where an error that can be felt is allowed in few sets");
 }
 
 ClaimResult layers() {
@@ -502,9 +500,10 @@ DevicePlant bare_plant(const char* name) {
   return plant;
 }
 
+/// From 100 N/m on: softer, a coarse encoder alone keeps a device moving, whatever the loop does.
 double stable_n_per_m(const DevicePlant& plant, double damping_ns_per_m) {
   const LetGoOptions options{.plant = plant, .damping_ns_per_m = damping_ns_per_m};
-  return largest_stable_stiffness_n_per_m([&](double k) { return comes_to_rest(options, k); }, 40.0, 6000.0);
+  return largest_stable_stiffness_n_per_m([&](double k) { return comes_to_rest(options, k); }, 100.0, 6000.0);
 }
 
 struct Stable {
@@ -535,7 +534,9 @@ ClaimResult stable(const std::vector<Stable>& all) {
       16, "stable on the data that were felt",
       fmt::format("a device that is let go on a plane comes to rest up to [N/m], D = 1 N s/m: {}; D = 0: {}; 2b/T: {}",
                   list_of(all, &Stable::at_1), list_of(all, &Stable::at_0), list_of(all, &Stable::passive)),
-      usable, "up to a stiffness that the device sets and the paper does not name; on models of devices, no device was tried");
+      usable,
+      "up to a stiffness that the device sets and the paper does not name; on models of devices without delay, no device was "
+      "tried");
 }
 
 ClaimResult damping(const std::vector<Stable>& all) {
