@@ -45,6 +45,8 @@ not_run = [
     ("docs/gallery.md", "cmake -S examples/07_vtk_program", "built with the examples and by tests/install/install_test.sh"),
     ("docs/gallery.md", "build/vtk_program/see_and_feel", window),
     ("docs/gallery.md", "paraview ", window),
+    ("docs/gallery.md", "tools/make-pictures build/release --only claims", "tests/docs/reproduction_test.sh runs what draws it"),
+    ("docs/reproduction.md", "build/release/tools/palpa_reproduction", "tests/docs/reproduction_test.sh, which compares it with the page"),
     ("docs/own-mode.md", "cmake -S . -B build", "tests/install/install_test.sh builds it outside; here the one of the build is taken"),
     ("docs/paraview.md", "paraview ", window),
     ("docs/security.md", "tests/fuzz/campaign", "runs for hours; short campaigns are tests of their own (fuzz.*)"),
