@@ -22,7 +22,7 @@ from sphinx.util.osutil import relative_uri
 repository = pathlib.Path(os.environ["PALPA_SOURCE"])
 
 project = "Palpa"
-version = release = re.search(r"VERSION (\d[\d.]*)", (repository / "CMakeLists.txt").read_text(encoding="utf-8")).group(1)
+version = release = re.search(r"project\([^)]*?VERSION (\d[\d.]*)", (repository / "CMakeLists.txt").read_text(encoding="utf-8")).group(1)
 author = "the authors of Palpa"
 copyright = author
 root_doc = "README"
