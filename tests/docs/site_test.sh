@@ -8,7 +8,8 @@ folder=$2
 for program in sphinx-build doxygen; do
   command -v "$program" >/dev/null || { echo "there is no $program (packages.txt, [docs])" && exit 77; }
 done
-python3 -c 'import myst_parser, furo' 2>/dev/null || { echo "there is no myst_parser or no furo (packages.txt, [docs])" && exit 77; }
+# Asked of the Python that runs Sphinx, which need not be the first on the path.
+"$(sed -n '1s/^#! *//p' "$(command -v sphinx-build)")" -c 'import myst_parser, furo' 2>/dev/null || { echo "there is no myst_parser or no furo (packages.txt, [docs])" && exit 77; }
 failed=0
 expect() {
   if ! "${@:2}"; then
