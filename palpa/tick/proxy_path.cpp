@@ -210,15 +210,15 @@ void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double fo
   const Vec3 start = c.proxy;
   c.proxy = move.end_from(start);
   const Vec3 before_m = std::exchange(c.move_m, c.proxy - start);
-  // Where directions turn faster than the spring can follow, the proxy turns back: each turn halves the longest move. After
-  // eight turns (max_sub_steps / 4) the probe position is given up, or the proxy would lag behind the hand for ever.
-  const bool turns_back = !segment.fresh && model_.has_directions() && dot(c.move_m, before_m) < 0.0;
+  // Where directions turn faster than the spring can follow, or a level bends more than it is long, the proxy turns back: each
+  // turn halves the longest move. After eight (max_sub_steps / 4) the probe position is given up: no lag lasts for ever.
+  const double settling_m2 = model_.has_directions() ? 0.0 : 0.25 * norm_squared(before_m);
+  const bool turns_back = !segment.fresh && dot(c.move_m, before_m) < 0.0 && norm_squared(c.move_m) > settling_m2;
   expect_sequel(before_m, segment.fresh);
   c.reach_m = turns_back ? std::min(c.reach_m, 0.5 * norm(before_m)) : 1.25 * c.reach_m;
   const bool has_no_end = move.stop == Stop::release && segment.time_s <= hair * c.whole_s;  // round a vortex: its time is over
   c.turns = segment.fresh ? 0 : c.turns + (turns_back || has_no_end);
-  if (segment.fresh) c.segment_start_m = start;
-  if (segment.fresh) c.probe_way_m = segment.to_m - segment.from_m;
+  if (segment.fresh) c.segment_start_m = start, c.probe_way_m = segment.to_m - segment.from_m;
   released_m_ += released_part(c.move_m, distance(segment.to_m, segment.from_m) + move.fraction * modes_.furthest_carried_m());
   if (segment.fresh) {
     c.whole_s = segment.time_s;

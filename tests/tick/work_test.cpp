@@ -174,6 +174,53 @@ TEST(Waiting, BringsInNoMoreThanTheHold) {
   EXPECT_GT(waiting, 100);
 }
 
+/// The phantom of a head as a scan has it.
+Volume scanned_head() {
+  constexpr int n = 64;
+  const Volume whole = head_phantom();
+  const Field& head = *whole.fields[0].field;
+  const Vec3 low_m = head.bounds_m().low_m, step_m = head.bounds_m().size_m() / (n - 1.0);
+  auto values = std::make_shared<std::vector<float>>();
+  for (int v = 0; v < n * n * n; ++v) {
+    const Vec3 at{static_cast<double>(v % n), static_cast<double>(v / n % n), static_cast<double>(v / n / n)};
+    values->push_back(static_cast<float>(head.scalar(low_m + Vec3{at.x * step_m.x, at.y * step_m.y, at.z * step_m.z}).value));
+  }
+  const GridGeometry geometry{{n, n, n}, {{{step_m.x, 0, 0}, {0, step_m.y, 0}, {0, 0, step_m.z}}}, low_m};
+  Volume volume;
+  volume.fields = {{"head", "", smooth_grid_field(geometry, {VoxelType::float32, 1, {values, values->data()}})}};
+  return volume;
+}
+
+// A hand that rests is followed to the end, wherever it rests and however deep: below a level that bends more than the spring
+// is long, looks at where the proxy is lead back and forth. Else its force would fade with what waits.
+TEST(Waiting, EndsWhereTheHandRests) {
+  Scene scene({.stiffness_n_per_m = 600.0});
+  scene.workspace.towards_user = "-y";
+  scene.workspace.up = "+z";
+  scene.add("bone", SurfaceAndFriction{.field = scene.add("head", scanned_head()),
+                                       .levels = {{.value = 300.0, .strength_n = 90.0, .friction_coefficient = 0.15}}});
+  int felt = 0;
+  for (int way = 0; way < 13; ++way) {
+    const double y_m = -0.09 + 0.18 * 10 * way / 127;
+    Session comes(scene), rests(scene);
+    Vec3 at_m{0, y_m, 0.1};
+    comes.tick({.position_m = at_m}, tick_s);
+    for (int place = 0; place < 36; ++place) {
+      for (int i = 0; i < 25; ++i) comes.tick({.position_m = at_m -= Vec3{0, 0, 0.0002}}, tick_s);
+      rests.continue_from(comes);
+      Tick t;
+      int waiting = 0;
+      for (int i = 0; i < 60; ++i) {
+        t = rests.tick({.position_m = at_m}, tick_s);
+        waiting += i >= 30 && t.status == TickStatus::waiting;
+      }
+      EXPECT_EQ(waiting, 0) << "at y = " << y_m << " m, z = " << at_m.z << " m";
+      felt += norm(t.force_n) > 0.1;
+    }
+  }
+  EXPECT_GT(felt, 100);
+}
+
 // Any time step that is one has a balance with a bound, and a force, though drags over it are walls.
 TEST(TimeStep, HasABoundHoweverShort) {
   for (const double dt_s : {1e-6, 1e-9, 1e-12, 1e-15, 1e-18, 1e-100, 1e-310, std::numeric_limits<double>::denorm_min()}) {

@@ -56,7 +56,7 @@ navigation = [
     ("Feel", ["modes/README", "scene", "data", "hands", "devices", "safety", "explorer", "trace", "check", "map"]),
     ("Program", ["python", "embedding", "own-mode", "/api/index", "paraview", "slicer"]),
     ("Theory", ["theory", "path", "laws"]),
-    ("Study", ["felt", "reproduction", "benchmark"]),
+    ("Study", ["felt", "beside", "reproduction", "benchmark", "/bench/haptics/README"]),
     ("Within", ["design", "contracts/README", "security", "limits", "dependencies", "changes", "/CHANGELOG", "/CONTRIBUTING", "/SECURITY"]),
 ]
 folders_of_pages = {"docs/modes/README": "docs/modes", "docs/contracts/README": "docs/contracts", "docs/design": "docs/design"}
