@@ -21,7 +21,7 @@ void draw_check(const CheckReport& report, const std::filesystem::path& file, de
                             {Grade::stop, "it shakes", Color::vermilion}};
   for (const Kind& kind : kinds) {
     Series series{.name = kind.name, .color = kind.color, .points_only = true};
-    for (const MapPoint& point : report.map) {
+    for (const MarginPoint& point : report.map) {
       if (point.grade != kind.grade) continue;
       series.xs.push_back(point.stiffness_n_per_m);
       series.ys.push_back(point.damping_ns_per_m);

@@ -62,7 +62,7 @@ struct StableStiffness {
 };
 
 /// What one place of the map (k, D) does when the device is let go at the scene's strongest place.
-struct MapPoint {
+struct MarginPoint {
   double stiffness_n_per_m = 0.0, damping_ns_per_m = 0.0;
   Grade grade = Grade::fine;  ///< rests, hums, shakes
 };
@@ -83,7 +83,7 @@ struct CheckReport {
   std::vector<std::string> advice;               ///< what a number cannot say, a sentence each
   Grade grade_after = Grade::fine;               ///< the gravest finding once `changes` were followed
   std::vector<StableStiffness> curve;            ///< for the picture, D rising
-  std::vector<MapPoint> map;
+  std::vector<MarginPoint> map;
 };
 
 struct CheckOptions {

@@ -155,7 +155,7 @@ void detail::draw_map(const Scene& scene, CheckReport& report, const std::functi
           report.curve[n - report.map.size()] = stable_stiffness(report.plant, most_damping * (number - count) / (curve - 1));
           return;
         }
-        MapPoint& point = report.map[n];
+        MarginPoint& point = report.map[n];
         point.stiffness_n_per_m = low_n_per_m * std::pow(high_n_per_m / low_n_per_m, (number % columns) / (columns - 1.0));
         point.damping_ns_per_m = most_damping * (number / columns) / (rows - 1.0);
         const Scene tried = with_coupling(scene, point.stiffness_n_per_m, point.damping_ns_per_m);
