@@ -195,7 +195,8 @@ def test_the_hand_goes_where_the_mouse_points(parallel):
             moved.append(way_m)
 
     renderer, window, interactor = vtk.vtkRenderer(), vtk.vtkRenderWindow(), vtk.vtkRenderWindowInteractor()
-    window.SetOffScreenRendering(1), window.AddRenderer(renderer), window.SetSize(400, 300), interactor.SetRenderWindow(window)
+    window.AddRenderer(renderer), window.SetSize(400, 300), interactor.SetRenderWindow(window)
+    interactor.EnableRenderOff()  # there is no display
     interactor.SetInteractorStyle(vtk.vtkInteractorStyleTrackballCamera())
     camera = renderer.GetActiveCamera()
     camera.SetPosition(0.1, -0.5, 0.2), camera.SetFocalPoint(0, 0, 0), camera.SetViewUp(0, 0, 1)
@@ -207,10 +208,10 @@ def test_the_hand_goes_where_the_mouse_points(parallel):
         interactor.InvokeEvent(event)
 
     def seen_at(place_m):  # pixels
-        renderer.SetWorldPoint(*place_m, 1), renderer.WorldToDisplay()
-        return np.array(renderer.GetDisplayPoint()[:2])
+        matrix = camera.GetCompositeProjectionTransformMatrix(400 / 300, -1, 1)
+        seen = np.array(matrix.MultiplyPoint((*place_m, 1)))
+        return 0.5 * np.array([400, 300]) * seen[:2] / seen[3]
 
-    window.Render()
     start = seen_at((0, 0, 0))
     at(200, 150), moved.clear()
     at(223, 131)
