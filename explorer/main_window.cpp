@@ -291,15 +291,15 @@ void MainWindow::opened(const Opened& opened) {
 void MainWindow::begin_touch(const fs::path& out) {
   if (options_.device.empty()) return feel_with(nullptr, out);
   touch_.end();
-  using Opened = std::pair<std::unique_ptr<Device>, std::string>;  // and what a quick check says of the scene on it
-  jobs_.begin<Opened>(
+  using Checked = std::pair<std::unique_ptr<Device>, std::string>;  // and what a quick check says of the scene on it
+  jobs_.begin<Checked>(
       Jobs::Purpose::device, tr("opening the device %1").arg(QString::fromStdString(options_.device)),
       [name = options_.device, scene = document_.scene()](std::stop_token) {
         std::unique_ptr<Device> device = open_device(device_description(name));
         const std::optional<DevicePlant> plant = plant_like(name);
-        return Opened{std::move(device), plant ? check_quickly(scene, *plant).verdict : std::string()};
+        return Checked{std::move(device), plant ? check_quickly(scene, *plant).verdict : std::string()};
       },
-      [this, out](Opened opened) {
+      [this, out](Checked opened) {
         if (!opened.second.empty()) say(QString::fromStdString("check: " + opened.second));
         feel_with(std::move(opened.first), out);
       },

@@ -158,7 +158,7 @@ py::list events_of(FeltSession& felt) {
 void bind_ticks(py::module_& module) {
   py::enum_<TickStatus>(module, "TickStatus", py::arithmetic(), "What became of a tick.")
       .value("resting", TickStatus::resting, "the proxy is where this probe position leads")
-      .value("waiting", TickStatus::waiting, "the cap was reached; the rest of the probe's path waits for the next tick")
+      .value("waiting", TickStatus::waiting, "the work of a tick is spent; the rest of the probe's path waits for the next one, and does not pull")
       .value("capped", TickStatus::capped, "resting, but a balance's bound is above 1e-9 m")
       .value("bad_input", TickStatus::bad_input, "the probe or the time step could not be used; the force is zero");
   py::class_<Energy>(module, "Energy", "The energy of one tick [J].")
