@@ -195,8 +195,23 @@ std::vector<std::string> legend_of(const Plot& plot) {
   return names;
 }
 
-/// Replaces labels that are exponents of ten by the powers.
+/// Replaces labels that are exponents of ten by the powers; an axis over a few of them has twice and five times each, too.
 void name_powers(Ticks& ticks) {
+  if (ticks.high - ticks.low < 3.0 && std::max(std::abs(ticks.low), std::abs(ticks.high)) < 6.0) {
+    ticks.at.clear();
+    ticks.labels.clear();
+    for (double power = std::floor(ticks.low); power <= ticks.high; ++power) {
+      for (const double digit : {1.0, 2.0, 5.0}) {
+        const double at = power + std::log10(digit);
+        if (at < ticks.low - 1e-9 || at > ticks.high + 1e-9) continue;
+        char text[40];
+        std::snprintf(text, sizeof text, "%.6g", digit * std::pow(10.0, power));
+        ticks.at.push_back(at);
+        ticks.labels.emplace_back(text);
+      }
+    }
+    return;
+  }
   for (std::size_t i = 0; i < ticks.at.size(); ++i) {
     const double exponent = ticks.at[i];
     if (std::abs(exponent) < 3.5) {
