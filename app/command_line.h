@@ -1,4 +1,4 @@
-// The command line: only command_line.cpp and reference.cpp know CLI11.
+// The command line: command_lines.h has the line of each command, of which this makes the program.
 #pragma once
 
 #include <atomic>

@@ -1,0 +1,34 @@
+// The line of each command: its options, and what it does once they are read.
+#pragma once
+
+#include <atomic>
+#include <functional>
+
+namespace CLI {
+class App;
+}
+
+namespace palpa::app {
+
+/// What a command does after the command line has been read: its exit code.
+using Work = std::function<int()>;
+
+// Each adds its command to the program; chosen, it sets `work`. A signal sets `stop`.
+
+void add_demo(CLI::App& app, Work& work, const std::atomic<bool>& stop);
+void add_run(CLI::App& app, Work& work, int argc, char** argv, const std::atomic<bool>& stop);
+void add_devices(CLI::App& app, Work& work, const std::atomic<bool>& stop);
+void add_explore(CLI::App& app, Work& work);
+
+void add_info(CLI::App& app, Work& work);
+void add_convert(CLI::App& app, Work& work, const std::atomic<bool>& stop);
+
+void add_replay(CLI::App& app, Work& work, const std::atomic<bool>& stop);
+void add_report(CLI::App& app, Work& work);
+void add_export(CLI::App& app, Work& work);
+
+void add_check(CLI::App& app, Work& work);
+void add_map(CLI::App& app, Work& work, const std::atomic<bool>& stop);
+void add_modes(CLI::App& app, Work& work);
+
+}  // namespace palpa::app

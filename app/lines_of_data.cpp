@@ -1,0 +1,119 @@
+// The lines of the commands about data.
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "app/command_lines.h"
+#include "app/commands.h"
+#include "app/info.h"
+#include "app/options.h"
+#include "palpa/core/load_error.h"
+
+namespace palpa::app {
+
+namespace {
+
+struct InfoLine {
+  InfoArguments info;
+  bool force = false;
+  std::vector<std::string> at, at_m;
+  std::string scene_file;
+  HowToRead how;
+};
+
+InfoArguments arguments_of(InfoLine given, bool scene) {
+  InfoArguments& info = given.info;
+  info.read.preview = true;
+  info.read.checksums = info.json;
+  info.request = request_of(given.how);
+  for (const std::string& position : given.at_m) info.places.push_back(asked_place_m(position));
+  for (const std::string& place : given.at) info.places.push_back(asked_place(place));
+  info.scene = scene;
+  info.scene_file = given.scene_file;
+  info.existing = existing(given.force);
+  if (!given.scene_file.empty() && info.scene_file.extension() != ".toml") {
+    throw LoadError("--scene " + given.scene_file +
+                    ": is no name of a scene; write --scene OUT.toml, or put --scene behind the file");
+  }
+  return std::move(info);
+}
+
+}  // namespace
+
+void add_info(CLI::App& app, Work& work) {
+  const auto given = std::make_shared<InfoLine>();
+  CLI::App* command = app.add_subcommand("info", "Say what is in data files, draw it, suggest a first scene");
+  command
+      ->add_option("FILE", given->info.files,
+                   "files or folders, each a volume of its own; a pattern in quotes, as 'phase_*.vti', is one time series")
+      ->required()
+      ->type_name("");
+  add_repeated(command, "--at", given->at,
+               "say the values there: at a voxel, as 120,200,90, at a position, as -5mm,16mm,7mm, or in the patient, as "
+               "R5,A16,S7 (millimetres to the right or left, front or back, head or feet)")
+      ->type_name("PLACE");
+  add_repeated(command, "--at-m", given->at_m, "say the values at this position of the world, in metres")->type_name("X,Y,Z");
+  command->add_flag("--series", given->info.series, "the files are the frames of one time series");
+  command
+      ->add_option(
+          "--level", given->info.level,
+          "say how much of what is thin above this value the smooth filter loses, and how far the level moves from frame "
+          "to frame")
+      ->type_name("VALUE");
+  command->add_flag("--json", given->info.json, "print as JSON");
+  CLI::Option* scene_option =
+      command->add_option("--scene", given->scene_file, "suggest a first scene, printed or written into this new file")
+          ->expected(0, 1)
+          ->type_name("[OUT.toml]");
+  command->add_option("--picture", given->info.picture, "draw slices, streamlines and histogram into this new PNG file")
+      ->type_name("FILE.png");
+  add_force(command, given->force);
+  add_how_to_read(command, given->how);
+  add_reader(command, given->info.read);
+  command->footer("Example:\n  palpa info head.nrrd --at 120,200,90 --picture head.png");
+  command->callback([=, &work] { work = [=] { return run_info(arguments_of(*given, scene_option->count() > 0)); }; });
+}
+
+namespace {
+
+struct ConvertLine {
+  ConvertArguments convert;
+  bool force = false;
+  std::string in;
+  HowToRead how;
+};
+
+}  // namespace
+
+void add_convert(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
+  const auto given = std::make_shared<ConvertLine>();
+  CLI::App* command = app.add_subcommand("convert", "Write data as NRRD or VTI: whole, a part, coarser, or on another grid");
+  command->add_option("IN", given->in, "a file or folder of data")->required()->type_name("");
+  command->add_option("OUT", given->convert.out, "new file: .nrrd, .nhdr or .vti")->required()->type_name("");
+  command->add_option("--crop", given->convert.crop, "only these voxels, first and last of each axis")
+      ->type_name("I0:I1,J0:J1,K0:K1");
+  command->add_option("--downsample", given->convert.options.downsample, "the mean of N x N x N voxels becomes one")
+      ->check(CLI::Range(1, 1000))
+      ->type_name("N");
+  command
+      ->add_option("--resample-m", given->convert.options.resample_m,
+                   "onto cubes of this size along the world's axes; NaN outside the data")
+      ->check(CLI::PositiveNumber)
+      ->type_name("M");
+  command->add_flag("--int16", given->convert.options.int16, "round to whole numbers of 16 bits");
+  command->add_option("--field", given->convert.options.field, "only this field")->type_name("NAME");
+  add_force(command, given->force);
+  add_how_to_read(command, given->how);
+  add_reader(command, given->convert.read);
+  command->footer("Example:\n  palpa convert head.nrrd small.nrrd --downsample 2");
+  command->callback([=, &work, &stop] {
+    work = [=, &stop] {
+      ConvertArguments& convert = given->convert;
+      convert.options.existing = existing(given->force);
+      convert.request = request_of(given->how);
+      convert.request.files.insert(convert.request.files.begin(), given->in);
+      return run_convert(std::move(convert), stop);
+    };
+  });
+}
+
+}  // namespace palpa::app

@@ -1,0 +1,161 @@
+// The lines of the commands with which a hand feels.
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "app/command_lines.h"
+#include "app/commands.h"
+#include "app/hand_words.h"
+#include "app/options.h"
+#include "palpa/core/load_error.h"
+
+namespace palpa::app {
+
+void add_demo(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
+  const auto given = std::make_shared<DemoArguments>();
+  CLI::App* command = app.add_subcommand("demo", "Feel a head, a flow or a wing's wake, and see what came of it");
+  command->add_option("NAME", given->name, "which demo: head, flow or wing (head)")
+      ->check(CLI::IsMember({"head", "flow", "wing"}))
+      ->type_name("");
+  command
+      ->add_option(
+          "--data", given->data,
+          "folder of real data, felt by a recorded hand; left out: embedded data, or the head that tools/get-ct-head brought")
+      ->type_name("DIR");
+  command->add_option("--out", given->out, "folder for recording, report and pictures (palpa-demo)")->type_name("DIR");
+  add_device(command, given->device);
+  command->add_flag("--json", given->json, "print the summary as JSON; records only with --out");
+  add_reader(command, given->read);
+  command->footer("Example:\n  palpa demo head");
+  command->callback([=, &work, &stop] { work = [=, &stop] { return run_demo(*given, stop); }; });
+}
+
+namespace {
+
+struct RunLine {
+  RunArguments run;
+  LiveRunOptions live;
+  bool realtime = false;
+  bool no_rehearsal = false;
+  int clutch_button = 0, dead_man_button = 0;  // 0: none
+  std::vector<std::string> sets;
+  std::string hold, center, fit;
+};
+
+/// A hand of one's own is felt in real time without being told so.
+void add_live(const RunLine& given, RunOptions& options) {
+  const bool is_own_hand = options.hand.empty() && !options.device.empty();
+  if (!given.realtime && !is_own_hand) {
+    if (given.no_rehearsal || given.clutch_button > 0 || given.dead_man_button > 0 || given.live.goes_on_at_border)
+      throw LoadError(
+          "run: --no-rehearsal, --clutch-button, --dead-man-button and --go-on-at-border are for a run in real time; "
+          "add --realtime");
+    return;
+  }
+  const auto bit = [](int button) { return button > 0 ? 1u << (button - 1) : 0u; };
+  options.live = given.live;
+  options.live->rehearse = !given.no_rehearsal;
+  options.live->clutch_buttons = bit(given.clutch_button);
+  options.live->dead_man_buttons = bit(given.dead_man_button);
+}
+
+RunArguments arguments_of(RunLine given, int argc, char** argv) {
+  RunOptions& options = given.run.options;
+  add_live(given, options);
+  options.arguments.assign(argv + 1, argv + argc);
+  options.scene_options.sets = split_sets(given.sets);
+  if (!given.hold.empty()) {
+    options.hold = given.hold == "rigid" ? Hold::rigid : given.hold == "relaxed" ? Hold::relaxed : Hold::firm;
+  }
+  if (!given.fit.empty()) options.fit = given.fit == "on";
+  if (!given.center.empty()) options.recording.center = given.center == "on";
+  return std::move(given.run);
+}
+
+}  // namespace
+
+void add_run(CLI::App& app, Work& work, int argc, char** argv, const std::atomic<bool>& stop) {
+  const auto given = std::make_shared<RunLine>();
+  CLI::App* command = app.add_subcommand("run", "Feel a scene with your own, a recorded or a simulated hand");
+  command->add_option("SCENE", given->run.options.scene, "scene file (TOML)")->required()->type_name("");
+  command
+      ->add_option("--hand", given->run.options.hand,
+                   "a recording (CSV) or a simulated hand, sim:NAME[,KEY=VALUE,…]: see below; left out: your own, on --device")
+      ->type_name("HAND");
+  command
+      ->add_option(
+          "--hand-hold", given->hold,
+          "how a hand is held: rigid (it follows the recording whatever the force, default of recordings), relaxed (default of "
+          "simulated hands) or firm")
+      ->check(CLI::IsMember({"rigid", "relaxed", "firm"}))
+      ->type_name("HOLD");
+  command
+      ->add_option(
+          "--device", given->run.options.device,
+          "without --hand: your device, as 'palpa devices' lists it, with settings as in inverse3,port=10001; with "
+          "--hand: the device that this hand holds: touch, omega, falcon, inverse3 or desktop, with values changed as in "
+          "touch,delay_ticks=2 (an ideal one: no mass, friction, encoder or delay)")
+      ->type_name("DEVICE");
+  command->add_flag("--realtime", given->realtime, "by the clock on the wall, also with a simulated or recorded hand");
+  command->add_flag("--no-rehearsal", given->no_rehearsal,
+                    "in real time: do not rehearse ticks beforehand, which leaves the processor free and the ticks cold");
+  command->add_option("--clutch-button", given->clutch_button, "in real time: while this button is held the handle moves alone")
+      ->check(CLI::Range(1, 32))
+      ->type_name("N");
+  command->add_option("--dead-man-button", given->dead_man_button, "in real time: no force unless this button is held")
+      ->check(CLI::Range(1, 32))
+      ->type_name("N");
+  command->add_flag("--go-on-at-border", given->live.goes_on_at_border,
+                    "in real time: a handle at the border of its workspace takes the probe further");
+  command->add_option("--hand-rate-hz", given->run.options.recording.hand_rate_hz, "rate of a recording without time")
+      ->type_name("HZ");
+  command
+      ->add_option("--hand-center", given->center,
+                   "put the middle of the recording into the middle of the workspace: on or off")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->type_name("ON");
+  command
+      ->add_option("--hand-fit", given->fit,
+                   "lay a recording where it feels most of the data: on or off (on, but with --hand-center; traces of ours are "
+                   "never moved)")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->type_name("ON");
+  command
+      ->add_option("--duration-s", given->run.options.duration_s,
+                   "duration (the recording's, or 10; of your own hand: until q or an interrupt)")
+      ->type_name("S");
+  command->add_option("--rate-hz", given->run.options.rate_hz, "update rate: ticks per second (1000)")->type_name("HZ");
+  command->add_option("--out", given->run.options.out, "record a trace into this new folder")->type_name("DIR");
+  command->add_flag("--primitives", given->run.options.primitives, "record balances and primitives as well");
+  add_repeated(command, "--data", given->run.options.scene_options.data_folders, "look for data here as well")
+      ->type_name("DIR");
+  add_repeated(command, "--set", given->sets, "change one value of the scene, as in mode.skin.friction_n=0.2")
+      ->type_name("PATH=VALUE");
+  add_plugins(command, given->run.options.plugins);
+  command->add_flag("--dry-run", given->run.dry_run, "load and check everything, say what it is, feel nothing");
+  command->add_flag("--json", given->run.json, "print the summary as JSON");
+  add_reader(command, given->run.options.read);
+  command->footer(hand_words() + "Example:\n  palpa run scenes/head_phantom.toml --hand sim:press --out first-trace");
+  command->callback([=, &work, &stop] { work = [=, &stop] { return run_scene(arguments_of(*given, argc, argv), stop); }; });
+}
+
+void add_devices(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
+  const auto given = std::make_shared<DevicesArguments>();
+  CLI::App* command = app.add_subcommand("devices", "List the devices that are there, and what is missing for others");
+  command->add_option("NAME", given->name, "one kind of device, with settings as in inverse3,port=10001 (all)")->type_name("");
+  command->add_flag("--setup", given->setup, "try that device with your help, measure it, and keep what came of it");
+  command->add_flag("--json", given->json, "print as JSON");
+  command->footer("Example:\n  palpa devices inverse3");
+  command->callback([=, &work, &stop] { work = [=, &stop] { return run_devices(*given, stop); }; });
+}
+
+void add_explore(CLI::App& app, Work& work) {
+  const auto given = std::make_shared<ExploreArguments>();
+  CLI::App* command = app.add_subcommand("explore", "See and feel a scene, a file or a trace in a window");
+  command->add_option("FILE", given->files, "scene, data file, or trace (the start page)")->type_name("");
+  add_repeated(command, "--data", given->data_folders, "folder with the files of a scene")->type_name("DIR");
+  command->add_option("--device", given->device, "your haptic device, as of run (the mouse)")->type_name("NAME");
+  command->footer("Example:\n  palpa explore scenes/head_phantom.toml");
+  command->callback([=, &work] { work = [=] { return run_explore(*given); }; });
+}
+
+}  // namespace palpa::app

@@ -1,0 +1,78 @@
+// The lines of the commands about what was felt.
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "app/command_lines.h"
+#include "app/commands.h"
+#include "app/options.h"
+#include "palpa/core/load_error.h"
+
+namespace palpa::app {
+
+void add_replay(CLI::App& app, Work& work, const std::atomic<bool>& stop) {
+  const auto given = std::make_shared<ReplayArguments>();
+  CLI::App* command = app.add_subcommand("replay", "Replay a trace and compare every number");
+  command->add_option("TRACE", given->trace, "folder of the trace, or a file in it")->required()->type_name("");
+  add_repeated(command, "--data", given->data_folders, "look for the scene's data here first")->type_name("DIR");
+  add_plugins(command, given->plugins);
+  command->add_flag("--json", given->json, "print the answer as JSON");
+  add_reader(command, given->read);
+  command->footer("Example:\n  palpa replay first-trace");
+  command->callback([=, &work, &stop] {
+    work = [=, &stop] {
+      given->trace = trace_folder(given->trace);
+      return run_replay(*given, stop);
+    };
+  });
+}
+
+void add_report(CLI::App& app, Work& work) {
+  const auto given = std::make_shared<ReportArguments>();
+  CLI::App* command = app.add_subcommand("report", "Make one HTML page of a trace: pictures, plots, tables");
+  command->add_option("TRACE", given->trace, "folder of the trace")->required()->type_name("");
+  command
+      ->add_option("--beside", given->beside,
+                   "compare with this trace, which has the same hand: what differs, and would it be felt")
+      ->type_name("TRACE");
+  command->add_option("--out", given->out, "where to write; left out: report.html in the trace, with --beside beside.html")
+      ->type_name("FILE");
+  command->add_option("--pictures", given->pictures, "write the pictures as PNG and SVG files into this folder, too")
+      ->type_name("DIR");
+  add_force(command, given->force);
+  add_repeated(command, "--data", given->data_folders, "look for the scene's data here first")->type_name("DIR");
+  add_plugins(command, given->plugins);
+  add_reader(command, given->read);
+  command->footer("Example:\n  palpa report first-trace");
+  command->callback([=, &work] {
+    work = [=] {
+      given->trace = trace_folder(given->trace);
+      if (!given->beside.empty()) given->beside = trace_folder(given->beside);
+      return run_report(*given);
+    };
+  });
+}
+
+void add_export(CLI::App& app, Work& work) {
+  const auto given = std::make_shared<ExportArguments>();
+  const auto force = std::make_shared<bool>(false);
+  CLI::App* command = app.add_subcommand(
+      "export", "Write what was felt in a trace, in the frame of the data, for ParaView, 3D Slicer and tables");
+  command->add_option("TRACE", given->trace, "folder of the trace, or a file in it")->required()->type_name("");
+  command
+      ->add_option("OUT", given->out,
+                   "new file: .vtp (a path with all columns, for ParaView), .csv, .h5, or .mrk.json (for 3D Slicer: RAS, in "
+                   "millimetres)")
+      ->required()
+      ->type_name("");
+  add_force(command, *force);
+  command->footer("Example:\n  palpa export first-trace felt.vtp");
+  command->callback([=, &work] {
+    work = [=] {
+      given->trace = trace_folder(given->trace);
+      given->existing = existing(*force);
+      return run_export(*given);
+    };
+  });
+}
+
+}  // namespace palpa::app
