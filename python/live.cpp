@@ -108,6 +108,12 @@ class Live {
   Live(const Live&) = delete;
   Live& operator=(const Live&) = delete;
 
+  /// The latest tick, of any thread.
+  LiveView look() {
+    LiveRun& live = run();
+    const std::lock_guard lock(held_->looking);
+    return live.loop().look();
+  }
   /// What was placed last, of any thread.
   Seen seen() {
     static_cast<void>(run());
@@ -223,7 +229,7 @@ void bind_live(py::module_& module) {
              const py::gil_scoped_release release;
              run.scene().set(scene);
            })
-      .def("look", [](Live& live) { return view_of(live.run().loop().look()); })
+      .def("look", [](Live& live) { return view_of(live.look()); })
       .def("primitives", [](Live& live) { return primitives_of(live.seen()); })
       .def("account", [](Live& live) { return account_of(live.run().loop().account()); })
       .def("has_ended", [](Live& live) { return live.run().has_ended(); })
