@@ -1,0 +1,214 @@
+#include "palpa/study/check_judge.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "palpa/core/printed.h"
+
+namespace palpa {
+namespace {
+
+using detail::text;
+using detail::TrialMade;
+
+/// The trial with the largest of a figure among those of these acts.
+template <class Figure>
+const TrialMade* worst_of(const std::vector<TrialMade>& all, std::initializer_list<Act> acts, const Figure& figure) {
+  const TrialMade* worst = nullptr;
+  for (const TrialMade& made : all) {
+    if (std::find(acts.begin(), acts.end(), made.trial.act) == acts.end()) continue;
+    if (!worst || figure(made.figures) > figure(worst->figures)) worst = &made;
+  }
+  return worst;
+}
+
+std::string where_of(const TrialMade& made, const CheckPlace& place) {
+  return words_of(made.trial) + " at the " + place.why +
+         text(" place (%+.0f, %+.0f, %+.0f mm)", 1e3 * place.front_m.x, 1e3 * place.front_m.y, 1e3 * place.front_m.z);
+}
+
+class Judge {
+ public:
+  Judge(const Scene& scene, CheckReport& report, const std::vector<TrialMade>& all)
+      : scene_(scene), report_(report), all_(all) {}
+
+  void rest(const char* key, std::initializer_list<Act> acts) {
+    const TrialMade* worst = worst_of(all_, acts, [](const TrialFigures& f) { return f.hum_m_per_s2; });
+    if (!worst) return;
+    const TrialFigures& figures = worst->figures;
+    const Grade grade = detail::grade_of_rest(figures);
+    add({.key = key,
+         .grade = grade,
+         .measured = figures.hum_m_per_s2,
+         .threshold = grade == Grade::stop ? borne_acceleration_m_per_s2 : felt_acceleration_m_per_s2,
+         .unit = "m/s^2",
+         .words = grade == Grade::fine
+                      ? std::string("it rests")
+                      : std::string(grade == Grade::stop ? "it shakes" : "it hums") +
+                            text(" by %.0f mN, which is %.2g m/s^2 of the device", 1e3 * figures.rest_n, figures.hum_m_per_s2)},
+        worst);
+  }
+
+  void jump() {
+    const TrialMade* worst = worst_of(all_, moving, [](const TrialFigures& f) { return f.jump_n; });
+    if (!worst) return;
+    const TrialFigures& figures = worst->figures;
+    add({.key = "jump",
+         .grade = figures.jump_n > borne_jump_n ? Grade::stop : Grade::fine,
+         .measured = figures.jump_n,
+         .threshold = borne_jump_n,
+         .unit = "N",
+         .words = figures.jump_n > 0.0
+                      ? text("the force steps by %.2g N in a tick (%s)", figures.jump_n, name_of(figures.jump_cause))
+                      : text("no step of the force is felt as one")},
+        worst);
+  }
+  void noise() {
+    const TrialMade* worst = worst_of(all_, moving, [](const TrialFigures& f) { return f.untold_jumps / f.duration_s; });
+    if (!worst) return;
+    const double per_s = worst->figures.untold_jumps / worst->figures.duration_s;
+    const std::string whose = worst->figures.jump_mode.empty() ? "" : " by '" + worst->figures.jump_mode + "'";
+    add({.key = "noise",
+         .grade = worst->figures.untold_jumps > 0 ? Grade::warn : Grade::fine,
+         .measured = per_s,
+         .threshold = 0.0,
+         .unit = "1/s",
+         .words = worst->figures.untold_jumps > 0
+                      ? text("%.1f steps a second over %.0f mN that no event tells%s: strength or direction varies faster than "
+                             "the proxy steps",
+                             per_s, 1e3 * felt_step_n, whose.c_str())
+                      : "no strength and no direction varies faster than the proxy steps"},
+        worst);
+  }
+  void ripple() {
+    const TrialMade* worst = worst_of(all_, {Act::stroke}, [](const TrialFigures& f) { return f.rough_n; });
+    if (!worst) return;
+    const double measured = worst->figures.rough_n / report_.plant.mass_kg;
+    add({.key = "ripple",
+         .grade = measured > felt_acceleration_m_per_s2 ? Grade::warn : Grade::fine,
+         .measured = measured,
+         .threshold = felt_acceleration_m_per_s2,
+         .unit = "m/s^2",
+         .words = text("a stroke has %.2g mN from 100 to 500 Hz", 1e3 * worst->figures.rough_n)},
+        worst);
+  }
+  void saturation() {
+    constexpr double seldom = 0.01;
+    const TrialMade* worst =
+        worst_of(all_, {Act::hold, Act::stroke, Act::press}, [](const TrialFigures& f) { return f.saturated; });
+    if (!worst) return;
+    add({.key = "saturation",
+         .grade = worst->figures.saturated > seldom ? Grade::warn : Grade::fine,
+         .measured = worst->figures.saturated,
+         .threshold = seldom,
+         .unit = "1",
+         .words = text("the device's force is at its limit, %g N, in %.0f %% of the ticks", scene_.coupling.max_force_n,
+                       100.0 * worst->figures.saturated)},
+        worst);
+  }
+  void budget() {
+    constexpr double seldom = 1e-3;  // a proxy that lags for a tick pulls a tick later
+    const TrialMade* worst = worst_of(all_, everything, [](const TrialFigures& f) { return f.over_budget; });
+    if (!worst) return;
+    add({.key = "over_budget",
+         .grade = worst->figures.over_budget > seldom ? Grade::warn : Grade::fine,
+         .measured = worst->figures.over_budget,
+         .threshold = seldom,
+         .unit = "1",
+         .words =
+             text("the proxy lags behind in %.2g %% of the ticks, whose work is spent", 100.0 * worst->figures.over_budget)},
+        worst);
+  }
+  void energy() {
+    for (std::size_t m = 0; m < scene_.modes().size(); ++m) {
+      const SceneMode& mode = scene_.modes()[m];
+      if (!mode.enabled) continue;
+      // A spring gives back what it took; only what is left of both was brought in.
+      const auto net_j = [m](const TrialFigures& f) { return f.injected_j[m] - f.dissipated_j[m]; };
+      const TrialMade* worst = worst_of(all_, everything, net_j);
+      const double injected_j = worst ? std::max(0.0, net_j(worst->figures)) : 0.0;
+      // What wind and gradients push they push: their energy is the data's.
+      const bool may = places_directed_forces(mode.mode.type());
+      add({.key = "energy",
+           .grade = !may && injected_j > borne_energy_j ? Grade::warn : Grade::fine,
+           .measured = injected_j,
+           .threshold = may ? INFINITY : borne_energy_j,
+           .unit = "J",
+           .words = "'" + mode.name + text("' brings in %.2g mJ at most", 1e3 * injected_j)},
+          worst);
+    }
+  }
+
+ private:
+  static constexpr std::initializer_list<Act> moving = {Act::hold, Act::stroke, Act::press};
+  static constexpr std::initializer_list<Act> everything = {Act::let_go, Act::lean, Act::hold, Act::stroke, Act::press};
+  void add(Finding finding, const TrialMade* made) {
+    if (made) finding.where = where_of(*made, report_.places[made->place]);
+    report_.findings.push_back(std::move(finding));
+  }
+  const Scene& scene_;
+  CheckReport& report_;
+  const std::vector<TrialMade>& all_;
+};
+
+/// What can be said of k without the scene: a device alone on a wall, its friction taken away, because nobody has measured it.
+Finding finding_of_margin(const CheckReport& report) {
+  const double k = report.coupling.stiffness_n_per_m, most = report.stable.alone_n_per_m;
+  return {.key = "margin",
+          .grade = k > most ? Grade::warn : Grade::fine,
+          .measured = k,
+          .threshold = most,
+          .unit = "N/m",
+          .where = {},
+          .words = k > most ? text("k = %g N/m rests by the device's friction alone; without it no more than %.0f do", k, most)
+                            : text("k = %g N/m; the device alone bears %.0f", k, most)};
+}
+
+void conclude(CheckReport& report) {
+  std::stable_sort(report.findings.begin(), report.findings.end(),
+                   [](const Finding& a, const Finding& b) { return a.grade > b.grade; });
+  if (report.findings.empty()) {
+    report.verdict = "nothing is felt within reach of a hand";
+    return;
+  }
+  const Finding& gravest = report.findings.front();
+  report.grade = gravest.grade;
+  report.verdict = report.grade == Grade::fine ? "fine on " + report.plant.name + ": it rests, let go and held"
+                                               : std::string(name_of(report.grade)) + " on " + report.plant.name + ": " +
+                                                     gravest.words + (gravest.where.empty() ? "" : ", " + gravest.where);
+}
+
+}  // namespace
+
+const char* name_of(Grade grade) noexcept {
+  switch (grade) {
+    case Grade::fine: return "fine";
+    case Grade::warn: return "warn";
+    case Grade::stop: return "stop";
+  }
+  return "";
+}
+
+Grade detail::grade_of_rest(const TrialFigures& figures) noexcept {
+  if (figures.hum_m_per_s2 > borne_acceleration_m_per_s2) return Grade::stop;
+  return figures.hum_m_per_s2 > felt_acceleration_m_per_s2 ? Grade::warn : Grade::fine;
+}
+
+void detail::judge(const Scene& scene, const std::vector<TrialMade>& all, CheckReport& report) {
+  Judge judge(scene, report, all);
+  if (!all.empty()) {
+    judge.rest("let_go", {Act::let_go, Act::lean});
+    judge.rest("held", {Act::hold});
+    judge.jump();
+    judge.noise();
+    judge.ripple();
+    judge.saturation();
+    judge.budget();
+    judge.energy();
+    report.findings.push_back(finding_of_margin(report));
+  }
+  conclude(report);
+}
+
+}  // namespace palpa
