@@ -129,7 +129,11 @@ DevicePlant plant_in(const std::string& file) {
     const auto name = like->value<std::string>();
     if (!name || name->ends_with(file_ending))
       refuse_file(file, like->source().begin.line, "like is no name of a device; write it as in like = \"touch\"");
-    plant = device_plant(*name);
+    try {
+      plant = device_plant(*name);
+    } catch (const LoadError& error) {
+      refuse_file(file, like->source().begin.line, error.what());
+    }
   }
   for (const auto& [key, node] : said) {
     if (key.str() == like_key) continue;
