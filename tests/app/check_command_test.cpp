@@ -136,9 +136,10 @@ TEST_F(CheckCommand, ADeviceOfAFileIsThatWhichItIsLike) {
       out.replace(at, device.size(), "it");
     return out;
   };
-  EXPECT_EQ(checked("mine.toml"), checked("touch"));
-  EXPECT_EQ(checked("heavy.toml"), checked("touch,mass_kg=0.09"));
-  EXPECT_NE(checked("heavy.toml"), checked("touch"));
+  const std::string mine = checked("mine.toml"), heavy = checked("heavy.toml");
+  EXPECT_EQ(mine, checked("touch"));
+  EXPECT_EQ(heavy, checked("touch,mass_kg=0.09"));
+  EXPECT_NE(heavy, mine);
 }
 
 TEST_F(CheckCommand, SaysTheNumbersOfTheTableAsJsonAndTheSameEveryTime) {
