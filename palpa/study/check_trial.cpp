@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "palpa/device/front.h"
+#include "palpa/study/feeler.h"
 #include "palpa/study/let_go.h"
 #include "palpa/study/movement.h"
 #include "palpa/study/spectrum.h"
@@ -12,9 +13,10 @@ namespace palpa {
 namespace {
 
 constexpr double rate_hz = 1000.0;
-constexpr double lies_n = 0.3;     // beyond friction: less than any level bears that is meant to be felt
-constexpr double leans_n = 1.5;    // beyond friction: what a resting finger weighs
-constexpr double falls_m = 1e-3;   // before the front: what it falls by
+constexpr double lies_n = 0.3;   // beyond friction: less than any level bears that is meant to be felt
+constexpr double leans_n = 1.5;  // beyond friction: what a resting finger weighs
+// What it falls by: a front is found up to one step of a way too late, and who begins on a level never meets it.
+constexpr double falls_m = 1e-3 + detail::way_step_m;
 constexpr double landed_s = 1.2;   // a device that is let go lies by now
 constexpr double watched_s = 1.1;  // of what is to be at rest
 constexpr double pressed_s = 4.0;  // in and out several times

@@ -12,7 +12,7 @@ namespace palpa {
 
 /// What a hand does at a place.
 enum class Act : std::uint8_t {
-  let_go,  ///< nobody holds the device, which falls by a millimetre on the place, pushed by its friction and 0.3 N
+  let_go,  ///< nobody holds the device, which falls by one to two millimetres on the place, pushed by its friction and 0.3 N
   lean,    ///< the same with 1.5 N, a finger that leans on it
   hold,    ///< in to the depth, and at rest there
   stroke,  ///< over the front at 5 cm/s

@@ -201,6 +201,21 @@ TEST(Check, FindsASceneMadeUnstableAndItsAdviceHelps) {
   EXPECT_EQ(check_quickly(unstable, omega).grade, Grade::stop);
 }
 
+TEST(Check, LetsADeviceGoBeforeALevelWhereverThatStands) {
+  const DevicePlant smooth = device_plant("omega,coulomb_friction_n=0");
+  for (const double behind_m : {0.0, 0.0003, 0.0007}) {  // a plane on the steps of the ways, and between them
+    Scene scene({.stiffness_n_per_m = 5000.0, .damping_ns_per_m = 0.0, .max_force_n = 12.0});
+    scene.add("wall", plane_field());
+    scene.workspace = {.scale = 1.0, .center_m = Vec3{0.0, 0.0, behind_m}};
+    scene.add("wall", SurfaceAndFriction{.field = {"wall"}, .levels = {{.value = 0.0, .strength_n = Strength{20.0}}}});
+    const CheckReport report = check_quickly(scene, smooth);
+    const auto let_go = std::find_if(report.findings.begin(), report.findings.end(),
+                                     [](const Finding& finding) { return finding.key == "let_go"; });
+    ASSERT_NE(let_go, report.findings.end());
+    EXPECT_EQ(let_go->grade, Grade::stop) << behind_m << "\n" << to_table(report);
+  }
+}
+
 TEST(Check, LetsASoftSceneBe) {
   const Scene soft = ball(150.0, 0.5);
   const CheckReport report = check(soft, device_plant("omega"));
