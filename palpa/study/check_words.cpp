@@ -37,9 +37,10 @@ std::string to_table(const CheckReport& report) {
   out += "  bounds     " + newtons_per_m(stable.bounds.stable_n_per_m) + " at rest alone (Gil, Hulin), " +
          newtons_per_m(stable.bounds.passive_n_per_m) + " passive (Colgate), " + newtons_per_m(stable.bounds.encoder_n_per_m) +
          " with the encoder (Abbott and Okamura)\n";
-  out += report.largest_damping_ns_per_m > 0.0
-             ? text("  stable D   up to %.2g N·s/m at this k, of the device alone\n", report.largest_damping_ns_per_m)
-             : "  stable D   none at this k, of the device alone\n";
+  const bool ends_search = report.largest_damping_ns_per_m > 99.0;
+  out += report.largest_damping_ns_per_m > 0.0 ? text("  stable D   up to %s%.3g N·s/m at this k, of the device alone\n",
+                                                      ends_search ? "more than " : "", report.largest_damping_ns_per_m)
+                                               : "  stable D   none at this k, of the device alone\n";
   for (const CheckPlace& place : report.places)
     out += text("  place      %-12s (%+.0f, %+.0f, %+.0f mm): %.2f N, turns by %.2f N in a millimetre\n", place.why.c_str(),
                 1e3 * place.front_m.x, 1e3 * place.front_m.y, 1e3 * place.front_m.z, place.force_n, place.turn_n);

@@ -22,6 +22,7 @@ data = source.parent / "shared/data"
 device = "needs the device itself; stand-ins are in tests/devices"
 window = "opens a window and stays; tests/explorer"
 building = "builds for minutes; "
+another_name = "one of its kind is made; this is the same command with another name, which has to be that of a picture"
 # Page, the beginning of a line, why it is not run.
 not_run = [
     ("README.md", "./demo ", "installs packages and builds; tests/architecture/setup_scripts_test.sh"),
@@ -41,6 +42,29 @@ not_run = [
     ("docs/felt.md", "build/bench/bin/bench_felt", "a measurement, not built by the tests"),
     ("docs/gallery.md", "tools/make-pictures build/release --data DATA", "each picture is made by the lines below"),
     ("docs/gallery.md", "tools/make-pictures build/release --only explorer-", "the window's tests make these pictures; tests/explorer"),
+    ("docs/gallery.md", "palpa check", "docs/check.md runs it"),
+    ("docs/gallery.md", "palpa map", "docs/map.md runs it"),
+    ("docs/gallery.md", "palpa run scenes/head_phantom.toml --hand", "docs/beside.md runs it"),
+    ("docs/gallery.md", "palpa report first --beside second", "docs/beside.md runs it"),
+    ("docs/gallery.md", "python3 bench/haptics/picture.py", "draws what a measurement left"),
+    ("docs/gallery.md", "tools/make-pictures build/release --only flow", another_name),
+    ("docs/gallery.md", "tools/make-pictures build/release --only wing", another_name),
+    ("docs/gallery.md", "tools/make-pictures build/release --only info-flow", another_name),
+    ("docs/gallery.md", "tools/make-pictures build/release --only many_phantom", another_name),
+    ("docs/gallery.md", "tools/make-pictures build/release --only mode-front", another_name),
+    ("docs/gallery.md", "tools/make-pictures build/release --only mode-g", another_name),
+    ("docs/gallery.md", "tools/make-pictures build/release --only mode-s", another_name),
+    ("docs/gallery.md", "tools/make-pictures build/release --only mode-t", another_name),
+    ("docs/gallery.md", "tools/make-pictures build/release --only mode-v", another_name),
+    ("docs/gallery.md", "tools/make-pictures build/release --only fig1", another_name),
+    ("docs/gallery.md", "tools/make-pictures build/release --only fig3", another_name),
+    ("docs/gallery.md", "tools/make-pictures build/release --only fig4", another_name),
+    ("docs/gallery.md", "tools/make-pictures build/release --only fig5", another_name),
+    ("docs/gallery.md", "tools/make-pictures build/release --only fig6", another_name),
+    ("docs/gallery.md", "tools/make-pictures build/release --only path-d", another_name),
+    ("docs/gallery.md", "tools/make-pictures build/release --only path-g", another_name),
+    ("docs/gallery.md", "tools/make-pictures build/release --only path-o", another_name),
+    ("docs/gallery.md", "tools/make-pictures build/release --only theory-", another_name),
     ("docs/gallery.md", "build/bench/bin/bench_felt", "a measurement, not built by the tests"),
     ("docs/gallery.md", "cmake -S examples/07_vtk_program", "built with the examples and by tests/install/install_test.sh"),
     ("docs/gallery.md", "build/vtk_program/see_and_feel", window),
@@ -106,6 +130,11 @@ def problems_with_lists():
     for page, beginning, _ in not_run:
         if not any(line.startswith(beginning) for line in commands(page)):
             found.append(f"not_run: {page} has no line '{beginning}…' any more; take it from the list")
+    for page in pages():
+        for line in commands(page):
+            for name in re.findall(r"make-pictures .*--only ([a-z0-9_-]*[a-z0-9])(?:\s|$)", line):
+                if not list((source / "docs/pictures").glob(f"{name}.*")):
+                    found.append(f"{page}: there is no picture '{name}', which is to be made by: {line}")
     command = re.compile(r"^(palpa\s|cmake\s|source\s|tests/|tools/|build/|\./|[A-Z_]+=)", re.M)
     for page in pages():
         for block in blocks(page, ""):
