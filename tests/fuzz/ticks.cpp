@@ -224,9 +224,9 @@ Tried felt(Choices& choices, const fs::path& folder) {
     if (earlier_law) scene->law = choices.one_of(earlier_laws);
     first.emplace(*scene, earlier_law);
   } catch (const LoadError& problem) {
-    return {.broken = broken_by_refusal(problem.what()), .tries = 0, .refused = 1};
+    return {.broken = broken_by_refusal(problem.what()), .tries = 0, .slowest_s = 0.0, .refused = 1};
   } catch (const std::invalid_argument&) {  // a grid that is refused by the function that makes it, in a sentence
-    return {.tries = 0, .refused = 1};
+    return {.tries = 0, .slowest_s = 0.0, .refused = 1};
   }
   const std::uint64_t ticks = 100 + choices.below(4000);
   AnyHand hand(choices);
