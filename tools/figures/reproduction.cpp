@@ -18,6 +18,7 @@
 #include "palpa/study/let_go.h"
 #include "palpa/tick/session.h"
 #include "palpa/volume/analytic.h"
+#include "tools/figures/draw.h"
 
 namespace palpa {
 namespace {
@@ -29,27 +30,6 @@ constexpr double pi = std::numbers::pi;
 // What counts as zero where the claim says "exactly": far below an encoder's step and what rounding leaves.
 constexpr double exact_m = 1e-12;
 constexpr double exact_n = 1e-9;
-
-/// The same numbers on every machine: the standard distributions differ between libraries.
-class Draw {
- public:
-  explicit Draw(unsigned seed) : bits_(seed) {}
-  double uniform(double low, double high) { return low + (high - low) * static_cast<double>(bits_() >> 11) * 0x1p-53; }
-  std::size_t below(std::size_t count) { return static_cast<std::size_t>(uniform(0.0, static_cast<double>(count))); }
-  Vec3 in_cube(double half) {
-    const double x = uniform(-half, half), y = uniform(-half, half), z = uniform(-half, half);
-    return {x, y, z};
-  }
-  Vec3 direction() {
-    for (;;) {
-      const Vec3 v = in_cube(1.0);
-      if (norm(v) > 0.1 && norm(v) < 1.0) return normalized(v);
-    }
-  }
-
- private:
-  std::mt19937_64 bits_;
-};
 
 using Primitives = std::vector<Primitive>;
 

@@ -8,6 +8,7 @@
 
 #include "palpa/core/solver.h"
 #include "palpa/report/html.h"
+#include "tools/figures/draw.h"
 
 namespace palpa {
 namespace detail {
@@ -16,26 +17,6 @@ namespace {
 constexpr double tick_s = 1e-3;
 constexpr double pi = std::numbers::pi;
 constexpr double reached_m = 1e-9;
-
-/// The same numbers on every machine: the standard distributions differ between libraries.
-class Draw {
- public:
-  explicit Draw(unsigned seed) : bits_(seed) {}
-  double uniform(double low, double high) { return low + (high - low) * static_cast<double>(bits_() >> 11) * 0x1p-53; }
-  Vec3 in_cube(double half) {
-    const double x = uniform(-half, half), y = uniform(-half, half), z = uniform(-half, half);
-    return {x, y, z};
-  }
-  Vec3 direction() {
-    for (;;) {
-      const Vec3 v = in_cube(1.0);
-      if (norm(v) > 0.1 && norm(v) < 1.0) return normalized(v);
-    }
-  }
-
- private:
-  std::mt19937_64 bits_;
-};
 
 Balance solve(Solver& solver, PrimitiveSet& set, std::span<const Primitive> primitives, const Vec3& start_m,
               const Vec3& probe_m, double stiffness_n_per_m) {
