@@ -1,10 +1,7 @@
-// A viewer of VTK's in which a volume is seen and felt: the mouse is the hand, its wheel presses, a drag turns the view, q ends.
-// One function says what is seen and felt: what is as opaque as can be resists with 4 N.
+// A viewer of VTK's in which a head is seen and felt: the mouse is the hand, its wheel presses, a drag turns the view, q ends.
+// One function says what is seen and felt: what is as opaque as can be resists with 4 N. Name a CT, or see a drawn head.
 #include <palpa/palpa.h>
-#include <palpa/vtk/felt_actors.h>
-#include <palpa/vtk/from_vtk.h>
-#include <palpa/vtk/mouse_pointer.h>
-#include <palpa/vtk/to_vtk.h>
+#include <palpa/vtk.h>
 #include <vtkColorTransferFunction.h>
 #include <vtkGPUVolumeRayCastMapper.h>
 #include <vtkInteractorStyleTrackballCamera.h>
@@ -14,9 +11,10 @@
 
 #include <thread>
 
-int main() {
+int main(int argc, char** argv) try {
   // What a program of VTK's has already: an image, a function from its values to opacities, a window.
-  const auto image = palpa::to_vtk(*palpa::head_phantom().fields[0].field, "ct", 128);
+  const palpa::Volume head = argc > 1 ? palpa::read_volume(argv[1]) : palpa::head_phantom();
+  const auto image = palpa::to_vtk(*head.fields[0].field, "ct", 256);
   vtkNew<vtkPiecewiseFunction> opacity;
   for (const auto& [value, share] : {std::pair{-400, 0.0}, {-300, 0.15}, {200, 0.15}, {400, 0.8}, {2000, 1.0}})
     opacity->AddPoint(value, share);
@@ -24,9 +22,8 @@ int main() {
   vtkNew<vtkColorTransferFunction> colors;
   colors->AddRGBPoint(0, 0.9, 0.6, 0.5), colors->AddRGBPoint(500, 1.0, 0.98, 0.9);
   vtkNew<vtkGPUVolumeRayCastMapper> mapper;
-  mapper->SetInputData(image), mapper->UseJitteringOn();  // else the steps of its rays show as rings
   vtkNew<vtkVolume> volume;
-  volume->SetMapper(mapper);
+  mapper->SetInputData(image), mapper->UseJitteringOn(), volume->SetMapper(mapper);  // without jitter its rays show rings
   vtkVolumeProperty& looks = *volume->GetProperty();
   looks.SetScalarOpacity(opacity), looks.SetColor(colors), looks.SetScalarOpacityUnitDistance(0.01);
   looks.ShadeOn(), looks.SetInterpolationTypeToLinear();
@@ -35,11 +32,10 @@ int main() {
   vtkNew<vtkRenderWindow> window;
   window->SetSize(800, 600), window->AddRenderer(renderer);
   vtkNew<vtkRenderWindowInteractor> interactor;
-  vtkNew<vtkInteractorStyleTrackballCamera> style;
-  interactor->SetRenderWindow(window), interactor->SetInteractorStyle(style);
+  interactor->SetRenderWindow(window), interactor->SetInteractorStyle(vtkNew<vtkInteractorStyleTrackballCamera>());
   vtkCamera& camera = *renderer->GetActiveCamera();
   camera.SetPosition(0, -1, 0), camera.SetViewUp(0, 0, 1), renderer->ResetCamera(), camera.Zoom(1.4);
-
+  interactor->Initialize();
   // What is felt: the same image, by the same function.
   palpa::Scene scene({.stiffness_n_per_m = 400});
   scene.workspace.towards_user = "-y", scene.workspace.up = "+z";  // as the camera looks at it
@@ -53,17 +49,11 @@ int main() {
   palpa::LiveScene live(scene, hand.limits());
   palpa::LiveLoop loop(live, hand, {.guard = {.motors = false}});
   std::atomic<bool> stop{false};
-  double most_n = 0.0;
-  std::thread haptic([&] {  // waits for nobody, and nobody for it
-    loop.run(stop, [&](const palpa::TickFrame& frame, const palpa::Session& session) {
-      actors.give(frame, session);
-      most_n = std::max(most_n, norm(frame.result.force_n));
-    });
-  });
-  interactor->Initialize();
+  std::thread haptic([&] { loop.run(stop, actors.observer()); });  // waits for nobody, and nobody for it
   actors.follow(interactor);
   interactor->Start();
-  stop = true;
-  haptic.join();
-  std::printf("up to %.2f N\n", most_n);
+  stop = true, haptic.join();
+  std::printf("felt at the end: %.2f N\n", norm(loop.look().frame.result.force_n));
+} catch (const palpa::LoadError& error) {
+  return std::fprintf(stderr, "%s\n", error.what()), 2;
 }

@@ -271,9 +271,9 @@ TEST_F(Program, AKilledRunIsIncompleteAndReplays) {
 
 TEST_F(Program, AMapThatIsInterruptedOrKilledGoesOnToTheSameBytes) {
   write_scene("scene.toml");
-  const std::vector<std::string> map{"map", "scene.toml", "map.vti", "--points", "256", "--threads", "1"};
+  const std::vector<std::string> map{"map", "scene.toml", "map.vti", "--points", "384", "--threads", "1"};
   Ended interrupted{.code = 0, .out = {}, .err = {}};
-  for (int delay_ms = 320; interrupted.code == 0 && delay_ms > 0; delay_ms /= 2) {  // a fast machine may be done before
+  for (int delay_ms = 160; interrupted.code == 0 && delay_ms > 0; delay_ms /= 2) {  // a fast machine may be done before
     fs::remove(folder / "map.vti");
     const pid_t first = start(map);
     std::this_thread::sleep_for(std::chrono::milliseconds(delay_ms));
@@ -286,21 +286,21 @@ TEST_F(Program, AMapThatIsInterruptedOrKilledGoesOnToTheSameBytes) {
   EXPECT_FALSE(fs::exists(folder / "map.vti"));
 
   const pid_t second = start(map);
-  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  wait_for_words("going on");
   ASSERT_EQ(::kill(second, SIGKILL), 0);
   wait(second);
   ASSERT_TRUE(fs::exists(folder / "map.vti.part")) << "what was kept stays";
   EXPECT_FALSE(fs::exists(folder / "map.vti"));
 
-  const Ended rest = palpa({"map", "scene.toml", "map.vti", "--points", "256", "--json"});
+  const Ended rest = palpa({"map", "scene.toml", "map.vti", "--points", "384", "--json"});
   ASSERT_EQ(rest.code, 0) << rest.err;
   EXPECT_THAT(rest.err, HasSubstr("going on"));
   const json summary = json::parse(rest.out);
-  EXPECT_EQ(summary["points"], 256 * 256);
-  EXPECT_LE(summary["points_felt_now"].get<int>(), 256 * 256);
+  EXPECT_EQ(summary["points"], 384 * 384);
+  EXPECT_LE(summary["points_felt_now"].get<int>(), 384 * 384);
   EXPECT_GT(summary["probes_per_s"].get<double>(), 0.0);
   EXPECT_FALSE(fs::exists(folder / "map.vti.part"));
-  ASSERT_EQ(palpa({"map", "scene.toml", "whole.vti", "--points", "256"}).code, 0);
+  ASSERT_EQ(palpa({"map", "scene.toml", "whole.vti", "--points", "384"}).code, 0);
   EXPECT_TRUE(read(folder / "map.vti") == read(folder / "whole.vti"));
 }
 

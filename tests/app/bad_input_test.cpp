@@ -17,17 +17,7 @@ using testing::StartsWith;
 
 class BadInput : public ProgramTest {
  protected:
-  /// That the program refuses these arguments with one line that holds all `pieces`.
-  void expect_refusal(const std::vector<std::string>& arguments, const std::vector<std::string>& pieces) const {
-    const Ended ended = palpa(arguments);
-    const std::string shown = testing::PrintToString(arguments);
-    EXPECT_EQ(ended.code, 2) << shown << '\n' << ended.err;
-    EXPECT_EQ(ended.out, "") << shown;
-    EXPECT_THAT(ended.err, testing::MatchesRegex("palpa: [^\n]*: [^\n]*; [^\n]*\n")) << shown;
-    EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << shown << '\n' << ended.err;
-    for (const std::string& piece : pieces) EXPECT_THAT(ended.err, HasSubstr(piece)) << shown;
-  }
-  /// The same for a run of this scene, which must not leave a trace.
+  /// That a run of this scene is refused; it must not leave a trace.
   void expect_scene_refused(const std::string& scene, const std::vector<std::string>& pieces) const {
     expect_refusal({"run", scene, "--hand", "sim:press", "--duration-s", "0.1", "--out", "trace"}, pieces);
     EXPECT_FALSE(fs::exists(folder / "trace")) << scene;

@@ -1,7 +1,6 @@
 // palpa check as its users start it: exit codes, what it writes, and what it leaves as it was.
 #include <gmock/gmock.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -27,16 +26,6 @@ class CheckCommand : public ProgramTest {
            "\nmax_force_n = 10.0\n[volume.ball]\nanalytic = \"sphere\"\n\n[[mode]]\nname = \"skin\"\n"
            "type = \"surface_and_friction\"  \nfield = 'ball'\n[[mode.level]]\nvalue = 0\nstrength_n = 8\nfriction_n = 0.2\n# "
            "end";
-  }
-  /// That it is refused with exit code 2 and one line that holds all `pieces`.
-  void expect_refusal(const std::vector<std::string>& arguments, const std::vector<std::string>& pieces) const {
-    const Ended ended = palpa(arguments);
-    const std::string shown = testing::PrintToString(arguments);
-    EXPECT_EQ(ended.code, 2) << shown << '\n' << ended.err;
-    EXPECT_EQ(ended.out, "") << shown;
-    EXPECT_THAT(ended.err, testing::MatchesRegex("palpa: [^\n]*: [^\n]*; [^\n]*\n")) << shown;
-    EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << shown << '\n' << ended.err;
-    for (const std::string& piece : pieces) EXPECT_THAT(ended.err, HasSubstr(piece)) << shown;
   }
 };
 

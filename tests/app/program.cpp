@@ -1,13 +1,17 @@
 #include "program.h"
 
 #include <fcntl.h>
+#include <gmock/gmock.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <chrono>
 #include <fstream>
 #include <sstream>
+#include <thread>
 
 namespace palpa {
 
@@ -50,6 +54,24 @@ Ended ProgramTest::wait(pid_t process) const {
 
 Ended ProgramTest::palpa(const std::vector<std::string>& arguments, const Environment& environment) const {
   return wait(start(arguments, environment));
+}
+
+void ProgramTest::wait_for_words(const std::string& piece) const {
+  for (int i = 0; i < 20000; ++i) {
+    if (read(folder / ".err").find(piece) != std::string::npos) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  FAIL() << "not said in 20 s: " << piece;
+}
+
+void ProgramTest::expect_refusal(const std::vector<std::string>& arguments, const std::vector<std::string>& pieces) const {
+  const Ended ended = palpa(arguments);
+  const std::string shown = testing::PrintToString(arguments);
+  EXPECT_EQ(ended.code, 2) << shown << '\n' << ended.err;
+  EXPECT_EQ(ended.out, "") << shown;
+  EXPECT_THAT(ended.err, testing::MatchesRegex("palpa: [^\n]*: [^\n]*; [^\n]*\n")) << shown;
+  EXPECT_EQ(std::count(ended.err.begin(), ended.err.end(), '\n'), 1) << shown << '\n' << ended.err;
+  for (const std::string& piece : pieces) EXPECT_THAT(ended.err, testing::HasSubstr(piece)) << shown;
 }
 
 void ProgramTest::write(const std::string& name, const std::string& text) const {

@@ -31,6 +31,10 @@ class ProgramTest : public testing::Test {
   pid_t start(const std::vector<std::string>& arguments, const Environment& environment = {}) const;
   /// Waits for its end; its streams are in the folder until the next start.
   Ended wait(pid_t process) const;
+  /// Waits until it has said `piece` on its second stream.
+  void wait_for_words(const std::string& piece) const;
+  /// That the program refuses these arguments: exit code 2 and one line that holds all `pieces`.
+  void expect_refusal(const std::vector<std::string>& arguments, const std::vector<std::string>& pieces) const;
 
   void write(const std::string& name, const std::string& text) const;
   std::string read(const std::filesystem::path& file) const;

@@ -71,7 +71,7 @@ not_run = [
     ("docs/gallery.md", "tools/make-pictures build/release --only theory-", another_name),
     ("docs/gallery.md", "build/bench/bin/bench_felt", "a measurement, not built by the tests"),
     ("docs/gallery.md", "cmake -S examples/07_vtk_program", "built with the examples and by tests/install/install_test.sh"),
-    ("docs/gallery.md", "build/vtk_program/see_and_feel", window),
+    ("docs/gallery.md", "PICTURE=viewer.png", "tests examples.07_vtk_program do it, without the picture"),
     ("docs/gallery.md", "paraview ", window),
     ("docs/gallery.md", "tools/make-pictures build/release --only claims", "tests/docs/reproduction_test.sh runs what draws it"),
     ("docs/benchmark.md", "cmake --preset bench", building + "by hand, with the measurements"),
