@@ -62,7 +62,7 @@ void find_suspicious_values(const Facts& facts, std::size_t f, std::vector<std::
   const auto say = [&](const std::string& words) { suspicious.push_back("field '" + field.name + "' " + words); };
   if (values.counted == 0) return say("has no finite value at all");
   if (values.max <= values.min) return say(fmt::format("has the value {:g} everywhere", values.min));
-  if (!labels_in(field, values).labels.empty()) return;
+  if (!facts.labels[f].labels.empty()) return;
   const auto n = static_cast<double>(values.counted);
   if (const double zeros = static_cast<double>(values.zeros) / n; zeros > 0.3 && zeros < 1.0) {
     say(fmt::format("is exactly 0 in {:.0f} % of the voxels: probably background, without data", 100.0 * zeros));
@@ -141,6 +141,7 @@ Facts facts_of(const Asked& asked, const ReadOptions& read, bool all_frames) {
     const GridView& grid = *grid_of(*field.field);
     const bool many = grid.geometry.voxels() > most_voxels_at_all;
     facts.values.push_back(statistics(*field.field, many ? most_voxels_of_many : most_voxels_at_all));
+    facts.labels.push_back(labels_in(field, facts.values.back()));
     facts.memory_bytes += static_cast<std::uint64_t>(grid.geometry.voxels()) *
                           static_cast<std::uint64_t>(grid.voxels.components) * size_of(grid.voxels.type);
   }

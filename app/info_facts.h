@@ -8,6 +8,7 @@
 
 #include "palpa/file/read_volume.h"
 #include "palpa/grid/grid.h"
+#include "palpa/survey/labels.h"
 #include "palpa/survey/statistics.h"
 #include "palpa/time/frame_shift.h"
 #include "palpa/volume/volume.h"
@@ -40,6 +41,7 @@ struct Facts {
   std::optional<Volume> series;  ///< all frames, where there are several
   Placement placed;
   std::vector<Statistics> values;       ///< of each field
+  std::vector<LabelMap> labels;         ///< of each field
   std::string what;                     ///< what it is (`kind_of`)
   bool directions = false;              ///< its frames are the components of vectors of length 1
   std::vector<std::string> suspicious;  ///< what a person should look at, half sentences

@@ -184,7 +184,7 @@ std::string field_kind(const Facts& facts, std::size_t f) {
     return *water == 0.0 ? "looks like CT, in Hounsfield units (air near -1000, soft tissue near 0)"
                          : "looks like CT with its numbers 1024 above Hounsfield units (air near 0, soft tissue near 1050)";
   }
-  if (const std::size_t count = labels_in(field, values).labels.size(); count > 0) {
+  if (const std::size_t count = facts.labels[f].labels.size(); count > 0) {
     return count == 1 ? "looks like a mask (two values, in and out)" : fmt::format("looks like a label map of {} parts", count);
   }
   return {};
@@ -205,8 +205,10 @@ std::string plain_kind(const Facts& facts) {
 }  // namespace
 
 LabelMap labels_in(const VolumeField& field, const Statistics& values) {
-  const bool whole = values.whole_numbers && values.one_in == 1 && !looks_like_hounsfield(values, field.unit);
-  return whole ? label_map(*field.field) : LabelMap{};
+  const auto filled = std::ranges::count_if(values.histogram.counts, [](std::int64_t count) { return count > 0; });
+  const bool may_be = values.whole_numbers && values.one_in == 1 && !looks_like_hounsfield(values, field.unit) &&
+                      filled <= static_cast<std::ptrdiff_t>(LabelMap::most_values);
+  return may_be ? label_map(*field.field) : LabelMap{};
 }
 
 bool looks_like_scan(const Facts& facts) {

@@ -33,6 +33,17 @@ function(palpa_layer name)
   target_compile_features(palpa_${name} PUBLIC cxx_std_20)
 endfunction()
 
+# What nearly every test includes, read once: else that is a third of the time that tests take to compile.
+function(palpa_test_headers)
+  file(WRITE ${CMAKE_BINARY_DIR}/tests/headers.cpp "int main() {}\n")
+  add_executable(palpa_test_headers ${CMAKE_BINARY_DIR}/tests/headers.cpp)
+  target_link_libraries(palpa_test_headers PRIVATE palpa_rules palpa_core GTest::gmock)
+  target_compile_options(palpa_test_headers PRIVATE $<$<CONFIG:Release>:-O1>)
+  target_precompile_headers(palpa_test_headers PRIVATE
+    <gmock/gmock.h> <gtest/gtest.h> <algorithm> <chrono> <cmath> <filesystem> <fstream> <functional> <map> <memory> <numbers>
+    <sstream> <string> <thread> <vector>)
+endfunction()
+
 # palpa_test(NAME SOURCES … LINKS …): one test program of GoogleTest, found by ctest test by test.
 function(palpa_test name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT" "SOURCES;LINKS")
@@ -40,6 +51,10 @@ function(palpa_test name)
   target_link_libraries(test_${name} PRIVATE palpa_rules ${arg_LINKS} GTest::gmock GTest::gtest_main)
   # Less to compile: what tests compute themselves is little, and floating point is the same at every level.
   target_compile_options(test_${name} PRIVATE $<$<CONFIG:Release>:-O1>)
+  target_precompile_headers(test_${name} REUSE_FROM palpa_test_headers)
+  # g++ 12's false alarms about "text" + std::string, as above: what it keeps to itself in headers of the system it says of
+  # those that were read beforehand.
+  target_compile_options(test_${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds -Wno-stringop-overflow>)
   set_target_properties(test_${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   if(NOT arg_TIMEOUT)
     set(arg_TIMEOUT 300)

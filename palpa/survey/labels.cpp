@@ -13,9 +13,6 @@
 namespace palpa {
 namespace {
 
-// [1] Different values of a label map, at most. More: scans of few values may pass for label maps, and other data are searched
-// longer; fewer: large atlases are taken for scans.
-constexpr std::size_t most_labels = 256;
 // [1] Share of neighbours along i with the same value: about a tenth where numbers are measured, nearly all in a label map.
 // Less: smooth images of few values pass for label maps; more: maps of thin parts do not.
 constexpr double same_share = 0.7;
@@ -60,7 +57,7 @@ class Counts {
   decltype(none()) counts_ = none();
 };
 
-/// By value; empty where there are more than `most_labels` values, or where one is no whole number.
+/// By value; empty where there are more than `LabelMap::most_values` values, or where one is no whole number.
 template <class T>
 std::map<double, Count> counts_of(const GridView& grid, const T* voxels) {
   const auto& n = grid.geometry.dims;
@@ -75,7 +72,7 @@ std::map<double, Count> counts_of(const GridView& grid, const T* voxels) {
       if (!same) {
         if (const double value = value_of(voxels[at]); value != std::nearbyint(value)) return {};  // also NaN, unlike itself
         last = &counts.of(voxels[at]);
-        if (last->voxels == 0 && ++values > most_labels) return {};
+        if (last->voxels == 0 && ++values > LabelMap::most_values) return {};
       }
       ++last->voxels;
       last->border += at_border || i == 0 || i == n[0] - 1;

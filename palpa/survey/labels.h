@@ -1,6 +1,7 @@
 // Label maps: whole numbers that name the parts of a body, and mean nothing between them.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -16,11 +17,15 @@ struct Label {
 
 /// The parts that a grid of whole numbers names.
 struct LabelMap {
+  /// [1] Different values, background and all. More: scans of few values may pass for label maps, and other data are searched
+  /// longer; fewer: large atlases are taken for scans.
+  static constexpr std::size_t most_values = 256;
+
   double background = 0.0;    ///< in the field's own unit: the value that most of the border of the grid has
   std::vector<Label> labels;  ///< all others, the largest part first; empty: the field is no label map
 };
 
-/// The field as a label map, if it looks like one: a scalar grid of whole numbers, no more than 256 different ones, in which
+/// The field as a label map, if it looks like one: a scalar grid of whole numbers, no more than `LabelMap::most_values` different ones, in which
 /// most neighbours of a voxel that is not background have its value (measured data have noise, so that few do). For other
 /// fields `labels` is empty. Reads all voxels at most once.
 LabelMap label_map(const Field& field);
