@@ -224,8 +224,8 @@ void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double fo
     c.whole_s = segment.time_s;
     queue_.pop(segment);
   }
-  if (work_left_ > 0) c.followed_m = queue_.walked_m();
   c.left = left_by(move, settled);
+  if (work_left_ > 0 && c.left != Left::way) c.followed_m = queue_.walked_m();
   c.followed_s = c.left != Left::nothing ? c.view_s - (1.0 - move.fraction) * follows_s : c.view_s;
   c.left_s = c.left == Left::rest ? segment.time_s : std::max(hair * c.whole_s, (1.0 - move.fraction) * segment.time_s);
 }

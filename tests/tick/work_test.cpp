@@ -4,11 +4,13 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "palpa/core/law.h"
 #include "palpa/core/probe_queue.h"
 #include "palpa/core/sub_step.h"
+#include "palpa/field/field.h"
 #include "palpa/grid/derived.h"
 #include "palpa/grid/grid.h"
 #include "palpa/grid/smooth_grid.h"
@@ -219,6 +221,165 @@ TEST(Waiting, EndsWhereTheHandRests) {
     }
   }
   EXPECT_GT(felt, 100);
+}
+
+/// Cells about the z axis, down to `low_m` [m]: in none of those on the axis is the level met, which only a look at each shows.
+constexpr double cell_m = 1e-5;
+void add_corridor(Scene& scene, const std::string& name, double low_m, int cells) {
+  const auto voxels = std::make_shared<std::vector<float>>();
+  for (int v = 0; v < 9 * (cells + 1); ++v) voxels->push_back(v % 3 == 2 || v / 3 % 3 == 2 ? 1.0f : 0.0f);
+  const GridGeometry grid{{3, 3, cells + 1}, cell_m * Mat3::identity(), {-0.5 * cell_m, -0.5 * cell_m, low_m}};
+  Volume volume;
+  volume.format = "grid";
+  volume.fields.push_back({"value", "", grid_field(grid, {VoxelType::float32, 1, {voxels, voxels->data()}})});
+  scene.add("sides_" + name,
+            SurfaceAndFriction{.field = scene.add(name, volume), .levels = {{.value = 0.5, .strength_n = 0.5}}});
+}
+
+// A way through the air with more cells than a tick may look at is gone in several: none passes the wall behind them or says
+// that it is there, and the air does not pull, however far the hand is. Then the wall is felt as it is.
+TEST(Waiting, AFlightGoesOnWhereTheWorkEnded) {
+  Scene scene({.stiffness_n_per_m = k});
+  scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
+  add_corridor(scene, "corridor", 0.012, 9000);
+  const FieldRef ground = scene.add("ground", plane_field(0.02));
+  scene.add("wall", SurfaceAndFriction{.field = ground, .levels = {{.value = 0.0, .strength_n = 1000.0}}});
+  Session session(scene);
+  session.tick({.position_m = {0, 0, 0.11}}, tick_s);
+  int waiting = 0;
+  Tick t;
+  for (int i = 0; i < 6; ++i) {
+    t = session.tick({.position_m = {0, 0, -0.005}}, tick_s);
+    EXPECT_LE(t.work, Session::most_work + 16) << i;
+    EXPECT_EQ(t.status == TickStatus::waiting, t.work >= Session::most_work) << i;
+    EXPECT_GE(t.proxy_m.z, -1e-9) << i;
+    EXPECT_EQ(t.force_n, Vec3{}) << i;
+    waiting += t.status == TickStatus::waiting;
+  }
+  EXPECT_EQ(waiting, 2);
+  EXPECT_NEAR(t.proxy_m.z, 0.0, 1e-9);
+  for (int i = 1; i <= 60; ++i)
+    t = session.tick({.position_m = {0, 0, -0.005 + (i < 30 ? 2e-4 * i : 2e-4 * (60 - i))}}, tick_s);
+  EXPECT_NEAR(t.force_n.z, 0.005 * k, 1e-6);
+}
+
+// Fields that are searched along one way share the work: the hand is caught up with in as many ticks as there is work for.
+TEST(Waiting, FieldsShareTheWork) {
+  constexpr int cells = 9000, fields = 3;
+  Scene scene({.stiffness_n_per_m = k});
+  scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
+  for (int f = 0; f < fields; ++f) add_corridor(scene, "corridor" + std::to_string(f), 0.012, cells);
+  Session session(scene);
+  session.tick({.position_m = {0, 0, 0.11}}, tick_s);
+  int waiting = 0;
+  while (session.tick({.position_m = {0, 0, 0.0}}, tick_s).status == TickStatus::waiting && waiting < 100) ++waiting;
+  EXPECT_GE(waiting, cells * fields / Session::most_work);
+  EXPECT_LE(waiting, cells * fields / Session::most_work + 2);
+}
+
+// Wherever the work of a tick ends, a level lets go where k·depth is its strength, or later by a segment, never before; and the
+// search for that place ends with the balance in hand. Twelve modes make the balances long.
+TEST(Work, ThatEndsLetsNothingGoBefore) {
+  constexpr double strength_n = 1.0;
+  constexpr int modes = 12;
+  Scene scene({.stiffness_n_per_m = k});
+  scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
+  add_corridor(scene, "corridor", 0.012, 9000);
+  const FieldRef ground = scene.add("ground", plane_field(0.02));
+  for (int m = 0; m < modes; ++m) {
+    scene.add("wall" + std::to_string(m),
+              SurfaceAndFriction{
+                  .field = ground, .levels = {{.value = 0.0, .strength_n = strength_n / modes}}, .friction_coefficient = 0.3});
+  }
+  int spent = 0;
+  for (int cells = 7496; cells < 7646; cells += 3) {  // of the second tick these leave all, or nothing, for the wall
+    Session session(scene);
+    session.tick({.position_m = {0, 0, 0.012 + cell_m * (cells + 0.5)}}, tick_s);
+    int broken = 0;
+    for (int i = 0; i < 6; ++i) {
+      const Tick t = session.tick({.position_m = {0, 0, i == 0 ? -0.002 : -0.003}}, tick_s);
+      ASSERT_LE(t.work, Session::most_work + 64) << cells;
+      ASSERT_EQ(t.status == TickStatus::waiting, t.work >= Session::most_work) << cells;
+      spent += i > 0 && t.work >= Session::most_work;
+      for (const SessionEvent& event : session.events()) {
+        if (event.kind != SessionEventKind::break_through) continue;
+        ASSERT_GE(k * event.depth_m, strength_n - k * 2.1e-8) << cells;
+        ASSERT_LE(k * event.depth_m, strength_n + k * 0.5 * 0.02 / 64) << cells;
+        ++broken;
+      }
+    }
+    ASSERT_GT(broken, 0) << cells;
+  }
+  EXPECT_GT(spent, 30);
+}
+
+// Twenty modes rub on one rough wall: their balances take most of the work, and when it is spent friction is corrected no more.
+TEST(Work, ThatEndsCorrectsNoFriction) {
+  test::Random random(5);
+  Volume values;
+  values.format = "grid";
+  values.fields.push_back({"value", "", test::noise(random, 1, 1e-3, false)});
+  Scene scene({.stiffness_n_per_m = k});
+  scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
+  const FieldRef rough = scene.add("rough", values);
+  for (int m = 0; m < 20; ++m) {
+    scene.add("wall" + std::to_string(m),
+              SurfaceAndFriction{.field = rough, .levels = {{.value = 0.1, .strength_n = 100.0}}, .friction_coefficient = 0.8});
+  }
+  Session session(scene);
+  test::Wander wander(random, 0.01);
+  int spent = 0;
+  for (int i = 0; i < 150; ++i) {
+    const Tick t = session.tick({.position_m = wander.at(0.01 * i)}, tick_s);
+    ASSERT_LE(t.work, Session::most_work + Session::most_work / 3) << i;
+    spent += t.work >= Session::most_work;
+  }
+  EXPECT_GT(spent, 40);
+}
+
+/// A washboard whose gradient leads further into it from wherever one is in it: what is looked at there teaches nothing.
+class Misleading final : public Field {
+ public:
+  int components() const noexcept override { return 1; }
+  ScalarSample scalar(const Vec3& at_m) const noexcept override {
+    const double value = height_m * std::sin(at_m.x / wave_m) - at_m.z, sign = value > 1e-7 ? -1.0 : 1.0;
+    return {value, sign * Vec3{height_m / wave_m * std::cos(at_m.x / wave_m), 0.0, -1.0}, true};
+  }
+  double spacing_m() const noexcept override { return 1e-3; }
+  Box bounds_m() const noexcept override { return {{-1, -1, -1}, {1, 1, 1}}; }
+  double depth_m(const Vec3&) const noexcept override { return 1.0; }
+  std::vector<Extent> extents() const override { return {{-2.0, 2.0}}; }
+
+ private:
+  static constexpr double height_m = 3e-5, wave_m = 1e-4;
+};
+
+// Where no end of a move is free, each that is tried is searched in a hundred other fields. A tick tries no other end when its
+// work is spent; it waits, and the hand feels no more than where it was followed to, however far it goes on.
+TEST(Work, ThatEndsTriesNoOtherEnd) {
+  constexpr int others = 100;
+  Scene scene({.stiffness_n_per_m = k});
+  scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
+  Volume washboard;
+  washboard.fields.push_back({"value", "", std::make_shared<Misleading>()});
+  scene.add("wall",
+            SurfaceAndFriction{.field = scene.add("washboard", washboard), .levels = {{.value = 0.0, .strength_n = 100.0}}});
+  for (int m = 0; m < others; ++m) {
+    const FieldRef far = scene.add("far" + std::to_string(m), plane_field(0.02), {.translation_m = {1.0, 0.0, 0.0}});
+    scene.add("idle" + std::to_string(m), SurfaceAndFriction{.field = far, .levels = {{.value = 0.0, .strength_n = 1.0}}});
+  }
+  Session session(scene);
+  Vec3 followed_m;
+  int waiting = 0;
+  for (int i = 0; i < 60; ++i) {
+    const Tick t = session.tick({.position_m = {1e-4 * i, 0, i < 2 ? 0.001 : -0.001}}, tick_s);
+    ASSERT_LE(t.work, Session::most_work + others + 16) << i;
+    ASSERT_EQ(t.status == TickStatus::waiting, t.work >= Session::most_work) << i;
+    if (t.status != TickStatus::waiting) followed_m = t.probe_m;
+    ASSERT_LE(norm(t.force_n), k * distance(t.proxy_m, followed_m) + 1e-9) << i;
+    waiting += t.status == TickStatus::waiting;
+  }
+  EXPECT_GT(waiting, 50);
 }
 
 // Any time step that is one has a balance with a bound, and a force, though drags over it are walls.
