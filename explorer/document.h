@@ -14,8 +14,9 @@ namespace palpa::explorer {
 /// What was opened.
 struct Opened {
   LoadedScene loaded;
-  std::filesystem::path scene_file;  ///< empty: the scene was suggested for data, and has no file yet
-  std::filesystem::path trace;       ///< empty: no trace was opened
+  std::filesystem::path scene_file;      ///< empty: the scene was suggested for data, and has no file yet
+  std::filesystem::path trace;           ///< empty: no trace was opened
+  std::filesystem::path second_trace{};  ///< to be shown beside it; empty: none
   QString title;
 };
 

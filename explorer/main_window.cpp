@@ -1,62 +1,41 @@
 #include "explorer/main_window.h"
 
 #include <QAction>
-#include <QApplication>
 #include <QCloseEvent>
-#include <QDateTime>
 #include <QDir>
 #include <QDockWidget>
 #include <QFileDialog>
 #include <QFileInfo>
 #include <QFrame>
 #include <QHBoxLayout>
-#include <QLabel>
 #include <QMimeData>
-#include <QProgressBar>
 #include <QScrollArea>
-#include <QSplitter>
 #include <QStackedWidget>
 #include <QStandardPaths>
 #include <QStatusBar>
 #include <QTabWidget>
-#include <QToolButton>
 #include <QVBoxLayout>
-#include <algorithm>
 
+#include "explorer/job_bar.h"
 #include "explorer/opening.h"
 #include "explorer/picture_file.h"
 #include "explorer/presets.h"
 #include "palpa/core/shown.h"
 #include "palpa/device/open_device.h"
 #include "palpa/disk/new_file.h"
-#include "palpa/scene/parts.h"
 #include "palpa/study/check.h"
-#include "palpa/time/timed_field.h"
-#include "palpa/view/layers.h"
-#include "palpa/view/streamlines.h"
 
 namespace palpa::explorer {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int frame_ms = 33;  // between looks at what is felt. Shorter: the processor is busy; longer: it stutters
-constexpr std::size_t trail_points = 400;
-constexpr int most_recent = 8;
-// Streamlines near the proxy: how far, how many, and how far it goes until they are drawn anew.
-constexpr double flow_reach_m = 0.012, flow_step_m = 0.0015;
-constexpr std::size_t flow_lines = 10;
+constexpr int frame_ms = 33;         // between looks at what is felt. Shorter: the processor is busy; longer: it stutters
 constexpr double in_front_m = 6e-3;  // of the surface, where a hand is put before it presses, and where it goes back to
-constexpr double jump_m = 0.03;      // farther between two pictures than the mouse leads a hand: it was put there
-
-bool is_dark(const QPalette& palette) { return palette.color(QPalette::Window).lightness() < 128; }
 
 }  // namespace
 
-MainWindow::MainWindow(const WindowOptions& options)
-    : options_(options),
-      settings_(options.settings_file.empty() ? QSettings().fileName() : QString::fromStdString(options.settings_file),
-                QSettings::IniFormat) {
+MainWindow::MainWindow(const WindowOptions& options) : options_(options), settings_(options.settings_file) {
   setWindowTitle(tr("Palpa"));
   resize(1280, 840);
   setAcceptDrops(true);
@@ -68,22 +47,8 @@ MainWindow::MainWindow(const WindowOptions& options)
   start->setWidgetResizable(true);
   start->setFrameShape(QFrame::NoFrame);
   pages_->addWidget(start);
-  auto* work = new QSplitter(Qt::Horizontal);
-  if (options.has_opengl) {
-    view_ = new View3D;
-    view_->set_dark(is_dark(palette()));
-    work->addWidget(view_);
-  }
-  auto* column = new QSplitter(options.has_opengl ? Qt::Vertical : Qt::Horizontal);
-  for (int axis = 2; axis >= 0; --axis) {
-    slices_[static_cast<std::size_t>(axis)] = new SliceView(axis);
-    column->addWidget(slices_[static_cast<std::size_t>(axis)]);
-  }
-  work->addWidget(column);
-  work->setStretchFactor(0, 3);
-  work->setStretchFactor(1, 1);
-  if (options.has_opengl) work->setSizes({660, 240});
-  pages_->addWidget(work);
+  views_ = new SceneViews(jobs_, options.has_opengl);
+  pages_->addWidget(views_);
 
   message_ = new MessageBar;
   auto* central = new QWidget;
@@ -94,26 +59,16 @@ MainWindow::MainWindow(const WindowOptions& options)
   stack->addWidget(pages_, 1);
   setCentralWidget(central);
 
-  job_words_ = new QLabel;
-  job_bar_ = new QProgressBar;
-  job_bar_->setRange(0, 0);
-  job_bar_->setMaximumWidth(140);
-  job_bar_->setMaximumHeight(14);
-  job_cancel_ = new QToolButton;
-  job_cancel_->setText(tr("Cancel"));
-  for (QWidget* widget :
-       {static_cast<QWidget*>(job_words_), static_cast<QWidget*>(job_bar_), static_cast<QWidget*>(job_cancel_)})
-    statusBar()->addPermanentWidget(widget);
-  connect(job_cancel_, &QToolButton::clicked, this, [this] {
-    jobs_.cancel_all();
+  auto* job_bar = new JobBar(jobs_);
+  statusBar()->addPermanentWidget(job_bar);
+  connect(job_bar, &JobBar::cancelled, this, [this] {
     // Whoever cancels the device, or the trace that was to be felt again, has the mouse.
     if (document_.is_open() && !touch_.is_felt() && !player_->has_trace()) feel_with(nullptr, {});
   });
-  connect(&jobs_, &Jobs::changed, this, &MainWindow::show_job);
 
   make_docks();
   make_actions();
-  show_job();
+  lead_hand_by_mouse();
 
   connect(start_page_, &StartPage::chosen, this, [this](const QString& file) { open(file.toStdString()); });
   connect(start_page_, &StartPage::open_asked, this, &MainWindow::ask_file);
@@ -121,72 +76,27 @@ MainWindow::MainWindow(const WindowOptions& options)
   connect(&document_, &Document::changed, this, &MainWindow::scene_changed);
   connect(&document_, &Document::refused, this, [this](const QString& why) { say(why, true); });
 
-  const auto began = [this](const Vec3& at_m, const Vec3& away) {
-    if (player_->has_trace()) return say(tr("A trace is open: Escape leaves it, and the hand is yours again."));
-    is_held_ = true;
-    hint_seen_ = true;
-    settings_.setValue("hint_seen", true);
-    // Over there nothing is felt on the way; near by the hand slides.
-    const Vec3 front_m = at_m - in_front_m * away;
-    if (distance(touch_.led_to_m(), front_m) <= 2.0 * in_front_m) return;
-    touch_.put_hand(front_m);
-    trail_.clear();
-  };
-  const auto moved = [this](const Vec3& at_m, const Vec3& away, double depth_m) {
-    if (is_held_) touch_.lead_hand(at_m + depth_m * away);
-  };
-  const auto ended = [this](const Vec3& away) {
-    is_held_ = false;
-    if (norm(away) > 0.0) touch_.lead_hand(touch_.moment().proxy_m - in_front_m * away);
-  };
-  if (view_) {
-    connect(view_, &View3D::hold_began, this, began);
-    connect(view_, &View3D::hold_moved, this, moved);
-    connect(view_, &View3D::hold_ended, this, ended);
-    connect(view_, &View3D::turned, this, [this] {
-      if (LiveLoop* loop = touch_.loop(); loop && !touch_.is_by_mouse()) {
-        const detail::View& view = view_->view();
-        // Pushing right goes to the right of the screen.
-        loop->turn(transposed(Mat3{{view.right, view.up, view.towards}}));
-      }
-    });
-  }
-  for (SliceView* slice : slices_) {
-    connect(slice, &SliceView::hold_began, this, began);
-    connect(slice, &SliceView::hold_moved, this, moved);
-    connect(slice, &SliceView::hold_ended, this, ended);
-    connect(slice, &SliceView::cross_moved, this, [this](const Vec3& at_m) {
-      for (SliceView* other : slices_) other->set_cross(at_m);
-    });
-    connect(slice, &SliceView::window_dragged, this, [this](double low, double high) {
-      look_.low = low;
-      look_.high = high;
-      for (SliceView* other : slices_) other->set_look(look_);
-    });
-    connect(slice, &SliceView::value_asked, this, [this](double value, const Vec3&) {
-      if (desk_->isVisible()) return desk_->give_value_to_level(value);
-      say(tr("%1 here: %2 %3")
-              .arg(QString::fromStdString(look_.name))
-              .arg(value, 0, 'g', 5)
-              .arg(QString::fromStdString(look_.unit)));
-    });
-  }
+  connect(views_, &SceneViews::said, this, &MainWindow::say);
+  connect(views_, &SceneViews::value_asked, this, [this](double value, const Vec3&) {
+    if (desk_->isVisible()) return desk_->give_value_to_level(value);
+    const SliceLook& look = views_->look();
+    say(tr("%1 here: %2 %3")
+            .arg(QString::fromStdString(look.name))
+            .arg(value, 0, 'g', 5)
+            .arg(QString::fromStdString(look.unit)));
+  });
   connect(see_, &SeePanel::preset_chosen, this, [this](int number) {
     const Preset& preset = presets()[static_cast<std::size_t>(number)];
     try {
       const Preseted made = apply(preset, document_.scene());
       document_.edit(QString::fromUtf8(preset.name), -1, [&](Scene& scene) { scene.layers = made.layers; });
-      look_ = slice_look_of(document_.scene());
-      look_.low = made.window_low;
-      look_.high = made.window_high;
-      for (SliceView* slice : slices_) slice->set_look(look_);
+      views_->show_values(document_.scene(), made.window_low, made.window_high);
     } catch (const std::exception& error) {
       say(QString::fromUtf8(error.what()), true);
     }
   });
 
-  hint_seen_ = settings_.value("hint_seen").toBool();
-  start_page_->show_recent(settings_.value("recent").toStringList());
+  start_page_->show_recent(settings_.recent());
   timer_.setInterval(frame_ms);
   timer_.setTimerType(Qt::PreciseTimer);
   connect(&timer_, &QTimer::timeout, this, &MainWindow::tick);
@@ -225,7 +135,16 @@ void MainWindow::make_docks() {
   tabifyDockWidget(below, desk_);
   tabifyDockWidget(below, player_dock_);
   player_dock_->hide();
-  connect(player_, &Player::moved, this, &MainWindow::show_played);
+  connect(player_, &Player::moved, this, [this] {
+    if (player_->has_trace()) views_->show_played(*player_, document_.scene().coupling.max_force_n);
+  });
+  replay_ = new Replay(*player_, jobs_, document_, options_.data_folders, this);
+  connect(replay_, &Replay::said, this, &MainWindow::say);
+  connect(replay_, &Replay::shown, this, [this] {
+    player_dock_->show();
+    player_dock_->raise();
+  });
+  connect(replay_, &Replay::failed, this, [this] { begin_touch(); });
   film_ = new Film(
       *player_, jobs_, [this] { return picture(); }, this);
   connect(film_, &Film::said, this, &MainWindow::say);
@@ -237,6 +156,35 @@ void MainWindow::make_docks() {
   for (QDockWidget* dock : scene_docks_) dock->hide();  // until there is a scene
 }
 
+void MainWindow::lead_hand_by_mouse() {
+  connect(views_, &SceneViews::hold_began, this, [this](const Vec3& at_m, const Vec3& away) {
+    if (player_->has_trace()) return say(tr("A trace is open: Escape leaves it, and the hand is yours again."));
+    mouse_leads_ = true;
+    settings_.set_hint_seen();
+    // Over there nothing is felt on the way; near by the hand slides.
+    const Vec3 front_m = at_m - in_front_m * away;
+    if (distance(touch_.led_to_m(), front_m) <= 2.0 * in_front_m) return;
+    touch_.put_hand(front_m);
+    views_->forget_trail();
+  });
+  connect(views_, &SceneViews::hold_moved, this, [this](const Vec3& at_m, const Vec3& away, double depth_m) {
+    if (mouse_leads_) touch_.lead_hand(at_m + depth_m * away);
+  });
+  connect(views_, &SceneViews::hold_ended, this, [this](const Vec3& away) {
+    mouse_leads_ = false;
+    if (norm(away) > 0.0) touch_.lead_hand(touch_.moment().proxy_m - in_front_m * away);
+  });
+  View3D* view = views_->view();
+  if (!view) return;
+  connect(view, &View3D::turned, this, [this, view] {
+    if (LiveLoop* loop = touch_.loop(); loop && !touch_.is_by_mouse()) {
+      const detail::View& seen = view->view();
+      // Pushing right goes to the right of the screen.
+      loop->turn(transposed(Mat3{{seen.right, seen.up, seen.towards}}));
+    }
+  });
+}
+
 void MainWindow::open(const fs::path& path, const fs::path& second_trace) {
   const QString name = QString::fromStdString(path.filename().string());
   jobs_.begin<Opened>(
@@ -245,7 +193,7 @@ void MainWindow::open(const fs::path& path, const fs::path& second_trace) {
       [this, path, second_trace](Opened opened) {
         remember(path);
         message_->hide();
-        second_trace_ = second_trace;
+        opened.second_trace = second_trace;
         document_.open(std::move(opened));
       },
       [this](const QString& why) { say(why, true); });
@@ -260,31 +208,17 @@ void MainWindow::opened(const Opened& opened) {
     resizeDocks({scene_docks_[0]}, {360}, Qt::Horizontal);
     resizeDocks({scene_docks_[1]}, {210}, Qt::Vertical);
   }
-  trail_.clear();
-  drawn_.clear();
   record_->setChecked(false);
-  look_ = slice_look_of(scene);
-  flow_.reset();
-  flow_seen_at_m_ = {1e9, 1e9, 1e9};
-  for (const std::string& name : field_names(scene)) {
-    const FieldPtr field = scene.field({name}).field;
-    if (field->components() != 3) continue;
-    flow_ = detail::in_hand_frame(frozen(field, scene.time.at(0.0)), scene.hand_to_world());
-    break;
-  }
-  Box bounds{{-0.08, -0.08, -0.08}, {0.08, 0.08, 0.08}};
-  if (look_.field) bounds = look_.field->bounds_m();
-  if (view_) view_->start(scene);
-  for (SliceView* slice : slices_) slice->start(look_, bounds);
+  views_->start(scene);
   QStringList warnings;
   for (const std::string& warning : opened.loaded.warnings) warnings << QString::fromStdString(warning);
   if (!warnings.isEmpty()) say(warnings.join("\n"));
   scene_changed();
   player_->show_trace({});
   player_dock_->hide();
-  if (!opened.trace.empty()) return play_hand({.trace = opened.trace, .description = {}});
+  if (!opened.trace.empty()) return play({.trace = opened.trace, .description = {}}, opened.second_trace);
   // The hand begins in front of the middle.
-  touch_.put_hand({0.0, 0.0, 0.5 * bounds.size_m().z + 0.01});
+  touch_.put_hand({0.0, 0.0, 0.5 * views_->bounds_m().size_m().z + 0.01});
   begin_touch();
 }
 
@@ -333,102 +267,23 @@ void MainWindow::scene_changed() {
     if (touch_.is_recorded()) say(tr("The scene changed while it was recorded: the trace can be felt again up to here."));
     touch_.change(scene);
   }
-  if (player_->has_trace()) feel_what_if();
+  if (player_->has_trace()) replay_->feel_changed_scene();
   if (desk_->isVisible()) desk_->refresh();
-  redraw_layers();
+  views_->draw_layers(scene);
   setWindowModified(!document_.undo().isClean());
 }
 
-void MainWindow::redraw_layers() {
-  if (!view_) return;
-  // Only what is seen matters.
-  Scene seen = document_.scene();
-  // A mode that is switched off is seen all the same.
-  for (const SceneMode& mode : document_.scene().modes()) seen.find_mode(mode.name)->enabled = true;
-  seen.layers = detail::layers_of(seen);
-  Scene compared = seen;
-  while (!compared.modes().empty()) compared.remove_mode(std::string(compared.modes().front().name));
-  compared.coupling = {};
-  const std::string key = to_toml(compared);
-  if (key == drawn_) return;
-  drawn_ = key;
-  const Vec3 towards = view_->view().towards;
-  jobs_.begin<Drawing>(
-      Jobs::Purpose::draw, tr("drawing"), [seen, towards](std::stop_token) { return draw_for_window(seen, towards); },
-      [this, seen](Drawing drawing) { view_->show_drawing(std::move(drawing), seen); },
-      [this](const QString& why) { say(why, true); });
-}
-
-void MainWindow::play_hand(const PlayedHand& hand) {
+void MainWindow::play(const PlayedHand& hand, const fs::path& second_trace) {
   touch_.end();
-  played_ = hand;
-  played_first_.reset();
-  jobs_.begin<FeltTrace>(
-      Jobs::Purpose::feel_again, tr("feeling the trace"),
-      [hand, loaded = document_.loaded()](std::stop_token stop) { return feel_again(hand, loaded, stop); },
-      [this](FeltTrace felt) {
-        played_first_ = std::make_shared<const FeltTrace>(std::move(felt));
-        player_->show_trace(played_first_);
-        player_dock_->show();
-        player_dock_->raise();
-        if (!second_trace_.empty()) compare_with(std::exchange(second_trace_, {}));
-      },
-      [this](const QString& why) {
-        say(why, true);
-        begin_touch();
-      });
+  replay_->play(hand, second_trace);
 }
 
-void MainWindow::feel_what_if() {
-  jobs_.begin<FeltTrace>(
-      Jobs::Purpose::feel_again, tr("feeling the changed scene"),
-      [hand = played_, loaded = document_.loaded()](std::stop_token stop) { return feel_again(hand, loaded, stop); },
-      [this](FeltTrace felt) {
-        felt.name = tr("in the changed scene").toStdString();
-        show_beside(std::move(felt));
-      },
-      [this](const QString& why) { say(why, true); });
-}
-
-void MainWindow::compare_with(const fs::path& trace) {
-  jobs_.begin<FeltTrace>(
-      Jobs::Purpose::feel_again, tr("feeling the second trace"),
-      [trace, folders = options_.data_folders](std::stop_token stop) {
-        const Opened opened = open_any(trace, folders, stop);
-        if (opened.trace.empty()) throw LoadError(trace.string() + ": is no trace; choose the trace.toml of one");
-        return feel_again({.trace = trace, .description = {}}, opened.loaded, stop);
-      },
-      [this](FeltTrace felt) { show_beside(std::move(felt)); }, [this](const QString& why) { say(why, true); });
-}
-
-void MainWindow::show_beside(FeltTrace second) {
-  if (!played_first_) return;
-  const double at_s = player_->at_s();
-  player_->show_trace(played_first_, std::make_shared<const FeltTrace>(std::move(second)));
-  player_->seek(at_s);
-}
+void MainWindow::compare_with(const fs::path& trace) { replay_->compare_with(trace); }
 
 void MainWindow::stop_playing() {
-  player_->show_trace({});
-  played_first_.reset();
-  trail_.clear();
+  replay_->end();
+  views_->forget_trail();
   begin_touch();
-}
-
-void MainWindow::show_played() {
-  if (!player_->has_trace()) return;
-  const FeltTrace& trace = *player_->trace();
-  const double most_n = document_.scene().coupling.max_force_n;
-  trail_.clear();
-  for (const std::size_t row : player_->trail(trail_points))
-    trail_.push_back({trace.rows[row].proxy_m, norm(trace.rows[row].command_n)});
-  const Moment moment = player_->moment();
-  if (view_) view_->show_touch(moment, trail_, most_n);
-  show_flow_near(moment.proxy_m);
-  for (SliceView* slice : slices_) {
-    slice->set_cross(moment.proxy_m);
-    slice->show_touch(moment, trail_, most_n);
-  }
 }
 
 void MainWindow::tick() {
@@ -437,20 +292,7 @@ void MainWindow::tick() {
   if (player_->has_trace()) player_->pass(1e-3 * frame_ms);
   if (!touch_.is_felt() || pages_->currentIndex() != 1) return;
   const Moment& moment = touch_.moment();
-  const double most_n = document_.scene().coupling.max_force_n;
-  if (moment.tick >= 0) {
-    // A hand that was put elsewhere leaves no trail on the way.
-    if (!trail_.empty() && distance(trail_.back().at_m, moment.proxy_m) > jump_m) trail_.clear();
-    if (trail_.empty() || distance(trail_.back().at_m, moment.proxy_m) > 2e-4)
-      trail_.push_back({moment.proxy_m, norm(moment.command_n)});
-    if (trail_.size() > trail_points) trail_.erase(trail_.begin());
-    if (view_) view_->show_touch(moment, trail_, most_n);
-    show_flow_near(moment.proxy_m);
-    for (SliceView* slice : slices_) {
-      if (is_held_) slice->set_cross(moment.proxy_m);
-      slice->show_touch(moment, trail_, most_n);
-    }
-  }
+  if (moment.tick >= 0) views_->show_felt(moment, document_.scene().coupling.max_force_n, mouse_leads_);
   instruments_->update_from(touch_.samples());
   if (ticks_++ % 8 == 0) {
     LiveLoop& loop = *touch_.loop();
@@ -467,14 +309,12 @@ void MainWindow::tick() {
     unrecorded_ = account.unrecorded;
   }
   if (const std::string problem = touch_.take_problem(); !problem.empty()) say(QString::fromStdString(problem), true);
-  if (view_) view_->show_words(words_of_fault(), words_of_hint());
+  if (View3D* view = views_->view()) view->show_words(words_of_fault(), words_of_hint());
 }
 
 QString MainWindow::words_of_hint() const {
-  const bool is_empty = view_->drawing().solid.empty() && view_->drawing().shells.empty();
-  if (is_empty && jobs_.is_under_way(Jobs::Purpose::draw))
-    return tr("The surfaces are being drawn; the slices can be touched.");
-  if (hint_seen_) return {};
+  if (views_->awaits_surfaces()) return tr("The surfaces are being drawn; the slices can be touched.");
+  if (settings_.hint_seen()) return {};
   return tr("Press on the surface and drag to feel it; the wheel presses deeper. Drag beside it to turn.");
 }
 
@@ -502,10 +342,7 @@ void MainWindow::record(bool on) {
     lost.empty() ? say(tr("Recorded in %1").arg(folder)) : say(QString::fromStdString(lost), true);
     return begin_touch();
   }
-  const QString folder = settings_.value("traces", QDir::homePath()).toString();
-  const QString name =
-      QFileInfo(document_.opened().title).completeBaseName() + QDateTime::currentDateTime().toString("-yyyyMMdd-HHmmss");
-  begin_touch(fs::path(QDir(folder).filePath(name).toStdString()));
+  begin_touch(settings_.new_trace(QFileInfo(document_.opened().title).completeBaseName()));
 }
 
 bool MainWindow::save(bool under_another_name) {
@@ -531,17 +368,14 @@ bool MainWindow::save(bool under_another_name) {
   }
 }
 
-QImage MainWindow::picture() { return view_ ? view_->picture() : pages_->grab().toImage(); }
-
-QString MainWindow::picture_path(const QString& name, const QString& time) const {
-  const QString folder =
-      settings_.value("pictures", QStandardPaths::writableLocation(QStandardPaths::PicturesLocation)).toString();
-  return QDir(folder).filePath(name + QDateTime::currentDateTime().toString(time));
+QImage MainWindow::picture() {
+  View3D* view = views_->view();
+  return view ? view->picture() : pages_->grab().toImage();
 }
 
 void MainWindow::screenshot() {
   if (!document_.is_open()) return;
-  const QString file = picture_path("palpa", "-yyyyMMdd-HHmmss-zzz") + ".png";
+  const QString file = settings_.new_picture();
   QDir().mkpath(QFileInfo(file).path());
   try {
     save_picture(picture(), file);
@@ -551,43 +385,21 @@ void MainWindow::screenshot() {
   }
 }
 
-void MainWindow::show_flow_near(const Vec3& proxy_m) {
-  if (!view_ || !flow_ || distance(proxy_m, flow_seen_at_m_) < flow_step_m) return;
-  flow_seen_at_m_ = proxy_m;
-  const Vec3 reach{flow_reach_m, flow_reach_m, flow_reach_m};
-  const Box near = detail::shared_part(flow_->bounds_m(), {proxy_m - reach, proxy_m + reach});
-  if (!(largest_component(near.size_m()) > 0.0)) return view_->show_streamlines({});
-  view_->show_streamlines(detail::streamlines(*flow_, near, flow_lines));
-}
-
 void MainWindow::ask_file() {
-  const QString folder = settings_.value("folder", QDir::homePath()).toString();
-  const QString file = QFileDialog::getOpenFileName(this, tr("Open a scene, data, or a trace (its trace.toml)"), folder);
+  const QString file = QFileDialog::getOpenFileName(this, tr("Open a scene, data, or a trace (its trace.toml)"),
+                                                    settings_.folder(QDir::homePath()));
   if (file.isEmpty()) return;
-  settings_.setValue("folder", QFileInfo(file).absolutePath());
+  settings_.set_folder(QFileInfo(file).absolutePath());
   const fs::path path = file.toStdString();
   open(path.filename() == "trace.toml" ? path.parent_path() : path);
 }
 
 void MainWindow::remember(const fs::path& path) {
-  QStringList recent = settings_.value("recent").toStringList();
-  const QString name = QString::fromStdString(fs::absolute(path).lexically_normal().string());
-  recent.removeAll(name);
-  recent.prepend(name);
-  while (recent.size() > most_recent) recent.removeLast();
-  settings_.setValue("recent", recent);
-  start_page_->show_recent(recent);
+  settings_.remember(path);
+  start_page_->show_recent(settings_.recent());
 }
 
 void MainWindow::say(const QString& words, bool is_problem) { message_->say(words, is_problem); }
-
-void MainWindow::show_job() {
-  const QString words = jobs_.words();
-  job_words_->setText(words);
-  for (QWidget* widget :
-       {static_cast<QWidget*>(job_words_), static_cast<QWidget*>(job_bar_), static_cast<QWidget*>(job_cancel_)})
-    widget->setVisible(!words.isEmpty());
-}
 
 void MainWindow::dragEnterEvent(QDragEnterEvent* event) {
   if (event->mimeData()->hasUrls()) event->acceptProposedAction();

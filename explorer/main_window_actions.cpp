@@ -53,11 +53,12 @@ void MainWindow::make_actions() {
   edit->addAction(undo);
   edit->addAction(redo);
 
-  const auto from = [this](double x, double y, double z) {
-    if (view_) view_->look_from({x, y, z}, std::abs(y) > 0.9 ? Vec3{0, 0, -y} : Vec3{0, 1, 0});
+  View3D* view = views_->view();
+  const auto from = [view](double x, double y, double z) {
+    if (view) view->look_from({x, y, z}, std::abs(y) > 0.9 ? Vec3{0, 0, -y} : Vec3{0, 1, 0});
   };
-  look->addAction(action(tr("Show &all"), QKeySequence("Home"), tr("Show all of the data"), [this] {
-    if (view_) view_->show_all();
+  look->addAction(action(tr("Show &all"), QKeySequence("Home"), tr("Show all of the data"), [view] {
+    if (view) view->show_all();
   }));
   look->addAction(
       action(tr("From the &front"), QKeySequence("1"), tr("Look from where the hand is"), [from] { from(0, 0, 1); }));
@@ -72,21 +73,21 @@ void MainWindow::make_actions() {
   for (const Key& key : {Key{QT_TR_NOOP("Turn left"), "Left", -10, 0, 1}, Key{QT_TR_NOOP("Turn right"), "Right", 10, 0, 1},
                          Key{QT_TR_NOOP("Turn up"), "Up", 0, -10, 1}, Key{QT_TR_NOOP("Turn down"), "Down", 0, 10, 1},
                          Key{QT_TR_NOOP("Nearer"), "+", 0, 0, 1.15}, Key{QT_TR_NOOP("Farther"), "-", 0, 0, 1 / 1.15}}) {
-    QAction* one = action(tr(key.words), QKeySequence(key.keys), tr(key.words), [this, key] {
-      if (!view_) return;
-      key.zoom == 1.0 ? view_->turn(key.right_deg, key.up_deg) : view_->zoom(key.zoom);
+    QAction* one = action(tr(key.words), QKeySequence(key.keys), tr(key.words), [view, key] {
+      if (!view) return;
+      key.zoom == 1.0 ? view->turn(key.right_deg, key.up_deg) : view->zoom(key.zoom);
     });
     // Elsewhere the arrows are those of sliders and boxes.
     one->setShortcutContext(Qt::WidgetShortcut);
-    if (view_) view_->addAction(one);
+    if (view) view->addAction(one);
     look->addAction(one);
   }
-  look->addAction(action(tr("&Marks"), QKeySequence("M"), tr("Scale bar, directions and legend"), [this] {
-    if (view_) view_->show_marks(!view_->shows_marks());
+  look->addAction(action(tr("&Marks"), QKeySequence("M"), tr("Scale bar, directions and legend"), [view] {
+    if (view) view->show_marks(!view->shows_marks());
   }));
-  look->addAction(action(tr("&Stereo"), QKeySequence("S"), tr("Flat, red-cyan, or side by side"), [this] {
-    if (!view_) return;
-    view_->set_stereo(static_cast<View3D::Stereo>((static_cast<int>(view_->stereo()) + 1) % 3));
+  look->addAction(action(tr("&Stereo"), QKeySequence("S"), tr("Flat, red-cyan, or side by side"), [view] {
+    if (!view) return;
+    view->set_stereo(static_cast<View3D::Stereo>((static_cast<int>(view->stereo()) + 1) % 3));
   }));
   look->addAction(action(tr("&Full screen"), QKeySequence("F11"), tr("Nothing but the window"),
                          [this] { setWindowState(windowState() ^ Qt::WindowFullScreen); }));
@@ -104,27 +105,25 @@ void MainWindow::make_actions() {
   feel->addAction(record_);
   feel->addSeparator();
   feel->addAction(action(tr("Play a &stroke"), QKeySequence("Ctrl+T"), tr("A simulated hand strokes what is there"), [this] {
-    if (document_.is_open()) play_hand({.trace = {}, .description = "sim:stroke"});
+    if (document_.is_open()) play({.trace = {}, .description = "sim:stroke"});
   }));
   feel->addAction(action(tr("Play a &recorded hand …"), QKeySequence("Ctrl+R"), tr("A recording moves the hand"), [this] {
     if (!document_.is_open()) return;
-    const QString recording = QFileDialog::getOpenFileName(this, tr("A recorded hand"), settings_.value("folder").toString());
-    if (!recording.isEmpty()) play_hand({.trace = {}, .description = recording.toStdString()});
+    const QString recording = QFileDialog::getOpenFileName(this, tr("A recorded hand"), settings_.folder());
+    if (!recording.isEmpty()) play({.trace = {}, .description = recording.toStdString()});
   }));
   feel->addAction(action(tr("Compare with another &trace …"), QKeySequence("Ctrl+Shift+T"),
                          tr("Show a second trace beside the one that is open"), [this] {
                            if (!player_->has_trace()) return say(tr("Open a trace first, or play a hand (Ctrl+T)."));
-                           const QString header =
-                               QFileDialog::getOpenFileName(this, tr("The second trace (its trace.toml)"),
-                                                            settings_.value("folder").toString(), tr("Traces (trace.toml)"));
+                           const QString header = QFileDialog::getOpenFileName(this, tr("The second trace (its trace.toml)"),
+                                                                               settings_.folder(), tr("Traces (trace.toml)"));
                            if (!header.isEmpty()) compare_with(fs::path(header.toStdString()).parent_path());
                          }));
   feel->addAction(action(tr("&Play and pause"), QKeySequence("P"), tr("Play and pause the trace"), [this] {
     if (QToolButton* play = player_->findChild<QToolButton*>("play")) play->toggle();
   }));
-  QAction* film =
-      action(tr("&Film"), QKeySequence("Ctrl+F"), tr("Make a film of the trace, as PNG pictures and with ffmpeg"),
-             [this] { film_->is_under_way() ? film_->end() : film_->begin(picture_path("palpa-film", "-yyyyMMdd-HHmmss")); });
+  QAction* film = action(tr("&Film"), QKeySequence("Ctrl+F"), tr("Make a film of the trace, as PNG pictures and with ffmpeg"),
+                         [this] { film_->is_under_way() ? film_->end() : film_->begin(settings_.new_film()); });
   film->setCheckable(true);
   connect(film_, &Film::ended, film, [film] { film->setChecked(false); });
   feel->addAction(film);

@@ -1,0 +1,52 @@
+#include "explorer/settings.h"
+
+#include <QDateTime>
+#include <QDir>
+#include <QStandardPaths>
+
+namespace palpa::explorer {
+namespace {
+
+constexpr int most_recent = 8;
+
+}  // namespace
+
+Settings::Settings(const std::string& file)
+    : kept_(file.empty() ? QSettings().fileName() : QString::fromStdString(file), QSettings::IniFormat),
+      hint_seen_(kept_.value("hint_seen").toBool()) {}
+
+QStringList Settings::recent() const { return kept_.value("recent").toStringList(); }
+
+void Settings::remember(const std::filesystem::path& file) {
+  QStringList files = recent();
+  const QString name = QString::fromStdString(std::filesystem::absolute(file).lexically_normal().string());
+  files.removeAll(name);
+  files.prepend(name);
+  while (files.size() > most_recent) files.removeLast();
+  kept_.setValue("recent", files);
+}
+
+QString Settings::folder(const QString& otherwise) const { return kept_.value("folder", otherwise).toString(); }
+
+void Settings::set_folder(const QString& folder) { kept_.setValue("folder", folder); }
+
+void Settings::set_hint_seen() {
+  hint_seen_ = true;
+  kept_.setValue("hint_seen", true);
+}
+
+std::filesystem::path Settings::new_trace(const QString& name) const {
+  const QDir folder(kept_.value("traces", QDir::homePath()).toString());
+  return folder.filePath(name + QDateTime::currentDateTime().toString("-yyyyMMdd-HHmmss")).toStdString();
+}
+
+QString Settings::new_picture() const { return in_pictures("palpa", "-yyyyMMdd-HHmmss-zzz") + ".png"; }
+
+QString Settings::new_film() const { return in_pictures("palpa-film", "-yyyyMMdd-HHmmss"); }
+
+QString Settings::in_pictures(const QString& name, const QString& time) const {
+  const QDir folder(kept_.value("pictures", QStandardPaths::writableLocation(QStandardPaths::PicturesLocation)).toString());
+  return folder.filePath(name + QDateTime::currentDateTime().toString(time));
+}
+
+}  // namespace palpa::explorer
