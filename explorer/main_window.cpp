@@ -214,7 +214,7 @@ void MainWindow::opened(const Opened& opened) {
   for (const std::string& warning : opened.loaded.warnings) warnings << QString::fromStdString(warning);
   if (!warnings.isEmpty()) say(warnings.join("\n"));
   scene_changed();
-  player_->show_trace({});
+  replay_->end();
   player_dock_->hide();
   if (!opened.trace.empty()) return play({.trace = opened.trace, .description = {}}, opened.second_trace);
   // The hand begins in front of the middle.

@@ -229,6 +229,18 @@ TEST(ExplorerInFolder, ARecordedTouchIsATraceThatCanBeFeltAgainAndScrubbed) {
   EXPECT_TRUE(Driver::wait_for([&] { return driver.window().touch().is_felt(); })) << "the hand is not one's own again";
 }
 
+TEST(ExplorerInFolder, AnotherSceneEndsTheHandThatIsFeltAgain) {
+  Driver driver;
+  ASSERT_TRUE(driver.open(embedded("head_phantom.toml")));
+  driver.key(Qt::Key_T, Qt::ControlModifier);
+  Player& player = *driver.window().findChild<Player*>();
+  ASSERT_TRUE(Driver::wait_for([&] { return player.has_trace(); }));
+  ASSERT_TRUE(driver.open(embedded("beat_phantom.toml")));
+  EXPECT_TRUE(Driver::wait_for([&] { return driver.window().touch().is_felt(); }));
+  // What was begun for the scene before is felt to its end by then.
+  EXPECT_FALSE(Driver::wait_for([&] { return player.has_trace(); }, 5000)) << "the trace of another scene";
+}
+
 TEST(ExplorerInFolder, AStrengthThatIsSlidIsFeltAtOnceAndUndone) {
   Driver driver;
   ASSERT_TRUE(driver.open(embedded("head_phantom.toml")));
