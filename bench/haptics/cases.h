@@ -84,7 +84,16 @@ struct Sampling {
 nlohmann::json surface_rule(const Sampling& sampling, double friction_coefficient = 0.0);
 /// The voxels: 0.1 of what the bits hold outside, 0.9 inside, a ramp between.
 SampledVolume sampled(const nlohmann::json& shape, const Sampling& sampling);
-/// Adds a volume of a shape, unless it is there, and returns its name.
-std::string add_volume(Suite& suite, const std::string& shape_name, const nlohmann::json& shape, const Sampling& sampling);
+/// What it adds to a name: "-64-8bit-noise3".
+std::string words_of(const Sampling& sampling);
+
+/// A shape, and how volumes and cases of it are named.
+struct Body {
+  std::string name;
+  nlohmann::json shape;
+};
+/// Adds a case of a surface: its volume, unless that is there, and the rule for a surface that never lets go, unless the case
+/// has another.
+void add_surface_case(Suite& suite, const Body& body, const Sampling& sampling, Case told);
 
 }  // namespace palpa::haptics

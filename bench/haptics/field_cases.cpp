@@ -30,14 +30,10 @@ SampledVolume sampled_flow(Flow flow, const Mat3& turn, int samples, const Vec3&
   SampledVolume volume{.grid = cube(samples, edge_m), .type = "float32", .components = 3};
   std::vector<Vec3> velocities;
   double fastest = 0.0;
-  for (int k = 0; k < samples; ++k) {
-    for (int j = 0; j < samples; ++j) {
-      for (int i = 0; i < samples; ++i) {
-        velocities.push_back(turn * flow(transposed(turn) * volume.grid.place_m(i, j, k)));
-        fastest = std::max(fastest, norm(velocities.back()));
-      }
-    }
-  }
+  volume.grid.each([&](const Vec3& x_m) {
+    velocities.push_back(turn * flow(transposed(turn) * x_m));
+    fastest = std::max(fastest, norm(velocities.back()));
+  });
   Noise random(13);
   const auto kept = [&](double share) {
     if (noise > 0.0) share += noise * random.next();

@@ -19,6 +19,15 @@ struct SampledGrid {
   Vec3 origin_m;  ///< of the first sample
 
   Vec3 place_m(int i, int j, int k) const { return origin_m + Vec3{i * spacing_m.x, j * spacing_m.y, k * spacing_m.z}; }
+  /// Calls `f` with the place [m] of each sample, in the order of samples.
+  template <class F>
+  void each(F f) const {
+    for (int k = 0; k < size[2]; ++k) {
+      for (int j = 0; j < size[1]; ++j) {
+        for (int i = 0; i < size[0]; ++i) f(place_m(i, j, k));
+      }
+    }
+  }
   std::size_t samples() const { return static_cast<std::size_t>(size[0]) * size[1] * size[2]; }
 };
 /// A cube about the origin, from face to face of its outermost voxels `edge_m` [m] long.
