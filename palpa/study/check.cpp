@@ -92,12 +92,10 @@ StableStiffness detail::stable_stiffness(const DevicePlant& plant, double dampin
     return largest_stable_stiffness_n_per_m([&](double k) { return rests_on_wall(on_wall, k, damping_ns_per_m); },
                                             softest_n_per_m, stiffest_n_per_m);
   };
-  DevicePlant frictionless = plant, half = plant;
+  DevicePlant frictionless = plant;
   frictionless.coulomb_friction_n = 0.0;
-  half.coulomb_friction_n *= 0.5;
   return {.damping_ns_per_m = damping_ns_per_m,
           .alone_n_per_m = largest(frictionless),
-          .half_n_per_m = largest(half),
           .friction_n_per_m = largest(plant),
           .bounds = stiffness_bounds(plant, damping_ns_per_m, period_s)};
 }

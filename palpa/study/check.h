@@ -57,8 +57,7 @@ struct Change {
 struct StableStiffness {
   double damping_ns_per_m = 0.0;  ///< D
   double alone_n_per_m = 0.0;     ///< of the device alone on a wall, without Coulomb friction
-  double half_n_per_m = 0.0;      ///< with half of it: nobody has measured that of a device at hand
-  double friction_n_per_m = 0.0;  ///< with all of it
+  double friction_n_per_m = 0.0;  ///< with it
   StiffnessBounds bounds;
 };
 

@@ -152,24 +152,17 @@ class Judge {
   const std::vector<TrialMade>& all_;
 };
 
-/// What can be said of k without the scene: a device alone on a wall, with half of the friction that nobody has measured.
+/// What can be said of k without the scene: a device alone on a wall, its friction taken away, because nobody has measured it.
 Finding finding_of_margin(const CheckReport& report) {
-  const double k = report.coupling.stiffness_n_per_m;
-  const StableStiffness& stable = report.stable;
-  const bool doubted = k > stable.half_n_per_m;
-  const std::string words =
-      k <= stable.alone_n_per_m ? text("k = %g N/m; the device alone bears %.0f", k, stable.alone_n_per_m)
-      : doubted ? text("k = %g N/m rests by the device's friction alone; with half of it no more than %.0f do", k,
-                       stable.half_n_per_m)
-                : text("k = %g N/m rests by the device's friction, half of which would do; without it no more than %.0f do", k,
-                       stable.alone_n_per_m);
+  const double k = report.coupling.stiffness_n_per_m, most = report.stable.alone_n_per_m;
   return {.key = "margin",
-          .grade = doubted ? Grade::warn : Grade::fine,
+          .grade = k > most ? Grade::warn : Grade::fine,
           .measured = k,
-          .threshold = stable.half_n_per_m,
+          .threshold = most,
           .unit = "N/m",
           .where = {},
-          .words = words};
+          .words = k > most ? text("k = %g N/m rests by the device's friction alone; without it no more than %.0f do", k, most)
+                            : text("k = %g N/m; the device alone bears %.0f", k, most)};
 }
 
 void conclude(CheckReport& report) {

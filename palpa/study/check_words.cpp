@@ -18,7 +18,6 @@ std::string newtons_per_m(double value) { return std::isfinite(value) ? text("%.
 Json json_of(const StableStiffness& stable) {
   return {{"damping_ns_per_m", stable.damping_ns_per_m},
           {"without_friction_n_per_m", stable.alone_n_per_m},
-          {"with_half_friction_n_per_m", stable.half_n_per_m},
           {"with_friction_n_per_m", stable.friction_n_per_m},
           {"passive_bound_n_per_m", number(stable.bounds.passive_n_per_m)},
           {"encoder_bound_n_per_m", number(stable.bounds.encoder_n_per_m)},
@@ -33,10 +32,8 @@ std::string to_table(const CheckReport& report) {
               report.coupling.stiffness_n_per_m, report.coupling.damping_ns_per_m, report.coupling.max_force_n,
               report.most_force_n);
   const StableStiffness& stable = report.stable;
-  out += text(
-      "  stable k   %.0f N/m of the device alone at this D, %.0f with half its friction, %.0f with all (closed loops on a "
-      "wall)\n",
-      stable.alone_n_per_m, stable.half_n_per_m, stable.friction_n_per_m);
+  out += text("  stable k   %.0f N/m of the device alone at this D, %.0f with its friction (closed loops on a wall)\n",
+              stable.alone_n_per_m, stable.friction_n_per_m);
   out += "  bounds     " + newtons_per_m(stable.bounds.stable_n_per_m) + " at rest alone (Gil, Hulin), " +
          newtons_per_m(stable.bounds.passive_n_per_m) + " passive (Colgate), " + newtons_per_m(stable.bounds.encoder_n_per_m) +
          " with the encoder (Abbott and Okamura)\n";
