@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "palpa/core/load_error.h"
 #include "palpa/report/html.h"
@@ -99,28 +100,20 @@ std::vector<std::string> words_of(const Pair& pair) {
   return words;
 }
 
-Series over_time(const Pair& pair, std::string name, palpa::Color color, Stroke stroke, const auto& value) {
-  Series series{.name = std::move(name), .color = color, .stroke = stroke};
-  for (std::size_t i = 0; i < pair.ticks(); ++i) {
-    series.xs.push_back(pair.a(i).t_s);
-    series.ys.push_back(value(i));
-  }
-  return series;
-}
-
 std::vector<TimePlot> plots_of(const Pair& pair) {
   std::vector<Mark> breaks;
   for (const auto& [side, kind] : {std::pair{&pair.first, "gives way in the first"}, {&pair.second, "gives way in the second"}})
     for (const RecordedEvent& event : side->recorded.events)
       if (event.kind == "break_through") breaks.push_back({event.t_s, kind});
   const FeltDifference& d = pair.difference;
+  const auto ticks = std::span(pair.first.signal.run.ticks).first(pair.ticks());
   TimePlot force{.id = "force",
                  .plot = {.title = "Force on the hand", .x_label = "time / s", .y_label = "force / N", .marks = breaks},
                  .label = "Both forces over time.",
                  .caption = "What the hand got in each: after the guard."};
   force.plot.series = {
-      over_time(pair, "first", first_color, Stroke::solid, [&](std::size_t i) { return norm(pair.a(i).command_n); }),
-      over_time(pair, "second", second_color, Stroke::dashed, [&](std::size_t i) { return norm(pair.b(i).command_n); })};
+      over_time(ticks, "first", first_color, Stroke::solid, [&](std::size_t i) { return norm(pair.a(i).command_n); }),
+      over_time(ticks, "second", second_color, Stroke::dashed, [&](std::size_t i) { return norm(pair.b(i).command_n); })};
   TimePlot difference{.id = "difference",
                       .plot = {.title = "How far apart", .x_label = "time / s", .y_label = "force / N"},
                       .label = text("The difference over time: at most %.3f N.", d.difference_n[d.largest]),
@@ -129,11 +122,11 @@ std::vector<TimePlot> plots_of(const Pair& pair) {
                           "the strengths apart where the second is above the dashed line: 7 % of the force, and at least "
                           "30 mN."};
   difference.plot.series = {
-      over_time(pair, "|first \u2212 second|", palpa::Color::purple, Stroke::solid,
+      over_time(ticks, "|first \u2212 second|", palpa::Color::purple, Stroke::solid,
                 [&](std::size_t i) { return d.difference_n[i]; }),
-      over_time(pair, "in strength", palpa::Color::black, Stroke::solid,
+      over_time(ticks, "in strength", palpa::Color::black, Stroke::solid,
                 [&](std::size_t i) { return std::abs(norm(pair.a(i).command_n) - norm(pair.b(i).command_n)); }),
-      over_time(pair, "told apart above", palpa::Color::grey, Stroke::dashed,
+      over_time(ticks, "told apart above", palpa::Color::grey, Stroke::dashed,
                 [&](std::size_t i) { return told_apart_above_n(pair.a(i).command_n, pair.b(i).command_n); })};
   TimePlot direction{.id = "direction",
                      .plot = {.title = "How far turned", .x_label = "time / s", .y_label = "angle / \u00b0"},
@@ -142,9 +135,9 @@ std::vector<TimePlot> plots_of(const Pair& pair) {
                          "The angle between the two forces, 0 where one of them is below 30 mN. A hand tells directions "
                          "apart above 30\u00b0 or so."};
   direction.plot.series = {
-      over_time(pair, "between first and second", palpa::Color::green, Stroke::solid,
+      over_time(ticks, "between first and second", palpa::Color::green, Stroke::solid,
                 [&](std::size_t i) { return turned_deg(pair.a(i).command_n, pair.b(i).command_n); }),
-      over_time(pair, "told apart above", palpa::Color::grey, Stroke::dashed, [](std::size_t) { return told_apart_deg; })};
+      over_time(ticks, "told apart above", palpa::Color::grey, Stroke::dashed, [](std::size_t) { return told_apart_deg; })};
   return {force, difference, direction};
 }
 

@@ -30,18 +30,6 @@ std::vector<Mark> marks_of(const Recorded& recorded) {
   return marks;
 }
 
-template <class Value>
-Series over_time(const Recorded& recorded, std::string name, palpa::Color color, Stroke stroke, Value value) {
-  Series series{.name = std::move(name), .color = color, .stroke = stroke};
-  series.xs.reserve(recorded.ticks.size());
-  series.ys.reserve(recorded.ticks.size());
-  for (std::size_t i = 0; i < recorded.ticks.size(); ++i) {
-    series.xs.push_back(recorded.ticks[i].t_s);
-    series.ys.push_back(value(i));
-  }
-  return series;
-}
-
 TimePlot force_plot(const Recorded& recorded) {
   const auto& ticks = recorded.ticks;
   TimePlot made{
@@ -51,7 +39,7 @@ TimePlot force_plot(const Recorded& recorded) {
       .caption = "What the hand got. Signs on top: where a level set in or was broken through."};
   if (recorded.summary.guard_limited_ticks > 0) {
     made.plot.series.push_back(
-        over_time(recorded, "asked (Eq. 1), before the guard", palpa::Color::orange, Stroke::dashed, [&](std::size_t i) {
+        over_time(recorded.ticks, "asked (Eq. 1), before the guard", palpa::Color::orange, Stroke::dashed, [&](std::size_t i) {
           const bool limited = ticks[i].guard == GuardState::limited;
           return norm(limited ? ticks[i].result.force_n : ticks[i].command_n);
         }));
@@ -59,7 +47,7 @@ TimePlot force_plot(const Recorded& recorded) {
         "What the hand got, and what the coupling asked for where the guard cut it. Signs on top: where a level set in "
         "or was broken through.";
   }
-  made.plot.series.push_back(over_time(recorded, "on the hand", palpa::Color::black, Stroke::solid,
+  made.plot.series.push_back(over_time(recorded.ticks, "on the hand", palpa::Color::black, Stroke::solid,
                                        [&](std::size_t i) { return norm(ticks[i].command_n); }));
   return made;
 }
@@ -72,8 +60,8 @@ TimePlot modes_plot(const Recorded& recorded) {
   if (recorded.summary.guard_limited_ticks > 0) made.caption += " The guard's limit comes after this.";
   for (std::size_t m = 0; m < recorded.modes.size(); ++m) {
     constexpr Stroke strokes[] = {Stroke::solid, Stroke::dashed, Stroke::dotted};
-    made.plot.series.push_back(over_time(recorded, recorded.modes[m], mode_colors[m % std::size(mode_colors)], strokes[m % 3],
-                                         [&](std::size_t i) { return norm(recorded.pushes[m][i].force_n); }));
+    made.plot.series.push_back(over_time(recorded.ticks, recorded.modes[m], mode_colors[m % std::size(mode_colors)],
+                                         strokes[m % 3], [&](std::size_t i) { return norm(recorded.pushes[m][i].force_n); }));
   }
   made.plot.marks = marks_of(recorded);
   return made;
@@ -89,7 +77,7 @@ TimePlot distance_plot(const Recorded& recorded) {
           .plot = {.title = "Distance from probe to proxy",
                    .x_label = "time / s",
                    .y_label = "distance / mm",
-                   .series = {over_time(recorded, "|proxy \u2212 probe|", palpa::Color::blue, Stroke::solid,
+                   .series = {over_time(recorded.ticks, "|proxy \u2212 probe|", palpa::Color::blue, Stroke::solid,
                                         [&](std::size_t i) {
                                           const Tick& tick = recorded.ticks[i].result;
                                           return 1e3 * distance(tick.proxy_m, tick.probe_m);
@@ -110,7 +98,7 @@ TimePlot energy_plot(const Recorded& recorded) {
                     "and into the coupling's spring, which gives it back."};
   const auto cumulated = [&](const char* name, palpa::Color color, Stroke stroke, auto of_tick) {
     double sum_j = 0.0;
-    made.plot.series.push_back(over_time(recorded, name, color, stroke, [&](std::size_t i) {
+    made.plot.series.push_back(over_time(recorded.ticks, name, color, stroke, [&](std::size_t i) {
       const double sum_mj = 1e3 * (sum_j += of_tick(recorded.ticks[i].result.energy));
       return std::abs(sum_mj) < least_mj ? 0.0 : sum_mj;
     }));
@@ -119,7 +107,7 @@ TimePlot energy_plot(const Recorded& recorded) {
   cumulated("into the modes", palpa::Color::green, Stroke::solid,
             [](const Energy& e) { return e.dissipated_j - e.injected_j; });
   cumulated("let go", palpa::Color::vermilion, Stroke::dashed, [](const Energy& e) { return e.let_go_j; });
-  made.plot.series.push_back(over_time(recorded, "in the spring", palpa::Color::blue, Stroke::dotted,
+  made.plot.series.push_back(over_time(recorded.ticks, "in the spring", palpa::Color::blue, Stroke::dotted,
                                        [&](std::size_t i) { return 1e3 * recorded.ticks[i].result.energy.stored_j; }));
   made.plot.marks = marks_of(recorded);
   return made;
@@ -132,7 +120,7 @@ TimePlot time_plot(const Recorded& recorded) {
       .plot = {.title = "Time inside the tick",
                .x_label = "time / s",
                .y_label = "tick / \u00b5s",
-               .series = {over_time(recorded, "tick", palpa::Color::blue, Stroke::solid,
+               .series = {over_time(recorded.ticks, "tick", palpa::Color::blue, Stroke::solid,
                                     [&](std::size_t i) { return recorded.ticks[i].tick_us; })}},
       .label = text("Time inside the tick: median %.1f \u00b5s, 99 %% below %.1f \u00b5s.", s.tick_p50_us, s.tick_p99_us),
       .caption = text("Median %.1f \u00b5s, 99 %% below %.1f \u00b5s, at most %.1f \u00b5s. A tick of 1 kHz has 1000 \u00b5s.",

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "palpa/report/recorded.h"
@@ -16,6 +17,18 @@ struct TimePlot {
   std::string label;    ///< what it shows, for those who do not see it
   std::string caption;  ///< how it is read
 };
+
+/// A curve over the times of ticks. \param value  of the tick of a number
+Series over_time(const auto& ticks, std::string name, palpa::Color color, Stroke stroke, const auto& value) {
+  Series series{.name = std::move(name), .color = color, .stroke = stroke};
+  series.xs.reserve(ticks.size());
+  series.ys.reserve(ticks.size());
+  for (std::size_t i = 0; i < ticks.size(); ++i) {
+    series.xs.push_back(ticks[i].t_s);
+    series.ys.push_back(value(i));
+  }
+  return series;
+}
 
 /// Force on the hand, force of each mode, distance of proxy and probe, energy, time inside the tick (where it was measured).
 std::vector<TimePlot> time_plots(const Recorded& recorded);
