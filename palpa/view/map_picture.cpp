@@ -1,15 +1,10 @@
 #include "palpa/view/map_picture.h"
 
-#include <vtkNew.h>
-#include <vtkRenderWindow.h>
-#include <vtkRenderer.h>
-
 #include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
 
-#include "palpa/core/load_error.h"
 #include "palpa/core/printed.h"
 #include "palpa/field/parallel.h"
 #include "palpa/mode/modes.h"
@@ -262,18 +257,12 @@ double largest_n(const ForceMap& map) {
 
 Picture map_picture(const Scene& scene, const ForceMap& map, const MapPictureOptions& options) {
   const int width = options.width_px, height = options.height_px;
-  if (width < 800 || height < 400 || width > 8000 || height > 8000) {
-    throw LoadError("pictures: " + std::to_string(width) + " x " + std::to_string(height) +
-                    " pixels cannot be drawn; 800 x 400 to 8000 x 8000 can");
-  }
+  detail::check_size(width, height, 800, 400);
   const Slice first(map, &MapPoint::first_contact_n), steady(map, &MapPoint::steady_n);
   const ColorMap colors = detail::force_colors(largest_n(map));
 
   detail::OffscreenWindow window(width, height);
-  vtkNew<vtkRenderer> renderer;
-  renderer->SetBackground(1.0, 1.0, 1.0);
-  window.vtk()->AddRenderer(renderer);
-  Canvas canvas(renderer, width, height);
+  Canvas canvas(window.white(), width, height);
   const double em = canvas.em_px();
   const detail::Layout layout(canvas, true);
   const double at_mm = 1e3 * part(map.lattice.low_m, first.sides().across);

@@ -8,6 +8,7 @@
 #include <vtkObjectFactory.h>
 #include <vtkOpenGLState.h>
 #include <vtkOutputWindow.h>
+#include <vtkRenderer.h>
 #include <vtkSmartPointer.h>
 #include <vtkUnsignedCharArray.h>
 
@@ -185,6 +186,14 @@ struct OffscreenWindow::Parts {
   vtkNew<Window> window;
 };
 
+void check_size(int width_px, int height_px, int least_width_px, int least_height_px) {
+  constexpr int most_px = 8000;
+  if (width_px >= least_width_px && height_px >= least_height_px && width_px <= most_px && height_px <= most_px) return;
+  const auto size = [](int width, int height) { return std::to_string(width) + " x " + std::to_string(height); };
+  throw LoadError("pictures: " + size(width_px, height_px) + " pixels cannot be drawn; " +
+                  size(least_width_px, least_height_px) + " to " + size(most_px, most_px) + " can");
+}
+
 OffscreenWindow::OffscreenWindow(int width_px, int height_px) : parts_(std::make_unique<Parts>()) {
   if (parts_->context.context == EGL_NO_CONTEXT) {
     throw LoadError(
@@ -201,6 +210,13 @@ OffscreenWindow::~OffscreenWindow() {
 }
 
 vtkRenderWindow* OffscreenWindow::vtk() const noexcept { return parts_->window; }
+
+vtkRenderer* OffscreenWindow::white() {
+  vtkNew<vtkRenderer> renderer;
+  renderer->SetBackground(1.0, 1.0, 1.0);
+  vtk()->AddRenderer(renderer);  // which keeps it
+  return renderer;
+}
 
 Picture OffscreenWindow::draw() {
   Window& window = *parts_->window;

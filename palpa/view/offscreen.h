@@ -6,6 +6,7 @@
 
 #include "palpa/view/picture.h"
 
+class vtkRenderer;
 class vtkRenderWindow;
 
 namespace palpa::detail {
@@ -29,6 +30,9 @@ class QuietVtk {
   std::unique_ptr<State> state_;
 };
 
+/// Throws LoadError for a picture that is smaller than this, or larger than any that is drawn.
+void check_size(int width_px, int height_px, int least_width_px, int least_height_px);
+
 /// A render window that needs no X and no GPU: EGL without a surface. The thread that makes it also uses and destroys it.
 class OffscreenWindow {
  public:
@@ -40,6 +44,8 @@ class OffscreenWindow {
 
   /// To add renderers to (a vtkContextView takes it with SetRenderWindow). Lives as long as this.
   vtkRenderWindow* vtk() const noexcept;
+  /// Adds a white renderer. Lives as long as this.
+  vtkRenderer* white();
   /// Draws and reads back. Throws LoadError with VTK's first error.
   Picture draw();
 

@@ -717,9 +717,7 @@ Picture picture_of(const Sheet& sheet, int width_px, int height_px) {
   // Drawn at twice the size and averaged: smooth lines on every driver. Other factors do not fit `halved`.
   constexpr int fine = 2;
   detail::OffscreenWindow window(fine * width_px, fine * height_px);
-  vtkNew<vtkRenderer> renderer;
-  renderer->SetBackground(1.0, 1.0, 1.0);
-  window.vtk()->AddRenderer(renderer);
+  vtkRenderer* renderer = window.white();
   vtkNew<vtkContextActor> actor;
   actor->GetScene()->SetRenderer(renderer);
   fill(actor->GetScene(), sheet, width_px, height_px, static_cast<float>(fine));

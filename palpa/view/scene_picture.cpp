@@ -252,10 +252,7 @@ void name_ends(Canvas& canvas, const View& view, const Moment& moment) {
 
 Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const std::optional<Moment>& moment,
                       const ScenePictureOptions& options) {
-  if (options.width_px < 200 || options.height_px < 150 || options.width_px > 8000 || options.height_px > 8000) {
-    throw LoadError("pictures: " + std::to_string(options.width_px) + " x " + std::to_string(options.height_px) +
-                    " pixels cannot be drawn; 200 x 150 to 8000 x 8000 can");
-  }
+  detail::check_size(options.width_px, options.height_px, 200, 150);
   View view = looking(options);
   const Similarity map = scene.hand_to_world();
   const std::vector<ViewLayer> layers = detail::layers_of(scene);

@@ -1,9 +1,5 @@
 #include "palpa/view/volume_picture.h"
 
-#include <vtkNew.h>
-#include <vtkRenderWindow.h>
-#include <vtkRenderer.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,7 +7,6 @@
 #include <map>
 #include <optional>
 
-#include "palpa/core/load_error.h"
 #include "palpa/core/printed.h"
 #include "palpa/first/first_levels.h"
 #include "palpa/survey/ct.h"
@@ -318,19 +313,13 @@ Picture streamline_picture(const Volume& volume, std::size_t field, int width_px
 Picture volume_picture(const Volume& volume, std::size_t number, const Statistics& values, const std::string& title,
                        const VolumePictureOptions& options) {
   const int width = options.width_px, height = options.height_px;
-  if (width < 600 || height < 400 || width > 8000 || height > 8000) {
-    throw LoadError("pictures: " + std::to_string(width) + " x " + std::to_string(height) +
-                    " pixels cannot be drawn; 600 x 400 to 8000 x 8000 can");
-  }
+  detail::check_size(width, height, 600, 400);
   const VolumeField& shown = volume.fields[number];
   const bool flow = shown.field->components() == 3;
   const std::string label = (flow ? "length of " : "") + shown.name + (shown.unit.empty() ? "" : " / " + shown.unit);
 
   detail::OffscreenWindow window(width, height);
-  vtkNew<vtkRenderer> renderer;
-  renderer->SetBackground(1.0, 1.0, 1.0);
-  window.vtk()->AddRenderer(renderer);
-  Canvas canvas(renderer, width, height);
+  Canvas canvas(window.white(), width, height);
   const double em = canvas.em_px();
   const int lower_top = static_cast<int>(0.60 * height);
   const Shown as = shown_as(volume, shown, values);
