@@ -25,9 +25,9 @@ struct LabelMap {
   std::vector<Label> labels;  ///< all others, the largest part first; empty: the field is no label map
 };
 
-/// The field as a label map, if it looks like one: a scalar grid of whole numbers, no more than `LabelMap::most_values` different ones, in which
-/// most neighbours of a voxel that is not background have its value (measured data have noise, so that few do). For other
-/// fields `labels` is empty. Reads all voxels at most once.
+/// The field as a label map, if it looks like one: a scalar grid of whole numbers, no more than `LabelMap::most_values`
+/// different ones, in which most neighbours of a voxel that is not background have its value (measured data have noise, so that
+/// few do). For other fields `labels` is empty. Reads all voxels at most once.
 LabelMap label_map(const Field& field);
 
 /// 1 where the voxels of a scalar grid are `label`, and 0 elsewhere, as a grid of whole numbers; between voxels it goes from
