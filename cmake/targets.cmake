@@ -33,7 +33,7 @@ function(palpa_layer name)
   target_compile_features(palpa_${name} PUBLIC cxx_std_20)
 endfunction()
 
-# What nearly every test includes, read once: else that is a third of the time that tests take to compile.
+# What nearly every test includes, read once: that was up to a third of the time that a test takes to compile.
 function(palpa_test_headers)
   file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/tests/headers.cpp CONTENT "int main() {}\n")
   add_executable(palpa_test_headers ${CMAKE_BINARY_DIR}/tests/headers.cpp)

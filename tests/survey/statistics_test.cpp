@@ -93,6 +93,31 @@ TEST(Statistics, OfManyVoxelsAreThoseOfSomeRows) {
   EXPECT_NEAR(some.mean, all.mean, 3.0);
 }
 
+// However the numbers are stored: short ones are counted in a table, others looked at one by one.
+TEST(Statistics, AreTheSameOfTheSameNumbers) {
+  std::mt19937 random(7);
+  std::vector<std::int16_t> shorts(90 * 41 * 33);
+  for (auto& v : shorts) v = static_cast<std::int16_t>(std::uniform_int_distribution(-32768, 32767)(random));
+  shorts[5000] = shorts[5001] = 0;
+  const std::vector<float> floats(shorts.begin(), shorts.end());
+  for (const double scale : {1.0, 0.37, -2.5}) {
+    for (const std::int64_t most : {std::int64_t{1} << 24, std::int64_t{20000}}) {
+      const Statistics a = statistics(*grid_of_values(shorts, {90, 41, 33}, VoxelType::int16, 1, scale, 3.0), most);
+      const Statistics b = statistics(*grid_of_values(floats, {90, 41, 33}, VoxelType::float32, 1, scale, 3.0), most);
+      EXPECT_EQ(a.counted, b.counted);
+      EXPECT_EQ(a.zeros, b.zeros);
+      EXPECT_EQ(a.one_in, b.one_in);
+      EXPECT_EQ(a.min, b.min);
+      EXPECT_EQ(a.max, b.max);
+      EXPECT_EQ(a.max_at, b.max_at);
+      EXPECT_EQ(a.whole_numbers, b.whole_numbers);
+      EXPECT_EQ(a.histogram.counts, b.histogram.counts);
+      EXPECT_NEAR(a.mean, b.mean, 1e-9 * (b.max - b.min));
+      EXPECT_NEAR(a.deviation, b.deviation, 1e-9 * b.deviation);
+    }
+  }
+}
+
 TEST(Statistics, OfAFormulaAreOfPlacesOverItsBox) {
   const Statistics s = statistics(*sphere_field().fields[0].field);
   EXPECT_GT(s.counted, 100000);
