@@ -3,7 +3,6 @@
 #include <signal.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <chrono>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -19,18 +18,7 @@ using nlohmann::json;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-class Program : public ProgramTest {
- protected:
-  /// Waits until a recording has ticks on disk.
-  void wait_for_ticks(const fs::path& trace) const {
-    for (int i = 0; i < 2000; ++i) {
-      const std::string ticks = read(trace / "ticks.csv");
-      if (std::count(ticks.begin(), ticks.end(), '\n') > 200) return;
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
-    FAIL() << "no ticks after 20 s";
-  }
-};
+class Program : public ProgramTest {};
 
 TEST_F(Program, SaysItsVersionAndHelpsWithAnExamplePerCommand) {
   EXPECT_THAT(palpa({"--version"}).out, testing::MatchesRegex("palpa [0-9]+\\.[0-9]+\\.[0-9]+\n"));

@@ -35,14 +35,6 @@ class LiveRun : public ProgramTest {
   static std::size_t lines(const std::string& text) {
     return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
   }
-  void wait_for_ticks(const std::filesystem::path& trace) const {
-    for (const auto end = Clock::now() + std::chrono::seconds(60); Clock::now() < end;) {
-      std::error_code none;
-      if (std::filesystem::file_size(trace / "ticks.csv", none) > 20'000 && !none) return;
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
-    FAIL() << "no ticks were recorded";
-  }
 };
 
 TEST_F(LiveRun, TakesAsLongAsItLastsAndTellsHowItsLoopKeptTime) {

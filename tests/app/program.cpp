@@ -64,6 +64,16 @@ void ProgramTest::wait_for_words(const std::string& piece) const {
   FAIL() << "not said in 20 s: " << piece;
 }
 
+void ProgramTest::wait_for_ticks(const fs::path& trace) const {
+  // By its size: whoever reads a file that grows as fast as a simulated run fills it never comes to its end.
+  std::error_code none;
+  for (int i = 0; i < 6000; ++i) {
+    if (fs::file_size(trace / "ticks.csv", none) > 20'000 && !none) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  FAIL() << "no ticks were recorded in 60 s";
+}
+
 void ProgramTest::expect_refusal(const std::vector<std::string>& arguments, const std::vector<std::string>& pieces) const {
   const Ended ended = palpa(arguments);
   const std::string shown = testing::PrintToString(arguments);

@@ -33,6 +33,8 @@ class ProgramTest : public testing::Test {
   Ended wait(pid_t process) const;
   /// Waits until it has said `piece` on its second stream.
   void wait_for_words(const std::string& piece) const;
+  /// Waits until a recording has ticks on disk.
+  void wait_for_ticks(const std::filesystem::path& trace) const;
   /// That the program refuses these arguments: exit code 2 and one line that holds all `pieces`.
   void expect_refusal(const std::vector<std::string>& arguments, const std::vector<std::string>& pieces) const;
 
