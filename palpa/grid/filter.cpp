@@ -59,17 +59,21 @@ double roughness(const GridView& grid) noexcept {
   const std::int64_t stride[3] = {components, components * dims[0], components * dims[0] * dims[1]};
   double roughest = 0.0;
   detail::with_values_of(grid.voxels, [&]<class T>(const T* values) {
-    for (std::size_t a = 0; a < 3; ++a) {
-      if (dims[a] < 2 * reach + 1) continue;
+    struct Along {
       double second = 0.0, fourth = 0.0, largest = 0.0;
       int used = 0;
-      for (std::int64_t n = 1; n <= std::min(places, grid.geometry.voxels()); ++n) {
+    } along[3];
+    for (std::int64_t n = 1; n <= std::min(places, grid.geometry.voxels()); ++n) {
+      double share[3];
+      for (std::size_t b = 0; b < 3; ++b) share[b] = detail::radical_inverse(static_cast<int>(n), b == 0 ? 2 : b == 1 ? 3 : 5);
+      for (std::size_t a = 0; a < 3; ++a) {
+        if (dims[a] < 2 * reach + 1) continue;
+        auto& [second, fourth, largest, used] = along[a];
         std::int64_t first = 0;
         for (std::size_t b = 0; b < 3; ++b) {
-          const double share = detail::radical_inverse(static_cast<int>(n), b == 0 ? 2 : b == 1 ? 3 : 5);
           const std::int64_t begin = b == a ? reach : 0, count = dims[b] - 2 * begin;
           first +=
-              stride[b] * std::min(begin + static_cast<std::int64_t>(share * static_cast<double>(count)), begin + count - 1);
+              stride[b] * std::min(begin + static_cast<std::int64_t>(share[b] * static_cast<double>(count)), begin + count - 1);
         }
         for (std::int64_t c = 0; c < components; ++c) {
           const T* v = values + first + c;
@@ -83,6 +87,8 @@ double roughness(const GridView& grid) noexcept {
           ++used;
         }
       }
+    }
+    for (const auto& [second, fourth, largest, used] : along) {
       const double rounding =
           16.0 * largest * std::numeric_limits<std::conditional_t<std::is_integral_v<T>, double, T>>::epsilon();
       if (fourth > used * rounding * rounding) roughest = std::max(roughest, fourth / second);
