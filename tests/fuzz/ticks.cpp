@@ -262,23 +262,27 @@ Tried felt(Choices& choices, const fs::path& folder) {
     result.broken += ": tick " + std::to_string(n);
     keep(folder, *scene, moments, n);
   }
-  // Felt again it is the same to the bit. What seems slow is felt again, too: the thread may have stood still.
+  if (!result.broken.empty()) return result;
+  // Felt again it is the same to the bit. What seems slow is felt up to three times more: a machine that stands still for a
+  // while is not always known to a thread's clock.
   constexpr double slow_s = 2e-3;
-  if (!result.broken.empty() || (result.slowest_s < slow_s && !choices.one_in(4))) return result;
-  second.emplace(*scene, earlier_law);
-  std::uint64_t again = 0;
-  double slowest_again_s = 0.0;
-  begin_s = now_s(CLOCK_THREAD_CPUTIME_ID);
-  for (std::uint64_t n = 0; n < static_cast<std::uint64_t>(result.tries); ++n) {
-    again = mixed(again, second->tick(static_cast<std::int64_t>(n), moments[n]));
-    const double end_s = now_s(CLOCK_THREAD_CPUTIME_ID);
-    slowest_again_s = std::max(slowest_again_s, end_s - begin_s);
-    begin_s = end_s;
-  }
-  result.slowest_s = std::min(result.slowest_s, slowest_again_s);
-  if (again != hash) {
+  const bool once_more = choices.one_in(4);
+  for (int more = 0; more < 3 && ((more == 0 && once_more) || result.slowest_s >= slow_s); ++more) {
+    second.emplace(*scene, earlier_law);
+    std::uint64_t again = 0;
+    double slowest_s = 0.0;
+    begin_s = now_s(CLOCK_THREAD_CPUTIME_ID);
+    for (std::uint64_t n = 0; n < static_cast<std::uint64_t>(result.tries); ++n) {
+      again = mixed(again, second->tick(static_cast<std::int64_t>(n), moments[n]));
+      const double end_s = now_s(CLOCK_THREAD_CPUTIME_ID);
+      slowest_s = std::max(slowest_s, end_s - begin_s);
+      begin_s = end_s;
+    }
+    result.slowest_s = std::min(result.slowest_s, slowest_s);
+    if (again == hash) continue;
     result.broken = "felt again it is the same to the bit";
     keep(folder, *scene, moments, static_cast<std::uint64_t>(result.tries) - 1);
+    break;
   }
   return result;
 }
