@@ -126,6 +126,8 @@ double work_j(const SubStep& step, const PlacedPrimitive& placed) noexcept;
 /// \param placed             all primitives of the balance, with the law's forces; the facets of a corner in a row and all
 ///                           with one state; facets without force may be left out
 /// \param stiffness_n_per_m  [N/m] k of Eq. 1, > 0
-double recorded_bound_m(std::span<const PlacedPrimitive> placed, const Balance& balance, double stiffness_n_per_m) noexcept;
+/// \param time_step_s        [s] of the sub-step, which drags count by; at least `shortest_time_s`, or counts as that
+double recorded_bound_m(std::span<const PlacedPrimitive> placed, const Balance& balance, double stiffness_n_per_m,
+                        double time_step_s) noexcept;
 
 }  // namespace palpa

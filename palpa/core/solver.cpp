@@ -163,6 +163,7 @@ class Solver::Work {
 
   bool solve_from_before() noexcept;
   bool round() noexcept;
+  bool shows_in_gap(double off_n, double longest_n, double gamma) const noexcept;
   bool in_closed_form() noexcept;
   bool corner_in_closed_form() noexcept;
   void sweep() noexcept;
@@ -827,6 +828,12 @@ void Solver::Work::restore() noexcept {
   std::copy_n(kept_corners_.get(), corner_count_, corners_.get());
 }
 
+// Whether a residual that is `off_n` wrong would be seen in the bound, by its root: with the strength of a force, and of a drag
+// with its stiffness, which has no end.
+bool Solver::Work::shows_in_gap(double off_n, double longest_n, double gamma) const noexcept {
+  return !(off_n * (longest_n + gamma * off_n) <= shown_by_root * wanted_n_ * wanted_n_);
+}
+
 // One primitive alone, or a plane and a line with one direction (a surface and its friction), whose spans are
 // orthogonal: a sweep is the closed form. The balance moves by no more than C, the anchors and the strengths
 // do, so nothing but their rounding and the sweep's own is between it and the exact one. Where rounding would
@@ -836,11 +843,14 @@ bool Solver::Work::in_closed_form() noexcept {
   const bool one = plane_count_ + all_spans_ == 1;
   const bool surface = plane_count_ == 1 && line_count_ == 1 && all_spans_ == 1 && planes_[0].q == spans_[0].q;
   if (!one && !surface) return false;
-  double size = C_size_ + directed_size_n_, longest = 0.0;
-  if (plane_count_ == 1) size += planes_[0].size + planes_[0].s, longest = planes_[0].s;
-  if (all_spans_ == 1) size += spans_[0].size + spans_[0].s, longest = std::max(longest, spans_[0].s);
+  double size = C_size_ + directed_size_n_, longest = 0.0, gamma = 0.0;
+  if (plane_count_ == 1) size += planes_[0].size + planes_[0].s, longest = planes_[0].s, gamma = planes_[0].gamma;
+  if (all_spans_ == 1) {
+    size += spans_[0].size + spans_[0].s;
+    longest = std::max(longest, spans_[0].s), gamma = std::max(gamma, spans_[0].gamma);
+  }
   const double rounding = (16.0 + directed_terms_) * epsilon * size;
-  if (!(longest * epsilon * size <= shown_by_root * wanted_n_ * wanted_n_)) return false;
+  if (shows_in_gap(epsilon * size, longest, gamma)) return false;
   // From no forces: those of a warm start, a drag's above all, can be far longer and would leave their rounding.
   Z_ = C_;
   if (plane_count_ == 1) planes_[0].t = 0.0;
@@ -864,7 +874,7 @@ bool Solver::Work::corner_in_closed_form() noexcept {
     const double longest = std::max(corner.s, all_spans_ == 1 ? spans_[0].s : 0.0);
     double size = C_size_ + directed_size_n_ + std::abs(corner.b[j]) + corner.s;
     if (all_spans_ == 1) size += spans_[0].size + spans_[0].s;
-    if (!(longest * epsilon * size <= shown_by_root * wanted_n_ * wanted_n_)) return false;
+    if (shows_in_gap(epsilon * size, longest, all_spans_ == 1 ? spans_[0].gamma : 0.0)) return false;
     const double behind = std::max(0.0, corner.residual(j, C_));
     const double t = std::min(behind / (1.0 + corner.compliance), corner.s);
     const Vec3 u = all_spans_ == 1 ? answer(spans_[0], spans_[0].residual(C_), 1.0) : Vec3{};

@@ -6,8 +6,10 @@
 #include <limits>
 #include <vector>
 
+#include "palpa/core/solver.h"
 #include "palpa/core/sub_step.h"
 #include "tests/core/solved.h"
+#include "tests/laws/balance_formula.h"
 
 namespace palpa::test {
 namespace {
@@ -41,6 +43,7 @@ struct Known {
   std::vector<Quad3> forces_n;
   Quad3 place_m;
   double stiffness_n_per_m = 0.0;
+  double time_step_s = 1e-3;
 
   // As it is recorded, with the tightest bound that a law can prove.
   Balance balance() const {
@@ -75,6 +78,10 @@ struct Known {
         epsilon = epsilon + dot(forces_n[i], forces_n[i]) / (2 * stiffness);
       } else {
         epsilon = epsilon + s * off;
+      }
+      if (const Quad C = p.drag_ns_per_m / Quad(time_step_s); C > 0) {
+        const Quad u = length(forces_n[i]), over = u > s ? u - s : 0;
+        epsilon = epsilon + C / 2 * off * off + over * over / (2 * C);
       }
     }
     return static_cast<double>((rho + root(rho * rho + 4 * k * (epsilon > 0 ? epsilon : 0))) / (2 * k));
@@ -136,12 +143,31 @@ Known on_line(Random& random, double off_m) {
   return known;
 }
 
+// On a line or plane that was left by as much as its drag lets a force, in a time as short as `time_step_s`.
+Known dragged(Random& random, PrimitiveKind kind, double time_step_s) {
+  Known known = drawn(random);
+  known.time_step_s = time_step_s;
+  Primitive p = through(random, kind, 0, random.in_cube(0.1));
+  p.drag_ns_per_m = random.uniform(0.1, 5.0);
+  if (random.uniform(0.0, 1.0) < 0.5) p.strength_n = 0.0;
+  const Quad3 q = unit(p.direction), any = wide(random.direction());
+  const Quad3 across = any - dot(q, any) * q;
+  const bool is_plane = kind == PrimitiveKind::plane;
+  const Quad3 e = is_plane ? q : 1 / length(across) * across, along = is_plane ? across : q;
+  const Quad over_n = std::exp(random.uniform(std::log(1e-8), std::log(3.0))),
+             off_m = over_n * Quad(time_step_s) / Quad(p.drag_ns_per_m);
+  known.place_m = wide(p.position_m) + Quad(random.uniform(-0.003, 0.003)) * along - off_m * e;
+  known.primitives = {p};
+  known.forces_n = {(Quad(p.strength_n) + over_n) * e};
+  return known;
+}
+
 void expect_to_hold(const char* what, const std::function<Known()>& draw) {
   int needed = 0;
   for (int i = 0; i < 3000; ++i) {
     const Known known = draw();
     const Balance balance = known.balance();
-    const double bound_m = recorded_bound_m(known.placed(), balance, known.stiffness_n_per_m);
+    const double bound_m = recorded_bound_m(known.placed(), balance, known.stiffness_n_per_m, known.time_step_s);
     EXPECT_LE(known.gap_bound_m(), bound_m * (1.0 + 1e-12)) << what << ' ' << i;
     EXPECT_GE(bound_m, balance.error_bound_m);
     needed += known.gap_bound_m() > 1.5 * balance.error_bound_m;
@@ -154,9 +180,9 @@ TEST(RecordedBound, IsThatOfTheLawWhereNothingHolds) {
   for (int i = 0; i < 1000; ++i) {
     const Balance balance{random.in_cube(0.1), std::exp(random.uniform(-50.0, 0.0))};
     const double k = random.uniform(100, 3000);
-    EXPECT_EQ(recorded_bound_m({}, balance, k), balance.error_bound_m);
+    EXPECT_EQ(recorded_bound_m({}, balance, k, 1e-3), balance.error_bound_m);
     const PlacedPrimitive left{{PrimitiveKind::plane, {}, {}, random.direction(), 3.0}, {}, {}, PrimitiveState::off, {}};
-    EXPECT_EQ(recorded_bound_m({&left, 1}, balance, k), balance.error_bound_m);
+    EXPECT_EQ(recorded_bound_m({&left, 1}, balance, k, 1e-3), balance.error_bound_m);
   }
 }
 
@@ -169,6 +195,39 @@ TEST(RecordedBound, HoldsTheGapOfEveryKnownBalanceAtItsPlaceAsADouble) {
   expect_to_hold("line", [&] { return on_line(random, 0.0); });
   expect_to_hold("slipping off a line",
                  [&] { return on_line(random, std::exp(random.uniform(std::log(1e-18), std::log(1e-3)))); });
+  // Over so short a time a drag is stiffer than any wall, and a rounding of its place much of its force.
+  for (const PrimitiveKind kind : {PrimitiveKind::line, PrimitiveKind::plane})
+    expect_to_hold("drag", [&] { return dragged(random, kind, std::exp(random.uniform(std::log(1e-15), std::log(1e-12)))); });
+}
+
+TEST(RecordedBound, HoldsTheGapOfASolvedDragHoweverShortItsTimeAndFarItsProbe) {
+  Random random(4);
+  int stiff = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const auto log_between = [&](double low, double high) { return std::exp(random.uniform(std::log(low), std::log(high))); };
+    const double k = log_between(0.01, 3000.0), T = log_between(shortest_time_s, 1e-3), c = log_between(0.1, 5.0);
+    const Vec3 start_m = random.in_cube(0.1), probe_m = start_m + log_between(1e-3, 20.0) * random.direction();
+    const Vec3 direction = random.direction();
+    const double strength_n = i % 2 == 0 ? 0.0 : random.uniform(0.0, 1.0);
+    PrimitiveSet set(4);
+    set.clear(start_m);
+    set.begin_mode(0);
+    if (i % 3 == 0) set.point(0, start_m, strength_n, c);
+    if (i % 3 == 1) set.line(0, start_m, direction, strength_n, c);
+    if (i % 3 == 2)
+      set.plane(0, start_m, dot(direction, probe_m - start_m) < 0.0 ? direction : -1.0 * direction, strength_n, {}, c);
+    ASSERT_EQ(set.size(), 1U);
+    Solver solver(4);
+    const Balance balance = solver.solve(set, start_m, probe_m, k, T);
+    const Primitive& p = set.primitives()[0];
+    const PlacedPrimitive placed{p, {}, solver.forces_n()[0], state_at(set.primitives(), 0, balance), {}};
+    const double bound_m = recorded_bound_m({&placed, 1}, balance, k, T);
+    BalanceFormula formula(balance.position_m, probe_m, {}, k, T);
+    formula.add(name_of(p.kind), p.position_m, p.direction, p.strength_n, c, 0.0, placed.force_n);
+    EXPECT_LE(formula.bound_m(), bound_m + formula.rounding_m()) << i << ": k " << k << ", T " << T;
+    stiff += c / T > 1e6 * k;
+  }
+  EXPECT_GT(stiff, 1000);
 }
 
 TEST(RecordedBound, TakesTheFacetsOfACornerForOne) {
@@ -176,9 +235,9 @@ TEST(RecordedBound, TakesTheFacetsOfACornerForOne) {
   for (int i = 0; i < 1000; ++i) {
     const Known known = on_two(random, PrimitiveKind::corner);
     std::vector<PlacedPrimitive> rows = known.placed();
-    const double bound_m = recorded_bound_m(rows, known.balance(), known.stiffness_n_per_m);
+    const double bound_m = recorded_bound_m(rows, known.balance(), known.stiffness_n_per_m, known.time_step_s);
     rows[1].force_n += rows[0].force_n;
-    EXPECT_EQ(bound_m, recorded_bound_m({&rows[1], 1}, known.balance(), known.stiffness_n_per_m));
+    EXPECT_EQ(bound_m, recorded_bound_m({&rows[1], 1}, known.balance(), known.stiffness_n_per_m, known.time_step_s));
   }
 }
 

@@ -418,7 +418,7 @@ TEST(TimeStep, IsNoShorterThanTheShortest) {
 // A balance may have no bound; its record then says the largest number, which readers of traces can read.
 TEST(RecordedBound, IsFiniteWhereThereIsNone) {
   const Balance unproven{.error_bound_m = std::numeric_limits<double>::max(), .status = BalanceStatus::bad_input};
-  EXPECT_EQ(recorded_bound_m({}, unproven, k), std::numeric_limits<double>::max());
+  EXPECT_EQ(recorded_bound_m({}, unproven, k, 1e-3), std::numeric_limits<double>::max());
 }
 
 }  // namespace
