@@ -16,6 +16,9 @@ constexpr double hair_share = 1e-9;
 // [1] of a sample spacing: a proxy that starts on the wrong side of a level must be back within this. Less: a slight
 // displacement counts as a crossing; more: a real crossing may be taken for a displacement.
 constexpr double back_share = 0.25;
+// [1] Pieces beyond its share of the work that a search may need to come past what is rounding. More: longer worst tick; fewer:
+// a crossing there is told later, where the next search sets out.
+constexpr int most_within_rounding = 64;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 bool is_before(const Watch& a, const Watch& b) noexcept { return a.field != b.field ? a.field < b.field : a.value < b.value; }
@@ -52,9 +55,12 @@ struct Crossings::FieldOnWay {
   void find(double from, int most_pieces, int& pieces_left, Change& first) noexcept {
     from_ = begin_ = from;
     bool begins = true, has_data = true;
+    // So that a search out of work has come somewhere. Where the whole way is rounding, as far away, pieces have no end.
+    const double least = std::min(1.0, std::max(hair_, 2.0 * rounding_));
     for (int pieces = 0; begin_ < std::min(1.0, first.share); ++pieces, begin_ = piece_.end) {
-      if (pieces >= most_pieces && begin_ > std::max(hair_, 2.0 * rounding_)) {
-        first = {begin_, Event::Kind::out_of_work, field_};
+      if (pieces >= most_pieces + (begin_ > least ? 0 : most_within_rounding)) {
+        const double share = std::max(begin_, least);
+        if (share < first.share) first = {share, Event::Kind::out_of_work, field_};
         return;
       }
       --pieces_left;

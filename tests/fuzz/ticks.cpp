@@ -124,6 +124,7 @@ const char* broken_by_tick(const Moment& moment, const TickFrame& frame, double 
   if (!is_finite(t.proxy_m) || !is_finite(t.proxy_velocity_m_per_s)) return "a proxy and its velocity are finite";
   if (!std::isfinite(t.error_bound_m) || t.error_bound_m < 0.0) return "an error bound is finite";
   if (!is_finite_all(t.energy)) return "an energy is finite";
+  if (t.work > 4 * Session::most_work) return "a tick's work is bounded";
   if (t.sub_steps > Session::max_sub_steps) return "there are no more sub-steps than the cap";
   if (t.status == TickStatus::bad_input && is_usable(moment) && largest_component(moment.probe.position_m) < 100.0)
     return "a probe and a time step that can be used are not bad input";

@@ -471,6 +471,41 @@ TEST(FirstCrossing, WorkIsBoundedAndGoesOn) {
 
 // One walk of many short ways, whose search remembers what bounds the fields, beside searches that remember nothing: the same
 // events. And where the bounds leave no room for one, no piece is looked at.
+// Its pieces have no length, as those of any field where a way is shorter than its ends can be told.
+class WithoutLength : public Field {
+ public:
+  int components() const noexcept override { return 1; }
+  ScalarSample scalar(const Vec3&) const noexcept override {
+    ScalarSample sample;
+    sample.value = -1.0, sample.inside = true;
+    return sample;
+  }
+  Stretch stretch(const Vec3&, const Vec3&, double begin, const Extent&) const noexcept override {
+    Stretch piece;
+    piece.end = begin, piece.inside = true, piece.degree = 0, piece.control[0] = -1.0;
+    return piece;
+  }
+  double spacing_m() const noexcept override { return 1e-3; }
+  Box bounds_m() const noexcept override { return {{-1e10, -1e10, -1e10}, {1e10, 1e10, 1e10}}; }
+  double depth_m(const Vec3&) const noexcept override { return 1e9; }
+  std::vector<Extent> extents() const override { return {{-1.0, 1.0}}; }
+};
+
+TEST(FirstCrossing, WorkIsBoundedWhereTheWayIsRounding) {
+  Searched one({std::make_shared<WithoutLength>()}, {{0, 0.0}});
+  one.policy.clear();
+  for (const double far_m : {0.1, 1e3, 1e6, 1e9}) {
+    for (const double length_m : {1e-3, 1e-9, 1e-12}) {
+      const Vec3 from_m{far_m, 0.0, 0.0}, to_m{far_m, length_m, 0.0};
+      int pieces_left = most_pieces;
+      one.sides.first_event(from_m, to_m, one.policy, one.samples, pieces_left, one.event);
+      EXPECT_EQ(one.event.kind, Event::Kind::out_of_work) << far_m << ", " << length_m;
+      EXPECT_GE(pieces_left, -most_pieces) << far_m << ", " << length_m;
+      EXPECT_GT(one.event.share, 0.0) << far_m << ", " << length_m << ": it came somewhere";
+    }
+  }
+}
+
 TEST(FirstEvent, IsTheSameWhateverIsRemembered) {
   std::mt19937 random(12);
   for (const MakeGrid make : both) {
