@@ -1,8 +1,11 @@
 #include "app/pictures.h"
 
 #include <dlfcn.h>
+#include <signal.h>
+#include <unistd.h>
 
 #include <cstring>
+#include <string_view>
 
 #include "palpa/core/load_error.h"
 #include "palpa/version.h"
@@ -12,10 +15,24 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// What draws (VTK, Mesa, LLVM) does not say that memory ran out: it aborts, or writes where there is none. The files that are
+/// being made have no name yet and are gone with the program.
+void end_in_words(int signal) {
+  constexpr std::string_view aborted = "palpa: pictures: what draws them gave up (aborted)";
+  constexpr std::string_view outside = "palpa: pictures: what draws them gave up (segmentation fault)";
+  constexpr std::string_view remedy = "; give it more memory\n";
+  for (const std::string_view part : {std::string_view("\n"), signal == SIGABRT ? aborted : outside, remedy})
+    if (::write(STDERR_FILENO, part.data(), part.size()) < 0) break;
+  ::_exit(2);
+}
+
 const Pictures* load() {
   const fs::path program = fs::read_symlink("/proc/self/exe");
   const fs::path file = (program.parent_path() / "../libexec/palpa/palpa-pictures.so").lexically_normal();
   if (!fs::exists(file)) return nullptr;
+  struct sigaction action = {};
+  action.sa_handler = end_in_words;
+  for (const int number : {SIGABRT, SIGSEGV}) ::sigaction(number, &action, nullptr);
   void* const library = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (!library) throw LoadError(file.string() + ": cannot be loaded (" + ::dlerror() + "); install palpa again");
   const auto* const found = static_cast<const Pictures*>(::dlsym(library, "palpa_pictures"));

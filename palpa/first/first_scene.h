@@ -25,7 +25,8 @@ std::optional<std::size_t> field_to_feel(const Volume& volume, const std::vector
 /// \param volume   as it was read, trilinear
 /// \param request  what it was read by; all of it is written into the scene
 /// Nothing of the file but its path, the names and units of its arrays and numbers gets into the text: no patient's name.
-/// Reads all voxels a few times. Throws LoadError, without a place, where there is nothing to feel.
+/// Reads all voxels a few times. Throws LoadError, without a place, where there is nothing to feel, or where the path is no
+/// UTF-8, which no scene can name.
 std::string first_scene(const Volume& volume, const VolumeRequest& request);
 
 }  // namespace palpa

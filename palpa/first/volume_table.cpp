@@ -4,6 +4,8 @@
 #include <array>
 #include <cctype>
 
+#include "palpa/core/load_error.h"
+#include "palpa/core/utf8.h"
 #include "palpa/first/scene_lines.h"
 #include "palpa/grid/filter.h"
 #include "palpa/scene/to_toml.h"
@@ -57,6 +59,10 @@ SceneNames names_of(const Volume& volume, const VolumeRequest& request, std::siz
 }
 
 std::string volume_table(const Volume& volume, const VolumeRequest& request, const SceneNames& names) {
+  for (const std::filesystem::path& file : request.files) {
+    if (!is_utf8(std::filesystem::absolute(file).string()))
+      throw LoadError("its name, or that of its folder, is no UTF-8, which a scene has to be; rename it");
+  }
   std::string out = "[volume." + names.volume + "]\n";
   const std::vector<Said> how = said(request);
   out += "file = " + value_of(how, "file") + "\n";

@@ -21,7 +21,7 @@ struct SceneNames {
 /// \param felt  number of the field that is felt
 SceneNames names_of(const Volume& volume, const VolumeRequest& request, std::size_t felt);
 
-/// All of the table but its filter.
+/// All of the table but its filter. Throws LoadError, without a place, where a scene cannot name the file.
 std::string volume_table(const Volume& volume, const VolumeRequest& request, const SceneNames& names);
 
 /// The filter of a field that is felt as surfaces, and what that costs; empty where there are no voxels.

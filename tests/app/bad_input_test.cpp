@@ -1,10 +1,12 @@
 // Wrong input: exit code 2, one line that says what is wrong and what would be right, and nothing left
 // behind that looks complete.
 #include <gmock/gmock.h>
+#include <signal.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <fstream>
 
 #include "program.h"
 
@@ -167,6 +169,43 @@ TEST_F(BadInput, AFullDiskLeavesATraceThatSaysItIsIncomplete) {
   EXPECT_THAT(err, StartsWith("palpa: "));
   EXPECT_EQ(std::count(err.begin(), err.end(), '\n'), 1) << err;
   EXPECT_THAT(read(folder / "trace/trace.toml"), HasSubstr("complete = false"));
+}
+
+/// Whether a process has a handler for a signal.
+bool handles(pid_t process, int signal) {
+  std::ifstream status("/proc/" + std::to_string(process) + "/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with("SigCgt:")) return (std::stoull(line.substr(7), nullptr, 16) >> (signal - 1)) & 1;
+  }
+  return false;
+}
+
+TEST_F(BadInput, WhatDrawsGivesUpInWords) {
+  if (!fs::exists(fs::path(PALPA_PROGRAM).parent_path() / "../libexec/palpa/palpa-pictures.so"))
+    GTEST_SKIP() << "no pictures are built";
+  write_scene("scene.toml");
+  ASSERT_EQ(palpa({"run", "scene.toml", "--hand", "sim:press", "--duration-s", "0.2", "--out", "trace"}).code, 0);
+  // As a library does where memory runs out: at a moment that nobody chooses.
+  for (const int signal : {SIGABRT, SIGSEGV}) {
+    const pid_t process = start({"report", "trace", "--out", "page.html"});
+    for (int n = 0; n < 20'000 && !handles(process, signal); ++n) ::usleep(1000);
+    ::kill(process, signal);
+    const Ended ended = wait(process);
+    EXPECT_EQ(ended.code, 2) << ended.err;
+    EXPECT_THAT(ended.err, testing::EndsWith("; give it more memory\n"));
+    EXPECT_THAT(ended.err, HasSubstr("\npalpa: pictures: "));
+    for (const auto& entry : fs::directory_iterator(folder))
+      EXPECT_THAT(entry.path().string(), Not(HasSubstr("page"))) << entry;
+  }
+}
+
+TEST_F(BadInput, ASceneCannotNameAFileThatIsNoUtf8) {
+  const std::string name = "\xff.nrrd";
+  write(name, "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 4 4 4\nencoding: raw\n\n" + std::string(32, '\x01') +
+                  std::string(32, '\x64'));
+  EXPECT_EQ(palpa({"info", name}).code, 0);
+  expect_refusal({"info", name, "--scene", "scene.toml"}, {"UTF-8", "rename it"});
+  EXPECT_FALSE(fs::exists(folder / "scene.toml"));
 }
 
 }  // namespace
