@@ -216,7 +216,9 @@ void LiveLoop::State::run(const std::atomic<bool>& stop, const TickObserver& obs
 }
 
 LiveLoop::LiveLoop(LiveScene& scene, Device& device, const LiveOptions& options, Recorder* recorder, LoopClock* clock)
-    : state_(std::make_unique<State>(*scene.state_, device, options, recorder, clock)) {}
+    : state_(std::make_unique<State>(*scene.state_, device, options, recorder, clock)) {
+  if (recorder) recorder->make_resident();
+}
 LiveLoop::~LiveLoop() = default;
 
 void LiveLoop::run(const std::atomic<bool>& stop, const TickObserver& observer) { state_->run(stop, observer); }

@@ -22,13 +22,16 @@ namespace palpa {
 class Recorder {
  public:
   /// \param writer      stays, and is left alone, until `finish` returned
-  /// \param ring_bytes  memory of the ring, taken at construction
+  /// \param ring_bytes  memory of the ring, taken at construction, given by the system as it is used
   explicit Recorder(TraceWriter& writer, std::size_t ring_bytes = std::size_t{16} << 20);
   /// Writes what is left; says nothing of a full disk.
   ~Recorder();
   Recorder(const Recorder&) = delete;
   Recorder& operator=(const Recorder&) = delete;
 
+  /// Has the system give all memory of the ring now, not as it is used: a real-time loop must not wait for it.
+  /// Before the first tick is offered.
+  void make_resident() noexcept;
   /// Puts one whole tick, with what the session has to say of it, into the ring. Never blocks,
   /// allocates or throws: false when there is no room, or nobody to make it (the disk is full).
   bool offer(const TickFrame& frame, const Session& session) noexcept;

@@ -3,6 +3,7 @@
 #include <condition_variable>
 #include <cstring>
 #include <exception>
+#include <memory>
 #include <mutex>
 #include <thread>
 #include <type_traits>
@@ -51,10 +52,15 @@ struct TakenTick {
 class Recorder::Ring {
  public:
   Ring(TraceWriter& writer, std::size_t bytes)
-      : writer_(writer), bytes_(bytes), memory_(bytes), thread_([this] { write_until_finished(); }) {}
+      : writer_(writer),
+        bytes_(bytes),
+        memory_(std::make_unique_for_overwrite<char[]>(bytes)),
+        thread_([this] { write_until_finished(); }) {}
   ~Ring() { join(); }
 
   // ---- the loop's side ----
+
+  void make_resident() noexcept { std::memset(memory_.get(), 0, bytes_); }
 
   bool offer(const TickFrame& frame, std::span<const ModeTick> modes, std::span<const SubStep> sub_steps,
              std::span<const PlacedPrimitive> placed, std::span<const SessionEvent> events) noexcept {
@@ -119,8 +125,8 @@ class Recorder::Ring {
     if (size == 0) return;
     const std::size_t at = static_cast<std::size_t>(end % bytes_);
     const std::size_t first = std::min(size, bytes_ - at);
-    std::memcpy(memory_.data() + at, from, first);
-    std::memcpy(memory_.data(), from + first, size - first);
+    std::memcpy(memory_.get() + at, from, first);
+    std::memcpy(memory_.get(), from + first, size - first);
     end += size;
   }
 
@@ -133,8 +139,8 @@ class Recorder::Ring {
     if (size == 0) return;
     const std::size_t at = static_cast<std::size_t>(begin % bytes_);
     const std::size_t first = std::min(size, bytes_ - at);
-    std::memcpy(to, memory_.data() + at, first);
-    std::memcpy(to + first, memory_.data(), size - first);
+    std::memcpy(to, memory_.get() + at, first);
+    std::memcpy(to + first, memory_.get(), size - first);
     begin += size;
   }
   template <class T>
@@ -199,7 +205,7 @@ class Recorder::Ring {
 
   TraceWriter& writer_;
   std::size_t bytes_;
-  std::vector<char> memory_;
+  std::unique_ptr<char[]> memory_;
   std::atomic<std::uint64_t> begin_{0};
   std::atomic<std::uint64_t> end_{0};
   std::atomic<std::int64_t> taken_{0};
@@ -228,6 +234,7 @@ bool Recorder::offer(const TickFrame& frame, std::span<const ModeTick> modes, st
                      std::span<const PlacedPrimitive> placed, std::span<const SessionEvent> events) noexcept {
   return ring_->offer(frame, modes, sub_steps, placed, events);
 }
+void Recorder::make_resident() noexcept { ring_->make_resident(); }
 void Recorder::keep_up(std::int64_t most_pending_ticks) { ring_->keep_up(most_pending_ticks); }
 void Recorder::finish() { ring_->finish(); }
 

@@ -257,7 +257,7 @@ std::string small_hand(int columns) {
   text << headers[columns];
   for (int n = 0; n < 60; ++n) {
     if (columns < 3) text << 0.005 * n << ',';
-    text << 0.0005 * n << ",0.01," << 0.09 - 0.001 * n;
+    text << 0.0005 * n << ",0.01," << 0.09 - 0.0015 * n;
     text << (columns == 1 ? ",0\n" : "\n");
   }
   return text.str();
