@@ -2,9 +2,10 @@
 
 #include <dlfcn.h>
 #include <fcntl.h>
+#include <linux/filter.h>
 #include <linux/landlock.h>
+#include <linux/seccomp.h>
 #include <sched.h>
-#include <seccomp.h>
 #include <sys/auxv.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -21,6 +22,8 @@
 #include <sstream>
 #include <vector>
 
+#include "cage_calls.h"
+#include "cage_filters.inc"
 #include "file_names.h"
 #include "palpa/core/load_error.h"
 
@@ -58,101 +61,7 @@ constexpr const char* process_and_machine = "/proc/self /proc/cpuinfo /proc/memi
 /// linker's.
 constexpr const char* folder_variables[] = {"PALPA_READER_FOLDERS", "LD_LIBRARY_PATH"};
 
-// Then calls of the system, by seccomp. What stands in no table does not exist (ENOSYS): libraries do without it.
-
-enum class Answer : std::uint8_t {
-  allowed,
-  refused,  ///< EACCES, which libraries tell as they tell a file without permission
-  ended,    ///< no honest reader does it: the process is killed
-};
-using enum Answer;
-
-struct Calls {
-  Answer answer;
-  const char* names;  ///< with blanks between them; those that this machine does not have are passed over
-};
-
-constexpr Calls calls[] = {
-    // memory, time, threads
-    {allowed, "brk madvise membarrier mmap mmap2 mprotect mremap msync munmap"},
-    {allowed, "clock_getres clock_gettime clock_nanosleep gettimeofday nanosleep restart_syscall time times"},
-    {allowed, "arch_prctl exit exit_group futex get_robust_list getcpu rseq sched_getaffinity sched_getparam"},
-    {allowed, "sched_getscheduler sched_yield set_robust_list set_thread_area set_tid_address"},
-    // its own signals, who it is and where
-    {allowed, "rt_sigaction rt_sigpending rt_sigprocmask rt_sigreturn sigaltstack"},
-    {allowed, "getcwd getegid geteuid getgid getpgid getpgrp getpid getppid getrandom getresgid getresuid getrlimit"},
-    {allowed, "getrusage gettid getuid sysinfo ugetrlimit uname"},
-    // files and folders: to look at, and those that are open, with the memory for voxels and the caller's socket among them
-    {allowed, "access faccessat faccessat2 fstat fstatfs getdents getdents64 lstat newfstatat readlink readlinkat stat"},
-    {allowed, "statfs statx"},
-    {allowed, "close close_range dup dup2 dup3 fadvise64 flock ftruncate lseek poll ppoll pread64 preadv pselect6 pwrite64"},
-    {allowed, "pwritev read readahead readv recvfrom recvmsg select sendmsg write writev"},
-    // to change files; sockets, which libraries may ask for, as for users' names; terminals
-    {refused, "chmod chown creat fchmod fchmodat fchown fchownat fremovexattr fsetxattr futimesat lchown link linkat"},
-    {refused, "lremovexattr lsetxattr mkdir mkdirat mknod mknodat removexattr rename renameat renameat2 rmdir setxattr"},
-    {refused, "symlink symlinkat truncate unlink unlinkat utime utimensat utimes"},
-    {refused, "ioctl socket socketpair"},
-    // other programs and processes
-    {ended, "execveat fork vfork"},
-    {ended, "kcmp kill pidfd_getfd pidfd_open pidfd_send_signal process_vm_readv process_vm_writev ptrace"},
-    {ended, "rt_sigqueueinfo rt_tgsigqueueinfo setpgid setsid tkill"},
-    // the network, the kernel, other rights
-    {ended, "accept accept4 bind connect listen"},
-    {ended, "add_key bpf finit_module init_module io_uring_setup kexec_load keyctl perf_event_open reboot request_key"},
-    {ended, "swapon userfaultfd"},
-    {ended, "capset chroot mount open_by_handle_at pivot_root setgid setgroups setns setregid setresgid setresuid"},
-    {ended, "setreuid setuid umount2 unshare"},
-};
-
-/// palpa-read becomes one of the programs beside it, which then closes the way behind it.
-constexpr const char* calls_to_become = "execve seccomp";
-
-/// `argument & mask == value`.
-struct Condition {
-  unsigned argument = 0;
-  std::uint64_t mask = 0, value = 0;
-};
-
-struct Rule {
-  Answer answer;
-  std::string call;
-  std::vector<Condition> when{};  ///< all of these
-};
-
-/// Calls that depend on their arguments.
-std::vector<Rule> rules_of_arguments() {
-  constexpr std::uint64_t all = UINT64_MAX, low = UINT32_MAX;  // of a 64-bit argument; of an int, whose upper half is anything
-  constexpr std::uint64_t namespaces =
-      CLONE_NEWNS | CLONE_NEWCGROUP | CLONE_NEWUTS | CLONE_NEWIPC | CLONE_NEWUSER | CLONE_NEWPID | CLONE_NEWNET;
-  std::vector<Rule> rules{
-      // opened to read, and in no other way
-      {allowed, "open", {{1, O_ACCMODE | O_CREAT | O_TRUNC, O_RDONLY}}},
-      {allowed, "openat", {{2, O_ACCMODE | O_CREAT | O_TRUNC, O_RDONLY}}},
-      // threads, no processes
-      {allowed, "clone", {{0, CLONE_THREAD | namespaces, CLONE_THREAD}}},
-      {ended, "clone", {{0, CLONE_THREAD, 0}}},
-      // signals to itself, as abort sends one
-      {allowed, "tgkill", {{0, low, static_cast<std::uint64_t>(::getpid())}}},
-      // its own limits, to look at, and that of memory, which serve sets
-      {allowed, "prlimit64", {{0, low, 0}, {2, all, 0}}},
-      {allowed, "prlimit64", {{0, low, 0}, {1, low, RLIMIT_AS}}},
-      // to the other end of the socket, to no address
-      {allowed, "sendto", {{4, all, 0}}},
-      // it ends with its caller
-      {allowed, "prctl", {{0, low, PR_SET_PDEATHSIG}, {1, all, SIGKILL}}},
-  };
-  for (const std::uint64_t bit : {O_WRONLY, O_RDWR, O_CREAT, O_TRUNC}) {
-    rules.push_back({refused, "open", {{1, bit, bit}}});
-    rules.push_back({refused, "openat", {{2, bit, bit}}});
-  }
-  for (const std::uint64_t what : {PR_SET_NO_NEW_PRIVS, PR_GET_NO_NEW_PRIVS, PR_SET_NAME, PR_GET_NAME, PR_GET_DUMPABLE})
-    rules.push_back({allowed, "prctl", {{0, low, what}}});
-  // of descriptors, not who is told of what happens to them
-  for (const std::uint64_t what :
-       {F_DUPFD, F_DUPFD_CLOEXEC, F_GETFD, F_SETFD, F_GETFL, F_GETLK, F_SETLK, F_OFD_GETLK, F_OFD_SETLK})
-    rules.push_back({allowed, "fcntl", {{1, low, what}}});
-  return rules;
-}
+// Then calls of the system, by seccomp: cage_calls.h.
 
 // Limits that the system keeps, beside that of memory, which depends on what is read (serve.cpp). RLIMIT_NPROC is not among
 // them: it counts everything that the user runs, so that a number that stops a bomb of threads would refuse sound files while
@@ -247,49 +156,19 @@ int allow_files(const Folders& folders) {
   return ::syscall(SYS_landlock_restrict_self, ruleset.descriptor, 0) == 0 ? 0 : errno;
 }
 
-/// A filter of calls, for all threads once it is loaded.
-class Filter {
- public:
-  explicit Filter(std::uint32_t otherwise) : filter_(::seccomp_init(otherwise)) {
-    // Calls of another machine, such as int 0x80.
-    ::seccomp_attr_set(filter_, SCMP_FLTATR_ACT_BADARCH, SCMP_ACT_KILL_PROCESS);
-    ::seccomp_attr_set(filter_, SCMP_FLTATR_CTL_TSYNC, 1);
-    ::seccomp_attr_set(filter_, SCMP_FLTATR_CTL_SSB, 1);       // one process with nothing to hide from itself: full speed
-    ::seccomp_attr_set(filter_, SCMP_FLTATR_CTL_OPTIMIZE, 2);  // a tree, not a list
-    ::seccomp_attr_set(filter_, SCMP_FLTATR_API_SYSRAWRC, 1);  // the kernel's errno
+/// A filter of calls, for all threads from here on. Returns 0 or errno.
+template <std::size_t N>
+int load(const sock_filter (&made)[N]) {
+  sock_filter steps[N];
+  std::copy_n(made, N, steps);
+  for (sock_filter& step : steps) {
+    if (step.k == own_process) step.k = static_cast<std::uint32_t>(::getpid());
   }
-  ~Filter() { ::seccomp_release(filter_); }
-  Filter(const Filter&) = delete;
-  Filter& operator=(const Filter&) = delete;
-
-  void add(const Rule& rule) {
-    const int number = ::seccomp_syscall_resolve_name(rule.call.c_str());
-    if (number < 0) return;  // this machine has none of that name
-    const std::uint32_t action = rule.answer == allowed   ? SCMP_ACT_ALLOW
-                                 : rule.answer == refused ? SCMP_ACT_ERRNO(EACCES)
-                                                          : SCMP_ACT_KILL_PROCESS;
-    std::vector<scmp_arg_cmp> conditions;
-    for (const Condition& c : rule.when) conditions.push_back(SCMP_CMP64(c.argument, SCMP_CMP_MASKED_EQ, c.mask, c.value));
-    ::seccomp_rule_add_array(filter_, action, number, static_cast<unsigned>(conditions.size()), conditions.data());
-  }
-  void add(const Calls& group) {
-    for (std::string& call : split(group.names, ' ')) add(Rule{group.answer, std::move(call)});
-  }
-
-  /// Returns 0 or errno.
-  int load() { return -::seccomp_load(filter_); }
-
- private:
-  scmp_filter_ctx filter_;
-};
-
-/// The tables above. Returns 0 or errno.
-int allow_calls() {
-  Filter filter(SCMP_ACT_ERRNO(ENOSYS));
-  for (const Calls& group : calls) filter.add(group);
-  filter.add(Calls{allowed, calls_to_become});
-  for (const Rule& rule : rules_of_arguments()) filter.add(rule);
-  return filter.load();
+  const sock_fprog program{N, steps};
+  // One process with nothing to hide from itself: at full speed.
+  constexpr unsigned flags = SECCOMP_FILTER_FLAG_TSYNC | SECCOMP_FILTER_FLAG_SPEC_ALLOW;
+  const long result = ::syscall(SYS_seccomp, SECCOMP_SET_MODE_FILTER, flags, &program);
+  return result < 0 ? errno : result > 0 ? ESRCH : 0;  // above 0: a thread that has a filter of its own
 }
 
 void limit(int resource, std::uint64_t most) {
@@ -324,15 +203,13 @@ std::string enter_cage(const protocol::Request& request) {
     if (problem != 0) lacking += (lacking.empty() ? "" : ", ") + std::string(part) + " (" + std::strerror(problem) + ")";
   };
   note("Landlock", allow_files(folders_of(request)));
-  note("seccomp", allow_calls());
+  note("seccomp", load(allowed_calls));
   return lacking;
 }
 
 void close_cage() {
   ::dup2(STDOUT_FILENO, STDERR_FILENO);
-  Filter filter(SCMP_ACT_ALLOW);  // what enter_cage allows
-  filter.add(Calls{ended, calls_to_become});
-  filter.load();
+  load(no_more_programs);
 }
 #endif
 

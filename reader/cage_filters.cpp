@@ -1,0 +1,89 @@
+// Makes the filters of the cage when Palpa is built, so that a reader, which starts for every file, only loads them: to make
+// them takes longer than all else of the cage. Writes cage_filters.inc to its output.
+#include <linux/filter.h>
+#include <seccomp.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <exception>
+#include <memory>
+#include <sstream>
+#include <stdexcept>
+
+#include "cage_calls.h"
+
+namespace palpa::reader {
+namespace {
+
+/// A filter of calls.
+class Filter {
+ public:
+  explicit Filter(std::uint32_t otherwise) : filter_(::seccomp_init(otherwise)) {
+    // Calls of another machine, such as int 0x80.
+    ::seccomp_attr_set(filter_, SCMP_FLTATR_ACT_BADARCH, SCMP_ACT_KILL_PROCESS);
+    ::seccomp_attr_set(filter_, SCMP_FLTATR_CTL_OPTIMIZE, 2);  // a tree, not a list
+  }
+  ~Filter() { ::seccomp_release(filter_); }
+  Filter(const Filter&) = delete;
+  Filter& operator=(const Filter&) = delete;
+
+  void add(const Rule& rule) {
+    const int number = ::seccomp_syscall_resolve_name(rule.call.c_str());
+    if (number < 0) return;  // this machine has none of that name
+    const std::uint32_t action = rule.answer == allowed   ? SCMP_ACT_ALLOW
+                                 : rule.answer == refused ? SCMP_ACT_ERRNO(EACCES)
+                                                          : SCMP_ACT_KILL_PROCESS;
+    std::vector<scmp_arg_cmp> conditions;
+    for (const Condition& c : rule.when) conditions.push_back(SCMP_CMP64(c.argument, SCMP_CMP_MASKED_EQ, c.mask, c.value));
+    if (::seccomp_rule_add_array(filter_, action, number, static_cast<unsigned>(conditions.size()), conditions.data()) != 0)
+      throw std::runtime_error(rule.call + ": its rule cannot be added");
+  }
+  void add(const Calls& group) {
+    std::istringstream names(group.names);
+    for (std::string call; names >> call;) add(Rule{group.answer, call});
+  }
+
+  /// As the kernel takes it.
+  std::vector<sock_filter> program() const {
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::tmpfile(), std::fclose);
+    if (!file || ::seccomp_export_bpf(filter_, ::fileno(file.get())) != 0) throw std::runtime_error("no filter can be made");
+    std::rewind(file.get());
+    std::vector<sock_filter> program;
+    for (sock_filter step{}; std::fread(&step, sizeof step, 1, file.get()) == 1;) program.push_back(step);
+    return program;
+  }
+
+ private:
+  scmp_filter_ctx filter_;
+};
+
+void print(const char* name, const std::vector<sock_filter>& program) {
+  std::printf("constexpr sock_filter %s[] = {\n", name);
+  for (const sock_filter& step : program) std::printf("    {%#x, %d, %d, %#x},\n", step.code, step.jt, step.jf, step.k);
+  std::printf("};\n");
+}
+
+void print_filters() {
+  ::seccomp_api_set(4);  // of the kernels that it is for, whatever this one lacks
+  Filter allows(SCMP_ACT_ERRNO(ENOSYS));
+  for (const Calls& group : calls) allows.add(group);
+  allows.add(Calls{allowed, calls_to_become});
+  for (const Rule& rule : rules_of_arguments()) allows.add(rule);
+  print("allowed_calls", allows.program());
+  Filter closes(SCMP_ACT_ALLOW);  // what the first allows
+  closes.add(Calls{ended, calls_to_become});
+  print("no_more_programs", closes.program());
+}
+
+}  // namespace
+}  // namespace palpa::reader
+
+int main() {
+  try {
+    palpa::reader::print_filters();
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "palpa_cage_filters: %s\n", error.what());
+    return 1;
+  }
+  return std::fflush(stdout) == 0 ? 0 : 1;
+}
