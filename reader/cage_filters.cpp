@@ -2,13 +2,15 @@
 // them takes longer than all else of the cage. Writes cage_filters.inc to its output.
 #include <linux/filter.h>
 #include <seccomp.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstdio>
 #include <exception>
-#include <memory>
 #include <sstream>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "cage_calls.h"
 
@@ -45,11 +47,12 @@ class Filter {
 
   /// As the kernel takes it.
   std::vector<sock_filter> program() const {
-    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::tmpfile(), std::fclose);
-    if (!file || ::seccomp_export_bpf(filter_, ::fileno(file.get())) != 0) throw std::runtime_error("no filter can be made");
-    std::rewind(file.get());
+    int ends[2];  // holds 64 KiB, far more than any filter
+    if (::pipe(ends) != 0 || ::seccomp_export_bpf(filter_, ends[1]) != 0) throw std::runtime_error("no filter can be made");
+    ::close(ends[1]);
     std::vector<sock_filter> program;
-    for (sock_filter step{}; std::fread(&step, sizeof step, 1, file.get()) == 1;) program.push_back(step);
+    for (sock_filter step{}; ::read(ends[0], &step, sizeof step) == sizeof step;) program.push_back(step);
+    ::close(ends[0]);
     return program;
   }
 
