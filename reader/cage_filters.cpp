@@ -4,6 +4,7 @@
 #include <seccomp.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <exception>
@@ -72,7 +73,10 @@ void print_filters() {
   for (const Calls& group : calls) allows.add(group);
   allows.add(Calls{allowed, calls_to_become});
   for (const Rule& rule : rules_of_arguments()) allows.add(rule);
-  print("allowed_calls", allows.program());
+  const std::vector<sock_filter> allowing = allows.program();
+  if (std::ranges::count(allowing, own_process, &sock_filter::k) != 1)
+    throw std::runtime_error("the place of the process's own number is not found");
+  print("allowed_calls", allowing);
   Filter closes(SCMP_ACT_ALLOW);  // what the first allows
   closes.add(Calls{ended, calls_to_become});
   print("no_more_programs", closes.program());
