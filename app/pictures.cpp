@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 void end_in_words(int signal) {
   constexpr std::string_view aborted = "palpa: pictures: what draws them gave up (aborted)";
   constexpr std::string_view outside = "palpa: pictures: what draws them gave up (segmentation fault)";
-  constexpr std::string_view remedy = "; give it more memory\n";
+  constexpr std::string_view remedy = "; give it more memory, or where there is enough tell who made Palpa\n";
   for (const std::string_view part : {std::string_view("\n"), signal == SIGABRT ? aborted : outside, remedy})
     if (::write(STDERR_FILENO, part.data(), part.size()) < 0) break;
   ::_exit(2);
