@@ -139,6 +139,9 @@ class AxisGrid final : public detail::GridBase {
   }
 
   std::vector<Extent> extents() const override { return extents_; }
+  int values_per_sample() const noexcept override {
+    return channels * Weights<filter>::count * Weights<filter>::count * Weights<filter>::count;
+  }
 
   VectorSample vector_in(Place& place) const noexcept override {
     if (!place.inside) return {};

@@ -49,6 +49,7 @@ class OfSample : public Field {
   explicit OfSample(FieldPtr of) : of_(std::move(of)) {}
   const FieldPtr& of() const noexcept { return of_; }
   int components() const noexcept override { return 1; }
+  int values_per_sample() const noexcept override { return of_->values_per_sample(); }
   double spacing_m() const noexcept override { return of_->spacing_m(); }
   Box bounds_m() const noexcept override { return of_->bounds_m(); }
   double local_spacing_m(const Vec3& world_m) const noexcept override { return of_->local_spacing_m(world_m); }
@@ -166,6 +167,7 @@ class Coherence final : public OfSample {
   double depth_m(const Vec3& world_m) const noexcept override {
     return std::min(of_->depth_m(world_m), mean_square_->depth_m(world_m));
   }
+  int values_per_sample() const noexcept override { return of_->values_per_sample() + mean_square_->values_per_sample(); }
   std::vector<Extent> extents() const override { return {{0.0, 1.0}}; }
 
  private:
@@ -177,6 +179,7 @@ class TimedPointwise final : public TimedField {
  public:
   TimedPointwise(FieldPtr of, int axis) : of_(std::move(of)), timed_(*timed(*of_)), axis_(axis) {}
   int components() const noexcept override { return 1; }
+  int values_per_sample() const noexcept override { return of_->values_per_sample(); }
   double spacing_m() const noexcept override { return of_->spacing_m(); }
   double local_spacing_at(const Vec3& world_m, DataTime at) const noexcept override {
     return timed_.local_spacing_at(world_m, at);

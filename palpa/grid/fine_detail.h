@@ -28,6 +28,7 @@ class FineDetail final : public Field {
 
   int components() const noexcept override { return 1; }
   ScalarSample scalar(const Vec3& world_m) const noexcept override;
+  int values_per_sample() const noexcept override { return of_->values_per_sample() + 2 * 2 * 2; }
   double spacing_m() const noexcept override { return of_->spacing_m(); }
   double local_spacing_m(const Vec3& world_m) const noexcept override { return of_->local_spacing_m(world_m); }
   Box bounds_m() const noexcept override { return of_->bounds_m(); }

@@ -141,6 +141,9 @@ class GridBase : public Field {
   }
 
   int components() const noexcept override { return view_.voxels.components; }
+  int values_per_sample() const noexcept override {
+    return components() * (view_.filter == Filter::trilinear ? 2 * 2 * 2 : 4 * 4 * 4);
+  }
   double spacing_m() const noexcept override { return spacing_m_; }
   double local_spacing_m(const Vec3& world_m) const noexcept override;
   bool is_rectilinear() const noexcept { return is_rectilinear_; }

@@ -35,6 +35,7 @@ class UnreadGrid final : public Field {
   const Field& looked_at() const noexcept { return *looked_at_; }
 
   int components() const noexcept override { return looked_at_->components(); }
+  int values_per_sample() const noexcept override { return looked_at_->values_per_sample(); }
   double spacing_m() const noexcept override { return looked_at_->spacing_m(); }
   double local_spacing_m(const Vec3& world_m) const noexcept override { return looked_at_->local_spacing_m(world_m); }
   Box bounds_m() const noexcept override { return looked_at_->bounds_m(); }

@@ -52,18 +52,19 @@ struct Crossings::FieldOnWay {
   Vec3 at(double share) const noexcept { return share < 1.0 ? start_m_ + share * (end_m_ - start_m_) : end_m_; }
 
   // The first change from the share `from` of the way on, if it is earlier than `first`, which it then becomes.
-  void find(double from, int most_pieces, int& pieces_left, Change& first) noexcept {
+  void find(double from, int most_work, int& work_left, Change& first) noexcept {
     from_ = begin_ = from;
     bool begins = true, has_data = true;
     // So that a search out of work has come somewhere. Where the whole way is rounding, as far away, pieces have no end.
     const double least = std::min(1.0, std::max(hair_, 2.0 * rounding_));
-    for (int pieces = 0; begin_ < std::min(1.0, first.share); ++pieces, begin_ = piece_.end) {
-      if (pieces >= most_pieces + (begin_ > least ? 0 : most_within_rounding)) {
+    const int of_piece = samples_.work_of_look(field_);
+    for (int work = 0; begin_ < std::min(1.0, first.share); work += of_piece, begin_ = piece_.end) {
+      if (work >= most_work + (begin_ > least ? 0 : most_within_rounding * of_piece)) {
         const double share = std::max(begin_, least);
         if (share < first.share) first = {share, Event::Kind::out_of_work, field_};
         return;
       }
-      --pieces_left;
+      work_left -= of_piece;
       // Between the watched values on either side of the present one nothing happens.
       piece_ = samples_.stretch(field_, start_m_, end_m_, begin_, all_.quiet(policy_, field_, sides_));
       // A piece always has a length, whatever a field answers: the search makes progress.
@@ -297,8 +298,8 @@ bool Crossings::is_safe(std::int32_t field, const Vec3& start_m, const Vec3& end
   return holds();
 }
 
-void Crossings::first_event(const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy, Samples& samples,
-                            int& pieces_left, Event& event) const noexcept {
+void Crossings::first_event(const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy, Samples& samples, int& work_left,
+                            Event& event) const noexcept {
   event.kind = Event::Kind::none;
   event.crossings.clear();
   event.on_way_.clear();
@@ -329,7 +330,7 @@ void Crossings::first_event(const Vec3& start_m, const Vec3& end_m, const EventP
     FieldOnWay::Change first;
     int fields_left = static_cast<int>(event.on_way_.size());
     for (const std::int32_t field : event.on_way_) {
-      on_way(field).find(event.share, pieces_left / fields_left--, pieces_left, first);
+      on_way(field).find(event.share, work_left / fields_left--, work_left, first);
     }
     event.share = std::min(1.0, first.share);
     if (first.kind == Event::Kind::none) break;

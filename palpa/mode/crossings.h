@@ -95,9 +95,9 @@ class Crossings {
   /// that is only touched is not crossed. The point lies just beyond the change, to 1e-9 of the field's spacing or as close
   /// as rounding permits: there a sample shows the other side. A proxy that starts on the other side and is back within a
   /// quarter of a spacing has crossed nothing.
-  /// \param pieces_left  [1] of ways (Stretch) that may still be looked at; counted down. However few, each search gets on: it
-  ///                     looks at one of each field, and at slivers before that.
-  void first_event(const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy, Samples& samples, int& pieces_left,
+  /// \param work_left  [units] that pieces of ways (Stretch) may still take (Samples::work_of_look); counted down. However few,
+  ///                   each search gets on: it looks at one piece of each field, and at slivers before that.
+  void first_event(const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy, Samples& samples, int& work_left,
                    Event& event) const noexcept;
   /// The proxy goes the way up to the event: the sides follow.
   void apply(const Event& event) noexcept {

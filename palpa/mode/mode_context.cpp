@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "palpa/core/tick_work.h"
 #include "palpa/field/pointwise.h"
 #include "palpa/grid/fine_detail.h"
 #include "palpa/grid/grid_base.h"
@@ -102,6 +103,7 @@ Samples::Samples(std::span<const FieldPtr> fields, const Similarity& map)
     const bool is_grid = dynamic_cast<const detail::GridBase*>(field.get()) && std::isfinite(largest);
     least_slopes_.push_back(is_grid ? sum_rounding * largest / spacing_m : 0.0);
     roundings_.push_back(std::isfinite(largest) ? 2.0 * sum_rounding * largest : 0.0);
+    works_.push_back(tick_work::of_sample(field->values_per_sample()));
     any_timed_ = any_timed_ || timed(*field);
   }
 }

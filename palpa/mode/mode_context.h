@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <numeric>
 #include <span>
 #include <vector>
 
@@ -77,6 +78,13 @@ class Samples {
   Vec3 carried_m(std::int32_t field, const Vec3& hand_m, DataTime from, DataTime to) const noexcept {
     return carried(field, hand_m, from, to).position_m;
   }
+  /// What a look at a field takes of a tick [units of tick_work.h]; 1 for an index that is none.
+  int work_of_look(std::int32_t field) const noexcept { return is_field(field) ? works_[static_cast<std::size_t>(field)] : 1; }
+  /// The same of so many modes that look at all of the fields at one position: a unit for each mode, and what a field takes
+  /// beyond one once, as it is remembered.
+  int work_of_modes(std::size_t modes) const noexcept {
+    return std::accumulate(works_.begin(), works_.end(), static_cast<int>(modes) - static_cast<int>(works_.size()));
+  }
   const Similarity& hand_to_world() const noexcept { return map_; }
 
   /// [m] A finer spacing counts as this one. Less: in thin layers of cells the steps of a slow hand are more than a tick has;
@@ -127,6 +135,7 @@ class Samples {
   std::vector<double> least_slopes_;           // [unit per hand metre] what is not steeper is flat, but for rounding
   std::vector<Extent> ranges_;
   std::vector<double> roundings_;
+  std::vector<int> works_;  // [units] of a look
   class Plan;
   std::shared_ptr<Plan> plan_;
 };

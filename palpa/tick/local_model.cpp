@@ -46,7 +46,7 @@ void LocalModel::begin_move(const StepContext& context, double spacing_m) noexce
 }
 
 std::int32_t LocalModel::place(const StepContext& context, const Vec3& middle_m, const Vec3& level_m, double moved_n) noexcept {
-  work_left_ -= static_cast<int>(modes_.size());
+  work_left_ -= modes_.samples().work_of_modes(modes_.size());
   modes_.place(context, middle_m, level_m, set_);
   placed_at_m_ = middle_m;
   const std::int32_t held_back = held_.hold_back(set_, middle_m, stiffness_n_per_m_, moved_n);

@@ -114,7 +114,7 @@ class LocalModel {
   };
   const LevelLook& look(LevelContact& contact, const Vec3& x_m) noexcept;
   LevelLook seen_from(const LevelContact& contact, const Vec3& x_m) noexcept {
-    --work_left_;
+    work_left_ -= modes_.samples().work_of_look(contact.level.field);
     return look_at_level(modes_.samples(), contact.level, contact.solid_is_high, x_m, spacing_m_);
   }
   Vec3 foot_m(const LevelContact& contact, const Vec3& x_m) const noexcept;

@@ -127,7 +127,7 @@ bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
 // Free flight: nothing is felt, and every onset is watched. Never directly after a move in which something could pull.
 bool ProxyPath::is_free() noexcept {
   if (state_.felt) return false;
-  work_left_ -= static_cast<int>(modes_.size());
+  work_left_ -= modes_.samples().work_of_modes(modes_.size());
   const Vec3& here = state_.proxy;
   return modes_.is_free_at({here, here, 1.0, stiffness_n_per_m_, modes_.finest_m()}, entered_);
 }
@@ -137,7 +137,7 @@ double ProxyPath::see(const ProbeSegment& segment) noexcept {
   PathState& c = state_;
   const double view_s = segment.fresh ? std::max(c.view_s, time_at_end_of(segment)) : c.view_s;
   const double passed_s = view_s - c.view_s;
-  work_left_ -= static_cast<int>(modes_.size());
+  work_left_ -= modes_.samples().work_of_modes(modes_.size());
   modes_.advance(c.proxy, time_.at(c.followed_s), time_.at(view_s), time_.at(c.elapsed_s), passed_s, [&](std::size_t m) {
     contacts_.warn(m, "a level jumps between two frames instead of moving: its strength fades out and in");
   });

@@ -83,6 +83,9 @@ class FrameSeries final : public TimedField {
 
   const SeriesView& view() const noexcept { return view_; }
   int components() const noexcept override { return first().components(); }
+  int values_per_sample() const noexcept override {
+    return (view_.between_frames == BetweenFrames::linear ? 2 : 1) * first().values_per_sample();
+  }
   double spacing_m() const noexcept override { return first().spacing_m(); }
   double local_spacing_at(const Vec3& world_m, DataTime) const noexcept override { return first().local_spacing_m(world_m); }
   Box bounds_m() const noexcept override { return first().bounds_m(); }

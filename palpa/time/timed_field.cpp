@@ -14,6 +14,7 @@ class Moment : public Field {
   int components() const noexcept override { return field_.components(); }
   ScalarSample scalar(const Vec3& world_m) const noexcept override { return field_.scalar_at(world_m, at_); }
   VectorSample vector(const Vec3& world_m) const noexcept override { return field_.vector_at(world_m, at_); }
+  int values_per_sample() const noexcept override { return field_.values_per_sample(); }
   double spacing_m() const noexcept override { return field_.spacing_m(); }
   double local_spacing_m(const Vec3& world_m) const noexcept override { return field_.local_spacing_at(world_m, at_); }
   Box bounds_m() const noexcept override { return field_.bounds_m(); }

@@ -10,12 +10,14 @@
 #include "palpa/core/law.h"
 #include "palpa/core/probe_queue.h"
 #include "palpa/core/sub_step.h"
+#include "palpa/core/tick_work.h"
 #include "palpa/field/field.h"
 #include "palpa/grid/derived.h"
 #include "palpa/grid/grid.h"
 #include "palpa/grid/smooth_grid.h"
 #include "palpa/mode/modes.h"
 #include "palpa/tick/session.h"
+#include "palpa/time/timed_field.h"
 #include "palpa/volume/analytic.h"
 #include "palpa/volume/volume.h"
 #include "tests/tick/busy_scene.h"
@@ -83,6 +85,63 @@ TEST(Work, IsCounted) {
       ASSERT_EQ(a.proxy_m, b.proxy_m) << i;
       ASSERT_EQ(a.force_n, b.force_n) << i;
     }
+  }
+}
+
+/// Another field, which counts the values that are read of it.
+class Counted final : public Field {
+ public:
+  Counted(FieldPtr of, std::int64_t& values) : of_(std::move(of)), values_(values) {}
+  int components() const noexcept override { return 3; }
+  int values_per_sample() const noexcept override { return of_->values_per_sample(); }
+  VectorSample vector(const Vec3& at_m) const noexcept override { return count(), of_->vector(at_m); }
+  Stretch stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept override {
+    return count(), of_->stretch(from_m, to_m, begin, quiet);
+  }
+  double spacing_m() const noexcept override { return of_->spacing_m(); }
+  Box bounds_m() const noexcept override { return of_->bounds_m(); }
+  double depth_m(const Vec3& at_m) const noexcept override { return of_->depth_m(at_m); }
+  std::vector<Extent> extents() const override { return of_->extents(); }
+
+ private:
+  void count() const noexcept { values_ += of_->values_per_sample(); }
+  FieldPtr of_;
+  std::int64_t& values_;
+};
+
+// A tick reads no more of one kind of data than of another: where a sample is made of more values there are fewer in it. A unit
+// is two samples at most, the ends of a piece, and up to twice `values_each`, as units are whole.
+TEST(Work, IsWhatIsReadOfTheDataOfAnyKind) {
+  enum { linear, smooth, signless_smooth, between_frames, kinds };
+  for (int kind = linear; kind < kinds; ++kind) {
+    test::Random random(7);
+    std::int64_t values = 0;
+    const auto counted = [&](const FieldPtr& field) -> FieldPtr { return std::make_shared<Counted>(field, values); };
+    FieldPtr field = test::noise(random, 3, 5e-4, kind != linear);
+    if (kind >= signless_smooth) field = signless(field);
+    field = kind == between_frames ? time_series({counted(field), counted(field)}, 0.1) : counted(field);
+    Volume data;
+    data.fields.push_back({"velocity", "m/s", field});
+    Scene scene({.stiffness_n_per_m = k});
+    const FieldRef u = scene.add("data", data), length{"magnitude(data)"};
+    scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
+    scene.time.play = TimeOptions::Play::loop;
+    scene.add("rail", Follow{.field = u, .strength_n = 1.0, .drag_ns_per_m = 0.5});
+    scene.add("push", VectorForce{.field = u, .strength_n = {length, TransferFunction({{0.0, 0.0}, {1.0, 2.0}})}});
+    for (int n = 0; n < 3; ++n) {
+      scene.add("length" + std::to_string(n),
+                SurfaceAndFriction{.field = length, .levels = {{.value = 0.5 + 0.2 * n, .strength_n = 0.5}}});
+    }
+    Session session(scene);
+    test::HostileHand hand(random);
+    int waiting = 0;
+    for (int i = 0; i < 300; ++i) {
+      values = 0;
+      const Tick t = session.tick({.position_m = hand.next()}, tick_s);
+      ASSERT_LE(values, 2 * 2 * tick_work::values_each * t.work) << kind << ", " << i;
+      waiting += t.status == TickStatus::waiting;
+    }
+    EXPECT_GT(waiting, 50) << kind;
   }
 }
 
