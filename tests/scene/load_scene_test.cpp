@@ -558,6 +558,25 @@ TEST(LoadScene, LooksForFilesInOrder) {
               HasSubstr("looked for " + at + "/scene/scalar.vti, " + at + "/first/scalar.vti, " + at + "/second/scalar.vti; "));
 }
 
+// Lengths of which a derivative is beyond a double: what cannot be derived is said with what can.
+TEST(LoadScene, SaysWhatWouldLetItDerive) {
+  const std::string error = error_of(R"toml(palpa = 1
+[coupling]
+stiffness_n_per_m = 400
+[volume.flow]
+analytic = "burgers_vortex"
+sampled = 16
+pose = { translate_m = [0, 0, 0], scale = 1e-320 }
+[[mode]]
+name = "tube"
+type = "vortex_plane"
+field = "flow"
+strength_n = { of = "q(flow)", points = [[0.0, 0.0], [1.0, 0.5]] }
+)toml");
+  EXPECT_THAT(error, StartsWith("s.toml:8:1: what mode 'tube' feels cannot be derived: "));
+  EXPECT_THAT(error, HasSubstr("; use data whose lengths and values are nearer to 1"));
+}
+
 TEST(LoadScene, WarnsOfALevelOutsideTheData) {
   const LoadedScene loaded = parse(with("[[mode.level]]\nname = 'far'\nvalue = 0.7\n"));
   EXPECT_EQ(loaded.scene.modes().size(), 1u);
