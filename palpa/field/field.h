@@ -99,8 +99,8 @@ class Field {
   /// sample's time.
   virtual Certificate certificate(const Vec3& world_m) const noexcept { return static_cast<void>(world_m), Certificate{}; }
 
-  /// How many values of the data one sample is made of [1], at least 1: what it costs, counted and never timed. This
-  /// implementation, for formulas: 8, as many as of a trilinear grid of numbers.
+  /// How many values are summed for one sample [1], at least 1: what it costs, counted and never timed. Of directions without
+  /// sign, products of their parts. This implementation, for formulas: 8, as many as of a trilinear grid of numbers.
   virtual int values_per_sample() const noexcept { return 8; }
 
   /// The length [m] over which the field may change its course, > 0 and finite: the least distance

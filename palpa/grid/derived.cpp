@@ -285,6 +285,10 @@ FieldPtr derive(Derivation derivation, const FieldPtr& of, double smoothing_m, d
     const double scale = moved->pose.scale;
     const int powers = powers_of_length(derivation);
     for (int n = 0; n < powers; ++n) factor /= scale;
+    if (!std::isfinite(factor)) {
+      throw std::invalid_argument("a scale this small takes its " + std::string(name_of(derivation)) +
+                                  " beyond the largest number; use a larger scale");
+    }
     return posed(derive(derivation, moved->field, smoothing_m / scale, factor), moved->pose);
   }
   if (derivation == Derivation::magnitude) return std::make_shared<const Magnitude>(of);

@@ -104,6 +104,7 @@ Samples::Samples(std::span<const FieldPtr> fields, const Similarity& map)
     least_slopes_.push_back(is_grid ? sum_rounding * largest / spacing_m : 0.0);
     roundings_.push_back(std::isfinite(largest) ? 2.0 * sum_rounding * largest : 0.0);
     works_.push_back(tick_work::of_sample(field->values_per_sample()));
+    work_beyond_ += works_.back() - 1;
     any_timed_ = any_timed_ || timed(*field);
   }
 }

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <memory>
-#include <numeric>
 #include <span>
 #include <vector>
 
@@ -82,9 +81,7 @@ class Samples {
   int work_of_look(std::int32_t field) const noexcept { return is_field(field) ? works_[static_cast<std::size_t>(field)] : 1; }
   /// The same of so many modes that look at all of the fields at one position: a unit for each mode, and what a field takes
   /// beyond one once, as it is remembered.
-  int work_of_modes(std::size_t modes) const noexcept {
-    return std::accumulate(works_.begin(), works_.end(), static_cast<int>(modes) - static_cast<int>(works_.size()));
-  }
+  int work_of_modes(std::size_t modes) const noexcept { return static_cast<int>(modes) + work_beyond_; }
   const Similarity& hand_to_world() const noexcept { return map_; }
 
   /// [m] A finer spacing counts as this one. Less: in thin layers of cells the steps of a slow hand are more than a tick has;
@@ -136,6 +133,7 @@ class Samples {
   std::vector<Extent> ranges_;
   std::vector<double> roundings_;
   std::vector<int> works_;  // [units] of a look
+  int work_beyond_ = 0;     // [units] of a look at each of them, beyond one
   class Plan;
   std::shared_ptr<Plan> plan_;
 };

@@ -922,9 +922,7 @@ class Loader {
       look_through(mode.mode, deriver);
       for (const Mask& mask : mode.masks) loaded_.scene.field(mask.of);
     } catch (const std::invalid_argument& error) {
-      std::string why = error.what();
-      if (why.find("; ") == std::string::npos) why += "; use data whose lengths and values are nearer to 1";
-      fail(place(), "what " + detail::called(mode) + " feels cannot be derived: " + why);
+      fail(place(), "what " + detail::called(mode) + " feels cannot be derived: " + error.what());
     } catch (const std::bad_alloc&) {
       fail(place(), "not enough memory for what " + detail::called(mode) + " derives from its fields; use smaller data");
     }

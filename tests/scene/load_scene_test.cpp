@@ -558,7 +558,7 @@ TEST(LoadScene, LooksForFilesInOrder) {
               HasSubstr("looked for " + at + "/scene/scalar.vti, " + at + "/first/scalar.vti, " + at + "/second/scalar.vti; "));
 }
 
-// Lengths of which a derivative is beyond a double: what cannot be derived is said with what can.
+// Of a volume so small that a derivative is beyond a double.
 TEST(LoadScene, SaysWhatWouldLetItDerive) {
   const std::string error = error_of(R"toml(palpa = 1
 [coupling]
@@ -574,7 +574,7 @@ field = "flow"
 strength_n = { of = "q(flow)", points = [[0.0, 0.0], [1.0, 0.5]] }
 )toml");
   EXPECT_THAT(error, StartsWith("s.toml:8:1: what mode 'tube' feels cannot be derived: "));
-  EXPECT_THAT(error, HasSubstr("; use data whose lengths and values are nearer to 1"));
+  EXPECT_THAT(error, HasSubstr("; use a larger scale"));
 }
 
 TEST(LoadScene, WarnsOfALevelOutsideTheData) {
