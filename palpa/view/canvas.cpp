@@ -184,11 +184,14 @@ std::string length_words(double length_m) {
   return {};
 }
 
-std::string number_words(double value) {
+std::string number_words(double value, double step) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value == 0.0 ? 0.0 : value);
+  const double told = step > 0.0 && value != 0.0 ? std::floor(std::log10(std::abs(value))) - std::floor(std::log10(step)) : 0.0;
+  const int digits = static_cast<int>(std::clamp(1.0 + told, 3.0, 15.0));
+  std::snprintf(text, sizeof text, "%.*g", digits, value == 0.0 ? 0.0 : value);
   // %g turns to powers of ten from 1000 on; people read whole numbers up to a hundred thousand.
-  if (std::abs(value) >= 999.5 && std::abs(value) < 1e5) std::snprintf(text, sizeof text, "%.0f", value);
+  if (std::abs(value) >= 999.5 && std::abs(value) < 1e5 && !(step > 0.0 && step < 1.0))
+    std::snprintf(text, sizeof text, "%.0f", value);
   return text;
 }
 
@@ -262,19 +265,44 @@ double draw_color_bar(Canvas& canvas, const ColorBar& bar, double left, double w
                      bar.map.at(low + (i + 0.5) / steps * span).color);
   }
   if (span > 0.0) {
-    const double step = round_length(span / 2.0);
-    for (double value = std::ceil(low / step - 1e-9) * step; value <= bar.map.high() + 1e-9 * span; value += step) {
-      const std::string words = number_words(std::abs(value) < 1e-9 * step ? 0.0 : value);
-      const double x = left + (value - low) / span * width;
-      const double half = 0.5 * canvas.width_px_of(words, 0.9);
+    constexpr double size_em = 0.9;
+    const auto width_of = [&](std::string_view words) { return canvas.width_px_of(words, size_em); };
+    for (const BarNumber& number : numbers_below(low, bar.map.high(), width, width_of)) {
+      const double x = left + number.at * width;
       canvas.line({x, bottom - 0.35 * em}, {x, bottom}, 0.08 * em, ink);
-      canvas.text(words, std::clamp(x, left + half, left + width - half), bottom - 0.95 * em, Side::middle, 0.9);
+      canvas.text(number.words, left + number.middle_px, bottom - 0.95 * em, Side::middle, size_em);
     }
   }
   return bottom - 1.6 * em;
 }
 
 }  // namespace
+
+std::vector<BarNumber> numbers_below(double low, double high, double width_px,
+                                     const std::function<double(std::string_view)>& width_of) {
+  const double span = high - low, gap_px = 0.5 * width_of("0");
+  std::vector<BarNumber> numbers;
+  for (const double steps : {2.0, 1.0}) {
+    numbers.clear();
+    bool are_apart = true;
+    double end_px = -gap_px;
+    const double step = round_length(span / steps);
+    const double first = std::ceil(low / step - 1e-9) * step;
+    constexpr int most = 8;  // a step is a fifth of the span at least; where it is lost in rounding, values never pass its end
+    for (int n = 0; n < most && first + n * step <= high + 1e-9 * span; ++n) {
+      const double value = first + n * step;
+      const std::string words = number_words(std::abs(value) < 1e-9 * step ? 0.0 : value, step);
+      const double at = (value - low) / span, half_px = std::min(0.5 * width_of(words), 0.5 * width_px);
+      const double middle_px = std::clamp(at * width_px, half_px, width_px - half_px);
+      are_apart = are_apart && middle_px - half_px >= end_px + gap_px;
+      end_px = middle_px + half_px;
+      numbers.push_back({words, at, middle_px});
+    }
+    if (are_apart) return numbers;
+  }
+  numbers.resize(1);
+  return numbers;
+}
 
 void draw_explanations(Canvas& canvas, const Layout& layout, std::span<const LegendEntry> entries,
                        std::span<const ColorBar> bars) {

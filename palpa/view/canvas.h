@@ -2,6 +2,7 @@
 // picture: title, legend, colour bars, scale bar, orientation marks.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -86,8 +87,22 @@ std::string in_letters_of_font(std::string_view words);
 double round_length(double limit) noexcept;
 /// A length in nm, µm, mm, m or km: "20 mm".
 std::string length_words(double length_m);
-/// A number in as few digits as tell it: "0.25", "-300", "2e-05".
-std::string number_words(double value);
+/// A number in as few digits as tell it: "0.25", "-300", "2e-05"; three where `step` does not ask for more.
+/// \param step  0, or what the next number of a row is away, from which it is to be told
+std::string number_words(double value, double step = 0.0);
+
+/// A number below a colour bar.
+struct BarNumber {
+  std::string words;
+  double at;         ///< [1] share of the bar
+  double middle_px;  ///< of the words, from the bar's left end
+};
+/// Round numbers at equal distances, few enough that their words stay apart, or one alone; words lie within the bar where they
+/// fit at all.
+/// \param low, high  of the bar, low < high
+/// \param width_of   [px] of words
+std::vector<BarNumber> numbers_below(double low, double high, double width_px,
+                                     const std::function<double(std::string_view)>& width_of);
 
 /// Paints strip and column white, over the scene, and writes the title.
 void draw_margins(Canvas& canvas, const Layout& layout, std::string_view title);
