@@ -17,6 +17,12 @@ endif()
 if(PALPA_SANITIZE)
   target_compile_options(palpa_rules INTERFACE -fsanitize=${PALPA_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=undefined)
   target_link_options(palpa_rules INTERFACE -fsanitize=${PALPA_SANITIZE})
+  foreach(sanitizer address thread)  # g++ tells the sources, clang asks for __has_feature
+    string(TOUPPER __sanitize_${sanitizer}__ told)
+    if(NOT CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND PALPA_SANITIZE MATCHES ${sanitizer})
+      target_compile_definitions(palpa_rules INTERFACE ${told}=1)
+    endif()
+  endforeach()
 endif()
 target_include_directories(palpa_rules INTERFACE ${PROJECT_SOURCE_DIR})
 
