@@ -1,10 +1,19 @@
 #include "palpa/limits/free_memory.h"
 
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <fstream>
 #include <string>
 
 namespace palpa::detail {
+
+namespace {
+
+std::uint64_t left(std::uint64_t limit, std::uint64_t used) { return limit > used ? limit - used : 0; }
+
+}  // namespace
 
 std::uint64_t free_memory_bytes() {
   std::uint64_t free = 0;
@@ -16,8 +25,12 @@ std::uint64_t free_memory_bytes() {
   free *= 1024;
   std::uint64_t limit = 0, used = 0;
   if (std::ifstream("/sys/fs/cgroup/memory.max") >> limit && std::ifstream("/sys/fs/cgroup/memory.current") >> used) {
-    free = std::min(free, limit > used ? limit - used : 0);
+    free = std::min(free, left(limit, used));
   }
+  rlimit own{};
+  std::uint64_t pages = 0;
+  if (::getrlimit(RLIMIT_AS, &own) == 0 && own.rlim_cur != RLIM_INFINITY && std::ifstream("/proc/self/statm") >> pages)
+    free = std::min(free, left(own.rlim_cur, pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE))));
   return free;
 }
 

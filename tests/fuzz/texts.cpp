@@ -1,4 +1,5 @@
 // Scenes, hands and traces as nobody would write them, given to the program: each is a result or one line.
+#include <sys/resource.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -284,6 +285,24 @@ Start start_of(const fs::path& folder, std::vector<std::string> arguments) {
   return {.program = programs_folder() / "palpa", .arguments = std::move(arguments), .folder = folder, .patience_s = 60.0};
 }
 
+/// A run with little memory, as on a small machine: a text may ask for as much as there is.
+Ended ended_in_little_memory(Start start) {
+#if !defined(__SANITIZE_ADDRESS__)  // which has 20 TB of addresses of its own
+  start.before = [] {
+    const rlimit little{1'500'000'000, 1'500'000'000};
+    ::setrlimit(RLIMIT_AS, &little);
+  };
+#endif
+  return ended(start);
+}
+
+std::string broken_by_text(const Ended& run, bool may_answer_no = false) {
+  if (std::string broken = broken_by_run(run, may_answer_no); !broken.empty()) return broken;
+  if (run.err.find("memory: there is not enough") != std::string::npos)
+    return "what a text asks for too much is named: " + run.err.substr(0, 300);
+  return {};
+}
+
 std::string broken_by_trace(const fs::path& trace, const Ended& run) {
   const bool is_complete = content(trace / "trace.toml").find("complete = true") != std::string::npos;
   if (run.code == 0 && !is_complete) return "a run that ends well leaves a whole trace";
@@ -298,12 +317,12 @@ Ended run_scene(const fs::path& folder, const std::string& scene, const std::str
   std::vector<std::string> arguments{"run",          "scene.toml", "--hand", "hand.csv", "--hand-fit", laid ? "on" : "off",
                                      "--duration-s", "0.2",        "--out",  "trace"};
   if (hand.starts_with("x,")) arguments.insert(arguments.end(), {"--hand-rate-hz", "200"});  // it has no time of its own
-  return ended(start_of(folder, arguments));
+  return ended_in_little_memory(start_of(folder, arguments));
 }
 
 Tried felt(const fs::path& folder, const std::string& scene, const std::string& hand, bool laid) {
   const Ended run = run_scene(folder, scene, hand, laid);
-  Tried result{.broken = broken_by_run(run), .slowest_s = run.spent_s, .refused = run.code == 2};
+  Tried result{.broken = broken_by_text(run), .slowest_s = run.spent_s, .refused = run.code == 2};
   if (result.broken.empty()) result.broken = broken_by_trace(folder / "trace", run);
   return result;
 }
@@ -376,8 +395,8 @@ class Recorded {
 Attempt begin_traces(const fs::path& shared) {
   return [recorded = Recorded(shared)](Choices& choices, const fs::path& folder) {
     recorded.put_damaged(choices, folder / "trace");
-    const Ended run = ended(start_of(folder, {"replay", "trace"}));
-    return Tried{.broken = broken_by_run(run, true), .slowest_s = run.spent_s, .refused = run.code == 2};
+    const Ended run = ended_in_little_memory(start_of(folder, {"replay", "trace"}));
+    return Tried{.broken = broken_by_text(run, true), .slowest_s = run.spent_s, .refused = run.code == 2};
   };
 }
 

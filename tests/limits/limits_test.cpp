@@ -3,10 +3,12 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <fstream>
 #include <set>
 
+#include "palpa/limits/free_memory.h"
 #include "palpa/trace/trace.h"
 #include "tests/scene/scene_files.h"
 
@@ -51,6 +53,22 @@ TEST(Limits, SayOfWhatHowManyWhyAndWhatWouldBeRight) {
   }
   EXPECT_EQ(quantity(limit::scene_bytes), "4 MiB");
   EXPECT_EQ(quantity(limit::modes), "1000 modes");
+}
+
+TEST(FreeMemory, IsNoMoreThanTheProcessMayTake) {
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_AS, &before), 0);
+  const auto free_within = [&](rlim_t most) {
+    const rlimit limit{most, before.rlim_max};
+    EXPECT_EQ(::setrlimit(RLIMIT_AS, &limit), 0);
+    const std::uint64_t free = detail::free_memory_bytes();
+    EXPECT_EQ(::setrlimit(RLIMIT_AS, &before), 0);
+    return free;
+  };
+  const std::uint64_t all = detail::free_memory_bytes();
+  constexpr std::uint64_t taken = 1 << 26;
+  const std::vector<std::byte> memory(taken);  // addresses at least; a process has more of its own
+  EXPECT_LE(free_within(all / 2), all / 2 - taken);
 }
 
 // Each is met by a scene that has one too many; one with as many is read.
