@@ -268,6 +268,13 @@ std::string missing_root() {
   if (const std::string why = missing(); !why.empty()) return why;
   return ::geteuid() == 0 ? "" : "only root can mount a small disk and become nobody";
 }
+std::string missing_limits() {
+#if defined(__SANITIZE_ADDRESS__)
+  return "sanitizers take all addresses that there are, and learn by a pipe what can be read";
+#else
+  return missing();
+#endif
+}
 
 Campaign campaign(const std::string& name, Fault fault, std::function<std::string()> missing_here, bool mounts = false) {
   return {.name = "fault " + name,
@@ -297,10 +304,8 @@ void add_faults(std::vector<Campaign>& to) {
   to.push_back(campaign("kill", killed, missing));
   to.push_back(campaign("term", asked_to_end, missing));
   to.push_back(campaign("disk", on_full_disk, missing_root, true));
-  to.push_back(campaign("descriptors", without_descriptors, missing));
-#if !defined(__SANITIZE_ADDRESS__)  // which takes all addresses that there are
-  to.push_back(campaign("memory", without_memory, missing));
-#endif
+  to.push_back(campaign("descriptors", without_descriptors, missing_limits));
+  to.push_back(campaign("memory", without_memory, missing_limits));
   to.push_back(campaign("forbidden", forbidden, missing_root, true));
   to.push_back(campaign("names", oddly_named, missing));
 }
