@@ -35,7 +35,7 @@ struct Place {
   double worth;
   int i, j, k;
   Vec3 offset_m() const { return {i * cell_m, j * cell_m, -k * cell_z_m}; }
-  int far() const { return 4 * i * i + 4 * j * j + k * k; }
+  double far() const { return 4.0 * i * i + 4.0 * j * j + 1.0 * k * k; }  // a hand may be far away: its squares are no ints
 };
 
 std::vector<Vec3> places_of(const Target& recording) {

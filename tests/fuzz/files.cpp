@@ -16,7 +16,11 @@ Attempt begin(const test::SetToDamage& set) {
   ReadOptions options;
   options.reader = programs_folder() / "palpa-read";
   options.max_bytes = 1'000'000'000;
+#if defined(__SANITIZE_ADDRESS__)
+  options.idle_limit_s = 40.0;  // sanitizers slow a reader down
+#else
   options.idle_limit_s = 8.0;
+#endif
   options.checksums = false;  // which would notice what a reader passes over
   const auto damaged = std::make_shared<test::DamagedSet>(set, options);
   return [damaged](Choices& choices, const fs::path& folder) {
