@@ -16,8 +16,9 @@
 #include "palpa/core/load_error.h"
 
 #ifdef __SANITIZE_ADDRESS__
-/// An allocation that is too large fails as it does without the sanitizer, so that libraries report it.
-extern "C" const char* __asan_default_options() { return "allocator_may_return_null=1"; }
+/// An allocation that is too large fails as it does without the sanitizer, so that libraries report it. There is no limit on
+/// the address space then (serve.cpp); one on each allocation stands in for it, since an eighth of it is taken at once.
+extern "C" const char* __asan_default_options() { return "allocator_may_return_null=1:max_allocation_size_mb=1500"; }
 #endif
 
 namespace palpa::reader {

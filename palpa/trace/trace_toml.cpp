@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <utility>
 
 #include "palpa/disk/input_file.h"
 #include "palpa/limits/limits.h"
@@ -46,6 +47,13 @@ std::vector<std::string> texts_of(const toml::node_view<const toml::node>& node)
     for (const toml::node& value : *values) texts.push_back(value.value_or(std::string()));
   }
   return texts;
+}
+
+/// A whole number that `Whole` holds; anything else is `otherwise`. Not value_or: it casts a float of any size to an integer.
+template <typename Whole>
+Whole whole_or(const toml::node_view<const toml::node>& node, Whole otherwise) {
+  const auto* const integer = node.as_integer();
+  return integer && std::in_range<Whole>(integer->get()) ? static_cast<Whole>(integer->get()) : otherwise;
 }
 
 // The similarity that a 4×4 matrix of it stands for; rotation and scale come back to rounding.
@@ -139,7 +147,7 @@ TraceHeader read_header(const std::filesystem::path& folder) {
   const toml::node_view<const toml::node> root{whole};
   TraceHeader header;
   header.complete = root["complete"].value_or(false);
-  header.format = root["format"].value_or(0);
+  header.format = whole_or(root["format"], 0);
   if (header.format != 1) {
     throw LoadError(file.string() + ": has format " + std::to_string(header.format) + "; this palpa reads format 1");
   }
@@ -174,15 +182,16 @@ TraceHeader read_header(const std::filesystem::path& folder) {
   header.device_continuous_force_n = device["continuous_force_n"].value_or(usual.device_continuous_force_n);
   header.device_max_damping_ns_per_m = device["max_damping_ns_per_m"].value_or(usual.device_max_damping_ns_per_m);
   header.device_damping_ns_per_m = device["damping_ns_per_m"].value_or(0.0);
-  header.dead_man_buttons = device["dead_man_buttons"].value_or(std::uint32_t{0});
+  header.dead_man_buttons = whole_or(device["dead_man_buttons"], std::uint32_t{0});
   if (const toml::array* seeds = root["seeds"].as_array()) {
-    for (const toml::node& seed : *seeds) header.seeds.push_back(static_cast<std::uint64_t>(seed.value_or(std::int64_t{0})));
+    for (const toml::node& seed : *seeds)
+      header.seeds.push_back(static_cast<std::uint64_t>(whole_or(toml::node_view{seed}, std::int64_t{0})));
   }
   if (const toml::array* files = root["data_file"].as_array()) {
     for (const toml::node& entry : *files) {
       const toml::node_view<const toml::node> data{entry};
       header.data_files.push_back({.path = data["path"].value_or(std::string()),
-                                   .bytes = static_cast<std::uint64_t>(data["bytes"].value_or(std::int64_t{0})),
+                                   .bytes = static_cast<std::uint64_t>(whole_or(data["bytes"], std::int64_t{0})),
                                    .sha256 = data["sha256"].value_or(std::string())});
     }
   }

@@ -1,4 +1,5 @@
 // Files of every format, damaged, each through a palpa-read of its own.
+#include <algorithm>
 #include <map>
 
 #include "tests/fuzz/campaigns.h"
@@ -23,15 +24,23 @@ Attempt begin(const test::SetToDamage& set) {
 #endif
   options.checksums = false;  // which would notice what a reader passes over
   const auto damaged = std::make_shared<test::DamagedSet>(set, options);
-  return [damaged](Choices& choices, const fs::path& folder) {
+#if defined(__SANITIZE_ADDRESS__)
+  const bool is_dicom = set.name.find("dicom") != std::string::npos;
+#else
+  constexpr bool is_dicom = false;
+#endif
+  return [damaged, is_dicom](Choices& choices, const fs::path& folder) {
     test::Damage damage = damage_of(choices);
     test::MutationResult read;
     damaged->damage_once(damage, folder / "damaged", read);
     Tried result{.slowest_s = read.slowest_s, .refused = read.refused};
     if (!read.wrong.empty()) result.broken = read.wrong.front();
 #if defined(__SANITIZE_ADDRESS__)
-    // A reader that ended is its user's one line; here it is also what the sanitizers found in ours.
-    if (result.broken.empty() && !read.ended.empty()) result.broken = "a reader does not end by itself: " + read.ended.front();
+    // A reader that ended is its user's one line; here it is also what the sanitizers found in ours. They end by an exit code:
+    // an abort is one of GDCM's assertions, which Debian leaves in.
+    const auto is_gdcm = [&](const std::string& ended) { return is_dicom && ended.find("signal 6 ") != std::string::npos; };
+    const auto found = std::ranges::find_if_not(read.ended, is_gdcm);
+    if (result.broken.empty() && found != read.ended.end()) result.broken = "a reader does not end by itself: " + *found;
 #endif
     return result;
   };

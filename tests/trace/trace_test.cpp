@@ -408,6 +408,10 @@ TEST_F(Trace, AFolderThatIsNoTraceIsRefused) {
   EXPECT_THAT(read(), HasSubstr("trace.toml:1:"));
   set_text(folder() / "trace.toml", "complete = true\nformat = 2\ndt_s = 0.001\n");
   EXPECT_THAT(read(), HasSubstr("format 2"));
+  for (const char* no_whole_number : {"1.0", "1e308", "-1e308", "nan", "9223372036854775807", "true", "\"1\""}) {
+    set_text(folder() / "trace.toml", std::string("complete = true\nformat = ") + no_whole_number + "\ndt_s = 0.001\n");
+    EXPECT_THAT(read(), HasSubstr("this palpa reads format 1")) << no_whole_number;
+  }
   set_text(folder() / "trace.toml", "complete = true\nformat = 1\n");
   EXPECT_THAT(read(), HasSubstr("dt_s"));
   set_text(folder() / "trace.toml", "complete = true\nformat = 1\ndt_s = 0.001\n");
