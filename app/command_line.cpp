@@ -2,7 +2,9 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <functional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/command_lines.h"
@@ -105,29 +107,31 @@ int run_command_line(int argc, char** argv, const std::atomic<bool>& stop) {
       "Exit codes: 0 ok, 1 it ran and the answer is no, 2 wrong usage or input, 130 interrupted.");
 
   Work work;
-  add_demo(app, work, stop);
-  add_run(app, work, argc, argv, stop);
-  add_check(app, work);
-  add_devices(app, work, stop);
-  add_explore(app, work);
-  add_info(app, work);
-  add_convert(app, work, stop);
-  add_replay(app, work, stop);
-  add_report(app, work);
-  add_export(app, work);
-  add_map(app, work, stop);
-  add_modes(app, work);
+  const std::pair<std::string, std::function<void()>> commands[] = {
+      {"demo", [&] { add_demo(app, work, stop); }},       {"run", [&] { add_run(app, work, argc, argv, stop); }},
+      {"check", [&] { add_check(app, work); }},           {"devices", [&] { add_devices(app, work, stop); }},
+      {"explore", [&] { add_explore(app, work); }},       {"info", [&] { add_info(app, work); }},
+      {"convert", [&] { add_convert(app, work, stop); }}, {"replay", [&] { add_replay(app, work, stop); }},
+      {"report", [&] { add_report(app, work); }},         {"export", [&] { add_export(app, work); }},
+      {"map", [&] { add_map(app, work, stop); }},         {"modes", [&] { add_modes(app, work); }}};
+  // The options of all commands take a millisecond: where one is named, only its own are made. A file may have the name of
+  // another.
+  const auto named = std::ranges::find_if(commands, [&](const auto& command) { return argc > 1 && command.first == argv[1]; });
+  const bool is_named = named != std::end(commands);
+  for (const auto& command : commands) {
+    if (!is_named || command.first == named->first) command.second();
+  }
   add_prints(app);
 
-  // Unknown commands are refused here, because CLI11 would say that the command is missing.
-  std::vector<std::string> commands;
-  for (const CLI::App* command : app.get_subcommands({})) commands.push_back(command->get_name());
   if (argc < 2) {
     print(app.help());
     return 0;
   }
-  if (argv[1][0] != '-' && std::find(commands.begin(), commands.end(), argv[1]) == commands.end()) {
-    print_error("command line: unknown command " + detail::in_quotes(argv[1]) + "; " + detail::suggestion(argv[1], commands));
+  // Unknown commands are refused here, because CLI11 would say that the command is missing.
+  if (argv[1][0] != '-' && !is_named) {
+    std::vector<std::string> names;
+    for (const auto& command : commands) names.push_back(command.first);
+    print_error("command line: unknown command " + detail::in_quotes(argv[1]) + "; " + detail::suggestion(argv[1], names));
     return 2;
   }
   try {

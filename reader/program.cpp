@@ -9,6 +9,7 @@
 
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <new>
 #include <stdexcept>
 #include <string>
@@ -17,8 +18,16 @@
 
 #ifdef __SANITIZE_ADDRESS__
 /// An allocation that is too large fails as it does without the sanitizer, so that libraries report it. There is no limit on
-/// the address space then (serve.cpp); one on each allocation stands in for it, since an eighth of it is taken at once.
-extern "C" const char* __asan_default_options() { return "allocator_may_return_null=1:max_allocation_size_mb=1500"; }
+/// the address space then; the slack of serve.cpp on each allocation stands in for it, since an eighth of it is taken at once.
+extern "C" const char* __asan_default_options() {
+  return "allocator_may_return_null=1:max_allocation_size_mb=512:alloc_dealloc_mismatch=0";
+}
+// The sanitizer's own would end the program instead of throwing.
+void* operator new(std::size_t bytes) {
+  if (void* const memory = std::malloc(bytes)) return memory;
+  throw std::bad_alloc();
+}
+void* operator new[](std::size_t bytes) { return ::operator new(bytes); }
 #endif
 
 namespace palpa::reader {

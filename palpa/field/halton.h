@@ -5,8 +5,10 @@
 
 namespace palpa::detail {
 
-/// The digits of `index` to a base, mirrored at the point: 0…1 (J. H. Halton, Numer. Math. 2, 1960).
-inline double radical_inverse(int index, int base) noexcept {
+/// The digits of `index` to a base, mirrored at the point: 0…1. The base is known when it is compiled,
+/// as a division by anything is many times as slow (J. H. Halton, Numer. Math. 2, 1960).
+template <int base>
+double radical_inverse(int index) noexcept {
   double value = 0.0, digit = 1.0 / base;
   for (; index > 0; index /= base, digit /= base) value += digit * (index % base);
   return value;
@@ -16,7 +18,7 @@ inline double radical_inverse(int index, int base) noexcept {
 inline Vec3 halton(int index, const Box& box) noexcept {
   const Vec3 size_m = box.size_m();
   return box.low_m +
-         Vec3{radical_inverse(index, 2) * size_m.x, radical_inverse(index, 3) * size_m.y, radical_inverse(index, 5) * size_m.z};
+         Vec3{radical_inverse<2>(index) * size_m.x, radical_inverse<3>(index) * size_m.y, radical_inverse<5>(index) * size_m.z};
 }
 
 }  // namespace palpa::detail

@@ -283,7 +283,7 @@ void check_places(const Plan& plan) {
   }
 }
 
-/// One frame of a field whose voxels are there. \param one_row_in  [rows] as of grid_field_to_look_at
+/// One frame of a field whose voxels are there. \param one_row_in  [rows] as of grid_field_to_look_at; 0: the field is felt
 FieldPtr made_field(const Plan& plan, const Taken& taken, std::size_t frame, const std::shared_ptr<const std::byte>& voxels,
                     std::int64_t one_row_in) {
   const FieldHeader& field = plan.header.fields[taken.arrays.front()];
@@ -294,7 +294,9 @@ FieldPtr made_field(const Plan& plan, const Taken& taken, std::size_t frame, con
   take_planes(grid, static_cast<const std::byte*>(arrays.front().get()) + (protocol::voxel_bytes(field).value() + 7) / 8 * 8);
   try {
     if (arrays.size() > 1) return grid_field(grid, detail::joined_components(plan.header, taken.arrays, arrays));
-    return grid_field_to_look_at(grid, {field.type, field.components, arrays.front()}, field.scale, field.offset, one_row_in);
+    const Voxels of{field.type, field.components, arrays.front()};
+    return one_row_in == 0 ? grid_field(grid, of, field.scale, field.offset)
+                           : grid_field_to_look_at(grid, of, field.scale, field.offset, one_row_in);
   } catch (const std::invalid_argument& problem) {
     throw LoadError(std::string("cannot be felt: ") + problem.what());
   }
@@ -317,9 +319,9 @@ std::string words_of_lost(double lost, double voxels, const std::string& format)
   return text.str();
 }
 
-/// The fields of a plan whose voxels are there. \param one_row_in  [rows] as of grid_field_to_look_at
+/// The fields of a plan whose voxels are there. \param one_row_in  [rows] as of made_field
 void add_fields(Volume& volume, const Plan& plan, const std::shared_ptr<const std::byte>& voxels, const protocol::Done& done,
-                std::int64_t one_row_in = 1) {
+                std::int64_t one_row_in) {
   volume.format = plan.header.format;
   volume.modality = plan.header.modality;
   volume.scan = plan.header.scan;
@@ -367,7 +369,7 @@ void read_raw(const VolumeRequest& request, const protocol::Request& ask, const 
   // A preview must not wait for the disk: of large files it reads some rows only. More voxels: slower; fewer: a coarser range.
   constexpr std::int64_t most_voxels_of_many = 1 << 20;
   const std::int64_t count = plan.header.fields.front().grid.voxels();
-  const std::int64_t one_row_in = options.preview && count > 16 * most_voxels_of_many ? count / most_voxels_of_many : 1;
+  const std::int64_t one_row_in = !options.preview ? 0 : count > 16 * most_voxels_of_many ? count / most_voxels_of_many : 1;
   if (one_row_in > 1)
     done.warnings.push_back("is looked at in one row of voxels in " + std::to_string(one_row_in) + ": its range may be larger");
   add_fields(volume, plan, voxels, done, one_row_in);
@@ -399,7 +401,7 @@ void read_parsed(const VolumeRequest& request, const protocol::Request& ask, con
       more = part.more && !part.files.empty() && done.files.size() < most_files;
     }
   }
-  add_fields(volume, plan, memory->sealed_and_mapped(), done);
+  add_fields(volume, plan, memory->sealed_and_mapped(), done, options.preview ? 1 : 0);
 }
 
 /// `read_volume_file` of one file; errors are sentences, without its name.

@@ -63,9 +63,8 @@ double roughness(const GridView& grid) noexcept {
       double second = 0.0, fourth = 0.0, largest = 0.0;
       int used = 0;
     } along[3];
-    for (std::int64_t n = 1; n <= std::min(places, grid.geometry.voxels()); ++n) {
-      double share[3];
-      for (std::size_t b = 0; b < 3; ++b) share[b] = detail::radical_inverse(static_cast<int>(n), b == 0 ? 2 : b == 1 ? 3 : 5);
+    for (int n = 1; n <= std::min(places, grid.geometry.voxels()); ++n) {
+      const double share[3] = {detail::radical_inverse<2>(n), detail::radical_inverse<3>(n), detail::radical_inverse<5>(n)};
       for (std::size_t a = 0; a < 3; ++a) {
         if (dims[a] < 2 * reach + 1) continue;
         auto& [second, fourth, largest, used] = along[a];

@@ -21,13 +21,12 @@ double FineDetail::find_scale() const {
   // [1] of the range: the least scale. Less: rounding of smooth data becomes texture; more: fine texture is weaker.
   constexpr double least_share = 0.001;
   const GridGeometry& geometry = smooth_->view().geometry;
-  const auto index = [&](int place, std::size_t axis, int base) {
-    return radical_inverse(place, base) * static_cast<double>(geometry.dims[axis] - 1);
-  };
+  const auto index = [&](double share, std::size_t axis) { return share * static_cast<double>(geometry.dims[axis] - 1); };
   double squares = 0.0;
   int counted = 0;
   for (int i = 1; i <= places; ++i) {
-    GridBase::Place place = smooth_->place_of(geometry.to_world({index(i, 0, 2), index(i, 1, 3), index(i, 2, 5)}));
+    GridBase::Place place = smooth_->place_of(
+        geometry.to_world({index(radical_inverse<2>(i), 0), index(radical_inverse<3>(i), 1), index(radical_inverse<5>(i), 2)}));
     const ScalarSample smooth = smooth_->scalar_in(place), linear = linear_->scalar_in(place);
     if (!smooth.inside || !linear.inside) continue;
     const double difference = linear.value - smooth.value;

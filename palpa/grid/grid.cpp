@@ -163,6 +163,13 @@ class TypedGrid final : public Grid {
   const T* data_;
 };
 
+FieldPtr made(const GridGeometry& geometry, Voxels voxels, double scale, double offset, std::int64_t one_row_in) {
+  detail::check_grid(geometry, voxels, scale, offset);
+  return detail::with_values_of(voxels, [&]<class T>(const T*) -> FieldPtr {
+    return std::make_shared<const TypedGrid<T>>(geometry, std::move(voxels), scale, offset, one_row_in);
+  });
+}
+
 }  // namespace
 
 const char* name_of(VoxelType type) noexcept {
@@ -275,15 +282,12 @@ GridGeometry rectilinear_geometry(const std::array<std::vector<double>, 3>& coor
 }
 
 FieldPtr grid_field(const GridGeometry& geometry, Voxels voxels, double scale, double offset) {
-  return grid_field_to_look_at(geometry, std::move(voxels), scale, offset, 1);
+  return made(geometry, std::move(voxels), scale, offset, 0);
 }
 
 FieldPtr grid_field_to_look_at(const GridGeometry& geometry, Voxels voxels, double scale, double offset,
                                std::int64_t one_row_in) {
-  detail::check_grid(geometry, voxels, scale, offset);
-  return detail::with_values_of(voxels, [&]<class T>(const T*) -> FieldPtr {
-    return std::make_shared<const TypedGrid<T>>(geometry, std::move(voxels), scale, offset, one_row_in);
-  });
+  return made(geometry, std::move(voxels), scale, offset, one_row_in);
 }
 
 const GridView* grid_of(const Field& field) noexcept {

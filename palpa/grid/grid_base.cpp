@@ -25,9 +25,10 @@ struct Found {
   }
 };
 
-/// Of one row in `step`, from one to before another.
+/// Of one row in `step`, from one to before another, where some voxels may not be finite.
 template <int Components, class T>
-Found find_range(const T* voxels, std::int64_t width, std::int64_t from, std::int64_t to, std::int64_t step) noexcept {
+Found find_range_beside_holes(const T* voxels, std::int64_t width, std::int64_t from, std::int64_t to,
+                              std::int64_t step) noexcept {
   T least[Components], greatest[Components];
   for (int c = 0; c < Components; ++c) {
     least[c] = std::numeric_limits<T>::max();
@@ -55,6 +56,40 @@ Found find_range(const T* voxels, std::int64_t width, std::int64_t from, std::in
   return found;
 }
 
+/// Of one row in `step`, from one to before another. Value by value in as many lanes, which the compiler makes wide.
+template <int Components, class T>
+Found find_range(const T* voxels, std::int64_t width, std::int64_t from, std::int64_t to, std::int64_t step) noexcept {
+  constexpr std::int64_t lanes = 48;                 // [values] of whole registers and whole voxels
+  T least[lanes], greatest[lanes], poison[lanes]{};  // the last: NaN where a value was not finite
+  std::fill(least, least + lanes, std::numeric_limits<T>::max());
+  std::fill(greatest, greatest + lanes, std::numeric_limits<T>::lowest());
+  const auto take = [&](T value, std::int64_t lane) {
+    least[lane] = value < least[lane] ? value : least[lane];
+    greatest[lane] = value > greatest[lane] ? value : greatest[lane];
+    if constexpr (std::is_floating_point_v<T>) poison[lane] += value - value;
+  };
+  const std::int64_t rows_at_once = step == 1 ? to - from : 1, values = rows_at_once * width * Components;
+  for (std::int64_t row = from; row < to; row += step * rows_at_once) {
+    const T* value = voxels + row * width * Components;
+    std::int64_t v = 0;
+    for (; v + lanes <= values; v += lanes) {
+      for (std::int64_t lane = 0; lane < lanes; ++lane) take(value[v + lane], lane);
+    }
+    for (std::int64_t lane = 0; v < values; ++v, ++lane) take(value[v], lane);
+  }
+  if (std::any_of(poison, poison + lanes, [](T bad) { return bad != T{}; }))
+    return find_range_beside_holes<Components>(voxels, width, from, to, step);
+  Found found{.valid = (to - from + step - 1) / step * width};
+  for (int c = 0; c < Components; ++c) {
+    for (std::int64_t lane = c + Components; lane < lanes; lane += Components) {
+      least[c] = std::min(least[c], least[lane]);
+      greatest[c] = std::max(greatest[c], greatest[lane]);
+    }
+    found.ranges[c] = {static_cast<double>(least[c]), static_cast<double>(greatest[c])};
+  }
+  return found;
+}
+
 /// Of all components, by all cores.
 template <class T>
 Found find_ranges(const T* voxels, int components, std::int64_t width, std::int64_t rows, std::int64_t step) {
@@ -73,13 +108,14 @@ Found find_ranges(const T* voxels, int components, std::int64_t width, std::int6
   return all;
 }
 
-/// \param one_row_in  as of grid_field_to_look_at; without bricks where it is not 1
+/// \param one_row_in  as of GridBase
 VoxelFacts facts_of(const GridGeometry& geometry, const Voxels& voxels, std::int64_t one_row_in) {
   VoxelFacts facts{geometry.dims, {}, 1.0, {}};
-  if (one_row_in == 1) facts.bricks = Bricks(geometry, voxels);
+  const bool is_felt = one_row_in == 0;
+  if (is_felt) facts.bricks = Bricks(geometry, voxels);
   with_values_of(voxels, [&]<class T>(const T* values) {
     constexpr bool held_by_bricks = std::is_same_v<T, float> || sizeof(T) <= 2;  // exactly
-    if (held_by_bricks && !facts.bricks.empty() && facts.bricks.whole(0)) {
+    if (held_by_bricks && is_felt && facts.bricks.whole(0)) {
       for (int c = 0; c < voxels.components; ++c) {
         const Bricks::Range whole = *facts.bricks.whole(c);
         facts.ranges[static_cast<std::size_t>(c)] = {whole.min, whole.max};
@@ -87,9 +123,10 @@ VoxelFacts facts_of(const GridGeometry& geometry, const Voxels& voxels, std::int
       return;
     }
     const std::int64_t width = geometry.dims[0], rows = geometry.dims[1] * geometry.dims[2];
-    const Found found = find_ranges(values, voxels.components, width, rows, one_row_in);
+    const std::int64_t step = is_felt ? 1 : one_row_in;
+    const Found found = find_ranges(values, voxels.components, width, rows, step);
     facts.ranges = found.ranges;
-    facts.valid_share = static_cast<double>(found.valid) / static_cast<double>((rows + one_row_in - 1) / one_row_in * width);
+    facts.valid_share = static_cast<double>(found.valid) / static_cast<double>((rows + step - 1) / step * width);
   });
   return facts;
 }
@@ -143,12 +180,12 @@ GridBase::GridBase(const GridGeometry& geometry, Voxels voxels, double scale, do
       world_to_steps_(scaled_inverse(geometry.index_to_world_m)) {
   find_place();
   find_steepest();
-  if (one_row_in != 1) {
+  if (one_row_in != 0) {
     find_extents(facts_of(geometry, view_.voxels, one_row_in));
     return;
   }
   std::shared_ptr<const VoxelFacts>& facts = view_.voxels.facts;
-  if (!facts || facts->dims != geometry.dims) facts = std::make_shared<const VoxelFacts>(facts_of(geometry, view_.voxels, 1));
+  if (!facts || facts->dims != geometry.dims) facts = std::make_shared<const VoxelFacts>(facts_of(geometry, view_.voxels, 0));
   find_extents(*facts);
   bricks_ = {facts, &facts->bricks};
   if (coefficients_ != view_.voxels.data) {

@@ -68,9 +68,9 @@ class GridBase : public Field {
  public:
   /// \param coefficients  of a spline that meets the voxels, as many and of their type; empty: the voxels are what is
   ///                      interpolated
-  /// \param one_row_in    as of grid_field_to_look_at
+  /// \param one_row_in    0: the field is felt, all rows are read, and bricks made; else as of grid_field_to_look_at
   GridBase(const GridGeometry& geometry, Voxels voxels, double scale, double offset, Filter filter, bool signless = false,
-           std::shared_ptr<const void> coefficients = {}, std::int64_t one_row_in = 1);
+           std::shared_ptr<const void> coefficients = {}, std::int64_t one_row_in = 0);
 
   const GridView& view() const noexcept { return view_; }
 

@@ -33,6 +33,12 @@ TEST_F(Program, SaysItsVersionAndHelpsWithAnExamplePerCommand) {
   }
 }
 
+TEST_F(Program, AFileMayHaveTheNameOfACommand) {
+  write_scene("map");
+  EXPECT_EQ(palpa({"run", "map", "--hand", "sim:press", "--duration-s", "0.05", "--out", "report"}).code, 0);
+  EXPECT_EQ(palpa({"replay", "report"}).code, 0);
+}
+
 TEST_F(Program, HelpsWhoeverAsksForNothing) {
   const Ended bare = palpa({});
   EXPECT_EQ(bare.code, 0);

@@ -288,6 +288,62 @@ TEST(Grid, a_voxel_that_is_not_finite_makes_its_cells_outside) {
   expect_hole<double>(-infinity);
 }
 
+/// What is found of voxels that are looked at, against a search one by one; and against a field that is felt.
+template <class T>
+void expect_looked_at(std::mt19937& random, const GridGeometry& geometry, int components, std::int64_t one_row_in,
+                      bool with_holes) {
+  std::vector<T> values(geometry.voxels() * components);
+  for (T& v : values) v = static_cast<T>(uniform(random, std::is_unsigned_v<T> ? 0 : -120, 120));
+  if constexpr (std::is_floating_point_v<T>) {
+    const T bad[] = {std::numeric_limits<T>::quiet_NaN(), static_cast<T>(infinity), static_cast<T>(-infinity)};
+    for (std::size_t n = 0; with_holes && n < 1 + values.size() / 50; ++n) values[random() % values.size()] = bad[n % 3];
+  }
+  std::vector<Extent> ranges(components, {infinity, -infinity});
+  double all = 0.0, valid = 0.0;
+  for (std::int64_t row = 0; row < geometry.dims[1] * geometry.dims[2]; row += one_row_in) {
+    for (std::int64_t i = 0; i < geometry.dims[0]; ++i) {
+      bool is_valid = true;
+      for (int c = 0; c < components; ++c) {
+        const auto v = static_cast<double>(values[c + components * (i + geometry.dims[0] * row)]);
+        is_valid = is_valid && std::isfinite(v);
+        if (std::isfinite(v)) ranges[c] = {std::min(ranges[c].min, v), std::max(ranges[c].max, v)};
+      }
+      all += 1.0, valid += is_valid;
+    }
+  }
+  for (Extent& range : ranges) {
+    if (range.min > range.max) range = {0.0, 0.0};  // nothing is finite
+  }
+  const Voxels voxels = voxels_of(values, components);
+  const FieldPtr field = grid_field_to_look_at(geometry, voxels, 1.0, 0.0, one_row_in);
+  EXPECT_EQ(field->extents(), ranges);
+  EXPECT_EQ(grid_of(*field)->valid_share, valid / all);
+  if (one_row_in > 1) return;
+  const FieldPtr felt = grid_field(geometry, voxels);
+  EXPECT_EQ(field->extents(), felt->extents());
+  EXPECT_EQ(grid_of(*field)->valid_share, grid_of(*felt)->valid_share);
+}
+
+TEST(Grid, looked_at_has_the_range_of_its_rows) {
+  std::mt19937 random(17);
+  for (const std::array<std::int64_t, 3>& dims :
+       {std::array<std::int64_t, 3>{1, 1, 1}, {5, 4, 3}, {47, 3, 2}, {48, 2, 5}, {131, 7, 9}, {97, 53, 31}}) {
+    const GridGeometry geometry{dims, Mat3::identity(), {}};
+    for (const int components : {1, 3}) {
+      for (const std::int64_t one_row_in : {1, 2, 7}) {
+        SCOPED_TRACE(testing::Message() << dims[0] << " along i, " << components << " components, one row in " << one_row_in);
+        expect_looked_at<std::uint8_t>(random, geometry, components, one_row_in, false);
+        expect_looked_at<std::int16_t>(random, geometry, components, one_row_in, false);
+        expect_looked_at<std::int32_t>(random, geometry, components, one_row_in, false);
+        for (const bool with_holes : {false, true}) {
+          expect_looked_at<float>(random, geometry, components, one_row_in, with_holes);
+          expect_looked_at<double>(random, geometry, components, one_row_in, with_holes);
+        }
+      }
+    }
+  }
+}
+
 TEST(Grid, a_cell_of_nothing_but_infinities_is_outside) {
   for (const double other : {infinity, -infinity, nan}) {
     std::vector<double> values(27, infinity);
