@@ -139,6 +139,20 @@ TEST(Reach, ARecordingIsLaidWhereItFeelsMost) {
   EXPECT_LE(distance(recording->at(0).position_m + laid.offset_m, {0.01, 0.02, -0.01}), 0.1);
 }
 
+// To where it feels as much as near, from as far as a recording may lie.
+TEST(Reach, ARecordingIsLaidHoweverFarItLies) {
+  const Scene scene = ball({0.01, 0.02, -0.01}, 1.0, 1.0);
+  const Reach reach(scene);
+  const auto near = std::make_shared<ToAndFro>();
+  const double felt_near = reach.lay(near, Hold::rigid).contact_share;
+  for (const Vec3& shift_m : {Vec3{500.0, 0.0, 0.0}, {-990.0, 0.0, 100.0}, {0.0, -300.0, -990.0}, {700.0, 500.0, 500.0}}) {
+    const std::shared_ptr<const Target> far = displaced(near, shift_m);
+    const Laid laid = reach.lay(far, Hold::rigid);
+    EXPECT_NEAR(laid.contact_share, felt_near, 0.05) << shift_m.x;
+    EXPECT_LE(distance(far->at(0).position_m + laid.offset_m, {0.01, 0.02, -0.01}), 0.1) << shift_m.x;
+  }
+}
+
 /// A hand that begins where it goes deepest.
 class OutAndIn final : public Target {
  public:
