@@ -95,7 +95,7 @@ class Given {
 };
 
 Start start_of(const Work& work, const fs::path& folder) {
-  return {.program = programs_folder() / "palpa", .arguments = work.arguments, .folder = folder, .patience_s = 60.0};
+  return {.program = programs_folder() / "palpa", .arguments = work.arguments, .folder = folder, .patience_s = 60.0 * slowness};
 }
 
 /// That what is left of the work is whole, or says that it is not.
@@ -288,7 +288,7 @@ Campaign campaign(const std::string& name, Fault fault, std::function<std::strin
               return fault(given, choices, folder);
             };
           },
-          .patience_s = 200.0,
+          .patience_s = 200.0 * slowness,
           .missing = std::move(missing_here)};
 }
 

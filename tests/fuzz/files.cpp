@@ -17,11 +17,7 @@ Attempt begin(const test::SetToDamage& set) {
   ReadOptions options;
   options.reader = programs_folder() / "palpa-read";
   options.max_bytes = 1'000'000'000;
-#if defined(__SANITIZE_ADDRESS__)
-  options.idle_limit_s = 40.0;  // sanitizers slow a reader down
-#else
-  options.idle_limit_s = 8.0;
-#endif
+  options.idle_limit_s = 8.0 * slowness;
   options.checksums = false;  // which would notice what a reader passes over
   const auto damaged = std::make_shared<test::DamagedSet>(set, options);
 #if defined(__SANITIZE_ADDRESS__)
@@ -61,7 +57,7 @@ void add_files(std::vector<Campaign>& to) {
                   .of = "files",
                   .long_tries = 2'000,  // of each format: of all of them together more than 100 000
                   .begin = [set](const fs::path&) { return begin(set); },
-                  .patience_s = 120.0,
+                  .patience_s = 120.0 * slowness,
                   .missing = [set] { return missing(set); }});
   }
 }

@@ -18,6 +18,13 @@ struct Ended {
   double peak_bytes = 0.0;  ///< most resident memory
 };
 
+/// [1] How much longer a run may take than without sanitizers.
+#if defined(__SANITIZE_ADDRESS__)
+constexpr double slowness = 5.0;
+#else
+constexpr double slowness = 1.0;
+#endif
+
 struct Start {
   fs::path program;
   std::vector<std::string> arguments;

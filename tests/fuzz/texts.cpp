@@ -282,7 +282,10 @@ std::vector<std::string> scenes() {
 }
 
 Start start_of(const fs::path& folder, std::vector<std::string> arguments) {
-  return {.program = programs_folder() / "palpa", .arguments = std::move(arguments), .folder = folder, .patience_s = 60.0};
+  return {.program = programs_folder() / "palpa",
+          .arguments = std::move(arguments),
+          .folder = folder,
+          .patience_s = 60.0 * slowness};
 }
 
 /// A run with little memory, as on a small machine: a text may ask for as much as there is.
@@ -427,17 +430,29 @@ std::string missing_pictures() {
 }  // namespace
 
 void add_texts(std::vector<Campaign>& to) {
-  to.push_back(
-      {.name = "scene", .of = "scenes", .long_tries = 100'000, .begin = begin_scenes, .patience_s = 90.0, .missing = missing});
-  to.push_back(
-      {.name = "hand", .of = "hands", .long_tries = 100'000, .begin = begin_hands, .patience_s = 90.0, .missing = missing});
-  to.push_back(
-      {.name = "trace", .of = "traces", .long_tries = 100'000, .begin = begin_traces, .patience_s = 90.0, .missing = missing});
+  to.push_back({.name = "scene",
+                .of = "scenes",
+                .long_tries = 100'000,
+                .begin = begin_scenes,
+                .patience_s = 90.0 * slowness,
+                .missing = missing});
+  to.push_back({.name = "hand",
+                .of = "hands",
+                .long_tries = 100'000,
+                .begin = begin_hands,
+                .patience_s = 90.0 * slowness,
+                .missing = missing});
+  to.push_back({.name = "trace",
+                .of = "traces",
+                .long_tries = 100'000,
+                .begin = begin_traces,
+                .patience_s = 90.0 * slowness,
+                .missing = missing});
   to.push_back({.name = "report",
                 .of = "reports",
                 .long_tries = 2'000,
                 .begin = begin_reports,
-                .patience_s = 90.0,
+                .patience_s = 90.0 * slowness,
                 .missing = missing_pictures});
 }
 
