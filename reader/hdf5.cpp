@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <set>
 #include <utility>
 
@@ -100,6 +101,46 @@ std::string shape_of(hid_t dataset, Shape& shape) {
   return {};
 }
 
+/// Whether less is stored than the numbers take, and no filter that could have made it smaller: HDF5 would read on behind it,
+/// in memory that holds anything.
+bool is_stored_short(hid_t dataset) {
+  const Handle creation(H5Dget_create_plist(dataset), H5Pclose), type(H5Dget_type(dataset), H5Tclose),
+      space(H5Dget_space(dataset), H5Sclose);
+  const auto bytes_of = [&, size = static_cast<double>(H5Tget_size(type))](const std::vector<hsize_t>& lengths) {
+    return std::accumulate(lengths.begin(), lengths.end(), size,
+                           [](double a, hsize_t n) { return a * static_cast<double>(n); });
+  };
+  const auto rank = static_cast<std::size_t>(H5Sget_simple_extent_ndims(space));
+  std::vector<hsize_t> lengths(rank), chunk(rank), first(rank, 0);
+  H5Sget_simple_extent_dims(space, lengths.data(), nullptr);
+  const H5D_layout_t layout = H5Pget_layout(creation);
+  if (layout != H5D_CHUNKED) {
+    const hsize_t stored = H5Dget_storage_size(dataset);  // 0: nothing has been written
+    return (layout == H5D_COMPACT || stored != 0) && static_cast<double>(stored) < bytes_of(lengths);
+  }
+  const int filters = H5Pget_nfilters(creation);
+  if (filters <= 0) return false;
+  unsigned int packing = 0;  // a bit for each filter that may make a chunk smaller; a chunk has one set where it is left out
+  for (int f = 0; f < filters; ++f) {
+    unsigned int flags = 0, settings = 0;
+    std::size_t values = 0;
+    const H5Z_filter_t filter =
+        H5Pget_filter2(creation, static_cast<unsigned int>(f), &flags, &values, nullptr, 0, nullptr, &settings);
+    if (filter != H5Z_FILTER_SHUFFLE && filter != H5Z_FILTER_FLETCHER32) packing |= 1U << f;
+  }
+  if (H5Pget_chunk(creation, static_cast<int>(rank), chunk.data()) != static_cast<int>(rank)) return true;
+  const double needed = bytes_of(chunk);
+  for (std::size_t a = 0; a < rank;) {
+    unsigned int left_out = 0;
+    haddr_t address = HADDR_UNDEF;
+    hsize_t bytes = 0;
+    if (H5Dget_chunk_info_by_coord(dataset, first.data(), &left_out, &address, &bytes) < 0) return true;
+    if (address != HADDR_UNDEF && (packing & ~left_out) == 0 && static_cast<double>(bytes) < needed) return true;
+    for (a = 0; a < rank && (first[a] += chunk[a]) >= lengths[a]; ++a) first[a] = 0;
+  }
+  return false;
+}
+
 /// Paths and shapes of the arrays of three or four indices.
 std::vector<std::string> arrays_in(hid_t file) {
   std::vector<std::string> found;
@@ -174,7 +215,8 @@ class Hdf5Source final : public Source {
       std::size_t count = static_cast<std::size_t>(array.raw.components);
       for (const std::int64_t n : array.raw.dims) count *= static_cast<std::size_t>(n);
       std::vector<std::byte> room(direct ? 0 : count * size_of(array.raw.type));
-      if (H5Dread(dataset, memory_type(array.raw.type), H5S_ALL, H5S_ALL, H5P_DEFAULT, direct ? to[i] : room.data()) < 0)
+      if (is_stored_short(dataset) ||
+          H5Dread(dataset, memory_type(array.raw.type), H5S_ALL, H5S_ALL, H5P_DEFAULT, direct ? to[i] : room.data()) < 0)
         throw LoadError("array '" + array.path + "' cannot be read; it is damaged, or the file is not whole");
       if (!direct) copy_voxels(room.data(), array.raw, array.turn, field, to[i]);
     }

@@ -111,6 +111,28 @@ TEST_F(Hdf5, VtkhdfImages) {
   EXPECT_TRUE(warns_of(volume, "'odd' is left out"));
 }
 
+// HDF5 takes the length of a chunk that no filter packed for granted, and gave what lay behind it in memory as voxels.
+TEST_F(Hdf5, AChunkThatIsShorterThanItsNumbersIsRefused) {
+  constexpr std::uint32_t without_deflate = 0b10, without_filters = 0b11;
+  const std::string numbers = linear_voxels<double>(grid, metres);
+  const auto written = [&](const char* name, std::size_t bytes, std::uint32_t without) {
+    const hid_t file = H5Fcreate(path(name).c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+    write_array<double>(file, "/p", {4, 5, 6}, numbers, true);
+    const hid_t data = H5Dopen2(file, "/p", H5P_DEFAULT);
+    const hsize_t first[3] = {0, 0, 0};
+    H5Dwrite_chunk(data, H5P_DEFAULT, without, first, bytes, numbers.data());
+    H5Dclose(data), H5Fclose(file);
+    return path(name);
+  };
+  expect_linear(*read(written("whole.h5", numbers.size(), without_filters), with_spacing()).fields[0].field, grid, metres);
+  for (const std::size_t bytes : {std::size_t{1}, std::size_t{203}, numbers.size() - 1}) {
+    for (const std::uint32_t without : {without_filters, without_deflate}) {
+      const fs::path file = written("short.h5", bytes, without);
+      EXPECT_NE(error_of([&] { read(file, with_spacing()); }).find("it is damaged"), std::string::npos) << bytes;
+    }
+  }
+}
+
 TEST_F(Hdf5, WholeNumbersTurnedRoundAndFilesCutShort) {
   const hid_t file = H5Fcreate(path("a.h5").c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
   std::string numbers;
