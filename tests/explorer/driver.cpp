@@ -67,7 +67,7 @@ bool Driver::open(const fs::path& path) {
   bool is_open = false;
   const auto told = QObject::connect(&window_->document(), &Document::opened_another, [&] { is_open = true; });
   window_->open(path);
-  const bool opened = wait_for([&] { return is_open; }, 60'000);
+  const bool opened = wait_for([&] { return is_open; }, 180'000);  // a busy machine takes a minute to sample a beating heart
   QObject::disconnect(told);
   if (!opened) return false;
   return wait_for([&] { return largest_component(view().drawing().bounds_m.size_m()) > 0.0; });
