@@ -71,8 +71,9 @@ double check_header(const std::string& path) {
     if (text.find_first_not_of(" \t\r") == std::string_view::npos) continue;
     const std::size_t sign = text.find_first_of("=:");
     if (sign == std::string_view::npos) throw LoadError("has a line without '=' in its header; get the whole file");
-    const std::string_view key = text.substr(0, sign);
-    if (key.find("ElementDataFile") != std::string_view::npos) return compressed_bytes;
+    const std::size_t begin = std::min(text.find_first_not_of(" \t"), sign);
+    const std::string_view key = text.substr(begin, sign == begin ? 0 : text.find_last_not_of(" \t", sign - 1) + 1 - begin);
+    if (key == "ElementDataFile") return compressed_bytes;  // what only ends so is no end of the header for MetaIO
     const double value = std::strtod(line.data() + sign + 1,
                                      nullptr);  // read as MetaIO reads it, which takes "1e308" for a number of dimensions
     if (key.find("NDims") != std::string_view::npos && !(value >= 1 && value < 5))

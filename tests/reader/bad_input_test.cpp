@@ -153,6 +153,8 @@ TEST_F(BadInput, HeadersThatMetaIODoesNotSurvive) {
   const std::string start = "ObjectType = Image\nNDims = 3\nBinaryData = True\nDimSize = 20 20 20\n";
   const std::string voxels(8000, '7');
   expect_refused("a.mha", start + "ElementType 9 MET_UCHAR\nElementDataFile = LOCAL\n" + voxels, "without '='");
+  // For MetaIO no end of the header: it read on, and wrote the voxels over its memory.
+  expect_refused("a.mha", start + "ElementTypeElementDataFile = LOCAL\n" + std::string(2000, 'v'), "get the whole file");
   expect_refused("b.mha", start + "ElementType = METmentDataFile\n" + voxels, "ElementDataFile");
   for (const char* bytes : {"1e308", "-7", "8500"}) {
     expect_refused("c.mha",
