@@ -182,6 +182,7 @@ GridBase::GridBase(const GridGeometry& geometry, Voxels voxels, double scale, do
   find_steepest();
   if (one_row_in != 0) {
     find_extents(facts_of(geometry, view_.voxels, one_row_in));
+    if (one_row_in == 1 && view_.valid_share < 1.0) find_holes();
     return;
   }
   std::shared_ptr<const VoxelFacts>& facts = view_.voxels.facts;
@@ -191,10 +192,12 @@ GridBase::GridBase(const GridGeometry& geometry, Voxels voxels, double scale, do
   if (coefficients_ != view_.voxels.data) {
     bricks_ = std::make_shared<const Bricks>(geometry, Voxels{view_.voxels.type, components(), coefficients_});
   }
-  if (!bricks_->whole(0)) {
-    const Voxels values{view_.voxels.type, components(), coefficients_};
-    holes_ = Holes(geometry, values, world_to_steps_, filter == Filter::trilinear ? 1 : 2);
-  }
+  if (!bricks_->whole(0)) find_holes();
+}
+
+void GridBase::find_holes() {
+  const Voxels values{view_.voxels.type, components(), coefficients_};
+  holes_ = Holes(view_.geometry, values, world_to_steps_, view_.filter == Filter::trilinear ? 1 : 2);
 }
 
 void GridBase::find_place() {

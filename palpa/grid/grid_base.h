@@ -217,6 +217,7 @@ class GridBase : public Field {
   void find_place();
   void find_steepest();
   void find_extents(const VoxelFacts& facts);
+  void find_holes();
   /// The most that indices change over a length [voxels/m], added up over the axes, in the bricks from `low` to `high`.
   double steepest(const std::int64_t (&low)[3], const std::int64_t (&high)[3]) const noexcept;
 

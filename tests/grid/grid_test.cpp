@@ -322,6 +322,11 @@ void expect_looked_at(std::mt19937& random, const GridGeometry& geometry, int co
   const FieldPtr felt = grid_field(geometry, voxels);
   EXPECT_EQ(field->extents(), felt->extents());
   EXPECT_EQ(grid_of(*field)->valid_share, grid_of(*felt)->valid_share);
+  for (int n = 0; n < 20; ++n) {
+    const Vec3 at = within(random, felt->bounds_m());
+    EXPECT_EQ(field->depth_m(at), felt->depth_m(at)) << "holes have no depth";
+    if (components == 1) EXPECT_EQ(field->scalar(at).inside, felt->scalar(at).inside);
+  }
 }
 
 TEST(Grid, looked_at_has_the_range_of_its_rows) {
