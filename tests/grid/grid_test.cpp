@@ -325,7 +325,9 @@ void expect_looked_at(std::mt19937& random, const GridGeometry& geometry, int co
   for (int n = 0; n < 20; ++n) {
     const Vec3 at = within(random, felt->bounds_m());
     EXPECT_EQ(field->depth_m(at), felt->depth_m(at)) << "holes have no depth";
-    if (components == 1) EXPECT_EQ(field->scalar(at).inside, felt->scalar(at).inside);
+    if (components == 1) {
+      EXPECT_EQ(field->scalar(at).inside, felt->scalar(at).inside);
+    }
   }
 }
 
