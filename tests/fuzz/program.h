@@ -18,12 +18,13 @@ struct Ended {
   double peak_bytes = 0.0;  ///< most resident memory
 };
 
-/// [1] How much longer a run may take than without sanitizers.
 #if defined(__SANITIZE_ADDRESS__)
-constexpr double slowness = 5.0;
+constexpr bool is_sanitized = true;
 #else
-constexpr double slowness = 1.0;
+constexpr bool is_sanitized = false;
 #endif
+/// [1] How much longer a run may take than without sanitizers.
+constexpr double slowness = is_sanitized ? 5.0 : 1.0;
 
 struct Start {
   fs::path program;
