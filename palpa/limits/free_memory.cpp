@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <fstream>
 #include <string>
+#include <utility>
 
 namespace palpa::detail {
 
@@ -27,10 +28,15 @@ std::uint64_t free_memory_bytes() {
   if (std::ifstream("/sys/fs/cgroup/memory.max") >> limit && std::ifstream("/sys/fs/cgroup/memory.current") >> used) {
     free = std::min(free, left(limit, used));
   }
-  rlimit own{};
-  std::uint64_t pages = 0;
-  if (::getrlimit(RLIMIT_AS, &own) == 0 && own.rlim_cur != RLIM_INFINITY && std::ifstream("/proc/self/statm") >> pages)
-    free = std::min(free, left(own.rlim_cur, pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE))));
+  std::uint64_t addressed = 0, resident = 0;
+  if (std::ifstream("/proc/self/statm") >> addressed >> resident) {
+    // Linux sees to the first alone, and leaves the second to the programs.
+    for (const auto& [resource, pages] : {std::pair{RLIMIT_AS, addressed}, std::pair{RLIMIT_RSS, resident}}) {
+      rlimit own{};
+      if (::getrlimit(resource, &own) == 0 && own.rlim_cur != RLIM_INFINITY)
+        free = std::min(free, left(own.rlim_cur, pages * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE))));
+    }
+  }
   return free;
 }
 

@@ -290,12 +290,10 @@ Start start_of(const fs::path& folder, std::vector<std::string> arguments) {
 
 /// A run with little memory, as on a small machine: a text may ask for as much as there is.
 Ended ended_in_little_memory(Start start) {
-#if !defined(__SANITIZE_ADDRESS__)  // which has 20 TB of addresses of its own
   start.before = [] {
     const rlimit little{1'500'000'000, 1'500'000'000};
-    ::setrlimit(RLIMIT_AS, &little);
+    ::setrlimit(is_sanitized ? RLIMIT_RSS : RLIMIT_AS, &little);  // a sanitizer has 20 TB of addresses of its own
   };
-#endif
   return ended(start);
 }
 

@@ -56,19 +56,20 @@ TEST(Limits, SayOfWhatHowManyWhyAndWhatWouldBeRight) {
 }
 
 TEST(FreeMemory, IsNoMoreThanTheProcessMayTake) {
-  rlimit before{};
-  ASSERT_EQ(::getrlimit(RLIMIT_AS, &before), 0);
-  const auto free_within = [&](rlim_t most) {
+  const auto free_within = [](auto resource, rlim_t most) {
+    rlimit before{};
+    EXPECT_EQ(::getrlimit(resource, &before), 0);
     const rlimit limit{most, before.rlim_max};
-    EXPECT_EQ(::setrlimit(RLIMIT_AS, &limit), 0);
+    EXPECT_EQ(::setrlimit(resource, &limit), 0);
     const std::uint64_t free = detail::free_memory_bytes();
-    EXPECT_EQ(::setrlimit(RLIMIT_AS, &before), 0);
+    EXPECT_EQ(::setrlimit(resource, &before), 0);
     return free;
   };
   const std::uint64_t all = detail::free_memory_bytes();
   constexpr std::uint64_t taken = 1 << 26;
-  const std::vector<std::byte> memory(taken);  // addresses at least; a process has more of its own
-  EXPECT_LE(free_within(all / 2), all / 2 - taken);
+  const std::vector<std::byte> memory(taken, std::byte{1});  // a process has more of its own
+  EXPECT_LE(free_within(RLIMIT_AS, all / 2), all / 2 - taken);
+  EXPECT_LE(free_within(RLIMIT_RSS, all / 2), all / 2 - taken);
 }
 
 // Each is met by a scene that has one too many; one with as many is read.
