@@ -13,9 +13,9 @@ test::Damage damage_of(Choices& choices) {
 }
 
 /// A reader that ended is its user's one line; under sanitizers it is also what they found in ours, and they end it by an exit
-/// code. A signal is taken for that of a library, which is not sanitized: a line without them, too. Of ours only a full stack or
-/// an address that is neither null nor of any memory looks the same. An abort may be an assertion of ours, but for DICOM, where
-/// Debian leaves in GDCM's.
+/// code. A signal is taken for that of a library, which is not sanitized: a line without them, too. Of ours only a full stack
+/// or an address that is neither null nor of any memory looks the same. An abort may be an assertion of ours, but for DICOM,
+/// where Debian leaves in GDCM's.
 bool is_crash_of_library(const std::string& set, const std::string& ended) {
   const auto by = [&](const char* signal) { return ended.find(signal) != std::string::npos; };
   const bool is_gdcm = set.find("dicom") != std::string::npos;
