@@ -165,7 +165,7 @@ FieldPtr grid(Choices& choices, int components) {
 }
 
 Volume volume(Choices& choices, int components) {
-  if (choices.one_in(240)) {  // what is derived of one costs seconds, all else of a scene milliseconds
+  if (choices.one_in(240)) {  // what is derived of one takes several times as long as to feel a scene
     const auto& of = choices.one_in(3) ? beating_volumes() : analytic_volumes();
     return choices.one_of(of).make();
   }
