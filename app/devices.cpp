@@ -55,8 +55,9 @@ void print_limits(const DeviceLimits& limits) {
   const auto say = [](const char* what, double value, const char* unit) {
     if (std::isfinite(value)) print(detail::text("  limit    %s: %g %s\n", what, value, unit));
   };
-  if (limits.max_force_n == 0.0) print("  limit    no motors: what is felt is seen and steered, not pushed\n");
-  if (limits.max_force_n > 0.0) {
+  if (!limits.has_motors) {
+    print("  limit    no motors: what is felt is seen and steered, not pushed\n");
+  } else {
     say("force", limits.max_force_n, "N");
     say("force for ever", limits.continuous_force_n, "N");
     say("stiffness", limits.max_stiffness_n_per_m, "N/m");
@@ -105,7 +106,7 @@ int set_up(const DevicesArguments& arguments, const std::atomic<bool>& stop) {
     keep_device_notes(device_notes_file(), description.name, notes);
     print(detail::text("Kept in %s, where every run with this device finds it.\n", device_notes_file().c_str()));
   }
-  return found.knows_its_place && (found.pushes_rightly || device->limits().max_force_n == 0.0) ? 0 : 1;
+  return found.knows_its_place && (found.pushes_rightly || !device->limits().has_motors) ? 0 : 1;
 }
 
 }  // namespace

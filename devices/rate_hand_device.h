@@ -41,7 +41,7 @@ class RateHandDevice {
   static DeviceLimits limits() noexcept {
     // No motor is at risk: what is let through only steers the hand.
     constexpr RateHand::Constants constants;
-    return {.max_force_n = most_n, .workspace_radius_m = constants.radius_m};
+    return {.max_force_n = most_n, .has_motors = false, .workspace_radius_m = constants.radius_m};
   }
 
  private:

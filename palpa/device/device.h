@@ -12,7 +12,8 @@ namespace palpa {
 
 /// What a device may be asked for.
 struct DeviceLimits {
-  double max_force_n = 10.0;  ///< 0: it has no motors
+  double max_force_n = 10.0;
+  bool has_motors = true;  ///< false: nothing holds a force on the hand; what is let through is seen, and steers
   double max_stiffness_n_per_m = 1e5;
   double workspace_radius_m = 0.15;
   double encoder_step_m = 0.0;                                          ///< 0: none

@@ -43,7 +43,7 @@ class Pointer final : public Device {
 
   std::string name() const override { return "pointer"; }
   DeviceLimits limits() const override {
-    return {.max_force_n = options_.largest_force_n, .workspace_radius_m = options_.radius_m};
+    return {.max_force_n = options_.largest_force_n, .has_motors = false, .workspace_radius_m = options_.radius_m};
   }
   DeviceState read() noexcept override;
   bool write(const Vec3& force_n) noexcept override;

@@ -16,7 +16,8 @@ namespace palpa {
 
 namespace {
 
-// So many ticks missed at once are a fault. More: motors hold an old force for longer; fewer: any busy desktop stops the hand.
+// So many ticks missed at once are a fault of a device with motors. More: these hold an old force for longer; fewer: any busy
+// desktop stops the hand.
 constexpr std::int64_t late_ticks = 3;
 // A rehearsal begins before its tick's deadline by this and twice the mean tick. Longer: caches are polluted again until the
 // tick; shorter: a rehearsal that takes long makes the tick late.
@@ -77,6 +78,7 @@ class LiveLoop::State {
         clock(given_clock ? *given_clock : monotonic),
         prepared(given.take()),
         guarded(prepared->felt, wanted.guard),
+        has_motors(driven.limits().has_motors),
         grip({.workspace_radius_m = driven.limits().workspace_radius_m,
               .clutch_buttons = wanted.clutch_buttons,
               .goes_on_at_border = wanted.goes_on_at_border}) {}
@@ -98,6 +100,7 @@ class LiveLoop::State {
   LoopClock& clock;
   PreparedSession* prepared;
   GuardedSession guarded;
+  const bool has_motors;  // without, no old force was held while ticks were missed
   Grip grip;
 
   // What other threads say.
@@ -123,7 +126,7 @@ std::uint32_t LiveLoop::State::circumstances_now(const DeviceState& state, std::
   const auto add = [&](Circumstance circumstance, bool is_so) { bits |= is_so ? bit_of(circumstance) : 0u; };
   add(Circumstance::device_fault, state.fault != nullptr);
   add(Circumstance::link_lost, !is_linked);
-  add(Circumstance::late, missed >= late_ticks);
+  add(Circumstance::late, has_motors && missed >= late_ticks);
   add(Circumstance::view_moves, grip_moves || view_moves.load(std::memory_order_relaxed));
   add(Circumstance::panic, panics.load(std::memory_order_relaxed));
   add(Circumstance::resume, resumes.exchange(false, std::memory_order_relaxed));

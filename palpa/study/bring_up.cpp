@@ -343,7 +343,7 @@ BringUp bring_up(Device& device, LoopClock& clock, const AskPerson& ask, const s
   if (!find_place(rhythm, result)) return result;
   if (ask("Move the handle slowly to and fro, in all directions, for 5 seconds.") && !measure_positions(rhythm, result))
     return broken();
-  if (device.limits().max_force_n == 0.0) return result;
+  if (!device.limits().has_motors) return result;
   if (ask("Hold the handle loosely in the middle of its reach. It will push three times, very lightly, with 0.3 N.") &&
       !measure_pulses(rhythm, result))
     return broken();

@@ -36,7 +36,7 @@ enum class GuardCause : std::uint8_t {
   no_position,   ///< the device does not know where the hand is, or it is nowhere
   device_fault,  ///< the device says that something is wrong
   link_lost,     ///< the device did not take the last force
-  late,          ///< three ticks or more were missed
+  late,          ///< three ticks or more were missed while motors held the last force
   speed,         ///< the hand is too fast
   view_moves,    ///< the view, the map from hand to data, or the clutch moves
   dead_man,      ///< the button that has to be held is not

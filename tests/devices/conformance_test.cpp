@@ -258,6 +258,7 @@ TEST_P(EveryDevice, HasLimitsThatMakeSense) {
   EXPECT_GT(limits.max_stiffness_n_per_m, 100.0);
   EXPECT_GT(limits.workspace_radius_m, 0.02);
   EXPECT_LT(limits.workspace_radius_m, 0.5);
+  EXPECT_EQ(limits.has_motors, !GetParam().is_steered);
 }
 
 std::string name_of(const testing::TestParamInfo<NamedRig>& rig) { return rig.param.name; }

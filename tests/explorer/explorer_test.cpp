@@ -53,28 +53,14 @@ std::optional<QPoint> touch(Driver& driver, int notches) {
   return at;
 }
 
-/// Does something that is felt, and does it again until it is: a machine that misses ticks takes the force away until the
-/// surface is touched anew (docs/safety.md), which a person does.
-bool felt(Driver& driver, const std::function<void()>& once, const std::function<void()>& let_go) {
-  for (int attempt = 0; attempt < 8; ++attempt) {
-    once();
-    if (Driver::wait_for([&] { return driver.force_n() > 0.05; }, 500)) return true;
-    let_go();
-    Driver::live(200);
-  }
-  return false;
+bool is_felt(Driver& driver) {
+  return Driver::wait_for([&] { return driver.force_n() > 0.05; });
 }
 
-/// The same for `touch`; nowhere, if nothing was felt.
+/// Touches and waits until it is felt; nowhere, if it never is.
 std::optional<QPoint> touch_until_felt(Driver& driver, int notches) {
-  std::optional<QPoint> at;
-  const auto let_go = [&] {
-    if (at) driver.release(driver.view(), *at);
-  };
-  return felt(
-             driver, [&] { at = touch(driver, notches); }, let_go)
-             ? at
-             : std::nullopt;
+  const auto at = touch(driver, notches);
+  return is_felt(driver) ? at : std::nullopt;
 }
 
 TEST_P(ExplorerScene, IsOpenedTurnedAndTouched) {
@@ -498,15 +484,12 @@ TEST(ExplorerInFolder, WithoutOpenGlThereAreSlicesAndTouch) {
   Driver::live(400);
   SliceView& slice = *driver.window().findChildren<SliceView*>().front();
   const QPoint from(10, slice.height() / 2), to = slice.rect().center();
-  const auto go_in = [&] {
-    driver.press(slice, from);
-    Driver::live(900);
-    driver.move(slice, from, to, Qt::LeftButton, 60);
-  };
-  const auto let_go = [&] { driver.release(slice, to); };
-  EXPECT_TRUE(felt(driver, go_in, let_go));
+  driver.press(slice, from);
+  Driver::live(900);
+  driver.move(slice, from, to, Qt::LeftButton, 60);
+  EXPECT_TRUE(is_felt(driver));
   driver.look("no-opengl");
-  let_go();
+  driver.release(slice, to);
 }
 
 TEST(ExplorerInFolder, AFrozenWindowTakesTheForceAwayUntilItLivesAgain) {

@@ -40,6 +40,23 @@ class SimulatedTime final : public LoopClock {
 
 std::unique_ptr<SimulatedDevice> stroking_hand(Hold hold = Hold::relaxed) { return open_hand("sim:stroke,depth_m=0.03", hold); }
 
+/// A hand of which what it is told is seen, as a mouse's: it moves as it likes, and has no motors.
+class HandWithoutMotors final : public Device {
+ public:
+  explicit HandWithoutMotors(Device& hand) : hand_(hand) {}
+  std::string name() const override { return "without motors"; }
+  DeviceLimits limits() const override {
+    DeviceLimits limits = hand_.limits();
+    limits.has_motors = false;
+    return limits;
+  }
+  DeviceState read() noexcept override { return hand_.read(); }
+  bool write(const Vec3&) noexcept override { return true; }
+
+ private:
+  Device& hand_;
+};
+
 std::vector<TickFrame> run_live(const Scene& scene, LiveOptions options, const std::function<double(double)>& late = {},
                                 const std::function<void(LiveScene&, LiveLoop&, std::int64_t)>& meanwhile = {}) {
   LiveScene live(scene);
@@ -125,6 +142,31 @@ TEST(LiveLoop, ThreeMissedTicksTakeTheForceAway) {
   EXPECT_LE(norm(late->command_n), norm((late - 1)->command_n) / 4 + 1e-12);
   EXPECT_EQ((late + 2)->command_n, Vec3{});
   EXPECT_EQ((late + 3)->guard_cause, GuardCause::late);
+}
+
+// No motor held an old force meanwhile, so nothing is to be taken from a mouse on a busy desktop.
+TEST(LiveLoop, MissedTicksTakeNothingFromAHandWithoutMotors) {
+  LiveScene live(test::head_scene());
+  const auto stroking = stroking_hand(Hold::rigid);
+  HandWithoutMotors hand(*stroking);
+  SimulatedTime clock(stroking.get());
+  int waits = 0;
+  clock.late = [&](double) { return ++waits % 20 == 0 ? 12.5e-3 : 0.0; };
+  LiveLoop loop(live, hand, {.duration_s = 4.0, .rehearse = false, .guard = {.max_force_n = 10.0}}, nullptr, &clock);
+  std::vector<TickFrame> frames;
+  const std::atomic<bool> never{false};
+  loop.run(never, [&](const TickFrame& frame, const Session&) { frames.push_back(frame); });
+  EXPECT_GT(loop.account().missed, 1000);
+  int felt = 0;
+  bool is_on = false;  // it stays so once it is
+  for (const TickFrame& frame : frames) {
+    is_on = is_on || frame.guard == GuardState::pass;
+    if (!is_on) continue;
+    ASSERT_TRUE(frame.guard == GuardState::pass || frame.guard == GuardState::limited || frame.guard == GuardState::damped)
+        << name_of(frame.guard) << " at " << frame.t_s << " s";
+    felt += norm(frame.command_n) > 0.1;
+  }
+  EXPECT_GT(felt, 300);
 }
 
 TEST(LiveLoop, ManyChangesOfASceneMakeNoStepBeyondTheRamps) {

@@ -19,6 +19,7 @@ struct Made {
   int delay_ms = 3, lag_ms = 12;
   double sign = 1.0;  // of its forces
   const char* fault = nullptr;
+  bool has_motors = true;
 };
 
 /// The device, its clock and the hand on it.
@@ -27,7 +28,7 @@ class Bench final : public Device, public LoopClock {
   explicit Bench(const Made& made) : made_(made) {}
 
   std::string name() const override { return "made"; }
-  DeviceLimits limits() const override { return {.max_force_n = 3.0}; }
+  DeviceLimits limits() const override { return {.max_force_n = 3.0, .has_motors = made_.has_motors}; }
   DeviceState read() noexcept override {
     const auto rounded = [&](double x) { return std::round(x / made_.encoder_step_m) * made_.encoder_step_m; };
     return {.position_m = {rounded(place_.x), rounded(place_.y), rounded(place_.z)},
@@ -137,6 +138,13 @@ TEST(BringUp, SeesADeviceThatPushesTheWrongWay) {
   const BringUp found = measured(bench);
   EXPECT_FALSE(found.pushes_rightly);
   EXPECT_THAT(found.findings, Contains(HasSubstr("another way")));
+}
+
+TEST(BringUp, PushesNobodyByADeviceWithoutMotors) {
+  Bench bench({.has_motors = false});
+  const BringUp found = measured(bench);
+  EXPECT_TRUE(found.knows_its_place);
+  EXPECT_EQ(bench.written_n, 0.0);
 }
 
 TEST(BringUp, MeasuresNothingOfADeviceWithAFault) {
