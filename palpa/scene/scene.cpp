@@ -322,10 +322,10 @@ Vec3 direction(const std::string& word) {
     Vec3 along;
   };
   // LPS: x to the patient's left, y to the back, z to the head.
-  static constexpr Direction directions[] = {{"left", "+x", {1, 0, 0}},      {"right", "-x", {-1, 0, 0}},
-                                             {"posterior", "+y", {0, 1, 0}}, {"anterior", "-y", {0, -1, 0}},
-                                             {"superior", "+z", {0, 0, 1}},  {"inferior", "-z", {0, 0, -1}}};
-  for (const Direction& d : directions) {
+  static constexpr Direction axes[] = {{"left", "+x", {1, 0, 0}},      {"right", "-x", {-1, 0, 0}},
+                                       {"posterior", "+y", {0, 1, 0}}, {"anterior", "-y", {0, -1, 0}},
+                                       {"superior", "+z", {0, 0, 1}},  {"inferior", "-z", {0, 0, -1}}};
+  for (const Direction& d : axes) {
     if (word == d.medical || word == d.axis) return d.along;
   }
   return {};
