@@ -15,43 +15,58 @@ using Depth = std::uint16_t;
 constexpr Depth furthest = std::numeric_limits<Depth>::max();
 constexpr std::int64_t worth_a_thread = 1 << 16;  // [voxels] fewer: threads cost more than they save; more: idle cores
 
+// [1] lines along the first axis that are worked on at once. More: out of the first cache; fewer: less of a register is used.
+constexpr std::int64_t lines_at_once = 64;
+
 /// Neighbouring lines of voxels along one axis, worked on value by value, which the compiler makes wide.
 class Lines {
  public:
-  /// \param costs  [unit] from each plane to the next
-  Lines(const std::vector<Depth>& costs, std::int64_t stride, std::int64_t width, int reach)
+  /// \param costs   [unit] from each plane to the next
+  /// \param stride  [voxels] from a voxel of a line to the next
+  /// \param apart   [voxels] from a line to the next
+  /// \param most    [1] lines at once
+  Lines(const std::vector<Depth>& costs, std::int64_t stride, std::int64_t apart, std::int64_t most, int reach)
       : costs_(costs),
         count_(static_cast<std::int64_t>(costs.size()) + 1),
         stride_(stride),
-        width_(width),
+        apart_(apart),
+        most_(most),
         reach_(reach),
-        near_(static_cast<std::size_t>(count_ * width)) {}
+        given_(static_cast<std::size_t>(count_ * most)),
+        near_(given_.size()) {}
 
   /// The least, over all voxels of a line, of the depth there and the way from where it has no say any more.
-  void spread(Depth* first) noexcept {
+  /// \param width  [1] lines from the first on, at most `most`
+  void spread(Depth* first, std::int64_t width) noexcept {
     for (std::int64_t n = 0; n < count_; ++n) {
-      std::copy_n(first + n * stride_, width_, row(n));
-      for (std::int64_t m = std::max<std::int64_t>(n - reach_, 0); m <= std::min(n + reach_, count_ - 1); ++m)
-        lower(row(n), first + m * stride_, 0);
+      for (std::int64_t i = 0; i < width; ++i) row(given_, n)[i] = first[n * stride_ + i * apart_];
     }
-    for (std::int64_t n = 1; n < count_; ++n) lower(row(n), row(n - 1), costs_[static_cast<std::size_t>(n - 1)]);
-    for (std::int64_t n = count_ - 2; n >= 0; --n) lower(row(n), row(n + 1), costs_[static_cast<std::size_t>(n)]);
-    for (std::int64_t n = 0; n < count_; ++n) std::copy_n(row(n), width_, first + n * stride_);
+    for (std::int64_t n = 0; n < count_; ++n) {
+      std::copy_n(row(given_, n), width, row(near_, n));
+      for (std::int64_t m = std::max<std::int64_t>(n - reach_, 0); m <= std::min(n + reach_, count_ - 1); ++m)
+        lower(row(near_, n), row(given_, m), 0, width);
+    }
+    for (std::int64_t n = 1; n < count_; ++n) lower(row(near_, n), row(near_, n - 1), cost(n - 1), width);
+    for (std::int64_t n = count_ - 2; n >= 0; --n) lower(row(near_, n), row(near_, n + 1), cost(n), width);
+    for (std::int64_t n = 0; n < count_; ++n) {
+      for (std::int64_t i = 0; i < width; ++i) first[n * stride_ + i * apart_] = row(near_, n)[i];
+    }
   }
 
  private:
-  Depth* row(std::int64_t n) noexcept { return near_.data() + n * width_; }
-  void lower(Depth* to, const Depth* from, Depth cost) const noexcept {
-    for (std::int64_t i = 0; i < width_; ++i) {
+  Depth cost(std::int64_t n) const noexcept { return costs_[static_cast<std::size_t>(n)]; }
+  Depth* row(std::vector<Depth>& rows, std::int64_t n) const noexcept { return rows.data() + n * most_; }
+  static void lower(Depth* to, const Depth* from, Depth cost, std::int64_t width) noexcept {
+    for (std::int64_t i = 0; i < width; ++i) {
       const auto by_way = static_cast<Depth>(std::min(from[i], static_cast<Depth>(furthest - cost)) + cost);
       to[i] = std::min(to[i], by_way);
     }
   }
 
   const std::vector<Depth>& costs_;
-  std::int64_t count_, stride_, width_;
+  std::int64_t count_, stride_, apart_, most_;
   int reach_;
-  std::vector<Depth> near_;
+  std::vector<Depth> given_, near_;
 };
 
 /// The length [m] that one step of the affine along each axis counts for: with slopes of up to 1 along each of them at once the
@@ -72,12 +87,14 @@ std::array<double, 3> steps_count_m(const GridGeometry& geometry, const Mat3& wo
   return lengths_m;
 }
 
-template <class T>
-bool is_hole(const T* value, int components) noexcept {
-  for (int c = 0; c < components; ++c) {
-    if (!std::isfinite(value[c])) return true;
+/// Depth zero where a component is not finite, the furthest elsewhere.
+template <int components, class T>
+void mark(const T* values, std::int64_t count, Depth* depths) noexcept {
+  for (std::int64_t at = 0; at < count; ++at) {
+    bool is_hole = false;
+    for (int c = 0; c < components; ++c) is_hole |= !std::isfinite(values[at * components + c]);
+    depths[at] = is_hole ? Depth{0} : furthest;
   }
-  return false;
 }
 
 }  // namespace
@@ -115,21 +132,20 @@ Holes::Holes(const GridGeometry& geometry, const Voxels& values, const Mat3& wor
   with_values_of(values, [&]<class T>(const T* data) {
     if constexpr (std::is_floating_point_v<T>) {
       in_parts(nz, worth_a_thread / (nx * ny) + 1, [&](std::int64_t first, std::int64_t last) {
-        Lines along_i(costs[0], 1, 1, reach), along_j(costs[1], nx, nx, reach);
+        Lines along_i(costs[0], 1, nx, lines_at_once, reach), along_j(costs[1], nx, 1, nx, reach);
         for (std::int64_t k = first; k < last; ++k) {
           Depth* const slice = depths_.data() + k * nx * ny;
-          for (std::int64_t at = 0; at < nx * ny; ++at) {
-            if (is_hole(data + (k * nx * ny + at) * values.components, values.components)) slice[at] = 0;
-          }
-          for (std::int64_t j = 0; j < ny; ++j) along_i.spread(slice + j * nx);
-          along_j.spread(slice);
+          const T* const given = data + k * nx * ny * values.components;
+          values.components == 1 ? mark<1>(given, nx * ny, slice) : mark<3>(given, nx * ny, slice);
+          for (std::int64_t j = 0; j < ny; j += lines_at_once) along_i.spread(slice + j * nx, std::min(lines_at_once, ny - j));
+          along_j.spread(slice, nx);
         }
       });
     }
   });
   in_parts(ny, worth_a_thread / (nx * nz) + 1, [&](std::int64_t first, std::int64_t last) {
-    Lines along_k(costs[2], nx * ny, nx, reach);
-    for (std::int64_t j = first; j < last; ++j) along_k.spread(depths_.data() + j * nx);
+    Lines along_k(costs[2], nx * ny, 1, nx, reach);
+    for (std::int64_t j = first; j < last; ++j) along_k.spread(depths_.data() + j * nx, nx);
   });
 }
 
