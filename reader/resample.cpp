@@ -130,8 +130,16 @@ std::vector<Resampled> Resampler::sample(const std::vector<ArrayName>& arrays, c
       static_cast<std::int64_t>(limit::tests_per_voxel.most * static_cast<double>(grid_.voxels()));
   palpa::detail::in_parts(grid_.dims[2], 1,
                           [&](std::int64_t first, std::int64_t last) { fill(values, to, done, first, last, tests_left); });
-  look(values, to, crop_, false, out);
-  look(values, to, crop_, true, out);
+  std::vector<Loss> losses[2];  // by cell, by volume
+  palpa::detail::in_parts(2, 1, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t n = first; n < last; ++n) losses[n] = look(values, to, out, n == 1);
+  });
+  for (std::size_t f = 0; f < out.size(); ++f) {
+    const Loss &by_cell = losses[0][f], &by_volume = losses[1][f];
+    out[f].report.by_cell = by_cell.error;
+    out[f].report.by_volume = by_volume.error;
+    out[f].worst = by_volume.worst ? by_volume.worst : by_cell.worst;
+  }
   return out;
 }
 

@@ -67,8 +67,16 @@ class Resampler {
   bool narrow(const CellAt& cell, const Steps& steps, std::int64_t k, Voxels& i_range, Voxels& j_range) const;
   void fill(const std::vector<PointValues>& values, const std::vector<float*>& to, std::vector<std::uint8_t>& done,
             std::int64_t first_k, std::int64_t last_k, std::atomic<std::int64_t>& tests_left) const;
-  void look(const std::vector<PointValues>& values, const std::vector<float*>& to, const std::optional<Box>& crop,
-            bool by_volume, std::vector<Resampled>& out) const;
+  /// What resampling loses of an array.
+  struct Loss {
+    ResamplingError error;
+    std::optional<Box> worst;
+  };
+  /// Of each array, at random places of random cells.
+  /// \param sampled    the arrays as they are now, of which the ranges are known
+  /// \param by_volume  larger cells have more places, as a hand meets them
+  std::vector<Loss> look(const std::vector<PointValues>& values, const std::vector<float*>& to,
+                         const std::vector<Resampled>& sampled, bool by_volume) const;
 
   std::vector<vtkSmartPointer<vtkPointSet>> blocks_;  ///< with points in units of `unit_`: shape functions fail on tiny cells
   std::vector<Cell> cells_;

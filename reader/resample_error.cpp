@@ -50,14 +50,16 @@ double range_of(const std::vector<Extent>& extents) {
 
 }  // namespace
 
-void Resampler::look(const std::vector<PointValues>& values, const std::vector<float*>& to, const std::optional<Box>& crop,
-                     bool by_volume, std::vector<Resampled>& out) const {
+std::vector<Resampler::Loss> Resampler::look(const std::vector<PointValues>& values, const std::vector<float*>& to,
+                                             const std::vector<Resampled>& sampled, bool by_volume) const {
   std::vector<double> volumes;  // of the boxes, summed up
-  for (const Cell& c : cells_) {
-    const double box = (static_cast<double>(c.high[0]) - static_cast<double>(c.low[0])) *
-                       (static_cast<double>(c.high[1]) - static_cast<double>(c.low[1])) *
-                       (static_cast<double>(c.high[2]) - static_cast<double>(c.low[2]));
-    volumes.push_back((volumes.empty() ? 0.0 : volumes.back()) + box);
+  if (by_volume) {
+    for (const Cell& c : cells_) {
+      const double box = (static_cast<double>(c.high[0]) - static_cast<double>(c.low[0])) *
+                         (static_cast<double>(c.high[1]) - static_cast<double>(c.low[1])) *
+                         (static_cast<double>(c.high[2]) - static_cast<double>(c.low[2]));
+      volumes.push_back((volumes.empty() ? 0.0 : volumes.back()) + box);
+    }
   }
   CellAt here(blocks_);
   std::mt19937_64 random(by_volume ? 1 : 2);
@@ -83,8 +85,8 @@ void Resampler::look(const std::vector<PointValues>& values, const std::vector<f
         at[a] = low + share_of(random) * (static_cast<double>(cell->high[a]) - low);
       }
       world = centre_ + unit_ * vec(at);
-      const bool wanted = !crop || (world.x >= crop->low_m.x && world.y >= crop->low_m.y && world.z >= crop->low_m.z &&
-                                    world.x <= crop->high_m.x && world.y <= crop->high_m.y && world.z <= crop->high_m.z);
+      const bool wanted = !crop_ || (world.x >= crop_->low_m.x && world.y >= crop_->low_m.y && world.z >= crop_->low_m.z &&
+                                     world.x <= crop_->high_m.x && world.y <= crop_->high_m.y && world.z <= crop_->high_m.z);
       found = wanted && here.holds(at);
     }
     if (!found) continue;  // a cell too thin to be hit
@@ -96,7 +98,7 @@ void Resampler::look(const std::vector<PointValues>& values, const std::vector<f
     const float* value = here.values(block);
     for (std::size_t f = 0; f < to.size(); ++f) {
       const int components = block.components[f];
-      const double range = range_of(out[f].report.extents);
+      const double range = range_of(sampled[f].report.extents);
       double squares = 0.0;
       for (int c = 0; c < components; ++c) {
         const double d = static_cast<double>(trilinear(grid_, to[f], components, c, index) - value[c]);
@@ -109,19 +111,21 @@ void Resampler::look(const std::vector<PointValues>& values, const std::vector<f
       if (error > much_error) bad[f].push_back(world);
     }
   }
+  std::vector<Loss> losses(to.size());
   for (std::size_t f = 0; f < to.size(); ++f) {
-    ResamplingError& report = by_volume ? out[f].report.by_volume : out[f].report.by_cell;
-    report = {detail::quantile(errors[f], 0.5), detail::quantile(errors[f], 0.99), detail::quantile(errors[f], 1.0),
-              looked > 0 ? static_cast<double>(errors[f].size()) / static_cast<double>(looked) : 0.0};
-    if (!(report.p99 > much_error)) continue;
+    ResamplingError& error = losses[f].error;
+    error = {detail::quantile(errors[f], 0.5), detail::quantile(errors[f], 0.99), detail::quantile(errors[f], 1.0),
+             looked > 0 ? static_cast<double>(errors[f].size()) / static_cast<double>(looked) : 0.0};
+    if (!(error.p99 > much_error)) continue;
     const auto side = [&](double Vec3::*axis, double share) {
       std::vector<double> along;
       for (const Vec3& x : bad[f]) along.push_back(x.*axis);
       return detail::quantile(along, share);
     };
-    out[f].worst = Box{{side(&Vec3::x, 0.1), side(&Vec3::y, 0.1), side(&Vec3::z, 0.1)},
-                       {side(&Vec3::x, 0.9), side(&Vec3::y, 0.9), side(&Vec3::z, 0.9)}};
+    losses[f].worst = Box{{side(&Vec3::x, 0.1), side(&Vec3::y, 0.1), side(&Vec3::z, 0.1)},
+                          {side(&Vec3::x, 0.9), side(&Vec3::y, 0.9), side(&Vec3::z, 0.9)}};
   }
+  return losses;
 }
 
 }  // namespace palpa::reader
