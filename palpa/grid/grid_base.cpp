@@ -25,35 +25,20 @@ struct Found {
   }
 };
 
-/// Of one row in `step`, from one to before another, where some voxels may not be finite.
+/// How many voxels of one row in `step`, from one to before another, are finite.
 template <int Components, class T>
-Found find_range_beside_holes(const T* voxels, std::int64_t width, std::int64_t from, std::int64_t to,
-                              std::int64_t step) noexcept {
-  T least[Components], greatest[Components];
-  for (int c = 0; c < Components; ++c) {
-    least[c] = std::numeric_limits<T>::max();
-    greatest[c] = std::numeric_limits<T>::lowest();
-  }
-  Found found;
+std::int64_t finite_voxels(const T* voxels, std::int64_t width, std::int64_t from, std::int64_t to,
+                           std::int64_t step) noexcept {
+  std::int64_t count = 0;
   for (std::int64_t row = from; row < to; row += step) {
     const T* voxel = voxels + row * width * Components;
     for (std::int64_t v = 0; v < width; ++v, voxel += Components) {
-      bool finite = true;
-      for (int c = 0; c < Components; ++c) {
-        if constexpr (std::is_floating_point_v<T>) {
-          if (!std::isfinite(voxel[c])) {
-            finite = false;
-            continue;
-          }
-        }
-        least[c] = std::min(least[c], voxel[c]);
-        greatest[c] = std::max(greatest[c], voxel[c]);
-      }
-      found.valid += finite;
+      T poison{};
+      for (int c = 0; c < Components; ++c) poison += voxel[c] - voxel[c];
+      count += poison == T{};
     }
   }
-  for (int c = 0; c < Components; ++c) found.ranges[c] = {static_cast<double>(least[c]), static_cast<double>(greatest[c])};
-  return found;
+  return count;
 }
 
 /// Of one row in `step`, from one to before another. Value by value in as many lanes, which the compiler makes wide.
@@ -64,9 +49,13 @@ Found find_range(const T* voxels, std::int64_t width, std::int64_t from, std::in
   std::fill(least, least + lanes, std::numeric_limits<T>::max());
   std::fill(greatest, greatest + lanes, std::numeric_limits<T>::lowest());
   const auto take = [&](T value, std::int64_t lane) {
+    if constexpr (std::is_floating_point_v<T>) {
+      const T bad = value - value;
+      poison[lane] += bad;
+      value += bad;  // neither less nor greater where it is not finite
+    }
     least[lane] = value < least[lane] ? value : least[lane];
     greatest[lane] = value > greatest[lane] ? value : greatest[lane];
-    if constexpr (std::is_floating_point_v<T>) poison[lane] += value - value;
   };
   const std::int64_t rows_at_once = step == 1 ? to - from : 1, values = rows_at_once * width * Components;
   for (std::int64_t row = from; row < to; row += step * rows_at_once) {
@@ -77,9 +66,11 @@ Found find_range(const T* voxels, std::int64_t width, std::int64_t from, std::in
     }
     for (std::int64_t lane = 0; v < values; ++v, ++lane) take(value[v], lane);
   }
-  if (std::any_of(poison, poison + lanes, [](T bad) { return bad != T{}; }))
-    return find_range_beside_holes<Components>(voxels, width, from, to, step);
   Found found{.valid = (to - from + step - 1) / step * width};
+  if constexpr (std::is_floating_point_v<T>) {
+    if (std::any_of(poison, poison + lanes, [](T bad) { return bad != T{}; }))
+      found.valid = finite_voxels<Components>(voxels, width, from, to, step);
+  }
   for (int c = 0; c < Components; ++c) {
     for (std::int64_t lane = c + Components; lane < lanes; lane += Components) {
       least[c] = std::min(least[c], least[lane]);
