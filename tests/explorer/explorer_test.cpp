@@ -17,7 +17,6 @@
 #include <QUrl>
 #include <cstdlib>
 #include <fstream>
-#include <functional>
 #include <optional>
 #include <set>
 
