@@ -14,11 +14,11 @@ void draw_check(const CheckReport& report, const std::filesystem::path& file, de
   struct Kind {
     Grade grade;
     const char* name;
-    Color color;
+    CurveColor color;
   };
-  constexpr Kind kinds[] = {{Grade::fine, "let go, it rests", Color::sky},
-                            {Grade::warn, "it hums", Color::orange},
-                            {Grade::stop, "it shakes", Color::vermilion}};
+  constexpr Kind kinds[] = {{Grade::fine, "let go, it rests", CurveColor::sky},
+                            {Grade::warn, "it hums", CurveColor::orange},
+                            {Grade::stop, "it shakes", CurveColor::vermilion}};
   for (const Kind& kind : kinds) {
     Series series{.name = kind.name, .color = kind.color, .points_only = true};
     for (const MarginPoint& point : report.map) {
@@ -28,7 +28,7 @@ void draw_check(const CheckReport& report, const std::filesystem::path& file, de
     }
     if (!series.xs.empty()) plot.series.push_back(std::move(series));
   }
-  const auto curve = [&](const char* name, Color color, Stroke stroke, auto stiffness_of) {
+  const auto curve = [&](const char* name, CurveColor color, Stroke stroke, auto stiffness_of) {
     Series series{.name = name, .color = color, .stroke = stroke};
     for (const StableStiffness& stable : report.curve) {
       series.xs.push_back(stiffness_of(stable));
@@ -36,14 +36,14 @@ void draw_check(const CheckReport& report, const std::filesystem::path& file, de
     }
     plot.series.push_back(std::move(series));
   };
-  curve("wall, with friction", Color::green, Stroke::solid, [](const StableStiffness& s) { return s.friction_n_per_m; });
-  curve("wall, without", Color::blue, Stroke::solid, [](const StableStiffness& s) { return s.alone_n_per_m; });
-  curve("bound (b + D)/(T/2 + delay)", Color::grey, Stroke::dashed,
+  curve("wall, with friction", CurveColor::green, Stroke::solid, [](const StableStiffness& s) { return s.friction_n_per_m; });
+  curve("wall, without", CurveColor::blue, Stroke::solid, [](const StableStiffness& s) { return s.alone_n_per_m; });
+  curve("bound (b + D)/(T/2 + delay)", CurveColor::grey, Stroke::dashed,
         [](const StableStiffness& s) { return s.bounds.stable_n_per_m; });
   plot.series.push_back({.name = "this scene",
                          .xs = {report.coupling.stiffness_n_per_m},
                          .ys = {report.coupling.damping_ns_per_m},
-                         .color = Color::black,
+                         .color = CurveColor::black,
                          .points_only = true});
   detail::write_whole(file, png_of(picture_of(plot, 900, 520)), existing);
 }

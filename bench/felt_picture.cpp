@@ -12,7 +12,7 @@ namespace {
 using detail::text;
 
 /// Length of the command over time, from a moment on, which becomes 0.
-Series force_over_time(const FeltRun& run, const std::string& name, Color color, double from_s) {
+Series force_over_time(const FeltRun& run, const std::string& name, CurveColor color, double from_s) {
   Series series{.name = name, .color = color};
   for (const FeltTick& tick : run.ticks) {
     if (tick.t_s < from_s) continue;
@@ -61,10 +61,10 @@ Plot spectra(const FeltScene& felt, const Slide& slide, const FeltRun& smooth, c
   const FeltSignals own = signals_of(smooth, slide.from_s, slide.to_s), device = signals_of(stepped, slide.from_s, slide.to_s);
   Plot plot = detail::spectrum_plot(
       "Its spectrum: what skin feels as rough lies between 20 and 500 Hz",
-      {detail::amplitudes(spectrum_of(device.spring_n, rate_hz), "k \u00b7 probe, encoder 55 \u00b5m", Color::orange,
+      {detail::amplitudes(spectrum_of(device.spring_n, rate_hz), "k \u00b7 probe, encoder 55 \u00b5m", CurveColor::orange,
                           Stroke::dashed),
-       detail::amplitudes(spectrum_of(device.command_n, rate_hz), "force, encoder 55 \u00b5m", Color::vermilion, Stroke::solid),
-       detail::amplitudes(spectrum_of(own.command_n, rate_hz), "force, no encoder", Color::blue, Stroke::solid)});
+       detail::amplitudes(spectrum_of(device.command_n, rate_hz), "force, encoder 55 \u00b5m", CurveColor::vermilion, Stroke::solid),
+       detail::amplitudes(spectrum_of(own.command_n, rate_hz), "force, no encoder", CurveColor::blue, Stroke::solid)});
   constexpr double seen_hz = 4.0;  // from the spectrum's second point on
   const double voxel_hz = slide_m_per_s / felt.spacing_m;
   if (voxel_hz > seen_hz && voxel_hz < tactile_high_hz) plot.marks.push_back({voxel_hz, text("voxels, %.0f Hz", voxel_hz)});
@@ -90,7 +90,7 @@ Plot press(const FeltScene& felt) {
                    (fall > 0.0 ? text("the steepest fall at a break-through: %.2f N/ms", fall) : std::string("nothing breaks")),
           .x_label = "time / s",
           .y_label = "force on the hand / N",
-          .series = {force_over_time(best, "", Color::black, 0.0)},
+          .series = {force_over_time(best, "", CurveColor::black, 0.0)},
           .marks = marks_of(best, felt.edges, 0.0)};
 }
 
@@ -99,7 +99,7 @@ Plot held_still(const FeltScene& felt) {
   Plot plot{.title = "Held still by a relaxed hand, without Coulomb friction: force less its mean",
             .x_label = "time / s",
             .y_label = "force / mN"};
-  constexpr Color colors[] = {Color::blue, Color::vermilion, Color::green, Color::purple, Color::orange};
+  constexpr CurveColor colors[] = {CurveColor::blue, CurveColor::vermilion, CurveColor::green, CurveColor::purple, CurveColor::orange};
   std::size_t next = 0;
   for (DevicePlant plant : device_plants()) {
     plant.coulomb_friction_n = 0.0;
@@ -126,8 +126,8 @@ void save_felt_picture(const FeltScene& felt, const std::filesystem::path& file)
   Plot slid{.title = felt.name + ": a relaxed hand slides at 5 cm/s",
             .x_label = "time / s",
             .y_label = "force on the hand / N",
-            .series = {force_over_time(stepped, "encoder 55 \u00b5m", Color::vermilion, slide.from_s),
-                       force_over_time(smooth, "no encoder", Color::blue, slide.from_s)},
+            .series = {force_over_time(stepped, "encoder 55 \u00b5m", CurveColor::vermilion, slide.from_s),
+                       force_over_time(smooth, "no encoder", CurveColor::blue, slide.from_s)},
             .marks = marks_of(smooth, felt.edges, slide.from_s)};
   const Sheet sheet{.columns = 2, .panels = {slid, spectra(felt, slide, smooth, stepped), press(felt), held_still(felt)}};
   save_png(picture_of(sheet, width_px, height_px), file);

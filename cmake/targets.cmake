@@ -10,6 +10,10 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # g++ 12 reports the one for "text" + std::string at -O3 (GCC bug 105651), and takes the strings of a moved-from temporary for
   # uninitialised once it is inlined.
   target_compile_options(palpa_rules INTERFACE -Wno-restrict -Wno-maybe-uninitialized)
+  # A type of an unnamed namespace in a file that is compiled in a batch is not one of a header.
+  if(PALPA_UNITY)
+    target_compile_options(palpa_rules INTERFACE -Wno-subobject-linkage)
+  endif()
 else()
   # std::stable_sort of g++ 12's library, which clang uses, asks for memory by a function that C++20 deprecates.
   target_compile_options(palpa_rules INTERFACE -Wno-deprecated-declarations)
@@ -28,16 +32,27 @@ target_include_directories(palpa_rules INTERFACE ${PROJECT_SOURCE_DIR})
 
 # palpa_layer(NAME SOURCES … LAYERS … LINKS …): one folder of the library. LAYERS are the folders it may
 # include, so an arrow against the architecture does not link.
+# With tests there is a second target, palpa_NAME_unoptimised, for the test that both give the same bits; nothing else builds it.
 function(palpa_layer name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;LAYERS;LINKS")
-  add_library(palpa_${name} STATIC ${arg_SOURCES})
-  list(TRANSFORM arg_LAYERS PREPEND palpa_)
-  target_link_libraries(palpa_${name} PUBLIC ${arg_LAYERS} PRIVATE $<BUILD_INTERFACE:palpa_rules> ${arg_LINKS})
-  # The library's own functions call each other, not what a program may have put in their place: a tick makes hundreds of calls.
-  target_compile_options(palpa_${name} PRIVATE -fno-semantic-interposition)
-  target_include_directories(palpa_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>)
-  target_compile_features(palpa_${name} PUBLIC cxx_std_20)
+  palpa_add_layer(palpa_${name} "")
+  if(PALPA_TESTS)
+    palpa_add_layer(palpa_${name}_unoptimised _unoptimised)
+    set_target_properties(palpa_${name}_unoptimised PROPERTIES EXCLUDE_FROM_ALL ON)
+    target_compile_options(palpa_${name}_unoptimised PRIVATE -O0)
+  endif()
 endfunction()
+
+# palpa_add_layer(TARGET SUFFIX): a target of palpa_layer's arguments, on the layers whose targets end in SUFFIX.
+macro(palpa_add_layer target suffix)
+  add_library(${target} STATIC ${arg_SOURCES})
+  list(TRANSFORM arg_LAYERS REPLACE "(.+)" "palpa_\\1${suffix}" OUTPUT_VARIABLE layers)
+  target_link_libraries(${target} PUBLIC ${layers} PRIVATE $<BUILD_INTERFACE:palpa_rules> ${arg_LINKS})
+  # The library's own functions call each other, not what a program may have put in their place: a tick makes hundreds of calls.
+  target_compile_options(${target} PRIVATE -fno-semantic-interposition)
+  target_include_directories(${target} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>)
+  target_compile_features(${target} PUBLIC cxx_std_20)
+endmacro()
 
 # What nearly every test includes, read once: that was up to a third of the time that a test takes to compile.
 function(palpa_test_headers)

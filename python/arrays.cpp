@@ -256,11 +256,6 @@ py::array_t<double> results(const Places& places, std::initializer_list<py::ssiz
 
 constexpr double none = std::numeric_limits<double>::quiet_NaN();  // where the field has no data
 
-double* put(double* to, const Vec3& v) {
-  to[0] = v.x, to[1] = v.y, to[2] = v.z;
-  return to + 3;
-}
-
 /// Calls `act(first, last)` for parts of all places on all cores, without the interpreter's lock; looks for signals now and
 /// then.
 template <class Act>

@@ -13,6 +13,12 @@
 
 namespace palpa::python {
 
+/// Writes the three components of a vector; returns where the next one goes.
+inline double* put(double* to, const Vec3& v) noexcept {
+  to[0] = v.x, to[1] = v.y, to[2] = v.z;
+  return to + 3;
+}
+
 /// An object of Python's, kept by a thread that need not have the interpreter's lock.
 std::shared_ptr<const void> kept(pybind11::object object, const void* data);
 

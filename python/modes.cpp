@@ -130,11 +130,6 @@ void PythonMode::place(const ModeContext& context, PrimitiveSink sink) const noe
   }
 }
 
-double* put(double* to, const Vec3& v) noexcept {
-  to[0] = v.x, to[1] = v.y, to[2] = v.z;
-  return to + 3;
-}
-
 void CFunctionMode::place(const ModeContext& here, PrimitiveSink out) const noexcept {
   std::array<double, 11 + 13 * most_fields> in;
   double* next = put(put(put(in.data(), here.proxy_m), here.probe_m), here.at_m);

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <chrono>
 
+#include "arrays.h"
 #include "modes.h"
 #include "palpa/baseline/path.h"
 #include "palpa/tick/session.h"
@@ -28,8 +29,6 @@ struct TickRow {
   std::int32_t status;
   std::int32_t dropped;
 };
-
-void put(double (&to)[3], const Vec3& v) { to[0] = v.x, to[1] = v.y, to[2] = v.z; }
 
 TickRow row_of(const Tick& tick) {
   TickRow row;

@@ -14,7 +14,6 @@
 namespace palpa::reader {
 namespace {
 
-constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 // Voxels of a layer that are searched without a look at how much of it the cell can have. More: damaged cells cost more; fewer:
 // the look costs more than the search.
 constexpr std::int64_t most_whole_layer = 64;

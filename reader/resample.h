@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,6 +17,9 @@
 #include "palpa/volume/volume.h"
 
 namespace palpa::reader {
+
+inline constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+inline Vec3 vec(const double* p) { return {p[0], p[1], p[2]}; }
 
 /// An array after its resampling.
 struct Resampled {

@@ -16,9 +16,6 @@ constexpr std::int64_t places = 10'000;
 // out.
 constexpr int tries = 1000;
 constexpr std::int64_t all_tries = 50 * places;
-constexpr float nan = std::numeric_limits<float>::quiet_NaN();
-
-Vec3 vec(const double* p) { return {p[0], p[1], p[2]}; }
 
 double share_of(std::mt19937_64& random) { return static_cast<double>(random() >> 11) * 0x1p-53; }
 

@@ -20,8 +20,6 @@ constexpr double voxels_per_point = 4.0;  // of meshes with more points than the
 // [1] Longest step over shortest. More: voxels are longer in one direction; less: more voxels.
 constexpr double uneven_steps = 4.0;
 
-Vec3 vec(const double* p) { return {p[0], p[1], p[2]}; }
-
 }  // namespace
 
 Resampler::Resampler(std::vector<vtkSmartPointer<vtkPointSet>> blocks, const std::optional<Box>& crop)

@@ -8,7 +8,7 @@ namespace palpa::haptics {
 
 namespace {
 
-double quantile(std::vector<double> values, double share) {
+double time_quantile(std::vector<double> values, double share) {
   if (values.empty()) return -1.0;
   const auto at =
       std::max<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(std::ceil(share * static_cast<double>(values.size()))) - 1, 0);
@@ -93,10 +93,10 @@ std::vector<Result> run(const std::filesystem::path& folder, const std::vector<N
       if (answer.end != Answer::End::unsupported) result.scores = score(one, answer.forces_n, folder / "truth");
       result.load_s = answer.load_s;
       result.ticks = answer.outside_us.size();
-      result.outside_p50_us = quantile(answer.outside_us, 0.5);
-      result.outside_p99_us = quantile(answer.outside_us, 0.99);
-      result.inside_p50_us = quantile(answer.inside_us, 0.5);
-      result.inside_p99_us = quantile(answer.inside_us, 0.99);
+      result.outside_p50_us = time_quantile(answer.outside_us, 0.5);
+      result.outside_p99_us = time_quantile(answer.outside_us, 0.99);
+      result.inside_p50_us = time_quantile(answer.inside_us, 0.5);
+      result.inside_p99_us = time_quantile(answer.inside_us, 0.99);
       results.push_back(std::move(result));
     }
   }
@@ -145,8 +145,8 @@ std::string time_table(const std::vector<Result>& results) {
       load_s = std::max(load_s, result.load_s);
     }
     const auto time = [](double us) { return us < 0.0 ? std::string("–") : formatted("%.1f", us); };
-    text += "| " + renderer + " | " + time(quantile(inside, 0.5)) + " | " + time(inside_p99) + " | " +
-            time(quantile(outside, 0.5)) + " | " + time(outside_p99) + " | " + formatted("%.2f", load_s) + " |\n";
+    text += "| " + renderer + " | " + time(time_quantile(inside, 0.5)) + " | " + time(inside_p99) + " | " +
+            time(time_quantile(outside, 0.5)) + " | " + time(outside_p99) + " | " + formatted("%.2f", load_s) + " |\n";
   }
   return text;
 }

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 constexpr std::size_t most_stretches = 20;  // [1] listed, the largest first. More: a longer page; fewer: causes are missed
 // Points of the hand's way are drawn so far apart at least [mm]. More: bends are cut; less: a larger page.
 constexpr double drawn_apart_mm = 0.3;
-constexpr palpa::Color first_color = palpa::Color::blue, second_color = palpa::Color::vermilion;
+constexpr palpa::CurveColor first_color = palpa::CurveColor::blue, second_color = palpa::CurveColor::vermilion;
 
 /// One of the two.
 struct Side {
@@ -122,11 +122,11 @@ std::vector<TimePlot> plots_of(const Pair& pair) {
                           "the strengths apart where the second is above the dashed line: 7 % of the force, and at least "
                           "30 mN."};
   difference.plot.series = {
-      over_time(ticks, "|first \u2212 second|", palpa::Color::purple, Stroke::solid,
+      over_time(ticks, "|first \u2212 second|", palpa::CurveColor::purple, Stroke::solid,
                 [&](std::size_t i) { return d.difference_n[i]; }),
-      over_time(ticks, "in strength", palpa::Color::black, Stroke::solid,
+      over_time(ticks, "in strength", palpa::CurveColor::black, Stroke::solid,
                 [&](std::size_t i) { return std::abs(norm(pair.a(i).command_n) - norm(pair.b(i).command_n)); }),
-      over_time(ticks, "told apart above", palpa::Color::grey, Stroke::dashed,
+      over_time(ticks, "told apart above", palpa::CurveColor::grey, Stroke::dashed,
                 [&](std::size_t i) { return told_apart_above_n(pair.a(i).command_n, pair.b(i).command_n); })};
   TimePlot direction{.id = "direction",
                      .plot = {.title = "How far turned", .x_label = "time / s", .y_label = "angle / \u00b0"},
@@ -135,9 +135,9 @@ std::vector<TimePlot> plots_of(const Pair& pair) {
                          "The angle between the two forces, 0 where one of them is below 30 mN. A hand tells directions "
                          "apart above 30\u00b0 or so."};
   direction.plot.series = {
-      over_time(ticks, "between first and second", palpa::Color::green, Stroke::solid,
+      over_time(ticks, "between first and second", palpa::CurveColor::green, Stroke::solid,
                 [&](std::size_t i) { return turned_deg(pair.a(i).command_n, pair.b(i).command_n); }),
-      over_time(ticks, "told apart above", palpa::Color::grey, Stroke::dashed, [](std::size_t) { return told_apart_deg; })};
+      over_time(ticks, "told apart above", palpa::CurveColor::grey, Stroke::dashed, [](std::size_t) { return told_apart_deg; })};
   return {force, difference, direction};
 }
 
@@ -157,11 +157,11 @@ Drawing way_along(const Pair& pair, const char* title, const Vec3& right, const 
   Drawing drawing{.title = title, .low = {-half_mm, -half_mm}, .high = {half_mm, half_mm}, .parts = {}};
   struct Look {
     Shade shade;
-    palpa::Color color;
+    palpa::CurveColor color;
     float width_px;
   };
-  for (const Look& look : {Look{Shade::same, palpa::Color::grey, 1.0F}, Look{Shade::other, palpa::Color::sky, 2.0F},
-                           Look{Shade::told, palpa::Color::vermilion, 3.0F}}) {
+  for (const Look& look : {Look{Shade::same, palpa::CurveColor::grey, 1.0F}, Look{Shade::other, palpa::CurveColor::sky, 2.0F},
+                           Look{Shade::told, palpa::CurveColor::vermilion, 3.0F}}) {
     std::vector<DrawingPoint> line;
     const auto draw = [&] {
       if (line.size() > 1) drawing.path(line, look.color, Stroke::solid, look.width_px);
@@ -181,11 +181,11 @@ Drawing way_along(const Pair& pair, const char* title, const Vec3& right, const 
   }
   const double bar_mm = half_mm > 40.0 ? 20.0 : half_mm > 10.0 ? 10.0 : 2.0;
   const DrawingPoint begin{-0.95 * half_mm, -0.95 * half_mm}, end{begin.x_mm + bar_mm, begin.y_mm};
-  drawing.path({begin, end}, palpa::Color::black, Stroke::solid, 2.5F);
+  drawing.path({begin, end}, palpa::CurveColor::black, Stroke::solid, 2.5F);
   drawing.text({end.x_mm + 0.04 * half_mm, end.y_mm}, text("%.0f mm", bar_mm), -1);
   if (pair.difference.difference_n[pair.difference.largest] > 0.0) {
     const DrawingPoint largest = point(pair.difference.largest);
-    drawing.ring(largest, palpa::Color::black, 5.0F);
+    drawing.ring(largest, palpa::CurveColor::black, 5.0F);
   }
   return drawing;
 }

@@ -16,9 +16,9 @@ using Json = nlohmann::ordered_json;
 /// Energies below this [mJ] are rounding. Less: a curve of rounding; more: small energies have none.
 constexpr double least_mj = 1e-9;
 
-constexpr palpa::Color mode_colors[] = {palpa::Color::blue,   palpa::Color::vermilion, palpa::Color::green,
-                                        palpa::Color::purple, palpa::Color::orange,    palpa::Color::sky,
-                                        palpa::Color::black};
+constexpr palpa::CurveColor mode_colors[] = {palpa::CurveColor::blue,   palpa::CurveColor::vermilion, palpa::CurveColor::green,
+                                        palpa::CurveColor::purple, palpa::CurveColor::orange,    palpa::CurveColor::sky,
+                                        palpa::CurveColor::black};
 
 std::vector<Mark> marks_of(const Recorded& recorded) {
   std::vector<Mark> marks;
@@ -39,7 +39,7 @@ TimePlot force_plot(const Recorded& recorded) {
       .caption = "What the hand got. Signs on top: where a level set in or was broken through."};
   if (recorded.summary.guard_limited_ticks > 0) {
     made.plot.series.push_back(
-        over_time(recorded.ticks, "asked (Eq. 1), before the guard", palpa::Color::orange, Stroke::dashed, [&](std::size_t i) {
+        over_time(recorded.ticks, "asked (Eq. 1), before the guard", palpa::CurveColor::orange, Stroke::dashed, [&](std::size_t i) {
           const bool limited = ticks[i].guard == GuardState::limited;
           return norm(limited ? ticks[i].result.force_n : ticks[i].command_n);
         }));
@@ -47,7 +47,7 @@ TimePlot force_plot(const Recorded& recorded) {
         "What the hand got, and what the coupling asked for where the guard cut it. Signs on top: where a level set in "
         "or was broken through.";
   }
-  made.plot.series.push_back(over_time(recorded.ticks, "on the hand", palpa::Color::black, Stroke::solid,
+  made.plot.series.push_back(over_time(recorded.ticks, "on the hand", palpa::CurveColor::black, Stroke::solid,
                                        [&](std::size_t i) { return norm(ticks[i].command_n); }));
   return made;
 }
@@ -77,7 +77,7 @@ TimePlot distance_plot(const Recorded& recorded) {
           .plot = {.title = "Distance from probe to proxy",
                    .x_label = "time / s",
                    .y_label = "distance / mm",
-                   .series = {over_time(recorded.ticks, "|proxy \u2212 probe|", palpa::Color::blue, Stroke::solid,
+                   .series = {over_time(recorded.ticks, "|proxy \u2212 probe|", palpa::CurveColor::blue, Stroke::solid,
                                         [&](std::size_t i) {
                                           const Tick& tick = recorded.ticks[i].result;
                                           return 1e3 * distance(tick.proxy_m, tick.probe_m);
@@ -96,18 +96,18 @@ TimePlot energy_plot(const Recorded& recorded) {
                 .caption =
                     "The hand's work up to each moment and where it went: into the modes, lost where something let go, "
                     "and into the coupling's spring, which gives it back."};
-  const auto cumulated = [&](const char* name, palpa::Color color, Stroke stroke, auto of_tick) {
+  const auto cumulated = [&](const char* name, palpa::CurveColor color, Stroke stroke, auto of_tick) {
     double sum_j = 0.0;
     made.plot.series.push_back(over_time(recorded.ticks, name, color, stroke, [&](std::size_t i) {
       const double sum_mj = 1e3 * (sum_j += of_tick(recorded.ticks[i].result.energy));
       return std::abs(sum_mj) < least_mj ? 0.0 : sum_mj;
     }));
   };
-  cumulated("work of the hand", palpa::Color::black, Stroke::solid, [](const Energy& e) { return -e.work_on_hand_j; });
-  cumulated("into the modes", palpa::Color::green, Stroke::solid,
+  cumulated("work of the hand", palpa::CurveColor::black, Stroke::solid, [](const Energy& e) { return -e.work_on_hand_j; });
+  cumulated("into the modes", palpa::CurveColor::green, Stroke::solid,
             [](const Energy& e) { return e.dissipated_j - e.injected_j; });
-  cumulated("let go", palpa::Color::vermilion, Stroke::dashed, [](const Energy& e) { return e.let_go_j; });
-  made.plot.series.push_back(over_time(recorded.ticks, "in the spring", palpa::Color::blue, Stroke::dotted,
+  cumulated("let go", palpa::CurveColor::vermilion, Stroke::dashed, [](const Energy& e) { return e.let_go_j; });
+  made.plot.series.push_back(over_time(recorded.ticks, "in the spring", palpa::CurveColor::blue, Stroke::dotted,
                                        [&](std::size_t i) { return 1e3 * recorded.ticks[i].result.energy.stored_j; }));
   made.plot.marks = marks_of(recorded);
   return made;
@@ -120,7 +120,7 @@ TimePlot time_plot(const Recorded& recorded) {
       .plot = {.title = "Time inside the tick",
                .x_label = "time / s",
                .y_label = "tick / \u00b5s",
-               .series = {over_time(recorded.ticks, "tick", palpa::Color::blue, Stroke::solid,
+               .series = {over_time(recorded.ticks, "tick", palpa::CurveColor::blue, Stroke::solid,
                                     [&](std::size_t i) { return recorded.ticks[i].tick_us; })}},
       .label = text("Time inside the tick: median %.1f \u00b5s, 99 %% below %.1f \u00b5s.", s.tick_p50_us, s.tick_p99_us),
       .caption = text("Median %.1f \u00b5s, 99 %% below %.1f \u00b5s, at most %.1f \u00b5s. A tick of 1 kHz has 1000 \u00b5s.",
@@ -148,16 +148,16 @@ std::vector<std::size_t> rows_kept(const std::vector<Series>& series, std::size_
   return {kept.begin(), kept.end()};
 }
 
-const char* name_of(palpa::Color color) {
+const char* name_of(palpa::CurveColor color) {
   switch (color) {
-    case palpa::Color::black: return "ink";
-    case palpa::Color::blue: return "blue";
-    case palpa::Color::vermilion: return "vermilion";
-    case palpa::Color::green: return "green";
-    case palpa::Color::purple: return "purple";
-    case palpa::Color::sky: return "sky";
-    case palpa::Color::orange: return "orange";
-    case palpa::Color::grey: break;
+    case palpa::CurveColor::black: return "ink";
+    case palpa::CurveColor::blue: return "blue";
+    case palpa::CurveColor::vermilion: return "vermilion";
+    case palpa::CurveColor::green: return "green";
+    case palpa::CurveColor::purple: return "purple";
+    case palpa::CurveColor::sky: return "sky";
+    case palpa::CurveColor::orange: return "orange";
+    case palpa::CurveColor::grey: break;
   }
   return "grey";
 }

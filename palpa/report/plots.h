@@ -19,7 +19,7 @@ struct TimePlot {
 };
 
 /// A curve over the times of ticks. \param value  of the tick of a number
-Series over_time(const auto& ticks, std::string name, palpa::Color color, Stroke stroke, const auto& value) {
+Series over_time(const auto& ticks, std::string name, palpa::CurveColor color, Stroke stroke, const auto& value) {
   Series series{.name = std::move(name), .color = color, .stroke = stroke};
   series.xs.reserve(ticks.size());
   series.ys.reserve(ticks.size());

@@ -48,8 +48,8 @@ std::string felt_signal(const Recorded& recorded, const Scene* scene, const Repo
   std::string out = signal_markup(signal);
   if (signal.command.step_hz > 0.0) {
     const Plot plot = spectrum_plot("Spectrum of the force on the hand",
-                                    {amplitudes(signal.spring, "k \u00b7 probe", Color::orange, Stroke::dashed),
-                                     amplitudes(signal.command, "on the hand", Color::black, Stroke::solid)});
+                                    {amplitudes(signal.spring, "k \u00b7 probe", CurveColor::orange, Stroke::dashed),
+                                     amplitudes(signal.command, "on the hand", CurveColor::black, Stroke::solid)});
     std::string svg = svg_of(plot, 760, 320, "spectrum-");
     keep(options, "spectrum.svg", svg);
     svg.insert(4, " role=\"img\" aria-label=\"Spectrum of the force on the hand, and of k times the probe.\"");

@@ -37,7 +37,7 @@ double stiffness_n_per_m(const Recorded& recorded) {
 
 }  // namespace
 
-Series amplitudes(const Spectrum& spectrum, std::string name, Color color, Stroke stroke) {
+Series amplitudes(const Spectrum& spectrum, std::string name, CurveColor color, Stroke stroke) {
   Series series{.name = std::move(name), .color = color, .stroke = stroke};
   for (std::size_t i = 1; i < spectrum.power_per_hz.size(); ++i) {
     series.xs.push_back(static_cast<double>(i) * spectrum.step_hz);

@@ -12,7 +12,7 @@
 namespace palpa::detail {
 
 /// A spectrum as a curve: the root of the power, so that heights are forces.
-Series amplitudes(const Spectrum& spectrum, std::string name, Color color, Stroke stroke);
+Series amplitudes(const Spectrum& spectrum, std::string name, CurveColor color, Stroke stroke);
 /// Such curves, with the limits of the tactile band.
 Plot spectrum_plot(std::string title, std::vector<Series> curves);
 

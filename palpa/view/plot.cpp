@@ -39,7 +39,7 @@ namespace {
 
 constexpr std::array<std::array<unsigned char, 3>, 8> palette{
     {{0, 0, 0}, {0, 114, 178}, {213, 94, 0}, {0, 158, 115}, {178, 92, 148}, {62, 156, 209}, {204, 140, 0}, {120, 120, 120}}};
-const std::array<unsigned char, 3>& rgb(Color color) { return palette[static_cast<std::size_t>(color) % palette.size()]; }
+const std::array<unsigned char, 3>& rgb(CurveColor color) { return palette[static_cast<std::size_t>(color) % palette.size()]; }
 
 int line_type(Stroke stroke) {
   return stroke == Stroke::dashed ? vtkPen::DASH_LINE : stroke == Stroke::dotted ? vtkPen::DOT_LINE : vtkPen::SOLID_LINE;
@@ -360,7 +360,7 @@ void add_chart(vtkContextScene* scene, const Plot& given, const vtkRectf& place,
   const std::vector<Signs> kinds = signs_of(plot, area, scale);
   for (const Signs& kind : kinds) {
     for (const double x : kind.xs) {
-      add_series(chart, area, {.xs = {x, x}, .ys = {area.y.low, area.y.high}, .color = Color::grey, .stroke = Stroke::dotted},
+      add_series(chart, area, {.xs = {x, x}, .ys = {area.y.low, area.y.high}, .color = CurveColor::grey, .stroke = Stroke::dotted},
                  0, 0.0f, 0.8f * scale);
     }
   }
@@ -371,8 +371,8 @@ void add_chart(vtkContextScene* scene, const Plot& given, const vtkRectf& place,
     const int marker = series.points_only ? markers[next_marker++ % 3] : 0;
     add_series(chart, area, thinned(series, area.x.low, area.x.high, columns), marker, 7 * scale, 1.6f * scale);
   }
-  constexpr std::pair<int, Color> looks[] = {
-      {vtkPlotPoints::DIAMOND, Color::grey}, {vtkPlotPoints::CROSS, Color::black}, {vtkPlotPoints::SQUARE, Color::vermilion}};
+  constexpr std::pair<int, CurveColor> looks[] = {
+      {vtkPlotPoints::DIAMOND, CurveColor::grey}, {vtkPlotPoints::CROSS, CurveColor::black}, {vtkPlotPoints::SQUARE, CurveColor::vermilion}};
   for (std::size_t i = 0; i < kinds.size(); ++i) {
     const auto& [marker, color] = looks[i % 3];
     const double top = area.y.high - 0.03 * (area.y.high - area.y.low);
@@ -419,7 +419,7 @@ class DrawingItem : public vtkContextItem {
   bool Paint(vtkContext2D* painter) override {
     const float title_px = drawing_.title.empty() ? 0.0f : 26 * scale_;
     if (!drawing_.title.empty()) {
-      set_text(painter, Color::black, 14, 0, true);
+      set_text(painter, CurveColor::black, 14, 0, true);
       painter->DrawString(place_.GetX() + place_.GetWidth() / 2, place_.GetY() + place_.GetHeight() - title_px / 2,
                           drawing_.title);
     }
@@ -441,7 +441,7 @@ class DrawingItem : public vtkContextItem {
     return {left_ + px_per_mm_ * static_cast<float>(point.x_mm - drawing_.low.x_mm),
             bottom_ + px_per_mm_ * static_cast<float>(point.y_mm - drawing_.low.y_mm)};
   }
-  void set_text(vtkContext2D* painter, Color color, int size, int align, bool bold) const {
+  void set_text(vtkContext2D* painter, CurveColor color, int size, int align, bool bold) const {
     vtkTextProperty* text = painter->GetTextProp();
     const auto& c = rgb(color);
     text->SetColor(c[0] / 255.0, c[1] / 255.0, c[2] / 255.0);
@@ -618,22 +618,22 @@ void fill(vtkContextScene* scene, const Sheet& sheet, int width_px, int height_p
 
 }  // namespace
 
-void Drawing::path(std::vector<DrawingPoint> points, Color color, Stroke stroke, float width_px) {
+void Drawing::path(std::vector<DrawingPoint> points, CurveColor color, Stroke stroke, float width_px) {
   parts.push_back({.shape = Shape::path, .points = std::move(points), .color = color, .stroke = stroke, .width_px = width_px});
 }
-void Drawing::area(std::vector<DrawingPoint> points, Color color) {
+void Drawing::area(std::vector<DrawingPoint> points, CurveColor color) {
   parts.push_back({.shape = Shape::area, .points = std::move(points), .color = color});
 }
-void Drawing::arrow(DrawingPoint from, DrawingPoint to, Color color, float width_px) {
+void Drawing::arrow(DrawingPoint from, DrawingPoint to, CurveColor color, float width_px) {
   parts.push_back({.shape = Shape::arrow, .points = {from, to}, .color = color, .width_px = width_px});
 }
-void Drawing::dot(DrawingPoint at, Color color, float radius_px) {
+void Drawing::dot(DrawingPoint at, CurveColor color, float radius_px) {
   parts.push_back({.shape = Shape::dot, .points = {at}, .color = color, .radius_px = radius_px});
 }
-void Drawing::ring(DrawingPoint at, Color color, float radius_px) {
+void Drawing::ring(DrawingPoint at, CurveColor color, float radius_px) {
   parts.push_back({.shape = Shape::ring, .points = {at}, .color = color, .radius_px = radius_px});
 }
-void Drawing::text(DrawingPoint at, std::string text, int align, Color color) {
+void Drawing::text(DrawingPoint at, std::string text, int align, CurveColor color) {
   parts.push_back({.shape = Shape::text, .points = {at}, .color = color, .text = std::move(text), .align = align});
 }
 

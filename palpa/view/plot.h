@@ -13,7 +13,7 @@
 namespace palpa {
 
 /// The colours of Okabe and Ito, which the colour-blind can tell apart, and a grey for what matters less.
-enum class Color : std::uint8_t { black, blue, vermilion, green, purple, sky, orange, grey };
+enum class CurveColor : std::uint8_t { black, blue, vermilion, green, purple, sky, orange, grey };
 
 enum class Stroke : std::uint8_t { solid, dashed, dotted };
 
@@ -22,7 +22,7 @@ struct Series {
   std::string name{};        ///< for the legend; empty: not in it
   std::vector<double> xs{};  ///< in the x axis' own unit
   std::vector<double> ys{};  ///< in the y axis' own unit; as many
-  Color color = Color::blue;
+  CurveColor color = CurveColor::blue;
   Stroke stroke = Stroke::solid;
   bool points_only = false;
 };
@@ -59,7 +59,7 @@ struct Drawing {
   struct Part {
     Shape shape = Shape::path;
     std::vector<DrawingPoint> points{};  ///< path, area: its corners; arrow: from, to; dot, ring, text: where
-    Color color = Color::black;
+    CurveColor color = CurveColor::black;
     Stroke stroke = Stroke::solid;
     float width_px = 1.6f;   ///< [px] of lines
     float radius_px = 4.5f;  ///< [px] of dot and ring
@@ -73,16 +73,16 @@ struct Drawing {
   std::vector<Part> parts{};
 
   /// A line of `width_px` [px] through points.
-  void path(std::vector<DrawingPoint> points, Color color = Color::black, Stroke stroke = Stroke::solid, float width_px = 1.6f);
+  void path(std::vector<DrawingPoint> points, CurveColor color = CurveColor::black, Stroke stroke = Stroke::solid, float width_px = 1.6f);
   /// Lightly filled.
-  void area(std::vector<DrawingPoint> points, Color color);
+  void area(std::vector<DrawingPoint> points, CurveColor color);
   /// A shaft of `width_px` [px] with its head at `to`.
-  void arrow(DrawingPoint from, DrawingPoint to, Color color, float width_px = 2.2f);
+  void arrow(DrawingPoint from, DrawingPoint to, CurveColor color, float width_px = 2.2f);
   /// A disc of `radius_px` [px].
-  void dot(DrawingPoint at, Color color, float radius_px = 4.5f);
+  void dot(DrawingPoint at, CurveColor color, float radius_px = 4.5f);
   /// A circle of `radius_px` [px], white inside.
-  void ring(DrawingPoint at, Color color, float radius_px = 4.5f);
-  void text(DrawingPoint at, std::string text, int align = 0, Color color = Color::black);
+  void ring(DrawingPoint at, CurveColor color, float radius_px = 4.5f);
+  void text(DrawingPoint at, std::string text, int align = 0, CurveColor color = CurveColor::black);
 };
 
 /// Plots and drawings side by side, row by row.

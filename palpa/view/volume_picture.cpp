@@ -277,7 +277,7 @@ class Slices {
 
 Picture histogram_picture(const Statistics& values, const std::string& label, int width_px, int height_px) {
   const Histogram shown = values.histogram.in_classes(128);
-  Series steps{.name = {}, .color = Color::blue};
+  Series steps{.name = {}, .color = CurveColor::blue};
   // Zero has no logarithm: an empty class is drawn as half a voxel.
   const double all = static_cast<double>(std::max<std::int64_t>(1, values.counted));
   const double least = 50.0 / all;

@@ -11,7 +11,7 @@
 #include "program.h"
 
 namespace palpa {
-namespace {
+namespace app_test {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -316,5 +316,5 @@ TEST_F(Program, AMapOfAnotherSceneBeginsAnewWithAWord) {
   EXPECT_EQ(palpa({"map", "scene.toml", "m.vti", "--size-mm", "nan"}).code, 2);
 }
 
-}  // namespace
+}  // namespace app_test
 }  // namespace palpa

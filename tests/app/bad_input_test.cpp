@@ -11,7 +11,7 @@
 #include "program.h"
 
 namespace palpa {
-namespace {
+namespace bad_input_test {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
@@ -208,5 +208,5 @@ TEST_F(BadInput, ASceneCannotNameAFileThatIsNoUtf8) {
   EXPECT_FALSE(fs::exists(folder / "scene.toml"));
 }
 
-}  // namespace
+}  // namespace bad_input_test
 }  // namespace palpa

@@ -7,7 +7,7 @@
 #include "program.h"
 
 namespace palpa {
-namespace {
+namespace check_command_test {
 
 using nlohmann::json;
 using testing::HasSubstr;
@@ -178,5 +178,5 @@ TEST_F(CheckCommand, ARunOnADeviceSaysTheVerdictOnce) {
   EXPECT_THAT(ended.out, testing::Not(HasSubstr("palpa check")));
 }
 
-}  // namespace
+}  // namespace check_command_test
 }  // namespace palpa

@@ -16,7 +16,7 @@
 #include "program.h"
 
 namespace palpa {
-namespace {
+namespace live_run_test {
 
 using nlohmann::json;
 using testing::AllOf;
@@ -160,5 +160,5 @@ TEST_F(LiveRun, ListsEveryKindOfDeviceWithWhatIsMissing) {
   }
 }
 
-}  // namespace
+}  // namespace live_run_test
 }  // namespace palpa

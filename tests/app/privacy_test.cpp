@@ -6,7 +6,7 @@
 #include "program.h"
 
 namespace palpa {
-namespace {
+namespace privacy_test {
 
 namespace fs = std::filesystem;
 
@@ -160,5 +160,5 @@ TEST_P(Privacy, OfAPatientIsKept) {
 INSTANTIATE_TEST_SUITE_P(Files, Privacy, testing::Values("a.nrrd", "a.mha", "a.nii", "a.vtk", "a.dcm"),
                          [](const auto& file) { return std::string(file.param).substr(2); });
 
-}  // namespace
+}  // namespace privacy_test
 }  // namespace palpa

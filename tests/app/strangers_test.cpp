@@ -16,7 +16,7 @@
 #include "program.h"
 
 namespace palpa {
-namespace {
+namespace strangers_test {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
@@ -267,5 +267,5 @@ TEST_F(Strangers, AnErrorIsOneLineOfAtMost500Bytes) {
   expect_refused({"run", "scene.toml", "--hand", "nul.csv"}, "'a\\u0000b' is no number; every cell");
 }
 
-}  // namespace
+}  // namespace strangers_test
 }  // namespace palpa

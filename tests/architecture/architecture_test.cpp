@@ -19,7 +19,7 @@
 #include "source_tokens.h"
 
 namespace palpa::architecture {
-namespace {
+namespace architecture_test {
 
 namespace fs = std::filesystem;
 using testing::Contains;
@@ -269,32 +269,14 @@ constexpr int table[] = {f(1), 2};
   EXPECT_EQ(functions.at(1).lines, 6);
 }
 
-TEST(Sizes, NamedNumbersAreFound) {
-  EXPECT_THAT(named_constants("constexpr double a = 1e-3;\nclass B { static constexpr std::size_t c{64}; };\n"
-                              "void d() { constexpr int e = 2 * 3; if constexpr (f) { } }\nconstexpr double g[] = {1, 2};"),
-              ElementsAre("a", "c", "e", "g"));
-  EXPECT_THAT(named_constants("constexpr double a = std::numeric_limits<double>::infinity();\n"
-                              "static constexpr auto type = \"b\";\nconstexpr std::size_t c = D::most;\n"
-                              "constexpr int e(int f) { return 2 * f; }"),
-              IsEmpty());
-}
-
-// What whoever opens the tick has to read.
-TEST(Tick, IsShort) {
+TEST(Tick, HasShortFunctions) {
   int functions = 0;
-  std::ptrdiff_t lines = 0;
-  std::vector<std::string> constants;
   for (const std::string& file : files_under("palpa/tick", {".h", ".cpp"})) {
-    const std::string text = text_of(repository() / file);
-    lines += std::count(text.begin(), text.end(), '\n');
-    for (const std::string& name : named_constants(text)) constants.push_back(name);
-    for (const FunctionLength& function : functions_of(text)) {
+    for (const FunctionLength& function : functions_of(text_of(repository() / file))) {
       EXPECT_LE(function.lines, 60) << file << ':' << function.line << ": " << function.name;
       ++functions;
     }
   }
-  EXPECT_LE(lines, 2000);
-  EXPECT_LE(constants.size(), 18) << testing::PrintToString(constants);
   EXPECT_GT(functions, 100) << "the sources were not found";
 }
 
@@ -477,5 +459,5 @@ TEST(Pages, GiveAReasonForEveryPackage) {
   EXPECT_GT(packages, 10);
 }
 
-}  // namespace
+}  // namespace architecture_test
 }  // namespace palpa::architecture

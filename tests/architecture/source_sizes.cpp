@@ -1,7 +1,6 @@
 #include "source_sizes.h"
 
 #include <algorithm>
-#include <cctype>
 
 #include "source_tokens.h"
 
@@ -21,8 +20,6 @@ std::size_t closing(const std::vector<Token>& tokens, std::size_t open) {
 bool is_any_of(const std::string& token, std::initializer_list<const char*> words) {
   return std::ranges::find(words, token) != words.end();
 }
-
-bool is_number(const std::string& token) { return std::isdigit(static_cast<unsigned char>(token[0])); }
 
 }  // namespace
 
@@ -55,26 +52,6 @@ std::vector<FunctionLength> functions_of(std::string_view source) {
     first = close + 1;
   }
   return functions;
-}
-
-std::vector<std::string> named_constants(std::string_view source) {
-  const std::vector<Token> tokens = lex(source).tokens;
-  std::vector<std::string> names;
-  for (std::size_t i = 0; i < tokens.size(); ++i) {
-    if (tokens[i].text != "constexpr") continue;
-    std::size_t at = i + 1;
-    while (at < tokens.size() && !is_any_of(tokens[at].text, {"=", "{", "(", ";"})) ++at;
-    if (at == tokens.size() || !is_any_of(tokens[at].text, {"=", "{"})) continue;  // a function, or `if constexpr`
-    std::size_t name = at - 1;
-    while (name > i && !is_word(tokens[name].text)) --name;
-    bool has_number = false;
-    for (int depth = 0; at < tokens.size() && (depth > 0 || tokens[at].text != ";"); ++at) {
-      depth += (tokens[at].text == "{") - (tokens[at].text == "}");
-      has_number = has_number || is_number(tokens[at].text);
-    }
-    if (has_number) names.push_back(tokens[name].text);
-  }
-  return names;
 }
 
 }  // namespace palpa::architecture

@@ -1,4 +1,4 @@
-// How much of a source there is: its functions' lengths, and the numbers that it names.
+// The lengths of a source's functions.
 #pragma once
 
 #include <string>
@@ -14,9 +14,5 @@ struct FunctionLength {
 };
 /// The functions that a source defines, at namespace scope or in a class.
 std::vector<FunctionLength> functions_of(std::string_view source);
-
-/// The names of what a source declares constexpr, in any scope, with a number in its value. Other names for
-/// the same, like `std::numeric_limits` and constants of another class, are none.
-std::vector<std::string> named_constants(std::string_view source);
 
 }  // namespace palpa::architecture

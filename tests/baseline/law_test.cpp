@@ -15,7 +15,7 @@
 #include "tests/core/random_problems.h"
 
 namespace palpa {
-namespace {
+namespace law_test {
 
 using test::fill;
 using test::Problem;
@@ -467,5 +467,5 @@ TEST(NoProxy, ForgetsTheMotionWhenItIsReset) {
   EXPECT_EQ(found->solve(set, {}, {2e-3, 0, 0}, 800, 1e-3).position_m, (Vec3{2e-3, 0, 0}));
 }
 
-}  // namespace
+}  // namespace law_test
 }  // namespace palpa

@@ -12,7 +12,7 @@
 #include "tests/tick/hands.h"
 
 namespace palpa {
-namespace {
+namespace session_test {
 
 Scene scene_of_many(const std::string& law) {
   Scene scene({.stiffness_n_per_m = 800, .damping_ns_per_m = 0.5});
@@ -164,5 +164,5 @@ INSTANTIATE_TEST_SUITE_P(Laws, BaselineSession,
                            return name;
                          });
 
-}  // namespace
+}  // namespace session_test
 }  // namespace palpa

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace palpa::test {
-namespace {
+namespace arbitrary_bits_test {
 
 TEST(ArbitraryBits, GetAFiniteAndHonestAnswer) {
   const ArbitraryBits run = solve_arbitrary_bits(300'000, 2);
@@ -26,5 +26,5 @@ TEST(ArbitraryBits, OfCornersGetAFiniteAndHonestAnswer) {
   EXPECT_GT(run.refused, 10'000);
 }
 
-}  // namespace
+}  // namespace arbitrary_bits_test
 }  // namespace palpa::test

@@ -7,7 +7,7 @@
 #include "tests/core/solved.h"
 
 namespace palpa {
-namespace {
+namespace closed_form_test {
 
 using test::Problem;
 using test::Random;
@@ -100,5 +100,5 @@ TEST(ClosedForm, KeepsNoRoundingOfAWarmStart) {
   }
 }
 
-}  // namespace
+}  // namespace closed_form_test
 }  // namespace palpa

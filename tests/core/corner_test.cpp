@@ -10,7 +10,7 @@
 #include "tests/core/solved.h"
 
 namespace palpa::test {
-namespace {
+namespace corner_test {
 
 TEST(Corner, ItsWayOutIsThatOfAllFacesTriedOneByOne) {
   Random random(1);
@@ -318,5 +318,5 @@ TEST(Corner, WidthIsTheSineOfHalfTheOpeningOfAGroove) {
   EXPECT_EQ(detail::width_of(around), 0.0);
 }
 
-}  // namespace
+}  // namespace corner_test
 }  // namespace palpa::test

@@ -11,7 +11,7 @@
 #include <type_traits>
 
 namespace palpa {
-namespace {
+namespace damper_test {
 
 constexpr double dt = 1e-3;
 constexpr double k = 500.0;
@@ -151,5 +151,5 @@ TEST(DamperUnderAnEncoder, IsFiniteForEverything) {
   }
 }
 
-}  // namespace
+}  // namespace damper_test
 }  // namespace palpa

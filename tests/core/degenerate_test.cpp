@@ -14,7 +14,7 @@
 #include "tests/core/solved.h"
 
 namespace palpa::test {
-namespace {
+namespace degenerate_test {
 
 // Which share of a family's problems may have a plain bound above 1e-9 m: rounding to double alone can
 // keep it there.
@@ -195,5 +195,5 @@ TEST(Reference, TakesNoWrongPositionForTheBalance) {
   EXPECT_EQ(certified, 50);
 }
 
-}  // namespace
+}  // namespace degenerate_test
 }  // namespace palpa::test

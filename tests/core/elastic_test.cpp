@@ -10,7 +10,7 @@
 #include "tests/core/solved.h"
 
 namespace palpa {
-namespace {
+namespace elastic_test {
 
 using test::Problem;
 using test::Random;
@@ -290,5 +290,5 @@ TEST(Elastic, IsRefusedWhereItMeansNothing) {
   EXPECT_STREQ(refusal(p), "stiffness is of a plane with drag");
 }
 
-}  // namespace
+}  // namespace elastic_test
 }  // namespace palpa

@@ -8,7 +8,7 @@
 #include "tests/core/solved.h"
 
 namespace palpa {
-namespace {
+namespace extremes_test {
 
 using test::Problem;
 using test::Random;
@@ -112,5 +112,5 @@ TEST(Bound, ProvesNothingWithoutAStiffnessOrATime) {
   }
 }
 
-}  // namespace
+}  // namespace extremes_test
 }  // namespace palpa

@@ -8,7 +8,7 @@
 #include "tests/core/solved.h"
 
 namespace palpa::test {
-namespace {
+namespace metamorphic_test {
 
 constexpr double half_ulp = 0x1p-53;
 
@@ -289,5 +289,5 @@ TEST(Metamorphic, AWarmStartChangesNothing) {
   });
 }
 
-}  // namespace
+}  // namespace metamorphic_test
 }  // namespace palpa::test

@@ -9,7 +9,7 @@
 #include "palpa/core/utf8.h"
 
 namespace palpa::detail {
-namespace {
+namespace printed_test {
 
 TEST(Printed, CutsNothingOff) {
   EXPECT_EQ(text("%.3f N", 1.25), "1.250 N");
@@ -44,5 +44,5 @@ TEST(Escaped, IsTextWithinXml) {
   EXPECT_EQ(escaped("\u00e9\xff\u20ac"), "\u00e9?\u20ac");
 }
 
-}  // namespace
+}  // namespace printed_test
 }  // namespace palpa::detail

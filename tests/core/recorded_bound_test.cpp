@@ -12,7 +12,7 @@
 #include "tests/laws/balance_formula.h"
 
 namespace palpa::test {
-namespace {
+namespace recorded_bound_test {
 
 using Quad = __float128;
 
@@ -241,5 +241,5 @@ TEST(RecordedBound, TakesTheFacetsOfACornerForOne) {
   }
 }
 
-}  // namespace
+}  // namespace recorded_bound_test
 }  // namespace palpa::test

@@ -9,7 +9,7 @@
 #include "palpa/core/utf8.h"
 
 namespace palpa::detail {
-namespace {
+namespace shown_test {
 
 TEST(Shown, SteeringCharactersAreSpelled) {
   EXPECT_EQ(shown("a\033[31mb\a\n\t\x7f"), "a\\u001B[31mb\\u0007\\u000A\\u0009\\u007F");
@@ -61,5 +61,5 @@ TEST(Shown, LongTextsLoseTheirMiddle) {
   }
 }
 
-}  // namespace
+}  // namespace shown_test
 }  // namespace palpa::detail

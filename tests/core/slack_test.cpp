@@ -8,7 +8,7 @@
 #include "tests/core/random_problems.h"
 
 namespace palpa {
-namespace {
+namespace slack_test {
 
 constexpr double k = 500.0;
 
@@ -99,5 +99,5 @@ TEST(Slack, IsMadeGoodByTheHandAlone) {
   EXPECT_EQ(slack.felt_m(pressed_m, pressed_m, 0.0, {0, 0, -1e-3}), pressed_m) << "as if nothing had waited";
 }
 
-}  // namespace
+}  // namespace slack_test
 }  // namespace palpa

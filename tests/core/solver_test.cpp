@@ -12,7 +12,7 @@
 #include "tests/core/random_problems.h"
 
 namespace palpa {
-namespace {
+namespace solver_test {
 
 using test::fill;
 using test::Problem;
@@ -514,5 +514,5 @@ TEST(Damper, FollowsASteadyMotion) {
   EXPECT_NEAR(v.z, -0.01, 1e-6);
 }
 
-}  // namespace
+}  // namespace solver_test
 }  // namespace palpa

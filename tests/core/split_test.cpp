@@ -13,7 +13,7 @@
 #include "tests/core/random_problems.h"
 
 namespace palpa {
-namespace {
+namespace split_test {
 
 using test::Random;
 
@@ -441,5 +441,5 @@ TEST(LeastSplit, IsFiniteForArbitraryBitsAndAllocatesNothing) {
   EXPECT_EQ(test::allocations, before);
 }
 
-}  // namespace
+}  // namespace split_test
 }  // namespace palpa

@@ -8,7 +8,7 @@
 #include "tests/core/random_problems.h"
 
 namespace palpa {
-namespace {
+namespace theory_test {
 
 using test::fill;
 using test::Problem;
@@ -622,5 +622,5 @@ TEST(Passivity, EndsWithDirectedForces) {
   }
 }
 
-}  // namespace
+}  // namespace theory_test
 }  // namespace palpa

@@ -4,7 +4,7 @@
 #include "tests/device/closed_loop.h"
 
 namespace palpa {
-namespace {
+namespace damper_test {
 
 using test::ClosedLoop;
 using test::felt_in;
@@ -41,5 +41,5 @@ TEST(DamperOnADevice, IsAsQuietAsTheSpring) {
   }
 }
 
-}  // namespace
+}  // namespace damper_test
 }  // namespace palpa

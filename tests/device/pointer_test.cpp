@@ -7,7 +7,7 @@
 #include <thread>
 
 namespace palpa {
-namespace {
+namespace pointer_test {
 
 // All that was pending has passed.
 void settle(Pointer& pointer) {
@@ -116,5 +116,5 @@ TEST(Pointer, LosesNoMotionBetweenTwoThreads) {
   EXPECT_NEAR(place_m(pointer).x, 0.1, 1e-9);
 }
 
-}  // namespace
+}  // namespace pointer_test
 }  // namespace palpa

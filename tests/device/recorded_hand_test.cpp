@@ -12,7 +12,7 @@
 #include "palpa/device/hand.h"
 
 namespace palpa {
-namespace {
+namespace recorded_hand_test {
 
 namespace fs = std::filesystem;
 using testing::AllOf;
@@ -340,5 +340,5 @@ TEST_F(RecordedHand, RealRecordingsAreReadAsTheirDescriptionSays) {
   EXPECT_THROW(recorded_target(folder / "handover_a_wrench_interaction.csv", {.hand_rate_hz = 120}), LoadError);
 }
 
-}  // namespace
+}  // namespace recorded_hand_test
 }  // namespace palpa

@@ -10,7 +10,7 @@
 #include "palpa/device/hand.h"
 
 namespace palpa {
-namespace {
+namespace simulated_hand_test {
 
 using testing::AllOf;
 using testing::HasSubstr;
@@ -392,5 +392,5 @@ TEST(OpenHand, SimulatedHandsAreRelaxedAndRecordingsRigidUnlessSaid) {
   EXPECT_EQ(open_hand("sim:press", std::nullopt, {}, device_plant("falcon"))->limits().max_force_n, 8.0);
 }
 
-}  // namespace
+}  // namespace simulated_hand_test
 }  // namespace palpa

@@ -19,7 +19,7 @@
 #include "tests/devices/vendor_rigs.h"
 
 namespace palpa {
-namespace {
+namespace conformance_test {
 
 using Clock = std::chrono::steady_clock;
 using std::chrono::milliseconds;
@@ -396,5 +396,5 @@ TEST(DeviceSettings, ThatAreWrongAreRefusedInALine) {
   }
 }
 
-}  // namespace
+}  // namespace conformance_test
 }  // namespace palpa

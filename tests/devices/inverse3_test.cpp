@@ -23,7 +23,7 @@
 #include "tests/devices/inverse3_rig.h"
 
 namespace palpa {
-namespace {
+namespace inverse3_test {
 
 using nlohmann::json;
 using test::Inverse3StandIn;
@@ -639,5 +639,5 @@ TEST(Inverse3Peer, AgreesWithAnotherServersWebSocket) {
   EXPECT_EQ(state.position_m, Vec3{}) << "the force ends when nobody writes";
 }
 
-}  // namespace
+}  // namespace inverse3_test
 }  // namespace palpa

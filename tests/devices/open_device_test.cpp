@@ -15,7 +15,7 @@
 #include "tests/devices/vendor_rigs.h"
 
 namespace palpa {
-namespace {
+namespace open_device_test {
 
 namespace fs = std::filesystem;
 using testing::AllOf;
@@ -153,5 +153,5 @@ TEST_F(DevicesToml, LiesWhereTheUserHasSuchFiles) {
   ::unsetenv("PALPA_DEVICES");
 }
 
-}  // namespace
+}  // namespace open_device_test
 }  // namespace palpa

@@ -31,7 +31,7 @@
 #include "palpa/disk/new_file.h"
 
 namespace palpa::detail {
-namespace {
+namespace disk_test {
 
 namespace fs = std::filesystem;
 using testing::ElementsAre;
@@ -332,5 +332,5 @@ TEST_F(MappedFiles, ThatAreEmptyAreSoInMemory) {
   EXPECT_TRUE(file.is_whole());
 }
 
-}  // namespace
+}  // namespace disk_test
 }  // namespace palpa::detail

@@ -24,7 +24,7 @@
 #include "palpa/study/run.h"
 
 namespace palpa::explorer {
-namespace {
+namespace explorer_test {
 
 namespace fs = std::filesystem;
 
@@ -586,5 +586,5 @@ TEST(ExplorerProgram, TakesAFileBehindAFolderOfDataForAFile) {
   }
 }
 
-}  // namespace
+}  // namespace explorer_test
 }  // namespace palpa::explorer

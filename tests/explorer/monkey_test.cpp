@@ -16,7 +16,7 @@
 #include "driver.h"
 
 namespace palpa::explorer {
-namespace {
+namespace monkey_test {
 
 double resident_mib() {
   std::ifstream file("/proc/self/statm");
@@ -118,5 +118,5 @@ TEST(ExplorerMonkey, FindsNothingThatBreaks) {
   EXPECT_LT(resident_mib(), 1.5 * early_mib + 150.0);
 }
 
-}  // namespace
+}  // namespace monkey_test
 }  // namespace palpa::explorer

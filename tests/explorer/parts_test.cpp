@@ -17,7 +17,7 @@
 #include "palpa/mode/plugin.h"
 
 namespace palpa::explorer {
-namespace {
+namespace parts_test {
 
 TEST(ParameterRows, ShowEveryModeAndChangeOneValueAlone) {
   const ModeCatalog modes = modes_with({});
@@ -164,5 +164,5 @@ TEST(OpenAny, SaysWhatIsWrong) {
   }
 }
 
-}  // namespace
+}  // namespace parts_test
 }  // namespace palpa::explorer

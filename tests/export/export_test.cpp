@@ -17,7 +17,7 @@
 #include "palpa/vtk/to_vtk.h"
 
 namespace palpa {
-namespace {
+namespace export_test {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -222,5 +222,5 @@ TEST_F(Export, WhatIsWrongIsSaidInOneLine) {
   EXPECT_THAT(error_of(trace, "felt.vtp"), HasSubstr("has no ticks to export"));
 }
 
-}  // namespace
+}  // namespace export_test
 }  // namespace palpa

@@ -14,7 +14,7 @@
 #include <fstream>
 
 namespace palpa {
-namespace {
+namespace map_file_test {
 
 namespace fs = std::filesystem;
 
@@ -73,5 +73,5 @@ TEST(MapFile, ParaViewOpensIt) {
   fs::remove_all(folder);
 }
 
-}  // namespace
+}  // namespace map_file_test
 }  // namespace palpa

@@ -13,7 +13,7 @@
 #include "palpa/file/protocol_memory.h"
 
 namespace palpa::protocol {
-namespace {
+namespace protocol_test {
 
 Header sample_header() {
   Header header;
@@ -262,5 +262,5 @@ TEST(Protocol, BytesReadLikeWords) {
   EXPECT_EQ(readable_bytes(512e9), "512 GB");
 }
 
-}  // namespace
+}  // namespace protocol_test
 }  // namespace palpa::protocol

@@ -18,7 +18,7 @@
 #include "palpa/volume/volume.h"
 
 namespace palpa {
-namespace {
+namespace stand_in_test {
 
 namespace fs = std::filesystem;
 
@@ -208,5 +208,5 @@ TEST_F(StandIn, NoReaderIsStartedForWhatIsNoFile) {
   EXPECT_NE(what(pipe).find("no ordinary file"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace stand_in_test
 }  // namespace palpa

@@ -13,7 +13,7 @@
 #include <thread>
 
 namespace palpa::fuzz {
-namespace {
+namespace campaign_test {
 
 class CampaignTest : public testing::Test {
  protected:
@@ -146,5 +146,5 @@ TEST_F(CampaignTest, GoesOnWhereItsTableEnds) {
   EXPECT_THROW(load_table("/proc/self/status"), std::runtime_error);
 }
 
-}  // namespace
+}  // namespace campaign_test
 }  // namespace palpa::fuzz

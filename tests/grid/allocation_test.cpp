@@ -10,7 +10,7 @@
 #include "tests/grid/test_fields.h"
 
 namespace palpa {
-namespace {
+namespace allocation_test {
 
 TEST(Allocation, sampling_a_derived_field_allocates_nothing) {
   std::mt19937 random(2);
@@ -83,5 +83,5 @@ TEST(Allocation, sampling_allocates_nothing) {
   EXPECT_GT(test::allocations, 0);  // the counter counts
 }
 
-}  // namespace
+}  // namespace allocation_test
 }  // namespace palpa

@@ -12,7 +12,7 @@
 #include "tests/grid/test_fields.h"
 
 namespace palpa {
-namespace {
+namespace axis_grid_test {
 
 using namespace test;
 
@@ -279,5 +279,5 @@ TEST(AxisGrid, is_made_of_vector_grids_and_keeps_filter_and_pose) {
   EXPECT_TRUE(is_axis_field(*without.fields[1].field));
 }
 
-}  // namespace
+}  // namespace axis_grid_test
 }  // namespace palpa

@@ -15,7 +15,7 @@
 #include "tests/grid/test_fields.h"
 
 namespace palpa {
-namespace {
+namespace certificate_test {
 
 using test::uniform;
 
@@ -180,5 +180,5 @@ TEST(LocalSpacing, IsThatOfTheCell) {
   }
 }
 
-}  // namespace
+}  // namespace certificate_test
 }  // namespace palpa

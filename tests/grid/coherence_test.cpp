@@ -6,7 +6,7 @@
 #include "tests/grid/test_fields.h"
 
 namespace palpa {
-namespace {
+namespace coherence_test {
 
 using namespace test;
 
@@ -86,5 +86,5 @@ TEST(Coherence, HasTheDerivativeOfItsValue) {
   }
 }
 
-}  // namespace
+}  // namespace coherence_test
 }  // namespace palpa

@@ -12,7 +12,7 @@
 #include "tests/grid/test_fields.h"
 
 namespace palpa {
-namespace {
+namespace derived_test {
 
 using namespace test;
 
@@ -645,5 +645,5 @@ TEST(Derived, gradient_of_q_points_to_the_core_of_a_vortex) {
   RecordProperty("worst_p99_deg", std::to_string(worst));
 }
 
-}  // namespace
+}  // namespace derived_test
 }  // namespace palpa

@@ -16,7 +16,7 @@
 #include "tests/grid/test_fields.h"
 
 namespace palpa {
-namespace {
+namespace filter_test {
 
 using namespace test;
 
@@ -397,5 +397,5 @@ TEST(Level, of_a_sphere_in_12_bits_lies_where_the_filters_promise) {
   RecordProperty("smooth_um", std::to_string(1e6 * p99_m(Filter::smooth)));
 }
 
-}  // namespace
+}  // namespace filter_test
 }  // namespace palpa

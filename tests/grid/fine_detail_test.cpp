@@ -13,7 +13,7 @@
 #include "tests/grid/test_fields.h"
 
 namespace palpa {
-namespace {
+namespace fine_detail_test {
 
 using namespace test;
 
@@ -161,5 +161,5 @@ TEST(FineDetail, IsFiniteAnywhere) {
   EXPECT_GT(inside, 100);
 }
 
-}  // namespace
+}  // namespace fine_detail_test
 }  // namespace palpa

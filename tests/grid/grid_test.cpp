@@ -8,7 +8,7 @@
 #include "tests/grid/test_fields.h"
 
 namespace palpa {
-namespace {
+namespace grid_test {
 
 using namespace test;
 
@@ -517,5 +517,5 @@ TEST(VoxelType, has_the_names_that_files_and_reports_use) {
   EXPECT_STREQ(name_of(VoxelType::float64), "float64");
 }
 
-}  // namespace
+}  // namespace grid_test
 }  // namespace palpa

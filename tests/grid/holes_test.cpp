@@ -11,7 +11,7 @@
 #include "tests/grid/test_fields.h"
 
 namespace palpa {
-namespace {
+namespace holes_test {
 
 using namespace test;
 
@@ -166,5 +166,5 @@ TEST(Holes, EverywhereLeaveNoDepth) {
   EXPECT_EQ(one->depth_m({}), 0.0);
 }
 
-}  // namespace
+}  // namespace holes_test
 }  // namespace palpa

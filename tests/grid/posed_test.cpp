@@ -5,7 +5,7 @@
 #include "tests/grid/test_fields.h"
 
 namespace palpa {
-namespace {
+namespace posed_test {
 
 using namespace test;
 
@@ -146,5 +146,5 @@ TEST(Posed, refuses_what_is_no_pose) {
   EXPECT_THROW(posed(FieldPtr(), {}), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace posed_test
 }  // namespace palpa

@@ -12,7 +12,7 @@
 #include "tests/grid/test_fields.h"
 
 namespace palpa {
-namespace {
+namespace real_axes_test {
 
 namespace fs = std::filesystem;
 
@@ -82,5 +82,5 @@ TEST_F(RealAxes, flipping_signs_changes_no_bit_and_directions_are_those_of_the_v
   }
 }
 
-}  // namespace
+}  // namespace real_axes_test
 }  // namespace palpa

@@ -10,7 +10,7 @@
 #include "tests/grid/test_fields.h"
 
 namespace palpa {
-namespace {
+namespace real_data_test {
 
 namespace fs = std::filesystem;
 
@@ -116,5 +116,5 @@ TEST_F(RealFlow, q_is_finite_and_highest_in_the_vortices) {
   }
 }
 
-}  // namespace
+}  // namespace real_data_test
 }  // namespace palpa

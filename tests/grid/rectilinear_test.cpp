@@ -15,7 +15,7 @@
 #include "test_fields.h"
 
 namespace palpa {
-namespace {
+namespace rectilinear_test {
 
 using test::uniform;
 
@@ -278,5 +278,5 @@ TEST(LocalSpacing, OfDataThatMoveIsThatOfTheirCells) {
   }
 }
 
-}  // namespace
+}  // namespace rectilinear_test
 }  // namespace palpa

@@ -7,7 +7,7 @@
 #include "tests/grid/test_fields.h"
 
 namespace palpa {
-namespace {
+namespace sampled_test {
 
 using namespace test;
 
@@ -101,5 +101,5 @@ TEST(Sampled, refuses_a_number_of_samples_that_makes_no_grid) {
   EXPECT_EQ(grid_of(*sampled(*ball, 2))->geometry.voxels(), 8);
 }
 
-}  // namespace
+}  // namespace sampled_test
 }  // namespace palpa

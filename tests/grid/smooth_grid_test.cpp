@@ -7,7 +7,7 @@
 #include "tests/grid/test_fields.h"
 
 namespace palpa {
-namespace {
+namespace smooth_grid_test {
 
 using namespace test;
 
@@ -244,5 +244,5 @@ TEST(SmoothGrid, refuses_what_is_no_grid) {
   EXPECT_THROW(smooth_grid_field(g, voxels, 1.0, nan), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace smooth_grid_test
 }  // namespace palpa

@@ -17,7 +17,7 @@
 #include "test_fields.h"
 
 namespace palpa {
-namespace {
+namespace stretch_test {
 
 using test::uniform;
 
@@ -367,5 +367,5 @@ TEST(FirstPassage, FindsThinDips) {
   }
 }
 
-}  // namespace
+}  // namespace stretch_test
 }  // namespace palpa

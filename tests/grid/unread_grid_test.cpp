@@ -17,7 +17,7 @@
 #include "palpa/volume/analytic.h"
 
 namespace palpa {
-namespace {
+namespace unread_grid_test {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 const GridGeometry oblique{{9, 8, 7}, {{{1e-3, 2e-4, 0}, {-2e-4, 1e-3, 1e-4}, {0, -1e-4, 2e-3}}}, {0.1, -0.2, 0.3}};
@@ -134,5 +134,5 @@ TEST(ManySamples, AreTheSameBitsAsOneByOne) {
   }
 }
 
-}  // namespace
+}  // namespace unread_grid_test
 }  // namespace palpa

@@ -11,7 +11,7 @@
 #include "tests/grid/test_fields.h"
 
 namespace palpa {
-namespace {
+namespace values_per_sample_test {
 
 constexpr std::int64_t n = 7;
 const GridGeometry geometry{{n, n, n}, Mat3::identity(), Vec3{}};
@@ -83,5 +83,5 @@ TEST(ValuesPerSample, OfWhatIsTakenOfOthersAreTheirs) {
   EXPECT_EQ(derived(Derivation::detail, numbers)->values_per_sample(), numbers->values_per_sample() + 8);
 }
 
-}  // namespace
+}  // namespace values_per_sample_test
 }  // namespace palpa

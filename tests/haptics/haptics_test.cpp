@@ -18,7 +18,7 @@
 #include "palpa/core/load_error.h"
 
 namespace palpa::haptics {
-namespace {
+namespace haptics_test {
 
 namespace fs = std::filesystem;
 using testing::Contains;
@@ -493,5 +493,5 @@ TEST(Measure, KnowsNothingOfHowPalpaFeels) {
   EXPECT_GT(files, 10);
 }
 
-}  // namespace
+}  // namespace haptics_test
 }  // namespace palpa::haptics

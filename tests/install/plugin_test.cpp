@@ -18,7 +18,7 @@
 #include "palpa/palpa.h"
 
 namespace palpa {
-namespace {
+namespace plugin_test {
 
 namespace fs = std::filesystem;
 using testing::AllOf;
@@ -218,5 +218,5 @@ TEST_F(Plugin, OnTheCommandLine) {
   EXPECT_EQ(palpa({"replay", "trace", "--plugin", good}).out, "the same in all 500 ticks\n");
 }
 
-}  // namespace
+}  // namespace plugin_test
 }  // namespace palpa

@@ -16,7 +16,7 @@
 #include "tests/laws/trace_check.h"
 
 namespace palpa {
-namespace {
+namespace energy_test {
 
 namespace fs = std::filesystem;
 using Entries = std::map<std::string, double>;
@@ -216,5 +216,5 @@ TEST_P(EnergyOfScene, ClosesAndIsThatOfTheFilesAlone) {
 INSTANTIATE_TEST_SUITE_P(Scenes, EnergyOfScene, testing::ValuesIn(test::shipped_scenes()),
                          [](const auto& scene) { return scene.param; });
 
-}  // namespace
+}  // namespace energy_test
 }  // namespace palpa

@@ -17,7 +17,7 @@
 #include "tests/tick/hands.h"
 
 namespace palpa {
-namespace {
+namespace recorded_balances_test {
 
 namespace fs = std::filesystem;
 
@@ -342,5 +342,5 @@ TEST(Trace, ProvesItsBalancesAndItsLedgerWithoutOurSolver) {
   EXPECT_GT(elastic_rows, 1000);
 }
 
-}  // namespace
+}  // namespace recorded_balances_test
 }  // namespace palpa

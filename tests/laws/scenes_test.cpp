@@ -8,7 +8,7 @@
 #include "tests/laws/shipped_scenes.h"
 
 namespace palpa {
-namespace {
+namespace scenes_test {
 
 class ShippedScene : public testing::TestWithParam<std::string> {};
 
@@ -39,5 +39,5 @@ TEST_P(ShippedScene, IsFeltAndSoIsEachOfItsModes) {
 INSTANTIATE_TEST_SUITE_P(Scenes, ShippedScene, testing::ValuesIn(test::shipped_scenes()),
                          [](const auto& scene) { return scene.param; });
 
-}  // namespace
+}  // namespace scenes_test
 }  // namespace palpa

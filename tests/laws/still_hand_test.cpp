@@ -9,7 +9,7 @@
 #include "tests/laws/shipped_scenes.h"
 
 namespace palpa {
-namespace {
+namespace still_hand_test {
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr int places = 1000;  // a sanitizer looks at every access, not at every place
@@ -62,5 +62,5 @@ TEST_P(EveryScene, HoldsAStillHandStill) {
 INSTANTIATE_TEST_SUITE_P(Scenes, EveryScene, testing::ValuesIn(test::shipped_scenes()),
                          [](const auto& scene) { return scene.param; });
 
-}  // namespace
+}  // namespace still_hand_test
 }  // namespace palpa

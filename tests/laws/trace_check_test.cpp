@@ -15,7 +15,7 @@
 #include "tests/laws/shipped_scenes.h"
 
 namespace palpa {
-namespace {
+namespace trace_check_test {
 
 namespace fs = std::filesystem;
 
@@ -138,5 +138,5 @@ TEST(TraceCheck, ProvesCornersFromTheirRows) {
   fs::remove_all(folder);
 }
 
-}  // namespace
+}  // namespace trace_check_test
 }  // namespace palpa

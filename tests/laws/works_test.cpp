@@ -10,7 +10,7 @@
 #include "tests/laws/trace_check.h"
 
 namespace palpa {
-namespace {
+namespace works_test {
 
 namespace fs = std::filesystem;
 
@@ -84,5 +84,5 @@ TEST_P(Works, AreThoseThatTheLedgerBooks) {
 INSTANTIATE_TEST_SUITE_P(Scenes, Works, testing::Values("beat_phantom", "head_phantom", "many_phantom"),
                          [](const auto& scene) { return scene.param; });
 
-}  // namespace
+}  // namespace works_test
 }  // namespace palpa

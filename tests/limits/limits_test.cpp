@@ -13,7 +13,7 @@
 #include "tests/scene/scene_files.h"
 
 namespace palpa {
-namespace {
+namespace limits_test {
 
 namespace fs = std::filesystem;
 using test::error_of;
@@ -154,5 +154,5 @@ TEST(Limits, OfAFilesSeries) {
   fs::remove_all(folder);
 }
 
-}  // namespace
+}  // namespace limits_test
 }  // namespace palpa

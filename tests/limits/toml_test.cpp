@@ -15,7 +15,7 @@
 #include "palpa/trace/trace.h"
 
 namespace palpa {
-namespace {
+namespace toml_test {
 
 namespace fs = std::filesystem;
 using detail::problem_with_toml;
@@ -187,5 +187,5 @@ TEST_F(TraceOfAStranger, HasShortTexts) {
   EXPECT_THAT(error(), AllOf(StartsWith((folder_ / "trace.toml").string() + ": "), HasSubstr("longer than 4 MiB; ")));
 }
 
-}  // namespace
+}  // namespace toml_test
 }  // namespace palpa

@@ -5,7 +5,7 @@
 #include "tests/loop/guard_laws.h"
 
 namespace palpa {
-namespace {
+namespace guard_states_test {
 
 constexpr double dt_s = 1e-3;
 
@@ -198,5 +198,5 @@ TEST(Guard, OfTheSameInputsGivesTheSameCommands) {
   for (int i = 0; i < 50'000; ++i) ASSERT_EQ(a.tick(one.next()).command_n, b.tick(other.next()).command_n);
 }
 
-}  // namespace
+}  // namespace guard_states_test
 }  // namespace palpa

@@ -12,7 +12,7 @@
 #include "tests/loop/scenes.h"
 
 namespace palpa {
-namespace {
+namespace guard_test {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
@@ -76,5 +76,5 @@ TEST(GuardedSession, WithALimitThatIsNoneLetsNothingThrough) {
   }
 }
 
-}  // namespace
+}  // namespace guard_test
 }  // namespace palpa

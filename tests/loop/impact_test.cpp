@@ -17,7 +17,7 @@
 #include "tests/core/random_problems.h"
 
 namespace palpa {
-namespace {
+namespace impact_test {
 
 using test::Random;
 
@@ -225,5 +225,5 @@ TEST(Impact, IsForgottenWithTheHand) {
     EXPECT_EQ(guarded.tick(i + n, 1e-3 * (i + n), 1e-3, {.position_m = {0, 0, 0.02}}).command_n, Vec3{});
 }
 
-}  // namespace
+}  // namespace impact_test
 }  // namespace palpa

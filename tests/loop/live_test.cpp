@@ -17,7 +17,7 @@
 #include "tests/loop/scenes.h"
 
 namespace palpa {
-namespace {
+namespace live_test {
 
 /// Time passes when it is waited for, and a hand moves with it. `late_s` says by how much a wait for a time comes too late.
 class SimulatedTime final : public LoopClock {
@@ -387,5 +387,5 @@ TEST(LiveScene, IsNoStifferThanTheDeviceBearsWhateverItIsChangedTo) {
   EXPECT_EQ(changed.scene().coupling.stiffness_n_per_m, 5000) << "as it was set";
 }
 
-}  // namespace
+}  // namespace live_test
 }  // namespace palpa

@@ -21,7 +21,7 @@
 #include "tests/loop/scenes.h"
 
 namespace palpa {
-namespace {
+namespace recorder_test {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
@@ -300,5 +300,5 @@ TEST_F(RecorderTest, ALiveRunThatIsKilledAtAnyMomentIsReadableUpToItsLastTenthOf
   ::munmap(felt, sizeof *felt);
 }
 
-}  // namespace
+}  // namespace recorder_test
 }  // namespace palpa

@@ -13,7 +13,7 @@
 #include "tests/core/random_problems.h"
 
 namespace palpa {
-namespace {
+namespace release_test {
 
 using test::Random;
 
@@ -310,5 +310,5 @@ TEST(Release, LeavesNoStepOfAStrengthThatIsSteepInSpace) {
   EXPECT_GE(told, steps_of_force);
 }
 
-}  // namespace
+}  // namespace release_test
 }  // namespace palpa

@@ -11,7 +11,7 @@
 #include "tests/loop/scenes.h"
 
 namespace palpa {
-namespace {
+namespace run_test {
 
 class Run : public test::InFolder {
  protected:
@@ -203,5 +203,5 @@ TEST_F(Run, TimesAreMeasuredWhereAskedFor) {
   EXPECT_GT(sum_us, 0.0);
 }
 
-}  // namespace
+}  // namespace run_test
 }  // namespace palpa

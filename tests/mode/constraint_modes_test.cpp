@@ -9,7 +9,7 @@
 #include "tests/core/random_problems.h"
 
 namespace palpa {
-namespace {
+namespace constraint_modes_test {
 
 const FieldRef first{"first", 0};
 
@@ -181,5 +181,5 @@ TEST(SurfaceAndFriction, SaysWhatDoesNotFitWithFlatStrength) {
   EXPECT_NE(mode.problem(), "") << "no side is solid";
 }
 
-}  // namespace
+}  // namespace constraint_modes_test
 }  // namespace palpa

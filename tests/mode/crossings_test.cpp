@@ -16,7 +16,7 @@
 #include "palpa/volume/analytic.h"
 
 namespace palpa {
-namespace {
+namespace crossings_test {
 
 using Passing = EventPolicy::Passing;
 
@@ -634,5 +634,5 @@ TEST(FirstCrossing, DoesNotDependOnTheScale) {
   }
 }
 
-}  // namespace
+}  // namespace crossings_test
 }  // namespace palpa

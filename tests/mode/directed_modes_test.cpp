@@ -11,7 +11,7 @@
 #include "tests/core/random_problems.h"
 
 namespace palpa {
-namespace {
+namespace directed_modes_test {
 
 constexpr double k = 800;
 
@@ -147,5 +147,5 @@ TEST(DirectedModes, AreTheSameInAnyWorld) {
   }
 }
 
-}  // namespace
+}  // namespace directed_modes_test
 }  // namespace palpa

@@ -11,7 +11,7 @@
 #include "tests/core/random_problems.h"
 
 namespace palpa {
-namespace {
+namespace mode_test {
 
 // A scene's worth of data for one mode: fields 0 (ball), 1 (vortex).
 class AtHand : public testing::Test {
@@ -202,5 +202,5 @@ TEST(Parameters, OfEveryModeAreNamedExplainedAndCarryTheirUnit) {
   EXPECT_GT(check.seen, 15);
 }
 
-}  // namespace
+}  // namespace mode_test
 }  // namespace palpa

@@ -13,7 +13,7 @@
 #include "tests/core/random_problems.h"
 
 namespace palpa {
-namespace {
+namespace samples_test {
 
 /// Two scalar fields and a vector field on one grid with what is taken of it, one on another grid, a posed one, a formula.
 std::vector<FieldPtr> any_fields() {
@@ -122,5 +122,5 @@ TEST_F(SamplesOfFields, SpacingsAreOfTheHandFrame) {
   EXPECT_EQ(samples.spacing_m(99, Vec3{}), 0.0);
 }
 
-}  // namespace
+}  // namespace samples_test
 }  // namespace palpa

@@ -7,7 +7,7 @@
 #include "palpa/mode/parameters.h"
 
 namespace palpa {
-namespace {
+namespace transfer_function_test {
 
 using Side = TransferFunction::Side;
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -136,5 +136,5 @@ TEST(TransferFunction, refuses_what_is_no_function_in_a_sentence) {
   expect_refused({{0, 0}}, nan, "outside");
 }
 
-}  // namespace
+}  // namespace transfer_function_test
 }  // namespace palpa

@@ -11,7 +11,7 @@
 #include "tests/mode/vortex_flows.h"
 
 namespace palpa {
-namespace {
+namespace vortex_direction_test {
 
 constexpr double degree = std::numbers::pi / 180.0;
 constexpr double core_m = 0.01;
@@ -309,5 +309,5 @@ TEST(VortexDirection, WithABackgroundThatNothingUsesIsAProblem) {
   EXPECT_NE((VortexLine{.background = {1, 0, 0}}).problem(), "");
 }
 
-}  // namespace
+}  // namespace vortex_direction_test
 }  // namespace palpa

@@ -15,7 +15,7 @@ namespace palpa::test {
 
 namespace {
 
-constexpr double dt = 1e-3;
+constexpr double step_s = 1e-3;
 
 struct Streamline {
   double radius_m;
@@ -42,8 +42,8 @@ FollowDrift measure_follow(const FieldPtr& field, double radius_m, double rise_m
   const auto at = [&](double angle, double r) { return Vec3{r * std::cos(angle), r * std::sin(angle), rise_m * angle}; };
   const int ticks = static_cast<int>(std::ceil(2.0 * std::numbers::pi * std::hypot(radius_m, rise_m) / follow_step_m));
   const double first_angle = -turns * std::numbers::pi;  // the middle of the way at z = 0
-  Tick tick = session.tick({.position_m = at(first_angle, radius_m)}, dt);
-  for (int i = 1; i <= 10; ++i) tick = session.tick({.position_m = at(first_angle, radius_m - 0.1 * i * offset_m)}, dt);
+  Tick tick = session.tick({.position_m = at(first_angle, radius_m)}, step_s);
+  for (int i = 1; i <= 10; ++i) tick = session.tick({.position_m = at(first_angle, radius_m - 0.1 * i * offset_m)}, step_s);
   // A streamline is known by its radius, and by where it is when one has turned by nothing.
   const auto streamline = [&](const Vec3& x, double turned) {
     const double beyond = std::remainder(std::atan2(x.y, x.x) - turned, 2.0 * std::numbers::pi);
@@ -55,7 +55,7 @@ FollowDrift measure_follow(const FieldPtr& field, double radius_m, double rise_m
   for (int turn = 0; turn < turns; ++turn) {
     for (int i = 1; i <= ticks; ++i) {
       angle = first_angle + 2.0 * std::numbers::pi * (turn + static_cast<double>(i) / ticks);
-      tick = session.tick({.position_m = at(angle, radius_m - offset_m)}, dt);
+      tick = session.tick({.position_m = at(angle, radius_m - offset_m)}, step_s);
     }
     after.push_back(streamline(tick.proxy_m, angle));
   }
@@ -135,14 +135,14 @@ Order measure_order(const OrderCase& wanted, bool in_steps) {
     Tick tick;
     for (int part = 1; part <= parts; ++part) {
       const double share = static_cast<double>(part) / parts;
-      tick = session.tick({.position_m = from_m + share * (to_m - from_m)}, dt / parts);
+      tick = session.tick({.position_m = from_m + share * (to_m - from_m)}, step_s / parts);
     }
     return tick.proxy_m;
   };
   Session begun = session_of();
   // From outside, so that surfaces are met.
   const Vec3 outside_m = hand(0) + Vec3{0, 0, 0.012};
-  begun.tick({.position_m = outside_m}, dt);
+  begun.tick({.position_m = outside_m}, step_s);
   follow(begun, outside_m, hand(0), 200);
   for (int i = 1; i < warm_up; ++i) follow(begun, hand(i - 1), hand(i), Order::steps.back());
 
@@ -200,14 +200,14 @@ Rate measure_rate(const RateCase& wanted) {
   const auto feel = [&](int ticks_a_chord) {
     Session session(*wanted.scene);
     Felt felt;
-    felt.at_corners.push_back(session.tick({.position_m = wanted.corners_m.front()}, dt));
+    felt.at_corners.push_back(session.tick({.position_m = wanted.corners_m.front()}, step_s));
     felt.events.emplace_back();
     for (std::size_t c = 1; c < wanted.corners_m.size(); ++c) {
       const Vec3 a = wanted.corners_m[c - 1], b = wanted.corners_m[c];
       Tick tick;
       std::vector<int> events = felt.events.back();
       for (int i = 1; i <= ticks_a_chord; ++i) {
-        tick = session.tick({.position_m = a + (static_cast<double>(i) / ticks_a_chord) * (b - a)}, dt);
+        tick = session.tick({.position_m = a + (static_cast<double>(i) / ticks_a_chord) * (b - a)}, step_s);
         for (const SessionEvent& event : session.events()) {
           if (!of_a_shell(*wanted.scene, event)) continue;
           events.push_back(event.kind == SessionEventKind::onset ? event.mode : -1 - event.mode);

@@ -14,7 +14,7 @@
 #include "tests/tick/hands.h"
 
 namespace palpa::test {
-namespace {
+namespace lines_test {
 
 constexpr double most_per_turn_m = 0.01 * std::numbers::pi * follow_step_m;
 
@@ -176,5 +176,5 @@ INSTANTIATE_TEST_SUITE_P(Modes, OrderOfConvergence, testing::ValuesIn(order_case
   return name;
 });
 
-}  // namespace
+}  // namespace lines_test
 }  // namespace palpa::test

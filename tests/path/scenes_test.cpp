@@ -11,7 +11,7 @@
 #include "tests/laws/shipped_scenes.h"
 
 namespace palpa::test {
-namespace {
+namespace scenes_test {
 
 class ShippedScene : public testing::TestWithParam<std::string> {
  protected:
@@ -100,5 +100,5 @@ TEST(Energy, IsBookedAndAHandGainsNoneBeyondIt) {
 INSTANTIATE_TEST_SUITE_P(Scenes, ShippedScene, testing::ValuesIn(shipped_scenes()),
                          [](const auto& scene) { return scene.param; });
 
-}  // namespace
+}  // namespace scenes_test
 }  // namespace palpa::test

@@ -14,7 +14,7 @@ namespace palpa::test {
 
 namespace {
 
-constexpr double dt = 1e-3;
+constexpr double period_s = 1e-3;
 constexpr double degree = std::numbers::pi / 180.0;
 
 Scene surface_scene(const FieldPtr& field, double strength_n, double stiffness_n_per_m = 800.0) {
@@ -43,7 +43,7 @@ const SubStep& letting_go(const Session& session, const SessionEvent& event) {
 
 double restless_m(const Session& session, Session& spare, const Vec3& probe_m) {
   spare.continue_from(session);
-  spare.tick({.position_m = probe_m}, dt);
+  spare.tick({.position_m = probe_m}, period_s);
   if (spare.sub_steps().empty()) return 0.0;
   const SubStep& next = spare.sub_steps().front();
   const double moved_m = distance(next.proxy_m, next.start_m);
@@ -78,21 +78,21 @@ FieldPtr sampled_sphere(Filter filter) {
 Drift measure_drift(const FieldPtr& field, const DriftCase& wanted) {
   const Scene scene = surface_scene(field, 10.0);
   const double radius_m = drift_sphere_m - 1e-3;
-  const int ticks = static_cast<int>(std::ceil(2.0 * std::numbers::pi * radius_m / (0.4 * dt)));  // whole ticks a turn
+  const int ticks = static_cast<int>(std::ceil(2.0 * std::numbers::pi * radius_m / (0.4 * period_s)));  // whole ticks a turn
   Random random(1);
   Drift drift;
   std::vector<double> off;
   for (int plane = 0; plane < wanted.planes; ++plane) {
     const Mat3 turn = random.rotation();
     Session session(scene);
-    session.tick({.position_m = turn * Vec3{drift_sphere_m + 2e-3, 0, 0}}, dt);
-    for (int i = 1; i <= 20; ++i) session.tick({.position_m = turn * Vec3{drift_sphere_m + 2e-3 - 1.5e-4 * i, 0, 0}}, dt);
+    session.tick({.position_m = turn * Vec3{drift_sphere_m + 2e-3, 0, 0}}, period_s);
+    for (int i = 1; i <= 20; ++i) session.tick({.position_m = turn * Vec3{drift_sphere_m + 2e-3 - 1.5e-4 * i, 0, 0}}, period_s);
     Vec3 after_first;
     for (int t = 0; t < wanted.turns + 1; ++t) {
       Tick tick;
       for (int i = 1; i <= ticks; ++i) {
         const double angle = 2.0 * std::numbers::pi * i / ticks;
-        tick = session.tick({.position_m = turn * Vec3{radius_m * std::cos(angle), radius_m * std::sin(angle), 0}}, dt);
+        tick = session.tick({.position_m = turn * Vec3{radius_m * std::cos(angle), radius_m * std::sin(angle), 0}}, period_s);
         off.push_back(std::abs(norm(tick.proxy_m) - drift_sphere_m));
       }
       if (t == 0) after_first = tick.proxy_m;
@@ -122,7 +122,7 @@ Bumpy measure_bumpy(const BumpyCase& wanted) {
   const FieldPtr field = filtered(voxels, wanted.filter);
   Session session(surface_scene(field, 100.0));
   const Vec3 first{0, 0, 0.40 * edge_m};
-  session.tick({.position_m = first}, dt);
+  session.tick({.position_m = first}, period_s);
   Bumpy bumpy;
   bumpy.preparation_s = seconds_since(begin);
 
@@ -133,7 +133,7 @@ Bumpy measure_bumpy(const BumpyCase& wanted) {
     const double depth_m = edge_m * (0.015 - 0.020 * std::cos(2.0 * std::numbers::pi * 0.5 * time_s));
     return (sphere.reach_m(n) - depth_m) * n;
   };
-  const double step_m = wanted.speed_m_per_s * dt;
+  const double step_m = wanted.speed_m_per_s * period_s;
   Vec3 probe = first;
   double angle = 0.0, glide_s = 0.0;
   bool gliding = false;
@@ -145,12 +145,12 @@ Bumpy measure_bumpy(const BumpyCase& wanted) {
       gliding = distance(goal, probe) <= step_m;
       probe = gliding ? goal : probe + step_m * normalized(goal - probe);
     } else {
-      glide_s += dt;
+      glide_s += period_s;
       const double turn_m = distance(at(angle + 1e-4, glide_s), at(angle, glide_s)) / 1e-4;
       angle += step_m / turn_m;
       probe = at(angle, glide_s);
     }
-    const Tick tick = session.tick({.position_m = probe}, dt);
+    const Tick tick = session.tick({.position_m = probe}, period_s);
     sub_steps += tick.sub_steps;
     if (sphere.depth_m(probe) <= 0.0) continue;
     const Vec3 ideal_m = sphere.nearest_m(probe);
@@ -202,7 +202,7 @@ class GrooveRun {
         ticks_(&ticks) {}
 
   void feel() {
-    constexpr double step_m = 0.05 * dt;  // 5 cm/s
+    constexpr double step_m = 0.05 * period_s;  // 5 cm/s
     constexpr int hold = 100;
     // In from above, a little to one side, until the bottom is pressed.
     const double first_bottom_m = bottom_at(0.0);
@@ -242,7 +242,7 @@ class GrooveRun {
 
   void go_to(const Vec3& in_groove, bool pressed, bool still) {
     const Vec3 probe = bottom_ + turn_ * in_groove;
-    const Tick tick = session_.tick({.position_m = probe}, dt);
+    const Tick tick = session_.tick({.position_m = probe}, period_s);
     if (pressed) {
       ++ticks_->groove.ticks;
       ticks_->sub_steps.push_back(tick.sub_steps);

@@ -9,7 +9,7 @@
 #include "palpa/volume/analytic.h"
 
 namespace palpa::test {
-namespace {
+namespace surfaces_test {
 
 TEST(SurfacePath, DriftsNowhereOnASphereFromAFormula) {
   const Drift drift = measure_drift(sphere_field(drift_sphere_m).fields.front().field, {.planes = 2, .turns = 5});
@@ -117,5 +117,5 @@ INSTANTIATE_TEST_SUITE_P(Kinds, Grooves,
                            return std::string(name_of(one.param.filter)) + (one.param.binary ? "_binary" : "_smooth_edge");
                          });
 
-}  // namespace
+}  // namespace surfaces_test
 }  // namespace palpa::test

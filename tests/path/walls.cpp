@@ -11,7 +11,7 @@ namespace palpa::test {
 
 namespace {
 
-constexpr double dt = 1e-3;
+constexpr double tick_s = 1e-3;
 constexpr double voxel_m = 1e-3;
 constexpr double k = 800.0;
 constexpr int strokes_per_wall = 20;
@@ -96,17 +96,17 @@ template <class Visit>
 bool feel(Session& session, const Stroke& stroke, Visit visit) {
   session.reset();
   const int ticks =
-      std::max(1, static_cast<int>(std::ceil(distance(stroke.from_m, stroke.to_m) / (stroke.speed_m_per_s * dt))));
-  Tick tick = session.tick({.position_m = stroke.from_m}, dt);
+      std::max(1, static_cast<int>(std::ceil(distance(stroke.from_m, stroke.to_m) / (stroke.speed_m_per_s * tick_s))));
+  Tick tick = session.tick({.position_m = stroke.from_m}, tick_s);
   for (int i = 1; i <= ticks; ++i) {
     const double share = static_cast<double>(i) / ticks;
-    tick = session.tick({.position_m = stroke.from_m + share * (stroke.to_m - stroke.from_m)}, dt);
+    tick = session.tick({.position_m = stroke.from_m + share * (stroke.to_m - stroke.from_m)}, tick_s);
     visit(session);
   }
   for (int i = 0; i < 1000; ++i) {
     const bool waiting = tick.status == TickStatus::waiting;
     if (!waiting && i >= 10) return true;
-    tick = session.tick({.position_m = stroke.to_m}, dt);
+    tick = session.tick({.position_m = stroke.to_m}, tick_s);
     visit(session);
   }
   return false;

@@ -8,7 +8,7 @@
 #include "tests/laws/shipped_scenes.h"
 
 namespace palpa::test {
-namespace {
+namespace walls_test {
 
 class Walls : public testing::TestWithParam<WallKind> {};
 
@@ -61,5 +61,5 @@ INSTANTIATE_TEST_SUITE_P(Kinds, Walls,
 INSTANTIATE_TEST_SUITE_P(Filters, SkullHolds, testing::Values(Filter::trilinear, Filter::smooth),
                          [](const auto& one) { return name_of(one.param); });
 
-}  // namespace
+}  // namespace walls_test
 }  // namespace palpa::test

@@ -13,7 +13,7 @@
 #include "files.h"
 
 namespace palpa::test {
-namespace {
+namespace bad_input_test {
 
 std::size_t open_descriptors() {
   return static_cast<std::size_t>(std::distance(fs::directory_iterator("/proc/self/fd"), fs::directory_iterator()));
@@ -254,5 +254,5 @@ TEST_F(BadInput, AReaderThatIsKilledInTheMiddle) {
   EXPECT_NO_THROW(read(file));
 }
 
-}  // namespace
+}  // namespace bad_input_test
 }  // namespace palpa::test

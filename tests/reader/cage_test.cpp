@@ -27,7 +27,7 @@
 #include "palpa/volume/volume.h"
 
 namespace palpa {
-namespace {
+namespace cage_test {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
@@ -263,5 +263,5 @@ TEST_F(Partners, OfAFolderAreNotPassedOver) {
   EXPECT_THAT(error_of(inside(), options_), HasSubstr("x.dcm', which lies outside"));
 }
 
-}  // namespace
+}  // namespace cage_test
 }  // namespace palpa

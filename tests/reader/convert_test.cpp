@@ -12,7 +12,7 @@
 #include "palpa/volume/volume.h"
 
 namespace palpa::test {
-namespace {
+namespace convert_test {
 
 class Convert : public ReaderTest {
  protected:
@@ -338,5 +338,5 @@ TEST_P(RoundTrips, ChangeNothing) {
 INSTANTIATE_TEST_SUITE_P(Sets, RoundTrips, ::testing::ValuesIn(data_sets()),
                          [](const auto& set) { return name_of(set.param); });
 
-}  // namespace
+}  // namespace convert_test
 }  // namespace palpa::test

@@ -4,7 +4,7 @@
 #include "files.h"
 
 namespace palpa::test {
-namespace {
+namespace damaged_mesh_test {
 
 class DamagedMesh : public ReaderTest {
  protected:
@@ -103,5 +103,5 @@ TEST_F(DamagedMesh, HasTheValuesOfItsLongCells) {
   }
 }
 
-}  // namespace
+}  // namespace damaged_mesh_test
 }  // namespace palpa::test

@@ -8,7 +8,7 @@
 #include "dicom_file.h"
 
 namespace palpa::test {
-namespace {
+namespace dicom_scan_test {
 
 using Json = nlohmann::json;
 
@@ -152,5 +152,5 @@ TEST_F(DicomScan, PaddingIsCalledPadding) {
   EXPECT_NE(words.find("1 voxel is padding"), std::string::npos) << words;
 }
 
-}  // namespace
+}  // namespace dicom_scan_test
 }  // namespace palpa::test

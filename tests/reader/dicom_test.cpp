@@ -5,7 +5,7 @@
 #include "dicom_file.h"
 
 namespace palpa::test {
-namespace {
+namespace dicom_test {
 
 using Change = std::function<void(int slice, DicomElements& image)>;
 
@@ -407,5 +407,5 @@ TEST_F(Dicom, AThousandSlicesHaveAThousandChecksums) {
   EXPECT_EQ(volume.files.back().sha256.size(), 64U);
 }
 
-}  // namespace
+}  // namespace dicom_test
 }  // namespace palpa::test

@@ -6,7 +6,7 @@
 #include "files.h"
 
 namespace palpa::test {
-namespace {
+namespace facts_test {
 
 using Json = nlohmann::json;
 
@@ -235,5 +235,5 @@ TEST_F(Facts, LegacyVtk) {
   check(*open("mol_ironprot/ironProt.vtk").fields[0].field, facts_["mol_ironprot"]["ironProt.vtk"], 1.0);
 }
 
-}  // namespace
+}  // namespace facts_test
 }  // namespace palpa::test

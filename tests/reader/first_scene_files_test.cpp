@@ -11,7 +11,7 @@
 #include "palpa/palpa.h"
 
 namespace palpa::test {
-namespace {
+namespace first_scene_files_test {
 
 class FirstSceneFiles : public ReaderTest {
  protected:
@@ -144,5 +144,5 @@ TEST_F(FirstSceneFiles, OfOneFrameAndOfDirections) {
   EXPECT_EQ(as_directions(request, read_volume_file(request, options_), options_)->components_along, "file");
 }
 
-}  // namespace
+}  // namespace first_scene_files_test
 }  // namespace palpa::test

@@ -5,7 +5,7 @@
 #include "tests/study/first_scenes.h"
 
 namespace palpa::test {
-namespace {
+namespace first_touch_test {
 
 class FirstScenes : public ReaderTest, public ::testing::WithParamInterface<DataSet> {};
 
@@ -38,5 +38,5 @@ TEST_F(ReaderTest, FirstScenesLetTheProxyGoOn) {
 INSTANTIATE_TEST_SUITE_P(Sets, FirstScenes, ::testing::ValuesIn(data_sets()),
                          [](const auto& set) { return name_of(set.param); });
 
-}  // namespace
+}  // namespace first_touch_test
 }  // namespace palpa::test

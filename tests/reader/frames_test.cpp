@@ -8,7 +8,7 @@
 #include "palpa/volume/read_series.h"
 
 namespace palpa::test {
-namespace {
+namespace frames_test {
 
 class Frames : public ReaderTest {
  protected:
@@ -149,5 +149,5 @@ TEST_F(Frames, OfAFileThatIsCutShortAreRefused) {
             std::string::npos);
 }
 
-}  // namespace
+}  // namespace frames_test
 }  // namespace palpa::test

@@ -4,7 +4,7 @@
 #include "files.h"
 
 namespace palpa::test {
-namespace {
+namespace grids_test {
 
 class Grids : public ReaderTest {};
 
@@ -286,5 +286,5 @@ TEST_F(Grids, VectorsAlongTheGridTurnWithIt) {
   EXPECT_NE(error_of([&] { read(bent, request); }).find("components_along"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace grids_test
 }  // namespace palpa::test

@@ -2,7 +2,7 @@
 #include "hdf5_file.h"
 
 namespace palpa::test {
-namespace {
+namespace hdf5_test {
 
 class Hdf5 : public ReaderTest {
  protected:
@@ -150,5 +150,5 @@ TEST_F(Hdf5, WholeNumbersTurnedRoundAndFilesCutShort) {
   error_of([&] { read(folder_.write("b.h5", "no HDF5 at all")); });
 }
 
-}  // namespace
+}  // namespace hdf5_test
 }  // namespace palpa::test

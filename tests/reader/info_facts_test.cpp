@@ -8,7 +8,7 @@
 #include "files.h"
 
 namespace palpa::test {
-namespace {
+namespace info_facts_test {
 
 using Json = nlohmann::json;
 
@@ -321,5 +321,5 @@ TEST_F(InfoFacts, FindWhatIsSuspicious) {
   EXPECT_NE(suspicious("dti_brain/V1.nii.gz").find("takes them so"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace info_facts_test
 }  // namespace palpa::test

@@ -6,7 +6,7 @@
 #include "files.h"
 
 namespace palpa::test {
-namespace {
+namespace info_place_test {
 
 using Json = nlohmann::json;
 using app::asked_place;
@@ -118,5 +118,5 @@ TEST_F(InfoPlace, LettersAgreeInEveryOrientation) {
   EXPECT_EQ(files, 12);
 }
 
-}  // namespace
+}  // namespace info_place_test
 }  // namespace palpa::test

@@ -5,7 +5,7 @@
 #include "files.h"
 
 namespace palpa::test {
-namespace {
+namespace info_test {
 
 using Json = nlohmann::json;
 
@@ -109,5 +109,5 @@ TEST_F(Info, WrongInputIsThrown) {
   error_of([&] { app::run_info({.files = {folder_.path() / "none"}, .json = false, .at_m = {}, .read = options_}); });
 }
 
-}  // namespace
+}  // namespace info_test
 }  // namespace palpa::test

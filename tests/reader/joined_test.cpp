@@ -6,7 +6,7 @@
 #include "palpa/volume/volume.h"
 
 namespace palpa::test {
-namespace {
+namespace joined_test {
 
 class Joined : public ReaderTest {
  protected:
@@ -114,5 +114,5 @@ TEST_F(Joined, AFirstSceneFeelsTheVector) {
   }
 }
 
-}  // namespace
+}  // namespace joined_test
 }  // namespace palpa::test

@@ -1,7 +1,7 @@
 #include "files.h"
 
 namespace palpa::test {
-namespace {
+namespace metaimage_test {
 
 class MetaImage : public ReaderTest {};
 
@@ -118,5 +118,5 @@ TEST_F(MetaImage, ShortDataAreNotFilledUp) {
   EXPECT_NE(error_of([&] { read(folder_.write("d.mhd", start + "not-there.raw\n")); }).find("d.mhd: "), std::string::npos);
 }
 
-}  // namespace
+}  // namespace metaimage_test
 }  // namespace palpa::test

@@ -4,7 +4,7 @@
 #include "data_sets.h"
 
 namespace palpa::test {
-namespace {
+namespace mutations_test {
 
 class Mutations : public ReaderTest, public ::testing::WithParamInterface<SetToDamage> {};
 
@@ -22,5 +22,5 @@ TEST_P(Mutations, GiveAResultOrOneLine) {
 INSTANTIATE_TEST_SUITE_P(Files, Mutations, ::testing::ValuesIn(sets_to_damage(shared_file("facts.json").parent_path())),
                          [](const auto& set) { return name_of({set.param.name}); });
 
-}  // namespace
+}  // namespace mutations_test
 }  // namespace palpa::test

@@ -6,7 +6,7 @@
 #include "files.h"
 
 namespace palpa::test {
-namespace {
+namespace named_files_test {
 
 class NamedFiles : public ReaderTest {
  protected:
@@ -109,5 +109,5 @@ TEST_F(NamedFiles, WordsOfAHeaderDoNotGetOut) {
   EXPECT_GT(errors, 30) << "damage that nobody minds";
 }
 
-}  // namespace
+}  // namespace named_files_test
 }  // namespace palpa::test

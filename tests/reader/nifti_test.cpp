@@ -3,7 +3,7 @@
 #include "files.h"
 
 namespace palpa::test {
-namespace {
+namespace nifti_test {
 
 class Nifti : public ReaderTest {};
 
@@ -282,5 +282,5 @@ TEST_F(Nifti, ShortDataAreNotFilledUp) {
   error_of([&] { read(folder_.write("d.nii.gz", large)); });
 }
 
-}  // namespace
+}  // namespace nifti_test
 }  // namespace palpa::test

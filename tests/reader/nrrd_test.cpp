@@ -3,7 +3,7 @@
 #include "files.h"
 
 namespace palpa::test {
-namespace {
+namespace nrrd_test {
 
 class Nrrd : public ReaderTest {};
 
@@ -233,5 +233,5 @@ TEST_F(Nrrd, WhatIsNoScalarAndNoVectorIsRefusedWithItsKind) {
   EXPECT_NE(refused("RGB-color", 3).find("RGB-color"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace nrrd_test
 }  // namespace palpa::test

@@ -2,7 +2,7 @@
 #include "openfoam_case.h"
 
 namespace palpa::test {
-namespace {
+namespace openfoam_test {
 
 class OpenFoam : public ReaderTest {
  protected:
@@ -51,5 +51,5 @@ TEST_F(OpenFoam, WhatIsMissingIsSaid) {
   EXPECT_NE(error_of([&] { read(folder_.path()); }).find("reconstructPar"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace openfoam_test
 }  // namespace palpa::test

@@ -6,7 +6,7 @@
 #include "files.h"
 
 namespace palpa::test {
-namespace {
+namespace plot3d_test {
 
 class Plot3d : public ReaderTest {
  protected:
@@ -204,5 +204,5 @@ TEST_F(Plot3d, FactsOfTheRealOnes) {
   EXPECT_NE(error_of([&] { read(shared_file("mol_water_dx/watermolecule.dx")); }).find("OpenDX"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace plot3d_test
 }  // namespace palpa::test

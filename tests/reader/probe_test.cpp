@@ -17,7 +17,7 @@
 #include "files.h"
 
 namespace palpa::test {
-namespace {
+namespace probe_test {
 
 class Probe : public ReaderTest {
  protected:
@@ -204,5 +204,5 @@ TEST_F(Probe, ARectilinearGridIsFeltAsItIs) {
   EXPECT_GT(inside, 990);
 }
 
-}  // namespace
+}  // namespace probe_test
 }  // namespace palpa::test

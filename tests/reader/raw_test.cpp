@@ -5,7 +5,7 @@
 #include "files.h"
 
 namespace palpa::test {
-namespace {
+namespace raw_test {
 
 const FileGrid grid{{6, 5, 4}, {{{0.5, 0, 0}, {0, 0.25, 0}, {0, 0, 2}}}, {1, 2, 3}};
 Vec3 metres(const Vec3& p) { return p; }
@@ -175,5 +175,5 @@ TEST_F(Raw, KeysOfShapeAreRefusedWhereTheFileSaysIt) {
   EXPECT_NE(error_of([&] { read(file, request); }).find("says its own shape"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace raw_test
 }  // namespace palpa::test

@@ -1,7 +1,7 @@
 #include "files.h"
 
 namespace palpa::test {
-namespace {
+namespace vtk_test {
 
 class Vtk : public ReaderTest {};
 
@@ -220,5 +220,5 @@ TEST_F(Vtk, LegacyFilesThatAreShortOrElse) {
             std::string::npos);
 }
 
-}  // namespace
+}  // namespace vtk_test
 }  // namespace palpa::test

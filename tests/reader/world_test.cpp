@@ -6,7 +6,7 @@
 #include "itk_image.h"
 
 namespace palpa::test {
-namespace {
+namespace world_test {
 
 class World : public ReaderTest {
  protected:
@@ -137,5 +137,5 @@ TEST_F(World, LeftIsLeft) {
   EXPECT_FALSE(bright(48, 38));
 }
 
-}  // namespace
+}  // namespace world_test
 }  // namespace palpa::test

@@ -8,7 +8,7 @@
 #include "tests/study/study_fixture.h"
 
 namespace palpa {
-namespace {
+namespace beside_test {
 
 namespace fs = std::filesystem;
 using testing::AllOf;
@@ -96,5 +96,5 @@ TEST_F(BesideReport, NamesOfStrangersStayTexts) {
   EXPECT_THAT(html, Not(HasSubstr("<script>alert")));
 }
 
-}  // namespace
+}  // namespace beside_test
 }  // namespace palpa

@@ -11,7 +11,7 @@
 #include "tests/study/study_fixture.h"
 
 namespace palpa {
-namespace {
+namespace browser_test {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
@@ -236,5 +236,5 @@ TEST_F(Browser, TwoTracesAreZoomedTogetherAndSayTheirNamesAtOnce) {
   for (const char* name : {"first", "second"}) EXPECT_THAT(all["curves"][0].get<std::string>(), HasSubstr(name));
 }
 
-}  // namespace
+}  // namespace browser_test
 }  // namespace palpa

@@ -18,7 +18,7 @@
 #include "tools/figures/paper_figures.h"
 
 namespace palpa {
-namespace {
+namespace figures_test {
 
 namespace fs = std::filesystem;
 
@@ -195,5 +195,5 @@ TEST_F(FigureFiles, CannotGoWhereNothingCanBeWritten) {
   }
 }
 
-}  // namespace
+}  // namespace figures_test
 }  // namespace palpa

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace palpa {
-namespace {
+namespace markup_test {
 
 TEST(Markup, WhatIsWellFormedPasses) {
   EXPECT_EQ(markup_error("<a b=\"1\"><c/>x &amp; y<d>z</d></a>\n", false), "");
@@ -20,5 +20,5 @@ TEST(Markup, FaultsAreSeen) {
   EXPECT_NE(markup_error("<html></html>", true), "") << "no doctype";
 }
 
-}  // namespace
+}  // namespace markup_test
 }  // namespace palpa

@@ -11,7 +11,7 @@
 #include "tests/report/markup.h"
 
 namespace palpa {
-namespace {
+namespace path_figures_test {
 
 using detail::Walked;
 
@@ -79,5 +79,5 @@ TEST(PathFigures, PathsConverge) {
   }
 }
 
-}  // namespace
+}  // namespace path_figures_test
 }  // namespace palpa

@@ -11,7 +11,7 @@
 #include "tests/study/study_fixture.h"
 
 namespace palpa {
-namespace {
+namespace report_test {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
@@ -205,5 +205,5 @@ TEST_F(Report, CannotBeWrittenJustAnywhere) {
   }
 }
 
-}  // namespace
+}  // namespace report_test
 }  // namespace palpa

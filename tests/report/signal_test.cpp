@@ -13,7 +13,7 @@
 #include "tests/study/study_fixture.h"
 
 namespace palpa::detail {
-namespace {
+namespace signal_test {
 
 using testing::HasSubstr;
 using testing::Not;
@@ -97,5 +97,5 @@ TEST_F(FeltSignal, OfAHandThatTouchesNothingIsSaidToBeNone) {
   EXPECT_THAT(report_html(folder / "trace"), HasSubstr("nothing to measure"));
 }
 
-}  // namespace
+}  // namespace signal_test
 }  // namespace palpa::detail

@@ -11,7 +11,7 @@
 #include "tests/report/markup.h"
 
 namespace palpa {
-namespace {
+namespace theory_figures_test {
 
 TEST(TheoryFigures, AreWellFormedAndSayWhatTheyShow) {
   const std::vector<Figure> figures = theory_figures();
@@ -72,5 +72,5 @@ TEST(TheoryFigures, StepsThroughTheProxyLeakNoMoreThanProvenOthersDo) {
   EXPECT_GT(above, 50);
 }
 
-}  // namespace
+}  // namespace theory_figures_test
 }  // namespace palpa

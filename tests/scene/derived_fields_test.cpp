@@ -8,7 +8,7 @@
 #include "tests/scene/scene_files.h"
 
 namespace palpa {
-namespace {
+namespace derived_fields_test {
 
 using testing::HasSubstr;
 
@@ -120,5 +120,5 @@ TEST(SceneFile, AVectorModeOnAScalarFieldIsOneLine) {
               HasSubstr("must be a scalar field; 'v' is a vector field"));
 }
 
-}  // namespace
+}  // namespace derived_fields_test
 }  // namespace palpa

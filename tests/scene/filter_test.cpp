@@ -16,7 +16,7 @@
 #include "tests/scene/scene_files.h"
 
 namespace palpa {
-namespace {
+namespace filter_test {
 
 using testing::HasSubstr;
 
@@ -182,5 +182,5 @@ TEST_F(FilterKey, ThinPartsThatAreLostAreWarnedOfWhereThatIsAskedFor) {
   EXPECT_TRUE(warnings("filter = 'trilinear'", "high", 700, true).empty());
 }
 
-}  // namespace
+}  // namespace filter_test
 }  // namespace palpa

@@ -16,7 +16,7 @@
 #include "scene_files.h"
 
 namespace palpa::test {
-namespace {
+namespace first_scene_test {
 
 using testing::HasSubstr;
 using testing::Not;
@@ -426,5 +426,5 @@ TEST(FirstScene, SilencesAirThatIsNoise) {
   }
 }
 
-}  // namespace
+}  // namespace first_scene_test
 }  // namespace palpa::test

@@ -12,7 +12,7 @@
 #include "scene_files.h"
 
 namespace palpa {
-namespace {
+namespace load_scene_test {
 
 using test::error_of;
 using test::parse;
@@ -847,5 +847,5 @@ TEST(LoadScene, AnythingGivesASceneOrAnError) {
   EXPECT_GT(errors, 1000);
 }
 
-}  // namespace
+}  // namespace load_scene_test
 }  // namespace palpa

@@ -9,7 +9,7 @@
 #include "tests/scene/scene_files.h"
 
 namespace palpa {
-namespace {
+namespace pages_test {
 
 namespace fs = std::filesystem;
 using test::parse;
@@ -69,5 +69,5 @@ TEST(Pages, EveryModeHasOneWithASceneOfIt) {
   }
 }
 
-}  // namespace
+}  // namespace pages_test
 }  // namespace palpa

@@ -13,7 +13,7 @@
 #include "scene_files.h"
 
 namespace palpa {
-namespace {
+namespace scene_test {
 
 using testing::HasSubstr;
 using testing::StartsWith;
@@ -368,5 +368,5 @@ TEST(Reference, ShowsEveryParameterOfEveryMode) {
     EXPECT_THAT(scene, HasSubstr("| `" + std::string(key) + "` |"));
 }
 
-}  // namespace
+}  // namespace scene_test
 }  // namespace palpa

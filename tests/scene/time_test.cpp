@@ -14,7 +14,7 @@
 #include "tests/scene/scene_files.h"
 
 namespace palpa {
-namespace {
+namespace time_test {
 
 namespace fs = std::filesystem;
 using test::error_of;
@@ -232,5 +232,5 @@ TEST(TimeInScenes, CanBeSetFromOutside) {
   EXPECT_EQ(parse(scene_with(moving), {.data_folders = {}, .sets = {{"time.speed", "3"}}}).scene.time.speed, 3.0);
 }
 
-}  // namespace
+}  // namespace time_test
 }  // namespace palpa

@@ -8,7 +8,7 @@
 #include <numbers>
 
 namespace palpa {
-namespace {
+namespace beside_test {
 
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -114,5 +114,5 @@ TEST(Beside, SaysWhereTheHandsPart) {
   EXPECT_THAT(where_hands_part(run, other), HasSubstr("tick 7 ")) << "a number that is none is no place";
 }
 
-}  // namespace
+}  // namespace beside_test
 }  // namespace palpa

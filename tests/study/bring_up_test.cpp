@@ -9,7 +9,7 @@
 #include <deque>
 
 namespace palpa {
-namespace {
+namespace bring_up_test {
 
 using testing::Contains;
 using testing::HasSubstr;
@@ -164,5 +164,5 @@ TEST(BringUp, LeavesOutWhatAPersonDoesNotWant) {
   EXPECT_FALSE(found.encoder_step_m || found.delay_s || found.mass_kg);
 }
 
-}  // namespace
+}  // namespace bring_up_test
 }  // namespace palpa

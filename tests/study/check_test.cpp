@@ -18,7 +18,7 @@
 #include "palpa/volume/analytic.h"
 
 namespace palpa {
-namespace {
+namespace check_test {
 
 constexpr double tick_s = 1e-3;
 constexpr double strong_n = 5.0;
@@ -290,5 +290,5 @@ TEST(ChangeText, ChangesOneNumberAndNothingElse) {
   EXPECT_THROW(with_number("[coupling\n", "coupling", "max_force_n", 3.3), SceneError);
 }
 
-}  // namespace
+}  // namespace check_test
 }  // namespace palpa

@@ -10,7 +10,7 @@
 #include "study_fixture.h"
 
 namespace palpa {
-namespace {
+namespace compare_laws_test {
 
 const std::vector<std::string> all_laws{"exact", "paper-2005", "ikits-2003", "ikits-2003-sequential", "no-proxy"};
 
@@ -149,5 +149,5 @@ INSTANTIATE_TEST_SUITE_P(Laws, RunByLaw,
                            return name;
                          });
 
-}  // namespace
+}  // namespace compare_laws_test
 }  // namespace palpa

@@ -15,7 +15,7 @@
 #include "palpa/volume/analytic.h"
 
 namespace palpa {
-namespace {
+namespace energy_table_test {
 
 using std::numbers::pi;
 using Hand = std::function<Probe(double t_s)>;
@@ -288,5 +288,5 @@ TEST(EnergyTable, AModeMayBeCalledLikeAnotherEntry) {
   EXPECT_LT(felt.out("wind"), felt.summary.modes[2].dissipated_j) << "a wind drives";
 }
 
-}  // namespace
+}  // namespace energy_table_test
 }  // namespace palpa

@@ -11,7 +11,7 @@
 #include "palpa/volume/analytic.h"
 
 namespace palpa {
-namespace {
+namespace felt_test {
 
 using testing::IsEmpty;
 using testing::SizeIs;
@@ -186,5 +186,5 @@ TEST(FeltRun, OfAWallBeyondTheLimitTellsHowLongItWasCut) {
   EXPECT_NEAR(saturated_share(run), 0.07 / 0.2, 0.006) << "from 0.8 N, after 0.13 s, on";
 }
 
-}  // namespace
+}  // namespace felt_test
 }  // namespace palpa

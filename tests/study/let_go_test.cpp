@@ -6,7 +6,7 @@
 #include <cmath>
 
 namespace palpa {
-namespace {
+namespace let_go_test {
 
 /// A mass m with damping b, held by −k times the position of this tick, or of the one before, for a tick T. Of the exact
 /// sampled loop, with a = exp(−bT/m), the position answers a force as (c1 z + c0)/((z − 1)(z − a)); by Jury's criterion it is
@@ -66,5 +66,5 @@ TEST(LargestStable, IsFoundToAHundredth) {
   EXPECT_EQ(largest_stable_stiffness_n_per_m([](double) { return false; }, 10.0, 4000.0), 0.0);
 }
 
-}  // namespace
+}  // namespace let_go_test
 }  // namespace palpa

@@ -14,7 +14,7 @@
 #include "study_fixture.h"
 
 namespace palpa {
-namespace {
+namespace map_test {
 
 using testing::HasSubstr;
 
@@ -231,5 +231,5 @@ TEST_F(MapFile, TheSameMapIsTheSameBytes) {
   EXPECT_THROW(write_map(felt(scene, lattice), turned, folder / "one.vti", detail::Existing::refused), LoadError);
 }
 
-}  // namespace
+}  // namespace map_test
 }  // namespace palpa

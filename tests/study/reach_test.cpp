@@ -13,7 +13,7 @@
 #include "palpa/volume/analytic.h"
 
 namespace palpa {
-namespace {
+namespace reach_test {
 
 using testing::HasSubstr;
 
@@ -206,5 +206,5 @@ TEST(Reach, AsManyThreadsAsThereAreGiveTheSameAnswer) {
   for (double t_s = 0; t_s < 10; t_s += 0.3) EXPECT_EQ(once->at(t_s).position_m, again->at(t_s).position_m);
 }
 
-}  // namespace
+}  // namespace reach_test
 }  // namespace palpa

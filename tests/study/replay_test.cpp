@@ -4,7 +4,7 @@
 #include "study_fixture.h"
 
 namespace palpa {
-namespace {
+namespace replay_test {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
@@ -170,5 +170,5 @@ TEST_F(Replay, LeavesNothingInTheTemporaryFolder) {
   EXPECT_TRUE(fs::is_empty(temporary));
 }
 
-}  // namespace
+}  // namespace replay_test
 }  // namespace palpa

@@ -9,7 +9,7 @@
 #include "study_fixture.h"
 
 namespace palpa {
-namespace {
+namespace run_test {
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
@@ -239,5 +239,5 @@ TEST_F(Run, LastsAsLongAsTheRecordingUnlessToldOtherwise) {
   EXPECT_EQ(prepare(o).duration_s, 10.0);
 }
 
-}  // namespace
+}  // namespace run_test
 }  // namespace palpa

@@ -8,7 +8,7 @@
 #include <random>
 
 namespace palpa {
-namespace {
+namespace spectrum_test {
 
 std::vector<Vec3> sine(double frequency_hz, const Vec3& amplitude, double rate_hz, double duration_s) {
   std::vector<Vec3> signal;
@@ -66,5 +66,5 @@ TEST(Spectrum, OfWhatIsTooShortIsEmpty) {
   EXPECT_EQ(spectrum_of(std::vector<Vec3>{}, 1000.0).band_rms(0.0, 500.0), 0.0);
 }
 
-}  // namespace
+}  // namespace spectrum_test
 }  // namespace palpa

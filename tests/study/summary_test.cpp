@@ -12,7 +12,7 @@
 #include "palpa/volume/analytic.h"
 
 namespace palpa {
-namespace {
+namespace summary_test {
 
 Scene two_modes() {
   Scene scene;
@@ -195,5 +195,5 @@ TEST(Summary, EveryNumberOfTheJsonCarriesItsUnitOrIsACount) {
   check(json);
 }
 
-}  // namespace
+}  // namespace summary_test
 }  // namespace palpa

@@ -7,7 +7,7 @@
 #include <string_view>
 
 namespace palpa {
-namespace {
+namespace ct_test {
 
 /// Tissues of these values, each with a share [1] of the voxels and a little noise.
 struct Tissue {
@@ -58,5 +58,5 @@ TEST(Ct, TheWindowShowsWhatIsThere) {
   EXPECT_EQ(name(of_tissues(dry_skull), 0, "head"), "bone") << "where no brain is, its window shows nothing";
 }
 
-}  // namespace
+}  // namespace ct_test
 }  // namespace palpa

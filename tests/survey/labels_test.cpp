@@ -8,7 +8,7 @@
 #include "tests/grid/test_fields.h"
 
 namespace palpa {
-namespace {
+namespace labels_test {
 
 using namespace test;
 
@@ -102,5 +102,5 @@ TEST(LabelField, IsOfAGridOfNumbers) {
                std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace labels_test
 }  // namespace palpa

@@ -9,7 +9,7 @@
 #include "palpa/volume/analytic.h"
 
 namespace palpa {
-namespace {
+namespace statistics_test {
 
 template <class T>
 FieldPtr grid_of_values(const std::vector<T>& values, std::array<std::int64_t, 3> dims, VoxelType type, int components = 1,
@@ -157,5 +157,5 @@ TEST(LooksLike, HounsfieldUnitsAndDirections) {
       statistics(*grid_of_values<float>({1, 0, 0, 0, 0.5F, 0, 0, 0.6F, 0.8F}, {3, 1, 1}, VoxelType::float32, 3))));
 }
 
-}  // namespace
+}  // namespace statistics_test
 }  // namespace palpa

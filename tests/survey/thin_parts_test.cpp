@@ -11,7 +11,7 @@
 #include "tests/grid/test_fields.h"
 
 namespace palpa {
-namespace {
+namespace thin_parts_test {
 
 using namespace test;
 
@@ -129,5 +129,5 @@ TEST(ThinParts, need_voxels_of_numbers) {
   EXPECT_THROW(thin_parts(*sampled(*lamb_oseen_vortex().fields[0].field, 8), 0.0), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace thin_parts_test
 }  // namespace palpa

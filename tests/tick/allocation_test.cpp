@@ -10,7 +10,7 @@
 #include "tests/tick/hands.h"
 
 namespace palpa {
-namespace {
+namespace allocation_test {
 
 class Allocation : public testing::TestWithParam<bool> {};
 
@@ -69,5 +69,5 @@ TEST_P(Allocation, NoneInATickOfDataThatMove) {
 
 INSTANTIATE_TEST_SUITE_P(FormulaAndGrid, Allocation, testing::Bool());
 
-}  // namespace
+}  // namespace allocation_test
 }  // namespace palpa

@@ -11,7 +11,7 @@
 #include "tests/tick/hands.h"
 
 namespace palpa {
-namespace {
+namespace directed_force_test {
 
 constexpr double dt = 1e-3;
 
@@ -173,5 +173,5 @@ TEST(DirectedForce, DoesNotVanishInOneTickWhereItsModeStops) {
   EXPECT_LT(norm(last_n), 1e-6) << "in the end it is gone";
 }
 
-}  // namespace
+}  // namespace directed_force_test
 }  // namespace palpa

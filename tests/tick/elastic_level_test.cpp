@@ -15,7 +15,7 @@
 #include "tests/tick/hands.h"
 
 namespace palpa {
-namespace {
+namespace elastic_level_test {
 
 constexpr double dt = 1e-3;
 constexpr double k = 800.0;
@@ -254,5 +254,5 @@ TEST(ElasticLevel, BecomesRigidAsItsStiffnessGrows) {
   }
 }
 
-}  // namespace
+}  // namespace elastic_level_test
 }  // namespace palpa

@@ -11,7 +11,7 @@
 #include "tests/tick/hands.h"
 
 namespace palpa {
-namespace {
+namespace friction_test {
 
 constexpr double dt = 1e-3;
 constexpr double stiffness_n_per_m = 800.0;
@@ -201,5 +201,5 @@ TEST(StaticFriction, IsOfMaterialAsOfLevels) {
   EXPECT_NEAR(norm(along(tick.force_n)), 0.3 + 2.0 * 0.05, 1e-6);
 }
 
-}  // namespace
+}  // namespace friction_test
 }  // namespace palpa

@@ -13,7 +13,7 @@
 #include "palpa/volume/volume.h"
 
 namespace palpa {
-namespace {
+namespace holes_test {
 
 constexpr double dt = 1e-3, speed_m_per_s = 0.05, pressed_m = 2e-3;
 constexpr double most_n_per_ms = 0.1;
@@ -121,5 +121,5 @@ TEST(Holes, AreNoOtherThanTheFacesOfTheBox) {
   }
 }
 
-}  // namespace
+}  // namespace holes_test
 }  // namespace palpa

@@ -16,7 +16,7 @@
 #include "tests/mode/vortex_flows.h"
 
 namespace palpa {
-namespace {
+namespace modes_felt_test {
 
 constexpr double tick_s = 1e-3;
 
@@ -269,5 +269,5 @@ TEST(VortexModes, HoldAStillHandStillWhateverTheyGoBy) {
   }
 }
 
-}  // namespace
+}  // namespace modes_felt_test
 }  // namespace palpa

@@ -15,7 +15,7 @@
 #include "tests/tick/hands.h"
 
 namespace palpa {
-namespace {
+namespace moving_test {
 
 constexpr double dt = 1e-3;
 constexpr double k = 500.0;
@@ -393,5 +393,5 @@ TEST(Time, GoesOnWhileTheHandIsAway) {
   EXPECT_NEAR(session.tick({.position_m = {0, 0, 0.0085}}, dt).proxy_m.z, 0.01, 1e-9);
 }
 
-}  // namespace
+}  // namespace moving_test
 }  // namespace palpa

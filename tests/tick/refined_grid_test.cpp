@@ -13,7 +13,7 @@
 #include "tests/tick/hands.h"
 
 namespace palpa {
-namespace {
+namespace refined_grid_test {
 
 constexpr double tick_s = 1e-3;
 constexpr int n = 65;
@@ -162,5 +162,5 @@ TEST(RefinedGrid, ThatMovesIsNoFiner) {
   EXPECT_LE(all.waiting, 20);
 }
 
-}  // namespace
+}  // namespace refined_grid_test
 }  // namespace palpa

@@ -10,7 +10,7 @@
 #include "tests/tick/hands.h"
 
 namespace palpa {
-namespace {
+namespace rehearsal_test {
 
 /// The exact law without a memory: the warm start, which is no part of what goes on, makes no difference.
 class Forgetful : public Law {
@@ -102,5 +102,5 @@ INSTANTIATE_TEST_SUITE_P(StillAndMoving, Rehearsal,
                                   (given.param.as_grid ? "Grid" : "Formula");
                          });
 
-}  // namespace
+}  // namespace rehearsal_test
 }  // namespace palpa

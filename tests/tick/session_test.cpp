@@ -16,7 +16,7 @@
 #include "tests/tick/hands.h"
 
 namespace palpa {
-namespace {
+namespace session_test {
 
 constexpr double dt = 1e-3;
 
@@ -591,5 +591,5 @@ TEST(Vortex, DoesNotKeepTheProxyFromFollowing) {
   EXPECT_LE(waiting, 4 * 100);
 }
 
-}  // namespace
+}  // namespace session_test
 }  // namespace palpa

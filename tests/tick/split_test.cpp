@@ -12,7 +12,7 @@
 #include "tests/tick/hands.h"
 
 namespace palpa {
-namespace {
+namespace split_test {
 
 constexpr double dt = 1e-3;
 
@@ -141,5 +141,5 @@ TEST_P(Split, IsToldTheSameHoweverOftenSomeoneAsks) {
   }
 }
 
-}  // namespace
+}  // namespace split_test
 }  // namespace palpa

@@ -14,7 +14,7 @@
 #include "tests/tick/hands.h"
 
 namespace palpa {
-namespace {
+namespace texture_test {
 
 constexpr double dt = 1e-3;
 constexpr double stiffness_n_per_m = 800.0;
@@ -300,5 +300,5 @@ TEST(Texture, OfNothingIsTold) {
   EXPECT_NE(warnings(Filter::cubic, 0.5)[0].find("'texture_ratio' in mode 'surface' is not felt"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace texture_test
 }  // namespace palpa

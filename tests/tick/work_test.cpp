@@ -25,7 +25,7 @@
 #include "tests/tick/hostile_scene.h"
 
 namespace palpa {
-namespace {
+namespace work_test {
 
 constexpr double tick_s = 1e-3;
 constexpr double k = 400.0;
@@ -480,5 +480,5 @@ TEST(RecordedBound, IsFiniteWhereThereIsNone) {
   EXPECT_EQ(recorded_bound_m({}, unproven, k, 1e-3), std::numeric_limits<double>::max());
 }
 
-}  // namespace
+}  // namespace work_test
 }  // namespace palpa

@@ -14,7 +14,7 @@
 #include "tests/grid/test_fields.h"
 
 namespace palpa {
-namespace {
+namespace timed_field_test {
 
 using namespace test;
 
@@ -556,5 +556,5 @@ TEST(TimedField, is_finite_whatever_the_position_and_the_moment) {
   EXPECT_TRUE(finite);
 }
 
-}  // namespace
+}  // namespace timed_field_test
 }  // namespace palpa

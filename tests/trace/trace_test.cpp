@@ -17,7 +17,7 @@
 #include "palpa/core/shown.h"
 
 namespace palpa {
-namespace {
+namespace trace_test {
 
 namespace fs = std::filesystem;
 using testing::AllOf;
@@ -608,5 +608,5 @@ TEST_F(Comparison, ACompleteTraceThatLostAFileIsDifferent) {
   EXPECT_THAT(compare().where, HasSubstr("modes.csv: is missing"));
 }
 
-}  // namespace
+}  // namespace trace_test
 }  // namespace palpa

@@ -9,7 +9,7 @@
 #include <string>
 
 namespace palpa::detail {
-namespace {
+namespace canvas_test {
 
 TEST(NumbersBelow, StayApartWithinTheBarAndAreWhereTheyBelong) {
   constexpr double letter_px = 9.0;
@@ -43,5 +43,5 @@ TEST(NumbersBelow, EndWhereTheStepIsLostInRounding) {
   }
 }
 
-}  // namespace
+}  // namespace canvas_test
 }  // namespace palpa::detail

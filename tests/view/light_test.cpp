@@ -20,7 +20,7 @@
 #include "palpa/view/shapes.h"
 
 namespace palpa::detail {
-namespace {
+namespace light_test {
 
 /// Red, green and blue [0…255] of a patch with this normal as VTK draws it.
 std::array<int, 3> drawn(const Vec3& normal, double shininess) {
@@ -79,5 +79,5 @@ TEST(LightOnAPoint, IsWhatVtkDrawsThere) {
   }
 }
 
-}  // namespace
+}  // namespace light_test
 }  // namespace palpa::detail

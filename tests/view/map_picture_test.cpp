@@ -9,7 +9,7 @@
 #include "palpa/view/colors.h"
 
 namespace palpa {
-namespace {
+namespace map_picture_test {
 
 /// A map in which a force of 2 N is felt where `felt` says of the place, 0.1 m to a side.
 template <class Felt>
@@ -78,5 +78,5 @@ TEST(MapPicture, RefusesSizesThatCannotBeDrawn) {
   EXPECT_THROW(map_picture(Scene{}, map, {.height_px = 9000}), LoadError);
 }
 
-}  // namespace
+}  // namespace map_picture_test
 }  // namespace palpa

@@ -12,7 +12,7 @@
 #include "tests/report/markup.h"
 
 namespace palpa {
-namespace {
+namespace plot_test {
 
 using testing::HasSubstr;
 using testing::Not;
@@ -79,7 +79,7 @@ TEST(Thinned, LeavesOutWhatIsNotFinite) {
 
 Plot some_plot() {
   Plot plot{.title = "Force", .x_label = "time / s", .y_label = "force / N", .series = {random_series(3000, 1)}};
-  plot.series.push_back({.name = "dots", .xs = {0.5, 1.5}, .ys = {1, 2}, .color = Color::vermilion, .points_only = true});
+  plot.series.push_back({.name = "dots", .xs = {0.5, 1.5}, .ys = {1, 2}, .color = CurveColor::vermilion, .points_only = true});
   plot.marks = {{0.3, "onset"}, {0.7, "onset"}, {1.1, "break-through"}};
   return plot;
 }
@@ -215,5 +215,5 @@ TEST(Pictures, OfPlotsAreTheSameTwiceAndShowSomething) {
   EXPECT_GT(std::count_if(first.rgb.begin(), first.rgb.end(), [](std::uint8_t c) { return c < 100; }), 500);
 }
 
-}  // namespace
+}  // namespace plot_test
 }  // namespace palpa

@@ -20,7 +20,7 @@
 #include "palpa/volume/volume.h"
 
 namespace palpa {
-namespace {
+namespace scene_picture_test {
 
 using testing::HasSubstr;
 using Rgb = std::array<int, 3>;
@@ -529,5 +529,5 @@ TEST(Png, IsWrittenAsItIs) {
   EXPECT_THROW(save_png(picture, "/nonexistent/a.png"), LoadError);
 }
 
-}  // namespace
+}  // namespace scene_picture_test
 }  // namespace palpa

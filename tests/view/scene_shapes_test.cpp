@@ -7,7 +7,7 @@
 #include "palpa/volume/analytic.h"
 
 namespace palpa::detail {
-namespace {
+namespace scene_shapes_test {
 
 TEST(SceneShapes, ABallIsABallInFewTriangles) {
   constexpr double radius_m = 0.05;
@@ -37,5 +37,5 @@ TEST(SceneShapes, ABallIsABallInFewTriangles) {
   }
 }
 
-}  // namespace
+}  // namespace scene_shapes_test
 }  // namespace palpa::detail

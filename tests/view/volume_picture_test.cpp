@@ -13,7 +13,7 @@
 #include "palpa/volume/volume.h"
 
 namespace palpa {
-namespace {
+namespace volume_picture_test {
 
 constexpr std::int64_t side = 64;
 
@@ -84,5 +84,5 @@ TEST(VolumePicture, ShowsDirectionsByTheirAxis) {
   EXPECT_GT(colours.at({255, 0, 0}), 20000) << "whatever the signs of neighbours";
 }
 
-}  // namespace
+}  // namespace volume_picture_test
 }  // namespace palpa

@@ -8,7 +8,7 @@
 #include "tests/grid/test_fields.h"
 
 namespace palpa {
-namespace {
+namespace analytic_test {
 
 using namespace test;
 
@@ -395,5 +395,5 @@ TEST(Analytic, wake_of_a_wing_has_two_counter_rotating_tip_vortices) {
   EXPECT_GT(pressure.scalar({0.25, 0, -0.12}).value, 0.0);
 }
 
-}  // namespace
+}  // namespace analytic_test
 }  // namespace palpa

@@ -28,7 +28,7 @@
 #include "palpa/vtk/to_vtk.h"
 
 namespace palpa {
-namespace {
+namespace vtk_test {
 
 namespace fs = std::filesystem;
 using testing::ElementsAre;
@@ -420,5 +420,5 @@ TEST(Actors, FollowALiveSessionThatNeverWaitsForThem) {
   EXPECT_GE(seen_in(*renderer).size(), 2u);
 }
 
-}  // namespace
+}  // namespace vtk_test
 }  // namespace palpa

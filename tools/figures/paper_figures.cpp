@@ -134,15 +134,15 @@ DrawingPoint tip(const DrawingPoint& at, const Vec3& force_n, double mm_per_n) {
 
 /// A surface seen from the side: a line with its inside shaded.
 void surface(Drawing& drawing, double left_mm, double right_mm, double y_mm, double depth_mm) {
-  drawing.area({{left_mm, y_mm}, {right_mm, y_mm}, {right_mm, y_mm - depth_mm}, {left_mm, y_mm - depth_mm}}, Color::grey);
-  drawing.path({{left_mm, y_mm}, {right_mm, y_mm}}, Color::black, Stroke::solid, 2.2f);
+  drawing.area({{left_mm, y_mm}, {right_mm, y_mm}, {right_mm, y_mm - depth_mm}, {left_mm, y_mm - depth_mm}}, CurveColor::grey);
+  drawing.path({{left_mm, y_mm}, {right_mm, y_mm}}, CurveColor::black, Stroke::solid, 2.2f);
 }
 
 /// Probe and proxy and the spring between them.
 void pair(Drawing& drawing, const DrawingPoint& probe, const DrawingPoint& proxy) {
-  drawing.path({probe, proxy}, Color::blue, Stroke::dashed);
-  drawing.ring(proxy, Color::vermilion, 6.5f);
-  drawing.dot(probe, Color::blue, 4.5f);
+  drawing.path({probe, proxy}, CurveColor::blue, Stroke::dashed);
+  drawing.ring(proxy, CurveColor::vermilion, 6.5f);
+  drawing.dot(probe, CurveColor::blue, 4.5f);
 }
 
 Drawing sketch_of(PrimitiveKind kind) {
@@ -156,20 +156,20 @@ Drawing sketch_of(PrimitiveKind kind) {
     case PrimitiveKind::corner: drawing.title = "(c) plane: out of one side"; break;
     case PrimitiveKind::directed: drawing.title = "(d) directed: everywhere the same"; break;
   }
-  if (kind == PrimitiveKind::line) drawing.path({{0, -5.5}, {0, 5.5}}, Color::black, Stroke::solid, 2.2f);
+  if (kind == PrimitiveKind::line) drawing.path({{0, -5.5}, {0, 5.5}}, CurveColor::black, Stroke::solid, 2.2f);
   if (kind == PrimitiveKind::plane) {
-    drawing.area({{0, -5.5}, {0, 5.5}, {-10, 5.5}, {-10, -5.5}}, Color::grey);
-    drawing.path({{0, -5.5}, {0, 5.5}}, Color::black, Stroke::solid, 2.2f);
+    drawing.area({{0, -5.5}, {0, 5.5}, {-10, 5.5}, {-10, -5.5}}, CurveColor::grey);
+    drawing.path({{0, -5.5}, {0, 5.5}}, CurveColor::black, Stroke::solid, 2.2f);
     drawing.text({5, 0}, "no force");
   }
-  if (kind == PrimitiveKind::point) drawing.dot({0, 0}, Color::black, 5.0f);
+  if (kind == PrimitiveKind::point) drawing.dot({0, 0}, CurveColor::black, 5.0f);
   for (double y_mm = -4; y_mm <= 4; y_mm += 4) {
     for (double x_mm = -8; x_mm <= 8; x_mm += 4) {
       const Vec3 at_m{1e-3 * x_mm, 1e-3 * y_mm, 0};
       const Vec3 push = kind == PrimitiveKind::directed ? primitive.direction : normalized(residual(primitive, at_m));
       if (norm(push) == 0.0) continue;
       const DrawingPoint at{x_mm, y_mm};
-      drawing.arrow(tip(at, push, -1.4), tip(at, push, 1.4), Color::vermilion);
+      drawing.arrow(tip(at, push, -1.4), tip(at, push, 1.4), CurveColor::vermilion);
     }
   }
   return drawing;
@@ -191,11 +191,11 @@ Figure force_laws() {
     figure.sheet.panels.emplace_back(
         Plot{.x_label = "place along the force / mm",
              .y_label = "force / N",
-             .series = {{.name = "felt", .xs = law.places_mm, .ys = law.felt_n, .color = Color::blue},
+             .series = {{.name = "felt", .xs = law.places_mm, .ys = law.felt_n, .color = CurveColor::blue},
                         {.name = "exerted",
                          .xs = law.places_mm,
                          .ys = law.exerted_n,
-                         .color = Color::vermilion,
+                         .color = CurveColor::vermilion,
                          .stroke = Stroke::dashed}},
              .marks = {},
              .x_range = std::pair{-6.0, 6.0},
@@ -211,13 +211,13 @@ Figure balance() {
   Drawing scene{.title = "The proxy rests where all forces cancel", .low = {-22, -19}, .high = {22, 16}};
   surface(scene, -20, 20, 0, 17);
   scene.text({-19, -2}, "plane", -1);
-  scene.dot(point, Color::green, 6.0f);
+  scene.dot(point, CurveColor::green, 6.0f);
   scene.text({point.x_mm, point.y_mm + 2.2}, "point");
   pair(scene, probe, proxy);
-  scene.text({probe.x_mm + 1.5, probe.y_mm}, "probe", -1, Color::blue);
-  scene.text({proxy.x_mm + 1.6, proxy.y_mm + 2.0}, "proxy", -1, Color::vermilion);
-  const std::pair<Vec3, Color> forces[] = {
-      {b.plane_force_n, Color::black}, {b.point_force_n, Color::green}, {b.spring_force_n, Color::blue}};
+  scene.text({probe.x_mm + 1.5, probe.y_mm}, "probe", -1, CurveColor::blue);
+  scene.text({proxy.x_mm + 1.6, proxy.y_mm + 2.0}, "proxy", -1, CurveColor::vermilion);
+  const std::pair<Vec3, CurveColor> forces[] = {
+      {b.plane_force_n, CurveColor::black}, {b.point_force_n, CurveColor::green}, {b.spring_force_n, CurveColor::blue}};
   for (const auto& [force_n, color] : forces) scene.arrow(proxy, tip(proxy, force_n, mm_per_n), color);
 
   Drawing triangle{.title = "Their sum is zero", .low = {-16, -12}, .high = {16, 12}};
@@ -264,11 +264,11 @@ Figure over_a_plane() {
     surface(step, -13, 13, 0, 23);
     const DrawingPoint probe{0, probes_mm[i]}, proxy{0, proxies_mm[i]};
     pair(step, probe, proxy);
-    step.text({2, probe.y_mm + (i == 0 ? -2.2 : 0)}, "probe", -1, Color::blue);
-    step.text({2, proxy.y_mm + 2.2}, "proxy", -1, Color::vermilion);
+    step.text({2, probe.y_mm + (i == 0 ? -2.2 : 0)}, "probe", -1, CurveColor::blue);
+    step.text({2, proxy.y_mm + 2.2}, "proxy", -1, CurveColor::vermilion);
     if (i >= 2) {
-      step.path({{-4, probe.y_mm}, {-4, proxy.y_mm}}, Color::black);
-      for (const double end_mm : {probe.y_mm, proxy.y_mm}) step.path({{-5, end_mm}, {-3, end_mm}}, Color::black);
+      step.path({{-4, probe.y_mm}, {-4, proxy.y_mm}}, CurveColor::black);
+      for (const double end_mm : {probe.y_mm, proxy.y_mm}) step.path({{-5, end_mm}, {-3, end_mm}}, CurveColor::black);
       step.text({-5, 0.5 * (probe.y_mm + proxy.y_mm)}, "s/k", 1);
     }
     figure.sheet.panels.emplace_back(step);
@@ -284,23 +284,23 @@ Figure surface_and_friction() {
     Drawing drawing{.title = title, .low = {-6, -10}, .high = {24, 9}};
     surface(drawing, -5, 23, 0, 9);
     const DrawingPoint probe{loop.probe_mm[i], -1e3 * depth_m}, proxy{loop.proxy_mm[i], 0};
-    drawing.path({{proxy.x_mm, -8}, {proxy.x_mm, 7}}, Color::green, Stroke::dashed);
-    drawing.text({proxy.x_mm - 0.8, 6}, "line", 1, Color::green);
+    drawing.path({{proxy.x_mm, -8}, {proxy.x_mm, 7}}, CurveColor::green, Stroke::dashed);
+    drawing.text({proxy.x_mm - 0.8, 6}, "line", 1, CurveColor::green);
     pair(drawing, probe, proxy);
-    drawing.arrow(proxy, {proxy.x_mm, 10 * loop.normal_n[i]}, Color::black);
-    drawing.arrow(proxy, {proxy.x_mm + 10 * loop.friction_n[i], 0}, Color::green);
-    drawing.text({probe.x_mm + 1.2, probe.y_mm}, "probe", -1, Color::blue);
-    drawing.text({proxy.x_mm + 1.4, 2.2}, "proxy", -1, Color::vermilion);
+    drawing.arrow(proxy, {proxy.x_mm, 10 * loop.normal_n[i]}, CurveColor::black);
+    drawing.arrow(proxy, {proxy.x_mm + 10 * loop.friction_n[i], 0}, CurveColor::green);
+    drawing.text({probe.x_mm + 1.2, probe.y_mm}, "probe", -1, CurveColor::blue);
+    drawing.text({proxy.x_mm + 1.4, 2.2}, "proxy", -1, CurveColor::vermilion);
     return drawing;
   };
   Plot path{.title = "The proxy sticks, then slips",
             .x_label = "probe along the surface / mm",
             .y_label = "proxy / mm",
-            .series = {{.name = "", .xs = loop.probe_mm, .ys = loop.proxy_mm, .color = Color::vermilion}}};
+            .series = {{.name = "", .xs = loop.probe_mm, .ys = loop.proxy_mm, .color = CurveColor::vermilion}}};
   Plot force{.title = "Friction over one stroke",
              .x_label = "probe along the surface / mm",
              .y_label = "force of the line / N",
-             .series = {{.name = "", .xs = loop.probe_mm, .ys = loop.friction_n, .color = Color::green}},
+             .series = {{.name = "", .xs = loop.probe_mm, .ys = loop.friction_n, .color = CurveColor::green}},
              .marks = {},
              .x_range = {},
              .y_range = std::pair{-0.5, 0.5}};
@@ -325,30 +325,30 @@ Drawing two_constraints(const char* title, double angle_deg) {
   for (const double side : {1.0, -1.0}) {
     const Vec3 axis{side * std::sin(half_rad), std::cos(half_rad), 0};
     const DrawingPoint end = mm(0.011 * axis);
-    drawing.path({mm(-0.003 * axis), end}, Color::grey, Stroke::dotted);
+    drawing.path({mm(-0.003 * axis), end}, CurveColor::grey, Stroke::dotted);
     const Vec3 next_m = at_m + dot(probe_m, axis) * axis;
-    drawing.arrow(mm(at_m), mm(next_m), Color::purple);
+    drawing.arrow(mm(at_m), mm(next_m), CurveColor::purple);
     at_m = next_m;
   }
-  drawing.ring({0, 0}, Color::black, 5.0f);
+  drawing.ring({0, 0}, CurveColor::black, 5.0f);
   drawing.text({0.9, -1.6}, "start", -1);
-  drawing.ring(mm(exact_m), Color::vermilion, 8.0f);
-  drawing.dot(mm(probe_m), Color::blue, 4.5f);
+  drawing.ring(mm(exact_m), CurveColor::vermilion, 8.0f);
+  drawing.dot(mm(probe_m), CurveColor::blue, 4.5f);
   const double error_mm = 1e3 * distance(earlier_m, probe_m);
   if (error_mm > 1e-6) {
-    drawing.path({mm(earlier_m), mm(probe_m)}, Color::black, Stroke::dashed);
-    drawing.text({1e3 * earlier_m.x + 1.0, 1e3 * earlier_m.y + 0.8}, text("2003: off by %.1f mm", error_mm), -1, Color::purple);
+    drawing.path({mm(earlier_m), mm(probe_m)}, CurveColor::black, Stroke::dashed);
+    drawing.text({1e3 * earlier_m.x + 1.0, 1e3 * earlier_m.y + 0.8}, text("2003: off by %.1f mm", error_mm), -1, CurveColor::purple);
   }
-  drawing.text({1e3 * probe_m.x + 1.4, 1e3 * probe_m.y}, "probe, exact proxy", -1, Color::blue);
-  drawing.dot(mm(earlier_m), Color::purple, 3.5f);
+  drawing.text({1e3 * probe_m.x + 1.4, 1e3 * probe_m.y}, "probe, exact proxy", -1, CurveColor::blue);
+  drawing.dot(mm(earlier_m), CurveColor::purple, 3.5f);
   return drawing;
 }
 
 Figure non_orthogonal() {
   const Vec3 probe_m{0.004, 0.009, 0};
-  Series earlier{.name = "law of 2003", .xs = {}, .ys = {}, .color = Color::purple, .points_only = true};
-  Series closed{.name = "|cos(angle)|", .xs = {}, .ys = {}, .color = Color::grey, .stroke = Stroke::dashed};
-  Series exact{.name = "balance (ours)", .xs = {}, .ys = {}, .color = Color::vermilion};
+  Series earlier{.name = "law of 2003", .xs = {}, .ys = {}, .color = CurveColor::purple, .points_only = true};
+  Series closed{.name = "|cos(angle)|", .xs = {}, .ys = {}, .color = CurveColor::grey, .stroke = Stroke::dashed};
+  Series exact{.name = "balance (ours)", .xs = {}, .ys = {}, .color = CurveColor::vermilion};
   for (int angle_deg = 10; angle_deg <= 170; angle_deg += 2) {
     const auto error = [&](const char* law) {
       return distance(proxy_between_free_planes(law, angle_deg, probe_m), probe_m) / norm(probe_m);
@@ -375,7 +375,7 @@ Figure non_orthogonal() {
                 .marks = {},
                 .x_range = std::pair{0.0, 12.0},
                 .y_range = std::pair{-0.05, 1.05}};
-  const auto add = [&](std::string name, const char* law, double angle_deg, Color color, Stroke stroke) {
+  const auto add = [&](std::string name, const char* law, double angle_deg, CurveColor color, Stroke stroke) {
     Series series{.name = std::move(name), .xs = {0.0}, .ys = {1.0}, .color = color, .stroke = stroke};
     Vec3 left_m = probe_m;  // the planes stand at the proxy, so only the way that is left matters
     for (int tick = 1; tick <= 12; ++tick) {
@@ -385,10 +385,10 @@ Figure non_orthogonal() {
     }
     repeated.series.push_back(std::move(series));
   };
-  add("2003, 20 degrees", "ikits-2003", 20, Color::purple, Stroke::solid);
-  add("2003, 40 degrees", "ikits-2003", 40, Color::purple, Stroke::dashed);
-  add("2003, 60 degrees", "ikits-2003", 60, Color::purple, Stroke::dotted);
-  add("balance (ours)", "exact", 40, Color::vermilion, Stroke::solid);
+  add("2003, 20 degrees", "ikits-2003", 20, CurveColor::purple, Stroke::solid);
+  add("2003, 40 degrees", "ikits-2003", 40, CurveColor::purple, Stroke::dashed);
+  add("2003, 60 degrees", "ikits-2003", 60, CurveColor::purple, Stroke::dotted);
+  add("balance (ours)", "exact", 40, CurveColor::vermilion, Stroke::solid);
   return {.name = "fig5-constraints",
           .caption =
               "Two constraints without strength, so that the proxy should go to the probe. Moving along each axis by itself "
@@ -403,14 +403,14 @@ Figure non_orthogonal() {
 struct LawStyle {
   const char* name;
   const char* legend;
-  Color color;
+  CurveColor color;
   Stroke stroke;
 };
-constexpr LawStyle law_styles[] = {{"exact", "exact (ours)", Color::vermilion, Stroke::solid},
-                                   {"paper-2005", "paper-2005", Color::blue, Stroke::solid},
-                                   {"ikits-2003", "ikits-2003", Color::purple, Stroke::solid},
-                                   {"ikits-2003-sequential", "ikits-2003-sequential", Color::sky, Stroke::dashed},
-                                   {"no-proxy", "no-proxy", Color::green, Stroke::solid}};
+constexpr LawStyle law_styles[] = {{"exact", "exact (ours)", CurveColor::vermilion, Stroke::solid},
+                                   {"paper-2005", "paper-2005", CurveColor::blue, Stroke::solid},
+                                   {"ikits-2003", "ikits-2003", CurveColor::purple, Stroke::solid},
+                                   {"ikits-2003-sequential", "ikits-2003-sequential", CurveColor::sky, Stroke::dashed},
+                                   {"no-proxy", "no-proxy", CurveColor::green, Stroke::solid}};
 
 LawComparison compare_in(const std::filesystem::path& scene) {
   RunOptions options;

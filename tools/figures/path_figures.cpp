@@ -273,13 +273,13 @@ struct Scheme {
   const char* name;
   Walked walked;
   bool on_level;
-  Color color;
+  CurveColor color;
   Stroke stroke;
 };
-constexpr Scheme schemes[] = {{"at the proxy, one step", Walked::one_step, false, Color::vermilion, Stroke::solid},
-                              {"at the proxy, path", Walked::path, false, Color::orange, Stroke::dashed},
-                              {"on the level, one step", Walked::one_step, true, Color::green, Stroke::solid},
-                              {"on the level, path (ours)", Walked::path, true, Color::blue, Stroke::solid}};
+constexpr Scheme schemes[] = {{"at the proxy, one step", Walked::one_step, false, CurveColor::vermilion, Stroke::solid},
+                              {"at the proxy, path", Walked::path, false, CurveColor::orange, Stroke::dashed},
+                              {"on the level, one step", Walked::one_step, true, CurveColor::green, Stroke::solid},
+                              {"on the level, path (ours)", Walked::path, true, CurveColor::blue, Stroke::solid}};
 
 Figure drift_figure() {
   constexpr double least_um = 1e-10, speed = 0.4, turns = 3.0;
@@ -313,7 +313,7 @@ Figure drift_figure() {
   drift.series.push_back({.name = "pi v T",
                           .xs = {0.01, 10.0},
                           .ys = {1e6 * pi * 0.01 * tick_s, 1e6 * pi * 10.0 * tick_s},
-                          .color = Color::black,
+                          .color = CurveColor::black,
                           .stroke = Stroke::dotted});
   return {.name = "path-drift",
           .caption =
@@ -334,22 +334,22 @@ Figure groove_figure() {
   for (const Vec3& at_m : ours.level_m) level.push_back(mm(at_m));
   std::vector<DrawingPoint> solid = level;
   solid.insert(solid.end(), {{2.4, 4.0}, {2.4, -2.0}, {-2.4, -2.0}, {-2.4, 4.0}});
-  section.area(solid, Color::grey);
-  section.path(level, Color::black, Stroke::solid, 2.0f);
+  section.area(solid, CurveColor::grey);
+  section.path(level, CurveColor::black, Stroke::solid, 2.0f);
   constexpr double mm_per_n = 0.5;
   const Vec3 proxy_m = ours.proxies_m[ours.slides_from - 1];
   for (const PlacedPrimitive& placed : ours.planes) {
     if (!(norm(placed.force_n) > 1e-3)) continue;
     const Vec3 n = placed.primitive.direction;
     const Vec3 along = normalized({n.y, -n.x, 0});
-    section.path({mm(proxy_m - 1.5e-3 * along), mm(proxy_m + 1.5e-3 * along)}, Color::vermilion, Stroke::dashed);
-    section.arrow(mm(proxy_m), mm(proxy_m + 1e-3 * mm_per_n * placed.force_n), Color::vermilion);
+    section.path({mm(proxy_m - 1.5e-3 * along), mm(proxy_m + 1.5e-3 * along)}, CurveColor::vermilion, Stroke::dashed);
+    section.arrow(mm(proxy_m), mm(proxy_m + 1e-3 * mm_per_n * placed.force_n), CurveColor::vermilion);
   }
-  section.path({mm(ours.probe_m), mm(proxy_m)}, Color::blue, Stroke::dotted);
-  section.dot(mm(ours.probe_m), Color::blue);
-  section.ring(mm(proxy_m), Color::blue, 5.0f);
-  section.text({mm(ours.probe_m).x_mm + 0.2, mm(ours.probe_m).y_mm}, "probe", -1, Color::blue);
-  section.path({{-2.2, -1.7}, {-1.2, -1.7}}, Color::black, Stroke::solid, 2.0f);
+  section.path({mm(ours.probe_m), mm(proxy_m)}, CurveColor::blue, Stroke::dotted);
+  section.dot(mm(ours.probe_m), CurveColor::blue);
+  section.ring(mm(proxy_m), CurveColor::blue, 5.0f);
+  section.text({mm(ours.probe_m).x_mm + 0.2, mm(ours.probe_m).y_mm}, "probe", -1, CurveColor::blue);
+  section.path({{-2.2, -1.7}, {-1.2, -1.7}}, CurveColor::black, Stroke::solid, 2.0f);
   section.text({-1.7, -1.5}, "1 mm");
 
   const double end_s = tick_s * static_cast<double>(ours.force_n.size());
@@ -367,9 +367,9 @@ Figure groove_figure() {
     const double t = tick_s * static_cast<double>(tick);
     for (Plot* plot : {&up, &across})
       plot->series.push_back(
-          {.xs = {t, t}, .ys = {plot->y_range->first, plot->y_range->second}, .color = Color::grey, .stroke = Stroke::dotted});
+          {.xs = {t, t}, .ys = {plot->y_range->first, plot->y_range->second}, .color = CurveColor::grey, .stroke = Stroke::dotted});
   }
-  for (const auto& [groove, color] : {std::pair{&theirs, Color::vermilion}, std::pair{&ours, Color::blue}}) {
+  for (const auto& [groove, color] : {std::pair{&theirs, CurveColor::vermilion}, std::pair{&ours, CurveColor::blue}}) {
     Series y{.color = color}, x{.name = groove == &ours ? "ours" : "one step a tick", .color = color};
     for (std::size_t i = 0; i < groove->force_n.size(); ++i) {
       const double t = tick_s * static_cast<double>(i);
@@ -407,8 +407,8 @@ Figure wall_figure() {
               .y_range = std::pair{-3.0, 103.0},
               .x_log = true};
   for (const double face_mm : {0.0, 1e3 * wall_m})
-    stroke.series.push_back({.xs = {-6.0, 10.0}, .ys = {face_mm, face_mm}, .color = Color::grey});
-  for (const auto& [walked, color] : {std::pair{Walked::one_step, Color::vermilion}, std::pair{Walked::path, Color::blue}}) {
+    stroke.series.push_back({.xs = {-6.0, 10.0}, .ys = {face_mm, face_mm}, .color = CurveColor::grey});
+  for (const auto& [walked, color] : {std::pair{Walked::one_step, CurveColor::vermilion}, std::pair{Walked::path, CurveColor::blue}}) {
     Series points{.color = color, .points_only = true};
     const ThroughWall found = stroke_through_wall(walked, speed, 0.7e-3);
     for (std::size_t i = 0; i < found.probe_m.size(); ++i) {
@@ -440,8 +440,8 @@ Figure wall_figure() {
 }
 
 Plot order_plot(std::string title, const std::vector<Convergence>& modes) {
-  constexpr Color colors[] = {Color::blue,   Color::vermilion, Color::green, Color::orange,
-                              Color::purple, Color::sky,       Color::black};
+  constexpr CurveColor colors[] = {CurveColor::blue,   CurveColor::vermilion, CurveColor::green, CurveColor::orange,
+                              CurveColor::purple, CurveColor::sky,       CurveColor::black};
   Plot plot{.title = std::move(title),
             .x_label = "step of the hand / \u00b5m",
             .y_label = "change when the step is halved / \u00b5m",
@@ -453,7 +453,7 @@ Plot order_plot(std::string title, const std::vector<Convergence>& modes) {
     plot.series.push_back({.name = name,
                            .xs = {37.5, 300.0},
                            .ys = {at_left_um, at_left_um * std::pow(8.0, order)},
-                           .color = Color::grey,
+                           .color = CurveColor::grey,
                            .stroke = stroke});
   };
   slope("order 1", 1, 20.0, Stroke::dashed);

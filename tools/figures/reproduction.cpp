@@ -567,9 +567,9 @@ std::vector<Figure> reproduction_figures() {
              .y_label = "move / way of the hand",
              .x_range = std::pair{0.0, 180.0},
              .y_range = std::pair{0.0, 2.0}};
-  Series along{.name = "2003, along the bisector", .color = Color::vermilion},
-      aside{.name = "2003, across it", .color = Color::orange};
-  Series ours{.name = "balance", .color = Color::blue};
+  Series along{.name = "2003, along the bisector", .color = CurveColor::vermilion},
+      aside{.name = "2003, across it", .color = CurveColor::orange};
+  Series ours{.name = "balance", .color = CurveColor::blue};
   for (int angle_deg = 5; angle_deg <= 175; angle_deg += 5) {
     for (Series* series : {&along, &aside, &ours}) series->xs.push_back(angle_deg);
     along.ys.push_back(share_of_way("ikits-2003", angle_deg, bisector));
@@ -582,7 +582,7 @@ std::vector<Figure> reproduction_figures() {
                 .x_label = "distance from the axis / core radius",
                 .y_label = "strength / N",
                 .y_range = std::pair{0.0, 1.2}};
-  Series plane_n{.name = "plane", .color = Color::blue}, force_n{.name = "directed force", .color = Color::vermilion};
+  Series plane_n{.name = "plane", .color = CurveColor::blue}, force_n{.name = "directed force", .color = CurveColor::vermilion};
   for (const CoreDirection& at : core_directions()) {
     plane_n.xs.push_back(at.radius_m / core_m);
     plane_n.ys.push_back(at.plane_n);
@@ -602,11 +602,11 @@ std::vector<Figure> reproduction_figures() {
   std::sort(off_n.begin(), off_n.end());
   Series shares = detail::shares_up_to(off_n, 1e-12);
   shares.name = "up to this error";
-  shares.color = Color::vermilion;
+  shares.color = CurveColor::vermilion;
   errors.series = {shares};
 
   Plot limits{.title = "Let go on a plane", .x_label = "damping D / N s/m", .y_label = "stiffest that rests / N/m"};
-  const Color colors[] = {Color::black, Color::blue, Color::vermilion, Color::green, Color::purple};
+  const CurveColor colors[] = {CurveColor::black, CurveColor::blue, CurveColor::vermilion, CurveColor::green, CurveColor::purple};
   for (std::size_t i = 0; i < std::size(devices); ++i) {
     Series series{.name = devices[i], .color = colors[i]};
     for (const double damping : {0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0}) {

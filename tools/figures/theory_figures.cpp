@@ -154,17 +154,17 @@ Figure energy_figure() {
               .y_label = "force / N",
               .x_range = std::pair{-6.0, 4.0},
               .y_range = std::pair{-0.4, 1.6}};
-  forces.series.push_back({.name = "plane", .xs = {-6, -1e-9}, .ys = {s, s}, .color = Color::black});
-  forces.series.push_back({.name = "any of it at 0", .xs = {0, 0}, .ys = {0, s}, .color = Color::vermilion});
-  forces.series.push_back({.xs = {1e-9, 4}, .ys = {0, 0}, .color = Color::black});
+  forces.series.push_back({.name = "plane", .xs = {-6, -1e-9}, .ys = {s, s}, .color = CurveColor::black});
+  forces.series.push_back({.name = "any of it at 0", .xs = {0, 0}, .ys = {0, s}, .color = CurveColor::vermilion});
+  forces.series.push_back({.xs = {1e-9, 4}, .ys = {0, 0}, .color = CurveColor::black});
   struct Case {
     double probe_mm;
     const char* name;
-    Color color;
+    CurveColor color;
   };
   std::vector<Series> rests, crossings;
   for (const Case& c :
-       {Case{1.5, "p = 1.5 mm", Color::green}, {-1.5, "p = -1.5 mm", Color::blue}, {-4.0, "p = -4 mm", Color::purple}}) {
+       {Case{1.5, "p = 1.5 mm", CurveColor::green}, {-1.5, "p = -1.5 mm", CurveColor::blue}, {-4.0, "p = -4 mm", CurveColor::purple}}) {
     const Vec3 probe_m{1e-3 * c.probe_mm, 0, 0};
     Series energy{.name = c.name, .color = c.color};
     for (int i = -600; i <= 400; i += 5) {
@@ -197,12 +197,12 @@ Figure energy_figure() {
   struct Kind {
     const char* name;
     double strength_n, drag_ns_per_m;
-    Color color;
+    CurveColor color;
     Stroke stroke;
   };
-  for (const Kind& kind : {Kind{"strength", s, 0.0, Color::blue, Stroke::solid},
-                           {"drag", 0.0, drag_ns_per_m, Color::green, Stroke::dashed},
-                           {"both", s, drag_ns_per_m, Color::vermilion, Stroke::solid}}) {
+  for (const Kind& kind : {Kind{"strength", s, 0.0, CurveColor::blue, Stroke::solid},
+                           {"drag", 0.0, drag_ns_per_m, CurveColor::green, Stroke::dashed},
+                           {"both", s, drag_ns_per_m, CurveColor::vermilion, Stroke::solid}}) {
     Series series{.name = kind.name, .color = kind.color, .stroke = kind.stroke};
     Primitive point{.kind = PrimitiveKind::point, .strength_n = kind.strength_n, .drag_ns_per_m = kind.drag_ns_per_m};
     for (int i = 0; i <= 120; ++i) {
@@ -253,7 +253,7 @@ Figure sum_figure() {
       {.kind = PrimitiveKind::plane, .direction = {0, 1, 0}, .strength_n = 1.0},
       {.kind = PrimitiveKind::line, .direction = {std::cos(tilt_rad), std::sin(tilt_rad), 0}, .strength_n = 0.8},
       {.kind = PrimitiveKind::point, .strength_n = 0.4}};
-  const Color colors[] = {Color::black, Color::green, Color::purple};
+  const CurveColor colors[] = {CurveColor::black, CurveColor::green, CurveColor::purple};
   const char* names[] = {"plane, 1 N", "line, 0.8 N", "point, 0.4 N"};
 
   Drawing sets{.title = "What each can exert", .low = {-20, -19}, .high = {20, 19}};
@@ -265,22 +265,22 @@ Figure sum_figure() {
     sets.dot(middles[i], colors[i], 3.0f);
     sets.text({middles[i].x_mm, -10}, names[i], 0, colors[i]);
   }
-  sets.path({{-5, -15}, {5, -15}}, Color::grey, Stroke::solid, 2.0f);
-  sets.text({0, -17.5}, "1 N", 0, Color::grey);
+  sets.path({{-5, -15}, {5, -15}}, CurveColor::grey, Stroke::solid, 2.0f);
+  sets.text({0, -17.5}, "1 N", 0, CurveColor::grey);
 
   Drawing sum{.title = "Their sum, and what hands demand", .low = {-20, -14}, .high = {20, 24}};
   const std::vector<DrawingPoint> border = outline(primitives, {}, mm_per_n);
-  sum.area(border, Color::sky);
-  sum.path(border, Color::blue, Stroke::solid, 2.0f);
-  sum.dot({}, Color::black, 3.0f);
+  sum.area(border, CurveColor::sky);
+  sum.path(border, CurveColor::blue, Stroke::solid, 2.0f);
+  sum.dot({}, CurveColor::black, 3.0f);
   sum.text({0.8, -1.6}, "0", -1);
 
   Drawing space{.title = "The same in space", .low = {-10, -12}, .high = {10, 7}};
-  space.area({{-9, 0}, {9, 0}, {9, -11}, {-9, -11}}, Color::grey);
-  space.path({{-9, 0}, {9, 0}}, Color::black, Stroke::solid, 2.0f);
+  space.area({{-9, 0}, {9, 0}, {9, -11}, {-9, -11}}, CurveColor::grey);
+  space.path({{-9, 0}, {9, 0}}, CurveColor::black, Stroke::solid, 2.0f);
   space.path({{-6.3 * std::cos(tilt_rad), -6.3 * std::sin(tilt_rad)}, {6.3 * std::cos(tilt_rad), 6.3 * std::sin(tilt_rad)}},
-             Color::green, Stroke::solid, 2.0f);
-  space.dot({}, Color::purple, 5.0f);
+             CurveColor::green, Stroke::solid, 2.0f);
+  space.dot({}, CurveColor::purple, 5.0f);
 
   PrimitiveSet set;
   Solver solver;
@@ -292,14 +292,14 @@ Figure sum_figure() {
     const auto at = [&](const Vec3& force_n) { return DrawingPoint{mm_per_n * force_n.x, mm_per_n * force_n.y}; };
     const auto place = [](const Vec3& at_m) { return DrawingPoint{1e3 * at_m.x, 1e3 * at_m.y}; };
     const std::string name = text("%d", ++number);
-    if (distance(given_n, demand_n) > 1e-6) sum.arrow(at(demand_n), at(given_n), Color::vermilion);
-    sum.ring(at(given_n), Color::vermilion, 6.5f);
-    sum.dot(at(demand_n), Color::blue, 4.5f);
-    sum.text({at(demand_n).x_mm + 1.6, at(demand_n).y_mm + 1.2}, name, -1, Color::blue);
-    space.path({place(probe_m), place(balance.position_m)}, Color::blue, Stroke::dashed);
-    space.ring(place(balance.position_m), Color::vermilion, 6.5f);
-    space.dot(place(probe_m), Color::blue, 4.5f);
-    space.text({place(probe_m).x_mm + 0.6, place(probe_m).y_mm - 0.7}, name, -1, Color::blue);
+    if (distance(given_n, demand_n) > 1e-6) sum.arrow(at(demand_n), at(given_n), CurveColor::vermilion);
+    sum.ring(at(given_n), CurveColor::vermilion, 6.5f);
+    sum.dot(at(demand_n), CurveColor::blue, 4.5f);
+    sum.text({at(demand_n).x_mm + 1.6, at(demand_n).y_mm + 1.2}, name, -1, CurveColor::blue);
+    space.path({place(probe_m), place(balance.position_m)}, CurveColor::blue, Stroke::dashed);
+    space.ring(place(balance.position_m), CurveColor::vermilion, 6.5f);
+    space.dot(place(probe_m), CurveColor::blue, 4.5f);
+    space.text({place(probe_m).x_mm + 0.6, place(probe_m).y_mm - 0.7}, name, -1, CurveColor::blue);
   }
   return {
       .name = "theory-sum",
@@ -323,8 +323,8 @@ Figure bound_figure() {
            .x_range = std::pair{0.0, static_cast<double>(sweeps)},
            .y_range = range_mm,
            .y_log = true};
-  Series error{.name = "error", .color = Color::blue}, bound{.name = "proven bound", .color = Color::vermilion},
-      residual{.name = "residual force / k", .color = Color::grey, .stroke = Stroke::dashed};
+  Series error{.name = "error", .color = CurveColor::blue}, bound{.name = "proven bound", .color = CurveColor::vermilion},
+      residual{.name = "residual force / k", .color = CurveColor::grey, .stroke = Stroke::dashed};
   int at = 0;
   for (const NearBalance& near : sweeps_towards_balance(29, sweeps)) {
     ++at;
@@ -342,8 +342,8 @@ Figure bound_figure() {
            .y_range = range_mm,
            .x_log = true,
            .y_log = true};
-  Series bounds{.name = "proven bound", .color = Color::vermilion, .points_only = true},
-      residuals{.name = "residual force / k", .color = Color::grey, .points_only = true};
+  Series bounds{.name = "proven bound", .color = CurveColor::vermilion, .points_only = true},
+      residuals{.name = "residual force / k", .color = CurveColor::grey, .points_only = true};
   for (unsigned seed = 1; seed <= sets; ++seed) {
     const NearBalance near = sweeps_towards_balance(seed, 1 + static_cast<int>(seed % 12)).back();
     bounds.xs.push_back(1e3 * near.error_m);
@@ -351,7 +351,7 @@ Figure bound_figure() {
     residuals.xs.push_back(1e3 * near.error_m);
     residuals.ys.push_back(1e3 * near.residual_n / k);
   }
-  all.series = {residuals, bounds, {.name = "error itself", .xs = {1e-6, 10}, .ys = {1e-6, 10}, .color = Color::blue}};
+  all.series = {residuals, bounds, {.name = "error itself", .xs = {1e-6, 10}, .ys = {1e-6, 10}, .color = CurveColor::blue}};
   return {.name = "theory-bound",
           .caption =
               text("Two oblique planes, a line and a point, k = %.0f N/m, with the forces of the first sweeps. The bound lies "
@@ -371,8 +371,8 @@ Figure sweeps_figure() {
            .x_range = std::pair{0.0, 60.0},
            .y_range = std::pair{1e-7, 10.0},
            .y_log = true};
-  const std::pair<double, Color> angles[] = {
-      {10, Color::vermilion}, {20, Color::orange}, {40, Color::green}, {60, Color::sky}, {80, Color::blue}};
+  const std::pair<double, CurveColor> angles[] = {
+      {10, CurveColor::vermilion}, {20, CurveColor::orange}, {40, CurveColor::green}, {60, CurveColor::sky}, {80, CurveColor::blue}};
   for (const auto& [angle_deg, color] : angles) {
     Series series{.name = text("%.0f degrees", angle_deg), .color = color};
     for (const double distance_m : sweeps_into_edge(angle_deg, 60)) {
@@ -388,9 +388,9 @@ Figure sweeps_figure() {
              .y_range = std::pair{0.5, 1e5},
              .x_log = true,
              .y_log = true};
-  Series counted{.name = "sweeps", .color = Color::vermilion, .points_only = true};
-  Series formula{.name = "cos\u00b2 a sweep", .color = Color::grey, .stroke = Stroke::dashed};
-  Series ours{.name = "exact law", .color = Color::blue, .points_only = true};
+  Series counted{.name = "sweeps", .color = CurveColor::vermilion, .points_only = true};
+  Series formula{.name = "cos\u00b2 a sweep", .color = CurveColor::grey, .stroke = Stroke::dashed};
+  Series ours{.name = "exact law", .color = CurveColor::blue, .points_only = true};
   PrimitiveSet set;
   Solver solver;
   for (int i = 0; i < 32; ++i) {
@@ -420,7 +420,7 @@ Figure sweeps_figure() {
 }
 
 /// The work on a hand that goes in circles, tick by tick [mJ], against the time [s].
-Series work_on_circling_hand(std::string name, Color color, const std::function<std::vector<Primitive>(const Vec3&)>& placed) {
+Series work_on_circling_hand(std::string name, CurveColor color, const std::function<std::vector<Primitive>(const Vec3&)>& placed) {
   constexpr double k = 500.0, radius_m = 0.005, turns_per_s = 5.0;
   constexpr int ticks = 1000;
   PrimitiveSet set;
@@ -449,7 +449,7 @@ Figure passivity_figure() {
               .x_range = std::pair{1e-2, 1e4},
               .y_range = std::pair{-4.0, 4.0},
               .x_log = true};
-  const auto ratio = [&](const char* name, Color color, bool elsewhere) {
+  const auto ratio = [&](const char* name, CurveColor color, bool elsewhere) {
     Series series{.name = name, .color = color, .points_only = true};
     for (const EnergyOfStep& step : random_steps(elsewhere, steps)) {
       series.xs.push_back(1e6 * step.bound_j);
@@ -457,9 +457,9 @@ Figure passivity_figure() {
     }
     return series;
   };
-  ratios.series = {ratio("elsewhere", Color::orange, true),
-                   ratio("through the proxy", Color::blue, false),
-                   {.name = "theorem B", .xs = {1e-2, 1e4}, .ys = {1, 1}, .color = Color::black, .stroke = Stroke::dashed}};
+  ratios.series = {ratio("elsewhere", CurveColor::orange, true),
+                   ratio("through the proxy", CurveColor::blue, false),
+                   {.name = "theorem B", .xs = {1e-2, 1e4}, .ys = {1, 1}, .color = CurveColor::black, .stroke = Stroke::dashed}};
 
   Plot turns{.title = "A hand that goes in circles",
              .x_label = "time / s",
@@ -471,17 +471,17 @@ Figure passivity_figure() {
   using Primitives = std::vector<Primitive>;
   turns.series = {
       work_on_circling_hand(
-          "directed, turning", Color::vermilion,
+          "directed, turning", CurveColor::vermilion,
           [](const Vec3& at) {
             return Primitives{{.kind = PrimitiveKind::directed, .direction = normalized({-at.y, at.x, 0}), .strength_n = 0.12}};
           }),
-      work_on_circling_hand("strong point", Color::sky,
+      work_on_circling_hand("strong point", CurveColor::sky,
                             [](const Vec3&) { return Primitives{{.kind = PrimitiveKind::point, .strength_n = 10.0}}; }),
-      work_on_circling_hand("surface", Color::green,
+      work_on_circling_hand("surface", CurveColor::green,
                             [](const Vec3&) {
                               return Primitives{{.kind = PrimitiveKind::plane, .direction = {0, 1, 0}, .strength_n = 10.0}};
                             }),
-      work_on_circling_hand("turning rail", Color::purple,
+      work_on_circling_hand("turning rail", CurveColor::purple,
                             [n = 0](const Vec3& at) mutable {
                               const double turn = 0.4 * ++n;
                               return Primitives{{.kind = PrimitiveKind::line,
@@ -492,7 +492,7 @@ Figure passivity_figure() {
       {.name = "theorem B",
        .xs = {0.0, 1.0},
        .ys = {0.0, 1e3 * 1000 * 0.5 * k * step_m * step_m},
-       .color = Color::black,
+       .color = CurveColor::black,
        .stroke = Stroke::dashed}};
   return {.name = "theory-passivity",
           .caption =
