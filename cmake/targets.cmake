@@ -65,9 +65,10 @@ function(palpa_test_headers)
     <sstream> <string> <thread> <vector>)
 endfunction()
 
-# palpa_test(NAME SOURCES … LINKS …): one test program of GoogleTest, found by ctest test by test.
+# palpa_test(NAME SOURCES … LINKS … [PARTS n] [TIMEOUT s]): one test program of GoogleTest. ctest runs it in PARTS processes, each
+# with its share of the tests: a process for every test would load the libraries thousands of times.
 function(palpa_test name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT" "SOURCES;LINKS")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "PARTS;TIMEOUT" "SOURCES;LINKS")
   add_executable(test_${name} ${arg_SOURCES})
   target_link_libraries(test_${name} PRIVATE palpa_rules ${arg_LINKS} GTest::gmock GTest::gtest_main)
   # Less to compile: what tests compute themselves is little, and floating point is the same at every level.
@@ -77,12 +78,21 @@ function(palpa_test name)
   # those that were read beforehand.
   target_compile_options(test_${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds -Wno-stringop-overflow>)
   set_target_properties(test_${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
-  if(NOT arg_TIMEOUT)
-    set(arg_TIMEOUT 300)
+  if(NOT arg_PARTS)
+    set(arg_PARTS 1)
   endif()
-  gtest_discover_tests(test_${name} TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 60
-    PROPERTIES TIMEOUT ${arg_TIMEOUT}
-    # One variable in each: gtest_discover_tests takes a list of several apart.
-    ENVIRONMENT "PALPA_SHARED=${PROJECT_SOURCE_DIR}/../shared"
-    ENVIRONMENT_MODIFICATION "PALPA_BIN=set:${CMAKE_BINARY_DIR}/bin")
+  if(NOT arg_TIMEOUT)
+    set(arg_TIMEOUT 900)
+  endif()
+  math(EXPR last "${arg_PARTS} - 1")
+  foreach(part RANGE ${last})
+    if(arg_PARTS EQUAL 1)
+      set(test ${name})
+    else()
+      set(test ${name}.${part})
+    endif()
+    add_test(NAME ${test} COMMAND test_${name} --gtest_brief=1)
+    set_tests_properties(${test} PROPERTIES TIMEOUT ${arg_TIMEOUT} COST ${arg_PARTS} ENVIRONMENT
+      "PALPA_SHARED=${PALPA_SHARED_FOLDER};PALPA_BIN=${CMAKE_BINARY_DIR}/bin;GTEST_TOTAL_SHARDS=${arg_PARTS};GTEST_SHARD_INDEX=${part}")
+  endforeach()
 endfunction()

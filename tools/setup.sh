@@ -13,10 +13,18 @@ fail() {
   exit 2
 }
 
-# Goes on only with a yes. Where nobody can be asked it says how to answer beforehand.
+# Whether root's commands run without a password: as root, or by sudo.
+is_root_at_hand() { [ "$(id -u)" = 0 ] || sudo -n true 2>/dev/null; }
+
+# Goes on only with a yes. Without a terminal no answer means yes where root's commands need no password, as in a container or
+# on a CI machine; elsewhere it ends with the line that helps.
 ask() {
   if $assume_yes; then return; fi
-  [ -t 0 ] || fail "nobody can be asked here (no terminal); to say yes beforehand, run: $command${arguments:+ $arguments} --yes"
+  if [ ! -t 0 ]; then
+    is_root_at_hand || fail "there is no terminal to answer at, and sudo needs a password; run in a terminal: $command${arguments:+ $arguments}"
+    say "There is no terminal to answer at: going on as with --yes."
+    return
+  fi
   local answer
   read -r -p "$1 [Y/n] " answer || answer=n
   case $answer in

@@ -39,7 +39,7 @@ run_twice() {  # run_twice NAME ARGUMENTS…
 feel_by_both_builds phantom "$root/scenes/head_phantom.toml" sim:stroke 2
 if [ -x "$build/bin/palpa" ]; then run_twice phantom "$root/scenes/head_phantom.toml" --hand sim:stroke --duration-s 2 --primitives; fi
 
-data=$root/../shared/data
+data=${PALPA_SHARED:-$root/../shared}/data
 hand=$data/trajectories/inverse3_woodcarving_20231121_102837.csv
 if [ -x "$build/bin/palpa-read" ] && [ -d "$data/ct_head_cranium" ]; then
   export PALPA_READER=$build/bin/palpa-read

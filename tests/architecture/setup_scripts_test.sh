@@ -83,17 +83,36 @@ run() {  # run SCRIPT ARGUMENTS…, from a folder that is not the repository
 
 fresh_machine
 run demo --core
-expect "without a terminal nothing is installed" never_called '^apt-get install .*--yes'
-expect "… it exits 2" exited 2
-expect "… says what would be installed" said "Palpa needs these Debian packages: cmake g++"
+expect "without a terminal root goes on" called 'apt-get install --yes --no-install-recommends ccache cmake g\+\+ .*'
+expect "… said so" said "going on as with --yes"
+expect "… said what is installed" said "Palpa needs these Debian packages: ccache cmake g++"
 expect "… and how large that is" said "76 packages: 91.0 MB to download, 359 MB on disk."
-expect "… and how to say yes beforehand" said "demo --core --yes"
+expect "… exits 0" exited 0
 
+fresh_machine
+stand_in id <<<"echo 1000"
+stand_in sudo <<<'[ "$1" = -n ] && exit 1; "$@"'
+for script in demo test; do
+  run $script --core
+  expect "./$script without a terminal and with a password for sudo installs nothing" never_called '^(sudo )?(env .*)?apt-get install .*--yes'
+  expect "… it exits 2" exited 2
+  expect "… says what would be installed" said "Palpa needs these Debian packages: ccache cmake g++"
+  expect "… and what to run" said "run in a terminal: $here/palpa/$script --core"
+done
+stand_in sudo <<<'[ "$1" = -n ] && shift; "$@"'
+for script in demo test; do
+  rm -f "$here/palpa/build/packages-added.txt" && printf 'coreutils\n' >"$here/installed"
+  run $script --core
+  expect "./$script without a terminal and with free sudo installs" called 'sudo env DEBIAN_FRONTEND=noninteractive apt-get install --yes .*'
+  expect "… exits 0" exited 0
+done
+
+fresh_machine
 run demo --core --yes
-expect "--yes installs the core group" called 'apt-get install --yes --no-install-recommends cmake g\+\+ libcli11-dev .*'
+expect "--yes installs the core group" called 'apt-get install --yes --no-install-recommends ccache cmake g\+\+ libcli11-dev .*'
 expect "… without VTK, ITK or tests" never_called 'apt-get install.*(vtk|insight|gtest)'
 expect "… as root without sudo" never_called '^sudo'
-expect "… builds the core preset without tests" called 'cmake --preset core -DPALPA_TESTS=OFF -DPALPA_EXAMPLES=OFF'
+expect "… builds the core preset without tests" called 'cmake --preset core -DPALPA_TESTS=OFF'
 expect "… runs the main job" called 'palpa demo'
 expect "… exits 0" exited 0
 
@@ -114,13 +133,12 @@ expect "--remove takes the list, too, once the packages are gone" [ ! -e "$here/
 
 fresh_machine
 run demo --yes --data data
-expect "the real head needs the reader" called 'cmake --preset release -DPALPA_TESTS=OFF -DPALPA_EXAMPLES=OFF -DPALPA_READER=ON'
+expect "the real head needs the reader" called 'cmake --preset release -DPALPA_TESTS=OFF -DPALPA_READER=ON'
 expect "… its packages" called 'apt-get install --yes .*libinsighttoolkit5-dev.*libvtk9-dev.*'
 expect "… and gets the folder" called 'palpa demo head --data data'
 run test --yes
 expect "./test after ./demo turns the tests on" called 'cmake --preset release .*-DPALPA_TESTS=ON .*'
 expect "… runs them" called 'ctest --test-dir .*/build/release .*'
-expect "… builds dev for the comparison of bits" called 'cmake --build .*/build/dev .*--target palpa_cli'
 expect "… and exits 0" exited 0
 run demo
 expect "./demo after ./test leaves the tests in" never_called '^cmake --preset'
@@ -137,7 +155,7 @@ expect "… which still runs the other sanitizer" called 'ctest --test-dir .*/bu
 fresh_machine
 stand_in id <<<"echo 1000"
 run demo --core --yes
-expect "a user without sudo is told what root has to run" said "apt-get install --no-install-recommends cmake g++"
+expect "a user without sudo is told what root has to run" said "apt-get install --no-install-recommends ccache cmake g++"
 expect "… exit 2" exited 2
 stand_in sudo <<<'"$@"'
 run demo --core --yes

@@ -17,7 +17,7 @@ import tempfile
 import time
 
 source, build = (pathlib.Path(word).resolve() for word in sys.argv[1:3])
-data = source.parent / "shared/data"
+data = pathlib.Path(os.environ.get("PALPA_SHARED", source.parent / "shared")).resolve() / "data"
 
 device = "needs the device itself; stand-ins are in tests/devices"
 window = "opens a window and stays; tests/explorer"
@@ -79,6 +79,7 @@ not_run = [
     ("docs/benchmark.md", "B=build/bench/bin", "a measurement, not built by the tests; its parts are tested in tests/haptics"),
     ("docs/benchmark.md", "$B/bench_haptics", "a measurement, not built by the tests; its parts are tested in tests/haptics"),
     ("docs/benchmark.md", "python3 bench/haptics/picture.py", "draws what the measurement left"),
+    ("docs/reproduction.md", "cmake --build build/release --target palpa_reproduction", building + "this test is part of that build"),
     ("docs/reproduction.md", "build/release/tools/palpa_reproduction", "tests/docs/reproduction_test.sh, which compares it with the page"),
     ("docs/own-mode.md", "cmake -S . -B build", "tests/install/install_test.sh builds it outside; here the one of the build is taken"),
     ("docs/paraview.md", "paraview ", window),
@@ -129,6 +130,39 @@ def reason_not_to_run(page, line):
     return reasons[0] if reasons else None
 
 
+def names_made_by(line):
+    """The files and folders that a line writes: the values of options for them, what it is redirected to, and of the commands
+    that turn one file into another the last word that is no option's."""
+    words = line.split("#")[0].split()
+    made = [word for before, word in zip(words, words[1:]) if before in ("--out", "--picture", "--scene", "--fix", "-o", ">")]
+    if words[:1] == ["palpa"] and words[1:2] and words[1] in ("convert", "export", "map", "report"):
+        plain = [word for before, word in zip(words[1:], words[2:]) if not word.startswith("-") and not before.startswith("--")]
+        made += plain[-1:] if len(plain) > 1 else []
+    return set(made)
+
+
+def lines_without_data(lines):
+    """The lines that can be run where there are no data: none that names them, and none that reads what a line left out makes."""
+    kept, lacking = [], set()
+    for line in lines:
+        words = line.split("#")[0].split()
+        reads = {word.split("/")[0] for word in words} - names_made_by(line)
+        if re.search(r"\bDATA\b", line) or reads & lacking:
+            lacking |= names_made_by(line)
+        else:
+            lacking -= names_made_by(line)
+            kept.append(line)
+    return kept
+
+
+def problems_with_lines_without_data():
+    """The rule, on lines made up."""
+    lines = ["palpa run a.toml --data DATA --out a", "palpa export a a.vtp", "palpa export b b.vtp", "grep x a.vtp", "ls a/x",
+             "palpa run c.toml --out a", "palpa report a --out a.html", "tool > a.vtp", "grep x a.vtp"]
+    right = ["palpa export b b.vtp", "palpa run c.toml --out a", "palpa report a --out a.html", "tool > a.vtp", "grep x a.vtp"]
+    return [] if lines_without_data(lines) == right else [f"lines that need data: {lines_without_data(lines)}"]
+
+
 def problems_with_lists():
     found = []
     for page, beginning, _ in not_run:
@@ -174,7 +208,7 @@ def run(page):
     before = given.get(page, "")
     without_data = 0
     if not data.is_dir():
-        kept = [] if "$DATA" in before else [line for line in lines if not re.search(r"\bDATA\b", line)]
+        kept = [] if "$DATA" in before else lines_without_data(lines)
         without_data, lines = len(lines) - len(kept), kept
     if not lines:
         return None, 0, without_data
@@ -205,7 +239,7 @@ def main():
     if not (build / "bin/palpa").is_file():
         print("the program palpa is not built")
         return 77
-    failed = problems_with_lists()
+    failed = problems_with_lists() + problems_with_lines_without_data()
     chosen = sys.argv[3:]
     every = [page for page in pages() if commands(page)]
     if not every or any(page.lstrip("-") not in every for page in chosen):

@@ -6,6 +6,7 @@
 #include <signal.h>
 
 #include <charconv>
+#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <iostream>
@@ -22,7 +23,7 @@ constexpr const char* usage =
     "  NAME             a campaign, or how its name begins; none: all of them\n"
     "  --count N        until so many tries were made, those of the table included (1000)\n"
     "  --long           until as many were made as of a long run, hours or days\n"
-    "  --seed N         begin with this seed (1); the same seed is the same case\n"
+    "  --seed N         begin with this seed (1); the same seed is the same case; 'today': one of this day's own\n"
     "  --table FILE     go on where this table ends, and keep it up to date\n"
     "  --findings DIR   keep what broke a promise, made smaller, in this folder\n"
     "  --jobs N         so many processes try at the same time (1)\n"
@@ -46,6 +47,12 @@ bool take_number(const char* text, T& number) {
   return error == std::errc() && last == end && number > 0;
 }
 
+/// Far from that of yesterday: more than the tries of a day.
+std::uint64_t seed_of_today() {
+  using namespace std::chrono;
+  return 1'000'000'000U * static_cast<std::uint64_t>(floor<days>(system_clock::now()).time_since_epoch().count());
+}
+
 std::optional<Options> options_of(int argc, char** argv) {
   Options options;
   for (int n = 1; n < argc; ++n) {
@@ -66,7 +73,8 @@ std::optional<Options> options_of(int argc, char** argv) {
       if (word == "--count") {
         good = take_number(value, options.count);
       } else if (word == "--seed") {
-        good = take_number(value, seed), options.seed = seed;
+        good = std::string_view(value) == "today" || take_number(value, seed);
+        options.seed = seed > 0 ? seed : seed_of_today();
       } else if (word == "--jobs") {
         good = take_number(value, options.run.jobs);
       } else if (word == "--table") {

@@ -52,6 +52,19 @@ grep -rl --exclude-dir=doc -e "$source" -e "$build" "$moved" | while read -r fil
   if grep -qI . "$file"; then fail "$file names the folder of the sources"; fi
 done
 
+step "a component needs that component alone; all of them need everything"
+sed 's|/bin/palpa-read\b|/bin/not_built|g' "$build/cmake_install.cmake" >"$work/without_reader.cmake"
+for component in library development; do
+  cmake -DCMAKE_INSTALL_COMPONENT=$component "-DCMAKE_INSTALL_PREFIX=$work/$component" -P "$work/without_reader.cmake" >/dev/null ||
+    fail "the component $component is not installed alone"
+done
+[ -e "$work/development/include/palpa/palpa.h" ] || fail "no header was installed"
+if cmake "-DCMAKE_INSTALL_PREFIX=$work/nothing" -P "$work/without_reader.cmake" 2>"$work/refused.log"; then
+  fail "all was installed without a reader"
+fi
+grep -q "not_built is not built yet; first: cmake --build" "$work/refused.log" || { cat "$work/refused.log"; fail "no advice"; }
+[ ! -e "$work/nothing" ] || fail "something was installed"
+
 step "libraries beside each file, read-only tables, no executable stack, PIE"
 bash "$(dirname "${BASH_SOURCE[0]}")/elf_test.sh" "$moved"
 
