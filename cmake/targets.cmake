@@ -65,10 +65,11 @@ function(palpa_test_headers)
     <sstream> <string> <thread> <vector>)
 endfunction()
 
-# palpa_test(NAME SOURCES … LINKS … [PARTS n] [TIMEOUT s]): one test program of GoogleTest. ctest runs it in PARTS processes, each
-# with its share of the tests: a process for every test would load the libraries thousands of times.
+# palpa_test(NAME SOURCES … LINKS … [DATA] [PARTS n] [TIMEOUT s]): one test program of GoogleTest. ctest runs it in PARTS
+# processes, each with its share of the tests: a process for every test would load the libraries thousands of times. DATA: some
+# of them use real data.
 function(palpa_test name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "PARTS;TIMEOUT" "SOURCES;LINKS")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "DATA" "PARTS;TIMEOUT" "SOURCES;LINKS")
   add_executable(test_${name} ${arg_SOURCES})
   target_link_libraries(test_${name} PRIVATE palpa_rules ${arg_LINKS} GTest::gmock GTest::gtest_main)
   # Less to compile: what tests compute themselves is little, and floating point is the same at every level.
@@ -93,6 +94,7 @@ function(palpa_test name)
     endif()
     add_test(NAME ${test} COMMAND test_${name} --gtest_brief=1)
     set_tests_properties(${test} PROPERTIES TIMEOUT ${arg_TIMEOUT} COST ${arg_PARTS} ENVIRONMENT
-      "PALPA_SHARED=${PALPA_SHARED_FOLDER};PALPA_BIN=${CMAKE_BINARY_DIR}/bin;GTEST_TOTAL_SHARDS=${arg_PARTS};GTEST_SHARD_INDEX=${part}")
+      "PALPA_SHARED=${PALPA_SHARED_FOLDER};PALPA_BIN=${CMAKE_BINARY_DIR}/bin;GTEST_TOTAL_SHARDS=${arg_PARTS};GTEST_SHARD_INDEX=${part}"
+      LABELS "$<$<BOOL:${arg_DATA}>:data>")
   endforeach()
 endfunction()

@@ -140,6 +140,10 @@ run test --yes
 expect "./test after ./demo turns the tests on" called 'cmake --preset release .*-DPALPA_TESTS=ON .*'
 expect "… runs them" called 'ctest --test-dir .*/build/release .*'
 expect "… and exits 0" exited 0
+run test --yes --without-data
+expect "./test --without-data hides the data" called 'cmake -DPALPA_SHARED_FOLDER=.*/build/no_data .*/build/release'
+expect "… runs what uses them" called 'ctest .* --label-regex .*'
+expect "… and shows them again" called 'cmake -UPALPA_SHARED_FOLDER .*'
 run demo
 expect "./demo after ./test leaves the tests in" never_called '^cmake --preset'
 run test --sanitize
