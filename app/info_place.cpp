@@ -9,22 +9,14 @@
 #include <vector>
 
 #include "app/info_numbers.h"
+#include "palpa/volume/length_unit.h"
 
 namespace palpa::app {
 namespace {
 
 double metres_of(const std::string& unit) {
-  for (const auto& [name, metres] : {std::pair{"m", 1.0},
-                                     {"cm", 1e-2},
-                                     {"mm", 1e-3},
-                                     {"um", 1e-6},
-                                     {"µm", 1e-6},
-                                     {"nm", 1e-9},
-                                     {"angstrom", 1e-10},
-                                     {"km", 1e3}}) {
-    if (unit == name) return metres;
-  }
-  return 0.0;
+  const auto known = detail::length_unit(unit);
+  return known ? known->metres : 0.0;
 }
 
 [[noreturn]] void refuse(const std::string& text) {

@@ -60,12 +60,30 @@ char letter_of(const Vec3& axis) {
   return axis.z > 0 ? 'I' : 'S';
 }
 
-/// Refuses headers that crash MetaIO: it reads as many numbers as NDims says, even beyond its arrays, and reads on from a line
-/// without '=' into the voxels. \return CompressedDataSize; 0 if it is not given
-double check_header(const std::string& path) {
+/// The word that a text repeats for each axis, "mm" of "mm mm mm"; else the text, without the blanks around it.
+std::string one_of_alike(std::string_view text) {
+  std::istringstream words{std::string(text)};
+  std::string first, word;
+  words >> first;
+  bool alike = true;
+  while (words >> word) alike = alike && word == first;
+  if (alike) return first;
+  const std::size_t begin = text.find_first_not_of(" \t"), end = text.find_last_not_of(" \t\r");
+  return std::string(text.substr(begin, end + 1 - begin));
+}
+
+/// What MetaIO does not hand on of a header.
+struct HeaderText {
+  double compressed_bytes = 0;  ///< CompressedDataSize; 0 if it is not given
+  std::string distance_units;   ///< as it is written: MetaIO knows um, mm and cm, and drops any other unit
+};
+
+/// Reads a header's text, and refuses headers that crash MetaIO: it reads as many numbers as NDims says, even beyond its
+/// arrays, and reads on from a line without '=' into the voxels.
+HeaderText read_header(const std::string& path) {
   detail::InputStream file(path);
   std::array<char, 4096> line{};
-  double compressed_bytes = 0;
+  HeaderText header;
   while (file.getline(line.data(), line.size())) {
     const std::string_view text(line.data());
     if (text.find_first_not_of(" \t\r") == std::string_view::npos) continue;
@@ -73,12 +91,13 @@ double check_header(const std::string& path) {
     if (sign == std::string_view::npos) throw LoadError("has a line without '=' in its header; get the whole file");
     const std::size_t begin = std::min(text.find_first_not_of(" \t"), sign);
     const std::string_view key = text.substr(begin, sign == begin ? 0 : text.find_last_not_of(" \t", sign - 1) + 1 - begin);
-    if (key == "ElementDataFile") return compressed_bytes;  // what only ends so is no end of the header for MetaIO
+    if (key == "ElementDataFile") return header;  // what only ends so is no end of the header for MetaIO
     const double value = std::strtod(line.data() + sign + 1,
                                      nullptr);  // read as MetaIO reads it, which takes "1e308" for a number of dimensions
     if (key.find("NDims") != std::string_view::npos && !(value >= 1 && value < 5))
       throw LoadError("has no number of dimensions; give NDims, one to four");
-    if (key.find("CompressedDataSize") != std::string_view::npos) compressed_bytes = value;
+    if (key.find("CompressedDataSize") != std::string_view::npos) header.compressed_bytes = value;
+    if (key == "DistanceUnits") header.distance_units = one_of_alike(text.substr(sign + 1));
   }
   throw LoadError("has no ElementDataFile in its header; get the whole file");
 }
@@ -86,7 +105,8 @@ double check_header(const std::string& path) {
 class MetaImageSource : public Source {
  public:
   explicit MetaImageSource(const protocol::Request& request) : path_(request.path) {
-    const double compressed_bytes = check_header(path_);
+    const HeaderText text = read_header(path_);
+    header.length_unit = text.distance_units;
     if (!image_.Read(path_.c_str(), false)) {
       throw LoadError("cannot be read as MetaImage (" + take_library_error() + "); check its header");
     }
@@ -98,7 +118,7 @@ class MetaImageSource : public Source {
     list_files();
     double stored_bytes = 0;
     for (const std::string& file : files) stored_bytes += static_cast<double>(file_bytes(file));
-    if (image_.CompressedData() && !(compressed_bytes >= 0 && compressed_bytes <= stored_bytes))
+    if (image_.CompressedData() && !(text.compressed_bytes >= 0 && text.compressed_bytes <= stored_bytes))
       throw LoadError("is shorter than its CompressedDataSize says; get the whole file");
 
     raw_.type = raw_type(image_.ElementType());
@@ -239,9 +259,6 @@ class MetaImageSource : public Source {
     for (int a = n; a < 3; ++a) length[a] = length[0];
     grid.index_to_world_m = transposed(Mat3{{length[0] * axis[0], length[1] * axis[1], length[2] * axis[2]}});
     grid.origin_m = {at[0], at[1], at[2]};
-
-    const std::string unit = image_.DistanceUnitsName();
-    if (unit != "?") header.length_unit = unit;
 
     // ITK takes every MetaImage as LPS; only AnatomicalOrientation says that it is medical at all.
     const std::string letters = image_.AnatomicalOrientationAcronym();

@@ -102,7 +102,8 @@ class NiftiSource : public Source {
       case vtkNIFTIHeader::UnitsMeter: header.length_unit = "m"; break;
       case vtkNIFTIHeader::UnitsMM: header.length_unit = "mm"; break;
       case vtkNIFTIHeader::UnitsMicron: header.length_unit = "um"; break;
-      default: break;
+      case 0: break;
+      default: header.length_unit = "code " + std::to_string(h.GetXYZTUnits() & 7) + " of xyzt_units";
     }
   }
 

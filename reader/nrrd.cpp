@@ -12,6 +12,7 @@
 #include "data_file.h"
 #include "library_words.h"
 #include "palpa/disk/input_file.h"
+#include "palpa/volume/length_unit.h"
 #include "source.h"
 
 namespace palpa::reader {
@@ -368,7 +369,9 @@ class NrrdSource : public Source {
 
     for (std::size_t s = 0; s < axes.space.size(); ++s) {
       const std::string unit = trimmed(oriented && s < n.spaceDim ? n.spaceUnits[s] : n.axis[axes.space[s]].units);
-      if (s > 0 && unit != header.length_unit) {
+      const auto here = palpa::detail::length_unit(unit), before = palpa::detail::length_unit(header.length_unit);
+      const bool alike = unit == header.length_unit || (here && before && here->metres == before->metres);
+      if (s > 0 && !alike) {
         throw LoadError("has axes in different units ('" + header.length_unit + "' and '" + unit + "'); convert them to one");
       }
       header.length_unit = unit;

@@ -5,9 +5,9 @@
 #include <fstream>
 #include <future>
 #include <memory>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
-#include <string_view>
 
 #include "palpa/core/shown.h"
 #include "palpa/disk/input_file.h"
@@ -19,6 +19,7 @@
 #include "palpa/limits/free_memory.h"
 #include "palpa/limits/limits.h"
 #include "palpa/toml/wording.h"
+#include "palpa/volume/length_unit.h"
 #include "palpa/volume/sha256.h"
 #include "palpa/volume/volume.h"
 
@@ -35,37 +36,6 @@ using protocol::readable_bytes;
 constexpr std::uint64_t reader_slack_bytes = 2'000'000'000;
 
 constexpr std::size_t most_files = 1'000'000;  ///< of one volume; a list that does not end is cut there
-
-/// Metres per unit; 0 for a word that is no unit of length.
-double metres(std::string_view unit) {
-  static constexpr struct {
-    std::string_view name;
-    double metres;
-  } units[] = {{"m", 1},
-               {"meter", 1},
-               {"metre", 1},
-               {"meters", 1},
-               {"metres", 1},
-               {"cm", 1e-2},
-               {"centimeter", 1e-2},
-               {"mm", 1e-3},
-               {"millimeter", 1e-3},
-               {"millimetre", 1e-3},
-               {"millimeters", 1e-3},
-               {"um", 1e-6},
-               {"µm", 1e-6},
-               {"micron", 1e-6},
-               {"microns", 1e-6},
-               {"micrometer", 1e-6},
-               {"nm", 1e-9},
-               {"km", 1e3},
-               {"angstrom", 1e-10},
-               {"Å", 1e-10}};
-  for (const auto& [name, value] : units) {
-    if (name == unit) return value;
-  }
-  return 0.0;
-}
 
 /// Refuses at once what no reader has to be started for.
 void check_file(const std::filesystem::path& path) {
@@ -88,29 +58,43 @@ std::uint64_t bytes_of(const std::filesystem::path& file) {
   return bytes;
 }
 
+/// How a text that names no unit of length is refused. \param who  says it
+LoadError unknown_unit(const std::string& who, const std::string& unit) {
+  const std::vector<std::string> names(detail::proposed_length_units.begin(), detail::proposed_length_units.end());
+  return LoadError(who + " '" + unit + "', which is unknown; give it by length_unit, in a scene or by --set length_unit=mm (" +
+                   detail::joined(names) + " and others are known)");
+}
+
+/// The unit of length that a request names; nothing where it names none. Throws LoadError.
+std::optional<detail::LengthUnit> asked_unit(const VolumeRequest& request) {
+  if (request.length_unit.empty()) return std::nullopt;
+  std::optional<detail::LengthUnit> unit = detail::length_unit(request.length_unit);
+  if (!unit) throw unknown_unit("is asked for with length_unit", request.length_unit);
+  return unit;
+}
+
 /// Metres per unit of length of the file, which is noted in `volume`.
 double metres_per_unit(const VolumeRequest& request, const Header& header, Volume& volume) {
-  if (!request.length_unit.empty()) {
-    const double said = metres(request.length_unit);
-    if (said == 0)
-      throw LoadError("length_unit '" + request.length_unit + "' is unknown; m, cm, mm, um, nm, km or angstrom are known");
-    volume.length_unit = request.length_unit;
-    return said;
+  const auto take = [&](const detail::LengthUnit& unit) {
+    volume.length_unit = unit.name;
+    return unit.metres;
+  };
+  const std::optional<detail::LengthUnit> stated = detail::length_unit(header.length_unit);
+  if (const auto asked = asked_unit(request)) {
+    if (stated && std::abs(stated->metres - asked->metres) > 1e-9 * asked->metres) {
+      volume.warnings.push_back("has the unit of length '" + header.length_unit + "', in place of which length_unit = '" +
+                                request.length_unit + "' is taken");
+    }
+    return take(*asked);
   }
-  if (const double stated = metres(header.length_unit); stated != 0) {
-    volume.length_unit = header.length_unit;
-    return stated;
-  }
-  volume.length_unit = header.default_unit;
+  if (stated) return take(*stated);
+  if (!detail::leaves_length_unit_open(header.length_unit)) throw unknown_unit("has the unit of length", header.length_unit);
+  const auto assumed = detail::length_unit(header.default_unit);
+  if (!assumed) throw LoadError("cannot be read: palpa-read gave no unit of length; update both programs together");
   volume.length_unit_assumed = true;
-  const double assumed = metres(header.default_unit);
-  if (assumed == 0) throw LoadError("cannot be read: palpa-read gave no unit of length; update both programs together");
-  const std::string length = assumed == 1 ? "metres" : "millimetres";
-  volume.warnings.push_back(
-      header.length_unit.empty()
-          ? "says no unit of length: " + length + " are taken (length_unit takes another, in a scene or by --set)"
-          : "has the unit of length '" + header.length_unit + "', which is unknown: " + length + " are taken");
-  return assumed;
+  volume.warnings.push_back(std::string("says no unit of length: ") + (assumed->metres == 1 ? "metres" : "millimetres") +
+                            " are taken (length_unit takes another, in a scene or by --set)");
+  return take(*assumed);
 }
 
 GridGeometry in_metres(const GridGeometry& grid, double metres_per_unit) {
@@ -123,7 +107,8 @@ protocol::Request as_asked(const VolumeRequest& request, std::uint64_t limit, bo
   const PlaceInFile place = place_in_file(request.files.front());
   protocol::Request ask{place.file.string(), request.as, request.frame, limit};
   for (std::size_t f = 1; f < request.files.size(); ++f) ask.partners.push_back(request.files[f].string());
-  const double said = metres(request.length_unit), unit_m = said > 0.0 ? said : 1.0;
+  const std::optional<detail::LengthUnit> said = asked_unit(request);
+  const double unit_m = said ? said->metres : 1.0;
   ask.series = request.series, ask.components_along = request.components_along;
   ask.inside = place.inside;
   ask.layout = request.layout;

@@ -67,11 +67,13 @@ std::string volume_table(const Volume& volume, const VolumeRequest& request, con
   const std::vector<Said> how = said(request);
   out += "file = " + value_of(how, "file") + "\n";
   const Vec3 size_m = volume.bounds_m().size_m();
-  if (!volume.length_unit.empty() && (volume.length_unit_assumed || !request.length_unit.empty())) {
-    out += reasoned("length_unit = " + toml_string(volume.length_unit),
-                    volume.length_unit_assumed ? "ASSUMED, the file says none: the data are then " + size_words(size_m) +
-                                                     "; correct it if they are not"
-                                               : "as asked for: the data are " + size_words(size_m));
+  if (volume.length_unit_assumed) {
+    // A comment: as a key it would be an assumption no longer, and `run` would not repeat it.
+    out += reasoned("# length_unit = " + toml_string(volume.length_unit),
+                    "ASSUMED, the file says none: the data are then " + size_words(size_m) +
+                        "; correct it if they are not, and take the first # away");
+  } else if (!request.length_unit.empty()) {
+    out += reasoned("length_unit = " + toml_string(request.length_unit), "as asked for: the data are " + size_words(size_m));
   }
   if (volume.frames > 1) {
     const int frame = std::max(request.frame, 0);

@@ -19,6 +19,7 @@
 #include "palpa/toml/problem.h"
 #include "palpa/toml/wording.h"
 #include "palpa/volume/analytic.h"
+#include "palpa/volume/length_unit.h"
 #include "palpa/volume/read_series.h"
 #include "palpa/volume/volume.h"
 
@@ -129,6 +130,11 @@ std::vector<const toml::table*> tables_in(const toml::node* node) {
   return tables;
 }
 
+/// Whether a key with choices may be this text: one of them, or another spelling of a unit of length.
+bool is_choice(const Key& key, const std::string& text) {
+  return std::ranges::find(key.choices, text) != key.choices.end() || (key.name == "length_unit" && detail::length_unit(text));
+}
+
 /// A table whose keys have all been checked against their list: known, of the right kind, in range,
 /// among the choices, and the required ones there. What is asked for afterwards needs no check.
 class Section {
@@ -174,7 +180,7 @@ class Section {
       if (!key.range.contains(*number)) refuse(node, "is " + toml_number(*number) + "; it must be " + sentence_of(key.range));
     }
     if (const auto* text = node.as_string(); text && !key.choices.empty()) {
-      if (std::ranges::find(key.choices, text->get()) == key.choices.end()) {
+      if (!is_choice(key, text->get())) {
         refuse(node, "cannot be " + in_quotes(text->get()) + "; " + suggestion(text->get(), key.choices));
       }
     }

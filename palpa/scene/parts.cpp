@@ -4,6 +4,7 @@
 
 #include "palpa/limits/limits.h"
 #include "palpa/volume/analytic.h"
+#include "palpa/volume/length_unit.h"
 
 namespace palpa {
 
@@ -19,7 +20,6 @@ using WordList = std::array<std::string_view, N>;
 constexpr WordList<5> laws{"exact", "paper-2005", "ikits-2003", "ikits-2003-sequential", "no-proxy"};
 constexpr WordList<12> directions{"anterior", "posterior", "left", "right", "superior", "inferior",
                                   "+x",       "-x",        "+y",   "-y",    "+z",       "-z"};
-constexpr WordList<7> length_units{"m", "cm", "mm", "um", "nm", "km", "angstrom"};
 constexpr WordList<1> vector_word{"vector"};
 constexpr WordList<2> components_along{"file", "index"};
 constexpr WordList<1> latest{"latest"};
@@ -195,7 +195,10 @@ void visit_part(detail::VolumePart& part, ParameterVisitor& visitor) {
 void visit_part(VolumeRequest& part, ParameterVisitor& visitor) {
   using R = VolumeRequest;
   each(part, visitor,
-       param("length_unit", &R::length_unit, "unit of length of a file that says none", Words(length_units))
+       param("length_unit", &R::length_unit, "unit of length of a file that says none, or one that is unknown",
+             Words(detail::proposed_length_units))
+           .written(
+               "\"m\", \"cm\", \"mm\", \"um\", \"nm\", \"km\", \"angstrom\", \"in\", \"ft\" or another, in any usual spelling")
            .left_out("the file's; else mm for medical formats, m for others"),
        named_list_param("fields", &R::fields, "which arrays of the file are fields, and what they are called")
            .written("{array = text, arrays = [x, y, z], unit = text}")

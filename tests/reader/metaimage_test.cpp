@@ -78,6 +78,29 @@ TEST_F(MetaImage, ValuesAreRescaledAndUnitsHonoured) {
   expect_linear(*volume.fields[0].field, o.grid, centimetres);
 }
 
+TEST_F(MetaImage, AUnitOfLengthIsReadHoweverItIsSpeltOrRefused) {
+  const Oblique o = oblique();
+  const auto said = [&](const std::string& unit) {
+    return folder_.write("a.mha", o.text + "DistanceUnits = " + unit + "\nElementType = MET_FLOAT\nElementDataFile = LOCAL\n" +
+                                      linear_voxels<float>(o.grid, millimetres));
+  };
+  const std::pair<const char*, double> units[] = {{"um", 1e-6},     {"micrometers", 1e-6}, {"\u03bcm", 1e-6},
+                                                  {"Micron", 1e-6}, {"nanometer", 1e-9},   {"m", 1.0},
+                                                  {"inch", 0.0254}, {"mm mm mm", 1e-3}};
+  for (const auto& [unit, metres] : units) {
+    SCOPED_TRACE(unit);
+    const Volume volume = read(said(unit));
+    EXPECT_FALSE(volume.length_unit_assumed);
+    EXPECT_TRUE(volume.warnings.empty()) << all_warnings(volume);
+    const GridGeometry& grid = grid_of(*volume.fields[0].field)->geometry;
+    EXPECT_NEAR(norm(transposed(grid.index_to_world_m).row[0]), 2 * metres, 1e-12 * metres);
+  }
+  const std::string error = error_of([&] { read(said("furlong")); });
+  EXPECT_NE(error.find("has the unit of length 'furlong', which is unknown; give it by length_unit"), std::string::npos)
+      << error;
+  EXPECT_TRUE(read(said("?")).length_unit_assumed);
+}
+
 TEST_F(MetaImage, ChannelsOfThreeAreAVectorAndBytesOfThreeAColour) {
   const Oblique o = oblique();
   std::string voxels;

@@ -122,6 +122,24 @@ TEST_F(Nifti, UnitsOfTheHeader) {
                 grid, ras_um, steep);
 }
 
+TEST_F(Nifti, ACodeOfTheUnitThatIsNoneIsRefused) {
+  File file;
+  file.sform = 1;
+  const FileGrid grid = rounded(file.grid);
+  const std::string voxels = linear_voxels<float>(grid, ras_mm);
+  for (const int code : {4, 5, 6, 7, 12 /* code 4, and a time in seconds */}) {
+    file.units = static_cast<char>(code);
+    const fs::path path = folder_.write("a.nii", file.header() + voxels);
+    const std::string error = error_of([&] { read(path); });
+    EXPECT_NE(error.find("of xyzt_units', which is unknown; give it by length_unit"), std::string::npos) << error;
+    VolumeRequest request;
+    request.length_unit = "mm";
+    expect_linear(*read(path, request).fields[0].field, grid, ras_mm);
+  }
+  file.units = 10;  // millimetres and seconds
+  EXPECT_TRUE(read(folder_.write("a.nii", file.header() + voxels)).warnings.empty());
+}
+
 TEST_F(Nifti, ValuesAreRescaledUnlessTheSlopeIsZero) {
   File file;
   file.sform = 1, file.datatype = 4, file.bits = 16, file.slope = 0.5F, file.inter = -1024;

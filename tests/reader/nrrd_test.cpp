@@ -79,6 +79,45 @@ TEST_F(Nrrd, UnitsOfTheFileAndOfTheRequestAreKept) {
   EXPECT_NE(error_of([&] { read(said, request); }).find("'furlong'"), std::string::npos);
 }
 
+TEST_F(Nrrd, AUnitOfLengthIsReadHoweverItIsSpeltOrRefused) {
+  const FileGrid grid = sheared_grid();
+  const auto said = [&](const std::string& a, const std::string& b, const std::string& c) {
+    return folder_.write(
+        "a.nrrd", header(grid, "left-posterior-superior", "float", "space units: \"" + a + "\" \"" + b + "\" \"" + c + "\"\n") +
+                      little + linear_voxels<float>(grid, lps_mm));
+  };
+  const std::pair<const char*, double> units[] = {
+      {"micrometers", 1e-6}, {"micrometre", 1e-6}, {"\u03bcm", 1e-6},     {"Micron", 1e-6}, {"nanometer", 1e-9},
+      {"centimeters", 1e-2}, {"inch", 0.0254},     {"Millimetres", 1e-3}, {"1e-3 m", 1e-3}, {"KM", 1e3}};
+  for (const auto& [unit, metres] : units) {
+    SCOPED_TRACE(unit);
+    const Volume volume = read(said(unit, unit, unit));
+    EXPECT_FALSE(volume.length_unit_assumed);
+    EXPECT_TRUE(volume.warnings.empty()) << all_warnings(volume);
+    const GridGeometry& read_grid = grid_of(*volume.fields[0].field)->geometry;
+    EXPECT_NEAR(norm(transposed(read_grid.index_to_world_m).row[0]), metres * norm(transposed(grid.step).row[0]),
+                1e-12 * metres);
+  }
+  EXPECT_TRUE(read(said("mm", "Millimetre", "millimeters")).warnings.empty());
+  for (const char* unit : {"furlong", "pixel", "Mm", "ms"}) {
+    const std::string error = error_of([&] { read(said(unit, unit, unit)); });
+    EXPECT_NE(error.find("has the unit of length '" + std::string(unit) + "', which is unknown; give it by length_unit"),
+              std::string::npos)
+        << error;
+    VolumeRequest request;
+    request.length_unit = "millimetre";
+    const Volume volume = read(said(unit, unit, unit), request);
+    EXPECT_TRUE(volume.warnings.empty()) << all_warnings(volume);
+    expect_linear(*volume.fields[0].field, grid, lps_mm);
+  }
+  EXPECT_NE(error_of([&] { read(said("mm", "um", "mm")); }).find("different units ('mm' and 'um')"), std::string::npos);
+  // A file that is contradicted is read as asked, and the run says so.
+  VolumeRequest request;
+  request.length_unit = "mm";
+  EXPECT_TRUE(warns_of(read(said("um", "um", "um"), request), "has the unit of length 'um', in place of which"));
+  EXPECT_TRUE(read(said("?", "?", "?")).length_unit_assumed);
+}
+
 TEST_F(Nrrd, EncodingsAndByteOrdersGiveTheSame) {
   const FileGrid grid = sheared_grid();
   const std::string space = "left-posterior-superior";

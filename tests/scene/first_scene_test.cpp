@@ -86,6 +86,8 @@ TEST(FirstScene, OfAVectorFieldFollowsItWhereItFlows) {
 TEST(FirstScene, NeverTakesAUnitInSilence) {
   Volume head = sampled_head();
   head.length_unit = "mm", head.length_unit_assumed = true;
+  // As a comment: `run` repeats an assumption until somebody has written the key.
+  EXPECT_THAT(scene_of(head), HasSubstr("\n# length_unit = \"mm\""));
   EXPECT_THAT(scene_of(head), HasSubstr("ASSUMED"));
   head.length_unit_assumed = false;
   EXPECT_THAT(scene_of(head), Not(HasSubstr("length_unit")));
