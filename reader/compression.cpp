@@ -4,6 +4,9 @@
 #include <zlib.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -25,8 +28,9 @@ struct Unpacked {
   bool whole = false;  ///< unpacked to the end of a stream, where its checksum lies
 };
 
-/// Unpacks the streams of a file, one after the other, until there are `enough` bytes, and keeps nothing.
-Unpacked unpack(const std::string& path, std::uint64_t offset, std::uint64_t enough) {
+/// Unpacks the streams of a file, one after the other, until there are `enough` bytes, and hands on each part.
+Unpacked unpack_parts(const std::string& path, std::uint64_t offset, std::uint64_t enough,
+                      const std::function<void(const char* part, std::size_t bytes)>& use = {}) {
   detail::InputStream file(path);
   file.seekg(static_cast<std::streamoff>(offset));
   z_stream stream{};
@@ -35,6 +39,7 @@ Unpacked unpack(const std::string& path, std::uint64_t offset, std::uint64_t eno
 
   std::vector<char> packed(1 << 16), unpacked(1 << 18);
   Unpacked got;
+  bool is_new = true;  // nothing has come of this stream
   for (int result = Z_OK; got.bytes < enough && (result == Z_OK || result == Z_STREAM_END);) {
     if (stream.avail_in == 0) {
       file.read(packed.data(), static_cast<std::streamsize>(packed.size()));
@@ -42,12 +47,17 @@ Unpacked unpack(const std::string& path, std::uint64_t offset, std::uint64_t eno
       stream.next_in = reinterpret_cast<Bytef*>(packed.data());
       if (stream.avail_in == 0) break;
     }
-    if (result == Z_STREAM_END) inflateReset(&stream);
+    if (result == Z_STREAM_END) inflateReset(&stream), is_new = true;
     stream.next_out = reinterpret_cast<Bytef*>(unpacked.data());
     stream.avail_out = static_cast<uInt>(unpacked.size());
     result = inflate(&stream, Z_NO_FLUSH);
-    got.bytes += unpacked.size() - stream.avail_out;
-    got.whole = got.whole || result == Z_STREAM_END;
+    const std::size_t part = unpacked.size() - stream.avail_out;
+    if (use && part > 0) use(unpacked.data(), part);
+    got.bytes += part;
+    is_new = is_new && part == 0;
+    // What is no stream behind a whole one, as zeros that fill a block, belongs to none.
+    const bool is_no_stream = is_new && (result < 0 || stream.total_in < 2);
+    got.whole = result == Z_STREAM_END || (got.whole && is_no_stream);
   }
   return got;
 }
@@ -55,15 +65,45 @@ Unpacked unpack(const std::string& path, std::uint64_t offset, std::uint64_t eno
 }  // namespace
 
 void check_compression(const std::string& path, std::uint64_t offset) {
-  if (!unpack(path, offset, UINT64_MAX).whole)
+  if (!unpack_parts(path, offset, UINT64_MAX).whole)
     throw LoadError("cannot be read: its compressed data are damaged or not whole; get the file again");
 }
 
 void check_claim(const std::string& path, std::uint64_t offset, std::uint64_t bytes) {
   const std::uint64_t packed = file_bytes(path);
   if (bytes / usual_ratio <= packed) return;
-  if (bytes / most_ratio > packed || unpack(path, offset, bytes).bytes < bytes)
+  if (bytes / most_ratio > packed || unpack_parts(path, offset, bytes).bytes < bytes)
     throw LoadError("is shorter than its header says; get the whole file, or correct its sizes");
+}
+
+void unpack(const std::string& path, std::uint64_t offset, std::byte* to, std::uint64_t bytes) {
+  std::uint64_t left = bytes;
+  const auto copy = [&](const char* part, std::size_t count) {
+    const std::size_t wanted = static_cast<std::size_t>(std::min<std::uint64_t>(count, left));
+    std::memcpy(to, part, wanted);
+    to += wanted, left -= wanted;
+  };
+  unpack_parts(path, offset, bytes, copy);
+  if (left > 0) throw LoadError("is shorter than its header says; get the whole file");
+}
+
+void unpack_whole(const std::string& path, int to, std::uint64_t most) {
+  std::uint64_t bytes = 0;
+  const auto write = [&](const char* part, std::size_t count) {
+    bytes += count;
+    if (bytes > most) {
+      throw LoadError("unpacks to more than the " + protocol::readable_bytes(static_cast<double>(most)) +
+                      " that are allowed; unpack it (gunzip), and crop or downsample what it holds");
+    }
+    while (count > 0) {
+      const ssize_t done = ::write(to, part, count);
+      if (done < 0 && errno == EINTR) continue;
+      if (done <= 0) throw LoadError("cannot be unpacked in memory; unpack it (gunzip)");
+      part += done, count -= static_cast<std::size_t>(done);
+    }
+  };
+  if (!unpack_parts(path, 0, UINT64_MAX, write).whole)
+    throw LoadError("cannot be read: its gzip compression is damaged or not whole; get the file again");
 }
 
 void read_unpacked(const std::string& path, std::uint64_t offset, std::byte* to, std::uint64_t bytes) {

@@ -19,4 +19,12 @@ void check_claim(const std::string& path, std::uint64_t offset, std::uint64_t by
 /// a sentence, where there are fewer.
 void read_unpacked(const std::string& path, std::uint64_t offset, std::byte* to, std::uint64_t bytes);
 
+/// Reads `bytes` bytes of what the zlib or gzip stream that begins at byte `offset` of a file holds, or several one after the
+/// other. Throws LoadError, with a sentence, where there are fewer.
+void unpack(const std::string& path, std::uint64_t offset, std::byte* to, std::uint64_t bytes);
+
+/// Writes what a file that is packed by gzip holds to a file of memory. Throws LoadError, with a sentence, where it is damaged,
+/// not whole, or holds more than `most` bytes.
+void unpack_whole(const std::string& path, int to, std::uint64_t most);
+
 }  // namespace palpa::reader

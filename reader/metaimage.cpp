@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
@@ -167,10 +168,12 @@ class MetaImageSource : public Source {
       throw LoadError("claims more voxels than can be counted; the header is damaged");
     }
     if (!direct_) header.working_bytes += all_bytes_;
+    header_bytes_ = header_bytes(path_);
+    check_header_size();
   }
 
   void read(const std::vector<std::uint32_t>&, const std::vector<std::byte*>& to) override {
-    if (direct_) return load(to[0], *protocol::voxel_bytes(header.fields[0]));
+    if (direct_) return load(to[0], all_bytes_);
     const std::unique_ptr<std::byte[]> all(new std::byte[all_bytes_]);
     load(all.get(), all_bytes_);
     for (std::size_t n = 0; n < to.size(); ++n) {
@@ -186,17 +189,50 @@ class MetaImageSource : public Source {
       for (std::size_t f = 1; f < files.size(); ++f) check_compression(files[f], 0);
       return;
     }
-    // In one file the voxels begin after the line `ElementDataFile = LOCAL`.
-    detail::InputStream text(path_);
-    for (std::string line; std::getline(text, line) && line.rfind("ElementDataFile", 0) != 0;) {
-    }
-    if (text) check_compression(path_, static_cast<std::uint64_t>(text.tellg()));
+    check_compression(path_, header_bytes_);
   }
 
  private:
+  /// The voxels of one file begin after the line `ElementDataFile = LOCAL`; 0 where that line is not found.
+  static std::uint64_t header_bytes(const std::string& path) {
+    detail::InputStream text(path);
+    for (std::string line; std::getline(text, line);) {
+      const std::size_t key = line.find_first_not_of(" \t");
+      if (key != std::string::npos && line.compare(key, 15, "ElementDataFile") == 0 && text)
+        return static_cast<std::uint64_t>(text.tellg());
+    }
+    return 0;
+  }
+
+  /// Refuses a HeaderSize that makes voxels of the header.
+  void check_header_size() const {
+    const int said = image_.HeaderSize();
+    if (said < -1) throw LoadError("has HeaderSize = " + std::to_string(said) + "; give the bytes before the voxels, or -1: all but these");
+    const bool within_itself = files.size() == 1 || std::ranges::any_of(files.begin() + 1, files.end(), [&](const std::string& file) {
+                                 std::error_code none;
+                                 return std::filesystem::equivalent(file, path_, none);
+                               });
+    if (!within_itself || compressed_) return;
+    const std::uint64_t from_end = file_bytes(path_) - std::min(all_bytes_, file_bytes(path_));
+    const std::uint64_t first = said == -1 ? from_end : static_cast<std::uint64_t>(said);
+    if ((said != 0 || files.size() > 1) && first < header_bytes_)
+      throw LoadError("says that its voxels begin at byte " + std::to_string(first) + ", which is within its header; correct "
+                      "HeaderSize, or leave it out");
+  }
+
+  /// Compressed voxels of one file. MetaIO reads them only where the header says how many bytes they take.
+  void unpack_voxels(std::byte* to, std::uint64_t bytes) {
+    const int skip = std::max(image_.HeaderSize(), 0);
+    unpack(files.back(), files.size() > 1 ? static_cast<std::uint64_t>(skip) : header_bytes_, to, bytes);
+    const std::size_t size = size_of(raw_.type);
+    if (size == 1 || image_.BinaryDataByteOrderMSB() == (std::endian::native == std::endian::big)) return;
+    for (std::byte* number = to; number + size <= to + bytes; number += size) std::reverse(number, number + size);
+  }
+
   /// Where data are too short, MetaIO leaves the rest of the memory as it was, with at most a message on std::cerr, and with
   /// none for compressed data. So the end of the memory is marked before, and the mark must have been written over.
   void load(std::byte* to, std::uint64_t bytes) {
+    if (compressed_ && files.size() <= 2) return unpack_voxels(to, bytes);
     static constexpr unsigned char mark[] = {0x9e, 0x37, 0x79, 0xb9, 0x7f, 0x4a, 0x7c, 0x15};
     const std::size_t marked = std::min<std::uint64_t>(bytes, sizeof mark);
     std::byte* const end = to + bytes - marked;
@@ -278,6 +314,7 @@ class MetaImageSource : public Source {
   std::int64_t first_ = 0;         ///< number of the first value of the first frame that is read
   std::int64_t frame_values_ = 0;  ///< of each frame
   std::uint64_t all_bytes_ = 0;    ///< of all frames
+  std::uint64_t header_bytes_ = 0;
   bool compressed_ = false;        ///< as the header says: reading clears it in image_ for a while
   bool direct_ = false;            ///< the library reads to where the voxels are kept
 };

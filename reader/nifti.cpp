@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -62,6 +63,54 @@ bool check_type(const std::string& start) {
   return swapped;
 }
 
+/// A number of the header.
+template <class T>
+T number_at(const std::string& start, std::size_t at, bool swapped) {
+  std::array<char, sizeof(T)> bytes{};
+  std::copy_n(start.data() + at, bytes.size(), bytes.data());
+  if (swapped) std::reverse(bytes.begin(), bytes.end());
+  return std::bit_cast<T>(bytes);
+}
+
+/// Refuses extensions that reach into the voxels. \param start  of the file, as far as `offset` or a megabyte
+void check_extensions(const std::string& start, bool swapped, std::uint64_t first, std::uint64_t offset) {
+  if (start.size() < first + 8 || start[first - 4] == 0) return;
+  std::uint64_t end = first;
+  do {
+    const auto bytes = number_at<std::int32_t>(start, end, swapped), code = number_at<std::int32_t>(start, end + 4, swapped);
+    if (bytes < 16 || bytes % 16 != 0 || code < 0) return;  // it is none
+    end += static_cast<std::uint64_t>(bytes);
+  } while (end < offset && end + 8 <= start.size());
+  if (end > offset)
+    throw LoadError("has extensions that end at byte " + std::to_string(end) + ", where its voxels begin at " +
+                    std::to_string(offset) + "; correct vox_offset");
+}
+
+/// Where the voxels begin, in a file of their own or behind the header. Throws LoadError where that is within the header.
+std::uint64_t voxel_offset(const std::string& path, const std::string& start, bool swapped, std::vector<std::string>& warnings) {
+  const bool second_version = start.substr(4, 3) == "n+2" || start.substr(4, 3) == "ni2";
+  const std::uint64_t header_bytes = second_version ? 540 : 348, least = header_bytes + 4;
+  const bool alone = start[second_version ? 5 : 345] == '+';
+  const double said = second_version ? static_cast<double>(number_at<std::int64_t>(start, 168, swapped))
+                                     : static_cast<double>(number_at<float>(start, 108, swapped));
+  const std::string where = "of " + std::to_string(least) + " bytes or more from the file's beginning";
+  if (!(said >= 0.0 && said < 0x1p62) || said != std::floor(said))
+    throw LoadError("says no place where its voxels begin; correct vox_offset, a whole number" + (alone ? " " + where : ""));
+  auto offset = static_cast<std::uint64_t>(said);
+  if (!alone) return offset;
+  if (offset == 0) {
+    offset = least;
+    warnings.push_back("says that its voxels begin at byte 0, where its header is (vox_offset): they are taken from byte " +
+                       std::to_string(least) + " on");
+  } else if (offset != header_bytes && offset < least) {
+    throw LoadError("says that its voxels begin at byte " + std::to_string(offset) + ", which is within its header; correct "
+                    "vox_offset, a whole number " + where);
+  }
+  if (offset >= least)
+    check_extensions(first_bytes(path, std::min<std::uint64_t>(offset + 8, 1 << 20)), swapped, least, offset);
+  return offset;
+}
+
 class NiftiSource : public Source {
  public:
   explicit NiftiSource(const protocol::Request& request) {
@@ -69,7 +118,9 @@ class NiftiSource : public Source {
     takes.index_axes = true;
     header.default_unit = "mm";
     files.push_back(request.path);
-    raw_.swapped = check_type(first_bytes(request.path));
+    const std::string start = first_bytes(request.path);
+    raw_.swapped = check_type(start);
+    voxel_offset_ = voxel_offset(request.path, start, raw_.swapped, header.warnings);
     reader_->SetFileName(request.path.c_str());
     reader_->UpdateInformation();
     if (library_complained() || reader_->GetErrorCode() != 0) {
@@ -174,8 +225,8 @@ class NiftiSource : public Source {
     }
     raw_.stride[2] = dim[1] * dim[2];
     frame_bytes_ = static_cast<std::uint64_t>(frame_bytes);
-    first_byte_ = static_cast<std::uint64_t>(std::max<std::int64_t>(reader_->GetNIFTIHeader()->GetVoxOffset(), 0)) +
-                  static_cast<std::uint64_t>(first_byte);
+    if (__builtin_add_overflow(voxel_offset_, static_cast<std::uint64_t>(first_byte), &first_byte_))
+      throw LoadError("claims more voxels than can be counted; the header is damaged");
     header.working_bytes = static_cast<std::uint64_t>(bytes);
   }
 
@@ -256,7 +307,8 @@ class NiftiSource : public Source {
 
   vtkNew<vtkNIFTIReader> reader_;
   RawVoxels raw_;
-  std::uint64_t frame_bytes_ = 0;  ///< of one component
+  std::uint64_t voxel_offset_ = 0;  ///< [bytes] in the file of the voxels
+  std::uint64_t frame_bytes_ = 0;   ///< of one component
   std::uint64_t first_byte_ = 0;   ///< that is read
   Turn turn_;
 };

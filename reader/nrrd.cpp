@@ -209,6 +209,8 @@ class NrrdSource : public Source {
     turn_.axes = request.components_along == "index" ? protocol::unit_axes(field.grid) : flip * measurement_frame();
     keep(raw_, turn_, field, header.warnings);
     header.fields.push_back(field);
+    if (std::isfinite(nrrd_->oldMin) || std::isfinite(nrrd_->oldMax))
+      header.warnings.push_back("says that its numbers were made from others (old min, old max): they are felt as they are stored");
 
     all_bytes_ = size_of(raw_.type);
     for (unsigned a = 0; a < nrrd_->dim; ++a) {
@@ -255,6 +257,7 @@ class NrrdSource : public Source {
     if (header_only) {
       list_files(*state);
       encoding_ = state->encoding;
+      byte_skip_ = state->byteSkip;
     }
     return nrrd;
   }
@@ -263,12 +266,8 @@ class NrrdSource : public Source {
   /// before it reads.
   void check_claims() const {
     const bool attached = files.size() == 1;
-    std::uint64_t offset = 0, there = 0;
-    if (detail::InputStream text(path_); attached) {  // the voxels begin after an empty line
-      for (std::string line; std::getline(text, line) && !line.empty() && line != "\r";) {
-      }
-      offset = static_cast<std::uint64_t>(std::max<std::streamoff>(text.tellg(), 0));
-    }
+    const std::uint64_t offset = attached ? header_bytes() : 0;
+    std::uint64_t there = 0;
     const std::uint64_t parts = attached ? 1 : files.size() - 1;
     for (std::size_t f = attached ? 0 : 1; f < files.size(); ++f) {
       if (encoding_ == nrrdEncodingGzip) check_claim(files[f], offset, all_bytes_ / parts);
@@ -277,7 +276,32 @@ class NrrdSource : public Source {
     if (encoding_ == nrrdEncodingGzip) return;
     std::uint64_t least = all_bytes_;
     if (encoding_ == nrrdEncodingAscii) least = all_bytes_ / size_of(raw_.type);  // a number has at least one digit
+    check_skip(there);
     if (there < least) throw LoadError("is shorter than its header says; get the whole file, or correct its sizes");
+  }
+
+  /// The voxels of one file begin after an empty line.
+  std::uint64_t header_bytes() const {
+    detail::InputStream text(path_);
+    for (std::string line; std::getline(text, line) && !line.empty() && line != "\r";) {
+    }
+    return static_cast<std::uint64_t>(std::max<std::streamoff>(text.tellg(), 0));
+  }
+
+  /// Refuses a byte skip that makes voxels of the header: one that counts from the end of the file, or within the header itself
+  /// where that is named as the data file. \param there  bytes of the files with voxels
+  void check_skip(std::uint64_t there) const {
+    const bool attached = files.size() == 1;
+    std::error_code none;
+    const bool names_itself = std::ranges::any_of(files.begin() + 1, files.end(), [&](const std::string& file) {
+      return std::filesystem::equivalent(file, path_, none);
+    });
+    if (!(attached && byte_skip_ < 0) && !names_itself) return;
+    // Backwards −1 is the last place where all voxels fit, −2 a byte before it.
+    const double first = byte_skip_ < 0 ? static_cast<double>(there) - static_cast<double>(all_bytes_) + static_cast<double>(byte_skip_) + 1.0
+                                        : static_cast<double>(byte_skip_);
+    if (first < static_cast<double>(header_bytes()))
+      throw LoadError("has voxels that would begin within its header; get the whole file, or correct its sizes and byte skip");
   }
 
   std::string beside(const std::string& name) const { return (std::filesystem::path(path_).parent_path() / name).string(); }
@@ -393,6 +417,7 @@ class NrrdSource : public Source {
   std::string path_;
   Loaded nrrd_;
   const NrrdEncoding* encoding_ = nullptr;
+  long byte_skip_ = 0;  ///< before the voxels; negative: from the end
   RawVoxels raw_;
   Turn turn_;
   std::int64_t first_ = 0;         ///< number of the first value of the first frame that is read

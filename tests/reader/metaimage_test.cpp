@@ -33,6 +33,43 @@ Oblique oblique() {
 
 Vec3 millimetres(const Vec3& p) { return 1e-3 * p; }
 
+// The law: no byte of the header becomes a voxel.
+TEST_F(MetaImage, AHeaderSizeWithinTheHeaderIsRefused) {
+  const Oblique o = oblique();
+  const std::string raw = linear_voxels<float>(o.grid, millimetres), end = "ElementType = MET_FLOAT\nElementDataFile = ";
+  const auto local = [&](const std::string& size) { return o.text + "HeaderSize = " + size + "\n" + end + "LOCAL\n"; };
+  for (const char* size : {"1", "10", "100", "-5", "-2"}) {
+    const std::string error = error_of([&] { read(folder_.write("a.mha", local(size) + raw)); });
+    EXPECT_NE(error.find("HeaderSize"), std::string::npos) << size << ": " << error;
+  }
+  const std::string exact = std::to_string(local("999").size());
+  expect_linear(*read(folder_.write("a.mha", local(exact) + raw)).fields[0].field, o.grid, millimetres);
+  expect_linear(*read(folder_.write("a.mha", local("0") + raw)).fields[0].field, o.grid, millimetres);
+  const std::string itself = o.text + end + "b.mhd\n";
+  EXPECT_NE(error_of([&] { read(folder_.write("b.mhd", itself + raw)); }).find("HeaderSize"), std::string::npos);
+  folder_.write("c.raw", "12345" + raw);
+  for (const char* size : {"5", "-1"}) {
+    const fs::path path = folder_.write("c.mhd", o.text + "HeaderSize = " + size + "\n" + end + "c.raw\n");
+    expect_linear(*read(path).fields[0].field, o.grid, millimetres);
+  }
+}
+
+TEST_F(MetaImage, CompressedVoxelsNeedNotSayTheirSize) {
+  const Oblique o = oblique();
+  for (const bool big : {false, true}) {
+    const std::string raw = linear_voxels<float>(o.grid, millimetres, big);
+    const std::string header = o.text + "CompressedData = True\n" + (big ? "BinaryDataByteOrderMSB = True\n" : "") +
+                               "ElementType = MET_FLOAT\nElementDataFile = ";
+    const std::string packed = gzipped(raw);
+    expect_linear(*read(folder_.write("a.mha", header + "LOCAL\n" + packed)).fields[0].field, o.grid, millimetres);
+    folder_.write("b.zraw", packed);
+    expect_linear(*read(folder_.write("b.mhd", header + "b.zraw\n")).fields[0].field, o.grid, millimetres);
+    const std::string short_one = gzipped(raw.substr(0, raw.size() - 4));
+    EXPECT_NE(error_of([&] { read(folder_.write("c.mha", header + "LOCAL\n" + short_one)); }).find("shorter"), std::string::npos);
+    error_of([&] { read(folder_.write("d.mha", header + "LOCAL\n" + packed.substr(0, packed.size() / 2))); });
+  }
+}
+
 TEST_F(MetaImage, ObliqueGridsInAllStoragesAreTheSame) {
   const Oblique o = oblique();
   const std::string raw = linear_voxels<float>(o.grid, millimetres);

@@ -74,6 +74,43 @@ TEST_F(Nifti, ShearedSformsOfEitherHandAndByteOrder) {
   }
 }
 
+/// The header with other bytes at a place.
+template <class T>
+std::string with(std::string header, std::size_t at, T value, bool big) {
+  return header.replace(at, sizeof value, bytes_of(value, big));
+}
+
+// The law: no byte of the header becomes a voxel, and no voxel is shifted.
+TEST_F(Nifti, AnOffsetIntoTheHeaderIsRefusedOrTheHeadersEndIsTaken) {
+  for (const bool big : {false, true}) {
+    File file;
+    file.sform = 2, file.big = big;
+    const FileGrid grid = rounded(file.grid);
+    const std::string voxels = linear_voxels<float>(grid, ras_mm, big), header = file.header();
+    const auto nifti = [&](float offset, const std::string& start) {
+      return folder_.write("a.nii", with(start, 108, offset, big) + voxels);
+    };
+    const Volume zero = read(nifti(0.0F, header));
+    EXPECT_TRUE(warns_of(zero, "from byte 352 on"));
+    expect_linear(*zero.fields[0].field, grid, ras_mm);
+    for (const float offset : {std::nanf(""), INFINITY, -INFINITY, -1.0F, -352.0F, 1.0F, 16.0F, 347.0F, 349.0F, 351.0F, 352.5F, 1e30F}) {
+      const std::string error = error_of([&] { read(nifti(offset, header)); });
+      EXPECT_NE(error.find("vox_offset"), std::string::npos) << offset << ": " << error;
+    }
+    const Volume short_header = read(nifti(348.0F, header.substr(0, 348)));  // without the flag of extensions
+    expect_linear(*short_header.fields[0].field, grid, ras_mm);
+    error_of([&] { read(nifti(1e6F, header)); });
+    // An extension of 32 bytes: before the voxels, or reaching into them.
+    std::string extended = with(header, 348, std::int8_t{1}, false);
+    extended += bytes_of(std::int32_t{32}, big) + bytes_of(std::int32_t{6}, big) + std::string(24, 'x');
+    expect_linear(*read(nifti(384.0F, extended)).fields[0].field, grid, ras_mm);
+    for (const float offset : {352.0F, 368.0F}) {
+      const std::string error = error_of([&] { read(nifti(offset, extended)); });
+      EXPECT_NE(error.find("extensions that end at byte 384"), std::string::npos) << error;
+    }
+  }
+}
+
 TEST_F(Nifti, QformsWithAndWithoutReversedSlices) {
   for (const float qfac : {1.0F, -1.0F}) {
     SCOPED_TRACE(qfac);

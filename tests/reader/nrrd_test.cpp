@@ -32,6 +32,25 @@ Vec3 ras_mm(const Vec3& p) { return 1e-3 * Vec3{-p.x, -p.y, p.z}; }
 Vec3 las_mm(const Vec3& p) { return 1e-3 * Vec3{p.x, -p.y, p.z}; }
 Vec3 left_handed_mm(const Vec3& p) { return 1e-3 * Vec3{-p.x, p.y, p.z}; }
 
+// The law: no byte of the header becomes a voxel.
+TEST_F(Nrrd, ASkipFromTheEndDoesNotReachIntoTheHeader) {
+  const FileGrid grid = sheared_grid();
+  const std::string voxels = linear_voxels<float>(grid, lps_mm);
+  const auto file = [&](const std::string& skip, const std::string& data) {
+    return folder_.write("a.nrrd", header(grid, "LPS", "float", "byte skip: " + skip + "\n") + little + data);
+  };
+  expect_linear(*read(file("-1", voxels)).fields[0].field, grid, lps_mm);
+  expect_linear(*read(file("-1", "12345678" + voxels)).fields[0].field, grid, lps_mm);
+  expect_linear(*read(file("8", "12345678" + voxels)).fields[0].field, grid, lps_mm);
+  for (const auto& path : {file("-1", voxels.substr(40)), file("-100", voxels), file("-1000000", voxels)}) {
+    const std::string error = error_of([&] { read(path); });
+    EXPECT_EQ(error.find("palpa-read"), std::string::npos) << error;
+  }
+  // A header that names itself as its data file.
+  const std::string start = header(grid, "LPS", "float", "byte skip: 20\n") + "endian: little\ndata file: b.nrrd\n\n";
+  EXPECT_NE(error_of([&] { read(folder_.write("b.nrrd", start + voxels)); }).find("within its header"), std::string::npos);
+}
+
 TEST_F(Nrrd, ShearedGridsLieWhereTheirSpaceSays) {
   const FileGrid grid = sheared_grid();
   const struct {
