@@ -41,6 +41,40 @@ TEST_F(OpenFoam, TheLatestMomentOrTheOneAskedFor) {
   EXPECT_EQ(read(folder_.path() / "system" / "controlDict").format, "openfoam");
 }
 
+TEST_F(OpenFoam, RegionsAreReadOneAtATime) {
+  write_openfoam_case(folder_);
+  const auto move_to = [&](const std::string& region) {
+    std::filesystem::create_directories(folder_.path() / "constant" / region);
+    std::filesystem::rename(folder_.path() / "constant/polyMesh", folder_.path() / "constant" / region / "polyMesh");
+    for (const char* time : {"0", "1", "2"}) {
+      std::filesystem::create_directories(folder_.path() / time / region);
+      for (const char* name : {"U", "p"})
+        std::filesystem::rename(folder_.path() / time / name, folder_.path() / time / region / name);
+    }
+  };
+  const auto expect_moment = [&](const Volume& volume, double t) {
+    const Vec3 at{1.1, 0.75, 0.5};
+    const ScalarSample p = field_of(volume, "p").field->scalar(at);
+    ASSERT_TRUE(p.inside);
+    EXPECT_NEAR(p.value, t + at.x, 1e-4);
+  };
+  move_to("fluid");
+  const Volume only = read(folder_.path());
+  expect_moment(only, 2.0);
+  EXPECT_TRUE(warns_of(only, "'fluid'"));
+  EXPECT_GT(only.files.size(), 6U);
+  write_openfoam_case(folder_);
+  std::filesystem::rename(folder_.path() / "constant/fluid", folder_.path() / "constant/away");
+  move_to("solid");
+  std::filesystem::rename(folder_.path() / "constant/away", folder_.path() / "constant/fluid");
+  const std::string several = error_of([&] { read(folder_.path()); });
+  EXPECT_NE(several.find("several regions (fluid, solid)"), std::string::npos) << several;
+  VolumeRequest request;
+  request.time_s = 1.0;
+  for (const char* region : {"fluid", "solid"}) expect_moment(read(folder_.path().string() + ":/" + region, request), 1.0);
+  EXPECT_NE(error_of([&] { read(folder_.path().string() + ":/air"); }).find("it has fluid, solid"), std::string::npos);
+}
+
 TEST_F(OpenFoam, WhatIsMissingIsSaid) {
   write_openfoam_case(folder_);
   std::filesystem::remove(folder_.path() / "constant/polyMesh/owner");
