@@ -1,5 +1,6 @@
 // PLOT3D: a grid and its solution in two files, which do not say what they are or how their numbers are stored.
 #include <vtkDataArray.h>
+#include <vtkDataSetAttributes.h>
 #include <vtkFloatArray.h>
 #include <vtkMultiBlockDataSet.h>
 #include <vtkMultiBlockPLOT3DReader.h>
@@ -7,6 +8,7 @@
 #include <vtkObjectFactory.h>
 #include <vtkPointData.h>
 #include <vtkStructuredGrid.h>
+#include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
 #include <cctype>
@@ -17,6 +19,7 @@
 
 #include "file_names.h"
 #include "messages.h"
+#include "plot3d_text.h"
 #include "source.h"
 #include "vtk_data.h"
 
@@ -27,8 +30,35 @@ namespace fs = std::filesystem;
 
 constexpr double gamma = 1.4;  // ratio of specific heats, of a file that says none
 
-/// What VTK makes of a solution, and what follows from it: velocity, pressure and Mach number.
-void derive(vtkStructuredGrid& grid, std::vector<std::string>& warnings) {
+/// Whether the density is 1 at all points that have data: the solution is that of an incompressible fluid, which has no energy
+/// and no speed of sound, and whose velocities are divided by that of the inflow.
+bool is_incompressible(const std::vector<vtkSmartPointer<vtkDataSet>>& blocks) {
+  constexpr double rounding = 1e-6;  // [1] More: a gas that is hardly compressed is taken for a liquid; less: single precision
+  bool any = false;
+  for (const auto& block : blocks) {
+    vtkDataArray* density = block->GetPointData()->GetArray("Density");
+    vtkUnsignedCharArray* ghosts = block->GetPointGhostArray();
+    for (vtkIdType p = 0; density != nullptr && p < density->GetNumberOfTuples(); ++p) {
+      if (ghosts != nullptr && (ghosts->GetValue(p) & vtkDataSetAttributes::HIDDENPOINT) != 0) continue;
+      if (!(std::abs(density->GetComponent(p, 0) - 1.0) <= rounding)) return false;
+      any = true;
+    }
+  }
+  return any;
+}
+
+/// Gives the fifth number of an incompressible solution, which is no energy, a name that says no more; where it is 0 everywhere
+/// it is left out.
+void name_fifth(vtkPointData& data, vtkDataArray* fifth) {
+  if (fifth == nullptr) return;
+  double range[2];
+  fifth->GetRange(range);
+  fifth->SetName("q5");
+  if (range[0] == 0.0 && range[1] == 0.0) data.RemoveArray("q5");
+}
+
+/// What VTK makes of a solution, and what follows from it: velocity and, of a gas, pressure and Mach number.
+void derive(vtkStructuredGrid& grid, bool incompressible, std::vector<std::string>& warnings) {
   vtkPointData& data = *grid.GetPointData();
   vtkDataArray* density = data.GetArray("Density");
   vtkDataArray* momentum = data.GetArray("Momentum");
@@ -52,8 +82,9 @@ void derive(vtkStructuredGrid& grid, std::vector<std::string>& warnings) {
     any_energy = any_energy || e != 0.0;
   }
   density->SetName("density"), momentum->SetName("momentum");
-  if (energy != nullptr) energy->SetName("energy");
   data.AddArray(velocity);
+  if (incompressible) return name_fifth(data, energy);
+  if (energy != nullptr) energy->SetName("energy");
   if (any_energy) {
     data.AddArray(pressure);
     data.AddArray(mach);
@@ -79,12 +110,36 @@ class CheckedReader : public vtkMultiBlockPLOT3DReader {
   }
 };
 
-std::string unit_of(const std::string& name) {
+std::string unit_of(const std::string& name, bool incompressible) {
   if (name == "density") return "ρ∞";
+  if (incompressible) return name == "velocity" ? "U∞" : name == "momentum" ? "ρ∞·U∞" : "";
   if (name == "velocity") return "a∞";
   if (name == "momentum") return "ρ∞·a∞";
   if (name == "pressure" || name == "energy") return "ρ∞·a∞²";
   return {};
+}
+
+/// The blocks of a pair of binary files.
+std::vector<vtkSmartPointer<vtkDataSet>> read_binary(const fs::path& grid, const fs::path& solution) {
+  vtkNew<CheckedReader> reader;
+  reader->most_points = static_cast<double>(file_bytes(grid.string()));  // a point takes more than a byte
+  reader->SetXYZFileName(grid.c_str());
+  reader->SetQFileName(solution.c_str());
+  reader->AutoDetectFormatOn();
+  reader->RemoveAllFunctions();
+  reader->SetScalarFunctionNumber(-1);
+  reader->SetVectorFunctionNumber(202);  // momentum, as the file has it
+  reader->Update();
+  if (library_complained() || reader->GetErrorCode() != 0) {
+    throw LoadError("cannot be read as PLOT3D (" + take_library_error() +
+                    "); check that grid and solution are whole and belong together");
+  }
+  std::vector<vtkSmartPointer<vtkDataSet>> blocks;
+  auto* all = vtkMultiBlockDataSet::SafeDownCast(reader->GetOutputDataObject(0));
+  for (unsigned int b = 0; all != nullptr && b < all->GetNumberOfBlocks(); ++b) {
+    if (auto* block = vtkStructuredGrid::SafeDownCast(all->GetBlock(b))) blocks.emplace_back(block);
+  }
+  return blocks;
 }
 
 }  // namespace
@@ -109,30 +164,20 @@ std::unique_ptr<Source> open_plot3d(const protocol::Request& request) {
 
   constexpr std::uint64_t shortest_bytes = 36;  // three counts and two points; VTK crashes on some shorter files
   if (file_bytes(grid.string()) < shortest_bytes) throw LoadError("is shorter than any PLOT3D grid; get the whole file");
-  vtkNew<CheckedReader> reader;
-  reader->most_points = static_cast<double>(file_bytes(grid.string()));  // a point takes more than a byte
-  reader->SetXYZFileName(grid.c_str());
-  reader->SetQFileName(solution.c_str());
-  reader->AutoDetectFormatOn();
-  reader->RemoveAllFunctions();
-  reader->SetScalarFunctionNumber(-1);
-  reader->SetVectorFunctionNumber(202);  // momentum, as the file has it
-  reader->Update();
-  if (library_complained() || reader->GetErrorCode() != 0) {
-    throw LoadError("cannot be read as PLOT3D (" + take_library_error() +
-                    "); check that grid and solution are whole and belong "
-                    "together");
-  }
-  std::vector<vtkSmartPointer<vtkDataSet>> blocks;
+  const bool is_text = is_plot3d_text(grid.string());
+  if (is_text != is_plot3d_text(solution.string()))
+    throw LoadError("is PLOT3D of which one file is text and the other binary; write both in one way");
+  std::vector<vtkSmartPointer<vtkDataSet>> blocks =
+      is_text ? read_plot3d_text(grid.string(), solution.string()) : read_binary(grid, solution);
+  const bool incompressible = is_incompressible(blocks);
   std::vector<std::string> warnings;
-  auto* all = vtkMultiBlockDataSet::SafeDownCast(reader->GetOutputDataObject(0));
-  for (unsigned int b = 0; all != nullptr && b < all->GetNumberOfBlocks(); ++b) {
-    auto* block = vtkStructuredGrid::SafeDownCast(all->GetBlock(b));
-    if (block == nullptr) continue;
-    derive(*block, warnings);
-    blocks.emplace_back(block);
-  }
-  auto source = source_of(request, "plot3d", std::move(blocks), {grid.string(), solution.string()}, unit_of);
+  for (const auto& block : blocks) derive(static_cast<vtkStructuredGrid&>(*block), incompressible, warnings);
+  if (incompressible)
+    warnings.emplace_back(
+        "has density 1 everywhere, as an incompressible fluid: velocities are in U∞, there are no pressure and no Mach number, "
+        "and q5 is what stands in the place of the energy, if that is not 0");
+  auto source = source_of(request, "plot3d", std::move(blocks), {grid.string(), solution.string()},
+                          [&](const std::string& name) { return unit_of(name, incompressible); });
   source->takes.partners = true;
   source->header.warnings.insert(source->header.warnings.end(), warnings.begin(), warnings.end());
   return source;

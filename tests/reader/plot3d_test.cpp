@@ -1,4 +1,5 @@
 // PLOT3D files made here: byte orders, padding, blanks, names; and the real ones.
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -71,6 +72,87 @@ TEST_F(Plot3d, PartnersAreFoundByNameInEitherByteOrder) {
       }
       std::filesystem::remove(folder_.path() / name.grid);
       std::filesystem::remove(folder_.path() / name.solution);
+    }
+  }
+}
+
+/// Numbers as Fortran writes them as text.
+std::string as_text(const std::vector<double>& numbers, const char* form) {
+  std::string text;
+  for (std::size_t n = 0; n < numbers.size(); ++n) {
+    char number[60];
+    std::snprintf(number, sizeof number, form, numbers[n]);
+    text += number + std::string(n % 5 == 4 ? "\n" : " ");
+  }
+  return text;
+}
+
+TEST_F(Plot3d, TextOfOneOrSeveralBlocksIsReadAsBinaryFilesAre) {
+  for (const bool counted : {false, true}) {
+    for (const bool blanks : {false, true}) {
+      for (const char* form : {"%.9g", "%.9E,", "  %g"}) {
+        const int blocks = counted ? 2 : 1;
+        std::string head = counted ? "2\n" : "";
+        for (int b = 0; b < blocks; ++b) head += "6 5 4\n";
+        std::string xyz = head, q = head;
+        for (int b = 0; b < blocks; ++b) {
+          std::vector<double> x, y, z, values;
+          for (int n = 0; n < 120; ++n) {
+            x.push_back(0.1 * (n % 6) * (n % 6) + 2.5 * b), y.push_back(0.5 * (n / 6 % 5)), z.push_back(0.25 * (n / 30));
+          }
+          for (const auto* of : {&x, &y, &z}) xyz += as_text(*of, form);
+          for (int n = 0; blanks && n < 120; ++n) xyz += n % 6 > 1 ? "1 " : "0 ";
+          q += "0.5 0 1D6 0\n120*2.0\n";
+          for (int n = 0; n < 120; ++n) values.push_back(2.0 * x[static_cast<std::size_t>(n)]);
+          q += as_text(values, form) + "120*0 120*2.0e0\n" + as_text(std::vector<double>(120, 10.0), form);
+        }
+        folder_.write("a.xyz", xyz), folder_.write("a.q", q);
+        const Volume volume = read(folder_.path() / "a.xyz");
+        const Field& velocity = *field_of(volume, "velocity").field;
+        EXPECT_NEAR(velocity.vector({1.3, 1.1, 0.4}).value.x, 1.3, 0.05) << form << counted << blanks;
+        EXPECT_NEAR(velocity.vector({1.3, 1.1, 0.4}).value.z, 1.0, 1e-5);
+        EXPECT_EQ(velocity.vector({0.05, 1.1, 0.4}).inside, !blanks);
+        if (counted) {
+          EXPECT_NEAR(velocity.vector({4.0, 1.1, 0.4}).value.x, 4.0, 0.05);
+        }
+      }
+    }
+  }
+  write("c.xyz", "c.q", false, true, false, "");
+  folder_.write("c.q", "6 5 4\n0.5 0 1e6 0\n");
+  EXPECT_NE(error_of([&] { read(folder_.path() / "c.xyz"); }).find("write both in one way"), std::string::npos);
+  for (const char* bad : {"6 5 4\n1 2 3\n", "6 5 4\n1.0 2.0 spam\n", "0 0 0\n1 2 3 4 5 6 7 8 9\n", "1000000000 1000000000 1000000000\n 1 2 3\n",
+                          "6 5 4\n1000000000*1.0\n", "2 2 2 1e400 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1\n"}) {
+    folder_.write("b.xyz", bad), folder_.write("b.q", "6 5 4\n");
+    const std::string error = error_of([&] { read(folder_.path() / "b.xyz"); });
+    EXPECT_EQ(error.find("palpa-read"), std::string::npos) << bad << ": " << error;
+  }
+}
+
+TEST_F(Plot3d, ASolutionOfDensityOneHasNoMachNumber) {
+  for (const float density : {1.0F, 1.001F}) {
+    std::string xyz, q;
+    for (std::string* file : {&xyz, &q}) {
+      for (const std::int32_t n : {6, 5, 4}) *file += bytes_of(n);
+    }
+    for (int n = 0; n < 4; ++n) q += bytes_of(0.0F);
+    for (int c = 0; c < 3; ++c) {
+      for (int n = 0; n < 120; ++n) xyz += bytes_of(static_cast<float>(c == 0 ? 0.1 * (n % 6) + 0.02 * (n / 6 % 5) : c == 1 ? n / 6 % 5 : n / 30));
+    }
+    for (int c = 0; c < 5; ++c) {
+      for (int n = 0; n < 120; ++n) q += bytes_of(c == 0 ? density : c == 4 ? 2.0F + 0.01F * static_cast<float>(n) : 0.3F);
+    }
+    folder_.write("a.xyz", xyz), folder_.write("a.q", q);
+    const Volume volume = read(folder_.path() / "a.xyz");
+    const bool incompressible = density == 1.0F;
+    EXPECT_EQ(field_of(volume, "velocity").unit, incompressible ? "U∞" : "a∞");
+    EXPECT_EQ(warns_of(volume, "density 1 everywhere"), incompressible);
+    for (const char* name : {"mach", "pressure", "energy"}) {
+      const bool has = std::ranges::any_of(volume.fields, [&](const VolumeField& f) { return f.name == name; });
+      EXPECT_EQ(has, !incompressible) << name;
+    }
+    if (incompressible) {
+      EXPECT_EQ(field_of(volume, "q5").unit, "");
     }
   }
 }
