@@ -7,6 +7,7 @@
 
 #include "palpa/core/load_error.h"
 #include "palpa/disk/input_file.h"
+#include "source.h"
 
 namespace palpa::reader {
 namespace {
@@ -32,7 +33,13 @@ bool lies_below_named_folder(const fs::path& place) {
 
 }  // namespace
 
+void check_not_unpacked(const std::string& header) {
+  if (header.starts_with(unpacked_folder))
+    throw LoadError("is packed by gzip, and its voxels lie in other files; unpack it (gunzip)");
+}
+
 void check_data_file(const std::string& header, const std::string& file) {
+  check_not_unpacked(header);
   const std::string who = "needs its data file '" + file + "', which ";
   std::error_code is_gone;
   const fs::path place = fs::canonical(file, is_gone);

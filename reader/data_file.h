@@ -10,4 +10,7 @@ namespace palpa::reader {
 /// device read. Throws LoadError with a sentence.
 void check_data_file(const std::string& header, const std::string& file);
 
+/// Refuses a header that was unpacked into memory, which has no folder, where it names other files. Throws LoadError.
+void check_not_unpacked(const std::string& header);
+
 }  // namespace palpa::reader

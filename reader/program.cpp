@@ -67,12 +67,13 @@ int run_program(const std::function<void(int socket)>& work) {
   ::_exit(sentence.empty() ? 0 : 1);  // Skips static destructors.
 }
 
-protocol::Request receive_request(int socket, bool take) {
+protocol::Request receive_request(int socket, bool take, int* unpacked) {
   bool garbled = false;
   const auto first = protocol::receive(socket, garbled, take);
   if (!first || !std::holds_alternative<protocol::Request>(first->message)) {
     throw LoadError("was asked for in a way that palpa-read does not know; update palpa and palpa-read together");
   }
+  if (unpacked != nullptr) *unpacked = first->descriptor;
   return std::get<protocol::Request>(first->message);
 }
 

@@ -12,7 +12,9 @@ namespace palpa::reader {
 /// Without a caller: prints a hint and returns 2.
 int run_program(const std::function<void(int socket)>& work);
 
-/// The caller's request. \param take  false: it stays for the program that this one becomes. Throws LoadError.
-protocol::Request receive_request(int socket, bool take);
+/// The caller's request. Throws LoadError.
+/// \param take      false: it stays for the program that this one becomes
+/// \param unpacked  a file of memory for what the file holds, where it is packed as a whole; -1: none came
+protocol::Request receive_request(int socket, bool take, int* unpacked = nullptr);
 
 }  // namespace palpa::reader

@@ -14,8 +14,10 @@
 #include <string_view>
 
 #include "cage.h"
+#include "compression.h"
 #include "messages.h"
 #include "palpa/file/protocol_memory.h"
+#include "palpa/file/protocol_packed.h"
 #include "palpa/limits/limits.h"
 #include "palpa/volume/sha256.h"
 #include "palpa/volume/volume.h"
@@ -45,7 +47,9 @@ void limit_memory([[maybe_unused]] std::uint64_t bytes) {
 /// `finished` helps.
 class Checksums {
  public:
-  Checksums(const Source& source, bool wanted) : source_(source), wanted_(wanted), files_(source.files.size()) {
+  /// \param request  as its source was opened
+  Checksums(const Source& source, const protocol::Request& request)
+      : source_(source), request_(request), wanted_(request.checksums), files_(source.files.size()) {
     other_ = std::async(std::launch::async, [this] {
       work();
       source_.check_files();
@@ -61,12 +65,14 @@ class Checksums {
  private:
   void work() {
     for (std::size_t f = next_++; f < files_.size(); f = next_++) {
-      const std::string& path = source_.files[f];
+      const bool is_unpacked = !request_.packed.empty() && source_.files[f] == request_.path;
+      const std::string& path = is_unpacked ? request_.packed : source_.files[f];
       files_[f] = {path, file_bytes(path), wanted_ ? detail::sha256_of_file(path) : std::string()};
     }
   }
 
   const Source& source_;
+  const protocol::Request& request_;
   const bool wanted_;
   std::vector<SourceFile> files_;
   std::atomic<std::size_t> next_ = 0;
@@ -105,7 +111,8 @@ void put_planes(const protocol::FieldHeader& field, std::byte* voxels) {
 void check_request(const protocol::Request& request, const Source& source) {
   if (!request.partners.empty() && !source.takes.partners)
     throw LoadError("is a volume by itself, and " + std::to_string(request.partners.size() + 1) +
-                    " files are named; give one (only a grid and its solution belong together)");
+                    " files are named; give one (only a grid and its solution belong together; blocks of one grid in several "
+                    "files are not put together here: save them as one .vtu, in ParaView by Append Datasets)");
   if (request.time_s && !source.takes.time) throw LoadError("has no moments to choose from; leave 'time' out");
   if (request.crop && !source.takes.crop)
     throw LoadError("is not resampled when read, so no part of it is; leave 'crop_m' out");
@@ -119,9 +126,20 @@ void check_request(const protocol::Request& request, const Source& source) {
     throw LoadError("is no DICOM file, so it holds no series; leave 'series' out");
 }
 
-void answer(int socket, Open open) {
-  const protocol::Request request = receive_request(socket, true);
+/// Unpacks a file that is packed as a whole into memory, where libraries find it as a file.
+void unpack_request(protocol::Request& request, int memory) {
+  if (memory < 0 || !protocol::is_packed(request.path)) return;
+  unpack_whole(request.path, memory, request.max_bytes);
+  request.packed = request.path;
+  request.path = unpacked_folder + std::to_string(memory);
+}
+
+/// \param unpacks  whether it reads packed files by itself
+void answer(int socket, Open open, bool unpacks) {
+  int for_unpacked = -1;
+  protocol::Request request = receive_request(socket, true, &for_unpacked);
   close_cage();
+  if (!unpacks) unpack_request(request, for_unpacked);
   std::uint64_t bytes = file_bytes(request.path);
   for (const std::string& partner : request.partners) bytes += file_bytes(partner);
   // A header needs little memory. But a legacy VTK file is read as a whole with its header, and numbers as text grow up to
@@ -131,7 +149,7 @@ void answer(int socket, Open open) {
   const std::unique_ptr<Source> source = open(request);
   check_request(request, *source);
   if (!protocol::send(socket, source->header)) return;
-  Checksums checks(*source, request.checksums);
+  Checksums checks(*source, request);
 
   bool garbled = false;
   auto second = protocol::receive(socket, garbled);
@@ -189,7 +207,7 @@ int serve(const char* format, std::initializer_list<Format> formats) {
   return run_program([&](int socket) {
     catch_library_messages();
     for (const Format& known : formats) {
-      if (format != nullptr && known.name == format) return answer(socket, known.open);
+      if (format != nullptr && known.name == format) return answer(socket, known.open, known.name == "nifti");
     }
     throw LoadError("was handed to a program that does not know its format; update palpa-read and those beside it together");
   });

@@ -59,6 +59,9 @@ class Source {
 // which throws LoadError with "what is wrong; what would be right", without the file's name, and takes no memory for voxels (a
 // legacy VTK file does, but no more than it has bytes). It is declared by format_program.cpp.
 
+/// Where the file lies that a packed one was unpacked into, in memory.
+inline constexpr const char* unpacked_folder = "/proc/self/fd/";
+
 /// Bytes of a file, or of all files in a folder; 0 where that cannot be found out.
 std::uint64_t file_bytes(const std::string& path);
 

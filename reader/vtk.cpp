@@ -24,6 +24,8 @@
 #include <vtkXMLUnstructuredGridReader.h>
 
 #include <algorithm>
+#include <optional>
+#include <sstream>
 #include <string_view>
 
 #include "data_file.h"
@@ -31,6 +33,7 @@
 #include "library_words.h"
 #include "messages.h"
 #include "source.h"
+#include "stand_ins.h"
 #include "vtk_data.h"
 
 namespace palpa::reader {
@@ -50,6 +53,10 @@ void check_claims(vtkXMLDataElement& element, std::uint64_t bytes) {
   constexpr int most_components = 10'000;
   constexpr std::uint64_t most_per_byte = 1000;  // points or cells per byte of the file, however they are compressed
   int components = 1;
+  vtkTypeInt64 offset = 0;
+  if (element.GetScalarAttribute("offset", offset) != 0 && offset < 0)
+    throw LoadError("has an array whose numbers begin before the others, at offset " + std::to_string(offset) +
+                    "; correct its offset");
   element.GetScalarAttribute("NumberOfComponents", components);  // INT_MAX where it is too large for an int
   if (components < 0 || components > most_components)
     throw LoadError("claims an array of " + std::to_string(components) + " components; correct its NumberOfComponents");
@@ -147,6 +154,7 @@ class Pieces : public Reader {
       vtkXMLDataReader* piece = this->PieceReaders[p];
       const char* name = piece != nullptr ? piece->GetFileName() : nullptr;
       if (name == nullptr) continue;  // a piece without data
+      check_not_unpacked(this->GetFileName());
       if (file_bytes(name) == 0)
         throw LoadError("needs its piece '" + std::string(name) + "', which is not there; put it back");
       check_data_file(this->GetFileName(), name);
@@ -294,8 +302,8 @@ std::unique_ptr<Source> open_image(const protocol::Request& request) {
   return read_xml<CheckedGrid<vtkXMLImageDataReader>>(request, "vti");
 }
 
-std::unique_ptr<Source> open_xml(const protocol::Request& request, const std::string& start) {
-  const std::string kind = word_after(start.substr(std::min(start.find("<VTKFile"), start.size())), " type=");
+std::unique_ptr<Source> open_xml(const protocol::Request& request) {
+  const std::string kind = attribute_in(xml_root(request.path), "type");
   if (kind == "ImageData") return open_image(request);
   if (kind == "RectilinearGrid") return read_xml<CheckedGrid<vtkXMLRectilinearGridReader>>(request, "vtr");
   if (kind == "StructuredGrid") return read_xml<CheckedGrid<vtkXMLStructuredGridReader>>(request, "vts");
@@ -311,16 +319,26 @@ std::unique_ptr<Source> open_xml(const protocol::Request& request, const std::st
                   "; of VTK's XML files images and rectilinear, structured and unstructured grids can be read");
 }
 
-std::unique_ptr<Source> open_legacy(const protocol::Request& request, std::string upper) {
-  for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  const std::string kind = word_after(upper, "\nDATASET");
-  if (kind != "STRUCTURED_POINTS" && kind != "RECTILINEAR_GRID" && kind != "STRUCTURED_GRID" && kind != "UNSTRUCTURED_GRID") {
-    throw LoadError("holds " + (kind.empty() ? std::string("no DATASET that can be found") : known_words(kind)) +
-                    "; of legacy VTK files STRUCTURED_POINTS (image data) and RECTILINEAR_, STRUCTURED_ and UNSTRUCTURED_GRID "
-                    "can be read");
+/// What a legacy file says that it holds, in capitals, in the first line that begins with DATASET. The second line is a title.
+std::string kind_of_legacy(const std::string& start) {
+  std::istringstream lines(start);
+  std::string line;
+  for (int n = 0; std::getline(lines, line); ++n) {
+    for (char& c : line) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    if (n >= 2 && first_word(line) == "DATASET") return word_after(line, "DATASET");
   }
+  return {};
+}
+
+/// What a legacy file holds, or a text in its place; the library has complained where it is not to be used.
+vtkSmartPointer<vtkDataSet> read_legacy(const protocol::Request& request, const std::string* text) {
   vtkNew<vtkDataSetReader> reader;
-  reader->SetFileName(request.path.c_str());
+  if (text != nullptr) {
+    reader->ReadFromInputStringOn();
+    reader->SetInputString(*text);
+  } else {
+    reader->SetFileName(request.path.c_str());
+  }
   reader->ReadAllScalarsOn();
   reader->ReadAllVectorsOn();
   reader->ReadAllNormalsOn();
@@ -329,6 +347,7 @@ std::unique_ptr<Source> open_legacy(const protocol::Request& request, std::strin
   reader->ReadAllTCoordsOn();
   reader->ReadAllFieldsOn();
   reader->UpdateInformation();
+  if (library_complained()) return nullptr;
   check(*reader, "legacy VTK");
   vtkInformation* info = reader->GetOutputInformation(0);
   if (info->Has(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT()) != 0) {
@@ -337,8 +356,30 @@ std::unique_ptr<Source> open_legacy(const protocol::Request& request, std::strin
     check_claim(request, extent);
   }
   reader->Update();
+  if (library_complained()) return nullptr;
   check(*reader, "legacy VTK");
-  vtkSmartPointer<vtkDataSet> data = reader->GetOutput();
+  return reader->GetOutput();
+}
+
+std::unique_ptr<Source> open_legacy(const protocol::Request& request, const std::string& start) {
+  const std::string kind = kind_of_legacy(start);
+  if (kind != "STRUCTURED_POINTS" && kind != "RECTILINEAR_GRID" && kind != "STRUCTURED_GRID" && kind != "UNSTRUCTURED_GRID") {
+    throw LoadError("holds " + (kind.empty() ? std::string("no DATASET that can be found") : known_words(kind)) +
+                    "; of legacy VTK files STRUCTURED_POINTS (image data) and RECTILINEAR_, STRUCTURED_ and UNSTRUCTURED_GRID "
+                    "can be read");
+  }
+  vtkSmartPointer<vtkDataSet> data = read_legacy(request, nullptr);
+  if (library_complained()) {
+    // The library does not read "nan" and "inf": where the text has them, it is read once more with others in their places.
+    const std::optional<std::string> text = with_stand_ins(request.path);
+    const std::string problem = take_library_error();
+    if (text) data = read_legacy(request, &*text);
+    if (!text || library_complained()) {
+      throw LoadError("cannot be read as legacy VTK (" + (text ? take_library_error() : problem) +
+                      "); check that the file is whole");
+    }
+    if (data != nullptr) put_back_not_finite(*data);
+  }
   if (data == nullptr) throw LoadError("holds no data set; it is no VTK file of a volume");
   return source_of(request, "vtk", {data}, {request.path});
 }
@@ -347,7 +388,7 @@ std::unique_ptr<Source> open_legacy(const protocol::Request& request, std::strin
 
 std::unique_ptr<Source> open_vtk(const protocol::Request& request) {
   const std::string start = first_bytes(request.path);
-  return start.starts_with("# vtk DataFile") ? open_legacy(request, start) : open_xml(request, start);
+  return start.starts_with("# vtk DataFile") ? open_legacy(request, start) : open_xml(request);
 }
 
 }  // namespace palpa::reader

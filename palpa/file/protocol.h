@@ -15,7 +15,8 @@
 /// The conversation, over one SOCK_SEQPACKET pair, one message per packet:
 ///
 ///     caller                              palpa-read
-///     Request (path, what of it)     ──►
+///     Request (path, what of it;     ──►
+///      memory, if it is packed)
 ///                                    ◄──  Header (grids, fields, bytes)      or Failure
 ///     Room (fields wanted, + memory) ──►    (protocol_memory.h)
 ///                                    ◄──  Done (files and their checksums; several, where they
@@ -42,6 +43,9 @@ struct Request {
   std::optional<double> time_s{};       ///< [s] of a case with several moments; none: the latest
   std::optional<Box> crop{};            ///< in the file's unit of length: the part to resample
   bool checksums = true;                ///< those of the files are wanted
+
+  /// Not sent: the file that `path` was unpacked from by the reader; empty: none.
+  std::string packed{};
 };
 
 /// One array of voxels as palpa-read will hand it over: i fastest, components of one voxel together,

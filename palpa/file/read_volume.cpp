@@ -13,6 +13,7 @@
 #include "palpa/disk/input_file.h"
 #include "palpa/file/components.h"
 #include "palpa/file/protocol.h"
+#include "palpa/file/protocol_packed.h"
 #include "palpa/file/raw_file.h"
 #include "palpa/file/reader_process.h"
 #include "palpa/file/shared_memory.h"
@@ -300,7 +301,10 @@ std::string words_of_lost(double lost, double voxels, const std::string& format)
     text << percent << " % of the voxels are ";
   }
   // Numbers of DICOM are whole: none but padding is without a value.
-  text << (format == "dicom" ? "padding, where nothing was measured" : "not finite") << ": treated as outside";
+  text << (format == "dicom"  ? "padding, where nothing was measured"
+           : format == "hdf5" ? "without a value (not finite, or marked so by the file)"
+                              : "not finite")
+       << ": treated as outside";
   return text.str();
 }
 
@@ -338,6 +342,8 @@ void add_fields(Volume& volume, const Plan& plan, const std::shared_ptr<const st
 
 /// A file of bare numbers. Looked at it is mapped; else copied, unless it would fill more than half of the memory.
 void read_raw(const VolumeRequest& request, const protocol::Request& ask, const ReadOptions& options, Volume& volume) {
+  if (protocol::is_packed(ask.path) && std::filesystem::path(ask.path).extension() == ".gz")
+    throw LoadError("is packed by gzip, and bare numbers are read as they lie; unpack it (gunzip)");
   const detail::RawFile file(ask);
   const Plan plan = planned(file.header, request, volume);
   check_places(plan);
@@ -363,14 +369,19 @@ void read_raw(const VolumeRequest& request, const protocol::Request& ask, const 
 
 /// A file that palpa-read parses.
 void read_parsed(const VolumeRequest& request, const protocol::Request& ask, const ReadOptions& options, Volume& volume) {
-  std::uint64_t file_bytes = bytes_of(ask.path);
+  // What a packed file holds is rarely more than so many times its bytes. More: a damaged one can take more; less: sound ones
+  // are refused.
+  constexpr std::uint64_t usual_ratio = 16;
+  std::optional<detail::UnpackedMemory> unpacked;
+  if (protocol::is_packed(ask.path)) unpacked.emplace();
+  std::uint64_t file_bytes = bytes_of(ask.path) * (unpacked ? usual_ratio : 1);
   for (const std::string& partner : ask.partners) check_file(partner), file_bytes += bytes_of(partner);
   protocol::Done done;
   Plan plan;
   std::unique_ptr<detail::SharedMemory> memory;
   {
     detail::ReaderProcess reader(detail::find_reader(options.reader), options.idle_limit_s, options.stop);
-    reader.send(ask);
+    reader.send(ask, {unpacked ? unpacked->file() : -1, -1});
     plan = planned(expect<Header>(reader.receive(file_bytes, reader_slack_bytes + 8 * file_bytes)), request, volume);
     check_size(plan, options, ask.max_bytes);
     check_places(plan);

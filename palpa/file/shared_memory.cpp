@@ -34,6 +34,13 @@ std::string no_memory(const char* of, std::uint64_t bytes, const std::string& wh
 
 }  // namespace
 
+UnpackedMemory::UnpackedMemory() : file_(::memfd_create("palpa-unpacked", MFD_CLOEXEC)) {
+  if (file_ < 0)
+    throw LoadError(std::string("cannot be unpacked: no memory for it (") + std::strerror(errno) + "); unpack it (gunzip)");
+}
+
+UnpackedMemory::~UnpackedMemory() { ::close(file_); }
+
 SharedMemory::SharedMemory(std::uint64_t bytes) : bytes_(bytes) {
   const std::uint64_t in_first = protocol::bytes_in_first(bytes);
   make(files_.first, in_first);

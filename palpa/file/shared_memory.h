@@ -33,4 +33,18 @@ class SharedMemory {
   protocol::MemoryFiles files_;
 };
 
+/// A file of memory that grows, for what a packed file holds: only while it is read.
+class UnpackedMemory {
+ public:
+  /// Throws LoadError with a sentence.
+  UnpackedMemory();
+  ~UnpackedMemory();
+  UnpackedMemory(const UnpackedMemory&) = delete;
+  UnpackedMemory& operator=(const UnpackedMemory&) = delete;
+  int file() const noexcept { return file_; }
+
+ private:
+  int file_;
+};
+
 }  // namespace palpa::detail

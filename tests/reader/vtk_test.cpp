@@ -55,6 +55,26 @@ TEST_F(Vtk, ExtentsNeedNotBeginAtZeroAndDirectionIsKept) {
   expect_linear(*volume.fields[0].field, o.grid, metres);
 }
 
+TEST_F(Vtk, AppendedNumbersDoNotBeginInTheHeader) {
+  const FileGrid grid{{6, 5, 4}, {{{0.5, 0, 0}, {0, 0.25, 0}, {0, 0, 2}}}, {1, 2, 3}};
+  const std::string voxels = linear_voxels<double>(grid, metres);
+  const auto file = [&](const std::string& offset, bool with_data) {
+    return folder_.write(
+        "a.vti", vti("Origin=\"1 2 3\" Spacing=\"0.5 0.25 2\"", "0 5 0 4 0 3",
+                     "<Piece Extent=\"0 5 0 4 0 3\"><PointData><DataArray type=\"Float64\" Name=\"a\" format=\"appended\" offset=\"" +
+                         offset + "\"/></PointData></Piece>") +
+                     (with_data ? "<AppendedData encoding=\"raw\">_" + bytes_of(static_cast<std::uint64_t>(voxels.size())) + voxels +
+                                      "</AppendedData>"
+                                : "") +
+                     "</VTKFile>");
+  };
+  expect_linear(*read(file("0", true)).fields[0].field, grid, metres);
+  for (const char* offset : {"-8", "-300", "-1000000"}) {
+    EXPECT_NE(error_of([&] { read(file(offset, true)); }).find("offset"), std::string::npos) << offset;
+  }
+  error_of([&] { read(file("0", false)); });
+}
+
 TEST_F(Vtk, CellDataLieAtTheCentresOfCells) {
   const Offset o = offset_grid();
   const FileGrid cells{{5, 4, 3}, o.grid.step, o.grid.at({0.5, 0.5, 0.5})};
