@@ -1,186 +1,159 @@
-// HDF5: one array by its path, and images in the form of VTKHDF. The library must not follow links to other files or load
-// filters from plug-ins.
+// HDF5 and netCDF-4: arrays by their paths, and images in the form of VTKHDF. The library must not follow links to other files
+// or load filters from plug-ins.
 #include <hdf5.h>
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <set>
-#include <utility>
+#include <stdexcept>
 
+#include "cf.h"
+#include "hdf5_objects.h"
 #include "library_words.h"
+#include "palpa/disk/input_file.h"
 #include "source.h"
 #include "vtk_data.h"
 
 namespace palpa::reader {
 namespace {
 
-constexpr std::size_t max_listed = 200;  // arrays in a message. More: long lines; fewer: the wanted path may be missing
-
-/// An identifier of the library, closed with its owner.
-class Handle {
- public:
-  Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
-  Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, H5I_INVALID_HID)), close_(other.close_) {}
-  Handle& operator=(Handle&&) = delete;
-  ~Handle() {
-    if (id_ >= 0) close_(id_);
-  }
-  operator hid_t() const noexcept { return id_; }
-  bool is_open() const noexcept { return id_ >= 0; }
-
- private:
-  hid_t id_;
-  herr_t (*close_)(hid_t);
-};
-
-/// The type of numbers in memory for an HDF5 type; false where it cannot be read.
-bool find_raw_type(hid_t type, RawType& raw) {
-  const std::size_t bytes = H5Tget_size(type);
-  if (H5Tget_class(type) == H5T_FLOAT) {
-    raw = bytes <= 4 ? RawType::float32 : RawType::float64;
-    return bytes == 2 || bytes == 4 || bytes == 8;
-  }
-  if (H5Tget_class(type) != H5T_INTEGER) return false;
-  const bool with_sign = H5Tget_sign(type) == H5T_SGN_2;
-  switch (bytes) {
-    case 1: return raw = with_sign ? RawType::int8 : RawType::uint8, true;
-    case 2: return raw = with_sign ? RawType::int16 : RawType::uint16, true;
-    case 4: return raw = with_sign ? RawType::int32 : RawType::uint32, true;
-    case 8: return raw = with_sign ? RawType::int64 : RawType::uint64, true;
-    default: return false;
-  }
-}
-
-hid_t memory_type(RawType type) {
-  switch (type) {
-    case RawType::int8: return H5T_NATIVE_INT8;
-    case RawType::uint8: return H5T_NATIVE_UINT8;
-    case RawType::int16: return H5T_NATIVE_INT16;
-    case RawType::uint16: return H5T_NATIVE_UINT16;
-    case RawType::int32: return H5T_NATIVE_INT32;
-    case RawType::uint32: return H5T_NATIVE_UINT32;
-    case RawType::int64: return H5T_NATIVE_INT64;
-    case RawType::uint64: return H5T_NATIVE_UINT64;
-    case RawType::float32: return H5T_NATIVE_FLOAT;
-    case RawType::float64: return H5T_NATIVE_DOUBLE;
-  }
-  return H5I_INVALID_HID;
-}
-
-/// The lengths of an array's indices, slowest first.
-struct Shape {
-  std::vector<std::int64_t> lengths;
-  RawType type = RawType::float32;
-};
-
-/// Why this data set is not an array of numbers that can be read from this file alone; empty if it is, and `shape` is filled.
-std::string shape_of(hid_t dataset, Shape& shape) {
-  const Handle space(H5Dget_space(dataset), H5Sclose), type(H5Dget_type(dataset), H5Tclose);
-  if (!space.is_open() || !type.is_open() || !find_raw_type(type, shape.type)) return "it holds no numbers of 8 to 64 bits";
-  const int rank = H5Sget_simple_extent_ndims(space);
-  if (rank < 1 || rank > 8) return "it is no array";
-  std::vector<hsize_t> lengths(static_cast<std::size_t>(rank));
-  H5Sget_simple_extent_dims(space, lengths.data(), nullptr);
-  for (const hsize_t n : lengths) {
-    if (n < 1 || n > static_cast<hsize_t>(INT64_MAX)) return "it is empty";
-    shape.lengths.push_back(static_cast<std::int64_t>(n));
-  }
-  const Handle creation(H5Dget_create_plist(dataset), H5Pclose);
-  if (H5Pget_layout(creation) == H5D_VIRTUAL || H5Pget_external_count(creation) > 0)
-    return "its numbers lie in other files, which are not followed";
-  for (int f = 0; f < H5Pget_nfilters(creation); ++f) {
-    unsigned int flags = 0, settings = 0;
-    std::size_t values = 0;
-    const H5Z_filter_t filter =
-        H5Pget_filter2(creation, static_cast<unsigned int>(f), &flags, &values, nullptr, 0, nullptr, &settings);
-    if (filter < 0 || H5Zfilter_avail(filter) <= 0)
-      return "it is packed with filter " + std::to_string(filter) +
-             ", which needs a plug-in; repack it with gzip (h5repack -f GZIP=5)";
-  }
-  return {};
-}
-
-/// Whether less is stored than the numbers take, and no filter that could have made it smaller: HDF5 would read on behind it,
-/// in memory that holds anything.
-bool is_stored_short(hid_t dataset) {
-  const Handle creation(H5Dget_create_plist(dataset), H5Pclose), type(H5Dget_type(dataset), H5Tclose),
-      space(H5Dget_space(dataset), H5Sclose);
-  const auto bytes_of = [&, size = static_cast<double>(H5Tget_size(type))](const std::vector<hsize_t>& lengths) {
-    return std::accumulate(lengths.begin(), lengths.end(), size,
-                           [](double a, hsize_t n) { return a * static_cast<double>(n); });
-  };
-  const auto rank = static_cast<std::size_t>(H5Sget_simple_extent_ndims(space));
-  std::vector<hsize_t> lengths(rank), chunk(rank), first(rank, 0);
-  H5Sget_simple_extent_dims(space, lengths.data(), nullptr);
-  const H5D_layout_t layout = H5Pget_layout(creation);
-  if (layout != H5D_CHUNKED) {
-    const hsize_t stored = H5Dget_storage_size(dataset);  // 0: nothing has been written
-    return (layout == H5D_COMPACT || stored != 0) && static_cast<double>(stored) < bytes_of(lengths);
-  }
-  const int filters = H5Pget_nfilters(creation);
-  if (filters <= 0) return false;
-  unsigned int packing = 0;  // a bit for each filter that may make a chunk smaller; a chunk has one set where it is left out
-  for (int f = 0; f < filters; ++f) {
-    unsigned int flags = 0, settings = 0;
-    std::size_t values = 0;
-    const H5Z_filter_t filter =
-        H5Pget_filter2(creation, static_cast<unsigned int>(f), &flags, &values, nullptr, 0, nullptr, &settings);
-    if (filter != H5Z_FILTER_SHUFFLE && filter != H5Z_FILTER_FLETCHER32) packing |= 1U << f;
-  }
-  if (H5Pget_chunk(creation, static_cast<int>(rank), chunk.data()) != static_cast<int>(rank)) return true;
-  const double needed = bytes_of(chunk);
-  for (std::size_t a = 0; a < rank;) {
-    unsigned int left_out = 0;
-    haddr_t address = HADDR_UNDEF;
-    hsize_t bytes = 0;
-    if (H5Dget_chunk_info_by_coord(dataset, first.data(), &left_out, &address, &bytes) < 0) return true;
-    if (address != HADDR_UNDEF && (packing & ~left_out) == 0 && static_cast<double>(bytes) < needed) return true;
-    for (a = 0; a < rank && (first[a] += chunk[a]) >= lengths[a]; ++a) first[a] = 0;
-  }
-  return false;
-}
-
-/// Paths and shapes of the arrays of three or four indices.
-std::vector<std::string> arrays_in(hid_t file) {
-  std::vector<std::string> found;
-  const auto visit = [](hid_t at, const char* name, const H5O_info_t* info, void* to) -> herr_t {
-    auto& list = *static_cast<std::vector<std::string>*>(to);
-    if (info->type != H5O_TYPE_DATASET) return 0;
-    const Handle dataset(H5Dopen2(at, name, H5P_DEFAULT), H5Dclose);
-    Shape shape;
-    if (dataset.is_open() && shape_of(dataset, shape).empty() && shape.lengths.size() >= 3 && shape.lengths.size() <= 4)
-      list.push_back(std::string("/") + name);
-    return list.size() >= max_listed ? 1 : 0;
-  };
-  H5Ovisit2(file, H5_INDEX_NAME, H5_ITER_INC, visit, &found, H5O_INFO_BASIC);
-  return found;
-}
-
-std::string joined(const std::vector<std::string>& names) {
+std::string joined(const std::vector<FoundArray>& arrays) {
   std::string text;
-  for (std::size_t n = 0; n < std::min<std::size_t>(names.size(), 10); ++n) text += (n == 0 ? "" : ", ") + names[n];
-  return names.size() > 10 ? text + " and " + std::to_string(names.size() - 10) + " more" : text;
+  for (std::size_t n = 0; n < std::min<std::size_t>(arrays.size(), 10); ++n) text += (n == 0 ? "" : ", ") + arrays[n].path;
+  return arrays.size() > 10 ? text + " and " + std::to_string(arrays.size() - 10) + " more" : text;
 }
 
-/// The text of a string attribute of an object; empty if it has none.
-std::string text_attribute(hid_t object, const char* name) {
-  if (H5Aexists(object, name) <= 0) return {};
-  const Handle attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose), type(H5Aget_type(attribute), H5Tclose);
-  if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) > 0) return {};
-  const std::size_t bytes = H5Tget_size(type);
-  const Handle space(H5Aget_space(attribute), H5Sclose);
-  if (bytes > 1000 || H5Sget_simple_extent_npoints(space) != 1) return {};
-  std::string text(bytes, '\0');
-  if (H5Aread(attribute, type, text.data()) < 0) return {};
-  return text.substr(0, text.find('\0'));
+/// The indices of an array in their places.
+struct Arranged {
+  std::vector<std::int64_t> lengths;  ///< of the indices that are kept, slowest first
+  ArrayLayout layout;                 ///< as `protocol::arranged` takes them
+  std::array<Dimension, 3> space;     ///< those along x, y and z
+  std::size_t time = SIZE_MAX;        ///< which index counts frames; SIZE_MAX: none
+};
+
+/// Takes the axes that the request says for those of the indices, where time is among them.
+void take_axes(const std::string& axes, std::vector<Dimension>& dimensions) {
+  if (axes.find('t') == std::string::npos) return;
+  if (axes.size() + 1 < dimensions.size() || axes.size() > dimensions.size())
+    throw LoadError("has " + std::to_string(dimensions.size()) + " indices, where axes = \"" + axes + "\" names " +
+                    std::to_string(axes.size()) + "; name each but that of vector components");
+  const bool components_first = axes.size() < dimensions.size() && dimensions.front().length == 3 && dimensions.back().length != 3;
+  if (axes.size() < dimensions.size()) (components_first ? dimensions.front() : dimensions.back()).along = 'c';
+  for (std::size_t n = 0; n < axes.size(); ++n) dimensions[n + (components_first ? 1 : 0)].along = axes[n];
 }
 
-/// Reads `count` numbers of an attribute; false if it does not have that many.
-bool numbers_attribute(hid_t object, const char* name, double* to, hssize_t count) {
-  if (H5Aexists(object, name) <= 0) return false;
-  const Handle attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose), space(H5Aget_space(attribute), H5Sclose);
-  return H5Sget_simple_extent_npoints(space) == count && H5Aread(attribute, H5T_NATIVE_DOUBLE, to) >= 0;
+/// The axes of space that the request says, without time; empty: none. Throws LoadError.
+std::string axes_of_space(const ArrayLayout& layout) {
+  ArrayLayout space;
+  space.axes = layout.axes;
+  if (const std::size_t t = space.axes.find('t'); t != std::string::npos) space.axes.erase(t, 1);
+  return layout.axes.empty() ? std::string() : protocol::axes_of(space);
+}
+
+/// Which index is that of vector components: by what the file or the request says, or the only one of length 3 at an end;
+/// SIZE_MAX: none. \param kept  the indices that are not time
+std::size_t components_among(const std::vector<Dimension>& kept, const ArrayLayout& layout) {
+  for (std::size_t n = 0; n < kept.size(); ++n) {
+    if (kept[n].along == 'c' && kept[n].length == 3) return n;
+  }
+  if (kept.size() < 4) return SIZE_MAX;
+  if (layout.components == "first") return 0;
+  if (layout.components == "last") return kept.size() - 1;
+  const auto may_be = [](const Dimension& d) { return d.along == ' ' && d.length == 3; };
+  const bool first = may_be(kept.front()), last = may_be(kept.back());
+  return first == last ? SIZE_MAX : first ? 0 : kept.size() - 1;
+}
+
+/// Gives x, y and z to the indices of space: what is said, and the order z, y, x to the others.
+void name_axes(std::vector<Dimension>& space, const std::string& said) {
+  std::string left = "zyx";
+  if (said.size() == space.size()) {
+    for (std::size_t n = 0; n < space.size(); ++n) space[n].along = said[n];
+  }
+  for (const Dimension& dimension : space) std::erase(left, dimension.along);
+  if (space.size() == 2 && left.size() == 3) left = "yx";
+  for (Dimension& dimension : space) {
+    if (dimension.along == ' ') dimension.along = left.front(), left.erase(0, 1);
+  }
+}
+
+/// Leaves out indices of length 1 that nothing says to be one of space, until no more than `most` are left. Returns where the
+/// components are then.
+std::size_t leave_out_single(std::vector<Dimension>& kept, std::size_t most, std::size_t components) {
+  for (std::size_t n = 0; n < kept.size() && kept.size() > most;) {
+    if (n == components || kept[n].length != 1 || kept[n].along != ' ') {
+      ++n;
+      continue;
+    }
+    kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(n));
+    if (components != SIZE_MAX && components > n) --components;
+  }
+  return components;
+}
+
+/// Puts the indices of an array into their places. Throws LoadError where they are no volume.
+Arranged arrangement_of(std::vector<Dimension> dimensions, const ArrayLayout& layout) {
+  const std::string said = axes_of_space(layout);
+  take_axes(layout.axes, dimensions);
+  Arranged made;
+  made.layout = layout;
+  made.layout.components.clear(), made.layout.axes.clear();
+  std::vector<Dimension> kept;
+  for (std::size_t n = 0; n < dimensions.size(); ++n) {
+    const Dimension& dimension = dimensions[n];
+    if (dimension.along == 't' && dimension.length > 1) made.time = n;
+    if (dimension.along != 't' && !(dimension.along == 'c' && dimension.length == 1)) kept.push_back(dimension);
+    if (dimension.along == 'c' && dimension.length != 1 && dimension.length != 3)
+      throw LoadError("has " + std::to_string(dimension.length) + " components; a vector has 3");
+  }
+  leave_out_single(kept, 4, SIZE_MAX);
+  std::size_t components = components_among(kept, layout);
+  components = leave_out_single(kept, components == SIZE_MAX ? 3 : 4, components);
+  std::vector<Dimension> space = kept;
+  if (components != SIZE_MAX) {
+    space.erase(space.begin() + static_cast<std::ptrdiff_t>(components));
+    if (kept[components].length != 3)
+      throw LoadError("has " + std::to_string(kept[components].length) + " components; a vector has 3");
+    if (components != 0 && components + 1 != kept.size())
+      throw LoadError("has its components between its other indices; write them first or last");
+    made.layout.components = components == 0 ? "first" : "last";
+  }
+  if (space.size() > 3) {
+    throw LoadError("has " + std::to_string(space.size()) +
+                    " indices of more than one value, and which is that of time or of the components is not clear; say "
+                    "axes = \"tzyx\" (t: time), or components = \"first\" or \"last\" of a vector of 3");
+  }
+  if (space.size() < 2 || dimensions.size() < 3)
+    throw LoadError("has " + std::to_string(space.size()) + " indices in space; a volume has 3");
+  name_axes(space, said);
+  if (space.size() == 2) {  // a slice
+    std::string left = "zyx";
+    for (const Dimension& dimension : space) std::erase(left, dimension.along);
+    Dimension across;
+    across.along = left.front();
+    space.insert(space.begin(), across);
+  }
+  for (const Dimension& dimension : space) {
+    made.layout.axes += dimension.along;
+    made.space[static_cast<std::size_t>(dimension.along - 'x')] = dimension;
+    made.lengths.push_back(dimension.length);
+  }
+  if (components != SIZE_MAX) made.lengths.insert(components == 0 ? made.lengths.begin() : made.lengths.end(), 3);
+  return made;
+}
+
+/// Opens a file, or what was unpacked of one: the library follows the names of files in memory to where nothing is, so it gets a
+/// copy of that.
+hid_t opened(const protocol::Request& request) {
+  if (request.packed.empty()) return H5Fopen(request.path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  const detail::InputFile file(request.path);
+  std::vector<std::byte> bytes(file.bytes());
+  bytes.resize(file.read(0, bytes.data(), bytes.size()));
+  const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  constexpr std::size_t growth_bytes = 1 << 16;
+  H5Pset_fapl_core(access, growth_bytes, 0);
+  H5Pset_file_image(access, bytes.data(), bytes.size());
+  return H5Fopen("unpacked", H5F_ACC_RDONLY, access);
 }
 
 class Hdf5Source final : public Source {
@@ -189,85 +162,188 @@ class Hdf5Source final : public Source {
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
     H5PLset_loading_state(0);
     H5Lunregister(H5L_TYPE_EXTERNAL);
-    file_ = H5Fopen(request.path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+    file_ = opened(request);
     if (file_ < 0) throw LoadError("cannot be read as HDF5; check that the file is whole");
     header.default_unit = "m";
     header.named = true;
     takes.inside = true, takes.layout = true, takes.index_axes = true;
     along_index_ = request.components_along == "index";
     files.push_back(request.path);
-    choose_frames(request, 1);
     if (request.inside.empty() && H5Lexists(file_, "VTKHDF", H5P_DEFAULT) > 0) {
+      choose_frames(request, 1);
       open_image();
     } else {
-      open_array(request);
+      open_arrays(request);
     }
     for (const auto& field : header.fields) header.working_bytes += 2 * protocol::voxel_bytes(field).value_or(0);
   }
   ~Hdf5Source() override { H5Fclose(file_); }
 
   void read(const std::vector<std::uint32_t>& wanted, const std::vector<std::byte*>& to) override {
-    for (std::size_t i = 0; i < wanted.size(); ++i) {
-      const Array& array = arrays_[wanted[i]];
-      const protocol::FieldHeader& field = header.fields[wanted[i]];
-      const Handle dataset(H5Dopen2(file_, array.path.c_str(), H5P_DEFAULT), H5Dclose);
-      const bool direct = kept_as_they_are(array.raw, array.turn, field);
-      std::size_t count = static_cast<std::size_t>(array.raw.components);
-      for (const std::int64_t n : array.raw.dims) count *= static_cast<std::size_t>(n);
-      std::vector<std::byte> room(direct ? 0 : count * size_of(array.raw.type));
-      if (is_stored_short(dataset) ||
-          H5Dread(dataset, memory_type(array.raw.type), H5S_ALL, H5S_ALL, H5P_DEFAULT, direct ? to[i] : room.data()) < 0)
-        throw LoadError("array '" + array.path + "' cannot be read; it is damaged, or the file is not whole");
-      if (!direct) copy_voxels(room.data(), array.raw, array.turn, field, to[i]);
+    for (std::size_t n = 0; n < to.size(); ++n) {
+      const std::uint32_t field = wanted[n % wanted.size()];
+      read_frame(arrays_[field], header.fields[field], static_cast<std::int64_t>(n / wanted.size()), to[n]);
     }
   }
 
  private:
   struct Array {
     std::string path;
+    Shape shape;
     RawVoxels raw;
     Turn turn;
+    Packing packing;
+    std::size_t time = SIZE_MAX;  ///< the index that counts frames
   };
 
-  /// Adds a field for an array.
-  void add(const std::string& path, const std::string& name, const RawVoxels& raw, const GridGeometry& grid) {
+  void read_frame(const Array& array, const protocol::FieldHeader& field, std::int64_t frame, std::byte* to) const {
+    const Handle dataset(H5Dopen2(file_, array.path.c_str(), H5P_DEFAULT), H5Dclose), space(H5Dget_space(dataset), H5Sclose);
+    std::size_t count = static_cast<std::size_t>(array.raw.components);
+    for (const std::int64_t n : array.raw.dims) count *= static_cast<std::size_t>(n);
+    std::vector<hsize_t> first(array.shape.lengths.size(), 0), lengths(array.shape.lengths.begin(), array.shape.lengths.end());
+    if (array.time != SIZE_MAX) first[array.time] = static_cast<hsize_t>(first_ + frame), lengths[array.time] = 1;
+    const hsize_t numbers = count;
+    const Handle memory(H5Screate_simple(1, &numbers, nullptr), H5Sclose);
+    const bool direct = kept_as_they_are(array.raw, array.turn, field);
+    std::vector<std::byte> room(direct ? 0 : count * size_of(array.raw.type));
+    std::byte* const at = direct ? to : room.data();
+    if (is_stored_short(dataset) ||
+        H5Sselect_hyperslab(space, H5S_SELECT_SET, first.data(), nullptr, lengths.data(), nullptr) < 0 ||
+        H5Dread(dataset, memory_type(array.raw.type), memory, space, H5P_DEFAULT, at) < 0)
+      throw LoadError("array '" + array.path + "' cannot be read; it is damaged, or the file is not whole");
+    if (array.packing.marks_any()) {
+      if (array.raw.type == RawType::float32) array.packing.mark(reinterpret_cast<float*>(at), count);
+      if (array.raw.type == RawType::float64) array.packing.mark(reinterpret_cast<double*>(at), count);
+    }
+    if (!direct) copy_voxels(room.data(), array.raw, array.turn, field, to);
+  }
+
+  /// Notes what is known of all arrays once.
+  void warn(const std::vector<std::string>& words) {
+    for (const std::string& word : words) {
+      if (std::ranges::find(header.warnings, word) == header.warnings.end()) header.warnings.push_back(word);
+    }
+  }
+
+  /// Adds a field for an array. Numbers of which some stand for none are read as floating point.
+  void add(const std::string& path, const std::string& name, const Shape& shape, const Arranged& arranged,
+           const GridGeometry& grid) {
+    Array array{.path = path, .shape = shape, .raw = {}, .turn = {}, .packing = {}, .time = arranged.time};
+    array.raw = protocol::arranged(shape.type, arranged.lengths, arranged.layout);
+    const Handle dataset(H5Dopen2(file_, path.c_str(), H5P_DEFAULT), H5Dclose);
+    std::vector<std::string> notes;
+    array.packing = packing_of(dataset, shape.type, is_netcdf(file_, dataset), notes);
+    if (array.packing.marks_any()) {
+      const bool exact = shape.type == RawType::float32 || protocol::size_of(shape.type) < 4;  // as float32
+      array.raw.type = exact ? RawType::float32 : RawType::float64;
+    }
     protocol::FieldHeader field;
     field.name = name;
     field.grid = grid;
-    Turn turn;
-    if (along_index_) turn.axes = protocol::unit_axes(grid);
-    keep(raw, turn, field, header.warnings);
-    const Handle dataset(H5Dopen2(file_, path.c_str(), H5P_DEFAULT), H5Dclose);
+    field.scale = array.packing.scale, field.offset = array.packing.offset;
+    if (along_index_) array.turn.axes = protocol::unit_axes(grid);
+    keep(array.raw, array.turn, field, header.warnings);
     for (const char* key : {"units", "unit"}) {
       if (field.unit.empty()) field.unit = text_attribute(dataset, key);
     }
+    for (std::string& note : notes) note = "array '" + name + "' " + note;
+    warn(notes);
     header.fields.push_back(field);
-    arrays_.push_back({path, raw, turn});
+    arrays_.push_back(std::move(array));
   }
 
-  void open_array(const protocol::Request& request) {
-    header.format = "hdf5";
-    std::string path = request.inside;
-    if (path.empty()) {
-      const std::vector<std::string> found = arrays_in(file_);
-      if (found.empty()) throw LoadError("has no array of three or four indices; give a file with a volume");
-      if (found.size() > 1) {
-        throw LoadError("holds several arrays (" + joined(found) +
-                        "); name one: " + request.path.substr(request.path.rfind('/') + 1) + ":" + found.front());
-      }
-      path = found.front();
+  /// The arrays that a request without a path means: the largest, if all of that size have one shape, but for indices of 1.
+  std::vector<FoundArray> chosen_arrays(const protocol::Request& request) {
+    const std::vector<FoundArray> found = arrays_in(file_);
+    if (found.empty()) throw LoadError("has no array of three or more indices; give a file with a volume");
+    const auto size = [](const FoundArray& array) {
+      double numbers = 1;
+      for (const std::int64_t n : array.shape.lengths) numbers *= static_cast<double>(n);
+      return numbers;
+    };
+    double most = 0;
+    for (const FoundArray& array : found) most = std::max(most, size(array));
+    std::vector<FoundArray> chosen, others;
+    for (const FoundArray& array : found) (size(array) == most ? chosen : others).push_back(array);
+    const auto shape = [](const FoundArray& array) {
+      std::vector<std::int64_t> lengths = array.shape.lengths;
+      std::erase(lengths, 1);
+      return lengths;
+    };
+    const std::string& file = request.packed.empty() ? request.path : request.packed;
+    const std::string by_path = file.substr(file.rfind('/') + 1) + ":";
+    if (std::ranges::any_of(chosen, [&](const FoundArray& a) { return shape(a) != shape(chosen.front()); })) {
+      throw LoadError("holds several arrays (" + joined(found) + "); name one: " + by_path + found.front().path);
     }
-    const Handle dataset(H5Dopen2(file_, path.c_str(), H5P_DEFAULT), H5Dclose);
-    if (!dataset.is_open()) throw LoadError("has no array '" + path + "' of its own; it has " + joined(arrays_in(file_)));
-    Shape shape;
-    if (const std::string why = shape_of(dataset, shape); !why.empty())
-      throw LoadError("array '" + path + "' cannot be felt: " + why + "; give one that holds a volume");
+    if (!others.empty()) {
+      header.warnings.push_back("holds smaller arrays, too (" + joined(others) + "), which are left out: " + by_path +
+                                others.front().path + " takes one of them");
+    }
+    return chosen;
+  }
 
+  void open_arrays(const protocol::Request& request) {
+    header.format = "hdf5";
+    std::vector<FoundArray> chosen;
+    if (request.inside.empty()) {
+      chosen = chosen_arrays(request);
+    } else {
+      chosen.push_back({request.inside, {}});
+    }
+    std::set<std::string> names;
+    std::int64_t frames = 0;
+    for (FoundArray& array : chosen) {
+      const Handle dataset(H5Dopen2(file_, array.path.c_str(), H5P_DEFAULT), H5Dclose);
+      if (!dataset.is_open())
+        throw LoadError("has no array '" + array.path + "' of its own; it has " + joined(arrays_in(file_)));
+      array.shape = {};
+      if (const std::string why = shape_of(dataset, array.shape); !why.empty())
+        throw LoadError("array '" + array.path + "' cannot be felt: " + why + "; give one that holds a volume");
+      try {
+        std::vector<std::string> notes;
+        const Arranged arranged = arrangement_of(dimensions_of(dataset, array.shape, notes), request.layout);
+        const GridGeometry grid = placed(dataset, arranged, request.layout, notes);
+        warn(notes);
+        const std::int64_t of_array = arranged.time == SIZE_MAX ? 1 : array.shape.lengths[arranged.time];
+        if (frames == 0) frames = of_array, first_ = choose_frames(request, frames);
+        if (frames != of_array)
+          throw LoadError("has " + std::to_string(of_array) + " frames, where another has " + std::to_string(frames) +
+                          "; name one array");
+        std::string name = array.path.substr(array.path.rfind('/') + 1);
+        if (!names.insert(name).second) name = array.path.substr(1);
+        add(array.path, name, array.shape, arranged, grid);
+      } catch (const LoadError& error) {
+        throw LoadError("array '" + array.path + "' " + error.what());
+      }
+    }
+  }
+
+  /// Where an array lies: by the request, else by its coordinates, else by its steps, as Fiji and ilastik write them, else by
+  /// its indices.
+  GridGeometry placed(hid_t dataset, const Arranged& arranged, ArrayLayout layout, std::vector<std::string>& notes) {
+    const auto steps_um = numbers_attribute(dataset, "element_size_um");
+    if (layout.spacing_m == Vec3{} && !has_places(arranged.space) && steps_um && steps_um->size() == 3) {
+      const auto step = [&](char axis) { return (*steps_um)[arranged.layout.axes.find(axis)]; };
+      layout.spacing_m = {step('x'), step('y'), step('z')};
+      protocol::Header of_layout;
+      header.length_unit = "um";
+      return protocol::placed_by(layout, of_layout);
+    }
+    if (layout.spacing_m != Vec3{} || !has_places(arranged.space)) {
+      protocol::Header of_layout;
+      const GridGeometry grid = protocol::placed_by(layout, of_layout);
+      header.length_unit = of_layout.length_unit;
+      notes.insert(notes.end(), of_layout.warnings.begin(), of_layout.warnings.end());
+      return grid;
+    }
+    if (layout.origin_m) throw LoadError("has coordinates of its own; give spacing_m with origin_m, or neither");
+    const Coordinates coordinates = in_one_unit(arranged.space, notes);
+    header.length_unit = coordinates.unit;
     try {
-      add(path, path.substr(path.rfind('/') + 1), arranged(shape.type, shape.lengths, request.layout),
-          placed_by(request.layout, header));
-    } catch (const LoadError& error) {
-      throw LoadError("array '" + path + "' " + error.what());
+      return grids_of(coordinates.of, Mat3::identity(), {}).points;
+    } catch (const std::invalid_argument& problem) {
+      throw LoadError(std::string("has coordinates that are no grid (") + problem.what() +
+                      "); correct them, or give spacing_m");
     }
   }
 
@@ -281,25 +357,30 @@ class Hdf5Source final : public Source {
                       "; ImageData can be read, other grids as .vtu or .vts");
     }
     double whole[6], origin[3] = {0, 0, 0}, spacing[3] = {1, 1, 1}, direction[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-    if (!numbers_attribute(root, "WholeExtent", whole, 6)) throw LoadError("has no WholeExtent; export it again");
-    numbers_attribute(root, "Origin", origin, 3);
-    numbers_attribute(root, "Spacing", spacing, 3);
-    numbers_attribute(root, "Direction", direction, 9);
+    const auto take = [&](const char* name, double* to, std::size_t count) {
+      const auto numbers = numbers_attribute(root, name);
+      const bool fits = numbers && numbers->size() == count;
+      if (fits) std::ranges::copy(*numbers, to);
+      return fits;
+    };
+    if (!take("WholeExtent", whole, 6)) throw LoadError("has no WholeExtent; export it again");
+    take("Origin", origin, 3), take("Spacing", spacing, 3), take("Direction", direction, 9);
     int extent[6];
     for (int n = 0; n < 6; ++n) {
       if (!(std::abs(whole[n]) < 2e9)) throw LoadError("has an extent that cannot be; export it again");
       extent[n] = static_cast<int>(whole[n]);
     }
-    const PointsAndCells grids = grids_of(extent, origin, spacing, direction);
+    add_image(grids_of(extent, origin, spacing, direction));
+  }
+
+  /// The arrays of an image, of its points and of its cells.
+  void add_image(const PointsAndCells& grids) {
     std::set<std::string> names;
     for (const bool of_cells : {false, true}) {
       const std::string group = of_cells ? "/VTKHDF/CellData" : "/VTKHDF/PointData";
-      for (const std::string& path : arrays_in(file_)) {
-        if (path.compare(0, group.size() + 1, group + "/") != 0) continue;
+      for (const auto& [path, shape] : arrays_in(file_)) {
+        if (path.compare(0, group.size() + 1, group + "/") != 0 || shape.lengths.size() > 4) continue;
         std::string name = path.substr(group.size() + 1);
-        const Handle dataset(H5Dopen2(file_, path.c_str(), H5P_DEFAULT), H5Dclose);
-        Shape shape;
-        if (!shape_of(dataset, shape).empty()) continue;
         const GridGeometry& grid = of_cells ? grids.cells : grids.points;
         const bool vector = shape.lengths.size() == 4;
         const bool fits = shape.lengths[0] == grid.dims[2] && shape.lengths[1] == grid.dims[1] &&
@@ -310,9 +391,10 @@ class Hdf5Source final : public Source {
           continue;
         }
         if (!names.insert(name).second) name += "_cells";
-        ArrayLayout layout;
-        if (vector) layout.components = "last";
-        add(path, name, arranged(shape.type, shape.lengths, layout), grid);
+        Arranged as_it_is;
+        as_it_is.lengths = shape.lengths;
+        if (vector) as_it_is.layout.components = "last";
+        add(path, name, shape, as_it_is, grid);
       }
     }
     if (header.fields.empty())
@@ -320,6 +402,7 @@ class Hdf5Source final : public Source {
   }
 
   hid_t file_ = H5I_INVALID_HID;
+  std::int64_t first_ = 0;     ///< frame that is read
   bool along_index_ = false;   ///< vectors are along the axes of the grid
   std::vector<Array> arrays_;  ///< one for each field
 };

@@ -43,8 +43,9 @@ std::optional<Component> component_in(const std::string& name) {
   return std::nullopt;
 }
 
+/// Words of what has three parts that are not those of a vector: places, and the three images of a phase-contrast scan.
 bool is_place(const std::string& common) {
-  for (const char* word : {"coord", "point", "pos", "index", "normal"}) {
+  for (const char* word : {"coord", "point", "pos", "index", "normal", "mag", "venc", "mask"}) {
     if (lower(common).starts_with(word)) return true;
   }
   return false;

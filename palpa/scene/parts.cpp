@@ -26,7 +26,8 @@ constexpr WordList<1> latest{"latest"};
 constexpr WordList<10> voxel_types{"int8",   "uint8", "int16",  "uint16",  "int32",
                                    "uint32", "int64", "uint64", "float32", "float64"};
 constexpr WordList<2> byte_orders{"little", "big"};
-constexpr WordList<6> axis_orders{"xyz", "xzy", "yxz", "yzx", "zxy", "zyx"};
+constexpr WordList<18> axis_orders{"xyz",  "xzy",  "yxz",  "yzx",  "zxy",  "zyx",  "txyz", "txzy", "tyxz",
+                                   "tyzx", "tzxy", "tzyx", "xyzt", "xzyt", "yxzt", "yzxt", "zxyt", "zyxt"};
 constexpr WordList<2> component_places{"first", "last"};
 constexpr WordList<1> no_sign{"none"};
 
@@ -65,7 +66,7 @@ void visit_layout(ArrayLayout& part, ParameterVisitor& visitor) {
        param("header_bytes", &A::header_bytes, "before the first of bare numbers", Range{0, 1e15}),
        param("dims", &A::dims, "voxels along each axis, of bare numbers; of an array in HDF5 to be checked", Range{1, 1e9})
            .written("[x, y, z]"),
-       param("axes", &A::axes, "the axes that the indices of an array are along, slowest first", Words(axis_orders))
+       param("axes", &A::axes, "the axes that the indices of an array are along, slowest first; t: time, of HDF5", Words(axis_orders))
            .left_out("\"zyx\""),
        param("components", &A::components, "which index of an array is that of vector components", Words(component_places))
            .left_out("last, if it is of 3; of bare numbers none"),

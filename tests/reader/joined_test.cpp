@@ -1,5 +1,6 @@
 // Vectors that a file has as three arrays: u, v, w.
 #include "files.h"
+#include "hdf5_file.h"
 #include "palpa/file/components.h"
 #include "palpa/first/first_scene.h"
 #include "palpa/scene/load_scene.h"
@@ -112,6 +113,35 @@ TEST_F(Joined, AFirstSceneFeelsTheVector) {
         error_of([&] { parse_scene(changed, "first.toml", folder_.path(), volume_reader(options_), standard_modes()); });
     EXPECT_NE(error.find(said), std::string::npos) << error;
   }
+}
+
+// The commonest form of simulated 4D-flow MR: /u, /v, /w of one moment.
+TEST_F(Joined, ThreeArraysOfHdf5AreFeltAsOneVector) {
+  const fs::path path = folder_.path() / "a.h5";
+  const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+  std::string parts[3], magnitude;
+  for (int n = 0; n < 16 * 16 * 24; ++n) {
+    const float y = static_cast<float>(n / 24 % 16) - 7.5F, z = static_cast<float>(n / 24 / 16) - 7.5F;
+    const float inside = y * y + z * z < 36.0F ? 1.0F : 0.0F;
+    parts[0] += bytes_of(inside * (36.0F - y * y - z * z)), parts[1] += bytes_of(inside * 3.0F * z);
+    parts[2] += bytes_of(inside * -3.0F * y), magnitude += bytes_of(100.0F * inside);
+  }
+  for (std::size_t c = 0; c < 3; ++c) {
+    write_array<float>(file, std::string("/") + "uvw"[c], {1, 16, 16, 24}, parts[c]);
+    write_array<float>(file, std::string("/mag_") + "uvw"[c], {1, 16, 16, 24}, magnitude);
+  }
+  H5Fclose(file);
+  VolumeRequest request;
+  request.files = {path};
+  request.layout.spacing_m = {0.002, 0.002, 0.002};
+  const Volume volume = read_volume(request, options_);
+  const auto joined = with_vectors_joined(request, volume);
+  ASSERT_TRUE(joined);
+  EXPECT_EQ(separate_vectors(volume).size(), 1U);  // the magnitudes of three images are no vector
+  const std::string text = first_scene(read_volume(*joined, options_), *joined);
+  EXPECT_NE(text.find("velocity = {arrays = [\"u\", \"v\", \"w\"]}"), std::string::npos) << text;
+  const LoadedScene loaded = parse_scene(text, "first.toml", folder_.path(), volume_reader(options_), standard_modes());
+  EXPECT_GT(loaded.scene.modes().size(), 0U) << text;
 }
 
 }  // namespace joined_test

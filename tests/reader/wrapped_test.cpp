@@ -78,7 +78,8 @@ TEST_F(Wrapped, AFileThatIsPackedAsAWholeIsReadAsItIs) {
   } files[] = {{"a.vtk", legacy("made", as_text(numbers_of())), {}},
                {"a.vti", vti("", plain_tag, plain_array()), {}},
                {"a.nrrd", std::string(nrrd_header) + "\n" + numbers_of(), {}},
-               {"a.mha", std::string(meta_header) + "ElementDataFile = LOCAL\n" + numbers_of(millimetres), {}, millimetres}};
+               {"a.mha", std::string(meta_header) + "ElementDataFile = LOCAL\n" + numbers_of(millimetres), {}, millimetres},
+               {"a.h5", hdf5(), placed}};
   for (const auto& file : files) {
     SCOPED_TRACE(file.name);
     const std::string packed = gzipped(file.bytes);
@@ -152,7 +153,7 @@ TEST_F(Wrapped, TitlesOfLegacyFilesMayBeAnything) {
 
 TEST_F(Wrapped, NumbersThatAreNotFiniteAreNoDataInText) {
   const Linear linear;
-  for (const char* word : {"nan", "NaN", "-nan", "NAN", "inf", "-inf", "Infinity", "+INF", "nan(0x1)"}) {
+  for (const char* word : {"nan", "NaN", "-nan", "NAN", "inf", "-inf", "Infinity", "+INF", "nan(0x1)", "-nan(ind)", "1.#QNAN", "-1.#IND", "1.#INF"}) {
     for (const char* type : {"double", "float"}) {
       std::string numbers = as_text(numbers_of());
       const std::size_t second = numbers.find(' ') + 1, third = numbers.find(' ', second);
