@@ -127,6 +127,7 @@ void print_placement(const Facts& facts) {
     print(fmt::format("  data      in {:.3g} % of the voxels; the others are {}\n", 100.0 * share,
                       volume.format == "dicom" ? "padding, where nothing was measured"
                       : resampled              ? "outside of the file's cells"
+                      : volume.format == "hdf5" ? "without a value: not finite, or marked so by the file"
                                                : "not finite"));
   }
 }
@@ -136,12 +137,15 @@ void print_fields(const Facts& facts) {
   std::size_t width = 5;
   for (const VolumeField& field : fields) width = std::max(width, field.name.size());
   print(fmt::format("\n  {:<{}}  {:<8}  {:<9}  {:<26}  max\n", "field", width, "unit", "stored as", "min"));
+  bool resampled = false;
   for (const VolumeField& field : fields) {
-    const std::vector<Extent> extents = field.field->extents();
+    const std::vector<Extent> extents = field.resampling ? field.resampling->extents : field.field->extents();
+    resampled = resampled || field.resampling;
     const std::string type = std::string(name_of(grid_of(*field.field)->voxels.type)) + (extents.size() == 3 ? "×3" : "");
     print(fmt::format("  {:<{}}  {:<8}  {:<9}  {:<26}  {}\n", field.name, width, field.unit.empty() ? "–" : field.unit, type,
                       text_of(extents, &Extent::min), text_of(extents, &Extent::max)));
   }
+  if (resampled) print(fmt::format("  {:<{}}  min and max are those of the file; the histograms below are of the new grid, which is felt\n", "", width));
   print("\n");
   for (const VolumeField& field : fields) {
     const FilterChoice felt = default_filter(*grid_of(*field.field));

@@ -164,6 +164,15 @@ class ResampledSource final : public Source {
       resampled.push_back(made[i].report);
       if (made[i].worst) warn(header.fields[wanted[i]].name, made[i]);
     }
+    constexpr double much_lost = 0.05;  // of the volume. Less: more warnings; more: losses that are felt go untold
+    if (!made.empty() && made.front().report.by_volume.covered < 1.0 - much_lost) {
+      char text[300];
+      std::snprintf(text, sizeof text,
+                    "lost %.0f %% of its volume when resampled: cells that are thinner than a step of the new grid, and those "
+                    "at its walls, have no data there; crop_m makes a part finer",
+                    100.0 * (1.0 - made.front().report.by_volume.covered));
+      warnings.emplace_back(text);
+    }
   }
 
  private:

@@ -35,6 +35,49 @@ class Info : public ReaderTest {
   std::string errors_;
 };
 
+/// A grid of bent lines, 5 x 4 x 4 points, whose least and greatest values are those of single points between others.
+std::string bent_grid() {
+  std::string points, values;
+  for (int n = 0; n < 80; ++n) {
+    const double i = n % 5, j = n / 5 % 4, k = n / 20;
+    points += std::to_string(i + 0.2 * j * j) + " " + std::to_string(j + 0.1 * i * k) + " " + std::to_string(k) + " ";
+    values += n == 31 ? "-123.5 " : n == 52 ? "77.25 " : std::to_string(n % 7) + " ";
+  }
+  const auto array = [](const char* name, int components, const std::string& numbers) {
+    return "<DataArray type=\"Float64\" Name=\"" + std::string(name) + "\" NumberOfComponents=\"" + std::to_string(components) +
+           "\" format=\"ascii\">" + numbers + "</DataArray>";
+  };
+  return "<VTKFile type=\"StructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\"><StructuredGrid WholeExtent=\"0 4 0 3 0 3\">"
+         "<Piece Extent=\"0 4 0 3 0 3\"><Points>" +
+         array("points", 3, points) + "</Points><PointData>" + array("p", 1, values) + "</PointData></Piece></StructuredGrid></VTKFile>";
+}
+
+// The law: the table, like the JSON, says the range of the file, and what resampling loses is said.
+TEST_F(Info, TheTableOfAResampledFileHasTheFilesRange) {
+  const fs::path file = folder_.write("bent.vts", bent_grid());
+  const std::string table = printed({.files = {file}, .read = {}});
+  const std::size_t row = table.find("\n  p ");
+  ASSERT_NE(row, std::string::npos) << table;
+  const std::string line = table.substr(row + 1, table.find('\n', row + 1) - row);
+  EXPECT_NE(line.find("-123.5"), std::string::npos) << line;
+  EXPECT_NE(line.find("77.25"), std::string::npos) << line;
+  EXPECT_NE(table.find("min and max are those of the file"), std::string::npos) << table;
+  const Json field = Json::parse(printed({.files = {file}, .json = true, .read = {}}))["fields"][0];
+  EXPECT_EQ(field["min"], -123.5);
+  EXPECT_GT(field["felt_min"], -123.5);
+  const double covered = field["resampling_error"]["by_volume"]["covered"];
+  const Volume volume = read(file);
+  EXPECT_EQ(warns_of(volume, "of its volume when resampled"), covered < 0.95) << covered;
+  EXPECT_LT(covered, 0.95);
+}
+
+TEST_F(Info, BlocksOfOneGridAreNotJoinedAndTheLineSaysHow) {
+  VolumeRequest request;
+  request.files = {folder_.write("a.vts", bent_grid()), folder_.write("b.vts", bent_grid())};
+  const std::string error = error_of([&] { read_volume(request, options_); });
+  EXPECT_NE(error.find("Append Datasets"), std::string::npos) << error;
+}
+
 TEST_F(Info, JsonHasItsPromisedKeys) {
   const Json info =
       Json::parse(printed({.files = {two_arrays()}, .json = true, .at_m = {{1.25, 3, 5}, {0, 0, 0}}, .read = {}}));
