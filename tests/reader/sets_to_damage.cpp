@@ -1,5 +1,7 @@
 #include "sets_to_damage.h"
 
+#include <array>
+
 #include "data_sets.h"
 #include "dicom_file.h"
 #include "hdf5_file.h"
@@ -40,6 +42,42 @@ SetToDamage hdf5_array() {
           },
           {},
           request};
+}
+
+/// An array of netCDF-4 with all that attributes say of it: a dimension scale for each index, packing, numbers that are no data.
+SetToDamage hdf5_conventions() {
+  return {"conventions.nc", [](const TemporaryFolder& folder) {
+            const fs::path path = folder.path() / "conventions.nc";
+            const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+            std::string numbers;
+            for (std::int16_t n = 0; n < 240; ++n) numbers += bytes_of(n);
+            write_array<std::int16_t>(file, "/T", {2, 4, 5, 6}, numbers);
+            const hid_t array = H5Dopen2(file, "/T", H5P_DEFAULT), type = H5Tvlen_create(H5T_STD_REF_OBJ);
+            hobj_ref_t references[4];
+            hvl_t lists[4];
+            const char* const names[] = {"/time", "/z", "/y", "/x"};
+            const char* const units[] = {"s since 2000-01-01", "km", "degrees_north", "degrees_east"};
+            for (std::size_t n = 0; n < 4; ++n) {
+              std::string at;
+              const hsize_t length = std::array<hsize_t, 4>{2, 4, 5, 6}[n];
+              for (hsize_t i = 0; i < length; ++i) at += bytes_of(0.5 * static_cast<double>(i * (n == 1 ? i : 1)));
+              write_array<double>(file, names[n], {length}, at);
+              const hid_t scale = H5Dopen2(file, names[n], H5P_DEFAULT);
+              write_text(scale, "units", units[n]);
+              H5Dclose(scale);
+              H5Rcreate(&references[n], file, names[n], H5R_OBJECT, -1);
+              lists[n] = {1, &references[n]};
+            }
+            const hsize_t rank = 4;
+            const hid_t space = H5Screate_simple(1, &rank, nullptr);
+            const hid_t list = H5Acreate2(array, "DIMENSION_LIST", type, space, H5P_DEFAULT, H5P_DEFAULT);
+            H5Awrite(list, type, lists);
+            write_numbers(array, "scale_factor", {0.01}), write_numbers(array, "add_offset", {273.15});
+            write_numbers(array, "missing_value", {3, 5, 200}), write_numbers(array, "valid_range", {270, 280});
+            write_text(array, "units", "K"), write_text(array, "_Unsigned", "true");
+            H5Aclose(list), H5Sclose(space), H5Tclose(type), H5Dclose(array), H5Fclose(file);
+            return path;
+          }};
 }
 
 SetToDamage hdf5_image() {
@@ -152,6 +190,21 @@ SetToDamage plot3d_blocks() {
           {"blocks.q"}};
 }
 
+/// The same in one block, as text.
+SetToDamage plot3d_text() {
+  return {"text.xyz",
+          [](const TemporaryFolder& folder) {
+            std::string xyz = "4 3 3\n", q = "4 3 3\n0.5 0 1D6 0\n36*1.5\n";
+            for (int c = 0; c < 3; ++c) {
+              for (int n = 0; n < 36; ++n) xyz += std::to_string(c == 0 ? n % 4 + 0.1 * (n / 4) : c == 1 ? n / 4 % 3 : n / 12) + "\n";
+            }
+            for (int n = 0; n < 4 * 36; ++n) q += std::to_string(0.01 * n) + (n % 6 == 5 ? "\n" : " ");
+            folder.write("text.q", q);
+            return folder.write("text.xyz", xyz);
+          },
+          {"text.q"}};
+}
+
 SetToDamage time_series() {
   return {"series",
           [](const TemporaryFolder& folder) {
@@ -200,6 +253,7 @@ std::vector<SetToDamage> sets_to_damage(const fs::path& data_folder) {
                     return folder.path();
                   }});
   sets.push_back(hdf5_array());
+  sets.push_back(hdf5_conventions());
   sets.push_back(hdf5_image());
   sets.push_back(raw());
   sets.push_back(one_file("plain.nrrd", std::string(nrrd_header) + "encoding: raw\n\n" + numbers_of()));
@@ -209,7 +263,9 @@ std::vector<SetToDamage> sets_to_damage(const fs::path& data_folder) {
   sets.push_back(one_file("plain_1.nii", nifti_header(1, false) + numbers_of()));
   sets.push_back(one_file("plain_2.nii", nifti_header(2, false) + numbers_of()));
   sets.push_back(nifti_in_two_files());
+  sets.push_back(one_file("packed.nrrd.gz", gzipped(std::string(nrrd_header) + "encoding: raw\n\n" + numbers_of())));
   sets.push_back(plot3d_blocks());
+  sets.push_back(plot3d_text());
   sets.push_back(dicom_frames());
   sets.push_back(time_series());
   for (SetToDamage& set : vtk_sets_to_damage()) sets.push_back(std::move(set));
