@@ -13,24 +13,37 @@
 
 namespace palpa::app {
 
+namespace {
+/// Of a job in the background the terminal is somebody else's.
+bool is_in_foreground() { return ::tcgetpgrp(STDIN_FILENO) == ::getpgrp(); }
+}  // namespace
+
 LiveTerminal::LiveTerminal() : shows_(::isatty(STDERR_FILENO) == 1) {
   termios now{};
-  // Of a job in the background the terminal is somebody else's.
-  if (::isatty(STDIN_FILENO) != 1 || ::tcgetpgrp(STDIN_FILENO) != ::getpgrp() || ::tcgetattr(STDIN_FILENO, &now) != 0) return;
+  if (::isatty(STDIN_FILENO) != 1 || !is_in_foreground() || ::tcgetattr(STDIN_FILENO, &now) != 0) return;
   before_ = now;
-  now.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
-  ::tcsetattr(STDIN_FILENO, TCSANOW, &now);
+  take_keys();
   if (shows_) std::fputs("Keys: space takes the force away and gives it back, 1 to 9 turn modes on and off, q ends.\n", stderr);
 }
 
 LiveTerminal::~LiveTerminal() {
-  if (before_) ::tcsetattr(STDIN_FILENO, TCSANOW, &*before_);
+  if (before_ && is_in_foreground()) ::tcsetattr(STDIN_FILENO, TCSANOW, &*before_);
   if (shows_) std::fputs("\r\033[K", stderr);
+}
+
+// Keys come one by one and are not shown. After a stop the shell has set that back.
+void LiveTerminal::take_keys() {
+  termios now{};
+  constexpr tcflag_t by_lines = ICANON | ECHO;
+  if (::tcgetattr(STDIN_FILENO, &now) != 0 || (now.c_lflag & by_lines) == 0) return;
+  now.c_lflag &= ~by_lines;
+  ::tcsetattr(STDIN_FILENO, TCSANOW, &now);
 }
 
 bool LiveTerminal::watch(LiveLoop& loop, LiveScene& scene) {
   if (shows_ && looks_++ % looks_per_line == 0) show(loop);
-  if (!before_) return true;
+  if (!before_ || !is_in_foreground()) return true;
+  take_keys();
   pollfd keys{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
   char key = 0;
   while (::poll(&keys, 1, 0) == 1 && ::read(STDIN_FILENO, &key, 1) == 1)

@@ -11,7 +11,7 @@ namespace palpa::app {
 
 /// Says on stderr, on one line that is written over and over, how the loop keeps time and what is felt, and obeys keys: space
 /// takes the force away and gives it back, 1 to 9 turn modes on and off, q ends. Where stderr or stdin is no terminal, that
-/// half is left out. Only one at a time; one thread.
+/// half is left out; so are the keys while the program is in the background of its terminal. Only one at a time; one thread.
 class LiveTerminal {
  public:
   LiveTerminal();
@@ -23,6 +23,7 @@ class LiveTerminal {
   bool watch(LiveLoop& loop, LiveScene& scene);
 
  private:
+  void take_keys();
   void show(LiveLoop& loop);
   bool obey(char key, LiveLoop& loop, LiveScene& scene);
 

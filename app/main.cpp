@@ -10,6 +10,7 @@
 #include "app/command_line.h"
 #include "app/terminal.h"
 #include "palpa/core/load_error.h"
+#include "palpa/loop/loop.h"
 
 namespace {
 
@@ -18,14 +19,18 @@ std::atomic<int> stopped_by = 0;
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free, "set in a signal handler");
 
 /// The first interrupt, or a terminal that is closed, ends a run after the current tick; the second one ends the program at
-/// once.
+/// once, with no motor under force.
 void stop_on_signals() {
   struct sigaction action = {};
   action.sa_handler = [](int number) {
-    stopped_by = number;
-    stop = true;
+    if (stop.exchange(true)) {
+      const palpa::MotorsAtRest motors_at_rest;
+      ::signal(number, SIG_DFL);
+      ::raise(number);
+    } else {
+      stopped_by = number;
+    }
   };
-  action.sa_flags = static_cast<int>(SA_RESETHAND);
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) ::sigaction(number, &action, nullptr);
   // A file that may not grow any more is an error of its writer, like a full disk, and not the end of a run.
   ::signal(SIGXFSZ, SIG_IGN);

@@ -1,12 +1,12 @@
 #include "app/terminal.h"
 
-#include <signal.h>
 #include <unistd.h>
 
 #include <chrono>
 #include <cstdio>
 
 #include "palpa/core/shown.h"
+#include "palpa/device/blocked_signals.h"
 
 namespace palpa::app {
 
@@ -36,11 +36,8 @@ Progress::Progress(std::string what) : what_(detail::shown(what)) {
   if (::isatty(STDERR_FILENO) != 1) return;
   // All signals are blocked in the drawing thread, so that an interrupt reaches the working thread, which may wait in a call
   // that has to end then.
-  sigset_t all, before;
-  ::sigfillset(&all);
-  ::pthread_sigmask(SIG_SETMASK, &all, &before);
+  const detail::BlockedSignals in_the_drawing_thread;
   drawing_ = std::thread([this] { draw(); });
-  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
 }
 
 Progress::~Progress() {

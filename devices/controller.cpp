@@ -6,14 +6,18 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <cstring>
 #include <memory>
 #include <mutex>
+#include <set>
+#include <string>
 #include <thread>
 
 #include "devices/rate_hand_device.h"
 #include "palpa/core/load_error.h"
 #include "palpa/device/backend.h"
 #include "palpa/device/described.h"
+#include "palpa/device/rest.h"
 #include "palpa/version.h"
 
 namespace palpa::controller {
@@ -34,6 +38,9 @@ constexpr Uint32 rumble_ms = 100;
 constexpr double full_rumble_n = 3.0, full_knock_n = 1.0;
 // For how long a knock is heard. Longer: knocks run together; shorter: they are missed.
 constexpr std::chrono::milliseconds knock_time{60};
+// A force that was not written anew for so long does not rumble any more. Longer: a program that hangs rumbles longer; shorter:
+// a busy machine's pause stops it.
+constexpr std::chrono::milliseconds force_lifetime{100};
 
 constexpr const char* gone = "the controller is not there; plug it in or switch it on";
 
@@ -70,6 +77,17 @@ std::vector<int> controllers() {
   return out;
 }
 
+/// By which a controller is known again.
+struct Identity {
+  SDL_JoystickGUID model{};
+  std::string serial;  // empty: it has none, or has not been opened
+};
+bool is_same(const SDL_JoystickGUID& a, const SDL_JoystickGUID& b) { return std::memcmp(a.data, b.data, sizeof a.data) == 0; }
+std::string serial_of(SDL_GameController* controller) {
+  const char* serial = SDL_GameControllerGetSerial(controller);
+  return serial != nullptr ? serial : "";
+}
+
 int number_of(const DeviceSettings& given) {
   int number = 1;
   for (const auto& [key, value] : given) {
@@ -91,7 +109,7 @@ class Controller final : public Device {
   explicit Controller(int number) : number_(number) {
     {
       const std::lock_guard lock(Sdl::mutex());
-      if (!open()) refuse("there is no controller " + std::to_string(number) + "; plug one in or switch it on");
+      if (!open_first()) refuse("there is no controller " + std::to_string(number) + "; plug one in or switch it on");
       const char* given = SDL_GameControllerName(controller_);
       name_ = given != nullptr ? given : "controller";
       std::erase_if(name_, [](char c) { return c < ' ' || c > '~'; });
@@ -106,16 +124,52 @@ class Controller final : public Device {
   DeviceLimits limits() const override { return RateHandDevice::limits(); }
   DeviceState read() noexcept override { return hand_.read(); }
   bool write(const Vec3& force_n) noexcept override {
-    forces_.give(is_finite(force_n) ? force_n : Vec3{});
+    const Vec3 felt_n = is_finite(force_n) ? force_n : Vec3{};
+    wishes_.give({felt_n, rest_.ask(felt_n != Vec3{}), Clock::now()});
     return hand_.write(force_n);
   }
+  bool rests() const noexcept override { return rest_.is_reached(); }
 
  private:
-  bool open() {
+  struct Wish {
+    Vec3 force_n;
+    std::uint64_t number = 0;
+    Clock::time_point time{};
+  };
+
+  bool open_first() {
     const std::vector<int> there = controllers();
     if (there.size() < static_cast<std::size_t>(number_)) return false;
-    controller_ = SDL_GameControllerOpen(there[static_cast<std::size_t>(number_) - 1]);
-    return controller_ != nullptr;
+    const int n = there[static_cast<std::size_t>(number_) - 1];
+    controller_ = SDL_GameControllerOpen(n);
+    if (controller_ == nullptr) return false;
+    identity_ = {.model = SDL_JoystickGetDeviceGUID(n), .serial = serial_of(controller_)};
+    note_those_that_are_there();
+    return true;
+  }
+  /// Opens it when it is back: of its model, with its serial number, and not there while it was. Of two that may be it none is.
+  bool open_again() {
+    std::vector<int> candidates;
+    for (const int n : controllers()) {
+      const SDL_JoystickID id = SDL_JoystickGetDeviceInstanceID(n);
+      if (id > newest_ && is_same(SDL_JoystickGetDeviceGUID(n), identity_.model) && !others_.contains(id))
+        candidates.push_back(n);
+    }
+    if (identity_.serial.empty() && candidates.size() != 1) return false;
+    for (const int n : candidates) {
+      const SDL_JoystickID id = SDL_JoystickGetDeviceInstanceID(n);
+      controller_ = SDL_GameControllerOpen(n);
+      if (controller_ == nullptr) continue;
+      if (serial_of(controller_) == identity_.serial) return true;
+      others_.insert(id);
+      SDL_GameControllerClose(controller_);
+      controller_ = nullptr;
+    }
+    return false;
+  }
+  /// While it is there. SDL numbers whatever is plugged in anew, upwards.
+  void note_those_that_are_there() {
+    for (int n = 0; n < SDL_NumJoysticks(); ++n) newest_ = std::max(newest_, SDL_JoystickGetDeviceInstanceID(n));
   }
   void close() {
     if (controller_ == nullptr) return;
@@ -137,13 +191,17 @@ class Controller final : public Device {
     close();
   }
   bool look() {
-    if (controller_ == nullptr && !open()) return false;
+    if (controller_ == nullptr && !open_again()) {
+      rest_.give_none(wishes_.take().number);
+      return false;
+    }
     SDL_GameControllerUpdate();
     if (SDL_GameControllerGetAttached(controller_) != SDL_TRUE) {
       close();
       hand_.deflections.give({.share = {}, .buttons = 0, .fault = gone});
       return false;
     }
+    note_those_that_are_there();
     const auto axis = [this](SDL_GameControllerAxis which) {
       return static_cast<double>(SDL_GameControllerGetAxis(controller_, which));
     };
@@ -160,8 +218,9 @@ class Controller final : public Device {
   }
   /// The slow motor is as strong as the force, the fast one as its change: a touch is a knock.
   void rumble() {
-    const Vec3 force_n = forces_.take();
     const Clock::time_point now = Clock::now();
+    const Wish& wish = wishes_.take();
+    const Vec3 force_n = now - wish.time < force_lifetime ? wish.force_n : Vec3{};
     const double change_n = distance(force_n, last_n_);
     last_n_ = force_n;
     if (change_n > 0.1 * full_knock_n && change_n >= knock_n_ * (now < knock_ends_)) {
@@ -172,19 +231,26 @@ class Controller final : public Device {
     const Uint16 slow = strength(norm(force_n) / full_rumble_n),
                  fast = now < knock_ends_ ? strength(knock_n_ / full_knock_n) : Uint16{0};
     const bool is_due = now - rumbled_at_ > std::chrono::milliseconds(rumble_ms / 2);
-    if (slow == slow_ && fast == fast_ && !(is_due && (slow != 0 || fast != 0))) return;
-    slow_ = slow;
-    fast_ = fast;
-    rumbled_at_ = now;
-    SDL_GameControllerRumble(controller_, slow, fast, rumble_ms);
+    const bool is_rest = slow == 0 && fast == 0;
+    if (slow != slow_ || fast != fast_ || (is_due && !is_rest)) {
+      slow_ = slow;
+      fast_ = fast;
+      rumbled_at_ = now;
+      SDL_GameControllerRumble(controller_, slow, fast, rumble_ms);
+    }
+    if (is_rest) rest_.give_none(wish.number);
   }
 
   Sdl sdl_;
   int number_;
   std::string name_;
   SDL_GameController* controller_ = nullptr;
+  Identity identity_;
+  SDL_JoystickID newest_ = -1;       // of all that there were while it was there
+  std::set<SDL_JoystickID> others_;  // that came after it had gone and are not it
   RateHandDevice hand_;
-  Latest<Vec3> forces_;
+  Latest<Wish> wishes_;
+  Rest rest_;
   Vec3 last_n_;
   double knock_n_ = 0.0;
   Clock::time_point knock_ends_{}, rumbled_at_{};

@@ -8,12 +8,13 @@
 
 #include "palpa/device/device.h"
 #include "palpa/device/latest.h"
+#include "palpa/device/rest.h"
 #include "palpa/loop/loop.h"
 
 namespace palpa {
 
 /// One exchange after the other, as fast as the device answers but no faster than `shortest_interval`. `Link` has
-///   bool open();  // true: it is there. Called again, now and then, after it was lost; may take long
+///   bool open();  // true: the device that the link is of is there again. Called now and then after it was lost; may take long
 ///   void close(); // at zero force
 ///   DeviceState exchange(const Vec3& force_n, bool brakes);  // one; a `fault` that `is_lost` says it has to be opened again
 ///   bool is_lost() const;
@@ -36,16 +37,19 @@ class ExchangeThread {
     DeviceState state = states_.take();
     if (state.valid && seconds(Clock::now()) - state.time_s > state_lifetime_s) {
       state.valid = false;
+      state.buttons = 0;
       state.fault = "the device does not answer";
     }
     return state;
   }
   bool write(const Vec3& force_n, double most_n) noexcept {
     wanted_.force_n = is_finite(force_n) ? shortened(force_n, most_n) : Vec3{};
+    wanted_.number = rest_.ask(wanted_.force_n != Vec3{});
     wanted_.time = Clock::now();
     wishes_.give(wanted_);
     return is_linked_.load(std::memory_order_relaxed);
   }
+  bool rests() const noexcept { return rest_.is_reached(); }
   void brake(bool on) noexcept {
     wanted_.brakes = on;
     wanted_.time = Clock::now();
@@ -57,6 +61,7 @@ class ExchangeThread {
   struct Wish {
     Vec3 force_n;
     bool brakes = false;
+    std::uint64_t number = 0;
     Clock::time_point time{};
   };
   // Longer: a program that hangs pushes longer; shorter: a busy machine's pause drops the force.
@@ -82,7 +87,9 @@ class ExchangeThread {
       const Clock::time_point begin = Clock::now();
       const Wish wish = wishes_.take();
       const bool is_fresh = begin - wish.time < force_lifetime;
-      DeviceState state = link_->exchange(is_fresh ? wish.force_n : Vec3{}, is_fresh && wish.brakes);
+      const Vec3 force_n = is_fresh ? wish.force_n : Vec3{};
+      DeviceState state = link_->exchange(force_n, is_fresh && wish.brakes);
+      if (force_n == Vec3{} && !link_->is_lost()) rest_.give_none(wish.number);
       state.time_s = seconds(Clock::now());
       states_.give(state);
       is_linked_ = !link_->is_lost();
@@ -94,15 +101,20 @@ class ExchangeThread {
     }
     link_->close();
   }
-  void pause(std::chrono::milliseconds longest) const {
+  /// Without the device.
+  void pause(std::chrono::milliseconds longest) {
     const Clock::time_point end = Clock::now() + longest;
-    while (!ends_ && Clock::now() < end) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    while (!ends_ && Clock::now() < end) {
+      rest_.give_none(wishes_.take().number);
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
   }
 
   std::unique_ptr<Link> link_;
   Latest<Wish> wishes_;
   Latest<DeviceState> states_;
   Wish wanted_;  // the haptic thread's
+  Rest rest_;
   std::atomic<bool> is_linked_{true};
   std::atomic<bool> ends_{false};
   std::thread thread_;

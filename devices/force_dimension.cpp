@@ -3,10 +3,14 @@
 // reference says of them; nothing of the vendor's is needed to build this.
 #include <algorithm>
 #include <array>
+#include <bitset>
 #include <cctype>
 #include <cstdlib>
 #include <map>
 #include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "devices/exchange_thread.h"
@@ -43,6 +47,8 @@ struct Api {
     library.find("dhdGetLinearVelocity", velocity);
     library.find("dhdGetButtonMask", button_mask);
     library.find("dhdGetSystemName", system_name);
+    library.find("dhdGetSerialNumber", serial_number);
+    library.find("dhdOpenSerial", open_serial);
     library.find("dhdSetBrakes", set_brakes);
     library.find("dhdSetWatchdog", set_watchdog);
     library.find("dhdEnableExpertMode", enable_expert);
@@ -64,6 +70,8 @@ struct Api {
   int (*velocity)(double*, double*, double*, char id) = nullptr;
   unsigned (*button_mask)(char id) = nullptr;
   const char* (*system_name)(char id) = nullptr;
+  int (*serial_number)(unsigned short* number, char id) = nullptr;
+  int (*open_serial)(int number) = nullptr;
   int (*set_brakes)(int on, char id) = nullptr;
   int (*set_watchdog)(unsigned char steps, char id) = nullptr;
   int (*enable_expert)() = nullptr;
@@ -117,31 +125,128 @@ const Model& model_of(std::string name) noexcept {
   return unknown;
 }
 
+std::string name_of(const Api& api, char id) {
+  const char* name = api.system_name != nullptr ? api.system_name(id) : nullptr;
+  std::string text = name != nullptr ? name : "device";
+  std::erase_if(text, [](char c) { return c < ' ' || c > '~'; });
+  return "Force Dimension " + text.substr(0, 60);
+}
+
+/// Opens devices and finds one that has gone again. The vendor's indices are places in a list that closes up whenever a device
+/// goes, so a device is known by its serial number, and one without a number only where it was and is the only one.
+class Finder {
+ public:
+  explicit Finder(const Api& api) : api_(api) {}
+
+  /// The device at a place of the list, from 0; none: it cannot be opened, or this program has it already.
+  std::optional<char> open(int index) {
+    const std::lock_guard lock(mutex());
+    const int id = api_.open(static_cast<char>(index));
+    if (id < 0 || held().test(static_cast<std::size_t>(id))) return std::nullopt;
+    index_ = index;
+    number_ = number_of(static_cast<char>(id));
+    name_ = name_of(api_, static_cast<char>(id));
+    due_count_ = api_.device_count();
+    was_alone_ = due_count_ == 1;
+    // Models of earlier years cannot be opened by number. One that is open is given once more.
+    const int same = number_ && api_.open_serial != nullptr ? api_.open_serial(*number_) : -1;
+    is_opened_by_number_ = same == id;
+    if (same >= 0 && same != id) leave(same);
+    return take(id);
+  }
+  /// It again; none: it is not there. Another device is at most asked for its number, where it cannot be opened by number.
+  std::optional<char> open_again() {
+    const std::lock_guard lock(mutex());
+    if (!number_) {
+      const int id = was_alone_ && api_.device_count() == 1 ? api_.open(0) : -1;
+      if (id < 0) return std::nullopt;
+      return is_it(id) ? take(id) : leave(id);
+    }
+    if (is_opened_by_number_) {
+      const int id = api_.open_serial(*number_);
+      if (id < 0) return std::nullopt;
+      return is_it(id) ? take(id) : leave(id);
+    }
+    // One after the other, but only where as many are there as with it.
+    const int count = std::clamp(api_.device_count(), 0, most_devices);
+    if (count < due_count_) {
+      due_count_ = count + 1;
+      return std::nullopt;
+    }
+    bool is_each_known = true;
+    for (int n = 0; n < count; ++n) {
+      const int index = (index_ + n) % count, id = api_.open(static_cast<char>(index));
+      is_each_known = is_each_known && id >= 0;
+      if (id < 0) continue;
+      if (!is_it(id)) {
+        leave(id);
+        continue;
+      }
+      index_ = index;
+      return take(id);
+    }
+    if (is_each_known) due_count_ = count + 1;
+    return std::nullopt;
+  }
+  void close(char id) {
+    const std::lock_guard lock(mutex());
+    held().reset(static_cast<std::size_t>(id));
+    api_.close(id);
+  }
+
+ private:
+  static constexpr int most_devices = 16;
+
+  /// One for all: of devices that come and go at the same time each is looked for in a list that stays.
+  static std::mutex& mutex() {
+    static std::mutex of_all;
+    return of_all;
+  }
+  /// The ids that this program has. The library gives an id once more to whoever opens a device that is open.
+  std::bitset<128>& held() const {
+    static std::map<const Api*, std::bitset<128>> of_libraries;
+    return of_libraries[&api_];
+  }
+  std::optional<char> take(int id) {
+    held().set(static_cast<std::size_t>(id));
+    return static_cast<char>(id);
+  }
+  std::optional<char> leave(int id) {
+    if (!held().test(static_cast<std::size_t>(id))) api_.close(static_cast<char>(id));
+    return std::nullopt;
+  }
+  bool is_it(int id) const {
+    return !held().test(static_cast<std::size_t>(id)) && number_of(static_cast<char>(id)) == number_ &&
+           name_of(api_, static_cast<char>(id)) == name_;
+  }
+  std::optional<int> number_of(char id) const {
+    unsigned short number = 0;
+    if (api_.serial_number == nullptr || api_.serial_number(&number, id) < 0 || number == 0) return std::nullopt;
+    return number;
+  }
+
+  const Api& api_;
+  int index_ = 0;
+  std::optional<int> number_;
+  std::string name_;
+  bool was_alone_ = false;
+  bool is_opened_by_number_ = false;
+  int due_count_ = 0;  // of devices that are there: with fewer it is not
+};
+
 /// The exchange with one device; the exchange's thread's.
 class Link {
  public:
-  Link(const Api& api, char index) : api_(api), index_(index) {}
+  explicit Link(const Api& api) : api_(api), finder_(api) {}
 
-  bool open() {
-    const int id = api_.open(index_);
-    if (id < 0) return false;
-    id_ = static_cast<char>(id);
-    failures_ = 0;
-    if (api_.set_watchdog != nullptr) {
-      if (api_.enable_expert != nullptr) api_.enable_expert();
-      api_.set_watchdog(watchdog_steps, id_);
-      if (api_.disable_expert != nullptr) api_.disable_expert();
-    }
-    api_.set_force(0.0, 0.0, 0.0, id_);
-    api_.enable_force(1, id_);
-    return true;
-  }
+  /// The device at a place of the vendor's list, from 0.
+  bool open(int index) { return begin(finder_.open(index)); }
+  bool open() { return begin(finder_.open_again()); }
   void close() noexcept {
     if (id_ < 0) return;
     api_.set_force(0.0, 0.0, 0.0, id_);
     api_.enable_force(0, id_);
-    api_.close(id_);
-    id_ = -1;
+    finder_.close(std::exchange(id_, char{-1}));
   }
 
   bool is_lost() const noexcept { return failures_ >= failures_to_lose; }
@@ -158,7 +263,7 @@ class Link {
       state.valid = !is_uninitialized(status);
       if (api_.velocity != nullptr && api_.velocity(&speed.x, &speed.y, &speed.z, id_) >= 0 && is_finite(speed))
         state.velocity_m_per_s = hand_of(speed);
-      if (api_.button_mask != nullptr) state.buttons = api_.button_mask(id_);
+      if (state.valid && api_.button_mask != nullptr) state.buttons = api_.button_mask(id_);
       if (status[Status::force] == 0 && status[Status::power] != 0) give_back(status, state, force_n);
     } else {
       state.fault = "the device does not answer; is it plugged in?";
@@ -174,6 +279,20 @@ class Link {
   char id() const noexcept { return id_; }
 
  private:
+  bool begin(std::optional<char> id) {
+    if (!id) return false;
+    id_ = *id;
+    failures_ = 0;
+    brakes_ = false;
+    if (api_.set_watchdog != nullptr) {
+      if (api_.enable_expert != nullptr) api_.enable_expert();
+      api_.set_watchdog(watchdog_steps, id_);
+      if (api_.disable_expert != nullptr) api_.disable_expert();
+    }
+    api_.set_force(0.0, 0.0, 0.0, id_);
+    api_.enable_force(1, id_);
+    return true;
+  }
   bool is_uninitialized(const StatusList& status) const noexcept {
     return status[Status::reset] != 0 || (api_.is_initialized != nullptr && !api_.is_initialized(id_));
   }
@@ -193,7 +312,7 @@ class Link {
   }
 
   const Api& api_;
-  char index_;
+  Finder finder_;
   char id_ = -1;
   int failures_ = 0;
   bool brakes_ = false;
@@ -251,13 +370,6 @@ const Api& api_of(const Wanted& want) {
   return *api;
 }
 
-std::string name_of(const Api& api, char id) {
-  const char* name = api.system_name != nullptr ? api.system_name(id) : nullptr;
-  std::string text = name != nullptr ? name : "device";
-  std::erase_if(text, [](char c) { return c < ' ' || c > '~'; });
-  return "Force Dimension " + text.substr(0, 60);
-}
-
 std::vector<DeviceSetting> settings() {
   return {{"number", "which of several devices, from 1; without it the first"},
           {"library", "path of libdrd or libdhd; without it looked for in $FORCEDIM_SDK and where the system has libraries"},
@@ -289,8 +401,8 @@ DeviceSearch search(const DeviceSettings& given) {
 class ForceDimension final : public Device {
  public:
   ForceDimension(const Api& api, const Wanted& want) {
-    auto link = std::make_unique<Link>(api, static_cast<char>(want.number - 1));
-    if (want.number > api.device_count() || !link->open())
+    auto link = std::make_unique<Link>(api);
+    if (want.number > api.device_count() || !link->open(want.number - 1))
       refuse("device " + std::to_string(want.number) +
              " cannot be opened; is it plugged in, and is no other program using it?");
     if (want.may_move && api.auto_init != nullptr && api.is_initialized != nullptr && !api.is_initialized(link->id())) {
@@ -315,6 +427,7 @@ class ForceDimension final : public Device {
     exchange_->brake(on);
     return has_brakes_;
   }
+  bool rests() const noexcept override { return exchange_->rests(); }
 
  private:
   std::string name_;

@@ -165,6 +165,7 @@ class Inverse3 final : public Device {
   }
   DeviceState read() noexcept override { return link_.read(); }
   bool write(const Vec3& force_n) noexcept override { return link_.write(force_n); }
+  bool rests() const noexcept override { return link_.rests(); }
 
  private:
   Link link_;

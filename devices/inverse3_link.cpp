@@ -17,6 +17,7 @@
 
 #include "devices/inverse3_connection.h"
 #include "palpa/device/latest.h"
+#include "palpa/device/rest.h"
 #include "palpa/loop/loop.h"
 
 namespace palpa::inverse3 {
@@ -61,6 +62,8 @@ constexpr int refused_to_give_up = 3;
 constexpr double felt_n = 0.3;
 constexpr double none_n = 1e-3;
 constexpr milliseconds longest_without_force{200};
+// Grips that are looked after. More: memory that a service could fill with names; fewer: one that goes is not told of.
+constexpr std::size_t most_used_grips = 64;
 
 constexpr const char* not_there = "the Inverse Service is not there";
 constexpr const char* beginning = "the Inverse Service has only just answered";
@@ -70,6 +73,7 @@ constexpr const char* unasked = "the service sends what it was not asked for";
 constexpr const char* absent = "the Inverse3 is not connected to the service";
 constexpr const char* placeless = "the service does not say where the Inverse3 is";
 constexpr const char* uncalibrated = "the Inverse3 is not calibrated";
+constexpr const char* grip_gone = "a grip whose button was used is not connected any more; its buttons are up";
 constexpr const char* powerless = "the power supply is off: no force";
 constexpr const char* no_force_by_vector =
     "the service takes forces but makes none: its force scale is 0, or it wants force=values";
@@ -81,6 +85,7 @@ double seconds(Clock::time_point time) { return std::chrono::duration<double>(ti
 /// A force as it was written.
 struct WrittenForce {
   Vec3 force_n;
+  std::uint64_t number = 0;
   Clock::time_point time;
 };
 
@@ -112,6 +117,7 @@ class Link::Exchange final : public ConnectionUser {
 
   DeviceState read() noexcept;
   bool write(const Vec3& force_n) noexcept;
+  bool rests() const noexcept { return rest_.is_reached(); }
   bool is_settled() const noexcept { return is_settled_.load(std::memory_order_acquire); }
 
  private:
@@ -130,6 +136,8 @@ class Link::Exchange final : public ConnectionUser {
   void on_lost() override { lose(not_there); }
 
   void take(std::string_view text);
+  void note_grips();
+  bool has_lost_grip() const noexcept;
   void refuse(const char* why);
   bool is_anything_due() const noexcept;
   void send_what_is_due();
@@ -140,6 +148,7 @@ class Link::Exchange final : public ConnectionUser {
   const LinkOptions options_;
   Latest<WrittenForce> forces_;
   Latest<DeviceState> states_;
+  Rest rest_;
   std::atomic<bool> is_linked_{false};
   std::atomic<bool> is_settled_{false};
   std::atomic<bool> has_to_end_{false};
@@ -162,7 +171,9 @@ class Link::Exchange final : public ConnectionUser {
   DeviceState state_;                      // as it was published
   ForceWord word_ = ForceWord::vector;
   View view_;
+  std::vector<Grip> used_grips_;  // whose buttons were pressed since this object began
   Vec3 sent_n_;
+  std::uint64_t sent_number_ = 0;  // of what was written last when it was sent
   MissingForce missing_force_;
   Clock::time_point began_{}, ended_{}, sent_at_{}, answered_at_{};
   WrittenForce written_;
@@ -189,13 +200,15 @@ DeviceState Link::Exchange::read() noexcept {
   DeviceState state = states_.take();
   if (state.valid && seconds(Clock::now()) - state.time_s > std::chrono::duration<double>(state_lifetime).count()) {
     state.valid = false;
+    state.buttons = 0;
     state.fault = silent;
   }
   return state;
 }
 
 bool Link::Exchange::write(const Vec3& force_n) noexcept {
-  forces_.give({.force_n = is_finite(force_n) ? shortened(force_n, max_force_n) : Vec3{}, .time = Clock::now()});
+  const Vec3 wanted_n = is_finite(force_n) ? shortened(force_n, max_force_n) : Vec3{};
+  forces_.give({.force_n = wanted_n, .number = rest_.ask(wanted_n != Vec3{}), .time = Clock::now()});
   const std::uint64_t one = 1;
   [[maybe_unused]] const ssize_t written = ::write(wake_, &one, sizeof one);
   return is_linked_.load(std::memory_order_relaxed);
@@ -254,6 +267,7 @@ void Link::Exchange::look_at_deadlines() {
     return context_.stop();
   }
   if (!connection_) {
+    rest_.give_none(forces_.take().number);
     if (now - began_ >= retry_interval) begin();
     return;
   }
@@ -304,6 +318,7 @@ void Link::Exchange::on_message(std::string_view text) {
   if (!has_view_) {
     if (!read_message(text, options_.device_id, view_)) return lose(nonsense);
     has_view_ = true;
+    note_grips();
     fault_of_link_ = fault_of_link_ == not_there ? beginning : fault_of_link_;
     answered_at_ = Clock::now();
   } else {
@@ -321,6 +336,8 @@ void Link::Exchange::take(std::string_view text) {
   const bool had_arm = view_.arm.has_value();
   if (!read_message(text, options_.device_id, view_)) return refuse(nonsense);
   refused_ = 0;
+  note_grips();
+  if (sent_n_ == Vec3{}) rest_.give_none(sent_number_);
   answers_in_time_ = now - sent_at_ > answer_deadline ? 0 : std::min(answers_in_time_ + 1, answers_to_trust);
   if (answers_in_time_ == 0) fault_of_link_ = silent;
   // One that comes back, or that was off, has not been tried yet.
@@ -329,6 +346,19 @@ void Link::Exchange::take(std::string_view text) {
   else if (!missing_force_.is_too_long())
     missing_force_.note(sent_n_, view_.arm->reported_force_n, now - answered_at_);
   answered_at_ = now;
+}
+
+void Link::Exchange::note_grips() {
+  for (const Grip& grip : view_.grips) {
+    const bool is_noted = std::ranges::any_of(used_grips_, [&](const Grip& used) {
+      return used.is_wireless == grip.is_wireless && used.device_id == grip.device_id;
+    });
+    if (grip.buttons != 0 && !is_noted && used_grips_.size() < most_used_grips) used_grips_.push_back(grip);
+  }
+}
+
+bool Link::Exchange::has_lost_grip() const noexcept {
+  return !std::ranges::all_of(used_grips_, [this](const Grip& grip) { return view_.has(grip); });
 }
 
 void Link::Exchange::refuse(const char* why) {
@@ -357,6 +387,7 @@ void Link::Exchange::send_what_is_due() {
   }
   const std::string profile = is_named_ ? std::string{} : options_.profile;
   sent_n_ = force_to_send_n();
+  sent_number_ = written_.number;
   sent_at_ = Clock::now();
   is_named_ = is_awaiting_ = true;
   if (end_ == End::wanted) end_ = End::at_rest;
@@ -379,6 +410,7 @@ const char* Link::Exchange::fault() const noexcept {
   if (answers_in_time_ < answers_to_trust) return fault_of_link_;
   if (!view_.arm->is_calibrated) return uncalibrated;
   if (!view_.arm->has_power) return powerless;
+  if (has_lost_grip()) return grip_gone;
   if (missing_force_.is_too_long()) return word_ == ForceWord::vector ? no_force_by_vector : no_force_by_values;
   return nullptr;
 }
@@ -392,8 +424,8 @@ void Link::Exchange::publish() {
   if (view_.arm && view_.arm->position_m) {
     state_.position_m = *view_.arm->position_m;
     state_.velocity_m_per_s = view_.arm->velocity_m_per_s;
-    state_.buttons = view_.buttons();
     state_.valid = is_linked && view_.arm->is_calibrated;
+    state_.buttons = state_.valid ? view_.buttons() : 0u;
   }
   states_.give(state_);
   is_linked_.store(is_linked, std::memory_order_relaxed);
@@ -406,6 +438,7 @@ Link::Link(const LinkOptions& options) : exchange_(std::make_unique<Exchange>(op
 Link::~Link() = default;
 DeviceState Link::read() noexcept { return exchange_->read(); }
 bool Link::write(const Vec3& force_n) noexcept { return exchange_->write(force_n); }
+bool Link::rests() const noexcept { return exchange_->rests(); }
 
 bool Link::wait(double longest_s) {
   const Clock::time_point end =

@@ -35,6 +35,7 @@ class Link {
 
   DeviceState read() noexcept;
   bool write(const Vec3& force_n) noexcept;
+  bool rests() const noexcept;  ///< as of Device
   /// Waits until there is a state that can be used, or a fault that a person has to mend. False: there was neither in time.
   bool wait(double longest_s);
 

@@ -102,13 +102,21 @@ bool read_arm(const json& entry, Arm& arm) {
          read_flag(*status, "calibrated", arm.is_calibrated) && read_flag(*status, "power_supply", arm.has_power);
 }
 
-bool read_grip(const json& entry, Grip& grip) {
-  const json* state = part(entry, "state");
-  if (state == nullptr) return false;
-  if (!grip.is_wireless) return read_button(*state, "button", 1, grip.buttons);
-  const json* buttons = part(*state, "buttons");
+bool read_buttons(const json& state, Grip& grip) {
+  if (!grip.is_wireless) return read_button(state, "button", 1, grip.buttons);
+  const json* buttons = part(state, "buttons");
   return buttons != nullptr && read_button(*buttons, "a", 1, grip.buttons) && read_button(*buttons, "b", 2, grip.buttons) &&
          read_button(*buttons, "c", 4, grip.buttons);
+}
+
+bool read_grip(const json& entry, Grip& grip) {
+  const json* state = part(entry, "state");
+  const json* status = part(entry, "status");
+  if (state == nullptr || status == nullptr || !read_buttons(*state, grip) ||
+      !read_flag(*status, "connected", grip.is_connected) || !read_flag(*status, "awake", grip.is_awake))
+    return false;
+  if (!grip.is_connected || !grip.is_awake) grip.buttons = 0;
+  return true;
 }
 
 /// Calls `read(entry, device_id)` for every entry of a list. False: it is no list of devices, or `read` said so.
@@ -165,6 +173,12 @@ std::uint32_t View::buttons() const noexcept {
   std::uint32_t all = 0;
   for (const Grip& grip : grips) all |= grip.buttons;
   return all;
+}
+
+bool View::has(const Grip& grip) const noexcept {
+  return std::ranges::any_of(grips, [&](const Grip& one) {
+    return one.is_connected && one.is_wireless == grip.is_wireless && one.device_id == grip.device_id;
+  });
 }
 
 bool read_message(std::string_view text, const std::string& device_id, View& view) {

@@ -33,7 +33,9 @@ struct Arm {
 struct Grip {
   std::string device_id;
   bool is_wireless = false;
-  std::uint32_t buttons = 0;
+  bool is_connected = true;   ///< where nothing is told of it: then it is in the service's list
+  bool is_awake = true;       ///< likewise
+  std::uint32_t buttons = 0;  ///< none where it is not connected, or asleep
 };
 
 /// All that is kept of what a service told.
@@ -42,7 +44,8 @@ struct View {
   std::optional<Arm> arm;               ///< the one that was asked for; none: it is not in the service's list
   std::vector<Grip> grips;
 
-  std::uint32_t buttons() const noexcept;  ///< of all grips: none of them says which arm it is on
+  std::uint32_t buttons() const noexcept;     ///< of all grips: none of them says which arm it is on
+  bool has(const Grip& grip) const noexcept;  ///< whether it is in the list and connected
 };
 
 /// Reads a message over what was known before. False, with `view` as it was: it is not what the service sends. Nothing is

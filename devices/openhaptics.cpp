@@ -7,6 +7,7 @@
 #include <chrono>
 #include <map>
 #include <mutex>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "palpa/device/backend.h"
 #include "palpa/device/described.h"
 #include "palpa/device/latest.h"
+#include "palpa/device/rest.h"
 #include "palpa/version.h"
 
 PALPA_LOADS_AT_RUN_TIME(
@@ -35,6 +37,7 @@ enum Parameter : unsigned {
   current_position = 0x2050,
   current_velocity = 0x2051,
   device_model = 0x2501,
+  device_serial_number = 0x2504,
   max_workspace = 0x2550,
   max_stiffness = 0x2602,
   max_force = 0x2603,
@@ -156,12 +159,13 @@ class Servo {
  public:
   struct Wish {
     Vec3 force_n;
+    std::uint64_t number = 0;
     Clock::time_point time{};
   };
   Servo(const Api& api, Scheduler& scheduler, std::string name) : api_(api), scheduler_(scheduler), name_(std::move(name)) {}
   ~Servo() { close(); }
 
-  /// False: it is not there.
+  /// False: it is not there. The first time it is whichever the driver has under the name, and after that no other.
   bool open() {
     // The driver's default device has no name; the installed one is called as the user called it.
     handle_ = api_.init(name_.empty() ? nullptr : name_.c_str());
@@ -171,6 +175,13 @@ class Servo {
       return false;
     }
     api_.make_current(handle_);
+    const std::string found = identity();
+    if (identity_.empty()) identity_ = found;
+    if (found != identity_) {
+      api_.disable_device(handle_);
+      handle_ = no_device;
+      return false;
+    }
     api_.enable(Parameter::force_output);
     api_.enable(Parameter::max_force_clamping);
     return true;
@@ -199,6 +210,8 @@ class Servo {
     handle_ = no_device;
     closing_ = rested_ = is_started_ = false;
   }
+  /// While it is not open: nothing that was asked for reaches it.
+  void note_absence() { rest.give_none(wishes.take().number); }
   bool is_open() const noexcept { return handle_ != no_device; }
   bool is_gone_now() const noexcept { return gone_ || Clock::now() - framed_at_.load() > longest_without_frame; }
   bool waits_for_inkwell() const noexcept { return calibration_ == calibration_needs_update; }
@@ -210,12 +223,25 @@ class Servo {
 
   Latest<DeviceState> states;
   Latest<Wish> wishes;
+  Rest rest;
   double most_n = 0.0, continuous_n = 0.0;  // set before `start`
 
  private:
   // Of the library's thread, before the device is taken for gone. Longer: later told; shorter: a busy machine loses it.
   static constexpr std::chrono::milliseconds longest_without_frame{200};
   static constexpr unsigned inkwell_style = 4;
+
+  /// Model and serial number of the current device, as far as the library says them.
+  std::string identity() const {
+    std::string text = ".";
+    if (api_.get_string == nullptr) return text;
+    for (const unsigned what : {Parameter::device_model, Parameter::device_serial_number}) {
+      const char* said = api_.get_string(what);
+      if (api_.get_error().code == 0 && said != nullptr) text += said;
+      text += '.';
+    }
+    return text;
+  }
 
   unsigned frame() noexcept {
     DeviceState state;
@@ -241,12 +267,13 @@ class Servo {
     api_.set_doubles(Parameter::current_force, force.data());
     api_.end_frame(handle_);
     const unsigned code = api_.get_error().code;
+    if (force == std::array<double, 3>{} && !is_gone(code)) rest.give_none(wish.number);
 
     state.position_m = Vec3{place[0], place[1], place[2]} / mm_per_m;
     state.velocity_m_per_s = Vec3{speed[0], speed[1], speed[2]} / mm_per_m;
-    state.buttons = static_cast<std::uint32_t>(buttons);
     state.time_s = seconds(Clock::now());
     state.valid = is_calibrated && is_finite(state.position_m) && !is_gone(code);
+    state.buttons = state.valid ? static_cast<std::uint32_t>(buttons) : 0u;
     if (code != 0) {
       calm_ = calm_frames;
       last_code_ = code;
@@ -271,6 +298,7 @@ class Servo {
   const Api& api_;
   Scheduler& scheduler_;
   const std::string name_;
+  std::string identity_;  // of the device that was opened first; empty: none was
   Handle handle_ = no_device;
   unsigned long callback_ = 0;
   std::array<double, 16> motors_{};
@@ -363,14 +391,17 @@ class OpenHaptics final : public Device {
     DeviceState state = servo_.states.take();
     if (seconds(Clock::now()) - state.time_s > state_lifetime_s) {
       state.valid = false;
+      state.buttons = 0;
       if (state.fault == nullptr) state.fault = "the device does not answer; is it plugged in?";
     }
     return state;
   }
   bool write(const Vec3& force_n) noexcept override {
-    servo_.wishes.give({is_finite(force_n) ? shortened(force_n, limits_.max_force_n) : Vec3{}, Clock::now()});
+    const Vec3 wanted_n = is_finite(force_n) ? shortened(force_n, limits_.max_force_n) : Vec3{};
+    servo_.wishes.give({wanted_n, servo_.rest.ask(wanted_n != Vec3{}), Clock::now()});
     return !is_gone_.load(std::memory_order_relaxed);
   }
+  bool rests() const noexcept override { return servo_.rest.is_reached(); }
 
  private:
   /// What the library says of the device, within what is known of such devices; a library that says nonsense is not believed.
@@ -409,7 +440,10 @@ class OpenHaptics final : public Device {
       is_gone_ = true;
       servo_.close();
       const Clock::time_point end = Clock::now() + retry_interval;
-      while (!ends_ && Clock::now() < end) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      while (!ends_ && Clock::now() < end) {
+        servo_.note_absence();
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      }
       if (ends_ || !servo_.open()) continue;
       servo_.start();
       is_gone_ = false;

@@ -16,7 +16,8 @@ struct Deflection {
   const char* fault = nullptr;  ///< a literal
 };
 
-/// The haptic thread's side of an input whose own thread gives deflections. Of an input that has a fault the hand rests.
+/// The haptic thread's side of an input whose own thread gives deflections. Of an input that has a fault the hand rests and no
+/// button is held.
 class RateHandDevice {
  public:
   Latest<Deflection> deflections;  ///< the input's thread gives
@@ -30,7 +31,7 @@ class RateHandDevice {
     return {.position_m = hand_.position_m(),
             .velocity_m_per_s = hand_.velocity_m_per_s(),
             .valid = true,
-            .buttons = input.buttons,
+            .buttons = input.fault != nullptr ? 0u : input.buttons,
             .time_s = std::chrono::duration<double>(now.time_since_epoch()).count(),
             .fault = input.fault};
   }

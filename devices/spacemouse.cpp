@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <mutex>
+#include <optional>
 #include <thread>
 
 #include "devices/rate_hand_device.h"
@@ -26,12 +27,40 @@ constexpr int look_ms = 50;
 constexpr std::chrono::milliseconds retry_interval{300};
 
 constexpr const char* gone = "spacenavd, which reads the SpaceMouse, is not there";
+constexpr const char* unplugged = "the SpaceMouse is not there; plug it in or switch it on";
 constexpr const char* how_to_get = "install it by 'sudo apt install spacenavd', and plug the SpaceMouse in";
 
 [[noreturn]] void refuse(const std::string& what) { throw LoadError("device spacemouse: " + what); }
 
 /// libspnav knows one connection for a whole process: the first device has it.
 std::atomic<bool> is_taken{false};
+
+/// A kind of SpaceMouse: spacenavd says no serial numbers, and makes one motion of those of several.
+struct Kind {
+  int type = 0;
+  unsigned usb_vendor = 0, usb_product = 0;
+  friend bool operator==(const Kind&, const Kind&) = default;
+};
+
+/// What spacenavd, which is connected, answers when it is asked for its first SpaceMouse.
+struct Answer {
+  bool is_none = false;      // there is none
+  std::optional<Kind> kind;  // none, where there may be one: it is an earlier version, which knows no questions
+};
+Answer ask() {
+  if (spnav_protocol() < 1) return {};
+  // An event that comes before the answer is taken for it.
+  constexpr int tries = 3;
+  Kind kind{.type = -1};
+  for (int n = 0; n < tries && kind.type < 0; ++n) {
+    kind.type = spnav_dev_type();
+    if (kind.type < 0 && spnav_cfg_get_sens() < 0.0f) return {};
+  }
+  if (kind.type < 0) return {.is_none = true, .kind = std::nullopt};
+  // One on a serial line has no such number.
+  if (spnav_dev_usbid(&kind.usb_vendor, &kind.usb_product) < 0) kind.usb_vendor = kind.usb_product = 0;
+  return {.is_none = false, .kind = kind};
+}
 
 struct Options {
   double full = full_counts;
@@ -55,6 +84,13 @@ class SpaceMouse final : public Device {
       is_taken = false;
       refuse(std::string(gone) + "; " + how_to_get);
     }
+    const Answer answer = ask();
+    if (answer.is_none) {
+      spnav_close();
+      is_taken = false;
+      refuse(unplugged);
+    }
+    kind_ = answer.kind;
     thread_ = std::thread([this] { run(); });
   }
   ~SpaceMouse() override {
@@ -66,6 +102,7 @@ class SpaceMouse final : public Device {
   DeviceLimits limits() const override { return RateHandDevice::limits(); }
   DeviceState read() noexcept override { return hand_.read(); }
   bool write(const Vec3& force_n) noexcept override { return hand_.write(force_n); }
+  bool rests() const noexcept override { return true; }
 
  private:
   void run() {
@@ -77,9 +114,30 @@ class SpaceMouse final : public Device {
       const auto end = std::chrono::steady_clock::now() + retry_interval;
       while (!ends_ && std::chrono::steady_clock::now() < end) std::this_thread::sleep_for(std::chrono::milliseconds(5));
       is_open = !ends_ && spnav_open() >= 0;
-      if (is_open) hand_.deflections.give(now_ = {});
+      if (is_open) begin_again();
     }
     if (is_open) spnav_close();
+  }
+  /// With a spacenavd that has come back.
+  void begin_again() {
+    const Answer answer = ask();
+    if (!kind_) kind_ = answer.kind;
+    is_gone_ = answer.is_none || (answer.kind && answer.kind != kind_);
+    hand_.deflections.give(now_ = {.share = {}, .buttons = 0, .fault = is_gone_ ? unplugged : nullptr});
+  }
+  /// A SpaceMouse was unplugged or plugged in. What it held is held no more; and what comes while the one of this device is
+  /// gone is of another.
+  void change(const spnav_event_dev& event) {
+    const Kind kind{event.devtype, static_cast<unsigned>(event.usbid[0]), static_cast<unsigned>(event.usbid[1])};
+    if (!kind_) kind_ = kind;
+    if (event.op == SPNAV_DEV_RM) {
+      is_gone_ = is_gone_ || kind == *kind_;
+      now_.share = {};
+      now_.buttons = 0;
+    } else if (kind == *kind_) {
+      is_gone_ = false;
+    }
+    now_.fault = is_gone_ ? unplugged : nullptr;
   }
   /// Takes what has come; false: spacenavd has gone.
   bool take() {
@@ -89,7 +147,11 @@ class SpaceMouse final : public Device {
     bool is_any = false;
     while (spnav_poll_event(&event) != 0) {
       is_any = true;
-      if (event.type == SPNAV_EVENT_MOTION) {
+      if (event.type == SPNAV_EVENT_DEV) {
+        change(event.dev);
+      } else if (is_gone_) {
+        continue;
+      } else if (event.type == SPNAV_EVENT_MOTION) {
         // Pushed away from the user the ball counts up along z.
         now_.share = Vec3{static_cast<double>(event.motion.x), static_cast<double>(event.motion.y),
                           -static_cast<double>(event.motion.z)} /
@@ -104,6 +166,8 @@ class SpaceMouse final : public Device {
   }
 
   Options options_;
+  std::optional<Kind> kind_;  // of this device; none: not known yet
+  bool is_gone_ = false;
   RateHandDevice hand_;
   Deflection now_;
   std::atomic<bool> ends_{false};
@@ -118,10 +182,14 @@ DeviceSearch search(const DeviceSettings& given) {
   options_of(given);
   if (is_taken.exchange(true)) return {.found = {{"spacemouse", "the SpaceMouse that this program uses"}}, .missing = {}};
   const bool is_there = spnav_open() >= 0;
+  const Answer answer = is_there ? ask() : Answer{};
   if (is_there) spnav_close();
   is_taken = false;
   if (!is_there) return {.found = {}, .missing = {std::string(gone) + "; " + how_to_get}};
-  return {.found = {{"spacemouse", "what spacenavd reads"}}, .missing = {}};
+  if (answer.is_none) return {.found = {}, .missing = {"spacenavd is there, but no SpaceMouse; plug it in or switch it on"}};
+  return {.found = {{"spacemouse", answer.kind ? "what spacenavd reads"
+                                               : "what spacenavd reads, which does not say whether a SpaceMouse is there"}},
+          .missing = {}};
 }
 
 std::unique_ptr<Device> open(const DeviceSettings& given) { return std::make_unique<SpaceMouse>(options_of(given)); }

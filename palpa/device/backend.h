@@ -31,7 +31,10 @@ struct DeviceSetting {
 };
 
 /// One kind of device. Its shared object, `palpa-device-NAME.so`, exports it as `palpa_device_backend`, a constant of C
-/// linkage. Both functions may take seconds, allocate and throw LoadError, and are for one thread at a time.
+/// linkage. Both functions may take seconds, allocate and throw LoadError, and are for one thread at a time. `open_device`
+/// calls `open` with signals blocked, so that no thread of the driver's takes one.
+///
+/// tests/devices/conformance_test.cpp holds every kind to the laws of Device: a rig for it is one class (rig.h).
 struct DeviceBackend {
   const char* palpa_version;  ///< `palpa::version`: of another one, nothing else is looked at
   const char* name;           ///< in `--device NAME`: lower case
@@ -39,8 +42,9 @@ struct DeviceBackend {
   const char* axes;           ///< which way its own axes point, in words
   std::vector<DeviceSetting> (*settings)();
   DeviceSearch (*search)(const DeviceSettings& settings);
-  /// Waits at most a few seconds for its first position. The device never moves by itself. Throws LoadError: which device, what
-  /// is wrong, what would be right.
+  /// Waits at most a few seconds for its first position. The device never moves by itself. What comes of it stays with the
+  /// device that was opened, and touches no other, also where the settings say "the first". Throws LoadError: which device,
+  /// what is wrong, what would be right.
   std::unique_ptr<Device> (*open)(const DeviceSettings& settings);
 };
 

@@ -33,8 +33,11 @@ struct DeviceState {
 };
 
 /// A haptic device, or what stands for one. `read` and `write` are called from one thread, never
-/// allocate, lock, throw or block: a device whose exchange takes time has a thread of its own for it (latest.h). One that has
-/// gone says so in `fault`, and comes back by itself when it can.
+/// allocate, lock, throw or block: a device whose exchange takes time has a thread of its own for it (latest.h).
+///
+/// It is one device from construction to destruction, by its serial number, path or id. While that one is gone, `fault` says
+/// so, no other is touched in its place, its buttons are up, and what it steers is at rest. It comes back by itself when it
+/// can, with no force and no button held, as one that was just opened.
 class Device {
  public:
   virtual ~Device() = default;  ///< leaves the motors at zero force
@@ -46,6 +49,10 @@ class Device {
   /// Holds the handle by its shorted motors, in place of any force, until it is told otherwise. False: it has no such brake.
   /// As `read` and `write`.
   virtual bool brake(bool /*on*/) noexcept { return false; }
+  /// Whether the motors themselves have no force: they were given none since the last one was written, or are gone. False:
+  /// they may have one, or it is not known. Any thread; only reads atomic values, since a signal handler waits for it
+  /// (`DrivenDevice`).
+  virtual bool rests() const noexcept { return false; }
 };
 
 /// A device that lives on a simulated clock: time passes when it is told so.

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "palpa/core/load_error.h"
+#include "palpa/device/blocked_signals.h"
 #include "palpa/device/described.h"
 #include "palpa/disk/input_file.h"
 #include "palpa/disk/new_file.h"
@@ -99,6 +100,7 @@ class NotedDevice final : public Device {
     return device_->write(is_finite(force_n) ? shortened(force_n, limits_.max_force_n) : Vec3{});
   }
   bool brake(bool on) noexcept override { return device_->brake(on); }
+  bool rests() const noexcept override { return device_->rests(); }
 
  private:
   std::unique_ptr<Device> device_;
@@ -211,7 +213,11 @@ DeviceLimits with_notes(const DeviceLimits& limits, const DeviceNotes& notes, co
 std::unique_ptr<Device> open_device(const DeviceDescription& description, const fs::path& notes_file) {
   const DeviceBackend& backend = device_backend(description.name);
   const DeviceNotes notes = device_notes(notes_file, description.name);
-  std::unique_ptr<Device> device = backend.open(description.settings);
+  std::unique_ptr<Device> device;
+  {
+    const detail::BlockedSignals on_threads_of_the_driver;
+    device = backend.open(description.settings);
+  }
   if (notes == DeviceNotes{}) return device;
   const DeviceLimits limits = with_notes(device->limits(), notes, notes_file.string() + ": [" + description.name + "]");
   return std::make_unique<NotedDevice>(std::move(device), limits);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <string>
 
@@ -23,7 +24,11 @@ class PacedHand final : public Device {
     passed_to_ = now;
     return hand_.read();
   }
-  bool write(const Vec3& force_n) noexcept override { return hand_.write(force_n); }
+  bool write(const Vec3& force_n) noexcept override {
+    rests_.store(force_n == Vec3{}, std::memory_order_release);
+    return hand_.write(force_n);
+  }
+  bool rests() const noexcept override { return rests_.load(std::memory_order_acquire); }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -31,6 +36,7 @@ class PacedHand final : public Device {
   static constexpr double longest_step_s = 0.1;
   SimulatedDevice& hand_;
   Clock::time_point passed_to_;
+  std::atomic<bool> rests_{true};
 };
 
 }  // namespace palpa

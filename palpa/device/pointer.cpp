@@ -26,6 +26,11 @@ void Pointer::put(const Vec3& at_m) noexcept {
   wanted_.give(told_);
 }
 
+void Pointer::have_mouse(bool is_had) noexcept {
+  press(0);
+  has_mouse_.store(is_had, std::memory_order_relaxed);
+}
+
 bool Pointer::write(const Vec3& force_n) noexcept {
   force_n_ = is_finite(force_n) ? force_n : Vec3{};
   return true;
@@ -35,11 +40,13 @@ DeviceState Pointer::read() noexcept {
   const auto now = options_.now();
   pass(std::chrono::duration<double>(now - passed_to_).count());
   passed_to_ = now;
+  const bool has_mouse = has_mouse_.load(std::memory_order_relaxed);
   return {.position_m = position_m_,
           .velocity_m_per_s = velocity_m_per_s_,
           .valid = !std::exchange(was_put_, false),
-          .buttons = buttons_.load(std::memory_order_relaxed),
-          .time_s = std::chrono::duration<double>(now.time_since_epoch()).count()};
+          .buttons = has_mouse ? buttons_.load(std::memory_order_relaxed) : 0u,
+          .time_s = std::chrono::duration<double>(now.time_since_epoch()).count(),
+          .fault = has_mouse ? nullptr : "another window has the mouse: the hand rests"};
 }
 
 void Pointer::pass(double time_s) noexcept {
@@ -53,6 +60,10 @@ void Pointer::pass(double time_s) noexcept {
   }
   pending_m_ += wanted.moved_to_m - taken_m_;
   taken_m_ = wanted.moved_to_m;
+  if (!has_mouse_.load(std::memory_order_relaxed)) {
+    pending_m_ = velocity_m_per_s_ = {};
+    return;
+  }
   if (!(time_s > 0.0)) return;
 
   Vec3 way_m = -std::expm1(-time_s / options_.smoothing_s) * pending_m_;

@@ -38,6 +38,10 @@ class Pointer final : public Device {
   void put(const Vec3& at_m) noexcept;
   /// Buttons that are held, a bit each.
   void press(std::uint32_t buttons) noexcept { buttons_.store(buttons, std::memory_order_relaxed); }
+  /// Whether the window has the mouse; at first it has. Where another window takes it, nobody tells of its motions, nor of
+  /// buttons that are let go: then the hand rests where it is, no button is held, and `fault` says so. When it is had again,
+  /// only what is told from then on counts.
+  void have_mouse(bool is_had) noexcept;
 
   // ---- the haptic thread ----
 
@@ -47,6 +51,7 @@ class Pointer final : public Device {
   }
   DeviceState read() noexcept override;
   bool write(const Vec3& force_n) noexcept override;
+  bool rests() const noexcept override { return true; }
 
   /// Lets time pass in place of the clock on the wall, which `read` looks at: for a simulated clock. \param time_s  [s]
   void pass(double time_s) noexcept;
@@ -63,6 +68,7 @@ class Pointer final : public Device {
   Wanted told_;
   Latest<Wanted> wanted_;
   std::atomic<std::uint32_t> buttons_{0};
+  std::atomic<bool> has_mouse_{true};
   // The haptic thread's.
   std::uint32_t puts_taken_ = 0;
   bool was_put_ = false;

@@ -89,6 +89,7 @@ GuardCause Guard::fault_of(const GuardInput& input) noexcept {
 
   const auto is = [&](Circumstance circumstance) { return (input.circumstances & bit_of(circumstance)) != 0; };
   if (is(Circumstance::panic)) return GuardCause::panic;
+  if (is(Circumstance::stops)) return GuardCause::stops;
   if (is(Circumstance::link_lost)) return GuardCause::link_lost;
   if (is(Circumstance::device_fault)) return GuardCause::device_fault;
   if (!input.usable) return GuardCause::no_position;

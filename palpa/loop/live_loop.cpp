@@ -85,7 +85,7 @@ class LiveLoop::State {
   ~State() { scene.put_back(prepared); }
 
   void run(const std::atomic<bool>& stop, const TickObserver& observer);
-  std::uint32_t circumstances_now(const DeviceState& state, std::int64_t missed, bool grip_moves) noexcept;
+  std::uint32_t circumstances_now(const DeviceState& state, std::int64_t missed, bool grip_moves, bool stops) noexcept;
   void change_scene(std::uint32_t& circumstances) noexcept;
   void tell(TickFrame& frame, const char* device_fault) noexcept;
   void rehearse(double deadline_s, double period_s) noexcept;
@@ -121,7 +121,8 @@ class LiveLoop::State {
   Mat3 turn_now = Mat3::identity();
 };
 
-std::uint32_t LiveLoop::State::circumstances_now(const DeviceState& state, std::int64_t missed, bool grip_moves) noexcept {
+std::uint32_t LiveLoop::State::circumstances_now(const DeviceState& state, std::int64_t missed, bool grip_moves,
+                                                 bool stops) noexcept {
   std::uint32_t bits = 0;
   const auto add = [&](Circumstance circumstance, bool is_so) { bits |= is_so ? bit_of(circumstance) : 0u; };
   add(Circumstance::device_fault, state.fault != nullptr);
@@ -129,6 +130,7 @@ std::uint32_t LiveLoop::State::circumstances_now(const DeviceState& state, std::
   add(Circumstance::late, has_motors && missed >= late_ticks);
   add(Circumstance::view_moves, grip_moves || view_moves.load(std::memory_order_relaxed));
   add(Circumstance::panic, panics.load(std::memory_order_relaxed));
+  add(Circumstance::stops, stops);
   add(Circumstance::resume, resumes.exchange(false, std::memory_order_relaxed));
   return bits;
 }
@@ -166,6 +168,7 @@ void LiveLoop::State::rehearse(double deadline_s, double period_s) noexcept {
 }
 
 void LiveLoop::State::run(const std::atomic<bool>& stop, const TickObserver& observer) {
+  DrivenDevice driven(device);
   const double period_s = 1.0 / options.rate_hz;
   const double begin_s = clock.now_s() + period_s;
   double last_s = begin_s;
@@ -183,7 +186,7 @@ void LiveLoop::State::run(const std::atomic<bool>& stop, const TickObserver& obs
     const DeviceState state = device.read();
     if (turns.is_fresh()) grip.turn(turn_now = turns.take());
     const Grip::Held held = grip.hold(state, dt_s);
-    std::uint32_t circumstances = circumstances_now(state, skipped, held.moves);
+    std::uint32_t circumstances = circumstances_now(state, skipped, held.moves, driven.has_to_rest());
     PreparedSession* const before = prepared;
     change_scene(circumstances);
     const double was_read_s = clock.now_s();

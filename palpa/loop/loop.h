@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -233,6 +234,45 @@ class LiveLoop {
  private:
   class State;
   std::unique_ptr<State> state_;
+};
+
+/// A device that this program drives, from construction to destruction: whatever stops the program and can be known of, has its
+/// motors without force first (docs/safety.md). A LiveLoop has one while it runs; a program that writes to a device itself
+/// makes one on the thread that does so.
+///
+/// While there is any, the signals that would end or stop the program, or that a fault of its own raises, have a handler of the
+/// library's, which waits for the motors, at most 0.25 s, and then does what the system, or the fault's handler before, does.
+/// What the program takes or ignores itself stays with the program, but for faults: its handlers make a `MotorsAtRest`. `exit`,
+/// `quick_exit`, `abort` and `terminate` are known of, too; `_exit`, `exec`, SIGKILL, SIGSTOP and a driver's thread that fails
+/// are not.
+class DrivenDevice {
+ public:
+  /// \param device  stays. Throws std::runtime_error where the program drives 64 already.
+  explicit DrivenDevice(Device& device);
+  /// Waits until the motors have no force, at most 20 ms.
+  ~DrivenDevice();
+  DrivenDevice(const DrivenDevice&) = delete;
+  DrivenDevice& operator=(const DrivenDevice&) = delete;
+
+  /// Whether the program is being stopped: the next force that is written is zero, or falls to zero within a few writes. Before
+  /// each write, on its thread; neither allocates nor waits.
+  bool has_to_rest() noexcept;
+
+ private:
+  std::size_t place_ = 0;
+};
+
+/// All devices that this program drives have no force, from construction, which waits for it, at most 0.25 s, until none of
+/// these is left: then it comes back by the ramp. For a program's own handlers of signals: it only does what a handler may.
+class MotorsAtRest {
+ public:
+  MotorsAtRest() noexcept;
+  ~MotorsAtRest();
+  MotorsAtRest(const MotorsAtRest&) = delete;
+  MotorsAtRest& operator=(const MotorsAtRest&) = delete;
+
+ private:
+  bool is_counted_ = false;  // a process that was forked has no devices
 };
 
 /// Asks the system for a thread that nothing holds up: first in, first out at a high priority, memory that stays, short timers.

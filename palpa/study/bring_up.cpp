@@ -53,6 +53,7 @@ class Rhythm {
       : device_(device),
         clock_(clock),
         stop_(stop),
+        driven_(device),
         most_n_(std::min(longest_force_n, force_share * device.limits().max_force_n)) {}
   ~Rhythm() { device_.write({}); }
   Rhythm(const Rhythm&) = delete;
@@ -66,8 +67,9 @@ class Rhythm {
     for (double next_s = begin_s; next_s - begin_s < duration_s; next_s += step_s) {
       clock_.wait_until_s(next_s);
       const DeviceState state = device_.read();
-      if (stop_ || !state.valid || state.fault != nullptr) {
-        fault = state.fault != nullptr ? state.fault : stop_ ? "it was stopped" : "the device does not know its place";
+      const bool is_stopped = driven_.has_to_rest() || stop_;
+      if (is_stopped || !state.valid || state.fault != nullptr) {
+        fault = state.fault != nullptr ? state.fault : is_stopped ? "it was stopped" : "the device does not know its place";
         device_.write({});
         return {};
       }
@@ -88,6 +90,7 @@ class Rhythm {
   Device& device_;
   LoopClock& clock_;
   const std::atomic<bool>& stop_;
+  DrivenDevice driven_;
   double most_n_;
 };
 

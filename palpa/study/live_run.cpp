@@ -1,13 +1,12 @@
 #include "palpa/study/live_run.h"
 
-#include <signal.h>
-
 #include <chrono>
 #include <cstdio>
 #include <exception>
 #include <utility>
 
 #include "palpa/baseline/path.h"
+#include "palpa/device/blocked_signals.h"
 
 namespace palpa {
 namespace {
@@ -61,9 +60,7 @@ LiveRun::LiveRun(const RunOptions& options, PreparedRun& prepared, Device& devic
   scene_ = std::make_unique<LiveScene>(prepared.loaded.scene, baseline::path, limits);
   loop_ = std::make_unique<LiveLoop>(*scene_, device, loop_options(options, prepared, limits), recording_.recorder());
   // An interrupt is for the watching thread.
-  sigset_t all, before;
-  ::sigfillset(&all);
-  ::pthread_sigmask(SIG_SETMASK, &all, &before);
+  const detail::BlockedSignals in_the_loop;
   thread_ = std::thread([this] {
     const auto begin = std::chrono::steady_clock::now();
     {
@@ -74,7 +71,6 @@ LiveRun::LiveRun(const RunOptions& options, PreparedRun& prepared, Device& devic
     wall_s_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     ended_.store(true, std::memory_order_release);
   });
-  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
 }
 
 LiveRun::~LiveRun() { end(); }

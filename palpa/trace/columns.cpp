@@ -18,14 +18,15 @@ const char* name_of(GuardState state) noexcept {
 }
 const char* name_of(GuardCause cause) noexcept {
   return name_in({"none", "start", "not_finite", "no_position", "device_fault", "link_lost", "late", "speed", "view_moves",
-                  "dead_man", "panic"},
+                  "dead_man", "panic", "stops"},
                  static_cast<std::size_t>(cause));
 }
 const char* words_of(GuardCause cause) noexcept {
   return name_in({"", "the session begins: keep the hand where nothing is felt", "the force is not finite",
                   "the device does not know where the hand is", "the device says that something is wrong",
                   "the device did not take the force", "ticks were missed", "the hand is too fast",
-                  "the view, the map or the clutch moves", "the button that has to be held is not", "a person said stop"},
+                  "the view, the map or the clutch moves", "the button that has to be held is not", "a person said stop",
+                  "the program is being stopped"},
                  static_cast<std::size_t>(cause));
 }
 const char* name_of(TickStatus status) noexcept {

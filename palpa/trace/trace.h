@@ -41,10 +41,11 @@ enum class GuardCause : std::uint8_t {
   view_moves,    ///< the view, the map from hand to data, or the clutch moves
   dead_man,      ///< the button that has to be held is not
   panic,         ///< a person said stop
+  stops,         ///< the program is being stopped or ended
 };
 
 /// What the loop knows of a tick besides the probe; each a bit of `TickFrame::circumstances`.
-enum class Circumstance : std::uint8_t { device_fault, link_lost, late, view_moves, panic, resume, new_scene };
+enum class Circumstance : std::uint8_t { device_fault, link_lost, late, view_moves, panic, resume, new_scene, stops };
 constexpr std::uint32_t bit_of(Circumstance circumstance) noexcept { return 1u << static_cast<unsigned>(circumstance); }
 
 /// What these are called in files.

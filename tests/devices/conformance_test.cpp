@@ -1,11 +1,16 @@
-// What every kind of device is held to, whatever it is (rig.h): axes and units, limits, watchdogs, faults, and that it comes
-// back.
+// What every kind of device is held to, whatever it is (rig.h): axes and units, limits, watchdogs, faults, that it stays the
+// device it was and comes back, that nothing that has gone holds anything, and that a stop of the program finds it at rest.
 #include <gtest/gtest.h>
+#include <signal.h>
 
 #include <chrono>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <functional>
 #include <limits>
+#include <set>
+#include <string>
 #include <thread>
 
 #include "palpa/core/load_error.h"
@@ -145,6 +150,188 @@ TEST_P(EveryDevice, SaysThatItIsGoneAndComesBack) {
   EXPECT_TRUE(works(*device));
 }
 
+// A run belongs to the device that it began with.
+TEST_P(EveryDevice, TouchesNoOtherWhileItIsGone) {
+  for (const bool is_there_before : {true, false}) {
+    for (Rig::Fault& way : rig->ways_to_go()) {
+      SCOPED_TRACE(way.name + (is_there_before ? ", with another beside it" : ", with another that comes meanwhile"));
+      const auto device = rig->open();
+      EXPECT_TRUE(works(*device));
+      const DeviceLimits limits = device->limits();
+      if (is_there_before) {
+        rig->plug_another();
+        std::this_thread::sleep_for(milliseconds(50));  // it is seen that both are there
+      }
+      way.begin();
+      EXPECT_TRUE(comes(*device, {0.5, 0, 0}, [&] { return state.fault != nullptr; }));
+      if (!is_there_before) rig->plug_another();
+      rig->use_another();
+      // Longer than any driver looks for the next time.
+      for (const auto end = Clock::now() + milliseconds(1000); Clock::now() < end;
+           std::this_thread::sleep_for(milliseconds(1))) {
+        device->write({0.5, 0, 0});
+        state = device->read();
+        ASSERT_NE(state.fault, nullptr) << "something else is taken for it";
+        ASSERT_EQ(state.buttons, 0u);
+        ASSERT_FALSE(rig->is_another_touched());
+      }
+      way.end();
+      EXPECT_TRUE(works(*device));
+      EXPECT_EQ(device->limits().max_force_n, limits.max_force_n);
+      if (!GetParam().is_steered) {
+        rig->hold({0.01, 0, 0}, {});
+        EXPECT_TRUE(makes(*device, {0.5, 0, 0}, {0.5, 0, 0})) << "it is the one that comes back";
+        EXPECT_TRUE(comes(*device, {}, [&] { return distance(state.position_m, {0.01, 0, 0}) <= rig->position_step_m(); }));
+      }
+      EXPECT_FALSE(rig->is_another_touched());
+      rig->unplug_another();
+    }
+  }
+}
+
+// An input that has gone is at rest, its buttons are up, a fault says so, and when it is back it starts anew.
+TEST_P(EveryDevice, HoldsNothingWhileItIsGone) {
+  const auto device = rig->open();
+  const auto is_at_rest = [&] { return !state.velocity_m_per_s || norm(*state.velocity_m_per_s) < 1e-3; };
+  for (Rig::Fault& way : rig->ways_to_go()) {
+    SCOPED_TRACE(way.name);
+    EXPECT_TRUE(works(*device));
+    rig->press_button(0, true);
+    if (GetParam().is_steered) rig->hold({1, 0, 0}, {});
+    EXPECT_TRUE(comes(*device, {}, [&] { return state.buttons == 1u; }));
+    way.begin();
+    EXPECT_TRUE(comes(*device, {}, [&] { return state.fault != nullptr && state.buttons == 0u && is_at_rest(); }));
+    const Vec3 left_m = state.position_m;
+    for (const auto end = Clock::now() + milliseconds(150); Clock::now() < end; std::this_thread::sleep_for(milliseconds(1))) {
+      state = device->read();
+      ASSERT_NE(state.fault, nullptr);
+      ASSERT_EQ(state.buttons, 0u);
+    }
+    if (GetParam().is_steered) {
+      EXPECT_LT(distance(state.position_m, left_m), 1e-4) << "[m] it goes on";
+    }
+    // A hand that let go meanwhile.
+    rig->press_button(0, false);
+    if (GetParam().is_steered) rig->hold({}, {});
+    way.end();
+    EXPECT_TRUE(works(*device));
+    for (int n = 0; n < 50; ++n, std::this_thread::sleep_for(milliseconds(1))) {
+      device->write({});
+      state = device->read();
+      ASSERT_EQ(state.buttons, 0u) << "what was held before counts again";
+    }
+    if (GetParam().is_steered) {
+      EXPECT_TRUE(is_at_rest());
+    }
+    rig->press_button(0, true);
+    EXPECT_TRUE(comes(*device, {}, [&] { return state.buttons == 1u; }));
+    rig->press_button(0, false);
+    EXPECT_TRUE(comes(*device, {}, [&] { return state.buttons == 0u; }));
+  }
+}
+
+TEST_P(EveryDevice, HoldsNoButtonOfAHandleThatHasGone) {
+  const auto device = rig->open();
+  for (Rig::Fault& way : rig->ways_of_a_handle_to_go()) {
+    SCOPED_TRACE(way.name);
+    EXPECT_TRUE(works(*device));
+    rig->press_button(0, true);
+    EXPECT_TRUE(comes(*device, {}, [&] { return state.buttons == 1u; }));
+    way.begin();
+    EXPECT_TRUE(comes(*device, {}, [&] { return state.buttons == 0u && state.fault != nullptr; }));
+    rig->press_button(0, false);
+    way.end();
+    EXPECT_TRUE(works(*device));
+    EXPECT_EQ(state.buttons, 0u);
+  }
+}
+
+TEST_P(EveryDevice, HoldsNoButtonWhileItsPositionIsUnknown) {
+  const auto device = rig->open();
+  for (Rig::Fault& fault : rig->faults()) {
+    SCOPED_TRACE(fault.name);
+    EXPECT_TRUE(works(*device));
+    rig->press_button(0, true);
+    EXPECT_TRUE(comes(*device, {}, [&] { return state.buttons == 1u; }));
+    fault.begin();
+    EXPECT_TRUE(comes(*device, {}, [&] { return state.fault != nullptr || !state.valid; }));
+    for (int n = 0; n < 100; ++n, std::this_thread::sleep_for(milliseconds(1))) {
+      state = device->read();
+      ASSERT_TRUE(state.valid || state.buttons == 0u);
+    }
+    rig->press_button(0, false);
+    fault.end();
+  }
+}
+
+// What waits for motors, when the program is stopped, asks this.
+TEST_P(EveryDevice, RestsOnlyOnceItsMotorsHaveNoForce) {
+  const auto device = rig->open();
+  EXPECT_TRUE(works(*device));
+  for (int n = 0; n < 100; ++n) {
+    if (!GetParam().is_steered) {
+      ASSERT_TRUE(makes(*device, {0.5, 0, 0}, {0.5, 0, 0}));
+      ASSERT_FALSE(device->rests()) << "with a force on its motors";
+    }
+    device->write({});
+    const auto end = Clock::now() + patience;
+    while (!device->rests() && Clock::now() < end) std::this_thread::yield();
+    ASSERT_TRUE(device->rests());
+    ASSERT_EQ(rig->force_n(), Vec3{});
+  }
+  // Of a writer that is stopped itself.
+  if (!GetParam().is_steered) {
+    ASSERT_TRUE(makes(*device, {0.5, 0, 0}, {0.5, 0, 0}));
+  }
+  for (const auto end = Clock::now() + patience; !device->rests() && Clock::now() < end;) std::this_thread::yield();
+  EXPECT_TRUE(device->rests());
+  EXPECT_EQ(rig->force_n(), Vec3{});
+  // One that has gone is not waited for.
+  for (Rig::Fault& way : rig->ways_to_go()) {
+    EXPECT_TRUE(works(*device));
+    way.begin();
+    EXPECT_TRUE(comes(*device, {}, [&] { return state.fault != nullptr && device->rests(); })) << way.name;
+    way.end();
+  }
+}
+
+std::set<std::string> threads_of_this_process() {
+  std::set<std::string> out;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/task")) out.insert(entry.path().filename());
+  return out;
+}
+/// Blocked signals of a thread, a bit each from number 1 on; all where the thread has gone.
+std::uint64_t blocked_by(const std::string& thread) {
+  std::ifstream status("/proc/self/task/" + thread + "/status");
+  for (std::string word; status >> word;) {
+    if (word != "SigBlk:") continue;
+    status >> word;
+    return std::stoull(word, nullptr, 16);
+  }
+  return ~std::uint64_t{0};
+}
+
+// A signal's handler waits for the motors: on a driver's thread it would wait for itself.
+TEST_P(EveryDevice, HasNoThreadThatTakesASignal) {
+  const std::set<std::string> before = threads_of_this_process();
+  const auto device = rig->open();
+  EXPECT_TRUE(works(*device));
+  for (const std::string& thread : threads_of_this_process()) {
+    if (before.contains(thread)) continue;
+    const std::uint64_t blocked = blocked_by(thread);
+    for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP, SIGTTIN, SIGTTOU, SIGPIPE, SIGALRM, SIGUSR1})
+      EXPECT_NE(blocked >> (number - 1) & 1u, 0u) << "signal " << number;
+  }
+}
+
+TEST(Rigs, AreThereForEveryKindOfDevice) {
+  std::set<std::string> kinds, held;
+  for (const DeviceBackend* backend : device_backends()) kinds.insert(backend->name);
+  for (const NamedRig& rig : rigs())
+    if (!rig.backend.empty()) held.insert(rig.backend);
+  EXPECT_EQ(held, kinds) << "a kind without a rig is held to nothing";
+}
+
 TEST_P(DeviceWithMotors, SaysEveryFaultWithoutAForceAndRecovers) {
   const auto device = rig->open();
   for (Rig::Fault& fault : rig->faults()) {
@@ -173,13 +360,17 @@ TEST_P(DeviceWithMotors, EndsAtNoForceWithinThreeTicksOfAFault) {
   LiveLoop loop(live, *device, options);
 
   std::atomic<bool> stop{false}, is_pushing{false}, is_faulty{false};
-  std::atomic<int> ticks_at_fault{0}, worst{0};
+  std::atomic<int> ticks_at_fault{0}, worst{0}, without_ramp{0};
+  bool comes_back_next = true;
   std::thread haptic([&] {
     loop.run(stop, [&](const TickFrame& frame, const Session&) {
       const bool told = (frame.circumstances & bit_of(Circumstance::device_fault)) != 0 || !frame.result.probe_valid ||
                         (frame.circumstances & bit_of(Circumstance::link_lost)) != 0;
       ticks_at_fault = told ? ticks_at_fault + 1 : 0;
       if (ticks_at_fault > 3 && frame.command_n != Vec3{}) worst = std::max(worst.load(), ticks_at_fault.load());
+      const bool comes_back = !told && comes_back_next && frame.command_n != Vec3{} && frame.guard != GuardState::falling;
+      if (comes_back && frame.guard != GuardState::ramp) ++without_ramp;
+      comes_back_next = told || (comes_back_next && !comes_back);
       is_pushing = norm(frame.command_n) > 0.05;
       is_faulty = told;
     });
@@ -195,7 +386,9 @@ TEST_P(DeviceWithMotors, EndsAtNoForceWithinThreeTicksOfAFault) {
     angle += 0.02;
     rig->hold({0.03 * std::sin(angle), 0.0, 0.03 * std::cos(angle)}, {});
   };
-  for (Rig::Fault& fault : rig->faults()) {
+  std::vector<Rig::Fault> faults = rig->faults();
+  for (Rig::Fault& way : rig->ways_to_go()) faults.push_back(way);
+  for (Rig::Fault& fault : faults) {
     EXPECT_TRUE(until(is_pushing, stroke)) << "before: " << fault.name;
     fault.begin();
     EXPECT_TRUE(until(is_faulty, stroke)) << fault.name;
@@ -206,6 +399,7 @@ TEST_P(DeviceWithMotors, EndsAtNoForceWithinThreeTicksOfAFault) {
   stop = true;
   haptic.join();
   EXPECT_EQ(worst, 0) << "ticks after a fault with a force";
+  EXPECT_EQ(without_ramp, 0) << "times that a force came back at once";
   EXPECT_TRUE(comes(*device, {}, [&] { return rig->force_n() == Vec3{}; })) << "at the end";
 }
 
@@ -264,7 +458,7 @@ TEST_P(EveryDevice, HasLimitsThatMakeSense) {
 std::string name_of(const testing::TestParamInfo<NamedRig>& rig) { return rig.param.name; }
 std::vector<NamedRig> rigs_of(bool steered) {
   std::vector<NamedRig> some = rigs();
-  std::erase_if(some, [&](const NamedRig& rig) { return rig.is_steered != steered; });
+  std::erase_if(some, [&](const NamedRig& rig) { return rig.is_steered != steered || rig.has_place; });
   return some;
 }
 INSTANTIATE_TEST_SUITE_P(All, EveryDevice, testing::ValuesIn(rigs()), name_of);

@@ -2,10 +2,15 @@
 // a limit of force, brakes, a status, and whatever the tests have go wrong.
 #include "tests/devices/dhd_stand_in.h"
 
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <mutex>
 #include <thread>
@@ -13,6 +18,7 @@
 namespace {
 
 using Clock = std::chrono::steady_clock;
+using palpa::test::DhdSeen;
 using palpa::test::DhdStandIn;
 using What = DhdStandIn::What;
 
@@ -22,6 +28,7 @@ struct Omega {
   bool is_there = true, has_power = true, is_initialized = true, freezes = false, lies = false, refuses = false;
   bool is_open = false, is_enabled = false, is_off_by_button = false, holds_by_speed = false, brakes = false;
   int off_cause = 0;
+  bool is_touched = false;
   unsigned buttons = 0;
   std::array<double, 3> place{}, speed{}, force{};
   std::chrono::microseconds watchdog{0};
@@ -40,6 +47,24 @@ struct Omega {
 
 std::mutex mutex;
 std::array<Omega, DhdStandIn::devices> omegas;
+
+/// As the system lists them: those that are there. A place, not a name: the list closes up when one goes.
+Omega* at(int index) {
+  for (Omega& omega : omegas)
+    if (omega.is_there && index-- == 0) return &omega;
+  return nullptr;
+}
+int id_of(const Omega* omega) { return omega == nullptr ? -1 : static_cast<int>(omega - omegas.data()); }
+/// One that is open is given once more.
+int opened(Omega* omega) {
+  if (omega == nullptr) return -1;
+  if (!omega->is_open) omega->force = {};
+  omega->is_open = true;
+#ifndef WITHOUT_OPEN_SERIAL
+  omega->is_touched = true;
+#endif
+  return id_of(omega);
+}
 
 Omega* of(char id) {
   const auto n = static_cast<std::size_t>(id);
@@ -60,6 +85,18 @@ int call(char id, Do what) {
   const std::lock_guard lock(mutex);
   Omega* omega = of(id);
   return omega == nullptr ? -1 : what(*omega);
+}
+
+DhdSeen* seen() {
+  static DhdSeen* const shared = []() -> DhdSeen* {
+    const char* file = std::getenv("PALPA_TESTS_DHD_SEEN");
+    const int descriptor = file == nullptr ? -1 : ::open(file, O_RDWR | O_CLOEXEC);
+    if (descriptor < 0) return nullptr;
+    void* const memory = ::mmap(nullptr, sizeof(DhdSeen), PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, 0);
+    ::close(descriptor);
+    return memory == MAP_FAILED ? nullptr : static_cast<DhdSeen*>(memory);
+  }();
+  return shared;
 }
 
 void reset(int device) {
@@ -101,6 +138,10 @@ void set(int device, What what, int value) {
     case What::buttons: omega.buttons = static_cast<unsigned>(value); return;
   }
 }
+bool is_touched(int device) {
+  const std::lock_guard lock(mutex);
+  return omegas[static_cast<std::size_t>(device)].is_touched;
+}
 bool brakes(int device) {
   const std::lock_guard lock(mutex);
   return omegas[static_cast<std::size_t>(device)].brakes;
@@ -111,7 +152,7 @@ bool brakes(int device) {
 extern "C" {
 
 extern const DhdStandIn dhd_stand_in;
-const DhdStandIn dhd_stand_in{reset, hold, force_n, set, brakes};
+const DhdStandIn dhd_stand_in{reset, hold, force_n, set, brakes, is_touched};
 
 int dhdGetDeviceCount() {
   const std::lock_guard lock(mutex);
@@ -119,11 +160,7 @@ int dhdGetDeviceCount() {
 }
 int dhdOpenID(char index) {
   const std::lock_guard lock(mutex);
-  const auto n = static_cast<std::size_t>(index);
-  if (n >= omegas.size() || !omegas[n].is_there || omegas[n].is_open) return -1;
-  omegas[n].is_open = true;
-  omegas[n].force = {};
-  return index;
+  return opened(at(index));
 }
 int dhdClose(char id) {
   const std::lock_guard lock(mutex);
@@ -132,6 +169,8 @@ int dhdClose(char id) {
 }
 int dhdGetPosition(double* x, double* y, double* z, char id) {
   return call(id, [&](Omega& omega) {
+    if (const DhdSeen* shared = seen(); shared != nullptr && &omega == &omegas[0])
+      std::copy_n(shared->place_m, 3, omega.place.begin());
     *x = omega.lies ? std::numeric_limits<double>::quiet_NaN() : omega.place[0];
     *y = omega.place[1];
     *z = omega.place[2];
@@ -149,11 +188,16 @@ int dhdGetLinearVelocity(double* x, double* y, double* z, char id) {
 #ifndef WITHOUT_SET_FORCE
 int dhdSetForce(double x, double y, double z, char id) {
   return call(id, [&](Omega& omega) {
+    if (DhdSeen* shared = seen(); shared != nullptr && &omega == &omegas[0]) {
+      const double word[3] = {x, y, z};
+      std::copy_n(word, 3, shared->last_word_n);
+    }
     if (omega.refuses) {
       omega.force = {};
       return -1;
     }
     omega.look_at_watchdog();
+    omega.is_touched = true;
     omega.fed = Clock::now();
     omega.force = {x, y, z};
     const double size = std::sqrt(x * x + y * y + z * z);
@@ -165,6 +209,7 @@ int dhdSetForce(double x, double y, double z, char id) {
 #endif
 int dhdEnableForce(unsigned char on, char id) {
   return call(id, [&](Omega& omega) {
+    omega.is_touched = true;
     omega.is_enabled = on != 0 && !omega.holds_by_speed;
     omega.fed = Clock::now();
     if (omega.is_enabled) omega.off_cause = 0;
@@ -186,6 +231,19 @@ int dhdGetStatus(int* status, char id) {
 }
 const char* dhdGetSystemName(char) { return "omega.3"; }
 #ifndef WITHOUT_EXTRAS
+int dhdGetSerialNumber(unsigned short* number, char id) {
+  return call(id, [&](Omega& omega) {
+    *number = static_cast<unsigned short>(4711 + id_of(&omega));
+    return 0;
+  });
+}
+#ifndef WITHOUT_OPEN_SERIAL
+int dhdOpenSerial(int number) {
+  const std::lock_guard lock(mutex);
+  const auto n = static_cast<std::size_t>(number - 4711);
+  return n < omegas.size() && omegas[n].is_there ? opened(&omegas[n]) : -1;
+}
+#endif
 unsigned dhdGetButtonMask(char id) {
   const std::lock_guard lock(mutex);
   const Omega* omega = of(id);
@@ -193,12 +251,14 @@ unsigned dhdGetButtonMask(char id) {
 }
 int dhdSetBrakes(int on, char id) {
   return call(id, [&](Omega& omega) {
+    omega.is_touched = true;
     omega.brakes = on != 0;
     return 0;
   });
 }
 int dhdSetWatchdog(unsigned char steps, char id) {
   return call(id, [&](Omega& omega) {
+    omega.is_touched = true;
     omega.watchdog = std::chrono::microseconds(125) * steps;
     return 0;
   });

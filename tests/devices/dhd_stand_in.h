@@ -3,6 +3,13 @@
 
 namespace palpa::test {
 
+/// What a stand-in in another process shows: a file of this, which $PALPA_TESTS_DHD_SEEN names there, stays when that process
+/// ends, however it does. Of the first device.
+struct DhdSeen {
+  double place_m[3];      ///< of the handle; written by the test
+  double last_word_n[3];  ///< the force that was asked for last
+};
+
 /// One function of this name, `dhd_stand_in`, is exported by the stand-in besides the vendor's.
 struct DhdStandIn {
   static constexpr int devices = 2;
@@ -22,6 +29,8 @@ struct DhdStandIn {
   void (*force_n)(int device, double force_n[3]);  ///< that the motors make now
   void (*set)(int device, What what, int value);
   bool (*brakes)(int device);
+  /// Whether anything was said to its motors since the last `reset`, or, where the library opens by number, it was opened.
+  bool (*is_touched)(int device);
 };
 
 }  // namespace palpa::test

@@ -24,7 +24,7 @@ constexpr double most_n = 3.3;
 constexpr auto rest_after = std::chrono::milliseconds(20);
 
 struct Touch {
-  bool is_there = true, is_calibrated = true, stalls = false, is_open = false, has_output = false;
+  bool is_there = true, is_calibrated = true, stalls = false, is_open = false, has_output = false, is_touched = false;
   int error = 0, buttons = 0;
   double temperature = 0.2;
   std::array<double, 3> place{}, speed{}, asked{}, made{};
@@ -93,12 +93,17 @@ void set(int device, What what, int value) {
   }
 }
 
+bool is_touched(int device) {
+  const std::lock_guard lock(mutex);
+  return touches[static_cast<std::size_t>(device)].is_touched;
+}
+
 }  // namespace
 
 extern "C" {
 
 extern const HdStandIn hd_stand_in;
-const HdStandIn hd_stand_in{reset, hold, force_n, set};
+const HdStandIn hd_stand_in{reset, hold, force_n, set, is_touched};
 
 struct HDErrorInfo {
   unsigned code;
@@ -108,9 +113,10 @@ struct HDErrorInfo {
 
 unsigned hdInitDevice(const char* name) {
   const std::lock_guard lock(mutex);
-  const unsigned device = name == nullptr || std::strcmp(name, "first") == 0 ? 0
-                          : std::strcmp(name, "second") == 0                 ? 1
-                                                                             : nobody;
+  const unsigned device = name == nullptr                    ? (touches[0].is_there ? 0 : 1)
+                          : std::strcmp(name, "first") == 0  ? 0
+                          : std::strcmp(name, "second") == 0 ? 1
+                                                             : nobody;
   if (device == nobody || !touches[device].is_there || touches[device].is_open) {
     error = 0x0302;
     return nobody;
@@ -127,7 +133,7 @@ void hdDisableDevice(unsigned device) {
 void hdMakeCurrentDevice(unsigned device) { current = device; }
 void hdEnable(unsigned what) {
   const std::lock_guard lock(mutex);
-  if (Touch* touch = now(); touch != nullptr && what == 0x4000) touch->has_output = true;
+  if (Touch* touch = now(); touch != nullptr && what == 0x4000) touch->has_output = touch->is_touched = true;
 }
 void hdStartScheduler() {
   if (!runs.exchange(true)) servo = std::thread(serve);
@@ -197,7 +203,15 @@ void hdGetIntegerv(unsigned what, int* values) {
 }
 void hdSetDoublev(unsigned what, const double* values) {
   const std::lock_guard lock(mutex);
-  if (Touch* touch = now(); touch != nullptr && what == 0x2700) std::copy_n(values, 3, touch->asked.begin());
+  Touch* touch = now();
+  if (touch == nullptr || what != 0x2700) return;
+  std::copy_n(values, 3, touch->asked.begin());
+  touch->is_touched = true;
+}
+const char* hdGetString(unsigned what) {
+  const Touch* touch = now();
+  if (touch == nullptr) return nullptr;
+  return what == 0x2501 ? "Touch" : what == 0x2504 ? (touch == &touches[0] ? "first's number" : "second's number") : "";
 }
 HDErrorInfo hdGetError() {
   const HDErrorInfo info{error, 0, current};

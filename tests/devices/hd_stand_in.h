@@ -5,7 +5,7 @@ namespace palpa::test {
 
 /// One constant of this name, `hd_stand_in`, is exported by the stand-in besides the vendor's functions.
 struct HdStandIn {
-  static constexpr int devices = 2;  ///< the default device, which is "first" as well, and "second"
+  static constexpr int devices = 2;  ///< "first" and "second"; the default device is the first of them that is there
   enum class What {
     there,       ///< plugged in
     calibrated,  ///< else it waits for its inkwell
@@ -18,6 +18,7 @@ struct HdStandIn {
   void (*hold)(int device, const double place_mm[3], const double speed_mm_per_s[3]);
   void (*force_n)(int device, double force_n[3]);  ///< that the motors make now
   void (*set)(int device, What what, int value);
+  bool (*is_touched)(int device);  ///< whether anything was said to its motors since the last `reset`
 };
 
 }  // namespace palpa::test

@@ -22,7 +22,7 @@ namespace {
 class Inverse3Rig final : public Rig {
  public:
   std::unique_ptr<Device> open() override {
-    return device_backend("inverse3").open({{"port", std::to_string(service_.port())}});
+    return opened("inverse3", {{"id", "049D"}, {"port", std::to_string(service_.port())}});
   }
   void hold(const Vec3& position_m, const Vec3& velocity_m_per_s) override {
     service_.hold(test::service_from_hand(position_m), test::service_from_hand(velocity_m_per_s));
@@ -31,6 +31,18 @@ class Inverse3Rig final : public Rig {
   void press_button(int number, bool down) override { service_.press_wireless(number, down); }
   void unplug() override { service_.connect_device(false); }
   void plug() override { service_.connect_device(true); }
+  void plug_another() override { service_.connect_second_device(true); }
+  void unplug_another() override { service_.connect_second_device(false); }
+  bool is_another_touched() override { return service_.is_second_touched(); }
+  std::vector<Fault> ways_to_go() override {
+    std::vector<Fault> ways = Rig::ways_to_go();
+    ways.push_back({"the service ends", [this] { service_.stop(); }, [this] { service_.start(); }});
+    return ways;
+  }
+  std::vector<Fault> ways_of_a_handle_to_go() override {
+    return {{"out of the list", [this] { service_.connect_grip(false); }, [this] { service_.connect_grip(true); }},
+            {"not connected", [this] { service_.tell_grip_is_gone(true); }, [this] { service_.tell_grip_is_gone(false); }}};
+  }
   std::vector<Fault> faults() override {
     using Manner = test::Inverse3StandIn::Manner;
     const auto sends = [this](const char* name, Manner manner) {
@@ -56,6 +68,10 @@ class Inverse3Rig final : public Rig {
 };
 
 }  // namespace
+
+std::unique_ptr<Device> opened(const std::string& backend, const DeviceSettings& settings) {
+  return open_device({.name = backend, .settings = settings}, "/nowhere/devices.toml");
+}
 
 std::unique_ptr<Rig> inverse3_rig() { return std::make_unique<Inverse3Rig>(); }
 

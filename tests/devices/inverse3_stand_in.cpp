@@ -160,8 +160,11 @@ class Inverse3StandIn::Server {
     const json wireless{{"device_id", "65280"},
                         {"state",
                          {{"buttons", {{"a", wireless_buttons[0]}, {"b", wireless_buttons[1]}, {"c", wireless_buttons[2]}}},
-                          {"battery_level", 0.75}}}};
-    return {{"session_id", 3}, {"inverse3", arms}, {"verse_grip", {wired}}, {"wireless_verse_grip", {wireless}}};
+                          {"battery_level", 0.75}}},
+                        {"status", {{"connected", !is_grip_gone}, {"awake", true}, {"ready", true}}}};
+    json all_wireless = json::array();
+    if (has_grip) all_wireless.push_back(wireless);
+    return {{"session_id", 3}, {"inverse3", arms}, {"verse_grip", {wired}}, {"wireless_verse_grip", all_wireless}};
   }
 
   boost::asio::io_context context_;
@@ -171,9 +174,10 @@ class Inverse3StandIn::Server {
   std::thread thread_;
 
   // All of these are the server's thread's.
-  Vec3 position_m, velocity_m_per_s, commanded_n;
+  Vec3 position_m, velocity_m_per_s, commanded_n, last_word_n;
   Clock::time_point last_message;
-  bool has_power = true, is_calibrated = true, is_there = true, has_second = false;
+  bool has_power = true, is_calibrated = true, is_there = true, has_second = false, is_second_touched = false;
+  bool has_grip = true, is_grip_gone = false;
   double force_scale = 1.0;
   bool wired_button = false;
   std::array<bool, 3> wireless_buttons{};
@@ -256,6 +260,7 @@ class Inverse3StandIn::Server::Session : public std::enable_shared_from_this<Ses
     server_.commanded_n = {};
     if (message.contains("session") && message["session"].contains("force_render_full_state")) told_ = json::object();
     for (const json& device : message.value("inverse3", json::array())) {
+      if (device.at("device_id") != own_id) server_.is_second_touched = true;
       if (device.at("device_id") != own_id) continue;
       const json& command = device.at("commands").at("set_cursor_force");
       const char* word = command.contains("vector") && server_.knows_vector   ? "vector"
@@ -264,6 +269,7 @@ class Inverse3StandIn::Server::Session : public std::enable_shared_from_this<Ses
       if (word == nullptr) continue;
       const json& force = command.at(word);
       server_.commanded_n = {force.at("x").get<double>(), force.at("y").get<double>(), force.at("z").get<double>()};
+      server_.last_word_n = server_.commanded_n;
     }
   }
 
@@ -378,6 +384,22 @@ Vec3 Inverse3StandIn::force_n() {
   Vec3 force;
   server_->in_thread([&] { force = server_->made_force_n(); });
   return force;
+}
+Vec3 Inverse3StandIn::last_word_n() {
+  Vec3 word;
+  server_->in_thread([&] { word = server_->last_word_n; });
+  return word;
+}
+bool Inverse3StandIn::is_second_touched() {
+  bool is_touched = false;
+  server_->in_thread([&] { is_touched = server_->is_second_touched; });
+  return is_touched;
+}
+void Inverse3StandIn::connect_grip(bool there) {
+  server_->in_thread([&] { server_->has_grip = there; });
+}
+void Inverse3StandIn::tell_grip_is_gone(bool gone) {
+  server_->in_thread([&] { server_->is_grip_gone = gone; });
 }
 void Inverse3StandIn::turn_power(bool on) {
   server_->in_thread([&] { server_->has_power = on; });

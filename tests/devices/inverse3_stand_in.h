@@ -43,7 +43,9 @@ class Inverse3StandIn {
   // ---- the device ----
 
   void hold(const Vec3& position_m, const Vec3& velocity_m_per_s);
-  Vec3 force_n();  ///< that the motors make now
+  Vec3 force_n();            ///< that the motors make now
+  Vec3 last_word_n();        ///< that was sent last to it, whatever became of the connection
+  bool is_second_touched();  ///< whether a force was ever sent to another one than this
   void turn_power(bool on);
   void calibrate(bool done);
   void connect_device(bool there);
@@ -51,6 +53,8 @@ class Inverse3StandIn {
   void scale_forces(double factor);        ///< [1] POST /settings/devices/force_scale of the service
   void press_wired(bool down);             ///< the button of a verse_grip
   void press_wireless(int number, bool down);
+  void connect_grip(bool there);      ///< the wireless one, in the list
+  void tell_grip_is_gone(bool gone);  ///< it stays in the list, with its status "connected" false and its buttons as they were
 
   // ---- the service ----
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "palpa/device/device.h"
+#include "palpa/device/backend.h"
 
 namespace palpa {
 
@@ -27,10 +27,25 @@ class Rig {
   virtual void unplug() = 0;
   virtual void plug() = 0;
 
+  /// Plugs in another device of the kind, of the same model where the driver can tell two of a model apart: the one that a
+  /// driver comes upon that counts, or that takes whatever is there. It is deflected all the way, and its button 0 is held.
+  virtual void plug_another() = 0;
+  virtual void unplug_another() = 0;
+  /// Its deflection and button once more, for devices that say them when they change only.
+  virtual void use_another() {}
+  /// Whether it was opened, or anything was said to its motors.
+  virtual bool is_another_touched() = 0;
+
   struct Fault {
     std::string name;
     std::function<void()> begin, end;
   };
+  /// How the device can go, and come back: pulled out, or with the program that brings it.
+  virtual std::vector<Fault> ways_to_go() {
+    return {{"unplugged", [this] { unplug(); }, [this] { plug(); }}};
+  }
+  /// How what is beside the device, and has buttons, can go: a handle of its own. Button 0 is one of its.
+  virtual std::vector<Fault> ways_of_a_handle_to_go() { return {}; }
   /// What else can go wrong with it: while a fault lasts the device must say so by `fault`, or not be valid.
   virtual std::vector<Fault> faults() { return {}; }
   /// The largest error of a position by the device's own units [m] (numbers of bits, of digits).
@@ -39,11 +54,16 @@ class Rig {
 
 struct NamedRig {
   std::string name;
+  std::string backend;  ///< of the kind's shared object; empty: it has none
   std::function<std::unique_ptr<Rig>()> make;
-  bool is_steered = false;  ///< no motors and no place of its own; a process can have one
+  bool is_steered = false;  ///< no motors; a process can have one
+  bool has_place = false;   ///< it is steered by places, and not by a speed
 };
 inline void PrintTo(const NamedRig& rig, std::ostream* out) { *out << rig.name; }
-/// One per kind of device, in rigs.cpp.
+/// At least one per kind of device, in rigs.cpp.
 std::vector<NamedRig> rigs();
+
+/// Opens a device as a program does, without a user's limits.
+std::unique_ptr<Device> opened(const std::string& backend, const DeviceSettings& settings);
 
 }  // namespace palpa

@@ -1,3 +1,4 @@
+#include "palpa/device/open_device.h"
 #include "tests/devices/inverse3_rig.h"
 #include "tests/devices/rig.h"
 #include "tests/devices/steered_rigs.h"
@@ -6,11 +7,14 @@
 namespace palpa {
 
 std::vector<NamedRig> rigs() {
-  return {{"Inverse3", inverse3_rig},
-          {"ForceDimension", [] { return std::unique_ptr<Rig>(force_dimension_rig()); }},
-          {"OpenHaptics", [] { return std::unique_ptr<Rig>(openhaptics_rig()); }},
-          {"SpaceMouse", spacemouse_rig, true},
-          {"Controller", [] { return std::unique_ptr<Rig>(controller_rig()); }, true}};
+  return {{"Inverse3", "inverse3", inverse3_rig},
+          {"ForceDimension", "force-dimension", [] { return std::unique_ptr<Rig>(force_dimension_rig()); }},
+          {"ForceDimensionByIndex", "force-dimension",
+           [] { return std::unique_ptr<Rig>(force_dimension_rig(DhdLibrary::by_index)); }},
+          {"OpenHaptics", "openhaptics", [] { return std::unique_ptr<Rig>(openhaptics_rig()); }},
+          {"SpaceMouse", "spacemouse", spacemouse_rig, true},
+          {"Controller", "controller", [] { return std::unique_ptr<Rig>(controller_rig()); }, true},
+          {"Pointer", "", pointer_rig, true, true}};
 }
 
 }  // namespace palpa

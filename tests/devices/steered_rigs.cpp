@@ -16,14 +16,14 @@
 #include <stdexcept>
 #include <thread>
 
-#include "palpa/device/open_device.h"
+#include "palpa/device/pointer.h"
 
 namespace palpa {
 
 namespace {
 
-/// spacenavd's socket: whoever connects says which protocol it knows, is told the same, and then gets eight numbers for each
-/// event.
+/// spacenavd's socket: whoever connects says which protocol it knows, is told the same, may then ask what there is, and gets
+/// eight numbers for each event.
 class SpaceMouseRig final : public Rig {
  public:
   SpaceMouseRig() {
@@ -31,24 +31,57 @@ class SpaceMouseRig final : public Rig {
     if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
     folder_ = name;
     ::setenv("SPNAV_SOCKET", path().c_str(), 1);
-    plug();
+    start();
   }
   ~SpaceMouseRig() override {
-    unplug();
+    stop();
     std::filesystem::remove_all(folder_);
   }
-  std::unique_ptr<Device> open() override { return device_backend("spacemouse").open({}); }
+  std::unique_ptr<Device> open() override { return opened("spacemouse", {}); }
   void hold(const Vec3& position_m, const Vec3&) override {
     deflection_ = position_m;
-    tell_motion();
+    if (is_there_) tell_motion(deflection_);
   }
   Vec3 force_n() override { return {}; }
-  void press_button(int number, bool down) override { tell({down ? 1 : 2, number, 0, 0, 0, 0, 0, 0}); }
-  void unplug() override {
-    ends_ = true;
-    if (server_.joinable()) server_.join();
+  void press_button(int number, bool down) override {
+    if (is_there_) tell({down ? 1 : 2, number, 0, 0, 0, 0, 0, 0});
   }
-  void plug() override {
+  void unplug() override { change(is_there_, false, own); }
+  void plug() override { change(is_there_, true, own); }
+  // Two of a model cannot be told apart: another one is of another.
+  void plug_another() override {
+    change(is_another_there_, true, others);
+    use_another();
+  }
+  void unplug_another() override { change(is_another_there_, false, others); }
+  void use_another() override {
+    tell_motion({-1, 1, 1});
+    tell({1, 0, 0, 0, 0, 0, 0, 0});
+  }
+  bool is_another_touched() override { return false; }
+  std::vector<Fault> ways_to_go() override {
+    std::vector<Fault> ways = Rig::ways_to_go();
+    ways.push_back({"spacenavd ends", [this] { stop(); }, [this] { start(); }});
+    ways.push_back({"unplugged while spacenavd is away",
+                    [this] {
+                      stop();
+                      is_there_ = false;
+                      start();
+                    },
+                    [this] { plug(); }});
+    return ways;
+  }
+
+ private:
+  using Event = std::array<std::int32_t, 8>;
+  struct Model {
+    std::int32_t type, usb_vendor, usb_product;
+  };
+  static constexpr Model own{0x206, 0x256f, 0xc62e}, others{0x20a, 0x256f, 0xc631};
+  static constexpr std::int32_t hello = 0x7faa5501, tag = 0x7faa0000;
+  std::string path() const { return (folder_ / "spnav.sock").string(); }
+
+  void start() {
     ends_ = false;
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
@@ -59,11 +92,31 @@ class SpaceMouseRig final : public Rig {
       throw std::runtime_error("the stand-in for spacenavd cannot listen");
     server_ = std::thread([this, listener] { serve(listener); });
   }
-
- private:
-  using Event = std::array<std::int32_t, 8>;
-  static constexpr std::int32_t hello = 0x7faa5501;
-  std::string path() const { return (folder_ / "spnav.sock").string(); }
+  void stop() {
+    ends_ = true;
+    if (server_.joinable()) server_.join();
+  }
+  void change(std::atomic<bool>& is_there, bool there, const Model& model) {
+    is_there = there;
+    tell({3, there ? 0 : 1, 1, model.type, model.usb_vendor, model.usb_product, 0, 0});
+  }
+  /// What is asked of the first SpaceMouse, and the sensitivity, which is always there.
+  Event answered(Event question) const {
+    const Model* model = is_there_ ? &own : is_another_there_ ? &others : nullptr;
+    Event answer{question[0], 0, 0, 0, 0, 0, 0, 0};
+    switch (question[0] - tag) {
+      case 0x2004:
+        if (model) answer[1] = model->usb_vendor, answer[2] = model->usb_product;
+        break;
+      case 0x2005:
+        if (model) answer[1] = model->type;
+        break;
+      case 0x3001: answer[1] = 0x3f800000; return answer;
+      default: break;
+    }
+    answer[7] = model ? 0 : -1;
+    return answer;
+  }
 
   void serve(int listener) {
     int client = -1;
@@ -74,14 +127,20 @@ class SpaceMouseRig final : public Rig {
         const std::lock_guard lock(mutex_);
         if (client >= 0) ::close(client);
         client = client_ = ::accept(listener, nullptr, nullptr);
+        is_greeted_ = false;
         continue;
       }
       std::int32_t word = 0;
-      const ssize_t read = ::read(client, &word, sizeof word);
+      Event question{};
+      const ssize_t read = is_greeted_ ? ::read(client, question.data(), sizeof question) : ::read(client, &word, sizeof word);
       const std::lock_guard lock(mutex_);
       if (read <= 0) {
         ::close(client);
         client = client_ = -1;
+        is_greeted_ = false;
+      } else if (is_greeted_) {
+        const Event answer = answered(question);
+        [[maybe_unused]] const ssize_t written = ::send(client, answer.data(), sizeof answer, MSG_NOSIGNAL);
       } else if (word == hello) {
         [[maybe_unused]] const ssize_t written = ::write(client, &word, sizeof word);
         is_greeted_ = true;
@@ -95,7 +154,7 @@ class SpaceMouseRig final : public Rig {
     ::unlink(path().c_str());
   }
   void tell(const Event& event) {
-    for (int n = 0; n < 2000; ++n) {
+    for (int n = 0; n < 500; ++n) {
       {
         const std::lock_guard lock(mutex_);
         if (is_greeted_) {
@@ -103,14 +162,15 @@ class SpaceMouseRig final : public Rig {
           return;
         }
       }
-      ::usleep(1000);  // until the device has connected
+      if (ends_) return;
+      ::usleep(1000);  // until the device has connected, if there is one
     }
   }
   // Pushed right, up and away from the user the ball's three numbers grow. In its order of a message: x, z of ours swapped in
   // sign by the vendor.
-  void tell_motion() {
+  void tell_motion(const Vec3& deflection) {
     const auto counts = [](double share) { return static_cast<std::int32_t>(std::lround(350.0 * share)); };
-    tell({0, counts(deflection_.x), counts(deflection_.y), counts(-deflection_.z), 0, 0, 0, 16});
+    tell({0, counts(deflection.x), counts(deflection.y), counts(-deflection.z), 0, 0, 0, 16});
   }
 
   std::filesystem::path folder_;
@@ -118,11 +178,12 @@ class SpaceMouseRig final : public Rig {
   std::atomic<bool> ends_{false};
   std::mutex mutex_;
   int client_ = -1;
-  bool is_greeted_ = false;
+  std::atomic<bool> is_greeted_{false};
+  std::atomic<bool> is_there_{true}, is_another_there_{false};
   Vec3 deflection_;
 };
 
-/// A joystick that SDL makes up.
+/// Joysticks that SDL makes up.
 class ControllerRig final : public ControllerRigBase {
  public:
   ControllerRig() {
@@ -132,58 +193,137 @@ class ControllerRig final : public ControllerRigBase {
   }
   ~ControllerRig() override {
     unplug();
+    unplug_another();
     SDL_QuitSubSystem(SDL_INIT_GAMECONTROLLER);
   }
-  std::unique_ptr<Device> open() override { return device_backend("controller").open({}); }
+  std::unique_ptr<Device> open() override { return opened("controller", {}); }
   void hold(const Vec3& position_m, const Vec3&) override {
     deflection_ = position_m;
-    set();
+    if (joystick_ != nullptr) set(joystick_, deflection_);
   }
   Vec3 force_n() override { return {}; }
-  void press_button(int number, bool down) override { SDL_JoystickSetVirtualButton(joystick_, number, down ? 1 : 0); }
-  void unplug() override {
-    if (joystick_ != nullptr) SDL_JoystickClose(joystick_);
-    joystick_ = nullptr;
-    for (int n = SDL_NumJoysticks() - 1; n >= 0; --n)
-      if (SDL_JoystickIsVirtual(n) == SDL_TRUE) SDL_JoystickDetachVirtual(n);
+  void press_button(int number, bool down) override {
+    if (joystick_ != nullptr) SDL_JoystickSetVirtualButton(joystick_, number, down ? 1 : 0);
   }
+  void unplug() override { detach(joystick_); }
   void plug() override {
+    joystick_ = attached(own_, name);
+    set(joystick_, deflection_);
+  }
+  void plug_another() override {
+    // Of two of a model without serial numbers the one that comes while the other is away cannot be told from it.
+    another_ = attached(anothers_, joystick_ != nullptr ? name : "another made-up controller");
+    set(another_, {-1, 1, 1});
+    SDL_JoystickSetVirtualButton(another_, 0, 1);
+  }
+  void unplug_another() override { detach(another_); }
+  bool is_another_touched() override { return anothers_.told > 0; }
+  Rumble rumble() override { return {own_.slow, own_.fast}; }
+
+ private:
+  struct Motors {
+    std::atomic<double> slow{0.0}, fast{0.0};
+    std::atomic<int> told{0};
+  };
+  static constexpr const char* name = "made-up controller";
+  static SDL_Joystick* attached(Motors& motors, const char* called) {
     SDL_VirtualJoystickDesc made{};
     made.version = SDL_VIRTUAL_JOYSTICK_DESC_VERSION;
     made.type = SDL_JOYSTICK_TYPE_GAMECONTROLLER;
     made.naxes = SDL_CONTROLLER_AXIS_MAX;
     made.nbuttons = SDL_CONTROLLER_BUTTON_MAX;
-    made.name = "made-up controller";
-    made.userdata = this;
+    made.name = called;
+    made.userdata = &motors;
     made.Rumble = [](void* self, Uint16 slow, Uint16 fast) {
-      auto& rig = *static_cast<ControllerRig*>(self);
-      rig.slow_ = slow / 65535.0;
-      rig.fast_ = fast / 65535.0;
+      auto& told = *static_cast<Motors*>(self);
+      told.slow = slow / 65535.0;
+      told.fast = fast / 65535.0;
+      ++told.told;
       return 0;
     };
     const int index = SDL_JoystickAttachVirtualEx(&made);
-    joystick_ = index < 0 ? nullptr : SDL_JoystickOpen(index);
-    if (joystick_ == nullptr) throw std::runtime_error(SDL_GetError());
-    set();
+    SDL_Joystick* const joystick = index < 0 ? nullptr : SDL_JoystickOpen(index);
+    if (joystick == nullptr) throw std::runtime_error(SDL_GetError());
+    return joystick;
   }
-  Rumble rumble() override { return {slow_, fast_}; }
+  static void detach(SDL_Joystick*& joystick) {
+    if (joystick == nullptr) return;
+    const SDL_JoystickID id = SDL_JoystickInstanceID(joystick);
+    SDL_JoystickClose(joystick);
+    joystick = nullptr;
+    for (int n = SDL_NumJoysticks() - 1; n >= 0; --n)
+      if (SDL_JoystickGetDeviceInstanceID(n) == id) SDL_JoystickDetachVirtual(n);
+  }
+  // Sticks count to the right and towards the user; pushed up the right one counts down.
+  static void set(SDL_Joystick* joystick, const Vec3& deflection) {
+    const auto counts = [](double share) { return static_cast<Sint16>(std::lround(32767.0 * share)); };
+    SDL_JoystickSetVirtualAxis(joystick, SDL_CONTROLLER_AXIS_LEFTX, counts(deflection.x));
+    SDL_JoystickSetVirtualAxis(joystick, SDL_CONTROLLER_AXIS_LEFTY, counts(deflection.z));
+    SDL_JoystickSetVirtualAxis(joystick, SDL_CONTROLLER_AXIS_RIGHTY, counts(-deflection.y));
+  }
+
+  Motors own_, anothers_;
+  SDL_Joystick *joystick_ = nullptr, *another_ = nullptr;
+  Vec3 deflection_;
+};
+
+/// A window with a mouse: it tells motions while it has it, and once more in vain after it has lost it.
+class PointerRig final : public Rig {
+ public:
+  std::unique_ptr<Device> open() override {
+    auto pointer = std::make_unique<Watched>(*this);
+    pointer_ = pointer.get();
+    pointer_->have_mouse(has_mouse_);
+    return pointer;
+  }
+  void hold(const Vec3& position_m, const Vec3&) override {
+    if (pointer_ != nullptr) pointer_->move(position_m);
+  }
+  Vec3 force_n() override { return {}; }
+  void press_button(int number, bool down) override {
+    buttons_ = down ? buttons_ | (1u << number) : buttons_ & ~(1u << number);
+    if (pointer_ != nullptr) pointer_->press(buttons_);
+  }
+  void unplug() override { have(false); }
+  void plug() override { have(true); }
+  // A window has one mouse.
+  void plug_another() override {}
+  void unplug_another() override {}
+  bool is_another_touched() override { return false; }
+  std::vector<Fault> ways_to_go() override {
+    return {{"another window has the mouse", [this] { unplug(); }, [this] { plug(); }}};
+  }
 
  private:
-  // Sticks count to the right and towards the user; pushed up the right one counts down.
-  void set() {
-    const auto counts = [](double share) { return static_cast<Sint16>(std::lround(32767.0 * share)); };
-    SDL_JoystickSetVirtualAxis(joystick_, SDL_CONTROLLER_AXIS_LEFTX, counts(deflection_.x));
-    SDL_JoystickSetVirtualAxis(joystick_, SDL_CONTROLLER_AXIS_LEFTY, counts(deflection_.z));
-    SDL_JoystickSetVirtualAxis(joystick_, SDL_CONTROLLER_AXIS_RIGHTY, counts(-deflection_.y));
+  struct Watched final : Device {
+    explicit Watched(PointerRig& its_rig) : rig(its_rig) {}
+    ~Watched() override { rig.pointer_ = nullptr; }
+    std::string name() const override { return pointer.name(); }
+    DeviceLimits limits() const override { return pointer.limits(); }
+    DeviceState read() noexcept override { return pointer.read(); }
+    bool write(const Vec3& force_n) noexcept override { return pointer.write(force_n); }
+    bool rests() const noexcept override { return pointer.rests(); }
+    void have_mouse(bool is_had) { pointer.have_mouse(is_had); }
+    void move(const Vec3& way_m) { pointer.move(way_m); }
+    void press(std::uint32_t buttons) { pointer.press(buttons); }
+    PointerRig& rig;
+    Pointer pointer;
+  };
+  void have(bool is_had) {
+    has_mouse_ = is_had;
+    if (pointer_ == nullptr) return;
+    pointer_->have_mouse(is_had);
+    if (!is_had) pointer_->move({0.01, 0, 0});
   }
 
-  SDL_Joystick* joystick_ = nullptr;
-  Vec3 deflection_;
-  std::atomic<double> slow_{0.0}, fast_{0.0};
+  Watched* pointer_ = nullptr;
+  bool has_mouse_ = true;
+  std::uint32_t buttons_ = 0;
 };
 
 }  // namespace
 
+std::unique_ptr<Rig> pointer_rig() { return std::make_unique<PointerRig>(); }
 std::unique_ptr<Rig> spacemouse_rig() { return std::make_unique<SpaceMouseRig>(); }
 std::unique_ptr<ControllerRigBase> controller_rig() { return std::make_unique<ControllerRig>(); }
 

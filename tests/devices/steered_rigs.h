@@ -1,4 +1,4 @@
-// A SpaceMouse on a stand-in for spacenavd, and a game controller that SDL makes up.
+// A SpaceMouse on a stand-in for spacenavd, a game controller that SDL makes up, and a window with a mouse.
 #pragma once
 
 #include <memory>
@@ -8,6 +8,7 @@
 namespace palpa {
 
 std::unique_ptr<Rig> spacemouse_rig();
+std::unique_ptr<Rig> pointer_rig();
 
 /// What a controller's motors were last told: [0, 1], slow and fast.
 struct Rumble {

@@ -15,7 +15,7 @@ namespace {
 using test::DhdStandIn;
 using test::HdStandIn;
 
-void* opened(const std::string& file) {
+void* opened_library(const std::string& file) {
   void* library = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (library == nullptr) throw std::runtime_error(::dlerror());
   return library;
@@ -24,6 +24,7 @@ void* opened(const std::string& file) {
 /// Two of each kind can be had at a time.
 class Numbers {
  public:
+  bool is_taken(int n) const { return taken_[n]; }
   int take() {
     for (int n = 0; n < 2; ++n)
       if (!taken_[n]) {
@@ -40,13 +41,21 @@ class Numbers {
 
 class ForceDimensionRig final : public ForceDimensionRigBase {
  public:
-  ForceDimensionRig() : number_(numbers().take()) { stand_in().reset(number_); }
-  ~ForceDimensionRig() override {
+  explicit ForceDimensionRig(DhdLibrary library)
+      : file_(library == DhdLibrary::whole ? PALPA_TESTS_DHD : PALPA_TESTS_DHD_BY_INDEX),
+        stand_in_(*static_cast<const DhdStandIn*>(::dlsym(opened_library(file_), "dhd_stand_in"))),
+        number_(numbers().take()) {
     stand_in().reset(number_);
+    if (!numbers().is_taken(1 - number_)) unplug_another();
+  }
+  ~ForceDimensionRig() override {
+    unplug();
     numbers().give_back(number_);
   }
   std::unique_ptr<Device> open() override {
-    return device_backend("force-dimension").open({{"library", PALPA_TESTS_DHD}, {"number", std::to_string(number_ + 1)}});
+    // By its place among those that are there.
+    const bool is_second = number_ == 1 && (is_another_there_ || numbers().is_taken(0));
+    return opened("force-dimension", {{"library", file_}, {"number", is_second ? "2" : "1"}});
   }
   // The vendor's words: x towards the user, y to the right of the user, z up.
   void hold(const Vec3& position_m, const Vec3& velocity_m_per_s) override {
@@ -68,6 +77,18 @@ class ForceDimensionRig final : public ForceDimensionRigBase {
   bool brakes() override { return stand_in().brakes(number_); }
   void unplug() override { set(DhdStandIn::What::there, 0); }
   void plug() override { set(DhdStandIn::What::there, 1); }
+  void plug_another() override {
+    stand_in().reset(1 - number_);
+    const double place[3] = {0.05, 0.05, 0.05}, speed[3] = {};
+    stand_in().hold(1 - number_, place, speed);
+    stand_in().set(1 - number_, DhdStandIn::What::buttons, 1);
+    is_another_there_ = true;
+  }
+  void unplug_another() override {
+    stand_in().set(1 - number_, DhdStandIn::What::there, 0);
+    is_another_there_ = false;
+  }
+  bool is_another_touched() override { return stand_in().is_touched(1 - number_); }
   std::vector<Fault> faults() override {
     const auto fault = [this](const char* name, DhdStandIn::What what, int wrong) {
       return Fault{name, [this, what, wrong] { set(what, wrong); }, [this, what, wrong] { set(what, 1 - wrong); }};
@@ -86,27 +107,30 @@ class ForceDimensionRig final : public ForceDimensionRigBase {
     static Numbers all;
     return all;
   }
-  static const DhdStandIn& stand_in() {
-    static const auto* const found = static_cast<const DhdStandIn*>(::dlsym(opened(PALPA_TESTS_DHD), "dhd_stand_in"));
-    return *found;
-  }
+  const DhdStandIn& stand_in() const { return stand_in_; }
   void set(DhdStandIn::What what, int value) { stand_in().set(number_, what, value); }
 
-  int number_;
+  const std::string file_;
+  const DhdStandIn& stand_in_;
+  const int number_;
+  bool is_another_there_ = false;
   int buttons_ = 0;
 };
 
 class OpenHapticsRig final : public OpenHapticsRigBase {
  public:
-  OpenHapticsRig() : number_(numbers().take()) { stand_in().reset(number_); }
-  ~OpenHapticsRig() override {
+  OpenHapticsRig() : number_(numbers().take()) {
     stand_in().reset(number_);
+    if (!numbers().is_taken(1 - number_)) unplug_another();
+  }
+  ~OpenHapticsRig() override {
+    unplug();
     numbers().give_back(number_);
   }
   std::unique_ptr<Device> open() override {
     DeviceSettings settings{{"library", PALPA_TESTS_HD}};
     if (number_ == 1) settings.emplace_back("name", "second");
-    return device_backend("openhaptics").open(settings);
+    return opened("openhaptics", settings);
   }
   // The vendor's words: millimetres, x to the right, y up, z towards the user.
   void hold(const Vec3& position_m, const Vec3& velocity_m_per_s) override {
@@ -126,6 +150,14 @@ class OpenHapticsRig final : public OpenHapticsRigBase {
   void warm(double share) override { set(HdStandIn::What::warm, static_cast<int>(100.0 * share)); }
   void unplug() override { set(HdStandIn::What::there, 0); }
   void plug() override { set(HdStandIn::What::there, 1); }
+  void plug_another() override {
+    stand_in().reset(1 - number_);
+    const double place[3] = {50, 50, 50}, speed[3] = {};
+    stand_in().hold(1 - number_, place, speed);
+    stand_in().set(1 - number_, HdStandIn::What::buttons, 1);
+  }
+  void unplug_another() override { stand_in().set(1 - number_, HdStandIn::What::there, 0); }
+  bool is_another_touched() override { return stand_in().is_touched(1 - number_); }
   std::vector<Fault> faults() override {
     std::vector<Fault> all;
     for (const int code : {0x0200, 0x0201, 0x0202, 0x0203, 0x0204, 0x0300, 0x0302, 0x0304, 0x0999})
@@ -144,7 +176,7 @@ class OpenHapticsRig final : public OpenHapticsRigBase {
     return all;
   }
   static const HdStandIn& stand_in() {
-    static const auto* const found = static_cast<const HdStandIn*>(::dlsym(opened(PALPA_TESTS_HD), "hd_stand_in"));
+    static const auto* const found = static_cast<const HdStandIn*>(::dlsym(opened_library(PALPA_TESTS_HD), "hd_stand_in"));
     return *found;
   }
   void set(HdStandIn::What what, int value) { stand_in().set(number_, what, value); }
@@ -155,7 +187,9 @@ class OpenHapticsRig final : public OpenHapticsRigBase {
 
 }  // namespace
 
-std::unique_ptr<ForceDimensionRigBase> force_dimension_rig() { return std::make_unique<ForceDimensionRig>(); }
+std::unique_ptr<ForceDimensionRigBase> force_dimension_rig(DhdLibrary library) {
+  return std::make_unique<ForceDimensionRig>(library);
+}
 std::unique_ptr<OpenHapticsRigBase> openhaptics_rig() { return std::make_unique<OpenHapticsRig>(); }
 
 }  // namespace palpa

@@ -1,6 +1,7 @@
 // Force Dimension's and 3D Systems' devices on stand-ins for their libraries.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 
 #include "tests/devices/rig.h"
@@ -11,7 +12,8 @@ class ForceDimensionRigBase : public Rig {
  public:
   virtual bool brakes() = 0;  ///< whether it holds its handle by its brakes
 };
-std::unique_ptr<ForceDimensionRigBase> force_dimension_rig();
+enum class DhdLibrary : std::uint8_t { whole, by_index };  ///< by index: it opens no device by its serial number
+std::unique_ptr<ForceDimensionRigBase> force_dimension_rig(DhdLibrary library = DhdLibrary::whole);
 
 class OpenHapticsRigBase : public Rig {
  public:

@@ -1,0 +1,30 @@
+// Threads that no signal reaches.
+#pragma once
+
+#include <signal.h>
+
+namespace palpa::detail {
+
+/// Signals that a fault of a thread raises in that thread. The system ends a program at once, without its handlers, where one
+/// of them is blocked.
+inline constexpr int fault_signals[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTRAP, SIGSYS, SIGABRT};
+
+/// Blocks all signals but those of its own faults for the calling thread, until the destructor. Threads that are made
+/// meanwhile have them blocked for good: a handler, which may wait, then never runs on a thread that others wait for.
+class BlockedSignals {
+ public:
+  BlockedSignals() noexcept {
+    sigset_t all;
+    ::sigfillset(&all);
+    for (const int number : fault_signals) ::sigdelset(&all, number);
+    ::pthread_sigmask(SIG_SETMASK, &all, &before_);
+  }
+  ~BlockedSignals() { ::pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+  BlockedSignals(const BlockedSignals&) = delete;
+  BlockedSignals& operator=(const BlockedSignals&) = delete;
+
+ private:
+  sigset_t before_;
+};
+
+}  // namespace palpa::detail

@@ -1,0 +1,34 @@
+// Whether motors have no force any more, known across the two threads of a driver.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+namespace palpa {
+
+/// One thread asks for forces and numbers them, one gives them to the motors, any may look. Allocates nothing; of use in a
+/// signal handler.
+class Rest {
+ public:
+  /// Before a force is handed to the other thread. Returns its number [1], from 1.
+  std::uint64_t ask(bool is_force) noexcept {
+    ++asked_;
+    if (is_force) last_force_.store(asked_, std::memory_order_release);
+    return asked_;
+  }
+  /// The motors were given no force, at a time when this number [1] was the latest that had been handed over, or they are not
+  /// there.
+  void give_none(std::uint64_t number) noexcept { none_at_.store(number, std::memory_order_release); }
+  /// Whether the motors were given none since the last force was asked for.
+  bool is_reached() const noexcept {
+    const std::uint64_t none_at = none_at_.load(std::memory_order_acquire);
+    return none_at >= last_force_.load(std::memory_order_acquire);
+  }
+
+ private:
+  static_assert(std::atomic<std::uint64_t>::is_always_lock_free, "read in a signal handler");
+  std::uint64_t asked_ = 0;
+  std::atomic<std::uint64_t> last_force_{0}, none_at_{0};
+};
+
+}  // namespace palpa
