@@ -1,7 +1,6 @@
 // palpa-explorer: see and feel one volume in one window. Exit codes as those of palpa.
 #include <QVTKOpenGLNativeWidget.h>
 #include <signal.h>
-#include <time.h>
 #include <vtkObject.h>
 
 #include <CLI/CLI.hpp>
@@ -16,21 +15,6 @@
 #include "palpa/version.h"
 
 namespace {
-
-/// A program that crashes has its haptic thread yet: it brings the force to zero before all of it goes.
-void let_go_on_crash() {
-  struct sigaction action = {};
-  action.sa_handler = [](int number) {
-    palpa::explorer::Touch::let_go_at_once();
-    const timespec while_motors_stop{.tv_sec = 0, .tv_nsec = 50'000'000};
-    ::nanosleep(&while_motors_stop, nullptr);
-    ::raise(number);
-  };
-  action.sa_flags = static_cast<int>(SA_RESETHAND | SA_NODEFER);
-  for (const int number : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGTERM, SIGINT, SIGHUP})
-    ::sigaction(number, &action, nullptr);
-  ::signal(SIGXFSZ, SIG_IGN);
-}
 
 bool has_display() {
   for (const char* name : {"DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"})
@@ -80,7 +64,8 @@ int main(int argc, char** argv) {
         stderr);
     return 2;
   }
-  let_go_on_crash();
+  // A file that may not grow any more is an error of its writer, like a full disk.
+  ::signal(SIGXFSZ, SIG_IGN);
   QSurfaceFormat::setDefaultFormat(QVTKOpenGLNativeWidget::defaultFormat());
   vtkObject::GlobalWarningDisplayOff();
   QCoreApplication::setAttribute(Qt::AA_EnableHighDpiScaling);

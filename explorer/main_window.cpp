@@ -15,6 +15,7 @@
 #include <QStatusBar>
 #include <QTabWidget>
 #include <QVBoxLayout>
+#include <utility>
 
 #include "explorer/job_bar.h"
 #include "explorer/opening.h"
@@ -168,6 +169,7 @@ void MainWindow::lead_hand_by_mouse() {
     views_->forget_trail();
   });
   connect(views_, &SceneViews::hold_moved, this, [this](const Vec3& at_m, const Vec3& away, double depth_m) {
+    led_away_ = away;
     if (mouse_leads_) touch_.lead_hand(at_m + depth_m * away);
   });
   connect(views_, &SceneViews::hold_ended, this, [this](const Vec3& away) {
@@ -412,6 +414,15 @@ void MainWindow::dropEvent(QDropEvent* event) {
     open(path.filename() == "trace.toml" ? path.parent_path() : path);
     break;
   }
+}
+
+// Where another window takes the mouse, the button may be let go there, and nobody tells of it.
+void MainWindow::changeEvent(QEvent* event) {
+  QMainWindow::changeEvent(event);
+  if (event->type() != QEvent::ActivationChange) return;
+  if (!isActiveWindow() && std::exchange(mouse_leads_, false))
+    touch_.put_hand(touch_.moment().proxy_m - in_front_m * led_away_);
+  touch_.have_mouse(isActiveWindow());
 }
 
 void MainWindow::closeEvent(QCloseEvent* event) {

@@ -54,6 +54,7 @@ class MainWindow : public QMainWindow {
   void dragEnterEvent(QDragEnterEvent* event) override;
   void dropEvent(QDropEvent* event) override;
   void closeEvent(QCloseEvent* event) override;
+  void changeEvent(QEvent* event) override;
 
  private:
   void make_actions();
@@ -100,6 +101,7 @@ class MainWindow : public QMainWindow {
   QAction* hold_ = nullptr;
   QTimer timer_;
   bool mouse_leads_ = false;
+  Vec3 led_away_;  ///< from the surface, where the mouse led the hand last; [1]
   int ticks_ = 0;
   std::int64_t unrecorded_ = 0;
 };

@@ -14,7 +14,6 @@ constexpr double led_m_per_s = 0.5;
 constexpr double pointer_radius_m = 0.4;
 
 std::atomic<LiveRun*> felt_now{nullptr};
-static_assert(std::atomic<LiveRun*>::is_always_lock_free, "read in a signal handler");
 
 std::int64_t now_ns() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -50,6 +49,7 @@ void Touch::begin(const LoadedScene& loaded, std::unique_ptr<Device> device, con
         Pointer::Options{.radius_m = pointer_radius_m, .largest_force_n = std::max(0.1, loaded.scene.coupling.max_force_n)});
     pointer_ = pointer.get();
     pointer_->put(wanted_m_);
+    pointer_->have_mouse(has_mouse_);
     sent_m_ = wanted_m_;
     device = std::move(pointer);
   }
@@ -114,6 +114,11 @@ void Touch::put_hand(const Vec3& at_m) {
   if (pointer_) pointer_->put(at_m);
 }
 
+void Touch::have_mouse(bool is_had) {
+  has_mouse_ = is_had;
+  if (pointer_) pointer_->have_mouse(is_had);
+}
+
 void Touch::beat(double dt_s) {
   last_beat_ns_ = now_ns();
   if (!run_) return;
@@ -167,10 +172,6 @@ void Touch::observe(const TickFrame& frame, const Session& session) noexcept {
     std::copy_n(session.placed().begin() + last.first_primitive, moment.count, moment.primitives.begin());
   }
   moments_.give(moment);
-}
-
-void Touch::let_go_at_once() noexcept {
-  if (LiveRun* const run = felt_now) run->tell_to_end();
 }
 
 }  // namespace palpa::explorer

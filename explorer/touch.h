@@ -57,6 +57,8 @@ class Touch {
   void lead_hand(const Vec3& to_m) { wanted_m_ = to_m; }
   /// Where it was told to go, hand frame [m].
   const Vec3& led_to_m() const noexcept { return wanted_m_; }
+  /// Whether the window has the mouse (`Pointer::have_mouse`): while another one has it nothing is felt by it.
+  void have_mouse(bool is_had);
   /// Time has passed for the window: the hand goes on, the watch is told that the window lives. \param dt_s  [s]
   void beat(double dt_s);
 
@@ -71,8 +73,6 @@ class Touch {
   bool is_held() const noexcept { return held_; }
   /// What the system refused to the loop's thread, and what the device bears less than the scene wants.
   const std::vector<std::string>& notes() const noexcept { return prepared_.notes; }
-  /// For a signal handler on any thread: the loop ends after the tick under way, the motors have no force.
-  static void let_go_at_once() noexcept;
 
  private:
   void observe(const TickFrame& frame, const Session& session) noexcept;
@@ -86,6 +86,7 @@ class Touch {
   std::unique_ptr<Device> device_;
   std::unique_ptr<LiveRun> run_;
   bool held_ = false;
+  bool has_mouse_ = true;
   Vec3 wanted_m_, sent_m_;
 
   // From the loop.
