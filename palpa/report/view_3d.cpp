@@ -41,8 +41,14 @@ Json json_of(const Shape& shape) {
     for (const double along_m : {p.x - low.x, p.y - low.y, p.z - low.z})
       points.push_back(static_cast<std::uint16_t>(std::lround(std::clamp(along_m / step_m, 0.0, 65535.0))));
   }
-  Json json{{"words", shape.words}, {"color", hex(shape.color)},        {"opacity", rounded(shape.opacity, 3)},
-            {"low", mm(low)},       {"step", rounded(1e3 * step_m, 7)}, {"points", packed(points)}};
+  Json json{{"layer", shape.layer},
+            {"words", shape.words},
+            {"color", hex(shape.color)},
+            {"opacity", rounded(shape.opacity, 3)},
+            {"low", mm(low)},
+            {"step", rounded(1e3 * step_m, 7)},
+            {"points", packed(points)}};
+  if (shape.bar) json["bar"] = *shape.bar;
   if (!shape.normals.empty()) {
     std::vector<std::int8_t> normals;
     for (const Vec3& n : shape.normals) {

@@ -12,6 +12,8 @@ const View3d = (() => {
     limited: {letter: '\u25a0', color: 'orange', words: 'limited by the guard'},
     fault: {letter: '\u25c6', color: 'ink', words: 'fault'},
   };
+  const mostLetters = 40;  // events that have letters. More: they cover the scene; fewer: dots, which only a colour tells apart
+  const dots = data && data.events.length > mostLetters;
   let stage, renderer, camera, controls, scene, front, moment, mostN;
   const lineMaterials = [];
   const groups = {};
@@ -164,12 +166,18 @@ const View3d = (() => {
       pen.textBaseline = 'middle';
       pen.lineWidth = 8;
       pen.strokeStyle = Report.color('ground');
-      pen.strokeText(sign.letter, 32, 34);
       pen.fillStyle = Report.color(sign.color);
-      pen.fillText(sign.letter, 32, 34);
+      if (dots) {
+        pen.arc(32, 32, 26, 0, 2 * Math.PI);
+        pen.stroke();
+        pen.fill();
+      } else {
+        pen.strokeText(sign.letter, 32, 34);
+        pen.fillText(sign.letter, 32, 34);
+      }
       const geometry = new THREE.BufferGeometry();
       geometry.setAttribute('position', new THREE.Float32BufferAttribute([].concat(...events.map((event) => event.at)), 3));
-      groups[kind] = new THREE.Points(geometry, new THREE.PointsMaterial({size: 15 * renderer.getPixelRatio(), sizeAttenuation: false,
+      groups[kind] = new THREE.Points(geometry, new THREE.PointsMaterial({size: (dots ? 5 : 15) * renderer.getPixelRatio(), sizeAttenuation: false,
         map: new THREE.CanvasTexture(canvas), transparent: true, depthTest: false, depthWrite: false}));
       groups[kind].visible = seen;
       front.add(groups[kind]);
@@ -251,6 +259,18 @@ const View3d = (() => {
     }
   };
 
+  /** The force of a primitive: of its strength, or its strength and what its drag adds. */
+  const forceWords = (primitive) => {
+    const {force, strength, drag} = primitive;
+    const round = (newtons) => Math.round(1e3 * newtons) / 1e3;
+    if (!drag || round(force) <= round(strength))
+      return Report.digits(force) + (strength > 0 ? ' of ' + Report.digits(strength) : '') + ' N';
+    if (!(strength > 0)) return Report.digits(force) + ' N (drag)';
+    const decimals = force < 0.1 ? 3 : 2;
+    const whole = force.toFixed(decimals), hold = strength.toFixed(decimals);
+    return whole + ' N (' + hold + ' strength + ' + (whole - hold).toFixed(decimals) + ' drag)';
+  };
+
   const tellMoment = (now) => {
     const root = document.getElementById('moment');
     root.textContent = '';
@@ -273,14 +293,12 @@ const View3d = (() => {
     row('proxy from probe', Report.digits(vector(now.proxy).distanceTo(vector(now.probe))) + ' mm');
     for (const primitive of now.primitives) {
       const mode = data.modes[primitive.mode] || {name: 'mode ' + primitive.mode, color: Report.color('grey')};
-      const limit = primitive.strength > 0 ? ' of ' + Report.digits(primitive.strength) : '';
-      row(mode.name + ': ' + (primitive.kind === 'directed' ? 'directed force' : primitive.kind),
-        Report.digits(primitive.force) + limit + ' N', mode.color);
+      row(mode.name + ': ' + (primitive.kind === 'directed' ? 'directed force' : primitive.kind), forceWords(primitive), mode.color);
     }
     table.append(body);
     root.append(table);
     if (now.primitives.length === 0) root.append(Report.element('p', '', now.valid ? 'Nothing is held here: no primitives.'
-      : 'Nobody knew where the hand was.'));
+      : 'The position of the hand is not known here.'));
   };
 
   // What explains the view.
@@ -313,15 +331,15 @@ const View3d = (() => {
       key.append(label);
     };
     const named = new Map();
-    data.layers.forEach((layer, i) => {
-      const words = layer.words || (data.bars[0] ? data.bars[0].title.split(' / ')[0] : 'data');
-      if (!named.has(words)) named.set(words, {layer, objects: []});
-      named.get(words).objects.push(groups['layer' + i]);
+    data.layers.forEach((shape, i) => {
+      if (!named.has(shape.layer)) named.set(shape.layer, {shape, objects: []});
+      named.get(shape.layer).objects.push(groups['layer' + i]);
     });
-    const explained = ([words, {layer}]) => !layer.colors && !layer.lines;  // by its colour alone
-    for (const [words, {layer, objects}] of [...named].sort((a, b) => explained(b) - explained(a))) {
-      const shades = (layer.colors || layer.lines) && data.bars.length > 0 ? data.bars[0].points : [[0, layer.color]];
-      entry(words, objects, {background: shades[shades.length >> 1][1]});
+    const explained = ({shape}) => shape.bar === undefined;  // by its colour alone
+    for (const {shape, objects} of [...named.values()].sort((a, b) => explained(b) - explained(a))) {
+      const one = data.bars[shape.bar];
+      const shades = one ? one.points : [[0, shape.color]];
+      entry(shape.words || (one ? one.title.split(' / ')[0] : 'data'), objects, {background: shades[shades.length >> 1][1]});
     }
     for (const one of data.bars) {
       const points = one.points;
@@ -334,7 +352,7 @@ const View3d = (() => {
     for (const [kind, sign] of Object.entries(eventSigns)) {
       if (!groups[kind]) continue;
       const count = data.events.filter((event) => event.kind === kind).length;
-      entry(sign.words + ' (' + count + ')', [groups[kind]], {color: Report.color(sign.color)}, sign.letter);
+      entry(sign.words + ' (' + count + ')', [groups[kind]], {color: Report.color(sign.color)}, dots ? '\u2022' : sign.letter);
     }
     entry('force on the hand, now', [groups.force], {color: '#' + forceColor(mostN).getHexString()}, '\u2192');
     if (data.moments.some((one) => one.primitives.length > 0))

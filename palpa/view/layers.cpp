@@ -1,6 +1,7 @@
 #include "palpa/view/layers.h"
 
 #include <vtkActor.h>
+#include <vtkActorCollection.h>
 #include <vtkCellArray.h>
 #include <vtkColorTransferFunction.h>
 #include <vtkFloatArray.h>
@@ -495,6 +496,15 @@ void draw_layer(vtkRenderer* solid, vtkRenderer* shells, const Scene& scene, con
   }
 }
 
+/// Lists the actors of a renderer from number `known` on as those of the layer that `drawn` describes.
+void add_actors_after(int known, vtkRenderer& renderer, LayerActor drawn, std::vector<LayerActor>& actors) {
+  vtkActorCollection& all = *renderer.GetActors();
+  all.InitTraversal();
+  for (int number = 0; (drawn.actor = all.GetNextActor()) != nullptr; ++number) {
+    if (number >= known) actors.push_back(drawn);
+  }
+}
+
 }  // namespace
 
 std::vector<ViewLayer> layers_of(const Scene& scene) {
@@ -609,8 +619,23 @@ LayerSigns draw_layers(vtkRenderer* solid, vtkRenderer* shells, const Scene& sce
   Images images;
   LayerSigns signs;
   // From the innermost out, as translucent surfaces are drawn.
-  for (std::size_t i = layers.size(); i-- > 0;) draw_layer(solid, shells, scene, layers, i, options, images, signs);
+  for (std::size_t i = layers.size(); i-- > 0;) {
+    const std::size_t entries = signs.legend.size(), bars = signs.bars.size();
+    const int solids = solid->GetActors()->GetNumberOfItems(), translucent = shells->GetActors()->GetNumberOfItems();
+    draw_layer(solid, shells, scene, layers, i, options, images, signs);
+    LayerActor drawn{.actor = nullptr, .layer = i, .style = {}, .words = {}, .bar = {}};
+    if (signs.legend.size() > entries) {
+      drawn.style = surface_style(scene, layers, i, options.see_through);
+      drawn.words = signs.legend.front().words;
+    }
+    if (signs.bars.size() > bars) drawn.bar = bars;
+    add_actors_after(solids, *solid, drawn, signs.actors);
+    add_actors_after(translucent, *shells, drawn, signs.actors);
+  }
   std::reverse(signs.bars.begin(), signs.bars.end());
+  for (LayerActor& one : signs.actors) {
+    if (one.bar) one.bar = signs.bars.size() - 1 - *one.bar;
+  }
   return signs;
 }
 

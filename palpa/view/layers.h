@@ -1,12 +1,16 @@
 // The layers of a scene: surfaces, slices, volumes, streamlines and glyphs of its fields.
 #pragma once
 
+#include <cstddef>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "palpa/scene/scene.h"
 #include "palpa/time/timed_field.h"
 #include "palpa/view/canvas.h"
 
+class vtkActor;
 class vtkPolyData;
 class vtkRenderer;
 
@@ -31,19 +35,30 @@ struct Shell {
 /// Colours the points of a translucent surface: denser where it turns away, as glass is. \param towards  [1] to the viewer
 void shade(const Shell& shell, const Vec3& towards);
 
-/// What explains the drawn layers beside the picture.
-struct LayerSigns {
-  std::vector<LegendEntry> legend;
-  std::vector<ColorBar> bars;
-  std::vector<Shell> shells;
-};
-
 /// What a layer of surface looks like.
 struct SurfaceStyle {
   double level;  ///< the field's own unit
   Color color;
   double opacity;  ///< [1] face on
 };
+
+/// An actor of a layer. The renderer keeps it alive.
+struct LayerActor {
+  vtkActor* actor;
+  std::size_t layer;                  ///< number in the scene's layers
+  std::optional<SurfaceStyle> style;  ///< of a surface
+  std::string words;                  ///< of a surface, as in the legend
+  std::optional<std::size_t> bar;     ///< number in `bars` of what explains its colours
+};
+
+/// What explains the drawn layers beside the picture.
+struct LayerSigns {
+  std::vector<LegendEntry> legend;
+  std::vector<ColorBar> bars;
+  std::vector<Shell> shells;
+  std::vector<LayerActor> actors;
+};
+
 /// The look of layer `number`, which is a surface. \param see_through  something inside has to be seen through it
 SurfaceStyle surface_style(const Scene& scene, const std::vector<ViewLayer>& layers, std::size_t number, bool see_through);
 

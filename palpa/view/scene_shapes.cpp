@@ -1,7 +1,6 @@
 #include "palpa/view/scene_shapes.h"
 
 #include <vtkActor.h>
-#include <vtkActorCollection.h>
 #include <vtkCellArray.h>
 #include <vtkDataArray.h>
 #include <vtkMapper.h>
@@ -20,6 +19,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "palpa/view/layers.h"
 #include "palpa/view/offscreen.h"
@@ -121,20 +121,25 @@ void add_triangles(vtkPolyData& data, vtkPolyData& fine, Shape& shape) {
   }
 }
 
-/// The surface layers by what they look like; `words` in their order.
-struct NamedLook {
-  SurfaceStyle look;
-  std::string words;
+/// A surface of a layer, drawn whole and as triangles.
+struct Surface {
+  vtkPolyData* drawn;  // a shell is drawn twice
+  vtkSmartPointer<vtkPolyData> triangles;
+  Shape shape;
+  bool is_level;
 };
-std::vector<NamedLook> looks_of(const Scene& scene, const std::vector<ViewLayer>& layers,
-                                const std::vector<LegendEntry>& legend) {
-  std::vector<NamedLook> looks;
-  for (std::size_t i = 0; i < layers.size(); ++i) {
-    if (layers[i].show != ViewLayer::Show::surface) continue;
-    const std::size_t number = looks.size();
-    looks.push_back({surface_style(scene, layers, i, true), number < legend.size() ? legend[number].words : ""});
+
+/// The shape without points: what its layer says of it.
+Shape shape_of(const LayerActor& drawn) {
+  Shape shape{.layer = drawn.layer, .words = drawn.words, .bar = drawn.bar, .color = {}};
+  if (drawn.style) {
+    shape.color = drawn.style->color;
+    shape.opacity = drawn.style->opacity;
+  } else {
+    const double* rgb = drawn.actor->GetProperty()->GetColor();
+    shape.color = {rgb[0], rgb[1], rgb[2]};
   }
-  return looks;
+  return shape;
 }
 
 }  // namespace
@@ -145,50 +150,32 @@ SceneShapes scene_shapes(const Scene& scene, const Box& near, DataTime at, std::
   const std::vector<ViewLayer> layers = layers_of(scene);
   LayerSigns signs =
       draw_layers(solid, shells, scene, layers, {near, true, at, 0.5 * largest_component(near.size_m()), {0, 0, 1}});
-  const std::vector<NamedLook> looks = looks_of(scene, layers, signs.legend);
   SceneShapes shapes;
   shapes.bars = std::move(signs.bars);
   shapes.has_cloud = solid->GetVolumes()->GetNumberOfItems() > 0;
 
-  struct Surface {
-    vtkPolyData* drawn;  // a shell is drawn twice
-    vtkSmartPointer<vtkPolyData> triangles;
-    Shape shape;
-    std::ptrdiff_t number = -1;  // of the layer among the surfaces, from the outermost in
-  };
   std::vector<Surface> surfaces;
   std::size_t all = 0;
-  for (vtkRenderer* renderer : {solid.Get(), shells.Get()}) {
-    vtkActorCollection& actors = *renderer->GetActors();
-    actors.InitTraversal();
-    while (vtkActor* actor = actors.GetNextActor()) {
-      bool lines = false;
-      vtkPolyData* const data = data_of(*actor, lines);
-      if (!data || data->GetNumberOfPoints() == 0) continue;
-      if (std::any_of(surfaces.begin(), surfaces.end(), [&](const Surface& s) { return s.drawn == data; })) continue;
-      Shape shape;
-      const double* rgb = actor->GetProperty()->GetColor();
-      shape.color = {rgb[0], rgb[1], rgb[2]};
-      if (lines) {
-        add_lines(*data, shape);
-        shapes.shapes.push_back(std::move(shape));
-        continue;
-      }
-      const auto known = std::find_if(looks.begin(), looks.end(), [&](const NamedLook& one) {
-        return one.look.color.red == rgb[0] && one.look.color.green == rgb[1] && one.look.color.blue == rgb[2];
-      });
-      surfaces.push_back({data, triangles_of(data), std::move(shape)});
-      if (known != looks.end()) {
-        surfaces.back().number = known - looks.begin();
-        surfaces.back().shape.words = known->words;
-        surfaces.back().shape.opacity = known->look.opacity;
-        surfaces.back().triangles->GetPointData()->SetScalars(nullptr);  // opacities of a shell, for one viewpoint only
-      }
-      all += static_cast<std::size_t>(surfaces.back().triangles->GetNumberOfPolys());
+  for (const LayerActor& drawn : signs.actors) {
+    bool lines = false;
+    vtkPolyData* const data = data_of(*drawn.actor, lines);
+    if (!data || data->GetNumberOfPoints() == 0) continue;
+    if (std::any_of(surfaces.begin(), surfaces.end(), [&](const Surface& s) { return s.drawn == data; })) continue;
+    Shape shape = shape_of(drawn);
+    if (lines) {
+      add_lines(*data, shape);
+      shapes.shapes.push_back(std::move(shape));
+      continue;
     }
+    surfaces.push_back({data, triangles_of(data), std::move(shape), drawn.style.has_value()});
+    if (drawn.style)  // what a shell's points hold are opacities for one viewpoint only
+      surfaces.back().triangles->GetPointData()->SetScalars(nullptr);
+    all += static_cast<std::size_t>(surfaces.back().triangles->GetNumberOfPolys());
   }
   const double share = std::min(1.0, static_cast<double>(most_triangles) / std::max(1.0, static_cast<double>(all)));
-  std::stable_sort(surfaces.begin(), surfaces.end(), [](const Surface& a, const Surface& b) { return a.number < b.number; });
+  std::stable_sort(surfaces.begin(), surfaces.end(), [](const Surface& a, const Surface& b) {
+    return std::pair(a.is_level, a.shape.layer) < std::pair(b.is_level, b.shape.layer);
+  });
   for (Surface& surface : surfaces) {
     const vtkSmartPointer<vtkPolyData> used = share < 1.0 ? coarser(surface.triangles, share) : surface.triangles;
     add_triangles(*used, *surface.triangles, surface.shape);

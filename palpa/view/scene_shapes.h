@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,8 +15,10 @@ namespace palpa::detail {
 
 /// A surface of triangles, or a bundle of lines, in the hand frame.
 struct Shape {
-  std::string words;  ///< as in a picture's legend; empty: a colour bar explains it
-  Color color;        ///< of all of it, where `colors` is empty
+  std::size_t layer = 0;           ///< number in the scene's layers (`layers_of`)
+  std::string words;               ///< as in a picture's legend; empty: a colour bar explains it
+  std::optional<std::size_t> bar;  ///< number in SceneShapes::bars of that colour bar
+  Color color;                     ///< of all of it, where `colors` is empty
   double opacity = 1.0;
   std::vector<Vec3> points_m;
   std::vector<Vec3> normals;  ///< [1] outwards, one for each point of a surface; empty: none
@@ -30,7 +33,7 @@ struct SceneShapes {
   bool has_cloud = false;  ///< a layer is drawn as a cloud, which has no shape
 };
 
-/// The scene's layers as `scene_picture` draws them, at the moment `at`; surfaces from the outermost in.
+/// The scene's layers as `scene_picture` draws them, at the moment `at`; surfaces last, in the order of their layers.
 /// \param near            hand frame: what is farther is left out
 /// \param most_triangles  [triangles] of all surfaces together; larger ones are made coarser, > 0
 /// Throws LoadError on a layer of the wrong kind of field. One thread at a time; a second waits.
