@@ -1,6 +1,7 @@
 #include "palpa/study/check.h"
 
 #include "app/commands.h"
+#include "app/output_names.h"
 #include "app/pictures.h"
 #include "app/terminal.h"
 #include "palpa/disk/new_file.h"
@@ -14,7 +15,9 @@ namespace {
 void check_names(const CheckArguments& arguments) {
   if (!arguments.fix.empty() && arguments.fix.extension() != ".toml")
     throw LoadError("--fix " + arguments.fix.string() + ": is no name of a scene; write --fix OUT.toml");
-  if (!arguments.picture.empty()) pictures_for("--picture " + arguments.picture.string());
+  if (arguments.picture.empty()) return;
+  check_output(arguments.picture, ".png", arguments.existing);
+  pictures_for("--picture " + arguments.picture.string());
 }
 
 /// The file with its changes, and nothing else of it touched.

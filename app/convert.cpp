@@ -3,7 +3,9 @@
 #include <charconv>
 
 #include "app/commands.h"
+#include "app/output_names.h"
 #include "app/terminal.h"
+#include "palpa/file/write_volume.h"
 
 namespace palpa::app {
 namespace {
@@ -25,6 +27,14 @@ VoxelRange range_of(const std::string& text) {
   return range;
 }
 
+/// The grid and the fields that a file holds.
+std::string words_of(const WrittenVolume& volume) {
+  const auto& n = volume.grid.dims;
+  std::string fields;
+  for (const WrittenField& field : volume.fields) fields += (fields.empty() ? "" : ", ") + field.name;
+  return std::to_string(n[0]) + " x " + std::to_string(n[1]) + " x " + std::to_string(n[2]) + " voxels, " + fields;
+}
+
 }  // namespace
 
 int run_convert(ConvertArguments arguments, const std::atomic<bool>& stop) {
@@ -37,6 +47,8 @@ int run_convert(ConvertArguments arguments, const std::atomic<bool>& stop) {
     file = read_volume_file(arguments.request, arguments.read);
   }
   std::vector<std::string> lost;
+  std::string grid;
+  arguments.options.written = [&](const WrittenVolume& volume) { grid = words_of(volume); };
   {
     Progress progress("writing " + arguments.out.filename().string());
     arguments.options.progress = [&](double share) {
@@ -54,6 +66,7 @@ int run_convert(ConvertArguments arguments, const std::atomic<bool>& stop) {
   warnings.insert(warnings.end(), lost.begin(), lost.end());
   for (std::string& warning : warnings) warning = in + ": " + warning;
   print_warnings(warnings);
+  tell(wrote_words(arguments.out, grid));
   return 0;
 }
 

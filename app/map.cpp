@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands.h"
+#include "app/output_names.h"
 #include "app/pictures.h"
 #include "app/terminal.h"
 #include "palpa/core/printed.h"
@@ -24,17 +25,6 @@ MapLattice lattice_of(const MapArguments& arguments) {
     return map_slice(arguments.slice[0] - 'x', 1e-3 * arguments.at_mm, 1e-3 * arguments.size_mm, points);
   } catch (const LoadError& error) {
     throw LoadError(std::string("map: ") + error.what());
-  }
-}
-
-/// Throws LoadError on a name that cannot be written, before the work begins.
-void check_name(const fs::path& file, const char* ending, detail::Existing existing) {
-  if (file.extension() != ending)
-    throw LoadError(file.string() + ": has an ending of no format that is written; name it " + ending);
-  try {
-    const detail::NewFile trial(file, existing);
-  } catch (const LoadError& error) {
-    throw LoadError(file.string() + ": " + error.what());
   }
 }
 
@@ -79,10 +69,10 @@ std::string words_of(const Json& summary) {
 
 int run_map(const MapArguments& arguments, const std::atomic<bool>& stop) {
   const MapLattice lattice = lattice_of(arguments);
-  check_name(arguments.out, ".vti", arguments.existing);
+  check_output(arguments.out, ".vti", arguments.existing);
   const Pictures* pictures = nullptr;
   if (!arguments.picture.empty()) {
-    check_name(arguments.picture, ".png", arguments.existing);
+    check_output(arguments.picture, ".png", arguments.existing);
     pictures = &pictures_for(arguments.picture.string());
   }
   ReadOptions read = arguments.read;

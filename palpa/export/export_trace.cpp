@@ -140,12 +140,8 @@ std::vector<std::size_t> handles_of(const FeltColumn& places_m, std::size_t tick
 }
 
 nlohmann::json control_point(std::size_t number, const std::string& label, const std::string& words, const Vec3& at_m) {
-  return {{"id", std::to_string(number)},
-          {"label", label},
-          {"description", words},
-          {"position", ras_mm(at_m)},
-          {"selected", true},
-          {"positionStatus", "defined"}};
+  return {{"id", std::to_string(number)}, {"label", label},   {"description", words},
+          {"position", ras_mm(at_m)},     {"selected", true}, {"positionStatus", "defined"}};
 }
 
 nlohmann::json markup(const char* type, nlohmann::json points, bool labels) {
@@ -195,7 +191,7 @@ void write(const FeltPath& path, const std::string& name, NewFile& file) {
 
 }  // namespace
 
-void export_trace(const fs::path& folder, const fs::path& file, detail::Existing existing) {
+std::size_t export_trace(const fs::path& folder, const fs::path& file, detail::Existing existing) {
   const std::string name = file.filename().string();
   const auto has = [&](std::string_view ending) { return name.ends_with(ending); };
   if (!has(".vtp") && !has(".csv") && !has(".h5") && !has(".mrk.json"))
@@ -209,6 +205,7 @@ void export_trace(const fs::path& folder, const fs::path& file, detail::Existing
   } catch (const LoadError& error) {
     throw LoadError(file.string() + ": " + error.what());
   }
+  return path.ticks();
 }
 
 }  // namespace palpa

@@ -1,6 +1,7 @@
 // Traces for other programs: what was felt, where it was felt in the data.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 
 #include "palpa/core/load_error.h"
@@ -15,9 +16,9 @@ namespace palpa {
 ///   .h5        each column as a data set
 ///   .mrk.json  for 3D Slicer: the proxy's path as a curve of at most 2000 points, and the places where a mode began to hold
 ///              or gave way; RAS, in millimetres
-/// It gets its name when it is whole. Throws LoadError, also where the trace has no tick, and of .h5 where this palpa was
-/// built without HDF5.
-void export_trace(const std::filesystem::path& folder, const std::filesystem::path& file,
-                  detail::Existing existing = detail::Existing::refused);
+/// It gets its name when it is whole. Returns how many ticks were written. Throws LoadError, also where the trace has no tick,
+/// and of .h5 where this palpa was built without HDF5.
+std::size_t export_trace(const std::filesystem::path& folder, const std::filesystem::path& file,
+                         detail::Existing existing = detail::Existing::refused);
 
 }  // namespace palpa

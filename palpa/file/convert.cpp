@@ -234,6 +234,7 @@ std::vector<std::string> convert(const Volume& volume, const std::filesystem::pa
   if (volume.frames > 1)
     lost.push_back("one of " + std::to_string(volume.frames) + " frames is written (frame = N takes another)");
   write_volume(result, out, options.existing, options.progress);
+  if (options.written) options.written(result);
   return lost;
 }
 

@@ -20,6 +20,8 @@ struct VoxelRange {
   std::array<std::int64_t, 3> last{0, 0, 0};
 };
 
+struct WrittenVolume;
+
 /// What becomes of a volume, in this order.
 struct ConvertOptions {
   std::string field;  ///< this one alone; empty: all
@@ -28,6 +30,7 @@ struct ConvertOptions {
   double resample_m = 0.0;  ///< [m] cubes along the world's axes, trilinear, NaN outside of the data; 0: the grid stays
   bool int16 = false;       ///< rounded to whole numbers of 16 bits
   detail::Existing existing = detail::Existing::refused;  ///< what becomes of a file that has the name already
+  std::function<void(const WrittenVolume&)> written;      ///< called with what the file holds, once it is whole; may be empty
   std::function<void(double)> progress;  ///< called with the share that is done [1]; may be empty, and may throw
 };
 

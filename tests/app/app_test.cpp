@@ -39,6 +39,18 @@ TEST_F(Program, AFileMayHaveTheNameOfACommand) {
   EXPECT_EQ(palpa({"replay", "report"}).code, 0);
 }
 
+TEST_F(Program, SaysWhatItWroteAndRefusesOtherEndings) {
+  write_scene("scene.toml");
+  ASSERT_EQ(palpa({"run", "scene.toml", "--hand", "sim:press", "--duration-s", "0.05", "--out", "trace"}).code, 0);
+  const Ended exported = palpa({"export", "trace", "felt.csv"});
+  EXPECT_EQ(exported.code, 0) << exported.err;
+  EXPECT_THAT(exported.err, testing::AllOf(HasSubstr("Wrote felt.csv: 50 ticks, "), HasSubstr("B\n")));
+  for (const char* name : {"page", "page.htm", "page.html.txt"})
+    expect_refusal({"report", "trace", "--out", name}, {name, "has an ending of no format that is written; name it .html"});
+  for (const char* name : {"margin", "margin.jpg"})
+    expect_refusal({"check", "scene.toml", "--device", "touch", "--picture", name}, {name, "name it .png"});
+}
+
 TEST_F(Program, HelpsWhoeverAsksForNothing) {
   const Ended bare = palpa({});
   EXPECT_EQ(bare.code, 0);
