@@ -87,6 +87,7 @@ struct ReportArguments {
   std::filesystem::path beside;    ///< another trace of the same hand, to compare with; empty: none
   std::filesystem::path out;       ///< empty: report.html in the trace, of two beside.html
   std::filesystem::path pictures;  ///< folder for the pictures as files; empty: none
+  bool full_paths = false;         ///< whole paths in the page, not only last names
   bool force = false;              ///< files that are there already are replaced
   std::vector<std::filesystem::path> data_folders;
   std::vector<std::filesystem::path> plugins;

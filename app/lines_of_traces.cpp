@@ -38,6 +38,7 @@ void add_report(CLI::App& app, Work& work) {
       ->type_name("FILE");
   command->add_option("--pictures", given->pictures, "write the pictures as PNG and SVG files into this folder, too")
       ->type_name("DIR");
+  command->add_flag("--full-paths", given->full_paths, "whole paths of files in the page; left out: their last names");
   add_force(command, given->force);
   add_repeated(command, "--data", given->data_folders, "look for the scene's data here first")->type_name("DIR");
   add_plugins(command, given->plugins);

@@ -1,10 +1,12 @@
 #include "app/commands.h"
+#include "app/output_names.h"
 #include "app/pictures.h"
 #include "app/terminal.h"
 
 namespace palpa::app {
 
 int run_report(const ReportArguments& arguments) {
+  if (!arguments.out.empty()) check_ending(arguments.out, ".html");
   const Pictures& pictures = pictures_for(arguments.trace.string());
   std::filesystem::path file;
   {
@@ -15,6 +17,7 @@ int run_report(const ReportArguments& arguments) {
                             .read = arguments.read,
                             .beside = arguments.beside,
                             .pictures = arguments.pictures,
+                            .full_paths = arguments.full_paths,
                             .replace = arguments.force,
                             .progress = [&](double share) { progress.show(share); }});
   }

@@ -9,6 +9,8 @@
 #include "palpa/report/html.h"
 #include "palpa/report/page.h"
 #include "palpa/report/parts.h"
+#include "palpa/report/path_names.h"
+#include "palpa/report/scene_differences.h"
 #include "palpa/report/signal.h"
 #include "palpa/study/beside.h"
 
@@ -25,6 +27,8 @@ constexpr palpa::CurveColor first_color = palpa::CurveColor::blue, second_color 
 /// One of the two.
 struct Side {
   std::string name;  ///< of its folder
+  PathNames paths;
+  std::string scene_text;  ///< with all its values, where its data are there
   Recorded recorded;
   std::string no_scene;  ///< why its data are not there; empty: they are
   Signal signal;
@@ -37,8 +41,16 @@ std::string name_of(const fs::path& folder) {
 }
 
 Side side_of(const fs::path& folder, const ReportOptions& options) {
-  Side side{.name = name_of(folder), .recorded = read_recorded(folder), .no_scene = {}, .signal = {}};
+  Recorded recorded = read_recorded(folder);
+  const PathNames paths(recorded, folder, options.full_paths);
+  Side side{.name = name_of(folder),
+            .paths = paths,
+            .scene_text = recorded.scene_text,
+            .recorded = std::move(recorded),
+            .no_scene = {},
+            .signal = {}};
   const std::optional<LoadedScene> loaded = scene_of(folder, side.recorded, options, side.no_scene);
+  if (loaded) side.scene_text = to_toml(loaded->scene);
   side.signal = signal_of(side.recorded, loaded ? &loaded->scene : nullptr);
   if (side.recorded.ticks.empty()) throw LoadError(folder.string() + ": has no ticks to compare; record a trace that is felt");
   return side;
@@ -134,10 +146,10 @@ std::vector<TimePlot> plots_of(const Pair& pair) {
                      .caption =
                          "The angle between the two forces, 0 where one of them is below 30 mN. A hand tells directions "
                          "apart above 30\u00b0 or so."};
-  direction.plot.series = {
-      over_time(ticks, "between first and second", palpa::CurveColor::green, Stroke::solid,
-                [&](std::size_t i) { return turned_deg(pair.a(i).command_n, pair.b(i).command_n); }),
-      over_time(ticks, "told apart above", palpa::CurveColor::grey, Stroke::dashed, [](std::size_t) { return told_apart_deg; })};
+  direction.plot.series = {over_time(ticks, "between first and second", palpa::CurveColor::green, Stroke::solid,
+                                     [&](std::size_t i) { return turned_deg(pair.a(i).command_n, pair.b(i).command_n); }),
+                           over_time(ticks, "told apart above", palpa::CurveColor::grey, Stroke::dashed,
+                                     [](std::size_t) { return told_apart_deg; })};
   return {force, difference, direction};
 }
 
@@ -281,23 +293,29 @@ std::string felt_markup(const Pair& pair, const ReportOptions& options) {
              1e3 * felt_step_n);
 }
 
+std::string title_of(const Side& side) {
+  return side.recorded.title.empty() ? "(no title)" : side.paths.in_text(side.recorded.title);
+}
+
 std::string origin_markup(const Pair& pair) {
-  const auto joined = [](const std::vector<std::string>& words) {
+  const auto command = [](const Side& side) {
     std::string all;
-    for (const std::string& word : words) all += (all.empty() ? "" : " ") + word;
+    for (const std::string& word : side.recorded.header.arguments)
+      all += (all.empty() ? "" : " ") + side.paths.of_argument(word);
     return all;
   };
-  const auto sets = [](const TraceHeader& header) {
+  const auto sets = [](const Side& side) {
     std::string all;
-    for (const auto& [key, value] : header.sets) all += (all.empty() ? "" : ", ") + key + "=" + value;
+    for (const auto& [key, value] : side.recorded.header.sets)
+      all += (all.empty() ? "" : ", ") + side.paths.of_argument(key + "=" + value);
     return all.empty() ? std::string("none") : all;
   };
   std::vector<std::vector<std::string>> rows;
   const auto add = [&](const char* what, const auto& of) { rows.push_back({what, of(pair.first), of(pair.second)}); };
   add("trace", [](const Side& side) { return side.name; });
-  add("scene", [](const Side& side) { return side.recorded.title.empty() ? std::string("(no title)") : side.recorded.title; });
-  add("settings", [&](const Side& side) { return sets(side.recorded.header); });
-  add("command line", [&](const Side& side) { return joined(side.recorded.header.arguments); });
+  add("scene", [](const Side& side) { return title_of(side); });
+  add("settings", sets);
+  add("command line", command);
   add("stiffness of the coupling", [](const Side& side) { return text("%.4g N/m", side.signal.run.stiffness_n_per_m); });
   add("in contact", [](const Side& side) { return text("%.1f %%", 100.0 * side.recorded.summary.contact_share); });
   add("largest force on the hand", [](const Side& side) { return newtons(side.recorded.summary.force_max_n); });
@@ -307,6 +325,29 @@ std::string origin_markup(const Pair& pair) {
   return table({"", "first", "second"}, rows, 3) + (pair.first.recorded.scene_text == pair.second.recorded.scene_text
                                                         ? "<p>Both were felt with the same scene file.</p>\n"
                                                         : "<p>The scene files differ.</p>\n");
+}
+
+/// What differs, in the page's title: one value, or how many.
+std::string title_of(const Pair& pair, const std::vector<SceneDifference>& differences) {
+  if (differences.empty()) return pair.first.name + " beside " + pair.second.name + ": one scene, felt twice";
+  if (differences.size() > 1) return text("%zu values of the scene differ", differences.size());
+  return pair.first.paths.in_text(pair.second.paths.in_text(words_of(differences.front())));
+}
+
+std::string scenes_of(const Pair& pair) {
+  const std::string first = title_of(pair.first), second = title_of(pair.second);
+  return first == second ? "Both in the scene: " + first : "Their scenes: " + first + " / " + second;
+}
+
+/// The values that differ, as first / second.
+std::string differences_markup(const Pair& pair, const std::vector<SceneDifference>& differences) {
+  if (differences.size() < 2) return {};
+  constexpr std::size_t most = 12;  // [1] listed. More: the page begins with a list; fewer: causes are missed
+  std::string out = "<ul class=\"felt\">\n";
+  for (std::size_t i = 0; i < std::min(most, differences.size()); ++i)
+    out += "<li>" + escaped(pair.first.paths.in_text(pair.second.paths.in_text(words_of(differences[i])))) + "</li>\n";
+  if (differences.size() > most) out += text("<li>and %zu more</li>\n", differences.size() - most);
+  return out + "</ul>\n";
 }
 
 constexpr const char* how_it_is_judged =
@@ -328,12 +369,13 @@ std::string beside_html(const fs::path& folder, const ReportOptions& options) {
   pair.difference = compare_felt(pair.first.signal.run, pair.second.signal.run);
   if (options.progress) options.progress(0.6);
 
-  Page page(pair.first.name + " beside " + pair.second.name);
+  const std::vector<SceneDifference> differences = scene_differences(pair.first.scene_text, pair.second.scene_text);
+  Page page(title_of(pair, differences));
   page.begin_with("<p class=\"soft\">" +
                   escaped(text("Two traces of the same hand, %.3f s: ", pair.a(pair.ticks() - 1).t_s) + "first " +
-                          pair.first.name + " (" + pair.first.recorded.title + "), second " + pair.second.name + " (" +
-                          pair.second.recorded.title + ")") +
+                          pair.first.name + ", second " + pair.second.name + ". " + scenes_of(pair)) +
                   "</p>\n");
+  page.begin_with(differences_markup(pair, differences));
   if (pair.first.recorded.ticks.size() != pair.second.recorded.ticks.size()) {
     const auto ticks = [](const Side& side) { return std::to_string(side.recorded.ticks.size()); };
     page.begin_with("<p class=\"soft\">" +

@@ -7,6 +7,7 @@
 
 #include "palpa/report/html.h"
 #include "palpa/report/numbers.h"
+#include "palpa/report/words.h"
 
 namespace palpa::detail {
 namespace {
@@ -17,8 +18,8 @@ using Json = nlohmann::ordered_json;
 constexpr double least_mj = 1e-9;
 
 constexpr palpa::CurveColor mode_colors[] = {palpa::CurveColor::blue,   palpa::CurveColor::vermilion, palpa::CurveColor::green,
-                                        palpa::CurveColor::purple, palpa::CurveColor::orange,    palpa::CurveColor::sky,
-                                        palpa::CurveColor::black};
+                                             palpa::CurveColor::purple, palpa::CurveColor::orange,    palpa::CurveColor::sky,
+                                             palpa::CurveColor::black};
 
 std::vector<Mark> marks_of(const Recorded& recorded) {
   std::vector<Mark> marks;
@@ -38,11 +39,11 @@ TimePlot force_plot(const Recorded& recorded) {
       .label = text("Force over time: at most %.3f N on the hand.", recorded.summary.force_max_n),
       .caption = "What the hand got. Signs on top: where a level set in or was broken through."};
   if (recorded.summary.guard_limited_ticks > 0) {
-    made.plot.series.push_back(
-        over_time(recorded.ticks, "asked (Eq. 1), before the guard", palpa::CurveColor::orange, Stroke::dashed, [&](std::size_t i) {
-          const bool limited = ticks[i].guard == GuardState::limited;
-          return norm(limited ? ticks[i].result.force_n : ticks[i].command_n);
-        }));
+    made.plot.series.push_back(over_time(recorded.ticks, "asked (Eq. 1), before the guard", palpa::CurveColor::orange,
+                                         Stroke::dashed, [&](std::size_t i) {
+                                           const bool limited = ticks[i].guard == GuardState::limited;
+                                           return norm(limited ? ticks[i].result.force_n : ticks[i].command_n);
+                                         }));
     made.caption =
         "What the hand got, and what the coupling asked for where the guard cut it. Signs on top: where a level set in "
         "or was broken through.";
@@ -115,16 +116,19 @@ TimePlot energy_plot(const Recorded& recorded) {
 
 TimePlot time_plot(const Recorded& recorded) {
   const Summary& s = recorded.summary;
-  return {
-      .id = "time",
-      .plot = {.title = "Time inside the tick",
-               .x_label = "time / s",
-               .y_label = "tick / \u00b5s",
-               .series = {over_time(recorded.ticks, "tick", palpa::CurveColor::blue, Stroke::solid,
-                                    [&](std::size_t i) { return recorded.ticks[i].tick_us; })}},
-      .label = text("Time inside the tick: median %.1f \u00b5s, 99 %% below %.1f \u00b5s.", s.tick_p50_us, s.tick_p99_us),
-      .caption = text("Median %.1f \u00b5s, 99 %% below %.1f \u00b5s, at most %.1f \u00b5s. A tick of 1 kHz has 1000 \u00b5s.",
-                      s.tick_p50_us, s.tick_p99_us, s.tick_max_us)};
+  return {.id = "time",
+          .plot = {.title = "Time inside the tick",
+                   .x_label = "time / s",
+                   .y_label = "tick / \u00b5s",
+                   .series = {over_time(recorded.ticks, "tick", palpa::CurveColor::blue, Stroke::solid,
+                                        [&](std::size_t i) { return recorded.ticks[i].tick_us; })}},
+          .label = text("Time inside the tick: median %.1f \u00b5s, 99 %% below %.1f \u00b5s.", s.tick_p50_us, s.tick_p99_us),
+          .caption =
+              text("Median %.1f \u00b5s, 99 %% below %.1f \u00b5s, at most %.1f \u00b5s. A tick of 1 kHz has 1000 \u00b5s.%s",
+                   s.tick_p50_us, s.tick_p99_us, s.tick_max_us,
+                   was_in_real_time(recorded) ? ""
+                                              : " This run was not in real time: a longer tick was interrupted by other "
+                                                "programs, and no device missed a force.")};
 }
 
 /// Rows that stand for all: `always`, and of each part of the time those where a series is lowest or highest, and its first.

@@ -11,6 +11,7 @@
 #include "palpa/report/moments.h"
 #include "palpa/report/page.h"
 #include "palpa/report/parts.h"
+#include "palpa/report/path_names.h"
 #include "palpa/report/plots.h"
 #include "palpa/report/recorded.h"
 #include "palpa/report/signal.h"
@@ -175,24 +176,25 @@ std::string report_html(const fs::path& trace, const ReportOptions& options) {
   if (!options.beside.empty()) return beside_html(trace, options);
   const Recorded recorded = read_recorded(trace);
   tell(options, 0.1);
-  Page page(recorded.title.empty() ? "A trace without a title" : recorded.title);
+  const PathNames names(recorded, trace, options.full_paths);
+  Page page(recorded.title.empty() ? "A trace without a title" : names.in_text(recorded.title));
   page.begin_with("<p class=\"soft\">" + escaped(subtitle_of(recorded)) + "</p>\n");
   if (!recorded.header.complete)
     page.begin_with(notice("This recording is incomplete. What follows is true of what there is."));
 
   std::string words = "<ul class=\"felt\">\n";
-  for (const std::string& sentence : words_of(recorded)) words += "<li>" + escaped(sentence) + "</li>\n";
+  for (const std::string& sentence : words_of(recorded)) words += "<li>" + escaped(names.in_text(sentence)) + "</li>\n";
   page.section("felt", "What was felt", words + "</ul>\n");
 
   std::string no_scene, no_primitives;
   const std::optional<LoadedScene> loaded = scene_of(trace, recorded, options, no_scene);
   tell(options, 0.2);
   const Scene* const scene = loaded ? &loaded->scene : nullptr;
-  if (const std::string why = why_little_is_felt(recorded, scene); !why.empty()) page.begin_with(notice(why));
+  if (const std::string why = why_little_is_felt(recorded, scene); !why.empty()) page.begin_with(notice(names.in_text(why)));
   const std::vector<RecordedMoment> moments = moments_of(trace, recorded, scene, options, no_primitives);
   tell(options, 0.5);
-  std::string view = no_scene.empty() ? "" : notice("No picture: " + no_scene);
-  if (!no_primitives.empty()) view += notice("No primitives: " + no_primitives);
+  std::string view = no_scene.empty() ? "" : notice("No picture: " + names.in_text(no_scene));
+  if (!no_primitives.empty()) view += notice("No primitives: " + names.in_text(no_primitives));
   const std::vector<PathPoint> path = path_of(recorded);
   const ScenePictureOptions look = scene ? overview(*scene, path) : ScenePictureOptions{};
   tell(options, 0.55);
@@ -215,9 +217,10 @@ std::string report_html(const fs::path& trace, const ReportOptions& options) {
   page.section("summary", "Summary", summary_markup(recorded));
   page.section("energy", "Energy", energy_markup(recorded));
   page.section("modes", "Modes", modes_markup(recorded));
-  page.section("events", "Events", events_markup(recorded));
-  page.section("origin", "Origin", origin_markup(recorded));
-  page.section("scene", "Scene", "<pre><code>" + escaped(recorded.scene_text) + "</code></pre>\n" + software_markup());
+  page.section("events", "Events", events_markup(recorded, names));
+  page.section("origin", "Origin", origin_markup(recorded, names));
+  page.section("scene", "Scene",
+               "<pre><code>" + escaped(names.in_text(recorded.scene_text)) + "</code></pre>\n" + software_markup());
   if (!recorded.ticks.empty()) {
     page.end_with(time_bar);
     for (const char* name :

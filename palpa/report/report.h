@@ -18,10 +18,11 @@ struct ReportOptions {
   /// Another trace of the same hand: the page compares what the two felt instead of telling of one. Empty: none.
   std::filesystem::path beside;
   /// Folder that also gets the pictures as files: scene.png, moment.png, force.svg, modes.svg, distance.svg, energy.svg,
-  /// time.svg, spectrum.svg; of two traces force.svg, difference.svg, direction.svg, where.svg, spectrum.svg. Made where it is not
-  /// there. Empty: none.
+  /// time.svg, spectrum.svg; of two traces force.svg, difference.svg, direction.svg, where.svg, spectrum.svg. Made where it is
+  /// not there. Empty: none.
   std::filesystem::path pictures;
-  bool replace = false;  ///< what has the name of the report or of a picture already gives way, not only an earlier report
+  bool full_paths = false;  ///< whole paths of data, hand, plug-ins and trace in the page; else their last names
+  bool replace = false;     ///< what has the name of the report or of a picture already gives way, not only an earlier report
   std::function<void(double)> progress;  ///< is told the share that is done [1]; empty: nobody is
 };
 
@@ -33,8 +34,9 @@ struct ReportOptions {
 /// that cannot be read, and on a trace beside it whose hand is another.
 std::string report_html(const std::filesystem::path& trace, const ReportOptions& options = {});
 
-/// Writes it, by default into the trace as report.html, of two traces into the first as beside.html, replacing an earlier report and nothing else; returns where it is.
-/// Never writes through a link. Throws LoadError, also where something else has that name.
+/// Writes it, by default into the trace as report.html, of two traces into the first as beside.html, replacing an earlier
+/// report and nothing else; returns where it is. Never writes through a link. Throws LoadError, also where something else has
+/// that name.
 std::filesystem::path write_report(const std::filesystem::path& trace, const std::filesystem::path& out = {},
                                    const ReportOptions& options = {});
 

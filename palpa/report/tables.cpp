@@ -31,6 +31,27 @@ double asked_max_n(const Recorded& recorded) {
   return most_n;
 }
 
+/// Many files of one folder, such as the slices of a scan, are one row.
+std::vector<std::vector<std::string>> rows_of_files(const std::vector<SourceFile>& files, const PathNames& names) {
+  constexpr std::size_t most_files = 8;  // [1] of a folder, listed. More: a longer page; fewer: checksums are only in the trace
+  std::vector<std::vector<std::string>> rows;
+  const auto size = [](std::uint64_t bytes) { return grouped(static_cast<long long>(bytes)) + " bytes"; };
+  for (std::size_t i = 0; i < files.size();) {
+    const auto folder = [&](std::size_t n) { return std::filesystem::path(files[n].path).parent_path(); };
+    std::size_t end = i;
+    std::uint64_t bytes = 0;
+    for (; end < files.size() && folder(end) == folder(i); ++end) bytes += files[end].bytes;
+    if (end - i > most_files) {
+      rows.push_back(
+          {names.of_path(files[i].path) + " and " + std::to_string(end - i - 1) + " more", "in trace.toml", size(bytes)});
+      i = end;
+      continue;
+    }
+    for (; i < end; ++i) rows.push_back({names.of_path(files[i].path), files[i].sha256, size(files[i].bytes)});
+  }
+  return rows;
+}
+
 }  // namespace
 
 std::string summary_markup(const Recorded& recorded) {
@@ -46,7 +67,8 @@ std::string summary_markup(const Recorded& recorded) {
            {"first break-through", s.first_break_through_s < 0.0 ? "none" : text("%.3f s", s.first_break_through_s)},
            {"sub-steps per tick", text("mean %.2f, at most %d", s.sub_steps_mean, s.sub_steps_max)},
            {"worst proven error of a balance", text("%.2g m", s.error_bound_max_m)},
-           {"tick time, median | 99 % | largest",
+           {was_in_real_time(recorded) ? "tick time, median | 99 % | largest"
+                                       : "tick time, median | 99 % | largest (not in real time)",
             text("%.1f | %.1f | %.1f \u00b5s", s.tick_p50_us, s.tick_p99_us, s.tick_max_us)},
            {"ticks waiting | capped | bad input",
             count(s.waiting_ticks) + " | " + count(s.capped_ticks) + " | " + count(s.bad_input_ticks)},
@@ -62,7 +84,7 @@ std::string energy_markup(const Recorded& recorded) {
     return "<p>This recording is from before a tick told all of its energy. <code>palpa replay</code> feels it again; with "
            "<code>--json</code> it gives the table.</p>\n";
   }
-  const EnergyTable energy = energy_table(recorded.summary);
+  const EnergyTable energy = without_negative_entries(energy_table(recorded.summary));
   std::vector<std::vector<std::string>> rows(std::max(energy.in.size(), energy.out.size()), std::vector<std::string>(4));
   const auto fill = [&](const std::vector<EnergyEntry>& entries, std::size_t column) {
     for (std::size_t i = 0; i < entries.size(); ++i) {
@@ -101,7 +123,7 @@ std::string modes_markup(const Recorded& recorded) {
   return out;
 }
 
-std::string events_markup(const Recorded& recorded) {
+std::string events_markup(const Recorded& recorded, const PathNames& names) {
   if (recorded.events.empty()) return "<p>None.</p>\n";
   const std::size_t shown = std::min(most_events, recorded.events.size());
   std::string out =
@@ -112,7 +134,7 @@ std::string events_markup(const Recorded& recorded) {
     const bool at_level = event.kind == "onset" || event.kind == "break_through";
     out += text("<tr><td><a href=\"#view\" data-time=\"%.6f\">%.3f s</a></td><td>", event.t_s, event.t_s) +
            escaped(event.kind) + "</td><td>" + escaped(at_level ? level_of(recorded, event) : event.subject) + "</td><td>" +
-           escaped(at_level ? "" : event.value) + "</td></tr>\n";
+           escaped(names.in_text(why_of(event))) + "</td></tr>\n";
   }
   out += "</tbody></table></div>\n";
   if (recorded.events.size() > shown) {
@@ -122,21 +144,23 @@ std::string events_markup(const Recorded& recorded) {
   return out;
 }
 
-std::string origin_markup(const Recorded& recorded) {
+std::string origin_markup(const Recorded& recorded, const PathNames& names) {
   const TraceHeader& header = recorded.header;
   std::string out;
-  std::vector<std::string> sets, seeds;
-  for (const auto& [path, value] : header.sets) sets.push_back(path + "=" + value);
+  std::vector<std::string> sets, seeds, arguments, plugins;
+  for (const auto& [path, value] : header.sets) sets.push_back(names.of_argument(path + "=" + value));
+  for (const std::string& argument : header.arguments) arguments.push_back(names.of_argument(argument));
+  for (const std::string& plugin : header.plugins) plugins.push_back(names.of_path(plugin));
   for (const std::uint64_t seed : header.seeds) seeds.push_back(std::to_string(seed));
   out += table({"what", "value"},
                {{"recorded by", "palpa " + header.palpa_version + ", trace format " + std::to_string(header.format)},
                 {"reported by", std::string("palpa ") + version},
-                {"arguments", joined(header.arguments)},
+                {"arguments", joined(arguments)},
                 {"settings", joined(sets)},
-                {"plug-ins", joined(header.plugins)},
+                {"plug-ins", joined(plugins)},
                 {"seeds", joined(seeds)},
                 {"time step", text("%g ms", 1e3 * header.dt_s)},
-                {"device", header.device_name.empty() ? "ideal" : header.device_name},
+                {"device", header.device_name.empty() ? "ideal" : names.of_argument(header.device_name)},
                 {"device's limits",
                  text("%g N, %g N/m, radius %g m, encoder step %g m", header.device_max_force_n,
                       header.device_max_stiffness_n_per_m, header.device_workspace_radius_m, header.device_encoder_step_m)},
@@ -146,11 +170,7 @@ std::string origin_markup(const Recorded& recorded) {
   if (header.data_files.empty()) {
     out += "<p>None: the data are formulas.</p>\n";
   } else {
-    std::vector<std::vector<std::string>> rows;
-    for (const SourceFile& file : header.data_files) {
-      rows.push_back({file.path, file.sha256, grouped(static_cast<long long>(file.bytes)) + " bytes"});
-    }
-    out += table({"file", "sha256", "size"}, rows, 2);
+    out += table({"file", "sha256", "size"}, rows_of_files(header.data_files, names), 2);
   }
   return out;
 }

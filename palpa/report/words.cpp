@@ -91,6 +91,22 @@ std::string level_of(const Recorded& recorded, const RecordedEvent& event) {
   return event.subject + text(" at the value %.6g", value);
 }
 
+std::string why_of(const RecordedEvent& event) {
+  if (event.kind == "onset" || event.kind == "break_through") return {};
+  double value = 0.0;
+  if (!take_number(event.value, value)) return event.value;
+  if (event.kind == "snap") return "the force fell by " + newtons(value);
+  if (event.kind == "lost_ticks")
+    return counted(static_cast<long long>(value), "tick was not recorded", "ticks were not recorded");
+  if (event.kind == "lost_rows")
+    return counted(static_cast<long long>(value), "row was not recorded", "rows were not recorded");
+  return event.value;
+}
+
+bool was_in_real_time(const Recorded& recorded) {
+  return std::any_of(recorded.ticks.begin(), recorded.ticks.end(), [](const TickFrame& tick) { return tick.late_us > 0.0; });
+}
+
 std::vector<std::string> words_of(const Recorded& recorded) {
   const Summary& s = recorded.summary;
   std::vector<std::string> words;
@@ -132,9 +148,11 @@ std::vector<std::string> words_of(const Recorded& recorded) {
   }
   say(first_of(recorded, "onset", "onset"));
   say(first_of(recorded, "break_through", "break-through"));
+  const std::string injected = millijoules(s.energy.injected_j);
+  const bool drives = injected != millijoules(0.0);
   if (s.contact_share > 0.0)
-    say("The modes took " + millijoules(s.energy.dissipated_j) + " out of the hand's motion (dissipated) and brought " +
-        millijoules(s.energy.injected_j) + " in (injected).");
+    say("The modes took " + millijoules(s.energy.dissipated_j) + " out of the hand's motion (dissipated)" +
+        (drives ? " and brought " + injected + " in (injected)." : "."));
   if (s.energy.moved_j != 0.0) say("The data's own motion brought in " + millijoules(s.energy.moved_j) + ".");
   const auto share = [&](std::int64_t ticks) {
     return counted(ticks, "tick", "ticks") + " (" + percent(static_cast<double>(ticks) / static_cast<double>(s.ticks)) + ")";
@@ -142,7 +160,7 @@ std::vector<std::string> words_of(const Recorded& recorded) {
   if (s.waiting_ticks > 0) say("In " + share(s.waiting_ticks) + " the proxy had not yet arrived when the tick ended.");
   if (s.capped_ticks > 0) say("In " + share(s.capped_ticks) + " a balance was not proven to 1e-9 m.");
   if (s.bad_input_ticks + s.invalid_probe_ticks > 0) {
-    say("In " + share(std::max(s.bad_input_ticks, s.invalid_probe_ticks)) + " nobody knew where the hand was.");
+    say("In " + share(std::max(s.bad_input_ticks, s.invalid_probe_ticks)) + " the position of the hand was not known.");
   }
   if (s.guard_limited_ticks > 0) say("The guard shortened the force in " + share(s.guard_limited_ticks) + ".");
   if (s.faults > 0) say("There were faults: " + counted(s.faults, "fault", "of them") + ".");

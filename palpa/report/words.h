@@ -20,6 +20,13 @@ std::string subtitle_of(const Recorded& recorded);
 /// \param scene  nullptr: its data are not there
 std::string why_little_is_felt(const Recorded& recorded, const Scene* scene);
 
+/// Why an event happened, with its unit: "the force fell by 0.20 N"; empty for onsets and break-throughs, which a level
+/// explains.
+std::string why_of(const RecordedEvent& event);
+
+/// Whether the run was felt in real time: on a simulated clock no tick begins late.
+bool was_in_real_time(const Recorded& recorded);
+
 /// "skin of surface" for the level that an onset or a break-through is about; its value where it has no name.
 std::string level_of(const Recorded& recorded, const RecordedEvent& event);
 

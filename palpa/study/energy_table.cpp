@@ -1,11 +1,10 @@
 #include "palpa/study/energy_table.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "palpa/core/printed.h"
 #include "palpa/study/summary.h"
 
 namespace palpa {
@@ -24,9 +23,7 @@ std::string key_of_mode(const std::string& name) {
 }
 
 std::string printed(double value, int decimals) {
-  std::array<char, 64> digits{};
-  std::snprintf(digits.data(), digits.size(), "%.*f", decimals, value);
-  std::string text = digits.data();
+  std::string text = detail::text("%.*f", decimals, value);
   if (text.front() == '-' && text.find_first_of("123456789") == std::string::npos) text.erase(0, 1);
   return text;
 }
@@ -59,7 +56,26 @@ EnergyTable energy_table(const Summary& s) {
   return table;
 }
 
-std::string to_table(const EnergyTable& table) {
+EnergyTable without_negative_entries(EnergyTable table) {
+  std::vector<EnergyEntry> in, out;
+  const auto sort = [](const std::vector<EnergyEntry>& from, std::vector<EnergyEntry>& same, std::vector<EnergyEntry>& other) {
+    for (const EnergyEntry& entry : from) {
+      if (entry.energy_j < 0.0) {
+        other.push_back({entry.key, entry.label, -entry.energy_j});
+      } else {
+        same.push_back(entry);
+      }
+    }
+  };
+  sort(table.in, in, out);
+  sort(table.out, out, in);
+  table.in = std::move(in);
+  table.out = std::move(out);
+  return table;
+}
+
+std::string to_table(const EnergyTable& given) {
+  const EnergyTable table = without_negative_entries(given);
   struct Line {
     std::string label, energy;
   };
@@ -95,7 +111,7 @@ std::string to_table(const EnergyTable& table) {
   const std::string gained = printed(1e3 * table.ticks_gained_j, decimals);
   if (gained.find_first_of("123456789") == std::string::npos) return text;
   double ticks_j = 0.0;
-  for (const EnergyEntry& entry : table.in) ticks_j += entry.key == "ticks" ? entry.energy_j : 0.0;
+  for (const EnergyEntry& entry : given.in) ticks_j += entry.key == "ticks" ? entry.energy_j : 0.0;
   text += "  ticks: " + gained + " mJ brought in, " + printed(1e3 * (table.ticks_gained_j - ticks_j), decimals) +
           " mJ taken out; bound k/2 sum |step|^2 = " + printed(1e3 * table.ticks_bound_j, decimals) +
           " mJ; covered by a hand with b >= " + printed(table.covering_damping_ns_per_m, 3) + " N s/m\n";

@@ -36,7 +36,9 @@ struct EnergyTable {
 };
 
 EnergyTable energy_table(const Summary& summary);
-/// The table as text, in millijoules.
+/// For a person: each entry below zero as a positive one of the other side. Both sums grow by the same amount.
+EnergyTable without_negative_entries(EnergyTable table);
+/// The table as text, in millijoules, without negative entries.
 std::string to_table(const EnergyTable& table);
 /// The entries as JSON in joules, by their keys: {"in": {…}, "out": {…}}.
 std::string to_json(const EnergyTable& table);

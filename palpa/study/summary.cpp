@@ -186,7 +186,8 @@ std::string to_table(const Summary& s) {
   std::vector<std::vector<std::string>> rows{
       {"ticks", count(s.ticks) + text(" (%.3f s of the hand's time)", s.duration_s)},
       {"speed", detail::grouped(text("%.0f", s.ticks_per_s)) + " ticks/s"},
-      {"tick time", text("p50 %.1f us, p99 %.1f us, max %.1f us", s.tick_p50_us, s.tick_p99_us, s.tick_max_us)},
+      {"tick time", text("p50 %.1f us, p99 %.1f us, max %.1f us%s", s.tick_p50_us, s.tick_p99_us, s.tick_max_us,
+                         s.loop ? "" : " (not in real time: a long tick was interrupted by other programs)")},
       {"sub-steps", text("mean %.2f, max %d per tick", s.sub_steps_mean, s.sub_steps_max)},
       {"worst error bound", text("%.2g m", s.error_bound_max_m)},
       {"in contact", percent(s.contact_share) + " of the ticks"},
@@ -197,10 +198,13 @@ std::string to_table(const Summary& s) {
   const auto say = [&](const char* name, std::int64_t number, const char* what) {
     if (number > 0) rows.push_back({name, count(number) + what});
   };
-  say("waiting", s.waiting_ticks, " ticks in which the proxy had not yet arrived");
-  say("capped", s.capped_ticks, " ticks with a bound above 1e-9 m");
-  say("bad input", s.bad_input_ticks, " ticks");
-  say("probe not valid", s.invalid_probe_ticks, " ticks");
+  const auto say_ticks = [&](const char* name, std::int64_t number, const std::string& what) {
+    say(name, number, ((number == 1 ? " tick" : " ticks") + what).c_str());
+  };
+  say_ticks("waiting", s.waiting_ticks, " in which the proxy had not yet arrived");
+  say_ticks("capped", s.capped_ticks, " with a bound above 1e-9 m");
+  say_ticks("bad input", s.bad_input_ticks, "");
+  say_ticks("probe not valid", s.invalid_probe_ticks, "");
   say("faults", s.faults, "");
   say("refused primitives", s.dropped_primitives, "");
   std::string result = aligned(rows, 2);

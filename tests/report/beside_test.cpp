@@ -88,6 +88,23 @@ TEST_F(BesideReport, IsWrittenBesideTheFirstAndTheSameTwice) {
     EXPECT_EQ(markup_error(read(folder / "pictures" / name), false), "") << name;
 }
 
+TEST_F(BesideReport, ItsTitleSaysWhatDiffers) {
+  const auto title = [](const std::string& html) {
+    const std::size_t at = html.find("<h1>");
+    return html.substr(at, html.find("</h1>", at) - at);
+  };
+  feel_again("paper", "law.method", "paper-2005");
+  EXPECT_THAT(title(page("first", "paper")), HasSubstr("law.method: exact / paper-2005"));
+  EXPECT_THAT(title(page("paper", "first")), HasSubstr("law.method: paper-2005 / exact"));
+  feel_again("weak", "mode.skin.level.skin.strength_n", "0.25");
+  EXPECT_THAT(title(page("first", "weak")), HasSubstr("mode.skin.level.skin.strength_n: 0.8 / 0.25"));
+  const std::string two = page("paper", "weak");
+  EXPECT_THAT(title(two), HasSubstr("2 values of the scene differ"));
+  EXPECT_THAT(two, AllOf(HasSubstr("<li>law.method: paper-2005 / exact</li>"), HasSubstr("strength_n: 0.8 / 0.25</li>")));
+  feel_again("again");
+  EXPECT_THAT(title(page("first", "again")), HasSubstr("one scene, felt twice"));
+}
+
 TEST_F(BesideReport, NamesOfStrangersStayTexts) {
   feel_again("weak", "mode.skin.level.skin.strength_n", "0.2");
   fs::rename(folder / "weak", folder / "<script>alert(1)<&");

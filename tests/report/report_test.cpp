@@ -193,6 +193,56 @@ TEST_F(Report, ADamagedFileIsOneLine) {
   EXPECT_THAT(error_of(made), HasSubstr("modes.csv:2: column 'force_x_n' cannot be"));
 }
 
+/// A trace felt with a hand, data, a plug-in's name and settings that lie in folders with a name in them.
+TEST_F(Report, HoldsLastNamesOfPathsUnlessWholeOnesAreAskedFor) {
+  const fs::path home = folder / "Jane Doe 1970" / "st-mary";
+  fs::create_directories(home / "data");
+  std::string scene = phantom_scene;
+  scene += "# from " + (home / "data/scan 1.nrrd").string() + " and ../Jane/notes.txt, at 500 N/m\n";
+  std::ofstream(home / "scene.toml") << scene;
+  run(options("first", 0.4));
+  RunOptions o = options("", 0.4);
+  o.scene = home / "scene.toml";
+  o.hand = (home / "hand.csv").string();
+  fs::copy_file(folder / "first/ticks.csv", o.hand);
+  o.out = home / "trace";
+  o.arguments = {"run",      (home / "scene.toml").string(),
+                 "--hand",   o.hand,
+                 "--set",    "volume.head.note=" + (home / "a.toml").string(),
+                 "--out",    (home / "trace").string(),
+                 "--data",   "/srv/Jane Doe, 1970/scans",
+                 "--device", "kind,file=/srv/Jane, D/a,key=/b/c"};
+  run(o);
+  const fs::path made = home / "trace";
+  exchange(made / "trace.toml", "notes = [", "notes = [\"" + (home / "hand.csv").string() + " was moved\", ");
+  std::string header = read(made / "trace.toml");
+  for (int n = 0; n < 20; ++n)
+    header +=
+        "\n[[data_file]]\npath = \"" + (home / ("data/IM" + std::to_string(n))).string() + "\"\nbytes = 100\nsha256 = \"ab\"\n";
+  std::ofstream(made / "trace.toml", std::ios::binary) << header;
+  exchange(made / "scene.toml", "analytic = \"head_phantom\"", "file = \"" + (home / "data/IM0").string() + "\"");
+  const std::string html = html_of(made);
+  for (const char* secret : {"Jane", "st-mary", "IM7"}) EXPECT_THAT(html, Not(HasSubstr(secret)));
+  EXPECT_THAT(html, Not(HasSubstr(folder.string())));
+  for (const char* name : {"hand.csv", "scene.toml", "IM0 and 19 more", "2\u202f000 bytes", "file = &quot;IM0&quot;", "500 N/m",
+                           "scan 1.nrrd", "notes.txt", "--data scans", "kind,file=a,key=c", "No picture: "})
+    EXPECT_THAT(html, HasSubstr(name)) << name;
+  const std::string whole = report_html(made, {.full_paths = true});
+  for (const fs::path& path : {home / "hand.csv", home / "data/IM0"}) EXPECT_THAT(whole, HasSubstr(path.string()));
+}
+
+TEST_F(Report, EventsSayWhyWithTheirUnit) {
+  const fs::path made = trace();
+  std::ofstream(made / "events.csv", std::ios::app)
+      << "900,0.9,snap,proxy,0.20453085586987022\n901,0.901,lost_ticks,recorder,1\n";
+  const std::string html = html_of(made);
+  EXPECT_THAT(html, HasSubstr("the force fell by 0.20 N"));
+  EXPECT_THAT(html, HasSubstr("one tick was not recorded"));
+  EXPECT_THAT(html, Not(HasSubstr("0.2045308")));
+  EXPECT_THAT(html, Not(HasSubstr("brought 0.00 mJ in")));
+  EXPECT_THAT(html, HasSubstr("not in real time"));
+}
+
 TEST_F(Report, CannotBeWrittenJustAnywhere) {
   const fs::path made = trace();
   for (const fs::path& out : {folder, folder / "no" / "such" / "place.html"}) {

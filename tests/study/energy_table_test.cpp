@@ -288,5 +288,19 @@ TEST(EnergyTable, AModeMayBeCalledLikeAnotherEntry) {
   EXPECT_LT(felt.out("wind"), felt.summary.modes[2].dissipated_j) << "a wind drives";
 }
 
+TEST(EnergyTableForAPerson, HasNoNegativeEntryAndTheSameDifference) {
+  EnergyTable table{
+      .in = {{"hand", "hand", 0.089}, {"guard_held_back", "guard held back", -0.0027}, {"ticks", "ticks", 0.0002}},
+      .out = {{"wind", "wind", -0.012}, {"skin", "skin", 0.0985}}};
+  const EnergyTable shown = without_negative_entries(table);
+  for (const auto* side : {&shown.in, &shown.out}) {
+    for (const EnergyEntry& entry : *side) EXPECT_GE(entry.energy_j, 0.0) << entry.label;
+  }
+  EXPECT_EQ(shown.in.size() + shown.out.size(), 5u);
+  EXPECT_NEAR(shown.in_j() - shown.out_j(), table.in_j() - table.out_j(), 1e-15);
+  EXPECT_NEAR(shown.in_j(), 0.089 + 0.0002 + 0.012, 1e-15);
+  EXPECT_EQ(to_table(table).find('-'), std::string::npos) << to_table(table);
+}
+
 }  // namespace energy_table_test
 }  // namespace palpa
