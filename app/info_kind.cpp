@@ -138,6 +138,19 @@ bool looks_like_velocity_mr(const Facts& facts) {
          speeds.percentile(0.5) < 0.01 * speeds.max && speeds.zeros < speeds.counted / 2;
 }
 
+/// [file's unit] The velocity range of a phase-contrast MR that is nothing but vectors: noise in the air fills all of it, in
+/// each component alike, up to the corners of the cube. 0: it is none.
+double velocity_range(const Facts& facts) {
+  const std::vector<VolumeField>& fields = facts.file.volume.fields;
+  if (fields.size() != 1 || fields[0].field->components() != 3 || fields[0].resampling) return 0.0;
+  const std::vector<Extent> extents = fields[0].field->extents();
+  const double range = extents[0].max;
+  const bool is_filled = std::all_of(extents.begin(), extents.end(), [&](const Extent& extent) {
+    return std::abs(extent.max - range) < 0.01 * range && std::abs(extent.min + range) < 0.01 * range;
+  });
+  return range > 0.0 && is_filled && facts.values[0].max > 1.5 * range ? range : 0.0;
+}
+
 /// What the fields of a simulation or of a measured flow are, by their names and grids; empty if these do not tell.
 std::string flow_kind(const Facts& facts) {
   const Volume& volume = facts.file.volume;
@@ -159,6 +172,9 @@ std::string flow_kind(const Facts& facts) {
   if (velocity &&
       has_any(names, {"pressure", " p ", "mach", "density", "rho", " k ", "omega", "epsilon", "nut", "temperature", " t "}))
     return "looks like CFD" + with;
+  if (const double range = velocity_range(facts); range > 0.0)
+    return fmt::format("looks like phase-contrast MR, VENC {:.4g}{}", range,
+                       volume.fields[0].unit.empty() ? " (no unit in the file)" : " " + volume.fields[0].unit);
   if (looks_like_velocity_mr(facts)) {
     return "looks like velocity MR (phase contrast): a signal and velocities";
   }

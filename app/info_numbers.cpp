@@ -49,6 +49,12 @@ std::string length_words(const Facts& facts, double metres) {
   return facts.file.volume.medical_frame ? fmt::format("{:.4g} mm", 1e3 * metres) : length_words(metres);
 }
 
+std::string sides_words(const Facts& facts, const Vec3& sides_m) {
+  const Unit unit = facts.file.volume.medical_frame ? Unit{1e-3, "mm"} : unit_for(largest_component(sides_m));
+  const auto side = [&](double metres) { return fmt::format("{:.4g} {}", metres / unit.metres, unit.name); };
+  return side(sides_m.x) + " × " + side(sides_m.y) + " × " + side(sides_m.z);
+}
+
 std::string in_one_unit(const Facts& facts, const Vec3& world_m) {
   const Unit unit = unit_of(facts);
   const auto part = [&](double m) {

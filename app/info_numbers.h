@@ -15,6 +15,8 @@ std::string rounded_words(double value, double span);
 std::string length_words(double metres);
 /// A length in a volume [m]: in millimetres if that is a patient's.
 std::string length_words(const Facts& facts, double metres);
+/// "3.33 m × 3.63 m × 1.14 m": the sides of a box [m], all in the unit of the longest.
+std::string sides_words(const Facts& facts, const Vec3& sides_m);
 /// "(-5, 16, 7) mm": a position [m] in the unit that fits the data.
 std::string in_one_unit(const Facts& facts, const Vec3& world_m);
 

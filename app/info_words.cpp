@@ -27,10 +27,6 @@ std::string text_of(const std::vector<Extent>& extents, double Extent::*end) {
 /// Bytes as "7.53 MB".
 std::string text_of_bytes(std::uint64_t bytes) { return protocol::readable_bytes(static_cast<double>(bytes)); }
 
-std::string text_of_lengths(const Facts& facts, const Vec3& v) {
-  return fmt::format("{} × {} × {}", length_words(facts, v.x), length_words(facts, v.y), length_words(facts, v.z));
-}
-
 /// The usual name of a format.
 std::string format_words(const std::string& format) {
   for (const auto& [name, words] : {std::pair{"dicom", "DICOM"},
@@ -102,7 +98,7 @@ void print_placement(const Facts& facts) {
   const auto& dims = placed.grid.dims;
   const bool resampled = volume.fields.front().resampling.has_value();
   print(fmt::format("  grid      {} × {} × {} voxels of {}{}\n", dims[0], dims[1], dims[2],
-                    text_of_lengths(facts, placed.spacing_m),
+                    sides_words(facts, placed.spacing_m),
                     placed.grid.is_rectilinear() ? " on average: its planes are at uneven distances" : ""));
   if (resampled) {
     const auto& n = volume.fields.front().resampling->dims;
@@ -110,7 +106,7 @@ void print_placement(const Facts& facts) {
                       n[1] == 1 && n[2] == 1 ? rounded_words(static_cast<double>(n[0])) + " points in cells of any shape"
                                              : fmt::format("{} × {} × {} points along curved lines", n[0], n[1], n[2])));
   }
-  print(fmt::format("  size      {}{}, {} in memory\n", text_of_lengths(facts, placed.size_m),
+  print(fmt::format("  size      {}{}, {} in memory\n", sides_words(facts, placed.size_m),
                     volume.length_unit_assumed ? ", if the file's lengths are in " + volume.length_unit : "",
                     text_of_bytes(facts.memory_bytes)));
   const char* to = volume.medical_frame ? "to " : "along ";

@@ -17,11 +17,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <iterator>
 #include <utility>
 
+#include "palpa/core/printed.h"
 #include "palpa/view/picture.h"
 
 namespace palpa::detail {
@@ -170,7 +170,7 @@ double round_length(double limit) noexcept {
   return power;
 }
 
-std::string length_words(double length_m) {
+std::string length_words(double length_m, double like_m) {
   struct Unit {
     double from_m;
     double size_m;
@@ -179,20 +179,17 @@ std::string length_words(double length_m) {
   static constexpr Unit units[] = {
       {1e3, 1e3, "km"}, {0.9999, 1.0, "m"}, {0.0999e-3, 1e-3, "mm"}, {0.0999e-6, 1e-6, "µm"}, {0.0, 1e-9, "nm"}};
   for (const Unit& unit : units) {
-    if (length_m >= unit.from_m) return number_words(length_m / unit.size_m) + " " + unit.name;
+    if ((like_m > 0.0 ? like_m : length_m) >= unit.from_m) return number_words(length_m / unit.size_m) + " " + unit.name;
   }
   return {};
 }
 
 std::string number_words(double value, double step) {
-  char text[32];
   const double told = step > 0.0 && value != 0.0 ? std::floor(std::log10(std::abs(value))) - std::floor(std::log10(step)) : 0.0;
   const int digits = static_cast<int>(std::clamp(1.0 + told, 3.0, 15.0));
-  std::snprintf(text, sizeof text, "%.*g", digits, value == 0.0 ? 0.0 : value);
   // %g turns to powers of ten from 1000 on; people read whole numbers up to a hundred thousand.
-  if (std::abs(value) >= 999.5 && std::abs(value) < 1e5 && !(step > 0.0 && step < 1.0))
-    std::snprintf(text, sizeof text, "%.0f", value);
-  return text;
+  if (std::abs(value) >= 999.5 && std::abs(value) < 1e5 && !(step > 0.0 && step < 1.0)) return text("%.0f", value);
+  return text("%.*g", digits, value == 0.0 ? 0.0 : value);
 }
 
 Layout::Layout(const Canvas& canvas, bool titled)
@@ -278,7 +275,10 @@ double draw_color_bar(Canvas& canvas, const ColorBar& bar, double left, double w
 
 }  // namespace
 
-std::vector<BarNumber> numbers_below(double low, double high, double width_px,
+namespace {
+
+/// Round numbers, or one alone where their words would touch.
+std::vector<BarNumber> round_numbers(double low, double high, double width_px,
                                      const std::function<double(std::string_view)>& width_of) {
   const double span = high - low, gap_px = 0.5 * width_of("0");
   std::vector<BarNumber> numbers;
@@ -300,7 +300,32 @@ std::vector<BarNumber> numbers_below(double low, double high, double width_px,
     }
     if (are_apart) return numbers;
   }
-  numbers.resize(1);
+  numbers.resize(std::min<std::size_t>(numbers.size(), 1));
+  return numbers;
+}
+
+}  // namespace
+
+std::vector<BarNumber> numbers_below(double low, double high, double width_px,
+                                     const std::function<double(std::string_view)>& width_of) {
+  std::vector<BarNumber> numbers = round_numbers(low, high, width_px, width_of);
+  const double gap_px = 0.5 * width_of("0"), precision = 0.01 * round_length(0.5 * (high - low));
+  const auto left_px = [&](const BarNumber& n) { return n.middle_px - 0.5 * width_of(n.words); };
+  const auto right_px = [&](const BarNumber& n) { return n.middle_px + 0.5 * width_of(n.words); };
+  const auto end = [&](double value, double at) {
+    const std::string words = number_words(value, precision);
+    const double half_px = 0.5 * width_of(words);
+    return BarNumber{words, at, at > 0.5 ? width_px - half_px : half_px};
+  };
+  constexpr double there = 1e-6;  // [1] of the bar: rounding
+  const BarNumber last = end(high, 1.0), first = end(low, 0.0);
+  if (left_px(last) < 0.0) return numbers;
+  while (!numbers.empty() && (right_px(numbers.back()) + gap_px > left_px(last) || numbers.back().at > 1.0 - there))
+    numbers.pop_back();
+  while (!numbers.empty() && (left_px(numbers.front()) - gap_px < right_px(first) || numbers.front().at < there))
+    numbers.erase(numbers.begin());
+  if (right_px(first) + gap_px <= left_px(last)) numbers.insert(numbers.begin(), first);
+  numbers.push_back(last);
   return numbers;
 }
 

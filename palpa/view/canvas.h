@@ -85,8 +85,9 @@ std::string in_letters_of_font(std::string_view words);
 
 /// 1, 2 or 5 times a power of ten, not above `limit` > 0.
 double round_length(double limit) noexcept;
-/// A length in nm, µm, mm, m or km: "20 mm".
-std::string length_words(double length_m);
+/// A length in nm, µm, mm, m or km: "20 mm". \param like_m  a length whose unit is used, such as the longest of a picture; 0:
+/// its own
+std::string length_words(double length_m, double like_m = 0.0);
 /// A number in as few digits as tell it: "0.25", "-300", "2e-05"; three where `step` does not ask for more.
 /// \param step  0, or what the next number of a row is away, from which it is to be told
 std::string number_words(double value, double step = 0.0);
@@ -97,8 +98,8 @@ struct BarNumber {
   double at;         ///< [1] share of the bar
   double middle_px;  ///< of the words, from the bar's left end
 };
-/// Round numbers at equal distances, few enough that their words stay apart, or one alone; words lie within the bar where they
-/// fit at all.
+/// The bar's largest and smallest value, and between them round numbers at equal distances, where their words stay apart; words
+/// lie within the bar where they fit at all.
 /// \param low, high  of the bar, low < high
 /// \param width_of   [px] of words
 std::vector<BarNumber> numbers_below(double low, double high, double width_px,

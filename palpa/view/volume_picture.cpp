@@ -3,12 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <optional>
 
 #include "palpa/core/printed.h"
+#include "palpa/first/first_flow.h"
 #include "palpa/first/first_levels.h"
+#include "palpa/grid/derived.h"
 #include "palpa/survey/ct.h"
 #include "palpa/survey/labels.h"
 #include "palpa/toml/wording.h"
@@ -95,9 +96,8 @@ struct Shades {
 
 Shades ct_shades(const CtWindow& window, double water) {
   const double low = water + window.level - 0.5 * window.width;
-  char words[80];
-  std::snprintf(words, sizeof words, "%s window, W %g L %g", window.name, window.width, window.level);
-  return {detail::grey_colors(low, low + window.width), words};
+  return {detail::grey_colors(low, low + window.width),
+          detail::text("%s window, W %g L %g", window.name, window.width, window.level)};
 }
 
 /// How far a label's colour reaches to either side of its number. 0.5: the colours of two neighbours meet at one point of the
@@ -118,9 +118,8 @@ ColorMap label_colors(const LabelMap& map) {
         const double ramp = std::clamp(std::abs(std::fmod(hue + shift, 1.0) * 6.0 - 3.0) - 1.0, 0.0, 1.0);
         return static_cast<int>(std::lround(255.0 * light * (0.35 + 0.65 * ramp)));
       };
-      char text[8];
-      std::snprintf(text, sizeof text, "#%02x%02x%02x", channel(0.0), channel(2.0 / 3.0), channel(1.0 / 3.0));
-      hex = text;
+      hex = detail::text("#%02x%02x%02x", static_cast<unsigned>(channel(0.0)), static_cast<unsigned>(channel(2.0 / 3.0)),
+                         static_cast<unsigned>(channel(1.0 / 3.0)));
     }
     points.push_back({value - half_label, hex, 1.0}), points.push_back({value + half_label, hex, 1.0});
   }
@@ -203,10 +202,11 @@ class Slices {
       const Place& p = places_[c];
       const double x = p.left + 0.5 * p.width, y = up_px(p.top + 0.5 * p.height);
       const double at_m = part(box_.centre_m(), cut.across);
-      const bool is_zero = std::abs(at_m) < 1e-6 * largest_component(box_.size_m());  // but for rounding
+      const double unit_m = largest_component(box_.size_m());
+      const bool is_zero = std::abs(at_m) < 1e-6 * unit_m;  // but for rounding
       const std::string where = medical_ ? direction_words(true, cut.across, at_m) + " " + millimetre_words(at_m)
                                          : std::string(1, "xyz"[cut.across]) + " = " + (at_m < 0.0 && !is_zero ? "-" : "") +
-                                               (is_zero ? "0" : detail::length_words(std::abs(at_m)));
+                                               (is_zero ? "0" : detail::length_words(std::abs(at_m), unit_m));
       canvas.text(std::string(cut.name) + ", " + where, x, up_px(p.top) + 1.6 * em_px_, Side::middle, 0.9, true);
       canvas.text(direction_words(medical_, cut.right, cut.right_sign), p.left + p.width + 0.5 * em_px_, y, Side::left);
       canvas.text(direction_words(medical_, cut.right, -cut.right_sign), p.left - 0.5 * em_px_, y, Side::right);
@@ -295,11 +295,41 @@ Picture histogram_picture(const Statistics& values, const std::string& label, in
   return picture_of(plot, width_px, height_px);
 }
 
-/// The field as streamlines, as a scene shows it to a user.
-Picture streamline_picture(const Volume& volume, std::size_t field, int width_px, int height_px) {
+/// A vector field where its vectors agree with those around them, without what is noise.
+class CoherentFlow : public Field {
+ public:
+  explicit CoherentFlow(FieldPtr flow) : flow_(std::move(flow)), coherence_(derived(Derivation::coherence, flow_)) {}
+  int components() const noexcept override { return flow_->components(); }
+  VectorSample vector(const Vec3& x_m) const noexcept override {
+    VectorSample sample = flow_->vector(x_m);
+    const ScalarSample coherence = coherence_->scalar(x_m);
+    sample.inside = sample.inside && coherence.inside && coherence.value >= detail::coherence_of_flow;
+    return sample;
+  }
+  double spacing_m() const noexcept override { return flow_->spacing_m(); }
+  Box bounds_m() const noexcept override { return flow_->bounds_m(); }
+  double depth_m(const Vec3& x_m) const noexcept override { return flow_->depth_m(x_m); }
+  std::vector<Extent> extents() const override { return flow_->extents(); }
+
+ private:
+  FieldPtr flow_, coherence_;
+};
+
+/// The field without what is noise, where a first scene of it masks noise.
+FieldPtr without_noise(const Volume& one, const Statistics& values) {
+  const FieldPtr& flow = one.fields.front().field;
+  const detail::FirstFlow speeds = detail::first_flow(values);
+  if (speeds.directions || !(largest_component(flow->bounds_m().size_m()) > 0.0)) return flow;
+  const detail::FlowPlaces places = detail::flow_places(detail::Lattice(flow->bounds_m()), one, 0, speeds, {values});
+  return places.noisy ? std::make_shared<CoherentFlow>(flow) : flow;
+}
+
+/// The field as streamlines, as a scene shows it to a user. \param values  its statistics
+Picture streamline_picture(const Volume& volume, std::size_t field, const Statistics& values, int width_px, int height_px) {
   Scene scene;
   Volume one = volume;
   one.fields = {volume.fields[field]};
+  one.fields.front().field = without_noise(one, values);
   const std::string name = detail::is_plain_word(one.fields.front().name) ? one.fields.front().name : "flow";
   const FieldRef flow = scene.add(name, std::move(one));
   scene.workspace.fit = name;
@@ -366,7 +396,8 @@ Picture volume_picture(const Volume& volume, std::size_t number, const Statistic
                         width - histogram_width - static_cast<int>(2.0 * em), lower_height - static_cast<int>(2.8 * em)});
   }
   if (flow)
-    paste(picture, streamline_picture(volume, number, width - histogram_width, lower_height), histogram_width, lower_top);
+    paste(picture, streamline_picture(volume, number, values, width - histogram_width, lower_height), histogram_width,
+          lower_top);
   return picture;
 }
 

@@ -17,9 +17,9 @@ struct VolumePictureOptions {
 /// Draws one field of a volume: slices across the world's axes through the middle of its box, side by side to one scale, with
 /// the patient's directions (L R A P S I) or the world's axes at their edges, where they lie, a bar that explains their
 /// colours in the field's unit, and a length; below them the histogram. Of a vector field the slices and the histogram are of
-/// the length, and streamlines are drawn beside it. A CT is shown in the window in which most is seen (ct_window), which the
-/// bar names, and its first slice again in another; a label map in a colour for each label, directions in red along x, green
-/// along y and blue along z. Where there are no data a slice is checkered.
+/// the length, and streamlines are drawn beside it, without those of noise. A CT is shown in the window in which most is seen
+/// (ct_window), which the bar names, and its first slice again in another; a label map in a colour for each label, directions
+/// in red along x, green along y and blue along z. Where there are no data a slice is checkered.
 ///
 /// \param field   number of the field in the volume
 /// \param values  its statistics

@@ -36,6 +36,21 @@ TEST(NumbersBelow, StayApartWithinTheBarAndAreWhereTheyBelong) {
   EXPECT_GT(bars, 500);
 }
 
+TEST(NumbersBelow, SayTheLargestAndTheSmallestValue) {
+  constexpr double letter_px = 9.0;
+  const auto width_of = [](std::string_view words) { return letter_px * static_cast<double>(words.size()); };
+  for (const double low : {0.0, 0.17, -300.0, -1.5, 1e-4}) {
+    for (const double span : {0.83, 2.086, 7.3, 1082.0, 99.5}) {
+      const std::vector<BarNumber> numbers = numbers_below(low, low + span, 260.0, width_of);
+      ASSERT_GE(numbers.size(), 2u) << low << ' ' << span;
+      EXPECT_EQ(numbers.front().at, 0.0);
+      EXPECT_EQ(numbers.back().at, 1.0);
+      EXPECT_NEAR(std::strtod(numbers.front().words.c_str(), nullptr), low, 1e-2 * span);
+      EXPECT_NEAR(std::strtod(numbers.back().words.c_str(), nullptr), low + span, 1e-2 * span);
+    }
+  }
+}
+
 TEST(NumbersBelow, EndWhereTheStepIsLostInRounding) {
   const auto width_of = [](std::string_view words) { return static_cast<double>(words.size()); };
   for (const double low : {1e9, 1e300, -3.0}) {

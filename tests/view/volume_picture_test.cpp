@@ -3,10 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
 #include <memory>
+#include <random>
 #include <vector>
 
 #include "palpa/grid/grid.h"
@@ -82,6 +84,41 @@ TEST(VolumePicture, ShowsDirectionsByTheirAxis) {
   EXPECT_TRUE(colours.contains({255, 0, 0}));
   EXPECT_TRUE(colours.contains({0, 0, 255}));
   EXPECT_GT(colours.at({255, 0, 0}), 20000) << "whatever the signs of neighbours";
+}
+
+/// [1] Share of the coloured pixels of the streamlines' part of the picture that lie in its upper and lower quarter.
+double colour_far_from_the_middle(const Volume& volume) {
+  const Picture picture = volume_picture(volume, 0, statistics(*volume.fields[0].field), "test");
+  const int left = picture.width_px / 2, right = left + picture.width_px * 3 / 8;  // beside them are legend and colour bar
+  const int top = picture.height_px * 6 / 10, bottom = picture.height_px;
+  int all = 0, far = 0;
+  for (int y = top; y < bottom; ++y) {
+    for (int x = left; x < right; ++x) {
+      const std::uint8_t* p = &picture.rgb[3 * (static_cast<std::size_t>(y) * picture.width_px + x)];
+      const auto [low, high] = std::minmax({p[0], p[1], p[2]});
+      if (high - low < 40) continue;
+      ++all;
+      far += y < top + (bottom - top) / 4 || y > bottom - (bottom - top) / 4;
+    }
+  }
+  EXPECT_GT(all, 300) << "no streamlines";
+  return static_cast<double>(far) / std::max(1, all);
+}
+
+// Velocity MR: in the air, where nothing was measured, the phase is noise over the whole velocity range.
+TEST(VolumePicture, ShowsNoStreamlinesOfNoise) {
+  const auto jet_in = [](double noise) {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> phase(-noise, noise);
+    Volume volume = volume_of<float>(VoxelType::float32, 3, "", [&](const Vec3& mm) {
+      if (std::hypot(mm.y, mm.z) < 18.0) return std::array{1.0, 0.0, 0.0};
+      return std::array{phase(random), phase(random), phase(random)};
+    });
+    volume.medical_frame = false;
+    return volume;
+  };
+  EXPECT_LT(colour_far_from_the_middle(jet_in(1e-6)), 0.02);
+  EXPECT_LT(colour_far_from_the_middle(jet_in(1.5)), 0.02);
 }
 
 }  // namespace volume_picture_test
