@@ -8,6 +8,7 @@
 
 #include "app/terminal.h"
 #include "palpa/core/load_error.h"
+#include "palpa/core/printed.h"
 #include "palpa/core/shown.h"
 #include "palpa/trace/trace.h"
 
@@ -59,9 +60,11 @@ void LiveTerminal::show(LiveLoop& loop) {
     guard += std::string(": ") + view.device_fault;
   else if (view.frame.guard_cause != GuardCause::none && view.frame.guard != GuardState::ramp)
     guard += std::string(": ") + words_of(view.frame.guard_cause);
-  std::fprintf(stderr, "\r\033[K%.1f s  %4.2f N  late p99 %.0f us, max %.0f us  tick p99 %.0f us  missed %lld  %s",
-               view.frame.t_s, norm(view.frame.command_n), account.late.p99_us, account.late.max_us, account.tick.p99_us,
-               static_cast<long long>(account.missed), detail::shortened(detail::shown(guard), 100).c_str());
+  const std::string line =
+      detail::text("\r\033[K%.1f s  %4.2f N  late p99 %.0f us, max %.0f us  tick p99 %.0f us  missed %lld  %s", view.frame.t_s,
+                   norm(view.frame.command_n), account.late.p99_us, account.late.max_us, account.tick.p99_us,
+                   static_cast<long long>(account.missed), detail::shortened(detail::shown(guard), 100).c_str());
+  std::fputs(line.c_str(), stderr);
   std::fflush(stderr);
 }
 

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdio>
 
+#include "palpa/core/printed.h"
 #include "palpa/core/shown.h"
 #include "palpa/device/blocked_signals.h"
 
@@ -59,10 +60,12 @@ void Progress::draw() {
     const double spent_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     const double share = share_done_;
     if (share > 0.0) {
-      std::fprintf(stderr, "\r\033[K%s: %.0f %%, about %.0f s left", what_.c_str(), 100.0 * share,
-                   spent_s * (1.0 - share) / share);
+      std::fputs(
+          detail::text("\r\033[K%s: %.0f %%, about %.0f s left", what_.c_str(), 100.0 * share, spent_s * (1.0 - share) / share)
+              .c_str(),
+          stderr);
     } else {
-      std::fprintf(stderr, "\r\033[K%s: %.0f s", what_.c_str(), spent_s);
+      std::fputs(detail::text("\r\033[K%s: %.0f s", what_.c_str(), spent_s).c_str(), stderr);
     }
     std::fflush(stderr);
   }

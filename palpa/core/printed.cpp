@@ -1,12 +1,22 @@
 #include "palpa/core/printed.h"
 
+#include <locale.h>
+
 #include <cstdarg>
 #include <cstddef>
 #include <cstdio>
 
 namespace palpa::detail {
 
+CLocale::CLocale() noexcept {
+  static const locale_t c = ::newlocale(LC_ALL_MASK, "C", nullptr);  // a static object of the C library: cannot fail
+  before_ = ::uselocale(c);
+}
+
+CLocale::~CLocale() { ::uselocale(static_cast<locale_t>(before_)); }
+
 std::string text(const char* format, ...) {
+  const CLocale c_locale;
   std::va_list arguments, again;
   va_start(arguments, format);
   va_copy(again, arguments);

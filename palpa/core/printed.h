@@ -1,5 +1,6 @@
-// Numbers in sentences and tables, as printf writes them. Files that a program reads back have rules of their own for numbers
-// (shortest digits that give the same value, no locale): trace/csv.h, toml/wording.h.
+// Numbers in sentences and tables, as printf writes them in the C locale: no number that leaves the process depends on the
+// locale of the program that uses the library. Files that a program reads back have rules of their own for numbers (shortest
+// digits that give the same value): trace/csv.h, toml/wording.h. A test keeps printf and streams out of all other files.
 #pragma once
 
 #include <string>
@@ -7,7 +8,20 @@
 
 namespace palpa::detail {
 
-/// printf into a string of any length. Allocates; safe from any thread.
+/// While it lives, this thread's C library reads and writes numbers as in the C locale, whatever the program has set with
+/// setlocale or uselocale. What C++ streams do is not changed. Allocates nothing; one thread.
+class CLocale {
+ public:
+  CLocale() noexcept;
+  ~CLocale();
+  CLocale(const CLocale&) = delete;
+  CLocale& operator=(const CLocale&) = delete;
+
+ private:
+  void* before_;
+};
+
+/// printf into a string of any length, in the C locale. Allocates; safe from any thread.
 /// \return  empty where printf refuses the format
 [[gnu::format(printf, 1, 2)]] std::string text(const char* format, ...);
 

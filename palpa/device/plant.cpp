@@ -1,11 +1,11 @@
 #include <toml++/toml.h>
 
 #include <array>
-#include <cstdio>
 #include <string_view>
 #include <utility>
 
 #include "palpa/core/load_error.h"
+#include "palpa/core/printed.h"
 #include "palpa/device/described.h"
 #include "palpa/device/hand.h"
 #include "palpa/disk/input_file.h"
@@ -173,12 +173,10 @@ DevicePlant device_plant(const std::string& description) {
 }
 
 std::string words_of(const DevicePlant& plant) {
-  char words[320];
-  std::snprintf(words, sizeof words,
-                "at most %g N and %g N/m, encoder step %g um, %g kg, %g N·s/m, friction %g N, delay %d tick%s",
-                plant.limits.max_force_n, plant.limits.max_stiffness_n_per_m, 1e6 * plant.limits.encoder_step_m, plant.mass_kg,
-                plant.damping_ns_per_m, plant.coulomb_friction_n, plant.delay_ticks, plant.delay_ticks == 1 ? "" : "s");
-  return words;
+  return detail::text("at most %g N and %g N/m, encoder step %g um, %g kg, %g N·s/m, friction %g N, delay %d tick%s",
+                      plant.limits.max_force_n, plant.limits.max_stiffness_n_per_m, 1e6 * plant.limits.encoder_step_m,
+                      plant.mass_kg, plant.damping_ns_per_m, plant.coulomb_friction_n, plant.delay_ticks,
+                      plant.delay_ticks == 1 ? "" : "s");
 }
 
 }  // namespace palpa

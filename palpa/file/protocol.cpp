@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <stdexcept>
 #include <type_traits>
 
+#include "palpa/core/printed.h"
 #include "palpa/limits/limits.h"
 #include "palpa/volume/volume.h"
 
@@ -397,9 +397,7 @@ std::string readable_bytes(double bytes) {
   static constexpr const char* units[] = {"bytes", "kB", "MB", "GB", "TB", "PB", "EB"};
   std::size_t unit = 0;
   while (bytes >= 1000.0 && unit + 1 < std::size(units)) bytes /= 1000.0, ++unit;
-  char text[40];
-  std::snprintf(text, sizeof text, unit == 0 || bytes >= 100 ? "%.0f %s" : "%.3g %s", bytes, units[unit]);
-  return text;
+  return unit == 0 || bytes >= 100 ? detail::text("%.0f %s", bytes, units[unit]) : detail::text("%.3g %s", bytes, units[unit]);
 }
 
 }  // namespace palpa::protocol

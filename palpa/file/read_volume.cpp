@@ -9,6 +9,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "palpa/core/printed.h"
 #include "palpa/core/shown.h"
 #include "palpa/disk/input_file.h"
 #include "palpa/file/components.h"
@@ -247,15 +248,12 @@ void check_size(const Plan& plan, const ReadOptions& options, std::uint64_t limi
   const bool too_large = bytes > limit;
   if (!too_large && (options.max_bytes != 0 || with_work <= free)) return;
   const auto& n = plan.header.fields[plan.taken.front().arrays.front()].grid.dims;
-  std::ostringstream text;
-  text << "claims ";
-  if (plan.room.frames > 1) text << plan.room.frames << " frames of ";
-  text << n[0] << " × " << n[1] << " × " << n[2] << " voxels, which need "
-       << readable_bytes(static_cast<double>(too_large ? bytes : with_work)) << " where "
-       << readable_bytes(static_cast<double>(too_large ? limit : free))
-       << (options.max_bytes != 0 ? " are allowed" : " are free")
-       << "; crop or downsample the volume (palpa convert --crop, --downsample)";
-  throw LoadError(text.str());
+  const std::string frames = plan.room.frames > 1 ? std::to_string(plan.room.frames) + " frames of " : "";
+  throw LoadError("claims " + frames + std::to_string(n[0]) + " × " + std::to_string(n[1]) + " × " + std::to_string(n[2]) +
+                  " voxels, which need " + readable_bytes(static_cast<double>(too_large ? bytes : with_work)) + " where " +
+                  readable_bytes(static_cast<double>(too_large ? limit : free)) +
+                  (options.max_bytes != 0 ? " are allowed" : " are free") +
+                  "; crop or downsample the volume (palpa convert --crop, --downsample)");
 }
 
 /// Refuses grids that are nowhere in the world.
@@ -290,22 +288,19 @@ FieldPtr made_field(const Plan& plan, const Taken& taken, std::size_t frame, con
 
 /// Says how many voxels of a field have no value.
 std::string words_of_lost(double lost, double voxels, const std::string& format) {
-  std::ostringstream text;
-  text << std::fixed;
-  text.precision(0);
   const double percent = 100.0 * lost / voxels;
-  if (lost < 10'000.0) {
-    text << lost << (lost == 1 ? " voxel is " : " voxels are ");
-  } else {
-    text.precision(percent < 1.0 ? 2 : percent < 10.0 ? 1 : 0);
-    text << percent << " % of the voxels are ";
-  }
+  const std::string share = lost < 10'000.0 ? detail::text("%.0f", lost) + (lost == 1 ? " voxel is " : " voxels are ")
+                                            : detail::text("%.*f %% of the voxels are ",
+                                                           percent < 1.0    ? 2
+                                                           : percent < 10.0 ? 1
+                                                                            : 0,
+                                                           percent);
   // Numbers of DICOM are whole: none but padding is without a value.
-  text << (format == "dicom"  ? "padding, where nothing was measured"
-           : format == "hdf5" ? "without a value (not finite, or marked so by the file)"
-                              : "not finite")
-       << ": treated as outside";
-  return text.str();
+  return share +
+         (format == "dicom"  ? "padding, where nothing was measured"
+          : format == "hdf5" ? "without a value (not finite, or marked so by the file)"
+                             : "not finite") +
+         ": treated as outside";
 }
 
 /// The fields of a plan whose voxels are there. \param one_row_in  [rows] as of made_field

@@ -16,6 +16,7 @@
 #include <sstream>
 
 #include "palpa/core/load_error.h"
+#include "palpa/core/printed.h"
 #include "palpa/installed/own_files.h"
 
 namespace palpa::detail {
@@ -36,11 +37,7 @@ bool can_be_run(const std::filesystem::path& program) {
   return std::filesystem::is_regular_file(program, none) && ::access(program.c_str(), X_OK) == 0;
 }
 
-std::string seconds(double s) {
-  std::ostringstream text;
-  text << s << " s";
-  return text.str();
-}
+std::string seconds(double s) { return detail::text("%g s", s); }
 
 }  // namespace
 

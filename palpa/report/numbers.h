@@ -1,16 +1,16 @@
 // Numbers as a page holds them: no longer than can be seen.
 #pragma once
 
-#include <cstdio>
-#include <cstdlib>
+#include <charconv>
 
 namespace palpa::detail {
 
 /// To so many digits that count; what is not finite stays so.
 inline double rounded(double value, int digits) {
   char buffer[40];
-  std::snprintf(buffer, sizeof buffer, "%.*g", digits, value);
-  return std::strtod(buffer, nullptr);
+  const auto written = std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, digits);
+  std::from_chars(buffer, written.ptr, value);
+  return value;
 }
 
 /// [mm] to the micrometre.

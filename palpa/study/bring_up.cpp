@@ -4,9 +4,10 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <numbers>
 #include <thread>
+
+#include "palpa/core/printed.h"
 
 namespace palpa {
 
@@ -95,12 +96,6 @@ class Rhythm {
 };
 
 Vec3 no_force(double, const Vec3&) { return {}; }
-
-std::string sentence(const char* format, double value, double second = 0.0) {
-  char text[240];
-  std::snprintf(text, sizeof text, format, value, second);
-  return text;
-}
 
 /// The velocity in the middle of five samples.
 Vec3 velocity_at(const std::vector<Sample>& samples, std::size_t n) {
@@ -267,12 +262,12 @@ bool measure_positions(Rhythm& rhythm, BringUp& result) {
   result.encoder_step_m = smallest_step_m(samples);
   result.velocity_lag_s = velocity_lag_s(samples);
   result.findings.push_back(result.encoder_step_m
-                                ? sentence("Its positions have steps of %.3g um.", 1e6 * *result.encoder_step_m)
+                                ? detail::text("Its positions have steps of %.3g um.", 1e6 * *result.encoder_step_m)
                                 : "It was hardly moved: the steps of its positions are not known.");
   if (!samples.front().velocity_m_per_s)
     result.findings.push_back("It does not say its velocity; it is taken from its positions.");
   else if (result.velocity_lag_s)
-    result.findings.push_back(sentence("Its velocity is %.0f ms behind its positions.", 1e3 * *result.velocity_lag_s));
+    result.findings.push_back(detail::text("Its velocity is %.0f ms behind its positions.", 1e3 * *result.velocity_lag_s));
   else
     result.findings.push_back("Its velocity does not agree with its positions, or it was hardly moved.");
   return true;
@@ -298,7 +293,7 @@ bool measure_pulses(Rhythm& rhythm, BringUp& result) {
   if (!delays_s.empty()) {
     std::nth_element(delays_s.begin(), delays_s.begin() + static_cast<std::ptrdiff_t>(delays_s.size() / 2), delays_s.end());
     result.delay_s = delays_s[delays_s.size() / 2];
-    result.findings.push_back(sentence("From a force to its motion %.1f ms pass.", 1e3 * *result.delay_s));
+    result.findings.push_back(detail::text("From a force to its motion %.1f ms pass.", 1e3 * *result.delay_s));
   }
   return true;
 }
@@ -317,8 +312,8 @@ bool measure_swing(Rhythm& rhythm, const Vec3& middle_m, BringUp& result) {
   result.damping_ns_per_m = found->damping_ns_per_m;
   result.friction_n = found->friction_n;
   result.findings.push_back(
-      sentence("Its handle moves like %.3g kg with a damping of %.3g N s/m", found->mass_kg, found->damping_ns_per_m) +
-      sentence(" and a friction of %.2g N.", found->friction_n));
+      detail::text("Its handle moves like %.3g kg with a damping of %.3g N s/m", found->mass_kg, found->damping_ns_per_m) +
+      detail::text(" and a friction of %.2g N.", found->friction_n));
   return true;
 }
 

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "palpa/baseline/law.h"
 #include "palpa/baseline/path.h"
+#include "palpa/core/printed.h"
 #include "palpa/field/quantile.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/modes.h"
@@ -166,11 +166,7 @@ LawComparison compare_laws(RunOptions options, std::span<const std::string> laws
 
 std::string to_markdown(const LawComparison& comparison) {
   std::string text;
-  char line[256];
-  const auto say = [&](const char* format, auto... values) {
-    std::snprintf(line, sizeof line, format, values...);
-    text += line;
-  };
+  const auto say = [&](const char* format, auto... values) { text += detail::text(format, values...); };
   const auto share = [](std::int64_t part, std::int64_t whole) {
     return whole > 0 ? 100.0 * static_cast<double>(part) / static_cast<double>(whole) : 0.0;
   };

@@ -1,12 +1,13 @@
 #include "palpa/study/live_run.h"
 
 #include <chrono>
-#include <cstdio>
 #include <exception>
 #include <utility>
 
 #include "palpa/baseline/path.h"
+#include "palpa/core/printed.h"
 #include "palpa/device/blocked_signals.h"
+#include "palpa/toml/wording.h"
 
 namespace palpa {
 namespace {
@@ -16,11 +17,9 @@ void hold_to(const DeviceLimits& limits, PreparedRun& prepared, TraceHeader& hea
   const CouplingOptions asked = std::exchange(prepared.loaded.scene, within(prepared.loaded.scene, limits)).coupling;
   const auto tell = [&](double wanted, double taken, const char* key, const char* unit) {
     if (wanted == taken) return;
-    char number[40], text[200];
-    std::snprintf(number, sizeof number, "%.17g", taken);
-    std::snprintf(text, sizeof text, "coupling.%s: the scene has %g %s, the device bears %g %s; that is taken.", key, wanted,
-                  unit, taken, unit);
-    header.sets.emplace_back(std::string("coupling.") + key, number);
+    const std::string text = detail::text("coupling.%s: the scene has %g %s, the device bears %g %s; that is taken.", key,
+                                          wanted, unit, taken, unit);
+    header.sets.emplace_back(std::string("coupling.") + key, detail::toml_number(taken));
     prepared.notes.push_back(text);
     header.notes.push_back(text);
   };

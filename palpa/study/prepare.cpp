@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 #include <limits>
 #include <system_error>
@@ -24,14 +23,15 @@ constexpr double default_duration_s = 10.0;  // of a run with a hand without end
 
 void check_numbers(const RunOptions& options) {
   if (!(options.rate_hz >= 1.0 && options.rate_hz <= 1e5)) {
-    throw LoadError("rate: " + std::to_string(options.rate_hz) + " Hz cannot be used; a rate lies between 1 and 100000 Hz");
+    throw LoadError("rate: " + detail::text("%g", options.rate_hz) + " Hz cannot be used; a rate lies between 1 and 100000 Hz");
   }
   if (options.live && !(options.rate_hz >= 100.0 && options.rate_hz <= 20000.0)) {
-    throw LoadError("rate: " + std::to_string(options.rate_hz) +
+    throw LoadError("rate: " + detail::text("%g", options.rate_hz) +
                     " Hz cannot be kept in real time; such a rate lies between 100 and 20000 Hz");
   }
   if (options.duration_s && !(*options.duration_s > 0.0 && std::isfinite(*options.duration_s))) {
-    throw LoadError("duration: " + std::to_string(*options.duration_s) + " s cannot be used; a duration is finite and above 0");
+    throw LoadError("duration: " + detail::text("%g", *options.duration_s) +
+                    " s cannot be used; a duration is finite and above 0");
   }
 }
 
@@ -73,17 +73,14 @@ void check_duration(const PreparedRun& prepared, const RunOptions& options) {
 
 /// How a recording was laid.
 std::string words_of(const Laid& laid) {
-  char text[240];
   std::string words = "The recording was ";
   if (laid.scale != 1.0) {
-    std::snprintf(text, sizeof text, "made %.3g times smaller, which brings it into a device's reach, and ", 1.0 / laid.scale);
-    words += text;
+    words += detail::text("made %.3g times smaller, which brings it into a device's reach, and ", 1.0 / laid.scale);
   }
-  std::snprintf(text, sizeof text,
-                "moved by %+.0f, %+.0f, %+.0f mm (right, up, towards the user), to where it feels most; --hand-fit off "
-                "centres it instead.",
-                1e3 * laid.offset_m.x, 1e3 * laid.offset_m.y, 1e3 * laid.offset_m.z);
-  return words + text;
+  return words + detail::text(
+                     "moved by %+.0f, %+.0f, %+.0f mm (right, up, towards the user), to where it feels most; --hand-fit off "
+                     "centres it instead.",
+                     1e3 * laid.offset_m.x, 1e3 * laid.offset_m.y, 1e3 * laid.offset_m.z);
 }
 
 /// The scene as a hand on this device feels it: no force goes beyond the device's.
@@ -93,12 +90,9 @@ Scene within(Scene scene, const DevicePlant& plant) {
 }
 
 std::string words_of_stiffness(const Scene& scene, const DevicePlant& plant) {
-  char text[240];
-  std::snprintf(text, sizeof text,
-                "device: %s is made for up to %g N/m, the scene couples with %g N/m; --set coupling.stiffness_n_per_m=%g",
-                plant.name.substr(0, 60).c_str(), plant.limits.max_stiffness_n_per_m, scene.coupling.stiffness_n_per_m,
-                plant.limits.max_stiffness_n_per_m);
-  return text;
+  return detail::text("device: %s is made for up to %g N/m, the scene couples with %g N/m; --set coupling.stiffness_n_per_m=%g",
+                      plant.name.substr(0, 60).c_str(), plant.limits.max_stiffness_n_per_m, scene.coupling.stiffness_n_per_m,
+                      plant.limits.max_stiffness_n_per_m);
 }
 
 /// The least strength [N] of a level: of a function of the level's own field its value at the level, of another function its
@@ -122,13 +116,11 @@ std::vector<std::string> words_of_unyielding(const Scene& scene, double device_m
     for (const SurfaceAndFriction::Level& level : surface->levels) {
       const double bears_n = least_n(level.strength_n, surface->field, level.value);
       if (!(bears_n > most_n)) continue;
-      char name[40], text[280];
-      std::snprintf(name, sizeof name, "%g", level.value);
-      std::snprintf(text, sizeof text,
-                    "The level %.60s of '%.60s' bears %g N, of which no more than %g N reach the hand (%s): where it is whole "
-                    "it never lets go.",
-                    level.name.empty() ? name : level.name.c_str(), mode.name.c_str(), bears_n, most_n, whose);
-      sentences.push_back(text);
+      const std::string name = level.name.empty() ? detail::text("%g", level.value) : level.name;
+      sentences.push_back(detail::text(
+          "The level %.60s of '%.60s' bears %g N, of which no more than %g N reach the hand (%s): where it is whole "
+          "it never lets go.",
+          name.c_str(), mode.name.c_str(), bears_n, most_n, whose));
     }
   }
   return sentences;
@@ -269,11 +261,9 @@ std::string forecast(const PreparedRun& prepared) {
   }
   const Reach reach = prepared.reach ? *prepared.reach : Reach(prepared.loaded.scene);
   const double share = reach.felt_share(places_m);
-  char words[120];
-  std::snprintf(words, sizeof words, "About %.0f %% of the hand's path is where something can be felt.", 100.0 * share);
+  const std::string words = detail::text("About %.0f %% of the hand's path is where something can be felt.", 100.0 * share);
   if (share >= little_contact) return words;
-  return (share > 0.0 ? std::string(words) : "Nothing will be felt.") + " " +
-         why_little_is_felt(reach, places_m, prepared.remedy);
+  return (share > 0.0 ? words : "Nothing will be felt.") + " " + why_little_is_felt(reach, places_m, prepared.remedy);
 }
 
 }  // namespace palpa

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <limits>
 
+#include "palpa/core/printed.h"
 #include "palpa/study/reach_lattice.h"
 
 namespace palpa {
@@ -95,9 +95,7 @@ std::string why_empty(const Scene& scene) {
 }  // namespace
 
 std::string words_of(const Nearest& nearest) {
-  char text[160];
-  std::snprintf(text, sizeof text, "%.0f mm away", 1e3 * nearest.distance_m);
-  std::string words = text;
+  std::string words = detail::text("%.0f mm away", 1e3 * nearest.distance_m);
   const std::pair<double, std::pair<const char*, const char*>> axes[] = {
       {nearest.direction.x, {"to the right", "to the left"}},
       {nearest.direction.y, {"up", "down"}},
@@ -105,9 +103,8 @@ std::string words_of(const Nearest& nearest) {
   bool first = true;
   for (const auto& [part_m, names] : axes) {
     if (std::abs(part_m) < 1e-3) continue;
-    std::snprintf(text, sizeof text, "%s %.0f mm %s", first ? ":" : ",", 1e3 * std::abs(part_m),
-                  part_m > 0.0 ? names.first : names.second);
-    words += text;
+    words +=
+        detail::text("%s %.0f mm %s", first ? ":" : ",", 1e3 * std::abs(part_m), part_m > 0.0 ? names.first : names.second);
     first = false;
   }
   return words;

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <thread>
 
 #include "palpa/baseline/path.h"
+#include "palpa/core/printed.h"
 #include "palpa/device/paced_hand.h"
 #include "palpa/study/live_run.h"
 #include "palpa/study/recording.h"
@@ -19,12 +19,10 @@ namespace fs = std::filesystem;
 /// Whether the guard held back some of the force in more than a hundredth of the ticks.
 bool often_limited(const Summary& summary) { return 100 * summary.guard_limited_ticks > summary.ticks; }
 std::string words_of_limit(const Summary& summary) {
-  char text[240];
-  std::snprintf(text, sizeof text,
-                "The hand pressed for %.1f N, of which %.1f N reached it: a recording goes its way whatever it meets, which no "
-                "hand does. --hand-hold firm lets the data hold it.",
-                summary.asked_force_max_n, summary.force_max_n);
-  return text;
+  return detail::text(
+      "The hand pressed for %.1f N, of which %.1f N reached it: a recording goes its way whatever it meets, which no "
+      "hand does. --hand-hold firm lets the data hold it.",
+      summary.asked_force_max_n, summary.force_max_n);
 }
 
 /// Places of a path, evenly spread in time however long it is: when there are too many, every other one is dropped.
@@ -73,10 +71,10 @@ class Telling {
     };
     if (prepared_.goes_its_own_way && often_limited(summary)) note(words_of_limit(summary));
     if (const double share = summary.contact_share; share < little_contact) {
-      char lead[80] = "Nothing was felt.";
-      if (share > 0.0) std::snprintf(lead, sizeof lead, "Little was felt: in %.1f %% of the ticks.", 100.0 * share);
+      const std::string lead =
+          share > 0.0 ? detail::text("Little was felt: in %.1f %% of the ticks.", 100.0 * share) : "Nothing was felt.";
       if (!prepared_.reach) prepared_.reach.emplace(prepared_.loaded.scene);
-      note(lead + (" " + why_little_is_felt(*prepared_.reach, path_.places_m(), prepared_.remedy)));
+      note(lead + " " + why_little_is_felt(*prepared_.reach, path_.places_m(), prepared_.remedy));
     }
     return summary;
   }

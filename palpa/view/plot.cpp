@@ -17,22 +17,19 @@
 #include <vtkPlotPoints.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
-#include <vtkSVGContextDevice2D.h>
 #include <vtkSmartPointer.h>
 #include <vtkStringArray.h>
 #include <vtkTable.h>
 #include <vtkTextProperty.h>
-#include <vtkXMLDataElement.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
-#include <sstream>
 
-#include "palpa/core/escaped.h"
+#include "palpa/core/printed.h"
 #include "palpa/view/offscreen.h"
+#include "palpa/view/svg_device.h"
 
 namespace palpa {
 namespace {
@@ -78,15 +75,9 @@ Ticks ticks_of(double low, double high, bool widen, int wanted) {
   const double first = std::ceil(ticks.low / step - 1e-9);
   for (int i = 0; (first + i) * step <= ticks.high + 1e-9 * step; ++i) {
     const double value = (first + i) * step + 0.0;
-    char text[40];
     const bool wide = std::abs(step) >= 1e6 || step < 1e-6;
-    if (wide) {
-      std::snprintf(text, sizeof text, "%.6g", value);
-    } else {
-      std::snprintf(text, sizeof text, "%.*f", decimals, value);
-    }
     ticks.at.push_back(value);
-    ticks.labels.emplace_back(text);
+    ticks.labels.push_back(wide ? detail::text("%.6g", value) : detail::text("%.*f", decimals, value));
   }
   return ticks;
 }
@@ -129,8 +120,7 @@ struct Area {
   vtkRectf place;
   Ticks x, y;
 
-  /// The chart gets pixels, not the data's own units: VTK's SVG keeps only six digits of what the chart gets, and
-  /// stretches dashes along with it.
+  /// The chart gets pixels, not the data's own units: an SVG keeps only six digits of what the chart gets.
   double x_px(double x_value) const { return (x_value - x.low) / (x.high - x.low) * place.GetWidth(); }
   double y_px(double y_value) const { return (y_value - y.low) / (y.high - y.low) * place.GetHeight(); }
   bool holds(double x_value, double y_value) const {
@@ -143,7 +133,7 @@ vtkSmartPointer<vtkTable> table_of(const Series& series, const Area& area) {
   xs->SetName("x");
   ys->SetName("y");
   for (std::size_t i = 0; i < std::min(series.xs.size(), series.ys.size()); ++i) {
-    // VTK's SVG device moves its clip along with the curves, so clipping is off: points outside of the area are left out here.
+    // An SVG is not clipped: points outside of the area are left out here.
     if (!area.holds(series.xs[i], series.ys[i])) continue;
     xs->InsertNextValue(area.x_px(series.xs[i]));
     ys->InsertNextValue(area.y_px(series.ys[i]));
@@ -163,7 +153,7 @@ void add_series(vtkChartXY* chart, const Area& area, const Series& series, int m
   const auto& color = rgb(series.color);
   plot->SetColor(color[0], color[1], color[2], 255);
   plot->SetWidth(width_px);
-  // VTK's SVG device makes the dots of a wide pen 0 long: dashes and dots are used instead.
+  // Dots of a wide pen are hardly seen: dashes and dots are used instead.
   const bool unseen = series.stroke == Stroke::dotted && width_px > 1.0f;
   plot->GetPen()->SetLineType(unseen ? static_cast<int>(vtkPen::DASH_DOT_LINE) : line_type(series.stroke));
   plot->SetLabel("\u00a0" + series.name);  // a little space behind the sign
@@ -204,10 +194,8 @@ void name_powers(Ticks& ticks) {
       for (const double digit : {1.0, 2.0, 5.0}) {
         const double at = power + std::log10(digit);
         if (at < ticks.low - 1e-9 || at > ticks.high + 1e-9) continue;
-        char text[40];
-        std::snprintf(text, sizeof text, "%.6g", digit * std::pow(10.0, power));
         ticks.at.push_back(at);
-        ticks.labels.emplace_back(text);
+        ticks.labels.push_back(detail::text("%.6g", digit * std::pow(10.0, power)));
       }
     }
     return;
@@ -215,9 +203,7 @@ void name_powers(Ticks& ticks) {
   for (std::size_t i = 0; i < ticks.at.size(); ++i) {
     const double exponent = ticks.at[i];
     if (std::abs(exponent) < 3.5) {
-      char text[40];
-      std::snprintf(text, sizeof text, "%.3g", std::pow(10.0, exponent));
-      ticks.labels[i] = text;
+      ticks.labels[i] = detail::text("%.3g", std::pow(10.0, exponent));
       continue;
     }
     ticks.labels[i] = "1e" + ticks.labels[i];  // VTK's font has no raised minus
@@ -360,8 +346,9 @@ void add_chart(vtkContextScene* scene, const Plot& given, const vtkRectf& place,
   const std::vector<Signs> kinds = signs_of(plot, area, scale);
   for (const Signs& kind : kinds) {
     for (const double x : kind.xs) {
-      add_series(chart, area, {.xs = {x, x}, .ys = {area.y.low, area.y.high}, .color = CurveColor::grey, .stroke = Stroke::dotted},
-                 0, 0.0f, 0.8f * scale);
+      add_series(chart, area,
+                 {.xs = {x, x}, .ys = {area.y.low, area.y.high}, .color = CurveColor::grey, .stroke = Stroke::dotted}, 0, 0.0f,
+                 0.8f * scale);
     }
   }
   const int columns = std::max(1, static_cast<int>(area.place.GetWidth() / scale));
@@ -371,8 +358,9 @@ void add_chart(vtkContextScene* scene, const Plot& given, const vtkRectf& place,
     const int marker = series.points_only ? markers[next_marker++ % 3] : 0;
     add_series(chart, area, thinned(series, area.x.low, area.x.high, columns), marker, 7 * scale, 1.6f * scale);
   }
-  constexpr std::pair<int, CurveColor> looks[] = {
-      {vtkPlotPoints::DIAMOND, CurveColor::grey}, {vtkPlotPoints::CROSS, CurveColor::black}, {vtkPlotPoints::SQUARE, CurveColor::vermilion}};
+  constexpr std::pair<int, CurveColor> looks[] = {{vtkPlotPoints::DIAMOND, CurveColor::grey},
+                                                  {vtkPlotPoints::CROSS, CurveColor::black},
+                                                  {vtkPlotPoints::SQUARE, CurveColor::vermilion}};
   for (std::size_t i = 0; i < kinds.size(); ++i) {
     const auto& [marker, color] = looks[i % 3];
     const double top = area.y.high - 0.03 * (area.y.high - area.y.low);
@@ -510,70 +498,6 @@ class DrawingItem : public vtkContextItem {
 };
 vtkStandardNewMacro(DrawingItem);
 
-/// VTK's SVG device with texts of our own, after all shapes: VTK writes their sizes in points instead of pixels, with anchors
-/// that no viewer knows, and turns them the wrong way.
-class SvgDevice : public vtkSVGContextDevice2D {
- public:
-  static SvgDevice* New();
-  vtkTypeMacro(SvgDevice, vtkSVGContextDevice2D);
-
-  void set_height(int height_px) { height_px_ = height_px; }
-  const std::string& texts() const { return texts_; }
-
-  void DrawString(float* point, const vtkStdString& string) override {
-    vtkTextProperty* look = this->TextProp;
-    double color[3];
-    look->GetColor(color);
-    const int across = look->GetJustification();
-    const int up = look->GetVerticalJustification();
-    char buffer[400];
-    // Arial's capitals are 0.72 of its size high: half of that puts their middle on the point.
-    std::snprintf(buffer, sizeof buffer,
-                  "<text transform=\"translate(%.1f,%.1f)%s\" dy=\"%s\" font-size=\"%d\"%s text-anchor=\"%s\" "
-                  "fill=\"#%02x%02x%02x\">",
-                  static_cast<double>(point[0]), static_cast<double>(static_cast<float>(height_px_) - point[1]),
-                  look->GetOrientation() != 0.0 ? " rotate(-90)" : "",
-                  up == VTK_TEXT_TOP        ? "0.72em"
-                  : up == VTK_TEXT_CENTERED ? "0.36em"
-                                            : "0",
-                  look->GetFontSize(), look->GetBold() ? " font-weight=\"bold\"" : "",
-                  across == VTK_TEXT_LEFT    ? "start"
-                  : across == VTK_TEXT_RIGHT ? "end"
-                                             : "middle",
-                  static_cast<unsigned>(std::lround(255 * color[0])), static_cast<unsigned>(std::lround(255 * color[1])),
-                  static_cast<unsigned>(std::lround(255 * color[2])));
-    texts_ += buffer + detail::escaped(string) + "</text>\n";
-  }
-
- protected:
-  SvgDevice() = default;
-  ~SvgDevice() override = default;
-
- private:
-  int height_px_ = 0;
-  std::string texts_;
-};
-vtkStandardNewMacro(SvgDevice);
-
-std::string without_clips(std::string svg) {
-  const std::string clip = " clip-path=\"";
-  for (std::size_t at = svg.find(clip); at != std::string::npos; at = svg.find(clip, at)) {
-    svg.erase(at, svg.find('"', at + clip.size()) + 1 - at);
-  }
-  return svg;
-}
-
-/// Ids and the references to them, made different from those of another SVG in the same page.
-std::string with_prefix(std::string svg, const std::string& prefix) {
-  if (prefix.empty()) return svg;
-  for (const std::string before : {"id=\"", "url(#", "href=\"#"}) {
-    for (std::size_t at = svg.find(before); at != std::string::npos; at = svg.find(before, at + before.size())) {
-      svg.insert(at + before.size(), prefix);
-    }
-  }
-  return svg;
-}
-
 /// Half the width and height, each pixel the mean of four.
 Picture halved(const Picture& fine) {
   Picture picture{.width_px = fine.width_px / 2, .height_px = fine.height_px / 2, .rgb = {}};
@@ -677,35 +601,24 @@ std::string svg_of(const Sheet& sheet, int width_px, int height_px, const std::s
   vtkNew<vtkContextScene> scene;
   fill(scene, sheet, width_px, height_px, 1.0f);
 
-  // Nothing is drawn in this window: the device asks it for the resolution of texts.
-  vtkNew<vtkGenericOpenGLRenderWindow> window;
+  vtkNew<vtkGenericOpenGLRenderWindow> window;  // nothing is drawn in it: items ask their scene for a renderer
   vtkNew<vtkRenderer> renderer;
   window->SetSize(width_px, height_px);
   window->AddRenderer(renderer);
   scene->SetRenderer(renderer);
 
-  vtkNew<vtkXMLDataElement> page, definitions;
-  page->SetName("g");
-  definitions->SetName("defs");
-  vtkNew<SvgDevice> device;
+  vtkNew<detail::SvgDevice> device;
   device->set_height(height_px);
-  device->SetSVGContext(page, definitions);
-  device->Begin(renderer);
   vtkNew<vtkContext2D> painter;
   painter->Begin(device);
   scene->Paint(painter);
   painter->End();
-  device->GenerateDefinitions();
 
-  std::ostringstream body;
-  definitions->PrintXML(body, vtkIndent());
-  page->PrintXML(body, vtkIndent());
   const std::string size = std::to_string(width_px) + "\" height=\"" + std::to_string(height_px);
-  return "<svg xmlns=\"http://www.w3.org/2000/svg\" xmlns:xlink=\"http://www.w3.org/1999/xlink\" width=\"" + size +
-         "\" viewBox=\"0 0 " + std::to_string(width_px) + " " + std::to_string(height_px) +
-         "\" font-family=\"Helvetica, Arial, 'DejaVu Sans', sans-serif\">\n" +
-         "<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n" + "<g fill=\"none\" stroke-linejoin=\"round\">\n" +
-         with_prefix(without_clips(body.str()), id_prefix) + "</g>\n" + device->texts() + "</svg>\n";
+  return "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + size + "\" viewBox=\"0 0 " + std::to_string(width_px) + " " +
+         std::to_string(height_px) + "\" font-family=\"Helvetica, Arial, 'DejaVu Sans', sans-serif\">\n" +
+         "<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n" + "<g id=\"" + id_prefix +
+         "shapes\" fill=\"none\" stroke-linejoin=\"round\">\n" + device->shapes() + "</g>\n" + device->texts() + "</svg>\n";
 }
 
 std::string svg_of(const Plot& plot, int width_px, int height_px, const std::string& id_prefix) {

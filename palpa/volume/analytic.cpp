@@ -9,6 +9,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "palpa/core/printed.h"
 #include "palpa/time/timed_field.h"
 #include "palpa/volume/volume.h"
 
@@ -83,7 +84,7 @@ Box cube(double half_m) { return {{-half_m, -half_m, -half_m}, {half_m, half_m, 
 
 void check_length(const char* what, double length_m) {
   if (std::isfinite(length_m) && length_m > 0.0) return;
-  throw std::invalid_argument(std::string(what) + " is " + std::to_string(length_m) + "; it must be a length above 0 m");
+  throw std::invalid_argument(std::string(what) + " is " + detail::text("%g", length_m) + "; it must be a length above 0 m");
 }
 
 // ---- vortices ------------------------------------------------------------------------------------------
@@ -136,7 +137,7 @@ struct Vortex {
 Volume vortex(double circulation_m2_per_s, double core_radius_m, double strain_per_s) {
   check_length("a vortex's core radius", core_radius_m);
   if (!std::isfinite(strain_per_s) || strain_per_s < 0.0) {
-    throw std::invalid_argument("a vortex's strain is " + std::to_string(strain_per_s) + "; it must be 0 1/s or more");
+    throw std::invalid_argument("a vortex's strain is " + detail::text("%g", strain_per_s) + "; it must be 0 1/s or more");
   }
   const double rate = circulation_m2_per_s / (2.0 * std::numbers::pi * core_radius_m * core_radius_m);
   if (!std::isfinite(rate)) throw std::invalid_argument("a vortex's circulation must be finite, also over its core's area");

@@ -3,6 +3,8 @@
 // lines and uses the processor's own instructions where it has them.
 #include "palpa/volume/sha256.h"
 
+#include "palpa/core/printed.h"
+
 #if defined(__x86_64__)
 #include <cpuid.h>
 #include <immintrin.h>
@@ -12,7 +14,6 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <cstring>
 
 #include "palpa/core/load_error.h"
@@ -137,9 +138,7 @@ std::string sha256_of_file(const std::string& path) {
 
   std::string text;
   for (const std::uint32_t word : state) {
-    char digits[9];
-    std::snprintf(digits, sizeof digits, "%08x", word);
-    text += digits;
+    text += detail::text("%08x", word);
   }
   return text;
 }

@@ -333,6 +333,48 @@ TEST(Files, AreOpenedInOnePlace) {
   for (const auto& [file, reason] : others) EXPECT_THAT(seen, Contains(file)) << "opens nothing any more: " << reason;
 }
 
+/// Words that write or read numbers as the program's locale says.
+std::vector<std::string> words_that_obey_a_locale(const std::string& source) {
+  static const std::set<std::string> words{"snprintf",     "sprintf",      "vsnprintf",     "vsprintf",     "asprintf",
+                                           "strtod",       "strtof",       "strtold",       "atof",         "stod",
+                                           "stof",         "stold",        "sscanf",        "fscanf",       "put_money",
+                                           "setprecision", "stringstream", "ostringstream", "istringstream"};
+  std::vector<std::string> found;
+  for (const Token& token : lex(source).tokens) {
+    if (words.contains(token.text)) found.push_back(token.text);
+  }
+  return found;
+}
+
+TEST(Numbers, WordsThatObeyALocaleAreSeen) {
+  EXPECT_THAT(words_that_obey_a_locale("char t[9]; std::snprintf(t, 9, \"%g\", x); double y = std::stod(t); // strtod"),
+              ElementsAre("snprintf", "stod"));
+  EXPECT_THAT(words_that_obey_a_locale("std::from_chars(a, b, x); detail::text(\"%g\", x);"), IsEmpty());
+}
+
+// palpa/core/printed.h: no number that leaves the process, or is read, depends on the locale. palpa-read is a process of its
+// own that never asks for one.
+TEST(Numbers, AreWrittenAndReadWithoutTheLocale) {
+  const std::map<std::string, std::string> others{
+      {"palpa/core/printed.cpp", "where printf is held to the C locale"},
+      {"palpa/file/reader_process.cpp", "whole numbers of the system, which have no separators"},
+      {"palpa/view/offscreen.cpp", "words of a sentence"},
+      {"palpa/device/open_device.cpp", "toml++ writes its numbers with to_chars"},
+      {"app/reference.cpp", "words of the command line"},
+      {"devices/inverse3.cpp", "Boost writes an address in the classic locale"},
+      {"devices/inverse3_connection.cpp", "Boost writes an address in the classic locale"}};
+  std::set<std::string> seen;
+  for (const char* folder : {"palpa", "app", "explorer", "devices", "python"}) {
+    for (const std::string& file : files_under(folder, {".h", ".cpp"})) {
+      const std::vector<std::string> words = words_that_obey_a_locale(text_of(repository() / file));
+      if (!words.empty()) seen.insert(file);
+      if (others.contains(file)) continue;
+      EXPECT_THAT(words, IsEmpty()) << file << ": use detail::text, to_chars or from_chars";
+    }
+  }
+  for (const auto& [file, reason] : others) EXPECT_THAT(seen, Contains(file)) << "needs no exception any more: " << reason;
+}
+
 // What the program says is cleaned where it is printed.
 TEST(Terminal, IsWrittenToInOnePlace) {
   static const std::set<std::string> words{"printf",  "fprintf", "vprintf", "puts", "fputs",
