@@ -63,7 +63,8 @@ Plot spectra(const FeltScene& felt, const Slide& slide, const FeltRun& smooth, c
       "Its spectrum: what skin feels as rough lies between 20 and 500 Hz",
       {detail::amplitudes(spectrum_of(device.spring_n, rate_hz), "k \u00b7 probe, encoder 55 \u00b5m", CurveColor::orange,
                           Stroke::dashed),
-       detail::amplitudes(spectrum_of(device.command_n, rate_hz), "force, encoder 55 \u00b5m", CurveColor::vermilion, Stroke::solid),
+       detail::amplitudes(spectrum_of(device.command_n, rate_hz), "force, encoder 55 \u00b5m", CurveColor::vermilion,
+                          Stroke::solid),
        detail::amplitudes(spectrum_of(own.command_n, rate_hz), "force, no encoder", CurveColor::blue, Stroke::solid)});
   constexpr double seen_hz = 4.0;  // from the spectrum's second point on
   const double voxel_hz = slide_m_per_s / felt.spacing_m;
@@ -99,13 +100,15 @@ Plot held_still(const FeltScene& felt) {
   Plot plot{.title = "Held still by a relaxed hand, without Coulomb friction: force less its mean",
             .x_label = "time / s",
             .y_label = "force / mN"};
-  constexpr CurveColor colors[] = {CurveColor::blue, CurveColor::vermilion, CurveColor::green, CurveColor::purple, CurveColor::orange};
+  constexpr CurveColor colors[] = {CurveColor::blue, CurveColor::vermilion, CurveColor::green, CurveColor::purple,
+                                   CurveColor::orange};
   std::size_t next = 0;
   for (DevicePlant plant : device_plants()) {
     plant.coulomb_friction_n = 0.0;
     const auto hand = hand_device(hold_at(felt.held, 0.0, felt.held.depth_m, {}, duration_s), Hold::relaxed, plant);
     Series series = force_over_time(feel(felt.scene, *hand, duration_s), plant.name, colors[next++], even_s);
     double mean_n = 0.0;
+    if (next > 3) series.stroke = Stroke::dashed;  // where one lies on another, both are seen
     for (const double force_n : series.ys) mean_n += force_n / static_cast<double>(series.ys.size());
     for (double& force_n : series.ys) force_n = 1e3 * (force_n - mean_n);
     plot.series.push_back(std::move(series));

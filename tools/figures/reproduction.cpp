@@ -606,9 +606,11 @@ std::vector<Figure> reproduction_figures() {
   errors.series = {shares};
 
   Plot limits{.title = "Let go on a plane", .x_label = "damping D / N s/m", .y_label = "stiffest that rests / N/m"};
-  const CurveColor colors[] = {CurveColor::black, CurveColor::blue, CurveColor::vermilion, CurveColor::green, CurveColor::purple};
+  const CurveColor colors[] = {CurveColor::black, CurveColor::blue, CurveColor::vermilion, CurveColor::green,
+                               CurveColor::purple};
   for (std::size_t i = 0; i < std::size(devices); ++i) {
-    Series series{.name = devices[i], .color = colors[i]};
+    // The last lie on curves before them, which are seen between the dashes.
+    Series series{.name = devices[i], .color = colors[i], .stroke = i >= 3 ? Stroke::dashed : Stroke::solid};
     for (const double damping : {0.0, 0.25, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0}) {
       series.xs.push_back(damping);
       series.ys.push_back(stable_n_per_m(bare_plant(devices[i]), damping));
