@@ -36,6 +36,7 @@ class Pull {
     Vec3 force_n;
     Vec3 relative_m_per_s;
     bool has_just_faded = false;  ///< so long has something waited that nothing is felt any more
+    double given_back_n = 0.0;    ///< of the force: what was withheld and has come back in this tick
   };
   /// \param time_step_s  [s] > 0
   Answer answer(const Walked& walked, const Vec3& probe_m, const CouplingOptions& coupling, double time_step_s) noexcept;

@@ -111,7 +111,8 @@ void GuardedSession::State::shape(TickFrame& frame, const Probe& probe) noexcept
   frame.guard_cause = passed.cause;
   Vec3 wanted_n = felt.force_n;  // as it is where it is not finite: the guard has to see that
   if (usable && passed.state != GuardState::fault) {
-    const double by_hand_n = session->scene().coupling.stiffness_n_per_m * norm(felt.probe_step_m);
+    // What comes back of a withheld force grows by itself, and is no fall either.
+    const double by_hand_n = session->scene().coupling.stiffness_n_per_m * norm(felt.probe_step_m) + felt.given_back_n;
     const bool is_released = std::ranges::any_of(
         session->events(), [](const SessionEvent& event) { return event.kind == SessionEventKind::break_through; });
     const Vec3 falling_n =

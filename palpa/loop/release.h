@@ -28,7 +28,7 @@ class Release {
   /// What is to be sent in this tick.
   /// \param command_n    [N] what would be sent without
   /// \param is_released  a level has been pressed through in this tick
-  /// \param by_hand_n    [N] >= 0: k times the probe's step
+  /// \param by_hand_n    [N] >= 0: k times the probe's step, and what else grows by itself
   /// \param time_step_s  [s] > 0
   /// \param has_let_go   the spring has let go of something in this tick
   Vec3 shape(const Vec3& command_n, bool is_released, double by_hand_n, double time_step_s, bool has_let_go = false) noexcept;

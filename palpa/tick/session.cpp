@@ -106,6 +106,7 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
   result.probe_velocity_m_per_s = probe.velocity_m_per_s.value_or(result.probe_step_m / dt);
   result.proxy_velocity_m_per_s = result.probe_velocity_m_per_s + answer.relative_m_per_s;
   result.force_n = answer.force_n;
+  result.given_back_n = answer.given_back_n;
   if (answer.has_just_faded)
     path->warn("the data take more work than a tick may do: nothing is felt until the proxy has caught up with the hand");
   result.energy = ledger.end(result.proxy_m, p, result.probe_step_m, scene.coupling.stiffness_n_per_m);

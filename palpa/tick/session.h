@@ -40,6 +40,7 @@ struct Tick {
   Vec3 proxy_m;
   Vec3 proxy_velocity_m_per_s;
   Vec3 force_n;
+  double given_back_n = 0.0;   ///< of the force: what was withheld while ticks waited and has come back in this one
   double error_bound_m = 0.0;  ///< worst of the sub-steps
   int sub_steps = 0;
   int iterations = 0;  ///< of all sub-steps

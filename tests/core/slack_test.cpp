@@ -1,8 +1,10 @@
-// Laws of what waits: it does not pull, it fades, and it brings in no energy whatever the proxy does in the meantime.
+// Laws of what waits: it does not pull, it fades, it brings in no energy whatever the proxy does in the meantime, and it comes
+// back.
 #include "palpa/core/slack.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <type_traits>
 
 #include "tests/core/random_problems.h"
@@ -79,13 +81,14 @@ TEST(Slack, BringsInNothing) {
   }
 }
 
-// Once nothing waits the hand makes good what it did not feel, by its own motion and no faster; then all is as it was.
-TEST(Slack, IsMadeGoodByTheHandAlone) {
+// Once nothing waits the hand's own motion makes good what it did not feel, at once and no faster, beside what is given back in
+// time; then all is as it was.
+TEST(Slack, IsMadeGoodByTheHandsOwnMotion) {
   Felt slack;
   const Vec3 wall_m{};  // the proxy is held here, whatever the hand does
   Vec3 probe_m{0, 0, -0.004};
   for (int tick = 0; tick < 60; ++tick) slack.felt_m(wall_m - probe_m, {}, 1e-3 * tick, {});
-  EXPECT_EQ(slack.felt_m(wall_m - probe_m, wall_m - probe_m, 0.0, {}), Vec3{}) << "a still hand is not pushed";
+  EXPECT_EQ(slack.felt_m(wall_m - probe_m, wall_m - probe_m, 0.0, {}), Vec3{}) << "a still hand makes nothing good";
   for (int tick = 1; tick <= 100; ++tick) {  // pressed deeper, it is felt from there on
     probe_m.z -= 1e-5;
     EXPECT_NEAR(slack.felt_m(wall_m - probe_m, wall_m - probe_m, 0.0, {0, 0, -1e-5}).z, 1e-5 * tick, 1e-15);
@@ -97,6 +100,98 @@ TEST(Slack, IsMadeGoodByTheHandAlone) {
   EXPECT_EQ(slack.felt_m({}, {}, 0.0, {0, 0, 1e-5}), Vec3{}) << "free";
   const Vec3 pressed_m{0, 0, 0.001};
   EXPECT_EQ(slack.felt_m(pressed_m, pressed_m, 0.0, {0, 0, -1e-3}), pressed_m) << "as if nothing had waited";
+}
+
+// Given back whole, 20 ms after the last tick that waited or by as much earlier as a tick is long, in equal steps.
+TEST(Slack, IsGivenBackInTime) {
+  for (const double rate_hz : {20.0, 100.0, 150.0, 250.0, 333.0, 1000.0, 4000.0, 10000.0}) {
+    const double dt_s = 1.0 / rate_hz;
+    const Vec3 stretch_m{0.001, -0.002, 0.003};
+    Slack slack;
+    slack.felt_m(stretch_m, {}, dt_s, {});
+    ASSERT_EQ(slack.unfelt_m(), stretch_m);
+    double passed_s = 0.0, largest_m = 0.0;
+    int ticks = 0;
+    Vec3 felt_m;
+    while (slack.any() && ticks < 1000) {
+      slack.felt_m(stretch_m, stretch_m, 0.0, felt_m);
+      const Vec3 back_m = slack.give_back_m(dt_s, 1.0);
+      felt_m = stretch_m - slack.unfelt_m();
+      largest_m = std::max(largest_m, norm(back_m));
+      passed_s += dt_s;
+      ++ticks;
+    }
+    EXPECT_EQ(felt_m, stretch_m) << rate_hz;
+    EXPECT_LE(passed_s, std::max(0.02 * (1 + 1e-9), dt_s)) << rate_hz;
+    EXPECT_GT(passed_s, 0.02 - dt_s) << rate_hz;
+    EXPECT_NEAR(largest_m, norm(stretch_m) / ticks, 1e-12) << rate_hz;
+  }
+}
+
+// However ticks differ in length, and whatever hand and proxy do: none is left after 20 ms in which nothing waits.
+TEST(Slack, IsGivenBackInTimeHoweverTicksDiffer) {
+  test::Random random(6);
+  for (int run = 0; run < 300; ++run) {
+    Slack slack;
+    Vec3 probe_m = random.in_cube(0.01), proxy_m = random.in_cube(0.01), felt_m;
+    slack.felt_m(proxy_m - probe_m, {}, 0.01, {});
+    for (double passed_s = 0.0; passed_s < 0.02;) {
+      const double dt_s = std::min(random.uniform(1e-5, 0.008), 0.02 - passed_s);
+      const Vec3 step_m = random.in_cube(0.002);
+      probe_m += step_m;
+      proxy_m += random.in_cube(0.002);
+      slack.felt_m(proxy_m - probe_m, proxy_m - probe_m, 0.0, felt_m - step_m);
+      slack.give_back_m(dt_s, 1.0);
+      felt_m = proxy_m - probe_m - slack.unfelt_m();
+      passed_s += dt_s;
+    }
+    EXPECT_FALSE(slack.any());
+  }
+}
+
+// Never by more than is allowed, and then to the end all the same.
+TEST(Slack, IsGivenBackByNoMoreThanIsAllowed) {
+  const Vec3 stretch_m{0.03, -0.04, 0.0};
+  Slack slack;
+  slack.felt_m(stretch_m, {}, 1e-3, {});
+  Vec3 felt_m;
+  int ticks = 0;
+  for (; slack.any() && ticks < 1000; ++ticks) {
+    slack.felt_m(stretch_m, stretch_m, 0.0, felt_m);
+    EXPECT_LE(norm(slack.give_back_m(1e-3, 1e-3)), 1e-3 * (1 + 1e-12));
+    felt_m = stretch_m - slack.unfelt_m();
+  }
+  EXPECT_EQ(felt_m, stretch_m);
+  EXPECT_NEAR(ticks, 50, 1);
+}
+
+// What a tick brings in beside holding its force is what it gives back, and the spring holds that.
+TEST(Slack, BringsInWhatItGivesBackAndNoMore) {
+  test::Random random(7);
+  for (int run = 0; run < 200; ++run) {
+    Slack slack;
+    Vec3 proxy_m = random.in_cube(0.01), probe_m = random.in_cube(0.01), felt_m = proxy_m - probe_m;
+    for (int tick = 0; tick < 300; ++tick) {
+      const Vec3 step_m = random.in_cube(0.001), before_m = felt_m;
+      probe_m += step_m;
+      proxy_m += random.in_cube(0.003);
+      const Vec3 stretch_m = proxy_m - probe_m;
+      const double waits_s = random.uniform(0, 1) < 0.3 ? random.uniform(1e-3, 0.06) : 0.0;
+      const Vec3 to_followed_m = waits_s > 0.0 ? stretch_m + random.in_cube(0.02) : stretch_m;
+      const Vec3 own_m = slack.felt_m(stretch_m, to_followed_m, waits_s, before_m - step_m);
+      if (waits_s == 0.0) slack.give_back_m(random.uniform(1e-4, 0.01), random.uniform(0, 0.005));
+      felt_m = stretch_m - slack.unfelt_m();
+      const double given_back_j = 0.5 * k * (norm_squared(felt_m) - norm_squared(own_m));
+      ASSERT_GE(given_back_j, -1e-15);
+      const double lost_j = 0.5 * k * (norm_squared(before_m) - norm_squared(felt_m));
+      ASSERT_LE(k * dot(before_m, step_m), lost_j + 0.5 * k * norm_squared(step_m) + given_back_j + 1e-15);
+      if (waits_s == 0.0) {
+        ASSERT_LE(norm(felt_m), norm(stretch_m) * (1 + 1e-12));
+      } else {
+        ASSERT_NEAR(given_back_j, 0.0, 1e-15);
+      }
+    }
+  }
 }
 
 }  // namespace slack_test
