@@ -82,10 +82,12 @@ std::span<const Primitive> whole_of(std::span<const Primitive> primitives, std::
 
 /// The level of a field that a plane stands on. `field` is the session's number of the field.
 struct Captured {
-  std::int32_t field = -1;  ///< -1: the plane stands on no level
-  double value = 0.0;       ///< in the field's own unit
+  std::int32_t field = -1;    ///< -1: the plane stands on no level
+  double value = 0.0;         ///< in the field's own unit
+  double pressed_to = value;  ///< the value at which the plane stands: deeper than `value` where the level has yielded
   bool any() const noexcept { return field >= 0; }
-  friend bool operator==(const Captured&, const Captured&) = default;
+  /// Whether both are one level, wherever it has been pressed to.
+  friend bool operator==(const Captured& a, const Captured& b) noexcept { return a.field == b.field && a.value == b.value; }
 };
 
 /// The *foot* of an elastic level that holds the proxy: the place on the level from which the proxy has pressed it in

@@ -1,6 +1,7 @@
 // The contract of a mode, and any mode as a value.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -68,7 +69,8 @@ struct Crossing {
 struct SlotState {
   std::uint16_t slot = 0;
   PrimitiveState state = PrimitiveState::off;
-  Captured captured;  ///< the level it was placed on
+  Captured captured;    ///< the level it was placed on
+  bool yields = false;  ///< its strength is less because data end near by or its level jumped: a slip is no break-through
 };
 
 /// What a mode learns when a sub-step has been accepted.
@@ -92,10 +94,11 @@ struct StepResult {
     return {};
   }
   bool placed(std::uint16_t slot) const noexcept {
-    for (const SlotState& s : slots) {
-      if (s.slot == slot) return true;
-    }
-    return false;
+    return std::ranges::any_of(slots, [slot](const SlotState& s) { return s.slot == slot; });
+  }
+  /// Whether the plane of a slot yields: then a slip presses its level in, up to where the proxy is, and breaks nothing.
+  bool yields(std::uint16_t slot) const noexcept {
+    return std::ranges::any_of(slots, [slot](const SlotState& s) { return s.slot == slot && s.yields; });
   }
 };
 

@@ -282,20 +282,48 @@ double ModeContext::depth_m() const noexcept {
 double ModeContext::limited_n(double strength_n) const noexcept {
   if (!(strength_n > 0.0)) return strength_n;
   const double depth = depth_m();
-  is_faded_ = is_faded_ || !(0.5 * stiffness_n_per_m * depth >= strength_n);
   if (!(depth > 0.0)) return 0.0;
   return std::min(strength_n * mask(), 0.5 * stiffness_n_per_m * depth);
 }
 
+// How much of a level's strength is left near a border, 0…1 [1]. A border's own effect, what a filter makes of voxels that are
+// not there, reaches two spacings. A level fades over these, or over up to four where it is so strong that it would end with a
+// jerk: friction pulls the proxy out as the level weakens, which makes a slope a of it one of a/(1 − μa/k) under the hand.
+double ModeContext::border_share(double strength_n) const noexcept {
+  constexpr double reach = 2.0, furthest = 4.0;              // [1] spacings. Less: ends with a jerk; more: weak where data are whole
+  const double steepest_n_per_m = 1.5 * stiffness_n_per_m;  // Less: a wide rim; more: a jerk
+  double share = 1.0;
+  for (const std::int32_t field : fields_) {
+    const double spacing_m = samples_->spacing_m(field, at_m);
+    const double over_m = std::clamp(strength_n / steepest_n_per_m, reach * spacing_m, furthest * spacing_m);
+    share = std::min(share, samples_->depth_m(field, at_m) / over_m);
+  }
+  return share;
+}
+
+double ModeContext::bordered_n(double strength_n) const noexcept {
+  if (!(strength_n > 0.0)) return strength_n;
+  const double whole_n = strength_n * mask(), felt_n = std::min(whole_n, most_n);
+  const double gentle_n = std::max(0.0, 0.5 * stiffness_n_per_m * depth_m());
+  if (gentle_n >= felt_n) return whole_n;
+  const double share = std::max(0.0, border_share(felt_n));
+  if (share >= 1.0) return whole_n;
+  is_faded_ = true;
+  return std::max(gentle_n, share * felt_n);
+}
+
 double ModeContext::newtons(const Strength& strength) const noexcept {
-  return newtons(strength, {}, TransferFunction::Side::above);
+  if (strength.is_constant()) return limited_n(strength.constant_n);
+  const ScalarSample& sample = scalar(strength.of);
+  return sample.inside ? limited_n(strength.curve.at(sample.value, TransferFunction::Side::above)) : 0.0;
 }
 
 double ModeContext::newtons(const Strength& strength, const Captured& level, TransferFunction::Side side) const noexcept {
-  if (strength.is_constant()) return limited_n(strength.constant_n);
-  if (level.any() && level.field == strength.of.index) return limited_n(strength.curve.at(level.value, side));
+  if (!level.any()) return newtons(strength);
+  if (strength.is_constant()) return bordered_n(strength.constant_n);
+  if (level.field == strength.of.index) return bordered_n(strength.curve.at(level.value, side));
   const ScalarSample& sample = scalar(strength.of);
-  return sample.inside ? limited_n(strength.curve.at(sample.value, side)) : 0.0;
+  return sample.inside ? bordered_n(strength.curve.at(sample.value, side)) : 0.0;
 }
 
 double ModeContext::drag(double drag_ns_per_m) const noexcept {

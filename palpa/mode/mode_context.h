@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -152,6 +153,8 @@ class ModeContext {
   double time_step_s = 0.0;        ///< [s] of the sub-step
   double stiffness_n_per_m = 0.0;  ///< [N/m] k of Eq. 1
   double finest_m = 0.0;           ///< [m] finest sample spacing of the session's fields near the proxy
+  /// [N] the most that reaches the hand: towards a border a stronger level fades from this
+  double most_n = std::numeric_limits<double>::infinity();
   std::span<const Foot> feet;      ///< of the mode's elastic levels that hold the proxy
 
   /// The field's sample at `at_m`. `inside` is false for a field without data there.
@@ -183,9 +186,10 @@ class ModeContext {
   /// (a fade steeper than the coupling would kick the hand at its end). Zero where any field
   /// of the mode has no data.
   double newtons(const Strength& strength) const noexcept;
-  /// The same for a plane that stands on a level: a transfer function of the level's own field is taken
+  /// The same for a plane that stands on a level. A transfer function of the level's own field is taken
   /// at the level's value instead of the sample's, at a step as the limit from `side` (the level's solid
-  /// side), so that rounding cannot make contact chatter.
+  /// side), so that rounding cannot make contact chatter. The fade is that of a border (`border_share`): a level
+  /// yields across its fade, not along it.
   double newtons(const Strength& strength, const Captured& level, TransferFunction::Side side) const noexcept;
   /// A drag [N·s/m] at this place: `drag_ns_per_m` times masks and fade (over 2 N / k of depth).
   double drag(double drag_ns_per_m) const noexcept;
@@ -197,7 +201,7 @@ class ModeContext {
   /// `world`, a vector along the axes of the world in its own unit, as a scene gives it, turned into the hand frame.
   Vec3 turned_to_hand(const Vec3& world) const noexcept { return samples_->hand_to_world().turned_to_hand(world); }
 
-  /// For the tick: a strength that was asked for is less than it would be deeper in the data.
+  /// For the tick: the strength of a level that was asked for is less than it would be deeper in the data.
   bool is_faded() const noexcept { return is_faded_; }
 
   /// For the tick: the shared samples, and the masks and fields of the mode that looks at the data at `seen_m` [m].
@@ -206,6 +210,8 @@ class ModeContext {
 
  private:
   double limited_n(double strength_n) const noexcept;
+  double bordered_n(double strength_n) const noexcept;
+  double border_share(double strength_n) const noexcept;
   double mask() const noexcept;
   double depth_m() const noexcept;
 

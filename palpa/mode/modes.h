@@ -120,6 +120,7 @@ struct SurfaceAndFriction {
       std::int32_t level = -1;  ///< its index; -1: none
       bool from_low = true;     ///< met from lower values: the low side is free
       double kinetic_s = 0.0;   ///< for so long yet its friction is the kinetic one
+      double pressed_to = 0.0;  ///< where the level stands, in the field's own unit: at its value until it yields
     };
     std::array<Held, most_held> held;  ///< levels, in any order; of material the friction of the first
     bool captured = false;             ///< by material, that gives way
@@ -132,6 +133,7 @@ struct SurfaceAndFriction {
   struct Standing;
   double texture_factor(const ModeContext& here, std::uint16_t slot) const noexcept;
   void stand(const ModeContext& here, const Standing& on, PrimitiveSink out) const noexcept;
+  void give_way(const StepResult& result, std::uint16_t slot, Memory::Held& held) const noexcept;
   void rub(const StepResult& result, Memory& memory) const noexcept;
   void meet(Memory& memory, std::int32_t level, bool from_low) const noexcept;
   bool is_solid(double value) const noexcept;

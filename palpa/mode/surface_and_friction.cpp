@@ -25,6 +25,7 @@ struct SurfaceAndFriction::Standing {
   std::size_t held = 0;          // in the memory
   const Level* shell = nullptr;  // none: material
   double value = 0.0;
+  double pressed_to = value;
   bool from_low = true;
   bool grips = true;  // by static friction
 };
@@ -76,7 +77,7 @@ void SurfaceAndFriction::place(const ModeContext& here, const Memory& memory, Pr
     const Memory::Held& held = memory.held[i];
     if (!is_held(held)) continue;
     const Level& shell = levels[static_cast<std::size_t>(held.level)];
-    stand(here, {i, &shell, shell.value, held.from_low, !(held.kinetic_s > 0.0)}, out);
+    stand(here, {i, &shell, shell.value, held.pressed_to, held.from_low, !(held.kinetic_s > 0.0)}, out);
   }
 }
 
@@ -86,10 +87,10 @@ void SurfaceAndFriction::stand(const ModeContext& here, const Standing& on, Prim
   const ScalarSample& sample = here.scalar(field, x_m);
   if (!sample.inside || !(norm(sample.gradient) > 0.0)) return;
   const double weight = detail::gradient_weight(here, sample.gradient, noise_per_m);
-  const Captured level{field.index, on.value};
+  const Captured level{field.index, on.value, on.pressed_to};
   const Vec3 uphill = normalized(sample.gradient);
   const Vec3 normal = on.from_low ? -uphill : uphill;
-  const Vec3 foot_m = detail::foot_on_level_m(here, x_m, sample, on.value);
+  const Vec3 foot_m = detail::foot_on_level_m(here, x_m, sample, on.pressed_to);
   const auto solid_side = on.from_low ? TransferFunction::Side::above : TransferFunction::Side::below;
   const double strength = weight * here.newtons(on.shell ? on.shell->strength_n : strength_n, level, solid_side);
   if (on.shell && on.shell->stiffness_n_per_m) {
@@ -145,7 +146,7 @@ void SurfaceAndFriction::on_step_accepted(const StepResult& result, Memory& memo
   }
 
   for (std::size_t i = 0; i < memory.held.size(); ++i) {
-    if (is_held(memory.held[i]) && result.state(surface_slot(i)) == PrimitiveState::slip) memory.held[i] = {};  // it lets go
+    if (is_held(memory.held[i])) give_way(result, surface_slot(i), memory.held[i]);
   }
   for (const Crossing& crossing : result.crossings) {
     if (crossing.field != field.index) continue;
@@ -161,6 +162,18 @@ void SurfaceAndFriction::on_step_accepted(const StepResult& result, Memory& memo
       }
     }
   }
+}
+
+// A level that slips lets go. One that only yields goes on bearing, as material does, where it has been pressed to: were it to
+// stay where it was met, the proxy would be deep in it, and no place near by would be free for it to go to.
+void SurfaceAndFriction::give_way(const StepResult& result, std::uint16_t slot, Memory::Held& held) const noexcept {
+  const PrimitiveState state = result.state(slot);
+  const double value = levels[static_cast<std::size_t>(held.level)].value;
+  if (state == PrimitiveState::slip && !result.yields(slot)) held = {};
+  const bool follows = state == PrimitiveState::slip || (state == PrimitiveState::off && held.pressed_to != value);
+  if (held.level < 0 || !follows) return;
+  const ScalarSample& at = result.here.scalar(field, result.here.foot_m(slot));
+  if (at.inside) held.pressed_to = held.from_low ? std::max(value, at.value) : std::min(value, at.value);
 }
 
 // Once it slides, friction is the kinetic one until it has held for a while.
@@ -180,7 +193,7 @@ void SurfaceAndFriction::meet(Memory& memory, std::int32_t level, bool from_low)
     if (!gives_way || held.level == level) held = {};
   }
   const auto room = std::ranges::find(memory.held, -1, &Memory::Held::level);
-  (room != memory.held.end() ? *room : memory.held.back()) = {level, from_low};
+  (room != memory.held.end() ? *room : memory.held.back()) = {level, from_low, 0.0, levels[static_cast<std::size_t>(level)].value};
 }
 
 }  // namespace palpa

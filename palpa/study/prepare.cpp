@@ -118,8 +118,8 @@ std::vector<std::string> words_of_unyielding(const Scene& scene, double device_m
       if (!(bears_n > most_n)) continue;
       const std::string name = level.name.empty() ? detail::text("%g", level.value) : level.name;
       sentences.push_back(detail::text(
-          "The level %.60s of '%.60s' bears %g N, of which no more than %g N reach the hand (%s): where it is whole "
-          "it never lets go.",
+          "The level %.60s of '%.60s' bears %g N, of which no more than %g N reach the hand (%s): but within four "
+          "voxels of the end of its data it never lets go.",
           name.c_str(), mode.name.c_str(), bears_n, most_n, whose));
     }
   }

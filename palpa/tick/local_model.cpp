@@ -58,11 +58,14 @@ std::int32_t LocalModel::place(const StepContext& context, const Vec3& middle_m,
 
 void LocalModel::add_learnt() noexcept {
   for (LevelContact& contact : contacts_) {
-    for (const Facet& facet : learnt_) {
-      if (contact.id == facet.id && contact.level == facet.level) add_facet(contact, facet.position_m, facet.normal);
-    }
     for (const LevelContact& before : before_) {
-      if (contact.id == before.id && contact.level == before.level) contact.pressed = before.pressed;
+      if (!(contact.id == before.id) || contact.level != before.level) continue;
+      contact.pressed = before.pressed;
+      if (before.is_shut) close(contact);
+    }
+    for (const Facet& facet : learnt_) {
+      if (contact.is_shut || !(contact.id == facet.id) || contact.level != facet.level) continue;
+      add_facet(contact, facet.position_m, facet.normal);
     }
   }
 }
@@ -210,14 +213,26 @@ bool LocalModel::accepts(const Vec3& end_m, double deepest, const Vec3& balance_
                          double time_step_s) noexcept {
   const double deepest_m = depth_m(end_m);
   if (deepest_m <= hair * spacing_m_) return true;
+  refused_m_ = end_m;
   find_witness();
   // A proxy that moving data left deep inside a level must come out, even if the energy rises.
-  if (start_depth_m_ > piercing * spacing_m_) return deepest_m < start_depth_m_;
+  if (start_depth_m_ > piercing * spacing_m_) return comes_out(end_m);
   if (!(deepest_m <= deepest * spacing_m_)) return false;
   // Compared with the promise for a start at the witness, in front of all levels: being inside must gain nothing.
   const Vec3 promised_m = witness_m_ + fraction * (balance_m - witness_m_);
   const double promised_j = gain_j(promised_m, false, probe_m, time_step_s);
   return gain_j(put_back(end_m), true, probe_m, time_step_s) >= earnest * promised_j;
+}
+
+// Whether an end is nearer to the way out than the start, of every level that it is deep in. Told by values: no look tells
+// depths of more than a spacing apart.
+bool LocalModel::comes_out(const Vec3& end_m) noexcept {
+  return std::ranges::all_of(contacts_, [&](LevelContact& contact) {
+    if (!holds(contact)) return true;
+    const double before = (contact.is_rigid() ? look(contact, start_m_) : contact.start).behind;
+    const LevelLook& at = look(contact, foot_m(contact, end_m));
+    return -at.free_m <= piercing * spacing_m_ || at.behind < before;
+  });
 }
 
 // Puts a contact on another plane, with its friction line along that plane's normal.
@@ -256,8 +271,12 @@ void LocalModel::foresee(const Vec3& end_m) noexcept {
 void LocalModel::keep_feet(const Vec3& proxy_m) noexcept {
   modes_.feet().clear();
   for (std::size_t row = 0; row < set_.size(); ++row) {
-    if (!set_[row].is_elastic()) continue;
     const LevelContact* contact = contact_of(row);  // none: a level that jumped away and fades
+    if (contact && contact->is_shut && !contact->is_rigid() && contact->state == PrimitiveState::stick) {
+      const Vec3 way_m = contact->start.at_m - proxy_m;  // it is held as it is
+      modes_.feet().put({contact->id, way_m, 0.5 * contact->own.stiffness_n_per_m * norm_squared(way_m)});
+    }
+    if (!set_[row].is_elastic()) continue;
     const bool breaks = contact && contact->state == PrimitiveState::slip && contact->can_break;
     if (breaks || (contact && contact->first != row)) continue;
     const Vec3 way_m = way_to_foot_m(set_.primitives(), row, proxy_m);
@@ -276,7 +295,9 @@ bool LocalModel::refine(const Vec3& end_m) noexcept {
 
 bool LocalModel::recant() noexcept {
   if (!is_foreseen_ || is_recanted_) return false;
-  for (const LevelContact& contact : contacts_) stand_on(contact, contact.own);
+  for (const LevelContact& contact : contacts_) {
+    if (!contact.is_shut) stand_on(contact, contact.own);
+  }
   return is_recanted_ = true;
 }
 
@@ -332,14 +353,36 @@ void LocalModel::forget_idle(LevelContact& contact) noexcept {
     return false;
   });
   for (std::size_t row = contact.first + contact.facets; row-- > contact.first + 1;) {
-    if (law_->forces_n()[row] != Vec3{}) continue;
-    set_.remove(row);
-    --contact.facets;
-    for (LevelContact& other : contacts_) {
-      if (other.first > row) --other.first;
-      if (other.line > static_cast<std::int32_t>(row)) --other.line;
-    }
+    if (law_->forces_n()[row] == Vec3{}) remove_facet(contact, row);
   }
+}
+
+void LocalModel::remove_facet(LevelContact& contact, std::size_t row) noexcept {
+  set_.remove(row);
+  --contact.facets;
+  for (LevelContact& other : contacts_) {
+    if (other.first > row) --other.first;
+    if (other.line > static_cast<std::int32_t>(row)) --other.line;
+  }
+}
+
+bool LocalModel::shut() noexcept {
+  bool any = false;
+  for (LevelContact& contact : contacts_) {
+    if (!holds(contact) || !(look(contact, foot_m(contact, refused_m_)).free_m < -hair * spacing_m_)) continue;
+    close(contact);
+    any = true;
+  }
+  return any;
+}
+
+// Every P that contains the witness is right (theory.md 8.7), and the witness alone is the least. A proxy that is deep in the
+// level is held where it is: the way out is not known.
+void LocalModel::close(LevelContact& contact) noexcept {
+  contact.is_shut = true;
+  while (contact.facets > 1) remove_facet(contact, contact.first + contact.facets - 1);
+  const Vec3 here_m = start_m_ + modes_.carried_m(contact.id.mode);
+  set_.replace(contact.first, {PrimitiveKind::point, contact.id, here_m, {}, contact.own.strength_n}, contact.level);
 }
 
 void LocalModel::attend(const Crossings& crossings, const Vec3& end_m, EventPolicy& policy) noexcept {

@@ -27,6 +27,7 @@ struct LevelContact {
   bool bounds = true;     ///< the proxy is to stay out of it; false where its mode fades, which is not where the proxy is yet
   bool can_break = true;  ///< gives way by breaking; false where it does so because data end nearby
   bool at_bound = false;  ///< holds up to the end of the sub-step and yields beyond
+  bool is_shut = false;   ///< leaves nothing free but the proxy's own place: a point of its strength there
   PrimitiveState state = PrimitiveState::stick;  ///< in the last balance
   Vec3 pressed{};                                ///< [1] direction of its force there; zero: none
   Primitive own{};                               ///< its plane as the mode placed it
@@ -40,7 +41,8 @@ struct LevelContact {
 /// free, always contains the *witness*, the proxy's own place: so no wrong facet can press the proxy through a level
 /// (docs/theory.md). A foreseen plane may shut the witness out by `shallow`; it is taken back before its level gives way. For
 /// an elastic level, which lets the proxy in, the *foot* takes the proxy's part: it is the witness, and must be free at the
-/// end. Facets live for one move. Keeps in a block what the next balance depends on; allocates at construction only; one
+/// end. A level that blocks, though none of its facets says how, is *shut*: its P is the proxy's own place alone, a point of its
+/// strength, so that it bears no more than that, and yields. Facets live for one move. Keeps in a block what the next balance depends on; allocates at construction only; one
 /// thread.
 class LocalModel {
  public:
@@ -81,6 +83,10 @@ class LocalModel {
                double time_step_s) noexcept;
   /// Adds facets that shut out `end_m` [m], an end that was not accepted. False where all are known already. Samples.
   bool learn(const Vec3& end_m) noexcept;
+  /// Shuts the levels that the last end that was not accepted lies behind, for the rest of the move. False where there are none.
+  bool shut() noexcept;
+  /// Whether a level is shut.
+  bool any_shut() const noexcept { return std::ranges::any_of(contacts_, &LevelContact::is_shut); }
   /// The longest way that the proxy could still move from an accepted end if the levels that hold it were sampled again
   /// there [m]; infinity where it is off one of them. Samples.
   double unsettled_m(const Vec3& end_m) noexcept;
@@ -119,7 +125,9 @@ class LocalModel {
   }
   Vec3 foot_m(const LevelContact& contact, const Vec3& x_m) const noexcept;
   Vec3 witness_of(const LevelContact& contact) const noexcept;
-  bool holds(const LevelContact& contact) const noexcept { return contact.bounds && contact.state != PrimitiveState::slip; }
+  bool holds(const LevelContact& contact) const noexcept {
+    return contact.bounds && !contact.is_shut && contact.state != PrimitiveState::slip;
+  }
   void stand_on(const LevelContact& contact, const Primitive& plane) noexcept;
   double depth_m(const Vec3& x_m) noexcept;
   Vec3 put_back(const Vec3& x_m) noexcept;
@@ -128,6 +136,9 @@ class LocalModel {
   void add_learnt() noexcept;
   bool add_facet(LevelContact& contact, const Vec3& position_m, const Vec3& normal) noexcept;
   void forget_idle(LevelContact& contact) noexcept;
+  void remove_facet(LevelContact& contact, std::size_t row) noexcept;
+  void close(LevelContact& contact) noexcept;
+  bool comes_out(const Vec3& end_m) noexcept;
   bool turn_friction() noexcept;
   Balance solve(const Vec3& probe_m, double time_step_s) noexcept;
   double gain_j(const Vec3& to_m, bool on_levels, const Vec3& probe_m, double time_step_s) noexcept;
@@ -142,6 +153,7 @@ class LocalModel {
   std::vector<LevelContact> contacts_, before_;  // of this placing, and of the one before
   std::vector<Facet> learnt_;                    // in this move
   Vec3 start_m_, witness_m_, placed_at_m_;
+  Vec3 refused_m_;  // the last end that was not accepted
   double spacing_m_ = 0.0, start_depth_m_ = 0.0;
   bool witnessed_ = false, is_foreseen_ = false, is_refined_ = false, is_recanted_ = false, has_directions_ = false;
 };

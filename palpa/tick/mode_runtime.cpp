@@ -78,6 +78,7 @@ ModeContext ModeRuntime::here_at(std::size_t m, const StepContext& context, cons
   here.time_step_s = context.time_step_s;
   here.stiffness_n_per_m = context.stiffness_n_per_m;
   here.finest_m = context.spacing_m;
+  here.most_n = most_n_;
   here.feet = feet_.of(m);
   return here;
 }

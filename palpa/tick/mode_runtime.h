@@ -103,11 +103,7 @@ class ModeRuntime {
       for (std::size_t i = 0; i < placed.size(); ++i) {
         const PrimitiveId id = placed[i].id;
         if (id.mode != m || (i > 0 && placed[i - 1].id == id)) continue;
-        PrimitiveState told = state(i);
-        // A shell that is weak only for these reasons is not broken through. Material may yield: no jerk is felt.
-        const bool lets_go = !fades(m) && !(live_[m].at_edge && is_level(placed.captured(i)));
-        if (!lets_go && placed.captured(i).any() && told == PrimitiveState::slip) told = PrimitiveState::stick;
-        slots_.push_back({id.slot, told, placed.captured(i)});
+        slots_.push_back({id.slot, state(i), placed.captured(i), placed.captured(i).any() && only_yields(m)});
       }
       const ModeContext here = here_at(m, context, proxy_m, seen_by(m, proxy_m, context.data_fraction));
       modes_[m].mode.on_step_accepted({here, slots_, crossings}, memory(m));

@@ -16,6 +16,7 @@ namespace {
 constexpr double unbounded = std::numeric_limits<double>::infinity();
 constexpr int max_moves = 128;              // [1] per tick. More: longer worst tick; fewer: the proxy lags behind the hand
 constexpr int max_trials = 24;              // [1] balances per move. More: longer worst tick; fewer: moves are given up
+constexpr int max_shutting = 8;             // [1] more of them, if a level has to be shut. Fewer: the proxy is given up on its way
 constexpr double bound_m = 1e-8;            // [m] stop before a break-through. Less: decided by rounding; more: breaks early
 constexpr double directed_n_per_s = 100.0;  // [N/s] allowed while data play. Less: forces lag the data; more: they jump
 
@@ -76,6 +77,7 @@ bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) no
   contacts_.begin_tick();
   released_m_ = {};
   dropped_ = 0;
+  unreached_m_ = 0.0;
   work_left_ = tick_work::most * refined_;
   PathState& c = state_;
   if (!c.started) {
@@ -161,7 +163,8 @@ void ProxyPath::sub_step(ProbeSegment segment) noexcept {
   const double went_m = distance(made.end_from(start), start);
   const double rest_m = rest * spacing_m_;
   // A settling move of no more than `rest` is not made: the proxy rests.
-  if (settles && (made.fraction == 0.0 || (made.stop == Stop::full && went_m <= rest_m))) {
+  const bool rests = made.fraction == 0.0 || (made.stop == Stop::full && went_m <= rest_m);
+  if (settles && rests && !model_.any_shut()) {
     state_.left = Left::nothing;
   } else {
     // While the hand moves, the next tick settles the rest; with a still hand, or once begun, settling goes to the end.
@@ -175,6 +178,7 @@ void ProxyPath::sub_step(ProbeSegment segment) noexcept {
     accept(segment, made, context, settles);
     model_.end_move();
   }
+  unreached_m_ = distance(made.to.position_m, state_.proxy);
   modes_.arrive();
 }
 
@@ -271,7 +275,7 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
   const double same_m = (settles ? piercing : turned) * spacing_m_;  // what settles a step is a small part of it
   model_.begin_move(context, spacing_m_);
   place(context, end, distance(end, start));
-  for (int trial = 0; trial < max_trials && (trial == 0 || work_left_ > 0); ++trial) {
+  for (int trial = 0; trial < max_trials + max_shutting && (trial == 0 || work_left_ > 0); ++trial) {
     made.to = model_.balance(context.probe_m, context.time_step_s);
     // No level may give way because of a foreseen plane.
     if (model_.any_gives_way(crossings_) && model_.recant()) made.to = model_.balance(context.probe_m, context.time_step_s);
@@ -294,7 +298,9 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
     made.fraction = length > longest ? longest / length : 1.0;
     made.stop = made.bound_met ? Stop::event : made.fraction == 1.0 ? Stop::full : settles ? Stop::energy : Stop::release;
     if (end_is_free(segment, context, flies, made)) return made;
-    if (!(made.fraction > 0.0)) break;
+    // What blocks without a facet that says how bears its strength and no more. Nearer to its balance than that the proxy rests.
+    const bool is_blocked = !(made.fraction > 0.0) || trial + 1 >= max_trials;
+    if (is_blocked && (length <= shallow * spacing_m_ || !model_.shut())) break;
   }
   if (!rests) made.to = model_.balance(context.probe_m, context.time_step_s);  // with all that was learnt
   made.fraction = 0.0;

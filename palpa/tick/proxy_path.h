@@ -60,6 +60,8 @@ class ProxyPath {
   /// Of the last walk: the part of the proxy's motion that was a release [m], and primitives refused.
   const Vec3& released_m() const noexcept { return released_m_; }
   int dropped() const noexcept { return dropped_; }
+  /// Of the last walk: how far the proxy is from the last balance [m]; at rest no more than the path tells apart.
+  double unreached_m() const noexcept { return unreached_m_; }
 
   std::span<const SubStep> sub_steps() const noexcept { return record_.sub_steps(); }
   std::span<const PlacedPrimitive> placed() const noexcept { return record_.placed(); }
@@ -140,6 +142,7 @@ class ProxyPath {
   double spacing_m_ = 0.0, step_m_ = 0.0;  // finest, of the data near this sub-step, and the longest move there
   Vec3 released_m_;
   int dropped_ = 0;
+  double unreached_m_ = 0.0;
   std::vector<std::int32_t> entered_;
   int work_left_ = 0;  // of this tick (tick_work.h)
   StepRecord record_;

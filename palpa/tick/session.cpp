@@ -127,6 +127,7 @@ void Session::State::gather(Tick& result) noexcept {
     if (step.balance.status == BalanceStatus::bad_input) result.status = TickStatus::bad_input;
   }
   result.dropped = path->dropped();
+  if (result.status != TickStatus::waiting) result.unborne_n = scene.coupling.stiffness_n_per_m * path->unreached_m();
   for (std::size_t m = 0; m < mode_ticks.size(); ++m) {
     const double work_j = ledger.works_j()[m];
     (work_j >= 0.0 ? mode_ticks[m].injected_j : mode_ticks[m].dissipated_j) = std::abs(work_j);

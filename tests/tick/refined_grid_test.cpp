@@ -126,7 +126,7 @@ TEST_P(RefinedGrid, ALevelOfAMagnitudeHoldsWhereItIs) {
   Scene scene = scene_in(channel(GetParam()));
   scene.add("wall", SurfaceAndFriction{.field = {"magnitude(flow)"},
                                        .solid = SurfaceAndFriction::Solid::low,
-                                       .levels = {{.value = 0.5, .strength_n = 100.0}}});
+                                       .levels = {{.value = 0.5, .strength_n = 20.0}}});
   const Felt all = felt(scene, height_m(0.5));
   EXPECT_GT(all.largest_n, 1.0);
   EXPECT_LE(all.deepest_m, 2e-4) << "the level of the interpolant";
