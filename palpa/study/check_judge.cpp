@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "palpa/core/printed.h"
+#include "palpa/study/summary.h"
 
 namespace palpa {
 namespace {
@@ -120,6 +121,20 @@ class Judge {
              text("the proxy lags behind in %.2g %% of the ticks, whose work is spent", 100.0 * worst->figures.over_budget)},
         worst);
   }
+  void unborne() {
+    const TrialMade* worst = worst_of(all_, everything, [](const TrialFigures& f) { return f.unborne_n; });
+    if (!worst) return;
+    const double measured_n = worst->figures.unborne_n;
+    const bool is_borne = measured_n <= unborne_felt_n;
+    add({.key = "unborne",
+         .grade = is_borne ? Grade::fine : Grade::stop,
+         .measured = measured_n,
+         .threshold = unborne_felt_n,
+         .unit = "N",
+         .words = is_borne ? "all force is borne by strengths"
+                           : text("%.2g N of the force is borne by no strength: a fault of the proxy's path", measured_n)},
+        worst);
+  }
   void energy() {
     for (std::size_t m = 0; m < scene_.modes().size(); ++m) {
       const SceneMode& mode = scene_.modes()[m];
@@ -205,6 +220,7 @@ void detail::judge(const Scene& scene, const std::vector<TrialMade>& all, CheckR
     judge.ripple();
     judge.saturation();
     judge.budget();
+    judge.unborne();
     judge.energy();
     report.findings.push_back(finding_of_margin(report));
   }

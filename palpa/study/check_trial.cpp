@@ -108,6 +108,7 @@ TrialFigures try_at(const Scene& scene, const DevicePlant& plant, const CheckPla
                        .duration_s = set.to_s,
                        .saturated = saturated_share(run),
                        .over_budget = static_cast<double>(summary.waiting_ticks) / static_cast<double>(summary.ticks),
+                       .unborne_n = summary.unborne_max_n,
                        .ticks_gained_j = summary.ticks_gained_j};
   for (const ModeSummary& mode : summary.modes) {
     figures.injected_j.push_back(mode.injected_j);

@@ -42,6 +42,7 @@ struct TrialFigures {
   double duration_s = 0.0;
   double saturated = 0.0;            ///< [1] share of ticks in which the guard held some of the force back
   double over_budget = 0.0;          ///< [1] share of ticks whose work was spent before the proxy had come along
+  double unborne_n = 0.0;            ///< largest force that no strength bore (Tick::unborne_n)
   std::vector<double> injected_j;    ///< by mode
   std::vector<double> dissipated_j;  ///< by mode
   double ticks_gained_j = 0.0;       ///< brought in by holding each force for a tick

@@ -98,6 +98,8 @@ void SummaryBuilder::add(const TickFrame& frame, std::span<const ModeTick> modes
   summary_.capped_ticks += tick.status == TickStatus::capped;
   summary_.bad_input_ticks += tick.status == TickStatus::bad_input;
   summary_.invalid_probe_ticks += !tick.probe_valid;
+  summary_.unborne_ticks += tick.unborne_n > unborne_felt_n;
+  summary_.unborne_max_n = std::max(summary_.unborne_max_n, tick.unborne_n);
   summary_.error_bound_max_m = std::max(summary_.error_bound_max_m, tick.error_bound_m);
   summary_.dropped_primitives += tick.dropped;
   summary_.guard_limited_ticks += frame.guard == GuardState::limited;
@@ -202,6 +204,8 @@ std::string to_table(const Summary& s) {
     say(name, number, ((number == 1 ? " tick" : " ticks") + what).c_str());
   };
   say_ticks("waiting", s.waiting_ticks, " in which the proxy had not yet arrived");
+  say_ticks("off balance", s.unborne_ticks,
+            text(" in which up to %.2f N of the force was borne by no strength: a fault of the proxy's path", s.unborne_max_n));
   say_ticks("capped", s.capped_ticks, " with a bound above 1e-9 m");
   say_ticks("bad input", s.bad_input_ticks, "");
   say_ticks("probe not valid", s.invalid_probe_ticks, "");
@@ -255,6 +259,8 @@ std::string to_json(const Summary& s) {
       {"asked_force_max_n", s.asked_force_max_n},
       {"first_break_through_s", s.first_break_through_s < 0.0 ? Json(nullptr) : Json(s.first_break_through_s)},
       {"waiting_ticks", s.waiting_ticks},
+      {"unborne_ticks", s.unborne_ticks},
+      {"unborne_max_n", s.unborne_max_n},
       {"capped_ticks", s.capped_ticks},
       {"bad_input_ticks", s.bad_input_ticks},
       {"invalid_probe_ticks", s.invalid_probe_ticks},

@@ -41,6 +41,8 @@ struct Summary {
   double sub_steps_mean = 0.0;                   ///< [sub-steps per tick]
   int sub_steps_max = 0;
   std::int64_t waiting_ticks = 0, capped_ticks = 0, bad_input_ticks = 0, invalid_probe_ticks = 0;
+  std::int64_t unborne_ticks = 0;  ///< in which more than `unborne_felt_n` was borne by no strength (Tick::unborne_n)
+  double unborne_max_n = 0.0;
   double error_bound_max_m = 0.0;
   Energy energy;                        ///< sums over the run; stored_j: at the end
   double ticks_gained_j = 0.0;          ///< Energy::ticks_j of the ticks that brought energy in
@@ -54,6 +56,10 @@ struct Summary {
 
 /// A force above this [N] is contact (docs/trace.md, modes.csv). Less: rounding counts; more: light touches do not.
 inline constexpr double contact_force_n = 1e-3;
+
+/// So much [N] that no strength bears is a fault of the path (Tick::unborne_n). Less: what fingers do not tell counts; more: a
+/// proxy that is held by nothing is not named.
+inline constexpr double unborne_felt_n = 0.05;
 
 /// Gathers a summary tick by tick, in memory that does not grow with the run. `add` allocates nothing.
 class SummaryBuilder {
