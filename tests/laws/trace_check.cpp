@@ -126,6 +126,89 @@ void check_balances(const std::filesystem::path& trace, const std::function<void
   if (more) throw LoadError(primitives.place() + ": belongs to no row of balances.csv");
 }
 
+namespace {
+
+// What one primitive, or one corner, can exert at a place: the force nearest to a wanted one.
+struct Exertable {
+  std::string kind, owner;
+  std::vector<Vec3> at_m, directions;  // of a corner its facets
+  double strength_n = 0.0, drag_n_per_m = 0.0, stiffness_n_per_m = 0.0;
+  Vec3 force_n;
+
+  Vec3 within_strength(const Vec3& force_n) const {
+    const double length_n = norm(force_n);
+    return length_n > strength_n ? strength_n / length_n * force_n : force_n;
+  }
+  // Of a plane or facet that the proxy is behind by `depth_m`.
+  double pressed_n(double depth_m) const {
+    return stiffness_n_per_m > 0.0 ? std::min(strength_n, stiffness_n_per_m * depth_m) : strength_n + drag_n_per_m * depth_m;
+  }
+  Vec3 nearest_n(const Vec3& wanted_n, const Vec3& x_m, double tolerance_m) const {
+    if (kind == "point" || kind == "line") {
+      const auto across = [&](const Vec3& v) { return kind == "line" ? v - dot(directions[0], v) * directions[0] : v; };
+      const Vec3 way_m = across(at_m[0] - x_m);
+      const double length_m = norm(way_m);
+      if (length_m <= tolerance_m) return within_strength(across(wanted_n));
+      return (strength_n + drag_n_per_m * length_m) / length_m * way_m;
+    }
+    // A plane, or the facets of a corner: those that the proxy lies on press as is wanted, one after another.
+    Vec3 sum_n, left_n = wanted_n;
+    for (int sweep = 0; sweep < 50; ++sweep) {
+      sum_n = {};
+      left_n = wanted_n;
+      for (std::size_t i = 0; i < at_m.size(); ++i) {
+        const double depth_m = dot(directions[i], at_m[i] - x_m);
+        if (depth_m < -tolerance_m) continue;
+        const bool is_fixed = at_m.size() == 1 && (depth_m > tolerance_m || stiffness_n_per_m > 0.0);
+        const double press_n =
+            is_fixed ? pressed_n(std::max(0.0, depth_m)) : std::max(0.0, dot(directions[i], left_n));
+        sum_n += press_n * directions[i];
+        left_n -= press_n * directions[i];
+      }
+    }
+    return within_strength(sum_n);
+  }
+};
+
+}  // namespace
+
+void check_rests(const std::filesystem::path& trace, double tolerance_m, const std::function<void(const CheckedRest&)>& visit) {
+  CsvRows ticks(trace / "ticks.csv"), balances(trace / "balances.csv"), primitives(trace / "primitives.csv");
+  std::map<std::int64_t, bool> rests;
+  while (ticks.next()) rests[ticks.integer("tick")] = ticks.text("status") == "resting";
+  CheckedRest rest{.tick = -1};
+  while (balances.next()) {
+    if (balances.integer("tick") != rest.tick && rest.tick >= 0 && rests[rest.tick]) visit(rest);
+    const Vec3 x_m = balances.vector("proxy", "m"), directed_n = balances.vector("directed", "n");
+    const double k = balances.number("k_n_per_m"), dt_s = balances.number("dt_s");
+    std::vector<Exertable> all;
+    for (std::int64_t i = balances.integer("primitives"); i > 0; --i) {
+      if (!primitives.next()) throw LoadError(balances.place() + ": its primitives are missing");
+      const std::string kind(primitives.text("kind"));
+      if (kind == "directed") continue;
+      const std::string owner = std::string(primitives.text("mode")) + ',' + std::string(primitives.text("slot"));
+      if (kind != "facet" || all.empty() || all.back().owner != owner) {
+        all.push_back({kind, owner, {}, {}, primitives.number("strength_n"), primitives.number("drag_ns_per_m") / dt_s,
+                       stiffness_of(primitives), {}});
+      }
+      all.back().at_m.push_back(primitives.vector("position", "m"));
+      all.back().directions.push_back(kind == "point" ? Vec3{} : primitives.vector("direction", ""));
+    }
+    const Vec3 demand_n = k * (x_m - balances.vector("probe", "m")) - directed_n;
+    // Each in turn takes what the others leave, which is exact where their spans are independent and converges where not.
+    Vec3 left_n = demand_n;
+    for (int sweep = 0; sweep < 300 && norm(left_n) > 1e-6; ++sweep) {
+      for (Exertable& one : all) {
+        const Vec3 now_n = one.nearest_n(left_n + one.force_n, x_m, tolerance_m);
+        left_n += one.force_n - now_n;
+        one.force_n = now_n;
+      }
+    }
+    rest = {balances.integer("tick"), directed_n != Vec3{}, norm(k * (x_m - balances.vector("probe", "m"))), norm(left_n)};
+  }
+  if (rest.tick >= 0 && rests[rest.tick]) visit(rest);
+}
+
 void check_works(const std::filesystem::path& trace, const std::function<void(const CheckedWork&)>& visit) {
   CsvRows balances(trace / "balances.csv"), primitives(trace / "primitives.csv");
   std::optional<CsvRows> works;

@@ -58,6 +58,21 @@ struct CheckedBalance {
 /// all whole balances were visited.
 void check_balances(const std::filesystem::path& trace, const std::function<void(const CheckedBalance&)>& visit);
 
+/// The last balance of a tick, judged where the proxy is.
+struct CheckedRest {
+  std::int64_t tick = 0;
+  bool directed = false;  ///< a directed force acts
+  double pull_n = 0.0;    ///< of the spring: k |proxy − probe|
+  /// What of the pull, and of the directed forces, no choice of forces bears that the primitives can exert at the proxy. A
+  /// primitive that is nearer to it than the tolerance can exert each of its forces; one further away that one alone which
+  /// docs/theory.md, 1.3, names.
+  double left_n = 0.0;
+};
+
+/// Visits the last balance of every tick that rests. \param tolerance_m  [m] how near a primitive is that the proxy lies on.
+/// Throws as check_balances.
+void check_rests(const std::filesystem::path& trace, double tolerance_m, const std::function<void(const CheckedRest&)>& visit);
+
 /// What a primitive brought in, from its rows of balances.csv, primitives.csv and, where its data moved, works.csv.
 struct CheckedWork {
   std::int64_t tick = 0;

@@ -99,6 +99,31 @@ TEST(TraceCheck, SeesWhatIsMadeUp) {
   fs::remove_all(folder);
 }
 
+// So is the check of rests: a drag that carries what it could at a speed alone, off the place of a record, does not pass.
+TEST(TraceCheck, SeesARestThatNothingBears) {
+  const fs::path folder = fs::temp_directory_path() / ("palpa-trace-rest-" + std::to_string(::getpid()));
+  fs::create_directory(folder);
+  std::ofstream(folder / "ticks.csv") << "tick,status\n0,resting\n";
+  // A point of 0.05 N and 1 N·s/m where the proxy is, a plane of 2 N in front of it; k = 500 N/m, the probe 10 mm behind.
+  const auto left_n = [&](const std::string& plane_z_m, const std::string& strength_n) {
+    std::ofstream(folder / "balances.csv") << "tick,dt_s,probe_x_m,probe_y_m,probe_z_m,k_n_per_m,directed_x_n,directed_y_n,"
+                                              "directed_z_n,proxy_x_m,proxy_y_m,proxy_z_m,primitives\n"
+                                              "0,0.001,0,0,-0.01,500,0,0,0,0,0,0,2\n";
+    std::ofstream(folder / "primitives.csv")
+        << "tick,mode,slot,kind,position_x_m,position_y_m,position_z_m,direction_x,direction_y,direction_z,strength_n,"
+           "drag_ns_per_m\n0,inside,0,point,0,0,0,0,0,0,0.05,1\n0,surface,0,plane,0,0,"
+        << plane_z_m << ",0,0,1," << strength_n << ",0\n";
+    double left = -1.0;
+    test::check_rests(folder, 1e-6, [&](const test::CheckedRest& rest) { left = rest.left_n; });
+    return left;
+  };
+  EXPECT_NEAR(left_n("-0.001", "2"), 5.0 - 0.05, 1e-5);  // off the plane
+  EXPECT_NEAR(left_n("0", "2"), 5.0 - 2.05, 1e-5);       // on it, and more than it bears
+  EXPECT_NEAR(left_n("0", "7"), 0.0, 1e-5);
+  EXPECT_NEAR(left_n("0.003", "4.95"), 0.0, 1e-5);  // behind it: all of its strength
+  fs::remove_all(folder);
+}
+
 // Corners among others, recorded by their facets that carry force.
 TEST(TraceCheck, ProvesCornersFromTheirRows) {
   const fs::path folder = fs::temp_directory_path() / ("palpa-trace-corners-" + std::to_string(::getpid()));

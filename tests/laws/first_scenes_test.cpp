@@ -1,0 +1,145 @@
+// The first scenes of measured data, felt by slow hands and as maps: what they feel is borne by strengths. Scans are cut off, and
+// where a surface meets the end of the data a proxy was held by more than all strengths together.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "palpa/first/first_scene.h"
+#include "palpa/palpa.h"
+#include "palpa/study/felt.h"
+#include "palpa/study/map.h"
+#include "palpa/study/summary.h"
+#include "tests/laws/shipped_scenes.h"
+
+namespace palpa {
+namespace first_scenes_test {
+
+// One file of each set that is read.
+const std::vector<std::string> files = {"ct_headphantom_dicom",
+                                 "ct_head_cranium/cranium.mhd",
+                                 "ct_head_headsq/quarter.nhdr",
+                                 "mri_flow_carotid/carotid.vtk",
+                                 "cfd_combustor/combxyz.bin",
+                                 "cfd_bluntfin/bluntfinxyz.bin",
+                                 "cfd_office/office.binary.vtk",
+                                 "cfd_wing/wing.vti",
+                                 "weather_isabel/isabel_30.vti",
+                                 "dti_brain/FA.nii.gz",
+                                 "mri_flair_nrrd/FLAIR.nrrd",
+                                 "mra_avf_nrrd/avf_float_32.nrrd",
+                                 "mri_mha_zlib/mha.mha",
+                                 "mri_head_mhd/HeadMRVolume.mhd",
+                                 "mri_avg152_bigendian/avg152T1_RL_nifti.nii.gz",
+                                 "mri_epi_4d/example4d.nii.gz",
+                                 "nifti_orientations/RAS.nii.gz",
+                                 "mol_ironprot/ironProt.vtk",
+                                 "mol_hydrogen/hydrogen.vti"};
+
+class FirstSceneOf : public testing::TestWithParam<std::string> {
+ protected:
+  void SetUp() override {
+    if (const std::string missing = test::missing_for("real"); !missing.empty()) GTEST_SKIP() << missing;
+    VolumeRequest request;
+    request.files = {test::shared_data() / GetParam()};
+    const ReadVolume read = volume_reader({.reader = test::reader()});
+    scene_ = parse_scene(first_scene(read(request), request), "first", ".", read, standard_modes(),
+                         {.sets = {{"time.play", "hold"}}})
+                 .scene;
+    scene_.coupling.damping_ns_per_m = 0.0;  // the damper's force is the coupling's, not the data's
+  }
+  Scene scene_;
+};
+
+/// The strengths [N] of what was placed in a tick, of a corner once, and what drags add at the speed of the proxy.
+double met_n(const Session& session) {
+  double most_n = 0.0;
+  for (const SubStep& step : session.sub_steps()) {
+    double sum_n = 0.0;
+    const auto placed = session.placed().subspan(step.first_primitive, step.primitives);
+    for (std::size_t i = 0; i < placed.size(); ++i) {
+      const Primitive& p = placed[i].primitive;
+      if (i > 0 && placed[i - 1].primitive.id == p.id) continue;
+      sum_n += p.strength_n + p.drag_ns_per_m / step.time_step_s * distance(step.proxy_m, step.start_m);
+    }
+    most_n = std::max(most_n, sum_n);
+  }
+  return most_n;
+}
+
+/// Whether a mode drives: its forces move a proxy at rest, as on the core of a vortex. Then there may be no balance to come to, and
+/// after some turns the path goes on with the next probe position.
+bool is_driven(const Scene& scene) {
+  return std::ranges::any_of(scene.modes(), [](const SceneMode& mode) {
+    return places_directed_forces(mode.mode.type()) || mode.mode.type() == "vortex_line";
+  });
+}
+
+TEST_P(FirstSceneOf, HoldsNoSlowHandWithMoreThanItsStrengths) {
+  constexpr int across = 9;
+  constexpr double reach_m = 0.072, begin_m = 0.11, end_m = -0.06, speed_m_per_s = 0.025, dt_s = 1e-3;
+  int felt = 0;
+  double worst_n = 0.0, largest_n = 0.0;
+  for (int hand = 0; hand < across * across; ++hand) {
+    const auto at = [&](int i) { return reach_m * (2.0 * i / (across - 1) - 1.0); };
+    Session session(scene_);
+    session.let_through(scene_.coupling.max_force_n);
+    for (int i = 0; begin_m - i * speed_m_per_s * dt_s > end_m; ++i) {
+      const Vec3 probe_m{at(hand % across), at(hand / across), begin_m - i * speed_m_per_s * dt_s};
+      const Tick tick = session.tick({.position_m = probe_m}, dt_s);
+      if (tick.status == TickStatus::waiting) continue;
+      const double force_n = norm(tick.force_n);
+      felt += force_n > 0.1;
+      largest_n = std::max(largest_n, force_n);
+      const double untold_n = is_driven(scene_) ? unborne_felt_n : 1e-3;
+      worst_n = std::max(worst_n, tick.unborne_n);
+      ASSERT_LE(tick.unborne_n, 0.01 * force_n + untold_n) << probe_m.x << ", " << probe_m.y << ", " << probe_m.z;
+      ASSERT_LE(force_n, 1.01 * met_n(session) + 1e-3) << probe_m.x << ", " << probe_m.y << ", " << probe_m.z;
+    }
+  }
+  std::printf("%s: at most %.3f N, of which %.3g N are borne by no strength; the limit is %g N\n", GetParam().c_str(), largest_n,
+              worst_n, scene_.coupling.max_force_n);
+  EXPECT_LE(largest_n, scene_.coupling.max_force_n);
+  EXPECT_GT(felt, 1000) << "too little was met";
+}
+
+/// All that the scene's modes can exert on a hand at rest [N].
+double strengths_of(const Scene& scene) {
+  // What a session places says it, wherever a way goes: the most of any place.
+  double most_n = 0.0;
+  Session session(scene);
+  session.let_through(scene.coupling.max_force_n);
+  for (int way = 0; way < 400; ++way) {
+    session.reset();
+    const double x_m = 0.15 * ((way % 20) / 19.0 - 0.5), y_m = 0.15 * (std::floor(way / 20.0) / 19.0 - 0.5);
+    for (double z_m = 0.1; z_m > -0.08; z_m -= 5e-4) {
+      session.tick({.position_m = {x_m, y_m, z_m}}, 5e-3);
+      double sum_n = 0.0;
+      const auto placed = session.placed();
+      for (std::size_t i = session.sub_steps().back().first_primitive; i < placed.size(); ++i) {
+        if (i == 0 || !(placed[i - 1].primitive.id == placed[i].primitive.id)) sum_n += placed[i].primitive.strength_n;
+      }
+      most_n = std::max(most_n, sum_n);
+    }
+  }
+  return most_n;
+}
+
+TEST_P(FirstSceneOf, HasNoPlaceOnItsMapWithMoreThanItsStrengths) {
+  const double strengths_n = strengths_of(scene_);
+  for (int axis = 0; axis < 3; ++axis) {
+    ForceMap map(map_slice(axis, 0.0, 0.18, 64));
+    feel_map(scene_, map);
+    double most_n = 0.0;
+    for (const MapPoint& point : map.points) most_n = std::max(most_n, norm(point.steady_n));
+    EXPECT_LE(most_n, 1.01 * strengths_n + 1e-3) << "across axis " << axis;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Sets, FirstSceneOf, testing::ValuesIn(files), [](const auto& file) {
+  std::string name = file.param.substr(0, file.param.find('/'));
+  return name;
+});
+
+}  // namespace first_scenes_test
+}  // namespace palpa
