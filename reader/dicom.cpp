@@ -38,7 +38,6 @@ class DicomSource : public Source {
     numbers_ = common_numbers(stack);
     header.medical_frame = stack.front().placed;
     header.modality = images_.modality(stack.front());
-    header.scan = images_.scan(stack[stack.size() / 2]);
     header.frame_of_reference = stack.front().space;
     if (stack.front().spaced) header.length_unit = "mm";
     // Bits beyond those of the numbers are cleared, unless the padding's number needs them.
@@ -47,6 +46,12 @@ class DicomSource : public Source {
     });
     volume_ = arranged(std::move(stack), header.warnings);
     frame_ = static_cast<std::size_t>(choose_frames(request, static_cast<std::int64_t>(volume_.frames.size())));
+    if (request.frame < 0 && request.frame != VolumeRequest::all_frames && !volume_.differ.empty()) {
+      header.warnings.push_back("has frames that differ in " + volume_.differ);
+    }
+    const auto shown = std::ranges::find(slices(), false, &Slice::blank) - slices().begin();
+    const std::size_t middle = slices().size() / 2;
+    header.scan = images_.scan(slices()[slices()[middle].blank ? static_cast<std::size_t>(shown) : middle]);
 
     protocol::FieldHeader field;
     field.name = "value";
@@ -58,6 +63,7 @@ class DicomSource : public Source {
 
     for (std::int64_t n = 0; n < frames_read; ++n) {
       for (const Slice& slice : volume_.frames[frame_ + static_cast<std::size_t>(n)]) {
+        if (slice.blank) continue;
         if (files.empty() || files.back() != images_.name(slice)) files.push_back(images_.name(slice));
         header.working_bytes = std::max(header.working_bytes, 2 * images_.voxel_bytes(slice) + images_.stored_bytes(slice));
       }
@@ -93,6 +99,10 @@ class DicomSource : public Source {
   /// Reads a slice in the numbers that are kept. One thread at a time, because the libraries are not thread-safe.
   void read_slice(const Slice& slice, Loaded& loaded, std::byte* kept) {
     const std::scoped_lock alone(libraries_);
+    if (slice.blank) {
+      const std::vector<std::byte> zeros(slice.pixels() * size_of(slice.type));
+      return convert(zeros.data(), slice, kept);
+    }
     if (images_.voxel_bytes(slice) == kept_bytes() && kept_as_it_is(slice)) return load(slice, kept);
     if (slice.file != loaded.file) {
       loaded.frames = std::make_unique_for_overwrite<std::byte[]>(images_.voxel_bytes(slice));
@@ -171,9 +181,9 @@ class DicomSource : public Source {
     }
     const std::size_t of_series = std::ranges::find(all, taken, &Series::uid)->slices;
     if (of_series > largest->size()) {
-      header.warnings.push_back(
-          "has slices of different sizes, spacings or orientations: " + std::to_string(of_series - largest->size()) + " of " +
-          std::to_string(of_series) + " are left out");
+      header.warnings.push_back("has slices of different sizes, spacings, orientations or types of numbers: " +
+                                std::to_string(of_series - largest->size()) + " of " + std::to_string(of_series) +
+                                " are left out");
     }
     return std::move(*largest);
   }

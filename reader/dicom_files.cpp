@@ -94,6 +94,7 @@ vtkDICOMItem query() {
       {DC::PixelData, vtkDICOMVR::OW},
   };
   vtkDICOMItem query;
+  add_traits_to(query);
   for (const auto& [tag, type] : wanted) query.Set(tag, vtkDICOMValue(type));
   return query;
 }
@@ -232,8 +233,11 @@ class DicomFiles::Reader : public vtkDICOMReader {
 
   const vtkDICOMValue& get(int file, int frame, DC::EnumType tag) { return MetaData->Get(file, frame, tag); }
   /// Images of nuclear medicine store the place of their first frame with their detector.
-  const vtkDICOMValue& get_of_detector(int file, DC::EnumType tag) {
-    return MetaData->Get(file, vtkDICOMTagPath(DC::DetectorInformationSequence, 0, tag));
+  const vtkDICOMValue& get_of_detector(int file, int frame, DC::EnumType tag) {
+    const vtkDICOMValue& of_frames = MetaData->Get(file, DC::DetectorVector);
+    const auto n = static_cast<std::size_t>(frame);
+    const int detector = n < of_frames.GetNumberOfValues() ? std::max(1, of_frames.GetInt(n)) : 1;
+    return MetaData->Get(file, vtkDICOMTagPath(DC::DetectorInformationSequence, static_cast<unsigned>(detector - 1), tag));
   }
   std::string text(int file, DC::EnumType tag) { return MetaData->Get(file, tag).AsString(); }
   /// The number; `missing` where the element is missing or is no finite number.
@@ -270,10 +274,6 @@ class DicomFiles::Reader : public vtkDICOMReader {
     slice.slope = number(file, frame, DC::RescaleSlope, number(file, frame, DC::DoseGridScaling, 1));
     slice.intercept = number(file, frame, DC::RescaleIntercept, 0);
     if (slice.slope == 0) slice.slope = 1;
-    slice.moment = {number(file, frame, DC::EchoTime, number(file, frame, DC::EffectiveEchoTime, 0)),
-                    number(file, frame, DC::TemporalPositionIdentifier, number(file, frame, DC::TemporalPositionIndex, 0)),
-                    number(file, frame, DC::TriggerTime, number(file, frame, DC::NominalCardiacTriggerDelayTime, 0)),
-                    number(file, frame, DC::InstanceNumber, 0)};
     slice.padding.reset();
     if (!get(file, frame, DC::PixelPaddingValue).IsValid()) return;
     // The padding's type is often not that of the pixels, but signed for unsigned or the reverse: its bits count.
@@ -289,6 +289,28 @@ class DicomFiles::Reader : public vtkDICOMReader {
     slice.padding = {std::min(value, limit), std::max(value, limit)};
   }
 
+  /// By what an image is told apart from others at its place.
+  void find_traits(Slice& slice, int frames) {
+    slice.number = number(slice.file, slice.frame, DC::InstanceNumber, 0);
+    slice.traits = traits_of(*MetaData, slice.file, slice.frame, frames);
+    slice.rest = frames > 1 ? rest_of(*MetaData, slice.file, slice.frame) : std::vector<std::string>();
+  }
+
+  /// How far an image lies along its normal from the first of its file: [mm] of frames that have no places of their own.
+  double offset_mm(const Slice& slice, int frames) {
+    const auto n = static_cast<std::size_t>(slice.frame);
+    const auto said = [&](DC::EnumType tag) -> const vtkDICOMValue& { return MetaData->Get(slice.file, tag); };
+    const auto of_each = [&](DC::EnumType tag) { return said(tag).GetNumberOfValues() == static_cast<std::size_t>(frames); };
+    if (of_each(DC::GridFrameOffsetVector)) {
+      return said(DC::GridFrameOffsetVector).GetDouble(n) - said(DC::GridFrameOffsetVector).GetDouble(0);
+    }
+    const double between_mm = number(slice.file, 0, DC::SpacingBetweenSlices, 0);
+    // Nuclear medicine counts slices beside energies, times and views; frames that are counted, but not as slices, are none.
+    if (of_each(DC::SliceVector)) return between_mm * (said(DC::SliceVector).GetDouble(n) - said(DC::SliceVector).GetDouble(0));
+    const bool others = std::ranges::any_of(slice.traits, [](const Trait& t) { return counts_frames(t.attribute); });
+    return others ? 0.0 : between_mm * static_cast<double>(n);
+  }
+
   /// Where an image lies. A frame without a place of its own has the place of its file.
   void find_place(Slice& slice) {
     const int file = slice.file, frame = slice.frame;
@@ -302,8 +324,8 @@ class DicomFiles::Reader : public vtkDICOMReader {
     slice.space = text(file, DC::FrameOfReferenceUID);
     const bool found = (all_numbers(get(file, frame, DC::ImagePositionPatient), 3, position) &&
                         all_numbers(get(file, frame, DC::ImageOrientationPatient), 6, directions)) ||
-                       (all_numbers(get_of_detector(file, DC::ImagePositionPatient), 3, position) &&
-                        all_numbers(get_of_detector(file, DC::ImageOrientationPatient), 6, directions));
+                       (all_numbers(get_of_detector(file, frame, DC::ImagePositionPatient), 3, position) &&
+                        all_numbers(get_of_detector(file, frame, DC::ImageOrientationPatient), 6, directions));
     if (!found) return;
     const Vec3 right{directions[0], directions[1], directions[2]}, down{directions[3], directions[4], directions[5]};
     if (std::abs(norm(right) - 1) > 0.01 || std::abs(norm(down) - 1) > 0.01 || std::abs(dot(right, down)) > 0.01) return;
@@ -363,16 +385,13 @@ void DicomFiles::add_slices(int file) {
   if (slice.size[0] < 1 || slice.size[1] < 1 || (r.compressed(file) ? stored < 8.0 * frames : 8.0 * stored < bits)) {
     throw LoadError("is shorter than its header says; get the whole file");
   }
-  const vtkDICOMValue& offsets = r.get(file, 0, DC::GridFrameOffsetVector);
-  const bool listed = offsets.GetNumberOfValues() == static_cast<std::size_t>(frames);
   const bool own_places = frames == 1 || r.get(file, 0, DC::PerFrameFunctionalGroupsSequence).IsValid();
-  const double between_mm = r.number(file, 0, DC::SpacingBetweenSlices, 0);
+  slice.sparse = r.text(file, DC::Modality) == "SEG";
   for (; slice.frame < frames; ++slice.frame) {
     r.find_values(slice, allocated);
+    r.find_traits(slice, frames);
     r.find_place(slice);
-    const auto n = static_cast<std::size_t>(slice.frame);
-    const double offset_mm = listed ? offsets.GetDouble(n) - offsets.GetDouble(0) : static_cast<double>(n) * between_mm;
-    if (!own_places) slice.position_mm += offset_mm * normalized(cross(slice.right, slice.down));
+    if (!own_places) slice.position_mm += r.offset_mm(slice, frames) * normalized(cross(slice.right, slice.down));
     slices_.push_back(slice);
   }
 }

@@ -7,14 +7,13 @@
 #include <tuple>
 #include <utility>
 
+#include "dicom_frames.h"
 #include "palpa/core/load_error.h"
 #include "palpa/core/printed.h"
 
 namespace palpa::reader {
 namespace {
 
-/// [pixels] Positions no further apart are one. Less: rounded positions of frames count as slices; more: thin slices merge.
-constexpr double same_place = 0.01;
 /// [pixels] Slices may lie this far beside their common line. Less: sound stacks are refused; more: bent stacks are read
 /// straight.
 constexpr double straight = 0.1;
@@ -39,15 +38,6 @@ bool belong_together(const Slice& a, const Slice& b) {
          norm(a.right - b.right) < parallel && norm(a.down - b.down) < parallel;
 }
 
-/// Slices without positions are placed one behind the other, in the order of their numbers.
-void place(std::vector<Slice>& stack, std::vector<std::string>& warnings) {
-  if (stack.front().placed) return;
-  std::ranges::stable_sort(stack, {}, [](const Slice& s) { return std::pair(s.moment.back(), s.frame); });
-  const double step_mm = stack.front().thickness_mm > 0 ? stack.front().thickness_mm : stack.front().spacing_mm[0];
-  for (std::size_t i = 0; i < stack.size(); ++i) stack[i].position_mm = {0, 0, static_cast<double>(i) * step_mm};
-  warnings.push_back("says no positions of its slices: in the order of their numbers, " + text_of(step_mm) + " mm apart");
-}
-
 /// Keeps one of images that are there twice.
 void drop_copies(std::vector<Slice>& stack, std::vector<std::string>& warnings) {
   const auto key = [](const Slice& s) { return std::tuple(s.instance, s.frame); };
@@ -59,40 +49,6 @@ void drop_copies(std::vector<Slice>& stack, std::vector<std::string>& warnings) 
     warnings.push_back(std::to_string(before - stack.size()) + (before - stack.size() == 1 ? " image is" : " images are") +
                        " there twice: read once");
   }
-}
-
-/// Groups of slices at the same place; places rise along the normal, and slices of a place are in the order of their moments.
-std::vector<std::vector<Slice>> places_of(std::vector<Slice> stack) {
-  const Vec3 normal = normal_of(stack.front());
-  const auto along_mm = [&](const Slice& s) { return dot(normal, s.position_mm); };
-  std::ranges::stable_sort(stack, {}, along_mm);
-  const double tolerance_mm = same_place * std::min(stack.front().spacing_mm[0], stack.front().spacing_mm[1]);
-  std::vector<std::vector<Slice>> places;
-  for (Slice& slice : stack) {
-    if (places.empty() || along_mm(slice) - along_mm(places.back().front()) > tolerance_mm) places.emplace_back();
-    places.back().push_back(std::move(slice));
-  }
-  for (auto& place : places) std::ranges::stable_sort(place, {}, [](const Slice& s) { return std::pair(s.moment, s.frame); });
-  return places;
-}
-
-/// Frames, each of one slice from every place.
-std::vector<std::vector<Slice>> frames_of(const std::vector<std::vector<Slice>>& places, std::vector<std::string>& warnings) {
-  std::size_t least = places.front().size(), most = least;
-  for (const auto& place : places) least = std::min(least, place.size()), most = std::max(most, place.size());
-  if (least != most && least > 1) {
-    throw LoadError("has " + std::to_string(least) + " to " + std::to_string(most) +
-                    " images at one place: some are missing; get the whole series");
-  }
-  if (least != most) {
-    warnings.push_back("has up to " + std::to_string(most) +
-                       " images at one place, but not at each: the first of each is read");
-  }
-  std::vector<std::vector<Slice>> frames(least);
-  for (const auto& place : places) {
-    for (std::size_t f = 0; f < least; ++f) frames[f].push_back(place[f]);
-  }
-  return frames;
 }
 
 /// Chooses evenly spaced layers for slices that are not. \param at_mm  [mm] positions of the slices along their normal
@@ -149,13 +105,13 @@ std::vector<std::vector<Slice>> stacks_of(std::vector<Slice> slices) {
 
 Arranged arranged(std::vector<Slice> stack, std::vector<std::string>& warnings) {
   drop_copies(stack, warnings);
-  place(stack, warnings);
   if (!std::ranges::all_of(
           stack, [](const Slice& s) { return is_finite(s.position_mm) && largest_component(s.position_mm) < farthest_mm; })) {
     throw LoadError("has positions that are not finite; correct its headers");
   }
   Arranged volume;
-  volume.frames = frames_of(places_of(std::move(stack)), warnings);
+  Frames frames = frames_of(std::move(stack), warnings);
+  volume.frames = std::move(frames.frames), volume.differ = std::move(frames.differ);
   const std::vector<Slice>& slices = volume.frames.front();
   const Slice &first = slices.front(), &last = slices.back();
   const Vec3 normal = normal_of(first);

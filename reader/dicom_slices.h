@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "dicom_traits.h"
 #include "source.h"
 
 namespace palpa::reader {
@@ -32,7 +33,11 @@ struct Slice {
   double slope = 1.0;                            ///< the value's own unit, per raw step
   double intercept = 0.0;                        ///< the value's own unit
   std::optional<std::array<double, 2>> padding;  ///< raw values from the first to the second are no measurement
-  std::array<double, 4> moment{};  ///< echo time, temporal position, trigger time, instance number: the order of repeats
+  double number = 0.0;                           ///< of the file's image in its series
+  std::vector<Trait> traits{};                   ///< by which it is told apart from others at its place
+  std::vector<std::string> rest{};               ///< what else its functional groups say
+  bool sparse = false;                           ///< images that are empty are left out of its file
+  bool blank = false;                            ///< such an image, put in: all its raw numbers are 0
 
   bool negative() const noexcept { return type == RawType::int8 || type == RawType::int16 || type == RawType::int32; }
   std::uint64_t pixels() const noexcept { return static_cast<std::uint64_t>(size[0]) * static_cast<std::uint64_t>(size[1]); }
@@ -48,14 +53,15 @@ std::vector<std::vector<Slice>> stacks_of(std::vector<Slice> slices);
 /// A volume from slices of one stack.
 struct Arranged {
   std::vector<std::vector<Slice>> frames;  ///< frames of equally many slices, which rise along their normal
+  std::string differ;                      ///< what the frames differ in; empty: there is one
   GridGeometry grid;                       ///< [mm] of the volume that is handed over
   bool resampled = false;                  ///< its layers are not the slices but are interpolated between them
   std::vector<double> layer_at;            ///< [slices] place of each layer, if resampled
 };
 
 /// Sorts a stack into a volume. Slices need not be at right angles to the line along which they lie: a gantry tilt shears the
-/// grid. Repeated positions become frames; unevenly spaced slices have to be resampled. Throws LoadError where slices make no
-/// volume.
+/// grid. Images at one place become frames (dicom_frames.h); unevenly spaced slices have to be resampled. Throws LoadError
+/// where slices make no volume.
 Arranged arranged(std::vector<Slice> stack, std::vector<std::string>& warnings);
 
 /// The numbers in which slices are kept: kept = raw · factor + shift, value = kept · scale + offset.

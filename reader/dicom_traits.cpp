@@ -1,0 +1,300 @@
+#include "dicom_traits.h"
+
+#include <vtkDICOMDictionary.h>
+#include <vtkDICOMItem.h>
+#include <vtkDICOMMetaData.h>
+#include <vtkDICOMSequence.h>
+#include <vtkDICOMTagPath.h>
+#include <vtkDICOMValue.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <set>
+#include <utility>
+
+namespace palpa::reader {
+namespace {
+
+using VR = vtkDICOMVR;
+
+enum class Form : std::uint8_t {
+  numbers,
+  words,
+  words_from_third,  ///< "M\\FFE" of "ORIGINAL\\PRIMARY\\M\\FFE"
+  third_word,
+  first_two_words,
+  of_frame,   ///< one number for each frame of the file
+  direction,  ///< of a diffusion gradient, which lies one sequence deeper than all others
+  time_step   ///< the frame's number, where the file counts its frames in time
+};
+
+struct Row {
+  Attribute attribute;
+  Form form;
+  std::vector<std::pair<DC::EnumType, VR>> elements{};  ///< the first that is there is taken
+};
+
+constexpr double measured = 5e-3;  ///< [1] of nominal values that scanners round in several ways
+
+std::vector<Row> kinds() {
+  using enum Apart;
+  using enum Form;
+  return {
+      {{"segment"}, numbers, {{DC::ReferencedSegmentNumber, VR::US}}},
+      {{"echo time", "ms", kind, measured}, numbers, {{DC::EffectiveEchoTime, VR::FD}, {DC::EchoTime, VR::DS}}},
+      {{"echo number"}, numbers, {{DC::EchoNumbers, VR::IS}}},
+      {{"temporal position", "", kind, 0, true},
+       numbers,
+       {{DC::TemporalPositionIndex, VR::UL}, {DC::TemporalPositionIdentifier, VR::IS}}},
+      {{"complex component"}, words, {{DC::ComplexImageComponent, VR::CS}}},
+      {{"frame type"}, words_from_third, {{DC::FrameType, VR::CS}}},
+      {{"image type"}, third_word, {{DC::ImageType, VR::CS}}},
+      {{"b-value", "s/mm²", kind, measured}, numbers, {{DC::DiffusionBValue, VR::FD}}},
+      {{"gradient direction", "", kind, 0.01}, direction, {{DC::DiffusionGradientOrientation, VR::FD}}},
+      {{"diffusion directionality"}, words, {{DC::DiffusionDirectionality, VR::CS}}},
+      {{"energy window"}, of_frame, {{DC::EnergyWindowVector, VR::US}}},
+      {{"detector"}, of_frame, {{DC::DetectorVector, VR::US}}},
+      {{"phase"}, of_frame, {{DC::PhaseVector, VR::US}}},
+      {{"rotation"}, of_frame, {{DC::RotationVector, VR::US}}},
+      {{"R-R interval"}, of_frame, {{DC::RRIntervalVector, VR::US}}},
+      {{"time slot"}, of_frame, {{DC::TimeSlotVector, VR::US}}},
+      {{"time slice"}, of_frame, {{DC::TimeSliceVector, VR::US}}},
+      {{"angular view"}, of_frame, {{DC::AngularViewVector, VR::US}}},
+      {{"velocity direction", "", kind, 0.01}, numbers, {{DC::VelocityEncodingDirection, VR::FD}}},
+      {{"ASL context"}, words, {{DC::ASLContext, VR::CS}}},
+      {{"contrast phase"}, words, {{DC::ContrastBolusAgentPhase, VR::CS}}},
+      {{"contrast agent number"}, numbers, {{DC::ContrastBolusAgentNumber, VR::US}}},
+      {{"cardiac phase", "%", kind, measured}, numbers, {{DC::NominalPercentageOfCardiacPhase, VR::FL}}},
+      {{"respiratory phase", "%", kind, measured}, numbers, {{DC::NominalPercentageOfRespiratoryPhase, VR::FL}}},
+      {{"acquisition contrast"}, words, {{DC::AcquisitionContrast, VR::CS}}},
+      {{"phase contrast"}, words, {{DC::PhaseContrast, VR::CS}}},
+      {{"data type"}, words, {{DC::DataType, VR::CS}}},
+      {{"unit of values"}, words, {{DC::Units, VR::CS}}},
+      {{"rescale type"}, words, {{DC::RescaleType, VR::LO}}},
+      {{"optical path"}, words, {{DC::OpticalPathIdentifier, VR::SH}}},
+      {{"time step"}, time_step, {{DC::FrameIncrementPointer, VR::AT}}},
+  };
+}
+
+std::vector<Row> settings() {
+  using enum Apart;
+  using enum Form;
+  return {
+      {{"inversion time", "ms", setting, measured, false, true},
+       numbers,
+       {{DC::InversionTimes, VR::FD}, {DC::InversionTime, VR::DS}}},
+      {{"flip angle", "°", setting, measured, false, true}, numbers, {{DC::FlipAngle, VR::DS}}},
+      {{"repetition time", "ms", setting, measured}, numbers, {{DC::RepetitionTime, VR::DS}}},
+      {{"tube voltage", "kV", setting, measured, false, true}, numbers, {{DC::KVP, VR::DS}}},
+      {{"energy weighting", "", setting, measured}, numbers, {{DC::EnergyWeightingFactor, VR::FL}}},
+      {{"velocity range", "cm/s", setting, measured}, numbers, {{DC::VelocityEncodingMaximumValue, VR::FD}}},
+      {{"slice thickness", "mm", setting, measured}, numbers, {{DC::SliceThickness, VR::DS}}},
+      {{"stack", "", setting}, words, {{DC::StackID, VR::SH}}},
+      {{"kernel", "", setting, 0, false, true}, words, {{DC::ConvolutionKernel, VR::SH}}},
+      {{"reconstruction", "", setting}, words, {{DC::ReconstructionAlgorithm, VR::CS}}},
+      {{"filter", "", setting}, words, {{DC::FilterType, VR::SH}}},
+      {{"sequence", "", setting}, words, {{DC::PulseSequenceName, VR::SH}, {DC::SequenceName, VR::SH}}},
+      {{"scan options", "", setting}, words, {{DC::ScanOptions, VR::CS}}},
+      {{"contrast agent", "", setting, 0, false, true}, words, {{DC::ContrastBolusAgent, VR::LO}}},
+      {{"magnetization transfer", "", setting}, words, {{DC::MagnetizationTransfer, VR::CS}}},
+      {{"suppression", "", setting}, words, {{DC::SpectrallySelectedSuppression, VR::CS}}},
+      {{"receive coil", "", setting}, words, {{DC::ReceiveCoilName, VR::SH}}},
+      {{"transmit coil", "", setting}, words, {{DC::TransmitCoilName, VR::SH}}},
+      {{"cardiac cycle", "", setting}, words, {{DC::CardiacCyclePosition, VR::CS}}},
+      {{"respiratory cycle", "", setting}, words, {{DC::RespiratoryCyclePosition, VR::CS}}},
+      // Makers write all sorts of notes here, which may differ from slice to slice.
+      {{"notes of the image type", "", setting}, words_from_third, {{DC::ImageType, VR::CS}}},
+      {{"original or derived", "", setting}, first_two_words, {{DC::FrameType, VR::CS}, {DC::ImageType, VR::CS}}},
+  };
+}
+
+std::vector<Row> moments() {
+  using enum Apart;
+  using enum Form;
+  return {
+      {{"trigger time", "ms", moment},
+       numbers,
+       {{DC::NominalCardiacTriggerDelayTime, VR::FD},
+        {DC::ActualCardiacTriggerDelayTime, VR::FD},
+        {DC::NominalRespiratoryTriggerDelayTime, VR::FD},
+        {DC::TriggerTime, VR::DS}}},
+      {{"time offset", "s", moment}, numbers, {{DC::TemporalPositionTimeOffset, VR::FD}}},
+      {{"reference time", "ms", moment}, numbers, {{DC::FrameReferenceTime, VR::DS}}},
+      {{"acquisition number", "", number}, numbers, {{DC::FrameAcquisitionNumber, VR::US}, {DC::AcquisitionNumber, VR::IS}}},
+      {{"acquisition time", "", number},
+       words,
+       {{DC::FrameAcquisitionDateTime, VR::DT},
+        {DC::FrameReferenceDateTime, VR::DT},
+        {DC::AcquisitionDateTime, VR::DT},
+        {DC::AcquisitionTime, VR::TM}}},
+      {{"instance number", "", number}, numbers, {{DC::InstanceNumber, VR::IS}}},
+  };
+}
+
+/// Frames are numbered in this order, so echoes come before moments.
+const std::vector<Row>& rows() {
+  static const std::vector<Row> all = [] {
+    std::vector<Row> in_order = kinds();
+    for (const auto& more : {settings(), moments()}) in_order.insert(in_order.end(), more.begin(), more.end());
+    return in_order;
+  }();
+  return all;
+}
+
+/// What a file's own dimensions say beyond the attributes above.
+constexpr int most_dimensions = 8;
+constexpr std::array<Attribute, most_dimensions> dimensions{{{"dimension 1", "", Apart::kind, 0, true},
+                                                             {"dimension 2", "", Apart::kind, 0, true},
+                                                             {"dimension 3", "", Apart::kind, 0, true},
+                                                             {"dimension 4", "", Apart::kind, 0, true},
+                                                             {"dimension 5", "", Apart::kind, 0, true},
+                                                             {"dimension 6", "", Apart::kind, 0, true},
+                                                             {"dimension 7", "", Apart::kind, 0, true},
+                                                             {"dimension 8", "", Apart::kind, 0, true}}};
+
+/// Elements that say where or when an image is, how its numbers are scaled or shown, or what it is called.
+bool is_no_kind(unsigned tag) {
+  static const std::set<unsigned> tags{
+      0x00080022, 0x00080023, 0x0008002a, 0x00080032, 0x00080033, 0x00181060, 0x00189073, 0x00189074, 0x00189151, 0x00189220,
+      0x00189327, 0x00200012, 0x00200013, 0x00200032, 0x00200037, 0x00201041, 0x00209056, 0x00209057, 0x00209128, 0x00209153,
+      0x00209156, 0x00209157, 0x00209158, 0x00209252, 0x00209254, 0x00209255, 0x00209301, 0x0020930d, 0x00281050, 0x00281051,
+      0x00281052, 0x00281053, 0x00281054, 0x00281055, 0x00281056, 0x0040072a, 0x0040073a, 0x0040074a, 0x0048021e, 0x0048021f};
+  return tags.count(tag) > 0;
+}
+
+unsigned number_of(const vtkDICOMTag& tag) { return static_cast<unsigned>(tag.GetGroup()) << 16 | tag.GetElement(); }
+
+std::vector<double> numbers_in(const vtkDICOMValue& value) {
+  std::vector<double> numbers(value.GetNumberOfValues());
+  if (!numbers.empty()) value.GetValues(numbers.data(), numbers.size());
+  if (!std::ranges::all_of(numbers, [](double n) { return std::isfinite(n); })) numbers.clear();
+  return numbers;
+}
+
+/// The words of a value from `first` on, before `last`.
+std::string words_in(const vtkDICOMValue& value, std::size_t first, std::size_t last) {
+  std::string words;
+  for (std::size_t n = first; n < std::min(last, value.GetNumberOfValues()); ++n) {
+    words += (words.empty() ? "" : "\\") + value.GetString(n);
+  }
+  return words;
+}
+
+/// Whether the frames of a file without functional groups follow one another in time.
+bool counts_time(const vtkDICOMValue& pointer) {
+  for (std::size_t n = 0; n < pointer.GetNumberOfValues(); ++n) {
+    const unsigned tag = number_of(pointer.GetTag(n));
+    if (tag == 0x00181063 || tag == 0x00181065) return true;  // FrameTime, FrameTimeVector
+  }
+  return false;
+}
+
+/// What a row says of a frame by one element; without numbers and words: nothing.
+Trait trait_of(const Row& row, const vtkDICOMValue& value, int frame, int frames) {
+  constexpr std::size_t all = 1'000'000;
+  Trait trait;
+  const auto n = static_cast<std::size_t>(frame);
+  switch (row.form) {
+    case Form::numbers:
+    case Form::direction: trait.numbers = numbers_in(value); break;
+    case Form::words: trait.words = words_in(value, 0, all); break;
+    case Form::words_from_third: trait.words = words_in(value, 2, all); break;
+    case Form::third_word: trait.words = words_in(value, 2, 3); break;
+    case Form::first_two_words: trait.words = words_in(value, 0, 2); break;
+    case Form::of_frame:
+      if (value.GetNumberOfValues() == static_cast<std::size_t>(frames)) trait.numbers = {value.GetDouble(n)};
+      break;
+    case Form::time_step:
+      if (frames > 1 && counts_time(value)) trait.numbers = {static_cast<double>(frame)};
+      break;
+  }
+  return trait;
+}
+
+/// What the dimensions of a file say that none of `known` elements does.
+void add_dimensions(vtkDICOMMetaData& headers, int file, int frame, const std::set<unsigned>& known, std::vector<Trait>& to) {
+  const vtkDICOMValue& sequence = headers.Get(file, DC::DimensionIndexSequence);
+  const std::vector<double> indices = numbers_in(headers.Get(file, frame, DC::DimensionIndexValues));
+  const std::size_t count = std::min({sequence.GetNumberOfValues(), indices.size(), static_cast<std::size_t>(most_dimensions)});
+  for (std::size_t d = 0; d < count; ++d) {
+    const vtkDICOMItem& item = sequence.GetSequenceData()[d];
+    const unsigned pointer = number_of(item.Get(DC::DimensionIndexPointer).GetTag(0));
+    if (is_no_kind(pointer) || known.count(pointer) > 0) continue;
+    to.push_back({static_cast<int>(rows().size() + d), {indices[d]}});
+  }
+}
+
+void add_rest(const vtkDICOMItem& item, std::vector<std::string>& to) {
+  constexpr std::size_t most = 200;  // of a frame; a header that does not end is cut there
+  for (vtkDICOMDataElementIterator e = item.Begin(); e != item.End() && to.size() < most; ++e) {
+    const vtkDICOMValue& value = e->GetValue();
+    const unsigned tag = number_of(e->GetTag());
+    const VR type = value.GetVR();
+    if (is_no_kind(tag) || type == VR::UI || type == VR::DT || type == VR::TM || type == VR::DA) continue;
+    if (type == VR::SQ) {
+      for (std::size_t n = 0; n < value.GetNumberOfValues(); ++n) add_rest(value.GetSequenceData()[n], to);
+    } else {
+      char place[16];
+      std::snprintf(place, sizeof place, "(%04x,%04x)", tag >> 16, tag & 0xffff);
+      to.push_back(place + words_in(value, 0, 100));
+    }
+  }
+}
+
+}  // namespace
+
+int attributes() { return static_cast<int>(rows().size()) + most_dimensions; }
+
+const Attribute& attribute(int number) {
+  const auto n = static_cast<std::size_t>(number);
+  return n < rows().size() ? rows()[n].attribute : dimensions[n - rows().size()];
+}
+
+bool counts_frames(int attribute) {
+  const auto n = static_cast<std::size_t>(attribute);
+  return n < rows().size() && (rows()[n].form == Form::of_frame || rows()[n].form == Form::time_step);
+}
+
+void add_traits_to(vtkDICOMItem& query) {
+  for (const Row& row : rows()) {
+    for (const auto& [tag, type] : row.elements) query.Set(tag, vtkDICOMValue(type));
+  }
+  query.Set(DC::DimensionIndexSequence, vtkDICOMValue(VR::SQ));
+  query.Set(DC::SliceVector, vtkDICOMValue(VR::US));
+}
+
+std::vector<Trait> traits_of(vtkDICOMMetaData& headers, int file, int frame, int frames) {
+  static const vtkDICOMTagPath gradient(DC::MRDiffusionSequence, 0, DC::DiffusionGradientDirectionSequence, 0,
+                                        DC::DiffusionGradientOrientation);
+  std::vector<Trait> traits;
+  std::set<unsigned> known;
+  for (std::size_t r = 0; r < rows().size(); ++r) {
+    const Row& row = rows()[r];
+    for (const auto& [tag, type] : row.elements) {
+      const vtkDICOMValue* value = &headers.Get(file, frame, tag);
+      if (row.form == Form::direction && !value->IsValid()) value = &headers.Get(file, frame, gradient);
+      if (!value->IsValid()) continue;
+      Trait trait = trait_of(row, *value, frame, frames);
+      if (trait.numbers.empty() && trait.words.empty()) continue;
+      trait.attribute = static_cast<int>(r);
+      traits.push_back(std::move(trait));
+      known.insert(number_of(vtkDICOMTag(tag)));
+      break;
+    }
+  }
+  add_dimensions(headers, file, frame, known, traits);
+  return traits;
+}
+
+std::vector<std::string> rest_of(vtkDICOMMetaData& headers, int file, int frame) {
+  std::vector<std::string> rest;
+  const vtkDICOMValue& groups = headers.Get(file, DC::PerFrameFunctionalGroupsSequence);
+  if (static_cast<std::size_t>(frame) < groups.GetNumberOfValues() && groups.GetSequenceData() != nullptr) {
+    add_rest(groups.GetSequenceData()[frame], rest);
+  }
+  return rest;
+}
+
+}  // namespace palpa::reader
