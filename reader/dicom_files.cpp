@@ -170,10 +170,24 @@ bool has_size_of(const Slice& slice, std::string_view stored) {
   return true;
 }
 
+/// Whether a file is DICOM: by its mark, or, without the preamble that holds it, by a first element of group 2 or 8, with its
+/// type or without.
+bool is_dicom(const std::string& name) {
+  if (vtkDICOMUtilities::IsDICOMFile(name.c_str())) return true;
+  static const std::set<std::string_view> types{"AE", "AS", "AT", "CS", "DA", "DS", "DT", "IS", "LO",
+                                                "OB", "PN", "SH", "SQ", "ST", "TM", "UI", "UL", "US"};
+  detail::InputStream file(name);
+  char bytes[8] = {};
+  if (!file.read(bytes, sizeof bytes)) return false;
+  const bool little = (bytes[0] == 2 || bytes[0] == 8) && bytes[1] == 0 && bytes[3] == 0;
+  const bool big = (bytes[1] == 2 || bytes[1] == 8) && bytes[0] == 0 && bytes[2] == 0;
+  return (little || big) && types.count(std::string_view(bytes + 4, 2)) > 0;
+}
+
 /// The DICOM files of a folder and its subfolders, by name; or one file.
 std::vector<std::string> files_in(const std::string& path) {
   if (!std::filesystem::is_directory(path)) {
-    if (vtkDICOMUtilities::IsDICOMFile(path.c_str())) return {path};
+    if (is_dicom(path)) return {path};
     throw LoadError("has no format that is known; DICOM, NRRD, MetaImage, NIfTI, VTK, PLOT3D, OpenFOAM and HDF5 can be read");
   }
   std::vector<std::string> files;
@@ -182,7 +196,7 @@ std::vector<std::string> files_in(const std::string& path) {
        entry.increment(problem)) {
     std::error_code gone;
     if (entry->is_symlink(gone)) check_within_cage(entry->path().string());
-    if (!entry->is_regular_file(gone) || !vtkDICOMUtilities::IsDICOMFile(entry->path().c_str())) continue;
+    if (!entry->is_regular_file(gone) || !is_dicom(entry->path().string())) continue;
     if (files.size() >= most_files) throw LoadError("is a folder of more than 100000 DICOM files; give one series of them");
     files.push_back(entry->path().string());
   }
@@ -344,10 +358,16 @@ DicomFiles::DicomFiles(const std::string& path) : reader_(Reader::New()), names_
   gdcm::Trace::WarningOff();
   gdcm::Trace::ErrorOff();
   const std::vector<bool> is_image = reader_->scan(names_);
-  damaged_ = static_cast<int>(std::count(is_image.begin(), is_image.end(), false));
   for (std::size_t file = 0; file < names_.size(); ++file) {
-    if (!is_image[file]) continue;
     try {
+      if (reader_->text(static_cast<int>(file), DC::TransferSyntaxUID) == "1.2.840.10008.1.2.1.99") {
+        throw LoadError(
+            "is packed as a whole (Deflated Explicit VR), which is not read; unpack it: gdcmconv --raw IN OUT, or dcmconv +te");
+      }
+      if (!is_image[file]) {
+        ++damaged_;
+        continue;
+      }
       add_slices(static_cast<int>(file));
     } catch (const LoadError& error) {
       ++refused_[error.what()];
@@ -376,8 +396,14 @@ void DicomFiles::add_slices(int file) {
   slice.type = raw_type(allocated, r.number(file, 0, DC::PixelRepresentation, 0) != 0);
   slice.bits = static_cast<int>(r.number(file, 0, DC::BitsStored, allocated));
   if (slice.bits < 1 || slice.bits > allocated) slice.bits = allocated;
-  if (r.number(file, 0, DC::HighBit, slice.bits - 1) != slice.bits - 1) {
-    throw LoadError("has numbers that do not begin at bit 0 (HighBit); export it again");
+  const double high = r.number(file, 0, DC::HighBit, slice.bits - 1);
+  if (!(high >= slice.bits - 1 && high < allocated)) {
+    throw LoadError("has numbers whose highest bit (HighBit) does not fit to BitsStored; correct its header");
+  }
+  slice.first_bit = static_cast<int>(high) + 1 - slice.bits;
+  if (slice.first_bit > 0 && r.compressed(file)) {
+    throw LoadError(
+        "has compressed numbers that do not begin at bit 0 (HighBit), which are not read; unpack it: gdcmconv --raw");
   }
   const int frames = r.frames(file);
   const auto stored = static_cast<double>(r.stored_bytes(file));
@@ -463,6 +489,15 @@ void DicomFiles::load(const Slice& slice, bool masked, std::byte* to) {
     reader_->load_plain(name(slice), slice, voxels, bytes);
   }
   const auto size = static_cast<int>(size_of(slice.type));
+  if (slice.first_bit > 0) {
+    protocol::with_type(slice.type, [&](auto number) {
+      using Number = decltype(number);
+      auto* const numbers = reinterpret_cast<Number*>(to);
+      for (std::uint64_t n = 0; n < bytes / sizeof(Number); ++n) {
+        numbers[n] = static_cast<Number>(static_cast<std::int64_t>(numbers[n]) >> slice.first_bit);
+      }
+    });
+  }
   if (masked && slice.bits < 8 * size) {
     reader_->MaskBits(voxels, static_cast<vtkIdType>(bytes), size, slice.bits, slice.negative() ? 1 : 0);
   }

@@ -24,6 +24,7 @@ struct Slice {
   std::array<std::int64_t, 2> size{1, 1};  ///< columns, rows
   RawType type = RawType::uint16;
   int bits = 16;                                 ///< [bits] that a number can fill
+  int first_bit = 0;                             ///< of a number in its place; those below are not its own
   std::array<double, 2> spacing_mm{1, 1};        ///< from column to column, from row to row
   double thickness_mm = 0.0;                     ///< distance to the next slice if nothing else says it; 0: unknown
   bool spaced = false;                           ///< `spacing_mm` is said

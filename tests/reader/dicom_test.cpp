@@ -273,6 +273,66 @@ TEST_F(Dicom, PlainSyntaxesAndBitsBeyondTheNumber) {
   expect_values(open(), twelve, 6);
 }
 
+TEST_F(Dicom, FilesWithoutPreambleAreTheSame) {
+  for (const char* syntax : {"1.2.840.10008.1.2", "1.2.840.10008.1.2.1"}) {
+    for (const bool with_meta : {false, true}) {
+      SCOPED_TRACE(std::string(syntax) + (with_meta ? ", with a meta header" : ""));
+      DicomSeries series;
+      series.syntax = syntax;
+      write(series, six);
+      for (int n = 0; n < 6; ++n) {
+        const DicomElements image = series.image(series.at_mm({0, 0, static_cast<double>(n)}), n);
+        const std::string whole = series.file(image), bare = image.bytes(std::string(syntax) != "1.2.840.10008.1.2");
+        folder_.write("i" + std::to_string(900 - n), with_meta ? whole.substr(132) : bare);
+      }
+      const Volume volume = open();
+      expect_values(volume, series, 6);
+      EXPECT_TRUE(volume.warnings.empty()) << all_warnings(volume);
+      EXPECT_EQ(read(folder_.path() / "i900").format, "dicom");
+    }
+  }
+}
+
+TEST_F(Dicom, NumbersThatBeginAtAHigherBitAreTheSame) {
+  for (const bool negative : {false, true}) {
+    SCOPED_TRACE(negative);
+    DicomSeries series;
+    series.stored = 12, series.negative = negative, series.intercept = negative ? 0 : -1024;
+    series.linear = {{3000, -2000, 1000}, 0};
+    for (const int shift : {0, 3, 4}) {
+      write(series, six, [&](int n, DicomElements& e) {
+        const std::string plain = series.pixels(series.at_mm({0, 0, static_cast<double>(n)}));
+        std::string pixels;
+        for (std::size_t at = 0; at < plain.size(); at += 2) {
+          const unsigned raw = static_cast<unsigned char>(plain[at]) | static_cast<unsigned char>(plain[at + 1]) << 8;
+          // Beside the 12 bits lies what is not the image's.
+          pixels += bytes_of(static_cast<std::uint16_t>((raw & 0xfff) << shift | (shift > 0 ? 1U : 0U)));
+        }
+        e.set_short(0x00280102, 11 + shift);
+        e.set(0x7fe00010, "OW", pixels);
+      });
+      expect_values(open(), series, 6);
+    }
+  }
+}
+
+TEST_F(Dicom, ADeflatedFileIsRefusedAsOne) {
+  DicomSeries series;
+  series.syntax = "1.2.840.10008.1.2.1.99";
+  write(series, six);
+  for (int n = 0; n < 6; ++n) {
+    const std::string whole = series.file(series.image(series.at_mm({0, 0, static_cast<double>(n)}), n));
+    const std::string elements = series.image(series.at_mm({0, 0, static_cast<double>(n)}), n).bytes(true);
+    const std::string packed = gzipped(elements);  // of gzip's frame, 10 bytes before and 8 behind are not deflate's
+    folder_.write("i" + std::to_string(900 - n),
+                  whole.substr(0, whole.size() - elements.size()) + packed.substr(10, packed.size() - 18));
+  }
+  EXPECT_NE(error_of([&] { open(); }).find("is packed as a whole (Deflated Explicit VR), which is not read; unpack it"),
+            std::string::npos);
+  folder_.write("i0", DicomSeries().file(DicomSeries().image({0, 0, 0}, 0)));
+  EXPECT_TRUE(warns_of(open(), "6 files are left out: each is packed as a whole"));
+}
+
 TEST_F(Dicom, CompressedSlicesAreTheSame) {
   DicomSeries series;
   series.columns = 64, series.rows = 48;
