@@ -86,7 +86,7 @@ void find_suspicious_values(const Facts& facts, std::size_t f, std::vector<std::
     say(fmt::format("goes up to {:.0f} times the speed of sound: its numbers are probably not divided by a∞, as PLOT3D asks",
                     values.max));
   }
-  if (looks_like_hounsfield(values, field.unit) && values.min < -1100.0) {
+  if (looks_like_hounsfield(values, field.unit, facts.file.volume.modality) && values.min < -1100.0) {
     say(fmt::format("goes down to {:g}, where air is -1000 HU: {:.2g} % of the voxels are padding, where nothing was measured",
                     values.min, 100.0 * h.share_between(values.min, -1100.0)));
   }
@@ -141,7 +141,7 @@ Facts facts_of(const Asked& asked, const ReadOptions& read, bool all_frames) {
     const GridView& grid = *grid_of(*field.field);
     const bool many = grid.geometry.voxels() > most_voxels_at_all;
     facts.values.push_back(statistics(*field.field, many ? most_voxels_of_many : most_voxels_at_all));
-    facts.labels.push_back(labels_in(field, facts.values.back()));
+    facts.labels.push_back(labels_in(facts.file.volume, field, facts.values.back()));
     facts.memory_bytes += static_cast<std::uint64_t>(grid.geometry.voxels()) *
                           static_cast<std::uint64_t>(grid.voxels.components) * size_of(grid.voxels.type);
   }

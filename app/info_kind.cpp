@@ -77,6 +77,7 @@ std::string scan_by_name(const std::string& path) {
   if (has({"bold", "fmri", "epi"})) return "functional MR";
   if (has({"mra", "tof"})) return "MR angiogram";
   if (has({"cta"})) return "CT angiogram";
+  if (has({"ct", "cbct", "hrct"})) return "CT";
   if (has({"pet"})) return "PET";
   if (has({"mr", "mri"})) return "MR";
   return {};
@@ -195,7 +196,7 @@ std::string field_kind(const Facts& facts, std::size_t f) {
     if (!looks_like_directions(values)) return {};
     return medical ? "looks like diffusion directions (vectors of length 1)" : "directions (vectors of length 1)";
   }
-  if (const auto water = ct_water(values, field.unit)) {
+  if (const auto water = ct_water(values, field.unit, facts.file.volume.modality)) {
     if (field.unit == "HU") return "CT, in Hounsfield units";
     return *water == 0.0 ? "looks like CT, in Hounsfield units (air near -1000, soft tissue near 0)"
                          : "looks like CT with its numbers 1024 above Hounsfield units (air near 0, soft tissue near 1050)";
@@ -220,18 +221,18 @@ std::string plain_kind(const Facts& facts) {
 
 }  // namespace
 
-LabelMap labels_in(const VolumeField& field, const Statistics& values) {
+LabelMap labels_in(const Volume& volume, const VolumeField& field, const Statistics& values) {
   const auto filled = std::ranges::count_if(values.histogram.counts, [](std::int64_t count) { return count > 0; });
-  const bool may_be = values.whole_numbers && values.one_in == 1 && !looks_like_hounsfield(values, field.unit) &&
-                      filled <= static_cast<std::ptrdiff_t>(LabelMap::most_values);
-  return may_be ? label_map(*field.field) : LabelMap{};
+  const bool may_be = values.one_in == 1 && filled <= static_cast<std::ptrdiff_t>(LabelMap::most_values);
+  return may_be ? label_map_unless_said(*field.field, values, field.unit, volume.modality) : LabelMap{};
 }
 
 bool looks_like_scan(const Facts& facts) {
   const Volume& volume = facts.file.volume;
   if (volume.medical_frame || looks_like_velocity_mr(facts)) return true;
   for (std::size_t f = 0; f < volume.fields.size(); ++f) {
-    if (volume.fields[f].field->components() == 1 && ct_water(facts.values[f], volume.fields[f].unit)) return true;
+    if (volume.fields[f].field->components() == 1 && ct_water(facts.values[f], volume.fields[f].unit, volume.modality))
+      return true;
   }
   return false;
 }
@@ -239,8 +240,10 @@ bool looks_like_scan(const Facts& facts) {
 std::string kind_of(const Facts& facts) {
   const Volume& volume = facts.file.volume;
   const std::string in_frames = facts.file.frames > 1 && !facts.directions ? fmt::format(", {} frames", facts.file.frames) : "";
-  if (volume.format == "dicom") {
-    const bool hounsfield = volume.fields.front().unit == "HU";
+  if (volume.format == "dicom" || !volume.modality.empty()) {
+    const VolumeField& first = volume.fields.front();
+    const bool hounsfield =
+        first.field->components() == 1 && looks_like_hounsfield(facts.values.front(), first.unit, volume.modality);
     return dicom_kind(volume) + (hounsfield ? ", in Hounsfield units" : "") + in_frames;
   }
   if (facts.directions) return "looks like diffusion directions (three frames that are vectors of length 1)";
@@ -248,7 +251,7 @@ std::string kind_of(const Facts& facts) {
   const std::string by_name = volume.medical_frame || scan_format ? scan_by_name(facts.name) : "";
   if (volume.fields.size() == 1) {
     if (const std::string kind = field_kind(facts, 0); !kind.empty()) return kind + in_frames;
-    if (!by_name.empty()) return "looks like " + by_name + " (by its file's name)" + in_frames;
+    if (!by_name.empty()) return "a scan of unknown modality (" + by_name + " by its file's name)" + in_frames;
   }
   if (const std::string flow = flow_kind(facts); !flow.empty()) return flow + in_frames;
   std::vector<std::string> kinds;
@@ -263,7 +266,7 @@ std::string kind_of(const Facts& facts) {
     return "looks like an atom or a molecule: " + plain_kind(facts) + in_frames;
   }
   if (volume.medical_frame && volume.fields.size() == 1 && volume.fields[0].field->components() == 1) {
-    return "looks like MR (values in no standard unit; the file does not say its modality)" + in_frames;
+    return "a scan of unknown modality (the file does not say it)" + in_frames;
   }
   return plain_kind(facts) + in_frames;
 }

@@ -17,6 +17,6 @@ std::string kind_of(const Facts& facts);
 bool looks_like_scan(const Facts& facts);
 
 /// The field as a label map; without labels if it is none, or if not all of its voxels were looked at.
-LabelMap labels_in(const VolumeField& field, const Statistics& values);
+LabelMap labels_in(const Volume& volume, const VolumeField& field, const Statistics& values);
 
 }  // namespace palpa::app

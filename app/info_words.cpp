@@ -112,7 +112,11 @@ void print_placement(const Facts& facts) {
   const char* to = volume.medical_frame ? "to " : "along ";
   std::string turned;
   if (placed.oblique_deg > 0.5) turned += fmt::format(", oblique by {:.3g}°", placed.oblique_deg);
-  if (placed.sheared_deg > 0.1) turned += fmt::format(", sheared by {:.3g}°", placed.sheared_deg);
+  // Slices of a CT are sheared by nothing else.
+  const bool is_tilt = volume.format == "dicom" && volume.modality == "CT";
+  if (placed.sheared_deg > 0.1) {
+    turned += fmt::format(", sheared by {}{:.3g}°", is_tilt ? "a gantry tilt of " : "", placed.sheared_deg);
+  }
   if (placed.mirrored) turned += ", left-handed";
   print(fmt::format("  axes      i {}{}, j {}{}, k {}{}{}{}\n", to, placed.towards[0], to, placed.towards[1], to,
                     placed.towards[2], volume.medical_frame ? ": " + placed.letters : "", turned));

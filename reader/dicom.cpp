@@ -49,13 +49,14 @@ class DicomSource : public Source {
     if (request.frame < 0 && request.frame != VolumeRequest::all_frames && !volume_.differ.empty()) {
       header.warnings.push_back("has frames that differ in " + volume_.differ);
     }
-    const auto shown = std::ranges::find(slices(), false, &Slice::blank) - slices().begin();
-    const std::size_t middle = slices().size() / 2;
-    header.scan = images_.scan(slices()[slices()[middle].blank ? static_cast<std::size_t>(shown) : middle]);
+    // The middle one, unless it was put in.
+    const Slice& middle = slices()[slices().size() / 2];
+    const Slice& shown = middle.blank ? *std::ranges::find(slices(), false, &Slice::blank) : middle;
+    header.scan = images_.scan(shown);
 
     protocol::FieldHeader field;
     field.name = "value";
-    if (header.modality == "CT") field.unit = "HU";
+    field.unit = images_.unit(shown);
     field.type = numbers_.type;
     field.grid = volume_.grid;
     field.scale = numbers_.scale, field.offset = numbers_.offset;

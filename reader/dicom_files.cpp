@@ -70,6 +70,7 @@ vtkDICOMItem query() {
       {DC::DetectorInformationSequence, vtkDICOMVR::SQ},
       {DC::GridFrameOffsetVector, vtkDICOMVR::DS},
       {DC::DoseGridScaling, vtkDICOMVR::DS},
+      {DC::DoseUnits, vtkDICOMVR::CS},
       {DC::SharedFunctionalGroupsSequence, vtkDICOMVR::SQ},
       {DC::PerFrameFunctionalGroupsSequence, vtkDICOMVR::SQ},
       {DC::BodyPartExamined, vtkDICOMVR::CS},
@@ -423,6 +424,20 @@ void DicomFiles::add_slices(int file) {
 }
 
 std::string DicomFiles::modality(const Slice& slice) const { return reader_->text(slice.file, DC::Modality); }
+
+std::string DicomFiles::unit(const Slice& slice) const {
+  static const std::map<std::string, std::string> units{
+      {"HU", "HU"},   {"HU_MOD", "HU"},  {"MGML", "mg/ml"},  {"PCT", "%"},    {"ED", "10²³/ml"}, {"EDW", "N/N_water"},
+      {"Z_EFF", "Z"}, {"BQML", "Bq/ml"}, {"CNTS", "counts"}, {"GML", "g/ml"}, {"GY", "Gy"}};
+  bool said = false;
+  for (const DC::EnumType tag : {DC::Units, DC::RescaleType, DC::DoseUnits}) {
+    const vtkDICOMValue& value = reader_->get(slice.file, slice.frame, tag);
+    const std::string code = value.GetNumberOfValues() > 0 ? value.GetString(0) : std::string();
+    if (const auto known = units.find(code); known != units.end()) return known->second;
+    said = said || !code.empty();
+  }
+  return !said && modality(slice) == "CT" ? "HU" : "";
+}
 
 /// How the scan was made, by the header of one slice. Where a stack varies a quantity on purpose, other slices differ.
 std::vector<ScanFact> DicomFiles::scan(const Slice& slice) const {

@@ -27,6 +27,8 @@ class DicomFiles {
 
   const std::string& name(const Slice& slice) const { return names_[static_cast<std::size_t>(slice.file)]; }
   std::string modality(const Slice& slice) const;
+  /// The unit of the values, as the file says it by a code of the standard; of a CT that says none: "HU". Empty: none.
+  std::string unit(const Slice& slice) const;
   std::vector<ScanFact> scan(const Slice& slice) const;
   /// "CT, 201": modality and number of its series.
   std::string series_words(const Slice& slice) const;

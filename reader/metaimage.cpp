@@ -77,6 +77,7 @@ std::string one_of_alike(std::string_view text) {
 struct HeaderText {
   double compressed_bytes = 0;  ///< CompressedDataSize; 0 if it is not given
   std::string distance_units;   ///< as it is written: MetaIO knows um, mm and cm, and drops any other unit
+  std::string modality;         ///< "CT" of MET_MOD_CT; empty where it is none of DICOM's
 };
 
 /// Reads a header's text, and refuses headers that crash MetaIO: it reads as many numbers as NDims says, even beyond its
@@ -99,6 +100,10 @@ HeaderText read_header(const std::string& path) {
       throw LoadError("has no number of dimensions; give NDims, one to four");
     if (key.find("CompressedDataSize") != std::string_view::npos) header.compressed_bytes = value;
     if (key == "DistanceUnits") header.distance_units = one_of_alike(text.substr(sign + 1));
+    for (const std::string_view modality : {"CT", "MR", "NM", "US"}) {
+      if (key == "Modality" && one_of_alike(text.substr(sign + 1)) == "MET_MOD_" + std::string(modality))
+        header.modality = modality;
+    }
   }
   throw LoadError("has no ElementDataFile in its header; get the whole file");
 }
@@ -108,6 +113,7 @@ class MetaImageSource : public Source {
   explicit MetaImageSource(const protocol::Request& request) : path_(request.path) {
     const HeaderText text = read_header(path_);
     header.length_unit = text.distance_units;
+    header.modality = text.modality;
     if (!image_.Read(path_.c_str(), false)) {
       throw LoadError("cannot be read as MetaImage (" + take_library_error() + "); check its header");
     }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <memory>
 #include <optional>
 
 #include "compression.h"
@@ -178,6 +179,7 @@ class NrrdSource : public Source {
     header.format = "nrrd";
     takes.index_axes = true;
     header.default_unit = "mm";
+    header.modality = modality();
     const Axes axes = sorted_axes(*nrrd_, request.as == "vector");
 
     raw_.type = raw_type(nrrd_->type);
@@ -400,6 +402,18 @@ class NrrdSource : public Source {
       }
       header.length_unit = unit;
     }
+  }
+
+  /// What programs that convert DICOM write beside the voxels: "MR"; empty where it is no modality of scans.
+  std::string modality() const {
+    for (const char* key : {"modality", "Modality", "DICOM_0008_0060"}) {
+      const std::unique_ptr<char, decltype(&std::free)> value(nrrdKeyValueGet(nrrd_.get(), key), &std::free);
+      if (!value) continue;
+      for (const char* known : {"CT", "MR", "PT", "NM", "US", "SEG"}) {
+        if (trimmed(value.get()) == known) return known;
+      }
+    }
+    return {};
   }
 
   /// The axes along which vectors were measured, as columns in the file's space.

@@ -75,12 +75,12 @@ double rounded(double value, double span) noexcept {
   return std::isfinite(result) ? result + 0.0 : value;
 }
 
-FirstLevels first_levels(const Field& field, const Statistics& values, const std::string& unit) {
+FirstLevels first_levels(const Field& field, const Statistics& values, const std::string& unit, const std::string& modality) {
   FirstLevels first;
   const Histogram& h = values.histogram;
   if (!(values.max > values.min)) return first;
 
-  if (looks_like_hounsfield(values, unit)) {
+  if (looks_like_hounsfield(values, unit, modality)) {
     first.hounsfield = true;
     first.why_solid = "Hounsfield units: air is low, everything else is higher";
     const auto add = [&](const char* name, double value, double strength_n, const char* why, const char* why_strength) {

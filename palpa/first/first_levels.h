@@ -28,7 +28,9 @@ struct FirstLevels {
 
 /// Levels from the histogram: skin and bone of CT; else the value that divides it best, and a second one that divides what is
 /// solid. Strengths come from the gradients: the sharper an edge, the firmer. A level over another one is soft.
-FirstLevels first_levels(const Field& field, const Statistics& values, const std::string& unit);
+/// \param modality  as Volume::modality
+FirstLevels first_levels(const Field& field, const Statistics& values, const std::string& unit,
+                         const std::string& modality = {});
 
 /// The value at which the drag of a sparse object begins, in the field's own unit: a share `wanted` [1] of `around` lies beyond
 /// it, and it lies between the mean of what is not solid there and the first level. \param around  values of the object's box

@@ -35,11 +35,6 @@ bool contains(const Box& box, const Vec3& x) {
          x.z <= box.high_m.z;
 }
 
-/// The label map that a scalar field is; none of Hounsfield units, whatever they look like.
-LabelMap scan_of_labels(const Field& field, const Statistics& values, const std::string& unit) {
-  return values.whole_numbers && !looks_like_hounsfield(values, unit) ? label_map(field) : LabelMap{};
-}
-
 /// Whether a field's name says velocity: it is preferred to others, such as a momentum, because it says what flows and turns.
 bool is_velocity(std::string name) {
   for (char& c : name) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -89,10 +84,10 @@ Draft draft_of_labels(const Field& field, const Statistics& values, const LabelM
   return draft;
 }
 
-Draft draft_of_surfaces(const VolumeField& of, const Statistics& values, std::size_t number, const detail::Lattice& lattice,
-                        const detail::SceneNames& names) {
+Draft draft_of_surfaces(const VolumeField& of, const std::string& modality, const Statistics& values, std::size_t number,
+                        const detail::Lattice& lattice, const detail::SceneNames& names) {
   const Field& field = *of.field;
-  const detail::FirstLevels first = detail::first_levels(field, values, of.unit);
+  const detail::FirstLevels first = detail::first_levels(field, values, of.unit, modality);
   if (first.levels.empty()) throw LoadError("has no two classes of values; there is no surface to feel");
   Draft draft;
   draft.title = !first.hounsfield          ? "A first touch: surfaces between classes of values"
@@ -148,10 +143,12 @@ std::string first_scene(const Volume& volume, const VolumeRequest& request) {
   detail::SceneNames names = detail::names_of(volume, request, *number);
 
   const detail::Lattice lattice(volume.bounds_m());
-  const LabelMap map = is_flow ? LabelMap{} : scan_of_labels(field, values[*number], volume.fields[*number].unit);
-  Draft draft = is_flow               ? draft_of_flow(volume, values, *number, lattice, names)
-                : !map.labels.empty() ? draft_of_labels(field, values[*number], map, *number, lattice, names)
-                                      : draft_of_surfaces(volume.fields[*number], values[*number], *number, lattice, names);
+  const LabelMap map =
+      is_flow ? LabelMap{} : label_map_unless_said(field, values[*number], volume.fields[*number].unit, volume.modality);
+  Draft draft = is_flow ? draft_of_flow(volume, values, *number, lattice, names)
+                : !map.labels.empty()
+                    ? draft_of_labels(field, values[*number], map, *number, lattice, names)
+                    : draft_of_surfaces(volume.fields[*number], volume.modality, values[*number], *number, lattice, names);
 
   const Box data_m = volume.bounds_m();  // the lattice may reach beyond it
   const auto within = [&](const Vec3& x) {

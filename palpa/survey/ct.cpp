@@ -18,8 +18,9 @@ bool says_any(std::string_view text, std::initializer_list<std::string_view> wor
 
 }  // namespace
 
-std::optional<double> ct_water(const Statistics& values, const std::string& unit) {
-  if (looks_like_hounsfield(values, unit)) return 0.0;
+std::optional<double> ct_water(const Statistics& values, const std::string& unit, const std::string& modality) {
+  if (looks_like_hounsfield(values, unit, modality)) return 0.0;
+  if (!modality.empty() && modality != "CT") return std::nullopt;
   const Histogram& h = values.histogram;
   const double air = h.share_between(0, 250), between = h.share_between(400, 850), tissue = h.share_between(950, 1150);
   const bool without_offset = unit.empty() && values.whole_numbers && values.min >= -100.0 && values.max > 1500.0 &&

@@ -11,8 +11,8 @@ namespace palpa {
 
 /// The value of water where the values of a scalar field are those of a CT scan: 0 in Hounsfield units (looks_like_hounsfield),
 /// 1024 where a file lacks that offset: air near 0, and beyond a valley a peak of tissue about 1024. Nothing elsewhere. In the
-/// field's own unit.
-std::optional<double> ct_water(const Statistics& values, const std::string& unit);
+/// field's own unit. \param modality  as Volume::modality
+std::optional<double> ct_water(const Statistics& values, const std::string& unit, const std::string& modality = {});
 
 /// A stretch of the values of a CT, from black to white.
 struct CtWindow {

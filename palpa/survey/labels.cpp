@@ -105,6 +105,12 @@ LabelMap label_map(const Field& field) {
   return map;
 }
 
+LabelMap label_map_unless_said(const Field& field, const Statistics& values, const std::string& unit,
+                               const std::string& modality) {
+  const bool open = unit.empty() && (modality.empty() || modality == "SEG");
+  return open && values.whole_numbers && !looks_like_hounsfield(values, unit, modality) ? label_map(field) : LabelMap{};
+}
+
 FieldPtr label_field(const Field& field, double label) {
   if (const SeriesView* series = series_of(field)) {
     std::vector<FieldPtr> frames;

@@ -3,9 +3,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "palpa/field/field.h"
+#include "palpa/survey/statistics.h"
 
 namespace palpa {
 
@@ -29,6 +31,12 @@ struct LabelMap {
 /// different ones, in which most neighbours of a voxel that is not background have its value (measured data have noise, so that
 /// few do). For other fields `labels` is empty. Reads all voxels at most once.
 LabelMap label_map(const Field& field);
+
+/// `label_map` where the file leaves it open: of a field with a unit, and of a scan whose modality is another than that of
+/// segmentations, the values are no labels, whatever they look like; nor are those that look like Hounsfield units.
+/// \param modality  as Volume::modality
+LabelMap label_map_unless_said(const Field& field, const Statistics& values, const std::string& unit,
+                               const std::string& modality);
 
 /// 1 where the voxels of a scalar grid are `label`, and 0 elsewhere, as a grid of whole numbers; between voxels it goes from
 /// one to the other, so its level 0.5 is the surface of that part. Of a series, frame by frame. Throws std::invalid_argument,

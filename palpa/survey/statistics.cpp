@@ -305,8 +305,9 @@ std::optional<double> dividing_value(const Histogram& histogram, double from, do
   return 0.5 * (histogram.edge(first_best + 1) + histogram.edge(last_best + 1));
 }
 
-bool looks_like_hounsfield(const Statistics& values, const std::string& unit) {
+bool looks_like_hounsfield(const Statistics& values, const std::string& unit, const std::string& modality) {
   if (!unit.empty()) return unit == "HU";
+  if (!modality.empty() && modality != "CT") return false;
   const Histogram& h = values.histogram;
   return values.min >= -3100.0 && values.min <= -900.0 && values.max > 300.0 && values.max < 70000.0 &&
          h.share_between(-1100.0, -850.0) > 0.05 && h.share_between(-150.0, 250.0) > 0.03;

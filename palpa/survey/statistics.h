@@ -63,9 +63,10 @@ Statistics statistics(const Field& field, std::int64_t most = std::int64_t{1} <<
 /// histogram. In the field's own unit.
 std::optional<double> dividing_value(const Histogram& histogram, double from, double to);
 
-/// Whether the values of a scalar field are Hounsfield units: its unit says so, or it has none and the values are like those of
-/// CT: air near -1000, tissue near 0, bone above.
-bool looks_like_hounsfield(const Statistics& values, const std::string& unit);
+/// Whether the values of a scalar field are Hounsfield units: its unit says so, or, where the file names neither a unit nor
+/// another modality than CT, the values are like those of CT: air near -1000, tissue near 0, bone above.
+/// \param modality  as Volume::modality
+bool looks_like_hounsfield(const Statistics& values, const std::string& unit, const std::string& modality = {});
 
 /// Whether the vectors of a field are directions: those that are not zero have length 1 to 2 %, nearly all of them.
 bool looks_like_directions(const Statistics& lengths);

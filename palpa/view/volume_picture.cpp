@@ -148,10 +148,10 @@ Shown shown_as(const Volume& volume, const VolumeField& shown, const Statistics&
   }
   if (field.components() == 3)
     return {{detail::magnitude_colors(0.0, std::max(detail::first_flow(values).fast, 1e-300)), ""}, {}};
-  if (values.whole_numbers && !looks_like_hounsfield(values, shown.unit)) {
-    if (const LabelMap map = label_map(field); !map.labels.empty()) return {{label_colors(map), "labels", true}, {}};
+  if (const LabelMap map = label_map_unless_said(field, values, shown.unit, volume.modality); !map.labels.empty()) {
+    return {{label_colors(map), "labels", true}, {}};
   }
-  if (const auto water = ct_water(values, shown.unit)) {
+  if (const auto water = ct_water(values, shown.unit, volume.modality)) {
     std::string body_part;
     for (const ScanFact& fact : volume.scan) {
       if (fact.kind == ScanFactKind::body_part) body_part = fact.words;

@@ -100,6 +100,69 @@ TEST_F(DicomScan, SaysHowAnMrWasMade) {
   EXPECT_EQ(what(mr([](DicomElements& e) { e.set(0x00189217, "FD", bytes_of(150.0)); })), "velocity MR (phase contrast)");
 }
 
+TEST_F(DicomScan, TheUnitIsTheFilesOwn) {
+  const auto unit = [&](const char* modality, std::uint32_t tag, const char* code) {
+    return read(series([&](DicomElements& e) {
+             e.set(0x00080060, "CS", modality);
+             if (code != nullptr) e.set(tag, tag == 0x00281054 ? "LO" : "CS", code);
+           }))
+        .fields[0]
+        .unit;
+  };
+  constexpr std::uint32_t rescale_type = 0x00281054, units = 0x00541001;
+  EXPECT_EQ(unit("CT", 0, nullptr), "HU");
+  EXPECT_EQ(unit("CT", rescale_type, "HU"), "HU");
+  EXPECT_EQ(unit("CT", rescale_type, "ED"), "10²³/ml");  // of two energies: a density of electrons
+  EXPECT_EQ(unit("CT", rescale_type, "US"), "");
+  EXPECT_EQ(unit("PT", units, "BQML"), "Bq/ml");
+  EXPECT_EQ(unit("MR", 0, nullptr), "");
+  EXPECT_EQ(unit("MR", rescale_type, "DOE^JANE"), "");
+}
+
+TEST_F(DicomScan, AGantryTiltIsCalledOne) {
+  const double tilt = 18.5 * 3.14159265358979 / 180;
+  series_.down = {0, std::cos(tilt), std::sin(tilt)};
+  EXPECT_NE(printed(series([](DicomElements&) {}), false).find("sheared by a gantry tilt of 18.5°"), std::string::npos);
+  const std::string mr = printed(series([](DicomElements& e) { e.set(0x00080060, "CS", "MR"); }), false);
+  EXPECT_NE(mr.find("sheared by 18.5°"), std::string::npos) << mr;
+}
+
+TEST_F(DicomScan, AModalityThatNoFileSaysIsNotClaimed) {
+  const std::string header =
+      "NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\nsizes: 6 5 4\nspace directions: (1,0,0) (0,1,0) "
+      "(0,0,1)\nspace origin: (0,0,0)\nspace units: \"mm\" \"mm\" \"mm\"\nencoding: raw\n\n";
+  std::string voxels;
+  for (int n = 0; n < 120; ++n) voxels += static_cast<char>(n * 37 % 251);
+  const auto what = [&](const std::string& name) {
+    return Json::parse(printed(folder_.write(name, header + voxels), true))["what"].get<std::string>();
+  };
+  EXPECT_EQ(what("CT_AVM.nrrd"), "a scan of unknown modality (CT by its file's name)");
+  EXPECT_EQ(what("CT_pitch.nrrd"), "a scan of unknown modality (CT by its file's name)");
+  EXPECT_EQ(what("template_T2.nrrd"), "a scan of unknown modality (MR, T2-weighted by its file's name)");
+  for (const char* name : {"a.nrrd", "act.nrrd", "subject07.nrrd"})
+    EXPECT_EQ(what(name), "a scan of unknown modality (the file does not say it)");
+}
+
+TEST_F(DicomScan, TheModalityOfOtherFormatsIsTheFilesOwn) {
+  std::string voxels;
+  for (int n = 0; n < 120; ++n) voxels += static_cast<char>(n * 37 % 251);
+  for (const std::string modality : {"CT", "MR", "NM", "US"}) {
+    const fs::path meta =
+        folder_.write("CT_T2.mha", "ObjectType = Image\nNDims = 3\nBinaryData = True\nModality = MET_MOD_" + modality +
+                                       "\nElementSpacing = 1 1 1\nDimSize = 6 5 4\nElementType = MET_UCHAR\n"
+                                       "ElementDataFile = LOCAL\n" +
+                                       voxels);
+    const fs::path nrrd =
+        folder_.write("CT_T2.nrrd", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 6 5 4\nencoding: raw\nmodality:=" + modality +
+                                        "\n\n" + voxels);
+    const std::string kind = modality == "NM" ? "nuclear medicine" : modality == "US" ? "ultrasound" : modality;
+    for (const fs::path& file : {meta, nrrd}) {
+      EXPECT_EQ(read(file).modality, modality) << file;
+      EXPECT_EQ(Json::parse(printed(file, true))["what"], kind) << file;
+    }
+  }
+}
+
 TEST_F(DicomScan, NobodyIsNamed) {
   constexpr const char *person = "Doe^Jane", *secret = "Quillfeather";
   const fs::path path = series([&](DicomElements& e) {

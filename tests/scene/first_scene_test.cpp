@@ -83,6 +83,22 @@ TEST(FirstScene, OfAVectorFieldFollowsItWhereItFlows) {
     EXPECT_THAT(text, HasSubstr(part));
 }
 
+TEST(FirstScene, TakesNoScanForACtThatItsFileSaysIsNone) {
+  const auto skin = HasSubstr("name = \"skin\""), bone = HasSubstr("name = \"bone\""), hounsfield = HasSubstr("Hounsfield");
+  Volume head = sampled_head();
+  for (const char* modality : {"", "CT"}) {
+    head.modality = modality;
+    EXPECT_THAT(scene_of(head), testing::AllOf(skin, bone, hounsfield)) << modality;
+  }
+  for (const char* modality : {"MR", "PT", "NM", "US"}) {
+    head.modality = modality;
+    EXPECT_THAT(scene_of(head), testing::AllOf(Not(skin), Not(bone), Not(hounsfield))) << modality;
+  }
+  head.modality = "";
+  head.fields[0].unit = "rad";
+  EXPECT_THAT(scene_of(head), testing::AllOf(Not(skin), Not(bone), Not(hounsfield)));
+}
+
 TEST(FirstScene, NeverTakesAUnitInSilence) {
   Volume head = sampled_head();
   head.length_unit = "mm", head.length_unit_assumed = true;

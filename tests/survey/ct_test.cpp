@@ -42,6 +42,21 @@ TEST(Ct, ItsWaterIsFoundWithAndWithoutTheOffset) {
   EXPECT_FALSE(ct_water(of_tissues({{0, 0.4}, {300, 0.3}, {600, 0.2}, {900, 0.1}}, 1000.0), "")) << "values on no scale of CT";
 }
 
+TEST(Ct, WhatTheFileSaysGoesBeforeWhatItsValuesLookLike) {
+  for (const auto& tissues : {head, chest, belly}) {
+    for (const double offset : {0.0, 1024.0}) {
+      const Statistics values = of_tissues(tissues, offset);
+      for (const char* modality : {"MR", "PT", "NM", "US", "RTDOSE", "SEG", "OT"}) {
+        EXPECT_FALSE(ct_water(values, "", modality)) << modality;
+        EXPECT_FALSE(looks_like_hounsfield(values, "", modality)) << modality;
+      }
+      EXPECT_EQ(ct_water(values, "", "CT"), ct_water(values, ""));
+      EXPECT_FALSE(ct_water(values, "K", "CT"));
+    }
+    EXPECT_TRUE(looks_like_hounsfield(of_tissues(tissues), "", "CT"));
+  }
+}
+
 TEST(Ct, TheWindowShowsWhatIsThere) {
   const auto name = [](const Statistics& values, double water, const char* body_part, double widest_m = 0.25) {
     return std::string_view(ct_window(values, water, body_part, widest_m).name);

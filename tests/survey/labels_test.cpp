@@ -64,6 +64,16 @@ TEST(LabelMap, IsNoImage) {
   EXPECT_TRUE(label_map(*scalars<std::uint8_t>([](const Vec3&) { return 4; })).labels.empty()) << "nothing but background";
 }
 
+TEST(LabelMap, IsNoneWhereTheFileSaysOtherwise) {
+  const FieldPtr field = scalars<std::uint8_t>(parts);
+  const Statistics values = statistics(*field);
+  for (const char* modality : {"", "SEG"})
+    EXPECT_FALSE(label_map_unless_said(*field, values, "", modality).labels.empty()) << modality;
+  for (const char* modality : {"CT", "MR", "PT", "NM", "US"})
+    EXPECT_TRUE(label_map_unless_said(*field, values, "", modality).labels.empty()) << modality;
+  EXPECT_TRUE(label_map_unless_said(*field, values, "K", "").labels.empty());
+}
+
 TEST(LabelField, IsOneInItsPartAndItsSurfaceIsThePartsOwn) {
   const FieldPtr core = label_field(*scalars<std::uint8_t>(parts), 7.0);
   EXPECT_EQ(core->extents()[0], (Extent{0.0, 1.0}));
