@@ -1,9 +1,16 @@
 #include "palpa/study/check.h"
 
+#include <charconv>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <system_error>
+
 #include "app/commands.h"
 #include "app/output_names.h"
 #include "app/pictures.h"
 #include "app/terminal.h"
+#include "palpa/core/printed.h"
 #include "palpa/disk/new_file.h"
 #include "palpa/mode/plugin.h"
 #include "palpa/scene/change_text.h"
@@ -12,19 +19,57 @@
 namespace palpa::app {
 namespace {
 
+/// A number of [coupling].
+struct CouplingNumber {
+  std::string key;
+  double value = 0.0;
+};
+/// What a `--set PATH=VALUE` says, where that is a number of [coupling].
+std::optional<CouplingNumber> coupling_number(const std::string& path, const std::string& value) {
+  constexpr std::string_view table = "coupling.";
+  double number = 0.0;
+  const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
+  if (!path.starts_with(table) || error != std::errc() || end != value.data() + value.size()) return std::nullopt;
+  return CouplingNumber{path.substr(table.size()), number};
+}
+
 void check_names(const CheckArguments& arguments) {
   if (!arguments.fix.empty() && arguments.fix.extension() != ".toml")
     throw LoadError("--fix " + arguments.fix.string() + ": is no name of a scene; write --fix OUT.toml");
-  if (arguments.picture.empty()) return;
-  check_output(arguments.picture, ".png", arguments.existing);
-  pictures_for("--picture " + arguments.picture.string());
+  if (!arguments.picture.empty()) {
+    check_output(arguments.picture, ".png", arguments.existing);
+    pictures_for("--picture " + arguments.picture.string());
+  }
+  if (arguments.fix.empty()) return;
+  for (const auto& [path, value] : arguments.scene_options.sets) {
+    if (coupling_number(path, value)) continue;
+    throw LoadError("--set " + path + "=" + value +
+                    ": is not written by --fix, which changes numbers of [coupling] only; write it into the scene, or leave "
+                    "--fix out");
+  }
 }
 
-/// The file with its changes, and nothing else of it touched.
-std::string fixed(const LoadedScene& loaded, const CheckReport& report) {
+/// The file with what --set and the check change, and nothing else of it touched.
+std::string fixed(const LoadedScene& loaded, const CheckArguments& arguments, const CheckReport& report) {
   std::string text = loaded.text;
+  for (const auto& [path, value] : arguments.scene_options.sets) {
+    const CouplingNumber set = *coupling_number(path, value);
+    text = with_number(text, "coupling", set.key, set.value);
+  }
   for (const Change& change : report.changes) text = with_number(text, change.table, change.key, change.to);
   return text;
+}
+
+std::string words_of_fix(const CheckArguments& arguments, const CheckReport& report) {
+  std::string words = "\nWrote " + arguments.fix.string() + ": the scene";
+  for (std::size_t n = 0; n < report.changes.size(); ++n) {
+    const Change& change = report.changes[n];
+    words += (n == 0 ? " with " : ", ") + change.table + "." + change.key + detail::text(" = %g", change.to);
+  }
+  if (!report.changes.empty())
+    return words + "\nNext: palpa check " + arguments.fix.string() + " --device " + arguments.device + "\n";
+  return words + (arguments.scene_options.sets.empty() ? " as it is, because" : " with what --set says;") +
+         " no change is proposed\n";
 }
 
 }  // namespace
@@ -36,9 +81,7 @@ int run_check(const CheckArguments& arguments) {
   CheckReport report;
   {
     Progress progress("checking " + arguments.scene.filename().string());
-    SceneOptions options;
-    options.data_folders = arguments.data_folders;
-    loaded = load_scene(arguments.scene, volume_reader(arguments.read), modes_with(arguments.plugins), options);
+    loaded = load_scene(arguments.scene, volume_reader(arguments.read), modes_with(arguments.plugins), arguments.scene_options);
     report = check(loaded.scene, plant,
                    {.map = !arguments.picture.empty(), .progress = [&](double share) { progress.show(share); }});
   }
@@ -47,11 +90,8 @@ int run_check(const CheckArguments& arguments) {
   if (!arguments.picture.empty())
     pictures_for("--picture " + arguments.picture.string()).check(report, arguments.picture, arguments.existing);
   if (!arguments.fix.empty()) {
-    detail::write_whole(arguments.fix, fixed(loaded, report), arguments.existing);
-    if (!arguments.json)
-      print(report.changes.empty() ? "\nNothing was changed in " + arguments.fix.string() + "\n"
-                                   : "\nWritten to " + arguments.fix.string() + "\nNext: palpa check " +
-                                         arguments.fix.string() + " --device " + arguments.device + "\n");
+    detail::write_whole(arguments.fix, fixed(loaded, arguments, report), arguments.existing);
+    if (!arguments.json) print(words_of_fix(arguments, report));
   }
   return report.grade == Grade::stop ? 1 : 0;
 }

@@ -35,7 +35,7 @@ struct CheckArguments {
   std::filesystem::path fix;      ///< new scene file with the changes made; empty: none
   std::filesystem::path picture;  ///< new PNG file; empty: none
   detail::Existing existing = detail::Existing::refused;
-  std::vector<std::filesystem::path> data_folders;
+  SceneOptions scene_options;
   std::vector<std::filesystem::path> plugins;
   bool json = false;
   ReadOptions read;

@@ -11,6 +11,7 @@ namespace palpa::app {
 void add_check(CLI::App& app, Work& work) {
   const auto given = std::make_shared<CheckArguments>();
   const auto force = std::make_shared<bool>(false);
+  const auto sets = std::make_shared<std::vector<std::string>>();
   CLI::App* command = app.add_subcommand("check", "Say whether a scene should be felt on a device, and what to change");
   command->add_option("SCENE", given->scene, "scene file (TOML)")->required()->type_name("");
   command
@@ -23,7 +24,9 @@ void add_check(CLI::App& app, Work& work) {
   command->add_option("--picture", given->picture, "draw what stiffness and damping are stable into this new PNG file")
       ->type_name("FILE.png");
   add_force(command, *force);
-  add_repeated(command, "--data", given->data_folders, "look for data here as well")->type_name("DIR");
+  add_repeated(command, "--data", given->scene_options.data_folders, "look for data here as well")->type_name("DIR");
+  add_repeated(command, "--set", *sets, "change one value of the scene, as in coupling.stiffness_n_per_m=400")
+      ->type_name("PATH=VALUE");
   add_plugins(command, given->plugins);
   command->add_flag("--json", given->json, "print as JSON");
   add_reader(command, given->read);
@@ -31,6 +34,7 @@ void add_check(CLI::App& app, Work& work) {
   command->callback([=, &work] {
     work = [=] {
       given->existing = existing(*force);
+      given->scene_options.sets = split_sets(*sets);
       return run_check(*given);
     };
   });

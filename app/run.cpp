@@ -121,7 +121,6 @@ RunResult felt_live(RunOptions options, const std::atomic<bool>& stop) {
 
 int run_scene(RunArguments arguments, const std::atomic<bool>& stop) {
   if (arguments.dry_run) {
-    arguments.options.scene_options.thin_parts = true;
     PreparedRun prepared;
     {
       const Progress progress("loading " + arguments.options.scene.filename().string());

@@ -14,6 +14,7 @@
 #include "palpa/core/load_error.h"
 #include "palpa/device/blocked_signals.h"
 #include "palpa/device/described.h"
+#include "palpa/device/hand.h"
 #include "palpa/disk/input_file.h"
 #include "palpa/disk/new_file.h"
 #include "palpa/installed/own_files.h"
@@ -145,6 +146,11 @@ const DeviceBackend& device_backend(const std::string& name) {
   }
   if (names.empty())
     throw LoadError("device " + name + ": this palpa was built without devices; build it with PALPA_DEVICES=ON");
+  const bool is_model = std::ranges::any_of(device_presets(), [&](const DevicePlant& plant) { return plant.name == name; });
+  if (is_model)
+    throw LoadError("device: '" + name +
+                    "' is a model of a device, for palpa check and for palpa run --hand; the kinds that can be " +
+                    "opened are " + detail::joined(names));
   throw LoadError("device: no kind " + detail::in_quotes(name) + "; " + detail::suggestion(name, names));
 }
 

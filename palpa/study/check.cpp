@@ -19,8 +19,14 @@ constexpr Trial all_trials[] = {{Act::let_go},
                                 {Act::stroke, Hold::relaxed},
                                 {Act::stroke, Hold::firm},
                                 {Act::press, Hold::relaxed},
-                                {Act::press, Hold::firm}};
-constexpr Trial quick_trials[] = {{Act::let_go}, {Act::lean}, {Act::hold, Hold::relaxed}};
+                                {Act::press, Hold::firm},
+                                {Act::let_go, Hold::relaxed, sure_friction},
+                                {Act::lean, Hold::relaxed, sure_friction}};
+constexpr Trial quick_trials[] = {{Act::let_go},
+                                  {Act::lean},
+                                  {Act::hold, Hold::relaxed},
+                                  {Act::let_go, Hold::relaxed, sure_friction},
+                                  {Act::lean, Hold::relaxed, sure_friction}};
 
 /// What the device does not bear is a change, too: from what the file says.
 void own_up(const CouplingOptions& asked, const CouplingOptions& felt, CheckReport& report) {
@@ -133,6 +139,7 @@ CheckReport detail::judged(const Scene& scene, const DevicePlant& plant, std::ve
   report.injected_j.resize(report.modes.size());
   report.dissipated_j.resize(report.modes.size());
   for (const TrialMade& made : all) {
+    if (made.trial.friction < 1.0) continue;
     report.most_force_n = std::max(report.most_force_n, made.figures.most_n);
     for (std::size_t m = 0; m < report.modes.size(); ++m) {
       report.injected_j[m] = std::max(report.injected_j[m], made.figures.injected_j[m]);

@@ -79,9 +79,11 @@ struct CheckReport {
   double most_force_n = 0.0;
   std::vector<std::string> modes;                ///< names
   std::vector<double> injected_j, dissipated_j;  ///< by mode, the most of one trial
-  std::vector<Change> changes;                   ///< what to change; empty: nothing is known that would help, or need be
+  std::vector<Change> changes;                   ///< what to change; empty: nothing is known that would help, or need be.
+                                                 ///< What was searched makes the report better (`detail::is_better`)
   std::vector<std::string> advice;               ///< what a number cannot say, a sentence each
   Grade grade_after = Grade::fine;               ///< the gravest finding once `changes` were followed
+  std::string verdict_after;                     ///< that finding in one line; empty where there are no changes
   std::vector<StableStiffness> curve;            ///< for the picture, D rising
   std::vector<MarginPoint> map;
 };
@@ -117,6 +119,8 @@ std::string to_table(const CheckReport& report);
 std::string to_json(const CheckReport& report);
 
 namespace detail {
+/// Whether one report is better than another: its gravest finding is less grave, or it has fewer that are as grave.
+bool is_better(const CheckReport& report, const CheckReport& than) noexcept;
 /// The findings of trials at places; `advise` and `map` are not looked at.
 CheckReport judged(const Scene& scene, const DevicePlant& plant, std::vector<CheckPlace> places, bool quick,
                    const std::function<void(double)>& progress);

@@ -1,6 +1,10 @@
 // What would be better: searched by closed loops, and checked.
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
+#include <optional>
+#include <string_view>
+#include <utility>
 
 #include "palpa/core/printed.h"
 #include "palpa/study/check.h"
@@ -29,9 +33,14 @@ Grade grade_of(const CheckReport& report, std::string_view key) {
   return found ? found->grade : Grade::fine;
 }
 
-/// Whether the device rests at all places, let go and in hands.
+/// Whether the device rests at all places, let go and in hands; let go also with little of its friction.
 bool rests(const Scene& scene, const CheckReport& report) {
-  constexpr Trial trials[] = {{Act::let_go}, {Act::lean}, {Act::hold, Hold::relaxed}, {Act::hold, Hold::firm}};
+  constexpr Trial trials[] = {{Act::let_go},
+                              {Act::lean},
+                              {Act::hold, Hold::relaxed},
+                              {Act::hold, Hold::firm},
+                              {Act::let_go, Hold::relaxed, sure_friction},
+                              {Act::lean, Hold::relaxed, sure_friction}};
   std::vector<char> moves(std::size(trials) * report.places.size());
   detail::in_parallel(detail::feeling_threads(), static_cast<int>(moves.size()), [&](std::size_t, int number) {
     const auto n = static_cast<std::size_t>(number);
@@ -92,10 +101,46 @@ Scene changed(Scene scene, const std::vector<Change>& changes) {
   return scene;
 }
 
+namespace {
+
+/// Checks the changes as a whole, and makes them softer until nothing is to be stopped at; drops them where they do not help.
+void follow(const Scene& scene, CheckReport& report, const std::function<void(double)>& progress) {
+  constexpr int most_rounds = 4;
+  constexpr double softer = 0.75;
+  std::optional<CheckReport> best;
+  std::vector<Change> changes = std::move(report.changes), best_changes;
+  report.changes.clear();
+  for (int round = 0; round < most_rounds && !changes.empty(); ++round) {
+    CheckReport after = detail::judged(changed(scene, changes), report.plant, report.places, false, {});
+    if (progress) progress(1.0);
+    if (!best || detail::is_better(after, *best)) best = std::move(after), best_changes = changes;
+    if (best->grade == Grade::fine || (best->grade < report.grade && round > 0)) break;
+    for (Change& change : changes) {
+      if (change.key != "damping_ns_per_m") change.to = rounded_down(softer * change.to);
+    }
+  }
+  if (best && detail::is_better(*best, report)) {
+    report.changes = std::move(best_changes);
+    report.grade_after = best->grade;
+    report.verdict_after = best->verdict;
+  } else if (best) {
+    report.advice.push_back("No stiffness, damping or force limit was found that would make it better.");
+  }
+}
+
+}  // namespace
+
+bool detail::is_better(const CheckReport& report, const CheckReport& than) noexcept {
+  if (report.grade != than.grade) return report.grade < than.grade;
+  const auto graves = [](const CheckReport& of) { return std::ranges::count(of.findings, of.grade, &Finding::grade); };
+  return report.grade != Grade::fine && graves(report) < graves(than);
+}
+
 void detail::advise(const Scene& scene, CheckReport& report, const std::function<void(double)>& progress) {
   report.grade_after = report.grade;
   if (report.places.empty()) return;
-  const bool moves = grade_of(report, "let_go") != Grade::fine || grade_of(report, "held") != Grade::fine;
+  const bool moves = std::ranges::any_of(std::initializer_list<std::string_view>{"let_go", "held", "margin"},
+                                         [&](std::string_view key) { return grade_of(report, key) != Grade::fine; });
   const bool kicks = grade_of(report, "jump") == Grade::stop;
   CouplingOptions better = scene.coupling;
   if (moves) better = search(scene, report, progress);
@@ -124,21 +169,10 @@ void detail::advise(const Scene& scene, CheckReport& report, const std::function
         "strength of the mode that is named.");
   if (grade_of(report, "saturation") != Grade::fine)
     report.advice.push_back(
-        text("Levels and modes that are stronger than %g N are felt as no more than that: give them "
-             "strengths below.",
+        text("The modes that are named push with more than %g N together, of which that is all one feels: give them strengths "
+             "whose sum is below, or, to what is not to be pressed through, one that is above.",
              scene.coupling.max_force_n));
-  if (report.changes.empty()) return;
-  // What was found at rest is checked as a whole, and made softer until that is fine, too.
-  constexpr int most_rounds = 3;
-  constexpr double softer = 0.75;
-  for (int round = 0; round < most_rounds; ++round) {
-    report.grade_after = judged(changed(scene, report.changes), report.plant, report.places, false, {}).grade;
-    if (progress) progress(1.0);
-    if (report.grade_after != Grade::stop) return;
-    for (Change& change : report.changes) {
-      if (change.key != "damping_ns_per_m") change.to = rounded_down(softer * change.to);
-    }
-  }
+  follow(scene, report, progress);
 }
 
 void detail::draw_map(const Scene& scene, CheckReport& report, const std::function<void(double)>& progress) {

@@ -13,12 +13,13 @@ namespace {
 using detail::text;
 using detail::TrialMade;
 
-/// The trial with the largest of a figure among those of these acts.
+/// The trial with the largest of a figure among those of these acts, with this share of the device's friction.
 template <class Figure>
-const TrialMade* worst_of(const std::vector<TrialMade>& all, std::initializer_list<Act> acts, const Figure& figure) {
+const TrialMade* worst_of(const std::vector<TrialMade>& all, std::initializer_list<Act> acts, const Figure& figure,
+                          double friction = 1.0) {
   const TrialMade* worst = nullptr;
   for (const TrialMade& made : all) {
-    if (std::find(acts.begin(), acts.end(), made.trial.act) == acts.end()) continue;
+    if (made.trial.friction != friction || std::find(acts.begin(), acts.end(), made.trial.act) == acts.end()) continue;
     if (!worst || figure(made.figures) > figure(worst->figures)) worst = &made;
   }
   return worst;
@@ -48,6 +49,27 @@ class Judge {
                       ? std::string("it rests")
                       : std::string(grade == Grade::stop ? "it shakes" : "it hums") +
                             text(" by %.0f mN, which is %.2g m/s^2 of the device", 1e3 * figures.rest_n, figures.hum_m_per_s2)},
+        worst);
+  }
+
+  /// Whether it would still rest if its friction, which is a presumption, were much less.
+  void margin() {
+    const TrialMade* worst = worst_of(
+        all_, {Act::let_go, Act::lean}, [](const TrialFigures& f) { return f.hum_m_per_s2; }, sure_friction);
+    if (!worst) return;
+    const double k = report_.coupling.stiffness_n_per_m, hum = worst->figures.hum_m_per_s2;
+    const bool rests = detail::grade_of_rest(worst->figures) == Grade::fine;
+    const double share_percent = 100.0 * sure_friction;
+    add({.key = "margin",
+         .grade = rests ? Grade::fine : Grade::warn,
+         .measured = hum,
+         .threshold = felt_acceleration_m_per_s2,
+         .unit = "m/s^2",
+         .words =
+             rests ? text("at k = %g N/m it rests with %g %% of its friction, too", k, share_percent)
+                   : text("at k = %g N/m it rests by its friction, which is a presumption: with %g %% of it the device %s by "
+                          "%.2g m/s^2",
+                          k, share_percent, hum > borne_acceleration_m_per_s2 ? "shakes" : "hums", hum)},
         worst);
   }
 
@@ -97,15 +119,24 @@ class Judge {
   void saturation() {
     constexpr double seldom = 0.01;
     const TrialMade* worst =
-        worst_of(all_, {Act::hold, Act::stroke, Act::press}, [](const TrialFigures& f) { return f.saturated; });
+        worst_of(all_, {Act::hold, Act::stroke, Act::press}, [](const TrialFigures& f) { return f.overfull; });
     if (!worst) return;
+    const TrialFigures& figures = worst->figures;
+    std::string pushing;
+    for (std::size_t m = 0; m < figures.pushed_n.size(); ++m) {
+      if (figures.pushed_n[m] > 0.0)
+        pushing += (pushing.empty() ? " by '" : ", '") + report_.modes[m] + text("' (%.2g N)", figures.pushed_n[m]);
+    }
     add({.key = "saturation",
-         .grade = worst->figures.saturated > seldom ? Grade::warn : Grade::fine,
-         .measured = worst->figures.saturated,
+         .grade = figures.overfull > seldom ? Grade::warn : Grade::fine,
+         .measured = figures.overfull,
          .threshold = seldom,
          .unit = "1",
-         .words = text("the device's force is at its limit, %g N, in %.0f %% of the ticks", scene_.coupling.max_force_n,
-                       100.0 * worst->figures.saturated)},
+         .words = figures.overfull > seldom
+                      ? text("the device's force is at its limit, %g N, in %.0f %% of the ticks,", scene_.coupling.max_force_n,
+                             100.0 * figures.overfull) +
+                            pushing
+                      : text("the force is below its limit, %g N, but on levels that bear more", scene_.coupling.max_force_n)},
         worst);
   }
   void budget() {
@@ -143,8 +174,8 @@ class Judge {
       const auto net_j = [m](const TrialFigures& f) { return f.injected_j[m] - f.dissipated_j[m]; };
       const TrialMade* worst = worst_of(all_, everything, net_j);
       const double injected_j = worst ? std::max(0.0, net_j(worst->figures)) : 0.0;
-      // What wind and gradients push they push: their energy is the data's.
-      const bool may = places_directed_forces(mode.mode.type());
+      // What wind, gradients and the cores of vortices push they push: their energy is the data's.
+      const bool may = drives(mode.mode.type());
       add({.key = "energy",
            .grade = !may && injected_j > borne_energy_j ? Grade::warn : Grade::fine,
            .measured = injected_j,
@@ -167,19 +198,6 @@ class Judge {
   const std::vector<TrialMade>& all_;
 };
 
-/// What can be said of k without the scene: a device alone on a wall, its friction taken away, because nobody has measured it.
-Finding finding_of_margin(const CheckReport& report) {
-  const double k = report.coupling.stiffness_n_per_m, most = report.stable.alone_n_per_m;
-  return {.key = "margin",
-          .grade = k > most ? Grade::warn : Grade::fine,
-          .measured = k,
-          .threshold = most,
-          .unit = "N/m",
-          .where = {},
-          .words = k > most ? text("k = %g N/m rests by the device's friction alone; without it no more than %.0f do", k, most)
-                            : text("k = %g N/m; the device alone bears %.0f", k, most)};
-}
-
 void conclude(CheckReport& report) {
   std::stable_sort(report.findings.begin(), report.findings.end(),
                    [](const Finding& a, const Finding& b) { return a.grade > b.grade; });
@@ -189,9 +207,10 @@ void conclude(CheckReport& report) {
   }
   const Finding& gravest = report.findings.front();
   report.grade = gravest.grade;
-  report.verdict = report.grade == Grade::fine ? "fine on " + report.plant.name + ": it rests, let go and held"
-                                               : std::string(name_of(report.grade)) + " on " + report.plant.name + ": " +
-                                                     gravest.words + (gravest.where.empty() ? "" : ", " + gravest.where);
+  report.verdict = report.grade == Grade::fine
+                       ? "fine on " + report.plant.name + ": it rests, let go and held, also with half of its friction"
+                       : std::string(name_of(report.grade)) + " on " + report.plant.name + ": " + gravest.words +
+                             (gravest.where.empty() ? "" : ", " + gravest.where);
 }
 
 }  // namespace
@@ -222,7 +241,7 @@ void detail::judge(const Scene& scene, const std::vector<TrialMade>& all, CheckR
     judge.budget();
     judge.unborne();
     judge.energy();
-    report.findings.push_back(finding_of_margin(report));
+    judge.margin();
   }
   conclude(report);
 }

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "palpa/core/printed.h"
 #include "palpa/device/front.h"
 #include "palpa/study/feeler.h"
 #include "palpa/study/let_go.h"
 #include "palpa/study/movement.h"
 #include "palpa/study/spectrum.h"
+#include "palpa/study/unyielding.h"
 
 namespace palpa {
 namespace {
@@ -15,6 +17,9 @@ namespace {
 constexpr double rate_hz = 1000.0;
 constexpr double lies_n = 0.3;   // beyond friction: less than any level bears that is meant to be felt
 constexpr double leans_n = 1.5;  // beyond friction: what a resting finger weighs
+// [N·s/m] What the flesh of that finger takes at least, a sixth of what an arm has. More: a stiff scene passes by the finger;
+// less: it is no finger that leans, but a weight.
+constexpr double finger_ns_per_m = 1.0;
 // What it falls by: a front is found up to one step of a way too late, and who begins on a level never meets it.
 constexpr double falls_m = 1e-3 + detail::way_step_m;
 constexpr double landed_s = 1.2;   // a device that is let go lies by now
@@ -34,7 +39,10 @@ Set set_up(const DevicePlant& plant, const CheckPlace& place, const Trial& trial
     case Act::let_go:
     case Act::lean: {
       const double most_n = (trial.act == Act::lean ? leans_n : lies_n) + plant.coulomb_friction_n;
-      return {let_go(plant, place.front_m - falls_m * place.inwards, most_n * place.inwards), landed_s, landed_s + watched_s};
+      DevicePlant with_finger = plant;
+      if (trial.act == Act::lean) with_finger.damping_ns_per_m += finger_ns_per_m;
+      return {let_go(with_finger, place.front_m - falls_m * place.inwards, most_n * place.inwards), landed_s,
+              landed_s + watched_s};
     }
     case Act::hold:
       return {hand_device(hold_at(place.met, 0.0, depth_m, {}, even_s + watched_s), trial.hold, plant), even_s,
@@ -81,6 +89,23 @@ void find_jumps(const FeltRun& run, const EdgesOfData& edges, TrialFigures& figu
   }
 }
 
+/// At the limit by design is a hand on a level that is stronger than it; what more than that pushes is lost.
+void find_overfull(const Scene& scene, const FeltRun& run, TrialFigures& figures) {
+  const std::vector<UnyieldingLevel> levels = unyielding_levels(scene, scene.coupling.max_force_n);
+  figures.pushed_n.assign(run.modes.size(), 0.0);
+  std::size_t ticks = 0;
+  for (std::size_t t = 0; t < run.ticks.size(); ++t) {
+    if (!run.ticks[t].limited) continue;
+    const auto push_n = [&](const FeltMode& mode) { return norm(mode.force_n[t]); };
+    const auto most = static_cast<std::size_t>(std::ranges::max_element(run.modes, {}, push_n) - run.modes.begin());
+    if (std::ranges::find(levels, most, &UnyieldingLevel::mode) != levels.end()) continue;
+    ++ticks;
+    for (std::size_t m = 0; m < run.modes.size(); ++m)
+      figures.pushed_n[m] = std::max(figures.pushed_n[m], push_n(run.modes[m]));
+  }
+  figures.overfull = run.ticks.empty() ? 0.0 : static_cast<double>(ticks) / static_cast<double>(run.ticks.size());
+}
+
 }  // namespace
 
 const char* name_of(Act act) noexcept {
@@ -95,11 +120,15 @@ const char* name_of(Act act) noexcept {
 }
 
 std::string words_of(const Trial& trial) {
+  if (trial.friction < 1.0)
+    return words_of({trial.act, trial.hold}) + detail::text(", with %g of its friction", trial.friction);
   if (is_without_hand(trial.act)) return name_of(trial.act);
   return std::string(name_of(trial.act)) + (trial.hold == Hold::firm ? ", firm" : ", relaxed");
 }
 
-TrialFigures try_at(const Scene& scene, const DevicePlant& plant, const CheckPlace& place, const Trial& trial) {
+TrialFigures try_at(const Scene& scene, const DevicePlant& presumed, const CheckPlace& place, const Trial& trial) {
+  DevicePlant plant = presumed;
+  plant.coulomb_friction_n *= trial.friction;
   Set set = set_up(plant, place, trial);
   SummaryBuilder builder(scene);
   FeltRun run = feel(scene, *set.device, set.to_s, &builder);
@@ -116,6 +145,7 @@ TrialFigures try_at(const Scene& scene, const DevicePlant& plant, const CheckPla
   }
   if (is_without_hand(trial.act)) cut_where_it_slid_away(place, run, set);
   find_jumps(run, EdgesOfData(scene), figures);
+  find_overfull(scene, run, figures);
   const bool rests = is_without_hand(trial.act) || trial.act == Act::hold;
   if (rests) {
     const Spectrum spectrum = spectrum_of(signals_of(run, set.from_s, set.to_s).command_n, rate_hz);

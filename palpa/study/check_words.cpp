@@ -53,7 +53,7 @@ std::string to_table(const CheckReport& report) {
     out += text("  change     %s.%s = %g (from %g): ", change.table.c_str(), change.key.c_str(), change.to, change.from) +
            change.why + "\n";
   if (!report.changes.empty())
-    out += std::string("  then       ") + name_of(report.grade_after) + ", checked in the same way\n";
+    out += "  then       " + (report.verdict_after.empty() ? report.verdict : report.verdict_after) + "\n";
   for (const std::string& sentence : report.advice) out += "  advice     " + sentence + "\n";
   return out;
 }
@@ -95,6 +95,7 @@ std::string to_json(const CheckReport& report) {
                   {"modes", modes},
                   {"changes", changes},
                   {"verdict_after_changes", name_of(report.grade_after)},
+                  {"reason_after_changes", report.verdict_after.empty() ? report.verdict : report.verdict_after},
                   {"advice", report.advice}};
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

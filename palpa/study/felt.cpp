@@ -45,8 +45,10 @@ StepCause cause_by_mode(const FeltMode& mode, std::size_t tick) noexcept {
 }  // namespace
 
 bool places_directed_forces(std::string_view mode_type) noexcept {
-  return mode_type == GradientForce::type || mode_type == VectorForce::type;
+  return mode_type == GradientForce::type || mode_type == VectorForce::type || mode_type == VortexForce::type;
 }
+
+bool drives(std::string_view mode_type) noexcept { return places_directed_forces(mode_type) || mode_type == VortexLine::type; }
 
 FeltRun felt_run(const Scene& scene) {
   FeltRun run{.stiffness_n_per_m = scene.coupling.stiffness_n_per_m};

@@ -47,6 +47,9 @@ struct FeltRun {
 
 /// Whether modes of this type place directed forces.
 bool places_directed_forces(std::string_view mode_type) noexcept;
+/// Whether modes of this type drive an idle hand and may bring energy in: those of directed forces, and vortex_line, whose line
+/// lies away from the proxy.
+bool drives(std::string_view mode_type) noexcept;
 
 /// An empty run of a scene.
 FeltRun felt_run(const Scene& scene);

@@ -13,6 +13,7 @@
 #include "palpa/mode/modes.h"
 #include "palpa/mode/plugin.h"
 #include "palpa/study/run.h"
+#include "palpa/study/unyielding.h"
 
 namespace palpa {
 namespace {
@@ -95,33 +96,16 @@ std::string words_of_stiffness(const Scene& scene, const DevicePlant& plant) {
                       plant.limits.max_stiffness_n_per_m);
 }
 
-/// The least strength [N] of a level: of a function of the level's own field its value at the level, of another function its
-/// smallest value.
-double least_n(const Strength& strength, const FieldRef& field, double value) {
-  if (strength.is_constant()) return strength.constant_n;
-  if (strength.of == field) return std::min(strength.curve.at(value, TransferFunction::Side::below), strength.curve.at(value));
-  double least = strength.curve.outside();
-  for (const TransferFunction::Point& point : strength.curve.points()) least = std::min(least, point.result);
-  return least;
-}
-
 /// A sentence for each level that is stronger than any force that can reach the hand, so that it never lets go.
 std::vector<std::string> words_of_unyielding(const Scene& scene, double device_max_force_n) {
   const double most_n = let_through_n(scene, device_max_force_n);
   const char* whose = device_max_force_n < scene.coupling.max_force_n ? "the device's limit" : "coupling.max_force_n";
   std::vector<std::string> sentences;
-  for (const SceneMode& mode : scene.modes()) {
-    const SurfaceAndFriction* surface = mode.mode.as<SurfaceAndFriction>();
-    if (!mode.enabled || !surface) continue;
-    for (const SurfaceAndFriction::Level& level : surface->levels) {
-      const double bears_n = least_n(level.strength_n, surface->field, level.value);
-      if (!(bears_n > most_n)) continue;
-      const std::string name = level.name.empty() ? detail::text("%g", level.value) : level.name;
-      sentences.push_back(detail::text(
-          "The level %.60s of '%.60s' bears %g N, of which no more than %g N reach the hand (%s): but within four "
-          "voxels of the end of its data it never lets go.",
-          name.c_str(), mode.name.c_str(), bears_n, most_n, whose));
-    }
+  for (const UnyieldingLevel& level : unyielding_levels(scene, most_n)) {
+    sentences.push_back(
+        detail::text("The level %.60s of '%.60s' bears %g N, of which no more than %g N reach the hand (%s): where it is whole "
+                     "it never lets go.",
+                     level.name.c_str(), scene.modes()[level.mode].name.c_str(), level.strength_n, most_n, whose));
   }
   return sentences;
 }
@@ -242,9 +226,10 @@ PreparedRun prepared_with(const std::function<LoadedScene()>& scene, const RunOp
 PreparedRun prepare(const RunOptions& options) {
   ReadOptions read = options.read;
   read.checksums = !options.out.empty();
+  SceneOptions scene_options = options.scene_options;
+  scene_options.thin_parts = true;  // a wall with holes is warned of before it is felt
   return prepared_with(
-      [&] { return load_scene(options.scene, volume_reader(read), modes_with(options.plugins), options.scene_options); },
-      options);
+      [&] { return load_scene(options.scene, volume_reader(read), modes_with(options.plugins), scene_options); }, options);
 }
 
 PreparedRun prepare(LoadedScene loaded, const RunOptions& options) {

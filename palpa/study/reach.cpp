@@ -1,6 +1,7 @@
 #include "palpa/study/reach.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -72,6 +73,24 @@ std::optional<Nearest> Reach::nearest(std::span<const Vec3> places_m) const {
 
 namespace {
 
+/// A side from which a hand on a straight way feels something, besides the user's; null where there is none.
+const char* side_to_feel_from(const Scene& scene) {
+  constexpr std::pair<const char*, Vec3> sides[] = {
+      {"the left", {1, 0, 0}}, {"the right", {-1, 0, 0}}, {"below", {0, 1, 0}}, {"above", {0, -1, 0}}, {"behind", {0, 0, 1}}};
+  const auto sessions = feelers(scene);
+  for (const auto& [side, direction] : sides) {
+    const Vec3 right = std::abs(direction.x) > 0.5 ? Vec3{0, 1, 0} : Vec3{1, 0, 0}, up = cross(direction, right);
+    std::atomic<bool> felt = false;
+    in_parallel(sessions.size(), across * across, [&](std::size_t worker, int n) {
+      const Vec3 from_m = (n % across - across / 2) * cell_m * right + (n / across - across / 2) * cell_m * up -
+                          (half_m + before_m) * direction;
+      if (!felt && sessions[worker]->feel(from_m, direction, along * cell_z_m, Feeler::Until::contact).onset_m) felt = true;
+    });
+    if (felt) return side;
+  }
+  return nullptr;
+}
+
 /// Why a whole scene cannot be felt, and the one setting that would change it, where that was tried and helps.
 std::string why_empty(const Scene& scene) {
   if (std::none_of(scene.modes().begin(), scene.modes().end(), [](const SceneMode& mode) { return mode.enabled; })) {
@@ -79,7 +98,15 @@ std::string why_empty(const Scene& scene) {
                ? "The scene has no mode: add a [[mode]]; palpa modes lists what there is."
                : "All modes are off: --set mode." + scene.modes().front().name + ".enabled=true turns one on.";
   }
-  const std::string nowhere = "Nothing in reach of the hand, 9 cm about the middle of the workspace, can be felt.";
+  if (const char* const side = side_to_feel_from(scene)) {
+    return std::string(
+               "A hand that comes straight from the user feels nothing, 9 cm about the middle of the workspace; one that "
+               "comes from ") +
+           side + " does: turn the data by towards_user and up in [workspace], or lead the hand there.";
+  }
+  const std::string nowhere =
+      "Nothing in reach of the hand, 9 cm about the middle of the workspace, can be felt on straight ways from any of its six "
+      "sides.";
   for (const SceneVolume& volume : scene.volumes()) {
     Scene whole = scene;
     whole.workspace = {};

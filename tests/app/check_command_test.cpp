@@ -36,7 +36,8 @@ TEST_F(CheckCommand, LetsPassWhatIsFineAndWhatIsFelt) {
   EXPECT_THAT(fine.err, IsEmpty());
   EXPECT_THAT(fine.out, StartsWith("fine on omega: "));
   EXPECT_EQ(read(folder / "same.toml"), read(folder / "soft.toml")) << "what is fine is not changed";
-  write_ball("rests_by_friction.toml", "500", "0.5");
+  EXPECT_THAT(fine.out, HasSubstr("Wrote same.toml: the scene as it is, because no change is proposed"));
+  write_ball("rests_by_friction.toml", "1300", "0.5");
   const Ended warned = palpa({"check", "rests_by_friction.toml", "--device", "omega"});
   EXPECT_EQ(warned.code, 0) << warned.err;
   EXPECT_THAT(warned.out, StartsWith("warn on omega: "));
@@ -75,6 +76,30 @@ TEST_F(CheckCommand, StopsWhatIsUnstableAndFixesItsNumbersOnly) {
   }
   EXPECT_EQ(text, text_of_ball(stiffness, damping));
   EXPECT_LT(std::stod(stiffness), 5000.0);
+}
+
+TEST_F(CheckCommand, TakesOneValueForOneCheckAndWritesIt) {
+  write_ball("ball.toml", "5000", "0");
+  const std::vector<std::string> softer{"check",    "ball.toml",
+                                        "--device", "omega",
+                                        "--set",    "coupling.stiffness_n_per_m=150",
+                                        "--set",    "coupling.damping_ns_per_m=0.5",
+                                        "--fix",    "softer.toml"};
+  const Ended fine = palpa(softer);
+  EXPECT_EQ(fine.code, 0) << fine.err;
+  EXPECT_THAT(fine.out, StartsWith("fine on omega: "));
+  EXPECT_EQ(read(folder / "softer.toml"), text_of_ball("150", "0.5"));
+  const std::vector<std::string> weaker{"check", "ball.toml", "--device", "omega", "--set", "coupling.max_force_n=0"};
+  expect_refusal(weaker, {"--set coupling.max_force_n", "above 0"});
+  expect_refusal({"check", "ball.toml", "--device", "omega", "--set", "mode.skin.enabled=false", "--fix", "no.toml"},
+                 {"--set mode.skin.enabled=false", "--fix"});
+}
+
+TEST_F(CheckCommand, SaysWhatItChanged) {
+  write_ball("ball.toml", "5000", "0");
+  const Ended unstable = palpa({"check", "ball.toml", "--device", "omega", "--fix", "fixed.toml"});
+  EXPECT_THAT(unstable.out, testing::AllOf(HasSubstr("Wrote fixed.toml: the scene with coupling."),
+                                           HasSubstr("Next: palpa check fixed.toml --device omega")));
 }
 
 TEST_F(CheckCommand, ReplacesAFileOnlyWhenAsked) {

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "palpa/core/printed.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/modes.h"
 #include "palpa/scene/change_text.h"
@@ -221,6 +222,87 @@ TEST(Check, LetsASoftSceneBe) {
   const CheckReport report = check(soft, device_plant("omega"));
   EXPECT_EQ(report.grade, Grade::fine) << to_table(report);
   EXPECT_TRUE(report.changes.empty()) << to_table(report);
+}
+
+const Finding& finding_of(const CheckReport& report, std::string_view key) {
+  return *std::ranges::find(report.findings, key, &Finding::key);
+}
+
+// What laboratories run: 500 N/m, and the most that the device is made for where that is less.
+TEST(Check, IsFineWithWhatFirstScenesHaveOnTheDevicesThatTheyName) {
+  for (const char* device : {"touch", "omega", "falcon", "inverse3"}) {
+    const CheckReport report = check(ball(500.0, 0.2), device_plant(device), {.advise = false});
+    EXPECT_EQ(report.grade, Grade::fine) << to_table(report);
+  }
+}
+
+TEST(Check, HasStiffnessesOfEachGrade) {
+  std::vector<Grade> grades;
+  std::string said;
+  for (const double k : {500.0, 800.0, 1000.0, 1200.0, 1400.0, 5000.0}) {
+    const CheckReport report = check_quickly(ball(k, 0.2), device_plant("omega"));
+    grades.push_back(report.grade);
+    said += detail::text("%g: ", k) + report.verdict + "\n";
+  }
+  EXPECT_EQ(grades.front(), Grade::fine) << said;
+  EXPECT_EQ(grades.back(), Grade::stop) << said;
+  EXPECT_TRUE(std::ranges::find(grades, Grade::warn) != grades.end()) << said;
+}
+
+// The margin is one of friction: a device with half of it hums, or rests, as the margin says.
+TEST(Check, ItsMarginIsWhatADeviceOfHalfTheFrictionDoes) {
+  for (const double k : {500.0, 1000.0, 2000.0}) {
+    const CheckReport presumed = check_quickly(ball(k, 0.2), device_plant("omega"));
+    const CheckReport smooth = check_quickly(ball(k, 0.2), device_plant("omega,coulomb_friction_n=0.05"));
+    EXPECT_EQ(finding_of(presumed, "margin").measured, finding_of(smooth, "let_go").measured) << k;
+  }
+}
+
+TEST(Check, WhatItProposesMakesItBetter) {
+  int proposed = 0;
+  for (const char* device : {"touch", "omega", "omega,coulomb_friction_n=0", "touch,delay_ticks=4"}) {
+    for (const double k : {400.0, 1200.0}) {
+      for (const double damping : {0.2}) {
+        const Scene scene = ball(k, damping);
+        const DevicePlant plant = device_plant(device);
+        const CheckReport report = check(scene, plant);
+        const CheckReport as_borne = check(within(scene, checked_plant(plant)), plant, {.advise = false});
+        EXPECT_EQ(as_borne.grade, report.grade);
+        if (report.changes.empty()) continue;
+        const CheckReport after = check(changed(scene, report.changes), plant, {.advise = false});
+        EXPECT_EQ(after.grade, report.grade_after) << device << ", " << k << "\n" << to_table(report) << to_table(after);
+        const bool searched = std::ranges::any_of(
+            report.changes, [](const Change& change) { return change.why.find("made for") == std::string::npos; });
+        if (!searched) continue;
+        ++proposed;
+        EXPECT_TRUE(detail::is_better(after, report)) << device << ", " << k << "\n" << to_table(report) << to_table(after);
+      }
+    }
+  }
+  EXPECT_GT(proposed, 1);
+}
+
+TEST(Check, SpeaksOfStrengthsOnlyWhereModesPushBeyondTheLimitTogether) {
+  const auto stream = [](double strength_n) {
+    Scene scene({.stiffness_n_per_m = 500.0, .damping_ns_per_m = 0.2, .max_force_n = 3.3});
+    scene.add("wall", plane_field());
+    scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
+    scene.add("wall", SurfaceAndFriction{.field = {"wall"}, .levels = {{.value = 0.0, .strength_n = Strength{strength_n}}}});
+    return scene;
+  };
+  const auto speaks = [](const CheckReport& report) {
+    return std::ranges::any_of(report.advice, [](const std::string& s) { return s.find("strengths") != std::string::npos; });
+  };
+  Scene both = stream(2.5);
+  both.add("honey", Viscosity{.strength_n = Strength{2.5}});
+  const CheckReport too_much = check(both, device_plant("omega"));
+  EXPECT_EQ(finding_of(too_much, "saturation").grade, Grade::warn) << to_table(too_much);
+  EXPECT_TRUE(speaks(too_much)) << to_table(too_much);
+  for (const double strength_n : {2.5, 12.0}) {  // pressed through, and holding
+    const CheckReport report = check(stream(strength_n), device_plant("omega"));
+    EXPECT_EQ(finding_of(report, "saturation").grade, Grade::fine) << to_table(report);
+    EXPECT_FALSE(speaks(report)) << to_table(report);
+  }
 }
 
 TEST(Check, IsTheSameEveryTime) {

@@ -16,6 +16,7 @@ namespace palpa {
 namespace reach_test {
 
 using testing::HasSubstr;
+using testing::Not;
 
 constexpr double radius_m = 0.05;
 constexpr double stiffness_n_per_m = 500.0;
@@ -196,6 +197,21 @@ TEST(Reach, WhereNothingCanBeFeltItSaysWhatWouldChangeThat) {
 
   Scene bare;
   EXPECT_THAT(why_little_is_felt(Reach(bare), {}, ""), HasSubstr("[[mode]]"));
+}
+
+TEST(Reach, SaysFromWhichSideSomethingIsFelt) {
+  // A level that holds from below only: a hand from the user's side never meets it.
+  Scene scene({.stiffness_n_per_m = stiffness_n_per_m, .max_force_n = 3.3});
+  scene.add("wall", plane_field());
+  scene.workspace = {.scale = 1.0, .center_m = Vec3{}, .towards_user = "+z", .up = "+y"};
+  scene.add("wall", SurfaceAndFriction{.field = {"wall"},
+                                       .solid = SurfaceAndFriction::Solid::low,
+                                       .levels = {{.value = 0.0, .strength_n = Strength{1.0}}}});
+  EXPECT_THAT(why_little_is_felt(Reach(scene), {}, ""),
+              testing::AllOf(HasSubstr("straight from the user"), HasSubstr("from behind")));
+  Scene nothing = scene;
+  nothing.workspace.center_m = Vec3{0.0, 0.0, 5.0};
+  EXPECT_THAT(why_little_is_felt(Reach(nothing), {}, ""), Not(HasSubstr("comes from")));
 }
 
 TEST(Reach, AsManyThreadsAsThereAreGiveTheSameAnswer) {
