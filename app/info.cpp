@@ -82,7 +82,8 @@ void suggest_scene(const Asked& asked, const Facts& facts, const InfoArguments& 
   std::string text;
   try {
     const Progress progress("looking for what can be felt in " + asked.name);
-    text = first_scene(facts.file.volume, asked.request);
+    const fs::path folder = arguments.scene_file.empty() ? fs::path(".") : fs::absolute(arguments.scene_file).parent_path();
+    text = first_scene(facts.file.volume, asked.request, folder);
   } catch (const LoadError& error) {
     const std::string problem = error.what();
     throw LoadError(problem.rfind(asked.name, 0) == 0 ? problem : asked.name + ": " + problem);

@@ -11,6 +11,7 @@
 #include "app/info_numbers.h"
 #include "palpa/file/components.h"
 #include "palpa/file/directions.h"
+#include "palpa/survey/body_hint.h"
 #include "palpa/volume/read_series.h"
 #include "palpa/volume/volume.h"
 
@@ -96,13 +97,18 @@ std::vector<std::string> suspicious_things(const Facts& facts) {
   std::vector<std::string> suspicious;
   const Placement& placed = facts.placed;
   const double longest_m = largest_component(placed.size_m);
-  if (looks_like_scan(facts) && (longest_m > 2.5 || longest_m < 0.5e-3)) {
-    const bool in_metres = facts.file.volume.length_unit == "m" && longest_m > 2.5;
+  if (looks_like_scan(facts) && (longest_m > longest_body_m || longest_m < 0.5e-3)) {
+    const bool in_metres = facts.file.volume.length_unit == "m" && longest_m > longest_body_m;
     suspicious.push_back(
         fmt::format("is {} long, which no scan of a body is: the unit of length is probably {}, which --set "
                     "length_unit={} takes",
                     length_words(longest_m), in_metres ? "mm" : "another", in_metres ? "mm" : "UNIT"));
   }
+  if (const auto hint = too_long_for(facts.file.volume, {facts.name}); hint && suspicious.empty())
+    suspicious.push_back(
+        fmt::format("is {} long, which no {} is, as which '{}' reads: the unit of length is probably mm, which --set "
+                    "length_unit=mm takes",
+                    length_words(longest_m), hint->part, hint->name));
   const double steps_m[] = {placed.spacing_m.x, placed.spacing_m.y, placed.spacing_m.z};
   const auto [shortest, longest] = std::minmax_element(steps_m, steps_m + 3);
   if (*longest > 4.0 * *shortest) {

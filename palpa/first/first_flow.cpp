@@ -87,6 +87,65 @@ std::vector<char> near(const Lattice& lattice, const std::vector<Cell>& cells, d
   return found;
 }
 
+/// The field that parts where it flows from where nothing does: all of its values lie near two, and hardly a cell is on the
+/// wrong side.
+std::optional<Wall> wall_of(const Lattice& lattice, const Volume& volume, std::size_t flow, const std::vector<Cell>& cells,
+                            const std::vector<char>& flows, const std::vector<Statistics>& values) {
+  // [1] Of the span, how near to its ends values lie, and the share of them that do: a mask that was put onto another grid has
+  // fractions at its edge. More, less: an image is taken for a mask; less, more: such a mask is not known.
+  constexpr double near_an_end = 0.02, nearly_all = 0.85;
+  // [1] Of what flows: cells on the wrong side, at most; in a narrow vessel many lie on its edge. More: a mask that has nothing
+  // to do with the flow is a wall; less: vessels have none.
+  constexpr double few = 0.25;
+  for (std::size_t f = 0; f < volume.fields.size(); ++f) {
+    const Field& field = *volume.fields[f].field;
+    const Statistics& v = values[f];
+    const double span = v.max - v.min;
+    if (f == flow || field.components() != 1 || !(span > 0.0)) continue;
+    const double low = v.histogram.share_between(v.min, v.min + near_an_end * span);
+    const double high = v.histogram.share_between(v.max - near_an_end * span, v.max);
+    const double between = std::max(0.0, 1.0 - low - high);
+    if (low + high < nearly_all || between > 2.0 * std::min(low, high))
+      continue;  // an image has hardly a voxel as bright as its most
+    const double level = 0.5 * (v.min + v.max);
+    std::size_t flowing = 0, flowing_high = 0, all = 0, all_high = 0;
+    for (std::size_t n = 0; n < cells.size(); ++n) {
+      const ScalarSample s = cells[n].inside ? field.scalar(lattice.middle_m(n)) : ScalarSample{};
+      if (!s.inside) continue;
+      const bool is_high = s.value >= level;
+      flowing += flows[n] != 0, flowing_high += flows[n] && is_high;
+      ++all, all_high += is_high;
+    }
+    const bool fluid_is_high = 2 * flowing_high > flowing;
+    const std::size_t astray = fluid_is_high ? flowing - flowing_high : flowing_high;
+    const std::size_t behind = fluid_is_high ? all - all_high : all_high;
+    if (flowing == 0 || behind == 0 || static_cast<double>(astray) > few * static_cast<double>(flowing)) continue;
+    return Wall{f, rounded(level, span), rounded(level + (fluid_is_high ? 0.4 : -0.4) * span, span), all < 2 * behind};
+  }
+  return std::nullopt;
+}
+
+/// Where the flow turns; none where it is uniform.
+std::optional<Turning> turning_of(const Lattice& lattice, const Field& field, const FlowPlaces& flow) {
+  const FieldPtr curl = derived(Derivation::curl, FieldPtr(FieldPtr(), &field));
+  // A flow that turns like a solid has a curl of twice its rate.
+  Turning found;
+  found.from = std::numbers::pi * flow.speeds.fast / largest_component(flow.object.box_m.size_m());
+  std::vector<double> above;
+  for (std::size_t n = 0; n < flow.object.cells.size(); ++n) {
+    if (!flow.object.cells[n]) continue;
+    const VectorSample c = curl->vector(lattice.middle_m(n));
+    if (!c.inside) continue;
+    found.most = std::max(found.most, norm(c.value));
+    if (norm(c.value) > found.from) above.push_back(norm(c.value));
+  }
+  if (above.empty()) return std::nullopt;
+  found.full = std::max(2.0 * found.from, median(above));
+  for (const Extent& extent : curl->extents()) found.most = std::max({found.most, std::abs(extent.min), std::abs(extent.max)});
+  found.from = rounded(found.from, found.from), found.full = rounded(found.full, found.full);
+  return found;
+}
+
 std::optional<Vortices> vortices_of(const Lattice& lattice, const Field& field, const std::vector<Cell>& cells,
                                     const FlowPlaces& flow) {
   const FieldPtr q = derived(Derivation::q, FieldPtr(FieldPtr(), &field));
@@ -193,11 +252,14 @@ FlowPlaces flow_places(const Lattice& lattice, const Volume& volume, std::size_t
     flows[n] = cells[n].speed > found.speeds.empty && (!found.noisy || cells[n].coherence >= coherence_of_flow);
     flowing += flows[n] != 0;
   }
-  if (found.noisy || static_cast<double>(flowing) < sparse * static_cast<double>(inside)) {
+  if (!speeds.directions) found.wall = wall_of(lattice, volume, flow, cells, flows, values);
+  if (!found.wall && (found.noisy || static_cast<double>(flowing) < sparse * static_cast<double>(inside))) {
     found.signal = signal_of(lattice, volume, flow, cells, flows, found.noisy, values);
   }
   found.object = largest_parts(lattice, std::move(flows), enough);
-  if (!speeds.directions) found.vortices = vortices_of(lattice, *field, cells, found);
+  if (speeds.directions) return found;
+  found.turning = turning_of(lattice, *field, found);
+  found.vortices = vortices_of(lattice, *field, cells, found);
   return found;
 }
 

@@ -28,6 +28,24 @@ struct Vortices {
   double coherence_full = 0.0;  ///< [1] from here on it is no wall
 };
 
+/// Where a flow turns or shears, by the length of its curl, in unit of the field/m: there it differs from place to place, and
+/// rails show it. A uniform stream has none.
+struct Turning {
+  double from = 0.0;  ///< a quarter turn while the stream crosses the object
+  double full = 0.0;  ///< the median of what turns faster
+  double most = 0.0;  ///< the largest
+};
+
+/// Another field of the volume that is one number where it flows and another one where there is a wall.
+struct Wall {
+  std::size_t field = 0;  ///< its number in the volume
+  double level = 0.0;     ///< half way; in that field's own unit
+  double fluid = 0.0;     ///< from here on it is fluid, without the edge's fractions; in that field's own unit
+  bool around = false;    ///< the wall is around the flow, as that of a vessel; else a body is in the stream
+
+  bool fluid_is_high() const noexcept { return fluid > level; }
+};
+
 /// Where a vector field flows.
 struct FlowPlaces {
   Object object;                 ///< where it flows, noise left out
@@ -36,6 +54,8 @@ struct FlowPlaces {
   bool noisy = false;            ///< `noisy_share` is so large that noise has to be masked
   std::optional<Signal> signal;  ///< of a flow that is noisy or fills little of the data
   std::optional<Vortices> vortices;
+  std::optional<Turning> turning;
+  std::optional<Wall> wall;
 };
 
 /// [1] `coherence` of moving vectors: below the first they are noise, from the second on a stream. More: parts of turbulent

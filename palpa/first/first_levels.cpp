@@ -16,6 +16,9 @@ constexpr int places = 20000;
 // above soft tissue (40) and most contrast agent; higher: thin bone has holes.
 constexpr double skin_hu = -300.0;
 constexpr double bone_hu = 300.0;
+// [1] Of the strengths of a level, those of soft tissue: a hand is within it most of the time and pushes on, while it comes
+// upon a level now and then. More: a recorded hand tires; less: friction and drag hide it.
+constexpr double of_tissue = 0.5;
 
 /// Whether what lies at the border of the data is below a value: most of it, or a third where the scan ends within the body.
 bool border_is_below(const Field& field, double value) {
@@ -75,7 +78,8 @@ double rounded(double value, double span) noexcept {
   return std::isfinite(result) ? result + 0.0 : value;
 }
 
-FirstLevels first_levels(const Field& field, const Statistics& values, const std::string& unit, const std::string& modality) {
+FirstLevels first_levels(const Field& field, const Statistics& values, const std::string& unit, const std::string& modality,
+                         bool is_scan) {
   FirstLevels first;
   const Histogram& h = values.histogram;
   if (!(values.max > values.min)) return first;
@@ -90,9 +94,12 @@ FirstLevels first_levels(const Field& field, const Statistics& values, const std
     };
     add("skin", skin_hu, 0.8, "between air (-1000 HU) and fat (-100 HU)",
         "gives way to a light press, so that one gets to the bone");
-    add("bone", bone_hu, 1.7, "above soft tissue (40 HU) and most contrast agent",
-        "as firm as leaves room below max_force_n for the skin above it, friction and drag");
-    for (FirstLevel& level : first.levels) level.soft = level.value == skin_hu;
+    add("bone", bone_hu, holding_n, "above soft tissue (40 HU) and most contrast agent",
+        "above max_force_n: it holds however hard one presses; what is weaker can be pressed through");
+    for (FirstLevel& level : first.levels) {
+      level.soft = level.value == skin_hu;
+      level.holds = level.value == bone_hu;
+    }
     if (!first.levels.empty()) return first;
   }
 
@@ -101,12 +108,14 @@ FirstLevels first_levels(const Field& field, const Statistics& values, const std
   auto outer = dividing_value(h, bottom, top);
   if (!outer) outer = dividing_value(h, values.min, values.max);
   if (!outer) return first;
+  first.tissue = is_scan;
+  const double share = is_scan ? of_tissue : 1.0;
   const double span = values.max - values.min;
   const double outer_value = rounded(*outer, span);
   first.solid_is_high = border_is_below(field, outer_value);
   first.why_solid = first.solid_is_high ? "most of the border of the data is below the level: what is above it is the object"
                                         : "most of the border of the data is above the level: what is below it is the object";
-  first.levels.push_back(level_between(field, h, "surface", outer_value, bottom, top, 0.4, 1.0));
+  first.levels.push_back(level_between(field, h, "surface", outer_value, bottom, top, share * 0.4, share * 1.0));
 
   const double from = first.solid_is_high ? outer_value : bottom, to = first.solid_is_high ? top : outer_value;
   if (const auto inner = dividing_value(h, from, to)) {
@@ -117,7 +126,7 @@ FirstLevels first_levels(const Field& field, const Statistics& values, const std
     // repeats the first level.
     if (inner_value > from && inner_value < to && beyond > 0.05 * solid && solid - beyond > 0.05 * solid) {
       first.levels.back().soft = true;
-      first.levels.push_back(level_between(field, h, "core", inner_value, from, to, 0.7, 1.5));
+      first.levels.push_back(level_between(field, h, "core", inner_value, from, to, share * 0.7, share * 1.5));
     }
   }
   return first;

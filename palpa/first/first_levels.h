@@ -15,7 +15,8 @@ struct FirstLevel {
   double strength_n = 0.0;
   std::string why_value;  ///< half a sentence, for a comment in the scene
   std::string why_strength;
-  bool soft = false;  ///< elastic: gives way, so that a level below is felt through it
+  bool soft = false;   ///< elastic: gives way, so that a level below is felt through it
+  bool holds = false;  ///< stronger than any force that reaches the hand: it cannot be pressed through
 };
 
 /// A scalar field as surfaces: what is solid lies on one side of all levels, the outermost first.
@@ -23,14 +24,22 @@ struct FirstLevels {
   bool solid_is_high = true;
   std::string why_solid;
   bool hounsfield = false;
+  bool tissue = false;             ///< soft tissue: felt as a material, which yields everywhere and breaks nowhere
   std::vector<FirstLevel> levels;  ///< empty where the field does not vary
 };
 
-/// Levels from the histogram: skin and bone of CT; else the value that divides it best, and a second one that divides what is
-/// solid. Strengths come from the gradients: the sharper an edge, the firmer. A level over another one is soft.
+/// [N] `coupling.max_force_n` of a first scene: the most that small devices give.
+inline constexpr double first_max_force_n = 3.3;
+/// [N] Of a level that holds: more than first_max_force_n, and than a device of 5 N that is given all of its force.
+inline constexpr double holding_n = 6.0;
+
+/// Levels from the histogram: skin and bone of CT, of which bone holds; else the value that divides it best, and a second one
+/// that divides what is solid. Strengths come from the gradients: the sharper an edge, the firmer. A level over another one is
+/// soft.
 /// \param modality  as Volume::modality
+/// \param is_scan  of a part of a body: what is solid is then soft tissue, unless the values are Hounsfield units
 FirstLevels first_levels(const Field& field, const Statistics& values, const std::string& unit,
-                         const std::string& modality = {});
+                         const std::string& modality, bool is_scan);
 
 /// The value at which the drag of a sparse object begins, in the field's own unit: a share `wanted` [1] of `around` lies beyond
 /// it, and it lies between the mean of what is not solid there and the first level. \param around  values of the object's box

@@ -44,22 +44,31 @@ bool is_velocity(std::string name) {
 /// What a first scene says of its data.
 struct Draft {
   std::string title, filter, modes;
+  bool holds = false;  // one of its levels cannot be pressed through
   detail::Object object;
   detail::CloseUp close;
   double lying_at_y = 0.0;  // where a patient's table is; see facing_of
   bool directions = false;  // vectors whose sign means nothing
 };
 
+std::string title_of(const detail::FlowPlaces& flow) {
+  if (flow.speeds.directions) return "A first touch: rails along directions";
+  std::string title = "A first touch of a flow: it carries the hand along";
+  if (flow.turning) title += ", rails where it turns";
+  if (flow.vortices) title += ", a pull onto the cores of its vortices";
+  if (flow.wall) title += flow.wall->around ? ", a wall around it that gives way" : ", a body in it that holds";
+  return title;
+}
+
 Draft draft_of_flow(const Volume& volume, const std::vector<Statistics>& values, std::size_t number,
                     const detail::Lattice& lattice, detail::SceneNames& names) {
   const detail::FlowPlaces flow = detail::flow_places(lattice, volume, number, detail::first_flow(values[number]), values);
   if (flow.signal) names.used.push_back(flow.signal->field);
+  if (flow.wall) names.used.push_back(flow.wall->field);
   Draft draft;
   draft.directions = flow.speeds.directions;
-  draft.title = draft.directions ? "A first touch: rails along directions"
-                : flow.vortices
-                    ? "A first touch: a flow as rails, thick where it flows, its vortices as rails along their cores"
-                    : "A first touch: a flow as rails, thick where it flows";
+  draft.title = title_of(flow);
+  draft.holds = flow.wall && !flow.wall->around;
   draft.modes = detail::flow_modes(volume, names, values, flow);
   draft.filter = detail::filter_of_flow(volume);
   draft.object = flow.object;
@@ -84,13 +93,21 @@ Draft draft_of_labels(const Field& field, const Statistics& values, const LabelM
   return draft;
 }
 
-Draft draft_of_surfaces(const VolumeField& of, const std::string& modality, const Statistics& values, std::size_t number,
-                        const detail::Lattice& lattice, const detail::SceneNames& names) {
+/// Whether the data are of a part of a body: they know the patient, or have the format of scanners.
+bool is_scan(const Volume& volume) {
+  return volume.medical_frame || volume.format == "nrrd" || volume.format == "metaimage" || volume.format == "nifti" ||
+         volume.format == "dicom";
+}
+
+Draft draft_of_surfaces(const Volume& volume, const Statistics& values, std::size_t number, const detail::Lattice& lattice,
+                        const detail::SceneNames& names) {
+  const VolumeField& of = volume.fields[number];
   const Field& field = *of.field;
-  const detail::FirstLevels first = detail::first_levels(field, values, of.unit, modality);
+  const detail::FirstLevels first = detail::first_levels(field, values, of.unit, volume.modality, is_scan(volume));
   if (first.levels.empty()) throw LoadError("has no two classes of values; there is no surface to feel");
   Draft draft;
-  draft.title = !first.hounsfield          ? "A first touch: surfaces between classes of values"
+  draft.title = first.tissue ? "A first touch: a material that yields to a press, firmer from one class of values to the next"
+                : !first.hounsfield        ? "A first touch: surfaces between classes of values"
                 : first.levels.size() == 2 ? "A first touch of a CT scan: skin gives way, bone holds"
                                            : "A first touch of a CT scan: " + first.levels.front().name;
   draft.filter = detail::filter_of_surfaces(field, first.levels, first.solid_is_high);
@@ -114,7 +131,24 @@ Draft draft_of_surfaces(const VolumeField& of, const std::string& modality, cons
     faint = detail::faint_value(std::move(in_box), first, felt_part);
   }
   draft.modes = detail::surface_modes(names.of(number), values, first, faint);
+  draft.holds = std::ranges::any_of(first.levels, &detail::FirstLevel::holds);
   return draft;
+}
+
+/// The keys of the coupling.
+std::string coupling_keys(const Draft& draft) {
+  std::string out = reasoned("stiffness_n_per_m = 500",
+                             "what touch, omega, falcon and inverse3 hold without humming; palpa check says it of yours");
+  out += reasoned("damping_ns_per_m = 0.2", "calms the hand a little at a surface");
+  out += reasoned("max_force_n = " + detail::toml_number(detail::first_max_force_n),
+                  draft.holds ? "what small devices can give; all that gives way, friction and the drag of 0.4 m/s stay under "
+                                "it, what holds is above it"
+                              : "what small devices can give; all strengths below, friction and the drag of 0.4 m/s stay under "
+                                "it");
+  if (draft.holds)
+    out += reasoned("# impact_ns_per_m = 5",
+                    "a knock where what holds is hit: a spring alone feels like foam; remove the first # to feel it");
+  return out;
 }
 
 }  // namespace
@@ -133,7 +167,7 @@ std::optional<std::size_t> field_to_feel(const Volume& volume, const std::vector
   return std::nullopt;
 }
 
-std::string first_scene(const Volume& volume, const VolumeRequest& request) {
+std::string first_scene(const Volume& volume, const VolumeRequest& request, const std::filesystem::path& folder) {
   std::vector<Statistics> values;
   for (const VolumeField& field : volume.fields) values.push_back(statistics(*field.field));
   const auto number = field_to_feel(volume, values);
@@ -145,10 +179,9 @@ std::string first_scene(const Volume& volume, const VolumeRequest& request) {
   const detail::Lattice lattice(volume.bounds_m());
   const LabelMap map =
       is_flow ? LabelMap{} : label_map_unless_said(field, values[*number], volume.fields[*number].unit, volume.modality);
-  Draft draft = is_flow ? draft_of_flow(volume, values, *number, lattice, names)
-                : !map.labels.empty()
-                    ? draft_of_labels(field, values[*number], map, *number, lattice, names)
-                    : draft_of_surfaces(volume.fields[*number], volume.modality, values[*number], *number, lattice, names);
+  Draft draft = is_flow               ? draft_of_flow(volume, values, *number, lattice, names)
+                : !map.labels.empty() ? draft_of_labels(field, values[*number], map, *number, lattice, names)
+                                      : draft_of_surfaces(volume, values[*number], *number, lattice, names);
 
   const Box data_m = volume.bounds_m();  // the lattice may reach beyond it
   const auto within = [&](const Vec3& x) {
@@ -168,11 +201,8 @@ std::string first_scene(const Volume& volume, const VolumeRequest& request) {
 
   std::string out = "# Suggested by palpa info --scene. Behind each number stands why it is so: change what feels wrong.\n";
   out += "palpa = 1\ntitle = " + toml_string(draft.title) + "\n\n[coupling]\n";
-  out += reasoned("stiffness_n_per_m = 500", "what desktop devices hold without humming");
-  out += reasoned("damping_ns_per_m = 0.2", "calms the hand a little at a surface");
-  out += reasoned("max_force_n = 3.3",
-                  "what small devices can give; all strengths below, friction and the drag of 0.4 m/s stay under it");
-  out += "\n" + detail::volume_table(volume, request, names) + draft.filter;
+  out += coupling_keys(draft);
+  out += "\n" + detail::volume_table(volume, request, names, folder) + draft.filter;
   if (draft.directions) out += reasoned("sign = \"none\"", "every vector has length 1: directions, whose sign means nothing");
   if (draft.directions && request.components_along == "index")
     out +=

@@ -1,6 +1,7 @@
 // A first scene for data that nobody has felt yet.
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,9 +25,11 @@ std::optional<std::size_t> field_to_feel(const Volume& volume, const std::vector
 ///
 /// \param volume   as it was read, trilinear
 /// \param request  what it was read by; all of it is written into the scene
+/// \param folder   that the scene's file lies in: files that were named by a relative path, or lie in that folder or below, are
+/// written relative to it, so that both can be moved; empty: all paths are absolute
 /// Nothing of the file but its path, the names and units of its arrays and numbers gets into the text: no patient's name.
 /// Reads all voxels a few times. Throws LoadError, without a place, where there is nothing to feel, or where the path is no
 /// UTF-8, which no scene can name.
-std::string first_scene(const Volume& volume, const VolumeRequest& request);
+std::string first_scene(const Volume& volume, const VolumeRequest& request, const std::filesystem::path& folder = {});
 
 }  // namespace palpa

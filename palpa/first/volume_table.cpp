@@ -9,6 +9,7 @@
 #include "palpa/first/scene_lines.h"
 #include "palpa/grid/filter.h"
 #include "palpa/scene/to_toml.h"
+#include "palpa/survey/body_hint.h"
 #include "palpa/survey/thin_parts.h"
 #include "palpa/toml/wording.h"
 #include "palpa/volume/field_name.h"
@@ -37,6 +38,27 @@ std::string volume_name(const Volume& volume, const VolumeRequest& request, bool
   return stem.size() > 24 ? kind : plain_word(stem, kind);
 }
 
+/// What there is to say of a size that rests on a unit that is assumed.
+std::string doubt_of_size(const Volume& volume, const VolumeRequest& request) {
+  const auto hint = too_long_for(volume, request.files);
+  if (!hint) return "; correct it if they are not";
+  return "; no " + hint->part + " is that long, as which " + in_quotes(hint->name) + " reads: write \"mm\" if it is one";
+}
+
+/// The files as a scene in this folder names them: see `first_scene`.
+std::string files_of(const VolumeRequest& request, const std::filesystem::path& folder) {
+  std::string all;
+  for (const std::filesystem::path& file : request.files) {
+    std::filesystem::path name = std::filesystem::absolute(file).lexically_normal();
+    if (!folder.empty()) {
+      const std::filesystem::path near = name.lexically_relative(std::filesystem::absolute(folder).lexically_normal());
+      if (!near.empty() && (file.is_relative() || *near.begin() != "..")) name = near;
+    }
+    all += (all.empty() ? "" : ", ") + toml_string(name.string());
+  }
+  return request.files.size() == 1 ? all : "[" + all + "]";
+}
+
 }  // namespace
 
 std::string SceneNames::of(std::size_t field) const {
@@ -58,20 +80,21 @@ SceneNames names_of(const Volume& volume, const VolumeRequest& request, std::siz
   return names;
 }
 
-std::string volume_table(const Volume& volume, const VolumeRequest& request, const SceneNames& names) {
+std::string volume_table(const Volume& volume, const VolumeRequest& request, const SceneNames& names,
+                         const std::filesystem::path& folder) {
   for (const std::filesystem::path& file : request.files) {
     if (!is_utf8(std::filesystem::absolute(file).string()))
       throw LoadError("its name, or that of its folder, is no UTF-8, which a scene has to be; rename it");
   }
   std::string out = "[volume." + names.volume + "]\n";
   const std::vector<Said> how = said(request);
-  out += "file = " + value_of(how, "file") + "\n";
+  out += "file = " + files_of(request, folder) + "\n";
   const Vec3 size_m = volume.bounds_m().size_m();
   if (volume.length_unit_assumed) {
     // A comment: as a key it would be an assumption no longer, and `run` would not repeat it.
     out += reasoned("# length_unit = " + toml_string(volume.length_unit),
-                    "ASSUMED, the file says none: the data are then " + size_words(size_m) +
-                        "; correct it if they are not, and take the first # away");
+                    "ASSUMED, the file says none: the data are then " + size_words(size_m) + doubt_of_size(volume, request) +
+                        ", and take the first # away");
   } else if (!request.length_unit.empty()) {
     out += reasoned("length_unit = " + toml_string(request.length_unit), "as asked for: the data are " + size_words(size_m));
   }

@@ -1,6 +1,7 @@
 // The table of a first scene's volume: how it was read, which of its fields are used, and what lies between voxels.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,9 @@ struct SceneNames {
 SceneNames names_of(const Volume& volume, const VolumeRequest& request, std::size_t felt);
 
 /// All of the table but its filter. Throws LoadError, without a place, where a scene cannot name the file.
-std::string volume_table(const Volume& volume, const VolumeRequest& request, const SceneNames& names);
+/// \param folder  as of `first_scene`
+std::string volume_table(const Volume& volume, const VolumeRequest& request, const SceneNames& names,
+                         const std::filesystem::path& folder);
 
 /// The filter of a field that is felt as surfaces, and what that costs; empty where there are no voxels.
 std::string filter_of_surfaces(const Field& field, const std::vector<FirstLevel>& levels, bool solid_is_high);

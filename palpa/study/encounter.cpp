@@ -142,7 +142,8 @@ Ways ways_around(const Encounter& met, const std::vector<std::unique_ptr<Feeler>
 }
 
 /// The encounter and variants of what the description leaves open: a smaller motion, as the front is more even near the place;
-/// half as deep, for fronts that give way easily; four times as deep, for fronts with gaps; and as deep as rare things lie.
+/// half as deep, for fronts that give way easily, and for those that hold, also smaller; four times as deep, for fronts with
+/// gaps; and as deep as rare things lie.
 std::vector<Encounter> variants(const ReachLattice& lattice, const Encounter& met, const SimulatedMotion& motion,
                                 const Vec3& place_m) {
   std::vector<Encounter> all{met};
@@ -156,6 +157,12 @@ std::vector<Encounter> variants(const ReachLattice& lattice, const Encounter& me
   for (const double times : {0.5, 4.0}) {
     all.push_back(met);
     all.back().depth_m *= times;
+  }
+  if (!motion.radius_m) {
+    all.push_back(met);
+    all.back().radius_m *= nearer;
+    all.back().half_height_m *= nearer;
+    all.back().depth_m *= 0.5;
   }
   if (motion.kind == SimulatedMotion::Kind::helix) return all;
   const double radius = met.radius_m / cell_m + 0.5;
@@ -185,7 +192,7 @@ Encounter best_of(const Scene& scene, const std::vector<Encounter>& all, const S
   constexpr double plenty = 0.5;
   const auto felt = [&](const Encounter& one) { return tried(scene, simulated_target(motion, one), hold, for_s); };
   const Summary first = felt(all.front());
-  if (first.contact_share >= plenty && kinds_met(first) == 1.0) return all.front();
+  if (first.contact_share >= plenty && kinds_met(first) == 1.0 && !is_often_limited(first)) return all.front();
   std::vector<double> worths(all.size(), worth_of(first));
   in_parallel(feeling_threads(), static_cast<int>(all.size()) - 1, [&](std::size_t, int n) {
     const auto at = static_cast<std::size_t>(n) + 1;

@@ -103,8 +103,8 @@ std::vector<std::string> words_of_unyielding(const Scene& scene, double device_m
   std::vector<std::string> sentences;
   for (const UnyieldingLevel& level : unyielding_levels(scene, most_n)) {
     sentences.push_back(
-        detail::text("The level %.60s of '%.60s' bears %g N, of which no more than %g N reach the hand (%s): where it is whole "
-                     "it never lets go.",
+        detail::text("The level %.60s of '%.60s' bears %g N, of which no more than %g N reach the hand (%s): except within "
+                     "four voxels of the end of its data it never lets go.",
                      level.name.c_str(), scene.modes()[level.mode].name.c_str(), level.strength_n, most_n, whose));
   }
   return sentences;

@@ -25,13 +25,24 @@ double kinds_met(const Summary& summary) {
   return static_cast<double>(met) / static_cast<double>(std::max<std::size_t>(1, summary.modes.size()));
 }
 
-double worth_of(const Summary& summary) {
+namespace {
+
+/// [1] Share of ticks in which the guard limits the force.
+double limited_share(const Summary& summary) {
+  return static_cast<double>(summary.guard_limited_ticks) / static_cast<double>(std::max<std::int64_t>(1, summary.ticks));
+}
+
+}  // namespace
+
+bool is_often_limited(const Summary& summary) {
   // [1] Share of ticks in which the guard may limit the force. More: hands are laid where they push in vain; less: one hard
   // contact spoils a good place.
   constexpr double rarely = 0.002;
-  const double ticks = static_cast<double>(std::max<std::int64_t>(1, summary.ticks));
-  const double limited = static_cast<double>(summary.guard_limited_ticks) / ticks;
-  return summary.contact_share + kinds_met(summary) - (limited > rarely ? 1.0 + limited : 0.0) -
+  return limited_share(summary) > rarely;
+}
+
+double worth_of(const Summary& summary) {
+  return summary.contact_share + kinds_met(summary) - (is_often_limited(summary) ? 1.0 + limited_share(summary) : 0.0) -
          (summary.waiting_ticks > 0 ? 0.5 : 0.0);
 }
 

@@ -11,7 +11,7 @@ namespace palpa::test {
 struct FirstTouch {
   std::string scene;
   double contact_share = 0.0;      ///< [1] of the ticks, a mode pushes with more than 1 mN
-  double below_limit_share = 0.0;  ///< [1] of the ticks, the force is below the limit
+  double below_limit_share = 0.0;  ///< [1] of the ticks, the force is below the limit, or a level that bears more pushes most
   double force_max_n = 0.0;
   double buzz_n = 0.0;  ///< peak to peak, the most of ten stops
   long faults = 0;      ///< ticks that were capped, had a bad input or a force that is not finite

@@ -1,0 +1,163 @@
+// What the title and the comments of a first scene promise is so, on each set of the shared data.
+#include <algorithm>
+#include <cmath>
+
+#include "data_sets.h"
+#include "files.h"
+#include "palpa/field/halton.h"
+#include "palpa/file/directions.h"
+#include "palpa/first/first_scene.h"
+#include "palpa/loop/loop.h"
+#include "palpa/mode/modes.h"
+#include "palpa/scene/load_scene.h"
+#include "palpa/study/felt.h"
+#include "palpa/study/run.h"
+#include "palpa/study/unyielding.h"
+
+namespace palpa::test {
+namespace {
+
+/// A run of a first scene.
+struct Felt {
+  Summary summary;
+  std::vector<SessionEvent> broken;
+};
+
+class FirstPromises : public ReaderTest, public ::testing::WithParamInterface<DataSet> {
+ protected:
+  /// The first scene of the set; none where the data are not here.
+  std::optional<LoadedScene> first() const {
+    const fs::path data = shared_file(GetParam().file);
+    if (data.empty()) return std::nullopt;
+    VolumeRequest request;
+    request.files = {data};
+    VolumeFile file = read_volume_file(request, options_);
+    if (const auto directions = as_directions(request, file, options_)) {
+      request = *directions;
+      file = read_volume_file(request, options_);
+    }
+    return parse_scene(first_scene(file.volume, request), "first.toml", {}, volume_reader(options_), standard_modes());
+  }
+
+  static Felt feel(const LoadedScene& first, const std::string& hand, double duration_s) {
+    RunOptions options;
+    options.hand = hand;
+    options.duration_s = duration_s;
+    PreparedRun prepared = prepare(first, options);
+    SummaryBuilder builder(first.scene);
+    Session session(first.scene);
+    Felt felt;
+    run_simulated(session, *prepared.hand, {.duration_s = prepared.duration_s, .time_ticks = false}, nullptr,
+                  [&](const TickFrame& frame, const Session& now) {
+                    builder.add(frame, now);
+                    for (const SessionEvent& event : now.events()) {
+                      if (event.kind == SessionEventKind::break_through) felt.broken.push_back(event);
+                    }
+                  });
+    felt.summary = builder.finish(1.0);
+    return felt;
+  }
+
+  static void expect_promises(const LoadedScene& first, const Felt& felt) {
+    const std::vector<SceneMode>& modes = first.scene.modes();
+    for (const UnyieldingLevel& level : unyielding_levels(first.scene, first.scene.coupling.max_force_n)) {
+      for (const double value : values_of(modes[level.mode], level.name)) {
+        for (const SessionEvent& event : felt.broken)
+          EXPECT_FALSE(event.mode == static_cast<int>(level.mode) && event.value == value) << level.name << " lets go";
+      }
+    }
+    for (std::size_t m = 0; m < modes.size(); ++m) {
+      const ModeSummary& mode = felt.summary.modes[m];
+      if (drives(modes[m].mode.type())) continue;
+      EXPECT_LT(mode.injected_j - mode.dissipated_j, 1e-6) << mode.name << " brings energy in";
+    }
+    EXPECT_LE(felt.summary.force_max_n, first.scene.coupling.max_force_n + 1e-9);
+  }
+
+  /// The values of the levels of this name.
+  static std::vector<double> values_of(const SceneMode& mode, const std::string& name) {
+    std::vector<double> values;
+    for (const SurfaceAndFriction::Level& level : mode.mode.as<SurfaceAndFriction>()->levels) {
+      if (level.name == name) values.push_back(level.value);
+    }
+    return values;
+  }
+};
+
+TEST_P(FirstPromises, AreKeptUnderAStroke) {
+  const auto first = this->first();
+  if (!first) GTEST_SKIP() << "the shared data are not here: set PALPA_SHARED to their folder";
+  SCOPED_TRACE(first->text);
+  expect_promises(*first, feel(*first, "sim:stroke", 10.0));
+}
+
+TEST_P(FirstPromises, AreKeptUnderARecordedHandWhichSoftTissueDoesNotKeepPopping) {
+  const auto first = this->first();
+  const fs::path hand = shared_file("trajectories/inverse3_woodcarving_20231123_143724.csv");
+  if (!first || hand.empty()) GTEST_SKIP() << "the shared data are not here: set PALPA_SHARED to their folder";
+  SCOPED_TRACE(first->text);
+  const Felt felt = feel(*first, hand.string(), 13.0);
+  expect_promises(*first, felt);
+  const bool is_tissue = first->text.find("a material that yields") != std::string::npos;
+  const double pops_per_s = static_cast<double>(felt.broken.size()) / felt.summary.duration_s;
+  if (is_tissue) {
+    EXPECT_LT(pops_per_s, 0.5);
+  }
+  const ModeSummary& surface = felt.summary.modes.front();
+  if (is_tissue) {
+    EXPECT_GT(surface.contact_share, 0.1) << "it is felt all the same";
+  }
+}
+
+/// [N] What a rigid hand that goes 20 mm along a way at 50 mm/s has against it, on average.
+double against_n(const Scene& scene, const Vec3& from_m, const Vec3& way) {
+  constexpr double speed_m_per_s = 0.05, length_m = 0.02, dt_s = 1e-3;
+  Session session(scene);
+  double sum_n = 0.0;
+  int ticks = 0;
+  for (double at_m = 0.0; at_m < length_m; at_m += speed_m_per_s * dt_s, ++ticks)
+    sum_n -= dot(session.tick({.position_m = from_m + at_m * way}, dt_s).force_n, way);
+  return sum_n / ticks;
+}
+
+TEST_P(FirstPromises, UpstreamCostsMoreThanDownstream) {
+  const auto first = this->first();
+  if (!first) GTEST_SKIP() << "the shared data are not here: set PALPA_SHARED to their folder";
+  const Scene& scene = first->scene;
+  const auto current = std::ranges::find_if(scene.modes(), [](const SceneMode& mode) { return mode.mode.as<VectorForce>(); });
+  if (current == scene.modes().end()) GTEST_SKIP() << "no flow";
+  const VectorForce& push = *current->mode.as<VectorForce>();
+  const Field& flow = *scene.field(push.field).field;
+  const Field& speed = *scene.field(push.strength_n.of).field;
+  const Similarity map = scene.hand_to_world();
+  int places = 0, told = 0;
+  for (int n = 1; n <= 4000 && places < 30; ++n) {
+    const Vec3 at_m = detail::halton(n, {{-0.06, -0.06, -0.06}, {0.06, 0.06, 0.06}});
+    const auto flow_at = [&](const Vec3& hand_m) { return flow.vector(map.to_world(hand_m)); };
+    const VectorSample here = flow_at(at_m);
+    if (!here.inside || !(norm(here.value) > 0.0)) continue;
+    const Vec3 way = normalized(map.gradient_to_hand(normalized(here.value)));
+    // Where it flows the same way all along.
+    bool even = true;
+    for (double m = 0.0; m <= 0.02; m += 0.005) {
+      const VectorSample there = flow_at(at_m + m * way);
+      double factor = 1.0;
+      for (const Mask& mask : current->masks)
+        factor *= mask.curve.at(scene.field(mask.of).field->scalar(map.to_world(at_m + m * way)).value);
+      const double pushed_n = push.strength_n.curve.at(speed.scalar(map.to_world(at_m + m * way)).value) * factor;
+      even = even && there.inside && dot(normalized(there.value), normalized(here.value)) > 0.95 && pushed_n > 0.1;
+    }
+    if (!even) continue;
+    ++places;
+    const double down_n = against_n(scene, at_m, way), up_n = against_n(scene, at_m + 0.02 * way, -1.0 * way);
+    told += up_n > down_n + 0.1;
+  }
+  ASSERT_GT(places, 0) << first->text;
+  EXPECT_GE(told, 0.9 * places) << first->text;
+}
+
+INSTANTIATE_TEST_SUITE_P(Sets, FirstPromises, ::testing::ValuesIn(data_sets()),
+                         [](const auto& set) { return name_of(set.param); });
+
+}  // namespace
+}  // namespace palpa::test
