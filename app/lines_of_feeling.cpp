@@ -6,6 +6,7 @@
 #include "app/commands.h"
 #include "app/hand_words.h"
 #include "app/options.h"
+#include "app/terminal.h"
 #include "palpa/core/load_error.h"
 
 namespace palpa::app {
@@ -38,7 +39,7 @@ struct RunLine {
   bool no_rehearsal = false;
   int clutch_button = 0, dead_man_button = 0;  // 0: none
   std::vector<std::string> sets;
-  std::string hold, center, fit;
+  std::string hold, place, center, fit;
 };
 
 /// A hand of one's own is felt in real time without being told so.
@@ -58,6 +59,25 @@ void add_live(const RunLine& given, RunOptions& options) {
   options.live->dead_man_buttons = bit(given.dead_man_button);
 }
 
+/// Where a recording is laid; the words of earlier versions are read as well, with a line that names the new one.
+std::optional<Place> place_of(const RunLine& given) {
+  const auto place_named = [](const std::string& word) {
+    return word == "fitted" ? Place::fitted : word == "centred" ? Place::centred : Place::as_recorded;
+  };
+  const bool has_old = !given.fit.empty() || !given.center.empty();
+  if (!given.place.empty()) {
+    if (has_old) throw LoadError("run: --hand-place says where the recording lies; leave out --hand-fit and --hand-center");
+    return place_named(given.place);
+  }
+  const std::string& hand = given.run.options.hand;
+  if (!has_old || hand.empty() || hand.starts_with("sim:")) return {};
+  const Place place = given.center.empty() || given.fit == "on" ? place_by_fit(given.run.options, given.fit == "on")
+                                                                : place_named(given.center == "on" ? "centred" : "as_recorded");
+  print_warnings({std::string(given.fit.empty() ? "--hand-center" : "--hand-fit") + ": is called --hand-place " +
+                  name_of(place) + " now"});
+  return place;
+}
+
 RunArguments arguments_of(RunLine given, int argc, char** argv) {
   RunOptions& options = given.run.options;
   add_live(given, options);
@@ -66,8 +86,7 @@ RunArguments arguments_of(RunLine given, int argc, char** argv) {
   if (!given.hold.empty()) {
     options.hold = given.hold == "rigid" ? Hold::rigid : given.hold == "relaxed" ? Hold::relaxed : Hold::firm;
   }
-  if (!given.fit.empty()) options.fit = given.fit == "on";
-  if (!given.center.empty()) options.recording.center = given.center == "on";
+  options.place = place_of(given);
   return std::move(given.run);
 }
 
@@ -109,16 +128,14 @@ void add_run(CLI::App& app, Work& work, int argc, char** argv, const std::atomic
   command->add_option("--hand-rate-hz", given->run.options.recording.hand_rate_hz, "rate of a recording without time")
       ->type_name("HZ");
   command
-      ->add_option("--hand-center", given->center,
-                   "put the middle of the recording into the middle of the workspace: on or off")
-      ->check(CLI::IsMember({"on", "off"}))
-      ->type_name("ON");
-  command
-      ->add_option("--hand-fit", given->fit,
-                   "lay a recording where it feels most of the data: on or off (on, but with --hand-center; traces of ours are "
-                   "never moved)")
-      ->check(CLI::IsMember({"on", "off"}))
-      ->type_name("ON");
+      ->add_option("--hand-place", given->place,
+                   "where a recording lies: fitted (where it feels most of the data, the default of all but the columns of our "
+                   "own ticks.csv), centred (the middle of its box in the middle of the workspace) or as_recorded")
+      ->check(CLI::IsMember({"as_recorded", "centred", "fitted"}))
+      ->type_name("PLACE");
+  // Earlier versions' words for it.
+  command->add_option("--hand-center", given->center)->check(CLI::IsMember({"on", "off"}))->group("");
+  command->add_option("--hand-fit", given->fit)->check(CLI::IsMember({"on", "off"}))->group("");
   command
       ->add_option("--duration-s", given->run.options.duration_s,
                    "duration (the recording's, or 10; of your own hand: until q or an interrupt)")

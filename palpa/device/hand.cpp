@@ -63,7 +63,11 @@ class Hand : public SimulatedDevice {
   const DevicePlant& plant() const noexcept { return plant_; }
   const Target::Point& wanted() const noexcept { return wanted_; }
   void pass_time(double time_step_s) noexcept {
-    time_s_ += time_step_s;
+    // Kahan: after any number of steps the time is that of a row of a recording, to rounding.
+    const double step_s = time_step_s - excess_s_;
+    const double now_s = time_s_ + step_s;
+    excess_s_ = (now_s - time_s_) - step_s;
+    time_s_ = now_s;
     wanted_ = target_->at(time_s_);
   }
 
@@ -71,6 +75,7 @@ class Hand : public SimulatedDevice {
   std::shared_ptr<const Target> target_;
   DevicePlant plant_;
   double time_s_ = 0.0;
+  double excess_s_ = 0.0;  // of the time, over the sum of its steps
   Target::Point wanted_;
 };
 

@@ -37,9 +37,9 @@ struct DevicePlant {
 /// measurements of one device.
 std::span<const DevicePlant> device_presets();
 /// A preset by its name, with single values changed: `touch`, or `touch,encoder_step_m=2e-5,delay_ticks=2`. The keys are the
-/// members of DevicePlant and of its limits. In place of a preset the name of a file, `mine.toml`, which says the same keys, after
-/// `like = "touch"` where it begins from a preset, else from an ideal device. Its name is the whole description. Throws LoadError
-/// that says what would be right.
+/// members of DevicePlant and of its limits. In place of a preset the name of a file, `mine.toml`, which says the same keys,
+/// after `like = "touch"` where it begins from a preset, else from an ideal device. Its name is the whole description. Throws
+/// LoadError that says what would be right.
 DevicePlant device_plant(const std::string& description);
 /// Its values with their units, for a person.
 std::string words_of(const DevicePlant& plant);
@@ -129,13 +129,21 @@ struct RecordingOptions {
 ///   Time,Cursor Position X,Y,Z …    Haply logs: z is flipped, all-zero rows are dropped
 ///   x,y,z …                         no time: `hand_rate_hz` is needed
 /// Unknown columns are skipped. Time starts at the first row and must not fall; of rows at one time
-/// the last counts. But in our own, rows that repeat the last position are dropped (a logger that is
-/// faster than its device), but never so many that a resting hand would look like a gap. Rows whose
-/// position is not finite are dropped. Between rows the position follows a monotone cubic
+/// the last counts. But in our own, rows that repeat the last position are dropped where their pattern is that of
+/// a logger that is faster than its device (`detail::repeat_by_logger`; in Haply logs always), but never so many that a resting
+/// hand would look like a gap. Rows whose position is not finite are dropped, and so is a last line without its end; `warnings`
+/// tells both assumptions. Between rows the position follows a monotone cubic
 /// (Fritsch and Carlson), which never leaves the interval of its two neighbours; where rows are more
 /// than 100 ms apart, and after the last, it is not valid; a warning says so. Names that say no unit are taken as seconds and
 /// metres, and refused where a hand would then be too slow or too large. Throws LoadError.
 std::unique_ptr<Target> recorded_target(const std::filesystem::path& file, const RecordingOptions& options = {});
+
+/// A hand at given positions, one for each tick of `time_step_s`, in the hand frame; never moved. At a row's time it is exactly
+/// there, between rows on the monotone cubic of a recorded hand; rows that are not finite are not valid.
+/// \param positions_m  [m]; at least one is finite, none is further away than 1000 m
+/// \param time_step_s  [s] above 0 and at most 1
+/// Throws LoadError.
+std::unique_ptr<Target> sampled_target(std::span<const Vec3> positions_m, double time_step_s);
 
 /// How a hand is held: rigidly, where no force moves it, or by an arm, which a force can hold.
 enum class Hold { rigid, relaxed, firm };

@@ -10,6 +10,7 @@
 #include "palpa/core/load_error.h"
 #include "palpa/core/printed.h"
 #include "palpa/device/hand.h"
+#include "palpa/device/repeated_rows.h"
 #include "palpa/disk/input_file.h"
 #include "palpa/toml/wording.h"
 
@@ -22,8 +23,13 @@ namespace {
 // A longer gap between rows is not filled: the probe is not valid there. Longer: motion is made up; shorter: slow recordings
 // fall apart.
 constexpr double longest_filled_gap_s = 0.1;
-// Mean time between rows up to which repeated positions are a device at rest and kept; above they are dropped as a logger's.
-constexpr double longest_haptic_step_s = 2.5e-3;
+// A time so close to a row's [s] is that row's: of the last one of any recording, and of each of given positions, which are
+// those of ticks. Longer: dense rows shift; shorter: rounding of times makes others of them.
+constexpr double same_time_s = 1e-9;
+// Repeated rows are told of where they are so many, and such a share [1] of all. More: an assumption goes untold; fewer: a hand
+// that rests for a moment is told of.
+constexpr std::size_t least_told_repeats = 8;
+constexpr double least_told_share = 0.1;
 constexpr double farthest_m = 1000.0;              // a position further away is refused: another unit, or noise
 constexpr std::size_t longest_line_bytes = 65536;  // a longer line is refused: no table. More: more memory for a wrong file
 
@@ -74,7 +80,10 @@ bool connected(const Knot& a, const Knot& b) noexcept {
 
 class Recording final : public Target {
  public:
-  Recording(std::vector<Knot> knots, bool knows_its_place) : knots_(std::move(knots)), knows_its_place_(knows_its_place) {
+  /// \param told  what was assumed of the rows, a sentence each
+  /// \param near_s  [s] a time so close to a row's is that row's
+  Recording(std::vector<Knot> knots, bool knows_its_place, std::vector<std::string> told, double near_s = 0.0)
+      : knots_(std::move(knots)), knows_its_place_(knows_its_place), told_(std::move(told)), near_s_(near_s) {
     for (std::size_t first = 0; first < knots_.size();) {
       std::size_t last = first;
       while (last + 1 < knots_.size() && connected(knots_[last], knots_[last + 1])) ++last;
@@ -85,6 +94,7 @@ class Recording final : public Target {
 
   double duration_s() const noexcept override { return knots_.back().time_s; }
   std::vector<std::string> warnings() const override {
+    std::vector<std::string> told = told_;
     double lost_s = 0.0;
     double first_s = -1.0;
     for (std::size_t i = 0; i + 1 < knots_.size(); ++i) {
@@ -92,19 +102,21 @@ class Recording final : public Target {
       if (first_s < 0.0) first_s = knots_[i].time_s;
       lost_s += knots_[i + 1].time_s - knots_[i].time_s;
     }
-    if (lost_s == 0.0) return {};
-    return {"for " + brief(lost_s) + " of " + brief(duration_s()) + " s nobody knows where the hand was, first after " +
-            brief(first_s) + " s, and nothing is felt: its rows are more than 100 ms apart there; record at least 10 a second"};
+    if (lost_s == 0.0) return told;
+    told.push_back("for " + brief(lost_s) + " of " + brief(duration_s()) + " s nobody knows where the hand was, first after " +
+                   brief(first_s) +
+                   " s, and nothing is felt: its rows are more than 100 ms apart there; record at least 10 a second");
+    return told;
   }
   bool knows_its_place() const noexcept override { return knows_its_place_; }
 
   Point at(double time_s) const noexcept override {
-    const auto after = std::upper_bound(knots_.begin(), knots_.end(), time_s,
+    const auto after = std::upper_bound(knots_.begin(), knots_.end(), time_s + near_s_,
                                         [](double time, const Knot& knot) { return time < knot.time_s; });
     if (after == knots_.begin()) return {.position_m = knots_.front().position_m, .valid = false};
     const Knot& a = *(after - 1);
     Point point{.position_m = a.position_m, .valid = a.valid, .buttons = a.buttons};
-    if (time_s == a.time_s) return point;
+    if (time_s <= a.time_s + (after == knots_.end() ? same_time_s : near_s_)) return point;
     point.valid = after != knots_.end() && connected(a, *after);
     if (!point.valid) return point;
     const Knot& b = *after;
@@ -120,6 +132,8 @@ class Recording final : public Target {
  private:
   std::vector<Knot> knots_;
   bool knows_its_place_;
+  std::vector<std::string> told_;
+  double near_s_;
 };
 
 // ---- the file ----
@@ -231,6 +245,7 @@ class File {
       for (int c = stream_.get(); c != '\n'; c = stream_.get()) {
         if (c == std::char_traits<char>::eof()) {
           if (line.empty()) return false;
+          is_cut_ = true;
           break;
         }
         line += static_cast<char>(c);
@@ -239,6 +254,9 @@ class File {
     } while (line.empty() || line == "\r");
     return true;
   }
+  /// Whether the line read last has no end: its writer may have been stopped within it.
+  bool is_cut() const noexcept { return is_cut_; }
+  std::int64_t line_number() const noexcept { return number_; }
   [[noreturn]] void refuse(const std::string& what, std::string_view right) const {
     throw LoadError(path_.string() + ":" + std::to_string(number_) + ": " + what + "; " + std::string(right));
   }
@@ -247,6 +265,7 @@ class File {
   fs::path path_;
   detail::InputStream stream_;
   std::int64_t number_ = 0;
+  bool is_cut_ = false;
 };
 
 class RowReader {
@@ -301,17 +320,54 @@ class RowReader {
   std::int64_t rows_ = 0;
 };
 
-// Drops rows that repeat the last position: the logger was faster than the device. Of a resting hand as many rows stay as are
-// needed to leave no gap; the last row stays, because it ends the recording.
+// Drops rows that repeat the last position: the logger was faster than the device. Of a resting hand as many rows stay, evenly
+// spread, as are needed to leave no gap; so the first step after the rest is no shorter than half of what may be filled. The
+// last row stays, because it ends the recording.
 std::vector<Knot> without_repeats(const std::vector<Knot>& rows) {
   std::vector<Knot> kept;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const bool repeats =
-        !kept.empty() && rows[i].position_m == kept.back().position_m && rows[i].buttons == kept.back().buttons;
-    if (repeats && i + 1 < rows.size() && rows[i + 1].time_s - kept.back().time_s <= longest_filled_gap_s) continue;
+  for (std::size_t i = 0, next = 0; i < rows.size(); i = next) {
     kept.push_back(rows[i]);
+    next = i + 1;  // the first that is another position, or the last
+    while (next + 1 < rows.size() && rows[next].position_m == rows[i].position_m && rows[next].buttons == rows[i].buttons)
+      ++next;
+    if (next >= rows.size()) break;
+    for (std::size_t stays = i;;) {
+      const double rest_s = rows[next].time_s - rows[stays].time_s;
+      if (rest_s <= longest_filled_gap_s) break;
+      const double until_s = rows[stays].time_s + rest_s / std::ceil(rest_s / longest_filled_gap_s);
+      const auto later = std::upper_bound(rows.begin() + static_cast<std::ptrdiff_t>(stays) + 1,
+                                          rows.begin() + static_cast<std::ptrdiff_t>(next), until_s,
+                                          [](double time, const Knot& row) { return time < row.time_s; });
+      stays = std::max(stays + 1, static_cast<std::size_t>(later - rows.begin()) - 1);
+      if (stays >= next) break;
+      kept.push_back(rows[stays]);
+    }
   }
   return kept;
+}
+
+// Leaves out the rows that repeat the last position where a logger made them, and says what it takes the repeats for.
+std::vector<Knot> with_repeats_judged(std::vector<Knot> rows, std::vector<std::string>& told) {
+  std::vector<detail::PositionChange> changes;
+  std::size_t repeats = 0, last_change = 0;
+  for (std::size_t i = 1; i < rows.size(); ++i) {
+    const double step_m = largest_component(rows[i].position_m - rows[i - 1].position_m);
+    if (step_m == 0.0) {
+      ++repeats;
+    } else {
+      // What came before the first change began before the recording did.
+      if (last_change > 0) changes.push_back({step_m, static_cast<int>(i - last_change)});
+      last_change = i;
+    }
+  }
+  const bool by_logger = detail::repeat_by_logger(changes);
+  if (repeats >= least_told_repeats && static_cast<double>(repeats) >= least_told_share * static_cast<double>(rows.size())) {
+    const std::string share = std::to_string(repeats) + " of " + std::to_string(rows.size()) +
+                              " rows repeat the position before them; they are taken for ";
+    told.push_back(share + (by_logger ? "those of a logger that is faster than its device, and are left out"
+                                      : "a device at rest between two steps of its encoder, and are kept"));
+  }
+  return by_logger ? without_repeats(rows) : rows;
 }
 
 // Low and high corner of the box of a recording.
@@ -376,7 +432,14 @@ std::unique_ptr<Target> recorded_target(const fs::path& path, const RecordingOpt
 
   RowReader reader(file, *form, places, header.size(), options.hand_rate_hz);
   std::vector<Knot> rows;
+  std::vector<std::string> told;
   while (file.next(line)) {
+    if (file.is_cut()) {
+      told.push_back(
+          "line " + std::to_string(file.line_number()) +
+          " has no end, as where the writing of a file was stopped, and is left out; a last line ends like the others");
+      break;
+    }
     const Knot knot = reader.read(line);
     // Rows without a position are skipped, except in our own recording: there they are ticks of a device that was lost.
     if (!knot.valid && !form->own) continue;
@@ -385,7 +448,8 @@ std::unique_ptr<Target> recorded_target(const fs::path& path, const RecordingOpt
     rows.push_back(knot);
   }
   if (std::none_of(rows.begin(), rows.end(), [](const Knot& row) { return row.valid; })) {
-    throw LoadError(path.string() + ": has no row with a position; " + std::string(right_forms));
+    throw LoadError(path.string() + ": has no row with a position" + (file.is_cut() ? " that ends like a line" : "") + "; " +
+                    std::string(right_forms));
   }
   // Positions shown while a device was lost mean nothing: the last known one replaces them.
   Vec3 known = std::find_if(rows.begin(), rows.end(), [](const Knot& row) { return row.valid; })->position_m;
@@ -396,11 +460,32 @@ std::unique_ptr<Target> recorded_target(const fs::path& path, const RecordingOpt
     row.position_m = known;
   }
   if (form->bare) check_units(path, rows, header[places.time], header[places.position[0]]);
-  // A repeated position at a haptic rate is an encoder at rest; at lower rates the logger was faster than the device.
-  const bool haptic_rate = rows.back().time_s <= longest_haptic_step_s * static_cast<double>(rows.size());
-  if (form->haply || !(form->own || haptic_rate)) rows = without_repeats(rows);
+  if (form->haply) {
+    rows = without_repeats(rows);
+  } else if (!form->own) {
+    rows = with_repeats_judged(std::move(rows), told);
+  }
   if (options.center.value_or(!form->own)) center(rows);
-  return std::make_unique<Recording>(std::move(rows), form->own);
+  return std::make_unique<Recording>(std::move(rows), form->own, std::move(told));
+}
+
+std::unique_ptr<Target> sampled_target(std::span<const Vec3> positions_m, double time_step_s) {
+  if (!(time_step_s > 0.0 && time_step_s <= 1.0))
+    throw LoadError("hand: a time step of " + brief(time_step_s) + " s cannot be used; it lies above 0 and is at most 1 s");
+  std::vector<Knot> knots;
+  knots.reserve(positions_m.size());
+  for (const Vec3& position_m : positions_m) {
+    const bool valid = is_finite(position_m);
+    if (valid && largest_component(position_m) > farthest_m)
+      throw LoadError("hand: row " + std::to_string(knots.size()) + " is more than 1000 m away; positions are metres");
+    knots.push_back({.time_s = static_cast<double>(knots.size()) * time_step_s,
+                     .position_m = valid || knots.empty() ? position_m : knots.back().position_m,
+                     .valid = valid});
+  }
+  const auto known = std::ranges::find_if(knots, &Knot::valid);
+  if (known == knots.end()) throw LoadError("hand: has no row with a position; a row is three finite numbers, in metres");
+  for (auto knot = knots.begin(); knot != known; ++knot) knot->position_m = known->position_m;
+  return std::make_unique<Recording>(std::move(knots), true, std::vector<std::string>{}, same_time_s);
 }
 
 }  // namespace palpa

@@ -77,9 +77,9 @@ std::string why_little_is_felt(const Recorded& recorded, const Scene* scene) {
   // A recording that was left where it was is laid where it feels most, if that is asked for.
   const auto& arguments = recorded.header.arguments;
   const bool left_there = std::any_of(arguments.begin(), arguments.end(), [](const std::string& one) {
-    return one.starts_with("--hand-fit") || one.starts_with("--hand-center");
+    return one.starts_with("--hand-place") || one.starts_with("--hand-fit") || one.starts_with("--hand-center");
   });
-  return words + " " + palpa::why_little_is_felt(Reach(*scene), places_m, left_there ? "--hand-fit on" : "");
+  return words + " " + palpa::why_little_is_felt(Reach(*scene), places_m, left_there ? "--hand-place fitted" : "");
 }
 
 std::string level_of(const Recorded& recorded, const RecordedEvent& event) {

@@ -79,8 +79,8 @@ std::string words_of(const Laid& laid) {
     words += detail::text("made %.3g times smaller, which brings it into a device's reach, and ", 1.0 / laid.scale);
   }
   return words + detail::text(
-                     "moved by %+.0f, %+.0f, %+.0f mm (right, up, towards the user), to where it feels most; --hand-fit off "
-                     "centres it instead.",
+                     "moved by %+.0f, %+.0f, %+.0f mm (right, up, towards the user), to where it feels most; --hand-place "
+                     "as_recorded leaves it where it was.",
                      1e3 * laid.offset_m.x, 1e3 * laid.offset_m.y, 1e3 * laid.offset_m.z);
 }
 
@@ -139,13 +139,24 @@ struct SoughtHand {
   std::shared_ptr<const Target> target;
 };
 
+/// The recording's own choice where nothing else is said.
+Place place_of(const RunOptions& options, const Target& target) {
+  if (options.place) return *options.place;
+  if (options.recording.center) return *options.recording.center ? Place::centred : Place::as_recorded;
+  return target.knows_its_place() ? Place::as_recorded : Place::fitted;
+}
+
 SoughtHand sought_hand(const RunOptions& options) {
   SoughtHand hand;
   if (!options.device.empty()) hand.plant = device_plant(options.device);
-  if (options.hand.starts_with("sim:")) {
+  if (options.target) {
+    hand.target = options.target;
+  } else if (options.hand.starts_with("sim:")) {
     hand.motion = simulated_motion(options.hand);
   } else {
-    hand.target = recorded_target(options.hand, options.recording);
+    RecordingOptions recording = options.recording;
+    if (options.place) recording.center = *options.place != Place::as_recorded;
+    hand.target = recorded_target(options.hand, recording);
   }
   return hand;
 }
@@ -158,13 +169,13 @@ PreparedRun placed(const SoughtHand& hand, LoadedScene loaded, const RunOptions&
   prepared.target = hand.target;
   if (prepared.target) {
     for (const std::string& warning : prepared.target->warnings())
-      prepared.loaded.warnings.push_back(options.hand + ": " + warning);
+      prepared.loaded.warnings.push_back((options.target ? "hand" : options.hand) + ": " + warning);
   }
 
   const Scene& scene = prepared.loaded.scene;
   const Hold hold = options.hold.value_or(hand.motion ? Hold::relaxed : Hold::rigid);
-  const bool fits = options.fit.value_or(!options.recording.center.has_value());
-  if (hand.motion || (fits && !prepared.target->knows_its_place())) {
+  const bool fits = !hand.motion && !options.target && place_of(options, *prepared.target) == Place::fitted;
+  if (hand.motion || fits) {
     prepared.reach.emplace(within(scene, hand.plant), [&](double share) {
       if (options.progress) options.progress(reach_progress * share);
     });
@@ -179,7 +190,8 @@ PreparedRun placed(const SoughtHand& hand, LoadedScene loaded, const RunOptions&
     prepared.laid = laid;
     prepared.notes.push_back(words_of(laid));
   }
-  if (!hand.motion && !prepared.laid && !prepared.target->knows_its_place()) prepared.remedy = "--hand-fit on";
+  if (!hand.motion && !options.target && !prepared.laid && !prepared.target->knows_its_place())
+    prepared.remedy = "--hand-place fitted";
   prepared.goes_its_own_way = !hand.motion && hold == Hold::rigid;
   prepared.hand = hand_device(prepared.target, hold, hand.plant);
   if (!hand.plant.name.empty()) {
@@ -191,6 +203,7 @@ PreparedRun placed(const SoughtHand& hand, LoadedScene loaded, const RunOptions&
     prepared.notes.push_back(std::move(sentence));
   const double hand_s = prepared.target->duration_s();
   prepared.duration_s = options.duration_s.value_or(std::isfinite(hand_s) ? hand_s : default_duration_s);
+  prepared.ends_with_row = !hand.motion && !options.duration_s && std::isfinite(hand_s);
   if (!options.duration_s) check_duration(prepared, options);
   return prepared;
 }
@@ -202,7 +215,7 @@ namespace {
 /// Throws LoadError on all that can be known before the scene is loaded.
 void check(const RunOptions& options) {
   check_numbers(options);
-  if (options.hand.empty() && (!options.live || options.device.empty())) {
+  if (options.hand.empty() && !options.target && (!options.live || options.device.empty())) {
     throw LoadError(
         "hand: none was named; give --hand a recording or sim:press|stroke|circle|helix|random, or feel it yourself with "
         "--device NAME");
@@ -213,7 +226,7 @@ void check(const RunOptions& options) {
 /// \param scene  called when device or hand are there
 PreparedRun prepared_with(const std::function<LoadedScene()>& scene, const RunOptions& options) {
   check(options);
-  if (options.hand.empty()) {
+  if (options.hand.empty() && !options.target) {
     std::unique_ptr<Device> device = opened_device(options);
     return held(std::move(device), scene(), options);
   }
@@ -222,6 +235,20 @@ PreparedRun prepared_with(const std::function<LoadedScene()>& scene, const RunOp
 }
 
 }  // namespace
+
+const char* name_of(Place place) noexcept {
+  switch (place) {
+    case Place::as_recorded: return "as_recorded";
+    case Place::centred: return "centred";
+    case Place::fitted: break;
+  }
+  return "fitted";
+}
+
+Place place_by_fit(const RunOptions& options, bool is_fitted) {
+  if (recorded_target(options.hand, options.recording)->knows_its_place()) return Place::as_recorded;
+  return is_fitted ? Place::fitted : Place::centred;
+}
 
 PreparedRun prepare(const RunOptions& options) {
   ReadOptions read = options.read;

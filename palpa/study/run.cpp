@@ -110,12 +110,19 @@ RunResult run_live(const RunOptions& options, PreparedRun& prepared, const std::
   return result;
 }
 
+/// For how long the loop runs: ticks begin before it. So n rows, a tick apart, give n ticks.
+double loop_duration_s(const PreparedRun& prepared, double rate_hz) {
+  if (!prepared.ends_with_row) return prepared.duration_s;
+  constexpr double rounding_ticks = 1e-6;  // of times in decimals. More: a tick after the end; less: the last row is missed
+  return (std::floor(prepared.duration_s * rate_hz + rounding_ticks) + 1.0) / rate_hz;
+}
+
 RunResult run_on_simulated_clock(const RunOptions& options, PreparedRun& prepared, const std::atomic<bool>* stop) {
   const DeviceLimits limits = prepared.hand->limits();
   Session session(prepared.loaded.scene, baseline::path, limits.encoder_step_m);
   detail::Recording recording(options, detail::header_of(options, prepared, limits), prepared.loaded);
   Telling telling(options, prepared);
-  const LoopOptions loop{.rate_hz = options.rate_hz, .duration_s = prepared.duration_s};
+  const LoopOptions loop{.rate_hz = options.rate_hz, .duration_s = loop_duration_s(prepared, options.rate_hz)};
   const auto begin = std::chrono::steady_clock::now();
   run_simulated(
       session, *prepared.hand, loop, recording.recorder(),

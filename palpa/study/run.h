@@ -32,19 +32,32 @@ struct LiveRunOptions {
   std::function<bool(LiveLoop&, LiveScene&)> watch;
 };
 
+/// Where a recorded hand lies in the workspace.
+enum class Place : std::uint8_t {
+  as_recorded,  ///< as its rows say
+  centred,      ///< the middle of its box in the middle of the workspace
+  fitted        ///< where it feels most; a motion wider than any device's reach is first made smaller
+};
+const char* name_of(Place place) noexcept;  ///< "as_recorded", …
+
 struct RunOptions {
   std::filesystem::path scene;
-  std::string hand;  ///< file or sim:…; empty: a person's, in a live run
+  std::string hand;  ///< file or sim:…; empty: a person's, in a live run, or `target`
+  /// A hand of the program's, in place of `hand`; never moved, and rigid unless `hold` says otherwise.
+  std::shared_ptr<const Target> target;
   std::optional<Hold> hold;
   /// What a simulated hand holds, as `device_plant` reads it; empty: an ideal device. Without such a hand: the real device, as
   /// `device_description` reads it.
   std::string device;
   std::optional<LiveRunOptions> live;  ///< in real time, by the clock on the wall
   RecordingOptions recording;
-  std::optional<bool> fit;  ///< lay a recording of unknown origin where it feels most; none: yes, if `recording.center` is none
-  std::optional<double> duration_s;  ///< none: the recording's, or 10; of a person's hand: until it is stopped
-  double rate_hz = 1000.0;           ///< [1, 1e5]
-  std::filesystem::path out;         ///< trace folder; empty: none
+  /// Of a recording; none: as recorded for one with the columns of our own ticks.csv, and where `recording.center` is false;
+  /// centred where that is true; else fitted.
+  std::optional<Place> place;
+  /// None: a tick for each time from the recording's first row to its last, or 10; of a person's hand: until it is stopped.
+  std::optional<double> duration_s;
+  double rate_hz = 1000.0;    ///< [1, 1e5]
+  std::filesystem::path out;  ///< trace folder; empty: none
   bool primitives = false;
   SceneOptions scene_options;
   std::vector<std::filesystem::path> plugins;  ///< shared libraries that bring modes; trusted
@@ -54,6 +67,10 @@ struct RunOptions {
   std::function<void(double)> progress;
 };
 
+/// Where the words of earlier versions, fitted or not, put the recording of `options.hand`: one with the columns of our own
+/// ticks.csv stays as it was recorded, another is fitted or else centred. Reads the file. Throws LoadError.
+Place place_by_fit(const RunOptions& options, bool is_fitted);
+
 /// A run that is ready to be felt: everything was loaded and fits together.
 struct PreparedRun {
   LoadedScene loaded;
@@ -62,6 +79,7 @@ struct PreparedRun {
   std::shared_ptr<const Target> target;   ///< where the hand wants to be: `hand` follows it
   std::unique_ptr<Device> real_device;    ///< with what the user's devices.toml says of it
   double duration_s = 0.0;
+  bool ends_with_row = false;      ///< the duration is a recording's: a tick at its very end feels the last row
   std::optional<Reach> reach;      ///< what can be felt, if it was needed to place the hand
   std::optional<Laid> laid;        ///< where the recording was laid, if it was
   bool goes_its_own_way = false;   ///< the hand is a recording that no force holds back

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <limits>
 #include <random>
 
 #include "palpa/core/load_error.h"
@@ -240,6 +241,143 @@ TEST_F(RecordedHand, AtAHapticRateTheStepsOfAnEncoderStay) {
   }
   const auto hand = open(text);
   for (int i = 0; i < 500; ++i) EXPECT_NEAR(hand->at(i * 1e-3).position_m.x, x_m[static_cast<std::size_t>(i)], 1e-15) << i;
+}
+
+/// A hand's motion by time, up to 0.14 m/s: strokes, presses with rests between them, a slow way that never turns.
+Vec3 moving_hand_m(int motion, double t) {
+  switch (motion) {
+    case 0: return {0.03 * std::sin(4.4 * t), 0.01 * std::sin(1.5 * t), 0.05 + 0.004 * std::sin(7.0 * t)};
+    case 1: return {0.0, 0.0, 0.05 - 0.02 * std::max(0.0, std::sin(1.6 * t))};
+    default: return {0.025 * t, 0.0, 0.05};
+  }
+}
+
+/// Five seconds of a hand that a tracker measures `tracker_hz` times a second, in rows that repeat the latest: each tracker's
+/// time is off by up to `unevenness` of its period.
+std::string logged(int motion, double tracker_hz, double rows_hz, double unevenness) {
+  std::mt19937 engine(7);
+  std::vector<double> times_s;
+  for (int k = 0; k < 5 * tracker_hz + 2; ++k)
+    times_s.push_back((k + unevenness * (static_cast<double>(engine() % 1000) / 1000 - 0.5)) / tracker_hz);
+  std::string text = "t_s,x_m,y_m,z_m\n";
+  std::size_t latest = 0;
+  char row[120];
+  for (int n = 0; n < 5 * rows_hz; ++n) {
+    while (latest + 1 < times_s.size() && times_s[latest + 1] <= n / rows_hz) ++latest;
+    const Vec3 at_m = moving_hand_m(motion, std::max(0.0, times_s[latest]));
+    std::snprintf(row, sizeof row, "%.6f,%.6f,%.6f,%.6f\n", n / rows_hz, at_m.x, at_m.y, at_m.z);
+    text += row;
+  }
+  return text;
+}
+
+// Whatever the two rates: no step from tick to tick is longer than twice what the hand moves in one, as all of a tracker's are
+// where its repeats are taken for rest.
+TEST_F(RecordedHand, ATrackersRepeatsAreLeftOutAtEveryRateOfRows) {
+  for (const int motion : {0, 1, 2}) {
+    for (const double tracker_hz : {30.0, 60.0, 90.0, 144.0}) {
+      for (const double rows_hz : {200.0, 390.0, 400.0, 1000.0, 4000.0}) {
+        for (const double unevenness : {0.0, 0.3}) {
+          const auto hand = open(logged(motion, tracker_hz, rows_hz, unevenness));
+          const double fastest_m_per_s = motion == 0 ? 0.14 : motion == 1 ? 0.032 : 0.025;
+          double longest_m = 0.0;
+          for (int n = 1; n < 4900; ++n)
+            longest_m = std::max(longest_m, distance(hand->at(1e-3 * n).position_m, hand->at(1e-3 * (n - 1)).position_m));
+          // A motion that begins after a rest catches up with what the rest held back, and uneven times are uneven speeds.
+          EXPECT_LT(longest_m, (motion == 1 ? 3.5 : 2.5) * (1.0 + unevenness) * fastest_m_per_s * 1e-3)
+              << "motion " << motion << ", " << tracker_hz << " Hz in " << rows_hz << " rows a second, uneven " << unevenness;
+        }
+      }
+    }
+  }
+}
+
+// An encoder's rows come back as they are, each of them, in any motion.
+TEST_F(RecordedHand, AnEncodersStepsStayAtEveryHapticRate) {
+  for (const int motion : {0, 1, 2}) {
+    for (const double rows_hz : {500.0, 1000.0, 4000.0}) {
+      for (const double step_m : {1e-5, 2.3e-5, 5.5e-5, 6e-5}) {
+        std::string text = "t_s,x_m,y_m,z_m\n";
+        std::vector<Vec3> rows_m;
+        char row[160];
+        for (int n = 0; n < 4 * rows_hz; ++n) {
+          const Vec3 at_m = moving_hand_m(motion, n / rows_hz);
+          rows_m.push_back({std::round(at_m.x / step_m) * step_m, std::round(at_m.y / step_m) * step_m,
+                            std::round(at_m.z / step_m) * step_m});
+          std::snprintf(row, sizeof row, "%.17g,%.17g,%.17g,%.17g\n", n / rows_hz, rows_m.back().x, rows_m.back().y,
+                        rows_m.back().z);
+          text += row;
+        }
+        const auto hand = open(text);
+        double farthest_off_m = 0.0;
+        for (std::size_t n = 0; n < rows_m.size(); ++n)
+          farthest_off_m = std::max(farthest_off_m, distance(hand->at(static_cast<double>(n) / rows_hz).position_m, rows_m[n]));
+        EXPECT_EQ(farthest_off_m, 0.0) << "motion " << motion << ", " << rows_hz << " rows a second, " << step_m;
+      }
+    }
+  }
+}
+
+TEST_F(RecordedHand, WhatRepeatsAreTakenForIsTold) {
+  EXPECT_THAT(open(logged(0, 60, 1000, 0))->warnings(),
+              testing::ElementsAre(AllOf(HasSubstr("of 5000 rows repeat"), HasSubstr("a logger"), HasSubstr("left out"))));
+  std::string text = "t_s,x_m,y_m,z_m\n";
+  char row[100];
+  for (int i = 0; i < 500; ++i) {
+    std::snprintf(row, sizeof row, "%.17g,%.17g,0,0\n", i * 1e-3, std::round(0.01 * i * 1e-3 / 55e-6) * 55e-6);
+    text += row;
+  }
+  EXPECT_THAT(open(text)->warnings(), testing::ElementsAre(AllOf(HasSubstr("encoder"), HasSubstr("kept"))));
+  EXPECT_THAT(open("t_s,x_m,y_m,z_m\n0,0,0,0\n0.01,1,0,0\n0.02,1,0,0\n0.03,2,0,0\n")->warnings(), testing::IsEmpty());
+}
+
+// Wherever the writing was stopped: every whole line counts, the rest is left out and told.
+TEST_F(RecordedHand, ALastLineWithoutItsEndIsLeftOut) {
+  for (const std::string header : {"t_s,x_m,y_m,z_m\n", "tick,t_s,probe_x_m,probe_y_m,probe_z_m,probe_valid,buttons\n"}) {
+    const bool is_own = header.starts_with("tick");
+    const std::string whole = header + (is_own ? "0,0,1,2,3,1,0\n1,0.01,2,2,3,1,0\n" : "0,1,2,3\n0.01,2,2,3\n");
+    const std::string last = is_own ? "2,0.0213,0.125,0.25,0.375,1,0\n" : "0.0213,0.125,0.25,0.375\n";
+    for (std::size_t cut = 0; cut <= last.size(); ++cut) {
+      const auto hand = open(whole + last.substr(0, cut));
+      EXPECT_EQ(hand->duration_s(), cut == last.size() ? 0.0213 : 0.01) << cut;
+      EXPECT_EQ(hand->at(0.01).position_m, (Vec3{2, 2, 3})) << cut;
+      const auto told = hand->warnings();
+      ASSERT_EQ(told.size(), cut > 0 && cut < last.size() ? 1u : 0u) << cut;
+      if (!told.empty()) {
+        EXPECT_THAT(told[0], AllOf(HasSubstr("line 4 has no end"), HasSubstr("left out")));
+      }
+    }
+  }
+  EXPECT_THAT(error("t_s,x_m,y_m,z_m\n0,1,2,3"), HasSubstr("no row with a position that ends like a line"));
+  EXPECT_THAT(error("t_s,x_m,y_m,z_m\n0,1,2\n0.01,1,2,3"), HasSubstr("hand.csv:2: has 3 cells")) << "a line with an end";
+}
+
+// ---- positions of a program ----
+
+TEST_F(RecordedHand, GivenPositionsAreThoseOfTheirTicks) {
+  std::vector<Vec3> path_m;
+  for (int n = 0; n < 20'000; ++n) path_m.push_back({1e-3 * std::sin(0.1 * n), 1e-6 * n, 0.7});
+  for (const double dt_s : {1e-3, 1.0 / 3000.0, 0.37e-3}) {
+    const auto hand = hand_device(sampled_target(path_m, dt_s), Hold::rigid);
+    EXPECT_TRUE(sampled_target(path_m, dt_s)->knows_its_place());
+    for (const Vec3& row_m : path_m) {
+      const DeviceState state = hand->read();
+      ASSERT_TRUE(state.valid);
+      ASSERT_EQ(state.position_m, row_m);
+      hand->advance(dt_s);
+    }
+    EXPECT_FALSE(hand->read().valid) << "after the last";
+  }
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto holed = sampled_target(std::vector<Vec3>{{nan, 0, 0}, {1, 2, 3}, {0, nan, 0}, {4, 5, 6}}, 0.01);
+  EXPECT_FALSE(holed->at(0.0).valid);
+  EXPECT_TRUE(holed->at(0.01).valid);
+  EXPECT_FALSE(holed->at(0.02).valid);
+  for (double t = -0.01; t < 0.05; t += 0.001) EXPECT_TRUE(is_finite(holed->at(t).position_m)) << t;
+  EXPECT_THROW(sampled_target({}, 0.01), LoadError);
+  EXPECT_THROW(sampled_target(std::vector<Vec3>{{nan, 0, 0}}, 0.01), LoadError);
+  EXPECT_THROW(sampled_target(std::vector<Vec3>{{1e4, 0, 0}}, 0.01), LoadError);
+  for (const double wrong : {0.0, -1e-3, 16.0, nan}) EXPECT_THROW(sampled_target(path_m, wrong), LoadError);
 }
 
 TEST_F(RecordedHand, AHandThatRestsIsNoGap) {

@@ -239,5 +239,83 @@ TEST_F(Run, LastsAsLongAsTheRecordingUnlessToldOtherwise) {
   EXPECT_EQ(prepare(o).duration_s, 10.0);
 }
 
+// Rows a tick apart are felt each, the last one too, whatever time the first one has.
+TEST_F(Run, FeelsATickForEachRowOfARecording) {
+  for (const double begin_s : {0.0, 5.0, 1723456.789}) {
+    for (const int rows : {1, 2, 100, 2000}) {
+      std::string text = "t_s,x_m,y_m,z_m\n";
+      char row[120];
+      for (int n = 0; n < rows; ++n) {
+        std::snprintf(row, sizeof row, "%.6f,%.9f,0.001,%.9f\n", begin_s + 0.001 * n, 1e-5 * n, 0.08 - 3e-5 * n);
+        text += row;
+      }
+      write("hand.csv", text);
+      const std::string trace = "trace" + std::to_string(rows) + "-" + std::to_string(begin_s);
+      RunOptions o = options(trace);
+      o.hand = folder / "hand.csv";
+      o.duration_s.reset();
+      o.place = Place::as_recorded;
+      run(o);
+      const TraceReader reader(o.out);
+      ASSERT_EQ(std::ssize(reader.ticks()), rows) << trace;
+      const Tick& last = reader.ticks().back().frame.result;
+      EXPECT_TRUE(last.probe_valid) << trace;
+      EXPECT_NEAR(distance(last.probe_m, {1e-5 * (rows - 1), 0.001, 0.08 - 3e-5 * (rows - 1)}), 0.0, 1e-8) << trace;
+    }
+  }
+}
+
+TEST_F(Run, LaysARecordingWhereItIsToldTo) {
+  const std::string rows = "0,0.3,0.2,0.1\n0.05,0.3,0.2,0.09\n0.1,0.3,0.2,0.08\n";
+  for (const bool is_own : {false, true}) {
+    write("hand.csv", (is_own ? "t_s,probe_x_m,probe_y_m,probe_z_m\n" : "t_s,x_m,y_m,z_m\n") + rows);
+    RunOptions o = options("");
+    o.hand = folder / "hand.csv";
+    const auto first_m = [&](std::optional<Place> place) {
+      o.place = place;
+      return prepare(o).target->at(0.0).position_m;
+    };
+    const Vec3 recorded_m{0.3, 0.2, 0.1}, centred_m{0.0, 0.0, 0.01};
+    EXPECT_EQ(first_m(Place::as_recorded), recorded_m);
+    EXPECT_FALSE(prepare(o).laid);
+    EXPECT_NEAR(distance(first_m(Place::centred), centred_m), 0.0, 1e-15);
+    EXPECT_FALSE(prepare(o).laid);
+    first_m(Place::fitted);
+    EXPECT_TRUE(prepare(o).laid);
+    EXPECT_THAT(prepare(o).notes, testing::Contains(HasSubstr("The recording was moved by")));
+    EXPECT_EQ(first_m({}) == recorded_m, is_own) << "the columns of our own ticks.csv stay where they were";
+    EXPECT_EQ(place_by_fit(o, true), is_own ? Place::as_recorded : Place::fitted);
+    EXPECT_EQ(place_by_fit(o, false), is_own ? Place::as_recorded : Place::centred);
+  }
+}
+
+// Positions of the program's own are felt where they are, to the bit, as by a session that is given them.
+TEST_F(Run, FeelsGivenPositionsAsASessionDoes) {
+  std::vector<Vec3> path_m;
+  for (int n = 0; n < 3000; ++n) path_m.push_back({0.01 * std::sin(0.003 * n), 0.02, 0.08 - 2e-5 * n});
+  for (const double dt_s : {1e-3, 1.0 / 3000.0, 2e-3}) {
+    RunOptions o = options("given" + std::to_string(1.0 / dt_s));
+    o.hand.clear();
+    o.duration_s.reset();
+    o.rate_hz = 1.0 / dt_s;
+    o.target = sampled_target(path_m, dt_s);
+    PreparedRun prepared = prepare(o);
+    Session session(prepared.loaded.scene);
+    session.let_through(let_through_n(prepared.loaded.scene, prepared.hand->limits().max_force_n));
+    run(std::move(prepared), o);
+    const TraceReader reader(o.out);
+    ASSERT_EQ(reader.ticks().size(), path_m.size());
+    double most_n = 0.0;
+    for (std::size_t n = 0; n < path_m.size(); ++n) {
+      const Tick& felt = reader.ticks()[n].frame.result;
+      EXPECT_EQ(felt.probe_m, path_m[n]) << n;
+      const Tick own = session.tick({.position_m = path_m[n]}, 1.0 / o.rate_hz);
+      EXPECT_NEAR(distance(felt.force_n, own.force_n), 0.0, 1e-9) << n;
+      most_n = std::max(most_n, norm(own.force_n));
+    }
+    EXPECT_GT(most_n, 0.5) << "nothing was felt";
+  }
+}
+
 }  // namespace run_test
 }  // namespace palpa
