@@ -13,6 +13,8 @@
 #include <utility>
 
 #include "interruptible.h"
+#include "modes.h"
+#include "own_device.h"
 #include "palpa/device/latest.h"
 #include "palpa/device/paced_hand.h"
 #include "palpa/device/pointer.h"
@@ -69,11 +71,16 @@ class PointerHold {
 
 /// A live run with its hand or device.
 struct HeldRun {
-  /// \param own  the hand's device, if it is the program's; stays with the run
-  HeldRun(PreparedRun made, const RunOptions& options, std::shared_ptr<OwnPointer> own)
-      : prepared(std::move(made)), pointer(std::move(own)) {
+  /// \param mouse  the hand's device, if it is a pointer of the program's; stays with the run
+  /// \param made_in_python  the same, if it is a device in Python
+  HeldRun(PreparedRun made, const RunOptions& options, std::shared_ptr<OwnPointer> mouse,
+          std::unique_ptr<OwnDevice> made_in_python)
+      : prepared(std::move(made)), pointer(std::move(mouse)), own(std::move(made_in_python)) {
     if (prepared.hand) paced.emplace(*prepared.hand);
-    Device& device = pointer.device() ? *pointer.device() : paced ? static_cast<Device&>(*paced) : *prepared.real_device;
+    Device& device = pointer.device() ? *pointer.device()
+                     : own            ? static_cast<Device&>(*own)
+                     : paced          ? static_cast<Device&>(*paced)
+                                      : *prepared.real_device;
     run.emplace(options, prepared, device, [this](const TickFrame&, const Session& session) { see(session); });
   }
   void see(const Session& session) noexcept {
@@ -89,6 +96,7 @@ struct HeldRun {
   }
   PreparedRun prepared;
   PointerHold pointer;
+  std::unique_ptr<OwnDevice> own;
   std::optional<PacedHand> paced;
   unsigned told = 0;  // [ticks] by the loop
   Latest<Seen> seen;
@@ -126,36 +134,52 @@ class Live {
     return *held_->run;
   }
 
+  bool is_forked() const { return ::getpid() != made_by_; }
+
   std::string finish() {
     LiveRun& over = run();
     const std::string lost = over.finish();
     held_->pointer.let_go();
+    if (held_->own) held_->own->end();
     return lost;
+  }
+  /// What is to be known of it, a sentence each.
+  std::vector<std::string> told() {
+    LiveRun& felt = run();
+    std::vector<std::string> all = held_->prepared.loaded.warnings;
+    all.insert(all.end(), held_->prepared.notes.begin(), held_->prepared.notes.end());
+    for (std::string& sentence : told_by_modes(felt.scene().scene())) all.push_back(std::move(sentence));
+    if (held_->own) {
+      for (std::string& sentence : held_->own->told()) all.push_back(std::move(sentence));
+    }
+    return all;
   }
 
  private:
-  bool is_forked() const { return ::getpid() != made_by_; }
   pid_t made_by_ = ::getpid();
   std::unique_ptr<HeldRun> held_;
 };
 
-std::unique_ptr<Live> start(const Scene& given, const py::dict& keywords, const std::shared_ptr<OwnPointer>& pointer) {
+std::unique_ptr<Live> start(const Scene& given, const py::dict& keywords, const std::shared_ptr<OwnPointer>& pointer,
+                            const py::object& own_device) {
   RunOptions options = run_options(keywords);
   const Scene scene = given;
   check_for_real_time(scene);
-  if (pointer) {
+  if (pointer || !own_device.is_none()) {
     options.live.emplace();
-    options.primitives = true;
+    options.primitives = pointer != nullptr;
     PreparedRun prepared;
     prepared.loaded = loaded_of(scene);
-    prepared.device = pointer->hand.name();
+    auto own = own_device.is_none() ? nullptr : std::make_unique<OwnDevice>(own_device);
+    prepared.device = pointer ? pointer->hand.name() : own->name();
     prepared.duration_s = options.duration_s.value_or(std::numeric_limits<double>::infinity());
-    return std::make_unique<Live>(std::make_unique<HeldRun>(std::move(prepared), options, pointer));
+    const py::gil_scoped_release release;
+    return std::make_unique<Live>(std::make_unique<HeldRun>(std::move(prepared), options, pointer, std::move(own)));
   }
   auto held = interruptible([&](const std::atomic<bool>&, std::stop_token token) {
     options.read.stop = std::move(token);
     options.live.emplace();
-    return std::make_unique<HeldRun>(prepare(loaded_of(scene), options), options, nullptr);
+    return std::make_unique<HeldRun>(prepare(loaded_of(scene), options), options, nullptr, nullptr);
   });
   return std::make_unique<Live>(std::move(held));
 }
@@ -171,6 +195,8 @@ py::dict view_of(const LiveView& view) {
   seen["command_n"] = array_of(frame.command_n);
   seen["guard"] = name_of(frame.guard);
   seen["status"] = name_of(frame.result.status);
+  seen["guard_cause"] = name_of(frame.guard_cause);
+  seen["fault"] = view.device_fault ? py::object(py::str(view.device_fault)) : py::object(py::none());
   return seen;
 }
 
@@ -235,6 +261,12 @@ void bind_live(py::module_& module) {
       .def("has_ended", [](Live& live) { return live.run().has_ended(); })
       .def("panic", [](Live& live) { live.run().loop().panic(); })
       .def("resume", [](Live& live) { live.run().loop().resume(); })
+      .def("told",
+           [](Live& live) {
+             const py::gil_scoped_release release;
+             return live.told();
+           })
+      .def("is_forked", &Live::is_forked)
       .def("finish", [](Live& live) {
         const py::gil_scoped_release release;
         return live.finish();

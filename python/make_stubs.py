@@ -102,6 +102,10 @@ def property_type(cls, name, thing):
         return {"coupling": "CouplingOptions", "workspace": "Workspace", "time": "TimeOptions"}[name]
     if name == "scene":
         return "Scene"
+    if cls is palpa.Volume and name == "fields":
+        return "Mapping[str, Field]"
+    if cls is palpa.Scene and name in palpa.CouplingOptions._attributes:
+        return thing.__doc__.split(":")[0]
     return str(inspect.signature(thing.fget).return_annotation).strip("'")
 
 
@@ -110,7 +114,7 @@ def plain_class(cls):
     if issubclass(cls, tuple):
         return [f"class {name}(NamedTuple):"] + [
             f"    {field}: {getattr(kind, '__forward_arg__', kind)}" for field, kind in cls.__annotations__.items()]
-    bases = [base for base in cls.__bases__ if base.__name__ not in ("object", "pybind11_object")]
+    bases = [base for base in cls.__bases__ if base.__name__ not in ("object", "pybind11_object", "Strict")]
     if cls is palpa.Scene:
         members = {**vars(cls.__mro__[1]), **vars(cls)}
         bases = []
@@ -120,6 +124,8 @@ def plain_class(cls):
     for each, kind in vars(cls).get("__annotations__", {}).items():
         lines.append(f"    {each}: {kind}".replace("numpy.", ""))
     for each, thing in members.items():
+        if each == "__getattr__" and cls is not palpa.Trace:  # it says what was meant; a checker does, too
+            continue
         special = each in ("__init__", "__call__", "__eq__", "__enter__", "__exit__", "__getattr__", "__hash__")
         if each.startswith("_") and not special or thing is None or each == "__hash__" and thing is None:
             continue
@@ -150,7 +156,9 @@ def stubs():
         elif callable(thing):
             lines.append(function(name, thing))
         lines.append("")
-    return "\n".join(lines)
+    text = "\n".join(lines).replace("_palpa.", "")
+    text = re.sub(r"Optional\[(\w+)\]", r"\1 | None", text)
+    return re.sub(r"\bPathLike\b(?! *(\[|$))", "PathLike[str]", text, flags=re.M)
 
 
 if __name__ == "__main__":

@@ -2,7 +2,9 @@
 
 #include <pybind11/stl.h>
 
+#include <algorithm>
 #include <array>
+#include <atomic>
 #include <memory>
 #include <string>
 #include <utility>
@@ -35,6 +37,8 @@ struct PythonMode {
 
   ReadFields read;
   std::shared_ptr<const void> object;  // of Python
+  bool strict = true;                  // a primitive that would be refused raises
+  std::string name = "python";         // in its scene
 
   void place(const ModeContext& here, PrimitiveSink out) const noexcept;
 };
@@ -57,6 +61,8 @@ struct CFunctionMode {
   ReadFields scalars, vectors;
   Function function = nullptr;
   std::shared_ptr<const void> owner;  // what keeps the function there
+  /// The most rows that it returned of those that do not fit, until that is told; shared by all copies.
+  std::shared_ptr<std::atomic<int>> excess = std::make_shared<std::atomic<int>>(0);
 
   void place(const ModeContext& here, PrimitiveSink out) const noexcept;
 };
@@ -90,16 +96,32 @@ class Here {
 
 class Out {
  public:
-  explicit Out(PrimitiveSink sink) : sink_(sink) {}
-  void end() noexcept { is_over_ = true; }
-  const PrimitiveSink& sink() const {
-    if (is_over_) throw std::runtime_error("'here' and 'out' can be used only while 'place' runs");
-    return sink_;
+  Out(PrimitiveSink sink, const Vec3& start_m, const PythonMode& mode) : sink_(sink), mode_(&mode) { judge().clear(start_m); }
+  void end() noexcept { mode_ = nullptr; }
+
+  /// Has `add` add one primitive; of a strict mode raises ValueError where the tick would refuse it.
+  template <class Add>
+  void place(const Add& add) const {
+    if (!mode_) throw std::runtime_error("'here' and 'out' can be used only while 'place' runs");
+    if (mode_->strict) {
+      add(PrimitiveSink(judge()));
+      if (const auto refused = judge().refused(); !refused.empty()) {
+        throw py::value_error("mode " + detail::in_quotes(mode_->name) + ": " + sentence_of(refused.front().reason) +
+                              "; 'strict = False' in its class leaves such a primitive out, as a mode in C++ does");
+      }
+    }
+    add(sink_);
   }
 
  private:
+  /// The primitives that the mode under way has placed, as the tick would take them.
+  static PrimitiveSet& judge() {
+    thread_local PrimitiveSet set;
+    return set;
+  }
+
   PrimitiveSink sink_;
-  bool is_over_ = false;
+  const PythonMode* mode_;
 };
 
 void PythonMode::place(const ModeContext& context, PrimitiveSink sink) const noexcept {
@@ -115,7 +137,7 @@ void PythonMode::place(const ModeContext& context, PrimitiveSink sink) const noe
   };
   try {
     const auto here = std::make_shared<Here>(context, read);
-    const auto out = std::make_shared<Out>(sink);
+    const auto out = std::make_shared<Out>(sink, context.proxy_m, *this);
     try {
       const py::handle mode(static_cast<PyObject*>(const_cast<void*>(object.get())));
       mode.attr("place")(here, out);
@@ -150,6 +172,7 @@ void CFunctionMode::place(const ModeContext& here, PrimitiveSink out) const noex
   std::array<double, numbers_of_one * most_primitives> rows{};
   const int filled = function(in.data(), rows.data());
   const std::size_t count = std::min(static_cast<std::size_t>(std::max(filled, 0)), most_primitives);
+  if (filled > static_cast<int>(most_primitives)) excess->store(filled, std::memory_order_relaxed);
   for (std::size_t n = 0; n < count; ++n) {
     const double* const row = rows.data() + numbers_of_one * n;
     const Vec3 position_m{row[1], row[2], row[3]}, direction{row[4], row[5], row[6]};
@@ -226,6 +249,38 @@ std::string what_is_not_for_real_time(const Scene& scene) {
   return {};
 }
 
+Mode named(const Mode& mode, const std::string& name) {
+  const auto* const in_python = mode.as<PythonMode>();
+  if (!in_python) return mode;
+  PythonMode copy = *in_python;
+  copy.name = name;
+  return Mode(std::move(copy));
+}
+
+std::vector<std::string> told_by_modes(const Scene& scene) {
+  std::vector<std::string> told;
+  for (const SceneMode& mode : scene.modes()) {
+    const auto* const function = mode.mode.as<CFunctionMode>();
+    const int returned = function ? function->excess->exchange(0, std::memory_order_relaxed) : 0;
+    if (returned == 0) continue;
+    told.push_back("mode " + detail::in_quotes(mode.name) + ": its function of C returned " + std::to_string(returned) +
+                   " rows; there is room for " + std::to_string(CFunctionMode::most_primitives) +
+                   ", and those beyond are not felt");
+  }
+  return told;
+}
+
+void warn_of_modes(const Scene& scene) {
+  for (const std::string& sentence : told_by_modes(scene)) {
+    const py::object category = py::module_::import("palpa").attr("PalpaWarning");
+    if (PyErr_WarnEx(category.ptr(), sentence.c_str(), 1) != 0) throw py::error_already_set();
+  }
+}
+
+bool may_tell(const Scene& scene) {
+  return std::ranges::any_of(scene.modes(), [](const SceneMode& mode) { return mode.mode.as<CFunctionMode>() != nullptr; });
+}
+
 void bind_modes(py::module_& module) {
   bind_samples(module);
   py::class_<Here, std::shared_ptr<Here>>(module, "Here", "What a mode sees: the data at the proxy, in the hand frame.")
@@ -258,7 +313,8 @@ void bind_modes(py::module_& module) {
       .def(
           "point",
           [](const Out& out, std::uint16_t slot, const py::object& position_m, double strength_n, double drag) {
-            out.sink().point(slot, vector_of(position_m, "position_m"), strength_n, drag);
+            const Vec3 at_m = vector_of(position_m, "position_m");
+            out.place([&](PrimitiveSink sink) { sink.point(slot, at_m, strength_n, drag); });
           },
           py::arg("slot"), py::arg("position_m"), py::arg("strength_n"), py::arg("drag_ns_per_m") = 0.0,
           "Holds the proxy at a position in every direction.")
@@ -266,7 +322,8 @@ void bind_modes(py::module_& module) {
           "line",
           [](const Out& out, std::uint16_t slot, const py::object& position_m, const py::object& direction, double strength_n,
              double drag) {
-            out.sink().line(slot, vector_of(position_m, "position_m"), vector_of(direction, "direction"), strength_n, drag);
+            const Vec3 at_m = vector_of(position_m, "position_m"), along = vector_of(direction, "direction");
+            out.place([&](PrimitiveSink sink) { sink.line(slot, at_m, along, strength_n, drag); });
           },
           py::arg("slot"), py::arg("position_m"), py::arg("direction"), py::arg("strength_n"), py::arg("drag_ns_per_m") = 0.0,
           "Holds the proxy across the unit vector `direction`.")
@@ -274,21 +331,25 @@ void bind_modes(py::module_& module) {
           "plane",
           [](const Out& out, std::uint16_t slot, const py::object& position_m, const py::object& normal, double strength_n,
              double drag) {
-            out.sink().plane(slot, vector_of(position_m, "position_m"), vector_of(normal, "normal"), strength_n, {}, drag);
+            const Vec3 at_m = vector_of(position_m, "position_m"), out_of_solid = vector_of(normal, "normal");
+            out.place([&](PrimitiveSink sink) { sink.plane(slot, at_m, out_of_solid, strength_n, {}, drag); });
           },
           py::arg("slot"), py::arg("position_m"), py::arg("normal"), py::arg("strength_n"), py::arg("drag_ns_per_m") = 0.0,
           "Pushes along the unit vector `normal` while the proxy is behind it.")
       .def(
           "directed",
           [](const Out& out, std::uint16_t slot, const py::object& direction, double strength_n) {
-            out.sink().directed(slot, vector_of(direction, "direction"), strength_n);
+            const Vec3 along = vector_of(direction, "direction");
+            out.place([&](PrimitiveSink sink) { sink.directed(slot, along, strength_n); });
           },
           py::arg("slot"), py::arg("direction"), py::arg("strength_n"), "A force along the unit vector `direction`.");
 
-  module.def("python_mode", [](const py::object& object, const std::vector<std::pair<std::string, std::string>>& fields) {
-    PythonMode mode{.read = read_fields(fields), .object = kept(object, object.ptr())};
-    return PartPtr(std::make_shared<ModePart>(Mode(std::move(mode))));
-  });
+  module.def("python_mode",
+             [](const py::object& object, const std::vector<std::pair<std::string, std::string>>& fields, bool strict) {
+               PythonMode mode{.read = read_fields(fields), .object = kept(object, object.ptr()), .strict = strict};
+               return PartPtr(std::make_shared<ModePart>(Mode(std::move(mode))));
+             });
+  module.def("told_by_modes", &told_by_modes);
   module.def("c_function_mode", [](std::uintptr_t address, const std::vector<std::pair<std::string, std::string>>& scalars,
                                    const std::vector<std::pair<std::string, std::string>>& vectors, const py::object& owner) {
     if (address == 0) throw py::value_error("the function's address is 0; give that of a function of C");

@@ -5,6 +5,8 @@
 
 #include <atomic>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "palpa/scene/scene.h"
 
@@ -44,6 +46,15 @@ class ModeFailure {
   std::optional<pybind11::error_already_set> error_;
   std::atomic<bool>* stop_ = nullptr;
 };
+
+/// The mode under the name that its scene has for it: a mode in Python says it where it raises.
+Mode named(const Mode& mode, const std::string& name);
+/// What modes have to say of what they did since they were asked last, a sentence each.
+std::vector<std::string> told_by_modes(const Scene& scene);
+/// The same as warnings of Python's (palpa.PalpaWarning), which may raise. With the interpreter's lock.
+void warn_of_modes(const Scene& scene);
+/// Whether a mode of the scene may ever have to.
+bool may_tell(const Scene& scene);
 
 /// Why a scene cannot be felt in real time; empty: it can.
 std::string what_is_not_for_real_time(const Scene& scene);

@@ -3,7 +3,9 @@
 
 #include <string>
 
+#include "calls.h"
 #include "modes.h"
+#include "own_device.h"
 #include "palpa/core/load_error.h"
 #include "palpa/mode/plugin.h"
 #include "palpa/scene/scene.h"
@@ -30,7 +32,9 @@ PYBIND11_MODULE(_palpa, module) {
   bind_modes(module);
   bind_session(module);
   bind_study(module);
+  bind_devices(module);
   bind_live(module);
+  tell_of_wrong_calls(module);
 }
 
 }  // namespace palpa::python

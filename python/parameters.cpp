@@ -4,6 +4,7 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <cmath>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -190,7 +191,7 @@ class Setter final : public ParameterVisitor {
  public:
   Setter(std::string_view name, py::handle value) : name_(name), value_(value) {}
   void number(const ParameterInfo& info, double& value) override {
-    if (const auto number = number_for(info)) set(value, *number);
+    if (const auto number = number_for(info)) set(value, within(info, *number));
   }
   void optional_number(const ParameterInfo& info, std::optional<double>& value) override {
     const bool is_word_for_none =
@@ -198,11 +199,12 @@ class Setter final : public ParameterVisitor {
     if (info.name == name_ && (value_.is_none() || is_word_for_none)) {
       value.reset(), done = true;
     } else if (const auto number = number_for(info)) {
-      set(value, number);
+      set(value, within(info, *number));
     }
   }
   void flag(const ParameterInfo& info, bool& value) override {
-    if (info.name == name_ && py::isinstance<py::bool_>(value_)) set(value, value_.cast<bool>());
+    const bool is_flag = PyBool_Check(value_.ptr()) || type_name(value_) == "bool_" || type_name(value_) == "numpy.bool";
+    if (info.name == name_ && is_flag) set(value, PyObject_IsTrue(value_.ptr()) == 1);
   }
   void text(const ParameterInfo& info, std::string& value) override {
     if (const auto text = text_for(info)) set(value, info.choices.empty() ? *text : one_of(info, *text).first);
@@ -215,9 +217,12 @@ class Setter final : public ParameterVisitor {
   }
   void strength(const ParameterInfo& info, Strength& value) override {
     if (info.name == name_ && py::isinstance<Strength>(value_)) {
-      set(value, value_.cast<Strength>());
+      const auto strength = value_.cast<Strength>();
+      for (const TransferFunction::Point& point : strength.curve.points()) within(info, point.result);
+      within(info, strength.curve.outside());
+      set(value, strength);
     } else if (const auto number = number_for(info)) {
-      set(value, Strength(*number));
+      set(value, Strength(within(info, *number)));
     }
   }
   void list(const ParameterInfo& info, ParameterList& items) override {
@@ -245,6 +250,7 @@ class Setter final : public ParameterVisitor {
       throw py::value_error(detail::in_quotes(name_) + " has " + std::to_string(numbers->size()) + " numbers; it takes " +
                             std::to_string(info.count));
     }
+    for (const double each : *numbers) within(info, each);
     set(value, *numbers);
   }
   void texts(const ParameterInfo& info, std::vector<std::string>& value) override {
@@ -265,6 +271,13 @@ class Setter final : public ParameterVisitor {
   }
   std::optional<double> number_for(const ParameterInfo& info) const {
     return info.name == name_ ? maybe_number(value_) : std::nullopt;
+  }
+  /// The number, if the parameter can have it; else raises SceneError, a ValueError, as loading a scene file would.
+  double within(const ParameterInfo& info, double number) const {
+    if (std::isfinite(number) && info.range.contains(number)) return number;
+    const std::string range = detail::sentence_of(info.range);
+    throw SceneError(detail::in_quotes(name_) + " is " + detail::toml_number(number) + "; " +
+                     (range.empty() ? "it is a finite number" : "it lies " + range));
   }
   std::optional<std::string> text_for(const ParameterInfo& info) const {
     if (info.name != name_ || !py::isinstance<py::str>(value_)) return {};

@@ -3,13 +3,17 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <sstream>
 
 #include "arrays.h"
 #include "interruptible.h"
+#include "modes.h"
+#include "palpa/baseline/law.h"
 #include "palpa/file/read_volume.h"
+#include "palpa/grid/filter.h"
 #include "palpa/scene/load_scene.h"
 #include "palpa/toml/wording.h"
 #include "palpa/volume/analytic.h"
@@ -21,6 +25,22 @@ namespace {
 namespace fs = std::filesystem;
 
 py::tuple box_of(const Box& box) { return py::make_tuple(array_of(box.low_m), array_of(box.high_m)); }
+
+/// The filter through which a field's voxels are felt; None of a field without a grid of its own.
+py::object filter_of(const VolumeField& field) {
+  const GridView* const grid = grid_below(*field.field);
+  return grid ? py::object(py::str(name_of(grid->filter))) : py::object(py::none());
+}
+
+/// Of a grid its voxels and filter, of a formula that it is one.
+std::string words_of(const VolumeField& field) {
+  const std::string kind = field.field->components() == 3 ? "vectors" : "scalars";
+  const GridView* const grid = grid_below(*field.field);
+  if (!grid) return kind;
+  const auto& dims = grid->geometry.dims;
+  return kind + ", " + std::to_string(dims[0]) + " x " + std::to_string(dims[1]) + " x " + std::to_string(dims[2]) +
+         " voxels (x, y, z), filter '" + name_of(grid->filter) + "'";
+}
 
 void bind_volumes(py::module_& module) {
   py::class_<VolumeField>(module, "Field", "A scalar or vector field, sampled at places of the world [m].")
@@ -52,6 +72,15 @@ void bind_volumes(py::module_& module) {
       .def_property_readonly(
           "affine_m", [](const VolumeField& f) { return affine_of(*f.field); },
           "[m] from indices (x, y, z) of its voxels to the world, shape (4, 4); None of a formula, and of uneven planes")
+      .def_property_readonly(
+          "filter", [](const VolumeField& f) { return filter_of(f); },
+          "\"trilinear\", \"smooth\" or \"cubic\": how it is felt between its voxels; None of a formula. Of a volume that is "
+          "in\n"
+          "no scene yet it is \"trilinear\": a scene chooses when it takes it.")
+      .def("__repr__",
+           [](const VolumeField& f) {
+             return "Field('" + f.name + "': " + words_of(f) + (f.unit.empty() ? "" : ", in " + f.unit) + ")";
+           })
       .def(
           "__call__", [](const VolumeField& f, const py::object& points_m) { return sample(*f.field, points_m); },
           py::arg("points_m"),
@@ -61,14 +90,12 @@ void bind_volumes(py::module_& module) {
           "(..., 3, 3), row = component; gradients per metre. NaN where the field has no data.");
   py::class_<Volume>(module, "Volume",
                      "A named data set: one or more fields on one grid, or one formula. The voxels are shared.")
-      .def_property_readonly(
-          "fields",
-          [](const Volume& v) {
-            py::dict fields;
-            for (const VolumeField& field : v.fields) fields[py::str(field.name)] = field;
-            return fields;
-          },
-          "its fields by name")
+      .def("_fields",
+           [](const Volume& v) {
+             py::dict fields;
+             for (const VolumeField& field : v.fields) fields[py::str(field.name)] = field;
+             return fields;
+           })
       .def_readonly("medical_frame", &Volume::medical_frame,
                     "the world is LPS: x to the patient's left, y to the back, z to the head")
       .def_readonly("format", &Volume::format, "\"dicom\", \"nrrd\", …; \"formula\" or \"grid\" of embedded data and arrays")
@@ -76,6 +103,16 @@ void bind_volumes(py::module_& module) {
       .def_readonly("length_unit", &Volume::length_unit, "of the file, before its lengths became metres")
       .def_readonly("frames", &Volume::frames, "that its file holds")
       .def_readonly("warnings", &Volume::warnings, "what its file leaves open")
+      .def_property_readonly(
+          "filter", [](const Volume& v) { return v.fields.empty() ? py::object(py::none()) : filter_of(v.fields.front()); },
+          "of its first field: see Field.filter")
+      .def("__repr__",
+           [](const Volume& v) {
+             std::string fields;
+             for (const VolumeField& f : v.fields)
+               fields += (fields.empty() ? "" : "; ") + (f.name.empty() ? words_of(f) : f.name + ": " + words_of(f));
+             return "Volume(" + v.format + "; " + fields + ")";
+           })
       .def_property_readonly(
           "files",
           [](const Volume& v) {
@@ -160,7 +197,12 @@ SceneMode& mode_of(const std::shared_ptr<Scene>& scene, const std::string& name)
 
 std::vector<Mask> masks_of(const py::iterable& masks) {
   std::vector<Mask> all;
-  for (const py::handle mask : masks) all.push_back(mask.cast<Mask>());
+  for (const py::handle mask : masks) {
+    if (!py::isinstance<Mask>(mask))
+      throw py::type_error("'masks' takes a list of palpa.Mask, not of " +
+                           mask.get_type().attr("__name__").cast<std::string>());
+    all.push_back(mask.cast<Mask>());
+  }
   return all;
 }
 
@@ -173,7 +215,15 @@ void bind_scene(py::module_& module) {
       .def(py::init<>())
       .def(py::init<const Scene&>())
       .def_readwrite("title", &Scene::title, "what the scene is, in one line")
-      .def_readwrite("law", &Scene::law, "name of the law that finds the balance")
+      .def_property(
+          "law", [](const Scene& scene) { return scene.law; },
+          [](Scene& scene, const std::string& law) {
+            const std::vector<std::string> laws = baseline::law_names();
+            if (std::ranges::find(laws, law) == laws.end())
+              throw SceneError("no law " + detail::in_quotes(law) + "; " + detail::suggestion(law, laws));
+            scene.law = law;
+          },
+          "name of the law that finds the balance: one of palpa.laws()")
       .def_readwrite("needs", &Scene::needs, "types of modes that plug-ins must bring")
       .def("_coupling", [](const std::shared_ptr<Scene>& scene) { return member_of(scene, &Scene::coupling); })
       .def("_workspace", [](const std::shared_ptr<Scene>& scene) { return member_of(scene, &Scene::workspace); })
@@ -195,7 +245,7 @@ void bind_scene(py::module_& module) {
              auto* const own = dynamic_cast<ModePart*>(mode.get());
              auto* const of_scene = dynamic_cast<SceneModePart*>(mode.get());
              if (!own && !of_scene) throw py::type_error("a mode is added to a scene");
-             scene.add(name, own ? own->mode() : of_scene->mode().mode, masks_of(masks), enabled);
+             scene.add(name, named(own ? own->mode() : of_scene->mode().mode, name), masks_of(masks), enabled);
            })
       .def("_mode", [](const std::shared_ptr<Scene>& scene,
                        const std::string& name) { return PartPtr(std::make_shared<SceneModePart>(scene, name)); })

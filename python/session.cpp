@@ -6,11 +6,14 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <span>
+#include <vector>
 
 #include "arrays.h"
 #include "modes.h"
 #include "palpa/baseline/path.h"
 #include "palpa/tick/session.h"
+#include "palpa/toml/wording.h"
 #include "palpa/trace/trace.h"
 #include "parameters.h"
 
@@ -19,6 +22,7 @@ namespace {
 
 /// One row of what `Session.ticks` returns: a Tick in numbers.
 struct TickRow {
+  double t_s;
   double probe_m[3];
   double proxy_m[3];
   double proxy_velocity_m_per_s[3];
@@ -28,10 +32,21 @@ struct TickRow {
   std::int32_t iterations;
   std::int32_t status;
   std::int32_t dropped;
+  double stored_j, elastic_j, dissipated_j, injected_j, path_j, damper_j, moved_j, let_go_j, ticks_j;
 };
 
-TickRow row_of(const Tick& tick) {
-  TickRow row;
+TickRow row_of(const Tick& tick, double t_s) {
+  const Energy& energy = tick.energy;
+  TickRow row{.t_s = t_s,
+              .stored_j = energy.stored_j,
+              .elastic_j = energy.elastic_j,
+              .dissipated_j = energy.dissipated_j,
+              .injected_j = energy.injected_j,
+              .path_j = energy.path_j,
+              .damper_j = energy.damper_j,
+              .moved_j = energy.moved_j,
+              .let_go_j = energy.let_go_j,
+              .ticks_j = energy.ticks_j};
   put(row.probe_m, tick.probe_m);
   put(row.proxy_m, tick.proxy_m);
   put(row.proxy_velocity_m_per_s, tick.proxy_velocity_m_per_s);
@@ -47,7 +62,12 @@ TickRow row_of(const Tick& tick) {
 /// A session that one thread feels at a time.
 class FeltSession {
  public:
-  FeltSession(const Scene& scene, double encoder_step_m) : session_(scene, baseline::path, encoder_step_m) {}
+  FeltSession(const Scene& scene, double encoder_step_m)
+      : session_(scene, baseline::path, encoder_step_m), may_tell_(python::may_tell(scene)) {}
+  /// Raises as warnings what its modes have to say.
+  void tell() {
+    if (may_tell_) warn_of_modes(session_.scene());
+  }
 
   /// The session, for as long as it lives; RuntimeError where another thread has it.
   class Use {
@@ -67,6 +87,7 @@ class FeltSession {
 
  private:
   Session session_;
+  const bool may_tell_;
   std::atomic<bool> in_use_{false};
 };
 
@@ -79,6 +100,7 @@ Tick tick(FeltSession& felt, const py::object& position_m, double dt_s, const py
   const ModeFailure::Watch watch(failure);
   const Tick made = use.session().tick(probe, dt_s);
   failure.raise();
+  felt.tell();
   return made;
 }
 
@@ -96,32 +118,70 @@ Numbers rows_of(const py::object& given, const char* name, py::ssize_t columns) 
   return numbers;
 }
 
-py::array_t<TickRow> ticks(FeltSession& felt, const py::object& positions_m, const py::object& dt_s) {
+/// Time steps for so many ticks: one number for all, or a number for each.
+Numbers steps_of(const py::object& dt_s, py::ssize_t count) {
+  const bool is_one = PyNumber_Check(dt_s.ptr()) && (!py::isinstance<py::array>(dt_s) || dt_s.cast<py::array>().ndim() == 0);
+  Numbers steps = is_one ? Numbers(count) : rows_of(dt_s, "dt_s", 1);
+  if (steps.shape(0) != count)
+    throw py::value_error("'dt_s' has " + std::to_string(steps.shape(0)) + " time steps for " + std::to_string(count) +
+                          " positions");
+  const double one_s = is_one ? number_of(dt_s, "dt_s") : 0.0;
+  if (is_one) std::fill_n(steps.mutable_data(), count, one_s);
+  const auto refuse = [](double step_s) {
+    throw py::value_error("'dt_s' is " + detail::toml_number(step_s) +
+                          "; a time step is in seconds, above 0 and at most 1: 1e-3 is a millisecond");
+  };
+  if (is_one && !(one_s > 0.0 && one_s <= 1.0)) refuse(one_s);
+  for (const double step_s : std::span(steps.data(), static_cast<std::size_t>(count))) {
+    if (!(step_s > 0.0 && step_s <= 1.0)) refuse(step_s);
+  }
+  return steps;
+}
+
+/// An event of one of many ticks.
+struct ToldEvent {
+  py::ssize_t tick;
+  SessionEvent event;
+};
+
+py::object subject_of(const Session& session, const SessionEvent& event) {
+  if (event.mode < 0) return py::str("session");
+  return py::str(session.scene().modes()[static_cast<std::size_t>(event.mode)].name);
+}
+py::object value_of(const SessionEvent& event) {
+  return event.text ? py::object(py::str(event.text)) : py::float_(event.value);
+}
+
+/// (rows, forces of the modes (n, modes, 3), names of the modes, events (tick, kind, subject, value) each).
+py::tuple ticks(FeltSession& felt, const py::object& positions_m, const py::object& dt_s) {
   constexpr auto interval = std::chrono::milliseconds(50);  // Longer: Ctrl-C is heard later; shorter: more work
   constexpr py::ssize_t at_least = 64;                      // [1] ticks between two looks at the clock
   FeltSession::Use use(felt);
   const Numbers positions = rows_of(positions_m, "positions_m", 3);
   const py::ssize_t count = positions.shape(0);
-  const bool one_step = PyNumber_Check(dt_s.ptr()) && !py::isinstance<py::array>(dt_s);
-  const Numbers steps = one_step ? Numbers(1) : rows_of(dt_s, "dt_s", 1);
-  if (!one_step && steps.shape(0) != count)
-    throw py::value_error("'dt_s' has " + std::to_string(steps.shape(0)) + " time steps for " + std::to_string(count) +
-                          " positions");
-  const double step_s = one_step ? number_of(dt_s, "dt_s") : 0.0;
+  const Numbers steps = steps_of(dt_s, count);
+  Session& session = use.session();
+  const std::size_t modes = session.modes().size();
 
   py::array_t<TickRow> rows(count);
+  py::array_t<double> forces({count, static_cast<py::ssize_t>(modes), py::ssize_t{3}});
   const double* const from = positions.data();
   const double* const step = steps.data();
   TickRow* const to = rows.mutable_data();
+  double* force = forces.mutable_data();
+  std::vector<ToldEvent> events;
+  double t_s = 0.0;
   ModeFailure failure;
   {
     const py::gil_scoped_release release;
     const ModeFailure::Watch watch(failure);
-    Session& session = use.session();
     auto look = std::chrono::steady_clock::now() + interval;
     for (py::ssize_t n = 0; n < count && !failure.failed(); ++n) {
       const double* const p = from + 3 * n;
-      to[n] = row_of(session.tick({.position_m = {p[0], p[1], p[2]}}, one_step ? step_s : step[n]));
+      to[n] = row_of(session.tick({.position_m = {p[0], p[1], p[2]}}, step[n]), t_s);
+      t_s += step[n];
+      for (const ModeTick& mode : session.modes()) force = put(force, mode.force_n);
+      for (const SessionEvent& event : session.events()) events.push_back({n, event});
       if (n % at_least != at_least - 1 || std::chrono::steady_clock::now() < look) continue;
       const py::gil_scoped_acquire acquire;
       if (PyErr_CheckSignals() != 0) throw py::error_already_set();
@@ -129,7 +189,12 @@ py::array_t<TickRow> ticks(FeltSession& felt, const py::object& positions_m, con
     }
   }
   failure.raise();
-  return rows;
+  felt.tell();
+  py::list names, told;
+  for (std::size_t m = 0; m < modes; ++m) names.append(session.scene().modes()[m].name);
+  for (const auto& [n, event] : events)
+    told.append(py::make_tuple(n, name_of(event.kind), subject_of(session, event), value_of(event)));
+  return py::make_tuple(std::move(rows), std::move(forces), names, told);
 }
 
 py::dict modes_of(FeltSession& felt) {
@@ -145,19 +210,16 @@ py::list events_of(FeltSession& felt) {
   FeltSession::Use use(felt);
   const Session& session = use.session();
   py::list events;
-  for (const SessionEvent& event : session.events()) {
-    const py::object subject = event.mode < 0 ? py::object(py::str("session"))
-                                              : py::str(session.scene().modes()[static_cast<std::size_t>(event.mode)].name);
-    const py::object value = event.text ? py::object(py::str(event.text)) : py::float_(event.value);
-    events.append(py::make_tuple(name_of(event.kind), subject, value));
-  }
+  for (const SessionEvent& event : session.events())
+    events.append(py::make_tuple(name_of(event.kind), subject_of(session, event), value_of(event)));
   return events;
 }
 
 void bind_ticks(py::module_& module) {
   py::enum_<TickStatus>(module, "TickStatus", py::arithmetic(), "What became of a tick.")
       .value("resting", TickStatus::resting, "the proxy is where this probe position leads")
-      .value("waiting", TickStatus::waiting, "the work of a tick is spent; the rest of the probe's path waits for the next one, and does not pull")
+      .value("waiting", TickStatus::waiting,
+             "the work of a tick is spent; the rest of the probe's path waits for the next one, and does not pull")
       .value("capped", TickStatus::capped, "resting, but a balance's bound is above 1e-9 m")
       .value("bad_input", TickStatus::bad_input, "the probe or the time step could not be used; the force is zero");
   py::class_<Energy>(module, "Energy", "The energy of one tick [J].")
@@ -169,7 +231,14 @@ void bind_ticks(py::module_& module) {
       .def_readonly("damper_j", &Energy::damper_j, "work of the damper on the hand")
       .def_readonly("moved_j", &Energy::moved_j, "work of the data's own motion")
       .def_readonly("let_go_j", &Energy::let_go_j, "lost by the springs where a level let go")
-      .def_readonly("ticks_j", &Energy::ticks_j, "brought in by holding the force for a tick");
+      .def_readonly("ticks_j", &Energy::ticks_j, "brought in by holding the force for a tick")
+      .def("__repr__", [](const Energy& e) {
+        return py::str(
+                   "Energy(stored_j={:.3g}, elastic_j={:.3g}, dissipated_j={:.3g}, injected_j={:.3g}, path_j={:.3g}, "
+                   "damper_j={:.3g}, moved_j={:.3g}, let_go_j={:.3g}, ticks_j={:.3g})")
+            .format(e.stored_j, e.elastic_j, e.dissipated_j, e.injected_j, e.path_j, e.damper_j, e.moved_j, e.let_go_j,
+                    e.ticks_j);
+      });
   py::class_<Tick>(module, "Tick", "One tick's answer, in the hand frame. `force_n` is Eq. 1 before any limit.")
       .def_property_readonly(
           "probe_m", [](const Tick& t) { return array_of(t.probe_m); }, "[m] shape (3,)")
@@ -198,14 +267,19 @@ void bind_ticks(py::module_& module) {
       .def_readonly("dissipated_j", &ModeTick::dissipated_j, "[J]")
       .def_readonly("injected_j", &ModeTick::injected_j, "[J]")
       .def_readonly("primitives", &ModeTick::primitives, "in the last sub-step")
-      .def_readonly("split_shared", &ModeTick::split_shared, "another split of the force would balance, too");
+      .def_readonly("split_shared", &ModeTick::split_shared, "another split of the force would balance, too")
+      .def("__repr__", [](const ModeTick& m) {
+        return py::str("ModeTick(force_n={}, dissipated_j={:.3g}, injected_j={:.3g}, primitives={})")
+            .format(array_of(m.force_n), m.dissipated_j, m.injected_j, m.primitives);
+      });
 }
 
 }  // namespace
 
 void bind_session(py::module_& module) {
-  PYBIND11_NUMPY_DTYPE(TickRow, probe_m, proxy_m, proxy_velocity_m_per_s, force_n, error_bound_m, sub_steps, iterations, status,
-                       dropped);
+  PYBIND11_NUMPY_DTYPE(TickRow, t_s, probe_m, proxy_m, proxy_velocity_m_per_s, force_n, error_bound_m, sub_steps, iterations,
+                       status, dropped, stored_j, elastic_j, dissipated_j, injected_j, path_j, damper_j, moved_j, let_go_j,
+                       ticks_j);
   bind_ticks(module);
   py::class_<FeltSession>(module, "Session",
                           "A scene being felt: the proxy, the modes' memories, the ledger.\n\n"
@@ -223,16 +297,19 @@ void bind_session(py::module_& module) {
            "position_m: [m] where the hand is, hand frame. dt_s: [s] since the last tick, above 0 and at most 1.\n"
            "velocity_m_per_s: [m/s] of the hand; None: taken from the positions. valid: the device knows where it is.\n"
            "Returns a Tick; one that cannot be used has the status bad_input and no force.")
-      .def("ticks", &ticks, py::arg("positions_m"), py::arg("dt_s"),
-           "A tick for each row of positions_m, shape (n, 3), at the speed of C++: other threads go on meanwhile.\n\n"
-           "dt_s: [s] one time step for all, or shape (n,).\n"
-           "Returns a structured array with the fields probe_m, proxy_m, proxy_velocity_m_per_s, force_n (3 numbers each),\n"
-           "error_bound_m, sub_steps, iterations, status (int(TickStatus)) and dropped.")
+      .def("_ticks", &ticks, py::arg("positions_m"), py::arg("dt_s"))
       .def(
           "reset", [](FeltSession& felt) { FeltSession::Use(felt).session().reset(); },
           "Puts the proxy on the next probe position and forgets all memories: after a gap.")
-      .def("modes", &modes_of, "Who pushed in the last tick: a ModeTick for each mode, by name.")
+      .def("_modes", &modes_of)
       .def("events", &events_of, "What happened in the last tick: (kind, subject, value) each.")
+      .def("__repr__",
+           [](FeltSession& felt) {
+             FeltSession::Use use(felt);
+             py::list names;
+             for (const SceneMode& mode : use.session().scene().modes()) names.append(mode.name);
+             return py::str("Session(modes={})").format(names);
+           })
       .def("_scene", [](FeltSession& felt) { return FeltSession::Use(felt).session().scene(); });
 }
 

@@ -12,6 +12,7 @@
 #include "palpa/export/export_trace.h"
 #include "palpa/study/compare_laws.h"
 #include "palpa/study/run.h"
+#include "palpa/toml/wording.h"
 #include "parameters.h"
 #include "run_options.h"
 
@@ -19,12 +20,37 @@ namespace palpa::python {
 namespace {
 
 namespace fs = std::filesystem;
+using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
-py::tuple compare(const Scene& given, const py::object& positions_m, double dt_s, const std::vector<std::string>& laws) {
-  const auto positions = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(positions_m);
+/// Rows of three numbers.
+Numbers rows_of(const py::object& positions_m) {
+  Numbers positions = Numbers::ensure(positions_m);
   if (!positions) PyErr_Clear();
   if (!positions || positions.ndim() != 2 || positions.shape(1) != 3)
     throw py::type_error("'positions_m' takes an array of numbers of shape (n, 3)");
+  return positions;
+}
+
+Place place_of(const std::string& word) {
+  std::vector<std::string> words;
+  for (const Place place : {Place::as_recorded, Place::centred, Place::fitted}) {
+    if (word == name_of(place)) return place;
+    words.emplace_back(name_of(place));
+  }
+  throw py::value_error("no place " + detail::in_quotes(word) + "; " + detail::suggestion(word, words));
+}
+
+/// A hand at given positions.
+std::shared_ptr<const Target> positions_of(py::handle given, const py::object& dt_s) {
+  const Numbers rows = rows_of(py::reinterpret_borrow<py::object>(given));
+  std::vector<Vec3> positions_m;
+  positions_m.reserve(static_cast<std::size_t>(rows.shape(0)));
+  for (py::ssize_t n = 0; n < rows.shape(0); ++n) positions_m.push_back({rows.at(n, 0), rows.at(n, 1), rows.at(n, 2)});
+  return sampled_target(positions_m, number_of(dt_s, "dt_s"));
+}
+
+py::tuple compare(const Scene& given, const py::object& positions_m, double dt_s, const std::vector<std::string>& laws) {
+  const Numbers positions = rows_of(positions_m);
   std::vector<Probe> probes;
   for (py::ssize_t n = 0; n < positions.shape(0); ++n)
     probes.push_back({.position_m = {positions.at(n, 0), positions.at(n, 1), positions.at(n, 2)}});
@@ -61,8 +87,10 @@ RunOptions run_options(const py::dict& given) {
       options.rate_hz = number_of(value, name);
     else if (name == "out")
       options.out = value.cast<fs::path>();
-    else if (name == "fit")
-      options.fit = value.cast<bool>();
+    else if (name == "place")
+      options.place = place_of(value.cast<std::string>());
+    else if (name == "positions_m")
+      options.target = positions_of(value, given["dt_s"]);
     else if (name == "primitives")
       options.primitives = value.cast<bool>();
     else if (name == "data")
@@ -95,7 +123,16 @@ void bind_study(py::module_& module) {
       if (!is_loaded) return run(options, &stop);
       return run(prepare(loaded_of(loaded.scene), options), options, &stop);
     });
-    return py::make_tuple(to_json(result.summary), result.warnings);
+    // Notes are what was done that was not asked for, and what was not felt: who runs it has to see them.
+    std::vector<std::string> told = result.warnings;
+    told.insert(told.end(), result.summary.notes.begin(), result.summary.notes.end());
+    for (std::string& sentence : told_by_modes(loaded.scene)) told.push_back(std::move(sentence));
+    return py::make_tuple(to_json(result.summary), told);
+  });
+  module.def("place_by_fit", [](const fs::path& hand, bool is_fitted) {
+    RunOptions options;
+    options.hand = hand.string();
+    return name_of(place_by_fit(options, is_fitted));
   });
   module.def("replay", [](const fs::path& trace, const std::vector<fs::path>& data, const std::vector<fs::path>& plugins) {
     const ReplayResult result = interruptible([&](const std::atomic<bool>& stop, std::stop_token token) {

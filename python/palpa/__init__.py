@@ -5,7 +5,8 @@
     head = scene.add("head", palpa.head_phantom())
     scene.add("skin", palpa.SurfaceAndFriction(field=head, levels=[dict(value=-300, strength_n=0.8, friction_n=0.1)]))
     session = palpa.Session(scene)
-    tick = session.tick((0, 0.02, 0.05), 1e-3)      # tick.proxy_m, tick.force_n, tick.error_bound_m
+    for n in range(100):
+        tick = session.tick((0, 0.02, 0.05 - 0.0001 * n), 1e-3)     # tick.proxy_m, tick.force_n, tick.error_bound_m
 
 Numbers carry their unit in their name; lengths are metres. Wrong input raises an exception with one line that says what would
 be right: LoadError and SceneError of files and scenes, else TypeError and ValueError.
@@ -15,8 +16,35 @@ import os as _os
 import pathlib as _pathlib
 import sys as _sys
 
-from . import _palpa
 from ._version import version as __version__
+
+
+def _why_not_here():
+    """Why the module that binds the library cannot be loaded by this interpreter; empty: not known."""
+    import importlib.machinery
+    import importlib.util
+    import re
+
+    if importlib.util.find_spec("numpy") is None:
+        return (f"palpa needs numpy, which {_sys.executable} has not; install it there (Debian's own python3: "
+                "apt install python3-numpy)")
+    here = _pathlib.Path(__file__).parent
+    if any((here / f"_palpa{suffix}").exists() for suffix in importlib.machinery.EXTENSION_SUFFIXES):
+        return ""
+    ours = f"{_sys.implementation.name} {_sys.version_info[0]}.{_sys.version_info[1]}"
+    for file in here.glob("_palpa.*"):
+        if made_for := re.search(r"\.cpython-3(\d+)-", file.name):
+            return (f"palpa was built for CPython 3.{made_for[1]}, this is {ours} ({_sys.executable}); use python3.{made_for[1]}, or "
+                    f"build it for this one (-DPython_EXECUTABLE={_sys.executable})")
+    return f"palpa: its module _palpa is not built in {here}; cmake --build makes it as palpa_python"
+
+
+try:
+    from . import _palpa
+except ImportError as _error:
+    if _why := _why_not_here():
+        raise ImportError(_why, name="palpa") from None
+    raise
 
 if _palpa.version != __version__:
     raise ImportError(f"palpa: the module is of version {_palpa.version}, the package of {__version__}; install both anew")
@@ -26,17 +54,25 @@ _reader = _pathlib.Path(__file__).absolute().parents[2] / "bin" / "palpa-read"
 if _reader.exists():
     _os.environ.setdefault("PALPA_READER", str(_reader))
 
-from ._palpa import (Energy, Field, Here, LoadError, Mask, ModeTick, Out, Pointer, ScalarSample, SceneError, Session, Strength, Tick,
-                     TickStatus, VectorSample, Volume, beating_chamber, burgers_vortex, head_phantom, lamb_oseen_vortex, laws,
+from ._palpa import (DeviceLimits, DeviceState, Energy, Field, GuardedSession, GuardedTick, Here, LoadError, Mask, ModeTick, Out,
+                     Pointer, ScalarSample, SceneError, Session, Strength, Tick, TickStatus, VectorSample, Volume, beating_chamber, burgers_vortex, head_phantom, lamb_oseen_vortex, laws,
                      plane_field, ring_vortex, sphere_field, wing_wake)
+from ._device import Device
 from ._live import Live, live
 from ._modes import CFunction, Mode, load_plugin, make_classes as _make_classes
 from ._scene import (CouplingOptions, PalpaWarning, Scene, SceneMode, TimeOptions, Workspace, array_volume, load_scene,
                      read_volume)
+from ._parameters import Named as _Named
+from ._session import Ticks, modes as _modes_of_session, ticks as _ticks
 from ._trace import LawComparison, Replay, Trace, compare_laws, run
 from ._vtk import FeltActors, MousePointer, from_vtk, strength_from_vtk, to_vtk
 
 _make_classes(_sys.modules[__name__])
+# Rows of `ticks` hold the status as a number: one compares with the other.
+TickStatus.__eq__ = lambda status, other: int(status) == (int(other) if isinstance(other, TickStatus) else other)
+TickStatus.__ne__ = lambda status, other: int(status) != (int(other) if isinstance(other, TickStatus) else other)
+Session.ticks, Session.modes = _ticks, _modes_of_session
+Volume.fields = property(lambda volume: _Named("the volume", "field", volume._fields()), doc="its fields by name")
 Session.scene = property(lambda session: Scene(_of=session._scene()), doc="the scene that is felt: a copy")
 
 for _name, _thing in list(vars().items()):  # known by their public name

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import atexit
+import sys
+import warnings
 import weakref
 from os import PathLike
 from typing import Any
 
 from . import _palpa
+from ._device import Device
 from ._modes import plugins
 from ._palpa import Pointer
-from ._scene import Scene
-from ._trace import Trace, _new_folder
+from ._parameters import Strict
+from ._scene import PalpaWarning, Scene
+from ._trace import Trace, _hand_given, _in_python, _new_folder
 
 _running = weakref.WeakSet()
 
@@ -19,15 +23,30 @@ _running = weakref.WeakSet()
 @atexit.register
 def _stop_all():
     for live in list(_running):
-        live.stop()
+        if live._live.is_forked():  # by the process that it belongs to
+            continue
+        try:
+            live.stop()
+        except Exception:  # the others have to be stopped as well
+            sys.excepthook(*sys.exc_info())
 
 
-class Live:
+class Live(Strict):
     """A scene that is being felt. Made by palpa.live; `with` ends it. Any thread may ask and change."""
 
-    def __init__(self, _live: Any, _folder: Any, _temporary: Any) -> None:
-        self._live, self._folder, self._temporary, self._trace = _live, _folder, _temporary, None
+    def __init__(self, _live: Any, _folder: Any, _temporary: Any, _device: Device | None = None) -> None:
+        self._live, self._folder, self._temporary, self._trace, self._told = _live, _folder, _temporary, None, ()
+        self._device = _device
         _running.add(self)
+        self._tell(4)
+
+    def _tell(self, stacklevel):
+        """Warns of what was not told yet."""
+        told = tuple(_in_python(sentence) for sentence in self._live.told())
+        fresh = [sentence for sentence in told if sentence not in self._told]
+        self._told = (*self._told, *fresh)
+        for sentence in fresh:
+            warnings.warn(sentence, PalpaWarning, stacklevel=stacklevel)
 
     @property
     def scene(self) -> Scene:
@@ -44,7 +63,8 @@ class Live:
         return not self._live.has_ended()
 
     def look(self) -> dict[str, Any]:
-        """The latest tick: a dict with tick, t_s, probe_m, proxy_m, force_n, command_n, guard, status."""
+        """The latest tick: a dict with tick, t_s, probe_m, proxy_m, force_n, command_n, guard, guard_cause, status, and fault: what
+        the device says is wrong with it, or None."""
         return self._live.look()
 
     def primitives(self) -> list[dict[str, Any]]:
@@ -67,12 +87,23 @@ class Live:
     def stop(self) -> Trace:
         """Ends it: the motors have no force. Returns its Trace. Raises LoadError where recording failed on the way."""
         if self._trace is None:
-            lost = self._live.finish()
-            _running.discard(self)
+            try:
+                lost = self._live.finish()
+            finally:
+                _running.discard(self)
+                if self._device is not None:
+                    self._device._is_held = False
             if lost:
                 raise _palpa.LoadError(lost)
-            self._trace = Trace(self._folder, _temporary=self._temporary)
+            trace = self._trace = Trace(self._folder, _temporary=self._temporary)
+            try:
+                self._tell(3)
+            finally:
+                trace.warnings = self._told
         return self._trace
+
+    def __repr__(self):
+        return f"Live({'running' if self._trace is None and self.is_running else 'over'}, {self._folder})"
 
     def __enter__(self) -> Live:
         return self
@@ -81,19 +112,31 @@ class Live:
         self.stop()
 
 
-def live(scene: Scene, *, hand: str | PathLike | None = None, device: str | Pointer | None = None, rate_hz: float = 1000.0,
-         duration_s: float | None = None, out: str | PathLike | None = None, hold: str | None = None,
-         fit: bool | None = None) -> Live:
+def live(scene: Scene, *, hand: str | PathLike | None = None, device: str | Pointer | Device | None = None,
+         rate_hz: float = 1000.0, duration_s: float | None = None, out: str | PathLike | None = None, hold: str | None = None,
+         place: str | None = None, fit: bool | None = None) -> Live:
     """Feels a scene in real time and records it: a Live, at once.
 
-    device: of a person's hand, as `palpa devices` calls it, or a palpa.Pointer, the mouse of a window; or hand: a simulated or recorded one, as of palpa.run, which holds
-    `device`. rate_hz: [Hz] 100 to 20000. duration_s: [s] None: until it is stopped; of a simulated hand 10 s.
+    device: of a person's hand, as `palpa devices` calls it; a palpa.Pointer, the mouse of a window; or a palpa.Device, driven by
+    Python behind the guard. Or hand: a simulated or recorded one, as of palpa.run, which holds `device`; place, hold, fit: as
+    there. rate_hz: [Hz] 100 to 20000. duration_s: [s] None: until it is stopped; of a simulated hand 10 s.
     Raises SceneError for a scene with modes in Python: they cannot keep time.
     """
+    if not isinstance(scene, Scene):
+        raise TypeError(f"'scene' takes a palpa.Scene, not {type(scene).__name__}")
+    pointer = device if isinstance(device, Pointer) else None
+    own = device if isinstance(device, Device) else None
+    if (pointer is not None or own is not None) and hand is not None:
+        raise TypeError(f"'hand' and a palpa.{'Pointer' if pointer is not None else 'Device'} are two hands; name one")
+    if device is not None and pointer is None and own is None and not isinstance(device, str):
+        raise TypeError(f"'device' takes a name, a palpa.Pointer or a palpa.Device, not {type(device).__name__}")
+    if own is not None and getattr(own, "_is_held", False):
+        raise ValueError("'device' is held by another live scene; stop that first")
+    given = dict(rate_hz=rate_hz) if hand is None else _hand_given(hand, None, rate_hz, place, fit)
     folder, temporary = _new_folder(out)
-    pointer, device = (device, None) if isinstance(device, Pointer) else (None, device)
-    if pointer is not None and hand is not None:
-        raise TypeError("'hand' and a palpa.Pointer are two hands; name one")
-    given = dict(hand=None if hand is None else str(hand), device=device, rate_hz=rate_hz, duration_s=duration_s, out=folder,
-                 hold=hold, fit=fit, plugins=list(plugins))
-    return Live(_palpa.live(scene, given, pointer), folder, temporary)
+    given.update(device=device if isinstance(device, str) else None, duration_s=duration_s, out=folder, hold=hold,
+                 plugins=list(plugins))
+    made = Live(_palpa.live(scene, given, pointer, own), folder, temporary, own)
+    if own is not None:
+        own._is_held = True
+    return made

@@ -26,17 +26,20 @@ class Mode:
                 if sample.inside:
                     out.point(0, here.proxy_m, here.newtons(self.strength_n))
 
-    `here` is a palpa.Here, `out` a palpa.Out. It can be felt by a Session and by palpa.run, not in real time: for that a
-    palpa.CFunction takes a function of C.
+    `here` is a palpa.Here, `out` a palpa.Out. A primitive that cannot be used (a direction that is not of unit length, what is
+    not a number, a negative strength, a drag away from here.proxy_m) raises ValueError, with the mode's name; with
+    `strict = False` in the class it is left out, counted in Tick.dropped and told once by Session.events, as of a mode in C++.
+    It can be felt by a Session and by palpa.run, not in real time: for that a palpa.CFunction takes a function of C.
     """
 
     fields: tuple[str, ...] = ()
+    strict: bool = True
 
     def place(self, here: _palpa.Here, out: _palpa.Out) -> None:
         raise NotImplementedError(f"{type(self).__name__} has no method 'place(self, here, out)'")
 
     def _to_part(self):
-        return _palpa.python_mode(self, [(name, getattr(self, name)) for name in self.fields])
+        return _palpa.python_mode(self, [(name, getattr(self, name)) for name in self.fields], bool(self.strict))
 
 
 class _ListedMode(Parameters, Mode):
@@ -55,7 +58,8 @@ class CFunction(Mode):
     [N/m]; then of each scalar field inside (1 or 0), value, gradient (3) [unit/m]; of each vector field inside, value (3),
     Jacobian (9).
     `out`: room for 16 rows of 9: kind (0 point, 1 line, 2 plane, 3 directed force), position (3) [m], direction (3), strength
-    [N], drag [N*s/m]. Returns how many rows it filled. Masks and the fade at the edges of data act on strengths and drags.
+    [N], drag [N*s/m]. Returns how many rows it filled; of more than 16 the others are not felt, and a PalpaWarning says so.
+    What cannot be used is left out, counted in Tick.dropped. Masks and the fade at the edges of data act on strengths and drags.
     """
 
     def __init__(self, function: Any, scalars: Sequence[str] = (), vectors: Sequence[str] = ()) -> None:

@@ -1,8 +1,26 @@
 """Classes made from the lists of parameters that scene files are read by: nothing of them is written twice."""
 
 import inspect
+from collections.abc import Mapping
 
 from . import _palpa
+
+
+class Strict:
+    """Has the attributes of its class and no others: one with a typo raises AttributeError."""
+
+    _elsewhere = ()  # (what holds it, names): attributes of its parts that are looked for here
+
+    def __setattr__(self, name, value):
+        if not name.startswith("_") and not hasattr(type(self), name) and name not in getattr(type(self), "__annotations__", ()):
+            raise AttributeError(self._unknown(name))
+        object.__setattr__(self, name, value)
+
+    def _unknown(self, name):
+        return f"{type(self).__name__}: no attribute {name!r}; {_there_are(name, self._names(), self._elsewhere)}"
+
+    def _names(self):
+        return [name for name in (*dir(type(self)), *getattr(type(self), "__annotations__", ())) if not name.startswith("_")]
 
 
 class Parameters:
@@ -57,11 +75,44 @@ def _made_of(cls, values):
     return cls(**values)
 
 
-def _there_are(name, names):
+def _there_are(name, names, elsewhere=()):
     import difflib
 
+    for holder, theirs in elsewhere:
+        if name in theirs:
+            return f"did you mean '{holder}.{name}'?"
     near = difflib.get_close_matches(name, names, 1)
     return f"did you mean {near[0]!r}?" if near else "there are: " + ", ".join(names)
+
+
+class Named(Mapping):
+    """Things by their names, read-only; a name that is not there raises KeyError with the one that was probably meant."""
+
+    def __init__(self, of, kind, things):
+        self._of, self._kind, self._things = of, kind, dict(things)
+
+    def __getitem__(self, name):
+        try:
+            return self._things[name]
+        except (KeyError, TypeError):
+            raise KeyError(_Sentence(f"{self._of} has no {self._kind} {name!r}; "
+                                     f"{_there_are(str(name), list(self._things)) if self._things else 'it has none'}")) from None
+
+    def __iter__(self):
+        return iter(self._things)
+
+    def __len__(self):
+        return len(self._things)
+
+    def __repr__(self):
+        return repr(self._things)
+
+
+class _Sentence(str):
+    """Shown by KeyError as it is, without quotes."""
+
+    def __repr__(self):
+        return str(self)
 
 
 def _attribute_of(key):

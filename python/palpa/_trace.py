@@ -6,8 +6,11 @@ import base64
 import csv
 import html
 import json
+import os
 import re
 import tomllib
+import warnings
+import weakref
 from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
@@ -17,8 +20,9 @@ import numpy
 
 from . import _palpa
 from ._modes import plugins
+from ._parameters import Strict
 from ._plots import png_or_none, trace_figure
-from ._scene import Scene
+from ._scene import PalpaWarning, Scene
 
 
 class Replay(NamedTuple):
@@ -66,9 +70,11 @@ def _table(path):
     return made
 
 
-class Trace:
+class Trace(Strict):
     """A recording: a folder with one table per file (docs/trace.md).
 
+    A temporary one goes with its object; `with` or `close` lets it go earlier. warnings: what is to be known of it, a sentence
+    each: how a recorded hand was moved, why nothing was felt, …
     ticks, modes, events, timing, balances, primitives, … are structured arrays: trace.ticks["force_n"] has the shape (n, 3).
     """
 
@@ -76,11 +82,22 @@ class Trace:
     warnings: tuple[str, ...]
 
     def __init__(self, folder: str | PathLike, *, _summary=None, _warnings=(), _temporary=None):
+        self._summary, self._temporary, self._tables = _summary, _temporary, {}
         self.folder = Path(folder)
         self.warnings = tuple(_warnings)
-        self._summary, self._temporary, self._tables = _summary, _temporary, {}
         if not (self.folder / "trace.toml").is_file():
             raise _palpa.LoadError(f"{self.folder}: is no trace; a trace is a folder with a trace.toml in it")
+
+    def close(self) -> None:
+        """Removes a temporary trace now; of one in a folder that was named, and of later calls, nothing."""
+        if self._temporary is not None:
+            self._temporary.remove()
+
+    def __enter__(self) -> Trace:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
 
     @property
     def header(self) -> dict[str, Any]:
@@ -154,35 +171,105 @@ class Trace:
         return f"Trace({str(self.folder)!r})"
 
 
+class _Temporary:
+    """A temporary folder that goes with its object, or at the end, in the process that made it: one that was forked from that has
+    a copy of the object, but not the folder."""
+
+    def __init__(self):
+        import tempfile
+
+        self.name = tempfile.mkdtemp(prefix="palpa-")
+        self._finalizer = weakref.finalize(self, _remove, self.name, os.getpid())
+
+    def remove(self):
+        self._finalizer()
+
+
+def _remove(folder, made_by):
+    import shutil
+
+    if os.getpid() == made_by:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
 def _new_folder(out):
     """The folder of a new trace, and the temporary one that it lies in where none is named."""
-    import tempfile
-
     if out is not None:
         return Path(out), None
-    temporary = tempfile.TemporaryDirectory(prefix="palpa-")
+    temporary = _Temporary()
     return Path(temporary.name) / "trace", temporary
 
 
-def run(scene: Scene | str | PathLike, hand: str | PathLike, *, duration_s: float | None = None, rate_hz: float = 1000.0,
-        out: str | PathLike | None = None, hold: str | None = None, device: str | None = None, fit: bool | None = None,
-        primitives: bool = False, data: Sequence[str | PathLike] = ()) -> Trace:
+def _in_python(sentence):
+    """A sentence that names options of the program, with the keywords of Python in their place."""
+    return re.sub(r"--hand-(place|hold) (\w+)", r"\1='\2'", sentence)
+
+
+def _tell(told):
+    """Warns of each; returns them as the words of Python."""
+    told = tuple(_in_python(sentence) for sentence in told)
+    for sentence in told:
+        warnings.warn(sentence, PalpaWarning, stacklevel=3)
+    return told
+
+
+def _hand_given(hand, dt_s, rate_hz, place, fit):
+    """What is said of a hand to the library: a simulated one, a file, or positions."""
+    is_word = isinstance(hand, (str, os.PathLike))
+    if fit is not None:
+        if place is not None:
+            raise TypeError("'place' says where a recording lies; leave out 'fit'")
+        if is_word and not str(hand).startswith("sim:"):
+            place = _palpa.place_by_fit(hand, bool(fit))
+            warnings.warn(f"'fit' is called place={place!r} now", PalpaWarning, stacklevel=3)
+    if is_word:
+        if dt_s is not None:
+            raise TypeError("'dt_s' is the time step of an array of positions; a file has its own times")
+        return dict(hand=str(hand), place=place, rate_hz=1000.0 if rate_hz is None else rate_hz)
+    try:
+        positions_m = numpy.asarray(hand, float)
+    except (TypeError, ValueError):
+        positions_m = None
+    if positions_m is None or positions_m.ndim != 2 or positions_m.shape[1] != 3:
+        raise TypeError("'hand' takes 'sim:…', the path of a recorded hand, or an array of positions [m] of shape (n, 3), not "
+                        + (f"an array of shape {positions_m.shape}" if isinstance(hand, numpy.ndarray) and positions_m is not None
+                           else type(hand).__name__))
+    if dt_s is None or numpy.ndim(dt_s) != 0:
+        raise TypeError("an array of positions has one time step: run(scene, positions_m, dt_s), 1e-3 for a millisecond")
+    if not 0.0 < dt_s <= 1.0:
+        raise ValueError(f"'dt_s' is {float(dt_s):g}; a time step is in seconds, above 0 and at most 1: 1e-3 is a millisecond")
+    if place not in (None, "as_recorded"):
+        raise ValueError("an array of positions is felt where it is: place='as_recorded' or none; move the array instead")
+    return dict(positions_m=positions_m, dt_s=float(dt_s), rate_hz=1.0 / float(dt_s) if rate_hz is None else rate_hz)
+
+
+def run(scene: Scene | str | PathLike, hand: str | PathLike | numpy.typing.ArrayLike, dt_s: float | None = None, *,
+        duration_s: float | None = None, rate_hz: float | None = None, out: str | PathLike | None = None, hold: str | None = None,
+        device: str | None = None, place: str | None = None, primitives: bool = False, data: Sequence[str | PathLike] = (),
+        fit: bool | None = None) -> Trace:
     """Feels a scene with a hand and records it: a Trace.
 
     scene: a Scene, or the path of a scene file. hand: "sim:press", "sim:stroke", "sim:circle", "sim:helix", "sim:random", with
-    keys behind a comma (docs/hands.md), or the path of a recorded hand.
-    duration_s: [s] None: the recording's, or 10. rate_hz: [Hz] 1 to 100000. out: the trace's folder, which must not exist; None:
-    a temporary one that goes with the Trace. hold: "rigid", "relaxed", "firm". device: what a simulated hand holds, "touch", …
-    fit: lay a recording where it feels most. primitives: record sub-steps and primitives, too.
+    keys behind a comma (docs/hands.md); the path of a recorded hand; or positions [m] of shape (n, 3) in the hand frame, with
+    dt_s [s], a tick each and never moved.
+    place: where a recorded hand lies, "fitted" (where it feels most; the default, but of columns as our own ticks.csv has them),
+    "centred" or "as_recorded". duration_s: [s] None: the recording's, or 10. rate_hz: [Hz] 1 to 100000; None: 1000, of positions
+    1 / dt_s. out: the trace's folder, which must not exist; None: a temporary one that goes with the Trace. hold: "rigid",
+    "relaxed", "firm". device: what a simulated hand holds, "touch", … primitives: record sub-steps and primitives, too.
+    fit: earlier versions' word for `place`.
+    What is to be known of the run is a PalpaWarning, and in trace.warnings: a hand that was moved, nothing felt, …
     Ctrl-C ends it; what was recorded in `out` up to there is complete.
     """
+    given = _hand_given(hand, dt_s, rate_hz, place, fit)
+    if not isinstance(scene, (Scene, str, PathLike)):
+        raise TypeError(f"'scene' takes a palpa.Scene or the path of a scene file, not {type(scene).__name__}")
     folder, temporary = _new_folder(out)
-    given = dict(hand=str(hand), duration_s=duration_s, rate_hz=rate_hz, out=folder, hold=hold, device=device, fit=fit,
-                 primitives=primitives, data=list(data), plugins=list(plugins))
+    given.update(duration_s=duration_s, out=folder, hold=hold, device=device, primitives=primitives, data=list(data),
+                 plugins=list(plugins))
     if not isinstance(scene, Scene):
         given["scene"] = scene
     summary, told = _palpa.run(scene, given)
-    return Trace(folder, _summary=json.loads(summary), _warnings=told, _temporary=temporary)
+    return Trace(folder, _summary=json.loads(summary), _warnings=_tell(told), _temporary=temporary)
 
 
 class LawComparison:

@@ -249,12 +249,18 @@ def strength_from_vtk(function: Any, of: str, *, factor: float = 1.0) -> Strengt
     return Strength(of=of, points=points, outside=outside)
 
 
+# [m] More than any hand's reach. More: lengths of the world pass, and a ball fills the picture; less: pictures from afar do not.
+_widest_unit_m = 0.5
+
+
 class FeltActors:
     """What is felt, for anybody's vtkRenderer: proxy, probe, the spring between them, primitives (planes as discs, lines as
     rods, points as balls, directed forces as arrows, in the colour of their mode).
 
-    unit_m: [hand m] what sizes are shares of, half the height of the picture. hand_to_world: shape (4, 4),
-    scene.hand_to_world() where the renderer shows the data's world; None: it shows the hand frame.
+    unit_m: [m of the hand] half the height of the picture, as 0.08; what sizes are shares of: a ball has 0.02 of it. It lies
+    above 0 and is at most 0.5: no hand's reach is wider. A length of the world is divided by the scale of hand_to_world, which
+    is the length of one of its first three columns. hand_to_world: shape (4, 4), scene.hand_to_world() where the renderer shows
+    the data's world; None: it shows the hand frame.
     """
 
     _colors = (0x0072B2, 0xD55E00, 0x009E73, 0xCC79A7, 0xE69F00, 0x56B4E9)
@@ -265,6 +271,10 @@ class FeltActors:
 
         self._renderer, self._unit_m, self._tick = renderer, unit_m, None
         self._map = numpy.eye(4) if hand_to_world is None else numpy.asarray(hand_to_world, float)
+        if not 0.0 < unit_m <= _widest_unit_m:
+            scale = numpy.linalg.norm(self._map[:3, 0])
+            raise ValueError(f"'unit_m' is {unit_m:g}; it is half the height of the picture in metres of the hand, above 0 and at most "
+                             f"{_widest_unit_m:g}: a length of the world is divided by {scale:.4g}, the scale of hand_to_world")
         ball, rod, tip = vtkSphereSource(), vtkCylinderSource(), vtkConeSource()  # along y, from the origin
         ball.SetRadius(1.0), ball.SetThetaResolution(32), ball.SetPhiResolution(16)
         rod.SetRadius(1.0), rod.SetHeight(1.0), rod.SetCenter(0.0, 0.5, 0.0), rod.SetResolution(64)

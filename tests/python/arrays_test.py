@@ -240,3 +240,52 @@ def test_an_array_is_felt_as_its_file(tmp_path):
         scene.add("s", palpa.SurfaceAndFriction(field="a", levels=[dict(value=50, strength_n=2)]))
         felt.append(palpa.Session(scene).ticks(path, 1e-3))
     assert felt[0].tobytes() == felt[1].tobytes() and np.abs(felt[0]["force_n"]).max() > 0.5
+
+
+@pytest.mark.parametrize("dtype", ["uint8", "int16", "uint16", "int32", "float32", "float64"])
+def test_what_is_masked_is_no_data(dtype):
+    values = np.zeros((20, 20, 20), dtype)
+    values[:10] = 100
+    masked = np.ma.array(values, mask=np.zeros(values.shape, bool))
+    masked[:, :, :10] = np.ma.masked
+    scene = palpa.Scene()
+    field = scene.field(scene.add_array("half", masked, 0.001, filter="trilinear"))
+    assert np.isnan(field((-0.005, 0.003, -0.005))[0]) and field((0.005, 0.003, -0.005))[0] == 100
+    scene.add("wall", palpa.SurfaceAndFriction(field="half", levels=[dict(value=50, strength_n=5)]))
+    scene.workspace.scale, scene.workspace.center = 1, (0, 0, 0)
+    for x, is_felt in ((-0.006, False), (0.006, True)):
+        down = np.column_stack([np.full(400, x), np.zeros(400), np.linspace(0.008, -0.004, 400)])
+        assert (np.abs(palpa.Session(scene).ticks(down, 1e-3)["force_n"]).max() > 0.1) == is_felt
+    unmasked = np.ma.array(values)  # read where it is
+    assert np.shares_memory(palpa.array_volume(unmasked, 0.001).fields["data"].voxels, values)
+
+
+def test_where_voxels_lie_is_said_in_full():
+    array = np.zeros((3, 4, 5), np.float32)
+    for spacing in (np.float32(0.001), np.int64(1), np.array(0.001), 1):
+        assert palpa.array_volume(array, spacing).fields["data"].affine_m[0, 0] == float(spacing)
+    with pytest.warns(palpa.PalpaWarning, match="'spacing_m' was not given: the voxels are 1 m apart, so that the array is 4 m long"):
+        palpa.array_volume(array)
+    with pytest.raises(ValueError, match="'axes' has columns of the lengths 2, 2, 2; they are directions"):
+        palpa.array_volume(array, 0.001, axes=2 * np.eye(3))
+    turned = np.array([[0.6, -0.8, 0], [0.8, 0.6, 0], [0, 0, 1]])
+    palpa.array_volume(array, 0.001, axes=turned.astype(np.float32))
+    with pytest.raises(ValueError, match="'axes' has columns"):
+        palpa.array_volume(array, 0.001, axes=np.full((3, 3), np.nan))
+
+
+def test_the_filter_can_be_asked_for():
+    rough = np.random.default_rng(1).normal(size=(16, 16, 16)).astype(np.float32)
+    z, y, x = np.mgrid[-1:1:32j, -1:1:32j, -1:1:32j]
+    smooth = np.exp(-(x**2 + y**2 + z**2)).astype(np.float32)
+    scene = palpa.Scene()
+    for name, array, filter, expected in (
+            ("whole", rough.astype(np.int16), None, "smooth"), ("rough", rough, None, "smooth"), ("fine", smooth, None, "cubic"),
+            ("vectors", np.stack([smooth] * 3, axis=3), None, "trilinear"), ("asked", rough, "trilinear", "trilinear")):
+        field = scene.field(scene.add_array(name, array, 0.001, filter=filter))
+        assert field.filter == scene.volumes[name].filter == expected and expected in repr(field), name
+        if expected in ("cubic", "trilinear") and field.components == 1:  # these meet the voxels
+            places = (field.affine_m @ [5, 6, 7, 1])[:3]
+            np.testing.assert_allclose(field(places)[0], array[7, 6, 5], rtol=1e-5)
+    scene.add("formula", palpa.head_phantom())
+    assert scene.field("formula").filter is None and scene.field("gradient_magnitude(fine)").filter == "smooth"

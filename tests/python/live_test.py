@@ -28,8 +28,8 @@ def test_a_scene_is_changed_while_it_is_felt():
         live.scene = scene
         wait_for(lambda: live.account()["scenes"] >= 1)
         assert live.scene.modes["skin"].mode.levels[0].friction_n == 0.4
-        scene.law = "nonsense"
-        with pytest.raises(palpa.SceneError, match="no law 'nonsense'"):
+        scene.modes["skin"].mode.field = "nonsense"
+        with pytest.raises(palpa.SceneError, match="no volume 'nonsense'"):
             live.scene = scene
         live.panic()
         wait_for(lambda: live.look()["guard"] in ("off", "falling"))

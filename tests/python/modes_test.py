@@ -211,3 +211,80 @@ def test_modes_of_a_plugin_are_classes(tmp_path):
     subprocess.run([sys.executable, "-c", program, ridge], check=True)
     with pytest.raises(palpa.LoadError, match="no such file"):
         palpa.load_plugin(tmp_path / "none.so")
+
+
+class Wall(palpa.Mode):
+    """Places what it is told to, once the proxy is below the middle."""
+
+    fields = ("field",)
+
+    def __init__(self, kind, *arguments):
+        self.field, self.kind, self.arguments = "data", kind, arguments
+
+    def place(self, here, out):
+        place = getattr(out, self.kind)
+        place(0, *[argument(here) if callable(argument) else argument for argument in self.arguments])
+
+
+def proxy(here):
+    return here.proxy_m
+
+
+nan = float("nan")
+wrong_primitives = [
+    (Wall("line", proxy, (0, 0, 2), 0.5), "direction is not of unit length"),
+    (Wall("plane", proxy, (0, 0, 0), 0.5), "direction is not of unit length"),
+    (Wall("directed", (1, 1, 0), 0.5), "direction is not of unit length"),
+    (Wall("line", proxy, (nan, 0, 1), 0.5), "direction is not of unit length"),
+    (Wall("point", (nan, 0, 0), 0.5), "position is not finite"),
+    (Wall("point", proxy, nan), "strength is not finite"), (Wall("point", proxy, float("inf")), "strength is not finite"),
+    (Wall("point", proxy, -0.5), "strength is negative"), (Wall("point", proxy, 0.5, -1.0), "drag is negative"),
+    (Wall("point", proxy, 0.5, nan), "drag is not finite"),
+    (Wall("point", lambda here: here.proxy_m + [0.001, 0, 0], 0.5, 1.0), "drag is placed away from the start"),
+]
+
+
+@pytest.mark.parametrize("mode, words", wrong_primitives)
+def test_a_primitive_that_cannot_be_used_raises(mode, words):
+    scene = palpa.Scene()
+    scene.add("data", palpa.head_phantom())
+    scene.add("lab", mode)
+    for feel in (lambda: palpa.Session(scene).tick((0, 0, 0), 1e-3), lambda: palpa.Session(scene).ticks(path_of(5), 1e-3),
+                 lambda: palpa.run(scene, path_of(20), 1e-3)):
+        with pytest.raises(ValueError, match=f"mode 'lab': {words}"):
+            feel()
+    mode = type("Loose", (Wall,), {"strict": False})(mode.kind, *mode.arguments)
+    loose = palpa.Scene()
+    loose.add("data", palpa.head_phantom())
+    loose.add("lab", mode)
+    session = palpa.Session(loose)
+    tick = session.tick((0, 0, 0), 1e-3)
+    assert tick.dropped > 0 and any(words in str(value) for _, _, value in session.events())
+
+
+def test_a_slot_is_used_once():
+    class Twice(palpa.Mode):
+        def place(self, here, out):
+            out.point(3, here.proxy_m, 0.5)
+            out.point(3, here.proxy_m, 0.5)
+
+    with pytest.raises(ValueError, match="mode 'mode': slot is used twice"):
+        felt(palpa.head_phantom(), Twice(), path_of(5))
+
+
+def test_rows_of_c_that_do_not_fit_are_told(library):
+    scene = palpa.Scene()
+    scene.add("data", palpa.head_phantom())
+    scene.add("lab", palpa.CFunction(library.nonsense, scalars=["data"]))
+    words = f"mode 'lab': its function of C returned {1 << 30} rows; there is room for 16"
+    with pytest.warns(palpa.PalpaWarning, match=words):
+        palpa.Session(scene).tick((0, 0, 0), 1e-3)
+    with pytest.warns(palpa.PalpaWarning, match=words):
+        palpa.Session(scene).ticks(path_of(5), 1e-3)
+    with pytest.warns(palpa.PalpaWarning, match=words):
+        trace = palpa.run(scene, path_of(20), 1e-3)
+    assert any("there is room for 16" in sentence for sentence in trace.warnings)
+    with pytest.warns(palpa.PalpaWarning, match=words):
+        with palpa.live(scene, hand="sim:press", duration_s=0.3) as live:
+            while live.is_running:
+                pass

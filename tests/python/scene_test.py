@@ -5,6 +5,7 @@ import inspect
 import json
 import pickle
 import pydoc
+import re
 import subprocess
 
 import numpy as np
@@ -183,6 +184,154 @@ def test_laws_are_named():
     scene = head_scene()
     scene.law = "no-proxy"
     assert "no-proxy" in scene.to_toml()
-    scene.law = "nonsense"
     with pytest.raises(palpa.SceneError, match="no law 'nonsense'"):
-        palpa.Session(scene)
+        scene.law = "nonsense"
+    assert scene.law == "no-proxy"
+
+
+def test_an_attribute_that_there_is_not_is_told():
+    scene = head_scene()
+    for thing, name, words in (
+            (scene, "stifness_n_per_m", "Scene: no attribute 'stifness_n_per_m'; did you mean 'stiffness_n_per_m'?"),
+            (scene, "scale", "Scene: no attribute 'scale'; did you mean 'workspace.scale'?"),
+            (scene, "levels", "no attribute 'levels'"), (scene, "lwa", "did you mean 'law'?"),
+            (scene.modes["skin"], "enable", "SceneMode: no attribute 'enable'; did you mean 'enabled'?"),
+            (scene.modes["skin"], "friction_n", "did you mean 'mode.friction_n'?"),
+            (scene.workspace, "scael", "did you mean 'scale'?"), (scene.coupling, "max_force", "did you mean 'max_force_n'?")):
+        with pytest.raises(AttributeError) as told:
+            setattr(thing, name, 1)
+        assert words in str(told.value) and "\n" not in str(told.value)
+        with pytest.raises(AttributeError):
+            getattr(thing, name)
+
+
+def test_the_keys_of_the_coupling_are_attributes_that_work():
+    scene = palpa.Scene(stiffness_n_per_m=500)
+    for name in palpa.CouplingOptions._attributes:
+        value = getattr(scene.coupling, name)
+        if isinstance(value, float) and value > 0:
+            setattr(scene, name, 0.5 * value)
+            assert getattr(scene, name) == getattr(scene.coupling, name) == 0.5 * value
+    scene.stiffness_n_per_m, scene.max_force_n, scene.damping_ns_per_m = 2000, 1, 0
+    assert "stiffness_n_per_m = 2000" in scene.to_toml() and "max_force_n = 1" in scene.to_toml()
+    scene.add("floor", palpa.plane_field())
+    scene.workspace.scale, scene.workspace.center = 1, (0, 0, 0)
+    scene.add("hard", palpa.SurfaceAndFriction(field="floor", levels=[dict(value=0, strength_n=100)]))
+    session = palpa.Session(scene)
+    session.tick((0, 0, 0.001), 1e-3)
+    np.testing.assert_allclose(session.tick((0, 0, -0.001), 1e-3).force_n, (0, 0, 2.0), atol=1e-9)
+
+
+@pytest.mark.parametrize("thing, name, value", [
+    (lambda: palpa.Scene(), "stiffness_n_per_m", -1), (lambda: palpa.Scene(), "stiffness_n_per_m", float("nan")),
+    (lambda: palpa.Scene(), "max_force_n", float("inf")), (lambda: palpa.Scene(), "damping_ns_per_m", -1e-9),
+    (lambda: palpa.Scene(), "law", "god-object"), (lambda: palpa.Scene().workspace, "scale", 0),
+    (lambda: palpa.Scene().workspace, "scale", float("nan")), (lambda: palpa.Scene().workspace, "towards_user", "sideways"),
+    (lambda: palpa.Follow(), "strength_n", -1), (lambda: palpa.Follow(), "strength_n", float("nan")),
+    (lambda: palpa.Follow(), "strength_n", palpa.Strength(of="v", points=[(0, -1)])),
+    (lambda: palpa.Follow(), "drag_ns_per_m", 1e6), (lambda: palpa.SurfaceAndFriction.Level(), "strength_n", -2),
+    (lambda: palpa.SurfaceAndFriction(), "levels", [dict(value=0, strength_n=-2)]), (lambda: palpa.Scene().time, "speed", float("inf")),
+])
+def test_a_value_that_a_parameter_cannot_have_is_refused_where_it_is_set(thing, name, value):
+    thing = thing()
+    before = getattr(thing, name)
+    with pytest.raises(ValueError) as told:
+        setattr(thing, name, value)
+    assert "\n" not in str(told.value) and ";" in str(told.value)
+    after = getattr(thing, name)
+    assert after == before or (after != after and before != before), "it keeps the one that it had"
+
+
+def test_numbers_of_numpy_are_numbers():
+    scene = palpa.Scene(stiffness_n_per_m=np.float32(512))
+    scene.max_force_n = np.int64(2)
+    scene.workspace.scale = np.float16(2)
+    scene.add("v", palpa.lamb_oseen_vortex())
+    scene.add("r", palpa.Follow(field="v", strength_n=np.array(0.5)), enabled=np.bool_(True))
+    assert (scene.stiffness_n_per_m, scene.max_force_n, scene.workspace.scale) == (512, 2, 2)
+    tick = palpa.Session(scene).tick(np.zeros(3, np.float32), np.float32(1e-3))
+    assert np.isfinite(tick.force_n).all()
+    assert len(palpa.Session(scene).ticks(np.zeros((4, 3), np.float32), np.array(1e-3))) == 4
+
+
+def test_names_that_there_are_not_are_told():
+    scene = head_scene()
+    for things, words in ((scene.modes, "did you mean 'skin'?"), (palpa.Session(scene).modes(), "did you mean 'skin'?"),
+                          (scene.volumes, "no volume 'skinn'; there are: head")):
+        with pytest.raises(KeyError) as told:
+            things["skinn"]
+        assert words in str(told.value)
+    assert "skin" in scene.modes and list(scene.modes) == ["skin"] and scene.modes.get("no") is None
+    with pytest.raises(TypeError, match="'masks' takes a list"):
+        scene.modes["skin"].masks = palpa.Mask(of="head", points=[(0, 1)])
+
+
+def test_things_show_what_they_are():
+    scene = head_scene()
+    session = palpa.Session(scene)
+    tick = session.tick((0, 0.02, 0.05), 1e-3)
+    for thing, words in ((scene.volumes["head"], "formula"), (scene.field("head"), "Field('"), (session, "skin"),
+                         (tick.energy, "stored_j="), (session.modes()["skin"], "force_n="),
+                         (palpa.DeviceLimits(max_force_n=2), "max_force_n=2")):
+        assert words in repr(thing) and " object at 0x" not in repr(thing), repr(thing)
+
+
+def fresh_python(code, **environment):
+    import os
+    import subprocess
+    import sys
+
+    return subprocess.run([sys.executable, *environment.pop("arguments", []), "-c", code], capture_output=True, text=True,
+                          env={**os.environ, **environment})
+
+
+def test_an_import_that_cannot_work_says_why(tmp_path):
+    import pathlib
+    import shutil
+    import sys
+
+    package = pathlib.Path(palpa.__file__).parent
+    told = fresh_python(f"import sys\nsys.path.insert(0, {str(package.parent)!r})\nsys.modules['numpy'] = None\nimport palpa")
+    assert told.returncode != 0 and "numpy" in told.stderr.splitlines()[-1]
+    # Without site-packages there is no numpy.
+    told = fresh_python(f"import sys\nsys.path.insert(0, {str(package.parent)!r})\nimport palpa", arguments=["-S", "-E"])
+    if "numpy" not in sys.builtin_module_names and told.returncode != 0:
+        assert told.stderr.splitlines()[-1].startswith("ImportError: palpa needs numpy")
+    # Built for another CPython.
+    shutil.copytree(package, tmp_path / "palpa")
+    (module,) = (tmp_path / "palpa").glob("_palpa*.so")
+    module.rename(module.with_name(re.sub(r"cpython-3\d+", "cpython-399", module.name)))
+    told = fresh_python("import palpa", PYTHONPATH=str(tmp_path))
+    last = told.stderr.splitlines()[-1]
+    assert told.returncode != 0 and "was built for CPython 3.99" in last and f"this is cpython 3.{sys.version_info[1]}" in last
+    for each in (tmp_path / "palpa").glob("_palpa*.so"):
+        each.unlink()
+    assert "is not built" in fresh_python("import palpa", PYTHONPATH=str(tmp_path)).stderr.splitlines()[-1]
+
+
+def test_a_call_that_fits_nothing_is_told_in_a_sentence():
+    session = palpa.Session(head_scene())
+    for call, words in (
+            (lambda: palpa.Session(), "Session: 'scene' is missing; it is Session(scene, encoder_step_m=0.0)"),
+            (lambda: palpa.Session(3), "Session: 'scene' takes a palpa.Scene, not int"),
+            (lambda: session.tick((0, 0, 0)), "Session.tick: 'dt_s' is missing"),
+            (lambda: session.tick((0, 0, 0), "1 ms"), "Session.tick: 'dt_s' takes a number, not str"),
+            (lambda: session.tick((0, 0, 0), 1e-3, velcity_m_per_s=None), "no parameter 'velcity_m_per_s'; did you mean 'velocity_m_per_s'?"),
+            (lambda: session.reset(1), "Session.reset: takes 0 arguments, not 1"),
+            (lambda: palpa.sphere_field(0.03), "sphere_field: 'radius_m' is said by its name; it is sphere_field(*, radius_m=0.05)"),
+            (lambda: palpa.sphere_field(radius_m="x"), "sphere_field: 'radius_m' takes a number, not str"),
+            (lambda: palpa.Strength(2.0), "Strength: 'of' is said by its name"),
+            (lambda: palpa.Mask(points=[(0, 1)]), "Mask: 'of' is missing"),
+            (lambda: palpa.Tick(), "Tick"), (lambda: setattr(head_scene(), "title", 3), "Scene.title takes a text, not int"),
+            (lambda: head_scene().remove_mode(), "Scene.remove_mode: 'name' is missing"),
+            (lambda: palpa.Pointer(radius="x"), "no parameter 'radius'; did you mean 'radius_m'?"),
+            (lambda: palpa.live(session), "'scene' takes a palpa.Scene, not Session"),
+            (lambda: palpa.GuardedSession(head_scene()), "GuardedSession: 'limits' is missing"),
+            (lambda: palpa.GuardedSession(head_scene(), 3), "GuardedSession: 'limits' takes a palpa.DeviceLimits, not int")):
+        with pytest.raises(TypeError) as told:
+            call()
+        assert words in str(told.value) and "\n" not in str(told.value) and "incompatible" not in str(told.value), str(told.value)
+    assert np.isfinite(session.tick((0, 0, 0), np.float32(1e-3)).force_n).all() and session.tick((0, 0, 0), 1).status is not None
+    with pytest.raises(TypeError, match="'position_m' takes three numbers"):
+        session.tick(None, 1e-3)
+    assert "TickRow" not in pydoc.render_doc(palpa.Session) and "anonymous" not in pydoc.render_doc(palpa.Session)

@@ -175,3 +175,39 @@ def test_sessions_leave_nothing_behind():
     gc.collect()
     assert sys.getrefcount(array) == references
     assert resident_kb() - before < 8000
+
+
+def test_ticks_tell_all_of_every_tick():
+    scene, path = head_scene(), path_of(1500)
+    scene.add("syrup", palpa.Viscosity(field="head", drag_ns_per_m=1))
+    rows = palpa.Session(scene).ticks(path, 1e-3)
+    one_by_one, events = palpa.Session(scene), []
+    names = [name for name in dir(palpa.Energy) if name.endswith("_j")]
+    assert len(names) == 9
+    for n, position in enumerate(path):
+        tick = one_by_one.tick(position, 1e-3)
+        assert [rows[name][n] for name in names] == [getattr(tick.energy, name) for name in names]
+        for name, mode in one_by_one.modes().items():
+            assert (rows.mode_force_n[name][n] == mode.force_n).all()
+        assert rows.statuses[n] is tick.status or rows.statuses[n] == tick.status
+        events += [(n, *event) for event in one_by_one.events()]
+    assert rows.events == events and any(kind == "onset" for _, kind, _, _ in events)
+    np.testing.assert_allclose(rows["t_s"], np.arange(1500) * 1e-3, atol=1e-12)
+    assert ((rows["status"] == palpa.TickStatus.resting) == [status == palpa.TickStatus.resting for status in rows.statuses]).all()
+    # The modes' forces and the spring balance where the proxy rests.
+    assert set(rows.mode_force_n) == {"skin", "syrup"} and rows.mode_force_n["skin"].shape == (1500, 3)
+    with pytest.raises(KeyError, match="did you mean 'skin'"):
+        rows.mode_force_n["skn"]
+    pandas = pytest.importorskip("pandas")
+    frame = rows.frame()
+    assert isinstance(frame, pandas.DataFrame) and len(frame) == 1500
+    assert list(frame["force_z_n"]) == list(rows["force_n"][:, 2])
+    assert list(frame["proxy_velocity_x_m_per_s"]) == list(rows["proxy_velocity_m_per_s"][:, 0])
+
+
+@pytest.mark.parametrize("dt_s", [16, 1.0000001, 0, -1e-3, float("nan"), float("inf"), [1e-3, 16, 1e-3]])
+def test_a_time_step_in_milliseconds_is_refused(dt_s):
+    session = palpa.Session(head_scene())
+    with pytest.raises(ValueError, match="'dt_s' is .*; a time step is in seconds, above 0 and at most 1"):
+        session.ticks(np.zeros((3, 3)), dt_s)
+    assert session.tick((0, 0, 0), 1e-3).status == palpa.TickStatus.resting, "nothing was felt"

@@ -1,7 +1,10 @@
 """Runs, traces, replays, comparisons of laws."""
 
+import os
 import re
 import subprocess
+import sys
+import warnings
 
 import numpy as np
 import pytest
@@ -150,3 +153,153 @@ def test_pandas_frames_where_pandas_is(scene_file):
     trace = palpa.run(scene_file, "sim:press", duration_s=0.1)
     frame = trace.frame()
     assert isinstance(frame, pandas.DataFrame) and list(frame["force_z_n"]) == list(trace.ticks["force_n"][:, 2])
+
+
+@pytest.fixture
+def ball_scene():
+    scene = palpa.Scene(stiffness_n_per_m=500, damping_ns_per_m=0)
+    scene.add("ball", palpa.sphere_field(radius_m=0.03))
+    scene.add("skin", palpa.SurfaceAndFriction(field="ball", levels=[dict(value=0, strength_n=3)]))
+    scene.workspace.scale, scene.workspace.center = 1, (0, 0, 0)
+    return scene
+
+
+down_m = np.column_stack([np.zeros(2000), np.zeros(2000), np.linspace(0.032, 0.028, 2000)])
+
+
+def written(path, names="t_s,x_m,y_m,z_m", end="\n"):
+    rows = (f"{n / 1000:.6f},{x!r},{y!r},{z!r}" for n, (x, y, z) in enumerate(down_m.tolist()))
+    path.write_text(names + "\n" + "\n".join(rows) + end)
+    return path
+
+
+def test_a_recorded_hand_lies_where_it_is_told_to(ball_scene, tmp_path):
+    file = written(tmp_path / "hand.csv")
+    want = palpa.Session(ball_scene).ticks(down_m, 1e-3)["force_n"]
+    assert np.abs(want).max() > 0.9
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        felt = palpa.run(ball_scene, file, place="as_recorded")
+    assert felt.warnings == () and len(felt.ticks) == 2000
+    np.testing.assert_allclose(felt.ticks["force_n"], want, atol=1e-9)
+    np.testing.assert_allclose(felt.ticks["probe_m"], down_m, atol=1e-15)
+    centred = palpa.run(ball_scene, file, place="centred").ticks["probe_m"]
+    np.testing.assert_allclose(centred, down_m - [0, 0, 0.03], atol=1e-12)
+    for given in (dict(), dict(place="fitted")):
+        with pytest.warns(palpa.PalpaWarning, match="The recording was .*moved by .*place='as_recorded'"):
+            fitted = palpa.run(ball_scene, file, **given)
+        assert any("moved by" in sentence for sentence in fitted.warnings)
+        moved = fitted.ticks["probe_m"] - down_m
+        assert np.linalg.norm(moved[0]) > 1e-3 and np.abs(moved - moved[0]).max() < 1e-9, "moved, not turned"
+    own = written(tmp_path / "any-name.csv", "t_s,probe_x_m,probe_y_m,probe_z_m")
+    np.testing.assert_allclose(palpa.run(ball_scene, own).ticks["probe_m"], down_m, atol=1e-15)
+    with pytest.raises(ValueError, match="no place 'center'; .*'centred'"):
+        palpa.run(ball_scene, file, place="center")
+
+
+def test_the_earlier_word_for_the_place_is_read(ball_scene, tmp_path):
+    file = written(tmp_path / "hand.csv")
+    for fit, place in ((True, "fitted"), (False, "centred")):
+        with pytest.warns(palpa.PalpaWarning, match=f"'fit' is called place='{place}' now"):
+            old = palpa.run(ball_scene, file, fit=fit)
+        np.testing.assert_array_equal(old.ticks["probe_m"], palpa.run(ball_scene, file, place=place).ticks["probe_m"])
+    with pytest.raises(TypeError, match="'place' says where"):
+        palpa.run(ball_scene, file, fit=True, place="fitted")
+    palpa.run(ball_scene, "sim:press", fit=False, duration_s=0.1)
+
+
+def test_positions_are_a_hand_that_is_never_moved(ball_scene):
+    for dt_s in (1e-3, 1 / 3000, np.float32(0.002)):
+        want = palpa.Session(ball_scene).ticks(down_m, dt_s)
+        with palpa.run(ball_scene, down_m, dt_s) as felt:
+            assert felt.warnings == () and len(felt.ticks) == 2000
+            np.testing.assert_array_equal(felt.ticks["probe_m"], down_m)
+            np.testing.assert_allclose(felt.ticks["force_n"], want["force_n"], atol=1e-9)
+    assert len(palpa.run(ball_scene, down_m[:50].tolist(), 1e-3, place="as_recorded").ticks) == 50
+    holed = down_m.copy()
+    holed[1000] = np.nan
+    assert not palpa.run(ball_scene, holed, 1e-3).ticks["probe_valid"][1000]
+    for hand, dt_s, given, error, words in (
+            (down_m, None, {}, TypeError, "one time step"), (down_m, np.full(2000, 1e-3), {}, TypeError, "one time step"),
+            (down_m, 16, {}, ValueError, "'dt_s' is 16"), (down_m.T, 1e-3, {}, TypeError, "shape \\(3, 2000\\)"),
+            (down_m, 1e-3, dict(place="fitted"), ValueError, "move the array"), (down_m[:0], 1e-3, {}, ValueError, "no row"),
+            (3, 1e-3, {}, TypeError, "not int"), ("sim:press", 1e-3, {}, TypeError, "'dt_s'"),
+            (1e6 * down_m, 1e-3, {}, ValueError, "positions are metres")):
+        with pytest.raises(error, match=words):
+            palpa.run(ball_scene, hand, dt_s, **given)
+
+
+def test_a_recording_that_was_cut_is_felt_and_told(ball_scene, tmp_path):
+    whole = palpa.run(ball_scene, "sim:press", duration_s=0.2, out=tmp_path / "trace")
+    ticks = tmp_path / "trace/ticks.csv"
+    ticks.write_bytes(ticks.read_bytes()[:-20])
+    with pytest.warns(palpa.PalpaWarning, match="line 201 has no end.*left out"):
+        again = palpa.run(ball_scene, ticks)
+    assert len(again.ticks) == 199
+    np.testing.assert_allclose(again.ticks["probe_m"], whole.ticks["probe_m"][:199], atol=1e-12)
+
+
+def test_what_is_to_be_known_of_a_run_is_a_warning(ball_scene, tmp_path):
+    with pytest.warns(palpa.PalpaWarning, match="Nothing was felt"):
+        trace = palpa.run(ball_scene, down_m + [0.5, 0, 0], 1e-3)
+    assert any("Nothing was felt" in sentence for sentence in trace.warnings)
+    file = tmp_path / "hand.csv"
+    rows = np.floor(np.arange(2000) / 16.7)
+    file.write_text("t_s,x_m,y_m,z_m\n" + "".join(
+        f"{n / 1000},{0.02 * np.sin(0.1 * k):.6f},0,{0.031 + 0.005 * np.cos(0.13 * k):.6f}\n" for n, k in enumerate(rows)))
+    with pytest.warns(palpa.PalpaWarning, match="rows repeat the position before them.*logger"):
+        palpa.run(ball_scene, file, place="as_recorded")
+
+
+def test_a_temporary_trace_is_closed_by_hand_or_by_with(scene_file):
+    with palpa.run(scene_file, "sim:press", duration_s=0.1) as trace:
+        assert trace.folder.is_dir()
+    assert not trace.folder.parent.exists()
+    trace.close()
+    kept = palpa.run(scene_file, "sim:press", duration_s=0.1)
+    kept.close()
+    assert not kept.folder.exists()
+
+
+def test_named_traces_are_not_removed(scene_file, tmp_path):
+    with palpa.run(scene_file, "sim:press", duration_s=0.1, out=tmp_path / "t") as trace:
+        pass
+    trace.close()
+    assert (tmp_path / "t/trace.toml").exists()
+
+
+def test_a_forked_process_leaves_the_recording_alone_and_nothing_warns(scene_file):
+    program = f"""
+import os, sys, palpa
+trace = palpa.run({str(scene_file)!r}, "sim:circle", duration_s=0.1)
+live = palpa.live(palpa.load_scene({str(scene_file)!r}), hand="sim:circle", duration_s=60)
+child = os.fork()
+if child == 0:
+    sys.exit()
+assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+child = os.fork()
+if child == 0:
+    del trace, live
+    import gc
+    gc.collect()
+    sys.exit()
+assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+assert len(trace.ticks) == 100 and trace.folder.is_dir()
+assert live.stop().header["complete"] is True
+folders = [trace.folder, live.stop().folder]
+del trace, live
+assert not any(folder.exists() for folder in folders)
+left = palpa.run({str(scene_file)!r}, "sim:circle", duration_s=0.1)
+print(left.folder)
+"""
+    done = subprocess.run([sys.executable, "-W", "error::ResourceWarning", "-c", program], capture_output=True, text=True)
+    assert done.returncode == 0 and done.stderr == "", done.stderr
+    assert not os.path.exists(done.stdout.strip()), "it goes with the process that made it"
+
+
+def test_attributes_of_a_trace_that_there_are_not_are_told(scene_file):
+    trace = palpa.run(scene_file, "sim:press", duration_s=0.1)
+    with pytest.raises(AttributeError, match="did you mean 'folder'"):
+        trace.foldr = 3
+    with pytest.raises(TypeError, match="'scene' takes a palpa.Scene"):
+        palpa.run(3, "sim:press")

@@ -251,3 +251,14 @@ def test_actors_follow_a_mouse_that_feels():
     assert len(shown) >= 3
     with pytest.raises(TypeError, match="two hands"):
         palpa.live(scene, hand="sim:press", device=hand)
+
+
+def test_a_length_of_the_world_is_no_size_of_a_picture():
+    from scene_test import head_scene
+
+    renderer, scene = vtk.vtkRenderer(), head_scene()
+    scale = np.linalg.norm(scene.hand_to_world()[:3, 0])
+    for wrong in (0.15 * scale + 0.5, 34.0, 0.0, -0.1, float("nan")):
+        with pytest.raises(ValueError, match="metres of the hand.*divided by"):
+            palpa.FeltActors(renderer, wrong, scene.hand_to_world())
+    palpa.FeltActors(renderer, 0.08, scene.hand_to_world())

@@ -1,0 +1,343 @@
+#include "own_device.h"
+
+#include <pybind11/numpy.h>
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <limits>
+#include <mutex>
+#include <set>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include "modes.h"
+#include "palpa/baseline/path.h"
+#include "palpa/device/latest.h"
+#include "palpa/loop/loop.h"
+#include "palpa/toml/wording.h"
+#include "parameters.h"
+
+namespace palpa::python {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// Longer: a program that hangs pushes longer; shorter: a busy machine's pause drops the force.
+constexpr std::chrono::milliseconds force_lifetime{20};
+// Longer: older places count; shorter: a busy interpreter's pause is a fault.
+constexpr double state_lifetime_s = 0.05;
+// Between two exchanges. Shorter: more work; longer: forces come later.
+constexpr std::chrono::milliseconds shortest_interval{1};
+// Between two tries of code that raises. Longer: later back; shorter: more in vain.
+constexpr std::chrono::milliseconds retry_interval{100};
+// For code that does not return, at the end. Longer: a program ends later; shorter: a slow device is not closed.
+constexpr std::chrono::seconds longest_end{1};
+constexpr std::size_t most_told = 8;  // [1] sentences; more: the same again and again
+
+double seconds(Clock::time_point time) { return std::chrono::duration<double>(time.time_since_epoch()).count(); }
+
+/// The words of a fault as what a DeviceState holds: a literal, for ever.
+const char* kept_words(const std::string& words) {
+  constexpr std::size_t most_words = 64;  // [1] that a process keeps; more: memory
+  static std::mutex guards;
+  static std::set<std::string>* const kept = new std::set<std::string>;
+  const std::lock_guard lock(guards);
+  if (const auto found = kept->find(words); found != kept->end()) return found->c_str();
+  return kept->size() < most_words ? kept->insert(words).first->c_str() : "the device says that it has a fault";
+}
+
+/// Of what `read` returned: a DeviceState, three numbers, or None where the position is not known.
+DeviceState state_of(const py::object& returned) {
+  DeviceState state;
+  if (returned.is_none()) return state;
+  if (py::isinstance<DeviceState>(returned)) {
+    state = returned.cast<DeviceState>();
+  } else {
+    state.position_m = vector_of(returned, "read()");
+    state.valid = true;
+  }
+  state.valid = state.valid && is_finite(state.position_m);
+  if (state.velocity_m_per_s && !is_finite(*state.velocity_m_per_s)) state.velocity_m_per_s.reset();
+  return state;
+}
+
+DeviceLimits limits_of(const py::object& device) {
+  const py::object limits = py::getattr(device, "limits", py::none());
+  if (!py::isinstance<DeviceLimits>(limits)) {
+    throw py::type_error(
+        "a device says what its motors may be asked for: its class has limits = "
+        "palpa.DeviceLimits(max_force_n=…)");
+  }
+  return limits.cast<DeviceLimits>();
+}
+
+std::string type_name(const py::object& object) { return object.get_type().attr("__name__").cast<std::string>(); }
+
+}  // namespace
+
+struct OwnDevice::Shared {
+  struct Wish {
+    Vec3 force_n;
+    Clock::time_point time{};
+  };
+  py::object device;  // by its thread alone, with the interpreter's lock
+  Latest<Wish> wishes;
+  Latest<DeviceState> states;
+  std::atomic<bool> ends{false}, is_linked{true};
+  mutable std::mutex guards;
+  std::condition_variable over;
+  bool is_over = false;
+  std::vector<std::string> told;
+
+  void tell(std::string sentence) {
+    const std::lock_guard lock(guards);
+    if (told.size() < most_told && std::ranges::find(told, sentence) == told.end()) told.push_back(std::move(sentence));
+  }
+  /// Calls `write`. With the interpreter's lock; raises what it raises.
+  void write(const Vec3& force_n) const { device.attr("write")(array_of(force_n)); }
+  bool exchange(const Wish& wish, bool may_push);
+  void release() noexcept;
+};
+
+// One exchange; false where Python's code raised.
+bool OwnDevice::Shared::exchange(const Wish& wish, bool may_push) {
+  const py::gil_scoped_acquire acquire;
+  try {
+    DeviceState state = state_of(device.attr("read")());
+    const bool is_fresh = Clock::now() - wish.time < force_lifetime;
+    write(may_push && is_fresh ? wish.force_n : Vec3{});
+    state.time_s = seconds(Clock::now());
+    states.give(state);
+    return true;
+  } catch (py::error_already_set& error) {
+    const std::string what = error.what();
+    tell("the device's own code raised " + what.substr(0, what.find('\n')) +
+         "; it was released, and no force was sent until it "
+         "answered again");
+  } catch (const std::exception& error) {
+    tell(std::string("the device's own code raised ") + error.what());
+  }
+  states.give({.time_s = seconds(Clock::now()), .fault = "the device's own code raised an exception"});
+  release();
+  return false;
+}
+
+// Zero force, whatever is wrong. With the interpreter's lock.
+void OwnDevice::Shared::release() noexcept {
+  try {
+    write({});
+  } catch (const std::exception&) {  // told of already, or the very reason why it is released
+  }
+}
+
+void OwnDevice::run(const std::shared_ptr<Shared>& shared) {
+  bool is_well = true;
+  while (!shared->ends) {
+    const Clock::time_point begin = Clock::now();
+    // After a failure the first exchange sends nothing: the loop has to have seen the fault first.
+    const bool went_well = shared->exchange(shared->wishes.take(), is_well);
+    shared->is_linked = went_well;
+    is_well = went_well;
+    const auto interval = went_well ? std::chrono::milliseconds(shortest_interval) : retry_interval;
+    for (const auto until = begin + interval; !shared->ends && Clock::now() < until;)
+      std::this_thread::sleep_until(std::min(until, Clock::now() + std::chrono::milliseconds(5)));
+  }
+  {
+    const py::gil_scoped_acquire acquire;
+    shared->release();
+    try {
+      if (py::hasattr(shared->device, "close")) shared->device.attr("close")();
+    } catch (const std::exception& error) {
+      shared->tell(std::string("the device could not be closed: ") + error.what());
+    }
+    shared->device = py::object();
+  }
+  const std::lock_guard lock(shared->guards);
+  shared->is_over = true;
+  shared->over.notify_all();
+}
+
+OwnDevice::OwnDevice(py::object device) : limits_(limits_of(device)), shared_(std::make_shared<Shared>()) {
+  name_ = type_name(device);
+  shared_->device = std::move(device);
+  std::thread([shared = shared_] { run(shared); }).detach();
+}
+
+OwnDevice::~OwnDevice() { end(); }
+
+void OwnDevice::end() {
+  std::unique_lock lock(shared_->guards);
+  if (shared_->ends.exchange(true)) return;
+  if (shared_->over.wait_for(lock, longest_end, [&] { return shared_->is_over; })) return;
+  lock.unlock();
+  shared_->tell(
+      "the device's own code did not return at the end; it is released as soon as it does, and until then may hold its "
+      "last force");
+}
+
+DeviceState OwnDevice::read() noexcept {
+  DeviceState state = shared_->states.take();
+  if (state.valid && seconds(Clock::now()) - state.time_s > state_lifetime_s) {
+    state.valid = false;
+    state.fault = "the device's own code does not return";
+  }
+  return state;
+}
+
+bool OwnDevice::write(const Vec3& force_n) noexcept {
+  shared_->wishes.give({is_finite(force_n) ? shortened(force_n, limits_.max_force_n) : Vec3{}, Clock::now()});
+  return shared_->is_linked.load(std::memory_order_relaxed);
+}
+
+std::vector<std::string> OwnDevice::told() const {
+  const std::lock_guard lock(shared_->guards);
+  return shared_->told;
+}
+
+namespace {
+
+double in_range(double value, const char* name, bool may_be_zero) {
+  if (value > 0.0 || (may_be_zero && value == 0.0)) return value;
+  throw py::value_error(std::string("'") + name + "' is " + detail::toml_number(value) + "; it is a number " +
+                        (may_be_zero ? "of at least 0" : "above 0"));
+}
+
+/// A session behind the guard of a device.
+class Guarded {
+ public:
+  Guarded(const Scene& scene, const DeviceLimits& limits, std::uint32_t dead_man_buttons)
+      : session_(within(scene, limits), baseline::path, limits.encoder_step_m),
+        guarded_(session_, options(limits, scene, dead_man_buttons)) {}
+
+  TickFrame tick(const py::object& position_m, double dt_s, const py::object& velocity_m_per_s, bool valid,
+                 std::uint32_t buttons, bool fault) {
+    if (in_use_.exchange(true)) throw std::runtime_error("another thread feels this session; each thread needs one of its own");
+    const Leaves leaves{in_use_};
+    Probe probe{.position_m = vector_of(position_m, "position_m"), .valid = valid, .buttons = buttons};
+    if (!velocity_m_per_s.is_none()) probe.velocity_m_per_s = vector_of(velocity_m_per_s, "velocity_m_per_s");
+    std::uint32_t circumstances = 0;
+    if (fault || std::exchange(has_failed_, false)) circumstances |= bit_of(Circumstance::device_fault);
+    if (panics_) circumstances |= bit_of(Circumstance::panic);
+    if (std::exchange(resumes_, false)) circumstances |= bit_of(Circumstance::resume);
+    ModeFailure failure;
+    const ModeFailure::Watch watch(failure);
+    const TickFrame frame = guarded_.tick(ticks_++, t_s_, dt_s, probe, circumstances);
+    if (dt_s > 0.0 && dt_s <= 1.0) t_s_ += dt_s;
+    has_failed_ = failure.failed();
+    failure.raise();
+    return frame;
+  }
+  void panic() { panics_ = true; }
+  void resume() { panics_ = false, resumes_ = true; }
+
+ private:
+  struct Leaves {
+    std::atomic<bool>& in_use;
+    ~Leaves() { in_use = false; }
+  };
+  static GuardOptions options(const DeviceLimits& limits, const Scene& scene, std::uint32_t dead_man_buttons) {
+    GuardOptions options = guard_options_for(limits, scene.coupling.max_force_n);
+    options.dead_man_buttons = dead_man_buttons;
+    return options;
+  }
+  Session session_;
+  GuardedSession guarded_;
+  std::int64_t ticks_ = 0;
+  double t_s_ = 0.0;
+  bool panics_ = false, resumes_ = false, has_failed_ = false;
+  std::atomic<bool> in_use_{false};
+};
+
+void bind_limits(py::module_& module) {
+  py::class_<DeviceLimits>(module, "DeviceLimits", "What a device may be asked for.")
+      .def(py::init([](double max_force_n, bool has_motors, double max_stiffness_n_per_m, double workspace_radius_m,
+                       double encoder_step_m, double continuous_force_n, double max_damping_ns_per_m, double damping_ns_per_m) {
+             return DeviceLimits{.max_force_n = in_range(max_force_n, "max_force_n", true),
+                                 .has_motors = has_motors,
+                                 .max_stiffness_n_per_m = in_range(max_stiffness_n_per_m, "max_stiffness_n_per_m", false),
+                                 .workspace_radius_m = in_range(workspace_radius_m, "workspace_radius_m", false),
+                                 .encoder_step_m = in_range(encoder_step_m, "encoder_step_m", true),
+                                 .continuous_force_n = in_range(continuous_force_n, "continuous_force_n", true),
+                                 .max_damping_ns_per_m = in_range(max_damping_ns_per_m, "max_damping_ns_per_m", true),
+                                 .damping_ns_per_m = in_range(damping_ns_per_m, "damping_ns_per_m", true)};
+           }),
+           py::kw_only(), py::arg("max_force_n"), py::arg("has_motors") = true, py::arg("max_stiffness_n_per_m") = 1e5,
+           py::arg("workspace_radius_m") = 0.15, py::arg("encoder_step_m") = 0.0,
+           py::arg("continuous_force_n") = std::numeric_limits<double>::infinity(),
+           py::arg("max_damping_ns_per_m") = std::numeric_limits<double>::infinity(), py::arg("damping_ns_per_m") = 0.0)
+      .def_readonly("max_force_n", &DeviceLimits::max_force_n, "[N] no force is larger")
+      .def_readonly("has_motors", &DeviceLimits::has_motors, "False: nothing holds a force on the hand")
+      .def_readonly("max_stiffness_n_per_m", &DeviceLimits::max_stiffness_n_per_m, "[N/m] the coupling is no stiffer")
+      .def_readonly("workspace_radius_m", &DeviceLimits::workspace_radius_m, "[m]")
+      .def_readonly("encoder_step_m", &DeviceLimits::encoder_step_m, "[m] 0: none")
+      .def_readonly("continuous_force_n", &DeviceLimits::continuous_force_n, "[N] that its motors bear for ever")
+      .def_readonly("max_damping_ns_per_m", &DeviceLimits::max_damping_ns_per_m, "[N*s/m] the coupling damps no more")
+      .def_readonly("damping_ns_per_m", &DeviceLimits::damping_ns_per_m, "[N*s/m] of its own mechanics")
+      .def("__repr__", [](const DeviceLimits& l) {
+        return py::str("DeviceLimits(max_force_n={:g}, max_stiffness_n_per_m={:g}, encoder_step_m={:g})")
+            .format(l.max_force_n, l.max_stiffness_n_per_m, l.encoder_step_m);
+      });
+  py::class_<DeviceState>(module, "DeviceState", "A device at one moment, in the hand frame: what palpa.Device.read returns.")
+      .def(py::init([](const py::object& position_m, const py::object& velocity_m_per_s, bool valid, std::uint32_t buttons,
+                       const std::optional<std::string>& fault) {
+             DeviceState state{.position_m = vector_of(position_m, "position_m"), .valid = valid, .buttons = buttons};
+             if (!velocity_m_per_s.is_none()) state.velocity_m_per_s = vector_of(velocity_m_per_s, "velocity_m_per_s");
+             if (fault) state.fault = kept_words(*fault);
+             return state;
+           }),
+           py::arg("position_m"), py::kw_only(), py::arg("velocity_m_per_s") = py::none(), py::arg("valid") = true,
+           py::arg("buttons") = 0, py::arg("fault") = py::none())
+      .def_property_readonly(
+          "position_m", [](const DeviceState& s) { return array_of(s.position_m); }, "[m] shape (3,)")
+      .def_readonly("valid", &DeviceState::valid, "the position can be used")
+      .def_readonly("buttons", &DeviceState::buttons, "those that are held, a bit each")
+      .def_property_readonly(
+          "fault", [](const DeviceState& s) { return s.fault ? py::object(py::str(s.fault)) : py::object(py::none()); },
+          "why no force can be felt; None: all is well")
+      .def("__repr__", [](const DeviceState& s) {
+        return py::str("DeviceState({}, valid={}, buttons={})").format(array_of(s.position_m), s.valid, s.buttons);
+      });
+}
+
+}  // namespace
+
+void bind_devices(py::module_& module) {
+  bind_limits(module);
+  py::class_<TickFrame>(module, "GuardedTick", "A tick and what the guard made of it.")
+      .def_property_readonly(
+          "command_n", [](const TickFrame& f) { return array_of(f.command_n); },
+          "[N] shape (3,): the force that may be sent to the device, and nothing else")
+      .def_property_readonly(
+          "guard", [](const TickFrame& f) { return name_of(f.guard); }, "state of the guard (docs/safety.md): \"pass\", …")
+      .def_property_readonly(
+          "guard_cause", [](const TickFrame& f) { return name_of(f.guard_cause); }, "why it is in that state; \"\": no cause")
+      .def_property_readonly(
+          "tick", [](const TickFrame& f) { return f.result; }, "the tick before the guard: a Tick")
+      .def_readonly("t_s", &TickFrame::t_s, "[s] since the session began")
+      .def("__repr__", [](const TickFrame& f) {
+        return py::str("GuardedTick(command_n={}, guard={!r})").format(array_of(f.command_n), name_of(f.guard));
+      });
+  py::class_<Guarded>(
+      module, "GuardedSession",
+      "A scene being felt through the guard that stands before every motor (docs/safety.md), for a loop of one's\n"
+      "own: limit, slew, gate and ramp, faults. palpa.live has a loop that keeps time, for a palpa.Device.\n\n"
+      "limits: the device's; the scene's stiffness, damping and force are held to them.\n"
+      "dead_man_buttons: one of these bits has to be held for a force; 0: none.")
+      .def(py::init([](const Scene& scene, const DeviceLimits& limits, std::uint32_t dead_man_buttons) {
+             return std::make_unique<Guarded>(scene, limits, dead_man_buttons);
+           }),
+           py::arg("scene"), py::arg("limits"), py::arg("dead_man_buttons") = 0)
+      .def("tick", &Guarded::tick, py::arg("position_m"), py::arg("dt_s"), py::arg("velocity_m_per_s") = py::none(),
+           py::arg("valid") = true, py::arg("buttons") = 0, py::arg("fault") = false,
+           "One update; returns a GuardedTick, whose command_n is what may be sent.\n\n"
+           "position_m, dt_s, velocity_m_per_s, valid, buttons: as of Session.tick. fault: the device has one.\n"
+           "Where a mode in Python raises, so does this, and the next tick counts as one after a fault: send zero then.")
+      .def("panic", &Guarded::panic, "No force from the next tick on, until `resume`.")
+      .def("resume", &Guarded::resume, "Lets it go on after a panic, with the gate and the ramp of a start.");
+}
+
+}  // namespace palpa::python

@@ -1,0 +1,253 @@
+"""Devices of one's own behind the guard: its laws hold whatever Python does."""
+
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import palpa
+from live_test import wait_for
+
+
+def wall_scene(strength_n=10):
+    scene = palpa.Scene(stiffness_n_per_m=500, damping_ns_per_m=0, max_force_n=8)
+    scene.add("floor", palpa.plane_field())
+    scene.workspace.scale, scene.workspace.center = 1, (0, 0, 0)
+    scene.add("wall", palpa.SurfaceAndFriction(field="floor", levels=[dict(value=0, strength_n=strength_n)]))
+    return scene
+
+
+class Handle(palpa.Device):
+    """A simulated device that a hand lowers into the wall; it writes down what it is sent, and when."""
+
+    # Without motors: a busy machine's late ticks are no fault of it.
+    limits = palpa.DeviceLimits(max_force_n=2, max_stiffness_n_per_m=1000, has_motors=False)
+
+    def __init__(self, depth_m=0.003):
+        self.depth_m, self.sent, self.closed, self.reads = depth_m, [], 0, 0
+        self.on_read = self.on_write = lambda: None
+        self.threads = set()
+
+    def read(self):
+        self.threads.add(threading.get_ident())
+        self.reads += 1
+        self.on_read()
+        return palpa.DeviceState((0, 0, max(-self.depth_m, 0.005 - 1e-5 * self.reads)))
+
+    def write(self, force_n):
+        self.threads.add(threading.get_ident())
+        self.on_write()
+        self.sent.append((time.monotonic(), float(force_n[2]), np.linalg.norm(force_n)))
+
+    def close(self):
+        self.closed += 1
+
+    def pushes(self):
+        return bool(self.sent) and self.sent[-1][1] > 0.5
+
+
+def test_a_device_in_python_is_driven_behind_the_guard():
+    handle = Handle(depth_m=0.02)  # asks for 10 N
+    with palpa.live(wall_scene(), device=handle, duration_s=60) as live:
+        wait_for(lambda: live.look()["guard"] == "limited" and handle.pushes())
+        with pytest.raises(ValueError, match="held by another live scene"):
+            palpa.live(wall_scene(), device=handle)
+        assert live.look()["fault"] is None
+    forces = np.array([force for _, _, force in handle.sent])
+    assert forces.max() <= 2.0 and forces.max() > 1.9, "the device's limit"
+    assert forces[-1] == 0.0 and handle.closed == 1 and len(handle.threads) == 1
+    ticks = live.stop().ticks
+    assert ticks["guard"][0] == "waiting" and {"ramp", "limited"} <= set(ticks["guard"])
+    steps = np.linalg.norm(np.diff(ticks["command_n"], axis=0), axis=1)
+    assert steps.max() <= 1000 * np.diff(ticks["t_s"])[steps.argmax()] + 1e-9 or ticks["command_n"][steps.argmax() + 1, 2] == 0
+    with palpa.live(wall_scene(), device=handle, duration_s=0.1):  # again, now that it is free
+        pass
+
+
+@pytest.mark.parametrize("where", ["on_read", "on_write"])
+def test_what_it_raises_takes_the_force_away(where):
+    handle = Handle()
+    with pytest.warns(palpa.PalpaWarning, match="raised OSError: the cable.*released"):
+        with palpa.live(wall_scene(), device=handle, duration_s=60) as live:
+            wait_for(handle.pushes)
+            fails = [True]
+
+            def fail():
+                if fails:
+                    raise OSError("the cable is out")
+
+            at, failed_s = len(handle.sent), time.monotonic()
+            setattr(handle, where, fail)
+            wait_for(lambda: live.look()["fault"] == "the device's own code raised an exception")
+            wait_for(lambda: not live.look()["command_n"].any())
+            time.sleep(0.3)
+            assert not live.look()["command_n"].any()
+            sent = [force for begin_s, _, force in handle.sent[at:] if begin_s > failed_s + 0.02]
+            assert not any(sent), "nothing but zero while it fails"
+            if where == "on_read":  # it can still be written to
+                assert handle.sent[-1][2] == 0.0 and handle.sent[-1][0] > failed_s
+            fails.clear()
+            wait_for(lambda: live.look()["fault"] is None)
+            begin = len(handle.sent)
+            handle.reads = 0  # what is felt begins anew where the hand is: it comes down again
+            wait_for(handle.pushes)
+            back = [force for _, _, force in handle.sent[begin:]]
+            assert back[0] == 0.0, "and comes back by gate and ramp"
+    assert handle.sent[-1][2] == 0.0 and handle.closed == 1
+    trace = live.stop()
+    assert any("the cable is out" in sentence for sentence in trace.warnings)
+    assert "device_fault" in set(trace.ticks["guard_cause"]) | {str(value) for value in trace.events["value"]}
+
+
+@pytest.mark.parametrize("where", ["on_read", "on_write"])
+def test_what_does_not_return_takes_the_force_away(where):
+    handle, goes_on = Handle(), threading.Event()
+    with palpa.live(wall_scene(), device=handle, duration_s=60) as live:
+        wait_for(handle.pushes)
+        setattr(handle, where, lambda: goes_on.wait(20))
+        wait_for(lambda: live.look()["fault"] == "the device's own code does not return")
+        wait_for(lambda: not live.look()["command_n"].any())
+        time.sleep(0.1)
+        at = len(handle.sent)
+        setattr(handle, where, lambda: None)
+        goes_on.set()
+        wait_for(lambda: len(handle.sent) > at + 1)
+        first = handle.sent[at + (where == "on_write")]
+        assert first[2] == 0.0, "the first word after it is zero"
+        handle.reads = 0
+        wait_for(handle.pushes)
+    assert handle.sent[-1][2] == 0.0
+
+
+def test_code_that_never_returns_holds_nobody_up():
+    handle, goes_on = Handle(), threading.Event()
+    live = palpa.live(wall_scene(), device=handle, duration_s=60)
+    wait_for(handle.pushes)
+    handle.on_read = lambda: goes_on.wait(30)
+    time.sleep(0.1)
+    begin_s = time.monotonic()
+    with pytest.warns(palpa.PalpaWarning, match="did not return at the end"):
+        live.stop()
+    assert time.monotonic() - begin_s < 10
+    goes_on.set()
+    wait_for(lambda: handle.closed == 1)
+    assert handle.sent[-1][2] == 0.0
+
+
+@pytest.mark.parametrize("end", ["", "sys.exit(3)", "1 / 0", "os.kill(os.getpid(), signal.SIGINT); time.sleep(5)", "del live; gc.collect()",
+                                 "signal.signal(signal.SIGTERM, lambda *_: sys.exit(1)); os.kill(os.getpid(), signal.SIGTERM); time.sleep(5)"])
+def test_however_a_program_ends_the_last_word_is_zero(end, tmp_path):
+    program = f"""
+import gc, os, signal, sys, time
+sys.path.insert(0, {str(__file__.rsplit('/', 1)[0])!r})
+from device_test import Handle, wall_scene
+import palpa
+log = open({str(tmp_path / 'log')!r}, "w", buffering=1)
+class Logged(Handle):
+    def write(self, force_n):
+        super().write(force_n)
+        print(float(force_n[2]), file=log)
+    def close(self):
+        print("closed", file=log)
+handle = Logged()
+live = palpa.live(wall_scene(), device=handle, duration_s=100)
+while not handle.pushes():
+    time.sleep(0.01)
+{end}
+"""
+    child = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    lines = (tmp_path / "log").read_text().splitlines()
+    assert lines[-2:] == ["0.0", "closed"] and max(float(line) for line in lines[:-1]) > 0.5, child.stderr
+
+
+def test_what_is_no_position_is_none():
+    for returned in (None, (np.nan, 0, 0), palpa.DeviceState((0, 0, 0), valid=False)):
+        handle = Handle()
+        with palpa.live(wall_scene(), device=handle, duration_s=60) as live:
+            wait_for(handle.pushes)
+            handle.read = lambda returned=returned: returned
+            wait_for(lambda: not live.look()["command_n"].any())
+            assert live.look()["guard"] in ("falling", "waiting")
+    handle = Handle()
+    with palpa.live(wall_scene(), device=handle, duration_s=60) as live:
+        wait_for(handle.pushes)
+        handle.read = lambda: palpa.DeviceState((0, 0, -0.003), fault="too warm")
+        wait_for(lambda: live.look()["fault"] == "too warm" and not live.look()["command_n"].any())
+
+
+def test_what_is_no_device_is_refused():
+    class Unlimited(palpa.Device):
+        pass
+
+    for device, error, words in ((Unlimited(), TypeError, "limits = palpa.DeviceLimits"), (object(), TypeError, "palpa.Device"),
+                                 (Unlimited, TypeError, "palpa.Device")):
+        with pytest.raises(error, match=words):
+            palpa.live(wall_scene(), device=device)
+    with pytest.raises(TypeError, match="two hands"):
+        palpa.live(wall_scene(), device=Handle(), hand="sim:press")
+    for wrong in (dict(max_force_n=-1), dict(max_force_n=float("nan")), dict(max_force_n=2, max_stiffness_n_per_m=0)):
+        with pytest.raises(ValueError, match=list(wrong)[-1]):
+            palpa.DeviceLimits(**wrong)
+    with pytest.raises(TypeError):
+        palpa.DeviceLimits()
+
+    class Silent(palpa.Device):
+        limits = palpa.DeviceLimits(max_force_n=1)
+
+    with pytest.warns(palpa.PalpaWarning, match="NotImplementedError: Silent has no method 'read"):
+        with palpa.live(wall_scene(), device=Silent(), duration_s=60) as live:
+            wait_for(lambda: live.look()["fault"] is not None)
+
+
+def test_a_guarded_session_is_the_guard_for_a_loop_of_ones_own():
+    limits = palpa.DeviceLimits(max_force_n=2, max_stiffness_n_per_m=400)
+    guarded = palpa.GuardedSession(wall_scene(), limits)
+    frames = [guarded.tick((0, 0, max(-0.01, 0.002 - 1e-5 * n)), 1e-3) for n in range(3000)]
+    command = np.array([frame.command_n for frame in frames])
+    asked = np.array([frame.tick.force_n for frame in frames])
+    sizes = np.linalg.norm(command, axis=1)
+    assert sizes.max() <= 2.0 and sizes[-1] > 1.99, "limit"
+    assert np.linalg.norm(np.diff(command, axis=0), axis=1).max() <= 1.0 + 1e-9, "slew"
+    np.testing.assert_allclose(asked[-1], (0, 0, 400 * 0.01), atol=1e-9), "no stiffer than the device bears"
+    assert frames[0].guard == "waiting" and {frame.guard for frame in frames} >= {"ramp", "limited"}
+    # A fault: zero within three ticks, and no way back but by gate and ramp.
+    after = [guarded.tick((0, 0, -0.01), 1e-3, fault=n < 5) for n in range(200)]
+    assert np.linalg.norm(after[3].command_n) == 0 and after[4].guard in ("falling", "waiting")
+    assert all(np.linalg.norm(frame.command_n) < 0.5 for frame in after[3:])
+    for wrong in (dict(position_m=(np.nan, 0, 0)), dict(position_m=(0, 0, -0.01), valid=False)):
+        assert not np.array([guarded.tick(dt_s=1e-3, **wrong).command_n for _ in range(4)])[-1].any()
+    guarded.panic()
+    for _ in range(5):
+        frame = guarded.tick((0, 0, -0.01), 1e-3)
+    assert frame.guard == "off" and not frame.command_n.any()
+    guarded.resume()
+    assert guarded.tick((0, 0, -0.01), 1e-3).guard == "waiting"
+    with pytest.raises(TypeError, match="position_m"):
+        guarded.tick("down", 1e-3)
+
+
+def test_a_mode_that_raises_is_a_fault_of_the_guarded_session():
+    class Fragile(palpa.Mode):
+        fails = False
+
+        def place(self, here, out):
+            if Fragile.fails:
+                raise RuntimeError("lab")
+            out.directed(0, (0, 0, 1), 1.0)
+
+    scene = palpa.Scene(stiffness_n_per_m=500)
+    scene.add("lab", Fragile())
+    guarded = palpa.GuardedSession(scene, palpa.DeviceLimits(max_force_n=2))
+    for _ in range(3000):
+        frame = guarded.tick((0, 0, 0), 1e-3)
+    assert np.linalg.norm(frame.command_n) > 0.5
+    Fragile.fails = True
+    with pytest.raises(RuntimeError, match="lab"):
+        guarded.tick((0, 0, 0), 1e-3)
+    Fragile.fails = False
+    assert np.linalg.norm([guarded.tick((0, 0, 0), 1e-3).command_n for _ in range(3)][-1]) == 0
+    with pytest.raises(palpa.SceneError, match="written in Python"):
+        palpa.live(scene, device=Handle())
