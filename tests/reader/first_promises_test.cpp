@@ -15,7 +15,7 @@
 #include "palpa/study/unyielding.h"
 
 namespace palpa::test {
-namespace {
+namespace first_promises_test {
 
 /// A run of a first scene.
 struct Felt {
@@ -159,5 +159,5 @@ TEST_P(FirstPromises, UpstreamCostsMoreThanDownstream) {
 INSTANTIATE_TEST_SUITE_P(Sets, FirstPromises, ::testing::ValuesIn(data_sets()),
                          [](const auto& set) { return name_of(set.param); });
 
-}  // namespace
+}  // namespace first_promises_test
 }  // namespace palpa::test
