@@ -9,8 +9,8 @@ namespace {
 constexpr CtWindow brain{"brain", 40, 80}, soft_tissue{"soft tissue", 40, 400}, bone{"bone", 400, 1800},
     lung{"lung", -600, 1500};
 
-bool says_any(std::string_view text, std::initializer_list<std::string_view> words) {
-  for (const std::string_view word : words) {
+bool says_any(std::string_view text, std::initializer_list<std::string_view> any_of) {
+  for (const std::string_view word : any_of) {
     if (text.find(word) != std::string_view::npos) return true;
   }
   return false;

@@ -51,9 +51,9 @@ Streamline half_line(const Field& field, const Box& box, const Vec3& start_m, do
 }
 
 /// Remembers which cells of a lattice streamlines run through.
-class Lattice {
+class SeedLattice {
  public:
-  explicit Lattice(double cell_m) : cell_m_(cell_m) {}
+  explicit SeedLattice(double cell_m) : cell_m_(cell_m) {}
   bool near(const Vec3& p) const { return taken_.contains(key(p)); }
   void take(const Vec3& p) { taken_.insert(key(p)); }
 
@@ -123,7 +123,7 @@ class Grown {
 
   /// Adds lines from seeds in their order, none from near another line, until there are `most`; false if there are more.
   bool grow(std::vector<Streamline>& lines, const std::vector<Seed>& seeds, std::size_t most, double apart_m) const {
-    Lattice lattice(apart_m);
+    SeedLattice lattice(apart_m);
     for (const Streamline& line : lines) {
       for (const StreamPoint& point : line) lattice.take(point.position_m);
     }

@@ -135,9 +135,9 @@ struct Exertable {
   double strength_n = 0.0, drag_n_per_m = 0.0, stiffness_n_per_m = 0.0;
   Vec3 force_n;
 
-  Vec3 within_strength(const Vec3& force_n) const {
-    const double length_n = norm(force_n);
-    return length_n > strength_n ? strength_n / length_n * force_n : force_n;
+  Vec3 within_strength(const Vec3& wanted_n) const {
+    const double length_n = norm(wanted_n);
+    return length_n > strength_n ? strength_n / length_n * wanted_n : wanted_n;
   }
   // Of a plane or facet that the proxy is behind by `depth_m`.
   double pressed_n(double depth_m) const {
