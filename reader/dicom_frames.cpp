@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "palpa/core/load_error.h"
-#include "palpa/core/printed.h"
 
 namespace palpa::reader {
 namespace {
@@ -20,8 +19,6 @@ constexpr double same_place = 0.01;
 constexpr int most_blanks = 1000;
 
 using Members = std::vector<std::size_t>;  ///< slices of a stack, by index
-
-std::string text_of(double number) { return detail::text("%.6g", number); }
 
 /// The values of every attribute in a stack, numbered in rising order.
 class Values {

@@ -9,7 +9,6 @@
 
 #include "dicom_frames.h"
 #include "palpa/core/load_error.h"
-#include "palpa/core/printed.h"
 
 namespace palpa::reader {
 namespace {
@@ -26,8 +25,6 @@ constexpr double farthest_mm = 1e12;  ///< from the origin; a position beyond is
 /// [1] Difference of unit directions up to which slices are parallel. Less: rounded headers split a series; more: tilts are
 /// lost.
 constexpr double parallel = 1e-3;
-
-std::string text_of(double number) { return detail::text("%.6g", number); }
 
 Vec3 normal_of(const Slice& slice) { return normalized(cross(slice.right, slice.down)); }
 

@@ -10,9 +10,13 @@
 #include <vector>
 
 #include "dicom_traits.h"
+#include "palpa/core/printed.h"
 #include "source.h"
 
 namespace palpa::reader {
+
+/// A number as messages have it.
+inline std::string text_of(double number) { return detail::text("%.6g", number); }
 
 /// What the header says of an image: a file's only one, or one of its frames.
 struct Slice {

@@ -61,7 +61,9 @@ class CommaLocale {
     }
     char number[16];
     std::snprintf(number, sizeof number, "%.1f", 1.5);
-    if (what == LocaleOf::set_locale || what == LocaleOf::use_locale) EXPECT_STREQ(number, "1,5");
+    if (what == LocaleOf::set_locale || what == LocaleOf::use_locale) {
+      EXPECT_STREQ(number, "1,5");
+    }
   }
   ~CommaLocale() {
     ::setlocale(LC_NUMERIC, "C");

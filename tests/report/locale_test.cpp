@@ -252,9 +252,9 @@ TEST_P(Locale, VolumesWrittenAndRead) {
 #endif
 
 INSTANTIATE_TEST_SUITE_P(Ways, Locale, testing::Values(LocaleOf::set_locale, LocaleOf::use_locale, LocaleOf::streams),
-                         [](const auto& info) {
-                           return std::string(info.param == LocaleOf::set_locale   ? "SetLocale"
-                                              : info.param == LocaleOf::use_locale ? "UseLocale"
+                         [](const auto& tested) {
+                           return std::string(tested.param == LocaleOf::set_locale   ? "SetLocale"
+                                              : tested.param == LocaleOf::use_locale ? "UseLocale"
                                                                                    : "Streams");
                          });
 
