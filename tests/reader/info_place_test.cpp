@@ -80,7 +80,7 @@ TEST_F(InfoPlace, LettersAreOfPatientsOnly) {
             }).find("how a patient lies"),
             std::string::npos);
   for (const char* wrong :
-       {"", "1,2", "1,2,3,4", "1mm,2,3", "R1,A2,L3", "R1,A2,3", "X1,Y2,Z3", "1mile,2mile,3mile", "nan,1,2", "a,b,c"})
+       {"", "1,2", "1,2,3,4", "1mm,2,3", "R1,A2,L3", "R1,A2,3", "X1,Y2,Z3", "1furlong,2furlong,3furlong", "nan,1,2", "a,b,c"})
     EXPECT_NE(error_of([&] { asked_place(wrong); }).find("--at"), std::string::npos) << wrong;
 }
 

@@ -53,7 +53,7 @@ html_theme_options = {
 # What stands beside each page. A page that is in docs and not here is an error of the build: nobody would find it.
 navigation = [
     ("Begin", ["start", "concepts", "gallery", "glossary"]),
-    ("Feel", ["modes/README", "scene", "data", "hands", "devices", "safety", "explorer", "trace", "check", "map"]),
+    ("Feel", ["modes/README", "scene", "/scenes/README", "data", "hands", "devices", "safety", "explorer", "trace", "check", "map"]),
     ("Program", ["python", "embedding", "own-mode", "/api/index", "paraview", "slicer"]),
     ("Theory", ["theory", "path", "laws"]),
     ("Study", ["felt", "beside", "reproduction", "benchmark", "/bench/haptics/README"]),
