@@ -64,6 +64,12 @@ std::optional<Place> place_of(const RunLine& given) {
   const auto place_named = [](const std::string& word) {
     return word == "fitted" ? Place::fitted : word == "centred" ? Place::centred : Place::as_recorded;
   };
+  // CLI11 has no name for a hidden option in its complaints.
+  for (const auto& [option, value] : {std::pair("--hand-center", given.center), std::pair("--hand-fit", given.fit)}) {
+    if (!value.empty() && value != "on" && value != "off") {
+      throw LoadError(std::string("run: ") + option + " cannot be " + detail::in_quotes(value) + "; there are: on, off");
+    }
+  }
   const bool has_old = !given.fit.empty() || !given.center.empty();
   if (!given.place.empty()) {
     if (has_old) throw LoadError("run: --hand-place says where the recording lies; leave out --hand-fit and --hand-center");
@@ -134,8 +140,8 @@ void add_run(CLI::App& app, Work& work, int argc, char** argv, const std::atomic
       ->check(CLI::IsMember({"as_recorded", "centred", "fitted"}))
       ->type_name("PLACE");
   // Earlier versions' words for it.
-  command->add_option("--hand-center", given->center)->check(CLI::IsMember({"on", "off"}))->group("");
-  command->add_option("--hand-fit", given->fit)->check(CLI::IsMember({"on", "off"}))->group("");
+  command->add_option("--hand-center", given->center)->group("");
+  command->add_option("--hand-fit", given->fit)->group("");
   command
       ->add_option("--duration-s", given->run.options.duration_s,
                    "duration (the recording's, or 10; of your own hand: until q or an interrupt)")

@@ -1,7 +1,6 @@
 #include "palpa/core/printed.h"
 
-#include <locale.h>
-
+#include <clocale>
 #include <cstdarg>
 #include <cstddef>
 #include <cstdio>

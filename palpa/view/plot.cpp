@@ -607,18 +607,12 @@ std::string svg_of(const Sheet& sheet, int width_px, int height_px, const std::s
   window->AddRenderer(renderer);
   scene->SetRenderer(renderer);
 
-  vtkNew<detail::SvgDevice> device;
-  device->set_height(height_px);
-  vtkNew<vtkContext2D> painter;
-  painter->Begin(device);
-  scene->Paint(painter);
-  painter->End();
-
+  const detail::SvgElements elements = detail::svg_elements(*scene, height_px);
   const std::string size = std::to_string(width_px) + "\" height=\"" + std::to_string(height_px);
   return "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" + size + "\" viewBox=\"0 0 " + std::to_string(width_px) + " " +
          std::to_string(height_px) + "\" font-family=\"Helvetica, Arial, 'DejaVu Sans', sans-serif\">\n" +
          "<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n" + "<g id=\"" + id_prefix +
-         "shapes\" fill=\"none\" stroke-linejoin=\"round\">\n" + device->shapes() + "</g>\n" + device->texts() + "</svg>\n";
+         "shapes\" fill=\"none\" stroke-linejoin=\"round\">\n" + elements.shapes + "</g>\n" + elements.texts + "</svg>\n";
 }
 
 std::string svg_of(const Plot& plot, int width_px, int height_px, const std::string& id_prefix) {

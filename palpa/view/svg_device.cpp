@@ -1,7 +1,12 @@
 #include "palpa/view/svg_device.h"
 
 #include <vtkBrush.h>
+#include <vtkContext2D.h>
+#include <vtkContextDevice2D.h>
+#include <vtkContextScene.h>
 #include <vtkMarkerUtilities.h>
+#include <vtkMatrix3x3.h>
+#include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkPen.h>
 #include <vtkStdString.h>
@@ -10,24 +15,90 @@
 #include <vtkUnicodeString.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "palpa/core/escaped.h"
 #include "palpa/core/printed.h"
 
 namespace palpa::detail {
 
-vtkStandardNewMacro(SvgDevice);
-
 namespace {
+
+/// Gathers elements in pixels from the upper left corner. Clips nothing; images and textures are left out.
+class SvgDevice : public vtkContextDevice2D {
+ public:
+  static SvgDevice* New();
+  vtkTypeMacro(SvgDevice, vtkContextDevice2D);
+
+  void set_height(int height_px) { height_px_ = height_px; }
+  const std::string& shapes() const { return shapes_; }
+  /// They lie over all shapes.
+  const std::string& texts() const { return texts_; }
+
+  void DrawPoly(float* points, int n, unsigned char* colors, int components) override;
+  void DrawLines(float* points, int n, unsigned char* colors, int components) override;
+  void DrawPoints(float* points, int n, unsigned char* colors, int components) override;
+  void DrawPointSprites(vtkImageData* sprite, float* points, int n, unsigned char* colors, int components) override;
+  void DrawMarkers(int shape, bool highlight, float* points, int n, unsigned char* colors, int components) override;
+  void DrawQuad(float* points, int n) override;
+  void DrawPolygon(float* points, int n) override;
+  void DrawEllipseWedge(float x, float y, float outer_x, float outer_y, float inner_x, float inner_y, float start_deg,
+                        float stop_deg) override;
+  void DrawEllipticArc(float x, float y, float radius_x, float radius_y, float start_deg, float stop_deg) override;
+  void DrawString(float* point, const vtkStdString& string) override;
+  void DrawString(float* point, const vtkUnicodeString& string) override;
+  void DrawMathTextString(float* point, const vtkStdString& string) override;
+  void ComputeStringBounds(const vtkStdString& string, float bounds[4]) override;
+  void ComputeStringBounds(const vtkUnicodeString& string, float bounds[4]) override;
+  void ComputeJustifiedStringBounds(const char* string, float bounds[4]) override;
+  void SetMatrix(vtkMatrix3x3* matrix) override { matrix_->DeepCopy(matrix); }
+  void GetMatrix(vtkMatrix3x3* matrix) override { matrix->DeepCopy(matrix_); }
+  void MultiplyMatrix(vtkMatrix3x3* matrix) override;
+  void PushMatrix() override;
+  void PopMatrix() override;
+
+  // Nothing here depends on these: pen and brush are those of the base.
+  void DrawImage(float[2], float, vtkImageData*) override {}
+  void DrawImage(const vtkRectf&, vtkImageData*) override {}
+  void SetColor4(unsigned char[4]) override {}
+  void SetTexture(vtkImageData*, int) override {}
+  void SetPointSize(float) override {}
+  void SetLineWidth(float) override {}
+  void SetLineType(int) override {}
+  void SetClipping(int*) override {}
+  void EnableClipping(bool) override {}
+
+ protected:
+  SvgDevice() = default;
+  ~SvgDevice() override = default;
+
+ private:
+  struct Place {
+    double x_px, y_px;  ///< from the upper left corner
+  };
+  Place place(float x, float y) const;
+  /// "x,y x,y …".
+  std::string places(const float* points, int n) const;
+  std::string fill() const;
+  std::string stroke() const;
+  bool has_pen() const;
+
+  int height_px_ = 0;
+  vtkNew<vtkMatrix3x3> matrix_;
+  std::vector<std::array<double, 9>> matrices_;
+  std::string shapes_, texts_;
+};
+
+vtkStandardNewMacro(SvgDevice);
 
 std::string hex(const unsigned char color[4]) { return text("#%02x%02x%02x", color[0], color[1], color[2]); }
 
 std::string opacity_of(const char* name, unsigned char share) {
   return share == 255 ? "" : text(" %s=\"%.3g\"", name, share / 255.0);
 }
-
-}  // namespace
 
 SvgDevice::Place SvgDevice::place(float x, float y) const {
   const double* m = matrix_->GetData();
@@ -203,6 +274,18 @@ void SvgDevice::PopMatrix() {
   if (matrices_.empty()) return;
   std::copy_n(matrices_.back().begin(), matrices_.back().size(), matrix_->GetData());
   matrices_.pop_back();
+}
+
+}  // namespace
+
+SvgElements svg_elements(vtkContextScene& scene, int height_px) {
+  vtkNew<SvgDevice> device;
+  device->set_height(height_px);
+  vtkNew<vtkContext2D> painter;
+  painter->Begin(device);
+  scene.Paint(painter);
+  painter->End();
+  return {device->shapes(), device->texts()};
 }
 
 }  // namespace palpa::detail
