@@ -24,7 +24,7 @@ struct CouplingNumber {
   std::string key;
   double value = 0.0;
 };
-/// What a `--set PATH=VALUE` says, where that is a number of [coupling].
+/// The coupling's number that a `--set PATH=VALUE` names; none where it names no number of [coupling].
 std::optional<CouplingNumber> coupling_number(const std::string& path, const std::string& value) {
   constexpr std::string_view table = "coupling.";
   double number = 0.0;

@@ -125,10 +125,10 @@ void print_placement(const Facts& facts) {
   if (facts.file.frames > 1) print(fmt::format("  frames    {}\n", facts.file.frames));
   if (const double share = facts.valid_share(); share < 1.0) {
     print(fmt::format("  data      in {:.3g} % of the voxels; the others are {}\n", 100.0 * share,
-                      volume.format == "dicom" ? "padding, where nothing was measured"
-                      : resampled              ? "outside of the file's cells"
+                      volume.format == "dicom"  ? "padding, where nothing was measured"
+                      : resampled               ? "outside of the file's cells"
                       : volume.format == "hdf5" ? "without a value: not finite, or marked so by the file"
-                                               : "not finite"));
+                                                : "not finite"));
   }
 }
 
@@ -145,7 +145,9 @@ void print_fields(const Facts& facts) {
     print(fmt::format("  {:<{}}  {:<8}  {:<9}  {:<26}  {}\n", field.name, width, field.unit.empty() ? "–" : field.unit, type,
                       text_of(extents, &Extent::min), text_of(extents, &Extent::max)));
   }
-  if (resampled) print(fmt::format("  {:<{}}  min and max are those of the file; the histograms below are of the new grid, which is felt\n", "", width));
+  if (resampled)
+    print(fmt::format("  {:<{}}  min and max are those of the file; the histograms below are of the new grid, which is felt\n",
+                      "", width));
   print("\n");
   for (const VolumeField& field : fields) {
     const FilterChoice felt = default_filter(*grid_of(*field.field));

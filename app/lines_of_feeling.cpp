@@ -8,6 +8,7 @@
 #include "app/options.h"
 #include "app/terminal.h"
 #include "palpa/core/load_error.h"
+#include "palpa/toml/wording.h"
 
 namespace palpa::app {
 

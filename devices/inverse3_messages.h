@@ -33,7 +33,7 @@ struct Arm {
 struct Grip {
   std::string device_id;
   bool is_wireless = false;
-  bool is_connected = true;   ///< where nothing is told of it: then it is in the service's list
+  bool is_connected = true;   ///< true where the message lacks it: the grip is in the service's list
   bool is_awake = true;       ///< likewise
   std::uint32_t buttons = 0;  ///< none where it is not connected, or asleep
 };

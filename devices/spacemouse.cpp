@@ -42,10 +42,10 @@ struct Kind {
   friend bool operator==(const Kind&, const Kind&) = default;
 };
 
-/// What spacenavd, which is connected, answers when it is asked for its first SpaceMouse.
+/// The reply of a connected spacenavd to the request for its first SpaceMouse.
 struct Answer {
   bool is_none = false;      // there is none
-  std::optional<Kind> kind;  // none, where there may be one: it is an earlier version, which knows no questions
+  std::optional<Kind> kind;  // none also of an earlier version, whose protocol has no such request
 };
 Answer ask() {
   if (spnav_protocol() < 1) return {};

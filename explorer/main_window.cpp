@@ -416,7 +416,7 @@ void MainWindow::dropEvent(QDropEvent* event) {
   }
 }
 
-// Where another window takes the mouse, the button may be let go there, and nobody tells of it.
+// Another window that takes the mouse receives the release of its button.
 void MainWindow::changeEvent(QEvent* event) {
   QMainWindow::changeEvent(event);
   if (event->type() != QEvent::ActivationChange) return;

@@ -57,7 +57,7 @@ class Touch {
   void lead_hand(const Vec3& to_m) { wanted_m_ = to_m; }
   /// Where it was told to go, hand frame [m].
   const Vec3& led_to_m() const noexcept { return wanted_m_; }
-  /// Whether the window has the mouse (`Pointer::have_mouse`): while another one has it nothing is felt by it.
+  /// Sets whether the window has the mouse (`Pointer::have_mouse`): without it the mouse's hand feels nothing.
   void have_mouse(bool is_had);
   /// Time has passed for the window: the hand goes on, the watch is told that the window lives. \param dt_s  [s]
   void beat(double dt_s);

@@ -13,8 +13,9 @@
 namespace palpa::reader {
 namespace {
 
-constexpr std::int64_t most_planes = 1'000'000;  // along an axis. More: memory for damaged files; fewer: long axes have no places
-constexpr double earth_radius_m = 6'371'000;     // mean
+constexpr std::int64_t most_planes =
+    1'000'000;                                // along an axis. More: memory for damaged files; fewer: long axes have no places
+constexpr double earth_radius_m = 6'371'000;  // mean
 
 /// [m] of a unit of length; 0 for a text that names none.
 double metres_per(const std::string& unit) {
@@ -257,7 +258,8 @@ std::vector<Dimension> dimensions_of(hid_t dataset, const Shape& shape, std::vec
     if (dimension.along != 't' && dimension.along != 'c' && !is_bare(scales[n]))
       dimension.coordinates = coordinates_in(scales[n], dimension, warnings);
     if (lower(text_attribute(scales[n], "positive")) == "down" && !dimension.coordinates.empty())
-      warnings.push_back("its coordinates '" + dimension.name + "' count downwards, and are kept so: what is above is felt below");
+      warnings.push_back("its coordinates '" + dimension.name +
+                         "' count downwards, and are kept so: what is above is felt below");
   }
   if (!text_attribute(dataset, "coordinates").empty() &&
       std::ranges::all_of(dimensions, [](const Dimension& d) { return d.coordinates.empty(); }))
@@ -311,7 +313,8 @@ Coordinates in_one_unit(const std::array<Dimension, 3>& of, std::vector<std::str
     mixed = mixed || (metres[a] > 0.0 && metres_per(made.unit) != metres[a]);
   }
   if (angles)
-    warnings.push_back("its longitudes and latitudes are taken as metres on the Earth at the middle latitude (spacing_m takes others)");
+    warnings.push_back(
+        "its longitudes and latitudes are taken as metres on the Earth at the middle latitude (spacing_m takes others)");
   double common = made.unit.empty() ? 0.0 : metres_per(made.unit);
   if (mixed) made.unit = "m", common = 1.0;
   double least = 0.0;
@@ -332,8 +335,9 @@ Coordinates in_one_unit(const std::array<Dimension, 3>& of, std::vector<std::str
     for (std::int64_t n = 0; n < of[a].length; ++n) made.of[a].push_back(least * static_cast<double>(n));
     if (of[a].length == 1) continue;
     const std::string axis(1, static_cast<char>('x' + a));
-    warnings.push_back((of[a].coordinates.empty() ? "has no coordinates along " + axis
-                                                  : "its coordinates '" + of[a].name + "' are in '" + of[a].unit + "', which is no length") +
+    warnings.push_back((of[a].coordinates.empty()
+                            ? "has no coordinates along " + axis
+                            : "its coordinates '" + of[a].name + "' are in '" + of[a].unit + "', which is no length") +
                        ": steps as of the finest other axis are taken (spacing_m = [x, y, z] takes others)");
   }
   return made;

@@ -13,12 +13,12 @@ namespace palpa::reader {
 
 /// How the values of an array are stored: value = stored · scale + offset, and which stored numbers are no data.
 struct Packing {
-  double scale = 1.0;           ///< [unit of the values per stored step]
-  double offset = 0.0;          ///< [unit of the values]
-  std::vector<double> missing;  ///< stored numbers that stand for none
+  double scale = 1.0;                                       ///< [unit of the values per stored step]
+  double offset = 0.0;                                      ///< [unit of the values]
+  std::vector<double> missing;                              ///< stored numbers that stand for none
   double least = -std::numeric_limits<double>::infinity();  ///< stored numbers below are no data
   double most = std::numeric_limits<double>::infinity();    ///< stored numbers above are no data
-  double unsigned_by = 0.0;     ///< is added to negative stored numbers, which stand for positive ones; 0: they stay
+  double unsigned_by = 0.0;  ///< is added to negative stored numbers, which stand for positive ones; 0: they stay
 
   /// Whether some stored numbers do not stand for themselves, so that they are kept as floating point.
   bool marks_any() const noexcept;

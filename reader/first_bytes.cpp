@@ -41,7 +41,10 @@ std::optional<std::string> root_in(std::string_view text) {
     text.remove_prefix(std::min(text.find_first_not_of(blanks), text.size()));
     if (text.empty()) return std::nullopt;
     if (text.front() != '<') return "";
-    const std::string_view end = text.starts_with("<!--") ? "-->" : text.starts_with("<?") ? "?>" : text.starts_with("<!") ? ">" : "";
+    const std::string_view end = text.starts_with("<!--") ? "-->"
+                                 : text.starts_with("<?") ? "?>"
+                                 : text.starts_with("<!") ? ">"
+                                                          : "";
     if (end.empty()) break;
     const std::size_t at = text.find(end, 2);
     if (at == std::string_view::npos) return std::nullopt;

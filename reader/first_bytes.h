@@ -11,8 +11,8 @@ namespace palpa::reader {
 /// Up to `most` bytes, unpacked where the file is compressed. Throws LoadError.
 std::string first_bytes(const std::string& path, std::size_t most = 1024);
 
-/// The tag of the first element of an XML file, without its "<": after the declaration, comments and the like, which may take 64
-/// MiB. Empty if the file is none. Throws LoadError.
+/// The tag of the first element of an XML file, without its "<": after the declaration, comments and the like, which may take
+/// 64 MiB. Empty if the file is none. Throws LoadError.
 std::string xml_root(const std::string& path);
 /// The value of an attribute in a tag; empty if it has none of that name.
 std::string attribute_in(std::string_view tag, std::string_view name);

@@ -37,7 +37,8 @@ void take_axes(const std::string& axes, std::vector<Dimension>& dimensions) {
   if (axes.size() + 1 < dimensions.size() || axes.size() > dimensions.size())
     throw LoadError("has " + std::to_string(dimensions.size()) + " indices, where axes = \"" + axes + "\" names " +
                     std::to_string(axes.size()) + "; name each but that of vector components");
-  const bool components_first = axes.size() < dimensions.size() && dimensions.front().length == 3 && dimensions.back().length != 3;
+  const bool components_first =
+      axes.size() < dimensions.size() && dimensions.front().length == 3 && dimensions.back().length != 3;
   if (axes.size() < dimensions.size()) (components_first ? dimensions.front() : dimensions.back()).along = 'c';
   for (std::size_t n = 0; n < axes.size(); ++n) dimensions[n + (components_first ? 1 : 0)].along = axes[n];
 }
@@ -142,8 +143,8 @@ Arranged arrangement_of(std::vector<Dimension> dimensions, const ArrayLayout& la
   return made;
 }
 
-/// Opens a file, or what was unpacked of one: the library follows the names of files in memory to where nothing is, so it gets a
-/// copy of that.
+/// Opens a file, or what was unpacked of one: the library follows the names of files in memory to where nothing is, so it gets
+/// a copy of that.
 hid_t opened(const protocol::Request& request) {
   if (request.packed.empty()) return H5Fopen(request.path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
   const detail::InputFile file(request.path);

@@ -7,8 +7,8 @@
 namespace palpa::reader {
 namespace {
 
-constexpr std::size_t max_listed = 200;         // arrays of a file. More: long lines; fewer: the wanted one may be missing
-constexpr std::size_t max_text_bytes = 1000;    // of an attribute. More: memory for damaged ones; fewer: words are cut
+constexpr std::size_t max_listed = 200;           // arrays of a file. More: long lines; fewer: the wanted one may be missing
+constexpr std::size_t max_text_bytes = 1000;      // of an attribute. More: memory for damaged ones; fewer: words are cut
 constexpr hssize_t max_attribute_numbers = 1000;  // the same
 
 /// The type of numbers in memory for an HDF5 type; false where it cannot be read.
@@ -43,7 +43,9 @@ class Lent {
   hid_t type_, space_;
 };
 
-std::string text_in(const char* text) { return text == nullptr ? std::string() : std::string(text, strnlen(text, max_text_bytes)); }
+std::string text_in(const char* text) {
+  return text == nullptr ? std::string() : std::string(text, strnlen(text, max_text_bytes));
+}
 
 /// The texts of a string attribute, which holds `count` of them; none otherwise.
 std::vector<std::string> texts_of(hid_t attribute, std::size_t count) {

@@ -213,16 +213,19 @@ class MetaImageSource : public Source {
   /// Refuses a HeaderSize that makes voxels of the header.
   void check_header_size() const {
     const int said = image_.HeaderSize();
-    if (said < -1) throw LoadError("has HeaderSize = " + std::to_string(said) + "; give the bytes before the voxels, or -1: all but these");
-    const bool within_itself = files.size() == 1 || std::ranges::any_of(files.begin() + 1, files.end(), [&](const std::string& file) {
-                                 std::error_code none;
-                                 return std::filesystem::equivalent(file, path_, none);
-                               });
+    if (said < -1)
+      throw LoadError("has HeaderSize = " + std::to_string(said) + "; give the bytes before the voxels, or -1: all but these");
+    const bool within_itself =
+        files.size() == 1 || std::ranges::any_of(files.begin() + 1, files.end(), [&](const std::string& file) {
+          std::error_code none;
+          return std::filesystem::equivalent(file, path_, none);
+        });
     if (!within_itself || compressed_) return;
     const std::uint64_t from_end = file_bytes(path_) - std::min(all_bytes_, file_bytes(path_));
     const std::uint64_t first = said == -1 ? from_end : static_cast<std::uint64_t>(said);
     if ((said != 0 || files.size() > 1) && first < header_bytes_)
-      throw LoadError("says that its voxels begin at byte " + std::to_string(first) + ", which is within its header; correct "
+      throw LoadError("says that its voxels begin at byte " + std::to_string(first) +
+                      ", which is within its header; correct "
                       "HeaderSize, or leave it out");
   }
 
@@ -321,8 +324,8 @@ class MetaImageSource : public Source {
   std::int64_t frame_values_ = 0;  ///< of each frame
   std::uint64_t all_bytes_ = 0;    ///< of all frames
   std::uint64_t header_bytes_ = 0;
-  bool compressed_ = false;        ///< as the header says: reading clears it in image_ for a while
-  bool direct_ = false;            ///< the library reads to where the voxels are kept
+  bool compressed_ = false;  ///< as the header says: reading clears it in image_ for a while
+  bool direct_ = false;      ///< the library reads to where the voxels are kept
 };
 
 }  // namespace

@@ -87,7 +87,8 @@ void check_extensions(const std::string& start, bool swapped, std::uint64_t firs
 }
 
 /// Where the voxels begin, in a file of their own or behind the header. Throws LoadError where that is within the header.
-std::uint64_t voxel_offset(const std::string& path, const std::string& start, bool swapped, std::vector<std::string>& warnings) {
+std::uint64_t voxel_offset(const std::string& path, const std::string& start, bool swapped,
+                           std::vector<std::string>& warnings) {
   const bool second_version = start.substr(4, 3) == "n+2" || start.substr(4, 3) == "ni2";
   const std::uint64_t header_bytes = second_version ? 540 : 348, least = header_bytes + 4;
   const bool alone = start[second_version ? 5 : 345] == '+';
@@ -103,8 +104,10 @@ std::uint64_t voxel_offset(const std::string& path, const std::string& start, bo
     warnings.push_back("says that its voxels begin at byte 0, where its header is (vox_offset): they are taken from byte " +
                        std::to_string(least) + " on");
   } else if (offset != header_bytes && offset < least) {
-    throw LoadError("says that its voxels begin at byte " + std::to_string(offset) + ", which is within its header; correct "
-                    "vox_offset, a whole number " + where);
+    throw LoadError("says that its voxels begin at byte " + std::to_string(offset) +
+                    ", which is within its header; correct "
+                    "vox_offset, a whole number " +
+                    where);
   }
   if (offset >= least)
     check_extensions(first_bytes(path, std::min<std::uint64_t>(offset + 8, 1 << 20)), swapped, least, offset);
@@ -309,7 +312,7 @@ class NiftiSource : public Source {
   RawVoxels raw_;
   std::uint64_t voxel_offset_ = 0;  ///< [bytes] in the file of the voxels
   std::uint64_t frame_bytes_ = 0;   ///< of one component
-  std::uint64_t first_byte_ = 0;   ///< that is read
+  std::uint64_t first_byte_ = 0;    ///< that is read
   Turn turn_;
 };
 

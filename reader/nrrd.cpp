@@ -212,7 +212,8 @@ class NrrdSource : public Source {
     keep(raw_, turn_, field, header.warnings);
     header.fields.push_back(field);
     if (std::isfinite(nrrd_->oldMin) || std::isfinite(nrrd_->oldMax))
-      header.warnings.push_back("says that its numbers were made from others (old min, old max): they are felt as they are stored");
+      header.warnings.push_back(
+          "says that its numbers were made from others (old min, old max): they are felt as they are stored");
 
     all_bytes_ = size_of(raw_.type);
     for (unsigned a = 0; a < nrrd_->dim; ++a) {
@@ -300,8 +301,9 @@ class NrrdSource : public Source {
     });
     if (!(attached && byte_skip_ < 0) && !names_itself) return;
     // Backwards −1 is the last place where all voxels fit, −2 a byte before it.
-    const double first = byte_skip_ < 0 ? static_cast<double>(there) - static_cast<double>(all_bytes_) + static_cast<double>(byte_skip_) + 1.0
-                                        : static_cast<double>(byte_skip_);
+    const double first =
+        byte_skip_ < 0 ? static_cast<double>(there) - static_cast<double>(all_bytes_) + static_cast<double>(byte_skip_) + 1.0
+                       : static_cast<double>(byte_skip_);
     if (first < static_cast<double>(header_bytes()))
       throw LoadError("has voxels that would begin within its header; get the whole file, or correct its sizes and byte skip");
   }

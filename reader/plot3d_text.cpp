@@ -42,7 +42,8 @@ std::vector<double> numbers_in(const std::string& path) {
     const auto [last, error] = std::from_chars(word.data() + at, end, number);
     if (error != std::errc() || last != end)
       throw LoadError("has a word that is no number behind " + std::to_string(numbers.size()) + " numbers; export it again");
-    if (count > most || numbers.size() + count > most) throw LoadError("repeats a number more often than its size allows; export it again");
+    if (count > most || numbers.size() + count > most)
+      throw LoadError("repeats a number more often than its size allows; export it again");
     numbers.insert(numbers.end(), count, number);
     word.clear();
   };
@@ -97,7 +98,8 @@ Layout layout_of(const std::vector<double>& numbers) {
     for (const Dims& dims : layout.blocks) points += points_in(dims);
     for (const bool blanks : {false, true}) {
       layout.blanks = blanks;
-      if (static_cast<double>(layout.first) + (blanks ? 4.0 : 3.0) * points == static_cast<double>(numbers.size())) return layout;
+      if (static_cast<double>(layout.first) + (blanks ? 4.0 : 3.0) * points == static_cast<double>(numbers.size()))
+        return layout;
     }
   }
   throw LoadError("is PLOT3D as text, whose " + std::to_string(numbers.size()) +
@@ -151,8 +153,9 @@ std::vector<vtkSmartPointer<vtkDataSet>> read_plot3d_text(const std::string& gri
   for (const Dims& dims : layout.blocks) points += points_in(dims);
   const double needed = static_cast<double>(at_q) + static_cast<double>(of_block * layout.blocks.size()) + of_point * points;
   if (!fits || needed != static_cast<double>(q.size()))
-    throw LoadError("is PLOT3D as text, and its solution does not have the numbers of a solution on this grid; check that they belong "
-                    "together, and are whole");
+    throw LoadError(
+        "is PLOT3D as text, and its solution does not have the numbers of a solution on this grid; check that they belong "
+        "together, and are whole");
   std::vector<vtkSmartPointer<vtkDataSet>> blocks;
   std::size_t at_xyz = layout.first;
   for (const Dims& dims : layout.blocks) {

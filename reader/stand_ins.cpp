@@ -91,7 +91,8 @@ std::optional<std::string> with_stand_ins(const std::string& path) {
 }
 
 void put_back_not_finite(vtkDataSet& data) {
-  for (vtkFieldData* arrays : {static_cast<vtkFieldData*>(data.GetPointData()), static_cast<vtkFieldData*>(data.GetCellData())}) {
+  for (vtkFieldData* arrays :
+       {static_cast<vtkFieldData*>(data.GetPointData()), static_cast<vtkFieldData*>(data.GetCellData())}) {
     for (int a = 0; a < arrays->GetNumberOfArrays(); ++a) put_back_in(arrays->GetAbstractArray(a));
   }
   if (auto* points = vtkPointSet::SafeDownCast(&data); points != nullptr && points->GetPoints() != nullptr)

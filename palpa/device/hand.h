@@ -132,7 +132,7 @@ struct RecordingOptions {
 /// the last counts. But in our own, rows that repeat the last position are dropped where their pattern is that of
 /// a logger that is faster than its device (`detail::repeat_by_logger`; in Haply logs always), but never so many that a resting
 /// hand would look like a gap. Rows whose position is not finite are dropped, and so is a last line without its end; `warnings`
-/// tells both assumptions. Between rows the position follows a monotone cubic
+/// names both assumptions. Between rows the position follows a monotone cubic
 /// (Fritsch and Carlson), which never leaves the interval of its two neighbours; where rows are more
 /// than 100 ms apart, and after the last, it is not valid; a warning says so. Names that say no unit are taken as seconds and
 /// metres, and refused where a hand would then be too slow or too large. Throws LoadError.

@@ -38,9 +38,9 @@ class Pointer final : public Device {
   void put(const Vec3& at_m) noexcept;
   /// Buttons that are held, a bit each.
   void press(std::uint32_t buttons) noexcept { buttons_.store(buttons, std::memory_order_relaxed); }
-  /// Whether the window has the mouse; at first it has. Where another window takes it, nobody tells of its motions, nor of
-  /// buttons that are let go: then the hand rests where it is, no button is held, and `fault` says so. When it is had again,
-  /// only what is told from then on counts.
+  /// Sets whether the window has the mouse; true at first. While false the hand rests where it is, no button is held, and
+  /// `fault` is set, because another window receives motions and releases of buttons. When true again, the hand follows
+  /// positions and buttons that are set from then on.
   void have_mouse(bool is_had) noexcept;
 
   // ---- the haptic thread ----

@@ -26,8 +26,8 @@ constexpr double longest_filled_gap_s = 0.1;
 // A time so close to a row's [s] is that row's: of the last one of any recording, and of each of given positions, which are
 // those of ticks. Longer: dense rows shift; shorter: rounding of times makes others of them.
 constexpr double same_time_s = 1e-9;
-// Repeated rows are told of where they are so many, and such a share [1] of all. More: an assumption goes untold; fewer: a hand
-// that rests for a moment is told of.
+// Repeated rows lead to a warning from this number on, and from this share [1] of all rows. More: an assumption is not reported;
+// fewer: a hand that rests for a moment is reported.
 constexpr std::size_t least_told_repeats = 8;
 constexpr double least_told_share = 0.1;
 constexpr double farthest_m = 1000.0;              // a position further away is refused: another unit, or noise
@@ -355,7 +355,7 @@ std::vector<Knot> with_repeats_judged(std::vector<Knot> rows, std::vector<std::s
     if (step_m == 0.0) {
       ++repeats;
     } else {
-      // What came before the first change began before the recording did.
+      // Rows before the first change may repeat a position from before the recording.
       if (last_change > 0) changes.push_back({step_m, static_cast<int>(i - last_change)});
       last_change = i;
     }

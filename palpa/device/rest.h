@@ -6,8 +6,8 @@
 
 namespace palpa {
 
-/// One thread asks for forces and numbers them, one gives them to the motors, any may look. Allocates nothing; of use in a
-/// signal handler.
+/// One thread requests and numbers forces, one sends them to the motors, any thread may read. Allocates nothing and is
+/// async-signal-safe.
 class Rest {
  public:
   /// Before a force is handed to the other thread. Returns its number [1], from 1.

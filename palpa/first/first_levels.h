@@ -38,8 +38,8 @@ inline constexpr double holding_n = 6.0;
 /// soft.
 /// \param modality  as Volume::modality
 /// \param is_scan  of a part of a body: what is solid is then soft tissue, unless the values are Hounsfield units
-FirstLevels first_levels(const Field& field, const Statistics& values, const std::string& unit,
-                         const std::string& modality, bool is_scan);
+FirstLevels first_levels(const Field& field, const Statistics& values, const std::string& unit, const std::string& modality,
+                         bool is_scan);
 
 /// The value at which the drag of a sparse object begins, in the field's own unit: a share `wanted` [1] of `around` lies beyond
 /// it, and it lies between the mean of what is not solid there and the first level. \param around  values of the object's box

@@ -290,7 +290,7 @@ double ModeContext::limited_n(double strength_n) const noexcept {
 // not there, reaches two spacings. A level fades over these, or over up to four where it is so strong that it would end with a
 // jerk: friction pulls the proxy out as the level weakens, which makes a slope a of it one of a/(1 − μa/k) under the hand.
 double ModeContext::border_share(double strength_n) const noexcept {
-  constexpr double reach = 2.0, furthest = 4.0;              // [1] spacings. Less: ends with a jerk; more: weak where data are whole
+  constexpr double reach = 2.0, furthest = 4.0;  // [1] spacings. Less: ends with a jerk; more: weak where data are whole
   const double steepest_n_per_m = 1.5 * stiffness_n_per_m;  // Less: a wide rim; more: a jerk
   double share = 1.0;
   for (const std::int32_t field : fields_) {

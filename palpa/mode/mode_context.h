@@ -155,7 +155,7 @@ class ModeContext {
   double finest_m = 0.0;           ///< [m] finest sample spacing of the session's fields near the proxy
   /// [N] the most that reaches the hand: towards a border a stronger level fades from this
   double most_n = std::numeric_limits<double>::infinity();
-  std::span<const Foot> feet;      ///< of the mode's elastic levels that hold the proxy
+  std::span<const Foot> feet;  ///< of the mode's elastic levels that hold the proxy
 
   /// The field's sample at `at_m`. `inside` is false for a field without data there.
   const ScalarSample& scalar(const FieldRef& field) const noexcept { return samples_->scalar(field.index, at_m); }

@@ -66,7 +66,8 @@ void visit_layout(ArrayLayout& part, ParameterVisitor& visitor) {
        param("header_bytes", &A::header_bytes, "before the first of bare numbers", Range{0, 1e15}),
        param("dims", &A::dims, "voxels along each axis, of bare numbers; of an array in HDF5 to be checked", Range{1, 1e9})
            .written("[x, y, z]"),
-       param("axes", &A::axes, "the axes that the indices of an array are along, slowest first; t: time, of HDF5", Words(axis_orders))
+       param("axes", &A::axes, "the axes that the indices of an array are along, slowest first; t: time, of HDF5",
+             Words(axis_orders))
            .left_out("\"zyx\""),
        param("components", &A::components, "which index of an array is that of vector components", Words(component_places))
            .left_out("last, if it is of 3; of bare numbers none"),

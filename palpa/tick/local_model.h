@@ -41,9 +41,9 @@ struct LevelContact {
 /// free, always contains the *witness*, the proxy's own place: so no wrong facet can press the proxy through a level
 /// (docs/theory.md). A foreseen plane may shut the witness out by `shallow`; it is taken back before its level gives way. For
 /// an elastic level, which lets the proxy in, the *foot* takes the proxy's part: it is the witness, and must be free at the
-/// end. A level that blocks, though none of its facets says how, is *shut*: its P is the proxy's own place alone, a point of its
-/// strength, so that it bears no more than that, and yields. Facets live for one move. Keeps in a block what the next balance depends on; allocates at construction only; one
-/// thread.
+/// end. A level that blocks, though none of its facets says how, is *shut*: its P is the proxy's own place alone, a point of
+/// its strength, so that it bears no more than that, and yields. Facets live for one move. Keeps in a block what the next
+/// balance depends on; allocates at construction only; one thread.
 class LocalModel {
  public:
   static constexpr std::size_t max_primitives = 64;  // [1] per balance; more are dropped. More: memory, longer worst tick
@@ -83,7 +83,8 @@ class LocalModel {
                double time_step_s) noexcept;
   /// Adds facets that shut out `end_m` [m], an end that was not accepted. False where all are known already. Samples.
   bool learn(const Vec3& end_m) noexcept;
-  /// Shuts the levels that the last end that was not accepted lies behind, for the rest of the move. False where there are none.
+  /// Shuts the levels that the last end that was not accepted lies behind, for the rest of the move. False where there are
+  /// none.
   bool shut() noexcept;
   /// Whether a level is shut.
   bool any_shut() const noexcept { return std::ranges::any_of(contacts_, &LevelContact::is_shut); }

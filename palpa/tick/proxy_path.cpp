@@ -14,10 +14,10 @@ using namespace path_tolerances;
 namespace {
 
 constexpr double unbounded = std::numeric_limits<double>::infinity();
-constexpr int max_moves = 128;              // [1] per tick. More: longer worst tick; fewer: the proxy lags behind the hand
-constexpr int max_trials = 24;              // [1] balances per move. More: longer worst tick; fewer: moves are given up
-constexpr int max_shutting = 8;             // [1] more of them, if a level has to be shut. Fewer: the proxy is given up on its way
-constexpr double bound_m = 1e-8;            // [m] stop before a break-through. Less: decided by rounding; more: breaks early
+constexpr int max_moves = 128;    // [1] per tick. More: longer worst tick; fewer: the proxy lags behind the hand
+constexpr int max_trials = 24;    // [1] balances per move. More: longer worst tick; fewer: moves are given up
+constexpr int max_shutting = 8;   // [1] more of them, if a level has to be shut. Fewer: the proxy is given up on its way
+constexpr double bound_m = 1e-8;  // [m] stop before a break-through. Less: decided by rounding; more: breaks early
 constexpr double directed_n_per_s = 100.0;  // [N/s] allowed while data play. Less: forces lag the data; more: they jump
 
 }  // namespace
@@ -298,7 +298,8 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
     made.fraction = length > longest ? longest / length : 1.0;
     made.stop = made.bound_met ? Stop::event : made.fraction == 1.0 ? Stop::full : settles ? Stop::energy : Stop::release;
     if (end_is_free(segment, context, flies, made)) return made;
-    // What blocks without a facet that says how bears its strength and no more. Nearer to its balance than that the proxy rests.
+    // What blocks without a facet that says how bears its strength and no more. Nearer to its balance than that the proxy
+    // rests.
     const bool is_blocked = !(made.fraction > 0.0) || trial + 1 >= max_trials;
     if (is_blocked && (length <= shallow * spacing_m_ || !model_.shut())) break;
   }

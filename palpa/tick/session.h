@@ -49,8 +49,8 @@ struct Tick {
   /// [N] of the spring's pull at the proxy that the primitives of its last balance do not bear there: stiffness times the way
   /// that is left to that balance. At rest less than is felt; more: the proxy was given up on its way. 0 in a tick that waits.
   double unborne_n = 0.0;
-  Energy energy;    ///< work_on_hand_j and held_back_j are filled in by the loop, which knows the command
-  int work = 0;     ///< [1] units that it took, counted alike on every machine (docs/contracts/session.md)
+  Energy energy;  ///< work_on_hand_j and held_back_j are filled in by the loop, which knows the command
+  int work = 0;   ///< [1] units that it took, counted alike on every machine (docs/contracts/session.md)
 };
 
 /// A mode's part in one tick.

@@ -73,7 +73,8 @@ struct Drawing {
   std::vector<Part> parts{};
 
   /// A line of `width_px` [px] through points.
-  void path(std::vector<DrawingPoint> points, CurveColor color = CurveColor::black, Stroke stroke = Stroke::solid, float width_px = 1.6f);
+  void path(std::vector<DrawingPoint> points, CurveColor color = CurveColor::black, Stroke stroke = Stroke::solid,
+            float width_px = 1.6f);
   /// Lightly filled.
   void area(std::vector<DrawingPoint> points, CurveColor color);
   /// A shaft of `width_px` [px] with its head at `to`.

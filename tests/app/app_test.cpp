@@ -156,8 +156,8 @@ TEST_F(Program, ExportsWhatWasFelt) {
   ASSERT_EQ(palpa({"run", "scene.toml", "--hand", "sim:press", "--duration-s", "0.2", "--out", "trace"}).code, 0);
   const Ended made = palpa({"export", "trace/ticks.csv", "felt.csv"});
   EXPECT_EQ(made.code, 0) << made.err;
-  EXPECT_EQ(made.err, "");
-  EXPECT_THAT(made.out, testing::StartsWith("Wrote felt.csv: 200 ticks, "));
+  EXPECT_EQ(made.out, "");
+  EXPECT_THAT(made.err, testing::StartsWith("Wrote felt.csv: 200 ticks, "));
   EXPECT_THAT(read(folder / "felt.csv"), testing::StartsWith("tick,t_s,proxy_x_m,"));
   const Ended again = palpa({"export", "trace", "felt.csv"});
   EXPECT_EQ(again.code, 2);

@@ -90,7 +90,8 @@ TEST_F(Strangers, APipeIsNotWaitedFor) {
   expect_refused({"run", "scene.toml", "--hand", "sim:press", "--plugin", "pipe"}, "pipe: is no file");
   expect_refused({"info", "pipe"}, "pipe: is no ordinary file");
   write("raw.toml",
-        "palpa = 1\n[volume.a]\nfile = \"pipe\"\ntype = \"uint8\"\ndims = [4, 4, 4]\nspacing_m = [1, 1, 1]\n[[mode]]\nname = \"m\"\n"
+        "palpa = 1\n[volume.a]\nfile = \"pipe\"\ntype = \"uint8\"\ndims = [4, 4, 4]\nspacing_m = [1, 1, 1]\n[[mode]]\nname = "
+        "\"m\"\n"
         "type = \"viscosity\"\nfield = \"a\"\ndrag_ns_per_m = 1\n");
   expect_refused({"run", "raw.toml", "--hand", "sim:press"}, "is no ordinary file");
 }

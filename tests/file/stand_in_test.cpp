@@ -104,9 +104,7 @@ TEST_F(StandIn, ReadersThatMakeNoProgress) {
   expect_error("spin in the middle", "without reading on");
 }
 
-TEST_F(StandIn, ReadersThatStartTooManyThreads) {
-  expect_error("too many threads", "more than 2048 threads");
-}
+TEST_F(StandIn, ReadersThatStartTooManyThreads) { expect_error("too many threads", "more than 2048 threads"); }
 
 TEST_F(StandIn, ReadersThatTryWhatTheirCageForbids) { expect_error("forbidden", "what its cage forbids"); }
 

@@ -160,8 +160,7 @@ struct Exertable {
         const double depth_m = dot(directions[i], at_m[i] - x_m);
         if (depth_m < -tolerance_m) continue;
         const bool is_fixed = at_m.size() == 1 && (depth_m > tolerance_m || stiffness_n_per_m > 0.0);
-        const double press_n =
-            is_fixed ? pressed_n(std::max(0.0, depth_m)) : std::max(0.0, dot(directions[i], left_n));
+        const double press_n = is_fixed ? pressed_n(std::max(0.0, depth_m)) : std::max(0.0, dot(directions[i], left_n));
         sum_n += press_n * directions[i];
         left_n -= press_n * directions[i];
       }
@@ -188,8 +187,14 @@ void check_rests(const std::filesystem::path& trace, double tolerance_m, const s
       if (kind == "directed") continue;
       const std::string owner = std::string(primitives.text("mode")) + ',' + std::string(primitives.text("slot"));
       if (kind != "facet" || all.empty() || all.back().owner != owner) {
-        all.push_back({kind, owner, {}, {}, primitives.number("strength_n"), primitives.number("drag_ns_per_m") / dt_s,
-                       stiffness_of(primitives), {}});
+        all.push_back({kind,
+                       owner,
+                       {},
+                       {},
+                       primitives.number("strength_n"),
+                       primitives.number("drag_ns_per_m") / dt_s,
+                       stiffness_of(primitives),
+                       {}});
       }
       all.back().at_m.push_back(primitives.vector("position", "m"));
       all.back().directions.push_back(kind == "point" ? Vec3{} : primitives.vector("direction", ""));

@@ -128,8 +128,8 @@ class Conventions : public ReaderTest {
 
 template <class T>
 class Packed : public Conventions {};
-using Stored = ::testing::Types<std::int8_t, std::uint8_t, std::int16_t, std::uint16_t, std::int32_t, std::uint32_t, std::int64_t,
-                                std::uint64_t, float, double>;
+using Stored = ::testing::Types<std::int8_t, std::uint8_t, std::int16_t, std::uint16_t, std::int32_t, std::uint32_t,
+                                std::int64_t, std::uint64_t, float, double>;
 TYPED_TEST_SUITE(Packed, Stored);
 
 /// Numbers 10, 11 … of 8 × 2 × 2, packed: each voxel alone is asked for, as its neighbours may be none.
@@ -151,8 +151,7 @@ TYPED_TEST(Packed, ValuesAreWhatScaleAndOffsetMakeOfThem) {
     file.close();
     const Volume volume = this->read(file.path(), this->with_spacing());
     EXPECT_EQ(volume.fields[0].unit, "K");
-    for (int n = 0; n < 32; ++n)
-      EXPECT_DOUBLE_EQ(this->at(volume, n % 8, n / 8 % 2, n / 16), 273.0 - 0.25 * (10 + n)) << n;
+    for (int n = 0; n < 32; ++n) EXPECT_DOUBLE_EQ(this->at(volume, n % 8, n / 8 % 2, n / 16), 273.0 - 0.25 * (10 + n)) << n;
   }
 }
 
@@ -161,9 +160,8 @@ TYPED_TEST(Packed, NumbersThatStandForNoneAreNoData) {
     const char* name;
     std::vector<int> numbers;
     std::vector<int> gone;
-  } cases[] = {{"_FillValue", {12}, {12}},           {"missing_value", {11}, {11}},
-               {"missing_value", {11, 13}, {11, 13}}, {"valid_min", {12}, {10, 11}},
-               {"valid_max", {15}, {16, 17}},         {"valid_range", {12, 15}, {10, 11, 16, 17}}};
+  } cases[] = {{"_FillValue", {12}, {12}},    {"missing_value", {11}, {11}}, {"missing_value", {11, 13}, {11, 13}},
+               {"valid_min", {12}, {10, 11}}, {"valid_max", {15}, {16, 17}}, {"valid_range", {12, 15}, {10, 11, 16, 17}}};
   for (const auto& c : cases) {
     NewHdf5 file(this->path());
     file.array<TypeParam>("T", {2, 2, 8}, counted<TypeParam>());
@@ -331,8 +329,8 @@ TEST_F(Conventions, AxesInAnyOrderAreWhatTheirScalesSay) {
   for (const char* by : {"axis", "standard_name", "name"}) {
     NewHdf5 file(path());
     const bool by_name = std::string(by) == "name", by_axis = std::string(by) == "axis";
-    const std::vector<std::string> names = by_name ? std::vector<std::string>{"easting", "northing", "height"}
-                                                   : std::vector<std::string>{"p", "q", "r"};
+    const std::vector<std::string> names =
+        by_name ? std::vector<std::string>{"easting", "northing", "height"} : std::vector<std::string>{"p", "q", "r"};
     file.array<double>("T", {3, 4, 5}, numbers);
     file.scale<double>(names[0], x, "m", by_axis ? "X" : "");
     file.scale<double>(names[1], y, "m", by_axis ? "Y" : "");
@@ -437,7 +435,8 @@ TEST_F(Conventions, TimeIsNoAxisOfSpace) {
       if (moments == 1) continue;
       EXPECT_TRUE(warns_of(first, "3 frames"));
       request.frame = 2;
-      EXPECT_NEAR(read(file.path(), request).fields[0].field->scalar({1.5, 1.5, 0.5}).value, 2000 + Linear{}({1.5, 1.5, 0.5}), 1e-6);
+      EXPECT_NEAR(read(file.path(), request).fields[0].field->scalar({1.5, 1.5, 0.5}).value, 2000 + Linear{}({1.5, 1.5, 0.5}),
+                  1e-6);
       request.frame = VolumeRequest::all_frames;
       EXPECT_EQ(read(file.path(), request).frames, 3);
     }
@@ -455,7 +454,8 @@ TEST_F(Conventions, ATimeThatNothingSaysIsAskedForAndCanBeSaid) {
   VolumeRequest request = with_spacing();
   EXPECT_NE(error_of([&] { read(file.path(), request); }).find("axes = \"tzyx\""), std::string::npos);
   request.layout.axes = "tzyx", request.frame = 4;
-  EXPECT_NEAR(read(file.path(), request).fields[0].field->scalar({1.5, 0.5, 0.5}).value, 4000 + Linear{}({1.5, 0.5, 0.5}), 1e-6);
+  EXPECT_NEAR(read(file.path(), request).fields[0].field->scalar({1.5, 0.5, 0.5}).value, 4000 + Linear{}({1.5, 0.5, 0.5}),
+              1e-6);
 }
 
 TEST_F(Conventions, ThreeArraysOfOneShapeAreTheFieldsOfAVolume) {

@@ -47,9 +47,11 @@ std::string bent_grid() {
     return "<DataArray type=\"Float64\" Name=\"" + std::string(name) + "\" NumberOfComponents=\"" + std::to_string(components) +
            "\" format=\"ascii\">" + numbers + "</DataArray>";
   };
-  return "<VTKFile type=\"StructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\"><StructuredGrid WholeExtent=\"0 4 0 3 0 3\">"
+  return "<VTKFile type=\"StructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\"><StructuredGrid WholeExtent=\"0 4 0 3 0 "
+         "3\">"
          "<Piece Extent=\"0 4 0 3 0 3\"><Points>" +
-         array("points", 3, points) + "</Points><PointData>" + array("p", 1, values) + "</PointData></Piece></StructuredGrid></VTKFile>";
+         array("points", 3, points) + "</Points><PointData>" + array("p", 1, values) +
+         "</PointData></Piece></StructuredGrid></VTKFile>";
 }
 
 // The law: the table, like the JSON, says the range of the file, and what resampling loses is said.

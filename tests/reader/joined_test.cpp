@@ -127,8 +127,10 @@ TEST_F(Joined, ThreeArraysOfHdf5AreFeltAsOneVector) {
     parts[2] += bytes_of(inside * -3.0F * y), magnitude += bytes_of(100.0F * inside);
   }
   for (std::size_t c = 0; c < 3; ++c) {
-    write_array<float>(file, std::string("/") + "uvw"[c], {1, 16, 16, 24}, parts[c]);
-    write_array<float>(file, std::string("/mag_") + "uvw"[c], {1, 16, 16, 24}, magnitude);
+    write_array<float>(
+        file, std::string("/") + "uvw" [c], { 1, 16, 16, 24 }, parts[c]);
+    write_array<float>(
+        file, std::string("/mag_") + "uvw" [c], { 1, 16, 16, 24 }, magnitude);
   }
   H5Fclose(file);
   VolumeRequest request;

@@ -65,7 +65,8 @@ TEST_F(MetaImage, CompressedVoxelsNeedNotSayTheirSize) {
     folder_.write("b.zraw", packed);
     expect_linear(*read(folder_.write("b.mhd", header + "b.zraw\n")).fields[0].field, o.grid, millimetres);
     const std::string short_one = gzipped(raw.substr(0, raw.size() - 4));
-    EXPECT_NE(error_of([&] { read(folder_.write("c.mha", header + "LOCAL\n" + short_one)); }).find("shorter"), std::string::npos);
+    EXPECT_NE(error_of([&] { read(folder_.write("c.mha", header + "LOCAL\n" + short_one)); }).find("shorter"),
+              std::string::npos);
     error_of([&] { read(folder_.write("d.mha", header + "LOCAL\n" + packed.substr(0, packed.size() / 2))); });
   }
 }

@@ -93,7 +93,8 @@ TEST_F(Nifti, AnOffsetIntoTheHeaderIsRefusedOrTheHeadersEndIsTaken) {
     const Volume zero = read(nifti(0.0F, header));
     EXPECT_TRUE(warns_of(zero, "from byte 352 on"));
     expect_linear(*zero.fields[0].field, grid, ras_mm);
-    for (const float offset : {std::nanf(""), INFINITY, -INFINITY, -1.0F, -352.0F, 1.0F, 16.0F, 347.0F, 349.0F, 351.0F, 352.5F, 1e30F}) {
+    for (const float offset :
+         {std::nanf(""), INFINITY, -INFINITY, -1.0F, -352.0F, 1.0F, 16.0F, 347.0F, 349.0F, 351.0F, 352.5F, 1e30F}) {
       const std::string error = error_of([&] { read(nifti(offset, header)); });
       EXPECT_NE(error.find("vox_offset"), std::string::npos) << offset << ": " << error;
     }

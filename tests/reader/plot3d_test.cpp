@@ -121,8 +121,9 @@ TEST_F(Plot3d, TextOfOneOrSeveralBlocksIsReadAsBinaryFilesAre) {
   write("c.xyz", "c.q", false, true, false, "");
   folder_.write("c.q", "6 5 4\n0.5 0 1e6 0\n");
   EXPECT_NE(error_of([&] { read(folder_.path() / "c.xyz"); }).find("write both in one way"), std::string::npos);
-  for (const char* bad : {"6 5 4\n1 2 3\n", "6 5 4\n1.0 2.0 spam\n", "0 0 0\n1 2 3 4 5 6 7 8 9\n", "1000000000 1000000000 1000000000\n 1 2 3\n",
-                          "6 5 4\n1000000000*1.0\n", "2 2 2 1e400 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1\n"}) {
+  for (const char* bad :
+       {"6 5 4\n1 2 3\n", "6 5 4\n1.0 2.0 spam\n", "0 0 0\n1 2 3 4 5 6 7 8 9\n", "1000000000 1000000000 1000000000\n 1 2 3\n",
+        "6 5 4\n1000000000*1.0\n", "2 2 2 1e400 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1 1\n"}) {
     folder_.write("b.xyz", bad), folder_.write("b.q", "6 5 4\n");
     const std::string error = error_of([&] { read(folder_.path() / "b.xyz"); });
     EXPECT_EQ(error.find("palpa-read"), std::string::npos) << bad << ": " << error;
@@ -137,7 +138,8 @@ TEST_F(Plot3d, ASolutionOfDensityOneHasNoMachNumber) {
     }
     for (int n = 0; n < 4; ++n) q += bytes_of(0.0F);
     for (int c = 0; c < 3; ++c) {
-      for (int n = 0; n < 120; ++n) xyz += bytes_of(static_cast<float>(c == 0 ? 0.1 * (n % 6) + 0.02 * (n / 6 % 5) : c == 1 ? n / 6 % 5 : n / 30));
+      for (int n = 0; n < 120; ++n)
+        xyz += bytes_of(static_cast<float>(c == 0 ? 0.1 * (n % 6) + 0.02 * (n / 6 % 5) : c == 1 ? n / 6 % 5 : n / 30));
     }
     for (int c = 0; c < 5; ++c) {
       for (int n = 0; n < 120; ++n) q += bytes_of(c == 0 ? density : c == 4 ? 2.0F + 0.01F * static_cast<float>(n) : 0.3F);

@@ -44,7 +44,8 @@ SetToDamage hdf5_array() {
           request};
 }
 
-/// An array of netCDF-4 with all that attributes say of it: a dimension scale for each index, packing, numbers that are no data.
+/// An array of netCDF-4 with all that attributes say of it: a dimension scale for each index, packing, numbers that are no
+/// data.
 SetToDamage hdf5_conventions() {
   return {"conventions.nc", [](const TemporaryFolder& folder) {
             const fs::path path = folder.path() / "conventions.nc";
@@ -196,7 +197,8 @@ SetToDamage plot3d_text() {
           [](const TemporaryFolder& folder) {
             std::string xyz = "4 3 3\n", q = "4 3 3\n0.5 0 1D6 0\n36*1.5\n";
             for (int c = 0; c < 3; ++c) {
-              for (int n = 0; n < 36; ++n) xyz += std::to_string(c == 0 ? n % 4 + 0.1 * (n / 4) : c == 1 ? n / 4 % 3 : n / 12) + "\n";
+              for (int n = 0; n < 36; ++n)
+                xyz += std::to_string(c == 0 ? n % 4 + 0.1 * (n / 4) : c == 1 ? n / 4 % 3 : n / 12) + "\n";
             }
             for (int n = 0; n < 4 * 36; ++n) q += std::to_string(0.01 * n) + (n % 6 == 5 ? "\n" : " ");
             folder.write("text.q", q);

@@ -60,13 +60,14 @@ TEST_F(Vtk, AppendedNumbersDoNotBeginInTheHeader) {
   const std::string voxels = linear_voxels<double>(grid, metres);
   const auto file = [&](const std::string& offset, bool with_data) {
     return folder_.write(
-        "a.vti", vti("Origin=\"1 2 3\" Spacing=\"0.5 0.25 2\"", "0 5 0 4 0 3",
-                     "<Piece Extent=\"0 5 0 4 0 3\"><PointData><DataArray type=\"Float64\" Name=\"a\" format=\"appended\" offset=\"" +
-                         offset + "\"/></PointData></Piece>") +
-                     (with_data ? "<AppendedData encoding=\"raw\">_" + bytes_of(static_cast<std::uint64_t>(voxels.size())) + voxels +
-                                      "</AppendedData>"
-                                : "") +
-                     "</VTKFile>");
+        "a.vti",
+        vti("Origin=\"1 2 3\" Spacing=\"0.5 0.25 2\"", "0 5 0 4 0 3",
+            "<Piece Extent=\"0 5 0 4 0 3\"><PointData><DataArray type=\"Float64\" Name=\"a\" format=\"appended\" offset=\"" +
+                offset + "\"/></PointData></Piece>") +
+            (with_data ? "<AppendedData encoding=\"raw\">_" + bytes_of(static_cast<std::uint64_t>(voxels.size())) + voxels +
+                             "</AppendedData>"
+                       : "") +
+            "</VTKFile>");
   };
   expect_linear(*read(file("0", true)).fields[0].field, grid, metres);
   for (const char* offset : {"-8", "-300", "-1000000"}) {

@@ -33,7 +33,8 @@ std::string legacy(const std::string& title, const std::string& numbers, const s
 
 std::string vti(const std::string& before, const std::string& tag, const std::string& array) {
   return before + tag +
-         "<ImageData WholeExtent=\"0 5 0 4 0 3\" Origin=\"1 2 3\" Spacing=\"0.5 0.25 2\"><Piece Extent=\"0 5 0 4 0 3\"><PointData>" +
+         "<ImageData WholeExtent=\"0 5 0 4 0 3\" Origin=\"1 2 3\" Spacing=\"0.5 0.25 2\"><Piece Extent=\"0 5 0 4 0 "
+         "3\"><PointData>" +
          array + "</PointData></Piece></ImageData></VTKFile>";
 }
 const char* const plain_tag = "<VTKFile type=\"ImageData\" version=\"1.0\" byte_order=\"LittleEndian\">";
@@ -134,8 +135,9 @@ TEST_F(Wrapped, WhatStandsBeforeTheFirstElementIsPassedOver) {
       expect_linear(*read(folder_.write(name, vti(before, plain_tag, plain_array()))).fields[0].field, grid, metres);
     }
   }
-  const char* const other_tags[] = {"<VTKFile\n  version='1.0'\n  type = 'ImageData'\n  byte_order='LittleEndian'>",
-                                    "<VTKFile byte_order=\"LittleEndian\" type=\"ImageData\" compressor=\"a > b\" version=\"0.1\" >"};
+  const char* const other_tags[] = {
+      "<VTKFile\n  version='1.0'\n  type = 'ImageData'\n  byte_order='LittleEndian'>",
+      "<VTKFile byte_order=\"LittleEndian\" type=\"ImageData\" compressor=\"a > b\" version=\"0.1\" >"};
   expect_linear(*read(folder_.write("a.vti", vti("\xef\xbb\xbf" + declaration, other_tags[0], plain_array()))).fields[0].field,
                 grid, metres);
   EXPECT_NE(refused("a.xml", declaration + "<Xdmf Version=\"2.0\"></Xdmf>").find("XDMF"), std::string::npos);
@@ -143,7 +145,8 @@ TEST_F(Wrapped, WhatStandsBeforeTheFirstElementIsPassedOver) {
 }
 
 TEST_F(Wrapped, TitlesOfLegacyFilesMayBeAnything) {
-  for (const char* title : {"made", "", "Dataset 3 of patient", "DATASET STRUCTURED_GRID", "dataset", "ASCII", "BINARY", "nan inf"}) {
+  for (const char* title :
+       {"made", "", "Dataset 3 of patient", "DATASET STRUCTURED_GRID", "dataset", "ASCII", "BINARY", "nan inf"}) {
     for (const char* end : {"\n", "\r\n"}) {
       SCOPED_TRACE(title);
       expect_linear(*read(folder_.write("a.vtk", legacy(title, as_text(numbers_of()), end))).fields[0].field, grid, metres);
@@ -153,7 +156,8 @@ TEST_F(Wrapped, TitlesOfLegacyFilesMayBeAnything) {
 
 TEST_F(Wrapped, NumbersThatAreNotFiniteAreNoDataInText) {
   const Linear linear;
-  for (const char* word : {"nan", "NaN", "-nan", "NAN", "inf", "-inf", "Infinity", "+INF", "nan(0x1)", "-nan(ind)", "1.#QNAN", "-1.#IND", "1.#INF"}) {
+  for (const char* word : {"nan", "NaN", "-nan", "NAN", "inf", "-inf", "Infinity", "+INF", "nan(0x1)", "-nan(ind)", "1.#QNAN",
+                           "-1.#IND", "1.#INF"}) {
     for (const char* type : {"double", "float"}) {
       std::string numbers = as_text(numbers_of());
       const std::size_t second = numbers.find(' ') + 1, third = numbers.find(' ', second);

@@ -36,9 +36,7 @@ Volume sampled(const Values& value_at, Filter filter) {
       }
     }
   }
-  const GridGeometry geometry{{n, n, n},
-                              {{{voxel_m, 0, 0}, {0, voxel_m, 0}, {0, 0, voxel_m}}},
-                              {-half_m, -half_m, -half_m}};
+  const GridGeometry geometry{{n, n, n}, {{{voxel_m, 0, 0}, {0, voxel_m, 0}, {0, 0, voxel_m}}}, {-half_m, -half_m, -half_m}};
   const Voxels voxels{VoxelType::float32, 1, {values, values->data()}};
   Volume volume;
   volume.fields.push_back(
@@ -136,7 +134,8 @@ Tick press_plane(Session& session, const Vec3& at_m, double force_n, int& breaks
 
 Scene plane_with(double strength_n, Filter filter) {
   Scene scene = scene_of([](const Vec3& x_m) { return -x_m.z / voxel_m; }, filter);
-  scene.add("surface", SurfaceAndFriction{.field = {"ct"}, .levels = {{.name = "wall", .value = 0.0, .strength_n = strength_n}}});
+  scene.add("surface",
+            SurfaceAndFriction{.field = {"ct"}, .levels = {{.name = "wall", .value = 0.0, .strength_n = strength_n}}});
   return scene;
 }
 

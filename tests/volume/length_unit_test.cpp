@@ -54,7 +54,8 @@ TEST(LengthUnit, SymbolsOfEveryAlphabetAndOtherSystems) {
 TEST(LengthUnit, AFactorBeforeTheUnitMultipliesIt) {
   for (const char* text : {"1e-3 m", "0.001 m", "1E-3 metres", "10^-3 m", "0.1cm", "1e-3*m", "1000 um", "10**-3 m"})
     EXPECT_NEAR(metres(text), 1e-3, 1e-18) << text;
-  for (const char* text : {"0 m", "-1 mm", "nan mm", "inf m", "- m", "1e999 m", "1e-400 m"}) EXPECT_EQ(metres(text), 0.0) << text;
+  for (const char* text : {"0 m", "-1 mm", "nan mm", "inf m", "- m", "1e999 m", "1e-400 m"})
+    EXPECT_EQ(metres(text), 0.0) << text;
 }
 
 TEST(LengthUnit, NoOtherWordIsALength) {

@@ -337,7 +337,8 @@ Drawing two_constraints(const char* title, double angle_deg) {
   const double error_mm = 1e3 * distance(earlier_m, probe_m);
   if (error_mm > 1e-6) {
     drawing.path({mm(earlier_m), mm(probe_m)}, CurveColor::black, Stroke::dashed);
-    drawing.text({1e3 * earlier_m.x + 1.0, 1e3 * earlier_m.y + 0.8}, text("2003: off by %.1f mm", error_mm), -1, CurveColor::purple);
+    drawing.text({1e3 * earlier_m.x + 1.0, 1e3 * earlier_m.y + 0.8}, text("2003: off by %.1f mm", error_mm), -1,
+                 CurveColor::purple);
   }
   drawing.text({1e3 * probe_m.x + 1.4, 1e3 * probe_m.y}, "probe, exact proxy", -1, CurveColor::blue);
   drawing.dot(mm(earlier_m), CurveColor::purple, 3.5f);

@@ -366,8 +366,10 @@ Figure groove_figure() {
   for (const std::size_t tick : {ours.still_from, ours.slides_from}) {
     const double t = tick_s * static_cast<double>(tick);
     for (Plot* plot : {&up, &across})
-      plot->series.push_back(
-          {.xs = {t, t}, .ys = {plot->y_range->first, plot->y_range->second}, .color = CurveColor::grey, .stroke = Stroke::dotted});
+      plot->series.push_back({.xs = {t, t},
+                              .ys = {plot->y_range->first, plot->y_range->second},
+                              .color = CurveColor::grey,
+                              .stroke = Stroke::dotted});
   }
   for (const auto& [groove, color] : {std::pair{&theirs, CurveColor::vermilion}, std::pair{&ours, CurveColor::blue}}) {
     Series y{.color = color}, x{.name = groove == &ours ? "ours" : "one step a tick", .color = color};
@@ -408,7 +410,8 @@ Figure wall_figure() {
               .x_log = true};
   for (const double face_mm : {0.0, 1e3 * wall_m})
     stroke.series.push_back({.xs = {-6.0, 10.0}, .ys = {face_mm, face_mm}, .color = CurveColor::grey});
-  for (const auto& [walked, color] : {std::pair{Walked::one_step, CurveColor::vermilion}, std::pair{Walked::path, CurveColor::blue}}) {
+  for (const auto& [walked, color] :
+       {std::pair{Walked::one_step, CurveColor::vermilion}, std::pair{Walked::path, CurveColor::blue}}) {
     Series points{.color = color, .points_only = true};
     const ThroughWall found = stroke_through_wall(walked, speed, 0.7e-3);
     for (std::size_t i = 0; i < found.probe_m.size(); ++i) {
@@ -441,7 +444,7 @@ Figure wall_figure() {
 
 Plot order_plot(std::string title, const std::vector<Convergence>& modes) {
   constexpr CurveColor colors[] = {CurveColor::blue,   CurveColor::vermilion, CurveColor::green, CurveColor::orange,
-                              CurveColor::purple, CurveColor::sky,       CurveColor::black};
+                                   CurveColor::purple, CurveColor::sky,       CurveColor::black};
   Plot plot{.title = std::move(title),
             .x_label = "step of the hand / \u00b5m",
             .y_label = "change when the step is halved / \u00b5m",

@@ -163,8 +163,9 @@ Figure energy_figure() {
     CurveColor color;
   };
   std::vector<Series> rests, crossings;
-  for (const Case& c :
-       {Case{1.5, "p = 1.5 mm", CurveColor::green}, {-1.5, "p = -1.5 mm", CurveColor::blue}, {-4.0, "p = -4 mm", CurveColor::purple}}) {
+  for (const Case& c : {Case{1.5, "p = 1.5 mm", CurveColor::green},
+                        {-1.5, "p = -1.5 mm", CurveColor::blue},
+                        {-4.0, "p = -4 mm", CurveColor::purple}}) {
     const Vec3 probe_m{1e-3 * c.probe_mm, 0, 0};
     Series energy{.name = c.name, .color = c.color};
     for (int i = -600; i <= 400; i += 5) {
@@ -371,8 +372,11 @@ Figure sweeps_figure() {
            .x_range = std::pair{0.0, 60.0},
            .y_range = std::pair{1e-7, 10.0},
            .y_log = true};
-  const std::pair<double, CurveColor> angles[] = {
-      {10, CurveColor::vermilion}, {20, CurveColor::orange}, {40, CurveColor::green}, {60, CurveColor::sky}, {80, CurveColor::blue}};
+  const std::pair<double, CurveColor> angles[] = {{10, CurveColor::vermilion},
+                                                  {20, CurveColor::orange},
+                                                  {40, CurveColor::green},
+                                                  {60, CurveColor::sky},
+                                                  {80, CurveColor::blue}};
   for (const auto& [angle_deg, color] : angles) {
     Series series{.name = text("%.0f degrees", angle_deg), .color = color};
     for (const double distance_m : sweeps_into_edge(angle_deg, 60)) {
@@ -420,7 +424,8 @@ Figure sweeps_figure() {
 }
 
 /// The work on a hand that goes in circles, tick by tick [mJ], against the time [s].
-Series work_on_circling_hand(std::string name, CurveColor color, const std::function<std::vector<Primitive>(const Vec3&)>& placed) {
+Series work_on_circling_hand(std::string name, CurveColor color,
+                             const std::function<std::vector<Primitive>(const Vec3&)>& placed) {
   constexpr double k = 500.0, radius_m = 0.005, turns_per_s = 5.0;
   constexpr int ticks = 1000;
   PrimitiveSet set;
@@ -457,9 +462,10 @@ Figure passivity_figure() {
     }
     return series;
   };
-  ratios.series = {ratio("elsewhere", CurveColor::orange, true),
-                   ratio("through the proxy", CurveColor::blue, false),
-                   {.name = "theorem B", .xs = {1e-2, 1e4}, .ys = {1, 1}, .color = CurveColor::black, .stroke = Stroke::dashed}};
+  ratios.series = {
+      ratio("elsewhere", CurveColor::orange, true),
+      ratio("through the proxy", CurveColor::blue, false),
+      {.name = "theorem B", .xs = {1e-2, 1e4}, .ys = {1, 1}, .color = CurveColor::black, .stroke = Stroke::dashed}};
 
   Plot turns{.title = "A hand that goes in circles",
              .x_label = "time / s",
