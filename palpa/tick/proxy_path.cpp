@@ -97,7 +97,14 @@ bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) no
   for (int moves = 0; is_there && next_segment(segment); ++moves) {
     const auto steps = static_cast<int>(record_.sub_steps().size());
     is_there = steps < Session::max_sub_steps * refined_ && moves < max_moves * refined_ && work_left_ > 0;
-    is_there ? sub_step(segment) : record_.cut();
+    if (is_there) {
+      sub_step(segment);
+    } else if (may_give_up()) {
+      is_there = true;
+      give_up();
+    } else {
+      record_.cut();
+    }
   }
   is_there = is_there && work_left_ > 0;  // else the last move was cut short
   ledger.book(record_.sub_steps(), record_.placed());
@@ -215,11 +222,11 @@ void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double fo
   c.proxy = move.end_from(start);
   const Vec3 before_m = std::exchange(c.move_m, c.proxy - start);
   // Where directions turn faster than the spring can follow, or a level bends more than it is long, the proxy turns back: each
-  // turn halves the longest move. After eight (max_sub_steps / 4) the probe position is given up: no lag lasts for ever.
+  // turn halves the longest move. After eight (max_sub_steps / 4) the probe position may be given up: no lag lasts for ever.
   const double settling_m2 = model_.has_directions() ? 0.0 : 0.25 * norm_squared(before_m);
   const bool turns_back = !segment.fresh && dot(c.move_m, before_m) < 0.0 && norm_squared(c.move_m) > settling_m2;
   expect_sequel(before_m, segment.fresh);
-  c.reach_m = turns_back ? std::min(c.reach_m, 0.5 * norm(before_m)) : 1.25 * c.reach_m;
+  c.reach_m = turns_back ? std::min(c.reach_m, 0.5 * norm(before_m)) : may_give_up() ? c.reach_m : 1.25 * c.reach_m;
   const bool has_no_end = move.stop == Stop::release && segment.time_s <= hair * c.whole_s;  // round a vortex: its time is over
   c.turns = segment.fresh ? 0 : c.turns + (turns_back || has_no_end);
   if (segment.fresh) c.segment_start_m = start, c.probe_way_m = segment.to_m - segment.from_m;
@@ -234,9 +241,21 @@ void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double fo
   c.left_s = c.left == Left::rest ? segment.time_s : std::max(hair * c.whole_s, (1.0 - move.fraction) * segment.time_s);
 }
 
+// Whether the proxy has turned back so often that the probe position may be left without a balance.
+bool ProxyPath::may_give_up() const noexcept { return 4 * state_.turns >= Session::max_sub_steps * refined_; }
+
+// Leaves the probe position where the proxy is.
+void ProxyPath::give_up() noexcept {
+  state_.left = Left::nothing;
+  state_.turns = 0;
+  state_.followed_m = queue_.walked_m();
+  state_.followed_s = state_.view_s;
+}
+
 ProxyPath::Left ProxyPath::left_by(const Move& move, bool settled) const noexcept {
   const PathState& c = state_;
-  if (4 * c.turns >= Session::max_sub_steps * refined_) return Left::nothing;  // it gives up
+  // The last position of a tick is given up later, nearer to a balance, as the tick has moves left.
+  if (may_give_up() && (!queue_.empty() || 2 * c.turns >= Session::max_sub_steps * refined_)) return Left::nothing;
   const bool is_whole = move.stop == Stop::full || (move.bound_met && move.stop == Stop::event && move.fraction == 1.0);
   if (is_whole) return !model_.set().empty() && !settled ? Left::rest : Left::nothing;
   const bool crosses = move.stop == Stop::event && !event_.crossings.empty();  // else an event on the spot changes nothing

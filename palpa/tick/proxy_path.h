@@ -118,6 +118,8 @@ class ProxyPath {
   void place(const StepContext& context, const Vec3& end_m, double whole_m) noexcept;
   bool end_is_free(const ProbeSegment& segment, const StepContext& context, bool flies, Move& move) noexcept;
   void advance(const ProbeSegment& segment, const Move& move, double follows_s, bool settled) noexcept;
+  bool may_give_up() const noexcept;
+  void give_up() noexcept;
   Left left_by(const Move& move, bool settled) const noexcept;
   void expect_sequel(const Vec3& before_m, bool fresh) noexcept;
   Vec3 expected_m(const ProbeSegment& segment) const noexcept;
