@@ -133,6 +133,15 @@ const char* broken_by_tick(const Moment& moment, const TickFrame& frame, double 
   return nullptr;
 }
 
+/// A proxy that a probe leaves behind without moving is held by strengths: what no strength bears is at most a hundredth of the
+/// force. Hostile data may have no balance; then the proxy turns back and forth, and stands nowhere.
+const char* broken_by_standing(const Tick& before, const Tick& t) {
+  constexpr double still_m = 1e-12, led_m = 1e-6;
+  if (t.status != TickStatus::resting || before.status != TickStatus::resting) return nullptr;
+  const bool stands = distance(before.proxy_m, t.proxy_m) <= still_m && norm(t.probe_step_m) > led_m;
+  return stands && t.unborne_n > 0.01 * norm(t.force_n) + 1e-3 ? "a proxy that stands is held by strengths" : nullptr;
+}
+
 /// A balance of the exact law against the formula of docs/trace.md; empty, or what is wrong.
 std::string broken_by_balance(const SubStep& step, std::span<const PlacedPrimitive> placed) {
   if (step.balance.status != BalanceStatus::exact && step.balance.status != BalanceStatus::capped) return {};
@@ -242,6 +251,7 @@ Tried felt(Choices& choices, const fs::path& folder) {
   Tried result{.slowest_s = 0.0};
   std::int64_t work = 0;
   std::uint64_t hash = 0;
+  Tick before{.status = TickStatus::bad_input};
   // The thread's own clock takes as long as a tick, but for one that sanitizers look at.
   constexpr clockid_t clock = is_sanitized ? CLOCK_THREAD_CPUTIME_ID : CLOCK_MONOTONIC;
   double begin_s = now_s(clock);
@@ -256,8 +266,12 @@ Tried felt(Choices& choices, const fs::path& folder) {
     result.tries = static_cast<std::int64_t>(n) + 1;
     const char* broken =
         test::allocations != allocations ? "a tick allocates nothing" : broken_by_tick(moments[n], frame, first->max_force_n());
+    const char* standing = earlier_law ? nullptr : broken_by_standing(before, frame.result);
+    before = frame.result;
     if (broken) {
       result.broken = broken;
+    } else if (standing) {
+      result.broken = standing;
     } else if (n % balance_in == 0 && !earlier_law) {
       result.broken = broken_by_balances(first->session());
       begin_s = now_s(clock);
