@@ -649,9 +649,10 @@ std::string text_of(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// Loads with an empty file in place of each that the scene names.
-void expect_loads(const std::string& text, const std::string& what) {
+/// Loads with an empty file in place of each that the scene names. Its fields are formulas, which have no filter.
+void expect_loads(std::string text, const std::string& what) {
   const Folder data;
+  if (const std::size_t at = text.find("\nfilter = "); at != std::string::npos) text.insert(at + 1, "# ");
   const std::string key = "\nfile = \"";
   for (std::size_t at = text.find(key); at != std::string::npos; at = text.find(key, at + 1)) {
     const std::size_t begin = at + key.size();
