@@ -82,8 +82,8 @@ std::span<const Primitive> whole_of(std::span<const Primitive> primitives, std::
 
 /// The level of a field that a plane stands on. `field` is the session's number of the field.
 struct Captured {
-  std::int32_t field = -1;  ///< -1: the plane stands on no level
-  double value = 0.0;       ///< in the field's own unit
+  std::int32_t field = -1;    ///< -1: the plane stands on no level
+  double value = 0.0;         ///< in the field's own unit
   double pressed_to = value;  ///< in the field's own unit: where the plane stands, deeper than `value` once it yielded
   bool any() const noexcept { return field >= 0; }
   /// Whether both are one level, wherever it has been pressed to.
