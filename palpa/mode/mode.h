@@ -160,6 +160,11 @@ class Mode {
     const auto* model = dynamic_cast<const Model<M>*>(model_.get());
     return model ? &model->mode : nullptr;
   }
+  template <class M>
+  M* as() noexcept {
+    auto* model = dynamic_cast<Model<M>*>(model_.get());
+    return model ? &model->mode : nullptr;
+  }
 
  private:
   struct Concept {
@@ -175,8 +180,29 @@ class Mode {
     virtual void on_step_accepted(const StepResult& result, std::byte* memory) const noexcept = 0;
   };
 
+  /// Whether it has a `place` as a mode has it. An exception within a tick would end the program: so it is noexcept.
+  template <class M>
+  static consteval bool places(const M* mode, const ModeContext* here, const PrimitiveSink* out) {
+    if constexpr (HasMemory<M>) {
+      return requires(const typename M::Memory& memory) { requires noexcept(mode->place(*here, memory, *out)); };
+    } else {
+      return requires { requires noexcept(mode->place(*here, *out)); };
+    }
+  }
+  template <class M>
+  static consteval bool is_listed(M* mode, ParameterVisitor* visitor) {
+    return requires { M::parameters(); }
+    || requires { visit_part(*mode, *visitor); };
+  }
+
   template <class M>
   struct Model final : Concept {
+    static_assert(is_listed<M>(nullptr, nullptr),
+                  "a mode has `static constexpr auto parameters()`, the list of its keys; without any it returns std::tuple{}");
+    static_assert(places<M>(nullptr, nullptr, nullptr),
+                  "a mode has `void place(const ModeContext&, PrimitiveSink) const noexcept`, with `const Memory&` between the "
+                  "two where it declares a struct Memory");
+
     explicit Model(M m) : mode(std::move(m)) {}
     std::unique_ptr<Concept> copy() const override { return std::make_unique<Model>(mode); }
     std::string_view type() const override { return M::type; }

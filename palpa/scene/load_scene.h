@@ -27,7 +27,7 @@ struct LoadedScene {
   std::vector<std::string> warnings;  ///< `PLACE: …` each
 };
 
-/// Reads a scene file (formats.md §1). Throws SceneError with file, line and column.
+/// Reads a scene file (docs/scene.md). Throws SceneError with file, line and column.
 LoadedScene load_scene(const std::filesystem::path& path, const ReadVolume& read_volume, const ModeCatalog& modes,
                        const SceneOptions& options = {});
 /// The same from text; `name` stands for the path in messages, `folder` for the scene's own folder.

@@ -84,7 +84,7 @@ class Session {
  public:
   /// \param encoder_step_m  [m] position step of the device, 0 if none (see Damper)
   explicit Session(const Scene& scene, double encoder_step_m = 0.0);
-  /// On another path than that of the exact law, such as that of the law that the scene names (internal: baseline/path.h).
+  /// On another path than that of the exact law, such as that of the law that the scene names: internal to the library.
   Session(const Scene& scene, PathMaker path, double encoder_step_m = 0.0);
   ~Session();
   Session(Session&&) noexcept;
