@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "palpa/disk/new_file.h"
+#include "palpa/base/new_file.h"
 #include "palpa/study/check.h"
 
 namespace palpa::app {

@@ -10,8 +10,8 @@
 #include "app/command_lines.h"
 #include "app/reference.h"
 #include "app/terminal.h"
+#include "palpa/base/wording.h"
 #include "palpa/file/reader_process.h"
-#include "palpa/toml/wording.h"
 #include "palpa/version.h"
 
 namespace palpa::app {

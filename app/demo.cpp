@@ -6,8 +6,8 @@
 #include "app/commands.h"
 #include "app/pictures.h"
 #include "app/terminal.h"
-#include "palpa/core/printed.h"
-#include "palpa/installed/scenes_folder.h"
+#include "palpa/base/printed.h"
+#include "palpa/base/scenes_folder.h"
 
 namespace palpa::app {
 namespace {

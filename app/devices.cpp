@@ -7,8 +7,8 @@
 
 #include "app/commands.h"
 #include "app/terminal.h"
-#include "palpa/core/load_error.h"
-#include "palpa/core/printed.h"
+#include "palpa/base/load_error.h"
+#include "palpa/base/printed.h"
 #include "palpa/device/open_device.h"
 #include "palpa/study/bring_up.h"
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "app/commands.h"
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 
 namespace palpa::app {
 

@@ -1,8 +1,8 @@
 #include "app/commands.h"
 #include "app/output_names.h"
 #include "app/terminal.h"
-#include "palpa/core/printed.h"
-#include "palpa/export/export_trace.h"
+#include "palpa/base/printed.h"
+#include "palpa/trace/export_trace.h"
 
 namespace palpa::app {
 

@@ -8,8 +8,8 @@
 #include "app/info_text.h"
 #include "app/pictures.h"
 #include "app/terminal.h"
-#include "palpa/first/first_scene.h"
-#include "palpa/volume/read_series.h"
+#include "palpa/data/read_series.h"
+#include "palpa/scene/first_scene.h"
 
 namespace palpa::app {
 namespace {

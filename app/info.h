@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "app/info_place.h"
-#include "palpa/core/vec3.h"
-#include "palpa/disk/new_file.h"
+#include "palpa/base/new_file.h"
 #include "palpa/file/read_volume.h"
+#include "palpa/solver/vec3.h"
 
 namespace palpa::app {
 

@@ -9,11 +9,11 @@
 
 #include "app/info_kind.h"
 #include "app/info_numbers.h"
+#include "palpa/data/body_hint.h"
+#include "palpa/data/read_series.h"
+#include "palpa/data/volume.h"
 #include "palpa/file/components.h"
 #include "palpa/file/directions.h"
-#include "palpa/survey/body_hint.h"
-#include "palpa/volume/read_series.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa::app {
 namespace {

@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "palpa/data/frame_shift.h"
+#include "palpa/data/grid.h"
+#include "palpa/data/labels.h"
+#include "palpa/data/statistics.h"
+#include "palpa/data/volume.h"
 #include "palpa/file/read_volume.h"
-#include "palpa/grid/grid.h"
-#include "palpa/survey/labels.h"
-#include "palpa/survey/statistics.h"
-#include "palpa/time/frame_shift.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa::app {
 

@@ -2,8 +2,8 @@
 #include <utility>
 
 #include "app/info_text.h"
-#include "palpa/survey/thin_parts.h"
-#include "palpa/volume/volume.h"
+#include "palpa/data/thin_parts.h"
+#include "palpa/data/volume.h"
 
 namespace palpa::app {
 namespace {

@@ -8,9 +8,9 @@
 #include <filesystem>
 #include <initializer_list>
 
+#include "palpa/data/ct.h"
+#include "palpa/data/volume.h"
 #include "palpa/file/components.h"
-#include "palpa/survey/ct.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa::app {
 namespace {

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "app/info_facts.h"
-#include "palpa/survey/labels.h"
-#include "palpa/volume/volume.h"
+#include "palpa/data/labels.h"
+#include "palpa/data/volume.h"
 
 namespace palpa::app {
 

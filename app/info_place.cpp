@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "app/info_numbers.h"
-#include "palpa/volume/length_unit.h"
+#include "palpa/data/length_unit.h"
 
 namespace palpa::app {
 namespace {

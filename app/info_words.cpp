@@ -7,10 +7,10 @@
 #include "app/info_numbers.h"
 #include "app/info_text.h"
 #include "app/terminal.h"
+#include "palpa/data/filter.h"
+#include "palpa/data/thin_parts.h"
+#include "palpa/data/volume.h"
 #include "palpa/file/protocol.h"
-#include "palpa/grid/filter.h"
-#include "palpa/survey/thin_parts.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa::app {
 namespace {

@@ -6,7 +6,7 @@
 #include "app/commands.h"
 #include "app/info.h"
 #include "app/options.h"
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 
 namespace palpa::app {
 

@@ -7,8 +7,8 @@
 #include "app/hand_words.h"
 #include "app/options.h"
 #include "app/terminal.h"
-#include "palpa/core/load_error.h"
-#include "palpa/toml/wording.h"
+#include "palpa/base/load_error.h"
+#include "palpa/base/wording.h"
 
 namespace palpa::app {
 

@@ -5,7 +5,7 @@
 #include "app/command_lines.h"
 #include "app/commands.h"
 #include "app/options.h"
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 
 namespace palpa::app {
 

@@ -7,9 +7,9 @@
 #include <string>
 
 #include "app/terminal.h"
-#include "palpa/core/load_error.h"
-#include "palpa/core/printed.h"
-#include "palpa/core/shown.h"
+#include "palpa/base/load_error.h"
+#include "palpa/base/printed.h"
+#include "palpa/base/shown.h"
 #include "palpa/trace/trace.h"
 
 namespace palpa::app {

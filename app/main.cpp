@@ -9,7 +9,7 @@
 
 #include "app/command_line.h"
 #include "app/terminal.h"
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 #include "palpa/loop/loop.h"
 
 namespace {

@@ -6,7 +6,7 @@
 #include "app/output_names.h"
 #include "app/pictures.h"
 #include "app/terminal.h"
-#include "palpa/core/printed.h"
+#include "palpa/base/printed.h"
 #include "palpa/mode/plugin.h"
 #include "palpa/study/map_file.h"
 

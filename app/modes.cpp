@@ -3,10 +3,10 @@
 
 #include "app/commands.h"
 #include "app/terminal.h"
-#include "palpa/core/printed.h"
+#include "palpa/base/printed.h"
+#include "palpa/base/wording.h"
 #include "palpa/mode/plugin.h"
 #include "palpa/scene/load_scene.h"
-#include "palpa/toml/wording.h"
 
 namespace palpa::app {
 namespace {

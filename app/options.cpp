@@ -1,6 +1,6 @@
 #include "app/options.h"
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 #include "palpa/scene/load_scene.h"
 
 namespace palpa::app {

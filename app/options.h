@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "palpa/disk/new_file.h"
+#include "palpa/base/new_file.h"
 #include "palpa/file/read_volume.h"
 
 namespace palpa::app {

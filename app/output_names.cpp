@@ -2,7 +2,7 @@
 
 #include <system_error>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 #include "palpa/file/protocol.h"
 
 namespace palpa::app {

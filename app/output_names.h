@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-#include "palpa/disk/new_file.h"
+#include "palpa/base/new_file.h"
 
 namespace palpa::app {
 

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <string_view>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 #include "palpa/version.h"
 
 namespace palpa::app {

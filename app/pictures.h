@@ -5,13 +5,13 @@
 #include <filesystem>
 #include <string>
 
-#include "palpa/disk/new_file.h"
-#include "palpa/field/field.h"
+#include "palpa/base/new_file.h"
+#include "palpa/data/field.h"
+#include "palpa/data/statistics.h"
+#include "palpa/data/volume.h"
 #include "palpa/report/report.h"
 #include "palpa/study/check.h"
 #include "palpa/study/map.h"
-#include "palpa/survey/statistics.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa::app {
 

@@ -1,10 +1,10 @@
 // palpa-pictures.so (pictures.h).
 #include "app/check_picture.h"
 #include "app/pictures.h"
+#include "palpa/data/volume.h"
 #include "palpa/version.h"
 #include "palpa/view/map_picture.h"
 #include "palpa/view/volume_picture.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa::app {
 namespace {

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "app/hand_words.h"
+#include "palpa/base/input_file.h"
+#include "palpa/base/limits.h"
 #include "palpa/device/hand.h"
-#include "palpa/disk/input_file.h"
-#include "palpa/limits/limits.h"
 #include "palpa/mode/mode.h"
 #include "palpa/scene/load_scene.h"
 #include "palpa/version.h"

@@ -2,7 +2,7 @@
 
 #include "app/commands.h"
 #include "app/terminal.h"
-#include "palpa/core/printed.h"
+#include "palpa/base/printed.h"
 #include "palpa/study/energy_table.h"
 
 namespace palpa::app {

@@ -6,7 +6,7 @@
 #include "app/commands.h"
 #include "app/live_terminal.h"
 #include "app/terminal.h"
-#include "palpa/core/printed.h"
+#include "palpa/base/printed.h"
 #include "palpa/study/check.h"
 
 namespace palpa::app {

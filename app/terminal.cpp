@@ -5,8 +5,8 @@
 #include <chrono>
 #include <cstdio>
 
-#include "palpa/core/printed.h"
-#include "palpa/core/shown.h"
+#include "palpa/base/printed.h"
+#include "palpa/base/shown.h"
 #include "palpa/device/blocked_signals.h"
 
 namespace palpa::app {

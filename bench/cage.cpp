@@ -9,9 +9,9 @@
 #include <cstdlib>
 #include <vector>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
+#include "palpa/data/volume.h"
 #include "palpa/file/read_volume.h"
-#include "palpa/volume/volume.h"
 
 namespace {
 

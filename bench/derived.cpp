@@ -1,7 +1,7 @@
 // What deriving costs: time and memory of Q, lambda2 and curl at load, and of a sample in a tick.
 //
 //   bench_derived [N]     N³ voxels of float velocity (256)
-#include "palpa/grid/derived.h"
+#include "palpa/data/derived.h"
 
 #include <palpa/palpa.h>
 
@@ -13,7 +13,7 @@
 #include <memory>
 #include <string>
 
-#include "palpa/grid/grid.h"
+#include "palpa/data/grid.h"
 
 namespace {
 

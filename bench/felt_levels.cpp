@@ -6,10 +6,10 @@
 #include <optional>
 
 #include "bench/felt.h"
+#include "palpa/base/printed.h"
 #include "palpa/baseline/path.h"
-#include "palpa/core/printed.h"
+#include "palpa/data/quantile.h"
 #include "palpa/device/hand.h"
-#include "palpa/field/quantile.h"
 #include "palpa/loop/loop.h"
 #include "palpa/study/summary.h"
 

@@ -6,7 +6,7 @@
 #include <span>
 
 #include "bench/felt.h"
-#include "palpa/core/printed.h"
+#include "palpa/base/printed.h"
 #include "palpa/device/front.h"
 #include "palpa/device/hand.h"
 

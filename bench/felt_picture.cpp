@@ -4,7 +4,7 @@
 #include <palpa/view/plot.h>
 
 #include "bench/felt.h"
-#include "palpa/core/printed.h"
+#include "palpa/base/printed.h"
 
 namespace palpa::bench {
 namespace {

@@ -1,6 +1,6 @@
 // The scenes and the hands of bench_felt.
 #include <palpa/file/read_volume.h>
-#include <palpa/first/first_scene.h>
+#include <palpa/scene/first_scene.h>
 
 #include <algorithm>
 

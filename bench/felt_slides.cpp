@@ -7,7 +7,7 @@
 #include <random>
 
 #include "bench/felt.h"
-#include "palpa/core/printed.h"
+#include "palpa/base/printed.h"
 #include "palpa/device/hand.h"
 
 namespace palpa::bench {

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "palpa/field/quantile.h"
+#include "palpa/data/quantile.h"
 #include "tests/reader/data_sets.h"
 
 namespace fs = std::filesystem;

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "tests/core/random_problems.h"
+#include "tests/solver/random_problems.h"
 
 namespace palpa::bench {
 

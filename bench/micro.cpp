@@ -1,6 +1,6 @@
 // The parts of a tick, one at a time. Positions change from call to call, so nothing is predicted away.
 #include <benchmark/benchmark.h>
-#include <palpa/grid/smooth_grid.h>
+#include <palpa/data/smooth_grid.h>
 #include <palpa/mode/crossings.h>
 #include <palpa/palpa.h>
 
@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "palpa/grid/sampled.h"
+#include "palpa/data/sampled.h"
 
 namespace {
 

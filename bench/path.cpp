@@ -6,7 +6,7 @@
 // of the part's own. Scenes are looked for in scenes/ beside the source.
 #include "bench/path.h"
 
-#include <palpa/core/load_error.h>
+#include <palpa/base/load_error.h>
 
 #include <cstdio>
 #include <cstdlib>

@@ -1,14 +1,14 @@
 // Along and across fields: drift of a follower, order of convergence, independence of the rate.
+#include <palpa/data/analytic.h>
 #include <palpa/file/read_volume.h>
 #include <palpa/scene/load_scene.h>
-#include <palpa/volume/analytic.h>
 
 #include <cstdio>
 #include <numbers>
 
 #include "bench/path.h"
 #include "bench/path_scenes.h"
-#include "palpa/grid/sampled.h"
+#include "palpa/data/sampled.h"
 #include "tests/path/lines.h"
 
 namespace palpa::bench {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <palpa/scene/scene.h>
-#include <palpa/tick/session.h>
+#include <palpa/session/session.h>
 
 #include <utility>
 

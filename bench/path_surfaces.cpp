@@ -1,5 +1,5 @@
 // Surfaces: drift, the bumpy sphere, grooves.
-#include <palpa/volume/analytic.h>
+#include <palpa/data/analytic.h>
 
 #include <cstdio>
 

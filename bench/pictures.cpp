@@ -5,8 +5,8 @@
 #include <memory>
 #include <vector>
 
+#include "palpa/session/session.h"
 #include "palpa/study/run.h"
-#include "palpa/tick/session.h"
 #include "palpa/view/picture.h"
 
 namespace {

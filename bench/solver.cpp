@@ -13,7 +13,7 @@
 // The exit status is 1 if a figure asked for is missed or a solve allocates.
 #include <palpa/baseline/ikits_2003.h>
 #include <palpa/baseline/paper_2005.h>
-#include <palpa/core/solver.h>
+#include <palpa/solver/solver.h>
 
 #include <algorithm>
 #include <array>
@@ -30,10 +30,10 @@
 #include "interior_point.h"
 #include "solver_clock.h"
 #include "solver_scenes.h"
-#include "tests/core/counted_allocations.h"
-#include "tests/core/problem_families.h"
-#include "tests/core/random_problems.h"
-#include "tests/core/reference.h"
+#include "tests/solver/counted_allocations.h"
+#include "tests/solver/problem_families.h"
+#include "tests/solver/random_problems.h"
+#include "tests/solver/reference.h"
 #if PALPA_BENCH_IPOPT
 #include "solver_ipopt.h"
 #endif

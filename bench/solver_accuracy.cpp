@@ -4,18 +4,18 @@
 //   bench_solver_accuracy [--problems 1000000] [--seed 1] [--threads 2] [--family NAME] [--arbitrary-bits N]
 //   bench_solver_accuracy --only FAMILY,N,DRAGS,SEED
 //
-// The problems are spread over the families of tests/core/problem_families.h, with and without drags, and over
+// The problems are spread over the families of tests/solver/problem_families.h, with and without drags, and over
 // 0 to 64 primitives (most of them few), a few with 1000. Each is solved from nothing (cold), and again after a
 // balance of the same primitives with the probe 0.1 mm beside it (warm); shares and quantiles are of the cold
 // solves, maxima of errors are of both. The seed of a problem depends on --seed, its family and its number alone,
 // so any number of threads gives the same problems and the same answers. A problem that the reference does not
 // certify is counted and printed; its error is not used.
 //
-// --arbitrary-bits N poses N problems made of arbitrary bits instead, those of tests/core/arbitrary_bits.h, and checks
+// --arbitrary-bits N poses N problems made of arbitrary bits instead, those of tests/solver/arbitrary_bits.h, and checks
 // that every answer is finite and bad input is said to be bad. --only poses one problem and prints it in full.
 //
 // The exit status is 1 if a figure is missed.
-#include <palpa/core/solver.h>
+#include <palpa/solver/solver.h>
 
 #include <algorithm>
 #include <array>
@@ -30,12 +30,12 @@
 #include <thread>
 #include <vector>
 
-#include "palpa/core/printed.h"
-#include "palpa/field/quantile.h"
-#include "tests/core/arbitrary_bits.h"
-#include "tests/core/problem_families.h"
-#include "tests/core/random_problems.h"
-#include "tests/core/reference.h"
+#include "palpa/base/printed.h"
+#include "palpa/data/quantile.h"
+#include "tests/solver/arbitrary_bits.h"
+#include "tests/solver/problem_families.h"
+#include "tests/solver/random_problems.h"
+#include "tests/solver/reference.h"
 
 namespace {
 

@@ -1,7 +1,7 @@
 // Ipopt, the general solver of Debian that takes the balance: as it is asked by someone who knows it.
 #pragma once
 
-#include "tests/core/random_problems.h"
+#include "tests/solver/random_problems.h"
 
 namespace palpa::bench {
 

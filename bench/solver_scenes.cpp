@@ -1,6 +1,6 @@
 #include "solver_scenes.h"
 
-#include <palpa/core/solver.h>
+#include <palpa/solver/solver.h>
 
 #include <array>
 #include <cmath>

@@ -24,7 +24,7 @@
 #include "bench/five_modes.h"
 #include "bench/solver_clock.h"
 #include "palpa/baseline/path.h"
-#include "palpa/field/quantile.h"
+#include "palpa/data/quantile.h"
 #include "palpa/trace/trace.h"
 
 namespace {

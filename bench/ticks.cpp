@@ -13,7 +13,7 @@
 #include <numeric>
 
 #include "palpa/baseline/path.h"
-#include "palpa/field/quantile.h"
+#include "palpa/data/quantile.h"
 #include "palpa/study/run.h"
 #include "palpa/study/summary.h"
 #include "palpa/trace/trace.h"

@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-#include "palpa/field/quantile.h"
+#include "palpa/data/quantile.h"
 #include "tests/laws/trace_check.h"
 
 namespace {

@@ -25,7 +25,7 @@
 #include <string_view>
 #include <vector>
 
-#include "palpa/field/quantile.h"
+#include "palpa/data/quantile.h"
 
 namespace fs = std::filesystem;
 

@@ -21,9 +21,9 @@
 #include <string>
 #include <vector>
 
-#include "palpa/field/quantile.h"
-#include "palpa/grid/derived.h"
-#include "palpa/grid/grid.h"
+#include "palpa/data/derived.h"
+#include "palpa/data/grid.h"
+#include "palpa/data/quantile.h"
 
 namespace {
 

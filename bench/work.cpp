@@ -1,5 +1,5 @@
-// What a tick costs at worst: hostile scenes and hands (tests/tick/hostile_scene.h), the units of work that their ticks took,
-// and their time, of the thread's processor.
+// What a tick costs at worst: hostile scenes and hands (tests/session/hostile_scene.h), the units of work that their ticks
+// took, and their time, of the thread's processor.
 //
 //   bench_work [SCENES [TICKS]]
 #include <palpa/palpa.h>
@@ -9,8 +9,8 @@
 #include <cstdlib>
 #include <vector>
 
-#include "palpa/field/quantile.h"
-#include "tests/tick/hostile_scene.h"
+#include "palpa/data/quantile.h"
+#include "tests/session/hostile_scene.h"
 
 namespace {
 

@@ -58,7 +58,7 @@ endmacro()
 function(palpa_test_headers)
   file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/tests/headers.cpp CONTENT "int main() {}\n")
   add_executable(palpa_test_headers ${CMAKE_BINARY_DIR}/tests/headers.cpp)
-  target_link_libraries(palpa_test_headers PRIVATE palpa_rules palpa_core GTest::gmock)
+  target_link_libraries(palpa_test_headers PRIVATE palpa_rules palpa_solver GTest::gmock)
   target_compile_options(palpa_test_headers PRIVATE $<$<CONFIG:Release>:-O1>)
   target_precompile_headers(palpa_test_headers PRIVATE
     <gmock/gmock.h> <gtest/gtest.h> <algorithm> <chrono> <cmath> <filesystem> <fstream> <functional> <map> <memory> <numbers>

@@ -15,7 +15,7 @@
 
 #include "devices/exchange_thread.h"
 #include "devices/vendor_library.h"
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 #include "palpa/device/backend.h"
 #include "palpa/device/described.h"
 #include "palpa/version.h"

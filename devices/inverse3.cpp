@@ -4,7 +4,7 @@
 #include <sstream>
 
 #include "devices/inverse3_link.h"
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 #include "palpa/device/backend.h"
 #include "palpa/device/described.h"
 #include "palpa/version.h"

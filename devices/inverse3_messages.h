@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "palpa/core/vec3.h"
+#include "palpa/solver/vec3.h"
 
 namespace palpa::inverse3 {
 

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "devices/vendor_library.h"
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 #include "palpa/device/backend.h"
 #include "palpa/device/described.h"
 #include "palpa/device/latest.h"

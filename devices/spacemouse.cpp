@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "devices/rate_hand_device.h"
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 #include "palpa/device/backend.h"
 #include "palpa/device/described.h"
 #include "palpa/version.h"

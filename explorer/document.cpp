@@ -2,9 +2,9 @@
 
 #include <utility>
 
-#include "palpa/disk/input_file.h"
-#include "palpa/disk/new_file.h"
-#include "palpa/limits/limits.h"
+#include "palpa/base/input_file.h"
+#include "palpa/base/limits.h"
+#include "palpa/base/new_file.h"
 
 namespace palpa::explorer {
 

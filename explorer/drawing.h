@@ -10,7 +10,7 @@
 #include <optional>
 #include <vector>
 
-#include "palpa/field/field.h"
+#include "palpa/data/field.h"
 #include "palpa/scene/scene.h"
 #include "palpa/view/layers.h"
 

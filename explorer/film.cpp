@@ -5,7 +5,7 @@
 #include <QStandardPaths>
 
 #include "explorer/picture_file.h"
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 
 namespace palpa::explorer {
 namespace {

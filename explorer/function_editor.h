@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "palpa/data/statistics.h"
 #include "palpa/mode/parameters.h"
 #include "palpa/scene/scene.h"
-#include "palpa/survey/statistics.h"
 
 class QComboBox;
 class QLabel;

@@ -21,9 +21,9 @@
 #include "explorer/opening.h"
 #include "explorer/picture_file.h"
 #include "explorer/presets.h"
-#include "palpa/core/shown.h"
+#include "palpa/base/new_file.h"
+#include "palpa/base/shown.h"
 #include "palpa/device/open_device.h"
-#include "palpa/disk/new_file.h"
 #include "palpa/study/check.h"
 
 namespace palpa::explorer {

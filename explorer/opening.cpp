@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "palpa/first/first_scene.h"
-#include "palpa/installed/scenes_folder.h"
+#include "palpa/base/scenes_folder.h"
 #include "palpa/mode/plugin.h"
+#include "palpa/scene/first_scene.h"
 #include "palpa/study/recorded_scene.h"
 #include "palpa/trace/trace.h"
 

@@ -2,7 +2,7 @@
 
 #include <QBuffer>
 
-#include "palpa/disk/new_file.h"
+#include "palpa/base/new_file.h"
 
 namespace palpa::explorer {
 

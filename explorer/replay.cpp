@@ -1,7 +1,7 @@
 #include "explorer/replay.h"
 
 #include "explorer/opening.h"
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 
 namespace palpa::explorer {
 

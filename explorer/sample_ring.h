@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <memory>
 
-#include "palpa/core/primitives.h"
+#include "palpa/solver/primitives.h"
 #include "palpa/trace/trace.h"
 
 namespace palpa::explorer {

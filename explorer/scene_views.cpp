@@ -2,8 +2,8 @@
 
 #include "explorer/drawing.h"
 #include "explorer/panel.h"
+#include "palpa/data/timed_field.h"
 #include "palpa/scene/scene.h"
-#include "palpa/time/timed_field.h"
 #include "palpa/view/layers.h"
 #include "palpa/view/streamlines.h"
 

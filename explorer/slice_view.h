@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "explorer/paint.h"
-#include "palpa/field/field.h"
+#include "palpa/data/field.h"
 #include "palpa/scene/scene.h"
 
 namespace palpa::explorer {

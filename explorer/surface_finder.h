@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "palpa/field/field.h"
+#include "palpa/data/field.h"
 #include "palpa/scene/scene.h"
 
 namespace palpa::explorer {

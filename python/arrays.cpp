@@ -5,10 +5,10 @@
 #include <numeric>
 #include <optional>
 
-#include "palpa/field/parallel.h"
-#include "palpa/grid/samples.h"
-#include "palpa/grid/unread_grid.h"
-#include "palpa/toml/wording.h"
+#include "palpa/base/wording.h"
+#include "palpa/data/parallel.h"
+#include "palpa/data/samples.h"
+#include "palpa/data/unread_grid.h"
 #include "parameters.h"
 
 namespace palpa::python {

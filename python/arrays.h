@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "palpa/core/vec3.h"
-#include "palpa/volume/volume.h"
+#include "palpa/data/volume.h"
+#include "palpa/solver/vec3.h"
 
 namespace palpa::python {
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "arrays.h"
-#include "palpa/toml/wording.h"
+#include "palpa/base/wording.h"
 #include "parameters.h"
 
 namespace palpa::python {

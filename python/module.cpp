@@ -6,7 +6,7 @@
 #include "calls.h"
 #include "modes.h"
 #include "own_device.h"
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 #include "palpa/mode/plugin.h"
 #include "palpa/scene/scene.h"
 #include "palpa/version.h"

@@ -15,10 +15,10 @@
 #include <utility>
 
 #include "modes.h"
+#include "palpa/base/wording.h"
 #include "palpa/baseline/path.h"
 #include "palpa/device/latest.h"
 #include "palpa/loop/loop.h"
-#include "palpa/toml/wording.h"
 #include "parameters.h"
 
 namespace palpa::python {

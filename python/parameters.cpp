@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include "palpa/base/wording.h"
 #include "palpa/mode/plugin.h"
 #include "palpa/scene/parts.h"
-#include "palpa/toml/wording.h"
 
 namespace palpa::python {
 namespace {

@@ -11,12 +11,12 @@
 #include "arrays.h"
 #include "interruptible.h"
 #include "modes.h"
+#include "palpa/base/wording.h"
 #include "palpa/baseline/law.h"
+#include "palpa/data/analytic.h"
+#include "palpa/data/filter.h"
 #include "palpa/file/read_volume.h"
-#include "palpa/grid/filter.h"
 #include "palpa/scene/load_scene.h"
-#include "palpa/toml/wording.h"
-#include "palpa/volume/analytic.h"
 #include "parameters.h"
 
 namespace palpa::python {

@@ -11,9 +11,9 @@
 
 #include "arrays.h"
 #include "modes.h"
+#include "palpa/base/wording.h"
 #include "palpa/baseline/path.h"
-#include "palpa/tick/session.h"
-#include "palpa/toml/wording.h"
+#include "palpa/session/session.h"
 #include "palpa/trace/trace.h"
 #include "parameters.h"
 

@@ -7,12 +7,12 @@
 #include <stdexcept>
 
 #include "interruptible.h"
+#include "palpa/base/wording.h"
 #include "palpa/baseline/law.h"
 #include "palpa/device/hand.h"
-#include "palpa/export/export_trace.h"
 #include "palpa/study/compare_laws.h"
 #include "palpa/study/run.h"
-#include "palpa/toml/wording.h"
+#include "palpa/trace/export_trace.h"
 #include "parameters.h"
 #include "run_options.h"
 

@@ -25,7 +25,7 @@
 #include "cage_calls.h"
 #include "cage_filters.inc"
 #include "file_names.h"
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 
 // Which linux/landlock.h of kernel 6.1, Debian 12's, does not know.
 #ifndef LANDLOCK_ACCESS_FS_TRUNCATE

@@ -14,7 +14,7 @@
 #include <array>
 #include <limits>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 
 namespace palpa::reader {
 

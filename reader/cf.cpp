@@ -7,8 +7,8 @@
 #include <numbers>
 #include <string_view>
 
-#include "palpa/core/load_error.h"
-#include "palpa/volume/length_unit.h"
+#include "palpa/base/load_error.h"
+#include "palpa/data/length_unit.h"
 
 namespace palpa::reader {
 namespace {

@@ -10,8 +10,8 @@
 #include <memory>
 #include <vector>
 
-#include "palpa/core/load_error.h"
-#include "palpa/disk/input_file.h"
+#include "palpa/base/input_file.h"
+#include "palpa/base/load_error.h"
 #include "source.h"
 
 namespace palpa::reader {

@@ -25,7 +25,7 @@
 #include "cage.h"
 #include "dicom_words.h"
 #include "messages.h"
-#include "palpa/disk/input_file.h"
+#include "palpa/base/input_file.h"
 #include "source.h"
 
 namespace palpa::reader {

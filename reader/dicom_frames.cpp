@@ -6,7 +6,7 @@
 #include <set>
 #include <utility>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 
 namespace palpa::reader {
 namespace {

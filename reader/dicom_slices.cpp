@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "dicom_frames.h"
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 
 namespace palpa::reader {
 namespace {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "dicom_traits.h"
-#include "palpa/core/printed.h"
+#include "palpa/base/printed.h"
 #include "source.h"
 
 namespace palpa::reader {

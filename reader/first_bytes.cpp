@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <new>
 
-#include "palpa/core/load_error.h"
-#include "palpa/disk/input_file.h"
+#include "palpa/base/input_file.h"
+#include "palpa/base/load_error.h"
 #include "palpa/file/protocol_packed.h"
 
 namespace palpa::reader {

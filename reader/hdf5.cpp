@@ -10,7 +10,7 @@
 #include "cf.h"
 #include "hdf5_objects.h"
 #include "library_words.h"
-#include "palpa/disk/input_file.h"
+#include "palpa/base/input_file.h"
 #include "source.h"
 #include "vtk_data.h"
 

@@ -14,7 +14,7 @@
 #include "cage.h"
 #include "file_names.h"
 #include "first_bytes.h"
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 #include "program.h"
 
 namespace palpa::reader {

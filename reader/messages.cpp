@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "library_words.h"
-#include "palpa/core/shown.h"
+#include "palpa/base/shown.h"
 
 namespace palpa::reader {
 namespace {

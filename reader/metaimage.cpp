@@ -15,7 +15,7 @@
 #include "compression.h"
 #include "data_file.h"
 #include "messages.h"
-#include "palpa/disk/input_file.h"
+#include "palpa/base/input_file.h"
 #include "source.h"
 
 namespace palpa::reader {

@@ -12,8 +12,8 @@
 #include "compression.h"
 #include "data_file.h"
 #include "library_words.h"
-#include "palpa/disk/input_file.h"
-#include "palpa/volume/length_unit.h"
+#include "palpa/base/input_file.h"
+#include "palpa/data/length_unit.h"
 #include "source.h"
 
 namespace palpa::reader {

@@ -18,7 +18,7 @@
 #include "file_names.h"
 #include "first_bytes.h"
 #include "messages.h"
-#include "palpa/core/printed.h"
+#include "palpa/base/printed.h"
 #include "source.h"
 #include "vtk_data.h"
 

@@ -13,8 +13,8 @@
 #include <cmath>
 
 #include "first_bytes.h"
-#include "palpa/core/load_error.h"
-#include "palpa/disk/input_file.h"
+#include "palpa/base/input_file.h"
+#include "palpa/base/load_error.h"
 #include "source.h"
 
 namespace palpa::reader {

@@ -14,7 +14,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 
 #ifdef __SANITIZE_ADDRESS__
 /// An allocation that is too large fails as it does without the sanitizer, so that libraries report it. There is no limit on

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <limits>
 
-#include "palpa/core/load_error.h"
-#include "palpa/field/parallel.h"
-#include "palpa/limits/limits.h"
-#include "palpa/volume/volume.h"
+#include "palpa/base/limits.h"
+#include "palpa/base/load_error.h"
+#include "palpa/data/parallel.h"
+#include "palpa/data/volume.h"
 
 namespace palpa::reader {
 namespace {

@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "cell_values.h"
-#include "palpa/field/field.h"
-#include "palpa/grid/grid.h"
-#include "palpa/volume/volume.h"
+#include "palpa/data/field.h"
+#include "palpa/data/grid.h"
+#include "palpa/data/volume.h"
 
 namespace palpa::reader {
 

@@ -4,7 +4,7 @@
 #include <limits>
 #include <random>
 
-#include "palpa/field/quantile.h"
+#include "palpa/data/quantile.h"
 #include "resample.h"
 
 namespace palpa::reader {

@@ -8,9 +8,9 @@
 #include <cstdio>
 #include <limits>
 
-#include "palpa/core/load_error.h"
-#include "palpa/field/quantile.h"
-#include "palpa/limits/limits.h"
+#include "palpa/base/limits.h"
+#include "palpa/base/load_error.h"
+#include "palpa/data/quantile.h"
 #include "resample.h"
 
 namespace palpa::reader {

@@ -16,11 +16,11 @@
 #include "cage.h"
 #include "compression.h"
 #include "messages.h"
+#include "palpa/base/limits.h"
+#include "palpa/data/sha256.h"
+#include "palpa/data/volume.h"
 #include "palpa/file/protocol_memory.h"
 #include "palpa/file/protocol_packed.h"
-#include "palpa/limits/limits.h"
-#include "palpa/volume/sha256.h"
-#include "palpa/volume/volume.h"
 #include "program.h"
 
 namespace palpa::reader {

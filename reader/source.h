@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
+#include "palpa/data/volume.h"
 #include "palpa/file/protocol.h"
 #include "palpa/file/protocol_voxels.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa::reader {
 

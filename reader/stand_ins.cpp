@@ -15,7 +15,7 @@
 #include <sstream>
 #include <string_view>
 
-#include "palpa/disk/input_file.h"
+#include "palpa/base/input_file.h"
 
 namespace palpa::reader {
 namespace {

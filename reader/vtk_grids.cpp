@@ -12,7 +12,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 
 namespace palpa::reader {
 namespace {

@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "palpa/grid/grid.h"
+#include "palpa/data/grid.h"
 
 namespace palpa::reader {
 

@@ -15,7 +15,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "palpa/limits/limits.h"
+#include "palpa/base/limits.h"
 #include "palpa/scene/load_scene.h"
 #include "palpa/trace/trace.h"
 

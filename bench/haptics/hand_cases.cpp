@@ -6,7 +6,7 @@
 #include "bench/haptics/cases.h"
 #include "bench/haptics/shape.h"
 #include "bench/haptics/surface_hands.h"
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 
 namespace palpa::haptics {
 

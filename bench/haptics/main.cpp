@@ -12,8 +12,8 @@
 
 #include "bench/haptics/run.h"
 #include "bench/haptics/suite.h"
-#include "palpa/core/load_error.h"
-#include "palpa/disk/new_file.h"
+#include "palpa/base/load_error.h"
+#include "palpa/base/new_file.h"
 
 namespace {
 

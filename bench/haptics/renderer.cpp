@@ -12,7 +12,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 
 namespace palpa::haptics {
 

@@ -4,11 +4,11 @@
 
 #include "bench/haptics/cases.h"
 #include "bench/haptics/shape.h"
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
+#include "palpa/data/filter.h"
+#include "palpa/data/grid_base.h"
 #include "palpa/device/sine_cosine.h"
 #include "palpa/file/read_volume.h"
-#include "palpa/grid/filter.h"
-#include "palpa/grid/grid_base.h"
 
 namespace palpa::haptics {
 

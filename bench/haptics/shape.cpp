@@ -3,7 +3,7 @@
 #include <numbers>
 
 #include "bench/haptics/volume.h"
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 #include "palpa/device/sine_cosine.h"
 #include "tests/path/bumpy_sphere.h"
 

@@ -6,9 +6,9 @@
 #include <set>
 #include <sstream>
 
-#include "palpa/core/load_error.h"
-#include "palpa/disk/new_file.h"
-#include "palpa/volume/sha256.h"
+#include "palpa/base/load_error.h"
+#include "palpa/base/new_file.h"
+#include "palpa/data/sha256.h"
 
 namespace palpa::haptics {
 

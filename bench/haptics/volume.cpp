@@ -4,9 +4,9 @@
 #include <cstring>
 #include <sstream>
 
-#include "palpa/core/load_error.h"
-#include "palpa/disk/input_file.h"
-#include "palpa/disk/new_file.h"
+#include "palpa/base/input_file.h"
+#include "palpa/base/load_error.h"
+#include "palpa/base/new_file.h"
 
 namespace palpa::haptics {
 

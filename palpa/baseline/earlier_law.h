@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "palpa/core/law.h"
+#include "palpa/solver/law.h"
 
 namespace palpa::baseline {
 

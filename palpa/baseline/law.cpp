@@ -6,7 +6,7 @@
 #include "palpa/baseline/ikits_2003.h"
 #include "palpa/baseline/no_proxy.h"
 #include "palpa/baseline/paper_2005.h"
-#include "palpa/core/solver.h"
+#include "palpa/solver/solver.h"
 
 namespace palpa::baseline {
 namespace {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "palpa/core/law.h"
 #include "palpa/scene/scene.h"
+#include "palpa/solver/law.h"
 
 namespace palpa::baseline {
 

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include "palpa/baseline/law.h"
-#include "palpa/core/solver.h"
-#include "palpa/tick/proxy_path.h"
+#include "palpa/session/proxy_path.h"
+#include "palpa/solver/solver.h"
 
 namespace palpa::baseline {
 

@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "palpa/tick/session.h"
+#include "palpa/session/session.h"
 
 namespace palpa::baseline {
 

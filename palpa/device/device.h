@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "palpa/core/vec3.h"
+#include "palpa/solver/vec3.h"
 
 namespace palpa {
 

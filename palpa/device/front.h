@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "palpa/core/vec3.h"
+#include "palpa/solver/vec3.h"
 
 namespace palpa {
 

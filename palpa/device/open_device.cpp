@@ -11,16 +11,16 @@
 #include <sstream>
 #include <utility>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/input_file.h"
+#include "palpa/base/limits.h"
+#include "palpa/base/load_error.h"
+#include "palpa/base/new_file.h"
+#include "palpa/base/own_files.h"
+#include "palpa/base/toml_problem.h"
+#include "palpa/base/wording.h"
 #include "palpa/device/blocked_signals.h"
 #include "palpa/device/described.h"
 #include "palpa/device/hand.h"
-#include "palpa/disk/input_file.h"
-#include "palpa/disk/new_file.h"
-#include "palpa/installed/own_files.h"
-#include "palpa/limits/limits.h"
-#include "palpa/toml/problem.h"
-#include "palpa/toml/wording.h"
 #include "palpa/version.h"
 
 namespace palpa {

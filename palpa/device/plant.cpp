@@ -4,14 +4,14 @@
 #include <string_view>
 #include <utility>
 
-#include "palpa/core/load_error.h"
-#include "palpa/core/printed.h"
+#include "palpa/base/input_file.h"
+#include "palpa/base/limits.h"
+#include "palpa/base/load_error.h"
+#include "palpa/base/printed.h"
+#include "palpa/base/toml_problem.h"
+#include "palpa/base/wording.h"
 #include "palpa/device/described.h"
 #include "palpa/device/hand.h"
-#include "palpa/disk/input_file.h"
-#include "palpa/limits/limits.h"
-#include "palpa/toml/problem.h"
-#include "palpa/toml/wording.h"
 
 namespace palpa {
 

@@ -1,7 +1,7 @@
 // A hand for input devices that have no place of their own: a SpaceMouse, a game controller, a mouse.
 #pragma once
 
-#include "palpa/core/vec3.h"
+#include "palpa/solver/vec3.h"
 
 namespace palpa {
 

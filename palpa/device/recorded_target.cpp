@@ -7,12 +7,12 @@
 #include <string_view>
 #include <vector>
 
-#include "palpa/core/load_error.h"
-#include "palpa/core/printed.h"
+#include "palpa/base/input_file.h"
+#include "palpa/base/load_error.h"
+#include "palpa/base/printed.h"
+#include "palpa/base/wording.h"
 #include "palpa/device/hand.h"
 #include "palpa/device/repeated_rows.h"
-#include "palpa/disk/input_file.h"
-#include "palpa/toml/wording.h"
 
 namespace palpa {
 
@@ -26,8 +26,8 @@ constexpr double longest_filled_gap_s = 0.1;
 // A time so close to a row's [s] is that row's: of the last one of any recording, and of each of given positions, which are
 // those of ticks. Longer: dense rows shift; shorter: rounding of times makes others of them.
 constexpr double same_time_s = 1e-9;
-// Repeated rows lead to a warning from this number on, and from this share [1] of all rows. More: an assumption is not reported;
-// fewer: a hand that rests for a moment is reported.
+// Repeated rows lead to a warning from this number on, and from this share [1] of all rows. More: an assumption is not
+// reported; fewer: a hand that rests for a moment is reported.
 constexpr std::size_t least_told_repeats = 8;
 constexpr double least_told_share = 0.1;
 constexpr double farthest_m = 1000.0;              // a position further away is refused: another unit, or noise

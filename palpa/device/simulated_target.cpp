@@ -3,7 +3,7 @@
 #include <limits>
 #include <string_view>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 #include "palpa/device/described.h"
 #include "palpa/device/front.h"
 #include "palpa/device/hand.h"

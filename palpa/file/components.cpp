@@ -5,8 +5,8 @@
 #include <cctype>
 #include <string_view>
 
-#include "palpa/grid/grid_base.h"
-#include "palpa/volume/volume.h"
+#include "palpa/data/grid_base.h"
+#include "palpa/data/volume.h"
 
 namespace palpa {
 namespace {

@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
+#include "palpa/data/volume.h"
 #include "palpa/file/protocol.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa {
 

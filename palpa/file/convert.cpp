@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "palpa/data/grid_base.h"
+#include "palpa/data/volume.h"
 #include "palpa/file/write_volume.h"
-#include "palpa/grid/grid_base.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa {
 namespace {

@@ -7,10 +7,10 @@
 #include <optional>
 #include <string>
 
-#include "palpa/core/load_error.h"
-#include "palpa/disk/new_file.h"
-#include "palpa/field/field.h"
-#include "palpa/volume/volume.h"
+#include "palpa/base/load_error.h"
+#include "palpa/base/new_file.h"
+#include "palpa/data/field.h"
+#include "palpa/data/volume.h"
 
 namespace palpa {
 

@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "palpa/grid/grid.h"
-#include "palpa/survey/statistics.h"
-#include "palpa/volume/volume.h"
+#include "palpa/data/grid.h"
+#include "palpa/data/statistics.h"
+#include "palpa/data/volume.h"
 
 namespace palpa {
 namespace {

@@ -10,9 +10,9 @@
 #include <stdexcept>
 #include <type_traits>
 
-#include "palpa/core/printed.h"
-#include "palpa/limits/limits.h"
-#include "palpa/volume/volume.h"
+#include "palpa/base/limits.h"
+#include "palpa/base/printed.h"
+#include "palpa/data/volume.h"
 
 namespace palpa::protocol {
 namespace {

@@ -9,8 +9,8 @@
 #include <variant>
 #include <vector>
 
-#include "palpa/grid/grid.h"
-#include "palpa/volume/volume.h"
+#include "palpa/data/grid.h"
+#include "palpa/data/volume.h"
 
 /// The conversation, over one SOCK_SEQPACKET pair, one message per packet:
 ///

@@ -8,7 +8,7 @@
 #include <cstring>
 #include <new>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 
 namespace palpa::protocol {
 namespace {

@@ -1,6 +1,6 @@
 #include "palpa/file/protocol_packed.h"
 
-#include "palpa/disk/input_file.h"
+#include "palpa/base/input_file.h"
 
 namespace palpa::protocol {
 

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <utility>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 
 namespace palpa::protocol {
 namespace {

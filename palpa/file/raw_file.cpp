@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <cstring>
 
-#include "palpa/core/load_error.h"
-#include "palpa/field/parallel.h"
+#include "palpa/base/load_error.h"
+#include "palpa/data/parallel.h"
 
 namespace palpa::detail {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "palpa/disk/mapped_file.h"
+#include "palpa/base/mapped_file.h"
 #include "palpa/file/protocol.h"
 #include "palpa/file/protocol_voxels.h"
 

@@ -9,21 +9,21 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "palpa/core/printed.h"
-#include "palpa/core/shown.h"
-#include "palpa/disk/input_file.h"
+#include "palpa/base/free_memory.h"
+#include "palpa/base/input_file.h"
+#include "palpa/base/limits.h"
+#include "palpa/base/printed.h"
+#include "palpa/base/shown.h"
+#include "palpa/base/wording.h"
+#include "palpa/data/length_unit.h"
+#include "palpa/data/sha256.h"
+#include "palpa/data/volume.h"
 #include "palpa/file/components.h"
 #include "palpa/file/protocol.h"
 #include "palpa/file/protocol_packed.h"
 #include "palpa/file/raw_file.h"
 #include "palpa/file/reader_process.h"
 #include "palpa/file/shared_memory.h"
-#include "palpa/limits/free_memory.h"
-#include "palpa/limits/limits.h"
-#include "palpa/toml/wording.h"
-#include "palpa/volume/length_unit.h"
-#include "palpa/volume/sha256.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa {
 namespace {

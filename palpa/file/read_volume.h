@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <stop_token>
 
-#include "palpa/core/load_error.h"
-#include "palpa/volume/volume.h"
+#include "palpa/base/load_error.h"
+#include "palpa/data/volume.h"
 
 namespace palpa {
 

@@ -15,9 +15,9 @@
 #include <fstream>
 #include <sstream>
 
-#include "palpa/core/load_error.h"
-#include "palpa/core/printed.h"
-#include "palpa/installed/own_files.h"
+#include "palpa/base/load_error.h"
+#include "palpa/base/own_files.h"
+#include "palpa/base/printed.h"
 
 namespace palpa::detail {
 namespace {

@@ -9,7 +9,7 @@
 #include <new>
 #include <string>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 #include "palpa/file/protocol.h"
 
 namespace palpa::detail {

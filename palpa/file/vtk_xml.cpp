@@ -2,7 +2,7 @@
 
 #include <bit>
 
-#include "palpa/core/escaped.h"
+#include "palpa/base/escaped.h"
 
 static_assert(std::endian::native == std::endian::little, "the files say so");
 

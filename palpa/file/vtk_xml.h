@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "palpa/disk/new_file.h"
+#include "palpa/base/new_file.h"
 
 namespace palpa::detail {
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "palpa/core/load_error.h"
-#include "palpa/disk/new_file.h"
-#include "palpa/grid/grid.h"
+#include "palpa/base/load_error.h"
+#include "palpa/base/new_file.h"
+#include "palpa/data/grid.h"
 
 namespace palpa {
 
@@ -36,7 +36,7 @@ struct WrittenVolume {
 std::uint64_t written_bytes(const WrittenVolume& volume);
 
 /// Writes a file: by its ending .nrrd, .nhdr (with the voxels beside it, ENDING .raw) or .vti. It gets its name when it is
-/// whole (palpa/disk/new_file.h), so that nobody ever finds half of it. Refuses first what the disk has no room for. \param
+/// whole (palpa/base/new_file.h), so that nobody ever finds half of it. Refuses first what the disk has no room for. \param
 /// progress  called after each slice with the share that is done [1]; may be empty, and may throw to end the writing Throws
 /// LoadError, with the file's name, also where VTI cannot say where a sheared grid lies.
 void write_volume(const WrittenVolume& volume, const std::filesystem::path& file, detail::Existing existing,

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "palpa/device/device.h"
-#include "palpa/tick/session.h"
+#include "palpa/session/session.h"
 
 namespace palpa {
 

@@ -4,7 +4,7 @@
 #include <array>
 #include <cstddef>
 
-#include "palpa/tick/session.h"
+#include "palpa/session/session.h"
 
 namespace palpa {
 

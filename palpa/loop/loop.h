@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "palpa/core/vec3.h"
 #include "palpa/device/device.h"
-#include "palpa/tick/session.h"
+#include "palpa/session/session.h"
+#include "palpa/solver/vec3.h"
 #include "palpa/trace/trace.h"
 
 namespace palpa {

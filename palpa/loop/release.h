@@ -1,7 +1,7 @@
 // The fall of the force where the proxy lets go.
 #pragma once
 
-#include "palpa/core/vec3.h"
+#include "palpa/solver/vec3.h"
 
 namespace palpa {
 

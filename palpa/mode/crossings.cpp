@@ -5,7 +5,7 @@
 #include <cstring>
 #include <limits>
 
-#include "palpa/field/roots.h"
+#include "palpa/data/roots.h"
 
 namespace palpa {
 

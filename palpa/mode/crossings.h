@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "palpa/core/live_block.h"
+#include "palpa/mode/live_block.h"
 #include "palpa/mode/mode.h"
 
 namespace palpa {

@@ -13,8 +13,8 @@
 #include <utility>
 #include <vector>
 
-#include "palpa/core/primitives.h"
 #include "palpa/mode/mode_context.h"
+#include "palpa/solver/primitives.h"
 
 namespace palpa {
 

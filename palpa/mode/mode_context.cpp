@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <limits>
 
-#include "palpa/core/tick_work.h"
-#include "palpa/field/pointwise.h"
-#include "palpa/grid/fine_detail.h"
-#include "palpa/grid/grid_base.h"
+#include "palpa/data/fine_detail.h"
+#include "palpa/data/grid_base.h"
+#include "palpa/data/pointwise.h"
+#include "palpa/mode/tick_work.h"
 
 namespace palpa {
 

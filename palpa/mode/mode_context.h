@@ -7,11 +7,11 @@
 #include <span>
 #include <vector>
 
-#include "palpa/core/primitives.h"
-#include "palpa/core/similarity.h"
-#include "palpa/field/field.h"
+#include "palpa/data/field.h"
+#include "palpa/data/timed_field.h"
 #include "palpa/mode/parameters.h"
-#include "palpa/time/timed_field.h"
+#include "palpa/solver/primitives.h"
+#include "palpa/solver/similarity.h"
 
 namespace palpa {
 

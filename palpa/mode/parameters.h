@@ -13,7 +13,7 @@
 #include <type_traits>
 #include <vector>
 
-#include "palpa/grid/derived.h"
+#include "palpa/data/derived.h"
 
 namespace palpa {
 

@@ -9,8 +9,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "palpa/core/load_error.h"
-#include "palpa/disk/input_file.h"
+#include "palpa/base/input_file.h"
+#include "palpa/base/load_error.h"
 
 namespace palpa {
 namespace {

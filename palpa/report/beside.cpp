@@ -5,7 +5,7 @@
 #include <cmath>
 #include <span>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 #include "palpa/report/html.h"
 #include "palpa/report/page.h"
 #include "palpa/report/parts.h"

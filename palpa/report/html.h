@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
-#include "palpa/core/escaped.h"
-#include "palpa/core/printed.h"
+#include "palpa/base/escaped.h"
+#include "palpa/base/printed.h"
 
 namespace palpa::detail {
 

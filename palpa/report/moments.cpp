@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <set>
 
+#include "palpa/base/load_error.h"
 #include "palpa/baseline/path.h"
-#include "palpa/core/load_error.h"
 #include "palpa/loop/loop.h"
 #include "palpa/report/html.h"
-#include "palpa/tick/session.h"
+#include "palpa/session/session.h"
 
 namespace palpa::detail {
 

@@ -1,7 +1,7 @@
 #include "palpa/report/parts.h"
 
-#include "palpa/core/load_error.h"
-#include "palpa/disk/input_file.h"
+#include "palpa/base/input_file.h"
+#include "palpa/base/load_error.h"
 #include "palpa/mode/plugin.h"
 #include "palpa/report/html.h"
 #include "palpa/study/recorded_scene.h"

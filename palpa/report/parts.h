@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "palpa/disk/new_file.h"
+#include "palpa/base/new_file.h"
 #include "palpa/report/plots.h"
 #include "palpa/report/recorded.h"
 #include "palpa/report/report.h"

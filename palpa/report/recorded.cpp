@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <span>
 
-#include "palpa/limits/limits.h"
-#include "palpa/toml/problem.h"
-#include "palpa/toml/wording.h"
+#include "palpa/base/limits.h"
+#include "palpa/base/toml_problem.h"
+#include "palpa/base/wording.h"
 #include "palpa/trace/rows.h"
 
 namespace palpa::detail {

@@ -5,7 +5,7 @@
 #include <optional>
 #include <system_error>
 
-#include "palpa/disk/new_file.h"
+#include "palpa/base/new_file.h"
 #include "palpa/report/beside.h"
 #include "palpa/report/html.h"
 #include "palpa/report/moments.h"

@@ -4,9 +4,9 @@
 
 #include <map>
 
-#include "palpa/core/shown.h"
-#include "palpa/toml/problem.h"
-#include "palpa/toml/wording.h"
+#include "palpa/base/shown.h"
+#include "palpa/base/toml_problem.h"
+#include "palpa/base/wording.h"
 
 namespace palpa::detail {
 namespace {

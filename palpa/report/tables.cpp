@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
+#include "palpa/data/volume.h"
 #include "palpa/report/html.h"
 #include "palpa/report/words.h"
 #include "palpa/study/energy_table.h"
 #include "palpa/version.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa::detail {
 namespace {

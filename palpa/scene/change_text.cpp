@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
+#include "palpa/base/toml_problem.h"
+#include "palpa/base/wording.h"
 #include "palpa/scene/scene.h"
-#include "palpa/toml/problem.h"
-#include "palpa/toml/wording.h"
 
 namespace palpa {
 namespace {

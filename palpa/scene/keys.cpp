@@ -4,7 +4,7 @@
 #include <array>
 #include <limits>
 
-#include "palpa/toml/wording.h"
+#include "palpa/base/wording.h"
 
 namespace palpa::detail {
 

@@ -8,20 +8,20 @@
 #include <cstdlib>
 #include <set>
 
-#include "palpa/disk/input_file.h"
-#include "palpa/grid/grid.h"
-#include "palpa/limits/limits.h"
+#include "palpa/base/input_file.h"
+#include "palpa/base/limits.h"
+#include "palpa/base/toml_problem.h"
+#include "palpa/base/wording.h"
+#include "palpa/data/analytic.h"
+#include "palpa/data/grid.h"
+#include "palpa/data/labels.h"
+#include "palpa/data/length_unit.h"
+#include "palpa/data/read_series.h"
+#include "palpa/data/timed_field.h"
+#include "palpa/data/volume.h"
 #include "palpa/scene/keys.h"
 #include "palpa/scene/parts.h"
 #include "palpa/scene/scene_checks.h"
-#include "palpa/survey/labels.h"
-#include "palpa/time/timed_field.h"
-#include "palpa/toml/problem.h"
-#include "palpa/toml/wording.h"
-#include "palpa/volume/analytic.h"
-#include "palpa/volume/length_unit.h"
-#include "palpa/volume/read_series.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa {
 

@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
+#include "palpa/data/volume.h"
 #include "palpa/mode/mode.h"
 #include "palpa/scene/scene.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa {
 

@@ -2,9 +2,9 @@
 
 #include <limits>
 
-#include "palpa/limits/limits.h"
-#include "palpa/volume/analytic.h"
-#include "palpa/volume/length_unit.h"
+#include "palpa/base/limits.h"
+#include "palpa/data/analytic.h"
+#include "palpa/data/length_unit.h"
 
 namespace palpa {
 

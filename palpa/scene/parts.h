@@ -10,11 +10,11 @@
 #include <utility>
 #include <vector>
 
+#include "palpa/data/timed_field.h"
+#include "palpa/data/volume.h"
 #include "palpa/mode/mode.h"
 #include "palpa/mode/parameters.h"
 #include "palpa/scene/scene.h"
-#include "palpa/time/timed_field.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa {
 

@@ -1,8 +1,8 @@
 #include <algorithm>
 
+#include "palpa/data/analytic.h"
 #include "palpa/scene/keys.h"
 #include "palpa/scene/load_scene.h"
-#include "palpa/volume/analytic.h"
 
 namespace palpa {
 

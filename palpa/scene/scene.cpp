@@ -4,16 +4,16 @@
 #include <cmath>
 #include <set>
 
-#include "palpa/grid/derived_fields.h"
-#include "palpa/grid/filter.h"
-#include "palpa/limits/limits.h"
+#include "palpa/base/limits.h"
+#include "palpa/base/wording.h"
+#include "palpa/data/derived_fields.h"
+#include "palpa/data/field_name.h"
+#include "palpa/data/filter.h"
+#include "palpa/data/same_data.h"
+#include "palpa/data/thin_parts.h"
+#include "palpa/data/volume.h"
 #include "palpa/scene/keys.h"
 #include "palpa/scene/scene_checks.h"
-#include "palpa/survey/thin_parts.h"
-#include "palpa/toml/wording.h"
-#include "palpa/volume/field_name.h"
-#include "palpa/volume/same_data.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa {
 

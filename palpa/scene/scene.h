@@ -5,13 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "palpa/core/coupling.h"
-#include "palpa/core/load_error.h"
-#include "palpa/core/similarity.h"
-#include "palpa/grid/grid.h"
+#include "palpa/base/load_error.h"
+#include "palpa/data/grid.h"
+#include "palpa/data/timed_field.h"
+#include "palpa/data/volume.h"
 #include "palpa/mode/mode.h"
-#include "palpa/time/timed_field.h"
-#include "palpa/volume/volume.h"
+#include "palpa/solver/coupling.h"
+#include "palpa/solver/similarity.h"
 
 namespace palpa {
 

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
-#include "palpa/grid/filter.h"
+#include "palpa/base/wording.h"
+#include "palpa/data/filter.h"
+#include "palpa/data/volume.h"
 #include "palpa/scene/parts.h"
 #include "palpa/scene/scene.h"
-#include "palpa/toml/wording.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa {
 

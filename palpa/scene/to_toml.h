@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
-#include "palpa/core/similarity.h"
-#include "palpa/volume/volume.h"
+#include "palpa/data/volume.h"
+#include "palpa/solver/similarity.h"
 
 namespace palpa::detail {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "palpa/core/printed.h"
+#include "palpa/base/printed.h"
 #include "palpa/study/summary.h"
 
 namespace palpa {

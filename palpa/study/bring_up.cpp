@@ -7,7 +7,7 @@
 #include <numbers>
 #include <thread>
 
-#include "palpa/core/printed.h"
+#include "palpa/base/printed.h"
 
 namespace palpa {
 

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <utility>
 
-#include "palpa/core/printed.h"
+#include "palpa/base/printed.h"
 #include "palpa/study/check.h"
 #include "palpa/study/feeler.h"
 #include "palpa/study/let_go.h"

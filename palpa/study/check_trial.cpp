@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "palpa/core/printed.h"
+#include "palpa/base/printed.h"
 #include "palpa/device/front.h"
 #include "palpa/study/feeler.h"
 #include "palpa/study/let_go.h"

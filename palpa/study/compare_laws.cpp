@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "palpa/base/printed.h"
 #include "palpa/baseline/law.h"
 #include "palpa/baseline/path.h"
-#include "palpa/core/printed.h"
-#include "palpa/field/quantile.h"
+#include "palpa/data/quantile.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/modes.h"
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "palpa/session/session.h"
 #include "palpa/study/run.h"
-#include "palpa/tick/session.h"
 
 namespace palpa {
 

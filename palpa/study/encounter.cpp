@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <limits>
 
+#include "palpa/data/quantile.h"
 #include "palpa/device/front.h"
-#include "palpa/field/quantile.h"
 #include "palpa/study/reach.h"
 #include "palpa/study/reach_lattice.h"
 #include "palpa/study/trial.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "palpa/core/printed.h"
+#include "palpa/base/printed.h"
 #include "palpa/study/summary.h"
 
 namespace palpa {

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "palpa/baseline/path.h"
+#include "palpa/session/session.h"
 #include "palpa/study/summary.h"
-#include "palpa/tick/session.h"
 
 namespace palpa::detail {
 

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <span>
 
+#include "palpa/data/volume.h"
 #include "palpa/mode/modes.h"
 #include "palpa/study/summary.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa {
 namespace {

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <vector>
 
+#include "palpa/data/analytic.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/modes.h"
-#include "palpa/volume/analytic.h"
 
 namespace palpa {
 namespace {

@@ -4,10 +4,10 @@
 #include <exception>
 #include <utility>
 
+#include "palpa/base/printed.h"
+#include "palpa/base/wording.h"
 #include "palpa/baseline/path.h"
-#include "palpa/core/printed.h"
 #include "palpa/device/blocked_signals.h"
-#include "palpa/toml/wording.h"
 
 namespace palpa {
 namespace {

@@ -6,10 +6,10 @@
 #include <exception>
 #include <mutex>
 
+#include "palpa/base/limits.h"
+#include "palpa/base/load_error.h"
+#include "palpa/base/printed.h"
 #include "palpa/baseline/path.h"
-#include "palpa/core/load_error.h"
-#include "palpa/core/printed.h"
-#include "palpa/limits/limits.h"
 #include "palpa/study/feeler.h"
 #include "palpa/study/reach_lattice.h"
 

@@ -7,8 +7,8 @@
 #include <functional>
 #include <vector>
 
-#include "palpa/core/vec3.h"
 #include "palpa/scene/scene.h"
+#include "palpa/solver/vec3.h"
 
 namespace palpa {
 

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cstring>
 
-#include "palpa/core/printed.h"
-#include "palpa/disk/input_file.h"
+#include "palpa/base/input_file.h"
+#include "palpa/base/printed.h"
+#include "palpa/data/sha256.h"
 #include "palpa/file/write_volume.h"
 #include "palpa/study/recording.h"
 #include "palpa/version.h"
-#include "palpa/volume/sha256.h"
 
 namespace palpa {
 namespace {

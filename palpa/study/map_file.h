@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "palpa/disk/new_file.h"
+#include "palpa/base/new_file.h"
 #include "palpa/scene/scene.h"
 #include "palpa/study/map.h"
 

@@ -6,9 +6,9 @@
 #include <limits>
 #include <system_error>
 
-#include "palpa/core/printed.h"
+#include "palpa/base/limits.h"
+#include "palpa/base/printed.h"
 #include "palpa/device/open_device.h"
-#include "palpa/limits/limits.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/modes.h"
 #include "palpa/mode/plugin.h"

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "palpa/core/printed.h"
+#include "palpa/base/printed.h"
 #include "palpa/study/reach_lattice.h"
 
 namespace palpa {

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "palpa/data/volume.h"
 #include "palpa/study/recording.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa {
 namespace {

@@ -3,8 +3,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "palpa/data/volume.h"
 #include "palpa/version.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa::detail {
 namespace {

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
+#include "palpa/data/volume.h"
 #include "palpa/loop/loop.h"
 #include "palpa/scene/scene.h"
 #include "palpa/study/run.h"
 #include "palpa/trace/trace.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa::detail {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <thread>
 
+#include "palpa/base/printed.h"
 #include "palpa/baseline/path.h"
-#include "palpa/core/printed.h"
 #include "palpa/device/paced_hand.h"
 #include "palpa/study/live_run.h"
 #include "palpa/study/recording.h"

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "palpa/core/printed.h"
+#include "palpa/base/printed.h"
 #include "palpa/study/energy_table.h"
 
 namespace palpa {

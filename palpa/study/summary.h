@@ -9,7 +9,7 @@
 
 #include "palpa/loop/loop.h"
 #include "palpa/loop/time_histogram.h"
-#include "palpa/tick/session.h"
+#include "palpa/session/session.h"
 #include "palpa/trace/trace.h"
 
 namespace palpa {

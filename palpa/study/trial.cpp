@@ -4,7 +4,7 @@
 
 #include "palpa/baseline/path.h"
 #include "palpa/loop/loop.h"
-#include "palpa/tick/session.h"
+#include "palpa/session/session.h"
 
 namespace palpa::detail {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "palpa/core/printed.h"
+#include "palpa/base/printed.h"
 #include "palpa/mode/modes.h"
 
 namespace palpa {

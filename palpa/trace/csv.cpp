@@ -1,6 +1,6 @@
 #include "palpa/trace/csv.h"
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 
 namespace palpa::detail {
 

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "palpa/disk/input_file.h"
+#include "palpa/base/input_file.h"
 
 namespace palpa::detail {
 

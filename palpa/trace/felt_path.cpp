@@ -3,7 +3,7 @@
 #include <optional>
 #include <stdexcept>
 
-#include "palpa/limits/limits.h"
+#include "palpa/base/limits.h"
 #include "palpa/trace/rows.h"
 #include "palpa/trace/trace.h"
 

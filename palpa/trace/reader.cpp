@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <limits>
 
-#include "palpa/disk/input_file.h"
-#include "palpa/limits/limits.h"
-#include "palpa/toml/wording.h"
+#include "palpa/base/input_file.h"
+#include "palpa/base/limits.h"
+#include "palpa/base/wording.h"
 #include "palpa/trace/columns.h"
 #include "palpa/trace/csv.h"
 #include "palpa/trace/trace.h"

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "palpa/core/load_error.h"
-#include "palpa/toml/wording.h"
+#include "palpa/base/load_error.h"
+#include "palpa/base/wording.h"
 
 namespace palpa::detail {
 

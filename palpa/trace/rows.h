@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "palpa/core/vec3.h"
+#include "palpa/solver/vec3.h"
 #include "palpa/trace/csv.h"
 #include "palpa/trace/trace.h"
 

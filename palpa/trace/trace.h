@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
-#include "palpa/tick/session.h"
-#include "palpa/volume/volume.h"
+#include "palpa/data/volume.h"
+#include "palpa/session/session.h"
 
 namespace palpa {
 

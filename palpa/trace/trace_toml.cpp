@@ -7,12 +7,12 @@
 #include <fstream>
 #include <utility>
 
-#include "palpa/disk/input_file.h"
-#include "palpa/limits/limits.h"
-#include "palpa/toml/problem.h"
-#include "palpa/toml/wording.h"
+#include "palpa/base/input_file.h"
+#include "palpa/base/limits.h"
+#include "palpa/base/toml_problem.h"
+#include "palpa/base/wording.h"
+#include "palpa/data/volume.h"
 #include "palpa/trace/csv.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa::detail {
 

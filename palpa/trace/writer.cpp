@@ -8,7 +8,7 @@
 #include <system_error>
 #include <utility>
 
-#include "palpa/disk/new_file.h"
+#include "palpa/base/new_file.h"
 #include "palpa/trace/columns.h"
 #include "palpa/trace/csv.h"
 #include "palpa/trace/trace.h"

@@ -21,7 +21,7 @@
 #include <iterator>
 #include <utility>
 
-#include "palpa/core/printed.h"
+#include "palpa/base/printed.h"
 #include "palpa/view/picture.h"
 
 namespace palpa::detail {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 #include "palpa/vtk/felt_actors.h"
 
 namespace palpa::detail {

@@ -30,12 +30,12 @@
 #include <limits>
 #include <map>
 
-#include "palpa/grid/grid.h"
-#include "palpa/grid/sampled.h"
+#include "palpa/data/grid.h"
+#include "palpa/data/sampled.h"
+#include "palpa/data/volume.h"
 #include "palpa/scene/scene_checks.h"
 #include "palpa/view/shapes.h"
 #include "palpa/view/streamlines.h"
-#include "palpa/volume/volume.h"
 #include "palpa/vtk/to_vtk.h"
 
 namespace palpa::detail {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "palpa/data/timed_field.h"
 #include "palpa/scene/scene.h"
-#include "palpa/time/timed_field.h"
 #include "palpa/view/canvas.h"
 
 class vtkActor;

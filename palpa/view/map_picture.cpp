@@ -5,10 +5,10 @@
 #include <cassert>
 #include <cmath>
 
-#include "palpa/core/printed.h"
-#include "palpa/field/parallel.h"
+#include "palpa/base/printed.h"
+#include "palpa/data/parallel.h"
+#include "palpa/data/timed_field.h"
 #include "palpa/mode/modes.h"
-#include "palpa/time/timed_field.h"
 #include "palpa/view/canvas.h"
 #include "palpa/view/colors.h"
 #include "palpa/view/offscreen.h"

@@ -21,7 +21,7 @@
 #include <utility>
 #include <vector>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 
 namespace palpa::detail {
 namespace {

@@ -7,7 +7,7 @@
 
 #include <cstring>
 
-#include "palpa/disk/new_file.h"
+#include "palpa/base/new_file.h"
 #include "palpa/view/offscreen.h"
 
 namespace palpa {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "palpa/scene/scene.h"
-#include "palpa/tick/session.h"
+#include "palpa/session/session.h"
 
 namespace palpa {
 

@@ -27,7 +27,7 @@
 #include <cmath>
 #include <limits>
 
-#include "palpa/core/printed.h"
+#include "palpa/base/printed.h"
 #include "palpa/view/offscreen.h"
 #include "palpa/view/svg_device.h"
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "palpa/data/timed_field.h"
 #include "palpa/scene/scene.h"
-#include "palpa/time/timed_field.h"
 #include "palpa/view/canvas.h"
 
 namespace palpa::detail {

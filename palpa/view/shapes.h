@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "palpa/core/vec3.h"
+#include "palpa/solver/vec3.h"
 #include "palpa/view/colors.h"
 
 class vtkRenderer;

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "palpa/field/field.h"
+#include "palpa/data/field.h"
 
 namespace palpa::detail {
 

@@ -20,8 +20,8 @@
 #include <string>
 #include <vector>
 
-#include "palpa/core/escaped.h"
-#include "palpa/core/printed.h"
+#include "palpa/base/escaped.h"
+#include "palpa/base/printed.h"
 
 namespace palpa::detail {
 

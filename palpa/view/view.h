@@ -1,7 +1,7 @@
 // Which part of the hand frame a picture shows, and from where.
 #pragma once
 
-#include "palpa/core/vec3.h"
+#include "palpa/solver/vec3.h"
 
 namespace palpa::detail {
 

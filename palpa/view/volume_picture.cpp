@@ -6,19 +6,19 @@
 #include <map>
 #include <optional>
 
-#include "palpa/core/printed.h"
-#include "palpa/first/first_flow.h"
-#include "palpa/first/first_levels.h"
-#include "palpa/grid/derived.h"
-#include "palpa/survey/ct.h"
-#include "palpa/survey/labels.h"
-#include "palpa/toml/wording.h"
+#include "palpa/base/printed.h"
+#include "palpa/base/wording.h"
+#include "palpa/data/ct.h"
+#include "palpa/data/derived.h"
+#include "palpa/data/labels.h"
+#include "palpa/data/volume.h"
+#include "palpa/scene/first_flow.h"
+#include "palpa/scene/first_levels.h"
 #include "palpa/view/canvas.h"
 #include "palpa/view/colors.h"
 #include "palpa/view/offscreen.h"
 #include "palpa/view/picture.h"
 #include "palpa/view/plot.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa {
 namespace {

@@ -3,9 +3,9 @@
 
 #include <string>
 
-#include "palpa/survey/statistics.h"
+#include "palpa/data/statistics.h"
+#include "palpa/data/volume.h"
 #include "palpa/view/picture.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa {
 

@@ -23,10 +23,10 @@
 #include <span>
 #include <vector>
 
-#include "palpa/core/similarity.h"
 #include "palpa/device/latest.h"
 #include "palpa/loop/loop.h"
-#include "palpa/tick/session.h"
+#include "palpa/session/session.h"
+#include "palpa/solver/similarity.h"
 
 namespace palpa {
 

@@ -27,10 +27,10 @@
 #include <utility>
 #include <vector>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
+#include "palpa/data/unread_grid.h"
+#include "palpa/data/volume.h"
 #include "palpa/file/read_volume.h"
-#include "palpa/grid/unread_grid.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa {
 

@@ -15,8 +15,8 @@
 #include <cmath>
 #include <optional>
 
-#include "palpa/core/similarity.h"
 #include "palpa/device/pointer.h"
+#include "palpa/solver/similarity.h"
 
 namespace palpa {
 

@@ -25,8 +25,8 @@
 #include <string>
 #include <vector>
 
-#include "palpa/field/field.h"
-#include "palpa/grid/grid.h"
+#include "palpa/data/field.h"
+#include "palpa/data/grid.h"
 #include "palpa/mode/parameters.h"
 #include "palpa/trace/trace.h"
 

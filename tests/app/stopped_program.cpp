@@ -16,11 +16,11 @@
 #include <string>
 #include <thread>
 
+#include "palpa/data/analytic.h"
 #include "palpa/device/blocked_signals.h"
 #include "palpa/device/open_device.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/modes.h"
-#include "palpa/volume/analytic.h"
 
 namespace {
 

@@ -11,8 +11,8 @@
 #include <chrono>
 #include <thread>
 
-#include "palpa/core/shown.h"
-#include "palpa/core/utf8.h"
+#include "palpa/base/shown.h"
+#include "palpa/base/utf8.h"
 #include "program.h"
 
 namespace palpa {

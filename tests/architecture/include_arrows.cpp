@@ -94,8 +94,8 @@ std::vector<std::string> wrong_includes(const Arrows& arrows, std::string_view p
                  ">; VTK is known to reader, explorer and vtk, and to the sources of view and report; Qt to the explorer, ITK "
                  "and its "
                  "kin to the reader alone");
-    } else if (layer == "core" && name.find_first_of("./") != name.npos) {
-      complain('<' + name + ">; core needs the standard library alone");
+    } else if (layer == "solver" && name.find_first_of("./") != name.npos) {
+      complain('<' + name + ">; solver needs the standard library alone");
     } else if (library && is_header(path) && name.find_first_of("./") != name.npos && !std::regex_search(name, posix)) {
       complain('<' + name + ">; a public header needs the standard library and POSIX alone");
     }

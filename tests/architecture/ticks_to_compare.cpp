@@ -9,7 +9,7 @@
 #include "palpa/file/read_volume.h"
 #include "palpa/mode/mode.h"
 #include "palpa/scene/load_scene.h"
-#include "palpa/tick/session.h"
+#include "palpa/session/session.h"
 
 namespace {
 

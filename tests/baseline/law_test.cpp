@@ -11,8 +11,8 @@
 
 #include "palpa/scene/keys.h"
 #include "tests/baseline/paper_readings.h"
-#include "tests/core/counted_allocations.h"
-#include "tests/core/random_problems.h"
+#include "tests/solver/counted_allocations.h"
+#include "tests/solver/random_problems.h"
 
 namespace palpa {
 namespace law_test {

@@ -5,7 +5,7 @@
 
 #include <span>
 
-#include "palpa/core/primitives.h"
+#include "palpa/solver/primitives.h"
 
 namespace palpa::test {
 

@@ -1,15 +1,15 @@
 // Sessions felt with the laws of earlier systems.
-#include "palpa/tick/session.h"
+#include "palpa/session/session.h"
 
 #include <gtest/gtest.h>
 
 #include <limits>
 
 #include "palpa/baseline/path.h"
+#include "palpa/data/analytic.h"
+#include "palpa/data/volume.h"
 #include "palpa/mode/modes.h"
-#include "palpa/volume/analytic.h"
-#include "palpa/volume/volume.h"
-#include "tests/tick/hands.h"
+#include "tests/session/hands.h"
 
 namespace palpa {
 namespace session_test {

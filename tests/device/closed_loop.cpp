@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "palpa/core/damper.h"
+#include "palpa/session/damper.h"
 
 namespace palpa::test {
 namespace {

@@ -1,8 +1,8 @@
 // Damper, spring and a plane in a closed loop with a device: how stiff it can be, how quiet it is.
 #pragma once
 
-#include "palpa/core/vec3.h"
 #include "palpa/device/hand.h"
+#include "palpa/solver/vec3.h"
 
 namespace palpa::test {
 

@@ -6,7 +6,7 @@
 #include <numbers>
 #include <random>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 #include "palpa/device/hand.h"
 
 namespace palpa {

@@ -13,15 +13,15 @@
 #include <string>
 #include <thread>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
+#include "palpa/data/analytic.h"
 #include "palpa/device/open_device.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/modes.h"
-#include "palpa/volume/analytic.h"
-#include "tests/core/counted_allocations.h"
 #include "tests/devices/rig.h"
 #include "tests/devices/steered_rigs.h"
 #include "tests/devices/vendor_rigs.h"
+#include "tests/solver/counted_allocations.h"
 
 namespace palpa {
 namespace conformance_test {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "palpa/core/vec3.h"
+#include "palpa/solver/vec3.h"
 
 namespace palpa::test {
 

@@ -17,10 +17,10 @@
 #include <thread>
 
 #include "devices/inverse3_messages.h"
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 #include "palpa/device/open_device.h"
-#include "tests/core/counted_allocations.h"
 #include "tests/devices/inverse3_rig.h"
+#include "tests/solver/counted_allocations.h"
 
 namespace palpa {
 namespace inverse3_test {

@@ -10,7 +10,7 @@
 #include <functional>
 #include <iterator>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 #include "tests/devices/dhd_stand_in.h"
 #include "tests/devices/vendor_rigs.h"
 

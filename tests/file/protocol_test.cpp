@@ -9,7 +9,7 @@
 #include <limits>
 #include <random>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 #include "palpa/file/protocol_memory.h"
 
 namespace palpa::protocol {

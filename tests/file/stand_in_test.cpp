@@ -11,11 +11,11 @@
 #include <stop_token>
 #include <thread>
 
-#include "palpa/core/load_error.h"
-#include "palpa/core/shown.h"
+#include "palpa/base/load_error.h"
+#include "palpa/base/shown.h"
+#include "palpa/data/grid.h"
+#include "palpa/data/volume.h"
 #include "palpa/file/read_volume.h"
-#include "palpa/grid/grid.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa {
 namespace stand_in_test {

@@ -18,7 +18,7 @@
 #include <sstream>
 #include <thread>
 
-#include "palpa/core/utf8.h"
+#include "palpa/base/utf8.h"
 #include "tests/fuzz/campaigns.h"
 #include "tests/fuzz/program.h"
 

@@ -10,10 +10,10 @@
 #include <fstream>
 #include <sstream>
 
-#include "palpa/core/load_error.h"
-#include "palpa/core/shown.h"
+#include "palpa/base/load_error.h"
+#include "palpa/base/shown.h"
+#include "palpa/base/toml_problem.h"
 #include "palpa/device/hand.h"
-#include "palpa/toml/problem.h"
 #include "palpa/trace/csv.h"
 #include "palpa/trace/trace.h"
 

@@ -4,8 +4,8 @@
 #include <memory>
 #include <new>
 
-#include "palpa/core/load_error.h"
-#include "palpa/core/shown.h"
+#include "palpa/base/load_error.h"
+#include "palpa/base/shown.h"
 #include "reader/source.h"
 #include "tests/fuzz/parsers.h"
 

@@ -8,7 +8,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 #include "palpa/file/read_volume.h"
 #include "tests/fuzz/campaigns.h"
 #include "tests/fuzz/hostile_acts.h"

@@ -6,8 +6,8 @@
 #include <limits>
 #include <numbers>
 
+#include "palpa/data/analytic.h"
 #include "palpa/mode/modes.h"
-#include "palpa/volume/analytic.h"
 
 namespace palpa::fuzz {
 namespace {

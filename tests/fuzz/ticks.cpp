@@ -10,12 +10,12 @@
 
 #include "palpa/baseline/path.h"
 #include "palpa/loop/loop.h"
-#include "tests/core/counted_allocations.h"
 #include "tests/fuzz/campaigns.h"
 #include "tests/fuzz/parsers.h"
 #include "tests/fuzz/program.h"
 #include "tests/fuzz/scenes.h"
 #include "tests/laws/balance_formula.h"
+#include "tests/solver/counted_allocations.h"
 
 namespace palpa::fuzz {
 namespace {

@@ -15,7 +15,7 @@
 #include "bench/haptics/score.h"
 #include "bench/haptics/shape.h"
 #include "bench/haptics/suite.h"
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 
 namespace palpa::haptics {
 namespace haptics_test {
@@ -472,9 +472,9 @@ TEST(Runner, TakesARenderersNameBeforeItsCommand) {
 // and files.
 TEST(Measure, KnowsNothingOfHowPalpaFeels) {
   static const std::regex include(R"re(#include [<"](palpa/[^>"]+)[>"])re");
-  const std::set<std::string> allowed{"palpa/core/vec3.h",        "palpa/core/load_error.h", "palpa/device/sine_cosine.h",
-                                      "palpa/disk/input_file.h",  "palpa/disk/new_file.h",   "palpa/volume/sha256.h",
-                                      "palpa/file/read_volume.h", "palpa/grid/filter.h",     "palpa/grid/grid_base.h"};
+  const std::set<std::string> allowed{"palpa/solver/vec3.h",      "palpa/base/load_error.h", "palpa/device/sine_cosine.h",
+                                      "palpa/base/input_file.h",  "palpa/base/new_file.h",   "palpa/data/sha256.h",
+                                      "palpa/file/read_volume.h", "palpa/data/filter.h",     "palpa/data/grid_base.h"};
   int files = 0;
   for (const auto& entry : fs::directory_iterator(sources)) {
     const std::string name = entry.path().filename().string();

@@ -105,7 +105,7 @@ add_executable(alone alone.cpp)
 target_link_libraries(alone PRIVATE palpa::core)
 TXT
 cat >"$work/alone/alone.cpp" <<'TXT'
-#include <palpa/core/solver.h>
+#include <palpa/solver/solver.h>
 int main() {
   palpa::PrimitiveSet primitives;
   primitives.clear({});

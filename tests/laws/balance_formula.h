@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tests/core/all_faces.h"
+#include "tests/solver/all_faces.h"
 
 namespace palpa::test {
 

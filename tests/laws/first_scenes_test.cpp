@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "palpa/first/first_scene.h"
 #include "palpa/palpa.h"
+#include "palpa/scene/first_scene.h"
 #include "palpa/study/felt.h"
 #include "palpa/study/map.h"
 #include "palpa/study/summary.h"

@@ -10,11 +10,11 @@
 #include <string>
 #include <vector>
 
-#include "palpa/grid/sampled.h"
+#include "palpa/data/sampled.h"
 #include "palpa/palpa.h"
 #include "palpa/trace/trace.h"
-#include "tests/core/all_faces.h"
-#include "tests/tick/hands.h"
+#include "tests/session/hands.h"
+#include "tests/solver/all_faces.h"
 
 namespace palpa {
 namespace recorded_balances_test {

@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "palpa/palpa.h"
-#include "tests/core/random_problems.h"
 #include "tests/laws/shipped_scenes.h"
+#include "tests/solver/random_problems.h"
 
 namespace palpa {
 namespace still_hand_test {

@@ -5,7 +5,7 @@
 #include <limits>
 #include <optional>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 #include "tests/laws/balance_formula.h"
 
 namespace palpa::test {

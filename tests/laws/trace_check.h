@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "palpa/core/vec3.h"
+#include "palpa/solver/vec3.h"
 #include "palpa/trace/csv.h"
 
 namespace palpa::test {

@@ -11,8 +11,8 @@
 #include "palpa/palpa.h"
 #include "palpa/study/run.h"
 #include "palpa/trace/trace.h"
-#include "tests/core/all_faces.h"
 #include "tests/laws/shipped_scenes.h"
+#include "tests/solver/all_faces.h"
 
 namespace palpa {
 namespace trace_check_test {

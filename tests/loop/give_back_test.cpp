@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "palpa/loop/loop.h"
-#include "tests/tick/resting_hands.h"
+#include "tests/session/resting_hands.h"
 
 namespace palpa {
 namespace give_back_by_the_loop_test {

@@ -9,12 +9,12 @@
 #include <optional>
 #include <vector>
 
+#include "palpa/data/analytic.h"
 #include "palpa/loop/guard.h"
 #include "palpa/loop/loop.h"
 #include "palpa/loop/release.h"
 #include "palpa/mode/modes.h"
-#include "palpa/volume/analytic.h"
-#include "tests/core/random_problems.h"
+#include "tests/solver/random_problems.h"
 
 namespace palpa {
 namespace impact_test {

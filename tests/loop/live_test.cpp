@@ -12,9 +12,9 @@
 #include "palpa/device/paced_hand.h"
 #include "palpa/loop/grip.h"
 #include "palpa/loop/loop.h"
-#include "tests/core/counted_allocations.h"
-#include "tests/core/counted_locks.h"
 #include "tests/loop/scenes.h"
+#include "tests/solver/counted_allocations.h"
+#include "tests/solver/counted_locks.h"
 
 namespace palpa {
 namespace live_test {

@@ -17,8 +17,8 @@
 
 #include "palpa/device/hand.h"
 #include "palpa/loop/loop.h"
-#include "tests/core/counted_allocations.h"
 #include "tests/loop/scenes.h"
+#include "tests/solver/counted_allocations.h"
 
 namespace palpa {
 namespace recorder_test {

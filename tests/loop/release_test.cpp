@@ -7,10 +7,10 @@
 #include <cmath>
 #include <type_traits>
 
+#include "palpa/data/analytic.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/modes.h"
-#include "palpa/volume/analytic.h"
-#include "tests/core/random_problems.h"
+#include "tests/solver/random_problems.h"
 
 namespace palpa {
 namespace release_test {

@@ -7,9 +7,9 @@
 #include <filesystem>
 #include <string>
 
+#include "palpa/data/analytic.h"
 #include "palpa/mode/modes.h"
 #include "palpa/scene/scene.h"
-#include "palpa/volume/analytic.h"
 
 namespace palpa::test {
 

@@ -6,7 +6,7 @@
 
 #include "palpa/mode/modes.h"
 #include "palpa/mode/placement.h"
-#include "tests/core/random_problems.h"
+#include "tests/solver/random_problems.h"
 
 namespace palpa {
 namespace constraint_modes_test {

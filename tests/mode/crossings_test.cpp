@@ -10,10 +10,10 @@
 #include <memory>
 #include <random>
 
-#include "palpa/grid/grid.h"
-#include "palpa/grid/smooth_grid.h"
-#include "palpa/time/timed_field.h"
-#include "palpa/volume/analytic.h"
+#include "palpa/data/analytic.h"
+#include "palpa/data/grid.h"
+#include "palpa/data/smooth_grid.h"
+#include "palpa/data/timed_field.h"
 
 namespace palpa {
 namespace crossings_test {

@@ -3,12 +3,12 @@
 
 #include <cmath>
 
-#include "palpa/grid/grid.h"
-#include "palpa/grid/sampled.h"
+#include "palpa/data/analytic.h"
+#include "palpa/data/grid.h"
+#include "palpa/data/sampled.h"
+#include "palpa/data/volume.h"
 #include "palpa/mode/modes.h"
-#include "palpa/volume/analytic.h"
-#include "palpa/volume/volume.h"
-#include "tests/core/random_problems.h"
+#include "tests/solver/random_problems.h"
 
 namespace palpa {
 namespace directed_modes_test {

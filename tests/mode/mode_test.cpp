@@ -6,9 +6,9 @@
 
 #include <stdexcept>
 
+#include "palpa/data/analytic.h"
 #include "palpa/mode/modes.h"
-#include "palpa/volume/analytic.h"
-#include "tests/core/random_problems.h"
+#include "tests/solver/random_problems.h"
 
 namespace palpa {
 namespace mode_test {

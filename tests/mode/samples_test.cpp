@@ -4,13 +4,13 @@
 #include <array>
 #include <cstdint>
 
-#include "palpa/grid/derived.h"
-#include "palpa/grid/sampled.h"
-#include "palpa/grid/smooth_grid.h"
+#include "palpa/data/analytic.h"
+#include "palpa/data/derived.h"
+#include "palpa/data/sampled.h"
+#include "palpa/data/smooth_grid.h"
+#include "palpa/data/timed_field.h"
 #include "palpa/mode/mode_context.h"
-#include "palpa/time/timed_field.h"
-#include "palpa/volume/analytic.h"
-#include "tests/core/random_problems.h"
+#include "tests/solver/random_problems.h"
 
 namespace palpa {
 namespace samples_test {

@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <string>
 
-#include "palpa/grid/sampled.h"
+#include "palpa/data/sampled.h"
 #include "palpa/mode/modes.h"
 #include "tests/mode/vortex_flows.h"
 

@@ -8,9 +8,9 @@
 #include <random>
 #include <vector>
 
-#include "palpa/grid/derived.h"
-#include "palpa/grid/grid.h"
-#include "tests/core/random_problems.h"
+#include "palpa/data/derived.h"
+#include "palpa/data/grid.h"
+#include "tests/solver/random_problems.h"
 
 namespace palpa::test {
 

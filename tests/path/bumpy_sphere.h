@@ -1,7 +1,7 @@
 // A solid that knows its own surface, for tests and benchmarks alike.
 #pragma once
 
-#include "palpa/core/vec3.h"
+#include "palpa/solver/vec3.h"
 
 namespace palpa::test {
 

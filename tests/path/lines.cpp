@@ -6,10 +6,10 @@
 #include <numbers>
 
 #include "palpa/baseline/path.h"
+#include "palpa/data/volume.h"
 #include "palpa/file/read_volume.h"
 #include "palpa/mode/modes.h"
 #include "palpa/scene/load_scene.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa::test {
 

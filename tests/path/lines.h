@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "palpa/tick/session.h"
+#include "palpa/session/session.h"
 #include "tests/path/shapes.h"
 
 namespace palpa::test {

@@ -5,13 +5,13 @@
 
 #include <numbers>
 
+#include "palpa/data/analytic.h"
+#include "palpa/data/filter.h"
+#include "palpa/data/sampled.h"
 #include "palpa/file/read_volume.h"
-#include "palpa/grid/filter.h"
-#include "palpa/grid/sampled.h"
 #include "palpa/mode/modes.h"
-#include "palpa/volume/analytic.h"
 #include "tests/laws/shipped_scenes.h"
-#include "tests/tick/hands.h"
+#include "tests/session/hands.h"
 
 namespace palpa::test {
 namespace lines_test {

@@ -7,7 +7,7 @@
 #include "palpa/baseline/path.h"
 #include "palpa/loop/loop.h"
 #include "tests/path/lines.h"
-#include "tests/tick/hands.h"
+#include "tests/session/hands.h"
 
 namespace palpa::test {
 

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
+#include "palpa/session/session.h"
 #include "palpa/study/run.h"
-#include "palpa/tick/session.h"
-#include "tests/core/random_problems.h"
 #include "tests/path/shapes.h"
+#include "tests/solver/random_problems.h"
 
 namespace palpa::test {
 
@@ -71,8 +71,8 @@ void measure_booked(const Scene& scene, int ticks, double reach_m, Random& rando
 /// A hand of 0.2 kg with b = kT/2 + D on the spring of a wandering arm, in a closed loop.
 struct ClosedLoop {
   std::int64_t ticks = 0;
-  double gained_j = -1e9;  ///< most that hand and spring hold beyond where a second began + the arm's, the modes' and the moving
-                           ///< data's work, as it is booked
+  double gained_j = -1e9;  ///< most that hand and spring hold beyond where a second began + the arm's, the modes' and the
+                           ///< moving data's work, as it is booked
   double arm_work_j = 0.0;  ///< taken and given, for comparison
   double injected_j = 0.0;  ///< booked to modes
   double path_j = 0.0;      ///< Σ path_j above zero

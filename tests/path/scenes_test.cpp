@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "palpa/file/read_volume.h"
-#include "palpa/first/first_scene.h"
 #include "palpa/loop/loop.h"
+#include "palpa/scene/first_scene.h"
 #include "palpa/scene/load_scene.h"
 #include "tests/laws/shipped_scenes.h"
 

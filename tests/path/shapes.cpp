@@ -3,10 +3,10 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "palpa/grid/filter.h"
-#include "palpa/grid/grid_base.h"
-#include "palpa/grid/smooth_grid.h"
-#include "palpa/volume/volume.h"
+#include "palpa/data/filter.h"
+#include "palpa/data/grid_base.h"
+#include "palpa/data/smooth_grid.h"
+#include "palpa/data/volume.h"
 
 namespace palpa::test {
 

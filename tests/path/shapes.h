@@ -5,10 +5,10 @@
 #include <ostream>
 #include <vector>
 
-#include "palpa/field/quantile.h"
-#include "palpa/grid/grid.h"
+#include "palpa/data/grid.h"
+#include "palpa/data/quantile.h"
+#include "palpa/data/volume.h"
 #include "palpa/scene/scene.h"
-#include "palpa/volume/volume.h"
 #include "tests/path/bumpy_sphere.h"
 
 namespace palpa::test {

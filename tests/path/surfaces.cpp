@@ -5,10 +5,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "palpa/grid/filter.h"
-#include "palpa/grid/sampled.h"
+#include "palpa/data/filter.h"
+#include "palpa/data/sampled.h"
 #include "palpa/mode/modes.h"
-#include "tests/core/random_problems.h"
+#include "tests/solver/random_problems.h"
 
 namespace palpa::test {
 

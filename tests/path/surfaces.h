@@ -1,9 +1,9 @@
 // Measures of surfaces: drift, error on a bumpy sphere, rest in grooves.
 #pragma once
 
-#include "palpa/tick/session.h"
-#include "tests/core/random_problems.h"
+#include "palpa/session/session.h"
 #include "tests/path/shapes.h"
+#include "tests/solver/random_problems.h"
 
 namespace palpa::test {
 

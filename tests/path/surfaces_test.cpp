@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "palpa/volume/analytic.h"
+#include "palpa/data/analytic.h"
 
 namespace palpa::test {
 namespace surfaces_test {

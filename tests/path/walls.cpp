@@ -3,9 +3,9 @@
 #include <cmath>
 #include <limits>
 
+#include "palpa/data/analytic.h"
 #include "palpa/mode/modes.h"
-#include "palpa/volume/analytic.h"
-#include "tests/core/random_problems.h"
+#include "tests/solver/random_problems.h"
 
 namespace palpa::test {
 

@@ -1,7 +1,7 @@
 // Measures of walls: nothing passes through what is stronger than the stroke, and what is weaker lets go where it should.
 #pragma once
 
-#include "palpa/tick/session.h"
+#include "palpa/session/session.h"
 #include "tests/path/shapes.h"
 
 namespace palpa::test {

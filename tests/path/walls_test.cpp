@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "palpa/data/volume.h"
 #include "palpa/file/read_volume.h"
-#include "palpa/volume/volume.h"
 #include "tests/laws/shipped_scenes.h"
 
 namespace palpa::test {

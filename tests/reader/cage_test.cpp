@@ -21,10 +21,10 @@
 #include <string>
 #include <vector>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
+#include "palpa/data/grid.h"
+#include "palpa/data/volume.h"
 #include "palpa/file/read_volume.h"
-#include "palpa/grid/grid.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa {
 namespace cage_test {

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "hdf5_file.h"
+#include "palpa/data/grid_base.h"
 #include "palpa/file/components.h"
-#include "palpa/grid/grid_base.h"
 
 namespace palpa::test {
 namespace cf_test {

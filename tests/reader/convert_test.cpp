@@ -9,7 +9,7 @@
 
 #include "data_sets.h"
 #include "files.h"
-#include "palpa/volume/volume.h"
+#include "palpa/data/volume.h"
 
 namespace palpa::test {
 namespace convert_test {

@@ -5,8 +5,8 @@
 #include <set>
 
 #include "dicom_file.h"
-#include "palpa/time/timed_field.h"
-#include "palpa/volume/read_series.h"
+#include "palpa/data/read_series.h"
+#include "palpa/data/timed_field.h"
 
 namespace palpa::test {
 namespace dicom_kinds_test {

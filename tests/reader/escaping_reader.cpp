@@ -32,7 +32,7 @@
 #include <memory>
 #include <string>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 #include "palpa/file/protocol.h"
 #include "reader/cage.h"
 #include "reader/program.h"

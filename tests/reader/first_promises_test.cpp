@@ -4,11 +4,11 @@
 
 #include "data_sets.h"
 #include "files.h"
-#include "palpa/field/halton.h"
+#include "palpa/data/halton.h"
 #include "palpa/file/directions.h"
-#include "palpa/first/first_scene.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/modes.h"
+#include "palpa/scene/first_scene.h"
 #include "palpa/scene/load_scene.h"
 #include "palpa/study/felt.h"
 #include "palpa/study/run.h"

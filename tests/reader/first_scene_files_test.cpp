@@ -7,8 +7,8 @@
 #include "hdf5_file.h"
 #include "openfoam_case.h"
 #include "palpa/file/directions.h"
-#include "palpa/first/first_scene.h"
 #include "palpa/palpa.h"
+#include "palpa/scene/first_scene.h"
 
 namespace palpa::test {
 namespace first_scene_files_test {

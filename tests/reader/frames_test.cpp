@@ -3,9 +3,9 @@
 #include <fstream>
 
 #include "files.h"
-#include "palpa/limits/limits.h"
-#include "palpa/time/timed_field.h"
-#include "palpa/volume/read_series.h"
+#include "palpa/base/limits.h"
+#include "palpa/data/read_series.h"
+#include "palpa/data/timed_field.h"
 
 namespace palpa::test {
 namespace frames_test {

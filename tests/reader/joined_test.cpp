@@ -1,10 +1,10 @@
 // Vectors that a file has as three arrays: u, v, w.
 #include "files.h"
 #include "hdf5_file.h"
+#include "palpa/data/volume.h"
 #include "palpa/file/components.h"
-#include "palpa/first/first_scene.h"
+#include "palpa/scene/first_scene.h"
 #include "palpa/scene/load_scene.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa::test {
 namespace joined_test {

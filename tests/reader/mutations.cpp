@@ -9,8 +9,8 @@
 #include <sstream>
 
 #include "files.h"
-#include "palpa/volume/read_series.h"
-#include "palpa/volume/volume.h"
+#include "palpa/data/read_series.h"
+#include "palpa/data/volume.h"
 
 namespace palpa::test {
 namespace {

@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 #include "palpa/report/report.h"
 #include "tests/report/markup.h"
 #include "tests/study/study_fixture.h"

@@ -11,7 +11,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "palpa/volume/sha256.h"
+#include "palpa/data/sha256.h"
 #include "palpa/report/html.h"
 
 namespace palpa {

@@ -13,7 +13,7 @@
 #include <numbers>
 #include <random>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 #include "tests/report/markup.h"
 #include "tools/figures/paper_figures.h"
 

@@ -4,9 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "palpa/data/sha256.h"
 #include "palpa/loop/loop.h"
 #include "palpa/report/html.h"
-#include "palpa/volume/sha256.h"
 #include "tests/report/markup.h"
 #include "tests/study/study_fixture.h"
 

@@ -2,9 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "palpa/grid/derived.h"
+#include "palpa/data/derived.h"
+#include "palpa/data/volume.h"
 #include "palpa/mode/modes.h"
-#include "palpa/volume/volume.h"
 #include "tests/scene/scene_files.h"
 
 namespace palpa {

@@ -1,5 +1,5 @@
 // The keys `filter` and `sign` of a volume.
-#include "palpa/grid/filter.h"
+#include "palpa/data/filter.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,10 +9,10 @@
 #include <memory>
 #include <vector>
 
-#include "palpa/grid/axis_grid.h"
-#include "palpa/grid/grid.h"
+#include "palpa/data/axis_grid.h"
+#include "palpa/data/grid.h"
+#include "palpa/data/volume.h"
 #include "palpa/mode/modes.h"
-#include "palpa/volume/volume.h"
 #include "tests/scene/scene_files.h"
 
 namespace palpa {

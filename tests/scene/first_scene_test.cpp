@@ -1,5 +1,5 @@
 // Suggested scenes: they load, say why each number is so, and fit the data that they are for.
-#include "palpa/first/first_scene.h"
+#include "palpa/scene/first_scene.h"
 
 #include <gmock/gmock.h>
 
@@ -9,10 +9,10 @@
 #include <regex>
 #include <sstream>
 
-#include "palpa/field/halton.h"
-#include "palpa/first/object.h"
+#include "palpa/data/halton.h"
+#include "palpa/data/volume.h"
 #include "palpa/mode/modes.h"
-#include "palpa/volume/volume.h"
+#include "palpa/scene/first_object.h"
 #include "scene_files.h"
 
 namespace palpa::test {

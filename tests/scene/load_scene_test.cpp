@@ -7,8 +7,8 @@
 #include <fstream>
 #include <random>
 
+#include "palpa/data/volume.h"
 #include "palpa/mode/modes.h"
-#include "palpa/volume/volume.h"
 #include "scene_files.h"
 
 namespace palpa {

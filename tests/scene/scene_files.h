@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "palpa/data/analytic.h"
+#include "palpa/data/volume.h"
 #include "palpa/scene/load_scene.h"
-#include "palpa/volume/analytic.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa::test {
 

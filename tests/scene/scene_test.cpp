@@ -7,9 +7,9 @@
 #include <limits>
 #include <numbers>
 
-#include "palpa/grid/grid.h"
+#include "palpa/data/grid.h"
+#include "palpa/data/volume.h"
 #include "palpa/mode/modes.h"
-#include "palpa/volume/volume.h"
 #include "scene_files.h"
 
 namespace palpa {

@@ -8,9 +8,9 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "palpa/grid/grid.h"
-#include "palpa/volume/read_series.h"
-#include "palpa/volume/volume.h"
+#include "palpa/data/grid.h"
+#include "palpa/data/read_series.h"
+#include "palpa/data/volume.h"
 #include "tests/scene/scene_files.h"
 
 namespace palpa {

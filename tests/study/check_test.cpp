@@ -10,13 +10,13 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "palpa/core/printed.h"
+#include "palpa/base/printed.h"
+#include "palpa/data/analytic.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/modes.h"
 #include "palpa/scene/change_text.h"
 #include "palpa/study/let_go.h"
 #include "palpa/study/movement.h"
-#include "palpa/volume/analytic.h"
 
 namespace palpa {
 namespace check_test {

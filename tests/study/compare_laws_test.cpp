@@ -5,8 +5,8 @@
 
 #include <numbers>
 
+#include "palpa/data/analytic.h"
 #include "palpa/mode/modes.h"
-#include "palpa/volume/analytic.h"
 #include "study_fixture.h"
 
 namespace palpa {

@@ -9,10 +9,10 @@
 #include <numbers>
 
 #include "palpa/baseline/path.h"
+#include "palpa/data/analytic.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/modes.h"
 #include "palpa/study/summary.h"
-#include "palpa/volume/analytic.h"
 
 namespace palpa {
 namespace energy_table_test {

@@ -6,9 +6,9 @@
 
 #include <limits>
 
+#include "palpa/data/analytic.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/modes.h"
-#include "palpa/volume/analytic.h"
 
 namespace palpa {
 namespace felt_test {

@@ -4,8 +4,8 @@
 
 #include "palpa/device/hand.h"
 #include "palpa/file/directions.h"
-#include "palpa/first/first_scene.h"
 #include "palpa/loop/loop.h"
+#include "palpa/scene/first_scene.h"
 #include "palpa/scene/load_scene.h"
 #include "palpa/study/summary.h"
 #include "palpa/study/unyielding.h"

@@ -7,10 +7,10 @@
 #include <cmath>
 #include <limits>
 
+#include "palpa/data/analytic.h"
 #include "palpa/mode/modes.h"
 #include "palpa/study/feeler.h"
 #include "palpa/study/map_file.h"
-#include "palpa/volume/analytic.h"
 #include "study_fixture.h"
 
 namespace palpa {

@@ -6,11 +6,11 @@
 
 #include <cmath>
 
+#include "palpa/data/analytic.h"
 #include "palpa/device/front.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/modes.h"
 #include "palpa/study/summary.h"
-#include "palpa/volume/analytic.h"
 
 namespace palpa {
 namespace reach_test {

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "palpa/limits/limits.h"
+#include "palpa/base/limits.h"
 #include "study_fixture.h"
 
 namespace palpa {

@@ -8,8 +8,8 @@
 #include <random>
 #include <set>
 
+#include "palpa/data/analytic.h"
 #include "palpa/mode/modes.h"
-#include "palpa/volume/analytic.h"
 
 namespace palpa {
 namespace summary_test {

@@ -14,7 +14,7 @@
 #include <random>
 #include <sstream>
 
-#include "palpa/core/shown.h"
+#include "palpa/base/shown.h"
 
 namespace palpa {
 namespace trace_test {

@@ -5,7 +5,7 @@
 
 #include <array>
 
-#include "palpa/core/load_error.h"
+#include "palpa/base/load_error.h"
 #include "palpa/view/colors.h"
 
 namespace palpa {

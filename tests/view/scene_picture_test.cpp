@@ -11,13 +11,13 @@
 #include <limits>
 #include <numbers>
 
-#include "palpa/grid/grid.h"
+#include "palpa/data/analytic.h"
+#include "palpa/data/grid.h"
+#include "palpa/data/volume.h"
 #include "palpa/mode/modes.h"
 #include "palpa/view/colors.h"
 #include "palpa/view/picture.h"
 #include "palpa/view/streamlines.h"
-#include "palpa/volume/analytic.h"
-#include "palpa/volume/volume.h"
 
 namespace palpa {
 namespace scene_picture_test {

@@ -7,8 +7,8 @@
 #include <set>
 #include <string>
 
+#include "palpa/data/analytic.h"
 #include "palpa/mode/modes.h"
-#include "palpa/volume/analytic.h"
 
 namespace palpa::detail {
 namespace scene_shapes_test {

@@ -11,8 +11,8 @@
 #include <random>
 #include <vector>
 
-#include "palpa/grid/grid.h"
-#include "palpa/volume/volume.h"
+#include "palpa/data/grid.h"
+#include "palpa/data/volume.h"
 
 namespace palpa {
 namespace volume_picture_test {

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <random>
 
-#include "palpa/core/vec3.h"
+#include "palpa/solver/vec3.h"
 
 namespace palpa {
 

@@ -7,10 +7,10 @@
 #include <numbers>
 #include <system_error>
 
+#include "palpa/base/load_error.h"
 #include "palpa/baseline/law.h"
-#include "palpa/core/load_error.h"
-#include "palpa/core/solver.h"
 #include "palpa/report/html.h"
+#include "palpa/solver/solver.h"
 
 namespace palpa {
 namespace detail {

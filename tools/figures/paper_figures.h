@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "palpa/core/primitives.h"
+#include "palpa/solver/primitives.h"
 #include "palpa/study/compare_laws.h"
 #include "palpa/view/plot.h"
 

@@ -6,12 +6,12 @@
 #include <numbers>
 
 #include "palpa/baseline/path.h"
-#include "palpa/grid/grid.h"
+#include "palpa/data/analytic.h"
+#include "palpa/data/grid.h"
+#include "palpa/data/volume.h"
 #include "palpa/mode/modes.h"
 #include "palpa/report/html.h"
-#include "palpa/tick/session.h"
-#include "palpa/volume/analytic.h"
-#include "palpa/volume/volume.h"
+#include "palpa/session/session.h"
 
 namespace palpa {
 namespace detail {

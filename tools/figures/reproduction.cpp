@@ -9,15 +9,15 @@
 #include <numbers>
 #include <random>
 
+#include "palpa/base/load_error.h"
 #include "palpa/baseline/law.h"
-#include "palpa/core/load_error.h"
-#include "palpa/core/solver.h"
+#include "palpa/data/analytic.h"
 #include "palpa/device/hand.h"
 #include "palpa/mode/mode.h"
 #include "palpa/mode/modes.h"
+#include "palpa/session/session.h"
+#include "palpa/solver/solver.h"
 #include "palpa/study/let_go.h"
-#include "palpa/tick/session.h"
-#include "palpa/volume/analytic.h"
 #include "tools/figures/draw.h"
 
 namespace palpa {

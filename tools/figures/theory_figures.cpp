@@ -6,8 +6,8 @@
 #include <numbers>
 #include <random>
 
-#include "palpa/core/solver.h"
 #include "palpa/report/html.h"
+#include "palpa/solver/solver.h"
 #include "tools/figures/draw.h"
 
 namespace palpa {

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "palpa/core/primitives.h"
+#include "palpa/solver/primitives.h"
 #include "tools/figures/paper_figures.h"
 
 namespace palpa {

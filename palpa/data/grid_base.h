@@ -1,0 +1,253 @@
+// What grids have in common, whatever lies between their voxels: place, extent, range.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <type_traits>
+#include <vector>
+
+#include "palpa/data/bricks.h"
+#include "palpa/data/grid.h"
+#include "palpa/data/holes.h"
+#include "palpa/data/spline.h"
+
+namespace palpa::detail {
+
+/// [voxels] Positions up to this far beyond the first or last voxel centre count as on it. Less: rounding of world coordinates
+/// puts corners of the grid outside; more: data reach visibly beyond their voxels.
+inline constexpr double face_tolerance_voxels = 1e-6;
+
+/// Throws std::invalid_argument, with a sentence, where a grid cannot be made of these (see grid_field). Scale and offset
+/// in the field's own unit.
+void check_grid(const GridGeometry& geometry, const Voxels& voxels, double scale, double offset);
+
+/// Inverse [voxels/m] of the steps [m] of a usable grid, by way of a matrix near 1, so that steps of any length neither
+/// overflow nor lose bits: scaling by a power of two scales the inverse by its reciprocal, exactly.
+Mat3 scaled_inverse(const Mat3& steps_m) noexcept;
+
+/// `samples` planes along the longest side of the box, both ends of every side among them; fewer along the others.
+/// Throws std::invalid_argument on a box without size.
+GridGeometry geometry_over(const Box& box, int samples);
+
+/// The position [m] itself, or the nearest one of the box: rounding must not put the last sample outside.
+inline Vec3 within(const Box& box, const Vec3& x) noexcept {
+  return {std::clamp(x.x, box.low_m.x, box.high_m.x), std::clamp(x.y, box.low_m.y, box.high_m.y),
+          std::clamp(x.z, box.low_m.z, box.high_m.z)};
+}
+
+/// Calls `act` with the voxels as an array of their own type.
+template <class Act>
+auto with_values_of(const Voxels& voxels, Act&& act) {
+  const void* data = voxels.data.get();
+  switch (voxels.type) {
+    case VoxelType::uint8: return act(static_cast<const std::uint8_t*>(data));
+    case VoxelType::int16: return act(static_cast<const std::int16_t*>(data));
+    case VoxelType::uint16: return act(static_cast<const std::uint16_t*>(data));
+    case VoxelType::int32: return act(static_cast<const std::int32_t*>(data));
+    case VoxelType::float32: return act(static_cast<const float*>(data));
+    case VoxelType::float64: return act(static_cast<const double*>(data));
+  }
+  throw std::invalid_argument("the grid's type of voxel is unknown");
+}
+
+/// What reading all voxels of a grid tells.
+struct VoxelFacts {
+  std::array<std::int64_t, 3> dims;  ///< of that grid
+  std::array<Extent, 3> ranges;      ///< raw, of each component; min > max where nothing is finite
+  double valid_share = 0.0;          ///< [1] of the voxels, that are finite altogether
+  Bricks bricks;
+};
+
+/// All of a grid but the sampling. Reads the voxels for their range and that of its bricks, unless they are known.
+class GridBase : public Field {
+ public:
+  /// \param coefficients  of a spline that meets the voxels, as many and of their type; empty: the voxels are what is
+  ///                      interpolated
+  /// \param one_row_in    0: the field is felt, all rows are read, and bricks made; else as of grid_field_to_look_at
+  GridBase(const GridGeometry& geometry, Voxels voxels, double scale, double offset, Filter filter, bool signless = false,
+           std::shared_ptr<const void> coefficients = {}, std::int64_t one_row_in = 0);
+
+  const GridView& view() const noexcept { return view_; }
+
+  /// The cell of a position along one axis: its first voxel, the fraction [1] across it.
+  struct Cell {
+    std::int64_t first = 0;  ///< [voxels]
+    double f = 0.0;          ///< [1] 0…1
+    double per_step = 1.0;   ///< [voxels/step of the affine] indices passed; 1 but between the planes of a rectilinear axis
+  };
+
+  /// A place of a grid: the same for all grids of one geometry.
+  struct Place {
+    Vec3 world_m;
+    Vec3 steps;           ///< [steps] of the affine: of an axis without planes of its own, voxels
+    bool inside = false;  ///< also false for positions that are not finite
+    Cell cells[3];
+    std::optional<SplineStencil> stencil{};  ///< once a spline has been asked
+
+    const SplineStencil& stencil_of(const std::array<std::int64_t, 3>& dims) noexcept {
+      if (!stencil) {
+        const std::int64_t first[3] = {cells[0].first, cells[1].first, cells[2].first};
+        const double f[3] = {cells[0].f, cells[1].f, cells[2].f};
+        stencil.emplace(dims, first, f);
+      }
+      return *stencil;
+    }
+  };
+  void locate(const Vec3& world_m, Place& place) const noexcept {
+    place.world_m = world_m;
+    place.steps = steps_of(world_m);
+    place.inside = enter<0>(place.steps.x, place.cells[0]) && enter<1>(place.steps.y, place.cells[1]) &&
+                   enter<2>(place.steps.z, place.cells[2]);
+    place.stencil.reset();
+  }
+  Place place_of(const Vec3& world_m) const noexcept {
+    Place place;
+    locate(world_m, place);
+    return place;
+  }
+  /// Samples at a place of this geometry; the second derivative with the value, where `has_curvature`.
+  virtual ScalarSample scalar_in(Place&) const noexcept { return {}; }
+  virtual VectorSample vector_in(Place&) const noexcept { return {}; }
+  virtual ScalarSample scalar_in(Place& place, Mat3& hessian) const noexcept { return hessian = {}, scalar_in(place); }
+  virtual bool has_curvature() const noexcept { return false; }
+  /// Of the box and of what is finite in it.
+  double depth_in(const Place& place) const noexcept {
+    const double of_box_m = depth_at(place.steps);
+    if (holes_.empty() || !place.inside) return of_box_m;
+    const std::int64_t first[3] = {place.cells[0].first, place.cells[1].first, place.cells[2].first};
+    const double f[3] = {place.cells[0].f, place.cells[1].f, place.cells[2].f};
+    return std::min(of_box_m, holes_.depth_m(first, f));
+  }
+  /// Some values are not finite: the depth is that of this grid alone, not of its geometry.
+  bool has_holes() const noexcept { return !holes_.empty(); }
+  /// Of so many components from one on, for the length of their change together.
+  Certificate certificate_in(const Place& place, int component, int count) const noexcept;
+
+  ScalarSample scalar(const Vec3& world_m) const noexcept override {
+    Place place = place_of(world_m);
+    return scalar_in(place);
+  }
+  VectorSample vector(const Vec3& world_m) const noexcept override {
+    Place place = place_of(world_m);
+    return vector_in(place);
+  }
+  Certificate certificate(const Vec3& world_m) const noexcept override {
+    return certificate_in(place_of(world_m), 0, components());
+  }
+
+  int components() const noexcept override { return view_.voxels.components; }
+  int values_per_sample() const noexcept override {
+    return components() * (view_.filter == Filter::trilinear ? 2 * 2 * 2 : 4 * 4 * 4);
+  }
+  double spacing_m() const noexcept override { return spacing_m_; }
+  double local_spacing_m(const Vec3& world_m) const noexcept override;
+  bool is_rectilinear() const noexcept { return is_rectilinear_; }
+  /// The share [1] of the straight way between two positions [m] where it leaves the cell that it is in at the share `begin`;
+  /// 1 where it is in none.
+  double end_of_cell(const Vec3& from_m, const Vec3& to_m, double begin) const noexcept;
+  Box bounds_m() const noexcept override { return bounds_m_; }
+  double depth_m(const Vec3& world_m) const noexcept override;
+  std::vector<Extent> extents() const override { return extents_; }
+
+  /// Of a vector field: where there are data, without values (degree −1).
+  Stretch stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept override;
+  /// The same of one component.
+  Stretch stretch_of(int component, const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept;
+
+ protected:
+  /// A straight piece across one cell: its first voxel, and where in the cell the piece begins and ends.
+  struct Passage {
+    std::int64_t first[3];  ///< [voxels]
+    double begin[3];        ///< [1] 0…1 across the cell
+    double end[3];          ///< [1] 0…1 across the cell
+  };
+  /// Degree and control of the piece, raw; degree −1 where the raw hull of the cell is quiet. Not finite where a voxel is not.
+  virtual void polynomial(int component, const Passage& cell, const Extent& quiet, Stretch& piece) const noexcept = 0;
+
+  /// Values between these raw ones stay in the interval: on the side of its levels where they are.
+  bool is_quiet(double raw_min, double raw_max, const Extent& quiet) const noexcept {
+    const double one = raw_min * view_.scale + view_.offset, other = raw_max * view_.scale + view_.offset;
+    return std::min(one, other) >= quiet.min && std::max(one, other) < quiet.max;
+  }
+
+  Vec3 steps_of(const Vec3& world_m) const noexcept { return world_to_steps_ * (world_m - view_.geometry.origin_m); }
+
+  Vec3 gradient_of(const Vec3& d, const Cell (&cells)[3]) const noexcept {
+    const Vec3 by_step{d.x * cells[0].per_step, d.y * cells[1].per_step, d.z * cells[2].per_step};
+    return transposed_times(world_to_steps_, view_.scale * by_step);
+  }
+
+  GridView view_;
+  std::shared_ptr<const void> coefficients_;  ///< what is interpolated: the voxels, or coefficients of a spline
+  Mat3 world_to_steps_;                       ///< [steps/m]
+  std::int64_t stride_[3];                    ///< values from voxel to voxel
+
+ private:
+  template <int Axis>
+  bool enter(double at, Cell& cell) const noexcept {
+    if (!(at >= -beyond_[Axis] && at <= last_[Axis] + beyond_[Axis])) return false;
+    const double clamped = std::min(std::max(at, 0.0), last_[Axis]);
+    if (const double* planes = planes_[Axis]) {
+      cell.first = std::min(plane_before(planes, cells_[Axis], clamped), cells_[Axis] - 1);
+      cell.per_step = 1.0 / (planes[cell.first + 1] - planes[cell.first]);
+      cell.f = (clamped - planes[cell.first]) * cell.per_step;
+      return true;
+    }
+    cell.first = std::min(static_cast<std::int64_t>(clamped), cells_[Axis] - 1);
+    cell.f = clamped - static_cast<double>(cell.first);
+    return true;
+  }
+
+  /// The cell along an axis that a place [steps] within the data is in.
+  std::int64_t cell_at(int axis, double at) const noexcept {
+    const double clamped = std::min(std::max(at, 0.0), last_[axis]);
+    const auto before = planes_[axis] ? plane_before(planes_[axis], cells_[axis], clamped) : static_cast<std::int64_t>(clamped);
+    return std::min(before, cells_[axis] - 1);
+  }
+  double cell_spacing_m(const Cell (&cells)[3]) const noexcept {
+    return std::min({plane_distance_m_[0] / cells[0].per_step, plane_distance_m_[1] / cells[1].per_step,
+                     plane_distance_m_[2] / cells[2].per_step});
+  }
+  double depth_at(const Vec3& steps) const noexcept;  ///< [m] within the box
+  void find_place();
+  void find_steepest();
+  void find_extents(const VoxelFacts& facts);
+  void find_holes();
+  /// The most that indices change over a length [voxels/m], added up over the axes, in the bricks from `low` to `high`.
+  double steepest(const std::int64_t (&low)[3], const std::int64_t (&high)[3]) const noexcept;
+
+  /// The last of the planes 0…last that lies at or before a place [steps], which is at 0 or behind it.
+  static std::int64_t plane_before(const double* planes, std::int64_t last, double at) noexcept {
+    return std::upper_bound(planes + 1, planes + last + 1, at) - planes - 1;
+  }
+
+  const double* planes_[3];  ///< [steps] places of the planes of a rectilinear axis; nullptr of another
+  double spacing_m_ = 0.0;
+  double last_[3];         ///< [steps] of the last voxel, its index too
+  double half_[3];         ///< [steps] data beyond the first and last centre
+  double beyond_[3];       ///< [steps] the same, with the tolerance
+  std::int64_t cells_[3];  ///< cells along each axis, at least one
+  bool is_rectilinear_ = false;
+  double planes_per_m_[3];      ///< [1/m] of the affine
+  double plane_distance_m_[3];  ///< between neighbouring planes of voxels, their mean on a rectilinear axis
+  Box bounds_m_;
+  struct Way;
+  /// Crosses whole bricks from where the way was entered that are quiet, or without data; false where it was entered in
+  /// another.
+  bool cross_bricks(int component, const Way& way, const Extent& quiet, Stretch& piece) const noexcept;
+
+  bool is_finite_on(int component, const Passage& cell) const noexcept;
+
+  std::vector<Extent> extents_;
+  Holes holes_;
+  std::shared_ptr<const Bricks> bricks_;  ///< of a field whose voxels have all been read
+  std::vector<double> finest_in_[3];      ///< [1] the most indices per step in each brick along a rectilinear axis
+  double steepest_per_m_ = 0.0;           ///< `steepest` of a grid without such axes
+};
+
+}  // namespace palpa::detail

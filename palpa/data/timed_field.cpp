@@ -1,0 +1,96 @@
+#include "palpa/data/timed_field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace palpa {
+namespace {
+
+/// A timed field at one moment, for as long as that field is there.
+class Moment : public Field {
+ public:
+  Moment(const TimedField& field, DataTime at) noexcept : field_(field), at_(at) {}
+  int components() const noexcept override { return field_.components(); }
+  ScalarSample scalar(const Vec3& world_m) const noexcept override { return field_.scalar_at(world_m, at_); }
+  VectorSample vector(const Vec3& world_m) const noexcept override { return field_.vector_at(world_m, at_); }
+  int values_per_sample() const noexcept override { return field_.values_per_sample(); }
+  double spacing_m() const noexcept override { return field_.spacing_m(); }
+  double local_spacing_m(const Vec3& world_m) const noexcept override { return field_.local_spacing_at(world_m, at_); }
+  Box bounds_m() const noexcept override { return field_.bounds_m(); }
+  double depth_m(const Vec3& world_m) const noexcept override { return field_.depth_at(world_m, at_); }
+  std::vector<Extent> extents() const override { return field_.extents(); }
+
+ protected:
+  const TimedField& field_;
+  DataTime at_;
+};
+
+/// The same, which keeps the field.
+class Frozen final : public Moment {
+ public:
+  Frozen(FieldPtr field, DataTime at) : Moment(*timed(*field), at), kept_(std::move(field)) {}
+  Mat3 hessian(const Vec3& world_m) const noexcept override { return field_.hessian_at(world_m, at_); }
+  Stretch stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept override {
+    return field_.stretch_at(from_m, to_m, begin, quiet, at_);
+  }
+
+ private:
+  FieldPtr kept_;
+};
+
+}  // namespace
+
+double DataTime::within(double cycle_s) const noexcept {
+  if (!std::isfinite(time_s)) return 0.0;
+  if (!loop) return std::clamp(time_s, 0.0, cycle_s);
+  const double rest = std::fmod(time_s, cycle_s);
+  return rest < 0.0 ? rest + cycle_s : rest;
+}
+
+ScalarSample TimedField::scalar_at(const Vec3&, DataTime) const noexcept { return {}; }
+VectorSample TimedField::vector_at(const Vec3&, DataTime) const noexcept { return {}; }
+Mat3 TimedField::hessian_at(const Vec3& world_m, DataTime at) const noexcept {
+  return Moment(*this, at).hessian(world_m);  // Field's own, by differences
+}
+
+Stretch TimedField::stretch_at(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet,
+                               DataTime at) const noexcept {
+  return Moment(*this, at).stretch(from_m, to_m, begin, quiet);  // likewise
+}
+
+Carried TimedField::carried_with_level(const Vec3& world_m, DataTime from, DataTime to, double noise) const noexcept {
+  if (from == to) return {world_m};
+  const ScalarSample start = scalar_at(world_m, from);
+  if (!start.inside) return {world_m};  // nothing is there that could have moved
+  const Carried lost{world_m, false};
+  // Newton steps. More: longer worst tick; fewer: a level that bends counts as lost and fades.
+  constexpr int most_steps = 8;
+  // [1] of a spacing: done at the first; with no step left, good enough at the second. Larger: the proxy is carried off its
+  // level; smaller: steps in vain, or levels that count as lost.
+  constexpr double on_level = 1e-9, near_level = 1e-3;
+  const double h = local_spacing_at(world_m, from);
+  Vec3 at_m = world_m;
+  for (int step = 0;; ++step) {
+    const ScalarSample now = scalar_at(at_m, to);
+    if (!now.inside) return lost;
+    const double rest = start.value - now.value;
+    if (rest == 0.0) return {at_m};
+    const double steepness = norm(now.gradient);
+    if (!(steepness > noise)) return lost;
+    const double way_m = rest / steepness;
+    if (std::abs(way_m) <= on_level * h) return {at_m};
+    if (step == most_steps) return std::abs(way_m) <= near_level * h ? Carried{at_m} : lost;
+    at_m += way_m * (now.gradient / steepness);
+    if (!(distance(at_m, world_m) <= 0.5 * h)) return lost;
+  }
+}
+
+const TimedField* timed(const Field& field) noexcept { return dynamic_cast<const TimedField*>(&field); }
+
+FieldPtr frozen(FieldPtr field, DataTime at) {
+  if (!field || !timed(*field)) return field;
+  return std::make_shared<const Frozen>(std::move(field), at);
+}
+
+}  // namespace palpa

@@ -1,0 +1,66 @@
+// What each mode holds the proxy on, and what is told of it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "palpa/mode/crossings.h"
+#include "palpa/mode/live_block.h"
+#include "palpa/session/local_model.h"
+#include "palpa/session/session.h"
+
+namespace palpa {
+
+/// The level that a mode holds the proxy on: free → held → yielding → free.
+struct Contact {
+  enum class State : std::uint8_t { free, held, yielding };
+  State state = State::free;
+  Captured level;  ///< none while free
+  bool is_free() const noexcept { return state == State::free; }
+};
+
+/// The contacts of a session and the events of a tick. Contacts change only here. Onsets and break-throughs are told once a
+/// tick for each contact, a break-through after the onset of its level; refusals and warnings once a session. Keeps the
+/// contacts in a block; one thread.
+class Contacts {
+ public:
+  /// \param modes  their number
+  Contacts(LiveBlock& live, std::size_t modes);
+
+  /// Frees all contacts. Refusals that were reported are not reported again.
+  void clear() noexcept;
+  void begin_tick() noexcept;
+  std::span<const SessionEvent> events() const noexcept { return events_; }
+
+  /// Emits a warning about a mode, or the session, at each call.
+  void warn(std::size_t mode, const char* sentence) noexcept;
+  void warn(const char* sentence) noexcept { emit({SessionEventKind::warning, -1, 0.0, sentence}); }
+  /// Warns once a session that a directed force of a mode changes too fast.
+  void tell_held_back(std::size_t mode) noexcept;
+  /// Updates the contacts after a sub-step whose balance is `depth_m` [m] from the probe, and emits its events. A level that
+  /// gave way counts as crossed, wherever the proxy is: at an edge of a surface its planes can lead back out of it; it would
+  /// then be met, and give way, in every sub-step.
+  void update(const LocalModel& model, double depth_m, Crossings& crossings) noexcept;
+
+ private:
+  static constexpr std::size_t max_events = 16;  // [1] per tick; further events are dropped. More costs memory only
+  struct Report {
+    Contact contact;
+    bool met = false;     // an onset has been told in this tick
+    bool broken = false;  // a break-through has been told in this tick
+  };
+  struct OfMode {
+    std::array<Report, 4> levels;  // elastic ones, and one below; the first is that of a mode that stands on one alone
+    bool held_back = false;        // told that a directed force of it changes too fast
+    std::uint32_t refusals = 0;    // a bit each
+  };
+  void emit(const SessionEvent& event) noexcept;
+  void change(std::size_t mode, Report& report, Contact now, double depth_m, const Crossings& crossings) noexcept;
+
+  std::span<OfMode> modes_;
+  std::vector<SessionEvent> events_;
+};
+
+}  // namespace palpa

@@ -1,0 +1,147 @@
+#include "palpa/session/damper.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace palpa {
+
+namespace {
+// Low-pass without an encoder step. Lower: later damping; higher: more of the noise of a difference of two ticks.
+constexpr double cut_off_hz = 150.0;
+// The damper's ripple under an encoder, as a share of the spring's. Less: longer windows, later damping; more: more ripple.
+constexpr double ripple_share = 1.0 / 3.0;
+// Windows with an encoder. A shorter least one ripples more on fast changes; a longer greatest one delays damping, by up to
+// half of it.
+constexpr double shortest_window_s = 3e-3;
+constexpr double longest_window_s = 24e-3;
+// How far from a steady motion's line through two of its positions the others can be, in encoder steps: 1 along an axis,
+// (1 + √3)/2 across a plane that all three encoders move; a little more for rounding.
+constexpr double line_tolerance = 1.4;
+constexpr double rounding = 1e-9;  // [1] share by which sums of ticks may be off when times are compared
+// The limit on the damper's force: the larger of these. Less: fast contacts are damped less; more: a kick becomes possible.
+constexpr double always_allowed_n = 0.2;
+constexpr double share_of_spring = 0.5;
+}  // namespace
+
+Damper::Damper(double damping_ns_per_m, double encoder_step_m) noexcept
+    : damping_ns_per_m_(damping_ns_per_m), encoder_step_m_(encoder_step_m) {}
+
+Vec3 Damper::relative_velocity(const Vec3& stretch_m, const Vec3& released_m, double time_step_s,
+                               double stiffness_n_per_m) noexcept {
+  // In free space an estimate would only decay towards zero; there the force is to be exactly zero.
+  if (stretch_m == Vec3{}) {
+    reset({});
+    return {};
+  }
+  Vec3 seen = encoder_step_m_ > 0.0 ? windowed(stretch_m, released_m, time_step_s, stiffness_n_per_m)
+                                    : smoothed(stretch_m, released_m, time_step_s);
+  if (damping_ns_per_m_ == 0.0) return seen;
+  const double limit_n = std::max(always_allowed_n, share_of_spring * stiffness_n_per_m * norm(stretch_m));
+  return shortened(seen, limit_n / damping_ns_per_m_);
+}
+
+Vec3 Damper::smoothed(const Vec3& stretch_m, const Vec3& released_m, double time_step_s) noexcept {
+  const Vec3 rate = (stretch_m - last_stretch_m_ - released_m) / time_step_s;
+  last_stretch_m_ = stretch_m;
+  if (time_step_s != time_step_s_) {
+    time_step_s_ = time_step_s;
+    weight_ = -std::expm1(-2.0 * std::numbers::pi * cut_off_hz * time_step_s);
+  }
+  filtered_m_per_s_ += weight_ * (rate - filtered_m_per_s_);
+  if (!is_finite(filtered_m_per_s_)) filtered_m_per_s_ = {};
+  return filtered_m_per_s_;
+}
+
+namespace {
+
+// The slope of the longest line from the past to now, for one component: walked back from now, each position leaves the
+// slopes of the lines that pass it closely enough, and a position that lies within all of those before it ends such a line.
+// The shortest line is taken as it is.
+class LongestLine {
+ public:
+  explicit LongestLine(double tolerance_m) noexcept : tolerance_m_(tolerance_m) {}
+  /// \param rise_m  [m] now − then
+  void look_back(double rise_m, double age_s) noexcept {
+    const double slope = rise_m / age_s, slack = tolerance_m_ / age_s;
+    const bool close = slope >= least_ && slope <= most_;
+    if (is_long_enough(age_s) && (close || !found_)) {
+      slope_ = slope;
+      found_ = true;
+    }
+    least_ = std::max(least_, slope - slack);
+    most_ = std::min(most_, slope + slack);
+  }
+  double slope() const noexcept { return slope_; }
+  static bool is_long_enough(double age_s) noexcept { return age_s >= shortest_window_s * (1.0 - rounding); }
+
+ private:
+  double tolerance_m_;
+  bool found_ = false;
+  double slope_ = 0.0;
+  double least_ = -std::numeric_limits<double>::infinity();
+  double most_ = std::numeric_limits<double>::infinity();
+};
+
+}  // namespace
+
+Vec3 Damper::windowed(const Vec3& stretch_m, const Vec3& released_m, double time_step_s, double stiffness_n_per_m) noexcept {
+  const double window_s =
+      std::clamp(damping_ns_per_m_ / (ripple_share * stiffness_n_per_m), shortest_window_s, longest_window_s);
+  if (released_m != Vec3{}) {
+    for (Kept& kept : past_) kept.stretch_m += released_m;
+  }
+  time_s_ += time_step_s;
+
+  const double tolerance_m = line_tolerance * encoder_step_m_;
+  LongestLine x(tolerance_m), y(tolerance_m), z(tolerance_m);
+  const auto look_back = [&](const Vec3& then_m, double age_s) {
+    const Vec3 rise_m = stretch_m - then_m;
+    x.look_back(rise_m.x, age_s);
+    y.look_back(rise_m.y, age_s);
+    z.look_back(rise_m.z, age_s);
+  };
+  bool reached = false;
+  for (int i = 0; i < kept_; ++i) {
+    const Kept& kept = past_[static_cast<std::size_t>((newest_ - i + most_kept) % most_kept)];
+    const double age_s = time_s_ - kept.time_s;
+    if (reached && age_s > window_s * (1.0 + rounding)) break;
+    look_back(kept.stretch_m, age_s);
+    reached = LongestLine::is_long_enough(age_s);
+  }
+  // Before the first position kept the stretch counts as constant.
+  if (kept_ < most_kept) {
+    const Kept& first = past_[static_cast<std::size_t>((newest_ - kept_ + 1 + most_kept) % most_kept)];
+    for (const double age_s : {shortest_window_s, window_s}) {
+      if (age_s > (time_s_ - first.time_s) * (1.0 + rounding)) look_back(first.stretch_m, age_s);
+    }
+  }
+
+  // Keeps at most `most_kept` positions per window, however fast the ticks are.
+  if (time_s_ - past_[static_cast<std::size_t>(newest_)].time_s > window_s / (most_kept - 1) * (1.0 - rounding)) {
+    newest_ = (newest_ + 1) % most_kept;
+    kept_ = std::min(kept_ + 1, most_kept);
+    past_[static_cast<std::size_t>(newest_)] = {time_s_, stretch_m};
+  }
+  const Vec3 slope{x.slope(), y.slope(), z.slope()};
+  if (is_finite(slope)) return slope;
+  reset(stretch_m);
+  return {};
+}
+
+void Damper::reset(const Vec3& stretch_m) noexcept {
+  last_stretch_m_ = stretch_m;
+  filtered_m_per_s_ = {};
+  time_s_ = 0.0;
+  newest_ = 0;
+  kept_ = 1;
+  past_[0] = {0.0, stretch_m};
+}
+
+Vec3 released_part(const Vec3& step_m, double moved_m) noexcept {
+  const double length = norm(step_m);
+  return length > moved_m ? (1.0 - moved_m / length) * step_m : Vec3{};
+}
+
+}  // namespace palpa

@@ -1,0 +1,72 @@
+#include "palpa/session/directed_force_limiter.h"
+
+#include <algorithm>
+
+namespace palpa {
+
+namespace {
+
+// [1] Share of the forces. Less: rounding is reported as held back; more: steps may pass the limit.
+constexpr double rounding = 1e-12;
+
+Vec3 force_of(const Primitive& p) noexcept { return p.strength_n * p.direction; }
+
+}  // namespace
+
+void DirectedForceLimiter::clear() noexcept { last_ = {}; }
+
+std::int32_t DirectedForceLimiter::hold_back(PrimitiveSet& set, const Vec3& at_m, double stiffness_n_per_m,
+                                             double moved_n) const noexcept {
+  const auto is_directed = [](const Primitive& p) { return p.kind == PrimitiveKind::directed; };
+  if (!last_.any || (held().empty() && std::ranges::none_of(set.primitives(), is_directed))) return -1;
+  const auto is_placed = [&](const Force& before) {
+    for (const Primitive& p : set.primitives()) {
+      if (p.kind == PrimitiveKind::directed && p.id == before.id) return true;
+    }
+    return false;
+  };
+  // A mode that has fallen silent wants no force: it is let go along the path like any other.
+  for (const Force& before : held()) {
+    if (before.force_n == Vec3{} || is_placed(before)) continue;
+    set.begin_mode(before.id.mode);
+    set.directed(before.id.slot, normalized(before.force_n), 0.0);
+  }
+  const auto held_n = [&](const PrimitiveId& id) {
+    const auto before = std::ranges::find(held(), id, &Force::id);
+    return before == held().end() ? Vec3{} : before->force_n;
+  };
+
+  Vec3 change_n;
+  double all_n = 0.0;
+  double largest_n = 0.0;
+  std::int32_t fastest = 0;
+  for (const Primitive& p : set.primitives()) {
+    if (p.kind != PrimitiveKind::directed) continue;
+    const Vec3 one_n = force_of(p) - held_n(p.id);
+    change_n += one_n;
+    all_n += p.strength_n;
+    if (norm(one_n) > largest_n) {
+      largest_n = norm(one_n);
+      fastest = p.id.mode;
+    }
+  }
+  const double most_n = 0.5 * stiffness_n_per_m * distance(at_m, last_.at_m) + moved_n;
+  if (norm(change_n) <= most_n + rounding * all_n) return -1;
+
+  const double share = most_n / norm(change_n);
+  for (std::size_t i = 0; i < set.size(); ++i) {
+    if (set[i].kind != PrimitiveKind::directed) continue;
+    const Vec3 before_n = held_n(set[i].id);
+    set.set_directed(i, before_n + share * (force_of(set[i]) - before_n));
+  }
+  return fastest;
+}
+
+void DirectedForceLimiter::keep(const PrimitiveSet& set, const Vec3& at_m) noexcept {
+  last_ = {.at_m = at_m, .any = true};
+  for (const Primitive& p : set.primitives()) {
+    if (p.kind == PrimitiveKind::directed && last_.size < forces_.size()) forces_[last_.size++] = {p.id, force_of(p)};
+  }
+}
+
+}  // namespace palpa

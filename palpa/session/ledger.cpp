@@ -1,0 +1,77 @@
+#include "palpa/session/ledger.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace palpa {
+
+Ledger::Ledger(std::size_t modes) : modes_(modes), works_j_(std::make_unique<double[]>(modes)) {}
+
+void Ledger::begin(const Vec3& proxy_m, const Vec3& walked_m) noexcept {
+  std::fill_n(works_j_.get(), modes_, 0.0);
+  start_m_ = proxy_m;
+  moved_j_ = elastic_j_ = elastic_before_j_ = 0.0;
+  probe_m_ = walked_m;
+  left_m2_ = let_go_m2_ = 0.0;
+}
+
+void Ledger::book(std::size_t mode, const Vec3& force_n, const Vec3& step_m, const Vec3& carried_m) noexcept {
+  assert(mode < modes_);
+  works_j_[mode] += dot(force_n, step_m - carried_m);
+  moved_j_ += dot(force_n, carried_m);
+}
+
+void Ledger::book(std::span<const SubStep> sub_steps, std::span<const PlacedPrimitive> placed) noexcept {
+  for (const SubStep& step : sub_steps) {
+    double furthest_carried_m = 0.0;
+    for (const PlacedPrimitive& row : placed.subspan(step.first_primitive, step.primitives)) {
+      book(row.primitive.id.mode, row.force_n, step.proxy_m - step.start_m, step.move_fraction * row.carried_m);
+      if (row.carried_m != Vec3{}) furthest_carried_m = std::max(furthest_carried_m, norm(row.carried_m));
+    }
+    move(step.start_m, step.proxy_m, step.balance.position_m, step.probe_m, step.move_fraction * furthest_carried_m);
+  }
+}
+
+void Ledger::book_elastic(std::size_t mode, double before_j, double after_j) noexcept {
+  assert(mode < modes_);
+  works_j_[mode] += after_j - before_j;
+  elastic_before_j_ += before_j;
+  elastic_j_ += after_j;
+}
+
+// With the probe where it is, the spring loses k Δx·(probe − middle of the move) and the forces of the balance do the work
+// k Δx·(balance − probe). What is left is k Δx·(balance − middle): k/2 |Δx|² of a full move. Along a smooth way it vanishes
+// with the length of the steps; where the proxy snaps it is what the spring held. What goes beyond the way of probe and data
+// is a snap.
+void Ledger::move(const Vec3& from_m, const Vec3& to_m, const Vec3& balance_m, const Vec3& probe_m, double carried_m) noexcept {
+  if (probe_m != probe_m_) left_m2_ = norm_squared(probe_m - probe_m_);
+  probe_m_ = probe_m;
+  const double way_m = std::sqrt(left_m2_) + carried_m;
+  const double lost_m2 = std::max(0.0, 2.0 * dot(to_m - from_m, balance_m - 0.5 * (from_m + to_m)));
+  const double beyond_m = std::sqrt(lost_m2) - way_m;
+  if (beyond_m > 0.0) let_go_m2_ += beyond_m * beyond_m;
+  left_m2_ = std::max(0.0, way_m * way_m - lost_m2);
+}
+
+Energy Ledger::end(const Vec3& proxy_m, const Vec3& probe_m, const Vec3& probe_step_m, double stiffness_n_per_m) noexcept {
+  const double k = stiffness_n_per_m;
+  Energy energy;
+  energy.stored_j = 0.5 * k * norm_squared(proxy_m - probe_m);
+  energy.elastic_j = elastic_j_;
+  energy.moved_j = moved_j_;
+  double sum_j = 0.0;
+  for (const double work_j : works_j()) {
+    sum_j += work_j;
+    (work_j >= 0.0 ? energy.injected_j : energy.dissipated_j) += std::abs(work_j);
+  }
+  // I = S_m − k/2 |x₀ − p⁺|², written as a product: the difference of squares would lose its digits.
+  const double gained_j = k * dot(proxy_m - start_m_, 0.5 * (proxy_m + start_m_) - probe_m);
+  energy.path_j = gained_j - sum_j + (elastic_j_ - elastic_before_j_) - moved_j_;
+  energy.let_go_j = 0.5 * k * let_go_m2_;
+  energy.ticks_bound_j = 0.5 * k * norm_squared(probe_step_m);
+  energy.ticks_j = energy.path_j + energy.ticks_bound_j + energy.let_go_j;
+  return energy;
+}
+
+}  // namespace palpa

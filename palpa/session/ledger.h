@@ -1,0 +1,50 @@
+// The energy ledger: what every tick stored, dissipated and injected, and which mode did.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <span>
+
+#include "palpa/solver/coupling.h"
+#include "palpa/solver/law.h"
+#include "palpa/solver/vec3.h"
+
+namespace palpa {
+
+/// Books the works of one tick. Takes its memory at construction; then never allocates or throws.
+class Ledger {
+ public:
+  /// For a session of `modes` modes.
+  explicit Ledger(std::size_t modes);
+
+  /// Starts a tick with the proxy at `proxy_m` and the probe's path walked up to `walked_m` [m].
+  void begin(const Vec3& proxy_m, const Vec3& walked_m) noexcept;
+  /// Books the force [N] of one primitive of mode `mode` over one sub-step: the proxy went by `step_m`
+  /// [m], of which the data themselves carried it `carried_m` [m]. W = F·(step − carried).
+  void book(std::size_t mode, const Vec3& force_n, const Vec3& step_m, const Vec3& carried_m) noexcept;
+  /// Books the works and the moves of sub-steps, with what was placed in them.
+  void book(std::span<const SubStep> sub_steps, std::span<const PlacedPrimitive> placed) noexcept;
+  /// Books what an elastic level of mode `mode` held before the tick and holds after it [J].
+  void book_elastic(std::size_t mode, double before_j, double after_j) noexcept;
+  /// Books one move of the proxy, from `from_m` to `to_m` [m], towards the balance at `balance_m` for the probe at
+  /// `probe_m`; the data took it at most `carried_m` [m] of the way.
+  void move(const Vec3& from_m, const Vec3& to_m, const Vec3& balance_m, const Vec3& probe_m, double carried_m) noexcept;
+  /// Ends the tick with the proxy at `proxy_m` and the probe at `probe_m` [m], `probe_step_m` [m] from where it was in the
+  /// last tick.
+  Energy end(const Vec3& proxy_m, const Vec3& probe_m, const Vec3& probe_step_m, double stiffness_n_per_m) noexcept;
+
+  /// W [J] of each mode in this tick: above zero injected, below zero dissipated.
+  std::span<const double> works_j() const noexcept { return {works_j_.get(), modes_}; }
+
+ private:
+  std::size_t modes_;
+  std::unique_ptr<double[]> works_j_;
+  Vec3 start_m_;
+  double moved_j_ = 0.0;
+  double elastic_j_ = 0.0, elastic_before_j_ = 0.0;
+  Vec3 probe_m_;            // that the last move was for
+  double left_m2_ = 0.0;    // the square of the way of probe and data that the proxy has not gone yet
+  double let_go_m2_ = 0.0;  // twice over the stiffness
+};
+
+}  // namespace palpa

@@ -1,0 +1,407 @@
+#include "palpa/session/local_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "palpa/session/path_tolerances.h"
+
+namespace palpa {
+
+using namespace path_tolerances;
+
+LocalModel::LocalModel(LiveBlock& live, std::unique_ptr<Law> law, ModeRuntime& modes, double stiffness_n_per_m, int& work_left)
+    : law_(std::move(law)),
+      modes_(modes),
+      stiffness_n_per_m_(stiffness_n_per_m),
+      work_left_(work_left),
+      set_(max_primitives),
+      friction_(live, max_primitives),
+      held_(live, max_primitives) {
+  contacts_.reserve(max_primitives);
+  before_.reserve(max_primitives);
+  learnt_.reserve(max_primitives);
+}
+
+void LocalModel::clear() noexcept {
+  law_->reset();
+  friction_.clear();
+  held_.clear();
+}
+
+const LevelContact* LocalModel::contact_of(std::size_t row) const noexcept {
+  for (const LevelContact& contact : contacts_) {
+    if (row >= contact.first && row < contact.first + contact.facets) return &contact;
+  }
+  return nullptr;
+}
+
+void LocalModel::begin_move(const StepContext& context, double spacing_m) noexcept {
+  start_m_ = context.start_m;
+  spacing_m_ = spacing_m;
+  witnessed_ = is_foreseen_ = is_refined_ = is_recanted_ = false;
+  contacts_.clear();
+  learnt_.clear();
+}
+
+std::int32_t LocalModel::place(const StepContext& context, const Vec3& middle_m, const Vec3& level_m, double moved_n) noexcept {
+  work_left_ -= modes_.samples().work_of_modes(modes_.size());
+  modes_.place(context, middle_m, level_m, set_);
+  placed_at_m_ = middle_m;
+  const std::int32_t held_back = held_.hold_back(set_, middle_m, stiffness_n_per_m_, moved_n);
+  before_.swap(contacts_);
+  find_contacts();
+  add_learnt();
+  return held_back;
+}
+
+void LocalModel::add_learnt() noexcept {
+  for (LevelContact& contact : contacts_) {
+    for (const LevelContact& before : before_) {
+      if (!(contact.id == before.id) || contact.level != before.level) continue;
+      contact.pressed = before.pressed;
+      if (before.is_shut) close(contact);
+    }
+    for (const Facet& facet : learnt_) {
+      if (contact.is_shut || !(contact.id == facet.id) || contact.level != facet.level) continue;
+      add_facet(contact, facet.position_m, facet.normal);
+    }
+  }
+}
+
+void LocalModel::find_contacts() noexcept {
+  contacts_.clear();
+  has_directions_ = false;
+  for (std::size_t i = 0; i < set_.size(); ++i) {
+    const Primitive& p = set_[i];
+    LevelContact* stands = nullptr;
+    for (LevelContact& contact : contacts_) {
+      const bool rubs =
+          p.kind == PrimitiveKind::line && contact.id.mode == p.id.mode && set_[contact.first].direction == p.direction;
+      if (rubs) stands = &contact;
+    }
+    if (stands) {
+      stands->line = static_cast<std::int32_t>(i);
+    } else if (set_.captured(i).any() && p.strength_n > 0.0) {
+      LevelContact contact{p.id, set_.captured(i), i};
+      contact.own = p;
+      const Vec3 from_m = start_m_ + modes_.carried_m(p.id.mode) + modes_.feet().way_m(p.id);
+      contact.solid_is_high = dot(modes_.samples().scalar(contact.level.field, from_m).gradient, p.direction) < 0.0;
+      contact.start = contact.last = seen_from(contact, from_m);
+      contact.bounds = !modes_.fades(p.id.mode);
+      contact.can_break = !modes_.only_yields(p.id.mode);
+      contacts_.push_back(contact);
+    } else {
+      has_directions_ = true;
+    }
+  }
+}
+
+// Turns each friction line along the sum of its facets' forces. False where no direction changes.
+bool LocalModel::turn_friction() noexcept {
+  bool changed = false;
+  for (const LevelContact& contact : contacts_) {
+    if (contact.line < 0 || contact.facets == 1 || contact.pressed == Vec3{}) continue;
+    Primitive line = set_[static_cast<std::size_t>(contact.line)];
+    changed = changed || line.direction != contact.pressed;
+    line.direction = contact.pressed;
+    set_.replace(static_cast<std::size_t>(contact.line), line, {});
+  }
+  return changed;
+}
+
+Balance LocalModel::solve(const Vec3& probe_m, double time_step_s) noexcept {
+  const int size = static_cast<int>(set_.size());
+  const int most_iterations = tick_work::primitives_each * work_left_ / std::max(1, size);
+  const Balance found = friction_.solve(*law_, set_, probe_m, stiffness_n_per_m_, time_step_s, most_iterations);
+  work_left_ -= 1 + found.iterations * size / tick_work::primitives_each;
+  for (LevelContact& contact : contacts_) {
+    contact.state = state_at(set_.primitives(), contact.first, found);
+    contact.pressed = pressed_direction(set_.primitives().subspan(contact.first, contact.facets),
+                                        law_->forces_n().subspan(contact.first, contact.facets));
+  }
+  return found;
+}
+
+Balance LocalModel::balance(const Vec3& probe_m, double time_step_s) noexcept {
+  turn_friction();
+  const Balance found = solve(probe_m, time_step_s);
+  return work_left_ > 0 && turn_friction() ? solve(probe_m, time_step_s) : found;
+}
+
+bool LocalModel::any_gives_way(const Crossings& crossings) const noexcept {
+  return std::ranges::any_of(contacts_, [&](const LevelContact& contact) {
+    return contact.state == PrimitiveState::slip && contact.can_break &&
+           crossings.is_watched({contact.level.field, contact.level.value});
+  });
+}
+
+const LevelLook& LocalModel::look(LevelContact& contact, const Vec3& x_m) noexcept {
+  if (x_m == contact.start.at_m) return contact.start;
+  if (x_m != contact.last.at_m) contact.last = seen_from(contact, x_m);
+  return contact.last;
+}
+
+// The place that must be free of a level: the proxy's foot if the level is elastic, else the proxy.
+Vec3 LocalModel::foot_m(const LevelContact& contact, const Vec3& x_m) const noexcept {
+  return contact.is_rigid() ? x_m : x_m + way_to_foot_m(set_.primitives(), contact.first, x_m);
+}
+
+Vec3 LocalModel::witness_of(const LevelContact& contact) const noexcept {
+  if (contact.is_rigid()) return witness_m_;
+  return contact.start.free_m < 0.0 ? contact.start.foot_m : contact.start.at_m;
+}
+
+// How deep a place is in the levels that hold the proxy: the largest depth, 0 in front of all.
+double LocalModel::depth_m(const Vec3& x_m) noexcept {
+  double deepest_m = 0.0;
+  for (LevelContact& contact : contacts_) {
+    if (holds(contact)) deepest_m = std::max(deepest_m, -look(contact, foot_m(contact, x_m)).free_m);
+  }
+  return deepest_m;
+}
+
+Vec3 LocalModel::put_back(const Vec3& x_m) noexcept {
+  Vec3 on_levels = x_m;
+  for (LevelContact& contact : contacts_) {
+    if (!holds(contact) || !contact.is_rigid()) continue;
+    const LevelLook at = look(contact, on_levels);
+    if (at.free_m < 0.0) on_levels = at.foot_m;
+  }
+  return on_levels;
+}
+
+// The witness: the proxy's place, carried along by the data and put back in front of every rigid level that holds it.
+void LocalModel::find_witness() noexcept {
+  if (witnessed_) return;
+  witnessed_ = true;
+  start_depth_m_ = 0.0;
+  Vec3 carried_m;
+  for (LevelContact& contact : contacts_) {
+    if (!holds(contact)) continue;
+    const LevelLook& there = contact.is_rigid() ? look(contact, start_m_) : contact.start;
+    start_depth_m_ = std::max(start_depth_m_, -there.free_m);
+    if (carried_m == Vec3{}) carried_m = modes_.carried_m(contact.id.mode);
+  }
+  witness_m_ = put_back(start_m_ + carried_m);
+}
+
+// By how much the energy falls on the way from the witness: of the spring, of all primitives but holding levels, and what
+// elastic levels store. `on_levels`: their feet are put back on them first. Products, as differences of squares lose digits.
+double LocalModel::gain_j(const Vec3& to_m, bool on_levels, const Vec3& probe_m, double time_step_s) noexcept {
+  const Vec3& from_m = witness_m_;
+  double gain_j = stiffness_n_per_m_ * dot(from_m - to_m, 0.5 * (from_m + to_m) - probe_m);
+  for (std::size_t i = 0; i < set_.size(); ++i) {
+    const LevelContact* contact = contact_of(i);
+    if (!contact || !holds(*contact)) gain_j += fall_j(set_[i], from_m, to_m, time_step_s);
+  }
+  for (LevelContact& contact : contacts_) {
+    if (!holds(contact) || contact.is_rigid()) continue;
+    Vec3 foot = foot_m(contact, to_m);
+    if (on_levels) {
+      const LevelLook& at = look(contact, foot);
+      if (at.free_m < 0.0) foot = at.foot_m;
+    }
+    const Vec3 before_m = witness_of(contact) - from_m, after_m = foot - to_m;
+    gain_j += 0.5 * contact.own.stiffness_n_per_m * dot(before_m - after_m, before_m + after_m);
+  }
+  return gain_j;
+}
+
+bool LocalModel::accepts(const Vec3& end_m, double deepest, const Vec3& balance_m, double fraction, const Vec3& probe_m,
+                         double time_step_s) noexcept {
+  const double deepest_m = depth_m(end_m);
+  if (deepest_m <= hair * spacing_m_) return true;
+  refused_m_ = end_m;
+  find_witness();
+  // A proxy that moving data left deep inside a level must come out, even if the energy rises.
+  if (start_depth_m_ > piercing * spacing_m_) return comes_out(end_m);
+  if (!(deepest_m <= deepest * spacing_m_)) return false;
+  // Compared with the promise for a start at the witness, in front of all levels: being inside must gain nothing.
+  const Vec3 promised_m = witness_m_ + fraction * (balance_m - witness_m_);
+  const double promised_j = gain_j(promised_m, false, probe_m, time_step_s);
+  return gain_j(put_back(end_m), true, probe_m, time_step_s) >= earnest * promised_j;
+}
+
+// Whether an end is nearer to the way out than the start, of every level that it is deep in. Told by values: no look tells
+// depths of more than a spacing apart.
+bool LocalModel::comes_out(const Vec3& end_m) noexcept {
+  return std::ranges::all_of(contacts_, [&](LevelContact& contact) {
+    if (!holds(contact)) return true;
+    const double before = (contact.is_rigid() ? look(contact, start_m_) : contact.start).behind;
+    const LevelLook& at = look(contact, foot_m(contact, end_m));
+    return -at.free_m <= piercing * spacing_m_ || at.behind < before;
+  });
+}
+
+// Puts a contact on another plane, with its friction line along that plane's normal.
+void LocalModel::stand_on(const LevelContact& contact, const Primitive& plane) noexcept {
+  set_.replace(contact.first, plane, contact.level);
+  if (contact.line < 0) return;
+  Primitive line = set_[static_cast<std::size_t>(contact.line)];
+  line.direction = plane.direction;
+  set_.replace(static_cast<std::size_t>(contact.line), line, {});
+}
+
+void LocalModel::foresee(const Vec3& end_m) noexcept {
+  if (is_recanted_ || !learnt_.empty()) return;
+  for (LevelContact& contact : contacts_) {
+    if (!holds(contact)) continue;
+    Primitive plane = contact.own;
+    LevelLook there = look(contact, foot_m(contact, end_m));
+    Vec3 turn = there.normal - contact.start.normal;
+    plane.direction = normalized(plane.direction + turn);
+    // An elastic level's foot must have the normal of its own place: sample once more where the new normal puts it.
+    const Vec3 foot_m = end_m + dot(plane.direction, there.foot_m - end_m) * plane.direction;
+    if (!contact.is_rigid() && distance(foot_m, there.at_m) > turned * spacing_m_) {
+      there = look(contact, foot_m);
+      turn = there.normal - contact.start.normal;
+      plane.direction = normalized(contact.own.direction + turn);
+    }
+    plane.position_m = there.foot_m;
+    find_witness();
+    const bool shuts_out = dot(plane.direction, there.foot_m - witness_of(contact)) > shallow * spacing_m_;
+    if (shuts_out || !(norm(turn) * spacing_m_ <= distance(end_m, start_m_))) continue;
+    stand_on(contact, plane);
+    is_foreseen_ = true;
+  }
+}
+
+void LocalModel::keep_feet(const Vec3& proxy_m) noexcept {
+  modes_.feet().clear();
+  for (std::size_t row = 0; row < set_.size(); ++row) {
+    const LevelContact* contact = contact_of(row);  // none: a level that jumped away and fades
+    if (contact && contact->is_shut && !contact->is_rigid() && contact->state == PrimitiveState::stick) {
+      const Vec3 way_m = contact->start.at_m - proxy_m;  // it is held as it is
+      modes_.feet().put({contact->id, way_m, 0.5 * contact->own.stiffness_n_per_m * norm_squared(way_m)});
+    }
+    if (!set_[row].is_elastic()) continue;
+    const bool breaks = contact && contact->state == PrimitiveState::slip && contact->can_break;
+    if (breaks || (contact && contact->first != row)) continue;
+    const Vec3 way_m = way_to_foot_m(set_.primitives(), row, proxy_m);
+    if (way_m == Vec3{}) continue;
+    modes_.feet().put({set_[row].id, way_m, 0.5 * set_[row].stiffness_n_per_m * norm_squared(way_m)});
+  }
+}
+
+bool LocalModel::refine(const Vec3& end_m) noexcept {
+  const auto gives_way = [this](const LevelContact& contact) { return !contact.is_rigid() && holds(contact); };
+  if (!is_foreseen_ || is_refined_ || std::ranges::none_of(contacts_, gives_way)) return false;
+  is_refined_ = true;
+  foresee(end_m);
+  return true;
+}
+
+bool LocalModel::recant() noexcept {
+  if (!is_foreseen_ || is_recanted_) return false;
+  for (const LevelContact& contact : contacts_) {
+    if (!contact.is_shut) stand_on(contact, contact.own);
+  }
+  return is_recanted_ = true;
+}
+
+double LocalModel::unsettled_m(const Vec3& end_m) noexcept {
+  double furthest_m = 0.0;
+  for (LevelContact& contact : contacts_) {
+    if (!holds(contact) || contact.state == PrimitiveState::off) continue;
+    const LevelLook at = look(contact, foot_m(contact, end_m));
+    if (std::abs(at.free_m) > still * spacing_m_) return std::numeric_limits<double>::infinity();
+    for (std::size_t row = contact.first; row < contact.first + contact.facets; ++row)
+      furthest_m += norm(law_->forces_n()[row]) / stiffness_n_per_m_ * distance(at.normal, set_[row].direction);
+  }
+  return furthest_m;
+}
+
+bool LocalModel::learn(const Vec3& end_m) noexcept {
+  find_witness();
+  bool any = false;
+  for (std::size_t c = contacts_.size(); c-- > 0;) {  // the last first: rows before it stay where the law's forces have them
+    LevelContact& contact = contacts_[c];
+    if (!holds(contact)) continue;
+    const LevelLook at = look(contact, foot_m(contact, end_m));
+    if (at.free_m >= 0.0) continue;
+    // A facet that, put back, shuts out less than half the depth of this end is not worth it: a nearer end shows more.
+    const Vec3 position_m = at.foot_m - std::max(0.0, dot(at.normal, at.foot_m - witness_of(contact))) * at.normal;
+    if (!(dot(at.normal, position_m - at.at_m) >= std::max(novel * spacing_m_, -0.5 * at.free_m))) continue;
+    if (contact.facets == most_facets) forget_idle(contact);
+    if (!add_facet(contact, position_m, at.normal)) continue;
+    learnt_.push_back({contact.id, contact.level, position_m, at.normal});
+    any = true;
+  }
+  return any;
+}
+
+bool LocalModel::add_facet(LevelContact& contact, const Vec3& position_m, const Vec3& normal) noexcept {
+  if (!set_.add_facet(contact.first, position_m, normal)) return false;
+  const std::size_t last = contact.first + contact.facets++;
+  for (LevelContact& other : contacts_) {
+    if (other.first >= last) ++other.first;
+    if (other.line >= static_cast<std::int32_t>(last)) ++other.line;
+  }
+  return true;
+}
+
+// Facets without force may go at any time (theory.md); the first one is the mode's own.
+void LocalModel::forget_idle(LevelContact& contact) noexcept {
+  std::erase_if(learnt_, [&](const Facet& facet) {
+    if (!(facet.id == contact.id) || facet.level != contact.level) return false;
+    for (std::size_t row = contact.first + 1; row < contact.first + contact.facets; ++row) {
+      if (set_[row].position_m != facet.position_m || set_[row].direction != facet.normal) continue;
+      return law_->forces_n()[row] == Vec3{};
+    }
+    return false;
+  });
+  for (std::size_t row = contact.first + contact.facets; row-- > contact.first + 1;) {
+    if (law_->forces_n()[row] == Vec3{}) remove_facet(contact, row);
+  }
+}
+
+void LocalModel::remove_facet(LevelContact& contact, std::size_t row) noexcept {
+  set_.remove(row);
+  --contact.facets;
+  for (LevelContact& other : contacts_) {
+    if (other.first > row) --other.first;
+    if (other.line > static_cast<std::int32_t>(row)) --other.line;
+  }
+}
+
+bool LocalModel::shut() noexcept {
+  bool any = false;
+  for (LevelContact& contact : contacts_) {
+    if (!holds(contact) || !(look(contact, foot_m(contact, refused_m_)).free_m < -hair * spacing_m_)) continue;
+    close(contact);
+    any = true;
+  }
+  return any;
+}
+
+// Every P that contains the witness is right (theory.md 8.7), and the witness alone is the least. A proxy that is deep in the
+// level is held where it is: the way out is not known.
+void LocalModel::close(LevelContact& contact) noexcept {
+  contact.is_shut = true;
+  while (contact.facets > 1) remove_facet(contact, contact.first + contact.facets - 1);
+  const Vec3 here_m = start_m_ + modes_.carried_m(contact.id.mode);
+  set_.replace(contact.first, {PrimitiveKind::point, contact.id, here_m, {}, contact.own.strength_n}, contact.level);
+}
+
+void LocalModel::attend(const Crossings& crossings, const Vec3& end_m, EventPolicy& policy) noexcept {
+  using Passing = EventPolicy::Passing;
+  // Both ends are free, and no place between is further from one of them than half the way: too short to pierce a level.
+  const bool is_short = 0.5 * distance(start_m_, end_m) <= piercing * spacing_m_;
+  for (const LevelContact& contact : contacts_) {
+    const Watch level{contact.level.field, contact.level.value};
+    const bool high = contact.solid_is_high;
+    if (contact.state == PrimitiveState::stick) crossings.attend(policy, level, Passing::held);
+    if (contact.state == PrimitiveState::off) crossings.attend(policy, level, high ? Passing::leaves_down : Passing::leaves_up);
+    if (is_short || !holds(contact) || !contact.is_rigid()) continue;
+    const ScalarSample& here = modes_.samples().scalar(level.field, start_m_);
+    // In flat data values do not tell the depth; only differences above rounding count.
+    const double margin = piercing * spacing_m_ * norm(here.gradient) + modes_.samples().rounding(level.field);
+    Extent& allowed = policy.fields[static_cast<std::size_t>(level.field)].allowed;
+    if (high) allowed.max = std::min(allowed.max, std::max(level.value, here.value) + margin);
+    if (!high) allowed.min = std::max(allowed.min, std::min(level.value, here.value) - margin);
+  }
+}
+
+}  // namespace palpa

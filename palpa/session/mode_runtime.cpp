@@ -1,0 +1,184 @@
+#include "palpa/session/mode_runtime.h"
+
+#include <algorithm>
+#include <limits>
+#include <tuple>
+
+#include "palpa/data/box.h"
+
+namespace palpa {
+
+ModeRuntime::ModeRuntime(LiveBlock& live, const Scene& scene, const Similarity& map)
+    : map_(map), modes_(scene.modes()), feet_(live.add<Feet>()), most_n_(live.add<double>()) {
+  most_n_ = std::numeric_limits<double>::infinity();
+  for (const SceneVolume& volume : scene.volumes()) {
+    for (const VolumeField& field : volume.volume.fields) fields_.push_back(field.field);
+  }
+  parts_.resize(modes_.size());
+  finest_m_ = std::numeric_limits<double>::infinity();
+  std::size_t memory_units = 0;
+  for (std::size_t m = 0; m < modes_.size(); ++m) {
+    Part& part = parts_[m];
+    part.inputs = resolve(modes_[m], scene, fields_);
+    part.memory = memory_units;
+    memory_units += (modes_[m].mode.memory_bytes() + sizeof(MemoryUnit) - 1) / sizeof(MemoryUnit);
+    if (!enabled(m)) continue;
+    watches_.insert(watches_.end(), part.inputs.watches.begin(), part.inputs.watches.end());
+    for (const std::int32_t f : part.inputs.fields) {
+      const double spacing_m = map_.length_to_hand(fields_[f]->spacing_m());
+      part.finest_m = std::min(part.finest_m, std::max(spacing_m, Samples::finest_told_m));
+      part.box_m = f == part.inputs.fields.front() ? fields_[f]->bounds_m() : intersection(part.box_m, fields_[f]->bounds_m());
+    }
+    finest_m_ = std::min(finest_m_, part.finest_m);
+  }
+  samples_ = std::make_unique<Samples>(fields_, map_);
+  live_ = live.add<Live>(modes_.size());
+  memories_ = live.add<MemoryUnit>(memory_units);
+  slots_.reserve(scratch_.capacity());
+  start();
+}
+
+void ModeRuntime::start() noexcept {
+  for (std::size_t m = 0; m < modes_.size(); ++m) {
+    modes_[m].mode.start(memory(m));
+    live_[m] = {};
+  }
+  feet_.clear();
+}
+
+void ModeRuntime::arrive() noexcept {
+  if (furthest_carried_m_ == 0.0) return;
+  furthest_carried_m_ = 0.0;
+  for (Part& part : parts_) part.carried_m = {};
+}
+
+double ModeRuntime::motion_m(const Vec3& at_m, DataTime from, DataTime to) const noexcept {
+  double furthest_m = 0.0;
+  for (std::size_t m = 0; m < modes_.size(); ++m) {
+    if (!enabled(m)) continue;
+    const Vec3 by_m = carried_at(m, at_m);
+    furthest_m = std::max(furthest_m, distance(samples_->carried_m(parts_[m].inputs.main_field, by_m, from, to), by_m));
+  }
+  return furthest_m;
+}
+
+void ModeRuntime::attend(Crossings& crossings, EventPolicy& policy, const Vec3& start_m) noexcept {
+  for (std::size_t m = 0; m < modes_.size(); ++m) {
+    if (parts_[m].inputs.main_field >= 0) live_[m].fade.attend(parts_[m].inputs.main_field, crossings, policy);
+  }
+  const DataTime now = samples_->time(), before = samples_->came_from();
+  for (std::int32_t f = 0; now != before && f < static_cast<std::int32_t>(fields_.size()); ++f)
+    policy.fields[f].carried_m = samples_->carried_m(f, start_m, before, now) - start_m;
+}
+
+ModeContext ModeRuntime::here_at(std::size_t m, const StepContext& context, const Vec3& start_m, const Vec3& at_m) noexcept {
+  ModeContext here(*samples_, at_m, modes_[m].masks, parts_[m].inputs.fields);
+  here.proxy_m = start_m;
+  here.probe_m = context.probe_m;
+  here.time_step_s = context.time_step_s;
+  here.stiffness_n_per_m = context.stiffness_n_per_m;
+  here.finest_m = context.spacing_m;
+  here.most_n = most_n_;
+  here.feet = feet_.of(m);
+  return here;
+}
+
+void ModeRuntime::place(const StepContext& context, const Vec3& at_m, const Vec3& level_m, PrimitiveSet& out) noexcept {
+  out.clear(context.start_m);
+  StepContext at_level = context;
+  at_level.data_fraction = 0.0;  // where the data carry what the proxy stands on
+  for (std::size_t m = 0; m < modes_.size(); ++m) {
+    if (!enabled(m)) continue;
+    const std::size_t first = out.size();
+    const auto stands_at = [&](bool is_level) {
+      out.truncate(first);
+      is_level ? place_mode(m, at_level, live_[m].origin_m, level_m, out)
+               : place_mode(m, context, live_[m].origin_m, at_m, out);
+      bool stands = false;
+      for (std::size_t i = first; i < out.size(); ++i) stands = stands || out.captured(i).any();
+      return stands;
+    };
+    // First guess: the mode stands on a level if it did last time.
+    const bool stood = live_[m].stands;
+    const bool stands = live_[m].stands = stands_at(stood);
+    if (stands != stood && (level_m != at_m || context.data_fraction > 0.0)) stands_at(stands);
+  }
+}
+
+void ModeRuntime::place_mode(std::size_t m, const StepContext& context, const Vec3& origin_m, const Vec3& at_m,
+                             PrimitiveSet& out) noexcept {
+  const JumpFade& fade = live_[m].fade;
+  const std::size_t first = out.size();
+  out.begin_mode(static_cast<std::uint16_t>(m), origin_m);
+  if (fade.is_leaving()) {
+    fade.place(origin_m, out);
+  } else {
+    const ModeContext here = here_at(m, context, origin_m, seen_by(m, at_m, context.data_fraction));
+    modes_[m].mode.place(here, memory(m), out);
+    live_[m].at_edge = here.is_faded();
+  }
+  for (std::size_t i = first; i < out.size(); ++i) {
+    if (fades(m)) out.fade(i, fade.share());
+    if (!(out[i].strength_n > most_n_) || !is_level(out.captured(i))) continue;
+    // A level stronger than what reaches the hand never yields: give it more than the spring can pull with.
+    out.set_strength(i, out[i].strength_n + context.stiffness_n_per_m * distance(context.probe_m, at_m));
+  }
+}
+
+bool ModeRuntime::is_free_at(const StepContext& context, std::vector<std::int32_t>& entered) noexcept {
+  entered.clear();
+  scratch_.clear(context.start_m);
+  for (std::size_t m = 0; m < modes_.size(); ++m) {
+    if (enabled(m)) place_mode(m, context, context.start_m + parts_[m].carried_m, context.start_m, scratch_);
+  }
+  if (scratch_.can_pull()) return false;
+  for (std::size_t m = 0; m < modes_.size(); ++m) {
+    if (enabled(m) && !silence_is_watched(m, context.start_m, entered)) return entered.clear(), false;
+  }
+  return true;
+}
+
+// Whether a mode that places nothing stays silent until a watched event: data of one of its fields begin, a mask or a
+// strength leaves an interval on which it is zero, or a level is met.
+bool ModeRuntime::silence_is_watched(std::size_t m, const Vec3& at_m, std::vector<std::int32_t>& entered) noexcept {
+  const ModeInputs& inputs = parts_[m].inputs;
+  const auto has_no_data = [&](std::int32_t f) {
+    return !samples_->scalar(f, at_m).inside && !samples_->vector(f, at_m).inside;
+  };
+  const auto stays_zero_at = [&](const FieldRef& of, const TransferFunction& curve) {
+    return curve.stays_zero_at(samples_->scalar(of.index, at_m).value);
+  };
+  const auto outside = std::find_if(inputs.fields.begin(), inputs.fields.end(), has_no_data);
+  if (outside != inputs.fields.end()) {
+    entered.push_back(*outside);
+    return true;
+  }
+  for (const Mask& mask : modes_[m].masks) {
+    if (stays_zero_at(mask.of, mask.curve)) return true;
+  }
+  return inputs.onset_is_watched &&
+         std::all_of(inputs.strengths.begin(), inputs.strengths.end(),
+                     [&](const Strength* strength) { return stays_zero_at(strength->of, strength->curve); });
+}
+
+double ModeRuntime::finest_m(const Vec3& at_m, const Vec3& from_m, const Vec3& to_m) const noexcept {
+  const Vec3 a = map_.to_world(from_m), b = map_.to_world(to_m);
+  double finest = std::numeric_limits<double>::infinity();
+  for (std::size_t m = 0; m < modes_.size(); ++m) {
+    if (finest <= parts_[m].finest_m || !may_meet(parts_[m].box_m, a, b)) continue;
+    for (const std::int32_t f : parts_[m].inputs.fields) {
+      if (finest <= parts_[m].finest_m) break;
+      finest = std::min(finest, samples_->spacing_m(f, at_m));
+    }
+  }
+  return finest;
+}
+
+bool ModeRuntime::holds_on_as(const ModeRuntime& other) const noexcept {
+  const auto key = [](const SceneMode& mode) {
+    return std::tuple(mode.mode.type(), std::string_view(mode.name), mode.enabled);
+  };
+  return std::ranges::equal(modes_, other.modes_, {}, key, key) && fields_ == other.fields_ && watches_ == other.watches_;
+}
+
+}  // namespace palpa

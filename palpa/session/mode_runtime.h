@@ -1,0 +1,170 @@
+// The modes of a session as the tick uses them: their memories, what they place, what they are told.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "palpa/mode/crossings.h"
+#include "palpa/mode/live_block.h"
+#include "palpa/scene/mode_inputs.h"
+#include "palpa/session/feet.h"
+#include "palpa/session/jump_fade.h"
+#include "palpa/session/sub_step.h"
+
+namespace palpa {
+
+/// The modes of a session with their fields, samples, and memories, which are kept in a block. Construction allocates and
+/// throws SceneError; nothing else does. One thread.
+class ModeRuntime {
+ public:
+  /// \param map  hand to world
+  ModeRuntime(LiveBlock& live, const Scene& scene, const Similarity& map);
+  ModeRuntime(const ModeRuntime&) = delete;
+  ModeRuntime& operator=(const ModeRuntime&) = delete;
+
+  std::size_t size() const noexcept { return modes_.size(); }
+  std::size_t fields() const noexcept { return fields_.size(); }
+  bool enabled(std::size_t m) const noexcept { return modes_[m].enabled; }
+  Samples& samples() noexcept { return *samples_; }
+  /// Where a strength, a mask or a level may set in, over all enabled modes.
+  const std::vector<Watch>& watches() const noexcept { return watches_; }
+
+  /// Whether these are the same modes on the same levels of the same fields as others, whatever their strengths are.
+  bool holds_on_as(const ModeRuntime& other) const noexcept;
+
+  /// See Session.
+  void let_through(double most_n) noexcept { most_n_ = most_n; }
+
+  /// Fresh memories.
+  void start() noexcept;
+
+  /// Advances the data from `from` to `to`, `time_step_s` [s] later. Their motion carries the proxy from `start_m` [m], or
+  /// rather its foot on an elastic level: deep inside such a level the data may define no motion. Where a mode's level jumps
+  /// before `tick_end` the mode is not carried but fades (JumpFade); `jumped(m)` is called when a fade begins.
+  template <class Jumped>
+  void advance(const Vec3& start_m, DataTime from, DataTime to, DataTime tick_end, double time_step_s,
+               Jumped&& jumped) noexcept {
+    samples_->set_time(to, from);
+    furthest_carried_m_ = 0.0;
+    for (std::size_t m = 0; m < modes_.size(); ++m) {
+      Part& part = parts_[m];
+      JumpFade& fade = live_[m].fade;
+      if (!enabled(m)) continue;
+      const Vec3 at_m = carried_at(m, start_m);
+      const Carried carried = samples_->carried(part.inputs.main_field, at_m, from, to);
+      const bool is_known = carried.known && samples_->carried(part.inputs.main_field, at_m, from, tick_end).known;
+      if (fade.advance(is_known, time_step_s)) modes_[m].mode.start(memory(m));
+      if (!is_known && !fade.is_leaving() && fade.let_go(*samples_)) jumped(m);
+      part.carried_m = is_known && !fade.is_leaving() ? carried.position_m - at_m : Vec3{};
+      furthest_carried_m_ = std::max(furthest_carried_m_, norm(part.carried_m));
+    }
+  }
+  /// Begins a step at `start_m` [m]. Each mode places what resists motion there, carried along by its data. The moves that
+  /// settle the step start elsewhere but measure their resistance from here.
+  void begin_step(const Vec3& start_m) noexcept {
+    for (std::size_t m = 0; m < size(); ++m) live_[m].origin_m = start_m + parts_[m].carried_m;
+  }
+  /// Where the step of a mode began [m], carried along.
+  const Vec3& origin_m(std::size_t m) const noexcept { return live_[m].origin_m; }
+  /// Ends the sub-step: the carried ways are zero again.
+  void arrive() noexcept;
+  /// How far the data of a mode have carried the proxy in this sub-step [m], and the longest of those ways [m].
+  const Vec3& carried_m(std::size_t m) const noexcept { return parts_[m].carried_m; }
+  double furthest_carried_m() const noexcept { return furthest_carried_m_; }
+  /// The feet on elastic levels.
+  Feet& feet() noexcept { return feet_; }
+  /// Whether a mode's strengths are reduced because its level has jumped.
+  bool fades(std::size_t m) const noexcept { return live_[m].fade.share() < 1.0; }
+  /// Whether a level of this mode that gives way is no break-through: the level has jumped, or data end nearby.
+  bool only_yields(std::size_t m) const noexcept { return fades(m) || live_[m].at_edge; }
+  /// The longest way [m] that the data of any mode would carry the position `at_m` [m] between two times.
+  double motion_m(const Vec3& at_m, DataTime from, DataTime to) const noexcept;
+  /// Tells a search how far data have moved since the sub-step began at `start_m` [m], and which levels have jumped.
+  void attend(Crossings& crossings, EventPolicy& policy, const Vec3& start_m) noexcept;
+
+  /// Empties the set and lets every enabled mode place its primitives. A mode samples its data at `at_m` [m], or at
+  /// `level_m` [m] if one of its planes stands on a level.
+  void place(const StepContext& context, const Vec3& at_m, const Vec3& level_m, PrimitiveSet& out) noexcept;
+  /// Tells the modes what became of a sub-step that ended with the proxy at `proxy_m` [m]. `state(i)` is that of primitive i
+  /// of `placed`; it is called once for primitives that share an id.
+  template <class State>
+  void on_step_accepted(const StepContext& context, const Vec3& proxy_m, const PrimitiveSet& placed,
+                        std::span<const Crossing> crossings, State&& state) noexcept {
+    for (std::size_t m = 0; m < modes_.size(); ++m) {
+      if (!enabled(m) || live_[m].fade.is_leaving()) continue;
+      if (samples_->any_timed()) live_[m].fade.keep(m, placed);
+      if (modes_[m].mode.memory_bytes() == 0) continue;
+      slots_.clear();
+      for (std::size_t i = 0; i < placed.size(); ++i) {
+        const PrimitiveId id = placed[i].id;
+        if (id.mode != m || (i > 0 && placed[i - 1].id == id)) continue;
+        slots_.push_back({id.slot, state(i), placed.captured(i), placed.captured(i).any() && only_yields(m)});
+      }
+      const ModeContext here = here_at(m, context, proxy_m, seen_by(m, proxy_m, context.data_fraction));
+      modes_[m].mode.on_step_accepted({here, slots_, crossings}, memory(m));
+    }
+  }
+
+  /// Whether nothing is felt at the start of a step, and nothing can set in before a watched value is crossed or the data of a
+  /// field in `entered` begin: free flight up to there.
+  bool is_free_at(const StepContext& context, std::vector<std::int32_t>& entered) noexcept;
+
+  /// The finest sample spacing of any enabled mode's data [hand m], anywhere; infinity without any.
+  double finest_m() const noexcept { return finest_m_; }
+  /// The finest spacing at `at_m` [hand m] of the modes whose data the way from `from_m` to `to_m` can meet, or infinity.
+  double finest_m(const Vec3& at_m, const Vec3& from_m, const Vec3& to_m) const noexcept;
+
+ private:
+  // What a mode reads, and what is remembered of it.
+  struct Part {
+    ModeInputs inputs;
+    Box box_m;                                                  // of the world: where all that it reads may have data
+    double finest_m = std::numeric_limits<double>::infinity();  // [hand m] sample spacing of that, anywhere
+    std::size_t memory = 0;                                     // where in the memories its own begins
+    Vec3 carried_m;
+  };
+  struct Live {
+    Vec3 origin_m;  // of the step
+    JumpFade fade;
+    bool stands = false;   // on a level, when it placed its primitives last
+    bool at_edge = false;  // strengths were less for it
+  };
+  using MemoryUnit = std::max_align_t;
+
+  std::byte* memory(std::size_t m) noexcept { return reinterpret_cast<std::byte*>(memories_.data() + parts_[m].memory); }
+  ModeContext here_at(std::size_t m, const StepContext& context, const Vec3& start_m, const Vec3& at_m) noexcept;
+  void place_mode(std::size_t m, const StepContext& context, const Vec3& origin_m, const Vec3& at_m,
+                  PrimitiveSet& out) noexcept;
+  // The place that the data of a mode carry: the foot of a proxy at `at_m`, or the proxy itself.
+  Vec3 carried_at(std::size_t m, const Vec3& at_m) const noexcept {
+    const std::span<const Foot> feet = feet_.of(m);
+    return feet.empty() ? at_m : at_m + feet.front().way_m;
+  }
+  // Where a mode samples its data, seen at the end of the sub-step, for what was carried to `at_m`.
+  Vec3 seen_by(std::size_t m, const Vec3& at_m, double data_fraction) const noexcept {
+    return at_m + (1.0 - data_fraction) * parts_[m].carried_m;
+  }
+  bool is_level(const Captured& at) const noexcept { return std::ranges::count(watches_, Watch{at.field, at.value}) > 0; }
+  bool silence_is_watched(std::size_t m, const Vec3& at_m, std::vector<std::int32_t>& entered) noexcept;
+
+  Similarity map_;
+  std::vector<FieldPtr> fields_;
+  std::unique_ptr<Samples> samples_;
+  std::vector<SceneMode> modes_;  // with their references resolved
+  std::vector<Part> parts_;       // by mode
+  std::span<Live> live_;          // by mode
+  Feet& feet_;
+  double& most_n_;  // that reaches the hand
+  std::span<MemoryUnit> memories_;
+  std::vector<Watch> watches_;
+  std::vector<SlotState> slots_;
+  PrimitiveSet scratch_;
+  double finest_m_ = 0.0, furthest_carried_m_ = 0.0;
+};
+
+}  // namespace palpa

@@ -1,0 +1,35 @@
+#include "palpa/session/probe_queue.h"
+
+#include <algorithm>
+
+#include "palpa/solver/primitives.h"
+
+namespace palpa {
+
+void ProbeQueue::start(const Vec3& probe_m) noexcept {
+  size_ = 0;
+  walked_m_ = probe_m;
+}
+
+double ProbeQueue::push(const Vec3& probe_m, double time_s) noexcept {
+  if (size_ == corners_.size()) --size_;
+  const double way_m = distance(probe_m, size_ > 0 ? corners_[size_ - 1].position_m : walked_m_);
+  corners_[size_++] = {probe_m, time_s};
+  return way_m;
+}
+
+void ProbeQueue::pop(const ProbeSegment& walked) noexcept {
+  walked_m_ = walked.to_m;
+  corners_[0].time_s = std::max(corners_[0].time_s - walked.time_s, shortest_time_s);  // whatever rounding leaves
+  if (walked.to_m != corners_[0].position_m) return;
+  std::copy(corners_.begin() + 1, corners_.begin() + static_cast<std::ptrdiff_t>(size_), corners_.begin());
+  --size_;
+}
+
+double ProbeQueue::time_behind_s(const ProbeSegment& next) const noexcept {
+  double behind_s = corners_[0].time_s - next.time_s;
+  for (std::size_t i = size_; i-- > 1;) behind_s += corners_[i].time_s;
+  return behind_s;
+}
+
+}  // namespace palpa

@@ -1,0 +1,427 @@
+#include "palpa/session/proxy_path.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "palpa/session/damper.h"
+#include "palpa/session/path_tolerances.h"
+
+namespace palpa {
+
+using namespace path_tolerances;
+
+namespace {
+
+constexpr double unbounded = std::numeric_limits<double>::infinity();
+constexpr int max_moves = 128;    // [1] per tick. More: longer worst tick; fewer: the proxy lags behind the hand
+constexpr int max_trials = 24;    // [1] balances per move. More: longer worst tick; fewer: moves are given up
+constexpr int max_shutting = 8;   // [1] more of them, if a level has to be shut. Fewer: the proxy is given up on its way
+constexpr double bound_m = 1e-8;  // [m] stop before a break-through. Less: decided by rounding; more: breaks early
+constexpr double directed_n_per_s = 100.0;  // [N/s] allowed while data play. Less: forces lag the data; more: they jump
+
+}  // namespace
+
+ProxyPath::ProxyPath(LiveBlock& live, const Scene& scene, const Similarity& map, std::unique_ptr<Law> law, double step_share)
+    : stiffness_n_per_m_(scene.coupling.stiffness_n_per_m),
+      time_(scene.time),
+      modes_(live, scene, map),
+      crossings_(live, modes_.watches(), modes_.fields()),
+      policy_(crossings_.policy()),
+      event_(crossings_.event()),
+      model_(live, std::move(law), modes_, scene.coupling.stiffness_n_per_m, work_left_),
+      contacts_(live, modes_.size()),
+      state_(live.add<PathState>()),
+      queue_(live.add<ProbeQueue>()),
+      step_share_(step_share) {
+  entered_.reserve(modes_.size());
+  playing_ = modes_.samples().any_timed() && time_.play != TimeOptions::Play::hold;
+  modes_.samples().set_time(time_.at(0.0));
+  refine(1);
+  reset();
+}
+
+void ProxyPath::reset() noexcept {
+  const PathState fresh{
+      .proxy = state_.proxy, .elapsed_s = state_.elapsed_s, .view_s = state_.view_s, .followed_s = state_.followed_s};
+  state_ = fresh;
+  queue_.start({});
+  model_.clear();
+  crossings_.reset();
+  modes_.start();
+  contacts_.clear();
+  record_.clear();
+}
+
+void ProxyPath::refine(int times) {
+  refined_ = std::clamp(times, 1, 16);
+  record_.reserve(static_cast<std::size_t>(Session::max_sub_steps * refined_));
+}
+
+void ProxyPath::goes_on() noexcept {
+  model_.forget_warm_start();
+  modes_.samples().set_time(time_.at(state_.view_s));
+}
+
+void ProxyPath::begin_where(const ProxyPath& other) noexcept {
+  state_ = other.state_;
+  reset();
+  state_.started = other.state_.started;
+  queue_.start(other.queue_.walked_m());
+  state_.followed_m = other.state_.followed_m;
+  modes_.samples().set_time(time_.at(state_.view_s));
+}
+
+bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) noexcept {
+  record_.clear();
+  contacts_.begin_tick();
+  released_m_ = {};
+  dropped_ = 0;
+  unreached_m_ = 0.0;
+  work_left_ = tick_work::most * refined_;
+  PathState& c = state_;
+  if (!c.started) {
+    c.started = true;
+    c.proxy = c.followed_m = probe_m;
+    queue_.start(probe_m);
+    c.view_s = c.followed_s = c.elapsed_s - time_step_s;
+    modes_.samples().set_time(time_.at(c.view_s));
+  }
+  ledger.begin(c.proxy, queue_.walked_m());
+  for (const Foot& foot : modes_.feet().all()) ledger.book_elastic(foot.id.mode, foot.held_j, 0.0);
+  path_m_ = queue_.push(probe_m, time_step_s);
+  if (playing_) path_m_ = std::max(path_m_, modes_.motion_m(c.proxy, time_.at(c.followed_s), time_.at(c.elapsed_s)));
+
+  ProbeSegment segment;
+  bool is_there = true;
+  for (int moves = 0; is_there && next_segment(segment); ++moves) {
+    const auto steps = static_cast<int>(record_.sub_steps().size());
+    is_there = steps < Session::max_sub_steps * refined_ && moves < max_moves * refined_ && work_left_ > 0;
+    if (is_there) {
+      sub_step(segment);
+    } else if (may_give_up()) {
+      is_there = true;
+      give_up();
+    } else {
+      record_.cut();
+    }
+  }
+  is_there = is_there && work_left_ > 0;  // else the last move was cut short
+  ledger.book(record_.sub_steps(), record_.placed());
+  for (const Foot& foot : modes_.feet().all()) ledger.book_elastic(foot.id.mode, 0.0, foot.held_j);
+  return is_there;
+}
+
+// The next segment of the probe's path, so short that no data are jumped over. It stays queued until it is walked.
+bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
+  const PathState& c = state_;
+  if (c.left != Left::nothing) {
+    segment = {queue_.walked_m(), queue_.walked_m(), c.left_s, false};
+    return true;
+  }
+  if (queue_.empty()) return false;
+  segment = queue_.front();
+  const double length = distance(segment.to_m, segment.from_m);
+  // Both the probe's way and the data's way are limited.
+  const double furthest =
+      playing_ ? std::max(length, modes_.motion_m(c.proxy, time_.at(c.followed_s), time_.at(time_at_end_of(segment)))) : length;
+  if (refined_ == 1 && furthest <= step_share_ * modes_.finest_m()) return true;
+  double longest = step_share_ / refined_ * modes_.finest_m(c.proxy, segment.from_m, segment.to_m);
+  if (refined_ > 1) longest = std::min(longest, path_m_ / refined_);
+  const bool is_long = furthest > (1.0 + hair) * longest && !(c.proxy == segment.from_m && is_free());
+  if (is_long) segment = segment.first(longest / furthest);
+  return true;
+}
+
+// Free flight: nothing is felt, and every onset is watched. Never directly after a move in which something could pull.
+bool ProxyPath::is_free() noexcept {
+  if (state_.felt) return false;
+  work_left_ -= modes_.samples().work_of_modes(modes_.size());
+  const Vec3& here = state_.proxy;
+  return modes_.is_free_at({here, here, 1.0, stiffness_n_per_m_, modes_.finest_m()}, entered_);
+}
+
+// Samples the data at the time of the segment's end from here on. Returns by how much they advance in this sub-step [s].
+double ProxyPath::see(const ProbeSegment& segment) noexcept {
+  PathState& c = state_;
+  const double view_s = segment.fresh ? std::max(c.view_s, time_at_end_of(segment)) : c.view_s;
+  const double passed_s = view_s - c.view_s;
+  work_left_ -= modes_.samples().work_of_modes(modes_.size());
+  modes_.advance(c.proxy, time_.at(c.followed_s), time_.at(view_s), time_.at(c.elapsed_s), passed_s, [&](std::size_t m) {
+    contacts_.warn(m, "a level jumps between two frames instead of moving: its strength fades out and in");
+  });
+  c.view_s = view_s;
+  moved_n_ = 0.5 * stiffness_n_per_m_ * modes_.furthest_carried_m() + directed_n_per_s * passed_s;
+  return view_s - c.followed_s;
+}
+
+// One move along the path: place, balance, move towards the balance as far as the data allow, report the result.
+void ProxyPath::sub_step(ProbeSegment segment) noexcept {
+  const Vec3 start = state_.proxy;
+  const bool settles = !segment.fresh && state_.left == Left::rest;
+  const double finest_m = modes_.finest_m(start, start, segment.to_m);
+  step_m_ = step_share_ / refined_ * finest_m;
+  spacing_m_ = std::min(finest_m, 1.0);  // without data any length will do
+  StepContext context{start, segment.to_m, segment.time_s, stiffness_n_per_m_, spacing_m_};
+  const double follows_s = playing_ ? see(segment) : 0.0;
+  if (!settles) modes_.begin_step(state_.step_start_m = start);
+  const Move made = move(segment, context, settles);
+
+  const double went_m = distance(made.end_from(start), start);
+  const double rest_m = rest * spacing_m_;
+  // A settling move of no more than `rest` is not made: the proxy rests.
+  const bool rests = made.fraction == 0.0 || (made.stop == Stop::full && went_m <= rest_m);
+  if (settles && rests && !model_.any_shut()) {
+    state_.left = Left::nothing;
+  } else {
+    // While the hand moves, the next tick settles the rest; with a still hand, or once begun, settling goes to the end.
+    const bool to_the_end = settles || path_m_ == 0.0;
+    const bool is_settled = !model_.any_holds() ? made.change_m <= turned * spacing_m_
+                            : to_the_end        ? went_m <= rest_m
+                                                : model_.unsettled_m(made.end_from(start)) <= turned * spacing_m_;
+    // A level that gives way still took part in this balance: only the next one is without it.
+    const bool lets_go = model_.any_gives_way(crossings_) && went_m > rest_m;
+    advance(segment, made, follows_s, is_settled && !lets_go);
+    accept(segment, made, context, settles);
+    model_.end_move();
+  }
+  unreached_m_ = distance(made.to.position_m, state_.proxy);
+  modes_.arrive();
+}
+
+// Records the move and updates crossings, feet, contacts and modes.
+void ProxyPath::accept(const ProbeSegment& segment, const Move& made, StepContext& context, bool settles) noexcept {
+  SubStep step;
+  step.time_step_s = segment.time_s;
+  step.start_m = context.start_m;
+  step.probe_m = segment.to_m;
+  step.stiffness_n_per_m = stiffness_n_per_m_;
+  step.balance = made.to;
+  step.move_fraction = made.fraction;
+  step.stop = made.stop;
+  step.proxy_m = state_.proxy;
+  record_.add(step, settles, spacing_m_, model_, modes_);
+  dropped_ += model_.set().dropped();
+  state_.felt = model_.set().can_pull();
+  if (made.fraction > 0.0 || made.stop == Stop::event) crossings_.apply(event_);  // also where it stands on one already
+  const bool is_stopped = made.stop == Stop::event && !event_.crossings.empty();
+  state_.stopped_by = is_stopped ? event_.crossings.back() : Crossing{};
+  model_.keep_feet(state_.proxy);
+  contacts_.update(model_, distance(made.to.position_m, segment.to_m), crossings_);
+  context.data_fraction = made.fraction;
+  modes_.on_step_accepted(context, state_.proxy, model_.set(), event_.crossings, [&](std::size_t i) {
+    const LevelContact* contact = model_.contact_of(i);
+    return contact ? contact->state : state_at(model_.set()[i], made.to);
+  });
+}
+
+// Moves the proxy. What is left of the segment continues where the move was stopped.
+void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double follows_s, bool settled) noexcept {
+  PathState& c = state_;
+  const Vec3 start = c.proxy;
+  c.proxy = move.end_from(start);
+  const Vec3 before_m = std::exchange(c.move_m, c.proxy - start);
+  // Where directions turn faster than the spring can follow, or a level bends more than it is long, the proxy turns back: each
+  // turn halves the longest move. After eight (max_sub_steps / 4) the probe position may be given up: no lag lasts for ever.
+  const double settling_m2 = model_.has_directions() ? 0.0 : 0.25 * norm_squared(before_m);
+  const bool turns_back = !segment.fresh && dot(c.move_m, before_m) < 0.0 && norm_squared(c.move_m) > settling_m2;
+  expect_sequel(before_m, segment.fresh);
+  c.reach_m = turns_back ? std::min(c.reach_m, 0.5 * norm(before_m)) : may_give_up() ? c.reach_m : 1.25 * c.reach_m;
+  const bool has_no_end = move.stop == Stop::release && segment.time_s <= hair * c.whole_s;  // round a vortex: its time is over
+  c.turns = segment.fresh ? 0 : c.turns + (turns_back || has_no_end);
+  if (segment.fresh) c.segment_start_m = start, c.probe_way_m = segment.to_m - segment.from_m;
+  released_m_ += released_part(c.move_m, distance(segment.to_m, segment.from_m) + move.fraction * modes_.furthest_carried_m());
+  if (segment.fresh) {
+    c.whole_s = segment.time_s;
+    queue_.pop(segment);
+  }
+  c.left = left_by(move, settled);
+  if (work_left_ > 0 && c.left != Left::way) c.followed_m = queue_.walked_m();
+  c.followed_s = c.left != Left::nothing ? c.view_s - (1.0 - move.fraction) * follows_s : c.view_s;
+  c.left_s = c.left == Left::rest ? segment.time_s : std::max(hair * c.whole_s, (1.0 - move.fraction) * segment.time_s);
+}
+
+// Whether the proxy has turned back so often that the probe position may be left without a balance.
+bool ProxyPath::may_give_up() const noexcept { return 4 * state_.turns >= Session::max_sub_steps * refined_; }
+
+// Leaves the probe position where the proxy is.
+void ProxyPath::give_up() noexcept {
+  state_.left = Left::nothing;
+  state_.turns = 0;
+  state_.followed_m = queue_.walked_m();
+  state_.followed_s = state_.view_s;
+}
+
+ProxyPath::Left ProxyPath::left_by(const Move& move, bool settled) const noexcept {
+  const PathState& c = state_;
+  // The last position of a tick is given up later, nearer to a balance, as the tick has moves left.
+  if (may_give_up() && (!queue_.empty() || 2 * c.turns >= Session::max_sub_steps * refined_)) return Left::nothing;
+  const bool is_whole = move.stop == Stop::full || (move.bound_met && move.stop == Stop::event && move.fraction == 1.0);
+  if (is_whole) return !model_.set().empty() && !settled ? Left::rest : Left::nothing;
+  const bool crosses = move.stop == Stop::event && !event_.crossings.empty();  // else an event on the spot changes nothing
+  const bool gets_on = (move.fraction > 0.0 || crosses) && (move.stop != Stop::release || norm(c.move_m) > rest * spacing_m_);
+  if (!gets_on) return Left::nothing;
+  return move.stop == Stop::energy && !playing_ ? Left::rest : Left::way;
+}
+
+// Lets the modes place primitives for a move that is expected to end at `end_m`, on a way of `whole_m`.
+void ProxyPath::place(const StepContext& context, const Vec3& end_m, double whole_m) noexcept {
+  StepContext middle = context;
+  middle.data_fraction = whole_m > 0.0 ? 0.5 * std::min(1.0, distance(end_m, context.start_m) / whole_m) : 0.0;
+  const std::int32_t held_back = model_.place(middle, 0.5 * (state_.step_start_m + end_m), context.start_m, moved_n_);
+  if (held_back >= 0) contacts_.tell_held_back(static_cast<std::size_t>(held_back));
+  if (end_m != context.start_m) model_.foresee(end_m);
+}
+
+// One move towards the balance, at most half a sample spacing, to the first place that is free. If the end is not free, the
+// facets that shut it out are added and all is balanced again. Directions are taken at the middle of the move: with those of
+// its start the proxy would leave every curve on its outside.
+ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, bool settles) noexcept {
+  const Vec3& start = context.start_m;
+  if (segment.fresh) state_.reach_m = unbounded;
+  double longest = std::min(step_m_, state_.reach_m);
+  const bool flies = distance(segment.to_m, start) > longest && is_free();
+  if (flies) longest = unbounded;
+  const auto end_of = [&](const Vec3& to_m) {
+    const double length = distance(to_m, start);
+    return length > longest ? start + longest / length * (to_m - start) : to_m;
+  };
+
+  Move made;
+  bool rests = false;
+  double change_before_m = unbounded;
+  Vec3 end = end_of(start + expected_m(segment));
+  const double same_m = (settles ? piercing : turned) * spacing_m_;  // what settles a step is a small part of it
+  model_.begin_move(context, spacing_m_);
+  place(context, end, distance(end, start));
+  for (int trial = 0; trial < max_trials + max_shutting && (trial == 0 || work_left_ > 0); ++trial) {
+    made.to = model_.balance(context.probe_m, context.time_step_s);
+    // No level may give way because of a foreseen plane.
+    if (model_.any_gives_way(crossings_) && model_.recant()) made.to = model_.balance(context.probe_m, context.time_step_s);
+    made.bound_met = made.bound_met || (trial == 0 && segment.fresh && meet_bound(segment, context, made.to));
+    context.probe_m = segment.to_m;
+    context.time_step_s = segment.time_s;
+    const double length = distance(made.to.position_m, start);
+    const Vec3 before = std::exchange(end, end_of(made.to.position_m));
+    made.change_m = model_.has_directions() ? distance(end, before) : 0.0;
+    // Place again as long as the end changes, and by less each time.
+    if (made.change_m > same_m && made.change_m < change_before_m && trial + 1 < max_trials && !made.bound_met &&
+        (before != start || distance(end, start) > same_m)) {
+      change_before_m = made.change_m;
+      place(context, end, length);
+      continue;
+    }
+    change_before_m = unbounded;
+    rests = settles && std::min(length, state_.reach_m) <= rest * spacing_m_;
+    if (rests) break;
+    made.fraction = length > longest ? longest / length : 1.0;
+    made.stop = made.bound_met ? Stop::event : made.fraction == 1.0 ? Stop::full : settles ? Stop::energy : Stop::release;
+    if (end_is_free(segment, context, flies, made)) return made;
+    // What blocks without a facet that says how bears its strength and no more. Nearer to its balance than that the proxy
+    // rests.
+    const bool is_blocked = !(made.fraction > 0.0) || trial + 1 >= max_trials;
+    if (is_blocked && (length <= shallow * spacing_m_ || !model_.shut())) break;
+  }
+  if (!rests) made.to = model_.balance(context.probe_m, context.time_step_s);  // with all that was learnt
+  made.fraction = 0.0;
+  made.stop = Stop::energy;
+  return made;
+}
+
+// Whether the move may end where `move` says; it is shortened to the first event on the way. False where a facet was learnt
+// (balance again), or, with a fraction of zero, where no nearer end is free either.
+bool ProxyPath::end_is_free(const ProbeSegment& segment, const StepContext& context, bool flies, Move& move) noexcept {
+  const Vec3& start = context.start_m;
+  do {
+    const Vec3 end = move.end_from(start);
+    attend(end, flies);
+    find_event(start, end);
+    // Events nearer the move's end than this wait for the next sub-step.
+    const double left_m = (1.0 - event_.share) * (distance(end, start) + modes_.furthest_carried_m());
+    if (event_.kind != Event::Kind::none && left_m > rest * spacing_m_) {
+      move.fraction *= event_.share;
+      move.stop = Stop::event;
+    }
+    const Vec3 reached = move.end_from(start);
+    const auto accepts = [&](double deepest) {
+      return model_.accepts(reached, deepest, move.to.position_m, move.fraction, segment.to_m, context.time_step_s);
+    };
+    if (accepts(still)) return true;
+    if (model_.refine(reached) || model_.recant() || model_.learn(reached)) return event_.crossings.clear(), false;
+    if (accepts(shallow)) return true;
+    event_.crossings.clear();
+    move.fraction *= 0.5;
+    move.stop = Stop::energy;
+  } while (distance(move.end_from(start), start) > rest * spacing_m_ && work_left_ > 0);
+  move.fraction = 0.0;
+  return false;
+}
+
+// Finds the first event on the way. Where a value jumps, both sides may drive the proxy across: a crossing that undoes the last
+// one at once does not stop it again, or it would be caught between the two.
+void ProxyPath::find_event(const Vec3& start_m, const Vec3& end_m) noexcept {
+  crossings_.first_event(start_m, end_m, policy_, modes_.samples(), work_left_, event_);
+  if (event_.kind != Event::Kind::crossing || event_.share * distance(start_m, end_m) > rest * spacing_m_) return;
+  const Crossing& first = event_.crossings.front();
+  const Crossing& last = state_.stopped_by;
+  if (first.field != last.field || first.value != last.value || first.up == last.up) return;
+  for (const Crossing& crossing : event_.crossings)
+    crossings_.attend(policy_, {crossing.field, crossing.value}, EventPolicy::Passing::passes);
+  crossings_.first_event(start_m, end_m, policy_, modes_.samples(), work_left_, event_);
+}
+
+// If a shell that held gives way within the segment, ends the segment there. Located by bisection of the probe's path.
+bool ProxyPath::meet_bound(ProbeSegment& segment, const StepContext& context, Balance& to) noexcept {
+  if (!model_.any_gives_way(crossings_)) return false;
+  const double length = distance(segment.to_m, segment.from_m);
+  if (!(length > bound_m)) return false;
+  const auto holds_at = [&](double share) {
+    to = model_.balance(segment.first(share).to_m, std::max(share, hair) * context.time_step_s);
+    return !model_.any_gives_way(crossings_);
+  };
+  // Most levels that give way here do so from the segment's start on: one balance shows it.
+  double held = std::min(1.0, 2.0 * bound_m / length), gone = 1.0;
+  const bool holds_at_first = holds_at(held);
+  while (holds_at_first && (gone - held) * length > bound_m && work_left_ > 0) {
+    const double middle = 0.5 * (held + gone);
+    (holds_at(middle) ? held : gone) = middle;
+  }
+  if (!holds_at_first || work_left_ <= 0) {  // without work for the place: at the end of the segment
+    to = model_.balance(segment.to_m, context.time_step_s);
+    return false;
+  }
+  held -= bound_m / length;  // there no rounding of forces decides whether the level holds
+  holds_at(gone);
+  model_.stop_at_bound();
+  segment = segment.first(held);
+  to = model_.balance(segment.to_m, segment.time_s);
+  return true;
+}
+
+// Sums the moves still to come (Aitken). A proxy pressed d into an elastic level of curvature 1/R rests after moves that shrink
+// by about d/R each; the ratio is taken from two moves that were made without this sum.
+void ProxyPath::expect_sequel(const Vec3& before_m, bool fresh) noexcept {
+  PathState& c = state_;
+  c.plain = fresh || c.sequel_m == Vec3{} ? c.plain + 1 : 0;
+  const bool is_known = !fresh && c.plain >= 2 && !modes_.feet().all().empty() && before_m != Vec3{};
+  const double ratio = is_known ? std::clamp(dot(c.move_m, before_m) / norm_squared(before_m), 0.0, 0.9) : 0.0;
+  c.sequel_m = ratio / (1.0 - ratio) * c.move_m;
+}
+
+// The expected move: the last segment's, scaled by the probe's way; while a step settles, the sum above.
+Vec3 ProxyPath::expected_m(const ProbeSegment& segment) const noexcept {
+  const double before_m2 = norm_squared(state_.probe_way_m);
+  if (!segment.fresh) return state_.left == Left::rest ? state_.sequel_m : Vec3{};
+  if (playing_ || !(before_m2 > 0.0)) return {};
+  const double share = dot(segment.to_m - segment.from_m, state_.probe_way_m) / before_m2;
+  return std::clamp(share, 0.0, 1.0) * (state_.proxy - state_.segment_start_m);
+}
+
+void ProxyPath::attend(const Vec3& end_m, bool flies) noexcept {
+  policy_.clear();
+  if (playing_) modes_.attend(crossings_, policy_, state_.proxy);
+  model_.attend(crossings_, end_m, policy_);
+  for (const std::int32_t field : entered_) policy_.fields[static_cast<std::size_t>(field)].stops_at_edges = flies;
+}
+
+}  // namespace palpa

@@ -1,0 +1,153 @@
+// The proxy's path through the data: from one probe position to the next.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "palpa/mode/crossings.h"
+#include "palpa/mode/live_block.h"
+#include "palpa/mode/tick_work.h"
+#include "palpa/session/contacts.h"
+#include "palpa/session/ledger.h"
+#include "palpa/session/local_model.h"
+#include "palpa/session/mode_runtime.h"
+#include "palpa/session/probe_queue.h"
+#include "palpa/session/session.h"
+#include "palpa/session/step_record.h"
+
+namespace palpa {
+
+/// Walks the proxy after the probe. One tick of the paper is one step of incremental minimisation of a continuous,
+/// rate-independent law; here the step is refined until the path is that of the law. docs/path.md, section 2, is what this
+/// does, in its order. The caps on sub-steps and work bound a tick; what is left of the probe's path waits in a queue.
+/// Construction allocates and throws SceneError; walking does neither. One thread.
+class ProxyPath {
+ public:
+  /// \param live        keeps all that the next walk depends on
+  /// \param step_share  [1] of the finest sample spacing: no segment is longer, nor a move of the proxy
+  ProxyPath(LiveBlock& live, const Scene& scene, const Similarity& map, std::unique_ptr<Law> law, double step_share = 0.5);
+  virtual ~ProxyPath() = default;
+
+  /// Forgets everything; the next walk begins at its probe.
+  void reset() noexcept;
+  /// Where the proxy is while it is not walked [m].
+  void put(const Vec3& proxy_m) noexcept { state_.proxy = proxy_m; }
+  /// See Session.
+  void let_through(double most_n) noexcept { modes_.let_through(most_n); }
+  void refine(int times);
+  /// Continues after the block was copied from another session's.
+  void goes_on() noexcept;
+  /// Whether another path holds on to the same.
+  bool holds_on_as(const ProxyPath& other) const noexcept { return modes_.holds_on_as(other.modes_); }
+  /// Begins with the proxy where another path has it, at that path's time.
+  void begin_where(const ProxyPath& other) noexcept;
+
+  /// Advances the data's time by `time_step_s` [s], whether the proxy is walked or not.
+  void pass(double time_step_s) noexcept { state_.elapsed_s += time_step_s; }
+  /// Walks to the next probe position [m], `time_step_s` [s] later. False where the cap was reached.
+  bool walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) noexcept;
+
+  const Vec3& proxy_m() const noexcept { return state_.proxy; }
+  bool started() const noexcept { return state_.started; }
+  /// The place on the probe's path that the proxy has followed it to [m]: the probe, where no walk waits.
+  const Vec3& followed_m() const noexcept { return state_.followed_m; }
+  /// Emits a warning among the events of the last walk.
+  void warn(const char* sentence) noexcept { contacts_.warn(sentence); }
+  /// Of the last walk: units of work (tick_work.h).
+  int work() const noexcept { return tick_work::most * refined_ - work_left_; }
+  /// Of the last walk: the part of the proxy's motion that was a release [m], and primitives refused.
+  const Vec3& released_m() const noexcept { return released_m_; }
+  int dropped() const noexcept { return dropped_; }
+  /// Of the last walk: how far the proxy is from the last balance [m]; at rest no more than the path tells apart.
+  double unreached_m() const noexcept { return unreached_m_; }
+
+  std::span<const SubStep> sub_steps() const noexcept { return record_.sub_steps(); }
+  std::span<const PlacedPrimitive> placed() const noexcept { return record_.placed(); }
+  std::span<const SessionEvent> events() const noexcept { return contacts_.events(); }
+  static constexpr std::size_t max_primitives = LocalModel::max_primitives;
+
+ protected:
+  // One move along the path: place, balance, move towards the balance as far as the data allow, report the result.
+  virtual void sub_step(ProbeSegment segment) noexcept;
+
+  // What is left to do at a probe position: walk the rest of a stopped move, or check that the proxy rests.
+  enum class Left : std::uint8_t { nothing, way, rest };
+
+  // The state of the walk that the next sub-step depends on.
+  struct PathState {
+    bool started = false;
+    Vec3 proxy;
+    Vec3 move_m;           // of the proxy, the last one
+    bool felt = false;     // something could pull at the proxy in the last move
+    Vec3 segment_start_m;  // where the proxy was before the last segment
+    Vec3 probe_way_m;      // of the last segment, from its start to its end
+    Vec3 sequel_m;         // sum of the moves that are still expected: on an elastic level they shrink in one ratio
+    int plain = 0;         // moves in a row that were made without such an expectation
+    Left left = Left::nothing;
+    Vec3 step_start_m;                      // of the moves that settle one step
+    double reach_m = 0.0;                   // no move of this segment may be longer; less after each turn back
+    int turns = 0;                          // moves of this segment that turned back, or had no end
+    double left_s = 0.0, whole_s = 0.0;     // the segment's time that is left, and all of it
+    double elapsed_s = 0.0;                 // since the session began
+    double view_s = 0.0, followed_s = 0.0;  // data time used for sampling, and up to which the proxy is advected
+    Crossing stopped_by;                    // the last move; of no field where nothing was crossed
+    Vec3 followed_m;                        // the place on the probe's path that the proxy has followed it to
+  };
+
+  // The result of one move.
+  struct Move {
+    Balance to;
+    double fraction = 1.0;  // of the way there
+    Stop stop = Stop::full;
+    double change_m = 0.0;   // by how much the last look moved its end
+    bool bound_met = false;  // a shell gives way beyond
+    Vec3 end_from(const Vec3& start_m) const noexcept {
+      return fraction < 1.0 ? start_m + fraction * (to.position_m - start_m) : to.position_m;
+    }
+  };
+
+  bool next_segment(ProbeSegment& segment) noexcept;
+  bool is_free() noexcept;
+  double time_at_end_of(const ProbeSegment& segment) const noexcept { return state_.elapsed_s - queue_.time_behind_s(segment); }
+  double see(const ProbeSegment& segment) noexcept;
+  void accept(const ProbeSegment& segment, const Move& made, StepContext& context, bool settles) noexcept;
+  Move move(ProbeSegment& segment, StepContext& context, bool settles) noexcept;
+  void find_event(const Vec3& start_m, const Vec3& end_m) noexcept;
+  void place(const StepContext& context, const Vec3& end_m, double whole_m) noexcept;
+  bool end_is_free(const ProbeSegment& segment, const StepContext& context, bool flies, Move& move) noexcept;
+  void advance(const ProbeSegment& segment, const Move& move, double follows_s, bool settled) noexcept;
+  bool may_give_up() const noexcept;
+  void give_up() noexcept;
+  Left left_by(const Move& move, bool settled) const noexcept;
+  void expect_sequel(const Vec3& before_m, bool fresh) noexcept;
+  Vec3 expected_m(const ProbeSegment& segment) const noexcept;
+  bool meet_bound(ProbeSegment& segment, const StepContext& context, Balance& to) noexcept;
+  void attend(const Vec3& end_m, bool flies) noexcept;
+
+  double stiffness_n_per_m_;
+  TimeOptions time_;
+  bool playing_ = false;  // the data change with time
+  ModeRuntime modes_;
+  Crossings crossings_;
+  EventPolicy policy_;
+  Event event_;
+  LocalModel model_;
+  Contacts contacts_;
+  PathState& state_;
+  ProbeQueue& queue_;
+  double step_share_;  // [1] of the finest spacing: the longest move, before refining
+  int refined_ = 1;
+  double path_m_ = 0.0;                    // of this tick: way of the probe or of the data, the longer one
+  double moved_n_ = 0.0;                   // change of directed forces allowed in this sub-step for moving data
+  double spacing_m_ = 0.0, step_m_ = 0.0;  // finest, of the data near this sub-step, and the longest move there
+  Vec3 released_m_;
+  int dropped_ = 0;
+  double unreached_m_ = 0.0;
+  std::vector<std::int32_t> entered_;
+  int work_left_ = 0;  // of this tick (tick_work.h)
+  StepRecord record_;
+};
+
+}  // namespace palpa

@@ -1,0 +1,178 @@
+#include "palpa/session/session.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "palpa/mode/live_block.h"
+#include "palpa/mode/tick_work.h"
+#include "palpa/session/proxy_path.h"
+#include "palpa/session/pull.h"
+#include "palpa/session/split.h"
+#include "palpa/solver/solver.h"
+
+namespace palpa {
+
+namespace {
+
+constexpr double largest_probe_m = 1e3;      // [m] further away is bad input. More: wrong units pass; less: large rooms do not
+constexpr double largest_time_step_s = 1.0;  // [s] longer is bad input. More: a late tick moves far; less: slow replays fail
+
+bool usable(const Vec3& position_m) noexcept {
+  return is_finite(position_m) && largest_component(position_m) <= largest_probe_m;
+}
+
+std::unique_ptr<ProxyPath> exact_path(LiveBlock& live, const Scene& scene, const Similarity& map) {
+  return std::make_unique<ProxyPath>(live, scene, map, std::make_unique<Solver>(ProxyPath::max_primitives));
+}
+
+}  // namespace
+
+class Session::State {
+ public:
+  State(const Scene& given, PathMaker make_path, double encoder_step_m)
+      : scene(given),
+        map(scene.hand_to_world()),
+        path(make_path(live, scene, map)),
+        pull(live.add<Pull>()),
+        ledger(scene.modes().size()),
+        mode_ticks(scene.modes().size()) {
+    pull = Pull(Damper(scene.coupling.damping_ns_per_m, encoder_step_m));
+  }
+
+  Tick tick(const Probe& probe, double dt) noexcept;
+  void reset() noexcept {
+    path->reset();
+    pull.let_go();
+  }
+  void continue_from(const State& other) noexcept {
+    live.copy(other.live);
+    path->goes_on();
+  }
+  void take_over(const State& other) noexcept;
+  std::span<const ModeTick> who_pushed() noexcept;
+
+  Scene scene;
+  Similarity map;
+  LiveBlock live;
+  std::unique_ptr<ProxyPath> path;
+
+ private:
+  void gather(Tick& result) noexcept;
+
+  Pull& pull;  // what the next tick depends on besides the path
+  Ledger ledger;
+  std::vector<ModeTick> mode_ticks;
+  bool who_pushed_known = true;  // mode_ticks hold the forces of the last sub-step
+  ShownForces shown{ProxyPath::max_primitives};
+};
+
+void Session::State::take_over(const State& other) noexcept {
+  const Damper own = pull.damper();
+  const bool goes_on = live.has_parts_of(other.live) && path->holds_on_as(*other.path);
+  goes_on ? continue_from(other) : path->begin_where(*other.path);
+  const bool keeps_damper = goes_on && scene.coupling.damping_ns_per_m == other.scene.coupling.damping_ns_per_m;
+  pull.take_over(other.pull, own, keeps_damper, path->proxy_m());
+}
+
+// The main path. Modes place primitives, the law balances them, the coupling pulls the hand.
+Tick Session::State::tick(const Probe& probe, double dt) noexcept {
+  std::fill(mode_ticks.begin(), mode_ticks.end(), ModeTick{});
+  who_pushed_known = true;
+  Tick result;
+  result.probe_valid = probe.valid;
+  result.probe_m = result.proxy_m = path->proxy_m();
+  const bool time_usable = std::isfinite(dt) && dt > 0.0 && dt <= largest_time_step_s;
+  if (time_usable) path->pass(dt);
+  const bool velocity_usable = !probe.velocity_m_per_s || is_finite(*probe.velocity_m_per_s);
+  if (!probe.valid || !time_usable || !velocity_usable || !usable(probe.position_m)) {
+    reset();
+    result.energy.let_go_j = pull.lose_stored_j();
+    if (probe.valid) result.status = TickStatus::bad_input;
+    if (!probe.valid && usable(probe.position_m)) result.probe_m = result.proxy_m = probe.position_m;
+    path->put(result.proxy_m);
+    return result;
+  }
+  dt = std::max(dt, shortest_time_s);  // velocities stay finite
+  const Vec3 p = probe.position_m, before = path->proxy_m();
+  if (!path->started()) pull.start(p);
+  result.status = path->walk(p, dt, ledger) ? TickStatus::resting : TickStatus::waiting;
+  result.probe_m = p;
+  result.probe_step_m = pull.step_m(p);
+  result.proxy_m = path->proxy_m();
+  const Pull::Answer answer =
+      pull.answer({before, result.proxy_m, path->followed_m(), path->released_m(), result.status == TickStatus::waiting}, p,
+                  scene.coupling, dt);
+  result.probe_velocity_m_per_s = probe.velocity_m_per_s.value_or(result.probe_step_m / dt);
+  result.proxy_velocity_m_per_s = result.probe_velocity_m_per_s + answer.relative_m_per_s;
+  result.force_n = answer.force_n;
+  result.given_back_n = answer.given_back_n;
+  if (answer.has_just_faded)
+    path->warn("the data take more work than a tick may do: nothing is felt until the proxy has caught up with the hand");
+  result.energy = ledger.end(result.proxy_m, p, result.probe_step_m, scene.coupling.stiffness_n_per_m);
+  pull.book(result.energy);
+  gather(result);
+  return result;
+}
+
+// The tick's totals. Who pushed is worked out when someone asks.
+void Session::State::gather(Tick& result) noexcept {
+  result.work = path->work();
+  result.sub_steps = static_cast<int>(path->sub_steps().size());
+  for (const SubStep& step : path->sub_steps()) {
+    result.error_bound_m = std::max(result.error_bound_m, step.balance.error_bound_m);
+    result.iterations += step.balance.iterations;
+    if (step.balance.status == BalanceStatus::capped && result.status == TickStatus::resting)
+      result.status = TickStatus::capped;
+    if (step.balance.status == BalanceStatus::bad_input) result.status = TickStatus::bad_input;
+  }
+  result.dropped = path->dropped();
+  if (result.status != TickStatus::waiting) result.unborne_n = scene.coupling.stiffness_n_per_m * path->unreached_m();
+  for (std::size_t m = 0; m < mode_ticks.size(); ++m) {
+    const double work_j = ledger.works_j()[m];
+    (work_j >= 0.0 ? mode_ticks[m].injected_j : mode_ticks[m].dissipated_j) = std::abs(work_j);
+  }
+  who_pushed_known = path->sub_steps().empty();
+}
+
+// The modes' forces in the last sub-step, as they are shown.
+std::span<const ModeTick> Session::State::who_pushed() noexcept {
+  if (who_pushed_known) return mode_ticks;
+  who_pushed_known = true;
+  const SubStep& last = path->sub_steps().back();
+  const auto placed = path->placed().subspan(last.first_primitive, last.primitives);
+  const std::span<const Vec3> forces_n = shown.of(placed, last.balance);
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    ModeTick& mode = mode_ticks[placed[i].primitive.id.mode];
+    mode.split_shared = mode.split_shared || shown.is_shared(i);
+    mode.force_n += forces_n[i];
+    ++mode.primitives;
+  }
+  return mode_ticks;
+}
+
+const int Session::most_work = tick_work::most;
+
+Session::Session(const Scene& scene, double encoder_step_m) : Session(scene, exact_path, encoder_step_m) {}
+
+Session::Session(const Scene& scene, PathMaker path, double encoder_step_m)
+    : state_((scene.check(), std::make_unique<State>(scene, path, encoder_step_m))) {}
+
+Session::~Session() = default;
+Session::Session(Session&&) noexcept = default;
+Session& Session::operator=(Session&&) noexcept = default;
+
+Tick Session::tick(const Probe& probe, double time_step_s) noexcept { return state_->tick(probe, time_step_s); }
+void Session::reset() noexcept { state_->reset(); }
+void Session::let_through(double most_n) noexcept { state_->path->let_through(most_n); }
+void Session::refine_path(int times) { state_->path->refine(times); }
+void Session::continue_from(const Session& other) noexcept { state_->continue_from(*other.state_); }
+void Session::take_over(const Session& other) noexcept { state_->take_over(*other.state_); }
+const Scene& Session::scene() const noexcept { return state_->scene; }
+const Similarity& Session::hand_to_world() const noexcept { return state_->map; }
+std::span<const ModeTick> Session::modes() const noexcept { return state_->who_pushed(); }
+std::span<const SubStep> Session::sub_steps() const noexcept { return state_->path->sub_steps(); }
+std::span<const PlacedPrimitive> Session::placed() const noexcept { return state_->path->placed(); }
+std::span<const SessionEvent> Session::events() const noexcept { return state_->path->events(); }
+
+}  // namespace palpa

@@ -1,0 +1,61 @@
+#include "palpa/session/step_record.h"
+
+#include <algorithm>
+
+#include "palpa/session/path_tolerances.h"
+#include "palpa/session/sub_step.h"
+
+namespace palpa {
+
+void StepRecord::reserve(std::size_t steps) {
+  sub_steps_.reserve(steps);
+  placed_.reserve(steps * LocalModel::max_primitives);
+}
+
+void StepRecord::clear() noexcept {
+  sub_steps_.clear();
+  placed_.clear();
+}
+
+void StepRecord::add(SubStep& step, bool settles, double spacing_m, const LocalModel& model,
+                     const ModeRuntime& modes) noexcept {
+  // A recorded sub-step is a straight way: moves are joined only while they stay near the first one's end.
+  const bool is_one = settles && !sub_steps_.empty() && sub_steps_.back().stop == Stop::full && step.stop == Stop::full &&
+                      distance(step.proxy_m, first_end_m_) <= path_tolerances::piercing * spacing_m;
+  if (is_one) {
+    step.start_m = sub_steps_.back().start_m;
+    step.balance.iterations += sub_steps_.back().balance.iterations;
+    placed_.resize(sub_steps_.back().first_primitive);
+    sub_steps_.pop_back();
+  } else {
+    begins_ = !settles;
+    first_end_m_ = step.proxy_m;
+  }
+  add_rows(step, model, modes);
+  complete(step, placed().subspan(step.first_primitive));
+  sub_steps_.push_back(step);
+}
+
+// Records what was solved. Facets without force are left out, which changes nothing (theory.md); at most three have one.
+void StepRecord::add_rows(SubStep& step, const LocalModel& model, const ModeRuntime& modes) noexcept {
+  const PrimitiveSet& set = model.set();
+  const std::span<const Vec3> forces = model.law().forces_n();
+  step.first_primitive = static_cast<std::uint32_t>(placed_.size());
+  for (std::size_t i = 0; i < set.size(); ++i) {
+    const LevelContact* contact = model.contact_of(i);
+    Primitive p = set[i];
+    if (contact && p.kind == PrimitiveKind::corner) {
+      const auto facets = forces.subspan(contact->first, contact->facets);
+      const auto pressed = std::count_if(facets.begin(), facets.end(), [](const Vec3& force_n) { return force_n != Vec3{}; });
+      if (pressed > 0 ? forces[i] == Vec3{} : i != contact->first) continue;
+      if (pressed <= 1) p.kind = PrimitiveKind::plane;
+    }
+    const Vec3 carried_m = begins_ ? modes.origin_m(p.id.mode) - step.start_m : Vec3{};
+    const PrimitiveState state = contact ? contact->state : state_at(set.primitives(), i, step.balance);
+    placed_.push_back({p, set.captured(i), forces[i], state, carried_m});
+    if (p.kind == PrimitiveKind::directed) step.directed_n += forces[i];
+  }
+  step.primitives = static_cast<std::uint32_t>(placed_.size()) - step.first_primitive;
+}
+
+}  // namespace palpa

@@ -1,0 +1,72 @@
+#include "palpa/session/sub_step.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace palpa {
+
+double work_j(const SubStep& step, const PlacedPrimitive& placed) noexcept {
+  return dot(placed.force_n, step.proxy_m - step.start_m - step.move_fraction * placed.carried_m);
+}
+
+namespace {
+
+// By how much the gap of a primitive, or of a corner that pushes with `force_n`, changes at most with its residual [N].
+double gap_slope_n(const PlacedPrimitive& placed, const Vec3& force_n, const Balance& balance, double k, double T,
+                   double rounding_m) noexcept {
+  if (placed.state == PrimitiveState::off) return 0.0;
+  const Primitive& p = placed.primitive;
+  const bool slips = placed.state == PrimitiveState::slip;  // in a direction that is known as well as the way is long
+  const double share = slips ? std::min(1.0, rounding_m / norm(residual(p, balance.position_m))) : 1.0;
+  // Of a plane, behind it, what the force lacks is wrong, before it all of the force is.
+  const double s = p.strength_n, u = norm(force_n);
+  double slope_n = p.kind == PrimitiveKind::plane ? std::max(s - u, u) : s + u;
+  // Elastic, its force is wrong by no more than its bound and that rounding make it (theory.md 8.12).
+  const double stiffness = p.stiffness_n_per_m;
+  if (p.is_elastic())
+    slope_n = std::min(slope_n, std::sqrt(2.0 * stiffness * k) * balance.error_bound_m + stiffness * rounding_m);
+  slope_n *= share;
+  // A drag's is wrong by no more than its bound makes it either, and bends as much as the drag is stiff (theory.md 3.5).
+  if (p.drag_ns_per_m > 0.0) {
+    const double C = p.drag_ns_per_m / std::max(T, shortest_time_s);
+    slope_n += std::sqrt(2.0 * C * k) * balance.error_bound_m + 0.5 * C * rounding_m;
+  }
+  return slope_n;
+}
+
+}  // namespace
+
+double recorded_bound_m(std::span<const PlacedPrimitive> placed, const Balance& balance, double stiffness_n_per_m,
+                        double time_step_s) noexcept {
+  const double k = stiffness_n_per_m;
+  const Vec3& x_m = balance.position_m;
+  const double rounding_m =
+      0.5 * std::numeric_limits<double>::epsilon() * (std::abs(x_m.x) + std::abs(x_m.y) + std::abs(x_m.z));
+  double slope_n = 0.0;
+  Vec3 corner_n;  // its facets press together, with one strength
+  for (std::size_t i = 0; i < placed.size(); ++i) {
+    corner_n += placed[i].force_n;
+    if (i + 1 < placed.size() && placed[i + 1].primitive.id == placed[i].primitive.id) continue;
+    slope_n += gap_slope_n(placed[i], corner_n, balance, k, time_step_s, rounding_m);
+    corner_n = {};
+  }
+  // A bound b = (ρ + √(ρ² + 4kε)) / 2k has ρ ≤ kb; with e more of gap it is at most (b + √(b² + 4e/k)) / 2.
+  const double b = balance.error_bound_m;
+  const double bound_m = 0.5 * (b + std::sqrt(b * b + 4.0 * slope_n * rounding_m / k));
+  return std::min(bound_m, std::numeric_limits<double>::max());  // of a balance without one, too
+}
+
+void complete(SubStep& step, std::span<const PlacedPrimitive> placed) noexcept {
+  const double k = step.stiffness_n_per_m;
+  double& bound_m = step.balance.error_bound_m;
+  bound_m = recorded_bound_m(placed, step.balance, k, step.time_step_s);
+  if (step.balance.status == BalanceStatus::exact && bound_m > exact_bound_m) step.balance.status = BalanceStatus::capped;
+  const auto energy_j = [&](const Vec3& x) {
+    return 0.5 * k * norm_squared(x - step.probe_m) - dot(step.directed_n, x - step.start_m);
+  };
+  step.energy_before_j = energy_j(step.start_m);
+  step.energy_after_j = energy_j(step.proxy_m);
+}
+
+}  // namespace palpa

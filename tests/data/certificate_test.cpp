@@ -1,0 +1,184 @@
+// Certificates: within their radius no value differs by more than they say, and data neither begin nor end.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "palpa/data/analytic.h"
+#include "palpa/data/axis_grid.h"
+#include "palpa/data/derived.h"
+#include "palpa/data/filter.h"
+#include "palpa/data/sampled.h"
+#include "palpa/data/smooth_grid.h"
+#include "palpa/data/timed_field.h"
+#include "tests/data/test_fields.h"
+
+namespace palpa {
+namespace certificate_test {
+
+using test::uniform;
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+/// Anything that can be a grid: sheared, far away, flat, with uneven planes.
+GridGeometry any_geometry(std::mt19937& random) {
+  GridGeometry geometry;
+  for (std::int64_t& n : geometry.dims) n = random() % 8 == 0 ? 1 : 2 + static_cast<std::int64_t>(random() % 28);
+  const double size_m = std::pow(10.0, uniform(random, -4, 1));
+  const Mat3 shear{{{1, uniform(random, -0.4, 0.4), 0}, {0, uniform(random, 0.3, 2), uniform(random, -0.4, 0.4)}, {0, 0, 1}}};
+  geometry.index_to_world_m = size_m * (test::rotation(random) * shear);
+  geometry.origin_m = size_m * uniform(random, 0, 1000) * test::rotation(random).row[0];
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (random() % 3 != 0 || geometry.dims[a] < 3) continue;
+    std::vector<double>& planes = geometry.planes[a];
+    planes.push_back(0.0);
+    for (std::int64_t n = 1; n < geometry.dims[a]; ++n) planes.push_back(planes.back() + std::exp(uniform(random, -3, 0)));
+    const double stretch = static_cast<double>(geometry.dims[a] - 1) / planes.back();
+    for (double& at : planes) at *= stretch;
+    planes.back() = static_cast<double>(geometry.dims[a] - 1);
+  }
+  return geometry;
+}
+
+/// Noise on a ramp, here and there with a hole.
+template <class T>
+Voxels any_voxels(std::mt19937& random, const GridGeometry& geometry, int components) {
+  std::vector<T> values;
+  const double noise = std::pow(10.0, uniform(random, -3, 2));
+  const bool holes = std::is_floating_point_v<T> && random() % 2 == 0;
+  bool hole = false;
+  for (std::int64_t n = 0; n < geometry.voxels() * components; ++n) {
+    const double ramp = static_cast<double>(n / components % geometry.dims[0]);
+    if (holes && random() % 400 == 0) hole = !hole;
+    values.push_back(hole ? static_cast<T>(nan) : static_cast<T>(100.0 + ramp + uniform(random, -noise, noise)));
+  }
+  return test::voxels_of(std::move(values), components);
+}
+
+FieldPtr any_grid(std::mt19937& random, int components) {
+  const GridGeometry geometry = any_geometry(random);
+  const double scale = uniform(random, -3, 3), offset = uniform(random, -100, 100);
+  switch (random() % 5) {
+    case 0: return grid_field(geometry, any_voxels<float>(random, geometry, components), scale, offset);
+    case 1: return grid_field(geometry, any_voxels<std::int16_t>(random, geometry, components), scale, offset);
+    case 2: return smooth_grid_field(geometry, any_voxels<std::uint8_t>(random, geometry, components), scale, offset);
+    case 3: return smooth_grid_field(geometry, any_voxels<double>(random, geometry, components), scale, offset);
+    default: return cubic_grid_field(geometry, any_voxels<float>(random, geometry, components), scale, offset);
+  }
+}
+
+FieldPtr any_field(std::mt19937& random) {
+  FieldPtr field;
+  switch (random() % 4) {
+    case 0: field = any_grid(random, 1); break;
+    case 1: field = any_grid(random, 3); break;
+    case 2: field = derived(Derivation::magnitude, any_grid(random, 3)); break;
+    default: field = derived(Derivation::component_y, any_grid(random, 3));
+  }
+  if (random() % 3 != 0) return field;
+  return posed(field, {test::rotation(random), std::exp(uniform(random, -3, 3)), test::rotation(random).row[1]});
+}
+
+struct Looked {
+  double change = 0.0;
+  bool inside = false;
+};
+Looked look(const Field& field, const Vec3& from_m, const Vec3& to_m) {
+  if (field.components() == 1) {
+    const ScalarSample a = field.scalar(from_m), b = field.scalar(to_m);
+    return {std::abs(b.value - a.value), b.inside};
+  }
+  const VectorSample a = field.vector(from_m), b = field.vector(to_m);
+  return {norm(b.value - a.value), b.inside};
+}
+bool has_data(const Field& field, const Vec3& at_m) { return look(field, at_m, at_m).inside; }
+
+Vec3 beside(std::mt19937& random, const Box& box) {
+  const Vec3 x = test::within(random, box);
+  return random() % 4 == 0 ? box.centre_m() + uniform(random, 0.9, 1.5) * (x - box.centre_m()) : x;
+}
+
+TEST(Certificate, BoundsEveryChangeWithinItsRadius) {
+  std::mt19937 random(71);
+  int places = 0, with_certificate = 0, without_data = 0;
+  for (int n = 0; n < 400; ++n) {
+    const FieldPtr field = any_field(random);
+    for (int i = 0; i < 50; ++i) {
+      const Vec3 x = beside(random, field->bounds_m());
+      const Certificate c = field->certificate(x);
+      const bool inside = has_data(*field, x);
+      places += inside;
+      if (c.radius_m == 0.0) continue;
+      with_certificate += inside;
+      without_data += !inside;
+      ASSERT_TRUE(c.radius_m > 0.0 && std::isfinite(c.radius_m) && c.slope_per_m >= 0.0 && c.rounding >= 0.0);
+      for (int pair = 0; pair < 20; ++pair) {
+        const double way_m = (pair % 2 == 0 ? 1.0 : std::pow(10.0, uniform(random, -12, 0))) * c.radius_m;
+        const Vec3 y = x + way_m * test::rotation(random).row[2];
+        if (distance(x, y) > c.radius_m) continue;
+        const Looked at = look(*field, x, y);
+        ASSERT_EQ(at.inside, inside) << n << " " << i;
+        ASSERT_LE(at.change, c.change(distance(x, y))) << n << " " << i;
+      }
+    }
+  }
+  EXPECT_GT(with_certificate, places / 3);  // holes and borders have none
+  EXPECT_GT(without_data, 100);
+}
+
+TEST(Certificate, IsSharpWhereNothingChangesAndReachesAboutACell) {
+  const GridGeometry geometry{{32, 32, 32}, 1e-3 * Mat3::identity(), {}};
+  const FieldPtr flat = smooth_grid_field(geometry, test::voxels_of(std::vector<float>(32 * 32 * 32, 7.5F)));
+  const Certificate c = flat->certificate({0.0152, 0.0168, 0.0081});
+  EXPECT_EQ(c.slope_per_m, 0.0);
+  EXPECT_LT(c.rounding, 1e-12);
+  EXPECT_NEAR(c.radius_m, 1e-3, 1e-6);
+}
+
+TEST(Certificate, OfARampIsItsSlope) {
+  std::vector<float> values;
+  for (int n = 0; n < 64 * 64 * 64; ++n) values.push_back(static_cast<float>(n % 64));
+  const GridGeometry geometry{{64, 64, 64}, 1e-3 * Mat3::identity(), {}};
+  const FieldPtr ramp = grid_field(geometry, test::voxels_of(values));
+  // As if it rose so much along every axis.
+  EXPECT_NEAR(ramp->certificate({0.0204, 0.0204, 0.0204}).slope_per_m, 1e3 * std::sqrt(3.0), 1e-2);
+}
+
+TEST(Certificate, IsNoneOfFormulasAxesAndWhatChangesWithTime) {
+  const FieldPtr ball = sphere_field(0.05).fields[0].field;
+  const FieldPtr grid = sampled(*ball, 32);
+  const Vec3 x{0.01, 0.012, 0.013};
+  EXPECT_EQ(ball->certificate(x).radius_m, 0.0);
+  EXPECT_GT(grid->certificate(x).radius_m, 0.0);
+  EXPECT_EQ(time_series({grid, grid}, 1.0)->certificate(x).radius_m, 0.0);
+  const FieldPtr flow = sampled(*lamb_oseen_vortex().fields[0].field, 32);
+  const Vec3 inside = flow->bounds_m().centre_m() + 0.1 * flow->bounds_m().size_m();
+  EXPECT_GT(flow->certificate(inside).radius_m, 0.0);
+  EXPECT_EQ(signless(flow)->certificate(inside).radius_m, 0.0);
+  for (const Vec3& absurd : test::absurd_positions()) {
+    const Certificate c = grid->certificate(absurd);
+    EXPECT_TRUE(std::isfinite(c.radius_m) && c.slope_per_m == 0.0 && c.rounding == 0.0);
+  }
+}
+
+TEST(LocalSpacing, IsThatOfTheCell) {
+  const GridGeometry geometry = rectilinear_geometry({{{0.0, 0.001, 0.003, 0.007}, {0.0, 0.01, 0.02}, {0.0, 0.01, 0.02}}});
+  const FieldPtr grid = grid_field(geometry, test::voxels_of(std::vector<float>(4 * 3 * 3, 1.0F)));
+  const double spacings_m[] = {0.001, 0.002, 0.004}, places_m[] = {0.0005, 0.002, 0.005};
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(grid->local_spacing_m({places_m[i], 0.015, 0.005}), spacings_m[i], 1e-15);
+  EXPECT_NEAR(grid->local_spacing_m({-1.0, 0.0, 0.0}), 0.001, 1e-15);
+  EXPECT_NEAR(grid->local_spacing_m({1.0, 0.0, 0.0}), 0.004, 1e-15);
+  const FieldPtr twice = posed(grid, {Mat3::identity(), 2.0, {}});
+  EXPECT_NEAR(twice->local_spacing_m({0.004, 0.03, 0.01}), 0.004, 1e-15);
+  EXPECT_EQ(twice->spacing_m(), 2.0 * grid->spacing_m());
+  const FieldPtr ball = sphere_field(0.05).fields[0].field;
+  EXPECT_EQ(ball->local_spacing_m({}), ball->spacing_m());
+  for (const Vec3& absurd : test::absurd_positions()) {
+    const double spacing_m = grid->local_spacing_m(absurd);
+    EXPECT_TRUE(spacing_m > 0.0 && spacing_m <= 0.01);
+  }
+}
+
+}  // namespace certificate_test
+}  // namespace palpa

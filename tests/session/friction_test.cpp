@@ -1,0 +1,205 @@
+// Static friction above the kinetic one, and a viscous part: closed forms on a plane, and what must hold anywhere.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "palpa/data/analytic.h"
+#include "palpa/data/volume.h"
+#include "palpa/mode/modes.h"
+#include "palpa/session/session.h"
+#include "tests/session/hands.h"
+
+namespace palpa {
+namespace friction_test {
+
+constexpr double dt = 1e-3;
+constexpr double stiffness_n_per_m = 800.0;
+
+Scene scene_of(const Volume& data, const SurfaceAndFriction& surface, const Similarity& pose = {}) {
+  Scene scene({.stiffness_n_per_m = stiffness_n_per_m});
+  scene.workspace.scale = 1.0;
+  scene.workspace.center_m = Vec3{};
+  scene.workspace.towards_user = "+z";
+  scene.workspace.up = "+y";
+  SurfaceAndFriction mode = surface;
+  mode.field = scene.add("data", data, pose);
+  scene.add("surface", mode);
+  return scene;
+}
+
+Vec3 along(const Vec3& force_n) { return {force_n.x, force_n.y, 0.0}; }
+
+/// A hand on the plane z = 0, which presses with so many newtons and pulls along the surface.
+class OnAPlane {
+ public:
+  OnAPlane(const SurfaceAndFriction& surface, double normal_n, const Vec3& aside, double gives_way_m = 0.0)
+      : session_(scene_of(plane_field(0.2), surface)),
+        aside_(aside),
+        at_m_{0.0, 0.0, -normal_n / stiffness_n_per_m - gives_way_m} {
+    for (int i = 0; i <= 100; ++i) session_.tick({.position_m = {0, 0, 0.005 + 0.01 * i * (at_m_.z - 0.005)}}, dt);
+  }
+  /// The hand goes on along the surface by so much.
+  Tick go(double by_m) {
+    at_m_ += by_m * aside_;
+    return tick_ = session_.tick({.position_m = at_m_}, dt);
+  }
+  /// To where a proxy that stays would pull with so many newtons.
+  Tick pull(double tangential_n) { return go(dot(aside_, tick_.proxy_m - at_m_) + tangential_n / stiffness_n_per_m); }
+  Tick stay(int ticks) {
+    for (int i = 0; i < ticks; ++i) go(0.0);
+    return tick_;
+  }
+
+ private:
+  Session session_;
+  Vec3 aside_, at_m_;
+  Tick tick_;
+};
+
+SurfaceAndFriction level_with(double friction_n, double coefficient, double ratio, double drag_ns_per_m) {
+  return {.levels = {{.value = 0.0, .strength_n = 8.0}},
+          .friction_n = friction_n,
+          .friction_coefficient = coefficient,
+          .static_friction_ratio = ratio,
+          .friction_ns_per_m = drag_ns_per_m};
+}
+
+Vec3 in_the_plane(test::Random& random) {
+  const double angle = random.uniform(0.0, 2.0 * std::numbers::pi);
+  return {std::cos(angle), std::sin(angle), 0.0};
+}
+
+// It holds up to ratio · μ · N (or ratio · friction_n), of rigid and of elastic levels, and then falls to μ · N.
+TEST(StaticFriction, HoldsUpToTheRatioTimesTheKineticOne) {
+  test::Random random(1);
+  for (int i = 0; i < 300; ++i) {
+    const bool coulomb = i % 2 == 0;
+    const double normal_n = random.uniform(0.3, 3.0), ratio = random.uniform(1.0, 3.0);
+    const double kinetic_n = coulomb ? 0.4 * normal_n : 0.3;
+    SurfaceAndFriction surface = level_with(coulomb ? 0.0 : 0.3, coulomb ? 0.4 : 0.0, ratio, 0.0);
+    double gives_way_m = 0.0;
+    if (i % 4 < 2) {
+      surface.levels[0].stiffness_n_per_m = 600.0;
+      gives_way_m = normal_n / 600.0;
+    }
+    OnAPlane hand(surface, normal_n, in_the_plane(random), gives_way_m);
+    const Tick touched = hand.stay(1);
+    ASSERT_NEAR(touched.force_n.z, normal_n, 1e-6);
+    const Tick held = hand.pull(0.98 * ratio * kinetic_n);
+    EXPECT_NEAR(distance(held.proxy_m, touched.proxy_m), 0.0, 1e-9) << i;
+    EXPECT_NEAR(norm(along(held.force_n)), 0.98 * ratio * kinetic_n, 1e-6) << i;
+    const Tick slips = hand.pull(1.02 * ratio * kinetic_n);
+    EXPECT_GT(distance(slips.proxy_m, touched.proxy_m), 1e-9) << i;
+    EXPECT_LE(norm(along(slips.force_n)), ratio * kinetic_n + 1e-6) << i;
+    EXPECT_NEAR(norm(along(hand.stay(1).force_n)), kinetic_n, 1e-6) << i << ": then it is the kinetic one";
+  }
+}
+
+// Sliding steadily it is μ · N + c · v, whatever the ratio.
+TEST(StaticFriction, IsTheKineticOneAndTheViscousPartWhileSliding) {
+  test::Random random(2);
+  for (int i = 0; i < 100; ++i) {
+    const bool coulomb = i % 2 == 0;
+    const double normal_n = random.uniform(0.3, 3.0), drag_ns_per_m = i % 3 == 0 ? 0.0 : random.uniform(0.1, 5.0);
+    const double kinetic_n = i % 5 == 0 ? 0.0 : coulomb ? 0.4 * normal_n : 0.3, speed_m_per_s = random.uniform(0.005, 0.2);
+    OnAPlane hand(
+        level_with(coulomb ? 0.0 : kinetic_n, coulomb ? kinetic_n / normal_n : 0.0, random.uniform(1.0, 3.0), drag_ns_per_m),
+        normal_n, in_the_plane(random));
+    hand.pull(4.0 * kinetic_n + 0.1);
+    Tick tick;
+    for (int n = 0; n < 200; ++n) tick = hand.go(speed_m_per_s * dt);
+    EXPECT_NEAR(norm(along(tick.force_n)), kinetic_n + drag_ns_per_m * speed_m_per_s, 1e-6) << i;
+    EXPECT_NEAR(tick.force_n.z, normal_n, 1e-6) << i;
+    // A hand that stops has the viscous part no more: it lets the proxy come up to where the dry one holds it.
+    EXPECT_NEAR(norm(along(hand.stay(2000).force_n)), kinetic_n, 1e-3) << i;
+  }
+}
+
+// What slid grips again once it has held for 20 ms, not before.
+TEST(StaticFriction, ReturnsWhereItHasHeldForTwentyMilliseconds) {
+  for (const int held_ticks : {1, 10, 18, 22, 60}) {
+    OnAPlane hand(level_with(0.3, 0.0, 2.0, 0.0), 1.0, {1, 0, 0});
+    hand.stay(1);
+    hand.pull(0.7);
+    hand.stay(1 + held_ticks);  // in the first of them it falls to the kinetic one
+    hand.pull(0.5);
+    const double tangential_n = norm(along(hand.stay(1).force_n));
+    EXPECT_NEAR(tangential_n, held_ticks > 20 ? 0.5 : 0.3, 1e-6) << held_ticks;
+  }
+}
+
+// Under an encoder a slow hand stands still in most ticks. It must not be gripped in each of them: that is a buzz.
+TEST(StaticFriction, DoesNotGripASlowHandBetweenTwoStepsOfItsEncoder) {
+  const double step_m = 55e-6, speed_m_per_s = 0.005;
+  OnAPlane hand(level_with(0.3, 0.0, 2.0, 0.0), 1.0, {1, 0, 0});
+  hand.pull(0.7);
+  double went_m = 0.0, worst_n = 0.0;
+  for (int n = 1; n <= 1000; ++n) {
+    const double to_m = step_m * std::floor(speed_m_per_s * dt * n / step_m);
+    const Tick tick = hand.go(to_m - went_m);
+    went_m = to_m;
+    if (n > 1) worst_n = std::max(worst_n, norm(along(tick.force_n)));
+  }
+  EXPECT_LE(worst_n, 0.3 + 1e-6);
+}
+
+// Friction takes energy in every tick, and the books agree: any hand, round surface, any ratio and drag.
+TEST(StaticFriction, NeverBringsEnergyIn) {
+  test::Random random(3);
+  for (int run = 0; run < 40; ++run) {
+    const bool coulomb = run % 2 == 0;
+    SurfaceAndFriction surface =
+        level_with(coulomb ? 0.0 : random.uniform(0.05, 0.5), coulomb ? random.uniform(0.05, 0.6) : 0.0,
+                   random.uniform(1.0, 3.0), run % 3 == 0 ? 0.0 : random.uniform(0.1, 5.0));
+    if (run % 4 == 1) surface.levels[0].stiffness_n_per_m = 500.0;
+    Session session(scene_of(sphere_field(0.05), surface));
+    const test::Wander hand(random, 0.08);
+    double taken_j = 0.0;
+    for (int i = 0; i < 3000; ++i) {
+      session.tick({.position_m = hand.at(dt * i)}, dt);
+      double brought_j = 0.0;
+      for (const SubStep& step : session.sub_steps()) {
+        for (const PlacedPrimitive& row : session.placed().subspan(step.first_primitive, step.primitives)) {
+          if (row.primitive.kind == PrimitiveKind::line) brought_j += work_j(step, row);
+        }
+      }
+      ASSERT_LE(brought_j, 1e-12) << run << ", " << i;
+      taken_j -= brought_j;
+    }
+    EXPECT_GT(taken_j, 0.0);
+  }
+}
+
+TEST(StaticFriction, TurnsWithTheWorldAndTheHand) {
+  test::Random random(4);
+  const Mat3 rotation = random.rotation();
+  const SurfaceAndFriction surface = level_with(0.0, 0.3, 1.7, 0.8);
+  Session a(scene_of(sphere_field(0.05), surface)), b(scene_of(sphere_field(0.05), surface, {.rotation = rotation}));
+  const test::Wander hand(random, 0.08);
+  int in_contact = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const Tick ta = a.tick({.position_m = hand.at(dt * i)}, dt);
+    const Tick tb = b.tick({.position_m = rotation * hand.at(dt * i)}, dt);
+    ASSERT_NEAR(distance(tb.force_n, rotation * ta.force_n), 0.0, 1e-6) << i;
+    in_contact += norm(ta.force_n) > 1e-3;
+  }
+  EXPECT_GT(in_contact, 100);
+}
+
+// Of material, too: its friction grips and slides as a level's does.
+TEST(StaticFriction, IsOfMaterialAsOfLevels) {
+  const SurfaceAndFriction surface{
+      .strength_n = 8.0, .friction_n = 0.3, .static_friction_ratio = 2.0, .friction_ns_per_m = 2.0};
+  OnAPlane hand(surface, 1.0, {0, 1, 0});
+  const Tick touched = hand.stay(60);
+  const Tick held = hand.pull(0.59);
+  EXPECT_NEAR(distance(held.proxy_m, touched.proxy_m), 0.0, 1e-9);
+  hand.pull(0.7);
+  Tick tick;
+  for (int n = 0; n < 200; ++n) tick = hand.go(0.05 * dt);
+  EXPECT_NEAR(norm(along(tick.force_n)), 0.3 + 2.0 * 0.05, 1e-6);
+}
+
+}  // namespace friction_test
+}  // namespace palpa

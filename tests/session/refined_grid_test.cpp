@@ -1,0 +1,166 @@
+// Grids that are refined at a wall: what a tick looks at is a matter of the cells where the proxy is, and of the way it goes.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "palpa/data/derived.h"
+#include "palpa/data/grid.h"
+#include "palpa/data/volume.h"
+#include "palpa/mode/modes.h"
+#include "palpa/session/session.h"
+#include "tests/session/hands.h"
+
+namespace palpa {
+namespace refined_grid_test {
+
+constexpr double tick_s = 1e-3;
+constexpr int n = 65;
+constexpr double half_m = 0.1;  // the channel is a cube about the origin
+
+/// Places of planes [steps], each cell longer than the one before by one factor, the first one `first` [1] of their mean.
+std::vector<double> refined(double first) {
+  const auto places = [&](double factor) {
+    std::vector<double> at{0.0};
+    for (double width = first; at.size() < n; width *= factor) at.push_back(at.back() + width);
+    return at;
+  };
+  double low = 1.0, high = 10.0;
+  for (int i = 0; i < 100; ++i) {
+    const double middle = 0.5 * (low + high);
+    (places(middle).back() > n - 1 ? high : low) = middle;
+  }
+  std::vector<double> at = places(low);
+  at.back() = n - 1;
+  return at;
+}
+
+/// A flow along x over a wall at the bottom (y), where the cells are thin: 1 − (1 − h)⁸ m/s at the share h [1] of the height.
+Volume channel(double first) {
+  GridGeometry grid{{n, n, n}, 2.0 * half_m / (n - 1) * Mat3::identity(), {-half_m, -half_m, -half_m}};
+  grid.planes[1] = refined(first);
+  const auto voxels = std::make_shared<std::vector<float>>();
+  for (int i = 0; i < n * n * n; ++i) {
+    const double h = grid.planes[1][static_cast<std::size_t>(i / n % n)] / (n - 1);
+    voxels->insert(voxels->end(), {static_cast<float>(1.0 - std::pow(1.0 - h, 8)), 0.0f, 0.0f});
+  }
+  Volume volume;
+  volume.format = "grid";
+  volume.fields.push_back({"u", "m/s", grid_field(grid, {VoxelType::float32, 3, {voxels, voxels->data()}})});
+  return volume;
+}
+
+/// Where a flow is this fast.
+double height_m(double speed_m_per_s) { return -half_m + 2.0 * half_m * (1.0 - std::pow(1.0 - speed_m_per_s, 1.0 / 8.0)); }
+
+struct Felt {
+  int waiting = 0, capped = 0;
+  double largest_n = 0.0, furthest_m = 0.0, deepest_m = 0.0;
+};
+
+/// A hand slower than 0.2 m/s goes about the channel, again and again to the wall.
+Felt felt(const Scene& scene, double level_m = -half_m) {
+  Session session(scene);
+  test::Random random(3);
+  Felt all;
+  Vec3 at_m{0, 0, 0};
+  test::Wander wander(random, 1.0);
+  for (int i = 0; i < 2000; ++i) {
+    const double t_s = tick_s * i;
+    const Vec3 goal_m{0.08 * wander.at(t_s).x, -0.05 + 0.05 * std::cos(3.0 * t_s), 0.08 * wander.at(t_s).z};
+    at_m += shortened(goal_m - at_m, 0.2 * tick_s);
+    const Tick t = session.tick({.position_m = at_m}, tick_s);
+    all.waiting += t.status == TickStatus::waiting;
+    all.capped += t.status == TickStatus::capped || t.status == TickStatus::bad_input;
+    all.largest_n = std::max(all.largest_n, norm(t.force_n));
+    all.furthest_m = std::max(all.furthest_m, distance(t.proxy_m, at_m));
+    all.deepest_m = std::max(all.deepest_m, level_m - t.proxy_m.y);
+  }
+  return all;
+}
+
+Scene scene_in(const Volume& flow) {
+  Scene scene({.stiffness_n_per_m = 300});
+  scene.add("flow", flow);
+  scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
+  return scene;
+}
+
+class RefinedGrid : public testing::TestWithParam<double> {};
+
+// No more than the rail holds with, at any place.
+TEST_P(RefinedGrid, ARailPullsNoMoreThanItIsStrong) {
+  Scene scene = scene_in(channel(GetParam()));
+  scene.add("rail", Follow{.field = {"flow"}, .strength_n = 0.4});
+  const Felt all = felt(scene);
+  EXPECT_GT(all.largest_n, 0.39);
+  EXPECT_LE(all.largest_n, 0.4 + 1e-6);
+  EXPECT_LE(all.furthest_m, 0.4 / 300 + 1e-6);
+  EXPECT_LE(all.waiting, 20);
+  EXPECT_EQ(all.capped, 0);
+}
+
+// Along the wall, in the thinnest layer, a hand of 0.1 m/s has no more steps to take than a tick has.
+TEST_P(RefinedGrid, AlongTheWallNothingWaits) {
+  Scene scene = scene_in(channel(GetParam()));
+  scene.add("rail", Follow{.field = {"flow"}, .strength_n = 0.4});
+  Session session(scene);
+  for (int i = 0; i < 400; ++i) {
+    const Tick t = session.tick({.position_m = {-0.04 + 0.1 * tick_s * i, -half_m + 1e-6, 0.0}}, tick_s);
+    ASSERT_EQ(t.status, TickStatus::resting) << i;
+  }
+}
+
+// Far from the wall cells are thick, and so long are the steps of a hand of 1 m/s there.
+TEST_P(RefinedGrid, FarFromTheWallStepsAreLong) {
+  Scene scene = scene_in(channel(GetParam()));
+  scene.add("rail", Follow{.field = {"flow"}, .strength_n = 0.4});
+  Session session(scene);
+  for (int i = 0; i < 100; ++i)
+    EXPECT_LE(session.tick({.position_m = {-0.05 + 1.0 * tick_s * i, 0.06, 0.0}}, tick_s).sub_steps, 4) << i;
+}
+
+// A level of a magnitude is where the flow is so fast, and the hand never waits for it.
+TEST_P(RefinedGrid, ALevelOfAMagnitudeHoldsWhereItIs) {
+  Scene scene = scene_in(channel(GetParam()));
+  scene.add("wall", SurfaceAndFriction{.field = {"magnitude(flow)"},
+                                       .solid = SurfaceAndFriction::Solid::low,
+                                       .levels = {{.value = 0.5, .strength_n = 20.0}}});
+  const Felt all = felt(scene, height_m(0.5));
+  EXPECT_GT(all.largest_n, 1.0);
+  EXPECT_LE(all.deepest_m, 2e-4) << "the level of the interpolant";
+  EXPECT_EQ(all.waiting, 0);
+  EXPECT_EQ(all.capped, 0);
+}
+
+// A scene that places nothing where the hand is costs next to nothing.
+TEST_P(RefinedGrid, WhereNothingIsFeltNothingWaits) {
+  Scene scene = scene_in(channel(GetParam()));
+  scene.add("thick", Viscosity{.field = {"magnitude(flow)"},
+                               .strength_n = {{"magnitude(flow)"}, TransferFunction({{2.0, 0.0}, {3.0, 1.0}})}});
+  const Felt all = felt(scene);
+  EXPECT_EQ(all.waiting, 0);
+  EXPECT_EQ(all.largest_n, 0.0);
+}
+
+INSTANTIATE_TEST_SUITE_P(FirstCell, RefinedGrid, testing::Values(1e-3, 1e-5));
+
+// Data that move are on the same grid: so they are looked at alike.
+TEST(RefinedGrid, ThatMovesIsNoFiner) {
+  Scene scene({.stiffness_n_per_m = 300});
+  Volume flow = channel(1e-5);
+  flow.fields[0].field = derived(Derivation::magnitude, flow.fields[0].field);
+  scene.add_moving("flow", flow, {{0.0, {}}, {1.0, {Mat3::identity(), 1.0, {0.001, 0.0, 0.0}}}});
+  scene.workspace = {.scale = 1.0, .center_m = Vec3{}};
+  scene.add("wall",
+            SurfaceAndFriction{
+                .field = {"flow"}, .solid = SurfaceAndFriction::Solid::low, .levels = {{.value = 0.5, .strength_n = 100.0}}});
+  scene.time.play = TimeOptions::Play::loop;
+  const Felt all = felt(scene, height_m(0.5));
+  EXPECT_GT(all.largest_n, 1.0);
+  EXPECT_LE(all.waiting, 20);
+}
+
+}  // namespace refined_grid_test
+}  // namespace palpa

@@ -1,0 +1,198 @@
+// Laws of what waits: it does not pull, it fades, it brings in no energy whatever the proxy does in the meantime, and it comes
+// back.
+#include "palpa/session/slack.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <type_traits>
+
+#include "tests/solver/random_problems.h"
+
+namespace palpa {
+namespace slack_test {
+
+constexpr double k = 500.0;
+
+static_assert(std::is_trivially_copyable_v<Slack>);  // it lies in a session's LiveBlock
+
+/// A slack that remembers what it has let be felt.
+class Felt : public Slack {
+ public:
+  Vec3 felt_m(const Vec3& stretch_m, const Vec3& to_followed_m, double waits_s, const Vec3& probe_step_m) noexcept {
+    return last_m_ = Slack::felt_m(stretch_m, to_followed_m, waits_s, last_m_ - probe_step_m);
+  }
+  /// Before anything has waited.
+  Vec3 begin(const Vec3& stretch_m) { return last_m_ = stretch_m; }
+
+ private:
+  Vec3 last_m_;
+};
+
+// What is left of the spring is all of it: then it is felt to the bit, and there is no slack.
+TEST(Slack, IsNoneWhereAllIsPaid) {
+  test::Random random(1);
+  Slack slack;
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3 stretch_m = random.in_cube(0.02);
+    EXPECT_EQ(slack.felt_m(stretch_m, stretch_m, 0.0, random.uniform(1.0, 3.0) * (1.0 + 1e-15) * stretch_m), stretch_m);
+    EXPECT_FALSE(slack.any());
+  }
+}
+
+// The hand runs away from a proxy that gets nowhere: what is felt stays the force of the place that was followed, and fades.
+TEST(Slack, DoesNotPull) {
+  Felt slack;
+  const Vec3 followed_m{0, 0, 0.002}, step_m{0.0002, 0, -0.0001};
+  Vec3 probe_m, felt_m = slack.begin(followed_m);
+  double last_m = norm(felt_m);
+  for (int tick = 1; tick <= 60; ++tick) {
+    probe_m += step_m;
+    felt_m = slack.felt_m(followed_m - probe_m, followed_m, 1e-3 * tick, step_m);
+    EXPECT_LE(norm(felt_m), last_m);
+    EXPECT_NEAR(norm(felt_m), std::max(0.0, 1.0 - tick / 50.0) * norm(followed_m), 1e-15);
+    EXPECT_EQ(slack.unfelt_m(), followed_m - probe_m - felt_m);
+    last_m = norm(felt_m);
+  }
+  EXPECT_TRUE(Slack::has_faded(0.05));
+  EXPECT_FALSE(Slack::has_faded(0.049));
+}
+
+// Anything that a proxy may do, and any hand: no tick brings in more than holding the force of a spring does.
+TEST(Slack, BringsInNothing) {
+  test::Random random(2);
+  for (int run = 0; run < 200; ++run) {
+    Felt slack;
+    Vec3 proxy_m = random.in_cube(0.01), probe_m = random.in_cube(0.01);
+    Vec3 felt_m = slack.begin(proxy_m - probe_m);
+    double waits_s = 0.0;
+    for (int tick = 0; tick < 300; ++tick) {
+      const Vec3 step_m = random.in_cube(0.001);
+      probe_m += step_m;
+      proxy_m += random.in_cube(0.003);
+      waits_s = random.uniform(0, 1) < 0.9 ? random.uniform(1e-3, 0.06) : 0.0;
+      const Vec3 before_m = felt_m;
+      const Vec3 followed_m = waits_s > 0.0 ? probe_m + random.in_cube(0.02) : probe_m;
+      felt_m = slack.felt_m(proxy_m - probe_m, proxy_m - followed_m, waits_s, step_m);
+      const double work_j = k * dot(before_m, step_m);
+      const double lost_j = 0.5 * k * (norm_squared(before_m) - norm_squared(felt_m));
+      ASSERT_LE(work_j, lost_j + 0.5 * k * norm_squared(step_m) + 1e-15);
+    }
+  }
+}
+
+// Once nothing waits the hand's own motion makes good what it did not feel, at once and no faster, beside what is given back in
+// time; then all is as it was.
+TEST(Slack, IsMadeGoodByTheHandsOwnMotion) {
+  Felt slack;
+  const Vec3 wall_m{};  // the proxy is held here, whatever the hand does
+  Vec3 probe_m{0, 0, -0.004};
+  for (int tick = 0; tick < 60; ++tick) slack.felt_m(wall_m - probe_m, {}, 1e-3 * tick, {});
+  EXPECT_EQ(slack.felt_m(wall_m - probe_m, wall_m - probe_m, 0.0, {}), Vec3{}) << "a still hand makes nothing good";
+  for (int tick = 1; tick <= 100; ++tick) {  // pressed deeper, it is felt from there on
+    probe_m.z -= 1e-5;
+    EXPECT_NEAR(slack.felt_m(wall_m - probe_m, wall_m - probe_m, 0.0, {0, 0, -1e-5}).z, 1e-5 * tick, 1e-15);
+  }
+  for (int tick = 1; tick <= 200; ++tick) {  // drawn back, it is less, and none, but never a pull into the wall
+    probe_m.z += 1e-5;
+    EXPECT_NEAR(slack.felt_m(wall_m - probe_m, wall_m - probe_m, 0.0, {0, 0, 1e-5}).z, 1e-5 * std::max(0, 100 - tick), 1e-15);
+  }
+  EXPECT_EQ(slack.felt_m({}, {}, 0.0, {0, 0, 1e-5}), Vec3{}) << "free";
+  const Vec3 pressed_m{0, 0, 0.001};
+  EXPECT_EQ(slack.felt_m(pressed_m, pressed_m, 0.0, {0, 0, -1e-3}), pressed_m) << "as if nothing had waited";
+}
+
+// Given back whole, 20 ms after the last tick that waited or by as much earlier as a tick is long, in equal steps.
+TEST(Slack, IsGivenBackInTime) {
+  for (const double rate_hz : {20.0, 100.0, 150.0, 250.0, 333.0, 1000.0, 4000.0, 10000.0}) {
+    const double dt_s = 1.0 / rate_hz;
+    const Vec3 stretch_m{0.001, -0.002, 0.003};
+    Slack slack;
+    slack.felt_m(stretch_m, {}, dt_s, {});
+    ASSERT_EQ(slack.unfelt_m(), stretch_m);
+    double passed_s = 0.0, largest_m = 0.0;
+    int ticks = 0;
+    Vec3 felt_m;
+    while (slack.any() && ticks < 1000) {
+      slack.felt_m(stretch_m, stretch_m, 0.0, felt_m);
+      const Vec3 back_m = slack.give_back_m(dt_s, 1.0);
+      felt_m = stretch_m - slack.unfelt_m();
+      largest_m = std::max(largest_m, norm(back_m));
+      passed_s += dt_s;
+      ++ticks;
+    }
+    EXPECT_EQ(felt_m, stretch_m) << rate_hz;
+    EXPECT_LE(passed_s, std::max(0.02 * (1 + 1e-9), dt_s)) << rate_hz;
+    EXPECT_GT(passed_s, 0.02 - dt_s) << rate_hz;
+    EXPECT_NEAR(largest_m, norm(stretch_m) / ticks, 1e-12) << rate_hz;
+  }
+}
+
+// However ticks differ in length, and whatever hand and proxy do: none is left after 20 ms in which nothing waits.
+TEST(Slack, IsGivenBackInTimeHoweverTicksDiffer) {
+  test::Random random(6);
+  for (int run = 0; run < 300; ++run) {
+    Slack slack;
+    Vec3 probe_m = random.in_cube(0.01), proxy_m = random.in_cube(0.01), felt_m;
+    slack.felt_m(proxy_m - probe_m, {}, 0.01, {});
+    for (double passed_s = 0.0; passed_s < 0.02;) {
+      const double dt_s = std::min(random.uniform(1e-5, 0.008), 0.02 - passed_s);
+      const Vec3 step_m = random.in_cube(0.002);
+      probe_m += step_m;
+      proxy_m += random.in_cube(0.002);
+      slack.felt_m(proxy_m - probe_m, proxy_m - probe_m, 0.0, felt_m - step_m);
+      slack.give_back_m(dt_s, 1.0);
+      felt_m = proxy_m - probe_m - slack.unfelt_m();
+      passed_s += dt_s;
+    }
+    EXPECT_FALSE(slack.any());
+  }
+}
+
+// Never by more than is allowed, and then to the end all the same.
+TEST(Slack, IsGivenBackByNoMoreThanIsAllowed) {
+  const Vec3 stretch_m{0.03, -0.04, 0.0};
+  Slack slack;
+  slack.felt_m(stretch_m, {}, 1e-3, {});
+  Vec3 felt_m;
+  int ticks = 0;
+  for (; slack.any() && ticks < 1000; ++ticks) {
+    slack.felt_m(stretch_m, stretch_m, 0.0, felt_m);
+    EXPECT_LE(norm(slack.give_back_m(1e-3, 1e-3)), 1e-3 * (1 + 1e-12));
+    felt_m = stretch_m - slack.unfelt_m();
+  }
+  EXPECT_EQ(felt_m, stretch_m);
+  EXPECT_NEAR(ticks, 50, 1);
+}
+
+// What a tick brings in beside holding its force is what it gives back, and the spring holds that.
+TEST(Slack, BringsInWhatItGivesBackAndNoMore) {
+  test::Random random(7);
+  for (int run = 0; run < 200; ++run) {
+    Slack slack;
+    Vec3 proxy_m = random.in_cube(0.01), probe_m = random.in_cube(0.01), felt_m = proxy_m - probe_m;
+    for (int tick = 0; tick < 300; ++tick) {
+      const Vec3 step_m = random.in_cube(0.001), before_m = felt_m;
+      probe_m += step_m;
+      proxy_m += random.in_cube(0.003);
+      const Vec3 stretch_m = proxy_m - probe_m;
+      const double waits_s = random.uniform(0, 1) < 0.3 ? random.uniform(1e-3, 0.06) : 0.0;
+      const Vec3 to_followed_m = waits_s > 0.0 ? stretch_m + random.in_cube(0.02) : stretch_m;
+      const Vec3 own_m = slack.felt_m(stretch_m, to_followed_m, waits_s, before_m - step_m);
+      if (waits_s == 0.0) slack.give_back_m(random.uniform(1e-4, 0.01), random.uniform(0, 0.005));
+      felt_m = stretch_m - slack.unfelt_m();
+      const double given_back_j = 0.5 * k * (norm_squared(felt_m) - norm_squared(own_m));
+      ASSERT_GE(given_back_j, -1e-15);
+      const double lost_j = 0.5 * k * (norm_squared(before_m) - norm_squared(felt_m));
+      ASSERT_LE(k * dot(before_m, step_m), lost_j + 0.5 * k * norm_squared(step_m) + given_back_j + 1e-15);
+      if (waits_s == 0.0) {
+        ASSERT_LE(norm(felt_m), norm(stretch_m) * (1 + 1e-12));
+      } else {
+        ASSERT_NEAR(given_back_j, 0.0, 1e-15);
+      }
+    }
+  }
+}
+
+}  // namespace slack_test
+}  // namespace palpa
