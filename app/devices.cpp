@@ -96,7 +96,7 @@ int set_up(const DevicesArguments& arguments, const std::atomic<bool>& stop) {
   print(detail::text("%s\n", device->name().c_str()));
   print_limits(device->limits());
   const std::unique_ptr<LoopClock> clock = wall_clock();
-  const BringUp found = bring_up(*device, *clock, ask, stop);
+  const DeviceCalibration found = bring_up(*device, *clock, ask, stop);
   print("\n");
   for (const std::string& finding : found.findings) print(finding + "\n");
   if (found.encoder_step_m || found.damping_ns_per_m) {

@@ -36,8 +36,9 @@ Json as_json(const ResamplingError& error) {
 /// For a resampled field, dims and range become those of the file; those of the grid that is felt get keys of their own.
 void add_resampling(Json& entry, const Resampling& resampling) {
   Json least = Json::array(), greatest = Json::array();
-  for (const Extent& extent : resampling.extents) least.push_back(number(extent.min)), greatest.push_back(number(extent.max));
-  const bool scalar = resampling.extents.size() == 1;
+  for (const ValueRange& extent : resampling.value_ranges)
+    least.push_back(number(extent.min)), greatest.push_back(number(extent.max));
+  const bool scalar = resampling.value_ranges.size() == 1;
   entry["felt_dims"] = std::exchange(entry["dims"], resampling.dims);
   entry["felt_min"] = std::exchange(entry["min"], scalar ? least[0] : least);
   entry["felt_max"] = std::exchange(entry["max"], scalar ? greatest[0] : greatest);
@@ -47,9 +48,9 @@ void add_resampling(Json& entry, const Resampling& resampling) {
 Json field_entry(const Facts& facts, std::size_t f, const std::optional<double>& level) {
   const VolumeField& field = facts.file.volume.fields[f];
   const GridView& grid = *grid_of(*field.field);
-  const std::vector<Extent> extents = field.field->extents();
+  const std::vector<ValueRange> value_ranges = field.field->value_ranges();
   Json least = Json::array(), greatest = Json::array();
-  for (const Extent& extent : extents) least.push_back(number(extent.min)), greatest.push_back(number(extent.max));
+  for (const ValueRange& extent : value_ranges) least.push_back(number(extent.min)), greatest.push_back(number(extent.max));
   const bool scalar = field.field->components() == 1;
   Json entry{{"name", field.name},
              {"unit", field.unit},

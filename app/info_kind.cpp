@@ -144,9 +144,9 @@ bool looks_like_velocity_mr(const Facts& facts) {
 double velocity_range(const Facts& facts) {
   const std::vector<VolumeField>& fields = facts.file.volume.fields;
   if (fields.size() != 1 || fields[0].field->components() != 3 || fields[0].resampling) return 0.0;
-  const std::vector<Extent> extents = fields[0].field->extents();
-  const double range = extents[0].max;
-  const bool is_filled = std::all_of(extents.begin(), extents.end(), [&](const Extent& extent) {
+  const std::vector<ValueRange> value_ranges = fields[0].field->value_ranges();
+  const double range = value_ranges[0].max;
+  const bool is_filled = std::all_of(value_ranges.begin(), value_ranges.end(), [&](const ValueRange& extent) {
     return std::abs(extent.max - range) < 0.01 * range && std::abs(extent.min + range) < 0.01 * range;
   });
   return range > 0.0 && is_filled && facts.values[0].max > 1.5 * range ? range : 0.0;

@@ -15,12 +15,12 @@
 namespace palpa::app {
 namespace {
 
-std::string text_of(const std::vector<Extent>& extents, double Extent::*end) {
+std::string text_of(const std::vector<ValueRange>& value_ranges, double ValueRange::*end) {
   double span = 0.0;
-  for (const Extent& extent : extents) span = std::max(span, extent.max - extent.min);
-  if (extents.size() == 1) return rounded_words(extents[0].*end, span);
+  for (const ValueRange& extent : value_ranges) span = std::max(span, extent.max - extent.min);
+  if (value_ranges.size() == 1) return rounded_words(value_ranges[0].*end, span);
   std::string text;
-  for (const Extent& extent : extents) text += (text.empty() ? "" : ", ") + rounded_words(extent.*end, span);
+  for (const ValueRange& extent : value_ranges) text += (text.empty() ? "" : ", ") + rounded_words(extent.*end, span);
   return "(" + text + ")";
 }
 
@@ -139,11 +139,12 @@ void print_fields(const Facts& facts) {
   print(fmt::format("\n  {:<{}}  {:<8}  {:<9}  {:<26}  max\n", "field", width, "unit", "stored as", "min"));
   bool resampled = false;
   for (const VolumeField& field : fields) {
-    const std::vector<Extent> extents = field.resampling ? field.resampling->extents : field.field->extents();
+    const std::vector<ValueRange> value_ranges =
+        field.resampling ? field.resampling->value_ranges : field.field->value_ranges();
     resampled = resampled || field.resampling;
-    const std::string type = std::string(name_of(grid_of(*field.field)->voxels.type)) + (extents.size() == 3 ? "×3" : "");
+    const std::string type = std::string(name_of(grid_of(*field.field)->voxels.type)) + (value_ranges.size() == 3 ? "×3" : "");
     print(fmt::format("  {:<{}}  {:<8}  {:<9}  {:<26}  {}\n", field.name, width, field.unit.empty() ? "–" : field.unit, type,
-                      text_of(extents, &Extent::min), text_of(extents, &Extent::max)));
+                      text_of(value_ranges, &ValueRange::min), text_of(value_ranges, &ValueRange::max)));
   }
   if (resampled)
     print(fmt::format("  {:<{}}  min and max are those of the file; the histograms below are of the new grid, which is felt\n",

@@ -9,7 +9,7 @@
 #include "app/terminal.h"
 #include "palpa/base/load_error.h"
 #include "palpa/base/printed.h"
-#include "palpa/base/shown.h"
+#include "palpa/base/sanitized.h"
 #include "palpa/trace/trace.h"
 
 namespace palpa::app {

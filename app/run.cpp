@@ -22,7 +22,7 @@ Json description(const PreparedRun& prepared, double rate_hz) {
     Json fields = Json::array();
     for (const VolumeField& field : volume.volume.fields) {
       Json min = Json::array(), max = Json::array();
-      for (const Extent& extent : field.field->extents()) {
+      for (const ValueRange& extent : field.field->value_ranges()) {
         min.push_back(extent.min);
         max.push_back(extent.max);
       }

@@ -6,7 +6,7 @@
 #include <cstdio>
 
 #include "palpa/base/printed.h"
-#include "palpa/base/shown.h"
+#include "palpa/base/sanitized.h"
 #include "palpa/device/blocked_signals.h"
 
 namespace palpa::app {

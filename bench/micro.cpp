@@ -98,8 +98,8 @@ void first_crossing(benchmark::State& state, bool smooth, double voxels, bool br
   const std::vector<FieldPtr> fields{bench_grid(smooth)};
   Samples samples(fields, {});
   const double near = smooth ? 12.0 : 29.9;
-  const Watch levels[] = {{0, bricks ? 300.0 : 1000.0 - near}, {0, bricks ? 2000.0 : 1000.0 + near}};
-  LiveBlock block;
+  const Threshold levels[] = {{0, bricks ? 300.0 : 1000.0 - near}, {0, bricks ? 2000.0 : 1000.0 + near}};
+  StateArena block;
   Crossings sides(block, levels, fields.size());
   const EventPolicy policy = sides.policy();
   Event event = sides.event();
@@ -128,7 +128,7 @@ BENCHMARK_CAPTURE(first_crossing, smooth_100_voxels_over_bricks, true, 100.0, tr
 /// All pieces of a way of 100 voxels, one by one: what bricks save.
 void all_pieces(benchmark::State& state, bool smooth, bool bricks) {
   const FieldPtr field = bench_grid(smooth);
-  const Extent quiet = bricks ? Extent{300.0, 2000.0} : Extent{1.0, -1.0};
+  const ValueRange quiet = bricks ? ValueRange{300.0, 2000.0} : ValueRange{1.0, -1.0};
   const std::vector<Vec3> ends = positions_in({{-1, -1, -1}, {1, 1, 1}}, 4096);
   std::size_t i = 0;
   std::int64_t pieces = 0;
@@ -137,7 +137,7 @@ void all_pieces(benchmark::State& state, bool smooth, bool bricks) {
     const Vec3 middle = Vec3{0.128, 0.128, 0.128} + 0.003 * ends[(i + 7) % ends.size()];
     ++i;
     for (double begin = 0.0; begin < 1.0; ++pieces) {
-      begin = field->stretch(middle - half_m, middle + half_m, begin, quiet).end;
+      begin = field->piece_along(middle - half_m, middle + half_m, begin, quiet).end;
     }
   }
   state.counters["pieces"] = benchmark::Counter(static_cast<double>(pieces), benchmark::Counter::kAvgIterations);
@@ -172,7 +172,7 @@ BENCHMARK_CAPTURE(tick, free_space, -1e-3);
 BENCHMARK_CAPTURE(tick, surface_and_friction_on_a_formula, 1e-3);
 
 /// A session goes on from where another one is, as a loop does that rehearses the next tick.
-void continue_from(benchmark::State& state) {
+void copy_state_from(benchmark::State& state) {
   Scene scene;
   const FieldRef wall = scene.add("wall", plane_field());
   for (std::int64_t mode = 0; mode < state.range(0); ++mode)
@@ -180,8 +180,8 @@ void continue_from(benchmark::State& state) {
               SurfaceAndFriction{.field = wall, .levels = {{.value = 1e-3 * static_cast<double>(mode)}}});
   Session session(scene), other(scene);
   session.tick({}, 1e-3);
-  for (auto _ : state) other.continue_from(session);
+  for (auto _ : state) other.copy_state_from(session);
 }
-BENCHMARK(continue_from)->Arg(1)->Arg(5)->Arg(20)->ArgName("modes");
+BENCHMARK(copy_state_from)->Arg(1)->Arg(5)->Arg(20)->ArgName("modes");
 
 }  // namespace

@@ -135,9 +135,9 @@ void energy(const PathOptions& options) {
   constexpr int rounds = 4;  // random combinations of each base
   const std::vector<Base> all = bases(!options.data_folder.empty());
   const int each = std::max(1, ticks / (rounds * static_cast<int>(all.size())));
-  const ReadVolume read = volume_reader();
+  const VolumeReader read = volume_reader();
   std::map<std::string, Volume> known;
-  const ReadVolume once = [&](const VolumeRequest& request) {
+  const VolumeReader once = [&](const VolumeRequest& request) {
     const std::string key = request.files.empty() ? "" : request.files.front().string();
     const auto found = known.find(key);
     if (found != known.end()) return found->second;

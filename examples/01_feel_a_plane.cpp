@@ -19,7 +19,7 @@ int main() {
   // The session maps the hand's reach into the world of the data: the wall is the world's plane z = 0.
   const palpa::Similarity map = session.hand_to_world();
   const palpa::Vec3 wall_m = map.to_hand({0, 0, 0});
-  const palpa::Vec3 into_wall = map.turned_to_hand({0, 0, -1});
+  const palpa::Vec3 into_wall = map.direction_to_hand({0, 0, -1});
 
   std::puts("depth of the hand   depth of the proxy     force");
   bool as_stated = true;

@@ -18,8 +18,8 @@ int main() {
 
   // In the world of a head x is the patient's left, y the back, z the crown.
   const palpa::Similarity map = session.hand_to_world();
-  const palpa::Vec3 inwards = map.turned_to_hand({0, 1, 0});
-  const palpa::Vec3 sideways = map.turned_to_hand({1, 0, 0});
+  const palpa::Vec3 inwards = map.direction_to_hand({0, 1, 0});
+  const palpa::Vec3 sideways = map.direction_to_hand({1, 0, 0});
   palpa::Vec3 hand_m = map.to_hand({0, -0.12, 0.05});
 
   bool skin_met = false, bone_met = false, skin_gave = false, bone_gave = false;

@@ -31,7 +31,7 @@ int main() {
   palpa::Session session(scene);
 
   const palpa::Similarity map = session.hand_to_world();
-  const palpa::Vec3 outwards = map.turned_to_hand({1, 0, 0});
+  const palpa::Vec3 outwards = map.direction_to_hand({1, 0, 0});
   palpa::Vec3 hand_m = map.to_hand({0.04, 0, 0});
   const auto stroke = [&](double step_m) {
     double most_n = 0.0;

@@ -16,7 +16,7 @@ namespace {
 class MyDevice final : public palpa::Device {
  public:
   explicit MyDevice(const palpa::Similarity& map)
-      : outside_m_(map.to_hand({0, -0.14, 0.05})), inwards_(map.turned_to_hand({0, 1, 0})) {}
+      : outside_m_(map.to_hand({0, -0.14, 0.05})), inwards_(map.direction_to_hand({0, 1, 0})) {}
   std::string name() const override { return "my device"; }
   palpa::DeviceLimits limits() const override { return {.max_force_n = 3, .max_stiffness_n_per_m = 600}; }
   palpa::DeviceState read() noexcept override {

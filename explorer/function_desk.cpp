@@ -84,7 +84,7 @@ void FunctionDesk::edit_strength(std::size_t mode, std::size_t row) {
       return;
     }
     if (document_.scene().field({field}).field->components() != 1) field = "magnitude(" + field + ")";
-    const Extent extent = document_.scene().field({field}).field->extents()[0];
+    const ValueRange extent = document_.scene().field({field}).field->value_ranges()[0];
     const Strength whole(
         FieldRef{field},
         TransferFunction({{extent.min, strength->constant_n}, {extent.max, strength->constant_n}}, strength->constant_n));
@@ -183,10 +183,10 @@ std::optional<FunctionEditor::Shown> FunctionDesk::shown() const {
   }
   const VolumeField named = scene.field({shown.field});
   shown.unit = named.unit;
-  const std::vector<Extent> extents = named.field->extents();
-  shown.low = named.field->components() == 1 ? extents[0].min : 0.0;
-  shown.high = extents[0].max;
-  for (const Extent& extent : extents) shown.high = std::max(shown.high, extent.max);
+  const std::vector<ValueRange> value_ranges = named.field->value_ranges();
+  shown.low = named.field->components() == 1 ? value_ranges[0].min : 0.0;
+  shown.high = value_ranges[0].max;
+  for (const ValueRange& extent : value_ranges) shown.high = std::max(shown.high, extent.max);
   return shown;
 }
 

@@ -11,7 +11,7 @@
 #include <cstdlib>
 
 #include "explorer/main_window.h"
-#include "palpa/base/shown.h"
+#include "palpa/base/sanitized.h"
 #include "palpa/version.h"
 
 namespace {

@@ -22,7 +22,7 @@
 #include "explorer/picture_file.h"
 #include "explorer/presets.h"
 #include "palpa/base/new_file.h"
-#include "palpa/base/shown.h"
+#include "palpa/base/sanitized.h"
 #include "palpa/device/open_device.h"
 #include "palpa/study/check.h"
 

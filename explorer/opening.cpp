@@ -34,7 +34,7 @@ Opened open_any(const fs::path& path, const std::vector<fs::path>& data_folders,
   const Volume volume = read_volume(request, read);
   const std::string text = first_scene(volume, request);
   // The data are there: the scene need not read them again.
-  const ReadVolume again = [&](const VolumeRequest& asked) {
+  const VolumeReader again = [&](const VolumeRequest& asked) {
     return asked.files == request.files ? volume : read_volume(asked, read);
   };
   return {.loaded = parse_scene(text, name.toStdString() + " (suggested scene)", fs::absolute(path).parent_path(), again,

@@ -111,7 +111,7 @@ FeelPanel::FeelPanel(Document& document, QWidget* parent) : Panel(document, pare
         for (std::size_t i = 0; i < filled.size(); ++i) {
           if (const auto* ref = std::get_if<FieldRef>(&filled[i].value); ref && field.empty()) field = ref->name;
           if (filled[i].info.kind != ParameterKind::level || field.empty()) continue;
-          const Extent extent = scene.field({field}).field->extents()[0];
+          const ValueRange extent = scene.field({field}).field->value_ranges()[0];
           set_row([&](ParameterVisitor& v) { fresh.visit(v); }, i, 0.5 * (extent.min + extent.max));
         }
         const std::vector<ParameterRow> last = rows_of([&](ParameterVisitor& v) { fresh.visit(v); });
@@ -194,7 +194,7 @@ void FeelPanel::build() {
         for (const std::string& field : field_names(changed)) {
           const FieldPtr found = changed.field({field}).field;
           if (found->components() != 1) continue;
-          const Extent extent = found->extents()[0];
+          const ValueRange extent = found->value_ranges()[0];
           changed.find_mode(name)->masks.push_back({{field}, TransferFunction({{extent.min, 1.0}, {extent.max, 1.0}}, 1.0)});
           return;
         }

@@ -53,7 +53,7 @@ Preseted apply(const Preset& preset, const Scene& scene) {
       if (field.field->components() != components) continue;
       const std::string name = volume.volume.fields.size() == 1 ? volume.name : volume.name + "." + field.name;
       double low = 0.0, high = 0.0;
-      for (const Extent& extent : field.field->extents()) {
+      for (const ValueRange& extent : field.field->value_ranges()) {
         if (components == 1) low = extent.min;
         high = components == 1 ? extent.max : std::hypot(high, std::max(std::abs(extent.min), std::abs(extent.max)));
       }

@@ -19,7 +19,7 @@ inline constexpr std::size_t most_shown_primitives = 24;
 /// One tick with what its modes did.
 struct Sample {
   TickFrame frame;
-  std::array<ModeTick, most_shown_modes> modes{};
+  std::array<ModeForce, most_shown_modes> modes{};
   std::size_t count = 0;  ///< of the modes
 };
 

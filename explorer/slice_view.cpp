@@ -71,15 +71,16 @@ SliceLook slice_look_of(const Scene& scene) {
     look.field = detail::in_hand_frame(frozen(named.field, scene.time.at(0.0)), look.map);
     look.name = name;
     look.unit = named.unit;
-    const std::vector<Extent> extents = named.field->extents();
+    const std::vector<ValueRange> value_ranges = named.field->value_ranges();
     if (named.field->components() == 1) {
-      look.least = look.low = extents[0].min;
-      look.most = look.high = extents[0].max;
+      look.least = look.low = value_ranges[0].min;
+      look.most = look.high = value_ranges[0].max;
       // Hounsfield units: the window in which soft tissue and bone are told apart.
       if (named.unit == "HU" || (look.least < -500.0 && look.most > 1000.0)) look.low = -500.0, look.high = 1000.0;
     } else {
       double squared = 0.0;
-      for (const Extent& extent : extents) squared += std::pow(std::max(std::abs(extent.min), std::abs(extent.max)), 2);
+      for (const ValueRange& extent : value_ranges)
+        squared += std::pow(std::max(std::abs(extent.min), std::abs(extent.max)), 2);
       look.least = look.low = 0.0;
       look.most = look.high = std::sqrt(squared);
       look.colors = detail::magnitude_colors(0.0, 1.0);
@@ -114,7 +115,7 @@ void SliceView::start(const SliceLook& look, const Box& bounds_m) {
   bounds_m_ = bounds_m;
   look_ = look;
   const Similarity& map = look.map;
-  const auto world = [&](double x, double y, double z) { return map.turned_to_hand({x, y, z}); };
+  const auto world = [&](double x, double y, double z) { return map.direction_to_hand({x, y, z}); };
   // As radiologists hang pictures: the patient's right on the left, the front or the head above.
   if (axis_ == 2) {
     view_.right = world(1, 0, 0);
@@ -206,8 +207,8 @@ void SliceView::paintEvent(QPaintEvent*) {
   QFont small = painter.font();
   small.setPointSizeF(0.85 * small.pointSizeF());
   painter.setFont(small);
-  const std::array<Vec3, 3> axes{look_.map.turned_to_hand({1, 0, 0}), look_.map.turned_to_hand({0, 1, 0}),
-                                 look_.map.turned_to_hand({0, 0, 1})};
+  const std::array<Vec3, 3> axes{look_.map.direction_to_hand({1, 0, 0}), look_.map.direction_to_hand({0, 1, 0}),
+                                 look_.map.direction_to_hand({0, 0, 1})};
   paint_directions(painter, view_, axes, look_.medical, ink);
   paint_scale_bar(painter, view_, look_.map.scale, ink);
   const QRectF top(8, 4, width() - 16, 18);

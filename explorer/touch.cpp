@@ -45,8 +45,8 @@ void Touch::begin(const LoadedScene& loaded, std::unique_ptr<Device> device, con
   prepared_.loaded = loaded;
   prepared_.duration_s = std::numeric_limits<double>::infinity();
   if (!device) {
-    auto pointer = std::make_unique<Pointer>(
-        Pointer::Options{.radius_m = pointer_radius_m, .largest_force_n = std::max(0.1, loaded.scene.coupling.max_force_n)});
+    auto pointer = std::make_unique<MouseHand>(
+        MouseHand::Options{.radius_m = pointer_radius_m, .largest_force_n = std::max(0.1, loaded.scene.coupling.max_force_n)});
     pointer_ = pointer.get();
     pointer_->put(wanted_m_);
     pointer_->have_mouse(has_mouse_);
@@ -155,7 +155,7 @@ void Touch::resume() {
 
 void Touch::observe(const TickFrame& frame, const Session& session) noexcept {
   Sample sample{.frame = frame};
-  const std::span<const ModeTick> modes = session.modes();
+  const std::span<const ModeForce> modes = session.modes();
   sample.count = std::min(modes.size(), most_shown_modes);
   std::copy_n(modes.begin(), sample.count, sample.modes.begin());
   samples_.give(sample);

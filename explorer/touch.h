@@ -14,7 +14,7 @@
 
 #include "explorer/sample_ring.h"
 #include "palpa/device/latest.h"
-#include "palpa/device/pointer.h"
+#include "palpa/device/mouse_hand.h"
 #include "palpa/study/live_run.h"
 
 namespace palpa::explorer {
@@ -57,7 +57,7 @@ class Touch {
   void lead_hand(const Vec3& to_m) { wanted_m_ = to_m; }
   /// Where it was told to go, hand frame [m].
   const Vec3& led_to_m() const noexcept { return wanted_m_; }
-  /// Sets whether the window has the mouse (`Pointer::have_mouse`): without it the mouse's hand feels nothing.
+  /// Sets whether the window has the mouse (`MouseHand::have_mouse`): without it the mouse's hand feels nothing.
   void have_mouse(bool is_had);
   /// Time has passed for the window: the hand goes on, the watch is told that the window lives. \param dt_s  [s]
   void beat(double dt_s);
@@ -82,7 +82,7 @@ class Touch {
   std::filesystem::path out_;
   RunOptions options_;
   PreparedRun prepared_;
-  Pointer* pointer_ = nullptr;  ///< `device_`, where it is the mouse's
+  MouseHand* pointer_ = nullptr;  ///< `device_`, where it is the mouse's
   std::unique_ptr<Device> device_;
   std::unique_ptr<LiveRun> run_;
   bool held_ = false;

@@ -109,7 +109,7 @@ void View3D::start(const Scene& scene) {
   trail_.clear();
   streamlines_.clear();
   Vec3 from = from_front;
-  if (scene.view.from) from = scene.hand_to_world().turned_to_hand(*scene.view.from);
+  if (scene.view.from) from = scene.hand_to_world().direction_to_hand(*scene.view.from);
   const Vec3 up = norm(cross(normalized(from), {0, 1, 0})) > 1e-3 ? Vec3{0, 1, 0} : Vec3{0, 0, -1};
   look_from(from, up);
 }
@@ -134,7 +134,7 @@ void View3D::show_drawing(Drawing drawing, const Scene& scene) {
     if (part.coarse) shells_->AddViewProp(part.coarse);
   }
   const Similarity map = scene.hand_to_world();
-  axes_ = {map.turned_to_hand({1, 0, 0}), map.turned_to_hand({0, 1, 0}), map.turned_to_hand({0, 0, 1})};
+  axes_ = {map.direction_to_hand({1, 0, 0}), map.direction_to_hand({0, 1, 0}), map.direction_to_hand({0, 0, 1})};
   world_per_hand_ = map.scale;
   medical_ = std::any_of(scene.volumes().begin(), scene.volumes().end(),
                          [](const SceneVolume& volume) { return volume.volume.medical_frame; });

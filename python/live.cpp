@@ -16,8 +16,8 @@
 #include "modes.h"
 #include "own_device.h"
 #include "palpa/device/latest.h"
+#include "palpa/device/mouse_hand.h"
 #include "palpa/device/paced_hand.h"
-#include "palpa/device/pointer.h"
 #include "palpa/study/live_run.h"
 #include "parameters.h"
 #include "run_options.h"
@@ -39,8 +39,8 @@ struct Seen {
 
 /// A mouse as the hand of one run at a time.
 struct OwnPointer {
-  explicit OwnPointer(const Pointer::Options& options) : hand(options) {}
-  Pointer hand;
+  explicit OwnPointer(const MouseHand::Options& options) : hand(options) {}
+  MouseHand hand;
   std::atomic<bool> is_held{false};
 };
 
@@ -50,7 +50,7 @@ class PointerHold {
   explicit PointerHold(std::shared_ptr<OwnPointer> own) : pointer_(std::move(own)) {
     if (pointer_ && pointer_->is_held.exchange(true))
       throw py::value_error(
-          "'device' is a palpa.Pointer that is the hand of another live scene; stop that, or make another one");
+          "'device' is a palpa.MouseHand that is the hand of another live scene; stop that, or make another one");
     holds_ = pointer_ != nullptr;
   }
   ~PointerHold() { let_go(); }
@@ -274,13 +274,14 @@ void bind_live(py::module_& module) {
   module.def("live", &start);
 
   py::class_<OwnPointer, std::shared_ptr<OwnPointer>>(
-      module, "Pointer",
-      "A mouse as a hand, for palpa.live(scene, device=Pointer()): a window moves it, the loop reads it. What resists shows:\n"
+      module, "MouseHand",
+      "A mouse as a hand, for palpa.live(scene, device=MouseHand()): a window moves it, the loop reads it. What resists "
+      "shows:\n"
       "the more force there is against a motion, the less of it the hand takes over. Draw the proxy, not the probe.")
       .def(py::init([](double radius_m, double largest_force_n) {
              if (!(radius_m > 0.0) || !(largest_force_n > 0.0))
                throw py::value_error("'radius_m' and 'largest_force_n' lie above 0");
-             return std::make_shared<OwnPointer>(Pointer::Options{.radius_m = radius_m, .largest_force_n = largest_force_n});
+             return std::make_shared<OwnPointer>(MouseHand::Options{.radius_m = radius_m, .largest_force_n = largest_force_n});
            }),
            py::kw_only(), py::arg("radius_m") = 0.12, py::arg("largest_force_n") = 3.3)
       .def(

@@ -55,11 +55,11 @@ void bind_volumes(py::module_& module) {
           "bounds_m", [](const VolumeField& f) { return box_of(f.field->bounds_m()); },
           "[m] low and high corner of a box outside which it has no data")
       .def_property_readonly(
-          "extents",
+          "value_ranges",
           [](const VolumeField& f) {
-            py::list extents;
-            for (const Extent& e : f.field->extents()) extents.append(py::make_tuple(e.min, e.max));
-            return extents;
+            py::list value_ranges;
+            for (const ValueRange& e : f.field->value_ranges()) value_ranges.append(py::make_tuple(e.min, e.max));
+            return value_ranges;
           },
           "smallest and largest value of each component")
       .def_property_readonly(

@@ -180,7 +180,7 @@ py::tuple ticks(FeltSession& felt, const py::object& positions_m, const py::obje
       const double* const p = from + 3 * n;
       to[n] = row_of(session.tick({.position_m = {p[0], p[1], p[2]}}, step[n]), t_s);
       t_s += step[n];
-      for (const ModeTick& mode : session.modes()) force = put(force, mode.force_n);
+      for (const ModeForce& mode : session.modes()) force = put(force, mode.force_n);
       for (const SessionEvent& event : session.events()) events.push_back({n, event});
       if (n % at_least != at_least - 1 || std::chrono::steady_clock::now() < look) continue;
       const py::gil_scoped_acquire acquire;
@@ -261,15 +261,15 @@ void bind_ticks(py::module_& module) {
         return py::str("Tick(proxy_m={}, force_n={}, error_bound_m={:.3g}, status={!r})")
             .format(array_of(t.proxy_m), array_of(t.force_n), t.error_bound_m, name_of(t.status));
       });
-  py::class_<ModeTick>(module, "ModeTick", "A mode's part in one tick.")
+  py::class_<ModeForce>(module, "ModeForce", "A mode's part in one tick.")
       .def_property_readonly(
-          "force_n", [](const ModeTick& m) { return array_of(m.force_n); }, "[N] shape (3,), on the proxy")
-      .def_readonly("dissipated_j", &ModeTick::dissipated_j, "[J]")
-      .def_readonly("injected_j", &ModeTick::injected_j, "[J]")
-      .def_readonly("primitives", &ModeTick::primitives, "in the last sub-step")
-      .def_readonly("split_shared", &ModeTick::split_shared, "another split of the force would balance, too")
-      .def("__repr__", [](const ModeTick& m) {
-        return py::str("ModeTick(force_n={}, dissipated_j={:.3g}, injected_j={:.3g}, primitives={})")
+          "force_n", [](const ModeForce& m) { return array_of(m.force_n); }, "[N] shape (3,), on the proxy")
+      .def_readonly("dissipated_j", &ModeForce::dissipated_j, "[J]")
+      .def_readonly("injected_j", &ModeForce::injected_j, "[J]")
+      .def_readonly("primitives", &ModeForce::primitives, "in the last sub-step")
+      .def_readonly("split_shared", &ModeForce::split_shared, "another split of the force would balance, too")
+      .def("__repr__", [](const ModeForce& m) {
+        return py::str("ModeForce(force_n={}, dissipated_j={:.3g}, injected_j={:.3g}, primitives={})")
             .format(array_of(m.force_n), m.dissipated_j, m.injected_j, m.primitives);
       });
 }

@@ -22,10 +22,10 @@
 #include <set>
 #include <string_view>
 
-#include "cage.h"
 #include "dicom_words.h"
 #include "messages.h"
 #include "palpa/base/input_file.h"
+#include "sandbox.h"
 #include "source.h"
 
 namespace palpa::reader {

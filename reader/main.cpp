@@ -11,11 +11,11 @@
 #include <string>
 #include <string_view>
 
-#include "cage.h"
 #include "file_names.h"
 #include "first_bytes.h"
 #include "palpa/base/load_error.h"
 #include "program.h"
+#include "sandbox.h"
 
 namespace palpa::reader {
 namespace {

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "library_words.h"
-#include "palpa/base/shown.h"
+#include "palpa/base/sanitized.h"
 
 namespace palpa::reader {
 namespace {

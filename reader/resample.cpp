@@ -119,7 +119,7 @@ std::vector<Resampled> Resampler::sample(const std::vector<ArrayName>& arrays, c
           min = std::min(min, block.numbers[n]), max = std::max(max, block.numbers[n]);
         }
       }
-      report.extents.push_back(min <= max ? Extent{static_cast<double>(min), static_cast<double>(max)} : Extent{});
+      report.value_ranges.push_back(min <= max ? ValueRange{static_cast<double>(min), static_cast<double>(max)} : ValueRange{});
     }
     std::fill_n(to[f], grid_.voxels() * arrays[f].components, nan);
   }

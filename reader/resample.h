@@ -33,9 +33,9 @@ inline constexpr double much_error = 0.05;  ///< [1] of the range. Less: more wa
 /// All lengths are in the file's unit.
 class Resampler {
  public:
-  /// Chooses the affine grid: along the axes of the file, with steps of half the lower quartile of the cells' extents or, where
-  /// that would be too many voxels, longer ones. Throws LoadError, with a sentence, where no cell has a volume.
-  /// \param crop  the part of the data that is wanted
+  /// Chooses the affine grid: along the axes of the file, with steps of half the lower quartile of the cells' value_ranges or,
+  /// where that would be too many voxels, longer ones. Throws LoadError, with a sentence, where no cell has a volume. \param
+  /// crop  the part of the data that is wanted
   Resampler(std::vector<vtkSmartPointer<vtkPointSet>> blocks, const std::optional<Box>& crop);
 
   const GridGeometry& grid() const noexcept { return grid_; }

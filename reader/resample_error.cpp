@@ -39,9 +39,9 @@ float trilinear(const GridGeometry& grid, const float* voxels, int components, i
   return static_cast<float>(sum);
 }
 
-double range_of(const std::vector<Extent>& extents) {
+double range_of(const std::vector<ValueRange>& value_ranges) {
   double range = 0.0;
-  for (const Extent& e : extents) range = std::max(range, e.max - e.min);
+  for (const ValueRange& e : value_ranges) range = std::max(range, e.max - e.min);
   return range;
 }
 
@@ -95,7 +95,7 @@ std::vector<Resampler::Loss> Resampler::look(const std::vector<PointValues>& val
     const float* value = here.values(block);
     for (std::size_t f = 0; f < to.size(); ++f) {
       const int components = block.components[f];
-      const double range = range_of(sampled[f].report.extents);
+      const double range = range_of(sampled[f].report.value_ranges);
       double squares = 0.0;
       for (int c = 0; c < components; ++c) {
         const double d = static_cast<double>(trilinear(grid_, to[f], components, c, index) - value[c]);

@@ -129,11 +129,11 @@ void Resampler::choose_grid(const std::optional<Box>& crop) {
   for (const auto& block : blocks_) points += static_cast<double>(block->GetNumberOfPoints());
   const std::size_t stride = std::max<std::size_t>(cells_.size() / 200'000, 1);
   for (int a = 0; a < 3; ++a) {
-    std::vector<double> extents;
+    std::vector<double> value_ranges;
     for (std::size_t c = 0; c < cells_.size(); c += stride) {
-      extents.push_back(static_cast<double>(cells_[c].high[a]) - static_cast<double>(cells_[c].low[a]));
+      value_ranges.push_back(static_cast<double>(cells_[c].high[a]) - static_cast<double>(cells_[c].low[a]));
     }
-    step[a] = 0.5 * detail::quantile(extents, 0.25);
+    step[a] = 0.5 * detail::quantile(value_ranges, 0.25);
   }
   double box_low[3] = {box_.low_m.x, box_.low_m.y, box_.low_m.z};
   double box_high[3] = {box_.high_m.x, box_.high_m.y, box_.high_m.z};

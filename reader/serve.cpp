@@ -13,7 +13,6 @@
 #include <new>
 #include <string_view>
 
-#include "cage.h"
 #include "compression.h"
 #include "messages.h"
 #include "palpa/base/limits.h"
@@ -22,6 +21,7 @@
 #include "palpa/file/protocol_memory.h"
 #include "palpa/file/protocol_packed.h"
 #include "program.h"
+#include "sandbox.h"
 
 namespace palpa::reader {
 namespace {
@@ -153,8 +153,8 @@ void answer(int socket, Open open, bool unpacks) {
 
   bool garbled = false;
   auto second = protocol::receive(socket, garbled);
-  if (!second || !std::holds_alternative<protocol::Room>(second->message) || second->descriptor < 0) return;
-  const auto& room = std::get<protocol::Room>(second->message);
+  if (!second || !std::holds_alternative<protocol::ReadRequest>(second->message) || second->descriptor < 0) return;
+  const auto& room = std::get<protocol::ReadRequest>(second->message);
   const auto offsets = protocol::place(source->header, room);
   if (!offsets || room.frames != source->frames_read) return;
   limit_memory(offsets->back() + source->header.working_bytes);

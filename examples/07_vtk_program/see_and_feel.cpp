@@ -42,7 +42,7 @@ int main(int argc, char** argv) try {
   const palpa::FieldRef ct = scene.add("ct", palpa::from_vtk(image));
   scene.add("material",
             palpa::SurfaceAndFriction{.field = ct, .strength_n = {ct, palpa::transfer_function_from_vtk(*opacity, 4.0)}});
-  palpa::Pointer hand;
+  palpa::MouseHand hand;
   hand.put({0.0, 0.01, 0.07});  // before the forehead
   palpa::MousePointer mouse(interactor, renderer, hand, scene.hand_to_world());
   palpa::FeltActors actors(renderer, 0.08, scene.hand_to_world());

@@ -33,7 +33,7 @@ scene = palpa.Scene(stiffness_n_per_m=400)
 scene.workspace.towards_user, scene.workspace.up = "-y", "+z"  # as the camera looks at it
 ct = scene.add("ct", palpa.from_vtk(image))
 scene.add("material", palpa.SurfaceAndFriction(field=ct, strength_n=palpa.strength_from_vtk(opacity, ct, factor=4.0)))
-hand = palpa.Pointer()
+hand = palpa.MouseHand()
 hand.put((0.0, 0.01, 0.07))  # before the forehead
 mouse = palpa.MousePointer(interactor, renderer, hand, scene.hand_to_world())
 actors = palpa.FeltActors(renderer, 0.08, scene.hand_to_world())

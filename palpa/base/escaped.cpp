@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "palpa/base/shown.h"
+#include "palpa/base/sanitized.h"
 #include "palpa/base/utf8.h"
 
 namespace palpa::detail {

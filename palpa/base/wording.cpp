@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "palpa/base/shown.h"
+#include "palpa/base/sanitized.h"
 #include "palpa/base/utf8.h"
 
 namespace palpa::detail {

@@ -48,8 +48,8 @@ EarlierLaw::Moved Ikits2003::move(const Posed& posed, std::span<Vec3> forces_n) 
     const Primitive& p = posed.primitives[i];
     if (p.kind != PrimitiveKind::plane && p.kind != PrimitiveKind::line) continue;
     forces_n[i] = answer_n(p, k * ((p.position_m - posed.start_m) - way), k, T);
-    const Vec3 left = moves_ == Moves::added ? way : way - moved;
-    moved += part_in_span(p, left) + forces_n[i] / k;
+    const Vec3 pending = moves_ == Moves::added ? way : way - moved;
+    moved += part_in_span(p, pending) + forces_n[i] / k;
     span.add(p);
   }
   moved += span.outside(way);

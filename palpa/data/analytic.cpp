@@ -20,8 +20,8 @@ namespace {
 template <class Law>
 class Formula final : public Field {
  public:
-  Formula(const Box& box, double spacing_m, std::vector<Extent> extents, Law law)
-      : box_(box), spacing_m_(spacing_m), extents_(std::move(extents)), law_(std::move(law)) {}
+  Formula(const Box& box, double spacing_m, std::vector<ValueRange> value_ranges, Law law)
+      : box_(box), spacing_m_(spacing_m), extents_(std::move(value_ranges)), law_(std::move(law)) {}
 
   int components() const noexcept override { return is_vector ? 3 : 1; }
   ScalarSample scalar(const Vec3& world_m) const noexcept override {
@@ -47,7 +47,7 @@ class Formula final : public Field {
     const double depth = std::min({low.x, low.y, low.z, high.x, high.y, high.z});
     return is_finite(low) && is_finite(high) ? depth : 0.0;
   }
-  std::vector<Extent> extents() const override { return extents_; }
+  std::vector<ValueRange> value_ranges() const override { return extents_; }
 
  private:
   static constexpr bool is_vector = std::is_same_v<decltype(std::declval<Law>()(Vec3{})), VectorSample>;
@@ -59,24 +59,25 @@ class Formula final : public Field {
 
   Box box_;
   double spacing_m_;
-  std::vector<Extent> extents_;
+  std::vector<ValueRange> extents_;
   Law law_;
 };
 
 template <class Law>
-Volume volume_of(std::string name, std::string unit, const Box& box, double spacing_m, std::vector<Extent> extents, Law law) {
+Volume volume_of(std::string name, std::string unit, const Box& box, double spacing_m, std::vector<ValueRange> value_ranges,
+                 Law law) {
   Volume volume;
   volume.format = "formula";
   volume.fields.push_back({std::move(name), std::move(unit),
-                           std::make_shared<const Formula<Law>>(box, spacing_m, std::move(extents), std::move(law))});
+                           std::make_shared<const Formula<Law>>(box, spacing_m, std::move(value_ranges), std::move(law))});
   return volume;
 }
 
 template <class Law>
-void add_field(Volume& volume, std::string name, std::string unit, std::vector<Extent> extents, Law law) {
+void add_field(Volume& volume, std::string name, std::string unit, std::vector<ValueRange> value_ranges, Law law) {
   const Field& first = *volume.fields.front().field;
   volume.fields.push_back(
-      volume_of(std::move(name), std::move(unit), first.bounds_m(), first.spacing_m(), std::move(extents), std::move(law))
+      volume_of(std::move(name), std::move(unit), first.bounds_m(), first.spacing_m(), std::move(value_ranges), std::move(law))
           .fields.front());
 }
 
@@ -419,7 +420,7 @@ class BeatingSignal final : public BeatingField {
     const Vec3 carried_m = BeatingWall(to).from_rest(BeatingWall(from).to_rest(world_m));
     return is_finite(carried_m) ? Carried{carried_m} : Carried{world_m, false};
   }
-  std::vector<Extent> extents() const override { return {{0.0, 1.0}}; }
+  std::vector<ValueRange> value_ranges() const override { return {{0.0, 1.0}}; }
 };
 
 class BeatingVelocity final : public BeatingField {
@@ -437,7 +438,7 @@ class BeatingVelocity final : public BeatingField {
     return s;
   }
   Carried carried(const Vec3& world_m, DataTime, DataTime) const noexcept override { return {world_m}; }
-  std::vector<Extent> extents() const override {
+  std::vector<ValueRange> value_ranges() const override {
     // The ring's fastest, stretched by exp(2 · 0.06) at most, and the wall's own speed.
     constexpr double fastest = 1.13 * ring_peak_m_per_s + 0.04;
     return {{-fastest, fastest}, {-fastest, fastest}, {-fastest, fastest}};

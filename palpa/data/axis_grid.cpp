@@ -130,7 +130,7 @@ class AxisGrid final : public detail::GridBase {
   AxisGrid(const GridGeometry& geometry, Voxels voxels, double scale, double offset)
       : GridBase(geometry, std::move(voxels), scale, offset, filter, true),
         data_(static_cast<const T*>(view_.voxels.data.get())) {
-    for (const Extent& e : GridBase::extents()) {
+    for (const ValueRange& e : GridBase::value_ranges()) {
       const double reach = std::max(std::abs(e.min), std::abs(e.max));
       extents_.push_back({-reach, reach});
       unit_ = std::max(unit_, reach);
@@ -138,7 +138,7 @@ class AxisGrid final : public detail::GridBase {
     unit_ = unit_ > 0.0 ? std::scalbn(1.0, std::ilogb(unit_)) : 1.0;
   }
 
-  std::vector<Extent> extents() const override { return extents_; }
+  std::vector<ValueRange> value_ranges() const override { return extents_; }
   int values_per_sample() const noexcept override {
     return channels * Weights<filter>::count * Weights<filter>::count * Weights<filter>::count;
   }
@@ -160,7 +160,7 @@ class AxisGrid final : public detail::GridBase {
 
  protected:
   /// An axis has no polynomial and no levels; what is asked is whether the cell has data.
-  void polynomial(int component, const Passage& cell, const Extent&, Stretch& piece) const noexcept override {
+  void polynomial(int component, const Passage& cell, const ValueRange&, PolynomialPiece& piece) const noexcept override {
     constexpr int count = Weights<filter>::count, before = Weights<filter>::before;
     double poison = 0.0;
     for (int n = 0; n < count * count * count; ++n) {
@@ -218,7 +218,7 @@ class AxisGrid final : public detail::GridBase {
 
   const T* data_;
   double unit_ = 0.0;
-  std::vector<Extent> extents_;
+  std::vector<ValueRange> extents_;
 };
 
 }  // namespace

@@ -60,8 +60,8 @@ class OfSample : public Field {
 };
 
 /// From 0 to the farthest corner of the ranges of a vector's components.
-Extent magnitudes_within(const std::vector<Extent>& e) noexcept {
-  const auto reach = [](const Extent& x) { return std::max(std::abs(x.min), std::abs(x.max)); };
+ValueRange magnitudes_within(const std::vector<ValueRange>& e) noexcept {
+  const auto reach = [](const ValueRange& x) { return std::max(std::abs(x.min), std::abs(x.max)); };
   return {0.0, std::min(norm({reach(e[0]), reach(e[1]), reach(e[2])}), std::numeric_limits<double>::max())};
 }
 
@@ -73,30 +73,31 @@ class Magnitude final : public OfSample {
     return detail::taken_of(of_->vector(world_m), detail::Pointwise::magnitude);
   }
   /// Where cells differ, a quarter of the one that the way is in: no more, and not beyond its face, where finer ones may be.
-  Stretch stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept override {
-    if (!grid_ || !grid_->is_rectilinear()) return OfSample::stretch(from_m, to_m, begin, quiet);
+  PolynomialPiece piece_along(const Vec3& from_m, const Vec3& to_m, double begin,
+                              const ValueRange& quiet) const noexcept override {
+    if (!grid_ || !grid_->is_rectilinear()) return OfSample::piece_along(from_m, to_m, begin, quiet);
     const double end = grid_->end_of_cell(from_m, to_m, begin);
     const double quarter_m = 0.25 * grid_->local_spacing_m(from_m + 0.5 * (begin + end) * (to_m - from_m));
     return cubic_piece(from_m, to_m, begin, std::min(quarter_m, (end - begin) * distance(from_m, to_m)));
   }
   /// A length changes by no more than the vector does.
-  Certificate certificate(const Vec3& world_m) const noexcept override { return of_->certificate(world_m); }
-  std::vector<Extent> extents() const override { return {extents_}; }
+  LipschitzBound lipschitz_bound(const Vec3& world_m) const noexcept override { return of_->lipschitz_bound(world_m); }
+  std::vector<ValueRange> value_ranges() const override { return {extents_}; }
 
  private:
   /// Over the voxels of a grid; else from 0 to the farthest corner of the components' ranges.
-  Extent find_extents() const {
+  ValueRange find_extents() const {
     if (const GridView* grid = grid_behind(*of_)) return voxel_extent(*grid);
-    return magnitudes_within(of_->extents());
+    return magnitudes_within(of_->value_ranges());
   }
 
-  static Extent voxel_extent(const GridView& grid) {
-    Extent extent{std::numeric_limits<double>::max(), 0.0};
+  static ValueRange voxel_extent(const GridView& grid) {
+    ValueRange extent{std::numeric_limits<double>::max(), 0.0};
     std::mutex joining;
     constexpr std::int64_t worth_a_thread = 1 << 16;  // [voxels] fewer: threads cost more than they save; more: idle cores
     detail::with_values_of(grid.voxels, [&](const auto* voxels) {
       detail::in_parts(grid.geometry.voxels(), worth_a_thread, [&](std::int64_t first, std::int64_t last) {
-        Extent part{std::numeric_limits<double>::max(), 0.0};
+        ValueRange part{std::numeric_limits<double>::max(), 0.0};
         for (const auto* v = voxels + 3 * first; v != voxels + 3 * last; v += 3) {
           const double length =
               norm({static_cast<double>(v[0]) * grid.scale + grid.offset, static_cast<double>(v[1]) * grid.scale + grid.offset,
@@ -107,11 +108,11 @@ class Magnitude final : public OfSample {
         extent = {std::min(extent.min, part.min), std::max(extent.max, part.max)};
       });
     });
-    return extent.min <= extent.max ? extent : Extent{};
+    return extent.min <= extent.max ? extent : ValueRange{};
   }
 
   const detail::GridBase* grid_;  // what it is the length of; or nullptr
-  Extent extents_;
+  ValueRange extents_;
 };
 
 class Component final : public OfSample {
@@ -119,14 +120,15 @@ class Component final : public OfSample {
   Component(FieldPtr of, int axis)
       : OfSample(std::move(of)), axis_(axis), grid_(dynamic_cast<const detail::GridBase*>(of_.get())) {}
   ScalarSample scalar(const Vec3& world_m) const noexcept override { return detail::taken_of(of_->vector(world_m), axis_); }
-  Stretch stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept override {
-    if (!grid_) return OfSample::stretch(from_m, to_m, begin, quiet);
+  PolynomialPiece piece_along(const Vec3& from_m, const Vec3& to_m, double begin,
+                              const ValueRange& quiet) const noexcept override {
+    if (!grid_) return OfSample::piece_along(from_m, to_m, begin, quiet);
     return grid_->stretch_of(axis_, from_m, to_m, begin, quiet);
   }
-  Certificate certificate(const Vec3& world_m) const noexcept override {
-    return grid_ ? grid_->certificate_in(grid_->place_of(world_m), axis_, 1) : Certificate{};
+  LipschitzBound lipschitz_bound(const Vec3& world_m) const noexcept override {
+    return grid_ ? grid_->certificate_in(grid_->place_of(world_m), axis_, 1) : LipschitzBound{};
   }
-  std::vector<Extent> extents() const override { return {of_->extents()[axis_]}; }
+  std::vector<ValueRange> value_ranges() const override { return {of_->value_ranges()[axis_]}; }
   int axis() const noexcept { return axis_; }
 
  private:
@@ -143,8 +145,8 @@ class SquaredMagnitude final : public OfSample {
     const ScalarSample s{norm_squared(u.value), 2.0 * transposed_times(u.jacobian, u.value), u.inside};
     return std::isfinite(s.value) && is_finite(s.gradient) ? s : ScalarSample{};
   }
-  std::vector<Extent> extents() const override {
-    const double longest = magnitudes_within(of_->extents()).max;
+  std::vector<ValueRange> value_ranges() const override {
+    const double longest = magnitudes_within(of_->value_ranges()).max;
     return {{0.0, std::min(longest * longest, std::numeric_limits<double>::max())}};
   }
 };
@@ -168,7 +170,7 @@ class Coherence final : public OfSample {
     return std::min(of_->depth_m(world_m), mean_square_->depth_m(world_m));
   }
   int values_per_sample() const noexcept override { return of_->values_per_sample() + mean_square_->values_per_sample(); }
-  std::vector<Extent> extents() const override { return {{0.0, 1.0}}; }
+  std::vector<ValueRange> value_ranges() const override { return {{0.0, 1.0}}; }
 
  private:
   FieldPtr mean_square_;
@@ -195,8 +197,8 @@ class TimedPointwise final : public TimedField {
   Carried carried(const Vec3& world_m, DataTime from, DataTime to) const noexcept override {
     return carried_with_level(world_m, from, to, 0.0);
   }
-  std::vector<Extent> extents() const override {
-    const std::vector<Extent> e = of_->extents();
+  std::vector<ValueRange> value_ranges() const override {
+    const std::vector<ValueRange> e = of_->value_ranges();
     return {axis_ == detail::Pointwise::magnitude ? magnitudes_within(e) : e[static_cast<std::size_t>(axis_)]};
   }
 

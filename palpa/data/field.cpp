@@ -5,11 +5,11 @@
 
 namespace palpa {
 
-Certificate Certificate::scaled(double scale, double shift_m) const noexcept {
-  const Certificate seen{((1.0 - 1e-12) * radius_m - 2.0 * shift_m) * scale, slope_per_m / scale,
-                         rounding + 2.0 * slope_per_m * shift_m};
+LipschitzBound LipschitzBound::scaled(double scale, double shift_m) const noexcept {
+  const LipschitzBound seen{((1.0 - 1e-12) * radius_m - 2.0 * shift_m) * scale, slope_per_m / scale,
+                            rounding + 2.0 * slope_per_m * shift_m};
   const bool usable = seen.radius_m > 0.0 && std::isfinite(seen.radius_m + seen.slope_per_m + seen.rounding);
-  return usable ? seen : Certificate{};
+  return usable ? seen : LipschitzBound{};
 }
 
 ScalarSample Field::scalar(const Vec3&) const noexcept { return {}; }
@@ -32,14 +32,14 @@ Mat3 Field::hessian(const Vec3& world_m) const noexcept {
   return is_finite(symmetric) ? symmetric : Mat3{};
 }
 
-Stretch Field::stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent&) const noexcept {
+PolynomialPiece Field::piece_along(const Vec3& from_m, const Vec3& to_m, double begin, const ValueRange&) const noexcept {
   return cubic_piece(from_m, to_m, begin, 0.25 * spacing_m());
 }
 
-Stretch Field::cubic_piece(const Vec3& from_m, const Vec3& to_m, double begin, double longest_m) const noexcept {
+PolynomialPiece Field::cubic_piece(const Vec3& from_m, const Vec3& to_m, double begin, double longest_m) const noexcept {
   const Vec3 way_m = to_m - from_m;
   const double length_m = norm(way_m);
-  Stretch piece;
+  PolynomialPiece piece;
   if (!is_finite(from_m) || !std::isfinite(length_m) || !(begin >= 0.0 && begin < 1.0)) return piece;
   const Box box = bounds_m();
   const double from[3] = {from_m.x, from_m.y, from_m.z}, way[3] = {way_m.x, way_m.y, way_m.z};

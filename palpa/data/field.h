@@ -31,16 +31,16 @@ struct Box {
 };
 
 /// The smallest and the largest value of one component.
-struct Extent {
+struct ValueRange {
   double min = 0.0;  ///< the field's own unit
   double max = 0.0;  ///< the field's own unit
-  friend bool operator==(const Extent&, const Extent&) = default;
+  friend bool operator==(const ValueRange&, const ValueRange&) = default;
 };
 
 /// A bound on a field around a position: at a distance of at most `radius_m` the value differs from the one at the position by
 /// at most `change(distance)`, and there are data if and only if there are data at the position. Proven, but often far from
 /// tight.
-struct Certificate {
+struct LipschitzBound {
   double radius_m = 0.0;     ///< [m] 0: nothing is known
   double slope_per_m = 0.0;  ///< [unit/m]
   double rounding = 0.0;     ///< the field's own unit: two samples may differ by this as well
@@ -48,11 +48,11 @@ struct Certificate {
   /// The largest change of the value, in the field's own unit, over a distance [m] of at most `radius_m`.
   double change(double distance_m) const noexcept { return slope_per_m * distance_m + rounding; }
   /// The same in a frame where lengths are `scale` [1] times as long, and positions are rounded by up to `shift_m` [m].
-  Certificate scaled(double scale, double shift_m) const noexcept;
+  LipschitzBound scaled(double scale, double shift_m) const noexcept;
 };
 
 /// A piece of a straight way through a scalar field, on which the value is one polynomial, or is known to stay within bounds.
-struct Stretch {
+struct PolynomialPiece {
   double end = 1.0;      ///< [1] share of the way where the piece ends
   bool inside = false;   ///< the field has data on the piece, perhaps except at its ends
   int degree = -1;       ///< [1] of the polynomial, 0…9; −1: only known is that the value stays in the quiet interval
@@ -92,12 +92,15 @@ class Field {
   ///
   /// For a vector field pieces have degree −1 and only say where there are data. Formulas look for holes only in the middle of
   /// each piece.
-  virtual Stretch stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept;
+  virtual PolynomialPiece piece_along(const Vec3& from_m, const Vec3& to_m, double begin,
+                                      const ValueRange& quiet) const noexcept;
 
   /// A bound on the field around a world position [m]: on grids it reaches about one cell; of a vector field it bounds the
   /// length of the value's change. This implementation, and fields that change with time: radius 0. Takes a fraction of a
   /// sample's time.
-  virtual Certificate certificate(const Vec3& world_m) const noexcept { return static_cast<void>(world_m), Certificate{}; }
+  virtual LipschitzBound lipschitz_bound(const Vec3& world_m) const noexcept {
+    return static_cast<void>(world_m), LipschitzBound{};
+  }
 
   /// How many values are summed for one sample [1], at least 1: what it costs, counted and never timed. Of directions without
   /// sign, products of their parts. This implementation, for formulas: 8, as many as of a trilinear grid of numbers.
@@ -117,11 +120,11 @@ class Field {
   virtual double depth_m(const Vec3& world_m) const noexcept = 0;
   /// Range of each component over the finite samples of a grid; of a formula, or of vectors turned by a
   /// pose, a range that holds all its values. 0 to 0 where no sample is finite. Allocates.
-  virtual std::vector<Extent> extents() const = 0;
+  virtual std::vector<ValueRange> value_ranges() const = 0;
 
  protected:
-  /// A piece as `stretch` has it for formulas: no longer than `longest_m` [m].
-  Stretch cubic_piece(const Vec3& from_m, const Vec3& to_m, double begin, double longest_m) const noexcept;
+  /// A piece as `piece_along` has it for formulas: no longer than `longest_m` [m].
+  PolynomialPiece cubic_piece(const Vec3& from_m, const Vec3& to_m, double begin, double longest_m) const noexcept;
 };
 
 using FieldPtr = std::shared_ptr<const Field>;

@@ -33,7 +33,7 @@ double FineDetail::find_scale() const {
     squares += difference * difference;
     ++counted;
   }
-  const Extent range = smooth_->extents().front();
+  const ValueRange range = smooth_->value_ranges().front();
   const double scale = std::max(3.0 * std::sqrt(squares / std::max(counted, 1)), least_share * (range.max - range.min));
   return std::isfinite(scale) ? scale : 0.0;
 }
@@ -56,7 +56,7 @@ ScalarSample FineDetail::scalar(const Vec3& world_m) const noexcept {
   return scalar_in(place);
 }
 
-std::vector<Extent> FineDetail::extents() const {
+std::vector<ValueRange> FineDetail::value_ranges() const {
   const double most = scale_ > 0.0 ? 1.0 : 0.0;
   return {{-most, most}};
 }

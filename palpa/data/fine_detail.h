@@ -33,7 +33,7 @@ class FineDetail final : public Field {
   double local_spacing_m(const Vec3& world_m) const noexcept override { return of_->local_spacing_m(world_m); }
   Box bounds_m() const noexcept override { return of_->bounds_m(); }
   double depth_m(const Vec3& world_m) const noexcept override { return of_->depth_m(world_m); }
-  std::vector<Extent> extents() const override;
+  std::vector<ValueRange> value_ranges() const override;
 
  private:
   double find_scale() const;  ///< in the field's own unit; 0: nothing differs

@@ -154,7 +154,7 @@ class TypedGrid final : public Grid {
   }
 
  protected:
-  void polynomial(int component, const Passage& cell, const Extent&, Stretch& piece) const noexcept override {
+  void polynomial(int component, const Passage& cell, const ValueRange&, PolynomialPiece& piece) const noexcept override {
     cubic(data_ + component, cell, piece.control);
     piece.degree = 3;
   }
@@ -285,8 +285,7 @@ FieldPtr grid_field(const GridGeometry& geometry, Voxels voxels, double scale, d
   return made(geometry, std::move(voxels), scale, offset, 0);
 }
 
-FieldPtr grid_field_to_look_at(const GridGeometry& geometry, Voxels voxels, double scale, double offset,
-                               std::int64_t one_row_in) {
+FieldPtr preview_grid_field(const GridGeometry& geometry, Voxels voxels, double scale, double offset, std::int64_t one_row_in) {
   return made(geometry, std::move(voxels), scale, offset, one_row_in);
 }
 

@@ -90,10 +90,9 @@ const char* name_of(Filter filter) noexcept;  ///< "trilinear", …
 FieldPtr grid_field(const GridGeometry& geometry, Voxels voxels, double scale = 1.0, double offset = 0.0);
 
 /// The same for grids that are only looked at, not felt: reads one row along i in `one_row_in` (1 or more), so that the range
-/// is that of those rows, and keeps no ranges of parts, so that `stretch` goes through the grid cell by cell. `scale` [unit],
-/// `offset` [unit].
-FieldPtr grid_field_to_look_at(const GridGeometry& geometry, Voxels voxels, double scale, double offset,
-                               std::int64_t one_row_in);
+/// is that of those rows, and keeps no ranges of parts, so that `piece_along` goes through the grid cell by cell. `scale`
+/// [unit], `offset` [unit].
+FieldPtr preview_grid_field(const GridGeometry& geometry, Voxels voxels, double scale, double offset, std::int64_t one_row_in);
 
 /// The arguments from which a field on a grid was made.
 struct GridView {

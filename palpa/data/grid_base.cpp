@@ -14,8 +14,8 @@ namespace palpa::detail {
 namespace {
 
 struct Found {
-  std::array<Extent, 3> ranges;  ///< raw; min > max where nothing is finite
-  std::int64_t valid = 0;        ///< voxels that are finite altogether
+  std::array<ValueRange, 3> ranges;  ///< raw; min > max where nothing is finite
+  std::int64_t valid = 0;            ///< voxels that are finite altogether
 
   void join(const Found& other) noexcept {
     for (std::size_t c = 0; c < 3; ++c) {
@@ -226,7 +226,7 @@ void GridBase::find_extents(const VoxelFacts& facts) {
   view_.valid_share = facts.valid_share;
   for (int c = 0; c < components(); ++c) {
     extents_.push_back({});
-    const Extent& raw = facts.ranges[static_cast<std::size_t>(c)];
+    const ValueRange& raw = facts.ranges[static_cast<std::size_t>(c)];
     if (!(raw.min <= raw.max)) continue;
     const auto [min, max] = std::minmax({raw.min * view_.scale + view_.offset, raw.max * view_.scale + view_.offset});
     if (!std::isfinite(min) || !std::isfinite(max)) {
@@ -239,7 +239,7 @@ void GridBase::find_extents(const VoxelFacts& facts) {
 namespace {
 
 /// An empty range: a search for polynomials asks with it, because no value is quiet.
-constexpr Extent polynomials{1.0, -1.0};
+constexpr ValueRange polynomials{1.0, -1.0};
 
 /// The straight way along one axis of the grid.
 struct Axis {
@@ -344,7 +344,7 @@ struct GridBase::Way {
   }
 };
 
-bool GridBase::cross_bricks(int component, const Way& way, const Extent& quiet, Stretch& piece) const noexcept {
+bool GridBase::cross_bricks(int component, const Way& way, const ValueRange& quiet, PolynomialPiece& piece) const noexcept {
   enum class Kind { mixed, still, none };
   const auto kind_of = [&](const std::int64_t(&b)[3]) {
     const Bricks::Range& range = bricks_->at(component, b);
@@ -373,18 +373,18 @@ bool GridBase::cross_bricks(int component, const Way& way, const Extent& quiet, 
 }
 
 bool GridBase::is_finite_on(int component, const Passage& cell) const noexcept {
-  Stretch piece;
+  PolynomialPiece piece;
   polynomial(component, cell, polynomials, piece);
   return std::all_of(piece.control, piece.control + piece.degree + 1, [](double c) { return std::isfinite(c); });
 }
 
-Stretch GridBase::stretch_of(int component, const Vec3& from_m, const Vec3& to_m, double begin,
-                             const Extent& quiet) const noexcept {
+PolynomialPiece GridBase::stretch_of(int component, const Vec3& from_m, const Vec3& to_m, double begin,
+                                     const ValueRange& quiet) const noexcept {
   Way way(steps_of(from_m), steps_of(to_m), *this);
   if (!(begin >= 0.0) || !way.has_data_after(begin)) return {};
   if (begin < way.enters) return {.end = way.enters};
   way.enter(begin);
-  Stretch piece;
+  PolynomialPiece piece;
   if (bricks_ && cross_bricks(component, way, quiet, piece)) return piece;
 
   const Passage cell = way.pass(begin, piece.end);
@@ -397,7 +397,7 @@ Stretch GridBase::stretch_of(int component, const Vec3& from_m, const Vec3& to_m
   for (int c = 0; c < components() && piece.inside && view_.valid_share < 1.0; ++c) {
     if (c != component) piece.inside = is_finite_on(c, cell);
   }
-  return piece.inside ? piece : Stretch{.end = piece.end};
+  return piece.inside ? piece : PolynomialPiece{.end = piece.end};
 }
 
 double GridBase::end_of_cell(const Vec3& from_m, const Vec3& to_m, double begin) const noexcept {
@@ -409,14 +409,15 @@ double GridBase::end_of_cell(const Vec3& from_m, const Vec3& to_m, double begin)
   return end;
 }
 
-Stretch GridBase::stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept {
+PolynomialPiece GridBase::piece_along(const Vec3& from_m, const Vec3& to_m, double begin,
+                                      const ValueRange& quiet) const noexcept {
   if (components() == 1) return stretch_of(0, from_m, to_m, begin, quiet);
   if (view_.valid_share == 1.0) {
     const Way way(steps_of(from_m), steps_of(to_m), *this);
     if (!(begin >= 0.0) || !way.has_data_after(begin)) return {};
     return {.end = begin < way.enters ? way.enters : way.leaves, .inside = begin >= way.enters};
   }
-  const Stretch piece = stretch_of(0, from_m, to_m, begin, polynomials);
+  const PolynomialPiece piece = stretch_of(0, from_m, to_m, begin, polynomials);
   return {.end = piece.end, .inside = piece.inside};
 }
 
@@ -478,11 +479,11 @@ double GridBase::steepest(const std::int64_t (&low)[3], const std::int64_t (&hig
 
 // An index derivative of either interpolant is a mean of differences of neighbouring voxels, so none is more than the largest
 // in the bricks that the ball reaches; and a value moves by no more than that times the indices passed, added up over the axes.
-Certificate GridBase::certificate_in(const Place& place, int component, int count) const noexcept {
+LipschitzBound GridBase::certificate_in(const Place& place, int component, int count) const noexcept {
   const double depth = depth_at(place.steps), hair_m = 2.0 * face_tolerance_voxels * spacing_m_;
   if (!bricks_ || view_.signless) return {};  // an axis, of which dyads are interpolated, may turn at once
   if (!place.inside) return {std::max(0.0, -depth - hair_m)};
-  Certificate c{std::min(is_rectilinear_ ? cell_spacing_m(place.cells) : spacing_m_, depth - hair_m)};
+  LipschitzBound c{std::min(is_rectilinear_ ? cell_spacing_m(place.cells) : spacing_m_, depth - hair_m)};
   if (!(c.radius_m > 0.0)) return {};
 
   const double at[3] = {place.steps.x, place.steps.y, place.steps.z};
@@ -516,7 +517,7 @@ Certificate GridBase::certificate_in(const Place& place, int component, int coun
   c.slope_per_m = std::abs(view_.scale) * std::sqrt(squared) * (is_rectilinear_ ? steepest(low, high) : steepest_per_m_);
   const double shift_m = 32.0 * eps * (furthest_m + steps_m);  // by which positions are rounded
   c.rounding = 128.0 * eps * (std::abs(view_.scale) * largest + std::abs(view_.offset)) + c.slope_per_m * shift_m;
-  return std::isfinite(c.slope_per_m + c.rounding) ? c : Certificate{};
+  return std::isfinite(c.slope_per_m + c.rounding) ? c : LipschitzBound{};
 }
 
 }  // namespace palpa::detail

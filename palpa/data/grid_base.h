@@ -58,7 +58,7 @@ auto with_values_of(const Voxels& voxels, Act&& act) {
 /// What reading all voxels of a grid tells.
 struct VoxelFacts {
   std::array<std::int64_t, 3> dims;  ///< of that grid
-  std::array<Extent, 3> ranges;      ///< raw, of each component; min > max where nothing is finite
+  std::array<ValueRange, 3> ranges;  ///< raw, of each component; min > max where nothing is finite
   double valid_share = 0.0;          ///< [1] of the voxels, that are finite altogether
   Bricks bricks;
 };
@@ -68,7 +68,7 @@ class GridBase : public Field {
  public:
   /// \param coefficients  of a spline that meets the voxels, as many and of their type; empty: the voxels are what is
   ///                      interpolated
-  /// \param one_row_in    0: the field is felt, all rows are read, and bricks made; else as of grid_field_to_look_at
+  /// \param one_row_in    0: the field is felt, all rows are read, and bricks made; else as of preview_grid_field
   GridBase(const GridGeometry& geometry, Voxels voxels, double scale, double offset, Filter filter, bool signless = false,
            std::shared_ptr<const void> coefficients = {}, std::int64_t one_row_in = 0);
 
@@ -126,7 +126,7 @@ class GridBase : public Field {
   /// Some values are not finite: the depth is that of this grid alone, not of its geometry.
   bool has_holes() const noexcept { return !holes_.empty(); }
   /// Of so many components from one on, for the length of their change together.
-  Certificate certificate_in(const Place& place, int component, int count) const noexcept;
+  LipschitzBound certificate_in(const Place& place, int component, int count) const noexcept;
 
   ScalarSample scalar(const Vec3& world_m) const noexcept override {
     Place place = place_of(world_m);
@@ -136,7 +136,7 @@ class GridBase : public Field {
     Place place = place_of(world_m);
     return vector_in(place);
   }
-  Certificate certificate(const Vec3& world_m) const noexcept override {
+  LipschitzBound lipschitz_bound(const Vec3& world_m) const noexcept override {
     return certificate_in(place_of(world_m), 0, components());
   }
 
@@ -152,12 +152,14 @@ class GridBase : public Field {
   double end_of_cell(const Vec3& from_m, const Vec3& to_m, double begin) const noexcept;
   Box bounds_m() const noexcept override { return bounds_m_; }
   double depth_m(const Vec3& world_m) const noexcept override;
-  std::vector<Extent> extents() const override { return extents_; }
+  std::vector<ValueRange> value_ranges() const override { return extents_; }
 
   /// Of a vector field: where there are data, without values (degree −1).
-  Stretch stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept override;
+  PolynomialPiece piece_along(const Vec3& from_m, const Vec3& to_m, double begin,
+                              const ValueRange& quiet) const noexcept override;
   /// The same of one component.
-  Stretch stretch_of(int component, const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept;
+  PolynomialPiece stretch_of(int component, const Vec3& from_m, const Vec3& to_m, double begin,
+                             const ValueRange& quiet) const noexcept;
 
  protected:
   /// A straight piece across one cell: its first voxel, and where in the cell the piece begins and ends.
@@ -167,10 +169,11 @@ class GridBase : public Field {
     double end[3];          ///< [1] 0…1 across the cell
   };
   /// Degree and control of the piece, raw; degree −1 where the raw hull of the cell is quiet. Not finite where a voxel is not.
-  virtual void polynomial(int component, const Passage& cell, const Extent& quiet, Stretch& piece) const noexcept = 0;
+  virtual void polynomial(int component, const Passage& cell, const ValueRange& quiet,
+                          PolynomialPiece& piece) const noexcept = 0;
 
   /// Values between these raw ones stay in the interval: on the side of its levels where they are.
-  bool is_quiet(double raw_min, double raw_max, const Extent& quiet) const noexcept {
+  bool is_quiet(double raw_min, double raw_max, const ValueRange& quiet) const noexcept {
     const double one = raw_min * view_.scale + view_.offset, other = raw_max * view_.scale + view_.offset;
     return std::min(one, other) >= quiet.min && std::max(one, other) < quiet.max;
   }
@@ -239,11 +242,11 @@ class GridBase : public Field {
   struct Way;
   /// Crosses whole bricks from where the way was entered that are quiet, or without data; false where it was entered in
   /// another.
-  bool cross_bricks(int component, const Way& way, const Extent& quiet, Stretch& piece) const noexcept;
+  bool cross_bricks(int component, const Way& way, const ValueRange& quiet, PolynomialPiece& piece) const noexcept;
 
   bool is_finite_on(int component, const Passage& cell) const noexcept;
 
-  std::vector<Extent> extents_;
+  std::vector<ValueRange> extents_;
   Holes holes_;
   std::shared_ptr<const Bricks> bricks_;  ///< of a field whose voxels have all been read
   std::vector<double> finest_in_[3];      ///< [1] the most indices per step in each brick along a rectilinear axis

@@ -55,14 +55,15 @@ class Posed final : public Field {
     return is_finite(h) ? h : Mat3{};
   }
 
-  Stretch stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept override {
-    return view_.field->stretch(view_.pose.to_hand(from_m), view_.pose.to_hand(to_m), begin, quiet);
+  PolynomialPiece piece_along(const Vec3& from_m, const Vec3& to_m, double begin,
+                              const ValueRange& quiet) const noexcept override {
+    return view_.field->piece_along(view_.pose.to_hand(from_m), view_.pose.to_hand(to_m), begin, quiet);
   }
 
-  Certificate certificate(const Vec3& world_m) const noexcept override {
+  LipschitzBound lipschitz_bound(const Vec3& world_m) const noexcept override {
     const double shift_m =
         16.0 * std::numeric_limits<double>::epsilon() * (norm(world_m) + norm(view_.pose.translation_m)) / view_.pose.scale;
-    return view_.field->certificate(view_.pose.to_hand(world_m)).scaled(view_.pose.scale, shift_m);
+    return view_.field->lipschitz_bound(view_.pose.to_hand(world_m)).scaled(view_.pose.scale, shift_m);
   }
 
   double spacing_m() const noexcept override { return view_.pose.scale * view_.field->spacing_m(); }
@@ -75,10 +76,10 @@ class Posed final : public Field {
     return std::isfinite(depth) ? depth : 0.0;
   }
 
-  std::vector<Extent> extents() const override {
-    const std::vector<Extent> still = view_.field->extents();
+  std::vector<ValueRange> value_ranges() const override {
+    const std::vector<ValueRange> still = view_.field->value_ranges();
     if (still.size() != 3) return still;
-    std::vector<Extent> turned(3);
+    std::vector<ValueRange> turned(3);
     for (int i = 0; i < 3; ++i) {
       const Vec3& row = view_.pose.rotation.row[i];
       const double weights[3] = {row.x, row.y, row.z};
@@ -190,21 +191,21 @@ class Moving final : public TimedField {
     return std::isfinite(depth) ? depth : 0.0;
   }
 
-  Stretch stretch_at(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet,
-                     DataTime at) const noexcept override {
+  PolynomialPiece piece_along_at(const Vec3& from_m, const Vec3& to_m, double begin, const ValueRange& quiet,
+                                 DataTime at) const noexcept override {
     const Similarity pose = pose_at(view_.track, at);
     const Vec3 from_local_m = pose.to_hand(from_m), to_local_m = pose.to_hand(to_m);
     double factor = 1.0;
     for (int n = 0; n < view_.per_length; ++n) factor *= pose.scale;
-    const Extent quiet_local{quiet.min * factor, quiet.max * factor};
-    Stretch piece = timed_ ? timed_->stretch_at(from_local_m, to_local_m, begin, quiet_local, at)
-                           : view_.field->stretch(from_local_m, to_local_m, begin, quiet_local);
+    const ValueRange quiet_local{quiet.min * factor, quiet.max * factor};
+    PolynomialPiece piece = timed_ ? timed_->piece_along_at(from_local_m, to_local_m, begin, quiet_local, at)
+                                   : view_.field->piece_along(from_local_m, to_local_m, begin, quiet_local);
     bool finite = true;
     for (int i = 0; i <= piece.degree; ++i) {
       piece.control[i] /= factor;
       finite = finite && std::isfinite(piece.control[i]);
     }
-    return finite ? piece : Stretch{.end = piece.end};
+    return finite ? piece : PolynomialPiece{.end = piece.end};
   }
 
   Carried carried(const Vec3& world_m, DataTime from, DataTime to) const noexcept override {
@@ -218,16 +219,16 @@ class Moving final : public TimedField {
     return is_finite(carried_m) ? Carried{carried_m, inner.known} : Carried{world_m, false};
   }
 
-  std::vector<Extent> extents() const override {
-    std::vector<Extent> ranges = view_.field->extents();
+  std::vector<ValueRange> value_ranges() const override {
+    std::vector<ValueRange> ranges = view_.field->value_ranges();
     if (ranges.size() == 3) {
       double squared = 0.0;
-      for (const Extent& e : ranges) squared += std::max(e.min * e.min, e.max * e.max);
+      for (const ValueRange& e : ranges) squared += std::max(e.min * e.min, e.max * e.max);
       const double length = std::min(std::sqrt(squared), std::numeric_limits<double>::max());
       ranges.assign(3, {-length, length});
     }
     const double least = std::pow(least_scale_, -view_.per_length), most = std::pow(largest_scale_, -view_.per_length);
-    for (Extent& e : ranges) {
+    for (ValueRange& e : ranges) {
       e = {std::min(e.min * least, e.min * most), std::max(e.max * least, e.max * most)};
     }
     return ranges;

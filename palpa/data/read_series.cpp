@@ -76,7 +76,7 @@ struct Frame {
 };
 
 /// One file for each frame.
-std::vector<Frame> read_files(const VolumeRequest& given, const ReadVolume& read_volume) {
+std::vector<Frame> read_files(const VolumeRequest& given, const VolumeReader& read_volume) {
   std::vector<Frame> frames;
   VolumeRequest request = given;
   for (const std::filesystem::path& file : given.files) {
@@ -87,7 +87,7 @@ std::vector<Frame> read_files(const VolumeRequest& given, const ReadVolume& read
 }
 
 /// The frames of one file, each asked for by itself.
-std::vector<Frame> read_frames(VolumeRequest request, int count, const ReadVolume& read_volume) {
+std::vector<Frame> read_frames(VolumeRequest request, int count, const VolumeReader& read_volume) {
   std::vector<Frame> frames;
   const std::string file = request.files.front().string();
   for (request.frame = 0; request.frame < count; ++request.frame) {
@@ -134,7 +134,7 @@ Volume joined(const std::vector<Frame>& frames) {
 
 /// The frames of one file, a second apart. Whoever reads files gives all at once; a reader that does not know of that is asked
 /// for one after the other.
-Volume series_in_file(VolumeRequest request, const ReadVolume& read_volume) {
+Volume series_in_file(VolumeRequest request, const VolumeReader& read_volume) {
   request.frame = VolumeRequest::all_frames;
   const Volume volume = read_volume(request);
   if (volume.frames < 2) {
@@ -162,7 +162,7 @@ std::vector<std::filesystem::path> files_matching(const std::filesystem::path& p
 }
 
 Volume read_series(const VolumeRequest& request, double frame_period_s, BetweenFrames between_frames,
-                   const ReadVolume& read_volume) {
+                   const VolumeReader& read_volume) {
   if (request.files.empty()) throw std::invalid_argument("there are no files for a time series");
   Volume series = request.files.size() > 1 ? joined(read_files(request, read_volume)) : series_in_file(request, read_volume);
   series.request = std::make_shared<const VolumeRequest>(request);

@@ -18,6 +18,6 @@ std::vector<std::filesystem::path> files_matching(const std::filesystem::path& p
 /// \param frame_period_s  [s] from frame to frame
 /// Throws what `read_volume` throws, and std::invalid_argument with the file's name and a sentence.
 Volume read_series(const VolumeRequest& request, double frame_period_s, BetweenFrames between_frames,
-                   const ReadVolume& read_volume);
+                   const VolumeReader& read_volume);
 
 }  // namespace palpa

@@ -102,7 +102,7 @@ class TypedSmoothGrid final : public SmoothGrid {
   }
 
  protected:
-  void polynomial(int component, const Passage& cell, const Extent& quiet, Stretch& piece) const noexcept override {
+  void polynomial(int component, const Passage& cell, const ValueRange& quiet, PolynomialPiece& piece) const noexcept override {
     const CellCoefficients cell_of(*this, component, cell);
     if (cell_of.stays_quiet(cell, quiet)) {
       piece.degree = -1;
@@ -166,7 +166,7 @@ class TypedSmoothGrid final : public SmoothGrid {
 
     /// Whether the value does on the piece: within the hull, or, of a short piece, near where it begins. No index derivative
     /// is more than the hull is wide.
-    bool stays_quiet(const Passage& cell, const Extent& quiet) const noexcept {
+    bool stays_quiet(const Passage& cell, const ValueRange& quiet) const noexcept {
       if (poison != 0.0 || !(quiet.min <= quiet.max)) return false;
       if (grid.is_quiet(least, greatest, quiet)) return true;
       double change = 0.0;

@@ -28,7 +28,7 @@ VectorSample blend(const VectorSample& a, const VectorSample& b, double u) noexc
 }
 
 /// The first part of a polynomial, as Bernstein coefficients over that part alone (P. de Casteljau).
-void keep_first(Stretch& piece, double share) noexcept {
+void keep_first(PolynomialPiece& piece, double share) noexcept {
   for (int level = 1; level <= piece.degree; ++level) {
     for (int i = piece.degree; i >= level; --i) {
       piece.control[i] = (1.0 - share) * piece.control[i - 1] + share * piece.control[i];
@@ -36,7 +36,7 @@ void keep_first(Stretch& piece, double share) noexcept {
   }
 }
 /// The same polynomial with the coefficients of a higher degree.
-void raise(Stretch& piece, int degree) noexcept {
+void raise(PolynomialPiece& piece, int degree) noexcept {
   for (; piece.degree < degree; ++piece.degree) {
     const int n = piece.degree + 1;
     piece.control[n] = piece.control[n - 1];
@@ -71,9 +71,9 @@ double noise_of_gradient(const Field& field) {
 class FrameSeries final : public TimedField {
  public:
   FrameSeries(std::vector<FieldPtr> frames, double period_s, BetweenFrames between_frames)
-      : view_{std::move(frames), period_s, between_frames}, extents_(view_.frames.front()->extents()) {
+      : view_{std::move(frames), period_s, between_frames}, extents_(view_.frames.front()->value_ranges()) {
     for (const FieldPtr& frame : view_.frames) {
-      const std::vector<Extent> e = frame->extents();
+      const std::vector<ValueRange> e = frame->value_ranges();
       for (std::size_t c = 0; c < e.size(); ++c) {
         extents_[c] = {std::min(extents_[c].min, e[c].min), std::max(extents_[c].max, e[c].max)};
       }
@@ -89,7 +89,7 @@ class FrameSeries final : public TimedField {
   double spacing_m() const noexcept override { return first().spacing_m(); }
   double local_spacing_at(const Vec3& world_m, DataTime) const noexcept override { return first().local_spacing_m(world_m); }
   Box bounds_m() const noexcept override { return first().bounds_m(); }
-  std::vector<Extent> extents() const override { return extents_; }
+  std::vector<ValueRange> value_ranges() const override { return extents_; }
   double cycle_s() const noexcept override { return static_cast<double>(view_.frames.size()) * view_.period_s; }
   double time_spacing_s() const noexcept override { return view_.period_s; }
 
@@ -117,22 +117,22 @@ class FrameSeries final : public TimedField {
     return t.u == 0.0 ? a : std::min(a, view_.frames[t.b]->depth_m(world_m));
   }
 
-  Stretch stretch_at(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet,
-                     DataTime at) const noexcept override {
+  PolynomialPiece piece_along_at(const Vec3& from_m, const Vec3& to_m, double begin, const ValueRange& quiet,
+                                 DataTime at) const noexcept override {
     const Between t = between(at);
     const Field &one = *view_.frames[t.a], &other = *view_.frames[t.b];
-    Stretch a = one.stretch(from_m, to_m, begin, quiet);
+    PolynomialPiece a = one.piece_along(from_m, to_m, begin, quiet);
     if (t.u == 0.0) return a;
-    Stretch b = other.stretch(from_m, to_m, begin, quiet);
+    PolynomialPiece b = other.piece_along(from_m, to_m, begin, quiet);
     if (!a.inside || !b.inside) return {.end = !a.inside && !b.inside ? std::min(a.end, b.end) : !a.inside ? a.end : b.end};
     // What stays in the quiet interval in both frames does so between them; else both are asked for polynomials.
     if (a.degree < 0 && b.degree < 0) return a.end <= b.end ? a : b;
-    constexpr Extent never{1.0, -1.0};
-    if (a.degree < 0) a = one.stretch(from_m, to_m, begin, never);
-    if (b.degree < 0) b = other.stretch(from_m, to_m, begin, never);
+    constexpr ValueRange never{1.0, -1.0};
+    if (a.degree < 0) a = one.piece_along(from_m, to_m, begin, never);
+    if (b.degree < 0) b = other.piece_along(from_m, to_m, begin, never);
     const double end = std::min(a.end, b.end);
     if (!a.inside || !b.inside || a.degree < 0 || b.degree < 0) return {.end = end};
-    for (Stretch* piece : {&a, &b}) {
+    for (PolynomialPiece* piece : {&a, &b}) {
       if (piece->end > end) keep_first(*piece, (end - begin) / (piece->end - begin));
       raise(*piece, std::max(a.degree, b.degree));
     }
@@ -167,7 +167,7 @@ class FrameSeries final : public TimedField {
   const Field& first() const noexcept { return *view_.frames.front(); }
 
   SeriesView view_;
-  std::vector<Extent> extents_;
+  std::vector<ValueRange> extents_;
   double noise_ = 0.0;  ///< [unit/m] of a gradient
 };
 

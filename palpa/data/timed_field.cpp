@@ -19,7 +19,7 @@ class Moment : public Field {
   double local_spacing_m(const Vec3& world_m) const noexcept override { return field_.local_spacing_at(world_m, at_); }
   Box bounds_m() const noexcept override { return field_.bounds_m(); }
   double depth_m(const Vec3& world_m) const noexcept override { return field_.depth_at(world_m, at_); }
-  std::vector<Extent> extents() const override { return field_.extents(); }
+  std::vector<ValueRange> value_ranges() const override { return field_.value_ranges(); }
 
  protected:
   const TimedField& field_;
@@ -31,8 +31,9 @@ class Frozen final : public Moment {
  public:
   Frozen(FieldPtr field, DataTime at) : Moment(*timed(*field), at), kept_(std::move(field)) {}
   Mat3 hessian(const Vec3& world_m) const noexcept override { return field_.hessian_at(world_m, at_); }
-  Stretch stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept override {
-    return field_.stretch_at(from_m, to_m, begin, quiet, at_);
+  PolynomialPiece piece_along(const Vec3& from_m, const Vec3& to_m, double begin,
+                              const ValueRange& quiet) const noexcept override {
+    return field_.piece_along_at(from_m, to_m, begin, quiet, at_);
   }
 
  private:
@@ -54,9 +55,9 @@ Mat3 TimedField::hessian_at(const Vec3& world_m, DataTime at) const noexcept {
   return Moment(*this, at).hessian(world_m);  // Field's own, by differences
 }
 
-Stretch TimedField::stretch_at(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet,
-                               DataTime at) const noexcept {
-  return Moment(*this, at).stretch(from_m, to_m, begin, quiet);  // likewise
+PolynomialPiece TimedField::piece_along_at(const Vec3& from_m, const Vec3& to_m, double begin, const ValueRange& quiet,
+                                           DataTime at) const noexcept {
+  return Moment(*this, at).piece_along(from_m, to_m, begin, quiet);  // likewise
 }
 
 Carried TimedField::carried_with_level(const Vec3& world_m, DataTime from, DataTime to, double noise) const noexcept {

@@ -39,9 +39,9 @@ class TimedField : public Field {
   virtual ScalarSample scalar_at(const Vec3& world_m, DataTime at) const noexcept;
   virtual VectorSample vector_at(const Vec3& world_m, DataTime at) const noexcept;
   virtual Mat3 hessian_at(const Vec3& world_m, DataTime at) const noexcept;  ///< by differences, like `Field::hessian`
-  /// As `Field::stretch`, from the share `begin` [1] on, at one moment. A series of grids is exact as well.
-  virtual Stretch stretch_at(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet,
-                             DataTime at) const noexcept;
+  /// As `Field::piece_along`, from the share `begin` [1] on, at one moment. A series of grids is exact as well.
+  virtual PolynomialPiece piece_along_at(const Vec3& from_m, const Vec3& to_m, double begin, const ValueRange& quiet,
+                                         DataTime at) const noexcept;
   virtual double depth_at(const Vec3& world_m, DataTime at) const noexcept = 0;  ///< [m]
   /// As `Field::local_spacing_m`, at one moment [m].
   virtual double local_spacing_at(const Vec3& world_m, DataTime at) const noexcept {
@@ -68,8 +68,9 @@ class TimedField : public Field {
   VectorSample vector(const Vec3& world_m) const noexcept final { return vector_at(world_m, {}); }
   Mat3 hessian(const Vec3& world_m) const noexcept final { return hessian_at(world_m, {}); }
   /// From the share `begin` [1] on.
-  Stretch stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept final {
-    return stretch_at(from_m, to_m, begin, quiet, {});
+  PolynomialPiece piece_along(const Vec3& from_m, const Vec3& to_m, double begin,
+                              const ValueRange& quiet) const noexcept final {
+    return piece_along_at(from_m, to_m, begin, quiet, {});
   }
   double depth_m(const Vec3& world_m) const noexcept final { return depth_at(world_m, {}); }
   double local_spacing_m(const Vec3& world_m) const noexcept final { return local_spacing_at(world_m, {}); }

@@ -13,7 +13,7 @@ class UnreadGrid final : public Field {
  public:
   UnreadGrid(const GridGeometry& geometry, Voxels voxels, double scale, double offset)
       : voxels_(std::move(voxels)),
-        looked_at_(grid_field_to_look_at(geometry, voxels_, scale, offset, geometry.dims[1] * geometry.dims[2])) {}
+        looked_at_(preview_grid_field(geometry, voxels_, scale, offset, geometry.dims[1] * geometry.dims[2])) {}
 
   const FieldPtr& whole() const {
     std::call_once(once_, [this] {
@@ -43,12 +43,13 @@ class UnreadGrid final : public Field {
   VectorSample vector(const Vec3& world_m) const noexcept override { return looked_at_->vector(world_m); }
   Mat3 hessian(const Vec3& world_m) const noexcept override { return looked_at_->hessian(world_m); }
 
-  Stretch stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept override {
-    return as_known().stretch(from_m, to_m, begin, quiet);
+  PolynomialPiece piece_along(const Vec3& from_m, const Vec3& to_m, double begin,
+                              const ValueRange& quiet) const noexcept override {
+    return as_known().piece_along(from_m, to_m, begin, quiet);
   }
-  Certificate certificate(const Vec3& world_m) const noexcept override { return as_known().certificate(world_m); }
+  LipschitzBound lipschitz_bound(const Vec3& world_m) const noexcept override { return as_known().lipschitz_bound(world_m); }
   double depth_m(const Vec3& world_m) const noexcept override { return as_known().depth_m(world_m); }
-  std::vector<Extent> extents() const override { return whole()->extents(); }
+  std::vector<ValueRange> value_ranges() const override { return whole()->value_ranges(); }
 
  private:
   const Voxels voxels_;

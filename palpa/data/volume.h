@@ -64,10 +64,10 @@ struct ResamplingError {
 
 /// What was put onto an affine grid, because its own is curvilinear or unstructured.
 struct Resampling {
-  std::array<std::int64_t, 3> dims{};  ///< points of the file's grid along its own indices; n, 1, 1 where it has none
-  std::vector<Extent> extents;         ///< of each component, at those points
-  ResamplingError by_cell;             ///< at places that hit every cell as often: boundary layers count most
-  ResamplingError by_volume;           ///< at places that hit every part of space as often, as a hand does
+  std::array<std::int64_t, 3> dims{};    ///< points of the file's grid along its own indices; n, 1, 1 where it has none
+  std::vector<ValueRange> value_ranges;  ///< of each component, at those points
+  ResamplingError by_cell;               ///< at places that hit every cell as often: boundary layers count most
+  ResamplingError by_volume;             ///< at places that hit every part of space as often, as a hand does
   friend bool operator==(const Resampling&, const Resampling&) = default;
 };
 
@@ -167,6 +167,6 @@ struct PlaceInFile {
 PlaceInFile place_in_file(const std::filesystem::path& path);
 
 /// How a scene's files are opened: injected, so that scenes need no reader. Throws LoadError.
-using ReadVolume = std::function<Volume(const VolumeRequest&)>;
+using VolumeReader = std::function<Volume(const VolumeRequest&)>;
 
 }  // namespace palpa

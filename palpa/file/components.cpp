@@ -146,7 +146,7 @@ Resampling joined_resampling(const std::vector<Resampling>& all, const std::vect
   };
   for (std::size_t n = 1; n < parts.size(); ++n) {
     const Resampling& part = all[parts[n]];
-    joined.extents.insert(joined.extents.end(), part.extents.begin(), part.extents.end());
+    joined.value_ranges.insert(joined.value_ranges.end(), part.value_ranges.begin(), part.value_ranges.end());
     worse(joined.by_cell, part.by_cell), worse(joined.by_volume, part.by_volume);
   }
   return joined;

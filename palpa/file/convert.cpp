@@ -139,13 +139,13 @@ VoxelType kept_type(const GridView& view, bool computed) {
 
 /// Values as whole numbers of 16 bits; refuses what they would not tell apart or cannot hold.
 Step as_int16(const Step& before, const VolumeField& field, int components) {
-  for (const Extent& extent : field.field->extents()) {
+  for (const ValueRange& extent : field.field->value_ranges()) {
     if (extent.min < -32768.0 || extent.max > 32767.0) {
       throw LoadError("field '" + field.name + "' goes beyond 16 bits (-32768 to 32767); leave out --int16");
     }
   }
   double widest = 0.0;
-  for (const Extent& extent : field.field->extents()) widest = std::max(widest, extent.max - extent.min);
+  for (const ValueRange& extent : field.field->value_ranges()) widest = std::max(widest, extent.max - extent.min);
   if (widest < 256.0) {
     throw LoadError("field '" + field.name + "' would keep fewer than 256 values as whole numbers; leave out --int16");
   }

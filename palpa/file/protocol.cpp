@@ -211,18 +211,18 @@ void unpack(Unpacker& from, Header& m) {
   m.warnings = from.list<std::string>([&] { return from.text(); });
 }
 
-void pack(Packer& to, const Room& m) {
+void pack(Packer& to, const ReadRequest& m) {
   to.list(m.fields, [&](std::uint32_t f) { to.number(f); });
   to.number(m.frames);
 }
-void unpack(Unpacker& from, Room& m) {
+void unpack(Unpacker& from, ReadRequest& m) {
   m.fields = from.list<std::uint32_t>([&] { return from.number<std::uint32_t>(); });
   m.frames = from.number<std::int32_t>();
 }
 
 void pack(Packer& to, const Resampling& m) {
   for (const std::int64_t n : m.dims) to.number(n);
-  to.list(m.extents, [&](const Extent& e) { to.number(e.min), to.number(e.max); });
+  to.list(m.value_ranges, [&](const ValueRange& e) { to.number(e.min), to.number(e.max); });
   for (const ResamplingError& e : {m.by_cell, m.by_volume}) {
     to.number(e.p50), to.number(e.p99), to.number(e.max), to.number(e.covered);
   }
@@ -230,9 +230,9 @@ void pack(Packer& to, const Resampling& m) {
 Resampling unpack_resampling(Unpacker& from) {
   Resampling m;
   for (std::int64_t& n : m.dims) n = from.number<std::int64_t>();
-  m.extents = from.list<Extent>([&] {
+  m.value_ranges = from.list<ValueRange>([&] {
     const auto min = from.number<double>(), max = from.number<double>();
-    return Extent{min, max};
+    return ValueRange{min, max};
   });
   for (ResamplingError* e : {&m.by_cell, &m.by_volume}) {
     e->p50 = from.number<double>(), e->p99 = from.number<double>();
@@ -295,7 +295,7 @@ std::uint64_t plane_numbers(const FieldHeader& field) noexcept {
   return count;
 }
 
-std::optional<std::vector<std::uint64_t>> place(const Header& header, const Room& room) {
+std::optional<std::vector<std::uint64_t>> place(const Header& header, const ReadRequest& room) {
   if (room.frames < 1 || limit::frames.is_passed_by(room.frames) || (room.frames > 1 && room.frames != header.frames)) {
     return std::nullopt;
   }

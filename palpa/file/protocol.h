@@ -18,7 +18,7 @@
 ///     Request (path, what of it;     ──►
 ///      memory, if it is packed)
 ///                                    ◄──  Header (grids, fields, bytes)      or Failure
-///     Room (fields wanted, + memory) ──►    (protocol_memory.h)
+///     ReadRequest (fields wanted, + memory) ──►    (protocol_memory.h)
 ///                                    ◄──  Done (files and their checksums; several, where they
 ///                                         are too many for a packet)         or Failure
 ///
@@ -76,7 +76,7 @@ struct Header {
 };
 
 /// Comes with one or two file descriptors: memory for the wanted fields, one after the other as `place` says.
-struct Room {
+struct ReadRequest {
   std::vector<std::uint32_t> fields;  ///< indices into Header::fields, rising
   std::int32_t frames = 1;            ///< that are wanted of each: one, or all that the header says
 };
@@ -92,7 +92,7 @@ struct Failure {
   std::string sentence;  ///< "what is wrong; what would be right", without the file's name
 };
 
-using Message = std::variant<Request, Header, Room, Done, Failure>;
+using Message = std::variant<Request, Header, ReadRequest, Done, Failure>;
 
 /// Bytes of one field's voxels; nullopt where dims, components or the product are not sensible.
 std::optional<std::uint64_t> voxel_bytes(const FieldHeader& field) noexcept;
@@ -103,7 +103,7 @@ std::uint64_t plane_numbers(const FieldHeader& field) noexcept;
 /// Offsets of the wanted fields in the shared memory, those of the second frame behind those of the first, and so on; and as
 /// the last one the size of all of it. nullopt where an index is wrong, there is no such number of frames, or the sum
 /// overflows.
-std::optional<std::vector<std::uint64_t>> place(const Header& header, const Room& room);
+std::optional<std::vector<std::uint64_t>> place(const Header& header, const ReadRequest& room);
 
 /// The message as one packet.
 std::vector<std::byte> packed(const Message& message);

@@ -13,7 +13,7 @@
 #include "palpa/base/input_file.h"
 #include "palpa/base/limits.h"
 #include "palpa/base/printed.h"
-#include "palpa/base/shown.h"
+#include "palpa/base/sanitized.h"
 #include "palpa/base/wording.h"
 #include "palpa/data/length_unit.h"
 #include "palpa/data/sha256.h"
@@ -208,7 +208,7 @@ Expected expect(protocol::Message message) {
 struct Plan {
   Header header;
   std::vector<Taken> taken;
-  protocol::Room room;
+  protocol::ReadRequest room;
   std::vector<std::uint64_t> offsets;  ///< of each field of `room` in memory, and the size of all
   double metres_per_file_unit = 1.0;
 };
@@ -267,7 +267,7 @@ void check_places(const Plan& plan) {
   }
 }
 
-/// One frame of a field whose voxels are there. \param one_row_in  [rows] as of grid_field_to_look_at; 0: the field is felt
+/// One frame of a field whose voxels are there. \param one_row_in  [rows] as of preview_grid_field; 0: the field is felt
 FieldPtr made_field(const Plan& plan, const Taken& taken, std::size_t frame, const std::shared_ptr<const std::byte>& voxels,
                     std::int64_t one_row_in) {
   const FieldHeader& field = plan.header.fields[taken.arrays.front()];
@@ -280,7 +280,7 @@ FieldPtr made_field(const Plan& plan, const Taken& taken, std::size_t frame, con
     if (arrays.size() > 1) return grid_field(grid, detail::joined_components(plan.header, taken.arrays, arrays));
     const Voxels of{field.type, field.components, arrays.front()};
     return one_row_in == 0 ? grid_field(grid, of, field.scale, field.offset)
-                           : grid_field_to_look_at(grid, of, field.scale, field.offset, one_row_in);
+                           : preview_grid_field(grid, of, field.scale, field.offset, one_row_in);
   } catch (const std::invalid_argument& problem) {
     throw LoadError(std::string("cannot be felt: ") + problem.what());
   }
@@ -433,7 +433,7 @@ Volume read_volume(const std::filesystem::path& file, const ReadOptions& options
   return read_volume(request, options);
 }
 
-ReadVolume volume_reader(ReadOptions options) {
+VolumeReader volume_reader(ReadOptions options) {
   return [options](const VolumeRequest& request) { return read_volume(request, options); };
 }
 

@@ -34,7 +34,7 @@ Volume read_volume(const VolumeRequest& request, const ReadOptions& options = {}
 Volume read_volume(const std::filesystem::path& file, const ReadOptions& options = {});
 
 /// `read_volume` with these options, for `load_scene`.
-ReadVolume volume_reader(ReadOptions options = {});
+VolumeReader volume_reader(ReadOptions options = {});
 
 /// A volume and what its file holds beside it.
 struct VolumeFile {

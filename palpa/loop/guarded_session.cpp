@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <utility>
 
+#include "palpa/loop/break_through_filter.h"
 #include "palpa/loop/guard.h"
 #include "palpa/loop/impact.h"
 #include "palpa/loop/loop.h"
-#include "palpa/loop/release.h"
 
 namespace palpa {
 
@@ -22,7 +22,7 @@ GuardOptions guard_options_for(const DeviceLimits& limits, double scene_max_forc
           .device_damping_ns_per_m = limits.damping_ns_per_m};
 }
 
-double let_through_n(const Scene& scene, double device_max_force_n) noexcept {
+double force_limit_n(const Scene& scene, double device_max_force_n) noexcept {
   return lesser_n(scene.coupling.max_force_n, device_max_force_n);
 }
 
@@ -34,7 +34,7 @@ struct Shaper {
     impact.reset();
   }
 
-  Release release;
+  BreakThroughFilter release;
   Impact impact;
 };
 
@@ -45,9 +45,9 @@ struct GuardedSession::State {
   }
 
   void begin_with_limit() noexcept {
-    const double most_n = let_through_n(session->scene(), device_max_force_n);
+    const double most_n = force_limit_n(session->scene(), device_max_force_n);
     guard.limit_to(most_n);
-    session->let_through(most_n);
+    session->set_force_limit(most_n);
   }
   TickFrame tick(TickFrame frame, const Probe& probe) noexcept;
   void shape(TickFrame& frame, const Probe& probe) noexcept;

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "palpa/device/latest.h"
-#include "palpa/loop/grip.h"
+#include "palpa/loop/clutch_mapping.h"
 #include "palpa/loop/live_scene.h"
 #include "palpa/loop/loop.h"
 #include "palpa/loop/time_histogram.h"
@@ -101,7 +101,7 @@ class LiveLoop::State {
   PreparedSession* prepared;
   GuardedSession guarded;
   const bool has_motors;  // without, no old force was held while ticks were missed
-  Grip grip;
+  ClutchMapping grip;
 
   // What other threads say.
   std::atomic<bool> panics{false}, resumes{false}, view_moves{false};
@@ -139,7 +139,7 @@ std::uint32_t LiveLoop::State::circumstances_now(const DeviceState& state, std::
 void LiveLoop::State::change_scene(std::uint32_t& circumstances) noexcept {
   PreparedSession* const next = scene.take();
   if (!next) return;
-  next->felt.take_over(prepared->felt);
+  next->felt.resume_in_changed_scene(prepared->felt);
   guarded.exchange(next->felt);
   prepared = next;
   circumstances |= bit_of(Circumstance::new_scene);
@@ -160,7 +160,7 @@ void LiveLoop::State::rehearse(double deadline_s, double period_s) noexcept {
   const double lead_s = std::min(rehearsal_lead_s + 2.0 * mean_tick_s, largest_lead * period_s);
   clock.wait_until_s(deadline_s - lead_s);
   if (clock.now_s() > deadline_s - (1.0 - latest_share) * lead_s || !has_probe) return;
-  prepared->rehearsal.continue_from(prepared->felt);
+  prepared->rehearsal.copy_state_from(prepared->felt);
   prepared->rehearsal.tick({.position_m = probe_m + probe_step_m}, period_s);
   rehearsals.add(1);
   for (std::size_t m = 0; m < std::min(prepared->spent_ns.size(), most_modes); ++m)
@@ -185,7 +185,7 @@ void LiveLoop::State::run(const std::atomic<bool>& stop, const TickObserver& obs
 
     const DeviceState state = device.read();
     if (turns.is_fresh()) grip.turn(turn_now = turns.take());
-    const Grip::Held held = grip.hold(state, dt_s);
+    const ClutchMapping::Held held = grip.hold(state, dt_s);
     std::uint32_t circumstances = circumstances_now(state, skipped, held.moves, driven.has_to_rest());
     PreparedSession* const before = prepared;
     change_scene(circumstances);

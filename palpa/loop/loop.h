@@ -37,7 +37,7 @@ class Recorder {
   /// allocates or throws: false when there is no room, or nobody to make it (the disk is full).
   bool offer(const TickFrame& frame, const Session& session) noexcept;
   /// The same from the parts of a tick.
-  bool offer(const TickFrame& frame, std::span<const ModeTick> modes, std::span<const SubStep> sub_steps,
+  bool offer(const TickFrame& frame, std::span<const ModeForce> modes, std::span<const SubStep> sub_steps,
              std::span<const PlacedPrimitive> placed, std::span<const SessionEvent> events) noexcept;
   /// Has the writer begin at once, and blocks until at most `most_pending_ticks` that were taken are not
   /// yet in the operating system's hands. Not for a real-time loop. Throws what the writer threw.
@@ -67,7 +67,7 @@ struct GuardOptions {
 GuardOptions guard_options_for(const DeviceLimits& limits, double scene_max_force_n) noexcept;
 
 /// The most that reaches a hand [N]: the smaller of the scene's limit and the device's [N].
-double let_through_n(const Scene& scene, double device_max_force_n) noexcept;
+double force_limit_n(const Scene& scene, double device_max_force_n) noexcept;
 
 /// One turn of the loop without its device: tick → release → impact → guard. Both a live loop and a replay go through it,
 /// so that the same probes give the same frames. Allocates nothing after construction; one thread.
@@ -89,9 +89,9 @@ class GuardedSession {
   /// and `device_us` stay 0.
   /// \param circumstances  bits of Circumstance
   TickFrame tick(std::int64_t number, double t_s, double dt_s, const Probe& probe, std::uint32_t circumstances = 0) noexcept;
-  /// From the next tick on another session is felt; it has to go on from where this one is (`Session::continue_from` or
-  /// `take_over`). In that tick both are asked, and the step from one's force to the other's is spread over the ramp's time.
-  /// The old one is left alone after that tick.
+  /// From the next tick on another session is felt; it has to go on from where this one is (`Session::copy_state_from` or
+  /// `resume_in_changed_scene`). In that tick both are asked, and the step from one's force to the other's is spread over the
+  /// ramp's time. The old one is left alone after that tick.
   void exchange(Session& next) noexcept;
   /// Whether the device should hold the hand by its brake.
   bool brakes() const noexcept;

@@ -31,14 +31,14 @@ struct TickHead {
   std::int64_t lost;  // ticks just before this one that there was no room for
 };
 
-static_assert(std::is_trivially_copyable_v<TickHead> && std::is_trivially_copyable_v<ModeTick> &&
+static_assert(std::is_trivially_copyable_v<TickHead> && std::is_trivially_copyable_v<ModeForce> &&
               std::is_trivially_copyable_v<SubStep> && std::is_trivially_copyable_v<PlacedPrimitive> &&
               std::is_trivially_copyable_v<SessionEvent>);
 
 /// A tick as the writing thread takes it out.
 struct TakenTick {
   TickHead head;
-  std::vector<ModeTick> modes;
+  std::vector<ModeForce> modes;
   std::vector<SubStep> sub_steps;
   std::vector<PlacedPrimitive> placed;
   std::vector<SessionEvent> events;
@@ -62,7 +62,7 @@ class Recorder::Ring {
 
   void make_resident() noexcept { std::memset(memory_.get(), 0, bytes_); }
 
-  bool offer(const TickFrame& frame, std::span<const ModeTick> modes, std::span<const SubStep> sub_steps,
+  bool offer(const TickFrame& frame, std::span<const ModeForce> modes, std::span<const SubStep> sub_steps,
              std::span<const PlacedPrimitive> placed, std::span<const SessionEvent> events) noexcept {
     if (!writer_.records_primitives()) {
       sub_steps = {};
@@ -230,7 +230,7 @@ Recorder::~Recorder() = default;
 bool Recorder::offer(const TickFrame& frame, const Session& session) noexcept {
   return offer(frame, session.modes(), session.sub_steps(), session.placed(), session.events());
 }
-bool Recorder::offer(const TickFrame& frame, std::span<const ModeTick> modes, std::span<const SubStep> sub_steps,
+bool Recorder::offer(const TickFrame& frame, std::span<const ModeForce> modes, std::span<const SubStep> sub_steps,
                      std::span<const PlacedPrimitive> placed, std::span<const SessionEvent> events) noexcept {
   return ring_->offer(frame, modes, sub_steps, placed, events);
 }

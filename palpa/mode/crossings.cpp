@@ -21,7 +21,9 @@ constexpr double back_share = 0.25;
 constexpr int most_within_rounding = 64;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-bool is_before(const Watch& a, const Watch& b) noexcept { return a.field != b.field ? a.field < b.field : a.value < b.value; }
+bool is_before(const Threshold& a, const Threshold& b) noexcept {
+  return a.field != b.field ? a.field < b.field : a.value < b.value;
+}
 }  // namespace
 
 // One field along the way, piece by piece, up to what happens first in it.
@@ -46,7 +48,7 @@ struct Crossings::FieldOnWay {
   const double hair_ = hair_share * samples_.spacing_m(field_) / length_m_;
   double from_ = 0.0;   // [1] of the way
   double begin_ = 0.0;  // [1] of the way, of the piece
-  Stretch piece_{};
+  PolynomialPiece piece_{};
   std::int32_t displaced_ = -1;  // the value is beyond this watch, and on its way back
 
   Vec3 at(double share) const noexcept { return share < 1.0 ? start_m_ + share * (end_m_ - start_m_) : end_m_; }
@@ -66,7 +68,7 @@ struct Crossings::FieldOnWay {
       }
       work_left -= of_piece;
       // Between the watched values on either side of the present one nothing happens.
-      piece_ = samples_.stretch(field_, start_m_, end_m_, begin_, all_.quiet(policy_, field_, sides_));
+      piece_ = samples_.piece_along(field_, start_m_, end_m_, begin_, all_.quiet(policy_, field_, sides_));
       // A piece always has a length, whatever a field answers: the search makes progress.
       piece_.end = std::min(1.0, std::max(piece_.end, std::nextafter(begin_, 2.0)));
       const bool is_short = piece_.end - begin_ <= hair_ && piece_.end < 1.0;
@@ -128,7 +130,7 @@ struct Crossings::FieldOnWay {
   }
 
   void search(Change& first) noexcept {
-    const Extent& allowed = policy_.fields[field_].allowed;
+    const ValueRange& allowed = policy_.fields[field_].allowed;
     for (const bool up : {false, true}) {
       const double root = first_passage(piece_.control, piece_.degree, up ? allowed.max : allowed.min, up);
       const double depth = std::min(1.0, begin_ + root * (piece_.end - begin_));
@@ -189,12 +191,12 @@ struct Crossings::FieldOnWay {
 };
 
 void EventPolicy::clear() noexcept {
-  std::fill(passing.begin(), passing.end(), Passing::stops);
+  std::fill(passing.begin(), passing.end(), CrossingRule::stops);
   std::fill(fields.begin(), fields.end(), OfField{.allowed = {-infinity, infinity}});
 }
 
-Crossings::Crossings(LiveBlock& live, std::span<const Watch> watches, std::size_t fields) : ranges_(fields) {
-  for (const Watch& watch : watches) {
+Crossings::Crossings(StateArena& live, std::span<const Threshold> watches, std::size_t fields) : ranges_(fields) {
+  for (const Threshold& watch : watches) {
     if (watch.field >= 0 && watch.field < static_cast<std::int64_t>(fields) && !std::isnan(watch.value))
       watches_.push_back(watch);
   }
@@ -225,7 +227,7 @@ Event Crossings::event() const {
   return event;
 }
 
-std::int32_t Crossings::index_of(const Watch& watch) const noexcept {
+std::int32_t Crossings::index_of(const Threshold& watch) const noexcept {
   const auto found = std::lower_bound(watches_.begin(), watches_.end(), watch, is_before);
   return found != watches_.end() && *found == watch ? static_cast<std::int32_t>(found - watches_.begin()) : -1;
 }
@@ -238,14 +240,15 @@ void Crossings::forget(std::int32_t field, std::span<Side> sides) const noexcept
   std::fill(sides.begin() + ranges_[field].first, sides.begin() + ranges_[field].last, Side::none);
 }
 
-void Crossings::attend(EventPolicy& policy, const Watch& watch, EventPolicy::Passing passing) const noexcept {
+void Crossings::configure_events(EventPolicy& policy, const Threshold& watch,
+                                 EventPolicy::CrossingRule passing) const noexcept {
   const std::int32_t i = index_of(watch);
-  if (i >= 0 && policy.passing[i] != EventPolicy::Passing::held) policy.passing[i] = passing;
+  if (i >= 0 && policy.passing[i] != EventPolicy::CrossingRule::held) policy.passing[i] = passing;
 }
 
 void Crossings::reset() noexcept { std::fill(sides_.begin(), sides_.end(), Side::none); }
 
-void Crossings::take_side(const Watch& watch, bool above) noexcept {
+void Crossings::take_side(const Threshold& watch, bool above) noexcept {
   const std::int32_t i = index_of(watch);
   if (i >= 0 && sides_[i] != Side::none) sides_[i] = above ? Side::above : Side::below;
 }
@@ -261,15 +264,15 @@ std::int32_t Crossings::border(const EventPolicy& policy, std::int32_t field, st
                                  : ::memrchr(left.data(), static_cast<int>(Side::above), left.size());
     if (!found) return -1;
     const auto at = static_cast<std::int32_t>(static_cast<const Side*>(found) - sides.data());
-    if (policy.passing[at] != EventPolicy::Passing::held) return at;
+    if (policy.passing[at] != EventPolicy::CrossingRule::held) return at;
     left = up ? sides.subspan(at + 1, last - at - 1) : sides.subspan(first, at - first);
   }
   return -1;
 }
 
 // The values that a field may take while nothing happens; none where that is not known.
-Extent Crossings::quiet(const EventPolicy& policy, std::int32_t field, std::span<const Side> sides) const noexcept {
-  Extent quiet = policy.fields[field].allowed;
+ValueRange Crossings::quiet(const EventPolicy& policy, std::int32_t field, std::span<const Side> sides) const noexcept {
+  ValueRange quiet = policy.fields[field].allowed;
   if (ranges_[field].first < ranges_[field].last && !has_sides(field, sides)) return {infinity, -infinity};
   if (const std::int32_t below = border(policy, field, sides, false); below >= 0)
     quiet.min = std::max(quiet.min, watches_[below].value);
@@ -281,20 +284,20 @@ Extent Crossings::quiet(const EventPolicy& policy, std::int32_t field, std::span
 // Whether the whole way lies so near to where the field is known that nothing happens on it.
 bool Crossings::is_safe(std::int32_t field, const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy, Samples& samples,
                         Event& event) const noexcept {
-  const Extent quiet = this->quiet(policy, field, sides_);
+  const ValueRange quiet = this->quiet(policy, field, sides_);
   const bool is_any_value = quiet.min == -infinity && quiet.max == infinity;
   Event::Ball& ball = event.balls_[field];
   const auto holds = [&] {
     const double reach_m = std::max(distance(start_m, ball.center_m), distance(end_m, ball.center_m));
-    if (!(reach_m < ball.certificate.radius_m)) return false;
+    if (!(reach_m < ball.lipschitz_bound.radius_m)) return false;
     if (!ball.inside) return !has_sides(field, sides_);
-    const double change = is_any_value ? 0.0 : ball.certificate.change(reach_m);
+    const double change = is_any_value ? 0.0 : ball.lipschitz_bound.change(reach_m);
     return ball.value - change > quiet.min && ball.value + change < quiet.max;
   };
   if (holds()) return true;
   const ScalarSample& sample = samples.scalar(field, start_m);
   const bool inside = sample.inside || samples.vector(field, start_m).inside;
-  ball = {start_m, sample.value, inside, samples.certificate(field, start_m)};
+  ball = {start_m, sample.value, inside, samples.lipschitz_bound(field, start_m)};
   return holds();
 }
 
@@ -309,7 +312,7 @@ void Crossings::first_event(const Vec3& start_m, const Vec3& end_m, const EventP
   };
   for (std::int32_t field = 0; field < static_cast<std::int32_t>(ranges_.size()); ++field) {
     const EventPolicy::OfField& of = policy.fields[field];
-    if (ranges_[field].first == ranges_[field].last && !of.stops_at_edges && of.allowed == Extent{-infinity, infinity})
+    if (ranges_[field].first == ranges_[field].last && !of.stops_at_edges && of.allowed == ValueRange{-infinity, infinity})
       continue;
     const Vec3 from_m = start_m + of.carried_m;
     const double length_m = distance(from_m, end_m);
@@ -339,9 +342,9 @@ void Crossings::first_event(const Vec3& start_m, const Vec3& end_m, const EventP
     if (first.kind == Event::Kind::crossing) {
       const bool up = event.sides_[first.watch] == Side::below;
       cross(first.watch, up);
-      using Passing = EventPolicy::Passing;
-      const Passing passing = policy.passing[first.watch];
-      if (passing == Passing::passes || passing == (up ? Passing::leaves_up : Passing::leaves_down)) continue;
+      using CrossingRule = EventPolicy::CrossingRule;
+      const CrossingRule passing = policy.passing[first.watch];
+      if (passing == CrossingRule::passes || passing == (up ? CrossingRule::leaves_up : CrossingRule::leaves_down)) continue;
       // Levels may be so close to one another that they are passed in one step.
       std::int32_t next = border(policy, first.field, event.sides_, up);
       for (; next >= 0 && on_way(first.field).is_beyond(next, event.share);

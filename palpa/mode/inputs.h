@@ -16,7 +16,7 @@ namespace palpa {
 struct ModeInputs {
   std::vector<std::int32_t> fields;        ///< once each
   std::int32_t main_field = -1;            ///< its parameter `field`
-  std::vector<Watch> watches;              ///< its levels, and the points of its strengths and masks
+  std::vector<Threshold> watches;          ///< its levels, and the points of its strengths and masks
   std::vector<const Strength*> strengths;  ///< those of the mode that are functions; it outlives this
   bool onset_is_watched = false;           ///< where it places nothing, only a watch can make it place something
 };

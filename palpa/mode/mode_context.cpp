@@ -96,9 +96,9 @@ constexpr double sum_rounding = 64.0 * std::numeric_limits<double>::epsilon();
 Samples::Samples(std::span<const FieldPtr> fields, const Similarity& map)
     : fields_(fields), map_(map), scalars_(fields.size()), plan_(new Plan(fields)) {
   for (const FieldPtr& field : fields) {
-    ranges_.push_back(field->components() == 1 ? field->extents().front() : Extent{});
+    ranges_.push_back(field->components() == 1 ? field->value_ranges().front() : ValueRange{});
     const double spacing_m = map_.length_to_hand(field->spacing_m());
-    spacings_m_.push_back(std::max(spacing_m, finest_told_m));
+    spacings_m_.push_back(std::max(spacing_m, min_spacing_m));
     const double largest = std::max(std::abs(ranges_.back().min), std::abs(ranges_.back().max));
     const bool is_grid = dynamic_cast<const detail::GridBase*>(field.get()) && std::isfinite(largest);
     least_slopes_.push_back(is_grid ? sum_rounding * largest / spacing_m : 0.0);
@@ -171,7 +171,7 @@ const VectorSample& Samples::vector(std::int32_t field, const Vec3& hand_m) noex
   const std::uint64_t visit = places_[place].visit;
   if (slot.vector.knows(place, visit)) return slot.vector.samples[place];
   VectorSample sample = vector_in_world(slot, place);
-  sample.value = map_.turned_to_hand(sample.value);
+  sample.value = map_.direction_to_hand(sample.value);
   sample.jacobian = map_.jacobian_to_hand(sample.jacobian);
   return slot.vector.keep(place, visit, is_finite(sample.value) && is_finite(sample.jacobian) ? sample : VectorSample{});
 }
@@ -195,12 +195,13 @@ Mat3 Samples::hessian(std::int32_t field, const Vec3& hand_m) noexcept {
   return is_finite(hessian) ? hessian : Mat3{};
 }
 
-Stretch Samples::stretch(std::int32_t field, const Vec3& from_hand_m, const Vec3& to_hand_m, double begin,
-                         const Extent& quiet) const noexcept {
+PolynomialPiece Samples::piece_along(std::int32_t field, const Vec3& from_hand_m, const Vec3& to_hand_m, double begin,
+                                     const ValueRange& quiet) const noexcept {
   if (!is_field(field)) return {};
   const Vec3 from_m = map_.to_world(from_hand_m), to_m = map_.to_world(to_hand_m);
   const Slot& slot = (*plan_)[field];
-  return slot.timed ? slot.timed->stretch_at(from_m, to_m, begin, quiet, at_) : slot.field->stretch(from_m, to_m, begin, quiet);
+  return slot.timed ? slot.timed->piece_along_at(from_m, to_m, begin, quiet, at_)
+                    : slot.field->piece_along(from_m, to_m, begin, quiet);
 }
 
 double Samples::spacing_m(std::int32_t field, const Vec3& hand_m) const noexcept {
@@ -208,10 +209,10 @@ double Samples::spacing_m(std::int32_t field, const Vec3& hand_m) const noexcept
   const Slot& slot = (*plan_)[field];
   const Vec3 world_m = map_.to_world(hand_m);
   const double spacing_m = slot.timed ? slot.timed->local_spacing_at(world_m, at_) : slot.field->local_spacing_m(world_m);
-  return std::max(map_.length_to_hand(spacing_m), finest_told_m);
+  return std::max(map_.length_to_hand(spacing_m), min_spacing_m);
 }
 
-Certificate Samples::certificate(std::int32_t field, const Vec3& hand_m) noexcept {
+LipschitzBound Samples::lipschitz_bound(std::int32_t field, const Vec3& hand_m) noexcept {
   if (!is_field(field)) return {};
   const Slot& slot = (*plan_)[field];
   const std::size_t place = place_at(hand_m);
@@ -220,16 +221,16 @@ Certificate Samples::certificate(std::int32_t field, const Vec3& hand_m) noexcep
   // No magnitude changes faster than its vector.
   const Slot& by = slot.of >= 0 ? (*plan_)[slot.of] : slot;
   const bool is_component = slot.of >= 0 && slot.axis != detail::Pointwise::magnitude;
-  const Certificate found =
+  const LipschitzBound found =
       by.grid ? by.grid->certificate_in(plan_->lattice_of(by).at(place, places_[place]), is_component ? slot.axis : 0,
                                         is_component ? 1 : by.grid->components())
-              : slot.field->certificate(world_m);
+              : slot.field->lipschitz_bound(world_m);
   const double shift_m = 16.0 * std::numeric_limits<double>::epsilon() * (norm(world_m) + norm(map_.translation_m));
   return found.scaled(1.0 / map_.scale, shift_m);
 }
 
-const Extent& Samples::range(std::int32_t field) const noexcept {
-  static constexpr Extent none;
+const ValueRange& Samples::range(std::int32_t field) const noexcept {
+  static constexpr ValueRange none;
   if (field < 0 || static_cast<std::size_t>(field) >= ranges_.size()) return none;
   return ranges_[static_cast<std::size_t>(field)];
 }
@@ -318,7 +319,7 @@ double ModeContext::newtons(const Strength& strength) const noexcept {
   return sample.inside ? limited_n(strength.curve.at(sample.value, TransferFunction::Side::above)) : 0.0;
 }
 
-double ModeContext::newtons(const Strength& strength, const Captured& level, TransferFunction::Side side) const noexcept {
+double ModeContext::newtons(const Strength& strength, const LevelId& level, TransferFunction::Side side) const noexcept {
   if (!level.any()) return newtons(strength);
   if (strength.is_constant()) return bordered_n(strength.constant_n);
   if (level.field == strength.of.index) return bordered_n(strength.curve.at(level.value, side));

@@ -55,19 +55,19 @@ class Samples {
   /// Depth within the field's data [hand m].
   double depth_m(std::int32_t field, const Vec3& hand_m) noexcept;
   /// The piece of the straight way between two positions of the hand frame [m] that begins at the share `begin` [1]
-  /// (Field::stretch). No data as far as the end for an index that is no scalar field.
-  Stretch stretch(std::int32_t field, const Vec3& from_hand_m, const Vec3& to_hand_m, double begin,
-                  const Extent& quiet) const noexcept;
-  /// What bounds a field around a position of the hand frame [m] (Field::certificate), per hand metre.
-  Certificate certificate(std::int32_t field, const Vec3& hand_m) noexcept;
-  /// Sample spacing of a field [hand m], which is `finest_told_m` where it is finer; 0 for an index that is none.
+  /// (Field::piece_along). No data as far as the end for an index that is no scalar field.
+  PolynomialPiece piece_along(std::int32_t field, const Vec3& from_hand_m, const Vec3& to_hand_m, double begin,
+                              const ValueRange& quiet) const noexcept;
+  /// What bounds a field around a position of the hand frame [m] (Field::lipschitz_bound), per hand metre.
+  LipschitzBound lipschitz_bound(std::int32_t field, const Vec3& hand_m) noexcept;
+  /// Sample spacing of a field [hand m], which is `min_spacing_m` where it is finer; 0 for an index that is none.
   double spacing_m(std::int32_t field) const noexcept {
     return is_field(field) ? spacings_m_[static_cast<std::size_t>(field)] : 0.0;
   }
   /// The same where a position of the hand frame [m] is (Field::local_spacing_m).
   double spacing_m(std::int32_t field, const Vec3& hand_m) const noexcept;
   /// The range of a scalar field's values; 0 to 0 for others.
-  const Extent& range(std::int32_t field) const noexcept;
+  const ValueRange& range(std::int32_t field) const noexcept;
   /// By how much two samples of a scalar field may differ by rounding alone, in the field's own unit; 0 for others.
   double rounding(std::int32_t field) const noexcept {
     return is_field(field) ? roundings_[static_cast<std::size_t>(field)] : 0.0;
@@ -87,7 +87,7 @@ class Samples {
 
   /// [m] A finer spacing counts as this one. Less: in thin layers of cells the steps of a slow hand are more than a tick has;
   /// more: what is coarser than an encoder's step is jumped over.
-  static constexpr double finest_told_m = 2e-5;
+  static constexpr double min_spacing_m = 2e-5;
   static constexpr std::size_t remembered = 4;  ///< positions; more: longer searches and more memory, fewer: samples again
 
  private:
@@ -131,7 +131,7 @@ class Samples {
   std::vector<Memory<ScalarSample>> scalars_;  // by field
   std::vector<double> spacings_m_;             // [hand m]
   std::vector<double> least_slopes_;           // [unit per hand metre] what is not steeper is flat, but for rounding
-  std::vector<Extent> ranges_;
+  std::vector<ValueRange> ranges_;
   std::vector<double> roundings_;
   std::vector<int> works_;  // [units] of a look
   int work_beyond_ = 0;     // [units] of a look at each of them, beyond one
@@ -165,21 +165,21 @@ class ModeContext {
     return samples_->scalar(field.index, x_m);
   }
   /// The way from the proxy to the foot of the plane of `slot` [m]; zero where it is not pressed in.
-  Vec3 foot_way_m(std::uint16_t slot) const noexcept {
+  Vec3 foot_offset_m(std::uint16_t slot) const noexcept {
     for (const Foot& foot : feet) {
-      if (foot.id.slot == slot) return foot.way_m;
+      if (foot.id.slot == slot) return foot.offset_m;
     }
     return {};
   }
   /// Where that plane is to look at its level [m]: at its foot. `at_m` where it is not pressed in.
-  Vec3 foot_m(std::uint16_t slot) const noexcept { return at_m + foot_way_m(slot); }
+  Vec3 foot_m(std::uint16_t slot) const noexcept { return at_m + foot_offset_m(slot); }
   /// A scalar field's value, in its own unit, at `proxy_m`, where the sub-step starts: the level that a material holds the
   /// proxy on, wherever the data are looked at. That at `at_m` where there are no data.
   double value_at_start(const FieldRef& field) const noexcept;
   /// How a scalar field's gradient changes at `at_m` [unit per hand metre²].
   Mat3 hessian(const FieldRef& field) const noexcept { return samples_->hessian(field.index, at_m); }
   /// The smallest and the largest value of a scalar field, wherever they are.
-  const Extent& range(const FieldRef& field) const noexcept { return samples_->range(field.index); }
+  const ValueRange& range(const FieldRef& field) const noexcept { return samples_->range(field.index); }
 
   /// The strength in newtons at this place: the number or the transfer function, times the mode's
   /// masks, faded towards the edges of the mode's fields so that it never exceeds k/2 × the depth
@@ -190,7 +190,7 @@ class ModeContext {
   /// at the level's value instead of the sample's, at a step as the limit from `side` (the level's solid
   /// side), so that rounding cannot make contact chatter. The fade is that of a border (`border_share`): a level
   /// yields across its fade, not along it.
-  double newtons(const Strength& strength, const Captured& level, TransferFunction::Side side) const noexcept;
+  double newtons(const Strength& strength, const LevelId& level, TransferFunction::Side side) const noexcept;
   /// A drag [N·s/m] at this place: `drag_ns_per_m` times masks and fade (over 2 N / k of depth).
   double drag(double drag_ns_per_m) const noexcept;
   /// Where the data point of `field` that was at `x_m` [m] when the sub-step began is at its end [m].
@@ -199,7 +199,7 @@ class ModeContext {
   /// The length of `gradient` [unit per hand metre] as the steepness that scenes speak of [unit per world metre].
   double steepness_per_m(const Vec3& gradient) const noexcept;
   /// `world`, a vector along the axes of the world in its own unit, as a scene gives it, turned into the hand frame.
-  Vec3 turned_to_hand(const Vec3& world) const noexcept { return samples_->hand_to_world().turned_to_hand(world); }
+  Vec3 direction_to_hand(const Vec3& world) const noexcept { return samples_->hand_to_world().direction_to_hand(world); }
 
   /// For the tick: the strength of a level that was asked for is less than it would be deeper in the data.
   bool is_faded() const noexcept { return is_faded_; }

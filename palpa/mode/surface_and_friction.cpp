@@ -87,7 +87,7 @@ void SurfaceAndFriction::stand(const ModeContext& here, const Standing& on, Prim
   const ScalarSample& sample = here.scalar(field, x_m);
   if (!sample.inside || !(norm(sample.gradient) > 0.0)) return;
   const double weight = detail::gradient_weight(here, sample.gradient, noise_per_m);
-  const Captured level{field.index, on.value, on.pressed_to};
+  const LevelId level{field.index, on.value, on.pressed_to};
   const Vec3 uphill = normalized(sample.gradient);
   const Vec3 normal = on.from_low ? -uphill : uphill;
   const Vec3 foot_m = detail::foot_on_level_m(here, x_m, sample, on.pressed_to);
@@ -118,7 +118,7 @@ void SurfaceAndFriction::stand(const ModeContext& here, const Standing& on, Prim
 // place where the step starts, which friction is measured from: were it that of the end, a step could find no end that fits its
 // friction.
 double SurfaceAndFriction::texture_factor(const ModeContext& here, std::uint16_t slot) const noexcept {
-  return has_texture() ? 1.0 + texture_ratio * here.scalar(detail, here.proxy_m + here.foot_way_m(slot)).value : 1.0;
+  return has_texture() ? 1.0 + texture_ratio * here.scalar(detail, here.proxy_m + here.foot_offset_m(slot)).value : 1.0;
 }
 
 // Every value of a material is solid: its strengths say how much.

@@ -39,7 +39,7 @@ ToCore by_reduced_velocity(const ModeContext& here, const FieldRef& velocity, co
 template <class M>
 ToCore to_core(const ModeContext& here, const M& mode) noexcept {
   if (mode.direction == VortexDirection::q) return by_q(here, mode.field);
-  const Vec3 background = here.turned_to_hand(mode.background);
+  const Vec3 background = here.direction_to_hand(mode.background);
   return mode.direction == VortexDirection::vorticity ? by_vorticity(here, mode.velocity, background)
                                                       : by_reduced_velocity(here, mode.velocity, background);
 }
@@ -72,8 +72,8 @@ void VortexPlane::place(const ModeContext& here, const Memory& memory, Primitive
   if (core.direction == Vec3{}) return;
   const bool on_level = direction == VortexDirection::q;
   const ScalarSample& q = here.scalar(field);
-  const Captured level =
-      on_level ? Captured{field.index, memory.captured ? memory.value : here.value_at_start(field)} : Captured{};
+  const LevelId level =
+      on_level ? LevelId{field.index, memory.captured ? memory.value : here.value_at_start(field)} : LevelId{};
   const double strength =
       std::min(in_vortex_n(here, *this, here.newtons(strength_n, level, TransferFunction::Side::above)), core.steady_n);
   if (!(strength > 0.0)) return;

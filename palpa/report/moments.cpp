@@ -58,7 +58,7 @@ void recall_primitives(const std::filesystem::path& trace, const Recorded& recor
 void feel_primitives_again(const std::filesystem::path& trace, const Recorded& recorded, const Scene& scene,
                            std::vector<RecordedMoment>& moments, const std::function<void(double)>& progress) {
   Session session(scene, baseline::path, recorded.header.device_encoder_step_m);
-  session.let_through(let_through_n(scene, recorded.header.device_max_force_n));
+  session.set_force_limit(force_limit_n(scene, recorded.header.device_max_force_n));
   std::vector<std::vector<PlacedPrimitive>> felt;
   std::size_t row = 0;
   for (const RecordedMoment& moment : moments) {

@@ -2,7 +2,7 @@
 
 #include <charconv>
 
-#include "palpa/base/shown.h"
+#include "palpa/base/sanitized.h"
 #include "palpa/report/html.h"
 #include "palpa/report/resources.h"
 #include "palpa/version.h"

@@ -122,7 +122,7 @@ Recorded read_recorded(const fs::path& folder) {
   for (const std::string& name : recorded.modes) modes.push_back({.name = name});
   read_scene(recorded, modes);
   SummaryBuilder builder(std::move(modes));
-  std::vector<ModeTick> pushes(recorded.modes.size());
+  std::vector<ModeForce> pushes(recorded.modes.size());
   std::size_t next_event = 0;
   double inside_s = 0.0;
   for (std::size_t i = 0; i < recorded.ticks.size(); ++i) {

@@ -32,11 +32,11 @@ struct NamedLevel {
 struct Recorded {
   TraceHeader header;
   std::string scene_text;
-  std::string title;                          ///< of the scene; empty: it has none
-  std::vector<NamedLevel> levels;             ///< those with a name
-  std::vector<TickFrame> ticks;               ///< with the times of timing.csv
-  std::vector<std::string> modes;             ///< in the order in which they were recorded
-  std::vector<std::vector<ModeTick>> pushes;  ///< [mode][tick], as long as `ticks`
+  std::string title;                           ///< of the scene; empty: it has none
+  std::vector<NamedLevel> levels;              ///< those with a name
+  std::vector<TickFrame> ticks;                ///< with the times of timing.csv
+  std::vector<std::string> modes;              ///< in the order in which they were recorded
+  std::vector<std::vector<ModeForce>> pushes;  ///< [mode][tick], as long as `ticks`
   std::vector<RecordedEvent> events;
   Summary summary;
   bool tells_energy = true;  ///< false: recorded before ticks told all of the energy

@@ -4,7 +4,7 @@
 
 #include <map>
 
-#include "palpa/base/shown.h"
+#include "palpa/base/sanitized.h"
 #include "palpa/base/toml_problem.h"
 #include "palpa/base/wording.h"
 

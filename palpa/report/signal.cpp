@@ -64,7 +64,7 @@ FeltRun felt_run_of(const Recorded& recorded) {
     FeltMode mode{.name = recorded.modes[m]};
     for (const ModeSummary& known : recorded.summary.modes)
       mode.is_directed |= known.name == mode.name && places_directed_forces(known.type);
-    for (const ModeTick& tick : recorded.pushes[m]) mode.force_n.push_back(tick.force_n);
+    for (const ModeForce& tick : recorded.pushes[m]) mode.force_n.push_back(tick.force_n);
     run.modes.push_back(std::move(mode));
   }
   std::size_t next_event = 0;

@@ -179,8 +179,8 @@ std::string json_of_view(const Recorded& recorded, const Scene* scene, const std
     if (is_finite(frame.command_n)) most_n = std::max(most_n, norm(frame.command_n));
   }
   view["medical"] = medical;
-  view["axes"] = {unit(map.turned_to_hand({1, 0, 0})), unit(map.turned_to_hand({0, 1, 0})),
-                  unit(map.turned_to_hand({0, 0, 1}))};
+  view["axes"] = {unit(map.direction_to_hand({1, 0, 0})), unit(map.direction_to_hand({0, 1, 0})),
+                  unit(map.direction_to_hand({0, 0, 1}))};
   view["world_per_hand"] = map.scale;
   view["layers"] = std::move(layers);
   view["bars"] = std::move(bars);

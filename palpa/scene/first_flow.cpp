@@ -141,7 +141,8 @@ std::optional<Turning> turning_of(const Lattice& lattice, const Field& field, co
   }
   if (above.empty()) return std::nullopt;
   found.full = std::max(2.0 * found.from, median(above));
-  for (const Extent& extent : curl->extents()) found.most = std::max({found.most, std::abs(extent.min), std::abs(extent.max)});
+  for (const ValueRange& extent : curl->value_ranges())
+    found.most = std::max({found.most, std::abs(extent.min), std::abs(extent.max)});
   found.from = rounded(found.from, found.from), found.full = rounded(found.full, found.full);
   return found;
 }
@@ -204,7 +205,7 @@ std::optional<Vortices> vortices_of(const Lattice& lattice, const Field& field, 
     }
   }
   found.from = rounded(found.from, found.from), found.full = rounded(found.full, found.full);
-  found.most = std::max(found.most, q->extents()[0].max);
+  found.most = std::max(found.most, q->value_ranges()[0].max);
   return found;
 }
 

@@ -483,7 +483,7 @@ void check_request(const Section& section, const VolumeRequest& request) {
 
 class Loader {
  public:
-  Loader(const std::string& text, std::string name, std::filesystem::path folder, const ReadVolume& read_volume,
+  Loader(const std::string& text, std::string name, std::filesystem::path folder, const VolumeReader& read_volume,
          const ModeCatalog& catalog, const SceneOptions& options)
       : name_(std::move(name)),
         folder_(std::move(folder)),
@@ -775,7 +775,7 @@ class Loader {
       fail(place_of(*table.get("rotate_axis_deg")),
            "the axis in 'rotate_axis_deg' of " + volume.where() + " is zero; give [x, y, z, degrees]");
     }
-    return {turn_about(axis, degrees), pose.scale, pose.translate_m};
+    return {rotation_about(axis, degrees), pose.scale, pose.translate_m};
   }
 
   static Volume make(const VolumePlan& plan) {
@@ -963,7 +963,7 @@ class Loader {
 
   std::string name_;
   std::filesystem::path folder_;
-  const ReadVolume& read_volume_;
+  const VolumeReader& read_volume_;
   const ModeCatalog& catalog_;
   const SceneOptions& options_;
   toml::table root_;
@@ -975,13 +975,13 @@ class Loader {
 }  // namespace
 
 LoadedScene parse_scene(std::string text, const std::string& name, const std::filesystem::path& folder,
-                        const ReadVolume& read_volume, const ModeCatalog& modes, const SceneOptions& options) {
+                        const VolumeReader& read_volume, const ModeCatalog& modes, const SceneOptions& options) {
   LoadedScene loaded = Loader(text, name, folder, read_volume, modes, options).load();
   loaded.text = std::move(text);
   return loaded;
 }
 
-LoadedScene load_scene(const std::filesystem::path& path, const ReadVolume& read_volume, const ModeCatalog& modes,
+LoadedScene load_scene(const std::filesystem::path& path, const VolumeReader& read_volume, const ModeCatalog& modes,
                        const SceneOptions& options) {
   const std::string name = path.string();
   const std::string of_data = "; for data, 'palpa info " + name + " --scene first.toml' writes a scene that can be run";

@@ -28,11 +28,11 @@ struct LoadedScene {
 };
 
 /// Reads a scene file (docs/scene.md). Throws SceneError with file, line and column.
-LoadedScene load_scene(const std::filesystem::path& path, const ReadVolume& read_volume, const ModeCatalog& modes,
+LoadedScene load_scene(const std::filesystem::path& path, const VolumeReader& read_volume, const ModeCatalog& modes,
                        const SceneOptions& options = {});
 /// The same from text; `name` stands for the path in messages, `folder` for the scene's own folder.
 LoadedScene parse_scene(std::string text, const std::string& name, const std::filesystem::path& folder,
-                        const ReadVolume& read_volume, const ModeCatalog& modes, const SceneOptions& options = {});
+                        const VolumeReader& read_volume, const ModeCatalog& modes, const SceneOptions& options = {});
 
 /// The PATHs that `--set` takes in this scene, "coupling.stiffness_n_per_m" or "mode.skin.strength_n", for completion; each
 /// with the values that it may have behind it, "law.method=exact", where these are words. The scene need not be right: of what

@@ -231,7 +231,7 @@ class LevelChecks final : public SceneChecks {
   }
   void number(const ParameterInfo& info, double& value) override {
     if (info.kind != ParameterKind::level || ref_.name.empty()) return;
-    if (!extent_) extent_ = scene_.field(ref_).field->extents().front();
+    if (!extent_) extent_ = scene_.field(ref_).field->value_ranges().front();
     if (value >= extent_->min && value <= extent_->max) return;
     find(info.name,
          the(info.name) + " is " + toml_number(value) + ", outside the data of " + in_quotes(ref_.name) +
@@ -241,7 +241,7 @@ class LevelChecks final : public SceneChecks {
 
  private:
   FieldRef ref_;
-  std::optional<Extent> extent_;
+  std::optional<ValueRange> extent_;
 };
 
 /// Looks for a texture of a field that has none.

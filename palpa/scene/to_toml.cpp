@@ -129,7 +129,7 @@ std::vector<Said> said_of(const Part& part) {
 
 detail::PosePart part_of(const Similarity& pose) {
   if (pose == Similarity{}) return {};
-  const auto [axis, degrees] = axis_of(pose.rotation);
+  const auto [axis, degrees] = axis_angle(pose.rotation);
   return {pose.translation_m, {axis.x, axis.y, axis.z, degrees}, pose.scale};
 }
 

@@ -4,7 +4,7 @@
 
 namespace palpa {
 
-Contacts::Contacts(LiveBlock& live, std::size_t modes) : modes_(live.add<OfMode>(modes)) { events_.reserve(max_events); }
+Contacts::Contacts(StateArena& live, std::size_t modes) : modes_(live.add<OfMode>(modes)) { events_.reserve(max_events); }
 
 void Contacts::clear() noexcept {
   events_.clear();
@@ -34,7 +34,7 @@ void Contacts::tell_held_back(std::size_t mode) noexcept {
   modes_[mode].held_back = true;
 }
 
-void Contacts::update(const LocalModel& model, double depth_m, Crossings& crossings) noexcept {
+void Contacts::update(const ContactProblem& model, double depth_m, Crossings& crossings) noexcept {
   using State = Contact::State;
   const auto is_free = [](const Report& report) { return report.contact.is_free(); };
   const auto all_free = [&](const OfMode& mode) { return std::ranges::all_of(mode.levels, is_free); };
@@ -53,7 +53,7 @@ void Contacts::update(const LocalModel& model, double depth_m, Crossings& crossi
         auto place = now.begin() + (before - levels.begin());
         if (is_new) place = std::ranges::find(now, State::free, &Contact::state);
         if (place == now.end() || !place->is_free()) continue;
-        const bool yields = (held.state == PrimitiveState::slip || held.at_bound) && held.can_break;
+        const bool yields = (held.state == PrimitiveState::slip || held.breaks_at_step_end) && held.can_break;
         *place = {yields ? State::yielding : State::held, held.level};
       }
     }

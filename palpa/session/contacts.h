@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "palpa/mode/crossings.h"
-#include "palpa/mode/live_block.h"
-#include "palpa/session/local_model.h"
+#include "palpa/mode/state_arena.h"
+#include "palpa/session/contact_problem.h"
 #include "palpa/session/session.h"
 
 namespace palpa {
@@ -17,7 +17,7 @@ namespace palpa {
 struct Contact {
   enum class State : std::uint8_t { free, held, yielding };
   State state = State::free;
-  Captured level;  ///< none while free
+  LevelId level;  ///< none while free
   bool is_free() const noexcept { return state == State::free; }
 };
 
@@ -27,7 +27,7 @@ struct Contact {
 class Contacts {
  public:
   /// \param modes  their number
-  Contacts(LiveBlock& live, std::size_t modes);
+  Contacts(StateArena& live, std::size_t modes);
 
   /// Frees all contacts. Refusals that were reported are not reported again.
   void clear() noexcept;
@@ -42,7 +42,7 @@ class Contacts {
   /// Updates the contacts after a sub-step whose balance is `depth_m` [m] from the probe, and emits its events. A level that
   /// gave way counts as crossed, wherever the proxy is: at an edge of a surface its planes can lead back out of it; it would
   /// then be met, and give way, in every sub-step.
-  void update(const LocalModel& model, double depth_m, Crossings& crossings) noexcept;
+  void update(const ContactProblem& model, double depth_m, Crossings& crossings) noexcept;
 
  private:
   static constexpr std::size_t max_events = 16;  // [1] per tick; further events are dropped. More costs memory only

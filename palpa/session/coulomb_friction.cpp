@@ -42,7 +42,7 @@ std::optional<double> pressed_alone_n(const PrimitiveSet& set, std::size_t plane
 
 }  // namespace
 
-CoulombFriction::CoulombFriction(LiveBlock& live, std::size_t capacity)
+CoulombFriction::CoulombFriction(StateArena& live, std::size_t capacity)
     : known_(live.add<std::size_t>()), last_(live.add<Line>(capacity)) {
   lines_.reserve(capacity);
 }

@@ -5,7 +5,7 @@
 #include <limits>
 #include <vector>
 
-#include "palpa/mode/live_block.h"
+#include "palpa/mode/state_arena.h"
 #include "palpa/solver/law.h"
 #include "palpa/solver/primitives.h"
 
@@ -18,7 +18,7 @@ namespace palpa {
 class CoulombFriction {
  public:
   /// \param capacity  [1] of lines
-  CoulombFriction(LiveBlock& live, std::size_t capacity);
+  CoulombFriction(StateArena& live, std::size_t capacity);
   void clear() noexcept { known_ = 0; }
 
   /// Balances the set about its start, its lines of friction as strong as their planes, to what shifts the proxy by less than

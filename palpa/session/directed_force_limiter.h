@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-#include "palpa/mode/live_block.h"
+#include "palpa/mode/state_arena.h"
 #include "palpa/solver/primitives.h"
 
 namespace palpa {
@@ -17,7 +17,7 @@ namespace palpa {
 class DirectedForceLimiter {
  public:
   /// \param capacity  [1] of directed forces
-  DirectedForceLimiter(LiveBlock& live, std::size_t capacity) : last_(live.add<Last>()), forces_(live.add<Force>(capacity)) {}
+  DirectedForceLimiter(StateArena& live, std::size_t capacity) : last_(live.add<Last>()), forces_(live.add<Force>(capacity)) {}
   void clear() noexcept;
   /// Limits the directed forces of the set, looked up at `at_m` [m], against those kept last; `moved_n` [N] of change are the
   /// data's own, which have moved since. Returns the mode whose force

@@ -8,11 +8,11 @@ namespace palpa {
 
 Ledger::Ledger(std::size_t modes) : modes_(modes), works_j_(std::make_unique<double[]>(modes)) {}
 
-void Ledger::begin(const Vec3& proxy_m, const Vec3& walked_m) noexcept {
+void Ledger::begin(const Vec3& proxy_m, const Vec3& processed_up_to_m) noexcept {
   std::fill_n(works_j_.get(), modes_, 0.0);
   start_m_ = proxy_m;
   moved_j_ = elastic_j_ = elastic_before_j_ = 0.0;
-  probe_m_ = walked_m;
+  probe_m_ = processed_up_to_m;
   left_m2_ = let_go_m2_ = 0.0;
 }
 
@@ -47,11 +47,11 @@ void Ledger::book_elastic(std::size_t mode, double before_j, double after_j) noe
 void Ledger::move(const Vec3& from_m, const Vec3& to_m, const Vec3& balance_m, const Vec3& probe_m, double carried_m) noexcept {
   if (probe_m != probe_m_) left_m2_ = norm_squared(probe_m - probe_m_);
   probe_m_ = probe_m;
-  const double way_m = std::sqrt(left_m2_) + carried_m;
+  const double offset_m = std::sqrt(left_m2_) + carried_m;
   const double lost_m2 = std::max(0.0, 2.0 * dot(to_m - from_m, balance_m - 0.5 * (from_m + to_m)));
-  const double beyond_m = std::sqrt(lost_m2) - way_m;
+  const double beyond_m = std::sqrt(lost_m2) - offset_m;
   if (beyond_m > 0.0) let_go_m2_ += beyond_m * beyond_m;
-  left_m2_ = std::max(0.0, way_m * way_m - lost_m2);
+  left_m2_ = std::max(0.0, offset_m * offset_m - lost_m2);
 }
 
 Energy Ledger::end(const Vec3& proxy_m, const Vec3& probe_m, const Vec3& probe_step_m, double stiffness_n_per_m) noexcept {

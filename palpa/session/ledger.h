@@ -17,8 +17,8 @@ class Ledger {
   /// For a session of `modes` modes.
   explicit Ledger(std::size_t modes);
 
-  /// Starts a tick with the proxy at `proxy_m` and the probe's path walked up to `walked_m` [m].
-  void begin(const Vec3& proxy_m, const Vec3& walked_m) noexcept;
+  /// Starts a tick with the proxy at `proxy_m` and the probe's path walked up to `processed_up_to_m` [m].
+  void begin(const Vec3& proxy_m, const Vec3& processed_up_to_m) noexcept;
   /// Books the force [N] of one primitive of mode `mode` over one sub-step: the proxy went by `step_m`
   /// [m], of which the data themselves carried it `carried_m` [m]. W = F·(step − carried).
   void book(std::size_t mode, const Vec3& force_n, const Vec3& step_m, const Vec3& carried_m) noexcept;

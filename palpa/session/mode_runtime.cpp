@@ -8,8 +8,8 @@
 
 namespace palpa {
 
-ModeRuntime::ModeRuntime(LiveBlock& live, const Scene& scene, const Similarity& map)
-    : map_(map), modes_(scene.modes()), feet_(live.add<Feet>()), most_n_(live.add<double>()) {
+ModeRuntime::ModeRuntime(StateArena& live, const Scene& scene, const Similarity& map)
+    : map_(map), modes_(scene.modes()), feet_(live.add<ElasticContacts>()), most_n_(live.add<double>()) {
   most_n_ = std::numeric_limits<double>::infinity();
   for (const SceneVolume& volume : scene.volumes()) {
     for (const VolumeField& field : volume.volume.fields) fields_.push_back(field.field);
@@ -26,7 +26,7 @@ ModeRuntime::ModeRuntime(LiveBlock& live, const Scene& scene, const Similarity& 
     watches_.insert(watches_.end(), part.inputs.watches.begin(), part.inputs.watches.end());
     for (const std::int32_t f : part.inputs.fields) {
       const double spacing_m = map_.length_to_hand(fields_[f]->spacing_m());
-      part.finest_m = std::min(part.finest_m, std::max(spacing_m, Samples::finest_told_m));
+      part.finest_m = std::min(part.finest_m, std::max(spacing_m, Samples::min_spacing_m));
       part.box_m = f == part.inputs.fields.front() ? fields_[f]->bounds_m() : intersection(part.box_m, fields_[f]->bounds_m());
     }
     finest_m_ = std::min(finest_m_, part.finest_m);
@@ -62,9 +62,9 @@ double ModeRuntime::motion_m(const Vec3& at_m, DataTime from, DataTime to) const
   return furthest_m;
 }
 
-void ModeRuntime::attend(Crossings& crossings, EventPolicy& policy, const Vec3& start_m) noexcept {
+void ModeRuntime::configure_events(Crossings& crossings, EventPolicy& policy, const Vec3& start_m) noexcept {
   for (std::size_t m = 0; m < modes_.size(); ++m) {
-    if (parts_[m].inputs.main_field >= 0) live_[m].fade.attend(parts_[m].inputs.main_field, crossings, policy);
+    if (parts_[m].inputs.main_field >= 0) live_[m].fade.configure_events(parts_[m].inputs.main_field, crossings, policy);
   }
   const DataTime now = samples_->time(), before = samples_->came_from();
   for (std::int32_t f = 0; now != before && f < static_cast<std::int32_t>(fields_.size()); ++f)
@@ -107,7 +107,7 @@ void ModeRuntime::place(const StepContext& context, const Vec3& at_m, const Vec3
 
 void ModeRuntime::place_mode(std::size_t m, const StepContext& context, const Vec3& origin_m, const Vec3& at_m,
                              PrimitiveSet& out) noexcept {
-  const JumpFade& fade = live_[m].fade;
+  const ContactFade& fade = live_[m].fade;
   const std::size_t first = out.size();
   out.begin_mode(static_cast<std::uint16_t>(m), origin_m);
   if (fade.is_leaving()) {
@@ -174,7 +174,7 @@ double ModeRuntime::finest_m(const Vec3& at_m, const Vec3& from_m, const Vec3& t
   return finest;
 }
 
-bool ModeRuntime::holds_on_as(const ModeRuntime& other) const noexcept {
+bool ModeRuntime::has_same_contacts_as(const ModeRuntime& other) const noexcept {
   const auto key = [](const SceneMode& mode) {
     return std::tuple(mode.mode.type(), std::string_view(mode.name), mode.enabled);
   };

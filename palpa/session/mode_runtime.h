@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "palpa/mode/crossings.h"
-#include "palpa/mode/live_block.h"
+#include "palpa/mode/state_arena.h"
 #include "palpa/scene/mode_inputs.h"
-#include "palpa/session/feet.h"
-#include "palpa/session/jump_fade.h"
+#include "palpa/session/contact_fade.h"
+#include "palpa/session/elastic_contacts.h"
 #include "palpa/session/sub_step.h"
 
 namespace palpa {
@@ -23,7 +23,7 @@ namespace palpa {
 class ModeRuntime {
  public:
   /// \param map  hand to world
-  ModeRuntime(LiveBlock& live, const Scene& scene, const Similarity& map);
+  ModeRuntime(StateArena& live, const Scene& scene, const Similarity& map);
   ModeRuntime(const ModeRuntime&) = delete;
   ModeRuntime& operator=(const ModeRuntime&) = delete;
 
@@ -32,20 +32,20 @@ class ModeRuntime {
   bool enabled(std::size_t m) const noexcept { return modes_[m].enabled; }
   Samples& samples() noexcept { return *samples_; }
   /// Where a strength, a mask or a level may set in, over all enabled modes.
-  const std::vector<Watch>& watches() const noexcept { return watches_; }
+  const std::vector<Threshold>& watches() const noexcept { return watches_; }
 
   /// Whether these are the same modes on the same levels of the same fields as others, whatever their strengths are.
-  bool holds_on_as(const ModeRuntime& other) const noexcept;
+  bool has_same_contacts_as(const ModeRuntime& other) const noexcept;
 
   /// See Session.
-  void let_through(double most_n) noexcept { most_n_ = most_n; }
+  void set_force_limit(double most_n) noexcept { most_n_ = most_n; }
 
   /// Fresh memories.
   void start() noexcept;
 
   /// Advances the data from `from` to `to`, `time_step_s` [s] later. Their motion carries the proxy from `start_m` [m], or
   /// rather its foot on an elastic level: deep inside such a level the data may define no motion. Where a mode's level jumps
-  /// before `tick_end` the mode is not carried but fades (JumpFade); `jumped(m)` is called when a fade begins.
+  /// before `tick_end` the mode is not carried but fades (ContactFade); `jumped(m)` is called when a fade begins.
   template <class Jumped>
   void advance(const Vec3& start_m, DataTime from, DataTime to, DataTime tick_end, double time_step_s,
                Jumped&& jumped) noexcept {
@@ -53,7 +53,7 @@ class ModeRuntime {
     furthest_carried_m_ = 0.0;
     for (std::size_t m = 0; m < modes_.size(); ++m) {
       Part& part = parts_[m];
-      JumpFade& fade = live_[m].fade;
+      ContactFade& fade = live_[m].fade;
       if (!enabled(m)) continue;
       const Vec3 at_m = carried_at(m, start_m);
       const Carried carried = samples_->carried(part.inputs.main_field, at_m, from, to);
@@ -77,7 +77,7 @@ class ModeRuntime {
   const Vec3& carried_m(std::size_t m) const noexcept { return parts_[m].carried_m; }
   double furthest_carried_m() const noexcept { return furthest_carried_m_; }
   /// The feet on elastic levels.
-  Feet& feet() noexcept { return feet_; }
+  ElasticContacts& feet() noexcept { return feet_; }
   /// Whether a mode's strengths are reduced because its level has jumped.
   bool fades(std::size_t m) const noexcept { return live_[m].fade.share() < 1.0; }
   /// Whether a level of this mode that gives way is no break-through: the level has jumped, or data end nearby.
@@ -85,7 +85,7 @@ class ModeRuntime {
   /// The longest way [m] that the data of any mode would carry the position `at_m` [m] between two times.
   double motion_m(const Vec3& at_m, DataTime from, DataTime to) const noexcept;
   /// Tells a search how far data have moved since the sub-step began at `start_m` [m], and which levels have jumped.
-  void attend(Crossings& crossings, EventPolicy& policy, const Vec3& start_m) noexcept;
+  void configure_events(Crossings& crossings, EventPolicy& policy, const Vec3& start_m) noexcept;
 
   /// Empties the set and lets every enabled mode place its primitives. A mode samples its data at `at_m` [m], or at
   /// `level_m` [m] if one of its planes stands on a level.
@@ -130,7 +130,7 @@ class ModeRuntime {
   };
   struct Live {
     Vec3 origin_m;  // of the step
-    JumpFade fade;
+    ContactFade fade;
     bool stands = false;   // on a level, when it placed its primitives last
     bool at_edge = false;  // strengths were less for it
   };
@@ -143,13 +143,13 @@ class ModeRuntime {
   // The place that the data of a mode carry: the foot of a proxy at `at_m`, or the proxy itself.
   Vec3 carried_at(std::size_t m, const Vec3& at_m) const noexcept {
     const std::span<const Foot> feet = feet_.of(m);
-    return feet.empty() ? at_m : at_m + feet.front().way_m;
+    return feet.empty() ? at_m : at_m + feet.front().offset_m;
   }
   // Where a mode samples its data, seen at the end of the sub-step, for what was carried to `at_m`.
   Vec3 seen_by(std::size_t m, const Vec3& at_m, double data_fraction) const noexcept {
     return at_m + (1.0 - data_fraction) * parts_[m].carried_m;
   }
-  bool is_level(const Captured& at) const noexcept { return std::ranges::count(watches_, Watch{at.field, at.value}) > 0; }
+  bool is_level(const LevelId& at) const noexcept { return std::ranges::count(watches_, Threshold{at.field, at.value}) > 0; }
   bool silence_is_watched(std::size_t m, const Vec3& at_m, std::vector<std::int32_t>& entered) noexcept;
 
   Similarity map_;
@@ -158,10 +158,10 @@ class ModeRuntime {
   std::vector<SceneMode> modes_;  // with their references resolved
   std::vector<Part> parts_;       // by mode
   std::span<Live> live_;          // by mode
-  Feet& feet_;
+  ElasticContacts& feet_;
   double& most_n_;  // that reaches the hand
   std::span<MemoryUnit> memories_;
-  std::vector<Watch> watches_;
+  std::vector<Threshold> watches_;
   std::vector<SlotState> slots_;
   PrimitiveSet scratch_;
   double finest_m_ = 0.0, furthest_carried_m_ = 0.0;

@@ -13,9 +13,9 @@ void ProbeQueue::start(const Vec3& probe_m) noexcept {
 
 double ProbeQueue::push(const Vec3& probe_m, double time_s) noexcept {
   if (size_ == corners_.size()) --size_;
-  const double way_m = distance(probe_m, size_ > 0 ? corners_[size_ - 1].position_m : walked_m_);
+  const double offset_m = distance(probe_m, size_ > 0 ? corners_[size_ - 1].position_m : walked_m_);
   corners_[size_++] = {probe_m, time_s};
-  return way_m;
+  return offset_m;
 }
 
 void ProbeQueue::pop(const ProbeSegment& walked) noexcept {

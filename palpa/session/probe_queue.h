@@ -34,7 +34,7 @@ class ProbeQueue {
   /// A segment that begins where the path was followed to has been walked.
   void pop(const ProbeSegment& walked) noexcept;
   /// How far the probe's path has been followed [m].
-  const Vec3& walked_m() const noexcept { return walked_m_; }
+  const Vec3& processed_up_to_m() const noexcept { return walked_m_; }
   /// How long it takes from the end of a segment that comes next to where the probe is [s].
   double time_behind_s(const ProbeSegment& next) const noexcept;
 

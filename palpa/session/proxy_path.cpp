@@ -22,7 +22,7 @@ constexpr double directed_n_per_s = 100.0;  // [N/s] allowed while data play. Le
 
 }  // namespace
 
-ProxyPath::ProxyPath(LiveBlock& live, const Scene& scene, const Similarity& map, std::unique_ptr<Law> law, double step_share)
+ProxyPath::ProxyPath(StateArena& live, const Scene& scene, const Similarity& map, std::unique_ptr<Law> law, double step_share)
     : stiffness_n_per_m_(scene.coupling.stiffness_n_per_m),
       time_(scene.time),
       modes_(live, scene, map),
@@ -58,16 +58,16 @@ void ProxyPath::refine(int times) {
   record_.reserve(static_cast<std::size_t>(Session::max_sub_steps * refined_));
 }
 
-void ProxyPath::goes_on() noexcept {
+void ProxyPath::after_state_copy() noexcept {
   model_.forget_warm_start();
   modes_.samples().set_time(time_.at(state_.view_s));
 }
 
-void ProxyPath::begin_where(const ProxyPath& other) noexcept {
+void ProxyPath::start_at_proxy_of(const ProxyPath& other) noexcept {
   state_ = other.state_;
   reset();
   state_.started = other.state_.started;
-  queue_.start(other.queue_.walked_m());
+  queue_.start(other.queue_.processed_up_to_m());
   state_.followed_m = other.state_.followed_m;
   modes_.samples().set_time(time_.at(state_.view_s));
 }
@@ -87,7 +87,7 @@ bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) no
     c.view_s = c.followed_s = c.elapsed_s - time_step_s;
     modes_.samples().set_time(time_.at(c.view_s));
   }
-  ledger.begin(c.proxy, queue_.walked_m());
+  ledger.begin(c.proxy, queue_.processed_up_to_m());
   for (const Foot& foot : modes_.feet().all()) ledger.book_elastic(foot.id.mode, foot.held_j, 0.0);
   path_m_ = queue_.push(probe_m, time_step_s);
   if (playing_) path_m_ = std::max(path_m_, modes_.motion_m(c.proxy, time_.at(c.followed_s), time_.at(c.elapsed_s)));
@@ -115,8 +115,8 @@ bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) no
 // The next segment of the probe's path, so short that no data are jumped over. It stays queued until it is walked.
 bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
   const PathState& c = state_;
-  if (c.left != Left::nothing) {
-    segment = {queue_.walked_m(), queue_.walked_m(), c.left_s, false};
+  if (c.pending != Pending::nothing) {
+    segment = {queue_.processed_up_to_m(), queue_.processed_up_to_m(), c.left_s, false};
     return true;
   }
   if (queue_.empty()) return false;
@@ -128,7 +128,7 @@ bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
   if (refined_ == 1 && furthest <= step_share_ * modes_.finest_m()) return true;
   double longest = step_share_ / refined_ * modes_.finest_m(c.proxy, segment.from_m, segment.to_m);
   if (refined_ > 1) longest = std::min(longest, path_m_ / refined_);
-  const bool is_long = furthest > (1.0 + hair) * longest && !(c.proxy == segment.from_m && is_free());
+  const bool is_long = furthest > (1.0 + contact_tolerance) * longest && !(c.proxy == segment.from_m && is_free());
   if (is_long) segment = segment.first(longest / furthest);
   return true;
 }
@@ -142,7 +142,7 @@ bool ProxyPath::is_free() noexcept {
 }
 
 // Samples the data at the time of the segment's end from here on. Returns by how much they advance in this sub-step [s].
-double ProxyPath::see(const ProbeSegment& segment) noexcept {
+double ProxyPath::advance_data(const ProbeSegment& segment) noexcept {
   PathState& c = state_;
   const double view_s = segment.fresh ? std::max(c.view_s, time_at_end_of(segment)) : c.view_s;
   const double passed_s = view_s - c.view_s;
@@ -158,12 +158,12 @@ double ProxyPath::see(const ProbeSegment& segment) noexcept {
 // One move along the path: place, balance, move towards the balance as far as the data allow, report the result.
 void ProxyPath::sub_step(ProbeSegment segment) noexcept {
   const Vec3 start = state_.proxy;
-  const bool settles = !segment.fresh && state_.left == Left::rest;
+  const bool settles = !segment.fresh && state_.pending == Pending::rest;
   const double finest_m = modes_.finest_m(start, start, segment.to_m);
   step_m_ = step_share_ / refined_ * finest_m;
   spacing_m_ = std::min(finest_m, 1.0);  // without data any length will do
   StepContext context{start, segment.to_m, segment.time_s, stiffness_n_per_m_, spacing_m_};
-  const double follows_s = playing_ ? see(segment) : 0.0;
+  const double follows_s = playing_ ? advance_data(segment) : 0.0;
   if (!settles) modes_.begin_step(state_.step_start_m = start);
   const Move made = move(segment, context, settles);
 
@@ -172,7 +172,7 @@ void ProxyPath::sub_step(ProbeSegment segment) noexcept {
   // A settling move of no more than `rest` is not made: the proxy rests.
   const bool rests = made.fraction == 0.0 || (made.stop == Stop::full && went_m <= rest_m);
   if (settles && rests && !model_.any_shut()) {
-    state_.left = Left::nothing;
+    state_.pending = Pending::nothing;
   } else {
     // While the hand moves, the next tick settles the rest; with a still hand, or once begun, settling goes to the end.
     const bool to_the_end = settles || path_m_ == 0.0;
@@ -215,7 +215,7 @@ void ProxyPath::accept(const ProbeSegment& segment, const Move& made, StepContex
   });
 }
 
-// Moves the proxy. What is left of the segment continues where the move was stopped.
+// Moves the proxy. What is pending of the segment continues where the move was stopped.
 void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double follows_s, bool settled) noexcept {
   PathState& c = state_;
   const Vec3 start = c.proxy;
@@ -225,9 +225,10 @@ void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double fo
   // turn halves the longest move. After eight (max_sub_steps / 4) the probe position may be given up: no lag lasts for ever.
   const double settling_m2 = model_.has_directions() ? 0.0 : 0.25 * norm_squared(before_m);
   const bool turns_back = !segment.fresh && dot(c.move_m, before_m) < 0.0 && norm_squared(c.move_m) > settling_m2;
-  expect_sequel(before_m, segment.fresh);
-  c.reach_m = turns_back ? std::min(c.reach_m, 0.5 * norm(before_m)) : may_give_up() ? c.reach_m : 1.25 * c.reach_m;
-  const bool has_no_end = move.stop == Stop::release && segment.time_s <= hair * c.whole_s;  // round a vortex: its time is over
+  extrapolate_moves(before_m, segment.fresh);
+  c.max_move_m = turns_back ? std::min(c.max_move_m, 0.5 * norm(before_m)) : may_give_up() ? c.max_move_m : 1.25 * c.max_move_m;
+  const bool has_no_end =
+      move.stop == Stop::release && segment.time_s <= contact_tolerance * c.whole_s;  // round a vortex: its time is over
   c.turns = segment.fresh ? 0 : c.turns + (turns_back || has_no_end);
   if (segment.fresh) c.segment_start_m = start, c.probe_way_m = segment.to_m - segment.from_m;
   released_m_ += released_part(c.move_m, distance(segment.to_m, segment.from_m) + move.fraction * modes_.furthest_carried_m());
@@ -235,33 +236,34 @@ void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double fo
     c.whole_s = segment.time_s;
     queue_.pop(segment);
   }
-  c.left = left_by(move, settled);
-  if (work_left_ > 0 && c.left != Left::way) c.followed_m = queue_.walked_m();
-  c.followed_s = c.left != Left::nothing ? c.view_s - (1.0 - move.fraction) * follows_s : c.view_s;
-  c.left_s = c.left == Left::rest ? segment.time_s : std::max(hair * c.whole_s, (1.0 - move.fraction) * segment.time_s);
+  c.pending = pending_after(move, settled);
+  if (work_left_ > 0 && c.pending != Pending::way) c.followed_m = queue_.processed_up_to_m();
+  c.followed_s = c.pending != Pending::nothing ? c.view_s - (1.0 - move.fraction) * follows_s : c.view_s;
+  c.left_s = c.pending == Pending::rest ? segment.time_s
+                                        : std::max(contact_tolerance * c.whole_s, (1.0 - move.fraction) * segment.time_s);
 }
 
-// Whether the proxy has turned back so often that the probe position may be left without a balance.
+// Whether the proxy has turned back so often that the probe position may be pending without a balance.
 bool ProxyPath::may_give_up() const noexcept { return 4 * state_.turns >= Session::max_sub_steps * refined_; }
 
 // Leaves the probe position where the proxy is.
 void ProxyPath::give_up() noexcept {
-  state_.left = Left::nothing;
+  state_.pending = Pending::nothing;
   state_.turns = 0;
-  state_.followed_m = queue_.walked_m();
+  state_.followed_m = queue_.processed_up_to_m();
   state_.followed_s = state_.view_s;
 }
 
-ProxyPath::Left ProxyPath::left_by(const Move& move, bool settled) const noexcept {
+ProxyPath::Pending ProxyPath::pending_after(const Move& move, bool settled) const noexcept {
   const PathState& c = state_;
-  // The last position of a tick is given up later, nearer to a balance, as the tick has moves left.
-  if (may_give_up() && (!queue_.empty() || 2 * c.turns >= Session::max_sub_steps * refined_)) return Left::nothing;
+  // The last position of a tick is given up later, nearer to a balance, as the tick has moves pending.
+  if (may_give_up() && (!queue_.empty() || 2 * c.turns >= Session::max_sub_steps * refined_)) return Pending::nothing;
   const bool is_whole = move.stop == Stop::full || (move.bound_met && move.stop == Stop::event && move.fraction == 1.0);
-  if (is_whole) return !model_.set().empty() && !settled ? Left::rest : Left::nothing;
+  if (is_whole) return !model_.set().empty() && !settled ? Pending::rest : Pending::nothing;
   const bool crosses = move.stop == Stop::event && !event_.crossings.empty();  // else an event on the spot changes nothing
   const bool gets_on = (move.fraction > 0.0 || crosses) && (move.stop != Stop::release || norm(c.move_m) > rest * spacing_m_);
-  if (!gets_on) return Left::nothing;
-  return move.stop == Stop::energy && !playing_ ? Left::rest : Left::way;
+  if (!gets_on) return Pending::nothing;
+  return move.stop == Stop::energy && !playing_ ? Pending::rest : Pending::way;
 }
 
 // Lets the modes place primitives for a move that is expected to end at `end_m`, on a way of `whole_m`.
@@ -270,7 +272,7 @@ void ProxyPath::place(const StepContext& context, const Vec3& end_m, double whol
   middle.data_fraction = whole_m > 0.0 ? 0.5 * std::min(1.0, distance(end_m, context.start_m) / whole_m) : 0.0;
   const std::int32_t held_back = model_.place(middle, 0.5 * (state_.step_start_m + end_m), context.start_m, moved_n_);
   if (held_back >= 0) contacts_.tell_held_back(static_cast<std::size_t>(held_back));
-  if (end_m != context.start_m) model_.foresee(end_m);
+  if (end_m != context.start_m) model_.predict_planes(end_m);
 }
 
 // One move towards the balance, at most half a sample spacing, to the first place that is free. If the end is not free, the
@@ -278,8 +280,8 @@ void ProxyPath::place(const StepContext& context, const Vec3& end_m, double whol
 // its start the proxy would leave every curve on its outside.
 ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, bool settles) noexcept {
   const Vec3& start = context.start_m;
-  if (segment.fresh) state_.reach_m = unbounded;
-  double longest = std::min(step_m_, state_.reach_m);
+  if (segment.fresh) state_.max_move_m = unbounded;
+  double longest = std::min(step_m_, state_.max_move_m);
   const bool flies = distance(segment.to_m, start) > longest && is_free();
   if (flies) longest = unbounded;
   const auto end_of = [&](const Vec3& to_m) {
@@ -297,8 +299,9 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
   for (int trial = 0; trial < max_trials + max_shutting && (trial == 0 || work_left_ > 0); ++trial) {
     made.to = model_.balance(context.probe_m, context.time_step_s);
     // No level may give way because of a foreseen plane.
-    if (model_.any_gives_way(crossings_) && model_.recant()) made.to = model_.balance(context.probe_m, context.time_step_s);
-    made.bound_met = made.bound_met || (trial == 0 && segment.fresh && meet_bound(segment, context, made.to));
+    if (model_.any_gives_way(crossings_) && model_.revert_prediction())
+      made.to = model_.balance(context.probe_m, context.time_step_s);
+    made.bound_met = made.bound_met || (trial == 0 && segment.fresh && locate_break_through(segment, context, made.to));
     context.probe_m = segment.to_m;
     context.time_step_s = segment.time_s;
     const double length = distance(made.to.position_m, start);
@@ -312,7 +315,7 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
       continue;
     }
     change_before_m = unbounded;
-    rests = settles && std::min(length, state_.reach_m) <= rest * spacing_m_;
+    rests = settles && std::min(length, state_.max_move_m) <= rest * spacing_m_;
     if (rests) break;
     made.fraction = length > longest ? longest / length : 1.0;
     made.stop = made.bound_met ? Stop::event : made.fraction == 1.0 ? Stop::full : settles ? Stop::energy : Stop::release;
@@ -334,7 +337,7 @@ bool ProxyPath::end_is_free(const ProbeSegment& segment, const StepContext& cont
   const Vec3& start = context.start_m;
   do {
     const Vec3 end = move.end_from(start);
-    attend(end, flies);
+    configure_events(end, flies);
     find_event(start, end);
     // Events nearer the move's end than this wait for the next sub-step.
     const double left_m = (1.0 - event_.share) * (distance(end, start) + modes_.furthest_carried_m());
@@ -347,7 +350,8 @@ bool ProxyPath::end_is_free(const ProbeSegment& segment, const StepContext& cont
       return model_.accepts(reached, deepest, move.to.position_m, move.fraction, segment.to_m, context.time_step_s);
     };
     if (accepts(still)) return true;
-    if (model_.refine(reached) || model_.recant() || model_.learn(reached)) return event_.crossings.clear(), false;
+    if (model_.refine(reached) || model_.revert_prediction() || model_.add_cutting_planes(reached))
+      return event_.crossings.clear(), false;
     if (accepts(shallow)) return true;
     event_.crossings.clear();
     move.fraction *= 0.5;
@@ -366,17 +370,17 @@ void ProxyPath::find_event(const Vec3& start_m, const Vec3& end_m) noexcept {
   const Crossing& last = state_.stopped_by;
   if (first.field != last.field || first.value != last.value || first.up == last.up) return;
   for (const Crossing& crossing : event_.crossings)
-    crossings_.attend(policy_, {crossing.field, crossing.value}, EventPolicy::Passing::passes);
+    crossings_.configure_events(policy_, {crossing.field, crossing.value}, EventPolicy::CrossingRule::passes);
   crossings_.first_event(start_m, end_m, policy_, modes_.samples(), work_left_, event_);
 }
 
 // If a shell that held gives way within the segment, ends the segment there. Located by bisection of the probe's path.
-bool ProxyPath::meet_bound(ProbeSegment& segment, const StepContext& context, Balance& to) noexcept {
+bool ProxyPath::locate_break_through(ProbeSegment& segment, const StepContext& context, Balance& to) noexcept {
   if (!model_.any_gives_way(crossings_)) return false;
   const double length = distance(segment.to_m, segment.from_m);
   if (!(length > bound_m)) return false;
   const auto holds_at = [&](double share) {
-    to = model_.balance(segment.first(share).to_m, std::max(share, hair) * context.time_step_s);
+    to = model_.balance(segment.first(share).to_m, std::max(share, contact_tolerance) * context.time_step_s);
     return !model_.any_gives_way(crossings_);
   };
   // Most levels that give way here do so from the segment's start on: one balance shows it.
@@ -400,27 +404,27 @@ bool ProxyPath::meet_bound(ProbeSegment& segment, const StepContext& context, Ba
 
 // Sums the moves still to come (Aitken). A proxy pressed d into an elastic level of curvature 1/R rests after moves that shrink
 // by about d/R each; the ratio is taken from two moves that were made without this sum.
-void ProxyPath::expect_sequel(const Vec3& before_m, bool fresh) noexcept {
+void ProxyPath::extrapolate_moves(const Vec3& before_m, bool fresh) noexcept {
   PathState& c = state_;
-  c.plain = fresh || c.sequel_m == Vec3{} ? c.plain + 1 : 0;
-  const bool is_known = !fresh && c.plain >= 2 && !modes_.feet().all().empty() && before_m != Vec3{};
+  c.moves_without_extrapolation = fresh || c.extrapolated_m == Vec3{} ? c.moves_without_extrapolation + 1 : 0;
+  const bool is_known = !fresh && c.moves_without_extrapolation >= 2 && !modes_.feet().all().empty() && before_m != Vec3{};
   const double ratio = is_known ? std::clamp(dot(c.move_m, before_m) / norm_squared(before_m), 0.0, 0.9) : 0.0;
-  c.sequel_m = ratio / (1.0 - ratio) * c.move_m;
+  c.extrapolated_m = ratio / (1.0 - ratio) * c.move_m;
 }
 
 // The expected move: the last segment's, scaled by the probe's way; while a step settles, the sum above.
 Vec3 ProxyPath::expected_m(const ProbeSegment& segment) const noexcept {
   const double before_m2 = norm_squared(state_.probe_way_m);
-  if (!segment.fresh) return state_.left == Left::rest ? state_.sequel_m : Vec3{};
+  if (!segment.fresh) return state_.pending == Pending::rest ? state_.extrapolated_m : Vec3{};
   if (playing_ || !(before_m2 > 0.0)) return {};
   const double share = dot(segment.to_m - segment.from_m, state_.probe_way_m) / before_m2;
   return std::clamp(share, 0.0, 1.0) * (state_.proxy - state_.segment_start_m);
 }
 
-void ProxyPath::attend(const Vec3& end_m, bool flies) noexcept {
+void ProxyPath::configure_events(const Vec3& end_m, bool flies) noexcept {
   policy_.clear();
-  if (playing_) modes_.attend(crossings_, policy_, state_.proxy);
-  model_.attend(crossings_, end_m, policy_);
+  if (playing_) modes_.configure_events(crossings_, policy_, state_.proxy);
+  model_.configure_events(crossings_, end_m, policy_);
   for (const std::int32_t field : entered_) policy_.fields[static_cast<std::size_t>(field)].stops_at_edges = flies;
 }
 

@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "palpa/mode/crossings.h"
-#include "palpa/mode/live_block.h"
+#include "palpa/mode/state_arena.h"
 #include "palpa/mode/tick_work.h"
+#include "palpa/session/contact_problem.h"
 #include "palpa/session/contacts.h"
 #include "palpa/session/ledger.h"
-#include "palpa/session/local_model.h"
 #include "palpa/session/mode_runtime.h"
 #include "palpa/session/probe_queue.h"
 #include "palpa/session/session.h"
@@ -21,13 +21,13 @@ namespace palpa {
 
 /// Walks the proxy after the probe. One tick of the paper is one step of incremental minimisation of a continuous,
 /// rate-independent law; here the step is refined until the path is that of the law. docs/path.md, section 2, is what this
-/// does, in its order. The caps on sub-steps and work bound a tick; what is left of the probe's path waits in a queue.
+/// does, in its order. The caps on sub-steps and work bound a tick; what is pending of the probe's path waits in a queue.
 /// Construction allocates and throws SceneError; walking does neither. One thread.
 class ProxyPath {
  public:
   /// \param live        keeps all that the next walk depends on
   /// \param step_share  [1] of the finest sample spacing: no segment is longer, nor a move of the proxy
-  ProxyPath(LiveBlock& live, const Scene& scene, const Similarity& map, std::unique_ptr<Law> law, double step_share = 0.5);
+  ProxyPath(StateArena& live, const Scene& scene, const Similarity& map, std::unique_ptr<Law> law, double step_share = 0.5);
   virtual ~ProxyPath() = default;
 
   /// Forgets everything; the next walk begins at its probe.
@@ -35,14 +35,14 @@ class ProxyPath {
   /// Where the proxy is while it is not walked [m].
   void put(const Vec3& proxy_m) noexcept { state_.proxy = proxy_m; }
   /// See Session.
-  void let_through(double most_n) noexcept { modes_.let_through(most_n); }
+  void set_force_limit(double most_n) noexcept { modes_.set_force_limit(most_n); }
   void refine(int times);
   /// Continues after the block was copied from another session's.
-  void goes_on() noexcept;
+  void after_state_copy() noexcept;
   /// Whether another path holds on to the same.
-  bool holds_on_as(const ProxyPath& other) const noexcept { return modes_.holds_on_as(other.modes_); }
+  bool has_same_contacts_as(const ProxyPath& other) const noexcept { return modes_.has_same_contacts_as(other.modes_); }
   /// Begins with the proxy where another path has it, at that path's time.
-  void begin_where(const ProxyPath& other) noexcept;
+  void start_at_proxy_of(const ProxyPath& other) noexcept;
 
   /// Advances the data's time by `time_step_s` [s], whether the proxy is walked or not.
   void pass(double time_step_s) noexcept { state_.elapsed_s += time_step_s; }
@@ -66,14 +66,14 @@ class ProxyPath {
   std::span<const SubStep> sub_steps() const noexcept { return record_.sub_steps(); }
   std::span<const PlacedPrimitive> placed() const noexcept { return record_.placed(); }
   std::span<const SessionEvent> events() const noexcept { return contacts_.events(); }
-  static constexpr std::size_t max_primitives = LocalModel::max_primitives;
+  static constexpr std::size_t max_primitives = ContactProblem::max_primitives;
 
  protected:
   // One move along the path: place, balance, move towards the balance as far as the data allow, report the result.
   virtual void sub_step(ProbeSegment segment) noexcept;
 
-  // What is left to do at a probe position: walk the rest of a stopped move, or check that the proxy rests.
-  enum class Left : std::uint8_t { nothing, way, rest };
+  // What is pending to do at a probe position: walk the rest of a stopped move, or check that the proxy rests.
+  enum class Pending : std::uint8_t { nothing, way, rest };
 
   // The state of the walk that the next sub-step depends on.
   struct PathState {
@@ -83,13 +83,13 @@ class ProxyPath {
     bool felt = false;     // something could pull at the proxy in the last move
     Vec3 segment_start_m;  // where the proxy was before the last segment
     Vec3 probe_way_m;      // of the last segment, from its start to its end
-    Vec3 sequel_m;         // sum of the moves that are still expected: on an elastic level they shrink in one ratio
-    int plain = 0;         // moves in a row that were made without such an expectation
-    Left left = Left::nothing;
+    Vec3 extrapolated_m;   // sum of the moves that are still expected: on an elastic level they shrink in one ratio
+    int moves_without_extrapolation = 0;  // moves in a row that were made without such an expectation
+    Pending pending = Pending::nothing;
     Vec3 step_start_m;                      // of the moves that settle one step
-    double reach_m = 0.0;                   // no move of this segment may be longer; less after each turn back
+    double max_move_m = 0.0;                // no move of this segment may be longer; less after each turn back
     int turns = 0;                          // moves of this segment that turned back, or had no end
-    double left_s = 0.0, whole_s = 0.0;     // the segment's time that is left, and all of it
+    double left_s = 0.0, whole_s = 0.0;     // the segment's time that is pending, and all of it
     double elapsed_s = 0.0;                 // since the session began
     double view_s = 0.0, followed_s = 0.0;  // data time used for sampling, and up to which the proxy is advected
     Crossing stopped_by;                    // the last move; of no field where nothing was crossed
@@ -111,7 +111,7 @@ class ProxyPath {
   bool next_segment(ProbeSegment& segment) noexcept;
   bool is_free() noexcept;
   double time_at_end_of(const ProbeSegment& segment) const noexcept { return state_.elapsed_s - queue_.time_behind_s(segment); }
-  double see(const ProbeSegment& segment) noexcept;
+  double advance_data(const ProbeSegment& segment) noexcept;
   void accept(const ProbeSegment& segment, const Move& made, StepContext& context, bool settles) noexcept;
   Move move(ProbeSegment& segment, StepContext& context, bool settles) noexcept;
   void find_event(const Vec3& start_m, const Vec3& end_m) noexcept;
@@ -120,11 +120,11 @@ class ProxyPath {
   void advance(const ProbeSegment& segment, const Move& move, double follows_s, bool settled) noexcept;
   bool may_give_up() const noexcept;
   void give_up() noexcept;
-  Left left_by(const Move& move, bool settled) const noexcept;
-  void expect_sequel(const Vec3& before_m, bool fresh) noexcept;
+  Pending pending_after(const Move& move, bool settled) const noexcept;
+  void extrapolate_moves(const Vec3& before_m, bool fresh) noexcept;
   Vec3 expected_m(const ProbeSegment& segment) const noexcept;
-  bool meet_bound(ProbeSegment& segment, const StepContext& context, Balance& to) noexcept;
-  void attend(const Vec3& end_m, bool flies) noexcept;
+  bool locate_break_through(ProbeSegment& segment, const StepContext& context, Balance& to) noexcept;
+  void configure_events(const Vec3& end_m, bool flies) noexcept;
 
   double stiffness_n_per_m_;
   TimeOptions time_;
@@ -133,7 +133,7 @@ class ProxyPath {
   Crossings crossings_;
   EventPolicy policy_;
   Event event_;
-  LocalModel model_;
+  ContactProblem model_;
   Contacts contacts_;
   PathState& state_;
   ProbeQueue& queue_;

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <vector>
 
-#include "palpa/mode/live_block.h"
+#include "palpa/mode/state_arena.h"
 #include "palpa/mode/tick_work.h"
+#include "palpa/session/coupling_force.h"
 #include "palpa/session/proxy_path.h"
-#include "palpa/session/pull.h"
 #include "palpa/session/split.h"
 #include "palpa/solver/solver.h"
 
@@ -22,7 +22,7 @@ bool usable(const Vec3& position_m) noexcept {
   return is_finite(position_m) && largest_component(position_m) <= largest_probe_m;
 }
 
-std::unique_ptr<ProxyPath> exact_path(LiveBlock& live, const Scene& scene, const Similarity& map) {
+std::unique_ptr<ProxyPath> exact_path(StateArena& live, const Scene& scene, const Similarity& map) {
   return std::make_unique<ProxyPath>(live, scene, map, std::make_unique<Solver>(ProxyPath::max_primitives));
 }
 
@@ -34,10 +34,10 @@ class Session::State {
       : scene(given),
         map(scene.hand_to_world()),
         path(make_path(live, scene, map)),
-        pull(live.add<Pull>()),
+        pull(live.add<CouplingForce>()),
         ledger(scene.modes().size()),
         mode_ticks(scene.modes().size()) {
-    pull = Pull(Damper(scene.coupling.damping_ns_per_m, encoder_step_m));
+    pull = CouplingForce(Damper(scene.coupling.damping_ns_per_m, encoder_step_m));
   }
 
   Tick tick(const Probe& probe, double dt) noexcept;
@@ -45,40 +45,40 @@ class Session::State {
     path->reset();
     pull.let_go();
   }
-  void continue_from(const State& other) noexcept {
+  void copy_state_from(const State& other) noexcept {
     live.copy(other.live);
-    path->goes_on();
+    path->after_state_copy();
   }
-  void take_over(const State& other) noexcept;
-  std::span<const ModeTick> who_pushed() noexcept;
+  void resume_in_changed_scene(const State& other) noexcept;
+  std::span<const ModeForce> forces_by_mode() noexcept;
 
   Scene scene;
   Similarity map;
-  LiveBlock live;
+  StateArena live;
   std::unique_ptr<ProxyPath> path;
 
  private:
   void gather(Tick& result) noexcept;
 
-  Pull& pull;  // what the next tick depends on besides the path
+  CouplingForce& pull;  // what the next tick depends on besides the path
   Ledger ledger;
-  std::vector<ModeTick> mode_ticks;
-  bool who_pushed_known = true;  // mode_ticks hold the forces of the last sub-step
+  std::vector<ModeForce> mode_ticks;
+  bool has_forces_by_mode = true;  // mode_ticks hold the forces of the last sub-step
   ShownForces shown{ProxyPath::max_primitives};
 };
 
-void Session::State::take_over(const State& other) noexcept {
+void Session::State::resume_in_changed_scene(const State& other) noexcept {
   const Damper own = pull.damper();
-  const bool goes_on = live.has_parts_of(other.live) && path->holds_on_as(*other.path);
-  goes_on ? continue_from(other) : path->begin_where(*other.path);
-  const bool keeps_damper = goes_on && scene.coupling.damping_ns_per_m == other.scene.coupling.damping_ns_per_m;
-  pull.take_over(other.pull, own, keeps_damper, path->proxy_m());
+  const bool after_state_copy = live.has_parts_of(other.live) && path->has_same_contacts_as(*other.path);
+  after_state_copy ? copy_state_from(other) : path->start_at_proxy_of(*other.path);
+  const bool keeps_damper = after_state_copy && scene.coupling.damping_ns_per_m == other.scene.coupling.damping_ns_per_m;
+  pull.resume_in_changed_scene(other.pull, own, keeps_damper, path->proxy_m());
 }
 
 // The main path. Modes place primitives, the law balances them, the coupling pulls the hand.
 Tick Session::State::tick(const Probe& probe, double dt) noexcept {
-  std::fill(mode_ticks.begin(), mode_ticks.end(), ModeTick{});
-  who_pushed_known = true;
+  std::fill(mode_ticks.begin(), mode_ticks.end(), ModeForce{});
+  has_forces_by_mode = true;
   Tick result;
   result.probe_valid = probe.valid;
   result.probe_m = result.proxy_m = path->proxy_m();
@@ -100,7 +100,7 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
   result.probe_m = p;
   result.probe_step_m = pull.step_m(p);
   result.proxy_m = path->proxy_m();
-  const Pull::Answer answer =
+  const CouplingForce::Answer answer =
       pull.answer({before, result.proxy_m, path->followed_m(), path->released_m(), result.status == TickStatus::waiting}, p,
                   scene.coupling, dt);
   result.probe_velocity_m_per_s = probe.velocity_m_per_s.value_or(result.probe_step_m / dt);
@@ -132,18 +132,18 @@ void Session::State::gather(Tick& result) noexcept {
     const double work_j = ledger.works_j()[m];
     (work_j >= 0.0 ? mode_ticks[m].injected_j : mode_ticks[m].dissipated_j) = std::abs(work_j);
   }
-  who_pushed_known = path->sub_steps().empty();
+  has_forces_by_mode = path->sub_steps().empty();
 }
 
 // The modes' forces in the last sub-step, as they are shown.
-std::span<const ModeTick> Session::State::who_pushed() noexcept {
-  if (who_pushed_known) return mode_ticks;
-  who_pushed_known = true;
+std::span<const ModeForce> Session::State::forces_by_mode() noexcept {
+  if (has_forces_by_mode) return mode_ticks;
+  has_forces_by_mode = true;
   const SubStep& last = path->sub_steps().back();
   const auto placed = path->placed().subspan(last.first_primitive, last.primitives);
   const std::span<const Vec3> forces_n = shown.of(placed, last.balance);
   for (std::size_t i = 0; i < placed.size(); ++i) {
-    ModeTick& mode = mode_ticks[placed[i].primitive.id.mode];
+    ModeForce& mode = mode_ticks[placed[i].primitive.id.mode];
     mode.split_shared = mode.split_shared || shown.is_shared(i);
     mode.force_n += forces_n[i];
     ++mode.primitives;
@@ -164,13 +164,13 @@ Session& Session::operator=(Session&&) noexcept = default;
 
 Tick Session::tick(const Probe& probe, double time_step_s) noexcept { return state_->tick(probe, time_step_s); }
 void Session::reset() noexcept { state_->reset(); }
-void Session::let_through(double most_n) noexcept { state_->path->let_through(most_n); }
+void Session::set_force_limit(double most_n) noexcept { state_->path->set_force_limit(most_n); }
 void Session::refine_path(int times) { state_->path->refine(times); }
-void Session::continue_from(const Session& other) noexcept { state_->continue_from(*other.state_); }
-void Session::take_over(const Session& other) noexcept { state_->take_over(*other.state_); }
+void Session::copy_state_from(const Session& other) noexcept { state_->copy_state_from(*other.state_); }
+void Session::resume_in_changed_scene(const Session& other) noexcept { state_->resume_in_changed_scene(*other.state_); }
 const Scene& Session::scene() const noexcept { return state_->scene; }
 const Similarity& Session::hand_to_world() const noexcept { return state_->map; }
-std::span<const ModeTick> Session::modes() const noexcept { return state_->who_pushed(); }
+std::span<const ModeForce> Session::modes() const noexcept { return state_->forces_by_mode(); }
 std::span<const SubStep> Session::sub_steps() const noexcept { return state_->path->sub_steps(); }
 std::span<const PlacedPrimitive> Session::placed() const noexcept { return state_->path->placed(); }
 std::span<const SessionEvent> Session::events() const noexcept { return state_->path->events(); }

@@ -13,7 +13,7 @@
 
 namespace palpa {
 
-class LiveBlock;
+class StateArena;
 class ProxyPath;
 
 /// The hand's point as the device reports it.
@@ -54,7 +54,7 @@ struct Tick {
 };
 
 /// A mode's part in one tick.
-struct ModeTick {
+struct ModeForce {
   Vec3 force_n;  ///< sum over its primitives in the last sub-step, in the least split of force
   double dissipated_j = 0.0;
   double injected_j = 0.0;
@@ -75,7 +75,7 @@ struct SessionEvent {
 
 /// Makes the path on which a session walks the proxy, internal; what its next tick depends on is kept in the block.
 /// Allocates and throws SceneError.
-using PathMaker = std::unique_ptr<ProxyPath> (*)(LiveBlock& live, const Scene& scene, const Similarity& hand_to_world);
+using PathMaker = std::unique_ptr<ProxyPath> (*)(StateArena& live, const Scene& scene, const Similarity& hand_to_world);
 
 /// A scene being felt: the proxy, the modes' memories, the ledger. It holds a snapshot of the scene
 /// (voxels shared). Construction allocates and throws SceneError; `tick` does neither, takes no lock,
@@ -100,24 +100,24 @@ class Session {
   void reset() noexcept;
 
   /// Sets the most that guard and device let reach the hand [N], at first infinity: a level that is stronger never yields.
-  void let_through(double most_n) noexcept;
+  void set_force_limit(double most_n) noexcept;
 
   /// Walks the path in sub-steps `times` [1] (1…16) as short as usual, and in at least that many per tick; the cap on
   /// sub-steps is so much higher. For studies of convergence: the paths agree as the steps shrink.
   /// Allocates.
   void refine_path(int times);
-  /// Copies the state of another session of the same scene, `let_through` included; the warm start is forgotten.
+  /// Copies the state of another session of the same scene, `set_force_limit` included; the warm start is forgotten.
   /// Programming error (assert) if the scenes differ in number of modes or memories.
-  void continue_from(const Session& other) noexcept;
+  void copy_state_from(const Session& other) noexcept;
   /// Goes on where a session of another scene is: with all of its state where its modes hold on to the same levels of the same
   /// data, as after a change of strengths or of the coupling, else with its proxy, its time, and fresh memories.
-  void take_over(const Session& other) noexcept;
+  void resume_in_changed_scene(const Session& other) noexcept;
 
   const Scene& scene() const noexcept;
   const Similarity& hand_to_world() const noexcept;
   /// Who pushed in the last tick; valid until the next. Modes in the scene's order. The first call after a
   /// tick works it out, in microseconds: ask after the command is sent, or not at all.
-  std::span<const ModeTick> modes() const noexcept;
+  std::span<const ModeForce> modes() const noexcept;
   /// Of the last tick; valid until the next.
   std::span<const SubStep> sub_steps() const noexcept;
   std::span<const PlacedPrimitive> placed() const noexcept;

@@ -9,7 +9,7 @@ namespace palpa {
 
 void StepRecord::reserve(std::size_t steps) {
   sub_steps_.reserve(steps);
-  placed_.reserve(steps * LocalModel::max_primitives);
+  placed_.reserve(steps * ContactProblem::max_primitives);
 }
 
 void StepRecord::clear() noexcept {
@@ -17,7 +17,7 @@ void StepRecord::clear() noexcept {
   placed_.clear();
 }
 
-void StepRecord::add(SubStep& step, bool settles, double spacing_m, const LocalModel& model,
+void StepRecord::add(SubStep& step, bool settles, double spacing_m, const ContactProblem& model,
                      const ModeRuntime& modes) noexcept {
   // A recorded sub-step is a straight way: moves are joined only while they stay near the first one's end.
   const bool is_one = settles && !sub_steps_.empty() && sub_steps_.back().stop == Stop::full && step.stop == Stop::full &&
@@ -37,7 +37,7 @@ void StepRecord::add(SubStep& step, bool settles, double spacing_m, const LocalM
 }
 
 // Records what was solved. Facets without force are left out, which changes nothing (theory.md); at most three have one.
-void StepRecord::add_rows(SubStep& step, const LocalModel& model, const ModeRuntime& modes) noexcept {
+void StepRecord::add_rows(SubStep& step, const ContactProblem& model, const ModeRuntime& modes) noexcept {
   const PrimitiveSet& set = model.set();
   const std::span<const Vec3> forces = model.law().forces_n();
   step.first_primitive = static_cast<std::uint32_t>(placed_.size());

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "palpa/session/local_model.h"
+#include "palpa/session/contact_problem.h"
 #include "palpa/session/session.h"
 
 namespace palpa {
@@ -21,7 +21,7 @@ class StepRecord {
 
   /// Records a move that the model was solved for; `settles`: of the same step as the one before. `spacing_m` [m] is
   /// that of the data near by. Fills in what is not given: directed forces, energies, primitives.
-  void add(SubStep& step, bool settles, double spacing_m, const LocalModel& model, const ModeRuntime& modes) noexcept;
+  void add(SubStep& step, bool settles, double spacing_m, const ContactProblem& model, const ModeRuntime& modes) noexcept;
   /// Marks the last sub-step as stopped by the cap.
   void cut() noexcept { sub_steps_.back().stop = Stop::cap; }
 
@@ -29,7 +29,7 @@ class StepRecord {
   std::span<const PlacedPrimitive> placed() const noexcept { return placed_; }
 
  private:
-  void add_rows(SubStep& step, const LocalModel& model, const ModeRuntime& modes) noexcept;
+  void add_rows(SubStep& step, const ContactProblem& model, const ModeRuntime& modes) noexcept;
 
   std::vector<SubStep> sub_steps_;
   std::vector<PlacedPrimitive> placed_;

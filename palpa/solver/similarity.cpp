@@ -16,7 +16,7 @@ bool is_usable(const Similarity& map) noexcept {
   return determinant(map.rotation) > 0.0;
 }
 
-Mat3 turn_about(const Vec3& axis, double turn_deg) noexcept {
+Mat3 rotation_about(const Vec3& axis, double turn_deg) noexcept {
   const double reduced = std::fmod(turn_deg, 360.0);
   const double quarters = reduced / 90.0;
   double sine = std::sin(reduced * std::numbers::pi / 180.0);
@@ -33,7 +33,7 @@ Mat3 turn_about(const Vec3& axis, double turn_deg) noexcept {
 }
 
 // R = c + (1 − c) a aᵀ + s [a]×.
-AxisTurn axis_of(const Mat3& r) noexcept {
+AxisTurn axis_angle(const Mat3& r) noexcept {
   const Vec3 twice_sine{r.row[2].y - r.row[1].z, r.row[0].z - r.row[2].x, r.row[1].x - r.row[0].y};
   const double cosine = 0.5 * (r.row[0].x + r.row[1].y + r.row[2].z - 1.0);
   const double turn_deg = std::atan2(0.5 * norm(twice_sine), cosine) * 180.0 / std::numbers::pi;

@@ -25,7 +25,7 @@ struct Similarity {
     return transposed_times(rotation, world_m - translation_m) / scale;
   }
   /// `world`, a vector in the world in its own unit (a velocity, a normal), turned into the hand frame.
-  constexpr Vec3 turned_to_hand(const Vec3& world) const noexcept { return transposed_times(rotation, world); }
+  constexpr Vec3 direction_to_hand(const Vec3& world) const noexcept { return transposed_times(rotation, world); }
   /// `hand`, a vector of the hand frame in its own unit, turned into the world.
   constexpr Vec3 turned_to_world(const Vec3& hand) const noexcept { return rotation * hand; }
   /// A gradient `per_world_metre` [unit/m] as the gradient per hand metre of the same field: s·Rᵀ g.
@@ -47,13 +47,13 @@ bool is_usable(const Similarity& map) noexcept;
 /// volume keep their bits. Any thread.
 /// \param axis     [1] of any length above 0
 /// \param turn_deg  [°] finite
-Mat3 turn_about(const Vec3& axis, double turn_deg) noexcept;
+Mat3 rotation_about(const Vec3& axis, double turn_deg) noexcept;
 /// An axis and the turn about it.
 struct AxisTurn {
   Vec3 axis{0, 0, 1};     ///< [1] of length 1
   double turn_deg = 0.0;  ///< 0…180
 };
-/// Axis and angle from which `turn_about` makes this rotation, to rounding; the z axis for no rotation. Any thread.
-AxisTurn axis_of(const Mat3& rotation) noexcept;
+/// Axis and angle from which `rotation_about` makes this rotation, to rounding; the z axis for no rotation. Any thread.
+AxisTurn axis_angle(const Mat3& rotation) noexcept;
 
 }  // namespace palpa

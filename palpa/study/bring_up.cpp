@@ -240,7 +240,7 @@ std::optional<Mechanics> mechanics_of(const std::vector<Sample>& samples, double
 
 // ---- the steps ----
 
-bool find_place(Rhythm& rhythm, BringUp& result) {
+bool find_place(Rhythm& rhythm, DeviceCalibration& result) {
   const double end_s = rhythm.clock().now_s() + first_state_s;
   DeviceState state;
   do {
@@ -256,7 +256,7 @@ bool find_place(Rhythm& rhythm, BringUp& result) {
   return result.knows_its_place;
 }
 
-bool measure_positions(Rhythm& rhythm, BringUp& result) {
+bool measure_positions(Rhythm& rhythm, DeviceCalibration& result) {
   const auto samples = rhythm.take(stroke_s, no_force);
   if (samples.empty()) return false;
   result.encoder_step_m = smallest_step_m(samples);
@@ -273,7 +273,7 @@ bool measure_positions(Rhythm& rhythm, BringUp& result) {
   return true;
 }
 
-bool measure_pulses(Rhythm& rhythm, BringUp& result) {
+bool measure_pulses(Rhythm& rhythm, DeviceCalibration& result) {
   constexpr std::pair<const char*, Vec3> axes[] = {{"to the right", {1, 0, 0}}, {"up", {0, 1, 0}}, {"towards you", {0, 0, 1}}};
   std::vector<double> delays_s;
   result.pushes_rightly = true;
@@ -298,7 +298,7 @@ bool measure_pulses(Rhythm& rhythm, BringUp& result) {
   return true;
 }
 
-bool measure_swing(Rhythm& rhythm, const Vec3& middle_m, BringUp& result) {
+bool measure_swing(Rhythm& rhythm, const Vec3& middle_m, DeviceCalibration& result) {
   const auto samples = rhythm.take(swing_s, [&](double time_s, const Vec3& place_m) {
     return std::min(1.0, time_s / spring_ramp_s) * spring_n_per_m * (middle_m - place_m);
   });
@@ -331,8 +331,8 @@ class WallClock final : public LoopClock {
 
 }  // namespace
 
-BringUp bring_up(Device& device, LoopClock& clock, const AskPerson& ask, const std::atomic<bool>& stop) {
-  BringUp result;
+DeviceCalibration bring_up(Device& device, LoopClock& clock, const AskPerson& ask, const std::atomic<bool>& stop) {
+  DeviceCalibration result;
   Rhythm rhythm(device, clock, stop);
   const auto broken = [&] {
     result.findings.push_back("It ends here: " + rhythm.fault + ".");

@@ -13,7 +13,7 @@
 namespace palpa {
 
 /// What was measured. What is none could not be.
-struct BringUp {
+struct DeviceCalibration {
   bool knows_its_place = false;
   bool pushes_rightly = false;           ///< along each axis, to the side that was asked for
   std::optional<double> encoder_step_m;  ///< smallest steps of its positions while it was moved slowly
@@ -34,7 +34,7 @@ using AskPerson = std::function<bool(const std::string&)>;
 /// \param stop   ends it after the millisecond under way
 /// Pulses and their delay: the parabola of a mass under a constant force. Swing: least squares of the balance of energy
 /// m Δ(v²)/2 + b ∫v² dt + f ∫|v| dt = ∫F·v dt over pieces of it.
-BringUp bring_up(Device& device, LoopClock& clock, const AskPerson& ask, const std::atomic<bool>& stop);
+DeviceCalibration bring_up(Device& device, LoopClock& clock, const AskPerson& ask, const std::atomic<bool>& stop);
 
 /// The clock of the wall, for `bring_up`.
 std::unique_ptr<LoopClock> wall_clock();

@@ -32,7 +32,7 @@ Vec3 inwards_of(const Vec3& force_n) {
 
 Vec3 force_of_modes_n(const Session& session) {
   Vec3 sum_n;
-  for (const ModeTick& mode : session.modes()) sum_n += mode.force_n;
+  for (const ModeForce& mode : session.modes()) sum_n += mode.force_n;
   return sum_n;
 }
 

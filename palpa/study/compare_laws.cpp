@@ -99,7 +99,7 @@ LawComparison compare_laws(const Scene& given, std::span<const Probe> probes, do
   exact.reserve(probes.size());
   PrimitiveSet set;
   Session session(with_law(scene, "exact"));
-  session.let_through(scene.coupling.max_force_n);
+  session.set_force_limit(scene.coupling.max_force_n);
   for (const Probe& probe : probes) {
     const Tick tick = session.tick(probe, time_step_s);
     exact.push_back({tick.probe_valid && tick.status != TickStatus::bad_input, tick.proxy_m, tick.force_n});
@@ -131,7 +131,7 @@ LawComparison compare_laws(const Scene& given, std::span<const Probe> probes, do
 
     const Scene own = with_law(scene, laws[i]);
     Session alone(own, baseline::path);
-    alone.let_through(scene.coupling.max_force_n);
+    alone.set_force_limit(scene.coupling.max_force_n);
     std::vector<double> apart_m, apart_n;
     for (std::size_t t = 0; t < probes.size(); ++t) {
       const Tick tick = alone.tick(probes[t], time_step_s);

@@ -61,7 +61,7 @@ class Feeler {
   enum class Until { contact, level, end };
   template <class At>
   Way feel(const Vec3& from_m, const Vec3& direction, double length_m, Until until, const At& at) {
-    session_.continue_from(fresh_);
+    session_.copy_state_from(fresh_);
     Way way;
     forces_n_.clear();
     bool over = false;

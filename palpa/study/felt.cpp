@@ -80,7 +80,7 @@ void add_tick(FeltRun& run, const TickFrame& frame, const Session& session) {
     if (broke) tick.broke_force_n = std::max(tick.broke_force_n, run.stiffness_n_per_m * event.depth_m);
   }
   run.ticks.push_back(tick);
-  const std::span<const ModeTick> modes = session.modes();
+  const std::span<const ModeForce> modes = session.modes();
   for (std::size_t m = 0; m < run.modes.size(); ++m) run.modes[m].force_n.push_back(modes[m].force_n);
 }
 

@@ -115,8 +115,8 @@ struct ExcessStep {
 /// A step beyond this [N] is felt as a tick of its own: fingers tell apart some 30 mN of a small force. Less: steps that nobody
 /// feels are listed; more: felt ones are not.
 inline constexpr double felt_step_n = 0.05;
-/// A fall lasts at most this long [s] after its break-through (`Release`, whose limit this repeats); steps in it have that as
-/// their cause. Longer: other steps are explained away; shorter: the end of a fall has no cause.
+/// A fall lasts at most this long [s] after its break-through (`BreakThroughFilter`, whose limit this repeats); steps in it
+/// have that as their cause. Longer: other steps are explained away; shorter: the end of a fall has no cause.
 inline constexpr double after_break_through_s = 0.02;
 
 /// The steps whose excess is above `above_n` [N], in order. Between ticks where the probe was not usable there is none.

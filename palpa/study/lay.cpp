@@ -127,7 +127,7 @@ std::vector<Vec3> best_apart(const std::vector<Place>& places) {
 
 }  // namespace
 
-Laid Reach::lay(const std::shared_ptr<const Target>& recording, Hold hold) const {
+RecordingPlacement Reach::place_recording(const std::shared_ptr<const Target>& recording, Hold hold) const {
   assert(!is_empty());
   const std::vector<Vec3> places_m = places_of(*recording);
   if (places_m.empty()) return {};
@@ -142,7 +142,7 @@ Laid Reach::lay(const std::shared_ptr<const Target>& recording, Hold hold) const
   constexpr double plenty = 0.4;
   struct Try {
     double worth;
-    Laid laid;
+    RecordingPlacement laid;
   };
   std::vector<Try> tried_out;
   for (const int front_worth : {2, 1}) {
@@ -165,7 +165,7 @@ Laid Reach::lay(const std::shared_ptr<const Target>& recording, Hold hold) const
     const Summary all = tried(scene_, displaced(recording, one.laid.offset_m, scale), hold, longest_s);
     if (200 * all.guard_limited_ticks <= all.ticks) return one.laid;
   }
-  return tried_out.empty() ? Laid{} : tried_out.front().laid;
+  return tried_out.empty() ? RecordingPlacement{} : tried_out.front().laid;
 }
 
 }  // namespace palpa

@@ -45,13 +45,13 @@ class MapFeeler {
         fresh_(scene, baseline::path),
         session_(scene, baseline::path),
         held_(scene, baseline::path) {
-    fresh_.let_through(max_force_n_);
+    fresh_.set_force_limit(max_force_n_);
     const double last_z_m = lattice.place_m(0, 0, lattice.points[2] - 1).z;
     begin_z_m_ = std::max(last_z_m, detail::half_m) + detail::before_m;
   }
 
   void feel(int i, int j, std::vector<MapPoint>& points) {
-    session_.continue_from(fresh_);
+    session_.copy_state_from(fresh_);
     broken_levels_ = 0;
     Vec3 at_m = lattice_.place_m(i, j, 0);
     at_m.z = begin_z_m_;
@@ -83,7 +83,7 @@ class MapFeeler {
 
   MapPoint held(const Tick& arrived) {
     MapPoint point{.first_contact_n = limited(arrived.force_n), .broken_levels = broken_levels_, .settled = false};
-    held_.continue_from(session_);
+    held_.copy_state_from(session_);
     Tick tick = arrived;
     for (int n = 0; n < most_held_ticks && !point.settled; ++n) {
       ++ticks_;

@@ -73,7 +73,7 @@ void check_duration(const PreparedRun& prepared, const RunOptions& options) {
 }
 
 /// How a recording was laid.
-std::string words_of(const Laid& laid) {
+std::string words_of(const RecordingPlacement& laid) {
   std::string words = "The recording was ";
   if (laid.scale != 1.0) {
     words += detail::text("made %.3g times smaller, which brings it into a device's reach, and ", 1.0 / laid.scale);
@@ -98,7 +98,7 @@ std::string words_of_stiffness(const Scene& scene, const DevicePlant& plant) {
 
 /// A sentence for each level that is stronger than any force that can reach the hand, so that it never lets go.
 std::vector<std::string> words_of_unyielding(const Scene& scene, double device_max_force_n) {
-  const double most_n = let_through_n(scene, device_max_force_n);
+  const double most_n = force_limit_n(scene, device_max_force_n);
   const char* whose = device_max_force_n < scene.coupling.max_force_n ? "the device's limit" : "coupling.max_force_n";
   std::vector<std::string> sentences;
   for (const UnyieldingLevel& level : unyielding_levels(scene, most_n)) {
@@ -185,7 +185,7 @@ PreparedRun placed(const SoughtHand& hand, LoadedScene loaded, const RunOptions&
                           ? simulated_target(*hand.motion)
                           : simulated_target(*hand.motion, prepared.reach->encounter(*hand.motion, hold));
   } else if (prepared.reach && !prepared.reach->is_empty()) {
-    const Laid laid = prepared.reach->lay(prepared.target, hold);
+    const RecordingPlacement laid = prepared.reach->place_recording(prepared.target, hold);
     prepared.target = displaced(prepared.target, laid.offset_m, laid.scale);
     prepared.laid = laid;
     prepared.notes.push_back(words_of(laid));

@@ -24,7 +24,7 @@ struct Nearest {
 };
 
 /// Where a recorded hand was laid.
-struct Laid {
+struct RecordingPlacement {
   double scale = 1.0;          ///< [1] all its positions are multiplied by this
   Vec3 offset_m;               ///< and then moved by this
   double contact_share = 0.0;  ///< [1] share of ticks that feel something, in a trial over its first 30 s
@@ -54,7 +54,7 @@ class Reach {
   /// something was felt; fronts and rare modes count for more, a beginning behind a level for less. The best few are tried out,
   /// and the one with the longest contact with the most modes is taken, if its force stays below the limit. A motion wider than
   /// 0.25 m, which no desktop device could make, is first made 0.15 m wide. Programming error (assert) where nothing is felt.
-  Laid lay(const std::shared_ptr<const Target>& recording, Hold hold) const;
+  RecordingPlacement place_recording(const std::shared_ptr<const Target>& recording, Hold hold) const;
   /// The share [1] of these places of a hand [m] at which something was felt.
   double felt_share(std::span<const Vec3> places_m) const noexcept;
   /// What is nearest to any of these places of a hand [m]; nothing where nothing is felt or there is no place.

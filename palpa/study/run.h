@@ -79,11 +79,11 @@ struct PreparedRun {
   std::shared_ptr<const Target> target;   ///< where the hand wants to be: `hand` follows it
   std::unique_ptr<Device> real_device;    ///< with what the user's devices.toml says of it
   double duration_s = 0.0;
-  bool ends_with_row = false;      ///< the duration is a recording's: a tick at its very end feels the last row
-  std::optional<Reach> reach;      ///< what can be felt, if it was needed to place the hand
-  std::optional<Laid> laid;        ///< where the recording was laid, if it was
-  bool goes_its_own_way = false;   ///< the hand is a recording that no force holds back
-  std::string remedy;              ///< the option that would lay the recording where it feels most, if it was not
+  bool ends_with_row = false;              ///< the duration is a recording's: a tick at its very end feels the last row
+  std::optional<Reach> reach;              ///< what can be felt, if it was needed to place the hand
+  std::optional<RecordingPlacement> laid;  ///< where the recording was laid, if it was
+  bool goes_its_own_way = false;           ///< the hand is a recording that no force holds back
+  std::string remedy;              ///< the option that would place_recording the recording where it feels most, if it was not
   std::vector<std::string> notes;  ///< what was done with the hand, and which levels it cannot press through: sentences
 };
 /// Loads scene and hand, places the hand where data can be felt (`Reach`), and checks all options, also whether the trace's

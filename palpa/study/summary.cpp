@@ -63,7 +63,7 @@ SummaryBuilder::SummaryBuilder(std::vector<ModeSummary> modes) {
   mode_contact_ticks_.resize(summary_.modes.size());
 }
 
-void SummaryBuilder::add(const TickFrame& frame, std::span<const ModeTick> modes,
+void SummaryBuilder::add(const TickFrame& frame, std::span<const ModeForce> modes,
                          std::span<const SessionEvent> events) noexcept {
   const Tick& tick = frame.result;
   ++summary_.ticks;

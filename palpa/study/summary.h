@@ -68,7 +68,7 @@ class SummaryBuilder {
   /// For modes of which only name and type are known, as for a trace whose data are missing.
   explicit SummaryBuilder(std::vector<ModeSummary> modes);
   /// One tick; `modes` in the scene's order.
-  void add(const TickFrame& frame, std::span<const ModeTick> modes, std::span<const SessionEvent> events) noexcept;
+  void add(const TickFrame& frame, std::span<const ModeForce> modes, std::span<const SessionEvent> events) noexcept;
   /// The session's last tick.
   void add(const TickFrame& frame, const Session& session) noexcept { add(frame, session.modes(), session.events()); }
   /// \param wall_s  [s] what the run took by the clock on the wall

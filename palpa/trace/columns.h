@@ -16,7 +16,7 @@ namespace palpa::detail {
 struct ModeRow {
   std::int64_t tick;
   std::string_view mode;
-  const ModeTick& result;
+  const ModeForce& result;
 };
 
 /// A row of balances.csv.

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "palpa/base/shown.h"
+#include "palpa/base/sanitized.h"
 #include "palpa/trace/columns.h"
 #include "palpa/trace/csv.h"
 #include "palpa/trace/trace.h"

@@ -11,7 +11,7 @@
 #include <string>
 
 #include "palpa/base/own_files.h"
-#include "palpa/base/shown.h"
+#include "palpa/base/sanitized.h"
 #include "palpa/base/wording.h"
 #include "palpa/file/vtk_xml.h"
 #include "palpa/trace/columns.h"

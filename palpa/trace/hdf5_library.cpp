@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "palpa/base/shown.h"
+#include "palpa/base/sanitized.h"
 #include "palpa/trace/hdf5.h"
 #include "palpa/version.h"
 

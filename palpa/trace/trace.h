@@ -121,7 +121,7 @@ class TraceWriter {
 
   /// One tick with what the session had to say of it; an event where the guard's state changes. Throws
   /// LoadError where the disk is full.
-  void append(const TickFrame& frame, std::span<const ModeTick> modes, std::span<const SubStep> sub_steps,
+  void append(const TickFrame& frame, std::span<const ModeForce> modes, std::span<const SubStep> sub_steps,
               std::span<const PlacedPrimitive> placed, std::span<const SessionEvent> events);
   /// An event of the loop: warning, lost_ticks, lost_rows, …
   void append_event(std::int64_t tick, double t_s, const std::string& kind, const std::string& subject,

@@ -204,7 +204,7 @@ TraceWriter::~TraceWriter() {
 void TraceWriter::add_note(const std::string& note) { files_->header.notes.push_back(note); }
 bool TraceWriter::records_primitives() const noexcept { return files_->header.primitives; }
 
-void TraceWriter::append(const TickFrame& frame, std::span<const ModeTick> modes, std::span<const SubStep> sub_steps,
+void TraceWriter::append(const TickFrame& frame, std::span<const ModeForce> modes, std::span<const SubStep> sub_steps,
                          std::span<const PlacedPrimitive> placed, std::span<const SessionEvent> events) {
   Files& files = *files_;
   files.guarded([&] {

@@ -87,7 +87,7 @@ class Part : public Field {
   double spacing_m() const noexcept override { return field_->spacing_m(); }
   Box bounds_m() const noexcept override { return box_; }
   double depth_m(const Vec3& x_m) const noexcept override { return field_->depth_m(x_m); }
-  std::vector<Extent> extents() const override { return field_->extents(); }
+  std::vector<ValueRange> value_ranges() const override { return field_->value_ranges(); }
 
  private:
   FieldPtr field_;
@@ -552,15 +552,15 @@ std::vector<ViewLayer> layers_of(const Scene& scene) {
 
 ColorMap colors_of(const ViewLayer& layer, const Field& field) {
   if (!layer.colors.empty()) return ColorMap(layer.colors);
-  const std::vector<Extent> extents = field.extents();
+  const std::vector<ValueRange> value_ranges = field.value_ranges();
   if (layer.show == ViewLayer::Show::volume) {  // what is low is seen through
-    const double low = extents[0].min, high = extents[0].max;
+    const double low = value_ranges[0].min, high = value_ranges[0].max;
     return ColorMap(std::vector<ViewLayer::ColorPoint>{
         {low, "#000000", 0.0}, {0.5 * (low + high), "#8a6a4f", 0.05}, {high, "#fff6e5", 0.8}});
   }
-  if (field.components() == 1) return grey_colors(extents[0].min, extents[0].max);
+  if (field.components() == 1) return grey_colors(value_ranges[0].min, value_ranges[0].max);
   double squared = 0.0;
-  for (const Extent& extent : extents) squared += std::pow(std::max(std::abs(extent.min), std::abs(extent.max)), 2);
+  for (const ValueRange& extent : value_ranges) squared += std::pow(std::max(std::abs(extent.min), std::abs(extent.max)), 2);
   return magnitude_colors(0.0, std::sqrt(squared));
 }
 
@@ -581,7 +581,7 @@ SurfaceStyle surface_style(const Scene& scene, const std::vector<ViewLayer>& lay
   if (layer.level) {
     look.level = *layer.level;
   } else {
-    const Extent extent = scene.field(layer.field).field->extents()[0];
+    const ValueRange extent = scene.field(layer.field).field->value_ranges()[0];
     look.level = 0.5 * (extent.min + extent.max);
   }
   if (!layer.colors.empty()) {

@@ -338,7 +338,8 @@ Picture scene_picture(const Scene& scene, std::span<const PathPoint> path, const
     }
     name_ends(canvas, view, *moment);
   }
-  const std::array<Vec3, 3> axes{map.turned_to_hand({1, 0, 0}), map.turned_to_hand({0, 1, 0}), map.turned_to_hand({0, 0, 1})};
+  const std::array<Vec3, 3> axes{map.direction_to_hand({1, 0, 0}), map.direction_to_hand({0, 1, 0}),
+                                 map.direction_to_hand({0, 0, 1})};
   const bool medical = std::any_of(scene.volumes().begin(), scene.volumes().end(),
                                    [](const SceneVolume& volume) { return volume.volume.medical_frame; });
   medical ? detail::draw_orientation(canvas, layout, view, axes) : detail::draw_axes(canvas, view, axes);

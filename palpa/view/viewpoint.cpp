@@ -111,7 +111,7 @@ bool is_across(std::span<const PathPoint> path) {
 ScenePictureOptions overview(const Scene& scene, std::span<const PathPoint> path) {
   ScenePictureOptions options;
   if (scene.view.from) {
-    options.from = scene.hand_to_world().turned_to_hand(*scene.view.from);
+    options.from = scene.hand_to_world().direction_to_hand(*scene.view.from);
     return options;
   }
   if (path.empty()) return options;

@@ -309,7 +309,7 @@ class CoherentFlow : public Field {
   double spacing_m() const noexcept override { return flow_->spacing_m(); }
   Box bounds_m() const noexcept override { return flow_->bounds_m(); }
   double depth_m(const Vec3& x_m) const noexcept override { return flow_->depth_m(x_m); }
-  std::vector<Extent> extents() const override { return flow_->extents(); }
+  std::vector<ValueRange> value_ranges() const override { return flow_->value_ranges(); }
 
  private:
   FieldPtr flow_, coherence_;

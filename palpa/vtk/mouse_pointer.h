@@ -15,13 +15,13 @@
 #include <cmath>
 #include <optional>
 
-#include "palpa/device/pointer.h"
+#include "palpa/device/mouse_hand.h"
 #include "palpa/solver/similarity.h"
 
 namespace palpa {
 
-/// Moves a `Pointer` as the mouse moves over the picture, as far as that is at the camera's focal point, and with each notch of
-/// the wheel by 2 mm away from the eye, or back. While a button is pressed the interactor's style has the mouse, to turn the
+/// Moves a `MouseHand` as the mouse moves over the picture, as far as that is at the camera's focal point, and with each notch
+/// of the wheel by 2 mm away from the eye, or back. While a button is pressed the interactor's style has the mouse, to turn the
 /// view, and the hand rests; the wheel is the hand's alone. Window's thread; allocates when it is made only.
 class MousePointer {
  public:
@@ -32,7 +32,8 @@ class MousePointer {
   /// \param renderer       whose camera is looked through
   /// \param pointer        outlives this
   /// \param hand_to_world  where the hand is in what the renderer shows: `scene.hand_to_world()` where that is the data's world
-  MousePointer(vtkRenderWindowInteractor* interactor, vtkRenderer* renderer, Pointer& pointer, const Similarity& hand_to_world)
+  MousePointer(vtkRenderWindowInteractor* interactor, vtkRenderer* renderer, MouseHand& pointer,
+               const Similarity& hand_to_world)
       : interactor_(interactor), renderer_(renderer), pointer_(pointer), map_(hand_to_world) {
     command_->SetClientData(this);
     command_->SetCallback(
@@ -72,13 +73,13 @@ class MousePointer {
     } else {
       way_m = (event == vtkCommand::MouseWheelForwardEvent ? notch_m : -notch_m) * map_.scale * in;
     }
-    pointer_.move(map_.turned_to_hand(way_m) / map_.scale);
+    pointer_.move(map_.direction_to_hand(way_m) / map_.scale);
   }
 
   vtkSmartPointer<vtkRenderWindowInteractor> interactor_;
   vtkSmartPointer<vtkInteractorStyle> style_;
   vtkSmartPointer<vtkRenderer> renderer_;
-  Pointer& pointer_;
+  MouseHand& pointer_;
   const Similarity map_;
   std::optional<std::array<int, 2>> last_px_;
   vtkNew<vtkCallbackCommand> command_;

@@ -54,8 +54,8 @@ _reader = _pathlib.Path(__file__).absolute().parents[2] / "bin" / "palpa-read"
 if _reader.exists():
     _os.environ.setdefault("PALPA_READER", str(_reader))
 
-from ._palpa import (DeviceLimits, DeviceState, Energy, Field, GuardedSession, GuardedTick, Here, LoadError, Mask, ModeTick, Out,
-                     Pointer, ScalarSample, SceneError, Session, Strength, Tick, TickStatus, VectorSample, Volume, beating_chamber, burgers_vortex, head_phantom, lamb_oseen_vortex, laws,
+from ._palpa import (DeviceLimits, DeviceState, Energy, Field, GuardedSession, GuardedTick, Here, LoadError, Mask, ModeForce, Out,
+                     MouseHand, ScalarSample, SceneError, Session, Strength, Tick, TickStatus, VectorSample, Volume, beating_chamber, burgers_vortex, head_phantom, lamb_oseen_vortex, laws,
                      plane_field, ring_vortex, sphere_field, wing_wake)
 from ._device import Device
 from ._live import Live, live

@@ -12,7 +12,7 @@ from typing import Any
 from . import _palpa
 from ._device import Device
 from ._modes import plugins
-from ._palpa import Pointer
+from ._palpa import MouseHand
 from ._parameters import Strict
 from ._scene import PalpaWarning, Scene
 from ._trace import Trace, _hand_given, _in_python, _new_folder
@@ -112,24 +112,24 @@ class Live(Strict):
         self.stop()
 
 
-def live(scene: Scene, *, hand: str | PathLike | None = None, device: str | Pointer | Device | None = None,
+def live(scene: Scene, *, hand: str | PathLike | None = None, device: str | MouseHand | Device | None = None,
          rate_hz: float = 1000.0, duration_s: float | None = None, out: str | PathLike | None = None, hold: str | None = None,
          place: str | None = None, fit: bool | None = None) -> Live:
     """Feels a scene in real time and records it: a Live, at once.
 
-    device: of a person's hand, as `palpa devices` calls it; a palpa.Pointer, the mouse of a window; or a palpa.Device, driven by
+    device: of a person's hand, as `palpa devices` calls it; a palpa.MouseHand, the mouse of a window; or a palpa.Device, driven by
     Python behind the guard. Or hand: a simulated or recorded one, as of palpa.run, which holds `device`; place, hold, fit: as
     there. rate_hz: [Hz] 100 to 20000. duration_s: [s] None: until it is stopped; of a simulated hand 10 s.
     Raises SceneError for a scene with modes in Python: they cannot keep time.
     """
     if not isinstance(scene, Scene):
         raise TypeError(f"'scene' takes a palpa.Scene, not {type(scene).__name__}")
-    pointer = device if isinstance(device, Pointer) else None
+    pointer = device if isinstance(device, MouseHand) else None
     own = device if isinstance(device, Device) else None
     if (pointer is not None or own is not None) and hand is not None:
-        raise TypeError(f"'hand' and a palpa.{'Pointer' if pointer is not None else 'Device'} are two hands; name one")
+        raise TypeError(f"'hand' and a palpa.{'MouseHand' if pointer is not None else 'Device'} are two hands; name one")
     if device is not None and pointer is None and own is None and not isinstance(device, str):
-        raise TypeError(f"'device' takes a name, a palpa.Pointer or a palpa.Device, not {type(device).__name__}")
+        raise TypeError(f"'device' takes a name, a palpa.MouseHand or a palpa.Device, not {type(device).__name__}")
     if own is not None and getattr(own, "_is_held", False):
         raise ValueError("'device' is held by another live scene; stop that first")
     given = dict(rate_hz=rate_hz) if hand is None else _hand_given(hand, None, rate_hz, place, fit)

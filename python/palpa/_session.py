@@ -64,6 +64,6 @@ def ticks(self: _palpa.Session, positions_m: ArrayLike, dt_s: ArrayLike) -> Tick
     return Ticks._of(*self._ticks(positions_m, dt_s))
 
 
-def modes(self: _palpa.Session) -> Mapping[str, _palpa.ModeTick]:
-    """Who pushed in the last tick: a ModeTick for each mode, by name."""
+def modes(self: _palpa.Session) -> Mapping[str, _palpa.ModeForce]:
+    """Who pushed in the last tick: a ModeForce for each mode, by name."""
     return Named("the session", "mode", self._modes())

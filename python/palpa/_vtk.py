@@ -390,7 +390,7 @@ class FeltActors:
 
 
 class MousePointer:
-    """Moves a palpa.Pointer as the mouse moves over the picture, as far as that is at the camera's focal point, and with each
+    """Moves a palpa.MouseHand as the mouse moves over the picture, as far as that is at the camera's focal point, and with each
     notch of the wheel by 2 mm away from the eye, or back. While a button is pressed the interactor's style has the mouse, to turn
     the view, and the hand rests; the wheel is the hand's alone. Keep it while it is to work.
 

@@ -11,7 +11,7 @@
 #include <chrono>
 #include <thread>
 
-#include "palpa/base/shown.h"
+#include "palpa/base/sanitized.h"
 #include "palpa/base/utf8.h"
 #include "program.h"
 

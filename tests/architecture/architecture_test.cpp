@@ -320,7 +320,7 @@ TEST(Files, AreOpenedInOnePlace) {
       {"palpa/base/free_memory.cpp", "what the system tells of its memory"},
       {"palpa/file/reader_process.cpp", "what the system tells of palpa-read"},
       {"reader/serve.cpp", "what the system tells of this process"},
-      {"reader/cage.cpp", "whether the cage keeps a file closed"}};
+      {"reader/sandbox.cpp", "whether the cage keeps a file closed"}};
   std::set<std::string> seen;
   for (const char* folder : {"palpa", "reader", "app", "explorer", "devices"}) {
     for (const std::string& file : files_under(folder, {".h", ".cpp"})) {

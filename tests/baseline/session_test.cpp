@@ -44,7 +44,7 @@ TEST_P(BaselineSession, TicksStayFiniteUnderEveryHand) {
     const Tick tick = session.tick(probe, dt);
     ASSERT_TRUE(is_finite(tick.proxy_m) && is_finite(tick.force_n) && std::isfinite(tick.error_bound_m)) << i;
     ASSERT_LE(tick.sub_steps, 1);
-    for (const ModeTick& mode : session.modes()) ASSERT_TRUE(is_finite(mode.force_n)) << i;
+    for (const ModeForce& mode : session.modes()) ASSERT_TRUE(is_finite(mode.force_n)) << i;
   }
 }
 

@@ -33,7 +33,7 @@ TEST(Analytic, every_volume_is_a_whole_one) {
 
       // Data in the box and nowhere else, within the stated range; depth is the distance to the box.
       const Box box = field.bounds_m();
-      const std::vector<Extent> range = field.extents();
+      const std::vector<ValueRange> range = field.value_ranges();
       ASSERT_EQ(range.size(), static_cast<std::size_t>(field.components()));
       const Box around{box.low_m - 0.3 * box.size_m(), box.high_m + 0.3 * box.size_m()};
       for (int n = 0; n < 20000; ++n) {
@@ -335,8 +335,8 @@ TEST(Analytic, ring_in_a_chamber_is_free_of_divergence_and_still_at_the_wall) {
       EXPECT_EQ(signal.scalar(0.95 * wall).value, 1.0);
       EXPECT_EQ(signal.scalar(1.05 * wall).value, 0.0);
     }
-    EXPECT_LE(fastest, velocity.extents()[2].max);
-    EXPECT_GT(fastest, 0.5 * velocity.extents()[2].max);
+    EXPECT_LE(fastest, velocity.value_ranges()[2].max);
+    EXPECT_GT(fastest, 0.5 * velocity.value_ranges()[2].max);
     EXPECT_GT(velocity.vector({}).value.z, 0.0);             // the jet
     EXPECT_LT(velocity.vector({0.023, 0, 0}).value.z, 0.0);  // and back along the wall
     expect_derivatives_of_values(velocity, 12, 1e-5, 1e-3);

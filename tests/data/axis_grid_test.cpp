@@ -57,7 +57,7 @@ TEST(AxisGrid, no_bit_depends_on_the_signs_of_voxels) {
     const FieldPtr field = axis_grid_field(sheared, voxels_of(values, 3), 2.5, 0.0, filter);
     for (int turn = 0; turn < 5; ++turn) {
       const FieldPtr flipped = axis_grid_field(sheared, voxels_of(with_random_signs(random, values), 3), 2.5, 0.0, filter);
-      EXPECT_EQ(field->extents()[0].max, flipped->extents()[0].max);
+      EXPECT_EQ(field->value_ranges()[0].max, flipped->value_ranges()[0].max);
       for (int n = 0; n < 500; ++n) {
         const Vec3 x = inside_of(random, sheared);
         const VectorSample a = field->vector(x), b = flipped->vector(x);

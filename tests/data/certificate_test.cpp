@@ -99,14 +99,14 @@ Vec3 beside(std::mt19937& random, const Box& box) {
   return random() % 4 == 0 ? box.centre_m() + uniform(random, 0.9, 1.5) * (x - box.centre_m()) : x;
 }
 
-TEST(Certificate, BoundsEveryChangeWithinItsRadius) {
+TEST(LipschitzBound, BoundsEveryChangeWithinItsRadius) {
   std::mt19937 random(71);
   int places = 0, with_certificate = 0, without_data = 0;
   for (int n = 0; n < 400; ++n) {
     const FieldPtr field = any_field(random);
     for (int i = 0; i < 50; ++i) {
       const Vec3 x = beside(random, field->bounds_m());
-      const Certificate c = field->certificate(x);
+      const LipschitzBound c = field->lipschitz_bound(x);
       const bool inside = has_data(*field, x);
       places += inside;
       if (c.radius_m == 0.0) continue;
@@ -127,37 +127,37 @@ TEST(Certificate, BoundsEveryChangeWithinItsRadius) {
   EXPECT_GT(without_data, 100);
 }
 
-TEST(Certificate, IsSharpWhereNothingChangesAndReachesAboutACell) {
+TEST(LipschitzBound, IsSharpWhereNothingChangesAndReachesAboutACell) {
   const GridGeometry geometry{{32, 32, 32}, 1e-3 * Mat3::identity(), {}};
   const FieldPtr flat = smooth_grid_field(geometry, test::voxels_of(std::vector<float>(32 * 32 * 32, 7.5F)));
-  const Certificate c = flat->certificate({0.0152, 0.0168, 0.0081});
+  const LipschitzBound c = flat->lipschitz_bound({0.0152, 0.0168, 0.0081});
   EXPECT_EQ(c.slope_per_m, 0.0);
   EXPECT_LT(c.rounding, 1e-12);
   EXPECT_NEAR(c.radius_m, 1e-3, 1e-6);
 }
 
-TEST(Certificate, OfARampIsItsSlope) {
+TEST(LipschitzBound, OfARampIsItsSlope) {
   std::vector<float> values;
   for (int n = 0; n < 64 * 64 * 64; ++n) values.push_back(static_cast<float>(n % 64));
   const GridGeometry geometry{{64, 64, 64}, 1e-3 * Mat3::identity(), {}};
   const FieldPtr ramp = grid_field(geometry, test::voxels_of(values));
   // As if it rose so much along every axis.
-  EXPECT_NEAR(ramp->certificate({0.0204, 0.0204, 0.0204}).slope_per_m, 1e3 * std::sqrt(3.0), 1e-2);
+  EXPECT_NEAR(ramp->lipschitz_bound({0.0204, 0.0204, 0.0204}).slope_per_m, 1e3 * std::sqrt(3.0), 1e-2);
 }
 
-TEST(Certificate, IsNoneOfFormulasAxesAndWhatChangesWithTime) {
+TEST(LipschitzBound, IsNoneOfFormulasAxesAndWhatChangesWithTime) {
   const FieldPtr ball = sphere_field(0.05).fields[0].field;
   const FieldPtr grid = sampled(*ball, 32);
   const Vec3 x{0.01, 0.012, 0.013};
-  EXPECT_EQ(ball->certificate(x).radius_m, 0.0);
-  EXPECT_GT(grid->certificate(x).radius_m, 0.0);
-  EXPECT_EQ(time_series({grid, grid}, 1.0)->certificate(x).radius_m, 0.0);
+  EXPECT_EQ(ball->lipschitz_bound(x).radius_m, 0.0);
+  EXPECT_GT(grid->lipschitz_bound(x).radius_m, 0.0);
+  EXPECT_EQ(time_series({grid, grid}, 1.0)->lipschitz_bound(x).radius_m, 0.0);
   const FieldPtr flow = sampled(*lamb_oseen_vortex().fields[0].field, 32);
   const Vec3 inside = flow->bounds_m().centre_m() + 0.1 * flow->bounds_m().size_m();
-  EXPECT_GT(flow->certificate(inside).radius_m, 0.0);
-  EXPECT_EQ(signless(flow)->certificate(inside).radius_m, 0.0);
+  EXPECT_GT(flow->lipschitz_bound(inside).radius_m, 0.0);
+  EXPECT_EQ(signless(flow)->lipschitz_bound(inside).radius_m, 0.0);
   for (const Vec3& absurd : test::absurd_positions()) {
-    const Certificate c = grid->certificate(absurd);
+    const LipschitzBound c = grid->lipschitz_bound(absurd);
     EXPECT_TRUE(std::isfinite(c.radius_m) && c.slope_per_m == 0.0 && c.rounding == 0.0);
   }
 }

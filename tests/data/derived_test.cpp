@@ -102,7 +102,7 @@ TEST(Derived, magnitude_and_components_have_the_derivative_of_the_interpolant) {
                                derived(Derivation::component_z, of)};
     EXPECT_NEAR(magnitude->spacing_m(), of->spacing_m(), 1e-15);
     EXPECT_LT(norm(magnitude->bounds_m().low_m - of->bounds_m().low_m), 1e-12);
-    const Extent range = magnitude->extents()[0];
+    const ValueRange range = magnitude->value_ranges()[0];
     for (int n = 0; n < 500; ++n) {
       const Vec3 x = within(random, of->bounds_m());
       const VectorSample u = of->vector(x);
@@ -134,8 +134,8 @@ TEST(Derived, magnitude_and_components_have_the_derivative_of_the_interpolant) {
 TEST(Derived, magnitude_of_a_grid_ranges_over_its_voxels) {
   const FieldPtr grid =
       grid_field({{2, 1, 1}, Mat3::identity(), {}}, voxels_of(std::vector<float>{3, 4, 0, float(nan), 1, 1}, 3));
-  EXPECT_EQ(derived(Derivation::magnitude, grid)->extents()[0].min, 5.0);
-  EXPECT_EQ(derived(Derivation::magnitude, grid)->extents()[0].max, 5.0);
+  EXPECT_EQ(derived(Derivation::magnitude, grid)->value_ranges()[0].min, 5.0);
+  EXPECT_EQ(derived(Derivation::magnitude, grid)->value_ranges()[0].max, 5.0);
 }
 
 TEST(Derived, linear_fields_are_exact_up_to_the_border) {
@@ -260,7 +260,7 @@ TEST(Derived, derivatives_of_what_is_derived_are_those_of_its_value) {
                              Derivation::smooth, Derivation::curl}) {
     const FieldPtr field = derived(d, components_taken(d) == 3 ? vortex : head);
     const Box box = field->bounds_m();
-    const Extent range = field->extents()[0];
+    const ValueRange range = field->value_ranges()[0];
     const double size = std::max(std::abs(range.min), std::abs(range.max)), h = 1e-3 * field->spacing_m();
     for (int n = 0; n < 200; ++n) {
       const Vec3 x = box.centre_m() + 0.99 * (within(random, box) - box.centre_m());
@@ -323,7 +323,7 @@ TEST(Derived, of_a_posed_field_is_that_of_the_grid_laid_there) {
       const FieldPtr b = derived(d, of_vector ? laid_flow : laid_value, smoothing_m);
       EXPECT_NEAR(a->spacing_m(), b->spacing_m(), 1e-15);
       double largest = 0.0, size = 0.0;
-      for (const Extent& e : b->extents()) size = std::max({size, std::abs(e.min), std::abs(e.max)});
+      for (const ValueRange& e : b->value_ranges()) size = std::max({size, std::abs(e.min), std::abs(e.max)});
       for (int n = 0; n < 300; ++n) {
         const Vec3 x = random_world(random, laid, 0.01);
         const ScalarSample s = a->scalar(x), t = b->scalar(x);
@@ -361,7 +361,7 @@ TEST(Derived, neither_an_offset_nor_the_unit_costs_digits) {
   std::mt19937 random(10);
   const auto flow = [](const Vec3& x) { return Vec3{std::sin(30 * x.y), std::cos(25 * x.z), std::sin(20 * x.x)}; };
   const FieldPtr q = derived(Derivation::q, vectors(wide, flow));
-  const double size = q->extents()[0].max;
+  const double size = q->value_ranges()[0].max;
   const FieldPtr far = derived(Derivation::q, vectors(wide, [&](const Vec3& x) { return flow(x) + Vec3{1e6, -1e6, 1e5}; }));
   const FieldPtr tiny = derived(Derivation::q, vectors(wide, [&](const Vec3& x) { return 1e-30 * flow(x); }));
   const FieldPtr huge = derived(Derivation::q, vectors(wide, [&](const Vec3& x) { return 1e40 * flow(x); }));
@@ -555,7 +555,7 @@ TEST(Derived, a_mark_for_no_data_spoils_only_its_neighbourhood) {
   std::mt19937 random(13);
   for (int n = 0; n < 300; ++n) {
     const Vec3 x = within(random, {{20e-3, 20e-3, 20e-3}, {38e-3, 38e-3, 38e-3}});
-    EXPECT_NEAR(marked->scalar(x).value, clean->scalar(x).value, 1e-4 * clean->extents()[0].max);
+    EXPECT_NEAR(marked->scalar(x).value, clean->scalar(x).value, 1e-4 * clean->value_ranges()[0].max);
   }
   for (int n = 0; n < 1000; ++n) {
     const ScalarSample s = marked->scalar(within(random, g.dims[0] ? marked->bounds_m() : Box{}));
@@ -571,7 +571,7 @@ TEST(Derived, of_a_formula_is_that_of_its_samples) {
   for (int n = 0; n < 300; ++n) {
     const Vec3 x = 0.9 * within(random, vortex->bounds_m());
     ASSERT_TRUE(q->scalar(x).inside);
-    EXPECT_NEAR(q->scalar(x).value, by_samples->scalar(x).value, 1e-4 * q->extents()[0].max);
+    EXPECT_NEAR(q->scalar(x).value, by_samples->scalar(x).value, 1e-4 * q->value_ranges()[0].max);
   }
   // And of what was derived: the curl of a curl of a flow without divergence is minus its Laplacian.
   const FieldPtr twice = derived(Derivation::curl, derived(Derivation::curl, vortex));
@@ -622,7 +622,7 @@ TEST(Derived, gradient_of_q_points_to_the_core_of_a_vortex) {
             return Vec3{-w * x.y - 0.5 * strain_per_s * x.x, w * x.x - 0.5 * strain_per_s * x.y, strain_per_s * x.z} + across;
           });
           const FieldPtr q = derived(Derivation::q, flow);
-          const double largest = q->extents()[0].max;
+          const double largest = q->value_ranges()[0].max;
           std::vector<double> angles;
           for (int m = 0; m < 4000; ++m) {
             const double r = uniform(random, 0.3, 2.0) * core_m, angle = uniform(random, 0, 2.0 * std::numbers::pi);

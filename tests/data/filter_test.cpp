@@ -335,7 +335,7 @@ TEST(Filtered, what_is_derived_comes_from_the_voxels_whatever_the_filter) {
     }
     const FieldPtr u = filtered(flow, filter), size = derived(Derivation::magnitude, u);
     const FieldPtr part = derived(Derivation::component_y, u);
-    EXPECT_EQ(size->extents()[0].max, derived(Derivation::magnitude, flow)->extents()[0].max);
+    EXPECT_EQ(size->value_ranges()[0].max, derived(Derivation::magnitude, flow)->value_ranges()[0].max);
     for (int n = 0; n < 100; ++n) {
       const Vec3 x = within(random, flow->bounds_m());
       EXPECT_EQ(size->scalar(x).value, norm(u->vector(x).value));

@@ -89,9 +89,9 @@ TYPED_TEST(EveryVoxelType, states_the_range_of_its_values) {
   values[13] = static_cast<TypeParam>(3);
   values[59] = static_cast<TypeParam>(111);
   const FieldPtr field = grid_field(small_grid(affines()[0]), voxels_of(values), -2.0, 1.0);
-  ASSERT_EQ(field->extents().size(), 1u);
-  EXPECT_EQ(field->extents()[0].min, -221.0);
-  EXPECT_EQ(field->extents()[0].max, -5.0);
+  ASSERT_EQ(field->value_ranges().size(), 1u);
+  EXPECT_EQ(field->value_ranges()[0].min, -221.0);
+  EXPECT_EQ(field->value_ranges()[0].max, -5.0);
   EXPECT_EQ(grid_of(*field)->valid_share, 1.0);
   EXPECT_EQ(size_of(VoxelTypeOf<TypeParam>::value), sizeof(TypeParam));
   EXPECT_EQ(grid_of(*field)->voxels.type, VoxelTypeOf<TypeParam>::value);
@@ -103,8 +103,8 @@ TYPED_TEST(EveryVoxelType, holds_the_extremes_of_its_type) {
   values[0] = Limits::lowest();
   values[59] = Limits::max();
   const FieldPtr field = grid_field(small_grid(affines()[0]), voxels_of(values));
-  EXPECT_EQ(field->extents()[0].min, static_cast<double>(Limits::lowest()));
-  EXPECT_EQ(field->extents()[0].max, static_cast<double>(Limits::max()));
+  EXPECT_EQ(field->value_ranges()[0].min, static_cast<double>(Limits::lowest()));
+  EXPECT_EQ(field->value_ranges()[0].max, static_cast<double>(Limits::max()));
 }
 
 /// Random voxels on a sheared, turned grid.
@@ -267,8 +267,8 @@ void expect_hole(T bad) {
   EXPECT_FALSE(field->scalar({1, 1, 1}).inside);
   EXPECT_TRUE(field->scalar({3, 3, 3}).inside);
   EXPECT_EQ(grid_of(*field)->valid_share, 124.0 / 125.0);
-  EXPECT_EQ(field->extents()[0].min, 2.0);
-  EXPECT_EQ(field->extents()[0].max, 2.0);
+  EXPECT_EQ(field->value_ranges()[0].min, 2.0);
+  EXPECT_EQ(field->value_ranges()[0].max, 2.0);
 
   std::vector<T> vectors(375, T{2});
   vectors[1 + 3 * (2 + 5 * (2 + 5 * 2))] = bad;
@@ -298,7 +298,7 @@ void expect_looked_at(std::mt19937& random, const GridGeometry& geometry, int co
     const T bad[] = {std::numeric_limits<T>::quiet_NaN(), static_cast<T>(infinity), static_cast<T>(-infinity)};
     for (std::size_t n = 0; with_holes && n < 1 + values.size() / 50; ++n) values[random() % values.size()] = bad[n % 3];
   }
-  std::vector<Extent> ranges(components, {infinity, -infinity});
+  std::vector<ValueRange> ranges(components, {infinity, -infinity});
   double all = 0.0, valid = 0.0;
   for (std::int64_t row = 0; row < geometry.dims[1] * geometry.dims[2]; row += one_row_in) {
     for (std::int64_t i = 0; i < geometry.dims[0]; ++i) {
@@ -311,16 +311,16 @@ void expect_looked_at(std::mt19937& random, const GridGeometry& geometry, int co
       all += 1.0, valid += is_valid;
     }
   }
-  for (Extent& range : ranges) {
+  for (ValueRange& range : ranges) {
     if (range.min > range.max) range = {0.0, 0.0};  // nothing is finite
   }
   const Voxels voxels = voxels_of(values, components);
-  const FieldPtr field = grid_field_to_look_at(geometry, voxels, 1.0, 0.0, one_row_in);
-  EXPECT_EQ(field->extents(), ranges);
+  const FieldPtr field = preview_grid_field(geometry, voxels, 1.0, 0.0, one_row_in);
+  EXPECT_EQ(field->value_ranges(), ranges);
   EXPECT_EQ(grid_of(*field)->valid_share, valid / all);
   if (one_row_in > 1) return;
   const FieldPtr felt = grid_field(geometry, voxels);
-  EXPECT_EQ(field->extents(), felt->extents());
+  EXPECT_EQ(field->value_ranges(), felt->value_ranges());
   EXPECT_EQ(grid_of(*field)->valid_share, grid_of(*felt)->valid_share);
   for (int n = 0; n < 20; ++n) {
     const Vec3 at = within(random, felt->bounds_m());
@@ -360,8 +360,8 @@ TEST(Grid, a_cell_of_nothing_but_infinities_is_outside) {
     for (int n = 0; n < 200; ++n) EXPECT_FALSE(field->scalar(within(random, field->bounds_m())).inside);
     for (int n = 0; n < 27; ++n) EXPECT_FALSE(field->scalar({double(n % 3), double(n / 3 % 3), double(n / 9)}).inside);
     EXPECT_EQ(grid_of(*field)->valid_share, 0.0);
-    EXPECT_EQ(field->extents()[0].min, 0.0);
-    EXPECT_EQ(field->extents()[0].max, 0.0);
+    EXPECT_EQ(field->value_ranges()[0].min, 0.0);
+    EXPECT_EQ(field->value_ranges()[0].max, 0.0);
   }
 }
 

@@ -76,7 +76,7 @@ TEST(LabelMap, IsNoneWhereTheFileSaysOtherwise) {
 
 TEST(LabelField, IsOneInItsPartAndItsSurfaceIsThePartsOwn) {
   const FieldPtr core = label_field(*scalars<std::uint8_t>(parts), 7.0);
-  EXPECT_EQ(core->extents()[0], (Extent{0.0, 1.0}));
+  EXPECT_EQ(core->value_ranges()[0], (ValueRange{0.0, 1.0}));
   const FieldPtr smooth = filtered(core, Filter::smooth);
   std::mt19937 random(2);
   double sum_m = 0.0;

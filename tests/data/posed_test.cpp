@@ -73,7 +73,7 @@ TEST(Posed, box_and_range_hold_the_data) {
     const FieldPtr vortex = burgers_vortex().fields[0].field;
     const FieldPtr moved = posed(vortex, pose);
     const Box box = moved->bounds_m();
-    const std::vector<Extent> range = moved->extents();
+    const std::vector<ValueRange> range = moved->value_ranges();
     ASSERT_EQ(range.size(), 3u);
     for (int m = 0; m < 300; ++m) {
       const Vec3 x = pose.to_world(within(random, vortex->bounds_m()));
@@ -88,7 +88,7 @@ TEST(Posed, box_and_range_hold_the_data) {
     }
   }
   const FieldPtr head = head_phantom().fields[0].field;
-  EXPECT_EQ(posed(head, some_pose(random))->extents()[0].max, head->extents()[0].max);
+  EXPECT_EQ(posed(head, some_pose(random))->value_ranges()[0].max, head->value_ranges()[0].max);
 }
 
 TEST(Posed, by_nothing_is_the_field_itself) {

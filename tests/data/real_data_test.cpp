@@ -111,7 +111,7 @@ TEST_F(RealFlow, q_is_finite_and_highest_in_the_vortices) {
   for (const Derivation d : {Derivation::q, Derivation::lambda2, Derivation::divergence}) {
     const FieldPtr of_blood = derived(d, carotid);
     EXPECT_EQ(smooth_grid_of(*of_blood)->valid_share, 1.0);
-    const Extent range = of_blood->extents()[0];
+    const ValueRange range = of_blood->value_ranges()[0];
     EXPECT_TRUE(range.min < 0.0 && range.max > 0.0) << name_of(d);
   }
 }

@@ -141,12 +141,12 @@ TEST(Rectilinear, PiecesOfWaysAreTheInterpolantAndHideNothing) {
   for (const FieldPtr& field : fields) {
     Box box = field->bounds_m();
     box = {box.low_m - 0.1 * box.size_m(), box.high_m + 0.1 * box.size_m()};
-    for (const Extent quiet : {Extent{1.0, -1.0}, Extent{-10.0, 0.4}}) {
+    for (const ValueRange quiet : {ValueRange{1.0, -1.0}, ValueRange{-10.0, 0.4}}) {
       for (int n = 0; n < 200; ++n) {
         const Vec3 from = test::within(random, box), to = test::within(random, box);
         int pieces = 0;
         for (double begin = 0.0; begin < 1.0;) {
-          const Stretch piece = field->stretch(from, to, begin, quiet);
+          const PolynomialPiece piece = field->piece_along(from, to, begin, quiet);
           ASSERT_GT(piece.end, begin);
           ASSERT_LE(piece.end, 1.0);
           ASSERT_LT(++pieces, 1000);
@@ -205,10 +205,10 @@ TEST(Rectilinear, DerivedFieldsAreTakenEvenly) {
 }
 
 /// The pieces of a whole way.
-std::vector<Stretch> pieces_of(const Field& field, const Vec3& from_m, const Vec3& to_m) {
-  std::vector<Stretch> pieces;
+std::vector<PolynomialPiece> pieces_of(const Field& field, const Vec3& from_m, const Vec3& to_m) {
+  std::vector<PolynomialPiece> pieces;
   for (double begin = 0.0; begin < 1.0; begin = pieces.back().end)
-    pieces.push_back(field.stretch(from_m, to_m, begin, {1.0, -1.0}));
+    pieces.push_back(field.piece_along(from_m, to_m, begin, {1.0, -1.0}));
   return pieces;
 }
 
@@ -232,7 +232,7 @@ TEST(Rectilinear, AMagnitudeIsLookedAtCellByCell) {
     const Vec3 from_m = inside_a_cell(random, grid), to_m = from_m + 0.2 * (inside_a_cell(random, grid) - from_m);
     const auto place = [&](double share) { return from_m + share * (to_m - from_m); };
     double begin = 0.0;
-    for (const Stretch& piece : pieces_of(*length, from_m, to_m)) {
+    for (const PolynomialPiece& piece : pieces_of(*length, from_m, to_m)) {
       ASSERT_TRUE(piece.inside && piece.degree == 3);
       ASSERT_NEAR(piece.control[0], length->scalar(place(begin)).value, 1e-9);
       ASSERT_NEAR(piece.control[3], length->scalar(place(piece.end)).value, 1e-9);
@@ -255,10 +255,10 @@ TEST(Rectilinear, AMagnitudesThinWallIsSeenInFewPieces) {
   for (std::size_t row = 0; row < 4; ++row) wall[3 * (7 * row + 3)] = 1.0F;
   const FieldPtr flow = grid_field(grid, test::voxels_of(wall, 3));
   const FieldPtr length = derived(Derivation::magnitude, flow);
-  const std::vector<Stretch> pieces = pieces_of(*length, {3e-4, 5e-4, 5e-4}, {5.7e-3, 5e-4, 5e-4});
+  const std::vector<PolynomialPiece> pieces = pieces_of(*length, {3e-4, 5e-4, 5e-4}, {5.7e-3, 5e-4, 5e-4});
   EXPECT_LT(pieces.size(), 40U);
   double largest = 0.0;
-  for (const Stretch& piece : pieces) largest = std::max(largest, piece.control[3]);
+  for (const PolynomialPiece& piece : pieces) largest = std::max(largest, piece.control[3]);
   EXPECT_NEAR(largest, 1.0, 1e-6);
 }
 

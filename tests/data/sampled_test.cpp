@@ -27,7 +27,7 @@ TEST(Sampled, has_the_formula_at_every_sample) {
     EXPECT_EQ(*std::max_element(view->geometry.dims.begin(), view->geometry.dims.end()), 24);
     EXPECT_EQ(view->valid_share, 1.0);  // the faces of the box belong to it
     const auto [di, dj, dk] = view->geometry.dims;
-    const double size = std::abs(formula.extents()[0].max) + std::abs(formula.extents()[0].min);
+    const double size = std::abs(formula.value_ranges()[0].max) + std::abs(formula.value_ranges()[0].min);
     for (std::int64_t k = 0; k < dk; ++k) {
       for (std::int64_t j = 0; j < dj; ++j) {
         for (std::int64_t i = 0; i < di; ++i) {

@@ -182,7 +182,7 @@ TEST(SmoothGrid, is_outside_where_one_of_64_coefficients_is_not_finite) {
       std::vector<double> values(static_cast<std::size_t>(components * g.voxels()), 1.0);
       values[static_cast<std::size_t>(components * ((3 * 8 + 4) * 9 + 5))] = bad;  // at (5, 4, 3)
       const FieldPtr field = smooth_grid_field(g, voxels_of(std::move(values), components));
-      EXPECT_EQ(field->extents()[0].max, 1.0);
+      EXPECT_EQ(field->value_ranges()[0].max, 1.0);
       for (int n = 0; n < 5000; ++n) {
         const Vec3 x = random_index(random, g);
         const auto far = [](double at, double voxel) { return std::floor(at) + 2.0 < voxel || std::floor(at) - 1.0 > voxel; };
@@ -202,7 +202,7 @@ TEST(SmoothGrid, range_holds_every_value) {
   for (std::int64_t n = 0; n < sheared.voxels(); ++n)
     values.push_back(static_cast<std::int16_t>(uniform(random, -30000, 30000)));
   const FieldPtr field = smooth_grid_field(sheared, voxels_of(std::move(values)), -2.0, 5.0);
-  const Extent range = field->extents()[0];
+  const ValueRange range = field->value_ranges()[0];
   for (int n = 0; n < 5000; ++n) {
     const double value = field->scalar(world_of(sheared, random_index(random, sheared))).value;
     EXPECT_GE(value, range.min);

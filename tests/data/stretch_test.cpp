@@ -23,7 +23,7 @@ using test::uniform;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr Extent nothing_is_quiet{infinity, -infinity};
+constexpr ValueRange nothing_is_quiet{infinity, -infinity};
 
 std::vector<float> noise(std::mt19937& random, const std::array<std::int64_t, 3>& dims, int components = 1) {
   std::vector<float> values(static_cast<std::size_t>(dims[0] * dims[1] * dims[2] * components));
@@ -71,12 +71,12 @@ std::pair<Vec3, Vec3> way_in(std::mt19937& random, const Field& field, double be
 }
 
 // Calls act(piece, begin) for all pieces of a way and checks that they tile it.
-void for_pieces(const Field& field, const Vec3& from, const Vec3& to, const Extent& quiet,
-                const std::function<void(const Stretch&, double)>& act) {
+void for_pieces(const Field& field, const Vec3& from, const Vec3& to, const ValueRange& quiet,
+                const std::function<void(const PolynomialPiece&, double)>& act) {
   double begin = 0.0;
   int pieces = 0;
   while (begin < 1.0) {
-    const Stretch piece = field.stretch(from, to, begin, quiet);
+    const PolynomialPiece piece = field.piece_along(from, to, begin, quiet);
     ASSERT_GT(piece.end, begin);
     ASSERT_LE(piece.end, 1.0);
     ASSERT_LT(++pieces, 100000);
@@ -87,12 +87,12 @@ void for_pieces(const Field& field, const Vec3& from, const Vec3& to, const Exte
   }
 }
 
-TEST(Stretch, IsTheInterpolantAlongRandomWays) {
+TEST(PolynomialPiece, IsTheInterpolantAlongRandomWays) {
   std::mt19937 random(1);
   for (const Made& made : noise_fields(random)) {
     for (int n = 0; n < 100; ++n) {
       const auto [from, to] = way_in(random, *made.field);
-      for_pieces(*made.field, from, to, nothing_is_quiet, [&](const Stretch& piece, double begin) {
+      for_pieces(*made.field, from, to, nothing_is_quiet, [&](const PolynomialPiece& piece, double begin) {
         double least = infinity, greatest = -infinity;
         for (int i = 0; i <= piece.degree; ++i) {
           least = std::min(least, piece.control[i]);
@@ -116,7 +116,7 @@ TEST(Stretch, IsTheInterpolantAlongRandomWays) {
 }
 
 // The value at the end of a piece is where the next begins, whatever faces, edges and corners lie between.
-TEST(Stretch, PiecesMeet) {
+TEST(PolynomialPiece, PiecesMeet) {
   std::mt19937 random(2);
   const std::array<std::int64_t, 3> dims{20, 20, 20};
   const GridGeometry geometry{dims, Mat3::identity(), {}};
@@ -139,7 +139,7 @@ TEST(Stretch, PiecesMeet) {
     for (const auto& [from, to] : ways) {
       std::optional<double> last;
       int with_data = 0;
-      for_pieces(*field, from, to, nothing_is_quiet, [&](const Stretch& piece, double begin) {
+      for_pieces(*field, from, to, nothing_is_quiet, [&](const PolynomialPiece& piece, double begin) {
         if (!piece.inside) {
           last.reset();
           return;
@@ -157,7 +157,7 @@ TEST(Stretch, PiecesMeet) {
   }
 }
 
-TEST(Stretch, SaysWhereDataAreMissing) {
+TEST(PolynomialPiece, SaysWhereDataAreMissing) {
   std::mt19937 random(3);
   const std::array<std::int64_t, 3> dims{30, 26, 22};
   for (int kind = 0; kind < 4; ++kind) {
@@ -180,8 +180,8 @@ TEST(Stretch, SaysWhereDataAreMissing) {
     int missing = 0;
     for (int n = 0; n < 300; ++n) {
       const auto [from, to] = way_in(random, *field);
-      for (const Extent& quiet : {nothing_is_quiet, Extent{-infinity, infinity}}) {
-        for_pieces(*field, from, to, quiet, [&](const Stretch& piece, double begin) {
+      for (const ValueRange& quiet : {nothing_is_quiet, ValueRange{-infinity, infinity}}) {
+        for_pieces(*field, from, to, quiet, [&](const PolynomialPiece& piece, double begin) {
           if (piece.end - begin < 1e-6) return;
           for (const double share : {0.001, 0.5, 0.999}) {
             const Vec3 at = from + (begin + share * (piece.end - begin)) * (to - from);
@@ -196,7 +196,7 @@ TEST(Stretch, SaysWhereDataAreMissing) {
 }
 
 // What is called quiet is: samples along a quiet piece stay between the levels.
-TEST(Stretch, QuietPiecesAreQuiet) {
+TEST(PolynomialPiece, QuietPiecesAreQuiet) {
   std::mt19937 random(4);
   const std::array<std::int64_t, 3> dims{70, 40, 50};
   for (const bool smooth : {false, true}) {
@@ -216,8 +216,8 @@ TEST(Stretch, QuietPiecesAreQuiet) {
     int long_pieces = 0;
     for (int w = 0; w < 300; ++w) {
       const auto [from, to] = way_in(random, *field, 0.0);
-      const Extent quiet{uniform(random, -0.6, 0.2), uniform(random, 0.0, 0.8)};
-      for_pieces(*field, from, to, quiet, [&](const Stretch& piece, double begin) {
+      const ValueRange quiet{uniform(random, -0.6, 0.2), uniform(random, 0.0, 0.8)};
+      for_pieces(*field, from, to, quiet, [&](const PolynomialPiece& piece, double begin) {
         if (!piece.inside || piece.degree >= 0) return;
         long_pieces += (piece.end - begin) * distance(from, to) > 4.0 * field->spacing_m();
         for (int i = 1; i < 20; ++i) {
@@ -231,16 +231,16 @@ TEST(Stretch, QuietPiecesAreQuiet) {
   }
 }
 
-TEST(Stretch, OfFormulasFollowsThem) {
+TEST(PolynomialPiece, OfFormulasFollowsThem) {
   std::mt19937 random(5);
   const Volume ring = ring_vortex(), head = head_phantom();
   const FieldPtr fields[] = {ring.fields[1].field, head.fields[0].field, derived(Derivation::magnitude, ring.fields[0].field),
                              sphere_field().fields[0].field};
   for (const FieldPtr& field : fields) {
-    const Extent range = field->extents().front();
+    const ValueRange range = field->value_ranges().front();
     for (int n = 0; n < 30; ++n) {
       const auto [from, to] = way_in(random, *field);
-      for_pieces(*field, from, to, {-infinity, infinity}, [&](const Stretch& piece, double begin) {
+      for_pieces(*field, from, to, {-infinity, infinity}, [&](const PolynomialPiece& piece, double begin) {
         ASSERT_TRUE(!piece.inside || (piece.end - begin) * distance(from, to) <= 0.2501 * field->spacing_m());
         for (const double share : {0.01, 0.5, 0.9}) {
           const ScalarSample s = field->scalar(from + (begin + share * (piece.end - begin)) * (to - from));
@@ -254,7 +254,7 @@ TEST(Stretch, OfFormulasFollowsThem) {
   }
 }
 
-TEST(Stretch, TakesAnyWay) {
+TEST(PolynomialPiece, TakesAnyWay) {
   std::mt19937 random(6);
   std::vector<Made> all = noise_fields(random);
   all.push_back({"formula", head_phantom().fields[0].field, 0.0});
@@ -266,7 +266,7 @@ TEST(Stretch, TakesAnyWay) {
       for (const Vec3& to : places) {
         double begin = 0.0;
         for (int n = 0; n < 50 && begin < 1.0; ++n) {
-          const Stretch piece = made.field->stretch(from, to, begin, {-1, 1});
+          const PolynomialPiece piece = made.field->piece_along(from, to, begin, {-1, 1});
           ASSERT_GT(piece.end, begin);
           ASSERT_LE(piece.end, 1.0);
           for (const double c : piece.control) ASSERT_TRUE(std::isfinite(c));
@@ -275,7 +275,7 @@ TEST(Stretch, TakesAnyWay) {
       }
     }
     for (const double begin : {nan, infinity, -infinity, -1.0, 2.0, 1.0}) {
-      EXPECT_FALSE(made.field->stretch({}, {0.1, 0, 0}, begin, {-1, 1}).inside);
+      EXPECT_FALSE(made.field->piece_along({}, {0.1, 0, 0}, begin, {-1, 1}).inside);
     }
   }
 }

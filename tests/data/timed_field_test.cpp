@@ -137,7 +137,7 @@ TEST(TimeSeries, its_derivatives_are_those_of_its_values) {
 }
 
 /// A polynomial from its Bernstein coefficients (P. de Casteljau).
-double value_of(const Stretch& piece, double share) {
+double value_of(const PolynomialPiece& piece, double share) {
   double b[10];
   std::copy(piece.control, piece.control + 10, b);
   for (int n = piece.degree; n > 0; --n) {
@@ -159,10 +159,10 @@ TEST(TimedField, along_a_straight_way_it_is_pieces_that_hold_its_values) {
       const Similarity pose = moving_of(*field) ? pose_at(track, at) : Similarity{};
       const Vec3 from = pose.to_world(1.2 * within(random, smooth->bounds_m()));
       const Vec3 to = pose.to_world(1.2 * within(random, smooth->bounds_m()));
-      const Extent quiet = n % 4 < 2 ? Extent{0.3, 0.9} : Extent{1.0, -1.0};
+      const ValueRange quiet = n % 4 < 2 ? ValueRange{0.3, 0.9} : ValueRange{1.0, -1.0};
       int pieces = 0;
       for (double begin = 0.0; begin < 1.0 && pieces < 5000; ++pieces) {
-        const Stretch piece = f.stretch_at(from, to, begin, quiet, at);
+        const PolynomialPiece piece = f.piece_along_at(from, to, begin, quiet, at);
         ASSERT_GT(piece.end, begin);
         for (const double share : {0.1, 0.5, 0.9}) {
           const double s = begin + share * (piece.end - begin);
@@ -448,7 +448,7 @@ TEST(TimedDerived, of_a_field_that_moves_moves_with_it) {
       const Similarity pose = pose_at(track, at_s);
       const FieldPtr still = derived(derivation, posed(of, pose), smoothing_m * pose.scale);
       const Vec3 x = pose.to_world(within(random, of->bounds_m()));
-      const Extent range = still->extents().front();
+      const ValueRange range = still->value_ranges().front();
       const double size = 1e-5 * std::max(std::abs(range.min), std::abs(range.max));  // voxels of derived fields are floats
       EXPECT_NEAR(as_timed(field).scalar_at(x, at_s).value, still->scalar(x).value, size) << name_of(derivation);
       EXPECT_LT(norm(as_timed(field).vector_at(x, at_s).value - still->vector(x).value), size);
@@ -484,7 +484,7 @@ TEST(BeatingChamber, is_free_of_divergence_and_moves_with_its_wall) {
       EXPECT_LT(norm((signal.carried_m(x, at, soon) - x) / 1e-6 - v.value), 2e-3);
     }
   }
-  EXPECT_LE(fastest, heart.fields[0].field->extents()[0].max);
+  EXPECT_LE(fastest, heart.fields[0].field->value_ranges()[0].max);
   EXPECT_GT(fastest, 0.4);
   const Vec3 x{0.01, 0.005, -0.01};
   EXPECT_LT(norm(velocity.vector_at(x, {0.1 + 8 * 0.8, true}).value - velocity.vector_at(x, {0.1, true}).value), 1e-12);

@@ -47,15 +47,15 @@ void expect_same(const Field& a, const Field& b) {
     EXPECT_EQ(x.value, y.value);
     EXPECT_EQ(x.gradient, y.gradient);
     EXPECT_EQ(a.depth_m(at_m), b.depth_m(at_m));
-    const Certificate c = a.certificate(at_m), d = b.certificate(at_m);
+    const LipschitzBound c = a.lipschitz_bound(at_m), d = b.lipschitz_bound(at_m);
     EXPECT_EQ(c.radius_m, d.radius_m);
     EXPECT_EQ(c.slope_per_m, d.slope_per_m);
-    const Stretch s = a.stretch(oblique.origin_m, at_m, 0.0, {-1.0, 1.0}),
-                  t = b.stretch(oblique.origin_m, at_m, 0.0, {-1.0, 1.0});
+    const PolynomialPiece s = a.piece_along(oblique.origin_m, at_m, 0.0, {-1.0, 1.0}),
+                          t = b.piece_along(oblique.origin_m, at_m, 0.0, {-1.0, 1.0});
     EXPECT_EQ(s.end, t.end);
     EXPECT_EQ(s.degree, t.degree);
   }
-  EXPECT_EQ(a.extents(), b.extents());
+  EXPECT_EQ(a.value_ranges(), b.value_ranges());
   EXPECT_EQ(a.spacing_m(), b.spacing_m());
   EXPECT_EQ(a.bounds_m().low_m, b.bounds_m().low_m);
   EXPECT_EQ(grid_of(a)->valid_share, grid_of(b)->valid_share);

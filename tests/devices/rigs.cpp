@@ -14,7 +14,7 @@ std::vector<NamedRig> rigs() {
           {"OpenHaptics", "openhaptics", [] { return std::unique_ptr<Rig>(openhaptics_rig()); }},
           {"SpaceMouse", "spacemouse", spacemouse_rig, true},
           {"Controller", "controller", [] { return std::unique_ptr<Rig>(controller_rig()); }, true},
-          {"Pointer", "", pointer_rig, true, true}};
+          {"MouseHand", "", pointer_rig, true, true}};
 }
 
 }  // namespace palpa

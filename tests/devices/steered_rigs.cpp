@@ -16,7 +16,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "palpa/device/pointer.h"
+#include "palpa/device/mouse_hand.h"
 
 namespace palpa {
 
@@ -307,7 +307,7 @@ class PointerRig final : public Rig {
     void move(const Vec3& way_m) { pointer.move(way_m); }
     void press(std::uint32_t buttons) { pointer.press(buttons); }
     PointerRig& rig;
-    Pointer pointer;
+    MouseHand pointer;
   };
   void have(bool is_had) {
     has_mouse_ = is_had;

@@ -40,7 +40,7 @@ TEST(Protocol, EveryMessageComesBackAsItWas) {
   ASSERT_TRUE(back && std::holds_alternative<Header>(*back));
   EXPECT_EQ(packed(*back), packet);
   EXPECT_EQ(std::get<Header>(*back).fields[1].grid, header.fields[1].grid);
-  for (const Message& message : {Message(Request{"/a b/c", "vector", 3, 99}), Message(Room{{0, 1, 7}}),
+  for (const Message& message : {Message(Request{"/a b/c", "vector", 3, 99}), Message(ReadRequest{{0, 1, 7}}),
                                  Message(Done{{{"x.raw", 12, "abcd"}}, {"w"}}), Message(Failure{"is wrong; do right"})}) {
     const auto bytes = packed(message);
     const auto again = unpacked(bytes.data(), bytes.size());
@@ -67,7 +67,7 @@ TEST(Protocol, PathsComeBackByteByByteAndWordsWithoutControlCharacters) {
 
 TEST(Protocol, WhatIsCutOrTooLongIsNoMessage) {
   for (const Message& message :
-       {Message(sample_header()), Message(Request{"p", "", 0, 1}), Message(Room{{1}}), Message(Failure{"x"})}) {
+       {Message(sample_header()), Message(Request{"p", "", 0, 1}), Message(ReadRequest{{1}}), Message(Failure{"x"})}) {
     auto packet = packed(message);
     for (std::size_t size = 0; size < packet.size(); ++size) EXPECT_FALSE(unpacked(packet.data(), size)) << size;
     packet.push_back(std::byte{0});
@@ -224,7 +224,7 @@ TEST(Protocol, DescriptorsTravelWithMessages) {
   int pair[2], pipe_ends[2];
   ASSERT_EQ(::socketpair(AF_UNIX, SOCK_SEQPACKET, 0, pair), 0);
   ASSERT_EQ(::pipe(pipe_ends), 0);
-  EXPECT_TRUE(send(pair[0], Room{{0}}, pipe_ends[1]));
+  EXPECT_TRUE(send(pair[0], ReadRequest{{0}}, pipe_ends[1]));
   bool garbled = true;
   const auto received = receive(pair[1], garbled);
   ASSERT_TRUE(received);
@@ -235,11 +235,11 @@ TEST(Protocol, DescriptorsTravelWithMessages) {
   EXPECT_EQ(::read(pipe_ends[0], &c, 1), 1);
 
   // Two at once, and a message that is only looked at comes again.
-  EXPECT_TRUE(send(pair[0], Room{{1}}, pipe_ends[1], pipe_ends[0]));
+  EXPECT_TRUE(send(pair[0], ReadRequest{{1}}, pipe_ends[1], pipe_ends[0]));
   for (const bool take : {false, true}) {
     const auto both = receive(pair[1], garbled, take);
     ASSERT_TRUE(both);
-    EXPECT_EQ(std::get<Room>(both->message).fields, std::vector<std::uint32_t>{1});
+    EXPECT_EQ(std::get<ReadRequest>(both->message).fields, std::vector<std::uint32_t>{1});
     EXPECT_EQ(::write(both->descriptor, "y", 1), 1);
     EXPECT_EQ(::read(both->second_descriptor, &c, 1), 1);
     EXPECT_EQ(c, 'y');
@@ -251,7 +251,7 @@ TEST(Protocol, DescriptorsTravelWithMessages) {
   ::close(pair[0]);
   EXPECT_FALSE(receive(pair[1], garbled));
   EXPECT_FALSE(garbled);
-  EXPECT_FALSE(send(pair[1], Room{{0}}));  // and no SIGPIPE
+  EXPECT_FALSE(send(pair[1], ReadRequest{{0}}));  // and no SIGPIPE
   for (const int descriptor : {pair[1], pipe_ends[0], pipe_ends[1], received->descriptor}) ::close(descriptor);
 }
 

@@ -12,7 +12,7 @@
 #include <thread>
 
 #include "palpa/base/load_error.h"
-#include "palpa/base/shown.h"
+#include "palpa/base/sanitized.h"
 #include "palpa/data/grid.h"
 #include "palpa/data/volume.h"
 #include "palpa/file/read_volume.h"
@@ -82,7 +82,7 @@ TEST_F(StandIn, AWellBehavedReaderGivesAVolumeThatStays) {
   Volume volume = read();
   ASSERT_EQ(volume.fields.size(), 1U);
   EXPECT_NEAR(volume.fields[0].field->scalar({1e-3, 1e-3, 1e-3}).value, 21.0, 1e-9);
-  EXPECT_EQ(volume.fields[0].field->extents()[0].max, 63.0);
+  EXPECT_EQ(volume.fields[0].field->value_ranges()[0].max, 63.0);
   EXPECT_EQ(volume.files[0].path, "a file");
   EXPECT_EQ(volume.warnings.back(), "a late warning");
   ::setenv("STAND_IN", "stay", 1);

@@ -11,7 +11,7 @@
 #include <sstream>
 
 #include "palpa/base/load_error.h"
-#include "palpa/base/shown.h"
+#include "palpa/base/sanitized.h"
 #include "palpa/base/toml_problem.h"
 #include "palpa/device/hand.h"
 #include "palpa/trace/csv.h"
@@ -45,7 +45,7 @@ std::string unless_refused(Action action) {
 // ---- packets ----
 
 std::string broken_by_header(const Header& header) {
-  Room room;
+  ReadRequest room;
   for (std::uint32_t n = 0; n < header.fields.size(); ++n) {
     room.fields.push_back(n);
     const auto voxels = voxel_bytes(header.fields[n]);
@@ -76,7 +76,7 @@ std::vector<std::string> seeds_of_packets() {
   Request request{.path = "a folder/a.nrrd", .as = "vector", .frame = 2, .max_bytes = 1000};
   request.partners = {"b"}, request.time_s = 0.5, request.crop = Box{{0, 0, 0}, {1, 1, 1}};
   const std::vector<Message> messages{header, request, Done{{{"a file", 100, "00"}}, {"late"}, {{}}, true},
-                                      Failure{"is not liked; bring another"}, Room{{0, 2}, 3}};
+                                      Failure{"is not liked; bring another"}, ReadRequest{{0, 2}, 3}};
   std::vector<std::string> seeds;
   for (const Message& message : messages) seeds.push_back(bytes_of(message));
   return seeds;
@@ -223,7 +223,7 @@ void record(const fs::path& folder) {
       .force_n = {0, 0, 0.5},
       .state = PrimitiveState::stick};
   const SubStep step{.time_step_s = 1e-3, .stiffness_n_per_m = 500, .move_fraction = 1, .first_primitive = 0, .primitives = 1};
-  const ModeTick modes[] = {{.force_n = {0, 0, 1}, .primitives = 2}, {.split_shared = true}};
+  const ModeForce modes[] = {{.force_n = {0, 0, 1}, .primitives = 2}, {.split_shared = true}};
   for (std::int64_t n = 0; n < sound_ticks; ++n) {
     TickFrame frame{.tick = n, .t_s = 1e-3 * static_cast<double>(n), .dt_s = 1e-3};
     frame.result.probe_m = {0.0, 0.001 * static_cast<double>(n), 1.0 / 3.0};

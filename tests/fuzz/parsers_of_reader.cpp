@@ -5,7 +5,7 @@
 #include <new>
 
 #include "palpa/base/load_error.h"
-#include "palpa/base/shown.h"
+#include "palpa/base/sanitized.h"
 #include "reader/source.h"
 #include "tests/fuzz/parsers.h"
 
@@ -29,7 +29,7 @@ std::string broken_by(Open open, const char* name, std::string_view bytes, const
   try {
     const std::unique_ptr<reader::Source> source = open(request);
     if (protocol::packed(source->header).size() > protocol::max_packet_bytes) return "a header fits a packet";
-    protocol::Room room;
+    protocol::ReadRequest room;
     for (std::uint32_t n = 0; n < source->header.fields.size(); ++n) room.fields.push_back(n);
     room.frames = static_cast<std::int32_t>(source->frames_read);
     const auto places = protocol::place(source->header, room);

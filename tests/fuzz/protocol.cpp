@@ -53,7 +53,7 @@ Message any_message(Choices& choices) {
     case 0: return any_header(choices);
     case 1: return Done{{{"a file", choices.below(100), "00"}}, {choices.bytes(choices.below(10))}, {}, choices.one_in(3)};
     case 2: return Failure{choices.bytes(choices.below(60))};
-    case 3: return Room{{0, static_cast<std::uint32_t>(choices.below(9))}};
+    case 3: return ReadRequest{{0, static_cast<std::uint32_t>(choices.below(9))}};
     default: return Request{.path = choices.bytes(choices.below(30)), .max_bytes = choices.below(1000)};
   }
 }

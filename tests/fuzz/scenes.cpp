@@ -39,7 +39,7 @@ Vec3 direction(Choices& choices) {
   return {radius * std::cos(turn), radius * std::sin(turn), height};
 }
 
-Mat3 rotation(Choices& choices) { return turn_about(direction(choices), choices.between(0.0, 178.0)); }
+Mat3 rotation(Choices& choices) { return rotation_about(direction(choices), choices.between(0.0, 178.0)); }
 
 // ---- volumes ----
 
@@ -282,8 +282,8 @@ class AnyParameters : public ParameterVisitor {
   }
   /// A value that the field takes, or about.
   double level() {
-    Extent range{-1.0, 1.0};
-    if (!last_scalar_.name.empty()) range = scene_.field(last_scalar_).field->extents().front();
+    ValueRange range{-1.0, 1.0};
+    if (!last_scalar_.name.empty()) range = scene_.field(last_scalar_).field->value_ranges().front();
     const double share = choices_.one_in(10) ? choices_.between(-0.5, 1.5) : choices_.between(0.0, 1.0);
     const double value = range.min * (1.0 - share) + range.max * share;
     return std::isfinite(value) ? std::clamp(value, -1e300, 1e300) : 0.0;

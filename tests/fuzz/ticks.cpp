@@ -195,7 +195,7 @@ class AnySession {
   AnySession(const Scene& scene, bool earlier_law)
       : session_(earlier_law ? Session(scene, baseline::path) : Session(scene)),
         guarded_(session_, max_device_n),
-        max_force_n_(let_through_n(scene, max_device_n)) {}
+        max_force_n_(force_limit_n(scene, max_device_n)) {}
 
   TickFrame tick(std::int64_t number, const Moment& moment) {
     return guarded_.tick(number, 1e-3 * static_cast<double>(number), moment.time_step_s, moment.probe);

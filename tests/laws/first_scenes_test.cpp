@@ -42,7 +42,7 @@ class FirstSceneOf : public testing::TestWithParam<std::string> {
     if (const std::string missing = test::missing_for("real"); !missing.empty()) GTEST_SKIP() << missing;
     VolumeRequest request;
     request.files = {test::shared_data() / GetParam()};
-    const ReadVolume read = volume_reader({.reader = test::reader()});
+    const VolumeReader read = volume_reader({.reader = test::reader()});
     scene_ = parse_scene(first_scene(read(request), request), "first", ".", read, standard_modes(),
                          {.sets = {{"time.play", "hold"}}})
                  .scene;
@@ -110,7 +110,7 @@ double strengths_of(const Scene& scene) {
   // What a session places says it, wherever a way goes: the most of any place.
   double most_n = 0.0;
   Session session(scene);
-  session.let_through(scene.coupling.max_force_n);
+  session.set_force_limit(scene.coupling.max_force_n);
   for (int way = 0; way < 400; ++way) {
     session.reset();
     const double x_m = 0.15 * ((way % 20) / 19.0 - 0.5), y_m = 0.15 * (std::floor(way / 20.0) / 19.0 - 0.5);

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "palpa/data/analytic.h"
+#include "palpa/loop/break_through_filter.h"
 #include "palpa/loop/guard.h"
 #include "palpa/loop/loop.h"
-#include "palpa/loop/release.h"
 #include "palpa/mode/modes.h"
 #include "tests/solver/random_problems.h"
 
@@ -127,8 +127,8 @@ TEST(Impact, IsNothingWithoutAGain) {
   Session session(scene_of({})), same(scene_of({}));
   GuardedSession guarded(session, 3.3);
   Guard guard(3.3);
-  Release release;
-  same.let_through(3.3);
+  BreakThroughFilter release;
+  same.set_force_limit(3.3);
   for (int i = 0; i < 400; ++i) {
     const Probe probe{.position_m = {1e-4 * i, 0.0, 0.01 - 2e-4 * i}};
     const TickFrame frame = guarded.tick(i, 1e-3 * i, 1e-3, probe);

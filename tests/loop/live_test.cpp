@@ -10,7 +10,7 @@
 
 #include "palpa/device/hand.h"
 #include "palpa/device/paced_hand.h"
-#include "palpa/loop/grip.h"
+#include "palpa/loop/clutch_mapping.h"
 #include "palpa/loop/loop.h"
 #include "tests/loop/scenes.h"
 #include "tests/solver/counted_allocations.h"
@@ -329,19 +329,19 @@ TEST(LiveLoop, ThreadsThatChangeAndLookDoNotDisturbIt) {
   EXPECT_GT(loop.account().scenes, 0);
 }
 
-TEST(Grip, TheClutchMovesTheHandleAndNotTheProbe) {
-  Grip grip({.clutch_buttons = 1});
+TEST(ClutchMapping, TheClutchMovesTheHandleAndNotTheProbe) {
+  ClutchMapping grip({.clutch_buttons = 1});
   const Vec3 here = grip.hold({.position_m = {0.01, 0.02, 0.03}, .valid = true}, 1e-3).probe.position_m;
-  const Grip::Held held = grip.hold({.position_m = {0.05, 0, 0}, .valid = true, .buttons = 1}, 1e-3);
+  const ClutchMapping::Held held = grip.hold({.position_m = {0.05, 0, 0}, .valid = true, .buttons = 1}, 1e-3);
   EXPECT_TRUE(held.moves);
   EXPECT_LT(distance(held.probe.position_m, here), 1e-15);
-  const Grip::Held after = grip.hold({.position_m = {0.06, 0, 0}, .valid = true}, 1e-3);
+  const ClutchMapping::Held after = grip.hold({.position_m = {0.06, 0, 0}, .valid = true}, 1e-3);
   EXPECT_FALSE(after.moves);
   EXPECT_LT(distance(after.probe.position_m, here + Vec3{0.01, 0, 0}), 1e-15) << "lengths at the hand are lengths at the probe";
 }
 
-TEST(Grip, ATurnedViewTurnsMotionAndForceAlike) {
-  Grip grip({});
+TEST(ClutchMapping, ATurnedViewTurnsMotionAndForceAlike) {
+  ClutchMapping grip({});
   grip.hold({.position_m = {0.01, 0, 0}, .valid = true}, 1e-3);
   const Mat3 quarter{{{0, 0, 1}, {0, 1, 0}, {-1, 0, 0}}};
   grip.turn(quarter);
@@ -355,8 +355,8 @@ TEST(Grip, ATurnedViewTurnsMotionAndForceAlike) {
   EXPECT_FALSE(grip.hold({.position_m = {0.03, 0.01, 0}, .valid = true}, 1e-3).moves) << "what is no rotation is left out";
 }
 
-TEST(Grip, AHandleAtTheBorderTakesTheProbeFurther) {
-  Grip grip({.workspace_radius_m = 0.1, .goes_on_at_border = true});
+TEST(ClutchMapping, AHandleAtTheBorderTakesTheProbeFurther) {
+  ClutchMapping grip({.workspace_radius_m = 0.1, .goes_on_at_border = true});
   Vec3 last_m;
   for (int i = 0; i < 1000; ++i) last_m = grip.hold({.position_m = {0.1, 0, 0}, .valid = true}, 1e-3).probe.position_m;
   EXPECT_NEAR(last_m.x, 0.18, 1e-3);

@@ -42,7 +42,7 @@ struct MadeTick {
     frame.tick = i;
     frame.t_s = v / 1000;
     frame.result.proxy_m = {v, -v, v / 3};
-    modes.resize(static_cast<std::size_t>(i % 4), ModeTick{.force_n = {v, 0, 0}});
+    modes.resize(static_cast<std::size_t>(i % 4), ModeForce{.force_n = {v, 0, 0}});
     for (std::uint32_t s = 0; s < static_cast<std::uint32_t>(i % 5); ++s) {
       steps.push_back(
           {.start_m = {v, s + 0.5, 0}, .first_primitive = static_cast<std::uint32_t>(placed.size()), .primitives = s});
@@ -55,7 +55,7 @@ struct MadeTick {
   void append_to(TraceWriter& writer) const { writer.append(frame, modes, steps, placed, events); }
 
   TickFrame frame;
-  std::vector<ModeTick> modes;
+  std::vector<ModeForce> modes;
   std::vector<SubStep> steps;
   std::vector<PlacedPrimitive> placed;
   std::vector<SessionEvent> events;

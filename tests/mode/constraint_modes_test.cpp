@@ -26,7 +26,7 @@ class Everywhere final : public Field {
   double spacing_m() const noexcept override { return 1e-3; }
   Box bounds_m() const noexcept override { return {{-1, -1, -1}, {1, 1, 1}}; }
   double depth_m(const Vec3&) const noexcept override { return 1.0; }
-  std::vector<Extent> extents() const override { return {{-1, 1}, {-1, 1}, {-1, 1}}; }
+  std::vector<ValueRange> value_ranges() const override { return {{-1, 1}, {-1, 1}, {-1, 1}}; }
 
  private:
   std::function<Vec3(const Vec3&)> velocity_;

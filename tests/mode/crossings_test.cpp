@@ -18,7 +18,7 @@
 namespace palpa {
 namespace crossings_test {
 
-using Passing = EventPolicy::Passing;
+using CrossingRule = EventPolicy::CrossingRule;
 
 constexpr int most_pieces = 512;  // that one search may look at
 
@@ -50,7 +50,7 @@ FieldPtr grid_with(MakeGrid make, const std::array<std::int64_t, 3>& dims, Value
 struct Searched {
   std::vector<FieldPtr> fields;
   Samples samples;
-  LiveBlock live;
+  StateArena live;
   Crossings sides;
   EventPolicy policy;
   Event event;
@@ -64,7 +64,7 @@ struct Searched {
     bool out_of_work = false;
   };
 
-  Searched(std::vector<FieldPtr> given, std::vector<Watch> watched, const Similarity& map = {})
+  Searched(std::vector<FieldPtr> given, std::vector<Threshold> watched, const Similarity& map = {})
       : fields(std::move(given)),
         samples(fields, map),
         sides(live, watched, fields.size()),
@@ -102,7 +102,7 @@ TEST(FirstCrossing, IsTheSameAmongThousandsOfWatches) {
   const FieldPtr field = grid_with(grid_field, {12, 12, 12}, [&](auto, auto, auto) { return uniform(random, -1, 1); });
   constexpr int count = 20'000;  // at equal distances from -1 to 1, in any order, each twice
   const auto value = [](int i) { return 2.0 * (i + 0.5) / count - 1.0; };
-  std::vector<Watch> watches;
+  std::vector<Threshold> watches;
   for (int i = 0; i < 2 * count; ++i) watches.push_back({0, value(i % count)});
   std::ranges::shuffle(watches, random);
   Searched all({field}, watches);
@@ -111,7 +111,7 @@ TEST(FirstCrossing, IsTheSameAmongThousandsOfWatches) {
     const Vec3 from = in_box(random, field->bounds_m()),
                to = from + uniform(random, 0.0, 0.02) * (in_box(random, field->bounds_m()) - from);
     const int above = static_cast<int>(std::ceil(0.5 * count * (field->scalar(from).value + 1.0) - 0.5));
-    std::vector<Watch> near;
+    std::vector<Threshold> near;
     for (int i = above - 3; i < above + 3; ++i) {
       if (i >= 0 && i < count) near.push_back({0, value(i)});
     }
@@ -120,7 +120,7 @@ TEST(FirstCrossing, IsTheSameAmongThousandsOfWatches) {
     for (Searched* s : {&all, &few}) {
       s->forget();
       s->policy.clear();
-      for (int i = above - 1; held && i <= above; ++i) s->sides.attend(s->policy, {0, value(i)}, Passing::held);
+      for (int i = above - 1; held && i <= above; ++i) s->sides.configure_events(s->policy, {0, value(i)}, CrossingRule::held);
     }
     EXPECT_TRUE(all.sides.is_watched(near.front()));
     EXPECT_FALSE(all.sides.is_watched({0, 0.5 * (value(7) + value(8))}));
@@ -272,7 +272,7 @@ TEST(FirstCrossing, RoundingOnTheLevelStopsNothing) {
       Searched s({field}, {{0, here.value}});
       s.forget();
       s.policy.clear();
-      s.sides.attend(s.policy, {0, here.value}, Passing::leaves_down);
+      s.sides.configure_events(s.policy, {0, here.value}, CrossingRule::leaves_down);
       const Searched::Met met = s.search_as_told(from, to);
       ASSERT_TRUE(!met.stopped || met.share > 1e-6) << n << ": " << met.share;
     }
@@ -338,7 +338,7 @@ TEST(FirstCrossing, PlateausAtTheLevelAreReached) {
   }
 }
 
-TEST(Passing, HeldCrossesNothingAndLeaveOnlyOnce) {
+TEST(CrossingRule, HeldCrossesNothingAndLeaveOnlyOnce) {
   // Up through 2 at x = 2 mm, down again at 6 mm, up at 10 mm.
   const FieldPtr waves =
       grid_with(grid_field, {13, 2, 2}, [](auto i, auto, auto) { return double(i % 8 <= 4 ? i % 8 : 8 - i % 8); });
@@ -348,7 +348,7 @@ TEST(Passing, HeldCrossesNothingAndLeaveOnlyOnce) {
 
   s.forget();
   s.policy.clear();
-  s.sides.attend(s.policy, {0, 2.0}, Passing::held);
+  s.sides.configure_events(s.policy, {0, 2.0}, CrossingRule::held);
   Searched::Met met = s.search_as_told(from, to);
   EXPECT_NEAR(x(met), 3.5e-3, 1e-12);
   ASSERT_EQ(s.crossings.size(), 1u);
@@ -356,7 +356,7 @@ TEST(Passing, HeldCrossesNothingAndLeaveOnlyOnce) {
 
   s.forget();
   s.policy.clear();
-  s.sides.attend(s.policy, {0, 2.0}, Passing::leaves_up);
+  s.sides.configure_events(s.policy, {0, 2.0}, CrossingRule::leaves_up);
   met = s.search_as_told(from, {3e-3, 5e-4, 5e-4});
   EXPECT_FALSE(met.stopped);
   ASSERT_EQ(s.crossings.size(), 1u);
@@ -364,8 +364,8 @@ TEST(Passing, HeldCrossesNothingAndLeaveOnlyOnce) {
 
   s.forget();
   s.policy.clear();
-  s.sides.attend(s.policy, {0, 2.0}, Passing::leaves_up);
-  s.sides.attend(s.policy, {0, 3.5}, Passing::held);
+  s.sides.configure_events(s.policy, {0, 2.0}, CrossingRule::leaves_up);
+  s.sides.configure_events(s.policy, {0, 3.5}, CrossingRule::held);
   met = s.search_as_told(from, to);
   EXPECT_NEAR(x(met), 6e-3, 1e-12) << "what was left is met again";
   ASSERT_EQ(s.crossings.size(), 2u);
@@ -480,15 +480,15 @@ class WithoutLength : public Field {
     sample.value = -1.0, sample.inside = true;
     return sample;
   }
-  Stretch stretch(const Vec3&, const Vec3&, double begin, const Extent&) const noexcept override {
-    Stretch piece;
+  PolynomialPiece piece_along(const Vec3&, const Vec3&, double begin, const ValueRange&) const noexcept override {
+    PolynomialPiece piece;
     piece.end = begin, piece.inside = true, piece.degree = 0, piece.control[0] = -1.0;
     return piece;
   }
   double spacing_m() const noexcept override { return 1e-3; }
   Box bounds_m() const noexcept override { return {{-1e10, -1e10, -1e10}, {1e10, 1e10, 1e10}}; }
   double depth_m(const Vec3&) const noexcept override { return 1e9; }
-  std::vector<Extent> extents() const override { return {{-1.0, 1.0}}; }
+  std::vector<ValueRange> value_ranges() const override { return {{-1.0, 1.0}}; }
 };
 
 TEST(FirstCrossing, WorkIsBoundedWhereTheWayIsRounding) {
@@ -526,7 +526,7 @@ TEST(FirstEvent, IsTheSameWhateverIsRemembered) {
       const Vec3 to = hand_m(1e-3 * n);
       s.edges = n % 3 != 0 ? std::vector<std::int32_t>{0} : std::vector<std::int32_t>{};
       s.policy.clear();
-      s.policy.fields[1].allowed = n % 2 == 0 ? Extent{-1.0, 1.0} : s.policy.fields[1].allowed;
+      s.policy.fields[1].allowed = n % 2 == 0 ? ValueRange{-1.0, 1.0} : s.policy.fields[1].allowed;
       for (const std::int32_t field : s.edges) s.policy.fields[static_cast<std::size_t>(field)].stops_at_edges = true;
       Event fresh = s.sides.event();
       int enough = most_pieces, left = most_pieces;
@@ -554,8 +554,8 @@ TEST(FirstEvent, IsWhereAValueIsNotAllowed) {
   for (const double most : {2.5, 3.5, 4.0, 6.5, 8.0}) {
     s.forget();
     s.policy.clear();
-    s.sides.attend(s.policy, {0, 3.0}, Passing::leaves_up);
-    s.sides.attend(s.policy, {0, 5.0}, Passing::held);
+    s.sides.configure_events(s.policy, {0, 3.0}, CrossingRule::leaves_up);
+    s.sides.configure_events(s.policy, {0, 5.0}, CrossingRule::held);
     s.policy.fields[0].allowed.max = most;
     const Searched::Met met = s.search_as_told(from, to);
     EXPECT_EQ(s.event.kind, most < 7.0 ? Event::Kind::pierced : Event::Kind::none);
@@ -563,7 +563,7 @@ TEST(FirstEvent, IsWhereAValueIsNotAllowed) {
     EXPECT_EQ(s.crossings.size(), most > 3.0 ? 1u : 0u);
     s.forget();
     s.policy.clear();
-    for (const double level : {3.0, 5.0}) s.sides.attend(s.policy, {0, level}, Passing::held);
+    for (const double level : {3.0, 5.0}) s.sides.configure_events(s.policy, {0, level}, CrossingRule::held);
     s.policy.fields[0].allowed.min = most;
     EXPECT_NEAR(s.search_as_told(to, from).share, std::clamp((7.0 - most) / 5.0, 0.0, 1.0), 1e-12);
   }

@@ -54,7 +54,7 @@ class SamplesOfFields : public testing::Test {
       case 1: {
         const VectorSample own = field.vector(world_m), seen = samples.vector(asked.field, asked.hand_m);
         EXPECT_EQ(seen.inside, own.inside);
-        EXPECT_EQ(seen.value, map_.turned_to_hand(own.value));
+        EXPECT_EQ(seen.value, map_.direction_to_hand(own.value));
         EXPECT_EQ(seen.jacobian, map_.jacobian_to_hand(own.jacobian));
         return;
       }
@@ -103,7 +103,7 @@ TEST_F(SamplesOfFields, CertificatesBoundThemInTheHandFrame) {
   for (int n = 0; n < 2000; ++n) {
     const auto field = static_cast<std::int32_t>(n % 4);
     const Vec3 x = map_.to_hand(random.in_cube(0.02));
-    const Certificate c = samples.certificate(field, x);
+    const LipschitzBound c = samples.lipschitz_bound(field, x);
     if (c.radius_m == 0.0) continue;
     ++certified;
     const Vec3 y = x + random.uniform(0, 0.999) * c.radius_m * random.direction();

@@ -151,7 +151,7 @@ Order measure_order(const OrderCase& wanted, bool in_steps) {
   double way_m = 0.0;
   for (std::size_t s = 0; s < Order::steps.size(); ++s) {
     Session session = session_of();
-    session.continue_from(begun);
+    session.copy_state_from(begun);
     for (int i = warm_up; i < warm_up + ticks; ++i) {
       const Vec3 proxy_m = follow(session, hand(i - 1), hand(i), Order::steps[s]);
       if (!paths[s].empty()) way_m += distance(paths[s].back(), proxy_m);

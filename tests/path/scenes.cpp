@@ -78,7 +78,7 @@ Halving measure_halving(const Scene& scene, const std::vector<Probe>& probes) {
   std::vector<double> apart;
   int contact_ticks = 0;
   for (std::size_t begin = 0; begin < probes.size(); begin += window) {
-    halved.continue_from(usual);
+    halved.copy_state_from(usual);
     EventList events, halved_events;
     int unmatched_since = -1;
     for (std::size_t i = begin; i < std::min(begin + window, probes.size()); ++i) {
@@ -217,7 +217,7 @@ void measure_booked(const Scene& scene, int ticks, double reach_m, Random& rando
       }
     }
     path_limit_j += k * distance(tick.proxy_m, x0) * distance(probe, walked);
-    const std::span<const ModeTick> modes = session.modes();
+    const std::span<const ModeForce> modes = session.modes();
     for (std::size_t m = 0; m < modes.size(); ++m) {
       booked.works_differ_j = std::max(booked.works_differ_j, std::abs(modes[m].injected_j - modes[m].dissipated_j - works[m]));
     }

@@ -57,7 +57,7 @@ TEST(FirstScene, LeavesNoRecordedHandWaiting) {
   if (const std::string missing = missing_for("flow"); !missing.empty()) GTEST_SKIP() << missing;
   VolumeRequest request;
   request.files = {shared_data() / "mri_flow_carotid/carotid.vtk"};
-  const ReadVolume read = volume_reader({.reader = reader()});
+  const VolumeReader read = volume_reader({.reader = reader()});
   const Scene scene = parse_scene(first_scene(read(request), request), "first", ".", read, standard_modes()).scene;
   const std::unique_ptr<SimulatedDevice> hand =
       hand_device(displaced(recorded_target(recording, {.center = true}), {-0.060, -0.030, -0.005}), Hold::rigid);

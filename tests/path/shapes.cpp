@@ -25,8 +25,8 @@ class Formula final : public Field {
   double spacing_m() const noexcept override { return spacing_m_; }
   Box bounds_m() const noexcept override { return {{-half_m_, -half_m_, -half_m_}, {half_m_, half_m_, half_m_}}; }
   double depth_m(const Vec3& x) const noexcept override { return is_finite(x) ? half_m_ - largest_component(x) : -half_m_; }
-  std::vector<Extent> extents() const override {
-    return std::vector<Extent>(static_cast<std::size_t>(components()), {-1e6, 1e6});
+  std::vector<ValueRange> value_ranges() const override {
+    return std::vector<ValueRange>(static_cast<std::size_t>(components()), {-1e6, 1e6});
   }
 
  private:

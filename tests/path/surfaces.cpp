@@ -42,7 +42,7 @@ const SubStep& letting_go(const Session& session, const SessionEvent& event) {
 }  // namespace
 
 double restless_m(const Session& session, Session& spare, const Vec3& probe_m) {
-  spare.continue_from(session);
+  spare.copy_state_from(session);
   spare.tick({.position_m = probe_m}, period_s);
   if (spare.sub_steps().empty()) return 0.0;
   const SubStep& next = spare.sub_steps().front();

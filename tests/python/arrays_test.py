@@ -35,7 +35,7 @@ def test_voxels_of_every_type_are_read_where_they_are(dtype):
     values, gradients = field(centres_m(array.shape))
     assert values.shape == array.shape and gradients.shape == array.shape + (3,)
     np.testing.assert_allclose(values, array, rtol=1e-12)
-    assert field.extents == [(float(array.min()), float(array.max()))] and field.unit == "HU"
+    assert field.value_ranges == [(float(array.min()), float(array.max()))] and field.unit == "HU"
 
 
 orders = {

@@ -162,7 +162,7 @@ def test_a_file_is_read_as_the_program_reads_it(tmp_path, palpa_program, needs_r
     volume = palpa.read_volume(tmp_path / "eight.nrrd", length_unit="cm")
     told = json.loads(subprocess.run([palpa_program, "info", tmp_path / "eight.nrrd", "--json"], capture_output=True, check=True).stdout)
     (field,) = volume.fields.values()
-    assert field.extents == [(told["fields"][0]["min"], told["fields"][0]["max"])]
+    assert field.value_ranges == [(told["fields"][0]["min"], told["fields"][0]["max"])]
     assert volume.format == told["format"] and volume.length_unit == "cm"
     with pytest.raises(TypeError, match="'frame' takes int"):
         palpa.read_volume(tmp_path / "eight.nrrd", frame="first")
@@ -175,7 +175,7 @@ def test_bare_numbers_need_no_reader(tmp_path):
     (tmp_path / "a.raw").write_bytes(values.tobytes())
     volume = palpa.read_volume(tmp_path / "a.raw", type="float32", dims=(5, 4, 3), spacing_m=(0.1, 0.2, 0.3))
     (field,) = volume.fields.values()
-    assert field.extents == [(0.0, 59.0)]
+    assert field.value_ranges == [(0.0, 59.0)]
     np.testing.assert_allclose(field(np.array([0.4, 0.6, 0.6]))[0], 59.0)
 
 
@@ -324,7 +324,7 @@ def test_a_call_that_fits_nothing_is_told_in_a_sentence():
             (lambda: palpa.Mask(points=[(0, 1)]), "Mask: 'of' is missing"),
             (lambda: palpa.Tick(), "Tick"), (lambda: setattr(head_scene(), "title", 3), "Scene.title takes a text, not int"),
             (lambda: head_scene().remove_mode(), "Scene.remove_mode: 'name' is missing"),
-            (lambda: palpa.Pointer(radius="x"), "no parameter 'radius'; did you mean 'radius_m'?"),
+            (lambda: palpa.MouseHand(radius="x"), "no parameter 'radius'; did you mean 'radius_m'?"),
             (lambda: palpa.live(session), "'scene' takes a palpa.Scene, not Session"),
             (lambda: palpa.GuardedSession(head_scene()), "GuardedSession: 'limits' is missing"),
             (lambda: palpa.GuardedSession(head_scene(), 3), "GuardedSession: 'limits' takes a palpa.DeviceLimits, not int")):

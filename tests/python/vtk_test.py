@@ -137,12 +137,12 @@ def test_vtks_own_readers_and_ours_are_felt_alike(name, shared, needs_reader):
         first = scene.add("data", volume)
         field = next(iter(volume.fields.values()))
         if field.components == 1:
-            scene.add("wall", palpa.SurfaceAndFriction(field=first, levels=[dict(value=0.8 * field.extents[0][0] + 0.2 * field.extents[0][1], strength_n=1)]))
+            scene.add("wall", palpa.SurfaceAndFriction(field=first, levels=[dict(value=0.8 * field.value_ranges[0][0] + 0.2 * field.value_ranges[0][1], strength_n=1)]))
         else:
             scene.add("rail", palpa.Follow(field=first, strength_n=1))
         s = np.arange(1000) * 1e-3
         rows.append(palpa.Session(scene).ticks(np.stack([0.06 * np.sin(7 * s), 0.05 * np.cos(5 * s), 0.06 * np.sin(3 * s)], 1), 1e-3))
-    ours, theirs = ([f.extents for f in v.fields.values()] for v in volumes)
+    ours, theirs = ([f.value_ranges for f in v.fields.values()] for v in volumes)
     assert ours == theirs and list(volumes[0].fields) == list(volumes[1].fields)
     assert rows[0].tobytes() == rows[1].tobytes() and np.abs(rows[0]["force_n"]).max() > 0.05
 
@@ -233,7 +233,7 @@ def test_actors_follow_a_mouse_that_feels():
     scene = palpa.Scene()
     scene.add("ball", palpa.sphere_field())
     scene.add("wall", palpa.SurfaceAndFriction(field="ball", levels=[dict(value=0, strength_n=2)]))
-    hand, renderer = palpa.Pointer(), vtk.vtkRenderer()
+    hand, renderer = palpa.MouseHand(), vtk.vtkRenderer()
     hand.put((0, 0, 0.09))
     actors = palpa.FeltActors(renderer, 0.1, scene.hand_to_world())
     with palpa.live(scene, device=hand) as live:

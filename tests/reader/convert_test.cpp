@@ -57,7 +57,7 @@ void expect_same(const Field& a, const Field& b, double tolerance, bool larger =
 
 double span_of(const Field& field) {
   double span = 0.0;
-  for (const Extent& extent : field.extents()) span = std::max(span, extent.max - extent.min);
+  for (const ValueRange& extent : field.value_ranges()) span = std::max(span, extent.max - extent.min);
   return span;
 }
 
@@ -324,10 +324,10 @@ TEST_P(RoundTrips, ChangeNothing) {
     const GridGeometry &before = grid_of(*field.field)->geometry, &after = grid_of(*again.fields[0].field)->geometry;
     EXPECT_EQ(before.dims, after.dims);
     expect_same(*field.field, *again.fields[0].field, 1e-5 * span_of(*field.field));
-    const auto extents = field.field->extents(), kept = again.fields[0].field->extents();
-    for (std::size_t c = 0; c < extents.size(); ++c) {
-      EXPECT_FLOAT_EQ(static_cast<float>(extents[c].min), static_cast<float>(kept[c].min));
-      EXPECT_FLOAT_EQ(static_cast<float>(extents[c].max), static_cast<float>(kept[c].max));
+    const auto value_ranges = field.field->value_ranges(), kept = again.fields[0].field->value_ranges();
+    for (std::size_t c = 0; c < value_ranges.size(); ++c) {
+      EXPECT_FLOAT_EQ(static_cast<float>(value_ranges[c].min), static_cast<float>(kept[c].min));
+      EXPECT_FLOAT_EQ(static_cast<float>(value_ranges[c].max), static_cast<float>(kept[c].max));
     }
   }
   const Volume vti = converted(volume, "all.vti");

@@ -143,7 +143,7 @@ TEST_F(Dicom, PaddingIsOutside) {
     const Field& field = *volume.fields[0].field;
     EXPECT_FALSE(field.scalar(1e-3 * series.at_mm({0.5, 2, 2})).inside);
     EXPECT_TRUE(field.scalar(1e-3 * series.at_mm({1.5, 2, 2})).inside);
-    EXPECT_EQ(field.extents()[0].min, 0.0);
+    EXPECT_EQ(field.value_ranges()[0].min, 0.0);
     EXPECT_DOUBLE_EQ(grid_of(field)->valid_share, 7.0 / 8);
   }
 }

@@ -34,8 +34,8 @@
 
 #include "palpa/base/load_error.h"
 #include "palpa/file/protocol.h"
-#include "reader/cage.h"
 #include "reader/program.h"
+#include "reader/sandbox.h"
 
 namespace {
 

@@ -58,15 +58,15 @@ void check(const Field& field, const Json& fact, double unit_m) {
     if (voxel.contains("value")) expect_value(point(voxel["ijk"]), voxel["value"]);
   }
   if (fact.contains("trilinear")) expect_value(point(fact["trilinear"]["index"]), fact["trilinear"]["value"]);
-  const std::vector<Extent> extents = field.extents();
+  const std::vector<ValueRange> value_ranges = field.value_ranges();
   if (fact.contains("component_min")) {
     for (std::size_t c = 0; c < 3; ++c) {
-      EXPECT_NEAR(extents[c].min, fact["component_min"][c].get<double>(), 1e-4);
-      EXPECT_NEAR(extents[c].max, fact["component_max"][c].get<double>(), 1e-4);
+      EXPECT_NEAR(value_ranges[c].min, fact["component_min"][c].get<double>(), 1e-4);
+      EXPECT_NEAR(value_ranges[c].max, fact["component_max"][c].get<double>(), 1e-4);
     }
-  } else if (extents.size() == 1 && fact["dims"].size() == 3) {
-    EXPECT_NEAR(extents[0].min, fact["min"].get<double>(), tolerance(fact["min"].get<double>()));
-    EXPECT_NEAR(extents[0].max, fact["max"].get<double>(), tolerance(fact["max"].get<double>()));
+  } else if (value_ranges.size() == 1 && fact["dims"].size() == 3) {
+    EXPECT_NEAR(value_ranges[0].min, fact["min"].get<double>(), tolerance(fact["min"].get<double>()));
+    EXPECT_NEAR(value_ranges[0].max, fact["max"].get<double>(), tolerance(fact["max"].get<double>()));
   }
   if (fact.contains("spacing")) {
     const Mat3 steps = transposed(view.geometry.index_to_world_m);

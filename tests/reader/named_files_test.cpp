@@ -33,7 +33,7 @@ class NamedFiles : public ReaderTest {
                          "<?xml version=\"1.0\"?>\n<VTKFile type=\"PImageData\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
                          "<PImageData WholeExtent=\"0 3 0 3 0 3\" GhostLevel=\"0\" Origin=\"0 0 0\" Spacing=\"1 1 1\">\n"
                          "<PPointData><PDataArray type=\"UInt8\" Name=\"a\"/></PPointData>\n"
-                         "<Piece Extent=\"0 3 0 3 0 3\" Source=\"" +
+                         "<Piece ValueRange=\"0 3 0 3 0 3\" Source=\"" +
                              piece + "\"/>\n</PImageData>\n</VTKFile>\n");
   }
   void expect_refused(const fs::path& file, const std::string& words) {
@@ -55,7 +55,7 @@ TEST_F(NamedFiles, LieWithTheirHeader) {
   for (const std::string& name :
        {std::string("inside.raw"), (folder_.path() / "inside.raw").string(), std::string("own-link.raw")}) {
     for (const fs::path& header : {nrrd(name), metaimage(name)})
-      EXPECT_EQ(read(header).fields[0].field->extents()[0].max, static_cast<double>('i')) << header << name;
+      EXPECT_EQ(read(header).fields[0].field->value_ranges()[0].max, static_cast<double>('i')) << header << name;
   }
   fs::create_directory(folder_.path() / "below");
   fs::rename(folder_.path() / "inside.raw", folder_.path() / "below/inside.raw");

@@ -187,11 +187,11 @@ TEST_F(Nifti, ValuesAreRescaledUnlessTheSlopeIsZero) {
   const GridView& view = *grid_of(*volume.fields[0].field);
   EXPECT_EQ(view.voxels.type, VoxelType::int16);
   EXPECT_EQ(volume.fields[0].field->scalar(view.geometry.to_world({1, 0, 0})).value, 0.5 * 101 - 1024);
-  EXPECT_EQ(volume.fields[0].field->extents()[0].min, 0.5 * 100 - 1024);
+  EXPECT_EQ(volume.fields[0].field->value_ranges()[0].min, 0.5 * 100 - 1024);
   file.slope = 0;
-  EXPECT_EQ(read(folder_.write("b.nii", file.header() + voxels)).fields[0].field->extents()[0].min, 100.0);
+  EXPECT_EQ(read(folder_.write("b.nii", file.header() + voxels)).fields[0].field->value_ranges()[0].min, 100.0);
   file.slope = std::nanf("");
-  EXPECT_EQ(read(folder_.write("c.nii", file.header() + voxels)).fields[0].field->extents()[0].min, 100.0);
+  EXPECT_EQ(read(folder_.write("c.nii", file.header() + voxels)).fields[0].field->value_ranges()[0].min, 100.0);
 }
 
 // Vectors of RAS, stored in planes as NIfTI has them: v(x) = position, scaled, in the world v = x too.
@@ -287,8 +287,8 @@ TEST_F(Nifti, FramesAreChosenOneByOne) {
   const fs::path path = folder_.write("a.nii.gz", gzipped(file.header() + voxels));
   VolumeRequest request;
   request.frame = 1;
-  EXPECT_EQ(read(path, request).fields[0].field->extents()[0].min, 9.0);
-  EXPECT_EQ(read(path).fields[0].field->extents()[0].max, 5.0);
+  EXPECT_EQ(read(path, request).fields[0].field->value_ranges()[0].min, 9.0);
+  EXPECT_EQ(read(path).fields[0].field->value_ranges()[0].max, 5.0);
   request.frame = 2;
   EXPECT_NE(error_of([&] { read(path, request); }).find("not frame 2"), std::string::npos);
 }

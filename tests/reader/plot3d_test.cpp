@@ -228,7 +228,7 @@ TEST_F(Plot3d, FactsOfTheRealOnes) {
       EXPECT_EQ(volume.fields[0].resampling->dims[a], fact["dims"][a].get<std::int64_t>());
     }
     for (const char* scalar : {"density", "energy"}) {
-      const Extent range = field_of(volume, scalar).resampling->extents[0];
+      const ValueRange range = field_of(volume, scalar).resampling->value_ranges[0];
       EXPECT_NEAR(range.min, fact[scalar]["min"].get<double>(), 1e-6);
       EXPECT_NEAR(range.max, fact[scalar]["max"].get<double>(), 1e-4);
     }
@@ -242,7 +242,7 @@ TEST_F(Plot3d, FactsOfTheRealOnes) {
           const VolumeField& field = field_of(volume, array);
           const Vec3 at{point["xyz"][0].get<double>(), point["xyz"][1].get<double>(), point["xyz"][2].get<double>()};
           double range = 0.0;
-          for (const Extent& e : field.resampling->extents) range = std::max(range, e.max - e.min);
+          for (const ValueRange& e : field.resampling->value_ranges) range = std::max(range, e.max - e.min);
           const double bound = range * field.resampling->by_cell.max + 1e-6;
           if (field.field->components() == 1) {
             ASSERT_TRUE(field.field->scalar(at).inside);
@@ -273,10 +273,10 @@ TEST_F(Plot3d, FactsOfTheRealOnes) {
   };
   for (std::size_t a = 0; a < 3; ++a) {
     EXPECT_EQ(grid.dims[a], fact["dims"][a].get<std::int64_t>());
-    EXPECT_NEAR(velocity.field->extents()[a].min, fact["component_min"][a].get<double>(), 1e-6);
-    EXPECT_NEAR(velocity.field->extents()[a].max, fact["component_max"][a].get<double>(), 1e-6);
+    EXPECT_NEAR(velocity.field->value_ranges()[a].min, fact["component_min"][a].get<double>(), 1e-6);
+    EXPECT_NEAR(velocity.field->value_ranges()[a].max, fact["component_max"][a].get<double>(), 1e-6);
   }
-  EXPECT_NEAR(field_of(office, "scalars").field->extents()[0].min, fact["scalars"]["min"].get<double>(), 1e-6);
+  EXPECT_NEAR(field_of(office, "scalars").field->value_ranges()[0].min, fact["scalars"]["min"].get<double>(), 1e-6);
   for (const Json& point : fact["points"]) EXPECT_TRUE(close(grid.to_world(index(point["ijk"])), point["xyz"]));
   for (const Json& voxel : fact["voxels"])
     EXPECT_TRUE(close(velocity.field->vector(grid.to_world(index(voxel["ijk"]))).value, voxel["value"]));

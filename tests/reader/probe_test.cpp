@@ -105,7 +105,7 @@ struct Compared {
 Compared compared(const VolumeField& field, const std::vector<Vec3>& places, const Probed& truth, const char* array,
                   double p99) {
   double range = 0.0;
-  for (const Extent& e : field.resampling->extents) range = std::max(range, e.max - e.min);
+  for (const ValueRange& e : field.resampling->value_ranges) range = std::max(range, e.max - e.min);
   int inside = 0, above = 0, counted = 0;
   double worst = 0.0;
   for (std::size_t n = 0; n < places.size(); ++n) {

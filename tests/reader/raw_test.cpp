@@ -142,9 +142,9 @@ TEST_F(Raw, ALookAtALargeFileReadsOneRowInMany) {
     const auto at = [&](int a) { return static_cast<double>(place[a]); };
     EXPECT_EQ(field.scalar(large.to_world({at(0), at(1), at(2)})).value, 7.0);
     const Vec3 from_m = large.to_world({at(0), at(1), 0}), to_m = large.to_world({at(0), at(1), 10});
-    const Extent all{-1.0, 100.0};
+    const ValueRange all{-1.0, 100.0};
     EXPECT_TRUE(field.stretch(from_m, to_m, 0.31, all).inside);
-    EXPECT_EQ(field.extents()[0].max, options_.preview ? 0.0 : 7.0);
+    EXPECT_EQ(field.value_ranges()[0].max, options_.preview ? 0.0 : 7.0);
     EXPECT_EQ(all_warnings(volume).find("one row of voxels in 25") != std::string::npos, options_.preview);
   });
 }

@@ -28,7 +28,7 @@ class World : public ReaderTest {
   /// Expects the same value as ITK's at 1000 points of the box, but where one of them is outside at its rim.
   void expect_as_itk(const Volume& volume, const ItkImage& itk) {
     const Field& field = *volume.fields[0].field;
-    const Extent extent = field.extents()[0];
+    const ValueRange extent = field.value_ranges()[0];
     int inside = 0, rim = 0;
     for (int n = 0; n < 1000; ++n) {
       const Vec3 at_m = point_in(field.bounds_m());

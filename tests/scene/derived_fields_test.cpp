@@ -91,7 +91,8 @@ TEST(SceneFile, SmoothsAsTheVolumeSays) {
   const Scene smooth = test::parse(vortex).scene;
   EXPECT_EQ(smooth.volumes()[0].smoothing_m, 0.02);
   const Scene rough = test::parse(vortex, {.data_folders = {}, .sets = {{"volume.flow.smoothing_m", "0.006"}}}).scene;
-  EXPECT_LT(smooth.field({"q(flow)"}).field->extents()[0].max, 0.5 * rough.field({"q(flow)"}).field->extents()[0].max);
+  EXPECT_LT(smooth.field({"q(flow)"}).field->value_ranges()[0].max,
+            0.5 * rough.field({"q(flow)"}).field->value_ranges()[0].max);
   EXPECT_THAT(test::error_of(vortex, {.data_folders = {}, .sets = {{"volume.flow.smoothing_m", "0"}}}), HasSubstr("above 0"));
 }
 

@@ -377,7 +377,7 @@ TEST(FirstScene, FeelsVorticesWhereThereAreSome) {
   for (const Volume& vortex : {lamb_oseen_vortex(), burgers_vortex()}) {
     const Field& formula = *vortex.fields[0].field;
     const Box box = formula.bounds_m();
-    const double fast = formula.extents()[0].max, spacing_m = largest_component(box.size_m()) / 60.0;
+    const double fast = formula.value_ranges()[0].max, spacing_m = largest_component(box.size_m()) / 60.0;
     auto random = noise(1);
     const Volume noisy = vector_grid(
         60, spacing_m, [&](const Vec3& x) { return formula.vector(box.centre_m() + x).value + 0.03 * fast * random(); });

@@ -499,7 +499,7 @@ TEST(LoadScene, HandsTheRequestOn) {
   const Folder folder;
   folder.file("scalar.vti");
   VolumeRequest got;
-  const ReadVolume reader = [&](const VolumeRequest& request) {
+  const VolumeReader reader = [&](const VolumeRequest& request) {
     got = request;
     return sphere_field();
   };
@@ -520,7 +520,7 @@ TEST(LoadScene, HandsTheRequestOn) {
 TEST(LoadScene, OpensNoVolumeOfASceneThatIsWrong) {
   const Folder folder;
   folder.file("scalar.vti");
-  const ReadVolume never = [](const VolumeRequest&) -> Volume { throw LoadError("opened"); };
+  const VolumeReader never = [](const VolumeRequest&) -> Volume { throw LoadError("opened"); };
   for (const std::string wrong :
        {"strenght_n = 1", "strength_n = -1", "strength_n = 1\nfield = 'w'", "strength_n = 1\nmask = 3"}) {
     const std::string text = "palpa = 1\n[volume.v]\nfile = 'scalar.vti'\n[[mode]]\nname = 'm'\ntype = 'viscosity'\n" + wrong;
@@ -589,7 +589,7 @@ TEST(LoadScene, WarnsOfALevelOutsideTheData) {
 TEST(LoadScene, PassesWarningsOfVolumesOn) {
   const Folder folder;
   folder.file("scalar.vti");
-  const ReadVolume reader = [&](const VolumeRequest&) {
+  const VolumeReader reader = [&](const VolumeRequest&) {
     Volume ball_volume = sphere_field();
     ball_volume.warnings = {"no unit of length; taken as metres"};
     return ball_volume;
@@ -602,7 +602,7 @@ TEST(LoadScene, WarnsOfVolumesInDifferentFramesOfReference) {
   const Folder folder;
   for (const char* file : {"a.nrrd", "b.nrrd", "c.nrrd"}) folder.file(file);
   const auto warnings = [&](const std::string& of_b, const char* pose_of_b) {
-    const ReadVolume reader = [&](const VolumeRequest& request) {
+    const VolumeReader reader = [&](const VolumeRequest& request) {
       Volume scan = sphere_field();
       const auto name = request.files.front().filename();
       scan.frame_of_reference = name == "a.nrrd" ? "1.2.3" : name == "b.nrrd" ? of_b : "";

@@ -115,7 +115,7 @@ TEST(Workspace, TurnsProperlyForEveryPairOfDirections) {
       EXPECT_EQ(determinant(map.rotation), 1.0);
       EXPECT_EQ(map.turned_to_world({0, 0, 1}), z);
       EXPECT_EQ(map.turned_to_world({0, 1, 0}), y);
-      EXPECT_EQ(map.turned_to_hand(z), (Vec3{0, 0, 1}));
+      EXPECT_EQ(map.direction_to_hand(z), (Vec3{0, 0, 1}));
       ++maps;
     }
   }

@@ -61,7 +61,7 @@ TEST_P(Allocation, NoneInATickOfDataThatMove) {
     ASSERT_TRUE(is_finite(tick.force_n));
   }
   EXPECT_EQ(test::allocations, before);
-  other.continue_from(session);
+  other.copy_state_from(session);
   EXPECT_EQ(test::allocations, before);
   EXPECT_GT(moved_j, 1e-4);
   EXPECT_GT(jumps, 0);

@@ -159,7 +159,7 @@ TEST(Border, LetsNoLevelGoThatIsStrongerThanWhatReachesTheHand) {
     const Scene scene = plane_with(strength_n, Filter::smooth);
     for (const double voxels : {4.1, 6.0, 22.0}) {
       Session session(scene);
-      session.let_through(5.0);
+      session.set_force_limit(5.0);
       int breaks = 0;
       const Tick tick = press_plane(session, {half_m - voxels * voxel_m, 1.3e-3, 0.0}, 40.0, breaks);
       EXPECT_NEAR(tick.force_n.z, 40.0, 1e-6) << strength_n << " N, " << voxels << " voxels from the border";
@@ -173,14 +173,14 @@ TEST(Border, FadesWithoutAKickOrABreak) {
   for (const double strength_n : {1.3, 3.3, 60.0}) {
     const Scene scene = plane_with(strength_n, Filter::smooth);
     Session session(scene);
-    session.let_through(3.3);
+    session.set_force_limit(3.3);
     int breaks = 0;
     const double begin_m = half_m - 0.010, force_n = 1.19, speed_m_per_s = 0.05;
     Vec3 last_n = press_plane(session, {begin_m, 1.3e-3, 0.0}, force_n, breaks).force_n;
     double steepest_n = 0.0;
     for (int i = 0; i < 600; ++i) {  // out of the data, and back again
-      const double way_m = (i < 300 ? i : 600 - i) * speed_m_per_s * dt_s;
-      const Tick tick = session.tick({.position_m = {begin_m + way_m, 1.3e-3, -force_n / k}}, dt_s);
+      const double offset_m = (i < 300 ? i : 600 - i) * speed_m_per_s * dt_s;
+      const Tick tick = session.tick({.position_m = {begin_m + offset_m, 1.3e-3, -force_n / k}}, dt_s);
       for (const SessionEvent& event : session.events()) breaks += event.kind == SessionEventKind::break_through;
       if (i < 300) steepest_n = std::max(steepest_n, distance(tick.force_n, last_n));
       last_n = tick.force_n;
@@ -203,7 +203,7 @@ TEST(Border, KeepsTheForceOfAHandAtRest) {
   for (int run = 0; run < 240; ++run) {
     const int which = run % 3;
     Session session(scenes[which]);
-    session.let_through(5.0);
+    session.set_force_limit(5.0);
     const double below_m = run % 2 == 0 ? 0.022 : random.uniform(0.0, 0.006), away = random.uniform(-1.0, 1.0);
     const Vec3 from_m = which == 0 ? Vec3{1e-3 * away, half_m - below_m, 0.008} : Vec3{0.020 * away, half_m - below_m, 0.045};
     const Vec3 to_m = from_m + (which == 0 ? random.uniform(0.009, 0.016) : random.uniform(0.01, 0.06)) *

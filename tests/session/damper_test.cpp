@@ -16,7 +16,7 @@ namespace damper_test {
 constexpr double dt = 1e-3;
 constexpr double k = 500.0;
 
-static_assert(std::is_trivially_copyable_v<Damper>);  // it lies in a session's LiveBlock
+static_assert(std::is_trivially_copyable_v<Damper>);  // it lies in a session's StateArena
 
 double rounded(double value_m, double step_m) { return step_m * std::floor(value_m / step_m + 0.5); }
 double window_s(double damping_ns_per_m) { return 3.0 * damping_ns_per_m / k; }

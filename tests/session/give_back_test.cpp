@@ -151,10 +151,10 @@ TEST(GivenBack, AfterAFastStrokeTheHandHasItsForce) {
         for (const Vec3& away : {Vec3{1, 0, 0}, Vec3{0, 0, 1}, Vec3{0.6, 0.0, 0.8}, Vec3{0.36, 0.48, 0.8}}) {
           SCOPED_TRACE(hand.name + ", " + std::to_string(rate_hz) + " Hz, " + std::to_string(speed_m_per_s) + " m/s");
           Felt felt(hand.scene, rate_hz);
-          const double way_m = 0.06, step_m = speed_m_per_s / rate_hz;
+          const double offset_m = 0.06, step_m = speed_m_per_s / rate_hz;
           come(felt, hand);
-          for (double far_m = 0.0; far_m < way_m; far_m += step_m) felt.tick(hand.at_m + far_m * away);
-          for (double left_m = way_m; left_m > 0.0; left_m -= step_m) felt.tick(hand.at_m + left_m * away);
+          for (double far_m = 0.0; far_m < offset_m; far_m += step_m) felt.tick(hand.at_m + far_m * away);
+          for (double left_m = offset_m; left_m > 0.0; left_m -= step_m) felt.tick(hand.at_m + left_m * away);
           expect_held(hand, felt.settle(hand.at_m));
           withheld += felt.withheld();
           if (HasFailure()) return;
@@ -259,9 +259,9 @@ TEST(GivenBack, WhereAnotherSessionGoesOn) {
   Scene changed = hand.scene;
   changed.coupling.stiffness_n_per_m = 2.0 * k;
   Session other(changed);
-  copy.continue_from(felt.session());
-  other.take_over(felt.session());
-  reset.continue_from(felt.session());
+  copy.copy_state_from(felt.session());
+  other.resume_in_changed_scene(felt.session());
+  reset.copy_state_from(felt.session());
   reset.reset();
   Tick of_copy, of_other, of_reset;
   for (int i = 0; i < 30; ++i) {

@@ -22,10 +22,10 @@ constexpr double k = 500.0;
 
 Similarity shifted(const Vec3& by_m) { return {Mat3::identity(), 1.0, by_m}; }
 
-/// A half space solid below z = 0 that goes from the origin by `way_m` in `seconds` and stays there.
-Scene wall_that_moves(const Vec3& way_m, double seconds, double friction_n = 0.0) {
+/// A half space solid below z = 0 that goes from the origin by `offset_m` in `seconds` and stays there.
+Scene wall_that_moves(const Vec3& offset_m, double seconds, double friction_n = 0.0) {
   Scene scene({.stiffness_n_per_m = k, .damping_ns_per_m = 0.0});
-  const FieldRef wall = scene.add_moving("wall", plane_field(), {{0.0, {}}, {seconds, shifted(way_m)}});
+  const FieldRef wall = scene.add_moving("wall", plane_field(), {{0.0, {}}, {seconds, shifted(offset_m)}});
   SurfaceAndFriction skin;
   skin.field = wall;
   skin.levels = {{.name = "skin", .value = 0.0, .strength_n = Strength{3.0}}};
@@ -61,27 +61,27 @@ class Books {
 
 TEST(MovingWall, PushesAStillHandAsFarAsItGoes) {
   for (const double speed_m_per_s : {0.01, 0.1, 1.0}) {
-    const double way_m = 0.004;
-    Session session(wall_that_moves({0, 0, way_m}, way_m / speed_m_per_s));
+    const double offset_m = 0.004;
+    Session session(wall_that_moves({0, 0, offset_m}, offset_m / speed_m_per_s));
     const Vec3 hand{0.002, -0.001, 1e-3};
     Books books;
     Vec3 proxy = hand;
     double before_n = 0.0;
     Tick t;
-    for (int i = 0; i < static_cast<int>(way_m / speed_m_per_s / dt) + 20; ++i) {
+    for (int i = 0; i < static_cast<int>(offset_m / speed_m_per_s / dt) + 20; ++i) {
       t = session.tick({.position_m = hand}, dt);
       books.check(session, t, proxy);
       EXPECT_EQ(t.status, TickStatus::resting);
       // The proxy stands on the wall, wherever that is.
-      const double height_m = std::min(way_m, speed_m_per_s * (i + 1) * dt);
+      const double height_m = std::min(offset_m, speed_m_per_s * (i + 1) * dt);
       EXPECT_NEAR(t.proxy_m.z, std::max(hand.z, height_m), 1e-9) << i;
       EXPECT_GE(t.force_n.z, before_n - 1e-6);
       before_n = t.force_n.z;
       proxy = t.proxy_m;
     }
-    EXPECT_NEAR(t.force_n.z, k * (way_m - hand.z), 1e-6);
+    EXPECT_NEAR(t.force_n.z, k * (offset_m - hand.z), 1e-6);
     // All that the spring holds, the wall has brought.
-    EXPECT_NEAR(books.moved_j, 0.5 * k * std::pow(way_m - hand.z, 2), 0.51 * k * way_m * speed_m_per_s * dt);
+    EXPECT_NEAR(books.moved_j, 0.5 * k * std::pow(offset_m - hand.z, 2), 0.51 * k * offset_m * speed_m_per_s * dt);
     EXPECT_LT(books.injected_j, 1e-12 + k * std::pow(speed_m_per_s * dt, 2));
   }
 }

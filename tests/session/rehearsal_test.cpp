@@ -27,7 +27,7 @@ class Forgetful : public Law {
   Solver solver_;
 };
 
-std::unique_ptr<ProxyPath> path_by_forgetful(LiveBlock& live, const Scene& scene, const Similarity& hand_to_world) {
+std::unique_ptr<ProxyPath> path_by_forgetful(StateArena& live, const Scene& scene, const Similarity& hand_to_world) {
   return std::make_unique<ProxyPath>(live, scene, hand_to_world, std::make_unique<Forgetful>());
 }
 
@@ -66,11 +66,11 @@ void expect_same(const Tick& a, const Tick& b, int tick) {
 // Whatever moment it goes on from, the other session feels to the bit what the first one feels.
 TEST_P(Rehearsal, GoesOnAsTheFirstDoes) {
   Session first = session(), other = session();
-  first.let_through(2.0);  // bone never lets go
+  first.set_force_limit(2.0);  // bone never lets go
   int waiting = 0, in_contact = 0;
   for (int tick = 0; tick < 5000; ++tick) {
-    if (tick % 7 == 0) other.continue_from(first);
-    if (tick % 1000 == 999) other = session(), other.continue_from(first);
+    if (tick % 7 == 0) other.copy_state_from(first);
+    if (tick % 1000 == 999) other = session(), other.copy_state_from(first);
     const Tick a = first.tick(probe(tick), 1e-3);
     const Tick b = other.tick(probe(tick), 1e-3);
     expect_same(a, b, tick);
@@ -86,7 +86,7 @@ TEST_P(Rehearsal, GoesOnAsTheFirstDoes) {
 TEST_P(Rehearsal, LeavesNoTrace) {
   Session alone = session(), first = session(), other = session();
   for (int tick = 0; tick < 5000; ++tick) {
-    other.continue_from(first);
+    other.copy_state_from(first);
     other.tick({.position_m = 1.1 * probe(tick).position_m}, 1e-3);
     const Tick a = alone.tick(probe(tick), 1e-3);
     const Tick b = first.tick(probe(tick), 1e-3);

@@ -35,7 +35,7 @@ class Walls final : public Field {
   double spacing_m() const noexcept override { return spacing_m_; }
   Box bounds_m() const noexcept override { return {{-9, -9, -9}, {9, 9, 9}}; }
   double depth_m(const Vec3&) const noexcept override { return 1.0; }
-  std::vector<Extent> extents() const override { return {{-9.0, 9.0}}; }
+  std::vector<ValueRange> value_ranges() const override { return {{-9.0, 9.0}}; }
 
  private:
   std::vector<Vec3> normals_;
@@ -51,7 +51,7 @@ class Stream final : public Field {
   double spacing_m() const noexcept override { return spacing_m_; }
   Box bounds_m() const noexcept override { return {{-9, -9, -9}, {9, 9, 9}}; }
   double depth_m(const Vec3&) const noexcept override { return 1.0; }
-  std::vector<Extent> extents() const override { return {{0.6, 0.6}, {0.8, 0.8}, {0.0, 0.0}}; }
+  std::vector<ValueRange> value_ranges() const override { return {{0.6, 0.6}, {0.8, 0.8}, {0.0, 0.0}}; }
 
  private:
   double spacing_m_;

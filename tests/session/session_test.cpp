@@ -259,7 +259,7 @@ class EndlessBall final : public Field {
   double spacing_m() const noexcept override { return 1e-3; }
   Box bounds_m() const noexcept override { return {{-10, -10, -10}, {10, 10, 10}}; }
   double depth_m(const Vec3&) const noexcept override { return 10.0; }
-  std::vector<Extent> extents() const override { return {{-17.0, 0.05}}; }
+  std::vector<ValueRange> value_ranges() const override { return {{-17.0, 0.05}}; }
 };
 
 Scene unbreakable_ball() {
@@ -374,7 +374,7 @@ class Nonsense final : public Field {
   double spacing_m() const noexcept override { return 1e-3; }
   Box bounds_m() const noexcept override { return {{-1, -1, -1}, {1, 1, 1}}; }
   double depth_m(const Vec3&) const noexcept override { return 1.0; }
-  std::vector<Extent> extents() const override { return {{-1, 1}}; }
+  std::vector<ValueRange> value_ranges() const override { return {{-1, 1}}; }
 
  private:
   double value_;

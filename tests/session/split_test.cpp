@@ -71,7 +71,7 @@ TEST_P(Split, DoesNotDependOnTheOrderOfTheModes) {
       if (parted_m > reference.sub_steps().back().balance.error_bound_m + exact_bound_m) continue;
       ++compared;
       for (std::size_t m = 0; m < 4; ++m) {
-        const ModeTick& mode = reference.modes()[m];
+        const ModeForce& mode = reference.modes()[m];
         const std::size_t same = number_of(other, reference.scene().modes()[m].name);
         const double apart_n = distance(mode.force_n, other.modes()[same].force_n);
         worst_n = std::max(worst_n, apart_n);
@@ -111,7 +111,7 @@ TEST_P(Split, KeepsWhatTheLawExertsInAll) {
       strengths_n += p.primitive.strength_n;
     }
     int primitives = 0;
-    for (const ModeTick& mode : session.modes()) {
+    for (const ModeForce& mode : session.modes()) {
       shown_n += mode.force_n;
       primitives += mode.primitives;
       shared += mode.split_shared;
@@ -130,12 +130,12 @@ TEST_P(Split, IsToldTheSameHoweverOftenSomeoneAsks) {
     const Probe probe{.position_m = hand.at(i * dt)};
     const Tick a = asked.tick(probe, dt), b = silent.tick(probe, dt);
     ASSERT_EQ(a.proxy_m, b.proxy_m) << "asking who pushes changes what is felt";
-    const std::vector<ModeTick> once(asked.modes().begin(), asked.modes().end());
+    const std::vector<ModeForce> once(asked.modes().begin(), asked.modes().end());
     for (std::size_t m = 0; m < 4; ++m) ASSERT_EQ(once[m].force_n, asked.modes()[m].force_n);
   }
   // A tick without a probe has no one who pushes.
   asked.tick({.valid = false}, dt);
-  for (const ModeTick& mode : asked.modes()) {
+  for (const ModeForce& mode : asked.modes()) {
     EXPECT_EQ(mode.force_n, Vec3{});
     EXPECT_EQ(mode.primitives, 0);
   }

@@ -113,7 +113,7 @@ TEST(Texture, IsAFactorOnWhatIsPlaced) {
     here.stiffness_n_per_m = stiffness_n_per_m;
     for (const bool coulomb : {false, true}) {
       SurfaceAndFriction mode = skin(coulomb ? 0.0 : 0.2, coulomb ? 0.3 : 0.0, texture);
-      const Foot foot{.way_m = coulomb ? 2e-3 * random.direction() : Vec3{}};
+      const Foot foot{.offset_m = coulomb ? 2e-3 * random.direction() : Vec3{}};
       if (coulomb) mode.levels[0].stiffness_n_per_m = 300.0;
       here.feet = {&foot, coulomb ? 1u : 0u};
       mode.field = {"data", 0};
@@ -135,7 +135,7 @@ TEST(Texture, IsAFactorOnWhatIsPlaced) {
       EXPECT_EQ(with[0].strength_n, without[0].strength_n);
       EXPECT_EQ(with[1].direction, without[1].direction);
       EXPECT_EQ(with[1].drag_ns_per_m, without[1].drag_ns_per_m);
-      EXPECT_NEAR(with[1].strength_n, (1.0 + texture * fields[1]->scalar(at + foot.way_m).value) * without[1].strength_n,
+      EXPECT_NEAR(with[1].strength_n, (1.0 + texture * fields[1]->scalar(at + foot.offset_m).value) * without[1].strength_n,
                   1e-12);
     }
   }

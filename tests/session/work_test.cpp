@@ -95,13 +95,14 @@ class Counted final : public Field {
   int components() const noexcept override { return 3; }
   int values_per_sample() const noexcept override { return of_->values_per_sample(); }
   VectorSample vector(const Vec3& at_m) const noexcept override { return count(), of_->vector(at_m); }
-  Stretch stretch(const Vec3& from_m, const Vec3& to_m, double begin, const Extent& quiet) const noexcept override {
-    return count(), of_->stretch(from_m, to_m, begin, quiet);
+  PolynomialPiece piece_along(const Vec3& from_m, const Vec3& to_m, double begin,
+                              const ValueRange& quiet) const noexcept override {
+    return count(), of_->piece_along(from_m, to_m, begin, quiet);
   }
   double spacing_m() const noexcept override { return of_->spacing_m(); }
   Box bounds_m() const noexcept override { return of_->bounds_m(); }
   double depth_m(const Vec3& at_m) const noexcept override { return of_->depth_m(at_m); }
-  std::vector<Extent> extents() const override { return of_->extents(); }
+  std::vector<ValueRange> value_ranges() const override { return of_->value_ranges(); }
 
  private:
   void count() const noexcept { values_ += of_->values_per_sample(); }
@@ -268,7 +269,7 @@ TEST(Waiting, EndsWhereTheHandRests) {
     comes.tick({.position_m = at_m}, tick_s);
     for (int place = 0; place < 36; ++place) {
       for (int i = 0; i < 25; ++i) comes.tick({.position_m = at_m -= Vec3{0, 0, 0.0002}}, tick_s);
-      rests.continue_from(comes);
+      rests.copy_state_from(comes);
       Tick t;
       int waiting = 0;
       for (int i = 0; i < 60; ++i) {
@@ -411,7 +412,7 @@ class Misleading final : public Field {
   double spacing_m() const noexcept override { return 1e-3; }
   Box bounds_m() const noexcept override { return {{-1, -1, -1}, {1, 1, 1}}; }
   double depth_m(const Vec3&) const noexcept override { return 1.0; }
-  std::vector<Extent> extents() const override { return {{-2.0, 2.0}}; }
+  std::vector<ValueRange> value_ranges() const override { return {{-2.0, 2.0}}; }
 
  private:
   static constexpr double height_m = 3e-5, wave_m = 1e-4;

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "palpa/session/coulomb_friction.h"
-#include "palpa/session/feet.h"
+#include "palpa/session/elastic_contacts.h"
 #include "palpa/session/split.h"
 #include "tests/solver/solved.h"
 
@@ -209,7 +209,7 @@ TEST(Elastic, ItsFootIsAsFarOffAsItsForceOverItsStiffness) {
 }
 
 TEST(Elastic, FeetAreKeptByPrimitiveAndFoundByMode) {
-  Feet feet;
+  ElasticContacts feet;
   EXPECT_EQ(feet.way_m({3, 0}), Vec3{});
   for (std::uint16_t mode = 0; mode < 5; ++mode) {
     for (std::uint16_t slot = 0; slot < mode; ++slot) feet.put({{mode, slot}, {1.0 * mode, 1.0 * slot, 0.0}, 0.5});
@@ -239,7 +239,7 @@ TEST(Elastic, LetsFrictionKnowWhatItBears) {
     set.clear(problem.start_m);
     set.elastic_plane(0, plane.position_m, plane.direction, plane.strength_n, level);
     set.friction(1, 0, problem.start_m, coefficient);
-    LiveBlock block;
+    StateArena block;
     CoulombFriction friction(block, 8);
     Solver solver(8);
     const Vec3 probe_m = problem.probe_m + 0.02 * normalized(cross(plane.direction, random.direction()));

@@ -101,20 +101,20 @@ class Bench final : public Device, public LoopClock {
   std::deque<Vec3> forces_, past_;
 };
 
-BringUp measured(Bench& bench) {
+DeviceCalibration measured(Bench& bench) {
   const std::atomic<bool> never{false};
   return bring_up(
       bench, bench, [&](const std::string& words) { return bench.obey(words); }, never);
 }
 
-TEST(BringUp, FindsWhatTheDeviceIs) {
+TEST(DeviceCalibration, FindsWhatTheDeviceIs) {
   for (const Made& made :
        {Made{},
         Made{.mass_kg = 0.08, .damping_ns_per_m = 0.1, .friction_n = 0.05, .encoder_step_m = 5e-5, .delay_ms = 0, .lag_ms = 0},
         Made{
             .mass_kg = 0.5, .damping_ns_per_m = 1.0, .friction_n = 0.0, .encoder_step_m = 1e-5, .delay_ms = 8, .lag_ms = 20}}) {
     Bench bench(made);
-    const BringUp found = measured(bench);
+    const DeviceCalibration found = measured(bench);
     EXPECT_TRUE(found.knows_its_place);
     EXPECT_TRUE(found.pushes_rightly) << testing::PrintToString(found.findings);
     EXPECT_NEAR(found.encoder_step_m.value_or(0), made.encoder_step_m, 1e-3 * made.encoder_step_m);
@@ -126,39 +126,39 @@ TEST(BringUp, FindsWhatTheDeviceIs) {
   }
 }
 
-TEST(BringUp, PushesLightlyAndLeavesNoForce) {
+TEST(DeviceCalibration, PushesLightlyAndLeavesNoForce) {
   Bench bench(Made{});
   measured(bench);
   EXPECT_LE(bench.written_n, 1.0 + 1e-12);
   EXPECT_EQ(bench.last_n, Vec3{});
 }
 
-TEST(BringUp, SeesADeviceThatPushesTheWrongWay) {
+TEST(DeviceCalibration, SeesADeviceThatPushesTheWrongWay) {
   Bench bench(Made{.sign = -1.0});
-  const BringUp found = measured(bench);
+  const DeviceCalibration found = measured(bench);
   EXPECT_FALSE(found.pushes_rightly);
   EXPECT_THAT(found.findings, Contains(HasSubstr("another way")));
 }
 
-TEST(BringUp, PushesNobodyByADeviceWithoutMotors) {
+TEST(DeviceCalibration, PushesNobodyByADeviceWithoutMotors) {
   Bench bench({.has_motors = false});
-  const BringUp found = measured(bench);
+  const DeviceCalibration found = measured(bench);
   EXPECT_TRUE(found.knows_its_place);
   EXPECT_EQ(bench.written_n, 0.0);
 }
 
-TEST(BringUp, MeasuresNothingOfADeviceWithAFault) {
+TEST(DeviceCalibration, MeasuresNothingOfADeviceWithAFault) {
   Bench bench(Made{.fault = "the power supply is off: no force"});
-  const BringUp found = measured(bench);
+  const DeviceCalibration found = measured(bench);
   EXPECT_FALSE(found.knows_its_place);
   EXPECT_EQ(bench.written_n, 0.0);
   EXPECT_THAT(found.findings, Contains(HasSubstr("power supply")));
 }
 
-TEST(BringUp, LeavesOutWhatAPersonDoesNotWant) {
+TEST(DeviceCalibration, LeavesOutWhatAPersonDoesNotWant) {
   Bench bench(Made{});
   const std::atomic<bool> never{false};
-  const BringUp found = bring_up(
+  const DeviceCalibration found = bring_up(
       bench, bench, [](const std::string&) { return false; }, never);
   EXPECT_EQ(bench.written_n, 0.0);
   EXPECT_FALSE(found.encoder_step_m || found.delay_s || found.mass_kg);

@@ -27,7 +27,7 @@ FirstTouch first_touch(const std::filesystem::path& data, const std::filesystem:
 
   const auto levels = unyielding_levels(scene, scene.coupling.max_force_n);
   const auto is_on_what_holds = [&](const Session& felt) {
-    const auto pushes_n = [](const ModeTick& mode) { return norm(mode.force_n); };
+    const auto pushes_n = [](const ModeForce& mode) { return norm(mode.force_n); };
     const auto most = std::ranges::max_element(felt.modes(), {}, pushes_n) - felt.modes().begin();
     return std::ranges::find(levels, static_cast<std::size_t>(most), &UnyieldingLevel::mode) != levels.end();
   };

@@ -223,7 +223,7 @@ TEST_F(MapFile, WhatSomebodyElseKeepsThereIsRefused) {
 }
 
 TEST_F(MapFile, TheSameMapIsTheSameBytes) {
-  const Similarity turned{turn_about({0, 1, 0}, 30.0), 2.0, {1, 2, 3}};
+  const Similarity turned{rotation_about({0, 1, 0}, 30.0), 2.0, {1, 2, 3}};
   write_map(felt(scene, lattice, 1), turned, folder / "one.vti", detail::Existing::refused);
   write_map(felt(scene, lattice, 2), turned, folder / "two.vti", detail::Existing::refused);
   EXPECT_EQ(read(folder / "one.vti"), read(folder / "two.vti"));

@@ -134,7 +134,7 @@ TEST(Reach, ARecordingIsLaidWhereItFeelsMost) {
   const Scene scene = ball({0.01, 0.02, -0.01}, 1.0, 1.0);
   const Reach reach(scene);
   const auto recording = std::make_shared<ToAndFro>();
-  const Laid laid = reach.lay(recording, Hold::rigid);
+  const RecordingPlacement laid = reach.place_recording(recording, Hold::rigid);
   EXPECT_GE(laid.contact_share, 0.6);
   EXPECT_NEAR(contact_share(scene, displaced(recording, laid.offset_m), Hold::rigid), laid.contact_share, 0.05);
   EXPECT_LE(distance(recording->at(0).position_m + laid.offset_m, {0.01, 0.02, -0.01}), 0.1);
@@ -145,10 +145,10 @@ TEST(Reach, ARecordingIsLaidHoweverFarItLies) {
   const Scene scene = ball({0.01, 0.02, -0.01}, 1.0, 1.0);
   const Reach reach(scene);
   const auto near = std::make_shared<ToAndFro>();
-  const double felt_near = reach.lay(near, Hold::rigid).contact_share;
+  const double felt_near = reach.place_recording(near, Hold::rigid).contact_share;
   for (const Vec3& shift_m : {Vec3{500.0, 0.0, 0.0}, {-990.0, 0.0, 100.0}, {0.0, -300.0, -990.0}, {700.0, 500.0, 500.0}}) {
     const std::shared_ptr<const Target> far = displaced(near, shift_m);
-    const Laid laid = reach.lay(far, Hold::rigid);
+    const RecordingPlacement laid = reach.place_recording(far, Hold::rigid);
     EXPECT_NEAR(laid.contact_share, felt_near, 0.05) << shift_m.x;
     EXPECT_LE(distance(far->at(0).position_m + laid.offset_m, {0.01, 0.02, -0.01}), 0.1) << shift_m.x;
   }
@@ -167,7 +167,7 @@ class OutAndIn final : public Target {
 TEST(Reach, ARecordingBeginsInFrontOfALevel) {
   const Scene scene = ball({0.0, 0.0, 0.0}, 20.0, 1.0);
   const auto recording = std::make_shared<OutAndIn>();
-  const Laid laid = Reach(scene).lay(recording, Hold::firm);
+  const RecordingPlacement laid = Reach(scene).place_recording(recording, Hold::firm);
   const Vec3 first_m = recording->at(0).position_m + laid.offset_m;
   EXPECT_GT(norm(first_m), radius_m) << first_m.x << ' ' << first_m.y << ' ' << first_m.z;
   EXPECT_GT(laid.contact_share, 0.1);

@@ -301,7 +301,7 @@ TEST_F(Run, FeelsGivenPositionsAsASessionDoes) {
     o.target = sampled_target(path_m, dt_s);
     PreparedRun prepared = prepare(o);
     Session session(prepared.loaded.scene);
-    session.let_through(let_through_n(prepared.loaded.scene, prepared.hand->limits().max_force_n));
+    session.set_force_limit(force_limit_n(prepared.loaded.scene, prepared.hand->limits().max_force_n));
     run(std::move(prepared), o);
     const TraceReader reader(o.out);
     ASSERT_EQ(reader.ticks().size(), path_m.size());

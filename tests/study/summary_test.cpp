@@ -24,7 +24,7 @@ Scene two_modes() {
 
 struct MadeTick {
   TickFrame frame;
-  std::vector<ModeTick> modes{2};
+  std::vector<ModeForce> modes{2};
   std::vector<SessionEvent> events;
 };
 
@@ -43,7 +43,7 @@ MadeTick random_tick(std::mt19937_64& random) {
   made.frame.result.sub_steps = static_cast<int>(1 + 5 * unit(random));
   made.frame.result.error_bound_m = 1e-10 * unit(random);
   made.frame.result.energy = {.stored_j = unit(random), .dissipated_j = unit(random), .injected_j = unit(random)};
-  for (ModeTick& mode : made.modes) {
+  for (ModeForce& mode : made.modes) {
     mode.force_n = {0, unit(random) < 0.5 ? 0.0 : unit(random), 0};
     mode.dissipated_j = unit(random);
   }

@@ -40,7 +40,7 @@ class Export : public testing::Test {
 
   TraceHeader header() const {
     TraceHeader made{.primitives = true};
-    made.hand_to_world = {turn_about({0, 0, 1}, 90.0), 2.0, {1, 0, 0}};
+    made.hand_to_world = {rotation_about({0, 0, 1}, 90.0), 2.0, {1, 0, 0}};
     return made;
   }
   static TickFrame frame(std::int64_t number) {
@@ -60,7 +60,7 @@ class Export : public testing::Test {
         other{.primitive = {.id = {1, 0}, .strength_n = 4}};
     const PlacedPrimitive placed[] = {other, other, strong, weak};
     const SubStep steps[] = {{.first_primitive = 0, .primitives = 2}, {.first_primitive = 2, .primitives = 2}};
-    const ModeTick modes[] = {{.force_n = {0, 1, 0}}, {}};
+    const ModeForce modes[] = {{.force_n = {0, 1, 0}}, {}};
     const SessionEvent onset[] = {{.kind = SessionEventKind::onset, .mode = 0, .value = -300}};
     for (std::int64_t n = 10; n < 13; ++n) {
       if (n == 11) {

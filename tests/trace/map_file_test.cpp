@@ -24,7 +24,7 @@ TEST(MapFile, VtksOwnReaderFindsEachForceWhereItWasFelt) {
     const double number = static_cast<double>(n);
     map.points[n] = {{0.5, 0.25 * number, 0}, {0, 1, number}, 1e-3 * number, static_cast<int>(n), n % 2 == 0};
   }
-  const Similarity map_to_world{turn_about({0, 0, 1}, 90.0), 2.0, {1, 2, 3}};
+  const Similarity map_to_world{rotation_about({0, 0, 1}, 90.0), 2.0, {1, 2, 3}};
   std::string folder = (fs::temp_directory_path() / "palpa-map-XXXXXX").string();
   const fs::path file = fs::path(::mkdtemp(folder.data())) / "map.vti";
   write_map(map, map_to_world, file, detail::Existing::refused);

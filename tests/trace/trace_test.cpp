@@ -14,7 +14,7 @@
 #include <random>
 #include <sstream>
 
-#include "palpa/base/shown.h"
+#include "palpa/base/sanitized.h"
 
 namespace palpa {
 namespace trace_test {
@@ -118,7 +118,7 @@ TickFrame plain_frame(std::int64_t i) {
 }
 
 void write_plain(TraceWriter& writer, std::int64_t from, std::int64_t to) {
-  const ModeTick modes[] = {{.force_n = {0, 0, 1}, .primitives = 2}, {.split_shared = true}};
+  const ModeForce modes[] = {{.force_n = {0, 0, 1}, .primitives = 2}, {.split_shared = true}};
   for (std::int64_t i = from; i < to; ++i) writer.append(plain_frame(i), modes, {}, {}, {});
 }
 
@@ -164,7 +164,7 @@ TEST_F(Trace, TheReferenceNamesEveryColumnOfEveryFile) {
 TEST_F(Trace, AnyScaleOfItsMapComesBackAndWhatIsNoMapIsRefused) {
   for (const double scale : {1e-150, 1.0, 1e150}) {
     TraceHeader header;
-    header.hand_to_world = {turn_about({0.0, 0.6, 0.8}, 30.0), scale, {1.0, 2.0, 3.0}};
+    header.hand_to_world = {rotation_about({0.0, 0.6, 0.8}, 30.0), scale, {1.0, 2.0, 3.0}};
     const fs::path at = folder("trace" + std::to_string(std::log10(scale)));
     TraceWriter(at, header, scene, {}).finish();
     EXPECT_NEAR(TraceReader(at).header().hand_to_world.scale / scale, 1.0, 1e-12);
@@ -201,7 +201,7 @@ TEST_F(Trace, WithoutPrimitivesThereAreNoFilesOfThem) {
 }
 
 TEST_F(Trace, RowsOfModesBalancesPrimitivesAndEvents) {
-  const ModeTick modes[] = {{.force_n = {0.25, 0, -1}, .dissipated_j = 1e-5, .primitives = 2}, {.split_shared = true}};
+  const ModeForce modes[] = {{.force_n = {0.25, 0, -1}, .dissipated_j = 1e-5, .primitives = 2}, {.split_shared = true}};
   PlacedPrimitive plane{.primitive = {.kind = PrimitiveKind::plane,
                                       .id = {0, 3},
                                       .position_m = {0, 0, 0.5},

@@ -21,7 +21,7 @@
 #include <filesystem>
 #include <thread>
 
-#include "palpa/device/pointer.h"
+#include "palpa/device/mouse_hand.h"
 #include "palpa/palpa.h"
 #include "palpa/vtk/felt_actors.h"
 #include "palpa/vtk/from_vtk.h"
@@ -54,7 +54,7 @@ vtkSmartPointer<vtkImageData> oblique(int type = VTK_SHORT) {
   image->SetExtent(1, 4, -1, 1, 2, 3);
   image->SetSpacing(0.001, 0.002, 0.003);
   image->SetOrigin(0.1, 0.2, 0.3);
-  const Mat3 turn = turn_about({1, 2, 3}, 40.0);
+  const Mat3 turn = rotation_about({1, 2, 3}, 40.0);
   const Mat3& t = turn;
   image->SetDirectionMatrix(t.row[0].x, t.row[0].y, t.row[0].z, t.row[1].x, t.row[1].y, t.row[1].z, t.row[2].x, t.row[2].y,
                             t.row[2].z);
@@ -92,7 +92,7 @@ TEST(FromVtk, AnImageIsReadWhereItIsAndKept) {
   const GridView& grid = *grid_of(*volume.fields[0].field);
   EXPECT_EQ(grid.voxels.data.get(), memory) << "no copy";
   EXPECT_EQ(grid.voxels.type, VoxelType::int16);
-  EXPECT_THAT(volume.fields[0].field->extents(), ElementsAre(Extent{0, 100}));
+  EXPECT_THAT(volume.fields[0].field->value_ranges(), ElementsAre(ValueRange{0, 100}));
   EXPECT_NE(array, nullptr) << "kept while it is felt";
   volume = {};
   EXPECT_EQ(array, nullptr) << "and no longer";
@@ -100,7 +100,7 @@ TEST(FromVtk, AnImageIsReadWhereItIsAndKept) {
   const auto changing = oblique();
   const Volume copy = from_vtk(changing, {.copy = true});
   changing->GetPointData()->GetScalars()->SetComponent(0, 0, 9999);
-  EXPECT_EQ(copy.fields[0].field->extents()[0].max, 100);
+  EXPECT_EQ(copy.fields[0].field->value_ranges()[0].max, 100);
 }
 
 TEST(FromVtk, NumbersOfEveryTypeAndOrder) {
@@ -248,7 +248,7 @@ void expect_felt_alike(const Volume& ours, const Volume& theirs, const std::stri
   const Volume* const volumes[] = {&ours, &theirs};
   for (int n = 0; n < 2; ++n) {
     scenes[n].add("data", *volumes[n]);
-    const Extent range = volumes[n]->fields[0].field->extents()[0];
+    const ValueRange range = volumes[n]->fields[0].field->value_ranges()[0];
     if (volumes[n]->fields[0].field->components() == 1) {
       scenes[n].add("wall",
                     SurfaceAndFriction{.field = {field},
@@ -296,7 +296,7 @@ TEST(FromVtk, WhatVtksOwnReadersHaveIsWhatOursHas) {
     for (std::size_t n = 0; n < ours.fields.size(); ++n) {
       const VolumeField &a = ours.fields[n], &b = theirs.fields[n];
       EXPECT_EQ(a.name, b.name);
-      EXPECT_EQ(a.field->extents(), b.field->extents());
+      EXPECT_EQ(a.field->value_ranges(), b.field->value_ranges());
       const GridView &x = *grid_of(*a.field), &y = *grid_of(*b.field);
       EXPECT_EQ(x.geometry, y.geometry);
       EXPECT_EQ(x.voxels.type, y.voxels.type);
@@ -376,7 +376,7 @@ std::vector<Vec3> seen_in(vtkRenderer& renderer) {
 
 TEST(Actors, AreWhereTheHandIsInTheData) {
   vtkNew<vtkRenderer> renderer;
-  const Similarity map{turn_about({0, 0, 1}, 90.0), 2.0, {1, 0, 0}};
+  const Similarity map{rotation_about({0, 0, 1}, 90.0), 2.0, {1, 0, 0}};
   FeltActors actors(renderer, 0.1, map);
   PlacedPrimitive plane{.primitive = {.kind = PrimitiveKind::plane, .position_m = {0, 0, 0.5}, .direction = {0, 0, 1}}};
   actors.show({0.1, 0, 0}, {0, 0.1, 0}, {&plane, 1});
@@ -399,7 +399,7 @@ TEST(Actors, FollowALiveSessionThatNeverWaitsForThem) {
   Scene scene;
   scene.add("ball", sphere_field());
   scene.add("wall", SurfaceAndFriction{.field = {"ball"}, .levels = {{.value = 0, .strength_n = 2}}});
-  Pointer hand;
+  MouseHand hand;
   LiveScene live(scene, hand.limits());
   LiveLoop loop(live, hand, {.duration_s = 0.3, .guard = {.motors = false}});
   vtkNew<vtkRenderer> renderer;

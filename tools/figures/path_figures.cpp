@@ -54,7 +54,7 @@ class Plate final : public Field {
   double depth_m(const Vec3& x) const noexcept override {
     return is_finite(x) ? box_m - std::max({std::abs(x.x), std::abs(x.y), std::abs(x.z)}) : -box_m;
   }
-  std::vector<Extent> extents() const override { return {{-box_m - half_m_, half_m_}}; }
+  std::vector<ValueRange> value_ranges() const override { return {{-box_m - half_m_, half_m_}}; }
 
  private:
   static constexpr double box_m = 0.2;
@@ -207,7 +207,7 @@ Convergence converge(std::string name, const Scene& scene, const Vec3& centre_m,
   for (int steps = 1; steps <= most; steps *= 2) {
     Session session(scene);
     session.refine_path(steps);
-    session.continue_from(begun);
+    session.copy_state_from(begun);
     std::vector<Vec3> path;
     for (int i = warm_up; i < warm_up + ticks; ++i) path.push_back(session.tick(hand(i), tick_s).proxy_m);
     double apart_m = 0.0;

@@ -437,7 +437,7 @@ ClaimResult layers() {
   scene.add("skins", skins);
   Session session(scene);
   const Similarity map = session.hand_to_world();
-  const Vec3 wall_m = map.to_hand({0, 0, 0}), into_wall = map.turned_to_hand({0, 0, -1});
+  const Vec3 wall_m = map.to_hand({0, 0, 0}), into_wall = map.direction_to_hand({0, 0, -1});
   double off_n = 0.0;
   int through = 0;
   for (int i = -100; i < 6000; ++i) {

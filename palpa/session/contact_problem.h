@@ -10,7 +10,7 @@
 #include "palpa/mode/tick_work.h"
 #include "palpa/session/coulomb_friction.h"
 #include "palpa/session/directed_force_limiter.h"
-#include "palpa/session/level_look.h"
+#include "palpa/session/level_estimate.h"
 #include "palpa/session/mode_runtime.h"
 #include "palpa/solver/law.h"
 
@@ -19,20 +19,20 @@ namespace palpa {
 /// A level that a mode holds the proxy on, in one move: the rows of a set that stand on it, a plane or the facets of a corner.
 struct LevelContact {
   PrimitiveId id;
-  Captured level;
+  LevelId level;
   std::size_t first = 0;   ///< row of the set
   std::size_t facets = 1;  ///< rows
   std::int32_t line = -1;  ///< row of the line that is friction on it; -1: none
   bool solid_is_high = true;
   bool bounds = true;     ///< the proxy is to stay out of it; false where its mode fades, which is not where the proxy is yet
   bool can_break = true;  ///< gives way by breaking; false where it does so because data end nearby
-  bool at_bound = false;  ///< holds up to the end of the sub-step and yields beyond
-  bool is_shut = false;   ///< leaves nothing free but the proxy's own place: a point of its strength there
+  bool breaks_at_step_end = false;  ///< holds up to the end of the sub-step and yields beyond
+  bool is_shut = false;             ///< leaves nothing free but the proxy's own place: a point of its strength there
   PrimitiveState state = PrimitiveState::stick;  ///< in the last balance
   Vec3 pressed{};                                ///< [1] direction of its force there; zero: none
   Primitive own{};                               ///< its plane as the mode placed it
-  LevelLook start{};                             ///< from where the move begins: the proxy, or its foot if it is elastic
-  LevelLook last{};                              ///< from where it was looked at last
+  LevelEstimate start{};                         ///< from where the move begins: the proxy, or its foot if it is elastic
+  LevelEstimate last{};                          ///< from where it was looked at last
   bool is_rigid() const noexcept { return !own.is_elastic(); }
 };
 
@@ -44,12 +44,12 @@ struct LevelContact {
 /// end. A level that blocks, though none of its facets says how, is *shut*: its P is the proxy's own place alone, a point of
 /// its strength, so that it bears no more than that, and yields. Facets live for one move. Keeps in a block what the next
 /// balance depends on; allocates at construction only; one thread.
-class LocalModel {
+class ContactProblem {
  public:
   static constexpr std::size_t max_primitives = 64;  // [1] per balance; more are dropped. More: memory, longer worst tick
 
   /// \param work_left  [1] of the tick, counted down (tick_work.h)
-  LocalModel(LiveBlock& live, std::unique_ptr<Law> law, ModeRuntime& modes, double stiffness_n_per_m, int& work_left);
+  ContactProblem(StateArena& live, std::unique_ptr<Law> law, ModeRuntime& modes, double stiffness_n_per_m, int& work_left);
 
   void clear() noexcept;
   /// The next balance starts without a warm start.
@@ -63,11 +63,11 @@ class LocalModel {
   std::int32_t place(const StepContext& context, const Vec3& middle_m, const Vec3& level_m, double moved_n) noexcept;
   /// Takes the planes of the levels from the expected end of the move, `end_m` [m], instead of from the proxy: no further move
   /// is needed then. Skips levels that turn fast or whose plane would shut the witness out by more than `shallow`. Samples.
-  void foresee(const Vec3& end_m) noexcept;
+  void predict_planes(const Vec3& end_m) noexcept;
   /// Foresees once more, from the end that was found. False if done before, nothing was foreseen, or no elastic level holds.
   bool refine(const Vec3& end_m) noexcept;
   /// Takes back what was foreseen, for the rest of the move: planes are from the proxy again. False if there is nothing.
-  bool recant() noexcept;
+  bool revert_prediction() noexcept;
   /// Balances what was placed.
   Balance balance(const Vec3& probe_m, double time_step_s) noexcept;
 
@@ -82,7 +82,7 @@ class LocalModel {
   bool accepts(const Vec3& end_m, double deepest, const Vec3& balance_m, double fraction, const Vec3& probe_m,
                double time_step_s) noexcept;
   /// Adds facets that shut out `end_m` [m], an end that was not accepted. False where all are known already. Samples.
-  bool learn(const Vec3& end_m) noexcept;
+  bool add_cutting_planes(const Vec3& end_m) noexcept;
   /// Shuts the levels that the last end that was not accepted lies behind, for the rest of the move. False where there are
   /// none.
   bool shut() noexcept;
@@ -93,11 +93,11 @@ class LocalModel {
   double unsettled_m(const Vec3& end_m) noexcept;
   /// Sets the policy of a search for events from the start to `end_m` [m]: a level that holds the proxy is not crossed, and
   /// the way may go no deeper into it than `piercing`, or than the start is. Samples.
-  void attend(const Crossings& crossings, const Vec3& end_m, EventPolicy& policy) noexcept;
+  void configure_events(const Crossings& crossings, const Vec3& end_m, EventPolicy& policy) noexcept;
 
   /// Marks the levels that give way in the last balance: they hold up to the end of this sub-step and yield there.
   void stop_at_bound() noexcept {
-    for (LevelContact& contact : contacts_) contact.at_bound = contact.state == PrimitiveState::slip;
+    for (LevelContact& contact : contacts_) contact.breaks_at_step_end = contact.state == PrimitiveState::slip;
   }
   /// Ends the move: later directed forces are limited against those of this move.
   void end_move() noexcept { held_.keep(set_, placed_at_m_); }
@@ -115,14 +115,14 @@ class LocalModel {
  private:
   struct Facet {
     PrimitiveId id;
-    Captured level;
+    LevelId level;
     Vec3 position_m;
     Vec3 normal;
   };
-  const LevelLook& look(LevelContact& contact, const Vec3& x_m) noexcept;
-  LevelLook seen_from(const LevelContact& contact, const Vec3& x_m) noexcept {
+  const LevelEstimate& look(LevelContact& contact, const Vec3& x_m) noexcept;
+  LevelEstimate seen_from(const LevelContact& contact, const Vec3& x_m) noexcept {
     work_left_ -= modes_.samples().work_of_look(contact.level.field);
-    return look_at_level(modes_.samples(), contact.level, contact.solid_is_high, x_m, spacing_m_);
+    return estimate_level(modes_.samples(), contact.level, contact.solid_is_high, x_m, spacing_m_);
   }
   Vec3 foot_m(const LevelContact& contact, const Vec3& x_m) const noexcept;
   Vec3 witness_of(const LevelContact& contact) const noexcept;
@@ -132,7 +132,7 @@ class LocalModel {
   void stand_on(const LevelContact& contact, const Primitive& plane) noexcept;
   double depth_m(const Vec3& x_m) noexcept;
   Vec3 put_back(const Vec3& x_m) noexcept;
-  void find_witness() noexcept;
+  void find_feasible_point() noexcept;
   void find_contacts() noexcept;
   void add_learnt() noexcept;
   bool add_facet(LevelContact& contact, const Vec3& position_m, const Vec3& normal) noexcept;

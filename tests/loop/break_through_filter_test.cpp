@@ -1,5 +1,5 @@
 // A level that lets go is felt as a fall, not as a knock; one that is stronger than what reaches the hand never lets go.
-#include "palpa/loop/release.h"
+#include "palpa/loop/break_through_filter.h"
 
 #include <gtest/gtest.h>
 
@@ -19,9 +19,9 @@ using test::Random;
 
 constexpr double dt_s = 1e-3;
 
-TEST(Release, LeavesACommandAsItIsWhileNothingLetsGo) {
+TEST(BreakThroughFilter, LeavesACommandAsItIsWhileNothingLetsGo) {
   Random random(1);
-  Release release;
+  BreakThroughFilter release;
   for (int i = 0; i < 1000; ++i) {
     const Vec3 command_n = random.in_cube(5.0);
     EXPECT_EQ(release.shape(command_n, false, 0.0, dt_s), command_n);
@@ -29,14 +29,14 @@ TEST(Release, LeavesACommandAsItIsWhileNothingLetsGo) {
 }
 
 // From any force to any other, at any rate: in a straight line, in 5 to 20 ms, at 0.5 N/ms where that allows it.
-TEST(Release, FallsInAStraightLineInItsTime) {
+TEST(BreakThroughFilter, FallsInAStraightLineInItsTime) {
   Random random(2);
   for (int run = 0; run < 500; ++run) {
     const double step_s = random.uniform(1e-4, 2e-3);
     const Vec3 before_n = random.in_cube(8.0), after_n = random.below(2) == 0 ? Vec3{} : random.in_cube(2.0);
     const double apart_n = distance(before_n, after_n);
     const double whole_s = std::clamp(apart_n / 500.0, 0.005, 0.020);
-    Release release;
+    BreakThroughFilter release;
     release.shape(before_n, false, 0.0, step_s);
     Vec3 last_n = before_n;
     double t_s = 0.0;
@@ -54,13 +54,13 @@ TEST(Release, FallsInAStraightLineInItsTime) {
 }
 
 // A proxy that snaps over an edge: what fingers would feel as a step takes 20 ms, what they would not is left alone.
-TEST(Release, SpreadsWhatAProxyLetsGo) {
+TEST(BreakThroughFilter, SpreadsWhatAProxyLetsGo) {
   Random random(11);
   for (int run = 0; run < 500; ++run) {
     const Vec3 before_n = random.in_cube(2.0),
                after_n = before_n + random.uniform(0.0, run % 2 ? 1.0 : 8.0) * random.direction();
     const double apart_n = distance(before_n, after_n), by_hand_n = random.below(2) ? 0.0 : random.uniform(0.0, 0.02);
-    Release release;
+    BreakThroughFilter release;
     release.shape(before_n, false, 0.0, dt_s);
     Vec3 last_n = before_n;
     for (int i = 0; i < 25; ++i) {
@@ -78,12 +78,12 @@ TEST(Release, SpreadsWhatAProxyLetsGo) {
 }
 
 // What else steps while that is under way has 20 ms again, also where nothing lets go: none of it is left for the end.
-TEST(Release, SpreadsWhatStepsWhileAProxyLetsGo) {
+TEST(BreakThroughFilter, SpreadsWhatStepsWhileAProxyLetsGo) {
   Random random(13);
   int begun_again = 0;
   for (int run = 0; run < 500; ++run) {
     const double by_hand_n = random.uniform(0.0, 0.02);
-    Release release;
+    BreakThroughFilter release;
     Vec3 command_n = random.in_cube(2.0), last_n = release.shape(command_n, false, 0.0, dt_s);
     command_n += random.uniform(0.1, run % 2 ? 1.0 : 8.0) * random.direction();
     double furthest_n = 0.0;
@@ -102,13 +102,13 @@ TEST(Release, SpreadsWhatStepsWhileAProxyLetsGo) {
 }
 
 // Whatever the hand does meanwhile: it gets no more than a spring lets go that loses this step, and holds its force for a tick.
-TEST(Release, GivesNoMoreThanTheSpringLetGo) {
+TEST(BreakThroughFilter, GivesNoMoreThanTheSpringLetGo) {
   Random random(12);
   for (int run = 0; run < 2000; ++run) {
     const double k = random.uniform(200.0, 2000.0), speed = random.uniform(0.0, 0.3);
     const Vec3 before_n = random.in_cube(2.0), after_n = random.in_cube(2.0);
     const bool is_level = random.below(2);
-    Release release;
+    BreakThroughFilter release;
     release.shape(before_n, false, 0.0, dt_s);
     double given_j = 0.0, held_j = 0.0;
     Vec3 lag_n = before_n - after_n;  // what was sent in the tick before is felt until this one
@@ -124,12 +124,12 @@ TEST(Release, GivesNoMoreThanTheSpringLetGo) {
 }
 
 // As where drags hold the proxy after a level has let go: the spring's own fall is a part of the half newton.
-TEST(Release, IsAllOfTheChangeOfATickWhateverTheSpringDoesMeanwhile) {
+TEST(BreakThroughFilter, IsAllOfTheChangeOfATickWhateverTheSpringDoesMeanwhile) {
   Random random(3);
   for (int run = 0; run < 500; ++run) {
     const Vec3 before_n = random.in_cube(3.0);
     const double relaxes_s = random.uniform(2e-4, 5e-3);
-    Release release;
+    BreakThroughFilter release;
     release.shape(before_n, false, 0.0, dt_s);
     Vec3 last_n = before_n;
     for (int i = 0; i < 25; ++i) {
@@ -144,10 +144,10 @@ TEST(Release, IsAllOfTheChangeOfATickWhateverTheSpringDoesMeanwhile) {
 
 // Whatever is asked of it: never longer than what was there, over in 20 ms, and no further behind than the spring went beyond
 // what the hand made of it.
-TEST(Release, AddsNoForceOfItsOwnAndEnds) {
+TEST(BreakThroughFilter, AddsNoForceOfItsOwnAndEnds) {
   Random random(4);
   for (int run = 0; run < 500; ++run) {
-    Release release;
+    BreakThroughFilter release;
     Vec3 last_n = random.in_cube(8.0), last_command_n = last_n;
     release.shape(last_n, false, 0.0, dt_s);
     for (int i = 0; i < 40; ++i) {
@@ -166,8 +166,8 @@ TEST(Release, AddsNoForceOfItsOwnAndEnds) {
   }
 }
 
-TEST(Release, BeginsAnewWhereTheNextLevelLetsGo) {
-  Release release;
+TEST(BreakThroughFilter, BeginsAnewWhereTheNextLevelLetsGo) {
+  BreakThroughFilter release;
   release.shape({0, 0, 5}, false, 0.0, dt_s);
   Vec3 last_n{0, 0, 5};
   for (int i = 0; i < 40; ++i) {
@@ -228,7 +228,7 @@ Pressed press(const Scene& scene, double depth_m, double device_max_force_n) {
   return pressed;
 }
 
-TEST(Release, OfALevelIsAFallOfHalfANewtonAMillisecondAndBooked) {
+TEST(BreakThroughFilter, OfALevelIsAFallOfHalfANewtonAMillisecondAndBooked) {
   for (const double strength_n : {0.5, 2.0, 5.0, 9.0}) {
     for (const double drag_ns_per_m : {0.0, 0.2, 1.0, 3.0}) {  // what is behind the level
       Scene scene = wall(strength_n, 10.0);
@@ -243,7 +243,7 @@ TEST(Release, OfALevelIsAFallOfHalfANewtonAMillisecondAndBooked) {
 }
 
 // It could only be broken unfelt: the hand would feel the limit before, and the limit after.
-TEST(Release, NeverIsOfALevelStrongerThanWhatReachesTheHand) {
+TEST(BreakThroughFilter, NeverIsOfALevelStrongerThanWhatReachesTheHand) {
   for (const double strength_n : {3.5, 5.0, 12.0, 60.0}) {
     for (const bool by_device : {false, true}) {
       const Pressed pressed = press(wall(strength_n, by_device ? 20.0 : 3.3), 0.20, by_device ? 3.3 : 20.0);
@@ -255,7 +255,7 @@ TEST(Release, NeverIsOfALevelStrongerThanWhatReachesTheHand) {
   EXPECT_EQ(press(wall(3.2, 3.3), 0.20, 20.0).breaks, 1);
 }
 
-TEST(Release, IsOfNoMaterialThatYields) {
+TEST(BreakThroughFilter, IsOfNoMaterialThatYields) {
   const Pressed pressed = press(wall(1.0, 10.0, true), 0.02, 20.0);
   EXPECT_EQ(pressed.breaks, 0);
   EXPECT_GT(pressed.deepest_proxy_m, 0.01);
@@ -264,7 +264,7 @@ TEST(Release, IsOfNoMaterialThatYields) {
 
 // A strength that is there and gone within less than the hand goes in a tick, as at the edge of a wing's boundary layer: what
 // lets go is spread and told, and no step that fingers tell is left beyond the hand's own.
-TEST(Release, LeavesNoStepOfAStrengthThatIsSteepInSpace) {
+TEST(BreakThroughFilter, LeavesNoStepOfAStrengthThatIsSteepInSpace) {
   constexpr double k = 600.0, step_m = 5e-5;
   const auto scene_of = [](auto mode, double edge_m) {
     Scene scene({.stiffness_n_per_m = k, .damping_ns_per_m = 0.0});

@@ -1,11 +1,11 @@
-#include "palpa/session/level_look.h"
+#include "palpa/session/level_estimate.h"
 
 #include <algorithm>
 
 namespace palpa {
 
-LevelLook look_at_level(Samples& samples, const Captured& level, bool solid_is_high, const Vec3& x_m,
-                        double spacing_m) noexcept {
+LevelEstimate estimate_level(Samples& samples, const LevelId& level, bool solid_is_high, const Vec3& x_m,
+                             double spacing_m) noexcept {
   const ScalarSample& sample = samples.scalar(level.field, x_m);
   const double steepness = norm(sample.gradient);
   if (!sample.inside || !(steepness > 0.0)) return {x_m};

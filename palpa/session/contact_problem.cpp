@@ -1,4 +1,4 @@
-#include "palpa/session/local_model.h"
+#include "palpa/session/contact_problem.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,8 @@ namespace palpa {
 
 using namespace path_tolerances;
 
-LocalModel::LocalModel(LiveBlock& live, std::unique_ptr<Law> law, ModeRuntime& modes, double stiffness_n_per_m, int& work_left)
+ContactProblem::ContactProblem(StateArena& live, std::unique_ptr<Law> law, ModeRuntime& modes, double stiffness_n_per_m,
+                               int& work_left)
     : law_(std::move(law)),
       modes_(modes),
       stiffness_n_per_m_(stiffness_n_per_m),
@@ -24,20 +25,20 @@ LocalModel::LocalModel(LiveBlock& live, std::unique_ptr<Law> law, ModeRuntime& m
   learnt_.reserve(max_primitives);
 }
 
-void LocalModel::clear() noexcept {
+void ContactProblem::clear() noexcept {
   law_->reset();
   friction_.clear();
   held_.clear();
 }
 
-const LevelContact* LocalModel::contact_of(std::size_t row) const noexcept {
+const LevelContact* ContactProblem::contact_of(std::size_t row) const noexcept {
   for (const LevelContact& contact : contacts_) {
     if (row >= contact.first && row < contact.first + contact.facets) return &contact;
   }
   return nullptr;
 }
 
-void LocalModel::begin_move(const StepContext& context, double spacing_m) noexcept {
+void ContactProblem::begin_move(const StepContext& context, double spacing_m) noexcept {
   start_m_ = context.start_m;
   spacing_m_ = spacing_m;
   witnessed_ = is_foreseen_ = is_refined_ = is_recanted_ = false;
@@ -45,7 +46,8 @@ void LocalModel::begin_move(const StepContext& context, double spacing_m) noexce
   learnt_.clear();
 }
 
-std::int32_t LocalModel::place(const StepContext& context, const Vec3& middle_m, const Vec3& level_m, double moved_n) noexcept {
+std::int32_t ContactProblem::place(const StepContext& context, const Vec3& middle_m, const Vec3& level_m,
+                                   double moved_n) noexcept {
   work_left_ -= modes_.samples().work_of_modes(modes_.size());
   modes_.place(context, middle_m, level_m, set_);
   placed_at_m_ = middle_m;
@@ -56,7 +58,7 @@ std::int32_t LocalModel::place(const StepContext& context, const Vec3& middle_m,
   return held_back;
 }
 
-void LocalModel::add_learnt() noexcept {
+void ContactProblem::add_learnt() noexcept {
   for (LevelContact& contact : contacts_) {
     for (const LevelContact& before : before_) {
       if (!(contact.id == before.id) || contact.level != before.level) continue;
@@ -70,7 +72,7 @@ void LocalModel::add_learnt() noexcept {
   }
 }
 
-void LocalModel::find_contacts() noexcept {
+void ContactProblem::find_contacts() noexcept {
   contacts_.clear();
   has_directions_ = false;
   for (std::size_t i = 0; i < set_.size(); ++i) {
@@ -86,7 +88,7 @@ void LocalModel::find_contacts() noexcept {
     } else if (set_.captured(i).any() && p.strength_n > 0.0) {
       LevelContact contact{p.id, set_.captured(i), i};
       contact.own = p;
-      const Vec3 from_m = start_m_ + modes_.carried_m(p.id.mode) + modes_.feet().way_m(p.id);
+      const Vec3 from_m = start_m_ + modes_.carried_m(p.id.mode) + modes_.feet().offset_m(p.id);
       contact.solid_is_high = dot(modes_.samples().scalar(contact.level.field, from_m).gradient, p.direction) < 0.0;
       contact.start = contact.last = seen_from(contact, from_m);
       contact.bounds = !modes_.fades(p.id.mode);
@@ -99,7 +101,7 @@ void LocalModel::find_contacts() noexcept {
 }
 
 // Turns each friction line along the sum of its facets' forces. False where no direction changes.
-bool LocalModel::turn_friction() noexcept {
+bool ContactProblem::turn_friction() noexcept {
   bool changed = false;
   for (const LevelContact& contact : contacts_) {
     if (contact.line < 0 || contact.facets == 1 || contact.pressed == Vec3{}) continue;
@@ -111,7 +113,7 @@ bool LocalModel::turn_friction() noexcept {
   return changed;
 }
 
-Balance LocalModel::solve(const Vec3& probe_m, double time_step_s) noexcept {
+Balance ContactProblem::solve(const Vec3& probe_m, double time_step_s) noexcept {
   const int size = static_cast<int>(set_.size());
   const int most_iterations = tick_work::primitives_each * work_left_ / std::max(1, size);
   const Balance found = friction_.solve(*law_, set_, probe_m, stiffness_n_per_m_, time_step_s, most_iterations);
@@ -124,64 +126,64 @@ Balance LocalModel::solve(const Vec3& probe_m, double time_step_s) noexcept {
   return found;
 }
 
-Balance LocalModel::balance(const Vec3& probe_m, double time_step_s) noexcept {
+Balance ContactProblem::balance(const Vec3& probe_m, double time_step_s) noexcept {
   turn_friction();
   const Balance found = solve(probe_m, time_step_s);
   return work_left_ > 0 && turn_friction() ? solve(probe_m, time_step_s) : found;
 }
 
-bool LocalModel::any_gives_way(const Crossings& crossings) const noexcept {
+bool ContactProblem::any_gives_way(const Crossings& crossings) const noexcept {
   return std::ranges::any_of(contacts_, [&](const LevelContact& contact) {
     return contact.state == PrimitiveState::slip && contact.can_break &&
            crossings.is_watched({contact.level.field, contact.level.value});
   });
 }
 
-const LevelLook& LocalModel::look(LevelContact& contact, const Vec3& x_m) noexcept {
+const LevelEstimate& ContactProblem::look(LevelContact& contact, const Vec3& x_m) noexcept {
   if (x_m == contact.start.at_m) return contact.start;
   if (x_m != contact.last.at_m) contact.last = seen_from(contact, x_m);
   return contact.last;
 }
 
 // The place that must be free of a level: the proxy's foot if the level is elastic, else the proxy.
-Vec3 LocalModel::foot_m(const LevelContact& contact, const Vec3& x_m) const noexcept {
+Vec3 ContactProblem::foot_m(const LevelContact& contact, const Vec3& x_m) const noexcept {
   return contact.is_rigid() ? x_m : x_m + way_to_foot_m(set_.primitives(), contact.first, x_m);
 }
 
-Vec3 LocalModel::witness_of(const LevelContact& contact) const noexcept {
+Vec3 ContactProblem::witness_of(const LevelContact& contact) const noexcept {
   if (contact.is_rigid()) return witness_m_;
-  return contact.start.free_m < 0.0 ? contact.start.foot_m : contact.start.at_m;
+  return contact.start.signed_distance_m < 0.0 ? contact.start.foot_m : contact.start.at_m;
 }
 
 // How deep a place is in the levels that hold the proxy: the largest depth, 0 in front of all.
-double LocalModel::depth_m(const Vec3& x_m) noexcept {
+double ContactProblem::depth_m(const Vec3& x_m) noexcept {
   double deepest_m = 0.0;
   for (LevelContact& contact : contacts_) {
-    if (holds(contact)) deepest_m = std::max(deepest_m, -look(contact, foot_m(contact, x_m)).free_m);
+    if (holds(contact)) deepest_m = std::max(deepest_m, -look(contact, foot_m(contact, x_m)).signed_distance_m);
   }
   return deepest_m;
 }
 
-Vec3 LocalModel::put_back(const Vec3& x_m) noexcept {
+Vec3 ContactProblem::put_back(const Vec3& x_m) noexcept {
   Vec3 on_levels = x_m;
   for (LevelContact& contact : contacts_) {
     if (!holds(contact) || !contact.is_rigid()) continue;
-    const LevelLook at = look(contact, on_levels);
-    if (at.free_m < 0.0) on_levels = at.foot_m;
+    const LevelEstimate at = look(contact, on_levels);
+    if (at.signed_distance_m < 0.0) on_levels = at.foot_m;
   }
   return on_levels;
 }
 
 // The witness: the proxy's place, carried along by the data and put back in front of every rigid level that holds it.
-void LocalModel::find_witness() noexcept {
+void ContactProblem::find_feasible_point() noexcept {
   if (witnessed_) return;
   witnessed_ = true;
   start_depth_m_ = 0.0;
   Vec3 carried_m;
   for (LevelContact& contact : contacts_) {
     if (!holds(contact)) continue;
-    const LevelLook& there = contact.is_rigid() ? look(contact, start_m_) : contact.start;
-    start_depth_m_ = std::max(start_depth_m_, -there.free_m);
+    const LevelEstimate& there = contact.is_rigid() ? look(contact, start_m_) : contact.start;
+    start_depth_m_ = std::max(start_depth_m_, -there.signed_distance_m);
     if (carried_m == Vec3{}) carried_m = modes_.carried_m(contact.id.mode);
   }
   witness_m_ = put_back(start_m_ + carried_m);
@@ -189,7 +191,7 @@ void LocalModel::find_witness() noexcept {
 
 // By how much the energy falls on the way from the witness: of the spring, of all primitives but holding levels, and what
 // elastic levels store. `on_levels`: their feet are put back on them first. Products, as differences of squares lose digits.
-double LocalModel::gain_j(const Vec3& to_m, bool on_levels, const Vec3& probe_m, double time_step_s) noexcept {
+double ContactProblem::gain_j(const Vec3& to_m, bool on_levels, const Vec3& probe_m, double time_step_s) noexcept {
   const Vec3& from_m = witness_m_;
   double gain_j = stiffness_n_per_m_ * dot(from_m - to_m, 0.5 * (from_m + to_m) - probe_m);
   for (std::size_t i = 0; i < set_.size(); ++i) {
@@ -200,8 +202,8 @@ double LocalModel::gain_j(const Vec3& to_m, bool on_levels, const Vec3& probe_m,
     if (!holds(contact) || contact.is_rigid()) continue;
     Vec3 foot = foot_m(contact, to_m);
     if (on_levels) {
-      const LevelLook& at = look(contact, foot);
-      if (at.free_m < 0.0) foot = at.foot_m;
+      const LevelEstimate& at = look(contact, foot);
+      if (at.signed_distance_m < 0.0) foot = at.foot_m;
     }
     const Vec3 before_m = witness_of(contact) - from_m, after_m = foot - to_m;
     gain_j += 0.5 * contact.own.stiffness_n_per_m * dot(before_m - after_m, before_m + after_m);
@@ -209,34 +211,34 @@ double LocalModel::gain_j(const Vec3& to_m, bool on_levels, const Vec3& probe_m,
   return gain_j;
 }
 
-bool LocalModel::accepts(const Vec3& end_m, double deepest, const Vec3& balance_m, double fraction, const Vec3& probe_m,
-                         double time_step_s) noexcept {
+bool ContactProblem::accepts(const Vec3& end_m, double deepest, const Vec3& balance_m, double fraction, const Vec3& probe_m,
+                             double time_step_s) noexcept {
   const double deepest_m = depth_m(end_m);
-  if (deepest_m <= hair * spacing_m_) return true;
+  if (deepest_m <= contact_tolerance * spacing_m_) return true;
   refused_m_ = end_m;
-  find_witness();
+  find_feasible_point();
   // A proxy that moving data left deep inside a level must come out, even if the energy rises.
   if (start_depth_m_ > piercing * spacing_m_) return comes_out(end_m);
   if (!(deepest_m <= deepest * spacing_m_)) return false;
   // Compared with the promise for a start at the witness, in front of all levels: being inside must gain nothing.
   const Vec3 promised_m = witness_m_ + fraction * (balance_m - witness_m_);
   const double promised_j = gain_j(promised_m, false, probe_m, time_step_s);
-  return gain_j(put_back(end_m), true, probe_m, time_step_s) >= earnest * promised_j;
+  return gain_j(put_back(end_m), true, probe_m, time_step_s) >= sufficient_decrease * promised_j;
 }
 
 // Whether an end is nearer to the way out than the start, of every level that it is deep in. Told by values: no look tells
 // depths of more than a spacing apart.
-bool LocalModel::comes_out(const Vec3& end_m) noexcept {
+bool ContactProblem::comes_out(const Vec3& end_m) noexcept {
   return std::ranges::all_of(contacts_, [&](LevelContact& contact) {
     if (!holds(contact)) return true;
     const double before = (contact.is_rigid() ? look(contact, start_m_) : contact.start).behind;
-    const LevelLook& at = look(contact, foot_m(contact, end_m));
-    return -at.free_m <= piercing * spacing_m_ || at.behind < before;
+    const LevelEstimate& at = look(contact, foot_m(contact, end_m));
+    return -at.signed_distance_m <= piercing * spacing_m_ || at.behind < before;
   });
 }
 
 // Puts a contact on another plane, with its friction line along that plane's normal.
-void LocalModel::stand_on(const LevelContact& contact, const Primitive& plane) noexcept {
+void ContactProblem::stand_on(const LevelContact& contact, const Primitive& plane) noexcept {
   set_.replace(contact.first, plane, contact.level);
   if (contact.line < 0) return;
   Primitive line = set_[static_cast<std::size_t>(contact.line)];
@@ -244,12 +246,12 @@ void LocalModel::stand_on(const LevelContact& contact, const Primitive& plane) n
   set_.replace(static_cast<std::size_t>(contact.line), line, {});
 }
 
-void LocalModel::foresee(const Vec3& end_m) noexcept {
+void ContactProblem::predict_planes(const Vec3& end_m) noexcept {
   if (is_recanted_ || !learnt_.empty()) return;
   for (LevelContact& contact : contacts_) {
     if (!holds(contact)) continue;
     Primitive plane = contact.own;
-    LevelLook there = look(contact, foot_m(contact, end_m));
+    LevelEstimate there = look(contact, foot_m(contact, end_m));
     Vec3 turn = there.normal - contact.start.normal;
     plane.direction = normalized(plane.direction + turn);
     // An elastic level's foot must have the normal of its own place: sample once more where the new normal puts it.
@@ -260,7 +262,7 @@ void LocalModel::foresee(const Vec3& end_m) noexcept {
       plane.direction = normalized(contact.own.direction + turn);
     }
     plane.position_m = there.foot_m;
-    find_witness();
+    find_feasible_point();
     const bool shuts_out = dot(plane.direction, there.foot_m - witness_of(contact)) > shallow * spacing_m_;
     if (shuts_out || !(norm(turn) * spacing_m_ <= distance(end_m, start_m_))) continue;
     stand_on(contact, plane);
@@ -268,32 +270,32 @@ void LocalModel::foresee(const Vec3& end_m) noexcept {
   }
 }
 
-void LocalModel::keep_feet(const Vec3& proxy_m) noexcept {
+void ContactProblem::keep_feet(const Vec3& proxy_m) noexcept {
   modes_.feet().clear();
   for (std::size_t row = 0; row < set_.size(); ++row) {
     const LevelContact* contact = contact_of(row);  // none: a level that jumped away and fades
     if (contact && contact->is_shut && !contact->is_rigid() && contact->state == PrimitiveState::stick) {
-      const Vec3 way_m = contact->start.at_m - proxy_m;  // it is held as it is
-      modes_.feet().put({contact->id, way_m, 0.5 * contact->own.stiffness_n_per_m * norm_squared(way_m)});
+      const Vec3 offset_m = contact->start.at_m - proxy_m;  // it is held as it is
+      modes_.feet().put({contact->id, offset_m, 0.5 * contact->own.stiffness_n_per_m * norm_squared(offset_m)});
     }
     if (!set_[row].is_elastic()) continue;
     const bool breaks = contact && contact->state == PrimitiveState::slip && contact->can_break;
     if (breaks || (contact && contact->first != row)) continue;
-    const Vec3 way_m = way_to_foot_m(set_.primitives(), row, proxy_m);
-    if (way_m == Vec3{}) continue;
-    modes_.feet().put({set_[row].id, way_m, 0.5 * set_[row].stiffness_n_per_m * norm_squared(way_m)});
+    const Vec3 offset_m = way_to_foot_m(set_.primitives(), row, proxy_m);
+    if (offset_m == Vec3{}) continue;
+    modes_.feet().put({set_[row].id, offset_m, 0.5 * set_[row].stiffness_n_per_m * norm_squared(offset_m)});
   }
 }
 
-bool LocalModel::refine(const Vec3& end_m) noexcept {
+bool ContactProblem::refine(const Vec3& end_m) noexcept {
   const auto gives_way = [this](const LevelContact& contact) { return !contact.is_rigid() && holds(contact); };
   if (!is_foreseen_ || is_refined_ || std::ranges::none_of(contacts_, gives_way)) return false;
   is_refined_ = true;
-  foresee(end_m);
+  predict_planes(end_m);
   return true;
 }
 
-bool LocalModel::recant() noexcept {
+bool ContactProblem::revert_prediction() noexcept {
   if (!is_foreseen_ || is_recanted_) return false;
   for (const LevelContact& contact : contacts_) {
     if (!contact.is_shut) stand_on(contact, contact.own);
@@ -301,29 +303,29 @@ bool LocalModel::recant() noexcept {
   return is_recanted_ = true;
 }
 
-double LocalModel::unsettled_m(const Vec3& end_m) noexcept {
+double ContactProblem::unsettled_m(const Vec3& end_m) noexcept {
   double furthest_m = 0.0;
   for (LevelContact& contact : contacts_) {
     if (!holds(contact) || contact.state == PrimitiveState::off) continue;
-    const LevelLook at = look(contact, foot_m(contact, end_m));
-    if (std::abs(at.free_m) > still * spacing_m_) return std::numeric_limits<double>::infinity();
+    const LevelEstimate at = look(contact, foot_m(contact, end_m));
+    if (std::abs(at.signed_distance_m) > still * spacing_m_) return std::numeric_limits<double>::infinity();
     for (std::size_t row = contact.first; row < contact.first + contact.facets; ++row)
       furthest_m += norm(law_->forces_n()[row]) / stiffness_n_per_m_ * distance(at.normal, set_[row].direction);
   }
   return furthest_m;
 }
 
-bool LocalModel::learn(const Vec3& end_m) noexcept {
-  find_witness();
+bool ContactProblem::add_cutting_planes(const Vec3& end_m) noexcept {
+  find_feasible_point();
   bool any = false;
   for (std::size_t c = contacts_.size(); c-- > 0;) {  // the last first: rows before it stay where the law's forces have them
     LevelContact& contact = contacts_[c];
     if (!holds(contact)) continue;
-    const LevelLook at = look(contact, foot_m(contact, end_m));
-    if (at.free_m >= 0.0) continue;
+    const LevelEstimate at = look(contact, foot_m(contact, end_m));
+    if (at.signed_distance_m >= 0.0) continue;
     // A facet that, put back, shuts out less than half the depth of this end is not worth it: a nearer end shows more.
     const Vec3 position_m = at.foot_m - std::max(0.0, dot(at.normal, at.foot_m - witness_of(contact))) * at.normal;
-    if (!(dot(at.normal, position_m - at.at_m) >= std::max(novel * spacing_m_, -0.5 * at.free_m))) continue;
+    if (!(dot(at.normal, position_m - at.at_m) >= std::max(new_plane_min * spacing_m_, -0.5 * at.signed_distance_m))) continue;
     if (contact.facets == most_facets) forget_idle(contact);
     if (!add_facet(contact, position_m, at.normal)) continue;
     learnt_.push_back({contact.id, contact.level, position_m, at.normal});
@@ -332,7 +334,7 @@ bool LocalModel::learn(const Vec3& end_m) noexcept {
   return any;
 }
 
-bool LocalModel::add_facet(LevelContact& contact, const Vec3& position_m, const Vec3& normal) noexcept {
+bool ContactProblem::add_facet(LevelContact& contact, const Vec3& position_m, const Vec3& normal) noexcept {
   if (!set_.add_facet(contact.first, position_m, normal)) return false;
   const std::size_t last = contact.first + contact.facets++;
   for (LevelContact& other : contacts_) {
@@ -343,7 +345,7 @@ bool LocalModel::add_facet(LevelContact& contact, const Vec3& position_m, const 
 }
 
 // Facets without force may go at any time (theory.md); the first one is the mode's own.
-void LocalModel::forget_idle(LevelContact& contact) noexcept {
+void ContactProblem::forget_idle(LevelContact& contact) noexcept {
   std::erase_if(learnt_, [&](const Facet& facet) {
     if (!(facet.id == contact.id) || facet.level != contact.level) return false;
     for (std::size_t row = contact.first + 1; row < contact.first + contact.facets; ++row) {
@@ -357,7 +359,7 @@ void LocalModel::forget_idle(LevelContact& contact) noexcept {
   }
 }
 
-void LocalModel::remove_facet(LevelContact& contact, std::size_t row) noexcept {
+void ContactProblem::remove_facet(LevelContact& contact, std::size_t row) noexcept {
   set_.remove(row);
   --contact.facets;
   for (LevelContact& other : contacts_) {
@@ -366,10 +368,11 @@ void LocalModel::remove_facet(LevelContact& contact, std::size_t row) noexcept {
   }
 }
 
-bool LocalModel::shut() noexcept {
+bool ContactProblem::shut() noexcept {
   bool any = false;
   for (LevelContact& contact : contacts_) {
-    if (!holds(contact) || !(look(contact, foot_m(contact, refused_m_)).free_m < -hair * spacing_m_)) continue;
+    if (!holds(contact) || !(look(contact, foot_m(contact, refused_m_)).signed_distance_m < -contact_tolerance * spacing_m_))
+      continue;
     close(contact);
     any = true;
   }
@@ -378,27 +381,28 @@ bool LocalModel::shut() noexcept {
 
 // Every P that contains the witness is right (theory.md 8.7), and the witness alone is the least. A proxy that is deep in the
 // level is held where it is: the way out is not known.
-void LocalModel::close(LevelContact& contact) noexcept {
+void ContactProblem::close(LevelContact& contact) noexcept {
   contact.is_shut = true;
   while (contact.facets > 1) remove_facet(contact, contact.first + contact.facets - 1);
   const Vec3 here_m = start_m_ + modes_.carried_m(contact.id.mode);
   set_.replace(contact.first, {PrimitiveKind::point, contact.id, here_m, {}, contact.own.strength_n}, contact.level);
 }
 
-void LocalModel::attend(const Crossings& crossings, const Vec3& end_m, EventPolicy& policy) noexcept {
-  using Passing = EventPolicy::Passing;
+void ContactProblem::configure_events(const Crossings& crossings, const Vec3& end_m, EventPolicy& policy) noexcept {
+  using CrossingRule = EventPolicy::CrossingRule;
   // Both ends are free, and no place between is further from one of them than half the way: too short to pierce a level.
   const bool is_short = 0.5 * distance(start_m_, end_m) <= piercing * spacing_m_;
   for (const LevelContact& contact : contacts_) {
-    const Watch level{contact.level.field, contact.level.value};
+    const Threshold level{contact.level.field, contact.level.value};
     const bool high = contact.solid_is_high;
-    if (contact.state == PrimitiveState::stick) crossings.attend(policy, level, Passing::held);
-    if (contact.state == PrimitiveState::off) crossings.attend(policy, level, high ? Passing::leaves_down : Passing::leaves_up);
+    if (contact.state == PrimitiveState::stick) crossings.configure_events(policy, level, CrossingRule::held);
+    if (contact.state == PrimitiveState::off)
+      crossings.configure_events(policy, level, high ? CrossingRule::leaves_down : CrossingRule::leaves_up);
     if (is_short || !holds(contact) || !contact.is_rigid()) continue;
     const ScalarSample& here = modes_.samples().scalar(level.field, start_m_);
     // In flat data values do not tell the depth; only differences above rounding count.
     const double margin = piercing * spacing_m_ * norm(here.gradient) + modes_.samples().rounding(level.field);
-    Extent& allowed = policy.fields[static_cast<std::size_t>(level.field)].allowed;
+    ValueRange& allowed = policy.fields[static_cast<std::size_t>(level.field)].allowed;
     if (high) allowed.max = std::min(allowed.max, std::max(level.value, here.value) + margin);
     if (!high) allowed.min = std::max(allowed.min, std::min(level.value, here.value) - margin);
   }

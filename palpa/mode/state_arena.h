@@ -16,11 +16,11 @@ namespace palpa {
 /// Memory in which the parts of a session keep, side by side, what the next tick depends on. What a part keeps is trivially
 /// copyable and has no pointer into the block, so the whole is copied as bytes: a rehearsal begins, and is thrown away, by one
 /// copy. What may be forgotten, such as where a search begins, is kept elsewhere. One thread.
-class LiveBlock {
+class StateArena {
  public:
-  LiveBlock() = default;
-  LiveBlock(const LiveBlock&) = delete;
-  LiveBlock& operator=(const LiveBlock&) = delete;
+  StateArena() = default;
+  StateArena(const StateArena&) = delete;
+  StateArena& operator=(const StateArena&) = delete;
 
   /// Gives room for so many values, which are fresh ones and stay where they are as long as the block. Allocates.
   template <class T>
@@ -37,11 +37,11 @@ class LiveBlock {
   }
 
   /// Whether another block has parts of the same sizes.
-  bool has_parts_of(const LiveBlock& other) const noexcept {
+  bool has_parts_of(const StateArena& other) const noexcept {
     return std::ranges::equal(chunks_, other.chunks_, {}, &Chunk::used, &Chunk::used);
   }
   /// Takes over what another block holds. Programming error (assert) if its parts are others.
-  void copy(const LiveBlock& other) noexcept {
+  void copy(const StateArena& other) noexcept {
     assert(chunks_.size() == other.chunks_.size());
     for (std::size_t i = 0; i < chunks_.size(); ++i) {
       assert(chunks_[i].used == other.chunks_[i].used);

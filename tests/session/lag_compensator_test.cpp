@@ -1,6 +1,6 @@
 // Laws of what waits: it does not pull, it fades, it brings in no energy whatever the proxy does in the meantime, and it comes
 // back.
-#include "palpa/session/slack.h"
+#include "palpa/session/lag_compensator.h"
 
 #include <gtest/gtest.h>
 
@@ -14,13 +14,13 @@ namespace slack_test {
 
 constexpr double k = 500.0;
 
-static_assert(std::is_trivially_copyable_v<Slack>);  // it lies in a session's LiveBlock
+static_assert(std::is_trivially_copyable_v<LagCompensator>);  // it lies in a session's StateArena
 
 /// A slack that remembers what it has let be felt.
-class Felt : public Slack {
+class Felt : public LagCompensator {
  public:
   Vec3 felt_m(const Vec3& stretch_m, const Vec3& to_followed_m, double waits_s, const Vec3& probe_step_m) noexcept {
-    return last_m_ = Slack::felt_m(stretch_m, to_followed_m, waits_s, last_m_ - probe_step_m);
+    return last_m_ = LagCompensator::felt_m(stretch_m, to_followed_m, waits_s, last_m_ - probe_step_m);
   }
   /// Before anything has waited.
   Vec3 begin(const Vec3& stretch_m) { return last_m_ = stretch_m; }
@@ -30,9 +30,9 @@ class Felt : public Slack {
 };
 
 // What is left of the spring is all of it: then it is felt to the bit, and there is no slack.
-TEST(Slack, IsNoneWhereAllIsPaid) {
+TEST(LagCompensator, IsNoneWhereAllIsPaid) {
   test::Random random(1);
-  Slack slack;
+  LagCompensator slack;
   for (int i = 0; i < 1000; ++i) {
     const Vec3 stretch_m = random.in_cube(0.02);
     EXPECT_EQ(slack.felt_m(stretch_m, stretch_m, 0.0, random.uniform(1.0, 3.0) * (1.0 + 1e-15) * stretch_m), stretch_m);
@@ -41,7 +41,7 @@ TEST(Slack, IsNoneWhereAllIsPaid) {
 }
 
 // The hand runs away from a proxy that gets nowhere: what is felt stays the force of the place that was followed, and fades.
-TEST(Slack, DoesNotPull) {
+TEST(LagCompensator, DoesNotPull) {
   Felt slack;
   const Vec3 followed_m{0, 0, 0.002}, step_m{0.0002, 0, -0.0001};
   Vec3 probe_m, felt_m = slack.begin(followed_m);
@@ -54,12 +54,12 @@ TEST(Slack, DoesNotPull) {
     EXPECT_EQ(slack.unfelt_m(), followed_m - probe_m - felt_m);
     last_m = norm(felt_m);
   }
-  EXPECT_TRUE(Slack::has_faded(0.05));
-  EXPECT_FALSE(Slack::has_faded(0.049));
+  EXPECT_TRUE(LagCompensator::has_faded(0.05));
+  EXPECT_FALSE(LagCompensator::has_faded(0.049));
 }
 
 // Anything that a proxy may do, and any hand: no tick brings in more than holding the force of a spring does.
-TEST(Slack, BringsInNothing) {
+TEST(LagCompensator, BringsInNothing) {
   test::Random random(2);
   for (int run = 0; run < 200; ++run) {
     Felt slack;
@@ -83,7 +83,7 @@ TEST(Slack, BringsInNothing) {
 
 // Once nothing waits the hand's own motion makes good what it did not feel, at once and no faster, beside what is given back in
 // time; then all is as it was.
-TEST(Slack, IsMadeGoodByTheHandsOwnMotion) {
+TEST(LagCompensator, IsMadeGoodByTheHandsOwnMotion) {
   Felt slack;
   const Vec3 wall_m{};  // the proxy is held here, whatever the hand does
   Vec3 probe_m{0, 0, -0.004};
@@ -103,11 +103,11 @@ TEST(Slack, IsMadeGoodByTheHandsOwnMotion) {
 }
 
 // Given back whole, 20 ms after the last tick that waited or by as much earlier as a tick is long, in equal steps.
-TEST(Slack, IsGivenBackInTime) {
+TEST(LagCompensator, IsGivenBackInTime) {
   for (const double rate_hz : {20.0, 100.0, 150.0, 250.0, 333.0, 1000.0, 4000.0, 10000.0}) {
     const double dt_s = 1.0 / rate_hz;
     const Vec3 stretch_m{0.001, -0.002, 0.003};
-    Slack slack;
+    LagCompensator slack;
     slack.felt_m(stretch_m, {}, dt_s, {});
     ASSERT_EQ(slack.unfelt_m(), stretch_m);
     double passed_s = 0.0, largest_m = 0.0;
@@ -129,10 +129,10 @@ TEST(Slack, IsGivenBackInTime) {
 }
 
 // However ticks differ in length, and whatever hand and proxy do: none is left after 20 ms in which nothing waits.
-TEST(Slack, IsGivenBackInTimeHoweverTicksDiffer) {
+TEST(LagCompensator, IsGivenBackInTimeHoweverTicksDiffer) {
   test::Random random(6);
   for (int run = 0; run < 300; ++run) {
-    Slack slack;
+    LagCompensator slack;
     Vec3 probe_m = random.in_cube(0.01), proxy_m = random.in_cube(0.01), felt_m;
     slack.felt_m(proxy_m - probe_m, {}, 0.01, {});
     for (double passed_s = 0.0; passed_s < 0.02;) {
@@ -150,9 +150,9 @@ TEST(Slack, IsGivenBackInTimeHoweverTicksDiffer) {
 }
 
 // Never by more than is allowed, and then to the end all the same.
-TEST(Slack, IsGivenBackByNoMoreThanIsAllowed) {
+TEST(LagCompensator, IsGivenBackByNoMoreThanIsAllowed) {
   const Vec3 stretch_m{0.03, -0.04, 0.0};
-  Slack slack;
+  LagCompensator slack;
   slack.felt_m(stretch_m, {}, 1e-3, {});
   Vec3 felt_m;
   int ticks = 0;
@@ -166,10 +166,10 @@ TEST(Slack, IsGivenBackByNoMoreThanIsAllowed) {
 }
 
 // What a tick brings in beside holding its force is what it gives back, and the spring holds that.
-TEST(Slack, BringsInWhatItGivesBackAndNoMore) {
+TEST(LagCompensator, BringsInWhatItGivesBackAndNoMore) {
   test::Random random(7);
   for (int run = 0; run < 200; ++run) {
-    Slack slack;
+    LagCompensator slack;
     Vec3 proxy_m = random.in_cube(0.01), probe_m = random.in_cube(0.01), felt_m = proxy_m - probe_m;
     for (int tick = 0; tick < 300; ++tick) {
       const Vec3 step_m = random.in_cube(0.001), before_m = felt_m;

@@ -10,9 +10,9 @@
 
 namespace palpa {
 
-/// The feet that a proxy has now. Plain data of fixed size, so that a LiveBlock can keep it: a foot more than there is room for
-/// is not kept, and its level takes the proxy's own place for it. Allocates nothing.
-class Feet {
+/// The feet that a proxy has now. Plain data of fixed size, so that a StateArena can keep it: a foot more than there is room
+/// for is not kept, and its level takes the proxy's own place for it. Allocates nothing.
+class ElasticContacts {
  public:
   void clear() noexcept { size_ = 0; }
   /// Puts one behind all others; they come in the order of modes.
@@ -26,9 +26,9 @@ class Feet {
     return std::ranges::equal_range(all(), mode, {}, [](const Foot& foot) { return std::size_t{foot.id.mode}; });
   }
   /// The way from the proxy to the foot on one primitive [m], zero if it has none there.
-  Vec3 way_m(const PrimitiveId& id) const noexcept {
+  Vec3 offset_m(const PrimitiveId& id) const noexcept {
     const auto foot = std::ranges::find(all(), id, &Foot::id);
-    return foot == all().end() ? Vec3{} : foot->way_m;
+    return foot == all().end() ? Vec3{} : foot->offset_m;
   }
 
  private:

@@ -15,7 +15,7 @@ namespace palpa {
 /// control and display: Lécuyer et al., IEEE VR 2000; a survey of it, 2009), and where the force is as large as it can be, not
 /// at all, so that the hand cannot be drawn ever further into what holds the proxy. Motions along the force or across it are
 /// whole. Draw the proxy, not the probe.
-class Pointer final : public Device {
+class MouseHand final : public Device {
  public:
   struct Options {
     double radius_m = 0.12;        ///< > 0: of the ball that the pointer stays in
@@ -25,8 +25,8 @@ class Pointer final : public Device {
     /// What `read` takes for the time.
     std::chrono::steady_clock::time_point (*now)() noexcept = &std::chrono::steady_clock::now;
   };
-  Pointer() noexcept : Pointer(Options{}) {}
-  explicit Pointer(const Options& options) noexcept : options_(options) {}
+  MouseHand() noexcept : MouseHand(Options{}) {}
+  explicit MouseHand(const Options& options) noexcept : options_(options) {}
 
   // ---- the window's thread ----
 

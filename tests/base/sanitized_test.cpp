@@ -1,5 +1,5 @@
 // What stands on terminals and pages: no character of a stranger's text steers it.
-#include "palpa/base/shown.h"
+#include "palpa/base/sanitized.h"
 
 #include <gtest/gtest.h>
 

@@ -23,7 +23,7 @@ namespace palpa {
 /// What is sent lies between what was sent last and the command, so it is never longer than the longer of the two. It
 /// does work on the hand like any other force: the loop books it with what the guard does to the force.
 /// Allocates nothing; one thread.
-class Release {
+class BreakThroughFilter {
  public:
   /// What is to be sent in this tick.
   /// \param command_n    [N] what would be sent without

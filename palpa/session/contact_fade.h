@@ -12,7 +12,7 @@ namespace palpa {
 
 /// Such a level carries nothing along: its mode lets go of it in 50 ms, and takes hold again in 50 ms of where it is then.
 /// Trivially copyable. One thread.
-class JumpFade {
+class ContactFade {
  public:
   /// The mode is felt in full.
   void clear() noexcept;
@@ -29,7 +29,7 @@ class JumpFade {
   /// Places what fades, of a sub-step that begins at `start_m` [m].
   void place(const Vec3& start_m, PrimitiveSet& out) const noexcept;
   /// While it fades nothing is crossed in the mode's field; whoever is beyond the level afterwards has crossed it.
-  void attend(std::int32_t field, Crossings& crossings, EventPolicy& policy) noexcept;
+  void configure_events(std::int32_t field, Crossings& crossings, EventPolicy& policy) noexcept;
 
  private:
   static constexpr std::size_t most_primitives = 16;  // [1] that fade; any more of a mode go at once. More costs memory
@@ -37,7 +37,7 @@ class JumpFade {
   bool is_leaving_ = false;
   bool returns_ = false;
   bool is_free_above_ = false;  // `level_` is free on its side of higher values
-  Watch level_;                 // on which a plane of the mode stands; of no field where none does
+  Threshold level_;             // on which a plane of the mode stands; of no field where none does
   std::int32_t plane_ = 0;      // that plane, among what was kept
   std::int32_t size_ = 0;
   std::array<Primitive, most_primitives> last_;

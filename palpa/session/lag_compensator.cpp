@@ -1,4 +1,4 @@
-#include "palpa/session/slack.h"
+#include "palpa/session/lag_compensator.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +16,7 @@ Vec3 nearest_on_way(const Vec3& x, const Vec3& end) noexcept {
 
 }  // namespace
 
-Vec3 Slack::felt_m(const Vec3& stretch_m, const Vec3& to_followed_m, double waits_s, const Vec3& left_m) noexcept {
+Vec3 LagCompensator::felt_m(const Vec3& stretch_m, const Vec3& to_followed_m, double waits_s, const Vec3& left_m) noexcept {
   const double share = std::clamp(1.0 - waits_s / fade_s, 0.0, 1.0);
   const Vec3 felt_m = nearest_on_way(left_m, share * to_followed_m);
   unfelt_m_ = stretch_m - felt_m;
@@ -25,7 +25,7 @@ Vec3 Slack::felt_m(const Vec3& stretch_m, const Vec3& to_followed_m, double wait
 }
 
 // In whole ticks, so that the last of them is no later than the time that is left.
-Vec3 Slack::give_back_m(double time_step_s, double most_m) noexcept {
+Vec3 LagCompensator::give_back_m(double time_step_s, double most_m) noexcept {
   constexpr double rounded = 1.0 + 1e-9;  // [1] of times that are sums of ticks
   const double ticks = std::floor(rounded * left_s_ / time_step_s);
   left_s_ = std::max(0.0, left_s_ - time_step_s);

@@ -1,5 +1,5 @@
 // The pointer's hand: it goes where it is moved, slower against a force, and never further than the force can hold.
-#include "palpa/device/pointer.h"
+#include "palpa/device/mouse_hand.h"
 
 #include <gtest/gtest.h>
 
@@ -10,16 +10,16 @@ namespace palpa {
 namespace pointer_test {
 
 // All that was pending has passed.
-void settle(Pointer& pointer) {
+void settle(MouseHand& pointer) {
   for (int n = 0; n < 1000; ++n) pointer.pass(1e-3);
 }
-Vec3 place_m(Pointer& pointer) {
+Vec3 place_m(MouseHand& pointer) {
   settle(pointer);
   return pointer.read().position_m;
 }
 
-TEST(Pointer, IsAtOnceWhereItIsPutAndGoesOnFromThere) {
-  Pointer pointer;
+TEST(MouseHand, IsAtOnceWhereItIsPutAndGoesOnFromThere) {
+  MouseHand pointer;
   pointer.move({0.05, 0.0, 0.0});
   pointer.pass(1e-3);
   pointer.put({0.01, 0.02, -0.03});
@@ -35,11 +35,11 @@ TEST(Pointer, IsAtOnceWhereItIsPutAndGoesOnFromThere) {
   EXPECT_LT(distance(place_m(pointer), {0.0, 0.02, 0.004}), 1e-12) << "motions before it was put are forgotten, later ones not";
   pointer.put({std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0});
   pointer.put({9.0, 0.0, 0.0});
-  EXPECT_NEAR(norm(place_m(pointer)), Pointer::Options{}.radius_m, 1e-12) << "the ball is its end";
+  EXPECT_NEAR(norm(place_m(pointer)), MouseHand::Options{}.radius_m, 1e-12) << "the ball is its end";
 }
 
-TEST(Pointer, GoesWhereItIsMovedInHoweverManyParts) {
-  Pointer whole, parts;
+TEST(MouseHand, GoesWhereItIsMovedInHoweverManyParts) {
+  MouseHand whole, parts;
   whole.move({0.01, -0.02, 0.03});
   for (int n = 0; n < 100; ++n) {
     parts.move({0.0001, -0.0002, 0.0003});
@@ -49,8 +49,8 @@ TEST(Pointer, GoesWhereItIsMovedInHoweverManyParts) {
   EXPECT_LT(distance(place_m(parts), place_m(whole)), 1e-12);
 }
 
-TEST(Pointer, IsSmoothHoweverSeldomItIsTold) {
-  Pointer pointer({.now = []() noexcept { return std::chrono::steady_clock::time_point(); }});
+TEST(MouseHand, IsSmoothHoweverSeldomItIsTold) {
+  MouseHand pointer({.now = []() noexcept { return std::chrono::steady_clock::time_point(); }});
   pointer.move({0.02, 0, 0});
   double last_m = 0.0;
   for (int n = 0; n < 200; ++n) {
@@ -62,10 +62,10 @@ TEST(Pointer, IsSmoothHoweverSeldomItIsTold) {
   }
 }
 
-TEST(Pointer, IsSlowerAgainstAForceOnly) {
+TEST(MouseHand, IsSlowerAgainstAForceOnly) {
   for (const double strength_n : {0.5, 1.5, 3.0}) {
     const auto way_m = [&](const Vec3& way) {
-      Pointer pointer;
+      MouseHand pointer;
       pointer.write({0, 0, strength_n});
       pointer.move(way);
       return place_m(pointer);
@@ -79,8 +79,8 @@ TEST(Pointer, IsSlowerAgainstAForceOnly) {
   }
 }
 
-TEST(Pointer, GoesNoFurtherThanTheLargestForceHolds) {
-  Pointer pointer;
+TEST(MouseHand, GoesNoFurtherThanTheLargestForceHolds) {
+  MouseHand pointer;
   // A wall at 0 as a spring would render it.
   for (int n = 0; n < 20000; ++n) {
     pointer.move({0, 0, -1e-4});
@@ -93,8 +93,8 @@ TEST(Pointer, GoesNoFurtherThanTheLargestForceHolds) {
   EXPECT_GT(place_m(pointer).z, 0.0) << "the way back is free";
 }
 
-TEST(Pointer, StaysInItsBallAndTakesNoNonsense) {
-  Pointer pointer;
+TEST(MouseHand, StaysInItsBallAndTakesNoNonsense) {
+  MouseHand pointer;
   pointer.move({5, 5, 5});
   EXPECT_NEAR(norm(place_m(pointer)), 0.12, 1e-12);
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -106,8 +106,8 @@ TEST(Pointer, StaysInItsBallAndTakesNoNonsense) {
   EXPECT_EQ(pointer.read().buttons, 5u);
 }
 
-TEST(Pointer, LosesNoMotionBetweenTwoThreads) {
-  Pointer pointer;
+TEST(MouseHand, LosesNoMotionBetweenTwoThreads) {
+  MouseHand pointer;
   std::thread window([&] {
     for (int n = 0; n < 100000; ++n) pointer.move({1e-6, 0, 0});
   });

@@ -1,4 +1,4 @@
-#include "palpa/loop/grip.h"
+#include "palpa/loop/clutch_mapping.h"
 
 #include <algorithm>
 #include <cmath>
@@ -23,13 +23,13 @@ bool is_rotation(const Mat3& turn) noexcept {
 }
 }  // namespace
 
-void Grip::turn(const Mat3& turn) noexcept {
+void ClutchMapping::turn(const Mat3& turn) noexcept {
   if (!is_rotation(turn) || turn == turn_) return;
   turn_ = turn;
   turned_ = true;
 }
 
-Grip::Held Grip::hold(const DeviceState& state, double time_step_s) noexcept {
+ClutchMapping::Held ClutchMapping::hold(const DeviceState& state, double time_step_s) noexcept {
   Held held{.probe = {.position_m = turn_ * state.position_m + offset_m_, .valid = state.valid, .buttons = state.buttons}};
   if (state.velocity_m_per_s) held.probe.velocity_m_per_s = turn_ * *state.velocity_m_per_s;
   if (!state.valid || !is_finite(state.position_m)) return held;
@@ -49,6 +49,6 @@ Grip::Held Grip::hold(const DeviceState& state, double time_step_s) noexcept {
   return held;
 }
 
-Vec3 Grip::at_device(const Vec3& force_n) const noexcept { return transposed_times(turn_, force_n); }
+Vec3 ClutchMapping::at_device(const Vec3& force_n) const noexcept { return transposed_times(turn_, force_n); }
 
 }  // namespace palpa

@@ -10,14 +10,14 @@ namespace palpa {
 ///     probe = turn · handle + offset
 /// A length at the hand is a length at the probe, so k and D are those at the hand whatever the view. Pure on told time;
 /// allocates nothing; one thread.
-class Grip {
+class ClutchMapping {
  public:
   struct Options {
     double workspace_radius_m = 0.15;  ///< > 0: of the device
     std::uint32_t clutch_buttons = 0;  ///< while one of these is held the handle moves and the probe does not; 0: no clutch
     bool goes_on_at_border = false;    ///< a handle at the border of its workspace takes the probe further (rate control)
   };
-  explicit Grip(const Options& options) noexcept : options_(options) {}
+  explicit ClutchMapping(const Options& options) noexcept : options_(options) {}
 
   /// How the view lies: a device's direction is this times it in the hand frame of the scene. A rotation; anything else is
   /// left out. What is felt begins anew after it.

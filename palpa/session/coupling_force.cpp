@@ -1,4 +1,4 @@
-#include "palpa/session/pull.h"
+#include "palpa/session/coupling_force.h"
 
 #include <utility>
 
@@ -10,21 +10,22 @@ namespace {
 constexpr double back_n_per_s = 1000.0;
 }  // namespace
 
-void Pull::start(const Vec3& probe_m) noexcept {
+void CouplingForce::start(const Vec3& probe_m) noexcept {
   last_probe_m_ = probe_m;
   damper_.reset({});
   lost_j_ = stored_j_;
 }
 
-void Pull::let_go() noexcept {
+void CouplingForce::let_go() noexcept {
   damper_force_n_ = {};
   slack_.reset();
   waits_s_ = 0.0;
 }
 
-double Pull::lose_stored_j() noexcept { return std::exchange(stored_j_, 0.0); }
+double CouplingForce::lose_stored_j() noexcept { return std::exchange(stored_j_, 0.0); }
 
-void Pull::take_over(const Pull& other, const Damper& damper, bool keeps_it, const Vec3& proxy_m) noexcept {
+void CouplingForce::resume_in_changed_scene(const CouplingForce& other, const Damper& damper, bool keeps_it,
+                                            const Vec3& proxy_m) noexcept {
   *this = other;
   if (keeps_it) return;
   damper_ = damper;
@@ -32,8 +33,8 @@ void Pull::take_over(const Pull& other, const Damper& damper, bool keeps_it, con
   damper_force_n_ = {};
 }
 
-Pull::Answer Pull::answer(const Walked& walked, const Vec3& probe_m, const CouplingOptions& coupling,
-                          double time_step_s) noexcept {
+CouplingForce::Answer CouplingForce::answer(const Walked& walked, const Vec3& probe_m, const CouplingOptions& coupling,
+                                            double time_step_s) noexcept {
   const double k = coupling.stiffness_n_per_m;
   const Vec3 step_m = this->step_m(probe_m);
   Vec3 stretch_m = walked.proxy_m - probe_m, released_m = walked.released_m;
@@ -56,11 +57,11 @@ Pull::Answer Pull::answer(const Walked& walked, const Vec3& probe_m, const Coupl
   const Vec3 damping_n = coupling.damping_ns_per_m * relative_m_per_s;
   damper_force_n_ = damping_n;
   last_probe_m_ = probe_m;
-  const bool has_just_faded = Slack::has_faded(waits_s_) && !Slack::has_faded(waited_s);
+  const bool has_just_faded = LagCompensator::has_faded(waits_s_) && !LagCompensator::has_faded(waited_s);
   return {k * stretch_m + damping_n, relative_m_per_s, has_just_faded, given_back_n};  // Eq. 1
 }
 
-void Pull::book(Energy& energy) noexcept {
+void CouplingForce::book(Energy& energy) noexcept {
   energy.let_go_j += std::exchange(lost_j_, 0.0);
   energy.damper_j = damper_j_;
   stored_j_ = energy.stored_j + energy.elastic_j;

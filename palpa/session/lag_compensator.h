@@ -23,7 +23,7 @@ namespace palpa {
 /// (docs/theory.md, 7.6).
 ///
 /// Allocates nothing; one thread.
-class Slack {
+class LagCompensator {
  public:
   /// The stretch that is felt in this tick [m].
   /// \param stretch_m      [m] proxy − probe

@@ -1,4 +1,4 @@
-#include "palpa/session/jump_fade.h"
+#include "palpa/session/contact_fade.h"
 
 #include <algorithm>
 #include <span>
@@ -10,9 +10,9 @@ namespace {
 constexpr double fade_s = 0.05;
 }  // namespace
 
-void JumpFade::clear() noexcept { *this = {}; }
+void ContactFade::clear() noexcept { *this = {}; }
 
-bool JumpFade::advance(bool is_known, double time_step_s) noexcept {
+bool ContactFade::advance(bool is_known, double time_step_s) noexcept {
   const double change = time_step_s / fade_s;
   if (!is_leaving_ && is_known) share_ = std::min(1.0, share_ + change);
   if (is_leaving_) share_ = std::max(0.0, share_ - change);
@@ -21,7 +21,7 @@ bool JumpFade::advance(bool is_known, double time_step_s) noexcept {
   return returns_ = true;
 }
 
-void JumpFade::keep(std::size_t mode, const PrimitiveSet& placed) noexcept {
+void ContactFade::keep(std::size_t mode, const PrimitiveSet& placed) noexcept {
   level_ = {};
   size_ = 0;
   for (std::size_t i = 0; i < placed.size() && size_ < static_cast<std::int32_t>(most_primitives); ++i) {
@@ -39,7 +39,7 @@ void JumpFade::keep(std::size_t mode, const PrimitiveSet& placed) noexcept {
   }
 }
 
-bool JumpFade::let_go(Samples& samples) noexcept {
+bool ContactFade::let_go(Samples& samples) noexcept {
   if (level_.field < 0) return false;
   const Primitive& plane = last_[static_cast<std::size_t>(plane_)];
   const DataTime now = samples.time(), before = samples.came_from();
@@ -49,7 +49,7 @@ bool JumpFade::let_go(Samples& samples) noexcept {
   return is_leaving_ = true;
 }
 
-void JumpFade::place(const Vec3& start_m, PrimitiveSet& out) const noexcept {
+void ContactFade::place(const Vec3& start_m, PrimitiveSet& out) const noexcept {
   for (Primitive p : std::span(last_).first(static_cast<std::size_t>(size_))) {
     const bool is_at_proxy = p.kind == PrimitiveKind::point || p.kind == PrimitiveKind::line;
     if (is_at_proxy) p.position_m = start_m;
@@ -57,7 +57,7 @@ void JumpFade::place(const Vec3& start_m, PrimitiveSet& out) const noexcept {
   }
 }
 
-void JumpFade::attend(std::int32_t field, Crossings& crossings, EventPolicy& policy) noexcept {
+void ContactFade::configure_events(std::int32_t field, Crossings& crossings, EventPolicy& policy) noexcept {
   if (is_leaving_) policy.fields[field].is_ignored = true;
   if (returns_) crossings.take_side(level_, is_free_above_);
   returns_ = false;

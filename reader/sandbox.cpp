@@ -1,4 +1,4 @@
-#include "cage.h"
+#include "sandbox.h"
 
 #include <dlfcn.h>
 #include <fcntl.h>

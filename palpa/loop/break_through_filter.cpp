@@ -1,4 +1,4 @@
-#include "palpa/loop/release.h"
+#include "palpa/loop/break_through_filter.h"
 
 #include <algorithm>
 
@@ -17,7 +17,8 @@ constexpr double rounding_share = 1e-9;  // [1] of a step: a fall as steep as pl
 constexpr double told_n = 0.05;
 }  // namespace
 
-Vec3 Release::shape(const Vec3& command_n, bool is_released, double by_hand_n, double time_step_s, bool has_let_go) noexcept {
+Vec3 BreakThroughFilter::shape(const Vec3& command_n, bool is_released, double by_hand_n, double time_step_s,
+                               bool has_let_go) noexcept {
   const Vec3 rest_n = command_n - sent_n_;
   const double apart_n = norm(rest_n);
   const double step_of_snap_n = left_s_ > time_step_s ? apart_n * time_step_s / left_s_ : apart_n;

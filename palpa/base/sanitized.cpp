@@ -1,4 +1,4 @@
-#include "palpa/base/shown.h"
+#include "palpa/base/sanitized.h"
 
 #include "palpa/base/utf8.h"
 

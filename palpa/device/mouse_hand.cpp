@@ -1,4 +1,4 @@
-#include "palpa/device/pointer.h"
+#include "palpa/device/mouse_hand.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,13 +12,13 @@ namespace {
 constexpr double largest_ratio = 3.0;
 }  // namespace
 
-void Pointer::move(const Vec3& way_m) noexcept {
+void MouseHand::move(const Vec3& way_m) noexcept {
   if (!is_finite(way_m)) return;
   told_.moved_to_m += way_m;
   wanted_.give(told_);
 }
 
-void Pointer::put(const Vec3& at_m) noexcept {
+void MouseHand::put(const Vec3& at_m) noexcept {
   if (!is_finite(at_m)) return;
   told_.put_at_m = at_m;
   told_.put_from_m = told_.moved_to_m;
@@ -26,17 +26,17 @@ void Pointer::put(const Vec3& at_m) noexcept {
   wanted_.give(told_);
 }
 
-void Pointer::have_mouse(bool is_had) noexcept {
+void MouseHand::have_mouse(bool is_had) noexcept {
   press(0);
   has_mouse_.store(is_had, std::memory_order_relaxed);
 }
 
-bool Pointer::write(const Vec3& force_n) noexcept {
+bool MouseHand::write(const Vec3& force_n) noexcept {
   force_n_ = is_finite(force_n) ? force_n : Vec3{};
   return true;
 }
 
-DeviceState Pointer::read() noexcept {
+DeviceState MouseHand::read() noexcept {
   const auto now = options_.now();
   pass(std::chrono::duration<double>(now - passed_to_).count());
   passed_to_ = now;
@@ -49,7 +49,7 @@ DeviceState Pointer::read() noexcept {
           .fault = has_mouse ? nullptr : "another window has the mouse: the hand rests"};
 }
 
-void Pointer::pass(double time_s) noexcept {
+void MouseHand::pass(double time_s) noexcept {
   const Wanted& wanted = wanted_.take();
   if (wanted.puts != puts_taken_) {
     puts_taken_ = wanted.puts;

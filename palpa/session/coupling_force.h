@@ -2,7 +2,7 @@
 #pragma once
 
 #include "palpa/session/damper.h"
-#include "palpa/session/slack.h"
+#include "palpa/session/lag_compensator.h"
 #include "palpa/solver/coupling.h"
 
 namespace palpa {
@@ -16,9 +16,9 @@ struct Walked {
 };
 
 /// The coupling's pull on the hand, and what its next tick depends on. Copied as bytes. Allocates nothing; one thread.
-class Pull {
+class CouplingForce {
  public:
-  explicit Pull(const Damper& damper = Damper{0.0}) noexcept : damper_(damper) {}
+  explicit CouplingForce(const Damper& damper = Damper{0.0}) noexcept : damper_(damper) {}
 
   /// The hand comes anew, at `probe_m` [m]: what the springs hold still is lost.
   void start(const Vec3& probe_m) noexcept;
@@ -27,7 +27,7 @@ class Pull {
   /// What the springs held [J], which nobody gets.
   double lose_stored_j() noexcept;
   /// Goes on for `other`. \param damper   of the own coupling; \param keeps_it  the other's is the same, and so is the proxy
-  void take_over(const Pull& other, const Damper& damper, bool keeps_it, const Vec3& proxy_m) noexcept;
+  void resume_in_changed_scene(const CouplingForce& other, const Damper& damper, bool keeps_it, const Vec3& proxy_m) noexcept;
 
   /// How far the hand has moved since the last tick [m].
   Vec3 step_m(const Vec3& probe_m) const noexcept { return probe_m - last_probe_m_; }
@@ -46,7 +46,7 @@ class Pull {
 
  private:
   Damper damper_;
-  Slack slack_;
+  LagCompensator slack_;
   Vec3 last_probe_m_;
   double waits_s_ = 0.0;                  // for how long something has waited
   Vec3 damper_force_n_;                   // held since the last tick
