@@ -7,7 +7,6 @@
 
 #include "bench/felt.h"
 #include "palpa/base/printed.h"
-#include "palpa/baseline/path.h"
 #include "palpa/data/quantile.h"
 #include "palpa/device/hand.h"
 #include "palpa/loop/loop.h"
@@ -53,7 +52,7 @@ Line line_through(const Held& held) {
 std::map<double, Held> levels_pressed(const Scene& scene, const FeltScene& felt, double u_m, double v_m) {
   constexpr double slow_m_per_s = 0.01;
   const auto hand = hand_device(press_at(felt.rigid, u_m, v_m, slow_m_per_s), Hold::rigid, {});
-  Session session(scene, baseline::path);
+  Session session(scene);
   std::map<double, Held> all;
   std::optional<double> level;
   Held now;

@@ -10,7 +10,6 @@
 #include <thread>
 #include <vector>
 
-#include "palpa/baseline/path.h"
 #include "palpa/device/open_device.h"
 #include "palpa/loop/loop.h"
 #include "run_arguments.h"
@@ -42,7 +41,7 @@ void measure_round_trips(Device& device) {
 }
 
 void feel(Device& device, test::Inverse3StandIn& service, const PreparedRun& prepared) {
-  LiveScene scene(prepared.loaded.scene, baseline::path);
+  LiveScene scene(prepared.loaded.scene);
   LiveOptions options{.duration_s = 60.0};
   options.guard = guard_options_for(device.limits(), prepared.loaded.scene.coupling.max_force_n);
   LiveLoop loop(scene, device, options);

@@ -23,7 +23,6 @@
 #include <thread>
 #include <vector>
 
-#include "palpa/baseline/path.h"
 #include "palpa/device/hand.h"
 #include "palpa/device/paced_hand.h"
 #include "palpa/loop/loop.h"
@@ -125,7 +124,7 @@ void change(Scene& scene, std::int64_t n, bool is_swap) {
 void live_block(Kind& kind, const PreparedRun& prepared, double begin_s, double rate_hz, Recorder& recorder) {
   const auto hand = hand_at(prepared, begin_s);
   PacedHand paced(*hand);
-  LiveScene scene(prepared.loaded.scene, baseline::path);
+  LiveScene scene(prepared.loaded.scene);
   LiveOptions options{.rate_hz = rate_hz, .duration_s = block_s, .rehearse = kind.rehearses};
   options.guard = guard_options_for(hand->limits(), prepared.loaded.scene.coupling.max_force_n);
   LiveLoop loop(scene, paced, options, &recorder);
@@ -160,7 +159,7 @@ void live_block(Kind& kind, const PreparedRun& prepared, double begin_s, double 
 double hot_mean_us(const PreparedRun& prepared, double seconds, double rate_hz) {
   const auto made = hand_at(prepared, 0.0);
   SimulatedDevice& hand = *made;
-  Session session(prepared.loaded.scene, baseline::path);
+  Session session(prepared.loaded.scene);
   GuardedSession guarded(session, hand.limits().max_force_n);
   const auto ticks = static_cast<std::int64_t>(seconds * rate_hz);
   double spent_s = 0.0;

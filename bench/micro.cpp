@@ -111,8 +111,8 @@ void first_crossing(benchmark::State& state, bool smooth, double voxels, bool br
     const Vec3 half_m = 0.5e-3 * voxels * normalized(ends[i % ends.size()]);
     const Vec3 middle = centre + 0.003 * ends[(i + 7) % ends.size()];
     ++i;
-    int pieces_left = 512;
-    sides.first_event(middle - half_m, middle + half_m, policy, samples, pieces_left, event);
+    WorkBudget pieces(512);
+    sides.first_event(middle - half_m, middle + half_m, policy, samples, pieces, event);
     sides.apply(event);
     stopped += event.kind != Event::Kind::none;
   }

@@ -23,7 +23,6 @@
 
 #include "bench/five_modes.h"
 #include "bench/solver_clock.h"
-#include "palpa/baseline/path.h"
 #include "palpa/data/quantile.h"
 #include "palpa/trace/trace.h"
 
@@ -84,7 +83,7 @@ struct Times {
 
 Times measure(const Scene& scene, double reach_m, int ticks, Other* other) {
   const bench::Clock clock;
-  Session session(scene, baseline::path);
+  Session session(scene);
   Round round(reach_m);
   session.tick({.position_m = (1.0 + 2.0 * deep_m / ball_m) * ball_m / reach_m * round.next()}, dt_s);
   for (int i = 0; i < 200; ++i) session.tick({.position_m = round.next()}, dt_s);
@@ -159,7 +158,7 @@ void hot(const Options& options) {
     std::vector<Probe> probes;
     std::vector<double> sub_steps;
     int pressed = 0;
-    Session session(scene, baseline::path);
+    Session session(scene);
     run_simulated(session, *hand, {.rate_hz = 1.0 / dt_s, .duration_s = hand->duration_s()}, nullptr,
                   [&](const TickFrame& frame, const Session& felt) {
                     probes.push_back({.position_m = frame.result.probe_m,
@@ -171,7 +170,7 @@ void hot(const Options& options) {
     double best_s = 1e9;
     for (int pass = 0; pass < 3; ++pass) {
       const bench::Clock clock;
-      Session again(scene, baseline::path);
+      Session again(scene);
       const std::uint64_t begin = bench::Clock::now();
       for (const Probe& probe : probes) again.tick(probe, dt_s);
       best_s = std::min(best_s, 1e-9 * clock.ns_between(begin, bench::Clock::now()));

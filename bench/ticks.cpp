@@ -12,7 +12,6 @@
 #include <cstdio>
 #include <numeric>
 
-#include "palpa/baseline/path.h"
 #include "palpa/data/quantile.h"
 #include "palpa/study/run.h"
 #include "palpa/study/summary.h"
@@ -35,7 +34,7 @@ struct Hand {
 double seconds_per_tick(const Scene& scene, const Hand& hand) {
   double best_s = 1e9;
   for (int pass = 0; pass < 3; ++pass) {
-    Session session(scene, baseline::path);
+    Session session(scene);
     const auto begin = Clock::now();
     for (const Probe& probe : hand.probes) session.tick(probe, hand.dt_s);
     best_s = std::min(best_s, seconds_since(begin) / static_cast<double>(hand.probes.size()));
@@ -48,7 +47,7 @@ std::vector<double> cold_ticks_us(const Scene& scene, const Hand& hand) {
   std::vector<unsigned char> other(std::size_t{64} << 20);
   const std::size_t every = std::max<std::size_t>(1, hand.probes.size() / 300);
   std::vector<double> times_us;
-  Session session(scene, baseline::path);
+  Session session(scene);
   for (std::size_t i = 0; i < hand.probes.size(); ++i) {
     const bool cold = i % every == 0;
     if (cold) {
@@ -68,7 +67,7 @@ void measure(const RunOptions& options) {
   Hand hand;
   std::vector<double> work;
   SummaryBuilder builder(scene);
-  Session session(scene, baseline::path);
+  Session session(scene);
   const auto begin = Clock::now();
   run_simulated(session, *prepared.hand, {.rate_hz = options.rate_hz, .duration_s = prepared.duration_s}, nullptr,
                 [&](const TickFrame& frame, const Session& felt) {

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "palpa/baseline/path.h"
 #include "palpa/loop/loop.h"
 #include "palpa/study/recording.h"
 #include "palpa/study/run.h"
@@ -84,7 +83,7 @@ FeltTrace feel_again(const PlayedHand& hand, const LoadedScene& loaded, std::sto
     const TraceHeader& header = reader.header();
     felt.name = (hand.trace.filename().empty() ? hand.trace.parent_path().filename() : hand.trace.filename()).string();
     stride = ticks.size() / most_rows + 1;
-    Session session(scene, baseline::path, header.device_encoder_step_m);
+    Session session(scene, header.device_encoder_step_m);
     GuardedSession guarded(session, detail::guard_options_of(header));
     for (const TraceTick& tick : ticks) {
       const TickFrame& was = tick.frame;
@@ -100,7 +99,7 @@ FeltTrace feel_again(const PlayedHand& hand, const LoadedScene& loaded, std::sto
     PreparedRun prepared = prepare(loaded, options);
     felt.name = hand.description;
     stride = static_cast<std::size_t>(prepared.duration_s * options.rate_hz) / most_rows + 1;
-    Session session(scene, baseline::path, prepared.hand->limits().encoder_step_m);
+    Session session(scene, prepared.hand->limits().encoder_step_m);
     run_simulated(session, *prepared.hand, {.rate_hz = options.rate_hz, .duration_s = prepared.duration_s}, nullptr, add);
   }
   if (felt.rows.empty()) throw LoadError(felt.name + ": has no ticks; record for longer");

@@ -218,7 +218,7 @@ void bind_scene(py::module_& module) {
       .def_property(
           "law", [](const Scene& scene) { return scene.law; },
           [](Scene& scene, const std::string& law) {
-            const std::vector<std::string> laws = baseline::law_names();
+            const std::vector<std::string> laws(baseline::law_names.begin(), baseline::law_names.end());
             if (std::ranges::find(laws, law) == laws.end())
               throw SceneError("no law " + detail::in_quotes(law) + "; " + detail::suggestion(law, laws));
             scene.law = law;

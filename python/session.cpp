@@ -12,7 +12,6 @@
 #include "arrays.h"
 #include "modes.h"
 #include "palpa/base/wording.h"
-#include "palpa/baseline/path.h"
 #include "palpa/session/session.h"
 #include "palpa/trace/trace.h"
 #include "parameters.h"
@@ -63,7 +62,7 @@ TickRow row_of(const Tick& tick, double t_s) {
 class FeltSession {
  public:
   FeltSession(const Scene& scene, double encoder_step_m)
-      : session_(scene, baseline::path, encoder_step_m), may_tell_(python::may_tell(scene)) {}
+      : session_(scene, encoder_step_m), may_tell_(python::may_tell(scene)) {}
   /// Raises as warnings what its modes have to say.
   void tell() {
     if (may_tell_) warn_of_modes(session_.scene());

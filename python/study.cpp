@@ -149,7 +149,9 @@ void bind_study(py::module_& module) {
         interruptible([&](const std::atomic<bool>&, const std::stop_token&) { return compare_traces(recorded, again); });
     return py::make_tuple(difference.same, difference.where, difference.ticks);
   });
-  module.def("laws", &baseline::law_names, "The names of all laws, the exact one first.");
+  module.def(
+      "laws", [] { return std::vector<std::string>(baseline::law_names.begin(), baseline::law_names.end()); },
+      "The names of all laws, the exact one first.");
   module.def("compare_laws", &compare);
 }
 

@@ -1,21 +1,19 @@
-// The laws of earlier systems, to compare with. Nothing in the tick needs them.
+// Laws by name: the exact one, and those of earlier systems to compare with.
 #pragma once
 
+#include <array>
 #include <memory>
-#include <string>
-#include <vector>
+#include <string_view>
 
-#include "palpa/scene/scene.h"
 #include "palpa/solver/law.h"
 
 namespace palpa::baseline {
 
-/// The names of all laws, the exact one first: those that a scene file takes for `[law] method` (a test compares the two
-/// lists).
-std::vector<std::string> law_names();
+/// Names of all laws, the exact one first: the values of `[law] method`.
+inline constexpr std::array<std::string_view, 5> law_names{"exact", "paper-2005", "ikits-2003", "ikits-2003-sequential",
+                                                           "no-proxy"};
 
-/// The law that a scene names in `[law] method`, which may be the exact one, to solve single balances by. A session gets it
-/// through `baseline::path`. Allocates; throws SceneError on an unknown name.
-std::unique_ptr<Law> law(const Scene& scene);
+/// Makes the law of a name; nullptr where there is none. Allocates.
+std::unique_ptr<Law> law(std::string_view name);
 
 }  // namespace palpa::baseline

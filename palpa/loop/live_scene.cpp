@@ -12,10 +12,6 @@ Scene measured(Scene scene, std::vector<std::int64_t>& spent_ns) {
   return scene;
 }
 
-Session session_of(const Scene& scene, PathMaker path, double encoder_step_m) {
-  return path ? Session(scene, path, encoder_step_m) : Session(scene, encoder_step_m);
-}
-
 }  // namespace
 
 Scene within(Scene scene, const DeviceLimits& limits) {
@@ -24,16 +20,11 @@ Scene within(Scene scene, const DeviceLimits& limits) {
   return scene;
 }
 
-PreparedSession::PreparedSession(const Scene& scene, PathMaker path, double encoder_step_m)
-    : spent_ns(scene.modes().size()),
-      felt(session_of(scene, path, encoder_step_m)),
-      rehearsal(session_of(measured(scene, spent_ns), path, encoder_step_m)) {}
+PreparedSession::PreparedSession(const Scene& scene, double encoder_step_m)
+    : spent_ns(scene.modes().size()), felt(scene, encoder_step_m), rehearsal(measured(scene, spent_ns), encoder_step_m) {}
 
-LiveScene::State::State(const Scene& scene, PathMaker path, const DeviceLimits& limits)
-    : scene_(scene),
-      path_(path),
-      limits_(limits),
-      waiting_(new PreparedSession(within(scene, limits), path, limits.encoder_step_m)) {}
+LiveScene::State::State(const Scene& scene, const DeviceLimits& limits)
+    : scene_(scene), limits_(limits), waiting_(new PreparedSession(within(scene, limits), limits.encoder_step_m)) {}
 
 LiveScene::State::~State() {
   delete waiting_.load();
@@ -50,7 +41,7 @@ void LiveScene::State::change(const std::function<void(Scene&)>& edit) {
   free_given_back();
   Scene changed = scene_;
   edit(changed);
-  auto made = std::make_unique<PreparedSession>(within(changed, limits_), path_, limits_.encoder_step_m);
+  auto made = std::make_unique<PreparedSession>(within(changed, limits_), limits_.encoder_step_m);
   scene_ = std::move(changed);
   delete waiting_.exchange(made.release(), std::memory_order_acq_rel);
 }
@@ -71,9 +62,7 @@ void LiveScene::State::free_given_back() noexcept {
   while (session) delete std::exchange(session, session->next);
 }
 
-LiveScene::LiveScene(const Scene& scene, const DeviceLimits& limits) : LiveScene(scene, nullptr, limits) {}
-LiveScene::LiveScene(const Scene& scene, PathMaker path, const DeviceLimits& limits)
-    : state_(std::make_unique<State>(scene, path, limits)) {}
+LiveScene::LiveScene(const Scene& scene, const DeviceLimits& limits) : state_(std::make_unique<State>(scene, limits)) {}
 LiveScene::~LiveScene() = default;
 
 Scene LiveScene::scene() const { return state_->scene(); }

@@ -11,7 +11,7 @@ namespace palpa {
 
 /// A session that is ready to be felt, and a second one of the same scene to rehearse with, whose modes say how long they take.
 struct PreparedSession {
-  PreparedSession(const Scene& scene, PathMaker path, double encoder_step_m);
+  PreparedSession(const Scene& scene, double encoder_step_m);
 
   std::vector<std::int64_t> spent_ns;  // by mode, in rehearsals
   Session felt;
@@ -22,7 +22,7 @@ struct PreparedSession {
 /// A session on its way from the thread that made it to the loop, and back to be freed: two atomic pointers.
 class LiveScene::State {
  public:
-  State(const Scene& scene, PathMaker path, const DeviceLimits& limits);
+  State(const Scene& scene, const DeviceLimits& limits);
   ~State();
 
   // ---- any thread ----
@@ -42,7 +42,6 @@ class LiveScene::State {
 
   mutable std::mutex mutex_;  // of those who change; the loop never takes it
   Scene scene_;
-  PathMaker path_;
   DeviceLimits limits_;
   std::atomic<PreparedSession*> waiting_;
   std::atomic<PreparedSession*> given_back_{nullptr};

@@ -132,8 +132,6 @@ class LiveScene {
   /// \param limits  of the device that it is felt with, which holds for whatever it is changed to (`within`)
   /// Throws SceneError.
   explicit LiveScene(const Scene& scene, const DeviceLimits& limits = {});
-  /// On another path (see Session).
-  LiveScene(const Scene& scene, PathMaker path, const DeviceLimits& limits = {});
   ~LiveScene();
   LiveScene(const LiveScene&) = delete;
   LiveScene& operator=(const LiveScene&) = delete;

@@ -54,7 +54,7 @@ struct Crossings::FieldOnWay {
   Vec3 at(double share) const noexcept { return share < 1.0 ? start_m_ + share * (end_m_ - start_m_) : end_m_; }
 
   // The first change from the share `from` of the way on, if it is earlier than `first`, which it then becomes.
-  void find(double from, int most_work, int& work_left, Change& first) noexcept {
+  void find(double from, int most_work, WorkBudget& budget, Change& first) noexcept {
     from_ = begin_ = from;
     bool begins = true, has_data = true;
     // So that a search out of work has come somewhere. Where the whole way is rounding, as far away, pieces have no end.
@@ -66,7 +66,7 @@ struct Crossings::FieldOnWay {
         if (share < first.share) first = {share, Event::Kind::out_of_work, field_};
         return;
       }
-      work_left -= of_piece;
+      budget.spend(of_piece);
       // Between the watched values on either side of the present one nothing happens.
       piece_ = samples_.piece_along(field_, start_m_, end_m_, begin_, all_.quiet(policy_, field_, sides_));
       // A piece always has a length, whatever a field answers: the search makes progress.
@@ -301,8 +301,8 @@ bool Crossings::is_safe(std::int32_t field, const Vec3& start_m, const Vec3& end
   return holds();
 }
 
-void Crossings::first_event(const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy, Samples& samples, int& work_left,
-                            Event& event) const noexcept {
+void Crossings::first_event(const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy, Samples& samples,
+                            WorkBudget& work, Event& event) const noexcept {
   event.kind = Event::Kind::none;
   event.crossings.clear();
   event.on_way_.clear();
@@ -333,7 +333,7 @@ void Crossings::first_event(const Vec3& start_m, const Vec3& end_m, const EventP
     FieldOnWay::Change first;
     int fields_left = static_cast<int>(event.on_way_.size());
     for (const std::int32_t field : event.on_way_) {
-      on_way(field).find(event.share, work_left / fields_left--, work_left, first);
+      on_way(field).find(event.share, work.left() / fields_left--, work, first);
     }
     event.share = std::min(1.0, first.share);
     if (first.kind == Event::Kind::none) break;

@@ -8,6 +8,7 @@
 
 #include "palpa/mode/mode.h"
 #include "palpa/mode/state_arena.h"
+#include "palpa/mode/tick_work.h"
 
 namespace palpa {
 
@@ -95,10 +96,9 @@ class Crossings {
   /// level that is only touched is not crossed. The point lies just beyond the change, to 1e-9 of the field's spacing or as
   /// close as rounding permits: there a sample shows the other side. A proxy that starts on the other side and is back within a
   /// quarter of a spacing has crossed nothing.
-  /// \param work_left  [units] that pieces of ways (PolynomialPiece) may still take (Samples::work_of_look); counted down.
-  /// However few,
+  /// \param work  spent by pieces of ways (PolynomialPiece; Samples::work_of_look). However little is left,
   ///                   each search gets on: it looks at one piece of each field, and at slivers before that.
-  void first_event(const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy, Samples& samples, int& work_left,
+  void first_event(const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy, Samples& samples, WorkBudget& work,
                    Event& event) const noexcept;
   /// The proxy goes the way up to the event: the sides follow.
   void apply(const Event& event) noexcept {

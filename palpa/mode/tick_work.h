@@ -18,3 +18,22 @@ inline constexpr int most = 4096;
 constexpr int of_sample(int values) noexcept { return std::clamp(values / values_each, 1, most); }
 
 }  // namespace palpa::tick_work
+
+namespace palpa {
+
+/// Work of one tick: refilled at its start, spent by all that the tick does. What takes the last of it is finished.
+class WorkBudget {
+ public:
+  explicit WorkBudget(int units = 0) noexcept : all_(units), left_(units) {}
+  /// Starts a tick with `times` [1] the usual work.
+  void refill(int times) noexcept { left_ = all_ = times * tick_work::most; }
+  void spend(int units) noexcept { left_ -= units; }
+  bool any() const noexcept { return left_ > 0; }
+  int left() const noexcept { return left_; }  ///< [units]; negative where the last piece of work took more than was left
+  int spent() const noexcept { return all_ - left_; }  ///< [units]
+
+ private:
+  int all_, left_;
+};
+
+}  // namespace palpa

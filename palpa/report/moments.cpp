@@ -4,7 +4,6 @@
 #include <set>
 
 #include "palpa/base/load_error.h"
-#include "palpa/baseline/path.h"
 #include "palpa/loop/loop.h"
 #include "palpa/report/html.h"
 #include "palpa/session/session.h"
@@ -57,7 +56,7 @@ void recall_primitives(const std::filesystem::path& trace, const Recorded& recor
 
 void feel_primitives_again(const std::filesystem::path& trace, const Recorded& recorded, const Scene& scene,
                            std::vector<RecordedMoment>& moments, const std::function<void(double)>& progress) {
-  Session session(scene, baseline::path, recorded.header.device_encoder_step_m);
+  Session session(scene, recorded.header.device_encoder_step_m);
   session.set_force_limit(force_limit_n(scene, recorded.header.device_max_force_n));
   std::vector<std::vector<PlacedPrimitive>> felt;
   std::size_t row = 0;

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "palpa/base/limits.h"
+#include "palpa/baseline/law.h"
 #include "palpa/data/analytic.h"
 #include "palpa/data/length_unit.h"
 
@@ -17,7 +18,6 @@ using Words = std::span<const std::string_view>;
 template <std::size_t N>
 using WordList = std::array<std::string_view, N>;
 
-constexpr WordList<5> laws{"exact", "paper-2005", "ikits-2003", "ikits-2003-sequential", "no-proxy"};
 constexpr WordList<12> directions{"anterior", "posterior", "left", "right", "superior", "inferior",
                                   "+x",       "-x",        "+y",   "-y",    "+z",       "-z"};
 constexpr WordList<1> vector_word{"vector"};
@@ -79,7 +79,6 @@ void visit_layout(ArrayLayout& part, ParameterVisitor& visitor) {
 
 namespace detail {
 
-std::vector<std::string> law_methods() { return {laws.begin(), laws.end()}; }
 std::vector<std::string> direction_words() { return {directions.begin(), directions.end()}; }
 
 }  // namespace detail
@@ -112,7 +111,7 @@ void visit_part(CouplingOptions& part, ParameterVisitor& visitor) {
 }
 
 void visit_part(detail::LawPart& part, ParameterVisitor& visitor) {
-  each(part, visitor, param("method", &detail::LawPart::method, "which law finds the balance", Words(laws)));
+  each(part, visitor, param("method", &detail::LawPart::method, "which law finds the balance", Words(baseline::law_names)));
 }
 
 void visit_part(Workspace& part, ParameterVisitor& visitor) {

@@ -76,8 +76,6 @@ struct FunctionPart {
 /// The colours of a layer, but for their points.
 struct ColorsPart {};
 
-/// What [law] can name.
-std::vector<std::string> law_methods();
 /// What a direction of [workspace] can be.
 std::vector<std::string> direction_words();
 

@@ -6,6 +6,7 @@
 
 #include "palpa/base/limits.h"
 #include "palpa/base/wording.h"
+#include "palpa/baseline/law.h"
 #include "palpa/data/derived_fields.h"
 #include "palpa/data/field_name.h"
 #include "palpa/data/filter.h"
@@ -467,7 +468,7 @@ std::vector<Finding> time_findings(const Scene& scene) {
 
 std::vector<Finding> findings(const Scene& scene) {
   std::vector<Finding> found = part_findings("coupling", scene.coupling);
-  const std::vector<std::string> laws = law_methods();
+  const std::vector<std::string> laws(baseline::law_names.begin(), baseline::law_names.end());
   if (std::ranges::find(laws, scene.law) == laws.end()) {
     found.push_back({{.section = "law", .list = {}, .key = "method"},
                      "no law " + in_quotes(scene.law) + "; " + suggestion(scene.law, laws)});

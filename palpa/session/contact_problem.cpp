@@ -12,11 +12,11 @@ namespace palpa {
 using namespace path_tolerances;
 
 ContactProblem::ContactProblem(StateArena& live, std::unique_ptr<Law> law, ModeRuntime& modes, double stiffness_n_per_m,
-                               int& work_left)
+                               WorkBudget& work)
     : law_(std::move(law)),
       modes_(modes),
       stiffness_n_per_m_(stiffness_n_per_m),
-      work_left_(work_left),
+      work_(work),
       set_(max_primitives),
       friction_(live, max_primitives),
       held_(live, max_primitives) {
@@ -48,7 +48,7 @@ void ContactProblem::begin_move(const StepContext& context, double spacing_m) no
 
 std::int32_t ContactProblem::place(const StepContext& context, const Vec3& middle_m, const Vec3& level_m,
                                    double moved_n) noexcept {
-  work_left_ -= modes_.samples().work_of_modes(modes_.size());
+  work_.spend(modes_.samples().work_of_modes(modes_.size()));
   modes_.place(context, middle_m, level_m, set_);
   placed_at_m_ = middle_m;
   const std::int32_t held_back = held_.hold_back(set_, middle_m, stiffness_n_per_m_, moved_n);
@@ -115,9 +115,9 @@ bool ContactProblem::turn_friction() noexcept {
 
 Balance ContactProblem::solve(const Vec3& probe_m, double time_step_s) noexcept {
   const int size = static_cast<int>(set_.size());
-  const int most_iterations = tick_work::primitives_each * work_left_ / std::max(1, size);
+  const int most_iterations = tick_work::primitives_each * work_.left() / std::max(1, size);
   const Balance found = friction_.solve(*law_, set_, probe_m, stiffness_n_per_m_, time_step_s, most_iterations);
-  work_left_ -= 1 + found.iterations * size / tick_work::primitives_each;
+  work_.spend(1 + found.iterations * size / tick_work::primitives_each);
   for (LevelContact& contact : contacts_) {
     contact.state = state_at(set_.primitives(), contact.first, found);
     contact.pressed = pressed_direction(set_.primitives().subspan(contact.first, contact.facets),
@@ -129,7 +129,7 @@ Balance ContactProblem::solve(const Vec3& probe_m, double time_step_s) noexcept 
 Balance ContactProblem::balance(const Vec3& probe_m, double time_step_s) noexcept {
   turn_friction();
   const Balance found = solve(probe_m, time_step_s);
-  return work_left_ > 0 && turn_friction() ? solve(probe_m, time_step_s) : found;
+  return work_.any() && turn_friction() ? solve(probe_m, time_step_s) : found;
 }
 
 bool ContactProblem::any_gives_way(const Crossings& crossings) const noexcept {

@@ -48,8 +48,8 @@ class ContactProblem {
  public:
   static constexpr std::size_t max_primitives = 64;  // [1] per balance; more are dropped. More: memory, longer worst tick
 
-  /// \param work_left  [1] of the tick, counted down (tick_work.h)
-  ContactProblem(StateArena& live, std::unique_ptr<Law> law, ModeRuntime& modes, double stiffness_n_per_m, int& work_left);
+  /// \param work  of the tick, spent here
+  ContactProblem(StateArena& live, std::unique_ptr<Law> law, ModeRuntime& modes, double stiffness_n_per_m, WorkBudget& work);
 
   void clear() noexcept;
   /// The next balance starts without a warm start.
@@ -121,7 +121,7 @@ class ContactProblem {
   };
   const LevelEstimate& look(LevelContact& contact, const Vec3& x_m) noexcept;
   LevelEstimate seen_from(const LevelContact& contact, const Vec3& x_m) noexcept {
-    work_left_ -= modes_.samples().work_of_look(contact.level.field);
+    work_.spend(modes_.samples().work_of_look(contact.level.field));
     return estimate_level(modes_.samples(), contact.level, contact.solid_is_high, x_m, spacing_m_);
   }
   Vec3 foot_m(const LevelContact& contact, const Vec3& x_m) const noexcept;
@@ -147,7 +147,7 @@ class ContactProblem {
   std::unique_ptr<Law> law_;
   ModeRuntime& modes_;
   double stiffness_n_per_m_;
-  int& work_left_;
+  WorkBudget& work_;
   PrimitiveSet set_;
   CoulombFriction friction_;
   DirectedForceLimiter held_;

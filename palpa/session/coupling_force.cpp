@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "palpa/session/proxy_path.h"
+
 namespace palpa {
 
 namespace {
@@ -13,58 +15,50 @@ constexpr double back_n_per_s = 1000.0;
 void CouplingForce::start(const Vec3& probe_m) noexcept {
   last_probe_m_ = probe_m;
   damper_.reset({});
-  lost_j_ = stored_j_;
 }
 
-void CouplingForce::let_go() noexcept {
+void CouplingForce::reset() noexcept {
   damper_force_n_ = {};
-  slack_.reset();
-  waits_s_ = 0.0;
+  lag_.reset();
+  lag_s_ = 0.0;
 }
-
-double CouplingForce::lose_stored_j() noexcept { return std::exchange(stored_j_, 0.0); }
 
 void CouplingForce::resume_in_changed_scene(const CouplingForce& other, const Damper& damper, bool keeps_it,
                                             const Vec3& proxy_m) noexcept {
   *this = other;
   if (keeps_it) return;
   damper_ = damper;
-  damper_.reset(proxy_m - last_probe_m_ - slack_.unfelt_m());
+  damper_.reset(proxy_m - last_probe_m_ - lag_.withheld_m());
   damper_force_n_ = {};
 }
 
-CouplingForce::Answer CouplingForce::answer(const Walked& walked, const Vec3& probe_m, const CouplingOptions& coupling,
+CouplingForce::Update CouplingForce::update(const Walk& walk, const Vec3& probe_m, const CouplingOptions& coupling,
                                             double time_step_s) noexcept {
   const double k = coupling.stiffness_n_per_m;
-  const Vec3 step_m = this->step_m(probe_m);
-  Vec3 stretch_m = walked.proxy_m - probe_m, released_m = walked.released_m;
-  double given_back_n = 0.0;
-  damper_j_ = dot(damper_force_n_, step_m);
-  const double waited_s = std::exchange(waits_s_, walked.waits ? waits_s_ + time_step_s : 0.0);
-  if (walked.waits || slack_.any()) {                 // what waits does not pull
-    damper_j_ -= k * dot(slack_.unfelt_m(), step_m);  // so that it is all that Eq. 1 has beside the spring's
-    const Vec3 left_m = walked.from_m - probe_m - slack_.unfelt_m();
-    const Vec3 all_m = stretch_m;
-    stretch_m = slack_.felt_m(all_m, walked.proxy_m - walked.followed_m, waits_s_, left_m);
+  Update result;
+  result.probe_step_m = probe_m - last_probe_m_;
+  result.damper_j = dot(damper_force_n_, result.probe_step_m);
+  Vec3 extension_m = walk.proxy_m - probe_m, released_m = walk.released_m;
+  const double lagged_s = std::exchange(lag_s_, walk.is_complete ? 0.0 : lag_s_ + time_step_s);
+  if (!walk.is_complete || lag_.any()) {
+    // Withheld extension exerts no force, so that damper_j is all that Eq. 1 has beside the spring's work.
+    result.damper_j -= k * dot(lag_.withheld_m(), result.probe_step_m);
+    const Vec3 left_m = walk.from_m - probe_m - lag_.withheld_m();
+    const Vec3 all_m = extension_m;
+    extension_m = lag_.applied_extension_m(all_m, walk.proxy_m - walk.followed_m, lag_s_, left_m);
     released_m = {};
-    if (!walked.waits) {
-      released_m = slack_.give_back_m(time_step_s, back_n_per_s * time_step_s / k);  // no motion of the hand: nothing to damp
-      given_back_n = k * norm(released_m);
-      stretch_m = all_m - slack_.unfelt_m();
+    if (walk.is_complete) {
+      released_m = lag_.give_back_m(time_step_s, back_n_per_s * time_step_s / k);  // no motion of the hand: nothing to damp
+      result.given_back_n = k * norm(released_m);
+      extension_m = all_m - lag_.withheld_m();
     }
   }
-  const Vec3 relative_m_per_s = damper_.relative_velocity(stretch_m, released_m, time_step_s, k);
-  const Vec3 damping_n = coupling.damping_ns_per_m * relative_m_per_s;
-  damper_force_n_ = damping_n;
+  result.relative_m_per_s = damper_.relative_velocity(extension_m, released_m, time_step_s, k);
+  damper_force_n_ = coupling.damping_ns_per_m * result.relative_m_per_s;
+  result.force_n = k * extension_m + damper_force_n_;  // Eq. 1
+  result.has_just_faded = LagCompensator::has_faded(lag_s_) && !LagCompensator::has_faded(lagged_s);
   last_probe_m_ = probe_m;
-  const bool has_just_faded = LagCompensator::has_faded(waits_s_) && !LagCompensator::has_faded(waited_s);
-  return {k * stretch_m + damping_n, relative_m_per_s, has_just_faded, given_back_n};  // Eq. 1
-}
-
-void CouplingForce::book(Energy& energy) noexcept {
-  energy.let_go_j += std::exchange(lost_j_, 0.0);
-  energy.damper_j = damper_j_;
-  stored_j_ = energy.stored_j + energy.elastic_j;
+  return result;
 }
 
 }  // namespace palpa

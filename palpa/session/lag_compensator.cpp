@@ -16,12 +16,13 @@ Vec3 nearest_on_way(const Vec3& x, const Vec3& end) noexcept {
 
 }  // namespace
 
-Vec3 LagCompensator::felt_m(const Vec3& stretch_m, const Vec3& to_followed_m, double waits_s, const Vec3& left_m) noexcept {
-  const double share = std::clamp(1.0 - waits_s / fade_s, 0.0, 1.0);
-  const Vec3 felt_m = nearest_on_way(left_m, share * to_followed_m);
-  unfelt_m_ = stretch_m - felt_m;
-  if (waits_s > 0.0) left_s_ = give_back_s;
-  return felt_m;
+Vec3 LagCompensator::applied_extension_m(const Vec3& extension_m, const Vec3& to_followed_m, double lag_s,
+                                         const Vec3& left_m) noexcept {
+  const double share = std::clamp(1.0 - lag_s / fade_s, 0.0, 1.0);
+  const Vec3 applied_m = nearest_on_way(left_m, share * to_followed_m);
+  withheld_m_ = extension_m - applied_m;
+  if (lag_s > 0.0) left_s_ = give_back_s;
+  return applied_m;
 }
 
 // In whole ticks, so that the last of them is no later than the time that is left.
@@ -29,8 +30,8 @@ Vec3 LagCompensator::give_back_m(double time_step_s, double most_m) noexcept {
   constexpr double rounded = 1.0 + 1e-9;  // [1] of times that are sums of ticks
   const double ticks = std::floor(rounded * left_s_ / time_step_s);
   left_s_ = std::max(0.0, left_s_ - time_step_s);
-  const Vec3 back_m = shortened(unfelt_m_ / std::max(1.0, ticks), most_m);
-  unfelt_m_ = back_m == unfelt_m_ ? Vec3{} : unfelt_m_ - back_m;
+  const Vec3 back_m = shortened(withheld_m_ / std::max(1.0, ticks), most_m);
+  withheld_m_ = back_m == withheld_m_ ? Vec3{} : withheld_m_ - back_m;
   return back_m;
 }
 

@@ -8,12 +8,16 @@ namespace palpa {
 
 Ledger::Ledger(std::size_t modes) : modes_(modes), works_j_(std::make_unique<double[]>(modes)) {}
 
-void Ledger::begin(const Vec3& proxy_m, const Vec3& processed_up_to_m) noexcept {
+void Ledger::begin(const Vec3& proxy_m, const Vec3& processed_up_to_m, std::span<const Foot> elastic) noexcept {
   std::fill_n(works_j_.get(), modes_, 0.0);
   start_m_ = proxy_m;
   moved_j_ = elastic_j_ = elastic_before_j_ = 0.0;
   probe_m_ = processed_up_to_m;
   left_m2_ = let_go_m2_ = 0.0;
+  for (const Foot& foot : elastic) {
+    works_j_[foot.id.mode] -= foot.held_j;
+    elastic_before_j_ += foot.held_j;
+  }
 }
 
 void Ledger::book(std::size_t mode, const Vec3& force_n, const Vec3& step_m, const Vec3& carried_m) noexcept {
@@ -22,7 +26,7 @@ void Ledger::book(std::size_t mode, const Vec3& force_n, const Vec3& step_m, con
   moved_j_ += dot(force_n, carried_m);
 }
 
-void Ledger::book(std::span<const SubStep> sub_steps, std::span<const PlacedPrimitive> placed) noexcept {
+void Ledger::book_sub_steps(std::span<const SubStep> sub_steps, std::span<const PlacedPrimitive> placed) noexcept {
   for (const SubStep& step : sub_steps) {
     double furthest_carried_m = 0.0;
     for (const PlacedPrimitive& row : placed.subspan(step.first_primitive, step.primitives)) {
@@ -31,13 +35,6 @@ void Ledger::book(std::span<const SubStep> sub_steps, std::span<const PlacedPrim
     }
     move(step.start_m, step.proxy_m, step.balance.position_m, step.probe_m, step.move_fraction * furthest_carried_m);
   }
-}
-
-void Ledger::book_elastic(std::size_t mode, double before_j, double after_j) noexcept {
-  assert(mode < modes_);
-  works_j_[mode] += after_j - before_j;
-  elastic_before_j_ += before_j;
-  elastic_j_ += after_j;
 }
 
 // With the probe where it is, the spring loses k Δx·(probe − middle of the move) and the forces of the balance do the work
@@ -54,7 +51,14 @@ void Ledger::move(const Vec3& from_m, const Vec3& to_m, const Vec3& balance_m, c
   left_m2_ = std::max(0.0, offset_m * offset_m - lost_m2);
 }
 
-Energy Ledger::end(const Vec3& proxy_m, const Vec3& probe_m, const Vec3& probe_step_m, double stiffness_n_per_m) noexcept {
+Energy Ledger::end(const Vec3& proxy_m, const Vec3& probe_m, const Vec3& probe_step_m, double stiffness_n_per_m,
+                   std::span<const SubStep> sub_steps, std::span<const PlacedPrimitive> placed,
+                   std::span<const Foot> elastic) noexcept {
+  book_sub_steps(sub_steps, placed);
+  for (const Foot& foot : elastic) {
+    works_j_[foot.id.mode] += foot.held_j;
+    elastic_j_ += foot.held_j;
+  }
   const double k = stiffness_n_per_m;
   Energy energy;
   energy.stored_j = 0.5 * k * norm_squared(proxy_m - probe_m);

@@ -17,26 +17,26 @@ class Ledger {
   /// For a session of `modes` modes.
   explicit Ledger(std::size_t modes);
 
-  /// Starts a tick with the proxy at `proxy_m` and the probe's path walked up to `processed_up_to_m` [m].
-  void begin(const Vec3& proxy_m, const Vec3& processed_up_to_m) noexcept;
-  /// Books the force [N] of one primitive of mode `mode` over one sub-step: the proxy went by `step_m`
-  /// [m], of which the data themselves carried it `carried_m` [m]. W = F·(step − carried).
-  void book(std::size_t mode, const Vec3& force_n, const Vec3& step_m, const Vec3& carried_m) noexcept;
-  /// Books the works and the moves of sub-steps, with what was placed in them.
-  void book(std::span<const SubStep> sub_steps, std::span<const PlacedPrimitive> placed) noexcept;
-  /// Books what an elastic level of mode `mode` held before the tick and holds after it [J].
-  void book_elastic(std::size_t mode, double before_j, double after_j) noexcept;
-  /// Books one move of the proxy, from `from_m` to `to_m` [m], towards the balance at `balance_m` for the probe at
-  /// `probe_m`; the data took it at most `carried_m` [m] of the way.
-  void move(const Vec3& from_m, const Vec3& to_m, const Vec3& balance_m, const Vec3& probe_m, double carried_m) noexcept;
-  /// Ends the tick with the proxy at `proxy_m` and the probe at `probe_m` [m], `probe_step_m` [m] from where it was in the
-  /// last tick.
-  Energy end(const Vec3& proxy_m, const Vec3& probe_m, const Vec3& probe_step_m, double stiffness_n_per_m) noexcept;
+  /// Starts a tick with the proxy at `proxy_m`, the probe's path processed up to `processed_up_to_m` [m], and these contacts
+  /// with elastic levels.
+  void begin(const Vec3& proxy_m, const Vec3& processed_up_to_m, std::span<const Foot> elastic) noexcept;
+  /// Returns the energy of a tick that ends with the proxy at `proxy_m` and the probe at `probe_m` [m], `probe_step_m` [m]
+  /// from its position in the last tick, after these sub-steps and with these contacts with elastic levels.
+  Energy end(const Vec3& proxy_m, const Vec3& probe_m, const Vec3& probe_step_m, double stiffness_n_per_m,
+             std::span<const SubStep> sub_steps, std::span<const PlacedPrimitive> placed,
+             std::span<const Foot> elastic) noexcept;
 
   /// W [J] of each mode in this tick: above zero injected, below zero dissipated.
   std::span<const double> works_j() const noexcept { return {works_j_.get(), modes_}; }
 
  private:
+  void book_sub_steps(std::span<const SubStep> sub_steps, std::span<const PlacedPrimitive> placed) noexcept;
+  // Books the force [N] of one primitive of mode `mode` over one sub-step: the proxy went by `step_m`
+  // [m], of which the data themselves carried it `carried_m` [m]. W = F·(step − carried).
+  void book(std::size_t mode, const Vec3& force_n, const Vec3& step_m, const Vec3& carried_m) noexcept;
+  // Books one move of the proxy, from `from_m` to `to_m` [m], towards the balance at `balance_m` for the probe at
+  // `probe_m`; the data took it at most `carried_m` [m] of the way.
+  void move(const Vec3& from_m, const Vec3& to_m, const Vec3& balance_m, const Vec3& probe_m, double carried_m) noexcept;
   std::size_t modes_;
   std::unique_ptr<double[]> works_j_;
   Vec3 start_m_;

@@ -78,6 +78,7 @@ class ModeRuntime {
   double furthest_carried_m() const noexcept { return furthest_carried_m_; }
   /// The feet on elastic levels.
   ElasticContacts& feet() noexcept { return feet_; }
+  const ElasticContacts& feet() const noexcept { return feet_; }
   /// Whether a mode's strengths are reduced because its level has jumped.
   bool fades(std::size_t m) const noexcept { return live_[m].fade.share() < 1.0; }
   /// Whether a level of this mode that gives way is no break-through: the level has jumped, or data end nearby.

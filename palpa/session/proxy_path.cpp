@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "palpa/baseline/law.h"
 #include "palpa/session/damper.h"
 #include "palpa/session/path_tolerances.h"
 
@@ -22,18 +23,19 @@ constexpr double directed_n_per_s = 100.0;  // [N/s] allowed while data play. Le
 
 }  // namespace
 
-ProxyPath::ProxyPath(StateArena& live, const Scene& scene, const Similarity& map, std::unique_ptr<Law> law, double step_share)
+ProxyPath::ProxyPath(StateArena& live, const Scene& scene, const Similarity& map, Steps steps)
     : stiffness_n_per_m_(scene.coupling.stiffness_n_per_m),
       time_(scene.time),
       modes_(live, scene, map),
       crossings_(live, modes_.watches(), modes_.fields()),
       policy_(crossings_.policy()),
       event_(crossings_.event()),
-      model_(live, std::move(law), modes_, scene.coupling.stiffness_n_per_m, work_left_),
+      model_(live, baseline::law(scene.law), modes_, scene.coupling.stiffness_n_per_m, work_),
       contacts_(live, modes_.size()),
       state_(live.add<PathState>()),
       queue_(live.add<ProbeQueue>()),
-      step_share_(step_share) {
+      steps_(steps),
+      step_share_(steps == Steps::refined ? 0.5 : unbounded) {
   entered_.reserve(modes_.size());
   playing_ = modes_.samples().any_timed() && time_.play != TimeOptions::Play::hold;
   modes_.samples().set_time(time_.at(0.0));
@@ -72,44 +74,42 @@ void ProxyPath::start_at_proxy_of(const ProxyPath& other) noexcept {
   modes_.samples().set_time(time_.at(state_.view_s));
 }
 
-bool ProxyPath::walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) noexcept {
+void ProxyPath::start(const Vec3& probe_m, double time_step_s) noexcept {
+  PathState& c = state_;
+  c.started = true;
+  c.proxy = c.followed_m = probe_m;
+  queue_.start(probe_m);
+  c.view_s = c.followed_s = c.elapsed_s - time_step_s;
+  modes_.samples().set_time(time_.at(c.view_s));
+}
+
+Walk ProxyPath::walk(const Vec3& probe_m, double time_step_s) noexcept {
   record_.clear();
   contacts_.begin_tick();
-  released_m_ = {};
-  dropped_ = 0;
-  unreached_m_ = 0.0;
-  work_left_ = tick_work::most * refined_;
-  PathState& c = state_;
-  if (!c.started) {
-    c.started = true;
-    c.proxy = c.followed_m = probe_m;
-    queue_.start(probe_m);
-    c.view_s = c.followed_s = c.elapsed_s - time_step_s;
-    modes_.samples().set_time(time_.at(c.view_s));
-  }
-  ledger.begin(c.proxy, queue_.processed_up_to_m());
-  for (const Foot& foot : modes_.feet().all()) ledger.book_elastic(foot.id.mode, foot.held_j, 0.0);
+  work_.refill(refined_);
+  const PathState& c = state_;
+  walk_ = {.from_m = c.proxy};
   path_m_ = queue_.push(probe_m, time_step_s);
   if (playing_) path_m_ = std::max(path_m_, modes_.motion_m(c.proxy, time_.at(c.followed_s), time_.at(c.elapsed_s)));
 
   ProbeSegment segment;
-  bool is_there = true;
-  for (int moves = 0; is_there && next_segment(segment); ++moves) {
+  for (int moves = 0; walk_.is_complete && next_segment(segment); ++moves) {
     const auto steps = static_cast<int>(record_.sub_steps().size());
-    is_there = steps < Session::max_sub_steps * refined_ && moves < max_moves * refined_ && work_left_ > 0;
-    if (is_there) {
-      sub_step(segment);
+    const bool may_go_on = steps < Session::max_sub_steps * refined_ && moves < max_moves * refined_ && work_.any();
+    if (may_go_on) {
+      steps_ == Steps::refined ? sub_step(segment) : one_step(segment);
     } else if (may_give_up()) {
-      is_there = true;
       give_up();
     } else {
+      walk_.is_complete = false;
       record_.cut();
     }
   }
-  is_there = is_there && work_left_ > 0;  // else the last move was cut short
-  ledger.book(record_.sub_steps(), record_.placed());
-  for (const Foot& foot : modes_.feet().all()) ledger.book_elastic(foot.id.mode, 0.0, foot.held_j);
-  return is_there;
+  walk_.is_complete = walk_.is_complete && work_.any();  // else the last move was cut short
+  walk_.proxy_m = c.proxy;
+  walk_.followed_m = c.followed_m;
+  walk_.work = work_.spent();
+  return walk_;
 }
 
 // The next segment of the probe's path, so short that no data are jumped over. It stays queued until it is walked.
@@ -136,7 +136,7 @@ bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
 // Free flight: nothing is felt, and every onset is watched. Never directly after a move in which something could pull.
 bool ProxyPath::is_free() noexcept {
   if (state_.felt) return false;
-  work_left_ -= modes_.samples().work_of_modes(modes_.size());
+  work_.spend(modes_.samples().work_of_modes(modes_.size()));
   const Vec3& here = state_.proxy;
   return modes_.is_free_at({here, here, 1.0, stiffness_n_per_m_, modes_.finest_m()}, entered_);
 }
@@ -146,7 +146,7 @@ double ProxyPath::advance_data(const ProbeSegment& segment) noexcept {
   PathState& c = state_;
   const double view_s = segment.fresh ? std::max(c.view_s, time_at_end_of(segment)) : c.view_s;
   const double passed_s = view_s - c.view_s;
-  work_left_ -= modes_.samples().work_of_modes(modes_.size());
+  work_.spend(modes_.samples().work_of_modes(modes_.size()));
   modes_.advance(c.proxy, time_.at(c.followed_s), time_.at(view_s), time_.at(c.elapsed_s), passed_s, [&](std::size_t m) {
     contacts_.warn(m, "a level jumps between two frames instead of moving: its strength fades out and in");
   });
@@ -158,7 +158,7 @@ double ProxyPath::advance_data(const ProbeSegment& segment) noexcept {
 // One move along the path: place, balance, move towards the balance as far as the data allow, report the result.
 void ProxyPath::sub_step(ProbeSegment segment) noexcept {
   const Vec3 start = state_.proxy;
-  const bool settles = !segment.fresh && state_.pending == Pending::rest;
+  const bool settles = !segment.fresh && state_.pending == Pending::settling;
   const double finest_m = modes_.finest_m(start, start, segment.to_m);
   step_m_ = step_share_ / refined_ * finest_m;
   spacing_m_ = std::min(finest_m, 1.0);  // without data any length will do
@@ -185,7 +185,33 @@ void ProxyPath::sub_step(ProbeSegment segment) noexcept {
     accept(segment, made, context, settles);
     model_.end_move();
   }
-  unreached_m_ = distance(made.to.position_m, state_.proxy);
+  walk_.unreached_m = distance(made.to.position_m, state_.proxy);
+  modes_.arrive();
+}
+
+// The step of earlier systems: straight from the proxy to the balance. Events do not stop it; modes are informed afterwards.
+void ProxyPath::one_step(const ProbeSegment& segment) noexcept {
+  const Vec3 start = state_.proxy;
+  const bool at_probe = steps_ == Steps::one_at_probe;
+  spacing_m_ = std::min(modes_.finest_m(start, start, segment.to_m), 1.0);
+  StepContext context{start, segment.to_m, segment.time_s, stiffness_n_per_m_, spacing_m_, at_probe ? 1.0 : 0.0};
+  const double follows_s = playing_ ? advance_data(segment) : 0.0;
+  modes_.begin_step(state_.step_start_m = start);
+
+  model_.begin_move(context, spacing_m_);
+  const Vec3& at = at_probe ? segment.to_m : start;
+  model_.place(context, at, at, unbounded);
+  const Move made{.to = model_.balance(context.probe_m, context.time_step_s)};
+  configure_events(start, false);
+  // No crossing stops the step. But a level whose plane holds the proxy stays held: on a round surface a step along that plane
+  // ends off the level, which must not count as leaving it.
+  using CrossingRule = EventPolicy::CrossingRule;
+  std::ranges::replace_if(
+      policy_.passing, [](CrossingRule passing) { return passing != CrossingRule::held; }, CrossingRule::passes);
+  crossings_.first_event(start, made.to.position_m, policy_, modes_.samples(), work_, event_);
+
+  advance(segment, made, follows_s, true);
+  accept(segment, made, context, false);
   modes_.arrive();
 }
 
@@ -201,7 +227,7 @@ void ProxyPath::accept(const ProbeSegment& segment, const Move& made, StepContex
   step.stop = made.stop;
   step.proxy_m = state_.proxy;
   record_.add(step, settles, spacing_m_, model_, modes_);
-  dropped_ += model_.set().dropped();
+  walk_.dropped += model_.set().dropped();
   state_.felt = model_.set().can_pull();
   if (made.fraction > 0.0 || made.stop == Stop::event) crossings_.apply(event_);  // also where it stands on one already
   const bool is_stopped = made.stop == Stop::event && !event_.crossings.empty();
@@ -231,16 +257,17 @@ void ProxyPath::advance(const ProbeSegment& segment, const Move& move, double fo
       move.stop == Stop::release && segment.time_s <= contact_tolerance * c.whole_s;  // round a vortex: its time is over
   c.turns = segment.fresh ? 0 : c.turns + (turns_back || has_no_end);
   if (segment.fresh) c.segment_start_m = start, c.probe_way_m = segment.to_m - segment.from_m;
-  released_m_ += released_part(c.move_m, distance(segment.to_m, segment.from_m) + move.fraction * modes_.furthest_carried_m());
+  walk_.released_m +=
+      released_part(c.move_m, distance(segment.to_m, segment.from_m) + move.fraction * modes_.furthest_carried_m());
   if (segment.fresh) {
     c.whole_s = segment.time_s;
     queue_.pop(segment);
   }
   c.pending = pending_after(move, settled);
-  if (work_left_ > 0 && c.pending != Pending::way) c.followed_m = queue_.processed_up_to_m();
+  if (work_.any() && c.pending != Pending::path) c.followed_m = queue_.processed_up_to_m();
   c.followed_s = c.pending != Pending::nothing ? c.view_s - (1.0 - move.fraction) * follows_s : c.view_s;
-  c.left_s = c.pending == Pending::rest ? segment.time_s
-                                        : std::max(contact_tolerance * c.whole_s, (1.0 - move.fraction) * segment.time_s);
+  c.left_s = c.pending == Pending::settling ? segment.time_s
+                                            : std::max(contact_tolerance * c.whole_s, (1.0 - move.fraction) * segment.time_s);
 }
 
 // Whether the proxy has turned back so often that the probe position may be pending without a balance.
@@ -259,11 +286,11 @@ ProxyPath::Pending ProxyPath::pending_after(const Move& move, bool settled) cons
   // The last position of a tick is given up later, nearer to a balance, as the tick has moves pending.
   if (may_give_up() && (!queue_.empty() || 2 * c.turns >= Session::max_sub_steps * refined_)) return Pending::nothing;
   const bool is_whole = move.stop == Stop::full || (move.bound_met && move.stop == Stop::event && move.fraction == 1.0);
-  if (is_whole) return !model_.set().empty() && !settled ? Pending::rest : Pending::nothing;
+  if (is_whole) return !model_.set().empty() && !settled ? Pending::settling : Pending::nothing;
   const bool crosses = move.stop == Stop::event && !event_.crossings.empty();  // else an event on the spot changes nothing
   const bool gets_on = (move.fraction > 0.0 || crosses) && (move.stop != Stop::release || norm(c.move_m) > rest * spacing_m_);
   if (!gets_on) return Pending::nothing;
-  return move.stop == Stop::energy && !playing_ ? Pending::rest : Pending::way;
+  return move.stop == Stop::energy && !playing_ ? Pending::settling : Pending::path;
 }
 
 // Lets the modes place primitives for a move that is expected to end at `end_m`, on a way of `whole_m`.
@@ -296,7 +323,7 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
   const double same_m = (settles ? piercing : turned) * spacing_m_;  // what settles a step is a small part of it
   model_.begin_move(context, spacing_m_);
   place(context, end, distance(end, start));
-  for (int trial = 0; trial < max_trials + max_shutting && (trial == 0 || work_left_ > 0); ++trial) {
+  for (int trial = 0; trial < max_trials + max_shutting && (trial == 0 || work_.any()); ++trial) {
     made.to = model_.balance(context.probe_m, context.time_step_s);
     // No level may give way because of a foreseen plane.
     if (model_.any_gives_way(crossings_) && model_.revert_prediction())
@@ -356,7 +383,7 @@ bool ProxyPath::end_is_free(const ProbeSegment& segment, const StepContext& cont
     event_.crossings.clear();
     move.fraction *= 0.5;
     move.stop = Stop::energy;
-  } while (distance(move.end_from(start), start) > rest * spacing_m_ && work_left_ > 0);
+  } while (distance(move.end_from(start), start) > rest * spacing_m_ && work_.any());
   move.fraction = 0.0;
   return false;
 }
@@ -364,14 +391,14 @@ bool ProxyPath::end_is_free(const ProbeSegment& segment, const StepContext& cont
 // Finds the first event on the way. Where a value jumps, both sides may drive the proxy across: a crossing that undoes the last
 // one at once does not stop it again, or it would be caught between the two.
 void ProxyPath::find_event(const Vec3& start_m, const Vec3& end_m) noexcept {
-  crossings_.first_event(start_m, end_m, policy_, modes_.samples(), work_left_, event_);
+  crossings_.first_event(start_m, end_m, policy_, modes_.samples(), work_, event_);
   if (event_.kind != Event::Kind::crossing || event_.share * distance(start_m, end_m) > rest * spacing_m_) return;
   const Crossing& first = event_.crossings.front();
   const Crossing& last = state_.stopped_by;
   if (first.field != last.field || first.value != last.value || first.up == last.up) return;
   for (const Crossing& crossing : event_.crossings)
     crossings_.configure_events(policy_, {crossing.field, crossing.value}, EventPolicy::CrossingRule::passes);
-  crossings_.first_event(start_m, end_m, policy_, modes_.samples(), work_left_, event_);
+  crossings_.first_event(start_m, end_m, policy_, modes_.samples(), work_, event_);
 }
 
 // If a shell that held gives way within the segment, ends the segment there. Located by bisection of the probe's path.
@@ -386,11 +413,11 @@ bool ProxyPath::locate_break_through(ProbeSegment& segment, const StepContext& c
   // Most levels that give way here do so from the segment's start on: one balance shows it.
   double held = std::min(1.0, 2.0 * bound_m / length), gone = 1.0;
   const bool holds_at_first = holds_at(held);
-  while (holds_at_first && (gone - held) * length > bound_m && work_left_ > 0) {
+  while (holds_at_first && (gone - held) * length > bound_m && work_.any()) {
     const double middle = 0.5 * (held + gone);
     (holds_at(middle) ? held : gone) = middle;
   }
-  if (!holds_at_first || work_left_ <= 0) {  // without work for the place: at the end of the segment
+  if (!holds_at_first || !work_.any()) {  // without work for the place: at the end of the segment
     to = model_.balance(segment.to_m, context.time_step_s);
     return false;
   }
@@ -415,7 +442,7 @@ void ProxyPath::extrapolate_moves(const Vec3& before_m, bool fresh) noexcept {
 // The expected move: the last segment's, scaled by the probe's way; while a step settles, the sum above.
 Vec3 ProxyPath::expected_m(const ProbeSegment& segment) const noexcept {
   const double before_m2 = norm_squared(state_.probe_way_m);
-  if (!segment.fresh) return state_.pending == Pending::rest ? state_.extrapolated_m : Vec3{};
+  if (!segment.fresh) return state_.pending == Pending::settling ? state_.extrapolated_m : Vec3{};
   if (playing_ || !(before_m2 > 0.0)) return {};
   const double share = dot(segment.to_m - segment.from_m, state_.probe_way_m) / before_m2;
   return std::clamp(share, 0.0, 1.0) * (state_.proxy - state_.segment_start_m);

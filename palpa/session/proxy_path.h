@@ -11,7 +11,6 @@
 #include "palpa/mode/tick_work.h"
 #include "palpa/session/contact_problem.h"
 #include "palpa/session/contacts.h"
-#include "palpa/session/ledger.h"
 #include "palpa/session/mode_runtime.h"
 #include "palpa/session/probe_queue.h"
 #include "palpa/session/session.h"
@@ -19,16 +18,32 @@
 
 namespace palpa {
 
+/// How the proxy moves in one tick.
+enum class Steps : std::uint8_t {
+  refined,       ///< in sub-steps as short as the data need (docs/path.md)
+  one_at_proxy,  ///< in one step, straight to the balance, data sampled at the proxy
+  one_at_probe,  ///< likewise, data sampled at the probe
+};
+
+/// Result of one tick's walk.
+struct Walk {
+  Vec3 from_m, proxy_m;  ///< [m] proxy before and after it
+  Vec3 followed_m;  ///< [m] point of the probe's path up to which the proxy has followed it: its end, where nothing is queued
+  Vec3 released_m;  ///< [m] part of the proxy's motion that was a release
+  bool is_complete = true;   ///< false: a cap was reached, and a part of the probe's path stays queued
+  double unreached_m = 0.0;  ///< [m] distance from the proxy to the last balance; at rest below the tolerances of the path
+  int dropped = 0;           ///< primitives refused
+  int work = 0;              ///< [1] units (tick_work.h)
+};
+
 /// Walks the proxy after the probe. One tick of the paper is one step of incremental minimisation of a continuous,
 /// rate-independent law; here the step is refined until the path is that of the law. docs/path.md, section 2, is what this
 /// does, in its order. The caps on sub-steps and work bound a tick; what is pending of the probe's path waits in a queue.
 /// Construction allocates and throws SceneError; walking does neither. One thread.
 class ProxyPath {
  public:
-  /// \param live        keeps all that the next walk depends on
-  /// \param step_share  [1] of the finest sample spacing: no segment is longer, nor a move of the proxy
-  ProxyPath(StateArena& live, const Scene& scene, const Similarity& map, std::unique_ptr<Law> law, double step_share = 0.5);
-  virtual ~ProxyPath() = default;
+  /// By the law that the scene names, which must exist. \param live  keeps all that the next walk depends on
+  ProxyPath(StateArena& live, const Scene& scene, const Similarity& map, Steps steps);
 
   /// Forgets everything; the next walk begins at its probe.
   void reset() noexcept;
@@ -45,35 +60,31 @@ class ProxyPath {
   void start_at_proxy_of(const ProxyPath& other) noexcept;
 
   /// Advances the data's time by `time_step_s` [s], whether the proxy is walked or not.
-  void pass(double time_step_s) noexcept { state_.elapsed_s += time_step_s; }
-  /// Walks to the next probe position [m], `time_step_s` [s] later. False where the cap was reached.
-  bool walk(const Vec3& probe_m, double time_step_s, Ledger& ledger) noexcept;
+  void advance_clock(double time_step_s) noexcept { state_.elapsed_s += time_step_s; }
+  /// Starts with the proxy on the probe at `probe_m` [m], at the data's time `time_step_s` [s] ago.
+  void start(const Vec3& probe_m, double time_step_s) noexcept;
+  /// Walks to the next probe position [m], `time_step_s` [s] later, as far as the caps allow. Started before.
+  Walk walk(const Vec3& probe_m, double time_step_s) noexcept;
 
   const Vec3& proxy_m() const noexcept { return state_.proxy; }
   bool started() const noexcept { return state_.started; }
-  /// The place on the probe's path that the proxy has followed it to [m]: the probe, where no walk waits.
-  const Vec3& followed_m() const noexcept { return state_.followed_m; }
+  /// End of the probe's path as far as it is processed [m].
+  const Vec3& processed_up_to_m() const noexcept { return queue_.processed_up_to_m(); }
+  /// Contacts with elastic levels, with the energy that each holds.
+  std::span<const Foot> elastic_contacts() const noexcept { return modes_.feet().all(); }
   /// Emits a warning among the events of the last walk.
   void warn(const char* sentence) noexcept { contacts_.warn(sentence); }
-  /// Of the last walk: units of work (tick_work.h).
-  int work() const noexcept { return tick_work::most * refined_ - work_left_; }
-  /// Of the last walk: the part of the proxy's motion that was a release [m], and primitives refused.
-  const Vec3& released_m() const noexcept { return released_m_; }
-  int dropped() const noexcept { return dropped_; }
-  /// Of the last walk: how far the proxy is from the last balance [m]; at rest no more than the path tells apart.
-  double unreached_m() const noexcept { return unreached_m_; }
-
   std::span<const SubStep> sub_steps() const noexcept { return record_.sub_steps(); }
   std::span<const PlacedPrimitive> placed() const noexcept { return record_.placed(); }
   std::span<const SessionEvent> events() const noexcept { return contacts_.events(); }
   static constexpr std::size_t max_primitives = ContactProblem::max_primitives;
 
- protected:
-  // One move along the path: place, balance, move towards the balance as far as the data allow, report the result.
-  virtual void sub_step(ProbeSegment segment) noexcept;
+ private:
+  void sub_step(ProbeSegment segment) noexcept;
+  void one_step(const ProbeSegment& segment) noexcept;
 
   // What is pending to do at a probe position: walk the rest of a stopped move, or check that the proxy rests.
-  enum class Pending : std::uint8_t { nothing, way, rest };
+  enum class Pending : std::uint8_t { nothing, path, settling };
 
   // The state of the walk that the next sub-step depends on.
   struct PathState {
@@ -126,6 +137,7 @@ class ProxyPath {
   bool locate_break_through(ProbeSegment& segment, const StepContext& context, Balance& to) noexcept;
   void configure_events(const Vec3& end_m, bool flies) noexcept;
 
+  WorkBudget work_;  // of this tick
   double stiffness_n_per_m_;
   TimeOptions time_;
   bool playing_ = false;  // the data change with time
@@ -137,16 +149,14 @@ class ProxyPath {
   Contacts contacts_;
   PathState& state_;
   ProbeQueue& queue_;
-  double step_share_;  // [1] of the finest spacing: the longest move, before refining
+  Steps steps_;
+  double step_share_;  // [1] of the finest spacing: the longest segment and move, before refining
   int refined_ = 1;
   double path_m_ = 0.0;                    // of this tick: way of the probe or of the data, the longer one
   double moved_n_ = 0.0;                   // change of directed forces allowed in this sub-step for moving data
   double spacing_m_ = 0.0, step_m_ = 0.0;  // finest, of the data near this sub-step, and the longest move there
-  Vec3 released_m_;
-  int dropped_ = 0;
-  double unreached_m_ = 0.0;
+  Walk walk_;                              // of this tick
   std::vector<std::int32_t> entered_;
-  int work_left_ = 0;  // of this tick (tick_work.h)
   StepRecord record_;
 };
 

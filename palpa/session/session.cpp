@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "palpa/mode/state_arena.h"
@@ -22,32 +23,34 @@ bool usable(const Vec3& position_m) noexcept {
   return is_finite(position_m) && largest_component(position_m) <= largest_probe_m;
 }
 
-std::unique_ptr<ProxyPath> exact_path(StateArena& live, const Scene& scene, const Similarity& map) {
-  return std::make_unique<ProxyPath>(live, scene, map, std::make_unique<Solver>(ProxyPath::max_primitives));
+/// Earlier systems moved the proxy once a tick, straight to the balance; without a proxy the data are sampled at the probe.
+Steps steps_of(std::string_view law) noexcept {
+  return law == "exact" ? Steps::refined : law == "no-proxy" ? Steps::one_at_probe : Steps::one_at_proxy;
 }
 
 }  // namespace
 
 class Session::State {
  public:
-  State(const Scene& given, PathMaker make_path, double encoder_step_m)
-      : scene(given),
+  State(const Scene& given, Steps steps, double encoder_step_m)
+      : scene((given.check(), given)),
         map(scene.hand_to_world()),
-        path(make_path(live, scene, map)),
-        pull(live.add<CouplingForce>()),
+        path(live, scene, map, steps),
+        coupling_force(live.add<CouplingForce>()),
+        held_j(live.add<double>()),
         ledger(scene.modes().size()),
         mode_ticks(scene.modes().size()) {
-    pull = CouplingForce(Damper(scene.coupling.damping_ns_per_m, encoder_step_m));
+    coupling_force = CouplingForce(Damper(scene.coupling.damping_ns_per_m, encoder_step_m));
   }
 
   Tick tick(const Probe& probe, double dt) noexcept;
   void reset() noexcept {
-    path->reset();
-    pull.let_go();
+    path.reset();
+    coupling_force.reset();
   }
   void copy_state_from(const State& other) noexcept {
     live.copy(other.live);
-    path->after_state_copy();
+    path.after_state_copy();
   }
   void resume_in_changed_scene(const State& other) noexcept;
   std::span<const ModeForce> forces_by_mode() noexcept;
@@ -55,12 +58,14 @@ class Session::State {
   Scene scene;
   Similarity map;
   StateArena live;
-  std::unique_ptr<ProxyPath> path;
+  ProxyPath path;
 
  private:
-  void gather(Tick& result) noexcept;
+  void gather(const Walk& walk, Tick& result) noexcept;
 
-  CouplingForce& pull;  // what the next tick depends on besides the path
+  // What the next tick depends on besides the path.
+  CouplingForce& coupling_force;
+  double& held_j;  // by spring and elastic levels since the last tick
   Ledger ledger;
   std::vector<ModeForce> mode_ticks;
   bool has_forces_by_mode = true;  // mode_ticks hold the forces of the last sub-step
@@ -68,11 +73,12 @@ class Session::State {
 };
 
 void Session::State::resume_in_changed_scene(const State& other) noexcept {
-  const Damper own = pull.damper();
-  const bool after_state_copy = live.has_parts_of(other.live) && path->has_same_contacts_as(*other.path);
-  after_state_copy ? copy_state_from(other) : path->start_at_proxy_of(*other.path);
+  const Damper own = coupling_force.damper();
+  const bool after_state_copy = live.has_parts_of(other.live) && path.has_same_contacts_as(other.path);
+  after_state_copy ? copy_state_from(other) : path.start_at_proxy_of(other.path);
   const bool keeps_damper = after_state_copy && scene.coupling.damping_ns_per_m == other.scene.coupling.damping_ns_per_m;
-  pull.resume_in_changed_scene(other.pull, own, keeps_damper, path->proxy_m());
+  coupling_force.resume_in_changed_scene(other.coupling_force, own, keeps_damper, path.proxy_m());
+  held_j = other.held_j;
 }
 
 // The main path. Modes place primitives, the law balances them, the coupling pulls the hand.
@@ -81,66 +87,75 @@ Tick Session::State::tick(const Probe& probe, double dt) noexcept {
   has_forces_by_mode = true;
   Tick result;
   result.probe_valid = probe.valid;
-  result.probe_m = result.proxy_m = path->proxy_m();
+  result.probe_m = result.proxy_m = path.proxy_m();
   const bool time_usable = std::isfinite(dt) && dt > 0.0 && dt <= largest_time_step_s;
-  if (time_usable) path->pass(dt);
+  if (time_usable) path.advance_clock(dt);
   const bool velocity_usable = !probe.velocity_m_per_s || is_finite(*probe.velocity_m_per_s);
   if (!probe.valid || !time_usable || !velocity_usable || !usable(probe.position_m)) {
     reset();
-    result.energy.let_go_j = pull.lose_stored_j();
+    result.energy.let_go_j = std::exchange(held_j, 0.0);
     if (probe.valid) result.status = TickStatus::bad_input;
     if (!probe.valid && usable(probe.position_m)) result.probe_m = result.proxy_m = probe.position_m;
-    path->put(result.proxy_m);
+    path.put(result.proxy_m);
     return result;
   }
   dt = std::max(dt, shortest_time_s);  // velocities stay finite
-  const Vec3 p = probe.position_m, before = path->proxy_m();
-  if (!path->started()) pull.start(p);
-  result.status = path->walk(p, dt, ledger) ? TickStatus::resting : TickStatus::waiting;
+  const Vec3 p = probe.position_m;
+  double lost_j = 0.0;
+  if (!path.started()) {
+    path.start(p, dt);
+    coupling_force.start(p);
+    lost_j = held_j;
+  }
+  ledger.begin(path.proxy_m(), path.processed_up_to_m(), path.elastic_contacts());
+  const Walk walk = path.walk(p, dt);
+  const CouplingForce::Update force = coupling_force.update(walk, p, scene.coupling, dt);
+  result.energy = ledger.end(walk.proxy_m, p, force.probe_step_m, scene.coupling.stiffness_n_per_m, path.sub_steps(),
+                             path.placed(), path.elastic_contacts());
+  result.energy.let_go_j += lost_j;
+  result.energy.damper_j = force.damper_j;
+  held_j = result.energy.stored_j + result.energy.elastic_j;
+
   result.probe_m = p;
-  result.probe_step_m = pull.step_m(p);
-  result.proxy_m = path->proxy_m();
-  const CouplingForce::Answer answer =
-      pull.answer({before, result.proxy_m, path->followed_m(), path->released_m(), result.status == TickStatus::waiting}, p,
-                  scene.coupling, dt);
-  result.probe_velocity_m_per_s = probe.velocity_m_per_s.value_or(result.probe_step_m / dt);
-  result.proxy_velocity_m_per_s = result.probe_velocity_m_per_s + answer.relative_m_per_s;
-  result.force_n = answer.force_n;
-  result.given_back_n = answer.given_back_n;
-  if (answer.has_just_faded)
-    path->warn("the data take more work than a tick may do: nothing is felt until the proxy has caught up with the hand");
-  result.energy = ledger.end(result.proxy_m, p, result.probe_step_m, scene.coupling.stiffness_n_per_m);
-  pull.book(result.energy);
-  gather(result);
+  result.probe_step_m = force.probe_step_m;
+  result.probe_velocity_m_per_s = probe.velocity_m_per_s.value_or(force.probe_step_m / dt);
+  result.proxy_m = walk.proxy_m;
+  result.proxy_velocity_m_per_s = result.probe_velocity_m_per_s + force.relative_m_per_s;
+  result.force_n = force.force_n;
+  result.given_back_n = force.given_back_n;
+  if (force.has_just_faded)
+    path.warn("the data take more work than a tick may do: nothing is felt until the proxy has caught up with the hand");
+  gather(walk, result);
   return result;
 }
 
-// The tick's totals. Who pushed is worked out when someone asks.
-void Session::State::gather(Tick& result) noexcept {
-  result.work = path->work();
-  result.sub_steps = static_cast<int>(path->sub_steps().size());
-  for (const SubStep& step : path->sub_steps()) {
+// Totals of the tick. Forces by mode are computed on demand.
+void Session::State::gather(const Walk& walk, Tick& result) noexcept {
+  result.status = walk.is_complete ? TickStatus::resting : TickStatus::waiting;
+  result.work = walk.work;
+  result.sub_steps = static_cast<int>(path.sub_steps().size());
+  for (const SubStep& step : path.sub_steps()) {
     result.error_bound_m = std::max(result.error_bound_m, step.balance.error_bound_m);
     result.iterations += step.balance.iterations;
     if (step.balance.status == BalanceStatus::capped && result.status == TickStatus::resting)
       result.status = TickStatus::capped;
     if (step.balance.status == BalanceStatus::bad_input) result.status = TickStatus::bad_input;
   }
-  result.dropped = path->dropped();
-  if (result.status != TickStatus::waiting) result.unborne_n = scene.coupling.stiffness_n_per_m * path->unreached_m();
+  result.dropped = walk.dropped;
+  if (result.status != TickStatus::waiting) result.unborne_n = scene.coupling.stiffness_n_per_m * walk.unreached_m;
   for (std::size_t m = 0; m < mode_ticks.size(); ++m) {
     const double work_j = ledger.works_j()[m];
     (work_j >= 0.0 ? mode_ticks[m].injected_j : mode_ticks[m].dissipated_j) = std::abs(work_j);
   }
-  has_forces_by_mode = path->sub_steps().empty();
+  has_forces_by_mode = path.sub_steps().empty();
 }
 
 // The modes' forces in the last sub-step, as they are shown.
 std::span<const ModeForce> Session::State::forces_by_mode() noexcept {
   if (has_forces_by_mode) return mode_ticks;
   has_forces_by_mode = true;
-  const SubStep& last = path->sub_steps().back();
-  const auto placed = path->placed().subspan(last.first_primitive, last.primitives);
+  const SubStep& last = path.sub_steps().back();
+  const auto placed = path.placed().subspan(last.first_primitive, last.primitives);
   const std::span<const Vec3> forces_n = shown.of(placed, last.balance);
   for (std::size_t i = 0; i < placed.size(); ++i) {
     ModeForce& mode = mode_ticks[placed[i].primitive.id.mode];
@@ -153,10 +168,11 @@ std::span<const ModeForce> Session::State::forces_by_mode() noexcept {
 
 const int Session::most_work = tick_work::most;
 
-Session::Session(const Scene& scene, double encoder_step_m) : Session(scene, exact_path, encoder_step_m) {}
+Session::Session(const Scene& scene, double encoder_step_m)
+    : Session(std::make_unique<State>(scene, steps_of(scene.law), encoder_step_m)) {}
+Session::Session(std::unique_ptr<State> state) noexcept : state_(std::move(state)) {}
 
-Session::Session(const Scene& scene, PathMaker path, double encoder_step_m)
-    : state_((scene.check(), std::make_unique<State>(scene, path, encoder_step_m))) {}
+Session Session::in_one_step(const Scene& scene) { return Session(std::make_unique<State>(scene, Steps::one_at_proxy, 0.0)); }
 
 Session::~Session() = default;
 Session::Session(Session&&) noexcept = default;
@@ -164,15 +180,15 @@ Session& Session::operator=(Session&&) noexcept = default;
 
 Tick Session::tick(const Probe& probe, double time_step_s) noexcept { return state_->tick(probe, time_step_s); }
 void Session::reset() noexcept { state_->reset(); }
-void Session::set_force_limit(double most_n) noexcept { state_->path->set_force_limit(most_n); }
-void Session::refine_path(int times) { state_->path->refine(times); }
+void Session::set_force_limit(double most_n) noexcept { state_->path.set_force_limit(most_n); }
+void Session::refine_path(int times) { state_->path.refine(times); }
 void Session::copy_state_from(const Session& other) noexcept { state_->copy_state_from(*other.state_); }
 void Session::resume_in_changed_scene(const Session& other) noexcept { state_->resume_in_changed_scene(*other.state_); }
 const Scene& Session::scene() const noexcept { return state_->scene; }
 const Similarity& Session::hand_to_world() const noexcept { return state_->map; }
 std::span<const ModeForce> Session::modes() const noexcept { return state_->forces_by_mode(); }
-std::span<const SubStep> Session::sub_steps() const noexcept { return state_->path->sub_steps(); }
-std::span<const PlacedPrimitive> Session::placed() const noexcept { return state_->path->placed(); }
-std::span<const SessionEvent> Session::events() const noexcept { return state_->path->events(); }
+std::span<const SubStep> Session::sub_steps() const noexcept { return state_->path.sub_steps(); }
+std::span<const PlacedPrimitive> Session::placed() const noexcept { return state_->path.placed(); }
+std::span<const SessionEvent> Session::events() const noexcept { return state_->path.events(); }
 
 }  // namespace palpa

@@ -13,9 +13,6 @@
 
 namespace palpa {
 
-class StateArena;
-class ProxyPath;
-
 /// The hand's point as the device reports it.
 struct Probe {
   Vec3 position_m;
@@ -73,19 +70,17 @@ struct SessionEvent {
   double depth_m = 0.0;        ///< [m] of break_through: |proxy − probe| where the strength was reached
 };
 
-/// Makes the path on which a session walks the proxy, internal; what its next tick depends on is kept in the block.
-/// Allocates and throws SceneError.
-using PathMaker = std::unique_ptr<ProxyPath> (*)(StateArena& live, const Scene& scene, const Similarity& hand_to_world);
-
 /// A scene being felt: the proxy, the modes' memories, the ledger. It holds a snapshot of the scene
 /// (voxels shared). Construction allocates and throws SceneError; `tick` does neither, takes no lock,
 /// does no input or output, and answers with finite numbers whatever it is given. One thread.
 class Session {
  public:
   /// \param encoder_step_m  [m] position step of the device, 0 if none (see Damper)
+  /// Balances by `scene.law`. Laws of earlier systems move the proxy in one step a tick, as those systems did.
   explicit Session(const Scene& scene, double encoder_step_m = 0.0);
-  /// On another path than that of the exact law, such as that of the law that the scene names: internal to the library.
-  Session(const Scene& scene, PathMaker path, double encoder_step_m = 0.0);
+  /// A session of the exact law that moves the proxy in one step a tick, for studies: what differs from `Session(scene)` comes
+  /// from the path, not from the balance.
+  static Session in_one_step(const Scene& scene);
   ~Session();
   Session(Session&&) noexcept;
   Session& operator=(Session&&) noexcept;
@@ -130,6 +125,7 @@ class Session {
 
  private:
   class State;
+  explicit Session(std::unique_ptr<State> state) noexcept;
   std::unique_ptr<State> state_;
 };
 

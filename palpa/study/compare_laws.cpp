@@ -5,7 +5,6 @@
 
 #include "palpa/base/printed.h"
 #include "palpa/baseline/law.h"
-#include "palpa/baseline/path.h"
 #include "palpa/data/quantile.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/modes.h"
@@ -130,7 +129,7 @@ LawComparison compare_laws(const Scene& given, std::span<const Probe> probes, do
     errors.posed_errors_m = std::move(asked[i].errors_m);
 
     const Scene own = with_law(scene, laws[i]);
-    Session alone(own, baseline::path);
+    Session alone(own);
     alone.set_force_limit(scene.coupling.max_force_n);
     std::vector<double> apart_m, apart_n;
     for (std::size_t t = 0; t < probes.size(); ++t) {

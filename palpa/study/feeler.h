@@ -11,7 +11,6 @@
 #include <thread>
 #include <vector>
 
-#include "palpa/baseline/path.h"
 #include "palpa/session/session.h"
 #include "palpa/study/summary.h"
 
@@ -54,7 +53,7 @@ struct Way {
 /// Feels ways, each with a session as new: no level is broken, nothing is remembered of other ways. One thread each.
 class Feeler {
  public:
-  explicit Feeler(const Scene& scene) : scene_(scene), fresh_(scene, baseline::path), session_(scene, baseline::path) {}
+  explicit Feeler(const Scene& scene) : scene_(scene), fresh_(scene), session_(scene) {}
 
   /// \param until  where to stop: at the end of the first contact, at the end of the first level, or at the end of the way
   /// \param at     called with the way [m] so far and the session, at each step where something is felt

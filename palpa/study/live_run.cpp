@@ -6,7 +6,6 @@
 
 #include "palpa/base/printed.h"
 #include "palpa/base/wording.h"
-#include "palpa/baseline/path.h"
 #include "palpa/device/blocked_signals.h"
 
 namespace palpa {
@@ -56,7 +55,7 @@ LiveOptions loop_options(const RunOptions& options, const PreparedRun& prepared,
 LiveRun::LiveRun(const RunOptions& options, PreparedRun& prepared, Device& device, TickObserver observer)
     : observer_(std::move(observer)), recording_(options, live_header(options, prepared, device.limits()), prepared.loaded) {
   const DeviceLimits limits = device.limits();
-  scene_ = std::make_unique<LiveScene>(prepared.loaded.scene, baseline::path, limits);
+  scene_ = std::make_unique<LiveScene>(prepared.loaded.scene, limits);
   loop_ = std::make_unique<LiveLoop>(*scene_, device, loop_options(options, prepared, limits), recording_.recorder());
   // An interrupt is for the watching thread.
   const detail::BlockedSignals in_the_loop;

@@ -9,7 +9,6 @@
 #include "palpa/base/limits.h"
 #include "palpa/base/load_error.h"
 #include "palpa/base/printed.h"
-#include "palpa/baseline/path.h"
 #include "palpa/study/feeler.h"
 #include "palpa/study/reach_lattice.h"
 
@@ -42,9 +41,9 @@ class MapFeeler {
       : lattice_(lattice),
         max_force_n_(scene.coupling.max_force_n),
         stiffness_n_per_m_(scene.coupling.stiffness_n_per_m),
-        fresh_(scene, baseline::path),
-        session_(scene, baseline::path),
-        held_(scene, baseline::path) {
+        fresh_(scene),
+        session_(scene),
+        held_(scene) {
     fresh_.set_force_limit(max_force_n_);
     const double last_z_m = lattice.place_m(0, 0, lattice.points[2] - 1).z;
     begin_z_m_ = std::max(last_z_m, detail::half_m) + detail::before_m;

@@ -5,7 +5,6 @@
 #include <numbers>
 #include <utility>
 
-#include "palpa/baseline/path.h"
 #include "palpa/loop/loop.h"
 
 namespace palpa {
@@ -70,7 +69,7 @@ std::shared_ptr<const Target> hold_at(const Encounter& met, double beside_m, dou
 }
 
 FeltRun feel(const Scene& scene, SimulatedDevice& device, double duration_s, SummaryBuilder* summary) {
-  Session session(scene, baseline::path, device.limits().encoder_step_m);
+  Session session(scene, device.limits().encoder_step_m);
   FeltRun run = felt_run(scene);
   run_simulated(session, device, {.duration_s = duration_s, .time_ticks = false}, nullptr,
                 [&](const TickFrame& frame, const Session& felt) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 
-#include "palpa/baseline/path.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/plugin.h"
 #include "palpa/study/recorded_scene.h"
@@ -52,7 +51,7 @@ ReplayResult replay(const fs::path& trace, const std::vector<fs::path>& data_fol
 
   const LoadedScene loaded = load_recorded_scene(trace, reader, data_folders, read, modes_with(plugins));
 
-  Session session(loaded.scene, baseline::path, header.device_encoder_step_m);
+  Session session(loaded.scene, header.device_encoder_step_m);
   const TemporaryFolder temporary;
   const fs::path again = temporary.path() / "trace";
   const auto writer = detail::new_trace(again, header, loaded.text, loaded.scene);

@@ -6,7 +6,6 @@
 #include <thread>
 
 #include "palpa/base/printed.h"
-#include "palpa/baseline/path.h"
 #include "palpa/device/paced_hand.h"
 #include "palpa/study/live_run.h"
 #include "palpa/study/recording.h"
@@ -119,7 +118,7 @@ double loop_duration_s(const PreparedRun& prepared, double rate_hz) {
 
 RunResult run_on_simulated_clock(const RunOptions& options, PreparedRun& prepared, const std::atomic<bool>* stop) {
   const DeviceLimits limits = prepared.hand->limits();
-  Session session(prepared.loaded.scene, baseline::path, limits.encoder_step_m);
+  Session session(prepared.loaded.scene, limits.encoder_step_m);
   detail::Recording recording(options, detail::header_of(options, prepared, limits), prepared.loaded);
   Telling telling(options, prepared);
   const LoopOptions loop{.rate_hz = options.rate_hz, .duration_s = loop_duration_s(prepared, options.rate_hz)};

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "palpa/baseline/path.h"
 #include "palpa/loop/loop.h"
 #include "palpa/session/session.h"
 
@@ -10,7 +9,7 @@ namespace palpa::detail {
 
 Summary tried(const Scene& scene, std::shared_ptr<const Target> target, Hold hold, double longest_s) {
   const double duration_s = std::min(longest_s, target->duration_s());
-  Session session(scene, baseline::path);
+  Session session(scene);
   SummaryBuilder builder(scene);
   const auto hand = hand_device(std::move(target), hold);
   run_simulated(session, *hand, {.duration_s = duration_s, .time_ticks = false}, nullptr,

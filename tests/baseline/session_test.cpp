@@ -5,7 +5,6 @@
 
 #include <limits>
 
-#include "palpa/baseline/path.h"
 #include "palpa/data/analytic.h"
 #include "palpa/data/volume.h"
 #include "palpa/mode/modes.h"
@@ -31,7 +30,7 @@ class BaselineSession : public testing::TestWithParam<const char*> {};
 
 TEST_P(BaselineSession, TicksStayFiniteUnderEveryHand) {
   const Scene scene = scene_of_many(GetParam());
-  Session session(scene, baseline::path);
+  Session session(scene);
   test::Random random(1);
   const test::Wander hand(random, 0.09);
   for (int i = 0; i < 20000; ++i) {
@@ -50,7 +49,7 @@ TEST_P(BaselineSession, TicksStayFiniteUnderEveryHand) {
 
 TEST_P(BaselineSession, IsFelt) {
   const Scene scene = scene_of_many(GetParam());
-  Session session(scene, baseline::path);
+  Session session(scene);
   test::Random random(2);
   const test::Wander hand(random, 0.05);
   double felt_n[3] = {};
@@ -67,7 +66,7 @@ TEST_P(BaselineSession, WalksOneStepPerTick) {
   Scene scene = scene_of_many(GetParam());
   const Volume vortex = burgers_vortex();
   scene.add("push", VectorForce{.field = scene.add("vortex", vortex)});
-  Session session(scene, baseline::path);
+  Session session(scene);
   test::Random random(3);
   Vec3 proxy_m = random.in_cube(0.08);
   session.tick({.position_m = proxy_m}, 1e-3);
@@ -108,7 +107,7 @@ TEST_P(BaselineSession, StaysOnALevelThatItSlidesOver) {
                                           .levels = {{.value = 0.0, .strength_n = 5.0}},
                                           .friction_coefficient = 0.1});
   scene.law = GetParam();
-  Session session(scene, baseline::path);
+  Session session(scene);
   int onsets = 0;
   for (int i = -20; i < 3000; ++i) {
     const double angle = 0.002 * i, at_m = radius_m - (i < 0 ? -1e-3 : std::min(1.0, 0.02 * i) * depth_m);
@@ -123,7 +122,7 @@ TEST_P(BaselineSession, StaysOnALevelThatItSlidesOver) {
 
 TEST(OneStep, IsTheExactBalanceOncePerTick) {
   const Scene scene = scene_of_many("exact");
-  Session one(scene, baseline::one_step), exact(scene);
+  Session one = Session::in_one_step(scene), exact(scene);
   test::Random random(4);
   const test::Wander hand(random, 0.05);
   int apart = 0, sub_steps = 0;
@@ -141,20 +140,9 @@ TEST(OneStep, IsTheExactBalanceOncePerTick) {
   EXPECT_GT(sub_steps, 1);
 }
 
-TEST(BaselinePath, OfTheExactLawIsThatOfASessionWithoutOne) {
-  const Scene scene = scene_of_many("exact");
-  Session named(scene, baseline::path), plain(scene);
-  test::Random random(5);
-  const test::Wander hand(random, 0.05);
-  for (int i = 0; i < 2000; ++i) {
-    const Probe probe{.position_m = hand.at(i * 1e-3)};
-    EXPECT_EQ(named.tick(probe, 1e-3).force_n, plain.tick(probe, 1e-3).force_n);
-  }
-}
-
 TEST(BaselinePath, OfALawThatThereIsNotIsRefused) {
   Scene scene = scene_of_many("ikits-2004");
-  EXPECT_THROW(Session(scene, baseline::path), SceneError);
+  EXPECT_THROW(Session{scene}, SceneError);
 }
 
 INSTANTIATE_TEST_SUITE_P(Laws, BaselineSession,

@@ -8,7 +8,6 @@
 #include <iomanip>
 #include <vector>
 
-#include "palpa/baseline/path.h"
 #include "palpa/loop/loop.h"
 #include "tests/fuzz/campaigns.h"
 #include "tests/fuzz/parsers.h"
@@ -192,10 +191,8 @@ double now_s(clockid_t clock) {
 
 class AnySession {
  public:
-  AnySession(const Scene& scene, bool earlier_law)
-      : session_(earlier_law ? Session(scene, baseline::path) : Session(scene)),
-        guarded_(session_, max_device_n),
-        max_force_n_(force_limit_n(scene, max_device_n)) {}
+  explicit AnySession(const Scene& scene)
+      : session_(scene), guarded_(session_, max_device_n), max_force_n_(force_limit_n(scene, max_device_n)) {}
 
   TickFrame tick(std::int64_t number, const Moment& moment) {
     return guarded_.tick(number, 1e-3 * static_cast<double>(number), moment.time_step_s, moment.probe);
@@ -233,7 +230,7 @@ Tried felt(Choices& choices, const fs::path& folder) {
     scene = random_scene(choices);
     earlier_law = choices.one_in(16);
     if (earlier_law) scene->law = choices.one_of(earlier_laws);
-    first.emplace(*scene, earlier_law);
+    first.emplace(*scene);
   } catch (const LoadError& problem) {
     return {.broken = broken_by_refusal(problem.what()), .tries = 0, .slowest_s = 0.0, .refused = 1};
   } catch (const std::invalid_argument&) {  // a grid that is refused by the function that makes it, in a sentence
@@ -286,7 +283,7 @@ Tried felt(Choices& choices, const fs::path& folder) {
   constexpr double slow_s = 2e-3 * slowness;
   const bool once_more = choices.one_in(16);
   for (int more = 0; more < 3 && ((more == 0 && once_more) || result.slowest_s >= slow_s); ++more) {
-    second.emplace(*scene, earlier_law);
+    second.emplace(*scene);
     std::uint64_t again = 0;
     double slowest_s = 0.0;
     begin_s = now_s(CLOCK_THREAD_CPUTIME_ID);

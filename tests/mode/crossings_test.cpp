@@ -82,8 +82,8 @@ struct Searched {
   }
   Met search_as_told(const Vec3& from_m, const Vec3& to_m) {
     for (const std::int32_t field : edges) policy.fields[static_cast<std::size_t>(field)].stops_at_edges = true;
-    int pieces_left = most_pieces;
-    sides.first_event(from_m, to_m, policy, samples, pieces_left, event);
+    WorkBudget pieces(most_pieces);
+    sides.first_event(from_m, to_m, policy, samples, pieces, event);
     sides.apply(event);
     crossings = event.crossings;
     const bool stopped = event.kind != Event::Kind::none;
@@ -497,10 +497,10 @@ TEST(FirstCrossing, WorkIsBoundedWhereTheWayIsRounding) {
   for (const double far_m : {0.1, 1e3, 1e6, 1e9}) {
     for (const double length_m : {1e-3, 1e-9, 1e-12}) {
       const Vec3 from_m{far_m, 0.0, 0.0}, to_m{far_m, length_m, 0.0};
-      int pieces_left = most_pieces;
-      one.sides.first_event(from_m, to_m, one.policy, one.samples, pieces_left, one.event);
+      WorkBudget pieces(most_pieces);
+      one.sides.first_event(from_m, to_m, one.policy, one.samples, pieces, one.event);
       EXPECT_EQ(one.event.kind, Event::Kind::out_of_work) << far_m << ", " << length_m;
-      EXPECT_GE(pieces_left, -most_pieces) << far_m << ", " << length_m;
+      EXPECT_GE(pieces.left(), -most_pieces) << far_m << ", " << length_m;
       EXPECT_GT(one.event.share, 0.0) << far_m << ", " << length_m << ": it came somewhere";
     }
   }
@@ -529,13 +529,13 @@ TEST(FirstEvent, IsTheSameWhateverIsRemembered) {
       s.policy.fields[1].allowed = n % 2 == 0 ? ValueRange{-1.0, 1.0} : s.policy.fields[1].allowed;
       for (const std::int32_t field : s.edges) s.policy.fields[static_cast<std::size_t>(field)].stops_at_edges = true;
       Event fresh = s.sides.event();
-      int enough = most_pieces, left = most_pieces;
+      WorkBudget enough(most_pieces), left(most_pieces);
       s.sides.first_event(at, to, s.policy, s.samples, enough, fresh);
       s.sides.first_event(at, to, s.policy, s.samples, left, s.event);
       ASSERT_EQ(s.event.kind, fresh.kind) << n;
       ASSERT_EQ(s.event.share, fresh.share) << n;
       ASSERT_EQ(s.event.crossings.size(), fresh.crossings.size());
-      quiet += left == most_pieces;
+      quiet += left.left() == most_pieces;
       crossed += s.event.kind == Event::Kind::crossing;
       edges += s.event.kind == Event::Kind::edge;
       s.sides.apply(s.event);
@@ -584,11 +584,11 @@ TEST(FirstEvent, IsFoundWithAnyBudget) {
       s.policy.clear();
       double gone = 0.0;
       for (int searches = 0; gone < 1.0 && searches < 2000; ++searches) {
-        int left = budget;
+        WorkBudget left(budget);
         const Vec3 at = from + gone * (to - from);
         s.sides.first_event(at, to, s.policy, s.samples, left, s.event);
         s.sides.apply(s.event);
-        ASSERT_GE(left, -16);
+        ASSERT_GE(left.left(), -16);
         gone += s.event.share * (1.0 - gone);
         if (s.event.kind == Event::Kind::none) gone = 1.0;
         if (s.event.kind == Event::Kind::crossing) found[budget == 1000 ? 0 : 1].push_back(gone);

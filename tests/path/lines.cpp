@@ -5,7 +5,6 @@
 #include <memory>
 #include <numbers>
 
-#include "palpa/baseline/path.h"
 #include "palpa/data/volume.h"
 #include "palpa/file/read_volume.h"
 #include "palpa/mode/modes.h"
@@ -122,7 +121,7 @@ std::vector<OrderCase> order_cases() {
 Order measure_order(const OrderCase& wanted, bool in_steps) {
   constexpr int warm_up = 200, ticks = 150;  // steps of the hand
   const Scene scene = scene_of(wanted.scene);
-  const auto session_of = [&] { return in_steps ? Session(scene) : Session(scene, baseline::one_step); };
+  const auto session_of = [&] { return in_steps ? Session(scene) : Session::in_one_step(scene); };
   // A circle that tilts and breathes: curved in space everywhere.
   const double rate = wanted.step_m / wanted.radius_m;
   const auto hand = [&](int tick) {

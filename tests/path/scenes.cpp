@@ -4,7 +4,6 @@
 #include <numbers>
 #include <sstream>
 
-#include "palpa/baseline/path.h"
 #include "palpa/loop/loop.h"
 #include "tests/path/lines.h"
 #include "tests/session/hands.h"
@@ -51,7 +50,7 @@ struct EventList {
 
 std::vector<Probe> felt_probes(const RunOptions& options) {
   PreparedRun prepared = prepare(options);
-  Session session(prepared.loaded.scene, baseline::path);
+  Session session(prepared.loaded.scene);
   std::vector<Probe> probes;
   run_simulated(session, *prepared.hand, {.rate_hz = options.rate_hz, .duration_s = prepared.duration_s}, nullptr,
                 [&](const TickFrame& frame, const Session&) {

@@ -19,8 +19,9 @@ static_assert(std::is_trivially_copyable_v<LagCompensator>);  // it lies in a se
 /// A slack that remembers what it has let be felt.
 class Felt : public LagCompensator {
  public:
-  Vec3 felt_m(const Vec3& stretch_m, const Vec3& to_followed_m, double waits_s, const Vec3& probe_step_m) noexcept {
-    return last_m_ = LagCompensator::felt_m(stretch_m, to_followed_m, waits_s, last_m_ - probe_step_m);
+  Vec3 applied_extension_m(const Vec3& stretch_m, const Vec3& to_followed_m, double waits_s,
+                           const Vec3& probe_step_m) noexcept {
+    return last_m_ = LagCompensator::applied_extension_m(stretch_m, to_followed_m, waits_s, last_m_ - probe_step_m);
   }
   /// Before anything has waited.
   Vec3 begin(const Vec3& stretch_m) { return last_m_ = stretch_m; }
@@ -35,7 +36,8 @@ TEST(LagCompensator, IsNoneWhereAllIsPaid) {
   LagCompensator slack;
   for (int i = 0; i < 1000; ++i) {
     const Vec3 stretch_m = random.in_cube(0.02);
-    EXPECT_EQ(slack.felt_m(stretch_m, stretch_m, 0.0, random.uniform(1.0, 3.0) * (1.0 + 1e-15) * stretch_m), stretch_m);
+    EXPECT_EQ(slack.applied_extension_m(stretch_m, stretch_m, 0.0, random.uniform(1.0, 3.0) * (1.0 + 1e-15) * stretch_m),
+              stretch_m);
     EXPECT_FALSE(slack.any());
   }
 }
@@ -48,10 +50,10 @@ TEST(LagCompensator, DoesNotPull) {
   double last_m = norm(felt_m);
   for (int tick = 1; tick <= 60; ++tick) {
     probe_m += step_m;
-    felt_m = slack.felt_m(followed_m - probe_m, followed_m, 1e-3 * tick, step_m);
+    felt_m = slack.applied_extension_m(followed_m - probe_m, followed_m, 1e-3 * tick, step_m);
     EXPECT_LE(norm(felt_m), last_m);
     EXPECT_NEAR(norm(felt_m), std::max(0.0, 1.0 - tick / 50.0) * norm(followed_m), 1e-15);
-    EXPECT_EQ(slack.unfelt_m(), followed_m - probe_m - felt_m);
+    EXPECT_EQ(slack.withheld_m(), followed_m - probe_m - felt_m);
     last_m = norm(felt_m);
   }
   EXPECT_TRUE(LagCompensator::has_faded(0.05));
@@ -73,7 +75,7 @@ TEST(LagCompensator, BringsInNothing) {
       waits_s = random.uniform(0, 1) < 0.9 ? random.uniform(1e-3, 0.06) : 0.0;
       const Vec3 before_m = felt_m;
       const Vec3 followed_m = waits_s > 0.0 ? probe_m + random.in_cube(0.02) : probe_m;
-      felt_m = slack.felt_m(proxy_m - probe_m, proxy_m - followed_m, waits_s, step_m);
+      felt_m = slack.applied_extension_m(proxy_m - probe_m, proxy_m - followed_m, waits_s, step_m);
       const double work_j = k * dot(before_m, step_m);
       const double lost_j = 0.5 * k * (norm_squared(before_m) - norm_squared(felt_m));
       ASSERT_LE(work_j, lost_j + 0.5 * k * norm_squared(step_m) + 1e-15);
@@ -87,19 +89,21 @@ TEST(LagCompensator, IsMadeGoodByTheHandsOwnMotion) {
   Felt slack;
   const Vec3 wall_m{};  // the proxy is held here, whatever the hand does
   Vec3 probe_m{0, 0, -0.004};
-  for (int tick = 0; tick < 60; ++tick) slack.felt_m(wall_m - probe_m, {}, 1e-3 * tick, {});
-  EXPECT_EQ(slack.felt_m(wall_m - probe_m, wall_m - probe_m, 0.0, {}), Vec3{}) << "a still hand makes nothing good";
+  for (int tick = 0; tick < 60; ++tick) slack.applied_extension_m(wall_m - probe_m, {}, 1e-3 * tick, {});
+  EXPECT_EQ(slack.applied_extension_m(wall_m - probe_m, wall_m - probe_m, 0.0, {}), Vec3{})
+      << "a still hand makes nothing good";
   for (int tick = 1; tick <= 100; ++tick) {  // pressed deeper, it is felt from there on
     probe_m.z -= 1e-5;
-    EXPECT_NEAR(slack.felt_m(wall_m - probe_m, wall_m - probe_m, 0.0, {0, 0, -1e-5}).z, 1e-5 * tick, 1e-15);
+    EXPECT_NEAR(slack.applied_extension_m(wall_m - probe_m, wall_m - probe_m, 0.0, {0, 0, -1e-5}).z, 1e-5 * tick, 1e-15);
   }
   for (int tick = 1; tick <= 200; ++tick) {  // drawn back, it is less, and none, but never a pull into the wall
     probe_m.z += 1e-5;
-    EXPECT_NEAR(slack.felt_m(wall_m - probe_m, wall_m - probe_m, 0.0, {0, 0, 1e-5}).z, 1e-5 * std::max(0, 100 - tick), 1e-15);
+    EXPECT_NEAR(slack.applied_extension_m(wall_m - probe_m, wall_m - probe_m, 0.0, {0, 0, 1e-5}).z,
+                1e-5 * std::max(0, 100 - tick), 1e-15);
   }
-  EXPECT_EQ(slack.felt_m({}, {}, 0.0, {0, 0, 1e-5}), Vec3{}) << "free";
+  EXPECT_EQ(slack.applied_extension_m({}, {}, 0.0, {0, 0, 1e-5}), Vec3{}) << "free";
   const Vec3 pressed_m{0, 0, 0.001};
-  EXPECT_EQ(slack.felt_m(pressed_m, pressed_m, 0.0, {0, 0, -1e-3}), pressed_m) << "as if nothing had waited";
+  EXPECT_EQ(slack.applied_extension_m(pressed_m, pressed_m, 0.0, {0, 0, -1e-3}), pressed_m) << "as if nothing had waited";
 }
 
 // Given back whole, 20 ms after the last tick that waited or by as much earlier as a tick is long, in equal steps.
@@ -108,15 +112,15 @@ TEST(LagCompensator, IsGivenBackInTime) {
     const double dt_s = 1.0 / rate_hz;
     const Vec3 stretch_m{0.001, -0.002, 0.003};
     LagCompensator slack;
-    slack.felt_m(stretch_m, {}, dt_s, {});
-    ASSERT_EQ(slack.unfelt_m(), stretch_m);
+    slack.applied_extension_m(stretch_m, {}, dt_s, {});
+    ASSERT_EQ(slack.withheld_m(), stretch_m);
     double passed_s = 0.0, largest_m = 0.0;
     int ticks = 0;
     Vec3 felt_m;
     while (slack.any() && ticks < 1000) {
-      slack.felt_m(stretch_m, stretch_m, 0.0, felt_m);
+      slack.applied_extension_m(stretch_m, stretch_m, 0.0, felt_m);
       const Vec3 back_m = slack.give_back_m(dt_s, 1.0);
-      felt_m = stretch_m - slack.unfelt_m();
+      felt_m = stretch_m - slack.withheld_m();
       largest_m = std::max(largest_m, norm(back_m));
       passed_s += dt_s;
       ++ticks;
@@ -134,15 +138,15 @@ TEST(LagCompensator, IsGivenBackInTimeHoweverTicksDiffer) {
   for (int run = 0; run < 300; ++run) {
     LagCompensator slack;
     Vec3 probe_m = random.in_cube(0.01), proxy_m = random.in_cube(0.01), felt_m;
-    slack.felt_m(proxy_m - probe_m, {}, 0.01, {});
+    slack.applied_extension_m(proxy_m - probe_m, {}, 0.01, {});
     for (double passed_s = 0.0; passed_s < 0.02;) {
       const double dt_s = std::min(random.uniform(1e-5, 0.008), 0.02 - passed_s);
       const Vec3 step_m = random.in_cube(0.002);
       probe_m += step_m;
       proxy_m += random.in_cube(0.002);
-      slack.felt_m(proxy_m - probe_m, proxy_m - probe_m, 0.0, felt_m - step_m);
+      slack.applied_extension_m(proxy_m - probe_m, proxy_m - probe_m, 0.0, felt_m - step_m);
       slack.give_back_m(dt_s, 1.0);
-      felt_m = proxy_m - probe_m - slack.unfelt_m();
+      felt_m = proxy_m - probe_m - slack.withheld_m();
       passed_s += dt_s;
     }
     EXPECT_FALSE(slack.any());
@@ -153,13 +157,13 @@ TEST(LagCompensator, IsGivenBackInTimeHoweverTicksDiffer) {
 TEST(LagCompensator, IsGivenBackByNoMoreThanIsAllowed) {
   const Vec3 stretch_m{0.03, -0.04, 0.0};
   LagCompensator slack;
-  slack.felt_m(stretch_m, {}, 1e-3, {});
+  slack.applied_extension_m(stretch_m, {}, 1e-3, {});
   Vec3 felt_m;
   int ticks = 0;
   for (; slack.any() && ticks < 1000; ++ticks) {
-    slack.felt_m(stretch_m, stretch_m, 0.0, felt_m);
+    slack.applied_extension_m(stretch_m, stretch_m, 0.0, felt_m);
     EXPECT_LE(norm(slack.give_back_m(1e-3, 1e-3)), 1e-3 * (1 + 1e-12));
-    felt_m = stretch_m - slack.unfelt_m();
+    felt_m = stretch_m - slack.withheld_m();
   }
   EXPECT_EQ(felt_m, stretch_m);
   EXPECT_NEAR(ticks, 50, 1);
@@ -178,9 +182,9 @@ TEST(LagCompensator, BringsInWhatItGivesBackAndNoMore) {
       const Vec3 stretch_m = proxy_m - probe_m;
       const double waits_s = random.uniform(0, 1) < 0.3 ? random.uniform(1e-3, 0.06) : 0.0;
       const Vec3 to_followed_m = waits_s > 0.0 ? stretch_m + random.in_cube(0.02) : stretch_m;
-      const Vec3 own_m = slack.felt_m(stretch_m, to_followed_m, waits_s, before_m - step_m);
+      const Vec3 own_m = slack.applied_extension_m(stretch_m, to_followed_m, waits_s, before_m - step_m);
       if (waits_s == 0.0) slack.give_back_m(random.uniform(1e-4, 0.01), random.uniform(0, 0.005));
-      felt_m = stretch_m - slack.unfelt_m();
+      felt_m = stretch_m - slack.withheld_m();
       const double given_back_j = 0.5 * k * (norm_squared(felt_m) - norm_squared(own_m));
       ASSERT_GE(given_back_j, -1e-15);
       const double lost_j = 0.5 * k * (norm_squared(before_m) - norm_squared(felt_m));

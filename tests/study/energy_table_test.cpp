@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "palpa/baseline/path.h"
 #include "palpa/data/analytic.h"
 #include "palpa/loop/loop.h"
 #include "palpa/mode/modes.h"
@@ -68,7 +67,7 @@ struct Felt {
 /// `each` sees every tick, and may disturb the session before the next.
 Felt feel(const Scene& scene, const Hand& hand, double duration_s, double rate_hz = 1000.0,
           const std::function<void(const TickFrame&, Session&)>& each = {}) {
-  Session session(scene, baseline::path);
+  Session session(scene);
   GuardedSession guarded(session, std::numeric_limits<double>::infinity());
   SummaryBuilder builder(scene);
   const auto ticks = static_cast<std::int64_t>(duration_s * rate_hz);

@@ -99,7 +99,7 @@ FrictionLoop friction_loop(double depth_m, double plane_n, double line_n, double
 Vec3 proxy_between_free_planes(const std::string& law, double angle_deg, const Vec3& probe_m) {
   Scene scene;
   scene.law = law;
-  const std::unique_ptr<Law> moved_by = baseline::law(scene);
+  const std::unique_ptr<Law> moved_by = baseline::law(scene.law);
   const double half_rad = 0.5 * angle_deg * std::numbers::pi / 180.0;
   PrimitiveSet set;
   set.clear({});

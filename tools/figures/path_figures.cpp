@@ -5,7 +5,6 @@
 #include <memory>
 #include <numbers>
 
-#include "palpa/baseline/path.h"
 #include "palpa/data/analytic.h"
 #include "palpa/data/grid.h"
 #include "palpa/data/volume.h"
@@ -21,7 +20,7 @@ constexpr double tick_s = 1e-3;
 constexpr double pi = std::numbers::pi;
 
 Session session_of(const Scene& scene, Walked walked) {
-  return walked == Walked::path ? Session(scene) : Session(scene, baseline::one_step);
+  return walked == Walked::path ? Session(scene) : Session::in_one_step(scene);
 }
 
 /// A plane through the proxy, wherever it is: Eq. 7 of the paper with the local normal.

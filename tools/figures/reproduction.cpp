@@ -47,7 +47,7 @@ Balance balance_of(Law& law, const Primitives& primitives, const Vec3& start_m, 
 std::unique_ptr<Law> law_named(const char* name) {
   Scene scene;
   scene.law = name;
-  return baseline::law(scene);
+  return baseline::law(scene.law);
 }
 
 double percentile(std::vector<double> values, double share) {
