@@ -76,7 +76,7 @@ int feel(const std::filesystem::path& file, const std::string& law) {
     std::puts("unsupported: no such rule");
     return 0;
   }
-  Session session = law == "exact" ? Session(scene) : Session(scene);
+  Session session(scene);
   const double time_step_s = told.at("time_step_s");
   std::puts("ready");
   std::fflush(stdout);
