@@ -158,13 +158,13 @@ void CFunctionMode::place(const ModeContext& here, PrimitiveSink out) const noex
   *next++ = here.time_step_s;
   *next++ = here.stiffness_n_per_m;
   for (const auto& [name, ref] : scalars.fields) {
-    const ScalarSample& sample = here.scalar(ref);
+    const ScalarSample sample = here.scalar(ref);
     *next++ = sample.inside ? 1.0 : 0.0;
     *next++ = sample.value;
     next = put(next, sample.gradient);
   }
   for (const auto& [name, ref] : vectors.fields) {
-    const VectorSample& sample = here.vector(ref);
+    const VectorSample sample = here.vector(ref);
     *next++ = sample.inside ? 1.0 : 0.0;
     next = put(next, sample.value);
     for (const Vec3& row : sample.jacobian.row) next = put(next, row);

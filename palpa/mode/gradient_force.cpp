@@ -4,7 +4,7 @@
 namespace palpa {
 
 void GradientForce::place(const ModeContext& here, PrimitiveSink out) const noexcept {
-  const ScalarSample& sample = here.scalar(field);
+  const ScalarSample sample = here.scalar(field);
   const double steepness = norm(sample.gradient);
   if (!sample.inside || !(steepness > 0.0)) return;
   const double steady_n = detail::steady_strength_n(here.stiffness_n_per_m, steepness, here.hessian(field));

@@ -35,13 +35,13 @@ class PrimitiveSink {
   }
   /// Pushes along the unit vector `normal` [1] while the proxy is behind it.
   /// \param captured  the level that it stands on: the tick lets no step cross that level
-  void plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n, LevelId captured = {},
+  void plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n, HeldLevel captured = {},
              double drag_ns_per_m = 0.0) const noexcept {
     set_.plane(slot, position_m, normal, strength_n, captured, drag_ns_per_m);
   }
   /// One that gives way by its force over `stiffness_n_per_m`, > 0; `normal` [1].
   void elastic_plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n,
-                     double stiffness_n_per_m, LevelId captured = {}) const noexcept {
+                     double stiffness_n_per_m, HeldLevel captured = {}) const noexcept {
     set_.elastic_plane(slot, position_m, normal, strength_n, stiffness_n_per_m, captured);
   }
   /// A force of `strength_n` along the unit vector `direction` [1].
@@ -69,7 +69,7 @@ struct Crossing {
 struct SlotState {
   std::uint16_t slot = 0;
   PrimitiveState state = PrimitiveState::off;
-  LevelId captured;     ///< the level it was placed on
+  HeldLevel captured;   ///< the level it was placed on
   bool yields = false;  ///< its strength is less because data end near by or its level jumped: a slip is no break-through
 };
 
@@ -87,7 +87,7 @@ struct StepResult {
     return PrimitiveState::off;
   }
   /// The level that the primitive of a slot was placed on; none where nothing was placed there.
-  LevelId captured(std::uint16_t slot) const noexcept {
+  HeldLevel captured(std::uint16_t slot) const noexcept {
     for (const SlotState& s : slots) {
       if (s.slot == slot) return s.captured;
     }

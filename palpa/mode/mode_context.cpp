@@ -302,15 +302,14 @@ double ModeContext::border_share(double strength_n) const noexcept {
   return share;
 }
 
-double ModeContext::bordered_n(double strength_n) const noexcept {
-  if (!(strength_n > 0.0)) return strength_n;
+LevelStrength ModeContext::bordered(double strength_n) const noexcept {
+  if (!(strength_n > 0.0)) return {strength_n};
   const double whole_n = strength_n * mask(), felt_n = std::min(whole_n, most_n);
   const double gentle_n = std::max(0.0, 0.5 * stiffness_n_per_m * depth_m());
-  if (gentle_n >= felt_n) return whole_n;
+  if (gentle_n >= felt_n) return {whole_n};
   const double share = std::max(0.0, border_share(felt_n));
-  if (share >= 1.0) return whole_n;
-  is_faded_ = true;
-  return std::max(gentle_n, share * felt_n);
+  if (share >= 1.0) return {whole_n};
+  return {std::max(gentle_n, share * felt_n), true};
 }
 
 double ModeContext::newtons(const Strength& strength) const noexcept {
@@ -319,12 +318,13 @@ double ModeContext::newtons(const Strength& strength) const noexcept {
   return sample.inside ? limited_n(strength.curve.at(sample.value, TransferFunction::Side::above)) : 0.0;
 }
 
-double ModeContext::newtons(const Strength& strength, const LevelId& level, TransferFunction::Side side) const noexcept {
-  if (!level.any()) return newtons(strength);
-  if (strength.is_constant()) return bordered_n(strength.constant_n);
-  if (level.field == strength.of.index) return bordered_n(strength.curve.at(level.value, side));
+LevelStrength ModeContext::newtons(const Strength& strength, const HeldLevel& level,
+                                   TransferFunction::Side side) const noexcept {
+  if (!level.any()) return {newtons(strength)};
+  if (strength.is_constant()) return bordered(strength.constant_n);
+  if (level.field == strength.of.index) return bordered(strength.curve.at(level.value, side));
   const ScalarSample& sample = scalar(strength.of);
-  return sample.inside ? bordered_n(strength.curve.at(sample.value, side)) : 0.0;
+  return sample.inside ? bordered(strength.curve.at(sample.value, side)) : LevelStrength{};
 }
 
 double ModeContext::drag(double drag_ns_per_m) const noexcept {

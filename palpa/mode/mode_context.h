@@ -139,6 +139,12 @@ class Samples {
   std::shared_ptr<Plan> plan_;
 };
 
+/// Strength of a plane on a level.
+struct LevelStrength {
+  double newtons = 0.0;
+  bool limited = false;  ///< by the border of the data: the level yields there, which is no break-through
+};
+
 /// Everything a mode may look at when it places primitives. All of it is in the hand frame: metres,
 /// directions turned, derivatives per hand metre; but values keep the data's own unit.
 ///
@@ -158,12 +164,10 @@ class ModeContext {
   std::span<const Foot> feet;  ///< of the mode's elastic levels that hold the proxy
 
   /// The field's sample at `at_m`. `inside` is false for a field without data there.
-  const ScalarSample& scalar(const FieldRef& field) const noexcept { return samples_->scalar(field.index, at_m); }
-  const VectorSample& vector(const FieldRef& field) const noexcept { return samples_->vector(field.index, at_m); }
-  /// The same at a position of the hand frame [m].
-  const ScalarSample& scalar(const FieldRef& field, const Vec3& x_m) const noexcept {
-    return samples_->scalar(field.index, x_m);
-  }
+  ScalarSample scalar(const FieldRef& field) const noexcept { return samples_->scalar(field.index, at_m); }
+  VectorSample vector(const FieldRef& field) const noexcept { return samples_->vector(field.index, at_m); }
+  /// Likewise at a position of the hand frame [m].
+  ScalarSample scalar(const FieldRef& field, const Vec3& x_m) const noexcept { return samples_->scalar(field.index, x_m); }
   /// The way from the proxy to the foot of the plane of `slot` [m]; zero where it is not pressed in.
   Vec3 foot_offset_m(std::uint16_t slot) const noexcept {
     for (const Foot& foot : feet) {
@@ -190,7 +194,7 @@ class ModeContext {
   /// at the level's value instead of the sample's, at a step as the limit from `side` (the level's solid
   /// side), so that rounding cannot make contact chatter. The fade is that of a border (`border_share`): a level
   /// yields across its fade, not along it.
-  double newtons(const Strength& strength, const LevelId& level, TransferFunction::Side side) const noexcept;
+  LevelStrength newtons(const Strength& strength, const HeldLevel& level, TransferFunction::Side side) const noexcept;
   /// A drag [N·s/m] at this place: `drag_ns_per_m` times masks and fade (over 2 N / k of depth).
   double drag(double drag_ns_per_m) const noexcept;
   /// Where the data point of `field` that was at `x_m` [m] when the sub-step began is at its end [m].
@@ -201,16 +205,13 @@ class ModeContext {
   /// `world`, a vector along the axes of the world in its own unit, as a scene gives it, turned into the hand frame.
   Vec3 direction_to_hand(const Vec3& world) const noexcept { return samples_->hand_to_world().direction_to_hand(world); }
 
-  /// For the tick: the strength of a level that was asked for is less than it would be deeper in the data.
-  bool is_faded() const noexcept { return is_faded_; }
-
   /// For the tick: the shared samples, and the masks and fields of the mode that looks at the data at `seen_m` [m].
   ModeContext(Samples& samples, const Vec3& seen_m, std::span<const Mask> masks, std::span<const std::int32_t> fields) noexcept
       : at_m(seen_m), samples_(&samples), masks_(masks), fields_(fields) {}
 
  private:
   double limited_n(double strength_n) const noexcept;
-  double bordered_n(double strength_n) const noexcept;
+  LevelStrength bordered(double strength_n) const noexcept;
   double border_share(double strength_n) const noexcept;
   double mask() const noexcept;
   double depth_m() const noexcept;
@@ -218,7 +219,6 @@ class ModeContext {
   Samples* samples_;
   std::span<const Mask> masks_;
   std::span<const std::int32_t> fields_;
-  mutable bool is_faded_ = false;
 };
 
 }  // namespace palpa

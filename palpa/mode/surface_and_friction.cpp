@@ -59,7 +59,7 @@ void SurfaceAndFriction::place(const ModeContext& here, const Memory& memory, Pr
   const auto is_held = [](const Memory::Held& held) { return held.level >= 0; };
   const bool material = levels.empty();
   if (!material && noise_per_m == 0.0 && std::ranges::none_of(memory.held, is_held)) return;  // nothing is met, nothing flat
-  const ScalarSample& sample = here.scalar(field);
+  const ScalarSample sample = here.scalar(field);
   if (!sample.inside) return;
   if (noise_per_m > 0.0) {
     const double weight = detail::gradient_weight(here, sample.gradient, noise_per_m);
@@ -84,15 +84,17 @@ void SurfaceAndFriction::place(const ModeContext& here, const Memory& memory, Pr
 void SurfaceAndFriction::stand(const ModeContext& here, const Standing& on, PrimitiveSink out) const noexcept {
   const std::uint16_t slot = surface_slot(on.held);
   const Vec3 x_m = here.foot_m(slot);
-  const ScalarSample& sample = here.scalar(field, x_m);
+  const ScalarSample sample = here.scalar(field, x_m);
   if (!sample.inside || !(norm(sample.gradient) > 0.0)) return;
   const double weight = detail::gradient_weight(here, sample.gradient, noise_per_m);
-  const LevelId level{field.index, on.value, on.pressed_to};
+  HeldLevel level{field.index, on.value, on.pressed_to};
   const Vec3 uphill = normalized(sample.gradient);
   const Vec3 normal = on.from_low ? -uphill : uphill;
   const Vec3 foot_m = detail::foot_on_level_m(here, x_m, sample, on.pressed_to);
   const auto solid_side = on.from_low ? TransferFunction::Side::above : TransferFunction::Side::below;
-  const double strength = weight * here.newtons(on.shell ? on.shell->strength_n : strength_n, level, solid_side);
+  const LevelStrength bears = here.newtons(on.shell ? on.shell->strength_n : strength_n, level, solid_side);
+  level.limited = bears.limited;
+  const double strength = weight * bears.newtons;
   if (on.shell && on.shell->stiffness_n_per_m) {
     out.elastic_plane(slot, foot_m, normal, strength, *on.shell->stiffness_n_per_m, level);
   } else {
@@ -131,7 +133,7 @@ bool SurfaceAndFriction::is_solid(double value) const noexcept {
 void SurfaceAndFriction::on_step_accepted(const StepResult& result, Memory& memory) const noexcept {
   const auto is_held = [](const Memory::Held& held) { return held.level >= 0; };
   if (!levels.empty() && result.crossings.empty() && std::ranges::none_of(memory.held, is_held)) return;
-  const ScalarSample& sample = result.here.scalar(field);
+  const ScalarSample sample = result.here.scalar(field);
   if (!sample.inside) {
     memory = {};
     return;
@@ -172,7 +174,7 @@ void SurfaceAndFriction::give_way(const StepResult& result, std::uint16_t slot, 
   if (state == PrimitiveState::slip && !result.yields(slot)) held = {};
   const bool follows = state == PrimitiveState::slip || (state == PrimitiveState::off && held.pressed_to != value);
   if (held.level < 0 || !follows) return;
-  const ScalarSample& at = result.here.scalar(field, result.here.foot_m(slot));
+  const ScalarSample at = result.here.scalar(field, result.here.foot_m(slot));
   if (at.inside) held.pressed_to = held.from_low ? std::max(value, at.value) : std::min(value, at.value);
 }
 

@@ -15,14 +15,14 @@ struct ToCore {
 };
 
 ToCore by_q(const ModeContext& here, const FieldRef& field) noexcept {
-  const ScalarSample& q = here.scalar(field);
+  const ScalarSample q = here.scalar(field);
   const double steepness = norm(q.gradient);
   if (!q.inside || !(steepness > 0.0)) return {};
   return {normalized(q.gradient), detail::steady_strength_n(here.stiffness_n_per_m, steepness, here.hessian(field))};
 }
 
 ToCore by_vorticity(const ModeContext& here, const FieldRef& velocity, const Vec3& background) noexcept {
-  const VectorSample& u = here.vector(velocity);
+  const VectorSample u = here.vector(velocity);
   if (!u.inside) return {};
   const Mat3& j = u.jacobian;
   const Vec3 axis = normalized({j.row[2].y - j.row[1].z, j.row[0].z - j.row[2].x, j.row[1].x - j.row[0].y});
@@ -71,11 +71,12 @@ void VortexPlane::place(const ModeContext& here, const Memory& memory, Primitive
   const ToCore core = to_core(here, *this);
   if (core.direction == Vec3{}) return;
   const bool on_level = direction == VortexDirection::q;
-  const ScalarSample& q = here.scalar(field);
-  const LevelId level =
-      on_level ? LevelId{field.index, memory.captured ? memory.value : here.value_at_start(field)} : LevelId{};
-  const double strength =
-      std::min(in_vortex_n(here, *this, here.newtons(strength_n, level, TransferFunction::Side::above)), core.steady_n);
+  const ScalarSample q = here.scalar(field);
+  HeldLevel level =
+      on_level ? HeldLevel{field.index, memory.captured ? memory.value : here.value_at_start(field)} : HeldLevel{};
+  const LevelStrength bears = here.newtons(strength_n, level, TransferFunction::Side::above);
+  level.limited = bears.limited;
+  const double strength = std::min(in_vortex_n(here, *this, bears.newtons), core.steady_n);
   if (!(strength > 0.0)) return;
   out.plane(tube_slot, on_level ? detail::foot_on_level_m(here, here.at_m, q, level.value) : here.proxy_m, core.direction,
             strength, level);

@@ -116,7 +116,7 @@ CoreLine core_by_q(const ScalarSample& q, const Mat3& hessian, const VectorSampl
 }
 
 double in_vortex_n(const ModeContext& here, const FieldRef& q, bool everywhere, double strength_n) noexcept {
-  const ScalarSample& sample = here.scalar(q);
+  const ScalarSample sample = here.scalar(q);
   if (!sample.inside || everywhere) return sample.inside ? strength_n : 0.0;
   const double depth = sample.value - threshold_share * std::max(0.0, here.range(q).max);
   if (!(depth > 0.0)) return 0.0;

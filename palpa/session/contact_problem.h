@@ -19,7 +19,7 @@ namespace palpa {
 /// A level that a mode holds the proxy on, in one move: the rows of a set that stand on it, a plane or the facets of a corner.
 struct LevelContact {
   PrimitiveId id;
-  LevelId level;
+  HeldLevel level;
   std::size_t first = 0;   ///< row of the set
   std::size_t facets = 1;  ///< rows
   std::int32_t line = -1;  ///< row of the line that is friction on it; -1: none
@@ -115,7 +115,7 @@ class ContactProblem {
  private:
   struct Facet {
     PrimitiveId id;
-    LevelId level;
+    HeldLevel level;
     Vec3 position_m;
     Vec3 normal;
   };

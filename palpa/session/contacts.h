@@ -17,7 +17,7 @@ namespace palpa {
 struct Contact {
   enum class State : std::uint8_t { free, held, yielding };
   State state = State::free;
-  LevelId level;  ///< none while free
+  HeldLevel level;  ///< none while free
   bool is_free() const noexcept { return state == State::free; }
 };
 

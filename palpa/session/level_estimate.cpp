@@ -4,7 +4,7 @@
 
 namespace palpa {
 
-LevelEstimate estimate_level(Samples& samples, const LevelId& level, bool solid_is_high, const Vec3& x_m,
+LevelEstimate estimate_level(Samples& samples, const HeldLevel& level, bool solid_is_high, const Vec3& x_m,
                              double spacing_m) noexcept {
   const ScalarSample& sample = samples.scalar(level.field, x_m);
   const double steepness = norm(sample.gradient);

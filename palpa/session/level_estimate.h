@@ -15,7 +15,7 @@ struct LevelEstimate {
 
 /// Looks at `level` from `x_m` [hand m]; `solid_is_high`: higher values are the solid. No level is further away than
 /// `spacing_m` [m] for it: beyond, the gradient says nothing. Samples; allocates nothing.
-LevelEstimate estimate_level(Samples& samples, const LevelId& level, bool solid_is_high, const Vec3& x_m,
+LevelEstimate estimate_level(Samples& samples, const HeldLevel& level, bool solid_is_high, const Vec3& x_m,
                              double spacing_m) noexcept;
 
 }  // namespace palpa

@@ -115,7 +115,8 @@ void ModeRuntime::place_mode(std::size_t m, const StepContext& context, const Ve
   } else {
     const ModeContext here = here_at(m, context, origin_m, seen_by(m, at_m, context.data_fraction));
     modes_[m].mode.place(here, memory(m), out);
-    live_[m].at_edge = here.is_faded();
+    live_[m].at_edge = false;
+    for (std::size_t i = first; i < out.size(); ++i) live_[m].at_edge = live_[m].at_edge || out.captured(i).limited;
   }
   for (std::size_t i = first; i < out.size(); ++i) {
     if (fades(m)) out.fade(i, fade.share());

@@ -150,7 +150,7 @@ class ModeRuntime {
   Vec3 seen_by(std::size_t m, const Vec3& at_m, double data_fraction) const noexcept {
     return at_m + (1.0 - data_fraction) * parts_[m].carried_m;
   }
-  bool is_level(const LevelId& at) const noexcept { return std::ranges::count(watches_, Threshold{at.field, at.value}) > 0; }
+  bool is_level(const HeldLevel& at) const noexcept { return std::ranges::count(watches_, Threshold{at.field, at.value}) > 0; }
   bool silence_is_watched(std::size_t m, const Vec3& at_m, std::vector<std::int32_t>& entered) noexcept;
 
   Similarity map_;

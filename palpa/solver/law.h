@@ -108,7 +108,7 @@ struct SubStep {
 /// A primitive as it was placed in a sub-step, and what it did.
 struct PlacedPrimitive {
   Primitive primitive;
-  LevelId captured;
+  HeldLevel captured;
   Vec3 force_n;  ///< in the law's split; where several share a load, other splits are as valid
   PrimitiveState state = PrimitiveState::off;
   Vec3 carried_m;  ///< how far moving data of its mode carry the proxy in the whole sub-step

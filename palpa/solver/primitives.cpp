@@ -114,7 +114,7 @@ Vec3 way_to_foot_m(std::span<const Primitive> primitives, std::size_t i, const V
 PrimitiveSet::PrimitiveSet(std::size_t capacity)
     : capacity_(capacity),
       primitives_(std::make_unique<Primitive[]>(capacity)),
-      captured_(std::make_unique<LevelId[]>(capacity)),
+      captured_(std::make_unique<HeldLevel[]>(capacity)),
       friction_(std::make_unique<Friction[]>(capacity)) {
   assert(capacity > 0);
 }
@@ -136,13 +136,13 @@ void PrimitiveSet::line(std::uint16_t slot, const Vec3& position_m, const Vec3& 
   add({PrimitiveKind::line, {mode_, slot}, position_m, direction, strength_n, drag_ns_per_m});
 }
 
-void PrimitiveSet::plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n, LevelId captured,
+void PrimitiveSet::plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n, HeldLevel captured,
                          double drag_ns_per_m) noexcept {
   add({PrimitiveKind::plane, {mode_, slot}, position_m, normal, strength_n, drag_ns_per_m}, captured);
 }
 
 void PrimitiveSet::elastic_plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n,
-                                 double stiffness_n_per_m, LevelId captured) noexcept {
+                                 double stiffness_n_per_m, HeldLevel captured) noexcept {
   add({PrimitiveKind::plane, {mode_, slot}, position_m, normal, strength_n, 0.0, stiffness_n_per_m}, captured);
 }
 
@@ -165,7 +165,7 @@ void PrimitiveSet::friction(std::uint16_t slot, std::uint16_t plane_slot, const 
   refuse({mode_, slot}, Refusal::friction_without_plane);
 }
 
-void PrimitiveSet::add(Primitive p, LevelId captured, Friction friction) noexcept {
+void PrimitiveSet::add(Primitive p, HeldLevel captured, Friction friction) noexcept {
   p.id.mode = mode_;
   if (!(std::abs(p.strength_n) <= largest_strength_n)) return refuse(p.id, Refusal::strength_not_finite);
   if (p.strength_n < 0.0) return refuse(p.id, Refusal::strength_negative);

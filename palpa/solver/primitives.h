@@ -81,13 +81,14 @@ Vec3 way_to_foot_m(std::span<const Primitive> primitives, std::size_t i, const V
 std::span<const Primitive> whole_of(std::span<const Primitive> primitives, std::size_t i) noexcept;
 
 /// The level of a field that a plane stands on. `field` is the session's number of the field.
-struct LevelId {
+struct HeldLevel {
   std::int32_t field = -1;    ///< -1: the plane stands on no level
   double value = 0.0;         ///< in the field's own unit
   double pressed_to = value;  ///< in the field's own unit: where the plane stands, deeper than `value` once it yielded
+  bool limited = false;       ///< data end nearby: the strength is less than deeper in the data
   bool any() const noexcept { return field >= 0; }
   /// Whether both are one level, wherever it has been pressed to.
-  friend bool operator==(const LevelId& a, const LevelId& b) noexcept { return a.field == b.field && a.value == b.value; }
+  friend bool operator==(const HeldLevel& a, const HeldLevel& b) noexcept { return a.field == b.field && a.value == b.value; }
 };
 
 /// The *foot* of an elastic level that holds the proxy: the place on the level from which the proxy has pressed it in
@@ -185,11 +186,11 @@ class PrimitiveSet {
             double drag_ns_per_m = 0.0) noexcept;
   /// A plane primitive through `position_m`: pushes along the unit vector `normal` [1] while the proxy is
   /// behind it. `captured` names the level it stands on, so that the tick lets no step cross that level unnoticed.
-  void plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n, LevelId captured = {},
+  void plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n, HeldLevel captured = {},
              double drag_ns_per_m = 0.0) noexcept;
   /// An elastic plane, with the unit vector `normal` [1]: it gives way by its force over `stiffness_n_per_m`, > 0.
   void elastic_plane(std::uint16_t slot, const Vec3& position_m, const Vec3& normal, double strength_n,
-                     double stiffness_n_per_m, LevelId captured = {}) noexcept;
+                     double stiffness_n_per_m, HeldLevel captured = {}) noexcept;
   /// A directed force of `strength_n` along the unit vector `direction` [1].
   void directed(std::uint16_t slot, const Vec3& direction, double strength_n) noexcept;
   /// Coulomb friction: a line through the plane of slot `plane_slot` (placed before by the same mode)
@@ -204,14 +205,14 @@ class PrimitiveSet {
   bool add_facet(std::size_t i, const Vec3& position_m, const Vec3& normal) noexcept;
   /// Any primitive; the mode of its id is replaced by the current one. A facet with the slot of the corner before it becomes
   /// another facet of that corner.
-  void add(Primitive primitive, LevelId captured = {}, Friction friction = {}) noexcept;
+  void add(Primitive primitive, HeldLevel captured = {}, Friction friction = {}) noexcept;
 
   std::size_t size() const noexcept { return size_; }
   bool empty() const noexcept { return size_ == 0; }
   std::size_t capacity() const noexcept { return capacity_; }
   const Primitive& operator[](std::size_t i) const noexcept { return primitives_[i]; }
   std::span<const Primitive> primitives() const noexcept { return {primitives_.get(), size_}; }
-  const LevelId& captured(std::size_t i) const noexcept { return captured_[i]; }
+  const HeldLevel& captured(std::size_t i) const noexcept { return captured_[i]; }
   const Friction& friction_of(std::size_t i) const noexcept { return friction_[i]; }
   const Vec3& start_m() const noexcept { return start_m_; }
   /// Whether any primitive has a strength, a drag or friction: false where all have faded away.
@@ -226,7 +227,7 @@ class PrimitiveSet {
   void remove(std::size_t i) noexcept;
 
   /// Puts another primitive with the same id in the place of the i-th.
-  void replace(std::size_t i, const Primitive& primitive, LevelId captured) noexcept {
+  void replace(std::size_t i, const Primitive& primitive, HeldLevel captured) noexcept {
     primitives_[i] = primitive;
     captured_[i] = captured;
   }
@@ -255,7 +256,7 @@ class PrimitiveSet {
 
   std::size_t capacity_;
   std::unique_ptr<Primitive[]> primitives_;
-  std::unique_ptr<LevelId[]> captured_;
+  std::unique_ptr<HeldLevel[]> captured_;
   std::unique_ptr<Friction[]> friction_;
   std::size_t size_ = 0;
   Vec3 start_m_;

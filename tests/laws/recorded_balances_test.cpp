@@ -35,7 +35,7 @@ struct Push {
                       param("strength_n", &Push::strength_n, "force", Range{0, 10})};
   }
   void place(const ModeContext& here, PrimitiveSink out) const noexcept {
-    const VectorSample& sample = here.vector(field);
+    const VectorSample sample = here.vector(field);
     if (sample.inside && norm(sample.value) > 0) out.directed(3, normalized(sample.value), here.newtons(strength_n));
   }
 };

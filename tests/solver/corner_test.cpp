@@ -281,7 +281,7 @@ TEST(Corner, SetsTakeFacetsOneByOneAndKeepWhoBelongsTogether) {
   EXPECT_EQ(whole_of(set.primitives(), 1).data(), &set[0]);
   EXPECT_EQ(whole_of(set.primitives(), 1).size(), 3u);
   EXPECT_EQ(whole_of(set.primitives(), 3).size(), 1u);
-  EXPECT_EQ(set.captured(2), (LevelId{3, 0.5}));
+  EXPECT_EQ(set.captured(2), (HeldLevel{3, 0.5}));
   EXPECT_EQ(set.friction_of(4).plane, 3);  // the plane behind has moved up
   EXPECT_FALSE(set.friction_of(2).any());
 

@@ -34,7 +34,7 @@ struct PlaneAtProxy {
                       param("strength_n", &PlaneAtProxy::strength_n, "force that the plane bears", Range{0, 1000})};
   }
   void place(const ModeContext& here, PrimitiveSink out) const noexcept {
-    const ScalarSample& sample = here.scalar(field);
+    const ScalarSample sample = here.scalar(field);
     if (sample.inside && sample.gradient != Vec3{}) out.plane(0, here.proxy_m, -normalized(sample.gradient), strength_n);
   }
 };
