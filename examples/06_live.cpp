@@ -55,10 +55,7 @@ int main() {
   });
   std::this_thread::sleep_for(std::chrono::seconds(1));
   live.change([](palpa::Scene& changed) {
-    palpa::Mode& mode = changed.find_mode("skin")->mode;
-    auto skin = *mode.as<palpa::SurfaceAndFriction>();
-    skin.levels[0].strength_n = 2.0;
-    mode = skin;
+    changed.edit<palpa::SurfaceAndFriction>("skin", [](auto& skin) { skin.levels[0].strength_n = 2.0; });
   });
   haptic.join();
 

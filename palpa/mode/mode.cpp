@@ -21,16 +21,9 @@ const Mode* ModeCatalog::find(std::string_view type) const noexcept {
 const ModeCatalog& standard_modes() {
   static const ModeCatalog catalog = [] {
     ModeCatalog c;
-    c.add(SurfaceAndFriction{});
-    c.add(Follow{});
-    c.add(Viscosity{});
-    c.add(GradientForce{});
-    c.add(VectorForce{});
-    c.add(VortexForce{});
-    c.add(VortexPlane{});
-    c.add(VortexLine{});
-    c.add(FrontShape{});
-    c.add(TransverseDamping{});
+#define MODE(type) c.add(type{});
+#include "palpa/mode/modes.def"
+#undef MODE
     return c;
   }();
   return catalog;

@@ -19,6 +19,7 @@
 #include "palpa/data/read_series.h"
 #include "palpa/data/timed_field.h"
 #include "palpa/data/volume.h"
+#include "palpa/file/read_volume.h"
 #include "palpa/scene/keys.h"
 #include "palpa/scene/parts.h"
 #include "palpa/scene/scene_checks.h"
@@ -979,6 +980,10 @@ LoadedScene parse_scene(std::string text, const std::string& name, const std::fi
   LoadedScene loaded = Loader(text, name, folder, read_volume, modes, options).load();
   loaded.text = std::move(text);
   return loaded;
+}
+
+LoadedScene load_scene(const std::filesystem::path& path, const SceneOptions& options) {
+  return load_scene(path, volume_reader(), standard_modes(), options);
 }
 
 LoadedScene load_scene(const std::filesystem::path& path, const VolumeReader& read_volume, const ModeCatalog& modes,

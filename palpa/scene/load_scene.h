@@ -27,10 +27,13 @@ struct LoadedScene {
   std::vector<std::string> warnings;  ///< `PLACE: …` each
 };
 
-/// Reads a scene file (docs/scene.md). Throws SceneError with file, line and column.
+/// Reads a scene file (docs/scene.md), with the modes of the library, and its volumes by `read_volume`. Throws SceneError with
+/// file, line and column.
+LoadedScene load_scene(const std::filesystem::path& path, const SceneOptions& options = {});
+/// Likewise, with volumes by another reader and with other modes, such as those of plug-ins.
 LoadedScene load_scene(const std::filesystem::path& path, const VolumeReader& read_volume, const ModeCatalog& modes,
                        const SceneOptions& options = {});
-/// The same from text; `name` stands for the path in messages, `folder` for the scene's own folder.
+/// Likewise from text; `name` stands for the path in messages, `folder` for the scene's own folder.
 LoadedScene parse_scene(std::string text, const std::string& name, const std::filesystem::path& folder,
                         const VolumeReader& read_volume, const ModeCatalog& modes, const SceneOptions& options = {});
 

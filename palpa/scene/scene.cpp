@@ -579,6 +579,16 @@ SceneVolume* Scene::find_volume(std::string_view name) noexcept {
   return found == volumes_.end() ? nullptr : &*found;
 }
 
+std::string Scene::no_mode_to_edit(std::string_view name, std::string_view type) const {
+  for (const SceneMode& mode : modes_) {
+    if (mode.name == name)
+      return "mode " + in_quotes(name) + " is a " + std::string(mode.mode.type()) + ", not a " + std::string(type);
+  }
+  std::vector<std::string> names;
+  for (const SceneMode& mode : modes_) names.push_back(mode.name);
+  return "no mode " + in_quotes(name) + "; " + suggestion(name, names);
+}
+
 SceneMode* Scene::find_mode(std::string_view name) noexcept {
   const auto found = std::ranges::find(modes_, name, &SceneMode::name);
   return found == modes_.end() ? nullptr : &*found;

@@ -114,6 +114,17 @@ class Scene {
   /// Adds a mode; its fields must be there. The name is not taken.
   void add(std::string name, Mode mode, std::vector<Mask> masks = {}, bool enabled = true);
 
+  /// Changes the parameters of a mode: `change` gets them as an M&. Throws SceneError, with nothing changed, where no mode has
+  /// this name or it is of another type, and what `change` throws.
+  template <class M, class Change>
+  void edit(std::string_view name, Change&& change) {
+    SceneMode* const mode = find_mode(name);
+    const M* const parameters = mode ? mode->mode.as<M>() : nullptr;
+    if (!parameters) throw SceneError(no_mode_to_edit(name, M::type));
+    M changed = *parameters;
+    change(changed);
+    mode->mode = std::move(changed);
+  }
   /// Takes a mode away; nothing where there is none of this name.
   void remove_mode(std::string_view name) noexcept;
 
@@ -143,6 +154,7 @@ class Scene {
  private:
   class DerivedFields;
   FieldRef add(SceneVolume volume, std::optional<Filter> filter);
+  std::string no_mode_to_edit(std::string_view name, std::string_view type) const;
   std::vector<SceneVolume> volumes_;
   std::vector<SceneMode> modes_;
   std::shared_ptr<DerivedFields> derived_;

@@ -119,6 +119,11 @@ build_outside alone_build "$work/alone"
 "$work/alone_build/alone" || fail "the balance is wrong"
 if ldd "$work/alone_build/alone" | grep -q palpa; then fail "core needs a shared library of ours"; fi
 
+step "symbols of other libraries stay inside"
+library=$(find "$work" -name 'libpalpa.so.*' -type f | head -1)
+if nm -D --defined-only "$library" | grep -E 'toml|nlohmann'; then fail "libpalpa exports symbols of other libraries"; fi
+nm -D --defined-only "$library" | grep -q _ZN5palpa7Session4tick || fail "libpalpa exports no Session::tick"
+
 step "components and versions that are not there"
 mkdir "$work/finder"
 cat >"$work/finder/CMakeLists.txt" <<'TXT'

@@ -368,5 +368,19 @@ TEST(Reference, ShowsEveryParameterOfEveryMode) {
     EXPECT_THAT(scene, HasSubstr("| `" + std::string(key) + "` |"));
 }
 
+TEST(Scene, EditChangesTheParametersOfAModeOrNothing) {
+  Scene scene = scene_of(brick(0.1));
+  scene.add("drag", Viscosity{.strength_n = {0.5}});
+  scene.edit<Viscosity>("drag", [](Viscosity& drag) { drag.strength_n = {0.7}; });
+  EXPECT_EQ(scene.find_mode("drag")->mode.as<Viscosity>()->strength_n.constant_n, 0.7);
+  const Scene before = scene;
+  const auto change = [](auto&) { FAIL() << "no mode to change"; };
+  EXPECT_THROW(scene.edit<Viscosity>("drga", change), SceneError);
+  EXPECT_THROW(scene.edit<Follow>("drag", change), SceneError);
+  EXPECT_THROW(scene.edit<Viscosity>("drag", [](Viscosity& drag) { drag.strength_n = {9.0}; throw std::runtime_error("x"); }),
+               std::runtime_error);
+  EXPECT_EQ(scene, before);
+}
+
 }  // namespace scene_test
 }  // namespace palpa
