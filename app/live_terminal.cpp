@@ -53,8 +53,8 @@ bool LiveTerminal::watch(LiveLoop& loop, LiveScene& scene) {
 }
 
 void LiveTerminal::show(LiveLoop& loop) {
-  const LoopAccount account = loop.account();
-  const LiveView& view = loop.look();
+  const LoopStatistics account = loop.statistics();
+  const LiveView& view = loop.latest();
   std::string guard = name_of(view.frame.guard);
   if (view.device_fault != nullptr)
     guard += std::string(": ") + view.device_fault;

@@ -61,7 +61,7 @@ void feel(Device& device, test::Inverse3StandIn& service, const PreparedRun& pre
     std::this_thread::sleep_for(microseconds(900));
   }
   haptic.join();
-  const LoopAccount account = loop.account();
+  const LoopStatistics account = loop.statistics();
   std::printf("felt at 1 kHz: %lld ticks, %lld missed, %ld with a fault of the device, %ld with a force\n",
               static_cast<long long>(account.ticks), static_cast<long long>(account.missed), faults, felt);
   std::printf("  late p50 %.0f us, p99 %.0f us, max %.0f us; tick p50 %.1f us, p99 %.1f us, max %.1f us\n", account.late.p50_us,

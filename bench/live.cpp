@@ -149,7 +149,7 @@ void live_block(Kind& kind, const PreparedRun& prepared, double begin_s, double 
     if (per_s > 0.0) scene.change([&](Scene& changed) { change(changed, n, kind.swaps_per_s > 0.0); });
   }
   felt.join();
-  const LoopAccount account = loop.account();
+  const LoopStatistics account = loop.statistics();
   kind.missed += account.missed;
   kind.ticks += account.ticks;
   kind.scenes += account.scenes;

@@ -59,7 +59,7 @@ int main() {
   });
   haptic.join();
 
-  const palpa::LoopAccount account = loop.account();
+  const palpa::LoopStatistics account = loop.statistics();
   std::printf("%lld ticks, %lld missed; late by %.0f us (p99), a tick took %.1f us (p99)\n",
               static_cast<long long>(account.ticks), static_cast<long long>(account.missed), account.late.p99_us,
               account.tick.p99_us);

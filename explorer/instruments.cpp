@@ -158,7 +158,7 @@ void Instruments::draw_spectrum() {
   spectrum_->draw();
 }
 
-void Instruments::show_account(const LoopAccount& account, const TickFrame& frame, const char* device_fault) {
+void Instruments::show_account(const LoopStatistics& account, const TickFrame& frame, const char* device_fault) {
   const double bound_m = shown_.empty() ? 0.0 : double(shown_.back().error_bound_m);
   times_->setText(tr("tick %1 µs (p99 %2), late p99 %3 µs\n%4 ticks, %5 missed; error at most %6 m")
                       .arg(account.tick.p50_us, 0, 'f', 0)

@@ -24,7 +24,7 @@ class Instruments : public QWidget {
   void start(const std::vector<std::string>& modes);
   /// Takes what the loop gave, and draws it.
   void update_from(SampleRing& ring);
-  void show_account(const LoopAccount& account, const TickFrame& frame, const char* device_fault);
+  void show_account(const LoopStatistics& account, const TickFrame& frame, const char* device_fault);
   /// One tick as it is drawn.
   struct Shown {
     double t_s = 0.0;

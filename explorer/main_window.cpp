@@ -182,7 +182,7 @@ void MainWindow::lead_hand_by_mouse() {
     if (LiveLoop* loop = touch_.loop(); loop && !touch_.is_by_mouse()) {
       const detail::View& seen = view->view();
       // Pushing right goes to the right of the screen.
-      loop->turn(transposed(Mat3{{seen.right, seen.up, seen.towards}}));
+      loop->set_view_rotation(transposed(Mat3{{seen.right, seen.up, seen.towards}}));
     }
   });
 }
@@ -298,8 +298,8 @@ void MainWindow::tick() {
   instruments_->update_from(touch_.samples());
   if (ticks_++ % 8 == 0) {
     LiveLoop& loop = *touch_.loop();
-    const LiveView& seen = loop.look();
-    const LoopAccount account = loop.account();
+    const LiveView& seen = loop.latest();
+    const LoopStatistics account = loop.statistics();
     instruments_->show_account(account, seen.frame, seen.device_fault);
     if (touch_.is_recorded() && account.unrecorded > unrecorded_)
       say(tr("%1 ticks could not be recorded: the disk is full or too slow. What was written before stays in %2; press R to "
@@ -324,7 +324,7 @@ QString MainWindow::words_of_fault() {
   if (touch_.is_held()) return tr("No force: press Space to feel again");
   LiveLoop* loop = touch_.loop();
   if (!loop) return {};
-  const LiveView& seen = loop->look();
+  const LiveView& seen = loop->latest();
   if (seen.device_fault) return QString(seen.device_fault);
   if (touch_.is_by_mouse() && seen.frame.guard_cause == GuardCause::no_position) return {};
   switch (seen.frame.guard_cause) {

@@ -120,7 +120,7 @@ class Live {
   LiveView look() {
     LiveRun& live = run();
     const std::lock_guard lock(held_->looking);
-    return live.loop().look();
+    return live.loop().latest();
   }
   /// What was placed last, of any thread.
   Seen seen() {
@@ -216,7 +216,7 @@ py::list primitives_of(const Seen& seen) {
   return all;
 }
 
-py::dict times_of(const LoopAccount::Times& times) {
+py::dict times_of(const LoopStatistics::Times& times) {
   py::dict all;
   all["mean_us"] = times.mean_us;
   all["p50_us"] = times.p50_us;
@@ -225,7 +225,7 @@ py::dict times_of(const LoopAccount::Times& times) {
   return all;
 }
 
-py::dict account_of(const LoopAccount& account) {
+py::dict account_of(const LoopStatistics& account) {
   py::dict all;
   all["ticks"] = account.ticks;
   all["missed"] = account.missed;
@@ -255,9 +255,9 @@ void bind_live(py::module_& module) {
              const py::gil_scoped_release release;
              run.scene().set(scene);
            })
-      .def("look", [](Live& live) { return view_of(live.look()); })
+      .def("latest", [](Live& live) { return view_of(live.latest()); })
       .def("primitives", [](Live& live) { return primitives_of(live.seen()); })
-      .def("account", [](Live& live) { return account_of(live.run().loop().account()); })
+      .def("statistics", [](Live& live) { return account_of(live.run().loop().statistics()); })
       .def("has_ended", [](Live& live) { return live.run().has_ended(); })
       .def("panic", [](Live& live) { live.run().loop().panic(); })
       .def("resume", [](Live& live) { live.run().loop().resume(); })

@@ -209,7 +209,7 @@ double in_range(double value, const char* name, bool may_be_zero) {
 class Guarded {
  public:
   Guarded(const Scene& scene, const DeviceLimits& limits, std::uint32_t dead_man_buttons)
-      : session_(within(scene, limits), limits.encoder_step_m), guarded_(session_, options(limits, scene, dead_man_buttons)) {}
+      : session_(clamped_to(scene, limits), limits.encoder_step_m), guarded_(session_, options(limits, scene, dead_man_buttons)) {}
 
   TickFrame tick(const py::object& position_m, double dt_s, const py::object& velocity_m_per_s, bool valid,
                  std::uint32_t buttons, bool fault) {

@@ -53,7 +53,7 @@ int main(int argc, char** argv) try {
   actors.follow(interactor);
   interactor->Start();
   stop = true, haptic.join();
-  std::printf("felt at the end: %.2f N\n", norm(loop.look().frame.result.force_n));
+  std::printf("felt at the end: %.2f N\n", norm(loop.latest().frame.result.force_n));
 } catch (const palpa::LoadError& error) {
   return std::fprintf(stderr, "%s\n", error.what()), 2;
 }

@@ -41,4 +41,4 @@ with palpa.live(scene, device=hand) as live:  # on a thread of its own, which wa
     interactor.Initialize()
     actors.follow(live, interactor)
     interactor.Start()
-    print(f"felt at the end: {np.linalg.norm(live.look()['force_n']):.2f} N")
+    print(f"felt at the end: {np.linalg.norm(live.latest()['force_n']):.2f} N")

@@ -73,7 +73,7 @@ firmware.start()
 with palpa.live(scene, device=Serial(firmware.port), duration_s=5) as live:
     while live.is_running:
         time.sleep(0.5)
-        seen = live.look()
+        seen = live.latest()
         print(f"{seen['t_s']:.1f} s: {seen['guard']}, {seen['command_n'][2]:.2f} N at {1e3 * seen['probe_m'][2]:.1f} mm")
 with live.stop() as trace:
     command_n = trace.ticks["command_n"]

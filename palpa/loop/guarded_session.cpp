@@ -156,7 +156,7 @@ TickFrame GuardedSession::tick(std::int64_t number, double t_s, double dt_s, con
                                std::uint32_t circumstances) noexcept {
   return state_->tick({.tick = number, .t_s = t_s, .dt_s = dt_s, .circumstances = circumstances}, probe);
 }
-void GuardedSession::exchange(Session& next) noexcept { state_->next = &next; }
+void GuardedSession::switch_to(Session& next) noexcept { state_->next = &next; }
 bool GuardedSession::brakes() const noexcept { return state_->brakes; }
 const Session& GuardedSession::session() const noexcept { return *state_->session; }
 

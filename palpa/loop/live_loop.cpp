@@ -47,7 +47,7 @@ class MonotonicClock final : public LoopClock {
   }
 };
 
-LoopAccount::Times times_of(const TimeHistogram& histogram) {
+LoopStatistics::Times times_of(const TimeHistogram& histogram) {
   return {.mean_us = histogram.mean_us(),
           .p50_us = histogram.percentile_us(0.5),
           .p99_us = histogram.percentile_us(0.99),
@@ -140,7 +140,7 @@ void LiveLoop::State::change_scene(std::uint32_t& circumstances) noexcept {
   PreparedSession* const next = scene.take();
   if (!next) return;
   next->felt.resume_in_changed_scene(prepared->felt);
-  guarded.exchange(next->felt);
+  guarded.switch_to(next->felt);
   prepared = next;
   circumstances |= bit_of(Circumstance::new_scene);
   scenes.add(1);
@@ -233,13 +233,13 @@ void LiveLoop::resume() noexcept {
   state_->panics = false;
   state_->resumes = true;
 }
-void LiveLoop::move_view(bool moves) noexcept { state_->view_moves = moves; }
-void LiveLoop::turn(const Mat3& turn) noexcept { state_->turns.give(turn); }
-const LiveView& LiveLoop::look() noexcept { return state_->views.take(); }
+void LiveLoop::hold_while_view_moves(bool moves) noexcept { state_->view_moves = moves; }
+void LiveLoop::set_view_rotation(const Mat3& turn) noexcept { state_->turns.give(turn); }
+const LiveView& LiveLoop::latest() noexcept { return state_->views.take(); }
 
-LoopAccount LiveLoop::account() const {
+LoopStatistics LiveLoop::statistics() const {
   const State& s = *state_;
-  LoopAccount account{.ticks = s.ticks.load(),
+  LoopStatistics account{.ticks = s.ticks.load(),
                       .missed = s.missed_ticks.load(),
                       .unrecorded = s.unrecorded.load(),
                       .scenes = s.scenes.load(),

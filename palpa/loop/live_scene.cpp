@@ -14,7 +14,7 @@ Scene measured(Scene scene, std::vector<std::int64_t>& spent_ns) {
 
 }  // namespace
 
-Scene within(Scene scene, const DeviceLimits& limits) {
+Scene clamped_to(Scene scene, const DeviceLimits& limits) {
   scene.coupling.stiffness_n_per_m = std::min(scene.coupling.stiffness_n_per_m, limits.max_stiffness_n_per_m);
   scene.coupling.damping_ns_per_m = std::min(scene.coupling.damping_ns_per_m, limits.max_damping_ns_per_m);
   return scene;
@@ -24,7 +24,7 @@ PreparedSession::PreparedSession(const Scene& scene, double encoder_step_m)
     : spent_ns(scene.modes().size()), felt(scene, encoder_step_m), rehearsal(measured(scene, spent_ns), encoder_step_m) {}
 
 LiveScene::State::State(const Scene& scene, const DeviceLimits& limits)
-    : scene_(scene), limits_(limits), waiting_(new PreparedSession(within(scene, limits), limits.encoder_step_m)) {}
+    : scene_(scene), limits_(limits), waiting_(new PreparedSession(clamped_to(scene, limits), limits.encoder_step_m)) {}
 
 LiveScene::State::~State() {
   delete waiting_.load();
@@ -41,7 +41,7 @@ void LiveScene::State::change(const std::function<void(Scene&)>& edit) {
   free_given_back();
   Scene changed = scene_;
   edit(changed);
-  auto made = std::make_unique<PreparedSession>(within(changed, limits_), limits_.encoder_step_m);
+  auto made = std::make_unique<PreparedSession>(clamped_to(changed, limits_), limits_.encoder_step_m);
   scene_ = std::move(changed);
   delete waiting_.exchange(made.release(), std::memory_order_acq_rel);
 }

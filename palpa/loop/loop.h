@@ -92,7 +92,7 @@ class GuardedSession {
   /// From the next tick on another session is felt; it has to go on from where this one is (`Session::copy_state_from` or
   /// `resume_in_changed_scene`). In that tick both are asked, and the step from one's force to the other's is spread over the
   /// ramp's time. The old one is left alone after that tick.
-  void exchange(Session& next) noexcept;
+  void switch_to(Session& next) noexcept;
   /// Whether the device should hold the hand by its brake.
   bool brakes() const noexcept;
   const Session& session() const noexcept;
@@ -123,7 +123,7 @@ std::int64_t run_simulated(Session& session, SimulatedDevice& device, const Loop
 // ---- live: with a person's hand, on the clock of the wall ----
 
 /// The scene as a device bears it: neither stiffer nor more damped than its limits.
-Scene within(Scene scene, const DeviceLimits& limits);
+Scene clamped_to(Scene scene, const DeviceLimits& limits);
 
 /// A scene that is being felt, and can be changed while it is. Any thread may ask and change; only a LiveLoop feels it, and
 /// never waits for the others.
@@ -170,7 +170,7 @@ struct LiveOptions {
 };
 
 /// What a loop counted, as it is shown while it runs.
-struct LoopAccount {
+struct LoopStatistics {
   struct Times {
     double mean_us = 0.0, p50_us = 0.0, p99_us = 0.0, p999_us = 0.0, max_us = 0.0;
   };
@@ -219,15 +219,15 @@ class LiveLoop {
   /// Lets it go on after a panic, with the gate and the ramp of a start.
   void resume() noexcept;
   /// While the view or the map moves nothing is felt; what is felt begins anew when it has come to rest.
-  void move_view(bool moves) noexcept;
-  LoopAccount account() const;
+  void hold_while_view_moves(bool moves) noexcept;
+  LoopStatistics statistics() const;
 
   // One other thread, the viewer's.
 
   /// The hand's axes lie as these in the scene's hand frame: pushing right goes to the right of the screen.
-  void turn(const Mat3& turn) noexcept;
+  void set_view_rotation(const Mat3& rotation) noexcept;
   /// The latest tick.
-  const LiveView& look() noexcept;
+  const LiveView& latest() noexcept;
 
  private:
   class State;

@@ -13,7 +13,7 @@ namespace {
 
 /// The scene within what the device bears. What is changed is told, and set in the trace's scene as well.
 void hold_to(const DeviceLimits& limits, PreparedRun& prepared, TraceHeader& header) {
-  const CouplingOptions asked = std::exchange(prepared.loaded.scene, within(prepared.loaded.scene, limits)).coupling;
+  const CouplingOptions asked = std::exchange(prepared.loaded.scene, clamped_to(prepared.loaded.scene, limits)).coupling;
   const auto tell = [&](double wanted, double taken, const char* key, const char* unit) {
     if (wanted == taken) return;
     const std::string text = detail::text("coupling.%s: the scene has %g %s, the device bears %g %s; that is taken.", key,

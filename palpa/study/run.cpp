@@ -101,7 +101,7 @@ RunResult run_live(const RunOptions& options, PreparedRun& prepared, const std::
   RunResult result;
   result.warnings = live.refused();
   result.summary = telling.finish(live.wall_s(), live.recording().writer());
-  result.summary.loop = live.loop().account();
+  result.summary.loop = live.loop().statistics();
   if (const std::string lost = live.finish(); !lost.empty()) {
     result.is_recording_lost = true;
     result.warnings.push_back(lost);

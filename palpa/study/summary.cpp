@@ -156,10 +156,10 @@ Summary SummaryBuilder::finish(double wall_s) const {
 }
 
 /// How a loop kept time.
-static std::string table_of(const LoopAccount& loop) {
+static std::string table_of(const LoopStatistics& loop) {
   const auto us = [](double time_us) { return text("%.1f us", time_us); };
   std::vector<std::vector<std::string>> rows{{"loop", "mean", "p50", "p99", "p99.9", "max"}};
-  const auto add = [&](const char* what, const LoopAccount::Times& t) {
+  const auto add = [&](const char* what, const LoopStatistics::Times& t) {
     rows.push_back({what, us(t.mean_us), us(t.p50_us), us(t.p99_us), us(t.p999_us), us(t.max_us)});
   };
   add("ticks began late by", loop.late);
@@ -172,7 +172,7 @@ static std::string table_of(const LoopAccount& loop) {
   if (loop.unrecorded > 0) result += ", " + count(loop.unrecorded) + " ticks were not recorded";
   result += '\n';
   std::string costs;
-  for (const LoopAccount::ModeCost& mode : loop.modes)
+  for (const LoopStatistics::ModeCost& mode : loop.modes)
     costs += (costs.empty() ? "  a tick's primitives: " : ", ") + mode.name + " " + us(mode.mean_us);
   return costs.empty() ? result : result + costs + '\n';
 }
@@ -275,12 +275,12 @@ std::string to_json(const Summary& s) {
       {"notes", s.notes},
   };
   if (s.loop) {
-    const auto times = [](const LoopAccount::Times& t) {
+    const auto times = [](const LoopStatistics::Times& t) {
       return Json{
           {"mean_us", t.mean_us}, {"p50_us", t.p50_us}, {"p99_us", t.p99_us}, {"p999_us", t.p999_us}, {"max_us", t.max_us}};
     };
     Json costs = Json::array();
-    for (const LoopAccount::ModeCost& mode : s.loop->modes) costs.push_back({{"name", mode.name}, {"mean_us", mode.mean_us}});
+    for (const LoopStatistics::ModeCost& mode : s.loop->modes) costs.push_back({{"name", mode.name}, {"mean_us", mode.mean_us}});
     json["loop"] = {{"ticks", s.loop->ticks},           {"missed", s.loop->missed},
                     {"unrecorded", s.loop->unrecorded}, {"scenes", s.loop->scenes},
                     {"late", times(s.loop->late)},      {"period", times(s.loop->period)},

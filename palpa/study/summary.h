@@ -50,7 +50,7 @@ struct Summary {
   double first_break_through_s = -1.0;  ///< -1: none
   std::int64_t dropped_primitives = 0;
   std::int64_t guard_limited_ticks = 0, faults = 0;
-  std::optional<LoopAccount> loop;  ///< of a live run: how its loop kept time
+  std::optional<LoopStatistics> loop;  ///< of a live run: how its loop kept time
   std::vector<std::string> notes;   ///< sentences for its reader: how the hand was laid, why nothing was felt
 };
 

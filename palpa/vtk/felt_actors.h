@@ -55,10 +55,10 @@ class FeltActors {
   static constexpr std::size_t most_primitives = 24;
 
   /// \param renderer       draws them from the first `show` on
-  /// \param unit_m         [hand m] what sizes are shares of: half the height of the picture
+  /// \param view_half_height_hand_m         [hand m] what sizes are shares of: half the height of the picture
   /// \param hand_to_world  where the hand is in what the renderer shows: `scene.hand_to_world()` where that is the data's world
-  FeltActors(vtkRenderer* renderer, double unit_m, const Similarity& hand_to_world = {})
-      : renderer_(renderer), unit_m_(unit_m), map_(hand_to_world) {
+  FeltActors(vtkRenderer* renderer, double view_half_height_hand_m, const Similarity& hand_to_world = {})
+      : renderer_(renderer), view_half_height_hand_m_(view_half_height_hand_m), map_(hand_to_world) {
     // Unit shapes along y, from the origin: each actor scales and turns one.
     vtkNew<vtkSphereSource> ball;
     ball->SetRadius(1.0);
@@ -120,9 +120,9 @@ class FeltActors {
     double most_n = least_n;
     for (const PlacedPrimitive& placed : primitives) most_n = std::max(most_n, norm(placed.force_n));
     for (const PlacedPrimitive& placed : primitives) draw(placed, proxy_m, norm(placed.force_n) / most_n);
-    rod(proxy_m, probe_m, 0.007 * unit_m_, detail::spring_color);
-    ball(proxy_m, 0.02 * unit_m_, detail::proxy_color);
-    ball(probe_m, 0.02 * unit_m_, detail::probe_color);
+    rod(proxy_m, probe_m, 0.007 * view_half_height_hand_m_, detail::spring_color);
+    ball(proxy_m, 0.02 * view_half_height_hand_m_, detail::proxy_color);
+    ball(probe_m, 0.02 * view_half_height_hand_m_, detail::probe_color);
     for (Pool& pool : pools_) {
       for (std::size_t n = pool.used; n < pool.actors.size(); ++n) pool.actors[n]->VisibilityOff();
     }
@@ -177,14 +177,14 @@ class FeltActors {
     switch (primitive.kind) {
       case PrimitiveKind::plane:
       case PrimitiveKind::corner:
-        rod(at - 0.002 * unit_m_ * q, at + 0.002 * unit_m_ * q, 0.2 * unit_m_, color,
+        rod(at - 0.002 * view_half_height_hand_m_ * q, at + 0.002 * view_half_height_hand_m_ * q, 0.2 * view_half_height_hand_m_, color,
             norm(placed.force_n) < least_n ? 0.2 : 0.45);
-        arrow(at, at + (0.1 + 0.2 * share) * unit_m_ * q, 0.009 * unit_m_, color);
+        arrow(at, at + (0.1 + 0.2 * share) * view_half_height_hand_m_ * q, 0.009 * view_half_height_hand_m_, color);
         break;
-      case PrimitiveKind::line: rod(at - 0.3 * unit_m_ * q, at + 0.3 * unit_m_ * q, 0.008 * unit_m_, color); break;
-      case PrimitiveKind::point: ball(at, 0.03 * unit_m_, color); break;
+      case PrimitiveKind::line: rod(at - 0.3 * view_half_height_hand_m_ * q, at + 0.3 * view_half_height_hand_m_ * q, 0.008 * view_half_height_hand_m_, color); break;
+      case PrimitiveKind::point: ball(at, 0.03 * view_half_height_hand_m_, color); break;
       case PrimitiveKind::directed:
-        arrow(proxy_m, proxy_m + (0.1 + 0.25 * share) * unit_m_ * normalized(q), 0.012 * unit_m_, color);
+        arrow(proxy_m, proxy_m + (0.1 + 0.25 * share) * view_half_height_hand_m_ * normalized(q), 0.012 * view_half_height_hand_m_, color);
         break;
     }
   }
@@ -232,7 +232,7 @@ class FeltActors {
   vtkNew<vtkCallbackCommand> command_;
   vtkSmartPointer<vtkRenderWindowInteractor> followed_;
   std::chrono::steady_clock::time_point rests_until_;
-  const double unit_m_;
+  const double view_half_height_hand_m_;
   const Similarity map_;
   std::array<Pool, 3> pools_;  ///< balls, rods, tips
   Latest<Snapshot> latest_;

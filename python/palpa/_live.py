@@ -62,19 +62,19 @@ class Live(Strict):
         """its loop is not over"""
         return not self._live.has_ended()
 
-    def look(self) -> dict[str, Any]:
+    def latest(self) -> dict[str, Any]:
         """The latest tick: a dict with tick, t_s, probe_m, proxy_m, force_n, command_n, guard, guard_cause, status, and fault: what
         the device says is wrong with it, or None."""
-        return self._live.look()
+        return self._live.latest()
 
     def primitives(self) -> list[dict[str, Any]]:
         """What the modes placed in one of the latest ticks, to be drawn: a dict each with kind, mode (its number), position_m,
         direction, strength_n, force_n, hand frame."""
         return self._live.primitives()
 
-    def account(self) -> dict[str, Any]:
+    def statistics(self) -> dict[str, Any]:
         """How its loop keeps time: a dict with ticks, missed, unrecorded, scenes, and times in microseconds."""
-        return self._live.account()
+        return self._live.statistics()
 
     def panic(self) -> None:
         """No force from the next tick on, until `resume`."""

@@ -257,7 +257,7 @@ class FeltActors:
     """What is felt, for anybody's vtkRenderer: proxy, probe, the spring between them, primitives (planes as discs, lines as
     rods, points as balls, directed forces as arrows, in the colour of their mode).
 
-    unit_m: [m of the hand] half the height of the picture, as 0.08; what sizes are shares of: a ball has 0.02 of it. It lies
+    view_half_height_hand_m: [m of the hand] half the height of the picture, as 0.08; what sizes are shares of: a ball has 0.02 of it. It lies
     above 0 and is at most 0.5: no hand's reach is wider. A length of the world is divided by the scale of hand_to_world, which
     is the length of one of its first three columns. hand_to_world: shape (4, 4), scene.hand_to_world() where the renderer shows
     the data's world; None: it shows the hand frame.
@@ -265,15 +265,15 @@ class FeltActors:
 
     _colors = (0x0072B2, 0xD55E00, 0x009E73, 0xCC79A7, 0xE69F00, 0x56B4E9)
 
-    def __init__(self, renderer: Any, unit_m: float, hand_to_world: Any = None) -> None:
+    def __init__(self, renderer: Any, view_half_height_hand_m: float, hand_to_world: Any = None) -> None:
         from vtkmodules.vtkFiltersSources import vtkConeSource, vtkCylinderSource, vtkSphereSource
         from vtkmodules.vtkRenderingCore import vtkPolyDataMapper
 
-        self._renderer, self._unit_m, self._tick = renderer, unit_m, None
+        self._renderer, self._view_half_height_hand_m, self._tick = renderer, view_half_height_hand_m, None
         self._map = numpy.eye(4) if hand_to_world is None else numpy.asarray(hand_to_world, float)
-        if not 0.0 < unit_m <= _widest_unit_m:
+        if not 0.0 < view_half_height_hand_m <= _widest_unit_m:
             scale = numpy.linalg.norm(self._map[:3, 0])
-            raise ValueError(f"'unit_m' is {unit_m:g}; it is half the height of the picture in metres of the hand, above 0 and at most "
+            raise ValueError(f"'view_half_height_hand_m' is {view_half_height_hand_m:g}; it is half the height of the picture in metres of the hand, above 0 and at most "
                              f"{_widest_unit_m:g}: a length of the world is divided by {scale:.4g}, the scale of hand_to_world")
         ball, rod, tip = vtkSphereSource(), vtkCylinderSource(), vtkConeSource()  # along y, from the origin
         ball.SetRadius(1.0), ball.SetThetaResolution(32), ball.SetPhiResolution(16)
@@ -287,7 +287,7 @@ class FeltActors:
 
     def update(self, live: Any) -> bool:
         """Shows the latest tick of a palpa.Live; its loop never waits for it. False: there was nothing new."""
-        seen = live.look()
+        seen = live.latest()
         if seen["tick"] == self._tick:
             return False
         self._tick = seen["tick"]
@@ -317,7 +317,7 @@ class FeltActors:
         most_n = max([1e-3, *(numpy.linalg.norm(p["force_n"]) for p in primitives)])
         for primitive in primitives:
             self._draw(primitive, proxy_m, most_n)
-        u = self._unit_m
+        u = self._view_half_height_hand_m
         self._rod(proxy_m, probe_m, 0.007 * u, (0.35, 0.35, 0.38))
         self._put(0, proxy_m, numpy.array([0, 0.02 * u, 0]), 0.02 * u, (0.08, 0.08, 0.10))
         self._put(0, probe_m, numpy.array([0, 0.02 * u, 0]), 0.02 * u, (0.45, 0.45, 0.48))
@@ -333,7 +333,7 @@ class FeltActors:
             actors.clear()
 
     def _draw(self, primitive, proxy_m, most_n):
-        u, at, q = self._unit_m, numpy.asarray(primitive["position_m"]), numpy.asarray(primitive["direction"])
+        u, at, q = self._view_half_height_hand_m, numpy.asarray(primitive["position_m"]), numpy.asarray(primitive["direction"])
         rgb = self._colors[primitive["mode"] % len(self._colors)]
         color = tuple((rgb >> shift & 255) / 255 for shift in (16, 8, 0))
         force_n = numpy.linalg.norm(primitive["force_n"])

@@ -497,9 +497,9 @@ TEST(ExplorerInFolder, AFrozenWindowTakesTheForceAwayUntilItLivesAgain) {
   const auto at = touch_until_felt(driver, 8);
   ASSERT_TRUE(at);
   ::usleep(static_cast<useconds_t>(1e6 * (Touch::frozen_after_s + 0.5)));
-  EXPECT_EQ(norm(driver.window().touch().loop()->look().frame.command_n), 0.0) << "nobody looks, and it is felt";
+  EXPECT_EQ(norm(driver.window().touch().loop()->latest().frame.command_n), 0.0) << "nobody looks, and it is felt";
   EXPECT_TRUE(
-      Driver::wait_for([&] { return driver.window().touch().loop()->look().frame.guard_cause != GuardCause::panic; }, 3000));
+      Driver::wait_for([&] { return driver.window().touch().loop()->latest().frame.guard_cause != GuardCause::panic; }, 3000));
   driver.release(driver.view(), *at);
   driver.key(Qt::Key_Space);
   EXPECT_TRUE(driver.window().touch().is_held());
@@ -516,8 +516,8 @@ TEST(ExplorerInFolder, ACrashLeavesTheMotorsWithoutForce) {
   const MotorsAtRest motors_at_rest;  // what the handler of a crash makes
   Driver::live(100);
   LiveLoop& loop = *driver.window().touch().loop();
-  EXPECT_EQ(loop.look().frame.guard_cause, GuardCause::stops);
-  EXPECT_EQ(loop.look().frame.command_n, Vec3{});
+  EXPECT_EQ(loop.latest().frame.guard_cause, GuardCause::stops);
+  EXPECT_EQ(loop.latest().frame.command_n, Vec3{});
 }
 
 TEST(ExplorerInFolder, AFileThatIsDroppedIsOpened) {

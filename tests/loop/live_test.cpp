@@ -100,7 +100,7 @@ TEST(LiveLoop, ARehearsalIsNeverFelt) {
     const std::atomic<bool> never{false};
     loop.run(never, [&](const TickFrame& frame, const Session&) { frames[rehearse].push_back(frame); });
     if (rehearse) {
-      EXPECT_GT(loop.account().modes.at(0).mean_us, 0.0);
+      EXPECT_GT(loop.statistics().modes.at(0).mean_us, 0.0);
     }
   }
   ASSERT_EQ(frames[0].size(), frames[1].size());
@@ -126,9 +126,9 @@ TEST(LiveLoop, MissedTicksAreSkippedAndCountedAndNeverBunched) {
     last = frame.tick;
   }
   EXPECT_GT(missed, 50);
-  EXPECT_EQ(loop.account().missed, missed);
-  EXPECT_EQ(loop.account().ticks, static_cast<std::int64_t>(frames.size()));
-  EXPECT_NEAR(loop.account().late.p50_us, 100.0, 2.0);
+  EXPECT_EQ(loop.statistics().missed, missed);
+  EXPECT_EQ(loop.statistics().ticks, static_cast<std::int64_t>(frames.size()));
+  EXPECT_NEAR(loop.statistics().late.p50_us, 100.0, 2.0);
 }
 
 TEST(LiveLoop, ThreeMissedTicksTakeTheForceAway) {
@@ -156,7 +156,7 @@ TEST(LiveLoop, MissedTicksTakeNothingFromAHandWithoutMotors) {
   std::vector<TickFrame> frames;
   const std::atomic<bool> never{false};
   loop.run(never, [&](const TickFrame& frame, const Session&) { frames.push_back(frame); });
-  EXPECT_GT(loop.account().missed, 1000);
+  EXPECT_GT(loop.statistics().missed, 1000);
   int felt = 0;
   bool is_on = false;  // it stays so once it is
   for (const TickFrame& frame : frames) {
@@ -284,14 +284,14 @@ TEST_F(LiveLoopInFolder, NeitherAllocatesNorLocksInItsThreadWhileItIsRecordedAnd
   });
   for (int n = 0; !ended; ++n) {
     live.change([&](Scene& scene) { scene.coupling.damping_ns_per_m = 0.1 + 0.01 * (n % 10); });
-    loop.account();
-    loop.look();
+    loop.statistics();
+    loop.latest();
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   felt.join();
   EXPECT_EQ(allocations, 0);
   EXPECT_EQ(locks, 0);
-  EXPECT_GT(loop.account().scenes, 10);
+  EXPECT_GT(loop.statistics().scenes, 10);
 }
 
 TEST(LiveLoop, ThreadsThatChangeAndLookDoNotDisturbIt) {
@@ -305,15 +305,15 @@ TEST(LiveLoop, ThreadsThatChangeAndLookDoNotDisturbIt) {
       live.change([&](Scene& scene) { scene.coupling.max_force_n = 1.0 + i % 3; });
       if (i % 7 == 0) loop.panic();
       if (i % 7 == 2) loop.resume();
-      loop.move_view(i % 5 == 0);
+      loop.hold_while_view_moves(i % 5 == 0);
     }
   });
   std::thread looking([&] {
     while (!done) {
-      const LiveView& view = loop.look();
+      const LiveView& view = loop.latest();
       ASSERT_TRUE(is_finite(view.frame.command_n));
-      loop.turn(Mat3::identity());
-      loop.account();
+      loop.set_view_rotation(Mat3::identity());
+      loop.statistics();
       std::this_thread::yield();
     }
   });
@@ -325,8 +325,8 @@ TEST(LiveLoop, ThreadsThatChangeAndLookDoNotDisturbIt) {
   done = true;
   changing.join();
   looking.join();
-  EXPECT_EQ(loop.account().ticks, ticks);
-  EXPECT_GT(loop.account().scenes, 0);
+  EXPECT_EQ(loop.statistics().ticks, ticks);
+  EXPECT_GT(loop.statistics().scenes, 0);
 }
 
 TEST(ClutchMapping, TheClutchMovesTheHandleAndNotTheProbe) {

@@ -52,10 +52,10 @@ class Handle(palpa.Device):
 def test_a_device_in_python_is_driven_behind_the_guard():
     handle = Handle(depth_m=0.02)  # asks for 10 N
     with palpa.live(wall_scene(), device=handle, duration_s=60) as live:
-        wait_for(lambda: live.look()["guard"] == "limited" and handle.pushes())
+        wait_for(lambda: live.latest()["guard"] == "limited" and handle.pushes())
         with pytest.raises(ValueError, match="held by another live scene"):
             palpa.live(wall_scene(), device=handle)
-        assert live.look()["fault"] is None
+        assert live.latest()["fault"] is None
     forces = np.array([force for _, _, force in handle.sent])
     assert forces.max() <= 2.0 and forces.max() > 1.9, "the device's limit"
     assert forces[-1] == 0.0 and handle.closed == 1 and len(handle.threads) == 1
@@ -81,16 +81,16 @@ def test_what_it_raises_takes_the_force_away(where):
 
             at, failed_s = len(handle.sent), time.monotonic()
             setattr(handle, where, fail)
-            wait_for(lambda: live.look()["fault"] == "the device's own code raised an exception")
-            wait_for(lambda: not live.look()["command_n"].any())
+            wait_for(lambda: live.latest()["fault"] == "the device's own code raised an exception")
+            wait_for(lambda: not live.latest()["command_n"].any())
             time.sleep(0.3)
-            assert not live.look()["command_n"].any()
+            assert not live.latest()["command_n"].any()
             sent = [force for begin_s, _, force in handle.sent[at:] if begin_s > failed_s + 0.02]
             assert not any(sent), "nothing but zero while it fails"
             if where == "on_read":  # it can still be written to
                 assert handle.sent[-1][2] == 0.0 and handle.sent[-1][0] > failed_s
             fails.clear()
-            wait_for(lambda: live.look()["fault"] is None)
+            wait_for(lambda: live.latest()["fault"] is None)
             begin = len(handle.sent)
             handle.reads = 0  # what is felt begins anew where the hand is: it comes down again
             wait_for(handle.pushes)
@@ -108,8 +108,8 @@ def test_what_does_not_return_takes_the_force_away(where):
     with palpa.live(wall_scene(), device=handle, duration_s=60) as live:
         wait_for(handle.pushes)
         setattr(handle, where, lambda: goes_on.wait(20))
-        wait_for(lambda: live.look()["fault"] == "the device's own code does not return")
-        wait_for(lambda: not live.look()["command_n"].any())
+        wait_for(lambda: live.latest()["fault"] == "the device's own code does not return")
+        wait_for(lambda: not live.latest()["command_n"].any())
         time.sleep(0.1)
         at = len(handle.sent)
         setattr(handle, where, lambda: None)
@@ -169,13 +169,13 @@ def test_what_is_no_position_is_none():
         with palpa.live(wall_scene(), device=handle, duration_s=60) as live:
             wait_for(handle.pushes)
             handle.read = lambda returned=returned: returned
-            wait_for(lambda: not live.look()["command_n"].any())
-            assert live.look()["guard"] in ("falling", "waiting")
+            wait_for(lambda: not live.latest()["command_n"].any())
+            assert live.latest()["guard"] in ("falling", "waiting")
     handle = Handle()
     with palpa.live(wall_scene(), device=handle, duration_s=60) as live:
         wait_for(handle.pushes)
         handle.read = lambda: palpa.DeviceState((0, 0, -0.003), fault="too warm")
-        wait_for(lambda: live.look()["fault"] == "too warm" and not live.look()["command_n"].any())
+        wait_for(lambda: live.latest()["fault"] == "too warm" and not live.latest()["command_n"].any())
 
 
 def test_what_is_no_device_is_refused():
@@ -199,7 +199,7 @@ def test_what_is_no_device_is_refused():
 
     with pytest.warns(palpa.PalpaWarning, match="NotImplementedError: Silent has no method 'read"):
         with palpa.live(wall_scene(), device=Silent(), duration_s=60) as live:
-            wait_for(lambda: live.look()["fault"] is not None)
+            wait_for(lambda: live.latest()["fault"] is not None)
 
 
 def test_a_guarded_session_is_the_guard_for_a_loop_of_ones_own():

@@ -21,18 +21,18 @@ def wait_for(condition, limit_s=20):
 
 def test_a_scene_is_changed_while_it_is_felt():
     with palpa.live(head_scene(), hand="sim:stroke", duration_s=60) as live:
-        wait_for(lambda: live.look()["tick"] > 200)
+        wait_for(lambda: live.latest()["tick"] > 200)
         scene = live.scene
         scene.modes["skin"].mode.levels[0].friction_n = 0.4
         assert live.scene.modes["skin"].mode.levels[0].friction_n == 0.1, "a copy, until it is set"
         live.scene = scene
-        wait_for(lambda: live.account()["scenes"] >= 1)
+        wait_for(lambda: live.statistics()["scenes"] >= 1)
         assert live.scene.modes["skin"].mode.levels[0].friction_n == 0.4
         scene.modes["skin"].mode.field = "nonsense"
         with pytest.raises(palpa.SceneError, match="no volume 'nonsense'"):
             live.scene = scene
         live.panic()
-        wait_for(lambda: live.look()["guard"] in ("off", "falling"))
+        wait_for(lambda: live.latest()["guard"] in ("off", "falling"))
         live.resume()
         assert live.is_running
     assert not live.is_running
@@ -51,7 +51,7 @@ def test_many_threads_watch_and_change():
                     scene.modes["skin"].enabled = not scene.modes["skin"].enabled
                     scene.add_array(f"a{len(scene.volumes)}_{threading.get_ident()}"[:40], array.copy(), 0.01)
                     live.scene = head_scene()
-                    live.look(), live.account()
+                    live.latest(), live.statistics()
             except Exception as error:
                 errors.append(error)
 
@@ -70,7 +70,7 @@ def test_the_interpreter_ends_while_it_is_felt(end, tmp_path):
     program = ("import palpa, time\nscene = palpa.Scene()\nscene.add('head', palpa.head_phantom())\n"
                "scene.add('skin', palpa.SurfaceAndFriction(field='head', levels=[dict(value=-300)]))\n"
                f"live = palpa.live(scene, hand='sim:stroke', out={str(tmp_path / 'trace')!r}, duration_s=100)\n"
-               f"while live.look()['tick'] < 50: time.sleep(0.01)\n{end}\n")
+               f"while live.latest()['tick'] < 50: time.sleep(0.01)\n{end}\n")
     child = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
     assert child.returncode >= 0 or "SIGINT" in end, child.stderr
     assert len(palpa.Trace(tmp_path / "trace").ticks) > 10
@@ -79,7 +79,7 @@ def test_the_interpreter_ends_while_it_is_felt(end, tmp_path):
 def test_a_child_process_cannot_touch_it():
     program = ("import palpa, os\nscene = palpa.Scene()\nscene.add('head', palpa.head_phantom())\n"
                "live = palpa.live(scene, hand='sim:stroke', duration_s=100)\nchild = os.fork()\n"
-               "if child == 0:\n    try:\n        live.look()\n    except RuntimeError as error:\n        assert 'forked' in str(error)\n"
+               "if child == 0:\n    try:\n        live.latest()\n    except RuntimeError as error:\n        assert 'forked' in str(error)\n"
                "        del live\n        os._exit(7)\n"
                "print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), live.is_running)\nlive.stop()\n")
     child = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
