@@ -39,7 +39,7 @@ std::vector<DeviceSetting> settings() {
 [[noreturn]] void refuse(const std::string& what) { throw LoadError("device inverse3: " + what); }
 
 /// A text from outside within a sentence.
-std::string quoted(std::string_view text) {
+std::string in_quotes(std::string_view text) {
   constexpr std::size_t longest = 60;  // more would hide the sentence
   std::string out = "'";
   for (const char c : text.substr(0, longest)) out += c >= ' ' && c <= '~' ? c : '?';
@@ -57,19 +57,19 @@ boost::asio::ip::address address_of(const std::string& host) {
   if (host == "localhost") return boost::asio::ip::address_v4::loopback();
   boost::system::error_code error;
   const auto address = boost::asio::ip::make_address(host, error);
-  if (error) refuse("host=" + quoted(host) + " is no address; give its digits, as 127.0.0.1 or ::1");
+  if (error) refuse("host=" + in_quotes(host) + " is no address; give its digits, as 127.0.0.1 or ::1");
   return address;
 }
 
 std::string plain(const std::string& key, const std::string& value) {
-  if (!is_plain(value)) refuse(key + '=' + quoted(value) + " cannot be; give 1 to 64 letters, digits, '_', '-', '.' and ':'");
+  if (!is_plain(value)) refuse(key + '=' + in_quotes(value) + " cannot be; give 1 to 64 letters, digits, '_', '-', '.' and ':'");
   return value;
 }
 
 std::optional<ForceWord> force_word(const std::string& value) {
   if (value == "vector") return ForceWord::vector;
   if (value == "values") return ForceWord::values;
-  if (value != "auto") refuse("force=" + quoted(value) + " is not known; give auto, vector or values");
+  if (value != "auto") refuse("force=" + in_quotes(value) + " is not known; give auto, vector or values");
   return std::nullopt;
 }
 
@@ -83,21 +83,21 @@ Wanted wanted(const DeviceSettings& given) {
       out.service.address(address_of(value));
     } else if (key == "port") {
       std::uint16_t port = 0;
-      if (!detail::read_number(value, port) || port == 0) refuse("port=" + quoted(value) + " is no port; give 1 to 65535");
+      if (!detail::read_number(value, port) || port == 0) refuse("port=" + in_quotes(value) + " is no port; give 1 to 65535");
       out.service.port(port);
     } else if (key == "force") {
       out.word = force_word(value);
     } else if (key == "profile") {
       out.profile = plain(key, value);
     } else if (key == "remote") {
-      if (value != "yes" && value != "no") refuse("remote=" + quoted(value) + " is not known; give yes or no");
+      if (value != "yes" && value != "no") refuse("remote=" + in_quotes(value) + " is not known; give yes or no");
       may_be_remote = value == "yes";
     } else {
-      refuse("it has no setting " + quoted(key) + "; known are id, host, port, force, profile and remote");
+      refuse("it has no setting " + in_quotes(key) + "; known are id, host, port, force, profile and remote");
     }
   }
   if (!may_be_remote && !out.service.address().is_loopback())
-    refuse("host=" + quoted(out.service.address().to_string()) +
+    refuse("host=" + in_quotes(out.service.address().to_string()) +
            " is another machine, and nothing keeps others from changing forces on their way; give remote=yes if you trust all "
            "that "
            "is between, or run palpa there");

@@ -81,7 +81,7 @@ install_packages() {
     ask "Fetch the current package lists first (apt-get update, about 10 MB)?"
     as_root apt-get update || say "apt-get update reported errors; going on with the lists that are there."
     updated=true
-    plan=$(plan_for "${missing[@]}") || fail "apt cannot install these packages; they are Debian 12's (bookworm, main):
+    plan=$(plan_for "${missing[@]}") || fail "apt cannot install these packages; they are those of Debian 12 and 13 (main):
 $(printf '%s\n' "$plan" | grep '^E:')"
   fi
   count=$(printf '%s\n' "$plan" | sed -n 's/.* \([0-9]*\) newly installed.*/\1/p')

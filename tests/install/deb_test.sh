@@ -4,7 +4,7 @@
 # and up to 3 GB; so it is not among the tests of ctest. By hand:
 #   sudo tests/install/deb_test.sh BUILD [ROOT]
 # BUILD is a finished build that was configured with CMAKE_INSTALL_PREFIX=/usr and BUILD_TYPE Release.
-# ROOT is a bare root made before (by debootstrap --variant=minbase bookworm); it is copied, not changed.
+# ROOT is a bare root made before (by debootstrap --variant=minbase, of the release that this machine runs); it is copied, not changed.
 set -eu
 build=$(cd "$1" && pwd)
 base=${2:-}
@@ -39,7 +39,7 @@ echo "== a bare Debian 12"
 if [ -n "$base" ]; then
   cp -a "$base" "$root"
 else
-  debootstrap --variant=minbase bookworm "$root" >"$work/debootstrap.log" || { tail "$work/debootstrap.log"; fail "debootstrap"; }
+  debootstrap --variant=minbase "$(. /etc/os-release && echo "$VERSION_CODENAME")" "$root" >"$work/debootstrap.log" || { tail "$work/debootstrap.log"; fail "debootstrap"; }
 fi
 cp /etc/resolv.conf "$root/etc/"
 rm -f "$root/etc/apt/sources.list"
