@@ -234,7 +234,7 @@ std::vector<Figure> normals(const FeltScene& felt) {
     const FieldPtr field = bare.field(surface->field).field;
     const Similarity map = bare.hand_to_world();
     for (int d = 0; d < directions; ++d) {
-      const Slide slide = slide_over(felt.held, d / static_cast<double>(directions), 0.0, felt.held.depth_m);
+      const HandSlide slide = slide_over(felt.held, d / static_cast<double>(directions), 0.0, felt.held.depth_m);
       const auto hand = hand_device(slide.target, Hold::relaxed);  // one that stays on the surface
       for (const FeltTick& tick : feel(bare, *hand, slide.to_s).ticks) {
         const Vec3 normal = map.gradient_to_hand(field->scalar(map.to_world(tick.proxy_m)).gradient);

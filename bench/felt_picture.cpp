@@ -23,12 +23,12 @@ Series force_over_time(const FeltRun& run, const std::string& name, CurveColor c
 }
 
 /// Of the slides through the place the one that presses most while it stays on what it has met.
-Slide firmest_slide(const FeltScene& felt) {
+HandSlide firmest_slide(const FeltScene& felt) {
   constexpr int directions = 8;
-  Slide best = slide_over(felt.held, 0.0, 0.0, felt.held.depth_m);
+  HandSlide best = slide_over(felt.held, 0.0, 0.0, felt.held.depth_m);
   double most = 0.0;
   for (int d = 0; d < directions; ++d) {
-    const Slide slide = slide_over(felt.held, d / static_cast<double>(directions), 0.0, felt.held.depth_m);
+    const HandSlide slide = slide_over(felt.held, d / static_cast<double>(directions), 0.0, felt.held.depth_m);
     const auto hand = hand_device(slide.target, Hold::relaxed);
     double sum = 0.0;
     for (const auto& stretch : quiet_signals_of(feel(felt.scene, *hand, slide.to_s), slide.from_s, slide.to_s).command_n) {
@@ -57,7 +57,7 @@ std::vector<Mark> marks_of(const FeltRun& run, const EdgesOfData& edges, double 
   return marks;
 }
 
-Plot spectra(const FeltScene& felt, const Slide& slide, const FeltRun& smooth, const FeltRun& stepped) {
+Plot spectra(const FeltScene& felt, const HandSlide& slide, const FeltRun& smooth, const FeltRun& stepped) {
   const FeltSignals own = signals_of(smooth, slide.from_s, slide.to_s), device = signals_of(stepped, slide.from_s, slide.to_s);
   Plot plot = detail::spectrum_plot(
       "Its spectrum: what skin feels as rough lies between 20 and 500 Hz",
@@ -123,7 +123,7 @@ void save_felt_picture(const FeltScene& felt, const std::filesystem::path& file)
   constexpr double encoder_step_m = 55e-6;
   DevicePlant encoder{.name = "encoder"};
   encoder.limits.encoder_step_m = encoder_step_m;
-  const Slide slide = firmest_slide(felt);
+  const HandSlide slide = firmest_slide(felt);
   const auto hand = hand_device(slide.target, Hold::relaxed), in_device = hand_device(slide.target, Hold::relaxed, encoder);
   const FeltRun smooth = feel(felt.scene, *hand, slide.to_s), stepped = feel(felt.scene, *in_device, slide.to_s);
   Plot slid{.title = felt.name + ": a relaxed hand slides at 5 cm/s",

@@ -32,7 +32,7 @@ void count_steps(const FeltRun& run, const FeltScene& felt, double from_s, Slide
   }
 }
 
-void add_slide(const FeltScene& felt, const Slide& slide, Hold hold, Slides& into) {
+void add_slide(const FeltScene& felt, const HandSlide& slide, Hold hold, Slides& into) {
   const auto hand = hand_device(slide.target, hold);
   const FeltRun run = feel(felt.scene, *hand, slide.to_s);
   count_steps(run, felt, slide.from_s, into);

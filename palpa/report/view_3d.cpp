@@ -157,7 +157,7 @@ Json json_of_events(const Recorded& recorded, std::size_t most) {
 }  // namespace
 
 std::string json_of_view(const Recorded& recorded, const Scene* scene, const std::vector<RecordedMoment>& moments,
-                         const Vec3& from, const ViewOptions& options) {
+                         const Vec3& from, const View3dOptions& options) {
   Json view;
   Json layers = Json::array(), bars = Json::array();
   bool medical = false;

@@ -9,7 +9,7 @@
 
 namespace palpa::detail {
 
-struct ViewOptions {
+struct View3dOptions {
   std::size_t most_triangles = 60'000;   ///< of all surfaces
   std::size_t most_path_points = 3'000;  ///< of probe and proxy each
   std::size_t most_events = 400;         ///< marks in the view
@@ -19,6 +19,6 @@ struct ViewOptions {
 /// \param moments  in order; may have no primitives
 /// \param from     [1] direction to the viewer at first, hand frame
 std::string json_of_view(const Recorded& recorded, const Scene* scene, const std::vector<RecordedMoment>& moments,
-                         const Vec3& from, const ViewOptions& options = {});
+                         const Vec3& from, const View3dOptions& options = {});
 
 }  // namespace palpa::detail

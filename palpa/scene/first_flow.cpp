@@ -37,9 +37,10 @@ struct Cell {
 };
 
 /// The field that is high nearly wherever there is flow, and low in much of the rest.
-std::optional<Signal> signal_of(const Lattice& lattice, const Volume& volume, std::size_t flow, const std::vector<Cell>& cells,
-                                const std::vector<char>& flows, bool noisy, const std::vector<Statistics>& values) {
-  std::optional<Signal> best;
+std::optional<FlowSignal> signal_of(const Lattice& lattice, const Volume& volume, std::size_t flow,
+                                    const std::vector<Cell>& cells, const std::vector<char>& flows, bool noisy,
+                                    const std::vector<Statistics>& values) {
+  std::optional<FlowSignal> best;
   double best_share = 0.7;  // [1] of the data where the field may be high: with more, its mask would leave hardly anything out
   for (std::size_t f = 0; f < volume.fields.size(); ++f) {
     const Field& field = *volume.fields[f].field;

@@ -11,7 +11,7 @@
 namespace palpa::detail {
 
 /// Another field of the volume that says where there is something that can flow: the magnitude image of a velocity MR.
-struct Signal {
+struct FlowSignal {
   std::size_t field = 0;  ///< its number in the volume
   double from = 0.0;      ///< below, nothing is there; in that field's own unit
   double full = 0.0;      ///< from here on the mask is 1; in that field's own unit
@@ -48,11 +48,11 @@ struct Wall {
 
 /// Where a vector field flows.
 struct FlowPlaces {
-  Object object;                 ///< where it flows, noise left out
-  FirstFlow speeds;              ///< of what is not noise
-  double noisy_share = 0.0;      ///< [1] of what moves, the part whose vectors are at odds with those around them
-  bool noisy = false;            ///< `noisy_share` is so large that noise has to be masked
-  std::optional<Signal> signal;  ///< of a flow that is noisy or fills little of the data
+  Object object;                     ///< where it flows, noise left out
+  FirstFlow speeds;                  ///< of what is not noise
+  double noisy_share = 0.0;          ///< [1] of what moves, the part whose vectors are at odds with those around them
+  bool noisy = false;                ///< `noisy_share` is so large that noise has to be masked
+  std::optional<FlowSignal> signal;  ///< of a flow that is noisy or fills little of the data
   std::optional<Vortices> vortices;
   std::optional<Turning> turning;
   std::optional<Wall> wall;

@@ -76,7 +76,7 @@ class Projection {
     for (std::size_t i = 0; i < normals.size(); ++i) largest_ = std::max(largest_, std::abs(c[i]));
   }
 
-  Foot run() noexcept {
+  CornerFoot run() noexcept {
     for (int j = furthest_behind(); j >= 0 && steps_ < max_steps; j = furthest_behind()) press(j);
     // Computed anew from the face alone: the steps have added up rounding.
     foot_.w = face().hull(c_);
@@ -152,18 +152,18 @@ class Projection {
   std::span<const Vec3> normals_;
   const double* c_;
   double largest_ = 0.0;
-  Foot foot_;
+  CornerFoot foot_;
   int steps_ = 0;
 };
 
 }  // namespace
 
-Foot foot_of(std::span<const Vec3> normals, const double* c) noexcept { return Projection(normals, c).run(); }
+CornerFoot foot_of(std::span<const Vec3> normals, const double* c) noexcept { return Projection(normals, c).run(); }
 
 double width_of(std::span<const Vec3> normals) noexcept {
   double ones[most_facets];
   std::fill_n(ones, normals.size(), 1.0);
-  const Foot foot = foot_of(normals, ones);
+  const CornerFoot foot = foot_of(normals, ones);
   if (!foot.found) return 0.0;
   const Vec3 e = normalized(foot.w);
   double least = 1.0;

@@ -34,7 +34,7 @@ struct Face {
 };
 
 /// The least w with nᵢ·w ≥ cᵢ for all i: w = Σ tᵢ nᵢ with at most three tᵢ > 0, those of `face`.
-struct Foot {
+struct CornerFoot {
   Vec3 w;
   Face face;
   double t[3] = {};   // of the face's facets, ≥ 0
@@ -43,7 +43,7 @@ struct Foot {
 
 /// Goldfarb and Idnani's dual active set (1983) in three dimensions. It needs no start; w is off by a few roundings of
 /// the c of its face, times the inverse of T. For normals of unit length, at most `most_facets`, and any finite c.
-Foot foot_of(std::span<const Vec3> normals, const double* c) noexcept;
+CornerFoot foot_of(std::span<const Vec3> normals, const double* c) noexcept;
 
 /// σ = max over unit vectors e of min nᵢ·e, or 0 where that is not positive.
 double width_of(std::span<const Vec3> normals) noexcept;

@@ -2,13 +2,13 @@
 
 namespace palpa::detail {
 
-Foot Corner::pull(const Vec3& Z, double tau) const noexcept {
+CornerFoot Corner::pull(const Vec3& Z, double tau) const noexcept {
   double c[most_facets];
   for (std::size_t i = 0; i < normals.size(); ++i) c[i] = tau * residual(i, Z) + dot(normals[i], u);
   return foot_of(normals, c);
 }
 
-void Corner::answer(const Foot& foot, double tau) noexcept {
+void Corner::answer(const CornerFoot& foot, double tau) noexcept {
   face = foot.face;
   u = compliance > 0.0 ? foot.w / (1.0 + compliance * tau) : foot.w;
   confine(norm_squared(u) > s * s);
@@ -165,7 +165,7 @@ double most_moved(std::span<const Vec3> normals, const bool* among) noexcept {
 // Where the proxy is off the corner, beyond all that it gives way, its force is s w*/|w*| with w* the exact foot: a force that
 // is not far from that stands for it. w = Σ t n is the exact foot for c that are off by `shift` at most; the foot is continuous
 // in c and linear in each face, so w* is within `reach` of it.
-Gap gap_off(const Corner& p, const Vec3& Z, const Foot& foot) noexcept {
+Gap gap_off(const Corner& p, const Vec3& Z, const CornerFoot& foot) noexcept {
   const std::size_t m = p.normals.size();
   Vec3 w;
   double pressed = 0.0, shift = 0.0;
@@ -205,7 +205,7 @@ Gap gap(const Corner& p, const Vec3& Z) noexcept {
   if (own.clear) return own.gap;
   double r[most_facets];
   for (std::size_t i = 0; i < p.normals.size(); ++i) r[i] = p.residual(i, Z);
-  const Foot foot = foot_of(p.normals, r);
+  const CornerFoot foot = foot_of(p.normals, r);
   const CornerGap seen = gap_at(p, Z, foot.face);
   if (seen.clear) return seen.gap;
   const auto cost = [](const Gap& gap) { return gap.slack + std::sqrt(gap.rounded); };

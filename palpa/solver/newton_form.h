@@ -211,9 +211,9 @@ struct Corner {
 
   double residual(std::size_t i, const Vec3& Z) const noexcept { return b[i] - dot(normals[i], Z); }
   /// The pull that it answers through a spring of stiffness τ which starts from u: the foot for c = τ r + n·u.
-  Foot pull(const Vec3& Z, double tau) const noexcept;
+  CornerFoot pull(const Vec3& Z, double tau) const noexcept;
   /// The force that answers the `foot` of such a pull: w/(1 + cτ) up to s, else s along w.
-  void answer(const Foot& foot, double tau) noexcept;
+  void answer(const CornerFoot& foot, double tau) noexcept;
   /// Takes the t of the face from u, back into what it can exert; to the full strength where `slips`.
   void confine(bool slips) noexcept;
   /// Makes u the sum of t n, not longer than s: exactly as long where it is `full`.

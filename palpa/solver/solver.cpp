@@ -562,7 +562,7 @@ Solver::Work::Sides Solver::Work::take_sides() noexcept {
 
 // A corner does so within the span of the face that a sweep sees: of R it has the way to that face's hull.
 void Solver::Work::take_side(Corner& p, Stiffness& M, Vec3& g) const noexcept {
-  const detail::Foot foot = p.pull(Z_, 1.0);
+  const detail::CornerFoot foot = p.pull(Z_, 1.0);
   double r[most_facets];
   for (std::size_t i = 0; i < p.normals.size(); ++i) r[i] = p.residual(i, Z_);
   p.face = foot.face;
@@ -750,7 +750,7 @@ bool Solver::Work::minimise(double tau) noexcept {
     }
     for (std::size_t i = 0; i < corner_count_; ++i) {
       const Corner& p = corners_[i];
-      const detail::Foot foot = p.pull(Z_, tau);
+      const detail::CornerFoot foot = p.pull(Z_, tau);
       const double squared = norm_squared(foot.w);
       const double yields = 1.0 + p.compliance * tau;
       const bool slips = std::sqrt(squared) > p.s * yields;

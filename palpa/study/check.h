@@ -35,7 +35,7 @@ inline constexpr double borne_jump_n = 0.55;
 inline constexpr double borne_energy_j = 5e-3;
 
 /// One thing that was looked at.
-struct Finding {
+struct CheckFinding {
   std::string key;  ///< "let_go", "held", "jump", …: as in JSON
   Grade grade = Grade::fine;
   double measured = 0.0;   ///< [`unit`]
@@ -73,7 +73,7 @@ struct CheckReport {
   Grade grade = Grade::fine;
   std::string verdict;  ///< one line: the gravest finding
   std::vector<CheckPlace> places;
-  std::vector<Finding> findings;          ///< the gravest first
+  std::vector<CheckFinding> findings;     ///< the gravest first
   StableStiffness stable;                 ///< at the scene's D
   double largest_damping_ns_per_m = 0.0;  ///< largest stable D at the scene's k, of the device alone on a wall; 0: none
   double most_force_n = 0.0;

@@ -22,14 +22,14 @@ Scene with_coupling(Scene scene, double stiffness_n_per_m, double damping_ns_per
   return scene;
 }
 
-const Finding* finding(const CheckReport& report, std::string_view key) {
-  for (const Finding& one : report.findings) {
+const CheckFinding* finding(const CheckReport& report, std::string_view key) {
+  for (const CheckFinding& one : report.findings) {
     if (one.key == key) return &one;
   }
   return nullptr;
 }
 Grade grade_of(const CheckReport& report, std::string_view key) {
-  const Finding* const found = finding(report, key);
+  const CheckFinding* const found = finding(report, key);
   return found ? found->grade : Grade::fine;
 }
 
@@ -132,7 +132,7 @@ void follow(const Scene& scene, CheckReport& report, const std::function<void(do
 
 bool detail::is_better(const CheckReport& report, const CheckReport& than) noexcept {
   if (report.grade != than.grade) return report.grade < than.grade;
-  const auto graves = [](const CheckReport& of) { return std::ranges::count(of.findings, of.grade, &Finding::grade); };
+  const auto graves = [](const CheckReport& of) { return std::ranges::count(of.findings, of.grade, &CheckFinding::grade); };
   return report.grade != Grade::fine && graves(report) < graves(than);
 }
 
@@ -159,7 +159,7 @@ void detail::advise(const Scene& scene, CheckReport& report, const std::function
         "it by a dead-man button (--dead-man-button), so that it is never felt without a hand.");
   }
   if (kicks) {
-    const Finding& jump = *finding(report, "jump");
+    const CheckFinding& jump = *finding(report, "jump");
     set("max_force_n", scene.coupling.max_force_n, rounded_down(scene.coupling.max_force_n * borne_jump_n / jump.measured),
         "the step of the force shrinks with it");
   }

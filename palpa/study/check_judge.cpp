@@ -189,7 +189,7 @@ class Judge {
  private:
   static constexpr std::initializer_list<Act> moving = {Act::hold, Act::stroke, Act::press};
   static constexpr std::initializer_list<Act> everything = {Act::let_go, Act::lean, Act::hold, Act::stroke, Act::press};
-  void add(Finding finding, const TrialMade* made) {
+  void add(CheckFinding finding, const TrialMade* made) {
     if (made) finding.where = where_of(*made, report_.places[made->place]);
     report_.findings.push_back(std::move(finding));
   }
@@ -200,12 +200,12 @@ class Judge {
 
 void conclude(CheckReport& report) {
   std::stable_sort(report.findings.begin(), report.findings.end(),
-                   [](const Finding& a, const Finding& b) { return a.grade > b.grade; });
+                   [](const CheckFinding& a, const CheckFinding& b) { return a.grade > b.grade; });
   if (report.findings.empty()) {
     report.verdict = "nothing is felt within reach of a hand";
     return;
   }
-  const Finding& gravest = report.findings.front();
+  const CheckFinding& gravest = report.findings.front();
   report.grade = gravest.grade;
   report.verdict = report.grade == Grade::fine
                        ? "fine on " + report.plant.name + ": it rests, let go and held, also with half of its friction"

@@ -48,7 +48,7 @@ Set set_up(const DevicePlant& plant, const CheckPlace& place, const Trial& trial
       return {hand_device(hold_at(place.met, 0.0, depth_m, {}, even_s + watched_s), trial.hold, plant), even_s,
               even_s + watched_s};
     case Act::stroke: {
-      const Slide slide = slide_over(place.met, 0.125, 0.0, depth_m);
+      const HandSlide slide = slide_over(place.met, 0.125, 0.0, depth_m);
       return {hand_device(slide.target, trial.hold, plant), slide.from_s, slide.to_s};
     }
     case Act::press: {

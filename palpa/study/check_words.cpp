@@ -45,7 +45,7 @@ std::string to_table(const CheckReport& report) {
     out += text("  place      %-12s (%+.0f, %+.0f, %+.0f mm): %.2f N, turns by %.2f N in a millimetre\n", place.why.c_str(),
                 1e3 * place.front_m.x, 1e3 * place.front_m.y, 1e3 * place.front_m.z, place.force_n, place.turn_n);
   out += "\n";
-  for (const Finding& finding : report.findings)
+  for (const CheckFinding& finding : report.findings)
     out += text("  %-5s%-12s", name_of(finding.grade), finding.key.c_str()) + finding.words +
            (finding.where.empty() ? "" : "; " + finding.where) + "\n";
   if (!report.changes.empty() || !report.advice.empty()) out += "\n";
@@ -66,7 +66,7 @@ std::string to_json(const CheckReport& report) {
                       {"force_n", place.force_n},
                       {"turn_n_per_mm", place.turn_n},
                       {"uneven_n_per_mm", place.uneven_n}});
-  for (const Finding& finding : report.findings)
+  for (const CheckFinding& finding : report.findings)
     findings.push_back({{"key", finding.key},
                         {"grade", name_of(finding.grade)},
                         {"measured", number(finding.measured)},

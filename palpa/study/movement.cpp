@@ -40,7 +40,7 @@ std::shared_ptr<const Target> path_target(std::function<Vec3(double)> at, double
   return std::make_shared<Path>(std::move(at), duration_s);
 }
 
-Slide slide_over(const Encounter& met, double turn, double beside_m, double depth_m) {
+HandSlide slide_over(const Encounter& met, double turn, double beside_m, double depth_m) {
   constexpr double begin_s = approach_s + rest_s, ramp_s = 0.1, settle_s = 0.05, least_half_m = 0.02;
   const double half_m = std::max(met.radius_m, least_half_m);
   const double to_s = begin_s + ramp_s / 2.0 + 2.0 * half_m / slide_m_per_s;

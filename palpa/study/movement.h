@@ -17,13 +17,13 @@ inline constexpr double slide_m_per_s = 0.05;
 /// A path that is a function of time [s].
 std::shared_ptr<const Target> path_target(std::function<Vec3(double)> at, double duration_s);
 /// A hand over the front at a constant speed.
-struct Slide {
+struct HandSlide {
   std::shared_ptr<const Target> target;
   double from_s = 0.0, to_s = 0.0;  ///< while the speed is constant
 };
 /// In to a depth [m] behind the front, and over it along a direction that is `turn` [1] of a full turn from the right,
 /// `beside_m` to the left of the place.
-Slide slide_over(const Encounter& met, double turn, double beside_m, double depth_m);
+HandSlide slide_over(const Encounter& met, double turn, double beside_m, double depth_m);
 /// From here on [s] a hand that `hold_at` leads is at rest, but for its tremor.
 inline constexpr double even_s = 2.4;
 struct Tremor {

@@ -211,7 +211,7 @@ TEST(Check, LetsADeviceGoBeforeALevelWhereverThatStands) {
     scene.add("wall", SurfaceAndFriction{.field = {"wall"}, .levels = {{.value = 0.0, .strength_n = Strength{20.0}}}});
     const CheckReport report = check_quickly(scene, smooth);
     const auto let_go = std::find_if(report.findings.begin(), report.findings.end(),
-                                     [](const Finding& finding) { return finding.key == "let_go"; });
+                                     [](const CheckFinding& finding) { return finding.key == "let_go"; });
     ASSERT_NE(let_go, report.findings.end());
     EXPECT_EQ(let_go->grade, Grade::stop) << behind_m << "\n" << to_table(report);
   }
@@ -224,8 +224,8 @@ TEST(Check, LetsASoftSceneBe) {
   EXPECT_TRUE(report.changes.empty()) << to_table(report);
 }
 
-const Finding& finding_of(const CheckReport& report, std::string_view key) {
-  return *std::ranges::find(report.findings, key, &Finding::key);
+const CheckFinding& finding_of(const CheckReport& report, std::string_view key) {
+  return *std::ranges::find(report.findings, key, &CheckFinding::key);
 }
 
 // What laboratories run: 500 N/m, and the most that the device is made for where that is less.
