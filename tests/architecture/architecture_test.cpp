@@ -281,6 +281,28 @@ TEST(Tick, HasShortFunctions) {
   EXPECT_GT(functions, 100) << "the sources were not found";
 }
 
+/// Types that a header defines outside of other types.
+std::vector<std::string> types_of(const std::string& header) {
+  static const std::regex type(R"re((^|\n)(struct|class|enum class) (\w+)( final)?( : [^;{\n]*)? \{)re");
+  return {std::sregex_token_iterator(header.begin(), header.end(), type, 3), {}};
+}
+
+TEST(Types, AreReadFromHeaders) {
+  EXPECT_THAT(types_of("struct A {\n  struct B {\n};\nclass C;\nclass D final : public A {\nenum class E : int {\n"),
+              ElementsAre("A", "D", "E"));
+}
+
+TEST(Types, OfTheLibraryHaveNamesOfTheirOwn) {
+  std::map<std::string, std::string> defined_in;
+  for (const std::string& file : files_under("palpa", {".h"})) {
+    for (const std::string& type : types_of(text_of(repository() / file))) {
+      const auto [other, is_new] = defined_in.emplace(type, file);
+      EXPECT_TRUE(is_new) << file << " and " << other->second << " both define " << type;
+    }
+  }
+  EXPECT_GT(defined_in.size(), 200u) << "the headers were not found";
+}
+
 /// The words of a source that open a file, map one or give one a name: calls of the system and of C, streams, classes of Qt.
 std::vector<std::string> words_that_open_files(const std::string& source) {
   static const std::set<std::string> always{
