@@ -98,7 +98,7 @@ class Posed final : public Field {
 };
 
 /// The rotation about `axis`, a unit vector, by an angle [rad] (O. Rodrigues, 1840).
-Mat3 rotation_about(const Vec3& axis, double angle) noexcept {
+Mat3 rotation_by(const Vec3& axis, double angle) noexcept {
   const double c = std::cos(angle), s = std::sin(angle), v = 1.0 - c;
   return {{{c + v * axis.x * axis.x, v * axis.x * axis.y - s * axis.z, v * axis.x * axis.z + s * axis.y},
            {v * axis.y * axis.x + s * axis.z, c + v * axis.y * axis.y, v * axis.y * axis.z - s * axis.x},
@@ -322,7 +322,7 @@ Similarity pose_at(const PoseTrack& track, DataTime at) noexcept {
   const auto between = [u](double from, double to) { return from + u * (to - from); };
   Similarity pose = a.pose;
   if (const Turn turn = turn_between(a.pose.rotation, b.pose.rotation); turn.angle > 0.0) {
-    pose.rotation = rotation_about(turn.axis, u * turn.angle) * a.pose.rotation;
+    pose.rotation = rotation_by(turn.axis, u * turn.angle) * a.pose.rotation;
   }
   if (b.pose.scale != a.pose.scale) pose.scale = a.pose.scale * std::pow(b.pose.scale / a.pose.scale, u);
   pose.translation_m = {between(a.pose.translation_m.x, b.pose.translation_m.x),
