@@ -36,7 +36,7 @@ using detail::sentence_of;
 using detail::suggestion;
 using detail::toml_number;
 
-constexpr std::string_view set_mark = "--set ";  // what stands for the file's name in values from --set
+constexpr std::string_view set_mark = "--set ";  // replaces the file's name in places of values from --set
 
 // ---- Places
 
@@ -98,7 +98,7 @@ std::optional<double> number_in(const toml::node& node) {
   return std::nullopt;
 }
 
-/// `count` finite numbers in a list; nothing if it is not that.
+/// `count` finite numbers in a list; nullopt for anything else.
 std::optional<std::vector<double>> numbers_in(const toml::node& node, std::size_t count) {
   const toml::array* array = node.as_array();
   if (!array || array->size() != count) return std::nullopt;
@@ -111,7 +111,7 @@ std::optional<std::vector<double>> numbers_in(const toml::node& node, std::size_
   return numbers;
 }
 
-/// How many elements a list or a table of this name may have.
+/// Largest number of elements in a list or a table of this name.
 const Limit& limit_of(std::string_view key) noexcept {
   static constexpr std::pair<std::string_view, Limit> limits[] = {{"mode", limit::modes},
                                                                   {"volume", limit::volumes},
@@ -122,7 +122,7 @@ const Limit& limit_of(std::string_view key) noexcept {
   return found != std::end(limits) ? found->second : limit::entries;
 }
 
-/// The elements of a list of tables; empty list for none. Whoever asks has checked that it is one.
+/// Elements of a list of tables; empty without a list. The caller has checked the type.
 std::vector<const toml::table*> tables_in(const toml::node* node) {
   std::vector<const toml::table*> tables;
   if (node) {
@@ -131,13 +131,13 @@ std::vector<const toml::table*> tables_in(const toml::node* node) {
   return tables;
 }
 
-/// Whether a key with choices may be this text: one of them, or another spelling of a unit of length.
+/// Whether a text is valid for a key with choices: a choice, or another spelling of a unit of length.
 bool is_choice(const Key& key, const std::string& text) {
   return std::ranges::find(key.choices, text) != key.choices.end() || (key.name == "length_unit" && detail::length_unit(text));
 }
 
-/// A table whose keys have all been checked against their list: known, of the right kind, in range,
-/// among the choices, and the required ones there. What is asked for afterwards needs no check.
+/// A table whose keys have all been checked against their list: known, of the right kind, in range, among the choices, and the
+/// required keys present. Later access needs no check.
 class Section {
  public:
   /// `where` completes "… in ": "[coupling]", "mode 'skin'".
@@ -163,7 +163,7 @@ class Section {
   const toml::table* subtable(std::string_view key) const { return node(key) ? node(key)->as_table() : nullptr; }
   std::optional<double> number(std::string_view key) const { return node(key) ? number_in(*node(key)) : std::nullopt; }
   std::optional<std::string> text(std::string_view key) const { return table_[key].value<std::string>(); }
-  /// Fails at the key: "'KEY' in WHERE …", what is wrong; what would be right.
+  /// Fails at the key: "'KEY' in WHERE …", the fault and its remedy.
   [[noreturn]] void refuse(std::string_view key, const std::string& problem) const { fail_at(*node(key), key, problem); }
 
  private:
@@ -208,7 +208,7 @@ class Section {
   std::string where_;
 };
 
-/// The canonical text of a value, on one line.
+/// Canonical text of a value, on one line.
 std::string text_of(const toml::node& node) {
   if (const auto* text = node.as_string()) return detail::toml_string(text->get());
   if (const auto* integer = node.as_integer()) return std::to_string(integer->get());
@@ -232,7 +232,7 @@ std::string text_of(const toml::node& node) {
 
 // ---- --set
 
-/// Edits the tree before anything is read from it, so that every check applies to what was set.
+/// Edits the tree before it is read, so that every check applies to the new values.
 class Setter {
  public:
   explicit Setter(toml::table& root) : root_(root) {}
@@ -266,9 +266,9 @@ class Setter {
          "mode.NAME.level.NAME.KEY, time.KEY, view.KEY");
   }
 
-  /// A value as TOML reads it; what TOML cannot read is a text, so that words need no quotes.
+  /// Value parsed as TOML; text if that fails, so that words need no quotes.
   static void put(toml::table* table, const std::string& key, const std::string& value, const std::string& place) {
-    if (!table) return;  // not a table: the checks will say so
+    if (!table) return;  // not a table: reported by the checks
     const std::string line = "v = " + value;
     toml::table parsed;
     if (value.size() <= limit::scene_bytes.count() && !detail::problem_with_toml(line)) {
@@ -283,7 +283,7 @@ class Setter {
       parsed = toml::parse(std::string_view("v = " + detail::toml_string(value)), std::string_view(place));
       node = parsed.get("v");
     }
-    // The key's own place is --set as well, even where it replaces one of the file.
+    // The key's own place is --set as well, even if it replaces a key of the file.
     table->erase(key);
     table->insert_or_assign(toml::key(key, region(place)), std::move(*node));
   }
@@ -299,7 +299,7 @@ class Setter {
     return {{1, 1}, {1, 1}, std::make_shared<const std::string>(place)};
   }
 
-  /// The table of the list `list` whose name is `name`.
+  /// Table of the list `list` with the name `name`.
   static toml::table& item(toml::table& owner, const std::string& list, const std::string& name, const std::string& kind,
                            const std::string& place) {
     std::vector<std::string> names;
@@ -319,7 +319,7 @@ class Setter {
 
 // ---- Reading
 
-/// The word that something is named by, which is a plain one.
+/// Name of an item; must be a plain word.
 std::string check_plain(const std::string& kind, const toml::key& word) {
   const std::string problem = detail::problem_with_name(kind, word.str());
   if (!problem.empty()) fail(place_of(word.source()), problem);
@@ -353,7 +353,7 @@ std::pair<FieldRef, TransferFunction> function_in(const toml::table& table, cons
 /// Fills in the parameters of a part or a mode from its table, which has been checked against their keys.
 class Reader final : public ParameterVisitor {
  public:
-  /// \param volumes  those that fields and volumes must be of; nullptr: of any
+  /// \param volumes  allowed volumes of fields; nullptr: any
   Reader(const Section& section, const Keys& keys, const std::vector<std::string>* volumes)
       : section_(section), keys_(keys), volumes_(volumes) {}
 
@@ -417,7 +417,7 @@ class Reader final : public ParameterVisitor {
     }
   }
 
-  /// A field's name whose volume is there: found out before any volume is opened.
+  /// Name of a field with a known volume: checked before any volume is opened.
   FieldRef field_in(const toml::node& node) const {
     const std::string name = *node.value<std::string>();
     const std::string problem = volumes_ ? detail::problem_with_volume_of(name, *volumes_) : "";
@@ -431,7 +431,7 @@ class Reader final : public ParameterVisitor {
     Reader reader(section, keys, volumes_);
     list.visit(i, reader);
   }
-  /// Each under its name, which is a plain word: "field 'a' of …" of `fields`.
+  /// Tables keyed by a plain word: "field 'a' of …" of `fields`.
   void named_tables(const toml::table& table, const Key& key, ParameterList& list) const {
     struct Name final : ParameterVisitor {
       void text(const ParameterInfo& info, std::string& text) override {
@@ -455,7 +455,7 @@ class Reader final : public ParameterVisitor {
   const std::vector<std::string>* volumes_;
 };
 
-/// Fills in a part from its table; gives back the table, checked.
+/// Fills in a part from its table; returns the checked table.
 template <class Part>
 Section read(const toml::table& table, std::string where, Part& part, const std::vector<std::string>* volumes = nullptr) {
   const Keys& keys = detail::keys_of<Part>();
@@ -465,7 +465,7 @@ Section read(const toml::table& table, std::string where, Part& part, const std:
   return section;
 }
 
-/// What several keys of a request say together.
+/// Checks combinations of keys of a request.
 void check_request(const Section& section, const VolumeRequest& request) {
   for (const char* key : {"byte_order", "header_bytes"}) {
     if (request.layout.type.empty() && section.node(key)) {
@@ -529,17 +529,17 @@ class Loader {
   }
 
  private:
-  /// A volume that is yet to be opened.
+  /// A volume before it is opened.
   struct VolumePlan : detail::VolumePart {
     std::string name;
     const toml::table* table = nullptr;
     Similarity placed;                                   // `pose`
     PoseTrack track;                                     // `poses`
-    std::vector<std::pair<std::string, double>> labels;  // names of fields, and the number that each shows
+    std::vector<std::pair<std::string, double>> labels;  // names of fields, and their label numbers
     std::string source;
   };
 
-  /// The format comes first: another one may have other keys.
+  /// The format comes first: another format may have other keys.
   void check_format() const {
     const toml::node* format = root_.get("palpa");
     if (!format) fail(name_ + ":1:1", "no format; a scene begins with 'palpa = 1'");
@@ -614,7 +614,7 @@ class Loader {
     if (volumes) {
       for (const auto& [key, node] : *volumes) in_order.emplace_back(&key, &node);
     }
-    // A table forgets the order of the file; the first volume is the one that a workspace fits.
+    // A table loses the order of the file; the first volume is the default of a workspace's fit.
     std::ranges::stable_sort(in_order,
                              [](const auto& a, const auto& b) { return a.first->source().begin < b.first->source().begin; });
 
@@ -668,7 +668,7 @@ class Loader {
     return plan;
   }
 
-  /// What a volume says about its frames in time.
+  /// Checks the keys of a volume's frames in time.
   static void check_series(const Section& section, const VolumePlan& plan) {
     const bool grids_of_formula =
         plan.sampled && std::ranges::find(beating_volumes(), plan.analytic, &AnalyticVolume::name) != beating_volumes().end();
@@ -725,7 +725,7 @@ class Loader {
          "no file " + in_quotes(file) + " for " + section.where() + "; looked for " + detail::joined(looked) + hint);
   }
 
-  /// The files of a series, in the order of their frames: those whose names match, in the first folder that has any.
+  /// Files of a series, in the order of their frames: the matches in the first folder with any.
   std::vector<std::filesystem::path> find_files(const std::string& pattern, const Section& section) const {
     const toml::node& node = *section.node("files");
     const std::filesystem::path path(pattern);
@@ -748,7 +748,7 @@ class Loader {
                              (path.is_absolute() ? "" : "; name the folder they are in with --data or $PALPA_DATA"));
   }
 
-  /// Where the volume is, or where it is when.
+  /// Reads the pose of a volume, or its poses over time.
   static void place(const Section& volume, VolumePlan& plan) {
     if (const toml::table* pose = volume.subtable("pose")) plan.placed = similarity_of(plan.pose, *pose, volume);
     const toml::node* node = volume.node("poses");
@@ -792,7 +792,7 @@ class Loader {
     return volume;
   }
 
-  /// What `act` gives; where it cannot, that is said at `node` of the volume's table.
+  /// Result of `act`; its SceneError is placed at `node` of the volume's table.
   template <class Act>
   static auto at(const toml::node& node, const VolumePlan& plan, Act act) {
     try {
@@ -843,9 +843,9 @@ class Loader {
     loaded_.warnings.push_back(detail::one_line(place_of(*plan.table) + ": volume " + in_quotes(plan.name) + ": " + warning));
   }
 
-  /// Scans of one patient on two days have positions that look alike and mean different places.
+  /// Scans of one patient on two days have similar positions with different meanings.
   void warn_of_other_space(const VolumePlan& plan, const Volume& volume) {
-    if (plan.table->contains("pose") || plan.table->contains("poses")) return;  // somebody has brought them together
+    if (plan.table->contains("pose") || plan.table->contains("poses")) return;  // registered by the user
     for (const SceneVolume& earlier : loaded_.scene.volumes()) {
       const std::string& space = earlier.volume.frame_of_reference;
       if (space.empty() || volume.frame_of_reference.empty() || space == volume.frame_of_reference) continue;
@@ -882,7 +882,7 @@ class Loader {
   SceneMode read_mode(const toml::table& table, std::size_t number) const {
     const auto given_name = table["name"].value<std::string>();
     const std::string where = given_name ? "mode " + in_quotes(*given_name) : "mode " + std::to_string(number + 1);
-    // Which keys there are depends on the type, so that comes first.
+    // The keys depend on the type, so that comes first.
     const toml::node* type = table.get("type");
     const Mode* example = type && type->is_string() ? catalog_.find(*type->value<std::string>()) : nullptr;
     if (type && type->is_string() && !example) {
@@ -906,7 +906,7 @@ class Loader {
     return mode;
   }
 
-  /// Computes what a mode feels of its fields, so that what cannot be computed is found here.
+  /// Computes the derived fields of a mode, so that failures are reported here.
   void derive_fields(const SceneMode& mode, std::size_t number) const {
     struct Deriver final : ParameterVisitor {
       explicit Deriver(const Scene& of) : scene(of) {}
@@ -937,7 +937,7 @@ class Loader {
 
   // ---- Findings
 
-  /// Fails at the first that is no warning; gives back the warnings.
+  /// Fails at the first error; returns the warnings.
   std::vector<Finding> refuse_first(std::vector<Finding> found) const {
     for (const Finding& finding : found) {
       if (!finding.warning) fail(place_of(finding.part), finding.text);
@@ -945,7 +945,7 @@ class Loader {
     return found;
   }
 
-  /// The place of the nearest thing that is written down.
+  /// Place of the nearest node in the file.
   std::string place_of(const detail::Part& part) const {
     const toml::node* nearest = part.section == "mode" ? mode_tables_[part.mode] : root_.get(part.section);
     const auto step = [&](const toml::node* to) {
@@ -1010,7 +1010,7 @@ namespace {
 
 void add_paths(const std::string& before, const Keys& keys, std::vector<std::string>& paths) {
   for (const Key& key : keys) {
-    if (key.name == "name") continue;  // what the path itself says
+    if (key.name == "name") continue;  // part of the path itself
     const std::string path = before + key.name;
     paths.push_back(path);
     for (const std::string& choice : key.choices) paths.push_back(path + "=" + choice);
@@ -1018,7 +1018,7 @@ void add_paths(const std::string& before, const Keys& keys, std::vector<std::str
   }
 }
 
-/// The plain words under `name` in the tables of a list.
+/// Plain words under `name` in the tables of a list.
 std::vector<std::pair<std::string, const toml::table*>> named_in(const toml::table& owner, std::string_view list) {
   std::vector<std::pair<std::string, const toml::table*>> named;
   if (const toml::array* items = owner[list].as_array()) {
