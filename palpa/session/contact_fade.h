@@ -10,31 +10,29 @@
 
 namespace palpa {
 
-/// A level that jumps has no motion that could carry the proxy: its mode fades out in 50 ms, and in again in 50 ms at the
-/// level's new position. Trivially copyable. One thread.
+/// A level that jumps cannot carry the proxy: its mode fades out in 50 ms, and in again in 50 ms at the new position. Trivially
+/// copyable. One thread.
 class ContactFade {
  public:
-  /// Ends any fade.
   void clear() noexcept;
 
   double share() const noexcept { return share_; }          ///< [1] of the mode's strengths
   bool is_leaving() const noexcept { return is_leaving_; }  ///< the mode's last primitives fade out; it places no others
 
-  /// Advances the fade by `time_step_s` [s]. \param is_known  the motion of the data at the proxy is defined
-  /// Returns true where the mode restarts with fresh memory.
+  /// Advances the fade by `time_step_s` [s]. Returns true where the mode restarts with fresh memory.
+  /// \param is_known  the motion of the data at the proxy is defined
   bool advance(bool is_known, double time_step_s) noexcept;
-  /// Stores the primitives of the mode in `placed`.
+  /// Stores the mode's primitives.
   void keep(std::size_t mode, const PrimitiveSet& placed) noexcept;
   /// Begins to fade out the stored primitives; false if none of them stands on a level.
   bool let_go(Samples& samples) noexcept;
   /// Adds the fading primitives to the set of a sub-step that begins at `start_m` [m].
   void place(const Vec3& start_m, PrimitiveSet& out) const noexcept;
-  /// Excludes the mode's field from the event search during the fade; a proxy beyond the level after it counts as across.
+  /// Disables events of the mode's field during the fade; a proxy then beyond the level counts as across.
   void configure_events(std::int32_t field, Crossings& crossings, EventPolicy& policy) noexcept;
 
  private:
-  static constexpr std::size_t most_primitives =
-      16;  // [1] that fade; further primitives of a mode are removed at once. More costs memory
+  static constexpr std::size_t most_primitives = 16;  // [1] that fade; a surplus is removed at once. More costs memory
   double share_ = 1.0;
   bool is_leaving_ = false;
   bool returns_ = false;

@@ -1,4 +1,4 @@
-// Contact problem of one move: primitives that stand for the data near the proxy.
+// Contact problem of one move: primitives, their balance, and cutting planes.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@
 
 namespace palpa {
 
-/// Contact with a level that holds the proxy in one move: rows of a set, a plane or the facets of a corner.
+/// Contact with a level that holds the proxy in one move: a plane, or the facets of a corner.
 struct LevelContact {
   PrimitiveId id;
   HeldLevel level;
@@ -24,10 +24,10 @@ struct LevelContact {
   std::size_t facets = 1;  ///< rows of the set
   std::int32_t line = -1;  ///< row of its friction line; -1: none
   bool solid_is_high = true;
-  bool bounds = true;               ///< the proxy must stay out; false while fading: not a constraint
-  bool can_break = true;            ///< may break through; false where the level ends because data end nearby
-  bool breaks_at_step_end = false;  ///< holds up to the end of the sub-step and yields beyond
-  bool is_shut = false;             ///< its feasible set is the proxy's position alone: a point of its strength there
+  bool bounds = true;                            ///< a constraint; false while fading
+  bool can_break = true;                         ///< may break through; false where the level ends because data end nearby
+  bool breaks_at_step_end = false;               ///< holds up to the end of the sub-step and yields beyond
+  bool is_shut = false;                          ///< its feasible set is the proxy's position alone: a point of its strength
   PrimitiveState state = PrimitiveState::stick;  ///< in the last balance
   Vec3 pressed{};                                ///< [1] direction of its force there; zero: none
   Primitive own{};                               ///< its plane as the mode placed it
@@ -36,14 +36,14 @@ struct LevelContact {
   bool is_rigid() const noexcept { return !own.is_elastic(); }
 };
 
-/// Primitives of a move and their balance. The primitives that the modes placed stay unchanged during the move. A level is
-/// sampled again wherever a move would end; its plane there becomes a further facet of its corner. P, the polyhedron of points
-/// known to be feasible, always contains the *witness*, the proxy's own position: so no wrong facet can press the proxy through
-/// a level (docs/theory.md). A predicted plane may exclude the witness by `shallow`; it is reverted before its level breaks. On
-/// an elastic level, which lets the proxy in, the *foot* replaces the proxy: it is the witness, and must be free at the end. A
-/// level that blocks without an explaining facet is *shut*: its P is the proxy's own position alone, a point of its strength,
-/// so that it bears no more than that, and yields. Facets live for one move. The input of the next balance is kept in a
-/// StateArena; allocates at construction only; one thread.
+/// Primitives of a move and their balance. The modes' primitives stay unchanged during the move. A level is sampled again
+/// wherever a move would end; its plane there becomes a further facet of its corner. P, the polyhedron of points known to be
+/// feasible, always contains the *witness*, the proxy's own position: so no wrong facet can press the proxy through a level
+/// (docs/theory.md). A predicted plane may exclude the witness by `shallow`; it is reverted before its level breaks. On an
+/// elastic level, which lets the proxy in, the *foot* is the witness, and must be free at the end. A level that blocks without
+/// an explaining facet is *shut*: its P is the proxy's position alone, a point of its strength, so that it bears no more, and
+/// yields. Facets live for one move. The input of the next balance is kept in a StateArena; allocates at construction only; one
+/// thread.
 class ContactProblem {
  public:
   static constexpr std::size_t max_primitives = 64;  // [1] per balance; more are dropped. More: memory, longer worst tick
@@ -52,50 +52,44 @@ class ContactProblem {
   ContactProblem(StateArena& live, std::unique_ptr<Law> law, ModeRuntime& modes, double stiffness_n_per_m, WorkBudget& work);
 
   void clear() noexcept;
-  /// Discards the warm start of the next balance.
   void forget_warm_start() noexcept { law_->reset(); }
 
   /// Begins a move: removes all facets.
   void begin_move(const StepContext& context, double spacing_m) noexcept;
-  /// Lets the modes place primitives, sampling data at `middle_m` [m], or at `level_m` [m] for planes on a level. Facets added
-  /// in this move stay. `moved_n` [N]: see DirectedForceLimiter. Returns the mode whose force was limited, or -1.
+  /// Lets the modes place primitives from data at `middle_m` [m], or at `level_m` [m] for planes on a level. Keeps this move's
+  /// facets. `moved_n` [N]: see DirectedForceLimiter. Returns the mode whose force was limited, or -1.
   std::int32_t place(const StepContext& context, const Vec3& middle_m, const Vec3& level_m, double moved_n) noexcept;
-  /// Linearises the levels at the expected end of the move, `end_m` [m], instead of at the proxy, which makes a further move
-  /// unnecessary. Skips levels that turn fast or whose plane would exclude the witness by more than `shallow`. Samples.
+  /// Linearises the levels at the expected end `end_m` [m] of the move instead of at the proxy, which saves a move. Skips
+  /// levels that turn fast or whose plane would exclude the witness by more than `shallow`. Samples.
   void predict_planes(const Vec3& end_m) noexcept;
-  /// Predicts once more, from the end that was found. False if done before, if nothing was predicted, or if no elastic level
-  /// holds.
+  /// Predicts once more, from the end found. False if done before, if nothing was predicted, or if no elastic level holds.
   bool refine(const Vec3& end_m) noexcept;
-  /// Reverts the prediction for the rest of the move: planes are linearised at the proxy again. False if there is none.
+  /// Linearises planes at the proxy again for the rest of the move. False without a prediction.
   bool revert_prediction() noexcept;
-  /// Solves for the balance of the placed primitives.
   Balance balance(const Vec3& probe_m, double time_step_s) noexcept;
 
   /// Whether a shell (a level with a fixed value, no material) gives way in the last balance.
   bool any_gives_way(const Crossings& crossings) const noexcept;
-  /// Whether a level holds the proxy in the last balance.
   bool any_holds() const noexcept {
     return std::ranges::any_of(contacts_, [](const LevelContact& c) { return c.state != PrimitiveState::off; });
   }
   /// Whether the proxy may end its move at `end_m` [m], a `fraction` [1] of the way to the balance at `balance_m` [m]: in front
-  /// of every level that is a constraint, or up to `deepest` [1] spacings behind it if the energy decreased sufficiently.
-  /// Samples.
+  /// of every constraint, or up to `deepest` [1] spacings behind it if the energy decreased sufficiently. Samples.
   bool accepts(const Vec3& end_m, double deepest, const Vec3& balance_m, double fraction, const Vec3& probe_m,
                double time_step_s) noexcept;
   /// Adds facets that exclude the rejected end `end_m` [m]. False if no facet is new. Samples.
   bool add_cutting_planes(const Vec3& end_m) noexcept;
-  /// Shuts the levels that the last rejected end lies behind, for the rest of the move. False if there are none.
+  /// Shuts the levels in front of the last rejected end for the rest of the move. False if there are none.
   bool shut() noexcept;
-  /// Whether any level is shut.
   bool any_shut() const noexcept { return std::ranges::any_of(contacts_, &LevelContact::is_shut); }
-  /// Upper bound on the distance that the proxy could still move from an accepted end if the levels that hold it were sampled
-  /// again there [m]; infinity where it is off one of them. Samples.
+  /// Upper bound on the further motion from an accepted end if the levels that hold the proxy were sampled again there [m];
+  /// infinity off any of them. Samples.
   double unsettled_m(const Vec3& end_m) noexcept;
-  /// Configures the event search from the start to `end_m` [m]: a level that holds the proxy is not crossed, and the path may
-  /// go no deeper into it than `piercing`, or than the start is. Samples.
+  /// Configures the event search from the start to `end_m` [m]: levels that hold the proxy are not crossed, nor entered deeper
+  /// than `piercing` or the start. Samples.
   void configure_events(const Crossings& crossings, const Vec3& end_m, EventPolicy& policy) noexcept;
 
-  /// Marks the levels that give way in the last balance: they hold up to the end of this sub-step and yield there.
+  /// Marks the levels that give way in the last balance: they hold up to the end of this sub-step.
   void stop_at_bound() noexcept {
     for (LevelContact& contact : contacts_) contact.breaks_at_step_end = contact.state == PrimitiveState::slip;
   }
@@ -109,7 +103,7 @@ class ContactProblem {
   std::span<const LevelContact> contacts() const noexcept { return contacts_; }
   /// Contact that a row of the set belongs to; nullptr if none.
   const LevelContact* contact_of(std::size_t row) const noexcept;
-  /// Whether a primitive was placed that stands on no level: its direction is sampled at the middle of the move.
+  /// Whether a primitive stands on no level: its direction is sampled at the middle of the move.
   bool has_directions() const noexcept { return has_directions_; }
 
  private:

@@ -21,15 +21,15 @@ struct Contact {
   bool is_free() const noexcept { return state == State::free; }
 };
 
-/// Contact states of a session and events of a tick; the only writer of both. Emits onsets and break-throughs once a tick for
-/// each contact, a break-through after the onset of its level; refusals and warnings once a session. Keeps the contacts in a
-/// StateArena; one thread.
+/// Contact states of a session and events of a tick; their only writer. Emits onsets and break-throughs once a tick for each
+/// contact, a break-through after its onset; refusals and warnings once a session. Keeps the contacts in a StateArena; one
+/// thread.
 class Contacts {
  public:
   /// \param modes  [1] their number
   Contacts(StateArena& live, std::size_t modes);
 
-  /// Frees all contacts. Refusals already reported are not reported again.
+  /// Frees all contacts; reported refusals stay reported.
   void clear() noexcept;
   void begin_tick() noexcept;
   std::span<const SessionEvent> events() const noexcept { return events_; }
@@ -39,9 +39,9 @@ class Contacts {
   void warn(const char* sentence) noexcept { emit({SessionEventKind::warning, -1, 0.0, sentence}); }
   /// Warns once a session that a directed force of a mode changes too fast.
   void tell_held_back(std::size_t mode) noexcept;
-  /// Updates the contacts after a sub-step whose balance is `depth_m` [m] from the probe, and emits its events. A level that
-  /// broke counts as crossed, wherever the proxy is: at an edge of a surface its planes can lead back out of it; it would then
-  /// be met, and break, in every sub-step.
+  /// Updates the contacts after a sub-step whose balance is `depth_m` [m] from the probe, and emits its events. A broken level
+  /// counts as crossed, wherever the proxy is: at an edge of a surface its planes can lead back out of it; it would then be
+  /// met, and break, in every sub-step.
   void update(const ContactProblem& model, double depth_m, Crossings& crossings) noexcept;
 
  private:

@@ -13,7 +13,7 @@ namespace {
 // vain, at a balance each.
 constexpr double holding_share = 0.999;
 
-// Friction strength of a line from the force of its plane, or the forces of its corner's facets, in the last balance [N].
+// Friction strength of a line, from the force of its plane or of its corner's facets in the last balance [N].
 double wanted_n(const Law& law, const PrimitiveSet& set, const Friction& friction) noexcept {
   double pressed_n = 0.0;
   const auto plane = static_cast<std::size_t>(friction.plane);
@@ -21,7 +21,7 @@ double wanted_n(const Law& law, const PrimitiveSet& set, const Friction& frictio
   return friction.coefficient * pressed_n;
 }
 
-// Force of a plane on which only lines along its normal and directed forces act [N]: these lines act across it, so it is known
+// Force of a plane on which only lines along its normal and directed forces act [N]: the lines act across it, so it is known
 // before the balance. None for other planes.
 std::optional<double> pressed_alone_n(const PrimitiveSet& set, std::size_t plane, const Vec3& probe_m,
                                       double stiffness_n_per_m) {
@@ -82,7 +82,7 @@ Balance CoulombFriction::solve(Law& law, PrimitiveSet& set, const Vec3& probe_m,
   return found;
 }
 
-// Sets the next trial strength of a line. False if the balance is unchanged by it.
+// Sets the next trial strength of a line. False if the balance is unchanged.
 bool CoulombFriction::correct(Line& line, double wanted_n, double held_n, double tolerance_n, bool first) const noexcept {
   const double off_n = wanted_n - line.strength_n;
   const double step_n = line.strength_n - line.before_n;

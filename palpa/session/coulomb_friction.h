@@ -11,19 +11,19 @@
 
 namespace palpa {
 
-/// Solves for the balance in which the strength of every Coulomb friction line is its coefficient times the force of its plane:
-/// a fixed point, found by a secant from its last solution in one or two balances. Not variational (docs/theory.md): at most
-/// `max_passes` are made; forces and strengths show the caller any remaining difference. Keeps the strengths in a StateArena;
-/// allocates at construction only; one thread.
+/// Solves for the balance in which every Coulomb friction line has its coefficient times the force of its plane as strength: a
+/// fixed point, found by a secant from its last solution in one or two balances. Not variational (docs/theory.md): makes at
+/// most `max_passes`; forces and strengths show any remaining difference. Keeps the strengths in a StateArena; allocates at
+/// construction only; one thread.
 class CoulombFriction {
  public:
   /// \param capacity  [1] of lines
   CoulombFriction(StateArena& live, std::size_t capacity);
   void clear() noexcept { known_ = 0; }
 
-  /// Balances the set about its start, its friction lines proportional to their planes' forces, to within exact_bound_m. If a
-  /// plane shares its load with others, its force depends on the law's choice of split; the facets of a corner count together.
-  /// \param most_iterations  [1] of the law: after as many no further correction is made
+  /// Balances the set about its start, to within exact_bound_m. If a plane shares its load with others, its force depends on
+  /// the law's split; the facets of a corner count together.
+  /// \param most_iterations  [1] of the law: no further correction after as many
   Balance solve(Law& law, PrimitiveSet& set, const Vec3& probe_m, double stiffness_n_per_m, double time_step_s,
                 int most_iterations = std::numeric_limits<int>::max()) noexcept;
 

@@ -26,11 +26,11 @@ class CouplingForce {
   /// Result of one tick.
   struct Update {
     Vec3 force_n;                 ///< [N] on the hand (Eq. 1), before any limit
-    Vec3 probe_step_m;            ///< [m] motion of the probe since the last tick
-    Vec3 relative_m_per_s;        ///< [m/s] v_proxy − v_probe, as estimated by the damper
+    Vec3 probe_step_m;            ///< [m] since the last tick
+    Vec3 relative_m_per_s;        ///< [m/s] v_proxy − v_probe as estimated
     double damper_j = 0.0;        ///< [J] work of all but the spring over `probe_step_m`, by the force held since the last tick
     double given_back_n = 0.0;    ///< [N] part of the force that was withheld in incomplete ticks and returned in this one
-    bool has_just_faded = false;  ///< ticks have been incomplete for so long that the force is zero from now on
+    bool has_just_faded = false;  ///< incomplete for so long that the force is zero from now on
   };
   /// \param time_step_s  [s] > 0
   Update update(const Walk& walk, const Vec3& probe_m, const CouplingOptions& coupling, double time_step_s) noexcept;

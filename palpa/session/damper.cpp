@@ -16,7 +16,7 @@ constexpr double ripple_share = 1.0 / 3.0;
 constexpr double shortest_window_s = 3e-3;
 constexpr double longest_window_s = 24e-3;
 // Largest distance of positions from the line of a steady motion through two of them, in encoder steps: 1 along an axis, (1 +
-// √3)/2 across a plane that all three encoders move; a little more for rounding.
+// √3)/2 across a plane with all three encoders; a little more for rounding.
 constexpr double line_tolerance = 1.4;
 constexpr double rounding = 1e-9;  // [1] relative error of sums of ticks when times are compared
 // Limit on the damper's force: the larger of these. Less: fast contacts are damped less; more: a kick becomes possible.
@@ -55,8 +55,8 @@ Vec3 Damper::smoothed(const Vec3& stretch_m, const Vec3& released_m, double time
 
 namespace {
 
-// Slope of the longest line from the past to now, for one component. Walking back from now, each position narrows the range of
-// slopes that pass it closely enough; a position within the range of all later ones ends a line. The shortest line is accepted
+// Slope of the longest line from the past to now, for one component. Walking back, each position narrows the range of slopes
+// that pass it closely enough; a position within the range of all later ones ends a line. The shortest line is accepted
 // unchecked.
 class LongestLine {
  public:

@@ -7,25 +7,25 @@
 
 namespace palpa {
 
-/// Damper of Eq. 1. It acts on the rate of change of x_proxy − x_probe, estimated as one quantity, so that in free space, where
-/// the two points coincide, it is exactly zero: two differently filtered velocities would leave a force there. Proxy motion in
-/// a release (break-through, event) is no motion of the hand and is left out; and the damper never exceeds the larger of 0.2 N
-/// and half the spring's force, so that it cannot cause a kick.
+/// Damper of Eq. 1, on the rate of change of x_proxy − x_probe. Estimated as one quantity, it is exactly zero in free space,
+/// where the two points coincide: two differently filtered velocities would leave a force there. Proxy motion in a release
+/// (break-through, event) is no motion of the hand and is left out; and the damper never exceeds the larger of 0.2 N and half
+/// the spring's force, so that it cannot cause a kick.
 ///
-/// Without an encoder step the estimate is the difference of two ticks behind a first-order low-pass of 150 Hz. With an encoder
-/// step, a low-pass that quietens it is too slow to damp anything. The estimate is then, component by component, the slope of
-/// the longest straight line from the past to now from which no position in between deviates by more than positions rounded to
-/// the step can deviate from a steady motion (first-order adaptive windowing: Janabi-Sharifi, Hayward and Chen, IEEE Trans.
-/// Control Syst. Technol. 8(6), 2000). The window is 3 ms for a fast change, with the delay of that low-pass, and up to W =
-/// 3D/k, at most 24 ms, for a slow motion. A slow motion ripples by q/W in the estimate, so by k q/3 in the force; the spring
-/// itself ripples by k q. The delay is W/2 at most (docs/theory.md, 7.8).
+/// Without an encoder step the estimate is the difference of two ticks behind a first-order low-pass of 150 Hz. A low-pass that
+/// quietens an encoder step is too slow to damp anything. The estimate is then, by component, the slope of the longest straight
+/// line from the past to now from which no position in between deviates by more than a steady motion rounded to the step can
+/// (first-order adaptive windowing: Janabi-Sharifi, Hayward and Chen, IEEE Trans. Control Syst. Technol. 8(6), 2000). The
+/// window is 3 ms for a fast change, with the delay of that low-pass, and up to W = 3D/k, at most 24 ms, for a slow motion,
+/// which ripples by q/W in the estimate, so by k q/3 in the force; the spring itself ripples by k q. The delay is W/2 at most
+/// (docs/theory.md, 7.8).
 class Damper {
  public:
   /// \param damping_ns_per_m  [N·s/m] D, >= 0
   /// \param encoder_step_m    [m] position step q of the device, 0 if none
   explicit Damper(double damping_ns_per_m, double encoder_step_m = 0.0) noexcept;
 
-  /// Estimate of v_proxy − v_probe [m/s], limited as above; D times it is the damper's force.
+  /// Estimate of v_proxy − v_probe [m/s], limited as above; the force is D times it.
   /// \param stretch_m    [m] proxy − probe now
   /// \param released_m   [m] part of the proxy's motion in this tick that was a release
   /// \param time_step_s  [s] > 0
@@ -48,7 +48,7 @@ class Damper {
   Vec3 last_stretch_m_;
   Vec3 filtered_m_per_s_;
 
-  // Past position in the window. Before the first stored position the extension counts as constant.
+  // Past position in the window. Earlier, the extension counts as constant.
   struct Kept {
     double time_s = 0.0;
     Vec3 stretch_m;
@@ -59,7 +59,7 @@ class Damper {
   std::array<Kept, most_kept> past_;
 };
 
-/// Part of the proxy's step [m] beyond the motion `moved_m` [m] of probe and data: a release, which the damper leaves out.
+/// Part of the proxy's step [m] beyond the motion `moved_m` [m] of probe and data: a release.
 Vec3 released_part(const Vec3& step_m, double moved_m) noexcept;
 
 }  // namespace palpa

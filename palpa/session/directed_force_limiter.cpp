@@ -25,7 +25,7 @@ std::int32_t DirectedForceLimiter::hold_back(PrimitiveSet& set, const Vec3& at_m
     }
     return false;
   };
-  // A mode that no longer places a force wants zero force: its old force decreases along the path within the limit.
+  // The force of a mode that places none any more decreases along the path within the limit.
   for (const Force& before : held()) {
     if (before.force_n == Vec3{} || is_placed(before)) continue;
     set.begin_mode(before.id.mode);

@@ -11,16 +11,16 @@
 namespace palpa {
 
 /// A directed force d moves the proxy by d/k, where it is sampled again: with |∂d/∂x| ≥ k the proxy of a still hand would
-/// oscillate for ever. So along the proxy's path all directed forces together change by at most k/2 per metre, whatever the
-/// modes and data; then every jump is followed by a jump of at most 7/8 its length, trial points included, and a still hand
-/// comes to rest. Keeps the forces in a StateArena; one thread.
+/// oscillate for ever. So along the proxy's path all directed forces together change by at most k/2 per metre, for any modes
+/// and data; then every jump is followed by a jump of at most 7/8 its length, trial points included, and a still hand comes to
+/// rest. Keeps the forces in a StateArena; one thread.
 class DirectedForceLimiter {
  public:
   /// \param capacity  [1] of directed forces
   DirectedForceLimiter(StateArena& live, std::size_t capacity) : last_(live.add<Last>()), forces_(live.add<Force>(capacity)) {}
   void clear() noexcept;
   /// Limits the directed forces of the set, sampled at `at_m` [m], against those stored last; `moved_n` [N] of change are due
-  /// to moving data. Returns the mode whose force changed fastest if any were limited; else -1.
+  /// to moving data. Returns the mode whose force changed fastest if any was limited; else -1.
   std::int32_t hold_back(PrimitiveSet& set, const Vec3& at_m, double stiffness_n_per_m, double moved_n = 0.0) const noexcept;
   /// Stores the directed forces of the set, sampled at `at_m` [m].
   void keep(const PrimitiveSet& set, const Vec3& at_m) noexcept;

@@ -1,4 +1,4 @@
-// Contacts of the proxy with the elastic levels that it has sunk into.
+// Contacts of the proxy with elastic levels.
 #pragma once
 
 #include <algorithm>
@@ -10,8 +10,8 @@
 
 namespace palpa {
 
-/// Feet of the proxy. Trivially copyable, for a StateArena; a foot beyond its capacity is dropped, and its level uses the
-/// proxy's own position. Allocates nothing.
+/// Feet of the proxy. Trivially copyable, for a StateArena; surplus feet are dropped, and their levels use the proxy's
+/// position. Allocates nothing.
 class ElasticContacts {
  public:
   void clear() noexcept { size_ = 0; }
@@ -20,7 +20,6 @@ class ElasticContacts {
     if (size_ < feet_.size()) feet_[size_++] = foot;
   }
   std::span<const Foot> all() const noexcept { return {feet_.data(), size_}; }
-  /// Feet of a mode.
   std::span<const Foot> of(std::size_t mode) const noexcept {
     if (size_ == 0) return {};
     return std::ranges::equal_range(all(), mode, {}, [](const Foot& foot) { return std::size_t{foot.id.mode}; });

@@ -14,7 +14,7 @@ struct LevelEstimate {
 };
 
 /// Estimates `level` from a sample at `x_m` [hand m]; `solid_is_high`: higher values are the solid. Distances are at most
-/// `spacing_m` [m]: beyond, the gradient is no guide. Allocates nothing.
+/// `spacing_m` [m]: the gradient is no guide beyond. Allocates nothing.
 LevelEstimate estimate_level(Samples& samples, const HeldLevel& level, bool solid_is_high, const Vec3& x_m,
                              double spacing_m) noexcept;
 

@@ -1,4 +1,4 @@
-// Modes of a session as the tick uses them: memories, placed primitives, notifications.
+// Modes of a session within the tick: memories, primitives, notifications.
 #pragma once
 
 #include <algorithm>
@@ -18,8 +18,8 @@
 
 namespace palpa {
 
-/// Modes of a session with their fields, samples, and memories, which are kept in a StateArena. Construction allocates and
-/// throws SceneError; nothing else does. One thread.
+/// Modes of a session with their fields, samples, and memories, kept in a StateArena. Construction allocates and throws
+/// SceneError; nothing else does. One thread.
 class ModeRuntime {
  public:
   /// \param map  hand to world
@@ -31,21 +31,20 @@ class ModeRuntime {
   std::size_t fields() const noexcept { return fields_.size(); }
   bool enabled(std::size_t m) const noexcept { return modes_[m].enabled; }
   Samples& samples() noexcept { return *samples_; }
-  /// Thresholds at which a strength, a mask or a level may set in, over all enabled modes.
+  /// Thresholds of strengths, masks and levels of all enabled modes.
   const std::vector<Threshold>& watches() const noexcept { return watches_; }
 
-  /// Whether `other` has the same modes on the same levels of the same fields, whatever their strengths.
+  /// Whether `other` has equal modes on equal levels and fields, whatever their strengths.
   bool has_same_contacts_as(const ModeRuntime& other) const noexcept;
 
   /// See Session.
   void set_force_limit(double most_n) noexcept { most_n_ = most_n; }
 
-  /// Resets all memories.
   void start() noexcept;
 
   /// Advances the data from `from` to `to`, `time_step_s` [s] later. Their motion carries the proxy from `start_m` [m], or its
-  /// foot on an elastic level: deep inside such a level the motion may be undefined. A mode whose level jumps before `tick_end`
-  /// is not carried but fades (ContactFade); `jumped(m)` is called when a fade begins.
+  /// foot on an elastic level, deep inside which the motion may be undefined. A mode whose level jumps before `tick_end` fades
+  /// instead (ContactFade); `jumped(m)` is called when a fade begins.
   template <class Jumped>
   void advance(const Vec3& start_m, DataTime from, DataTime to, DataTime tick_end, double time_step_s,
                Jumped&& jumped) noexcept {
@@ -64,8 +63,8 @@ class ModeRuntime {
       furthest_carried_m_ = std::max(furthest_carried_m_, norm(part.carried_m));
     }
   }
-  /// Begins a step at `start_m` [m]. Each mode places its resistance to motion there, carried along by its data. The moves that
-  /// settle the step start elsewhere but measure their resistance from here.
+  /// Begins a step at `start_m` [m], the origin of all resistance to motion, carried along by the data. The moves that settle
+  /// the step start elsewhere but keep this origin.
   void begin_step(const Vec3& start_m) noexcept {
     for (std::size_t m = 0; m < size(); ++m) live_[m].origin_m = start_m + parts_[m].carried_m;
   }
@@ -73,10 +72,9 @@ class ModeRuntime {
   const Vec3& origin_m(std::size_t m) const noexcept { return live_[m].origin_m; }
   /// Ends the sub-step: resets the carried motion to zero.
   void arrive() noexcept;
-  /// Motion of the proxy with a mode's data in this sub-step [m], and the longest over all modes [m].
+  /// Motion of the proxy with a mode's data in this sub-step [m], and the longest of all modes [m].
   const Vec3& carried_m(std::size_t m) const noexcept { return parts_[m].carried_m; }
   double furthest_carried_m() const noexcept { return furthest_carried_m_; }
-  /// Contacts with elastic levels.
   ElasticContacts& feet() noexcept { return feet_; }
   const ElasticContacts& feet() const noexcept { return feet_; }
   /// Whether a mode's strengths are reduced because its level has jumped.
@@ -85,14 +83,14 @@ class ModeRuntime {
   bool only_yields(std::size_t m) const noexcept { return fades(m) || live_[m].at_edge; }
   /// Longest motion [m] with any mode's data of the position `at_m` [m] between two times.
   double motion_m(const Vec3& at_m, DataTime from, DataTime to) const noexcept;
-  /// Sets the data's motion since the sub-step began at `start_m` [m], and the levels that have jumped, in an event search.
+  /// Adds the data's motion since the sub-step's start `start_m` [m], and jumped levels, to an event search.
   void configure_events(Crossings& crossings, EventPolicy& policy, const Vec3& start_m) noexcept;
 
-  /// Empties the set and lets every enabled mode place its primitives. A mode samples its data at `at_m` [m], or at `level_m`
+  /// Lets every enabled mode place its primitives in the emptied set. A mode samples its data at `at_m` [m], or at `level_m`
   /// [m] if one of its planes stands on a level.
   void place(const StepContext& context, const Vec3& at_m, const Vec3& level_m, PrimitiveSet& out) noexcept;
-  /// Reports a sub-step that ended with the proxy at `proxy_m` [m] to the modes. `state(i)` is the state of primitive i of
-  /// `placed`; it is called once for primitives that share an id.
+  /// Reports a sub-step that ended with the proxy at `proxy_m` [m] to the modes. `state(i)`: state of primitive i of `placed`,
+  /// called once for primitives that share an id.
   template <class State>
   void on_step_accepted(const StepContext& context, const Vec3& proxy_m, const PrimitiveSet& placed,
                         std::span<const Crossing> crossings, State&& state) noexcept {
@@ -111,11 +109,11 @@ class ModeRuntime {
     }
   }
 
-  /// Free flight: whether all forces are zero at the start of a step, until a watched value is crossed or the data of a field
-  /// in `entered` begin.
+  /// Free flight: whether all forces stay zero from a step's start until a watched value is crossed or the data of a field in
+  /// `entered` begin.
   bool is_free_at(const StepContext& context, std::vector<std::int32_t>& entered) noexcept;
 
-  /// Finest sample spacing of any enabled mode's data [hand m], anywhere; infinity without any.
+  /// Finest sample spacing of any enabled mode's data [hand m]; infinity without any.
   double finest_m() const noexcept { return finest_m_; }
   /// Finest spacing at `at_m` [hand m] of the modes whose data the path from `from_m` to `to_m` can meet, or infinity.
   double finest_m(const Vec3& at_m, const Vec3& from_m, const Vec3& to_m) const noexcept;
@@ -126,7 +124,7 @@ class ModeRuntime {
     ModeInputs inputs;
     Box box_m;                                                  // world box of all of its inputs' data
     double finest_m = std::numeric_limits<double>::infinity();  // [hand m] their finest sample spacing, anywhere
-    std::size_t memory = 0;                                     // offset of its own in the memories
+    std::size_t memory = 0;                                     // offset in the memories
     Vec3 carried_m;
   };
   struct Live {
@@ -141,7 +139,7 @@ class ModeRuntime {
   ModeContext here_at(std::size_t m, const StepContext& context, const Vec3& start_m, const Vec3& at_m) noexcept;
   void place_mode(std::size_t m, const StepContext& context, const Vec3& origin_m, const Vec3& at_m,
                   PrimitiveSet& out) noexcept;
-  // Position carried by a mode's data: the foot of a proxy at `at_m`, or the proxy itself.
+  // Position carried by a mode's data: the foot of a proxy at `at_m`, or the proxy.
   Vec3 carried_at(std::size_t m, const Vec3& at_m) const noexcept {
     const std::span<const Foot> feet = feet_.of(m);
     return feet.empty() ? at_m : at_m + feet.front().offset_m;

@@ -15,23 +15,22 @@ struct ProbeSegment {
   double time_s = 0.0;
   bool fresh = true;  ///< false: the probe stays at `to_m`, and the rest of a move towards it continues
 
-  /// Its first part: `share` [1] of it.
+  /// Its first `share` [1].
   ProbeSegment first(double share) const noexcept { return {from_m, from_m + share * (to_m - from_m), share * time_s, fresh}; }
 };
 
-/// Path of the probe from the processed position to the current one; holds the rest of a tick's unfinished path. Fixed memory;
-/// one thread.
+/// Path of the probe from the processed position to the current one. Fixed memory; one thread.
 class ProbeQueue {
  public:
   /// Starts the path at a position [m].
   void start(const Vec3& probe_m) noexcept;
   bool empty() const noexcept { return size_ == 0; }
-  /// Appends a position [m], reached in `time_s` [s]. A path of more than 64 corners is no hand's: its last corner is replaced.
+  /// Appends a position [m], reached in `time_s` [s]. A path of more than 64 corners is no hand's: replaces its last corner.
   /// Returns the distance from the previous position [m].
   double push(const Vec3& probe_m, double time_s) noexcept;
   /// Rest of the path to the next corner.
   ProbeSegment front() const noexcept { return {walked_m_, corners_[0].position_m, corners_[0].time_s}; }
-  /// Removes a processed segment, which begins at the processed position.
+  /// Removes a processed segment from the front.
   void pop(const ProbeSegment& walked) noexcept;
   /// Position up to which the probe's path is processed [m].
   const Vec3& processed_up_to_m() const noexcept { return walked_m_; }

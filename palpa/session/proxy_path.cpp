@@ -112,7 +112,7 @@ Walk ProxyPath::walk(const Vec3& probe_m, double time_step_s) noexcept {
   return walk_;
 }
 
-// Next segment of the probe's path, short enough not to skip data. It stays queued until it is walked.
+// Next segment of the probe's path, short enough not to skip data. Stays queued until it is walked.
 bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
   const PathState& c = state_;
   if (c.pending != Pending::nothing) {
@@ -122,7 +122,6 @@ bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
   if (queue_.empty()) return false;
   segment = queue_.front();
   const double length = distance(segment.to_m, segment.from_m);
-  // Both the probe's and the data's motion are limited.
   const double furthest =
       playing_ ? std::max(length, modes_.motion_m(c.proxy, time_.at(c.followed_s), time_.at(time_at_end_of(segment)))) : length;
   if (refined_ == 1 && furthest <= step_share_ * modes_.finest_m()) return true;
@@ -133,7 +132,7 @@ bool ProxyPath::next_segment(ProbeSegment& segment) noexcept {
   return true;
 }
 
-// Free flight: all forces are zero, and every onset is watched. Never directly after a move in which something could pull.
+// Free flight: all forces are zero, and every onset is watched. Never after a move in which something could pull.
 bool ProxyPath::is_free() noexcept {
   if (state_.felt) return false;
   work_.spend(modes_.samples().work_of_modes(modes_.size()));
@@ -141,7 +140,7 @@ bool ProxyPath::is_free() noexcept {
   return modes_.is_free_at({here, here, 1.0, stiffness_n_per_m_, modes_.finest_m()}, entered_);
 }
 
-// Samples the data at the time of the segment's end from here on. Returns their advance in this sub-step [s].
+// Samples the data at the segment's end time from here on. Returns their advance [s].
 double ProxyPath::advance_data(const ProbeSegment& segment) noexcept {
   PathState& c = state_;
   const double view_s = segment.fresh ? std::max(c.view_s, time_at_end_of(segment)) : c.view_s;
@@ -155,7 +154,6 @@ double ProxyPath::advance_data(const ProbeSegment& segment) noexcept {
   return view_s - c.followed_s;
 }
 
-// One move along the path: place, balance, move towards the balance as far as the data allow, report.
 void ProxyPath::sub_step(ProbeSegment segment) noexcept {
   const Vec3 start = state_.proxy;
   const bool settles = !segment.fresh && state_.pending == Pending::settling;
@@ -174,12 +172,12 @@ void ProxyPath::sub_step(ProbeSegment segment) noexcept {
   if (settles && rests && !model_.any_shut()) {
     state_.pending = Pending::nothing;
   } else {
-    // While the hand moves, the next tick settles the rest; for a still hand, or once begun, settling goes to the end.
+    // While the hand moves, the next tick settles the rest; with a still hand, or once begun, settling is completed.
     const bool to_the_end = settles || path_m_ == 0.0;
     const bool is_settled = !model_.any_holds() ? made.change_m <= turned * spacing_m_
                             : to_the_end        ? went_m <= rest_m
                                                 : model_.unsettled_m(made.end_from(start)) <= turned * spacing_m_;
-    // A level that gives way still took part in this balance: only the next balance is without it.
+    // A level that gives way still took part in this balance.
     const bool lets_go = model_.any_gives_way(crossings_) && went_m > rest_m;
     advance(segment, made, follows_s, is_settled && !lets_go);
     accept(segment, made, context, settles);
@@ -189,7 +187,7 @@ void ProxyPath::sub_step(ProbeSegment segment) noexcept {
   modes_.arrive();
 }
 
-// Step of earlier systems: straight from the proxy to the balance. Events do not stop it; modes are notified afterwards.
+// Step of earlier systems, straight to the balance. Events do not stop it; modes are notified afterwards.
 void ProxyPath::one_step(const ProbeSegment& segment) noexcept {
   const Vec3 start = state_.proxy;
   const bool at_probe = steps_ == Steps::one_at_probe;
@@ -204,7 +202,7 @@ void ProxyPath::one_step(const ProbeSegment& segment) noexcept {
   const Move made{.to = model_.balance(context.probe_m, context.time_step_s)};
   configure_events(start, false);
   // No crossing stops the step. But a level whose plane holds the proxy stays held: on a round surface a step along that plane
-  // ends off the level, which must not count as leaving it.
+  // ends off the level, which is no release.
   using CrossingRule = EventPolicy::CrossingRule;
   std::ranges::replace_if(
       policy_.passing, [](CrossingRule passing) { return passing != CrossingRule::held; }, CrossingRule::passes);
@@ -215,7 +213,6 @@ void ProxyPath::one_step(const ProbeSegment& segment) noexcept {
   modes_.arrive();
 }
 
-// Records the move and updates crossings, feet, contacts and modes.
 void ProxyPath::accept(const ProbeSegment& segment, const Move& made, StepContext& context, bool settles) noexcept {
   SubStep step;
   step.time_step_s = segment.time_s;
@@ -283,7 +280,7 @@ void ProxyPath::give_up() noexcept {
 
 ProxyPath::Pending ProxyPath::pending_after(const Move& move, bool settled) const noexcept {
   const PathState& c = state_;
-  // The last position of a tick is given up later, nearer to a balance, as the tick has moves left.
+  // A tick's last position is given up later, nearer to a balance, as moves are left.
   if (may_give_up() && (!queue_.empty() || 2 * c.turns >= Session::max_sub_steps * refined_)) return Pending::nothing;
   const bool is_whole = move.stop == Stop::full || (move.bound_met && move.stop == Stop::event && move.fraction == 1.0);
   if (is_whole) return !model_.set().empty() && !settled ? Pending::settling : Pending::nothing;
@@ -293,7 +290,7 @@ ProxyPath::Pending ProxyPath::pending_after(const Move& move, bool settled) cons
   return move.stop == Stop::energy && !playing_ ? Pending::settling : Pending::path;
 }
 
-// Lets the modes place primitives for a move of length `whole_m` that is expected to end at `end_m`.
+// Lets the modes place primitives for a move of length `whole_m`, expected to end at `end_m`.
 void ProxyPath::place(const StepContext& context, const Vec3& end_m, double whole_m) noexcept {
   StepContext middle = context;
   middle.data_fraction = whole_m > 0.0 ? 0.5 * std::min(1.0, distance(end_m, context.start_m) / whole_m) : 0.0;
@@ -303,8 +300,8 @@ void ProxyPath::place(const StepContext& context, const Vec3& end_m, double whol
 }
 
 // One move towards the balance, at most half a sample spacing, to the first free position. If the end is not free, the facets
-// that exclude it are added and the balance is repeated. Directions are sampled at the middle of the move: with those at its
-// start the proxy would leave every curve on its outside.
+// that exclude it are added and the balance is repeated. Directions are sampled at the middle of the move: sampled at its start
+// they would lead the proxy off the outside of every curve.
 ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, bool settles) noexcept {
   const Vec3& start = context.start_m;
   if (segment.fresh) state_.max_move_m = unbounded;
@@ -358,15 +355,15 @@ ProxyPath::Move ProxyPath::move(ProbeSegment& segment, StepContext& context, boo
   return made;
 }
 
-// Whether the move may end where `move` ends; it is shortened to its first event. False if a facet was added (balance again),
-// or, with a fraction of zero, if no nearer end is free either.
+// Whether the move may end where `move` ends, shortened to its first event. False if a facet was added (balance again), or,
+// with a fraction of zero, if no nearer end is free.
 bool ProxyPath::end_is_free(const ProbeSegment& segment, const StepContext& context, bool flies, Move& move) noexcept {
   const Vec3& start = context.start_m;
   do {
     const Vec3 end = move.end_from(start);
     configure_events(end, flies);
     find_event(start, end);
-    // Events nearer to the move's end than this are left to the next sub-step.
+    // Events nearer to the move's end are left to the next sub-step.
     const double left_m = (1.0 - event_.share) * (distance(end, start) + modes_.furthest_carried_m());
     if (event_.kind != Event::Kind::none && left_m > rest * spacing_m_) {
       move.fraction *= event_.share;
@@ -388,8 +385,8 @@ bool ProxyPath::end_is_free(const ProbeSegment& segment, const StepContext& cont
   return false;
 }
 
-// Finds the first event of the move. Where a value jumps, both sides may drive the proxy across: a crossing that at once undoes
-// the last crossing does not stop it again, or it would be caught between the two.
+// Finds the first event of the move. Where a value jumps, both sides may drive the proxy across: an immediate reversal of the
+// last crossing does not stop it again, or it would be caught between the two.
 void ProxyPath::find_event(const Vec3& start_m, const Vec3& end_m) noexcept {
   crossings_.first_event(start_m, end_m, policy_, modes_.samples(), work_, event_);
   if (event_.kind != Event::Kind::crossing || event_.share * distance(start_m, end_m) > rest * spacing_m_) return;
@@ -401,7 +398,7 @@ void ProxyPath::find_event(const Vec3& start_m, const Vec3& end_m) noexcept {
   crossings_.first_event(start_m, end_m, policy_, modes_.samples(), work_, event_);
 }
 
-// If a shell that held gives way within the segment, ends the segment there. Located by bisection of the probe's path.
+// Ends the segment where a shell that held gives way. Located by bisection of the probe's path.
 bool ProxyPath::locate_break_through(ProbeSegment& segment, const StepContext& context, Balance& to) noexcept {
   if (!model_.any_gives_way(crossings_)) return false;
   const double length = distance(segment.to_m, segment.from_m);
@@ -410,7 +407,7 @@ bool ProxyPath::locate_break_through(ProbeSegment& segment, const StepContext& c
     to = model_.balance(segment.first(share).to_m, std::max(share, contact_tolerance) * context.time_step_s);
     return !model_.any_gives_way(crossings_);
   };
-  // Most levels that give way here do so from the segment's start on: a single balance detects it.
+  // Most levels that give way here do so from the start on: a single balance detects it.
   double held = std::min(1.0, 2.0 * bound_m / length), gone = 1.0;
   const bool holds_at_first = holds_at(held);
   while (holds_at_first && (gone - held) * length > bound_m && work_.any()) {
@@ -430,7 +427,7 @@ bool ProxyPath::locate_break_through(ProbeSegment& segment, const StepContext& c
 }
 
 // Sums the remaining moves (Aitken). A proxy pressed d into an elastic level of curvature 1/R rests after moves that shrink by
-// about d/R each; the ratio is computed from two moves made without this sum.
+// about d/R each; the ratio is taken from two moves without this sum.
 void ProxyPath::extrapolate_moves(const Vec3& before_m, bool fresh) noexcept {
   PathState& c = state_;
   c.moves_without_extrapolation = fresh || c.extrapolated_m == Vec3{} ? c.moves_without_extrapolation + 1 : 0;
@@ -439,7 +436,7 @@ void ProxyPath::extrapolate_moves(const Vec3& before_m, bool fresh) noexcept {
   c.extrapolated_m = ratio / (1.0 - ratio) * c.move_m;
 }
 
-// Expected move: the last segment's, scaled by the probe's motion; while a step settles, the sum above.
+// Expected move: the last segment's, scaled by the probe's motion; when settling, the sum above.
 Vec3 ProxyPath::expected_m(const ProbeSegment& segment) const noexcept {
   const double before_m2 = norm_squared(state_.probe_way_m);
   if (!segment.fresh) return state_.pending == Pending::settling ? state_.extrapolated_m : Vec3{};

@@ -23,7 +23,7 @@ bool usable(const Vec3& position_m) noexcept {
   return is_finite(position_m) && largest_component(position_m) <= largest_probe_m;
 }
 
-/// Earlier systems moved the proxy once a tick, straight to the balance; without a proxy the data are sampled at the probe.
+/// Earlier systems: one step a tick, straight to the balance; without a proxy, data sampled at the probe.
 Steps steps_of(std::string_view law) noexcept {
   return law == "exact" ? Steps::refined : law == "no-proxy" ? Steps::one_at_probe : Steps::one_at_proxy;
 }

@@ -23,12 +23,12 @@ struct Probe {
 
 enum class TickStatus : std::uint8_t {
   resting,    ///< converged: the proxy rests where this probe position leads
-  waiting,    ///< work budget exhausted: the rest of the probe's path is queued, without force from it
+  waiting,    ///< work budget exhausted: rest of the probe's path queued, no force from it
   capped,     ///< resting, but a balance's bound is above `exact_bound_m`
   bad_input,  ///< unusable probe or time step; the proxy stayed, the force is zero
 };
 
-/// Result of one tick. `force_n` is Eq. 1 for the processed part of the probe's path, before any limit (see Guard).
+/// Result of one tick. `force_n` is Eq. 1 for the processed part of the probe's path, before limits (see Guard).
 struct Tick {
   Vec3 probe_m;
   Vec3 probe_velocity_m_per_s;
@@ -37,17 +37,17 @@ struct Tick {
   Vec3 proxy_m;
   Vec3 proxy_velocity_m_per_s;
   Vec3 force_n;
-  double given_back_n = 0.0;   ///< part of the force that was withheld in incomplete ticks and returned in this tick
+  double given_back_n = 0.0;   ///< part of the force that was withheld in incomplete ticks and returned in this one
   double error_bound_m = 0.0;  ///< largest of the sub-steps
   int sub_steps = 0;
   int iterations = 0;  ///< of all sub-steps
   TickStatus status = TickStatus::resting;
   int dropped = 0;  ///< primitives refused
-  /// [N] part of the spring's pull at the proxy that the primitives do not bear: stiffness times the distance to its last
+  /// [N] part of the spring's pull that the primitives do not bear: stiffness times the distance of the proxy from its last
   /// balance. Imperceptible at rest; more: the proxy was given up on its path. 0 in an incomplete tick.
   double unborne_n = 0.0;
-  Energy energy;  ///< the loop, which has the command, fills in work_on_hand_j and held_back_j
-  int work = 0;   ///< [1] units of work, counted alike on every machine (docs/contracts/session.md)
+  Energy energy;  ///< the loop fills in work_on_hand_j and held_back_j
+  int work = 0;   ///< [1] units, counted alike on every machine (docs/contracts/session.md)
 };
 
 /// A mode's part in one tick.
@@ -56,7 +56,7 @@ struct ModeForce {
   double dissipated_j = 0.0;
   double injected_j = 0.0;
   int primitives = 0;         ///< in the last sub-step
-  bool split_shared = false;  ///< redundant with other primitives: another split would balance too
+  bool split_shared = false;  ///< redundant: another split would balance too
 };
 
 enum class SessionEventKind : std::uint8_t { onset, break_through, fault, warning };
@@ -75,18 +75,18 @@ struct SessionEvent {
 /// any arguments. One thread.
 class Session {
  public:
-  /// Balances by `scene.law`. Laws of earlier systems move the proxy in one step a tick, as those systems did.
+  /// Balances by `scene.law`. Laws of earlier systems move the proxy in one step a tick, as these systems did.
   /// \param encoder_step_m  [m] position step of the device, 0 if none (see Damper)
   explicit Session(const Scene& scene, double encoder_step_m = 0.0);
-  /// Session of the exact law that moves the proxy in one step a tick, for studies: its differences from `Session(scene)` come
-  /// from the path, not from the balance.
+  /// Session of the exact law that moves the proxy in one step a tick: its differences from `Session(scene)` come from the
+  /// path, not from the balance. For studies.
   static Session in_one_step(const Scene& scene);
   ~Session();
   Session(Session&&) noexcept;
   Session& operator=(Session&&) noexcept;
 
-  /// One update: the modes place primitives, the balance is solved, the proxy moves along its path, and the coupling pulls the
-  /// hand (Eq. 1).
+  /// The modes place primitives, the balance is solved, the proxy moves along its path, and the coupling pulls the hand (Eq.
+  /// 1).
   /// \param probe        current probe
   /// \param time_step_s  [s] since the last tick; (0, 1]
   Tick tick(const Probe& probe, double time_step_s) noexcept;
@@ -94,23 +94,23 @@ class Session {
   /// Puts the proxy on the next probe position and resets all memories: after a gap or a clutch.
   void reset() noexcept;
 
-  /// Sets the force limit of guard and device [N], at first infinity: a level that is stronger never yields.
+  /// Sets the force limit of guard and device [N], infinity by default: a stronger level never yields.
   void set_force_limit(double most_n) noexcept;
 
-  /// Walks the path in sub-steps `times` [1] (1…16) as short as usual, and in at least that many per tick; multiplies the cap
-  /// on sub-steps. For studies of convergence: the paths agree as the steps shrink. Allocates.
+  /// Walks the path in sub-steps `times` [1] (1…16) as short as usual, at least as many per tick; multiplies the cap on
+  /// sub-steps. For studies of convergence. Allocates.
   void refine_path(int times);
-  /// Copies the state of another session of the same scene, including the force limit; clears the warm start. Programming error
+  /// Copies the state of a session of an equal scene, including the force limit; clears the warm start. Programming error
   /// (assert) if the scenes differ in number of modes or memories.
   void copy_state_from(const Session& other) noexcept;
-  /// Continues from a session of another scene: with all of its state if its modes use the same levels of the same data, as
-  /// after a change of strengths or of the coupling, else with its proxy, its time, and fresh memories.
+  /// Continues from a session of another scene: with all of its state if its modes use equal levels of equal data, as after a
+  /// change of strengths or of the coupling, else with its proxy, its time, and fresh memories.
   void resume_in_changed_scene(const Session& other) noexcept;
 
   const Scene& scene() const noexcept;
   const Similarity& hand_to_world() const noexcept;
-  /// Forces by mode in the last tick; valid until the next. Modes in the scene's order. The first call after a tick computes
-  /// them, in microseconds: call it after the command is sent, or not at all.
+  /// Forces by mode in the last tick, in the scene's order; valid until the next. The first call after a tick computes them, in
+  /// microseconds: call it after the command is sent, or not at all.
   std::span<const ModeForce> modes() const noexcept;
   /// Of the last tick; valid until the next.
   std::span<const SubStep> sub_steps() const noexcept;

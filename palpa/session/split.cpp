@@ -87,7 +87,7 @@ struct Sharer {
   bool is_corner() const noexcept { return whole.size() > 1; }
 };
 
-// Part of λ in a primitive's span, q taken as exactly of unit length; for a plane q·λ, a number.
+// Part of λ in a primitive's span, q taken as a unit vector; for a plane q·λ, a number.
 struct Demand {
   Vec3 v;
   double along_normal = 0.0;
@@ -107,7 +107,7 @@ Demand demand(const Primitive& p, const WideVec3& lambda) noexcept {
 
 bool is_plane(const Primitive& p) noexcept { return p.kind == PrimitiveKind::plane || p.kind == PrimitiveKind::corner; }
 
-// Point of a corner's cone next to λ: the least v with n·v ≥ n·λ for all normals that the proxy lies on.
+// Point of a corner's cone next to λ: the least v with n·v ≥ n·λ for all normals at the proxy.
 struct ConePoint {
   ConePoint(const Sharer& corner, const WideVec3& lambda) noexcept {
     std::array<Vec3, most_facets> normals;
@@ -125,7 +125,7 @@ struct ConePoint {
   std::array<std::size_t, most_facets> facets;  // of the corner, in the order of the foot
 };
 
-// Largest force of a primitive here. A drag at rest within the balance's bound may add a little to its strength; that is kept.
+// Largest force of a primitive here. A drag at rest within the balance's bound may add a little to its strength; keep it.
 double limit_n(const Primitive& p, const Vec3& force_n) noexcept {
   return p.drag_ns_per_m > 0.0 ? std::clamp(norm(force_n), p.strength_n, largest_strength_n) : p.strength_n;
 }
@@ -179,8 +179,8 @@ class Root {
     }
   }
 
-  // δ of step 2. Rotations of pairs of R's columns make them orthogonal (one-sided Jacobi): the identity, rotated along,
-  // becomes the v_j, and the columns' lengths are the σ_j.
+  // δ of step 2. One-sided Jacobi: rotations of column pairs make R's columns orthogonal, with the σ_j as lengths; the
+  // identity, rotated along, becomes the v_j.
   Vec3 newton_step(const Vec3& e, double rounding) const noexcept {
     Vec3 column[3] = {{r_[0][0], 0, 0}, {r_[0][1], r_[1][1], 0}, {r_[0][2], r_[1][2], r_[2][2]}};
     Vec3 v[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
@@ -223,7 +223,6 @@ void add_derivative_of_corner(Root& root, const Sharer& corner, double weight, c
   for (int i = inside ? 0 : 1; i < left.size; ++i) root.add(std::sqrt(inside ? weight : weight / length), left.q[i]);
 }
 
-// Adds w ∂b/∂λ.
 void add_derivative(Root& root, const Sharer& sharer, double weight, const WideVec3& lambda) noexcept {
   if (sharer.is_corner()) return add_derivative_of_corner(root, sharer, weight, lambda);
   const Primitive& p = sharer.first();

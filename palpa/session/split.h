@@ -10,8 +10,8 @@
 namespace palpa {
 
 /// Whether a primitive can exchange force with others at `balance`: it has a strength and sticks, so that any force within its
-/// strength can balance. The forces of all others are unique: slip determines the force; the force of a plane out of contact is
-/// zero. A drag makes no difference: it is zero without motion.
+/// strength can balance. Other forces are unique: slip determines the force; without contact it is zero. A drag makes no
+/// difference: it is zero without motion.
 bool is_exchangeable(const Primitive& primitive, const Balance& balance) noexcept;
 /// Same test for `primitives[i]`, or for the whole corner that it is a facet of.
 bool is_exchangeable(std::span<const Primitive> primitives, std::size_t i, const Balance& balance) noexcept;
@@ -20,18 +20,18 @@ bool is_exchangeable(std::span<const Primitive> primitives, std::size_t i, const
 bool split_is_shared(std::span<const Primitive> primitives, const Balance& balance) noexcept;
 
 /// Replaces the forces of the exchangeable primitives by the split of their total with the least Σ|u|²/s (u a force, s its
-/// primitive's strength). It is unique, so it depends on the balance alone: not on the order of the primitives, nor on a law's
-/// warm start. Coincident primitives share in proportion to their strengths; zero strength gets zero. All other forces stay;
-/// any that is not finite becomes zero.
+/// primitive's strength). It is unique, so it depends on the balance alone: not on the order of the primitives, nor on a warm
+/// start. Coincident primitives share in proportion to their strengths. All other forces stay; any that is not finite becomes
+/// zero.
 ///
-/// Takes some microseconds for the primitives of typical modes, so it is no part of a tick. Reads and writes only its
-/// arguments; allocates nothing; bounded number of steps; the result is finite for any arguments.
+/// Takes microseconds for typical modes, so it is no part of a tick. Reads and writes only its arguments; allocates nothing;
+/// bounded number of steps; the result is finite for any arguments.
 /// \param forces_n  [N] a valid split, in the order of `primitives`; at least as many
-/// \return [N] length of the part of the total that was lost: rounding, about 1e-14 of forces and strengths
+/// \return [N] length of the lost part of the total: rounding, about 1e-14 of forces and strengths
 double least_split(std::span<const Primitive> primitives, const Balance& balance, std::span<Vec3> forces_n) noexcept;
 
-/// Forces of a recorded sub-step for reports: the least split if it is a balance; the recorded forces where an earlier system's
-/// law found none. Allocates at construction; one thread.
+/// Forces of a recorded sub-step for reports: the least split of a balance; the recorded forces if an earlier system's law
+/// found no balance. Allocates at construction; one thread.
 class ShownForces {
  public:
   explicit ShownForces(std::size_t most_primitives);

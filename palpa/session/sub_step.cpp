@@ -22,13 +22,12 @@ double gap_slope_n(const PlacedPrimitive& placed, const Vec3& force_n, const Bal
   // Of a plane, behind it the missing part of the force is wrong, in front of it all of the force.
   const double s = p.strength_n, u = norm(force_n);
   double slope_n = p.kind == PrimitiveKind::plane ? std::max(s - u, u) : s + u;
-  // The force of an elastic primitive is wrong by no more than its bound and that rounding make it (theory.md 8.12).
+  // The force of an elastic primitive is wrong by no more than its bound and that rounding allow (theory.md 8.12).
   const double stiffness = p.stiffness_n_per_m;
   if (p.is_elastic())
     slope_n = std::min(slope_n, std::sqrt(2.0 * stiffness * k) * balance.error_bound_m + stiffness * rounding_m);
   slope_n *= share;
-  // A drag's force is wrong by no more than its bound makes it either, and bends with the stiffness of the drag (theory.md
-  // 3.5).
+  // So is a drag's, and it bends with the stiffness of the drag (theory.md 3.5).
   if (p.drag_ns_per_m > 0.0) {
     const double C = p.drag_ns_per_m / std::max(T, shortest_time_s);
     slope_n += std::sqrt(2.0 * C * k) * balance.error_bound_m + 0.5 * C * rounding_m;

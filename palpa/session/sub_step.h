@@ -18,7 +18,6 @@ struct StepContext {
 };
 
 /// Computes bound, status and energies from the recorded primitives; call once, last. Allocates nothing.
-/// \param placed  in this sub-step
 void complete(SubStep& step, std::span<const PlacedPrimitive> placed) noexcept;
 
 }  // namespace palpa
