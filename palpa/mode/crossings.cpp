@@ -14,7 +14,7 @@ namespace {
 // crossing; more: crossings are located less precisely.
 constexpr double hair_share = 1e-9;
 // [1] of a sample spacing: a proxy that starts on the wrong side of a level must return within this. Less: a slight
-// displacement counts as a crossing; more: a real crossing may be taken for a displacement.
+// displacement counts as a crossing; more: a real crossing as a displacement.
 constexpr double back_share = 0.25;
 // [1] Pieces beyond its work budget that a search may use to get past rounding. More: longer worst tick; fewer: a crossing
 // there is reported later, where the next search starts.
@@ -57,7 +57,7 @@ struct Crossings::FieldOnWay {
   void find(double from, int most_work, WorkBudget& budget, Change& first) noexcept {
     from_ = begin_ = from;
     bool begins = true, has_data = true;
-    // Minimum progress of a search out of work. If the whole path is within rounding, as far from the origin, pieces have no
+    // Minimum progress of a search out of work. Far from the origin, where the whole path is within rounding, pieces have no
     // end.
     const double least = std::min(1.0, std::max(hair_, 2.0 * rounding_));
     const int of_piece = samples_.work_of_look(field_);
@@ -118,7 +118,7 @@ struct Crossings::FieldOnWay {
     }
   }
 
-  // First point from `share` on, up to `hair_` beyond, whose samples show the change; else the last point tried.
+  // First point from `share` on, up to `hair_` beyond, whose samples show the change; else the last point.
   template <class Shows>
   double just_beyond(double share, Shows&& shows) const noexcept {
     double at = share;
@@ -172,8 +172,8 @@ struct Crossings::FieldOnWay {
     return no_passage;
   }
 
-  // Share just beyond the sampled change near the root `share`; `no_passage` if samples show none. The polynomial is the
-  // interpolant to within rounding, or, for a formula, close to it.
+  // Share just beyond the sampled change near the root `share`; `no_passage` without one. The polynomial is the interpolant to
+  // within rounding, or, for a formula, close to it.
   double located(std::int32_t watch, double share) const noexcept {
     const auto shows = [&](double there) { return is_beyond(watch, there); };
     double near = begin_, far = std::max(begin_, share - hair_);
@@ -254,8 +254,7 @@ void Crossings::take_side(const Threshold& watch, bool above) noexcept {
   if (i >= 0 && sides_[i] != Side::none) sides_[i] = above ? Side::above : Side::below;
 }
 
-// Next watch of a field upwards or downwards; -1 if there is none. The system's byte search skips most of thousands of watches,
-// dozens at once.
+// Next watch of a field upwards or downwards; -1 if there is none. The system's byte search skips dozens of watches at once.
 std::int32_t Crossings::border(const EventPolicy& policy, std::int32_t field, std::span<const Side> sides,
                                bool up) const noexcept {
   const auto [first, last] = ranges_[field];
@@ -282,7 +281,7 @@ ValueRange Crossings::quiet(const EventPolicy& policy, std::int32_t field, std::
   return quiet;
 }
 
-// Whether the whole path lies so near to a known value of the field that no event is possible.
+// Whether the path lies so near to a known value that no event is possible.
 bool Crossings::is_safe(std::int32_t field, const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy, Samples& samples,
                         Event& event) const noexcept {
   const ValueRange quiet = this->quiet(policy, field, sides_);

@@ -1,4 +1,4 @@
-// Sides of levels and breakpoints that the proxy is on, and search for the first event on a straight path.
+// Event search along straight paths: crossings of levels and breakpoints.
 #pragma once
 
 #include <algorithm>
@@ -24,32 +24,32 @@ struct EventPolicy {
   /// Effect of a watched value, by the plane that stands on it.
   enum class CrossingRule : std::uint8_t {
     stops,        ///< no plane, or a plane that is pressed through: stops at the crossing
-    held,         ///< the plane holds the proxy: it is on the level, to within rounding, and crosses nothing
-    leaves_up,    ///< the proxy lifts off the plane towards higher values: recorded as a crossing, without a stop
+    held,         ///< the plane holds the proxy, which is on the level to within rounding: no crossing
+    leaves_up,    ///< the proxy lifts off the plane towards higher values: a crossing, without a stop
     leaves_down,  ///< likewise towards lower values
-    passes,       ///< recorded as a crossing in either direction, without a stop
+    passes,       ///< a crossing in either direction, without a stop
   };
   struct OfField {
     Vec3 carried_m;               ///< [m] motion of the contact with the field's data; shifts the start of the path
-    ValueRange allowed;           ///< the field's own unit; beyond it the proxy would be too deep in the level that holds it
+    ValueRange allowed;           ///< the field's own unit; beyond it the proxy would be too deep in its level
     bool stops_at_edges = false;  ///< also stops where its data begin or end; scalar and vector fields
     bool is_ignored = false;      ///< its watched values have no effect
   };
   std::vector<CrossingRule> passing;  ///< by watch; see Crossings::configure_events
   std::vector<OfField> fields;        ///< by the session's index
 
-  /// Resets the policy: every watch stops, nothing is carried, all values are allowed. Allocates nothing.
+  /// Every watch stops, nothing is carried, all values are allowed. Allocates nothing.
   void clear() noexcept;
 };
 
-/// Result of an event search, and memory of the next search. Made by Crossings::event.
+/// Result of an event search; caches for the next. Made by Crossings::event.
 struct Event {
   enum class Kind : std::uint8_t {
     none,
     crossing,     ///< a watched value is crossed
     edge,         ///< data of a field that stops at edges begin or end
     pierced,      ///< a value that is not allowed
-    out_of_work,  ///< the budget is exhausted; no event up to there
+    out_of_work,  ///< budget exhausted; no event up to there
   };
   Kind kind = Kind::none;
   double share = 1.0;               ///< [1] of the path
@@ -70,8 +70,8 @@ struct Event {
   std::vector<std::int32_t> on_way_;  // fields in which an event is possible
 };
 
-/// Side of every watched value that the proxy is on. Sides change only by located crossings, so rounding next to a level can
-/// neither lose nor invent a contact. Construction, `policy` and `event` allocate; nothing else does. One thread.
+/// Side of the proxy at every watched value. Sides change only by located crossings, so rounding next to a level can neither
+/// lose nor invent a contact. Construction, `policy` and `event` allocate; nothing else does. One thread.
 class Crossings {
  public:
   /// \param live     keeps the sides
@@ -83,23 +83,23 @@ class Crossings {
 
   /// Whether this value is watched: a shell's level is, the value at which a material was met is not.
   bool is_watched(const Threshold& watch) const noexcept { return index_of(watch) >= 0; }
-  /// Sets the rule of a value, if it is watched; of two planes on a level the holding plane decides.
+  /// Sets the rule of a watched value; of two planes on a level the holding plane decides.
   void configure_events(EventPolicy& policy, const Threshold& watch, EventPolicy::CrossingRule passing) const noexcept;
 
   /// Clears all sides; a search determines them at its start, or where data begin.
   void reset() noexcept;
-  /// Sets the side of a watched value that the proxy counts as being on; a position on the other side is a crossing.
+  /// Sets the side of a watched value that the proxy counts as being on; the other side is then a crossing.
   void take_side(const Threshold& watch, bool above) noexcept;
 
   /// Finds the first stop of the policy on a straight path [m] of any length; else its end. No change of the interpolant is
   /// missed: a wall thinner than a voxel, a dip within a cell (Field::piece_along); touching a level is no crossing. The point
-  /// lies just beyond the change, to 1e-9 of the field's spacing or as close as rounding permits: a sample there is on the
-  /// other side. A proxy that starts on the other side and returns within a quarter of a spacing has crossed nothing.
+  /// lies just beyond the change, to 1e-9 of the field's spacing or as rounding permits: a sample there is on the other side. A
+  /// start on the other side with a return within a quarter of a spacing is no crossing.
   /// \param work  spent by pieces of the path (PolynomialPiece; Samples::work_of_look). Even without work left, each search
   /// makes progress: it evaluates one piece of each field, and slivers before that.
   void first_event(const Vec3& start_m, const Vec3& end_m, const EventPolicy& policy, Samples& samples, WorkBudget& work,
                    Event& event) const noexcept;
-  /// Moves the proxy to the event: updates the sides.
+  /// Moves the proxy to the event.
   void apply(const Event& event) noexcept {
     if (!event.on_way_.empty()) std::ranges::copy(event.sides_, sides_.begin());
   }

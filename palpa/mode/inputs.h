@@ -1,4 +1,4 @@
-// Inputs of a mode: fields and thresholds.
+// Fields and thresholds of a mode.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace palpa {
 
-/// Fields that a mode reads, by number, and thresholds of their values at which it may set in.
+/// Fields that a mode reads, by number, and thresholds of their values.
 struct ModeInputs {
   std::vector<std::int32_t> fields;        ///< without duplicates
   std::int32_t main_field = -1;            ///< its parameter `field`
@@ -21,10 +21,10 @@ struct ModeInputs {
   bool onset_is_watched = false;           ///< a mode without primitives can set in only at a watch
 };
 
-/// Returns the number of a field, or of a derivation of it.
+/// Number of a field, or of its derivation.
 using NumberOfField = std::function<std::int32_t(const FieldRef&, std::optional<Derivation>)>;
 
-/// Resolves the field references of a mode and of its masks. Allocates; throws the exceptions of `number_of`.
+/// Resolves the field references of a mode and its masks. Allocates; throws the exceptions of `number_of`.
 ModeInputs resolve(Mode& mode, std::span<Mask> masks, const NumberOfField& number_of);
 
 }  // namespace palpa

@@ -18,8 +18,8 @@
 
 namespace palpa {
 
-/// Write-only view of a sub-step's PrimitiveSet for a mode: adds primitives, cannot read or change those of other modes. Each
-/// function forwards to `PrimitiveSet`, which refuses unsolvable input. Passed by value: a reference.
+/// Write-only view of a sub-step's PrimitiveSet for a mode. Each function forwards to `PrimitiveSet`, which refuses unsolvable
+/// input. Passed by value: a reference.
 class PrimitiveSink {
  public:
   PrimitiveSink(PrimitiveSet& set) noexcept : set_(set) {}  // NOLINT: implicit on purpose
@@ -71,7 +71,7 @@ struct SlotState {
   std::uint16_t slot = 0;
   PrimitiveState state = PrimitiveState::off;
   HeldLevel captured;   ///< level of its placement
-  bool yields = false;  ///< its strength is reduced because data end nearby or its level jumped: a slip is no break-through
+  bool yields = false;  ///< its strength is reduced (data end nearby, or its level jumped): a slip is no break-through
 };
 
 /// Result of an accepted sub-step, for a mode.
@@ -137,7 +137,7 @@ class Mode {
   std::string problem() const { return model_->problem(); }
   void visit(ParameterVisitor& visitor) { model_->visit(visitor); }
 
-  /// Bytes of memory that the session keeps for it (0…256), and their initialisation.
+  /// Bytes of memory kept by the session (0…256), and their initialisation.
   std::size_t memory_bytes() const noexcept { return model_->memory_bytes(); }
   void start(std::byte* memory) const noexcept { model_->start(memory); }
   void place(const ModeContext& here, const std::byte* memory, PrimitiveSink out) const noexcept {
@@ -149,7 +149,7 @@ class Mode {
       model_->place(here, memory, out);
     }
   }
-  /// Adds the duration of `place` of this mode and its copies to `spent_ns` from now on; nullptr: off.
+  /// Adds the duration of `place` of this mode and its copies to `spent_ns`; nullptr: off.
   void measure(std::int64_t* spent_ns) noexcept { spent_ns_ = spent_ns; }
   void on_step_accepted(const StepResult& result, std::byte* memory) const noexcept {
     model_->on_step_accepted(result, memory);
@@ -181,7 +181,7 @@ class Mode {
     virtual void on_step_accepted(const StepResult& result, std::byte* memory) const noexcept = 0;
   };
 
-  /// Whether `place` has a mode's signature; noexcept, because an exception within a tick would end the program.
+  /// Whether `place` has a mode's signature; noexcept: an exception within a tick would end the program.
   template <class M>
   static consteval bool places(const M* mode, const ModeContext* here, const PrimitiveSink* out) {
     if constexpr (HasMemory<M>) {
@@ -257,7 +257,6 @@ class ModeCatalog {
   std::vector<Mode> modes_;
 };
 
-/// Modes of the library.
 const ModeCatalog& standard_modes();
 
 }  // namespace palpa

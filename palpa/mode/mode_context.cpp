@@ -45,7 +45,7 @@ class Samples::Plan {
   }
 
   Slot& operator[](std::int32_t field) noexcept { return slots_[static_cast<std::size_t>(field)]; }
-  // Grids of equal geometry: a position looked up in any of them holds for all.
+  // Grids of equal geometry: a position looked up in one holds for all.
   struct Lattice {
     const detail::GridBase* grid;
     Memory<detail::GridBase::Place> places{};
@@ -288,8 +288,8 @@ double ModeContext::limited_n(double strength_n) const noexcept {
 }
 
 // Share of a level's strength near a border, 0…1 [1]. The filter's use of missing voxels reaches two spacings. A level fades
-// over these, or over up to four if it is strong enough to end with a jerk: friction pulls the proxy out as the level weakens,
-// which turns a slope a of the strength into a/(1 − μa/k) under the hand.
+// over these, or over up to four if it would end with a jerk: friction pulls the proxy out as the level weakens, which turns a
+// slope a of the strength into a/(1 − μa/k) under the hand.
 double ModeContext::border_share(double strength_n) const noexcept {
   constexpr double reach = 2.0, furthest = 4.0;             // [1] spacings. Less: ends with a jerk; more: weak in intact data
   const double steepest_n_per_m = 1.5 * stiffness_n_per_m;  // Less: a wide rim; more: a jerk
@@ -329,8 +329,7 @@ LevelStrength ModeContext::newtons(const Strength& strength, const HeldLevel& le
 
 double ModeContext::drag(double drag_ns_per_m) const noexcept {
   if (!(drag_ns_per_m > 0.0)) return drag_ns_per_m;
-  // A drag fades in like a strength of 1 N, over 2 N / k from the edge. Less: a sudden onset; more: a wide rim with little
-  // drag.
+  // A drag fades in like a strength of 1 N, over 2 N / k from the edge. Less: a sudden onset; more: a wide rim.
   constexpr double fade_n = 1.0;
   const double depth = depth_m();
   if (!(depth > 0.0)) return 0.0;

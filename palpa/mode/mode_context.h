@@ -15,19 +15,19 @@
 
 namespace palpa {
 
-/// Samples of a session's fields at positions in the hand frame. Caches the last few positions, since a tick repeats them;
-/// otherwise queries are pure. Allocates at construction only. One thread.
+/// Samples of a session's fields at positions in the hand frame. Caches the last few positions, since a tick repeats them.
+/// Allocates at construction only. One thread.
 ///
-/// Shared evaluation is planned at construction: a position is looked up once in all grids of equal geometry, with its spline
-/// weights, also for the detail of such a grid; a magnitude or a component reuses the sample of its vector; and a field whose
-/// second derivative has ever been requested computes it with the value, from the same voxels.
+/// Evaluation is shared, as planned at construction: a position is looked up once in all grids of equal geometry, with its
+/// spline weights, also for their detail; a magnitude or a component reuses the sample of its vector; and a field whose second
+/// derivative has ever been requested computes it with the value, from the same voxels.
 class Samples {
  public:
   /// \param fields  the session's fields, by index; they outlive this
   /// \param map     hand to world
   Samples(std::span<const FieldPtr> fields, const Similarity& map);
 
-  /// Sets the time of all later samples; `came_from` is the time at the start of the sub-step. Clears the cache on a change.
+  /// Sets the time of later samples; `came_from`: at the start of the sub-step. Clears the cache on a change.
   void set_time(DataTime at, DataTime came_from) noexcept;
   void set_time(DataTime at) noexcept { set_time(at, at); }
   DataTime time() const noexcept { return at_; }
@@ -35,8 +35,8 @@ class Samples {
   /// Whether any field changes with time.
   bool any_timed() const noexcept { return any_timed_; }
 
-  /// Value at a position in the hand frame [m], and gradient per hand metre. Outside if the index is no scalar field. This
-  /// reference and those below hold until `remembered` other positions have been sampled.
+  /// Value at a position in the hand frame [m], and gradient per hand metre. Outside if the index is no scalar field.
+  /// References returned here and below hold until `remembered` other positions have been sampled.
   const ScalarSample& scalar(std::int32_t field, const Vec3& hand_m) noexcept {
     static constexpr ScalarSample outside;
     if (!is_field(field)) return outside;
@@ -51,8 +51,8 @@ class Samples {
   Mat3 hessian(std::int32_t field, const Vec3& hand_m) noexcept;
   /// Depth within the field's data [hand m].
   double depth_m(std::int32_t field, const Vec3& hand_m) noexcept;
-  /// Piece of the straight path between two positions in the hand frame [m] that begins at the share `begin` [1]
-  /// (Field::piece_along). No data up to the end if the index is no scalar field.
+  /// Piece of the straight path between two positions in the hand frame [m] from the share `begin` [1] on (Field::piece_along).
+  /// No data up to the end if the index is no scalar field.
   PolynomialPiece piece_along(std::int32_t field, const Vec3& from_hand_m, const Vec3& to_hand_m, double begin,
                               const ValueRange& quiet) const noexcept;
   /// Lipschitz bound of a field around a position in the hand frame [m] (Field::lipschitz_bound), per hand metre.
@@ -69,16 +69,15 @@ class Samples {
   double rounding(std::int32_t field) const noexcept {
     return is_field(field) ? roundings_[static_cast<std::size_t>(field)] : 0.0;
   }
-  /// Position at time `to` of the data point of a field that is at `hand_m` [m] at time `from` (TimedField::carried). The
-  /// position itself for an invalid index or a static field.
+  /// Position at time `to` of a field's data point that is at `hand_m` [m] at time `from` (TimedField::carried). Unchanged for
+  /// an invalid index or a static field.
   Carried carried(std::int32_t field, const Vec3& hand_m, DataTime from, DataTime to) const noexcept;
   Vec3 carried_m(std::int32_t field, const Vec3& hand_m, DataTime from, DataTime to) const noexcept {
     return carried(field, hand_m, from, to).position_m;
   }
-  /// Work of a sample of a field [units of tick_work.h]; 1 for an invalid index.
+  /// Work of a sample [units of tick_work.h]; 1 for an invalid index.
   int work_of_look(std::int32_t field) const noexcept { return is_field(field) ? works_[static_cast<std::size_t>(field)] : 1; }
-  /// Work of `modes` [1] modes that sample all fields at one position: 1 unit a mode; the extra cost of a field once, as it is
-  /// cached.
+  /// Work of `modes` [1] modes that sample all fields at one position: 1 unit a mode; extra cost of a field once (cached).
   int work_of_modes(std::size_t modes) const noexcept { return static_cast<int>(modes) + work_beyond_; }
   const Similarity& hand_to_world() const noexcept { return map_; }
 
@@ -142,14 +141,14 @@ struct LevelStrength {
   bool limited = false;  ///< by the border of the data: the level yields there, which is no break-through
 };
 
-/// Inputs of a mode when it places primitives, all in the hand frame: metres, rotated directions, derivatives per hand metre;
-/// values keep the data's own unit.
+/// Inputs of a mode's `place`, in the hand frame: metres, rotated directions, derivatives per hand metre; values keep the
+/// data's own unit.
 ///
-/// The primitives of a sub-step pass through `proxy_m`, where the sub-step starts. The data may be sampled elsewhere (a trial
-/// point of the path), so a mode samples through `here` and computes nothing from the proxy's position itself.
+/// The primitives of a sub-step pass through `proxy_m`, where it starts. The data may be sampled elsewhere (a trial point of
+/// the path), so a mode samples through `here` and computes nothing from the proxy's position itself.
 class ModeContext {
  public:
-  Vec3 proxy_m;                    ///< [m] proxy at the start of the sub-step, carried with the mode's data to its end
+  Vec3 proxy_m;                    ///< [m] proxy at the start of the sub-step, carried with the mode's data
   Vec3 probe_m;                    ///< [m]
   Vec3 at_m;                       ///< [m] sample position; usually the proxy
   double time_step_s = 0.0;        ///< [s] of the sub-step
@@ -159,10 +158,10 @@ class ModeContext {
   double most_n = std::numeric_limits<double>::infinity();
   std::span<const Foot> feet;  ///< on the mode's elastic levels that hold the proxy
 
-  /// Sample of the field at `at_m`. `inside` is false for a field without data there.
+  /// Sample at `at_m`. `inside` is false without data there.
   ScalarSample scalar(const FieldRef& field) const noexcept { return samples_->scalar(field.index, at_m); }
   VectorSample vector(const FieldRef& field) const noexcept { return samples_->vector(field.index, at_m); }
-  /// Likewise at a position in the hand frame [m].
+  /// At a position in the hand frame [m].
   ScalarSample scalar(const FieldRef& field, const Vec3& x_m) const noexcept { return samples_->scalar(field.index, x_m); }
   /// Vector from the proxy to the foot of the plane of `slot` [m]; zero if it is not pressed in.
   Vec3 foot_offset_m(std::uint16_t slot) const noexcept {
@@ -171,35 +170,35 @@ class ModeContext {
     }
     return {};
   }
-  /// Sample position of that plane's level [m]: its foot; `at_m` if it is not pressed in.
+  /// Sample position of that plane's level [m]: its foot, or `at_m`.
   Vec3 foot_m(std::uint16_t slot) const noexcept { return at_m + foot_offset_m(slot); }
   /// Value of a scalar field, in its own unit, at `proxy_m`, where the sub-step starts: the level on which a material holds the
-  /// proxy, at any sample position. Without data there, the value at `at_m`.
+  /// proxy. Without data there, the value at `at_m`.
   double value_at_start(const FieldRef& field) const noexcept;
   /// Second derivative of a scalar field at `at_m` [unit per hand metre²].
   Mat3 hessian(const FieldRef& field) const noexcept { return samples_->hessian(field.index, at_m); }
-  /// Smallest and largest value of a scalar field in all of its data.
+  /// Range of a scalar field's values.
   const ValueRange& range(const FieldRef& field) const noexcept { return samples_->range(field.index); }
 
   /// Strength in newtons at this position: the number or the transfer function, times the mode's masks, faded towards the edges
-  /// of the mode's fields to at most k/2 × the depth (a fade steeper than the coupling would kick the hand at its end). Zero
-  /// where any field of the mode has no data.
+  /// of its fields to at most k/2 × the depth (a fade steeper than the coupling would kick the hand at its end). Zero where any
+  /// field of the mode has no data.
   double newtons(const Strength& strength) const noexcept;
-  /// Strength of a plane on a level. A transfer function of the level's own field is evaluated at the level's value instead of
-  /// the sample's, at a step as the limit from `side` (the level's solid side), so that rounding cannot make contact chatter.
-  /// The fade is that of a border (`border_share`): a level yields across its fade, not along it.
+  /// Strength of a plane on a level. A transfer function of the level's own field is evaluated at the level's value, at a step
+  /// as the limit from `side` (the level's solid side), so that rounding cannot make contact chatter. Fades like a border
+  /// (`border_share`): a level yields across its fade, not along it.
   LevelStrength newtons(const Strength& strength, const HeldLevel& level, TransferFunction::Side side) const noexcept;
   /// Drag [N·s/m] at this position: `drag_ns_per_m` times masks and fade (over 2 N / k of depth).
   double drag(double drag_ns_per_m) const noexcept;
-  /// Position [m] at the end of the sub-step of the data point of `field` that was at `x_m` [m] at its start.
+  /// Position [m] at the end of the sub-step of the data point that was at `x_m` [m] at its start.
   Vec3 carried(const FieldRef& field, const Vec3& x_m) const noexcept;
 
   /// Length of `gradient` [unit per hand metre] as the steepness used in scenes [unit per world metre].
   double steepness_per_m(const Vec3& gradient) const noexcept;
-  /// Rotates `world`, a vector along the axes of the world in its own unit, into the hand frame.
+  /// Rotates `world`, a vector in the world in its own unit, into the hand frame.
   Vec3 direction_to_hand(const Vec3& world) const noexcept { return samples_->hand_to_world().direction_to_hand(world); }
 
-  /// For the tick: shared samples, and masks and fields of the mode that samples the data at `seen_m` [m].
+  /// For the tick: shared samples, and masks and fields of a mode that samples at `seen_m` [m].
   ModeContext(Samples& samples, const Vec3& seen_m, std::span<const Mask> masks, std::span<const std::int32_t> fields) noexcept
       : at_m(seen_m), samples_(&samples), masks_(masks), fields_(fields) {}
 

@@ -17,28 +17,27 @@ namespace palpa {
 /// Surface and friction (paper, Fig. 4): a plane on a surface of a scalar field, and a line along its normal that resists
 /// sliding.
 ///
-/// The surface is either one of the levels (shells: each bears until k·depth reaches its strength, then breaks; a level with a
-/// stiffness of its own yields before, and the levels below are felt through it), or, with `strength_n` as a transfer function
+/// The surface is one of the levels (shells: each bears until k·depth reaches its strength, then breaks; a level with a
+/// stiffness of its own yields before, so that levels below are felt through it), or, with `strength_n` as a transfer function
 /// of the field (material), at the proxy: every value is a surface that yields at its own strength.
 ///
 /// With φ the field, g = ∇φ, σ = +1 where high values are solid: normal n = −σ g/|g|, and the plane stands on the captured
-/// level φ_c, one Newton step from the proxy: a = x + g (φ_c − φ)/|g|². A plane left at the proxy instead would drift off a
-/// sphere by π·speed·T per turn.
+/// level φ_c, one Newton step from the proxy: a = x + g (φ_c − φ)/|g|². A plane left at the proxy would drift off a sphere by
+/// π·speed·T per turn.
 ///
-/// Static friction exceeds kinetic friction by a ratio, and friction has a viscous part; both are off by default, which is the
-/// paper's law. It becomes static after 20 ms without sliding, not at the first repeated position: to an encoder a slow hand
-/// stands still most of the time (zero-velocity band: Karnopp, Computer simulation of stick-slip friction in mechanical dynamic
+/// Static friction exceeds kinetic friction by a ratio, and friction has a viscous part; both are off by default (the paper's
+/// law). It becomes static after 20 ms without sliding, not at the first repeated position: to an encoder a slow hand stands
+/// still most of the time (zero-velocity band: Karnopp, Computer simulation of stick-slip friction in mechanical dynamic
 /// systems, J. Dyn. Syst. Meas. Control 107(1), 1985).
 ///
-/// Texture, off by default, modulates friction by the detail of the voxels that the field's filter removes
-/// (Derivation::detail): roughness along the surface, as in M. Minsky et al., Feeling and seeing: issues in force display,
-/// Symp. Interactive 3D Graphics, 1990, and, by friction as here, C.-H. Ho, C. Basdogan and M. A. Srinivasan, Efficient
-/// point-based rendering techniques for haptic display of virtual objects, Presence 8(5), 1999. It is an addition: no law of
-/// the paper and no property of the scanned object. It only scales resistance, so it dissipates energy and the surface stays in
-/// place.
+/// Texture, off by default, modulates friction by the detail that the field's filter removes (Derivation::detail): roughness
+/// along the surface, as in M. Minsky et al., Feeling and seeing: issues in force display, Symp. Interactive 3D Graphics, 1990,
+/// and, by friction as here, C.-H. Ho, C. Basdogan and M. A. Srinivasan, Efficient point-based rendering techniques for haptic
+/// display of virtual objects, Presence 8(5), 1999. It is no law of the paper and no property of the scanned object. It only
+/// scales resistance, so it dissipates energy and the surface stays in place.
 ///
 /// Where the field is as flat as its noise a gradient has a random direction: there the surface fades, and in the solid a point
-/// at the proxy may replace it, so that the solid is felt without a wrong direction.
+/// at the proxy may replace it.
 struct SurfaceAndFriction {
   static constexpr auto type = "surface_and_friction";
   static constexpr auto summary = "Surfaces that one stands on, slides over and presses through.";
@@ -108,18 +107,18 @@ struct SurfaceAndFriction {
         companion_param(&S::detail, &S::field, Derivation::detail, &S::has_texture)};
   }
   bool has_texture() const { return texture_ratio > 0.0; }
-  /// Checks: levels or material, friction as a force or as a coefficient. Flat strength needs a noise and a solid side, texture
+  /// Checks: levels or material, friction as a force or as a coefficient; flat strength needs a noise and a solid side, texture
   /// needs friction.
   std::string problem() const;
 
-  /// Largest number of levels that hold the proxy at once: a rigid level below elastic ones.
+  /// Largest number of levels that hold the proxy at once: a rigid one below elastic ones.
   static constexpr std::size_t most_held = 4;
   struct Memory {
     struct Held {
       std::int32_t level = -1;  ///< index; -1: none
       bool from_low = true;     ///< met from lower values: the low side is free
       double kinetic_s = 0.0;   ///< remaining time of kinetic friction
-      double pressed_to = 0.0;  ///< current position of the level, in the field's own unit: its value until it yields
+      double pressed_to = 0.0;  ///< position of the level, in the field's own unit: its value until it yields
     };
     std::array<Held, most_held> held;  ///< levels, in any order; for material the friction of the first
     bool captured = false;             ///< held by material
@@ -138,8 +137,8 @@ struct SurfaceAndFriction {
   bool is_solid(double value) const noexcept;
 };
 
-/// Viscosity: a point primitive at the proxy. Its strength resists motion with the same force at any speed (Coulomb; the
-/// paper's mode); its drag resists in proportion to the speed (true viscosity, f = c v).
+/// Viscosity: a point primitive at the proxy. Its strength resists motion with equal force at any speed (Coulomb; the paper's
+/// mode); its drag in proportion to the speed (f = c v).
 struct Viscosity {
   static constexpr auto type = "viscosity";
   static constexpr auto summary = "Resistance to motion in every direction, where the data say so.";
@@ -187,8 +186,8 @@ struct GradientForce {
   void place(const ModeContext& here, PrimitiveSink out) const noexcept;
 };
 
-/// Follow: a line primitive along the field: motion across it costs force, motion along it is free. The sign of the field does
-/// not matter.
+/// Follow: a line primitive along the field: motion across it costs force, motion along it is free. The field's sign has no
+/// effect.
 struct Follow {
   static constexpr auto type = "follow";
   static constexpr auto summary = "A rail along the field: free along it, held across it.";
@@ -206,8 +205,8 @@ struct Follow {
   void place(const ModeContext& here, PrimitiveSink out) const noexcept;
 };
 
-/// Front shape: a plane across the field at the proxy, its normal along the field. Motion with the field and along its front is
-/// free, motion against it costs force.
+/// Front shape: a plane across the field at the proxy. Motion with the field and along its front is free, motion against it
+/// costs force.
 struct FrontShape {
   static constexpr auto type = "front_shape";
   static constexpr auto summary = "A wall across the field: one moves with it, not against it.";
@@ -225,8 +224,8 @@ struct FrontShape {
   void place(const ModeContext& here, PrimitiveSink out) const noexcept;
 };
 
-/// Transverse damping: a line primitive along the field whose drag resists the component of motion across the field, f = −c (v
-/// − (v·q) q); motion along it is free. A strength resists at any speed, as in `follow`.
+/// Transverse damping: a line primitive along the field whose drag resists motion across the field, f = −c (v − (v·q) q);
+/// motion along it is free. A strength resists at any speed, as in `follow`.
 struct TransverseDamping {
   static constexpr auto type = "transverse_damping";
   static constexpr auto summary = "A flow thick as honey across, free along it.";
@@ -247,8 +246,8 @@ struct TransverseDamping {
   void place(const ModeContext& here, PrimitiveSink out) const noexcept;
 };
 
-/// Vector force: a directed force along the field, the simplest mode of vector data: the flow carries the hand. Where the
-/// direction turns within less than 2s/k it is limited, s ≤ (k/2)·|V|/‖J‖, so that it fades at stagnation points and in cores.
+/// Vector force: a directed force along the field: the flow carries the hand. Where the direction turns within less than 2s/k
+/// it is limited, s ≤ (k/2)·|V|/‖J‖, so that it fades at stagnation points and in cores.
 struct VectorForce {
   static constexpr auto type = "vector_force";
   static constexpr auto summary = "A push along the field: one is carried by the flow.";
@@ -309,8 +308,7 @@ struct VortexForce {
 };
 
 /// Vortex plane (paper: vortex shape, plane): a tube that is free to enter and holds the hand inside. The plane's normal points
-/// to the core. With direction q it stands on the level of Q that the proxy has reached; the other directions have no level, so
-/// there it stands at the proxy.
+/// to the core. With direction q it stands on the level of Q that the proxy has reached, else at the proxy.
 struct VortexPlane {
   static constexpr auto type = "vortex_plane";
   static constexpr auto summary = "A tube around the core of a vortex: free to enter, held inside.";

@@ -1,5 +1,5 @@
-// Parameters: one list of a mode's keys, the source of scene files, error messages, `palpa modes` and the documentation. The
-// other parts of a scene have lists of this kind (scene/parts.h).
+// Parameters: one list of a mode's keys for scene files, error messages, `palpa modes` and the documentation. The other parts
+// of a scene have lists of this kind (scene/parts.h).
 #pragma once
 
 #include <array>
@@ -25,9 +25,8 @@ struct FieldRef {
   friend bool operator==(const FieldRef& a, const FieldRef& b) { return a.name == b.name; }
 };
 
-/// Transfer function of a field's value, for strengths and masks. Piecewise linear; beyond the points it is `outside`. Two
-/// points with equal value are a step. The end points belong to the function: at the first and at the last value the result is
-/// theirs, on either side.
+/// Transfer function of a field's value, for strengths and masks. Piecewise linear; `outside` beyond the points. Two points
+/// with equal value are a step. At the first and at the last value the result is that of the end point, on either side.
 ///
 /// Evaluation never allocates or throws, and is finite for every value.
 class TransferFunction {
@@ -48,11 +47,11 @@ class TransferFunction {
 
   /// Result [N] or [1] at `value`, in the field's own unit. At a step, the limit from `side`. 0 for an empty function or a NaN.
   double at(double value, Side side = Side::above) const noexcept;
-  /// dresult/dvalue [N/unit] at `value`, in the field's own unit; at a point the slope of the piece on `side`; 0 beyond the
-  /// points, for an empty function or a NaN.
+  /// dresult/dvalue [N/unit] at `value`, in the field's own unit; at a point on its `side`; 0 beyond the points, for an empty
+  /// function or a NaN.
   double slope_at(double value, Side side = Side::above) const noexcept;
-  /// Whether it is zero at `value`, in the field's own unit, and on both sides of it, up to the adjacent points. At the first
-  /// and the last point the outside does not count.
+  /// Whether it is zero at `value`, in the field's own unit, and up to the adjacent points on both sides. The outside does not
+  /// count.
   bool stays_zero_at(double value) const noexcept;
 
   const std::vector<Point>& points() const noexcept { return points_; }
@@ -112,7 +111,7 @@ enum class ParameterKind : std::uint8_t {
   whole_numbers,  ///< list, each within the range
   list,           ///< tables with parameters of their own
   table,          ///< single table
-  named_tables,   ///< table of tables, keyed by their item's `name`, a plain word
+  named_tables,   ///< table of tables, keyed by their `name`, a plain word
   rows,           ///< list of lists
 };
 
@@ -128,7 +127,7 @@ struct ParameterInfo {
   std::string_view form{};                      ///< format of its value, for people; empty: by its kind
   std::optional<std::string_view> fallback{};   ///< value if left out, for people; none: the default itself
   bool needed = false;                          ///< must be given
-  /// Whether a scene must give it: a field or a level has no default.
+  /// A field or a level has no default.
   bool required() const noexcept {
     return needed || kind == ParameterKind::scalar_field || kind == ParameterKind::vector_field || kind == ParameterKind::level;
   }
@@ -143,10 +142,10 @@ class ParameterList {
   virtual std::size_t size() const = 0;
   virtual void append() = 0;  ///< adds an item with its defaults
   virtual void visit(std::size_t i, ParameterVisitor& visitor) = 0;
-  virtual void visit_default(ParameterVisitor& visitor) = 0;  ///< parameters of a new item
+  virtual void visit_default(ParameterVisitor& visitor) = 0;  ///< of a new item
 };
 
-/// Visitor that reads, and may change, every parameter of a mode in the order of its list.
+/// Visits, and may change, every parameter of a mode in the order of its list.
 class ParameterVisitor {
  public:
   virtual ~ParameterVisitor() = default;
@@ -173,19 +172,18 @@ struct Parameter {
   ParameterInfo info;
   std::array<std::string_view, Choices> choices{};
 
-  /// Copy with the format shown to people: "[x, y, z]".
+  /// With the format shown to people: "[x, y, z]".
   constexpr Parameter written(std::string_view form) const {
     Parameter same = *this;
     same.info.form = form;
     return same;
   }
-  /// Copy with the meaning of a left-out value, for people; "": none.
+  /// With the meaning of a left-out value, for people; "": none.
   constexpr Parameter left_out(std::string_view meaning) const {
     Parameter same = *this;
     same.info.fallback = meaning;
     return same;
   }
-  /// Copy that must be given.
   constexpr Parameter needed() const {
     Parameter same = *this;
     same.info.needed = true;
@@ -225,7 +223,6 @@ template <class O>
 constexpr auto param(std::string_view name, std::vector<std::string> O::*member, std::string_view sentence) {
   return Parameter<O, std::vector<std::string>>{member, {name, sentence, ParameterKind::texts}};
 }
-/// Name of a volume.
 template <class O>
 constexpr auto volume_param(std::string_view name, std::string O::*member, std::string_view sentence) {
   return Parameter<O, std::string>{member, {name, sentence, ParameterKind::volume}};
@@ -262,7 +259,6 @@ template <class O>
 constexpr auto companion_param(FieldRef O::*member, FieldRef O::*of, Derivation felt, bool (O::*needed)() const) {
   return Companion<O>{member, of, felt, needed};
 }
-/// Optional field of either kind.
 template <class O>
 constexpr auto optional_field_param(std::string_view name, FieldRef O::*member, std::string_view sentence) {
   return Parameter<O, FieldRef>{member, {name, sentence, ParameterKind::optional_field}};
@@ -284,26 +280,24 @@ constexpr auto param(std::string_view name, std::optional<Vec3> O::*member, std:
   return Parameter<O, std::optional<Vec3>>{
       member, {.name = name, .sentence = sentence, .kind = ParameterKind::vector, .count = 3, .form = "[x, y, z]"}};
 }
-/// List of N finite numbers.
+/// N finite numbers.
 template <class O, std::size_t N>
 constexpr auto param(std::string_view name, std::array<double, N> O::*member, std::string_view sentence) {
   return Parameter<O, std::array<double, N>>{member,
                                              {.name = name, .sentence = sentence, .kind = ParameterKind::numbers, .count = N}};
 }
-/// Optional list of N finite numbers.
 template <class O, std::size_t N>
 constexpr auto param(std::string_view name, std::optional<std::array<double, N>> O::*member, std::string_view sentence) {
   return Parameter<O, std::optional<std::array<double, N>>>{
       member, {.name = name, .sentence = sentence, .kind = ParameterKind::numbers, .count = N}};
 }
-/// List of N whole numbers, each within the range; zeros stand for none.
+/// N whole numbers, each within the range; zeros stand for none.
 template <class O, std::size_t N>
 constexpr auto param(std::string_view name, std::array<std::int64_t, N> O::*member, std::string_view sentence, Range range) {
   return Parameter<O, std::array<std::int64_t, N>>{
       member, {.name = name, .sentence = sentence, .kind = ParameterKind::whole_numbers, .range = range, .count = N}};
 }
-/// Choice of a word, stored as an enum with values 0, 1, 2, … in the order of the words, or as false and true; may be
-/// std::optional.
+/// Choice of a word, stored as an enum with values 0, 1, 2, … in the order of the words, or as false and true.
 template <class O, class Enum, class... Words>
 constexpr auto choice_param(std::string_view name, Enum O::*member, std::string_view sentence, Words... words) {
   return Parameter<O, Enum, sizeof...(Words)>{member, {name, sentence, ParameterKind::choice}, {std::string_view(words)...}};
@@ -318,7 +312,6 @@ template <class O, class Item>
 constexpr auto named_list_param(std::string_view name, std::vector<Item> O::*member, std::string_view sentence) {
   return Parameter<O, std::vector<Item>>{member, {name, sentence, ParameterKind::named_tables}};
 }
-/// Struct with parameters of its own.
 template <class O, class Item>
 constexpr auto table_param(std::string_view name, Item O::*member, std::string_view sentence) {
   return Parameter<O, Item>{member, {name, sentence, ParameterKind::table}};
@@ -371,7 +364,6 @@ inline constexpr bool is_vector = false;
 template <class T>
 inline constexpr bool is_vector<std::vector<T>> = true;
 
-/// Conversion of a member to and from numbers.
 inline std::vector<double> numbers_of(const Vec3& v) { return {v.x, v.y, v.z}; }
 inline void set_numbers(Vec3& v, const std::vector<double>& numbers) { v = {numbers[0], numbers[1], numbers[2]}; }
 template <class T, std::size_t N>

@@ -20,8 +20,8 @@ inline double steady_strength_n(double stiffness_n_per_m, double length, const M
   return turning > 0.0 && std::isfinite(limit_n) ? limit_n : largest_strength_n;
 }
 
-/// Nearest point of the level `value` [field's unit] to `x_m` [m], by one Newton step along the gradient from `sample` at
-/// `x_m`; at most a sample spacing away: beyond, the gradient does not locate the level.
+/// Nearest point to `x_m` [m] of the level `value` [field's unit], by one Newton step along the gradient of `sample` at `x_m`;
+/// at most a sample spacing away: beyond, the gradient does not locate the level.
 inline Vec3 foot_on_level_m(const ModeContext& here, const Vec3& x_m, const ScalarSample& sample, double value) noexcept {
   const double step_m = (value - sample.value) / norm(sample.gradient);
   return x_m + std::clamp(step_m, -here.finest_m, here.finest_m) * normalized(sample.gradient);

@@ -71,7 +71,7 @@ constexpr PluginAbi plugin_abi() {
   return abi;
 }
 
-/// ABI that this library was compiled with, for programs compiled apart.
+/// ABI of this library's build, for programs compiled apart.
 PluginAbi library_abi() noexcept;
 
 /// ELF note of an ABI.
@@ -89,8 +89,8 @@ void append_modes(std::vector<Mode>& modes) {
 }  // namespace detail
 }  // namespace palpa
 
-/// Makes a shared library a plug-in: PALPA_MODES(Ridge, Groove), once, outside of all namespaces. The library then has a stamp,
-/// which is read without running it, and a function that returns the modes.
+/// Makes a shared library a plug-in: PALPA_MODES(Ridge, Groove), once, outside of all namespaces. Adds a stamp, which is read
+/// without running the library, and a function that returns the modes.
 #define PALPA_MODES(...)                                                                                                      \
   extern "C" {                                                                                                                \
   [[gnu::used, gnu::section(".note.palpa"), gnu::aligned(4)]] constinit const palpa::detail::PluginStamp palpa_plugin_stamp = \

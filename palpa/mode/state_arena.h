@@ -13,9 +13,8 @@
 
 namespace palpa {
 
-/// Arena for the state of a session's parts, side by side. Contents are trivially copyable and hold no pointer into the arena,
-/// so the whole is copied as bytes: a rehearsal begins, and is discarded, by one copy. Caches, such as the start of a search,
-/// are kept elsewhere. One thread.
+/// State of a session's parts, side by side. Trivially copyable contents without pointers into the arena are copied as bytes: a
+/// rehearsal begins, and is discarded, by one copy. Caches are kept elsewhere. One thread.
 class StateArena {
  public:
   StateArena() = default;

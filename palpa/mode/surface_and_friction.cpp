@@ -116,8 +116,8 @@ void SurfaceAndFriction::stand(const ModeContext& here, const Standing& on, Prim
   }
 }
 
-// Factor of the texture on friction, [1] 0…2: rougher where the voxels exceed the filter. Sampled at the start of the step,
-// from which friction is measured: with the texture at the end, a step could find no end that fits its friction.
+// Factor of the texture on friction, [1] 0…2: rougher where the voxels exceed the filter. Sampled at the start of the step, the
+// origin of friction: sampled at the end, no end might fit its own friction.
 double SurfaceAndFriction::texture_factor(const ModeContext& here, std::uint16_t slot) const noexcept {
   return has_texture() ? 1.0 + texture_ratio * here.scalar(detail, here.proxy_m + here.foot_offset_m(slot)).value : 1.0;
 }
@@ -165,8 +165,8 @@ void SurfaceAndFriction::on_step_accepted(const StepResult& result, Memory& memo
   }
 }
 
-// A level that slips is released. A level that only yields keeps bearing, as material does, where it has been pressed to: if it
-// stayed in place, the proxy would be deep in it, without a free point nearby.
+// A level that slips is released. A level that only yields bears on, as material does, where it has been pressed to: in its old
+// place the proxy would be deep in it, without a free point nearby.
 void SurfaceAndFriction::give_way(const StepResult& result, std::uint16_t slot, Memory::Held& held) const noexcept {
   const PrimitiveState state = result.state(slot);
   const double value = levels[static_cast<std::size_t>(held.level)].value;
@@ -177,7 +177,7 @@ void SurfaceAndFriction::give_way(const StepResult& result, std::uint16_t slot, 
   if (at.inside) held.pressed_to = held.from_low ? std::max(value, at.value) : std::min(value, at.value);
 }
 
-// After sliding, friction stays kinetic until it has held for a while.
+// After sliding, friction stays kinetic for a while.
 void SurfaceAndFriction::rub(const StepResult& result, Memory& memory) const noexcept {
   if (static_friction_ratio == 1.0) return;
   for (std::size_t i = 0; i < memory.held.size(); ++i) {
@@ -187,7 +187,7 @@ void SurfaceAndFriction::rub(const StepResult& result, Memory& memory) const noe
   }
 }
 
-// Starts contact with a level. A rigid level behind the proxy no longer holds it; elastic levels, which let it in, still do.
+// A rigid level behind the proxy no longer holds it; elastic levels, which let it in, still do.
 void SurfaceAndFriction::meet(Memory& memory, std::int32_t level, bool from_low) const noexcept {
   for (Memory::Held& held : memory.held) {
     const bool gives_way = held.level >= 0 && levels[static_cast<std::size_t>(held.level)].stiffness_n_per_m.has_value();

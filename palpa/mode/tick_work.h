@@ -11,8 +11,7 @@ inline constexpr int primitives_each = 4;  ///< [1] this number of primitives in
 // Pieces, modes and estimates cost more with the size of a sample:
 inline constexpr int values_each = 128;  ///< [1] values per unit; a smooth grid of numbers is sampled from 64
 
-/// [1] Work budget of a tick; no work begins after it is exhausted. More: longer worst tick; less: the proxy lags behind the
-/// hand sooner.
+/// [1] Work budget of a tick; no work begins after it is exhausted. More: longer worst tick; less: the proxy lags earlier.
 inline constexpr int most = 4096;
 
 /// [units] of a piece, a mode or an estimate with this number of values per sample (Field::values_per_sample): 1…`most`.
@@ -22,7 +21,7 @@ constexpr int of_sample(int values) noexcept { return std::clamp(values / values
 
 namespace palpa {
 
-/// Work of one tick: refilled at its start, spent by all of its parts. The item that exhausts it is finished.
+/// Work of one tick, spent by all of its parts. The item that exhausts it is finished.
 class WorkBudget {
  public:
   explicit WorkBudget(int units = 0) noexcept : all_(units), left_(units) {}

@@ -12,12 +12,12 @@ namespace {
 // [1] of the largest Q. Less: noise of measured data counts as a vortex; more: the rims of vortices are not felt.
 constexpr double threshold_share = 0.05;
 
-// [1] Regularity of the 2 × 2 system: determinant over the product that makes it regular. Up to the first value the core line
-// is rejected, from the second on fully trusted. Smaller: steps from nearly singular systems; larger: more true cores are
+// [1] Regularity of the 2 × 2 system: determinant over the product that makes it regular. Below the first the core line is
+// rejected, from the second on fully trusted. Smaller: steps from nearly singular systems; larger: more true cores are
 // rejected.
 constexpr double least_regular = 0.1, regular = 0.3;
-// [1] Curvature of a ridge of Q across the slope, as a share of all curvature. Up to the first value there is no ridge, from
-// the second on full trust. Smaller: cores in flat Q; larger: weak ridges are lost.
+// [1] Curvature of a ridge of Q across the slope, as a share of all curvature. Below the first there is no ridge, from the
+// second on full trust. Smaller: cores in flat Q; larger: weak ridges are lost.
 constexpr double least_ridge = 0.03, ridge = 0.1;
 
 // [1] Steps towards the core, each from the direction of the last. More: slower; fewer: inaccurate where the flow draws in.

@@ -1,11 +1,11 @@
-// Core of a vortex, from a sample within it; shared by the vortex modes.
+// Core line of a vortex, from a sample within it.
 #pragma once
 
 #include "palpa/mode/mode_context.h"
 
 namespace palpa::detail {
 
-/// Core line of a vortex relative to the sample position: a line along `axis` through position + `offset_m`.
+/// Core line of a vortex: along `axis` through sample position + `offset_m`.
 ///
 /// The axis n is the real eigenvector of the velocity's Jacobian J, where the other two eigenvalues are complex: the flow
 /// rotates about it. The offset is a Newton step in the plane across n that never overshoots: where a round vortex' profile is
